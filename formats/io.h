@@ -1,0 +1,35 @@
+/* io.h: bytes in and out, the same way for every format.
+ *
+ * "-" is standard input or output. A named output is written to a temporary file beside it,
+ * synced and renamed by ct_out_commit, so nothing half-written ever has the final name.
+ */
+#ifndef CT_FORMATS_IO_H
+#define CT_FORMATS_IO_H
+#include "core/env.h"
+
+#include <stdio.h>
+
+/* Whole file (or standard input) into *data (free() it), at most CT_MAX_BYTES. CT_EINPUT. */
+int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e);
+/* Open for reading; "-" gives stdin. CT_EINPUT (a directory too). Close with ct_in_close. */
+int ct_in_open(const char *path, FILE **f, struct ct_err *e);
+void ct_in_close(FILE *f);
+
+struct ct_out {
+	FILE *f;
+	char *path, *tmp; /* NULL for standard output */
+};
+
+/* CT_EOUTPUT if the file exists and env->force is not set, if it is one of the inputs that env
+ * names, or if standard output is a terminal. */
+int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
+/* Flush, sync, rename. CT_EOUTPUT; the temporary file is gone either way. */
+int ct_out_commit(struct ct_out *o, struct ct_err *e);
+/* Drop the output; legal after commit and on a zeroed struct. */
+void ct_out_abandon(struct ct_out *o);
+/* fwrite with CT_EOUTPUT and errno's words. */
+int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e);
+/* Is an output of this name allowed now (exists, --force)? Tools that work for minutes ask before. */
+int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e);
+
+#endif

@@ -1,0 +1,81 @@
+/* cli.h: one option table gives parsing, --help, the OPTIONS of the man page, and the checks.
+ *
+ * The type of an option is deduced from the field of the tool's params struct and its default
+ * is read from the tool's defaults, so neither can drift. ct_cli_main owns the common options
+ * (-h -q -v -t -f --version, and -s --json --dry-run where the tool declares them), the thread
+ * pool, signals, progress, the error line and the exit status.
+ */
+#ifndef CT_CLI_CLI_H
+#define CT_CLI_CLI_H
+#include "core/env.h"
+#include "core/err.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum ct_type {
+	CT_T_END, CT_T_FLAG, CT_T_INT, CT_T_REAL, CT_T_STR, CT_T_LIST
+};
+
+/* Operands that may repeat. */
+struct ct_list {
+	size_t n;
+	const char *const *v; /* borrowed from argv */
+};
+
+struct ct_opt {
+	char c;              /* short letter, or 0 */
+	const char *name;    /* long name; NULL for an operand */
+	enum ct_type type;
+	size_t at;           /* offset in the params struct */
+	const char *arg;     /* name of the value; for a choice the words: "linear|cubic" */
+	const char *help;
+	double lo, hi;       /* inclusive range of a number; lo == hi means any */
+	bool choice;         /* int field: index of the word in arg */
+	bool optional;       /* operand that may be absent */
+};
+
+#define CT_TYPE_(S, f)                                                                            \
+	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL,                  \
+		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
+#define CT_OPT(S, f, c, name, arg, lo, hi, help)                                                  \
+	{c, name, CT_TYPE_(S, f), offsetof(S, f), arg, help, lo, hi, false, false}
+/* An int field that takes one of the words "a|b|c" and holds its index. */
+#define CT_CHOICE(S, f, c, name, words, help)                                                     \
+	{c, name, CT_T_INT, offsetof(S, f), words, help, 0, 0, true, \
+		false}
+#define CT_ARG(S, f, arg, help)                                                                   \
+	{0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, false}
+/* Last operand that may be missing; a struct ct_list takes all that are left. */
+#define CT_ARG_MAYBE(S, f, arg, help)                                                             \
+	{0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, true}
+#define CT_OPT_END {0, NULL, CT_T_END, 0, NULL, NULL, 0, 0, false, false}
+
+enum ct_tool_flags {
+	CT_SEEDED = 1, /* has -s/--seed */
+	CT_REPORTS = 2, /* has --json */
+	CT_LONG = 4,   /* has --dry-run */
+};
+
+struct ct_tool {
+	const char *name, *brief;
+	const struct ct_opt *opts;
+	const void *defaults;
+	size_t size;
+	int (*run)(const void *params, const struct ct_env *env, struct ct_err *e);
+	unsigned flags;
+};
+
+/* Parse, run, report; the value to return from main. */
+int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
+
+/* Values of options that are more than one number. CT_EUSAGE naming the option. */
+/* "a,b,c" (also "axbxc" with sep 'x'): exactly n numbers, or one that stands for all if spread. */
+int ct_parse_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
+	struct ct_err *e);
+/* "WxHxD": n positive integers. */
+int ct_parse_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e);
+/* "LO:HI", LO < HI. */
+int ct_parse_range(const char *option, const char *s, double v[2], struct ct_err *e);
+
+#endif

@@ -1,0 +1,60 @@
+/* parse.c: values of options that are more than one number; see cli.h. */
+#include "config.h"
+#include "cli/cli.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+int ct_parse_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
+	struct ct_err *e)
+{
+	const char *at = s;
+	size_t got = 0;
+	bool bad = false;
+
+	while (got < n && !bad) {
+		char *end;
+		double x = strtod(at, &end);
+
+		bad = end == at || !isfinite(x) || (*end && *end != sep);
+		if (bad)
+			break;
+		v[got++] = x;
+		at = end;
+		if (!*end)
+			break;
+		if (got < n)
+			at = end + 1;
+	}
+	if (!bad && got == 1 && spread && !*at)
+		for (; got < n; got++)
+			v[got] = v[0];
+	if (bad || got != n || *at)
+		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not %zu number%s%s", option, s, n,
+			n == 1 ? "" : "s", spread && n > 1 ? ", or one for all" : "");
+	return 0;
+}
+
+int ct_parse_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e)
+{
+	double x[4];
+
+	if (n > 4 || ct_parse_numbers(option, s, 'x', n, false, x, e))
+		return -1;
+	for (size_t i = 0; i < n; i++) {
+		if (!(x[i] >= 1 && x[i] <= 1e6) || x[i] != floor(x[i]))
+			return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not a size", option, s);
+		v[i] = (size_t)x[i];
+	}
+	return 0;
+}
+
+int ct_parse_range(const char *option, const char *s, double v[2], struct ct_err *e)
+{
+	if (ct_parse_numbers(option, s, ':', 2, false, v, e))
+		return -1;
+	if (!(v[0] < v[1]))
+		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is empty", option, s);
+	return 0;
+}

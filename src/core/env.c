@@ -1,0 +1,35 @@
+/* env.c: see env.h. */
+#include "config.h"
+#include "core/env.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
+{
+	char text[600];
+	va_list ap;
+
+	if (!env || !env->log || (int)level > env->verbose)
+		return;
+	va_start(ap, fmt);
+	vsnprintf(text, sizeof text, fmt, ap);
+	va_end(ap);
+	env->log(env, level, text);
+}
+
+void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	if (env && env->progress)
+		env->progress(env, what, done, total);
+}
+
+bool ct_stopping(const struct ct_env *env)
+{
+	return env && env->stop && *env->stop;
+}
+
+int ct_check_stop(const struct ct_env *env, struct ct_err *e)
+{
+	return ct_stopping(env) ? ct_fail(e, CT_ESTOP, "stopped on request") : 0;
+}

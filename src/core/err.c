@@ -1,0 +1,28 @@
+/* err.c: see err.h. */
+#include "config.h"
+#include "core/err.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
+{
+	va_list ap;
+
+	e->code = code;
+	va_start(ap, fmt);
+	vsnprintf(e->msg, sizeof e->msg, fmt, ap);
+	va_end(ap);
+	return -1;
+}
+
+int ct_blame(struct ct_err *e, const char *what)
+{
+	char old[sizeof e->msg];
+
+	memcpy(old, e->msg, sizeof old);
+	old[sizeof old - 1] = '\0';
+	snprintf(e->msg, sizeof e->msg, "%.200s: %.290s", what, old);
+	return -1;
+}

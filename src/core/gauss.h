@@ -1,0 +1,41 @@
+/* gauss.h: a set of signed 3-D Gaussians (algorithms: raw parameters, activations in gs/).
+ *
+ *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  Sigma = R diag(s^2) R^T
+ *
+ * Structure of arrays, raw (pre-activation) values. rho_i = phi(raw_i), phi PReLU with slope
+ * gamma for negative raw (or softplus, relu, sine: `activation`), in density of the metadata
+ * "window". Positions and standard deviations in world mm, RAS+; scale stores ln(s/mm); the
+ * quaternion is (w,x,y,z), normalised on use.
+ */
+#ifndef CT_CORE_GAUSS_H
+#define CT_CORE_GAUSS_H
+#include "core/err.h"
+#include "core/meta.h"
+
+#include <stddef.h>
+
+enum ct_activation { CT_PRELU, CT_SOFTPLUS, CT_RELU, CT_SINE };
+
+struct ct_gauss {
+	size_t n, cap;
+	float *pos[3];   /* mm */
+	float *scale[3]; /* ln of standard deviation in mm */
+	float *rot[4];   /* quaternion w x y z, need not be normalised */
+	float *raw;      /* raw density z */
+	enum ct_activation activation;
+	double gamma;    /* PReLU slope, > 0 */
+	size_t grid[3];  /* grid the set was made for; 0 if none */
+	double affine[3][4];
+	size_t step;     /* optimiser step of the checkpoint */
+	struct ct_meta meta;
+};
+
+const char *ct_activation_name(enum ct_activation a); /* prelu softplus relu sine */
+int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *e);
+/* Room for n more than none: capacity >= n, contents and n kept. */
+int ct_gauss_reserve(struct ct_gauss *g, size_t n, struct ct_err *e);
+void ct_gauss_free(struct ct_gauss *g);
+/* CT_ENUMERIC naming the first Gaussian that is not finite. */
+int ct_gauss_check_finite(const struct ct_gauss *g, struct ct_err *e);
+
+#endif

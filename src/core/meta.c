@@ -1,0 +1,157 @@
+/* meta.c: see meta.h. */
+#include "config.h"
+#include "core/meta.h"
+#include "core/env.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void ct_meta_free(struct ct_meta *m)
+{
+	for (size_t i = 0; i < m->n; i++) {
+		free(m->pair[i].key);
+		free(m->pair[i].value);
+	}
+	free(m->pair);
+	*m = (struct ct_meta){0};
+}
+
+static struct ct_pair *find(const struct ct_meta *m, const char *key)
+{
+	for (size_t i = 0; i < m->n; i++)
+		if (strcmp(m->pair[i].key, key) == 0)
+			return &m->pair[i];
+	return NULL;
+}
+
+const char *ct_meta_get(const struct ct_meta *m, const char *key)
+{
+	const struct ct_pair *p = find(m, key);
+
+	return p ? p->value : NULL;
+}
+
+int ct_meta_set(struct ct_meta *m, const char *key, const char *value, struct ct_err *e)
+{
+	struct ct_pair *p = find(m, key);
+	char *k, *v;
+
+	if (!*key)
+		return ct_fail(e, CT_EINPUT, "metadata with an empty key");
+	v = strdup(value);
+	if (p && v) {
+		free(p->value);
+		p->value = v;
+		return 0;
+	}
+	k = strdup(key);
+	if (!k || !v) {
+		free(k);
+		free(v);
+		return ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	}
+	if (ct_grow(&m->pair, &m->cap, m->n + 1, sizeof *m->pair, e)) {
+		free(k);
+		free(v);
+		return -1;
+	}
+	m->pair[m->n++] = (struct ct_pair){k, v};
+	return 0;
+}
+
+int ct_meta_setf(struct ct_meta *m, struct ct_err *e, const char *key, const char *fmt, ...)
+{
+	char *s = NULL;
+	va_list ap;
+	int n, rc;
+
+	va_start(ap, fmt);
+	n = vasprintf(&s, fmt, ap);
+	va_end(ap);
+	if (n < 0)
+		return ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	rc = ct_meta_set(m, key, s, e);
+	free(s);
+	return rc;
+}
+
+void ct_meta_drop(struct ct_meta *m, const char *key)
+{
+	struct ct_pair *p = find(m, key);
+
+	if (!p)
+		return;
+	free(p->key);
+	free(p->value);
+	memmove(p, p + 1, (size_t)(m->pair + m->n - (p + 1)) * sizeof *p);
+	m->n--;
+}
+
+int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v,
+	struct ct_err *e)
+{
+	const char *s = ct_meta_get(m, key), *at = s;
+	size_t got = 0;
+
+	if (!s)
+		return 1;
+	for (char *end; got < n; at = end + 1) {
+		double x = strtod(at, &end);
+
+		if (end == at || !isfinite(x) || (*end && *end != ','))
+			break;
+		v[got++] = x;
+		if (!*end) {
+			at = end;
+			break;
+		}
+	}
+	if (got == 1 && !*at)
+		for (; got < n; got++)
+			v[got] = v[0];
+	if (got != n || *at)
+		return ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not %zu numbers", key, s, n);
+	return 0;
+}
+
+int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)
+{
+	ct_meta_free(dst);
+	for (size_t i = 0; i < src->n; i++)
+		if (ct_meta_set(dst, src->pair[i].key, src->pair[i].value, e))
+			return -1;
+	return 0;
+}
+
+int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
+	const struct ct_meta *const *in, struct ct_err *e)
+{
+	const char *old = ct_meta_get(dst, "history");
+	char *text = NULL;
+	size_t len;
+	FILE *f = open_memstream(&text, &len);
+	int rc = -1;
+
+	if (!f)
+		return ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	if (old)
+		fprintf(f, "%s\n", old);
+	fputs(env->history ? env->history : "ctsr", f);
+	for (size_t i = 0; i < n; i++) {
+		const char *name = in[i] ? ct_meta_get(in[i], "input") : NULL;
+
+		if (name)
+			fprintf(f, "%s%s", i ? " " : " # ", name);
+	}
+	if (fclose(f) != 0)
+		ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	else
+		rc = ct_meta_set(dst, "history", text, e);
+	free(text);
+	ct_meta_drop(dst, "input");
+	return rc;
+}

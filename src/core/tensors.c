@@ -1,0 +1,63 @@
+/* tensors.c: see tensors.h. */
+#include "config.h"
+#include "core/tensors.h"
+#include "core/mem.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void ct_tensors_free(struct ct_tensors *w)
+{
+	for (size_t i = 0; i < w->n; i++) {
+		free(w->t[i].name);
+		free(w->t[i].data);
+	}
+	free(w->t);
+	ct_meta_free(&w->meta);
+	*w = (struct ct_tensors){0};
+}
+
+size_t ct_tensor_count(const struct ct_tensor *t)
+{
+	size_t n = 1;
+
+	for (size_t i = 0; i < t->rank; i++)
+		n *= t->dim[i];
+	return n;
+}
+
+int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
+	struct ct_tensor **out, struct ct_err *e)
+{
+	struct ct_tensor t = {.rank = rank};
+	size_t count = 1;
+
+	if (rank > CT_MAX_RANK)
+		return ct_fail(e, CT_EINPUT, "tensor %.100s has %zu dimensions", name, rank);
+	if (ct_tensors_find(w, name))
+		return ct_fail(e, CT_EINPUT, "tensor %.100s appears twice", name);
+	for (size_t i = 0; i < rank; i++) {
+		t.dim[i] = dim[i];
+		if (ct_size_mul(&count, count, dim[i], name, e))
+			return -1;
+	}
+	if (ct_grow(&w->t, &w->cap, w->n + 1, sizeof *w->t, e) ||
+		ct_alloc(&t.data, count, sizeof *t.data, e))
+		return -1;
+	t.name = strdup(name);
+	if (!t.name) {
+		free(t.data);
+		return ct_fail(e, CT_ENOMEM, "no memory for a tensor name");
+	}
+	w->t[w->n] = t;
+	*out = &w->t[w->n++];
+	return 0;
+}
+
+struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name)
+{
+	for (size_t i = 0; i < w->n; i++)
+		if (strcmp(w->t[i].name, name) == 0)
+			return &w->t[i];
+	return NULL;
+}

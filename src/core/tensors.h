@@ -1,0 +1,33 @@
+/* tensors.h: named float tensors: the weights of a network, or any dump to compare with. */
+#ifndef CT_CORE_TENSORS_H
+#define CT_CORE_TENSORS_H
+#include "core/err.h"
+#include "core/meta.h"
+
+#include <stddef.h>
+
+enum { CT_MAX_RANK = 8 };
+
+struct ct_tensor {
+	char *name;               /* owned */
+	size_t rank, dim[CT_MAX_RANK];
+	float *data;              /* owned, C order (last dimension fastest) */
+};
+
+struct ct_tensors {
+	size_t n, cap;
+	struct ct_tensor *t; /* in file order */
+	struct ct_meta meta;
+};
+
+void ct_tensors_free(struct ct_tensors *w);
+/* Product of the dimensions; 1 for rank 0. */
+size_t ct_tensor_count(const struct ct_tensor *t);
+/* Append a tensor of this shape, data uninitialised; *out borrowed until the next add. CT_EINPUT
+ * for a name already there or a rank above CT_MAX_RANK. */
+int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
+	struct ct_tensor **out, struct ct_err *e);
+/* By name, or NULL. */
+struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name);
+
+#endif

@@ -1,0 +1,132 @@
+/* vol.c: see vol.h. */
+#include "config.h"
+#include "core/vol.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
+{
+	size_t count;
+
+	if (n[0] == 0 || n[1] == 0 || n[2] == 0)
+		return ct_fail(e, CT_EINPUT, "empty volume %zux%zux%zu", n[0], n[1], n[2]);
+	if (ct_size_mul(&count, n[0], n[1], "volume", e) ||
+		ct_size_mul(&count, count, n[2], "volume", e) ||
+		ct_alloc(&v->data, count, sizeof *v->data, e))
+		return -1;
+	memcpy(v->n, n, sizeof v->n);
+	memset(v->affine, 0, sizeof v->affine);
+	for (int a = 0; a < 3; a++)
+		v->affine[a][a] = 1.0;
+	return 0;
+}
+
+void ct_vol_free(struct ct_vol *v)
+{
+	free(v->data);
+	ct_meta_free(&v->meta);
+	*v = (struct ct_vol){0};
+}
+
+size_t ct_vol_count(const struct ct_vol *v)
+{
+	return v->n[0] * v->n[1] * v->n[2];
+}
+
+void ct_vol_spacing(const struct ct_vol *v, double mm[static 3])
+{
+	for (int a = 0; a < 3; a++)
+		mm[a] = hypot(hypot(v->affine[0][a], v->affine[1][a]), v->affine[2][a]);
+}
+
+void ct_vol_world(const struct ct_vol *v, const double ijk[static 3], double mm[static 3])
+{
+	for (int a = 0; a < 3; a++)
+		mm[a] = v->affine[a][0] * ijk[0] + v->affine[a][1] * ijk[1] +
+			v->affine[a][2] * ijk[2] + v->affine[a][3];
+}
+
+void ct_vol_centre(const struct ct_vol *v, double mm[static 3])
+{
+	const double mid[3] = {((double)v->n[0] - 1) / 2, ((double)v->n[1] - 1) / 2,
+		((double)v->n[2] - 1) / 2};
+
+	ct_vol_world(v, mid, mm);
+}
+
+int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e)
+{
+	double mm[3];
+
+	for (int a = 0; a < 3; a++)
+		for (int b = 0; b < 4; b++)
+			if (!isfinite(v->affine[a][b]))
+				return ct_fail(e, CT_EGEOM, "affine is not finite");
+	ct_vol_spacing(v, mm);
+	for (int a = 0; a < 3; a++)
+		if (!(mm[a] > 1e-9 && mm[a] <= 1e6))
+			return ct_fail(e, CT_EGEOM, "voxel size %g mm along axis %d", mm[a], a);
+	for (int a = 0; a < 3; a++) {
+		int b = (a + 1) % 3;
+		double dot = 0;
+
+		for (int r = 0; r < 3; r++)
+			dot += v->affine[r][a] * v->affine[r][b];
+		if (fabs(dot) > 1e-3 * mm[a] * mm[b])
+			return ct_fail(e, CT_EGEOM,
+				"axes %d and %d are not at right angles (sheared grid)", a, b);
+	}
+	return 0;
+}
+
+int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
+{
+	double mm[3];
+
+	if (memcmp(a->n, b->n, sizeof a->n) != 0)
+		return ct_fail(e, CT_EGEOM, "grids differ: %zux%zux%zu and %zux%zux%zu", a->n[0],
+			a->n[1], a->n[2], b->n[0], b->n[1], b->n[2]);
+	ct_vol_spacing(a, mm);
+	for (unsigned corner = 0; corner < 8; corner++) {
+		double ijk[3], p[3], q[3];
+
+		for (int d = 0; d < 3; d++)
+			ijk[d] = corner >> d & 1 ? (double)(a->n[d] - 1) : 0.0;
+		ct_vol_world(a, ijk, p);
+		ct_vol_world(b, ijk, q);
+		for (int d = 0; d < 3; d++)
+			if (!(fabs(p[d] - q[d]) <= 1e-3 * fmin(fmin(mm[0], mm[1]), mm[2])))
+				return ct_fail(e, CT_EGEOM,
+					"grids differ: corner %u is at %g and %g mm along axis %d",
+					corner, p[d], q[d], d);
+	}
+	return 0;
+}
+
+int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
+{
+	size_t n = ct_vol_count(v);
+
+	for (size_t at = 0; at < n; at++)
+		if (!isfinite(v->data[at]))
+			return ct_fail(e, CT_ENUMERIC, "voxel (%zu,%zu,%zu) is %s", at % v->n[0],
+				at / v->n[0] % v->n[1], at / v->n[0] / v->n[1],
+				isnan(v->data[at]) ? "NaN" : "infinite");
+	return 0;
+}
+
+void ct_affine_rescale(double dst[3][4], const double src[3][4], const double factor[static 3])
+{
+	for (int r = 0; r < 3; r++) {
+		double shift = src[r][3];
+
+		for (int a = 0; a < 3; a++) {
+			shift += src[r][a] * (0.5 / factor[a] - 0.5);
+			dst[r][a] = src[r][a] / factor[a];
+		}
+		dst[r][3] = shift;
+	}
+}

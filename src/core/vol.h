@@ -1,0 +1,45 @@
+/* vol.h: a volume on a millimetre grid.
+ *
+ * data[(k*n[1] + j)*n[0] + i]: i fastest. `affine` maps voxel indices (i,j,k), integers at
+ * voxel centres, to world millimetres, RAS+ as in
+ * NIfTI (+x right, +y anterior, +z superior). Values are HU unless the metadata key
+ * "quantity" says otherwise (density, residual).
+ */
+#ifndef CT_CORE_VOL_H
+#define CT_CORE_VOL_H
+#include "core/err.h"
+#include "core/meta.h"
+
+#include <stddef.h>
+
+struct ct_vol {
+	size_t n[3];
+	double affine[3][4];
+	float *data; /* owned */
+	struct ct_meta meta;
+};
+
+/* Data of n voxels, uninitialised, identity affine; *v must be zero. */
+int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e);
+/* Also legal on a zeroed struct; leaves it zeroed. */
+void ct_vol_free(struct ct_vol *v);
+size_t ct_vol_count(const struct ct_vol *v);
+/* Column norms of the affine, mm. */
+void ct_vol_spacing(const struct ct_vol *v, double mm[static 3]);
+/* World position of index (i,j,k), fractions allowed. */
+void ct_vol_world(const struct ct_vol *v, const double ijk[static 3], double mm[static 3]);
+/* World position of the centre of the grid. */
+void ct_vol_centre(const struct ct_vol *v, double mm[static 3]);
+/* CT_EGEOM unless spacing is finite and positive, no larger than 1e6 mm, and the axes are at right
+ * angles within 1e-3. */
+int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e);
+/* CT_EGEOM unless sizes are equal and affines agree within 1e-3 voxel at the corners. */
+int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e);
+/* CT_ENUMERIC naming the first voxel that is NaN or infinite. */
+int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e);
+/* The affine of the cell-centred grid that `factor` per axis refines (factor 4: four times
+ * as many voxels) or coarsens (1/4): the field of view stays. HR voxel k of an s-fold grid has its
+ * centre at LR index (k + 0.5)/s - 0.5. The only place that knows this. dst may be src. */
+void ct_affine_rescale(double dst[3][4], const double src[3][4], const double factor[static 3]);
+
+#endif

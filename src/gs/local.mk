@@ -1,0 +1,1 @@
+# Signed 3-D Gaussians.

@@ -1,0 +1,1 @@
+# The diffusion prior: network, schedules, samplers, training.

@@ -1,0 +1,1 @@
+# The only C++: each library behind a small C header.
