@@ -1,0 +1,23 @@
+#!/bin/sh
+# Installs with apt what the build needs; with `tests`, also what the tests compare with.
+set -e
+build='gcc g++ make autoconf automake pkg-config zlib1g-dev libxxhash-dev libjansson-dev
+	libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libopenimageio-dev xz-utils'
+tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
+	openimageio-tools openexr'
+case ${1:-build} in
+build) want=$build ;;
+tests) want="$build $tests" ;;
+*) echo "usage: $0 [build|tests]" >&2; exit 2 ;;
+esac
+missing=
+for p in $want; do
+	dpkg-query -W -f '${Status}' "$p" 2>/dev/null | grep -q '^install ok installed$' || missing="$missing $p"
+done
+[ -n "$missing" ] || exit 0
+if [ "$(id -u)" -eq 0 ]; then as_root=; else as_root=sudo; fi
+echo "installing$missing" | tr '\n\t' '  '; echo
+export DEBIAN_FRONTEND=noninteractive
+$as_root apt-get update -qq
+# shellcheck disable=SC2086
+$as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null
