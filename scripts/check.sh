@@ -1,0 +1,27 @@
+#!/bin/sh
+# Installs what is missing, builds in a folder of its own, runs the tests. From a fresh clone:
+#   scripts/check.sh [--sanitize]
+# Closes with a line "N passed, N failed, N skipped".
+set -e
+top=$(cd "$(dirname "$0")/.." && pwd)
+"$top/scripts/install-deps.sh" tests
+cd "$top"
+[ -x configure ] || ./bootstrap >/dev/null 2>&1
+options=--enable-werror build=$top/build-check
+if [ "${1:-}" = --sanitize ]; then options="$options --enable-sanitize" build=$top/build-sanitize; fi
+mkdir -p "$build" && cd "$build"
+# shellcheck disable=SC2086
+[ -f Makefile ] || "$top/configure" $options
+make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
+status=0
+make -j"$(nproc)" check >check.log 2>&1 || status=$?
+grep -hE '^(FAIL|ERROR|XPASS):' check.log || true
+if [ "$status" -ne 0 ]; then
+	for t in tests/*.trs; do
+		grep -qE '^:test-result: (FAIL|ERROR)' "$t" && { echo "== ${t%.trs}.log"; tail -n 40 "${t%.trs}.log"; }
+	done
+fi
+awk '/^:test-result:/ {c[$2]++} END {
+	printf "%d passed, %d failed, %d skipped\n", c["PASS"] + c["XFAIL"],
+		c["FAIL"] + c["ERROR"] + c["XPASS"], c["SKIP"] + 0 }' tests/*.trs
+exit "$status"

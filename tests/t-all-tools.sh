@@ -1,0 +1,41 @@
+#!/bin/sh
+# Manners that every command has.
+. "$srcdir/tests/tap.sh"
+for t in $CT_TOOLS; do
+	exits 0 "$t --help" "$t" --help
+	grep -q 'Usage: ' out && grep -q -- '--threads' out; ok $? "$t --help says how to use it"
+	exits 0 "$t --version" "$t" --version
+	grep -q "^$t (ctsr) [0-9]" out; ok $? "$t --version names it"
+	exits 2 "$t rejects an unknown option" "$t" --no-such-option
+	[ ! -s out ] && grep -q "^$t: " err; ok $? "$t prints errors on standard error only"
+	exits 2 "$t needs its operands" "$t"
+	if [ -w /dev/full ]; then
+		"$t" --help >/dev/full 2>err; [ $? -eq 4 ]; ok $? "$t notices a full disk"
+	fi
+	( "$t" --help; echo $? >code ) 2>err | head -c 1 >out # a closed pipe is no noise
+	[ ! -s err ]; ok $? "$t is quiet when the pipe closes"
+	[ -f "$srcdir/man/$t.1.in" ]; ok $? "$t has a man page"
+	if command -v mandoc >/dev/null 2>&1; then
+		page=$srcdir/man/$t.1; [ -f "$page" ] || page=$builddir/man/$t.1
+		mandoc -Tlint -W warning "$page" >lint 2>&1; ok $? "$t: mandoc finds nothing"
+		sed 's/^/# /' lint
+	else
+		skip "$t: mandoc finds nothing" 'no mandoc'
+	fi
+done
+# a file that is not there: status 3 and its name, nothing made
+missing() { # missing TOOL ARGS...
+	exits 3 "$1 names a missing file" "$@"
+	has err 'none\.' "$1 says which"
+	[ ! -e new.nii ] && [ ! -e new.exr ] && [ ! -e new.ply ]; ok $? "$1 leaves nothing"
+}
+missing ct-convert none.nii new.nii
+missing ct-degrade -x 2 none.nii new.nii
+missing ct-upsample -x 2 none.nii new.nii
+missing ct-project none.nii new.exr
+missing ct-ddnm -x 2 none.exr new.exr
+missing ct-nabgs --base none.nii none.exr new.ply
+missing ct-compose none.nii none.ply new.nii
+missing ct-metrics none.nii none.nii
+missing ct-info none.nii
+done_testing

@@ -1,0 +1,28 @@
+#!/bin/sh
+# Rules that grep can check.
+. "$srcdir/tests/tap.sh"
+cd "$srcdir" || exit 99
+src=$(find src formats tests -name '*.c' -o -name '*.h' -o -name '*.cc' | sort)
+none() { # none NAME PATTERN: no source line matches
+	# shellcheck disable=SC2086
+	bad=$(grep -nE -- "$2" $src)
+	[ -z "$bad" ]; ok $? "$1"
+	[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+}
+none 'no unbounded string functions' '\b(strcpy|strcat|sprintf|gets|atoi|atof|strtok)[[:space:]]*\('
+none 'no marks of unfinished work' '\b(TODO|FIXME|XXX|HACK)\b'
+none 'no trailing blanks' '[[:space:]]$'
+none 'threads start in one file only' '^[^/*]*#[[:space:]]*pragma[[:space:]]+omp'
+bad=$(for t in src/tools/ct-*.c; do n=$(basename "$t" .c); [ -f "man/$n.1.in" ] || echo "$n"; done)
+[ -z "$bad" ]; ok $? 'every command has a man page'
+bad=$(for m in man/ct-*.1.in; do n=$(basename "$m" .1.in); [ -f "src/tools/$n.c" ] || echo "$n"; done)
+[ -z "$bad" ]; ok $? 'every man page has a command'
+bad=$(for f in $src; do
+	case $f in *.h|*.c|*.cc) head -n 1 "$f" | grep -q '^/\*' || echo "$f" ;; esac; done)
+[ -z "$bad" ]; ok $? 'every source begins by saying what it is'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+# shellcheck disable=SC2086
+bad=$(wc -l $src | awk '$2 != "total" && $1 > 700 {print}')
+[ -z "$bad" ]; ok $? 'no file is longer than 700 lines'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+done_testing
