@@ -11,3 +11,5 @@ EXTRA_DIST += tests/tap.sh tests/tap.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
+check_PROGRAMS += tests/t-ssim
+tests_t_ssim_SOURCES = tests/t-ssim.c

@@ -1,1 +1,2 @@
 # Pure numerics.
+libct_a_SOURCES += src/kern/ssim.c src/kern/ssim.h
