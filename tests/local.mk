@@ -13,3 +13,7 @@ tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
 check_PROGRAMS += tests/t-ssim
 tests_t_ssim_SOURCES = tests/t-ssim.c
+check_PROGRAMS += tests/t-resample
+tests_t_resample_SOURCES = tests/t-resample.c
+check_PROGRAMS += tests/t-degrade
+tests_t_degrade_SOURCES = tests/t-degrade.c
