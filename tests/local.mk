@@ -17,3 +17,5 @@ check_PROGRAMS += tests/t-resample
 tests_t_resample_SOURCES = tests/t-resample.c
 check_PROGRAMS += tests/t-degrade
 tests_t_degrade_SOURCES = tests/t-degrade.c
+check_PROGRAMS += tests/t-metrics
+tests_t_metrics_SOURCES = tests/t-metrics.c
