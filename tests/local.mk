@@ -13,3 +13,7 @@ tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
 # A fuzz target fuzz-x is check_PROGRAMS += tests/fuzz/fuzz-x of fuzz-x.c and $(FUZZ_DRIVER).
 FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h
+check_PROGRAMS += tests/t-nifti
+tests_t_nifti_SOURCES = tests/t-nifti.c tests/nifti-make.h
+check_PROGRAMS += tests/fuzz/fuzz-nifti
+tests_fuzz_fuzz_nifti_SOURCES = tests/fuzz/fuzz-nifti.c tests/nifti-make.h $(FUZZ_DRIVER)
