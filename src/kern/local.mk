@@ -1,1 +1,6 @@
 # Pure numerics.
+libct_a_SOURCES += src/kern/ssim.c src/kern/ssim.h
+libct_a_SOURCES += src/kern/taps.c src/kern/taps.h
+libct_a_SOURCES += src/kern/resample.c src/kern/resample.h
+libct_a_SOURCES += src/kern/degrade.c src/kern/degrade.h
+libct_a_SOURCES += src/kern/metrics.c src/kern/metrics.h
