@@ -9,7 +9,7 @@
 #include <string.h>
 
 struct params {
-	const char *in, *out, *factor, *sigma;
+	const char *in, *out, *factor, *sigma, *clip;
 	int protocol, decimate;
 	double noise;
 };
@@ -30,6 +30,8 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
 		"how samples are taken at cell centres, in place of the protocol's: after the ideal "
 		"low-pass, as they are, or as means of cells"),
+	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
+		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
 		"add normal noise of this standard deviation to OUT"),
 	CT_OPT_END,
@@ -62,6 +64,20 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 		if (d->factor[a] == 1 && !strchr(p->sigma, ','))
 			d->sigma[a] = 0;
 	}
+	return 0;
+}
+
+static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
+{
+	size_t n = ct_vol_count(v);
+	double r[2];
+
+	if (!range)
+		return 0;
+	if (ct_parse_range("clip", range, r, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
 	return 0;
 }
 
@@ -103,7 +119,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (operator_of(&d, p, e) || ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
 		goto out;
-	if (ct_vol_check_finite(&in, e) || degrade(&out, &in, &d, p, env, e)) {
+	if (ct_vol_check_finite(&in, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (clip(&in, p->clip, e))
+		goto out;
+	if (degrade(&out, &in, &d, p, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}

@@ -15,8 +15,8 @@ struct params {
 
 static const struct params defaults = {.method = CT_CUBIC};
 
-#define METHODS "linear|cubic"
-static const char *const method_name[] = {"linear", "cubic"}; /* by enum ct_interp */
+#define METHODS "linear|cubic|bspline|lanczos"
+static const char *const method_name[] = {"linear", "cubic", "bspline", "lanczos"}; /* by enum */
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
