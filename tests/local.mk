@@ -25,3 +25,5 @@ check_PROGRAMS += tests/t-degrade
 tests_t_degrade_SOURCES = tests/t-degrade.c
 check_PROGRAMS += tests/t-metrics
 tests_t_metrics_SOURCES = tests/t-metrics.c
+dist_check_SCRIPTS += tests/t-ct-degrade.sh
+dist_check_SCRIPTS += tests/t-ct-metrics.sh

@@ -47,6 +47,8 @@ static int rule_of(struct ct_metrics_rule *r, const struct params *p, struct ct_
 	double lohi[2] = {-512, 3071};
 	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
 
+	if (strcmp(p->ref, "-") == 0 && strcmp(p->test, "-") == 0)
+		return ct_fail(e, CT_EUSAGE, "only one of REF and TEST can be standard input");
 	if (p->window && p->range > 0)
 		return ct_fail(e, CT_EUSAGE, "--window and --range exclude each other");
 	if (ssim < 0 && !isnan(p->min_ssim))
