@@ -11,3 +11,5 @@ EXTRA_DIST += tests/tap.sh tests/tap.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
+check_PROGRAMS += tests/t-schedule
+tests_t_schedule_SOURCES = tests/t-schedule.c

@@ -1,1 +1,2 @@
 # The diffusion prior: network, schedules, samplers, training.
+libct_a_SOURCES += src/net/schedule.c src/net/schedule.h
