@@ -13,3 +13,6 @@ tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
 check_PROGRAMS += tests/t-schedule
 tests_t_schedule_SOURCES = tests/t-schedule.c
+check_PROGRAMS += tests/t-box tests/t-matched
+tests_t_box_SOURCES = tests/t-box.c
+tests_t_matched_SOURCES = tests/t-matched.c
