@@ -16,3 +16,5 @@ tests_t_schedule_SOURCES = tests/t-schedule.c
 check_PROGRAMS += tests/t-box tests/t-matched
 tests_t_box_SOURCES = tests/t-box.c
 tests_t_matched_SOURCES = tests/t-matched.c
+check_PROGRAMS += tests/t-ddnm
+tests_t_ddnm_SOURCES = tests/t-ddnm.c
