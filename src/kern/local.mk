@@ -1,1 +1,4 @@
 # Pure numerics.
+libct_a_SOURCES += src/kern/scan.c src/kern/scan.h
+libct_a_SOURCES += src/kern/window.c src/kern/window.h
+libct_a_SOURCES += src/kern/project.c src/kern/project.h
