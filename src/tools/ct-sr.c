@@ -54,3 +54,144 @@ static const struct ct_opt opts[] = {
 		"Gaussians at the start of the fit; 0 leaves it to --quality"),
 	CT_OPT_END,
 };
+
+/* The files between the steps; paths owned by the chain's folder. */
+struct files {
+	char *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
+};
+
+static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *e)
+{
+	f->lr = ct_chain_path(c, "lr.nii");
+	f->up = ct_chain_path(c, "up.nii");
+	f->up_proj = ct_chain_path(c, "up-proj.exr");
+	f->lr_proj = ct_chain_path(c, "lr-proj.exr");
+	f->sr_proj = ct_chain_path(c, "sr-proj.exr");
+	f->res = ct_chain_path(c, "residual.ply");
+	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res ? 0 :
+		ct_fail(e, CT_ENOMEM, "no memory");
+}
+
+static void free_files(struct files *f)
+{
+	free(f->lr);
+	free(f->up);
+	free(f->up_proj);
+	free(f->lr_proj);
+	free(f->sr_proj);
+	free(f->res);
+}
+
+static struct preset choose(const struct params *p)
+{
+	struct preset q = presets[p->quality];
+
+	if (p->paper)
+		q = (struct preset){"paper", 100, 50, 0, 1, 5000, 50000};
+	if (p->views)
+		q.views = p->views;
+	if (p->iterations)
+		q.iterations = p->iterations;
+	if (p->gaussians)
+		q.gaussians = p->gaussians;
+	return q;
+}
+
+static int add_projections(struct ct_chain *c, const struct params *p, const struct preset *q,
+	const struct files *f, struct ct_err *e)
+{
+	if (ct_chain_add(c, e, false, f->up_proj, "ct-project", NULL) ||
+		ct_chain_word(c, e, "--views=%d", q->views) ||
+		(p->window && ct_chain_word(c, e, "--window=%s", p->window)) ||
+		ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->up_proj))
+		return -1;
+	if (ct_chain_add(c, e, false, f->lr_proj, "ct-project", NULL) ||
+		ct_chain_word(c, e, "--views=%d", q->views) ||
+		(p->window && ct_chain_word(c, e, "--window=%s", p->window)))
+		return -1;
+	if (!p->paper && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
+		ct_chain_word(c, e, "--pixel=sinc")))
+		return -1;
+	return ct_chain_word(c, e, "%s", p->paper ? f->lr : f->up) ||
+		ct_chain_word(c, e, "%s", f->lr_proj);
+}
+
+static int add_ddnm(struct ct_chain *c, const struct params *p, const struct preset *q,
+	const struct files *f, uint64_t seed, struct ct_err *e)
+{
+	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
+		ct_chain_word(c, e, "-x%d", p->scale) ||
+		ct_chain_word(c, e, "--steps=%d", q->steps) ||
+		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
+		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
+		return -1;
+	if (!p->paper && (ct_chain_word(c, e, "--operator=matched") ||
+		ct_chain_word(c, e, "--init=%s", f->up_proj) ||
+		ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
+		ct_chain_word(c, e, "--samples=%d", q->samples)))
+		return -1;
+	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
+}
+
+static int plan(struct ct_chain *c, const struct params *p, const struct files *f, uint64_t seed,
+	struct ct_err *e)
+{
+	struct preset q = choose(p);
+
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL) ||
+		ct_chain_add(c, e, false, f->up, "ct-upsample", NULL) ||
+		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=cubic") ||
+		ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", f->up) ||
+		add_projections(c, p, &q, f, e) || add_ddnm(c, p, &q, f, seed, e))
+		return -1;
+	if (ct_chain_add(c, e, true, f->res, "ct-nabgs", NULL) ||
+		ct_chain_word(c, e, "--base=%s", f->up) ||
+		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
+		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
+		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
+		ct_chain_word(c, e, "--scale=%d", p->scale) ||
+		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
+		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
+		return -1;
+	return ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, p->out, NULL);
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct ct_chain c = {0};
+	struct files f = {0};
+	int rc = -1;
+
+	if (p->resume && !p->keep)
+		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
+	if (!p->resume && !env->dry_run && ct_out_check(p->out, env, e))
+		return -1;
+	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
+		plan(&c, p, &f, env->seed, e))
+		goto out;
+	if (env->dry_run) {
+		ct_chain_print(&c, stdout);
+		rc = 0;
+	} else
+		rc = ct_chain_run(&c, p->resume, env, e);
+out:
+	free_files(&f);
+	ct_chain_close(&c);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-sr",
+	.brief = "Super-resolve a CT with a diffusion prior of X-rays: the whole chain.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_SEEDED | CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

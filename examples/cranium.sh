@@ -1,0 +1,60 @@
+#!/bin/sh
+# The main job on a real CT, from a fresh clone: installs what is missing with apt, builds, fetches
+# a human head (Debian's invesalius-examples), cuts a 128^3 cube, degrades it four times,
+# super-resolves it, and prints a table and the path of a picture. Takes about ten minutes on two cores.
+#   examples/cranium.sh [WORKDIR] [ct-sr options...]
+set -e
+top=$(cd "$(dirname "$0")/.." && pwd)
+work=${1:-$top/build/cranium}
+[ $# -eq 0 ] || shift
+"$top/scripts/install-deps.sh" build
+say() { echo "== $*"; }
+
+say 'building'
+mkdir -p "$top/build" "$work"
+cd "$top"
+[ -x configure ] || ./bootstrap >/dev/null 2>&1
+cd build
+[ -f Makefile ] || "$top/configure" -q
+make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
+PATH=$top/build:$PATH
+cd "$work"
+
+if [ ! -f matrix.dat ]; then
+	say 'fetching Cranium.inv3 (a human head, 256x256x108, from the package invesalius-examples)'
+	if [ "$(id -u)" -eq 0 ]; then as_root=; else as_root=sudo; fi
+	inv=/usr/share/doc/invesalius-examples/examples/Cranium.inv3
+	if [ ! -f "$inv" ]; then # minimal systems may leave out /usr/share/doc: unpack it here
+		$as_root apt-get update -qq
+		(apt-get download -qq invesalius-examples && dpkg-deb -x invesalius-examples_*.deb deb) >/dev/null 2>&1
+		inv=deb$inv
+	fi
+	tar -xzf "$inv" --wildcards --strip-components=1 '*/main.plist' '*/matrix.dat'
+fi
+# the plist tells shape (slices, rows, columns) and spacing (mm)
+values() { sed -n "/<key>$1</,/<\/array>/s/.*<$2>\(.*\)<.*/\1/p" main.plist; }
+dims=$(values shape integer | tac | paste -sd x)
+spacing=$(values spacing real | paste -sd ,)
+
+say "cutting a 128^3 cube of 1.5 mm from $dims voxels of $spacing mm, and degrading it 4x"
+ct-convert -f --raw "$dims:i16" --spacing "$spacing" --iso 1.5 --cube 128 matrix.dat hr.nii.gz
+ct-degrade -f -x 4 --protocol P1 hr.nii.gz lr.nii.gz
+timed() { # timed NAME COMMAND...: wall seconds and peak memory to NAME.time
+	name=$1
+	shift
+	/usr/bin/time -o "$name.time" -f '%e %M' "$@"
+}
+timed trilinear ct-upsample -f -x 4 --method linear lr.nii.gz trilinear.nii.gz
+timed cubic ct-upsample -f -x 4 --method cubic lr.nii.gz cubic.nii.gz
+say 'super-resolving'
+timed ours ct-sr -f -v -x 4 --keep steps "$@" lr.nii.gz ours.nii.gz
+
+printf '\n%-10s %9s %8s %8s %9s %9s\n' '' 'PSNR dB' 'SSIM' 'seconds' 'peak MiB' ''
+for m in trilinear cubic ours; do
+	ct-metrics hr.nii.gz $m.nii.gz >$m.metrics
+	read -r seconds kib <$m.time
+	printf '%-10s %9.3f %8.4f %8.1f %9d\n' $m "$(awk '/^psnr/ {print $2}' $m.metrics)" \
+		"$(awk '/^ssim-r2/ {print $2}' $m.metrics)" "$seconds" $((kib / 1024))
+done
+ct-view -f -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
+printf '\npicture (truth, trilinear, cubic, ours; below, the errors): %s\n' "$PWD/montage.png"

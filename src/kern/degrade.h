@@ -1,0 +1,58 @@
+/* degrade.h: the operator D that makes a low-resolution CT from a high-resolution one.
+ *
+ * Along each axis, with factor s: the volume is cut to m s samples, m = floor(n/s), leaving out
+ * floor((n - m s)/2) at the beginning; a Gaussian of standard deviation sigma (HR voxels), cut at
+ * 4 sigma and normalised, filters it; and m samples are taken at the centres of the LR cells:
+ *
+ *   sinc   after the ideal low-pass at the LR Nyquist frequency: the first m coefficients of the
+ *          m s-point DCT-II, back with the m-point one. In space a Dirichlet kernel, a sinc that
+ *          has reached the borders.
+ *   point  as they are: the middle sample, or the mean of the two if s is even. Aliases.
+ *   mean   the mean of the s samples of the cell. A scanner's thick slice.
+ *
+ * Beyond the border the volume is continued by reflection about the border's face (d c b a | a b
+ * c d), for the Gaussian and the sinc alike. The rows of D sum to one. Three such operators are
+ * reported side by side, since none is known to be what a scanner does:
+ *
+ *   P1  sigma = s/2.3548 (full width at half maximum s), sinc: well sampled
+ *   P2  sigma = s/4, sinc
+ *   P3  sigma = s/8, point: nearly aliased
+ *
+ * An axis with s = 1 is not touched unless its sigma is positive.
+ */
+#ifndef CT_KERN_DEGRADE_H
+#define CT_KERN_DEGRADE_H
+#include "core/meta.h"
+#include "kern/taps.h"
+
+#include <stdint.h>
+
+enum ct_decimate { CT_DECIMATE_SINC, CT_DECIMATE_POINT, CT_DECIMATE_MEAN };
+
+struct ct_degrade {
+	size_t factor[3]; /* >= 1 */
+	double sigma[3];  /* HR voxels, >= 0 */
+	enum ct_decimate decimate;
+};
+
+/* Set sigma and decimate from the factors: protocol 1, 2 or 3. sigma is 0 where the factor is 1. */
+void ct_degrade_protocol(struct ct_degrade *d, int protocol);
+/* Table of one axis. Allocates. CT_EGEOM if the axis is shorter than the factor. */
+int ct_degrade_taps(struct ct_taps *t, size_t n, size_t factor, double sigma,
+	enum ct_decimate decimate, struct ct_err *e);
+/* D for a volume of n samples; its adjoint is ct_separable_adjoint. Allocates. */
+int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
+	const struct ct_par *par, struct ct_err *e);
+/* Affine of the LR grid. lo may be hi. */
+void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
+	const struct ct_degrade *d);
+/* Add normal noise of standard deviation sd; value i draws number i of (seed, stream 0). */
+void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct_par *par);
+
+/* The metadata keys factor, sigma, decimate. */
+int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);
+/* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
+ * missing sigma is 0, a missing decimate sinc. */
+int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e);
+
+#endif

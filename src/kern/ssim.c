@@ -1,0 +1,257 @@
+/* ssim.c: see ssim.h.
+ *
+ * One pass over the rows. A ring holds the last 11 rows of the four horizontally filtered maps
+ * x, y, x^2 + y^2, xy (the variances only ever appear added), so memory is a few rows and stays
+ * in cache. The gradient runs one more such ring behind, over the three maps of dS/d(filtered x,
+ * x^2, xy): the filter is symmetric and zero outside, hence its own adjoint.
+ */
+#include "config.h"
+#include "kern/ssim.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4, GRADS = 3 };
+
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+struct work {
+	size_t wp, pitch;      /* width rounded up to BLOCK; of a padded row */
+	double *row[MAPS];     /* padded by RADIUS and to wp */
+	double *mean[MAPS];    /* filtered maps of the output row */
+	double *s;
+	double *ring;          /* [CT_SSIM_TAPS][MAPS][wp] */
+	double *grad_ring;     /* [CT_SSIM_TAPS][GRADS][wp] */
+};
+
+static size_t round_up(size_t w)
+{
+	return (w + BLOCK - 1) / BLOCK * BLOCK;
+}
+
+void ct_ssim_rule(struct ct_ssim_rule *r, enum ct_ssim_kind kind, double range)
+{
+	double sum = 0;
+
+	*r = (struct ct_ssim_rule){.radius = kind == CT_SSIM_SKIMAGE ? 3 : 5, .unbias = 1};
+	for (size_t k = 0; k <= 2 * r->radius; k++) {
+		double d = (double)k - (double)r->radius;
+
+		r->tap[k] = kind == CT_SSIM_SKIMAGE ? 1.0 : exp(-d * d / (2 * 1.5 * 1.5));
+		sum += r->tap[k];
+	}
+	for (size_t k = 0; k <= 2 * r->radius; k++)
+		r->tap[k] /= sum;
+	if (kind == CT_SSIM_SKIMAGE)
+		r->unbias = 49.0 / 48.0;
+	if (kind != CT_SSIM_R2)
+		r->crop = r->radius;
+	r->c1 = 0.01 * range * (0.01 * range);
+	r->c2 = 0.03 * range * (0.03 * range);
+}
+
+size_t ct_ssim_scratch(size_t w)
+{
+	size_t wp = round_up(w);
+
+	return MAPS * (wp + BLOCK) + (MAPS + 1) * wp + CT_SSIM_TAPS * (MAPS + GRADS) * wp;
+}
+
+static void lay_out(struct work *k, size_t w, double *scratch)
+{
+	memset(scratch, 0, ct_ssim_scratch(w) * sizeof *scratch);
+	k->wp = round_up(w);
+	k->pitch = k->wp + BLOCK; /* 2*RADIUS <= BLOCK */
+	for (size_t m = 0; m < MAPS; m++, scratch += k->pitch)
+		k->row[m] = scratch;
+	for (size_t m = 0; m < MAPS; m++, scratch += k->wp)
+		k->mean[m] = scratch;
+	k->s = scratch;
+	k->ring = k->s + k->wp;
+	k->grad_ring = k->ring + CT_SSIM_TAPS * MAPS * k->wp;
+}
+
+/* out[j] = sum_k tap[k] in[j + k], j < wp: `in` is padded by the radius on the left. */
+CLONES static void filter_row(double *restrict out, const double *restrict in, size_t wp,
+	size_t taps, const double *restrict tap)
+{
+	for (size_t j = 0; j < wp; j += BLOCK) {
+		double acc[BLOCK] = {0};
+
+		for (size_t k = 0; k < taps; k++)
+			for (size_t i = 0; i < BLOCK; i++)
+				acc[i] += tap[k] * in[j + k + i];
+		memcpy(out + j, acc, sizeof acc);
+	}
+}
+
+/* out[j] = sum_k tap[k] ring[(first + k) mod 11][j]; rows of the ring are `pitch` apart. */
+CLONES static void filter_column(double *restrict out, const double *restrict ring, size_t pitch,
+	size_t first, size_t wp, size_t taps, const double *restrict tap)
+{
+	for (size_t j = 0; j < wp; j += BLOCK) {
+		double acc[BLOCK] = {0};
+
+		for (size_t k = 0; k < taps; k++) {
+			const double *in = ring + (first + k) % CT_SSIM_TAPS * pitch + j;
+
+			for (size_t i = 0; i < BLOCK; i++)
+				acc[i] += tap[k] * in[i];
+		}
+		memcpy(out + j, acc, sizeof acc);
+	}
+}
+
+/* Products of one row of both images, behind RADIUS zeros that lay_out made. */
+static void load_row(struct work *k, size_t at, size_t w, const float *x, const float *y)
+{
+	for (size_t j = 0; j < w; j++) {
+		double a = (double)x[j], b = (double)y[j];
+
+		k->row[0][at + j] = a;
+		k->row[1][at + j] = b;
+		k->row[2][at + j] = a * a + b * b;
+		k->row[3][at + j] = a * b;
+	}
+}
+
+/* Bring row r (beyond the image: zeros) into the ring, leave row r - radius in k->mean. */
+static void advance(struct work *k, const struct ct_ssim_rule *r, size_t row, size_t h, size_t w,
+	const float *x, const float *y)
+{
+	size_t taps = 2 * r->radius + 1, pitch = MAPS * k->wp;
+	double *slot = k->ring + row % CT_SSIM_TAPS * pitch;
+
+	if (row < h)
+		load_row(k, r->radius, w, x + row * w, y + row * w);
+	for (size_t m = 0; m < MAPS; m++) {
+		if (row < h)
+			filter_row(slot + m * k->wp, k->row[m], k->wp, taps, r->tap);
+		else
+			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
+	}
+	if (row < r->radius)
+		return;
+	/* Rows row - 2 radius .. row; those before the image are still zero in the ring. */
+	for (size_t m = 0; m < MAPS; m++)
+		filter_column(k->mean[m], k->ring + m * k->wp, pitch,
+			row + CT_SSIM_TAPS - 2 * r->radius, k->wp, taps, r->tap);
+}
+
+CLONES static void similarity(const struct work *k, const struct ct_ssim_rule *r)
+{
+	const double *restrict mx = k->mean[0], *restrict my = k->mean[1];
+	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3];
+	double *restrict s = k->s;
+
+	for (size_t j = 0; j < k->wp; j += BLOCK)
+		for (size_t i = j; i < j + BLOCK; i++) {
+			double xy = mx[i] * my[i], m2 = mx[i] * mx[i] + my[i] * my[i];
+
+			s[i] = (2 * xy + r->c1) * (2 * r->unbias * (exy[i] - xy) + r->c2) /
+				((m2 + r->c1) * (r->unbias * (e2[i] - m2) + r->c2));
+		}
+}
+
+double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x, const float *y,
+	const float *weight, double *scratch)
+{
+	struct work k;
+	double sum = 0, count = 0;
+
+	if (h <= 2 * r->crop || w <= 2 * r->crop)
+		return (double)NAN;
+	lay_out(&k, w, scratch);
+	for (size_t row = 0; row < h + r->radius; row++) {
+		size_t o = row - r->radius;
+		double part = 0;
+
+		advance(&k, r, row, h, w, x, y);
+		if (row < r->radius + r->crop || o >= h - r->crop)
+			continue;
+		similarity(&k, r);
+		for (size_t j = r->crop; j < w - r->crop; j++) {
+			double a = weight ? (double)weight[o * w + j] : 1.0;
+
+			part += a * k.s[j];
+			count += a;
+		}
+		sum += part;
+	}
+	return count > 0 ? sum / count : (double)NAN;
+}
+
+/* D1 = dS/d(filtered x), D2 = dS/d(filtered x^2), D3 = dS/d(filtered xy), into k->row[0..2];
+ * unbias is 1 here. */
+CLONES static void differentiate(const struct work *k, const struct ct_ssim_rule *r, size_t w)
+{
+	const double *restrict mean_x = k->mean[0], *restrict mean_y = k->mean[1];
+	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3], *restrict s = k->s;
+	double *restrict d1 = k->row[0] + r->radius, *restrict d2 = k->row[1] + r->radius;
+	double *restrict d3 = k->row[2] + r->radius;
+
+	for (size_t j = 0; j < k->wp; j += BLOCK)
+		for (size_t i = j; i < j + BLOCK; i++) {
+			double mx = mean_x[i], my = mean_y[i], m2 = mx * mx + my * my;
+			double b1 = m2 + r->c1, b2 = e2[i] - m2 + r->c2;
+			double a1 = 2 * mx * my + r->c1, a2 = 2 * (exy[i] - mx * my) + r->c2;
+			double by = 2 / (b1 * b2), q = s[i] / b2;
+
+			d1[i] = my * a2 * by - 2 * mx * s[i] / b1 + 2 * mx * q - my * a1 * by;
+			d2[i] = -q;
+			d3[i] = a1 * by;
+		}
+	for (size_t j = w; j < k->wp; j++) /* outside the image the filter sees zeros */
+		d1[j] = d2[j] = d3[j] = 0;
+}
+
+/* The gradient ring takes row o (beyond the image: zeros) and gives row o - radius. */
+static void gather_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t h,
+	size_t w, float *gx, const float *x, const float *y, double scale)
+{
+	size_t taps = 2 * r->radius + 1, pitch = GRADS * k->wp, q = o - r->radius;
+	double *slot = k->grad_ring + o % CT_SSIM_TAPS * pitch;
+
+	for (size_t m = 0; m < GRADS; m++) {
+		if (o < h)
+			filter_row(slot + m * k->wp, k->row[m], k->wp, taps, r->tap);
+		else
+			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
+	}
+	if (o < r->radius)
+		return;
+	for (size_t m = 0; m < GRADS; m++)
+		filter_column(k->mean[m], k->grad_ring + m * k->wp, pitch,
+			o + CT_SSIM_TAPS - 2 * r->radius, k->wp, taps, r->tap);
+	for (size_t j = 0; j < w; j++)
+		gx[q * w + j] += (float)(scale * (k->mean[0][j] +
+			2 * (double)x[q * w + j] * k->mean[1][j] +
+			(double)y[q * w + j] * k->mean[2][j]));
+}
+
+double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
+	const float *y, double up, double *scratch)
+{
+	double count = (double)h * (double)w, sum = 0;
+	struct work k;
+
+	lay_out(&k, w, scratch);
+	for (size_t row = 0; row < h + 2 * r->radius; row++) {
+		if (row < h + r->radius)
+			advance(&k, r, row, h, w, x, y);
+		if (row < r->radius)
+			continue;
+		if (row < h + r->radius) {
+			similarity(&k, r);
+			for (size_t j = 0; j < w; j++)
+				sum += k.s[j];
+			differentiate(&k, r, w);
+		}
+		gather_gradient(&k, r, row - r->radius, h, w, gx, x, y, up / count);
+	}
+	return sum / count;
+}

@@ -1,0 +1,47 @@
+/* ssim.h: structural similarity of two images, and its gradient.
+ *
+ *   S = (2 mx my + C1)(2 sxy + C2) / ((mx^2 + my^2 + C1)(sx^2 + sy^2 + C2))
+ *
+ * with local means m, variances s^2 and covariance sxy under a separable window; the value is
+ * the mean of S over the pixels (Wang et al., IEEE TIP 2004). C1 = (0.01 L)^2, C2 = (0.03 L)^2
+ * for a data range L. Three definitions are in use and differ by up to 0.02:
+ *
+ *   R2       11x11 Gaussian, sigma 1.5, zeros outside the image, all pixels; biased variances.
+ *            That of R2-Gaussian (Zha et al., NeurIPS 2024) and of 3-D Gaussian splatting.
+ *   SKIMAGE  7x7 box, unbiased (n/(n-1)) variances, the 3 pixels at each border left out:
+ *            scikit-image structural_similarity with its defaults.
+ *   WANG     11x11 Gaussian, sigma 1.5, biased, 5 border pixels left out: the original, and
+ *            scikit-image with gaussian_weights, sigma 1.5, no sample covariance.
+ *
+ * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe with one
+ * scratch a thread.
+ */
+#ifndef CT_KERN_SSIM_H
+#define CT_KERN_SSIM_H
+#include <stddef.h>
+
+enum ct_ssim_kind { CT_SSIM_R2, CT_SSIM_SKIMAGE, CT_SSIM_WANG };
+
+#define CT_SSIM_TAPS 11 /* longest window */
+
+struct ct_ssim_rule {
+	size_t radius;
+	double tap[CT_SSIM_TAPS]; /* 2*radius + 1, sum 1 */
+	double unbias;            /* factor of variances and covariance */
+	size_t crop;              /* border pixels that do not count */
+	double c1, c2;
+};
+
+/* The rule of a definition for data range `range` > 0. */
+void ct_ssim_rule(struct ct_ssim_rule *r, enum ct_ssim_kind kind, double range);
+/* Doubles of scratch for images w wide: 64-byte aligned memory is fastest. */
+size_t ct_ssim_scratch(size_t w);
+/* Mean SSIM. `weight` (h x w, >= 0, or NULL for ones) weights the pixels' S.
+ * NaN if no pixel counts (a cropping rule and h or w <= 2 crop, or all weights 0). */
+double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x, const float *y,
+	const float *weight, double *scratch);
+/* Mean SSIM, and gx += up * d(mean)/dx, h x w. For rules without crop (R2) only. */
+double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
+	const float *y, double up, double *scratch);
+
+#endif

@@ -1,0 +1,27 @@
+#!/bin/sh
+# Remakes the shipped prior: projections of CT volumes in random poses, radiographs, ct-train.
+#   make-prior.sh CT_FOLDER XRAY_FOLDER WORK OUT.safetensors [ct-train options...]
+# CT_FOLDER holds NIfTI volumes in HU (and, under mouse/, micro-CT in arbitrary units);
+# XRAY_FOLDER holds PNG radiographs. WORK keeps the projections.
+set -e
+ct=$1 xray=$2 work=$3 out=$4
+shift 4
+mkdir -p "$work"
+k=0
+project() { # project VOLUME WINDOW PIXELS POSE...: one stack a pose
+	volume=$1 window=$2 pixels=$3
+	shift 3
+	for pose; do
+		k=$((k + 1))
+		stack=$work/$(basename "$volume" .nii.gz)-$(echo "$pose" | tr ',' '_').exr
+		[ -f "$stack" ] || ct-project --views 24 --arc 360 --start "$((k * 7))" --rotate "$pose" \
+			--window "$window" --det "${pixels}x$pixels" "$volume" "$stack"
+	done
+}
+for v in "$ct"/*.nii.gz; do
+	project "$v" -1024:3071 192 0,0,0 15,-10,5 -25,20,80 40,10,-60
+done
+for v in "$ct"/mouse/*.nii.gz; do
+	project "$v" 0:255 160 0,0,0 70,30,10
+done
+exec ct-train "$@" "$out" "$work"/*.exr "$xray"

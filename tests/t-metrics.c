@@ -1,0 +1,198 @@
+/* Metrics against closed forms, and the rules about slices, masks and threads. */
+#include "config.h"
+#include "core/rng.h"
+#include "kern/metrics.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { NX = 35, NY = 21, NZ = 18, N = NX * NY * NZ };
+
+static const struct ct_metrics_rule protocol = {true, -512, 3071, 1, {true, true, true}};
+
+static void make(struct ct_vol *v, uint64_t seed, double noise)
+{
+	const size_t n[3] = {NX, NY, NZ};
+	struct ct_err e;
+
+	*v = (struct ct_vol){0};
+	if (ct_vol_alloc(v, n, &e))
+		exit(1);
+	for (size_t i = 0; i < N; i++)
+		v->data[i] = (float)(800 * sin(0.3 * (double)(i % NX)) *
+			cos(0.2 * (double)(i / NX % NY)) + 20 * (double)(i / (NX * NY)) +
+			noise * (double)ct_rng_normal(seed, 0, i));
+}
+
+static void test_offset(void)
+{
+	struct ct_vol a, b;
+	struct ct_metrics m;
+	struct ct_env env = {0};
+	struct ct_err e;
+
+	make(&a, 1, 0);
+	make(&b, 1, 0);
+	for (size_t i = 0; i < N; i++) { /* both inside the window */
+		a.data[i] = (float)(i % 7) * 10;
+		b.data[i] = a.data[i] + 35.83f;
+	}
+	OK(ct_metrics(&m, &a, &b, NULL, &protocol, &env, &e) == 0, "runs");
+	NEAR(m.psnr, 40, 1e-4, "a hundredth of the window everywhere is 40 dB");
+	NEAR(m.mae, 35.83, 1e-4, "MAE in HU");
+	NEAR(m.rmse, 35.83, 1e-4, "RMSE in HU");
+	NEAR(m.bias, 35.83, 1e-4, "bias in HU");
+	OK(m.voxels == N, "all voxels count");
+	ct_metrics(&m, &b, &a, NULL, &protocol, &env, &e);
+	NEAR(m.bias, -35.83, 1e-4, "the sign is test minus reference");
+	ct_metrics(&m, &a, &a, NULL, &protocol, &env, &e);
+	OK(isinf(m.psnr) && m.psnr > 0, "equal volumes: infinite PSNR");
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		NEAR(m.ssim[k], 1, 1e-12, "equal volumes: SSIM one");
+	for (size_t i = 0; i < N; i++) {
+		a.data[i] = -1024;
+		b.data[i] = -600;
+	}
+	OK(ct_metrics(&m, &a, &b, NULL, &protocol, &env, &e) < 0 && e.code == CT_EINPUT,
+		"a reference below the window has no R2 SSIM");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
+static void test_range(void)
+{
+	const struct ct_metrics_rule raw = {false, 0, 0, 3583, {true, true, true}};
+	struct ct_vol a, b;
+	struct ct_metrics m, w;
+	struct ct_env env = {0};
+	struct ct_err e;
+
+	make(&a, 1, 0);
+	make(&b, 2, 60);
+	for (size_t i = 0; i < N; i++) { /* inside the window, whose lower end is zero */
+		a.data[i] = a.data[i] * 0.5f + 600;
+		b.data[i] = b.data[i] * 0.5f + 600;
+	}
+	ct_metrics(&m, &a, &b, NULL, &raw, &env, &e);
+	for (size_t i = 0; i < N; i++) {
+		a.data[i] -= 512;
+		b.data[i] -= 512;
+	}
+	ct_metrics(&w, &a, &b, NULL, &protocol, &env, &e);
+	NEAR(m.psnr, w.psnr, 1e-5, "values over a range are values in a window");
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		NEAR(m.ssim[k], w.ssim[k], 1e-6, "SSIM too");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
+static void test_mask(void)
+{
+	struct ct_vol a, b, mask;
+	struct ct_metrics m;
+	struct ct_env env = {0};
+	struct ct_err e;
+	double sum = 0;
+
+	make(&a, 1, 0);
+	make(&b, 2, 50);
+	make(&mask, 3, 0);
+	for (size_t i = 0; i < N; i++)
+		mask.data[i] = 0;
+	OK(ct_metrics(&m, &a, &b, &mask, &protocol, &env, &e) < 0 && e.code == CT_EINPUT,
+		"an empty mask is refused");
+	for (size_t i = 0; i < 100; i++) {
+		mask.data[i + 5 * NX * NY + 200] = 2;
+		sum += fabs((double)b.data[i + 5 * NX * NY + 200] -
+			(double)a.data[i + 5 * NX * NY + 200]);
+	}
+	OK(ct_metrics(&m, &a, &b, &mask, &protocol, &env, &e) == 0 && m.voxels == 100,
+		"a mask says which voxels count");
+	NEAR(m.mae, sum / 100, 1e-9, "only those");
+	for (size_t i = 0; i < N; i++) /* beyond the mask and its windows */
+		if (i / (NX * NY) > 11)
+			b.data[i] = 3000;
+	sum = m.ssim[CT_SSIM_SKIMAGE];
+	ct_metrics(&m, &a, &b, &mask, &protocol, &env, &e);
+	NEAR(m.ssim[CT_SSIM_SKIMAGE], sum, 1e-15, "SSIM of other slices does not count");
+	mask.affine[0][3] = 1;
+	OK(ct_metrics(&m, &a, &b, &mask, &protocol, &env, &e) < 0 && e.code == CT_EGEOM,
+		"a mask on another grid is refused");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	ct_vol_free(&mask);
+}
+
+static void test_threads(void)
+{
+	struct ct_vol a, b;
+	struct ct_metrics m, p;
+	struct ct_env one = {0}, four = {0};
+	struct ct_err e;
+
+	make(&a, 1, 5);
+	make(&b, 2, 50);
+	if (ct_par_alloc(&four.par, 4, &e))
+		exit(1);
+	ct_metrics(&m, &a, &b, NULL, &protocol, &one, &e);
+	ct_metrics(&p, &a, &b, NULL, &protocol, &four, &e);
+	OK(memcmp(&m, &p, sizeof m) == 0, "1 and 4 threads, same bits");
+	OK(m.ssim[0] < 0.99 && m.ssim[0] > 0.1, "and no trivial value");
+	b.n[2]--;
+	OK(ct_metrics(&m, &a, &b, NULL, &protocol, &one, &e) < 0 && e.code == CT_EGEOM,
+		"grids that differ are refused");
+	ct_par_free(four.par);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
+/* R2 over three axes is the mean of what each axis gives on its own. */
+static void test_axes(void)
+{
+	struct ct_vol a, b;
+	struct ct_metrics m;
+	struct ct_env env = {0};
+	struct ct_ssim_rule r;
+	struct ct_err e;
+	static double scratch[20000];
+	static float x[N], y[N];
+	double total = 0;
+
+	make(&a, 1, 5);
+	make(&b, 2, 50);
+	ct_ssim_rule(&r, CT_SSIM_R2, 1);
+	for (int axis = 0; axis < 3; axis++) {
+		const size_t n[3] = {NX, NY, NZ}, step[3] = {1, NX, NX * NY};
+		int p = (axis + 1) % 3, q = (axis + 2) % 3;
+		double sum = 0;
+
+		for (size_t s = 0; s < n[axis]; s++) {
+			for (size_t i = 0; i < n[p]; i++)
+				for (size_t j = 0; j < n[q]; j++) {
+					size_t at = s * step[axis] + i * step[p] + j * step[q];
+
+					x[i * n[q] + j] = (a.data[at] + 512) / 3583;
+					y[i * n[q] + j] = (b.data[at] + 512) / 3583;
+					x[i * n[q] + j] = fminf(fmaxf(x[i * n[q] + j], 0), 1);
+					y[i * n[q] + j] = fminf(fmaxf(y[i * n[q] + j], 0), 1);
+				}
+			sum += ct_ssim(&r, n[p], n[q], x, y, NULL, scratch);
+		}
+		total += sum / (double)n[axis] / 3;
+	}
+	ct_metrics(&m, &a, &b, NULL, &protocol, &env, &e);
+	NEAR(m.ssim[CT_SSIM_R2], total, 1e-6, "R2: mean over slices, then over axes");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
+int main(void)
+{
+	test_offset();
+	test_range();
+	test_mask();
+	test_threads();
+	test_axes();
+	return tap_done();
+}

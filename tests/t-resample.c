@@ -1,0 +1,259 @@
+/* Tables along an axis, and interpolation made of them. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "core/vol.h"
+#include "kern/resample.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static float *noise(size_t n, uint64_t seed)
+{
+	float *x = NULL;
+	struct ct_err e;
+
+	if (ct_alloc(&x, n, sizeof *x, &e))
+		exit(1);
+	ct_rng_normals(n, x, seed, 0, 0);
+	return x;
+}
+
+static double dot(const float *a, const float *b, size_t n)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)a[i] * (double)b[i];
+	return s;
+}
+
+static void test_unity(void)
+{
+	static const size_t n[][2] = {{1, 4}, {2, 6}, {3, 3}, {5, 40}, {17, 9}, {64, 100}};
+	double worst = 0;
+	struct ct_err e;
+
+	for (size_t k = 0; k < sizeof n / sizeof *n; k++)
+		for (int mode = 0; mode < 8; mode++) {
+			struct ct_taps t = {0};
+			double step = (double)n[k][0] / (double)n[k][1];
+
+			if (ct_resample_taps(&t, n[k][0], n[k][1], 0.5 * step - 0.5, step,
+				(enum ct_interp)(mode / 2), mode & 1, &e))
+				worst = 1;
+			for (size_t m = 0; m < t.n_out; m++) {
+				double sum = 0;
+
+				for (size_t q = 0; q < t.taps; q++)
+					sum += t.w[m * t.taps + q];
+				worst = fmax(worst, fabs(sum - 1));
+				if (t.first[m] + t.taps > t.n_in)
+					worst = 1;
+			}
+			ct_taps_free(&t);
+		}
+	OK(worst < 1e-13, "every row sums to one and stays inside (%.2g)", worst);
+}
+
+/* The ramp i + 10 j + 100 k, upsampled, is the ramp at the cell centres. */
+static void test_ramp(void)
+{
+	const size_t n[3] = {9, 7, 8}, f[3] = {4, 3, 2}, out_n[3] = {36, 21, 16};
+	static const char *const name[] = {"linear", "cubic"};
+	float x[9 * 7 * 8], *y = noise(36 * 21 * 16, 1);
+	struct ct_err e;
+
+	for (size_t i = 0; i < 9 * 7 * 8; i++)
+		x[i] = (float)(i % 9) + 10.0f * (float)(i / 9 % 7) + 100.0f * (float)(i / 63);
+	for (int mode = CT_LINEAR; mode <= CT_CUBIC; mode++) {
+		struct ct_separable s;
+		double worst = 0;
+
+		if (ct_upsample_plan(&s, n, f, (enum ct_interp)mode, NULL, &e))
+			exit(1);
+		ct_separable_apply(&s, y, x, NULL);
+		for (size_t i = 0; i < 36 * 21 * 16; i++) {
+			const size_t at[3] = {i % 36, i / 36 % 21, i / (36 * 21)};
+			double want = 0, unit = 1;
+			int inside = 1;
+
+			for (int a = 0; a < 3; a++, unit *= 10) {
+				double c = ((double)at[a] + 0.5) / (double)f[a] - 0.5;
+
+				want += unit * c;
+				inside &= c >= 1 && c <= (double)n[a] - 2;
+			}
+			if (inside)
+				worst = fmax(worst, fabs((double)y[i] - want));
+		}
+		OK(worst < 1e-4, "%s keeps a ramp at cell centres (%.2g)", name[mode], worst);
+		OK(s.t[0].n_out == out_n[0] && s.t[2].n_out == out_n[2], "and the field");
+		ct_separable_free(&s);
+	}
+	free(y);
+}
+
+/* World position of a voxel read off an upsampled coordinate volume is the affine's. */
+static void test_world(void)
+{
+	const double f[3] = {4, 3, 2}, src[3][4] = {{0, -2, 0, 7}, {1.5, 0, 0, -3}, {0, 0, 5, 11}};
+	const double hr[3] = {17, 10, 7};
+	struct ct_vol lo = {.n = {9, 7, 8}}, hi = {.n = {36, 21, 16}};
+	double p[3], q[3], ijk[3];
+
+	memcpy(lo.affine, src, sizeof src);
+	ct_affine_rescale(hi.affine, src, f);
+	for (int a = 0; a < 3; a++)
+		ijk[a] = (hr[a] + 0.5) / f[a] - 0.5;
+	ct_vol_world(&lo, ijk, p);
+	ct_vol_world(&hi, hr, q);
+	OK(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]) < 1e-12,
+		"samples are where the affine says");
+	ct_vol_centre(&lo, p);
+	ct_vol_centre(&hi, q);
+	OK(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]) < 1e-12, "the centre stays");
+}
+
+static void test_cubic_kernel(void)
+{
+	struct ct_taps t = {0};
+	const double want[4] = {-0.0625, 0.5625, 0.5625, -0.0625};
+	double worst = 0;
+	struct ct_err e;
+
+	if (ct_resample_taps(&t, 6, 5, 0.5, 1, CT_CUBIC, false, &e))
+		exit(1);
+	for (size_t q = 0; q < 4; q++)
+		worst = fmax(worst, fabs(t.w[2 * t.taps + q] - want[q]));
+	OK(t.first[2] == 1 && worst < 1e-15, "halfway between samples: -1 9 9 -1 sixteenths");
+	ct_taps_free(&t);
+	OK(ct_resample_taps(&t, 6, 5, 0, -1, CT_CUBIC, false, &e) && e.code == CT_EINPUT,
+		"a step backwards is refused");
+	OK(ct_resample_taps(&t, 0, 5, 0, 1, CT_CUBIC, false, &e) && e.code == CT_EINPUT,
+		"an empty axis is refused");
+}
+
+/* The spline goes through its samples, up to the borders, and near a smooth function between. */
+static void test_spline(void)
+{
+	enum { N = 32, S = 3 };
+	struct ct_taps t = {0};
+	const size_t n[3] = {N, 1, 1};
+	float x[N], y[N * S];
+	double scratch[32 * N], at_samples = 0, between = 0, step = 1.0 / S;
+	struct ct_err e;
+
+	if (ct_resample_taps(&t, N, N * S, 0.5 * step - 0.5, step, CT_BSPLINE, false, &e) ||
+		ct_taps_scratch(&t, NULL) > sizeof scratch / sizeof *scratch)
+		exit(1);
+	ct_rng_normals(N, x, 1, 0, 0);
+	ct_taps_apply(y, x, n, 0, &t, scratch, NULL);
+	for (size_t i = 0; i < N; i++)
+		at_samples = fmax(at_samples, fabs((double)y[i * S + 1] - (double)x[i]));
+	OK(at_samples < 1e-6, "the spline goes through random samples (%.2g)", at_samples);
+	for (size_t i = 0; i < N; i++)
+		x[i] = (float)cos(M_PI * 3 * ((double)i + 0.5) / N);
+	ct_taps_apply(y, x, n, 0, &t, scratch, NULL);
+	for (size_t i = 0; i < N * S; i++)
+		between = fmax(between, fabs((double)y[i] -
+			cos(M_PI * 3 * ((double)i + 0.5) / (N * S))));
+	OK(between < 1e-4, "and near a cosine, which is even about the faces (%.2g)", between);
+	ct_taps_free(&t);
+}
+
+static void test_identity(void)
+{
+	const size_t n[3] = {5, 1, 40}, f[3] = {1, 1, 1};
+	float *x = noise(200, 3), *y = noise(200, 4);
+	struct ct_err e;
+	int same = 1;
+
+	for (int mode = CT_LINEAR; mode <= CT_LANCZOS; mode++) {
+		struct ct_separable s;
+
+		if (ct_upsample_plan(&s, n, f, (enum ct_interp)mode, NULL, &e))
+			exit(1);
+		memset(y, 0, 200 * sizeof *y);
+		ct_separable_apply(&s, y, x, NULL);
+		same &= memcmp(x, y, 200 * sizeof *x) == 0;
+		ct_separable_free(&s);
+	}
+	OK(same, "factor 1 copies the bits, by any method");
+	free(x);
+	free(y);
+}
+
+/* <D x, y> = <x, D^T y>, with sizes that fill no block, on one and on four threads. */
+static void test_adjoint(void)
+{
+	const size_t n[3] = {37, 5, 41}, m[3] = {21, 11, 50};
+	const double start[3] = {0.3, -0.3, 0.1}, step[3] = {1.7, 0.45, 0.8};
+	const size_t nx = 37 * 5 * 41, ny = 21 * 11 * 50;
+	float *x = noise(nx, 5), *y = noise(ny, 6), *dx = noise(ny, 7), *dty = noise(nx, 8);
+	float *again = noise(ny, 9);
+	struct ct_separable s, adj;
+	struct ct_par *par = NULL;
+	struct ct_err e;
+	double a, b;
+
+	if (ct_par_alloc(&par, 4, &e) ||
+		ct_resample_plan(&s, n, m, start, step, CT_CUBIC, true, par, &e) ||
+		ct_separable_adjoint(&adj, &s, par, &e))
+		exit(1);
+	ct_separable_apply(&s, dx, x, NULL);
+	ct_separable_apply(&s, again, x, par);
+	OK(memcmp(dx, again, ny * sizeof *dx) == 0, "1 and 4 threads, same bytes");
+	ct_separable_apply(&adj, dty, y, par);
+	a = dot(dx, y, ny);
+	b = dot(x, dty, nx);
+	OK(fabs(a - b) < 1e-6 * sqrt(dot(dx, dx, ny) * dot(y, y, ny)), "adjoint (%g, %g)", a, b);
+	ct_separable_free(&s);
+	ct_separable_free(&adj);
+	ct_par_free(par);
+	free(x);
+	free(y);
+	free(dx);
+	free(dty);
+	free(again);
+}
+
+static void test_product(void)
+{
+	struct ct_taps a = {0}, b = {0}, ab = {0};
+	float x[13], mid[40], y[17], z[17];
+	const size_t nx[3] = {13, 1, 1}, nm[3] = {40, 1, 1};
+	double *scratch = NULL, worst = 0;
+	struct ct_err e;
+
+	if (ct_resample_taps(&b, 13, 40, -0.3, 0.325, CT_CUBIC, false, &e) ||
+		ct_resample_taps(&a, 40, 17, 0.6, 2.3, CT_LINEAR, true, &e) ||
+		ct_taps_product(&ab, &a, &b, &e) ||
+		ct_alloc(&scratch, ct_taps_scratch(&a, NULL), sizeof *scratch, &e))
+		exit(1);
+	ct_rng_normals(13, x, 1, 0, 0);
+	ct_taps_apply(mid, x, nx, 0, &b, scratch, NULL);
+	ct_taps_apply(y, mid, nm, 0, &a, scratch, NULL);
+	ct_taps_apply(z, x, nx, 0, &ab, scratch, NULL);
+	for (size_t i = 0; i < 17; i++)
+		worst = fmax(worst, fabs((double)y[i] - (double)z[i]));
+	OK(worst < 1e-6, "a product of tables is one after the other (%.2g)", worst);
+	ct_taps_free(&a);
+	ct_taps_free(&b);
+	ct_taps_free(&ab);
+	free(scratch);
+}
+
+int main(void)
+{
+	test_unity();
+	test_ramp();
+	test_world();
+	test_cubic_kernel();
+	test_spline();
+	test_identity();
+	test_adjoint();
+	test_product();
+	return tap_done();
+}

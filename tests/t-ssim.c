@@ -1,0 +1,138 @@
+/* SSIM against its definition written out, and its gradient against finite differences. */
+#include "config.h"
+#include "core/rng.h"
+#include "kern/ssim.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { H = 23, W = 37, N = H * W };
+
+/* Multiples of 2^-12: sums and steps are exact. */
+static void images(float *x, float *y)
+{
+	for (size_t i = 0; i < N; i++) {
+		double smooth = 0.5 + 0.3 * sin(0.4 * (double)(i % W)) * cos(0.3 * (double)(i / W));
+
+		x[i] = (float)(floor(4096 * (smooth + 0.1 * ct_rng_uniform(1, 0, i))) / 4096);
+		y[i] = (float)(floor(4096 * (smooth + 0.2 * ct_rng_uniform(2, 0, i))) / 4096);
+	}
+}
+
+/* S of one pixel by the double sum over its window. */
+static double pixel(const struct ct_ssim_rule *r, const float *x, const float *y, ptrdiff_t row,
+	ptrdiff_t col)
+{
+	double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
+	ptrdiff_t radius = (ptrdiff_t)r->radius;
+
+	for (ptrdiff_t a = -radius; a <= radius; a++)
+		for (ptrdiff_t b = -radius; b <= radius; b++) {
+			ptrdiff_t p = row + a, q = col + b;
+			double g = r->tap[a + radius] * r->tap[b + radius], u, v;
+
+			if (p < 0 || q < 0 || p >= H || q >= W)
+				continue;
+			u = (double)x[p * W + q];
+			v = (double)y[p * W + q];
+			mx += g * u;
+			my += g * v;
+			xx += g * u * u;
+			yy += g * v * v;
+			xy += g * u * v;
+		}
+	xx = r->unbias * (xx - mx * mx);
+	yy = r->unbias * (yy - my * my);
+	xy = r->unbias * (xy - mx * my);
+	return (2 * mx * my + r->c1) * (2 * xy + r->c2) /
+		((mx * mx + my * my + r->c1) * (xx + yy + r->c2));
+}
+
+static double direct(const struct ct_ssim_rule *r, const float *x, const float *y,
+	const float *weight)
+{
+	double sum = 0, count = 0;
+
+	for (size_t i = r->crop; i < H - r->crop; i++)
+		for (size_t j = r->crop; j < W - r->crop; j++) {
+			double a = weight ? (double)weight[i * W + j] : 1.0;
+
+			sum += a * pixel(r, x, y, (ptrdiff_t)i, (ptrdiff_t)j);
+			count += a;
+		}
+	return sum / count;
+}
+
+static void test_value(void)
+{
+	static const char *const name[] = {"R2", "SKIMAGE", "WANG"};
+	static float x[N], y[N], weight[N];
+	static double scratch[20000];
+
+	images(x, y);
+	for (size_t i = 0; i < N; i++)
+		weight[i] = i % 3 == 0;
+	OK(ct_ssim_scratch(W) <= 20000, "scratch fits");
+	for (int kind = CT_SSIM_R2; kind <= CT_SSIM_WANG; kind++) {
+		struct ct_ssim_rule r;
+		double sum = 0, s;
+
+		ct_ssim_rule(&r, (enum ct_ssim_kind)kind, 1.0);
+		for (size_t k = 0; k <= 2 * r.radius; k++)
+			sum += r.tap[k];
+		NEAR(sum, 1, 1e-15, "the window sums to one");
+		s = ct_ssim(&r, H, W, x, y, NULL, scratch);
+		OK(fabs(s - direct(&r, x, y, NULL)) < 1e-12, "%s is its definition", name[kind]);
+		OK(s > 0.1 && s < 0.99, "and no trivial value");
+		OK(fabs(ct_ssim(&r, H, W, x, y, weight, scratch) - direct(&r, x, y, weight)) <
+			1e-12, "%s with weights", name[kind]);
+		NEAR(ct_ssim(&r, H, W, x, x, NULL, scratch), 1, 1e-12, "an image is itself");
+		NEAR(ct_ssim(&r, H, W, y, x, NULL, scratch), s, 1e-12, "symmetric");
+		OK(isnan(ct_ssim(&r, 6, 6, x, y, NULL, scratch)) == (kind != CT_SSIM_R2),
+			"no pixel left gives NaN");
+	}
+}
+
+static void test_gradient(void)
+{
+	static float x[N], y[N], g[N], moved[N];
+	static double scratch[20000];
+	const float step = 0x1p-10f;
+	struct ct_ssim_rule r;
+	double worst = 0, largest = 0, s;
+
+	images(x, y);
+	ct_ssim_rule(&r, CT_SSIM_R2, 1.0);
+	s = ct_ssim_back(&r, H, W, g, x, y, -0.25, scratch);
+	NEAR(s, ct_ssim(&r, H, W, x, y, NULL, scratch), 1e-14, "the same value with gradient");
+	for (size_t i = 0; i < N; i++)
+		moved[i] = x[i];
+	for (size_t i = 0; i < N; i++) {
+		double up, down, d;
+
+		moved[i] = x[i] + step;
+		up = ct_ssim(&r, H, W, moved, y, NULL, scratch);
+		moved[i] = x[i] - step;
+		down = ct_ssim(&r, H, W, moved, y, NULL, scratch);
+		moved[i] = x[i];
+		d = -0.25 * (up - down) / (2 * (double)step);
+		worst = fmax(worst, fabs(d - (double)g[i]));
+		largest = fmax(largest, fabs(d));
+	}
+	OK(worst < 1e-4 * largest, "gradient is the slope everywhere (%.2g of %.2g)", worst, largest);
+	for (size_t i = 0; i < N; i++)
+		moved[i] = g[i];
+	ct_ssim_back(&r, H, W, g, x, y, -0.25, scratch);
+	worst = 0;
+	for (size_t i = 0; i < N; i++)
+		worst = fmax(worst, fabs((double)g[i] - 2 * (double)moved[i]));
+	OK(worst < 1e-6 * largest, "the gradient is added to what is there");
+}
+
+int main(void)
+{
+	test_value();
+	test_gradient();
+	return tap_done();
+}
