@@ -13,3 +13,6 @@ tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
 # A fuzz target fuzz-x is check_PROGRAMS += tests/fuzz/fuzz-x of fuzz-x.c and $(FUZZ_DRIVER).
 FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h
+check_PROGRAMS += tests/t-exr
+tests_t_exr_SOURCES = tests/t-exr.c
+dist_check_SCRIPTS += tests/t-exr.sh
