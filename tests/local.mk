@@ -34,3 +34,6 @@ tests_t_box_SOURCES = tests/t-box.c
 tests_t_matched_SOURCES = tests/t-matched.c
 check_PROGRAMS += tests/t-ddnm
 tests_t_ddnm_SOURCES = tests/t-ddnm.c
+check_PROGRAMS += tests/t-exr
+tests_t_exr_SOURCES = tests/t-exr.c
+dist_check_SCRIPTS += tests/t-exr.sh
