@@ -24,7 +24,7 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
 
-enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, BLOCK = 8192 };
+enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, MOST_META = 4096, BLOCK = 8192 };
 
 enum type { F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8, BOOL, TYPES };
 
@@ -111,6 +111,8 @@ static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
 
 	if (!json_is_object(all))
 		return bad(d, NULL, "__metadata__ is not a JSON object");
+	if (json_object_size(all) > MOST_META)
+		return bad(d, NULL, "__metadata__ has %zu keys", json_object_size(all));
 	json_object_foreach((json_t *)(uintptr_t)all, key, value) {
 		if (!json_is_string(value))
 			return bad(d, NULL, "__metadata__ %.80s is not a string", key);

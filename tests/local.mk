@@ -37,3 +37,6 @@ tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr.sh
 check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
+check_PROGRAMS += tests/t-ply
+tests_t_ply_SOURCES = tests/t-ply.c
+dist_check_SCRIPTS += tests/t-ply.sh
