@@ -13,3 +13,8 @@ if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 nodist_EXTRA_ct_train_SOURCES = src/tools/link-with-cxx.cc
 endif
+libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
+bin_PROGRAMS += ct-project
+ct_project_SOURCES = src/tools/ct-project.c
+bin_PROGRAMS += ct-phantom
+ct_phantom_SOURCES = src/tools/ct-phantom.c
