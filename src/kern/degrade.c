@@ -19,14 +19,6 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
 }
 
-/* Index k of the sequence that is reflected about the faces of [0, n). */
-static size_t reflect(ptrdiff_t k, size_t n)
-{
-	ptrdiff_t period = 2 * (ptrdiff_t)n, r = (k % period + period) % period;
-
-	return r < (ptrdiff_t)n ? (size_t)r : (size_t)(period - 1 - r);
-}
-
 static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *e)
 {
 	ptrdiff_t radius = (ptrdiff_t)floor(4 * sigma + 0.5);
@@ -39,7 +31,7 @@ static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *
 	for (size_t m = 0; m < n; m++) {
 		ct_taps_place(t, m, (ptrdiff_t)m - radius);
 		for (ptrdiff_t d = -radius; d <= radius; d++)
-			ct_taps_add(t, m, reflect((ptrdiff_t)m + d, n),
+			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + d, n),
 				(radius ? exp(-0.5 * (double)(d * d) / (sigma * sigma)) : 1.0) /
 					sum);
 	}

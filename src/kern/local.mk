@@ -4,3 +4,6 @@ libct_a_SOURCES += src/kern/taps.c src/kern/taps.h
 libct_a_SOURCES += src/kern/resample.c src/kern/resample.h
 libct_a_SOURCES += src/kern/degrade.c src/kern/degrade.h
 libct_a_SOURCES += src/kern/metrics.c src/kern/metrics.h
+libct_a_SOURCES += src/kern/box.c src/kern/box.h
+libct_a_SOURCES += src/kern/matched.c src/kern/matched.h
+libct_a_SOURCES += src/kern/operator.c src/kern/operator.h

@@ -54,6 +54,13 @@ void ct_taps_add(struct ct_taps *t, size_t m, size_t k, double w)
 	t->w[m * t->taps + k - t->first[m]] += w;
 }
 
+size_t ct_taps_reflect(ptrdiff_t k, size_t n)
+{
+	ptrdiff_t period = 2 * (ptrdiff_t)n, r = (k % period + period) % period;
+
+	return r < (ptrdiff_t)n ? (size_t)r : (size_t)(period - 1 - r);
+}
+
 int ct_taps_identity(struct ct_taps *t, size_t n, struct ct_err *e)
 {
 	if (ct_taps_alloc(t, n, n, 1, e))

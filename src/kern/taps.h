@@ -36,6 +36,8 @@ int ct_taps_transpose(struct ct_taps *t, const struct ct_taps *a, struct ct_err 
 
 /* Row m gets its window so that it begins at input `lo`, or as near as fits. */
 void ct_taps_place(struct ct_taps *t, size_t m, ptrdiff_t lo);
+/* Sample k of the sequence that is reflected about the faces of [0, n): d c b a | a b c d | d c. */
+size_t ct_taps_reflect(ptrdiff_t k, size_t n);
 /* Add to the weight of input k, which the window of row m must hold. */
 void ct_taps_add(struct ct_taps *t, size_t m, size_t k, double w);
 
