@@ -83,8 +83,6 @@ static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct
 {
 	if (strcmp(a->patient, b->patient) != 0)
 		return ct_fail(e, CT_EGEOM, "mixed patients: %s and %s", a->path, b->path);
-	if (strcmp(a->frame, b->frame) != 0)
-		return ct_fail(e, CT_EGEOM, "mixed frames of reference: %s and %s", a->path, b->path);
 	if (a->columns != b->columns || a->rows != b->rows)
 		return ct_fail(e, CT_EGEOM, "mixed matrices: %zux%zu in %s and %zux%zu in %s",
 			a->columns, a->rows, a->path, b->columns, b->rows, b->path);

@@ -41,7 +41,7 @@ int ct_slices_pick(const struct ct_slice *s, size_t n, const char *which, size_t
 	size_t *count, struct ct_err *e);
 /* Sort n slices along their normal and give the RAS+ affine of columns x rows x n voxels: i along
  * a row, j down the columns, k from slice to slice. CT_EGEOM unless they are CT of one patient, one
- * frame of reference, one orientation, matrix and pixel size, at one spacing (every slice within 5%
+ * orientation, matrix and pixel size, at one spacing (every slice within 5%
  * of it), in a stack at right angles (drift within 0.1 pixel). */
 int ct_slices_grid(struct ct_slice *s, size_t n, double affine[3][4], struct ct_err *e);
 /* Stored values of a slice to HU; padding becomes -1024. */

@@ -17,6 +17,18 @@ static void list(const struct ct_slice *s, size_t n, const struct ct_env *env)
 	}
 }
 
+/* Some converters give every slice a frame of its own. */
+static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env *env)
+{
+	for (size_t k = 1; k < n; k++)
+		if (strcmp(s[k].frame, s[0].frame) != 0) {
+			ct_log(env, CT_WARN,
+				"slices of one series name several frames of reference; their "
+				"positions are taken to be in one");
+			return;
+		}
+}
+
 static int fill(struct ct_vol *v, const struct ct_slice *s, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -51,6 +63,7 @@ int ct_dicom_read(const char *const *paths, size_t n, const char *which, struct 
 		ct_blame(e, paths[0]);
 	} else if (ct_slices_grid(s + first, count, v->affine, e) == 0) {
 		v->n[2] = count;
+		warn_frames(s + first, count, env);
 		rc = fill(v, s + first, env, e);
 	}
 	if (rc)

@@ -1,0 +1,134 @@
+/* voxels.c: see voxels.h. */
+#include "config.h"
+#include "formats/voxels.h"
+
+#include <math.h>
+#include <string.h>
+
+size_t ct_voxel_bytes(int type)
+{
+	switch (type) {
+	case CT_V_U8:
+	case CT_V_I8:
+		return 1;
+	case CT_V_I16:
+	case CT_V_U16:
+		return 2;
+	case CT_V_I32:
+	case CT_V_U32:
+	case CT_V_F32:
+		return 4;
+	case CT_V_I64:
+	case CT_V_U64:
+	case CT_V_F64:
+		return 8;
+	default:
+		return 0;
+	}
+}
+
+bool ct_host_is_big(void)
+{
+	const uint16_t one = 1;
+	unsigned char c;
+
+	memcpy(&c, &one, 1);
+	return c == 0;
+}
+
+#define SWAP(bits)                                                                                 \
+	static void swap##bits(size_t n, uint##bits##_t *restrict p)                               \
+	{                                                                                          \
+		_Pragma("omp simd") for (size_t i = 0; i < n; i++) p[i] =                          \
+			__builtin_bswap##bits(p[i]);                                               \
+	}
+SWAP(16)
+SWAP(32)
+SWAP(64)
+
+void ct_voxels_swap(size_t n, size_t bytes, void *p)
+{
+	if (bytes == 2)
+		swap16(n, p);
+	else if (bytes == 4)
+		swap32(n, p);
+	else if (bytes == 8)
+		swap64(n, p);
+}
+
+/* Without a scale no double is needed, and none of 64-bit integers is rounded twice. */
+#define CONVERT(name, type)                                                                        \
+	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
+		double slope, double inter)                                                        \
+	{                                                                                          \
+		if (slope == 1 && inter == 0) {                                                    \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (float)in[i];  \
+		} else {                                                                           \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] =                \
+				(float)(slope * (double)in[i] + inter);                            \
+		}                                                                                  \
+	}
+CONVERT(u8, uint8_t)
+CONVERT(i8, int8_t)
+CONVERT(u16, uint16_t)
+CONVERT(i16, int16_t)
+CONVERT(u32, uint32_t)
+CONVERT(i32, int32_t)
+CONVERT(u64, uint64_t)
+CONVERT(i64, int64_t)
+CONVERT(f32, float)
+CONVERT(f64, double)
+
+void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
+	double slope, double inter)
+{
+	switch (type) {
+	case CT_V_U8:
+		from_u8(n, out, in, slope, inter);
+		break;
+	case CT_V_I8:
+		from_i8(n, out, in, slope, inter);
+		break;
+	case CT_V_U16:
+		from_u16(n, out, in, slope, inter);
+		break;
+	case CT_V_I16:
+		from_i16(n, out, in, slope, inter);
+		break;
+	case CT_V_U32:
+		from_u32(n, out, in, slope, inter);
+		break;
+	case CT_V_I32:
+		from_i32(n, out, in, slope, inter);
+		break;
+	case CT_V_U64:
+		from_u64(n, out, in, slope, inter);
+		break;
+	case CT_V_I64:
+		from_i64(n, out, in, slope, inter);
+		break;
+	case CT_V_F32:
+		from_f32(n, out, in, slope, inter);
+		break;
+	case CT_V_F64:
+		from_f64(n, out, in, slope, inter);
+		break;
+	}
+}
+
+bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
+{
+	const float half = exact ? 0.0f : 0.5f;
+	int bad = 0;
+
+	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
+	{
+		const float x = in[i], lo = x > -32768.0f ? x : -32768.0f,
+			    c = lo < 32767.0f ? lo : 32767.0f,
+			    r = (c + 12582912.0f) - 12582912.0f; /* 1.5*2^23: rounds to a whole */
+
+		bad |= !(fabsf(x - r) <= half);
+		out[i] = (int16_t)(int)r;
+	}
+	return !bad;
+}
