@@ -2,7 +2,6 @@
 #include "config.h"
 #include "formats/voxels.h"
 
-#include <math.h>
 #include <string.h>
 
 size_t ct_voxel_bytes(int type)
@@ -116,19 +115,27 @@ void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const vo
 	}
 }
 
+union word {
+	float f;
+	uint32_t u;
+};
+
+/* Adding 1.5*2^23 rounds to a whole number, which then stands in the low bits of the sum. Integer
+ * comparisons only: NaN and infinity are out of range like any other, and the loop is vectors. */
 bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
 {
-	const float half = exact ? 0.0f : 0.5f;
-	int bad = 0;
+	const union word magic = {.f = 12582912.0f};
+	const uint32_t rest = exact ? 0x7fffffff : 0;
+	uint32_t bad = 0;
 
 	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
 	{
-		const float x = in[i], lo = x > -32768.0f ? x : -32768.0f,
-			    c = lo < 32767.0f ? lo : 32767.0f,
-			    r = (c + 12582912.0f) - 12582912.0f; /* 1.5*2^23: rounds to a whole */
+		const union word sum = {.f = in[i] + magic.f};
+		const union word off = {.f = in[i] - (sum.f - magic.f)};
+		const uint32_t whole = sum.u - magic.u;
 
-		bad |= !(fabsf(x - r) <= half);
-		out[i] = (int16_t)(int)r;
+		bad |= (whole + 32768) >> 16 | (off.u & rest);
+		out[i] = (int16_t)(uint16_t)whole;
 	}
 	return !bad;
 }

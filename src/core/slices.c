@@ -252,6 +252,8 @@ int ct_slices_grid(struct ct_slice *s, size_t n, double affine[3][4], struct ct_
 		affine[r][1] = ras * s->down[r] * s->pitch[1];
 		affine[r][2] = ras * u[r] * (at[n - 1] - at[0]) / (double)(n - 1);
 		affine[r][3] = ras * s->position[r];
+		for (int c = 0; c < 4; c++)
+			affine[r][c] += 0.0; /* no negative zero */
 	}
 	rc = 0;
 out:

@@ -80,7 +80,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;
-	say(&v, env);
+	if (env->verbose > 0)
+		say(&v, env);
 	rc = ct_nifti_write(p->out, &v, types[p->type], env, e);
 out:
 	ct_meta_free(&read);
