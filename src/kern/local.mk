@@ -1,4 +1,8 @@
 # Pure numerics.
+libct_a_SOURCES += src/kern/scan.c src/kern/scan.h
+libct_a_SOURCES += src/kern/window.c src/kern/window.h
+libct_a_SOURCES += src/kern/project.c src/kern/project.h
+libct_a_SOURCES += src/kern/phantom.c src/kern/phantom-sets.c src/kern/phantom.h
 libct_a_SOURCES += src/kern/ssim.c src/kern/ssim.h
 libct_a_SOURCES += src/kern/taps.c src/kern/taps.h
 libct_a_SOURCES += src/kern/resample.c src/kern/resample.h
