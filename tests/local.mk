@@ -35,3 +35,6 @@ tests_t_ddnm_SOURCES = tests/t-ddnm.c
 check_PROGRAMS += tests/t-exr
 tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr.sh
+check_PROGRAMS += tests/t-project
+tests_t_project_SOURCES = tests/t-project.c
+dist_check_SCRIPTS += tests/t-project.sh
