@@ -37,3 +37,10 @@ tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr.sh
 check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
+check_PROGRAMS += tests/t-net-layers
+tests_t_net_layers_SOURCES = tests/t-net-layers.c
+check_PROGRAMS += tests/t-unet
+tests_t_unet_SOURCES = tests/t-unet.c
+EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
+	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
+	tests/gold/ddnm-plus-x8-noisy.safetensors
