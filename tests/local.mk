@@ -55,3 +55,10 @@ check_PROGRAMS += tests/fuzz/fuzz-ply
 tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
 check_PROGRAMS += tests/fuzz/fuzz-safetensors
 tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
+check_PROGRAMS += tests/t-net-layers
+tests_t_net_layers_SOURCES = tests/t-net-layers.c
+check_PROGRAMS += tests/t-unet
+tests_t_unet_SOURCES = tests/t-unet.c
+EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
+	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
+	tests/gold/ddnm-plus-x8-noisy.safetensors
