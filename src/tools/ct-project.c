@@ -8,11 +8,12 @@
 #include "core/mem.h"
 #include "tools/scan-opts.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct params {
-	const char *in, *out, *window;
+	const char *in, *out, *window, *rotate;
 	struct ct_scan_opts scan;
 	int quantity, method, coarsen, pixel;
 };
@@ -28,6 +29,9 @@ static const struct ct_opt opts[] = {
 	CT_SCAN_OPTS(struct params, scan),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
+	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
+		"turn the volume about its centre before projecting: degrees about the world's x, "
+		"then y, then z axis"),
 	CT_CHOICE(struct params, quantity, 0, "quantity", "file|hu|density",
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
@@ -40,6 +44,31 @@ static const struct ct_opt opts[] = {
 		"small ones, or the small ones cut at its Nyquist frequency"),
 	CT_OPT_END,
 };
+
+/* Turn the grid about its centre; the numbers stay. */
+static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
+{
+	double deg[3], centre[3], after[3];
+
+	if (ct_parse_numbers("rotate", angles, ',', 3, false, deg, e))
+		return -1;
+	ct_vol_centre(v, centre);
+	for (int axis = 0; axis < 3; axis++) {
+		int a = (axis + 1) % 3, b = (axis + 2) % 3;
+		double c = cos(deg[axis] * (M_PI / 180)), s = sin(deg[axis] * (M_PI / 180));
+
+		for (int k = 0; k < 4; k++) {
+			double x = v->affine[a][k], y = v->affine[b][k];
+
+			v->affine[a][k] = c * x - s * y;
+			v->affine[b][k] = s * x + c * y;
+		}
+	}
+	ct_vol_centre(v, after);
+	for (int k = 0; k < 3; k++)
+		v->affine[k][3] += centre[k] - after[k];
+	return 0;
+}
 
 /* HU in place to density, unless they are density already. */
 static int to_density(struct ct_vol *v, const struct params *p, struct ct_err *e)
@@ -158,7 +187,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (to_density(&in, p, e) || ct_scan_opts_make(&fine, &p->scan, &in, e) ||
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, p, e) || ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
 		goto out;
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
