@@ -21,9 +21,16 @@ ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-d
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 nodist_EXTRA_ct_train_SOURCES = src/tools/link-with-cxx.cc
+else
+ct_train_LDADD = $(LDADD)
 endif
 libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
 bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
+bin_PROGRAMS += ct-ddnm
+ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
+	src/tools/prior-file.c src/tools/prior-file.h
+bin_PROGRAMS += ct-sr
+ct_sr_SOURCES = src/tools/ct-sr.c

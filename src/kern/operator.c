@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-int ct_op_alloc(struct ct_operator *op, enum ct_op_kind kind, size_t h, size_t w, size_t s,
+int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, size_t w, size_t s,
 	double sigma, struct ct_err *e)
 {
 	op->kind = kind;

@@ -12,16 +12,16 @@
 #define CT_KERN_OPERATOR_H
 #include "kern/matched.h"
 
-enum ct_op_kind { CT_OP_MEAN, CT_OP_MATCHED };
+enum ct_operator_kind { CT_OP_MEAN, CT_OP_MATCHED };
 
 struct ct_operator {
-	enum ct_op_kind kind;
+	enum ct_operator_kind kind;
 	size_t h, w, s;
 	struct ct_axis rows, cols; /* matched only */
 };
 
 /* sigma: Gaussian of the matched kind, fine pixels. CT_EGEOM for a size that is refused. *op zero. */
-int ct_op_alloc(struct ct_operator *op, enum ct_op_kind kind, size_t h, size_t w, size_t s,
+int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, size_t w, size_t s,
 	double sigma, struct ct_err *e);
 void ct_op_free(struct ct_operator *op);
 size_t ct_op_scratch(const struct ct_operator *op);

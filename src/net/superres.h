@@ -32,7 +32,7 @@ struct ct_superres {
 	int start;         /* first timestep, from init; -1: from pure noise */
 	size_t travel_length, travel_repeat; /* as in schedule.h */
 	enum ct_ddnm_rule rule;
-	enum ct_op_kind op;
+	enum ct_operator_kind op;
 	double sigma_det;  /* Gaussian of the matched operator, fine pixels */
 	double eta, sigma_y; /* sigma_y on the scale of p / norm */
 	double norm;       /* > 0: line integral that is 1 in the picture */

@@ -123,7 +123,7 @@ static int describe(
 static int project(struct ct_stack *out, const struct ct_stack *rays, const struct ct_vol *v,
 	const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
-	enum ct_op_kind kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED;
+	enum ct_operator_kind kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED;
 	struct ct_projector g;
 	struct ct_operator op = {0};
 	float *fine = NULL;

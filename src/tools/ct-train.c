@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "net/prior.h"
 #include "net/train.h"
 #include "train-data.h"
 
@@ -207,7 +208,7 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->input[i];
 	if (ct_train_result(j->train, &w, e) ||
-		ct_meta_set(&w.meta, "intensity_map", CT_TRAIN_MAP, e) ||
+		ct_meta_set(&w.meta, "intensity_map", CT_PRIOR_MAP, e) ||
 		ct_meta_set(&w.meta, "dataset", j->dataset, e) ||
 		(j->p->licence && ct_meta_set(&w.meta, "licence", j->p->licence, e)) ||
 		ct_meta_step(&w.meta, &j->env, n, in, e))

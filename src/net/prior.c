@@ -1,0 +1,84 @@
+/* prior.c: see prior.h. */
+#include "config.h"
+#include "net/prior.h"
+#include "core/mem.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int check_meta(const struct ct_meta *m, struct ct_err *e)
+{
+	const char *map = ct_meta_get(m, "intensity_map"), *beta = ct_meta_get(m, "beta_schedule");
+
+	if (map && strcmp(map, CT_PRIOR_MAP) != 0)
+		return ct_fail(e, CT_EINPUT, "intensity_map is \"%.80s\", not \"%s\"", map,
+			CT_PRIOR_MAP);
+	if (beta && strcmp(beta, "linear") != 0)
+		return ct_fail(e, CT_EINPUT, "beta_schedule is \"%.80s\", not linear", beta);
+	return 0;
+}
+
+int ct_prior_alloc(struct ct_prior *p, const struct ct_tensors *w, struct ct_err *e)
+{
+	const struct ct_unet_arch *a;
+
+	if (check_meta(&w->meta, e) || ct_unet_alloc(&p->unet, w, e))
+		return -1;
+	a = &p->unet->arch;
+	/* a network that also learns variances has twice the channels out */
+	if (a->in_channels != a->out_channels)
+		return ct_fail(e, CT_EINPUT, "%zu channels in and %zu out: not a predictor of noise",
+			a->in_channels, a->out_channels);
+	p->channels = a->in_channels;
+	p->multiple = (size_t)1 << (a->levels - 1);
+	ct_schedule_default(&p->schedule);
+	return 0;
+}
+
+static int predict(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	float at = (float)t;
+
+	return ct_unet_forward(ctx, eps, x, &at, e);
+}
+
+static void drop_plans(struct ct_prior *p)
+{
+	for (size_t k = 0; p->plan && k < p->workers; k++)
+		ct_unet_plan_free(p->plan[k]);
+	free(p->plan);
+	free(p->ctx);
+	p->plan = NULL;
+	p->ctx = NULL;
+	p->workers = 0;
+}
+
+int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, struct ct_err *e)
+{
+	drop_plans(p);
+	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e) ||
+		ct_alloc0(&p->ctx, workers, sizeof *p->ctx, e))
+		return -1;
+	p->workers = workers;
+	for (size_t k = 0; k < workers; k++) {
+		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, false, e))
+			return -1;
+		p->ctx[k] = p->plan[k];
+	}
+	p->high = high;
+	p->wide = wide;
+	return 0;
+}
+
+struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
+{
+	return (struct ct_denoiser){.schedule = &p->schedule, .channels = p->channels,
+		.multiple = p->multiple, .eps = predict, .ctx = p->ctx};
+}
+
+void ct_prior_free(struct ct_prior *p)
+{
+	drop_plans(p);
+	ct_unet_free(p->unet);
+	*p = (struct ct_prior){0};
+}

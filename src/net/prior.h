@@ -1,0 +1,31 @@
+/* prior.h: a trained U-Net as the noise predictor of the sampler, one workspace a worker. */
+#ifndef CT_NET_PRIOR_H
+#define CT_NET_PRIOR_H
+#include "core/tensors.h"
+#include "net/superres.h"
+#include "net/unet.h"
+
+/* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */
+#define CT_PRIOR_MAP "2 x / max - 1; max: of the stack, or of the picture's type"
+
+struct ct_prior {
+	struct ct_unet *unet;
+	struct ct_schedule schedule;
+	size_t channels, multiple; /* of pictures; sides are multiples of the latter */
+	size_t high, wide;         /* size the workspaces are made for */
+	size_t workers;
+	struct ct_unet_plan **plan; /* [workers] */
+	void **ctx;                 /* [workers], for struct ct_denoiser */
+};
+
+/* Network of the weights w. CT_EINPUT naming what does not fit: another architecture or channels in
+ * and out, an intensity map or noise schedule that is not ours. *p must be zero. Priors that state
+ * neither are taken for linear betas and our map. */
+int ct_prior_alloc(struct ct_prior *p, const struct ct_tensors *w, struct ct_err *e);
+/* Workspaces for pictures of high x wide. CT_ENOMEM, CT_EGEOM. */
+int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, struct ct_err *e);
+/* For ct_superres; valid while p is and until the next plan. */
+struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p);
+void ct_prior_free(struct ct_prior *p);
+
+#endif

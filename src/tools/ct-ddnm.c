@@ -1,0 +1,314 @@
+/* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
+#include "config.h"
+#include "cli/cli.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "net/prior.h"
+#include "ddnm-state.h"
+#include "prior-file.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+struct params {
+	const char *in, *out, *prior, *init, *std, *travel;
+	int scale, steps, t_start, samples, op, sampler, channels;
+	double eta, sigma_y, sigma_det, norm;
+	bool final_consistency, resume;
+};
+
+static const struct params defaults = {.scale = 0, .steps = 50, .t_start = -1, .samples = 1,
+	.sampler = 1, .eta = 0.99, .sigma_y = NAN, .sigma_det = NAN, .norm = 0};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, in, "IN", "low-resolution projections, EXR, or -"),
+	CT_ARG(struct params, out, "OUT", "super-resolved projections, EXR, or -"),
+	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
+		"times finer, along rows and columns; by default what IN says it was coarsened by"),
+	CT_OPT(struct params, prior, 'p', "prior", "FILE", 0, 0,
+		"diffusion prior, safetensors; by default the one that is installed"),
+	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
+	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
+		"fraction of the noise that is drawn anew in every step"),
+	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
+		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
+	CT_CHOICE(struct params, op, 0, "operator", "mean|matched",
+		"what IN measures of the fine projections: means of S x S pixels, or what a blur and "
+		"the coarse grid leave of them (see DESCRIPTION)"),
+	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
+		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
+	CT_CHOICE(struct params, sampler, 0, "sampler", "ddnm|ddnm+|simple",
+		"exact consistency, consistency within the noise of IN, or the latter in its "
+		"simplified form"),
+	CT_OPT(struct params, init, 'i', "init", "FILE", 0, 0,
+		"begin from these projections, of the geometry of OUT, instead of pure noise"),
+	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
+		"with --init: noise level to begin from, a timestep of 1000; -1 takes 60"),
+	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
+		"after every L steps go back, R times in all"),
+	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
+	CT_OPT(struct params, std, 0, "std", "FILE", 0, 0,
+		"also write the standard deviation of the samples, EXR"),
+	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
+		"end with the nearest projections that agree with IN exactly"),
+	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
+		"line integral that the network sees as 1; 0: the largest of IN"),
+	CT_CHOICE(struct params, channels, 0, "channel-reduce", "mean|first",
+		"of a prior with colours"),
+	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
+		"go on from OUT.part, as if there had been no interruption"),
+	CT_OPT_END,
+};
+
+/* A run of the command. */
+struct job {
+	const struct params *p;
+	const struct ct_env *env;
+	struct ct_stack in, init, out, std;
+	struct ct_prior prior;
+	struct ct_meta prior_meta;
+	struct ct_superres s;
+	struct ddnm_state state;
+};
+
+/* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
+ * little less is assumed, since too much blur assumed costs more than too little; where no blur
+ * is known, that of a quarter of a coarse voxel. */
+static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct ct_err *e)
+{
+	const struct ct_view *w = &in->view[0];
+	const struct ct_meta *m = &in->meta;
+	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
+
+	*sigma = 0.8 * (double)scale / 4;
+	voxels[1] = voxels[2] = voxels[0];
+	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
+		ct_meta_numbers(m, "scan.dso", 1, &dso, e) < 0 ||
+		ct_meta_numbers(m, "scan.dsd", 1, &dsd, e) < 0)
+		return -1;
+	switch (ct_meta_numbers(m, "volume.affine", 12, a, e)) {
+	case 0:
+		break;
+	case 1:
+		return 0;
+	default:
+		return -1;
+	}
+	mm = hypot(hypot(a[0], a[4]), a[8]);
+	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;
+	*sigma = 0.8 * (voxels[0] + voxels[1] + voxels[2]) / 3 * mm *
+		(in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
+	return 0;
+}
+
+static int settle(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	double coarsen = 4;
+	int scale = p->scale;
+
+	if (!scale && ct_meta_numbers(&j->in.meta, "coarsen", 1, &coarsen, e) < 0)
+		return ct_blame(e, p->in);
+	if (!scale)
+		scale = (int)fmin(fmax(coarsen, 2), 64);
+	j->s = ct_superres_default((size_t)scale);
+	j->s.steps = (size_t)p->steps;
+	j->s.samples = (size_t)p->samples;
+	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
+	j->s.rule = (enum ct_ddnm_rule)p->sampler;
+	j->s.op = (enum ct_operator_kind)p->op;
+	j->s.eta = p->eta;
+	j->s.first = p->channels == 1;
+	j->s.final_consistency = p->final_consistency;
+	if (p->t_start >= 0 && !p->init)
+		return ct_fail(e, CT_EUSAGE, "--t-start needs --init");
+	if (p->std && p->samples < 2)
+		return ct_fail(e, CT_EUSAGE, "--std needs --samples of 2 or more");
+	if (!isnan(p->sigma_y))
+		j->s.sigma_y = p->sigma_y;
+	if (!isnan(p->sigma_det))
+		j->s.sigma_det = p->sigma_det;
+	else if (j->s.op == CT_OP_MATCHED && blur(&j->s.sigma_det, &j->in, (size_t)scale, e))
+		return ct_blame(e, p->in);
+	if (p->travel) {
+		double v[2];
+
+		if (ct_parse_numbers("travel", p->travel, ',', 2, false, v, e))
+			return -1;
+		if (!(v[0] >= 1 && v[0] <= 1000 && v[1] >= 1 && v[1] <= 1000))
+			return ct_fail(e, CT_EUSAGE, "--travel: '%s' is out of range", p->travel);
+		j->s.travel_length = (size_t)v[0];
+		j->s.travel_repeat = (size_t)v[1];
+	}
+	j->s.norm = p->norm;
+	if (j->s.norm <= 0 && ct_superres_norm(&j->in, &j->s.norm, e))
+		return ct_blame(e, p->in);
+	return 0;
+}
+
+static int read_inputs(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+
+	if (ct_stack_read(p->in, &j->in, e))
+		return -1;
+	if (ct_stack_check(&j->in, e) || ct_stack_check_finite(&j->in, e))
+		return ct_blame(e, p->in);
+	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
+		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
+		return -1;
+	if (!p->init)
+		return 0;
+	if (ct_stack_read(p->init, &j->init, e))
+		return -1;
+	if (ct_stack_check_finite(&j->init, e) || ct_stack_same(&j->init, &j->out, e))
+		return ct_blame(e, p->init);
+	return 0;
+}
+
+static int read_prior(struct job *j, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	char *path = NULL;
+	int rc = -1;
+
+	if (prior_file_find(&path, j->p->prior, e) || ct_tensors_read(path, &w, e))
+		goto out;
+	rc = ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e) ?
+		ct_blame(e, path) : 0;
+out:
+	ct_tensors_free(&w);
+	free(path);
+	return rc;
+}
+
+static int plan(struct job *j, size_t workers, struct ct_err *e)
+{
+	size_t high, wide;
+
+	ct_superres_size(&j->s, j->prior.multiple, j->in.h, j->in.w, &high, &wide);
+	return ct_prior_plan(&j->prior, workers, high, wide, e);
+}
+
+static double now(void)
+{
+	struct timespec t;
+
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Time one call of the network and tell what all would take. */
+static int estimate(struct job *j, struct ct_err *e)
+{
+	size_t n, calls, threads = ct_par_threads(j->env->par);
+	float t = 500, *x = NULL, *y = NULL;
+	double start, once;
+	int rc = -1;
+
+	if (ct_superres_calls(&j->s, &calls, e) || plan(j, 1, e))
+		return -1;
+	n = j->prior.channels * j->prior.high * j->prior.wide;
+	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc(&y, n, sizeof *y, e) ||
+		ct_unet_forward(j->prior.plan[0], y, x, &t, e)) /* the first is slower */
+		goto out;
+	start = now();
+	if (ct_unet_forward(j->prior.plan[0], y, x, &t, e))
+		goto out;
+	once = now() - start;
+	printf("network   %zux%zu, %zu calls of %.3f s\n", j->prior.wide, j->prior.high,
+		calls * j->in.views, once);
+	printf("time      %.0f s on %zu threads\n",
+		once * (double)calls * (double)j->in.views / (double)threads, threads);
+	printf("memory    %.0f MiB\n", ((double)ct_unet_plan_bytes(j->prior.plan[0]) *
+		(double)threads + 4.0 * (double)ct_stack_count(&j->out) * (j->p->init ? 2 : 1)) / 0x1p20);
+	printf("disk      %.0f MiB at most\n", 4.0 * (double)ct_stack_count(&j->out) / 0x1p20);
+	rc = 0;
+out:
+	free(x);
+	free(y);
+	return rc;
+}
+
+static int write_outputs(struct job *j, struct ct_err *e)
+{
+	static const char *const ops[] = {"mean", "matched"};
+	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
+	struct ct_meta *m = &j->out.meta;
+
+	ct_meta_drop(m, "coarsen");
+	ct_meta_drop(m, "pixel");
+	if (ct_meta_setf(m, e, "norm", "%.9g", j->s.norm) ||
+		ct_meta_set(m, "operator", ops[j->s.op], e) ||
+		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
+		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
+		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
+			ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
+			ct_stack_write(j->p->std, &j->std, j->env, e))))
+		return -1;
+	return ct_stack_write(j->p->out, &j->out, j->env, e);
+}
+
+static int sample(struct job *j, struct ct_err *e)
+{
+	struct ct_denoiser net;
+	int rc;
+
+	if (plan(j, ct_par_threads(j->env->par), e) ||
+		ddnm_state_open(&j->state, j->p->out, j->p->resume, &j->s, &j->in, &j->init,
+			&j->prior_meta, &j->out, j->p->std ? &j->std : NULL, j->env, e))
+		return -1;
+	j->s.save = ddnm_state_save;
+	j->s.save_ctx = &j->state;
+	net = ct_prior_denoiser(&j->prior);
+	rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
+		j->p->std ? &j->std : NULL, j->state.done, j->env, e);
+	if (rc == 0)
+		rc = write_outputs(j, e);
+	if (rc == 0)
+		ddnm_state_remove(&j->state);
+	return rc;
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	struct job j = {.p = params, .env = env};
+	int rc = -1;
+
+	if (!env->dry_run && (ct_out_check(j.p->out, env, e) ||
+		(j.p->std && ct_out_check(j.p->std, env, e))))
+		return -1;
+	if (read_inputs(&j, e) || read_prior(&j, e))
+		goto out;
+	ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px", j.out.views,
+		j.out.w, j.out.h, j.s.norm, j.s.op == CT_OP_MATCHED ? j.s.sigma_det : 0.0);
+	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
+out:
+	ddnm_state_close(&j.state);
+	ct_prior_free(&j.prior);
+	ct_meta_free(&j.prior_meta);
+	ct_stack_free(&j.in);
+	ct_stack_free(&j.init);
+	ct_stack_free(&j.out);
+	ct_stack_free(&j.std);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-ddnm",
+	.brief = "Super-resolve projections with a diffusion prior under a data constraint.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_SEEDED | CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,42 @@
+/* prior-file.c: see prior-file.h. */
+#include "config.h"
+#include "prior-file.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define NAME "prior.safetensors"
+
+int prior_file_find(char **path, const char *given, struct ct_err *e)
+{
+	static const char *const places[] = {"/" NAME, "/../share/ctsr/" NAME};
+	char self[4000];
+	ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
+	char *slash;
+
+	*path = NULL;
+	if (given) {
+		*path = strdup(given);
+		return *path ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	self[n > 0 ? n : 0] = '\0';
+	slash = strrchr(self, '/');
+	if (slash)
+		*slash = '\0';
+	for (size_t k = 0; slash && k < sizeof places / sizeof *places; k++) {
+		if (asprintf(path, "%s%s", self, places[k]) < 0) {
+			*path = NULL;
+			return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+		}
+		if (access(*path, R_OK) == 0)
+			return 0;
+		free(*path);
+		*path = NULL;
+	}
+	if (access(CT_DATADIR "/" NAME, R_OK) == 0)
+		*path = strdup(CT_DATADIR "/" NAME);
+	return *path ? 0 : ct_fail(e, CT_EINPUT, "no prior is installed at %s; --prior names one",
+		CT_DATADIR "/" NAME);
+}

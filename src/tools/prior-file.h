@@ -1,0 +1,11 @@
+/* prior-file.h: where the shipped prior lies. */
+#ifndef CT_TOOLS_PRIOR_FILE_H
+#define CT_TOOLS_PRIOR_FILE_H
+#include "core/err.h"
+
+/* Path of the prior in use, to be freed: `given`, or if NULL the first of prior.safetensors beside
+ * the running program (a build folder), ../share/ctsr/ from there, and the folder of the
+ * installation. CT_EINPUT if there is none. */
+int prior_file_find(char **path, const char *given, struct ct_err *e);
+
+#endif
