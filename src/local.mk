@@ -27,3 +27,6 @@ bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
+bin_PROGRAMS += ct-info
+ct_info_SOURCES = src/tools/ct-info.c
+libct_a_SOURCES += src/tools/report.c src/tools/report.h
