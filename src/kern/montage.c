@@ -27,34 +27,49 @@ static void nearest_axes(int axis[3], const struct ct_vol *v)
 	}
 }
 
-void ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double at)
+/* World axes across a plane, down the rows and along the columns; both of those run to minus. */
+static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
+
+double ct_plane_position(const struct ct_vol *v, enum ct_plane plane, double at)
 {
-	/* world axes across the plane, down the rows and along the columns; both run to minus */
-	static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
-	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
-	double mm[3];
+	const int w = world[plane][0];
+	double centre[3];
 	int axis[3];
-	size_t across, depth, index;
 
 	nearest_axes(axis, v);
-	ct_vol_spacing(v, mm);
-	across = (size_t)axis[world[plane][0]];
-	depth = v->n[across];
-	index = (size_t)fmin(fmax(at, 0) * (double)depth, (double)(depth - 1));
-	if (v->affine[world[plane][0]][across] < 0)
-		index = depth - 1 - index;
-	s->data = v->data + (ptrdiff_t)index * stride[across];
+	ct_vol_centre(v, centre);
+	return centre[w] + (at - 0.5) * (double)v->n[axis[w]] * fabs(v->affine[w][axis[w]]);
+}
+
+int ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double mm)
+{
+	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
+	const int w = world[plane][0];
+	double spacing[3], centre[3], depth, index;
+	int axis[3];
+
+	nearest_axes(axis, v);
+	ct_vol_spacing(v, spacing);
+	ct_vol_centre(v, centre);
+	depth = (double)v->n[axis[w]];
+	index = (mm - centre[w]) / v->affine[w][axis[w]] + depth / 2; /* from the grid's edge */
+	if (!(index >= -1e-6 && index <= depth + 1e-6))
+		return -1;
+	index = fmin(fmax(floor(index), 0), depth - 1);
+	s->data = v->data + (ptrdiff_t)index * stride[axis[w]];
 	for (int i = 0; i < 2; i++) {
-		const int w = world[plane][1 + i], j = axis[w];
+		const int a = world[plane][1 + i], j = axis[a];
 
 		s->n[i] = v->n[j];
-		s->mm[i] = mm[j];
+		s->mm[i] = spacing[j];
+		s->origin[i] = -centre[a] - 0.5 * spacing[j] * (double)v->n[j];
 		s->step[i] = stride[j];
-		if (v->affine[w][j] > 0) { /* the picture runs to the other side */
+		if (v->affine[a][j] > 0) { /* the picture runs to the other side */
 			s->data += (ptrdiff_t)(v->n[j] - 1) * stride[j];
 			s->step[i] = -stride[j];
 		}
 	}
+	return 0;
 }
 
 void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k)
@@ -64,6 +79,8 @@ void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k)
 	*s = (struct ct_slice){.data = ct_stack_view(p, k), .step = {(ptrdiff_t)p->w, 1},
 		.n = {p->h, p->w}, .mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
 			sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])}};
+	for (int i = 0; i < 2; i++)
+		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];
 }
 
 static float at(const struct ct_slice *s, size_t r, size_t c)
@@ -84,12 +101,16 @@ void ct_slice_range(double range[static 2], const struct ct_slice *s)
 		}
 }
 
-bool ct_slice_alike(const struct ct_slice *a, const struct ct_slice *b)
+bool ct_slice_overlap(const struct ct_slice *a, const struct ct_slice *b)
 {
-	for (int i = 0; i < 2; i++)
-		if (fabs((double)a->n[i] * a->mm[i] - (double)b->n[i] * b->mm[i]) >
-			0.5 * fmax(a->mm[i], b->mm[i]))
+	for (int i = 0; i < 2; i++) {
+		const double la = (double)a->n[i] * a->mm[i], lb = (double)b->n[i] * b->mm[i],
+			     from = fmax(a->origin[i], b->origin[i]),
+			     to = fmin(a->origin[i] + la, b->origin[i] + lb);
+
+		if (!(to - from >= 0.5 * fmin(la, lb)))
 			return false;
+	}
 	return true;
 }
 
@@ -144,12 +165,30 @@ static void colour(unsigned char rgb[3], double t, bool heat)
 		rgb[c] = byte(heat ? 3 * t - c : t);
 }
 
-/* Row or column of the slice that the middle of a pixel falls into. */
-static size_t index_of(size_t pixel, const struct ct_slice *s, int i, double mm)
+/* Row or column of a slice at `mm` from its first edge; -1 outside. */
+static ptrdiff_t index_of(const struct ct_slice *s, int i, double mm)
 {
-	double k = floor(((double)pixel + 0.5) * mm / s->mm[i]);
+	double k = floor(mm / s->mm[i]);
 
-	return k < (double)s->n[i] ? (size_t)k : s->n[i] - 1;
+	return k >= 0 && k < (double)s->n[i] ? (ptrdiff_t)k : -1;
+}
+
+/* The value shown at (y, x) mm of a tile; t->window[0], black, where there is none. */
+static double shown(const struct ct_tile *t, double y, double x)
+{
+	const struct ct_slice *s = &t->slice, *m = &t->minus;
+	const ptrdiff_t r = index_of(s, 0, y), c = index_of(s, 1, x);
+	ptrdiff_t mr, mc;
+
+	if (r < 0 || c < 0)
+		return t->window[0];
+	if (!m->data)
+		return (double)at(s, (size_t)r, (size_t)c);
+	mr = index_of(m, 0, y + s->origin[0] - m->origin[0]);
+	mc = index_of(m, 1, x + s->origin[1] - m->origin[1]);
+	if (mr < 0 || mc < 0)
+		return t->window[0];
+	return fabs((double)at(s, (size_t)r, (size_t)c) - (double)at(m, (size_t)mr, (size_t)mc));
 }
 
 static void draw(unsigned char *rgb, size_t w, const struct ct_tile *t, double mm)
@@ -158,12 +197,8 @@ static void draw(unsigned char *rgb, size_t w, const struct ct_tile *t, double m
 
 	for (size_t y = 0; y < th; y++)
 		for (size_t x = 0; x < tw; x++) {
-			double v = (double)at(&t->slice, index_of(y, &t->slice, 0, mm),
-				index_of(x, &t->slice, 1, mm));
+			double v = shown(t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm);
 
-			if (t->minus.data)
-				v = fabs(v - (double)at(&t->minus, index_of(y, &t->minus, 0, mm),
-					index_of(x, &t->minus, 1, mm)));
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
 			colour(rgb + (y * w + x) * 3, v, t->minus.data != NULL);
 		}

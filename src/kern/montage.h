@@ -21,22 +21,26 @@ struct ct_slice {
 	const float *data;
 	ptrdiff_t step[2];
 	size_t n[2];
-	double mm[2]; /* between rows and between columns */
+	double mm[2];     /* between rows and between columns */
+	double origin[2]; /* where the first row and column begin, mm down and to the right */
 };
 
-/* Slice of v across the axis of the plane, at `at` of [0, 1] of its extent: 0 is the most
- * inferior, posterior or left one, 1 the most superior, anterior or right one. */
-void ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double at);
-/* View k of a stack, row 0 on top. */
+/* World coordinate across the plane, mm, at `at` of [0, 1] of the volume: 0 is the most inferior,
+ * posterior or left slice, 1 the most superior, anterior or right one. */
+double ct_plane_position(const struct ct_vol *v, enum ct_plane plane, double at);
+/* Slice of v across the axis of the plane at that world coordinate, for a rotated volume at that
+ * of its middle. -1 if it misses the volume. */
+int ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double mm);
+/* View k of a stack, row 0 on top; origin from the middle of the detector. */
 void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k);
 /* Range of the finite values: range[0] > range[1] if there are none. Call with {INFINITY,
  * -INFINITY}, or with the range so far. */
 void ct_slice_range(double range[static 2], const struct ct_slice *s);
-/* Do the two cover the same area, to half a pixel of the coarser one? */
-bool ct_slice_alike(const struct ct_slice *a, const struct ct_slice *b);
+/* Do the two share at least half of the height and width of the smaller one? */
+bool ct_slice_overlap(const struct ct_slice *a, const struct ct_slice *b);
 
 /* A slice in grey from window[0] (black) to window[1] (white); with `minus`, |slice - minus| from
- * black over red and yellow to white. NaN is blue. */
+ * black over red and yellow to white, black where minus does not reach. NaN is blue. */
 struct ct_tile {
 	struct ct_slice slice; /* data NULL: an empty place */
 	struct ct_slice minus; /* data NULL: none */

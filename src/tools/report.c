@@ -23,7 +23,7 @@ static void put(struct maker *m, const char *key, json_t *v)
 /* JSON has no NaN: null. */
 static json_t *number(double x)
 {
-	return isfinite(x) ? json_real(x) : json_null();
+	return isfinite(x) ? json_real(x == 0 ? 0 : x) : json_null(); /* nor a use for -0 */
 }
 
 static json_t *numbers(size_t n, const double *x)
@@ -275,44 +275,51 @@ static bool is_flat(const json_t *array)
 
 static void print_object(FILE *f, const json_t *o, int indent);
 
+static void print_value(FILE *f, const json_t *v)
+{
+	if (!json_is_array(v))
+		print_scalar(f, v);
+	for (size_t i = 0; i < json_array_size(v); i++) {
+		fputs(i ? " " : "", f);
+		print_scalar(f, json_array_get(v, i));
+	}
+}
+
+/* One line of a list: the first member's value, then the others with their names. */
+static void print_item(FILE *f, const json_t *item)
+{
+	const char *key;
+	json_t *v;
+	int n = 0;
+
+	json_object_foreach((json_t *)(uintptr_t)item, key, v) {
+		if (n++)
+			fprintf(f, "  %s ", key);
+		print_value(f, v);
+	}
+	if (!json_is_object(item))
+		print_value(f, item);
+	fputc('\n', f);
+}
+
 static void print_member(FILE *f, const char *key, const json_t *v, int indent)
 {
-	const size_t n = json_array_size(v);
-
 	fprintf(f, "%*s", indent, "");
 	print_string(f, key);
-	if (json_is_array(v) && !is_flat(v)) {
-		fputc('\n', f);
-		for (size_t i = 0; i < n; i++) {
-			const json_t *item = json_array_get(v, i);
-
-			if (json_is_object(item))
-				print_object(f, item, indent + 2);
-			else if (json_is_array(item))
-				print_member(f, "", item, indent + 2);
-			else {
-				fprintf(f, "%*s", indent + 2, "");
-				print_scalar(f, item);
-				fputc('\n', f);
-			}
-		}
-		return;
-	}
 	if (json_is_object(v)) {
 		fputc('\n', f);
 		print_object(f, v, indent + 2);
-		return;
-	}
-	if (*key)
-		fprintf(f, "%*s", strlen(key) < 18 ? 18 - (int)strlen(key) : 1, "");
-	if (json_is_array(v))
-		for (size_t i = 0; i < n; i++) {
-			fputs(i ? " " : "", f);
-			print_scalar(f, json_array_get(v, i));
+	} else if (json_is_array(v) && !is_flat(v)) {
+		fputc('\n', f);
+		for (size_t i = 0; i < json_array_size(v); i++) {
+			fprintf(f, "%*s", indent + 2, "");
+			print_item(f, json_array_get(v, i));
 		}
-	else
-		print_scalar(f, v);
-	fputc('\n', f);
+	} else {
+		fprintf(f, "%*s", strlen(key) < 18 ? 18 - (int)strlen(key) : 1, "");
+		print_value(f, v);
+		fputc('\n', f);
+	}
 }
 
 static void print_object(FILE *f, const json_t *o, int indent)
