@@ -58,8 +58,8 @@ static void test_bad(void)
 	float *gray = NULL;
 	size_t w, h, n;
 
-	OK(ct_image_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT, "no picture: %s",
-		e.msg);
+	OK(ct_image_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT,
+		"no picture: %s", e.msg);
 	OK(ct_image_read("/no/such.png", &w, &h, &gray, &e) < 0 && strstr(e.msg, "/no/such.png"),
 		"no file: %s", e.msg);
 	OK(ct_image_encode_png(&png, &n, 0, 1, 1, px, &e) < 0, "no pixels: %s", e.msg);

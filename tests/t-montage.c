@@ -64,17 +64,20 @@ static void test_orientation(void)
 		places += s.origin[0] != -6 || s.origin[1] != -4;
 		for (size_t r = 0; r < 4; r++) /* anterior first, the patient's right first */
 			for (size_t c = 0; c < 3; c++)
-				bad[0] += at(&s, r, c) != f(3 - 2 * (double)c, 5 - 2 * (double)r, 8);
+				bad[0] +=
+					at(&s, r, c) != f(3 - 2 * (double)c, 5 - 2 * (double)r, 8);
 		ct_slice_volume(&s, &v, CT_CORONAL, ct_plane_position(&v, CT_CORONAL, 0));
 		shape += s.n[0] != 6 || s.n[1] != 3;
 		for (size_t r = 0; r < 6; r++)
 			for (size_t c = 0; c < 3; c++)
-				bad[1] += at(&s, r, c) != f(3 - 2 * (double)c, -1, 8 - 2 * (double)r);
+				bad[1] +=
+					at(&s, r, c) != f(3 - 2 * (double)c, -1, 8 - 2 * (double)r);
 		ct_slice_volume(&s, &v, CT_SAGITTAL, ct_plane_position(&v, CT_SAGITTAL, 0.5));
 		shape += s.n[0] != 6 || s.n[1] != 4;
 		for (size_t r = 0; r < 6; r++)
 			for (size_t c = 0; c < 4; c++)
-				bad[2] += at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
+				bad[2] +=
+					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
 		places += ct_slice_volume(&s, &v, CT_AXIAL, 9.1) != -1 ||
 			ct_slice_volume(&s, &v, CT_AXIAL, -3.1) != -1;
 		ct_vol_free(&v);
@@ -103,8 +106,9 @@ static void test_draw(void)
 	const struct ct_slice a = {fine, {4, 1}, {2, 4}, {3, 1}, {0, 0}},
 			      b = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 0}},
 			      away = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 3.5}};
-	const struct ct_tile tile[4] = {{.slice = a, .window = {0, 40}}, {.slice = b, .window = {0, 10}},
-		{.window = {0, 1}}, {.slice = b, .minus = a, .window = {0, 3}}};
+	const struct ct_tile tile[4] = {{.slice = a, .window = {0, 40}},
+		{.slice = b, .window = {0, 10}}, {.window = {0, 1}},
+		{.slice = b, .minus = a, .window = {0, 3}}};
 	unsigned char rgb[40 * 40 * 3];
 	struct ct_err e = {0};
 	size_t h = 0, w = 0;
@@ -117,7 +121,8 @@ static void test_draw(void)
 	OK(is(pixel(rgb, w, 3, 0), 255, 255, 255) && is(pixel(rgb, w, 5, 1), 255, 255, 255),
 		"white at its end and beyond");
 	OK(is(pixel(rgb, w, 3, 2), 0, 0, 255), "NaN is blue");
-	OK(is(pixel(rgb, w, 0, 4), 0, 0, 0) && is(pixel(rgb, w, 7, 0), 0, 0, 0), "the gap is black");
+	OK(is(pixel(rgb, w, 0, 4), 0, 0, 0) && is(pixel(rgb, w, 7, 0), 0, 0, 0),
+		"the gap is black");
 	OK(is(pixel(rgb, w, 5, 6), 128, 128, 128) && is(pixel(rgb, w, 0, 8), 128, 128, 128) &&
 			is(pixel(rgb, w, 0, 9), 26, 26, 26), "a coarse pixel covers its area");
 	OK(is(pixel(rgb, w, 8, 6), 255, 255, 255) && is(pixel(rgb, w, 11, 9), 255, 0, 0),

@@ -35,9 +35,17 @@ static void fill(struct ct_stack *s, const struct ct_scan *scan)
 
 static void test_scan(enum ct_beam beam, double arc, size_t views)
 {
-	const struct ct_scan scan = {.beam = beam, .views = views, .arc = arc, .start = 20,
-		.dso = 700, .dsd = 1100, .w = 64, .h = beam == CT_FAN ? 1 : 48, .pitch = {0.5, 0.75},
-		.offset = {3, beam == CT_FAN ? 0 : -2}, .iso = {10, -20, 30}};
+	const struct ct_scan scan = {.beam = beam,
+		.views = views,
+		.arc = arc,
+		.start = 20,
+		.dso = 700,
+		.dsd = 1100,
+		.w = 64,
+		.h = beam == CT_FAN ? 1 : 48,
+		.pitch = {0.5, 0.75},
+		.offset = {3, beam == CT_FAN ? 0 : -2},
+		.iso = {10, -20, 30}};
 	struct ct_stack s = {0};
 	struct ct_survey g;
 	double far = 0;
@@ -57,7 +65,8 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 		NEAR(g.miss, 0, 1e-4, "all principal rays meet it");
 		NEAR(fmax(fabs(g.dso[0] - 700), fabs(g.dso[1] - 700)), 0, 1e-8,
 			"source to isocentre");
-		NEAR(fabs(g.offset[0][0] - 3) + fabs(g.offset[0][1] - 3), 0, 1e-9, "offset along u");
+		NEAR(fabs(g.offset[0][0] - 3) + fabs(g.offset[0][1] - 3), 0, 1e-9,
+			"offset along u");
 		NEAR(fabs(g.offset[1][0] - scan.offset[1]), 0, 1e-9, "offset along v");
 		s.view[0].source[2] += 5; /* one ray off: no longer all through one point */
 		s.view[0].centre[2] += 5;

@@ -145,8 +145,8 @@ int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct
 	for (size_t c = 0; c < cols; c++)
 		*w += band(1, c, rows, cols, tile, mm);
 	if (*h > MOST_SIDE || *w > MOST_SIDE || *h == 0 || *w == 0)
-		return ct_fail(e, CT_EINPUT, "a picture of %zux%zu pixels, more than %d a side", *w, *h,
-			MOST_SIDE);
+		return ct_fail(e, CT_EINPUT, "a picture of %zux%zu pixels, more than %d a side", *w,
+			*h, MOST_SIDE);
 	return 0;
 }
 

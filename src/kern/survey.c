@@ -84,7 +84,8 @@ static bool solve3(double x[3], const double m[3][3], const double b[3], double 
 	return true;
 }
 
-/* Least squares over x of the distances to the lines source + t d: sum (I - d d^T)(x - source) = 0. */
+/* Least squares over x of the distances to the lines source + t d, the zero of
+ * sum (I - d d^T)(x - source). */
 static bool nearest_point(double x[3], const struct ct_stack *s)
 {
 	double m[3][3] = {{0}}, b[3] = {0};

@@ -20,19 +20,19 @@ void ct_range_of(struct ct_range *r, size_t n, const float *x);
 struct ct_survey {
 	double pitch[2], size[2]; /* of the first detector along u and v, mm */
 	double angle[2], step;    /* of the first and last view, mean step, degrees */
-	bool has_iso;             /* at least two principal rays that are not parallel; not for parallel beams */
-	double iso[3], miss;      /* the point nearest to all principal rays, their largest distance from it, mm */
-	double dso[2], dsd[2];    /* least and largest distance source to isocentre, source to detector, mm */
-	double offset[2][2];      /* least and largest place of the detector's centre along u, v, from
-	                           * the principal ray, mm */
+	bool has_iso;             /* two principal rays that are not parallel; no parallel beam */
+	double iso[3], miss;      /* point nearest to the principal rays, largest distance */
+	/* least and largest of the views, mm: */
+	double dso[2], dsd[2];    /* source to isocentre, source to detector */
+	double offset[2][2];      /* of the detector's centre from the principal ray along u, v */
 };
 
 /* Geometry as ct_stack_check accepts it. */
 void ct_survey_of(struct ct_survey *r, const struct ct_stack *s);
 
 struct ct_gauss_survey {
-	size_t positive, negative, bad; /* density above, below 0; with a value that is not finite */
-	double sigma[2], mean_sigma;    /* least, largest, geometric mean of the standard deviations, mm */
+	size_t positive, negative, bad; /* density above, below 0; not finite */
+	double sigma[2], mean_sigma;    /* least, largest, geometric mean standard deviation, mm */
 	double raw[2];                  /* least and largest raw density */
 	double lo[3], hi[3];            /* box around the centres, mm */
 };

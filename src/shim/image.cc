@@ -69,8 +69,9 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 			sum /= used;
 			if (!(sum >= 0 && sum <= 1)) {
 				std::free(px);
-				return ct_fail(e, CT_EINPUT, "%s: column %zu, row %zu: %g is not in [0,1]",
-					path, x, y, sum);
+				return ct_fail(e, CT_EINPUT,
+					"%s: column %zu, row %zu: %g is not in [0,1]", path, x, y,
+					sum);
 			}
 			px[y * nw + x] = (float)sum;
 		}

@@ -20,7 +20,8 @@ struct params {
 
 enum { GAP = 4 }; /* pixels between tiles */
 
-static const struct params defaults = {.zoom = 1, .slice = 0.5, .plane = CT_ALL_PLANES, .views = 12};
+static const struct params defaults = {
+	.zoom = 1, .slice = 0.5, .plane = CT_ALL_PLANES, .views = 12};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, "FILE",
@@ -30,13 +31,13 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, plane, 'p', "plane", "axial|coronal|sagittal|all",
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
-		"where to cut a volume: 0 most inferior, posterior, left; 1 most superior, anterior, "
-		"right"),
+		"where to cut a volume: 0 most inferior, posterior, left; 1 most superior, "
+		"anterior, right"),
 	CT_OPT(struct params, views, 0, "views", "N", 1, 10000,
 		"show N views of a stack, evenly spaced"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
-		"values drawn black and white (default -200:300 for HU, 0:1 for density, else the range "
-		"of what is shown)"),
+		"values drawn black and white (default -200:300 for HU, 0:1 for density, else the "
+		"range of what is shown)"),
 	CT_OPT(struct params, zoom, 'z', "zoom", "N", 1.0 / 64, 64,
 		"pixels for the finest voxel spacing that is shown"),
 	CT_OPT(struct params, error, 'e', "error", NULL, 0, 0,
@@ -46,7 +47,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-static int draw(const struct ct_sheet *s, const char *out, const struct ct_env *env, struct ct_err *e)
+static int draw(
+	const struct ct_sheet *s, const char *out, const struct ct_env *env, struct ct_err *e)
 {
 	unsigned char *rgb = NULL, *png = NULL;
 	struct ct_out o = {0};

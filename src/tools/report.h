@@ -10,7 +10,8 @@
 
 /* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
 json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
-/* The object as lines "name value", indented; what a file says of itself cannot steer a terminal. */
+/* The object as lines "name value", indented. Control characters become '?': what a file says of
+ * itself cannot steer a terminal. */
 void ct_report_print(FILE *f, const json_t *report);
 
 #endif
