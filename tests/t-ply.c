@@ -233,7 +233,9 @@ int main(int argc, char **argv)
 
 	if (argc > 1) { /* a file for t-ply.sh */
 		fill(&g, 500);
-		return ct_gauss_write(argv[1], &g, &force, &e) ? (int)e.code : 0;
+		ct_gauss_write(argv[1], &g, &force, &e);
+		ct_gauss_free(&g);
+		return (int)e.code;
 	}
 	fd = mkstemp(path);
 	if (fd < 0)

@@ -20,12 +20,14 @@ namespace {
 
 const size_t most_pixels = (size_t)1 << 28; /* what a header may ask the library to allocate */
 
-/* The message must be fetched: OpenImageIO prints what is left at exit. */
+/* First line of the message. It must be fetched: OpenImageIO prints what is left at exit. */
 std::string words(const std::string &own)
 {
 	std::string all = OIIO::geterror();
 
-	return own.empty() ? all : own;
+	if (!own.empty())
+		all = own;
+	return all.substr(0, all.find('\n'));
 }
 
 /* Number of colour channels in front: alpha and depth are not looked at. */
