@@ -15,6 +15,10 @@ hash=$(grep '^hash ' out)
 gunzip -c v.nii.gz | ct-info - >out 2>err; ok $? 'from a pipe'
 line kind volume 'too'
 [ "$(grep '^hash ' out)" = "$hash" ]; ok $? 'the hash is that of the content, not of the gzip'
+mkfifo fifo
+cat v.nii.gz >fifo &
+exits 0 'from a fifo' ct-info fifo
+wait $!; ok $? 'which is read to its end'
 ct-phantom --project --views 30 --arc 360 --size 64x64x64 --dso 800 --dsd 1200 --det 40x30 \
 	--pitch 2 --offset 4,0 sphere p.exr || exit 99
 exits 0 'projections' ct-info p.exr
