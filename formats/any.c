@@ -6,11 +6,11 @@
 #include "formats/io.h"
 #include "formats/nifti.h"
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static uint64_t little(const unsigned char *p, int n)
 {
@@ -98,18 +98,17 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
-	bool seekable;
-	size_t n = 0;
+	struct stat st;
+	size_t n;
 	FILE *f;
 
+	/* a fifo is opened once and read once */
+	if (strcmp(path, "-") == 0 || (stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
+		return read_bytes(path, a, e);
 	if (ct_in_open(path, &f, e))
 		return -1;
-	seekable = f != stdin && fseek(f, 0, SEEK_END) == 0 && fseek(f, 0, SEEK_SET) == 0;
-	if (seekable)
-		n = fread(head, 1, sizeof head, f);
+	n = fread(head, 1, sizeof head, f);
 	ct_in_close(f);
-	if (!seekable)
-		return read_bytes(path, a, e);
 	a->kind = ct_sniff(head, n);
 	switch (a->kind) {
 	case CT_KIND_VOLUME:

@@ -22,7 +22,7 @@
 #include <string.h>
 
 enum {
-	/* Deflate packs 1032 to 1 at best: more bytes than that a byte of file, and the header lies. */
+	/* Deflate packs 1032 to 1 at best: a header that promises more lies. */
 	MOST_RATIO = 1100,
 	/* Largest picture, and largest array the library may ask for while it reads one. */
 	MOST_SIDE = 1 << 20,
@@ -251,8 +251,8 @@ static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
 
 	if (!json_is_object(all)) {
 		json_decref(all);
-		return ct_fail(d->e, CT_EINPUT, "%s: attribute " CT_EXR_META " is not a JSON object",
-			d->path);
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: attribute " CT_EXR_META " is not a JSON object", d->path);
 	}
 	json_object_foreach(all, key, value)
 		if (rc == 0 && *key && json_is_string(value) && !ct_meta_get(m, key))
@@ -268,8 +268,8 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 	int32_t n = 0;
 
 	if (text && strtol(text, NULL, 10) > CT_EXR_VERSION_NOW)
-		return ct_fail(d->e, CT_EINPUT, "%s: " CT_EXR_VERSION " %.20s is newer than this program",
-			d->path, text);
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: " CT_EXR_VERSION " %.20s is newer than this program", d->path, text);
 	if (exr_get_attribute_count(d->c, part, &n) != EXR_ERR_SUCCESS)
 		return 0;
 	for (int32_t i = 0; i < n; i++) {

@@ -4,7 +4,8 @@
  * mm, scale is ln of the standard deviation in mm, rot the quaternion w x y z, density the
  * raw signed value that the activation maps. nx..nz are 0; f_dc and opacity are for viewers
  * only: warm for positive and cold for negative density, as opaque as it is strong. What else
- * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line cannot hold.
+ * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line
+ * cannot hold.
  */
 #include "config.h"
 #include "formats/bytes.h"
@@ -285,8 +286,9 @@ static int property(struct reader *d, const char *s, bool vertex, uint64_t *byte
 				MOST_PROPERTIES);
 		return 0;
 	}
-	return ct_fail(d->e, CT_EINPUT, "%s: property %s is of type %s; lists and other types are not read",
-		d->path, name, type);
+	return ct_fail(d->e, CT_EINPUT,
+		"%s: property %s is of type %s; lists and other types are not read", d->path, name,
+		type);
 }
 
 /* State of the header: which element the properties belong to. */
@@ -318,7 +320,8 @@ static int open_element(struct reader *d, const char *s, struct element *el)
 		return ct_fail(d->e, CT_EINPUT, "%s: header line 'element %.40s'", d->path, s);
 	el->count = strtoull(number, &end, 10);
 	if (*end || *number == '-' || el->count > INT64_MAX)
-		return ct_fail(d->e, CT_EINPUT, "%s: element %s: count '%s'", d->path, name, number);
+		return ct_fail(
+			d->e, CT_EINPUT, "%s: element %s: count '%s'", d->path, name, number);
 	el->bytes = 0;
 	if (strcmp(name, "vertex") == 0) {
 		if (el->kind == VERTEX || el->kind == AFTER)
@@ -363,7 +366,8 @@ static int read_header(struct reader *d, struct ct_meta *own_keys, struct ct_met
 	struct element el = {0};
 	int rc = 0;
 
-	if (d->n < 4 || memcmp(d->data, "ply", 3) != 0 || (d->data[3] != '\n' && d->data[3] != '\r'))
+	if (d->n < 4 || memcmp(d->data, "ply", 3) != 0 ||
+		(d->data[3] != '\n' && d->data[3] != '\r'))
 		return ct_fail(d->e, CT_EINPUT, "%s: not a PLY file", d->path);
 	free(next_line(d));
 	while (rc == 0) {
@@ -384,8 +388,9 @@ static int read_header(struct reader *d, struct ct_meta *own_keys, struct ct_met
 				needed[k], k == FIELDS - 1 ?
 				": a PLY of colours, not of signed densities" : "");
 	if (d->skip > d->n - d->at || d->count > (d->n - d->at - d->skip) / d->stride)
-		return ct_fail(d->e, CT_EINPUT, "%s: %llu Gaussians of %zu bytes do not fit in %zu bytes",
-			d->path, (unsigned long long)d->count, d->stride, d->n - d->at);
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: %llu Gaussians of %zu bytes do not fit in %zu bytes", d->path,
+			(unsigned long long)d->count, d->stride, d->n - d->at);
 	d->at += (size_t)d->skip;
 	return 0;
 }
@@ -412,7 +417,8 @@ static float value(const unsigned char *p, char letter)
 }
 
 /* n numbers of a comment of ours: 0, 1 if it is not there, -1. */
-static int numbers(struct reader *d, const struct ct_meta *keys, const char *key, size_t n, double *v)
+static int numbers(
+	struct reader *d, const struct ct_meta *keys, const char *key, size_t n, double *v)
 {
 	int rc = ct_meta_numbers(keys, key, n, v, d->e);
 
@@ -422,14 +428,16 @@ static int numbers(struct reader *d, const struct ct_meta *keys, const char *key
 static int whole(struct reader *d, const char *key, double x, size_t *out)
 {
 	if (!(x >= 0 && x <= 0x1p53) || x != floor(x))
-		return ct_fail(d->e, CT_EINPUT, "%s: comment ct:%s: %g is not a count", d->path, key, x);
+		return ct_fail(
+			d->e, CT_EINPUT, "%s: comment ct:%s: %g is not a count", d->path, key, x);
 	*out = (size_t)x;
 	return 0;
 }
 
 static int read_own(struct reader *d, const struct ct_meta *keys, struct ct_gauss *g)
 {
-	const char *activation = ct_meta_get(keys, "activation"), *units = ct_meta_get(keys, "units");
+	const char *activation = ct_meta_get(keys, "activation"),
+		   *units = ct_meta_get(keys, "units");
 	double x = 0, v[12];
 	int rc;
 
@@ -444,7 +452,8 @@ static int read_own(struct reader *d, const struct ct_meta *keys, struct ct_gaus
 	if (rc < 0)
 		return -1;
 	if ((rc && g->activation == CT_PRELU) || !(g->gamma > 0))
-		return ct_fail(d->e, CT_EINPUT, "%s: comment ct:gamma is not a positive number", d->path);
+		return ct_fail(
+			d->e, CT_EINPUT, "%s: comment ct:gamma is not a positive number", d->path);
 	if (numbers(d, keys, "step", 1, &x) < 0 || whole(d, "step", x, &g->step))
 		return -1;
 	rc = numbers(d, keys, "grid", 3, v);

@@ -34,3 +34,15 @@ ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-stat
 	src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c
+bin_PROGRAMS += ct-info
+ct_info_SOURCES = src/tools/ct-info.c
+libct_a_SOURCES += src/tools/report.c src/tools/report.h
+libct_a_SOURCES += src/tools/sheet.c src/tools/sheet.h
+if HAVE_OIIO
+bin_PROGRAMS += ct-view
+ct_view_SOURCES = src/tools/ct-view.c
+nodist_EXTRA_ct_view_SOURCES = src/tools/link-with-cxx.cc
+ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += src/tools/ct-view.c man/ct-view.1.in
+endif

@@ -65,3 +65,15 @@ EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 dist_check_SCRIPTS += tests/t-train.sh
 check_PROGRAMS += tests/t-superres
 tests_t_superres_SOURCES = tests/t-superres.c
+check_PROGRAMS += tests/t-survey tests/t-montage
+tests_t_survey_SOURCES = tests/t-survey.c
+tests_t_montage_SOURCES = tests/t-montage.c
+dist_check_SCRIPTS += tests/t-info.sh tests/t-view.sh
+if HAVE_OIIO
+check_PROGRAMS += tests/t-image
+tests_t_image_SOURCES = tests/t-image.c
+nodist_EXTRA_tests_t_image_SOURCES = tests/link-with-cxx.cc
+tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += tests/t-image.c
+endif

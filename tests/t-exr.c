@@ -27,9 +27,11 @@ static void fill(struct ct_stack *s, size_t views, size_t h, size_t w)
 		double a = 2 * 3.14159265358979323846 * (double)k / (double)views;
 		struct ct_view *v = &s->view[k];
 
-		*v = (struct ct_view){.angle = a * 57.3, .source = {1000 * cos(a), 1000 * sin(a), 1.0 / 3},
+		*v = (struct ct_view){.angle = a * 57.3,
+			.source = {1000 * cos(a), 1000 * sin(a), 1.0 / 3},
 			.centre = {-500 * cos(a), -500 * sin(a), 1e-7},
-			.u = {-0.7 * sin(a), 0.7 * cos(a), 0}, .v = {0, 0, -0.7}};
+			.u = {-0.7 * sin(a), 0.7 * cos(a), 0},
+			.v = {0, 0, -0.7}};
 	}
 	for (size_t i = 0; i < ct_stack_count(s); i++)
 		s->data[i] = (float)(sin((double)i * 0.01) * 37 - 1e-6 * (double)i);
@@ -123,7 +125,8 @@ static void put_part(exr_context_t c, const struct odd *o, const struct ct_stack
 	exr_initialize_required_attr_simple(c, part, (int)s->w, h, o->codec);
 	for (int i = 0; i < 2; i++)
 		if (o->channel[i])
-			exr_add_channel(c, part, o->channel[i], o->type, EXR_PERCEPTUALLY_LINEAR, 1, 1);
+			exr_add_channel(
+				c, part, o->channel[i], o->type, EXR_PERCEPTUALLY_LINEAR, 1, 1);
 	exr_set_version(c, part, 1);
 	if (o->storage == EXR_STORAGE_TILED)
 		exr_set_tile_descriptor(c, part, 64, 64, EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN);
@@ -389,7 +392,8 @@ static void test_refused_writes(const char *path)
 	unlink(path);
 	fill(&s, 2, 5, 7);
 	s.view[1].u[0] = NAN;
-	OK(ct_stack_write(path, &s, &force, &e) < 0 && e.code == CT_EGEOM, "NaN geometry: %s", e.msg);
+	OK(ct_stack_write(path, &s, &force, &e) < 0 && e.code == CT_EGEOM, "NaN geometry: %s",
+		e.msg);
 	OK(access(path, F_OK) != 0, "leaves no file");
 	ct_stack_free(&s);
 }

@@ -106,12 +106,14 @@ static void test_round_trip(size_t n, enum ct_activation activation)
 /* A header of another program: other order, types and elements, CR LF. */
 static void test_foreign(void)
 {
-	static const char head[] = "ply\r\nformat binary_little_endian 1.0\r\n"
+	static const char head[] =
+		"ply\r\nformat binary_little_endian 1.0\r\n"
 		"comment ct:activation=softplus\r\ncomment made by hand\r\nobj_info x\r\n"
 		"element camera 2\r\nproperty uchar id\r\nproperty double f\r\n"
 		"element vertex 1\r\nproperty double density\r\nproperty int16 rot_0\r\n"
 		"property char rot_1\r\nproperty uint8 rot_2\r\nproperty uint rot_3\r\n"
-		"property float what\r\nproperty float32 z\r\nproperty float64 y\r\nproperty int x\r\n"
+		"property float what\r\nproperty float32 z\r\nproperty float64 y\r\nproperty int "
+		"x\r\n"
 		"property ushort scale_0\r\nproperty float scale_1\r\nproperty float scale_2\r\n"
 		"element face 3\r\nproperty list uchar int vertex_index\r\nend_header\r\n";
 	unsigned char b[100] = {0};
@@ -215,7 +217,8 @@ static void test_cut(void)
 	for (size_t cut = 0; cut < n; cut++) {
 		save(p, cut, NULL, 0);
 		e = (struct ct_err){0};
-		read += ct_gauss_read(path, &h, &e) == 0 || e.code != CT_EINPUT || !strstr(e.msg, path);
+		read += ct_gauss_read(path, &h, &e) == 0 || e.code != CT_EINPUT ||
+			!strstr(e.msg, path);
 	}
 	OK(read == 0, "cut at any of %zu bytes it is refused", n);
 	free(p);
@@ -230,7 +233,9 @@ int main(int argc, char **argv)
 
 	if (argc > 1) { /* a file for t-ply.sh */
 		fill(&g, 500);
-		return ct_gauss_write(argv[1], &g, &force, &e) ? (int)e.code : 0;
+		ct_gauss_write(argv[1], &g, &force, &e);
+		ct_gauss_free(&g);
+		return (int)e.code;
 	}
 	fd = mkstemp(path);
 	if (fd < 0)

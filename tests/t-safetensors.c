@@ -129,7 +129,8 @@ static void test_round_trip(void)
 		"in half precision");
 	for (size_t i = 0; i < w.n; i++)
 		for (size_t k = 0; k < ct_tensor_count(&w.t[i]); k++)
-			worst += v.t[i].data[k] != ct_half_to_float(ct_float_to_half(w.t[i].data[k]));
+			worst += v.t[i].data[k] !=
+				 ct_half_to_float(ct_float_to_half(w.t[i].data[k]));
 	OK(worst == 0, "every value is the nearest half");
 	ct_tensors_free(&v);
 	ct_tensors_free(&w);
@@ -149,8 +150,8 @@ static void test_types(void)
 		uint8_t u8[2], truth[2];
 	} data = {{0.5, -3}, {7, -9}, {1.25f, -2}, {70000, -70000}, {0x3c00, 0xc000},
 		{0x3f80, 0xc040}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
-	static const float want[10][2] = {{0.5f, -3}, {7, -9}, {1.25f, -2}, {70000, -70000}, {1, -2},
-		{1, -3}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
+	static const float want[10][2] = {{0.5f, -3}, {7, -9}, {1.25f, -2}, {70000, -70000},
+		{1, -2}, {1, -3}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
 	static const char *const names[] = {"F64", "I64", "F32", "I32", "F16", "BF16", "I16", "I8",
 		"U8", "BOOL"};
 	static const int bytes[] = {8, 8, 4, 4, 2, 2, 2, 1, 1, 1};

@@ -12,3 +12,5 @@ libct_a_SOURCES += src/kern/box.c src/kern/box.h
 libct_a_SOURCES += src/kern/matched.c src/kern/matched.h
 libct_a_SOURCES += src/kern/operator.c src/kern/operator.h
 libct_a_SOURCES += src/kern/reframe.c src/kern/reframe.h
+libct_a_SOURCES += src/kern/survey.c src/kern/survey.h
+libct_a_SOURCES += src/kern/montage.c src/kern/montage.h

@@ -20,12 +20,14 @@ namespace {
 
 const size_t most_pixels = (size_t)1 << 28; /* what a header may ask the library to allocate */
 
-/* The message must be fetched: OpenImageIO prints what is left at exit. */
+/* First line of the message. It must be fetched: OpenImageIO prints what is left at exit. */
 std::string words(const std::string &own)
 {
 	std::string all = OIIO::geterror();
 
-	return own.empty() ? all : own;
+	if (!own.empty())
+		all = own;
+	return all.substr(0, all.find('\n'));
 }
 
 /* Number of colour channels in front: alpha and depth are not looked at. */
@@ -69,8 +71,9 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 			sum /= used;
 			if (!(sum >= 0 && sum <= 1)) {
 				std::free(px);
-				return ct_fail(e, CT_EINPUT, "%s: column %zu, row %zu: %g is not in [0,1]",
-					path, x, y, sum);
+				return ct_fail(e, CT_EINPUT,
+					"%s: column %zu, row %zu: %g is not in [0,1]", path, x, y,
+					sum);
 			}
 			px[y * nw + x] = (float)sum;
 		}

@@ -36,7 +36,8 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (ct_stack_alloc(&s, 1 + k, 20, 8, &e))
 		exit(99);
 	for (size_t i = 0; i < s.views; i++)
-		s.view[i] = (struct ct_view){.source = {1000}, .centre = {-500}, .u = {0, 1}, .v = {0, 0, -1}};
+		s.view[i] = (struct ct_view){
+			.source = {1000}, .centre = {-500}, .u = {0, 1}, .v = {0, 0, -1}};
 	for (size_t i = 0; i < ct_stack_count(&s); i++)
 		s.data[i] = k ? 0.5f : (float)(i * 2654435761u % 1000003) / 7;
 	ct_meta_set(&s.meta, "history", "ct-project", &e);

@@ -36,7 +36,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 /* Ours in both precisions, then other types. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
-	static const char header[] = "{\"a\":{\"dtype\":\"F64\",\"shape\":[2],\"data_offsets\":[8,24]},"
+	static const char header[] =
+		"{\"a\":{\"dtype\":\"F64\",\"shape\":[2],\"data_offsets\":[8,24]},"
 		"\"b\":{\"dtype\":\"BF16\",\"shape\":[2,2],\"data_offsets\":[0,8]},"
 		"\"c\":{\"dtype\":\"BOOL\",\"shape\":[],\"data_offsets\":[24,25]}}";
 	const uint64_t length = sizeof header - 1;

@@ -1,0 +1,199 @@
+/* survey.c: see survey.h. */
+#include "config.h"
+#include "kern/survey.h"
+
+#include <math.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void widen(double range[2], double x)
+{
+	range[0] = fmin(range[0], x); /* fmin and fmax skip a NaN, the start */
+	range[1] = fmax(range[1], x);
+}
+
+void ct_range_of(struct ct_range *r, size_t n, const float *x)
+{
+	double sum = 0, square = 0, range[2] = {(double)NAN, (double)NAN}, shift = 0;
+	size_t good = 0;
+
+	*r = (struct ct_range){.n = n};
+	for (size_t i = 0; i < n; i++) {
+		double v = (double)x[i];
+
+		if (!isfinite(v)) {
+			r->nan += isnan(v) != 0;
+			r->inf += isnan(v) == 0;
+			continue;
+		}
+		if (!good++)
+			shift = v; /* keeps the square small */
+		widen(range, v);
+		sum += v - shift;
+		square += (v - shift) * (v - shift);
+	}
+	sum /= (double)good; /* NaN for none */
+	square = square / (double)good - sum * sum;
+	r->min = range[0];
+	r->max = range[1];
+	r->mean = sum + shift;
+	r->sd = sqrt(square < 0 ? 0 : square);
+}
+
+/* Unit normal of a detector on the side away from the source, or the beam. */
+static void principal(double d[3], const struct ct_stack *s, size_t k)
+{
+	const struct ct_view *w = &s->view[k];
+	const double *u = w->u, *v = w->v;
+	double along[3], norm;
+
+	for (int a = 0; a < 3; a++)
+		along[a] = w->centre[a] - w->source[a];
+	d[0] = u[1] * v[2] - u[2] * v[1];
+	d[1] = u[2] * v[0] - u[0] * v[2];
+	d[2] = u[0] * v[1] - u[1] * v[0];
+	if (s->beam == CT_PARALLEL)
+		memcpy(d, along, sizeof along);
+	norm = sqrt(dot(d, d));
+	if (dot(d, along) < 0)
+		norm = -norm;
+	for (int a = 0; a < 3; a++)
+		d[a] /= norm;
+}
+
+/* x with m x = b by Cramer's rule; false if m is near singular next to `scale`. */
+static bool solve3(double x[3], const double m[3][3], const double b[3], double scale)
+{
+	double inv[3][3], det;
+
+	for (int i = 0; i < 3; i++)
+		for (int j = 0; j < 3; j++) {
+			int p = (j + 1) % 3, q = (j + 2) % 3, r = (i + 1) % 3, t = (i + 2) % 3;
+
+			inv[i][j] = m[p][r] * m[q][t] - m[p][t] * m[q][r];
+		}
+	det = m[0][0] * inv[0][0] + m[0][1] * inv[1][0] + m[0][2] * inv[2][0];
+	if (!(fabs(det) > 1e-9 * scale * scale * scale))
+		return false;
+	for (int i = 0; i < 3; i++)
+		x[i] = dot(inv[i], b) / det;
+	return true;
+}
+
+/* Least squares over x of the distances to the lines source + t d, the zero of
+ * sum (I - d d^T)(x - source). */
+static bool nearest_point(double x[3], const struct ct_stack *s)
+{
+	double m[3][3] = {{0}}, b[3] = {0};
+
+	for (size_t k = 0; k < s->views; k++) {
+		double d[3];
+
+		principal(d, s, k);
+		for (int i = 0; i < 3; i++)
+			for (int j = 0; j < 3; j++) {
+				double p = (i == j) - d[i] * d[j];
+
+				m[i][j] += p;
+				b[i] += p * s->view[k].source[j];
+			}
+	}
+	return solve3(x, m, b, (double)s->views);
+}
+
+void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
+{
+	const struct ct_view *first = &s->view[0], *last = &s->view[s->views - 1];
+	const double none = (double)NAN;
+
+	*r = (struct ct_survey){.dso = {none, none}, .dsd = {none, none},
+		.offset = {{none, none}, {none, none}}};
+	r->pitch[0] = sqrt(dot(first->u, first->u));
+	r->pitch[1] = sqrt(dot(first->v, first->v));
+	r->size[0] = r->pitch[0] * (double)s->w;
+	r->size[1] = r->pitch[1] * (double)s->h;
+	r->angle[0] = first->angle;
+	r->angle[1] = last->angle;
+	r->step = s->views > 1 ? (last->angle - first->angle) / (double)(s->views - 1) : 0;
+	r->has_iso = s->beam != CT_PARALLEL && nearest_point(r->iso, s);
+	for (size_t k = 0; k < s->views; k++) {
+		const struct ct_view *w = &s->view[k];
+		double d[3], away[3], to[3], foot;
+
+		principal(d, s, k);
+		for (int a = 0; a < 3; a++)
+			away[a] = w->centre[a] - w->source[a];
+		foot = dot(away, d);
+		widen(r->dsd, foot);
+		widen(r->offset[0], dot(away, w->u) / sqrt(dot(w->u, w->u)));
+		widen(r->offset[1], dot(away, w->v) / sqrt(dot(w->v, w->v)));
+		for (int a = 0; a < 3; a++)
+			to[a] = r->iso[a] - w->source[a];
+		if (r->has_iso) {
+			double along = dot(to, d), off = dot(to, to) - along * along;
+
+			widen(r->dso, along);
+			r->miss = fmax(r->miss, sqrt(fmax(off, 0)));
+		}
+	}
+}
+
+static bool finite_gauss(const struct ct_gauss *g, size_t i)
+{
+	float sum = g->raw[i];
+
+	for (int a = 0; a < 3; a++)
+		sum += g->pos[a][i] + g->scale[a][i];
+	for (int a = 0; a < 4; a++)
+		sum += g->rot[a][i];
+	return isfinite(sum);
+}
+
+void ct_gauss_survey_of(struct ct_gauss_survey *r, const struct ct_gauss *g)
+{
+	const double none = (double)NAN;
+	double logs = 0;
+	size_t good = 0;
+
+	*r = (struct ct_gauss_survey){.sigma = {none, none}, .raw = {none, none},
+		.lo = {none, none, none}, .hi = {none, none, none}};
+	for (size_t i = 0; i < g->n; i++) {
+		if (!finite_gauss(g, i)) {
+			r->bad++;
+			continue;
+		}
+		good++;
+		r->positive += g->raw[i] > 0 || g->activation == CT_SOFTPLUS;
+		r->negative += g->raw[i] < 0 && g->activation != CT_SOFTPLUS &&
+			g->activation != CT_RELU;
+		widen(r->raw, (double)g->raw[i]);
+		for (int a = 0; a < 3; a++) {
+			widen(r->sigma, exp((double)g->scale[a][i]));
+			logs += (double)g->scale[a][i];
+			r->lo[a] = fmin(r->lo[a], (double)g->pos[a][i]);
+			r->hi[a] = fmax(r->hi[a], (double)g->pos[a][i]);
+		}
+	}
+	r->mean_sigma = exp(logs / (3 * (double)good)); /* NaN for none */
+}
+
+void ct_orientation(char code[4], const double affine[3][4])
+{
+	static const char plus[] = "RAS", minus[] = "LPI";
+	bool used[3] = {false};
+
+	for (int j = 0; j < 3; j++) {
+		int best = 0;
+
+		for (int a = 1; a < 3; a++)
+			if (fabs(affine[a][j]) > fabs(affine[best][j]))
+				best = a;
+		code[j] = used[best] ? '?' : affine[best][j] > 0 ? plus[best] : minus[best];
+		used[best] = true;
+	}
+	code[3] = '\0';
+}

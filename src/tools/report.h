@@ -1,0 +1,17 @@
+/* report.h: what one of our files holds, as JSON; the text of ct-info is made of the same. */
+#ifndef CT_TOOLS_REPORT_H
+#define CT_TOOLS_REPORT_H
+#include "core/err.h"
+#include "formats/any.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+/* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
+json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
+/* The object as lines "name value", indented. Control characters become '?': what a file says of
+ * itself cannot steer a terminal. */
+void ct_report_print(FILE *f, const json_t *report);
+
+#endif

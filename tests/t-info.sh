@@ -1,0 +1,83 @@
+#!/bin/sh
+# ct-info says what is in a file, whatever it is.
+. "$srcdir/tests/tap.sh"
+line() { grep -q "^$1  *$2\$" out; ok $? "$3"; } # line NAME VALUE WHAT
+ct-phantom --size 20x24x28 --spacing 2,2,3 sphere v.nii.gz || exit 99
+exits 0 'a volume' ct-info v.nii.gz
+line kind volume 'is named'
+line size '20 24 28' 'with its size'
+line spacing-mm '2 2 3' 'its spacing'
+line extent-mm '40 48 84' 'its extent'
+line orientation RAS 'its orientation'
+line nan 0 'no NaN'
+has out 'ct-phantom ' 'and its history'
+hash=$(grep '^hash ' out)
+gunzip -c v.nii.gz | ct-info - >out 2>err; ok $? 'from a pipe'
+line kind volume 'too'
+[ "$(grep '^hash ' out)" = "$hash" ]; ok $? 'the hash is that of the content, not of the gzip'
+mkfifo fifo
+cat v.nii.gz >fifo &
+exits 0 'from a fifo' ct-info fifo
+wait $!; ok $? 'which is read to its end'
+ct-phantom --project --views 30 --arc 360 --size 64x64x64 --dso 800 --dsd 1200 --det 40x30 \
+	--pitch 2 --offset 4,0 sphere p.exr || exit 99
+exits 0 'projections' ct-info p.exr
+line kind stack 'are named'
+line views 30 'with their number'
+line size '40 30' 'columns and rows'
+line beam cone 'beam'
+line dso-mm '800 800' 'source to isocentre, from the vectors'
+line dsd-mm '1200 1200' 'source to detector'
+line pitch-mm '2 2' 'pitch'
+line offset-u-mm '4 4' 'offset of the detector'
+line arc-deg 360 'arc'
+line magnification 1.5 'magnification'
+exits 0 'two files' ct-info v.nii.gz p.exr
+[ "$(grep -c '^file ' out)" -eq 2 ]; ok $? 'two reports'
+"$builddir/tests/t-ply" g.ply
+exits 0 'Gaussians' ct-info g.ply
+line gaussians 500 'counted'
+line activation prelu 'their activation'
+line gamma 0.1 'and slope'
+line grid '256 200 130' 'and grid'
+# a header of 152 bytes, then 1 2 3 4 0.5 as F32
+header='{"__metadata__":{"arch":"x\u001b[31m"},"a.w":{"dtype":"F32","shape":[2,2],"data_offsets":[0,16]},"b":{"dtype":"F32","shape":[],"data_offsets":[16,20]}}'
+{ printf '\230\0\0\0\0\0\0\0%-152s' "$header"
+	printf '\0\0\200\77\0\0\0\100\0\0\100\100\0\0\200\100\0\0\0\77'; } >w.safetensors
+exits 0 'tensors' ct-info w.safetensors
+line tensors 2 'counted'
+line parameters 5 'and their values'
+line '  arch' 'x?\[31m' 'metadata cannot steer the terminal'
+exits 0 'all tensors' ct-info -v w.safetensors
+has out '^  a.w  shape 2 2  min 1  max 4  mean 2.5$' 'with shape and range'
+if command -v python3 >/dev/null; then
+	ct-info --json v.nii.gz p.exr w.safetensors >out && python3 - <<'END'
+import json
+text, at, all = open("out").read().strip(), 0, []
+while at < len(text):
+	o, n = json.JSONDecoder().raw_decode(text[at:])
+	all.append(o)
+	at += n + len(text[at + n:]) - len(text[at + n:].lstrip())
+v, p, w = all
+assert v["size"] == [20, 24, 28] and v["affine"][2][2] == 3 and v["nan"] == 0, v
+assert p["views"] == 30 and abs(p["dso-mm"][0] - 800) < 1e-9, p
+assert w["metadata"]["arch"] == "x\x1b[31m" and w["parameters"] == 5, w
+END
+	ok $? 'JSON, one object a file'
+else
+	skip 'JSON, one object a file' 'no python3'
+fi
+head -c 3000 p.exr >cut.exr
+exits 3 'a damaged file' ct-info cut.exr
+has err '^ct-info: cut.exr: ' 'is named'
+{ head -c 128 /dev/zero; printf 'DICM'; head -c 300 /dev/zero; } >d.dcm
+exits 3 'DICOM' ct-info d.dcm
+has err 'ct-convert' 'is sent to ct-convert'
+printf 'hello' >t.txt
+exits 3 'a text' ct-info t.txt
+has err 'not a NIfTI, EXR, PLY or safetensors' 'is refused'
+: >empty
+exits 3 'an empty file' ct-info empty
+exits 3 'an empty pipe' ct-info - </dev/null
+exits 3 'a folder' ct-info .
+done_testing

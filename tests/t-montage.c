@@ -1,0 +1,152 @@
+/* Pictures: any orientation of a volume gives the same slices; tones, sizes, difference maps. */
+#include "config.h"
+#include "kern/montage.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* No symmetry at all. */
+static float f(double x, double y, double z)
+{
+	return (float)(x + 10 * y + 100 * z + 0.1 * x * y);
+}
+
+/* The box x -3..3, y -4..4, z -6..6 of 2 mm voxels around (1, 2, 3), in one of 48 orientations. */
+static void make(struct ct_vol *v, const int order[3], int signs)
+{
+	static const size_t n[3] = {3, 4, 6};
+	static const double middle[3] = {1, 2, 3};
+	struct ct_err e = {0};
+	size_t size[3];
+
+	for (int j = 0; j < 3; j++)
+		size[j] = n[order[j]];
+	*v = (struct ct_vol){0};
+	if (ct_vol_alloc(v, size, &e))
+		exit(99);
+	memset(v->affine, 0, sizeof v->affine);
+	for (int j = 0; j < 3; j++) {
+		const int a = order[j];
+		const double step = signs >> j & 1 ? 2 : -2;
+
+		v->affine[a][j] = step;
+		v->affine[a][3] = middle[a] - step * (double)(size[j] - 1) / 2;
+	}
+	for (size_t k = 0, at = 0; k < size[2]; k++)
+		for (size_t j = 0; j < size[1]; j++)
+			for (size_t i = 0; i < size[0]; i++, at++) {
+				double ijk[3] = {(double)i, (double)j, (double)k}, p[3];
+
+				ct_vol_world(v, ijk, p);
+				v->data[at] = f(p[0], p[1], p[2]);
+			}
+}
+
+static float at(const struct ct_slice *s, size_t r, size_t c)
+{
+	return s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
+}
+
+static void test_orientation(void)
+{
+	static const int order[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1},
+		{2, 1, 0}};
+	size_t bad[3] = {0}, shape = 0, places = 0;
+
+	for (int p = 0; p < 48; p++) {
+		struct ct_vol v;
+		struct ct_slice s;
+
+		make(&v, order[p / 8], p % 8);
+		ct_slice_volume(&s, &v, CT_AXIAL, ct_plane_position(&v, CT_AXIAL, 0.99));
+		shape += s.n[0] != 4 || s.n[1] != 3 || s.mm[0] != 2;
+		places += s.origin[0] != -6 || s.origin[1] != -4;
+		for (size_t r = 0; r < 4; r++) /* anterior first, the patient's right first */
+			for (size_t c = 0; c < 3; c++)
+				bad[0] +=
+					at(&s, r, c) != f(3 - 2 * (double)c, 5 - 2 * (double)r, 8);
+		ct_slice_volume(&s, &v, CT_CORONAL, ct_plane_position(&v, CT_CORONAL, 0));
+		shape += s.n[0] != 6 || s.n[1] != 3;
+		for (size_t r = 0; r < 6; r++)
+			for (size_t c = 0; c < 3; c++)
+				bad[1] +=
+					at(&s, r, c) != f(3 - 2 * (double)c, -1, 8 - 2 * (double)r);
+		ct_slice_volume(&s, &v, CT_SAGITTAL, ct_plane_position(&v, CT_SAGITTAL, 0.5));
+		shape += s.n[0] != 6 || s.n[1] != 4;
+		for (size_t r = 0; r < 6; r++)
+			for (size_t c = 0; c < 4; c++)
+				bad[2] +=
+					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
+		places += ct_slice_volume(&s, &v, CT_AXIAL, 9.1) != -1 ||
+			ct_slice_volume(&s, &v, CT_AXIAL, -3.1) != -1;
+		ct_vol_free(&v);
+	}
+	OK(shape == 0, "48 orientations: sizes");
+	OK(bad[0] == 0, "axial from below");
+	OK(bad[1] == 0, "coronal from the front");
+	OK(bad[2] == 0, "sagittal from the left");
+	OK(places == 0, "places in the world, and none outside");
+}
+
+static const unsigned char *pixel(const unsigned char *rgb, size_t w, size_t y, size_t x)
+{
+	return rgb + (y * w + x) * 3;
+}
+
+static int is(const unsigned char *p, int r, int g, int b)
+{
+	return p[0] == r && p[1] == g && p[2] == b;
+}
+
+static void test_draw(void)
+{
+	static const float fine[8] = {0, 10, 20, 30, 40, 50, NAN, 2}, coarse[2] = {5, 1};
+	/* 2 rows of 4, 3 mm high and 1 mm wide; 1 row of 2 over the same area and 2 mm beyond */
+	const struct ct_slice a = {fine, {4, 1}, {2, 4}, {3, 1}, {0, 0}},
+			      b = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 0}},
+			      away = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 3.5}};
+	const struct ct_tile tile[4] = {{.slice = a, .window = {0, 40}},
+		{.slice = b, .window = {0, 10}}, {.window = {0, 1}},
+		{.slice = b, .minus = a, .window = {0, 3}}};
+	unsigned char rgb[40 * 40 * 3];
+	struct ct_err e = {0};
+	size_t h = 0, w = 0;
+	int rc = ct_montage_size(&h, &w, 2, 2, tile, 1, 2, &e);
+
+	OK(rc == 0 && h == 14 && w == 12, "physical sizes and a gap: %zu x %zu", w, h);
+	ct_montage_draw(rgb, h, w, 2, 2, tile, 1, 2);
+	OK(is(pixel(rgb, w, 0, 0), 0, 0, 0) && is(pixel(rgb, w, 2, 1), 64, 64, 64) &&
+			is(pixel(rgb, w, 0, 3), 191, 191, 191), "grey of the window");
+	OK(is(pixel(rgb, w, 3, 0), 255, 255, 255) && is(pixel(rgb, w, 5, 1), 255, 255, 255),
+		"white at its end and beyond");
+	OK(is(pixel(rgb, w, 3, 2), 0, 0, 255), "NaN is blue");
+	OK(is(pixel(rgb, w, 0, 4), 0, 0, 0) && is(pixel(rgb, w, 7, 0), 0, 0, 0),
+		"the gap is black");
+	OK(is(pixel(rgb, w, 5, 6), 128, 128, 128) && is(pixel(rgb, w, 0, 8), 128, 128, 128) &&
+			is(pixel(rgb, w, 0, 9), 26, 26, 26), "a coarse pixel covers its area");
+	OK(is(pixel(rgb, w, 8, 6), 255, 255, 255) && is(pixel(rgb, w, 11, 9), 255, 0, 0),
+		"difference maps compare what lies at one place");
+	OK(is(pixel(rgb, w, 8, 10), 0, 0, 0), "and are black where there is nothing");
+	OK(ct_slice_overlap(&a, &b) && !ct_slice_overlap(&a, &away), "overlap");
+	OK(ct_montage_size(&h, &w, 2, 2, tile, 1e-4, 2, &e) == -1 && e.code == CT_EINPUT,
+		"an absurd zoom is refused: %s", e.msg);
+}
+
+static void test_range(void)
+{
+	static const float x[4] = {NAN, 3, -INFINITY, -2};
+	const struct ct_slice s = {x, {2, 1}, {2, 2}, {1, 1}, {0, 0}};
+	double range[2] = {(double)INFINITY, -(double)INFINITY};
+
+	ct_slice_range(range, &s);
+	OK(range[0] == -2 && range[1] == 3, "range of the finite values");
+}
+
+int main(void)
+{
+	test_orientation();
+	test_draw();
+	test_range();
+	return tap_done();
+}
