@@ -13,6 +13,8 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 nodist_EXTRA_ct_convert_SOURCES = src/tools/link-with-cxx.cc
+else
+ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-data.h

@@ -62,3 +62,6 @@ tests_t_unet_SOURCES = tests/t-unet.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
 	tests/gold/ddnm-plus-x8-noisy.safetensors
+dist_check_SCRIPTS += tests/t-train.sh
+check_PROGRAMS += tests/t-superres
+tests_t_superres_SOURCES = tests/t-superres.c

@@ -94,6 +94,9 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 			v->affine[r][d] *= mm / old[d];
 	replace(v, &w);
 	w.data = NULL;
+	ct_meta_drop(&v->meta, "factor"); /* the voxels are no longer what a degradation left */
+	ct_meta_drop(&v->meta, "sigma");
+	ct_meta_drop(&v->meta, "decimate");
 	rc = 0;
 out:
 	for (int d = 0; d < 3; d++)
