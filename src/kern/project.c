@@ -31,7 +31,7 @@
 enum { LANES = 16 };
 
 #define MOST ((size_t)1 << 26) /* voxels of a slice: offsets within a block are 32 bits */
-#define TIE 1e-6 /* voxels: a ray nearer to a face, all along, is in the face */
+#define TIE 1e-6	       /* voxels: a ray nearer to a face, all along, is in the face */
 
 /* A box of voxels [lo, hi) in a volume. */
 struct box {
@@ -76,13 +76,14 @@ static INLINE struct minor minor_of(const struct box *box, int axis, double slop
 	bool still = fabs(slope) < 1e-30;
 
 	return (struct minor){.s = still ? 0 : (float)slope,
-		.inverse = still ? 1e30F : (float)(1 / slope), .up = slope >= 0,
+		.inverse = still ? 1e30F : (float)(1 / slope),
+		.up = slope >= 0,
 		.stride = (int32_t)box->stride[axis]};
 }
 
 /* Its place at a block that begins at `at`; the index of the base along the axis. */
-static INLINE ptrdiff_t minor_at(struct minor *m, const struct box *box, int axis, double at,
-	double slope)
+static INLINE ptrdiff_t minor_at(
+	struct minor *m, const struct box *box, int axis, double at, double slope)
 {
 	ptrdiff_t lo = box->lo[axis], hi = box->hi[axis] - 1;
 	double low = slope < 0 ? at + slope * LANES : at;
@@ -148,8 +149,8 @@ static INLINE ptrdiff_t cut_at(struct cut *out, const struct box *box, const str
 	ptrdiff_t stride = box->stride[r->axis[0]], end = box->hi[r->axis[0]] - 1 - k;
 	double x = (double)k;
 	ptrdiff_t base = k * stride +
-		minor_at(b, box, r->axis[1], r->from[0] + r->slope[0] * x, r->slope[0]) +
-		minor_at(c, box, r->axis[2], r->from[1] + r->slope[1] * x, r->slope[1]);
+			 minor_at(b, box, r->axis[1], r->from[0] + r->slope[0] * x, r->slope[0]) +
+			 minor_at(c, box, r->axis[2], r->from[1] + r->slope[1] * x, r->slope[1]);
 
 	if (r->x0 <= x && r->x1 >= x + LANES) /* known limits fold away */
 		cut_block(out, 0, LANES, LANES, (int32_t)stride, b, c);
@@ -173,43 +174,81 @@ static INLINE double block_sum(const float *f, const struct cut *c)
 
 	for (int j = 0; j < LANES; j += 2) {
 		even += (double)(c->len[0][j] * f[c->at[0][j]] + c->len[1][j] * f[c->at[1][j]] +
-			c->len[2][j] * f[c->at[2][j]]);
+				 c->len[2][j] * f[c->at[2][j]]);
 		odd += (double)(c->len[0][j + 1] * f[c->at[0][j + 1]] +
-			c->len[1][j + 1] * f[c->at[1][j + 1]] +
-			c->len[2][j + 1] * f[c->at[2][j + 1]]);
+				c->len[1][j + 1] * f[c->at[1][j + 1]] +
+				c->len[2][j + 1] * f[c->at[2][j + 1]]);
 	}
 	return even + odd;
 }
 
+/* The blocks of a ray in turn. Each is cut, and its voxels called into the cache, one block before
+ * it is used: large volumes wait for memory, not for arithmetic. */
+struct walk {
+	const struct box *box;
+	const struct ray *ray;
+	struct minor b, c;
+	ptrdiff_t slab; /* first of the next block */
+	struct cut cut[2];
+	int last; /* which of them was cut last */
+};
+
+/* The base voxel of the next block, or -1 behind the last one. */
+static INLINE ptrdiff_t walk_on(struct walk *w, const float *vol)
+{
+	struct cut *cut = &w->cut[w->last ^= 1];
+	ptrdiff_t base;
+
+	if (!((double)w->slab < w->ray->x1))
+		return -1;
+	base = cut_at(cut, w->box, w->ray, &w->b, &w->c, w->slab);
+	for (int j = 0; j < LANES; j++)
+		__builtin_prefetch(vol + base + cut->at[0][j]);
+	w->slab += LANES;
+	return base;
+}
+
+static INLINE ptrdiff_t walk_start(
+	struct walk *w, const struct box *box, const struct ray *r, const float *vol)
+{
+	w->box = box;
+	w->ray = r;
+	w->b = minor_of(box, r->axis[1], r->slope[0]);
+	w->c = minor_of(box, r->axis[2], r->slope[1]);
+	w->slab = first_slab(box, r);
+	w->last = 0;
+	return walk_on(w, vol);
+}
+
 HOT static double ray_sum(const float *restrict vol, const struct box *box, const struct ray *r)
 {
+	struct walk w;
 	double total = 0;
-	struct minor b = minor_of(box, r->axis[1], r->slope[0]);
-	struct minor c = minor_of(box, r->axis[2], r->slope[1]);
-	struct cut cut;
 
-	for (ptrdiff_t k = first_slab(box, r); (double)k < r->x1; k += LANES) {
-		const float *f = vol + cut_at(&cut, box, r, &b, &c, k);
+	for (ptrdiff_t at = walk_start(&w, box, r, vol); at >= 0;) {
+		const float *f = vol + at;
+		const struct cut *cut = &w.cut[w.last];
 
-		total += block_sum(f, &cut);
+		at = walk_on(&w, vol);
+		total += block_sum(f, cut);
 	}
 	return total * r->scale;
 }
 
-HOT static void ray_spread(float *restrict vol, const struct box *box, const struct ray *r,
-	double value)
+HOT static void ray_spread(
+	float *restrict vol, const struct box *box, const struct ray *r, double value)
 {
 	float x = (float)(value * r->scale);
-	struct minor b = minor_of(box, r->axis[1], r->slope[0]);
-	struct minor c = minor_of(box, r->axis[2], r->slope[1]);
-	struct cut cut;
+	struct walk w;
 
-	for (ptrdiff_t k = first_slab(box, r); (double)k < r->x1; k += LANES) {
-		float *f = vol + cut_at(&cut, box, r, &b, &c, k);
+	for (ptrdiff_t at = walk_start(&w, box, r, vol); at >= 0;) {
+		float *f = vol + at;
+		const struct cut *cut = &w.cut[w.last];
 
+		at = walk_on(&w, vol);
 		for (int j = 0; j < LANES; j++)
 			for (int i = 0; i < 3; i++)
-				f[cut.at[i][j]] += cut.len[i][j] * x;
+				f[cut->at[i][j]] += cut->len[i][j] * x;
 	}
 }
 
@@ -307,8 +346,9 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e) || ct_scan_check(scan, grid, e))
 		return -1;
 	if (grid->n[2] > MOST || grid->n[0] > MOST / grid->n[1])
-		return ct_fail(e, CT_EGEOM, "a volume of %zux%zux%zu voxels is too large to project",
-			grid->n[0], grid->n[1], grid->n[2]);
+		return ct_fail(e, CT_EGEOM,
+			"a volume of %zux%zux%zu voxels is too large to project", grid->n[0],
+			grid->n[1], grid->n[2]);
 	*g = (struct ct_projector){.scan = scan};
 	memcpy(g->n, grid->n, sizeof g->n);
 	memcpy(g->affine, grid->affine, sizeof g->affine);
