@@ -7,6 +7,7 @@
  * The file is a stream: tensors are read in the order of their offsets and never twice.
  */
 #include "config.h"
+#include "formats/bytes.h"
 #include "formats/format.h"
 #include "formats/half.h"
 #include "formats/hash.h"
@@ -24,7 +25,7 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
 
-enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, BLOCK = 8192 };
+enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, MOST_META = 4096, BLOCK = 8192 };
 
 enum type { F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8, BOOL, TYPES };
 
@@ -111,6 +112,8 @@ static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
 
 	if (!json_is_object(all))
 		return bad(d, NULL, "__metadata__ is not a JSON object");
+	if (json_object_size(all) > MOST_META)
+		return bad(d, NULL, "__metadata__ has %zu keys", json_object_size(all));
 	json_object_foreach((json_t *)(uintptr_t)all, key, value) {
 		if (!json_is_string(value))
 			return bad(d, NULL, "__metadata__ %.80s is not a string", key);
@@ -292,21 +295,30 @@ static int sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 	return rc;
 }
 
-int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
 {
-	struct reader d = {.path = path, .e = e};
+	struct reader d = {.f = f, .path = name, .e = e};
 	int rc;
 
-	*w = (struct ct_tensors){0};
-	if (ct_in_open(path, &d.f, e))
-		return -1;
 	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
-		sign(w, path, e) ? -1 : 0;
-	ct_in_close(d.f);
+		sign(w, name, e) ? -1 : 0;
 	json_decref(d.header);
 	free(d.entry);
 	if (rc)
 		ct_tensors_free(w);
+	return rc;
+}
+
+int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+{
+	FILE *f;
+	int rc;
+
+	*w = (struct ct_tensors){0};
+	if (ct_in_open(path, &f, e))
+		return -1;
+	rc = ct_safetensors_read_stream(f, path, w, e);
+	ct_in_close(f);
 	return rc;
 }
 

@@ -41,7 +41,7 @@ static void test_unity(void)
 			double step = (double)n[k][0] / (double)n[k][1];
 
 			if (ct_resample_taps(&t, n[k][0], n[k][1], 0.5 * step - 0.5, step,
-				(enum ct_interp)(mode / 2), mode & 1, &e))
+				    (enum ct_interp)(mode / 2), mode & 1, &e))
 				worst = 1;
 			for (size_t m = 0; m < t.n_out; m++) {
 				double sum = 0;
@@ -157,8 +157,8 @@ static void test_spline(void)
 		x[i] = (float)cos(M_PI * 3 * ((double)i + 0.5) / N);
 	ct_taps_apply(y, x, n, 0, &t, scratch, NULL);
 	for (size_t i = 0; i < N * S; i++)
-		between = fmax(between, fabs((double)y[i] -
-			cos(M_PI * 3 * ((double)i + 0.5) / (N * S))));
+		between = fmax(
+			between, fabs((double)y[i] - cos(M_PI * 3 * ((double)i + 0.5) / (N * S))));
 	OK(between < 1e-4, "and near a cosine, which is even about the faces (%.2g)", between);
 	ct_taps_free(&t);
 }

@@ -10,7 +10,11 @@
  *   factor     "X,Y,Z" decimation factor of the low-resolution grid
  *   sigma      "X,Y,Z" Gaussian of the degradation, high-resolution voxels
  *   decimate   sinc | point | mean
+ *   noise      standard deviation of the noise that was added, HU
+ *   upsample   method that brought the data to the fine grid; factor is used up then
  *   seed       the seed of the last step that drew numbers
+ *   nifti.code   qform_code and sform_code, if not 1
+ *   nifti.ext.N  a foreign NIfTI extension: "ECODE BASE64"
  */
 #ifndef CT_CORE_META_H
 #define CT_CORE_META_H

@@ -47,8 +47,10 @@ static void fill_row(struct ct_taps *t, size_t m, double c, double widen, enum c
 		sum += kernel(interp, (k - c) / widen);
 	ct_taps_place(t, m, (ptrdiff_t)fmin(fmax(lo, 0), last));
 	for (double k = lo; k <= hi; k++)
-		ct_taps_add(t, m, interp == CT_BSPLINE ? ct_taps_reflect((ptrdiff_t)k, t->n_in) :
-			(size_t)fmin(fmax(k, 0), last), kernel(interp, (k - c) / widen) / sum);
+		ct_taps_add(t, m,
+			interp == CT_BSPLINE ? ct_taps_reflect((ptrdiff_t)k, t->n_in)
+					     : (size_t)fmin(fmax(k, 0), last),
+			kernel(interp, (k - c) / widen) / sum);
 }
 
 /* Samples to spline coefficients: the inverse of the filter (1 4 1)/6, sqrt(3) z^|k|. */
@@ -101,8 +103,8 @@ int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 
 	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
-		if (ct_resample_taps(&t[a], n_in[a], n_out[a], start[a], step[a], interp,
-			antialias, e))
+		if (ct_resample_taps(
+			    &t[a], n_in[a], n_out[a], start[a], step[a], interp, antialias, e))
 			goto out;
 	rc = ct_separable_plan(s, t, par, e);
 out:

@@ -33,8 +33,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, mask, 0, "mask", "FILE", 0, 0,
 		"count only voxels where FILE, on the same grid, is not zero"),
 	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
-	CT_CHOICE(struct params, ssim, 0, "ssim", "r2|skimage|wang|all",
-		"which definition of SSIM"),
+	CT_CHOICE(
+		struct params, ssim, 0, "ssim", "r2|skimage|wang|all", "which definition of SSIM"),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
 		"exit with status 3 if PSNR is lower"),
 	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
@@ -47,14 +47,16 @@ static int rule_of(struct ct_metrics_rule *r, const struct params *p, struct ct_
 	double lohi[2] = {-512, 3071};
 	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
 
+	if (strcmp(p->ref, "-") == 0 && strcmp(p->test, "-") == 0)
+		return ct_fail(e, CT_EUSAGE, "only one of REF and TEST can be standard input");
 	if (p->window && p->range > 0)
 		return ct_fail(e, CT_EUSAGE, "--window and --range exclude each other");
 	if (ssim < 0 && !isnan(p->min_ssim))
 		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
 	if (p->window && ct_parse_range("window", p->window, lohi, e))
 		return -1;
-	*r = (struct ct_metrics_rule){.window = !(p->range > 0), .lo = lohi[0], .hi = lohi[1],
-		.range = p->range};
+	*r = (struct ct_metrics_rule){
+		.window = !(p->range > 0), .lo = lohi[0], .hi = lohi[1], .range = p->range};
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		r->ssim[k] = ssim == ALL || ssim == k;
 	return 0;
@@ -88,8 +90,7 @@ static void print_text(const struct ct_metrics *m, const struct ct_metrics_rule 
 	printf("mae-hu %.6f\nrmse-hu %.6f\nbias-hu %.6f\n", m->mae, m->rmse, m->bias);
 }
 
-static int print_json(const struct ct_metrics *m, const struct ct_metrics_rule *r,
-	struct ct_err *e)
+static int print_json(const struct ct_metrics *m, const struct ct_metrics_rule *r, struct ct_err *e)
 {
 	json_t *o = json_object();
 	int bad = 0;
@@ -117,12 +118,12 @@ static int judge(const struct ct_metrics *m, const struct ct_metrics_rule *r,
 	const struct params *p, struct ct_err *e)
 {
 	if (m->psnr < p->min_psnr)
-		return ct_fail(e, CT_EINPUT, "%s: psnr %.6f is below %g", p->test, m->psnr,
-			p->min_psnr);
+		return ct_fail(
+			e, CT_EINPUT, "%s: psnr %.6f is below %g", p->test, m->psnr, p->min_psnr);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		if (r->ssim[k] && m->ssim[k] < p->min_ssim)
-			return ct_fail(e, CT_EINPUT, "%s: %s %.8f is below %g", p->test, ssim_name[k],
-				m->ssim[k], p->min_ssim);
+			return ct_fail(e, CT_EINPUT, "%s: %s %.8f is below %g", p->test,
+				ssim_name[k], m->ssim[k], p->min_ssim);
 	return 0;
 }
 

@@ -22,15 +22,16 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "the CT on the finer grid, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN says "
+		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN "
+		"says "
 		"it was reduced by if not given, and that one if it is"),
 	CT_CHOICE(struct params, method, 'm', "method", METHODS, "interpolate so"),
 	CT_OPT_END,
 };
 
 /* The factors of -x, or of the file; a contradiction is an error. */
-static int factor_of(size_t factor[3], const struct params *p, const struct ct_meta *m,
-	struct ct_err *e)
+static int factor_of(
+	size_t factor[3], const struct params *p, const struct ct_meta *m, struct ct_err *e)
 {
 	struct ct_degrade d = {{0}, {0}, CT_DECIMATE_SINC};
 	bool done = ct_meta_get(m, "upsample") != NULL; /* the factor was used up */
@@ -48,13 +49,14 @@ static int factor_of(size_t factor[3], const struct params *p, const struct ct_m
 		if (!p->factor)
 			x[a] = (double)d.factor[a];
 		if (!(x[a] >= 1 && x[a] <= 1024) || x[a] != floor(x[a]))
-			return ct_fail(e, CT_EUSAGE, "-x: %g is not a whole number in [1, 1024]",
-				x[a]);
+			return ct_fail(
+				e, CT_EUSAGE, "-x: %g is not a whole number in [1, 1024]", x[a]);
 		factor[a] = (size_t)x[a];
 		if (known == 0 && factor[a] != d.factor[a])
-			return ct_fail(e, CT_EUSAGE, "-x %s contradicts %s, which was reduced "
-				"%zu,%zu,%zu times", p->factor, p->in, d.factor[0], d.factor[1],
-				d.factor[2]);
+			return ct_fail(e, CT_EUSAGE,
+				"-x %s contradicts %s, which was reduced "
+				"%zu,%zu,%zu times",
+				p->factor, p->in, d.factor[0], d.factor[1], d.factor[2]);
 	}
 	return 0;
 }
@@ -97,8 +99,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s", in.n[0], in.n[1], in.n[2],
-		out.n[0], out.n[1], out.n[2], method_name[p->method]);
+	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s", in.n[0], in.n[1], in.n[2], out.n[0],
+		out.n[1], out.n[2], method_name[p->method]);
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
 		goto out;
