@@ -125,7 +125,8 @@ static void norm_plain(const struct layer *l, double *y, double *const *in)
 			for (size_t i = 0; i < n->hw; i++)
 				for (size_t k = g * per; k < (g + 1) * per; k++) {
 					double x = in[0][i * c + k] +
-						(e && !n->scale_shift ? e[k] : 0), z;
+						   (e && !n->scale_shift ? e[k] : 0),
+					       z;
 
 					if (pass == 0)
 						mean += x / m;
@@ -143,8 +144,11 @@ static void norm_plain(const struct layer *l, double *y, double *const *in)
 
 static void test_norm(const char *name, size_t hw, size_t c, bool e, bool scale_shift, bool act)
 {
-	struct layer l = {.name = name, .ny = hw * c, .inputs = e ? 4 : 3,
-		.n = {hw * c, c, c, scale_shift ? 2 * c : c}, .plain = norm_plain,
+	struct layer l = {.name = name,
+		.ny = hw * c,
+		.inputs = e ? 4 : 3,
+		.n = {hw * c, c, c, scale_shift ? 2 * c : c},
+		.plain = norm_plain,
 		.norm = {.hw = hw, .c = c, .scale_shift = scale_shift, .silu = act}};
 	double sums[2 * 128];
 	float scratch[7 * 128] __attribute__((aligned(64)));
@@ -201,8 +205,13 @@ static void linear_plain(const struct layer *l, double *y, double *const *in)
 
 static void test_linear(void)
 {
-	struct layer l = {.name = "linear", .ny = 21, .inputs = 3, .n = {37, 37 * 21, 21},
-		.plain = linear_plain, .c = 37, .ca = 21};
+	struct layer l = {.name = "linear",
+		.ny = 21,
+		.inputs = 3,
+		.n = {37, 777, 21},
+		.plain = linear_plain,
+		.c = 37,
+		.ca = 21};
 
 	draw(&l);
 	ct_linear_forward(37, 21, y_f, in_f[0], in_f[1], in_f[2]);
@@ -234,10 +243,22 @@ static void down_plain(const struct layer *l, double *y, double *const *in)
 static void test_resample(void)
 {
 	const size_t h = 4, w = 6, c = 5, n = h * w * c;
-	struct layer up = {.name = "up", .ny = 4 * n, .inputs = 1, .n = {n}, .plain = up_plain,
-		.h = h, .w = w, .c = c};
-	struct layer down = {.name = "down", .ny = n / 4, .inputs = 1, .n = {n},
-		.plain = down_plain, .h = h, .w = w, .c = c};
+	struct layer up = {.name = "up",
+		.ny = 4 * n,
+		.inputs = 1,
+		.n = {n},
+		.plain = up_plain,
+		.h = h,
+		.w = w,
+		.c = c};
+	struct layer down = {.name = "down",
+		.ny = n / 4,
+		.inputs = 1,
+		.n = {n},
+		.plain = down_plain,
+		.h = h,
+		.w = w,
+		.c = c};
 
 	draw(&up);
 	ct_up_forward(h, w, c, y_f, in_f[0]);
@@ -264,14 +285,20 @@ static void concat_plain(const struct layer *l, double *y, double *const *in)
 
 	for (size_t i = 0; i < l->h; i++)
 		for (size_t k = 0; k < l->c; k++)
-			y[i * l->c + k] = k < l->ca ? in[0][i * l->ca + k] :
-				in[1][i * cb + k - l->ca];
+			y[i * l->c + k] =
+				k < l->ca ? in[0][i * l->ca + k] : in[1][i * cb + k - l->ca];
 }
 
 static void test_concat(void)
 {
-	struct layer l = {.name = "concat", .ny = 7 * 11, .inputs = 2, .n = {7 * 4, 7 * 7},
-		.plain = concat_plain, .h = 7, .c = 11, .ca = 4};
+	struct layer l = {.name = "concat",
+		.ny = 77,
+		.inputs = 2,
+		.n = {28, 49},
+		.plain = concat_plain,
+		.h = 7,
+		.c = 11,
+		.ca = 4};
 
 	draw(&l);
 	ct_concat_forward(7, 4, 7, y_f, in_f[0], in_f[1]);
@@ -312,7 +339,10 @@ static void attn_plain(const struct layer *l, double *y, double *const *in)
 static void test_attention(const char *name, size_t tokens, bool legacy, bool back)
 {
 	const size_t c = 16;
-	struct layer l = {.name = name, .ny = tokens * c, .inputs = 1, .n = {tokens * 3 * c},
+	struct layer l = {.name = name,
+		.ny = tokens * c,
+		.inputs = 1,
+		.n = {tokens * 3 * c},
 		.plain = attn_plain,
 		.attn = {.tokens = tokens, .heads = 2, .width = 8, .legacy = legacy}};
 	float *scratch = malloc(ct_attn_scratch(&l.attn, true) * sizeof *scratch);
@@ -347,7 +377,7 @@ static void conv_plain(const struct layer *l, double *y, double *const *in)
 					continue;
 				for (size_t c = 0; c < s->ci; c++)
 					sum += in[0][((size_t)i * s->w + (size_t)j) * s->ci + c] *
-						in[1][(o * s->ci + c) * s->k * s->k + t];
+					       in[1][(o * s->ci + c) * s->k * s->k + t];
 			}
 			y[p * s->co + o] = sum;
 		}
@@ -373,9 +403,12 @@ static int conv_run(struct ct_conv *c, const struct layer *l, void *scratch)
 static void test_conv(const char *name, struct ct_conv_shape s)
 {
 	const size_t ho = (s.h + s.stride - 1) / s.stride, wo = (s.w + s.stride - 1) / s.stride;
-	struct layer l = {.name = name, .ny = ho * wo * s.co, .inputs = s.add ? 4 : 3,
+	struct layer l = {.name = name,
+		.ny = ho * wo * s.co,
+		.inputs = s.add ? 4 : 3,
 		.n = {s.h * s.w * s.ci, s.co * s.ci * s.k * s.k, s.co, ho * wo * s.co},
-		.plain = conv_plain, .conv = s};
+		.plain = conv_plain,
+		.conv = s};
 	struct ct_dnn *d = NULL;
 	struct ct_conv *c = NULL;
 	void *scratch = NULL;
@@ -441,8 +474,8 @@ static void test_embed(void)
 /* One parameter by the formulas in double. */
 static void test_adam(void)
 {
-	const struct ct_adamw a = {.lr = 0.01, .beta1 = 0.9, .beta2 = 0.999, .eps = 1e-8,
-		.decay = 0.1};
+	const struct ct_adamw a = {
+		.lr = 0.01, .beta1 = 0.9, .beta2 = 0.999, .eps = 1e-8, .decay = 0.1};
 	float p[3] = {1, -2, 0.5f}, m[3] = {0}, v[3] = {0}, mean[3] = {0};
 	double dp = 1, dm = 0, dv = 0, de = 0;
 
@@ -456,7 +489,7 @@ static void test_adam(void)
 		dv = 0.999 * dv + 0.001 * dg * dg;
 		dp -= 0.01 * 0.1 * dp;
 		dp -= 0.01 * dm / (1 - pow(0.9, (double)t)) /
-			(sqrt(dv / (1 - pow(0.999, (double)t))) + 1e-8);
+		      (sqrt(dv / (1 - pow(0.999, (double)t))) + 1e-8);
 		de = 0.9 * de + 0.1 * dp;
 	}
 	NEAR((double)p[0], dp, 2e-6, "AdamW");
@@ -468,8 +501,8 @@ int main(void)
 {
 	for (size_t i = 0; i < INPUTS; i++) {
 		in_d[i] = calloc(MOST, sizeof **in_d);
-		in_f[i] = aligned_alloc(64, MOST * 64);
-		grad_f[i] = aligned_alloc(64, MOST * 64);
+		in_f[i] = aligned_alloc(64, (size_t)MOST * 64);
+		grad_f[i] = aligned_alloc(64, (size_t)MOST * 64);
 		if (!in_d[i] || !in_f[i] || !grad_f[i])
 			return 99;
 	}
@@ -490,7 +523,8 @@ int main(void)
 	test_attention("attention over blocks", 100, true, true);
 	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false});
 	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true});
-	test_conv("conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false});
+	test_conv(
+		"conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false});
 	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false});
 	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false});
 	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true});

@@ -26,8 +26,8 @@ static const struct key {
 	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false},
 	{"use_scale_shift_norm", TRUTH, offsetof(struct ct_unet_arch, use_scale_shift_norm), true},
 	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true},
-	{"use_new_attention_order", TRUTH,
-		offsetof(struct ct_unet_arch, use_new_attention_order), true},
+	{"use_new_attention_order", TRUTH, offsetof(struct ct_unet_arch, use_new_attention_order),
+		true},
 	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false},
 };
 
@@ -91,8 +91,8 @@ static bool set_count(struct ct_unet_arch *a, const struct key *k, const char *v
 
 static bool set_truth(struct ct_unet_arch *a, const struct key *k, const char *value)
 {
-	static const char *const words[] = {"False", "True", "false", "true", "0", "1", "no",
-		"yes"};
+	static const char *const words[] = {
+		"False", "True", "false", "true", "0", "1", "no", "yes"};
 
 	for (size_t i = 0; i < sizeof words / sizeof *words; i++)
 		if (strcmp(value, words[i]) == 0) {
@@ -133,11 +133,10 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 
 		if (strcmp(key, k->name) != 0)
 			continue;
-		ok = k->kind == TRUTH ? set_truth(a, k, value) :
-			k->kind == COUNT || k->kind == HEADS ? set_count(a, k, value) :
-			set_list(a, k, value);
-		return ok ? 0 :
-			ct_fail(e, CT_EINPUT, "architecture: %s is \"%.100s\"", key, value);
+		ok = k->kind == TRUTH			    ? set_truth(a, k, value)
+		     : k->kind == COUNT || k->kind == HEADS ? set_count(a, k, value)
+							    : set_list(a, k, value);
+		return ok ? 0 : ct_fail(e, CT_EINPUT, "architecture: %s is \"%.100s\"", key, value);
 	}
 	return 1;
 }
@@ -225,7 +224,8 @@ static int check_level(const struct ct_unet_arch *a, size_t level, struct ct_err
 
 	if (!(c >= 32 && c <= CT_UNET_MAX_CHANNELS) || (size_t)c % 32 != 0)
 		return ct_fail(e, CT_EINPUT,
-			"architecture: channel_mult %g of %zu model_channels gives %g channels, not a "
+			"architecture: channel_mult %g of %zu model_channels gives %g channels, "
+			"not a "
 			"multiple of 32 up to %d",
 			a->channel_mult[level], a->model_channels, c, CT_UNET_MAX_CHANNELS);
 	unit = a->num_head_channels ? a->num_head_channels : a->num_heads;
@@ -240,15 +240,15 @@ int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e)
 	if (a->levels < 1 || a->levels > CT_UNET_LEVELS)
 		return ct_fail(e, CT_EINPUT, "architecture: channel_mult has no level");
 	if (a->model_channels < 2 || a->model_channels > CT_UNET_MAX_CHANNELS)
-		return ct_fail(e, CT_EINPUT, "architecture: model_channels is %zu",
-			a->model_channels);
+		return ct_fail(
+			e, CT_EINPUT, "architecture: model_channels is %zu", a->model_channels);
 	if (a->in_channels < 1 || a->in_channels > 64 || a->out_channels < 1 ||
 		a->out_channels > 64)
 		return ct_fail(e, CT_EINPUT, "architecture: %zu channels in, %zu out",
 			a->in_channels, a->out_channels);
 	if (a->num_res_blocks < 1 || a->num_res_blocks > 16)
-		return ct_fail(e, CT_EINPUT, "architecture: num_res_blocks is %zu",
-			a->num_res_blocks);
+		return ct_fail(
+			e, CT_EINPUT, "architecture: num_res_blocks is %zu", a->num_res_blocks);
 	for (size_t i = 0; i < a->levels; i++)
 		if (check_level(a, i, e))
 			return -1;

@@ -12,7 +12,7 @@ struct ct_arena {
 	size_t n, cap;
 	struct ct_span {
 		size_t at, count;
-	} *live;    /* sorted by place */
+	} * live;   /* sorted by place */
 	size_t top; /* most ever reached, floats */
 };
 

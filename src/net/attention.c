@@ -12,7 +12,7 @@ enum { LANES = 16 };
 
 size_t ct_attn_scratch(const struct ct_attn *a, bool back)
 {
-	return (back ? 2 : 1) * CT_ATTN_BLOCK * a->tokens;
+	return a->tokens * CT_ATTN_BLOCK * (back ? 2 : 1);
 }
 
 /* Where q, k, v of a head begin in the 3c channels. */
@@ -75,8 +75,8 @@ static void softmax_back(size_t rows, size_t n, float *restrict dw, const float 
 }
 
 /* W of `rows` queries from `first`. */
-static int weights(const struct ct_attn *a, const size_t at[3], size_t first, size_t rows,
-	float *w, const float *qkv, struct ct_err *e)
+static int weights(const struct ct_attn *a, const size_t at[3], size_t first, size_t rows, float *w,
+	const float *qkv, struct ct_err *e)
 {
 	const size_t row = 3 * a->heads * a->width;
 
@@ -87,8 +87,8 @@ static int weights(const struct ct_attn *a, const size_t at[3], size_t first, si
 	return 0;
 }
 
-int ct_attn_forward(const struct ct_attn *a, float *out, const float *qkv, float *scratch,
-	struct ct_err *e)
+int ct_attn_forward(
+	const struct ct_attn *a, float *out, const float *qkv, float *scratch, struct ct_err *e)
 {
 	const size_t t = a->tokens, c = a->heads * a->width, row = 3 * c;
 	size_t at[3];
@@ -123,16 +123,16 @@ int ct_attn_back(const struct ct_attn *a, float *dqkv, const float *dout, const 
 			const float *d = dout + i * c + head * wd;
 
 			if (weights(a, at, i, n, w, qkv, e) ||
-				ct_sgemm(false, true, n, t, wd, 1, d, c, qkv + at[2], row, 0, dw,
-					t, e) ||
-				ct_sgemm(true, false, t, wd, n, 1, w, t, d, c, 1, dqkv + at[2],
-					row, e))
+				ct_sgemm(false, true, n, t, wd, 1, d, c, qkv + at[2], row, 0, dw, t,
+					e) ||
+				ct_sgemm(true, false, t, wd, n, 1, w, t, d, c, 1, dqkv + at[2], row,
+					e))
 				return -1;
 			softmax_back(n, t, dw, w);
 			if (ct_sgemm(false, false, n, wd, t, scale, dw, t, qkv + at[1], row, 1,
 				    dqkv + i * row + at[0], row, e) ||
-				ct_sgemm(true, false, t, wd, n, scale, dw, t,
-					qkv + i * row + at[0], row, 1, dqkv + at[1], row, e))
+				ct_sgemm(true, false, t, wd, n, scale, dw, t, qkv + i * row + at[0],
+					row, 1, dqkv + at[1], row, e))
 				return -1;
 		}
 	}

@@ -22,8 +22,8 @@ struct ct_attn {
 /* Floats of scratch for forward (back: twice that). */
 size_t ct_attn_scratch(const struct ct_attn *a, bool back);
 /* out[t][c]. */
-int ct_attn_forward(const struct ct_attn *a, float *out, const float *qkv, float *scratch,
-	struct ct_err *e);
+int ct_attn_forward(
+	const struct ct_attn *a, float *out, const float *qkv, float *scratch, struct ct_err *e);
 /* dqkv[t][3c], written; W is computed again. */
 int ct_attn_back(const struct ct_attn *a, float *dqkv, const float *dout, const float *qkv,
 	float *scratch, struct ct_err *e);

@@ -43,8 +43,8 @@ struct prim {
 	int n;
 	dnnl_exec_arg_t arg[ROLES];
 	dnnl_memory_t mem[ROLES];
-	size_t scratch;      /* bytes */
-	size_t weights;      /* bytes of the weights in this direction's order */
+	size_t scratch; /* bytes */
+	size_t weights; /* bytes of the weights in this direction's order */
 	struct pack *pack;
 };
 
@@ -65,8 +65,8 @@ static int check(dnnl_status_t s, const char *what, struct ct_err *e)
 		dnnl_status2str(s));
 }
 
-static int desc_new(desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag,
-	struct ct_err *e)
+static int desc_new(
+	desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e)
 {
 #if DNNL_VERSION_MAJOR >= 3
 	return check(dnnl_memory_desc_create_with_tag(d, rank, dims, dnnl_f32, tag), "layout", e);
@@ -108,7 +108,7 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 	const dnnl_dim_t endh = edge - (step == 2 && c->s.h % 2 == 0 && edge);
 	const dnnl_dim_t endw = edge - (step == 2 && c->s.w % 2 == 0 && edge);
 	const dnnl_dims_t stride = {step, step}, none = {0, 0}, pl = {edge, edge},
-		pr = {endh, endw};
+			  pr = {endh, endw};
 	const dnnl_alg_kind_t alg = dnnl_convolution_direct;
 	const dnnl_prop_kind_t kind = train ? dnnl_forward_training : dnnl_forward_inference;
 	dnnl_engine_t eng = c->dnn->engine;
@@ -119,8 +119,8 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 		s = dnnl_convolution_forward_primitive_desc_create(pd, eng, kind, alg, c->src,
 			c->weights, c->bias, c->dst, stride, none, pl, pr, attr);
 	else if (dir == BACK_DATA)
-		s = dnnl_convolution_backward_data_primitive_desc_create(pd, eng, alg, c->src,
-			c->weights, c->dst, stride, none, pl, pr, hint, attr);
+		s = dnnl_convolution_backward_data_primitive_desc_create(
+			pd, eng, alg, c->src, c->weights, c->dst, stride, none, pl, pr, hint, attr);
 	else
 		s = dnnl_convolution_backward_weights_primitive_desc_create(pd, eng, alg, c->src,
 			c->weights, c->bias, c->dst, stride, none, pl, pr, hint, attr);
@@ -128,14 +128,14 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 	dnnl_convolution_desc_t d;
 
 	if (dir == FORWARD)
-		s = dnnl_dilated_convolution_forward_desc_init(&d, kind, alg, c->src, c->weights,
-			c->bias, c->dst, stride, none, pl, pr);
+		s = dnnl_dilated_convolution_forward_desc_init(
+			&d, kind, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
 	else if (dir == BACK_DATA)
-		s = dnnl_dilated_convolution_backward_data_desc_init(&d, alg, c->src, c->weights,
-			c->dst, stride, none, pl, pr);
+		s = dnnl_dilated_convolution_backward_data_desc_init(
+			&d, alg, c->src, c->weights, c->dst, stride, none, pl, pr);
 	else
-		s = dnnl_dilated_convolution_backward_weights_desc_init(&d, alg, c->src,
-			c->weights, c->bias, c->dst, stride, none, pl, pr);
+		s = dnnl_dilated_convolution_backward_weights_desc_init(
+			&d, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
 	if (s == dnnl_success)
 		s = dnnl_primitive_desc_create(pd, &d, attr, eng, hint);
 #endif
@@ -201,8 +201,8 @@ void ct_dnn_free(struct ct_dnn *d)
 }
 
 /* A primitive that copies between orders; with `sum` it adds to what is there. */
-static int reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, cdesc from, cdesc to, bool sum,
-	struct ct_err *e)
+static int reorder_new(
+	dnnl_primitive_t *p, dnnl_engine_t eng, cdesc from, cdesc to, bool sum, struct ct_err *e)
 {
 	dnnl_primitive_attr_t attr = NULL;
 	dnnl_post_ops_t ops = NULL;
@@ -267,8 +267,8 @@ static int pack_run(struct ct_dnn *d, const struct pack *p, struct ct_err *e)
 
 	rc = check(dnnl_stream_create(&stream, d->engine, dnnl_stream_default_flags), "stream", e);
 	if (!rc) {
-		rc = reorder_run(p->reorder, d->engine, stream, p->from, p->plain, p->to, p->data,
-			e);
+		rc = reorder_run(
+			p->reorder, d->engine, stream, p->from, p->plain, p->to, p->data, e);
 		dnnl_stream_destroy(stream);
 	}
 	ct_dnn_leave(was);
@@ -331,8 +331,8 @@ static int pack_get(struct ct_dnn *d, const float *plain, cdesc from, cdesc to, 
 	return 0;
 }
 
-static int prim_arg(struct prim *p, enum role role, int id, cdesc d, dnnl_engine_t eng,
-	struct ct_err *e)
+static int prim_arg(
+	struct prim *p, enum role role, int id, cdesc d, dnnl_engine_t eng, struct ct_err *e)
 {
 	if (check(dnnl_memory_create(&p->mem[role], d, eng, DNNL_MEMORY_NONE), "memory", e))
 		return -1;
@@ -403,8 +403,8 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 {
 	struct prim *p = &c->dir[dir];
 	dnnl_engine_t eng = c->dnn->engine;
-	cdesc w = dnnl_primitive_desc_query_md(pd,
-		dir == BACK_WEIGHTS ? dnnl_query_diff_weights_md : dnnl_query_weights_md, 0);
+	cdesc w = dnnl_primitive_desc_query_md(
+		pd, dir == BACK_WEIGHTS ? dnnl_query_diff_weights_md : dnnl_query_weights_md, 0);
 	cdesc scratch = dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0);
 	const int *id = arg_id[dir];
 
@@ -417,14 +417,14 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	if (id[BIAS] && prim_arg(p, BIAS, id[BIAS], c->bias, eng, e))
 		return -1;
 	if (dir == FORWARD && c->s.add &&
-		prim_arg(p, ADD, DNNL_ARG_ATTR_MULTIPLE_POST_OP(0) | DNNL_ARG_SRC_1, c->dst, eng,
-			e))
+		prim_arg(
+			p, ADD, DNNL_ARG_ATTR_MULTIPLE_POST_OP(0) | DNNL_ARG_SRC_1, c->dst, eng, e))
 		return -1;
 	p->scratch = dnnl_memory_desc_get_size(scratch);
 	p->weights = dnnl_memory_desc_get_size(w);
 	if (dir != BACK_WEIGHTS)
 		return pack_get(c->dnn, weight, c->plain, w, &p->pack, e) ||
-			prim_set(p, WEIGHTS, p->pack->data, e);
+		       prim_set(p, WEIGHTS, p->pack->data, e);
 	if (reorder_new(&c->unpack.p, eng, w, c->plain, true, e) ||
 		prim_arg(&c->unpack, SRC, DNNL_ARG_FROM, w, eng, e))
 		return -1;
@@ -474,9 +474,9 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 	c->dnn = d;
 	c->s = *s;
 	rc = desc_new(&c->src, 4, src, dnnl_nhwc, e) || desc_new(&c->dst, 4, dst, dnnl_nhwc, e) ||
-		desc_new(&c->weights, 4, wd, dnnl_format_tag_any, e) ||
-		desc_new(&c->plain, 4, wd, dnnl_oihw, e) || desc_new(&c->bias, 1, bd, dnnl_a, e) ||
-		conv_build(c, weight, train, e);
+	     desc_new(&c->weights, 4, wd, dnnl_format_tag_any, e) ||
+	     desc_new(&c->plain, 4, wd, dnnl_oihw, e) || desc_new(&c->bias, 1, bd, dnnl_a, e) ||
+	     conv_build(c, weight, train, e);
 	if (rc) {
 		ct_conv_free(c);
 		rc = -1;
@@ -532,8 +532,8 @@ int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bi
 	return prim_run(p, c->stream, e);
 }
 
-int ct_conv_back_data(struct ct_conv *c, float *dx, const float *dy, void *scratch,
-	struct ct_err *e)
+int ct_conv_back_data(
+	struct ct_conv *c, float *dx, const float *dy, void *scratch, struct ct_err *e)
 {
 	struct prim *p = &c->dir[BACK_DATA];
 

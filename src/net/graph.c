@@ -35,7 +35,8 @@ static size_t image(struct build *b, size_t h, size_t w, size_t c)
 {
 	struct ct_graph *g = b->g;
 
-	if (b->failed || ct_grow(&g->image, &g->cap_image, g->n_image + 1, sizeof *g->image, b->e)) {
+	if (b->failed ||
+		ct_grow(&g->image, &g->cap_image, g->n_image + 1, sizeof *g->image, b->e)) {
 		b->failed = true;
 		return 0;
 	}
@@ -56,8 +57,7 @@ static size_t op(struct build *b, struct ct_op o, size_t h, size_t w, size_t c)
 	return o.out;
 }
 
-__attribute__((format(printf, 3, 4)))
-static void name(char *out, size_t size, const char *fmt, ...)
+__attribute__((format(printf, 3, 4))) static void name(char *out, size_t size, const char *fmt, ...)
 {
 	va_list ap;
 
@@ -70,7 +70,8 @@ static void param(struct build *b, const char *prefix, const char *what, struct 
 {
 	struct ct_graph *g = b->g;
 
-	if (b->failed || ct_grow(&g->param, &g->cap_param, g->n_param + 1, sizeof *g->param, b->e)) {
+	if (b->failed ||
+		ct_grow(&g->param, &g->cap_param, g->n_param + 1, sizeof *g->param, b->e)) {
 		b->failed = true;
 		return;
 	}
@@ -84,13 +85,14 @@ static void param(struct build *b, const char *prefix, const char *what, struct 
 }
 
 /* Weight [co][ci][k][k] (as many k as rank says) and bias [co]; the index of the weight. */
-static size_t weights(struct build *b, const char *prefix, size_t rank, size_t co, size_t ci,
-	size_t k, bool zero)
+static size_t weights(
+	struct build *b, const char *prefix, size_t rank, size_t co, size_t ci, size_t k, bool zero)
 {
 	size_t first = b->g->n_param, fan = ci * k * k;
 
 	param(b, prefix, "weight",
-		(struct ct_param){.rank = rank, .dim = {co, ci, k, k}, .fan_in = fan, .zero = zero});
+		(struct ct_param){
+			.rank = rank, .dim = {co, ci, k, k}, .fan_in = fan, .zero = zero});
 	param(b, prefix, "bias",
 		(struct ct_param){.rank = 1, .dim = {co}, .fan_in = fan, .zero = zero});
 	return first;
@@ -105,14 +107,14 @@ static size_t gains(struct build *b, const char *prefix, size_t c)
 	return first;
 }
 
-static size_t conv(struct build *b, size_t x, size_t add, size_t p, size_t co, size_t k,
-	size_t stride)
+static size_t conv(
+	struct build *b, size_t x, size_t add, size_t p, size_t co, size_t k, size_t stride)
 {
 	const struct ct_image s = b->g->image[x];
 
 	return op(b,
-		(struct ct_op){.kind = CT_OP_CONV, .a = x, .b = add, .param = p, .k = k,
-			.stride = stride},
+		(struct ct_op){
+			.kind = CT_OP_CONV, .a = x, .b = add, .param = p, .k = k, .stride = stride},
 		(s.h + stride - 1) / stride, (s.w + stride - 1) / stride, co);
 }
 
@@ -128,9 +130,8 @@ static size_t norm(struct build *b, size_t x, size_t emb, size_t p, bool silu)
 {
 	const struct ct_image s = b->g->image[x];
 
-	return op(b,
-		(struct ct_op){.kind = CT_OP_NORM, .a = x, .b = emb, .param = p, .silu = silu}, s.h,
-		s.w, s.c);
+	return op(b, (struct ct_op){.kind = CT_OP_NORM, .a = x, .b = emb, .param = p, .silu = silu},
+		s.h, s.w, s.c);
 }
 
 /* -1 halves, +1 doubles. */
@@ -141,7 +142,9 @@ static size_t resample(struct build *b, size_t x, int how)
 	if (how == 0)
 		return x;
 	return op(b,
-		(struct ct_op){.kind = how < 0 ? CT_OP_DOWN : CT_OP_UP, .a = x, .b = CT_NONE,
+		(struct ct_op){.kind = how < 0 ? CT_OP_DOWN : CT_OP_UP,
+			.a = x,
+			.b = CT_NONE,
 			.param = CT_NONE},
 		how < 0 ? s.h / 2 : s.h * 2, how < 0 ? s.w / 2 : s.w * 2, s.c);
 }
@@ -188,7 +191,10 @@ static size_t attention(struct build *b, const char *prefix, size_t x)
 	p = weights(b, sub, 3, 3 * s.c, s.c, 1, false);
 	h = conv(b, h, CT_NONE, p, 3 * s.c, 1, 1);
 	h = op(b,
-		(struct ct_op){.kind = CT_OP_ATTN, .a = h, .b = CT_NONE, .param = CT_NONE,
+		(struct ct_op){.kind = CT_OP_ATTN,
+			.a = h,
+			.b = CT_NONE,
+			.param = CT_NONE,
 			.heads = ct_unet_arch_heads(b->arch, s.c)},
 		s.h, s.w, s.c);
 	name(sub, sizeof sub, "%s.proj_out", prefix);
@@ -223,7 +229,8 @@ static void time_embedding(struct build *b)
 		1, 1, d);
 	for (int i = 0; i < 2; i++) {
 		x = linear(b, i ? "time_embed.2" : "time_embed.0", x, 4 * d);
-		x = op(b, (struct ct_op){.kind = CT_OP_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},
+		x = op(b,
+			(struct ct_op){.kind = CT_OP_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},
 			1, 1, 4 * d);
 	}
 	b->emb = x;
@@ -293,11 +300,11 @@ static size_t up(struct build *b, size_t x, const size_t *stack, size_t depth)
 	return x;
 }
 
-int ct_graph_build(struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w,
-	struct ct_err *e)
+int ct_graph_build(
+	struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w, struct ct_err *e)
 {
 	/* one entry, num_res_blocks a level and the changes between levels: within these bounds */
-	size_t stack[1 + CT_UNET_LEVELS * 17], depth = 0, x, c;
+	size_t stack[1 + CT_UNET_LEVELS * 17] = {0}, depth = 0, x, c;
 	struct build b = {.g = g, .arch = a, .e = e};
 	const size_t unit = (size_t)1 << (a->levels - 1);
 
@@ -305,7 +312,8 @@ int ct_graph_build(struct ct_graph *g, const struct ct_unet_arch *a, size_t h, s
 		return -1;
 	if (h == 0 || w == 0 || h % unit || w % unit)
 		return ct_fail(e, CT_EGEOM,
-			"the network halves its image %zu times: %zu x %zu is not a multiple of %zu",
+			"the network halves its image %zu times: %zu x %zu is not a multiple of "
+			"%zu",
 			a->levels - 1, w, h, unit);
 	if (h > 65536 || w > 65536)
 		return ct_fail(e, CT_EGEOM, "an image of %zu x %zu is too large", w, h);

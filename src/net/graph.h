@@ -28,19 +28,20 @@ struct ct_image {
 
 struct ct_op {
 	enum ct_op_kind kind;
-	size_t out, a, b;   /* images; CT_NONE */
-	size_t param;       /* first of two, or CT_NONE */
-	size_t k, stride;   /* convolution */
-	size_t heads;       /* attention */
-	bool silu;          /* normalisation */
+	size_t out, a, b; /* images; CT_NONE */
+	size_t param;	  /* first of two, or CT_NONE */
+	size_t k, stride; /* convolution */
+	size_t heads;	  /* attention */
+	bool silu;	  /* normalisation */
 };
 
 struct ct_param {
 	char name[64];
 	size_t rank, dim[4], count, offset;
-	size_t fan_in;      /* inputs of one output: the scale of the initialisation; 0 for gamma, beta */
-	bool zero;          /* initialised to zero */
-	bool gamma;         /* initialised to one */
+	size_t fan_in; /* inputs of one output: the scale of the initialisation; 0 for gamma, beta
+			*/
+	bool zero;     /* initialised to zero */
+	bool gamma;    /* initialised to one */
 };
 
 struct ct_graph {
@@ -48,14 +49,14 @@ struct ct_graph {
 	struct ct_image *image; /* 0 is the input */
 	struct ct_op *op;
 	struct ct_param *param;
-	size_t out;             /* the last image */
-	size_t count;           /* of all parameters, floats */
+	size_t out;   /* the last image */
+	size_t count; /* of all parameters, floats */
 };
 
 /* For an input of h x w pixels; *g must be zero. CT_EGEOM unless both are multiples of
  * 2^(levels - 1). */
-int ct_graph_build(struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w,
-	struct ct_err *e);
+int ct_graph_build(
+	struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w, struct ct_err *e);
 void ct_graph_free(struct ct_graph *g);
 /* Floats of an image. */
 size_t ct_image_count(const struct ct_image *i);

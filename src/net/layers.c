@@ -52,8 +52,8 @@ void ct_norm_sums(size_t hw, size_t c, double *sums, const float *x)
 }
 
 /* Mean of a group and 1/sqrt(var + eps), of x + o. */
-static void group_moments(const struct ct_norm *n, size_t g, const double *sums, double *mean,
-	double *r)
+static void group_moments(
+	const struct ct_norm *n, size_t g, const double *sums, double *mean, double *r)
 {
 	const size_t per = n->c / CT_NORM_GROUPS;
 	const double hw = (double)n->hw, count = hw * (double)per;
@@ -123,8 +123,8 @@ static void affine_silu(size_t hw, size_t c, float *y, const float *x, const flo
 	}
 }
 
-void ct_norm_forward(const struct ct_norm *n, float *y, const float *x, const double *sums,
-	float *ab)
+void ct_norm_forward(
+	const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab)
 {
 	fold(n, ab, sums);
 	if (n->silu)
@@ -140,8 +140,8 @@ size_t ct_norm_scratch(const struct ct_norm *n)
 
 /* dy *= d silu / dz. */
 CT_CLONES
-static void silu_slope(size_t hw, size_t c, float *restrict dy, const float *restrict x,
-	const float *restrict ab)
+static void silu_slope(
+	size_t hw, size_t c, float *restrict dy, const float *restrict x, const float *restrict ab)
 {
 	for (size_t i = 0; i < hw; i++)
 		for (size_t j = 0; j < c; j++) {
@@ -326,8 +326,8 @@ void ct_down_forward(size_t h, size_t w, size_t c, float *y, const float *x)
 }
 
 CT_CLONES
-void ct_down_back(size_t h, size_t w, size_t c, float *restrict dx, const float *restrict dy,
-	bool acc)
+void ct_down_back(
+	size_t h, size_t w, size_t c, float *restrict dx, const float *restrict dy, bool acc)
 {
 	for (size_t i = 0; i < h; i++)
 		for (size_t j = 0; j < w; j++) {
@@ -339,8 +339,8 @@ void ct_down_back(size_t h, size_t w, size_t c, float *restrict dx, const float 
 		}
 }
 
-void ct_concat_forward(size_t hw, size_t ca, size_t cb, float *restrict y,
-	const float *restrict a, const float *restrict b)
+void ct_concat_forward(size_t hw, size_t ca, size_t cb, float *restrict y, const float *restrict a,
+	const float *restrict b)
 {
 	for (size_t i = 0; i < hw; i++) {
 		memcpy(y + i * (ca + cb), a + i * ca, ca * sizeof *y);

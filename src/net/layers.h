@@ -1,9 +1,9 @@
 /* layers.h: the layers of the U-Net other than convolutions, each forward beside its backward.
  *
- * Pure functions on one image in [hw][c] order (channels last), float storage, sums in double and in
- * a fixed order. c is a multiple of 16 for the normalisation; any c elsewhere. In a backward, dx is
- * written, or added to if `acc`; gradients of parameters are always added to. No pointer may overlap
- * another unless said. Thread-safe.
+ * Pure functions on one image in [hw][c] order (channels last), float storage, sums in double and
+ * in a fixed order. c is a multiple of 32 for the normalisation; any c elsewhere. In a backward,
+ * dx is written, or added to if `acc`; gradients of parameters are always added to. No pointer
+ * may overlap another unless said. Thread-safe.
  */
 #ifndef CT_NET_LAYERS_H
 #define CT_NET_LAYERS_H
@@ -23,15 +23,15 @@ enum { CT_NORM_GROUPS = 32 };
 struct ct_norm {
 	size_t hw, c;
 	const float *gamma, *beta; /* [c] */
-	const float *e;            /* [2c] if scale_shift, [c] if not, or NULL */
+	const float *e;		   /* [2c] if scale_shift, [c] if not, or NULL */
 	bool scale_shift, silu;
 };
 
 /* sums[2c] = per-channel sum of x and of x^2. */
 void ct_norm_sums(size_t hw, size_t c, double *sums, const float *x);
 /* y[hw][c] from x and its sums; ab[2c] is scratch. y may be x. */
-void ct_norm_forward(const struct ct_norm *n, float *y, const float *x, const double *sums,
-	float *ab);
+void ct_norm_forward(
+	const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab);
 /* Floats of scratch that the backward needs. */
 size_t ct_norm_scratch(const struct ct_norm *n);
 /* dx[hw][c]; dgamma, dbeta [c] added to; de as e, added to (or NULL). dy is overwritten. */
@@ -43,8 +43,8 @@ void ct_silu_forward(size_t n, float *y, const float *x);
 void ct_silu_back(size_t n, float *dx, const float *dy, const float *x, bool acc);
 
 /* y[co] = w[co][ci] x[ci] + b[co]. */
-void ct_linear_forward(size_t ci, size_t co, float *y, const float *x, const float *w,
-	const float *b);
+void ct_linear_forward(
+	size_t ci, size_t co, float *y, const float *x, const float *w, const float *b);
 void ct_linear_back(size_t ci, size_t co, float *dx, float *dw, float *db, const float *dy,
 	const float *x, const float *w, bool acc);
 
@@ -58,8 +58,8 @@ void ct_down_back(size_t h, size_t w, size_t c, float *dx, const float *dy, bool
 /* y[hw][ca + cb] = a[hw][ca] beside b[hw][cb]. */
 void ct_concat_forward(size_t hw, size_t ca, size_t cb, float *y, const float *a, const float *b);
 /* dx[hw][cx] from channels [first, first + cx) of dy[hw][c]. */
-void ct_concat_back(size_t hw, size_t c, size_t first, size_t cx, float *dx, const float *dy,
-	bool acc);
+void ct_concat_back(
+	size_t hw, size_t c, size_t first, size_t cx, float *dx, const float *dy, bool acc);
 
 /* y (+)= x. */
 void ct_take(size_t n, float *y, const float *x, bool acc);

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-int ct_pictures_add(struct ct_pictures *s, size_t h, size_t w, float *px, const char *name,
-	struct ct_err *e)
+int ct_pictures_add(
+	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e)
 {
 	for (size_t i = 0; i < h * w; i++)
 		if (!(px[i] >= 0 && px[i] <= 1)) {
@@ -44,8 +44,8 @@ static size_t usable(const struct ct_patches *p, const struct ct_picture *pic, s
 	return n;
 }
 
-int ct_patches_check(const struct ct_patches *p, const struct ct_pictures *s, const char *what,
-	struct ct_err *e)
+int ct_patches_check(
+	const struct ct_patches *p, const struct ct_pictures *s, const char *what, struct ct_err *e)
 {
 	size_t scale[8];
 

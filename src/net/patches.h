@@ -13,19 +13,19 @@ struct ct_pictures {
 	struct ct_picture {
 		size_t h, w;
 		float *px; /* owned, [h][w] */
-	} *picture;
+	} * picture;
 };
 
 struct ct_patches {
-	size_t size;             /* edge of a piece, pixels */
-	size_t channels;         /* a grey piece is repeated */
+	size_t size;		 /* edge of a piece, pixels */
+	size_t channels;	 /* a grey piece is repeated */
 	size_t scales, scale[8]; /* a piece is cut from the picture reduced by one of these */
-	bool flip_h, flip_v;     /* mirrored at random: left-right, top-bottom */
+	bool flip_h, flip_v;	 /* mirrored at random: left-right, top-bottom */
 };
 
 /* Takes over px, also when it fails. CT_ENUMERIC unless all values lie in [0, 1]. */
-int ct_pictures_add(struct ct_pictures *s, size_t h, size_t w, float *px, const char *name,
-	struct ct_err *e);
+int ct_pictures_add(
+	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e);
 void ct_pictures_free(struct ct_pictures *s);
 /* CT_EGEOM if no picture is as large as a piece at the smallest scale. */
 int ct_patches_check(const struct ct_patches *p, const struct ct_pictures *s, const char *what,

@@ -18,8 +18,8 @@
 /* How the gradient of one operation goes to its inputs. */
 struct flow {
 	bool acc_a, acc_b; /* another reader has written there already: add */
-	bool moved;        /* the gradient of b is the place of the gradient of out */
-	size_t tmp;        /* place for a gradient that is then added */
+	bool moved;	   /* the gradient of b is the place of the gradient of out */
+	size_t tmp;	   /* place for a gradient that is then added */
 };
 
 struct ct_unet_plan {
@@ -31,23 +31,33 @@ struct ct_unet_plan {
 	size_t *at, acts;      /* place of every image; floats an image of the batch */
 	size_t *sum_at, sums;  /* place of a normalisation's sums; doubles an image of the batch */
 	size_t *grad_at, grads;
-	struct flow *flow;     /* [n_op] */
+	struct flow *flow; /* [n_op] */
 	float *act, *grad, *scratch;
 	double *sum;
 	size_t scratch_count;
 };
 
-static struct ct_norm norm_of(const struct ct_unet_plan *p, const struct ct_op *o,
-	const float *e)
+/* Offset of the first (which 0) or second parameter of an operation that has them. */
+static size_t offset_of(const struct ct_unet_plan *p, const struct ct_op *o, size_t which)
+{
+	return p->g.param[o->param + which].offset;
+}
+
+/* What an operation reads; the embedding reads no image. */
+static const struct ct_image *input_of(const struct ct_unet_plan *p, const struct ct_op *o)
+{
+	return &p->g.image[o->a == CT_NONE ? o->out : o->a];
+}
+
+static struct ct_norm norm_of(const struct ct_unet_plan *p, const struct ct_op *o, const float *e)
 {
 	const struct ct_image *s = &p->g.image[o->out];
-	const struct ct_param *gamma = &p->g.param[o->param];
 
 	return (struct ct_norm){
 		.hw = s->h * s->w,
 		.c = s->c,
-		.gamma = p->net->param + gamma[0].offset,
-		.beta = p->net->param + gamma[1].offset,
+		.gamma = p->net->param + offset_of(p, o, 0),
+		.beta = p->net->param + offset_of(p, o, 1),
 		.e = e,
 		.scale_shift = p->net->arch.use_scale_shift_norm,
 		.silu = o->silu,
@@ -109,8 +119,8 @@ out:
 }
 
 /* Place of the gradient of an input, and whether it is added to. */
-static int place_input(struct ct_unet_plan *p, struct ct_arena *a, size_t image, bool *acc,
-	struct ct_err *e)
+static int place_input(
+	struct ct_unet_plan *p, struct ct_arena *a, size_t image, bool *acc, struct ct_err *e)
 {
 	*acc = p->grad_at[image] != CT_NONE;
 	if (*acc)
@@ -186,15 +196,15 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 {
 	for (size_t i = 0; i < p->g.n_op; i++) {
 		const struct ct_op *o = &p->g.op[i];
-		const struct ct_image *in = o->a == CT_NONE ? NULL : &p->g.image[o->a];
+		const struct ct_image *in = input_of(p, o);
 		size_t n;
 
 		if (o->kind == CT_OP_CONV) {
-			const struct ct_conv_shape s = {in->h, in->w, in->c,
-				p->g.image[o->out].c, o->k, o->stride, o->b != CT_NONE};
+			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
+				o->k, o->stride, o->b != CT_NONE};
 
 			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s,
-				    p->net->param + p->g.param[o->param].offset, p->train, e))
+				    p->net->param + offset_of(p, o, 0), p->train, e))
 				return -1;
 		}
 		if (o->kind == CT_OP_NORM) {
@@ -220,12 +230,12 @@ int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t ba
 	p->batch = batch;
 	p->train = train;
 	if (ct_graph_build(&p->g, &net->arch, h, w, e) ||
-		ct_alloc0(&p->conv, p->g.n_op, sizeof *p->conv, e) ||
+		ct_alloc0(&p->conv, p->g.n_op, sizeof(struct ct_conv *), e) ||
 		ct_alloc0(&p->flow, p->g.n_op, sizeof *p->flow, e) ||
 		ct_alloc0(&p->sum_at, p->g.n_op, sizeof *p->sum_at, e) ||
 		ct_alloc0(&p->at, p->g.n_image, sizeof *p->at, e) ||
-		ct_alloc0(&p->grad_at, p->g.n_image, sizeof *p->grad_at, e) ||
-		prepare(p, e) || place_images(p, e) || (train && place_gradients(p, e)) ||
+		ct_alloc0(&p->grad_at, p->g.n_image, sizeof *p->grad_at, e) || prepare(p, e) ||
+		place_images(p, e) || (train && place_gradients(p, e)) ||
 		ct_size_mul(&total, n, p->acts, "activations", e) ||
 		ct_alloc(&p->act, total, sizeof *p->act, e) ||
 		ct_alloc(&p->sum, n * p->sums, sizeof *p->sum, e) ||
@@ -262,7 +272,7 @@ size_t ct_unet_plan_bytes(const struct ct_unet_plan *p)
 	const size_t n = p->train ? p->batch : 1;
 
 	return (n * p->acts + p->grads + p->scratch_count) * sizeof(float) +
-		n * p->sums * sizeof(double);
+	       n * p->sums * sizeof(double);
 }
 
 /* One image of the batch while it runs. */
@@ -283,9 +293,8 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 {
 	const struct ct_unet_plan *p = r->p;
 	const struct ct_op *o = &p->g.op[i];
-	const struct ct_image *in = &p->g.image[o->a == CT_NONE ? o->out : o->a];
+	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
-	const struct ct_param *w = o->param == CT_NONE ? NULL : &p->g.param[o->param];
 	const float *x = image_at(r, o->a), *b = image_at(r, o->b);
 	float *y = image_at(r, o->out);
 	struct ct_norm norm;
@@ -296,15 +305,15 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 		ct_embed(s->c, y, r->t);
 		break;
 	case CT_OP_LINEAR:
-		ct_linear_forward(in->c, s->c, y, x, p->net->param + w[0].offset,
-			p->net->param + w[1].offset);
+		ct_linear_forward(in->c, s->c, y, x, p->net->param + offset_of(p, o, 0),
+			p->net->param + offset_of(p, o, 1));
 		break;
 	case CT_OP_SILU:
 		ct_silu_forward(s->c, y, x);
 		break;
 	case CT_OP_CONV:
-		return ct_conv_forward(p->conv[i], y, x, p->net->param + w[1].offset, b,
-			p->scratch, e);
+		return ct_conv_forward(
+			p->conv[i], y, x, p->net->param + offset_of(p, o, 1), b, p->scratch, e);
 	case CT_OP_NORM:
 		norm = norm_of(p, o, b);
 		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
@@ -326,16 +335,18 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	return 0;
 }
 
-int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, const float *t,
-	struct ct_err *e)
+int ct_unet_forward(
+	struct ct_unet_plan *p, float *y, const float *x, const float *t, struct ct_err *e)
 {
 	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
 	int was = ct_dnn_enter(), rc = 0;
 
 	for (size_t k = 0; k < p->batch && !rc; k++) {
 		size_t slot = p->train ? k : 0;
-		struct run r = {.p = p, .act = p->act + slot * p->acts,
-			.sum = p->sum + slot * p->sums, .t = (double)t[k]};
+		struct run r = {.p = p,
+			.act = p->act + slot * p->acts,
+			.sum = p->sum + slot * p->sums,
+			.t = (double)t[k]};
 
 		ct_to_last(in->h * in->w, in->c, image_at(&r, 0), x + k * ct_image_count(in));
 		for (size_t i = 0; i < p->g.n_op && !rc; i++)
@@ -358,12 +369,11 @@ static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_unet_plan *p = r->p;
 	const struct ct_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
-	const struct ct_param *w = &p->g.param[o->param];
 	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	float *to = f->acc_a ? p->grad + f->tmp : da;
 
-	if (ct_conv_back_weights(p->conv[i], r->grads + w[0].offset, r->grads + w[1].offset,
-		    image_at(r, o->a), dy, p->scratch, e) ||
+	if (ct_conv_back_weights(p->conv[i], r->grads + offset_of(p, o, 0),
+		    r->grads + offset_of(p, o, 1), image_at(r, o->a), dy, p->scratch, e) ||
 		ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
 		return -1;
 	if (f->acc_a)
@@ -377,15 +387,14 @@ static void norm_back(const struct run *r, size_t i)
 {
 	struct ct_unet_plan *p = r->p;
 	const struct ct_op *o = &p->g.op[i];
-	const struct ct_param *w = &p->g.param[o->param];
 	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
 	float *de = grad_of(r, o->b);
 
 	if (de && !p->flow[i].acc_b)
 		memset(de, 0, p->g.image[o->b].c * sizeof *de);
-	ct_norm_back(&n, grad_of(r, o->a), r->grads + w[0].offset, r->grads + w[1].offset, de,
-		grad_of(r, o->out), image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a,
-		p->scratch);
+	ct_norm_back(&n, grad_of(r, o->a), r->grads + offset_of(p, o, 0),
+		r->grads + offset_of(p, o, 1), de, grad_of(r, o->out), image_at(r, o->a),
+		r->sum + p->sum_at[i], p->flow[i].acc_a, p->scratch);
 }
 
 static int backward_op(const struct run *r, size_t i, struct ct_err *e)
@@ -393,9 +402,8 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	const struct ct_unet_plan *p = r->p;
 	const struct ct_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
-	const struct ct_image *in = &p->g.image[o->a == CT_NONE ? o->out : o->a];
+	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
-	const struct ct_param *w = o->param == CT_NONE ? NULL : &p->g.param[o->param];
 	const float *x = image_at(r, o->a);
 	float *dx = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	struct ct_attn attn;
@@ -404,8 +412,9 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	case CT_OP_EMBED:
 		break;
 	case CT_OP_LINEAR:
-		ct_linear_back(in->c, s->c, dx, r->grads + w[0].offset, r->grads + w[1].offset, dy,
-			x, p->net->param + w[0].offset, f->acc_a);
+		ct_linear_back(in->c, s->c, dx, r->grads + offset_of(p, o, 0),
+			r->grads + offset_of(p, o, 1), dy, x, p->net->param + offset_of(p, o, 0),
+			f->acc_a);
 		break;
 	case CT_OP_SILU:
 		ct_silu_back(s->c, dx, dy, x, f->acc_a);
@@ -423,8 +432,8 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 		break;
 	case CT_OP_CONCAT:
 		ct_concat_back(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
-		ct_concat_back(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy,
-			f->acc_b);
+		ct_concat_back(
+			s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy, f->acc_b);
 		break;
 	case CT_OP_ATTN:
 		attn = attn_of(p, o);
@@ -433,23 +442,25 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	return 0;
 }
 
-int ct_unet_backward(struct ct_unet_plan *p, float *grads, float *dx, const float *dy,
-	struct ct_err *e)
+int ct_unet_backward(
+	struct ct_unet_plan *p, float *grads, float *dx, const float *dy, struct ct_err *e)
 {
 	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
 	int was = ct_dnn_enter(), rc = 0;
 
 	for (size_t k = 0; k < p->batch && !rc; k++) {
-		struct run r = {.p = p, .act = p->act + k * p->acts,
-			.sum = p->sum + k * p->sums, .grads = grads};
+		struct run r = {.p = p,
+			.act = p->act + k * p->acts,
+			.sum = p->sum + k * p->sums,
+			.grads = grads};
 
 		ct_to_last(out->h * out->w, out->c, grad_of(&r, p->g.out),
 			dy + k * ct_image_count(out));
 		for (size_t i = p->g.n_op; i-- > 0 && !rc;)
 			rc = backward_op(&r, i, e);
 		if (dx)
-			ct_to_first(in->h * in->w, in->c, dx + k * ct_image_count(in),
-				grad_of(&r, 0));
+			ct_to_first(
+				in->h * in->w, in->c, dx + k * ct_image_count(in), grad_of(&r, 0));
 	}
 	ct_dnn_leave(was);
 	return rc;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* The same C compiled for each vector width; the machine picks at load time. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                       \
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
 	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CT_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else

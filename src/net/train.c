@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK = 1 << 15 };           /* parameters a task */
+enum { CHUNK = 1 << 15 };		 /* parameters a task */
 enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 
 /* Scratch of one thread. */
@@ -28,9 +28,9 @@ struct ct_train {
 	uint64_t step;
 	size_t n, pixels, groups, threads, chunks;
 	float *m, *v, *grads; /* [n], [n], [groups][n] */
-	double *norm;         /* [chunks] */
+	double *norm;	      /* [chunks] */
 	struct bench *bench;  /* [threads] */
-	bool ema_stale;       /* the average has moved since it was last run */
+	bool ema_stale;	      /* the average has moved since it was last run */
 };
 
 /* One pass over the batch or the validation pieces. */
@@ -40,8 +40,8 @@ struct pass {
 	size_t count, groups;
 	bool test;
 	double rate, ema, scale; /* of the update */
-	double *loss;            /* [count] */
-	struct ct_err *err;      /* [groups] */
+	double *loss;		 /* [count] */
+	struct ct_err *err;	 /* [groups] */
 };
 
 void ct_train_default(struct ct_train_opts *o)
@@ -192,7 +192,7 @@ double ct_train_bytes(const struct ct_train *t)
 
 	for (size_t i = 0; i < t->threads; i++)
 		bytes += (double)ct_unet_plan_bytes(t->bench[i].train) +
-			4.0 * (double)(t->pixels * sizeof(float));
+			 4.0 * (double)(t->pixels * sizeof(float));
 	return bytes + floats * sizeof(float);
 }
 
@@ -226,9 +226,8 @@ int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t
 	struct pass p = {.t = t, .data = data, .count = n, .groups = n, .test = true};
 
 	for (size_t i = 0; i < t->threads; i++)
-		if (!t->bench[i].test &&
-			ct_unet_plan_alloc(&t->bench[i].test, t->ema, 1, t->o.patches.size,
-				t->o.patches.size, false, e))
+		if (!t->bench[i].test && ct_unet_plan_alloc(&t->bench[i].test, t->ema, 1,
+						 t->o.patches.size, t->o.patches.size, false, e))
 			return -1;
 	if (t->ema_stale && ct_unet_changed(t->ema, t->env->par, e))
 		return -1;
@@ -248,16 +247,17 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 	return ct_unet_plan_alloc(&b->train, t->net, 1, size, size, true, e);
 }
 
-static int check_options(const struct ct_unet_arch *a, const struct ct_train_opts *o,
-	struct ct_err *e)
+static int check_options(
+	const struct ct_unet_arch *a, const struct ct_train_opts *o, struct ct_err *e)
 {
 	if (a->in_channels != a->out_channels || a->in_channels != o->patches.channels)
-		return ct_fail(e, CT_EINPUT, "training predicts the noise of every channel: %zu in, "
-			"%zu out, pictures of %zu", a->in_channels, a->out_channels,
-			o->patches.channels);
+		return ct_fail(e, CT_EINPUT,
+			"training predicts the noise of every channel: %zu in, "
+			"%zu out, pictures of %zu",
+			a->in_channels, a->out_channels, o->patches.channels);
 	if (o->batch < 1 || !(o->ema >= 0 && o->ema < 1) || !(o->adam.lr >= 0))
-		return ct_fail(e, CT_EUSAGE, "batch %zu, ema %g, learning rate %g", o->batch, o->ema,
-			o->adam.lr);
+		return ct_fail(e, CT_EUSAGE, "batch %zu, ema %g, learning rate %g", o->batch,
+			o->ema, o->adam.lr);
 	return 0;
 }
 
@@ -283,7 +283,8 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	t->chunks = (t->n + CHUNK - 1) / CHUNK;
 	t->threads = ct_par_threads(env->par);
 	if (ct_size_mul(&total, t->groups, t->n, "gradients", e) ||
-		ct_alloc0(&t->m, t->n, sizeof *t->m, e) || ct_alloc0(&t->v, t->n, sizeof *t->v, e) ||
+		ct_alloc0(&t->m, t->n, sizeof *t->m, e) ||
+		ct_alloc0(&t->v, t->n, sizeof *t->v, e) ||
 		ct_alloc(&t->grads, total, sizeof *t->grads, e) ||
 		ct_alloc0(&t->norm, t->chunks, sizeof *t->norm, e) ||
 		ct_alloc0(&t->bench, t->threads, sizeof *t->bench, e))
@@ -343,23 +344,25 @@ static int describe(const struct ct_train *t, struct ct_meta *m, struct ct_err *
 	size_t used = 0;
 
 	for (size_t i = 0; i < o->patches.scales && used < sizeof scales; i++)
-		used += (size_t)snprintf(scales + used, sizeof scales - used, "%s%zu",
-			i ? "," : "", o->patches.scale[i]);
+		used += (size_t)snprintf(scales + used, sizeof scales - used, "%s%zu", i ? "," : "",
+			o->patches.scale[i]);
 	return ct_unet_arch_to_meta(&t->net->arch, m, e) ||
-			ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)o->seed) ||
-			ct_meta_setf(m, e, "batch", "%zu", o->batch) ||
-			ct_meta_setf(m, e, "patch", "%zu", o->patches.size) ||
-			ct_meta_set(m, "scales", scales, e) ||
-			ct_meta_setf(m, e, "flips", "%d%d", o->patches.flip_h, o->patches.flip_v) ||
-			ct_meta_setf(m, e, "lr", "%.17g", o->adam.lr) ||
-			ct_meta_setf(m, e, "decay", "%.17g", o->adam.decay) ||
-			ct_meta_setf(m, e, "warmup", "%llu", (unsigned long long)o->warmup) ||
-			ct_meta_setf(m, e, "cosine", "%llu",
-				(unsigned long long)(o->cosine ? o->steps : 0)) ||
-			ct_meta_setf(m, e, "ema", "%.17g", o->ema) ||
-			ct_meta_setf(m, e, "clip", "%.17g", o->clip) ?
-		-1 :
-		0;
+			       ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)o->seed) ||
+			       ct_meta_setf(m, e, "batch", "%zu", o->batch) ||
+			       ct_meta_setf(m, e, "patch", "%zu", o->patches.size) ||
+			       ct_meta_set(m, "scales", scales, e) ||
+			       ct_meta_setf(m, e, "flips", "%d%d", o->patches.flip_h,
+				       o->patches.flip_v) ||
+			       ct_meta_setf(m, e, "lr", "%.17g", o->adam.lr) ||
+			       ct_meta_setf(m, e, "decay", "%.17g", o->adam.decay) ||
+			       ct_meta_setf(
+				       m, e, "warmup", "%llu", (unsigned long long)o->warmup) ||
+			       ct_meta_setf(m, e, "cosine", "%llu",
+				       (unsigned long long)(o->cosine ? o->steps : 0)) ||
+			       ct_meta_setf(m, e, "ema", "%.17g", o->ema) ||
+			       ct_meta_setf(m, e, "clip", "%.17g", o->clip)
+		       ? -1
+		       : 0;
 }
 
 static const char *const vector_names[] = {"param", "ema", "adam.m", "adam.v"};
@@ -429,7 +432,8 @@ int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_e
 
 		if (!x || x->rank != 1 || x->dim[0] != t->n)
 			return ct_fail(e, CT_EINPUT,
-				"not the state of this training: tensor %s does not have %zu values",
+				"not the state of this training: tensor %s does not have %zu "
+				"values",
 				vector_names[i], t->n);
 		for (size_t k = 0; k < t->n; k++)
 			if (!isfinite(x->data[k]))

@@ -31,8 +31,7 @@ int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *
 	return 0;
 }
 
-int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flops,
-	struct ct_err *e)
+int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flops, struct ct_err *e)
 {
 	struct ct_graph g = {0};
 
@@ -79,8 +78,8 @@ static int check_tensor(const struct ct_param *p, const struct ct_tensor *t, str
 		want);
 }
 
-int ct_unet_flatten(const struct ct_unet *n, float *flat, const struct ct_tensors *w,
-	struct ct_err *e)
+int ct_unet_flatten(
+	const struct ct_unet *n, float *flat, const struct ct_tensors *w, struct ct_err *e)
 {
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
@@ -133,8 +132,8 @@ int ct_unet_alloc(struct ct_unet **out, const struct ct_tensors *w, struct ct_er
 	return 0;
 }
 
-int ct_unet_init(struct ct_unet **out, const struct ct_unet_arch *a, uint64_t seed,
-	struct ct_err *e)
+int ct_unet_init(
+	struct ct_unet **out, const struct ct_unet_arch *a, uint64_t seed, struct ct_err *e)
 {
 	struct ct_unet *n;
 
@@ -145,9 +144,11 @@ int ct_unet_init(struct ct_unet **out, const struct ct_unet_arch *a, uint64_t se
 		double bound = p->fan_in && !p->zero ? 1.0 / sqrt((double)p->fan_in) : 0.0;
 
 		for (size_t k = 0; k < p->count; k++)
-			n->param[p->offset + k] = p->gamma ? 1.0f :
-				bound == 0.0 ? 0.0f :
-				(float)(bound * (2 * ct_rng_uniform(seed, i, k) - 1));
+			n->param[p->offset + k] =
+				p->gamma ? 1.0f
+				: bound == 0.0
+					? 0.0f
+					: (float)(bound * (2 * ct_rng_uniform(seed, i, k) - 1));
 	}
 	*out = n;
 	return 0;
@@ -168,8 +169,8 @@ int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e)
 	return ct_dnn_refresh(n->dnn, par, e);
 }
 
-int ct_unet_tensors(const struct ct_unet *n, const float *flat, struct ct_tensors *w,
-	struct ct_err *e)
+int ct_unet_tensors(
+	const struct ct_unet *n, const float *flat, struct ct_tensors *w, struct ct_err *e)
 {
 	if (ct_unet_arch_to_meta(&n->arch, &w->meta, e))
 		goto fail;

@@ -18,7 +18,8 @@ struct params {
 	const char *out;
 	struct ct_list data;
 	const char *arch, *scales, *validate, *licence;
-	int patch, batch, steps, warmup, validate_every, validate_pieces, checkpoint_every, log_every;
+	int patch, batch, steps, warmup, validate_every, validate_pieces, checkpoint_every,
+		log_every;
 	double lr, decay, ema, clip, minutes;
 	bool cosine, no_flip, flip_vertical, resume, half;
 };
@@ -37,15 +38,18 @@ static const struct params defaults = {
 };
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, out, "OUT", "the prior (safetensors), its state beside it in OUT.state"),
+	CT_ARG(struct params, out, "OUT",
+		"the prior (safetensors), its state beside it in OUT.state"),
 	CT_ARG(struct params, data, "DATA", "EXR stacks, pictures (PNG, TIFF), folders of them"),
 	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
 		"shape of the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
-		"attention_resolutions=8 (downsampling factors), in_channels, out_channels and more"),
+		"attention_resolutions=8 (downsampling factors), in_channels, out_channels and "
+		"more"),
 	CT_OPT(struct params, patch, 'p', "patch", "N", 4, 4096, "train on pieces of N x N pixels"),
 	CT_OPT(struct params, scales, 0, "scales", "A,B,...", 0, 0,
 		"cut pieces from pictures reduced A, B, ... times, at random"),
-	CT_OPT(struct params, no_flip, 0, "no-flip", NULL, 0, 0, "do not mirror left-right at random"),
+	CT_OPT(struct params, no_flip, 0, "no-flip", NULL, 0, 0,
+		"do not mirror left-right at random"),
 	CT_OPT(struct params, flip_vertical, 0, "flip-vertical", NULL, 0, 0,
 		"mirror top-bottom at random, too"),
 	CT_OPT(struct params, batch, 'b', "batch", "N", 1, 65536, "pieces a step"),
@@ -57,9 +61,11 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, cosine, 0, "cosine", NULL, 0, 0,
 		"lower it to 0 at the last step along a half cosine"),
 	CT_OPT(struct params, decay, 0, "decay", "X", 0, 10, "weight decay of AdamW"),
-	CT_OPT(struct params, clip, 0, "clip", "X", 0, 1e9, "limit the norm of the gradient; 0: any"),
+	CT_OPT(struct params, clip, 0, "clip", "X", 0, 1e9,
+		"limit the norm of the gradient; 0: any"),
 	CT_OPT(struct params, ema, 'e', "ema", "X", 0, 0.9999999,
-		"rate of the running average of the weights, which is the prior: the smaller of X and "
+		"rate of the running average of the weights, which is the prior: the smaller of X "
+		"and "
 		"(1 + step)/(10 + step)"),
 	CT_OPT(struct params, validate, 0, "validate", "DATA", 0, 0,
 		"also tell the loss on pictures that are not trained on"),
@@ -69,7 +75,8 @@ static const struct ct_opt opts[] = {
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT(struct params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
 		"write OUT and OUT.state every N steps"),
-	CT_OPT(struct params, log_every, 0, "log-every", "N", 1, 2e9, "tell the loss every N steps"),
+	CT_OPT(struct params, log_every, 0, "log-every", "N", 1, 2e9,
+		"tell the loss every N steps"),
 	CT_OPT(struct params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
 	CT_OPT(struct params, licence, 0, "licence", "TEXT", 0, 0,
 		"licence of the prior, for its metadata"),
@@ -86,8 +93,8 @@ struct job {
 	struct ct_meta *input; /* one a DATA */
 	char *dataset, *state; /* names and hashes; OUT.state, NULL for a stream */
 	struct ct_train *train;
-	double start, told;    /* seconds */
-	double loss;           /* summed since the last word */
+	double start, told; /* seconds */
+	double loss;	    /* summed since the last word */
 	size_t losses;
 };
 
@@ -203,7 +210,7 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	struct ct_tensors w = {0};
 	int rc = -1;
 
-	if (ct_alloc(&in, n, sizeof *in, e))
+	if (ct_alloc(&in, n, sizeof(struct ct_meta *), e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->input[i];

@@ -121,8 +121,7 @@ static int read_folder(struct ct_pictures *s, const char *path, struct ct_err *e
 	return rc;
 }
 
-int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
-	struct ct_err *e)
+int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e)
 {
 	const size_t first = s->n;
 	struct ct_piece *piece;
@@ -134,8 +133,8 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 	while (len > 1 && path[len - 1] == '/')
 		len--;
 	snprintf(name, sizeof name, "%.*s", len < 255 ? (int)len : 255, path);
-	rc = stat(path, &st) == 0 && S_ISDIR(st.st_mode) ? read_folder(s, path, e) :
-		read_file(s, path, e);
+	rc = stat(path, &st) == 0 && S_ISDIR(st.st_mode) ? read_folder(s, path, e)
+							 : read_file(s, path, e);
 	if (rc)
 		return -1;
 	if (s->n == first)
