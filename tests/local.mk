@@ -19,3 +19,5 @@ check_PROGRAMS += tests/t-degrade
 tests_t_degrade_SOURCES = tests/t-degrade.c
 check_PROGRAMS += tests/t-metrics
 tests_t_metrics_SOURCES = tests/t-metrics.c
+check_PROGRAMS += tests/t-splat
+tests_t_splat_SOURCES = tests/t-splat.c
