@@ -21,3 +21,5 @@ check_PROGRAMS += tests/t-metrics
 tests_t_metrics_SOURCES = tests/t-metrics.c
 check_PROGRAMS += tests/t-splat
 tests_t_splat_SOURCES = tests/t-splat.c
+check_PROGRAMS += tests/t-voxel
+tests_t_voxel_SOURCES = tests/t-voxel.c

@@ -1,5 +1,5 @@
-/* dab.c: see dab.h. The loops over lanes have a fixed count, so that the compiler turns each into
- * a few vector instructions; no fused multiply-add, so all processors give the same bytes. */
+/* dab.c: see dab.h. Vectors of GCC and clang, so that every processor runs wide code and the same
+ * operations: no fused multiply-add, the same bytes everywhere. */
 #include "config.h"
 #include "gs/dab.h"
 
@@ -12,8 +12,45 @@
 #else
 #define CLONES
 #endif
+/* vectors are passed to inlined functions only, so no call depends on how the ABI passes them */
+#define INLINE static inline __attribute__((always_inline))
 
 enum { L = CT_DAB_LANES };
+
+typedef float vf __attribute__((vector_size(4 * CT_DAB_LANES)));
+typedef int32_t vi __attribute__((vector_size(4 * CT_DAB_LANES)));
+
+INLINE vf ramp(void)
+{
+	vf v;
+
+	for (int l = 0; l < L; l++)
+		v[l] = (float)l;
+	return v;
+}
+
+INLINE vf pick(vi mask, vf yes, vf no)
+{
+	return (vf)((mask & (vi)yes) | (~mask & (vi)no));
+}
+
+INLINE vf at_least(vf x, vf low)
+{
+	return pick(x < low, low, x);
+}
+
+INLINE vf at_most(vf x, vf high)
+{
+	return pick(x > high, high, x);
+}
+
+INLINE vf load(const float *p)
+{
+	vf v;
+
+	memcpy(&v, p, sizeof v);
+	return v;
+}
 
 size_t ct_dab_pitch(size_t w)
 {
@@ -22,24 +59,20 @@ size_t ct_dab_pitch(size_t w)
 
 /* e^p for p <= 0, relative error 2e-7; e^-80 below. Rounds p/ln 2 by adding and taking away
  * 1.5 2^23, then Taylor on |r| <= ln 2 / 2. */
-static inline __attribute__((always_inline)) float exp_neg(float p)
+INLINE vf exp_neg(vf p)
 {
-	float n, r, y;
-	int32_t bits;
+	vf n, r, y;
 
-	p = p < -80.0f ? -80.0f : p;
+	p = at_least(p, (vf){0} - 80.0f);
 	n = p * 1.44269504f + 12582912.0f - 12582912.0f;
 	r = p - n * 0.693359375f + n * 2.12194440e-4f; /* ln 2 in two parts */
-	y = 1.0f / 720.0f;
-	y = y * r + 1.0f / 120.0f;
+	y = r * (1.0f / 720.0f) + 1.0f / 120.0f;
 	y = y * r + 1.0f / 24.0f;
 	y = y * r + 1.0f / 6.0f;
 	y = y * r + 0.5f;
 	y = y * r + 1.0f;
 	y = y * r + 1.0f;
-	bits = ((int32_t)n + 127) << 23;
-	memcpy(&n, &bits, sizeof n);
-	return y * n;
+	return y * (vf)((__builtin_convertvector(n, vi) + 127) << 23);
 }
 
 /* Of L rows of a dab, from row r: columns [lo, hi] relative to d->col (hi < lo: none), the centre
@@ -49,32 +82,33 @@ struct rows {
 	float xc[L], y[L], e[L];
 };
 
-static inline __attribute__((always_inline)) void rows_of(struct rows *o, size_t w, size_t r,
-	const struct ct_dab *d)
+INLINE void rows_of(struct rows *o, size_t w, size_t r, const struct ct_dab *d)
 {
-	const float left = (float)-d->col, right = (float)((int32_t)w - 1 - d->col);
-	const int32_t first = (int32_t)r - d->row;
-	const float fx = d->fx, fy = d->fy, slope = d->slope, ky = d->ky, cut = d->cut, inv = 1.0f / d->kx;
+	const vf zero = {0}, left = zero + (float)-d->col;
+	const vf right = zero + (float)((int32_t)w - 1 - d->col);
+	const vf y = (ramp() + (float)((int32_t)r - d->row)) - d->fy, t = d->ky * y * y;
+	const vf xc = d->fx + d->slope * y, rest = d->cut - t;
+	vf half = at_least(rest, zero) / d->kx, a, b, e;
+	float root[L];
+	vi lo, hi;
 
-	for (int l = 0; l < L; l++) {
-		float y = (float)(first + l) - fy, t = ky * y * y, rest = cut - t;
-		float xc = fx + slope * y;
-		float half = sqrtf((rest > 0 ? rest : 0) * inv);
-		float a = xc - half, b = xc + half;
-		int32_t lo, hi;
-
-		a = a < left ? left : a > right + 1 ? right + 1 : a;
-		b = b < left - 1 ? left - 1 : b > right ? right : b;
-		lo = (int32_t)a;
-		hi = (int32_t)b;
-		lo += (float)lo < a;
-		hi -= (float)hi > b;
-		o->lo[l] = lo;
-		o->hi[l] = rest < 0 ? lo - 1 : hi;
-		o->xc[l] = xc;
-		o->y[l] = y;
-		o->e[l] = exp_neg(-t);
-	}
+	memcpy(root, &half, sizeof root);
+	for (int l = 0; l < L; l++)
+		root[l] = sqrtf(root[l]);
+	half = load(root);
+	a = at_most(at_least(xc - half, left), right + 1);
+	b = at_most(at_least(xc + half, left - 1), right);
+	lo = __builtin_convertvector(a, vi);
+	hi = __builtin_convertvector(b, vi);
+	lo -= __builtin_convertvector(lo, vf) < a; /* a comparison that holds is -1 */
+	hi += __builtin_convertvector(hi, vf) > b;
+	hi -= (hi - lo + 1) & (rest < zero);
+	e = exp_neg(-t);
+	memcpy(o->lo, &lo, sizeof lo);
+	memcpy(o->hi, &hi, sizeof hi);
+	memcpy(o->xc, &xc, sizeof xc);
+	memcpy(o->y, &y, sizeof y);
+	memcpy(o->e, &e, sizeof e);
 }
 
 CLONES
@@ -89,68 +123,64 @@ void ct_dab_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, const 
 		rows_of(&o, w, r, d);
 		for (size_t m = 0; m < count; m++) {
 			const float e = amp * o.e[m];
-			float x0 = (float)o.lo[m] - o.xc[m];
 			int32_t left = o.hi[m] - o.lo[m] + 1;
+			vf x = ramp() + ((float)o.lo[m] - o.xc[m]);
 			float *p = img + (r + m) * pitch;
 
 			if (left > 0)
 				p += d->col + o.lo[m];
-			for (; left > 0; left -= L, p += L, x0 += (float)L) {
-				for (int l = 0; l < L; l++) {
-					float x = x0 + (float)l, v = e * exp_neg(k * x * x);
+			for (; left > 0; left -= L, p += L, x += (float)L) {
+				vf v = e * exp_neg(k * x * x);
+				vi in = ramp() < (vf){0} + (float)left;
 
-					p[l] += l < left ? v : 0.0f;
-				}
+				v = load(p) + (vf)((vi)v & in);
+				memcpy(p, &v, sizeof v);
 			}
 		}
 	}
-}
-
-/* Sums over one row in blocks of lanes. */
-static inline __attribute__((always_inline)) void row_sums(float acc[6][L], const float *restrict p,
-	float x0, int32_t left, float k, float y, float e)
-{
-	for (; left > 0; left -= L, p += L, x0 += (float)L)
-		for (int l = 0; l < L; l++) {
-			float x = x0 + (float)l, v = e * exp_neg(k * x * x) * p[l], vx, vy;
-
-			v = l < left ? v : 0.0f;
-			vx = v * x;
-			vy = v * y;
-			acc[0][l] += v;
-			acc[1][l] += vx;
-			acc[2][l] += vy;
-			acc[3][l] += vx * x;
-			acc[4][l] += vx * y;
-			acc[5][l] += vy * y;
-		}
 }
 
 CLONES
 void ct_dab_sums(double s[static 6], const float *g, size_t pitch, size_t w, size_t r0, size_t r1,
 	const struct ct_dab *d)
 {
-	float acc[6][L];
+	const float k = -d->kx;
+	vf acc[6] = {{0}};
 	struct rows o;
 
-	memset(acc, 0, sizeof acc);
 	for (size_t r = r0; r < r1; r += L) {
 		size_t count = r1 - r < L ? r1 - r : L;
 
 		rows_of(&o, w, r, d);
 		for (size_t m = 0; m < count; m++) {
 			int32_t left = o.hi[m] - o.lo[m] + 1;
+			vf x = ramp() + ((float)o.lo[m] - o.xc[m]), a0 = {0}, a1 = {0}, a2 = {0};
+			const float *p = g + (r + m) * pitch;
 
 			if (left > 0)
-				row_sums(acc, g + (r + m) * pitch + (size_t)(d->col + o.lo[m]),
-					(float)o.lo[m] - o.xc[m], left, -d->kx, o.y[m], o.e[m]);
+				p += d->col + o.lo[m];
+			for (; left > 0; left -= L, p += L, x += (float)L) {
+				vf v = load(p) * exp_neg(k * x * x);
+				vi in = ramp() < (vf){0} + (float)left;
+
+				v = (vf)((vi)v & in);
+				a0 += v;
+				a1 += v * x;
+				a2 += v * x * x;
+			}
+			a0 *= o.e[m];
+			a1 *= o.e[m];
+			acc[0] += a0;
+			acc[1] += a1;
+			acc[2] += a0 * o.y[m];
+			acc[3] += a2 * o.e[m];
+			acc[4] += a1 * o.y[m];
+			acc[5] += a0 * o.y[m] * o.y[m];
 		}
 	}
 	for (int i = 0; i < 6; i++) {
-		double sum = 0;
-
+		s[i] = 0;
 		for (int l = 0; l < L; l++)
-			sum += (double)acc[i][l];
-		s[i] = sum;
+			s[i] += (double)acc[i][l];
 	}
 }

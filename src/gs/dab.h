@@ -19,7 +19,7 @@
  * in a volume (the tails of chi-squared with 2 and 3 degrees of freedom). */
 #define CT_GS_CUT 6.0
 /* Columns that rows must have beyond their width: dabs are drawn in blocks. */
-enum { CT_DAB_LANES = 16 };
+enum { CT_DAB_LANES = 8 };
 
 struct ct_dab {
 	int32_t col, row; /* of the centre, rounded down */
