@@ -85,15 +85,34 @@ void ct_voxels_free(struct ct_voxels *v)
 	*v = (struct ct_voxels){0};
 }
 
+/* Does the ball around the Gaussian touch the block? Most do not, and this is cheap. */
+static bool near(const struct ct_block *k, const double norm[3], const struct ct_blob *b)
+{
+	const double d[3] = {b->p[0] - k->world[0], b->p[1] - k->world[1], b->p[2] - k->world[2]};
+	double s = fmax(b->s[0], fmax(b->s[1], b->s[2]));
+
+	for (int r = 0; r < 3; r++) {
+		double m = dot(k->inv[r], d), reach = s * norm[r];
+
+		if (!(m + reach >= 0 && m - reach <= (double)k->n[r] - 1))
+			return false;
+	}
+	return true;
+}
+
 int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
 	struct ct_err *e)
 {
+	double norm[3];
+
 	v->block = *k;
 	v->n = 0;
+	for (int r = 0; r < 3; r++)
+		norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
 	for (size_t i = 0; i < n; i++) {
 		struct ct_brick o;
 
-		if (!ct_brick_of(&o, k, &b[i]))
+		if (!near(k, norm, &b[i]) || !ct_brick_of(&o, k, &b[i]))
 			continue;
 		if (ct_grow(&v->brick, &v->cap, v->n + 1, sizeof o, e))
 			return -1;
