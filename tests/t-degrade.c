@@ -54,7 +54,8 @@ static void test_exact(void)
 
 	line(y, x, 11, 3, 0, CT_DECIMATE_MEAN); /* 2 over: one left out at each end */
 	OK(fabsf(y[0] - 7.0f / 3) < 1e-6f && fabsf(y[1] - 56.0f / 3) < 1e-6f &&
-		fabsf(y[2] - 448.0f / 3) < 1e-5f, "means of cells about the middle");
+			fabsf(y[2] - 448.0f / 3) < 1e-5f,
+		"means of cells about the middle");
 	line(y, x, 11, 3, 0, CT_DECIMATE_POINT);
 	OK(y[0] == 2 && y[1] == 16 && y[2] == 128, "odd factor: the middle sample");
 	line(y, x + 1, 8, 4, 0, CT_DECIMATE_POINT);
@@ -198,7 +199,8 @@ static void test_affine(void)
 
 static void test_meta(void)
 {
-	struct ct_degrade d = {{4, 4, 1}, {0}, CT_DECIMATE_MEAN}, got = {{0}, {0}, CT_DECIMATE_MEAN};
+	struct ct_degrade d = {{4, 4, 1}, {0}, CT_DECIMATE_MEAN},
+			  got = {{0}, {0}, CT_DECIMATE_MEAN};
 	struct ct_meta m = {0};
 	struct ct_err e = {0};
 
@@ -207,9 +209,10 @@ static void test_meta(void)
 	OK(d.sigma[2] == 0 && d.decimate == CT_DECIMATE_POINT, "none on an axis that stays");
 	OK(ct_degrade_get(&m, &got, &e) == 1 && got.factor[0] == 0, "no factor, no operator");
 	OK(ct_degrade_put(&m, &d, &e) == 0 && ct_degrade_get(&m, &got, &e) == 0 &&
-		memcmp(got.factor, d.factor, sizeof d.factor) == 0 &&
-		memcmp(got.sigma, d.sigma, sizeof d.sigma) == 0 &&
-		got.decimate == CT_DECIMATE_POINT, "the operator travels");
+			memcmp(got.factor, d.factor, sizeof d.factor) == 0 &&
+			memcmp(got.sigma, d.sigma, sizeof d.sigma) == 0 &&
+			got.decimate == CT_DECIMATE_POINT,
+		"the operator travels");
 	ct_meta_set(&m, "decimate", "magic", &e);
 	OK(ct_degrade_get(&m, &got, &e) < 0 && e.code == CT_EINPUT, "unknown decimation refused");
 	ct_meta_set(&m, "decimate", "mean", &e);

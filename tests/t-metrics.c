@@ -21,8 +21,9 @@ static void make(struct ct_vol *v, uint64_t seed, double noise)
 		exit(1);
 	for (size_t i = 0; i < N; i++)
 		v->data[i] = (float)(800 * sin(0.3 * (double)(i % NX)) *
-			cos(0.2 * (double)(i / NX % NY)) + 20 * (double)(i / (NX * NY)) +
-			noise * (double)ct_rng_normal(seed, 0, i));
+					     cos(0.2 * (double)(i / NX % NY)) +
+				     20 * (double)(i / (NX * NY)) +
+				     noise * (double)ct_rng_normal(seed, 0, i));
 }
 
 static void test_offset(void)
@@ -105,7 +106,7 @@ static void test_mask(void)
 	for (size_t i = 0; i < 100; i++) {
 		mask.data[i + 5 * NX * NY + 200] = 2;
 		sum += fabs((double)b.data[i + 5 * NX * NY + 200] -
-			(double)a.data[i + 5 * NX * NY + 200]);
+			    (double)a.data[i + 5 * NX * NY + 200]);
 	}
 	OK(ct_metrics(&m, &a, &b, &mask, &protocol, &env, &e) == 0 && m.voxels == 100,
 		"a mask says which voxels count");

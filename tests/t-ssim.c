@@ -21,8 +21,8 @@ static void images(float *x, float *y)
 }
 
 /* S of one pixel by the double sum over its window. */
-static double pixel(const struct ct_ssim_rule *r, const float *x, const float *y, ptrdiff_t row,
-	ptrdiff_t col)
+static double pixel(
+	const struct ct_ssim_rule *r, const float *x, const float *y, ptrdiff_t row, ptrdiff_t col)
 {
 	double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
 	ptrdiff_t radius = (ptrdiff_t)r->radius;
@@ -46,11 +46,11 @@ static double pixel(const struct ct_ssim_rule *r, const float *x, const float *y
 	yy = r->unbias * (yy - my * my);
 	xy = r->unbias * (xy - mx * my);
 	return (2 * mx * my + r->c1) * (2 * xy + r->c2) /
-		((mx * mx + my * my + r->c1) * (xx + yy + r->c2));
+	       ((mx * mx + my * my + r->c1) * (xx + yy + r->c2));
 }
 
-static double direct(const struct ct_ssim_rule *r, const float *x, const float *y,
-	const float *weight)
+static double direct(
+	const struct ct_ssim_rule *r, const float *x, const float *y, const float *weight)
 {
 	double sum = 0, count = 0;
 
@@ -86,7 +86,8 @@ static void test_value(void)
 		OK(fabs(s - direct(&r, x, y, NULL)) < 1e-12, "%s is its definition", name[kind]);
 		OK(s > 0.1 && s < 0.99, "and no trivial value");
 		OK(fabs(ct_ssim(&r, H, W, x, y, weight, scratch) - direct(&r, x, y, weight)) <
-			1e-12, "%s with weights", name[kind]);
+				1e-12,
+			"%s with weights", name[kind]);
 		NEAR(ct_ssim(&r, H, W, x, x, NULL, scratch), 1, 1e-12, "an image is itself");
 		NEAR(ct_ssim(&r, H, W, y, x, NULL, scratch), s, 1e-12, "symmetric");
 		OK(isnan(ct_ssim(&r, 6, 6, x, y, NULL, scratch)) == (kind != CT_SSIM_R2),
@@ -120,7 +121,8 @@ static void test_gradient(void)
 		worst = fmax(worst, fabs(d - (double)g[i]));
 		largest = fmax(largest, fabs(d));
 	}
-	OK(worst < 1e-4 * largest, "gradient is the slope everywhere (%.2g of %.2g)", worst, largest);
+	OK(worst < 1e-4 * largest, "gradient is the slope everywhere (%.2g of %.2g)", worst,
+		largest);
 	for (size_t i = 0; i < N; i++)
 		moved[i] = g[i];
 	ct_ssim_back(&r, H, W, g, x, y, -0.25, scratch);

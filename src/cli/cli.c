@@ -153,6 +153,17 @@ static void help(const struct ct_tool *t)
 		stdout);
 }
 
+/* mdoc wants a line a sentence. */
+static void sentences(const char *text)
+{
+	for (; *text; text++)
+		if (text[0] == '.' && text[1] == ' ') {
+			puts(".");
+			text++;
+		} else
+			putchar(*text);
+}
+
 static void mdoc(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
@@ -165,8 +176,9 @@ static void mdoc(const struct ct_tool *t)
 		fputs(".It ", stdout);
 		if (o->c)
 			printf("Fl %c , ", o->c);
-		printf("Fl \\-%s%s%s\n%s", o->name, o->arg ? " Ns = Ns Ar " : "",
-			o->arg ? o->arg : "", o->help);
+		printf("Fl \\-%s%s%s\n", o->name, o->arg ? " Ns = Ns Ar " : "",
+			o->arg ? o->arg : "");
+		sentences(o->help);
 		put_default(o, common ? (const void *)&common_defaults : t->defaults);
 		puts(".");
 	}

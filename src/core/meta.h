@@ -10,6 +10,8 @@
  *   factor     "X,Y,Z" decimation factor of the low-resolution grid
  *   sigma      "X,Y,Z" Gaussian of the degradation, high-resolution voxels
  *   decimate   sinc | point | mean
+ *   noise      standard deviation of the noise that was added, HU
+ *   upsample   method that brought the data to the fine grid; factor is used up then
  *   seed       the seed of the last step that drew numbers
  */
 #ifndef CT_CORE_META_H

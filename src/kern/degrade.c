@@ -14,17 +14,9 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	static const double per_sigma[] = {2.3548, 4, 8};
 
 	for (int a = 0; a < 3; a++)
-		d->sigma[a] = d->factor[a] > 1 ?
-			(double)d->factor[a] / per_sigma[protocol - 1] : 0.0;
+		d->sigma[a] =
+			d->factor[a] > 1 ? (double)d->factor[a] / per_sigma[protocol - 1] : 0.0;
 	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
-}
-
-/* Index k of the sequence that is reflected about the faces of [0, n). */
-static size_t reflect(ptrdiff_t k, size_t n)
-{
-	ptrdiff_t period = 2 * (ptrdiff_t)n, r = (k % period + period) % period;
-
-	return r < (ptrdiff_t)n ? (size_t)r : (size_t)(period - 1 - r);
 }
 
 static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *e)
@@ -39,7 +31,7 @@ static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *
 	for (size_t m = 0; m < n; m++) {
 		ct_taps_place(t, m, (ptrdiff_t)m - radius);
 		for (ptrdiff_t d = -radius; d <= radius; d++)
-			ct_taps_add(t, m, reflect((ptrdiff_t)m + d, n),
+			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + d, n),
 				(radius ? exp(-0.5 * (double)(d * d) / (sigma * sigma)) : 1.0) /
 					sum);
 	}
@@ -66,14 +58,15 @@ static int sinc_taps(struct ct_taps *t, size_t m, size_t s, struct ct_err *e)
 		for (size_t k = 0; k < n; k++) {
 			double a = 2 * (double)k + 1, b = (2 * (double)i + 1) * (double)s;
 
-			ct_taps_add(t, i, k, (dirichlet(a - b, m, n) + dirichlet(a + b, m, n)) /
-				(2 * (double)n));
+			ct_taps_add(t, i, k,
+				(dirichlet(a - b, m, n) + dirichlet(a + b, m, n)) /
+					(2 * (double)n));
 		}
 	return 0;
 }
 
-static int cell_taps(struct ct_taps *t, size_t m, size_t s, enum ct_decimate decimate,
-	struct ct_err *e)
+static int cell_taps(
+	struct ct_taps *t, size_t m, size_t s, enum ct_decimate decimate, struct ct_err *e)
 {
 	size_t taps = decimate == CT_DECIMATE_MEAN ? s : s % 2 ? 1 : 2;
 
@@ -87,6 +80,16 @@ static int cell_taps(struct ct_taps *t, size_t m, size_t s, enum ct_decimate dec
 			ct_taps_add(t, i, first + q, 1.0 / (double)taps);
 	}
 	return 0;
+}
+
+static int pick_taps(
+	struct ct_taps *t, size_t m, size_t s, enum ct_decimate decimate, struct ct_err *e)
+{
+	if (s == 1)
+		return ct_taps_identity(t, m, e);
+	if (decimate == CT_DECIMATE_SINC)
+		return sinc_taps(t, m, s, e);
+	return cell_taps(t, m, s, decimate, e);
 }
 
 static size_t cut_before(size_t n, size_t factor)
@@ -108,9 +111,7 @@ int ct_degrade_taps(struct ct_taps *t, size_t n, size_t factor, double sigma,
 		return ct_fail(e, CT_EINPUT, "a Gaussian of %g voxels", sigma);
 	if (gauss_taps(&filter, m * factor, sigma, e))
 		goto out;
-	if (factor == 1 ? ct_taps_identity(&pick, m, e) :
-		decimate == CT_DECIMATE_SINC ? sinc_taps(&pick, m, factor, e) :
-			cell_taps(&pick, m, factor, decimate, e))
+	if (pick_taps(&pick, m, factor, decimate, e))
 		goto out;
 	if (ct_taps_product(t, &pick, &filter, e))
 		goto out;
@@ -189,10 +190,9 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e)
 {
-	if (ct_meta_setf(m, e, "factor", "%zu,%zu,%zu", d->factor[0], d->factor[1],
-		d->factor[2]) ||
-		ct_meta_setf(m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1],
-			d->sigma[2]))
+	if (ct_meta_setf(m, e, "factor", "%zu,%zu,%zu", d->factor[0], d->factor[1], d->factor[2]) ||
+		ct_meta_setf(
+			m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]))
 		return -1;
 	return ct_meta_set(m, "decimate", decimate_name[d->decimate], e);
 }
@@ -213,7 +213,8 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not a whole number",
 				factor[a]);
 		if (got.sigma[a] < 0 || got.sigma[a] > 1e4)
-			return ct_fail(e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
+			return ct_fail(
+				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
 		got.factor[a] = (size_t)factor[a];
 	}
 	for (int k = 0; name && k < 3; k++)

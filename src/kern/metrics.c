@@ -58,8 +58,8 @@ static void difference(void *arg, size_t k, size_t worker)
 	j->sums[k] = s;
 }
 
-static int differences(struct ct_metrics *m, struct job *j, const struct ct_env *env,
-	struct ct_err *e)
+static int differences(
+	struct ct_metrics *m, struct job *j, const struct ct_env *env, struct ct_err *e)
 {
 	struct sums t = {0};
 	double n, peak = j->rule->window ? 1.0 : j->rule->range;
@@ -121,9 +121,11 @@ static void slab_ssim(void *arg, size_t task, size_t worker)
 
 		for (size_t i = 1; i < pixels; i++)
 			top = image[i] > top ? image[i] : top;
-		j->value[at + s] = j->kind == CT_SSIM_R2 && !(top > 0) ? (double)NAN :
-			ct_ssim(&j->ssim, j->h, j->w, image, y + s * pixels,
-				weight ? weight + s * pixels : NULL, j->rows + worker * j->nrows);
+		j->value[at + s] = j->kind == CT_SSIM_R2 && !(top > 0)
+					   ? (double)NAN
+					   : ct_ssim(&j->ssim, j->h, j->w, image, y + s * pixels,
+						     weight ? weight + s * pixels : NULL,
+						     j->rows + worker * j->nrows);
 	}
 }
 
@@ -165,8 +167,7 @@ out:
 	return rc;
 }
 
-static int all_ssim(struct ct_metrics *m, struct job *j, const struct ct_env *env,
-	struct ct_err *e)
+static int all_ssim(struct ct_metrics *m, struct job *j, const struct ct_env *env, struct ct_err *e)
 {
 	double range = j->rule->window ? 1.0 : j->rule->range;
 

@@ -17,15 +17,15 @@ enum { CT_SSIM_KINDS = 3 };
 
 struct ct_metrics_rule {
 	bool window;
-	double lo, hi; /* if window */
-	double range;  /* if not; > 0 */
+	double lo, hi;		  /* if window */
+	double range;		  /* if not; > 0 */
 	bool ssim[CT_SSIM_KINDS]; /* which, by enum ct_ssim_kind */
 };
 
 struct ct_metrics {
-	size_t voxels; /* that count */
-	double psnr;   /* dB, infinite for equal volumes */
-	double mae, rmse, bias; /* |t - r|, root of squares, t - r: the volumes' unit */
+	size_t voxels;		    /* that count */
+	double psnr;		    /* dB, infinite for equal volumes */
+	double mae, rmse, bias;	    /* |t - r|, root of squares, t - r: the volumes' unit */
 	double ssim[CT_SSIM_KINDS]; /* NaN where not asked for */
 };
 

@@ -4,47 +4,94 @@
 #include "core/mem.h"
 
 #include <math.h>
+#include <stdlib.h>
+
+/* |z|^REACH < 2^-53, z = sqrt(3) - 2 the pole of the spline's inverse filter */
+enum { REACH = 28 };
+
+static double support(enum ct_interp interp)
+{
+	return interp == CT_LINEAR ? 1 : interp == CT_LANCZOS ? 3 : 2;
+}
 
 static double kernel(enum ct_interp interp, double x)
 {
-	double a = fabs(x);
+	double a = fabs(x), b = 2 - a;
 
-	if (interp == CT_LINEAR)
-		return a < 1 ? 1 - a : 0;
-	if (a < 1)
-		return (1.5 * a - 2.5) * a * a + 1;
-	return a < 2 ? ((-0.5 * a + 2.5) * a - 4) * a + 2 : 0;
+	if (a >= support(interp))
+		return 0;
+	switch (interp) {
+	case CT_LINEAR:
+		return 1 - a;
+	case CT_CUBIC:
+		return a < 1 ? (1.5 * a - 2.5) * a * a + 1 : ((-0.5 * a + 2.5) * a - 4) * a + 2;
+	case CT_BSPLINE:
+		return a < 1 ? 2.0 / 3 - 0.5 * a * a * b : b * b * b / 6;
+	case CT_LANCZOS:
+		break;
+	}
+	return a > 0 ? 3 * sin(M_PI * a) * sin(M_PI * a / 3) / (M_PI * M_PI * a * a) : 1;
 }
 
 /* Weights of row m about input index c: normalised, since a widened kernel sums to one only
- * nearly; what falls outside goes to the border sample. */
+ * nearly. */
 static void fill_row(struct ct_taps *t, size_t m, double c, double widen, enum ct_interp interp)
 {
-	double support = widen * (interp == CT_LINEAR ? 1 : 2), sum = 0;
-	double lo = floor(c - support) + 1, hi = ceil(c + support) - 1, last = (double)t->n_in - 1;
+	double reach = widen * support(interp), sum = 0, last = (double)t->n_in - 1, lo, hi;
 
+	if (interp == CT_BSPLINE) /* one reflection is enough */
+		c = fmin(fmax(c, -0.5), last + 0.5);
+	lo = floor(c - reach) + 1;
+	hi = ceil(c + reach) - 1;
 	for (double k = lo; k <= hi; k++)
 		sum += kernel(interp, (k - c) / widen);
 	ct_taps_place(t, m, (ptrdiff_t)fmin(fmax(lo, 0), last));
 	for (double k = lo; k <= hi; k++)
-		ct_taps_add(t, m, (size_t)fmin(fmax(k, 0), last),
+		ct_taps_add(t, m,
+			interp == CT_BSPLINE ? ct_taps_reflect((ptrdiff_t)k, t->n_in)
+					     : (size_t)fmin(fmax(k, 0), last),
 			kernel(interp, (k - c) / widen) / sum);
+}
+
+/* Samples to spline coefficients: the inverse of the filter (1 4 1)/6, sqrt(3) z^|k|. */
+static int spline_taps(struct ct_taps *t, size_t n, struct ct_err *e)
+{
+	if (ct_taps_alloc(t, n, n, 2 * REACH + 1, e))
+		return -1;
+	for (size_t m = 0; m < n; m++) {
+		ct_taps_place(t, m, (ptrdiff_t)m - REACH);
+		for (ptrdiff_t d = -REACH; d <= REACH; d++)
+			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + d, n),
+				sqrt(3) * pow(sqrt(3) - 2, (double)labs((long)d)));
+	}
+	return 0;
 }
 
 int ct_resample_taps(struct ct_taps *t, size_t n_in, size_t n_out, double start, double step,
 	enum ct_interp interp, bool antialias, struct ct_err *e)
 {
 	double widen = antialias && step > 1 ? step : 1;
-	double taps = 2 * ceil(widen * (interp == CT_LINEAR ? 1 : 2));
+	struct ct_taps basis = {0}, spline = {0};
+	int rc = -1;
 
 	if (!(step > 0 && step <= 1e6) || !(fabs(start) <= 1e9))
 		return ct_fail(e, CT_EINPUT, "resampling from %g in steps of %g", start, step);
-	if (ct_taps_alloc(t, n_in, n_out, (size_t)taps, e))
+	if (n_in == n_out && start == 0.0 && step == 1.0)
+		return ct_taps_identity(t, n_in, e);
+	if (ct_taps_alloc(&basis, n_in, n_out, 2 * (size_t)ceil(widen * support(interp)), e))
 		return -1;
 	for (size_t m = 0; m < n_out; m++) /* a grid centre off by rounding is a centre */
-		fill_row(t, m, nearbyint((start + (double)m * step) * 0x1p30) * 0x1p-30, widen,
+		fill_row(&basis, m, nearbyint((start + (double)m * step) * 0x1p30) * 0x1p-30, widen,
 			interp);
-	return 0;
+	if (interp != CT_BSPLINE) {
+		*t = basis;
+		return 0;
+	}
+	if (spline_taps(&spline, n_in, e) == 0)
+		rc = ct_taps_product(t, &basis, &spline, e);
+	ct_taps_free(&spline);
+	ct_taps_free(&basis);
+	return rc;
 }
 
 int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
@@ -56,8 +103,8 @@ int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 
 	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
-		if (ct_resample_taps(&t[a], n_in[a], n_out[a], start[a], step[a], interp,
-			antialias, e))
+		if (ct_resample_taps(
+			    &t[a], n_in[a], n_out[a], start[a], step[a], interp, antialias, e))
 			goto out;
 	rc = ct_separable_plan(s, t, par, e);
 out:

@@ -2,7 +2,7 @@
  *
  * Cell-centred: voxel k of a grid s times as fine has its centre at index (k + 0.5)/s - 0.5 of
  * the coarse one, and both cover the same field (ct_affine_rescale). Beyond the border the last
- * sample counts on ("clamp").
+ * sample counts on, but the spline is continued by reflection about the face of that sample.
  */
 #ifndef CT_KERN_RESAMPLE_H
 #define CT_KERN_RESAMPLE_H
@@ -10,7 +10,9 @@
 
 enum ct_interp {
 	CT_LINEAR,
-	CT_CUBIC, /* Keys' convolution kernel, a = -1/2 (IEEE TASSP 1981); overshoots at edges */
+	CT_CUBIC,   /* Keys' convolution kernel, a = -1/2 (IEEE TASSP 1981) */
+	CT_BSPLINE, /* the cubic spline through the samples (Unser, IEEE SPM 1999) */
+	CT_LANCZOS, /* sinc, windowed by its own main lobe three times as wide */
 };
 
 /* Table: output k, k < n_out, is the input at index start + k*step, step > 0. With `antialias`

@@ -20,12 +20,12 @@ enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4, GRADS = 3 };
 #endif
 
 struct work {
-	size_t wp, pitch;      /* width rounded up to BLOCK; of a padded row */
-	double *row[MAPS];     /* padded by RADIUS and to wp */
-	double *mean[MAPS];    /* filtered maps of the output row */
+	size_t wp, pitch;   /* width rounded up to BLOCK; of a padded row */
+	double *row[MAPS];  /* padded by RADIUS and to wp */
+	double *mean[MAPS]; /* filtered maps of the output row */
 	double *s;
-	double *ring;          /* [CT_SSIM_TAPS][MAPS][wp] */
-	double *grad_ring;     /* [CT_SSIM_TAPS][GRADS][wp] */
+	double *ring;	   /* [CT_SSIM_TAPS][MAPS][wp] */
+	double *grad_ring; /* [CT_SSIM_TAPS][GRADS][wp] */
 };
 
 static size_t round_up(size_t w)
@@ -153,7 +153,7 @@ CLONES static void similarity(const struct work *k, const struct ct_ssim_rule *r
 			double xy = mx[i] * my[i], m2 = mx[i] * mx[i] + my[i] * my[i];
 
 			s[i] = (2 * xy + r->c1) * (2 * r->unbias * (exy[i] - xy) + r->c2) /
-				((m2 + r->c1) * (r->unbias * (e2[i] - m2) + r->c2));
+			       ((m2 + r->c1) * (r->unbias * (e2[i] - m2) + r->c2));
 		}
 }
 
@@ -228,9 +228,9 @@ static void gather_gradient(struct work *k, const struct ct_ssim_rule *r, size_t
 		filter_column(k->mean[m], k->grad_ring + m * k->wp, pitch,
 			o + CT_SSIM_TAPS - 2 * r->radius, k->wp, taps, r->tap);
 	for (size_t j = 0; j < w; j++)
-		gx[q * w + j] += (float)(scale * (k->mean[0][j] +
-			2 * (double)x[q * w + j] * k->mean[1][j] +
-			(double)y[q * w + j] * k->mean[2][j]));
+		gx[q * w + j] +=
+			(float)(scale * (k->mean[0][j] + 2 * (double)x[q * w + j] * k->mean[1][j] +
+						(double)y[q * w + j] * k->mean[2][j]));
 }
 
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,

@@ -27,8 +27,8 @@ enum ct_ssim_kind { CT_SSIM_R2, CT_SSIM_SKIMAGE, CT_SSIM_WANG };
 struct ct_ssim_rule {
 	size_t radius;
 	double tap[CT_SSIM_TAPS]; /* 2*radius + 1, sum 1 */
-	double unbias;            /* factor of variances and covariance */
-	size_t crop;              /* border pixels that do not count */
+	double unbias;		  /* factor of variances and covariance */
+	size_t crop;		  /* border pixels that do not count */
 	double c1, c2;
 };
 

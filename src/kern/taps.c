@@ -54,6 +54,13 @@ void ct_taps_add(struct ct_taps *t, size_t m, size_t k, double w)
 	t->w[m * t->taps + k - t->first[m]] += w;
 }
 
+size_t ct_taps_reflect(ptrdiff_t k, size_t n)
+{
+	ptrdiff_t period = 2 * (ptrdiff_t)n, r = (k % period + period) % period;
+
+	return r < (ptrdiff_t)n ? (size_t)r : (size_t)(period - 1 - r);
+}
+
 int ct_taps_identity(struct ct_taps *t, size_t n, struct ct_err *e)
 {
 	if (ct_taps_alloc(t, n, n, 1, e))
@@ -77,8 +84,8 @@ bool ct_taps_is_identity(const struct ct_taps *t)
 }
 
 /* Inputs of b that row m of a b reaches: [*lo, *hi). */
-static void reach(size_t *lo, size_t *hi, const struct ct_taps *a, const struct ct_taps *b,
-	size_t m)
+static void reach(
+	size_t *lo, size_t *hi, const struct ct_taps *a, const struct ct_taps *b, size_t m)
 {
 	*lo = b->n_in;
 	*hi = 0;
@@ -88,8 +95,8 @@ static void reach(size_t *lo, size_t *hi, const struct ct_taps *a, const struct 
 	}
 }
 
-int ct_taps_product(struct ct_taps *t, const struct ct_taps *a, const struct ct_taps *b,
-	struct ct_err *e)
+int ct_taps_product(
+	struct ct_taps *t, const struct ct_taps *a, const struct ct_taps *b, struct ct_err *e)
 {
 	size_t taps = 1, lo, hi;
 
@@ -258,7 +265,8 @@ static void choose_order(struct ct_separable *s)
 		for (; at > 0; at--) {
 			const struct ct_taps *q = &s->t[s->order[at - 1]];
 
-			if ((double)p->n_out * (double)q->n_in >= (double)q->n_out * (double)p->n_in)
+			if ((double)p->n_out * (double)q->n_in >=
+				(double)q->n_out * (double)p->n_in)
 				break;
 			s->order[at] = s->order[at - 1];
 		}
@@ -267,8 +275,8 @@ static void choose_order(struct ct_separable *s)
 	}
 }
 
-int ct_separable_plan(struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par,
-	struct ct_err *e)
+int ct_separable_plan(
+	struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par, struct ct_err *e)
 {
 	size_t n[3], scratch = 0, count;
 
@@ -323,8 +331,8 @@ out:
 	return rc;
 }
 
-void ct_separable_apply(const struct ct_separable *s, float *out, const float *in,
-	struct ct_par *par)
+void ct_separable_apply(
+	const struct ct_separable *s, float *out, const float *in, struct ct_par *par)
 {
 	size_t n[3] = {s->t[0].n_in, s->t[1].n_in, s->t[2].n_in};
 

@@ -30,12 +30,14 @@ void ct_taps_free(struct ct_taps *t);
 int ct_taps_identity(struct ct_taps *t, size_t n, struct ct_err *e);
 bool ct_taps_is_identity(const struct ct_taps *t);
 /* t = a b: b is applied first. */
-int ct_taps_product(struct ct_taps *t, const struct ct_taps *a, const struct ct_taps *b,
-	struct ct_err *e);
+int ct_taps_product(
+	struct ct_taps *t, const struct ct_taps *a, const struct ct_taps *b, struct ct_err *e);
 int ct_taps_transpose(struct ct_taps *t, const struct ct_taps *a, struct ct_err *e);
 
 /* Row m gets its window so that it begins at input `lo`, or as near as fits. */
 void ct_taps_place(struct ct_taps *t, size_t m, ptrdiff_t lo);
+/* Sample k of the sequence that is reflected about the faces of [0, n): d c b a | a b c d | d c. */
+size_t ct_taps_reflect(ptrdiff_t k, size_t n);
 /* Add to the weight of input k, which the window of row m must hold. */
 void ct_taps_add(struct ct_taps *t, size_t m, size_t k, double w);
 
@@ -57,15 +59,15 @@ struct ct_separable {
 
 /* Make ready to run the tables t[] (the struct takes them over, and zeroes the caller's). Allocates
  * one volume less than there are axes to work along, each no larger than input or output. */
-int ct_separable_plan(struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par,
-	struct ct_err *e);
+int ct_separable_plan(
+	struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par, struct ct_err *e);
 void ct_separable_free(struct ct_separable *s);
 /* The adjoint of s, planned. */
 int ct_separable_adjoint(struct ct_separable *adj, const struct ct_separable *s,
 	const struct ct_par *par, struct ct_err *e);
 /* out = (t[2] x t[1] x t[0]) in; they must not overlap. `par` as in the plan, or of fewer threads.
  * One call at a time. */
-void ct_separable_apply(const struct ct_separable *s, float *out, const float *in,
-	struct ct_par *par);
+void ct_separable_apply(
+	const struct ct_separable *s, float *out, const float *in, struct ct_par *par);
 
 #endif

@@ -1,0 +1,476 @@
+/* exr-read.c: projections from OpenEXR; layout in exr.h. OpenEXRCore, a C library, reads headers
+ * and tables, exr-zip.c the chunks.
+ *
+ * Parts may come in any order (the number at the end of the name sorts them), FLOAT or HALF,
+ * channel Y or the only one, ZIP, ZIPS or not compressed.
+ */
+#include "config.h"
+#include "formats/exr.h"
+#include "formats/exr-zip.h"
+#include "formats/format.h"
+#include "formats/half.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "core/mem.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+	/* Deflate packs 1032 to 1 at best: more bytes than that a byte of file, and the header lies. */
+	MOST_RATIO = 1100,
+	/* Largest picture, and largest array the library may ask for while it reads one. */
+	MOST_SIDE = 1 << 20,
+	MOST_ALLOC = 1 << 30,
+};
+
+struct part {
+	int index;       /* in the file */
+	uint64_t number; /* at the end of its name */
+	char name[64];   /* for messages */
+};
+
+struct reader {
+	exr_context_t c;
+	struct ct_exr_file file;
+	const char *path;
+	struct part *part;
+	size_t n;
+	struct ct_err *e;
+};
+
+static int64_t get(exr_const_context_t c, void *user, void *to, uint64_t n, uint64_t at,
+	exr_stream_error_func_ptr_t complain)
+{
+	const struct ct_exr_file *f = user;
+
+	(void)c;
+	(void)complain;
+	if (at >= f->n)
+		return 0;
+	if (n > f->n - at)
+		n = f->n - at;
+	memcpy(to, f->data + at, n);
+	return (int64_t)n;
+}
+
+static int64_t size(exr_const_context_t c, void *user)
+{
+	(void)c;
+	return (int64_t)((const struct ct_exr_file *)user)->n;
+}
+
+/* The library trusts some counts of the file; what is absurd gets no memory. */
+static void *limited(size_t bytes)
+{
+	return bytes > MOST_ALLOC ? NULL : malloc(bytes ? bytes : 1);
+}
+
+static int lib_fail(struct reader *d, const struct part *p, exr_result_t r)
+{
+	ct_exr_fail(&d->file, p->name, r, CT_EINPUT, d->e);
+	return ct_blame(d->e, d->path);
+}
+
+static int open_file(struct reader *d)
+{
+	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+	exr_result_t r;
+
+	init.error_handler_fn = ct_exr_complaint;
+	init.alloc_fn = limited;
+	init.free_fn = free;
+	init.user_data = &d->file;
+	init.read_fn = get;
+	init.size_fn = size;
+	init.max_image_width = init.max_image_height = MOST_SIDE;
+	init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+	r = exr_start_read(&d->c, d->path, &init);
+	return r == EXR_ERR_SUCCESS ? 0 : ct_exr_fail(&d->file, d->path, r, CT_EINPUT, d->e);
+}
+
+static int by_number(const void *a, const void *b)
+{
+	const struct part *p = a, *q = b;
+
+	return p->number != q->number ? (p->number > q->number) - (p->number < q->number) :
+		(p->index > q->index) - (p->index < q->index);
+}
+
+static bool name_part(struct part *p, exr_const_context_t c)
+{
+	const char *name = NULL, *end;
+	int len;
+
+	if (exr_get_name(c, p->index, &name) != EXR_ERR_SUCCESS || !name || !*name) {
+		snprintf(p->name, sizeof p->name, "part %d", p->index);
+		return false;
+	}
+	len = snprintf(p->name, sizeof p->name, "part '%.50s'", name);
+	for (int i = 0; i < len && p->name[i]; i++)
+		if ((unsigned char)p->name[i] < ' ' || (unsigned char)p->name[i] > '~')
+			p->name[i] = '?';
+	for (end = name + strlen(name); end > name && end[-1] >= '0' && end[-1] <= '9';)
+		end--;
+	if (!*end || strlen(end) > 18)
+		return false;
+	p->number = strtoull(end, NULL, 10);
+	return true;
+}
+
+/* The parts by the number in their names if all have one, else as they come. */
+static int list_parts(struct reader *d)
+{
+	bool numbered = true;
+	int count = 0;
+
+	if (exr_get_count(d->c, &count) != EXR_ERR_SUCCESS || count < 1)
+		return ct_fail(d->e, CT_EINPUT, "%s: EXR file without parts", d->path);
+	d->n = (size_t)count;
+	if (ct_alloc0(&d->part, d->n, sizeof *d->part, d->e))
+		return -1;
+	for (size_t k = 0; k < d->n; k++) {
+		d->part[k].index = (int)k;
+		numbered &= name_part(&d->part[k], d->c);
+	}
+	for (size_t k = 0; k < d->n && !numbered; k++)
+		d->part[k].number = 0;
+	qsort(d->part, d->n, sizeof *d->part, by_number);
+	return 0;
+}
+
+/* Size of a part's data window; flat scanlines only. */
+static int part_size(struct reader *d, const struct part *p, size_t *h, size_t *w, int *y0)
+{
+	static const char *const kinds[] = {"scanlines", "tiles", "deep scanlines", "deep tiles"};
+	exr_storage_t storage = EXR_STORAGE_SCANLINE;
+	exr_attr_box2i_t box;
+	exr_result_t r = exr_get_storage(d->c, p->index, &storage);
+	int64_t nh, nw;
+
+	if (r == EXR_ERR_SUCCESS)
+		r = exr_get_data_window(d->c, p->index, &box);
+	if (r != EXR_ERR_SUCCESS)
+		return lib_fail(d, p, r);
+	if (storage != EXR_STORAGE_SCANLINE)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s holds %s; only flat scanlines are read",
+			d->path, p->name,
+			storage < EXR_STORAGE_LAST_TYPE ? kinds[storage] : "something else");
+	nw = (int64_t)box.max.x - box.min.x + 1;
+	nh = (int64_t)box.max.y - box.min.y + 1;
+	if (nw < 1 || nh < 1 || nw > MOST_SIDE || nh > MOST_SIDE)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s: a picture of %lldx%lld", d->path, p->name,
+			(long long)nw, (long long)nh);
+	*h = (size_t)nh;
+	*w = (size_t)nw;
+	*y0 = box.min.y;
+	return 0;
+}
+
+/* One string attribute, or NULL. */
+static const char *get_string(const struct reader *d, int part, const char *name)
+{
+	const exr_attribute_t *a = NULL;
+
+	if (exr_get_attribute_by_name(d->c, part, name, &a) != EXR_ERR_SUCCESS || !a ||
+		a->type != EXR_ATTR_STRING || !a->string)
+		return NULL;
+	return a->string->str;
+}
+
+/* n (1 or 3) finite numbers of a string "x,y,z"; also of the numeric types another program
+ * may have written. */
+static int get_numbers(struct reader *d, const struct part *p, const char *name, size_t n,
+	double *v)
+{
+	const exr_attribute_t *a = NULL;
+	const char *at;
+	char *end = NULL;
+	bool good = true;
+
+	if (exr_get_attribute_by_name(d->c, p->index, name, &a) != EXR_ERR_SUCCESS || !a)
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: %s has no attribute %s: no projection geometry", d->path, p->name,
+			name);
+	if (a->type == EXR_ATTR_STRING && a->string && a->string->str) {
+		at = a->string->str;
+		for (size_t i = 0; i < n && good; i++, at = end + 1) {
+			v[i] = strtod(at, &end);
+			good = end != at && isfinite(v[i]) && *end == (i + 1 < n ? ',' : '\0');
+		}
+	} else if (n == 1 && a->type == EXR_ATTR_DOUBLE)
+		v[0] = a->d;
+	else if (n == 1 && a->type == EXR_ATTR_FLOAT)
+		v[0] = (double)a->f;
+	else if (n == 3 && a->type == EXR_ATTR_V3D && a->v3d)
+		memcpy(v, a->v3d->arr, 3 * sizeof *v);
+	else
+		good = false;
+	for (size_t i = 0; i < n && good; i++)
+		good = isfinite(v[i]);
+	if (!good)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s: attribute %s is not %s", d->path, p->name,
+			name, n == 1 ? "a finite number" : "three finite numbers x,y,z");
+	return 0;
+}
+
+static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
+{
+	const struct part *p = &d->part[k];
+	const char *word = get_string(d, p->index, "ct:beam");
+	struct ct_view *v = &s->view[k];
+	enum ct_beam beam;
+
+	if (!word)
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: %s has no attribute ct:beam: no projection geometry", d->path,
+			p->name);
+	if (ct_beam_parse(&beam, word, d->e)) {
+		ct_blame(d->e, p->name);
+		return ct_blame(d->e, d->path);
+	}
+	if (k && beam != s->beam)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s has a %s beam, %s a %s beam", d->path,
+			p->name, word, d->part[0].name, ct_beam_name(s->beam));
+	s->beam = beam;
+	return get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
+		get_numbers(d, p, "ct:source", 3, v->source) ||
+		get_numbers(d, p, "ct:detCentre", 3, v->centre) ||
+		get_numbers(d, p, "ct:detU", 3, v->u) || get_numbers(d, p, "ct:detV", 3, v->v) ?
+		-1 : 0;
+}
+
+/* Keys of the JSON object; the first value of a key stays. */
+static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
+{
+	json_error_t why;
+	json_t *all = json_loads(text, 0, &why), *value;
+	const char *key;
+	int rc = 0;
+
+	if (!json_is_object(all)) {
+		json_decref(all);
+		return ct_fail(d->e, CT_EINPUT, "%s: attribute " CT_EXR_META " is not a JSON object",
+			d->path);
+	}
+	json_object_foreach(all, key, value)
+		if (rc == 0 && *key && json_is_string(value) && !ct_meta_get(m, key))
+			rc = ct_meta_set(m, key, json_string_value(value), d->e);
+	json_decref(all);
+	return rc;
+}
+
+static int get_meta(struct reader *d, int part, struct ct_meta *m)
+{
+	const char *text = get_string(d, part, CT_EXR_VERSION);
+	const exr_attribute_t *a;
+	int32_t n = 0;
+
+	if (text && strtol(text, NULL, 10) > CT_EXR_VERSION_NOW)
+		return ct_fail(d->e, CT_EINPUT, "%s: " CT_EXR_VERSION " %.20s is newer than this program",
+			d->path, text);
+	if (exr_get_attribute_count(d->c, part, &n) != EXR_ERR_SUCCESS)
+		return 0;
+	for (int32_t i = 0; i < n; i++) {
+		const char *key;
+
+		if (exr_get_attribute_by_index(d->c, part, EXR_ATTR_LIST_FILE_ORDER, i, &a) !=
+				EXR_ERR_SUCCESS || a->type != EXR_ATTR_STRING || !a->string ||
+			!a->string->str)
+			continue;
+		if (strncmp(a->name, CT_EXR_PREFIX, sizeof CT_EXR_PREFIX - 1) != 0 ||
+			ct_exr_reserved(a->name))
+			continue;
+		key = a->name + sizeof CT_EXR_PREFIX - 1;
+		if (*key && !ct_meta_get(m, key) && ct_meta_set(m, key, a->string->str, d->e))
+			return -1;
+	}
+	text = get_string(d, part, CT_EXR_META);
+	return text ? get_rest(d, text, m) : 0;
+}
+
+/* Where the pixels of a part are: layout[] of one row of a chunk. */
+struct layout {
+	size_t row, at; /* bytes of a row of all channels; where ours begins */
+	bool half;
+	size_t rows;    /* of a chunk */
+};
+
+/* Channel Y or the only one, and the compression. */
+static int find_channel(struct reader *d, const struct part *p, size_t w, struct layout *l)
+{
+	const exr_attr_chlist_t *list = NULL;
+	exr_compression_t codec = EXR_COMPRESSION_LAST_TYPE;
+	bool found = false;
+
+	*l = (struct layout){0};
+	if (exr_get_channels(d->c, p->index, &list) != EXR_ERR_SUCCESS || !list ||
+		list->num_channels < 1)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s has no channels", d->path, p->name);
+	for (int i = 0; i < list->num_channels; i++) { /* they lie in the order of the list */
+		const exr_attr_chlist_entry_t *c = &list->entries[i];
+		const bool ours = list->num_channels == 1 || strcmp(c->name.str, "Y") == 0;
+
+		if (c->x_sampling != 1 || c->y_sampling != 1)
+			return ct_fail(d->e, CT_EINPUT, "%s: %s: subsampled channel", d->path,
+				p->name);
+		if (ours && c->pixel_type != EXR_PIXEL_FLOAT && c->pixel_type != EXR_PIXEL_HALF)
+			return ct_fail(d->e, CT_EINPUT, "%s: %s: channel is not FLOAT or HALF",
+				d->path, p->name);
+		if (ours) {
+			found = true;
+			l->at = l->row;
+			l->half = c->pixel_type == EXR_PIXEL_HALF;
+		}
+		l->row += w * (c->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
+	}
+	if (!found)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s has %d channels and none is named Y",
+			d->path, p->name, list->num_channels);
+	if (exr_get_compression(d->c, p->index, &codec) != EXR_ERR_SUCCESS ||
+		(codec != EXR_COMPRESSION_NONE && codec != EXR_COMPRESSION_ZIPS &&
+		codec != EXR_COMPRESSION_ZIP))
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: %s is neither ZIP nor ZIPS nor uncompressed; "
+			"oiiotool -a --compression zip makes it so", d->path, p->name);
+	l->rows = codec == EXR_COMPRESSION_ZIP ? 16 : 1;
+	if (l->rows * l->row / MOST_RATIO > d->file.n)
+		return ct_fail(d->e, CT_EINPUT, "%s: %s: rows of %zu bytes in %zu cannot be",
+			d->path, p->name, l->row, d->file.n);
+	return 0;
+}
+
+/* Rows of the chunk at y of a part into bytes[rows][l->row]. */
+static int get_chunk(struct reader *d, const struct part *p, int y, size_t rows,
+	const struct layout *l, unsigned char *bytes)
+{
+	const size_t n = rows * l->row;
+	unsigned char *packed = bytes + n, *scratch = packed + n;
+	exr_chunk_info_t chunk;
+	exr_result_t r = exr_read_scanline_chunk_info(d->c, p->index, y, &chunk);
+
+	if (r == EXR_ERR_SUCCESS && (chunk.start_y != y || chunk.packed_size > n))
+		r = EXR_ERR_BAD_CHUNK_LEADER;
+	if (r == EXR_ERR_SUCCESS)
+		r = exr_read_chunk(d->c, p->index, &chunk, packed);
+	if (r == EXR_ERR_SUCCESS && ct_exr_unzip(bytes, n, packed, chunk.packed_size, scratch))
+		r = EXR_ERR_CORRUPT_CHUNK;
+	return r == EXR_ERR_SUCCESS ? 0 : lib_fail(d, p, r);
+}
+
+static void get_row(float *to, const unsigned char *from, size_t w, bool half)
+{
+	if (!half) {
+		memcpy(to, from, w * sizeof *to);
+		return;
+	}
+	for (size_t x = 0; x < w; x++)
+		to[x] = ct_half_to_float((uint16_t)(from[2 * x] | from[2 * x + 1] << 8));
+}
+
+static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w,
+	int y0)
+{
+	unsigned char *bytes = NULL;
+	struct layout l;
+	int rc = 0;
+
+	if (find_channel(d, p, w, &l) || ct_alloc(&bytes, l.rows * l.row, 3, d->e))
+		return -1;
+	for (size_t y = 0; rc == 0 && y < h; y += l.rows) {
+		const size_t rows = h - y < l.rows ? h - y : l.rows;
+
+		rc = get_chunk(d, p, y0 + (int)y, rows, &l, bytes);
+		for (size_t i = 0; rc == 0 && i < rows; i++)
+			get_row(to + (y + i) * w, bytes + i * l.row + l.at, w, l.half);
+	}
+	free(bytes);
+	return rc;
+}
+
+/* All parts must have the size of the first, and the file must be able to hold them. */
+static int check_sizes(struct reader *d, size_t *h, size_t *w)
+{
+	size_t count;
+
+	for (size_t k = 0; k < d->n; k++) {
+		size_t nh, nw;
+		int y0;
+
+		if (part_size(d, &d->part[k], &nh, &nw, &y0))
+			return -1;
+		if (k == 0) {
+			*h = nh;
+			*w = nw;
+		} else if (nh != *h || nw != *w)
+			return ct_fail(d->e, CT_EINPUT, "%s: %s is %zux%zu, %s is %zux%zu", d->path,
+				d->part[k].name, nw, nh, d->part[0].name, *w, *h);
+	}
+	if (ct_size_mul(&count, *h, *w, d->path, d->e) ||
+		ct_size_mul(&count, count, d->n, d->path, d->e))
+		return -1;
+	if (count / MOST_RATIO > d->file.n / 2) /* a pixel has two bytes at least */
+		return ct_fail(d->e, CT_EINPUT, "%s: %zu views of %zux%zu in %zu bytes cannot be",
+			d->path, d->n, *w, *h, d->file.n);
+	return 0;
+}
+
+static int read_all(struct reader *d, struct ct_stack *s)
+{
+	size_t h = 0, w = 0;
+
+	if (list_parts(d) || check_sizes(d, &h, &w))
+		return -1;
+	if (ct_stack_alloc(s, d->n, h, w, d->e))
+		return ct_blame(d->e, d->path);
+	for (size_t k = 0; k < d->n; k++)
+		if (get_geometry(d, s, k) || get_meta(d, d->part[k].index, &s->meta))
+			return -1;
+	if (ct_stack_check(s, d->e))
+		return ct_blame(d->e, d->path);
+	for (size_t k = 0; k < d->n; k++) {
+		int y0;
+
+		if (part_size(d, &d->part[k], &h, &w, &y0) ||
+			get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w, y0))
+			return -1;
+	}
+	return 0;
+}
+
+static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
+{
+	const uint64_t head[4] = {s->views, s->h, s->w, (uint64_t)s->beam};
+	const struct ct_piece piece[] = {{head, sizeof head},
+		{s->view, s->views * sizeof *s->view},
+		{s->data, ct_stack_count(s) * sizeof *s->data}};
+
+	return ct_meta_input(&s->meta, path, 3, piece, e);
+}
+
+int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	struct reader d = {.path = path, .e = e};
+	int rc = -1;
+
+	*s = (struct ct_stack){0};
+	if (ct_slurp(path, &d.file.data, &d.file.n, e))
+		return -1;
+	if (d.file.n < 4 || memcmp(d.file.data, "\x76\x2f\x31\x01", 4) != 0)
+		ct_fail(e, CT_EINPUT, "%s: not an OpenEXR file", path);
+	else if (open_file(&d) == 0)
+		rc = read_all(&d, s);
+	if (rc == 0)
+		rc = sign(s, path, e);
+	if (d.c)
+		exr_finish(&d.c);
+	free(d.part);
+	free(d.file.data);
+	if (rc)
+		ct_stack_free(s);
+	return rc;
+}

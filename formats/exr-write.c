@@ -1,0 +1,218 @@
+/* exr-write.c: projections to OpenEXR; layout in exr.h. OpenEXRCore, a C library, makes headers
+ * and tables, exr-zip.c the chunks, on all threads of the environment. */
+#include "config.h"
+#include "formats/exr.h"
+#include "formats/exr-zip.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "core/mem.h"
+
+#include <jansson.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = 16 }; /* of a ZIP chunk */
+
+/* The library goes back to fill in its tables, so the file is made in memory. */
+static int64_t put(exr_const_context_t c, void *user, const void *from, uint64_t n, uint64_t at,
+	exr_stream_error_func_ptr_t complain)
+{
+	struct ct_exr_file *f = user;
+
+	if (at > CT_MAX_BYTES || n > CT_MAX_BYTES || ct_grow(&f->data, &f->cap, at + n, 1, f->e)) {
+		complain(c, EXR_ERR_OUT_OF_MEMORY, "no memory for %llu bytes of EXR",
+			(unsigned long long)(at + n));
+		return -1;
+	}
+	memcpy(f->data + at, from, n);
+	if (at + n > f->n)
+		f->n = at + n;
+	return (int64_t)n;
+}
+
+static exr_result_t put_vector(exr_context_t c, int part, const char *name, const double v[3])
+{
+	char text[100];
+
+	snprintf(text, sizeof text, "%.17g,%.17g,%.17g", v[0], v[1], v[2]);
+	return exr_attr_set_string(c, part, name, text);
+}
+
+/* The first error of the calls, as libraries of return codes want it. */
+#define TRY(call)                                                                                  \
+	do {                                                                                       \
+		if (r == EXR_ERR_SUCCESS)                                                          \
+			r = (call);                                                                \
+	} while (0)
+
+static exr_result_t put_geometry(exr_context_t c, int part, const struct ct_stack *s, size_t k)
+{
+	const struct ct_view *v = &s->view[k];
+	exr_result_t r = EXR_ERR_SUCCESS;
+	char angle[32];
+
+	snprintf(angle, sizeof angle, "%.17g", v->angle);
+	TRY(exr_attr_set_string(c, part, "ct:beam", ct_beam_name(s->beam)));
+	TRY(exr_attr_set_string(c, part, "ct:angleDeg", angle));
+	TRY(put_vector(c, part, "ct:source", v->source));
+	TRY(put_vector(c, part, "ct:detCentre", v->centre));
+	TRY(put_vector(c, part, "ct:detU", v->u));
+	TRY(put_vector(c, part, "ct:detV", v->v));
+	return r;
+}
+
+/* Metadata as "ct:KEY" strings of part 0; what does not fit a name goes into one JSON object. */
+static exr_result_t put_meta(exr_context_t c, const struct ct_meta *m)
+{
+	exr_result_t r = exr_attr_set_string(c, 0, CT_EXR_VERSION, "1");
+	json_t *rest = json_object();
+	char name[CT_EXR_NAME + 1], *text = NULL;
+
+	for (size_t i = 0; i < m->n && r == EXR_ERR_SUCCESS; i++) {
+		const char *key = m->pair[i].key, *value = m->pair[i].value;
+		int len = snprintf(name, sizeof name, CT_EXR_PREFIX "%s", key);
+
+		if (strcmp(key, "input") == 0) /* of the file that was read, not of this one */
+			continue;
+		if (len <= CT_EXR_NAME && !ct_exr_reserved(name))
+			r = exr_attr_set_string(c, 0, name, value);
+		else if (json_object_set_new(rest, key, json_string(value)) != 0)
+			r = EXR_ERR_OUT_OF_MEMORY;
+	}
+	if (r == EXR_ERR_SUCCESS && json_object_size(rest)) {
+		text = json_dumps(rest, JSON_COMPACT);
+		r = text ? exr_attr_set_string(c, 0, CT_EXR_META, text) : EXR_ERR_OUT_OF_MEMORY;
+	}
+	free(text);
+	json_decref(rest);
+	return r;
+}
+
+static exr_result_t put_header(exr_context_t c, const struct ct_stack *s)
+{
+	exr_result_t r = EXR_ERR_SUCCESS;
+
+	for (size_t k = 0; k < s->views && r == EXR_ERR_SUCCESS; k++) {
+		char name[32];
+		int part = 0;
+
+		snprintf(name, sizeof name, "view.%04zu", k);
+		TRY(exr_add_part(c, name, EXR_STORAGE_SCANLINE, &part));
+		TRY(exr_initialize_required_attr_simple(c, part, (int32_t)s->w, (int32_t)s->h,
+			EXR_COMPRESSION_ZIP));
+		TRY(exr_add_channel(c, part, "Y", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1));
+		TRY(exr_set_version(c, part, 1));
+		TRY(put_geometry(c, part, s, k));
+	}
+	TRY(put_meta(c, &s->meta));
+	TRY(exr_write_header(c));
+	return r;
+}
+
+/* Chunks of one view: room for each, scratch for each worker. */
+struct packer {
+	const float *from;    /* [h][w] */
+	size_t h, w, n, room; /* n chunks, room bytes for each */
+	unsigned char *out, *scratch;
+	size_t *bytes;        /* of each chunk */
+};
+
+static size_t chunk_bytes(const struct packer *p, size_t i)
+{
+	const size_t rows = p->h - i * ROWS < ROWS ? p->h - i * ROWS : ROWS;
+
+	return rows * p->w * sizeof *p->from;
+}
+
+static void pack(void *arg, size_t i, size_t worker)
+{
+	const struct packer *p = arg;
+	const void *from = p->from + i * ROWS * p->w;
+
+	p->bytes[i] = ct_exr_zip(p->out + i * p->room, from, chunk_bytes(p, i),
+		p->scratch + worker * ROWS * p->w * sizeof *p->from);
+}
+
+static exr_result_t put_pixels(exr_context_t c, int part, struct packer *p,
+	const struct ct_env *env)
+{
+	exr_result_t r = EXR_ERR_SUCCESS;
+
+	ct_par_for(env ? env->par : NULL, p->n, pack, p);
+	for (size_t i = 0; i < p->n && r == EXR_ERR_SUCCESS; i++)
+		r = p->bytes[i] ? exr_write_scanline_chunk(c, part, (int)(i * ROWS),
+			p->out + i * p->room, p->bytes[i]) : EXR_ERR_OUT_OF_MEMORY;
+	return r;
+}
+
+static int packer_alloc(struct packer *p, const struct ct_stack *s, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const size_t whole = ROWS * s->w * sizeof *s->data;
+
+	*p = (struct packer){.h = s->h, .w = s->w, .n = (s->h + ROWS - 1) / ROWS,
+		.room = ct_exr_zip_room(whole)};
+	return ct_alloc(&p->out, p->n, p->room, e) ||
+		ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL), whole, e) ||
+		ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e) ? -1 : 0;
+}
+
+static void packer_free(struct packer *p)
+{
+	free(p->out);
+	free(p->scratch);
+	free(p->bytes);
+}
+
+static int build(struct ct_exr_file *f, const char *path, const struct ct_stack *s,
+	const struct ct_env *env, struct ct_err *e)
+{
+	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+	struct packer p = {0};
+	exr_context_t c = NULL;
+	exr_result_t r;
+
+	if (packer_alloc(&p, s, env, e)) {
+		packer_free(&p);
+		return -1;
+	}
+	init.error_handler_fn = ct_exr_complaint;
+	init.user_data = f;
+	init.write_fn = put;
+	r = exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, &init);
+	TRY(put_header(c, s));
+	for (size_t k = 0; k < s->views && r == EXR_ERR_SUCCESS; k++) {
+		ct_progress(env, "writing", k, s->views);
+		p.from = ct_stack_view(s, k);
+		r = put_pixels(c, (int)k, &p, env);
+	}
+	if (c && r == EXR_ERR_SUCCESS)
+		r = exr_finish(&c);
+	else if (c) /* the first error is the one to tell */
+		exr_finish(&c);
+	packer_free(&p);
+	return r == EXR_ERR_SUCCESS ? 0 : ct_exr_fail(f, path, r, CT_EFAIL, e);
+}
+
+int ct_stack_write(const char *path, const struct ct_stack *s, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_exr_file f = {.e = e};
+	struct ct_out out = {0};
+	int rc = -1;
+
+	if (s->w > INT_MAX / 4 || s->h > INT_MAX || s->views > 1000000)
+		return ct_fail(e, CT_EOUTPUT, "%s: %zu views of %zux%zu do not fit an EXR file",
+			path, s->views, s->w, s->h);
+	if (ct_stack_check(s, e))
+		return ct_blame(e, path);
+	if (ct_out_open(&out, path, env, e))
+		return -1;
+	if (build(&f, path, s, env, e) == 0 && ct_put(&out, f.data, f.n, e) == 0)
+		rc = ct_out_commit(&out, e);
+	ct_out_abandon(&out);
+	free(f.data);
+	return rc;
+}

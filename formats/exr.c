@@ -1,0 +1,42 @@
+/* exr.c: what the reader and the writer of EXR stacks share; see exr.h. */
+#include "config.h"
+#include "formats/exr.h"
+
+#include <stdio.h>
+#include <string.h>
+
+bool ct_exr_reserved(const char *name)
+{
+	static const char *const ours[] = {CT_EXR_VERSION, CT_EXR_META, "ct:input", "ct:beam",
+		"ct:angleDeg", "ct:source", "ct:detCentre", "ct:detU", "ct:detV"};
+
+	for (size_t i = 0; i < sizeof ours / sizeof *ours; i++)
+		if (strcmp(name, ours[i]) == 0)
+			return true;
+	return false;
+}
+
+void ct_exr_complaint(exr_const_context_t c, exr_result_t code, const char *msg)
+{
+	void *user = NULL;
+	struct ct_exr_file *f;
+
+	if (!c || exr_get_user_data(c, &user) != EXR_ERR_SUCCESS || !user)
+		return;
+	f = user;
+	if (!f->msg[0])
+		snprintf(f->msg, sizeof f->msg, "%s",
+			msg && *msg ? msg : exr_get_default_error_message(code));
+	for (char *p = f->msg; *p; p++) /* one line of plain text, whatever the file holds */
+		if ((unsigned char)*p < ' ' || (unsigned char)*p > '~')
+			*p = '?';
+}
+
+int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r,
+	enum ct_code code, struct ct_err *e)
+{
+	if (r == EXR_ERR_OUT_OF_MEMORY)
+		code = CT_ENOMEM;
+	return ct_fail(e, code, "%s: %s", path,
+		f->msg[0] ? f->msg : exr_get_default_error_message(r));
+}

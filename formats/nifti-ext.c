@@ -1,0 +1,245 @@
+/* nifti-ext.c: metadata as header extensions, and foreign extensions as metadata. */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/nifti-impl.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COMMENT = 6, MAX_PAIRS = 4096 };
+
+static const char foreign[] = "nifti.ext.";
+static const char alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+/* RFC 4648 text of n bytes into out, which has room for 4*((n+2)/3) + 1. */
+static void base64(char *out, const unsigned char *p, size_t n)
+{
+	for (size_t i = 0; i < n; i += 3) {
+		uint32_t u = (uint32_t)p[i] << 16;
+
+		u |= i + 1 < n ? (uint32_t)p[i + 1] << 8 : 0;
+		u |= i + 2 < n ? p[i + 2] : 0;
+		*out++ = alphabet[u >> 18];
+		*out++ = alphabet[u >> 12 & 63];
+		*out++ = i + 1 < n ? alphabet[u >> 6 & 63] : '=';
+		*out++ = i + 2 < n ? alphabet[u & 63] : '=';
+	}
+	*out = '\0';
+}
+
+/* The bytes of base64 text, at most 3/4 of its length; their number, or SIZE_MAX for bad text. */
+static size_t unbase64(unsigned char *out, const char *s)
+{
+	size_t n = 0, len = strcspn(s, "=");
+	uint32_t u = 0;
+
+	if (len % 4 == 1)
+		return SIZE_MAX;
+	for (size_t i = 0; i < len; i++) {
+		const char *at = strchr(alphabet, s[i]);
+
+		if (!at)
+			return SIZE_MAX;
+		u = u << 6 | (uint32_t)(at - alphabet);
+		if (i % 4)
+			out[n++] = (unsigned char)(u >> (6 - 2 * (i % 4)));
+	}
+	return n;
+}
+
+/* Our object, or NULL: all keys "ct:...", all values text. */
+static json_t *ours(int ecode, const unsigned char *p, size_t bytes)
+{
+	json_t *o, *value;
+	const char *key;
+	bool all;
+
+	while (bytes && p[bytes - 1] == 0)
+		bytes--;
+	if (ecode != COMMENT || !bytes || p[0] != '{')
+		return NULL;
+	o = json_loadb((const char *)p, bytes, 0, NULL);
+	all = o && json_is_object(o) && json_object_size(o) > 0;
+	if (all)
+		json_object_foreach(o, key, value) all =
+			all && strncmp(key, "ct:", 3) == 0 && key[3] && json_is_string(value);
+	if (!all) {
+		json_decref(o);
+		return NULL;
+	}
+	return o;
+}
+
+int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char *p, size_t bytes,
+	struct ct_err *e)
+{
+	json_t *o = ours(ecode, p, bytes), *value;
+	const char *key;
+	char name[40], *text;
+	int rc = 0, head;
+
+	if (o) {
+		if (json_object_size(o) > MAX_PAIRS)
+			rc = ct_fail(
+				e, CT_EINPUT, "extension %zu has more than %d pairs", k, MAX_PAIRS);
+		else
+			json_object_foreach(o, key, value) if (!rc) rc =
+				ct_meta_set(m, key + 3, json_string_value(value), e);
+		json_decref(o);
+		return rc;
+	}
+	if (ct_alloc(&text, 16 + (bytes + 2) / 3 * 4, 1, e))
+		return -1;
+	snprintf(name, sizeof name, "%s%zu", foreign, k);
+	head = snprintf(text, 14, "%d ", ecode);
+	base64(text + head, p, bytes);
+	rc = ct_meta_set(m, name, text, e);
+	free(text);
+	return rc;
+}
+
+/* Length of the UTF-8 character at s as jansson takes it, or 0 for a byte in error. */
+static size_t utf8(const unsigned char *s)
+{
+	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+	size_t n = s[0] < 0x80	     ? 1
+		   : s[0] >> 5 == 6  ? 2
+		   : s[0] >> 4 == 14 ? 3
+		   : s[0] >> 3 == 30 ? 4
+				     : 0;
+	uint32_t u = n == 1 ? s[0] : n ? s[0] & (0xffu >> (n + 1)) : 0;
+
+	for (size_t i = 1; i < n; i++) {
+		if (s[i] >> 6 != 2)
+			return 0;
+		u = u << 6 | (s[i] & 63u);
+	}
+	return n && u >= least[n] && u <= 0x10ffff && (u < 0xd800 || u > 0xdfff) ? n : 0;
+}
+
+/* A copy of prefix + s in which every byte in error is U+FFFD; NULL without memory. */
+static char *clean(const char *prefix, const char *s)
+{
+	char *text = malloc(strlen(prefix) + 3 * strlen(s) + 1), *out = text;
+
+	if (!text)
+		return NULL;
+	out = stpcpy(out, prefix);
+	while (*s) {
+		size_t n = utf8((const unsigned char *)s);
+
+		if (n)
+			memcpy(out, s, n);
+		else
+			memcpy(out, "\xef\xbf\xbd", 3);
+		out += n ? n : 3;
+		s += n ? n : 1;
+	}
+	*out = '\0';
+	return text;
+}
+
+static bool is_foreign(const char *key)
+{
+	return strncmp(key, foreign, sizeof foreign - 1) == 0;
+}
+
+/* The JSON text of the pairs that are ours, or NULL with *none told. */
+static char *our_text(const struct ct_meta *m, bool *none)
+{
+	json_t *o = json_object();
+	char *text = NULL;
+	bool bad = !o;
+
+	*none = true;
+	for (size_t i = 0; i < m->n && !bad; i++) {
+		const char *key = m->pair[i].key;
+		char *k, *v;
+
+		if (is_foreign(key) || strcmp(key, "input") == 0 || strcmp(key, "nifti.code") == 0)
+			continue;
+		k = clean("ct:", key);
+		v = clean("", m->pair[i].value);
+		bad = !k || !v || json_object_set_new(o, k, json_string(v)) != 0;
+		*none = false;
+		free(k);
+		free(v);
+	}
+	if (!bad && !*none)
+		text = json_dumps(o, JSON_COMPACT);
+	json_decref(o);
+	if (!text && bad)
+		*none = false;
+	return text;
+}
+
+/* One extension behind *n bytes of *p, padded with NUL to a multiple of 16. */
+static int append(unsigned char **p, size_t *n, size_t *cap, int ecode, const void *data,
+	size_t bytes, struct ct_err *e)
+{
+	const size_t size = (bytes + 8 + 15) / 16 * 16;
+	const uint32_t head[2] = {(uint32_t)size, (uint32_t)ecode};
+	unsigned char *at;
+
+	if (size > INT32_MAX || ct_grow(p, cap, *n + size, 1, e))
+		return size > INT32_MAX ? ct_fail(e, CT_EOUTPUT, "metadata of %zu bytes", bytes)
+					: -1;
+	at = *p + *n;
+	memset(at, 0, size);
+	for (unsigned i = 0; i < 8; i++)
+		at[i] = (unsigned char)(head[i / 4] >> 8 * (i % 4));
+	memcpy(at + 8, data, bytes);
+	*n += size;
+	return 0;
+}
+
+static int append_foreign(
+	unsigned char **p, size_t *n, size_t *cap, const struct ct_pair *pair, struct ct_err *e)
+{
+	unsigned char *bytes;
+	size_t count = SIZE_MAX;
+	char *end;
+	long ecode;
+	int rc;
+
+	errno = 0;
+	ecode = strtol(pair->value, &end, 10);
+	if (ct_alloc(&bytes, strlen(pair->value) + 1, 1, e))
+		return -1;
+	if (errno == 0 && *end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX)
+		count = unbase64(bytes, end + 1);
+	if (count == SIZE_MAX)
+		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
+	else
+		rc = append(p, n, cap, (int)ecode, bytes, count, e);
+	free(bytes);
+	return rc;
+}
+
+int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e)
+{
+	size_t cap = 0;
+	bool none;
+	char *text = our_text(m, &none);
+	int rc = 0;
+
+	*p = NULL;
+	*n = 0;
+	if (text)
+		rc = append(p, n, &cap, COMMENT, text, strlen(text), e);
+	else if (!none)
+		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	for (size_t i = 0; i < m->n && !rc; i++)
+		if (is_foreign(m->pair[i].key))
+			rc = append_foreign(p, n, &cap, &m->pair[i], e);
+	free(text);
+	if (rc) {
+		free(*p);
+		*p = NULL;
+	}
+	return rc;
+}

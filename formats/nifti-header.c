@@ -1,0 +1,236 @@
+/* nifti-header.c: the fixed headers of NIfTI-1 and NIfTI-2, and the affine in them. */
+#include "config.h"
+#include "formats/nifti-impl.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+enum kind { U8, I16, I32, I64, F32, F64 };
+
+static const unsigned char width[] = {1, 2, 4, 8, 4, 8};
+
+#define AT(f) offsetof(struct ct_nii, f)
+/* Where a field lies in version 1 and 2, and in struct ct_nii. */
+static const struct field {
+	size_t at, count;
+	struct {
+		unsigned short at;
+		enum kind kind;
+	} in[2];
+} fields[] = {
+	{AT(dim), 8, {{40, I16}, {16, I64}}},
+	{AT(type), 1, {{70, I16}, {12, I16}}},
+	{AT(bits), 1, {{72, I16}, {14, I16}}},
+	{AT(pixdim), 8, {{76, F32}, {104, F64}}},
+	{AT(start), 1, {{108, F32}, {168, I64}}},
+	{AT(slope), 1, {{112, F32}, {176, F64}}},
+	{AT(inter), 1, {{116, F32}, {184, F64}}},
+	{AT(units), 1, {{123, U8}, {500, I32}}},
+	{AT(qform), 1, {{252, I16}, {344, I32}}},
+	{AT(sform), 1, {{254, I16}, {348, I32}}},
+	{AT(quat), 3, {{256, F32}, {352, F64}}},
+	{AT(shift), 3, {{268, F32}, {376, F64}}},
+	{AT(srow), 12, {{280, F32}, {400, F64}}},
+};
+
+static const char magic1[4] = "n+1", magic1_pair[4] = "ni1";
+static const char magic2[8] = "n+2\0\r\n\032\n", magic2_pair[8] = "ni2\0\r\n\032\n";
+
+/* Bits of `bytes` bytes, first byte lowest unless big. */
+static uint64_t bits_of(const unsigned char *p, size_t bytes, bool big)
+{
+	uint64_t u = 0;
+
+	for (size_t i = 0; i < bytes; i++)
+		u |= (uint64_t)p[i] << 8 * (big ? bytes - 1 - i : i);
+	return u;
+}
+
+static double get(const unsigned char *p, enum kind kind, bool big)
+{
+	const uint64_t u = bits_of(p, width[kind], big);
+	const uint32_t u32 = (uint32_t)u;
+	float f;
+	double d;
+
+	switch (kind) {
+	case U8:
+		return (double)u;
+	case I16:
+		return (double)(int16_t)u;
+	case I32:
+		return (double)(int32_t)u;
+	case I64:
+		return (double)(int64_t)u;
+	case F32:
+		memcpy(&f, &u32, sizeof f);
+		return (double)f;
+	case F64:
+		break;
+	}
+	memcpy(&d, &u, sizeof d);
+	return d;
+}
+
+static void put(unsigned char *p, enum kind kind, double x)
+{
+	const float f = (float)x;
+	uint32_t u32;
+	uint64_t u;
+
+	if (kind == F32) {
+		memcpy(&u32, &f, sizeof u32);
+		u = u32;
+	} else if (kind == F64)
+		memcpy(&u, &x, sizeof u);
+	else
+		u = (uint64_t)(int64_t)x;
+	for (size_t i = 0; i < width[kind]; i++)
+		p[i] = (unsigned char)(u >> 8 * i);
+}
+
+static bool host_is_big(void)
+{
+	const uint16_t one = 1;
+	unsigned char c;
+
+	memcpy(&c, &one, 1);
+	return c == 0;
+}
+
+size_t ct_nii_size(const struct ct_nii *h)
+{
+	return h->version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1;
+}
+
+int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
+{
+	for (int big = 0; big < 2; big++)
+		for (int version = 1; version <= 2; version++)
+			if (bits_of(raw, 4, big) == (version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
+				h->version = version;
+				h->swap = big != host_is_big();
+				return 0;
+			}
+	return ct_fail(e, CT_EINPUT, "not a NIfTI file");
+}
+
+static int check_magic(const struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
+{
+	const char *m = (const char *)raw + (h->version == 2 ? 4 : 344);
+	const size_t n = h->version == 2 ? sizeof magic2 : sizeof magic1;
+
+	if (memcmp(m, h->version == 2 ? magic2 : magic1, n) == 0)
+		return 0;
+	if (memcmp(m, h->version == 2 ? magic2_pair : magic1_pair, n) == 0)
+		return ct_fail(e, CT_EINPUT,
+			"header of a .hdr/.img pair: only single-file NIfTI (.nii) is read");
+	if (h->version == 1 && memcmp(m, "\0\0\0", 4) == 0)
+		return ct_fail(e, CT_EINPUT, "Analyze 7.5 header, not NIfTI (no magic)");
+	return ct_fail(e, CT_EINPUT, "not a NIfTI file (wrong magic)");
+}
+
+int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
+{
+	const bool big = h->swap != host_is_big();
+	const size_t first = ct_nii_size(h) + 4;
+	const char *why = NULL;
+	size_t bytes;
+
+	if (check_magic(h, raw, e))
+		return -1;
+	for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+		const struct field *f = &fields[i];
+		const enum kind kind = f->in[h->version - 1].kind;
+
+		for (size_t k = 0; k < f->count; k++) {
+			double x = get(raw + f->in[h->version - 1].at + k * width[kind], kind, big);
+
+			memcpy((char *)h + f->at + k * sizeof x, &x, sizeof x);
+		}
+	}
+	bytes = ct_nii_width((int)h->type, &why);
+	if (!bytes)
+		return ct_fail(
+			e, CT_EINPUT, "datatype %d (%s) is not supported", (int)h->type, why);
+	if (h->bits != 0 && h->bits != (double)(8 * bytes))
+		return ct_fail(e, CT_EINPUT, "bitpix is %g for datatype %d of %zu bits", h->bits,
+			(int)h->type, 8 * bytes);
+	if (h->start == 0)
+		h->start = (double)first;
+	if (!(h->start >= (double)first && h->start <= 0x1p53 && h->start == floor(h->start)))
+		return ct_fail(
+			e, CT_EINPUT, "vox_offset %g is wrong (at least %zu)", h->start, first);
+	if (h->slope == 0 || !isfinite(h->slope)) {
+		h->slope = 1;
+		h->inter = 0;
+	}
+	if (!isfinite(h->inter))
+		h->inter = 0;
+	return 0;
+}
+
+void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw)
+{
+	put(raw, I32, (double)ct_nii_size(h));
+	if (h->version == 2)
+		memcpy(raw + 4, magic2, sizeof magic2);
+	else {
+		memcpy(raw + 344, magic1, sizeof magic1);
+		raw[38] = 'r'; /* "regular": Analyze readers ask for it */
+	}
+	for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+		const struct field *f = &fields[i];
+		const enum kind kind = f->in[h->version - 1].kind;
+
+		for (size_t k = 0; k < f->count; k++) {
+			double x;
+
+			memcpy(&x, (const char *)h + f->at + k * sizeof x, sizeof x);
+			put(raw + f->in[h->version - 1].at + k * width[kind], kind, x);
+		}
+	}
+	snprintf((char *)raw + (h->version == 2 ? 240 : 148), 80, "%s", descrip);
+}
+
+size_t ct_nii_width(int type, const char **why)
+{
+	static const struct {
+		short code, bytes;
+		const char *name;
+	} types[] = {{CT_NII_U8, 1, ""}, {CT_NII_I16, 2, ""}, {CT_NII_I32, 4, ""},
+		{CT_NII_F32, 4, ""}, {CT_NII_F64, 8, ""}, {CT_NII_I8, 1, ""}, {CT_NII_U16, 2, ""},
+		{CT_NII_U32, 4, ""}, {CT_NII_I64, 8, ""}, {CT_NII_U64, 8, ""}, {1, 0, "bits"},
+		{32, 0, "complex64"}, {128, 0, "RGB"}, {1536, 0, "float128"},
+		{1792, 0, "complex128"}, {2048, 0, "complex256"}, {2304, 0, "RGBA"}};
+
+	for (size_t i = 0; i < sizeof types / sizeof types[0]; i++)
+		if (types[i].code == type) {
+			*why = types[i].name;
+			return (size_t)types[i].bytes;
+		}
+	*why = "unknown";
+	return 0;
+}
+
+int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e)
+{
+	if (!(h->dim[0] >= 1 && h->dim[0] <= 7))
+		return ct_fail(
+			e, CT_EINPUT, "dim[0] is %g: a NIfTI has 1 to 7 dimensions", h->dim[0]);
+	for (int a = 0; a < 3; a++)
+		n[a] = 1;
+	for (int a = 1; a <= (int)h->dim[0]; a++) {
+		if (!(h->dim[a] >= 1 && h->dim[a] <= 0x1p40))
+			return ct_fail(e, CT_EINPUT, "dim[%d] is %.0f", a, h->dim[a]);
+		if (a > 3 && h->dim[a] > 1)
+			return ct_fail(e, CT_EINPUT,
+				"dim[%d] is %.0f: only one 3-D volume a file is read", a,
+				h->dim[a]);
+		if (a <= 3)
+			n[a - 1] = (size_t)h->dim[a];
+	}
+	return 0;
+}

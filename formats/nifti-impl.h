@@ -1,0 +1,57 @@
+/* nifti-impl.h: the parts of the NIfTI codec, for nifti*.c only. */
+#ifndef CT_FORMATS_NIFTI_IMPL_H
+#define CT_FORMATS_NIFTI_IMPL_H
+#include "core/meta.h"
+#include "core/vol.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { CT_NII_MAX = 540, CT_NII_HEAD1 = 348, CT_NII_HEAD2 = 540 };
+
+/* Datatype codes of the standard. */
+enum ct_nii_type {
+	CT_NII_U8 = 2,
+	CT_NII_I16 = 4,
+	CT_NII_I32 = 8,
+	CT_NII_F32 = 16,
+	CT_NII_F64 = 64,
+	CT_NII_I8 = 256,
+	CT_NII_U16 = 512,
+	CT_NII_U32 = 768,
+	CT_NII_I64 = 1024,
+	CT_NII_U64 = 1280
+};
+
+/* What both versions hold. Numbers are double: no dimension that is accepted exceeds 2^53. */
+struct ct_nii {
+	int version; /* 1 or 2 */
+	bool swap;   /* the file has the other byte order */
+	double dim[8], type, bits, pixdim[8], start, slope, inter;
+	double qform, sform, quat[3], shift[3], srow[3][4], units;
+};
+
+/* Version and byte order from the first four bytes; 0, or -1 with CT_EINPUT. */
+int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e);
+size_t ct_nii_size(const struct ct_nii *h);
+/* Fields from a whole header. CT_EINPUT, and CT_EGEOM never: see ct_nii_affine. */
+int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e);
+/* A header in little-endian order into ct_nii_size(h) zeroed bytes. */
+void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw);
+/* Bytes of a voxel, or 0 with the name of what is not supported in *why. */
+size_t ct_nii_width(int type, const char **why);
+/* n[3] of the voxels. CT_EINPUT. */
+int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e);
+
+/* Voxel to world millimetres, and its code. CT_EGEOM. */
+int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_err *e);
+/* pixdim, quaternion, offset and rows of v's grid. CT_EGEOM if sheared. */
+int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, struct ct_err *e);
+
+/* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. */
+int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char *p, size_t bytes,
+	struct ct_err *e);
+/* All extensions of m, each padded to 16 bytes, in *p (free() it). */
+int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e);
+
+#endif

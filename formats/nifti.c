@@ -1,0 +1,522 @@
+/* nifti.c: volumes in and out as streams. See nifti.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/nifti-impl.h"
+#include "formats/nifti.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/types.h>
+#include <zlib.h>
+
+enum {
+	BLOCK = 1 << 18,   /* bytes converted at a time: stays in the second-level cache */
+	MAX_EXT = 1 << 26, /* bytes of all extensions of a file */
+	MAX_EXTS = 1024,
+	DEFLATE_MOST = 1032 /* no byte of deflate stands for more */
+};
+
+struct source {
+	FILE *f;
+	bool gz, ended;
+	z_stream z;
+	unsigned char *in; /* [BLOCK] compressed bytes */
+	unsigned char head[2];
+	size_t held, at; /* of head not yet given out; bytes given out so far */
+	uint64_t left;	 /* no more than this can come, UINT64_MAX if unknown */
+};
+
+static int read_error(const struct source *s, struct ct_err *e)
+{
+	return ct_fail(e, CT_EINPUT, "%s", ferror(s->f) ? strerror(errno) : "truncated file");
+}
+
+static int source_open(struct source *s, FILE *f, struct ct_err *e)
+{
+	off_t here = ftello(f), end;
+
+	*s = (struct source){.f = f, .left = UINT64_MAX};
+	if (here >= 0 && fseeko(f, 0, SEEK_END) == 0) {
+		end = ftello(f);
+		if (fseeko(f, here, SEEK_SET) != 0 || end < here)
+			return ct_fail(e, CT_EINPUT, "cannot seek: %s", strerror(errno));
+		s->left = (uint64_t)(end - here);
+	}
+	s->held = fread(s->head, 1, 2, f);
+	if (s->held < 2)
+		return read_error(s, e);
+	s->gz = s->head[0] == 0x1f && s->head[1] == 0x8b;
+	if (!s->gz)
+		return 0;
+	s->left = s->left < UINT64_MAX / DEFLATE_MOST ? s->left * DEFLATE_MOST : UINT64_MAX;
+	if (ct_alloc(&s->in, BLOCK, 1, e))
+		return -1;
+	if (inflateInit2(&s->z, 15 + 16) != Z_OK) {
+		free(s->in);
+		s->in = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
+	}
+	memcpy(s->in, s->head, 2);
+	s->z.next_in = s->in;
+	s->z.avail_in = 2;
+	s->held = 0;
+	return 0;
+}
+
+static void source_close(struct source *s)
+{
+	if (s->in)
+		inflateEnd(&s->z);
+	free(s->in);
+}
+
+/* Up to n bytes of the compressed file; fewer only at its end. */
+static int inflate_some(
+	struct source *s, unsigned char *dst, size_t n, size_t *got, struct ct_err *e)
+{
+	*got = 0;
+	while (*got < n && !s->ended) {
+		const size_t want = n - *got < BLOCK ? n - *got : BLOCK;
+		int z;
+
+		if (s->z.avail_in == 0) {
+			s->z.next_in = s->in;
+			s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+			if (s->z.avail_in == 0)
+				return read_error(s, e);
+		}
+		s->z.next_out = dst + *got;
+		s->z.avail_out = (uInt)want;
+		z = inflate(&s->z, Z_NO_FLUSH);
+		*got += want - s->z.avail_out;
+		if (z == Z_STREAM_END) { /* another member may follow; anything else is padding */
+			if (s->z.avail_in == 0) {
+				s->z.next_in = s->in;
+				s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+			}
+			s->ended = s->z.avail_in == 0 || s->z.next_in[0] != 0x1f;
+			if (!s->ended)
+				inflateReset(&s->z);
+		} else if (z != Z_OK && z != Z_BUF_ERROR)
+			return ct_fail(e, CT_EINPUT, "damaged gzip data (%s)",
+				s->z.msg ? s->z.msg : "zlib");
+	}
+	return 0;
+}
+
+/* Exactly n bytes. */
+static int take(struct source *s, void *dst, size_t n, struct ct_err *e)
+{
+	unsigned char *p = dst;
+	size_t got = 0;
+
+	if (s->gz) {
+		if (inflate_some(s, p, n, &got, e))
+			return -1;
+	} else {
+		for (; s->held && got < n; s->held--)
+			p[got++] = s->head[2 - s->held];
+		got += fread(p + got, 1, n - got, s->f);
+	}
+	s->at += got;
+	return got < n ? read_error(s, e) : 0;
+}
+
+/* The rest of a gzip file, for its check sum. */
+static int drain(struct source *s, unsigned char *block, struct ct_err *e)
+{
+	size_t got;
+
+	while (s->gz && !s->ended)
+		if (inflate_some(s, block, BLOCK, &got, e))
+			return -1;
+	return 0;
+}
+
+#define SWAP(bits)                                                                                 \
+	static void swap##bits(size_t n, uint##bits##_t *restrict p)                               \
+	{                                                                                          \
+		_Pragma("omp simd") for (size_t i = 0; i < n; i++) p[i] =                          \
+			__builtin_bswap##bits(p[i]);                                               \
+	}
+SWAP(16)
+SWAP(32)
+SWAP(64)
+
+#define CONVERT(name, type)                                                                        \
+	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
+		double slope, double inter)                                                        \
+	{                                                                                          \
+		if (slope == 1 && inter == 0) {                                                    \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (float)in[i];  \
+		} else {                                                                           \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] =                \
+				(float)(slope * (double)in[i] + inter);                            \
+		}                                                                                  \
+	}
+CONVERT(u8, uint8_t)
+CONVERT(i8, int8_t)
+CONVERT(u16, uint16_t)
+CONVERT(i16, int16_t)
+CONVERT(u32, uint32_t)
+CONVERT(i32, int32_t)
+CONVERT(u64, uint64_t)
+CONVERT(i64, int64_t)
+CONVERT(f32, float)
+CONVERT(f64, double)
+
+/* n values of the file at p, in its byte order, to real values. */
+static void convert(const struct ct_nii *h, size_t bytes, size_t n, float *out, void *p)
+{
+	const double s = h->slope, b = h->inter;
+
+	if (h->swap && bytes == 2)
+		swap16(n, p);
+	else if (h->swap && bytes == 4)
+		swap32(n, p);
+	else if (h->swap && bytes == 8)
+		swap64(n, p);
+	switch ((enum ct_nii_type)(int)h->type) {
+	case CT_NII_U8:
+		from_u8(n, out, p, s, b);
+		break;
+	case CT_NII_I8:
+		from_i8(n, out, p, s, b);
+		break;
+	case CT_NII_U16:
+		from_u16(n, out, p, s, b);
+		break;
+	case CT_NII_I16:
+		from_i16(n, out, p, s, b);
+		break;
+	case CT_NII_U32:
+		from_u32(n, out, p, s, b);
+		break;
+	case CT_NII_I32:
+		from_i32(n, out, p, s, b);
+		break;
+	case CT_NII_U64:
+		from_u64(n, out, p, s, b);
+		break;
+	case CT_NII_I64:
+		from_i64(n, out, p, s, b);
+		break;
+	case CT_NII_F32:
+		from_f32(n, out, p, s, b);
+		break;
+	case CT_NII_F64:
+		from_f64(n, out, p, s, b);
+		break;
+	}
+}
+
+static int read_header(struct source *s, struct ct_nii *h, struct ct_err *e)
+{
+	unsigned char raw[CT_NII_MAX];
+
+	if (take(s, raw, 4, e) || ct_nii_sniff(h, raw, e) ||
+		take(s, raw + 4, ct_nii_size(h) - 4, e))
+		return -1;
+	return ct_nii_unpack(h, raw, e);
+}
+
+static int skip_to(struct source *s, uint64_t at, unsigned char *block, struct ct_err *e)
+{
+	while (s->at < at) {
+		uint64_t n = at - s->at;
+
+		if (take(s, block, n < BLOCK ? (size_t)n : BLOCK, e))
+			return -1;
+	}
+	return 0;
+}
+
+static int32_t int32_at(const unsigned char *p, bool swap)
+{
+	uint32_t u;
+
+	memcpy(&u, p, sizeof u);
+	return (int32_t)(swap ? __builtin_bswap32(u) : u);
+}
+
+/* The extensions, then whatever stands before vox_offset. */
+static int read_extensions(struct source *s, const struct ct_nii *h, struct ct_meta *m,
+	unsigned char *block, struct ct_err *e)
+{
+	const uint64_t start = (uint64_t)h->start;
+	unsigned char head[8], *p;
+	size_t total = 0;
+	int rc;
+
+	if (start > s->left)
+		return ct_fail(
+			e, CT_EINPUT, "vox_offset %.0f is past the end of the file", h->start);
+	if (take(s, head, 4, e))
+		return -1;
+	for (size_t k = 0; head[0] && s->at + 8 <= start; k++) {
+		int32_t size, code;
+
+		if (take(s, head, 8, e))
+			return -1;
+		size = int32_at(head, h->swap);
+		code = int32_at(head + 4, h->swap);
+		head[0] = 1;
+		if (size == 0)
+			break;
+		if (size < 8 || (uint64_t)size - 8 > start - s->at || k >= MAX_EXTS ||
+			(total += (size_t)size) > MAX_EXT)
+			return ct_fail(
+				e, CT_EINPUT, "extension %zu: esize %ld is wrong", k, (long)size);
+		if (ct_alloc(&p, (size_t)size, 1, e))
+			return -1;
+		rc = take(s, p, (size_t)size - 8, e) ||
+		     ct_nii_ext_read(m, k, code, p, (size_t)size - 8, e);
+		free(p);
+		if (rc)
+			return -1;
+	}
+	return skip_to(s, start, block, e);
+}
+
+static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *v,
+	unsigned char *block, struct ct_err *e)
+{
+	const char *why;
+	const size_t bytes = ct_nii_width((int)h->type, &why), total = ct_vol_count(v);
+
+	for (size_t done = 0, n; done < total; done += n) {
+		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
+		if (take(s, block, n * bytes, e))
+			return -1;
+		convert(h, bytes, n, v->data + done, block);
+	}
+	return 0;
+}
+
+/* Room for the voxels, unless the file is too short for them. */
+static int make_volume(
+	const struct source *s, const struct ct_nii *h, struct ct_vol *v, struct ct_err *e)
+{
+	const char *why;
+	struct ct_meta meta = v->meta;
+	size_t n[3], count;
+
+	if (ct_nii_dims(h, n, e) || ct_size_mul(&count, n[0], n[1], "dimensions", e) ||
+		ct_size_mul(&count, count, n[2], "dimensions", e) ||
+		ct_size_mul(&count, count, ct_nii_width((int)h->type, &why), "voxels", e))
+		return -1;
+	if (s->left != UINT64_MAX && count > s->left - (uint64_t)h->start)
+		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
+			n[0], n[1], n[2], count);
+	if (ct_vol_alloc(v, n, e))
+		return -1;
+	v->meta = meta;
+	return 0;
+}
+
+static int set_input(struct ct_vol *v, const char *name, struct ct_err *e)
+{
+	const uint64_t n[3] = {v->n[0], v->n[1], v->n[2]};
+	const struct ct_piece piece[] = {{n, sizeof n}, {v->affine, sizeof v->affine},
+		{v->data, ct_vol_count(v) * sizeof *v->data}};
+
+	return ct_meta_input(&v->meta, name, 3, piece, e);
+}
+
+int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+{
+	struct source s = {0};
+	struct ct_nii h = {0};
+	double affine[3][4];
+	unsigned char *block = NULL;
+	int rc = -1, code;
+
+	if (ct_alloc(&block, BLOCK, 1, e) || source_open(&s, f, e) || read_header(&s, &h, e) ||
+		ct_nii_affine(&h, affine, &code, e) ||
+		read_extensions(&s, &h, &v->meta, block, e) || make_volume(&s, &h, v, e))
+		goto out;
+	memcpy(v->affine, affine, sizeof affine);
+	ct_meta_drop(&v->meta, "nifti.code");
+	if (ct_vol_check_grid(v, e) || read_voxels(&s, &h, v, block, e) || drain(&s, block, e) ||
+		(code != 1 && ct_meta_setf(&v->meta, e, "nifti.code", "%d", code)) ||
+		set_input(v, name, e))
+		goto out;
+	rc = 0;
+out:
+	source_close(&s);
+	free(block);
+	if (rc) {
+		ct_vol_free(v);
+		ct_blame(e, name);
+	}
+	return rc;
+}
+
+struct sink {
+	struct ct_out out;
+	bool gz;
+	z_stream z;
+	unsigned char *buf; /* [BLOCK] compressed bytes */
+};
+
+static int sink_open(struct sink *s, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t len = strlen(path);
+
+	*s = (struct sink){.gz = len > 3 && strcmp(path + len - 3, ".gz") == 0};
+	if (s->gz && ct_alloc(&s->buf, BLOCK, 1, e))
+		return -1;
+	if (s->gz && deflateInit2(&s->z, 1, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK) {
+		free(s->buf);
+		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
+	}
+	if (ct_out_open(&s->out, path, env, e) == 0)
+		return 0;
+	if (s->gz)
+		deflateEnd(&s->z);
+	free(s->buf);
+	return -1;
+}
+
+/* n <= BLOCK bytes; the last call says so. */
+static int give(struct sink *s, const void *data, size_t n, bool last, struct ct_err *e)
+{
+	int z = Z_OK;
+
+	if (!s->gz)
+		return n ? ct_put(&s->out, data, n, e) : 0;
+	s->z.next_in = (z_const Bytef *)(uintptr_t)data;
+	s->z.avail_in = (uInt)n;
+	do {
+		s->z.next_out = s->buf;
+		s->z.avail_out = BLOCK;
+		z = deflate(&s->z, last ? Z_FINISH : Z_NO_FLUSH);
+		if (z == Z_STREAM_ERROR)
+			return ct_fail(e, CT_EOUTPUT, "zlib failed");
+		if (ct_put(&s->out, s->buf, BLOCK - s->z.avail_out, e))
+			return -1;
+	} while (last ? z != Z_STREAM_END : s->z.avail_out == 0);
+	return 0;
+}
+
+/* Rounded (ties to even) into out; false if a voxel does not fit or, when `exact`, is not whole. */
+static bool to_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
+{
+	int bad = 0;
+
+	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
+	{
+		const float x = in[i], lo = x > -32768.0f ? x : -32768.0f,
+			    c = lo < 32767.0f ? lo : 32767.0f,
+			    r = (c + 12582912.0f) - 12582912.0f; /* 1.5*2^23: rounds to a whole */
+
+		bad |= exact ? r != x : !(fabsf(x - r) <= 0.5f);
+		out[i] = (int16_t)(int)r;
+	}
+	return !bad;
+}
+
+/* Whether the volume is stored as int16; block is scratch. */
+static int choose_type(const struct ct_vol *v, enum ct_nifti_type type, int16_t *block, bool *i16,
+	struct ct_err *e)
+{
+	const size_t total = ct_vol_count(v), step = BLOCK / sizeof *block;
+
+	*i16 = type != CT_NIFTI_F32;
+	for (size_t at = 0; at < total && *i16; at += step)
+		*i16 = to_i16(total - at < step ? total - at : step, block, v->data + at,
+			type == CT_NIFTI_AUTO);
+	return type == CT_NIFTI_I16 && !*i16 ? ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16")
+					     : 0;
+}
+
+static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size_t ext)
+{
+	const char *kept = ct_meta_get(&v->meta, "nifti.code");
+	const long code = kept ? strtol(kept, NULL, 10) : 1;
+
+	h->dim[0] = 3;
+	for (int a = 1; a < 8; a++) {
+		h->dim[a] = a <= 3 ? (double)v->n[a - 1] : 1;
+		h->pixdim[a] = a <= 3 ? h->pixdim[a] : 0;
+		if (h->dim[a] > 32767)
+			h->version = 2;
+	}
+	h->type = i16 ? CT_NII_I16 : CT_NII_F32;
+	h->bits = i16 ? 16 : 32;
+	h->start = (double)(ct_nii_size(h) + 4 + ext);
+	h->slope = 1;
+	h->qform = h->sform = code >= 1 && code <= 5 ? (double)code : 1;
+}
+
+static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *block,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const uint16_t one = 1;
+	const bool little = *(const unsigned char *)&one == 1;
+	const size_t bytes = i16 ? 2 : 4, total = ct_vol_count(v), step = BLOCK / bytes;
+
+	for (size_t at = 0, n; at < total; at += n) {
+		n = total - at < step ? total - at : step;
+		if (i16)
+			to_i16(n, block, v->data + at, false);
+		else
+			memcpy(block, v->data + at, n * bytes);
+		if (!little && i16)
+			swap16(n, block);
+		else if (!little)
+			swap32(n, block);
+		if (ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type,
+	const struct ct_env *env, struct ct_err *e)
+{
+	unsigned char raw[CT_NII_MAX + 4] = {0}, *ext = NULL;
+	struct ct_nii h = {.version = 1};
+	struct sink s = {0};
+	char descrip[80];
+	void *block = NULL;
+	size_t bytes = 0;
+	bool i16;
+	int rc = -1;
+
+	if (ct_alloc(&block, BLOCK, 1, e))
+		return -1;
+	if (ct_nii_set_affine(&h, v, e) || choose_type(v, type, block, &i16, e) ||
+		ct_nii_ext_write(&v->meta, &ext, &bytes, e)) {
+		ct_blame(e, path);
+		goto out;
+	}
+	fill_header(&h, v, i16, bytes);
+	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
+		PACKAGE_VERSION);
+	ct_nii_pack(&h, descrip, raw);
+	raw[ct_nii_size(&h)] = bytes > 0;
+	if (sink_open(&s, path, env, e))
+		goto out;
+	rc = give(&s, raw, ct_nii_size(&h) + 4, false, e);
+	for (size_t at = 0; at < bytes && !rc; at += BLOCK)
+		rc = give(&s, ext + at, bytes - at < BLOCK ? bytes - at : BLOCK, false, e);
+	if (!rc)
+		rc = write_voxels(&s, v, i16, block, env, e);
+	if (!rc)
+		rc = ct_out_commit(&s.out, e);
+	else
+		ct_out_abandon(&s.out);
+	if (s.gz)
+		deflateEnd(&s.z);
+	free(s.buf);
+out:
+	free(block);
+	free(ext);
+	return rc;
+}

@@ -1,0 +1,37 @@
+/* nifti.h: NIfTI-1 and NIfTI-2 as streams.
+ *
+ * Reading never seeks, so pipes work; gzip is recognised by content. All integer and float types
+ * are read in both byte orders, and scl_slope and scl_inter are applied (a slope that is 0 or not
+ * finite means none). The affine is the sform if its code is above 0, else the qform, else
+ * pixdim alone; xyzt_units scales it to millimetres. Refused by name: pairs .hdr/.img, Analyze
+ * 7.5, more than three dimensions, complex, RGB and bit images, sheared grids.
+ *
+ * Extensions: ours is of ecode 6, a JSON object whose keys all begin with "ct:", one a pair of
+ * the metadata. Any other is kept as the pair "nifti.ext.N" = "ECODE BASE64" and written again.
+ * A qform/sform code other than 1 is kept as the pair "nifti.code". Text that is not UTF-8 is
+ * written with U+FFFD for the bytes in error.
+ */
+#ifndef CT_FORMATS_NIFTI_H
+#define CT_FORMATS_NIFTI_H
+#include "core/env.h"
+#include "core/vol.h"
+
+#include <stdio.h>
+
+enum ct_nifti_type {
+	CT_NIFTI_AUTO, /* int16 if every voxel is an integer that fits, else float32 */
+	CT_NIFTI_I16,  /* rounded; CT_ENUMERIC if a voxel does not fit */
+	CT_NIFTI_F32
+};
+
+/* One volume from a stream that `name` names in messages. *v must be zero and stays so on
+ * failure. CT_EINPUT: not NIfTI, unsupported, truncated, corrupt; CT_EGEOM: voxel sizes or
+ * affine refused; CT_ENOMEM. */
+int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
+/* NIfTI-1, or NIfTI-2 if a dimension is above 32767; gzip if the name ends in .gz. sform is the
+ * affine; qform its nearest rotation, the codes equal. CT_EGEOM if the two would disagree by more
+ * than 0.05 voxel (shear). CT_EOUTPUT; CT_ENOMEM. */
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

@@ -1,0 +1,185 @@
+/* phantom.c: see phantom.h. Every shape is a unit ball, cube or cylinder in coordinates of its own.
+ */
+#include "config.h"
+#include "kern/phantom.h"
+#include "kern/scan.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+/* A vector, or with at = NULL a direction, in the shape's own units. */
+static void own(const struct ct_shape *s, const double *at, const double x[3], double y[3])
+{
+	for (int a = 0; a < 3; a++) {
+		y[a] = 0;
+		for (int r = 0; r < 3; r++)
+			y[a] += s->axis[a][r] * (at ? x[r] - at[r] : x[r]);
+		y[a] /= s->half[a];
+	}
+}
+
+/* 1 on the surface, less inside; moves no faster than y. */
+static double level(enum ct_shape_kind kind, const double y[3])
+{
+	if (kind == CT_BOX)
+		return fmax(fmax(fabs(y[0]), fabs(y[1])), fabs(y[2]));
+	if (kind == CT_CYLINDER)
+		return fmax(sqrt(y[0] * y[0] + y[1] * y[1]), fabs(y[2]));
+	return sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]);
+}
+
+/* Narrow t[0..1] to where o + t d is in the unit ball of the first n axes. From the point nearest
+ * to the centre, so nothing large cancels. */
+static void clip_round(int n, const double o[3], const double d[3], double t[2])
+{
+	double dd = 0, od = 0, mm = 0, mid, half;
+
+	for (int a = 0; a < n; a++) {
+		dd += d[a] * d[a];
+		od += o[a] * d[a];
+	}
+	mid = dd > 0 ? -od / dd : 0;
+	for (int a = 0; a < n; a++)
+		mm += (o[a] + mid * d[a]) * (o[a] + mid * d[a]);
+	if (mm >= 1) {
+		t[1] = t[0];
+		return;
+	}
+	half = dd > 0 ? sqrt((1 - mm) / dd) : HUGE_VAL;
+	t[0] = fmax(t[0], mid - half);
+	t[1] = fmin(t[1], mid + half);
+}
+
+static void clip_flat(double o, double d, double t[2])
+{
+	if (d == 0) {
+		if (fabs(o) >= 1)
+			t[1] = t[0];
+		return;
+	}
+	t[0] = fmax(t[0], fmin((-1 - o) / d, (1 - o) / d));
+	t[1] = fmin(t[1], fmax((-1 - o) / d, (1 - o) / d));
+}
+
+double ct_shape_chord(const struct ct_shape *s, const double origin[static 3],
+	const double dir[static 3], double t0)
+{
+	double o[3], d[3], t[2] = {t0, INFINITY};
+
+	own(s, s->centre, origin, o);
+	own(s, NULL, dir, d);
+	if (s->kind == CT_BOX)
+		for (int a = 0; a < 3 && t[1] > t[0]; a++)
+			clip_flat(o[a], d[a], t);
+	else
+		clip_round(s->kind == CT_CYLINDER ? 2 : 3, o, d, t);
+	if (s->kind == CT_CYLINDER && t[1] > t[0])
+		clip_flat(o[2], d[2], t);
+	if (!(t[1] > t[0]))
+		return 0;
+	return (t[1] - t[0]) * sqrt(dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2]);
+}
+
+struct rows {
+	const struct ct_stack *scan;
+	size_t first, n;
+	const struct ct_shape *shape;
+	float *p;
+};
+
+static void project_row(void *arg, size_t i, size_t worker)
+{
+	const struct rows *f = arg;
+	const struct ct_stack *s = f->scan;
+
+	(void)worker;
+	for (size_t c = 0; c < s->w; c++) {
+		double o[3], d[3], sum = 0;
+
+		ct_view_ray(s, f->first + i / s->h, i % s->h, c, o, d);
+		for (size_t k = 0; k < f->n; k++)
+			sum += f->shape[k].density *
+			       ct_shape_chord(
+				       &f->shape[k], o, d, s->beam == CT_PARALLEL ? -HUGE_VAL : 0);
+		f->p[i * s->w + c] = (float)sum;
+	}
+}
+
+void ct_phantom_project(const struct ct_stack *scan, size_t first, size_t count, float *p, size_t n,
+	const struct ct_shape *shape, struct ct_par *par)
+{
+	struct rows f = {.scan = scan, .first = first, .n = n, .shape = shape, .p = p};
+
+	ct_par_for(par, count * scan->h, project_row, &f);
+}
+
+struct slices {
+	struct ct_vol *v;
+	size_t n, over;
+	const struct ct_shape *shape;
+};
+
+/* Share of the sample points of the voxel at index (i,j,k) that lie in the shape. */
+static double share(const struct slices *f, const struct ct_shape *s, const double ijk[3])
+{
+	size_t m = f->over, in = 0;
+
+	for (size_t q = 0; q < m * m * m; q++) {
+		const size_t sub[3] = {q % m, q / m % m, q / m / m};
+		double at[3], x[3], y[3];
+
+		for (int a = 0; a < 3; a++)
+			at[a] = ijk[a] + ((double)sub[a] + 0.5) / (double)m - 0.5;
+		ct_vol_world(f->v, at, x);
+		own(s, s->centre, x, y);
+		in += level(s->kind, y) < 1;
+	}
+	return (double)in / (double)(m * m * m);
+}
+
+/* Radius of a voxel about its centre, in the shape's units. */
+static double reach(const struct ct_vol *v, const struct ct_shape *s)
+{
+	double mm[3];
+
+	ct_vol_spacing(v, mm);
+	return 0.5 * sqrt(mm[0] * mm[0] + mm[1] * mm[1] + mm[2] * mm[2]) * 1.001 /
+	       fmin(fmin(s->half[0], s->half[1]), s->half[2]);
+}
+
+static void fill_slice(void *arg, size_t k, size_t worker)
+{
+	const struct slices *f = arg;
+	const size_t *n = f->v->n;
+	float *row = f->v->data + k * n[0] * n[1];
+	double near[CT_PH_MAX_SHAPES];
+
+	(void)worker;
+	for (size_t s = 0; s < f->n; s++)
+		near[s] = reach(f->v, &f->shape[s]);
+	for (size_t at = 0; at < n[0] * n[1]; at++) {
+		const double ijk[3] = {(double)(at % n[0]), (double)(at / n[0]), (double)k};
+		double x[3], sum = 0;
+
+		ct_vol_world(f->v, ijk, x);
+		for (size_t s = 0; s < f->n; s++) {
+			double y[3], l;
+
+			own(&f->shape[s], f->shape[s].centre, x, y);
+			l = level(f->shape[s].kind, y);
+			if (fabs(l - 1) > near[s]) /* no surface in this voxel */
+				sum += l < 1 ? f->shape[s].density : 0;
+			else
+				sum += f->shape[s].density * share(f, &f->shape[s], ijk);
+		}
+		row[at] = (float)sum;
+	}
+}
+
+void ct_phantom_voxels(struct ct_vol *v, size_t n, const struct ct_shape *shape, size_t oversample,
+	struct ct_par *par)
+{
+	struct slices f = {.v = v, .n = n, .over = oversample, .shape = shape};
+
+	ct_par_for(par, v->n[2], fill_slice, &f);
+}

@@ -1,0 +1,259 @@
+/* scan.c: see scan.h. */
+#include "config.h"
+#include "kern/scan.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+#define DEGREE 0.017453292519943295
+
+/* Exact at whole quarter turns, and periodic to the last bit. */
+static void sincos_degrees(double degrees, double *s, double *c)
+{
+	double r = fmod(degrees, 360.0), q = nearbyint(r / 90.0);
+	double x = (r - 90.0 * q) * DEGREE, sx = sin(x), cx = cos(x);
+
+	switch ((int)q & 3) {
+	case 0:
+		*s = sx;
+		*c = cx;
+		break;
+	case 1:
+		*s = cx;
+		*c = -sx;
+		break;
+	case 2:
+		*s = -sx;
+		*c = -cx;
+		break;
+	default:
+		*s = -cx;
+		*c = sx;
+		break;
+	}
+}
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Corner `which` (bits: axes) of the box that the voxels of the grid fill. */
+static void corner(const struct ct_vol *g, unsigned which, double mm[3])
+{
+	double ijk[3];
+
+	for (int a = 0; a < 3; a++)
+		ijk[a] = which >> a & 1 ? (double)g->n[a] - 0.5 : -0.5;
+	ct_vol_world(g, ijk, mm);
+}
+
+/* Side of the square that holds the parallel shadow of the grid at every angle. */
+static double shadow_side(const struct ct_vol *g, const double iso[3])
+{
+	double side = 0;
+
+	for (unsigned k = 0; k < 8; k++) {
+		double x[3];
+
+		corner(g, k, x);
+		side = fmax(side, 2 * hypot(x[0] - iso[0], x[1] - iso[1]));
+		side = fmax(side, 2 * fabs(x[2] - iso[2]));
+	}
+	return side;
+}
+
+static void scan_of(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *g, double fov)
+{
+	size_t most = 1;
+	double side = 2 * fov;
+
+	*s = (struct ct_scan){.beam = beam,
+		.views = 100,
+		.arc = 180,
+		.dso = 1000 * fov / 256,
+		.dsd = 1500 * fov / 256};
+	ct_vol_centre(g, s->iso);
+	for (int a = 0; a < 3; a++)
+		most = g->n[a] > most ? g->n[a] : most;
+	if (beam == CT_PARALLEL)
+		side = shadow_side(g, s->iso);
+	s->w = most;
+	s->h = beam == CT_FAN ? 1 : most;
+	s->pitch[0] = s->pitch[1] = side / (double)most;
+}
+
+void ct_scan_default(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid)
+{
+	double mm[3], fov = 0;
+
+	ct_vol_spacing(grid, mm);
+	for (int a = 0; a < 3; a++)
+		fov = fmax(fov, mm[a] * (double)grid->n[a]);
+	scan_of(s, beam, grid, fov);
+}
+
+void ct_scan_paper(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid)
+{
+	scan_of(s, beam, grid, 256);
+}
+
+static int check(const struct ct_scan *s, struct ct_err *e)
+{
+	const struct {
+		double x;
+		const char *name;
+	} positive[] = {{s->dso, "source to isocentre"}, {s->dsd, "source to detector"},
+		{s->pitch[0], "pixel pitch along u"}, {s->pitch[1], "pixel pitch along v"}};
+
+	for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
+		if (!(positive[i].x > 1e-9 && positive[i].x < 1e9))
+			return ct_fail(e, CT_EGEOM, "%s of %g mm", positive[i].name, positive[i].x);
+	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
+		      s->iso[2]))
+		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
+	if (s->beam == CT_FAN && s->h != 1)
+		return ct_fail(
+			e, CT_EGEOM, "a fan has one detector row, not %zu: use a cone", s->h);
+	return 0;
+}
+
+static void fill_view(struct ct_view *v, const struct ct_scan *s, size_t i)
+{
+	double sa, ca;
+
+	v->angle = s->start + (double)i * s->arc / (double)s->views;
+	sincos_degrees(v->angle, &sa, &ca);
+
+	const double out[3] = {ca, sa, 0}, u[3] = {-sa, ca, 0}, down[3] = {0, 0, -1};
+
+	for (int a = 0; a < 3; a++) {
+		double shift = s->offset[0] * u[a] + s->offset[1] * down[a];
+
+		v->source[a] = s->iso[a] + s->dso * out[a];
+		v->centre[a] = s->iso[a] - (s->dsd - s->dso) * out[a] + shift;
+		if (s->beam == CT_PARALLEL)
+			v->source[a] += shift;
+		v->u[a] = s->pitch[0] * u[a];
+		v->v[a] = s->pitch[1] * down[a];
+	}
+}
+
+int ct_scan_fill(struct ct_stack *out, const struct ct_scan *s, struct ct_err *e)
+{
+	if (check(s, e) || ct_stack_alloc(out, s->views, s->h, s->w, e))
+		return -1;
+	out->beam = s->beam;
+	for (size_t i = 0; i < s->views; i++)
+		fill_view(&out->view[i], s, i);
+	if (ct_stack_check(out, e) || ct_meta_setf(&out->meta, e, "scan.dso", "%.17g", s->dso) ||
+		ct_meta_setf(&out->meta, e, "scan.dsd", "%.17g", s->dsd) ||
+		ct_meta_setf(&out->meta, e, "scan.arc", "%.17g", s->arc) ||
+		ct_meta_setf(&out->meta, e, "scan.start", "%.17g", s->start) ||
+		ct_meta_setf(&out->meta, e, "scan.iso", "%.17g,%.17g,%.17g", s->iso[0], s->iso[1],
+			s->iso[2])) {
+		ct_stack_free(out);
+		return -1;
+	}
+	return 0;
+}
+
+int ct_scan_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e)
+{
+	double mid[3], radius = 0;
+
+	if (s->beam == CT_PARALLEL)
+		return 0;
+	ct_vol_centre(grid, mid);
+	for (unsigned k = 0; k < 8; k++) {
+		double x[3];
+
+		corner(grid, k, x);
+		radius = fmax(radius, hypot(hypot(x[0] - mid[0], x[1] - mid[1]), x[2] - mid[2]));
+	}
+	for (size_t k = 0; k < s->views; k++) {
+		const double *p = s->view[k].source;
+		double far = hypot(hypot(p[0] - mid[0], p[1] - mid[1]), p[2] - mid[2]);
+
+		if (!(far > radius))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the source is %g mm from the centre of the volume, "
+				"inside its "
+				"bounding sphere of radius %g mm",
+				k, far, radius);
+	}
+	return 0;
+}
+
+void ct_view_ray(const struct ct_stack *s, size_t view, size_t row, size_t col, double origin[3],
+	double dir[3])
+{
+	const struct ct_view *v = &s->view[view];
+	double cu = (double)col - ((double)s->w - 1) / 2, cv = (double)row - ((double)s->h - 1) / 2;
+
+	for (int a = 0; a < 3; a++) {
+		double side = cu * v->u[a] + cv * v->v[a], along = v->centre[a] - v->source[a];
+
+		dir[a] = s->beam == CT_PARALLEL ? along : along + side;
+		origin[a] = s->beam == CT_PARALLEL ? v->source[a] + side : v->source[a];
+	}
+}
+
+/* Where the ray through x meets the detector: pixel coordinates (column, row) from its centre;
+ * false if x is not in front of the source. */
+static bool shadow_of(
+	const struct ct_stack *s, const struct ct_view *v, const double x[3], double at[2])
+{
+	const double n[3] = {v->u[1] * v->v[2] - v->u[2] * v->v[1],
+		v->u[2] * v->v[0] - v->u[0] * v->v[2], v->u[0] * v->v[1] - v->u[1] * v->v[0]};
+	double uu = dot(v->u, v->u), vv = dot(v->v, v->v), uv = dot(v->u, v->v), pu, pv, t;
+	double axis[3], ray[3], p[3];
+
+	for (int a = 0; a < 3; a++) {
+		axis[a] = v->centre[a] - v->source[a];
+		ray[a] = s->beam == CT_PARALLEL ? axis[a] : x[a] - v->source[a];
+		p[a] = s->beam == CT_PARALLEL ? v->centre[a] - x[a] : axis[a];
+	}
+	t = dot(n, p) / dot(n, ray);
+	if (!isfinite(t) || (s->beam != CT_PARALLEL && t <= 0))
+		return false;
+	for (int a = 0; a < 3; a++)
+		p[a] = t * ray[a] - p[a];
+	pu = dot(p, v->u);
+	pv = dot(p, v->v);
+	at[0] = (pu * vv - pv * uv) / (uu * vv - uv * uv);
+	at[1] = (pv * uu - pu * uv) / (uu * vv - uv * uv);
+	return true;
+}
+
+static void pixels_of(size_t n, double lo, double hi, size_t range[2])
+{
+	double mid = ((double)n - 1) / 2, most = (double)n;
+
+	range[0] = (size_t)fmin(fmax(floor(lo + mid) - 1, 0), most);
+	range[1] = (size_t)fmin(fmax(ceil(hi + mid) + 2, 0), most);
+	if (range[1] < range[0])
+		range[1] = range[0];
+}
+
+void ct_view_shadow(const struct ct_stack *s, size_t view, size_t n, const double (*x)[3],
+	size_t row[2], size_t col[2])
+{
+	double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+
+	for (size_t k = 0; k < n; k++) {
+		double at[2];
+
+		if (!shadow_of(s, &s->view[view], x[k], at)) {
+			lo[0] = lo[1] = -INFINITY;
+			hi[0] = hi[1] = INFINITY;
+			break;
+		}
+		for (int a = 0; a < 2; a++) {
+			lo[a] = fmin(lo[a], at[a]);
+			hi[a] = fmax(hi[a], at[a]);
+		}
+	}
+	pixels_of(s->w, lo[0], hi[0], col);
+	pixels_of(s->h, lo[1], hi[1], row);
+}

@@ -1,0 +1,14 @@
+/* window.h: between HU and the density that is projected.
+ *
+ *   density = clamp((HU - LO) / (HI - LO), 0, 1)      HU = LO + density (HI - LO)
+ *
+ * LO < HI in HU. Computed in double, rounded once. dst may be src. Pure; thread-safe.
+ */
+#ifndef CT_KERN_WINDOW_H
+#define CT_KERN_WINDOW_H
+#include <stddef.h>
+
+void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2]);
+void ct_window_hu(size_t n, float *dst, const float *src, const double window[static 2]);
+
+#endif

@@ -1,0 +1,256 @@
+/* arch.c: see arch.h. */
+#include "config.h"
+#include "net/arch.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum kind { COUNT, TRUTH, MULTS, FACTORS, HEADS };
+
+static const struct key {
+	const char *name;
+	enum kind kind;
+	size_t at;
+	bool needed; /* a file that lacks it is not a U-Net */
+} keys[] = {
+	{"image_size", COUNT, offsetof(struct ct_unet_arch, image_size), false},
+	{"in_channels", COUNT, offsetof(struct ct_unet_arch, in_channels), true},
+	{"model_channels", COUNT, offsetof(struct ct_unet_arch, model_channels), true},
+	{"out_channels", COUNT, offsetof(struct ct_unet_arch, out_channels), true},
+	{"num_res_blocks", COUNT, offsetof(struct ct_unet_arch, num_res_blocks), true},
+	{"attention_resolutions", FACTORS, 0, true},
+	{"channel_mult", MULTS, 0, true},
+	{"num_head_channels", HEADS, offsetof(struct ct_unet_arch, num_head_channels), false},
+	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false},
+	{"use_scale_shift_norm", TRUTH, offsetof(struct ct_unet_arch, use_scale_shift_norm), true},
+	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true},
+	{"use_new_attention_order", TRUTH,
+		offsetof(struct ct_unet_arch, use_new_attention_order), true},
+	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false},
+};
+
+enum { KEYS = sizeof keys / sizeof *keys };
+
+void ct_unet_arch_default(struct ct_unet_arch *a)
+{
+	*a = (struct ct_unet_arch){
+		.image_size = 64,
+		.in_channels = 1,
+		.out_channels = 1,
+		.model_channels = 32,
+		.num_res_blocks = 1,
+		.levels = 4,
+		.channel_mult = {1, 2, 3, 4},
+		.num_heads = 4,
+		.num_head_channels = 32,
+		.use_scale_shift_norm = true,
+		.resblock_updown = true,
+		.conv_resample = true,
+	};
+}
+
+/* Numbers of "[1, 2]", "1,2" or "1:2" into v, at most `max`; false if it is none. */
+static bool numbers(const char *s, size_t max, size_t *n, double *v)
+{
+	*n = 0;
+	for (;;) {
+		char *end;
+
+		s += strspn(s, "[(,: ])");
+		if (!*s)
+			return true;
+		if (*n == max)
+			return false;
+		v[*n] = strtod(s, &end);
+		if (end == s || !isfinite(v[*n]))
+			return false;
+		++*n;
+		s = end;
+	}
+}
+
+/* A whole number in [0, 65536], or -1 if `negative`. */
+static bool whole(double v, bool negative)
+{
+	return v == floor(v) && v >= (negative ? -1 : 0) && v <= 65536;
+}
+
+static bool set_count(struct ct_unet_arch *a, const struct key *k, const char *value)
+{
+	double v[1];
+	size_t n, count;
+
+	if (!numbers(value, 1, &n, v) || n != 1 || !whole(v[0], k->kind == HEADS))
+		return false;
+	count = v[0] < 0 ? 0 : (size_t)v[0];
+	memcpy((char *)a + k->at, &count, sizeof count);
+	return true;
+}
+
+static bool set_truth(struct ct_unet_arch *a, const struct key *k, const char *value)
+{
+	static const char *const words[] = {"False", "True", "false", "true", "0", "1", "no",
+		"yes"};
+
+	for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+		if (strcmp(value, words[i]) == 0) {
+			bool b = i % 2;
+
+			memcpy((char *)a + k->at, &b, sizeof b);
+			return true;
+		}
+	return false;
+}
+
+static bool set_list(struct ct_unet_arch *a, const struct key *k, const char *value)
+{
+	double v[CT_UNET_LEVELS];
+	size_t n;
+
+	if (!numbers(value, CT_UNET_LEVELS, &n, v))
+		return false;
+	if (k->kind == MULTS) {
+		a->levels = n;
+		memcpy(a->channel_mult, v, n * sizeof *v);
+		return n > 0;
+	}
+	for (size_t i = 0; i < n; i++) {
+		if (!whole(v[i], false))
+			return false;
+		a->attention[i] = (size_t)v[i];
+	}
+	a->attentions = n;
+	return true;
+}
+
+int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value, struct ct_err *e)
+{
+	for (size_t i = 0; i < KEYS; i++) {
+		const struct key *k = &keys[i];
+		bool ok;
+
+		if (strcmp(key, k->name) != 0)
+			continue;
+		ok = k->kind == TRUTH ? set_truth(a, k, value) :
+			k->kind == COUNT || k->kind == HEADS ? set_count(a, k, value) :
+			set_list(a, k, value);
+		return ok ? 0 :
+			ct_fail(e, CT_EINPUT, "architecture: %s is \"%.100s\"", key, value);
+	}
+	return 1;
+}
+
+int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+{
+	*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
+	for (size_t i = 0; i < KEYS; i++) {
+		const char *value = ct_meta_get(meta, keys[i].name);
+
+		if (!value && keys[i].needed)
+			return ct_fail(e, CT_EINPUT, "not a diffusion prior: no metadata \"%s\"",
+				keys[i].name);
+		if (value && ct_unet_arch_set(a, keys[i].name, value, e))
+			return -1;
+	}
+	return ct_unet_arch_check(a, e);
+}
+
+static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enum kind kind)
+{
+	size_t n = kind == MULTS ? a->levels : a->attentions, used = 1;
+
+	text[0] = '[';
+	text[1] = '\0';
+	for (size_t i = 0; i < n && used < size; i++) {
+		double v = kind == MULTS ? a->channel_mult[i] : (double)a->attention[i];
+
+		used += (size_t)snprintf(text + used, size - used, "%s%.10g", i ? ", " : "", v);
+	}
+	if (used < size)
+		snprintf(text + used, size - used, "]");
+}
+
+int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e)
+{
+	for (size_t i = 0; i < KEYS; i++) {
+		const struct key *k = &keys[i];
+		const char *field = (const char *)a + k->at;
+		char text[200];
+		size_t count;
+		bool truth;
+
+		if (k->kind == TRUTH) {
+			memcpy(&truth, field, sizeof truth);
+			snprintf(text, sizeof text, "%s", truth ? "True" : "False");
+		} else if (k->kind == MULTS || k->kind == FACTORS) {
+			list_text(text, sizeof text, a, k->kind);
+		} else {
+			memcpy(&count, field, sizeof count);
+			if (k->kind == HEADS && count == 0)
+				snprintf(text, sizeof text, "-1");
+			else
+				snprintf(text, sizeof text, "%zu", count);
+		}
+		if (ct_meta_set(meta, k->name, text, e))
+			return -1;
+	}
+	return 0;
+}
+
+size_t ct_unet_arch_channels(const struct ct_unet_arch *a, size_t level)
+{
+	return (size_t)(a->channel_mult[level] * (double)a->model_channels);
+}
+
+bool ct_unet_arch_attends(const struct ct_unet_arch *a, size_t level)
+{
+	for (size_t i = 0; i < a->attentions; i++)
+		if (a->attention[i] == (size_t)1 << level)
+			return true;
+	return false;
+}
+
+size_t ct_unet_arch_heads(const struct ct_unet_arch *a, size_t c)
+{
+	return a->num_head_channels ? c / a->num_head_channels : a->num_heads;
+}
+
+static int check_level(const struct ct_unet_arch *a, size_t level, struct ct_err *e)
+{
+	double c = a->channel_mult[level] * (double)a->model_channels;
+	bool attends = ct_unet_arch_attends(a, level) || level + 1 == a->levels;
+	size_t unit;
+
+	if (!(c >= 32 && c <= CT_UNET_MAX_CHANNELS) || (size_t)c % 32 != 0)
+		return ct_fail(e, CT_EINPUT,
+			"architecture: channel_mult %g of %zu model_channels gives %g channels, not a "
+			"multiple of 32 up to %d",
+			a->channel_mult[level], a->model_channels, c, CT_UNET_MAX_CHANNELS);
+	unit = a->num_head_channels ? a->num_head_channels : a->num_heads;
+	if (attends && (unit == 0 || (size_t)c % unit != 0))
+		return ct_fail(e, CT_EINPUT, "architecture: %s %zu does not divide %zu channels",
+			a->num_head_channels ? "num_head_channels" : "num_heads", unit, (size_t)c);
+	return 0;
+}
+
+int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e)
+{
+	if (a->levels < 1 || a->levels > CT_UNET_LEVELS)
+		return ct_fail(e, CT_EINPUT, "architecture: channel_mult has no level");
+	if (a->model_channels < 2 || a->model_channels > CT_UNET_MAX_CHANNELS)
+		return ct_fail(e, CT_EINPUT, "architecture: model_channels is %zu",
+			a->model_channels);
+	if (a->in_channels < 1 || a->in_channels > 64 || a->out_channels < 1 ||
+		a->out_channels > 64)
+		return ct_fail(e, CT_EINPUT, "architecture: %zu channels in, %zu out",
+			a->in_channels, a->out_channels);
+	if (a->num_res_blocks < 1 || a->num_res_blocks > 16)
+		return ct_fail(e, CT_EINPUT, "architecture: num_res_blocks is %zu",
+			a->num_res_blocks);
+	for (size_t i = 0; i < a->levels; i++)
+		if (check_level(a, i, e))
+			return -1;
+	return 0;
+}

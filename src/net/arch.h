@@ -1,0 +1,47 @@
+/* arch.h: the shape of a U-Net of guided diffusion (Dhariwal and Nichol 2021). */
+#ifndef CT_NET_ARCH_H
+#define CT_NET_ARCH_H
+#include "core/err.h"
+#include "core/meta.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { CT_UNET_LEVELS = 10, CT_UNET_MAX_CHANNELS = 16384 };
+
+struct ct_unet_arch {
+	size_t image_size;     /* what it was made for; other sizes run too */
+	size_t in_channels, out_channels;
+	size_t model_channels; /* D: the time embedding has D and 4D */
+	size_t num_res_blocks; /* a level */
+	size_t levels;
+	double channel_mult[CT_UNET_LEVELS]; /* of D, finest first; may be 0.5 */
+	size_t attentions;
+	size_t attention[CT_UNET_LEVELS];    /* downsampling factors 1, 2, 4.. that have attention */
+	size_t num_heads;      /* used when num_head_channels is 0 */
+	size_t num_head_channels;
+	bool use_scale_shift_norm, resblock_updown, use_new_attention_order, conv_resample;
+};
+
+/* D 32, multipliers 1,2,3,4, one block a level, attention in the middle only, 1 channel. */
+void ct_unet_arch_default(struct ct_unet_arch *a);
+/* Keys of the metadata as guided diffusion names its arguments: "image_size", "in_channels",
+ * "model_channels", "out_channels", "num_res_blocks", "attention_resolutions" (downsampling
+ * factors), "channel_mult", "num_heads", "num_head_channels" (-1: use num_heads),
+ * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample". Lists are
+ * "[1, 2]", "1,2" or "1:2"; truths True or False. CT_EINPUT naming the key. */
+int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e);
+int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e);
+/* One key as above, from its words: the command line's way. 1 if there is no such key. */
+int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
+	struct ct_err *e);
+/* CT_EINPUT unless every channel count is a multiple of 32 within the limits and the heads divide
+ * the channels that have attention. */
+int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e);
+/* Channels of a level. */
+size_t ct_unet_arch_channels(const struct ct_unet_arch *a, size_t level);
+bool ct_unet_arch_attends(const struct ct_unet_arch *a, size_t level);
+/* Heads of an attention block of c channels. */
+size_t ct_unet_arch_heads(const struct ct_unet_arch *a, size_t c);
+
+#endif

@@ -1,0 +1,63 @@
+/* graph.h: a U-Net as a list of operations on images, and the list of its parameters.
+ *
+ * Operations are in the order of the forward pass; each writes one image that is read by later
+ * ones. Parameters are in the order of guided diffusion's state dictionary, so offset[] is also
+ * the order of a flat vector of weights, gradients or moments.
+ */
+#ifndef CT_NET_GRAPH_H
+#define CT_NET_GRAPH_H
+#include "net/arch.h"
+
+#define CT_NONE ((size_t)-1)
+
+enum ct_op_kind {
+	CT_OP_EMBED,  /* sinusoids of the timestep */
+	CT_OP_LINEAR, /* a: vector; param: weight, bias */
+	CT_OP_SILU,
+	CT_OP_CONV,   /* a, plus b if there is one; param: weight, bias */
+	CT_OP_NORM,   /* a, with the embedding b if there is one; param: gamma, beta */
+	CT_OP_UP,     /* nearest, twice the size */
+	CT_OP_DOWN,   /* mean of 2 x 2 */
+	CT_OP_CONCAT, /* channels of a, then of b */
+	CT_OP_ATTN,   /* a: qkv */
+};
+
+struct ct_image {
+	size_t h, w, c; /* vectors are 1 x 1 x c */
+};
+
+struct ct_op {
+	enum ct_op_kind kind;
+	size_t out, a, b;   /* images; CT_NONE */
+	size_t param;       /* first of two, or CT_NONE */
+	size_t k, stride;   /* convolution */
+	size_t heads;       /* attention */
+	bool silu;          /* normalisation */
+};
+
+struct ct_param {
+	char name[64];
+	size_t rank, dim[4], count, offset;
+	size_t fan_in;      /* inputs of one output: the scale of the initialisation; 0 for gamma, beta */
+	bool zero;          /* initialised to zero */
+	bool gamma;         /* initialised to one */
+};
+
+struct ct_graph {
+	size_t n_image, cap_image, n_op, cap_op, n_param, cap_param;
+	struct ct_image *image; /* 0 is the input */
+	struct ct_op *op;
+	struct ct_param *param;
+	size_t out;             /* the last image */
+	size_t count;           /* of all parameters, floats */
+};
+
+/* For an input of h x w pixels; *g must be zero. CT_EGEOM unless both are multiples of
+ * 2^(levels - 1). */
+int ct_graph_build(struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w,
+	struct ct_err *e);
+void ct_graph_free(struct ct_graph *g);
+/* Floats of an image. */
+size_t ct_image_count(const struct ct_image *i);
+
+#endif

@@ -1,0 +1,456 @@
+/* plan.c: running a network: where every image lies, and the operations forward and backward.
+ *
+ * Without training an image's place is used again after its last reader, and a normalisation that
+ * is the last reader works in place. With training all images stay, for every image of the batch;
+ * the gradients of images live from their first writer, in reverse order, to the operation
+ * that made the image.
+ */
+#include "config.h"
+#include "net/unet.h"
+#include "core/mem.h"
+#include "net/arena.h"
+#include "net/attention.h"
+#include "net/layers.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* How the gradient of one operation goes to its inputs. */
+struct flow {
+	bool acc_a, acc_b; /* another reader has written there already: add */
+	bool moved;        /* the gradient of b is the place of the gradient of out */
+	size_t tmp;        /* place for a gradient that is then added */
+};
+
+struct ct_unet_plan {
+	struct ct_unet *net;
+	struct ct_graph g;
+	size_t batch;
+	bool train;
+	struct ct_conv **conv; /* [n_op] */
+	size_t *at, acts;      /* place of every image; floats an image of the batch */
+	size_t *sum_at, sums;  /* place of a normalisation's sums; doubles an image of the batch */
+	size_t *grad_at, grads;
+	struct flow *flow;     /* [n_op] */
+	float *act, *grad, *scratch;
+	double *sum;
+	size_t scratch_count;
+};
+
+static struct ct_norm norm_of(const struct ct_unet_plan *p, const struct ct_op *o,
+	const float *e)
+{
+	const struct ct_image *s = &p->g.image[o->out];
+	const struct ct_param *gamma = &p->g.param[o->param];
+
+	return (struct ct_norm){
+		.hw = s->h * s->w,
+		.c = s->c,
+		.gamma = p->net->param + gamma[0].offset,
+		.beta = p->net->param + gamma[1].offset,
+		.e = e,
+		.scale_shift = p->net->arch.use_scale_shift_norm,
+		.silu = o->silu,
+	};
+}
+
+static struct ct_attn attn_of(const struct ct_unet_plan *p, const struct ct_op *o)
+{
+	const struct ct_image *s = &p->g.image[o->out];
+
+	return (struct ct_attn){
+		.tokens = s->h * s->w,
+		.heads = o->heads,
+		.width = s->c / o->heads,
+		.legacy = !p->net->arch.use_new_attention_order,
+	};
+}
+
+/* Places of the images in the order of the forward pass. */
+static int place_images(struct ct_unet_plan *p, struct ct_err *e)
+{
+	const struct ct_graph *g = &p->g;
+	struct ct_arena a = {0};
+	size_t *last;
+	int rc = -1;
+
+	if (ct_alloc0(&last, g->n_image, sizeof *last, e))
+		return -1;
+	for (size_t i = 0; i < g->n_op; i++) {
+		if (g->op[i].a != CT_NONE)
+			last[g->op[i].a] = i;
+		if (g->op[i].b != CT_NONE)
+			last[g->op[i].b] = i;
+	}
+	last[g->out] = CT_NONE;
+	if (ct_arena_take(&a, ct_image_count(&g->image[0]), &p->at[0], e))
+		goto out;
+	for (size_t i = 0; i < g->n_op; i++) {
+		const struct ct_op *o = &g->op[i];
+		bool in_place = !p->train && o->kind == CT_OP_NORM && last[o->a] == i;
+
+		if (in_place)
+			p->at[o->out] = p->at[o->a];
+		else if (ct_arena_take(&a, ct_image_count(&g->image[o->out]), &p->at[o->out], e))
+			goto out;
+		if (p->train)
+			continue;
+		if (o->a != CT_NONE && last[o->a] == i && !in_place)
+			ct_arena_give(&a, p->at[o->a]);
+		if (o->b != CT_NONE && last[o->b] == i)
+			ct_arena_give(&a, p->at[o->b]);
+	}
+	p->acts = a.top;
+	rc = 0;
+out:
+	ct_arena_free(&a);
+	free(last);
+	return rc;
+}
+
+/* Place of the gradient of an input, and whether it is added to. */
+static int place_input(struct ct_unet_plan *p, struct ct_arena *a, size_t image, bool *acc,
+	struct ct_err *e)
+{
+	*acc = p->grad_at[image] != CT_NONE;
+	if (*acc)
+		return 0;
+	return ct_arena_take(a, ct_image_count(&p->g.image[image]), &p->grad_at[image], e);
+}
+
+/* Places of the gradients in the order of the backward pass. */
+static int place_gradients(struct ct_unet_plan *p, struct ct_err *e)
+{
+	const struct ct_graph *g = &p->g;
+	struct ct_arena a = {0};
+	int rc = -1;
+
+	for (size_t i = 0; i < g->n_image; i++)
+		p->grad_at[i] = CT_NONE;
+	if (ct_arena_take(&a, ct_image_count(&g->image[g->out]), &p->grad_at[g->out], e))
+		goto out;
+	for (size_t i = g->n_op; i-- > 0;) {
+		const struct ct_op *o = &g->op[i];
+		struct flow *f = &p->flow[i];
+
+		if (o->a != CT_NONE && place_input(p, &a, o->a, &f->acc_a, e))
+			goto out;
+		if (o->kind == CT_OP_CONV && f->acc_a) {
+			if (ct_arena_take(&a, ct_image_count(&g->image[o->a]), &f->tmp, e))
+				goto out;
+			ct_arena_give(&a, f->tmp);
+		}
+		f->moved = o->kind == CT_OP_CONV && o->b != CT_NONE && p->grad_at[o->b] == CT_NONE;
+		if (f->moved)
+			p->grad_at[o->b] = p->grad_at[o->out];
+		else if (o->b != CT_NONE && place_input(p, &a, o->b, &f->acc_b, e))
+			goto out;
+		if (!f->moved)
+			ct_arena_give(&a, p->grad_at[o->out]);
+	}
+	p->grads = a.top;
+	rc = 0;
+out:
+	ct_arena_free(&a);
+	return rc;
+}
+
+static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
+{
+	const struct ct_op *o = &p->g.op[i];
+	struct ct_norm n;
+	struct ct_attn a;
+
+	switch (o->kind) {
+	case CT_OP_CONV:
+		return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
+	case CT_OP_NORM:
+		n = norm_of(p, o, NULL);
+		return ct_norm_scratch(&n);
+	case CT_OP_ATTN:
+		a = attn_of(p, o);
+		return ct_attn_scratch(&a, p->train);
+	case CT_OP_EMBED:
+	case CT_OP_LINEAR:
+	case CT_OP_SILU:
+	case CT_OP_UP:
+	case CT_OP_DOWN:
+	case CT_OP_CONCAT:
+		break;
+	}
+	return 0;
+}
+
+/* The convolutions, the places of the sums, and the largest scratch. */
+static int prepare(struct ct_unet_plan *p, struct ct_err *e)
+{
+	for (size_t i = 0; i < p->g.n_op; i++) {
+		const struct ct_op *o = &p->g.op[i];
+		const struct ct_image *in = o->a == CT_NONE ? NULL : &p->g.image[o->a];
+		size_t n;
+
+		if (o->kind == CT_OP_CONV) {
+			const struct ct_conv_shape s = {in->h, in->w, in->c,
+				p->g.image[o->out].c, o->k, o->stride, o->b != CT_NONE};
+
+			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s,
+				    p->net->param + p->g.param[o->param].offset, p->train, e))
+				return -1;
+		}
+		if (o->kind == CT_OP_NORM) {
+			p->sum_at[i] = p->sums;
+			p->sums += 2 * in->c;
+		}
+		n = scratch_of(p, i);
+		p->scratch_count = n > p->scratch_count ? n : p->scratch_count;
+	}
+	return 0;
+}
+
+int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t batch, size_t h,
+	size_t w, bool train, struct ct_err *e)
+{
+	struct ct_unet_plan *p;
+	const size_t n = train ? batch : 1;
+	size_t total;
+
+	if (ct_alloc0(&p, 1, sizeof *p, e))
+		return -1;
+	p->net = net;
+	p->batch = batch;
+	p->train = train;
+	if (ct_graph_build(&p->g, &net->arch, h, w, e) ||
+		ct_alloc0(&p->conv, p->g.n_op, sizeof *p->conv, e) ||
+		ct_alloc0(&p->flow, p->g.n_op, sizeof *p->flow, e) ||
+		ct_alloc0(&p->sum_at, p->g.n_op, sizeof *p->sum_at, e) ||
+		ct_alloc0(&p->at, p->g.n_image, sizeof *p->at, e) ||
+		ct_alloc0(&p->grad_at, p->g.n_image, sizeof *p->grad_at, e) ||
+		prepare(p, e) || place_images(p, e) || (train && place_gradients(p, e)) ||
+		ct_size_mul(&total, n, p->acts, "activations", e) ||
+		ct_alloc(&p->act, total, sizeof *p->act, e) ||
+		ct_alloc(&p->sum, n * p->sums, sizeof *p->sum, e) ||
+		ct_alloc(&p->grad, p->grads, sizeof *p->grad, e) ||
+		ct_alloc(&p->scratch, p->scratch_count, sizeof *p->scratch, e)) {
+		ct_unet_plan_free(p);
+		return -1;
+	}
+	*out = p;
+	return 0;
+}
+
+void ct_unet_plan_free(struct ct_unet_plan *p)
+{
+	if (!p)
+		return;
+	for (size_t i = 0; p->conv && i < p->g.n_op; i++)
+		ct_conv_free(p->conv[i]);
+	free(p->conv);
+	free(p->flow);
+	free(p->sum_at);
+	free(p->at);
+	free(p->grad_at);
+	free(p->act);
+	free(p->sum);
+	free(p->grad);
+	free(p->scratch);
+	ct_graph_free(&p->g);
+	free(p);
+}
+
+size_t ct_unet_plan_bytes(const struct ct_unet_plan *p)
+{
+	const size_t n = p->train ? p->batch : 1;
+
+	return (n * p->acts + p->grads + p->scratch_count) * sizeof(float) +
+		n * p->sums * sizeof(double);
+}
+
+/* One image of the batch while it runs. */
+struct run {
+	struct ct_unet_plan *p;
+	float *act;
+	double *sum;
+	double t;
+	float *grads; /* of the parameters */
+};
+
+static float *image_at(const struct run *r, size_t image)
+{
+	return image == CT_NONE ? NULL : r->act + r->p->at[image];
+}
+
+static int forward_op(const struct run *r, size_t i, struct ct_err *e)
+{
+	const struct ct_unet_plan *p = r->p;
+	const struct ct_op *o = &p->g.op[i];
+	const struct ct_image *in = &p->g.image[o->a == CT_NONE ? o->out : o->a];
+	const struct ct_image *s = &p->g.image[o->out];
+	const struct ct_param *w = o->param == CT_NONE ? NULL : &p->g.param[o->param];
+	const float *x = image_at(r, o->a), *b = image_at(r, o->b);
+	float *y = image_at(r, o->out);
+	struct ct_norm norm;
+	struct ct_attn attn;
+
+	switch (o->kind) {
+	case CT_OP_EMBED:
+		ct_embed(s->c, y, r->t);
+		break;
+	case CT_OP_LINEAR:
+		ct_linear_forward(in->c, s->c, y, x, p->net->param + w[0].offset,
+			p->net->param + w[1].offset);
+		break;
+	case CT_OP_SILU:
+		ct_silu_forward(s->c, y, x);
+		break;
+	case CT_OP_CONV:
+		return ct_conv_forward(p->conv[i], y, x, p->net->param + w[1].offset, b,
+			p->scratch, e);
+	case CT_OP_NORM:
+		norm = norm_of(p, o, b);
+		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
+		ct_norm_forward(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
+		break;
+	case CT_OP_UP:
+		ct_up_forward(in->h, in->w, in->c, y, x);
+		break;
+	case CT_OP_DOWN:
+		ct_down_forward(in->h, in->w, in->c, y, x);
+		break;
+	case CT_OP_CONCAT:
+		ct_concat_forward(s->h * s->w, in->c, s->c - in->c, y, x, b);
+		break;
+	case CT_OP_ATTN:
+		attn = attn_of(p, o);
+		return ct_attn_forward(&attn, y, x, p->scratch, e);
+	}
+	return 0;
+}
+
+int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, const float *t,
+	struct ct_err *e)
+{
+	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
+	int was = ct_dnn_enter(), rc = 0;
+
+	for (size_t k = 0; k < p->batch && !rc; k++) {
+		size_t slot = p->train ? k : 0;
+		struct run r = {.p = p, .act = p->act + slot * p->acts,
+			.sum = p->sum + slot * p->sums, .t = (double)t[k]};
+
+		ct_to_last(in->h * in->w, in->c, image_at(&r, 0), x + k * ct_image_count(in));
+		for (size_t i = 0; i < p->g.n_op && !rc; i++)
+			rc = forward_op(&r, i, e);
+		ct_to_first(out->h * out->w, out->c, y + k * ct_image_count(out),
+			image_at(&r, p->g.out));
+	}
+	ct_dnn_leave(was);
+	return rc;
+}
+
+static float *grad_of(const struct run *r, size_t image)
+{
+	return image == CT_NONE ? NULL : r->p->grad + r->p->grad_at[image];
+}
+
+/* Weights first: afterwards dy may become the gradient of what was added. */
+static int conv_back(const struct run *r, size_t i, struct ct_err *e)
+{
+	struct ct_unet_plan *p = r->p;
+	const struct ct_op *o = &p->g.op[i];
+	const struct flow *f = &p->flow[i];
+	const struct ct_param *w = &p->g.param[o->param];
+	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
+	float *to = f->acc_a ? p->grad + f->tmp : da;
+
+	if (ct_conv_back_weights(p->conv[i], r->grads + w[0].offset, r->grads + w[1].offset,
+		    image_at(r, o->a), dy, p->scratch, e) ||
+		ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
+		return -1;
+	if (f->acc_a)
+		ct_take(ct_image_count(&p->g.image[o->a]), da, to, true);
+	if (o->b != CT_NONE && !f->moved)
+		ct_take(ct_image_count(&p->g.image[o->b]), grad_of(r, o->b), dy, f->acc_b);
+	return 0;
+}
+
+static void norm_back(const struct run *r, size_t i)
+{
+	struct ct_unet_plan *p = r->p;
+	const struct ct_op *o = &p->g.op[i];
+	const struct ct_param *w = &p->g.param[o->param];
+	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
+	float *de = grad_of(r, o->b);
+
+	if (de && !p->flow[i].acc_b)
+		memset(de, 0, p->g.image[o->b].c * sizeof *de);
+	ct_norm_back(&n, grad_of(r, o->a), r->grads + w[0].offset, r->grads + w[1].offset, de,
+		grad_of(r, o->out), image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a,
+		p->scratch);
+}
+
+static int backward_op(const struct run *r, size_t i, struct ct_err *e)
+{
+	const struct ct_unet_plan *p = r->p;
+	const struct ct_op *o = &p->g.op[i];
+	const struct flow *f = &p->flow[i];
+	const struct ct_image *in = &p->g.image[o->a == CT_NONE ? o->out : o->a];
+	const struct ct_image *s = &p->g.image[o->out];
+	const struct ct_param *w = o->param == CT_NONE ? NULL : &p->g.param[o->param];
+	const float *x = image_at(r, o->a);
+	float *dx = grad_of(r, o->a), *dy = grad_of(r, o->out);
+	struct ct_attn attn;
+
+	switch (o->kind) {
+	case CT_OP_EMBED:
+		break;
+	case CT_OP_LINEAR:
+		ct_linear_back(in->c, s->c, dx, r->grads + w[0].offset, r->grads + w[1].offset, dy,
+			x, p->net->param + w[0].offset, f->acc_a);
+		break;
+	case CT_OP_SILU:
+		ct_silu_back(s->c, dx, dy, x, f->acc_a);
+		break;
+	case CT_OP_CONV:
+		return conv_back(r, i, e);
+	case CT_OP_NORM:
+		norm_back(r, i);
+		break;
+	case CT_OP_UP:
+		ct_up_back(in->h, in->w, in->c, dx, dy, f->acc_a);
+		break;
+	case CT_OP_DOWN:
+		ct_down_back(in->h, in->w, in->c, dx, dy, f->acc_a);
+		break;
+	case CT_OP_CONCAT:
+		ct_concat_back(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
+		ct_concat_back(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy,
+			f->acc_b);
+		break;
+	case CT_OP_ATTN:
+		attn = attn_of(p, o);
+		return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
+	}
+	return 0;
+}
+
+int ct_unet_backward(struct ct_unet_plan *p, float *grads, float *dx, const float *dy,
+	struct ct_err *e)
+{
+	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
+	int was = ct_dnn_enter(), rc = 0;
+
+	for (size_t k = 0; k < p->batch && !rc; k++) {
+		struct run r = {.p = p, .act = p->act + k * p->acts,
+			.sum = p->sum + k * p->sums, .grads = grads};
+
+		ct_to_last(out->h * out->w, out->c, grad_of(&r, p->g.out),
+			dy + k * ct_image_count(out));
+		for (size_t i = p->g.n_op; i-- > 0 && !rc;)
+			rc = backward_op(&r, i, e);
+		if (dx)
+			ct_to_first(in->h * in->w, in->c, dx + k * ct_image_count(in),
+				grad_of(&r, 0));
+	}
+	ct_dnn_leave(was);
+	return rc;
+}

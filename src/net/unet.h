@@ -1,0 +1,68 @@
+/* unet.h: the noise predictor of a diffusion prior: forward, backward, weights.
+ *
+ * The network of guided diffusion (Dhariwal and Nichol 2021): eps(x, t), t the timestep as a plain
+ * number. Weights have that project's names and shapes, so its checkpoints load, and stand in one
+ * flat vector in the order of its state dictionary: gradients and the moments of an optimiser
+ * have the same order. Images are [channel][row][column] here.
+ */
+#ifndef CT_NET_UNET_H
+#define CT_NET_UNET_H
+#include "core/err.h"
+#include "core/par.h"
+#include "core/tensors.h"
+#include "net/arch.h"
+#include "net/dnn.h"
+#include "net/graph.h"
+
+#include <stdint.h>
+
+struct ct_unet {
+	struct ct_unet_arch arch;
+	struct ct_graph graph; /* for its list of parameters */
+	float *param;          /* [graph.count]; after a change call ct_unet_changed */
+	struct ct_dnn *dnn;
+};
+
+struct ct_unet_plan;
+
+/* How many parameters, and multiply-adds times two of one forward pass at h x w (convolutions,
+ * linear layers, attention), without any allocation of their size. */
+int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *e);
+int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flops,
+	struct ct_err *e);
+
+/* Network of the architecture in the metadata of `w` with its weights, which are copied. Every name
+ * and shape is checked: CT_EINPUT naming the tensor and both shapes. Tensors of other names are
+ * ignored, but a class embedding is refused. CT_ENUMERIC for a weight that is not finite. */
+int ct_unet_alloc(struct ct_unet **n, const struct ct_tensors *w, struct ct_err *e);
+/* Untrained: PyTorch's defaults (uniform within 1/sqrt(fan in)), the last convolution of every
+ * residual branch and of the network zero, gains one. */
+int ct_unet_init(struct ct_unet **n, const struct ct_unet_arch *a, uint64_t seed,
+	struct ct_err *e);
+void ct_unet_free(struct ct_unet *n);
+/* The parameters have been written to. No plan may run meanwhile. */
+int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
+/* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero. */
+int ct_unet_tensors(const struct ct_unet *n, const float *flat, struct ct_tensors *w,
+	struct ct_err *e);
+/* Named tensors as a flat vector; names and shapes checked as in ct_unet_alloc. */
+int ct_unet_flatten(const struct ct_unet *n, float *flat, const struct ct_tensors *w,
+	struct ct_err *e);
+
+/* Workspace of one thread for `batch` images of h x w, run one after the other. CT_EGEOM unless h
+ * and w are multiples of 2^(levels - 1). With `train`, ct_unet_backward may follow a forward: all
+ * activations are kept. Plans share the weights of *n; make and free them from one thread. */
+int ct_unet_plan_alloc(struct ct_unet_plan **p, struct ct_unet *n, size_t batch, size_t h,
+	size_t w, bool train, struct ct_err *e);
+void ct_unet_plan_free(struct ct_unet_plan *p);
+/* Bytes of workspace a plan holds. */
+size_t ct_unet_plan_bytes(const struct ct_unet_plan *p);
+/* y[batch][out][h][w] from x[batch][in][h][w] at timesteps t[batch]. */
+int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, const float *t,
+	struct ct_err *e);
+/* From dy = d loss / d y of the last forward: grads[graph.count] added to; dx[batch][in][h][w]
+ * written unless NULL. */
+int ct_unet_backward(struct ct_unet_plan *p, float *grads, float *dx, const float *dy,
+	struct ct_err *e);
+
+#endif

@@ -1,0 +1,160 @@
+/* ct-degrade: the low-resolution CT that a stated operator makes of a CT. */
+#include "config.h"
+#include "cli/cli.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "kern/degrade.h"
+
+#include <math.h>
+#include <string.h>
+
+struct params {
+	const char *in, *out, *factor, *sigma, *clip;
+	int protocol, decimate;
+	double noise;
+};
+
+static const struct params defaults = {.decimate = -1};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, in, "IN", "CT, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT", "low-resolution CT, NIfTI, or -"),
+	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+		"reduce every axis S times, or the three axes X, Y, Z times (needed)"),
+	CT_CHOICE(struct params, protocol, 'p', "protocol", "P1|P2|P3",
+		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
+		"S/8, "
+		"point"),
+	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
+		"protocol's; one number is for the axes that are reduced"),
+	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
+		"how samples are taken at cell centres, in place of the protocol's: after the "
+		"ideal "
+		"low-pass, as they are, or as means of cells"),
+	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
+		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
+	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+		"add normal noise of this standard deviation to OUT"),
+	CT_OPT_END,
+};
+
+static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_err *e)
+{
+	double x[3];
+
+	if (!p->factor)
+		return ct_fail(e, CT_EUSAGE, "-x: how many times to reduce is missing");
+	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(x[a] >= 1 && x[a] <= 1024) || x[a] != floor(x[a]))
+			return ct_fail(
+				e, CT_EUSAGE, "-x: %g is not a whole number in [1, 1024]", x[a]);
+		d->factor[a] = (size_t)x[a];
+	}
+	ct_degrade_protocol(d, p->protocol + 1);
+	if (p->decimate >= 0)
+		d->decimate = (enum ct_decimate)p->decimate;
+	if (!p->sigma)
+		return 0;
+	if (ct_parse_numbers("sigma", p->sigma, ',', 3, true, d->sigma, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(d->sigma[a] >= 0 && d->sigma[a] <= 1000))
+			return ct_fail(
+				e, CT_EUSAGE, "--sigma: %g is outside [0, 1000]", d->sigma[a]);
+		if (d->factor[a] == 1 && !strchr(p->sigma, ','))
+			d->sigma[a] = 0;
+	}
+	return 0;
+}
+
+static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
+{
+	size_t n = ct_vol_count(v);
+	double r[2];
+
+	if (!range)
+		return 0;
+	if (ct_parse_range("clip", range, r, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
+	return 0;
+}
+
+static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
+	const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_separable s = {0};
+	size_t n[3];
+	int rc = -1;
+
+	if (ct_degrade_plan(&s, d, hi->n, env->par, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		n[a] = s.t[a].n_out;
+	if (ct_vol_alloc(lo, n, e) || ct_meta_copy(&lo->meta, &hi->meta, e))
+		goto out;
+	ct_separable_apply(&s, lo->data, hi->data, env->par);
+	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
+	ct_meta_drop(&lo->meta, "noise");
+	if (ct_degrade_put(&lo->meta, d, e))
+		goto out;
+	if (p->noise > 0) {
+		ct_degrade_noise(lo->data, ct_vol_count(lo), p->noise, env->seed, env->par);
+		if (ct_meta_setf(&lo->meta, e, "noise", "%g", p->noise))
+			goto out;
+	}
+	rc = 0;
+out:
+	ct_separable_free(&s);
+	return rc;
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	struct ct_vol in = {0}, out = {0};
+	int rc = -1;
+
+	if (operator_of(&d, p, e) || ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+		goto out;
+	if (ct_vol_check_finite(&in, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (clip(&in, p->clip, e))
+		goto out;
+	if (degrade(&out, &in, &d, p, env, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, sigma %g,%g,%g", in.n[0], in.n[1],
+		in.n[2], out.n[0], out.n[1], out.n[2], d.sigma[0], d.sigma[1], d.sigma[2]);
+	if (ct_check_stop(env, e) ||
+		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
+		goto out;
+	rc = ct_vol_write(p->out, &out, env, e);
+out:
+	ct_vol_free(&in);
+	ct_vol_free(&out);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-degrade",
+	.brief = "Make a low-resolution CT of a CT by a stated blur, sampling and noise.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_SEEDED,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,65 @@
+/* Hostile NIfTI: the reader must refuse or give a sound volume, and leave nothing behind. */
+#include "config.h"
+#include "driver.h"
+#include "formats/nifti.h"
+
+#include "../nifti-make.h"
+
+#include <zlib.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	struct ct_vol v = {0};
+	struct ct_err e = {0};
+	float sum = 0;
+	FILE *f;
+
+	if (size == 0)
+		return 0;
+	f = fmemopen((void *)(uintptr_t)data, size, "rb");
+	if (!f)
+		return 0;
+	if (ct_nifti_read_stream(f, "fuzz", &v, &e) == 0)
+		for (size_t i = 0, n = ct_vol_count(&v); i < n; i++)
+			sum += v.data[i];
+	else if (v.data || e.code == CT_OK || e.msg[0] == '\0')
+		abort();
+	if (sum > 1e30f) /* so that the voxels are read */
+		e.code = CT_OK;
+	fclose(f);
+	ct_vol_free(&v);
+	return 0;
+}
+
+/* Both versions and orders, with extensions; then one of them compressed. */
+size_t fuzz_seed(size_t k, unsigned char **data)
+{
+	static const int n[3] = {4, 3, 2}, type[4] = {4, 16, 64, 768};
+	static const size_t bytes[4] = {2, 4, 8, 4};
+	const size_t t = k % 4;
+	struct made m;
+	z_stream z = {0};
+
+	if (k > 4)
+		return 0;
+	make(&m, 1 + (int)(k & 1), k & 2, type[t], bytes[t], n, 64);
+	put_ext(&m, m.version == 1 ? 352 : 544, 32, 6, "{\"ct:window\":\"-1:2\"}");
+	put_ext(&m, m.version == 1 ? 384 : 576, 32, 4, "<a/>");
+	put_slope(&m, 2, -1024);
+	put_codes(&m, 1, (int)(k & 1));
+	put_srow(&m, (const double[12]){1, 0, 0, 4, 0, 2, 0, 5, 0, 0, -3, 6});
+	*data = m.p;
+	if (k < 4)
+		return m.n;
+	*data = malloc(4096);
+	if (!*data || deflateInit2(&z, 6, Z_DEFLATED, 31, 8, 0) != Z_OK)
+		exit(99);
+	z.next_in = m.p;
+	z.avail_in = (uInt)m.n;
+	z.next_out = *data;
+	z.avail_out = 4096;
+	deflate(&z, Z_FINISH);
+	deflateEnd(&z);
+	free(m.p);
+	return z.total_out;
+}

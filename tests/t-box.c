@@ -1,0 +1,74 @@
+/* Algebra of the block-mean operator: properties, not stored numbers. */
+#include "config.h"
+#include "kern/box.h"
+#include "tap.h"
+
+#include <string.h>
+
+enum { H = 3, W = 5, S = 4, NY = H * W, NX = NY * S * S };
+
+static float rnd(unsigned *st)
+{
+	*st = *st * 1664525u + 1013904223u;
+	return (float)(*st >> 8) / 8388608.0f - 1.0f;
+}
+
+static double dot(size_t n, const float *a, const float *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)a[i] * (double)b[i];
+	return s;
+}
+
+static double maxdiff(size_t n, const float *a, const float *b)
+{
+	double m = 0;
+
+	for (size_t i = 0; i < n; i++)
+		m = fmax(m, fabs((double)a[i] - (double)b[i]));
+	return m;
+}
+
+int main(void)
+{
+	float x[NX], x0[NX], up[NX], y[NY], ax[NY];
+	double c[NY], d[NY], cc = 0, cd = 0;
+	unsigned st = 1;
+
+	for (int i = 0; i < NX; i++)
+		x[i] = rnd(&st);
+	for (int i = 0; i < NY; i++)
+		y[i] = rnd(&st);
+	memcpy(x0, x, sizeof x);
+
+	ct_box_up(H, W, S, up, y);
+	ct_box_down(H, W, S, ax, up);
+	NEAR(maxdiff(NY, ax, y), 0, 1e-7, "A A+ = I");
+
+	ct_box_down(H, W, S, ax, x);
+	NEAR(dot(NY, ax, y), dot(NX, x, up) / (S * S), 1e-5, "<Ax, y> = <x, A+ y> / s^2");
+
+	ct_box_correct(H, W, S, 0.0f, x, y);
+	OK(memcmp(x, x0, sizeof x) == 0, "sigma 0 leaves x as it was");
+
+	ct_box_correct(H, W, S, 1.0f, x, y);
+	ct_box_down(H, W, S, ax, x);
+	NEAR(maxdiff(NY, ax, y), 0, 1e-6, "sigma 1 makes A x = y");
+	NEAR((double)(x[1] - x[0]), (double)(x0[1] - x0[0]), 1e-6, "the null space is not touched");
+
+	ct_box_analyse(H, W, S, c, x);
+	memset(up, 0, sizeof up);
+	ct_box_synth_add(H, W, S, up, c);
+	ct_box_analyse(H, W, S, d, up);
+	for (int i = 0; i < NY; i++) {
+		cc += c[i] * c[i];
+		cd = fmax(cd, fabs(c[i] - d[i]));
+	}
+	NEAR(cd, 0, 1e-6, "analysis undoes synthesis");
+	NEAR(dot(NX, up, up) / cc, 1, 1e-6, "the block vectors are orthonormal");
+	ct_box_down(H, W, S, ax, x);
+	NEAR((double)ax[7] * S, c[7], 1e-6, "coefficients are s times the means");
+	return tap_done();
+}

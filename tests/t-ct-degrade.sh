@@ -1,0 +1,104 @@
+#!/bin/sh
+# ct-degrade and ct-upsample: streams, statuses, what travels, and SciPy's word on the numbers.
+. "$srcdir/tests/tap.sh"
+if ! python_with nibabel,scipy; then
+	echo '1..0 # skip no nibabel, scipy'
+	exit 0
+fi
+"$PY" - <<'PY'
+import nibabel as nib, numpy as np
+rng = np.random.default_rng(1)
+n = (40, 30, 26)
+x, y, z = np.indices(n)
+a = 400*np.sin(x/5)*np.cos(y/4) + 30*z + 80*rng.standard_normal(n)
+affine = np.array([[0, -.8, 0, 10], [.7, 0, 0, -20], [0, 0, 1.5, 33], [0, 0, 0, 1.]])
+nib.save(nib.Nifti1Image(a.astype(np.float32), affine), 'hr.nii')
+a[3, 4, 5] = np.nan
+nib.save(nib.Nifti1Image(a.astype(np.float32), affine), 'nan.nii')
+PY
+exits 0 'degrades' ct-degrade -x 4,4,2 hr.nii lr.nii
+exits 0 'upsamples by what the file says' ct-upsample lr.nii up.nii
+exits 0 'upsamples by the same number' ct-upsample -x 4,4,2 lr.nii same.nii
+exits 2 'refuses another factor than the file says' ct-upsample -x 4 lr.nii no.nii
+has err 'lr.nii' 'and names the file'
+[ ! -e no.nii ]; ok $? 'and leaves nothing'
+exits 2 'does not upsample twice unasked' ct-upsample up.nii no.nii
+exits 2 'needs a factor for a file that has none' ct-upsample hr.nii no.nii
+exits 2 'needs a factor to degrade' ct-degrade hr.nii no.nii
+exits 2 'refuses a broken factor' ct-degrade -x 2.5 hr.nii no.nii
+exits 2 'refuses a negative blur' ct-degrade -x 2 --sigma -1 hr.nii no.nii
+exits 5 'refuses an axis shorter than its factor' ct-degrade -x 32 hr.nii no.nii
+has err 'hr.nii: .*30 voxels' 'and says which'
+exits 6 'refuses NaN' ct-degrade -x 2 nan.nii no.nii
+has err 'nan.nii: voxel (3,4,5)' 'and says where'
+exits 6 'refuses NaN upsampling' ct-upsample -x 2 nan.nii no.nii
+exits 4 'does not overwrite' ct-degrade -x 2 hr.nii lr.nii
+exits 3 'names a file that is cut short' sh -c 'head -c 5000 hr.nii | ct-degrade -x 2 - -'
+[ ! -e no.nii ]; ok $? 'nothing is left by a failure'
+
+ct-degrade -x 4 hr.nii - | ct-upsample -m linear - - >pipe.nii
+ct-degrade -x 4 hr.nii f.nii; ct-upsample -m linear f.nii g.nii.gz
+"$PY" - <<'PY'; ok $? 'a pipe gives the voxels that files give'
+import nibabel as nib, numpy as np
+a, b = nib.load('pipe.nii'), nib.load('g.nii.gz')
+assert np.array_equal(a.get_fdata(), b.get_fdata()) and np.array_equal(a.affine, b.affine)
+PY
+for t in 1 4; do
+	ct-degrade -t $t -x 3 --noise 11 -s 5 - - <hr.nii | ct-upsample -t $t - - >t$t.nii
+done
+cmp -s t1.nii t4.nii; ok $? '1 and 4 threads, same bytes'
+ct-degrade -x 3 --noise 11 -s 6 - - <hr.nii | ct-upsample - - | cmp -s - t1.nii
+[ $? -eq 1 ]; ok $? 'another seed, other noise'
+
+for p in P1 P2 P3; do ct-degrade -f -x 4,4,2 -p $p --clip -300:600 hr.nii $p.nii; done
+ct-degrade -x 4,4,2 --sigma 0.8 --decimate mean hr.nii mean.nii
+ct-upsample -m bspline P1.nii spline.nii
+"$PY" - >log 2>&1 <<'PY'; ok $? 'blur, low-pass, sampling, spline and grid are those of SciPy'
+import nibabel as nib, numpy as np
+from scipy.fft import dctn, idctn
+from scipy.ndimage import gaussian_filter, zoom
+hr = nib.load('hr.nii')
+raw = hr.get_fdata()[:, 1:29, :]            # 30 = 7*4 + 2: one left out at each end
+x = np.clip(raw, -300, 600)
+s = np.array([4, 4, 2])
+m = np.array(x.shape)//s
+def close(name, want, tol=2e-3):
+    got = nib.load(name)
+    err = np.abs(got.get_fdata() - want).max()
+    print(name, err)
+    assert got.shape == want.shape and err < tol
+    return got
+def sinc(v):
+    c = dctn(v, norm='ortho')[:m[0], :m[1], :m[2]]
+    return idctn(c*np.sqrt(np.prod(m)/v.size), norm='ortho')
+lr = sinc(gaussian_filter(x, s/2.3548, mode='reflect'))
+img = close('P1.nii', lr)
+close('P2.nii', sinc(gaussian_filter(x, s/4, mode='reflect')))
+def middle(v):
+    for a in range(3):
+        i = np.arange(m[a])*s[a] + s[a]//2
+        v = (np.take(v, i, a) + np.take(v, i - 1, a))/2
+    return v
+close('P3.nii', middle(gaussian_filter(x, s/8, mode='reflect')))
+b = gaussian_filter(raw, .8, mode='reflect')
+close('mean.nii', b.reshape(m[0], 4, m[1], 4, m[2], 2).mean((1, 3, 5)))
+close('spline.nii', zoom(lr, s, order=3, mode='grid-mirror', grid_mode=True))
+want = hr.affine.copy()
+want[:3, :3] *= s
+want[:3, 3] = (hr.affine @ [1.5, 2.5, .5, 1])[:3]
+assert np.allclose(img.affine, want, atol=1e-5), (img.affine, want)
+up = nib.load('up.nii')
+want = hr.affine.copy()
+want[:3, 3] = (hr.affine @ [0, 1, 0, 1])[:3]
+assert np.allclose(up.affine, want, atol=1e-5), (up.affine, want)
+PY
+sed 's/^/# /' log
+grep -aq 'factor": *"4,4,2"' P3.nii && grep -aq 'decimate": *"point"' P3.nii
+ok $? 'the operator travels in the file'
+if command -v ct-convert >/dev/null 2>&1; then
+	ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - conv.nii.gz
+	[ -s conv.nii.gz ]; ok $? 'ct-convert | ct-degrade | ct-upsample'
+else
+	skip 'ct-convert | ct-degrade | ct-upsample' 'no ct-convert'
+fi
+done_testing

@@ -1,0 +1,271 @@
+/* The sampler against oracles: networks that know the answer, DDIM, and the formulas of DDNM+ written
+ * out with block means. */
+#include "config.h"
+#include "core/rng.h"
+#include "kern/box.h"
+#include "net/ddnm.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { C = 2, H = 3, W = 5, S = 4, NY = C * H * W, N = H * W * S * S, NX = C * N };
+
+struct oracle {
+	const struct ct_schedule *schedule;
+	const float *answer; /* NULL: a network with opinions of its own */
+	size_t calls, nan_at;
+};
+
+static void opinions(double t, const float *x, float *eps)
+{
+	for (size_t i = 0; i < NX; i++)
+		eps[i] = 0.7f * sinf(x[i] + (float)i) + (float)(1e-4 * t);
+}
+
+static int network(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	struct oracle *o = ctx;
+	double abar = ct_abar(o->schedule, (int)t);
+
+	(void)e;
+	if (o->answer)
+		for (size_t i = 0; i < NX; i++)
+			eps[i] = (float)(((double)x[i] - sqrt(abar) * (double)o->answer[i]) /
+				sqrt(1 - abar));
+	else
+		opinions(t, x, eps);
+	if (++o->calls == o->nan_at)
+		eps[7] = NAN;
+	return 0;
+}
+
+static void normals(void *ctx, size_t draw, size_t n, float *z)
+{
+	(void)ctx;
+	ct_rng_normals(n, z, 5, draw, 0);
+}
+
+static struct ct_schedule schedule;
+static struct ct_operator mean, matched;
+static double scratch[NX * 2];
+
+static double maxdiff(size_t n, const float *a, const float *b)
+{
+	double m = 0;
+
+	for (size_t i = 0; i < n; i++)
+		m = a[i] == a[i] && b[i] == b[i] ? fmax(m, fabs((double)a[i] - (double)b[i])) : 1e9;
+	return m;
+}
+
+static struct ct_ddnm sampler(struct oracle *o, const struct ct_operator *op, const int *t,
+	size_t nt)
+{
+	return (struct ct_ddnm){.schedule = &schedule, .t = t, .nt = nt, .op = op, .channels = C,
+		.eta = 0.85, .eps = network, .eps_ctx = o, .normals = normals};
+}
+
+static void down(const struct ct_operator *op, float *y, const float *x)
+{
+	for (size_t c = 0; c < C; c++)
+		ct_op_forward(op, y + c * H * W, x + c * N, scratch);
+}
+
+static void test_oracle(void)
+{
+	static const enum ct_ddnm_rule rules[] = {CT_DDNM, CT_DDNM_PLUS, CT_DDNM_SIMPLE};
+	static const char *const names[] = {"ddnm", "ddnm+", "simplified"};
+	static float x[NX], y[NY], answer[NX];
+	struct oracle o = {.schedule = &schedule, .answer = answer};
+	struct ct_err e = {0};
+	int *t;
+	size_t nt;
+
+	ct_rng_normals(NX, answer, 9, 0, 0);
+	if (ct_schedule_times(&t, &nt, 10, 900, 2, 2, &e))
+		exit(99);
+	for (int op = 0; op < 2; op++)
+		for (int r = 0; r < 3; r++) {
+			struct ct_ddnm d = sampler(&o, op ? &matched : &mean, t, nt);
+			int rc;
+
+			d.rule = rules[r];
+			d.sigma_y = 0.01;
+			o.calls = 0;
+			down(d.op, y, answer);
+			rc = ct_ddnm(&d, x, y, NULL, &e);
+			OK(rc == 0 && maxdiff(NX, x, answer) < 2e-5,
+				"%s, %s: who knows the answer gets it", names[r],
+				op ? "matched" : "mean");
+			OK(o.calls == 10 + 4 * 2, "%zu calls", o.calls);
+		}
+	free(t);
+}
+
+static void test_ddim(void)
+{
+	static const int t[] = {500, 400};
+	static float x[NX], y[NY], xt[NX], eps[NX], x0[NX], want[NX];
+	struct oracle o = {.schedule = &schedule};
+	struct ct_ddnm d = sampler(&o, &mean, t, 2);
+	struct ct_err e = {0};
+	double at = ct_abar(&schedule, 500), aj = ct_abar(&schedule, 400);
+
+	normals(NULL, 0, NX, xt);
+	opinions(500, xt, eps);
+	for (size_t i = 0; i < NX; i++) {
+		x0[i] = (float)(((double)xt[i] - sqrt(1 - at) * (double)eps[i]) / sqrt(at));
+		want[i] = (float)(sqrt(aj) * (double)x0[i] + sqrt(1 - aj) * (double)eps[i]);
+	}
+	down(&mean, y, x0);
+	d.eta = 0;
+	OK(ct_ddnm(&d, x, y, NULL, &e) == 0, "one move");
+	NEAR(maxdiff(NX, x, want), 0, 2e-6, "eta 0 is DDIM where y has nothing to add");
+}
+
+static void test_consistent(void)
+{
+	static float x[NX], y[NY], ax[NY], init[NX];
+	struct oracle o = {.schedule = &schedule};
+	struct ct_err e = {0};
+	int *t;
+	size_t nt;
+
+	ct_rng_normals(NY, y, 2, 0, 0);
+	ct_rng_normals(NX, init, 2, 1, 0);
+	if (ct_schedule_times(&t, &nt, 5, 300, 1, 1, &e))
+		exit(99);
+	for (int op = 0; op < 2; op++) {
+		struct ct_ddnm d = sampler(&o, op ? &matched : &mean, t, nt);
+
+		OK(ct_ddnm(&d, x, y, op ? init : NULL, &e) == 0, "a run");
+		down(d.op, ax, x);
+		NEAR(maxdiff(NY, ax, y), 0, 2e-5, op ? "A x = y, matched" : "A x = y, mean");
+	}
+	free(t);
+}
+
+/* The state after one DDNM+ move: lam, d and the projector written out. */
+static void plus_by_hand(const float *x0, const float *eps, const float *z, const float *y, double a,
+	double sig, double sy, double eta, float *want)
+{
+	static float p0[NX], pz[NX], pe[NX], m[NY], py[NX];
+	const float *src[3] = {x0, z, eps};
+	float *dst[3] = {p0, pz, pe};
+	double q = sqrt(1 - eta * eta), lam = 1, d = sig * eta;
+
+	if (sig < a * sy * S)
+		lam = sig * q / (S * a * sy);
+	if (sig > a * sy * S)
+		d = sqrt(sig * sig - a * a * sy * sy * S * S);
+	for (int k = 0; k < 3; k++)
+		for (size_t c = 0; c < C; c++) {
+			ct_box_down(H, W, S, m + c * H * W, src[k] + c * N);
+			ct_box_up(H, W, S, dst[k] + c * N, m + c * H * W);
+		}
+	for (size_t c = 0; c < C; c++)
+		ct_box_up(H, W, S, py + c * N, y + c * H * W);
+	for (size_t i = 0; i < NX; i++) {
+		double x0h = (double)x0[i] - lam * ((double)p0[i] - (double)py[i]);
+		double free_z = sig * eta * ((double)z[i] - (double)pz[i]);
+		double free_e = sig * q * ((double)eps[i] - (double)pe[i]);
+
+		want[i] = (float)(a * x0h + d * (double)pz[i] + free_z + free_e);
+	}
+}
+
+static void test_plus(void)
+{
+	static const int ends[] = {300, 20, 0, -1};
+	static float x[NX], y[NY], xt[NX], eps[NX], x0[NX], z[NX], want[NX];
+	struct oracle o = {.schedule = &schedule};
+	struct ct_err e = {0};
+	double at = ct_abar(&schedule, 400);
+
+	normals(NULL, 0, NX, xt);
+	normals(NULL, 1, NX, z);
+	ct_rng_normals(NY, y, 8, 0, 0);
+	opinions(400, xt, eps);
+	for (size_t i = 0; i < NX; i++)
+		x0[i] = (float)(((double)xt[i] - sqrt(1 - at) * (double)eps[i]) / sqrt(at));
+	for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
+		const int t[] = {400, ends[k]};
+		struct ct_ddnm d = sampler(&o, &mean, t, 2);
+		double aj = ct_abar(&schedule, ends[k]);
+
+		d.rule = CT_DDNM_PLUS;
+		d.sigma_y = 0.02; /* lam < 1 from timestep 20 on */
+		plus_by_hand(x0, eps, z, y, sqrt(aj), sqrt(1 - aj), 0.04, d.eta, want);
+		OK(ct_ddnm(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
+			"DDNM+ to timestep %d", ends[k]);
+	}
+}
+
+/* Gaussian prior, one known variance: the exact noise predictor is linear, and the chain of plain
+ * DDNM must reproduce the prior's spread in the null space. */
+static int gaussian(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	double abar = ct_abar(&schedule, (int)t), var = *(double *)ctx;
+
+	(void)e;
+	for (size_t i = 0; i < NX; i++)
+		eps[i] = (float)(sqrt(1 - abar) * (double)x[i] / (abar * var + 1 - abar));
+	return 0;
+}
+
+static void test_spread(void)
+{
+	static float x[NX], y[NY], m[NY], up[N];
+	double var = 0.09, sum = 0;
+	struct ct_ddnm d = sampler(NULL, &mean, NULL, 0);
+	struct ct_err e = {0};
+	int *t;
+
+	d.eps = gaussian;
+	d.eps_ctx = &var;
+	d.eta = 0; /* deterministic: the flow carries N(0, 1) to the prior */
+	if (ct_schedule_times(&t, &d.nt, 500, 998, 1, 1, &e))
+		exit(99);
+	d.t = t;
+	OK(ct_ddnm(&d, x, y, NULL, &e) == 0, "a Gaussian prior");
+	down(&mean, m, x);
+	for (size_t c = 0; c < C; c++) {
+		ct_box_up(H, W, S, up, m + c * H * W);
+		for (size_t i = 0; i < N; i++)
+			sum += pow((double)x[c * N + i] - (double)up[i], 2);
+	}
+	NEAR(sum / (NX - NY) / var, 1, 0.2, "its variance comes out in the null space");
+	free(t);
+}
+
+static void test_nan(void)
+{
+	static const int t[] = {40, 20, 0, -1};
+	static float x[NX], y[NY];
+	struct oracle o = {.schedule = &schedule, .nan_at = 2};
+	struct ct_ddnm d = sampler(&o, &mean, t, 4);
+	struct ct_err e = {0};
+
+	OK(ct_ddnm(&d, x, y, NULL, &e) && e.code == CT_ENUMERIC && strstr(e.msg, "timestep 20"),
+		"NaN from the network: %s", e.msg);
+}
+
+int main(void)
+{
+	struct ct_err e = {0};
+
+	ct_schedule_default(&schedule);
+	if (ct_op_alloc(&mean, CT_OP_MEAN, H, W, S, 0, &e) ||
+		ct_op_alloc(&matched, CT_OP_MATCHED, H, W, S, 1.7, &e))
+		exit(99);
+	test_oracle();
+	test_ddim();
+	test_consistent();
+	test_plus();
+	test_spread();
+	test_nan();
+	ct_op_free(&mean);
+	ct_op_free(&matched);
+	return tap_done();
+}

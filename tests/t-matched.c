@@ -1,0 +1,158 @@
+/* Algebra of both measurement operators, and what the matched one does to known pictures. */
+#include "config.h"
+#include "core/rng.h"
+#include "kern/operator.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { H = 6, W = 10, S = 4, NY = H * W, NX = NY * S * S, NT = NY * (S + 2) };
+
+static double dot(size_t n, const float *a, const float *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)a[i] * (double)b[i];
+	return s;
+}
+
+static double maxdiff(size_t n, const float *a, const float *b)
+{
+	double m = 0;
+
+	for (size_t i = 0; i < n; i++)
+		m = fmax(m, fabs((double)a[i] - (double)b[i]));
+	return m;
+}
+
+static void test_algebra(const struct ct_operator *op, const char *name)
+{
+	static float x[NX], back[NX], y[NY], ax[NY], z[NY];
+	static double t[NT];
+
+	printf("# %s\n", name);
+	OK(ct_op_scratch(op) <= NT, "scratch");
+	ct_rng_normals(NX, x, 1, 1, 0);
+	ct_rng_normals(NY, y, 1, 2, 0);
+	ct_op_forward(op, ax, x, t);
+	ct_op_adjoint(op, back, y, t);
+	NEAR(dot(NY, ax, y), dot(NX, x, back), 1e-5, "<A x, y> = <x, A^T y>");
+	ct_op_pinv(op, back, ax, t);
+	ct_op_forward(op, z, back, t);
+	NEAR(maxdiff(NY, z, ax), 0, 2e-6, "A A+ A = A");
+	ct_op_correct(op, x, y, t);
+	ct_op_forward(op, ax, x, t);
+	ct_op_pinv(op, back, y, t);
+	ct_op_forward(op, z, back, t);
+	NEAR(maxdiff(NY, ax, z), 0, 5e-6, "the corrected x agrees with y");
+	memcpy(back, x, sizeof x);
+	ct_op_correct(op, x, y, t);
+	NEAR(maxdiff(NX, x, back), 0, 5e-6, "a second correction changes nothing");
+}
+
+/* c S is U A x, so S^2 c comes from A^T A: the parts fit together. */
+static void test_svd(const struct ct_operator *op, const char *name)
+{
+	static float x[NX], y[NY], back[NX];
+	static double t[NT], c[NY], d[NY];
+	double bad = 0, norm = 0;
+
+	ct_rng_normals(NX, x, 3, 1, 0);
+	ct_op_analyse(op, c, x, t);
+	ct_op_forward(op, y, x, t);
+	ct_op_data(op, d, y, t);
+	for (size_t i = 0; i < NY; i++)
+		if (ct_op_singular(op, i / W, i % W) > 0)
+			bad = fmax(bad, fabs(c[i] - d[i]));
+	NEAR(bad, 0, 1e-3, name);
+	memset(back, 0, sizeof back);
+	ct_op_synth_add(op, back, c, t);
+	for (size_t i = 0; i < NY; i++)
+		norm += c[i] * c[i];
+	NEAR(dot(NX, back, back) / norm, 1, 1e-6, "and the right vectors are orthonormal");
+}
+
+static void test_pictures(const struct ct_operator *op, double sigma)
+{
+	static float x[NX], y[NY], want[NY];
+	static double t[NT];
+
+	for (size_t i = 0; i < NX; i++)
+		x[i] = 2.5f;
+	ct_op_forward(op, y, x, t);
+	for (size_t i = 0; i < NY; i++)
+		want[i] = 2.5f;
+	NEAR(maxdiff(NY, y, want), 0, 1e-6, "a constant stays");
+	/* A mirrored wave of the rows: sampled at the cell centres, weakened as the Gaussian says. */
+	for (size_t i = 0; i < NX; i++)
+		x[i] = (float)cos(M_PI * 4 * ((double)(i % (S * W)) + 0.5) / (S * W));
+	for (size_t i = 0; i < NY; i++)
+		want[i] = (float)(exp(-2 * M_PI * M_PI * sigma * sigma * pow(4.0 / (2 * S * W), 2)) *
+			cos(M_PI * 4 * ((double)(i % W) + 0.5) / W));
+	ct_op_forward(op, y, x, t);
+	NEAR(maxdiff(NY, y, want), 0, 1e-6, "a wave is sampled at the centres and weakened");
+	for (size_t i = 0; i < NX; i++)
+		x[i] = (float)cos(M_PI * (W + 3) * ((double)(i % (S * W)) + 0.5) / (S * W));
+	ct_op_forward(op, y, x, t);
+	memset(want, 0, sizeof want);
+	NEAR(maxdiff(NY, y, want), 0, 1e-6, "nothing is aliased");
+}
+
+/* A Gaussian far from the edges is a Gaussian of variance sigma^2 + sigma_0^2. */
+static void test_gaussian(void)
+{
+	enum { N = 24 };
+	static float x[N * S * N * S], y[N * N];
+	static double t[N * N * (S + 2)];
+	const double s0 = 5.0, sigma = 3.0, v = s0 * s0 + sigma * sigma, at = 50.3;
+	struct ct_operator op = {0};
+	struct ct_err e = {0};
+	double bad = 0;
+
+	if (ct_op_alloc(&op, CT_OP_MATCHED, N, N, S, sigma, &e))
+		exit(99);
+	for (size_t i = 0; i < N * S; i++)
+		for (size_t j = 0; j < N * S; j++)
+			x[i * N * S + j] = (float)exp(-(pow((double)i - at, 2) +
+				pow((double)j - at, 2)) / (2 * s0 * s0));
+	ct_op_forward(&op, y, x, t);
+	for (size_t i = 0; i < N; i++)
+		for (size_t j = 0; j < N; j++) { /* coarse pixel j has its centre at s j + (s-1)/2 */
+			double p = S * (double)i + 1.5 - at, q = S * (double)j + 1.5 - at;
+
+			bad = fmax(bad, fabs((double)y[i * N + j] -
+				s0 * s0 / v * exp(-(p * p + q * q) / (2 * v))));
+		}
+	NEAR(bad, 0, 1e-5, "a Gaussian blurs as on paper");
+	ct_op_free(&op);
+}
+
+int main(void)
+{
+	struct ct_operator mean = {0}, fine = {0}, wide = {0}, big = {0};
+	struct ct_err e = {0};
+	size_t lost = 0;
+
+	if (ct_op_alloc(&mean, CT_OP_MEAN, H, W, S, 0, &e) ||
+		ct_op_alloc(&fine, CT_OP_MATCHED, H, W, S, 1.7, &e) ||
+		ct_op_alloc(&wide, CT_OP_MATCHED, H, W, S, 8, &e))
+		exit(99);
+	test_algebra(&mean, "block mean");
+	test_svd(&mean, "block mean: coefficients of A+ A x");
+	test_algebra(&fine, "matched");
+	test_svd(&fine, "matched: coefficients of A+ A x");
+	test_pictures(&fine, 1.7);
+	test_algebra(&wide, "a blur that loses frequencies");
+	for (size_t i = 0; i < NY; i++)
+		lost += ct_op_singular(&wide, i / W, i % W) <= 0;
+	OK(lost > 0 && lost < NY, "some are lost, not all");
+	test_gaussian();
+	OK(ct_op_alloc(&big, CT_OP_MATCHED, 10, 5000, 4, 1, &e) && e.code == CT_EGEOM,
+		"a line too long is refused");
+	ct_op_free(&mean);
+	ct_op_free(&fine);
+	ct_op_free(&wide);
+	return tap_done();
+}
