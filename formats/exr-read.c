@@ -104,16 +104,12 @@ static int by_number(const void *a, const void *b)
 static bool name_part(struct part *p, exr_const_context_t c)
 {
 	const char *name = NULL, *end;
-	int len;
 
 	if (exr_get_name(c, p->index, &name) != EXR_ERR_SUCCESS || !name || !*name) {
 		snprintf(p->name, sizeof p->name, "part %d", p->index);
 		return false;
 	}
-	len = snprintf(p->name, sizeof p->name, "part '%.50s'", name);
-	for (int i = 0; i < len && p->name[i]; i++)
-		if ((unsigned char)p->name[i] < ' ' || (unsigned char)p->name[i] > '~')
-			p->name[i] = '?';
+	snprintf(p->name, sizeof p->name, "part '%.50s'", name);
 	for (end = name + strlen(name); end > name && end[-1] >= '0' && end[-1] <= '9';)
 		end--;
 	if (!*end || strlen(end) > 18)

@@ -27,9 +27,6 @@ void ct_exr_complaint(exr_const_context_t c, exr_result_t code, const char *msg)
 	if (!f->msg[0])
 		snprintf(f->msg, sizeof f->msg, "%s",
 			msg && *msg ? msg : exr_get_default_error_message(code));
-	for (char *p = f->msg; *p; p++) /* one line of plain text, whatever the file holds */
-		if ((unsigned char)*p < ' ' || (unsigned char)*p > '~')
-			*p = '?';
 }
 
 int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r,

@@ -9,3 +9,6 @@ libct_a_SOURCES += formats/exr-read.c
 libct_a_SOURCES += formats/exr-write.c
 libct_a_SOURCES += formats/exr-zip.c formats/exr-zip.h
 libct_a_SOURCES += formats/half.c formats/half.h
+libct_a_SOURCES += formats/safetensors.c
+libct_a_SOURCES += formats/text.c formats/text.h
+libct_a_SOURCES += formats/ply.c

@@ -14,6 +14,9 @@ int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
 	va_start(ap, fmt);
 	vsnprintf(e->msg, sizeof e->msg, fmt, ap);
 	va_end(ap);
+	for (char *p = e->msg; *p; p++) /* names come from files: nothing that steers a terminal */
+		if ((unsigned char)*p < ' ' || *p == 127)
+			*p = '?';
 	return -1;
 }
 

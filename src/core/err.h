@@ -27,7 +27,7 @@ struct ct_err {
 	char msg[500];
 };
 
-/* Record a failure in *e and return -1. */
+/* Record a failure in *e and return -1. One line: control characters become '?'. */
 int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
 /* Put "what: " in front of the message; returns -1. */

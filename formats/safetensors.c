@@ -1,0 +1,397 @@
+/* safetensors.c: named tensors in the safetensors container (Hugging Face, format 0.4):
+ *
+ *   u64 length of the header, little-endian
+ *   header: JSON {"__metadata__": {"key": "value"}, "name": {"dtype", "shape", "data_offsets"}}
+ *   data: every tensor in C order, at its offsets from the end of the header
+ *
+ * The file is a stream: tensors are read in the order of their offsets and never twice.
+ */
+#include "config.h"
+#include "formats/format.h"
+#include "formats/half.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/text.h"
+#include "core/mem.h"
+
+#include <jansson.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
+
+enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, MOST_META = 4096, BLOCK = 8192 };
+
+enum type { F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8, BOOL, TYPES };
+
+static const struct {
+	const char *name;
+	size_t bytes;
+} types[TYPES] = {
+	[F64] = {"F64", 8}, [F32] = {"F32", 4}, [F16] = {"F16", 2}, [BF16] = {"BF16", 2},
+	[I64] = {"I64", 8}, [I32] = {"I32", 4}, [I16] = {"I16", 2}, [I8] = {"I8", 1},
+	[U64] = {"U64", 8}, [U32] = {"U32", 4}, [U16] = {"U16", 2}, [U8] = {"U8", 1},
+	[BOOL] = {"BOOL", 1},
+};
+
+/* One entry of the header. */
+struct entry {
+	const char *name; /* borrowed from the JSON */
+	enum type type;
+	size_t rank, dim[CT_MAX_RANK], count;
+	uint64_t begin, end; /* bytes, from the end of the header */
+	size_t order;
+};
+
+struct reader {
+	FILE *f;
+	const char *path;
+	uint64_t size;       /* of the data, UINT64_MAX if it is not known: a pipe */
+	json_t *header;
+	struct entry *entry;
+	size_t n;
+	struct ct_err *e;
+};
+
+__attribute__((format(printf, 3, 4)))
+static int bad(const struct reader *d, const char *name, const char *fmt, ...)
+{
+	char text[200];
+	va_list ap;
+
+	va_start(ap, fmt);
+	vsnprintf(text, sizeof text, fmt, ap);
+	va_end(ap);
+	return name ? ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, name, text) :
+		ct_fail(d->e, CT_EINPUT, "%s: %s", d->path, text);
+}
+
+static int read_header(struct reader *d)
+{
+	json_error_t why;
+	unsigned char head[8];
+	struct stat st;
+	uint64_t n;
+	char *text = NULL;
+
+	if (fread(head, 1, sizeof head, d->f) != sizeof head)
+		return bad(d, NULL, "not a safetensors file: it ends in its first 8 bytes");
+	memcpy(&n, head, sizeof n);
+	if (n < 2 || n > MOST_HEADER)
+		return bad(d, NULL, "not a safetensors file: a header of %llu bytes",
+			(unsigned long long)n);
+	d->size = UINT64_MAX;
+	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin) {
+		if ((uint64_t)st.st_size < 8 + n)
+			return bad(d, NULL, "ends inside its header");
+		d->size = (uint64_t)st.st_size - 8 - n;
+	}
+	if (ct_alloc(&text, n, 1, d->e))
+		return -1;
+	if (fread(text, 1, n, d->f) != n) {
+		free(text);
+		return bad(d, NULL, "ends inside its header");
+	}
+	d->header = json_loadb(text, n, JSON_REJECT_DUPLICATES, &why);
+	free(text);
+	if (!json_is_object(d->header))
+		return bad(d, NULL, "the header is not a JSON object: %.100s",
+			d->header ? "another type" : why.text);
+	return 0;
+}
+
+static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
+{
+	const char *key;
+	json_t *value;
+
+	if (!json_is_object(all))
+		return bad(d, NULL, "__metadata__ is not a JSON object");
+	if (json_object_size(all) > MOST_META)
+		return bad(d, NULL, "__metadata__ has %zu keys", json_object_size(all));
+	json_object_foreach((json_t *)(uintptr_t)all, key, value) {
+		if (!json_is_string(value))
+			return bad(d, NULL, "__metadata__ %.80s is not a string", key);
+		if (*key && ct_meta_set(m, key, json_string_value(value), d->e))
+			return -1;
+	}
+	return 0;
+}
+
+static int get_size(const json_t *v, uint64_t *out)
+{
+	if (!json_is_integer(v) || json_integer_value(v) < 0)
+		return -1;
+	*out = (uint64_t)json_integer_value(v);
+	return 0;
+}
+
+static int read_entry(struct reader *d, const char *name, const json_t *v, struct entry *t)
+{
+	const json_t *shape = json_object_get(v, "shape"), *at = json_object_get(v, "data_offsets");
+	const char *type = json_string_value(json_object_get(v, "dtype"));
+	size_t bytes;
+
+	t->name = name;
+	for (t->type = F64; type && t->type < TYPES; t->type++)
+		if (strcmp(type, types[t->type].name) == 0)
+			break;
+	if (!type || t->type == TYPES)
+		return bad(d, name, "dtype %.20s is not known", type ? type : "(none)");
+	if (!json_is_array(shape) || json_array_size(shape) > CT_MAX_RANK)
+		return bad(d, name, "shape is not a list of at most %d sizes", CT_MAX_RANK);
+	t->rank = json_array_size(shape);
+	t->count = 1;
+	for (size_t i = 0; i < t->rank; i++) {
+		uint64_t n;
+
+		if (get_size(json_array_get(shape, i), &n))
+			return bad(d, name, "shape holds something that is not a size");
+		t->dim[i] = (size_t)n;
+		if (__builtin_mul_overflow(t->count, t->dim[i], &t->count))
+			return bad(d, name, "shape overflows");
+	}
+	if (__builtin_mul_overflow(t->count, types[t->type].bytes, &bytes))
+		return bad(d, name, "shape overflows");
+	if (json_array_size(at) != 2 || get_size(json_array_get(at, 0), &t->begin) ||
+		get_size(json_array_get(at, 1), &t->end) || t->begin > t->end)
+		return bad(d, name, "data_offsets are not two growing sizes");
+	if (t->end - t->begin != bytes)
+		return bad(d, name, "shape and dtype need %zu bytes, data_offsets hold %llu", bytes,
+			(unsigned long long)(t->end - t->begin));
+	if (t->end > d->size)
+		return bad(d, name, "ends at byte %llu of %llu", (unsigned long long)t->end,
+			(unsigned long long)d->size);
+	return 0;
+}
+
+static int by_offset(const void *a, const void *b)
+{
+	const struct entry *p = a, *q = b;
+
+	if (p->begin != q->begin)
+		return p->begin < q->begin ? -1 : 1;
+	if (p->end != q->end) /* empty ones first: they lie before what begins there */
+		return p->end < q->end ? -1 : 1;
+	return (p->order > q->order) - (p->order < q->order);
+}
+
+static int read_entries(struct reader *d, struct ct_meta *m)
+{
+	const char *name;
+	json_t *v;
+
+	if (json_object_size(d->header) > MOST_TENSORS)
+		return bad(d, NULL, "%zu tensors", json_object_size(d->header));
+	if (ct_alloc0(&d->entry, json_object_size(d->header), sizeof *d->entry, d->e))
+		return -1;
+	json_object_foreach(d->header, name, v) {
+		if (strcmp(name, "__metadata__") == 0) {
+			if (read_meta(d, v, m))
+				return -1;
+			continue;
+		}
+		d->entry[d->n].order = d->n;
+		if (read_entry(d, name, v, &d->entry[d->n++]))
+			return -1;
+	}
+	qsort(d->entry, d->n, sizeof *d->entry, by_offset);
+	for (size_t i = 1; i < d->n; i++)
+		if (d->entry[i].begin < d->entry[i - 1].end)
+			return bad(d, d->entry[i].name, "overlaps '%.80s'", d->entry[i - 1].name);
+	return 0;
+}
+
+#define CONVERT(T, expr)                                                                           \
+	for (size_t i = 0; i < n; i++) {                                                           \
+		T x;                                                                               \
+		memcpy(&x, from + i * sizeof x, sizeof x);                                         \
+		to[i] = (expr);                                                                    \
+	}                                                                                          \
+	break
+
+static void convert(float *to, const unsigned char *from, size_t n, enum type type)
+{
+	switch (type) {
+	case F64: CONVERT(double, (float)x);
+	case F32: CONVERT(float, x);
+	case F16: CONVERT(uint16_t, ct_half_to_float(x));
+	case BF16: CONVERT(uint16_t, ct_bfloat_to_float(x));
+	case I64: CONVERT(int64_t, (float)x);
+	case I32: CONVERT(int32_t, (float)x);
+	case I16: CONVERT(int16_t, (float)x);
+	case I8: CONVERT(int8_t, (float)x);
+	case U64: CONVERT(uint64_t, (float)x);
+	case U32: CONVERT(uint32_t, (float)x);
+	case U16: CONVERT(uint16_t, (float)x);
+	case U8: CONVERT(uint8_t, (float)x);
+	case BOOL: CONVERT(uint8_t, x ? 1.0f : 0.0f);
+	case TYPES: break;
+	}
+}
+
+/* Bytes of the stream that no tensor owns. */
+static int skip(struct reader *d, uint64_t n)
+{
+	unsigned char block[BLOCK];
+
+	while (n) {
+		size_t part = n < sizeof block ? (size_t)n : sizeof block;
+
+		if (fread(block, 1, part, d->f) != part)
+			return bad(d, NULL, "ends before its tensors do");
+		n -= part;
+	}
+	return 0;
+}
+
+static int read_data(struct reader *d, struct ct_tensors *w)
+{
+	unsigned char block[BLOCK * 8];
+	uint64_t at = 0;
+
+	for (size_t k = 0; k < d->n; k++) {
+		const struct entry *t = &d->entry[k];
+		const size_t bytes = types[t->type].bytes;
+		struct ct_tensor *out;
+
+		if (skip(d, t->begin - at))
+			return -1;
+		if (ct_tensors_add(w, t->name, t->rank, t->dim, &out, d->e))
+			return ct_blame(d->e, d->path);
+		for (size_t i = 0; i < t->count; i += BLOCK) {
+			size_t n = t->count - i < BLOCK ? t->count - i : BLOCK;
+
+			if (fread(block, bytes, n, d->f) != n)
+				return bad(d, t->name, "the file ends inside it");
+			convert(out->data + i, block, n, t->type);
+		}
+		at = t->end;
+	}
+	return 0;
+}
+
+static int sign(struct ct_tensors *w, const char *path, struct ct_err *e)
+{
+	struct ct_piece *piece;
+	int rc;
+
+	if (ct_alloc(&piece, 3 * w->n, sizeof *piece, e))
+		return -1;
+	for (size_t i = 0; i < w->n; i++) {
+		const struct ct_tensor *t = &w->t[i];
+
+		piece[3 * i] = (struct ct_piece){t->name, strlen(t->name) + 1};
+		piece[3 * i + 1] = (struct ct_piece){t->dim, t->rank * sizeof *t->dim};
+		piece[3 * i + 2] = (struct ct_piece){t->data, ct_tensor_count(t) * sizeof *t->data};
+	}
+	rc = ct_meta_input(&w->meta, path, 3 * w->n, piece, e);
+	free(piece);
+	return rc;
+}
+
+int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+{
+	struct reader d = {.path = path, .e = e};
+	int rc;
+
+	*w = (struct ct_tensors){0};
+	if (ct_in_open(path, &d.f, e))
+		return -1;
+	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
+		sign(w, path, e) ? -1 : 0;
+	ct_in_close(d.f);
+	json_decref(d.header);
+	free(d.entry);
+	if (rc)
+		ct_tensors_free(w);
+	return rc;
+}
+
+/* The header's JSON, padded with blanks to a multiple of 8 bytes. NULL: no memory. */
+static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
+{
+	json_t *all = json_object(), *meta = json_object();
+	size_t at = 0;
+	int bad = 0;
+	char *text = NULL, *padded = NULL;
+
+	for (size_t i = 0; i < w->meta.n; i++)
+		if (strcmp(w->meta.pair[i].key, "input") != 0) /* of the file that was read */
+			bad |= json_object_set_new(meta, w->meta.pair[i].key,
+				ct_json_text(w->meta.pair[i].value));
+	if (json_object_size(meta))
+		bad |= json_object_set(all, "__metadata__", meta);
+	for (size_t i = 0; i < w->n; i++) {
+		const struct ct_tensor *t = &w->t[i];
+		const size_t end = at + ct_tensor_count(t) * (half ? 2 : 4);
+		json_t *shape = json_array();
+
+		for (size_t k = 0; k < t->rank; k++)
+			bad |= json_array_append_new(shape, json_integer((json_int_t)t->dim[k]));
+		bad |= json_object_set_new(all, t->name, json_pack("{s:s,s:o,s:[I,I]}", "dtype",
+			half ? "F16" : "F32", "shape", shape, "data_offsets", (json_int_t)at,
+			(json_int_t)end));
+		at = end;
+	}
+	if (!bad)
+		text = json_dumps(all, JSON_COMPACT);
+	if (text) {
+		*length = (strlen(text) + 7) / 8 * 8;
+		padded = malloc(*length + 1);
+		if (padded)
+			snprintf(padded, *length + 1, "%-*s", (int)*length, text);
+	}
+	free(text);
+	json_decref(meta);
+	json_decref(all);
+	return padded;
+}
+
+static int put_data(struct ct_out *o, const struct ct_tensor *t, bool half, struct ct_err *e)
+{
+	const size_t count = ct_tensor_count(t);
+	uint16_t block[BLOCK];
+
+	if (!half)
+		return ct_put(o, t->data, count * sizeof *t->data, e);
+	for (size_t i = 0; i < count; i += BLOCK) {
+		size_t n = count - i < BLOCK ? count - i : BLOCK;
+
+		for (size_t k = 0; k < n; k++)
+			block[k] = ct_float_to_half(t->data[i + k]);
+		if (ct_put(o, block, n * sizeof *block, e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out out = {0};
+	size_t n = 0;
+	char *header = make_header(w, half, &n);
+	const uint64_t length = n;
+	int rc = -1;
+
+	if (!header)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: no memory for the header, or a name or metadata that is not UTF-8",
+			path);
+	if (n > MOST_HEADER)
+		ct_fail(e, CT_EOUTPUT, "%s: a header of %zu bytes is too long", path, n);
+	else if (ct_out_open(&out, path, env, e) == 0) {
+		rc = ct_put(&out, &length, sizeof length, e) || ct_put(&out, header, n, e);
+		for (size_t i = 0; i < w->n && rc == 0; i++)
+			rc = put_data(&out, &w->t[i], half, e);
+		rc = rc ? -1 : ct_out_commit(&out, e);
+	}
+	ct_out_abandon(&out);
+	free(header);
+	return rc;
+}
