@@ -46,3 +46,6 @@ tests_t_safetensors_SOURCES = tests/t-safetensors.c
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
 dist_check_SCRIPTS += tests/t-ply.sh
+check_PROGRAMS += tests/t-loss tests/t-gsfit
+tests_t_loss_SOURCES = tests/t-loss.c
+tests_t_gsfit_SOURCES = tests/t-gsfit.c
