@@ -7,3 +7,14 @@ bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c
+bin_PROGRAMS += ct-train
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-data.h
+if HAVE_OIIO
+ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+nodist_EXTRA_ct_train_SOURCES = src/tools/link-with-cxx.cc
+endif
+libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
+bin_PROGRAMS += ct-project
+ct_project_SOURCES = src/tools/ct-project.c
+bin_PROGRAMS += ct-phantom
+ct_phantom_SOURCES = src/tools/ct-phantom.c

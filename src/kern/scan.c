@@ -125,7 +125,7 @@ static void fill_view(struct ct_view *v, const struct ct_scan *s, size_t i)
 	v->angle = s->start + (double)i * s->arc / (double)s->views;
 	sincos_degrees(v->angle, &sa, &ca);
 
-	const double out[3] = {ca, sa, 0}, u[3] = {-sa, ca, 0}, down[3] = {0, 0, -1};
+	const double out[3] = {ca, sa, 0}, u[3] = {0 - sa, ca, 0}, down[3] = {0, 0, -1};
 
 	for (int a = 0; a < 3; a++) {
 		double shift = s->offset[0] * u[a] + s->offset[1] * down[a];

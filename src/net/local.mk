@@ -8,3 +8,6 @@ libct_a_SOURCES += src/net/arena.c src/net/arena.h
 libct_a_SOURCES += src/net/unet.c src/net/unet.h src/net/plan.c
 libct_a_SOURCES += src/net/schedule.c src/net/schedule.h
 libct_a_SOURCES += src/net/ddnm.c src/net/ddnm.h
+libct_a_SOURCES += src/net/adam.c src/net/adam.h
+libct_a_SOURCES += src/net/patches.c src/net/patches.h
+libct_a_SOURCES += src/net/train.c src/net/train.h

@@ -1,0 +1,27 @@
+/* adam.h: one step of AdamW (Loshchilov and Hutter 2019) and of an average of the weights.
+ *
+ * Element by element: any cut of the vectors gives the same bytes. Thread-safe on disjoint parts.
+ */
+#ifndef CT_NET_ADAM_H
+#define CT_NET_ADAM_H
+#include <stddef.h>
+#include <stdint.h>
+
+struct ct_adamw {
+	double lr, beta1, beta2, eps, decay;
+};
+
+/* Defaults of the priors' training: 1e-4, 0.9, 0.999, 1e-8, 0. */
+void ct_adamw_default(struct ct_adamw *a);
+/* Step number `step`, counted from 1, of n parameters p with gradient g and moments m, v:
+ *   m = b1 m + (1 - b1) g,  v = b2 v + (1 - b2) g^2,
+ *   p = (1 - lr decay) p - lr (m / (1 - b1^step)) / (sqrt(v / (1 - b2^step)) + eps). */
+void ct_adamw_step(const struct ct_adamw *a, uint64_t step, size_t n, float *p, float *m, float *v,
+	const float *g);
+/* mean = rate mean + (1 - rate) p. */
+void ct_ema_step(double rate, size_t n, float *mean, const float *p);
+/* g[i] = scale (g[i] + g[stride + i] + ... + g[(groups - 1) stride + i]), i < n, added in that
+ * order; the sum of their squares. */
+double ct_grad_mean(size_t n, float *g, size_t groups, size_t stride, float scale);
+
+#endif

@@ -1,0 +1,58 @@
+/* train.h: training of a noise predictor (Ho et al., DDPM, 2020).
+ *
+ * A sample of the batch is a piece x0 of a picture, a timestep t uniform over the schedule, and
+ * noise z; x_t = sqrt(abar_t) x0 + sqrt(1 - abar_t) z, loss = mean (eps(x_t, t) - z)^2 over the
+ * pixels. All draws are functions of (seed, step, sample). The batch is cut into a fixed number of
+ * groups with an accumulator of gradients each, added in their order: any number of threads, and any
+ * interruption, gives the same bytes.
+ */
+#ifndef CT_NET_TRAIN_H
+#define CT_NET_TRAIN_H
+#include "core/env.h"
+#include "net/adam.h"
+#include "net/patches.h"
+#include "net/unet.h"
+
+enum { CT_TRAIN_GROUPS = 8 };
+
+struct ct_train_opts {
+	struct ct_patches patches;
+	struct ct_adamw adam;  /* lr is the highest */
+	size_t batch;
+	uint64_t steps, warmup; /* lr rises linearly over the first `warmup` steps */
+	bool cosine;           /* then falls to 0 at `steps` as a half cosine */
+	double ema;            /* of the weights: min(ema, (1 + step)/(10 + step)) */
+	double clip;           /* largest norm of the gradient; 0: any */
+	uint64_t seed;
+};
+
+struct ct_train; /* a training in progress */
+
+/* PyTorch-style defaults of guided diffusion, for pieces of 64 and a batch of 16. */
+void ct_train_default(struct ct_train_opts *o);
+/* A new training of an untrained network. The pictures are borrowed. */
+int ct_train_alloc(struct ct_train **t, const struct ct_unet_arch *a, const struct ct_train_opts *o,
+	const struct ct_pictures *data, const struct ct_env *env, struct ct_err *e);
+void ct_train_free(struct ct_train *t);
+
+uint64_t ct_train_steps(const struct ct_train *t); /* done so far */
+/* Bytes held, the pictures not counted. */
+double ct_train_bytes(const struct ct_train *t);
+double ct_train_rate(const struct ct_train *t);    /* learning rate of the next step */
+/* One step; *loss is its mean over the batch. CT_ENUMERIC naming the step if loss or gradient
+ * are not finite: the weights are those before it. */
+int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e);
+/* Mean loss of the averaged weights over `n` pieces of other pictures, the timesteps spread evenly,
+ * noise and pieces the same in every call. */
+int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t n, double *loss,
+	struct ct_err *e);
+
+/* The averaged weights with the metadata of the architecture; *w zero. */
+int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
+/* Everything that a resumed training needs: weights, average, moments, step; and back. The
+ * options are checked to be the same: CT_EUSAGE naming the one that is not; CT_EINPUT for a file that
+ * is not a state. */
+int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
+int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e);
+
+#endif

@@ -1,0 +1,162 @@
+/* ct-phantom: volumes of known shapes, and their exact projections. */
+#include "config.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "kern/phantom.h"
+#include "kern/window.h"
+#include "tools/scan-opts.h"
+
+#include <string.h>
+
+struct params {
+	const char *kind, *out, *size, *spacing, *window;
+	struct ct_scan_opts scan;
+	double density;
+	int oversample;
+	bool project;
+};
+
+static const struct params defaults = {.size = "128x128x128",
+	.spacing = "2",
+	.density = 0.25,
+	.oversample = 3,
+	.scan = CT_SCAN_DEFAULTS};
+
+static const char *const kinds[] = {
+	"ellipsoids", "shepp-logan", "sphere", "cube", "cylinder", "marks", "constant"};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, kind, "KIND",
+		"ellipsoids, shepp-logan, sphere, cube, cylinder, marks or constant"),
+	CT_ARG(struct params, out, "OUT", "volume in HU, NIfTI; with --project EXR; or -"),
+	CT_OPT(struct params, size, 0, "size", "WxHxD", 0, 0, "voxels along x, y and z"),
+	CT_OPT(struct params, spacing, 0, "spacing", "MM[,MM,MM]", 0, 0, "size of a voxel"),
+	CT_OPT(struct params, oversample, 0, "oversample", "N", 1, 16,
+		"mean of N x N x N points a voxel; 1 takes its centre"),
+	CT_OPT(struct params, density, 0, "density", "X", 1e-6, 1,
+		"density of sphere, cube, cylinder and constant; 0.25 is water in the default "
+		"window"),
+	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		"HU of density 0 and 1 (-1024:3071)"),
+	CT_OPT(struct params, project, 'p', "project", NULL, 0, 0,
+		"write the exact projections of the shapes, not voxels, in the scan that follows"),
+	CT_SCAN_OPTS(struct params, scan),
+	CT_OPT_END,
+};
+
+static int kind_of(enum ct_phantom *kind, const char *name, struct ct_err *e)
+{
+	for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+		if (strcmp(name, kinds[i]) == 0) {
+			*kind = (enum ct_phantom)i;
+			return 0;
+		}
+	return ct_fail(e, CT_EUSAGE, "KIND: no phantom '%.40s'", name);
+}
+
+/* Grid about the origin of the world, axes along it. */
+static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
+{
+	size_t n[3];
+	double mm[3];
+
+	if (ct_parse_dims("size", p->size, 3, n, e) ||
+		ct_parse_numbers("spacing", p->spacing, ',', 3, true, mm, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		if (!(mm[a] > 0))
+			return ct_fail(e, CT_EUSAGE, "--spacing: '%s' is not positive", p->spacing);
+	if (ct_vol_alloc(v, n, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		v->affine[a][a] = mm[a];
+		v->affine[a][3] = -mm[a] * ((double)n[a] - 1) / 2;
+	}
+	return ct_vol_check_grid(v, e);
+}
+
+static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
+	const struct ct_env *env, struct ct_err *e)
+{
+	return ct_window_put(m, window, e) || ct_meta_set(m, "phantom", p->kind, e) ||
+			       ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)env->seed) ||
+			       ct_meta_step(m, env, 0, NULL, e)
+		       ? -1
+		       : 0;
+}
+
+static int write_voxels(struct ct_vol *v, size_t n, const struct ct_shape *shape,
+	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	ct_phantom_voxels(v, n, shape, (size_t)p->oversample, env->par);
+	ct_window_hu(ct_vol_count(v), v->data, v->data, window);
+	if (put_meta(&v->meta, p, window, env, e) || ct_check_stop(env, e))
+		return -1;
+	return ct_vol_write(p->out, v, env, e);
+}
+
+static int write_projections(const struct ct_vol *grid, size_t n, const struct ct_shape *shape,
+	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_stack s = {0};
+	int rc = -1;
+
+	if (ct_scan_opts_make(&s, &p->scan, grid, e) || ct_scan_check(&s, grid, e) ||
+		ct_meta_set(&s.meta, "quantity", "lineIntegral", e))
+		goto out;
+	for (size_t k = 0; k < s.views; k++) {
+		ct_progress(env, "views", k, s.views);
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_phantom_project(&s, k, 1, ct_stack_view(&s, k), n, shape, env->par);
+	}
+	ct_progress(env, "views", s.views, s.views);
+	if (put_meta(&s.meta, p, window, env, e))
+		goto out;
+	rc = ct_stack_write(p->out, &s, env, e);
+out:
+	ct_stack_free(&s);
+	return rc;
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct ct_shape shape[CT_PH_MAX_SHAPES];
+	struct ct_vol v = {0};
+	enum ct_phantom kind = CT_PH_ELLIPSOIDS;
+	double window[2], extent[3];
+	size_t n;
+	int rc = -1;
+
+	if (kind_of(&kind, p->kind, e) || ct_window_choose(window, p->window, NULL, e))
+		return -1;
+	if (!p->project && ct_scan_opts_given(&p->scan))
+		return ct_fail(e, CT_EUSAGE, "options of a scan need --project");
+	if (ct_out_check(p->out, env, e) || grid_of(&v, p, e))
+		goto out;
+	ct_vol_spacing(&v, extent);
+	for (int a = 0; a < 3; a++)
+		extent[a] *= (double)v.n[a];
+	n = ct_phantom_make(kind, extent, p->density, env->seed, shape);
+	rc = p->project ? write_projections(&v, n, shape, window, p, env, e)
+			: write_voxels(&v, n, shape, window, p, env, e);
+out:
+	ct_vol_free(&v);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-phantom",
+	.brief = "Make a volume of known shapes, or its exact projections.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_SEEDED,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,219 @@
+/* ct-project: X-ray projections of a volume: exact line integrals of its density. */
+#include "config.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "kern/operator.h"
+#include "kern/project.h"
+#include "kern/window.h"
+#include "core/mem.h"
+#include "tools/scan-opts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct params {
+	const char *in, *out, *window, *rotate;
+	struct ct_scan_opts scan;
+	int quantity, method, coarsen, pixel;
+};
+
+enum quantity { BY_FILE, HU, DENSITY };
+enum pixel { POINT, MEAN, SINC };
+
+static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, in, "IN", "volume in HU, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT", "projections, EXR, or -"),
+	CT_SCAN_OPTS(struct params, scan),
+	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
+	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
+		"turn the volume about its centre before projecting: degrees about the world's x, "
+		"then y, then z axis"),
+	CT_CHOICE(struct params, quantity, 0, "quantity", "file|hu|density",
+		"what the values of IN are: as its metadata say and else HU, or this; density "
+		"is projected as it is"),
+	CT_CHOICE(struct params, method, 'm', "method", "siddon", "how rays are integrated"),
+	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
+		"make the pixels S times larger and S times fewer along u and v"),
+	CT_CHOICE(struct params, pixel, 0, "pixel", "point|mean|sinc",
+		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
+		"the "
+		"small ones, or the small ones cut at its Nyquist frequency"),
+	CT_OPT_END,
+};
+
+/* Turn the grid about its centre; the numbers stay. */
+static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
+{
+	double deg[3], centre[3], after[3];
+
+	if (ct_parse_numbers("rotate", angles, ',', 3, false, deg, e))
+		return -1;
+	ct_vol_centre(v, centre);
+	for (int axis = 0; axis < 3; axis++) {
+		int a = (axis + 1) % 3, b = (axis + 2) % 3;
+		double c = cos(deg[axis] * (M_PI / 180)), s = sin(deg[axis] * (M_PI / 180));
+
+		for (int k = 0; k < 4; k++) {
+			double x = v->affine[a][k], y = v->affine[b][k];
+
+			v->affine[a][k] = c * x - s * y;
+			v->affine[b][k] = s * x + c * y;
+		}
+	}
+	ct_vol_centre(v, after);
+	for (int k = 0; k < 3; k++)
+		v->affine[k][3] += centre[k] - after[k];
+	return 0;
+}
+
+/* HU in place to density, unless they are density already. */
+static int to_density(struct ct_vol *v, const struct params *p, struct ct_err *e)
+{
+	const char *had = ct_meta_get(&v->meta, "quantity");
+	bool density = p->quantity == DENSITY;
+	double window[2];
+
+	if (had && strcmp(had, "hu") != 0 && strcmp(had, "density") != 0)
+		return ct_fail(
+			e, CT_EINPUT, "%s: quantity is %.40s, not hu or density", p->in, had);
+	if (had && p->quantity != BY_FILE && density != (strcmp(had, "density") == 0))
+		return ct_fail(e, CT_EUSAGE, "--quantity contradicts %s: its quantity is %.40s",
+			p->in, had);
+	if (had && p->quantity == BY_FILE)
+		density = strcmp(had, "density") == 0;
+	if (ct_window_choose(window, p->window, &v->meta, e))
+		return -1;
+	if (!density)
+		ct_window_density(ct_vol_count(v), v->data, v->data, window);
+	if (!density || p->window)
+		return ct_window_put(&v->meta, window, e);
+	return 0;
+}
+
+/* What the volume says of itself, the scan, and the grid that was projected. */
+static int describe(
+	struct ct_stack *s, const struct ct_vol *v, const struct params *p, struct ct_err *e)
+{
+	static const char *const words[] = {"point", "mean", "sinc"};
+	const double(*a)[4] = (const double(*)[4])v->affine;
+	struct ct_meta *m = &s->meta;
+
+	for (size_t i = 0; i < v->meta.n; i++)
+		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
+			return -1;
+	if (p->coarsen > 1 && (ct_meta_setf(m, e, "coarsen", "%d", p->coarsen) ||
+				      ct_meta_set(m, "pixel", words[p->pixel], e)))
+		return -1;
+	return ct_meta_set(m, "quantity", "lineIntegral", e) ||
+			       ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1],
+				       v->n[2]) ||
+			       ct_meta_setf(m, e, "volume.affine",
+				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
+				       "17g,%.17g,%.17g",
+				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
+				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
+		       ? -1
+		       : 0;
+}
+
+static int project(struct ct_stack *out, const struct ct_stack *rays, const struct ct_vol *v,
+	const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	enum ct_op_kind kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED;
+	struct ct_projector g;
+	struct ct_operator op = {0};
+	float *fine = NULL;
+	double *scratch = NULL;
+	bool direct = out->h == rays->h;
+	int rc = -1;
+
+	if (ct_projector_init(&g, v, rays, e))
+		return ct_blame(e, p->in);
+	if (!direct && (ct_op_alloc(&op, kind, out->h, out->w, (size_t)p->coarsen, 0, e) ||
+			       ct_alloc(&fine, rays->h * rays->w, sizeof *fine, e) ||
+			       ct_alloc(&scratch, ct_op_scratch(&op), sizeof *scratch, e)))
+		goto out;
+	for (size_t k = 0; k < out->views; k++) {
+		ct_progress(env, "views", k, out->views);
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_project(&g, k, 1, direct ? ct_stack_view(out, k) : fine, v->data, env->par);
+		if (!direct)
+			ct_op_forward(&op, ct_stack_view(out, k), fine, scratch);
+	}
+	ct_progress(env, "views", out->views, out->views);
+	rc = 0;
+out:
+	ct_op_free(&op);
+	free(fine);
+	free(scratch);
+	return rc;
+}
+
+/* The detector of `fine` with pixels s times larger. */
+static int coarser(struct ct_stack *out, const struct ct_stack *fine, size_t s, struct ct_err *e)
+{
+	if (fine->h % s || fine->w % s)
+		return ct_fail(e, CT_EGEOM,
+			"--coarsen: %zu does not divide the detector of %zux%zu", s, fine->w,
+			fine->h);
+	if (ct_stack_alloc(out, fine->views, fine->h / s, fine->w / s, e))
+		return -1;
+	out->beam = fine->beam;
+	for (size_t k = 0; k < fine->views; k++) {
+		out->view[k] = fine->view[k];
+		for (int a = 0; a < 3; a++) {
+			out->view[k].u[a] *= (double)s;
+			out->view[k].v[a] *= (double)s;
+		}
+	}
+	return ct_meta_copy(&out->meta, &fine->meta, e);
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct ct_vol in = {0};
+	struct ct_stack fine = {0}, coarse = {0}, *out = p->coarsen > 1 ? &coarse : &fine;
+	int rc = -1;
+
+	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+		goto out;
+	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, p, e) || ct_scan_opts_make(&fine, &p->scan, &in, e) ||
+		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
+		goto out;
+	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
+		ct_beam_name(out->beam));
+	if (project(out, p->pixel == POINT ? out : &fine, &in, p, env, e) ||
+		describe(out, &in, p, e) ||
+		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
+		goto out;
+	rc = ct_stack_write(p->out, out, env, e);
+out:
+	ct_vol_free(&in);
+	ct_stack_free(&fine);
+	ct_stack_free(&coarse);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-project",
+	.brief = "Project a volume: exact line integrals of its density, in a scan.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

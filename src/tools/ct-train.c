@@ -1,0 +1,386 @@
+/* ct-train: a diffusion prior from projections or radiographs. */
+#include "config.h"
+#include "cli/cli.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "net/train.h"
+#include "train-data.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+struct params {
+	const char *out;
+	struct ct_list data;
+	const char *arch, *scales, *validate, *licence;
+	int patch, batch, steps, warmup, validate_every, validate_pieces, checkpoint_every, log_every;
+	double lr, decay, ema, clip, minutes;
+	bool cosine, no_flip, flip_vertical, resume, half;
+};
+
+static const struct params defaults = {
+	.scales = "1",
+	.patch = 64,
+	.batch = 16,
+	.steps = 10000,
+	.validate_every = 500,
+	.validate_pieces = 64,
+	.checkpoint_every = 1000,
+	.log_every = 50,
+	.lr = 1e-4,
+	.ema = 0.9999,
+};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, out, "OUT", "the prior, safetensors; its state goes to OUT.state"),
+	CT_ARG(struct params, data, "DATA", "EXR stacks, pictures (PNG, TIFF), folders of them"),
+	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
+		"shape of the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
+		"attention_resolutions=8 (downsampling factors), in_channels, out_channels, ..."),
+	CT_OPT(struct params, patch, 'p', "patch", "N", 4, 4096, "train on pieces of N x N pixels"),
+	CT_OPT(struct params, scales, 0, "scales", "A,B,...", 0, 0,
+		"cut pieces from pictures reduced A, B, ... times, at random"),
+	CT_OPT(struct params, no_flip, 0, "no-flip", NULL, 0, 0, "do not mirror left-right at random"),
+	CT_OPT(struct params, flip_vertical, 0, "flip-vertical", NULL, 0, 0,
+		"mirror top-bottom at random, too"),
+	CT_OPT(struct params, batch, 'b', "batch", "N", 1, 65536, "pieces a step"),
+	CT_OPT(struct params, steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all"),
+	CT_OPT(struct params, minutes, 'm', "minutes", "M", 0, 1e6,
+		"stop after M minutes, with what there is; 0 does not"),
+	CT_OPT(struct params, lr, 'l', "lr", "X", 0, 1, "learning rate"),
+	CT_OPT(struct params, warmup, 0, "warmup", "N", 0, 1e9, "raise it from 0 over N steps"),
+	CT_OPT(struct params, cosine, 0, "cosine", NULL, 0, 0,
+		"lower it to 0 at the last step along a half cosine"),
+	CT_OPT(struct params, decay, 0, "decay", "X", 0, 10, "weight decay of AdamW"),
+	CT_OPT(struct params, clip, 0, "clip", "X", 0, 1e9, "limit the norm of the gradient; 0: any"),
+	CT_OPT(struct params, ema, 'e', "ema", "X", 0, 0.9999999,
+		"rate of the running average of the weights, which is the prior: the smaller of X and "
+		"(1 + step)/(10 + step)"),
+	CT_OPT(struct params, validate, 0, "validate", "DATA", 0, 0,
+		"also tell the loss on pictures that are not trained on"),
+	CT_OPT(struct params, validate_every, 0, "validate-every", "N", 1, 2e9, "every N steps"),
+	CT_OPT(struct params, validate_pieces, 0, "validate-pieces", "N", 1, 65536, "on N pieces"),
+	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
+		"go on from OUT.state, as if there had been no interruption"),
+	CT_OPT(struct params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
+		"write OUT and OUT.state every N steps"),
+	CT_OPT(struct params, log_every, 0, "log-every", "N", 1, 2e9, "tell the loss every N steps"),
+	CT_OPT(struct params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
+	CT_OPT(struct params, licence, 0, "licence", "TEXT", 0, 0,
+		"licence of the prior, for its metadata"),
+	CT_OPT_END,
+};
+
+/* A run of the command: what is trained, on what, and where it goes. */
+struct job {
+	const struct params *p;
+	struct ct_env env;
+	struct ct_unet_arch arch;
+	struct ct_train_opts opts;
+	struct ct_pictures data, held;
+	struct ct_meta *input; /* one a DATA */
+	char *dataset, *state; /* names and hashes; OUT.state, NULL for a stream */
+	struct ct_train *train;
+	double start, told;    /* seconds */
+	double loss;           /* summed since the last word */
+	size_t losses;
+};
+
+static double now(void)
+{
+	struct timespec t;
+
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
+{
+	while (text && *text) {
+		size_t len = strcspn(text, ",");
+		char item[200], *value;
+		int rc;
+
+		if (len >= sizeof item)
+			return ct_fail(e, CT_EUSAGE, "--arch: an item is too long");
+		memcpy(item, text, len);
+		item[len] = '\0';
+		text += len + (text[len] == ',');
+		value = strchr(item, '=');
+		if (!value)
+			return ct_fail(e, CT_EUSAGE, "--arch: \"%s\" is not KEY=VALUE", item);
+		*value++ = '\0';
+		rc = ct_unet_arch_set(a, item, value, e);
+		if (rc > 0)
+			return ct_fail(e, CT_EUSAGE, "--arch: there is no \"%s\"", item);
+		if (rc)
+			return -1;
+	}
+	return ct_unet_arch_check(a, e);
+}
+
+static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e)
+{
+	p->scales = 0;
+	while (p->scales < 8) {
+		char *end;
+		unsigned long v = strtoul(text, &end, 10);
+
+		if (end == text || v < 1 || v > 64)
+			break;
+		p->scale[p->scales++] = v;
+		if (!*end)
+			return 0;
+		if (*end != ',')
+			break;
+		text = end + 1;
+	}
+	return ct_fail(e, CT_EUSAGE, "--scales: up to 8 whole numbers from 1 to 64, with commas");
+}
+
+static int settle(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	struct ct_train_opts *o = &j->opts;
+
+	ct_unet_arch_default(&j->arch);
+	j->arch.image_size = (size_t)p->patch;
+	ct_train_default(o);
+	if (parse_arch(&j->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
+		return -1;
+	o->patches.size = (size_t)p->patch;
+	o->patches.channels = j->arch.in_channels;
+	o->patches.flip_h = !p->no_flip;
+	o->patches.flip_v = p->flip_vertical;
+	o->adam.lr = p->lr;
+	o->adam.decay = p->decay;
+	o->batch = (size_t)p->batch;
+	o->steps = (uint64_t)p->steps;
+	o->warmup = (uint64_t)p->warmup;
+	o->cosine = p->cosine;
+	o->ema = p->ema;
+	o->clip = p->clip;
+	o->seed = j->env.seed;
+	return 0;
+}
+
+/* The pictures, and "NAME hash; NAME hash" of them. */
+static int read_data(struct job *j, struct ct_err *e)
+{
+	const struct ct_list *d = &j->p->data;
+	struct ct_meta held = {0};
+	size_t size = 0, used = 0;
+	int rc;
+
+	if (ct_alloc0(&j->input, d->n, sizeof *j->input, e))
+		return -1;
+	for (size_t i = 0; i < d->n; i++) {
+		if (train_data_read(&j->data, d->v[i], &j->input[i], e))
+			return -1;
+		size += strlen(ct_meta_get(&j->input[i], "input")) + 2;
+	}
+	if (ct_alloc0(&j->dataset, size + 1, 1, e))
+		return -1;
+	for (size_t i = 0; i < d->n; i++)
+		used += (size_t)snprintf(j->dataset + used, size + 1 - used, "%s%s", i ? "; " : "",
+			ct_meta_get(&j->input[i], "input"));
+	if (!j->p->validate)
+		return 0;
+	rc = train_data_read(&j->held, j->p->validate, &held, e);
+	ct_meta_free(&held);
+	return rc ? rc : ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
+}
+
+static int write_prior(const struct job *j, struct ct_err *e)
+{
+	const size_t n = j->p->data.n;
+	const struct ct_meta **in = NULL;
+	struct ct_tensors w = {0};
+	int rc = -1;
+
+	if (ct_alloc(&in, n, sizeof *in, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		in[i] = &j->input[i];
+	if (ct_train_result(j->train, &w, e) ||
+		ct_meta_set(&w.meta, "intensity_map", CT_TRAIN_MAP, e) ||
+		ct_meta_set(&w.meta, "dataset", j->dataset, e) ||
+		(j->p->licence && ct_meta_set(&w.meta, "licence", j->p->licence, e)) ||
+		ct_meta_step(&w.meta, &j->env, n, in, e))
+		goto out;
+	rc = ct_tensors_write(j->p->out, &w, j->p->half, &j->env, e);
+out:
+	ct_tensors_free(&w);
+	free(in);
+	return rc;
+}
+
+static int write_state(const struct job *j, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	int rc = -1;
+
+	if (!ct_train_save(j->train, &w, e) && !ct_meta_set(&w.meta, "dataset", j->dataset, e))
+		rc = ct_tensors_write(j->state, &w, false, &j->env, e);
+	ct_tensors_free(&w);
+	return rc;
+}
+
+static int checkpoint(const struct job *j, struct ct_err *e)
+{
+	if (j->state && write_state(j, e))
+		return -1;
+	return write_prior(j, e);
+}
+
+static int resume(struct job *j, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	const char *was;
+	int rc = -1;
+
+	if (ct_tensors_read(j->state, &w, e))
+		return -1;
+	was = ct_meta_get(&w.meta, "dataset");
+	if (!was || strcmp(was, j->dataset) != 0)
+		ct_fail(e, CT_EUSAGE, "%s was trained on other data: %.300s", j->state,
+			was ? was : "none said");
+	else if (ct_train_restore(j->train, &w, e))
+		ct_blame(e, j->state);
+	else
+		rc = 0;
+	ct_tensors_free(&w);
+	return rc;
+}
+
+/* The words after a step: the loss, and the one on held-out pictures, when it is time. */
+static int tell(struct job *j, double loss, struct ct_err *e)
+{
+	const unsigned long long step = ct_train_steps(j->train);
+	const bool last = step == j->opts.steps;
+	double held;
+
+	j->loss += loss;
+	j->losses++;
+	if (step % (unsigned)j->p->log_every == 0 || last) {
+		ct_log(&j->env, CT_INFO, "step %llu: loss %.5f, %.2f s a step", step,
+			j->loss / (double)j->losses, (now() - j->told) / (double)j->losses);
+		j->loss = 0;
+		j->losses = 0;
+		j->told = now();
+	}
+	if (j->held.n && (step % (unsigned)j->p->validate_every == 0 || last)) {
+		if (ct_train_validate(j->train, &j->held, (size_t)j->p->validate_pieces, &held, e))
+			return -1;
+		ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", step, held);
+		j->told = now();
+	}
+	return 0;
+}
+
+static int train(struct job *j, struct ct_err *e)
+{
+	const uint64_t every = (uint64_t)j->p->checkpoint_every;
+	double loss;
+
+	while (ct_train_steps(j->train) < j->opts.steps && !ct_stopping(&j->env)) {
+		if (j->p->minutes > 0 && now() - j->start > 60 * j->p->minutes)
+			break;
+		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
+			return -1;
+		ct_progress(&j->env, "training", ct_train_steps(j->train), j->opts.steps);
+		if (j->state && ct_train_steps(j->train) % every == 0 && checkpoint(j, e))
+			return -1;
+	}
+	if (checkpoint(j, e))
+		return -1;
+	return ct_check_stop(&j->env, e);
+}
+
+/* What it would take; the time from two steps. */
+static int estimate(struct job *j, struct ct_err *e)
+{
+	double flops, loss, t;
+	size_t n;
+
+	if (ct_unet_param_count(&j->arch, &n, e) ||
+		ct_unet_flops(&j->arch, j->opts.patches.size, j->opts.patches.size, &flops, e) ||
+		ct_train_step(j->train, &loss, e))
+		return -1;
+	t = now();
+	if (ct_train_step(j->train, &loss, e))
+		return -1;
+	t = now() - t;
+	printf("%zu pictures, %zu parameters, %.1f GFLOP a step\n", j->data.n, n,
+		3e-9 * flops * (double)j->opts.batch);
+	printf("time    %.2f s a step, %.1f h for %d steps\n", t, t * j->p->steps / 3600,
+		j->p->steps);
+	printf("memory  %.1f GiB\n", ct_train_bytes(j->train) / 0x1p30);
+	printf("disk    %.1f MiB, and %.1f MiB of state\n",
+		(double)n * (j->p->half ? 2 : 4) / 0x1p20, (double)n * 16 / 0x1p20);
+	return 0;
+}
+
+static int prepare(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	const bool stream = strcmp(p->out, "-") == 0;
+	size_t size = strlen(p->out) + sizeof ".state";
+
+	if (stream && p->resume)
+		return ct_fail(e, CT_EUSAGE, "--resume needs a file, not a stream");
+	if (!stream) {
+		if (ct_alloc(&j->state, size, 1, e))
+			return -1;
+		snprintf(j->state, size, "%s.state", p->out);
+	}
+	if (!j->env.dry_run && !p->resume &&
+		(ct_out_check(p->out, &j->env, e) ||
+			(j->state && ct_out_check(j->state, &j->env, e))))
+		return -1;
+	j->env.force = true; /* its own files, from now on */
+	if (settle(j, e) || read_data(j, e) ||
+		ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e))
+		return -1;
+	return p->resume && !j->env.dry_run ? resume(j, e) : 0;
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	struct job j = {.p = params, .env = *env, .start = now()};
+	int rc;
+
+	j.env.verbose++; /* the losses are news even without -v */
+	rc = prepare(&j, e);
+	j.told = now();
+	if (!rc)
+		rc = env->dry_run ? estimate(&j, e) : train(&j, e);
+	ct_train_free(j.train);
+	ct_pictures_free(&j.data);
+	ct_pictures_free(&j.held);
+	for (size_t i = 0; j.input && i < j.p->data.n; i++)
+		ct_meta_free(&j.input[i]);
+	free(j.input);
+	free(j.dataset);
+	free(j.state);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-train",
+	.brief = "Train a diffusion prior on projections or radiographs.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_SEEDED | CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,150 @@
+/* scan-json.c: scanner files of R2-Gaussian (and of TIGRE's names) in JSON.
+ *
+ * The keys stand at the top or in an object "scanner":
+ *   DSO, DSD            source to isocentre, to detector
+ *   nDetector           [rows, columns] or one number
+ *   sDetector           size [v, u] or one number; or dDetector, that of a pixel
+ *   sVoxel, offOrigin   size of the volume [x, y, z] and offset of its centre from the isocentre
+ *   offDetector         [u, v], v up
+ *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
+ * Lengths are in a unit of the file's own: the one in which sVoxel is the size of our volume (its
+ * largest extent); without sVoxel they are mm. Other keys are passed over.
+ */
+#include "config.h"
+#include "formats/io.h"
+#include "tools/scan-opts.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct reader {
+	const char *path;
+	const json_t *o;
+};
+
+/* n numbers of a key, or one for all: 0; 1 if it is not there; -1. */
+static int numbers(const struct reader *r, const char *key, size_t n, double *x, struct ct_err *e)
+{
+	const json_t *v = json_object_get(r->o, key);
+
+	if (!v || json_is_null(v))
+		return 1;
+	if (json_is_array(v) && json_array_size(v) != n)
+		return ct_fail(e, CT_EINPUT, "%s: %s has %zu numbers, not %zu", r->path, key,
+			json_array_size(v), n);
+	for (size_t i = 0; i < n; i++) {
+		const json_t *item = json_is_array(v) ? json_array_get(v, i) : v;
+
+		if (!json_is_number(item) || !isfinite(json_number_value(item)))
+			return ct_fail(e, CT_EINPUT, "%s: %s is not a number", r->path, key);
+		x[i] = json_number_value(item);
+	}
+	return 0;
+}
+
+static int mode(
+	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
+{
+	const char *word = json_string_value(json_object_get(r->o, "mode"));
+	enum ct_beam beam;
+
+	if (!word)
+		return 0;
+	if (ct_beam_parse(&beam, word, e))
+		return ct_blame(e, r->path);
+	ct_scan_default(s, beam, grid);
+	return 0;
+}
+
+static int sizes(struct ct_scan *s, const struct reader *r, double unit, struct ct_err *e)
+{
+	double n[2] = {(double)s->h, (double)s->w}, size[2];
+	int got = numbers(r, "nDetector", 2, n, e);
+
+	if (got < 0)
+		return -1;
+	for (int a = 0; a < 2; a++)
+		if (!(n[a] >= 1 && n[a] <= 1e6) || n[a] != floor(n[a]))
+			return ct_fail(e, CT_EINPUT, "%s: nDetector of %g", r->path, n[a]);
+	s->h = s->beam == CT_FAN ? 1 : (size_t)n[0];
+	s->w = (size_t)n[1];
+	got = numbers(r, "sDetector", 2, size, e);
+	if (got == 0)
+		for (int a = 0; a < 2; a++)
+			size[a] /= n[a];
+	else if (got > 0)
+		got = numbers(r, "dDetector", 2, size, e);
+	if (got)
+		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no sDetector", r->path);
+	s->pitch[0] = size[1] * unit;
+	s->pitch[1] = size[0] * unit;
+	return 0;
+}
+
+static int read_scan(
+	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
+{
+	double mm[3], box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
+	int got;
+
+	if (mode(s, r, grid, e))
+		return -1;
+	ct_vol_spacing(grid, mm);
+	for (int a = 0; a < 3; a++)
+		most = fmax(most, mm[a] * (double)grid->n[a]);
+	got = numbers(r, "sVoxel", 3, box, e);
+	if (got < 0)
+		return -1;
+	if (got == 0)
+		unit = most / fmax(fmax(box[0], box[1]), box[2]);
+	if (!(unit > 0 && isfinite(unit)))
+		return ct_fail(e, CT_EINPUT, "%s: sVoxel is not positive", r->path);
+	if ((got = numbers(r, "DSO", 1, &s->dso, e)) != 0 ||
+		(got = numbers(r, "DSD", 1, &s->dsd, e)) != 0)
+		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no DSO or DSD", r->path);
+	if (numbers(r, "offOrigin", 3, offset, e) < 0 ||
+		numbers(r, "offDetector", 2, shift, e) < 0 ||
+		numbers(r, "totalAngle", 1, &s->arc, e) < 0 ||
+		numbers(r, "startAngle", 1, &s->start, e) < 0 ||
+		numbers(r, "numTrain", 1, &views, e) < 0 || sizes(s, r, unit, e))
+		return -1;
+	if (views != 0 && !(views >= 1 && views <= 1e6 && views == floor(views)))
+		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g", r->path, views);
+	s->views = views != 0 ? (size_t)views : s->views;
+	s->dso *= unit;
+	s->dsd *= unit;
+	s->offset[0] = shift[0] * unit;
+	s->offset[1] = -shift[1] * unit;
+	for (int a = 0; a < 3; a++)
+		s->iso[a] -= offset[a] * unit;
+	return 0;
+}
+
+int ct_scan_json_read(
+	struct ct_scan *s, const char *path, const struct ct_vol *grid, struct ct_err *e)
+{
+	struct reader r = {.path = path};
+	unsigned char *text = NULL;
+	json_error_t bad;
+	json_t *root;
+	size_t n;
+	int rc;
+
+	if (ct_slurp(path, &text, &n, e))
+		return -1;
+	root = json_loadb((const char *)text, n, JSON_REJECT_DUPLICATES, &bad);
+	free(text);
+	if (!json_is_object(root)) {
+		json_decref(root);
+		return ct_fail(e, CT_EINPUT, "%s: not a JSON object: line %d: %s", path,
+			root ? 1 : bad.line, root ? "another value" : bad.text);
+	}
+	r.o = json_object_get(root, "scanner");
+	if (!json_is_object(r.o))
+		r.o = root;
+	rc = read_scan(s, &r, grid, e);
+	json_decref(root);
+	return rc;
+}

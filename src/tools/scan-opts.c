@@ -1,0 +1,132 @@
+/* scan-opts.c: see scan-opts.h. */
+#include "config.h"
+#include "tools/scan-opts.h"
+#include "formats/format.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_err *e)
+{
+	double side = s->pitch[0] * (double)s->w;
+	size_t n[2];
+
+	if (o->det) {
+		bool both = strchr(o->det, 'x') != NULL;
+
+		if (ct_parse_dims("det", o->det, both ? 2 : 1, n, e))
+			return -1;
+		s->w = n[0];
+		s->h = both ? n[1] : s->beam == CT_FAN ? 1 : n[0];
+		s->pitch[0] = s->pitch[1] = side / (double)(s->w > s->h ? s->w : s->h);
+	}
+	if (o->pitch) {
+		if (ct_parse_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
+			return -1;
+		if (!(s->pitch[0] > 0 && s->pitch[1] > 0))
+			return ct_fail(e, CT_EUSAGE, "--pitch: '%s' is not positive", o->pitch);
+	}
+	return o->offset ? ct_parse_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
+}
+
+static int make_scan(struct ct_scan *s, const struct ct_scan_opts *o, const struct ct_vol *grid,
+	struct ct_err *e)
+{
+	enum ct_beam beam = CT_CONE;
+
+	if (o->beam && ct_beam_parse(&beam, o->beam, e)) {
+		e->code = CT_EUSAGE;
+		return ct_blame(e, "--beam");
+	}
+	(o->paper ? ct_scan_paper : ct_scan_default)(s, beam, grid);
+	if (o->scanner && ct_scan_json_read(s, o->scanner, grid, e))
+		return -1;
+	if (o->beam && s->beam != beam)
+		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
+			ct_beam_name(s->beam));
+	if (detector(s, o, e))
+		return -1;
+	if (o->views)
+		s->views = (size_t)o->views;
+	s->arc = isnan(o->arc) ? s->arc : o->arc;
+	s->start = isnan(o->start) ? s->start : o->start;
+	s->dso = isnan(o->dso) ? s->dso : o->dso;
+	s->dsd = isnan(o->dsd) ? s->dsd : o->dsd;
+	return 0;
+}
+
+/* The geometry of a stack that is there; of its metadata, what describes the scan. */
+static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
+{
+	struct ct_meta all;
+
+	if (ct_stack_read(path, out, e))
+		return -1;
+	all = out->meta;
+	out->meta = (struct ct_meta){0};
+	for (size_t i = 0; i < all.n; i++)
+		if (strncmp(all.pair[i].key, "scan.", 5) == 0 &&
+			ct_meta_set(&out->meta, all.pair[i].key, all.pair[i].value, e)) {
+			ct_meta_free(&all);
+			ct_stack_free(out);
+			return -1;
+		}
+	ct_meta_free(&all);
+	return 0;
+}
+
+static bool own_geometry(const struct ct_scan_opts *o)
+{
+	return o->beam || o->det || o->pitch || o->offset || o->scanner || o->views || o->paper ||
+	       !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) || !isnan(o->dsd);
+}
+
+bool ct_scan_opts_given(const struct ct_scan_opts *o)
+{
+	return o->like || own_geometry(o);
+}
+
+int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
+	struct ct_err *e)
+{
+	struct ct_scan s;
+
+	if (o->like && own_geometry(o))
+		return ct_fail(
+			e, CT_EUSAGE, "--like brings the whole geometry: no other option for it");
+	if (o->paper && o->scanner)
+		return ct_fail(e, CT_EUSAGE, "--paper and --scanner are two geometries");
+	if (o->like)
+		return make_like(out, o->like, e);
+	return make_scan(&s, o, grid, e) || ct_scan_fill(out, &s, e) ? -1 : 0;
+}
+
+int ct_window_choose(
+	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
+{
+	const char *had = m ? ct_meta_get(m, "window") : NULL;
+	double asked[2];
+
+	window[0] = -1024;
+	window[1] = 3071;
+	if (had && ct_parse_range("window", had, window, e)) {
+		e->code = CT_EINPUT;
+		return ct_blame(e, "metadata");
+	}
+	if (!option)
+		return 0;
+	if (ct_parse_range("window", option, asked, e))
+		return -1;
+	if (had && (asked[0] != window[0] || asked[1] != window[1]))
+		return ct_fail(e, CT_EUSAGE, "--window %s contradicts the window %s of the input",
+			option, had);
+	window[0] = asked[0];
+	window[1] = asked[1];
+	return 0;
+}
+
+int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e)
+{
+	return ct_meta_setf(m, e, "window", "%.10g:%.10g", window[0], window[1]);
+}

@@ -1,0 +1,153 @@
+/* train-data.c: see train-data.h. */
+#include "config.h"
+#include "train-data.h"
+#include "core/mem.h"
+#include "core/stack.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#ifdef HAVE_OIIO
+#include "shim/image.h"
+#endif
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static int is_exr(const char *path, bool *exr, struct ct_err *e)
+{
+	unsigned char b[4] = {0};
+	FILE *f;
+
+	*exr = strcmp(path, "-") == 0;
+	if (*exr)
+		return 0;
+	if (ct_in_open(path, &f, e))
+		return -1;
+	*exr = fread(b, 1, 4, f) == 4 && memcmp(b, "\x76\x2f\x31\x01", 4) == 0;
+	ct_in_close(f);
+	return 0;
+}
+
+static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
+{
+	struct ct_stack stack = {0};
+	float max = 0;
+	size_t n, size;
+	int rc = -1;
+
+	if (ct_stack_read(path, &stack, e))
+		return -1;
+	if (ct_stack_check_finite(&stack, e)) {
+		ct_blame(e, path);
+		goto out;
+	}
+	n = ct_stack_count(&stack);
+	size = stack.h * stack.w;
+	for (size_t i = 0; i < n; i++)
+		max = stack.data[i] > max ? stack.data[i] : max;
+	if (!(max > 0)) {
+		ct_fail(e, CT_EINPUT, "%s: no value is above 0: not line integrals", path);
+		goto out;
+	}
+	for (size_t k = 0; k < stack.views; k++) {
+		const float *view = ct_stack_view(&stack, k);
+		float *px;
+
+		if (ct_alloc(&px, size, sizeof *px, e))
+			goto out;
+		for (size_t i = 0; i < size; i++)
+			px[i] = view[i] / max;
+		if (ct_pictures_add(s, stack.h, stack.w, px, path, e))
+			goto out;
+	}
+	rc = 0;
+out:
+	ct_stack_free(&stack);
+	return rc;
+}
+
+static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *e)
+{
+#ifdef HAVE_OIIO
+	size_t w, h;
+	float *px;
+
+	if (ct_image_read(path, &w, &h, &px, e))
+		return -1;
+	return ct_pictures_add(s, h, w, px, path, e);
+#else
+	(void)s;
+	return ct_fail(e, CT_EINPUT,
+		"%s: not an EXR stack, and this build reads no pictures (no OpenImageIO)", path);
+#endif
+}
+
+static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
+{
+	bool exr;
+
+	if (is_exr(path, &exr, e))
+		return -1;
+	return exr ? read_stack(s, path, e) : read_picture(s, path, e);
+}
+
+static int visible(const struct dirent *d)
+{
+	return d->d_name[0] != '.';
+}
+
+static int read_folder(struct ct_pictures *s, const char *path, struct ct_err *e)
+{
+	struct dirent **names;
+	int n = scandir(path, &names, visible, alphasort), rc = 0;
+
+	if (n < 0)
+		return ct_fail(e, CT_EINPUT, "%s: cannot be read", path);
+	for (int i = 0; i < n; i++) {
+		char file[4096];
+		struct stat st;
+		int used = snprintf(file, sizeof file, "%s/%s", path, names[i]->d_name);
+
+		if (!rc && (used < 0 || (size_t)used >= sizeof file))
+			rc = ct_fail(e, CT_EINPUT, "%s: a name in it is too long", path);
+		if (!rc && stat(file, &st) == 0 && S_ISREG(st.st_mode))
+			rc = read_file(s, file, e);
+		free(names[i]);
+	}
+	free(names);
+	return rc;
+}
+
+int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
+	struct ct_err *e)
+{
+	const size_t first = s->n;
+	struct ct_piece *piece;
+	struct stat st;
+	char name[256];
+	size_t len = strlen(path);
+	int rc;
+
+	while (len > 1 && path[len - 1] == '/')
+		len--;
+	snprintf(name, sizeof name, "%.*s", len < 255 ? (int)len : 255, path);
+	rc = stat(path, &st) == 0 && S_ISDIR(st.st_mode) ? read_folder(s, path, e) :
+		read_file(s, path, e);
+	if (rc)
+		return -1;
+	if (s->n == first)
+		return ct_fail(e, CT_EINPUT, "%s: no pictures in it", path);
+	if (ct_alloc(&piece, s->n - first, sizeof *piece, e))
+		return -1;
+	for (size_t i = first; i < s->n; i++) {
+		const struct ct_picture *p = &s->picture[i];
+
+		piece[i - first] = (struct ct_piece){p->px, p->h * p->w * sizeof *p->px};
+	}
+	rc = ct_meta_input(meta, name, s->n - first, piece, e);
+	free(piece);
+	return rc;
+}

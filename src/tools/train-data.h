@@ -1,0 +1,17 @@
+/* train-data.h: pictures for ct-train from stacks, picture files and folders of them. */
+#ifndef CT_TOOLS_TRAIN_DATA_H
+#define CT_TOOLS_TRAIN_DATA_H
+#include "core/err.h"
+#include "core/meta.h"
+#include "net/patches.h"
+
+/* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */
+#define CT_TRAIN_MAP "2 x / max - 1; max: of the stack, or of the picture's type"
+
+/* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
+ * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes
+ * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file. */
+int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
+	struct ct_err *e);
+
+#endif
