@@ -5,6 +5,7 @@
  * channel Y or the only one, ZIP, ZIPS or not compressed.
  */
 #include "config.h"
+#include "formats/bytes.h"
 #include "formats/exr.h"
 #include "formats/exr-zip.h"
 #include "formats/format.h"
@@ -448,25 +449,37 @@ static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
 	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
-int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
+int ct_exr_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
+	struct ct_err *e)
 {
-	struct reader d = {.path = path, .e = e};
+	struct reader d = {.path = name, .e = e,
+		.file = {.data = (unsigned char *)(uintptr_t)data, .n = n}}; /* only read */
 	int rc = -1;
 
-	*s = (struct ct_stack){0};
-	if (ct_slurp(path, &d.file.data, &d.file.n, e))
-		return -1;
-	if (d.file.n < 4 || memcmp(d.file.data, "\x76\x2f\x31\x01", 4) != 0)
-		ct_fail(e, CT_EINPUT, "%s: not an OpenEXR file", path);
+	if (n < 4 || memcmp(data, "\x76\x2f\x31\x01", 4) != 0)
+		ct_fail(e, CT_EINPUT, "%s: not an OpenEXR file", name);
 	else if (open_file(&d) == 0)
 		rc = read_all(&d, s);
 	if (rc == 0)
-		rc = sign(s, path, e);
+		rc = sign(s, name, e);
 	if (d.c)
 		exr_finish(&d.c);
 	free(d.part);
-	free(d.file.data);
 	if (rc)
 		ct_stack_free(s);
+	return rc;
+}
+
+int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	unsigned char *data;
+	size_t n;
+	int rc;
+
+	*s = (struct ct_stack){0};
+	if (ct_slurp(path, &data, &n, e))
+		return -1;
+	rc = ct_exr_read_bytes(data, n, path, s, e);
+	free(data);
 	return rc;
 }

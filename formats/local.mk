@@ -12,3 +12,4 @@ libct_a_SOURCES += formats/half.c formats/half.h
 libct_a_SOURCES += formats/safetensors.c
 libct_a_SOURCES += formats/text.c formats/text.h
 libct_a_SOURCES += formats/ply.c
+libct_a_SOURCES += formats/any.c formats/any.h formats/bytes.h

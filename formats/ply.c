@@ -7,6 +7,7 @@
  * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line cannot hold.
  */
 #include "config.h"
+#include "formats/bytes.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -469,18 +470,14 @@ static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
 	return ct_meta_input(&g->meta, path, FIELDS + 1, piece, e);
 }
 
-int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
+int ct_ply_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
+	struct ct_err *e)
 {
-	struct reader d = {.path = path, .e = e};
+	struct reader d = {.path = name, .data = data, .n = n, .e = e};
 	struct ct_meta keys = {0};
-	unsigned char *data = NULL;
 	float *f[FIELDS];
 	int rc = -1;
 
-	*g = (struct ct_gauss){0};
-	if (ct_slurp(path, &data, &d.n, e))
-		return -1;
-	d.data = data;
 	if (read_header(&d, &keys, &g->meta) || read_own(&d, &keys, g) ||
 		ct_gauss_reserve(g, (size_t)d.count + 1, e))
 		goto done;
@@ -489,11 +486,24 @@ int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
 	for (size_t k = 0; k < FIELDS; k++)
 		for (size_t i = 0; i < g->n; i++)
 			f[k][i] = value(data + d.at + i * d.stride + d.offset[k], d.type[k]);
-	rc = sign(g, path, e);
+	rc = sign(g, name, e);
 done:
 	ct_meta_free(&keys);
-	free(data);
 	if (rc)
 		ct_gauss_free(g);
+	return rc;
+}
+
+int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
+{
+	unsigned char *data;
+	size_t n;
+	int rc;
+
+	*g = (struct ct_gauss){0};
+	if (ct_slurp(path, &data, &n, e))
+		return -1;
+	rc = ct_ply_read_bytes(data, n, path, g, e);
+	free(data);
 	return rc;
 }

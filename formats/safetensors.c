@@ -7,6 +7,7 @@
  * The file is a stream: tensors are read in the order of their offsets and never twice.
  */
 #include "config.h"
+#include "formats/bytes.h"
 #include "formats/format.h"
 #include "formats/half.h"
 #include "formats/hash.h"
@@ -294,21 +295,30 @@ static int sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 	return rc;
 }
 
-int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
 {
-	struct reader d = {.path = path, .e = e};
+	struct reader d = {.f = f, .path = name, .e = e};
 	int rc;
 
-	*w = (struct ct_tensors){0};
-	if (ct_in_open(path, &d.f, e))
-		return -1;
 	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
-		sign(w, path, e) ? -1 : 0;
-	ct_in_close(d.f);
+		sign(w, name, e) ? -1 : 0;
 	json_decref(d.header);
 	free(d.entry);
 	if (rc)
 		ct_tensors_free(w);
+	return rc;
+}
+
+int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+{
+	FILE *f;
+	int rc;
+
+	*w = (struct ct_tensors){0};
+	if (ct_in_open(path, &f, e))
+		return -1;
+	rc = ct_safetensors_read_stream(f, path, w, e);
+	ct_in_close(f);
 	return rc;
 }
 

@@ -1,0 +1,39 @@
+/* any.h: what a file is, by content, and any of our files in one struct. */
+#ifndef CT_FORMATS_ANY_H
+#define CT_FORMATS_ANY_H
+#include "core/gauss.h"
+#include "core/stack.h"
+#include "core/tensors.h"
+#include "core/vol.h"
+
+enum ct_kind {
+	CT_KIND_UNKNOWN,
+	CT_KIND_VOLUME,  /* NIfTI, also in gzip */
+	CT_KIND_STACK,   /* OpenEXR */
+	CT_KIND_GAUSS,   /* PLY */
+	CT_KIND_TENSORS, /* safetensors */
+	CT_KIND_DICOM,   /* told apart only to say so */
+	CT_KIND_PICTURE, /* PNG, TIFF, JPEG: likewise */
+};
+/* As many first bytes of a file tell all kinds apart. */
+enum { CT_SNIFF = 352 };
+
+enum ct_kind ct_sniff(const unsigned char *data, size_t n);
+/* "volume", "stack", "Gaussians", "tensors", ... */
+const char *ct_kind_name(enum ct_kind kind);
+
+struct ct_any {
+	enum ct_kind kind; /* one of volume, stack, gauss, tensors; that member is filled */
+	struct ct_vol vol;
+	struct ct_stack stack;
+	struct ct_gauss gauss;
+	struct ct_tensors tensors;
+};
+
+/* Any of our files, "-" too. *a must be zero. CT_EINPUT for another kind of file. */
+int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e);
+void ct_any_free(struct ct_any *a);
+/* The metadata of what is there. */
+const struct ct_meta *ct_any_meta(const struct ct_any *a);
+
+#endif

@@ -1,0 +1,20 @@
+/* bytes.h: the readers of format.h without files: what is in memory or comes as a stream. `name`
+ * stands for the path in messages. Results must be zero before and stay so on failure. */
+#ifndef CT_FORMATS_BYTES_H
+#define CT_FORMATS_BYTES_H
+#include "core/err.h"
+#include "core/gauss.h"
+#include "core/stack.h"
+#include "core/tensors.h"
+
+#include <stdio.h>
+
+int ct_exr_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
+	struct ct_err *e);
+int ct_ply_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
+	struct ct_err *e);
+/* Never seeks. */
+int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w,
+	struct ct_err *e);
+
+#endif

@@ -1,0 +1,61 @@
+/* Hostile PLY: the reader must refuse or give a sound set, and leave nothing behind. */
+#include "config.h"
+#include "driver.h"
+#include "formats/bytes.h"
+#include "formats/format.h"
+#include "seed-file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	struct ct_gauss g = {0};
+	struct ct_err e = {0};
+
+	if (ct_ply_read_bytes(data, size, "fuzz", &g, &e) == 0)
+		ct_gauss_check_finite(&g, &e); /* reads all of it */
+	else if (g.raw || g.meta.n || e.code == CT_OK || e.msg[0] == '\0')
+		abort();
+	ct_gauss_free(&g);
+	return 0;
+}
+
+/* Ours, then one with other types and an element before the vertices. */
+size_t fuzz_seed(size_t k, unsigned char **data)
+{
+	static const char foreign[] = "ply\nformat binary_little_endian 1.0\n"
+		"comment ct:activation=relu\ncomment ct:grid=1,2,3\nelement a 2\nproperty short b\n"
+		"element vertex 2\nproperty double x\nproperty uchar y\nproperty int z\n"
+		"property float scale_0\nproperty float scale_1\nproperty float scale_2\n"
+		"property float rot_0\nproperty float rot_1\nproperty float rot_2\n"
+		"property float rot_3\nproperty ushort density\nend_header\n"
+		"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+		"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
+	struct ct_gauss g = {.activation = CT_PRELU, .gamma = 0.1, .grid = {4, 5, 6}};
+	struct ct_err e = {0};
+	size_t n;
+
+	if (k > 1)
+		return 0;
+	if (k == 1) {
+		*data = malloc(sizeof foreign);
+		if (!*data)
+			exit(99);
+		memcpy(*data, foreign, sizeof foreign);
+		return sizeof foreign;
+	}
+	if (ct_gauss_reserve(&g, 3, &e))
+		exit(99);
+	for (g.n = 0; g.n < 3; g.n++) {
+		for (int a = 0; a < 3; a++)
+			g.pos[a][g.n] = g.scale[a][g.n] = (float)a;
+		for (int a = 0; a < 4; a++)
+			g.rot[a][g.n] = 1;
+		g.raw[g.n] = -0.5f;
+	}
+	ct_meta_set(&g.meta, "history", "a\nb\\c", &e);
+	n = seed_file(data, ct_gauss_write(seed_path(), &g, &seed_env, &e));
+	ct_gauss_free(&g);
+	return n;
+}
