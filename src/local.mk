@@ -18,3 +18,7 @@ bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
+bin_PROGRAMS += ct-nabgs
+ct_nabgs_SOURCES = src/tools/ct-nabgs.c
+bin_PROGRAMS += ct-compose
+ct_compose_SOURCES = src/tools/ct-compose.c

@@ -47,7 +47,7 @@ static void true_set(struct ct_gauss *g)
 }
 
 /* A ball of density 0.5 of 2 mm voxels, and its projections with and without the residual. */
-static void make(struct scene *s, struct ct_par *par)
+static void make(struct scene *s, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, zero[3] = {0};
 	struct ct_projector pr;
@@ -80,16 +80,16 @@ static void make(struct scene *s, struct ct_par *par)
 	}
 	must(ct_stack_like(&s->base_proj, &s->target, 1, &e), &e);
 	must(ct_projector_init(&pr, &s->base, &s->target, &e), &e);
-	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, par);
+	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
 	true_set(&g);
-	ct_blobs(b, &g, par);
+	ct_blobs(b, &g, env->par);
 	must(ct_alloc(&img, N, pitch * sizeof *img, &e), &e);
 	for (size_t k = 0; k < VIEWS; k++) {
 		struct ct_camera c;
 
 		must(ct_camera_init(&c, &s->target.view[k], CT_CONE, N, N, &e), &e);
-		must(ct_splat_plan(&sp, &c, g.n, b, par, &e), &e);
-		ct_splat_draw(img, &sp, par);
+		must(ct_splat_plan(&sp, &c, g.n, b, env->par, &e), &e);
+		ct_splat_draw(img, &sp, env->par);
 		for (size_t i = 0; i < N * N; i++)
 			ct_stack_view(&s->target, k)[i] = ct_stack_view(&s->base_proj, k)[i] +
 				img[i / N * pitch + i % N];
@@ -97,7 +97,7 @@ static void make(struct scene *s, struct ct_par *par)
 	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
 	must(ct_voxels_plan(&v, &block, g.n, b, &e), &e);
-	must(ct_voxels_add(s->truth, &v, 1, par, &e), &e);
+	must(ct_voxels_add(s->truth, &v, 1, env, &e), &e);
 	free(img);
 	ct_splat_free(&sp);
 	ct_voxels_free(&v);
@@ -116,7 +116,7 @@ static void options(struct ct_fit_options *o, enum ct_activation a)
 }
 
 /* Part of the energy of the true residual that is left when the fitted one is taken away. */
-static double left_over(const struct scene *s, const struct ct_gauss *g)
+static double left_over(const struct scene *s, const struct ct_gauss *g, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, zero[3] = {0};
 	struct ct_voxels v = {0};
@@ -131,7 +131,7 @@ static double left_over(const struct scene *s, const struct ct_gauss *g)
 	ct_blobs(b, g, NULL);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
 	must(ct_voxels_plan(&v, &block, g->n, b, &e), &e);
-	must(ct_voxels_add(vol, &v, 1, NULL, &e), &e);
+	must(ct_voxels_add(vol, &v, 1, env, &e), &e);
 	for (size_t i = 0; i < N * N * N; i++) {
 		double d = (double)(vol[i] - s->truth[i]);
 
@@ -157,7 +157,7 @@ static void recover(const struct scene *s, const struct ct_env *env)
 	must(ct_fit_init(&f, &o, &d, env, &e), &e);
 	must(ct_fit_run(&f, &d, env, &e), &e);
 	ct_fit_signs(&f.g, &pos, &neg);
-	left = left_over(s, &f.g);
+	left = left_over(s, &f.g, env);
 	if (!OK(f.last_loss < f.first_loss / 3, "the loss falls"))
 		printf("# %g to %g\n", f.first_loss, f.last_loss);
 	OK(pos > 50 && neg > 50, "both signs: %zu positive, %zu negative", pos, neg);
@@ -166,7 +166,7 @@ static void recover(const struct scene *s, const struct ct_env *env)
 	options(&o, CT_SOFTPLUS);
 	must(ct_fit_init(&soft, &o, &d, env, &e), &e);
 	must(ct_fit_run(&soft, &d, env, &e), &e);
-	left_soft = left_over(s, &soft.g);
+	left_soft = left_over(s, &soft.g, env);
 	ct_fit_signs(&soft.g, &pos, &neg);
 	OK(neg == 0, "softplus has no negative density");
 	if (!OK(soft.last_loss > 1.5 * f.last_loss && left_soft > 1.3 * left,
@@ -329,7 +329,7 @@ int main(void)
 	struct ct_err e;
 
 	must(ct_par_alloc(&env.par, 4, &e), &e);
-	make(&s, env.par);
+	make(&s, &env);
 	views();
 	neighbours();
 	recover(&s, &env);

@@ -90,8 +90,11 @@ static void crowd(struct ct_gauss *g, size_t n)
 	}
 }
 
+static const struct ct_env alone;
+
 static void fast(void)
 {
+	struct ct_env env = {0};
 	static double ref[COUNT], dref[COUNT];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double worst = 0, peak = 0, err[PARAMS] = {0}, size[PARAMS] = {0};
@@ -110,11 +113,12 @@ static void fast(void)
 		ct_gs_grad_reserve(&grad, g.n, &e) || ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
 		ct_block_init(&block, turned, zero, n, &e))
 		exit(1);
+	env.par = par;
 	ct_blobs(b, &g, par);
 	OK(ct_voxels_plan(&v, &block, g.n, b, &e) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
-	OK(ct_voxels_add(vol, &v, 1, par, &e) == 0, "voxelise");
-	ct_voxels_add(again, &v, 1, NULL, &e);
+	OK(ct_voxels_add(vol, &v, 1, &env, &e) == 0, "voxelise");
+	ct_voxels_add(again, &v, 1, &alone, &e);
 	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
 	for (size_t i = 0; i < COUNT; i++) {
 		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
@@ -178,10 +182,10 @@ static void blocks(void)
 	ct_blobs(b, &g, NULL);
 	ct_block_init(&block, turned, zero, n, &e);
 	ct_voxels_plan(&v, &block, g.n, b, &e);
-	ct_voxels_add(whole, &v, 2, NULL, &e);
+	ct_voxels_add(whole, &v, 2, &alone, &e);
 	ct_block_init(&block, turned, first, m, &e);
 	ct_voxels_plan(&v, &block, g.n, b, &e);
-	ct_voxels_add(part, &v, 2, NULL, &e);
+	ct_voxels_add(part, &v, 2, &alone, &e);
 	for (size_t i = 0; i < 6 * 5 * 4; i++) {
 		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
 
@@ -210,7 +214,7 @@ static void mass(void)
 	ct_blob_make(&b, p, l, q, -0.3);
 	ct_block_init(&block, affine, zero, n, &e);
 	ct_voxels_plan(&v, &block, 1, &b, &e);
-	ct_voxels_add(vol, &v, 1, NULL, &e);
+	ct_voxels_add(vol, &v, 1, &alone, &e);
 	for (size_t i = 0; i < 48 * 48 * 48; i++)
 		sum += (double)vol[i];
 	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];

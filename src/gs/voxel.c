@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 8 }; /* slices that one task fills */
+enum { SLAB = 8, GROUP = 32 }; /* slices that one task fills; slabs between words of progress */
 
 static double dot(const double a[static 3], const double b[static 3])
 {
@@ -180,6 +180,7 @@ void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t 
 struct add {
 	float *vol, *slab;
 	const struct ct_voxels *v;
+	size_t first; /* slab */
 	float gain;
 };
 
@@ -187,7 +188,7 @@ static void add_slab(void *arg, size_t at, size_t worker)
 {
 	const struct add *a = arg;
 	const struct ct_block *k = &a->v->block;
-	size_t first = at * SLAB, end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
+	size_t first = (a->first + at) * SLAB, end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
 	size_t pitch = ct_dab_pitch(k->n[0]);
 	float *slab = a->slab + worker * SLAB * ct_voxels_slice(k);
 
@@ -201,17 +202,27 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	}
 }
 
-int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, struct ct_par *par,
+int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct add a = {.vol = vol, .v = v, .gain = (float)gain};
+	size_t slabs = (v->block.n[2] + SLAB - 1) / SLAB;
+	int rc = -1;
 
-	if (ct_alloc(&a.slab, ct_par_threads(par) * SLAB, ct_voxels_slice(&v->block) * sizeof(float),
-		e))
+	if (ct_alloc(&a.slab, ct_par_threads(env->par) * SLAB,
+		ct_voxels_slice(&v->block) * sizeof(float), e))
 		return -1;
-	ct_par_for(par, (v->block.n[2] + SLAB - 1) / SLAB, add_slab, &a);
+	for (; a.first < slabs; a.first += GROUP) {
+		ct_progress(env, "slabs", a.first, slabs);
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_par_for(env->par, slabs - a.first < GROUP ? slabs - a.first : GROUP, add_slab, &a);
+	}
+	ct_progress(env, "slabs", slabs, slabs);
+	rc = 0;
+out:
 	free(a.slab);
-	return 0;
+	return rc;
 }
 
 void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick *b, double cut)

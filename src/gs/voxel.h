@@ -8,8 +8,7 @@
  */
 #ifndef CT_GS_VOXEL_H
 #define CT_GS_VOXEL_H
-#include "core/err.h"
-#include "core/par.h"
+#include "core/env.h"
 #include "gs/blob.h"
 #include "gs/dab.h"
 #include "gs/splat.h"
@@ -56,8 +55,8 @@ void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t 
 /* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */
 void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const struct ct_blob *b,
 	const struct ct_gauss *set, const float *df, struct ct_par *par);
-/* vol[n2][n1][n0] += gain * field, slabs in parallel; allocates a slab a thread. */
-int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, struct ct_par *par,
+/* vol[n2][n1][n0] += gain * field, slabs in parallel, with progress; allocates a slab a thread. */
+int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
 	struct ct_err *e);
 
 /* In double, cut >= 0 free: what the fast functions are tested against. out[n2][n1][n0]. */
