@@ -58,3 +58,4 @@ check_PROGRAMS += tests/fuzz/fuzz-ply
 tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
 check_PROGRAMS += tests/fuzz/fuzz-safetensors
 tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
+dist_check_SCRIPTS += tests/t-nabgs.sh

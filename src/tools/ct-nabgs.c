@@ -116,6 +116,7 @@ static int project_base(struct job *j, struct ct_err *e)
 
 	if (ct_stack_like(&j->base_proj, &j->in, 1, e))
 		return -1;
+	ct_meta_free(&j->base_proj.meta);
 	if (ct_projector_init(&g, &j->base, &j->in, e))
 		return ct_blame(e, j->p->base);
 	for (size_t k = 0; k < j->in.views; k++) {
@@ -294,7 +295,8 @@ static int report(const struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 {
-	const struct ct_meta *const in[] = {&j->in.meta, &j->base.meta, &j->base_proj.meta};
+	const struct ct_meta *const in[] = {&j->in.meta, &j->base.meta,
+		j->p->projections ? &j->base_proj.meta : NULL};
 	struct ct_meta *m = &f->g.meta;
 
 	if (ct_meta_copy(m, &j->in.meta, e) || ct_window_put(m, j->window, e) ||
