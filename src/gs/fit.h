@@ -47,7 +47,8 @@ struct ct_fit_options {
 
 /* The paper's values for factor `scale`: from 8 on the rates of scale and rotation are ten times
  * lower. Mode full is R2-Gaussian: a single L1 term, 0.25 (1 - SSIM), and a start from 0.15 of the
- * base's density, as for the activations that cannot be negative; a signed residual starts from 0. */
+ * base's density, as for the activations that cannot be negative; a signed residual starts from
+ * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
 /* What is fitted, borrowed. */

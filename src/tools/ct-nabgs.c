@@ -57,7 +57,7 @@ static const struct ct_opt opts[] = {
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
-		"density to begin with, as a part of the base's (0 for a signed residual, else 0.15)"),
+		"density to begin with, as a part of the base's (0.05 for a signed residual, else 0.15)"),
 	CT_OPT(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped"),
 	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
