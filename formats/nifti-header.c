@@ -1,6 +1,7 @@
 /* nifti-header.c: the fixed headers of NIfTI-1 and NIfTI-2, and the affine in them. */
 #include "config.h"
 #include "formats/nifti-impl.h"
+#include "formats/voxels.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -91,15 +92,6 @@ static void put(unsigned char *p, enum kind kind, double x)
 		p[i] = (unsigned char)(u >> 8 * i);
 }
 
-static bool host_is_big(void)
-{
-	const uint16_t one = 1;
-	unsigned char c;
-
-	memcpy(&c, &one, 1);
-	return c == 0;
-}
-
 size_t ct_nii_size(const struct ct_nii *h)
 {
 	return h->version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1;
@@ -111,7 +103,7 @@ int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 		for (int version = 1; version <= 2; version++)
 			if (bits_of(raw, 4, big) == (version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
 				h->version = version;
-				h->swap = big != host_is_big();
+				h->swap = big != ct_host_is_big();
 				return 0;
 			}
 	return ct_fail(e, CT_EINPUT, "not a NIfTI file");
@@ -132,11 +124,33 @@ static int check_magic(const struct ct_nii *h, const unsigned char *raw, struct 
 	return ct_fail(e, CT_EINPUT, "not a NIfTI file (wrong magic)");
 }
 
+/* The name of a datatype that is not read. */
+static const char *odd_type(int type)
+{
+	switch (type) {
+	case 1:
+		return "bits";
+	case 32:
+		return "complex64";
+	case 128:
+		return "RGB";
+	case 1536:
+		return "float128";
+	case 1792:
+		return "complex128";
+	case 2048:
+		return "complex256";
+	case 2304:
+		return "RGBA";
+	default:
+		return "unknown";
+	}
+}
+
 int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 {
-	const bool big = h->swap != host_is_big();
+	const bool big = h->swap != ct_host_is_big();
 	const size_t first = ct_nii_size(h) + 4;
-	const char *why = NULL;
 	size_t bytes;
 
 	if (check_magic(h, raw, e))
@@ -151,10 +165,10 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 			memcpy((char *)h + f->at + k * sizeof x, &x, sizeof x);
 		}
 	}
-	bytes = ct_nii_width((int)h->type, &why);
+	bytes = ct_voxel_bytes((int)h->type);
 	if (!bytes)
-		return ct_fail(
-			e, CT_EINPUT, "datatype %d (%s) is not supported", (int)h->type, why);
+		return ct_fail(e, CT_EINPUT, "datatype %d (%s) is not supported", (int)h->type,
+			odd_type((int)h->type));
 	if (h->bits != 0 && h->bits != (double)(8 * bytes))
 		return ct_fail(e, CT_EINPUT, "bitpix is %g for datatype %d of %zu bits", h->bits,
 			(int)h->type, 8 * bytes);
@@ -193,26 +207,6 @@ void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw
 		}
 	}
 	snprintf((char *)raw + (h->version == 2 ? 240 : 148), 80, "%s", descrip);
-}
-
-size_t ct_nii_width(int type, const char **why)
-{
-	static const struct {
-		short code, bytes;
-		const char *name;
-	} types[] = {{CT_NII_U8, 1, ""}, {CT_NII_I16, 2, ""}, {CT_NII_I32, 4, ""},
-		{CT_NII_F32, 4, ""}, {CT_NII_F64, 8, ""}, {CT_NII_I8, 1, ""}, {CT_NII_U16, 2, ""},
-		{CT_NII_U32, 4, ""}, {CT_NII_I64, 8, ""}, {CT_NII_U64, 8, ""}, {1, 0, "bits"},
-		{32, 0, "complex64"}, {128, 0, "RGB"}, {1536, 0, "float128"},
-		{1792, 0, "complex128"}, {2048, 0, "complex256"}, {2304, 0, "RGBA"}};
-
-	for (size_t i = 0; i < sizeof types / sizeof types[0]; i++)
-		if (types[i].code == type) {
-			*why = types[i].name;
-			return (size_t)types[i].bytes;
-		}
-	*why = "unknown";
-	return 0;
 }
 
 int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e)

@@ -9,20 +9,6 @@
 
 enum { CT_NII_MAX = 540, CT_NII_HEAD1 = 348, CT_NII_HEAD2 = 540 };
 
-/* Datatype codes of the standard. */
-enum ct_nii_type {
-	CT_NII_U8 = 2,
-	CT_NII_I16 = 4,
-	CT_NII_I32 = 8,
-	CT_NII_F32 = 16,
-	CT_NII_F64 = 64,
-	CT_NII_I8 = 256,
-	CT_NII_U16 = 512,
-	CT_NII_U32 = 768,
-	CT_NII_I64 = 1024,
-	CT_NII_U64 = 1280
-};
-
 /* What both versions hold. Numbers are double: no dimension that is accepted exceeds 2^53. */
 struct ct_nii {
 	int version; /* 1 or 2 */
@@ -38,8 +24,6 @@ size_t ct_nii_size(const struct ct_nii *h);
 int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e);
 /* A header in little-endian order into ct_nii_size(h) zeroed bytes. */
 void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw);
-/* Bytes of a voxel, or 0 with the name of what is not supported in *why. */
-size_t ct_nii_width(int type, const char **why);
 /* n[3] of the voxels. CT_EINPUT. */
 int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e);
 

@@ -5,9 +5,9 @@
 #include "formats/io.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
+#include "formats/voxels.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,83 +138,6 @@ static int drain(struct source *s, unsigned char *block, struct ct_err *e)
 	return 0;
 }
 
-#define SWAP(bits)                                                                                 \
-	static void swap##bits(size_t n, uint##bits##_t *restrict p)                               \
-	{                                                                                          \
-		_Pragma("omp simd") for (size_t i = 0; i < n; i++) p[i] =                          \
-			__builtin_bswap##bits(p[i]);                                               \
-	}
-SWAP(16)
-SWAP(32)
-SWAP(64)
-
-#define CONVERT(name, type)                                                                        \
-	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
-		double slope, double inter)                                                        \
-	{                                                                                          \
-		if (slope == 1 && inter == 0) {                                                    \
-			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (float)in[i];  \
-		} else {                                                                           \
-			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] =                \
-				(float)(slope * (double)in[i] + inter);                            \
-		}                                                                                  \
-	}
-CONVERT(u8, uint8_t)
-CONVERT(i8, int8_t)
-CONVERT(u16, uint16_t)
-CONVERT(i16, int16_t)
-CONVERT(u32, uint32_t)
-CONVERT(i32, int32_t)
-CONVERT(u64, uint64_t)
-CONVERT(i64, int64_t)
-CONVERT(f32, float)
-CONVERT(f64, double)
-
-/* n values of the file at p, in its byte order, to real values. */
-static void convert(const struct ct_nii *h, size_t bytes, size_t n, float *out, void *p)
-{
-	const double s = h->slope, b = h->inter;
-
-	if (h->swap && bytes == 2)
-		swap16(n, p);
-	else if (h->swap && bytes == 4)
-		swap32(n, p);
-	else if (h->swap && bytes == 8)
-		swap64(n, p);
-	switch ((enum ct_nii_type)(int)h->type) {
-	case CT_NII_U8:
-		from_u8(n, out, p, s, b);
-		break;
-	case CT_NII_I8:
-		from_i8(n, out, p, s, b);
-		break;
-	case CT_NII_U16:
-		from_u16(n, out, p, s, b);
-		break;
-	case CT_NII_I16:
-		from_i16(n, out, p, s, b);
-		break;
-	case CT_NII_U32:
-		from_u32(n, out, p, s, b);
-		break;
-	case CT_NII_I32:
-		from_i32(n, out, p, s, b);
-		break;
-	case CT_NII_U64:
-		from_u64(n, out, p, s, b);
-		break;
-	case CT_NII_I64:
-		from_i64(n, out, p, s, b);
-		break;
-	case CT_NII_F32:
-		from_f32(n, out, p, s, b);
-		break;
-	case CT_NII_F64:
-		from_f64(n, out, p, s, b);
-		break;
-	}
-}
-
 static int read_header(struct source *s, struct ct_nii *h, struct ct_err *e)
 {
 	unsigned char raw[CT_NII_MAX];
@@ -286,14 +209,16 @@ static int read_extensions(struct source *s, const struct ct_nii *h, struct ct_m
 static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *v,
 	unsigned char *block, struct ct_err *e)
 {
-	const char *why;
-	const size_t bytes = ct_nii_width((int)h->type, &why), total = ct_vol_count(v);
+	const size_t bytes = ct_voxel_bytes((int)h->type), total = ct_vol_count(v);
 
 	for (size_t done = 0, n; done < total; done += n) {
 		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
 		if (take(s, block, n * bytes, e))
 			return -1;
-		convert(h, bytes, n, v->data + done, block);
+		if (h->swap)
+			ct_voxels_swap(n, bytes, block);
+		ct_voxels_float(
+			n, v->data + done, (enum ct_voxel)(int)h->type, block, h->slope, h->inter);
 	}
 	return 0;
 }
@@ -302,13 +227,12 @@ static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *
 static int make_volume(
 	const struct source *s, const struct ct_nii *h, struct ct_vol *v, struct ct_err *e)
 {
-	const char *why;
 	struct ct_meta meta = v->meta;
 	size_t n[3], count;
 
 	if (ct_nii_dims(h, n, e) || ct_size_mul(&count, n[0], n[1], "dimensions", e) ||
 		ct_size_mul(&count, count, n[2], "dimensions", e) ||
-		ct_size_mul(&count, count, ct_nii_width((int)h->type, &why), "voxels", e))
+		ct_size_mul(&count, count, ct_voxel_bytes((int)h->type), "voxels", e))
 		return -1;
 	if (s->left != UINT64_MAX && count > s->left - (uint64_t)h->start)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
@@ -404,23 +328,6 @@ static int give(struct sink *s, const void *data, size_t n, bool last, struct ct
 	return 0;
 }
 
-/* Rounded (ties to even) into out; false if a voxel does not fit or, when `exact`, is not whole. */
-static bool to_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
-{
-	int bad = 0;
-
-	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
-	{
-		const float x = in[i], lo = x > -32768.0f ? x : -32768.0f,
-			    c = lo < 32767.0f ? lo : 32767.0f,
-			    r = (c + 12582912.0f) - 12582912.0f; /* 1.5*2^23: rounds to a whole */
-
-		bad |= exact ? r != x : !(fabsf(x - r) <= 0.5f);
-		out[i] = (int16_t)(int)r;
-	}
-	return !bad;
-}
-
 /* Whether the volume is stored as int16; block is scratch. */
 static int choose_type(const struct ct_vol *v, enum ct_nifti_type type, int16_t *block, bool *i16,
 	struct ct_err *e)
@@ -429,7 +336,7 @@ static int choose_type(const struct ct_vol *v, enum ct_nifti_type type, int16_t 
 
 	*i16 = type != CT_NIFTI_F32;
 	for (size_t at = 0; at < total && *i16; at += step)
-		*i16 = to_i16(total - at < step ? total - at : step, block, v->data + at,
+		*i16 = ct_voxels_i16(total - at < step ? total - at : step, block, v->data + at,
 			type == CT_NIFTI_AUTO);
 	return type == CT_NIFTI_I16 && !*i16 ? ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16")
 					     : 0;
@@ -447,7 +354,7 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 		if (h->dim[a] > 32767)
 			h->version = 2;
 	}
-	h->type = i16 ? CT_NII_I16 : CT_NII_F32;
+	h->type = i16 ? CT_V_I16 : CT_V_F32;
 	h->bits = i16 ? 16 : 32;
 	h->start = (double)(ct_nii_size(h) + 4 + ext);
 	h->slope = 1;
@@ -457,20 +364,16 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *block,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const uint16_t one = 1;
-	const bool little = *(const unsigned char *)&one == 1;
 	const size_t bytes = i16 ? 2 : 4, total = ct_vol_count(v), step = BLOCK / bytes;
 
 	for (size_t at = 0, n; at < total; at += n) {
 		n = total - at < step ? total - at : step;
 		if (i16)
-			to_i16(n, block, v->data + at, false);
+			ct_voxels_i16(n, block, v->data + at, false);
 		else
 			memcpy(block, v->data + at, n * bytes);
-		if (!little && i16)
-			swap16(n, block);
-		else if (!little)
-			swap32(n, block);
+		if (ct_host_is_big())
+			ct_voxels_swap(n, bytes, block);
 		if (ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e))
 			return -1;
 	}

@@ -7,6 +7,15 @@ bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c
+bin_PROGRAMS += ct-convert
+ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-grid.c \
+	src/tools/convert.h
+if HAVE_VTK
+ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
+nodist_EXTRA_ct_convert_SOURCES = src/tools/link-with-cxx.cc
+else
+ct_convert_LDADD = $(LDADD)
+endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-data.h
 if HAVE_OIIO

@@ -38,6 +38,10 @@ tests_t_box_SOURCES = tests/t-box.c
 tests_t_matched_SOURCES = tests/t-matched.c
 check_PROGRAMS += tests/t-ddnm
 tests_t_ddnm_SOURCES = tests/t-ddnm.c
+check_PROGRAMS += tests/t-slices
+tests_t_slices_SOURCES = tests/t-slices.c
+dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
+EXTRA_DIST += tests/t-convert.py tests/t-dicom.py
 check_PROGRAMS += tests/t-exr
 tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr.sh
@@ -59,3 +63,13 @@ tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c tests/fuzz/seed-file.h $(FUZ
 check_PROGRAMS += tests/fuzz/fuzz-safetensors
 tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
 dist_check_SCRIPTS += tests/t-nabgs.sh
+check_PROGRAMS += tests/t-net-layers
+tests_t_net_layers_SOURCES = tests/t-net-layers.c
+check_PROGRAMS += tests/t-unet
+tests_t_unet_SOURCES = tests/t-unet.c
+EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
+	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
+	tests/gold/ddnm-plus-x8-noisy.safetensors
+dist_check_SCRIPTS += tests/t-train.sh
+check_PROGRAMS += tests/t-superres
+tests_t_superres_SOURCES = tests/t-superres.c

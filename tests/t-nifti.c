@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "formats/nifti.h"
 #include "nifti-make.h"
 #include "tap.h"
@@ -456,12 +457,31 @@ static void test_choice(void)
 	ct_vol_free(&w);
 }
 
+static void test_names(void)
+{
+	static const struct {
+		const char *path, *name;
+	} c[] = {{"a/b.nii", "b.nii xxh3:"}, {"scan/", "scan xxh3:"}, {"/x/scan//", "scan xxh3:"},
+		{"-", "- xxh3:"}, {"plain", "plain xxh3:"}};
+	struct ct_meta m = {0};
+
+	for (size_t i = 0; i < sizeof c / sizeof c[0]; i++)
+		OK(ct_meta_input(&m, c[i].path, 0, NULL, &err) == 0 &&
+				strncmp(ct_meta_get(&m, "input"), c[i].name, strlen(c[i].name)) == 0,
+			"%s is called by its last part", c[i].path);
+	/* the XXH3-128 of nothing, as its authors give it */
+	OK(strcmp(ct_meta_get(&m, "input"), "plain xxh3:99aa06d3014798d86001c324468d497f") == 0,
+		"known hash");
+	ct_meta_free(&m);
+}
+
 int main(void)
 {
 	char dir[] = "/tmp/t-nifti.XXXXXX";
 
 	if (!mkdtemp(dir) || chdir(dir) != 0)
 		return 99;
+	test_names();
 	test_types();
 	test_geometry();
 	test_refusals();

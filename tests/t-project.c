@@ -395,6 +395,9 @@ static void t_adjoint(void)
 			turn(&v, 0.6, 0, 0.64, 0.48);
 		s = fill(&scan);
 		q = fill(&scan);
+		for (size_t k = 6; b == CT_CONE && k < 8; k++) /* two views along the axis */
+			s.view[k] = (struct ct_view){.source = {5, 0, 300}, .centre = {0, 0, -99},
+				.u = {1.9, 0, 0.1}, .v = {0, 1.9, 0}};
 		for (size_t i = 0; i < ct_stack_count(&q); i++)
 			q.data[i] = (float)ct_rng_normal(5, 6, i) + 0.5F;
 		must(ct_projector_init(&g, &v, &s, &err));

@@ -13,6 +13,8 @@
  *   noise      standard deviation of the noise that was added, HU
  *   upsample   method that brought the data to the fine grid; factor is used up then
  *   seed       the seed of the last step that drew numbers
+ *   nifti.code   qform_code and sform_code, if not 1
+ *   nifti.ext.N  a foreign NIfTI extension: "ECODE BASE64"
  */
 #ifndef CT_CORE_META_H
 #define CT_CORE_META_H

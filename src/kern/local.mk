@@ -11,3 +11,4 @@ libct_a_SOURCES += src/kern/metrics.c src/kern/metrics.h
 libct_a_SOURCES += src/kern/box.c src/kern/box.h
 libct_a_SOURCES += src/kern/matched.c src/kern/matched.h
 libct_a_SOURCES += src/kern/operator.c src/kern/operator.h
+libct_a_SOURCES += src/kern/reframe.c src/kern/reframe.h

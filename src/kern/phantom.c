@@ -147,32 +147,79 @@ static double reach(const struct ct_vol *v, const struct ct_shape *s)
 	       fmin(fmin(s->half[0], s->half[1]), s->half[2]);
 }
 
+/* A shape that a row of voxels may touch, from index `from` to `to`. */
+struct touch {
+	const struct ct_shape *shape;
+	double from, to, near;
+};
+
+/* Shapes near the row from world point x in steps of `step` mm; their number. */
+static size_t touched(const struct slices *f, const double x[3], const double step[3],
+	struct touch t[static CT_PH_MAX_SHAPES])
+{
+	static const double radius[] = {1, 1.7320508075688774, 1.4142135623730951};
+	size_t n = 0;
+
+	for (size_t k = 0; k < f->n; k++) {
+		const struct ct_shape *s = &f->shape[k];
+		double near = reach(f->v, s), r = radius[s->kind] + near, o[3], d[3], at[2];
+
+		own(s, s->centre, x, o);
+		own(s, NULL, step, d);
+		for (int a = 0; a < 3; a++) { /* the ball of radius r to the unit ball */
+			o[a] /= r;
+			d[a] /= r;
+		}
+		at[0] = -HUGE_VAL;
+		at[1] = HUGE_VAL;
+		clip_round(3, o, d, at);
+		if (at[1] > at[0])
+			t[n++] = (struct touch){s, at[0], at[1], near};
+	}
+	return n;
+}
+
+static double voxel(const struct slices *f, size_t n, const struct touch *t, const double ijk[3])
+{
+	double x[3], y[3], sum = 0;
+
+	ct_vol_world(f->v, ijk, x);
+	for (size_t k = 0; k < n; k++) {
+		const struct ct_shape *s = t[k].shape;
+		double l;
+
+		if (ijk[0] < t[k].from || ijk[0] > t[k].to)
+			continue;
+		own(s, s->centre, x, y);
+		l = level(s->kind, y);
+		if (fabs(l - 1) > t[k].near) /* no surface in this voxel */
+			sum += l < 1 ? s->density : 0;
+		else
+			sum += s->density * share(f, s, ijk);
+	}
+	return sum;
+}
+
 static void fill_slice(void *arg, size_t k, size_t worker)
 {
 	const struct slices *f = arg;
 	const size_t *n = f->v->n;
-	float *row = f->v->data + k * n[0] * n[1];
-	double near[CT_PH_MAX_SHAPES];
+	const double(*m)[4] = (const double(*)[4])f->v->affine;
+	const double step[3] = {m[0][0], m[1][0], m[2][0]};
 
 	(void)worker;
-	for (size_t s = 0; s < f->n; s++)
-		near[s] = reach(f->v, &f->shape[s]);
-	for (size_t at = 0; at < n[0] * n[1]; at++) {
-		const double ijk[3] = {(double)(at % n[0]), (double)(at / n[0]), (double)k};
-		double x[3], sum = 0;
+	for (size_t j = 0; j < n[1]; j++) {
+		float *row = f->v->data + (k * n[1] + j) * n[0];
+		double ijk[3] = {0, (double)j, (double)k}, x[3];
+		struct touch t[CT_PH_MAX_SHAPES];
+		size_t touches;
 
 		ct_vol_world(f->v, ijk, x);
-		for (size_t s = 0; s < f->n; s++) {
-			double y[3], l;
-
-			own(&f->shape[s], f->shape[s].centre, x, y);
-			l = level(f->shape[s].kind, y);
-			if (fabs(l - 1) > near[s]) /* no surface in this voxel */
-				sum += l < 1 ? f->shape[s].density : 0;
-			else
-				sum += f->shape[s].density * share(f, &f->shape[s], ijk);
+		touches = touched(f, x, step, t);
+		for (size_t i = 0; i < n[0]; i++) {
+			ijk[0] = (double)i;
+			row[i] = (float)voxel(f, touches, t, ijk);
 		}
-		row[at] = (float)sum;
 	}
 }
 

@@ -30,6 +30,7 @@
 
 enum { LANES = 16 };
 
+#define MOST ((size_t)1 << 26) /* voxels of a slice: offsets within a block are 32 bits */
 #define TIE 1e-6 /* voxels: a ray nearer to a face, all along, is in the face */
 
 /* A box of voxels [lo, hi) in a volume. */
@@ -305,12 +306,9 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 
 	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e) || ct_scan_check(scan, grid, e))
 		return -1;
-	for (int a = 0; a < 3; a++)
-		if (grid->n[a] > (size_t)1 << 26 ||
-			grid->n[a] * grid->n[(a + 1) % 3] > (size_t)1 << 26)
-			return ct_fail(e, CT_EGEOM,
-				"a slice of %zux%zux%zu voxels is too large to project", grid->n[0],
-				grid->n[1], grid->n[2]);
+	if (grid->n[2] > MOST || grid->n[0] > MOST / grid->n[1])
+		return ct_fail(e, CT_EGEOM, "a volume of %zux%zux%zu voxels is too large to project",
+			grid->n[0], grid->n[1], grid->n[2]);
 	*g = (struct ct_projector){.scan = scan};
 	memcpy(g->n, grid->n, sizeof g->n);
 	memcpy(g->affine, grid->affine, sizeof g->affine);

@@ -13,9 +13,9 @@
  * of both sides, on an edge of all four, and outside the grid is zero. So no result depends on
  * which way an axis runs.
  *
- * Numbers: float data; ray ends in double; lengths in float from the nearest of slabs of sixteen
- * voxels, so off by no more than 2e-6 voxel; sums in double. The same bytes for any number
- * of threads.
+ * Numbers: data are float; a ray's ends are found in double, its crossings in float relative to a
+ * voxel at most sixteen away, so they are off by no more than some 2e-6 voxel; sums are in double.
+ * The same bytes for any number of threads.
  */
 #ifndef CT_KERN_PROJECT_H
 #define CT_KERN_PROJECT_H
@@ -32,8 +32,8 @@ struct ct_projector {
 };
 
 /* Plan for the grid of `grid` (its data may be NULL) and the views of `scan`. CT_EGEOM for a grid
- * or view that is degenerate, a source within the grid's bounding sphere, or a slice of more
- * than 2^26 voxels. */
+ * or view that is degenerate, a source within the grid's bounding sphere, or more than
+ * 2^26 voxels in a slice (or slices). */
 int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	const struct ct_stack *scan, struct ct_err *e);
 /* p[count][h][w] = projections of vol[n2][n1][n0] in the views [first, first + count). */

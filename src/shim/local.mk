@@ -8,3 +8,9 @@ EXTRA_DIST += src/shim/image.h src/shim/image.cc
 if HAVE_OIIO
 libctshim_a_SOURCES += src/shim/image.h src/shim/image.cc
 endif
+EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
+EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc
+if HAVE_VTK
+libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
+libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc
+endif

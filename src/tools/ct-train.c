@@ -36,11 +36,11 @@ static const struct params defaults = {
 };
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, out, "OUT", "the prior, safetensors; its state goes to OUT.state"),
+	CT_ARG(struct params, out, "OUT", "the prior (safetensors), its state beside it in OUT.state"),
 	CT_ARG(struct params, data, "DATA", "EXR stacks, pictures (PNG, TIFF), folders of them"),
 	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
 		"shape of the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
-		"attention_resolutions=8 (downsampling factors), in_channels, out_channels, ..."),
+		"attention_resolutions=8 (downsampling factors), in_channels, out_channels and more"),
 	CT_OPT(struct params, patch, 'p', "patch", "N", 4, 4096, "train on pieces of N x N pixels"),
 	CT_OPT(struct params, scales, 0, "scales", "A,B,...", 0, 0,
 		"cut pieces from pictures reduced A, B, ... times, at random"),

@@ -41,7 +41,7 @@ struct ct_scan_opts {
 	CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0, \
 		"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume"), \
 	CT_OPT(S, f.scanner, 0, "scanner", "FILE", 0, 0, \
-		"JSON scanner file as of R2-Gaussian and TIGRE; other options go before it"), \
+		"JSON scanner file as of R2-Gaussian and TIGRE; other options override it"), \
 	CT_OPT(S, f.like, 0, "like", "STACK", 0, 0, \
 		"take the whole geometry from this stack")
 

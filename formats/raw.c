@@ -1,0 +1,115 @@
+/* raw.c: see raw.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/raw.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 1 << 18 };
+
+int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e)
+{
+	static const struct {
+		const char *name;
+		enum ct_voxel type;
+	} names[] = {{"u8", CT_V_U8}, {"i8", CT_V_I8}, {"u16", CT_V_U16}, {"i16", CT_V_I16},
+		{"u32", CT_V_U32}, {"i32", CT_V_I32}, {"f32", CT_V_F32}, {"f64", CT_V_F64}};
+	const size_t len = strcspn(word, ":");
+
+	*big = strcmp(word + len, ":be") == 0;
+	if (*big || word[len] == '\0' || strcmp(word + len, ":le") == 0)
+		for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+			if (strlen(names[i].name) == len && strncmp(word, names[i].name, len) == 0) {
+				*type = names[i].type;
+				return 0;
+			}
+	return ct_fail(e, CT_EUSAGE,
+		"--raw: '%s' is not one of u8 i8 u16 i16 u32 i32 f32 f64, with :be if big-endian",
+		word);
+}
+
+int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3],
+	struct ct_err *e)
+{
+	static const char letters[] = "RLAPSI";
+	int seen = 0;
+
+	for (int d = 0; d < 3 && strlen(word) == 3; d++) {
+		const char *at = strchr(letters, word[d]);
+
+		if (at) {
+			world[d] = (int)(at - letters) / 2;
+			sign[d] = (at - letters) % 2 ? -1 : 1;
+			seen |= 1 << world[d];
+		}
+	}
+	if (seen != 7)
+		return ct_fail(e, CT_EUSAGE,
+			"--%s: '%s' is not three letters such as LPS, one each of R/L, A/P and S/I",
+			option, word);
+	return 0;
+}
+
+static int read_voxels(FILE *f, const struct ct_raw *how, struct ct_vol *v, void *block,
+	struct ct_err *e)
+{
+	const size_t bytes = ct_voxel_bytes((int)how->type), total = ct_vol_count(v);
+
+	for (size_t done = 0, n; done < total; done += n) {
+		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
+		if (fread(block, bytes, n, f) != n)
+			return ct_fail(e, CT_EINPUT, "%s",
+				ferror(f) ? strerror(errno) :
+					    "truncated: shorter than its dimensions and type say");
+		if (how->big != ct_host_is_big())
+			ct_voxels_swap(n, bytes, block);
+		ct_voxels_float(n, v->data + done, how->type, block, how->slope, how->inter);
+	}
+	if (fgetc(f) != EOF)
+		return ct_fail(e, CT_EINPUT, "longer than its dimensions and type say");
+	return 0;
+}
+
+static void place(struct ct_vol *v, const struct ct_raw *how)
+{
+	double centre[3];
+
+	memset(v->affine, 0, sizeof v->affine);
+	for (int d = 0; d < 3; d++)
+		v->affine[how->world[d]][d] = how->sign[d] * how->spacing[d];
+	ct_vol_centre(v, centre);
+	for (int r = 0; r < 3; r++)
+		v->affine[r][3] = 0 - centre[r];
+}
+
+int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e)
+{
+	FILE *f = NULL;
+	void *block = NULL;
+	int rc = -1;
+
+	if (ct_in_open(path, &f, e))
+		return -1;
+	if (ct_alloc(&block, BLOCK, 1, e) || ct_vol_alloc(v, how->n, e))
+		goto out;
+	place(v, how);
+	if (ct_vol_check_grid(v, e) || read_voxels(f, how, v, block, e))
+		goto out;
+	rc = ct_meta_input(&v->meta, path, 2,
+		(const struct ct_piece[]){{v->affine, sizeof v->affine},
+			{v->data, ct_vol_count(v) * sizeof *v->data}},
+		e);
+out:
+	free(block);
+	ct_in_close(f);
+	if (rc) {
+		ct_vol_free(v);
+		ct_blame(e, path);
+	}
+	return rc;
+}

@@ -1,0 +1,121 @@
+/* reframe.c: see reframe.h. */
+#include "config.h"
+#include "kern/reframe.h"
+
+#include <math.h>
+#include <string.h>
+
+void ct_body_centre(double c[3], const float *in, const size_t n[static 3], float above)
+{
+	double sum[3] = {0}, count = 0;
+
+	for (size_t k = 0; k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++) {
+			const float *row = in + (k * n[1] + j) * n[0];
+			size_t hits = 0, first = 0;
+
+			for (size_t i = 0; i < n[0]; i++) {
+				hits += row[i] > above;
+				first += row[i] > above ? i : 0;
+			}
+			count += (double)hits;
+			sum[0] += (double)first;
+			sum[1] += (double)(hits * j);
+			sum[2] += (double)(hits * k);
+		}
+	for (int d = 0; d < 3; d++)
+		c[d] = count > 0 ? sum[d] / count : ((double)n[d] - 1) / 2;
+}
+
+ptrdiff_t ct_window_start(size_t n, size_t m, double c)
+{
+	double s = floor(c - ((double)m - 1) / 2 + 0.5);
+
+	if (m >= n)
+		return -(ptrdiff_t)((m - n) / 2);
+	return (ptrdiff_t)fmin(fmax(s, 0), (double)(n - m));
+}
+
+void ct_crop(float *restrict out, const size_t m[static 3], const float *restrict in,
+	const size_t n[static 3], const ptrdiff_t start[static 3], float pad)
+{
+	for (size_t k = 0; k < m[2]; k++)
+		for (size_t j = 0; j < m[1]; j++) {
+			const ptrdiff_t z = (ptrdiff_t)k + start[2], y = (ptrdiff_t)j + start[1];
+			float *row = out + (k * m[1] + j) * m[0];
+
+			for (size_t i = 0; i < m[0]; i++) {
+				const ptrdiff_t x = (ptrdiff_t)i + start[0];
+
+				row[i] = x < 0 || y < 0 || z < 0 || (size_t)x >= n[0] ||
+						(size_t)y >= n[1] || (size_t)z >= n[2] ?
+					pad :
+					in[((size_t)z * n[1] + (size_t)y) * n[0] + (size_t)x];
+			}
+		}
+}
+
+void ct_affine_shift(double a[3][4], const double start[static 3])
+{
+	for (int r = 0; r < 3; r++)
+		for (int d = 0; d < 3; d++)
+			a[r][3] += a[r][d] * start[d];
+}
+
+void ct_axes_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
+	const int towards[static 3])
+{
+	static const int all[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	double best = -1;
+
+	for (int p = 0; p < 6; p++) {
+		double sum = 0;
+
+		for (int d = 0; d < 3; d++) {
+			const int o = all[p][d];
+
+			sum += fabs(a[world[d]][o]) / hypot(hypot(a[0][o], a[1][o]), a[2][o]);
+		}
+		if (sum > best + 1e-9) {
+			best = sum;
+			memcpy(axis, all[p], sizeof all[p]);
+		}
+	}
+	for (int d = 0; d < 3; d++)
+		sign[d] = a[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
+}
+
+void ct_reorder(float *restrict out, const float *restrict in, const size_t n[static 3],
+	const int axis[static 3], const int sign[static 3])
+{
+	const size_t old[3] = {1, n[0], n[0] * n[1]};
+	const size_t m[3] = {n[axis[0]], n[axis[1]], n[axis[2]]};
+	ptrdiff_t step[3], from = 0;
+
+	for (int d = 0; d < 3; d++) {
+		step[d] = sign[d] * (ptrdiff_t)old[axis[d]];
+		if (sign[d] < 0)
+			from += (ptrdiff_t)((m[d] - 1) * old[axis[d]]);
+	}
+	for (size_t k = 0; k < m[2]; k++)
+		for (size_t j = 0; j < m[1]; j++) {
+			const float *row = in + from + (ptrdiff_t)k * step[2] + (ptrdiff_t)j * step[1];
+
+			for (size_t i = 0; i < m[0]; i++)
+				*out++ = row[(ptrdiff_t)i * step[0]];
+		}
+}
+
+void ct_affine_reorder(double a[3][4], const size_t n[static 3], const int axis[static 3],
+	const int sign[static 3])
+{
+	double old[3][4];
+
+	memcpy(old, a, sizeof old);
+	for (int r = 0; r < 3; r++)
+		for (int d = 0; d < 3; d++) {
+			a[r][d] = sign[d] * old[r][axis[d]];
+			if (sign[d] < 0)
+				a[r][3] += old[r][axis[d]] * (double)(n[axis[d]] - 1);
+		}
+}

@@ -1,0 +1,22 @@
+/* convert.h: the parts of ct-convert. */
+#ifndef CT_TOOLS_CONVERT_H
+#define CT_TOOLS_CONVERT_H
+#include "core/env.h"
+#include "core/vol.h"
+
+struct convert {
+	const char *in, *out;
+	const char *raw, *spacing, *orient, *series, *reorient;
+	double slope, inter, iso;
+	int cube, type;
+};
+
+/* Read whatever p->in is. */
+int convert_read(const struct convert *p, struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
+/* In place: other axes, other voxel size, another frame. */
+int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
+int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
+int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);
+
+#endif

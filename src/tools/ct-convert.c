@@ -1,0 +1,98 @@
+/* ct-convert: DICOM, raw and NIfTI to NIfTI. */
+#include "config.h"
+#include "cli/cli.h"
+#include "formats/io.h"
+#include "formats/nifti.h"
+#include "tools/convert.h"
+
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static const struct convert defaults = {.orient = "LPS", .slope = 1, .iso = (double)NAN};
+
+static const struct ct_opt opts[] = {
+	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
+		"take this series of a DICOM folder, by UID or place in the list"),
+	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
+		"IN is voxels without a header, W fastest; TYPE is u8, i8, u16, i16, u32, i32, f32 or f64, with "
+		":be behind it if big-endian"),
+	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0, "voxel size of --raw, mm"),
+	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0, "of --raw: HU are A times the stored value"),
+	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "of --raw: plus B"),
+	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
+		"where the axes of --raw run, one letter each of R/L, A/P, S/I"),
+	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
+		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can"),
+	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM"),
+	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
+		"cut or pad to NxNxN voxels about the body; 0 does not"),
+	CT_CHOICE(struct convert, type, 0, "type", "auto|i16|f32",
+		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
+	CT_ARG(struct convert, in, "IN", "DICOM folder or file, NIfTI file, -, or raw voxels"),
+	CT_ARG(struct convert, out, "OUT", "NIfTI to write: .nii, .nii.gz, or -"),
+	CT_OPT_END,
+};
+
+/* A name that promises another format is a mistake. */
+static int check_name(const char *path, struct ct_err *e)
+{
+	const size_t n = strlen(path);
+	struct stat st;
+
+	if (strcmp(path, "-") == 0 || (n > 4 && strcmp(path + n - 4, ".nii") == 0) ||
+		(n > 7 && strcmp(path + n - 7, ".nii.gz") == 0) ||
+		(stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
+		return 0;
+	return ct_fail(e, CT_EUSAGE, "%s: the name of OUT must end in .nii or .nii.gz", path);
+}
+
+static void say(const struct ct_vol *v, const struct ct_env *env)
+{
+	float lo = v->data[0], hi = lo;
+	double mm[3];
+
+	for (size_t i = 1, n = ct_vol_count(v); i < n; i++) {
+		lo = v->data[i] < lo ? v->data[i] : lo;
+		hi = v->data[i] > hi ? v->data[i] : hi;
+	}
+	ct_vol_spacing(v, mm);
+	ct_log(env, CT_INFO, "%zux%zux%zu voxels of %.6gx%.6gx%.6g mm, %g to %g HU", v->n[0], v->n[1],
+		v->n[2], mm[0], mm[1], mm[2], (double)lo, (double)hi);
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	static const enum ct_nifti_type types[] = {CT_NIFTI_AUTO, CT_NIFTI_I16, CT_NIFTI_F32};
+	const struct convert *p = params;
+	struct ct_meta read = {0};
+	struct ct_vol v = {0};
+	int rc = -1;
+
+	if (check_name(p->out, e) || ct_out_check(p->out, env, e) || convert_read(p, &v, env, e))
+		goto out;
+	if (ct_vol_check_finite(&v, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (ct_meta_copy(&read, &v.meta, e) || (p->reorient && convert_reorient(&v, p->reorient, e)) ||
+		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
+		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
+		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
+		goto out;
+	if (env->verbose > 0)
+		say(&v, env);
+	rc = ct_nifti_write(p->out, &v, types[p->type], env, e);
+out:
+	ct_meta_free(&read);
+	ct_vol_free(&v);
+	return rc;
+}
+
+int main(int argc, char **argv)
+{
+	static const struct ct_tool tool = {"ct-convert", "read DICOM, raw voxels or NIfTI, write NIfTI",
+		opts, &defaults, sizeof defaults, run, 0};
+
+	return ct_cli_main(&tool, argc, argv);
+}

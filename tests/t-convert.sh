@@ -1,0 +1,57 @@
+#!/bin/sh
+# ct-convert: pipes, gzip, raw voxels, axes, resampling, cubes; nibabel and nifti_tool as judges.
+. "$srcdir/tests/tap.sh"
+# raw voxels 4x3x2: i16, value = 100 k + 10 j + i
+for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121 122 123; do
+	# shellcheck disable=SC2059
+	printf "\\$(printf %03o "$v")\\000"
+done >a.raw
+raw='--raw 4x3x2:i16 --spacing 1,2,3'
+# shellcheck disable=SC2086
+exits 0 'raw voxels are read' ct-convert $raw --intercept -1024 a.raw a.nii
+exits 0 'NIfTI is copied through a pipe' sh -c 'cat a.nii | ct-convert - - | cat >b.nii'
+exits 0 'gzip is written' ct-convert a.nii a.nii.gz
+gzip -t a.nii.gz; ok $? 'and is gzip'
+mv a.nii.gz misnamed.nii
+exits 0 'gzip is read whatever its name' ct-convert misnamed.nii c.nii
+tail -c 48 a.nii >va; tail -c 48 b.nii >vb; tail -c 48 c.nii >vc
+cmp -s va vb && cmp -s va vc; ok $? 'the voxels are the same'
+exits 4 'an existing file is kept' ct-convert a.nii b.nii
+exits 0 '--force writes it' ct-convert -f a.nii b.nii
+exits 2 'a name of another format is refused' ct-convert a.nii a.mha
+# shellcheck disable=SC2086
+exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16 --spacing 1 long.raw d.nii'
+exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16 --spacing 1 a.raw d.nii
+exits 2 'raw needs a spacing' ct-convert --raw 4x3x2:i16 a.raw d.nii
+exits 2 'an unknown raw type' ct-convert --raw 4x3x2:i12 --spacing 1 a.raw d.nii
+exits 2 'axes that are none' ct-convert --raw 4x3x2:i16 --spacing 1 --orient LLS a.raw d.nii
+exits 2 'spacing without raw' ct-convert --spacing 1 a.nii d.nii
+exits 2 'a series without DICOM' ct-convert --series 1 a.nii d.nii
+head -c 370 a.nii >short.nii
+exits 3 'a truncated file' ct-convert short.nii d.nii
+exits 3 'an empty file' ct-convert /dev/null d.nii
+printf 'hello, this is no volume' >text
+exits 3 'a text' ct-convert text d.nii
+has err 'text: not a NIfTI file' 'says which and why'
+[ ! -e d.nii ]; ok $? 'no file is left by failures'
+if [ -w /dev/full ]; then
+	exits 4 'a full disk' ct-convert a.nii /dev/full
+	exits 4 'a full disk behind standard output' sh -c 'ct-convert a.nii - >/dev/full'
+fi
+exits 4 'a folder that is not there' ct-convert a.nii none/d.nii
+printf '\000\000\300\177\000\000\200\077' >nan.raw
+exits 6 'NaN is refused' ct-convert --raw 2x1x1:f32 --spacing 1 nan.raw d.nii
+ls -A | grep -q '^d\.nii'; [ $? -eq 1 ]; ok $? 'nor a temporary one'
+if command -v nifti_tool >/dev/null 2>&1; then
+	nifti_tool -check_hdr -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: header'
+	nifti_tool -check_nim -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: image'
+else
+	skip 'nifti_tool: header' 'no nifti_tool'
+fi
+if python_with nibabel; then
+	"$PY" "$srcdir/tests/t-convert.py"
+	ok $? 'nibabel agrees'
+else
+	skip 'nibabel agrees' 'no nibabel'
+fi
+done_testing

@@ -1,0 +1,41 @@
+#!/bin/sh
+# DICOM series made with pydicom, read by ct-convert.
+. "$srcdir/tests/tap.sh"
+mkdir empty
+ct-convert empty e.nii 2>err
+if grep -q 'with-vtk' err; then
+	skip 'DICOM series' 'built without vtk-dicom'
+	done_testing
+fi
+exits 3 'an empty folder' ct-convert empty e.nii
+if ! python_with pydicom || ! "$PY" -c 'import nibabel'; then
+	skip 'DICOM series' 'no pydicom or no nibabel'
+	done_testing
+fi
+"$PY" "$srcdir/tests/t-dicom.py" make; ok $? 'series are made'
+for s in axial reversed las sagittal coronal oblique padded; do
+	exits 0 "$s is read" ct-convert $s $s.nii
+	"$PY" "$srcdir/tests/t-dicom.py" check $s $s.nii; ok $? "$s: every voxel is where it was, in HU"
+done
+exits 0 'a file stands for its series' ct-convert two/a3.dcm three.nii
+"$PY" "$srcdir/tests/t-dicom.py" check axial three.nii; ok $? 'and nothing else'
+exits 5 'two series are refused' ct-convert two d.nii
+has err 'series 2: 9 CT 12x10' 'and listed'
+exits 0 'one of them is taken' ct-convert --series 1 two first.nii
+exits 2 'one that is not there' ct-convert --series 7 two d.nii
+refused() { # refused CODE FOLDER WORD
+	exits "$1" "$2 is refused" ct-convert "$2" d.nii
+	has err "$3" "$2: the reason ($3)"
+}
+refused 5 missing '2 slices are missing'
+refused 5 uneven 'uneven'
+refused 5 tilted '20.0 degrees'
+refused 5 twice 'two slices at one place'
+refused 5 patients 'patients'
+refused 5 matrices 'matrices'
+refused 3 mr "modality is 'MR'"
+refused 3 cutoff 'cannot be decoded\|damaged\|truncated'
+refused 3 norescale 'RescaleSlope'
+[ ! -e d.nii ]; ok $? 'no file is left'
+exits 3 'a DICOM file without a picture' ct-convert nopicture/x.dcm d.nii
+done_testing

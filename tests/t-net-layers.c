@@ -1,0 +1,505 @@
+/* Layers of the network: each fast backward against central differences, in double, of a plain
+ * forward in double written from the formula; each fast forward against the same. */
+#include "config.h"
+#include "core/rng.h"
+#include "net/adam.h"
+#include "net/attention.h"
+#include "net/dnn.h"
+#include "net/layers.h"
+#include "net/simd.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST = 6000, INPUTS = 5 };
+
+/* y[ny] from the inputs, each of n[i] numbers. */
+struct layer {
+	const char *name;
+	size_t ny, inputs, n[INPUTS];
+	void (*plain)(const struct layer *l, double *y, double *const *in);
+	struct ct_norm norm;
+	struct ct_attn attn;
+	struct ct_conv_shape conv;
+	size_t h, w, c, ca;
+};
+
+static double *in_d[INPUTS], y_d[MOST], y2_d[MOST], weight_d[MOST];
+static float *in_f[INPUTS], *grad_f[INPUTS], y_f[MOST], dy_f[MOST];
+static struct ct_err err;
+
+static double worst; /* relative to the largest entry */
+
+static void compare(size_t n, const double *want, const float *got, double *most)
+{
+	double top = 1e-30;
+
+	for (size_t i = 0; i < n; i++)
+		top = fmax(top, fabs(want[i]));
+	for (size_t i = 0; i < n; i++) {
+		double d = fabs(want[i] - (double)got[i]) / top;
+
+		*most = d <= *most ? *most : d;
+	}
+}
+
+static void draw(const struct layer *l)
+{
+	for (size_t i = 0; i < l->inputs; i++) {
+		if (l->n[i] > MOST || l->ny > MOST)
+			abort();
+		for (size_t k = 0; k < l->n[i]; k++) {
+			in_f[i][k] = ct_rng_normal(1, i, k);
+			in_d[i][k] = (double)in_f[i][k];
+			grad_f[i][k] = 0;
+		}
+	}
+	for (size_t k = 0; k < l->ny; k++) {
+		dy_f[k] = ct_rng_normal(2, 0, k);
+		weight_d[k] = (double)dy_f[k];
+	}
+	l->plain(l, y_d, in_d);
+}
+
+/* Central differences of sum(weight y) against the gradients in grad_f. */
+static void differences(const struct layer *l)
+{
+	const double h = 1e-5;
+
+	worst = 0;
+	for (size_t i = 0; i < l->inputs; i++) {
+		double want[MOST];
+
+		for (size_t k = 0; k < l->n[i]; k++) {
+			const double was = in_d[i][k];
+			double sum = 0;
+
+			in_d[i][k] = was + h;
+			l->plain(l, y_d, in_d);
+			in_d[i][k] = was - h;
+			l->plain(l, y2_d, in_d);
+			in_d[i][k] = was;
+			for (size_t j = 0; j < l->ny; j++)
+				sum += weight_d[j] * (y_d[j] - y2_d[j]);
+			want[k] = sum / (2 * h);
+		}
+		compare(l->n[i], want, grad_f[i], &worst);
+	}
+}
+
+static void check_forward(const struct layer *l)
+{
+	double most = 0;
+
+	compare(l->ny, y_d, y_f, &most);
+	OK(most < 2e-6, "%s: forward", l->name);
+	if (!(most < 2e-6))
+		printf("# off by %g\n", most);
+}
+
+static void check_back(const struct layer *l)
+{
+	differences(l);
+	OK(worst < 2e-5, "%s: backward is the derivative", l->name);
+	if (!(worst < 2e-5))
+		printf("# off by %g\n", worst);
+}
+
+static double silu(double z)
+{
+	return z / (1 + exp(-z));
+}
+
+/* inputs: x, gamma, beta, e */
+static void norm_plain(const struct layer *l, double *y, double *const *in)
+{
+	const struct ct_norm *n = &l->norm;
+	const size_t c = n->c, per = c / CT_NORM_GROUPS;
+	const double *e = l->inputs > 3 ? in[3] : NULL;
+
+	for (size_t g = 0; g < CT_NORM_GROUPS; g++) {
+		double mean = 0, var = 0, m = (double)(n->hw * per);
+
+		for (int pass = 0; pass < 3; pass++)
+			for (size_t i = 0; i < n->hw; i++)
+				for (size_t k = g * per; k < (g + 1) * per; k++) {
+					double x = in[0][i * c + k] +
+						(e && !n->scale_shift ? e[k] : 0), z;
+
+					if (pass == 0)
+						mean += x / m;
+					if (pass == 1)
+						var += (x - mean) * (x - mean) / m;
+					if (pass < 2)
+						continue;
+					z = (x - mean) / sqrt(var + 1e-5) * in[1][k] + in[2][k];
+					if (e && n->scale_shift)
+						z = z * (1 + e[k]) + e[c + k];
+					y[i * c + k] = n->silu ? silu(z) : z;
+				}
+	}
+}
+
+static void test_norm(const char *name, size_t hw, size_t c, bool e, bool scale_shift, bool act)
+{
+	struct layer l = {.name = name, .ny = hw * c, .inputs = e ? 4 : 3,
+		.n = {hw * c, c, c, scale_shift ? 2 * c : c}, .plain = norm_plain,
+		.norm = {.hw = hw, .c = c, .scale_shift = scale_shift, .silu = act}};
+	double sums[2 * 128];
+	float scratch[7 * 128] __attribute__((aligned(64)));
+	float twice[MOST], dy[MOST];
+	double most = 0;
+
+	draw(&l);
+	l.norm.gamma = in_f[1];
+	l.norm.beta = in_f[2];
+	l.norm.e = e ? in_f[3] : NULL;
+	ct_norm_sums(hw, c, sums, in_f[0]);
+	ct_norm_forward(&l.norm, y_f, in_f[0], sums, scratch);
+	check_forward(&l);
+	memcpy(dy, dy_f, l.ny * sizeof *dy);
+	ct_norm_back(&l.norm, grad_f[0], grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0],
+		sums, false, scratch);
+	check_back(&l);
+	/* adding: dx twice, the other gradients of a second pass go elsewhere */
+	memcpy(dy, dy_f, l.ny * sizeof *dy);
+	memcpy(twice, grad_f[0], l.ny * sizeof *twice);
+	ct_norm_back(&l.norm, twice, grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0], sums,
+		true, scratch);
+	for (size_t i = 0; i < l.ny; i++)
+		most = fmax(most, fabs((double)twice[i] - 2 * (double)grad_f[0][i]));
+	OK(most < 1e-5, "%s: backward adds", name);
+}
+
+static void silu_plain(const struct layer *l, double *y, double *const *in)
+{
+	for (size_t i = 0; i < l->ny; i++)
+		y[i] = silu(in[0][i]);
+}
+
+static void test_silu(void)
+{
+	struct layer l = {.name = "SiLU", .ny = 300, .inputs = 1, .n = {300}, .plain = silu_plain};
+
+	draw(&l);
+	ct_silu_forward(300, y_f, in_f[0]);
+	check_forward(&l);
+	ct_silu_back(300, grad_f[0], dy_f, in_f[0], false);
+	check_back(&l);
+}
+
+/* inputs: x, w, b; c in, ca out */
+static void linear_plain(const struct layer *l, double *y, double *const *in)
+{
+	for (size_t o = 0; o < l->ca; o++) {
+		y[o] = in[2][o];
+		for (size_t i = 0; i < l->c; i++)
+			y[o] += in[1][o * l->c + i] * in[0][i];
+	}
+}
+
+static void test_linear(void)
+{
+	struct layer l = {.name = "linear", .ny = 21, .inputs = 3, .n = {37, 37 * 21, 21},
+		.plain = linear_plain, .c = 37, .ca = 21};
+
+	draw(&l);
+	ct_linear_forward(37, 21, y_f, in_f[0], in_f[1], in_f[2]);
+	check_forward(&l);
+	ct_linear_back(37, 21, grad_f[0], grad_f[1], grad_f[2], dy_f, in_f[0], in_f[1], false);
+	check_back(&l);
+}
+
+static void up_plain(const struct layer *l, double *y, double *const *in)
+{
+	for (size_t i = 0; i < 2 * l->h; i++)
+		for (size_t j = 0; j < 2 * l->w; j++)
+			for (size_t k = 0; k < l->c; k++)
+				y[(i * 2 * l->w + j) * l->c + k] =
+					in[0][(i / 2 * l->w + j / 2) * l->c + k];
+}
+
+static void down_plain(const struct layer *l, double *y, double *const *in)
+{
+	for (size_t i = 0; i < l->ny; i++)
+		y[i] = 0;
+	for (size_t i = 0; i < l->h; i++)
+		for (size_t j = 0; j < l->w; j++)
+			for (size_t k = 0; k < l->c; k++)
+				y[(i / 2 * (l->w / 2) + j / 2) * l->c + k] +=
+					in[0][(i * l->w + j) * l->c + k] / 4;
+}
+
+static void test_resample(void)
+{
+	const size_t h = 4, w = 6, c = 5, n = h * w * c;
+	struct layer up = {.name = "up", .ny = 4 * n, .inputs = 1, .n = {n}, .plain = up_plain,
+		.h = h, .w = w, .c = c};
+	struct layer down = {.name = "down", .ny = n / 4, .inputs = 1, .n = {n},
+		.plain = down_plain, .h = h, .w = w, .c = c};
+
+	draw(&up);
+	ct_up_forward(h, w, c, y_f, in_f[0]);
+	check_forward(&up);
+	ct_up_back(h, w, c, grad_f[0], dy_f, false);
+	ct_up_back(h, w, c, grad_f[0], dy_f, true);
+	for (size_t i = 0; i < n; i++)
+		grad_f[0][i] *= 0.5f;
+	check_back(&up);
+	draw(&down);
+	ct_down_forward(h, w, c, y_f, in_f[0]);
+	check_forward(&down);
+	ct_down_back(h, w, c, grad_f[0], dy_f, false);
+	ct_down_back(h, w, c, grad_f[0], dy_f, true);
+	for (size_t i = 0; i < n; i++)
+		grad_f[0][i] *= 0.5f;
+	check_back(&down);
+}
+
+/* inputs: a[hw][ca], b[hw][c - ca] */
+static void concat_plain(const struct layer *l, double *y, double *const *in)
+{
+	const size_t cb = l->c - l->ca;
+
+	for (size_t i = 0; i < l->h; i++)
+		for (size_t k = 0; k < l->c; k++)
+			y[i * l->c + k] = k < l->ca ? in[0][i * l->ca + k] :
+				in[1][i * cb + k - l->ca];
+}
+
+static void test_concat(void)
+{
+	struct layer l = {.name = "concat", .ny = 7 * 11, .inputs = 2, .n = {7 * 4, 7 * 7},
+		.plain = concat_plain, .h = 7, .c = 11, .ca = 4};
+
+	draw(&l);
+	ct_concat_forward(7, 4, 7, y_f, in_f[0], in_f[1]);
+	check_forward(&l);
+	ct_concat_back(7, 11, 0, 4, grad_f[0], dy_f, false);
+	ct_concat_back(7, 11, 4, 7, grad_f[1], dy_f, false);
+	check_back(&l);
+}
+
+/* inputs: qkv */
+static void attn_plain(const struct layer *l, double *y, double *const *in)
+{
+	const struct ct_attn *a = &l->attn;
+	const size_t t = a->tokens, w = a->width, c = a->heads * w;
+	double row[256];
+
+	for (size_t h = 0; h < a->heads; h++)
+		for (size_t i = 0; i < t; i++) {
+			const double *q = in[0] + (a->legacy ? 3 * h * w : h * w);
+			const double *k = q + (a->legacy ? w : c), *v = k + (a->legacy ? w : c);
+			double sum = 0;
+
+			for (size_t s = 0; s < t; s++) {
+				row[s] = 0;
+				for (size_t x = 0; x < w; x++)
+					row[s] += q[i * 3 * c + x] * k[s * 3 * c + x];
+				row[s] = exp(row[s] / sqrt((double)w));
+				sum += row[s];
+			}
+			for (size_t x = 0; x < w; x++) {
+				y[i * c + h * w + x] = 0;
+				for (size_t s = 0; s < t; s++)
+					y[i * c + h * w + x] += row[s] / sum * v[s * 3 * c + x];
+			}
+		}
+}
+
+static void test_attention(const char *name, size_t tokens, bool legacy, bool back)
+{
+	const size_t c = 16;
+	struct layer l = {.name = name, .ny = tokens * c, .inputs = 1, .n = {tokens * 3 * c},
+		.plain = attn_plain,
+		.attn = {.tokens = tokens, .heads = 2, .width = 8, .legacy = legacy}};
+	float *scratch = malloc(ct_attn_scratch(&l.attn, true) * sizeof *scratch);
+
+	draw(&l);
+	if (!scratch || ct_attn_forward(&l.attn, y_f, in_f[0], scratch, &err))
+		OK(0, "%s: %s", name, err.msg);
+	check_forward(&l);
+	if (back && ct_attn_back(&l.attn, grad_f[0], dy_f, in_f[0], scratch, &err))
+		OK(0, "%s: %s", name, err.msg);
+	if (back)
+		check_back(&l);
+	free(scratch);
+}
+
+/* inputs: x[h][w][ci], w[co][ci][k][k], b[co], what is added */
+static void conv_plain(const struct layer *l, double *y, double *const *in)
+{
+	const struct ct_conv_shape *s = &l->conv;
+	const size_t st = s->stride, wo = (s->w + st - 1) / st, ho = (s->h + st - 1) / st;
+	const ptrdiff_t edge = (ptrdiff_t)s->k / 2;
+
+	for (size_t p = 0; p < ho * wo; p++)
+		for (size_t o = 0; o < s->co; o++) {
+			double sum = in[2][o] + (s->add ? in[3][p * s->co + o] : 0);
+
+			for (size_t t = 0; t < s->k * s->k; t++) {
+				ptrdiff_t i = (ptrdiff_t)(p / wo * st + t / s->k) - edge;
+				ptrdiff_t j = (ptrdiff_t)(p % wo * st + t % s->k) - edge;
+
+				if (i < 0 || j < 0 || i >= (ptrdiff_t)s->h || j >= (ptrdiff_t)s->w)
+					continue;
+				for (size_t c = 0; c < s->ci; c++)
+					sum += in[0][((size_t)i * s->w + (size_t)j) * s->ci + c] *
+						in[1][(o * s->ci + c) * s->k * s->k + t];
+			}
+			y[p * s->co + o] = sum;
+		}
+}
+
+static int conv_run(struct ct_conv *c, const struct layer *l, void *scratch)
+{
+	if (ct_conv_forward(c, y_f, in_f[0], in_f[2], in_f[3], scratch, &err))
+		return -1;
+	check_forward(l);
+	/* twice into the gradients of the weights: they are added to */
+	for (int i = 0; i < 2; i++)
+		if (ct_conv_back_weights(c, grad_f[1], grad_f[2], in_f[0], dy_f, scratch, &err))
+			return -1;
+	for (size_t i = 1; i < 3; i++)
+		for (size_t k = 0; k < l->n[i]; k++)
+			grad_f[i][k] *= 0.5f;
+	if (l->conv.add)
+		memcpy(grad_f[3], dy_f, l->ny * sizeof *dy_f);
+	return ct_conv_back_data(c, grad_f[0], dy_f, scratch, &err);
+}
+
+static void test_conv(const char *name, struct ct_conv_shape s)
+{
+	const size_t ho = (s.h + s.stride - 1) / s.stride, wo = (s.w + s.stride - 1) / s.stride;
+	struct layer l = {.name = name, .ny = ho * wo * s.co, .inputs = s.add ? 4 : 3,
+		.n = {s.h * s.w * s.ci, s.co * s.ci * s.k * s.k, s.co, ho * wo * s.co},
+		.plain = conv_plain, .conv = s};
+	struct ct_dnn *d = NULL;
+	struct ct_conv *c = NULL;
+	void *scratch = NULL;
+	int was = ct_dnn_enter(), rc;
+
+	draw(&l);
+	rc = ct_dnn_alloc(&d, &err) || ct_conv_alloc(&c, d, &s, in_f[1], true, &err);
+	if (!rc) {
+		scratch = aligned_alloc(64, (ct_conv_scratch(c) / 64 + 1) * 64);
+		rc = conv_run(c, &l, scratch);
+	}
+	OK(rc == 0, "%s: runs %s", name, rc ? err.msg : "");
+	if (!rc)
+		check_back(&l);
+	/* new weights are seen after a refresh */
+	for (size_t i = 0; i < l.n[1]; i++) {
+		in_f[1][i] = -in_f[1][i];
+		in_d[1][i] = (double)in_f[1][i];
+	}
+	l.plain(&l, y_d, in_d);
+	if (!rc && !ct_dnn_refresh(d, NULL, &err) &&
+		!ct_conv_forward(c, y_f, in_f[0], in_f[2], in_f[3], scratch, &err))
+		check_forward(&l);
+	ct_conv_free(c);
+	ct_dnn_free(d);
+	free(scratch);
+	ct_dnn_leave(was);
+}
+
+static void test_exp(void)
+{
+	double most = 0;
+
+	for (int i = -86000; i <= 88000; i += 7) {
+		float x = (float)i * 1e-3f;
+		double want = exp((double)x);
+
+		most = fmax(most, fabs((double)ct_expf(x) - want) / want);
+	}
+	OK(most < 1.6e-7, "exponential within 1.6e-7");
+	if (!(most < 1.6e-7))
+		printf("# %g\n", most);
+	OK(isnan(ct_expf(NAN)) && ct_expf(-1e30f) < 1e-37f && isfinite(ct_expf(1e30f)),
+		"exponential of what is beyond");
+	OK(ct_sigmoid(-1e30f) < 1e-37f && ct_sigmoid(1e30f) == 1.0f, "sigmoid of what is beyond");
+}
+
+static void test_embed(void)
+{
+	static const double c[4] = {-0.883849, 0.945943, 0.283662, 0.998557};
+	static const double s[4] = {-0.467772, 0.324334, -0.958924, 0.053705};
+	static const size_t at[4] = {0, 1, 64, 127};
+	double most = 0;
+
+	ct_embed(256, y_f, 500);
+	for (int i = 0; i < 4; i++) {
+		most = fmax(most, fabs((double)y_f[at[i]] - c[i]));
+		most = fmax(most, fabs((double)y_f[128 + at[i]] - s[i]));
+	}
+	OK(most < 1e-6, "sinusoids of timestep 500");
+}
+
+/* One parameter by the formulas in double. */
+static void test_adam(void)
+{
+	const struct ct_adamw a = {.lr = 0.01, .beta1 = 0.9, .beta2 = 0.999, .eps = 1e-8,
+		.decay = 0.1};
+	float p[3] = {1, -2, 0.5f}, m[3] = {0}, v[3] = {0}, mean[3] = {0};
+	double dp = 1, dm = 0, dv = 0, de = 0;
+
+	for (uint64_t t = 1; t <= 20; t++) {
+		float g[3] = {ct_rng_normal(5, 0, t), 1, 0};
+		double dg = (double)g[0];
+
+		ct_adamw_step(&a, t, 3, p, m, v, g);
+		ct_ema_step(0.9, 3, mean, p);
+		dm = 0.9 * dm + 0.1 * dg;
+		dv = 0.999 * dv + 0.001 * dg * dg;
+		dp -= 0.01 * 0.1 * dp;
+		dp -= 0.01 * dm / (1 - pow(0.9, (double)t)) /
+			(sqrt(dv / (1 - pow(0.999, (double)t))) + 1e-8);
+		de = 0.9 * de + 0.1 * dp;
+	}
+	NEAR((double)p[0], dp, 2e-6, "AdamW");
+	NEAR((double)mean[0], de, 2e-6, "average");
+	OK(fabs((double)p[2] - 0.5 * pow(1 - 0.001, 20)) < 1e-6, "decay without gradient");
+}
+
+int main(void)
+{
+	for (size_t i = 0; i < INPUTS; i++) {
+		in_d[i] = calloc(MOST, sizeof **in_d);
+		in_f[i] = aligned_alloc(64, MOST * 64);
+		grad_f[i] = aligned_alloc(64, MOST * 64);
+		if (!in_d[i] || !in_f[i] || !grad_f[i])
+			return 99;
+	}
+	test_exp();
+	test_embed();
+	test_adam();
+	test_silu();
+	test_linear();
+	test_resample();
+	test_concat();
+	test_norm("norm", 6, 64, false, false, false);
+	test_norm("norm, SiLU", 6, 32, false, false, true);
+	test_norm("norm, embedding added, SiLU", 5, 64, true, false, true);
+	test_norm("norm, embedding scales and shifts, SiLU", 6, 64, true, true, true);
+	test_norm("norm of one pixel a group, scale and shift", 3, 96, true, true, false);
+	test_attention("attention, legacy order", 20, true, true);
+	test_attention("attention, new order", 13, false, true);
+	test_attention("attention over blocks", 100, true, true);
+	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false});
+	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true});
+	test_conv("conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false});
+	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false});
+	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false});
+	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true});
+	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false});
+	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false});
+	for (size_t i = 0; i < INPUTS; i++) {
+		free(in_d[i]);
+		free(in_f[i]);
+		free(grad_f[i]);
+	}
+	return tap_done();
+}

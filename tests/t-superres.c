@@ -1,0 +1,228 @@
+/* The loop over views with a network that needs no training: shapes, normalisation, samples, stopping
+ * and resuming, threads. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "net/superres.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { VIEWS = 5, H = 5, W = 6, S = 4, THREADS = 4, CHANNELS = 3, MULTIPLE = 16 };
+
+static struct ct_schedule schedule;
+
+/* What the network's picture is; calls left before the user asks to stop. */
+struct net {
+	size_t n;
+	volatile sig_atomic_t *stop;
+	int *left;
+};
+
+/* Shrinks towards zero, differently at every pixel: any state is restored to something else. */
+static int network(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	const struct net *net = ctx;
+
+	(void)e;
+	for (size_t i = 0; i < net->n; i++)
+		eps[i] = 0.9f * x[i] + 0.1f * sinf(3 * x[i] + (float)(i % 7) + (float)t);
+	if (net->left && --*net->left == 0)
+		*net->stop = 1;
+	return 0;
+}
+
+static struct ct_superres params(void)
+{
+	struct ct_superres p = ct_superres_default(S);
+
+	p.steps = 4;
+	p.norm = 2;
+	return p;
+}
+
+static void stacks(struct ct_stack *in, struct ct_stack *out, struct ct_stack *dev)
+{
+	struct ct_err e = {0};
+
+	if (ct_stack_alloc(in, VIEWS, H, W, &e))
+		exit(99);
+	for (size_t k = 0; k < VIEWS; k++)
+		in->view[k] = (struct ct_view){.source = {100, 0, 0}, .centre = {-50, 0, 0},
+			.u = {0, 2, 0}, .v = {0, 0, -2}};
+	for (size_t i = 0; i < ct_stack_count(in); i++)
+		in->data[i] = (float)(2 * ct_rng_uniform(1, 1, i));
+	if (ct_stack_like(out, in, S, &e) || (dev && ct_stack_like(dev, in, S, &e)))
+		exit(99);
+}
+
+static int go(const struct ct_superres *p, const struct ct_stack *in, const struct ct_stack *init,
+	struct ct_stack *out, struct ct_stack *dev, bool *done, size_t threads, int *left,
+	struct ct_err *e)
+{
+	volatile sig_atomic_t stop = 0;
+	struct ct_env env = {.seed = 3, .stop = &stop};
+	struct net net = {.stop = &stop, .left = left};
+	void *ctx[THREADS];
+	struct ct_denoiser d = {.schedule = &schedule, .channels = CHANNELS, .multiple = MULTIPLE,
+		.eps = network, .ctx = ctx};
+	size_t high, wide;
+	int rc;
+
+	ct_superres_size(p, MULTIPLE, in->h, in->w, &high, &wide);
+	net.n = CHANNELS * high * wide;
+	for (int k = 0; k < THREADS; k++)
+		ctx[k] = &net;
+	if (ct_par_alloc(&env.par, threads, e))
+		exit(99);
+	rc = ct_superres(p, &d, in, init, out, dev, done, &env, e);
+	ct_par_free(env.par);
+	return rc;
+}
+
+static bool same(const struct ct_stack *a, const struct ct_stack *b)
+{
+	return memcmp(a->data, b->data, ct_stack_count(a) * sizeof *a->data) == 0;
+}
+
+static void test_size(void)
+{
+	struct ct_superres p = params();
+	size_t high, wide;
+
+	ct_superres_size(&p, 16, 5, 8, &high, &wide);
+	OK(high == 32 && wide == 32, "rounded up to the network's multiple");
+	ct_superres_size(&p, 2, 5, 7, &high, &wide);
+	OK(high == 20 && wide == 28, "the scale already has the factor");
+	p.scale = 3;
+	ct_superres_size(&p, 8, 5, 8, &high, &wide);
+	OK(high == 24 && wide == 24, "blocks stay whole at 3-fold");
+}
+
+/* Plain DDNM agrees with the measurement where nothing was clamped: block means of the output. */
+static void test_measured(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, out = {0}, back = {0};
+	struct ct_err e = {0};
+	bool done[VIEWS] = {false};
+	double worst = 0;
+
+	stacks(&in, &out, NULL);
+	stacks(&back, &(struct ct_stack){0}, NULL);
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		in.data[i] = 0.8f + 0.2f * in.data[i]; /* far enough from 0 and 2 */
+	p.rule = CT_DDNM;
+	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0, "plain DDNM: %s", e.msg);
+	OK(ct_superres_measure(&p, &back, &out, &e) == 0, "measured again");
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		worst = fmax(worst, fabs((double)in.data[i] - (double)back.data[i]));
+	NEAR(worst, 0, 0.05, "the view's pixels are the block means, in its own units");
+	p.rule = CT_DDNM_PLUS;
+	p.sigma_y = 0.1;
+	p.final_consistency = true;
+	memset(done, 0, sizeof done);
+	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0 &&
+			ct_superres_measure(&p, &back, &out, &e) == 0, "DDNM+ made consistent");
+	ct_stack_free(&in);
+	ct_stack_free(&out);
+	ct_stack_free(&back);
+}
+
+static void test_threads_and_samples(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, a = {0}, b = {0}, dev = {0}, dev4 = {0}, one = {0};
+	struct ct_err e = {0};
+	bool done[VIEWS] = {false};
+	double sum = 0;
+
+	stacks(&in, &a, &dev);
+	stacks(&one, &b, &dev4);
+	p.samples = 3;
+	OK(go(&p, &in, NULL, &a, &dev, done, 1, NULL, &e) == 0, "three samples, one thread");
+	memset(done, 0, sizeof done);
+	OK(go(&p, &in, NULL, &b, &dev4, done, 4, NULL, &e) == 0, "three samples, four threads");
+	OK(same(&a, &b) && same(&dev, &dev4), "the same bytes");
+	for (size_t i = 0; i < ct_stack_count(&dev); i++)
+		sum += (double)dev.data[i];
+	OK(sum > 0, "the samples differ");
+	OK(memcmp(ct_stack_view(&a, 0), ct_stack_view(&a, 1), 64) != 0, "views draw their own noise");
+	p.samples = 1;
+	memset(done, 0, sizeof done);
+	OK(go(&p, &in, NULL, &b, &dev, done, 1, NULL, &e) && e.code == CT_EUSAGE,
+		"no deviation of one sample");
+	ct_stack_free(&in);
+	ct_stack_free(&a);
+	ct_stack_free(&b);
+	ct_stack_free(&dev);
+	ct_stack_free(&dev4);
+	ct_stack_free(&one);
+}
+
+static void test_resume(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, a = {0}, b = {0}, in2 = {0};
+	struct ct_err e = {0};
+	bool done[VIEWS] = {false}, all[VIEWS] = {false};
+	int left = 11; /* of 20 calls */
+	size_t n = 0;
+
+	stacks(&in, &a, NULL);
+	stacks(&in2, &b, NULL);
+	OK(go(&p, &in, NULL, &a, NULL, all, 1, NULL, &e) == 0, "uninterrupted");
+	OK(go(&p, &in, NULL, &b, NULL, done, 1, &left, &e) && e.code == CT_ESTOP, "stopped");
+	for (int k = 0; k < VIEWS; k++)
+		n += done[k];
+	OK(n == 2, "%zu of %d views done", n, VIEWS);
+	OK(go(&p, &in, NULL, &b, NULL, done, 2, NULL, &e) == 0 && same(&a, &b),
+		"resumed with other threads: the same bytes");
+	ct_stack_free(&in);
+	ct_stack_free(&in2);
+	ct_stack_free(&a);
+	ct_stack_free(&b);
+}
+
+/* From a start at timestep 0 almost nothing is noise, and the network's say is small too. */
+static void test_init(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, init = {0}, out = {0}, none = {0};
+	struct ct_err e = {0};
+	bool done[VIEWS] = {false};
+	double worst = 0;
+
+	stacks(&in, &init, &out);
+	for (size_t i = 0; i < ct_stack_count(&init); i++)
+		init.data[i] = (float)(0.5 + ct_rng_uniform(4, 4, i));
+	p.start = 0;
+	p.steps = 1;
+	OK(ct_superres_measure(&p, &in, &init, &e) == 0, "measure");
+	OK(go(&p, &in, &init, &out, NULL, done, 1, NULL, &e) == 0, "from init at timestep 0");
+	for (size_t i = 0; i < ct_stack_count(&out); i++)
+		worst = fmax(worst, fabs((double)out.data[i] - (double)init.data[i]));
+	OK(worst > 0 && worst < 0.1, "stays near init (%g)", worst);
+	OK(ct_stack_like(&none, &in, 2, &e) == 0 &&
+			go(&p, &in, &none, &out, NULL, done, 1, NULL, &e) && e.code == CT_EGEOM,
+		"an init of another size is refused");
+	p.steps = 5;
+	OK(go(&p, &in, &init, &out, NULL, done, 1, NULL, &e) && e.code == CT_EUSAGE,
+		"five steps do not fit into one timestep");
+	ct_stack_free(&in);
+	ct_stack_free(&init);
+	ct_stack_free(&out);
+	ct_stack_free(&none);
+}
+
+int main(void)
+{
+	ct_schedule_default(&schedule);
+	test_size();
+	test_measured();
+	test_threads_and_samples();
+	test_resume();
+	test_init();
+	return tap_done();
+}

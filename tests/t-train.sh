@@ -1,0 +1,107 @@
+#!/bin/sh
+# ct-train: it learns, resumes to the same bytes, stops when asked, and refuses what does not fit.
+. "$srcdir/tests/tap.sh"
+command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
+
+# A stack of discs as ct-project would write it comes from the picture reader's simplest format: PGM
+# is read by OpenImageIO; without it the folder cannot be read and there is nothing to test.
+mkdir pics held
+python3 - <<'EOF'
+import random
+random.seed(1)
+for k in range(10):
+    w, h = 48, 40
+    cx, cy, r = random.uniform(12, 36), random.uniform(12, 28), random.uniform(6, 12)
+    px = bytes(int(30 + 180 * max(0.0, 1 - ((x - cx) ** 2 + (y - cy) ** 2) / r ** 2) ** 0.5)
+               for y in range(h) for x in range(w))
+    with open(('held' if k > 7 else 'pics') + '/%d.pgm' % k, 'wb') as f:
+        f.write(b'P5\n%d %d\n255\n' % (w, h) + px)
+EOF
+if ! ct-train -q -n 0 none.safetensors pics 2>err && grep -q OpenImageIO err; then
+	echo '1..0 # SKIP no OpenImageIO'
+	exit 0
+fi
+small='--arch model_channels=32,channel_mult=1:1 -p 16 -b 8 -s 5 --lr 1e-3'
+
+# shellcheck disable=SC2086
+exits 0 'trains' ct-train $small -n 60 --log-every 20 --validate held --validate-every 30 \
+	a.safetensors pics
+awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < 0.75*(a+0) && b+0 > 0)}' err
+ok $? 'the loss falls by a quarter'
+awk '/step 30: held/{a=$6} /step 60: held/{b=$6} END{exit !(b+0 < a+0 && b+0 > 0)}' err
+ok $? 'the loss on other pictures falls'
+
+opts="$small --clip 0.5 --warmup 7"
+# shellcheck disable=SC2086
+{
+ct-train -q $opts -n 12 b.safetensors pics
+ct-train -q $opts -n 12 -t 1 d.safetensors pics
+ct-train -q $opts -n 5 -t 3 c.safetensors pics
+ct-train -q $opts -n 12 -t 3 --resume c.safetensors pics
+}
+cmp b.safetensors.state c.safetensors.state; ok $? 'interrupted, resumed, other threads: same bytes'
+cmp b.safetensors.state d.safetensors.state; ok $? 'one thread: same bytes'
+
+# shellcheck disable=SC2086
+exits 2 'another batch cannot resume' ct-train $small -b 4 -n 13 --resume a.safetensors pics
+has err 'batch is 4 now and 8 in the state' 'and says why'
+# shellcheck disable=SC2086
+exits 2 'other data cannot resume' ct-train $small -n 80 --resume a.safetensors held
+# shellcheck disable=SC2086
+exits 3 'nothing to resume' ct-train $small --resume z.safetensors pics
+# shellcheck disable=SC2086
+exits 4 'an existing prior is kept' ct-train $small a.safetensors pics
+# shellcheck disable=SC2086
+exits 6 'a training that diverges' ct-train $small --lr 1 --decay 10 -n 2000 --ema 0 e.safetensors pics
+has err 'diverged at step' 'and says where'
+exits 5 'pieces that do not halve' ct-train -p 18 z.safetensors pics
+exits 5 'pieces larger than any picture' ct-train -p 64 z.safetensors pics
+exits 5 'scales that leave too little' ct-train -p 32 --scales 2,4 z.safetensors pics
+exits 3 'no such data' ct-train z.safetensors nowhere
+exits 3 'a folder without pictures' ct-train z.safetensors .
+echo text >text.png
+exits 3 'not a picture' ct-train z.safetensors text.png
+has err 'text.png' 'and names it'
+exits 2 'a key that there is not' ct-train --arch colour=3 z.safetensors pics
+exits 3 'channels that 32 does not divide' ct-train --arch model_channels=20 z.safetensors pics
+[ ! -e z.safetensors ] && [ ! -e z.safetensors.state ]; ok $? 'no output of a failed run'
+
+# shellcheck disable=SC2086
+ct-train -q $small --half -n 3 --licence CC0-1.0 - pics >stream.safetensors; ok $? 'to a stream'
+# shellcheck disable=SC2086
+ct-train -q $small -n 3 whole.safetensors pics
+python3 - <<'EOF'
+import json, struct
+def read(name):
+    b = open(name, 'rb').read()
+    n = struct.unpack('<Q', b[:8])[0]
+    h = json.loads(b[8:8 + n])
+    return h.pop('__metadata__'), h, b[8 + n:]
+m, h, half = read('stream.safetensors')
+_, _, whole = read('whole.safetensors')
+assert m['licence'] == 'CC0-1.0' and m['step'] == '3' and m['dataset'].startswith('pics xxh3:')
+assert m['channel_mult'] == '[1, 1]' and m['intensity_map'] and 'ct-train' in m['history']
+assert 2 * len(half) == len(whole)
+a = struct.unpack('<%de' % (len(half) // 2), half)
+b = struct.unpack('<%df' % (len(whole) // 4), whole)
+assert max(abs(x - y) for x, y in zip(a, b)) < 1e-3
+assert max(abs(y) for y in b) > 0.1
+EOF
+ok $? 'metadata, and half precision of the same weights'
+
+# shellcheck disable=SC2086
+ct-train -q $small -n 100000 f.safetensors pics 2>err &
+pid=$!
+sleep 1
+kill -TERM $pid
+wait $pid
+[ $? -eq 75 ]; ok $? 'a signal stops it with status 75'
+[ -s f.safetensors ] && [ -s f.safetensors.state ]; ok $? 'and what there is is written'
+# shellcheck disable=SC2086
+exits 0 'stops after the minutes' ct-train -q $small -n 100000 --cosine --minutes 0.01 h.safetensors pics
+[ -s h.safetensors ]; ok $? 'with what there is'
+# shellcheck disable=SC2086
+exits 0 'an estimate' ct-train $small --dry-run g.safetensors pics
+has out '8 pictures, .* parameters' 'with the size of the work'
+[ ! -e g.safetensors ]; ok $? 'and no output'
+done_testing

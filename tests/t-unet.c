@@ -1,0 +1,375 @@
+/* The U-Net: outputs of the public guided-diffusion model (tests/gold), its published parameter
+ * counts, the gradient against differences, and weights that do not fit. */
+#include "config.h"
+#include "core/rng.h"
+#include "formats/format.h"
+#include "net/unet.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static struct ct_err err;
+
+static float *draw(size_t n, uint64_t stream)
+{
+	float *x = malloc(n * sizeof *x);
+
+	if (!x)
+		exit(99);
+	ct_rng_normals(n, x, 11, stream, 0);
+	return x;
+}
+
+static double relative(size_t n, const float *got, const float *want)
+{
+	double d = 0, s = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		d = fmax(d, fabs((double)got[i] - (double)want[i]));
+		s = fmax(s, fabs((double)want[i]));
+	}
+	return d / s;
+}
+
+static int read_gold(struct ct_tensors *w, const char *name)
+{
+	const char *srcdir = getenv("srcdir");
+	char path[1000];
+
+	snprintf(path, sizeof path, "%s/tests/gold/%s", srcdir ? srcdir : ".", name);
+	return ct_tensors_read(path, w, &err);
+}
+
+/* All the plans that there are for one network give the same bytes. */
+static void test_gold(const char *name)
+{
+	struct ct_tensors w = {0};
+	struct ct_unet *n = NULL;
+	struct ct_tensor *x, *t, *y;
+	float *out[3] = {NULL};
+	size_t count;
+
+	if (read_gold(&w, name) || ct_unet_alloc(&n, &w, &err)) {
+		OK(0, "%s: %s", name, err.msg);
+		return;
+	}
+	x = ct_tensors_find(&w, "io.x");
+	t = ct_tensors_find(&w, "io.t");
+	y = ct_tensors_find(&w, "io.y");
+	count = ct_tensor_count(y);
+	for (int k = 0; k < 3; k++) {
+		/* a plan to infer, one to train, and one image at a time */
+		size_t batch = k == 2 ? 1 : x->dim[0];
+		struct ct_unet_plan *p = NULL;
+
+		out[k] = calloc(count, sizeof **out);
+		if (!out[k] ||
+			ct_unet_plan_alloc(&p, n, batch, x->dim[2], x->dim[3], k == 1, &err))
+			OK(0, "%s: %s", name, err.msg);
+		for (size_t i = 0; p && i < x->dim[0]; i += batch)
+			if (ct_unet_forward(p, out[k] + i * (count / x->dim[0]),
+				    x->data + i * (ct_tensor_count(x) / x->dim[0]), t->data + i,
+				    &err))
+				OK(0, "%s: %s", name, err.msg);
+		ct_unet_plan_free(p);
+	}
+	NEAR(relative(count, out[0], y->data), 0, 1e-5, name);
+	OK(memcmp(out[0], out[1], count * sizeof **out) == 0, "%s: the same with training", name);
+	OK(memcmp(out[0], out[2], count * sizeof **out) == 0, "%s: the same one by one", name);
+	for (int k = 0; k < 3; k++)
+		free(out[k]);
+	ct_unet_free(n);
+	ct_tensors_free(&w);
+}
+
+struct size {
+	size_t image, d, blocks, params, tensors;
+	double gmac;
+	double mult[7];
+	size_t levels;
+};
+
+/* The sizes that OpenAI published, and the one of the radiograph prior. */
+static void test_counts(void)
+{
+	static const struct size s[] = {
+		{512, 256, 2, 557970179, 644, 1981.4, {.5, 1, 1, 2, 2, 4, 4}, 7},
+		{256, 256, 2, 552807171, 566, 1119.4, {1, 1, 2, 2, 4, 4}, 6},
+		{256, 128, 2, 138286467, 566, 281.6, {1, 1, 2, 2, 4, 4}, 6},
+		{128, 256, 2, 420498691, 492, 306.8, {1, 1, 2, 3, 4}, 5},
+		{64, 192, 3, 295131267, 540, 109.7, {1, 2, 3, 4}, 4},
+	};
+
+	for (size_t i = 0; i < sizeof s / sizeof *s; i++) {
+		struct ct_unet_arch a = {.image_size = s[i].image, .in_channels = 3,
+			.out_channels = 3, .model_channels = s[i].d, .num_res_blocks = s[i].blocks,
+			.levels = s[i].levels, .attentions = 3,
+			.attention = {s[i].image / 32, s[i].image / 16, s[i].image / 8},
+			.num_heads = 4, .num_head_channels = 64, .use_scale_shift_norm = true,
+			.resblock_updown = true, .conv_resample = true};
+		struct ct_graph g = {0};
+		size_t n = 0;
+		double flops = 0;
+
+		memcpy(a.channel_mult, s[i].mult, sizeof s[i].mult);
+		if (ct_unet_param_count(&a, &n, &err) ||
+			ct_graph_build(&g, &a, s[i].image, s[i].image, &err) ||
+			ct_unet_flops(&a, s[i].image, s[i].image, &flops, &err))
+			OK(0, "%s", err.msg);
+		OK(n == s[i].params, "%zu^2 D=%zu: %zu parameters", s[i].image, s[i].d, n);
+		OK(g.n_param == s[i].tensors, "its %zu tensors", g.n_param);
+		NEAR(flops / 2e9, s[i].gmac, 0.06, "its GMAC");
+		ct_graph_free(&g);
+	}
+}
+
+static const char *const shapes[] = {
+	"channel_mult=1:1,attention_resolutions=2,use_scale_shift_norm=True,resblock_updown=True",
+	"channel_mult=1:2,attention_resolutions=1,use_scale_shift_norm=False,resblock_updown=False,"
+	"use_new_attention_order=True,num_head_channels=-1,num_heads=2,num_res_blocks=2",
+	"channel_mult=1:1,use_scale_shift_norm=True,resblock_updown=False,conv_resample=False,"
+	"in_channels=3,out_channels=2",
+};
+
+static int parse(struct ct_unet_arch *a, const char *text)
+{
+	char copy[300], *item = copy;
+
+	ct_unet_arch_default(a);
+	snprintf(copy, sizeof copy, "%s", text);
+	while (item && *item) {
+		char *next = strchr(item, ','), *value = strchr(item, '=');
+
+		if (next)
+			*next++ = '\0';
+		*value++ = '\0';
+		if (ct_unet_arch_set(a, item, value, &err))
+			return -1;
+		item = next;
+	}
+	return ct_unet_arch_check(a, &err);
+}
+
+/* sum(weight y), in double. */
+static double loss(struct ct_unet_plan *p, size_t ny, const float *x, const float *weight)
+{
+	static const float t[2] = {17, 423};
+	float *y = malloc(ny * sizeof *y);
+	double sum = 0;
+
+	if (!y || ct_unet_forward(p, y, x, t, &err))
+		exit(99);
+	for (size_t i = 0; i < ny; i++)
+		sum += (double)weight[i] * (double)y[i];
+	free(y);
+	return sum;
+}
+
+/* (f(v + h d) - f(v - h d))/2h of the loss. The pointers are of the network's own weights or x. */
+static double along(struct ct_unet_plan *p, struct ct_unet *n, size_t ny, const float *x,
+	const float *weight, float *v, const float *d, size_t count, double h)
+{
+	double f[2];
+
+	for (int k = 0; k < 2; k++) {
+		double step = k ? -h : h;
+
+		for (size_t i = 0; i < count; i++)
+			v[i] += (float)(step * (double)d[i]);
+		if (ct_unet_changed(n, NULL, &err))
+			exit(99);
+		f[k] = loss(p, ny, x, weight);
+		for (size_t i = 0; i < count; i++)
+			v[i] -= (float)(step * (double)d[i]);
+	}
+	return (f[0] - f[1]) / (2 * h);
+}
+
+static double dot(size_t n, const float *a, const float *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)a[i] * (double)b[i];
+	return s;
+}
+
+/* Every tensor's gradient, along its own direction; the direction is the gradient's sign, so
+ * that the difference is far above rounding, mixed with noise, so that it is not only that. */
+static double worst_tensor(struct ct_unet_plan *p, struct ct_unet *n, size_t ny, const float *x,
+	const float *weight, const float *grads, const char **name, size_t *sharp)
+{
+	double worst = 0;
+
+	for (size_t i = 0; i < n->graph.n_param; i++) {
+		const struct ct_param *q = &n->graph.param[i];
+		const float *g = grads + q->offset;
+		float *d = draw(q->count, 100 + i);
+		double want, got, h, size;
+
+		for (size_t k = 0; k < q->count; k++)
+			d[k] = (g[k] > 0 ? 1.0f : -1.0f) * (1.0f + 0.5f * (d[k] > 0 ? 1.0f : -1.0f));
+		size = sqrt(dot(q->count, d, d));
+		h = 0.02 / size;
+		want = dot(q->count, g, d);
+		got = along(p, n, ny, x, weight, n->param + q->offset, d, q->count, h);
+		/* a bias before a normalisation has none: not below the rounding of the loss */
+		*sharp += fabs(want) > size;
+		size = fabs(want) + 0.1 * size;
+		if (!(fabs(got - want) <= worst * size)) {
+			worst = fabs(got - want) / size;
+			*name = q->name;
+		}
+		free(d);
+	}
+	return worst;
+}
+
+static void test_gradient(const char *text)
+{
+	struct ct_unet_arch a;
+	struct ct_unet *n = NULL;
+	struct ct_unet_plan *p = NULL;
+	const size_t pixels = 8 * 12;
+	size_t nx, ny, sharp = 0;
+	float *x, *weight, *grads, *dx, *dir;
+	const char *name = "";
+	double got, want;
+
+	if (parse(&a, text) || ct_unet_init(&n, &a, 3, &err) ||
+		ct_unet_plan_alloc(&p, n, 2, 8, 12, true, &err)) {
+		OK(0, "%s: %s", text, err.msg);
+		return;
+	}
+	/* nothing may be zero, or its partner has no gradient */
+	for (size_t i = 0; i < n->graph.count; i++)
+		n->param[i] += 0.05f * ct_rng_normal(4, 0, i);
+	if (ct_unet_changed(n, NULL, &err))
+		exit(99);
+	nx = 2 * a.in_channels * pixels;
+	ny = 2 * a.out_channels * pixels;
+	x = draw(nx, 1);
+	weight = draw(ny, 2);
+	dir = draw(nx, 3);
+	dx = calloc(nx, sizeof *dx);
+	grads = calloc(n->graph.count, sizeof *grads);
+	if (!dx || !grads)
+		exit(99);
+	loss(p, ny, x, weight);
+	OK(ct_unet_backward(p, grads, dx, weight, &err) == 0, "backward of %s", text);
+	got = worst_tensor(p, n, ny, x, weight, grads, &name, &sharp);
+	OK(got < 5e-3 && sharp * 4 > n->graph.n_param, "the gradient of every tensor is the slope along it");
+	printf("# worst %.2g, %s; %zu of %zu steep\n", got, name, sharp, n->graph.n_param);
+	want = dot(nx, dx, dir);
+	got = along(p, n, ny, x, weight, x, dir, nx, 1e-3);
+	OK(fabs(got - want) < 5e-3 * fabs(want), "so is the gradient of the image");
+	printf("# %g, %g\n", got, want);
+	/* a second time without the image's: gradients are added to */
+	want = dot(n->graph.count, grads, grads);
+	loss(p, ny, x, weight);
+	OK(ct_unet_backward(p, grads, NULL, weight, &err) == 0 &&
+			fabs(dot(n->graph.count, grads, grads) - 4 * want) < 1e-4 * want,
+		"gradients are added to");
+	free(x);
+	free(weight);
+	free(dir);
+	free(dx);
+	free(grads);
+	ct_unet_plan_free(p);
+	ct_unet_free(n);
+}
+
+static void refused(const struct ct_tensors *w, int code, const char *word, const char *what)
+{
+	struct ct_unet *n = NULL;
+	int rc = ct_unet_alloc(&n, w, &err);
+
+	OK(rc == -1 && (int)err.code == code && strstr(err.msg, word), "%s: %s", what, err.msg);
+	ct_unet_free(n);
+}
+
+static void test_refusals(void)
+{
+	struct ct_tensors w = {0};
+	struct ct_unet *n = NULL;
+	struct ct_unet_plan *p = NULL;
+	struct ct_tensor *t;
+	size_t two = 2;
+
+	if (read_gold(&w, "unet-b.safetensors")) {
+		OK(0, "%s", err.msg);
+		return;
+	}
+	t = ct_tensors_find(&w, "middle_block.1.qkv.weight");
+	t->dim[0]--;
+	refused(&w, CT_EINPUT, "middle_block.1.qkv.weight is [191,64,1]", "a shape");
+	t->dim[0]++;
+	t->name[0] = 'n';
+	refused(&w, CT_EINPUT, "no tensor middle_block.1.qkv.weight [192,64,1]", "a name");
+	t->name[0] = 'm';
+	t->data[5] = NAN;
+	refused(&w, CT_ENUMERIC, "middle_block.1.qkv.weight", "a value");
+	t->data[5] = 0;
+	if (ct_meta_set(&w.meta, "channel_mult", "[1, 1, 1]", &err))
+		exit(99);
+	refused(&w, CT_EINPUT, "input_blocks.7.0.in_layers.2.weight", "another architecture");
+	if (ct_meta_set(&w.meta, "channel_mult", "[1, 0.3, 1]", &err))
+		exit(99);
+	refused(&w, CT_EINPUT, "channel_mult", "channels that 32 does not divide");
+	if (ct_meta_set(&w.meta, "channel_mult", "[1, 1, x]", &err))
+		exit(99);
+	refused(&w, CT_EINPUT, "channel_mult", "words for numbers");
+	ct_meta_drop(&w.meta, "channel_mult");
+	refused(&w, CT_EINPUT, "channel_mult", "no architecture");
+	if (ct_meta_set(&w.meta, "channel_mult", "1,1,2", &err) || ct_unet_alloc(&n, &w, &err))
+		exit(99);
+	OK(ct_unet_plan_alloc(&p, n, 1, 24, 42, false, &err) == -1 && err.code == CT_EGEOM,
+		"a size that does not halve: %s", err.msg);
+	ct_unet_free(n);
+	if (ct_tensors_add(&w, "label_emb.weight", 1, &two, &t, &err))
+		exit(99);
+	t->data[0] = t->data[1] = 0;
+	refused(&w, CT_EINPUT, "label_emb.weight", "classes");
+	ct_tensors_free(&w);
+}
+
+/* Weights out and in again. */
+static void test_round_trip(void)
+{
+	struct ct_unet_arch a;
+	struct ct_unet *n = NULL, *m = NULL;
+	struct ct_tensors w = {0};
+	struct ct_meta back = {0};
+	size_t same = 0;
+
+	if (parse(&a, shapes[1]) || ct_unet_init(&n, &a, 3, &err) ||
+		ct_unet_tensors(n, n->param, &w, &err) || ct_unet_alloc(&m, &w, &err)) {
+		OK(0, "round trip: %s", err.msg);
+		return;
+	}
+	if (ct_unet_arch_to_meta(&m->arch, &back, &err))
+		OK(0, "%s", err.msg);
+	for (size_t i = 0; i < back.n; i++)
+		same += strcmp(back.pair[i].value, w.meta.pair[i].value) == 0;
+	OK(same == 13 && back.n == 13 && m->arch.num_heads == 2 && m->arch.levels == 2 &&
+			m->arch.channel_mult[1] == 2 && m->arch.use_new_attention_order,
+		"the architecture survives its metadata");
+	OK(memcmp(n->param, m->param, n->graph.count * sizeof *n->param) == 0, "so do the weights");
+	ct_unet_free(n);
+	ct_unet_free(m);
+	ct_meta_free(&back);
+	ct_tensors_free(&w);
+}
+
+int main(void)
+{
+	test_gold("unet-a.safetensors");
+	test_gold("unet-b.safetensors");
+	test_counts();
+	for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++)
+		test_gradient(shapes[i]);
+	test_refusals();
+	test_round_trip();
+	return tap_done();
+}
