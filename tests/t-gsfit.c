@@ -91,8 +91,8 @@ static void make(struct scene *s, const struct ct_env *env)
 		must(ct_splat_plan(&sp, &c, g.n, b, env->par, &e), &e);
 		ct_splat_draw(img, &sp, env->par);
 		for (size_t i = 0; i < N * N; i++)
-			ct_stack_view(&s->target, k)[i] = ct_stack_view(&s->base_proj, k)[i] +
-				img[i / N * pitch + i % N];
+			ct_stack_view(&s->target, k)[i] =
+				ct_stack_view(&s->base_proj, k)[i] + img[i / N * pitch + i % N];
 	}
 	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
@@ -170,7 +170,7 @@ static void recover(const struct scene *s, const struct ct_env *env)
 	ct_fit_signs(&soft.g, &pos, &neg);
 	OK(neg == 0, "softplus has no negative density");
 	if (!OK(soft.last_loss > 1.5 * f.last_loss && left_soft > 1.3 * left,
-		"and fits a signed residual worse"))
+		    "and fits a signed residual worse"))
 		printf("# loss %g against %g, left over %g against %g\n", soft.last_loss,
 			f.last_loss, left_soft, left);
 	ct_fit_free(&f);
@@ -180,12 +180,12 @@ static void recover(const struct scene *s, const struct ct_env *env)
 static bool same(const struct ct_fit *a, const struct ct_fit *b)
 {
 	bool ok = a->g.n == b->g.n && memcmp(&a->g.gamma, &b->g.gamma, sizeof(double)) == 0 &&
-		memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
+		  memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
 
 	for (size_t k = 0; ok && k < CT_GS_FIELDS; k++)
 		ok = memcmp(ct_gauss_field(&a->g, k), ct_gauss_field(&b->g, k),
-			a->g.n * sizeof(float)) == 0 &&
-			memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
+			     a->g.n * sizeof(float)) == 0 &&
+		     memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
 	return ok;
 }
 
@@ -260,8 +260,8 @@ static void not_finite(struct scene *s, const struct ct_env *env)
 	options(&o, CT_PRELU);
 	must(ct_fit_init(&f, &o, &d, env, &e), &e);
 	s->target.data[5 * N * N + 77] = NAN;
-	OK(ct_fit_run(&f, &d, env, &e) == -1 && e.code == CT_ENUMERIC &&
-		strstr(e.msg, "L1") && strstr(e.msg, "iteration"),
+	OK(ct_fit_run(&f, &d, env, &e) == -1 && e.code == CT_ENUMERIC && strstr(e.msg, "L1") &&
+			strstr(e.msg, "iteration"),
 		"a loss that is not finite names the term and the iteration");
 	ct_fit_free(&f);
 }

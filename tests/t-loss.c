@@ -32,7 +32,8 @@ static void image(void)
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
 	if (ct_loss_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
-		ct_alloc(&d, H * pitch, sizeof *d, &e) || ct_alloc(&waste, H * pitch, sizeof *d, &e))
+		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
+		ct_alloc(&waste, H * pitch, sizeof *d, &e))
 		exit(1);
 	for (size_t i = 0; i < H * W; i++) {
 		/* differences stay away from zero, where |x| has no derivative */
@@ -47,7 +48,8 @@ static void image(void)
 	image_loss(&l, d, img, pitch, base, y);
 	for (int s = 0; s < 2; s++) { /* along a random direction */
 		for (size_t i = 0; i < H * W; i++)
-			img[i / W * pitch + i % W] += (float)((s ? 2 : -1) * h) * ct_rng_normal(1, 3, i);
+			img[i / W * pitch + i % W] +=
+				(float)((s ? 2 : -1) * h) * ct_rng_normal(1, 3, i);
 		val[s] = image_loss(&l, waste, img, pitch, base, y);
 	}
 	num = (val[1] - val[0]) / (2 * h);
@@ -87,14 +89,16 @@ static void tv(void)
 			if (left[a]) {
 				size_t j = i + step[a];
 
-				want += fabs((double)f[j / 7 * pitch + j % 7] + (double)base[j] - v);
+				want += fabs(
+					(double)f[j / 7 * pitch + j % 7] + (double)base[j] - v);
 			}
 	}
 	want /= 6 * 5 * 6 + 7 * 4 * 6 + 7 * 5 * 5;
 	NEAR(ct_loss_tv(d, f, pitch, base, n, 0.7), want, 1e-6, "TV is the mean difference");
 	for (int s = 0; s < 2; s++) {
 		for (size_t i = 0; i < 210; i++)
-			f[i / 7 * pitch + i % 7] += (float)((s ? 2 : -1) * h) * ct_rng_normal(4, 2, i);
+			f[i / 7 * pitch + i % 7] +=
+				(float)((s ? 2 : -1) * h) * ct_rng_normal(4, 2, i);
 		val[s] = ct_loss_tv(waste, f, pitch, base, n, 1);
 	}
 	num = 0.7 * (val[1] - val[0]) / (2 * h);

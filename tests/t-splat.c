@@ -17,8 +17,10 @@ static void look(struct ct_camera *c, enum ct_beam beam, double angle, bool obli
 {
 	double s = sin(angle), k = cos(angle);
 	struct ct_err e;
-	struct ct_view v = {.source = {400 * k, 400 * s, 12}, .centre = {-200 * k + 3, -200 * s, -5},
-		.u = {-2 * s, 2 * k, oblique ? 0.7 : 0}, .v = {0.2 * k, 0.2 * s, -2.5}};
+	struct ct_view v = {.source = {400 * k, 400 * s, 12},
+		.centre = {-200 * k + 3, -200 * s, -5},
+		.u = {-2 * s, 2 * k, oblique ? 0.7 : 0},
+		.v = {0.2 * k, 0.2 * s, -2.5}};
 
 	if (ct_camera_init(c, &v, beam, H, W, &e))
 		OK(0, "%s", e.msg);
@@ -61,8 +63,8 @@ static double numeric(const double *g, const struct ct_camera *c, const double a
 	return (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h);
 }
 
-static void analytic(double d[PARAMS], const double *g, const struct ct_camera *c,
-	const double x[PARAMS])
+static void analytic(
+	double d[PARAMS], const double *g, const struct ct_camera *c, const double x[PARAMS])
 {
 	static double img[H * W];
 	struct ct_foot f;
@@ -107,8 +109,8 @@ static void mass_and_peak(enum ct_beam beam)
 {
 	static double img[H * W];
 	const double x[PARAMS] = {0, 0, 0, 1.2, 1.5, 1.0, 1, 0.2, 0.1, 0, 0.8, 0.25};
-	struct ct_view v = {.source = {0, -400, 0}, .centre = {0, 200, 0}, .u = {2, 0, 0},
-		.v = {0, 0, -2}};
+	struct ct_view v = {
+		.source = {0, -400, 0}, .centre = {0, 200, 0}, .u = {2, 0, 0}, .v = {0, 0, -2}};
 	double mag = beam == CT_CONE ? 1.5 : 1, mass = 0, peak, want;
 	struct ct_camera c;
 	struct ct_foot f;
@@ -122,7 +124,8 @@ static void mass_and_peak(enum ct_beam beam)
 	peak = img[19 * c.w + 27];
 	want = b.rho * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2] * mag * mag / 4;
 	NEAR(peak, b.rho * f.mu, 1e-12, "the peak is rho mu");
-	NEAR(mass / want, 1, 2e-3, "the mass is that of the Gaussian, times magnification^2 / pixel");
+	NEAR(mass / want, 1, 2e-3,
+		"the mass is that of the Gaussian, times magnification^2 / pixel");
 }
 
 /* Integral along the ray of every pixel, by fine steps: exact for parallel beam. */
@@ -149,7 +152,9 @@ static void line_integrals(enum ct_beam beam, double tol)
 {
 	static double img[H * W];
 	const double x[PARAMS] = {4, -3, 2, 1.3, 2.0, 1.6, 0.9, 0.3, -0.5, 0.4, -0.5, 0.25};
-	struct ct_view v = {.source = {-300, 20, 30}, .centre = {250, 0, -8}, .u = {0, 2, 0.3},
+	struct ct_view v = {.source = {-300, 20, 30},
+		.centre = {250, 0, -8},
+		.u = {0, 2, 0.3},
 		.v = {0, 0.1, -2}};
 	double worst = 0, peak = 0;
 	struct ct_camera c;
@@ -165,9 +170,9 @@ static void line_integrals(enum ct_beam beam, double tol)
 
 			for (int a = 0; a < 3; a++) {
 				pixel[a] = v.centre[a] + ((double)k - (W - 1) / 2.0) * v.u[a] +
-					((double)r - (H - 1) / 2.0) * v.v[a];
+					   ((double)r - (H - 1) / 2.0) * v.v[a];
 				dir[a] = beam == CT_CONE ? pixel[a] - v.source[a]
-					: v.centre[a] - v.source[a];
+							 : v.centre[a] - v.source[a];
 				len += dir[a] * dir[a];
 			}
 			for (int a = 0; a < 3; a++) {
@@ -179,7 +184,8 @@ static void line_integrals(enum ct_beam beam, double tol)
 			worst = fmax(worst, fabs(ray_sum(&b, from, dir) - img[r * W + k]));
 			peak = fmax(peak, fabs(img[r * W + k]));
 		}
-	if (!OK(worst < tol * peak && peak > 0, "pixels are line integrals, %s", ct_beam_name(beam)))
+	if (!OK(worst < tol * peak && peak > 0, "pixels are line integrals, %s",
+		    ct_beam_name(beam)))
 		printf("# worst %g of peak %g\n", worst, peak);
 }
 
@@ -214,8 +220,8 @@ static double diff(size_t n, const float *a, const double *b)
 }
 
 /* Fast functions against the ones in double, with the same end. */
-static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_blob *b,
-	struct ct_par *par)
+static void fast(
+	enum ct_beam beam, const struct ct_gauss *g, const struct ct_blob *b, struct ct_par *par)
 {
 	static double ref[H * W], dref[H * W];
 	size_t pitch = ct_dab_pitch(W);
@@ -228,9 +234,10 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_bl
 	bool same = true;
 
 	look(&c, beam, 2.1, true);
-	if (ct_alloc0(&img, H * pitch, sizeof *img, &e) || ct_alloc0(&dimg, H * pitch, sizeof *img, &e) ||
-		ct_alloc0(&again, H * pitch, sizeof *img, &e) || ct_gs_grad_reserve(&grad, g->n, &e) ||
-		ct_gs_grad_reserve(&one, g->n, &e))
+	if (ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
+		ct_alloc0(&dimg, H * pitch, sizeof *img, &e) ||
+		ct_alloc0(&again, H * pitch, sizeof *img, &e) ||
+		ct_gs_grad_reserve(&grad, g->n, &e) || ct_gs_grad_reserve(&one, g->n, &e))
 		exit(1);
 	for (size_t i = 0; i < H * W; i++) {
 		dimg[i / W * pitch + i % W] = ct_rng_normal(7, 0, i);
@@ -294,7 +301,8 @@ static void activations(void)
 			n = (ct_act(k, 0.3 + h, z) - ct_act(k, 0.3 - h, z)) / (2 * h);
 			worst = fmax(worst, fabs(n - ct_act_dgamma(k, z)));
 			if (k != CT_RELU || z > 0)
-				back = fmax(back, fabs(ct_act_inverse(k, 0.3, ct_act(k, 0.3, z)) - z));
+				back = fmax(
+					back, fabs(ct_act_inverse(k, 0.3, ct_act(k, 0.3, z)) - z));
 		}
 	OK(worst < 1e-8, "derivatives of the activations");
 	OK(back < 1e-12, "inverses of the activations");

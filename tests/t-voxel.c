@@ -110,7 +110,8 @@ static void fast(void)
 
 	crowd(&g, 150);
 	if (ct_par_alloc(&par, 4, &e) || ct_alloc(&b, g.n, sizeof *b, &e) ||
-		ct_gs_grad_reserve(&grad, g.n, &e) || ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
+		ct_gs_grad_reserve(&grad, g.n, &e) ||
+		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
 		ct_block_init(&block, turned, zero, n, &e))
 		exit(1);
 	env.par = par;
@@ -219,7 +220,8 @@ static void mass(void)
 		sum += (double)vol[i];
 	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
 	/* outside d^T K d = 12 lie 0.738% (chi-squared, 3 degrees of freedom) */
-	NEAR(sum / want, 1 - 0.00738, 3e-4, "the mass is that of the Gaussian, less the stated tail");
+	NEAR(sum / want, 1 - 0.00738, 3e-4,
+		"the mass is that of the Gaussian, less the stated tail");
 	OK(ct_block_init(&block, flat, zero, n, &e) == -1 && e.code == CT_EGEOM,
 		"a flat grid is refused");
 	free(vol);

@@ -131,5 +131,5 @@ void ct_adam1_step(struct ct_adam1 *a, double *x, double grad, double lr)
 	a->m = CT_ADAM_BETA1 * a->m + (1 - CT_ADAM_BETA1) * grad;
 	a->v = CT_ADAM_BETA2 * a->v + (1 - CT_ADAM_BETA2) * grad * grad;
 	*x -= lr * a->m / (1 - pow(CT_ADAM_BETA1, a->steps)) /
-		(sqrt(a->v / (1 - pow(CT_ADAM_BETA2, a->steps))) + CT_ADAM_EPS);
+	      (sqrt(a->v / (1 - pow(CT_ADAM_BETA2, a->steps))) + CT_ADAM_EPS);
 }

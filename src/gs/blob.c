@@ -8,8 +8,9 @@
 float *ct_gauss_field(const struct ct_gauss *g, size_t k)
 {
 	return k < CT_GS_SCALE ? g->pos[k]
-		: k < CT_GS_ROT ? g->scale[k - CT_GS_SCALE]
-		: k < CT_GS_RAW ? g->rot[k - CT_GS_ROT] : g->raw;
+	       : k < CT_GS_ROT ? g->scale[k - CT_GS_SCALE]
+	       : k < CT_GS_RAW ? g->rot[k - CT_GS_ROT]
+			       : g->raw;
 }
 
 /* 1/|q|; a quaternion of zeros counts as no rotation. */
@@ -63,15 +64,14 @@ static void some(void *arg, size_t chunk, size_t worker)
 
 	(void)worker;
 	for (size_t i = first; i < end && i < g->n; i++) {
-		const double p[3] = {(double)g->pos[0][i], (double)g->pos[1][i],
-			(double)g->pos[2][i]};
-		const double l[3] = {(double)g->scale[0][i], (double)g->scale[1][i],
-			(double)g->scale[2][i]};
+		const double p[3] = {
+			(double)g->pos[0][i], (double)g->pos[1][i], (double)g->pos[2][i]};
+		const double l[3] = {
+			(double)g->scale[0][i], (double)g->scale[1][i], (double)g->scale[2][i]};
 		const double q[4] = {(double)g->rot[0][i], (double)g->rot[1][i],
 			(double)g->rot[2][i], (double)g->rot[3][i]};
 
-		ct_blob_make(&j->b[i], p, l, q, ct_act(g->activation, g->gamma,
-			(double)g->raw[i]));
+		ct_blob_make(&j->b[i], p, l, q, ct_act(g->activation, g->gamma, (double)g->raw[i]));
 	}
 }
 
@@ -94,7 +94,7 @@ void ct_blob_back(double dln_s[static 3], double dq[static 4], const double g[st
 
 		for (int r = 0; r < 3; r++) {
 			double ga = full[r][0] * b->a[0][k] + full[r][1] * b->a[1][k] +
-				full[r][2] * b->a[2][k];
+				    full[r][2] * b->a[2][k];
 
 			d[r][k] = 2 * s2 * ga;
 			sum += b->a[r][k] * ga;
@@ -105,11 +105,11 @@ void ct_blob_back(double dln_s[static 3], double dq[static 4], const double g[st
 	w = u[0], x = u[1], y = u[2], z = u[3];
 	h[0] = 2 * (z * (d[1][0] - d[0][1]) + y * (d[0][2] - d[2][0]) + x * (d[2][1] - d[1][2]));
 	h[1] = 2 * (y * (d[0][1] + d[1][0]) + z * (d[0][2] + d[2][0]) + w * (d[2][1] - d[1][2]) -
-		2 * x * (d[1][1] + d[2][2]));
+			   2 * x * (d[1][1] + d[2][2]));
 	h[2] = 2 * (x * (d[0][1] + d[1][0]) + w * (d[0][2] - d[2][0]) + z * (d[1][2] + d[2][1]) -
-		2 * y * (d[0][0] + d[2][2]));
+			   2 * y * (d[0][0] + d[2][2]));
 	h[3] = 2 * (w * (d[1][0] - d[0][1]) + x * (d[0][2] + d[2][0]) + y * (d[1][2] + d[2][1]) -
-		2 * z * (d[0][0] + d[1][1]));
+			   2 * z * (d[0][0] + d[1][1]));
 	for (int k = 0; k < 4; k++)
 		dot += u[k] * h[k];
 	for (int k = 0; k < 4; k++)
@@ -124,8 +124,8 @@ void ct_congruence(double out[static 6], const double m[static 3][3], const doub
 
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++)
-			hm[r][c] = full[r][0] * m[0][c] + full[r][1] * m[1][c] +
-				full[r][2] * m[2][c];
+			hm[r][c] =
+				full[r][0] * m[0][c] + full[r][1] * m[1][c] + full[r][2] * m[2][c];
 	for (int r = 0; r < 3; r++)
 		for (int c = r; c < 3; c++)
 			out[at++] = m[0][r] * hm[0][c] + m[1][r] * hm[1][c] + m[2][r] * hm[2][c];

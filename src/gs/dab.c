@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
 	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
@@ -141,8 +141,8 @@ INLINE bool gentle(const struct ct_dab *d)
 
 /* Columns from c, beginning in row r. Columns outside the box take the values at its border, so
  * that no lane meets denormal numbers; they do not count. */
-INLINE void walk_from(struct walk *k, int32_t c, size_t r, const struct span *o,
-	const struct ct_dab *d)
+INLINE void walk_from(
+	struct walk *k, int32_t c, size_t r, const struct span *o, const struct ct_dab *d)
 {
 	const vf zero = {0}, low = zero + ((float)o->first - d->fx);
 	const vf high = zero + ((float)o->last - d->fx);

@@ -23,10 +23,10 @@ enum { CT_DAB_LANES = 8 };
 
 struct ct_dab {
 	int32_t col, row; /* of the centre, rounded down */
-	float fx, fy;     /* the rest, [0, 1) */
-	float slope;      /* columns per row */
-	float kx, ky;     /* 1/pixel^2 */
-	float amp;        /* peak */
+	float fx, fy;	  /* the rest, [0, 1) */
+	float slope;	  /* columns per row */
+	float kx, ky;	  /* 1/pixel^2 */
+	float amp;	  /* peak */
 	float cut;
 };
 

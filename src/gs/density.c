@@ -7,8 +7,8 @@
 
 #include <math.h>
 
-#define LEAST 1e-5  /* raw density that counts as none */
-#define SHRINK 1.6  /* of a child's axes */
+#define LEAST 1e-5 /* raw density that counts as none */
+#define SHRINK 1.6 /* of a child's axes */
 
 void ct_density_note(struct ct_adam *a, size_t n, const struct ct_gs_grad *grad)
 {
@@ -36,8 +36,8 @@ static void halve(struct ct_gauss *g, size_t i)
 }
 
 /* i and `twin` become children of i: centres drawn from it. */
-static void split(struct ct_gauss *g, size_t i, size_t twin, double ln_least, uint64_t seed,
-	size_t iteration)
+static void split(
+	struct ct_gauss *g, size_t i, size_t twin, double ln_least, uint64_t seed, size_t iteration)
 {
 	const size_t child[2] = {i, twin};
 	struct ct_blob b;
@@ -55,8 +55,9 @@ static void split(struct ct_gauss *g, size_t i, size_t twin, double ln_least, ui
 			double at = b.p[a];
 
 			for (size_t k = 0; k < 3; k++)
-				at += b.a[a][k] * b.s[k] * (double)ct_rng_normal(seed,
-					CT_STREAM_SPLIT + iteration, i * 6 + c * 3 + k);
+				at += b.a[a][k] * b.s[k] *
+				      (double)ct_rng_normal(
+					      seed, CT_STREAM_SPLIT + iteration, i * 6 + c * 3 + k);
 			g->pos[a][child[c]] = (float)at;
 			g->scale[a][child[c]] = (float)fmax(l[a] - log(SHRINK), ln_least);
 		}
@@ -135,5 +136,6 @@ int ct_density_control(struct ct_gauss *g, struct ct_adam *a, const struct ct_de
 		a->screen[i] = 0;
 		a->seen[i] = 0;
 	}
-	return g->n ? 0 : ct_fail(e, CT_ENUMERIC, "no Gaussian is left at iteration %zu", iteration);
+	return g->n ? 0
+		    : ct_fail(e, CT_ENUMERIC, "no Gaussian is left at iteration %zu", iteration);
 }

@@ -1,8 +1,8 @@
 /* density.h: how many Gaussians, and where: clone, split and prune by R2-Gaussian's rules with
  * the paper's for signed densities.
  *
- * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split in
- * two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
+ * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
+ * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
  * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
  * for the activations that cannot be negative) and those whose centre is outside the grid.
  */
@@ -13,10 +13,10 @@
 #include "gs/voxel.h"
 
 struct ct_density_rule {
-	double grad;      /* threshold of the mean screen gradient */
-	double large;     /* mm: a longest axis above is split, not cloned */
-	size_t most;      /* Gaussians; what would go beyond is left as it is */
-	double ln_least;  /* least ln s of a child */
+	double grad;	     /* threshold of the mean screen gradient */
+	double large;	     /* mm: a longest axis above is split, not cloned */
+	size_t most;	     /* Gaussians; what would go beyond is left as it is */
+	double ln_least;     /* least ln s of a child */
 	struct ct_block box; /* the grid whose box they live in */
 };
 

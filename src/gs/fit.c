@@ -54,7 +54,7 @@ struct work {
 	struct ct_voxels vox;
 	struct ct_gs_grad grad;
 	struct ct_loss loss;
-	float *img, *dimg;          /* h x pitch */
+	float *img, *dimg;	      /* h x pitch */
 	float *block, *dblock, *crop; /* of the TV block; crop without padding */
 	double *dgamma;
 	size_t dgammas;
@@ -75,8 +75,8 @@ static void work_free(struct work *w)
 	free(w->dgamma);
 }
 
-static int work_alloc(struct work *w, const struct ct_fit *f, const struct ct_fit_data *d,
-	struct ct_err *e)
+static int work_alloc(
+	struct work *w, const struct ct_fit *f, const struct ct_fit_data *d, struct ct_err *e)
 {
 	size_t h = d->target->h, n = f->opt.tv_block, pitch = ct_dab_pitch(d->target->w);
 	size_t block = ct_dab_pitch(n) * n * n;
@@ -95,8 +95,11 @@ static int work_alloc(struct work *w, const struct ct_fit *f, const struct ct_fi
 static int work_grow(struct work *w, size_t n, struct ct_err *e)
 {
 	return ct_grow(&w->blob, &w->blobs, n, sizeof *w->blob, e) ||
-		ct_gs_grad_reserve(&w->grad, n, e) ||
-		ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1, sizeof *w->dgamma, e) ? -1 : 0;
+			       ct_gs_grad_reserve(&w->grad, n, e) ||
+			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
+				       sizeof *w->dgamma, e)
+		       ? -1
+		       : 0;
 }
 
 static double extent_of(const struct ct_vol *v)
@@ -121,11 +124,14 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	f->g.activation = o->activation;
 	f->g.gamma = CT_GAMMA_INIT;
 	f->rule = (struct ct_density_rule){.grad = o->densify_grad,
-		.large = o->densify_large * f->extent, .most = o->max_gaussians, .ln_least = ln_s[0]};
-	if (!o->full && (!d->base_projections ||
-		ct_stack_same(d->target, d->base_projections, e)))
-		return d->base_projections ? -1
-			: ct_fail(e, CT_EINPUT, "a residual needs the projections of its base");
+		.large = o->densify_large * f->extent,
+		.most = o->max_gaussians,
+		.ln_least = ln_s[0]};
+	if (!o->full && (!d->base_projections || ct_stack_same(d->target, d->base_projections, e)))
+		return d->base_projections
+			       ? -1
+			       : ct_fail(e, CT_EINPUT,
+					 "a residual needs the projections of its base");
 	if (ct_stack_check(d->target, e) ||
 		ct_block_init(&f->rule.box, d->base->affine, zero, d->base->n, e) ||
 		ct_init(&f->g, d->base, o->gaussians, o->init_density, ln_s, env, e) ||
@@ -180,8 +186,9 @@ static double rate(const struct ct_rate *r, size_t iteration, size_t iterations)
 static int check_term(double x, const char *name, size_t iteration, struct ct_err *e)
 {
 	return isfinite(x) ? 0
-		: ct_fail(e, CT_ENUMERIC, "iteration %zu: the %s term of the loss is not finite",
-			iteration, name);
+			   : ct_fail(e, CT_ENUMERIC,
+				     "iteration %zu: the %s term of the loss is not finite",
+				     iteration, name);
 }
 
 /* Projection of one view, its loss, and the gradient of both: the Gaussians' sets w->grad. */
@@ -217,18 +224,22 @@ static int tv_term(struct ct_fit *f, const struct ct_fit_data *d, struct work *w
 
 	for (size_t a = 0; a < 3; a++) {
 		n[a] = base->n[a] < f->opt.tv_block ? base->n[a] : f->opt.tv_block;
-		first[a] = (size_t)ct_rng_below(env->seed, CT_STREAM_TV + iteration, a,
-			base->n[a] - n[a] + 1);
+		first[a] = (size_t)ct_rng_below(
+			env->seed, CT_STREAM_TV + iteration, a, base->n[a] - n[a] + 1);
 	}
 	if (ct_block_init(&block, base->affine, first, n, e) ||
 		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, e))
 		return -1;
 	ct_voxels_draw(w->block, &w->vox, 0, n[2]);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
-		memcpy(w->crop + r * n[0], base->data + ((first[2] + r / n[1]) * base->n[1] +
-			first[1] + r % n[1]) * base->n[0] + first[0], n[0] * sizeof *w->crop);
-	t->tv = ct_loss_tv(w->dblock, w->block, ct_dab_pitch(n[0]), f->opt.full ? NULL : w->crop,
-		n, k->tv);
+		memcpy(w->crop + r * n[0],
+			base->data +
+				((first[2] + r / n[1]) * base->n[1] + first[1] + r % n[1]) *
+					base->n[0] +
+				first[0],
+			n[0] * sizeof *w->crop);
+	t->tv = ct_loss_tv(
+		w->dblock, w->block, ct_dab_pitch(n[0]), f->opt.full ? NULL : w->crop, n, k->tv);
 	if (check_term(t->tv, "TV", iteration, e))
 		return -1;
 	ct_voxels_back(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
@@ -271,9 +282,12 @@ static void update(struct ct_fit *f, struct work *w, size_t iteration, const str
 	for (size_t i = 0; i < chunks; i++)
 		dgamma += w->dgamma[i];
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		lr[k] = k < CT_GS_SCALE ? rate(&o->position, iteration, o->iterations) * f->extent / 2
-			: rate(k < CT_GS_ROT ? &o->scaling : k < CT_GS_RAW ? &o->rotation : &o->density,
-				iteration, o->iterations);
+		lr[k] = k < CT_GS_SCALE
+				? rate(&o->position, iteration, o->iterations) * f->extent / 2
+				: rate(k < CT_GS_ROT	  ? &o->scaling
+					  : k < CT_GS_RAW ? &o->rotation
+							  : &o->density,
+					  iteration, o->iterations);
 	ct_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
 	if (f->g.activation == CT_PRELU) {
 		ct_adam1_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
@@ -307,8 +321,8 @@ static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double l
 		f->first_loss = f->last_loss;
 }
 
-static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w,
-	size_t iteration, const struct ct_env *env, struct ct_err *e)
+static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w, size_t iteration,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
 	const struct ct_loss_weights k = {o->l1 + o->res, o->ssim, o->tv, 2 / f->extent};
@@ -323,9 +337,11 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w
 	t.total = k.l1 * t.l1 + k.ssim * t.dssim + k.tv * t.tv;
 	note_loss(f, d->target->views, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
-		ct_log(env, CT_INFO, "iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + "
-			"%g TV %.4g; mean %.6g, %zu Gaussians, gamma %.4g", iteration, t.total, k.l1,
-			t.l1, k.ssim, t.dssim, k.tv, t.tv, f->last_loss, f->g.n, f->g.gamma);
+		ct_log(env, CT_INFO,
+			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + "
+			"%g TV %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
+			iteration, t.total, k.l1, t.l1, k.ssim, t.dssim, k.tv, t.tv, f->last_loss,
+			f->g.n, f->g.gamma);
 	ct_density_note(&f->adam, f->g.n, &w->grad);
 	update(f, w, iteration, env);
 	f->g.step = iteration;
@@ -337,8 +353,8 @@ static int save(const struct ct_fit *f, struct ct_err *e)
 	return ct_gauss_check_finite(&f->g, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
 }
 
-int ct_fit_run(struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env,
-	struct ct_err *e)
+int ct_fit_run(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	size_t every = f->opt.checkpoint_every;
 	struct work w;
@@ -354,8 +370,8 @@ int ct_fit_run(struct ct_fit *f, const struct ct_fit_data *d, const struct ct_en
 				ct_check_stop(env, e);
 			goto out;
 		}
-		if (iterate(f, d, &w, it, env, e) || (every && it % every == 0 &&
-			it < f->opt.iterations && save(f, e)))
+		if (iterate(f, d, &w, it, env, e) ||
+			(every && it % every == 0 && it < f->opt.iterations && save(f, e)))
 			goto out;
 		ct_progress(env, "fit", it, f->opt.iterations);
 	}

@@ -33,12 +33,12 @@ struct ct_rate {
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
-	bool full;             /* the whole volume instead of a residual */
-	double init_density;   /* of the base's density, at the start */
+	bool full;	     /* the whole volume instead of a residual */
+	double init_density; /* of the base's density, at the start */
 	double l1, res, ssim, tv;
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
-	double s_least, s_most; /* parts of the largest extent */
+	double s_least, s_most;				   /* parts of the largest extent */
 	size_t densify_from, densify_every, densify_until; /* until 0: iterations */
 	double densify_grad, densify_large; /* the latter a part of the largest extent */
 	size_t tv_block;
@@ -53,18 +53,18 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 
 /* What is fitted, borrowed. */
 struct ct_fit_data {
-	const struct ct_stack *target;  /* density x mm */
+	const struct ct_stack *target;		 /* density x mm */
 	const struct ct_stack *base_projections; /* the same geometry; NULL in mode full */
-	const struct ct_vol *base;      /* density */
+	const struct ct_vol *base;		 /* density */
 };
 
 struct ct_fit {
 	struct ct_fit_options opt;
-	struct ct_gauss g;         /* g.step iterations are done */
+	struct ct_gauss g; /* g.step iterations are done */
 	struct ct_adam adam;
 	struct ct_adam1 gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
-	double extent;             /* mm, largest of the grid */
+	double extent;		      /* mm, largest of the grid */
 	struct ct_density_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
@@ -77,8 +77,8 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 void ct_fit_free(struct ct_fit *f);
 /* From f->g.step to the last iteration. CT_ENUMERIC naming term and iteration if the loss is
  * not finite, CT_ESTOP after a last save when asked to stop. */
-int ct_fit_run(struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env,
-	struct ct_err *e);
+int ct_fit_run(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */
@@ -88,7 +88,6 @@ size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
  * belongs to. t must be zero. */
 int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *f, const char *run, struct ct_err *e);
 /* Into an initialised fit. CT_EINPUT if `run` differs or the state is not whole. */
-int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
-	struct ct_err *e);
+int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e);
 
 #endif

@@ -58,8 +58,8 @@ static void try_cell(const struct cells *c, size_t cell, size_t i, double best[3
 }
 
 /* Cells at Chebyshev distance `ring` from `at`; false if there are none. */
-static bool try_ring(const struct cells *c, const size_t at[3], size_t ring, size_t i,
-	double best[3])
+static bool try_ring(
+	const struct cells *c, const size_t at[3], size_t ring, size_t i, double best[3])
 {
 	size_t lo[3], hi[3];
 	bool any = false;
@@ -73,7 +73,7 @@ static bool try_ring(const struct cells *c, const size_t at[3], size_t ring, siz
 		for (size_t y = lo[1]; y <= hi[1]; y++) {
 			size_t row = (z * c->n[1] + y) * c->n[0];
 			bool face = z + ring == at[2] || z == at[2] + ring || y + ring == at[1] ||
-				y == at[1] + ring;
+				    y == at[1] + ring;
 
 			if (face) {
 				for (size_t x = lo[0]; x <= hi[0]; x++)
@@ -132,8 +132,8 @@ static void lay_out(struct cells *c)
 		c->n[a] = (size_t)((high[a] - c->low[a]) / c->size) + 1;
 }
 
-int ct_near3(double *out, size_t n, float *const pos[static 3], struct ct_par *par,
-	struct ct_err *e)
+int ct_near3(
+	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e)
 {
 	struct cells c = {.out = out, .pos = pos, .count = n};
 	size_t cells, at[3];
@@ -185,15 +185,17 @@ static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size
 		u = ct_rng_uniform(seed, CT_STREAM_INIT, ordinal++);
 		if (u * (double)left-- >= (double)(n - g->n))
 			continue;
-		ct_vol_world(base, (const double[]){(double)(i % base->n[0]),
-			(double)(i / base->n[0] % base->n[1]),
-			(double)(i / base->n[0] / base->n[1])}, mm);
+		ct_vol_world(base,
+			(const double[]){(double)(i % base->n[0]),
+				(double)(i / base->n[0] % base->n[1]),
+				(double)(i / base->n[0] / base->n[1])},
+			mm);
 		for (int a = 0; a < 3; a++)
 			g->pos[a][g->n] = (float)mm[a];
 		for (int a = 0; a < 4; a++)
 			g->rot[a][g->n] = a == 0;
-		g->raw[g->n] = (float)ct_act_inverse(g->activation, g->gamma,
-			gain * (double)base->data[i]);
+		g->raw[g->n] = (float)ct_act_inverse(
+			g->activation, g->gamma, gain * (double)base->data[i]);
 		g->n++;
 	}
 }
@@ -208,8 +210,10 @@ int ct_init(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain
 		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
 			(double)CT_INIT_LEAST);
 	if (n > found) {
-		ct_log(env, CT_INFO, "%zu Gaussians, not %zu: there are no more voxels of density "
-			"above %g", found, n, (double)CT_INIT_LEAST);
+		ct_log(env, CT_INFO,
+			"%zu Gaussians, not %zu: there are no more voxels of density "
+			"above %g",
+			found, n, (double)CT_INIT_LEAST);
 		n = found;
 	}
 	if (ct_gauss_reserve(g, n, e) || ct_alloc(&d2, n, sizeof *d2, e))

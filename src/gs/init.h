@@ -19,10 +19,11 @@
 /* out[i] = mean squared distance from point i to its three nearest (fewer if there are not so
  * many; 0 for a lone point), exact: cells of about two points, rings of cells until none nearer can
  * follow. pos[3][n], mm. Allocates. */
-int ct_near3(double *out, size_t n, float *const pos[static 3], struct ct_par *par,
-	struct ct_err *e);
+int ct_near3(
+	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e);
 /* Fill g, which must be zero or hold an activation and gamma: at most n Gaussians on the grid of
- * `base`, whose data are density [0,1]. ln s is kept within ln_s. CT_EINPUT if no voxel qualifies. */
+ * `base`, whose data are density [0,1]. ln s is kept within ln_s. CT_EINPUT if no voxel qualifies.
+ */
 int ct_init(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
 	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e);
 

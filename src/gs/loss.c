@@ -49,7 +49,8 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 		}
 	t->l1 = sum / (double)count;
 	t->dssim = k->ssim == 0 ? 0
-		: 1 - ct_ssim_back(&l->rule, l->h, l->w, l->g, l->x, l->y, -k->ssim, l->scratch);
+				: 1 - ct_ssim_back(&l->rule, l->h, l->w, l->g, l->x, l->y, -k->ssim,
+					      l->scratch);
 	for (size_t r = 0; r < l->h; r++) {
 		for (size_t c = 0; c < l->w; c++)
 			dimg[r * pitch + c] = scale * l->g[r * l->w + c];
@@ -61,8 +62,8 @@ double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
 	const size_t n[static 3], double weight)
 {
 	const size_t step[3] = {1, pitch, pitch * n[1]}, bstep[3] = {1, n[0], n[0] * n[1]};
-	size_t count = (n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] +
-		n[0] * n[1] * (n[2] - 1);
+	size_t count =
+		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
 	double sum = 0;
 	float w = count ? (float)(weight / (double)count) : 0;
 
@@ -71,7 +72,8 @@ double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
 		for (size_t j = 0; j < n[1]; j++)
 			for (size_t i = 0; i < n[0]; i++) {
 				const size_t at[3] = {i, j, k};
-				size_t p = (k * n[1] + j) * pitch + i, b = (k * n[1] + j) * n[0] + i;
+				size_t p = (k * n[1] + j) * pitch + i,
+				       b = (k * n[1] + j) * n[0] + i;
 
 				for (int a = 0; a < 3; a++) {
 					float d;

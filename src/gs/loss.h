@@ -40,8 +40,8 @@ void ct_loss_free(struct ct_loss *l);
  * and y h x w. Neither weight need be positive: a term of weight 0 is not computed. */
 void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
 	size_t pitch, const float *base, const float *y, const struct ct_loss_weights *k);
-/* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its gradient;
- * f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel. */
+/* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
+ * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel. */
 double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
 	const size_t n[static 3], double weight);
 

@@ -30,7 +30,8 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 	double normal[3], ray[3], len, depth;
 
 	if (beam == CT_FAN)
-		return ct_fail(e, CT_EGEOM, "Gaussians are projected in cone or parallel beam, not fan");
+		return ct_fail(
+			e, CT_EGEOM, "Gaussians are projected in cone or parallel beam, not fan");
 	*c = (struct ct_camera){.cone = beam == CT_CONE, .h = h, .w = w};
 	cross(normal, v->u, v->v);
 	/* the dual of (u, v): map[0].u = 1, map[0].v = 0, in the plane */
@@ -121,8 +122,8 @@ bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_bl
 	return det > 0 && isfinite(det) && f->cond > 0 && isfinite(f->mu);
 }
 
-void ct_foot_draw(double *img, const struct ct_camera *c, const struct ct_foot *f, double rho,
-	double cut)
+void ct_foot_draw(
+	double *img, const struct ct_camera *c, const struct ct_foot *f, double rho, double cut)
 {
 	double slope = f->cov[1] / f->cov[2];
 
@@ -144,7 +145,7 @@ static bool dab_of(struct ct_dab *o, int32_t rows[2], const struct ct_camera *c,
 	double w = (double)c->w - 1, h = (double)c->h - 1, top, bottom;
 
 	if (!(f->m[0] + reach_x >= 0 && f->m[0] - reach_x <= w && f->m[1] + reach_y >= 0 &&
-		f->m[1] - reach_y <= h && fabs(f->m[0]) < 1e8 && fabs(f->m[1]) < 1e8))
+		    f->m[1] - reach_y <= h && fabs(f->m[0]) < 1e8 && fabs(f->m[1]) < 1e8))
 		return false;
 	top = fmax(0, ceil(f->m[1] - reach_y));
 	bottom = fmin(h, floor(f->m[1] + reach_y));

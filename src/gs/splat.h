@@ -1,7 +1,7 @@
 /* splat.h: X-ray projections of Gaussians and their gradients.
  *
- * A Gaussian projects to  rho mu exp(-1/2 d^T K d),  d = pixel - projected centre,  K^-1 = J Sigma J^T
- * with J the Jacobian of the projection at the centre (2x3, pixels per mm), and
+ * A Gaussian projects to  rho mu exp(-1/2 d^T K d),  d = pixel - projected centre,  K^-1 = J Sigma
+ * J^T with J the Jacobian of the projection at the centre (2x3, pixels per mm), and
  *
  *   mu = sqrt(2 pi / (delta^T Sigma^-1 delta)),  delta = unit ray through the centre,
  *
@@ -30,21 +30,21 @@ struct ct_camera {
 	bool cone;
 	size_t h, w;
 	double origin[3];
-	double n[3];       /* cone: unit normal of the detector; parallel: unit ray */
+	double n[3]; /* cone: unit normal of the detector; parallel: unit ray */
 	double map[2][3];
 	double c[2];
-	double near;       /* cone: nothing is drawn at smaller z */
+	double near; /* cone: nothing is drawn at smaller z */
 };
 
 /* The projection of one Gaussian, what both directions need of it. */
 struct ct_foot {
-	double m[2];       /* centre, column and row */
-	double cov[3];     /* pixel^2: column-column, column-row, row-row */
-	double cond;       /* variance of the column given the row */
-	double mu;         /* mm */
+	double m[2];   /* centre, column and row */
+	double cov[3]; /* pixel^2: column-column, column-row, row-row */
+	double cond;   /* variance of the column given the row */
+	double mu;     /* mm */
 	double j[2][3];
 	double delta[3], v[3]; /* ray, Sigma^-1 ray */
-	double z, dist;    /* along the normal, and from the source; cone */
+	double z, dist;	       /* along the normal, and from the source; cone */
 };
 
 /* CT_EGEOM for fan beam, which is no projection of a volume. The view must pass ct_stack_check. */
@@ -62,8 +62,8 @@ void ct_foot_back(struct ct_foot_grad *g, const struct ct_foot *f, const struct 
 
 /* In double and without an end: what the fast functions are tested against.
  * img[h][w] += foot; sums as above for dL/dimg = g[h][w]. */
-void ct_foot_draw(double *img, const struct ct_camera *c, const struct ct_foot *f, double rho,
-	double cut);
+void ct_foot_draw(
+	double *img, const struct ct_camera *c, const struct ct_foot *f, double rho, double cut);
 void ct_foot_sums(double s[static 6], const double *g, const struct ct_camera *c,
 	const struct ct_foot *f, double cut);
 

@@ -68,8 +68,9 @@ static void cone_back(double p[static 3], const struct ct_foot *f, const struct 
 		double t[3];
 
 		for (int k = 0; k < 3; k++)
-			t[k] = b->s[k] * b->s[k] * (f->j[r][0] * b->a[0][k] +
-				f->j[r][1] * b->a[1][k] + f->j[r][2] * b->a[2][k]);
+			t[k] = b->s[k] * b->s[k] *
+			       (f->j[r][0] * b->a[0][k] + f->j[r][1] * b->a[1][k] +
+				       f->j[r][2] * b->a[2][k]);
 		for (int a = 0; a < 3; a++)
 			js[r][a] = dot(b->a[a], t);
 	}
@@ -78,7 +79,7 @@ static void cone_back(double p[static 3], const struct ct_foot *f, const struct 
 
 		for (int a = 0; a < 3; a++)
 			gj[a] = 2 * (r ? h[1] * js[0][a] + h[2] * js[1][a]
-				: h[0] * js[0][a] + h[1] * js[1][a]);
+				       : h[0] * js[0][a] + h[1] * js[1][a]);
 		gn = dot(gj, c->n) / f->z;
 		gjj = dot(gj, f->j[r]) / f->z;
 		for (int a = 0; a < 3; a++)
@@ -113,8 +114,8 @@ void ct_foot_back(struct ct_foot_grad *g, const struct ct_foot *f, const struct 
 		g->p[r] = f->j[0][r] * g->m[0] + f->j[1][r] * g->m[1];
 		for (int k = r; k < 3; k++)
 			g->sigma[at++] = f->j[0][r] * (h[0] * f->j[0][k] + h[1] * f->j[1][k]) +
-				f->j[1][r] * (h[1] * f->j[0][k] + h[2] * f->j[1][k]) +
-				w * f->v[r] * f->v[k];
+					 f->j[1][r] * (h[1] * f->j[0][k] + h[2] * f->j[1][k]) +
+					 w * f->v[r] * f->v[k];
 	}
 	if (c->cone)
 		cone_back(g->p, f, c, b, h, dl_dmu);
@@ -152,8 +153,8 @@ static void one(const struct job *j, size_t i)
 	for (int k = 0; k < 4; k++)
 		j->grad->d[CT_GS_ROT + k][i] = (float)dq[k];
 	j->grad->d[CT_GS_RAW][i] = (float)g.rho;
-	j->grad->screen[i] = seen ? (float)hypot(g.m[0] * (double)c->w / 2,
-		g.m[1] * (double)c->h / 2) : -1.0f;
+	j->grad->screen[i] =
+		seen ? (float)hypot(g.m[0] * (double)c->w / 2, g.m[1] * (double)c->h / 2) : -1.0f;
 }
 
 static void some(void *arg, size_t chunk, size_t worker)

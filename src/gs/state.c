@@ -10,8 +10,8 @@
 
 enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 6 };
 
-static const char *const field_name[CT_GS_FIELDS] = {"x", "y", "z", "scale_0", "scale_1",
-	"scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "raw"};
+static const char *const field_name[CT_GS_FIELDS] = {
+	"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "raw"};
 
 /* The k-th array of a fit, float or (*count != NULL) whole numbers, and its name. */
 static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint32_t **count)
@@ -23,8 +23,9 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 	*count = NULL;
 	if (set < 3) {
 		snprintf(name, 40, "%s%s", field_name[field], part[set]);
-		*x = set == 0 ? ct_gauss_field(&f->g, field)
-			: set == 1 ? f->adam.m[field] : f->adam.v[field];
+		*x = set == 0	? ct_gauss_field(&f->g, field)
+		     : set == 1 ? f->adam.m[field]
+				: f->adam.v[field];
 		return;
 	}
 	snprintf(name, 40, "%s", field == 0 ? "steps" : field == 1 ? "screen" : "seen");
@@ -36,8 +37,8 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 
 static double *scalar(struct ct_fit *f, size_t k)
 {
-	double *const s[SCALARS - 1] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
-		&f->last_loss};
+	double *const s[SCALARS - 1] = {
+		&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss, &f->last_loss};
 
 	return s[k];
 }
@@ -90,8 +91,7 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	return 0;
 }
 
-int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
-	struct ct_err *e)
+int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e)
 {
 	const char *its = ct_meta_get(&t->meta, "run");
 	const struct ct_tensor *first = ct_tensors_find(t, field_name[0]);
@@ -99,7 +99,8 @@ int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
 
 	if (!its || strcmp(its, run) != 0)
 		return ct_fail(e, CT_EINPUT,
-			"the state is of a run with other options or inputs; remove it to begin anew");
+			"the state is of a run with other options or inputs; remove it to begin "
+			"anew");
 	if (!first || (n = ct_tensor_count(first)) == 0 || n > UINT32_MAX)
 		return ct_fail(e, CT_EINPUT, "the state has no Gaussians");
 	if (ct_gauss_reserve(&f->g, n, e) || ct_adam_reserve(&f->adam, 0, n, e))
@@ -114,10 +115,11 @@ int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
 		array_of(f, k, name, &x, &count);
 		in = ct_tensors_find(t, name);
 		if (!in || in->rank != 1 || in->dim[0] != n)
-			return ct_fail(e, CT_EINPUT, "the state has no '%s' of %zu numbers", name, n);
+			return ct_fail(
+				e, CT_EINPUT, "the state has no '%s' of %zu numbers", name, n);
 		for (size_t i = 0; i < n; i++) {
-			if (!isfinite(in->data[i]) || (count && !(in->data[i] >= 0 &&
-				in->data[i] <= 16777216.0f)))
+			if (!isfinite(in->data[i]) ||
+				(count && !(in->data[i] >= 0 && in->data[i] <= 16777216.0f)))
 				return ct_fail(e, CT_EINPUT, "'%s' of the state: %g at %zu", name,
 					(double)in->data[i], i);
 			if (x)

@@ -14,8 +14,8 @@ static double dot(const double a[static 3], const double b[static 3])
 	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-int ct_block_init(struct ct_block *k, const double affine[static 3][4], const size_t first[static 3],
-	const size_t n[static 3], struct ct_err *e)
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
 {
 	double cof[3][3], det = 0;
 
@@ -23,7 +23,8 @@ int ct_block_init(struct ct_block *k, const double affine[static 3][4], const si
 		for (int c = 0; c < 3; c++) {
 			int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
 
-			cof[r][c] = affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
+			cof[r][c] =
+				affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
 		}
 	for (int c = 0; c < 3; c++)
 		det += affine[0][c] * cof[0][c];
@@ -51,7 +52,8 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 		o->m[r] = dot(k->inv[r], d);
 		for (int a = 0; a < 3; a++)
 			row[r][a] = (k->inv[r][0] * b->a[0][a] + k->inv[r][1] * b->a[1][a] +
-				k->inv[r][2] * b->a[2][a]) * b->s[a];
+					    k->inv[r][2] * b->a[2][a]) *
+				    b->s[a];
 	}
 	for (int r = 0; r < 3; r++) {
 		double reach;
@@ -60,7 +62,7 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 			c[r][a] = dot(row[r], row[a]);
 		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
 		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
-			fabs(o->m[r]) < 1e8))
+			    fabs(o->m[r]) < 1e8))
 			return false;
 		if (r == 2) {
 			o->slice[0] = (int32_t)fmax(0, ceil(o->m[2] - reach));
@@ -171,8 +173,8 @@ void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t 
 			size_t rows[2];
 
 			if (slice_of(&d, rows, k, b, s))
-				ct_dab_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]), k->n[0],
-					rows[0], rows[1], &d);
+				ct_dab_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]),
+					k->n[0], rows[0], rows[1], &d);
 		}
 	}
 }
@@ -188,7 +190,8 @@ static void add_slab(void *arg, size_t at, size_t worker)
 {
 	const struct add *a = arg;
 	const struct ct_block *k = &a->v->block;
-	size_t first = (a->first + at) * SLAB, end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
+	size_t first = (a->first + at) * SLAB,
+	       end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
 	size_t pitch = ct_dab_pitch(k->n[0]);
 	float *slab = a->slab + worker * SLAB * ct_voxels_slice(k);
 
@@ -210,13 +213,14 @@ int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const stru
 	int rc = -1;
 
 	if (ct_alloc(&a.slab, ct_par_threads(env->par) * SLAB,
-		ct_voxels_slice(&v->block) * sizeof(float), e))
+		    ct_voxels_slice(&v->block) * sizeof(float), e))
 		return -1;
 	for (; a.first < slabs; a.first += GROUP) {
 		ct_progress(env, "slabs", a.first, slabs);
 		if (ct_check_stop(env, e))
 			goto out;
-		ct_par_for(env->par, slabs - a.first < GROUP ? slabs - a.first : GROUP, add_slab, &a);
+		ct_par_for(
+			env->par, slabs - a.first < GROUP ? slabs - a.first : GROUP, add_slab, &a);
 	}
 	ct_progress(env, "slabs", slabs, slabs);
 	rc = 0;
@@ -278,18 +282,19 @@ void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struc
 	const double sums[static 10])
 {
 	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
-	const double ut[3][3] = {{1, -b->s01, b->s01 * b->s12 - b->s02}, {0, 1, -b->s12}, {0, 0, 1}};
+	const double ut[3][3] = {
+		{1, -b->s01, b->s01 * b->s12 - b->s02}, {0, 1, -b->s12}, {0, 0, 1}};
 	double w[3][3], h[6];
 	size_t at = 0;
 
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++)
 			w[r][c] = ut[r][0] * k->inv[0][c] + ut[r][1] * k->inv[1][c] +
-				ut[r][2] * k->inv[2][c];
+				  ut[r][2] * k->inv[2][c];
 	g->rho = sums[0];
 	for (int c = 0; c < 3; c++)
 		g->p[c] = b->rho * (w[0][c] * d[0] * sums[1] + w[1][c] * d[1] * sums[2] +
-			w[2][c] * d[2] * sums[3]);
+					   w[2][c] * d[2] * sums[3]);
 	for (int r = 0; r < 3; r++)
 		for (int c = r; c < 3; c++, at++)
 			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];

@@ -1,10 +1,11 @@
 /* voxel.h: the field of Gaussians on a grid of voxels, or a block of it, and its gradient.
  *
- *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of CT_GS_CUT
+ *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of
+ * CT_GS_CUT
  *
  * at voxel centres. In every slice a Gaussian is a dab (dab.h), so one kernel does projections and
- * volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any number of
- * threads.
+ * volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any number
+ * of threads.
  */
 #ifndef CT_GS_VOXEL_H
 #define CT_GS_VOXEL_H
@@ -26,9 +27,9 @@ struct ct_block {
  * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
 struct ct_brick {
 	double m[3], s01, s02, s12;
-	double var[3];  /* variances of column given row and slice, row given slice, slice */
+	double var[3]; /* variances of column given row and slice, row given slice, slice */
 	double rho;
-	size_t index;   /* of the Gaussian */
+	size_t index;	  /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };
 
@@ -39,8 +40,8 @@ struct ct_voxels {
 };
 
 /* CT_EGEOM if the affine has no inverse. */
-int ct_block_init(struct ct_block *k, const double affine[static 3][4], const size_t first[static 3],
-	const size_t n[static 3], struct ct_err *e);
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e);
 /* False if the Gaussian does not touch the block. */
 bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_blob *b);
 

@@ -82,8 +82,8 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
 }
 
-static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,
-	struct ct_err *e)
+static int read_all(
+	struct ct_vol *base, struct ct_any *res, const struct params *p, struct ct_err *e)
 {
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
@@ -141,13 +141,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		read_all(&base, &from, p, e))
 		goto out;
 	mode = ct_meta_get(ct_any_meta(&from), "mode");
-	if (ct_window_choose(window, p->window, ct_meta_get(ct_any_meta(&from), "window")
-		? ct_any_meta(&from) : &base.meta, e) ||
+	if (ct_window_choose(window, p->window,
+		    ct_meta_get(ct_any_meta(&from), "window") ? ct_any_meta(&from) : &base.meta,
+		    e) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
 	add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
-	if (ct_meta_step(&base.meta, env, 2, (const struct ct_meta *const[]){&base.meta,
-		ct_any_meta(&from)}, e) || (p->res_out && write_residual(&res, &from, p, env, e)))
+	if (ct_meta_step(&base.meta, env, 2,
+		    (const struct ct_meta *const[]){&base.meta, ct_any_meta(&from)}, e) ||
+		(p->res_out && write_residual(&res, &from, p, env, e)))
 		goto out;
 	rc = ct_vol_write(p->out, &base, env, e);
 out:

@@ -26,8 +26,13 @@ struct params {
 	bool resume;
 };
 
-static const struct params defaults = {.iterations = 5000, .gaussians = 50000, .most = 500000,
-	.every = 1000, .ssim = NAN, .tv = 0.05, .init = NAN};
+static const struct params defaults = {.iterations = 5000,
+	.gaussians = 50000,
+	.most = 500000,
+	.every = 1000,
+	.ssim = NAN,
+	.tv = 0.05,
+	.init = NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
@@ -42,8 +47,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000, "one view each"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),
-	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000,
-		"never more than these"),
+	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
 		"last iteration that clones, splits and prunes; 0 is the last of all"),
 	CT_CHOICE(struct params, activation, 'a', "activation", "prelu|softplus|relu|sine",
@@ -51,13 +55,15 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, mode, 'm', "mode", "residual|full",
 		"fit what IN has beyond the projections of the base, or all of it"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 0, 1024,
-		"factor of the super-resolution: from 8 on, the rates of scale and rotation are ten "
+		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
+		"ten "
 		"times lower; 0 is what the files say, else 4"),
 	CT_OPT(struct params, ssim, 0, "lambda-ssim", "W", 0, 1e6,
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
-		"density to begin with, as a part of the base's (0.05 for a signed residual, else 0.15)"),
+		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
+		"0.15)"),
 	CT_OPT(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped"),
 	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
@@ -75,13 +81,14 @@ struct job {
 	char *state, *run;
 };
 
-static int check_quantity(const struct ct_meta *m, const char *want, const char *path,
-	struct ct_err *e)
+static int check_quantity(
+	const struct ct_meta *m, const char *want, const char *path, struct ct_err *e)
 {
 	const char *q = ct_meta_get(m, "quantity");
 
-	return !q || strcasecmp(q, want) == 0 ? 0
-		: ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not %s", path, q, want);
+	return !q || strcasecmp(q, want) == 0
+		       ? 0
+		       : ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not %s", path, q, want);
 }
 
 /* HU to density in the window that the option and all files agree on. */
@@ -103,8 +110,8 @@ static int read_base(struct job *j, struct ct_err *e)
 		return -1;
 	if (said && ct_meta_get(&j->in.meta, "window") &&
 		strcmp(said, ct_meta_get(&j->in.meta, "window")) != 0)
-		return ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s", path, said, j->p->in,
-			ct_meta_get(&j->in.meta, "window"));
+		return ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s", path, said,
+			j->p->in, ct_meta_get(&j->in.meta, "window"));
 	if (!density)
 		ct_window_density(ct_vol_count(&j->base), j->base.data, j->base.data, j->window);
 	return 0;
@@ -190,13 +197,15 @@ static const char *input_of(const struct ct_meta *m)
 /* What a state belongs to: all that can change the result. */
 static int name_run(struct job *j, const struct ct_fit_options *o, struct ct_err *e)
 {
-	if (asprintf(&j->run, "%s %s %s; window %.17g:%.17g; seed %llu; %zu iterations, %zu to %zu "
-		"Gaussians until %zu, %s, %s, L1 %.17g, SSIM %.17g, TV %.17g, begin %.17g, scaling %.17g",
-		input_of(&j->in.meta), input_of(&j->base.meta), input_of(&j->base_proj.meta),
-		j->window[0], j->window[1], (unsigned long long)j->env->seed, o->iterations,
-		o->gaussians, o->max_gaussians, o->densify_until, ct_activation_name(o->activation),
-		o->full ? "full" : "residual", o->l1 + o->res, o->ssim, o->tv, o->init_density,
-		o->scaling.first) < 0) {
+	if (asprintf(&j->run,
+		    "%s %s %s; window %.17g:%.17g; seed %llu; %zu iterations, %zu to %zu "
+		    "Gaussians until %zu, %s, %s, L1 %.17g, SSIM %.17g, TV %.17g, begin %.17g, "
+		    "scaling %.17g",
+		    input_of(&j->in.meta), input_of(&j->base.meta), input_of(&j->base_proj.meta),
+		    j->window[0], j->window[1], (unsigned long long)j->env->seed, o->iterations,
+		    o->gaussians, o->max_gaussians, o->densify_until,
+		    ct_activation_name(o->activation), o->full ? "full" : "residual",
+		    o->l1 + o->res, o->ssim, o->tv, o->init_density, o->scaling.first) < 0) {
 		j->run = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
@@ -245,8 +254,8 @@ static double now(void)
 }
 
 /* Time from a few iterations of the real thing. */
-static int estimate(struct ct_fit *f, const struct ct_fit_data *d, const struct job *j,
-	struct ct_err *e)
+static int estimate(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct job *j, struct ct_err *e)
 {
 	enum { TRIAL = 5 };
 	struct ct_env quiet = *j->env;
@@ -263,9 +272,10 @@ static int estimate(struct ct_fit *f, const struct ct_fit_data *d, const struct 
 		return -1;
 	time = (now() - start) / (double)f->opt.iterations * (double)all;
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
-	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n", time, n,
-		time * (double)most / (double)n, most, (fixed + each * (double)most) / 1048576,
-		44.0 * (double)most / 1048576, 144.0 * (double)most / 1048576);
+	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
+		time, n, time * (double)most / (double)n, most,
+		(fixed + each * (double)most) / 1048576, 44.0 * (double)most / 1048576,
+		144.0 * (double)most / 1048576);
 	return 0;
 }
 
@@ -278,8 +288,8 @@ static int report(const struct ct_fit *f, const struct job *j, struct ct_err *e)
 	if (!j->env->json) {
 		if (strcmp(j->p->out, "-") != 0 && j->env->verbose >= 0)
 			printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\n"
-				"first-loss %.6g\nlast-loss %.6g\n", f->g.n, pos, neg, f->g.gamma,
-				f->first_loss, f->last_loss);
+			       "first-loss %.6g\nlast-loss %.6g\n",
+				f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss);
 		return 0;
 	}
 	o = json_pack("{sI sI sI sf sf sf}", "gaussians", (json_int_t)f->g.n, "positive",
@@ -295,8 +305,8 @@ static int report(const struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 {
-	const struct ct_meta *const in[] = {&j->in.meta, &j->base.meta,
-		j->p->projections ? &j->base_proj.meta : NULL};
+	const struct ct_meta *const in[] = {
+		&j->in.meta, &j->base.meta, j->p->projections ? &j->base_proj.meta : NULL};
 	struct ct_meta *m = &f->g.meta;
 
 	if (ct_meta_copy(m, &j->in.meta, e) || ct_window_put(m, j->window, e) ||
@@ -356,8 +366,8 @@ static int check(struct job *j, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
 	if (stream && (p->resume || j->env->json))
-		return ct_fail(e, CT_EUSAGE, "--%s wants OUT to be a file",
-			p->resume ? "resume" : "json");
+		return ct_fail(
+			e, CT_EUSAGE, "--%s wants OUT to be a file", p->resume ? "resume" : "json");
 	if (j->env->dry_run)
 		return 0;
 	if (ct_out_check(p->out, j->env, e))
