@@ -322,6 +322,56 @@ static void neighbours(void)
 	OK(got[0] <= 0, "a lone point has no neighbour");
 }
 
+/* One to clone (small, negative), one to split (large), one without density, one outside, one
+ * that has not moved the image. */
+static void control(void)
+{
+	static const float raw[] = {-0.4f, 0.3f, 5e-6f, 0.2f, 0.1f};
+	static const float x[] = {1, 2, 3, 90, 4}, ln_s[] = {0, 2, 0, 0, 0};
+	const double affine[3][4] = {{4, 0, 0, -32}, {0, 4, 0, -32}, {0, 0, 4, -32}};
+	const size_t zero[3] = {0}, n[3] = {17, 17, 17};
+	struct ct_density_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
+	struct ct_density_count c;
+	struct ct_gauss g = {.gamma = 0.25};
+	struct ct_adam a = {0};
+	struct ct_err e;
+
+	must(ct_block_init(&r.box, affine, zero, n, &e), &e);
+	for (int round = 0; round < 2; round++) {
+		must(ct_gauss_reserve(&g, 5, &e), &e);
+		must(ct_adam_reserve(&a, 0, 5, &e), &e);
+		g.n = 5;
+		for (size_t i = 0; i < 5; i++) {
+			for (size_t k = 0; k < CT_GS_FIELDS; k++)
+				ct_gauss_field(&g, k)[i] = k == CT_GS_ROT;
+			g.pos[0][i] = x[i];
+			for (int k = 0; k < 3; k++)
+				g.scale[k][i] = ln_s[i];
+			g.raw[i] = raw[i];
+			a.screen[i] = i < 2 ? 5 : 0.5f;
+			a.seen[i] = 4;
+			a.m[0][i] = 7;
+		}
+		r.most = round ? 5 : 100;
+		must(ct_density_control(&g, &a, &r, &c, 1, 600, &e), &e);
+		if (round == 0) {
+			OK(c.cloned == 1 && c.split == 1 && c.pruned == 2 && g.n == 5,
+				"one cloned, one split, two pruned");
+			OK(g.raw[0] == -0.2f && g.raw[3] == -0.2f && g.pos[0][3] == x[0],
+				"a clone stands there with half the density, sign kept");
+			OK(g.raw[1] == 0.15f && g.raw[4] == 0.15f && g.pos[0][1] != g.pos[0][4],
+				"children share the density, at places of their own");
+			NEAR((double)g.scale[2][4], 2 - log(1.6), 1e-6,
+				"and are 1.6 times smaller");
+			OK(a.m[0][0] == 7 && a.m[0][3] == 0 && a.m[0][1] == 0 && a.seen[0] == 0,
+				"only the one that stayed keeps its moments");
+		} else
+			OK(c.cloned + c.split == 0 && g.n == 3, "no more than the most");
+	}
+	ct_gauss_free(&g);
+	ct_adam_free(&a);
+}
+
 int main(void)
 {
 	struct ct_env env = {.seed = 11};
@@ -331,6 +381,7 @@ int main(void)
 	must(ct_par_alloc(&env.par, 4, &e), &e);
 	make(&s, &env);
 	views();
+	control();
 	neighbours();
 	recover(&s, &env);
 	threads_and_resume(&s, &env);
