@@ -46,3 +46,7 @@ ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += src/tools/ct-view.c man/ct-view.1.in
 endif
+bin_PROGRAMS += ct-nabgs
+ct_nabgs_SOURCES = src/tools/ct-nabgs.c
+bin_PROGRAMS += ct-compose
+ct_compose_SOURCES = src/tools/ct-compose.c

@@ -422,7 +422,8 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 	fprintf(f, "%s %s", t->name, PACKAGE_VERSION);
 	for (int i = 1; i < argc; i++) { /* what cannot change the result stays out */
 		if (strcmp(argv[i], "-q") == 0 || strcmp(argv[i], "-v") == 0 ||
-			strcmp(argv[i], "-f") == 0 || strncmp(argv[i], "--threads=", 10) == 0)
+			strcmp(argv[i], "-f") == 0 || strcmp(argv[i], "--resume") == 0 ||
+			strncmp(argv[i], "--threads=", 10) == 0)
 			continue;
 		if (strcmp(argv[i], "-t") == 0 || strcmp(argv[i], "--threads") == 0) {
 			i++;

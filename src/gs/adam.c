@@ -1,0 +1,135 @@
+/* adam.c: see adam.h. */
+#include "config.h"
+#include "gs/adam.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+int ct_adam_reserve(struct ct_adam *a, size_t old, size_t n, struct ct_err *e)
+{
+	size_t cap = a->cap;
+
+	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+		cap = a->cap;
+		if (ct_grow(&a->m[k], &cap, n, sizeof(float), e))
+			return -1;
+		cap = a->cap;
+		if (ct_grow(&a->v[k], &cap, n, sizeof(float), e))
+			return -1;
+	}
+	cap = a->cap;
+	if (ct_grow(&a->steps, &cap, n, sizeof *a->steps, e))
+		return -1;
+	cap = a->cap;
+	if (ct_grow(&a->screen, &cap, n, sizeof *a->screen, e))
+		return -1;
+	cap = a->cap;
+	if (ct_grow(&a->seen, &cap, n, sizeof *a->seen, e))
+		return -1;
+	a->cap = cap;
+	for (size_t i = old; i < n; i++)
+		ct_adam_reset(a, i);
+	return 0;
+}
+
+void ct_adam_free(struct ct_adam *a)
+{
+	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+		free(a->m[k]);
+		free(a->v[k]);
+	}
+	free(a->steps);
+	free(a->screen);
+	free(a->seen);
+	*a = (struct ct_adam){0};
+}
+
+void ct_adam_reset(struct ct_adam *a, size_t i)
+{
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		a->m[k][i] = a->v[k][i] = 0;
+	a->steps[i] = a->seen[i] = 0;
+	a->screen[i] = 0;
+}
+
+void ct_adam_move(struct ct_adam *a, size_t to, size_t from)
+{
+	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+		a->m[k][to] = a->m[k][from];
+		a->v[k][to] = a->v[k][from];
+	}
+	a->steps[to] = a->steps[from];
+	a->seen[to] = a->seen[from];
+	a->screen[to] = a->screen[from];
+}
+
+struct job {
+	struct ct_adam *a;
+	struct ct_gauss *g;
+	const struct ct_gs_grad *grad;
+	const double *lr, *ln_s;
+};
+
+/* n parameters; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 - beta2^t). */
+static void step(size_t n, float *restrict x, float *restrict m, float *restrict v,
+	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
+{
+	const float b1 = (float)CT_ADAM_BETA1, b2 = (float)CT_ADAM_BETA2, eps = (float)CT_ADAM_EPS;
+
+	for (size_t i = 0; i < n; i++) {
+		m[i] = b1 * m[i] + (1 - b1) * grad[i];
+		v[i] = b2 * v[i] + (1 - b2) * grad[i] * grad[i];
+		x[i] -= lr * c1[i] * m[i] / (sqrtf(v[i]) * c2[i] + eps);
+	}
+}
+
+static void some(void *arg, size_t chunk, size_t worker)
+{
+	const struct job *j = arg;
+	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK, n;
+	float c1[CT_GS_CHUNK], c2[CT_GS_CHUNK];
+	uint32_t last = 0;
+
+	(void)worker;
+	n = (end < j->g->n ? end : j->g->n) - first;
+	for (size_t i = 0; i < n; i++) {
+		uint32_t t = ++j->a->steps[first + i];
+
+		if (i && t == last) { /* nearly always */
+			c1[i] = c1[i - 1];
+			c2[i] = c2[i - 1];
+		} else {
+			c1[i] = (float)(1 / (1 - pow(CT_ADAM_BETA1, (double)t)));
+			c2[i] = (float)(1 / sqrt(1 - pow(CT_ADAM_BETA2, (double)t)));
+		}
+		last = t;
+	}
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		step(n, ct_gauss_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
+			j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
+	for (size_t k = 0; k < 3; k++) {
+		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];
+
+		for (size_t i = 0; i < n; i++)
+			s[i] = s[i] < lo ? lo : s[i] > hi ? hi : s[i];
+	}
+}
+
+void ct_adam_step(struct ct_adam *a, struct ct_gauss *g, const struct ct_gs_grad *grad,
+	const double lr[static CT_GS_FIELDS], const double ln_s[static 2], struct ct_par *par)
+{
+	struct job j = {a, g, grad, lr, ln_s};
+
+	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
+}
+
+void ct_adam1_step(struct ct_adam1 *a, double *x, double grad, double lr)
+{
+	a->steps++;
+	a->m = CT_ADAM_BETA1 * a->m + (1 - CT_ADAM_BETA1) * grad;
+	a->v = CT_ADAM_BETA2 * a->v + (1 - CT_ADAM_BETA2) * grad * grad;
+	*x -= lr * a->m / (1 - pow(CT_ADAM_BETA1, a->steps)) /
+	      (sqrt(a->v / (1 - pow(CT_ADAM_BETA2, a->steps))) + CT_ADAM_EPS);
+}

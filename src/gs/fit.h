@@ -1,0 +1,93 @@
+/* fit.h: signed Gaussians fitted to projections (the paper, section NAB-GS, on the optimiser of
+ * R2-Gaussian, Zha et al., NeurIPS 2024).
+ *
+ *   x = base projection + sum of Gaussians (mode residual), or the sum alone (mode full)
+ *   L = (l1 + res) mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV(base block + Gaussians)
+ *
+ * One view an iteration, drawn without replacement until all had their turn, and a random block of
+ * 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
+ * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
+ * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
+ * their bounded logistic parameter wherever s is far from its bounds, and is clamped there.
+ *
+ * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
+ * stopped and continued.
+ */
+#ifndef CT_GS_FIT_H
+#define CT_GS_FIT_H
+#include "core/env.h"
+#include "core/gauss.h"
+#include "core/stack.h"
+#include "core/tensors.h"
+#include "core/vol.h"
+#include "gs/adam.h"
+#include "gs/density.h"
+#include "gs/loss.h"
+
+#include <stdbool.h>
+
+struct ct_rate {
+	double first, last;
+};
+
+struct ct_fit_options {
+	size_t iterations, gaussians, max_gaussians;
+	enum ct_activation activation;
+	bool full;	     /* the whole volume instead of a residual */
+	double init_density; /* of the base's density, at the start */
+	double l1, res, ssim, tv;
+	struct ct_rate position, density, scaling, rotation;
+	double gamma_rate;
+	double s_least, s_most;				   /* parts of the largest extent */
+	size_t densify_from, densify_every, densify_until; /* until 0: iterations */
+	double densify_grad, densify_large; /* the latter a part of the largest extent */
+	size_t tv_block;
+	size_t log_every, checkpoint_every; /* 0: never */
+};
+
+/* The paper's values for factor `scale`: from 8 on the rates of scale and rotation are ten times
+ * lower. Mode full is R2-Gaussian: a single L1 term, 0.25 (1 - SSIM), and a start from 0.15 of the
+ * base's density, as for the activations that cannot be negative; a signed residual starts from
+ * 0.05, so that positions and shapes learn from the first step. */
+void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
+
+/* What is fitted, borrowed. */
+struct ct_fit_data {
+	const struct ct_stack *target;		 /* density x mm */
+	const struct ct_stack *base_projections; /* the same geometry; NULL in mode full */
+	const struct ct_vol *base;		 /* density */
+};
+
+struct ct_fit {
+	struct ct_fit_options opt;
+	struct ct_gauss g; /* g.step iterations are done */
+	struct ct_adam adam;
+	struct ct_adam1 gamma;
+	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
+	double extent;		      /* mm, largest of the grid */
+	struct ct_density_rule rule;
+	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
+	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
+	void *ctx;
+};
+
+/* Begin: the Gaussians of init.h. CT_EGEOM if the data do not belong together, CT_EINPUT. */
+int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
+	const struct ct_env *env, struct ct_err *e);
+void ct_fit_free(struct ct_fit *f);
+/* From f->g.step to the last iteration. CT_ENUMERIC naming term and iteration if the loss is
+ * not finite, CT_ESTOP after a last save when asked to stop. */
+int ct_fit_run(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
+/* Gaussians with positive and with negative density. */
+void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
+/* The view of an iteration (from 0) of `views`: a permutation each epoch. */
+size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
+
+/* State as tensors, exact: all that ct_fit_run changes. `run` names the options, data and seed it
+ * belongs to. t must be zero. */
+int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *f, const char *run, struct ct_err *e);
+/* Into an initialised fit. CT_EINPUT if `run` differs or the state is not whole. */
+int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e);
+
+#endif

@@ -1,0 +1,237 @@
+/* init.c: see init.h. */
+#include "config.h"
+#include "gs/init.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/act.h"
+#include "gs/stream.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CHUNK = 256 };
+
+/* Points sorted by cell: those of cell c are item[start[c] .. start[c+1]). */
+struct cells {
+	size_t n[3];
+	double low[3], size;
+	size_t *start, *item;
+	double *out;
+	float *const *pos;
+	size_t count;
+};
+
+static size_t cell_of(const struct cells *c, size_t i, size_t at[3])
+{
+	for (int a = 0; a < 3; a++) {
+		double x = floor(((double)c->pos[a][i] - c->low[a]) / c->size);
+
+		at[a] = x <= 0 ? 0 : x >= (double)c->n[a] ? c->n[a] - 1 : (size_t)x;
+	}
+	return (at[2] * c->n[1] + at[1]) * c->n[0] + at[0];
+}
+
+static void try_cell(const struct cells *c, size_t cell, size_t i, double best[3])
+{
+	for (size_t k = c->start[cell]; k < c->start[cell + 1]; k++) {
+		size_t j = c->item[k];
+		double d2 = 0;
+
+		if (j == i)
+			continue;
+		for (int a = 0; a < 3; a++) {
+			double d = (double)c->pos[a][i] - (double)c->pos[a][j];
+
+			d2 += d * d;
+		}
+		if (d2 >= best[2])
+			continue;
+		best[2] = d2;
+		for (int m = 2; m > 0 && best[m] < best[m - 1]; m--) {
+			double t = best[m];
+
+			best[m] = best[m - 1];
+			best[m - 1] = t;
+		}
+	}
+}
+
+/* Cells at Chebyshev distance `ring` from `at`; false if there are none. */
+static bool try_ring(
+	const struct cells *c, const size_t at[3], size_t ring, size_t i, double best[3])
+{
+	size_t lo[3], hi[3];
+	bool any = false;
+
+	for (int a = 0; a < 3; a++) {
+		lo[a] = at[a] > ring ? at[a] - ring : 0;
+		hi[a] = at[a] + ring < c->n[a] ? at[a] + ring : c->n[a] - 1;
+		any |= at[a] >= ring || at[a] + ring < c->n[a];
+	}
+	for (size_t z = lo[2]; z <= hi[2]; z++)
+		for (size_t y = lo[1]; y <= hi[1]; y++) {
+			size_t row = (z * c->n[1] + y) * c->n[0];
+			bool face = z + ring == at[2] || z == at[2] + ring || y + ring == at[1] ||
+				    y == at[1] + ring;
+
+			if (face) {
+				for (size_t x = lo[0]; x <= hi[0]; x++)
+					try_cell(c, row + x, i, best);
+				continue;
+			}
+			if (at[0] >= ring)
+				try_cell(c, row + at[0] - ring, i, best);
+			if (at[0] + ring < c->n[0])
+				try_cell(c, row + at[0] + ring, i, best);
+		}
+	return any;
+}
+
+static void near_some(void *arg, size_t chunk, size_t worker)
+{
+	const struct cells *c = arg;
+	size_t first = chunk * CHUNK, end = first + CHUNK < c->count ? first + CHUNK : c->count;
+
+	(void)worker;
+	for (size_t i = first; i < end; i++) {
+		double best[3] = {INFINITY, INFINITY, INFINITY}, sum = 0;
+		size_t at[3], found = 0;
+
+		cell_of(c, i, at);
+		for (size_t ring = 0; try_ring(c, at, ring, i, best); ring++) {
+			double sure = (double)ring * c->size; /* no cell beyond is nearer */
+
+			if (best[2] <= sure * sure)
+				break;
+		}
+		for (; found < 3 && isfinite(best[found]); found++)
+			sum += best[found];
+		c->out[i] = found ? sum / (double)found : 0;
+	}
+}
+
+/* Cells that hold two points on average, were the points spread evenly over their box. */
+static void lay_out(struct cells *c)
+{
+	double high[3], most = 0, vol = 1;
+
+	for (int a = 0; a < 3; a++) {
+		c->low[a] = high[a] = (double)c->pos[a][0];
+		for (size_t i = 1; i < c->count; i++) {
+			c->low[a] = fmin(c->low[a], (double)c->pos[a][i]);
+			high[a] = fmax(high[a], (double)c->pos[a][i]);
+		}
+		most = fmax(most, high[a] - c->low[a]);
+	}
+	most = most > 0 ? most : 1;
+	for (int a = 0; a < 3; a++)
+		vol *= fmax(high[a] - c->low[a], 1e-3 * most);
+	c->size = cbrt(2 * vol / (double)c->count);
+	for (int a = 0; a < 3; a++)
+		c->n[a] = (size_t)((high[a] - c->low[a]) / c->size) + 1;
+}
+
+int ct_near3(
+	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e)
+{
+	struct cells c = {.out = out, .pos = pos, .count = n};
+	size_t cells, at[3];
+	int rc = -1;
+
+	if (n == 0)
+		return 0;
+	lay_out(&c);
+	if (ct_size_mul(&cells, c.n[0], c.n[1], "cells", e) ||
+		ct_size_mul(&cells, cells, c.n[2], "cells", e) ||
+		ct_alloc0(&c.start, cells + 2, sizeof *c.start, e) ||
+		ct_alloc(&c.item, n, sizeof *c.item, e))
+		goto out;
+	for (size_t i = 0; i < n; i++)
+		c.start[cell_of(&c, i, at) + 2]++;
+	for (size_t k = 2; k < cells + 2; k++)
+		c.start[k] += c.start[k - 1];
+	for (size_t i = 0; i < n; i++)
+		c.item[c.start[cell_of(&c, i, at) + 1]++] = i;
+	ct_par_for(par, (n + CHUNK - 1) / CHUNK, near_some, &c);
+	rc = 0;
+out:
+	free(c.start);
+	free(c.item);
+	return rc;
+}
+
+static size_t candidates(const struct ct_vol *base)
+{
+	size_t n = ct_vol_count(base), found = 0;
+
+	for (size_t i = 0; i < n; i++)
+		found += base->data[i] > CT_INIT_LEAST;
+	return found;
+}
+
+/* n of the candidates in the order of the grid, each with its chance (selection sampling). */
+static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size_t left,
+	double gain, uint64_t seed)
+{
+	size_t count = ct_vol_count(base), ordinal = 0;
+
+	g->n = 0;
+	for (size_t i = 0; i < count && g->n < n; i++) {
+		double u, mm[3];
+
+		if (!(base->data[i] > CT_INIT_LEAST))
+			continue;
+		u = ct_rng_uniform(seed, CT_STREAM_INIT, ordinal++);
+		if (u * (double)left-- >= (double)(n - g->n))
+			continue;
+		ct_vol_world(base,
+			(const double[]){(double)(i % base->n[0]),
+				(double)(i / base->n[0] % base->n[1]),
+				(double)(i / base->n[0] / base->n[1])},
+			mm);
+		for (int a = 0; a < 3; a++)
+			g->pos[a][g->n] = (float)mm[a];
+		for (int a = 0; a < 4; a++)
+			g->rot[a][g->n] = a == 0;
+		g->raw[g->n] = (float)ct_act_inverse(
+			g->activation, g->gamma, gain * (double)base->data[i]);
+		g->n++;
+	}
+}
+
+int ct_init(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
+	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
+{
+	size_t found = candidates(base);
+	double *d2 = NULL, mm[3];
+
+	if (found == 0)
+		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
+			(double)CT_INIT_LEAST);
+	if (n > found) {
+		ct_log(env, CT_INFO,
+			"%zu Gaussians, not %zu: there are no more voxels of density "
+			"above %g",
+			found, n, (double)CT_INIT_LEAST);
+		n = found;
+	}
+	if (ct_gauss_reserve(g, n, e) || ct_alloc(&d2, n, sizeof *d2, e))
+		return -1;
+	choose(g, base, n, found, gain, env->seed);
+	if (ct_near3(d2, n, g->pos, env->par, e)) {
+		free(d2);
+		return -1;
+	}
+	ct_vol_spacing(base, mm);
+	for (size_t i = 0; i < n; i++) {
+		double s = log(d2[i] > 0 ? sqrt(d2[i]) : mm[0]);
+
+		for (int a = 0; a < 3; a++)
+			g->scale[a][i] = (float)fmax(ln_s[0], fmin(ln_s[1], s));
+	}
+	memcpy(g->grid, base->n, sizeof g->grid);
+	memcpy(g->affine, base->affine, sizeof g->affine);
+	free(d2);
+	return 0;
+}

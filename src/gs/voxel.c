@@ -1,0 +1,353 @@
+/* voxel.c: see voxel.h. */
+#include "config.h"
+#include "gs/voxel.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLAB = 8, GROUP = 32 }; /* slices that one task fills; slabs between words of progress */
+
+static double dot(const double a[static 3], const double b[static 3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
+{
+	double cof[3][3], det = 0;
+
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) {
+			int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+
+			cof[r][c] =
+				affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
+		}
+	for (int c = 0; c < 3; c++)
+		det += affine[0][c] * cof[0][c];
+	if (!(fabs(det) > 0) || !isfinite(det))
+		return ct_fail(e, CT_EGEOM, "the affine of the grid has no inverse");
+	for (int r = 0; r < 3; r++) {
+		k->n[r] = n[r];
+		k->world[r] = affine[r][3];
+		for (int c = 0; c < 3; c++) {
+			k->inv[c][r] = cof[r][c] / det;
+			k->world[r] += affine[r][c] * (double)first[c];
+		}
+	}
+	return 0;
+}
+
+/* Covariance in voxels by rows of inv A diag(s); then conditional variances, last axis first. */
+bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_blob *b)
+{
+	double d[3], row[3][3], c[3][3], c01, c11;
+
+	for (int a = 0; a < 3; a++)
+		d[a] = b->p[a] - k->world[a];
+	for (int r = 0; r < 3; r++) {
+		o->m[r] = dot(k->inv[r], d);
+		for (int a = 0; a < 3; a++)
+			row[r][a] = (k->inv[r][0] * b->a[0][a] + k->inv[r][1] * b->a[1][a] +
+					    k->inv[r][2] * b->a[2][a]) *
+				    b->s[a];
+	}
+	for (int r = 0; r < 3; r++) {
+		double reach;
+
+		for (int a = 0; a < 3; a++)
+			c[r][a] = dot(row[r], row[a]);
+		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
+		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
+			    fabs(o->m[r]) < 1e8))
+			return false;
+		if (r == 2) {
+			o->slice[0] = (int32_t)fmax(0, ceil(o->m[2] - reach));
+			o->slice[1] = (int32_t)fmin((double)k->n[2], floor(o->m[2] + reach) + 1);
+		}
+	}
+	o->s12 = c[1][2] / c[2][2];
+	o->s02 = c[0][2] / c[2][2];
+	c11 = c[1][1] - o->s12 * c[1][2];
+	c01 = c[0][1] - o->s02 * c[1][2];
+	o->s01 = c01 / c11;
+	o->var[2] = c[2][2];
+	o->var[1] = c11;
+	o->var[0] = c[0][0] - o->s02 * c[0][2] - o->s01 * c01;
+	o->rho = b->rho;
+	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
+}
+
+void ct_voxels_free(struct ct_voxels *v)
+{
+	free(v->brick);
+	*v = (struct ct_voxels){0};
+}
+
+/* Does the ball around the Gaussian touch the block? Most do not, and this is cheap. */
+static bool near(const struct ct_block *k, const double norm[3], const struct ct_blob *b)
+{
+	const double d[3] = {b->p[0] - k->world[0], b->p[1] - k->world[1], b->p[2] - k->world[2]};
+	double s = fmax(b->s[0], fmax(b->s[1], b->s[2]));
+
+	for (int r = 0; r < 3; r++) {
+		double m = dot(k->inv[r], d), reach = s * norm[r];
+
+		if (!(m + reach >= 0 && m - reach <= (double)k->n[r] - 1))
+			return false;
+	}
+	return true;
+}
+
+int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
+	struct ct_err *e)
+{
+	double norm[3];
+
+	v->block = *k;
+	v->n = 0;
+	for (int r = 0; r < 3; r++)
+		norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
+	for (size_t i = 0; i < n; i++) {
+		struct ct_brick o;
+
+		if (!near(k, norm, &b[i]) || !ct_brick_of(&o, k, &b[i]))
+			continue;
+		if (ct_grow(&v->brick, &v->cap, v->n + 1, sizeof o, e))
+			return -1;
+		o.index = i;
+		v->brick[v->n++] = o;
+	}
+	return 0;
+}
+
+size_t ct_voxels_slice(const struct ct_block *k)
+{
+	return ct_dab_pitch(k->n[0]) * k->n[1];
+}
+
+/* The dab of a brick in slice `s`, and the rows it covers; false if there are none. */
+static bool slice_of(struct ct_dab *o, size_t rows[2], const struct ct_block *k,
+	const struct ct_brick *b, size_t s)
+{
+	double z = (double)s - b->m[2], spent = z * z / b->var[2] / 2, rest = CT_GS_CUT - spent;
+	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach;
+	double low, high;
+
+	if (!(rest > 0) || !(fabs(row) < 1e8) || !(fabs(col) < 1e8))
+		return false;
+	reach = sqrt(2 * rest * b->var[1]);
+	low = fmax(0, ceil(row - reach));
+	high = fmin((double)k->n[1] - 1, floor(row + reach));
+	if (!(low <= high))
+		return false;
+	rows[0] = (size_t)low;
+	rows[1] = (size_t)high + 1;
+	o->col = (int32_t)floor(col);
+	o->row = (int32_t)floor(row);
+	o->fx = (float)(col - floor(col));
+	o->fy = (float)(row - floor(row));
+	o->slope = (float)b->s01;
+	o->kx = (float)(0.5 / b->var[0]);
+	o->ky = (float)(0.5 / b->var[1]);
+	o->amp = (float)(b->rho * exp(-spent));
+	o->cut = (float)rest;
+	return isfinite(o->kx) && isfinite(o->ky);
+}
+
+void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t end)
+{
+	const struct ct_block *k = &v->block;
+	size_t slice = ct_voxels_slice(k);
+
+	memset(out, 0, (end - first) * slice * sizeof *out);
+	for (size_t i = 0; i < v->n; i++) {
+		const struct ct_brick *b = &v->brick[i];
+		size_t s0 = (size_t)b->slice[0], s1 = (size_t)b->slice[1];
+
+		for (size_t s = s0 > first ? s0 : first; s < s1 && s < end; s++) {
+			struct ct_dab d;
+			size_t rows[2];
+
+			if (slice_of(&d, rows, k, b, s))
+				ct_dab_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]),
+					k->n[0], rows[0], rows[1], &d);
+		}
+	}
+}
+
+struct add {
+	float *vol, *slab;
+	const struct ct_voxels *v;
+	size_t first; /* slab */
+	float gain;
+};
+
+static void add_slab(void *arg, size_t at, size_t worker)
+{
+	const struct add *a = arg;
+	const struct ct_block *k = &a->v->block;
+	size_t first = (a->first + at) * SLAB,
+	       end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
+	size_t pitch = ct_dab_pitch(k->n[0]);
+	float *slab = a->slab + worker * SLAB * ct_voxels_slice(k);
+
+	ct_voxels_draw(slab, a->v, first, end);
+	for (size_t r = 0; r < (end - first) * k->n[1]; r++) {
+		float *restrict to = a->vol + (first * k->n[1] + r) * k->n[0];
+		const float *restrict from = slab + r * pitch;
+
+		for (size_t i = 0; i < k->n[0]; i++)
+			to[i] += a->gain * from[i];
+	}
+}
+
+int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct add a = {.vol = vol, .v = v, .gain = (float)gain};
+	size_t slabs = (v->block.n[2] + SLAB - 1) / SLAB;
+	int rc = -1;
+
+	if (ct_alloc(&a.slab, ct_par_threads(env->par) * SLAB,
+		    ct_voxels_slice(&v->block) * sizeof(float), e))
+		return -1;
+	for (; a.first < slabs; a.first += GROUP) {
+		ct_progress(env, "slabs", a.first, slabs);
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_par_for(
+			env->par, slabs - a.first < GROUP ? slabs - a.first : GROUP, add_slab, &a);
+	}
+	ct_progress(env, "slabs", slabs, slabs);
+	rc = 0;
+out:
+	free(a.slab);
+	return rc;
+}
+
+void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick *b, double cut)
+{
+	size_t count = k->n[0] * k->n[1] * k->n[2];
+
+	for (size_t at = 0; at < count; at++) {
+		double z = (double)(at / k->n[0] / k->n[1]) - b->m[2];
+		double y = (double)(at / k->n[0] % k->n[1]) - b->m[1] - b->s12 * z;
+		double x = (double)(at % k->n[0]) - b->m[0] - b->s02 * z - b->s01 * y;
+		double q = (x * x / b->var[0] + y * y / b->var[1] + z * z / b->var[2]) / 2;
+
+		if (q <= cut)
+			out[at] += b->rho * exp(-q);
+	}
+}
+
+static void gather(double s[static 10], const double d[static 6], double z)
+{
+	s[0] += d[0];
+	s[1] += d[1];
+	s[2] += d[2];
+	s[3] += d[0] * z;
+	s[4] += d[3];
+	s[5] += d[4];
+	s[6] += d[1] * z;
+	s[7] += d[5];
+	s[8] += d[2] * z;
+	s[9] += d[0] * z * z;
+}
+
+void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *k,
+	const struct ct_brick *b, double cut)
+{
+	size_t count = k->n[0] * k->n[1] * k->n[2];
+
+	memset(s, 0, 10 * sizeof *s);
+	for (size_t at = 0; at < count; at++) {
+		double z = (double)(at / k->n[0] / k->n[1]) - b->m[2];
+		double y = (double)(at / k->n[0] % k->n[1]) - b->m[1] - b->s12 * z;
+		double x = (double)(at % k->n[0]) - b->m[0] - b->s02 * z - b->s01 * y;
+		double q = (x * x / b->var[0] + y * y / b->var[1] + z * z / b->var[2]) / 2;
+		double v = q <= cut ? g[at] * exp(-q) : 0;
+
+		gather(s, (const double[]){v, v * x, v * y, v * x * x, v * x * y, v * y * y}, z);
+	}
+}
+
+/* The inverse covariance is U D U^T, D = diag(1/var), U^T (dx, dy, dz) = (x, y, z) the conditional
+ * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
+ *   dL/dp = rho W^T D (sx, sy, sz),   dL/dSigma = 1/2 rho W^T D Q D W. */
+void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
+	const double sums[static 10])
+{
+	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
+	const double ut[3][3] = {
+		{1, -b->s01, b->s01 * b->s12 - b->s02}, {0, 1, -b->s12}, {0, 0, 1}};
+	double w[3][3], h[6];
+	size_t at = 0;
+
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++)
+			w[r][c] = ut[r][0] * k->inv[0][c] + ut[r][1] * k->inv[1][c] +
+				  ut[r][2] * k->inv[2][c];
+	g->rho = sums[0];
+	for (int c = 0; c < 3; c++)
+		g->p[c] = b->rho * (w[0][c] * d[0] * sums[1] + w[1][c] * d[1] * sums[2] +
+					   w[2][c] * d[2] * sums[3]);
+	for (int r = 0; r < 3; r++)
+		for (int c = r; c < 3; c++, at++)
+			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];
+	ct_congruence(g->sigma, w, h);
+}
+
+struct job {
+	struct ct_gs_grad *grad;
+	const struct ct_voxels *v;
+	const struct ct_blob *b;
+	const struct ct_gauss *set;
+	const float *df;
+};
+
+static void one(void *arg, size_t at, size_t worker)
+{
+	const struct job *j = arg;
+	const struct ct_block *k = &j->v->block;
+	const struct ct_brick *b = &j->v->brick[at];
+	double s[10] = {0}, dl[3], dq[4], q[4];
+	struct ct_foot_grad g;
+
+	(void)worker;
+	for (size_t sl = (size_t)b->slice[0]; sl < (size_t)b->slice[1]; sl++) {
+		double z = (double)sl - b->m[2], sums[6], fall = exp(-z * z / b->var[2] / 2);
+		struct ct_dab d;
+		size_t rows[2];
+
+		if (!slice_of(&d, rows, k, b, sl))
+			continue;
+		ct_dab_sums(sums, j->df + sl * ct_voxels_slice(k), ct_dab_pitch(k->n[0]), k->n[0],
+			rows[0], rows[1], &d);
+		for (int i = 0; i < 6; i++)
+			sums[i] *= fall;
+		gather(s, sums, z);
+	}
+	for (int a = 0; a < 4; a++)
+		q[a] = (double)j->set->rot[a][b->index];
+	ct_brick_back(&g, k, b, s);
+	ct_blob_back(dl, dq, g.sigma, &j->b[b->index], q);
+	for (int a = 0; a < 3; a++) {
+		j->grad->d[CT_GS_POS + a][b->index] += (float)g.p[a];
+		j->grad->d[CT_GS_SCALE + a][b->index] += (float)dl[a];
+	}
+	for (int a = 0; a < 4; a++)
+		j->grad->d[CT_GS_ROT + a][b->index] += (float)dq[a];
+	j->grad->d[CT_GS_RAW][b->index] += (float)g.rho;
+}
+
+void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const struct ct_blob *b,
+	const struct ct_gauss *set, const float *df, struct ct_par *par)
+{
+	struct job j = {grad, v, b, set, df};
+
+	ct_par_for(par, v->n, one, &j);
+}

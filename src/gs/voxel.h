@@ -1,0 +1,72 @@
+/* voxel.h: the field of Gaussians on a grid of voxels, or a block of it, and its gradient.
+ *
+ *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of
+ * CT_GS_CUT
+ *
+ * at voxel centres. In every slice a Gaussian is a dab (dab.h), so one kernel does projections and
+ * volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any number
+ * of threads.
+ */
+#ifndef CT_GS_VOXEL_H
+#define CT_GS_VOXEL_H
+#include "core/env.h"
+#include "gs/blob.h"
+#include "gs/dab.h"
+#include "gs/splat.h"
+
+#include <stdbool.h>
+
+/* Voxels n[] whose voxel (0,0,0) is voxel first[] of the grid of an affine. */
+struct ct_block {
+	size_t n[3];
+	double inv[3][3]; /* mm to voxels */
+	double world[3];  /* position of the first voxel, mm */
+};
+
+/* A Gaussian on the block, conditional from slice to row to column: the centre of row j in
+ * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
+struct ct_brick {
+	double m[3], s01, s02, s12;
+	double var[3]; /* variances of column given row and slice, row given slice, slice */
+	double rho;
+	size_t index;	  /* of the Gaussian */
+	int32_t slice[2]; /* [slice[0], slice[1]) */
+};
+
+struct ct_voxels {
+	struct ct_block block;
+	size_t n, cap;
+	struct ct_brick *brick;
+};
+
+/* CT_EGEOM if the affine has no inverse. */
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e);
+/* False if the Gaussian does not touch the block. */
+bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_blob *b);
+
+void ct_voxels_free(struct ct_voxels *v);
+/* Find the Gaussians that touch the block, in order of index. */
+int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
+	struct ct_err *e);
+/* Floats of a slice as the two functions below lay it out: rows ct_dab_pitch(n[0]) apart. */
+size_t ct_voxels_slice(const struct ct_block *k);
+/* out[slices [first, end)][n1][pitch] = field. */
+void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t end);
+/* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */
+void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const struct ct_blob *b,
+	const struct ct_gauss *set, const float *df, struct ct_par *par);
+/* vol[n2][n1][n0] += gain * field, slabs in parallel, with progress; allocates a slab a thread. */
+int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
+	struct ct_err *e);
+
+/* In double, cut >= 0 free: what the fast functions are tested against. out[n2][n1][n0]. */
+void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick *b, double cut);
+/* Moments of g e in the conditional coordinates: 1, x, y, z, xx, xy, xz, yy, yz, zz. */
+void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *k,
+	const struct ct_brick *b, double cut);
+/* Moments to gradients of density, position and Sigma (m is not set). */
+void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
+	const double sums[static 10]);
+
+#endif

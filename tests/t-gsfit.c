@@ -1,0 +1,395 @@
+/* t-gsfit.c: a residual made of known signed Gaussians is found again from its projections. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/fit.h"
+#include "gs/init.h"
+#include "kern/project.h"
+#include "tap.h"
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { N = 32, VIEWS = 24, TRUE_GAUSSIANS = 30 };
+
+struct scene {
+	struct ct_vol base;
+	struct ct_stack base_proj, target;
+	float *truth; /* residual voxels */
+};
+
+static void must(int rc, const struct ct_err *e)
+{
+	if (rc == 0)
+		return;
+	printf("Bail out! %s\n", e->msg);
+	exit(1);
+}
+
+static void true_set(struct ct_gauss *g)
+{
+	struct ct_err e;
+
+	must(ct_gauss_reserve(g, TRUE_GAUSSIANS, &e), &e);
+	g->n = TRUE_GAUSSIANS;
+	g->gamma = 1;
+	for (size_t i = 0; i < g->n; i++) {
+		for (size_t a = 0; a < 3; a++) {
+			g->pos[a][i] = (float)(36 * ct_rng_uniform(5, a, i) - 18);
+			g->scale[a][i] = (float)log(1.8 + 2.5 * ct_rng_uniform(5, 3 + a, i));
+		}
+		for (size_t a = 0; a < 4; a++)
+			g->rot[a][i] = ct_rng_normal(5, 6 + a, i);
+		g->raw[i] = i % 2 ? 0.15f : -0.15f;
+	}
+}
+
+/* A ball of density 0.5 of 2 mm voxels, and its projections with and without the residual. */
+static void make(struct scene *s, const struct ct_env *env)
+{
+	const size_t n[3] = {N, N, N}, zero[3] = {0};
+	struct ct_projector pr;
+	struct ct_gauss g = {0};
+	struct ct_splat sp = {0};
+	struct ct_voxels v = {0};
+	struct ct_block block;
+	struct ct_blob b[TRUE_GAUSSIANS];
+	size_t pitch = ct_dab_pitch(N);
+	float *img;
+	struct ct_err e;
+
+	must(ct_vol_alloc(&s->base, n, &e), &e);
+	for (int a = 0; a < 3; a++) {
+		s->base.affine[a][a] = 2;
+		s->base.affine[a][3] = -(N - 1.0);
+	}
+	for (size_t i = 0; i < N * N * N; i++) {
+		double x = (double)(i % N) - 15.5, y = (double)(i / N % N) - 15.5;
+		double z = (double)(i / N / N) - 15.5;
+
+		s->base.data[i] = x * x + y * y + z * z < 13 * 13 ? 0.5f : 0;
+	}
+	must(ct_stack_alloc(&s->target, VIEWS, N, N, &e), &e);
+	for (size_t k = 0; k < VIEWS; k++) {
+		double t = M_PI * (double)k / VIEWS, c = cos(t), r = sin(t);
+
+		s->target.view[k] = (struct ct_view){{250 * c, 250 * r, 0}, {-125 * c, -125 * r, 0},
+			{-3.4 * r, 3.4 * c, 0}, {0, 0, -3.4}, 0};
+	}
+	must(ct_stack_like(&s->base_proj, &s->target, 1, &e), &e);
+	must(ct_projector_init(&pr, &s->base, &s->target, &e), &e);
+	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
+	true_set(&g);
+	ct_blobs(b, &g, env->par);
+	must(ct_alloc(&img, N, pitch * sizeof *img, &e), &e);
+	for (size_t k = 0; k < VIEWS; k++) {
+		struct ct_camera c;
+
+		must(ct_camera_init(&c, &s->target.view[k], CT_CONE, N, N, &e), &e);
+		must(ct_splat_plan(&sp, &c, g.n, b, env->par, &e), &e);
+		ct_splat_draw(img, &sp, env->par);
+		for (size_t i = 0; i < N * N; i++)
+			ct_stack_view(&s->target, k)[i] =
+				ct_stack_view(&s->base_proj, k)[i] + img[i / N * pitch + i % N];
+	}
+	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
+	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
+	must(ct_voxels_plan(&v, &block, g.n, b, &e), &e);
+	must(ct_voxels_add(s->truth, &v, 1, env, &e), &e);
+	free(img);
+	ct_splat_free(&sp);
+	ct_voxels_free(&v);
+	ct_gauss_free(&g);
+}
+
+static void options(struct ct_fit_options *o, enum ct_activation a)
+{
+	ct_fit_defaults(o, 4, false, a);
+	o->iterations = 360;
+	o->gaussians = 600;
+	o->max_gaussians = 900;
+	o->densify_from = 100;
+	o->tv_block = 16;
+	o->checkpoint_every = 0;
+}
+
+/* Part of the energy of the true residual that is left when the fitted one is taken away. */
+static double left_over(const struct scene *s, const struct ct_gauss *g, const struct ct_env *env)
+{
+	const size_t n[3] = {N, N, N}, zero[3] = {0};
+	struct ct_voxels v = {0};
+	struct ct_block block;
+	struct ct_blob *b;
+	double left = 0, all = 0;
+	struct ct_err e;
+	float *vol;
+
+	must(ct_alloc0(&vol, N * N * N, sizeof *vol, &e), &e);
+	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
+	ct_blobs(b, g, NULL);
+	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
+	must(ct_voxels_plan(&v, &block, g->n, b, &e), &e);
+	must(ct_voxels_add(vol, &v, 1, env, &e), &e);
+	for (size_t i = 0; i < N * N * N; i++) {
+		double d = (double)(vol[i] - s->truth[i]);
+
+		left += d * d;
+		all += (double)s->truth[i] * (double)s->truth[i];
+	}
+	free(vol);
+	free(b);
+	ct_voxels_free(&v);
+	return left / all;
+}
+
+static void recover(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	struct ct_fit_options o;
+	struct ct_fit f, soft;
+	size_t pos, neg;
+	double left, left_soft;
+	struct ct_err e;
+
+	options(&o, CT_PRELU);
+	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	must(ct_fit_run(&f, &d, env, &e), &e);
+	ct_fit_signs(&f.g, &pos, &neg);
+	left = left_over(s, &f.g, env);
+	if (!OK(f.last_loss < f.first_loss / 3, "the loss falls"))
+		printf("# %g to %g\n", f.first_loss, f.last_loss);
+	OK(pos > 50 && neg > 50, "both signs: %zu positive, %zu negative", pos, neg);
+	if (!OK(left < 0.5, "half of the residual's energy is found"))
+		printf("# left over %g\n", left);
+	options(&o, CT_SOFTPLUS);
+	must(ct_fit_init(&soft, &o, &d, env, &e), &e);
+	must(ct_fit_run(&soft, &d, env, &e), &e);
+	left_soft = left_over(s, &soft.g, env);
+	ct_fit_signs(&soft.g, &pos, &neg);
+	OK(neg == 0, "softplus has no negative density");
+	if (!OK(soft.last_loss > 1.5 * f.last_loss && left_soft > 1.3 * left,
+		    "and fits a signed residual worse"))
+		printf("# loss %g against %g, left over %g against %g\n", soft.last_loss,
+			f.last_loss, left_soft, left);
+	ct_fit_free(&f);
+	ct_fit_free(&soft);
+}
+
+static bool same(const struct ct_fit *a, const struct ct_fit *b)
+{
+	bool ok = a->g.n == b->g.n && memcmp(&a->g.gamma, &b->g.gamma, sizeof(double)) == 0 &&
+		  memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
+
+	for (size_t k = 0; ok && k < CT_GS_FIELDS; k++)
+		ok = memcmp(ct_gauss_field(&a->g, k), ct_gauss_field(&b->g, k),
+			     a->g.n * sizeof(float)) == 0 &&
+		     memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
+	return ok;
+}
+
+struct stopper {
+	struct ct_tensors state;
+	volatile sig_atomic_t stop;
+	size_t at;
+};
+
+static int keep(void *ctx, const struct ct_fit *f, struct ct_err *e)
+{
+	struct stopper *s = ctx;
+
+	ct_tensors_free(&s->state);
+	return ct_fit_pack(&s->state, f, "run", e);
+}
+
+static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	struct stopper *s = env->ctx;
+
+	(void)what;
+	(void)total;
+	if (done == s->at)
+		s->stop = 1;
+}
+
+static void threads_and_resume(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	struct stopper st = {.at = 251};
+	struct ct_env quiet = {.seed = env->seed}, stopping = quiet;
+	struct ct_fit_options o;
+	struct ct_fit whole, alone, part;
+	struct ct_err e;
+
+	options(&o, CT_PRELU);
+	o.iterations = 320;
+	must(ct_fit_init(&whole, &o, &d, env, &e), &e);
+	must(ct_fit_run(&whole, &d, env, &e), &e);
+	must(ct_fit_init(&alone, &o, &d, &quiet, &e), &e);
+	must(ct_fit_run(&alone, &d, &quiet, &e), &e);
+	OK(same(&whole, &alone), "the same bytes with four threads and with one");
+	stopping.stop = &st.stop;
+	stopping.progress = watch;
+	stopping.ctx = &st;
+	must(ct_fit_init(&part, &o, &d, &stopping, &e), &e);
+	part.save = keep;
+	part.ctx = &st;
+	OK(ct_fit_run(&part, &d, &stopping, &e) == -1 && e.code == CT_ESTOP && part.g.step == 251,
+		"it stops when asked");
+	ct_fit_free(&part);
+	must(ct_fit_init(&part, &o, &d, &quiet, &e), &e);
+	OK(ct_fit_unpack(&part, &st.state, "other", &e) == -1 && e.code == CT_EINPUT,
+		"the state of another run is refused");
+	must(ct_fit_unpack(&part, &st.state, "run", &e), &e);
+	must(ct_fit_run(&part, &d, &quiet, &e), &e);
+	OK(same(&whole, &part), "stopped and continued: the same bytes as in one run");
+	ct_tensors_free(&st.state);
+	ct_fit_free(&whole);
+	ct_fit_free(&alone);
+	ct_fit_free(&part);
+}
+
+static void not_finite(struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	struct ct_fit_options o;
+	struct ct_fit f;
+	struct ct_err e;
+
+	options(&o, CT_PRELU);
+	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	s->target.data[5 * N * N + 77] = NAN;
+	OK(ct_fit_run(&f, &d, env, &e) == -1 && e.code == CT_ENUMERIC && strstr(e.msg, "L1") &&
+			strstr(e.msg, "iteration"),
+		"a loss that is not finite names the term and the iteration");
+	ct_fit_free(&f);
+}
+
+static void views(void)
+{
+	size_t bad = 0, moved = 0;
+
+	for (size_t epoch = 0; epoch < 5; epoch++) {
+		unsigned seen = 0;
+
+		for (size_t i = 0; i < 20; i++) {
+			size_t v = ct_fit_view(3, epoch * 20 + i, 20);
+
+			seen |= 1u << v;
+			moved += v != i;
+		}
+		bad += seen != (1u << 20) - 1;
+	}
+	OK(bad == 0 && moved > 60, "every epoch shows every view once, in an order of its own");
+}
+
+static void neighbours(void)
+{
+	enum { P = 300 };
+	static float x[P], y[P], z[P];
+	static double got[P];
+	float *const pos[3] = {x, y, z};
+	double worst = 0;
+	struct ct_err e;
+
+	for (size_t i = 0; i < P; i++) {
+		x[i] = ct_rng_normal(1, 1, i);
+		y[i] = 3 * ct_rng_normal(1, 2, i) * ct_rng_normal(1, 3, i);
+		z[i] = i % 7 ? 0.01f * ct_rng_normal(1, 4, i) : 5;
+	}
+	must(ct_near3(got, P, pos, NULL, &e), &e);
+	for (size_t i = 0; i < P; i++) {
+		double best[3] = {1e9, 1e9, 1e9}, mean;
+
+		for (size_t j = 0; j < P; j++) {
+			double dx = (double)x[i] - (double)x[j], dy = (double)y[i] - (double)y[j];
+			double dz = (double)z[i] - (double)z[j], d = dx * dx + dy * dy + dz * dz;
+
+			for (int k = 0; k < 3 && i != j; k++)
+				if (d < best[k]) {
+					double t = best[k];
+
+					best[k] = d;
+					d = t;
+				}
+		}
+		mean = (best[0] + best[1] + best[2]) / 3;
+		worst = fmax(worst, fabs(got[i] - mean));
+	}
+	OK(worst < 1e-12, "three nearest neighbours against a search of all");
+	must(ct_near3(got, 1, pos, NULL, &e), &e);
+	OK(got[0] <= 0, "a lone point has no neighbour");
+}
+
+/* One to clone (small, negative), one to split (large), one without density, one outside, one
+ * that has not moved the image. */
+static void control(void)
+{
+	static const float raw[] = {-0.4f, 0.3f, 5e-6f, 0.2f, 0.1f};
+	static const float x[] = {1, 2, 3, 90, 4}, ln_s[] = {0, 2, 0, 0, 0};
+	const double affine[3][4] = {{4, 0, 0, -32}, {0, 4, 0, -32}, {0, 0, 4, -32}};
+	const size_t zero[3] = {0}, n[3] = {17, 17, 17};
+	struct ct_density_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
+	struct ct_density_count c;
+	struct ct_gauss g = {.gamma = 0.25};
+	struct ct_adam a = {0};
+	struct ct_err e;
+
+	must(ct_block_init(&r.box, affine, zero, n, &e), &e);
+	for (int round = 0; round < 2; round++) {
+		must(ct_gauss_reserve(&g, 5, &e), &e);
+		must(ct_adam_reserve(&a, 0, 5, &e), &e);
+		g.n = 5;
+		for (size_t i = 0; i < 5; i++) {
+			for (size_t k = 0; k < CT_GS_FIELDS; k++)
+				ct_gauss_field(&g, k)[i] = k == CT_GS_ROT;
+			g.pos[0][i] = x[i];
+			for (int k = 0; k < 3; k++)
+				g.scale[k][i] = ln_s[i];
+			g.raw[i] = raw[i];
+			a.screen[i] = i < 2 ? 5 : 0.5f;
+			a.seen[i] = 4;
+			a.m[0][i] = 7;
+		}
+		r.most = round ? 5 : 100;
+		must(ct_density_control(&g, &a, &r, &c, 1, 600, &e), &e);
+		if (round == 0) {
+			OK(c.cloned == 1 && c.split == 1 && c.pruned == 2 && g.n == 5,
+				"one cloned, one split, two pruned");
+			OK(g.raw[0] == -0.2f && g.raw[3] == -0.2f && g.pos[0][3] == x[0],
+				"a clone stands there with half the density, sign kept");
+			OK(g.raw[1] == 0.15f && g.raw[4] == 0.15f && g.pos[0][1] != g.pos[0][4],
+				"children share the density, at places of their own");
+			NEAR((double)g.scale[2][4], 2 - log(1.6), 1e-6,
+				"and are 1.6 times smaller");
+			OK(a.m[0][0] == 7 && a.m[0][3] == 0 && a.m[0][1] == 0 && a.seen[0] == 0,
+				"only the one that stayed keeps its moments");
+		} else
+			OK(c.cloned + c.split == 0 && g.n == 3, "no more than the most");
+	}
+	ct_gauss_free(&g);
+	ct_adam_free(&a);
+}
+
+int main(void)
+{
+	struct ct_env env = {.seed = 11};
+	struct scene s = {0};
+	struct ct_err e;
+
+	must(ct_par_alloc(&env.par, 4, &e), &e);
+	make(&s, &env);
+	views();
+	control();
+	neighbours();
+	recover(&s, &env);
+	threads_and_resume(&s, &env);
+	not_finite(&s, &env);
+	ct_vol_free(&s.base);
+	ct_stack_free(&s.base_proj);
+	ct_stack_free(&s.target);
+	free(s.truth);
+	ct_par_free(env.par);
+	return tap_done();
+}

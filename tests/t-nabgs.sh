@@ -1,0 +1,102 @@
+#!/bin/sh
+# ct-nabgs and ct-compose: the pair, statuses, streams, what a stop leaves and a resume makes of it.
+. "$srcdir/tests/tap.sh"
+psnr() { ct-metrics "$1" "$2" | sed -n 's/^psnr //p'; }
+above() { awk "BEGIN {exit !($1 > $2)}"; } # above A B
+nan_at_end() { # nan_at_end FROM TO: the last float of an uncompressed file becomes NaN
+	cp "$1" "$2"
+	printf '\000\000\300\177' | dd of="$2" bs=1 conv=notrunc 2>/dev/null \
+		seek=$(($(wc -c <"$1") - 4))
+}
+ct-phantom --size=32x32x32 --spacing=4 ellipsoids hr.nii
+ct-degrade -x 4 hr.nii lr.nii && ct-upsample lr.nii up.nii
+ct-project --views 20 hr.nii p.exr && ct-project --views 20 up.nii up.exr
+[ -s up.nii ] && [ -s up.exr ]; ok $? 'a scene to work on'
+fit() { ct-nabgs -b up.nii -n 200 -g 1500 --max-gaussians 1500 "$@"; }
+
+exits 0 'fits' fit --base-projections=up.exr p.exr res.ply
+has out '^negative [1-9]' 'reports negative Gaussians'
+has out '^positive [1-9]' 'and positive ones'
+above "$(sed -n 's/^first-loss //p' out)" "$(awk '/^last-loss/ {print 2 * $2}' out)"
+ok $? 'the loss falls to less than half'
+[ ! -e res.ply.state ]; ok $? 'no state is left'
+exits 0 'composes' ct-compose --residual-out=r.nii up.nii res.ply out.nii
+above "$(psnr hr.nii out.nii)" "$(psnr hr.nii up.nii) + 2"; ok $? 'gains 2 dB over the base'
+above "$(psnr hr.nii up.nii)" "$(ct-compose -g -1 up.nii res.ply - | psnr hr.nii -) + 2"
+ok $? 'and loses them with the sign turned'
+exits 0 'adds a residual volume' ct-compose up.nii r.nii two.nii
+above "$(psnr out.nii two.nii 2>&1 | sed s/inf/999/)" 100; ok $? 'which is the same'
+exits 0 'JSON' fit --json p.exr j.ply
+grep -q '"negative": [1-9]' out; ok $? 'with the counts'
+
+mkdir one four
+(cd one && ct-nabgs -q -t 1 -b ../up.nii -n 120 -g 900 ../p.exr r.ply)
+(cd four && ct-nabgs -q -t 4 -b ../up.nii -n 120 -g 900 ../p.exr r.ply)
+cmp one/r.ply four/r.ply; ok $? '1 and 4 threads, same bytes'
+ct-nabgs -b up.nii -n 10 -g 300 - - <p.exr >s.ply 2>err && [ ! -s err ]; ok $? 'streams'
+ct-compose up.nii - - <s.ply >s.nii; [ -s s.nii ] && [ ! -e -.state ]
+ok $? 'ct-compose streams'
+ct-compose -q - s.ply s2.nii <up.nii; ok $? 'a base from standard input'
+
+mkdir whole killed stopped
+long() { cd "$1" && shift && exec ct-nabgs -q -b ../up.nii -n 700 -g 1000 --max-gaussians 1100 \
+	--checkpoint-every=50 "$@" ../p.exr r.ply; } # becomes the command: call it in a subshell
+(long whole); ok $? 'a longer run'
+(long killed) & pid=$!
+while [ ! -e killed/r.ply.state ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
+kill -9 $pid 2>/dev/null; wait $pid 2>/dev/null
+[ -e killed/r.ply.state ] && [ ! -e killed/r.ply ]; ok $? 'killed: the state stays, no result'
+(long killed) 2>err; [ $? -eq 4 ]; ok $? 'a state is not overwritten'
+(long killed --resume); ok $? 'resumes'
+cmp whole/r.ply killed/r.ply; ok $? 'to the same bytes'
+[ ! -e killed/r.ply.state ]; ok $? 'and removes the state'
+(long stopped) & pid=$!
+while [ ! -e stopped/r.ply.state ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
+kill -TERM $pid; wait $pid 2>/dev/null; [ $? -eq 75 ]; ok $? 'stops with 75'
+exits 3 'a state of other options is refused' sh -c \
+	'cd stopped && ct-nabgs -b ../up.nii -n 701 --resume ../p.exr r.ply'
+has err 'r.ply.state' 'and named'
+head -c 3000 stopped/r.ply.state >cut && mv cut stopped/r.ply.state
+(long stopped --resume) 2>err; [ $? -eq 3 ]; ok $? 'a broken state is refused'
+
+exits 0 'full mode' fit -m full -a softplus p.exr full.ply
+has out '^negative 0' 'softplus has no negative density'
+exits 0 'full mode composes' ct-compose up.nii full.ply f.nii
+above "$(psnr hr.nii f.nii)" 20; ok $? 'without the base: from nothing to 20 dB'
+exits 0 'dry run' fit --dry-run p.exr dry.ply
+grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 'says the cost'
+[ ! -e dry.ply ]; ok $? 'and makes nothing'
+
+exits 2 'needs a base' ct-nabgs p.exr no.ply
+exits 2 'one standard input' ct-nabgs -b - - no.ply
+exits 2 'caps above the start' ct-nabgs -b up.nii -g 50 --max-gaussians 20 p.exr no.ply
+exits 2 'no resume of a stream' ct-nabgs -b up.nii --resume p.exr -
+exits 2 'the window must agree' ct-nabgs -b up.nii -w -512:3071 p.exr no.ply
+exits 3 'an input of another kind' ct-nabgs -b up.nii up.nii no.ply
+exits 3 'a base of another kind' ct-nabgs -b p.exr p.exr no.ply
+exits 4 'does not overwrite' ct-nabgs -b up.nii p.exr res.ply
+ct-project --views 21 up.nii more.exr
+exits 5 'base projections of another scan' ct-nabgs -b up.nii --base-projections=more.exr p.exr no.ply
+has err 'more.exr' 'are named'
+ct-project --beam fan --views 20 hr.nii fan.exr
+exits 5 'fan beam' ct-nabgs -b up.nii --mode full fan.exr no.ply
+nan_at_end up.nii nan.nii
+exits 6 'NaN in the base' ct-nabgs -b nan.nii p.exr no.ply
+has err 'nan.nii: voxel (31,31,31) is NaN' 'with its place'
+ct-phantom --size=8x8x8 --density=0.01 constant thin.nii
+exits 3 'nothing to begin from' ct-nabgs -b thin.nii -m full p.exr no.ply
+[ ! -e no.ply ] && [ ! -e no.ply.state ]; ok $? 'failures leave nothing'
+
+exits 6 'compose: NaN in the base' ct-compose nan.nii res.ply no.nii
+exits 6 'compose: NaN in the residual' ct-compose up.nii nan.nii no.nii
+exits 5 'compose: grids differ' ct-compose up.nii lr.nii no.nii
+has err 'lr.nii: grids differ' 'and which'
+exits 3 'compose: a residual of another kind' ct-compose up.nii p.exr no.nii
+exits 3 'compose: cut short' sh -c 'head -c 2000 res.ply | ct-compose up.nii - no.nii'
+exits 4 'compose: does not overwrite' ct-compose up.nii res.ply out.nii
+exits 2 'compose: one standard input' ct-compose - - no.nii
+[ ! -e no.nii ]; ok $? 'compose: failures leave nothing'
+exits 0 'compose: floor' ct-compose --floor=-100 up.nii res.ply floor.nii
+above "$(ct-compose --floor=-100 up.nii res.ply - | psnr floor.nii - | sed s/inf/999/)" 100
+ok $? 'compose: same again'
+done_testing

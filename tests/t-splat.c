@@ -1,0 +1,339 @@
+/* t-splat.c: projections of Gaussians: gradients, mass, peak, line integrals, threads. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/act.h"
+#include "gs/splat.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { H = 40, W = 56, PARAMS = 12 };
+
+/* A scan that is neither centred nor upright; oblique: u and v are not at right angles. */
+static void look(struct ct_camera *c, enum ct_beam beam, double angle, bool oblique)
+{
+	double s = sin(angle), k = cos(angle);
+	struct ct_err e;
+	struct ct_view v = {.source = {400 * k, 400 * s, 12},
+		.centre = {-200 * k + 3, -200 * s, -5},
+		.u = {-2 * s, 2 * k, oblique ? 0.7 : 0},
+		.v = {0.2 * k, 0.2 * s, -2.5}};
+
+	if (ct_camera_init(c, &v, beam, H, W, &e))
+		OK(0, "%s", e.msg);
+}
+
+/* The image of one Gaussian given by raw parameters: p, ln s, q, z, gamma. */
+static bool render(double *img, struct ct_foot *f, struct ct_blob *b, const struct ct_camera *c,
+	const double x[PARAMS])
+{
+	ct_blob_make(b, x, x + 3, x + 6, ct_act(CT_PRELU, x[11], x[10]));
+	memset(img, 0, H * W * sizeof *img);
+	if (!ct_foot_of(f, c, b))
+		return false;
+	ct_foot_draw(img, c, f, b->rho, INFINITY);
+	return true;
+}
+
+static double inner(const double *a, const double *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < H * W; i++)
+		s += a[i] * b[i];
+	return s;
+}
+
+static double numeric(const double *g, const struct ct_camera *c, const double at[PARAMS], int k)
+{
+	static double img[H * W];
+	double h = 1e-3 * (k < 3 ? 4 : 1) * (k == 10 ? 0.1 : 1), y[4], x[PARAMS];
+	struct ct_foot f;
+	struct ct_blob b;
+
+	for (int i = 0; i < 4; i++) { /* fourth order: -2h, -h, h, 2h */
+		memcpy(x, at, sizeof x);
+		x[k] += h * (i < 2 ? i - 2 : i - 1);
+		render(img, &f, &b, c, x);
+		y[i] = inner(g, img);
+	}
+	return (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h);
+}
+
+static void analytic(
+	double d[PARAMS], const double *g, const struct ct_camera *c, const double x[PARAMS])
+{
+	static double img[H * W];
+	struct ct_foot f;
+	struct ct_blob b;
+	struct ct_foot_grad fg;
+	double sums[6];
+
+	render(img, &f, &b, c, x);
+	ct_foot_sums(sums, g, c, &f, INFINITY);
+	ct_foot_back(&fg, &f, c, &b, sums);
+	memcpy(d, fg.p, sizeof fg.p);
+	ct_blob_back(d + 3, d + 6, fg.sigma, &b, x + 6);
+	d[10] = fg.rho * ct_act_slope(CT_PRELU, x[11], x[10]);
+	d[11] = fg.rho * ct_act_dgamma(CT_PRELU, x[10]);
+}
+
+static void differences(enum ct_beam beam, bool oblique, double z, const char *name)
+{
+	static double g[H * W];
+	double x[PARAMS] = {6, -9, 4, 1.6, 2.2, 1.9, 0.9, 0.3, -0.5, 0.4, z, 0.3};
+	double d[PARAMS], scale = 0, worst = 0;
+	struct ct_camera c;
+
+	look(&c, beam, 0.7, oblique);
+	for (size_t i = 0; i < H * W; i++)
+		g[i] = 0.5 + (double)ct_rng_normal(1, 0, i);
+	analytic(d, g, &c, x);
+	for (int k = 0; k < PARAMS; k++) {
+		double n = numeric(g, &c, x, k), err = fabs(n - d[k]);
+
+		scale = fmax(fabs(n), 1e-3 * fabs(d[10]));
+		if (z > 0 && k == 11)
+			worst = fmax(worst, err);
+		else
+			worst = fmax(worst, err / scale);
+	}
+	if (!OK(worst < 1e-6, "gradient against finite differences, %s", name))
+		printf("# worst %g\n", worst);
+}
+
+static void mass_and_peak(enum ct_beam beam)
+{
+	static double img[H * W];
+	const double x[PARAMS] = {0, 0, 0, 1.2, 1.5, 1.0, 1, 0.2, 0.1, 0, 0.8, 0.25};
+	struct ct_view v = {
+		.source = {0, -400, 0}, .centre = {0, 200, 0}, .u = {2, 0, 0}, .v = {0, 0, -2}};
+	double mag = beam == CT_CONE ? 1.5 : 1, mass = 0, peak, want;
+	struct ct_camera c;
+	struct ct_foot f;
+	struct ct_blob b;
+	struct ct_err e;
+
+	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &e) == 0, "camera, %s", ct_beam_name(beam));
+	render(img, &f, &b, &c, x);
+	for (size_t i = 0; i < c.h * c.w; i++)
+		mass += img[i];
+	peak = img[19 * c.w + 27];
+	want = b.rho * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2] * mag * mag / 4;
+	NEAR(peak, b.rho * f.mu, 1e-12, "the peak is rho mu");
+	NEAR(mass / want, 1, 2e-3,
+		"the mass is that of the Gaussian, times magnification^2 / pixel");
+}
+
+/* Integral along the ray of every pixel, by fine steps: exact for parallel beam. */
+static double ray_sum(const struct ct_blob *b, const double from[3], const double dir[3])
+{
+	double sum = 0, step = 0.05;
+
+	for (double t = -120; t < 120; t += step) {
+		double q = 0;
+
+		for (int k = 0; k < 3; k++) {
+			double a = 0;
+
+			for (int i = 0; i < 3; i++)
+				a += b->a[i][k] * (from[i] + t * dir[i] - b->p[i]);
+			q += a * a / (b->s[k] * b->s[k]);
+		}
+		sum += exp(-q / 2) * step;
+	}
+	return b->rho * sum;
+}
+
+static void line_integrals(enum ct_beam beam, double tol)
+{
+	static double img[H * W];
+	const double x[PARAMS] = {4, -3, 2, 1.3, 2.0, 1.6, 0.9, 0.3, -0.5, 0.4, -0.5, 0.25};
+	struct ct_view v = {.source = {-300, 20, 30},
+		.centre = {250, 0, -8},
+		.u = {0, 2, 0.3},
+		.v = {0, 0.1, -2}};
+	double worst = 0, peak = 0;
+	struct ct_camera c;
+	struct ct_foot f;
+	struct ct_blob b;
+	struct ct_err e;
+
+	ct_camera_init(&c, &v, beam, H, W, &e);
+	render(img, &f, &b, &c, x);
+	for (size_t r = 0; r < H; r += 3)
+		for (size_t k = 0; k < W; k += 3) {
+			double pixel[3], dir[3], from[3], len = 0, t = 0;
+
+			for (int a = 0; a < 3; a++) {
+				pixel[a] = v.centre[a] + ((double)k - (W - 1) / 2.0) * v.u[a] +
+					   ((double)r - (H - 1) / 2.0) * v.v[a];
+				dir[a] = beam == CT_CONE ? pixel[a] - v.source[a]
+							 : v.centre[a] - v.source[a];
+				len += dir[a] * dir[a];
+			}
+			for (int a = 0; a < 3; a++) {
+				dir[a] /= sqrt(len);
+				t += (b.p[a] - pixel[a]) * dir[a];
+			}
+			for (int a = 0; a < 3; a++)
+				from[a] = pixel[a] + t * dir[a];
+			worst = fmax(worst, fabs(ray_sum(&b, from, dir) - img[r * W + k]));
+			peak = fmax(peak, fabs(img[r * W + k]));
+		}
+	if (!OK(worst < tol * peak && peak > 0, "pixels are line integrals, %s",
+		    ct_beam_name(beam)))
+		printf("# worst %g of peak %g\n", worst, peak);
+}
+
+static int crowd(struct ct_gauss *g, size_t n, struct ct_err *e)
+{
+	if (ct_gauss_reserve(g, n, e))
+		return -1;
+	g->n = n;
+	g->activation = CT_PRELU;
+	g->gamma = 0.25;
+	for (size_t i = 0; i < n; i++) {
+		for (size_t a = 0; a < 3; a++) {
+			g->pos[a][i] = (float)(100 * ct_rng_uniform(3, a, i) - 50);
+			g->scale[a][i] = (float)(2.5 * ct_rng_uniform(3, 5 + a, i) - 0.5);
+		}
+		for (size_t a = 0; a < 4; a++)
+			g->rot[a][i] = ct_rng_normal(3, 10 + a, i);
+		g->raw[i] = ct_rng_normal(3, 20, i);
+	}
+	return 0;
+}
+
+static double diff(size_t n, const float *a, const double *b)
+{
+	double d = 0, m = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		d = fmax(d, fabs((double)a[i] - b[i]));
+		m = fmax(m, fabs(b[i]));
+	}
+	return d / m;
+}
+
+/* Fast functions against the ones in double, with the same end. */
+static void fast(
+	enum ct_beam beam, const struct ct_gauss *g, const struct ct_blob *b, struct ct_par *par)
+{
+	static double ref[H * W], dref[H * W];
+	size_t pitch = ct_dab_pitch(W);
+	float *img, *dimg, *again, got[H * W];
+	struct ct_splat s = {0};
+	struct ct_gs_grad grad = {0}, one = {0};
+	struct ct_camera c;
+	struct ct_err e;
+	double err[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, worst = 0;
+	bool same = true;
+
+	look(&c, beam, 2.1, true);
+	if (ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
+		ct_alloc0(&dimg, H * pitch, sizeof *img, &e) ||
+		ct_alloc0(&again, H * pitch, sizeof *img, &e) ||
+		ct_gs_grad_reserve(&grad, g->n, &e) || ct_gs_grad_reserve(&one, g->n, &e))
+		exit(1);
+	for (size_t i = 0; i < H * W; i++) {
+		dimg[i / W * pitch + i % W] = ct_rng_normal(7, 0, i);
+		dref[i] = (double)dimg[i / W * pitch + i % W];
+		ref[i] = 0;
+	}
+	OK(ct_splat_plan(&s, &c, g->n, b, par, &e) == 0, "plan, %s", ct_beam_name(beam));
+	ct_splat_draw(img, &s, par);
+	ct_splat_draw(again, &s, NULL);
+	ct_splat_back(&grad, &s, b, g, dimg, par);
+	ct_splat_back(&one, &s, b, g, dimg, NULL);
+	for (size_t i = 0; i < g->n; i++) {
+		struct ct_foot_grad fg = {0};
+		double sums[6], d[CT_GS_FIELDS] = {0}, q[4];
+		struct ct_foot f;
+
+		if (!ct_foot_of(&f, &c, &b[i]))
+			continue;
+		ct_foot_draw(ref, &c, &f, b[i].rho, CT_GS_CUT);
+		ct_foot_sums(sums, dref, &c, &f, CT_GS_CUT);
+		ct_foot_back(&fg, &f, &c, &b[i], sums);
+		for (int k = 0; k < 4; k++)
+			q[k] = (double)g->rot[k][i];
+		memcpy(d, fg.p, sizeof fg.p);
+		ct_blob_back(d + 3, d + 6, fg.sigma, &b[i], q);
+		d[10] = fg.rho;
+		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
+			size[k] = fmax(size[k], fabs(d[k]));
+			same &= memcmp(&grad.d[k][i], &one.d[k][i], sizeof(float)) == 0;
+		}
+	}
+	for (size_t i = 0; i < H * W; i++)
+		got[i] = img[i / W * pitch + i % W];
+	if (!OK(diff(H * W, got, ref) < 1e-5, "fast image equals the reference"))
+		printf("# %g\n", diff(H * W, got, ref));
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		worst = fmax(worst, err[k] / size[k]);
+	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
+		printf("# %g\n", worst);
+	OK(same && memcmp(img, again, H * pitch * sizeof *img) == 0,
+		"the same bytes with four threads and with one");
+	free(img);
+	free(dimg);
+	free(again);
+	ct_splat_free(&s);
+	ct_gs_grad_free(&grad);
+	ct_gs_grad_free(&one);
+}
+
+static void activations(void)
+{
+	double worst = 0, back = 0, h = 1e-5;
+
+	for (int a = CT_PRELU; a <= CT_SINE; a++)
+		for (double z = -1.21; z < 1.5; z += 0.17) {
+			enum ct_activation k = (enum ct_activation)a;
+			double n = (ct_act(k, 0.3, z + h) - ct_act(k, 0.3, z - h)) / (2 * h);
+
+			worst = fmax(worst, fabs(n - ct_act_slope(k, 0.3, z)));
+			n = (ct_act(k, 0.3 + h, z) - ct_act(k, 0.3 - h, z)) / (2 * h);
+			worst = fmax(worst, fabs(n - ct_act_dgamma(k, z)));
+			if (k != CT_RELU || z > 0)
+				back = fmax(
+					back, fabs(ct_act_inverse(k, 0.3, ct_act(k, 0.3, z)) - z));
+		}
+	OK(worst < 1e-8, "derivatives of the activations");
+	OK(back < 1e-12, "inverses of the activations");
+}
+
+int main(void)
+{
+	struct ct_par *par = NULL;
+	struct ct_gauss g = {0};
+	struct ct_blob *b = NULL;
+	struct ct_camera c;
+	struct ct_view v = {.centre = {1, 0, 0}, .u = {0, 1, 0}, .v = {0, 0, 1}};
+	struct ct_err e;
+
+	differences(CT_CONE, false, 0.4, "cone");
+	differences(CT_CONE, true, -0.4, "cone, oblique detector, negative");
+	differences(CT_PARALLEL, false, 0.4, "parallel");
+	differences(CT_PARALLEL, true, -0.4, "parallel, oblique detector, negative");
+	activations();
+	mass_and_peak(CT_CONE);
+	mass_and_peak(CT_PARALLEL);
+	line_integrals(CT_PARALLEL, 1e-6);
+	line_integrals(CT_CONE, 2e-2);
+	if (ct_par_alloc(&par, 4, &e) || crowd(&g, 700, &e) || ct_alloc(&b, g.n, sizeof *b, &e))
+		return 1;
+	ct_blobs(b, &g, par);
+	fast(CT_CONE, &g, b, par);
+	fast(CT_PARALLEL, &g, b, par);
+	OK(ct_camera_init(&c, &v, CT_FAN, 1, 8, &e) == -1 && e.code == CT_EGEOM, "fan is refused");
+	free(b);
+	ct_gauss_free(&g);
+	ct_par_free(par);
+	return tap_done();
+}

@@ -1,0 +1,238 @@
+/* t-voxel.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/voxel.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PARAMS = 11, NX = 17, NY = 15, NZ = 13, COUNT = NX * NY * NZ };
+
+/* Turned, mirrored, anisotropic. */
+static const double turned[3][4] = {{0, -2.2, 0, 14}, {1.8, 0, 0, -16}, {0, 0, 2.6, -17}};
+
+static bool fill(double *f, struct ct_brick *k, struct ct_blob *b, const struct ct_block *block,
+	const double x[PARAMS])
+{
+	ct_blob_make(b, x, x + 3, x + 6, x[10]);
+	memset(f, 0, COUNT * sizeof *f);
+	if (!ct_brick_of(k, block, b))
+		return false;
+	ct_brick_draw(f, block, k, INFINITY);
+	return true;
+}
+
+static double inner(const double *a, const double *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < COUNT; i++)
+		s += a[i] * b[i];
+	return s;
+}
+
+static void differences(void)
+{
+	static double g[COUNT], f[COUNT];
+	const double at[PARAMS] = {1, -2, 3, 1.4, 1.8, 1.1, 0.9, 0.3, -0.5, 0.4, -0.7};
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double d[PARAMS], sums[10], worst = 0;
+	struct ct_foot_grad fg;
+	struct ct_block block;
+	struct ct_brick k;
+	struct ct_blob b;
+	struct ct_err e;
+
+	ct_block_init(&block, turned, zero, n, &e);
+	for (size_t i = 0; i < COUNT; i++)
+		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
+	fill(f, &k, &b, &block, at);
+	ct_brick_sums(sums, g, &block, &k, INFINITY);
+	ct_brick_back(&fg, &block, &k, sums);
+	memcpy(d, fg.p, sizeof fg.p);
+	ct_blob_back(d + 3, d + 6, fg.sigma, &b, at + 6);
+	d[10] = fg.rho;
+	for (int p = 0; p < PARAMS; p++) {
+		double h = p < 3 ? 2e-3 : 1e-3, y[4], x[PARAMS], num;
+
+		for (int i = 0; i < 4; i++) {
+			memcpy(x, at, sizeof x);
+			x[p] += h * (i < 2 ? i - 2 : i - 1);
+			fill(f, &k, &b, &block, x);
+			y[i] = inner(g, f);
+		}
+		num = (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h);
+		worst = fmax(worst, fabs(num - d[p]) / fmax(fabs(num), 1e-3 * fabs(d[10])));
+	}
+	if (!OK(worst < 1e-6, "gradient against finite differences"))
+		printf("# worst %g\n", worst);
+}
+
+static void crowd(struct ct_gauss *g, size_t n)
+{
+	struct ct_err e;
+
+	if (ct_gauss_reserve(g, n, &e))
+		exit(1);
+	g->n = n;
+	g->gamma = 0.25;
+	for (size_t i = 0; i < n; i++) {
+		for (size_t a = 0; a < 3; a++) {
+			g->pos[a][i] = (float)(60 * ct_rng_uniform(3, a, i) - 30);
+			g->scale[a][i] = (float)(1.7 * ct_rng_uniform(3, 5 + a, i));
+		}
+		for (size_t a = 0; a < 4; a++)
+			g->rot[a][i] = ct_rng_normal(3, 10 + a, i);
+		g->raw[i] = ct_rng_normal(3, 20, i);
+	}
+}
+
+static const struct ct_env alone;
+
+static void fast(void)
+{
+	struct ct_env env = {0};
+	static double ref[COUNT], dref[COUNT];
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double worst = 0, peak = 0, err[PARAMS] = {0}, size[PARAMS] = {0};
+	struct ct_voxels v = {0};
+	struct ct_gs_grad grad = {0};
+	struct ct_gauss g = {0};
+	struct ct_block block;
+	struct ct_blob *b;
+	struct ct_par *par;
+	struct ct_err e;
+	float vol[COUNT] = {0}, again[COUNT] = {0}, *df;
+	size_t pitch = ct_dab_pitch(NX);
+
+	crowd(&g, 150);
+	if (ct_par_alloc(&par, 4, &e) || ct_alloc(&b, g.n, sizeof *b, &e) ||
+		ct_gs_grad_reserve(&grad, g.n, &e) ||
+		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
+		ct_block_init(&block, turned, zero, n, &e))
+		exit(1);
+	env.par = par;
+	ct_blobs(b, &g, par);
+	OK(ct_voxels_plan(&v, &block, g.n, b, &e) == 0 && v.n > 50 && v.n < g.n,
+		"some Gaussians touch the block, some do not");
+	OK(ct_voxels_add(vol, &v, 1, &env, &e) == 0, "voxelise");
+	ct_voxels_add(again, &v, 1, &alone, &e);
+	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
+	for (size_t i = 0; i < COUNT; i++) {
+		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
+		dref[i] = (double)df[i / NX * pitch + i % NX];
+	}
+	for (size_t k = 0; k < PARAMS; k++)
+		memset(grad.d[k], 0, g.n * sizeof(float));
+	ct_voxels_back(&grad, &v, b, &g, df, par);
+	for (size_t at = 0; at < v.n; at++) {
+		size_t i = v.brick[at].index;
+		double q[4], d[PARAMS], sums[10];
+		struct ct_foot_grad fg;
+
+		ct_brick_draw(ref, &block, &v.brick[at], CT_GS_CUT);
+		ct_brick_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
+		ct_brick_back(&fg, &block, &v.brick[at], sums);
+		for (int k = 0; k < 4; k++)
+			q[k] = (double)g.rot[k][i];
+		memcpy(d, fg.p, sizeof fg.p);
+		ct_blob_back(d + 3, d + 6, fg.sigma, &b[i], q);
+		d[10] = fg.rho;
+		for (int k = 0; k < PARAMS; k++) {
+			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
+			size[k] = fmax(size[k], fabs(d[k]));
+		}
+	}
+	for (size_t i = 0; i < COUNT; i++) {
+		worst = fmax(worst, fabs((double)vol[i] - ref[i]));
+		peak = fmax(peak, fabs(ref[i]));
+	}
+	if (!OK(worst < 1e-5 * peak, "fast voxels equal the reference"))
+		printf("# %g of %g\n", worst, peak);
+	worst = 0;
+	for (int k = 0; k < PARAMS; k++)
+		worst = fmax(worst, err[k] / size[k]);
+	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
+		printf("# %g\n", worst);
+	free(df);
+	free(b);
+	ct_voxels_free(&v);
+	ct_gs_grad_free(&grad);
+	ct_gauss_free(&g);
+	ct_par_free(par);
+}
+
+/* A block of a grid holds the same values as the grid there. */
+static void blocks(void)
+{
+	static float whole[COUNT], part[6 * 5 * 4];
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ}, first[3] = {7, 3, 5}, m[3] = {6, 5, 4};
+	struct ct_voxels v = {0};
+	struct ct_gauss g = {0};
+	struct ct_block block;
+	struct ct_blob *b;
+	struct ct_err e;
+	double worst = 0;
+
+	crowd(&g, 150);
+	if (ct_alloc(&b, g.n, sizeof *b, &e))
+		exit(1);
+	ct_blobs(b, &g, NULL);
+	ct_block_init(&block, turned, zero, n, &e);
+	ct_voxels_plan(&v, &block, g.n, b, &e);
+	ct_voxels_add(whole, &v, 2, &alone, &e);
+	ct_block_init(&block, turned, first, m, &e);
+	ct_voxels_plan(&v, &block, g.n, b, &e);
+	ct_voxels_add(part, &v, 2, &alone, &e);
+	for (size_t i = 0; i < 6 * 5 * 4; i++) {
+		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
+
+		worst = fmax(worst, fabs((double)(part[i] - whole[(z * NY + y) * NX + x])));
+	}
+	OK(worst < 1e-5, "a block equals that part of the grid");
+	free(b);
+	ct_voxels_free(&v);
+	ct_gauss_free(&g);
+}
+
+static void mass(void)
+{
+	const size_t zero[3] = {0}, n[3] = {48, 48, 48};
+	const double p[3] = {1, 2, -3}, l[3] = {1.0, 1.4, 0.8}, q[4] = {0.6, 0.2, -0.5, 0.3};
+	const double affine[3][4] = {{1, 0, 0, -24}, {0, 1, 0, -24}, {0, 0, 1, -24}};
+	double sum = 0, want, flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
+	struct ct_voxels v = {0};
+	struct ct_block block;
+	struct ct_blob b;
+	struct ct_err e;
+	float *vol;
+
+	if (ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &e))
+		exit(1);
+	ct_blob_make(&b, p, l, q, -0.3);
+	ct_block_init(&block, affine, zero, n, &e);
+	ct_voxels_plan(&v, &block, 1, &b, &e);
+	ct_voxels_add(vol, &v, 1, &alone, &e);
+	for (size_t i = 0; i < 48 * 48 * 48; i++)
+		sum += (double)vol[i];
+	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
+	/* outside d^T K d = 12 lie 0.738% (chi-squared, 3 degrees of freedom) */
+	NEAR(sum / want, 1 - 0.00738, 3e-4,
+		"the mass is that of the Gaussian, less the stated tail");
+	OK(ct_block_init(&block, flat, zero, n, &e) == -1 && e.code == CT_EGEOM,
+		"a flat grid is refused");
+	free(vol);
+	ct_voxels_free(&v);
+}
+
+int main(void)
+{
+	differences();
+	fast();
+	blocks();
+	mass();
+	return tap_done();
+}
