@@ -50,3 +50,10 @@ bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
+# The shipped prior; its copy beside the programs serves a build folder.
+pkgdata_DATA = src/prior/prior.safetensors
+EXTRA_DIST += src/prior/prior.safetensors src/prior/make-prior.sh src/prior/README.md
+noinst_DATA = prior.safetensors
+CLEANFILES += prior.safetensors
+prior.safetensors: src/prior/prior.safetensors
+	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@

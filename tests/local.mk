@@ -44,15 +44,15 @@ dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
 EXTRA_DIST += tests/t-convert.py tests/t-dicom.py
 check_PROGRAMS += tests/t-exr
 tests_t_exr_SOURCES = tests/t-exr.c
-dist_check_SCRIPTS += tests/t-exr.sh
+dist_check_SCRIPTS += tests/t-exr-tools.sh
 check_PROGRAMS += tests/t-project
 tests_t_project_SOURCES = tests/t-project.c
-dist_check_SCRIPTS += tests/t-project.sh
+dist_check_SCRIPTS += tests/t-ct-project.sh
 check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
-dist_check_SCRIPTS += tests/t-ply.sh
+dist_check_SCRIPTS += tests/t-ply-tools.sh
 check_PROGRAMS += tests/t-loss tests/t-gsfit
 tests_t_loss_SOURCES = tests/t-loss.c
 tests_t_gsfit_SOURCES = tests/t-gsfit.c
@@ -85,3 +85,7 @@ tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/t-image.c
 endif
+check_PROGRAMS += tests/t-ddnm-gold
+tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh

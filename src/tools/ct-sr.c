@@ -10,16 +10,17 @@
 
 /* What a level of quality means for every step. */
 struct preset {
-	const char *name;
 	int views, steps, t_start, samples, iterations, gaussians;
+	double sampling; /* detector pixels a voxel; 0 the published 1 */
 };
 
 static const struct preset presets[] = {
-	{"draft", 50, 10, 60, 1, 500, 20000},
-	{"fast", 100, 10, 60, 1, 1500, 50000},
-	{"balanced", 100, 15, 60, 2, 3000, 50000},
-	{"best", 200, 20, 60, 4, 5000, 100000},
+	{32, 2, 20, 1, 300, 20000, 1.375},
+	{48, 2, 20, 1, 600, 40000, 1.375},
+	{64, 2, 20, 2, 1500, 50000, 1.375},
+	{100, 4, 20, 4, 5000, 100000, 1.5},
 };
+static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0};
 
 struct params {
 	const char *in, *out, *keep, *prior, *window;
@@ -87,7 +88,7 @@ static struct preset choose(const struct params *p)
 	struct preset q = presets[p->quality];
 
 	if (p->paper)
-		q = (struct preset){"paper", 100, 50, 0, 1, 5000, 50000};
+		q = paper;
 	if (p->views)
 		q.views = p->views;
 	if (p->iterations)
@@ -97,17 +98,23 @@ static struct preset choose(const struct params *p)
 	return q;
 }
 
+/* ct-project with what both stacks share. */
+static int add_project(struct ct_chain *c, const struct params *p, const struct preset *q,
+	const char *output, struct ct_err *e)
+{
+	if (ct_chain_add(c, e, false, output, "ct-project", NULL) ||
+		ct_chain_word(c, e, "--views=%d", q->views) ||
+		(q->sampling > 0 && ct_chain_word(c, e, "--sampling=%g", q->sampling)) ||
+		(p->window && ct_chain_word(c, e, "--window=%s", p->window)))
+		return -1;
+	return 0;
+}
+
 static int add_projections(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const struct files *f, struct ct_err *e)
 {
-	if (ct_chain_add(c, e, false, f->up_proj, "ct-project", NULL) ||
-		ct_chain_word(c, e, "--views=%d", q->views) ||
-		(p->window && ct_chain_word(c, e, "--window=%s", p->window)) ||
-		ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->up_proj))
-		return -1;
-	if (ct_chain_add(c, e, false, f->lr_proj, "ct-project", NULL) ||
-		ct_chain_word(c, e, "--views=%d", q->views) ||
-		(p->window && ct_chain_word(c, e, "--window=%s", p->window)))
+	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
+		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
 	if (!p->paper && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
 		ct_chain_word(c, e, "--pixel=sinc")))
@@ -126,6 +133,7 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
 		return -1;
 	if (!p->paper && (ct_chain_word(c, e, "--operator=matched") ||
+		ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
 		ct_chain_word(c, e, "--init=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
 		ct_chain_word(c, e, "--samples=%d", q->samples)))
@@ -140,7 +148,7 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL) ||
 		ct_chain_add(c, e, false, f->up, "ct-upsample", NULL) ||
-		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=bspline") ||
+		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=%s", p->paper ? "cubic" : "bspline") ||
 		ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", f->up) ||
 		add_projections(c, p, &q, f, e) || add_ddnm(c, p, &q, f, seed, e))
 		return -1;
@@ -150,6 +158,7 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
 		ct_chain_word(c, e, "--scale=%d", p->scale) ||
+		(!p->paper && ct_chain_word(c, e, "--lambda-tv=0.2")) ||
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
 		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
 		return -1;

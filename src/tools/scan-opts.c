@@ -21,6 +21,15 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 		s->h = both ? n[1] : s->beam == CT_FAN ? 1 : n[0];
 		s->pitch[0] = s->pitch[1] = side / (double)(s->w > s->h ? s->w : s->h);
 	}
+	if (!isnan(o->sampling)) {
+		size_t n16 = (size_t)ceil(o->sampling * (double)(s->w > s->h ? s->w : s->h) / 16);
+
+		if (o->det)
+			return ct_fail(e, CT_EUSAGE, "--det and --sampling exclude each other");
+		s->w = 16 * n16;
+		s->h = s->beam == CT_FAN ? 1 : s->w;
+		s->pitch[0] = s->pitch[1] = side / (double)s->w;
+	}
 	if (o->pitch) {
 		if (ct_parse_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
 			return -1;
@@ -78,7 +87,7 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 
 static bool own_geometry(const struct ct_scan_opts *o)
 {
-	return o->beam || o->det || o->pitch || o->offset || o->scanner || o->views || o->paper ||
+	return o->beam || o->det || !isnan(o->sampling) || o->pitch || o->offset || o->scanner || o->views || o->paper ||
 	       !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) || !isnan(o->dsd);
 }
 

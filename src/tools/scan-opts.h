@@ -11,13 +11,13 @@
 /* A value not given is NULL, NAN or 0. */
 struct ct_scan_opts {
 	const char *beam, *det, *pitch, *offset, *scanner, *like;
-	double arc, start, dso, dsd;
+	double arc, start, dso, dsd, sampling;
 	int views;
 	bool paper;
 };
 
 #define CT_SCAN_DEFAULTS {.arc = (double)NAN, .start = (double)NAN, .dso = (double)NAN, \
-	.dsd = (double)NAN}
+	.dsd = (double)NAN, .sampling = (double)NAN}
 
 /* The rows for an option table of struct S with a field f of this type. */
 #define CT_SCAN_OPTS(S, f) \
@@ -34,6 +34,8 @@ struct ct_scan_opts {
 	CT_OPT(S, f.det, 0, "det", "WxH", 0, 0, \
 		"detector columns and rows; one number for both, or for the one row of a fan (the " \
 		"largest dimension of the volume)"), \
+	CT_OPT(S, f.sampling, 0, "sampling", "X", 0.01, 100, \
+		"instead: X pixels a voxel of the largest dimension, rounded up to a multiple of 16"), \
 	CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0, \
 		"size of a pixel along u and v (the detector's side over its pixels)"), \
 	CT_OPT(S, f.offset, 0, "offset", "U,V", 0, 0, \

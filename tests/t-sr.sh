@@ -1,0 +1,39 @@
+#!/bin/sh
+# The whole chain on a small phantom: by ct-sr, by hand, interrupted.
+. "$srcdir/tests/tap.sh"
+ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 hr.nii; ok $? 'a phantom'
+ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - cubic.nii.gz
+ok $? 'convert, degrade, upsample join by pipes'
+ct-project --views 8 - - <hr.nii | ct-info - >info.txt; ok $? 'project and info join by pipes'
+grep -q cone info.txt; ok $? 'and the scan is told'
+ct-degrade -q -x 4 hr.nii lr.nii
+set -- -x 4 -Q draft --views 16 --iterations 200 --gaussians 4000
+exits 0 'the chain' ct-sr -q "$@" --keep k lr.nii sr.nii
+for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply commands.sh; do
+	[ -s "k/$f" ]; ok $? "$f is kept"
+done
+db() { ct-metrics hr.nii "$1" | awk '/^psnr/ {print $2}'; }
+awk "BEGIN {exit !($(db sr.nii) > $(db cubic.nii.gz))}"; ok $? "better than cubic: $(db sr.nii) against $(db cubic.nii.gz) dB"
+ct-info k/residual.ply >info.txt; grep -qi 'negative' info.txt; ok $? 'the residual has a sign'
+exits 4 'an earlier run is not overwritten' ct-sr -q "$@" --keep k lr.nii sr2.nii
+exits 0 'a finished chain has nothing to do' ct-sr -q "$@" --keep k --resume lr.nii sr.nii
+# the kept script does the same by hand
+mkdir hand && cp -r k lr.nii hand/ && (cd hand && sed '2,$s/$/ --force --quiet/' k/commands.sh >go.sh && sh go.sh >/dev/null 2>&1)
+[ -s hand/sr.nii ]; ok $? 'commands.sh runs by hand'
+voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
+voxels sr.nii >a; voxels hand/sr.nii >b; cmp -s a b; ok $? 'and gives the same voxels'
+# interrupted in the middle, resumed
+ct-sr -q "$@" --keep i lr.nii cut.nii >/dev/null & pid=$!
+sleep 1; kill -TERM $pid; wait $pid; s=$?
+[ $s -eq 75 ] || [ $s -eq 0 ]; ok $? "SIGTERM stops the chain (status $s)"
+[ $s -eq 0 ] || [ ! -e cut.nii ]; ok $? 'no half-written output'
+exits 0 'resumes' ct-sr -q "$@" --keep i --resume lr.nii cut.nii
+voxels cut.nii >b; cmp -s a b; ok $? 'the same voxels after an interruption'
+exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.nii
+grep -q '^ct-nabgs' out; ok $? 'all of them'
+[ ! -e no.nii ]; ok $? 'and does nothing'
+exits 2 '--resume needs --keep' ct-sr --resume lr.nii no.nii
+printf junk >bad.nii
+exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
+[ ! -e no.nii ]; ok $? 'nothing is left'
+done_testing
