@@ -33,13 +33,75 @@ static double number(const struct ct_tensors *w, const char *key)
 	return x;
 }
 
+/* The public code, in Lambda_noise of its block means, takes noise and eps of a block as coefficients
+ * of its basis V without analysing them first, so both come out rotated by V within the block.
+ * Ours analyses them. So its recorded noise is rotated here, with what its rotated eps adds:
+ *   z' = V (z + q/eta (eps - V^T eps) where nothing is measured)
+ * V is LAPACK's for the row 1/r^2 ... 1/r^2: a Householder reflection, its first column -1/r. */
+struct record {
+	const struct ct_tensors *w;
+	struct ct_denoiser net;
+	size_t r;
+	double eta;
+	float eps[3 * 32 * 32];
+};
+
+static int remember(void *ctx, double t, const float *x, float *eps, struct ct_err *err)
+{
+	struct record *r = ctx;
+
+	if (r->net.eps(r->net.ctx[0], t, x, eps, err))
+		return -1;
+	memcpy(r->eps, eps, sizeof r->eps);
+	return 0;
+}
+
+static double basis(size_t n, size_t i, size_t j)
+{
+	double r = sqrt((double)n), vi = i ? 1 / (1 + r) : 1, vj = j ? 1 / (1 + r) : 1;
+
+	return (i == j ? 1.0 : 0.0) - (1 + r) / r * vi * vj;
+}
+
+static void rotate_block(const struct record *k, float *z, const float *eps)
+{
+	size_t r = k->r, n = r * r;
+	double q = sqrt(1 - k->eta * k->eta) / k->eta, c[64];
+
+	for (size_t i = 0; i < n; i++) {
+		double vt = 0;
+
+		for (size_t j = 0; j < n; j++)
+			vt += basis(n, j, i) * (double)eps[j / r * 32 + j % r];
+		c[i] = (double)z[i / r * 32 + i % r];
+		if (i)
+			c[i] += q * ((double)eps[i / r * 32 + i % r] - vt);
+	}
+	for (size_t i = 0; i < n; i++) {
+		double sum = 0;
+
+		for (size_t j = 0; j < n; j++)
+			sum += basis(n, i, j) * c[j];
+		z[i / r * 32 + i % r] = (float)sum;
+	}
+}
+
 /* x_T is draw 0; noise[k] belongs to move k. */
 static void recorded(void *ctx, size_t draw, size_t n, float *z)
 {
-	const struct ct_tensors *w = ctx;
-	const struct ct_tensor *t = ct_tensors_find(w, draw ? "noise" : "x_T");
+	const struct record *k = ctx;
+	const struct ct_tensor *t = ct_tensors_find(k->w, draw ? "noise" : "x_T");
 
 	memcpy(z, t->data + (draw ? (draw - 1) * n : 0), n * sizeof *z);
+	if (!draw || strcmp(ct_meta_get(&k->w->meta, "plus"), "True") != 0)
+		return;
+	for (size_t c = 0; c < 3; c++)
+		for (size_t y = 0; y < 32; y += k->r)
+			for (size_t x = 0; x < 32; x += k->r) {
+				size_t at = (c * 32 + y) * 32 + x;
+
+				rotate_block(k, z + at, k->eps + at);
+			}
 }
 
 static void test(const struct ct_tensors *weights, const char *name)
@@ -69,13 +131,14 @@ static void test(const struct ct_tensors *weights, const char *name)
 		exit(99);
 	}
 	{
-		struct ct_denoiser net = ct_prior_denoiser(&prior);
+		struct record k = {.w = &w, .net = ct_prior_denoiser(&prior),
+			.r = (size_t)number(&w, "scale"), .eta = number(&w, "eta")};
 		struct ct_ddnm d = {.schedule = &schedule, .t = times, .nt = nt,
 			.rule = strcmp(ct_meta_get(&w.meta, "plus"), "True") == 0 ? CT_DDNM_PLUS
 										  : CT_DDNM,
 			.eta = number(&w, "eta"), .sigma_y = number(&w, "sigma_y"), .op = &op,
-			.channels = 3, .eps = net.eps, .eps_ctx = net.ctx[0],
-			.normals = recorded, .normals_ctx = &w};
+			.channels = 3, .eps = remember, .eps_ctx = &k,
+			.normals = recorded, .normals_ctx = &k};
 
 		OK(ct_ddnm(&d, x, y->data, NULL, &e) == 0, "%s runs", name);
 	}

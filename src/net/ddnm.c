@@ -154,8 +154,8 @@ int ct_ddnm(const struct ct_ddnm *d, float *x, const float *y, const float *init
 	d->normals(d->normals_ctx, 0, w.all, w.z);
 	noised(d, &w, d->t[0], x, init);
 	for (size_t k = 0; k + 1 < d->nt; k++) {
-		d->normals(d->normals_ctx, k + 1, w.all, w.z);
 		if (d->t[k + 1] > d->t[k]) { /* back in time: the last estimate, noised again */
+			d->normals(d->normals_ctx, k + 1, w.all, w.z);
 			noised(d, &w, d->t[k + 1], x, w.x0);
 			continue;
 		}
@@ -163,6 +163,7 @@ int ct_ddnm(const struct ct_ddnm *d, float *x, const float *y, const float *init
 
 		if (estimate(d, &w, d->t[k], x, e))
 			goto out;
+		d->normals(d->normals_ctx, k + 1, w.all, w.z);
 		for (size_t c = 0; c < d->channels; c++)
 			advance(d->op, &m, &w, c, x + c * w.n);
 	}
