@@ -31,13 +31,13 @@ if [ ! -f matrix.dat ]; then
 	fi
 	tar -xzf "$inv" --wildcards --strip-components=1 '*/main.plist' '*/matrix.dat'
 fi
-# the plist tells shape (slices, rows, columns) and spacing (mm)
+# InVesalius keeps rows from back to front (LAS); the plist tells shape (slices, rows, columns) and spacing (mm)
 values() { sed -n "/<key>$1</,/<\/array>/s/.*<$2>\(.*\)<.*/\1/p" main.plist; }
 dims=$(values shape integer | tac | paste -sd x)
 spacing=$(values spacing real | paste -sd ,)
 
 say "cutting a 128^3 cube of 1.5 mm from $dims voxels of $spacing mm, and degrading it 4x"
-ct-convert -f --raw "$dims:i16" --spacing "$spacing" --iso 1.5 --cube 128 matrix.dat hr.nii.gz
+ct-convert -f --raw "$dims:i16" --spacing "$spacing" --orient LAS --iso 1.5 --cube 128 matrix.dat hr.nii.gz
 ct-degrade -f -x 4 --protocol P1 hr.nii.gz lr.nii.gz
 timed() { # timed NAME COMMAND...: wall seconds and peak memory to NAME.time
 	name=$1
@@ -56,5 +56,5 @@ for m in trilinear cubic ours; do
 	printf '%-10s %9.3f %8.4f %8.1f %9d\n' $m "$(awk '/^psnr/ {print $2}' $m.metrics)" \
 		"$(awk '/^ssim-r2/ {print $2}' $m.metrics)" "$seconds" $((kib / 1024))
 done
-ct-view -f -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
+ct-view -f --zoom 2 --window -200:1400 -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
 printf '\npicture (truth, trilinear, cubic, ours; below, the errors): %s\n' "$PWD/montage.png"
