@@ -15,6 +15,8 @@ done
 db() { ct-metrics hr.nii "$1" | awk '/^psnr/ {print $2}'; }
 awk "BEGIN {exit !($(db sr.nii) > $(db cubic.nii.gz))}"; ok $? "better than cubic: $(db sr.nii) against $(db cubic.nii.gz) dB"
 ct-info k/residual.ply >info.txt; grep -qi 'negative' info.txt; ok $? 'the residual has a sign'
+ct-sr -q "$@" - - <lr.nii >pipe.nii; ok $? 'from a pipe to a pipe'
+ct-info pipe.nii >info.txt; ok $? 'and nothing but the volume comes out'
 exits 4 'an earlier run is not overwritten' ct-sr -q "$@" --keep k lr.nii sr2.nii
 exits 0 'a finished chain has nothing to do' ct-sr -q "$@" --keep k --resume lr.nii sr.nii
 # the kept script does the same by hand

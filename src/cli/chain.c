@@ -5,6 +5,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -206,6 +207,17 @@ static int write_log(const struct ct_chain *c, const char *log, size_t done, str
 	return (fclose(f) != 0 || bad) ? ct_fail(e, CT_EOUTPUT, "%s: %s", log, strerror(errno)) : 0;
 }
 
+/* What a step reports goes to standard error, or nowhere. */
+static void send_report(bool quiet)
+{
+	int fd = quiet ? open("/dev/null", O_WRONLY) : dup(STDERR_FILENO);
+
+	if (fd >= 0) {
+		dup2(fd, STDOUT_FILENO);
+		close(fd);
+	}
+}
+
 static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
 	pid_t *pid, struct ct_err *e)
 {
@@ -229,6 +241,8 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	if (*pid < 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", s->tool, strerror(errno));
 	if (*pid == 0) {
+		if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
+			send_report(env->verbose < 0);
 		snprintf(path, sizeof path, "%s%s", c->tools, s->tool);
 		execv(path, argv);
 		execvp(s->tool, argv);
