@@ -119,14 +119,14 @@ static bool clamped(const struct ct_stack *s, size_t view, size_t i, size_t j, d
 static void test_measured(void)
 {
 	struct ct_superres p = params();
-	struct ct_stack in = {0}, out = {0}, back = {0};
+	struct ct_stack in = {0}, out = {0}, back = {0}, unused = {0};
 	struct ct_err e = {0};
 	bool done[VIEWS] = {false};
 	double worst = 0;
 	size_t free_blocks = 0;
 
 	stacks(&in, &out, NULL);
-	stacks(&back, &(struct ct_stack){0}, NULL);
+	stacks(&back, &unused, NULL);
 	for (size_t i = 0; i < ct_stack_count(&in); i++)
 		in.data[i] = 0.8f + 0.2f * in.data[i]; /* far enough from 0 and 2 */
 	p.rule = CT_DDNM;
@@ -154,6 +154,7 @@ static void test_measured(void)
 	ct_stack_free(&in);
 	ct_stack_free(&out);
 	ct_stack_free(&back);
+	ct_stack_free(&unused);
 }
 
 static void test_threads_and_samples(void)
