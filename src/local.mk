@@ -31,7 +31,14 @@ bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
-	src/tools/prior-file.c src/tools/prior-file.h
+	src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
+	src/tools/prior-file.h
+if HAVE_OIIO
+ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+nodist_EXTRA_ct_ddnm_SOURCES = src/tools/link-with-cxx.cc
+else
+ct_ddnm_LDADD = $(LDADD)
+endif
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c
 bin_PROGRAMS += ct-info

@@ -15,12 +15,22 @@ ct-info a.exr | grep -q '32x32\|32 x 32'; ok $? 'the detector is four times fine
 exits 0 'from projections of a better volume' ct-ddnm -q -x 4 --operator matched --sampler ddnm \
 	--init up.exr --t-start 20 --steps 2 --samples 2 --std s.exr y.exr d.exr
 [ -s s.exr ]; ok $? 'the deviation of the samples is written'
+# a picture, where pictures can be made and read
+if command -v ct-view >/dev/null && ct-view -q y.exr pic.png; then
+	exits 0 'a picture' ct-ddnm -q -x 2 --steps 2 pic.png big.png
+	head -c 4 big.png | grep -q PNG; ok $? 'becomes a picture'
+	exits 0 'or a stack' ct-ddnm -q -x 2 --steps 2 pic.png big.exr
+	exits 2 'line integrals are no picture' ct-ddnm -q -x 4 --steps 2 y.exr y.png
+else
+	ok 0 'a picture # skip no ct-view'
+fi
 exits 0 'a dry run tells the time' ct-ddnm --dry-run -x 4 y.exr none.exr
 { grep -q 'time' out && [ ! -e none.exr ]; }; ok $? 'and writes nothing'
 exits 4 'an existing output is kept' ct-ddnm -x 4 y.exr a.exr
 exits 5 'an init of another geometry is refused' ct-ddnm -x 4 --init y.exr y.exr n.exr
 exits 2 '--t-start without --init' ct-ddnm -x 4 --t-start 9 y.exr n.exr
 exits 3 'a volume is not a stack' ct-ddnm -x 4 hr.nii n.exr
+exits 3 'a deviation is not a projection' ct-ddnm -x 4 s.exr n.exr
 exits 3 'projections are not a prior' ct-ddnm -x 4 --prior y.exr y.exr n.exr
 exits 3 'a prior of another architecture' ct-ddnm -x 4 --prior "$srcdir/tests/gold/unet-b.safetensors" y.exr n.exr
 has err 'unet-b' 'and it is named'

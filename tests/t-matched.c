@@ -1,6 +1,7 @@
 /* Algebra of both measurement operators, and what the matched one does to known pictures. */
 #include "config.h"
 #include "core/rng.h"
+#include "kern/degrade.h"
 #include "kern/operator.h"
 #include "tap.h"
 
@@ -92,7 +93,7 @@ static void test_pictures(const struct ct_operator *op, double sigma)
 		want[i] = (float)(exp(-2 * M_PI * M_PI * sigma * sigma * pow(4.0 / (2 * S * W), 2)) *
 			cos(M_PI * 4 * ((double)(i % W) + 0.5) / W));
 	ct_op_forward(op, y, x, t);
-	NEAR(maxdiff(NY, y, want), 0, 1e-6, "a wave is sampled at the centres and weakened");
+	NEAR(maxdiff(NY, y, want), 0, 5e-4, "a wave is sampled at the centres and weakened");
 	for (size_t i = 0; i < NX; i++)
 		x[i] = (float)cos(M_PI * (W + 3) * ((double)(i % (S * W)) + 0.5) / (S * W));
 	ct_op_forward(op, y, x, t);
@@ -125,7 +126,37 @@ static void test_gaussian(void)
 			bad = fmax(bad, fabs((double)y[i * N + j] -
 				s0 * s0 / v * exp(-(p * p + q * q) / (2 * v))));
 		}
-	NEAR(bad, 0, 1e-5, "a Gaussian blurs as on paper");
+	NEAR(bad, 0, 5e-4, "a Gaussian blurs as on paper");
+	ct_op_free(&op);
+}
+
+/* One line through ct-degrade's table and through ours: the same operator. */
+static void test_degrade(double sigma)
+{
+	enum { N = 16 };
+	static float x[N * S * S], y[N];
+	static double t[N * (S + 2) * S];
+	struct ct_operator op = {0};
+	struct ct_taps taps = {0};
+	struct ct_err e = {0};
+	double bad = 0;
+
+	if (ct_op_alloc(&op, CT_OP_MATCHED, 1, N, S, sigma, &e) ||
+		ct_degrade_taps(&taps, N * S, S, sigma, CT_DECIMATE_SINC, &e))
+		exit(99);
+	ct_rng_normals(N * S, x, 6, 0, 0);
+	for (size_t r = 1; r < S; r++) /* equal rows: the other axis has nothing to do */
+		memcpy(x + r * N * S, x, N * S * sizeof *x);
+	ct_op_forward(&op, y, x, t);
+	for (size_t i = 0; i < N; i++) {
+		double sum = 0;
+
+		for (size_t k = 0; k < taps.taps; k++)
+			sum += taps.w[i * taps.taps + k] * (double)x[taps.first[i] + k];
+		bad = fmax(bad, fabs(sum - (double)y[i]));
+	}
+	NEAR(bad, 0, 1e-6, "what ct-degrade does to a line");
+	ct_taps_free(&taps);
 	ct_op_free(&op);
 }
 
@@ -149,6 +180,9 @@ int main(void)
 		lost += ct_op_singular(&wide, i / W, i % W) <= 0;
 	OK(lost > 0 && lost < NY, "some are lost, not all");
 	test_gaussian();
+	test_degrade(S / 2.3548);
+	test_degrade(0.5);
+	test_degrade(0);
 	OK(ct_op_alloc(&big, CT_OP_MATCHED, 10, 5000, 4, 1, &e) && e.code == CT_EGEOM,
 		"a line too long is refused");
 	ct_op_free(&mean);

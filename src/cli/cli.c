@@ -411,22 +411,39 @@ static void say(const struct ct_env *env, enum ct_level level, const char *text)
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
 }
 
+/* The option that argument `a` is, if it cannot change the result and so stays out of the history. */
+static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
+{
+	static const char *const names[] = {"quiet", "verbose", "force", "threads", "resume"};
+	const struct ct_opt *o = NULL;
+	bool common;
+
+	if (a[0] == '-' && a[1] == '-' && a[2])
+		o = find(t, a + 2, strcspn(a + 2, "="), 0, &common);
+	else if (a[0] == '-' && a[1] && !a[2])
+		o = find(t, NULL, 0, a[1], &common);
+	for (size_t k = 0; o && k < sizeof names / sizeof *names; k++)
+		if (strcmp(o->name, names[k]) == 0)
+			return o;
+	return NULL;
+}
+
 static char *history_of(const struct ct_tool *t, int argc, char **argv)
 {
 	char *text = NULL;
+	bool only_operands = false;
 	size_t n;
 	FILE *f = open_memstream(&text, &n);
 
 	if (!f)
 		return NULL;
 	fprintf(f, "%s %s", t->name, PACKAGE_VERSION);
-	for (int i = 1; i < argc; i++) { /* what cannot change the result stays out */
-		if (strcmp(argv[i], "-q") == 0 || strcmp(argv[i], "-v") == 0 ||
-			strcmp(argv[i], "-f") == 0 || strcmp(argv[i], "--resume") == 0 ||
-			strncmp(argv[i], "--threads=", 10) == 0)
-			continue;
-		if (strcmp(argv[i], "-t") == 0 || strcmp(argv[i], "--threads") == 0) {
-			i++;
+	for (int i = 1; i < argc; i++) {
+		const struct ct_opt *o = only_operands ? NULL : idle_option(t, argv[i]);
+
+		only_operands |= strcmp(argv[i], "--") == 0;
+		if (o) {
+			i += o->type != CT_T_FLAG && !strchr(argv[i], '=');
 			continue;
 		}
 		fprintf(f, strpbrk(argv[i], " \t\n\"'\\$") ? " '%s'" : " %s", argv[i]);

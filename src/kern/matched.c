@@ -21,12 +21,34 @@ static void cosines(size_t n, size_t m, double *b)
 	}
 }
 
+/* g[k], k < n, of matched.h for a line of m fine pixels. */
+static void responses(size_t n, size_t m, double sigma, double *g)
+{
+	size_t radius = (size_t)floor(4.0 * sigma + 0.5);
+
+	for (size_t k = 0; k < n; k++) {
+		double sum = 1.0, mass = 1.0;
+
+		for (size_t d = 1; d <= radius; d++) {
+			double x = (double)d / sigma, w = 2.0 * exp(-0.5 * x * x);
+
+			sum += w * cos(M_PI * (double)(k * d % (2 * m)) / (double)m);
+			mass += w;
+		}
+		g[k] = sum / mass;
+		if (g[k] * CT_MATCHED_LIMIT < 1.0)
+			g[k] = 0.0;
+	}
+}
+
 int ct_axis_alloc(struct ct_axis *a, size_t n, size_t s, double sigma, struct ct_err *e)
 {
 	if (n == 0 || s == 0 || n > CT_MATCHED_MAX || s > CT_MATCHED_MAX)
 		return ct_fail(e, CT_EGEOM,
 			"the matched operator takes up to %d low-resolution pixels a line, not %zu",
 			CT_MATCHED_MAX, n);
+	if (!(sigma >= 0 && sigma <= 1e4))
+		return ct_fail(e, CT_EUSAGE, "a blur of %g pixels", sigma);
 	if (ct_alloc(&a->u, n * n + n * n * s + n, sizeof *a->u, e))
 		return -1;
 	a->n = n;
@@ -35,13 +57,7 @@ int ct_axis_alloc(struct ct_axis *a, size_t n, size_t s, double sigma, struct ct
 	a->g = a->v + n * n * s;
 	cosines(n, n, a->u);
 	cosines(n, n * s, a->v);
-	for (size_t k = 0; k < n; k++) {
-		double w = M_PI * sigma * (double)k / (double)(n * s);
-
-		a->g[k] = exp(-0.5 * w * w);
-		if (a->g[k] * CT_MATCHED_LIMIT < 1.0)
-			a->g[k] = 0.0;
-	}
+	responses(n, n * s, sigma, a->g);
 	return 0;
 }
 

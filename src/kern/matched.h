@@ -9,10 +9,13 @@
  *   A = U^T diag(g / sqrt(s)) V,   A+ = V^T diag(sqrt(s) / g) U
  *   U[k][j] = sqrt(c_k / n) cos(pi k (j + 1/2) / n)     (n, n) orthogonal; c_0 = 1, else 2
  *   V[k][i] = sqrt(c_k / N) cos(pi k (i + 1/2) / N)     (n, N) orthonormal rows
- *   g[k]    = exp(-2 pi^2 sigma^2 f^2), f = k / (2 N) cycles a fine pixel
+ *   g[k]    = sum_d G[d] cos(pi k d / N), G the Gaussian sampled at whole pixels, cut at 4 sigma
+ *             and normalised: for sigma of a pixel or more exp(-2 pi^2 sigma^2 f^2) within 1e-3,
+ *             f = k / (2 N) cycles a fine pixel
  *
  * Frequencies that the blur weakens by more than CT_MATCHED_LIMIT count as not measured: g = 0 in
- * A and in A+, so A A+ A = A always holds. For sigma up to 0.96 s none is lost (A A+ = I).
+ * A and in A+, so A A+ A = A always holds. For sigma up to 0.9 s none is lost (A A+ = I).
+ * It is the axis operator of degrade.h with its sinc decimation.
  * A picture takes one axis for its rows and one for its columns.
  */
 #ifndef CT_KERN_MATCHED_H
@@ -29,7 +32,7 @@ struct ct_axis {
 	double *u, *v, *g; /* (n, n), (n, s n), (n); owned, one block at u */
 };
 
-/* sigma >= 0. CT_EGEOM if n > CT_MATCHED_MAX. *a must be zero. */
+/* sigma in [0, 1e4], else CT_EUSAGE. CT_EGEOM if n > CT_MATCHED_MAX. *a must be zero. */
 int ct_axis_alloc(struct ct_axis *a, size_t n, size_t s, double sigma, struct ct_err *e);
 void ct_axis_free(struct ct_axis *a);
 

@@ -5,6 +5,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "net/prior.h"
+#include "ddnm-picture.h"
 #include "ddnm-state.h"
 #include "prior-file.h"
 
@@ -25,8 +26,8 @@ static const struct params defaults = {.scale = 0, .steps = 50, .t_start = -1, .
 	.sampler = 1, .eta = 0.99, .sigma_y = NAN, .sigma_det = NAN, .norm = 0};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution projections, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "super-resolved projections, EXR, or -"),
+	CT_ARG(struct params, in, "IN", "low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
+	CT_ARG(struct params, out, "OUT", "super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by"),
 	CT_OPT(struct params, prior, 'p', "prior", "FILE", 0, 0,
@@ -56,7 +57,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
-		"line integral that the network sees as 1; 0: the largest of IN"),
+		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", "mean|first",
 		"of a prior with colours"),
 	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
@@ -105,6 +106,23 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 	return 0;
 }
 
+/* What the network sees as 1: `given`, or if that is 0 what suits the stack. */
+static int norm_of(double *norm, double given, const struct ct_stack *in, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(&in->meta, "quantity");
+
+	if (quantity && strcmp(quantity, "lineIntegral") != 0 && strcmp(quantity, "intensity") != 0)
+		return ct_fail(e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
+	*norm = given;
+	if (given > 0)
+		return 0;
+	if (ct_superres_norm(in, norm, e))
+		return -1;
+	if (quantity && strcmp(quantity, "intensity") == 0)
+		*norm = fmax(*norm, 1.0);
+	return 0;
+}
+
 static int settle(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
@@ -144,8 +162,7 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.travel_length = (size_t)v[0];
 		j->s.travel_repeat = (size_t)v[1];
 	}
-	j->s.norm = p->norm;
-	if (j->s.norm <= 0 && ct_superres_norm(&j->in, &j->s.norm, e))
+	if (norm_of(&j->s.norm, p->norm, &j->in, e))
 		return ct_blame(e, p->in);
 	return 0;
 }
@@ -154,7 +171,7 @@ static int read_inputs(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (ct_stack_read(p->in, &j->in, e))
+	if (ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e))
 		return -1;
 	if (ct_stack_check(&j->in, e) || ct_stack_check_finite(&j->in, e))
 		return ct_blame(e, p->in);
@@ -250,7 +267,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 			ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
 			ct_stack_write(j->p->std, &j->std, j->env, e))))
 		return -1;
-	return ct_stack_write(j->p->out, &j->out, j->env, e);
+	return ddnm_picture_write(j->p->out, &j->out, j->env, e);
 }
 
 static int sample(struct job *j, struct ct_err *e)
