@@ -44,7 +44,7 @@ mkdir whole cut
 (cd whole && ct-ddnm -q -x 4 --steps 6 ../many.exr o.exr); ok $? 'many views'
 cd cut || exit 99
 ct-ddnm -q -x 4 --steps 6 ../many.exr o.exr & pid=$!
-sleep 0.4; kill -TERM $pid; wait $pid; s=$?
+listens $pid; sleep 0.2; kill -TERM $pid; wait $pid; s=$?
 [ $s -eq 75 ] || [ $s -eq 0 ]; ok $? "SIGTERM stops it (status $s)"
 if [ $s -eq 75 ]; then
 	[ -s o.exr.part ] && [ ! -e o.exr ]; ok $? 'finished views are saved'

@@ -26,7 +26,7 @@ voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
 voxels sr.nii >a; voxels hand/sr.nii >b; cmp -s a b; ok $? 'and gives the same voxels'
 # interrupted in the middle, resumed
 ct-sr -q "$@" --keep i lr.nii cut.nii >/dev/null & pid=$!
-sleep 1; kill -TERM $pid; wait $pid; s=$?
+listens $pid; sleep 1; kill -TERM $pid; wait $pid; s=$?
 [ $s -eq 75 ] || [ $s -eq 0 ]; ok $? "SIGTERM stops the chain (status $s)"
 [ $s -eq 0 ] || [ ! -e cut.nii ]; ok $? 'no half-written output'
 exits 0 'resumes' ct-sr -q "$@" --keep i --resume lr.nii cut.nii

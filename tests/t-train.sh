@@ -92,7 +92,7 @@ ok $? 'metadata, and half precision of the same weights'
 # shellcheck disable=SC2086
 ct-train -q $small -n 100000 f.safetensors pics 2>err &
 pid=$!
-sleep 1
+listens $pid; sleep 1
 kill -TERM $pid
 wait $pid
 [ $? -eq 75 ]; ok $? 'a signal stops it with status 75'

@@ -277,9 +277,9 @@ static int run_step(const struct ct_chain *c, struct ct_step *s, bool again,
 	}
 	if (got < 0)
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
-	if (WIFSIGNALED(status))
+	if (WIFSIGNALED(status) && !asked)
 		return ct_fail(e, CT_EFAIL, "%s was killed by signal %d", s->tool, WTERMSIG(status));
-	if (WEXITSTATUS(status) == CT_ESTOP)
+	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)
 		return ct_fail(e, CT_ESTOP, c->temporary ? "stopped on request" :
 			"stopped on request; --resume goes on");
 	if (WEXITSTATUS(status) != 0)
