@@ -95,6 +95,21 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 	return rc;
 }
 
+int ct_is_stack(const char *path, bool *stack, struct ct_err *e)
+{
+	unsigned char first[4];
+	FILE *f;
+
+	*stack = strcmp(path, "-") == 0;
+	if (*stack)
+		return 0;
+	if (ct_in_open(path, &f, e))
+		return -1;
+	*stack = ct_sniff(first, fread(first, 1, sizeof first, f)) == CT_KIND_STACK;
+	ct_in_close(f);
+	return 0;
+}
+
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];

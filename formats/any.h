@@ -6,6 +6,8 @@
 #include "core/tensors.h"
 #include "core/vol.h"
 
+#include <stdbool.h>
+
 enum ct_kind {
 	CT_KIND_UNKNOWN,
 	CT_KIND_VOLUME,  /* NIfTI, also in gzip */
@@ -21,6 +23,9 @@ enum { CT_SNIFF = 352 };
 enum ct_kind ct_sniff(const unsigned char *data, size_t n);
 /* "volume", "stack", "Gaussians", "tensors", ... */
 const char *ct_kind_name(enum ct_kind kind);
+
+/* Is the file a stack, by its first bytes? "-" is taken for one. CT_EINPUT. */
+int ct_is_stack(const char *path, bool *stack, struct ct_err *e);
 
 struct ct_any {
 	enum ct_kind kind; /* one of volume, stack, gauss, tensors; that member is filled */

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "ddnm-picture.h"
 #include "core/mem.h"
+#include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -12,21 +13,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int is_exr(const char *path, bool *exr, struct ct_err *e)
-{
-	unsigned char b[4] = {0};
-	FILE *f;
-
-	*exr = strcmp(path, "-") == 0;
-	if (*exr)
-		return 0;
-	if (ct_in_open(path, &f, e))
-		return -1;
-	*exr = fread(b, 1, 4, f) == 4 && memcmp(b, "\x76\x2f\x31\x01", 4) == 0;
-	ct_in_close(f);
-	return 0;
-}
 
 static bool is_png(const char *path)
 {
@@ -99,7 +85,7 @@ int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {
 	bool exr;
 
-	if (is_exr(path, &exr, e))
+	if (ct_is_stack(path, &exr, e))
 		return -1;
 	return exr ? ct_stack_read(path, s, e) : read_picture(path, s, e);
 }

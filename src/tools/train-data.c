@@ -3,6 +3,7 @@
 #include "train-data.h"
 #include "core/mem.h"
 #include "core/stack.h"
+#include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -15,21 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-
-static int is_exr(const char *path, bool *exr, struct ct_err *e)
-{
-	unsigned char b[4] = {0};
-	FILE *f;
-
-	*exr = strcmp(path, "-") == 0;
-	if (*exr)
-		return 0;
-	if (ct_in_open(path, &f, e))
-		return -1;
-	*exr = fread(b, 1, 4, f) == 4 && memcmp(b, "\x76\x2f\x31\x01", 4) == 0;
-	ct_in_close(f);
-	return 0;
-}
 
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
@@ -89,7 +75,7 @@ static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	bool exr;
 
-	if (is_exr(path, &exr, e))
+	if (ct_is_stack(path, &exr, e))
 		return -1;
 	return exr ? read_stack(s, path, e) : read_picture(s, path, e);
 }
