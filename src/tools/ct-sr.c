@@ -25,7 +25,7 @@ static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0};
 struct params {
 	const char *in, *out, *keep, *prior, *window;
 	int scale, quality, views, iterations, gaussians;
-	bool paper, resume;
+	bool paper, resume, dry_run;
 };
 
 static const struct params defaults = {.scale = 4, .quality = 2};
@@ -43,6 +43,9 @@ static const struct ct_opt opts[] = {
 		"leave the intermediate files and commands.sh, the script that makes them, in DIR"),
 	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
 		"go on with the run that --keep DIR holds"),
+	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
+		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
+		"time, memory and disk they expect with their own --dry-run"),
 	CT_OPT(struct params, prior, 0, "prior", "FILE", 0, 0,
 		"diffusion prior; the one that is installed if not given"),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
@@ -174,12 +177,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (p->resume && !p->keep)
 		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
-	if (!p->resume && !env->dry_run && ct_out_check(p->out, env, e))
+	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
 		return -1;
 	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
 		plan(&c, p, &f, env->seed, e))
 		goto out;
-	if (env->dry_run) {
+	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
 	} else
@@ -197,7 +200,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED | CT_LONG,
+	.flags = CT_SEEDED,
 };
 
 int main(int argc, char **argv)
