@@ -1,0 +1,13 @@
+# What `make bench` runs, one after the other; nothing of it is built or run otherwise.
+# A program bench/b-x is EXTRA_PROGRAMS += bench/b-x, bench_b_x_SOURCES = bench/b-x.c bench/bench.h
+# and BENCH_C += bench/b-x; a script is BENCH_SH += bench/b-x.sh. make bench BENCH=bench/b-x runs
+# that one.
+BENCH_C =
+BENCH_SH =
+EXTRA_DIST += bench/bench.h $(BENCH_SH)
+BENCH = $(BENCH_C) $(BENCH_SH)
+.PHONY: bench
+bench: $(bin_PROGRAMS) $(BENCH_C)
+	@$(AM_TESTS_ENVIRONMENT) for b in $(BENCH); do \
+		case $$b in *.sh) $(SHELL) '$(srcdir)'/$$b ;; *) ./$$b ;; esac || exit 1; \
+	done
