@@ -218,8 +218,10 @@ static void test_meta(void)
 	ct_meta_set(&m, "decimate", "mean", &e);
 	ct_meta_set(&m, "factor", "4,0,1", &e);
 	OK(ct_degrade_get(&m, &got, &e) < 0 && e.code == CT_EINPUT, "factor 0 refused");
+	ct_meta_set(&m, "factor", "0.5", &e);
+	OK(ct_degrade_get(&m, &got, &e) < 0 && e.code == CT_EINPUT, "factor 0.5 refused");
 	ct_meta_set(&m, "factor", "2.5", &e);
-	OK(ct_degrade_get(&m, &got, &e) < 0 && e.code == CT_EINPUT, "factor 2.5 refused");
+	OK(ct_degrade_get(&m, &got, &e) == 0 && got.factor[1] == 2.5, "factor 2.5 read");
 	ct_meta_free(&m);
 }
 

@@ -60,7 +60,8 @@ static void test_unity(void)
 /* The ramp i + 10 j + 100 k, upsampled, is the ramp at the cell centres. */
 static void test_ramp(void)
 {
-	const size_t n[3] = {9, 7, 8}, f[3] = {4, 3, 2}, out_n[3] = {36, 21, 16};
+	const size_t n[3] = {9, 7, 8};
+	const double f[3] = {4, 3, 2};
 	static const char *const name[] = {"linear", "cubic"};
 	float x[9 * 7 * 8], *y = noise(36 * 21 * 16, 1);
 	struct ct_err e;
@@ -80,7 +81,7 @@ static void test_ramp(void)
 			int inside = 1;
 
 			for (int a = 0; a < 3; a++, unit *= 10) {
-				double c = ((double)at[a] + 0.5) / (double)f[a] - 0.5;
+				double c = ((double)at[a] + 0.5) / f[a] - 0.5;
 
 				want += unit * c;
 				inside &= c >= 1 && c <= (double)n[a] - 2;
@@ -165,7 +166,8 @@ static void test_spline(void)
 
 static void test_identity(void)
 {
-	const size_t n[3] = {5, 1, 40}, f[3] = {1, 1, 1};
+	const size_t n[3] = {5, 1, 40};
+	const double f[3] = {1, 1, 1};
 	float *x = noise(200, 3), *y = noise(200, 4);
 	struct ct_err e;
 	int same = 1;

@@ -15,7 +15,7 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 
 	for (int a = 0; a < 3; a++)
 		d->sigma[a] =
-			d->factor[a] > 1 ? (double)d->factor[a] / per_sigma[protocol - 1] : 0.0;
+			d->factor[a] > 1 ? d->factor[a] / per_sigma[protocol - 1] : 0.0;
 	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
 }
 
@@ -38,78 +38,125 @@ static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *
 	return 0;
 }
 
-/* 1 + 2 sum_{p=1}^{m-1} cos(p theta), theta = pi q / (2 n), q integer. */
-static double dirichlet(double q, size_t m, size_t n)
-{
-	double half = 0.25 * M_PI * q / (double)n;
+enum { ROUND = 1 << 20 }; /* a factor written in decimals counts as whole within 1/ROUND */
 
-	return q == 0.0 ? 2 * (double)m - 1 : sin((2 * (double)m - 1) * half) / sin(half);
+size_t ct_degrade_size(size_t n, double factor)
+{
+	return (size_t)floor((double)n / factor + 1.0 / ROUND);
 }
 
-/* DCT-II of n = m s points, m coefficients kept, inverse DCT-II of m points:
- * w = (1/n) (1 + 2 sum_{p<m} cos(pi p (k+1/2)/n) cos(pi p (i+1/2)/m)). */
-static int sinc_taps(struct ct_taps *t, size_t m, size_t s, struct ct_err *e)
+size_t ct_degrade_cover(size_t m, double factor)
 {
-	size_t n = m * s;
+	return (size_t)ceil((double)m * factor - 1.0 / ROUND);
+}
+
+/* Voxels left out at the beginning of n. */
+static size_t cut_before(size_t n, double factor)
+{
+	return (n - ct_degrade_cover(ct_degrade_size(n, factor), factor)) / 2;
+}
+
+/* Where cell i of m begins, in voxels from the beginning of the N that they cover. */
+static double cell_begin(size_t i, size_t m, double factor)
+{
+	double gap = (double)ct_degrade_cover(m, factor) - (double)m * factor;
+
+	return (double)i * factor + 0.5 * gap;
+}
+
+/* 1 + 2 sum_{p=1}^{m-1} cos(p theta). */
+static double dirichlet(double theta, size_t m)
+{
+	double half = 0.5 * remainder(theta, 2 * M_PI);
+
+	return fabs(half) < 1e-9 ? 2 * (double)m - 1 : sin((2 * (double)m - 1) * half) / sin(half);
+}
+
+/* DCT-II of n points, m coefficients kept, summed at the centre c of each cell:
+ * w = (1/n) (1 + 2 sum_{p<m} cos(pi p (k+1/2)/n) cos(pi p c/n)). */
+static int sinc_taps(struct ct_taps *t, size_t m, double s, struct ct_err *e)
+{
+	size_t n = ct_degrade_cover(m, s);
 
 	if (ct_taps_alloc(t, n, m, n, e))
 		return -1;
 	for (size_t i = 0; i < m; i++)
 		for (size_t k = 0; k < n; k++) {
-			double a = 2 * (double)k + 1, b = (2 * (double)i + 1) * (double)s;
+			double a = (double)k + 0.5, c = cell_begin(i, m, s) + 0.5 * s;
+			double unit = M_PI / (double)n;
 
 			ct_taps_add(t, i, k,
-				(dirichlet(a - b, m, n) + dirichlet(a + b, m, n)) /
+				(dirichlet(unit * (a - c), m) + dirichlet(unit * (a + c), m)) /
 					(2 * (double)n));
 		}
 	return 0;
 }
 
-static int cell_taps(
-	struct ct_taps *t, size_t m, size_t s, enum ct_decimate decimate, struct ct_err *e)
+static int point_taps(struct ct_taps *t, size_t m, double s, struct ct_err *e)
 {
-	size_t taps = decimate == CT_DECIMATE_MEAN ? s : s % 2 ? 1 : 2;
+	size_t n = ct_degrade_cover(m, s);
 
-	if (ct_taps_alloc(t, m * s, m, taps, e))
+	if (ct_taps_alloc(t, n, m, 2, e))
 		return -1;
 	for (size_t i = 0; i < m; i++) {
-		size_t first = i * s + (s - taps) / 2;
+		double at = cell_begin(i, m, s) + 0.5 * s - 0.5, low = floor(at + 1.0 / ROUND);
+		double part = fmax(at - low, 0.0);
+		size_t k = (size_t)low;
 
-		ct_taps_place(t, i, (ptrdiff_t)first);
-		for (size_t q = 0; q < taps; q++)
-			ct_taps_add(t, i, first + q, 1.0 / (double)taps);
+		ct_taps_place(t, i, (ptrdiff_t)k);
+		ct_taps_add(t, i, k, 1 - part);
+		if (part > 0)
+			ct_taps_add(t, i, k + 1, part);
+	}
+	return 0;
+}
+
+static int mean_taps(struct ct_taps *t, size_t m, double s, struct ct_err *e)
+{
+	size_t n = ct_degrade_cover(m, s);
+
+	if (ct_taps_alloc(t, n, m, (size_t)ceil(s) + 1, e))
+		return -1;
+	for (size_t i = 0; i < m; i++) {
+		double from = fmax(cell_begin(i, m, s), 0), to = fmin(from + s, (double)n);
+
+		ct_taps_place(t, i, (ptrdiff_t)floor(from));
+		for (size_t k = t->first[i]; k < t->first[i] + t->taps; k++) {
+			double part = fmin(to, (double)k + 1) - fmax(from, (double)k);
+
+			if (part > 0)
+				ct_taps_add(t, i, k, part / s);
+		}
 	}
 	return 0;
 }
 
 static int pick_taps(
-	struct ct_taps *t, size_t m, size_t s, enum ct_decimate decimate, struct ct_err *e)
+	struct ct_taps *t, size_t m, double s, enum ct_decimate decimate, struct ct_err *e)
 {
-	if (s == 1)
+	if (ct_degrade_cover(m, s) == m)
 		return ct_taps_identity(t, m, e);
 	if (decimate == CT_DECIMATE_SINC)
 		return sinc_taps(t, m, s, e);
-	return cell_taps(t, m, s, decimate, e);
+	return decimate == CT_DECIMATE_MEAN ? mean_taps(t, m, s, e) : point_taps(t, m, s, e);
 }
 
-static size_t cut_before(size_t n, size_t factor)
-{
-	return n % factor / 2;
-}
-
-int ct_degrade_taps(struct ct_taps *t, size_t n, size_t factor, double sigma,
+int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	enum ct_decimate decimate, struct ct_err *e)
 {
 	struct ct_taps filter = {0}, pick = {0};
-	size_t m = n / factor;
+	size_t m;
 	int rc = -1;
 
+	if (!(factor >= 1 && factor <= 1e6))
+		return ct_fail(e, CT_EINPUT, "a factor of %g", factor);
+	m = ct_degrade_size(n, factor);
 	if (m == 0)
-		return ct_fail(e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %zu times", n,
+		return ct_fail(e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %g times", n,
 			factor);
 	if (!(sigma >= 0 && sigma <= 1e4))
 		return ct_fail(e, CT_EINPUT, "a Gaussian of %g voxels", sigma);
-	if (gauss_taps(&filter, m * factor, sigma, e))
+	if (gauss_taps(&filter, ct_degrade_cover(m, factor), sigma, e))
 		goto out;
 	if (pick_taps(&pick, m, factor, decimate, e))
 		goto out;
@@ -142,18 +189,41 @@ out:
 	return rc;
 }
 
+/* The grid whose voxel 0 has its corner `voxels` from that of `from`. dst may be from. */
+static void shifted(double dst[3][4], const double from[3][4], const double voxels[3])
+{
+	double out[3][4];
+
+	memcpy(out, from, sizeof out);
+	for (int a = 0; a < 3; a++)
+		for (int r = 0; r < 3; r++)
+			out[r][3] += from[r][a] * voxels[a];
+	memcpy(dst, out, sizeof out);
+}
+
 void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
 	const struct ct_degrade *d)
 {
-	double cut[3][4], factor[3];
+	double cut[3][4], begin[3], coarser[3];
 
-	memcpy(cut, hi, sizeof cut);
 	for (int a = 0; a < 3; a++) {
-		factor[a] = 1.0 / (double)d->factor[a];
-		for (int r = 0; r < 3; r++)
-			cut[r][3] += hi[r][a] * (double)cut_before(n[a], d->factor[a]);
+		begin[a] = (double)cut_before(n[a], d->factor[a]) +
+			cell_begin(0, ct_degrade_size(n[a], d->factor[a]), d->factor[a]);
+		coarser[a] = 1.0 / d->factor[a];
 	}
-	ct_affine_rescale(lo, (const double(*)[4])cut, factor);
+	shifted(cut, hi, begin);
+	ct_affine_rescale(lo, (const double(*)[4])cut, coarser);
+}
+
+void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[static 3],
+	const double factor[static 3])
+{
+	double begin[3];
+
+	for (int a = 0; a < 3; a++)
+		begin[a] = -cell_begin(0, m[a], factor[a]);
+	ct_affine_rescale(hi, lo, factor);
+	shifted(hi, (const double(*)[4])hi, begin);
 }
 
 enum { NOISE_BLOCK = 1 << 16 };
@@ -190,7 +260,7 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e)
 {
-	if (ct_meta_setf(m, e, "factor", "%zu,%zu,%zu", d->factor[0], d->factor[1], d->factor[2]) ||
+	if (ct_meta_setf(m, e, "factor", "%.9g,%.9g,%.9g", d->factor[0], d->factor[1], d->factor[2]) ||
 		ct_meta_setf(
 			m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]))
 		return -1;
@@ -209,13 +279,13 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	if (ct_meta_numbers(m, "sigma", 3, got.sigma, e) < 0)
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(factor[a] >= 1 && factor[a] <= 1e6) || factor[a] != floor(factor[a]))
-			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not a whole number",
+		if (!(factor[a] >= 1 && factor[a] <= 1e6))
+			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not 1 or more",
 				factor[a]);
 		if (got.sigma[a] < 0 || got.sigma[a] > 1e4)
 			return ct_fail(
 				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
-		got.factor[a] = (size_t)factor[a];
+		got.factor[a] = factor[a];
 	}
 	for (int k = 0; name && k < 3; k++)
 		if (strcmp(name, decimate_name[k]) == 0) {

@@ -1,14 +1,16 @@
 /* degrade.h: the operator D that makes a low-resolution CT from a high-resolution one.
  *
- * Along each axis, with factor s: the volume is cut to m s samples, m = floor(n/s), leaving out
- * floor((n - m s)/2) at the beginning; a Gaussian of standard deviation sigma (HR voxels), cut at
- * 4 sigma and normalised, filters it; and m samples are taken at the centres of the LR cells:
+ * Along each axis, with factor s >= 1, whole or not: m = floor(n/s) cells of s voxels are laid
+ * about the middle of the N = ceil(m s) voxels that are left when floor((n - N)/2) are left out at
+ * the beginning and the rest at the end; a Gaussian of standard deviation sigma (HR voxels), cut
+ * at 4 sigma and normalised, filters those N; and m samples are taken at the centres of the cells:
  *
  *   sinc   after the ideal low-pass at the LR Nyquist frequency: the first m coefficients of the
- *          m s-point DCT-II, back with the m-point one. In space a Dirichlet kernel, a sinc that
- *          has reached the borders.
- *   point  as they are: the middle sample, or the mean of the two if s is even. Aliases.
- *   mean   the mean of the s samples of the cell. A scanner's thick slice.
+ *          N-point DCT-II, summed at the centres. In space a Dirichlet kernel, a sinc that has
+ *          reached the borders.
+ *   point  as they are, linearly between two: for a whole s the middle sample, or the mean of the
+ *          two if s is even. Aliases.
+ *   mean   the mean over the cell of the voxels, which are boxes. A scanner's thick slice.
  *
  * Beyond the border the volume is continued by reflection about the border's face (d c b a | a b
  * c d), for the Gaussian and the sinc alike. The rows of D sum to one. Three such operators are
@@ -30,22 +32,28 @@
 enum ct_decimate { CT_DECIMATE_SINC, CT_DECIMATE_POINT, CT_DECIMATE_MEAN };
 
 struct ct_degrade {
-	size_t factor[3]; /* >= 1 */
+	double factor[3]; /* >= 1 */
 	double sigma[3];  /* HR voxels, >= 0 */
 	enum ct_decimate decimate;
 };
 
 /* Set sigma and decimate from the factors: protocol 1, 2 or 3. sigma is 0 where the factor is 1. */
 void ct_degrade_protocol(struct ct_degrade *d, int protocol);
+/* LR voxels that n HR voxels give, floor(n/factor), and HR voxels N that m LR voxels cover. */
+size_t ct_degrade_size(size_t n, double factor);
+size_t ct_degrade_cover(size_t m, double factor);
 /* Table of one axis. Allocates. CT_EGEOM if the axis is shorter than the factor. */
-int ct_degrade_taps(struct ct_taps *t, size_t n, size_t factor, double sigma,
+int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	enum ct_decimate decimate, struct ct_err *e);
 /* D for a volume of n samples; its adjoint is ct_separable_adjoint. Allocates. */
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e);
-/* Affine of the LR grid. lo may be hi. */
+/* Affine of the LR grid of the n HR voxels. lo may be hi. */
 void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
 	const struct ct_degrade *d);
+/* Affine of the HR grid that covers m LR voxels: N of each axis. hi may be lo. */
+void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[static 3],
+	const double factor[static 3]);
 /* Add normal noise of standard deviation sd; value i draws number i of (seed, stream 0). */
 void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct_par *par);
 

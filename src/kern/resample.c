@@ -1,6 +1,7 @@
 /* resample.c: see resample.h. */
 #include "config.h"
 #include "kern/resample.h"
+#include "kern/degrade.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -114,17 +115,21 @@ out:
 }
 
 int ct_upsample_plan(struct ct_separable *s, const size_t n_in[static 3],
-	const size_t factor[static 3], enum ct_interp interp, const struct ct_par *par,
+	const double factor[static 3], enum ct_interp interp, const struct ct_par *par,
 	struct ct_err *e)
 {
 	double start[3], step[3];
 	size_t n_out[3];
 
 	for (int a = 0; a < 3; a++) {
-		step[a] = 1.0 / (double)factor[a];
-		start[a] = 0.5 * step[a] - 0.5;
-		if (ct_size_mul(&n_out[a], n_in[a], factor[a], "volume", e))
-			return -1;
+		double fine = (double)n_in[a] * factor[a];
+
+		if (!(factor[a] >= 1 && fine < 1e9))
+			return ct_fail(e, CT_EINPUT, "%zu voxels cannot be refined %g times",
+				n_in[a], factor[a]);
+		n_out[a] = ct_degrade_cover(n_in[a], factor[a]);
+		step[a] = 1.0 / factor[a];
+		start[a] = (0.5 - 0.5 * ((double)n_out[a] - fine)) * step[a] - 0.5;
 	}
 	return ct_resample_plan(s, n_in, n_out, start, step, interp, false, par, e);
 }

@@ -20,18 +20,17 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "CT, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "low-resolution CT, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"reduce every axis S times, or the three axes X, Y, Z times (needed)"),
+		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
+		"(needed)"),
 	CT_CHOICE(struct params, protocol, 'p', "protocol", "P1|P2|P3",
 		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
-		"S/8, "
-		"point"),
+		"S/8, point"),
 	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
 		"protocol's; one number is for the axes that are reduced"),
 	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
 		"how samples are taken at cell centres, in place of the protocol's: after the "
-		"ideal "
-		"low-pass, as they are, or as means of cells"),
+		"ideal low-pass, as they are, or as means of cells"),
 	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
@@ -48,10 +47,9 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(x[a] >= 1 && x[a] <= 1024) || x[a] != floor(x[a]))
-			return ct_fail(
-				e, CT_EUSAGE, "-x: %g is not a whole number in [1, 1024]", x[a]);
-		d->factor[a] = (size_t)x[a];
+		if (!(x[a] >= 1 && x[a] <= 1024))
+			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
+		d->factor[a] = x[a];
 	}
 	ct_degrade_protocol(d, p->protocol + 1);
 	if (p->decimate >= 0)

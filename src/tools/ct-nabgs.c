@@ -171,7 +171,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 		if (known > 0 && ct_degrade_get(&j->in.meta, &d, e) < 0)
 			return ct_blame(e, p->in);
 		for (int a = 0; a < 3; a++)
-			scale = d.factor[a] > scale ? d.factor[a] : scale;
+			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
 	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
 	o->iterations = (size_t)p->iterations;

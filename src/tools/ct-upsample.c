@@ -1,106 +1,157 @@
-/* ct-upsample: a CT interpolated on a finer grid over the same field of view. */
+/* ct-upsample: a CT on a finer grid over the same field of view. */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/degrade.h"
-#include "kern/resample.h"
+#include "kern/refine.h"
 
 #include <math.h>
+#include <string.h>
 
 struct params {
-	const char *in, *out, *factor;
-	int method;
+	const char *in, *out, *factor, *sigma;
+	int method, decimate, iterations;
+	double noise, tolerance;
 };
 
-static const struct params defaults = {.method = CT_CUBIC};
-
-#define METHODS "linear|cubic|bspline|lanczos"
-static const char *const method_name[] = {"linear", "cubic", "bspline", "lanczos"}; /* by enum */
+static const struct params defaults = {
+	.decimate = -1, .iterations = 200, .tolerance = 0.2, .noise = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "the CT on the finer grid, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN "
-		"says "
-		"it was reduced by if not given, and that one if it is"),
-	CT_CHOICE(struct params, method, 'm', "method", METHODS, "interpolate so"),
+		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
+		"the factor that IN says it was reduced by if not given, and that one if it is"),
+	CT_CHOICE(struct params, method, 'm', "method",
+		"auto|linear|cubic|bspline|lanczos|sinc|dc|tv|htv",
+		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
+		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
+		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
+		"aliases, and bspline if it is not known"),
+	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
+		"voxels of OUT; one number is for the axes that are refined"),
+	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
+		"how IN was sampled, if IN does not say (sinc)"),
+	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+		"standard deviation of the noise of IN, up to which tv and htv may depart from it "
+		"(what IN says, or 0)"),
+	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
+		"most iterations of tv and htv"),
+	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
+		"tv and htv stop when an iteration moves the volume by less than this, RMS"),
 	CT_OPT_END,
 };
 
 /* The factors of -x, or of the file; a contradiction is an error. */
-static int factor_of(
-	size_t factor[3], const struct params *p, const struct ct_meta *m, struct ct_err *e)
+static int factor_of(struct ct_degrade *d, int known, const struct params *p, const struct ct_meta *m,
+	struct ct_err *e)
 {
-	struct ct_degrade d = {{0}, {0}, CT_DECIMATE_SINC};
-	bool done = ct_meta_get(m, "upsample") != NULL; /* the factor was used up */
-	int known = done ? 1 : ct_degrade_get(m, &d, e);
 	double x[3];
 
-	if (known < 0)
-		return ct_blame(e, p->in);
 	if (!p->factor && known > 0)
 		return ct_fail(e, CT_EUSAGE, "-x is missing, and %s %s", p->in,
-			done ? "is upsampled already" : "does not say by how much it was reduced");
-	if (p->factor && ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
+			ct_meta_get(m, "upsample") ? "is upsampled already"
+						   : "does not say by how much it was reduced");
+	if (!p->factor)
+		return 0;
+	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!p->factor)
-			x[a] = (double)d.factor[a];
-		if (!(x[a] >= 1 && x[a] <= 1024) || x[a] != floor(x[a]))
-			return ct_fail(
-				e, CT_EUSAGE, "-x: %g is not a whole number in [1, 1024]", x[a]);
-		factor[a] = (size_t)x[a];
-		if (known == 0 && factor[a] != d.factor[a])
+		if (!(x[a] >= 1 && x[a] <= 1024))
+			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
+		if (known == 0 && fabs(x[a] - d->factor[a]) > 1e-6 * x[a])
 			return ct_fail(e, CT_EUSAGE,
-				"-x %s contradicts %s, which was reduced "
-				"%zu,%zu,%zu times",
-				p->factor, p->in, d.factor[0], d.factor[1], d.factor[2]);
+				"-x %s contradicts %s, which was reduced %g,%g,%g times", p->factor,
+				p->in, d->factor[0], d->factor[1], d->factor[2]);
+		if (known > 0)
+			d->factor[a] = x[a];
 	}
 	return 0;
 }
 
-static int upsample(struct ct_vol *hi, const struct ct_vol *lo, const size_t factor[3],
-	enum ct_interp method, const struct ct_env *env, struct ct_err *e)
+/* The operator: of the file, or of the options; a contradiction is an error. */
+static int operator_of(struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m,
+	struct ct_err *e)
 {
-	const double finer[3] = {(double)factor[0], (double)factor[1], (double)factor[2]};
-	struct ct_separable s = {0};
-	size_t n[3];
-	int rc = -1;
+	bool done = ct_meta_get(m, "upsample") != NULL; /* the operator was used up */
+	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
+	double sigma[3];
 
-	if (ct_upsample_plan(&s, lo->n, factor, method, env->par, e))
+	if (known < 0)
+		return ct_blame(e, p->in);
+	if (factor_of(&r->by, known, p, m, e))
 		return -1;
-	for (int a = 0; a < 3; a++)
-		n[a] = s.t[a].n_out;
-	if (ct_vol_alloc(hi, n, e) || ct_meta_copy(&hi->meta, &lo->meta, e) ||
-		ct_meta_set(&hi->meta, "upsample", method_name[method], e))
-		goto out;
-	ct_separable_apply(&s, hi->data, lo->data, env->par);
-	ct_affine_rescale(hi->affine, lo->affine, finer);
-	rc = 0;
-out:
-	ct_separable_free(&s);
-	return rc;
+	r->known = known == 0 || p->sigma;
+	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
+		return ct_fail(e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
+	if (p->decimate >= 0)
+		r->by.decimate = (enum ct_decimate)p->decimate;
+	if (!p->sigma)
+		return 0;
+	if (ct_parse_numbers("sigma", p->sigma, ',', 3, true, sigma, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(sigma[a] >= 0 && sigma[a] <= 1000))
+			return ct_fail(e, CT_EUSAGE, "--sigma: %g is outside [0, 1000]", sigma[a]);
+		if (r->by.factor[a] == 1 && !strchr(p->sigma, ','))
+			sigma[a] = 0;
+		if (known == 0 && fabs(sigma[a] - r->by.sigma[a]) > 1e-6)
+			return ct_fail(e, CT_EUSAGE,
+				"--sigma %s contradicts %s, which was blurred by %g,%g,%g", p->sigma,
+				p->in, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
+		r->by.sigma[a] = sigma[a];
+	}
+	return 0;
+}
+
+static int rule_of(struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m,
+	struct ct_err *e)
+{
+	double noise = 0;
+
+	*r = (struct ct_refine_rule){.method = (enum ct_refine)p->method,
+		.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC},
+		.iterations = (size_t)p->iterations,
+		.tolerance = p->tolerance};
+	if (operator_of(r, p, m, e))
+		return -1;
+	if (isnan(p->noise) && ct_meta_numbers(m, "noise", 1, &noise, e) < 0)
+		return ct_blame(e, p->in);
+	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
+	return 0;
+}
+
+static void report(const struct ct_env *env, const struct ct_refine_report *r)
+{
+	if (r->iterations)
+		ct_log(env, CT_INFO,
+			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved %.2g "
+			"HU",
+			ct_refine_name(r->method), r->condition, r->iterations, r->objective, r->change);
+	if (!isnan(r->residual))
+		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS", r->residual);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_vol in = {0}, out = {0};
-	size_t factor[3];
+	struct ct_refine_rule rule;
+	struct ct_refine_report did;
 	int rc = -1;
 
 	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e) ||
-		factor_of(factor, p, &in.meta, e))
+		rule_of(&rule, p, &in.meta, e))
 		goto out;
-	if (ct_vol_check_finite(&in, e) ||
-		upsample(&out, &in, factor, (enum ct_interp)p->method, env, e)) {
+	if (ct_vol_check_finite(&in, e) || ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s", in.n[0], in.n[1], in.n[2], out.n[0],
-		out.n[1], out.n[2], method_name[p->method]);
+		out.n[1], out.n[2], ct_refine_name(did.method));
+	report(env, &did);
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
 		goto out;
@@ -113,7 +164,7 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-upsample",
-	.brief = "Interpolate a CT on a finer grid over the same field of view.",
+	.brief = "Refine a CT: interpolate it, or invert the operator that made it.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,

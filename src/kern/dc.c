@@ -1,0 +1,372 @@
+/* dc.c: see dc.h. */
+#include "config.h"
+#include "kern/dc.h"
+#include "core/mem.h"
+#include "kern/dense.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 64, NEWTON = 30 };
+
+/* The rows of V, and its transpose, in padded floats. */
+static int bases(struct ct_dc *dc, int a, const struct ct_factor *f, bool identity,
+	struct ct_err *e)
+{
+	size_t m = f->m, n = f->n, wide = CT_DENSE_ROW(n), tall = CT_DENSE_ROW(m);
+
+	dc->condition *= f->condition;
+	if (ct_alloc(&dc->g[a], m, sizeof(double), e))
+		return -1;
+	memcpy(dc->g[a], f->g, m * sizeof *f->g);
+	if (identity)
+		return 0;
+	if (ct_alloc0(&dc->v[a], m * wide, sizeof(float), e) ||
+		ct_alloc0(&dc->vt[a], n * tall, sizeof(float), e))
+		return -1;
+	for (size_t k = 0; k < m; k++)
+		for (size_t j = 0; j < n; j++) {
+			dc->v[a][k * wide + j] = (float)f->v[k * n + j];
+			dc->vt[a][j * tall + k] = (float)f->v[k * n + j];
+		}
+	return 0;
+}
+
+static double gain(const struct ct_dc *dc, size_t i, size_t j, size_t k)
+{
+	return dc->g[0][i] * dc->g[1][j] * dc->g[2][k];
+}
+
+/* c_y = G^-1 U y, padded. */
+static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
+	struct ct_par *par, struct ct_err *e)
+{
+	struct ct_taps t[3] = {{0}};
+	struct ct_separable s = {0};
+	float *c = NULL;
+	int rc = -1;
+
+	for (int a = 0; a < 3; a++)
+		if (ct_factor_u(&t[a], &f[a], e))
+			goto out;
+	if (ct_separable_plan(&s, t, par, e) ||
+		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
+		goto out;
+	ct_separable_apply(&s, c, y, par);
+	for (size_t k = 0; k < dc->m[2]; k++)
+		for (size_t j = 0; j < dc->m[1]; j++)
+			for (size_t i = 0; i < dc->m[0]; i++) {
+				double g = gain(dc, i, j, k);
+
+				dc->lost += g == 0.0;
+				dc->want[k * dc->plane + j * dc->row + i] = g == 0.0
+					? 0.0f
+					: (float)((double)c[(k * dc->m[1] + j) * dc->m[0] + i] / g);
+			}
+	rc = 0;
+out:
+	for (int a = 0; a < 3; a++)
+		ct_taps_free(&t[a]);
+	ct_separable_free(&s);
+	free(c);
+	return rc;
+}
+
+static int factors(struct ct_factor f[3], bool identity[3], const struct ct_degrade *d,
+	const size_t n[3], struct ct_err *e)
+{
+	for (int a = 0; a < 3; a++) {
+		struct ct_taps t = {0};
+		int rc = ct_degrade_taps(&t, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
+			ct_factor_alloc(&f[a], &t, e);
+
+		identity[a] = rc == 0 && ct_taps_is_identity(&t);
+		ct_taps_free(&t);
+		if (rc)
+			return -1;
+	}
+	return 0;
+}
+
+int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[static 3],
+	const float *y, double noise, struct ct_par *par, struct ct_err *e)
+{
+	struct ct_factor f[3] = {{0}};
+	bool identity[3];
+	size_t count, reduced;
+	int rc = -1;
+
+	*dc = (struct ct_dc){.condition = 1};
+	if (factors(f, identity, d, n, e))
+		goto out;
+	for (int a = 0; a < 3; a++) {
+		dc->n[a] = n[a];
+		dc->m[a] = f[a].m;
+		if (bases(dc, a, &f[a], identity[a], e))
+			goto out;
+	}
+	dc->row = CT_DENSE_ROW(dc->m[0]);
+	if (ct_size_mul(&dc->plane, dc->row, dc->m[1], "plane", e) ||
+		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
+		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e) ||
+		ct_alloc0(&dc->want, count, sizeof(float), e) ||
+		ct_alloc0(&dc->had, count, sizeof(float), e) ||
+		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
+		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+		ct_alloc(&dc->sums, 3 * (dc->plane / CT_DENSE_WIDTH), sizeof(double), e) ||
+		target(dc, f, y, par, e))
+		goto out;
+	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
+	dc->had[0] = NAN;
+	rc = 0;
+out:
+	for (int a = 0; a < 3; a++)
+		ct_factor_free(&f[a]);
+	if (rc)
+		ct_dc_free(dc);
+	return rc;
+}
+
+void ct_dc_free(struct ct_dc *dc)
+{
+	for (int a = 0; a < 3; a++) {
+		free(dc->v[a]);
+		free(dc->vt[a]);
+		free(dc->g[a]);
+	}
+	free(dc->want);
+	free(dc->had);
+	free(dc->coef);
+	free(dc->reduced);
+	free(dc->sums);
+	*dc = (struct ct_dc){0};
+}
+
+size_t ct_dc_scratch(const struct ct_dc *dc)
+{
+	return dc->n[1] * dc->row;
+}
+
+void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
+{
+	size_t row = dc->row;
+	float *out = dc->reduced + k * dc->plane, *wide = dc->v[1] ? scratch : out;
+
+	if (dc->v[0])
+		ct_dense(wide, row, x, dc->n[0], dc->vt[0], row, dc->n[1], row, dc->n[0], false);
+	else
+		for (size_t j = 0; j < dc->n[1]; j++)
+			memcpy(wide + j * row, x + j * dc->n[0], dc->n[0] * sizeof *x);
+	if (dc->v[1])
+		ct_dense(out, row, dc->v[1], CT_DENSE_ROW(dc->n[1]), wide, row, dc->m[1], row,
+			dc->n[1], false);
+}
+
+void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch)
+{
+	size_t row = dc->row, n = dc->n[0];
+	const float *in = dc->reduced + k * dc->plane, *wide = dc->v[1] ? scratch : in;
+
+	if (dc->v[1])
+		ct_dense(scratch, row, dc->vt[1], CT_DENSE_ROW(dc->m[1]), in, row, dc->n[1], row,
+			dc->m[1], false);
+	if (dc->v[0])
+		ct_dense(x, n, wide, row, dc->v[0], CT_DENSE_ROW(n), dc->n[1], n, dc->m[0], true);
+	else
+		for (size_t j = 0; j < dc->n[1]; j++)
+			for (size_t i = 0; i < n; i++)
+				x[j * n + i] += wide[j * row + i];
+}
+
+/* A column block of the planes of coefficients, and the squared gains of its columns along i and
+ * j; the padding of rows has none. */
+struct columns {
+	size_t at, n;
+	double square[BLOCK];
+};
+
+static void columns(struct columns *b, const struct ct_dc *dc, size_t block)
+{
+	b->at = block * BLOCK;
+	b->n = dc->plane - b->at < BLOCK ? dc->plane - b->at : BLOCK;
+	for (size_t q = 0; q < b->n; q++) {
+		size_t i = (b->at + q) % dc->row, j = (b->at + q) / dc->row;
+		double g = i < dc->m[0] ? dc->g[0][i] * dc->g[1][j] : 0.0;
+
+		b->square[q] = g * g;
+	}
+}
+
+/* coef = V reduced, along k, for the columns of a block. */
+static void analyse(void *arg, size_t block, size_t worker)
+{
+	struct ct_dc *dc = arg;
+	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
+
+	(void)worker;
+	if (dc->v[2])
+		ct_dense(dc->coef + at, dc->plane, dc->v[2], CT_DENSE_ROW(dc->n[2]),
+			dc->reduced + at, dc->plane, dc->m[2], n, dc->n[2], false);
+	else
+		for (size_t k = 0; k < dc->m[2]; k++)
+			memcpy(dc->coef + k * dc->plane + at, dc->reduced + k * dc->plane + at,
+				n * sizeof *dc->coef);
+}
+
+/* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
+static void misfit(void *arg, size_t block, size_t worker)
+{
+	struct ct_dc *dc = arg;
+	struct columns c;
+	double s = 0, t = 0;
+
+	(void)worker;
+	columns(&c, dc, block);
+	for (size_t k = 0; k < dc->m[2]; k++)
+		for (size_t q = 0; q < c.n; q++) {
+			size_t p = k * dc->plane + c.at + q;
+			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
+			double r = (double)dc->want[p] - (double)dc->coef[p];
+			double w = 1 / (1 + dc->mu * b), a = b * r * r * w * w;
+
+			s += a;
+			t += a * b * w;
+		}
+	dc->sums[3 * block] = s;
+	dc->sums[3 * block + 1] = t;
+}
+
+/* coef <- d, had <- c + d, and along k back into the reduced planes. */
+static void synthesise(void *arg, size_t block, size_t worker)
+{
+	struct ct_dc *dc = arg;
+	struct columns c;
+	double moved = 0;
+
+	(void)worker;
+	columns(&c, dc, block);
+	for (size_t k = 0; k < dc->m[2]; k++)
+		for (size_t q = 0; q < c.n; q++) {
+			size_t p = k * dc->plane + c.at + q;
+			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
+			double part = dc->bound > 0 ? dc->mu * b / (1 + dc->mu * b) : b > 0;
+			double d = part * ((double)dc->want[p] - (double)dc->coef[p]);
+
+			moved += d * (d + 2 * ((double)dc->coef[p] - (double)dc->had[p]));
+			dc->had[p] = (float)((double)dc->coef[p] + d);
+			dc->coef[p] = (float)d;
+		}
+	dc->sums[3 * block + 2] = moved;
+	if (dc->v[2])
+		ct_dense(dc->reduced + c.at, dc->plane, dc->vt[2], CT_DENSE_ROW(dc->m[2]),
+			dc->coef + c.at, dc->plane, dc->n[2], c.n, dc->m[2], false);
+	else
+		for (size_t k = 0; k < dc->m[2]; k++)
+			memcpy(dc->reduced + k * dc->plane + c.at, dc->coef + k * dc->plane + c.at,
+				c.n * sizeof *dc->coef);
+}
+
+static size_t blocks(const struct ct_dc *dc)
+{
+	return (dc->plane + BLOCK - 1) / BLOCK;
+}
+
+/* The least mu >= 0 with S(mu) <= bound, by Newton's method on S^-1/2, nearly linear in mu. */
+static void multiplier(struct ct_dc *dc, struct ct_par *par)
+{
+	for (int step = 0; step < NEWTON; step++) {
+		double s = 0, t = 0, next;
+
+		ct_par_for(par, blocks(dc), misfit, dc);
+		for (size_t b = 0; b < blocks(dc); b++) {
+			s += dc->sums[3 * b];
+			t += dc->sums[3 * b + 1];
+		}
+		if (!(t > 0) || fabs(s - dc->bound) <= 1e-6 * dc->bound ||
+			(s <= dc->bound && dc->mu == 0))
+			return;
+		next = dc->mu + s / t * (sqrt(s / dc->bound) - 1);
+		dc->mu = next > 0 ? next : 0;
+	}
+}
+
+double ct_dc_correct(struct ct_dc *dc, struct ct_par *par)
+{
+	double moved = 0;
+
+	ct_par_for(par, blocks(dc), analyse, dc);
+	if (dc->bound > 0)
+		multiplier(dc, par);
+	ct_par_for(par, blocks(dc), synthesise, dc);
+	for (size_t b = 0; b < blocks(dc); b++)
+		moved += dc->sums[3 * b + 2];
+	return moved;
+}
+
+struct whole {
+	struct ct_dc *dc;
+	float *x, *scratch;
+};
+
+static void reduce_one(void *arg, size_t k, size_t worker)
+{
+	const struct whole *w = arg;
+
+	ct_dc_reduce(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
+		w->scratch + worker * ct_dc_scratch(w->dc));
+}
+
+static void expand_one(void *arg, size_t k, size_t worker)
+{
+	const struct whole *w = arg;
+
+	ct_dc_expand(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
+		w->scratch + worker * ct_dc_scratch(w->dc));
+}
+
+void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par)
+{
+	struct whole w = {dc, x, scratch};
+
+	ct_par_for(par, dc->n[2], reduce_one, &w);
+	ct_dc_correct(dc, par);
+	ct_par_for(par, dc->n[2], expand_one, &w);
+}
+
+int ct_dc_pinv_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
+	const struct ct_par *par, struct ct_err *e)
+{
+	struct ct_factor f[3] = {{0}};
+	struct ct_taps t[3] = {{0}};
+	bool identity[3];
+	int rc = -1;
+
+	*s = (struct ct_separable){0};
+	if (factors(f, identity, d, n, e))
+		goto out;
+	for (int a = 0; a < 3; a++)
+		if (ct_factor_pinv(&t[a], &f[a], e))
+			goto out;
+	rc = ct_separable_plan(s, t, par, e);
+out:
+	for (int a = 0; a < 3; a++) {
+		ct_factor_free(&f[a]);
+		ct_taps_free(&t[a]);
+	}
+	return rc;
+}
+
+void ct_dc_exact(float *x, const float *y, const struct ct_separable *d,
+	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
+{
+	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
+	size_t n = d->t[0].n_in * d->t[1].n_in * d->t[2].n_in;
+
+	ct_separable_apply(d, lo, x, par);
+	for (size_t i = 0; i < m; i++)
+		lo[i] = (float)((double)y[i] - (double)lo[i]);
+	ct_separable_apply(dplus, hi, lo, par);
+	for (size_t i = 0; i < n; i++)
+		x[i] += hi[i];
+}

@@ -1,0 +1,63 @@
+/* dc.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to y.
+ *
+ * With the singular value decomposition D = U^T G V of each axis (factor.h), V the three-axis
+ * product of the V's, and c = V x the coefficients of x in the row space of D:
+ *
+ *   x <- x + V^T d,  d = c_y - c, c_y = G^-1 U y             |D x - y| = 0, the nearest such x
+ *   d = mu g^2 / (1 + mu g^2) (c_y - c)                      |D x - y| <= noise sqrt(M), M voxels
+ *
+ * in the second case with the least mu >= 0 that meets the bound, none if it is met already.
+ * Frequencies that D loses (g = 0) are left as they are.
+ *
+ * Planes (i,j) are the unit of work, so that a solver can do its own work on a plane while it is
+ * in the cache: reduce planes to (m1,m0), correct all of them along k, expand them. All in float
+ * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
+ * D+ in double once at the end (ct_dc_pinv_plan).
+ */
+#ifndef CT_KERN_DC_H
+#define CT_KERN_DC_H
+#include "kern/degrade.h"
+#include "kern/factor.h"
+
+struct ct_dc {
+	size_t n[3], m[3];
+	size_t row, plane;	/* floats of a row of coefficients and of a plane of m1 rows */
+	float *v[3], *vt[3];	/* (m,n) and (n,m), rows padded to CT_DENSE_ROW; NULL: identity */
+	double *g[3];		/* (m) */
+	float *want, *had;	/* (m2,plane): c_y; c of the volume before the last step */
+	float *coef;		/* (m2,plane): work */
+	float *reduced;		/* (n2,plane): planes reduced, and then their corrections */
+	double *sums;		/* of the column blocks */
+	double bound, mu;	/* M noise^2, of which 0 is exact; multiplier found last */
+	double condition;	/* of D: product over the axes */
+	size_t lost;		/* coefficients that D does not measure */
+};
+
+/* Operator d on volumes of n voxels; y has what d makes of n. noise: HU, >= 0. Allocates *dc, which
+ * must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[static 3],
+	const float *y, double noise, struct ct_par *par, struct ct_err *e);
+/* Also legal on a zeroed struct; leaves it zeroed. */
+void ct_dc_free(struct ct_dc *dc);
+
+/* Floats of scratch of the plane functions. */
+size_t ct_dc_scratch(const struct ct_dc *dc);
+/* Plane k of dc->reduced from plane k of a volume, x (n1,n0). Thread-safe for different k. */
+void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch);
+/* x += plane k of the correction. Thread-safe. */
+void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch);
+/* Reduced planes of a volume x + step to the planes of its correction V^T d along i and j. Returns
+ * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
+ * |step + V^T d|^2 = |step|^2 + this. NaN in the first call. */
+double ct_dc_correct(struct ct_dc *dc, struct ct_par *par);
+/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_dc_scratch a thread. */
+void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par);
+
+/* D+ in double for volumes of n voxels. Allocates. */
+int ct_dc_pinv_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
+	const struct ct_par *par, struct ct_err *e);
+/* x <- x + D+ (y - D x). dplus and d are planned; lo and hi are work of the size of y and x. */
+void ct_dc_exact(float *x, const float *y, const struct ct_separable *d,
+	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par);
+
+#endif

@@ -1,0 +1,188 @@
+/* factor.c: see factor.h. All in double; sums in a fixed order. */
+#include "config.h"
+#include "kern/factor.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SMALL 1e-13 /* of the diagonal: nothing to rotate away */
+enum { SWEEPS = 60 };
+
+/* Orthonormal DCT-II of m points, u (m,m); the phase is reduced exactly, in integers. */
+static void cosines(double *u, size_t m)
+{
+	for (size_t k = 0; k < m; k++) {
+		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
+
+		for (size_t i = 0; i < m; i++)
+			u[k * m + i] = norm *
+				cos(M_PI * (double)(k * (2 * i + 1) % (4 * m)) / (2 * (double)m));
+	}
+}
+
+static void identity(double *u, size_t m)
+{
+	memset(u, 0, m * m * sizeof *u);
+	for (size_t k = 0; k < m; k++)
+		u[k * m + k] = 1;
+}
+
+/* v = u A, (m,m) (m,n). */
+static void transformed(double *v, const double *u, const struct ct_taps *a)
+{
+	size_t m = a->n_out, n = a->n_in;
+
+	memset(v, 0, m * n * sizeof *v);
+	for (size_t k = 0; k < m; k++)
+		for (size_t i = 0; i < m; i++) {
+			const double *w = a->w + i * a->taps;
+			double *out = v + k * n + a->first[i], f = u[k * m + i];
+
+			for (size_t q = 0; q < a->taps; q++)
+				out[q] += f * w[q];
+		}
+}
+
+static double dot(size_t n, const double *a, const double *b)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < n; i++)
+		sum += a[i] * b[i];
+	return sum;
+}
+
+static void turn(size_t n, double *a, double *b, double c, double s)
+{
+	for (size_t i = 0; i < n; i++) {
+		double x = a[i], y = b[i];
+
+		a[i] = c * x - s * y;
+		b[i] = s * x + c * y;
+	}
+}
+
+/* Rotate rows p and q of v, and of u with them, until they are at right angles (one-sided Jacobi,
+ * Hestenes 1958). True if they were not. */
+static bool straighten(struct ct_factor *f, size_t p, size_t q)
+{
+	double *x = f->v + p * f->n, *y = f->v + q * f->n;
+	double xx = dot(f->n, x, x), yy = dot(f->n, y, y), xy = dot(f->n, x, y);
+	double zeta, t, c;
+
+	if (fabs(xy) <= SMALL * sqrt(xx * yy) || xy == 0.0)
+		return false;
+	zeta = (yy - xx) / (2 * xy);
+	t = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1 + zeta * zeta));
+	c = 1 / sqrt(1 + t * t);
+	turn(f->n, x, y, c, c * t);
+	turn(f->m, f->u + p * f->m, f->u + q * f->m, c, c * t);
+	return true;
+}
+
+static int orthogonalise(struct ct_factor *f, struct ct_err *e)
+{
+	for (int sweep = 0; sweep < SWEEPS; sweep++) {
+		bool more = false;
+
+		for (size_t p = 0; p + 1 < f->m; p++)
+			for (size_t q = p + 1; q < f->m; q++)
+				more |= straighten(f, p, q);
+		if (!more)
+			return 0;
+	}
+	return ct_fail(e, CT_ENUMERIC, "an operator of %zu rows cannot be factored", f->m);
+}
+
+/* g from the rows of v, which become unit vectors, or zero. */
+static int normalise(struct ct_factor *f, struct ct_err *e)
+{
+	double most = 0, least = INFINITY;
+
+	for (size_t k = 0; k < f->m; k++) {
+		f->g[k] = sqrt(dot(f->n, f->v + k * f->n, f->v + k * f->n));
+		most = fmax(most, f->g[k]);
+	}
+	if (!(most > 0) || !isfinite(most))
+		return ct_fail(e, CT_EINPUT, "an operator without weights");
+	for (size_t k = 0; k < f->m; k++) {
+		bool keep = f->g[k] * CT_FACTOR_LIMIT >= most;
+
+		for (size_t j = 0; j < f->n; j++)
+			f->v[k * f->n + j] *= keep ? 1 / f->g[k] : 0;
+		f->g[k] = keep ? f->g[k] : 0;
+		f->lost += !keep;
+		least = keep ? fmin(least, f->g[k]) : least;
+	}
+	f->condition = most / least;
+	return 0;
+}
+
+int ct_factor_alloc(struct ct_factor *f, const struct ct_taps *a, struct ct_err *e)
+{
+	size_t m = a->n_out, n = a->n_in, uu, vv;
+
+	*f = (struct ct_factor){.m = m, .n = n};
+	if (m > n)
+		return ct_fail(e, CT_EINPUT, "an operator from %zu to %zu samples", n, m);
+	if (ct_size_mul(&uu, m, m, "operator", e) || ct_size_mul(&vv, m, n, "operator", e) ||
+		ct_alloc(&f->u, uu + vv + m, sizeof *f->u, e))
+		return -1;
+	f->v = f->u + uu;
+	f->g = f->v + vv;
+	if (ct_taps_is_identity(a))
+		identity(f->u, m);
+	else
+		cosines(f->u, m);
+	transformed(f->v, f->u, a);
+	if (orthogonalise(f, e) || normalise(f, e)) {
+		ct_factor_free(f);
+		return -1;
+	}
+	return 0;
+}
+
+void ct_factor_free(struct ct_factor *f)
+{
+	free(f->u);
+	*f = (struct ct_factor){0};
+}
+
+/* A full table of `rows` rows. */
+static int table(
+	struct ct_taps *t, size_t rows, size_t columns, const double *w, struct ct_err *e)
+{
+	if (ct_taps_alloc(t, columns, rows, columns, e))
+		return -1;
+	memcpy(t->w, w, rows * columns * sizeof *w);
+	return 0;
+}
+
+int ct_factor_v(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+{
+	return table(t, f->m, f->n, f->v, e);
+}
+
+int ct_factor_u(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+{
+	return table(t, f->m, f->m, f->u, e);
+}
+
+int ct_factor_pinv(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+{
+	if (ct_taps_alloc(t, f->m, f->n, f->m, e))
+		return -1;
+	for (size_t k = 0; k < f->m; k++) {
+		if (f->g[k] == 0.0)
+			continue;
+		for (size_t j = 0; j < f->n; j++) {
+			double w = f->v[k * f->n + j] / f->g[k], *row = t->w + j * f->m;
+
+			for (size_t i = 0; i < f->m; i++)
+				row[i] += w * f->u[k * f->m + i];
+		}
+	}
+	return 0;
+}

@@ -1,0 +1,198 @@
+/* refine.c: see refine.h. */
+#include "config.h"
+#include "kern/refine.h"
+#include "core/mem.h"
+#include "kern/dc.h"
+#include "kern/resample.h"
+#include "kern/tv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STEP 0.15 /* primal step in standard deviations of the volume */
+
+static const char *const method_name[] = {
+	"auto", "linear", "cubic", "bspline", "lanczos", "sinc", "dc", "tv", "htv"};
+
+const char *ct_refine_name(enum ct_refine method)
+{
+	return method_name[method];
+}
+
+int ct_refine_aliasing(double *share, const struct ct_degrade *d, size_t n, int axis,
+	struct ct_err *e)
+{
+	struct ct_taps t = {0};
+	size_t m = ct_degrade_size(n, d->factor[axis]), middle = m / 2;
+	double all = 0, low = 0;
+
+	*share = 0;
+	if (ct_degrade_taps(&t, n, d->factor[axis], d->sigma[axis], d->decimate, e))
+		return -1;
+	for (size_t q = 0; q < t.taps; q++)
+		all += t.w[middle * t.taps + q] * t.w[middle * t.taps + q];
+	for (size_t k = 0; k < m; k++) {
+		double c = 0, norm = (k ? 2.0 : 1.0) / (double)n;
+
+		for (size_t q = 0; q < t.taps; q++) {
+			size_t p = k * (2 * (t.first[middle] + q) + 1) % (4 * n);
+
+			c += t.w[middle * t.taps + q] * cos(M_PI * (double)p / (2 * (double)n));
+		}
+		low += norm * c * c;
+	}
+	*share = n > m ? fmax(1 - low / all, 0) : 0;
+	ct_taps_free(&t);
+	return 0;
+}
+
+static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule,
+	const size_t n[3], struct ct_err *e)
+{
+	r->method = rule->method;
+	if (!rule->known && rule->method >= CT_REFINE_DC)
+		return ct_fail(e, CT_EUSAGE,
+			"method %s needs the operator that made the volume, which its file does not "
+			"say: give --sigma, or --estimate it",
+			ct_refine_name(rule->method));
+	if (rule->known)
+		r->aliasing = 0;
+	for (int a = 0; rule->known && a < 3; a++) {
+		double share;
+
+		if (ct_refine_aliasing(&share, &rule->by, n[a], a, e))
+			return -1;
+		r->aliasing = fmax(r->aliasing, share);
+	}
+	if (rule->method == CT_REFINE_AUTO)
+		r->method = !rule->known		      ? CT_REFINE_BSPLINE
+			: r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
+							: CT_REFINE_TV;
+	return 0;
+}
+
+static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refine method,
+	const double factor[3], const struct ct_env *env, struct ct_err *e)
+{
+	static const enum ct_interp interp[] = {[CT_REFINE_LINEAR] = CT_LINEAR,
+		[CT_REFINE_CUBIC] = CT_CUBIC, [CT_REFINE_BSPLINE] = CT_BSPLINE,
+		[CT_REFINE_LANCZOS] = CT_LANCZOS};
+	struct ct_separable s = {0};
+	int rc;
+
+	if (method == CT_REFINE_SINC) {
+		struct ct_degrade band = {{factor[0], factor[1], factor[2]}, {0}, CT_DECIMATE_SINC};
+
+		rc = ct_dc_pinv_plan(&s, &band, hi->n, env->par, e);
+	} else {
+		rc = ct_upsample_plan(&s, lo->n, factor,
+			method < CT_REFINE_SINC ? interp[method] : CT_BSPLINE, env->par, e);
+	}
+	if (rc == 0)
+		ct_separable_apply(&s, hi->data, lo->data, env->par);
+	ct_separable_free(&s);
+	return rc;
+}
+
+/* One exact step onto D x = y, unless `check`, and the RMS of D x - y that is left. */
+static int settle(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_degrade *d, bool check,
+	double *residual, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_separable down = {0}, up = {0};
+	float *y = NULL, *x = NULL;
+	size_t m = ct_vol_count(lo);
+	double sum = 0;
+	int rc = -1;
+
+	if (ct_degrade_plan(&down, d, hi->n, env->par, e) || ct_alloc(&y, m, sizeof *y, e))
+		goto out;
+	if (!check) {
+		if (ct_dc_pinv_plan(&up, d, hi->n, env->par, e) ||
+			ct_alloc(&x, ct_vol_count(hi), sizeof *x, e))
+			goto out;
+		ct_dc_exact(hi->data, lo->data, &down, &up, y, x, env->par);
+	}
+	ct_separable_apply(&down, y, hi->data, env->par);
+	for (size_t i = 0; i < m; i++)
+		sum += ((double)y[i] - (double)lo->data[i]) * ((double)y[i] - (double)lo->data[i]);
+	*residual = sqrt(sum / (double)m);
+	rc = 0;
+out:
+	ct_separable_free(&down);
+	ct_separable_free(&up);
+	free(x);
+	free(y);
+	return rc;
+}
+
+static double deviation(const struct ct_vol *v)
+{
+	size_t n = ct_vol_count(v);
+	double mean = 0, square = 0;
+
+	for (size_t i = 0; i < n; i++)
+		mean += (double)v->data[i];
+	mean /= (double)n;
+	for (size_t i = 0; i < n; i++)
+		square += ((double)v->data[i] - mean) * ((double)v->data[i] - mean);
+	return sqrt(square / (double)n);
+}
+
+static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
+	struct ct_refine_report *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_tv_rule how = {.step = STEP * deviation(lo),
+		.iterations = rule->iterations,
+		.tolerance = rule->tolerance};
+	struct ct_tv_report did;
+	struct ct_dc dc = {0};
+	double mm[3], least;
+	int rc = -1;
+
+	ct_vol_spacing(hi, mm);
+	least = fmin(mm[0], fmin(mm[1], mm[2]));
+	for (int a = 0; a < 3; a++)
+		how.weight[a] = least / mm[a];
+	if (!(how.step > 0)) /* a constant volume is its own solution */
+		return 0;
+	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, rule->noise, env->par, e))
+		return -1;
+	r->condition = dc.condition;
+	r->lost = dc.lost;
+	r->measured = ct_vol_count(lo) - dc.lost;
+	rc = ct_tv(hi->data, &dc, &how, &did, env, e);
+	r->iterations = did.iterations;
+	r->objective = did.objective;
+	r->change = did.change;
+	ct_dc_free(&dc);
+	return rc;
+}
+
+int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
+	struct ct_refine_report *report, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_degrade *d = &rule->by;
+	size_t n[3];
+
+	*report = (struct ct_refine_report){
+		.aliasing = (double)NAN, .condition = (double)NAN, .residual = (double)NAN};
+	for (int a = 0; a < 3; a++) {
+		if (!(d->factor[a] >= 1 && (double)lo->n[a] * d->factor[a] < 1e9))
+			return ct_fail(e, CT_EINPUT, "%zu voxels cannot be refined %g times",
+				lo->n[a], d->factor[a]);
+		n[a] = ct_degrade_cover(lo->n[a], d->factor[a]);
+	}
+	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
+		ct_meta_copy(&hi->meta, &lo->meta, e) ||
+		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e) ||
+		interpolate(hi, lo, report->method, d->factor, env, e))
+		return -1;
+	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
+	if (report->method >= CT_REFINE_TV && regularise(hi, lo, rule, report, env, e))
+		return -1;
+	if (!rule->known)
+		return 0;
+	return settle(hi, lo, d, report->method < CT_REFINE_DC || rule->noise > 0,
+		&report->residual, env, e);
+}

@@ -1,0 +1,300 @@
+/* tv.c: see tv.h.
+ *
+ * A slab task sweeps its planes upwards. In place, it may neither read the first plane of the slab
+ * above, which its neighbour is changing, nor know the dual of the last plane below. So before the
+ * sweep the first plane of every slab is set aside, corrected (`first`), and after it every slab
+ * leaves the k-component of the dual of its last plane (`last`), which is then taken off the first
+ * plane above before that is reduced.
+ */
+#include "config.h"
+#pragma GCC optimize("O3")
+#include "kern/tv.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+enum { SLAB = 16, MEASURE = 5 };
+
+struct job {
+	float *x, *p[3];      /* the volume before its correction, and the dual */
+	float *first, *last;  /* a plane of each slab */
+	float *scratch;	      /* of each worker: three planes, seven rows, that of dc */
+	double *tv, *moved;   /* of each slab: sum |grad x|, |x' - x|^2 */
+	struct ct_dc *dc;
+	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
+	float weight[3], s, t;
+	bool measure;
+};
+
+/* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
+ * k-component below (2 p' - p, replaced by this row's), rows of work: the components of 2 p' - p
+ * from element 1 on, the j-component of the row before, |grad x|, x' - x. */
+struct row {
+	float *out, *p[3], *below, *i, *j, *k, *before, *grad, *step;
+	const float *x, *xj, *xk;
+};
+
+CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3], float s, float t)
+{
+	float *restrict out = r->out, *restrict p0 = r->p[0], *restrict p1 = r->p[1];
+	float *restrict p2 = r->p[2], *restrict bi = r->i + 1, *restrict bj = r->j;
+	float *restrict bk = r->k, *restrict below = r->below, *restrict grad = r->grad;
+	float *restrict step = r->step;
+	const float *restrict x = r->x, *restrict xj = r->xj, *restrict xk = r->xk;
+	const float *restrict before = r->before, *restrict left = r->i;
+	float w0 = weight[0], w1 = weight[1], w2 = weight[2];
+
+	for (size_t i = 0; i < n; i++) {
+		float gi = i + 1 < n ? w0 * (x[i + 1] - x[i]) : 0.0f;
+		float gj = w1 * (xj[i] - x[i]), gk = w2 * (xk[i] - x[i]);
+		float qi = p0[i] + s * gi, qj = p1[i] + s * gj, qk = p2[i] + s * gk;
+		float square = qi * qi + qj * qj + qk * qk;
+		float shrink = 1.0f / sqrtf(square > 1.0f ? square : 1.0f);
+
+		qi *= shrink;
+		qj *= shrink;
+		qk *= shrink;
+		grad[i] = sqrtf(gi * gi + gj * gj + gk * gk);
+		bi[i] = w0 * (2.0f * qi - p0[i]);
+		bj[i] = w1 * (2.0f * qj - p1[i]);
+		bk[i] = w2 * (2.0f * qk - p2[i]);
+		p0[i] = qi;
+		p1[i] = qj;
+		p2[i] = qk;
+	}
+	for (size_t i = 0; i < n; i++) {
+		step[i] = t * (bi[i] - left[i] + (bj[i] - before[i]) + (bk[i] - below[i]));
+		out[i] = x[i] + step[i];
+		below[i] = bk[i];
+	}
+}
+
+static double sum(size_t n, const float *v)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)v[i];
+	return s;
+}
+
+static double squares(size_t n, const float *v)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++)
+		s += (double)v[i] * (double)v[i];
+	return s;
+}
+
+/* Corrected plane k of x. */
+static void load(const struct job *j, float *to, size_t k, float *scratch)
+{
+	memcpy(to, j->x + k * j->plane, j->plane * sizeof *to);
+	ct_dc_expand(j->dc, k, to, scratch);
+}
+
+static void set_aside(void *arg, size_t slab, size_t worker)
+{
+	const struct job *j = arg;
+
+	load(j, j->first + slab * j->plane, slab * SLAB, j->scratch + worker * j->share);
+}
+
+/* Plane k, whose corrected values are x, above them xk: dual and out. `below` is the plane of
+ * k-components of 2 p' - p below it, and then its own. */
+static void sweep_plane(const struct job *j, size_t k, const float *x, const float *xk, float *below,
+	float *rows, double *tv, double *moved)
+{
+	size_t n = j->n[0], pad = n + 1;
+	float *even = rows, *odd = rows + pad;
+
+	rows[2 * pad] = 0;
+	memset(odd, 0, n * sizeof *odd);
+	for (size_t y = 0; y < j->n[1]; y++) {
+		size_t at = k * j->plane + y * n, up = y + 1 < j->n[1] ? n : 0;
+		struct row r = {.out = j->x + at,
+			.p = {j->p[0] + at, j->p[1] + at, j->p[2] + at},
+			.below = below + y * n,
+			.i = rows + 2 * pad,
+			.j = y % 2 ? odd : even,
+			.before = y % 2 ? even : odd,
+			.k = rows + 3 * pad,
+			.grad = rows + 4 * pad,
+			.step = rows + 5 * pad,
+			.x = x + y * n,
+			.xj = x + y * n + up,
+			.xk = xk + y * n};
+
+		sweep_row(&r, n, j->weight, j->s, j->t);
+		if (j->measure) {
+			*tv += sum(n, r.grad);
+			*moved += squares(n, r.step);
+		}
+	}
+}
+
+static void sweep_slab(void *arg, size_t slab, size_t worker)
+{
+	const struct job *j = arg;
+	size_t from = slab * SLAB, to = from + SLAB < j->n[2] ? from + SLAB : j->n[2];
+	float *scratch = j->scratch + worker * j->share, *below = scratch + ct_dc_scratch(j->dc);
+	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
+	const float *x = j->first + slab * j->plane;
+	double tv = 0, moved = 0, skip = 0;
+
+	memset(below, 0, j->plane * sizeof *below);
+	for (size_t k = from; k < to; k++) {
+		bool whole = k > from || from == 0;
+		const float *xk = x;
+
+		if (k + 1 < j->n[2] && k + 1 == to)
+			xk = j->first + (slab + 1) * j->plane;
+		else if (k + 1 < j->n[2]) {
+			load(j, plane[k % 2], k + 1, scratch);
+			xk = plane[k % 2];
+		}
+		sweep_plane(j, k, x, xk, below, rows, &tv, whole ? &moved : &skip);
+		if (whole)
+			ct_dc_reduce(j->dc, k, j->x + k * j->plane, scratch);
+		x = xk;
+	}
+	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
+	j->tv[slab] = tv;
+	j->moved[slab] = moved;
+}
+
+/* The first plane of every slab but the lowest, when the dual below it is known. */
+static void mend(void *arg, size_t index, size_t worker)
+{
+	const struct job *j = arg;
+	size_t slab = index + 1, k = slab * SLAB;
+	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
+	float *x = j->x + k * j->plane;
+	double moved = 0;
+
+	for (size_t i = 0; i < j->plane; i++) {
+		x[i] -= j->t * below[i];
+		moved += ((double)x[i] - (double)before[i]) * ((double)x[i] - (double)before[i]);
+	}
+	j->moved[slab] += moved;
+	ct_dc_reduce(j->dc, k, x, j->scratch + worker * j->share);
+}
+
+static void reduce_plane(void *arg, size_t k, size_t worker)
+{
+	const struct job *j = arg;
+
+	ct_dc_reduce(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
+}
+
+static void expand_plane(void *arg, size_t k, size_t worker)
+{
+	const struct job *j = arg;
+
+	ct_dc_expand(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
+}
+
+/* One iteration; leaves x before its correction, and the correction in dc. */
+static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *par)
+{
+	double count = (double)j->plane * (double)j->n[2], tv = 0, moved = 0;
+
+	ct_par_for(par, j->slabs, set_aside, j);
+	ct_par_for(par, j->slabs, sweep_slab, j);
+	ct_par_for(par, j->slabs - 1, mend, j);
+	moved = ct_dc_correct(j->dc, par);
+	if (!j->measure)
+		return;
+	for (size_t s = 0; s < j->slabs; s++) {
+		tv += j->tv[s];
+		moved += j->moved[s];
+	}
+	report->objective = tv / count;
+	report->change = sqrt(fmax(moved, 0) / count);
+	if (!isfinite(moved))
+		report->change = (double)NAN;
+}
+
+static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *rule, size_t threads,
+	struct ct_err *e)
+{
+	double square = 0;
+	size_t count;
+
+	j->dc = dc;
+	for (int a = 0; a < 3; a++) {
+		j->n[a] = dc->n[a];
+		j->weight[a] = (float)rule->weight[a];
+		if (dc->n[a] > 1)
+			square += 4 * rule->weight[a] * rule->weight[a];
+	}
+	square = square > 0 ? square : 1;
+	j->t = (float)(rule->step / sqrt(square));
+	j->s = (float)(1 / (rule->step * sqrt(square)));
+	j->plane = j->n[0] * j->n[1];
+	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
+	j->share = ct_dc_scratch(dc) + 3 * j->plane + 7 * (j->n[0] + 1);
+	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
+		ct_alloc0(&j->p[0], count, sizeof(float), e) ||
+		ct_alloc0(&j->p[1], count, sizeof(float), e) ||
+		ct_alloc0(&j->p[2], count, sizeof(float), e) ||
+		ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
+		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
+		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
+		ct_alloc(&j->tv, j->slabs, sizeof(double), e) ||
+		ct_alloc(&j->moved, j->slabs, sizeof(double), e))
+		return -1;
+	return 0;
+}
+
+static void job_free(struct job *j)
+{
+	for (int a = 0; a < 3; a++)
+		free(j->p[a]);
+	free(j->first);
+	free(j->last);
+	free(j->scratch);
+	free(j->tv);
+	free(j->moved);
+}
+
+int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct job j = {.x = x};
+	int rc = -1;
+
+	*report = (struct ct_tv_report){0};
+	if (job_alloc(&j, dc, rule, ct_par_threads(env->par), e))
+		goto out;
+	ct_par_for(env->par, j.n[2], reduce_plane, &j);
+	ct_dc_correct(dc, env->par);
+	rc = 0;
+	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
+		ct_progress(env, "iterations", it, rule->iterations);
+		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
+		iterate(&j, report, env->par);
+		report->iterations = it + 1;
+		if (j.measure && !isfinite(report->change))
+			rc = ct_fail(e, CT_ENUMERIC, "total variation: no finite step in iteration %zu",
+				it + 1);
+		else if (j.measure && report->change < rule->tolerance)
+			break;
+		else
+			rc = ct_check_stop(env, e);
+	}
+	ct_progress(env, "iterations", rule->iterations, rule->iterations);
+	ct_par_for(env->par, j.n[2], expand_plane, &j);
+out:
+	job_free(&j);
+	return rc;
+}

@@ -1,0 +1,43 @@
+/* tv.h: the volume of least total variation among those that agree with the data.
+ *
+ *   min_x TV(x)  subject to  |D x - y| <= noise sqrt(M)       (dc.h; noise 0: D x = y)
+ *   TV(x) = sum over voxels of sqrt(sum_a (w_a (x[i + e_a] - x[i]))^2)
+ *
+ * forward differences, none at the last voxel of an axis; w_a = smallest spacing / spacing of the
+ * axis, so that a gradient counts in mm whatever the grid (Rudin, Osher, Fatemi, Physica D 1992).
+ *
+ * Solved by the primal-dual method of Chambolle and Pock (JMIV 2011) in the order that needs no
+ * second copy of x, the dual being what is extrapolated:
+ *
+ *   p' = project onto |p| <= 1 of  p + s grad x
+ *   x' = nearest consistent volume to  x + t div(2 p' - p)         s t |grad|^2 = 1
+ *
+ * in one sweep over the volume an iteration: a plane is corrected, differenced, its dual moved, the
+ * new plane written in place and reduced for the next correction while it is in the cache: x and p
+ * are read and written once each, 32 bytes a voxel. Memory: three volumes beside x, and what dc
+ * holds. Planes are cut into slabs by their number, not by threads: the same bytes for any.
+ */
+#ifndef CT_KERN_TV_H
+#define CT_KERN_TV_H
+#include "core/env.h"
+#include "kern/dc.h"
+
+struct ct_tv_rule {
+	double weight[3];  /* w_a of each axis, in (0, 1] */
+	double step;	   /* primal step t |grad|, the unit of the values: HU of a strong edge / 30 */
+	size_t iterations; /* at most */
+	double tolerance;  /* stop when an iteration moves x by less than this, RMS; 0: never */
+};
+
+struct ct_tv_report {
+	size_t iterations;
+	double objective; /* TV per voxel before the last step that was measured */
+	double change;	  /* RMS movement of x in it */
+};
+
+/* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if
+ * it diverges, CT_ENOMEM, CT_ESTOP (x is then the volume so far). */
+int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif
