@@ -90,7 +90,7 @@ static void test_ramp(void)
 				worst = fmax(worst, fabs((double)y[i] - want));
 		}
 		OK(worst < 1e-4, "%s keeps a ramp at cell centres (%.2g)", name[mode], worst);
-		OK(s.t[0].n_out == out_n[0] && s.t[2].n_out == out_n[2], "and the field");
+		OK(s.t[0].n_out == 36 && s.t[2].n_out == 16, "and the field");
 		ct_separable_free(&s);
 	}
 	free(y);
