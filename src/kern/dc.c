@@ -2,7 +2,7 @@
 #include "config.h"
 #include "kern/dc.h"
 #include "core/mem.h"
-#include "kern/dense.h"
+#include "kern/factor.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,41 +10,36 @@
 
 enum { BLOCK = 64, NEWTON = 30 };
 
-/* The rows of V, and its transpose, in padded floats. */
-static int bases(struct ct_dc *dc, int a, const struct ct_factor *f, bool identity,
-	struct ct_err *e)
+static size_t place(const struct ct_dc *dc, int a, size_t k)
 {
-	size_t m = f->m, n = f->n, wide = CT_DENSE_ROW(n), tall = CT_DENSE_ROW(m);
+	if (dc->same[a])
+		return k;
+	return a == 0 ? ct_basis_row_place(&dc->v[a], k) : ct_basis_place(&dc->v[a], k);
+}
 
+static int axis(struct ct_dc *dc, int a, const struct ct_factor *f, struct ct_err *e)
+{
+	size_t room = f->m;
+
+	if (!dc->same[a] && ct_basis_alloc(&dc->v[a], f->v, f->m, f->n, e))
+		return -1;
+	if (a == 0)
+		room = dc->row = dc->same[a] ? CT_DENSE_ROW(f->m) : dc->v[a].row;
+	if (ct_alloc0(&dc->g[a], room, sizeof *dc->g[a], e))
+		return -1;
+	for (size_t k = 0; k < f->m; k++)
+		dc->g[a][place(dc, a, k)] = f->g[k];
 	dc->condition *= f->condition;
-	if (ct_alloc(&dc->g[a], m, sizeof(double), e))
-		return -1;
-	memcpy(dc->g[a], f->g, m * sizeof *f->g);
-	if (identity)
-		return 0;
-	if (ct_alloc0(&dc->v[a], m * wide, sizeof(float), e) ||
-		ct_alloc0(&dc->vt[a], n * tall, sizeof(float), e))
-		return -1;
-	for (size_t k = 0; k < m; k++)
-		for (size_t j = 0; j < n; j++) {
-			dc->v[a][k * wide + j] = (float)f->v[k * n + j];
-			dc->vt[a][j * tall + k] = (float)f->v[k * n + j];
-		}
 	return 0;
 }
 
-static double gain(const struct ct_dc *dc, size_t i, size_t j, size_t k)
-{
-	return dc->g[0][i] * dc->g[1][j] * dc->g[2][k];
-}
-
-/* c_y = G^-1 U y, padded. */
+/* c_y = G^-1 U y. */
 static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
 	struct ct_par *par, struct ct_err *e)
 {
 	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
-	float *c = NULL;
+	float *c = NULL, *in;
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
@@ -54,15 +49,15 @@ static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
 		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;
 	ct_separable_apply(&s, c, y, par);
+	in = c;
 	for (size_t k = 0; k < dc->m[2]; k++)
 		for (size_t j = 0; j < dc->m[1]; j++)
-			for (size_t i = 0; i < dc->m[0]; i++) {
-				double g = gain(dc, i, j, k);
+			for (size_t i = 0; i < dc->m[0]; i++, in++) {
+				double g = f[0].g[i] * f[1].g[j] * f[2].g[k];
 
 				dc->lost += g == 0.0;
-				dc->want[k * dc->plane + j * dc->row + i] = g == 0.0
-					? 0.0f
-					: (float)((double)c[(k * dc->m[1] + j) * dc->m[0] + i] / g);
+				dc->want[place(dc, 2, k) * dc->plane + place(dc, 1, j) * dc->row +
+					place(dc, 0, i)] = g == 0.0 ? 0.0f : (float)((double)*in / g);
 			}
 	rc = 0;
 out:
@@ -93,20 +88,23 @@ int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[sta
 	const float *y, double noise, struct ct_par *par, struct ct_err *e)
 {
 	struct ct_factor f[3] = {{0}};
-	bool identity[3];
 	size_t count, reduced;
 	int rc = -1;
 
 	*dc = (struct ct_dc){.condition = 1};
-	if (factors(f, identity, d, n, e))
+	if (factors(f, dc->same, d, n, e))
 		goto out;
 	for (int a = 0; a < 3; a++) {
 		dc->n[a] = n[a];
 		dc->m[a] = f[a].m;
-		if (bases(dc, a, &f[a], identity[a], e))
+		if (ct_degrade_cover(f[a].m, d->factor[a]) != n[a]) {
+			ct_fail(e, CT_EGEOM, "%zu voxels are no multiple of the factor %g", n[a],
+				d->factor[a]);
+			goto out;
+		}
+		if (axis(dc, a, &f[a], e))
 			goto out;
 	}
-	dc->row = CT_DENSE_ROW(dc->m[0]);
 	if (ct_size_mul(&dc->plane, dc->row, dc->m[1], "plane", e) ||
 		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
 		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e) ||
@@ -114,7 +112,7 @@ int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[sta
 		ct_alloc0(&dc->had, count, sizeof(float), e) ||
 		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
 		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
-		ct_alloc(&dc->sums, 3 * (dc->plane / CT_DENSE_WIDTH), sizeof(double), e) ||
+		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e) ||
 		target(dc, f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
@@ -131,8 +129,7 @@ out:
 void ct_dc_free(struct ct_dc *dc)
 {
 	for (int a = 0; a < 3; a++) {
-		free(dc->v[a]);
-		free(dc->vt[a]);
+		ct_basis_free(&dc->v[a]);
 		free(dc->g[a]);
 	}
 	free(dc->want);
@@ -145,42 +142,39 @@ void ct_dc_free(struct ct_dc *dc)
 
 size_t ct_dc_scratch(const struct ct_dc *dc)
 {
-	return dc->n[1] * dc->row;
+	return dc->n[1] * dc->row + (dc->same[0] ? 0 : ct_basis_scratch(&dc->v[0]));
 }
 
 void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
 {
 	size_t row = dc->row;
-	float *out = dc->reduced + k * dc->plane, *wide = dc->v[1] ? scratch : out;
+	float *out = dc->reduced + k * dc->plane, *wide = dc->same[1] ? out : scratch;
 
-	if (dc->v[0])
-		ct_dense(wide, row, x, dc->n[0], dc->vt[0], row, dc->n[1], row, dc->n[0], false);
-	else
+	if (dc->same[0])
 		for (size_t j = 0; j < dc->n[1]; j++)
 			memcpy(wide + j * row, x + j * dc->n[0], dc->n[0] * sizeof *x);
-	if (dc->v[1])
-		ct_dense(out, row, dc->v[1], CT_DENSE_ROW(dc->n[1]), wide, row, dc->m[1], row,
-			dc->n[1], false);
+	else
+		ct_basis_analyse_rows(&dc->v[0], wide, x, dc->n[1], scratch + dc->n[1] * row);
+	if (!dc->same[1])
+		ct_basis_analyse(&dc->v[1], out, row, wide, row, row);
 }
 
 void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch)
 {
 	size_t row = dc->row, n = dc->n[0];
-	const float *in = dc->reduced + k * dc->plane, *wide = dc->v[1] ? scratch : in;
+	const float *in = dc->reduced + k * dc->plane, *wide = dc->same[1] ? in : scratch;
 
-	if (dc->v[1])
-		ct_dense(scratch, row, dc->vt[1], CT_DENSE_ROW(dc->m[1]), in, row, dc->n[1], row,
-			dc->m[1], false);
-	if (dc->v[0])
-		ct_dense(x, n, wide, row, dc->v[0], CT_DENSE_ROW(n), dc->n[1], n, dc->m[0], true);
+	if (!dc->same[1])
+		ct_basis_synthesise(&dc->v[1], scratch, row, in, row, row);
+	if (!dc->same[0])
+		ct_basis_synthesise_rows(&dc->v[0], x, wide, dc->n[1], scratch + dc->n[1] * row);
 	else
 		for (size_t j = 0; j < dc->n[1]; j++)
 			for (size_t i = 0; i < n; i++)
 				x[j * n + i] += wide[j * row + i];
 }
 
-/* A column block of the planes of coefficients, and the squared gains of its columns along i and
- * j; the padding of rows has none. */
+/* A column block of the planes of coefficients, and the squared gains of its columns. */
 struct columns {
 	size_t at, n;
 	double square[BLOCK];
@@ -191,8 +185,7 @@ static void columns(struct columns *b, const struct ct_dc *dc, size_t block)
 	b->at = block * BLOCK;
 	b->n = dc->plane - b->at < BLOCK ? dc->plane - b->at : BLOCK;
 	for (size_t q = 0; q < b->n; q++) {
-		size_t i = (b->at + q) % dc->row, j = (b->at + q) / dc->row;
-		double g = i < dc->m[0] ? dc->g[0][i] * dc->g[1][j] : 0.0;
+		double g = dc->g[0][(b->at + q) % dc->row] * dc->g[1][(b->at + q) / dc->row];
 
 		b->square[q] = g * g;
 	}
@@ -205,9 +198,8 @@ static void analyse(void *arg, size_t block, size_t worker)
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
 
 	(void)worker;
-	if (dc->v[2])
-		ct_dense(dc->coef + at, dc->plane, dc->v[2], CT_DENSE_ROW(dc->n[2]),
-			dc->reduced + at, dc->plane, dc->m[2], n, dc->n[2], false);
+	if (!dc->same[2])
+		ct_basis_analyse(&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n);
 	else
 		for (size_t k = 0; k < dc->m[2]; k++)
 			memcpy(dc->coef + k * dc->plane + at, dc->reduced + k * dc->plane + at,
@@ -258,9 +250,9 @@ static void synthesise(void *arg, size_t block, size_t worker)
 			dc->coef[p] = (float)d;
 		}
 	dc->sums[3 * block + 2] = moved;
-	if (dc->v[2])
-		ct_dense(dc->reduced + c.at, dc->plane, dc->vt[2], CT_DENSE_ROW(dc->m[2]),
-			dc->coef + c.at, dc->plane, dc->n[2], c.n, dc->m[2], false);
+	if (!dc->same[2])
+		ct_basis_synthesise(&dc->v[2], dc->reduced + c.at, dc->plane, dc->coef + c.at,
+			dc->plane, c.n);
 	else
 		for (size_t k = 0; k < dc->m[2]; k++)
 			memcpy(dc->reduced + k * dc->plane + c.at, dc->coef + k * dc->plane + c.at,

@@ -16,25 +16,26 @@
  */
 #ifndef CT_KERN_DC_H
 #define CT_KERN_DC_H
+#include "kern/basis.h"
 #include "kern/degrade.h"
-#include "kern/factor.h"
 
 struct ct_dc {
 	size_t n[3], m[3];
-	size_t row, plane;	/* floats of a row of coefficients and of a plane of m1 rows */
-	float *v[3], *vt[3];	/* (m,n) and (n,m), rows padded to CT_DENSE_ROW; NULL: identity */
-	double *g[3];		/* (m) */
-	float *want, *had;	/* (m2,plane): c_y; c of the volume before the last step */
-	float *coef;		/* (m2,plane): work */
-	float *reduced;		/* (n2,plane): planes reduced, and then their corrections */
-	double *sums;		/* of the column blocks */
-	double bound, mu;	/* M noise^2, of which 0 is exact; multiplier found last */
-	double condition;	/* of D: product over the axes */
-	size_t lost;		/* coefficients that D does not measure */
+	bool same[3];	     /* axes that D leaves as they are */
+	struct ct_basis v[3]; /* of the others */
+	double *g[3];	     /* in the order of the coefficients; zeros for padding along i */
+	size_t row, plane;   /* floats of a row of coefficients, and of a plane of m1 rows */
+	float *want, *had;   /* (m2,plane): c_y; c of the volume before the last step */
+	float *coef;	     /* (m2,plane): work */
+	float *reduced;	     /* (n2,plane): planes reduced, and then their corrections */
+	double *sums;	     /* of the column blocks */
+	double bound, mu;    /* M noise^2, of which 0 is exact; multiplier found last */
+	double condition;    /* of D: product over the axes */
+	size_t lost;	     /* coefficients that D does not measure */
 };
 
-/* Operator d on volumes of n voxels; y has what d makes of n. noise: HU, >= 0. Allocates *dc, which
- * must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+/* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of
+ * n. noise: HU, >= 0. Allocates *dc, which must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
 int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[static 3],
 	const float *y, double noise, struct ct_par *par, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */

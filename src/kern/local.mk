@@ -16,6 +16,7 @@ libct_a_SOURCES += src/kern/survey.c src/kern/survey.h
 libct_a_SOURCES += src/kern/montage.c src/kern/montage.h
 libct_a_SOURCES += src/kern/factor.c src/kern/factor.h
 libct_a_SOURCES += src/kern/dense.c src/kern/dense.h
+libct_a_SOURCES += src/kern/basis.c src/kern/basis.h
 libct_a_SOURCES += src/kern/dc.c src/kern/dc.h
 libct_a_SOURCES += src/kern/tv.c src/kern/tv.h
 libct_a_SOURCES += src/kern/refine.c src/kern/refine.h

@@ -7,7 +7,7 @@
  * plane above before that is reduced.
  */
 #include "config.h"
-#pragma GCC optimize("O3")
+#pragma GCC optimize("O3", "no-trapping-math") /* else square roots stay scalar */
 #include "kern/tv.h"
 #include "core/mem.h"
 
@@ -35,54 +35,68 @@ struct job {
 };
 
 /* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
- * k-component below (2 p' - p, replaced by this row's), rows of work: the components of 2 p' - p
- * from element 1 on, the j-component of the row before, |grad x|, x' - x. */
+ * k-component below (2 p' - p, replaced by this row's), the j-component of the row before, and
+ * rows of work. */
 struct row {
-	float *out, *p[3], *below, *i, *j, *k, *before, *grad, *step;
+	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
+	float *q[3], *grad, *step;		    /* work; |grad x|^2, x' - x */
 	const float *x, *xj, *xk;
 };
 
+/* No two of the rows overlap. The loops are short and plain because the compiler makes vectors of no
+ * others. */
 CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3], float s, float t)
 {
-	float *restrict out = r->out, *restrict p0 = r->p[0], *restrict p1 = r->p[1];
-	float *restrict p2 = r->p[2], *restrict bi = r->i + 1, *restrict bj = r->j;
-	float *restrict bk = r->k, *restrict below = r->below, *restrict grad = r->grad;
-	float *restrict step = r->step;
-	const float *restrict x = r->x, *restrict xj = r->xj, *restrict xk = r->xk;
-	const float *restrict before = r->before, *restrict left = r->i;
+	float *q0 = r->q[0] + 1, *q1 = r->q[1], *q2 = r->q[2];
+	float *p0 = r->p[0], *p1 = r->p[1], *p2 = r->p[2];
+	float *grad = r->grad, *step = r->step, *out = r->out;
+	float *below = r->below, *after = r->after;
+	const float *x = r->x, *xj = r->xj, *xk = r->xk;
+	const float *before = r->before, *left = r->q[0];
 	float w0 = weight[0], w1 = weight[1], w2 = weight[2];
 
+#pragma GCC ivdep
+	for (size_t i = 0; i + 1 < n; i++)
+		q0[i] = w0 * (x[i + 1] - x[i]);
+	q0[n - 1] = 0;
+#pragma GCC ivdep
 	for (size_t i = 0; i < n; i++) {
-		float gi = i + 1 < n ? w0 * (x[i + 1] - x[i]) : 0.0f;
-		float gj = w1 * (xj[i] - x[i]), gk = w2 * (xk[i] - x[i]);
+		float gi = q0[i], gj = w1 * (xj[i] - x[i]), gk = w2 * (xk[i] - x[i]);
 		float qi = p0[i] + s * gi, qj = p1[i] + s * gj, qk = p2[i] + s * gk;
 		float square = qi * qi + qj * qj + qk * qk;
-		float shrink = 1.0f / sqrtf(square > 1.0f ? square : 1.0f);
 
-		qi *= shrink;
-		qj *= shrink;
-		qk *= shrink;
-		grad[i] = sqrtf(gi * gi + gj * gj + gk * gk);
-		bi[i] = w0 * (2.0f * qi - p0[i]);
-		bj[i] = w1 * (2.0f * qj - p1[i]);
-		bk[i] = w2 * (2.0f * qk - p2[i]);
+		grad[i] = gi * gi + gj * gj + gk * gk;
+		step[i] = square > 1.0f ? square : 1.0f;
+		q0[i] = qi;
+		q1[i] = qj;
+		q2[i] = qk;
+	}
+#pragma GCC ivdep
+	for (size_t i = 0; i < n; i++) {
+		float shrink = 1.0f / sqrtf(step[i]);
+		float qi = shrink * q0[i], qj = shrink * q1[i], qk = shrink * q2[i];
+
+		q0[i] = w0 * (2.0f * qi - p0[i]);
+		after[i] = w1 * (2.0f * qj - p1[i]);
+		q2[i] = w2 * (2.0f * qk - p2[i]);
 		p0[i] = qi;
 		p1[i] = qj;
 		p2[i] = qk;
 	}
+#pragma GCC ivdep
 	for (size_t i = 0; i < n; i++) {
-		step[i] = t * (bi[i] - left[i] + (bj[i] - before[i]) + (bk[i] - below[i]));
+		step[i] = t * ((q0[i] - left[i]) + (after[i] - before[i]) + (q2[i] - below[i]));
 		out[i] = x[i] + step[i];
-		below[i] = bk[i];
+		below[i] = q2[i];
 	}
 }
 
-static double sum(size_t n, const float *v)
+static double roots(size_t n, const float *v)
 {
 	double s = 0;
 
 	for (size_t i = 0; i < n; i++)
-		s += (double)v[i];
+		s += sqrt((double)v[i]);
 	return s;
 }
 
@@ -115,28 +129,27 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, const flo
 	float *rows, double *tv, double *moved)
 {
 	size_t n = j->n[0], pad = n + 1;
-	float *even = rows, *odd = rows + pad;
+	float *turn[2] = {rows, rows + pad};
 
 	rows[2 * pad] = 0;
-	memset(odd, 0, n * sizeof *odd);
+	memset(turn[1], 0, n * sizeof *rows);
 	for (size_t y = 0; y < j->n[1]; y++) {
 		size_t at = k * j->plane + y * n, up = y + 1 < j->n[1] ? n : 0;
 		struct row r = {.out = j->x + at,
 			.p = {j->p[0] + at, j->p[1] + at, j->p[2] + at},
 			.below = below + y * n,
-			.i = rows + 2 * pad,
-			.j = y % 2 ? odd : even,
-			.before = y % 2 ? even : odd,
-			.k = rows + 3 * pad,
-			.grad = rows + 4 * pad,
-			.step = rows + 5 * pad,
+			.before = turn[(y + 1) % 2],
+			.after = turn[y % 2],
+			.q = {rows + 2 * pad, rows + 3 * pad, rows + 4 * pad},
+			.grad = rows + 5 * pad,
+			.step = rows + 6 * pad,
 			.x = x + y * n,
 			.xj = x + y * n + up,
 			.xk = xk + y * n};
 
 		sweep_row(&r, n, j->weight, j->s, j->t);
 		if (j->measure) {
-			*tv += sum(n, r.grad);
+			*tv += roots(n, r.grad);
 			*moved += squares(n, r.step);
 		}
 	}
