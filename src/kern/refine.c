@@ -3,6 +3,7 @@
 #include "kern/refine.h"
 #include "core/mem.h"
 #include "kern/dc.h"
+#include "kern/htv.h"
 #include "kern/resample.h"
 #include "kern/tv.h"
 
@@ -10,7 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STEP 0.15 /* primal step in standard deviations of the volume */
+/* Primal steps in standard deviations of the volume. */
+#define TV_STEP 0.15
+#define HTV_STEP 0.5
 
 static const char *const method_name[] = {
 	"auto", "linear", "cubic", "bspline", "lanczos", "sinc", "dc", "tv", "htv"};
@@ -142,7 +145,8 @@ static double deviation(const struct ct_vol *v)
 static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
 	struct ct_refine_report *r, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_tv_rule how = {.step = STEP * deviation(lo),
+	bool first_order = r->method == CT_REFINE_TV;
+	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP) * deviation(lo),
 		.iterations = rule->iterations,
 		.tolerance = rule->tolerance};
 	struct ct_tv_report did;
@@ -161,7 +165,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct c
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;
-	rc = ct_tv(hi->data, &dc, &how, &did, env, e);
+	rc = (first_order ? ct_tv : ct_htv)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
