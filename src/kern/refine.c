@@ -14,6 +14,9 @@
 /* Primal steps in standard deviations of the volume. */
 #define TV_STEP 0.15
 #define HTV_STEP 0.5
+/* The volume of least variation at the full noise level is too smooth: it gives up detail until the
+ * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
+#define NOISE_SHARE 0.7
 
 static const char *const method_name[] = {
 	"auto", "linear", "cubic", "bspline", "lanczos", "sinc", "dc", "tv", "htv"};
@@ -160,7 +163,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct c
 		how.weight[a] = least / mm[a];
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
-	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, rule->noise, env->par, e))
+	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
 		return -1;
 	r->condition = dc.condition;
 	r->lost = dc.lost;

@@ -11,7 +11,7 @@
  *   AUTO   TV, or HTV where D lets more than CT_REFINE_ALIAS of its weight through above the Nyquist
  *          frequency of the coarse grid; the B-spline if there is no D
  *
- * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= noise sqrt(M) instead of equality.
+ * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
 #ifndef CT_KERN_REFINE_H
 #define CT_KERN_REFINE_H

@@ -15,7 +15,7 @@ struct params {
 };
 
 static const struct params defaults = {
-	.decimate = -1, .iterations = 200, .tolerance = 0.2, .noise = (double)NAN};
+	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
