@@ -71,6 +71,9 @@ static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule,
 			return -1;
 		r->aliasing = fmax(r->aliasing, share);
 	}
+	if (rule->start && rule->method < CT_REFINE_DC && rule->method != CT_REFINE_AUTO)
+		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
+			ct_refine_name(rule->method));
 	if (rule->method == CT_REFINE_AUTO)
 		r->method = !rule->known		      ? CT_REFINE_BSPLINE
 			: r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
@@ -101,34 +104,63 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refin
 	return rc;
 }
 
-/* One exact step onto D x = y, unless `check`, and the RMS of D x - y that is left. */
-static int settle(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_degrade *d, bool check,
+/* Does D make the grid of y of that of x? */
+static int check_grids(
+	const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, struct ct_err *e)
+{
+	struct ct_vol want = {0};
+
+	for (int a = 0; a < 3; a++) {
+		want.n[a] = ct_degrade_size(x->n[a], d->factor[a]);
+		if (want.n[a] != y->n[a])
+			return ct_fail(e, CT_EGEOM,
+				"%zux%zux%zu voxels reduced %g,%g,%g times are not the %zux%zux%zu of "
+				"the low-resolution volume",
+				x->n[0], x->n[1], x->n[2], d->factor[0], d->factor[1], d->factor[2],
+				y->n[0], y->n[1], y->n[2]);
+	}
+	ct_degrade_affine(want.affine, x->affine, x->n, d);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 4; c++) {
+			double off = fabs(want.affine[r][c] - y->affine[r][c]), voxel = 0;
+
+			for (int a = 0; a < 3; a++)
+				voxel = fmax(voxel, fabs(y->affine[r][a]));
+			if (off > 0.01 * voxel / (c < 3 ? (double)y->n[c] : 1.0))
+				return ct_fail(e, CT_EGEOM,
+					"the low-resolution grid does not lie where the operator puts it");
+		}
+	return 0;
+}
+
+int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,
 	double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
-	float *y = NULL, *x = NULL;
-	size_t m = ct_vol_count(lo);
+	float *lo = NULL, *hi = NULL;
+	size_t m = ct_vol_count(y);
 	double sum = 0;
 	int rc = -1;
 
-	if (ct_degrade_plan(&down, d, hi->n, env->par, e) || ct_alloc(&y, m, sizeof *y, e))
+	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
+		ct_alloc(&lo, m, sizeof *lo, e))
 		goto out;
-	if (!check) {
-		if (ct_dc_pinv_plan(&up, d, hi->n, env->par, e) ||
-			ct_alloc(&x, ct_vol_count(hi), sizeof *x, e))
+	if (move) {
+		if (ct_dc_pinv_plan(&up, d, x->n, env->par, e) ||
+			ct_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
 			goto out;
-		ct_dc_exact(hi->data, lo->data, &down, &up, y, x, env->par);
+		ct_dc_exact(x->data, y->data, &down, &up, lo, hi, env->par);
 	}
-	ct_separable_apply(&down, y, hi->data, env->par);
+	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++)
-		sum += ((double)y[i] - (double)lo->data[i]) * ((double)y[i] - (double)lo->data[i]);
+		sum += ((double)lo[i] - (double)y->data[i]) * ((double)lo[i] - (double)y->data[i]);
 	*residual = sqrt(sum / (double)m);
 	rc = 0;
 out:
 	ct_separable_free(&down);
 	ct_separable_free(&up);
-	free(x);
-	free(y);
+	free(hi);
+	free(lo);
 	return rc;
 }
 
@@ -176,6 +208,17 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct c
 	return rc;
 }
 
+static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
+	enum ct_refine method, const struct ct_env *env, struct ct_err *e)
+{
+	if (!rule->start || method < CT_REFINE_DC)
+		return interpolate(hi, lo, method, rule->by.factor, env, e);
+	if (ct_vol_same_grid(hi, rule->start, e))
+		return ct_blame(e, "the volume to start from");
+	memcpy(hi->data, rule->start->data, ct_vol_count(hi) * sizeof *hi->data);
+	return 0;
+}
+
 int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
 	struct ct_refine_report *report, const struct ct_env *env, struct ct_err *e)
 {
@@ -192,14 +235,15 @@ int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine
 	}
 	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
 		ct_meta_copy(&hi->meta, &lo->meta, e) ||
-		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e) ||
-		interpolate(hi, lo, report->method, d->factor, env, e))
+		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e))
 		return -1;
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
+	if (begin(hi, lo, rule, report->method, env, e))
+		return -1;
 	if (report->method >= CT_REFINE_TV && regularise(hi, lo, rule, report, env, e))
 		return -1;
 	if (!rule->known)
 		return 0;
-	return settle(hi, lo, d, report->method < CT_REFINE_DC || rule->noise > 0,
+	return ct_refine_settle(hi, lo, d, report->method >= CT_REFINE_DC && rule->noise == 0,
 		&report->residual, env, e);
 }
