@@ -20,3 +20,4 @@ libct_a_SOURCES += src/kern/basis.c src/kern/basis.h
 libct_a_SOURCES += src/kern/dc.c src/kern/dc.h
 libct_a_SOURCES += src/kern/tv.c src/kern/tv.h
 libct_a_SOURCES += src/kern/refine.c src/kern/refine.h
+libct_a_SOURCES += src/kern/estimate.c src/kern/estimate.h
