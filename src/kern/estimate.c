@@ -159,9 +159,9 @@ static double without(double sigma, double other)
 	return sigma > other ? sqrt(sigma * sigma - other * other) : 0;
 }
 
-static void conclude(struct ct_estimate_axis *out, const struct sums *s, size_t factor)
+static void conclude(struct ct_estimate_axis *out, const struct sums *s, double factor)
 {
-	const double own = own_blur / (double)factor, ratio = s->r1 / s->r0,
+	const double own = own_blur / factor, ratio = s->r1 / s->r0,
 		     square = s->r11 - 2 * ratio * s->r01 + ratio * ratio * s->r00,
 		     error = sqrt(square > 0 ? square : 0) / s->r0;
 	double typical;
@@ -179,7 +179,7 @@ static void conclude(struct ct_estimate_axis *out, const struct sums *s, size_t 
 }
 
 static int measure_axis(struct ct_estimate_axis *out, const struct ct_vol *v, int axis,
-	size_t factor, double least, struct ct_par *par, struct ct_err *e)
+	double factor, double least, struct ct_par *par, struct ct_err *e)
 {
 	struct job j = {.x = v->data,
 		.stride = {1, v->n[0], v->n[0] * v->n[1]},
@@ -345,15 +345,15 @@ static int measure_noise(double *out, const struct ct_vol *v, struct ct_err *e)
 	return 0;
 }
 
-int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const size_t factor[static 3],
+int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e)
 {
 	double least;
 
 	*out = (struct ct_estimate){0};
 	for (int a = 0; a < 3; a++)
-		if (factor[a] == 0)
-			return ct_fail(e, CT_EINPUT, "a factor of 0 along axis %d", a);
+		if (!(factor[a] >= 1 && isfinite(factor[a])))
+			return ct_fail(e, CT_EINPUT, "a factor of %g along axis %d", factor[a], a);
 	if (ct_vol_check_finite(v, e) || measure_noise(&out->noise, v, e))
 		return -1;
 	least = fmin(fmax(step_least, steps_of_noise * out->noise), step_most);

@@ -60,11 +60,11 @@ struct ct_estimate {
 			 be seen. Noise of longer scale is not in it. */
 };
 
-/* Measure v, in HU, which will be refined factor[a] >= 1 times along axis a; in voxels of the finer
- * grid the blur to assume is axis[a].sigma * factor[a]. An axis of fewer than 8 voxels is unknown.
- * CT_ENUMERIC for NaN and infinite voxels, CT_EINPUT for a factor of 0, CT_ENOMEM. The result does
- * not depend on the number of threads. */
-int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const size_t factor[static 3],
+/* Measure v, in HU, which will be refined factor[a] >= 1 times (whole or not) along axis a; in
+ * voxels of the finer grid the blur to assume is axis[a].sigma * factor[a]. An axis of fewer than 8
+ * voxels is unknown. CT_ENUMERIC for NaN and infinite voxels, CT_EINPUT for a factor below 1,
+ * CT_ENOMEM. The result does not depend on the number of threads. */
+int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e);
 /* "unknown", "aliased", "sharp", "well". */
 const char *ct_sampling_name(enum ct_sampling s);
