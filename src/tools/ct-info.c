@@ -2,28 +2,60 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/any.h"
+#include "kern/estimate.h"
 #include "tools/report.h"
 
 #include <stdio.h>
+#include <string.h>
 
 struct params {
 	struct ct_list files;
+	const char *factor;
+	bool estimate;
 };
 
-static const struct params defaults = {0};
+static const struct params defaults = {.factor = "4"};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, "FILE", "NIfTI, EXR, PLY or safetensors, or -"),
+	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
+		"measure the blur and the noise of each CT from the image"),
+	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+		"with -e, how many times finer the grid is that the blur is wanted for"),
 	CT_OPT_END,
 };
 
-static int report(const char *path, bool first, const struct ct_env *env, struct ct_err *e)
+static int estimate(json_t *o, const struct ct_any *a, const char *path, const double factor[3],
+	const struct ct_env *env, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(ct_any_meta(a), "quantity");
+	struct ct_estimate s;
+
+	if (a->kind != CT_KIND_VOLUME || (quantity && strcmp(quantity, "HU") != 0))
+		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
+	if (ct_estimate_of(&s, &a->vol, factor, env->par, e))
+		return ct_blame(e, path);
+	return ct_report_estimate(o, &s, &a->vol, e);
+}
+
+static int report(const struct params *p, const char *path, bool first, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct ct_any a = {0};
 	json_t *o = NULL;
+	double factor[3];
 
+	if (ct_parse_numbers("factor", p->factor, ',', 3, true, factor, e))
+		return -1;
+	for (int k = 0; k < 3; k++)
+		if (!(factor[k] >= 1 && factor[k] <= 1024))
+			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
 	if (ct_any_read(path, &a, e) == 0)
 		o = ct_report_make(&a, path, env->verbose > 0, e);
+	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {
+		json_decref(o);
+		o = NULL;
+	}
 	if (o && env->json) {
 		json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
 		putchar('\n'); /* ct_cli_main checks standard output */
@@ -42,7 +74,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 
 	for (size_t i = 0; i < p->files.n; i++)
-		if (report(p->files.v[i], i == 0, env, e))
+		if (report(p, p->files.v[i], i == 0, env, e))
 			return -1;
 	return 0;
 }

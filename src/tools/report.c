@@ -248,6 +248,32 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	return m.o;
 }
 
+int ct_report_estimate(
+	json_t *report, const struct ct_estimate *s, const struct ct_vol *v, struct ct_err *e)
+{
+	struct maker m = {.o = report};
+	double measured[3], sigma[3], mm[3], aliasing[3];
+	size_t edges[3];
+
+	ct_vol_spacing(v, mm);
+	for (int a = 0; a < 3; a++) {
+		measured[a] = s->axis[a].measured;
+		sigma[a] = s->axis[a].sigma;
+		mm[a] *= sigma[a];
+		aliasing[a] = s->axis[a].aliasing;
+		edges[a] = s->axis[a].edges;
+	}
+	put(&m, "blur-seen-voxels", numbers(3, measured));
+	put(&m, "blur-lr-voxels", numbers(3, sigma));
+	put(&m, "blur-mm", numbers(3, mm));
+	put(&m, "aliasing", numbers(3, aliasing));
+	put(&m, "sampling", json_sprintf("%s %s %s", ct_sampling_name(s->axis[0].sampling),
+		ct_sampling_name(s->axis[1].sampling), ct_sampling_name(s->axis[2].sampling)));
+	put(&m, "edges", sizes(3, edges));
+	put(&m, "noise-hu", number(s->noise));
+	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
+}
+
 static void print_string(FILE *f, const char *s)
 {
 	for (; *s; s++)

@@ -3,6 +3,7 @@
 #define CT_TOOLS_REPORT_H
 #include "core/err.h"
 #include "formats/any.h"
+#include "kern/estimate.h"
 
 #include <jansson.h>
 #include <stdbool.h>
@@ -10,6 +11,9 @@
 
 /* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
 json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
+/* Add the estimate of v to the object: "blur-..." as three numbers, "noise-hu". CT_ENOMEM. */
+int ct_report_estimate(
+	json_t *report, const struct ct_estimate *s, const struct ct_vol *v, struct ct_err *e);
 /* The object as lines "name value", indented. Control characters become '?': what a file says of
  * itself cannot steer a terminal. */
 void ct_report_print(FILE *f, const json_t *report);
