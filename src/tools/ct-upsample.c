@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "kern/estimate.h"
 #include "kern/refine.h"
 
 #include <math.h>
@@ -11,6 +12,7 @@
 struct params {
 	const char *in, *out, *factor, *sigma, *start;
 	int method, decimate, iterations;
+	bool estimate;
 	double noise, tolerance;
 };
 
@@ -32,6 +34,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
+	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
+		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
+		"assume, and decimation by points if an axis looks aliased"),
 	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
@@ -109,9 +114,35 @@ static int operator_of(struct ct_refine_rule *r, const struct params *p, const s
 	return 0;
 }
 
-static int rule_of(struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m,
-	struct ct_err *e)
+/* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
+ * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told from
+ * texture, and too much noise assumed costs more than none. */
+static int measure(struct ct_refine_rule *r, const struct ct_vol *in, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_estimate got;
+
+	if (ct_estimate_of(&got, in, r->by.factor, env->par, e))
+		return ct_blame(e, p->in);
+	for (int a = 0; a < 3; a++) {
+		if (r->by.factor[a] <= 1)
+			continue;
+		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
+		if (got.axis[a].sampling == CT_SAMPLING_ALIASED)
+			r->by.decimate = CT_DECIMATE_POINT;
+		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
+		ct_log(env, CT_INFO, "axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
+			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
+			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
+	}
+	ct_log(env, CT_INFO, "noise or texture %.3g HU", got.noise);
+	return 0;
+}
+
+static int rule_of(struct ct_refine_rule *r, const struct params *p, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_meta *m = &in->meta;
 	double noise = 0;
 
 	*r = (struct ct_refine_rule){.method = (enum ct_refine)p->method,
@@ -123,7 +154,7 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, const struc
 	if (isnan(p->noise) && ct_meta_numbers(m, "noise", 1, &noise, e) < 0)
 		return ct_blame(e, p->in);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
-	return 0;
+	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
 }
 
 static void report(const struct ct_env *env, const struct ct_refine_report *r)
@@ -145,15 +176,20 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_refine_report did;
 	int rc = -1;
 
-	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e) ||
-		rule_of(&rule, p, &in.meta, e))
+	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+		goto out;
+	if (ct_vol_check_finite(&in, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (rule_of(&rule, p, &in, env, e))
 		goto out;
 	if (p->start && (ct_vol_read(p->start, &start, e) || ct_vol_check_finite(&start, e))) {
 		ct_blame(e, p->start);
 		goto out;
 	}
 	rule.start = p->start ? &start : NULL;
-	if (ct_vol_check_finite(&in, e) || ct_refine(&out, &in, &rule, &did, env, e)) {
+	if (ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
