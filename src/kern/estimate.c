@@ -17,10 +17,10 @@ enum {
 	MOST_VOXELS = 1 << 26, /* looked at along an axis; planes are left out beyond */
 };
 
-static const double step_least = 150, step_most = 400, steps_of_noise = 10, /* HU */
-	one_way = 0.75, padding = -1100, air = -850, shrink = 0.83, own_blur = 0.5,
-		    errors = 2,		       /* fitted: see estimate.h */
-	well_least = 0.33, sharp_least = 0.19; /* halfway between 0.42, 0.25 and 0.13 */
+static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
+static const double padding = -1100, air = -850;			    /* HU */
+static const double one_way = 0.75, own_blur = 0.5, shrink = 0.83, errors = 2;
+static const double well_most = 0.24, sharp_most = 0.37; /* aliasing */
 
 /* Sums over edges of r0 = sum d_k^2, r1 = sum d_k d_(k+1), and |sum d_k e^(-2 pi i 0.4 k)|^2. */
 struct sums {
@@ -164,7 +164,6 @@ static void conclude(struct ct_estimate_axis *out, const struct sums *s, double 
 	const double own = own_blur / factor, ratio = s->r1 / s->r0,
 		     square = s->r11 - 2 * ratio * s->r01 + ratio * ratio * s->r00,
 		     error = sqrt(square > 0 ? square : 0) / s->r0;
-	double typical;
 
 	out->edges = s->n;
 	if (s->n < LEAST_EDGES)
@@ -172,10 +171,9 @@ static void conclude(struct ct_estimate_axis *out, const struct sums *s, double 
 	out->measured = sigma_of(ratio);
 	out->sigma = shrink * without(sigma_of(ratio - errors * error), own);
 	out->aliasing = s->power / (double)s->n;
-	typical = without(out->measured, own);
-	out->sampling = typical >= well_least	 ? CT_SAMPLING_WELL
-			: typical >= sharp_least ? CT_SAMPLING_SHARP
-						 : CT_SAMPLING_ALIASED;
+	out->sampling = out->aliasing < well_most    ? CT_SAMPLING_WELL
+			: out->aliasing < sharp_most ? CT_SAMPLING_SHARP
+						     : CT_SAMPLING_ALIASED;
 }
 
 static int measure_axis(struct ct_estimate_axis *out, const struct ct_vol *v, int axis,

@@ -1,0 +1,280 @@
+/* Blur and noise found again in volumes that are known in closed form. */
+#include "config.h"
+#include "core/par.h"
+#include "core/rng.h"
+#include "kern/degrade.h"
+#include "kern/estimate.h"
+#include "tap.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double four[3] = {4, 4, 4};
+
+static void alloc(struct ct_vol *v, size_t x, size_t y, size_t z)
+{
+	struct ct_err e;
+
+	*v = (struct ct_vol){0};
+	if (ct_vol_alloc(v, (const size_t[3]){x, y, z}, &e))
+		exit(99);
+}
+
+static struct ct_estimate estimate(const struct ct_vol *v, const double factor[3])
+{
+	struct ct_estimate s;
+	struct ct_err e = {0};
+
+	if (ct_estimate_of(&s, v, factor, NULL, &e)) {
+		printf("# %s\n", e.msg);
+		exit(99);
+	}
+	return s;
+}
+
+/* A unit step at 0 after a Gaussian of sigma and the ideal low-pass at 1/2:
+ * 1/2 + integral of sin(2 pi f t) / (pi f) exp(-2 pi^2 sigma^2 f^2) over f < 1/2. */
+static double band_limited_step(double t, double sigma)
+{
+	const int n = 200;
+	double sum = 0;
+
+	for (int i = 0; i < n; i++) {
+		const double f = (i + 0.5) / (2 * n);
+
+		sum += sin(2 * M_PI * f * t) / (M_PI * f) *
+		       exp(-2 * M_PI * M_PI * sigma * sigma * f * f) / (2 * n);
+	}
+	return 0.5 + sum;
+}
+
+/* A bar between two planes at nearly a right angle to `axis`, so that its faces pass through voxels
+ * at many places. */
+static void fill_bar(struct ct_vol *v, int axis, double sigma, bool sinc, double noise)
+{
+	const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+	size_t at[3], n = 0;
+
+	for (at[2] = 0; at[2] < v->n[2]; at[2]++)
+		for (at[1] = 0; at[1] < v->n[1]; at[1]++)
+			for (at[0] = 0; at[0] < v->n[0]; at[0]++, n++) {
+				const double t = (double)at[axis] - 0.113 * (double)at[b] -
+						 0.071 * (double)at[c],
+					     s = sigma * sqrt(2), lo = t - 8.2, hi = t - 20.2;
+				const double f = sinc ? band_limited_step(lo, sigma) -
+								 band_limited_step(hi, sigma)
+						      : (erf(lo / s) - erf(hi / s)) / 2;
+
+				v->data[n] = (float)(-100 + 1000 * f +
+						     noise * (double)ct_rng_normal(5, 0, n));
+			}
+}
+
+static void test_closed_form(void)
+{
+	static const double sigma[] = {0.25, 0.4247, 0.6};
+
+	for (int axis = 0; axis < 3; axis++)
+		for (int k = 0; k < 3; k++) {
+			struct ct_vol v;
+			struct ct_estimate s;
+			char name[80];
+
+			alloc(&v, 30, 32, 34);
+			fill_bar(&v, axis, sigma[k], true, 0);
+			s = estimate(&v, four);
+			snprintf(name, sizeof name, "axis %d, sigma %g", axis, sigma[k]);
+			NEAR(s.axis[axis].measured, sigma[k], 0.015, name);
+			OK(s.axis[axis].sigma < sigma[k] && s.axis[axis].sigma > 0.6 * sigma[k],
+				"the one to assume is a little less");
+			OK(s.axis[axis].edges > 1000, "many edges");
+			OK(s.axis[(axis + 1) % 3].edges == 0 &&
+					s.axis[(axis + 2) % 3].sampling == CT_SAMPLING_UNKNOWN &&
+					s.axis[(axis + 2) % 3].sigma == 0 &&
+					isnan(s.axis[(axis + 2) % 3].measured),
+				"the other axes have no edges: unknown");
+			ct_vol_free(&v);
+		}
+}
+
+static void test_point(void)
+{
+	struct ct_vol v;
+	struct ct_estimate s;
+
+	alloc(&v, 30, 32, 34);
+	fill_bar(&v, 0, 0.125, false, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].sampling == CT_SAMPLING_ALIASED && s.axis[0].sigma == 0,
+		"point sampling is seen, and no blur assumed");
+	OK(s.axis[0].aliasing > 0.7 && s.axis[0].aliasing <= 1, "nearly all power is there");
+	fill_bar(&v, 0, 0.5, false, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].sampling == CT_SAMPLING_WELL, "a wide Gaussian needs no low-pass");
+	NEAR(s.axis[0].measured, 0.5, 0.03, "and is measured as well");
+	ct_vol_free(&v);
+}
+
+static void test_noise(void)
+{
+	static const double sd[] = {5, 30};
+	struct ct_vol v;
+	struct ct_estimate s;
+
+	alloc(&v, 40, 42, 44);
+	for (int k = 0; k < 2; k++) {
+		fill_bar(&v, 2, 0.4247, true, sd[k]);
+		s = estimate(&v, four);
+		NEAR(s.noise, sd[k], 0.15 * sd[k], "noise beside edges");
+		OK(s.axis[2].measured < 0.44 && s.axis[2].measured > 0.34,
+			"noise can only make the blur look less");
+	}
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 40 + 20 * ct_rng_normal(6, 0, i);
+	s = estimate(&v, four);
+	NEAR(s.noise, 20, 1.5, "nothing but noise");
+	OK(s.axis[0].edges + s.axis[1].edges + s.axis[2].edges == 0, "has no edges");
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] += (float)(i % 40) * 30;
+	NEAR(estimate(&v, four).noise, 20, 1.5, "a slope is not noise");
+	for (size_t i = 0; i < ct_vol_count(&v); i++) /* half padding, a quarter clipped air */
+		if (i % 4 < 3 && i / (40 * 42) > 10)
+			v.data[i] = i / (40 * 42) > 30 ? -2000 : -1024;
+	NEAR(estimate(&v, four).noise, 20, 1.5, "nor are air and padding");
+	ct_vol_free(&v);
+}
+
+/* A ball, reduced by the operators themselves. */
+static void test_protocols(void)
+{
+	static const enum ct_sampling want[] = {
+		CT_SAMPLING_WELL, CT_SAMPLING_SHARP, CT_SAMPLING_ALIASED};
+	static const double factor[2][3] = {{4, 4, 4}, {1, 1, 4}};
+	struct ct_vol hi, lo;
+	struct ct_err e;
+	double last = 1;
+	size_t i = 0;
+
+	alloc(&hi, 96, 96, 96);
+	for (int z = 0; z < 96; z++)
+		for (int y = 0; y < 96; y++)
+			for (int x = 0; x < 96; x++, i++) {
+				const double r = hypot(hypot(x - 47.2, y - 46.9), z - 47.6);
+
+				hi.data[i] =
+					(float)(-1000 + 530 * erfc((r - 38) / (0.6 * sqrt(2))));
+			}
+	for (int f = 0; f < 2; f++, last = 1)
+		for (int p = 1; p <= 3; p++) {
+			struct ct_degrade d = {.decimate = CT_DECIMATE_SINC};
+			struct ct_separable s;
+			struct ct_estimate g;
+
+			memcpy(d.factor, factor[f], sizeof d.factor);
+			ct_degrade_protocol(&d, p);
+			alloc(&lo, f ? 96 : 24, f ? 96 : 24, 24);
+			if (ct_degrade_plan(&s, &d, hi.n, NULL, &e))
+				exit(99);
+			ct_separable_apply(&s, lo.data, hi.data, NULL);
+			ct_separable_free(&s);
+			g = estimate(&lo, factor[f]);
+			for (int a = 0; a < 3 && f == 0; a++)
+				OK(g.axis[a].sampling == want[p - 1] &&
+						g.axis[a].sigma * 4 <= 1.1 * d.sigma[a],
+					"P%d 4x, axis %d: %s, %.3f for %.3f", p, a,
+					ct_sampling_name(g.axis[a].sampling), g.axis[a].sigma * 4,
+					d.sigma[a]);
+			/* in voxels, most of the ball is steep across thick slices: more blur */
+			if (f == 1)
+				OK(g.axis[2].sigma < last - 0.05 && g.axis[2].sigma * 4 <= 1.7 &&
+						(p == 2 || g.axis[2].sampling == want[p - 1]),
+					"P%d 1x1x4: %s, %.3f", p,
+					ct_sampling_name(g.axis[2].sampling), g.axis[2].sigma * 4);
+			last = g.axis[2].sigma;
+			ct_vol_free(&lo);
+		}
+	ct_vol_free(&hi);
+}
+
+static void test_degenerate(void)
+{
+	static const size_t size[][3] = {{1, 1, 1}, {50, 1, 1}, {1, 1, 50}, {2, 2, 2}, {1, 40, 40},
+		{7, 7, 7}, {8, 8, 8}, {3, 100, 2}};
+	struct ct_vol v;
+	struct ct_estimate s;
+	struct ct_err e;
+
+	for (size_t k = 0; k < sizeof size / sizeof *size; k++) {
+		bool none = true;
+
+		alloc(&v, size[k][0], size[k][1], size[k][2]);
+		for (size_t i = 0; i < ct_vol_count(&v); i++)
+			v.data[i] = -1000;
+		s = estimate(&v, four);
+		for (int a = 0; a < 3; a++)
+			none &= s.axis[a].edges == 0 && s.axis[a].sigma == 0 &&
+				s.axis[a].sampling == CT_SAMPLING_UNKNOWN;
+		OK(none && s.noise == 0, "constant %zux%zux%zu", size[k][0], size[k][1],
+			size[k][2]);
+		ct_vol_free(&v);
+	}
+	alloc(&v, 30, 32, 1); /* one slice is enough for the axes in it */
+	fill_bar(&v, 0, 0.4247, true, 3);
+	s = estimate(&v, four);
+	OK(s.axis[0].sampling == CT_SAMPLING_WELL && s.axis[2].sampling == CT_SAMPLING_UNKNOWN,
+		"one slice");
+	OK(s.noise > 2.4 && s.noise < 5, "and its noise, few blocks of which are flat");
+	OK(ct_estimate_of(&s, &v, (const double[3]){4, 0.5, 4}, NULL, &e) < 0 &&
+			e.code == CT_EINPUT,
+		"a factor below 1");
+	v.data[100] = NAN;
+	OK(ct_estimate_of(&s, &v, four, NULL, &e) < 0 && e.code == CT_ENUMERIC, "NaN");
+	ct_vol_free(&v);
+}
+
+static void test_padding(void)
+{
+	struct ct_vol v;
+	struct ct_estimate s;
+
+	alloc(&v, 30, 32, 34);
+	fill_bar(&v, 0, 0.4247, true, 0);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		if (i / 30 % 32 > 20)
+			v.data[i] = -2000;
+	s = estimate(&v, four);
+	OK(s.axis[1].edges == 0, "the border of padding is not an edge");
+	NEAR(s.axis[0].measured, 0.4247, 0.015, "and beside it nothing changes");
+	ct_vol_free(&v);
+}
+
+static void test_threads(void)
+{
+	struct ct_vol v;
+	struct ct_estimate one, many;
+	struct ct_par *par;
+	struct ct_err e;
+
+	alloc(&v, 30, 32, 34);
+	fill_bar(&v, 1, 0.3, true, 15);
+	one = estimate(&v, four);
+	if (ct_par_alloc(&par, 3, &e) || ct_estimate_of(&many, &v, four, par, &e))
+		exit(99);
+	OK(memcmp(&one.axis[1], &many.axis[1], sizeof one.axis[1]) == 0 && one.noise == many.noise,
+		"three threads, the same bytes");
+	ct_par_free(par);
+	ct_vol_free(&v);
+}
+
+int main(void)
+{
+	test_closed_form();
+	test_point();
+	test_noise();
+	test_protocols();
+	test_degenerate();
+	test_padding();
+	test_threads();
+	return tap_done();
+}
