@@ -20,7 +20,7 @@ enum {
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
 static const double padding = -1100, air = -850;			    /* HU */
 static const double one_way = 0.75, own_blur = 0.5, shrink = 0.83, errors = 2;
-static const double well_most = 0.24, sharp_most = 0.37; /* aliasing */
+static const double well_most = 0.214, sharp_most = 0.334; /* aliasing */
 
 /* Sums over edges of r0 = sum d_k^2, r1 = sum d_k d_(k+1), and |sum d_k e^(-2 pi i 0.4 k)|^2. */
 struct sums {

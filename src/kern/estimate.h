@@ -19,9 +19,11 @@
  * Safety. Anatomy is soft itself: edges show at least the blur, mostly more. Assuming too little
  * blur is safe for the solvers, too much is not. So `sigma` takes rho two standard errors lower,
  * subtracts the half voxel of the finer grid that the truth on that grid would show too, and is
- * shrunk:  sigma = 0.83 sqrt(low^2 - (0.5/factor)^2), constants fitted on nine CTs.
+ * shrunk:  sigma = 0.83 sqrt(low^2 - (0.5/factor)^2). The constants were fitted on nine CTs (the z
+ * axis of one, resampled from slices several voxels thick, left out), so that sigma is at most 1.1
+ * times the truth on 19 of 20 axes; so were the limits of `sampling`.
  *
- * How good. Six other CTs (a chest, a head, a torso, a thorax phantom and, with two kernels, a skull
+ * How good. Six other CTs (a chest, a head, a torso, a thorax phantom, and with two kernels a skull
  * phantom) were reduced 2, 3, 4, 8 and 1x1x4 times by the operators P1, P2, P3 of degrade.h, and
  * the 78 axes of each operator measured; truth for P3 and an even factor includes the mean of two:
  *
@@ -30,17 +32,24 @@
  *   P2, 0.25               4        0.85  1.12  1.46                0.67  0.96  1.11
  *   P3, 0.125 to 0.28      2        0     0.35  1.50                0     0.85  1.00
  *
- * `sampling` said well, sharp, aliased of P1, P2, P3 on 44 of 58, 48 of 56, 57 of 58 axes reduced
- * 3, 4, 8 and 1x1x4 times, and never well of P3. Reduced twice P1 is told from the others, but not
- * P2 from P3, which blurs more and aliases what the scan hardly has.
+ * `aliasing` ranges (5 to 95%) over 0.16-0.31 for P1, 0.24-0.37 for P2, 0.39-0.68 for P3 when
+ * reduced 3, 4, 8 and 1x1x4 times. `sampling` then said well of 33 of 58 axes under P1, sharp of 28
+ * of 56 under P2, aliased of 58 of 58 under P3: these six are sharper than the nine, and all
+ * the rest but two were called too sharp, which is safe. (Limits 0.24 and 0.37 give 44, 48, 57, but were
+ * found with the six in view; fresh scans must confirm them.) Reduced twice, P2 and P3 cannot be
+ * told apart: P3 blurs more then, and aliases what the scan hardly has.
  *
  * What it cannot tell: soft anatomy, surfaces oblique to thick slices, or slices thicker than their
- * spacing, from blur (then sigma
- * can be too large: 1.9 times on a head resampled from slices three voxels thick); a sharpening
- * kernel from less blur; the blur of an axis along which there are no step edges (unknown, sigma
- * 0). A volume masked to a constant, or clipped, has artificial edges that count as sharp: safe.
- * Below -1100 HU is padding, not looked at. Noise up to a tenth of the steps hardly matters: 60 HU
- * white moves sigma by 0.1 or less.
+ * spacing, from blur (then sigma can be too large: 1.9 times the truth on the z axis left out); a
+ * sharpening kernel from less blur; the blur of an axis along which there are no step edges
+ * (unknown, sigma 0). A volume masked to a constant, or clipped, has artificial edges that count as
+ * sharp: safe. Below -1100 HU is padding, not looked at. White noise of 60 HU, added to three scans
+ * reduced 4 times, moved sigma by up to 0.17 voxel, up as well as down, but not above the truth.
+ *
+ * Noise is assumed to vary within 3 voxels and to be about the same in all flat tissue. Where hardly
+ * any tissue is flat, as in a scan reduced 4 times, `noise` is texture and ringing of the low-pass:
+ * under P1 it was 1.1 to 2.7 times that of the scan before, of which little is left, and 25 to 90
+ * times for the skull phantom. White noise added to it is then found to 10-40%.
  */
 #ifndef CT_KERN_ESTIMATE_H
 #define CT_KERN_ESTIMATE_H
@@ -52,8 +61,8 @@
 /* What the blur means for who refines the axis. */
 enum ct_sampling {
 	CT_SAMPLING_UNKNOWN, /* fewer than 12 edges: nothing can be said */
-	CT_SAMPLING_ALIASED, /* aliasing >= 0.37, as P3: do not force consistency */
-	CT_SAMPLING_SHARP,   /* 0.24 to 0.37, as P2 */
+	CT_SAMPLING_ALIASED, /* aliasing >= 0.334, as P3: do not force consistency */
+	CT_SAMPLING_SHARP,   /* 0.214 to 0.334, as P2 */
 	CT_SAMPLING_WELL,    /* less, as P1 */
 };
 
