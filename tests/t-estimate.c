@@ -85,10 +85,10 @@ static void test_closed_form(void)
 			fill_bar(&v, axis, sigma[k], true, 0);
 			s = estimate(&v, four);
 			snprintf(name, sizeof name, "axis %d, sigma %g", axis, sigma[k]);
-			NEAR(s.axis[axis].measured, sigma[k], 0.015, name);
-			OK(s.axis[axis].sigma < sigma[k] && s.axis[axis].sigma > 0.6 * sigma[k],
-				"the one to assume is a little less");
-			OK(s.axis[axis].edges > 1000, "many edges");
+			NEAR(s.axis[axis].measured, sigma[k], 0.01, name);
+			OK(s.axis[axis].sigma < sigma[k] && s.axis[axis].sigma > 0.45 * sigma[k],
+				"the one to assume is less");
+			OK(s.axis[axis].edges > 500, "many edges");
 			OK(s.axis[(axis + 1) % 3].edges == 0 &&
 					s.axis[(axis + 2) % 3].sampling == CT_SAMPLING_UNKNOWN &&
 					s.axis[(axis + 2) % 3].sigma == 0 &&
@@ -127,8 +127,7 @@ static void test_noise(void)
 		fill_bar(&v, 2, 0.4247, true, sd[k]);
 		s = estimate(&v, four);
 		NEAR(s.noise, sd[k], 0.15 * sd[k], "noise beside edges");
-		OK(s.axis[2].measured < 0.44 && s.axis[2].measured > 0.34,
-			"blur beside noise: rather less");
+		NEAR(s.axis[2].measured, 0.4247, 0.02, "blur beside noise");
 	}
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
 		v.data[i] = 40 + 20 * ct_rng_normal(6, 0, i);
@@ -153,7 +152,6 @@ static void test_protocols(void)
 	static const double factor[2][3] = {{4, 4, 4}, {1, 1, 4}};
 	struct ct_vol hi, lo;
 	struct ct_err e;
-	double last = 1;
 	size_t i = 0;
 
 	alloc(&hi, 96, 96, 96);
@@ -165,7 +163,7 @@ static void test_protocols(void)
 				hi.data[i] =
 					(float)(-1000 + 530 * erfc((r - 38) / (0.6 * sqrt(2))));
 			}
-	for (int f = 0; f < 2; f++, last = 1)
+	for (int f = 0; f < 2; f++)
 		for (int p = 1; p <= 3; p++) {
 			struct ct_degrade d = {.decimate = CT_DECIMATE_SINC};
 			struct ct_separable s;
@@ -179,19 +177,12 @@ static void test_protocols(void)
 			ct_separable_apply(&s, lo.data, hi.data, NULL);
 			ct_separable_free(&s);
 			g = estimate(&lo, factor[f]);
-			for (int a = 0; a < 3 && f == 0; a++)
+			for (int a = f ? 2 : 0; a < 3; a++)
 				OK(g.axis[a].sampling == want[p - 1] &&
 						g.axis[a].sigma * 4 <= 1.1 * d.sigma[a],
-					"P%d 4x, axis %d: %s, %.3f for %.3f", p, a,
-					ct_sampling_name(g.axis[a].sampling), g.axis[a].sigma * 4,
-					d.sigma[a]);
-			/* in voxels, most of the ball is steep across thick slices: more blur */
-			if (f == 1)
-				OK(g.axis[2].sigma < last - 0.05 && g.axis[2].sigma * 4 <= 1.7 &&
-						(p == 2 || g.axis[2].sampling == want[p - 1]),
-					"P%d 1x1x4: %s, %.3f", p,
-					ct_sampling_name(g.axis[2].sampling), g.axis[2].sigma * 4);
-			last = g.axis[2].sigma;
+					"P%d %s, axis %d: %s, %.3f for %.3f", p, f ? "1x1x4" : "4x",
+					a, ct_sampling_name(g.axis[a].sampling),
+					g.axis[a].sigma * 4, d.sigma[a]);
 			ct_vol_free(&lo);
 		}
 	ct_vol_free(&hi);
@@ -245,7 +236,7 @@ static void test_padding(void)
 			v.data[i] = -2000;
 	s = estimate(&v, four);
 	OK(s.axis[1].edges == 0, "the border of padding is not an edge");
-	NEAR(s.axis[0].measured, 0.4247, 0.015, "and beside it nothing changes");
+	NEAR(s.axis[0].measured, 0.4247, 0.01, "and beside it nothing changes");
 	ct_vol_free(&v);
 }
 
