@@ -91,3 +91,6 @@ check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
 dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh
+check_PROGRAMS += tests/t-dc tests/t-tv
+tests_t_dc_SOURCES = tests/t-dc.c
+tests_t_tv_SOURCES = tests/t-tv.c

@@ -20,4 +20,5 @@ libct_a_SOURCES += src/kern/basis.c src/kern/basis.h
 libct_a_SOURCES += src/kern/dc.c src/kern/dc.h
 libct_a_SOURCES += src/kern/tv.c src/kern/tv.h
 libct_a_SOURCES += src/kern/refine.c src/kern/refine.h
+libct_a_SOURCES += src/kern/htv.c src/kern/htv.h
 libct_a_SOURCES += src/kern/estimate.c src/kern/estimate.h

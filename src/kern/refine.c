@@ -3,6 +3,7 @@
 #include "kern/refine.h"
 #include "core/mem.h"
 #include "kern/dc.h"
+#include "kern/htv.h"
 #include "kern/resample.h"
 #include "kern/tv.h"
 
@@ -10,7 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STEP 0.15 /* primal step in standard deviations of the volume */
+/* Primal steps in standard deviations of the volume. */
+#define TV_STEP 0.15
+#define HTV_STEP 0.5
+/* The volume of least variation at the full noise level is too smooth: it gives up detail until the
+ * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
+#define NOISE_SHARE 0.7
 
 static const char *const method_name[] = {
 	"auto", "linear", "cubic", "bspline", "lanczos", "sinc", "dc", "tv", "htv"};
@@ -65,6 +71,9 @@ static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule,
 			return -1;
 		r->aliasing = fmax(r->aliasing, share);
 	}
+	if (rule->start && rule->method < CT_REFINE_DC && rule->method != CT_REFINE_AUTO)
+		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
+			ct_refine_name(rule->method));
 	if (rule->method == CT_REFINE_AUTO)
 		r->method = !rule->known		      ? CT_REFINE_BSPLINE
 			: r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
@@ -95,34 +104,63 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refin
 	return rc;
 }
 
-/* One exact step onto D x = y, unless `check`, and the RMS of D x - y that is left. */
-static int settle(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_degrade *d, bool check,
+/* Does D make the grid of y of that of x? */
+static int check_grids(
+	const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, struct ct_err *e)
+{
+	struct ct_vol want = {0};
+
+	for (int a = 0; a < 3; a++) {
+		want.n[a] = ct_degrade_size(x->n[a], d->factor[a]);
+		if (want.n[a] != y->n[a])
+			return ct_fail(e, CT_EGEOM,
+				"%zux%zux%zu voxels reduced %g,%g,%g times are not the %zux%zux%zu of "
+				"the low-resolution volume",
+				x->n[0], x->n[1], x->n[2], d->factor[0], d->factor[1], d->factor[2],
+				y->n[0], y->n[1], y->n[2]);
+	}
+	ct_degrade_affine(want.affine, x->affine, x->n, d);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 4; c++) {
+			double off = fabs(want.affine[r][c] - y->affine[r][c]), voxel = 0;
+
+			for (int a = 0; a < 3; a++)
+				voxel = fmax(voxel, fabs(y->affine[r][a]));
+			if (off > 0.01 * voxel / (c < 3 ? (double)y->n[c] : 1.0))
+				return ct_fail(e, CT_EGEOM,
+					"the low-resolution grid does not lie where the operator puts it");
+		}
+	return 0;
+}
+
+int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,
 	double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
-	float *y = NULL, *x = NULL;
-	size_t m = ct_vol_count(lo);
+	float *lo = NULL, *hi = NULL;
+	size_t m = ct_vol_count(y);
 	double sum = 0;
 	int rc = -1;
 
-	if (ct_degrade_plan(&down, d, hi->n, env->par, e) || ct_alloc(&y, m, sizeof *y, e))
+	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
+		ct_alloc(&lo, m, sizeof *lo, e))
 		goto out;
-	if (!check) {
-		if (ct_dc_pinv_plan(&up, d, hi->n, env->par, e) ||
-			ct_alloc(&x, ct_vol_count(hi), sizeof *x, e))
+	if (move) {
+		if (ct_dc_pinv_plan(&up, d, x->n, env->par, e) ||
+			ct_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
 			goto out;
-		ct_dc_exact(hi->data, lo->data, &down, &up, y, x, env->par);
+		ct_dc_exact(x->data, y->data, &down, &up, lo, hi, env->par);
 	}
-	ct_separable_apply(&down, y, hi->data, env->par);
+	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++)
-		sum += ((double)y[i] - (double)lo->data[i]) * ((double)y[i] - (double)lo->data[i]);
+		sum += ((double)lo[i] - (double)y->data[i]) * ((double)lo[i] - (double)y->data[i]);
 	*residual = sqrt(sum / (double)m);
 	rc = 0;
 out:
 	ct_separable_free(&down);
 	ct_separable_free(&up);
-	free(x);
-	free(y);
+	free(hi);
+	free(lo);
 	return rc;
 }
 
@@ -142,7 +180,8 @@ static double deviation(const struct ct_vol *v)
 static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
 	struct ct_refine_report *r, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_tv_rule how = {.step = STEP * deviation(lo),
+	bool first_order = r->method == CT_REFINE_TV;
+	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP) * deviation(lo),
 		.iterations = rule->iterations,
 		.tolerance = rule->tolerance};
 	struct ct_tv_report did;
@@ -156,17 +195,28 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct c
 		how.weight[a] = least / mm[a];
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
-	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, rule->noise, env->par, e))
+	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
 		return -1;
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;
-	rc = ct_tv(hi->data, &dc, &how, &did, env, e);
+	rc = (first_order ? ct_tv : ct_htv)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
 	ct_dc_free(&dc);
 	return rc;
+}
+
+static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
+	enum ct_refine method, const struct ct_env *env, struct ct_err *e)
+{
+	if (!rule->start || method < CT_REFINE_DC)
+		return interpolate(hi, lo, method, rule->by.factor, env, e);
+	if (ct_vol_same_grid(hi, rule->start, e))
+		return ct_blame(e, "the volume to start from");
+	memcpy(hi->data, rule->start->data, ct_vol_count(hi) * sizeof *hi->data);
+	return 0;
 }
 
 int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
@@ -185,14 +235,15 @@ int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine
 	}
 	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
 		ct_meta_copy(&hi->meta, &lo->meta, e) ||
-		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e) ||
-		interpolate(hi, lo, report->method, d->factor, env, e))
+		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e))
 		return -1;
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
+	if (begin(hi, lo, rule, report->method, env, e))
+		return -1;
 	if (report->method >= CT_REFINE_TV && regularise(hi, lo, rule, report, env, e))
 		return -1;
 	if (!rule->known)
 		return 0;
-	return settle(hi, lo, d, report->method < CT_REFINE_DC || rule->noise > 0,
+	return ct_refine_settle(hi, lo, d, report->method >= CT_REFINE_DC && rule->noise == 0,
 		&report->residual, env, e);
 }

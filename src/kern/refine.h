@@ -11,7 +11,7 @@
  *   AUTO   TV, or HTV where D lets more than CT_REFINE_ALIAS of its weight through above the Nyquist
  *          frequency of the coarse grid; the B-spline if there is no D
  *
- * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= noise sqrt(M) instead of equality.
+ * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
 #ifndef CT_KERN_REFINE_H
 #define CT_KERN_REFINE_H
@@ -33,6 +33,7 @@ struct ct_refine_rule {
 	double noise;		/* HU, >= 0 */
 	size_t iterations;	/* TV, HTV: at most */
 	double tolerance;	/* TV, HTV: stop when an iteration moves less than this, HU RMS */
+	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 
 struct ct_refine_report {
@@ -51,8 +52,12 @@ const char *ct_refine_name(enum ct_refine method);
  * of the coarse grid. */
 int ct_refine_aliasing(double *share, const struct ct_degrade *d, size_t n, int axis,
 	struct ct_err *e);
+/* x <- x + D+ (y - D x), in double, if `move`; *residual <- RMS of D x - y, HU. CT_EGEOM unless D
+ * makes the grid of y of that of x, within a hundredth of a voxel. */
+int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,
+	double *residual, const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for
- * a method that needs an operator without one, CT_EGEOM, CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. Memory
+ * a method that needs an operator without one, CT_EGEOM (also for a start on another grid), CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. Memory
  * beside lo and hi: interpolation one volume, DC two, TV four, HTV seven. */
 int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
 	struct ct_refine_report *report, const struct ct_env *env, struct ct_err *e);

@@ -6,6 +6,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/voxel.h"
+#include "kern/refine.h"
 #include "tools/scan-opts.h"
 
 #include <math.h>
@@ -14,7 +15,7 @@
 #include <strings.h>
 
 struct params {
-	const char *base, *res, *out, *window, *res_out;
+	const char *base, *res, *out, *window, *res_out, *consistent;
 	double floor, gain;
 };
 
@@ -29,6 +30,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
+	CT_OPT(struct params, consistent, 0, "consistent", "LR", 0, 0,
+		"change OUT as little as makes it agree with this low-resolution CT, NIfTI, which "
+		"says what operator made it"),
 	CT_OPT(struct params, res_out, 0, "residual-out", "FILE", 0, 0,
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
@@ -128,6 +132,34 @@ static int write_residual(struct ct_vol *res, const struct ct_any *from, const s
 	return ct_vol_write(p->res_out, res, env, e);
 }
 
+/* The nearest volume that the operator of --consistent maps to it. */
+static int make_consistent(struct ct_vol *out, const struct params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_degrade d;
+	struct ct_vol lr = {0};
+	double before, after;
+	int rc = -1, known;
+
+	if (ct_vol_read(p->consistent, &lr, e))
+		goto out;
+	known = ct_degrade_get(&lr.meta, &d, e);
+	if (known > 0)
+		ct_fail(e, CT_EINPUT, "does not say what operator made it");
+	if (known || ct_vol_check_finite(&lr, e) ||
+		ct_refine_settle(out, &lr, &d, false, &before, env, e) ||
+		ct_refine_settle(out, &lr, &d, true, &after, env, e)) {
+		ct_blame(e, p->consistent);
+		goto out;
+	}
+	ct_log(env, CT_INFO, "differs from %s by %.3g HU RMS, %.3g before", p->consistent, after,
+		before);
+	rc = 0;
+out:
+	ct_vol_free(&lr);
+	return rc;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
@@ -147,6 +179,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
 	add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
+	if (p->consistent && make_consistent(&base, p, env, e))
+		goto out;
 	if (ct_meta_step(&base.meta, env, 2,
 		    (const struct ct_meta *const[]){&base.meta, ct_any_meta(&from)}, e) ||
 		(p->res_out && write_residual(&res, &from, p, env, e)))

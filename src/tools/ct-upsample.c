@@ -9,13 +9,13 @@
 #include <string.h>
 
 struct params {
-	const char *in, *out, *factor, *sigma;
+	const char *in, *out, *factor, *sigma, *start;
 	int method, decimate, iterations;
 	double noise, tolerance;
 };
 
 static const struct params defaults = {
-	.decimate = -1, .iterations = 200, .tolerance = 0.2, .noise = (double)NAN};
+	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
@@ -34,6 +34,9 @@ static const struct ct_opt opts[] = {
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
 		"how IN was sampled, if IN does not say (sinc)"),
+	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
+		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
+		"with dc, the nearest volume to it that agrees with IN"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
 		"standard deviation of the noise of IN, up to which tv and htv may depart from it "
 		"(what IN says, or 0)"),
@@ -137,7 +140,7 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_vol in = {0}, out = {0};
+	struct ct_vol in = {0}, out = {0}, start = {0};
 	struct ct_refine_rule rule;
 	struct ct_refine_report did;
 	int rc = -1;
@@ -145,6 +148,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e) ||
 		rule_of(&rule, p, &in.meta, e))
 		goto out;
+	if (p->start && (ct_vol_read(p->start, &start, e) || ct_vol_check_finite(&start, e))) {
+		ct_blame(e, p->start);
+		goto out;
+	}
+	rule.start = p->start ? &start : NULL;
 	if (ct_vol_check_finite(&in, e) || ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
@@ -153,10 +161,14 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		out.n[1], out.n[2], ct_refine_name(did.method));
 	report(env, &did);
 	if (ct_check_stop(env, e) ||
-		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
+		ct_meta_step(&out.meta, env, 2,
+			(const struct ct_meta *const[]){
+				&in.meta, p->start ? &start.meta : NULL},
+			e))
 		goto out;
 	rc = ct_vol_write(p->out, &out, env, e);
 out:
+	ct_vol_free(&start);
 	ct_vol_free(&in);
 	ct_vol_free(&out);
 	return rc;

@@ -1,0 +1,330 @@
+/* Singular values, pseudo-inverse and data consistency against algebra and closed forms. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "kern/dc.h"
+#include "kern/factor.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static float *numbers(size_t n, uint64_t seed)
+{
+	float *x = malloc(n * sizeof *x);
+
+	if (!x)
+		exit(1);
+	ct_rng_normals(n, x, seed, 0, 0);
+	for (size_t i = 0; i < n; i++)
+		x[i] *= 400;
+	return x;
+}
+
+static double norm(const float *a, const float *b, size_t n)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		double d = (double)a[i] - (b ? (double)b[i] : 0);
+
+		s += d * d;
+	}
+	return sqrt(s);
+}
+
+/* The dense matrix of a table. */
+static double *dense(const struct ct_taps *t)
+{
+	double *a = calloc(t->n_out * t->n_in, sizeof *a);
+
+	if (!a)
+		exit(1);
+	for (size_t m = 0; m < t->n_out; m++)
+		for (size_t q = 0; q < t->taps; q++)
+			a[m * t->n_in + t->first[m] + q] += t->w[m * t->taps + q];
+	return a;
+}
+
+/* Largest deviation of the rows of v (m,n) from orthonormality; rows of zeros count as right. */
+static double skewness(const double *v, size_t m, size_t n)
+{
+	double worst = 0;
+
+	for (size_t p = 0; p < m; p++)
+		for (size_t q = p; q < m; q++) {
+			double s = 0;
+
+			for (size_t i = 0; i < n; i++)
+				s += v[p * n + i] * v[q * n + i];
+			if (p == q && s == 0.0)
+				continue;
+			worst = fmax(worst, fabs(s - (p == q)));
+		}
+	return worst;
+}
+
+static const struct {
+	const char *name;
+	size_t n;
+	double factor, sigma;
+	enum ct_decimate decimate;
+} operators[] = {{"P1", 64, 4, 1.6987, CT_DECIMATE_SINC}, {"P2", 60, 3, 0.75, CT_DECIMATE_SINC},
+	{"P3", 64, 4, 0.5, CT_DECIMATE_POINT}, {"mean", 35, 5, 0, CT_DECIMATE_MEAN},
+	{"mean and blur", 33, 3, 1.2, CT_DECIMATE_MEAN},
+	{"factor 2.5, sinc", 50, 2.5, 1.06, CT_DECIMATE_SINC},
+	{"factor 2.5, point", 50, 2.5, 0.6, CT_DECIMATE_POINT},
+	{"factor 3.75, mean", 75, 3.75, 0.9, CT_DECIMATE_MEAN},
+	{"factor 8/3, mean", 47, 8.0 / 3, 0.4, CT_DECIMATE_MEAN},
+	{"blur alone", 20, 1, 0.8, CT_DECIMATE_SINC}, {"identity", 9, 1, 0, CT_DECIMATE_SINC},
+	{"one cell", 4, 4, 1.7, CT_DECIMATE_SINC}};
+
+static void test_factor(void)
+{
+	for (size_t o = 0; o < sizeof operators / sizeof *operators; o++) {
+		struct ct_taps t = {0}, inverse = {0}, dd = {0}, ddd = {0};
+		struct ct_factor f = {0};
+		struct ct_err e;
+		double worst = 0, back = 0, *a, *b;
+
+		if (ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
+			    operators[o].decimate, &e) ||
+			ct_factor_alloc(&f, &t, &e) || ct_factor_pinv(&inverse, &f, &e) ||
+			ct_taps_product(&dd, &inverse, &t, &e) || ct_taps_product(&ddd, &t, &dd, &e))
+			exit(1);
+		a = dense(&t);
+		b = dense(&ddd);
+		for (size_t m = 0; m < f.m; m++)
+			for (size_t i = 0; i < f.n; i++) {
+				double s = 0;
+
+				for (size_t k = 0; k < f.m; k++)
+					s += f.u[k * f.m + m] * f.g[k] * f.v[k * f.n + i];
+				worst = fmax(worst, fabs(s - a[m * f.n + i]));
+				back = fmax(back, fabs(b[m * f.n + i] - a[m * f.n + i]));
+			}
+		OK(f.lost == 0 && worst < 1e-11 && skewness(f.u, f.m, f.m) < 1e-11 &&
+				skewness(f.v, f.m, f.n) < 1e-11,
+			"%s: U^T G V, orthogonal (%.2g)", operators[o].name, worst);
+		OK(back < 1e-10, "%s: D D+ D = D (%.2g), condition %.3g", operators[o].name, back,
+			f.condition);
+		free(a);
+		free(b);
+		ct_taps_free(&t);
+		ct_taps_free(&inverse);
+		ct_taps_free(&dd);
+		ct_taps_free(&ddd);
+		ct_factor_free(&f);
+	}
+}
+
+/* Sinc decimation after a Gaussian: g_k is the Gaussian's transfer at k/(2n) cycles, over sqrt(s). */
+static void test_singular_values(void)
+{
+	struct ct_taps t = {0};
+	struct ct_factor f = {0};
+	struct ct_err e;
+	double worst = 0;
+
+	if (ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &e) || ct_factor_alloc(&f, &t, &e))
+		exit(1);
+	for (size_t k = 0; k < 16; k++) {
+		double q = (double)k / 128, want = exp(-2 * M_PI * M_PI * 1.7 * 1.7 * q * q) / 2;
+
+		worst = fmax(worst, fabs(f.g[k] / want - 1));
+	}
+	OK(worst < 2e-3, "singular values of a Gaussian (%.2g)", worst);
+	NEAR(f.condition, exp(2 * M_PI * M_PI * 1.7 * 1.7 * 15 * 15 / (128.0 * 128)), 2e-3, "condition");
+	ct_factor_free(&f);
+	ct_taps_free(&t);
+	if (ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &e) || ct_factor_alloc(&f, &t, &e))
+		exit(1);
+	OK(f.lost > 0 && f.condition <= CT_FACTOR_LIMIT,
+		"a blur too wide to undo: %zu frequencies given up", f.lost);
+	ct_factor_free(&f);
+	ct_taps_free(&t);
+}
+
+static const struct ct_degrade cases[] = {{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC},
+	{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_MEAN}, {{3, 1, 2}, {0.4, 0, 0.3}, CT_DECIMATE_POINT},
+	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC}};
+static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 18, 9}};
+
+struct bench {
+	size_t n[3], m[3], voxels, samples;
+	struct ct_separable d;
+	struct ct_dc dc;
+	float *x, *start, *y, *dx, *scratch;
+};
+
+static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
+{
+	struct ct_err e;
+
+	*b = (struct bench){.voxels = 1, .samples = 1};
+	memcpy(b->n, sizes[c], sizeof b->n);
+	if (ct_degrade_plan(&b->d, &cases[c], b->n, par, &e))
+		exit(1);
+	for (int a = 0; a < 3; a++) {
+		b->m[a] = b->d.t[a].n_out;
+		b->voxels *= b->n[a];
+		b->samples *= b->m[a];
+	}
+	b->x = numbers(b->voxels, 1);
+	b->start = numbers(b->voxels, 1);
+	b->y = numbers(b->samples, 2);
+	b->dx = numbers(b->samples, 3);
+	if (ct_dc_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &e) ||
+		ct_alloc(&b->scratch, ct_par_threads(par) * ct_dc_scratch(&b->dc), sizeof(float), &e))
+		exit(1);
+}
+
+static void tear_down(struct bench *b)
+{
+	ct_separable_free(&b->d);
+	ct_dc_free(&b->dc);
+	free(b->x);
+	free(b->start);
+	free(b->y);
+	free(b->dx);
+	free(b->scratch);
+}
+
+static void test_exact(void)
+{
+	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+		struct ct_separable plus = {0};
+		struct bench b;
+		struct ct_err e;
+		float *other, *hi;
+		double off, inside = 0;
+
+		set_up(&b, c, 0, NULL);
+		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_separable_apply(&b.d, b.dx, b.x, NULL);
+		off = norm(b.dx, b.y, b.samples) / norm(b.y, NULL, b.samples);
+		OK(off < 1e-5, "case %zu: D x = y after one step (%.2g)", c, off);
+
+		/* the nearest one: the same as x + D+ (y - D x) in double */
+		other = numbers(b.voxels, 1);
+		hi = numbers(b.voxels, 9);
+		if (ct_dc_pinv_plan(&plus, &cases[c], b.n, NULL, &e))
+			exit(1);
+		ct_dc_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
+		off = norm(other, b.x, b.voxels) / norm(b.x, NULL, b.voxels);
+		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
+		for (size_t i = 0; i < b.voxels; i++) /* what is added is at right angles to the rest */
+			inside += ((double)b.x[i] - (double)b.start[i]) *
+				((double)other[i] - (double)b.x[i]);
+		ct_separable_apply(&b.d, b.dx, other, NULL);
+		OK(norm(b.dx, b.y, b.samples) < 1e-5 * norm(b.y, NULL, b.samples) && isfinite(inside),
+			"case %zu: exact in double", c);
+		memcpy(other, b.x, b.voxels * sizeof *other);
+		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		off = norm(other, b.x, b.voxels) / norm(b.x, NULL, b.voxels);
+		OK(off < 1e-5, "case %zu: twice is once (%.2g)", c, off);
+		free(other);
+		free(hi);
+		ct_separable_free(&plus);
+		tear_down(&b);
+	}
+}
+
+static void test_noise(void)
+{
+	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+		struct bench b;
+		double rms, step, hard, moved;
+
+		set_up(&b, c, 100, NULL);
+		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_separable_apply(&b.d, b.dx, b.x, NULL);
+		rms = norm(b.dx, b.y, b.samples) / sqrt((double)b.samples);
+		NEAR(rms, 100, 0.01, "noise: the bound is met, and no more");
+		step = norm(b.x, b.start, b.voxels);
+		memcpy(b.start, b.x, b.voxels * sizeof *b.x);
+		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		OK(norm(b.x, b.start, b.voxels) < 1e-3 * step, "within the bound nothing moves");
+		/* the movement that the coefficients tell is that of the volume */
+		for (size_t i = 0; i < b.voxels; i++)
+			b.x[i] += (float)(300 * sin((double)i));
+		for (size_t k = 0; k < b.n[2]; k++)
+			ct_dc_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+		step = norm(b.x, b.start, b.voxels);
+		moved = ct_dc_correct(&b.dc, NULL);
+		for (size_t k = 0; k < b.n[2]; k++)
+			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+		hard = norm(b.x, b.start, b.voxels);
+		NEAR(sqrt(step * step + moved) / hard, 1, 1e-4, "movement from coefficients");
+		tear_down(&b);
+	}
+}
+
+static void test_threads(void)
+{
+	struct ct_par *par = NULL;
+	struct ct_err e;
+	struct bench a, b;
+
+	if (ct_par_alloc(&par, 3, &e))
+		exit(1);
+	set_up(&a, 0, 50, NULL);
+	set_up(&b, 0, 50, par);
+	ct_dc_apply(&a.dc, a.x, a.scratch, NULL);
+	ct_dc_apply(&b.dc, b.x, b.scratch, par);
+	OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0, "1 and 3 threads, same bytes");
+	tear_down(&a);
+	tear_down(&b);
+	ct_par_free(par);
+}
+
+static void test_refused(void)
+{
+	const size_t n[3] = {13, 8, 8};
+	struct ct_dc dc = {0};
+	struct ct_err e = {0};
+	float y[12] = {0};
+
+	OK(ct_dc_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y, 0, NULL,
+		   &e) < 0 &&
+			e.code == CT_EGEOM,
+		"a grid that the cells do not cover is refused");
+}
+
+/* Twice through a fractional factor: cover, size, and where the grids lie. */
+static void test_fractions(void)
+{
+	static const double factor[] = {1, 1.5, 2, 2.5, 8.0 / 3, 3.75, 4, 7.3};
+	const double hi[3][4] = {{0, -2, 0, 7}, {1.5, 0, 0, -3}, {0, 0, 5, 11}};
+	double worst = 0;
+	int same = 1;
+
+	for (size_t f = 0; f < sizeof factor / sizeof *factor; f++)
+		for (size_t m = 1; m < 70; m++) {
+			size_t n = ct_degrade_cover(m, factor[f]);
+			const size_t n3[3] = {n, n, n}, m3[3] = {m, m, m};
+			struct ct_degrade d = {{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC};
+			double lo[3][4], back[3][4];
+
+			same &= ct_degrade_size(n, factor[f]) == m;
+			ct_degrade_affine(lo, hi, n3, &d);
+			ct_degrade_refine(back, (const double(*)[4])lo, m3, d.factor);
+			for (int r = 0; r < 3; r++)
+				for (int a = 0; a < 4; a++)
+					worst = fmax(worst, fabs(back[r][a] - hi[r][a]));
+		}
+	OK(same, "the covering grid gives as many cells, for any factor");
+	OK(worst < 1e-9, "refining the grid undoes reducing it (%.2g)", worst);
+}
+
+int main(void)
+{
+	test_factor();
+	test_singular_values();
+	test_exact();
+	test_noise();
+	test_threads();
+	test_refused();
+	test_fractions();
+	return tap_done();
+}

@@ -1,0 +1,245 @@
+/* Total and second-order variation under data consistency, against closed forms. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "kern/htv.h"
+#include "kern/tv.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef int solver(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
+
+static float *volume(const size_t n[3])
+{
+	float *x = calloc(n[0] * n[1] * n[2], sizeof *x);
+
+	if (!x)
+		exit(1);
+	return x;
+}
+
+/* The plain definitions, in double. */
+static double variation(const float *x, const size_t n[3])
+{
+	double sum = 0;
+
+	for (size_t k = 0; k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++)
+			for (size_t i = 0; i < n[0]; i++) {
+				const float *p = x + (k * n[1] + j) * n[0] + i;
+				double a = i + 1 < n[0] ? (double)p[1] - (double)p[0] : 0;
+				double b = j + 1 < n[1] ? (double)p[n[0]] - (double)p[0] : 0;
+				double c = k + 1 < n[2] ? (double)p[n[0] * n[1]] - (double)p[0] : 0;
+
+				sum += sqrt(a * a + b * b + c * c);
+			}
+	return sum;
+}
+
+static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t n[3], const float *y,
+	double noise, size_t iterations, struct ct_tv_report *report, struct ct_par *par)
+{
+	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0};
+	const struct ct_env env = {.par = par};
+	struct ct_dc dc = {0};
+	struct ct_err e = {0};
+
+	if (ct_dc_alloc(&dc, d, n, y, noise, par, &e) || fn(x, &dc, &rule, report, &env, &e)) {
+		printf("# %s\n", e.msg);
+		exit(1);
+	}
+	ct_dc_free(&dc);
+}
+
+static size_t count(const size_t n[3])
+{
+	return n[0] * n[1] * n[2];
+}
+
+/* Two half-spaces of +-100, D = 1, noise e: each comes nearer by e. */
+static void test_step(void)
+{
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const size_t n[3] = {20, 18, 40};
+
+	for (int axis = 0; axis < 3; axis++) {
+		float *y = volume(n), *x = volume(n);
+		struct ct_tv_report r;
+		double worst = 0;
+
+		for (size_t i = 0; i < count(n); i++) {
+			const size_t at[3] = {i % n[0], i / n[0] % n[1], i / (n[0] * n[1])};
+
+			y[i] = at[axis] < n[axis] / 2 ? -100 : 100;
+		}
+		memcpy(x, y, count(n) * sizeof *x);
+		solve(ct_tv, x, &one, n, y, 30, 600, &r, NULL);
+		for (size_t i = 0; i < count(n); i++)
+			worst = fmax(worst, fabs((double)x[i] - 0.7 * (double)y[i]));
+		OK(worst < 1, "a step along axis %d is lowered by the noise allowed (%.2g HU)", axis, worst);
+		OK(fabs(r.objective * (double)count(n) / variation(x, n) - 1) < 0.01,
+			"and its total variation is reported");
+		free(x);
+		free(y);
+	}
+}
+
+/* A box that fills whole cells, through blur and low-pass: far nearer than the start, and
+ * consistent. */
+static void test_box(void)
+{
+	const struct ct_degrade d = {{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC};
+	const size_t n[3] = {48, 40, 44}, m[3] = {12, 10, 11};
+	float *truth = volume(n), *y = volume(m), *x = volume(n), *back = volume(m);
+	struct ct_separable down, up;
+	struct ct_tv_report r;
+	struct ct_err e;
+	double before = 0, after = 0, off = 0;
+
+	for (size_t i = 0; i < count(n); i++) {
+		size_t a = i % n[0], b = i / n[0] % n[1], c = i / (n[0] * n[1]);
+
+		truth[i] = a >= 12 && a < 36 && b >= 8 && b < 28 && c >= 16 && c < 32 ? 1000 : -1000;
+	}
+	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
+		exit(1);
+	ct_separable_apply(&down, y, truth, NULL);
+	ct_separable_apply(&up, x, y, NULL);
+	for (size_t i = 0; i < count(n); i++)
+		before += pow((double)x[i] - (double)truth[i], 2);
+	solve(ct_tv, x, &d, n, y, 0, 400, &r, NULL);
+	for (size_t i = 0; i < count(n); i++)
+		after += pow((double)x[i] - (double)truth[i], 2);
+	ct_separable_apply(&down, back, x, NULL);
+	for (size_t i = 0; i < count(m); i++)
+		off = fmax(off, fabs((double)back[i] - (double)y[i]));
+	OK(after < 0.1 * before, "a box: error energy %.3g of that of D+ y", after / before);
+	OK(variation(x, n) < variation(truth, n) * 1.001, "no more variation than the truth has");
+	OK(off < 0.05, "D x = y (%.2g HU)", off);
+	ct_separable_free(&down);
+	ct_separable_free(&up);
+	free(truth);
+	free(y);
+	free(x);
+	free(back);
+}
+
+/* A ramp, sampled at cell centres, has no second-order variation: htv gives it back. */
+static void test_ramp(void)
+{
+	const struct ct_degrade d = {{4, 3, 2}, {0}, CT_DECIMATE_POINT};
+	const size_t n[3] = {20, 18, 12}, m[3] = {5, 6, 6};
+	float *truth = volume(n), *y = volume(m), *x = volume(n);
+	struct ct_separable down, up;
+	struct ct_tv_report r;
+	struct ct_err e;
+	double worst = 0, start = 0;
+
+	for (size_t i = 0; i < count(n); i++)
+		truth[i] = 10 * (float)(i % n[0]) - 7 * (float)(i / n[0] % n[1]) +
+			3 * (float)(i / (n[0] * n[1]));
+	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
+		exit(1);
+	ct_separable_apply(&down, y, truth, NULL);
+	ct_separable_apply(&up, x, y, NULL);
+	for (size_t i = 0; i < count(n); i++)
+		start = fmax(start, fabs((double)x[i] - (double)truth[i]));
+	solve(ct_htv, x, &d, n, y, 0, 10000, &r, NULL);
+	for (size_t i = 0; i < count(n); i++)
+		worst = fmax(worst, fabs((double)x[i] - (double)truth[i]));
+	OK(worst < 1 && worst < 0.01 * start, "htv: a ramp (%.2g HU, from %.3g)", worst, start);
+	OK(r.objective < 0.05, "without second-order variation (%.2g)", r.objective);
+	ct_separable_free(&down);
+	ct_separable_free(&up);
+	free(truth);
+	free(y);
+	free(x);
+}
+
+/* Thin axes, one voxel, and a constant, for both. */
+static void test_thin(solver *fn, const char *name)
+{
+	static const size_t sizes[][3] = {{16, 12, 1}, {1, 8, 40}, {24, 1, 1}, {1, 1, 1}, {5, 1, 33}};
+
+	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+		const size_t *n = sizes[s];
+		struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_MEAN};
+		float *x = volume(n), *y = volume(n);
+		struct ct_tv_report r;
+		double worst = 0;
+
+		for (int a = 0; a < 3; a++)
+			d.factor[a] = n[a] % 4 == 0 ? 4 : 1;
+		for (size_t i = 0; i < count(n); i++)
+			x[i] = y[i] = -1000;
+		x[count(n) / 2] = 3000;
+		solve(fn, x, &d, n, y, 0, 4000, &r, NULL);
+		for (size_t i = 0; i < count(n); i++)
+			worst = fmax(worst, fabs((double)x[i] + 1000));
+		OK(worst < 2, "%s of a constant %zux%zux%zu is constant (%.2g)", name, n[0], n[1], n[2],
+			worst);
+		free(x);
+		free(y);
+	}
+}
+
+static void test_threads(solver *fn, const char *name)
+{
+	const struct ct_degrade d = {{3, 2, 4}, {1.2, 0.8, 1.7}, CT_DECIMATE_SINC};
+	const size_t n[3] = {33, 20, 52}, m[3] = {11, 10, 13};
+	float *y = volume(m), *a = volume(n), *b = volume(n);
+	struct ct_par *par = NULL;
+	struct ct_tv_report r, q;
+	struct ct_err e;
+
+	if (ct_par_alloc(&par, 3, &e))
+		exit(1);
+	ct_rng_normals(count(m), y, 5, 0, 0);
+	for (size_t i = 0; i < count(m); i++)
+		y[i] *= 300;
+	solve(fn, a, &d, n, y, 20, 15, &r, NULL);
+	solve(fn, b, &d, n, y, 20, 15, &q, par);
+	OK(memcmp(a, b, count(n) * sizeof *a) == 0 && memcmp(&r, &q, sizeof r) == 0,
+		"%s: 1 and 3 threads, same bytes", name);
+	ct_par_free(par);
+	free(y);
+	free(a);
+	free(b);
+}
+
+static void test_divergence(void)
+{
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0};
+	const size_t n[3] = {8, 8, 8};
+	const struct ct_env env = {0};
+	float *x = volume(n), *y = volume(n);
+	struct ct_tv_report r;
+	struct ct_dc dc = {0};
+	struct ct_err e = {0};
+
+	x[77] = (float)INFINITY;
+	if (ct_dc_alloc(&dc, &one, n, y, 1, NULL, &e))
+		exit(1);
+	OK(ct_tv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC, "tv: infinity is an error");
+	OK(ct_htv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC, "htv: likewise");
+	ct_dc_free(&dc);
+	free(x);
+	free(y);
+}
+
+int main(void)
+{
+	test_step();
+	test_box();
+	test_ramp();
+	test_thin(ct_tv, "tv");
+	test_thin(ct_htv, "htv");
+	test_threads(ct_tv, "tv");
+	test_threads(ct_htv, "htv");
+	test_divergence();
+	return tap_done();
+}
