@@ -36,8 +36,8 @@
  * 0.30-0.63 under P3 when reduced 3, 4, 8 and 1x1x4 times, and `sampling` right on 42 of 55, 35 of
  * 49, 51 of 53 axes; the others were mostly called a class too sharp, which is safe, but two of P2
  * well and two of P3 sharp. Reduced twice, P2 and P3 cannot be told apart: P3 blurs more then, and
- * aliases what the scan hardly has. Perfect steps are
- * sharper than anatomy: those under P1 are called sharp.
+ * aliases what the scan hardly has. Perfect steps
+ * are sharper than anatomy: those under P1 are called sharp.
  *
  * What it cannot tell: soft anatomy, surfaces oblique to thick slices, or slices thicker than their
  * spacing, from blur (then sigma can be too large: 1.8 times the truth on the z axis left out); a
@@ -49,7 +49,8 @@
  * Noise is assumed to vary within 3 voxels and to be about the same in all flat tissue. Where
  * hardly any tissue is flat, as in a scan reduced 4 times, `noise` is texture and ringing of the
  * low-pass: under P1 it was 1.1 to 2.7 times that of the scan before, of which little is left, and
- * 25 to 90 times for the skull phantom. White noise added to it is then found to 10-40%.
+ * 25 to 90 times for the skull phantom. White noise of 20 HU added to it
+ * was then found as 24 to 27, of 60 HU as 67 to 69.
  */
 #ifndef CT_KERN_ESTIMATE_H
 #define CT_KERN_ESTIMATE_H
