@@ -85,10 +85,10 @@ static void test_closed_form(void)
 			fill_bar(&v, axis, sigma[k], true, 0);
 			s = estimate(&v, four);
 			snprintf(name, sizeof name, "axis %d, sigma %g", axis, sigma[k]);
-			NEAR(s.axis[axis].measured, sigma[k], 0.012, name);
-			OK(s.axis[axis].sigma < sigma[k] && s.axis[axis].sigma > 0.6 * sigma[k],
-				"the one to assume is a little less");
-			OK(s.axis[axis].edges > 1000, "many edges");
+			NEAR(s.axis[axis].measured, sigma[k], 0.01, name);
+			OK(s.axis[axis].sigma < sigma[k] && s.axis[axis].sigma > 0.45 * sigma[k],
+				"the one to assume is less");
+			OK(s.axis[axis].edges > 500, "many edges");
 			OK(s.axis[(axis + 1) % 3].edges == 0 &&
 					s.axis[(axis + 2) % 3].sampling == CT_SAMPLING_UNKNOWN &&
 					s.axis[(axis + 2) % 3].sigma == 0 &&
@@ -126,8 +126,8 @@ static void test_noise(void)
 	for (int k = 0; k < 2; k++) {
 		fill_bar(&v, 2, 0.4247, true, sd[k]);
 		s = estimate(&v, four);
-		NEAR(s.noise, sd[k], 0.1 * sd[k], "noise beside edges");
-		NEAR(s.axis[2].measured, 0.4247, 0.04, "blur beside noise");
+		NEAR(s.noise, sd[k], 0.15 * sd[k], "noise beside edges");
+		NEAR(s.axis[2].measured, 0.4247, 0.02, "blur beside noise");
 	}
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
 		v.data[i] = 40 + 20 * ct_rng_normal(6, 0, i);
@@ -179,10 +179,10 @@ static void test_protocols(void)
 			g = estimate(&lo, factor[f]);
 			for (int a = f ? 2 : 0; a < 3; a++)
 				OK(g.axis[a].sampling == want[p - 1] &&
-						g.axis[a].sigma * factor[f][a] <= 1.1 * d.sigma[a],
+						g.axis[a].sigma * 4 <= 1.1 * d.sigma[a],
 					"P%d %s, axis %d: %s, %.3f for %.3f", p, f ? "1x1x4" : "4x",
 					a, ct_sampling_name(g.axis[a].sampling),
-					g.axis[a].sigma * factor[f][a], d.sigma[a]);
+					g.axis[a].sigma * 4, d.sigma[a]);
 			ct_vol_free(&lo);
 		}
 	ct_vol_free(&hi);
@@ -213,9 +213,9 @@ static void test_degenerate(void)
 	alloc(&v, 30, 32, 1); /* one slice is enough for the axes in it */
 	fill_bar(&v, 0, 0.4247, true, 3);
 	s = estimate(&v, four);
-	OK(s.axis[0].sampling == CT_SAMPLING_WELL && s.axis[2].sampling == CT_SAMPLING_UNKNOWN,
-		"one slice");
-	NEAR(s.noise, 3, 0.6, "and its noise");
+	OK(s.axis[2].sampling == CT_SAMPLING_UNKNOWN, "one slice: nothing across it");
+	NEAR(s.axis[0].measured, 0.4247, 0.03, "the blur in it");
+	OK(s.noise > 2.4 && s.noise < 5, "and its noise, few blocks of which are flat");
 	OK(ct_estimate_of(&s, &v, (const double[3]){4, 0.5, 4}, NULL, &e) < 0 &&
 			e.code == CT_EINPUT,
 		"a factor below 1");
@@ -236,7 +236,7 @@ static void test_padding(void)
 			v.data[i] = -2000;
 	s = estimate(&v, four);
 	OK(s.axis[1].edges == 0, "the border of padding is not an edge");
-	NEAR(s.axis[0].measured, 0.4247, 0.012, "and beside it nothing changes");
+	NEAR(s.axis[0].measured, 0.4247, 0.01, "and beside it nothing changes");
 	ct_vol_free(&v);
 }
 

@@ -11,6 +11,7 @@ line extent-mm '40 48 84' 'its extent'
 line orientation RAS 'its orientation'
 line nan 0 'no NaN'
 has out 'ct-phantom ' 'and its history'
+! grep -q '^blur' out; ok $? 'and no estimate unless asked'
 hash=$(grep '^hash ' out)
 gunzip -c v.nii.gz | ct-info - >out 2>err; ok $? 'from a pipe'
 line kind volume 'too'
@@ -19,8 +20,19 @@ mkfifo fifo
 cat v.nii.gz >fifo &
 exits 0 'from a fifo' ct-info fifo
 wait $!; ok $? 'which is read to its end'
+ct-phantom --size 96x96x96 --spacing 1 sphere hi.nii.gz || exit 99
+for p in P1 P3; do
+	ct-degrade -x 3 -p $p hi.nii.gz $p.nii.gz || exit 99
+	exits 0 "$p: an estimate" ct-info -e -x 3 $p.nii.gz
+	case $p in P1) line sampling 'well well well' 'sees that it is sampled well' ;;
+	*) line sampling 'aliased aliased aliased' 'sees that it is not' ;; esac
+	has out '^noise-hu ' 'and says how noisy it is'
+done
+exits 0 'in-plane and through-plane factors' ct-info --estimate -x 3,3,1 P1.nii.gz
+exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
 ct-phantom --project --views 30 --arc 360 --size 64x64x64 --dso 800 --dsd 1200 --det 40x30 \
 	--pitch 2 --offset 4,0 sphere p.exr || exit 99
+exits 3 'no estimate of projections' ct-info -e p.exr
 exits 0 'projections' ct-info p.exr
 line kind stack 'are named'
 line views 30 'with their number'
@@ -51,6 +63,12 @@ line '  arch' 'x?\[31m' 'metadata cannot steer the terminal'
 exits 0 'all tensors' ct-info -v w.safetensors
 has out '^  a.w  shape 2 2  min 1  max 4  mean 2.5$' 'with shape and range'
 if command -v python3 >/dev/null; then
+	ct-info --json -e -x 3 P1.nii.gz | python3 -c 'import json, sys
+o = json.load(sys.stdin)
+assert len(o["edges"]) == 3 and all(0.2 < s < 0.47 for s in o["blur-lr-voxels"]), o
+assert all(abs(m - 3 * s) < 1e-9 for m, s in zip(o["blur-mm"], o["blur-lr-voxels"])), o
+assert all(s < t for s, t in zip(o["blur-lr-voxels"], o["blur-seen-voxels"])), o'
+	ok $? 'the estimate as JSON'
 	ct-info --json v.nii.gz p.exr w.safetensors >out && python3 - <<'END'
 import json
 text, at, all = open("out").read().strip(), 0, []

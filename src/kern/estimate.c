@@ -19,8 +19,8 @@ enum {
 
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
 static const double padding = -1100, air = -850;			    /* HU */
-static const double one_way = 0.75, own_blur = 0.5, shrink = 0.83, errors = 2;
-static const double well_most = 0.24, sharp_most = 0.37; /* aliasing */
+static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
+static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
 /* Sums over edges of r0 = sum d_k^2, r1 = sum d_k d_(k+1), and |sum d_k e^(-2 pi i 0.4 k)|^2. */
 struct sums {
@@ -66,7 +66,7 @@ static void add_edge(struct sums *s, const struct job *j, const float *x)
 {
 	const size_t along = j->stride[j->axis];
 	const float *first = x - HALF * along;
-	double d[WINDOW], sum = 0, total = 0, r0 = 0, r1 = 0, re = 0, im = 0;
+	double d[WINDOW], sum = 0, total = 0, most = 0, r0 = 0, r1 = 0, re = 0, im = 0;
 	bool padded = (double)first[0] < padding;
 
 	for (size_t k = 0; k < WINDOW; k++) {
@@ -75,10 +75,11 @@ static void add_edge(struct sums *s, const struct job *j, const float *x)
 		d[k] = next - (double)first[k * along];
 		sum += d[k];
 		total += fabs(d[k]);
+		most = fmax(most, fabs(d[k]));
 		padded |= next < padding;
 	}
-	if (padded || fabs(sum) < j->least || fabs(sum) <= one_way * total ||
-		across(j, x) >= sum * sum)
+	if (padded || most > fabs(d[HALF]) || fabs(sum) < j->least ||
+		fabs(sum) <= one_way * total || across(j, x) >= sum * sum)
 		return;
 	for (size_t k = 0; k < WINDOW; k++) {
 		d[k] /= sum;

@@ -5,11 +5,11 @@
  * 5330, 2016), axis by axis; noise as the local deviation that most of the flat tissue shows, as
  * Christianson et al. do (AJR 205, W93, 2015).
  *
- * Edges. Along axis a, the differences d_k of neighbours around a strong local maximum (8 voxels,
- * 7 differences) are kept if the step |sum d| is 150 HU or more (10 times the noise if that is
- * more, at most 400), if most of it goes one way (|sum d| > 0.75 sum |d|), and if the surface is
- * not inclined by more than 45 degrees, in voxels. A step edge under a Gaussian of sigma voxels and
- * an ideal low-pass at the Nyquist frequency has differences of power spectrum
+ * Edges. Along axis a, the 7 differences d_k of 8 neighbours are kept if the middle one is the
+ * steepest, if the step |sum d| is 150 HU or more (10 times the noise if that is more, at most
+ * 400), if most of it goes one way (|sum d| > 0.75 sum |d|), and if the surface is not inclined by
+ * more than 45 degrees, in voxels. A step edge under a Gaussian of sigma voxels and an ideal
+ * low-pass at the Nyquist frequency has differences of power spectrum
  *
  *   S(f) = sinc(f)^2 exp(-4 pi^2 sigma^2 f^2),  |f| < 1/2,
  *
@@ -18,28 +18,39 @@
  *
  * Safety. Anatomy is soft itself: edges show at least the blur, mostly more. Assuming too little
  * blur is safe for the solvers, too much is not. So `sigma` takes rho two standard errors lower,
- * subtracts the half voxel of the finer grid that the truth on that grid would show too, and is
- * shrunk:  sigma = 0.83 sqrt(low^2 - (0.5/factor)^2), constants fitted on nine CTs.
+ * subtracts what the truth on the finer grid would show too, and is shrunk:
+ * sigma = 0.64 sqrt(low^2 - (0.6/factor)^2). The constants were fitted on nine CTs (without the z
+ * axis of one, resampled from slices several voxels thick) to keep sigma below 1.1 times the truth
+ * on about 19 of 20 axes; the limits of `sampling` were fitted on the same.
  *
- * How good. Six other CTs (three chests or heads of patients, a torso, two phantoms one of which
- * twice) were reduced 2, 3, 4, 8 and 1x1x4 times by the operators P1, P2, P3 of degrade.h, and 78
- * axes of each operator measured; truth for P3 and an even factor includes the mean of two voxels:
+ * How good. Six other CTs (a chest, a head, a torso, a thorax phantom, and with two kernels a skull
+ * phantom) were reduced 2, 3, 4, 8 and 1x1x4 times by the operators P1, P2, P3 of degrade.h, and
+ * the 78 axes of each operator measured; truth for P3 and an even factor includes the mean of two:
  *
  *                       unknown  measured/truth 5%, median, 95%  sigma/truth median, 95%, worst
- *   P1, 0.425 voxel        2        0.68  0.94  1.12                0.66  0.82  0.93
- *   P2, 0.25               4        0.85  1.12  1.46                0.67  0.96  1.11
- *   P3, 0.125 to 0.28      2        0     0.35  1.50                0     0.85  1.00
+ *   P1, 0.425 voxel        5        1.09  1.20  1.42                0.69  0.80  0.92
+ *   P2, 0.25              11        1.15  1.40  1.91                0.71  0.99  1.31
+ *   P3, 0.125 to 0.28      7        0     0.98  1.77                0     0.87  0.90
  *
- * `sampling` said well, sharp, aliased of P1, P2, P3 on 44 of 58, 48 of 56, 57 of 58 axes reduced
- * 3, 4, 8 and 1x1x4 times, and never well of P3. Reduced twice P1 is told from the others, but not
- * P2 from P3, which blurs more and aliases what the scan hardly has.
+ * One axis of 211 was above 1.1. `aliasing` (5 to 95%) was 0.09-0.16 under P1, 0.19-0.32 under P2,
+ * 0.30-0.63 under P3 when reduced 3, 4, 8 and 1x1x4 times, and `sampling` right on 42 of 55, 35 of
+ * 49, 51 of 53 axes; the others were mostly called a class too sharp, which is safe, but two of P2
+ * well and two of P3 sharp. Reduced twice, P2 and P3 cannot be told apart: P3 blurs more then, and
+ * aliases what the scan hardly has. Perfect steps
+ * are sharper than anatomy: those under P1 are called sharp.
  *
- * What it cannot tell: soft anatomy, or slices thicker than their spacing, from blur (then sigma
- * can be too large: 1.9 times on a head resampled from slices three voxels thick); a sharpening
- * kernel from less blur; the blur of an axis along which there are no step edges (unknown, sigma
- * 0). A volume masked to a constant, or clipped, has artificial edges that count as sharp: safe.
- * Below -1100 HU is padding, not looked at. Noise up to a tenth of the steps hardly matters: 60 HU
- * white moves sigma by 0.1 or less.
+ * What it cannot tell: soft anatomy, surfaces oblique to thick slices, or slices thicker than their
+ * spacing, from blur (then sigma can be too large: 1.8 times the truth on the z axis left out); a
+ * sharpening kernel from less blur; the blur of an axis along which there are no step edges
+ * (unknown, sigma 0). A volume masked to a constant, or clipped, has artificial edges that count as
+ * sharp: safe. Below -1100 HU is padding, not looked at. White noise up to 60 HU, added to three
+ * scans reduced 4 times, lowered sigma by up to 0.1 voxel, or left too few edges.
+ *
+ * Noise is assumed to vary within 3 voxels and to be about the same in all flat tissue. Where
+ * hardly any tissue is flat, as in a scan reduced 4 times, `noise` is texture and ringing of the
+ * low-pass: under P1 it was 1.1 to 2.7 times that of the scan before, of which little is left, and
+ * 25 to 90 times for the skull phantom. White noise of 20 HU added to it
+ * was then found as 24 to 27, of 60 HU as 67 to 69.
  */
 #ifndef CT_KERN_ESTIMATE_H
 #define CT_KERN_ESTIMATE_H
@@ -51,8 +62,8 @@
 /* What the blur means for who refines the axis. */
 enum ct_sampling {
 	CT_SAMPLING_UNKNOWN, /* fewer than 12 edges: nothing can be said */
-	CT_SAMPLING_ALIASED, /* aliasing >= 0.37, as P3: do not force consistency */
-	CT_SAMPLING_SHARP,   /* 0.24 to 0.37, as P2 */
+	CT_SAMPLING_ALIASED, /* aliasing >= 0.292, as P3: do not force consistency */
+	CT_SAMPLING_SHARP,   /* 0.141 to 0.292, as P2 */
 	CT_SAMPLING_WELL,    /* less, as P1 */
 };
 
