@@ -20,6 +20,7 @@ struct params {
 
 enum quantity { BY_FILE, HU, DENSITY };
 enum pixel { POINT, MEAN, SINC };
+enum method { SIDDON, JOSEPH };
 
 static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1};
 
@@ -35,7 +36,9 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, quantity, 0, "quantity", "file|hu|density",
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
-	CT_CHOICE(struct params, method, 'm', "method", "siddon", "how rays are integrated"),
+	CT_CHOICE(struct params, method, 'm', "method", "siddon|joseph",
+		"how rays are integrated: exact lengths in boxes of constant density, or linear "
+		"interpolation in the slices that a ray crosses"),
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
 	CT_CHOICE(struct params, pixel, 0, "pixel", "point|mean|sinc",
@@ -133,6 +136,10 @@ static int project(struct ct_stack *out, const struct ct_stack *rays, const stru
 
 	if (ct_projector_init(&g, v, rays, e))
 		return ct_blame(e, p->in);
+	g.method = p->method == JOSEPH ? CT_JOSEPH : CT_SIDDON;
+	if (ct_projector_reserve(&g, e))
+		goto out;
+	ct_projector_load(&g, v->data, env->par);
 	if (!direct && (ct_op_alloc(&op, kind, out->h, out->w, (size_t)p->coarsen, 0, e) ||
 			       ct_alloc(&fine, rays->h * rays->w, sizeof *fine, e) ||
 			       ct_alloc(&scratch, ct_op_scratch(&op), sizeof *scratch, e)))
@@ -141,13 +148,14 @@ static int project(struct ct_stack *out, const struct ct_stack *rays, const stru
 		ct_progress(env, "views", k, out->views);
 		if (ct_check_stop(env, e))
 			goto out;
-		ct_project(&g, k, 1, direct ? ct_stack_view(out, k) : fine, v->data, env->par);
+		ct_project(&g, k, 1, direct ? ct_stack_view(out, k) : fine, NULL, env->par);
 		if (!direct)
 			ct_op_forward(&op, ct_stack_view(out, k), fine, scratch);
 	}
 	ct_progress(env, "views", out->views, out->views);
 	rc = 0;
 out:
+	ct_projector_free(&g);
 	ct_op_free(&op);
 	free(fine);
 	free(scratch);
