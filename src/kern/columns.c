@@ -368,7 +368,7 @@ static void forward_column(const struct forward *f, size_t view, size_t col, siz
 	const struct ct_columns *c = f->c;
 	const size_t w = g->scan->w;
 	double sum[CT_ROWS] = {0};
-	struct ct_pieces s;
+	struct ct_pieces s = {0};
 	struct path t;
 	bool usable = path_of(&t, g, c, view, col);
 
@@ -431,7 +431,7 @@ static void adjoint_column(const struct adjoint *f, const struct ct_box *box, si
 	const float *p = f->p + k * g->scan->h * g->scan->w + col;
 	size_t view = f->first + k, w = g->scan->w;
 	float value[CT_ROWS];
-	struct ct_pieces s;
+	struct ct_pieces s = {0};
 	struct path t;
 	bool usable = path_of(&t, g, c, view, col);
 

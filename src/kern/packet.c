@@ -12,7 +12,10 @@
 #define WIDE 0
 #endif
 
-enum { TABLE = 32 }; /* voxels of a column within reach of a packet */
+enum {
+	TABLE = 32, /* voxels of a column within reach of a packet */
+	AHEAD = 8   /* pieces whose voxels are called into the cache early */
+};
 
 /* The pieces as one packet sees them: heights at the ends of row 0, relative to voxel `base`, and
  * the step from row to row. */
@@ -33,7 +36,7 @@ CT_HOT static void plan_packet(struct plan *restrict p, const struct ct_pieces *
 	const double pa = h->pa - half, pb = h->pb, qa = h->qa, qb = h->qb;
 	const int32_t above = h->joseph;
 
-	for (size_t m = 0; m < s->n; m++) {
+	for (size_t m = 0; m < CT_PIECES; m++) { /* a fixed number, so that it vectorises */
 		double q0 = qa + qb * s->x0[m], q1 = qa + qb * s->x1[m];
 		double a = pa + pb * s->x0[m] + row * q0, b = pa + pb * s->x1[m] + row * q1;
 		double c = a + last * q0, d = b + last * q1;
@@ -124,6 +127,12 @@ __attribute__((target("avx512f"))) static void sum_wide(float *restrict acc,
 		__m512 z0, z1, low, high, x, y, share;
 		__m512i k0, k1;
 
+		if (m + AHEAD < s->n && p->reach[m + AHEAD]) {
+			const float *next = vol + s->at[m + AHEAD] + p->base[m + AHEAD];
+
+			_mm_prefetch((const char *)next, _MM_HINT_T0);
+			_mm_prefetch((const char *)(next + CT_PACKET), _MM_HINT_T0);
+		}
 		if (p->reach[m] == 0)
 			continue;
 		if (p->reach[m] > TABLE - 1) {
@@ -271,23 +280,22 @@ CT_HOT static void spread_plain(
 }
 
 #if WIDE
-typedef struct {
-	__m512 part[4];
-} table;
-
-/* Entry of 64. */
-__attribute__((target("avx512f"))) static CT_INLINE __m512 pick(const table *t, __m512i at)
+/* Entry `at` of the 64 in a, b, c, d; of the 32 in a, b if not wide. */
+__attribute__((target("avx512f"))) static CT_INLINE __m512 pick(
+	__m512 a, __m512 b, __m512 c, __m512 d, __m512i at, bool wide)
 {
-	__m512 low = _mm512_permutex2var_ps(t->part[0], at, t->part[1]);
-	__m512 high = _mm512_permutex2var_ps(t->part[2], at, t->part[3]);
+	__m512 low = _mm512_permutex2var_ps(a, at, b);
 
-	return _mm512_mask_blend_ps(
-		_mm512_cmpgt_epi32_mask(at, _mm512_set1_epi32(TABLE - 1)), low, high);
+	if (!wide)
+		return low;
+	return _mm512_mask_blend_ps(_mm512_cmpgt_epi32_mask(at, _mm512_set1_epi32(TABLE - 1)), low,
+		_mm512_permutex2var_ps(c, at, d));
 }
 
-/* The same as spread_plain, the rows in reach (64 at most) in registers. */
-__attribute__((target("avx512f"))) static void spread_wide(
-	float *restrict acc, const struct block *b, const struct piece *s, const struct rows *rows)
+/* The same as spread_plain, the rows in reach (64 at most, 32 if not wide) in registers. */
+__attribute__((target("avx512f"))) static CT_INLINE void spread_table(float *restrict f,
+	int32_t count, const struct block *b, const struct piece *s, const struct rows *rows,
+	bool joseph, bool wide)
 {
 	const __m512 lane = _mm512_set_ps(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
 	const __m512 zero = _mm512_setzero_ps(), one = _mm512_set1_ps(1), q = _mm512_set1_ps(b->q);
@@ -299,34 +307,57 @@ __attribute__((target("avx512f"))) static void spread_wide(
 	__m512 sum = zero, above, w;
 	__m512i dr, at;
 	int32_t first = first_row(b, 0);
-	table value, rise;
+	const float *v = rows->value + FRONT + b->row + first;
+	const float *r = rows->rise + FRONT + b->row + first;
+	__m512 v0 = _mm512_loadu_ps(v), v1 = _mm512_loadu_ps(v + 16), v2 = zero, v3 = zero;
+	__m512 r0 = _mm512_loadu_ps(r), r1 = _mm512_loadu_ps(r + 16), r2 = zero, r3 = zero;
+	__mmask16 valid = (__mmask16)((1U << count) - 1);
 
-	for (int i = 0; i < 4; i++) {
-		ptrdiff_t from = FRONT + b->row + first + i * CT_PACKET;
-
-		value.part[i] = _mm512_loadu_ps(rows->value + from);
-		rise.part[i] = _mm512_loadu_ps(rows->rise + from);
+	if (wide) {
+		v2 = _mm512_loadu_ps(v + 32);
+		v3 = _mm512_loadu_ps(v + 48);
+		r2 = _mm512_loadu_ps(r + 32);
+		r3 = _mm512_loadu_ps(r + 48);
 	}
 	x = _mm512_max_ps(_mm512_min_ps(x, y), _mm512_set1_ps(-4));
 	dr = _mm512_sub_epi32(_mm512_cvttps_epi32(_mm512_add_ps(x, four)), _mm512_set1_epi32(4));
 	at = _mm512_sub_epi32(dr, _mm512_set1_epi32(first));
 	for (int32_t i = 0; i < b->rounds; i++) {
 		above = _mm512_sub_ps(over, _mm512_mul_ps(_mm512_cvtepi32_ps(dr), q));
-		if (s->joseph) {
+		if (joseph) {
 			x = _mm512_abs_ps(_mm512_add_ps(above, _mm512_set1_ps(0.5F)));
 			w = _mm512_max_ps(_mm512_sub_ps(one, x), zero);
 		} else {
-			y = _mm512_mul_ps(pick(&rise, at), inverse);
+			y = _mm512_mul_ps(pick(r0, r1, r2, r3, at, wide), inverse);
 			x = _mm512_mul_ps(above, y);
 			y = _mm512_min_ps(_mm512_max_ps(_mm512_add_ps(x, y), zero), one);
 			x = _mm512_min_ps(_mm512_max_ps(x, zero), one);
 			w = _mm512_abs_ps(_mm512_sub_ps(y, x));
 		}
-		sum = _mm512_add_ps(sum, _mm512_mul_ps(w, pick(&value, at)));
+		sum = _mm512_add_ps(sum, _mm512_mul_ps(w, pick(v0, v1, v2, v3, at, wide)));
 		dr = _mm512_add_epi32(dr, step);
 		at = _mm512_add_epi32(at, step);
 	}
-	_mm512_storeu_ps(acc, sum);
+	sum = _mm512_mul_ps(sum, _mm512_set1_ps(s->weight));
+	_mm512_mask_storeu_ps(
+		f, valid, _mm512_add_ps(_mm512_maskz_loadu_ps(valid, f), sum));
+}
+
+/* False if more rows than 64 are in reach. */
+__attribute__((target("avx512f"))) static bool spread_wide(float *restrict f, int32_t count,
+	const struct block *b, const struct piece *s, const struct rows *rows)
+{
+	int32_t reach = first_row(b, CT_PACKET - 1) - first_row(b, 0) + b->rounds;
+
+	if (reach > 2 * TABLE)
+		return false;
+	if (s->joseph)
+		spread_table(f, count, b, s, rows, true, reach > TABLE);
+	else if (reach > TABLE)
+		spread_table(f, count, b, s, rows, false, true);
+	else
+		spread_table(f, count, b, s, rows, false, false);
+	return true;
 }
 #endif
 
@@ -339,12 +370,11 @@ static CT_INLINE void spread_block(float *restrict f, const struct piece *s,
 	if (!block_of(&b, s, rows, k))
 		return;
 #if WIDE
-	if (wide && first_row(&b, CT_PACKET - 1) - first_row(&b, 0) + b.rounds <= 2 * TABLE)
-		spread_wide(acc, &b, s, rows);
-	else
+	if (wide && spread_wide(f, count, &b, s, rows))
+		return;
 #endif
-		spread_plain(acc, &b, s, rows);
 	(void)wide;
+	spread_plain(acc, &b, s, rows);
 	for (int32_t l = 0; l < count; l++)
 		f[l] += acc[l] * s->weight;
 }

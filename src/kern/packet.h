@@ -25,6 +25,7 @@ enum {
 	CT_ROWS = 256	 /* rows of the detector handled at once */
 };
 
+/* To be zeroed before its first use. */
 struct ct_pieces {
 	size_t n;
 	double x0[CT_PIECES], x1[CT_PIECES];
