@@ -26,7 +26,7 @@ ct_train_LDADD = $(LDADD)
 endif
 libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
 bin_PROGRAMS += ct-project
-ct_project_SOURCES = src/tools/ct-project.c
+ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/project-views.h
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm

@@ -193,6 +193,11 @@ int ct_projector_reserve(struct ct_projector *g, struct ct_err *e)
 	return up < 0 || g->columns ? 0 : ct_columns_alloc(&g->columns, g, up, e);
 }
 
+size_t ct_projector_bytes(const struct ct_projector *g)
+{
+	return ct_columns_bytes(g->columns);
+}
+
 void ct_projector_free(struct ct_projector *g)
 {
 	ct_columns_free(g->columns);

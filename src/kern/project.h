@@ -50,6 +50,8 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
  * that is not so. Then ct_projector_free. A plan with such room serves one call at a time.
  * CT_ENOMEM. */
 int ct_projector_reserve(struct ct_projector *g, struct ct_err *e);
+/* Bytes that it reserved. */
+size_t ct_projector_bytes(const struct ct_projector *g);
 void ct_projector_free(struct ct_projector *g);
 /* Take vol[n2][n1][n0] (borrowed) for the calls of ct_project that pass NULL, so that views one at a
  * time do not take it in one time each. An adjoint with reserved room forgets it. */
