@@ -9,7 +9,7 @@ bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-grid.c \
-	src/tools/convert.h
+	src/tools/convert-stack.c src/tools/convert.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 nodist_EXTRA_ct_convert_SOURCES = src/tools/link-with-cxx.cc

@@ -44,6 +44,7 @@ check_PROGRAMS += tests/t-ddnm
 tests_t_ddnm_SOURCES = tests/t-ddnm.c
 check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
+dist_check_SCRIPTS += tests/t-npy.sh
 dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
 EXTRA_DIST += tests/t-convert.py tests/t-dicom.py
 check_PROGRAMS += tests/t-exr
