@@ -109,7 +109,7 @@ int project_estimate(const struct project_job *j, const struct ct_env *env, stru
 {
 	const struct ct_stack *out = j->out;
 	double start, load, once, volume = 4.0 * (double)ct_vol_count(j->v), size, memory;
-	size_t last = out->views / 2, tries = last ? 2 : 1, passes = j->mu ? 2 : 1;
+	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
 
 	if (open_pass(&p, j, e))
@@ -118,8 +118,11 @@ int project_estimate(const struct project_job *j, const struct ct_env *env, stru
 	ct_projector_load(&p.g, j->v->data, env->par);
 	load = now() - start;
 	start = now();
-	for (size_t i = 0; i < tries; i++) /* a quarter of the turn apart, if it is half a turn */
-		view(&p, i * last, ct_stack_view(out, i * last), env->par);
+	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
+		size_t k = out->views * (1 + 4 * i) / 8;
+
+		view(&p, k, ct_stack_view(out, k), env->par);
+	}
 	once = (now() - start) / (double)tries;
 	size = 4.0 * (double)ct_stack_count(out);
 	memory = volume * (double)passes + size +
