@@ -1,8 +1,8 @@
-/* b-project: CPU time a voxel crossing of the projector, rays one at a time and sixteen at once, forward
- * and adjoint; and what the machine would need for the arithmetic alone.
+/* b-project: CPU time a voxel crossing of the projector, rays one at a time and sixteen at once,
+ * forward and adjoint; and what the machine would need for the arithmetic alone.
  *
- * b-project [VOLUME [WINDOW-LO]]: a volume in HU, density from WINDOW-LO to 3071 (-1024); else a chest
- * phantom of 256^3 voxels. The scan has 512x512 pixels and distances as 1000 : 1500. */
+ * b-project [VOLUME [WINDOW-LO]]: a volume in HU, density from WINDOW-LO to 3071 (-1024); else a
+ * chest phantom of 256^3 voxels. The scan has 512x512 pixels and distances as 1000 : 1500. */
 #include "config.h"
 #include "bench/bench.h"
 #include "formats/format.h"
@@ -48,7 +48,8 @@ static void volume(struct ct_vol *v, int argc, char **argv)
 		v->affine[a][a] = 1.25;
 		v->affine[a][3] = -1.25 * 127.5;
 	}
-	ct_phantom_voxels(v, ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 1, shape), shape, 1, NULL);
+	ct_phantom_voxels(
+		v, ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 1, shape), shape, 1, NULL);
 }
 
 /* Voxel boundaries that the rays cross, and one a ray. */

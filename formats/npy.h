@@ -1,5 +1,5 @@
-/* npy.h: arrays of numpy, version 1 to 3 of the format, C order, two or three dimensions, any integer
- * or float type of up to eight bytes in either byte order. */
+/* npy.h: arrays of numpy, version 1 to 3 of the format, C order, two or three dimensions, any
+ * integer or float type of up to eight bytes in either byte order. */
 #ifndef CT_FORMATS_NPY_H
 #define CT_FORMATS_NPY_H
 #include "core/err.h"

@@ -1,5 +1,5 @@
-/* t-columns.c: many rays at once against rays one at a time, both methods, forward and adjoint; Joseph's
- * method against sums done another way. */
+/* t-columns.c: many rays at once against rays one at a time, both methods, forward and adjoint;
+ * Joseph's method against sums done another way. */
 #include "config.h"
 #include "core/rng.h"
 #include "kern/phantom.h"
@@ -40,8 +40,8 @@ static struct ct_vol grid(const size_t n[3], const double mm[3], const int to[3]
 	return v;
 }
 
-static struct ct_scan scan_of(enum ct_beam beam, const struct ct_vol *v, size_t views, size_t w,
-	size_t h, double pitch)
+static struct ct_scan scan_of(
+	enum ct_beam beam, const struct ct_vol *v, size_t views, size_t w, size_t h, double pitch)
 {
 	struct ct_scan s;
 
@@ -128,7 +128,8 @@ static void t_same(void)
 		for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++)
 			for (int o = 0; o < 6; o++) {
 				struct ct_vol v = grid(n, mm, to[o / 2], o % 2);
-				struct ct_scan scan = scan_of((enum ct_beam)beam, &v, 7, 33, 41, 1.7);
+				struct ct_scan scan =
+					scan_of((enum ct_beam)beam, &v, 7, 33, 41, 1.7);
 				struct result r;
 
 				scan.arc = 360;
@@ -144,7 +145,8 @@ static void t_same(void)
 			}
 }
 
-/* Fine and coarse pixels, thin and tall grids, steep rays, rays in faces, a source above the middle. */
+/* Fine and coarse pixels, thin and tall grids, steep rays, rays in faces, a source above the
+ * middle. */
 static void t_extremes(void)
 {
 	static const int to[3] = {0, 1, 2};
@@ -257,7 +259,8 @@ static double sample(const struct ct_vol *v, const double at[3])
 	return sum;
 }
 
-/* Joseph's sum by its definition: the ray's points in the planes of voxel centres across its main axis. */
+/* Joseph's sum by its definition: the ray's points in the planes of voxel centres across its main
+ * axis. */
 static void t_joseph(void)
 {
 	static const size_t n[3] = {21, 18, 25};
@@ -284,7 +287,8 @@ static void t_joseph(void)
 		for (int k = 0; k < 3; k++)
 			a = fabs(d[k] / mm[k]) > fabs(d[a] / mm[a]) ? k : a;
 		for (size_t k = 0; k < n[a]; k++) {
-			double t = (v.affine[a][a] * (double)k + v.affine[a][3] - o[a]) / d[a], at[3];
+			double t = (v.affine[a][a] * (double)k + v.affine[a][3] - o[a]) / d[a],
+			       at[3];
 
 			for (int b = 0; b < 3; b++)
 				at[b] = b == a ? (double)k

@@ -57,7 +57,8 @@ static void t_distribution(void)
 	}
 }
 
-/* Errors of the logarithm: bias and spread of A' for A, to first order 1/(2 N) and 1/N + s^2/N^2. */
+/* Errors of the logarithm: bias and spread of A' for A, to first order 1/(2 N) and 1/N + s^2/N^2.
+ */
 static void t_attenuation(void)
 {
 	static const double electronic[] = {0, 30};

@@ -45,7 +45,8 @@ int ct_columns_axis(const struct ct_projector *g)
 	return up;
 }
 
-int ct_columns_alloc(struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e)
+int ct_columns_alloc(
+	struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e)
 {
 	int p = up == 0, q = up == 2 ? 1 : 2;
 	size_t count = g->n[p] * g->n[q], floats;
@@ -293,7 +294,8 @@ static bool pieces_siddon(struct ct_pieces *s, const struct ct_columns *c, const
 
 	s->n = 0;
 	for (; s->n + 2 <= CT_PIECES && (double)*k < t->x1; ++*k) {
-		double x0 = ct_most(t->x0, (double)*k), x1 = ct_least(t->x1, (double)(*k + 1)), cross;
+		double x0 = ct_most(t->x0, (double)*k), x1 = ct_least(t->x1, (double)(*k + 1)),
+		       cross;
 		ptrdiff_t j = (ptrdiff_t)ct_most(t->from + t->slope * x0, (double)lo);
 
 		j = j < hi ? j : hi;
@@ -350,8 +352,8 @@ static bool apart(const struct path *t, const struct ct_columns *c, size_t row)
 	double slope = t->z.s0 + (double)row * t->z.s1, x = (double)c->n[t->a] / 2;
 
 	return !t->z.joseph &&
-	       ct_ray_in_face(slope,
-		       t->z.pa + t->z.pb * x + (double)row * (t->z.qa + t->z.qb * x), c->n[t->a]);
+	       ct_ray_in_face(slope, t->z.pa + t->z.pb * x + (double)row * (t->z.qa + t->z.qb * x),
+		       c->n[t->a]);
 }
 
 static double scale_of(const struct path *t, size_t row)
@@ -368,8 +370,8 @@ struct forward {
 	float *p;
 };
 
-static void forward_column(const struct forward *f, size_t view, size_t col, size_t row,
-	size_t end, float *p)
+static void forward_column(
+	const struct forward *f, size_t view, size_t col, size_t row, size_t end, float *p)
 {
 	const struct ct_projector *g = f->g;
 	const struct ct_columns *c = f->c;

@@ -11,16 +11,17 @@
 #include <stdint.h>
 
 struct ct_columns {
-	int up, p, q;		/* the axis of the columns, the faster and slower of the others */
-	size_t n[3], pitch;	/* of the grid; floats from column to column */
-	float *data, *first;	/* [n[q]][n[p]][pitch]; voxel (0,0,0) in it */
-	int32_t (*span)[2];	/* [n[q]][n[p]]: voxels outside [lo, hi) are zero */
-	struct ct_box box;	/* of all that is not zero; strides in data */
+	int up, p, q;	     /* the axis of the columns, the faster and slower of the others */
+	size_t n[3], pitch;  /* of the grid; floats from column to column */
+	float *data, *first; /* [n[q]][n[p]][pitch]; voxel (0,0,0) in it */
+	int32_t (*span)[2];  /* [n[q]][n[p]]: voxels outside [lo, hi) are zero */
+	struct ct_box box;   /* of all that is not zero; strides in data */
 };
 
 /* The axis of the grid along which the detector columns of all views run, or -1. */
 int ct_columns_axis(const struct ct_projector *g);
-int ct_columns_alloc(struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e);
+int ct_columns_alloc(
+	struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e);
 void ct_columns_free(struct ct_columns *c);
 size_t ct_columns_bytes(const struct ct_columns *c); /* 0 for NULL */
 /* Take vol in; zeros if NULL, all of whose voxels count as not zero. */

@@ -22,16 +22,16 @@ struct taps {
 	float w[4][LANES];
 };
 
-/* One minor axis of a block of slices: y + slope j voxels above the base at slice j, measured between
- * centres; voxels [lo, hi) count. */
+/* One minor axis of a block of slices: y + slope j voxels above the base at slice j, measured
+ * between centres; voxels [lo, hi) count. */
 struct minor {
 	double y, slope;
 	int32_t lo, hi, stride;
 };
 
 /* Index of the base. */
-static CT_INLINE ptrdiff_t minor_at(struct minor *m, const struct ct_box *box, int axis, double at,
-	double slope)
+static CT_INLINE ptrdiff_t minor_at(
+	struct minor *m, const struct ct_box *box, int axis, double at, double slope)
 {
 	ptrdiff_t lo = box->lo[axis], hi = box->hi[axis] - 1;
 	double low = slope < 0 ? at + slope * LANES : at;
@@ -46,7 +46,8 @@ static CT_INLINE ptrdiff_t minor_at(struct minor *m, const struct ct_box *box, i
 }
 
 /* Between which voxels the ray is at slice j, and the weights. */
-static CT_INLINE void between(int32_t at[static 2], float w[static 2], const struct minor *m, double j)
+static CT_INLINE void between(
+	int32_t at[static 2], float w[static 2], const struct minor *m, double j)
 {
 	double y = m->y + m->slope * j, in = ct_least(ct_most(y, m->lo - 1), m->hi);
 	int32_t b = (int32_t)(in - (m->lo - 1)) + m->lo - 1, last = m->hi - 1, next = b + 1;

@@ -42,7 +42,8 @@ CT_HOT static void plan_packet(struct plan *restrict p, const struct ct_pieces *
 		double c = a + last * q0, d = b + last * q1;
 		double lo = limited(ct_least(ct_least(a, b), ct_least(c, d)), n);
 		double hi = limited(ct_most(ct_most(a, b), ct_most(c, d)), n);
-		int32_t base = (int32_t)(lo + 1024) - 1024, top = (int32_t)(hi + 1024) - 1024 + above;
+		int32_t base = (int32_t)(lo + 1024) - 1024,
+			top = (int32_t)(hi + 1024) - 1024 + above;
 
 		p->z0[m] = (float)(a - base);
 		p->q0[m] = (float)q0;
@@ -144,7 +145,8 @@ __attribute__((target("avx512f"))) static void sum_wide(float *restrict acc,
 		f += p->base[m];
 		low = _mm512_loadu_ps(f);
 		high = _mm512_loadu_ps(f + CT_PACKET);
-		z0 = _mm512_add_ps(_mm512_set1_ps(p->z0[m]), _mm512_mul_ps(lane, _mm512_set1_ps(p->q0[m])));
+		z0 = _mm512_add_ps(
+			_mm512_set1_ps(p->z0[m]), _mm512_mul_ps(lane, _mm512_set1_ps(p->q0[m])));
 		k0 = _mm512_cvttps_epi32(z0);
 		x = _mm512_permutex2var_ps(low, k0, high);
 		if (h->joseph) {
@@ -339,8 +341,7 @@ __attribute__((target("avx512f"))) static CT_INLINE void spread_table(float *res
 		at = _mm512_add_epi32(at, step);
 	}
 	sum = _mm512_mul_ps(sum, _mm512_set1_ps(s->weight));
-	_mm512_mask_storeu_ps(
-		f, valid, _mm512_add_ps(_mm512_maskz_loadu_ps(valid, f), sum));
+	_mm512_mask_storeu_ps(f, valid, _mm512_add_ps(_mm512_maskz_loadu_ps(valid, f), sum));
 }
 
 /* False if more rows than 64 are in reach. */

@@ -19,10 +19,10 @@
 #include <stdint.h>
 
 enum {
-	CT_PACKET = 16,	 /* rays of a packet, and voxels of a store */
-	CT_PIECES = 64,	 /* pieces of a path handled at once */
-	CT_PAD = 32,	 /* zeros required before and behind each column of voxels */
-	CT_ROWS = 256	 /* rows of the detector handled at once */
+	CT_PACKET = 16, /* rays of a packet, and voxels of a store */
+	CT_PIECES = 64, /* pieces of a path handled at once */
+	CT_PAD = 32,	/* zeros required before and behind each column of voxels */
+	CT_ROWS = 256	/* rows of the detector handled at once */
 };
 
 /* To be zeroed before its first use. */

@@ -51,8 +51,8 @@ static CT_INLINE double ct_most(double a, double b)
 bool ct_ray_clip(
 	struct ct_ray *r, const struct ct_line *l, const struct ct_box *box, double margin);
 /* The one, two or four lines that stand for the ray of a pixel. */
-size_t ct_ray_lines(
-	struct ct_line l[static 4], const struct ct_projector *g, size_t view, size_t row, size_t col);
+size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, size_t view,
+	size_t row, size_t col);
 /* Do the lines within `slope` of an axis that are at `at` half way lie in a face of voxels? */
 bool ct_ray_in_face(double slope, double at, size_t slabs);
 /* Pixels of a view whose rays may meet the box. */

@@ -1,5 +1,5 @@
-/* project.c: see project.h. What the ways to follow a ray have in common: the plan, which rays there
- * are and which of them meet what, and rays one at a time. */
+/* project.c: see project.h. What the ways to follow a ray have in common: the plan, which rays
+ * there are and which of them meet what, and rays one at a time. */
 #include "config.h"
 #include "kern/project.h"
 #include "kern/columns.h"
@@ -11,8 +11,7 @@
 #define MOST ((size_t)1 << 26) /* voxels of a slice: offsets within a block are 32 bits */
 #define TIE 1e-6	       /* voxels: a ray nearer to a face, all along, is in the face */
 
-bool ct_ray_clip(
-	struct ct_ray *r, const struct ct_line *l, const struct ct_box *box, double margin)
+bool ct_ray_clip(struct ct_ray *r, const struct ct_line *l, const struct ct_box *box, double margin)
 {
 	int a = l->axis[0];
 	double da = l->d[a], start = l->o[a] + da * l->t0;
@@ -69,8 +68,8 @@ static size_t split(struct ct_line *l, size_t n, int b, size_t slabs)
 	return 2 * n;
 }
 
-size_t ct_ray_lines(
-	struct ct_line l[static 4], const struct ct_projector *g, size_t view, size_t row, size_t col)
+size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, size_t view,
+	size_t row, size_t col)
 {
 	double o[3], d[3];
 	int a = 0;

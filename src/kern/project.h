@@ -12,8 +12,8 @@
  * ray is the half-line from the source through the pixel, a parallel ray the whole line: neither
  * ends at the detector.
  *
- * Siddon's ray in the face between voxels (along an axis, within 1e-6 voxel of the face) takes the mean
- * of both sides, on an edge of all four, and outside the grid is zero. So no result depends on
+ * Siddon's ray in the face between voxels (along an axis, within 1e-6 voxel of the face) takes the
+ * mean of both sides, on an edge of all four, and outside the grid is zero. So no result depends on
  * which way an axis runs.
  *
  * Numbers: data are float; a ray's ends are found in double, its crossings in float relative to a
@@ -33,8 +33,8 @@ struct ct_projector {
 	const struct ct_stack *scan; /* borrowed; its data are not used */
 	size_t n[3];
 	double affine[3][4];
-	double inverse[3][4]; /* world mm to voxel units, voxel i being [i, i+1] */
-	enum ct_method method; /* CT_SIDDON unless set after ct_projector_init */
+	double inverse[3][4];	    /* world mm to voxel units, voxel i being [i, i+1] */
+	enum ct_method method;	    /* CT_SIDDON unless set after ct_projector_init */
 	struct ct_columns *columns; /* owned, NULL without ct_projector_reserve */
 	const float *loaded;	    /* borrowed */
 };
@@ -53,8 +53,8 @@ int ct_projector_reserve(struct ct_projector *g, struct ct_err *e);
 /* Bytes that it reserved. */
 size_t ct_projector_bytes(const struct ct_projector *g);
 void ct_projector_free(struct ct_projector *g);
-/* Take vol[n2][n1][n0] (borrowed) for the calls of ct_project that pass NULL, so that views one at a
- * time do not take it in one time each. An adjoint with reserved room forgets it. */
+/* Take vol[n2][n1][n0] (borrowed) for the calls of ct_project that pass NULL, so that views one at
+ * a time do not take it in one time each. An adjoint with reserved room forgets it. */
 void ct_projector_load(struct ct_projector *g, const float *vol, struct ct_par *par);
 /* p[count][h][w] = projections of vol[n2][n1][n0] in the views [first, first + count). vol NULL is
  * the volume loaded. */

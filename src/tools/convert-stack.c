@@ -17,7 +17,8 @@ static int check(const struct convert *p, struct ct_err *e)
 	size_t n = strlen(p->out);
 
 	if (p->raw || p->spacing || p->series || p->reorient || p->iso > 0 || p->cube || p->type)
-		return ct_fail(e, CT_EUSAGE, "--scanner makes a stack: of the other options only "
+		return ct_fail(e, CT_EUSAGE,
+			"--scanner makes a stack: of the other options only "
 			"--slope and --intercept go with it");
 	if (strcmp(p->out, "-") != 0 && (n < 5 || strcmp(p->out + n - 4, ".exr") != 0))
 		return ct_fail(e, CT_EUSAGE, "%s: the name of a stack must end in .exr", p->out);
@@ -27,8 +28,8 @@ static int check(const struct convert *p, struct ct_err *e)
 /* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
 static int scan_for(struct ct_scan *s, const char *path, const size_t n[3], struct ct_err *e)
 {
-	struct ct_vol world = {.n = {1, 1, 1},
-		.affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
+	struct ct_vol world = {
+		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
 
 	ct_scan_default(s, n[1] == 1 ? CT_FAN : CT_CONE, &world);
 	s->views = n[0];
@@ -37,8 +38,10 @@ static int scan_for(struct ct_scan *s, const char *path, const size_t n[3], stru
 	if (ct_scan_json_read(s, path, NULL, e))
 		return -1;
 	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
-		return ct_fail(e, CT_EGEOM, "%s says %zu views of %zux%zu pixels, but the array has "
-			"%zu of %zux%zu", path, s->views, s->w, s->h, n[0], n[2], n[1]);
+		return ct_fail(e, CT_EGEOM,
+			"%s says %zu views of %zux%zu pixels, but the array has "
+			"%zu of %zux%zu",
+			path, s->views, s->w, s->h, n[0], n[2], n[1]);
 	return 0;
 }
 
@@ -62,8 +65,8 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 		goto out;
 	}
 	if (ct_meta_input(&read, p->in, 2,
-		    (const struct ct_piece[]){{n, sizeof n},
-			    {s.data, ct_stack_count(&s) * sizeof *s.data}},
+		    (const struct ct_piece[]){
+			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
 		    e) ||
 		ct_meta_set(&s.meta, "quantity", "lineIntegral", e) ||
 		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
