@@ -4,6 +4,10 @@
 # that one.
 BENCH_C =
 BENCH_SH =
+EXTRA_PROGRAMS += bench/b-project
+bench_b_project_SOURCES = bench/b-project.c bench/bench.h
+BENCH_C += bench/b-project
+BENCH_SH += bench/b-project.sh
 EXTRA_DIST += bench/bench.h $(BENCH_SH)
 BENCH = $(BENCH_C) $(BENCH_SH)
 .PHONY: bench

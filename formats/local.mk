@@ -6,6 +6,7 @@ libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
 libct_a_SOURCES += formats/voxels.c formats/voxels.h
 libct_a_SOURCES += formats/raw.c formats/raw.h
+libct_a_SOURCES += formats/npy.c formats/npy.h
 libct_a_SOURCES += formats/exr.c formats/exr.h
 libct_a_SOURCES += formats/exr-read.c
 libct_a_SOURCES += formats/exr-write.c

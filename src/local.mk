@@ -9,7 +9,7 @@ bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-grid.c \
-	src/tools/convert.h
+	src/tools/convert-stack.c src/tools/convert.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 nodist_EXTRA_ct_convert_SOURCES = src/tools/link-with-cxx.cc
@@ -26,7 +26,7 @@ ct_train_LDADD = $(LDADD)
 endif
 libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
 bin_PROGRAMS += ct-project
-ct_project_SOURCES = src/tools/ct-project.c
+ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/project-views.h
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm

@@ -35,6 +35,28 @@ for p in point mean sinc; do
 	exits 0 "coarse pixels: $p" ct-project -n 3 --coarsen 4 --pixel $p m.nii "$p.exr"
 done
 ! cmp -s point.exr mean.exr && ! cmp -s mean.exr sinc.exr; ok $? 'differ'
+exits 0 'a fan has coarse pixels too' ct-project --beam fan -n 3 --coarsen 4 --pixel mean m.nii fan4.exr
+has_size() { ct-info "$1" | grep -Eq "^size +$2\$"; ok $? "$3"; }
+has_size fan4.exr '6 1' 'in its one row'
+exits 0 'interpolation' ct-project -m joseph -n 5 m.nii joseph.exr
+! cmp -s joseph.exr m.exr; ok $? 'is another number'
+ct-project -m joseph -t 1 -n 5 m.nii - >one.exr; ct-project -m joseph -t 3 -n 5 m.nii - >three.exr
+[ -s one.exr ] && cmp -s one.exr three.exr; ok $? 'for any number of threads'
+for s in 1 2; do ct-project -s $s -n 2 --photons 1e4 --electronic 5 m.nii - >n$s.exr; done
+ct-project -t 3 -s 1 -n 2 --photons 1e4 --electronic 5 m.nii - >t1.exr
+[ -s n1.exr ] && cmp -s n1.exr t1.exr; ok $? 'noise: a seed, any threads, one file'
+ct-info n1.exr | grep -Eq 'photons +10000'; ok $? 'that says so'
+! cmp -s n1.exr n2.exr; ok $? 'another seed, other noise'
+exits 2 'electronics without photons' ct-project --electronic 5 m.nii new.exr
+exits 0 'what it would take' ct-project --dry-run -n 5 m.nii new.exr
+has out '^time .* s on' 'time'; has out '^memory .* MiB' 'memory'; has out '^disk .* MiB' 'size'
+exits 0 'beyond a whole turn' ct-project -n 2 --start 725 --arc 20 m.nii turn.exr
+exits 0 'the same angle' ct-project -n 2 --start 5 --arc 20 m.nii less.exr
+for f in turn less; do ct-info $f.exr | grep -E '^(min|max|mean|sd) ' >i-$f; done
+[ -s i-turn ] && cmp -s i-turn i-less; ok $? 'the same picture'
+exits 0 'one pixel, one view' ct-project -n 1 --det 1x1 m.nii pixel.exr
+exits 0 'beside the volume' ct-project -n 1 --offset 9999,0 m.nii off.exr
+ct-info off.exr | grep -Eq '^max +0$'; ok $? 'is dark'
 printf 'not a volume' >bad.nii
 exits 3 'not a volume' ct-project bad.nii new.exr
 

@@ -6,7 +6,7 @@
 
 struct convert {
 	const char *in, *out;
-	const char *raw, *spacing, *orient, *series, *reorient;
+	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
 	int cube, type;
 };
@@ -14,6 +14,8 @@ struct convert {
 /* Read whatever p->in is. */
 int convert_read(const struct convert *p, struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
+/* A numpy array with --scanner, to a stack. */
+int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
 int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);

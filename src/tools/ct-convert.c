@@ -1,4 +1,4 @@
-/* ct-convert: DICOM, raw and NIfTI to NIfTI. */
+/* ct-convert: DICOM, raw and NIfTI to NIfTI; projections of numpy to a stack. */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/io.h"
@@ -18,8 +18,12 @@ static const struct ct_opt opts[] = {
 		"IN is voxels without a header, W fastest; TYPE is u8, i8, u16, i16, u32, i32, f32 or f64, with "
 		":be behind it if big-endian"),
 	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0, "voxel size of --raw, mm"),
-	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0, "of --raw: HU are A times the stored value"),
-	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "of --raw: plus B"),
+	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0,
+		"of --raw: HU are A times the stored value; of --scanner likewise"),
+	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "of --raw and --scanner: plus B"),
+	CT_OPT(struct convert, scanner, 0, "scanner", "FILE", 0, 0,
+		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
+		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
 	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
 		"where the axes of --raw run, one letter each of R/L, A/P, S/I"),
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
@@ -29,8 +33,8 @@ static const struct ct_opt opts[] = {
 		"cut or pad to NxNxN voxels about the body; 0 does not"),
 	CT_CHOICE(struct convert, type, 0, "type", "auto|i16|f32",
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
-	CT_ARG(struct convert, in, "IN", "DICOM folder or file, NIfTI file, -, or raw voxels"),
-	CT_ARG(struct convert, out, "OUT", "NIfTI to write: .nii, .nii.gz, or -"),
+	CT_ARG(struct convert, in, "IN", "DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
+	CT_ARG(struct convert, out, "OUT", "NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
 	CT_OPT_END,
 };
 
@@ -69,6 +73,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol v = {0};
 	int rc = -1;
 
+	if (p->scanner)
+		return convert_stack(p, env, e);
 	if (check_name(p->out, e) || ct_out_check(p->out, env, e) || convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
@@ -91,7 +97,7 @@ out:
 
 int main(int argc, char **argv)
 {
-	static const struct ct_tool tool = {"ct-convert", "read DICOM, raw voxels or NIfTI, write NIfTI",
+	static const struct ct_tool tool = {"ct-convert", "read DICOM, raw voxels, NIfTI or projections of numpy",
 		opts, &defaults, sizeof defaults, run, 0};
 
 	return ct_cli_main(&tool, argc, argv);

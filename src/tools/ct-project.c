@@ -2,10 +2,9 @@
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/operator.h"
-#include "kern/project.h"
 #include "kern/window.h"
 #include "core/mem.h"
+#include "tools/project-views.h"
 #include "tools/scan-opts.h"
 
 #include <math.h>
@@ -16,12 +15,14 @@ struct params {
 	const char *in, *out, *window, *rotate;
 	struct ct_scan_opts scan;
 	int quantity, method, coarsen, pixel;
+	double photons, electronic, water;
 };
 
 enum quantity { BY_FILE, HU, DENSITY };
 enum pixel { POINT, MEAN, SINC };
+enum method { SIDDON, JOSEPH };
 
-static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1};
+static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "volume in HU, NIfTI, or -"),
@@ -35,13 +36,21 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, quantity, 0, "quantity", "file|hu|density",
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
-	CT_CHOICE(struct params, method, 'm', "method", "siddon", "how rays are integrated"),
+	CT_CHOICE(struct params, method, 'm', "method", "siddon|joseph",
+		"how rays are integrated: exact lengths in boxes of constant density, or linear "
+		"interpolation in the slices that a ray crosses"),
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
 	CT_CHOICE(struct params, pixel, 0, "pixel", "point|mean|sinc",
 		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
 		"the "
 		"small ones, or the small ones cut at its Nyquist frequency"),
+	CT_OPT(struct params, photons, 0, "photons", "I0", 0, 1e15,
+		"noise of a detector that counts, I0 photons a pixel being sent; 0: no noise"),
+	CT_OPT(struct params, electronic, 0, "electronic", "SD", 0, 1e12,
+		"standard deviation of the electronics, in photons, with --photons"),
+	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10,
+		"attenuation of water, with --photons"),
 	CT_OPT_END,
 };
 
@@ -70,9 +79,12 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 	return 0;
 }
 
-/* HU in place to density, unless they are density already. */
-static int to_density(struct ct_vol *v, const struct params *p, struct ct_err *e)
+/* HU in place to density, unless they are density already; with --photons the attenuation of every
+ * voxel, and that of a mm of density 1. */
+static int to_density(
+	struct ct_vol *v, float **mu, double *unit, const struct params *p, struct ct_err *e)
 {
+	const size_t n = ct_vol_count(v);
 	const char *had = ct_meta_get(&v->meta, "quantity");
 	bool density = p->quantity == DENSITY;
 	double window[2];
@@ -87,8 +99,16 @@ static int to_density(struct ct_vol *v, const struct params *p, struct ct_err *e
 		density = strcmp(had, "density") == 0;
 	if (ct_window_choose(window, p->window, &v->meta, e))
 		return -1;
+	if (p->photons > 0) {
+		if (ct_alloc(mu, n, sizeof **mu, e))
+			return -1;
+		if (density)
+			ct_window_hu(n, *mu, v->data, window);
+		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
+		*unit = p->water * (window[1] - window[0]) / 1000;
+	}
 	if (!density)
-		ct_window_density(ct_vol_count(v), v->data, v->data, window);
+		ct_window_density(n, v->data, v->data, window);
 	if (!density || p->window)
 		return ct_window_put(&v->meta, window, e);
 	return 0;
@@ -96,9 +116,11 @@ static int to_density(struct ct_vol *v, const struct params *p, struct ct_err *e
 
 /* What the volume says of itself, the scan, and the grid that was projected. */
 static int describe(
-	struct ct_stack *s, const struct ct_vol *v, const struct params *p, struct ct_err *e)
+	struct ct_stack *s, const struct ct_vol *v, const struct params *p, uint64_t seed,
+	struct ct_err *e)
 {
 	static const char *const words[] = {"point", "mean", "sinc"};
+	static const char *const methods[] = {"siddon", "joseph"};
 	const double(*a)[4] = (const double(*)[4])v->affine;
 	struct ct_meta *m = &s->meta;
 
@@ -107,6 +129,14 @@ static int describe(
 			return -1;
 	if (p->coarsen > 1 && (ct_meta_setf(m, e, "coarsen", "%d", p->coarsen) ||
 				      ct_meta_set(m, "pixel", words[p->pixel], e)))
+		return -1;
+	if (p->photons > 0 &&
+		(ct_meta_setf(m, e, "photons", "%.17g", p->photons) ||
+			ct_meta_setf(m, e, "electronic", "%.17g", p->electronic) ||
+			ct_meta_setf(m, e, "muWater", "%.17g", p->water) ||
+			ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)seed)))
+		return -1;
+	if (ct_meta_set(m, "method", methods[p->method], e))
 		return -1;
 	return ct_meta_set(m, "quantity", "lineIntegral", e) ||
 			       ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1],
@@ -120,55 +150,23 @@ static int describe(
 		       : 0;
 }
 
-static int project(struct ct_stack *out, const struct ct_stack *rays, const struct ct_vol *v,
-	const struct params *p, const struct ct_env *env, struct ct_err *e)
-{
-	enum ct_operator_kind kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED;
-	struct ct_projector g;
-	struct ct_operator op = {0};
-	float *fine = NULL;
-	double *scratch = NULL;
-	bool direct = out->h == rays->h;
-	int rc = -1;
-
-	if (ct_projector_init(&g, v, rays, e))
-		return ct_blame(e, p->in);
-	if (!direct && (ct_op_alloc(&op, kind, out->h, out->w, (size_t)p->coarsen, 0, e) ||
-			       ct_alloc(&fine, rays->h * rays->w, sizeof *fine, e) ||
-			       ct_alloc(&scratch, ct_op_scratch(&op), sizeof *scratch, e)))
-		goto out;
-	for (size_t k = 0; k < out->views; k++) {
-		ct_progress(env, "views", k, out->views);
-		if (ct_check_stop(env, e))
-			goto out;
-		ct_project(&g, k, 1, direct ? ct_stack_view(out, k) : fine, v->data, env->par);
-		if (!direct)
-			ct_op_forward(&op, ct_stack_view(out, k), fine, scratch);
-	}
-	ct_progress(env, "views", out->views, out->views);
-	rc = 0;
-out:
-	ct_op_free(&op);
-	free(fine);
-	free(scratch);
-	return rc;
-}
-
 /* The detector of `fine` with pixels s times larger. */
 static int coarser(struct ct_stack *out, const struct ct_stack *fine, size_t s, struct ct_err *e)
 {
-	if (fine->h % s || fine->w % s)
+	bool fan = fine->beam == CT_FAN; /* has one row, coarse or not */
+
+	if ((!fan && fine->h % s) || fine->w % s)
 		return ct_fail(e, CT_EGEOM,
 			"--coarsen: %zu does not divide the detector of %zux%zu", s, fine->w,
 			fine->h);
-	if (ct_stack_alloc(out, fine->views, fine->h / s, fine->w / s, e))
+	if (ct_stack_alloc(out, fine->views, fan ? 1 : fine->h / s, fine->w / s, e))
 		return -1;
 	out->beam = fine->beam;
 	for (size_t k = 0; k < fine->views; k++) {
 		out->view[k] = fine->view[k];
 		for (int a = 0; a < 3; a++) {
 			out->view[k].u[a] *= (double)s;
-			out->view[k].v[a] *= (double)s;
+			out->view[k].v[a] *= fan ? 1 : (double)s;
 		}
 	}
 	return ct_meta_copy(&out->meta, &fine->meta, e);
@@ -179,25 +177,42 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_vol in = {0};
 	struct ct_stack fine = {0}, coarse = {0}, *out = p->coarsen > 1 ? &coarse : &fine;
+	struct project_job j = {.name = p->in,
+		.v = &in,
+		.out = out,
+		.rays = p->pixel == POINT ? out : &fine,
+		.method = p->method == JOSEPH ? CT_JOSEPH : CT_SIDDON,
+		.kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED,
+		.coarsen = (size_t)p->coarsen,
+		.photons = {p->photons, p->electronic, p->water, env->seed}};
+	float *mu = NULL;
 	int rc = -1;
 
-	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+	if (p->electronic > 0 && !(p->photons > 0))
+		return ct_fail(e, CT_EUSAGE, "--electronic needs --photons");
+	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, p, e) || ct_scan_opts_make(&fine, &p->scan, &in, e) ||
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, e) ||
+		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
 		goto out;
+	j.mu = mu;
+	if (env->dry_run) {
+		rc = project_estimate(&j, env, e);
+		goto out;
+	}
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
 		ct_beam_name(out->beam));
-	if (project(out, p->pixel == POINT ? out : &fine, &in, p, env, e) ||
-		describe(out, &in, p, e) ||
+	if (project_views(&j, env, e) || describe(out, &in, p, env->seed, e) ||
 		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
 		goto out;
 	rc = ct_stack_write(p->out, out, env, e);
 out:
+	free(mu);
 	ct_vol_free(&in);
 	ct_stack_free(&fine);
 	ct_stack_free(&coarse);
@@ -206,11 +221,12 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-project",
-	.brief = "Project a volume: exact line integrals of its density, in a scan.",
+	.brief = "Project a volume: line integrals of its density, in a scan.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
+	.flags = CT_SEEDED | CT_LONG,
 };
 
 int main(int argc, char **argv)

@@ -8,7 +8,7 @@
  *   offDetector         [u, v], v up
  *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
  * Lengths are in a unit of the file's own: the one in which sVoxel is the size of our volume (its
- * largest extent); without sVoxel they are mm. Other keys are passed over.
+ * largest extent); without sVoxel, or without a volume, they are mm. Other keys are passed over.
  */
 #include "config.h"
 #include "formats/io.h"
@@ -54,7 +54,9 @@ static int mode(
 		return 0;
 	if (ct_beam_parse(&beam, word, e))
 		return ct_blame(e, r->path);
-	ct_scan_default(s, beam, grid);
+	if (grid)
+		ct_scan_default(s, beam, grid);
+	s->beam = beam;
 	return 0;
 }
 
@@ -86,18 +88,19 @@ static int sizes(struct ct_scan *s, const struct reader *r, double unit, struct 
 static int read_scan(
 	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
-	double mm[3], box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
+	double mm[3] = {0}, box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
 	int got;
 
 	if (mode(s, r, grid, e))
 		return -1;
-	ct_vol_spacing(grid, mm);
-	for (int a = 0; a < 3; a++)
+	if (grid)
+		ct_vol_spacing(grid, mm);
+	for (int a = 0; grid && a < 3; a++)
 		most = fmax(most, mm[a] * (double)grid->n[a]);
 	got = numbers(r, "sVoxel", 3, box, e);
 	if (got < 0)
 		return -1;
-	if (got == 0)
+	if (got == 0 && grid)
 		unit = most / fmax(fmax(box[0], box[1]), box[2]);
 	if (!(unit > 0 && isfinite(unit)))
 		return ct_fail(e, CT_EINPUT, "%s: sVoxel is not positive", r->path);

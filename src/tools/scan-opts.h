@@ -59,7 +59,7 @@ int ct_window_choose(double window[2], const char *option, const struct ct_meta 
 	struct ct_err *e);
 int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e);
 
-/* Fill in from a scanner file: see scan-json.c. *views is 0 if it does not say. */
+/* Fill in from a scanner file what it says: see scan-json.c. grid NULL: its lengths are mm. */
 int ct_scan_json_read(struct ct_scan *s, const char *path, const struct ct_vol *grid,
 	struct ct_err *e);
 

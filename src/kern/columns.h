@@ -1,0 +1,37 @@
+/* columns.h: the fast half of the projector: detector columns that run along a grid axis, such as
+ * those of a circular scan about an axis of the grid (packet.h says why that is fast).
+ *
+ * It needs the volume with that axis fastest, padded with zeros, so it keeps a copy; for each
+ * column of voxels it knows between which heights they are not zero, and skips the rest.
+ */
+#ifndef CT_KERN_COLUMNS_H
+#define CT_KERN_COLUMNS_H
+#include "kern/project-impl.h"
+
+#include <stdint.h>
+
+struct ct_columns {
+	int up, p, q;	     /* the axis of the columns, the faster and slower of the others */
+	size_t n[3], pitch;  /* of the grid; floats from column to column */
+	float *data, *first; /* [n[q]][n[p]][pitch]; voxel (0,0,0) in it */
+	int32_t (*span)[2];  /* [n[q]][n[p]]: voxels outside [lo, hi) are zero */
+	struct ct_box box;   /* of all that is not zero; strides in data */
+};
+
+/* The axis of the grid along which the detector columns of all views run, or -1. */
+int ct_columns_axis(const struct ct_projector *g);
+int ct_columns_alloc(
+	struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e);
+void ct_columns_free(struct ct_columns *c);
+size_t ct_columns_bytes(const struct ct_columns *c); /* 0 for NULL */
+/* Take vol in; zeros if NULL, all of whose voxels count as not zero. */
+void ct_columns_load(struct ct_columns *c, const float *vol, struct ct_par *par);
+/* vol += the columns. */
+void ct_columns_add(const struct ct_columns *c, float *vol, struct ct_par *par);
+/* As ct_project and ct_project_adjoint, on the columns. */
+void ct_columns_project(const struct ct_projector *g, const struct ct_columns *c, size_t first,
+	size_t count, float *restrict p, struct ct_par *par);
+void ct_columns_adjoint(const struct ct_projector *g, const struct ct_columns *c, size_t first,
+	size_t count, const float *restrict p, struct ct_par *par);
+
+#endif

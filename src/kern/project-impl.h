@@ -1,0 +1,76 @@
+/* project-impl.h: what the parts of the projector share: rays in voxel units, one ray at a time
+ * (siddon.c, joseph.c), and many rays at once (columns.c). */
+#ifndef CT_KERN_PROJECT_IMPL_H
+#define CT_KERN_PROJECT_IMPL_H
+#include "kern/project.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
+	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CT_HOT __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CT_HOT
+#endif
+#define CT_INLINE inline __attribute__((always_inline))
+
+/* A box of voxels [lo, hi) in a volume; voxel (i,j,k) is at i stride[0] + j stride[1] + ... */
+struct ct_box {
+	ptrdiff_t lo[3], hi[3], stride[3];
+};
+
+/* A line o + t d, t >= t0, in voxel units (voxel i is [i, i+1]), its dominant axis first; mm for a
+ * unit of t. */
+struct ct_line {
+	int axis[3];
+	double o[3], d[3], t0, mm;
+};
+
+/* A ray in voxel units along the dominant axis axis[0]: coordinate axis[i] is at x
+ * from[i-1] + slope[i-1] x, |slope| <= 1, for x in [x0, x1]. */
+struct ct_ray {
+	int axis[3];
+	double from[2], slope[2], x0, x1;
+	double scale; /* mm a unit of x */
+};
+
+/* Not fmin and fmax: those are calls where they must care for NaN. */
+static CT_INLINE double ct_least(double a, double b)
+{
+	return a < b ? a : b;
+}
+
+static CT_INLINE double ct_most(double a, double b)
+{
+	return a > b ? a : b;
+}
+
+/* The part of the line in the box, grown by `margin` voxels across the dominant axis, as a ray;
+ * false if there is none. */
+bool ct_ray_clip(
+	struct ct_ray *r, const struct ct_line *l, const struct ct_box *box, double margin);
+/* The one, two or four lines that stand for the ray of a pixel. */
+size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, size_t view,
+	size_t row, size_t col);
+/* Do the lines within `slope` of an axis that are at `at` half way lie in a face of voxels? */
+bool ct_ray_in_face(double slope, double at, size_t slabs);
+/* Pixels of a view whose rays may meet the box. */
+void ct_ray_shadow(const struct ct_projector *g, size_t view, const struct ct_box *box,
+	size_t row[2], size_t col[2]);
+/* The pixel's line integral through the box; vol is at voxel (0,0,0). */
+double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_t col,
+	const float *vol, const struct ct_box *box);
+/* vol += its transpose times value, in the box. */
+void ct_pixel_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
+	const struct ct_box *box, double value);
+
+/* One ray: sum of weight times voxel, and its transpose. Joseph's voxels beyond the box are 0. */
+double ct_siddon_sum(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r);
+void ct_siddon_spread(
+	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value);
+double ct_joseph_sum(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r);
+void ct_joseph_spread(
+	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value);
+
+#endif

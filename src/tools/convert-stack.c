@@ -1,0 +1,80 @@
+/* convert-stack.c: projections of other programs: numbers of numpy, geometry of a scanner file. */
+#include "config.h"
+#include "cli/cli.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/npy.h"
+#include "kern/scan.h"
+#include "tools/convert.h"
+#include "tools/scan-opts.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int check(const struct convert *p, struct ct_err *e)
+{
+	size_t n = strlen(p->out);
+
+	if (p->raw || p->spacing || p->series || p->reorient || p->iso > 0 || p->cube || p->type)
+		return ct_fail(e, CT_EUSAGE,
+			"--scanner makes a stack: of the other options only "
+			"--slope and --intercept go with it");
+	if (strcmp(p->out, "-") != 0 && (n < 5 || strcmp(p->out + n - 4, ".exr") != 0))
+		return ct_fail(e, CT_EUSAGE, "%s: the name of a stack must end in .exr", p->out);
+	return 0;
+}
+
+/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
+static int scan_for(struct ct_scan *s, const char *path, const size_t n[3], struct ct_err *e)
+{
+	struct ct_vol world = {
+		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
+
+	ct_scan_default(s, n[1] == 1 ? CT_FAN : CT_CONE, &world);
+	s->views = n[0];
+	s->h = n[1];
+	s->w = n[2];
+	if (ct_scan_json_read(s, path, NULL, e))
+		return -1;
+	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
+		return ct_fail(e, CT_EGEOM,
+			"%s says %zu views of %zux%zu pixels, but the array has "
+			"%zu of %zux%zu",
+			path, s->views, s->w, s->h, n[0], n[2], n[1]);
+	return 0;
+}
+
+int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_stack s = {0};
+	struct ct_meta read = {0};
+	struct ct_scan scan;
+	float *data = NULL;
+	size_t n[3];
+	int rc = -1;
+
+	if (check(p, e) || ct_out_check(p->out, env, e))
+		return -1;
+	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
+		scan_for(&scan, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))
+		goto out;
+	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);
+	if (ct_stack_check_finite(&s, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (ct_meta_input(&read, p->in, 2,
+		    (const struct ct_piece[]){
+			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
+		    e) ||
+		ct_meta_set(&s.meta, "quantity", "lineIntegral", e) ||
+		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
+		goto out;
+	rc = ct_stack_write(p->out, &s, env, e);
+out:
+	free(data);
+	ct_meta_free(&read);
+	ct_stack_free(&s);
+	return rc;
+}

@@ -1,0 +1,138 @@
+/* project-views.c: see project-views.h. */
+#include "config.h"
+#include "tools/project-views.h"
+#include "core/mem.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* What a pass over the views needs. */
+struct pass {
+	const struct project_job *j;
+	struct ct_projector g;
+	struct ct_operator op;
+	float *fine, *noise;
+	double *scratch;
+	bool direct;
+};
+
+static void close_pass(struct pass *p)
+{
+	ct_projector_free(&p->g);
+	ct_op_free(&p->op);
+	free(p->fine);
+	free(p->noise);
+	free(p->scratch);
+}
+
+/* A fan's one row stands for all rows of a coarse pixel. */
+static size_t rows_of(const struct project_job *j)
+{
+	return j->out->h * j->coarsen;
+}
+
+static int open_pass(struct pass *p, const struct project_job *j, struct ct_err *e)
+{
+	const struct ct_stack *out = j->out;
+
+	*p = (struct pass){.j = j, .direct = j->rays == out};
+	if (ct_projector_init(&p->g, j->v, j->rays, e))
+		return ct_blame(e, j->name);
+	p->g.method = j->method;
+	if (ct_projector_reserve(&p->g, e) ||
+		(j->mu && ct_alloc(&p->noise, out->h * out->w, sizeof *p->noise, e)) ||
+		(!p->direct &&
+			(ct_op_alloc(&p->op, j->kind, out->h, out->w, j->coarsen, 0, e) ||
+				ct_alloc(&p->fine, rows_of(j) * j->rays->w, sizeof *p->fine, e) ||
+				ct_alloc(&p->scratch, ct_op_scratch(&p->op), sizeof *p->scratch,
+					e)))) {
+		close_pass(p);
+		return -1;
+	}
+	return 0;
+}
+
+/* View k of the volume loaded. */
+static void view(struct pass *p, size_t k, float *out, struct ct_par *par)
+{
+	const struct ct_stack *rays = p->j->rays;
+
+	if (p->direct) {
+		ct_project(&p->g, k, 1, out, NULL, par);
+		return;
+	}
+	ct_project(&p->g, k, 1, p->fine, NULL, par);
+	for (size_t r = rays->h; r < rows_of(p->j); r++)
+		memcpy(p->fine + r * rays->w, p->fine, rays->w * sizeof *p->fine);
+	ct_op_forward(&p->op, out, p->fine, p->scratch);
+}
+
+int project_views(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
+{
+	size_t n = j->out->views, pixels = j->out->h * j->out->w, total = j->mu ? 2 * n : n;
+	struct pass p;
+	int rc = -1;
+
+	if (open_pass(&p, j, e))
+		return -1;
+	for (size_t i = 0; i < total; i++) {
+		size_t k = i % n;
+
+		ct_progress(env, "views", i, total);
+		if (ct_check_stop(env, e))
+			goto out;
+		if (k == 0)
+			ct_projector_load(&p.g, i == 0 ? j->v->data : j->mu, env->par);
+		view(&p, k, i < n ? ct_stack_view(j->out, k) : p.noise, env->par);
+		if (i >= n)
+			ct_photons_add(pixels, ct_stack_view(j->out, k), p.noise, j->unit,
+				&j->photons, k * pixels);
+	}
+	ct_progress(env, "views", total, total);
+	rc = 0;
+out:
+	close_pass(&p);
+	return rc;
+}
+
+static double now(void)
+{
+	struct timespec t;
+
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_stack *out = j->out;
+	double start, load, once, volume = 4.0 * (double)ct_vol_count(j->v), size, memory;
+	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
+	struct pass p;
+
+	if (open_pass(&p, j, e))
+		return -1;
+	start = now();
+	ct_projector_load(&p.g, j->v->data, env->par);
+	load = now() - start;
+	start = now();
+	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
+		size_t k = out->views * (1 + 4 * i) / 8;
+
+		view(&p, k, ct_stack_view(out, k), env->par);
+	}
+	once = (now() - start) / (double)tries;
+	size = 4.0 * (double)ct_stack_count(out);
+	memory = volume * (double)passes + size +
+		 (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
+		 (double)ct_projector_bytes(&p.g);
+	close_pass(&p);
+	printf("views     %zu of %zux%zu pixels, %.3f s each\n", out->views, out->w, out->h, once);
+	printf("time      %.0f s on %zu threads\n",
+		((double)out->views * once + load) * (double)passes, ct_par_threads(env->par));
+	printf("memory    %.0f MiB\n", memory / 0x1p20);
+	printf("disk      %.0f MiB at most\n", size / 0x1p20);
+	return 0;
+}

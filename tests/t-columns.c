@@ -1,0 +1,363 @@
+/* t-columns.c: many rays at once against rays one at a time, both methods, forward and adjoint;
+ * Joseph's method against sums done another way. */
+#include "config.h"
+#include "core/rng.h"
+#include "kern/phantom.h"
+#include "kern/project.h"
+#include "kern/scan.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct ct_err err;
+static const char *const methods[] = {"Siddon", "Joseph"};
+
+static void must(int rc)
+{
+	if (rc) {
+		printf("Bail out! %s\n", err.msg);
+		exit(99);
+	}
+}
+
+/* A grid about the origin whose axis a runs along world axis to[a], backwards if flip; random. */
+static struct ct_vol grid(const size_t n[3], const double mm[3], const int to[3], bool flip)
+{
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, n, &err));
+	memset(v.affine, 0, sizeof v.affine);
+	for (int a = 0; a < 3; a++) {
+		double step = flip ? -mm[a] : mm[a];
+
+		v.affine[to[a]][a] = step;
+		v.affine[to[a]][3] = -step * ((double)n[a] - 1) / 2;
+	}
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = (float)ct_rng_uniform(1, 2, i);
+	return v;
+}
+
+static struct ct_scan scan_of(
+	enum ct_beam beam, const struct ct_vol *v, size_t views, size_t w, size_t h, double pitch)
+{
+	struct ct_scan s;
+
+	ct_scan_default(&s, beam, v);
+	s.views = views;
+	s.w = w;
+	s.h = h;
+	s.pitch[0] = s.pitch[1] = pitch;
+	return s;
+}
+
+static double dot(size_t n, const float *a, const float *b)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < n; i++)
+		sum += (double)a[i] * (double)b[i];
+	return sum;
+}
+
+/* Largest difference over largest value. */
+static double apart(size_t n, const float *a, const float *b)
+{
+	double worst = 0, most = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		worst = fmax(worst, fabs((double)a[i] - (double)b[i]));
+		most = fmax(most, fabs((double)b[i]));
+	}
+	return most > 0 ? worst / most : worst;
+}
+
+struct result {
+	double forward, adjoint, dot, least;
+};
+
+/* One scan both ways. */
+static struct result compare(struct ct_vol *v, const struct ct_scan *scan, enum ct_method method)
+{
+	struct ct_stack a = {0}, b = {0};
+	struct ct_projector one, many;
+	size_t n = ct_vol_count(v), m;
+	float *x = calloc(n, sizeof *x), *y = calloc(n, sizeof *y);
+	struct result r;
+
+	must(ct_scan_fill(&a, scan, &err));
+	must(ct_scan_fill(&b, scan, &err));
+	m = ct_stack_count(&a);
+	must(ct_projector_init(&one, v, &a, &err));
+	one.method = method;
+	many = one;
+	must(ct_projector_reserve(&many, &err));
+	if (!many.columns) {
+		printf("Bail out! no columns\n");
+		exit(99);
+	}
+	ct_project(&one, 0, a.views, a.data, v->data, NULL);
+	ct_project(&many, 0, b.views, b.data, v->data, NULL);
+	r.forward = apart(m, b.data, a.data);
+	r.least = dot(m, a.data, a.data);
+	for (size_t i = 0; i < m; i++)
+		a.data[i] = (float)ct_rng_normal(5, 6, i) + 0.5F;
+	ct_project_adjoint(&one, 0, a.views, x, a.data, NULL);
+	ct_project_adjoint(&many, 0, 1, y, a.data, NULL);
+	ct_project_adjoint(&many, 1, a.views - 1, y, ct_stack_view(&a, 1), NULL);
+	r.adjoint = apart(n, y, x);
+	r.dot = dot(m, a.data, b.data) / dot(n, v->data, y);
+	ct_projector_free(&many);
+	ct_stack_free(&a);
+	ct_stack_free(&b);
+	free(x);
+	free(y);
+	return r;
+}
+
+static void t_same(void)
+{
+	static const int to[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+	static const size_t n[3] = {37, 50, 43};
+	static const double mm[3] = {1.5, 0.8, 1.1};
+	static const char *const beams[] = {"cone", "parallel"};
+
+	for (int method = 0; method < 2; method++)
+		for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++)
+			for (int o = 0; o < 6; o++) {
+				struct ct_vol v = grid(n, mm, to[o / 2], o % 2);
+				struct ct_scan scan =
+					scan_of((enum ct_beam)beam, &v, 7, 33, 41, 1.7);
+				struct result r;
+
+				scan.arc = 360;
+				scan.offset[0] = 3.3;
+				scan.offset[1] = -2.2;
+				r = compare(&v, &scan, (enum ct_method)method);
+				OK(r.forward < 1e-5 && r.least > 1e4,
+					"%s, %s, axes %d: as one at a time (%.2g)", methods[method],
+					beams[beam], o, r.forward);
+				OK(r.adjoint < 1e-4, "adjoint (%.2g)", r.adjoint);
+				NEAR(r.dot, 1, 1e-6, "<P x, y> = <x, P' y>");
+				ct_vol_free(&v);
+			}
+}
+
+/* Fine and coarse pixels, thin and tall grids, steep rays, rays in faces, a source above the
+ * middle. */
+static void t_extremes(void)
+{
+	static const int to[3] = {0, 1, 2};
+	static const struct {
+		const char *name;
+		size_t n[3];
+		double mm[3], pitch, offset[2];
+		size_t h;
+		enum ct_beam beam;
+	} c[] = {{"pixels of a tenth", {20, 22, 24}, {1, 1, 1}, 0.11, {0, 0}, 300, CT_CONE},
+		{"pixels of ten voxels", {90, 80, 200}, {1, 1, 1}, 15, {2, 1}, 24, CT_CONE},
+		{"one slice", {40, 40, 1}, {1, 1, 1}, 0.9, {0, 0.2}, 20, CT_CONE},
+		{"one column", {1, 1, 60}, {1, 1, 1}, 0.9, {0.2, 0}, 64, CT_CONE},
+		{"thin slices, steep rays", {30, 30, 160}, {2, 2, 0.15}, 1.1, {0, 9}, 60, CT_CONE},
+		{"rays in faces", {16, 16, 16}, {1, 1, 1}, 1, {0, 0}, 17, CT_PARALLEL},
+		{"rays through centres", {16, 16, 16}, {1, 1, 1}, 1, {0, 0}, 16, CT_PARALLEL},
+		{"beside the volume", {16, 16, 16}, {1, 1, 1}, 1, {0, 400}, 16, CT_CONE}};
+
+	for (int method = 0; method < 2; method++)
+		for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
+			struct ct_vol v = grid(c[i].n, c[i].mm, to, false);
+			struct ct_scan scan = scan_of(c[i].beam, &v, 4, 17, c[i].h, c[i].pitch);
+			struct result r;
+
+			scan.arc = 360;
+			memcpy(scan.offset, c[i].offset, sizeof scan.offset);
+			r = compare(&v, &scan, (enum ct_method)method);
+			OK(r.forward < 1e-5 && r.adjoint < 1e-4, "%s, %s (%.2g, %.2g)",
+				methods[method], c[i].name, r.forward, r.adjoint);
+			if (r.least > 0)
+				NEAR(r.dot, 1, 1e-6, "<P x, y> = <x, P' y>");
+			ct_vol_free(&v);
+		}
+}
+
+/* A volume that is mostly zero, loaded once and projected view by view, by one and four threads. */
+static void t_empty(void)
+{
+	static const size_t n[3] = {40, 44, 48};
+	static const double mm[3] = {1, 1, 1};
+	static const int to[3] = {0, 1, 2};
+	struct ct_vol v = grid(n, mm, to, false);
+	struct ct_scan scan = scan_of(CT_CONE, &v, 3, 40, 50, 2);
+	struct ct_stack a = {0}, b = {0}, c = {0};
+	struct ct_projector g;
+	struct ct_par *par;
+	float *x = calloc(ct_vol_count(&v), sizeof *x), *y = calloc(ct_vol_count(&v), sizeof *y);
+	size_t m;
+
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		if (i % 40 < 9 || i % 40 > 22 || i / 40 % 44 < 20 || i / 1760 % 8 < 6)
+			v.data[i] = 0;
+	must(ct_scan_fill(&a, &scan, &err));
+	must(ct_scan_fill(&b, &scan, &err));
+	must(ct_scan_fill(&c, &scan, &err));
+	m = ct_stack_count(&a);
+	must(ct_par_alloc(&par, 4, &err));
+	must(ct_projector_init(&g, &v, &a, &err));
+	ct_project(&g, 0, 3, a.data, v.data, NULL);
+	must(ct_projector_reserve(&g, &err));
+	ct_projector_load(&g, v.data, par);
+	for (size_t k = 0; k < 3; k++)
+		ct_project(&g, k, 1, ct_stack_view(&b, k), NULL, NULL);
+	ct_project(&g, 0, 3, c.data, NULL, par);
+	OK(apart(m, b.data, a.data) < 1e-5 && dot(m, a.data, a.data) > 100,
+		"empty columns are passed over (%.2g)", apart(m, b.data, a.data));
+	OK(memcmp(b.data, c.data, m * sizeof *b.data) == 0, "four threads, the same bytes");
+	ct_project_adjoint(&g, 0, 3, x, a.data, NULL);
+	ct_project_adjoint(&g, 0, 3, y, a.data, par);
+	OK(memcmp(x, y, ct_vol_count(&v) * sizeof *x) == 0 && dot(m, x, y) > 0, "adjoint too");
+	memset(v.data, 0, ct_vol_count(&v) * sizeof *v.data);
+	ct_project(&g, 0, 3, b.data, v.data, NULL);
+	OK(dot(m, b.data, b.data) == 0, "a volume of zeros: zeros");
+	v.data[(24 * 44 + 22) * 40 + 20] = 1;
+	ct_project(&g, 0, 3, b.data, v.data, NULL);
+	ct_projector_free(&g);
+	must(ct_projector_init(&g, &v, &a, &err));
+	ct_project(&g, 0, 3, a.data, v.data, NULL);
+	OK(apart(m, b.data, a.data) < 3e-6 && dot(m, b.data, b.data) > 0, "a single voxel");
+	ct_par_free(par);
+	ct_stack_free(&a);
+	ct_stack_free(&b);
+	ct_stack_free(&c);
+	ct_vol_free(&v);
+	free(x);
+	free(y);
+}
+
+/* Interpolate a grid with unit axes at a world point, two axes only; 0 beyond it. */
+static double sample(const struct ct_vol *v, const double at[3])
+{
+	double sum = 0;
+
+	for (int k = 0; k < 8; k++) {
+		double w = 1;
+		size_t index = 0, stride = 1;
+
+		for (int a = 0; a < 3; a++) {
+			double x = at[a], f = floor(x), i = k >> a & 1 ? f + 1 : f;
+
+			w *= k >> a & 1 ? x - f : 1 - (x - f);
+			if (i < 0 || i >= (double)v->n[a])
+				w = 0;
+			else
+				index += (size_t)i * stride;
+			stride *= v->n[a];
+		}
+		sum += w != 0 ? w * (double)v->data[index] : 0;
+	}
+	return sum;
+}
+
+/* Joseph's sum by its definition: the ray's points in the planes of voxel centres across its main
+ * axis. */
+static void t_joseph(void)
+{
+	static const size_t n[3] = {21, 18, 25};
+	static const double mm[3] = {1.3, 1, 0.9};
+	static const int to[3] = {0, 1, 2};
+	struct ct_vol v = grid(n, mm, to, false);
+	struct ct_scan scan = scan_of(CT_CONE, &v, 6, 20, 22, 2.3);
+	struct ct_stack s = {0};
+	struct ct_projector g;
+	double worst = 0, most = 0;
+
+	scan.start = 7;
+	scan.arc = 360;
+	must(ct_scan_fill(&s, &scan, &err));
+	must(ct_projector_init(&g, &v, &s, &err));
+	g.method = CT_JOSEPH;
+	ct_project(&g, 0, s.views, s.data, v.data, NULL);
+	for (size_t i = 0; i < ct_stack_count(&s); i++) {
+		double o[3], d[3], want = 0, length;
+		int a = 0;
+
+		ct_view_ray(&s, i / s.w / s.h, i / s.w % s.h, i % s.w, o, d);
+		length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+		for (int k = 0; k < 3; k++)
+			a = fabs(d[k] / mm[k]) > fabs(d[a] / mm[a]) ? k : a;
+		for (size_t k = 0; k < n[a]; k++) {
+			double t = (v.affine[a][a] * (double)k + v.affine[a][3] - o[a]) / d[a],
+			       at[3];
+
+			for (int b = 0; b < 3; b++)
+				at[b] = b == a ? (double)k
+					       : (o[b] + t * d[b] - v.affine[b][3]) / mm[b];
+			want += sample(&v, at) * length / fabs(d[a] / mm[a]);
+		}
+		worst = fmax(worst, fabs(want - (double)s.data[i]));
+		most = fmax(most, want);
+	}
+	NEAR(worst / most, 0, 1e-6, "Joseph: linear interpolation, slice by slice");
+	OK(most > 5, "of rays that meet the grid");
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
+/* Relative error of the projection of a smooth ball in n^3 voxels. */
+static double deviation(enum ct_beam beam, enum ct_method method, size_t edge)
+{
+	const size_t n[3] = {edge, edge, edge};
+	const double h = 128.0 / (double)edge, mm[3] = {h, h, h}, extent[3] = {128, 128, 128};
+	static const int to[3] = {0, 1, 2};
+	struct ct_vol v = grid(n, mm, to, false);
+	struct ct_scan scan = scan_of(beam, &v, 3, 50, 50, 4.1);
+	struct ct_shape shape[CT_PH_MAX_SHAPES];
+	size_t shapes = ct_phantom_make(CT_PH_SPHERE, extent, 0.5, 3, shape);
+	struct ct_stack a = {0}, b = {0};
+	struct ct_projector g;
+	double sum = 0, norm;
+
+	must(ct_scan_fill(&a, &scan, &err));
+	must(ct_scan_fill(&b, &scan, &err));
+	ct_phantom_voxels(&v, shapes, shape, 4, NULL);
+	ct_phantom_project(&b, 0, b.views, b.data, shapes, shape, NULL);
+	must(ct_projector_init(&g, &v, &a, &err));
+	g.method = method;
+	must(ct_projector_reserve(&g, &err));
+	ct_project(&g, 0, a.views, a.data, v.data, NULL);
+	norm = dot(ct_stack_count(&b), b.data, b.data);
+	for (size_t i = 0; i < ct_stack_count(&a); i++) {
+		double d = (double)a.data[i] - (double)b.data[i];
+
+		sum += d * d;
+	}
+	ct_projector_free(&g);
+	ct_stack_free(&a);
+	ct_stack_free(&b);
+	ct_vol_free(&v);
+	return sqrt(sum / norm);
+}
+
+static void t_order(void)
+{
+	for (int method = 0; method < 2; method++)
+		for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++) {
+			double e0 = deviation((enum ct_beam)beam, (enum ct_method)method, 20);
+			double e1 = deviation((enum ct_beam)beam, (enum ct_method)method, 80);
+
+			OK(e1 < 0.3 * e0 && e1 < 0.05,
+				"%s, %s: the error falls at least as the voxel (%.4f, %.4f)",
+				methods[method], beam == CT_CONE ? "cone" : "parallel", e0, e1);
+		}
+}
+
+int main(void)
+{
+	t_same();
+	t_extremes();
+	t_empty();
+	t_joseph();
+	t_order();
+	return tap_done();
+}

@@ -1,0 +1,58 @@
+#!/bin/sh
+# ct-convert --scanner: numpy projections with a scanner file become a stack.
+. "$srcdir/tests/tap.sh"
+cat >scan.json <<'JSON'
+{"mode": "cone", "DSO": 1000, "DSD": 1500, "nDetector": [3, 4], "dDetector": [2.0, 1.5],
+ "totalAngle": 180, "startAngle": 10, "numTrain": 2}
+JSON
+npy() { # npy DESCR ORDER SHAPE: header of version 1, 128 bytes
+	printf '\223NUMPY\001\000\166\000'
+	printf "{'descr': '%s', 'fortran_order': %s, 'shape': %s, }%117s" "$1" "$2" "$3" '' |
+		head -c 117; printf '\n'
+}
+bytes() { i=0; while [ $i -lt "$1" ]; do printf '\001'; i=$((i + 1)); done; }
+{ npy '|u1' False '(2, 3, 4)'; bytes 24; } >a.npy
+exits 0 'bytes' ct-convert --scanner scan.json a.npy a.exr
+exits 0 'is a stack' ct-info a.exr
+has out '2 views\|views *2' 'of two views'
+ct-convert --scanner scan.json - - <a.npy >pipe.exr 2>e; [ -s pipe.exr ]; ok $? 'in a pipe'
+exits 2 'not to a volume' ct-convert --scanner scan.json a.npy a.nii
+exits 2 'nor resampled' ct-convert --scanner scan.json --iso 1 a.npy b.exr
+for bad in "|u1;True;(2, 3, 4)" "|c8;False;(2, 3, 4)" "|u1;False;(2, 3)" "|u1;False;(2, 3, 4, 1)" \
+	"|u1;False;(0, 3, 4)" "|u1;False;(2, 3, 99999999999999999999)" "<f4;False;(2, 3, 4)" \
+	"<f8;False;(2000000000, 2000000000, 2000000000)"; do
+	IFS=';' read -r d o s <<-EOF
+		$bad
+	EOF
+	{ npy "$d" "$o" "$s"; bytes 24; } >b.npy
+	exits 3 "refused: $bad" ct-convert --scanner scan.json b.npy b.exr
+done
+{ npy '|u1' False '(4, 3, 2)'; bytes 24; } >b.npy
+exits 5 'not the detector of the scanner file' ct-convert --scanner scan.json b.npy b.exr
+has err '4 of 2x3' 'says both'
+printf 'NUMPY' >b.npy; exits 3 'not numpy' ct-convert --scanner scan.json b.npy b.exr
+head -c 60 a.npy >b.npy; exits 3 'cut in the header' ct-convert --scanner scan.json b.npy b.exr
+[ ! -e b.exr ]; ok $? 'failures leave nothing'
+if python_with numpy; then
+	"$PY" - <<-'EOF'
+		import numpy as np
+		x = np.arange(24).reshape(2, 3, 4) * 0.25
+		for name, t in (("f4", "<f4"), ("f8", ">f8"), ("i2", ">i2")):
+		    np.save(name, (x * 4 if name == "i2" else x).astype(t))
+		np.save("nan", np.full((2, 3, 4), np.nan, "f4"))
+	EOF
+	exits 0 'float' ct-convert --scanner scan.json f4.npy f4.exr
+	exits 0 'double, big-endian' ct-convert --scanner scan.json f8.npy f8.exr
+	exits 0 'short, scaled' ct-convert --slope 0.25 --scanner scan.json i2.npy i2.exr
+	if command -v oiiotool >/dev/null 2>&1; then
+		for f in f4 f8 i2; do oiiotool --dumpdata $f.exr | grep Pixel >d-$f; done
+		[ -s d-f4 ] && cmp -s d-f4 d-f8 && cmp -s d-f4 d-i2; ok $? 'all three the same numbers'
+		grep -q 'Pixel (3, 2).* 2.75' d-f4; ok $? 'row by row'
+	else
+		skip 'the same numbers' 'no oiiotool'
+	fi
+	exits 6 'NaN' ct-convert --scanner scan.json nan.npy b.exr
+else
+	skip 'numpy files' 'no numpy'
+fi
+done_testing
