@@ -99,3 +99,4 @@ dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh
 check_PROGRAMS += tests/t-dc tests/t-tv
 tests_t_dc_SOURCES = tests/t-dc.c
 tests_t_tv_SOURCES = tests/t-tv.c
+dist_check_SCRIPTS += tests/t-ct-upsample.sh

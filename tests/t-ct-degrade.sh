@@ -25,7 +25,7 @@ has err 'lr.nii' 'and names the file'
 exits 2 'does not upsample twice unasked' ct-upsample up.nii no.nii
 exits 2 'needs a factor for a file that has none' ct-upsample hr.nii no.nii
 exits 2 'needs a factor to degrade' ct-degrade hr.nii no.nii
-exits 2 'refuses a broken factor' ct-degrade -x 2.5 hr.nii no.nii
+exits 2 'refuses a factor below 1' ct-degrade -x 0.5 hr.nii no.nii
 exits 2 'refuses a negative blur' ct-degrade -x 2 --sigma -1 hr.nii no.nii
 exits 5 'refuses an axis shorter than its factor' ct-degrade -x 32 hr.nii no.nii
 has err 'hr.nii: .*30 voxels' 'and says which'

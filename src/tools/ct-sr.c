@@ -151,7 +151,7 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL) ||
 		ct_chain_add(c, e, false, f->up, "ct-upsample", NULL) ||
-		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=%s", p->paper ? "cubic" : "bspline") ||
+		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=%s", p->paper ? "cubic" : "auto") ||
 		ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", f->up) ||
 		add_projections(c, p, &q, f, e) || add_ddnm(c, p, &q, f, seed, e))
 		return -1;

@@ -1,0 +1,68 @@
+#!/bin/sh
+# ct-upsample: inverting the operator, estimating it, starting from a volume; ct-compose --consistent.
+. "$srcdir/tests/tap.sh"
+psnr() { ct-metrics --range 2000 "$1" "$2" 2>/dev/null | awk '$1 == "psnr" {print $2}'; }
+above() { awk -v a="$1" -v b="$2" -v by="${3:-0}" 'BEGIN {exit !(a > b + by)}'; }
+
+ct-phantom shepp-logan --size 48x48x48 hu.nii
+for p in P1 P2 P3; do ct-degrade -x 4 -p $p hu.nii $p.nii; done
+ct-degrade -x 1,1,4 --sigma 0 --decimate mean hu.nii thick.nii
+ct-degrade -x 2.5 hu.nii fraction.nii
+for lr in P1 P2 P3 thick; do
+	ct-upsample -f -m cubic $lr.nii cubic.nii
+	exits 0 "$lr: by default the operator is inverted" ct-upsample -f -v $lr.nii up.nii
+	has err 'agrees with the low resolution within [0-9.]*e-0' "$lr: agrees with the data"
+	a=$(psnr hu.nii up.nii); b=$(psnr hu.nii cubic.nii)
+	above "$a" "$b"; ok $? "$lr: better than cubic ($a, $b)"
+done
+ct-upsample -v P1.nii a.nii 2>err; has err ', tv$' 'well sampled: total variation'
+ct-upsample -v P3.nii b.nii 2>err; has err ', htv$' 'aliased: second-order variation'
+ct-degrade -x 4 a.nii again.nii
+a=$(psnr P1.nii again.nii); above "$a" 100; ok $? "degraded again it is the input ($a dB)"
+for m in linear cubic bspline lanczos sinc dc tv htv; do
+	exits 0 "fractional factor, $m" ct-upsample -f -m $m --iterations 20 fraction.nii f.nii
+done
+ct-degrade -x 2.5 f.nii f2.nii; a=$(psnr fraction.nii f2.nii)
+above "$a" 100; ok $? "fractional factor: consistent ($a dB)"
+
+# without a header: the operator from options, or measured
+ct-upsample -f -m cubic P1.nii cubic.nii
+exits 2 'a file that is upsampled needs no guess' ct-upsample cubic.nii no.nii
+exits 2 'tv needs an operator' ct-upsample -m tv -x 2 hu.nii no.nii
+has err 'sigma' 'and says how to give it'
+exits 2 'sigma that contradicts the file' ct-upsample --sigma 1 P1.nii no.nii
+exits 2 'decimation that contradicts the file' ct-upsample --decimate mean P1.nii no.nii
+exits 0 'operator from options' ct-upsample -v -m tv -x 2 --sigma 0.8 --iterations 5 hu.nii given.nii
+exits 0 'operator measured' ct-upsample -v -x 2 --estimate --iterations 5 hu.nii seen.nii
+has err 'axis 2: blur' 'and told'
+[ ! -e no.nii ]; ok $? 'a failure leaves nothing'
+
+# a start, the nearest consistent volume, and the same through ct-compose
+ct-upsample -m dc --start cubic.nii P1.nii near.nii; ok $? 'starts from a volume'
+ct-degrade -f -x 4 near.nii again.nii; a=$(psnr P1.nii again.nii)
+above "$a" 100; ok $? "and comes to agree ($a dB)"
+exits 5 'a start on another grid' ct-upsample -m dc --start P1.nii P1.nii no.nii
+exits 2 'interpolation has no start' ct-upsample -m linear --start cubic.nii P1.nii no.nii
+if python_with nibabel; then
+	"$PY" - <<'PY'
+import nibabel as nib, numpy as np
+a = nib.load('cubic.nii')
+nib.save(nib.Nifti1Image(np.zeros(a.shape, np.float32), a.affine), 'none.nii')
+PY
+	ct-compose --floor -100000 --consistent P1.nii cubic.nii none.nii composed.nii
+	ok $? 'ct-compose --consistent'
+	a=$(psnr near.nii composed.nii); above "$a" 100; ok $? "is the same projection ($a dB)"
+	ct-phantom cube --size 40x40x40 cube.nii; ct-degrade -x 4 cube.nii other.nii
+	exits 5 'refuses data of another grid' ct-compose --consistent other.nii cubic.nii none.nii no.nii
+	exits 3 'refuses data that say no operator' ct-compose --consistent hu.nii cubic.nii none.nii no.nii
+else
+	skip 4 'no nibabel'
+fi
+for t in 1 3; do ct-upsample -t $t --iterations 12 P1.nii - >t$t.nii; done
+cmp -s t1.nii t3.nii; ok $? '1 and 3 threads, same bytes'
+for m in tv htv; do
+	ct-upsample -m $m --iterations 100000 --tolerance 0 P1.nii stop.nii &
+	listens $!; kill -TERM $!; wait $!; [ $? -eq 75 ] && [ ! -e stop.nii ]
+	ok $? "$m: a signal leaves nothing, status 75"
+done
+done_testing
