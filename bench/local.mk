@@ -15,3 +15,6 @@ bench: $(bin_PROGRAMS) $(BENCH_C)
 	@$(AM_TESTS_ENVIRONMENT) for b in $(BENCH); do \
 		case $$b in *.sh) $(SHELL) '$(srcdir)'/$$b ;; *) ./$$b ;; esac || exit 1; \
 	done
+EXTRA_PROGRAMS += bench/b-tv
+bench_b_tv_SOURCES = bench/b-tv.c bench/bench.h
+BENCH_C += bench/b-tv

@@ -253,7 +253,8 @@ static void test_noise(void)
 		step = norm(b.x, b.start, b.voxels);
 		moved = ct_dc_correct(&b.dc, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
+				b.x + k * b.n[0] * b.n[1], b.scratch);
 		hard = norm(b.x, b.start, b.voxels);
 		NEAR(sqrt(step * step + moved) / hard, 1, 1e-4, "movement from coefficients");
 		tear_down(&b);

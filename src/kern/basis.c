@@ -113,17 +113,18 @@ CLONES static void fold(float *sum, float *difference, const float *x, size_t n)
 		sum[pairs] = x[pairs];
 }
 
-CLONES static void unfold_add(float *x, const float *even, const float *odd, size_t n)
+CLONES static void unfold_add(
+	float *out, const float *x, const float *even, const float *odd, size_t n)
 {
 	size_t pairs = n / 2;
 
 #pragma GCC ivdep
 	for (size_t j = 0; j < pairs; j++) {
-		x[j] += even[j] + odd[j];
-		x[n - 1 - j] += even[j] - odd[j];
+		out[j] = x[j] + (even[j] + odd[j]);
+		out[n - 1 - j] = x[n - 1 - j] + (even[j] - odd[j]);
 	}
 	if (n % 2)
-		x[pairs] += even[pairs];
+		out[pairs] = x[pairs] + even[pairs];
 }
 
 void ct_basis_analyse_rows(
@@ -144,8 +145,8 @@ void ct_basis_analyse_rows(
 	}
 }
 
-void ct_basis_synthesise_rows(
-	const struct ct_basis *b, float *x, const float *c, size_t h, float *scratch)
+void ct_basis_synthesise_rows(const struct ct_basis *b, float *out, const float *x, const float *c,
+	size_t h, float *scratch)
 {
 	size_t wide = CT_DENSE_ROW(b->half);
 	float *odd = scratch + ROWS * wide;
@@ -158,6 +159,6 @@ void ct_basis_synthesise_rows(
 		ct_dense(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1], (ptrdiff_t)wide, rows,
 			b->n / 2, b->count[1]);
 		for (size_t r = 0; r < rows; r++)
-			unfold_add(x + (y + r) * b->n, scratch + r * wide, odd + r * wide, b->n);
+			unfold_add(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide, odd + r * wide, b->n);
 	}
 }

@@ -36,8 +36,8 @@ size_t ct_basis_scratch(const struct ct_basis *b);
 /* c (h, b->row) = x (h,n) V^T: along rows. */
 void ct_basis_analyse_rows(
 	const struct ct_basis *b, float *c, const float *x, size_t h, float *scratch);
-/* x (h,n) += c (h, b->row) V. */
-void ct_basis_synthesise_rows(
-	const struct ct_basis *b, float *x, const float *c, size_t h, float *scratch);
+/* out (h,n) = x + c (h, b->row) V; out may be x. */
+void ct_basis_synthesise_rows(const struct ct_basis *b, float *out, const float *x, const float *c,
+	size_t h, float *scratch);
 
 #endif

@@ -159,7 +159,7 @@ void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
 		ct_basis_analyse(&dc->v[1], out, row, wide, row, row);
 }
 
-void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch)
+void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, float *scratch)
 {
 	size_t row = dc->row, n = dc->n[0];
 	const float *in = dc->reduced + k * dc->plane, *wide = dc->same[1] ? in : scratch;
@@ -167,11 +167,11 @@ void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch)
 	if (!dc->same[1])
 		ct_basis_synthesise(&dc->v[1], scratch, row, in, row, row);
 	if (!dc->same[0])
-		ct_basis_synthesise_rows(&dc->v[0], x, wide, dc->n[1], scratch + dc->n[1] * row);
+		ct_basis_synthesise_rows(&dc->v[0], out, x, wide, dc->n[1], scratch + dc->n[1] * row);
 	else
 		for (size_t j = 0; j < dc->n[1]; j++)
 			for (size_t i = 0; i < n; i++)
-				x[j * n + i] += wide[j * row + i];
+				out[j * n + i] = x[j * n + i] + wide[j * row + i];
 }
 
 /* A column block of the planes of coefficients, and the squared gains of its columns. */
@@ -313,7 +313,9 @@ static void expand_one(void *arg, size_t k, size_t worker)
 {
 	const struct whole *w = arg;
 
-	ct_dc_expand(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
+	float *x = w->x + k * w->dc->n[0] * w->dc->n[1];
+
+	ct_dc_expand(w->dc, k, x, x,
 		w->scratch + worker * ct_dc_scratch(w->dc));
 }
 

@@ -45,8 +45,8 @@ void ct_dc_free(struct ct_dc *dc);
 size_t ct_dc_scratch(const struct ct_dc *dc);
 /* Plane k of dc->reduced from plane k of a volume, x (n1,n0). Thread-safe for different k. */
 void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch);
-/* x += plane k of the correction. Thread-safe. */
-void ct_dc_expand(const struct ct_dc *dc, size_t k, float *x, float *scratch);
+/* out = x + plane k of the correction; out may be x. Thread-safe. */
+void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, float *scratch);
 /* Reduced planes of a volume x + step to the planes of its correction V^T d along i and j. Returns
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
  * |step + V^T d|^2 = |step|^2 + this. NaN in the first call. */

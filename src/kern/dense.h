@@ -2,8 +2,8 @@
  *
  * Row-major. b is read in blocks of CT_DENSE_WIDTH columns, so its rows must be readable up to the
  * next multiple of it; c is written in its n columns only. A negative ldb or ldc takes rows upwards. Each
- * element is summed in order of k, without fused multiplies: the same bytes on every processor.
- * Pure; c must not overlap a or b.
+ * element is summed in order of k, with fused multiplies where AVX-512 has them. Pure; c must not
+ * overlap a or b.
  */
 #ifndef CT_KERN_DENSE_H
 #define CT_KERN_DENSE_H

@@ -218,7 +218,7 @@ static void extrapolate(void *arg, size_t k, size_t worker)
 	const struct job *j = arg;
 	float *x = j->x + k * j->plane, *next = j->ahead + k * j->plane;
 
-	ct_dc_expand(j->dc, k, next, j->scratch + worker * j->share);
+	ct_dc_expand(j->dc, k, next, next, j->scratch + worker * j->share);
 	for (size_t i = 0; i < j->plane; i++) {
 		float now = next[i];
 

@@ -91,29 +91,45 @@ CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3
 	}
 }
 
-static double roots(size_t n, const float *v)
+enum { LANES = 16 }; /* partial sums, in a fixed order */
+
+static double total(const double part[LANES])
 {
 	double s = 0;
 
-	for (size_t i = 0; i < n; i++)
-		s += sqrt((double)v[i]);
+	for (size_t l = 0; l < LANES; l++)
+		s += part[l];
 	return s;
 }
 
-static double squares(size_t n, const float *v)
+/* Sum of the square roots of v, which it leaves there. */
+CLONES static double roots(float *v, size_t n)
 {
-	double s = 0;
+	double part[LANES] = {0};
 
+#pragma GCC ivdep
 	for (size_t i = 0; i < n; i++)
-		s += (double)v[i] * (double)v[i];
-	return s;
+		v[i] = sqrtf(v[i]);
+	for (size_t i = 0; i < n; i += LANES)
+		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
+			part[l] += (double)v[i + l];
+	return total(part);
+}
+
+CLONES static double squares(const float *v, size_t n)
+{
+	double part[LANES] = {0};
+
+	for (size_t i = 0; i < n; i += LANES)
+		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
+			part[l] += (double)v[i + l] * (double)v[i + l];
+	return total(part);
 }
 
 /* Corrected plane k of x. */
 static void load(const struct job *j, float *to, size_t k, float *scratch)
 {
-	memcpy(to, j->x + k * j->plane, j->plane * sizeof *to);
-	ct_dc_expand(j->dc, k, to, scratch);
+	ct_dc_expand(j->dc, k, to, j->x + k * j->plane, scratch);
 }
 
 static void set_aside(void *arg, size_t slab, size_t worker)
@@ -149,8 +165,8 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, const flo
 
 		sweep_row(&r, n, j->weight, j->s, j->t);
 		if (j->measure) {
-			*tv += roots(n, r.grad);
-			*moved += squares(n, r.step);
+			*tv += roots(r.grad, n);
+			*moved += squares(r.step, n);
 		}
 	}
 }
@@ -213,7 +229,9 @@ static void expand_plane(void *arg, size_t k, size_t worker)
 {
 	const struct job *j = arg;
 
-	ct_dc_expand(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
+	float *x = j->x + k * j->plane;
+
+	ct_dc_expand(j->dc, k, x, x, j->scratch + worker * j->share);
 }
 
 /* One iteration; leaves x before its correction, and the correction in dc. */

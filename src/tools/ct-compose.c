@@ -31,8 +31,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
 	CT_OPT(struct params, consistent, 0, "consistent", "LR", 0, 0,
-		"change OUT as little as makes it agree with this low-resolution CT, NIfTI, which "
-		"says what operator made it"),
+		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
+		"else BASE, says what operator made it"),
 	CT_OPT(struct params, res_out, 0, "residual-out", "FILE", 0, 0,
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
@@ -145,7 +145,9 @@ static int make_consistent(struct ct_vol *out, const struct params *p, const str
 		goto out;
 	known = ct_degrade_get(&lr.meta, &d, e);
 	if (known > 0)
-		ct_fail(e, CT_EINPUT, "does not say what operator made it");
+		known = ct_degrade_get(&out->meta, &d, e);
+	if (known > 0)
+		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
 	if (known || ct_vol_check_finite(&lr, e) ||
 		ct_refine_settle(out, &lr, &d, false, &before, env, e) ||
 		ct_refine_settle(out, &lr, &d, true, &after, env, e)) {

@@ -8,19 +8,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a level of quality means for every step. */
+/* What a level of quality means for every step. Without views the operator is inverted and nothing
+ * else: with the shipped prior that is the most accurate (README). */
 struct preset {
 	int views, steps, t_start, samples, iterations, gaussians;
-	double sampling; /* detector pixels a voxel; 0 the published 1 */
+	double sampling;  /* detector pixels a voxel; 0 the published 1 */
+	double tolerance; /* of ct-upsample, HU */
 };
 
 static const struct preset presets[] = {
-	{32, 2, 20, 1, 300, 20000, 1.375},
-	{48, 2, 20, 1, 600, 40000, 1.375},
-	{64, 2, 20, 2, 1500, 50000, 1.375},
-	{100, 4, 20, 4, 5000, 100000, 1.5},
+	{.tolerance = 1},
+	{.tolerance = 0.1},
+	{64, 2, 20, 2, 1500, 50000, 1.375, 0.1},
+	{100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
 };
-static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0};
+static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
 
 struct params {
 	const char *in, *out, *keep, *prior, *window;
@@ -28,14 +30,15 @@ struct params {
 	bool paper, resume, dry_run;
 };
 
-static const struct params defaults = {.scale = 4, .quality = 2};
+static const struct params defaults = {.scale = 4, .quality = 1};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG(struct params, out, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", "draft|fast|balanced|best",
-		"trade time for accuracy; see DESCRIPTION for what each sets"),
+		"draft and fast invert the operator that made IN, balanced and best add what the "
+		"prior puts into projections; see DESCRIPTION"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published method to the letter: LR projections on a coarser detector, sampling "
 		"from pure noise, average pooling"),
@@ -144,16 +147,30 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
 
+static int add_upsample(struct ct_chain *c, const struct params *p, const struct preset *q,
+	const struct files *f, const char *output, struct ct_err *e)
+{
+	if (ct_chain_add(c, e, false, output, "ct-upsample", NULL) ||
+		ct_chain_word(c, e, "-x%d", p->scale))
+		return -1;
+	if (p->paper ? ct_chain_word(c, e, "--method=cubic")
+		     : ct_chain_word(c, e, "--estimate") ||
+				ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
+		return -1;
+	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
+}
+
 static int plan(struct ct_chain *c, const struct params *p, const struct files *f, uint64_t seed,
 	struct ct_err *e)
 {
 	struct preset q = choose(p);
 
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL) ||
-		ct_chain_add(c, e, false, f->up, "ct-upsample", NULL) ||
-		ct_chain_word(c, e, "-x%d", p->scale) || ct_chain_word(c, e, "--method=%s", p->paper ? "cubic" : "auto") ||
-		ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", f->up) ||
-		add_projections(c, p, &q, f, e) || add_ddnm(c, p, &q, f, seed, e))
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL))
+		return -1;
+	if (q.views == 0)
+		return add_upsample(c, p, &q, f, p->out, e);
+	if (add_upsample(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
+		add_ddnm(c, p, &q, f, seed, e))
 		return -1;
 	if (ct_chain_add(c, e, true, f->res, "ct-nabgs", NULL) ||
 		ct_chain_word(c, e, "--base=%s", f->up) ||
@@ -165,7 +182,10 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
 		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
 		return -1;
-	return ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, p->out, NULL);
+	if (ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, NULL) ||
+		(!p->paper && ct_chain_word(c, e, "--consistent=%s", f->lr)))
+		return -1;
+	return ct_chain_word(c, e, "%s", p->out);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -175,6 +195,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct files f = {0};
 	int rc = -1;
 
+	if (!p->paper && presets[p->quality].views == 0 &&
+		(p->views || p->iterations || p->gaussians || p->prior))
+		return ct_fail(e, CT_EUSAGE,
+			"--views, --iterations, --gaussians and --prior are for --quality balanced or "
+			"best, or --paper");
 	if (p->resume && !p->keep)
 		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
 	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))

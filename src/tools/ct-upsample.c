@@ -36,7 +36,7 @@ static const struct ct_opt opts[] = {
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
-		"assume, and decimation by points if an axis looks aliased"),
+		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
 	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
@@ -196,6 +196,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s", in.n[0], in.n[1], in.n[2], out.n[0],
 		out.n[1], out.n[2], ct_refine_name(did.method));
 	report(env, &did);
+	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
+		goto out;
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 2,
 			(const struct ct_meta *const[]){
