@@ -1,0 +1,65 @@
+# Accuracy on CTs of your own: what every method of ct-upsample makes of a scan that was reduced.
+#
+#   make -f examples/accuracy.mk VOLUMES='chest.nii.gz head.nii.gz'
+#
+# cuts a cube from each, reduces it, refines it again, and prints a table for each factor: PSNR (dB)
+# and SSIM (2-D, mean of three axes) in the window -512:3071, the gain over cubic, wall seconds, peak
+# memory. Files stay in OUT; make -j is fine, but then seconds are not those of a free machine.
+VOLUMES =
+CUBE = 128
+FACTORS = 4 8
+PROTOCOLS = P1 P2 P3
+METHODS = linear cubic bspline sinc dc tv htv auto
+OUT = accuracy
+TIME = /usr/bin/time
+
+stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
+NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
+CASES = $(foreach n,$(NAMES),$(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(n)/$(p)x$(f))))
+ROWS = $(foreach c,$(CASES),$(foreach m,$(METHODS),$(OUT)/$(c)/$(m).row))
+
+all: $(OUT)/table
+	@cat $<
+
+$(OUT)/table: $(ROWS)
+	@for f in $(FACTORS); do \
+		printf '\n%sx, %s voxels\n' $$f '$(CUBE)^3'; \
+		printf '%-36s %-4s %-8s %8s %7s %7s %7s %8s %5s\n' scan '' method PSNR SSIM gain gain \
+			seconds MiB; \
+		for n in $(NAMES); do for p in $(PROTOCOLS); do \
+			for m in $(METHODS); do \
+				cat $(OUT)/$$n/$${p}x$$f/cubic.row $(OUT)/$$n/$${p}x$$f/$$m.row | \
+				awk -v n=$$n -v p=$$p -v m=$$m 'NR == 1 {a = $$1; b = $$2} NR == 2 { \
+					printf "%-36s %-4s %-8s %8.3f %7.4f %+7.2f %+7.3f %8.1f %5d\n", \
+					n, p, m, $$1, $$2, $$1 - a, $$2 - b, $$3, $$4 / 1024}'; \
+			done; \
+		done; done; \
+	done >$@
+
+define scan
+$(OUT)/$(call stem,$(1))/hr.nii: $(1)
+	@mkdir -p $$(@D)
+	ct-convert -q -f --cube $(CUBE) $$< $$(@D)/all.nii
+	ct-degrade -q -f -x 1 --clip -512:3071 $$(@D)/all.nii $$@; rm $$(@D)/all.nii
+endef
+$(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
+
+define reduce
+$(OUT)/%/$(1)x$(2)/lr.nii: $(OUT)/%/hr.nii
+	@mkdir -p $$(@D)
+	ct-degrade -q -f -x $(2) --protocol $(1) $$< $$@
+endef
+$(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(eval $(call reduce,$(p),$(f)))))
+
+define refine
+$(OUT)/$(1)/$(2).row: $(OUT)/$(1)/lr.nii $(OUT)/$(dir $(1))hr.nii
+	@$(TIME) -o $$@.time -f '%e %M' ct-upsample -q -f -m $(2) $$< $$@.nii
+	@ct-metrics $(OUT)/$(dir $(1))hr.nii $$@.nii | awk '$$$$1 == "psnr" || $$$$1 == "ssim-r2" \
+		{printf "%s ", $$$$2}' | cat - $$@.time >$$@.part
+	@rm $$@.nii $$@.time; mv $$@.part $$@
+endef
+$(foreach c,$(CASES),$(foreach m,$(sort $(METHODS) cubic),$(eval $(call refine,$(c),$(m)))))
+
+.PHONY: all
+.DELETE_ON_ERROR:
+.SECONDARY:
