@@ -15,8 +15,8 @@ for lr in P1 P2 P3 thick; do
 	a=$(psnr hu.nii up.nii); b=$(psnr hu.nii cubic.nii)
 	above "$a" "$b"; ok $? "$lr: better than cubic ($a, $b)"
 done
-ct-upsample -v P1.nii a.nii 2>err; has err ', tv$' 'well sampled: total variation'
-ct-upsample -v P3.nii b.nii 2>err; has err ', htv$' 'aliased: second-order variation'
+ct-upsample -v P1.nii a.nii 2>err; has err ', tv, ' 'well sampled: total variation'
+ct-upsample -v P3.nii b.nii 2>err; has err ', htv, ' 'aliased: second-order variation'
 ct-degrade -x 4 a.nii again.nii
 a=$(psnr P1.nii again.nii); above "$a" 100; ok $? "degraded again it is the input ($a dB)"
 for m in linear cubic bspline lanczos sinc dc tv htv; do
@@ -66,4 +66,7 @@ for m in tv htv; do
 	[ $status -eq 75 ] && [ ! -e stop.nii ]
 	ok $? "$m: a signal leaves nothing, status 75 (got $status)"
 done
+exits 0 'a dry run' ct-upsample --dry-run P1.nii no.nii
+has out '^memory .* MiB$' 'says what it would take'
+[ ! -e no.nii ]; ok $? 'and does nothing'
 done_testing

@@ -5,9 +5,12 @@
 #include "formats/io.h"
 #include "kern/estimate.h"
 #include "kern/refine.h"
+#include "kern/reframe.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 struct params {
 	const char *in, *out, *factor, *sigma, *start;
@@ -168,33 +171,96 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS", r->residual);
 }
 
+static double now(void)
+{
+	struct timespec t;
+
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Refine the middle of IN, and say what all of it will take. */
+static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule, const struct ct_env *env,
+	struct ct_err *e)
+{
+	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
+	static const double volumes[] = {2, 2, 2, 2, 2, 2, 3, 5, 9}; /* by enum ct_refine */
+	struct ct_refine_rule some = *rule;
+	struct ct_refine_report did;
+	struct ct_vol piece = {0}, out = {0};
+	double fine = 1, part = 1, begin, seconds;
+	ptrdiff_t start[3];
+	size_t n[3];
+	int rc = -1;
+
+	for (int a = 0; a < 3; a++) {
+		n[a] = in->n[a] < PIECE ? in->n[a] : PIECE;
+		start[a] = (ptrdiff_t)(in->n[a] - n[a]) / 2;
+		part *= (double)in->n[a] / (double)n[a];
+		fine *= (double)ct_degrade_cover(in->n[a], rule->by.factor[a]);
+	}
+	if (ct_vol_alloc(&piece, n, e))
+		goto out;
+	memcpy(piece.affine, in->affine, sizeof piece.affine);
+	ct_crop(piece.data, n, in->data, in->n, start, 0);
+	some.start = NULL;
+	some.iterations = rule->iterations < TRIES ? rule->iterations : TRIES;
+	some.tolerance = 0;
+	begin = now();
+	if (ct_refine(&out, &piece, &some, &did, env, e))
+		goto out;
+	seconds = (now() - begin) * part;
+	if (did.iterations)
+		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
+	printf("method    %s\n", ct_refine_name(did.method));
+	printf("time      %.0f s on %zu threads\n", seconds, ct_par_threads(env->par));
+	printf("memory    %.0f MiB\n", 4 * fine * volumes[did.method] / 0x1p20);
+	printf("disk      %.0f MiB at most\n", 4 * fine / 0x1p20);
+	rc = 0;
+out:
+	ct_vol_free(&piece);
+	ct_vol_free(&out);
+	return rc;
+}
+
+static int read_inputs(struct ct_vol *in, struct ct_vol *start, const struct params *p,
+	struct ct_err *e)
+{
+	if (ct_vol_read(p->in, in, e))
+		return -1;
+	if (ct_vol_check_finite(in, e))
+		return ct_blame(e, p->in);
+	if (!p->start)
+		return 0;
+	if (ct_vol_read(p->start, start, e))
+		return -1;
+	return ct_vol_check_finite(start, e) ? ct_blame(e, p->start) : 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_vol in = {0}, out = {0}, start = {0};
 	struct ct_refine_rule rule;
 	struct ct_refine_report did;
+	double begin;
 	int rc = -1;
 
-	if (ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+	if ((!env->dry_run && ct_out_check(p->out, env, e)) || read_inputs(&in, &start, p, e) ||
+		rule_of(&rule, p, &in, env, e))
 		goto out;
-	if (ct_vol_check_finite(&in, e)) {
-		ct_blame(e, p->in);
-		goto out;
-	}
-	if (rule_of(&rule, p, &in, env, e))
-		goto out;
-	if (p->start && (ct_vol_read(p->start, &start, e) || ct_vol_check_finite(&start, e))) {
-		ct_blame(e, p->start);
-		goto out;
-	}
 	rule.start = p->start ? &start : NULL;
-	if (ct_refine(&out, &in, &rule, &did, env, e)) {
+	begin = now();
+	if (env->dry_run ? expect(&in, &rule, env, e) : ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
-	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s", in.n[0], in.n[1], in.n[2], out.n[0],
-		out.n[1], out.n[2], ct_refine_name(did.method));
+	if (env->dry_run) {
+		rc = 0;
+		goto out;
+	}
+	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", in.n[0], in.n[1], in.n[2],
+		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), now() - begin);
 	report(env, &did);
 	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;
@@ -219,6 +285,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
+	.flags = CT_LONG,
 };
 
 int main(int argc, char **argv)
