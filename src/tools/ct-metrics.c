@@ -17,7 +17,8 @@ struct params {
 };
 
 #define ALL CT_SSIM_KINDS /* the last word of --ssim */
-static const char *const ssim_name[] = {"ssim-r2", "ssim-skimage", "ssim-wang"};
+static const char *const ssim_name[] = {"ssim-r2", "ssim-skimage", "ssim-wang",
+	"ssim-skimage11", "ssim-3d", "ssim-3d-gauss"};
 
 static const struct params defaults = {
 	.ssim = -1, .min_psnr = (double)NAN, .min_ssim = (double)NAN};
@@ -34,7 +35,7 @@ static const struct ct_opt opts[] = {
 		"count only voxels where FILE, on the same grid, is not zero"),
 	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
 	CT_CHOICE(
-		struct params, ssim, 0, "ssim", "r2|skimage|wang|all", "which definition of SSIM"),
+		struct params, ssim, 0, "ssim", "r2|skimage|wang|skimage11|3d|3d-gauss|all", "which definition of SSIM"),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
 		"exit with status 3 if PSNR is lower"),
 	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
@@ -140,7 +141,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (p->mask && read_checked(&mask, p->mask, e))
 		goto out;
-	if (ct_metrics(&m, &ref, &test, p->mask ? &mask : NULL, &rule, env, e)) {
+	if (ct_metrics(&m, NULL, &ref, &test, p->mask ? &mask : NULL, &rule, env, e)) {
 		ct_blame(e, p->test);
 		goto out;
 	}

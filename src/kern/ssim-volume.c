@@ -1,0 +1,317 @@
+/* ssim-volume.c: see ssim-volume.h.
+ *
+ * A task is a block of slices along z. It walks tiles of columns along x, and in each chunks of
+ * rows along y. Of every row the products x, y, x^2 + y^2, xy of the slices of the block and
+ * their neighbours are filtered along z, then along x, and put behind the 2 radius rows that the
+ * chunk before has left; then the rows of each slice are filtered along y. Axes that the
+ * definition does not filter have radius 0. Outside the volume all products are zero.
+ *
+ * Contraction is off and a clone only widens the vectors, so every machine gives the same bits.
+ */
+#include "config.h"
+#include "kern/ssim-volume.h"
+#include "core/mem.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LANES = 8, MAPS = 4, R = CT_SSIM_TAPS / 2 };
+enum { TX = 96, PX = TX + 16, TZ = 8, CY = 16 }; /* PX >= TX + 2 R */
+enum {
+	PRODUCTS = (TZ + 2 * R) * MAPS * PX,
+	ROW = MAPS * PX,
+	CHUNK = (CY + 2 * R) * MAPS * TX, /* of one slice */
+	SCRATCH = PRODUCTS + 2 * ROW + TZ * CHUNK + 2 * TX
+};
+
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+typedef double vd __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+
+struct job {
+	const struct ct_ssim_rule *rule;
+	const struct ct_ssim_map *map;
+	const struct ct_env *env;
+	int axis;
+	size_t n[3], radius[3], crop[3], block;
+	const float *ref, *test, *mask;
+	double *scratch;
+	double *part; /* [task][2][n[axis]]; for slices across z the result itself */
+};
+
+/* The scratch of one worker. */
+struct work {
+	double *products; /* [TZ + 2 R][MAPS][pitch] */
+	double *row;	  /* [MAPS][pitch] */
+	double *mean;	  /* [MAPS][TX] */
+	double *chunk;	  /* [TZ][CY + 2 R][MAPS][TX] */
+	double *s, *weight;
+	size_t pitch; /* PX, or TX if x is not filtered */
+};
+
+struct place {
+	size_t x0, y0, z0, slices, rows;
+};
+
+static inline __attribute__((always_inline)) void weigh(double *restrict out,
+	const double *const *in, size_t n, size_t radius, const double *restrict tap)
+{
+	for (size_t j = 0; j < n; j += LANES) {
+		vd acc = tap[radius] * *(const vd *)(in[radius] + j);
+
+		for (size_t k = 0; k < radius; k++)
+			acc += tap[k] *
+			       (*(const vd *)(in[k] + j) + *(const vd *)(in[2 * radius - k] + j));
+		*(vd *)(out + j) = acc;
+	}
+}
+
+/* out[j] = sum_k tap[k] in[k][j], j < n rounded up to LANES; taps are symmetric. */
+CLONES static void filter(double *restrict out, const double *const *in, size_t n, size_t radius,
+	const double *restrict tap)
+{
+	if (radius == 5) /* constants, so that the compiler unrolls */
+		weigh(out, in, n, 5, tap);
+	else
+		weigh(out, in, n, 3, tap);
+}
+
+CLONES static void multiply(double *restrict out, size_t pitch, const float *restrict x,
+	const float *restrict y, size_t n, double lo, double hi, double zero, double scale)
+{
+	double *restrict px = out, *restrict py = out + pitch;
+	double *restrict pp = out + 2 * pitch, *restrict pq = out + 3 * pitch;
+
+	for (size_t j = 0; j < n; j++) {
+		double a = (double)x[j], b = (double)y[j];
+
+		a = a > lo ? a : lo;
+		b = b > lo ? b : lo;
+		a = ((a < hi ? a : hi) - zero) * scale;
+		b = ((b < hi ? b : hi) - zero) * scale;
+		px[j] = a;
+		py[j] = b;
+		pp[j] = a * a + b * b;
+		pq[j] = a * b;
+	}
+}
+
+CLONES static void similarity(
+	double *restrict s, const double *restrict mean, double c1, double c2, double unbias)
+{
+	const double *restrict mx = mean, *restrict my = mean + TX;
+	const double *restrict e2 = mean + 2 * TX, *restrict exy = mean + 3 * TX;
+
+	for (size_t j = 0; j < TX; j++) {
+		double xy = mx[j] * my[j], m2 = mx[j] * mx[j] + my[j] * my[j];
+
+		s[j] = (2 * xy + c1) * (2 * unbias * (exy[j] - xy) + c2) /
+		       ((m2 + c1) * (unbias * (e2[j] - m2) + c2));
+	}
+}
+
+/* sum of weight s and of weight, lane by lane and then across. */
+CLONES static void add_up(double total[2], const double *s, const double *weight)
+{
+	vd sum = {0}, count = {0};
+
+	for (size_t j = 0; j < TX; j += LANES) {
+		sum += *(const vd *)(weight + j) * *(const vd *)(s + j);
+		count += *(const vd *)(weight + j);
+	}
+	for (size_t i = 0; i < LANES; i++) {
+		total[0] += sum[i];
+		total[1] += count[i];
+	}
+}
+
+static void lay_out(struct work *w, const struct job *j, size_t worker)
+{
+	w->products = j->scratch + worker * SCRATCH;
+	w->row = w->products + PRODUCTS;
+	w->mean = w->row + ROW;
+	w->chunk = w->mean + ROW;
+	w->s = w->chunk + TZ * CHUNK;
+	w->weight = w->s + TX;
+	w->pitch = j->radius[0] ? PX : TX;
+}
+
+/* Products of row y of slice z, columns from x0 - radius on. */
+static void load(const struct job *j, double *out, size_t pitch, size_t x0, size_t y, size_t z)
+{
+	size_t r = j->radius[0], from = x0 < r ? r - x0 : 0, to = j->n[0] + r - x0;
+	size_t at = (z * j->n[1] + y) * j->n[0] + x0 + from - r;
+
+	to = to < pitch ? to : pitch;
+	if (from > 0 || to < pitch)
+		memset(out, 0, MAPS * pitch * sizeof *out);
+	if (y + 1 < j->n[1]) /* the row that comes next is not where the machine expects it */
+		for (size_t i = 0; i < to - from; i += 16) {
+			__builtin_prefetch(j->ref + at + j->n[0] + i);
+			__builtin_prefetch(j->test + at + j->n[0] + i);
+		}
+	multiply(out + from, pitch, j->ref + at, j->test + at, to - from, j->map->lo, j->map->hi,
+		j->map->zero, j->map->scale);
+}
+
+/* Row y of the slices of the block, filtered along z and x, as row b of their chunks. */
+static void fill(const struct job *j, struct work *w, const struct place *p, size_t b, size_t y)
+{
+	size_t rx = j->radius[0], rz = j->radius[2], width = MAPS * w->pitch;
+	const double *in[CT_SSIM_TAPS];
+
+	for (size_t k = 0; k < p->slices + 2 * rz; k++) {
+		size_t z = p->z0 + k - rz;
+
+		if (p->z0 + k < rz || z >= j->n[2])
+			memset(w->products + k * width, 0, width * sizeof *w->products);
+		else
+			load(j, w->products + k * width, w->pitch, p->x0, y, z);
+	}
+	for (size_t z = 0; z < p->slices; z++) {
+		double *out = w->chunk + z * CHUNK + b * MAPS * TX;
+		const double *row = w->products + z * width;
+
+		for (size_t k = 0; k <= 2 * rz; k++)
+			in[k] = w->products + (z + k) * width;
+		if (rz > 0) {
+			filter(rx ? w->row : out, in, width, rz, j->rule->tap);
+			row = w->row;
+		} else if (rx == 0)
+			memcpy(out, row, width * sizeof *out);
+		for (size_t m = 0; m < MAPS && rx > 0; m++) {
+			for (size_t k = 0; k <= 2 * rx; k++)
+				in[k] = row + m * w->pitch + k;
+			filter(out + m * TX, in, TX, rx, j->rule->tap);
+		}
+	}
+}
+
+/* Rows b .. end of the chunks, row b being y0 + b - radius. */
+static void fill_rows(
+	const struct job *j, struct work *w, const struct place *p, size_t b, size_t end)
+{
+	size_t ry = j->radius[1];
+
+	for (; b < end; b++) {
+		if (p->y0 + b >= ry && p->y0 + b - ry < j->n[1]) {
+			fill(j, w, p, b, p->y0 + b - ry);
+			continue;
+		}
+		for (size_t z = 0; z < p->slices; z++)
+			memset(w->chunk + z * CHUNK + b * MAPS * TX, 0,
+				MAPS * TX * sizeof *w->chunk);
+	}
+}
+
+/* What the TX voxels from (x0, y, z) on count: 0 or 1. */
+static void weights(const struct job *j, double *weight, size_t x0, size_t y, size_t z)
+{
+	size_t c = j->crop[0], from = x0 < c ? c - x0 : 0, to = j->n[0] - x0;
+	const float *mask = j->mask ? j->mask + (z * j->n[1] + y) * j->n[0] + x0 : NULL;
+
+	to = to > c ? to - c : 0;
+	to = to < TX ? to : TX;
+	memset(weight, 0, TX * sizeof *weight);
+	for (size_t i = from; i < to; i++)
+		weight[i] = mask && mask[i] == 0.0f ? 0 : 1;
+}
+
+static void emit(const struct job *j, struct work *w, const struct place *p, size_t row,
+	size_t slice, double *part)
+{
+	size_t y = p->y0 + row, z = p->z0 + slice, ry = j->radius[1], len = j->n[j->axis];
+	const double *mean = w->chunk + slice * CHUNK + row * MAPS * TX, *in[CT_SSIM_TAPS];
+	double total[2] = {0};
+
+	if (y < j->crop[1] || y + j->crop[1] >= j->n[1] || z < j->crop[2] ||
+		z + j->crop[2] >= j->n[2])
+		return;
+	for (size_t k = 0; k <= 2 * ry; k++)
+		in[k] = mean + k * MAPS * TX;
+	if (ry > 0) {
+		filter(w->mean, in, MAPS * TX, ry, j->rule->tap);
+		mean = w->mean;
+	}
+	similarity(w->s, mean, j->rule->c1, j->rule->c2, j->rule->unbias);
+	weights(j, w->weight, p->x0, y, z);
+	if (j->axis == 0) {
+		for (size_t i = 0; i < TX && p->x0 + i < len; i++) {
+			part[p->x0 + i] += w->weight[i] * w->s[i];
+			part[len + p->x0 + i] += w->weight[i];
+		}
+		return;
+	}
+	add_up(total, w->s, w->weight);
+	part[j->axis == 1 ? y : z] += total[0];
+	part[len + (j->axis == 1 ? y : z)] += total[1];
+}
+
+static void block(void *arg, size_t task, size_t worker)
+{
+	const struct job *j = arg;
+	size_t carry = 2 * j->radius[1], row = MAPS * TX;
+	double *part = j->part + (j->axis == 2 ? 0 : task * 2 * j->n[j->axis]);
+	struct place p = {.z0 = task * j->block};
+	struct work w;
+
+	if (ct_stopping(j->env))
+		return;
+	lay_out(&w, j, worker);
+	p.slices = j->n[2] - p.z0 < j->block ? j->n[2] - p.z0 : j->block;
+	for (p.x0 = 0; p.x0 < j->n[0]; p.x0 += TX)
+		for (p.y0 = 0; p.y0 < j->n[1]; p.y0 += CY) {
+			p.rows = j->n[1] - p.y0 < CY ? j->n[1] - p.y0 : CY;
+			for (size_t z = 0; z < p.slices && p.y0 > 0; z++)
+				memcpy(w.chunk + z * CHUNK, w.chunk + z * CHUNK + CY * row,
+					carry * row * sizeof *w.chunk);
+			fill_rows(j, &w, &p, p.y0 > 0 ? carry : 0, p.rows + carry);
+			for (size_t z = 0; z < p.slices; z++)
+				for (size_t y = 0; y < p.rows; y++)
+					emit(j, &w, &p, y, z, part);
+		}
+}
+
+int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, int axis,
+	const size_t n[static 3], const float *ref, const float *test, const float *mask,
+	const struct ct_ssim_map *map, const struct ct_env *env, struct ct_err *e)
+{
+	struct job j = {.rule = rule,
+		.map = map,
+		.env = env,
+		.axis = axis,
+		.ref = ref,
+		.test = test,
+		.mask = mask};
+	size_t tasks, len = n[axis], parts;
+	int rc = -1;
+
+	for (int a = 0; a < 3; a++) {
+		j.n[a] = n[a];
+		j.radius[a] = a == axis && rule->dims == 2 ? 0 : rule->radius;
+		j.crop[a] = a == axis && rule->dims == 2 ? 0 : rule->crop;
+	}
+	j.block = j.radius[2] ? TZ : 1;
+	tasks = (n[2] + j.block - 1) / j.block;
+	parts = axis == 2 ? 1 : tasks;
+	if (ct_alloc0(&j.part, parts * 2 * len, sizeof *j.part, e) ||
+		ct_alloc(&j.scratch, SCRATCH * ct_par_threads(env->par), sizeof *j.scratch, e))
+		goto out;
+	ct_par_for(env->par, tasks, block, &j);
+	for (size_t k = 0; k < len; k++)
+		sum[k] = count[k] = 0;
+	for (size_t t = 0; t < parts; t++)
+		for (size_t k = 0; k < len; k++) {
+			sum[k] += j.part[t * 2 * len + k];
+			count[k] += j.part[t * 2 * len + len + k];
+		}
+	rc = ct_check_stop(env, e);
+out:
+	free(j.part);
+	free(j.scratch);
+	return rc;
+}
