@@ -6,22 +6,16 @@
 #include "config.h"
 #include "kern/difference.h"
 #include "core/mem.h"
+#include "kern/lanes.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = 8, COLUMNS = 7 };
+enum { COLUMNS = 7 };
 
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-typedef double vd __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
-typedef int64_t vl __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+typedef ct_vd vd;
+typedef ct_vl vl;
 
 struct job {
 	const size_t *n;
@@ -42,33 +36,42 @@ struct rows {
 	double *d, *down, *next, *w, *w_down, *w_next, *mapped;
 };
 
-CLONES static void subtract(
+/* test - ref, n of them and zeros up to the next whole vector. */
+CT_LANES_CLONES static void subtract(
 	double *restrict d, const float *restrict ref, const float *restrict test, size_t n)
 {
-	for (size_t i = 0; i < n; i++)
-		d[i] = (double)test[i] - (double)ref[i];
+	size_t i = 0;
+
+	for (; i + CT_LANES <= n; i += CT_LANES)
+		*(vd *)(d + i) = ct_lanes_load(test + i) - ct_lanes_load(ref + i);
+	if (i < n)
+		*(vd *)(d + i) =
+			ct_lanes_load_some(test + i, n - i) - ct_lanes_load_some(ref + i, n - i);
 }
 
-CLONES static void subtract_mapped(double *restrict d, const float *restrict ref,
-	const float *restrict test, size_t n, double lo, double hi, double scale)
+/* The same of the mapped values. */
+CT_LANES_CLONES static void subtract_mapped(double *restrict d, const float *restrict ref,
+	const float *restrict test, size_t n, const struct ct_ssim_map *map)
 {
-	for (size_t i = 0; i < n; i++) {
-		double a = (double)ref[i], b = (double)test[i];
+	const double lo = map->lo, hi = map->hi, scale = map->scale;
 
-		a = a > lo ? a : lo;
-		b = b > lo ? b : lo;
-		d[i] = ((b < hi ? b : hi) - (a < hi ? a : hi)) * scale;
+	for (size_t i = 0; i < n; i += CT_LANES) {
+		bool whole = n - i >= CT_LANES;
+		vd a = whole ? ct_lanes_load(ref + i) : ct_lanes_load_some(ref + i, n - i);
+		vd b = whole ? ct_lanes_load(test + i) : ct_lanes_load_some(test + i, n - i);
+
+		*(vd *)(d + i) = (ct_lanes_clip(b, lo, hi) - ct_lanes_clip(a, lo, hi)) * scale;
 	}
 }
 
-CLONES static void choose(double *restrict w, const float *restrict mask, size_t n)
+static void choose(double *restrict w, const float *restrict mask, size_t n)
 {
 	for (size_t i = 0; i < n; i++)
 		w[i] = mask[i] != 0.0f ? 1.0 : 0.0;
 }
 
 /* flag[i] |= ref[i] > threshold; is any? */
-CLONES static bool mark(
+CT_LANES_CLONES static bool mark(
 	unsigned char *restrict flag, const float *restrict ref, size_t n, float threshold)
 {
 	unsigned any = 0;
@@ -82,36 +85,26 @@ CLONES static bool mark(
 	return any != 0;
 }
 
-static double across(const vd *v)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < LANES; i++)
-		sum += (*v)[i];
-	return sum;
-}
-
 #define AT(p) (*(const vd *)((p) + i))
 
 /* Sums of one row; the buffers end in zeros. */
-CLONES static void sum_row(struct ct_sums *s, const struct rows *r, size_t pitch)
+CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, size_t pitch)
 {
 	vd count = {0}, square = {0}, abs = {0}, diff = {0}, mapped = {0}, max = {0};
 	vd pairs[3] = {{0}}, gradient[3] = {{0}};
-	const vl sign = (vl)(-(vd){0});
 
-	for (size_t i = 0; i + LANES < pitch; i += LANES) {
+	for (size_t i = 0; i + CT_LANES < pitch; i += CT_LANES) {
 		vd w = AT(r->w), d = AT(r->d), m = AT(r->mapped), wd = w * d;
 		vd pi = w * AT(r->w + 1), pj = w * AT(r->w_down), pk = w * AT(r->w_next);
 		vd gi = AT(r->d + 1) - d, gj = AT(r->down) - d, gk = AT(r->next) - d;
-		vl a = (vl)wd & ~sign, more = (vl)((vd)a > max);
+		vd a = ct_lanes_abs(wd);
 
 		count += w;
 		square += wd * d;
-		abs += (vd)a;
+		abs += a;
 		diff += wd;
 		mapped += w * m * m;
-		max = (vd)((a & more) | ((vl)max & ~more));
+		max = ct_lanes_pick((vl)(a > max), a, max);
 		pairs[0] += pi;
 		pairs[1] += pj;
 		pairs[2] += pk;
@@ -119,27 +112,27 @@ CLONES static void sum_row(struct ct_sums *s, const struct rows *r, size_t pitch
 		gradient[1] += pj * gj * gj;
 		gradient[2] += pk * gk * gk;
 	}
-	s->count = across(&count);
-	s->square = across(&square);
-	s->abs = across(&abs);
-	s->diff = across(&diff);
-	s->mapped = across(&mapped);
+	s->count = ct_lanes_sum(&count);
+	s->square = ct_lanes_sum(&square);
+	s->abs = ct_lanes_sum(&abs);
+	s->diff = ct_lanes_sum(&diff);
+	s->mapped = ct_lanes_sum(&mapped);
 	s->max = 0;
-	for (size_t i = 0; i < LANES; i++)
+	for (size_t i = 0; i < CT_LANES; i++)
 		s->max = max[i] > s->max ? max[i] : s->max;
 	for (int a = 0; a < 3; a++) {
-		s->pairs[a] = across(&pairs[a]);
-		s->gradient[a] = across(&gradient[a]);
+		s->pairs[a] = ct_lanes_sum(&pairs[a]);
+		s->gradient[a] = ct_lanes_sum(&gradient[a]);
 	}
 }
 
 /* Add a row to the sums of its columns: count, square, abs, diff, mapped, pairs, gradient along x,
  * each `pitch` long. The largest |d| of a slice across x is not kept. */
-CLONES static void sum_columns(double *restrict c, const struct rows *r, size_t pitch)
+CT_LANES_CLONES static void sum_columns(double *restrict c, const struct rows *r, size_t pitch)
 {
 	const double *restrict w = r->w, *restrict d = r->d, *restrict m = r->mapped;
 
-	for (size_t i = 0; i + LANES < pitch; i++) {
+	for (size_t i = 0; i + CT_LANES < pitch; i++) {
 		double wd = w[i] * d[i], p = w[i] * w[i + 1], g = d[i + 1] - d[i];
 
 		c[i] += w[i];
@@ -202,8 +195,7 @@ static void slab(void *arg, size_t k, size_t worker)
 
 		widen(j, r.down, r.w_down, at + 1, y + 1 < n1);
 		widen(j, r.next, r.w_next, at + n1, k + 1 < j->n[2]);
-		subtract_mapped(r.mapped, j->ref + at * n0, j->test + at * n0, n0, j->map->lo,
-			j->map->hi, j->map->scale);
+		subtract_mapped(r.mapped, j->ref + at * n0, j->test + at * n0, n0, j->map);
 		sum_row(&row, &r, j->pitch);
 		add(&j->slab[k], &row);
 		if (j->row)
@@ -254,7 +246,8 @@ static int set_up(struct job *j, struct ct_difference *d, bool slices, struct ct
 	const size_t *n = j->n;
 	size_t rows = n[1] * n[2], threads = ct_par_threads(j->env->par);
 
-	j->pitch = (n[0] + LANES) / LANES * LANES + LANES; /* a zero behind the last vector */
+	j->pitch = (n[0] + CT_LANES) / CT_LANES * CT_LANES +
+		   CT_LANES; /* a zero behind the last vector */
 	for (int a = 0; a < 3; a++)
 		if (ct_alloc0(&d->above[a], n[a], sizeof **d->above, e) ||
 			((a == 2 || slices) && ct_alloc0(&d->slice[a], n[a], sizeof **d->slice, e)))

@@ -8,6 +8,7 @@ libct_a_SOURCES += src/kern/packet.c src/kern/packet.h
 libct_a_SOURCES += src/kern/photons.c src/kern/photons.h
 libct_a_SOURCES += src/kern/phantom.c src/kern/phantom-sets.c src/kern/phantom.h
 libct_a_SOURCES += src/kern/ssim.c src/kern/ssim.h
+libct_a_SOURCES += src/kern/lanes.h
 libct_a_SOURCES += src/kern/ssim-volume.c src/kern/ssim-volume.h
 libct_a_SOURCES += src/kern/taps.c src/kern/taps.h
 libct_a_SOURCES += src/kern/resample.c src/kern/resample.h

@@ -5,17 +5,17 @@
  * their neighbours are filtered along z, then along x, and put behind the 2 radius rows that the
  * chunk before has left; then the rows of each slice are filtered along y. Axes that the
  * definition does not filter have radius 0. Outside the volume all products are zero.
- *
- * Contraction is off and a clone only widens the vectors, so every machine gives the same bits.
  */
 #include "config.h"
 #include "kern/ssim-volume.h"
 #include "core/mem.h"
+#include "kern/lanes.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = 8, MAPS = 4, R = CT_SSIM_TAPS / 2 };
+enum { MAPS = 4, R = CT_SSIM_TAPS / 2 };
 enum { TX = 96, PX = TX + 16, TZ = 8, CY = 16 }; /* PX >= TX + 2 R */
 enum {
 	PRODUCTS = (TZ + 2 * R) * MAPS * PX,
@@ -24,13 +24,7 @@ enum {
 	SCRATCH = PRODUCTS + 2 * ROW + TZ * CHUNK + 2 * TX
 };
 
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-typedef double vd __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+typedef ct_vd vd;
 
 struct job {
 	const struct ct_ssim_rule *rule;
@@ -57,22 +51,30 @@ struct place {
 	size_t x0, y0, z0, slices, rows;
 };
 
-static inline __attribute__((always_inline)) void weigh(double *restrict out,
-	const double *const *in, size_t n, size_t radius, const double *restrict tap)
+CT_LANES_INLINE void weigh(double *restrict out, const double *const *in, size_t n, size_t radius,
+	const double *restrict tap)
 {
-	for (size_t j = 0; j < n; j += LANES) {
-		vd acc = tap[radius] * *(const vd *)(in[radius] + j);
+	const double *at[CT_SSIM_TAPS];
+	double w[R + 1];
 
+	for (size_t k = 0; k <= 2 * radius; k++)
+		at[k] = in[k];
+	for (size_t k = 0; k <= radius; k++)
+		w[k] = tap[k];
+	for (size_t j = 0; j < n; j += CT_LANES) {
+		vd acc = w[radius] * *(const vd *)(at[radius] + j);
+
+#pragma GCC unroll 5
 		for (size_t k = 0; k < radius; k++)
-			acc += tap[k] *
-			       (*(const vd *)(in[k] + j) + *(const vd *)(in[2 * radius - k] + j));
+			acc += w[k] *
+			       (*(const vd *)(at[k] + j) + *(const vd *)(at[2 * radius - k] + j));
 		*(vd *)(out + j) = acc;
 	}
 }
 
-/* out[j] = sum_k tap[k] in[k][j], j < n rounded up to LANES; taps are symmetric. */
-CLONES static void filter(double *restrict out, const double *const *in, size_t n, size_t radius,
-	const double *restrict tap)
+/* out[j] = sum_k tap[k] in[k][j], j < n rounded up to CT_LANES; taps are symmetric. */
+CT_LANES_CLONES static void filter(double *restrict out, const double *const *in, size_t n,
+	size_t radius, const double *restrict tap)
 {
 	if (radius == 5) /* constants, so that the compiler unrolls */
 		weigh(out, in, n, 5, tap);
@@ -80,27 +82,32 @@ CLONES static void filter(double *restrict out, const double *const *in, size_t 
 		weigh(out, in, n, 3, tap);
 }
 
-CLONES static void multiply(double *restrict out, size_t pitch, const float *restrict x,
-	const float *restrict y, size_t n, double lo, double hi, double zero, double scale)
+/* x, y, x^2 + y^2 and xy of n mapped voxels, `pitch` apart. */
+CT_LANES_CLONES static void multiply(double *restrict out, size_t pitch, const float *restrict x,
+	const float *restrict y, size_t n, const struct ct_ssim_map *map)
 {
-	double *restrict px = out, *restrict py = out + pitch;
-	double *restrict pp = out + 2 * pitch, *restrict pq = out + 3 * pitch;
+	const double lo = map->lo, hi = map->hi, zero = map->zero, scale = map->scale;
 
-	for (size_t j = 0; j < n; j++) {
-		double a = (double)x[j], b = (double)y[j];
+	for (size_t j = 0; j < n; j += CT_LANES) {
+		size_t some = n - j;
+		bool whole = some >= CT_LANES;
+		vd a = whole ? ct_lanes_load(x + j) : ct_lanes_load_some(x + j, some);
+		vd b = whole ? ct_lanes_load(y + j) : ct_lanes_load_some(y + j, some);
+		vd p[MAPS];
 
-		a = a > lo ? a : lo;
-		b = b > lo ? b : lo;
-		a = ((a < hi ? a : hi) - zero) * scale;
-		b = ((b < hi ? b : hi) - zero) * scale;
-		px[j] = a;
-		py[j] = b;
-		pp[j] = a * a + b * b;
-		pq[j] = a * b;
+		p[0] = (ct_lanes_clip(a, lo, hi) - zero) * scale;
+		p[1] = (ct_lanes_clip(b, lo, hi) - zero) * scale;
+		p[2] = p[0] * p[0] + p[1] * p[1];
+		p[3] = p[0] * p[1];
+		for (size_t m = 0; m < MAPS; m++)
+			if (whole)
+				*(vd *)(out + m * pitch + j) = p[m];
+			else
+				ct_lanes_store_some(out + m * pitch + j, p[m], some);
 	}
 }
 
-CLONES static void similarity(
+CT_LANES_CLONES static void similarity(
 	double *restrict s, const double *restrict mean, double c1, double c2, double unbias)
 {
 	const double *restrict mx = mean, *restrict my = mean + TX;
@@ -115,18 +122,16 @@ CLONES static void similarity(
 }
 
 /* sum of weight s and of weight, lane by lane and then across. */
-CLONES static void add_up(double total[2], const double *s, const double *weight)
+CT_LANES_CLONES static void add_up(double total[2], const double *s, const double *weight)
 {
 	vd sum = {0}, count = {0};
 
-	for (size_t j = 0; j < TX; j += LANES) {
+	for (size_t j = 0; j < TX; j += CT_LANES) {
 		sum += *(const vd *)(weight + j) * *(const vd *)(s + j);
 		count += *(const vd *)(weight + j);
 	}
-	for (size_t i = 0; i < LANES; i++) {
-		total[0] += sum[i];
-		total[1] += count[i];
-	}
+	total[0] = ct_lanes_sum(&sum);
+	total[1] = ct_lanes_sum(&count);
 }
 
 static void lay_out(struct work *w, const struct job *j, size_t worker)
@@ -154,8 +159,7 @@ static void load(const struct job *j, double *out, size_t pitch, size_t x0, size
 			__builtin_prefetch(j->ref + at + j->n[0] + i);
 			__builtin_prefetch(j->test + at + j->n[0] + i);
 		}
-	multiply(out + from, pitch, j->ref + at, j->test + at, to - from, j->map->lo, j->map->hi,
-		j->map->zero, j->map->scale);
+	multiply(out + from, pitch, j->ref + at, j->test + at, to - from, j->map);
 }
 
 /* Row y of the slices of the block, filtered along z and x, as row b of their chunks. */
@@ -226,7 +230,7 @@ static void emit(const struct job *j, struct work *w, const struct place *p, siz
 {
 	size_t y = p->y0 + row, z = p->z0 + slice, ry = j->radius[1], len = j->n[j->axis];
 	const double *mean = w->chunk + slice * CHUNK + row * MAPS * TX, *in[CT_SSIM_TAPS];
-	double total[2] = {0};
+	double total[2];
 
 	if (y < j->crop[1] || y + j->crop[1] >= j->n[1] || z < j->crop[2] ||
 		z + j->crop[2] >= j->n[2])
