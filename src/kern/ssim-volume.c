@@ -3,7 +3,7 @@
  * A task is a block of slices along z. It walks tiles of columns along x, and in each chunks of
  * rows along y. Of every row the products x, y, x^2 + y^2, xy of the slices of the block and
  * their neighbours are filtered along z, then along x, and put behind the 2 radius rows that the
- * chunk before has left; then the rows of each slice are filtered along y. Axes that the
+ * chunk before has left; then the chunk of each slice is filtered along y. Axes that the
  * definition does not filter have radius 0. Outside the volume all products are zero.
  */
 #include "config.h"
@@ -16,12 +16,14 @@
 #include <string.h>
 
 enum { MAPS = 4, R = CT_SSIM_TAPS / 2 };
-enum { TX = 96, PX = TX + 16, TZ = 8, CY = 16 }; /* PX >= TX + 2 R */
+enum { TX = 128, PX = TX + 16, TZ = 8, CY = 16 }; /* PX >= TX + 2 R, CY >= 2 R */
 enum {
-	PRODUCTS = (TZ + 2 * R) * MAPS * PX,
-	ROW = MAPS * PX,
-	CHUNK = (CY + 2 * R) * MAPS * TX, /* of one slice */
-	SCRATCH = PRODUCTS + 2 * ROW + TZ * CHUNK + 2 * TX
+	PRODUCTS = MAPS * (TZ + 2 * R) * PX,
+	ROWS = MAPS * TZ * PX,
+	LAYER = (CY + 2 * R) * TX,
+	CHUNK = TZ * MAPS * LAYER,
+	TILE = CY * TX,
+	SCRATCH = PRODUCTS + ROWS + CHUNK + (MAPS + 1) * TILE + TX
 };
 
 typedef ct_vd vd;
@@ -39,26 +41,27 @@ struct job {
 
 /* The scratch of one worker. */
 struct work {
-	double *products; /* [TZ + 2 R][MAPS][pitch] */
-	double *row;	  /* [MAPS][pitch] */
-	double *mean;	  /* [MAPS][TX] */
-	double *chunk;	  /* [TZ][CY + 2 R][MAPS][TX] */
-	double *s, *weight;
-	size_t pitch; /* PX, or TX if x is not filtered */
+	double *products; /* [MAPS][TZ + 2 R][pitch] */
+	double *rows;	  /* [MAPS][TZ][pitch] */
+	double *chunk;	  /* [TZ][MAPS][CY + 2 R][TX] */
+	double *mean;	  /* [MAPS][CY][TX] */
+	double *s;	  /* [CY][TX] */
+	double *weight;	  /* [TX] */
+	size_t pitch;	  /* PX, or TX if x is not filtered */
 };
 
 struct place {
 	size_t x0, y0, z0, slices, rows;
 };
 
-CT_LANES_INLINE void weigh(double *restrict out, const double *const *in, size_t n, size_t radius,
-	const double *restrict tap)
+CT_LANES_INLINE void weigh(double *restrict out, const double *restrict in, size_t step, size_t n,
+	size_t radius, const double *restrict tap)
 {
 	const double *at[CT_SSIM_TAPS];
 	double w[R + 1];
 
 	for (size_t k = 0; k <= 2 * radius; k++)
-		at[k] = in[k];
+		at[k] = in + k * step;
 	for (size_t k = 0; k <= radius; k++)
 		w[k] = tap[k];
 	for (size_t j = 0; j < n; j += CT_LANES) {
@@ -72,14 +75,15 @@ CT_LANES_INLINE void weigh(double *restrict out, const double *const *in, size_t
 	}
 }
 
-/* out[j] = sum_k tap[k] in[k][j], j < n rounded up to CT_LANES; taps are symmetric. */
-CT_LANES_CLONES static void filter(double *restrict out, const double *const *in, size_t n,
-	size_t radius, const double *restrict tap)
+/* out[j] = sum_k tap[k] in[j + k step], j < n rounded up to CT_LANES; taps are symmetric. With the
+ * length of a row as step and many rows as n it filters across rows. */
+CT_LANES_CLONES static void filter(double *restrict out, const double *restrict in, size_t step,
+	size_t n, size_t radius, const double *restrict tap)
 {
 	if (radius == 5) /* constants, so that the compiler unrolls */
-		weigh(out, in, n, 5, tap);
+		weigh(out, in, step, n, 5, tap);
 	else
-		weigh(out, in, n, 3, tap);
+		weigh(out, in, step, n, 3, tap);
 }
 
 /* x, y, x^2 + y^2 and xy of n mapped voxels, `pitch` apart. */
@@ -107,17 +111,20 @@ CT_LANES_CLONES static void multiply(double *restrict out, size_t pitch, const f
 	}
 }
 
+/* S of n pixels; the maps of the means are TILE apart. */
 CT_LANES_CLONES static void similarity(
-	double *restrict s, const double *restrict mean, double c1, double c2, double unbias)
+	double *restrict s, const double *restrict mean, size_t n, const struct ct_ssim_rule *r)
 {
-	const double *restrict mx = mean, *restrict my = mean + TX;
-	const double *restrict e2 = mean + 2 * TX, *restrict exy = mean + 3 * TX;
+	const double c1 = r->c1, c2 = r->c2, unbias = r->unbias;
 
-	for (size_t j = 0; j < TX; j++) {
-		double xy = mx[j] * my[j], m2 = mx[j] * mx[j] + my[j] * my[j];
+	for (size_t j = 0; j < n; j += CT_LANES) {
+		vd mx = *(const vd *)(mean + j), my = *(const vd *)(mean + TILE + j);
+		vd e2 = *(const vd *)(mean + 2 * TILE + j);
+		vd exy = *(const vd *)(mean + 3 * TILE + j);
+		vd xy = mx * my, m2 = mx * mx + my * my;
 
-		s[j] = (2 * xy + c1) * (2 * unbias * (exy[j] - xy) + c2) /
-		       ((m2 + c1) * (unbias * (e2[j] - m2) + c2));
+		*(vd *)(s + j) = (2 * xy + c1) * (2 * unbias * (exy - xy) + c2) /
+				 ((m2 + c1) * (unbias * (e2 - m2) + c2));
 	}
 }
 
@@ -137,62 +144,68 @@ CT_LANES_CLONES static void add_up(double total[2], const double *s, const doubl
 static void lay_out(struct work *w, const struct job *j, size_t worker)
 {
 	w->products = j->scratch + worker * SCRATCH;
-	w->row = w->products + PRODUCTS;
-	w->mean = w->row + ROW;
-	w->chunk = w->mean + ROW;
-	w->s = w->chunk + TZ * CHUNK;
-	w->weight = w->s + TX;
+	w->rows = w->products + PRODUCTS;
+	w->chunk = w->rows + ROWS;
+	w->mean = w->chunk + CHUNK;
+	w->s = w->mean + MAPS * TILE;
+	w->weight = w->s + TILE;
 	w->pitch = j->radius[0] ? PX : TX;
 }
 
-/* Products of row y of slice z, columns from x0 - radius on. */
-static void load(const struct job *j, double *out, size_t pitch, size_t x0, size_t y, size_t z)
+/* Products of row y of slice z, columns from x0 - radius on; the maps are `apart`. */
+static void load(
+	const struct job *j, double *out, size_t apart, size_t pitch, size_t x0, size_t y, size_t z)
 {
 	size_t r = j->radius[0], from = x0 < r ? r - x0 : 0, to = j->n[0] + r - x0;
 	size_t at = (z * j->n[1] + y) * j->n[0] + x0 + from - r;
 
 	to = to < pitch ? to : pitch;
-	if (from > 0 || to < pitch)
-		memset(out, 0, MAPS * pitch * sizeof *out);
+	for (size_t m = 0; m < MAPS; m++) {
+		memset(out + m * apart, 0, from * sizeof *out);
+		memset(out + m * apart + to, 0, (pitch - to) * sizeof *out);
+	}
 	if (y + 1 < j->n[1]) /* the row that comes next is not where the machine expects it */
 		for (size_t i = 0; i < to - from; i += 16) {
 			__builtin_prefetch(j->ref + at + j->n[0] + i);
 			__builtin_prefetch(j->test + at + j->n[0] + i);
 		}
-	multiply(out + from, pitch, j->ref + at, j->test + at, to - from, j->map);
+	multiply(out + from, apart, j->ref + at, j->test + at, to - from, j->map);
 }
 
 /* Row y of the slices of the block, filtered along z and x, as row b of their chunks. */
 static void fill(const struct job *j, struct work *w, const struct place *p, size_t b, size_t y)
 {
-	size_t rx = j->radius[0], rz = j->radius[2], width = MAPS * w->pitch;
-	const double *in[CT_SSIM_TAPS];
+	size_t rx = j->radius[0], rz = j->radius[2], deep = p->slices + 2 * rz;
+	size_t apart = deep * w->pitch, layer = w->pitch;
+	const double *rows = w->products;
 
-	for (size_t k = 0; k < p->slices + 2 * rz; k++) {
+	for (size_t k = 0; k < deep; k++) {
 		size_t z = p->z0 + k - rz;
 
-		if (p->z0 + k < rz || z >= j->n[2])
-			memset(w->products + k * width, 0, width * sizeof *w->products);
+		if (p->z0 + k >= rz && z < j->n[2])
+			load(j, w->products + k * layer, apart, w->pitch, p->x0, y, z);
 		else
-			load(j, w->products + k * width, w->pitch, p->x0, y, z);
+			for (size_t m = 0; m < MAPS; m++)
+				memset(w->products + m * apart + k * layer, 0,
+					layer * sizeof *w->products);
 	}
-	for (size_t z = 0; z < p->slices; z++) {
-		double *out = w->chunk + z * CHUNK + b * MAPS * TX;
-		const double *row = w->products + z * width;
+	for (size_t m = 0; m < MAPS && rz > 0; m++)
+		filter(w->rows + m * p->slices * layer, w->products + m * apart, layer,
+			p->slices * layer, rz, j->rule->tap);
+	if (rz > 0) {
+		rows = w->rows;
+		apart = p->slices * layer;
+	}
+	for (size_t z = 0; z < p->slices; z++)
+		for (size_t m = 0; m < MAPS; m++) {
+			double *out = w->chunk + (z * MAPS + m) * LAYER + b * TX;
+			const double *in = rows + m * apart + z * layer;
 
-		for (size_t k = 0; k <= 2 * rz; k++)
-			in[k] = w->products + (z + k) * width;
-		if (rz > 0) {
-			filter(rx ? w->row : out, in, width, rz, j->rule->tap);
-			row = w->row;
-		} else if (rx == 0)
-			memcpy(out, row, width * sizeof *out);
-		for (size_t m = 0; m < MAPS && rx > 0; m++) {
-			for (size_t k = 0; k <= 2 * rx; k++)
-				in[k] = row + m * w->pitch + k;
-			filter(out + m * TX, in, TX, rx, j->rule->tap);
+			if (rx > 0)
+				filter(out, in, 1, TX, rx, j->rule->tap);
+			else
+				memcpy(out, in, TX * sizeof *out);
 		}
-	}
 }
 
 /* Rows b .. end of the chunks, row b being y0 + b - radius. */
@@ -206,9 +219,8 @@ static void fill_rows(
 			fill(j, w, p, b, p->y0 + b - ry);
 			continue;
 		}
-		for (size_t z = 0; z < p->slices; z++)
-			memset(w->chunk + z * CHUNK + b * MAPS * TX, 0,
-				MAPS * TX * sizeof *w->chunk);
+		for (size_t k = 0; k < p->slices * MAPS; k++)
+			memset(w->chunk + k * LAYER + b * TX, 0, TX * sizeof *w->chunk);
 	}
 }
 
@@ -225,32 +237,41 @@ static void weights(const struct job *j, double *weight, size_t x0, size_t y, si
 		weight[i] = mask && mask[i] == 0.0f ? 0 : 1;
 }
 
-static void emit(const struct job *j, struct work *w, const struct place *p, size_t row,
+/* S of the rows of one slice, from its chunk. */
+static void compare(const struct job *j, struct work *w, const struct place *p, size_t slice)
+{
+	size_t n = p->rows * TX, ry = j->radius[1];
+
+	for (size_t m = 0; m < MAPS; m++) {
+		const double *in = w->chunk + (slice * MAPS + m) * LAYER;
+
+		if (ry > 0)
+			filter(w->mean + m * TILE, in, TX, n, ry, j->rule->tap);
+		else
+			memcpy(w->mean + m * TILE, in, n * sizeof *in);
+	}
+	similarity(w->s, w->mean, n, j->rule);
+}
+
+/* Add the S of one row to the sums of its slice, or slices. */
+static void collect(const struct job *j, struct work *w, const struct place *p, size_t row,
 	size_t slice, double *part)
 {
-	size_t y = p->y0 + row, z = p->z0 + slice, ry = j->radius[1], len = j->n[j->axis];
-	const double *mean = w->chunk + slice * CHUNK + row * MAPS * TX, *in[CT_SSIM_TAPS];
+	size_t y = p->y0 + row, z = p->z0 + slice, len = j->n[j->axis];
+	const double *s = w->s + row * TX;
 	double total[2];
 
-	if (y < j->crop[1] || y + j->crop[1] >= j->n[1] || z < j->crop[2] ||
-		z + j->crop[2] >= j->n[2])
+	if (y < j->crop[1] || y + j->crop[1] >= j->n[1])
 		return;
-	for (size_t k = 0; k <= 2 * ry; k++)
-		in[k] = mean + k * MAPS * TX;
-	if (ry > 0) {
-		filter(w->mean, in, MAPS * TX, ry, j->rule->tap);
-		mean = w->mean;
-	}
-	similarity(w->s, mean, j->rule->c1, j->rule->c2, j->rule->unbias);
 	weights(j, w->weight, p->x0, y, z);
 	if (j->axis == 0) {
 		for (size_t i = 0; i < TX && p->x0 + i < len; i++) {
-			part[p->x0 + i] += w->weight[i] * w->s[i];
+			part[p->x0 + i] += w->weight[i] * s[i];
 			part[len + p->x0 + i] += w->weight[i];
 		}
 		return;
 	}
-	add_up(total, w->s, w->weight);
+	add_up(total, s, w->weight);
 	part[j->axis == 1 ? y : z] += total[0];
 	part[len + (j->axis == 1 ? y : z)] += total[1];
 }
@@ -258,7 +279,7 @@ static void emit(const struct job *j, struct work *w, const struct place *p, siz
 static void block(void *arg, size_t task, size_t worker)
 {
 	const struct job *j = arg;
-	size_t carry = 2 * j->radius[1], row = MAPS * TX;
+	size_t carry = 2 * j->radius[1];
 	double *part = j->part + (j->axis == 2 ? 0 : task * 2 * j->n[j->axis]);
 	struct place p = {.z0 = task * j->block};
 	struct work w;
@@ -270,13 +291,17 @@ static void block(void *arg, size_t task, size_t worker)
 	for (p.x0 = 0; p.x0 < j->n[0]; p.x0 += TX)
 		for (p.y0 = 0; p.y0 < j->n[1]; p.y0 += CY) {
 			p.rows = j->n[1] - p.y0 < CY ? j->n[1] - p.y0 : CY;
-			for (size_t z = 0; z < p.slices && p.y0 > 0; z++)
-				memcpy(w.chunk + z * CHUNK, w.chunk + z * CHUNK + CY * row,
-					carry * row * sizeof *w.chunk);
+			for (size_t k = 0; k < p.slices * MAPS && p.y0 > 0; k++)
+				memcpy(w.chunk + k * LAYER, w.chunk + k * LAYER + CY * TX,
+					carry * TX * sizeof *w.chunk);
 			fill_rows(j, &w, &p, p.y0 > 0 ? carry : 0, p.rows + carry);
-			for (size_t z = 0; z < p.slices; z++)
+			for (size_t z = 0; z < p.slices; z++) {
+				if (p.z0 + z < j->crop[2] || p.z0 + z + j->crop[2] >= j->n[2])
+					continue;
+				compare(j, &w, &p, z);
 				for (size_t y = 0; y < p.rows; y++)
-					emit(j, &w, &p, y, z, part);
+					collect(j, &w, &p, y, z, part);
+			}
 		}
 }
 

@@ -3,8 +3,8 @@
  *
  * The window is separable, so a slice across an axis is the volume filtered along the two other
  * axes, and the 3-D index is the volume filtered along three: nothing is gathered or transposed.
- * A worker keeps a block of 8 slices by 16 rows by 96 columns of the local moments, which stays
- * in its cache: about 0.5 MiB, whatever the volumes' size.
+ * A worker keeps a block of 8 slices by 16 rows by 128 columns of the local moments, which stays
+ * in its cache: about 1 MiB, whatever the volumes' size.
  */
 #ifndef CT_KERN_SSIM_VOLUME_H
 #define CT_KERN_SSIM_VOLUME_H
