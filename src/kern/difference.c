@@ -12,10 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 7 };
+enum { COLUMNS = 7, ROWS = 8 };
 
 typedef ct_vd vd;
-typedef ct_vl vl;
 
 struct job {
 	const size_t *n;
@@ -23,8 +22,8 @@ struct job {
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
 	float threshold;
-	size_t pitch;	      /* n[0] + 1 rounded up */
-	double *scratch;      /* [worker][7][pitch] */
+	size_t pitch;	      /* n[0], a zero and more behind */
+	double *scratch;      /* [worker][ROWS][pitch] */
 	struct ct_sums *slab; /* [n[2]] */
 	struct ct_sums *row;  /* [n[2]][n[1]], or NULL */
 	double *column;	      /* [n[2]][COLUMNS][pitch], or NULL */
@@ -33,35 +32,24 @@ struct job {
 
 /* Rows in double: the differences here and of the next rows, and which count. */
 struct rows {
-	double *d, *down, *next, *w, *w_down, *w_next, *mapped;
+	double *d, *down, *next, *w, *w_down, *w_next, *mapped, *other; /* test and ref mapped */
 };
 
-/* test - ref, n of them and zeros up to the next whole vector. */
+CT_LANES_INLINE void subtract_some(
+	double *restrict d, const float *restrict ref, const float *restrict test, size_t n)
+{
+	for (size_t i = 0; i < n; i++)
+		d[i] = (double)test[i] - (double)ref[i];
+}
+
 CT_LANES_CLONES static void subtract(
 	double *restrict d, const float *restrict ref, const float *restrict test, size_t n)
 {
 	size_t i = 0;
 
-	for (; i + CT_LANES <= n; i += CT_LANES)
-		*(vd *)(d + i) = ct_lanes_load(test + i) - ct_lanes_load(ref + i);
-	if (i < n)
-		*(vd *)(d + i) =
-			ct_lanes_load_some(test + i, n - i) - ct_lanes_load_some(ref + i, n - i);
-}
-
-/* The same of the mapped values. */
-CT_LANES_CLONES static void subtract_mapped(double *restrict d, const float *restrict ref,
-	const float *restrict test, size_t n, const struct ct_ssim_map *map)
-{
-	const double lo = map->lo, hi = map->hi, scale = map->scale;
-
-	for (size_t i = 0; i < n; i += CT_LANES) {
-		bool whole = n - i >= CT_LANES;
-		vd a = whole ? ct_lanes_load(ref + i) : ct_lanes_load_some(ref + i, n - i);
-		vd b = whole ? ct_lanes_load(test + i) : ct_lanes_load_some(test + i, n - i);
-
-		*(vd *)(d + i) = (ct_lanes_clip(b, lo, hi) - ct_lanes_clip(a, lo, hi)) * scale;
-	}
+	for (; i + CT_LANES_BLOCK <= n; i += CT_LANES_BLOCK)
+		subtract_some(d + i, ref + i, test + i, CT_LANES_BLOCK);
+	subtract_some(d + i, ref + i, test + i, n - i);
 }
 
 static void choose(double *restrict w, const float *restrict mask, size_t n)
@@ -70,19 +58,45 @@ static void choose(double *restrict w, const float *restrict mask, size_t n)
 		w[i] = mask[i] != 0.0f ? 1.0 : 0.0;
 }
 
+CT_LANES_INLINE unsigned mark_some(
+	unsigned char *restrict flag, const float *restrict ref, size_t n, float threshold)
+{
+	unsigned char any = 0;
+
+	for (size_t i = 0; i < n; i++)
+		flag[i] |= ref[i] > threshold;
+	for (size_t i = 0; i < n; i++)
+		any |= ref[i] > threshold;
+	return any;
+}
+
 /* flag[i] |= ref[i] > threshold; is any? */
 CT_LANES_CLONES static bool mark(
 	unsigned char *restrict flag, const float *restrict ref, size_t n, float threshold)
 {
 	unsigned any = 0;
+	size_t i = 0;
 
-	for (size_t i = 0; i < n; i++) {
-		unsigned char above = ref[i] > threshold;
-
-		flag[i] |= above;
-		any |= above;
-	}
+	for (; i + CT_LANES_BLOCK <= n; i += CT_LANES_BLOCK)
+		any |= mark_some(flag + i, ref + i, CT_LANES_BLOCK, threshold);
+	any |= mark_some(flag + i, ref + i, n - i, threshold);
 	return any != 0;
+}
+
+/* The largest w |d| of a row. */
+CT_LANES_CLONES static double largest(const double *restrict w, const double *restrict d, size_t n)
+{
+	double max[CT_LANES_BLOCK] = {0};
+
+	for (size_t i = 0; i < n; i += CT_LANES_BLOCK)
+		for (size_t k = 0; k < CT_LANES_BLOCK; k++) {
+			double a = fabs(w[i + k] * d[i + k]);
+
+			max[k] = a > max[k] ? a : max[k];
+		}
+	for (size_t k = 1; k < CT_LANES_BLOCK; k++)
+		max[0] = max[k] > max[0] ? max[k] : max[0];
+	return max[0];
 }
 
 #define AT(p) (*(const vd *)((p) + i))
@@ -90,11 +104,11 @@ CT_LANES_CLONES static bool mark(
 /* Sums of one row; the buffers end in zeros. */
 CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, size_t pitch)
 {
-	vd count = {0}, square = {0}, abs = {0}, diff = {0}, mapped = {0}, max = {0};
+	vd count = {0}, square = {0}, abs = {0}, diff = {0}, mapped = {0};
 	vd pairs[3] = {{0}}, gradient[3] = {{0}};
 
 	for (size_t i = 0; i + CT_LANES < pitch; i += CT_LANES) {
-		vd w = AT(r->w), d = AT(r->d), m = AT(r->mapped), wd = w * d;
+		vd w = AT(r->w), d = AT(r->d), m = AT(r->mapped) - AT(r->other), wd = w * d;
 		vd pi = w * AT(r->w + 1), pj = w * AT(r->w_down), pk = w * AT(r->w_next);
 		vd gi = AT(r->d + 1) - d, gj = AT(r->down) - d, gk = AT(r->next) - d;
 		vd a = ct_lanes_abs(wd);
@@ -104,7 +118,6 @@ CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, siz
 		abs += a;
 		diff += wd;
 		mapped += w * m * m;
-		max = ct_lanes_pick((vl)(a > max), a, max);
 		pairs[0] += pi;
 		pairs[1] += pj;
 		pairs[2] += pk;
@@ -117,9 +130,7 @@ CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, siz
 	s->abs = ct_lanes_sum(&abs);
 	s->diff = ct_lanes_sum(&diff);
 	s->mapped = ct_lanes_sum(&mapped);
-	s->max = 0;
-	for (size_t i = 0; i < CT_LANES; i++)
-		s->max = max[i] > s->max ? max[i] : s->max;
+	s->max = largest(r->w, r->d, pitch);
 	for (int a = 0; a < 3; a++) {
 		s->pairs[a] = ct_lanes_sum(&pairs[a]);
 		s->gradient[a] = ct_lanes_sum(&gradient[a]);
@@ -130,7 +141,8 @@ CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, siz
  * each `pitch` long. The largest |d| of a slice across x is not kept. */
 CT_LANES_CLONES static void sum_columns(double *restrict c, const struct rows *r, size_t pitch)
 {
-	const double *restrict w = r->w, *restrict d = r->d, *restrict m = r->mapped;
+	const double *restrict w = r->w, *restrict d = r->d, *restrict m = r->mapped,
+			       *restrict o = r->other;
 
 	for (size_t i = 0; i + CT_LANES < pitch; i++) {
 		double wd = w[i] * d[i], p = w[i] * w[i + 1], g = d[i + 1] - d[i];
@@ -139,7 +151,7 @@ CT_LANES_CLONES static void sum_columns(double *restrict c, const struct rows *r
 		c[pitch + i] += wd * d[i];
 		c[2 * pitch + i] += fabs(wd);
 		c[3 * pitch + i] += wd;
-		c[4 * pitch + i] += w[i] * m[i] * m[i];
+		c[4 * pitch + i] += w[i] * (m[i] - o[i]) * (m[i] - o[i]);
 		c[5 * pitch + i] += p;
 		c[6 * pitch + i] += p * g * g;
 	}
@@ -181,10 +193,10 @@ static void slab(void *arg, size_t k, size_t worker)
 {
 	const struct job *j = arg;
 	size_t n0 = j->n[0], n1 = j->n[1];
-	double *s = j->scratch + worker * 7 * j->pitch, *swap;
+	double *s = j->scratch + worker * ROWS * j->pitch, *swap;
 	unsigned char *above = j->above + k * (n0 + n1);
 	struct rows r = {s, s + j->pitch, s + 2 * j->pitch, s + 3 * j->pitch, s + 4 * j->pitch,
-		s + 5 * j->pitch, s + 6 * j->pitch};
+		s + 5 * j->pitch, s + 6 * j->pitch, s + 7 * j->pitch};
 	struct ct_sums row;
 
 	if (ct_stopping(j->env))
@@ -195,7 +207,8 @@ static void slab(void *arg, size_t k, size_t worker)
 
 		widen(j, r.down, r.w_down, at + 1, y + 1 < n1);
 		widen(j, r.next, r.w_next, at + n1, k + 1 < j->n[2]);
-		subtract_mapped(r.mapped, j->ref + at * n0, j->test + at * n0, n0, j->map);
+		ct_ssim_map_row(r.mapped, j->test + at * n0, n0, j->map);
+		ct_ssim_map_row(r.other, j->ref + at * n0, n0, j->map);
 		sum_row(&row, &r, j->pitch);
 		add(&j->slab[k], &row);
 		if (j->row)
@@ -246,13 +259,12 @@ static int set_up(struct job *j, struct ct_difference *d, bool slices, struct ct
 	const size_t *n = j->n;
 	size_t rows = n[1] * n[2], threads = ct_par_threads(j->env->par);
 
-	j->pitch = (n[0] + CT_LANES) / CT_LANES * CT_LANES +
-		   CT_LANES; /* a zero behind the last vector */
+	j->pitch = (n[0] / CT_LANES_BLOCK + 2) * CT_LANES_BLOCK; /* a zero behind the last vector */
 	for (int a = 0; a < 3; a++)
 		if (ct_alloc0(&d->above[a], n[a], sizeof **d->above, e) ||
 			((a == 2 || slices) && ct_alloc0(&d->slice[a], n[a], sizeof **d->slice, e)))
 			return -1;
-	if (ct_alloc0(&j->scratch, 7 * j->pitch * threads, sizeof *j->scratch, e) ||
+	if (ct_alloc0(&j->scratch, ROWS * j->pitch * threads, sizeof *j->scratch, e) ||
 		ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e))
 		return -1;
 	if (slices &&

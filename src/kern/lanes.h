@@ -1,4 +1,5 @@
-/* lanes.h: vectors of eight doubles, spelled out where the compiler does not find them itself.
+/* lanes.h: vectors of eight doubles, spelled out where the compiler does not find them itself. It
+ * finds loops of CT_LANES_BLOCK, a constant, with one result.
  *
  * A clone only widens the instructions: contraction is off and lanes are added up in a fixed order,
  * so every machine gives the same bits.
@@ -8,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { CT_LANES = 8 };
+enum { CT_LANES = 8, CT_LANES_BLOCK = 32 };
 
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
 	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -20,40 +21,6 @@ enum { CT_LANES = 8 };
 
 typedef double ct_vd __attribute__((vector_size(8 * CT_LANES), aligned(8), may_alias));
 typedef int64_t ct_vl __attribute__((vector_size(8 * CT_LANES), aligned(8), may_alias));
-typedef float ct_vf __attribute__((vector_size(4 * CT_LANES), aligned(4), may_alias));
-
-/* Eight floats as doubles; the first n, and zeros. */
-CT_LANES_INLINE ct_vd ct_lanes_load(const float *p)
-{
-	return __builtin_convertvector(*(const ct_vf *)p, ct_vd);
-}
-
-CT_LANES_INLINE ct_vd ct_lanes_load_some(const float *p, size_t n)
-{
-	ct_vd v = {0};
-
-	for (size_t i = 0; i < n; i++)
-		v[i] = (double)p[i];
-	return v;
-}
-
-CT_LANES_INLINE void ct_lanes_store_some(double *p, ct_vd v, size_t n)
-{
-	for (size_t i = 0; i < n; i++)
-		p[i] = v[i];
-}
-
-/* Where `which` is set a, else b. */
-CT_LANES_INLINE ct_vd ct_lanes_pick(ct_vl which, ct_vd a, ct_vd b)
-{
-	return (ct_vd)(((ct_vl)a & which) | ((ct_vl)b & ~which));
-}
-
-CT_LANES_INLINE ct_vd ct_lanes_clip(ct_vd v, double lo, double hi)
-{
-	v = ct_lanes_pick((ct_vl)(v < lo), (ct_vd){0} + lo, v);
-	return ct_lanes_pick((ct_vl)(v > hi), (ct_vd){0} + hi, v);
-}
 
 CT_LANES_INLINE ct_vd ct_lanes_abs(ct_vd v)
 {

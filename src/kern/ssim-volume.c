@@ -86,28 +86,41 @@ CT_LANES_CLONES static void filter(double *restrict out, const double *restrict 
 		weigh(out, in, step, n, 3, tap);
 }
 
-/* x, y, x^2 + y^2 and xy of n mapped voxels, `pitch` apart. */
-CT_LANES_CLONES static void multiply(double *restrict out, size_t pitch, const float *restrict x,
-	const float *restrict y, size_t n, const struct ct_ssim_map *map)
+CT_LANES_INLINE void map_some(
+	double *restrict out, const float *restrict v, size_t n, const struct ct_ssim_map m)
 {
-	const double lo = map->lo, hi = map->hi, zero = map->zero, scale = map->scale;
+	for (size_t i = 0; i < n; i++) {
+		double a = (double)v[i];
 
+		a = a > m.lo ? a : m.lo;
+		a = a < m.hi ? a : m.hi;
+		out[i] = (a - m.zero) * m.scale;
+	}
+}
+
+CT_LANES_CLONES static void map_row(
+	double *restrict out, const float *restrict v, size_t n, const struct ct_ssim_map *map)
+{
+	size_t i = 0;
+
+	for (; i + CT_LANES_BLOCK <= n; i += CT_LANES_BLOCK)
+		map_some(out + i, v + i, CT_LANES_BLOCK, *map);
+	map_some(out + i, v + i, n - i, *map);
+}
+
+void ct_ssim_map_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map)
+{
+	map_row(out, v, n, map);
+}
+
+/* Behind the rows x and y, `apart`, put x^2 + y^2 and xy. */
+CT_LANES_CLONES static void multiply(double *restrict out, size_t apart, size_t n)
+{
 	for (size_t j = 0; j < n; j += CT_LANES) {
-		size_t some = n - j;
-		bool whole = some >= CT_LANES;
-		vd a = whole ? ct_lanes_load(x + j) : ct_lanes_load_some(x + j, some);
-		vd b = whole ? ct_lanes_load(y + j) : ct_lanes_load_some(y + j, some);
-		vd p[MAPS];
+		vd a = *(const vd *)(out + j), b = *(const vd *)(out + apart + j);
 
-		p[0] = (ct_lanes_clip(a, lo, hi) - zero) * scale;
-		p[1] = (ct_lanes_clip(b, lo, hi) - zero) * scale;
-		p[2] = p[0] * p[0] + p[1] * p[1];
-		p[3] = p[0] * p[1];
-		for (size_t m = 0; m < MAPS; m++)
-			if (whole)
-				*(vd *)(out + m * pitch + j) = p[m];
-			else
-				ct_lanes_store_some(out + m * pitch + j, p[m], some);
+		*(vd *)(out + 2 * apart + j) = a * a + b * b;
+		*(vd *)(out + 3 * apart + j) = a * b;
 	}
 }
 
@@ -160,7 +173,7 @@ static void load(
 	size_t at = (z * j->n[1] + y) * j->n[0] + x0 + from - r;
 
 	to = to < pitch ? to : pitch;
-	for (size_t m = 0; m < MAPS; m++) {
+	for (size_t m = 0; m < 2; m++) {
 		memset(out + m * apart, 0, from * sizeof *out);
 		memset(out + m * apart + to, 0, (pitch - to) * sizeof *out);
 	}
@@ -169,7 +182,9 @@ static void load(
 			__builtin_prefetch(j->ref + at + j->n[0] + i);
 			__builtin_prefetch(j->test + at + j->n[0] + i);
 		}
-	multiply(out + from, apart, j->ref + at, j->test + at, to - from, j->map);
+	map_row(out + from, j->ref + at, to - from, j->map);
+	map_row(out + apart + from, j->test + at, to - from, j->map);
+	multiply(out, apart, pitch);
 }
 
 /* Row y of the slices of the block, filtered along z and x, as row b of their chunks. */
@@ -224,11 +239,10 @@ static void fill_rows(
 	}
 }
 
-/* What the TX voxels from (x0, y, z) on count: 0 or 1. */
-static void weights(const struct job *j, double *weight, size_t x0, size_t y, size_t z)
+/* What the TX voxels from column x0 on count: 0 or 1. */
+static void weights(const struct job *j, double *weight, size_t x0, const float *mask)
 {
 	size_t c = j->crop[0], from = x0 < c ? c - x0 : 0, to = j->n[0] - x0;
-	const float *mask = j->mask ? j->mask + (z * j->n[1] + y) * j->n[0] + x0 : NULL;
 
 	to = to > c ? to - c : 0;
 	to = to < TX ? to : TX;
@@ -263,7 +277,8 @@ static void collect(const struct job *j, struct work *w, const struct place *p, 
 
 	if (y < j->crop[1] || y + j->crop[1] >= j->n[1])
 		return;
-	weights(j, w->weight, p->x0, y, z);
+	if (j->mask)
+		weights(j, w->weight, p->x0, j->mask + (z * j->n[1] + y) * j->n[0] + p->x0);
 	if (j->axis == 0) {
 		for (size_t i = 0; i < TX && p->x0 + i < len; i++) {
 			part[p->x0 + i] += w->weight[i] * s[i];
@@ -288,7 +303,8 @@ static void block(void *arg, size_t task, size_t worker)
 		return;
 	lay_out(&w, j, worker);
 	p.slices = j->n[2] - p.z0 < j->block ? j->n[2] - p.z0 : j->block;
-	for (p.x0 = 0; p.x0 < j->n[0]; p.x0 += TX)
+	for (p.x0 = 0; p.x0 < j->n[0]; p.x0 += TX) {
+		weights(j, w.weight, p.x0, NULL);
 		for (p.y0 = 0; p.y0 < j->n[1]; p.y0 += CY) {
 			p.rows = j->n[1] - p.y0 < CY ? j->n[1] - p.y0 : CY;
 			for (size_t k = 0; k < p.slices * MAPS && p.y0 > 0; k++)
@@ -303,6 +319,7 @@ static void block(void *arg, size_t task, size_t worker)
 					collect(j, &w, &p, y, z, part);
 			}
 		}
+	}
 }
 
 int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, int axis,

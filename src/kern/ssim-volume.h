@@ -16,6 +16,9 @@ struct ct_ssim_map {
 	double lo, hi, zero, scale;
 };
 
+/* The n values v so. */
+void ct_ssim_map_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map);
+
 /* For each of the n[axis] slices across `axis` the sum of S over its pixels that count, and their
  * number, into sum and count. Pixels count that the rule does not crop and where mask (NULL:
  * everywhere) is not zero. With rule->dims == 3 the window is three-dimensional, crops all three
