@@ -6,7 +6,8 @@ ct_degrade_SOURCES = src/tools/ct-degrade.c
 bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c
 bin_PROGRAMS += ct-metrics
-ct_metrics_SOURCES = src/tools/ct-metrics.c
+ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
+	src/tools/metrics-report.h
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-grid.c \
 	src/tools/convert-stack.c src/tools/convert.h

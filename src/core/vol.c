@@ -114,19 +114,18 @@ int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 
 	while (at < n) { /* whole blocks first: their loop is vectors */
 		const size_t stop = n - at < 4096 ? n : at + 4096;
-		uint32_t worst = 0;
+		uint32_t bad = 0;
 
-		_Pragma("omp simd reduction(max : worst)")
+		_Pragma("omp simd reduction(| : bad)")
 		for (size_t i = at; i < stop; i++) {
 			const union {
 				float f;
 				uint32_t u;
 			} x = {.f = v->data[i]};
-			const uint32_t exponent = x.u & 0x7f800000;
 
-			worst = exponent > worst ? exponent : worst;
+			bad |= (x.u & 0x7f800000) == 0x7f800000;
 		}
-		if (worst == 0x7f800000)
+		if (bad)
 			break;
 		at = stop;
 	}

@@ -9,6 +9,7 @@
 #include "kern/ssim.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4, GRADS = 3 };
@@ -35,19 +36,24 @@ static size_t round_up(size_t w)
 
 void ct_ssim_rule(struct ct_ssim_rule *r, enum ct_ssim_kind kind, double range)
 {
-	double sum = 0;
+	bool box = kind == CT_SSIM_SKIMAGE || kind == CT_SSIM_SKIMAGE11 || kind == CT_SSIM_3D;
+	double sum = 0, voxels = 1;
 
-	*r = (struct ct_ssim_rule){.radius = kind == CT_SSIM_SKIMAGE ? 3 : 5, .unbias = 1};
+	*r = (struct ct_ssim_rule){.unbias = 1};
+	r->dims = kind == CT_SSIM_3D || kind == CT_SSIM_3D_GAUSS ? 3 : 2;
+	r->radius = kind == CT_SSIM_SKIMAGE || kind == CT_SSIM_3D ? 3 : 5;
 	for (size_t k = 0; k <= 2 * r->radius; k++) {
 		double d = (double)k - (double)r->radius;
 
-		r->tap[k] = kind == CT_SSIM_SKIMAGE ? 1.0 : exp(-d * d / (2 * 1.5 * 1.5));
+		r->tap[k] = box ? 1.0 : exp(-d * d / (2 * 1.5 * 1.5));
 		sum += r->tap[k];
 	}
 	for (size_t k = 0; k <= 2 * r->radius; k++)
 		r->tap[k] /= sum;
-	if (kind == CT_SSIM_SKIMAGE)
-		r->unbias = 49.0 / 48.0;
+	for (int d = 0; d < r->dims; d++)
+		voxels *= (double)(2 * r->radius + 1);
+	if (box)
+		r->unbias = voxels / (voxels - 1);
 	if (kind != CT_SSIM_R2)
 		r->crop = r->radius;
 	r->c1 = 0.01 * range * (0.01 * range);

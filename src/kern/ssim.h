@@ -4,7 +4,7 @@
  *
  * with local means m, variances s^2 and covariance sxy under a separable window; the value is
  * the mean of S over the pixels (Wang et al., IEEE TIP 2004). C1 = (0.01 L)^2, C2 = (0.03 L)^2
- * for a data range L. Three definitions are in use and differ by up to 0.02:
+ * for a data range L. Several definitions are in use and differ by up to 0.02:
  *
  *   R2       11x11 Gaussian, sigma 1.5, zeros outside the image, all pixels; biased variances.
  *            That of R2-Gaussian (Zha et al., NeurIPS 2024) and of 3-D Gaussian splatting.
@@ -13,6 +13,13 @@
  *   WANG     11x11 Gaussian, sigma 1.5, biased, 5 border pixels left out: the original, and
  *            scikit-image with gaussian_weights, sigma 1.5, no sample covariance.
  *
+ *   SKIMAGE11  SKIMAGE with an 11x11 box: that of CuNeRF (Chen et al., ICCV 2023).
+ *   3D         7x7x7 box, unbiased, 3 voxels at each face left out: scikit-image with its
+ *              defaults on a volume. That of ArSSR (Wu et al., 2022).
+ *   3D_GAUSS   11x11x11 Gaussian, sigma 1.5, biased, 5 voxels at each face left out.
+ *
+ * The functions here are of images; volumes, and the last two, are in ssim-volume.h.
+ *
  * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe with one
  * scratch a thread.
  */
@@ -20,11 +27,20 @@
 #define CT_KERN_SSIM_H
 #include <stddef.h>
 
-enum ct_ssim_kind { CT_SSIM_R2, CT_SSIM_SKIMAGE, CT_SSIM_WANG };
+enum ct_ssim_kind {
+	CT_SSIM_R2,
+	CT_SSIM_SKIMAGE,
+	CT_SSIM_WANG,
+	CT_SSIM_SKIMAGE11,
+	CT_SSIM_3D,
+	CT_SSIM_3D_GAUSS,
+	CT_SSIM_KINDS
+};
 
 #define CT_SSIM_TAPS 11 /* longest window */
 
 struct ct_ssim_rule {
+	int dims; /* of the window: 2 or 3 */
 	size_t radius;
 	double tap[CT_SSIM_TAPS]; /* 2*radius + 1, sum 1 */
 	double unbias;		  /* factor of variances and covariance */

@@ -1,30 +1,41 @@
-/* ct-metrics: how far a CT is from a reference: PSNR, SSIM, errors in HU. */
+/* ct-metrics: how far a CT is from a reference, or from the low-resolution CT it was made of. */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"
-#include "kern/metrics.h"
+#include "formats/io.h"
+#include "tools/metrics-report.h"
 
-#include <jansson.h>
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct params {
-	const char *ref, *test, *window, *mask;
-	bool psnr;
+	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis;
+	const char *ref, *test; /* the operands by what they are; ref may be NULL */
+	bool psnr, edges;
 	int ssim;
-	double range, min_psnr, min_ssim;
+	double range, step, min_psnr, min_ssim, max_mae, max_rmse, max_gradient, max_residual,
+		max_rms;
 };
 
 #define ALL CT_SSIM_KINDS /* the last word of --ssim */
-static const char *const ssim_name[] = {"ssim-r2", "ssim-skimage", "ssim-wang"};
+#define NONE ((double)NAN)
 
-static const struct params defaults = {
-	.ssim = -1, .min_psnr = (double)NAN, .min_ssim = (double)NAN};
+static const struct params defaults = {.ssim = -1,
+	.step = 300,
+	.min_psnr = NONE,
+	.min_ssim = NONE,
+	.max_mae = NONE,
+	.max_rmse = NONE,
+	.max_gradient = NONE,
+	.max_residual = NONE,
+	.max_rms = NONE};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, ref, "REF", "the truth, NIfTI, or -"),
-	CT_ARG(struct params, test, "TEST", "what is judged, NIfTI, or -, on the same grid"),
+	CT_ARG(struct params, first, "REF",
+		"the truth, NIfTI, or -; with --consistency and no TEST, what is judged"),
+	CT_ARG_MAYBE(
+		struct params, second, "TEST", "what is judged, NIfTI, or -, on the same grid"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"clip both to [LO, HI] HU and map to [0, 1] for PSNR and SSIM (default -512:3071)"),
 	CT_OPT(struct params, range, 0, "range", "R", 0, 1e9,
@@ -33,32 +44,100 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, mask, 0, "mask", "FILE", 0, 0,
 		"count only voxels where FILE, on the same grid, is not zero"),
 	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
-	CT_CHOICE(
-		struct params, ssim, 0, "ssim", "r2|skimage|wang|all", "which definition of SSIM"),
+	CT_CHOICE(struct params, ssim, 0, "ssim", "r2|skimage|wang|skimage11|3d|3d-gauss|all",
+		"which definition of SSIM; with --psnr none by default"),
+	CT_OPT(struct params, per_slice, 0, "per-slice", "CSV", 0, 0,
+		"write a line for every slice across each of the three axes to the file CSV"),
+	CT_OPT(struct params, per_axis, 0, "per-axis", "CSV", 0, 0,
+		"write a line for each of the three axes to the file CSV"),
+	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
+		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %"),
+	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge"),
+	CT_OPT(struct params, consistency, 0, "consistency", "LR", 0, 0,
+		"degrade TEST by the operator that the header of LR names, and report how far it "
+		"is "
+		"from LR"),
+	CT_OPT(struct params, map, 0, "map", "OUT", 0, 0,
+		"write that residual as a volume on the grid of LR, in HU"),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
 		"exit with status 3 if PSNR is lower"),
 	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
 		"exit with status 3 if SSIM (each one printed) is lower"),
+	CT_OPT(struct params, max_mae, 0, "max-mae", "HU", 0, 0,
+		"exit with status 3 if the mean absolute error is higher"),
+	CT_OPT(struct params, max_rmse, 0, "max-rmse", "HU", 0, 0,
+		"exit with status 3 if the root mean square error is higher"),
+	CT_OPT(struct params, max_gradient, 0, "max-gradient", "HU/MM", 0, 0,
+		"exit with status 3 if the gradient error along any axis is higher"),
+	CT_OPT(struct params, max_residual, 0, "max-residual", "HU", 0, 0,
+		"exit with status 3 if the largest residual of --consistency is higher"),
+	CT_OPT(struct params, max_rms, 0, "max-residual-rms", "HU", 0, 0,
+		"exit with status 3 if the root mean square residual is higher"),
 	CT_OPT_END,
 };
 
-static int rule_of(struct ct_metrics_rule *r, const struct params *p, struct ct_err *e)
+static bool is_stream(const char *path)
 {
-	double lohi[2] = {-512, 3071};
-	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
+	return path && strcmp(path, "-") == 0;
+}
 
-	if (strcmp(p->ref, "-") == 0 && strcmp(p->test, "-") == 0)
-		return ct_fail(e, CT_EUSAGE, "only one of REF and TEST can be standard input");
+/* What only makes sense beside something else. */
+static int check(const struct params *p, struct ct_err *e)
+{
+	const bool truth = p->mask || p->window || p->range > 0 || p->psnr || p->ssim >= 0 ||
+			   p->per_slice || p->per_axis || p->edges;
+	const bool limits = !isnan(p->min_psnr) || !isnan(p->min_ssim) || !isnan(p->max_mae) ||
+			    !isnan(p->max_rmse) || !isnan(p->max_gradient);
+
+	if (is_stream(p->ref) + is_stream(p->test) + is_stream(p->mask) +
+			is_stream(p->consistency) >
+		1)
+		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
+	if (is_stream(p->per_slice) + is_stream(p->per_axis) + is_stream(p->map) > 1)
+		return ct_fail(e, CT_EUSAGE, "only one output can be standard output");
+	if (!p->ref && !p->consistency)
+		return ct_fail(e, CT_EUSAGE, "missing TEST");
+	if (!p->ref && (truth || limits))
+		return ct_fail(e, CT_EUSAGE,
+			"one file and --consistency: what else is asked for "
+			"needs a REF");
 	if (p->window && p->range > 0)
 		return ct_fail(e, CT_EUSAGE, "--window and --range exclude each other");
-	if (ssim < 0 && !isnan(p->min_ssim))
+	if (p->psnr && p->ssim < 0 && !isnan(p->min_ssim))
 		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
+	if (!p->consistency && (p->map || !isnan(p->max_residual) || !isnan(p->max_rms)))
+		return ct_fail(e, CT_EUSAGE, "--map and --max-residual need --consistency");
+	return 0;
+}
+
+static int check_outputs(const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	const char *const out[] = {p->per_slice, p->per_axis, p->map};
+
+	for (size_t i = 0; i < sizeof out / sizeof *out; i++)
+		if (out[i] && ct_out_check(out[i], env, e))
+			return -1;
+	return 0;
+}
+
+static int rule_of(struct ct_metrics_rule *r, const struct params *p, const struct ct_vol *ref,
+	const struct ct_env *env, struct ct_err *e)
+{
+	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
+	double lohi[2] = {-512, 3071};
+
 	if (p->window && ct_parse_range("window", p->window, lohi, e))
 		return -1;
 	*r = (struct ct_metrics_rule){
 		.window = !(p->range > 0), .lo = lohi[0], .hi = lohi[1], .range = p->range};
-	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		r->ssim[k] = ssim == ALL || ssim == k;
+	for (int k = 0; k < CT_SSIM_KINDS; k++) {
+		enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
+
+		r->ssim[k] = ssim == k || (ssim == ALL && ct_metrics_fits(kind, ref->n));
+		if (ssim == ALL && !r->ssim[k])
+			ct_log(env, CT_WARN, "%s is left out: its window is larger than the volume",
+				ct_metrics_ssim_name(kind));
+	}
 	return 0;
 }
 
@@ -79,86 +158,153 @@ static int check_quantity(const struct ct_vol *v, const struct params *p, struct
 	return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window", p->ref, q);
 }
 
-static void print_text(const struct ct_metrics *m, const struct ct_metrics_rule *r)
+/* All that needs a REF. */
+static int compare(struct ct_figures *f, const struct params *p, const struct ct_vol *test,
+	const struct ct_env *env, struct ct_err *e)
 {
-	if (r->window)
-		printf("window %g:%g\n", r->lo, r->hi);
-	printf("range %g\nvoxels %zu\npsnr %.6f\n", r->window ? 1.0 : r->range, m->voxels, m->psnr);
-	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		if (r->ssim[k])
-			printf("%s %.8f\n", ssim_name[k], m->ssim[k]);
-	printf("mae-hu %.6f\nrmse-hu %.6f\nbias-hu %.6f\n", m->mae, m->rmse, m->bias);
-}
+	struct ct_metrics_slice *slice[3] = {0};
+	struct ct_vol ref = {0}, mask = {0};
+	const struct ct_vol *in = p->mask ? &mask : NULL;
+	struct ct_metrics_rule rule;
+	struct ct_metrics m;
+	struct ct_edges edges;
+	int rc = -1;
 
-static int print_json(const struct ct_metrics *m, const struct ct_metrics_rule *r, struct ct_err *e)
-{
-	json_t *o = json_object();
-	int bad = 0;
-
-	if (r->window)
-		bad |= json_object_set_new(o, "window", json_pack("[ff]", r->lo, r->hi));
-	bad |= json_object_set_new(o, "range", json_real(r->window ? 1.0 : r->range));
-	bad |= json_object_set_new(o, "voxels", json_integer((json_int_t)m->voxels));
-	bad |= json_object_set_new(o, "psnr", isfinite(m->psnr) ? json_real(m->psnr) : json_null());
-	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		if (r->ssim[k])
-			bad |= json_object_set_new(o, ssim_name[k], json_real(m->ssim[k]));
-	bad |= json_object_set_new(o, "mae-hu", json_real(m->mae));
-	bad |= json_object_set_new(o, "rmse-hu", json_real(m->rmse));
-	bad |= json_object_set_new(o, "bias-hu", json_real(m->bias));
-	if (!bad) {
-		json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
-		putchar('\n'); /* ct_cli_main checks standard output */
+	if (read_checked(&ref, p->ref, e) || check_quantity(&ref, p, e) ||
+		(p->mask && read_checked(&mask, p->mask, e)) || rule_of(&rule, p, &ref, env, e))
+		goto out;
+	if (ct_metrics(&m, p->per_slice || p->per_axis ? slice : NULL, &ref, test, in, &rule, env,
+		    e)) {
+		ct_blame(e, p->test);
+		goto out;
 	}
-	json_decref(o);
-	return bad ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
+	ct_figures_metrics(f, &m, &rule);
+	if (p->edges) {
+		if (ct_edges(&edges, &ref, test, in, p->step, env, e)) {
+			ct_blame(e, p->ref);
+			goto out;
+		}
+		ct_figures_edges(f, &edges);
+	}
+	if ((p->per_slice && ct_metrics_per_slice(p->per_slice, slice, ref.n, &rule, env, e)) ||
+		(p->per_axis && ct_metrics_per_axis(p->per_axis, &m, &ref, &rule, env, e)))
+		goto out;
+	rc = 0;
+out:
+	for (int a = 0; a < 3; a++)
+		free(slice[a]);
+	ct_vol_free(&ref);
+	ct_vol_free(&mask);
+	return rc;
 }
 
-static int judge(const struct ct_metrics *m, const struct ct_metrics_rule *r,
-	const struct params *p, struct ct_err *e)
+/* The certificate. lr stays, since the figures borrow words of its header. */
+static int certify(struct ct_figures *f, struct ct_vol *lr, const struct params *p,
+	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
-	if (m->psnr < p->min_psnr)
-		return ct_fail(
-			e, CT_EINPUT, "%s: psnr %.6f is below %g", p->test, m->psnr, p->min_psnr);
-	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		if (r->ssim[k] && m->ssim[k] < p->min_ssim)
-			return ct_fail(e, CT_EINPUT, "%s: %s %.8f is below %g", p->test,
-				ssim_name[k], m->ssim[k], p->min_ssim);
+	struct ct_vol map = {0};
+	struct ct_degrade d;
+	struct ct_consistency c;
+	int rc = -1, known;
+
+	if (read_checked(lr, p->consistency, e))
+		return -1;
+	known = ct_degrade_get(&lr->meta, &d, e);
+	if (known < 0)
+		return ct_blame(e, p->consistency);
+	if (known > 0 || ct_meta_get(&lr->meta, "upsample"))
+		return ct_fail(e, CT_EINPUT, "%s: %s", p->consistency,
+			known > 0 ? "the header names no operator (factor, sigma, decimate)"
+				  : "is upsampled: give the CT that it was made of");
+	if (ct_consistency(&c, &map, lr, test, &d, env, e)) {
+		ct_blame(e, p->test);
+		goto out;
+	}
+	ct_figures_residual(f, &c, &lr->meta);
+	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
+			      ct_meta_set(&map.meta, "quantity", "residual", e) ||
+			      ct_meta_step(&map.meta, env, 2,
+				      (const struct ct_meta *const[]){&lr->meta, &test->meta}, e) ||
+			      ct_vol_write(p->map, &map, env, e)))
+		goto out;
+	rc = 0;
+out:
+	ct_vol_free(&map);
+	return rc;
+}
+
+static int at_least(const struct ct_figures *f, const char *name, double min, const char *test,
+	struct ct_err *e)
+{
+	double v = ct_figures_get(f, name);
+
+	if (isnan(min) || v >= min)
+		return 0;
+	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is below %g", test, name, v, min);
+}
+
+static int at_most(const struct ct_figures *f, const char *name, double max, const char *test,
+	struct ct_err *e)
+{
+	double v = ct_figures_get(f, name);
+
+	if (isnan(max) || v <= max)
+		return 0;
+	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is above %g", test, name, v, max);
+}
+
+static int judge(const struct ct_figures *f, const struct params *p, struct ct_err *e)
+{
+	static const char *const gradient[] = {
+		"gradient-i-hu-mm", "gradient-j-hu-mm", "gradient-k-hu-mm"};
+
+	if (at_least(f, "psnr", p->min_psnr, p->test, e) ||
+		at_most(f, "mae-hu", p->max_mae, p->test, e) ||
+		at_most(f, "rmse-hu", p->max_rmse, p->test, e) ||
+		at_most(f, "residual-max-hu", p->max_residual, p->test, e) ||
+		at_most(f, "residual-rms-hu", p->max_rms, p->test, e))
+		return -1;
+	for (int a = 0; a < 3; a++) /* an axis of one voxel has none */
+		if (!isnan(ct_figures_get(f, gradient[a])) &&
+			at_most(f, gradient[a], p->max_gradient, p->test, e))
+			return -1;
+	for (size_t i = 0; i < f->n; i++)
+		if (strncmp(f->at[i].name, "ssim-", 5) == 0 &&
+			at_least(f, f->at[i].name, p->min_ssim, p->test, e))
+			return -1;
 	return 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const struct params *p = params;
-	struct ct_vol ref = {0}, test = {0}, mask = {0};
-	struct ct_metrics_rule rule;
-	struct ct_metrics m;
+	struct params p = *(const struct params *)params;
+	struct ct_vol test = {0}, lr = {0};
+	struct ct_figures f = {0};
 	int rc = -1;
 
-	if (rule_of(&rule, p, e) || read_checked(&ref, p->ref, e) ||
-		read_checked(&test, p->test, e) || check_quantity(&ref, p, e))
+	p.ref = p.second ? p.first : NULL;
+	p.test = p.second ? p.second : p.first;
+	if (check(&p, e) || check_outputs(&p, env, e) || read_checked(&test, p.test, e))
 		goto out;
-	if (p->mask && read_checked(&mask, p->mask, e))
+	if ((p.ref && compare(&f, &p, &test, env, e)) ||
+		(p.consistency && certify(&f, &lr, &p, &test, env, e)))
 		goto out;
-	if (ct_metrics(&m, &ref, &test, p->mask ? &mask : NULL, &rule, env, e)) {
-		ct_blame(e, p->test);
+	if (is_stream(p.per_slice) || is_stream(p.per_axis) || is_stream(p.map))
+		; /* standard output is taken */
+	else if (!env->json)
+		ct_figures_text(&f);
+	else if (ct_figures_json(&f, e))
 		goto out;
-	}
-	if (env->json && print_json(&m, &rule, e))
-		goto out;
-	if (!env->json)
-		print_text(&m, &rule);
-	rc = judge(&m, &rule, p, e);
+	rc = judge(&f, &p, e);
 out:
-	ct_vol_free(&ref);
 	ct_vol_free(&test);
-	ct_vol_free(&mask);
+	ct_vol_free(&lr);
 	return rc;
 }
 
 static const struct ct_tool tool = {
 	.name = "ct-metrics",
-	.brief = "Compare a CT with a reference: PSNR, SSIM, errors in HU.",
+	.brief = "Compare a CT with a reference, or with the low-resolution CT it was made of.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,

@@ -1,0 +1,34 @@
+/* consistency.h: a certificate without a truth: does a fine volume explain the coarse one that it
+ * was made of?
+ *
+ * The fine volume is degraded by the operator D of degrade.h that the coarse one's header names,
+ * and compared with the coarse one. A residual of zero says that nothing the scanner has seen
+ * was changed: what the fine volume adds lies where D is blind. It does not say that what was added
+ * is true. If the coarse volume was clipped or rounded, or noise added, the residual of the truth
+ * itself is as large as that.
+ */
+#ifndef CT_KERN_CONSISTENCY_H
+#define CT_KERN_CONSISTENCY_H
+#include "core/env.h"
+#include "core/vol.h"
+#include "kern/degrade.h"
+
+/* Of D(test) - lr, in HU. */
+struct ct_consistency {
+	size_t voxels;
+	double max, p95;  /* of the absolute value; p95 interpolates order statistics */
+	double rms, mean; /* root of the mean square; signed mean */
+};
+
+/* map gets the residual, on the grid and without the metadata of lr; it must be zero and is to be
+ * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
+ * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
+ * three lr. */
+int ct_consistency(struct ct_consistency *c, struct ct_vol *map, const struct ct_vol *lr,
+	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
+	struct ct_err *e);
+/* Element at fraction q in [0, 1] of the sorted n > 0 values v, between two of them interpolated
+ * linearly; v is reordered. Linear time on average. */
+double ct_quantile(float *v, size_t n, double q);
+
+#endif

@@ -1,0 +1,393 @@
+/* edges.c: see edges.h. */
+#include "config.h"
+#include "kern/edges.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+enum { REACH = 8, LATERAL = 2, PER_VOXEL = 4, BINS = 2 * REACH * PER_VOXEL };
+enum { BATCH = 32, MOST = 20000, FEWEST = 12, BALL = 2 };
+
+/* Sums of the edge spread functions, of a batch of edges. */
+struct spread {
+	double sum[2][BINS], count[BINS]; /* ref, test */
+	size_t edges;
+};
+
+struct job {
+	const struct ct_vol *ref, *test, *mask;
+	const struct ct_env *env;
+	double step, mm[3], voxel; /* voxel: mean spacing */
+	size_t margin[3];	   /* that the cylinder needs */
+	size_t *found;		   /* candidates of each slice */
+	size_t *edge;		   /* chosen ones, as indices */
+	size_t edges, stride;
+	struct spread *part;
+};
+
+/* One edge: where, and what the cylinder about its normal looks like. */
+struct fit {
+	size_t at[3];
+	double normal[3], low, step, place;
+};
+
+static const struct spread no_spread;
+
+static double value(const struct ct_vol *v, size_t i, size_t j, size_t k)
+{
+	return (double)v->data[(k * v->n[1] + j) * v->n[0] + i];
+}
+
+/* Squared central difference, HU a voxel; *along is its largest component. */
+static double steepness(const struct job *j, const size_t at[3], int *along)
+{
+	const size_t stride[3] = {1, j->ref->n[0], j->ref->n[0] * j->ref->n[1]};
+	const float *p = j->ref->data + at[0] + at[1] * stride[1] + at[2] * stride[2];
+	double sum = 0, most = -1;
+
+	for (int a = 0; a < 3; a++) {
+		double g =
+			((double)p[stride[a]] - (double)*(p - stride[a])) / 2 * j->voxel / j->mm[a];
+
+		if (g * g > most) {
+			most = g * g;
+			*along = a;
+		}
+		sum += g * g;
+	}
+	return sum;
+}
+
+/* Is the voxel steep, and steeper than its neighbours along the steepest axis? */
+static bool candidate(const struct job *j, const size_t at[3])
+{
+	size_t near[3] = {at[0], at[1], at[2]};
+	double least = j->step / 8, here;
+	int along = 0, other;
+
+	if (j->mask && value(j->mask, at[0], at[1], at[2]) == 0)
+		return false;
+	here = steepness(j, at, &along);
+	if (here < least * least)
+		return false;
+	near[along]--;
+	if (steepness(j, near, &other) >= here)
+		return false;
+	near[along] += 2;
+	return steepness(j, near, &other) <= here;
+}
+
+/* Count the candidates of slice k, and note every stride-th of all when it is known. */
+static void search(void *arg, size_t task, size_t worker)
+{
+	const struct job *j = arg;
+	size_t at[3] = {0, 0, task + j->margin[2]}, n = 0, before = j->edge ? j->found[task] : 0;
+
+	(void)worker;
+	if (ct_stopping(j->env))
+		return;
+	for (at[1] = j->margin[1]; at[1] + j->margin[1] < j->ref->n[1]; at[1]++)
+		for (at[0] = j->margin[0]; at[0] + j->margin[0] < j->ref->n[0]; at[0]++) {
+			if (!candidate(j, at))
+				continue;
+			if (j->edge && (before + n) % j->stride == 0)
+				j->edge[(before + n) / j->stride] =
+					(at[2] * j->ref->n[1] + at[1]) * j->ref->n[0] + at[0];
+			n++;
+		}
+	if (!j->edge)
+		j->found[task] = n;
+}
+
+/* The unit normal, mm, towards larger values: for a ball of the lattice the least-squares slope
+ * along an axis is sum(offset value)/sum(offset^2). */
+static void fit_normal(const struct job *j, struct fit *f)
+{
+	double g[3] = {0}, length = 0;
+
+	for (int z = -BALL; z <= BALL; z++)
+		for (int y = -BALL; y <= BALL; y++)
+			for (int x = -BALL; x <= BALL; x++) {
+				const int o[3] = {x, y, z};
+				double v;
+
+				if (x * x + y * y + z * z > BALL * BALL)
+					continue;
+				v = value(j->ref, f->at[0] + (size_t)x, f->at[1] + (size_t)y,
+					f->at[2] + (size_t)z);
+				for (int a = 0; a < 3; a++)
+					g[a] += o[a] * v / j->mm[a];
+			}
+	for (int a = 0; a < 3; a++)
+		length += g[a] * g[a];
+	for (int a = 0; a < 3; a++)
+		f->normal[a] = g[a] / sqrt(length);
+}
+
+typedef void visit_fn(void *arg, const struct fit *f, double distance, size_t index);
+
+/* Call fn for the voxels of the cylinder, with their signed distance from the voxel f->at, mm. */
+static void cylinder(const struct job *j, const struct fit *f, visit_fn *fn, void *arg)
+{
+	double reach = REACH * j->voxel, lateral = LATERAL * j->voxel;
+	int half[3];
+
+	for (int a = 0; a < 3; a++)
+		half[a] = (int)((reach * fabs(f->normal[a]) +
+					lateral * sqrt(fmax(0, 1 - f->normal[a] * f->normal[a]))) /
+				j->mm[a]);
+	for (int z = -half[2]; z <= half[2]; z++)
+		for (int y = -half[1]; y <= half[1]; y++)
+			for (int x = -half[0]; x <= half[0]; x++) {
+				double p[3] = {x * j->mm[0], y * j->mm[1], z * j->mm[2]};
+				double d = p[0] * f->normal[0] + p[1] * f->normal[1] +
+					   p[2] * f->normal[2];
+				double r2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] - d * d;
+
+				if (r2 <= lateral * lateral && fabs(d) < reach)
+					fn(arg, f, d,
+						((f->at[2] + (size_t)z) * j->ref->n[1] + f->at[1] +
+							(size_t)y) *
+								j->ref->n[0] +
+							f->at[0] + (size_t)x);
+			}
+}
+
+struct plateaus {
+	const struct job *j;
+	double n[2], sum[2], square[2]; /* below and above: the outer halves */
+	double least, most;		/* of all */
+	double m, d, v, dd, dv;		/* regression of the voxels within one */
+};
+
+static void measure(void *arg, const struct fit *f, double d, size_t index)
+{
+	struct plateaus *p = arg;
+	double v = (double)p->j->ref->data[index];
+
+	(void)f;
+	if (fabs(d) > REACH / 2.0 * p->j->voxel) {
+		p->n[d > 0] += 1;
+		p->sum[d > 0] += v;
+		p->square[d > 0] += v * v;
+	}
+	p->least = fmin(p->least, v);
+	p->most = fmax(p->most, v);
+	if (fabs(d) <= p->j->voxel) {
+		p->m += 1;
+		p->d += d;
+		p->v += v;
+		p->dd += d * d;
+		p->dv += d * v;
+	}
+}
+
+/* Is it a step between two plateaus? Then f is complete. */
+static bool fit_edge(const struct job *j, struct fit *f)
+{
+	struct plateaus p = {.j = j, .least = HUGE_VAL, .most = -HUGE_VAL};
+	double mean[2], slope;
+
+	fit_normal(j, f);
+	cylinder(j, f, measure, &p);
+	if (p.n[0] < 4 || p.n[1] < 4 || p.m < 4)
+		return false;
+	for (int k = 0; k < 2; k++)
+		mean[k] = p.sum[k] / p.n[k];
+	f->low = mean[0];
+	f->step = mean[1] - mean[0];
+	if (!(f->step >= j->step))
+		return false;
+	for (int k = 0; k < 2; k++)
+		if (p.square[k] / p.n[k] - mean[k] * mean[k] > 0.01 * f->step * f->step)
+			return false;
+	if (p.least < mean[0] - 0.2 * f->step || p.most > mean[1] + 0.2 * f->step)
+		return false;
+	slope = (p.dv - p.d * p.v / p.m) / (p.dd - p.d * p.d / p.m);
+	if (!(slope > 0))
+		return false;
+	f->place = p.d / p.m + (f->low + f->step / 2 - p.v / p.m) / slope;
+	return fabs(f->place) <= 0.75 * j->voxel;
+}
+
+struct sorter {
+	const struct job *j;
+	struct spread *s;
+};
+
+static void sort(void *arg, const struct fit *f, double d, size_t index)
+{
+	const struct sorter *a = arg;
+	double bin = floor(((d - f->place) / a->j->voxel + REACH) * PER_VOXEL);
+
+	if (!(bin >= 0 && bin < BINS))
+		return;
+	a->s->count[(size_t)bin] += 1;
+	a->s->sum[0][(size_t)bin] += ((double)a->j->ref->data[index] - f->low) / f->step;
+	a->s->sum[1][(size_t)bin] += ((double)a->j->test->data[index] - f->low) / f->step;
+}
+
+static void batch(void *arg, size_t task, size_t worker)
+{
+	const struct job *j = arg;
+	struct spread *s = &j->part[task];
+	size_t end = (task + 1) * BATCH < j->edges ? (task + 1) * BATCH : j->edges;
+
+	(void)worker;
+	*s = no_spread;
+	if (ct_stopping(j->env))
+		return;
+	for (size_t k = task * BATCH; k < end; k++) {
+		const size_t *n = j->ref->n;
+		struct fit f = {.at = {j->edge[k] % n[0], j->edge[k] / n[0] % n[1],
+					j->edge[k] / (n[0] * n[1])}};
+
+		if (!fit_edge(j, &f))
+			continue;
+		cylinder(j, &f, sort, &(struct sorter){j, s});
+		s->edges++;
+	}
+}
+
+/* Where the line through bins b and b + 1 crosses `level`, in bins. */
+static double crossing(const double *e, size_t b, double level)
+{
+	return (double)b + (level - e[b]) / (e[b + 1] - e[b]);
+}
+
+/* |sum_b (e[b+1] - e[b]) exp(-2 pi i f b width)|, f in cycles per mm. */
+static double transfer(const double *e, size_t n, double width, double f)
+{
+	const double pi = acos(-1.0);
+	double re = 0, im = 0, x = pi * f * width, sinc = x > 0 ? sin(x) / x : 1;
+
+	for (size_t b = 0; b + 1 < n; b++) {
+		re += (e[b + 1] - e[b]) * cos(2 * pi * f * width * (double)b);
+		im += (e[b + 1] - e[b]) * sin(2 * pi * f * width * (double)b);
+	}
+	return sqrt(re * re + im * im) / (sinc * sinc);
+}
+
+/* First frequency where the transfer falls below `level`; up to a quarter cycle a bin. */
+static double falls_below(const double *e, size_t n, double width, double level)
+{
+	enum { STEPS = 500 };
+	double last = transfer(e, n, width, 0), whole = last;
+
+	for (int k = 1; k <= STEPS; k++) {
+		double step = 0.25 / width / STEPS, m = transfer(e, n, width, k * step);
+
+		if (m < level * whole)
+			return step * (k - (level * whole - m) / (last - m));
+		last = m;
+	}
+	return (double)NAN;
+}
+
+void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, double width)
+{
+	double low = 0, high = 0, at[2];
+	size_t b = n / 2;
+
+	for (size_t k = 0; k < n / 4; k++) {
+		low += spread[k] / (double)(n / 4);
+		high += spread[n - 1 - k] / (double)(n / 4);
+	}
+	while (b > 0 && spread[b] > low + 0.1 * (high - low))
+		b--;
+	at[0] = crossing(spread, b, low + 0.1 * (high - low));
+	b = n / 2;
+	while (b + 2 < n && spread[b + 1] < low + 0.9 * (high - low))
+		b++;
+	at[1] = crossing(spread, b, low + 0.9 * (high - low));
+	f->rise = (at[1] - at[0]) * width;
+	f->mtf50 = falls_below(spread, n, width, 0.5);
+	f->mtf10 = falls_below(spread, n, width, 0.1);
+}
+
+/* Add the batches up in their order and make the figures. */
+static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
+{
+	struct spread all = no_spread;
+	double e[2][BINS];
+
+	for (size_t t = 0; t < batches; t++) {
+		all.edges += j->part[t].edges;
+		for (size_t b = 0; b < BINS; b++) {
+			all.count[b] += j->part[t].count[b];
+			all.sum[0][b] += j->part[t].sum[0][b];
+			all.sum[1][b] += j->part[t].sum[1][b];
+		}
+	}
+	o->count = all.edges;
+	if (all.edges < FEWEST)
+		return;
+	for (size_t b = 0; b < BINS; b++)
+		for (int k = 0; k < 2; k++)
+			e[k][b] = all.count[b] > 0 ? all.sum[k][b] / all.count[b]
+				  : b > 0	   ? e[k][b - 1]
+						   : 0;
+	ct_edge_spread(&o->ref, e[0], BINS, j->voxel / PER_VOXEL);
+	ct_edge_spread(&o->test, e[1], BINS, j->voxel / PER_VOXEL);
+}
+
+/* The candidates, counted, then written down. */
+static int find(struct job *j, struct ct_err *e)
+{
+	size_t slices = j->ref->n[2] - 2 * j->margin[2], total = 0;
+
+	if (ct_alloc0(&j->found, slices, sizeof *j->found, e))
+		return -1;
+	ct_par_for(j->env->par, slices, search, j);
+	for (size_t k = 0; k < slices; k++) {
+		size_t n = j->found[k];
+
+		j->found[k] = total;
+		total += n;
+	}
+	j->stride = (total + MOST - 1) / MOST;
+	j->edges = total ? (total + j->stride - 1) / j->stride : 0;
+	if (ct_check_stop(j->env, e) || ct_alloc(&j->edge, j->edges, sizeof *j->edge, e))
+		return -1;
+	if (total > 0)
+		ct_par_for(j->env->par, slices, search, j);
+	return ct_check_stop(j->env, e);
+}
+
+int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *test,
+	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_edge_figures none = {(double)NAN, (double)NAN, (double)NAN};
+	struct job j = {.ref = ref, .test = test, .mask = mask, .env = env, .step = step};
+	size_t batches;
+	int rc = -1;
+
+	*o = (struct ct_edges){0, none, none};
+	ct_vol_spacing(ref, j.mm);
+	j.voxel = (j.mm[0] + j.mm[1] + j.mm[2]) / 3;
+	for (int a = 0; a < 3; a++) {
+		j.margin[a] = (size_t)(hypot(REACH, LATERAL) * j.voxel / j.mm[a]) + 1;
+		if (ref->n[a] <= 2 * j.margin[a])
+			return ct_fail(e, CT_EGEOM,
+				"%zu voxels along axis %d are too few for edges, "
+				"which need %zu",
+				ref->n[a], a, 2 * j.margin[a] + 1);
+	}
+	if (find(&j, e))
+		goto out;
+	batches = (j.edges + BATCH - 1) / BATCH;
+	if (ct_alloc(&j.part, batches, sizeof *j.part, e))
+		goto out;
+	ct_par_for(env->par, batches, batch, &j);
+	if (ct_check_stop(env, e))
+		goto out;
+	conclude(o, &j, batches);
+	rc = 0;
+out:
+	free(j.found);
+	free(j.edge);
+	free(j.part);
+	return rc;
+}

@@ -1,0 +1,234 @@
+/* metrics-report.c: see metrics-report.h. */
+#include "config.h"
+#include "tools/metrics-report.h"
+#include "formats/io.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *ct_metrics_ssim_name(enum ct_ssim_kind kind)
+{
+	static const char *const name[CT_SSIM_KINDS] = {[CT_SSIM_R2] = "ssim-r2",
+		[CT_SSIM_SKIMAGE] = "ssim-skimage",
+		[CT_SSIM_WANG] = "ssim-wang",
+		[CT_SSIM_SKIMAGE11] = "ssim-skimage11",
+		[CT_SSIM_3D] = "ssim-3d",
+		[CT_SSIM_3D_GAUSS] = "ssim-3d-gauss"};
+
+	return name[kind];
+}
+
+static struct ct_figure *append(struct ct_figures *f, const char *name, double v, int digits)
+{
+	struct ct_figure *o = &f->at[f->n];
+
+	if (f->n < CT_FIGURES) /* the tables below are shorter */
+		f->n++;
+	else
+		o--;
+	*o = (struct ct_figure){.name = name, .n = 1, .v = {v}, .digits = digits};
+	return o;
+}
+
+void ct_figures_metrics(
+	struct ct_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r)
+{
+	if (r->window) {
+		struct ct_figure *w = append(f, "window", r->lo, -1);
+
+		w->v[1] = r->hi;
+		w->n = 2;
+		w->mark = ':';
+	}
+	append(f, "range", r->window ? 1.0 : r->range, -1);
+	append(f, "voxels", (double)m->voxels, 0);
+	append(f, "psnr", m->psnr, 6);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		if (r->ssim[k])
+			append(f, ct_metrics_ssim_name((enum ct_ssim_kind)k), m->ssim[k], 8);
+	append(f, "mae-hu", m->mae, 6);
+	append(f, "rmse-hu", m->rmse, 6);
+	append(f, "bias-hu", m->bias, 6);
+	append(f, "max-hu", m->max, 6);
+	append(f, "gradient-i-hu-mm", m->gradient[0], 6);
+	append(f, "gradient-j-hu-mm", m->gradient[1], 6);
+	append(f, "gradient-k-hu-mm", m->gradient[2], 6);
+}
+
+void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s)
+{
+	append(f, "edges", (double)s->count, 0);
+	append(f, "edge-rise-ref-mm", s->ref.rise, 5);
+	append(f, "edge-rise-test-mm", s->test.rise, 5);
+	append(f, "mtf50-ref", s->ref.mtf50, 5);
+	append(f, "mtf50-test", s->test.mtf50, 5);
+	append(f, "mtf10-ref", s->ref.mtf10, 5);
+	append(f, "mtf10-test", s->test.mtf10, 5);
+}
+
+void ct_figures_residual(
+	struct ct_figures *f, const struct ct_consistency *c, const struct ct_meta *lr)
+{
+	static const char *const keys[] = {"factor", "sigma", "decimate", "noise"};
+
+	for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
+		if (ct_meta_get(lr, keys[i]))
+			append(f, keys[i], 0, -1)->word = ct_meta_get(lr, keys[i]);
+	append(f, "residual-voxels", (double)c->voxels, 0);
+	append(f, "residual-max-hu", c->max, 6);
+	append(f, "residual-p95-hu", c->p95, 6);
+	append(f, "residual-rms-hu", c->rms, 6);
+	append(f, "residual-mean-hu", c->mean, 6);
+}
+
+double ct_figures_get(const struct ct_figures *f, const char *name)
+{
+	for (size_t i = 0; i < f->n; i++)
+		if (strcmp(f->at[i].name, name) == 0)
+			return f->at[i].v[0];
+	return (double)NAN;
+}
+
+/* What a file says of itself cannot steer a terminal. */
+static void put_word(const char *s)
+{
+	for (; *s; s++)
+		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
+}
+
+void ct_figures_text(const struct ct_figures *f)
+{
+	for (size_t i = 0; i < f->n; i++) {
+		const struct ct_figure *o = &f->at[i];
+
+		printf("%s ", o->name);
+		if (o->word)
+			put_word(o->word);
+		for (size_t k = 0; k < o->n && !o->word; k++) {
+			if (k > 0)
+				putchar(o->mark);
+			if (isnan(o->v[k]))
+				printf("nan");
+			else if (o->digits < 0)
+				printf("%g", o->v[k]);
+			else
+				printf("%.*f", o->digits, o->v[k]);
+		}
+		putchar('\n');
+	}
+}
+
+static json_t *number(const struct ct_figure *o, size_t k)
+{
+	if (!isfinite(o->v[k]))
+		return json_null();
+	return o->digits == 0 ? json_integer((json_int_t)o->v[k]) : json_real(o->v[k]);
+}
+
+static json_t *json_of(const struct ct_figure *o)
+{
+	json_t *array;
+
+	if (o->word) {
+		array = json_string(o->word);
+		return array ? array : json_null(); /* not UTF-8 */
+	}
+	if (o->n == 1)
+		return number(o, 0);
+	array = json_array();
+	for (size_t k = 0; k < o->n; k++)
+		json_array_append_new(array, number(o, k));
+	return array;
+}
+
+int ct_figures_json(const struct ct_figures *f, struct ct_err *e)
+{
+	json_t *object = json_object();
+	bool bad = !object;
+
+	for (size_t i = 0; i < f->n && !bad; i++)
+		bad = json_object_set_new(object, f->at[i].name, json_of(&f->at[i])) != 0;
+	if (!bad) {
+		json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
+		putchar('\n'); /* ct_cli_main checks standard output */
+	}
+	json_decref(object);
+	return bad ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
+}
+
+static void put_cell(FILE *f, double v)
+{
+	if (isnan(v))
+		fputc(',', f);
+	else
+		fprintf(f, ",%.9g", v);
+}
+
+static void put_header(FILE *f, const char *columns, const struct ct_metrics_rule *r)
+{
+	fputs(columns, f);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		if (r->ssim[k])
+			fprintf(f, ",%s", ct_metrics_ssim_name((enum ct_ssim_kind)k));
+	fputc('\n', f);
+}
+
+static int finish(struct ct_out *o, struct ct_err *e)
+{
+	if (ferror(o->f)) {
+		ct_out_abandon(o);
+		return ct_fail(e, CT_EOUTPUT, "the table cannot be written");
+	}
+	return ct_out_commit(o, e);
+}
+
+int ct_metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
+	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_out o = {0};
+
+	if (ct_out_open(&o, path, env, e))
+		return -1;
+	put_header(o.f, "axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm", r);
+	for (int a = 0; a < 3; a++)
+		for (size_t s = 0; s < n[a]; s++) {
+			const struct ct_metrics_slice *m = &slice[a][s];
+
+			fprintf(o.f, "%c,%zu,%zu", "ijk"[a], s, m -> voxels);
+			put_cell(o.f, m->psnr);
+			put_cell(o.f, m->mae);
+			put_cell(o.f, m->rmse);
+			put_cell(o.f, m->bias);
+			put_cell(o.f, m->gradient);
+			for (int k = 0; k < CT_SSIM_KINDS; k++)
+				if (r->ssim[k])
+					put_cell(o.f, m->ssim[k]);
+			fputc('\n', o.f);
+		}
+	return finish(&o, e);
+}
+
+int ct_metrics_per_axis(const char *path, const struct ct_metrics *m, const struct ct_vol *v,
+	const struct ct_metrics_rule *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out o = {0};
+	double mm[3];
+
+	if (ct_out_open(&o, path, env, e))
+		return -1;
+	ct_vol_spacing(v, mm);
+	put_header(o.f, "axis,slices,spacing-mm,gradient-hu-mm", r);
+	for (int a = 0; a < 3; a++) {
+		fprintf(o.f, "%c,%zu", "ijk"[a], v -> n[a]);
+		put_cell(o.f, mm[a]);
+		put_cell(o.f, m->gradient[a]);
+		for (int k = 0; k < CT_SSIM_KINDS; k++)
+			if (r->ssim[k])
+				put_cell(o.f, m->ssim_axis[k][a]);
+		fputc('\n', o.f);
+	}
+	return finish(&o, e);
+}
