@@ -66,6 +66,14 @@ for axis in range(3):
     axes.append(np.mean([zero_padded(np.take(x, i, axis), np.take(y, i, axis)) for i in kept]))
 assert sum(np.take(x, i, 0).max() <= 0 for i in range(x.shape[0])) > 0   # some are left out
 near('r2', r['ssim-r2'], np.mean(axes), 1e-5)
+u11 = dict(win_size=11, gaussian_weights=False, use_sample_covariance=True)
+near('skimage11', r['ssim-skimage11'], np.mean(slices(ssim, x, y, 2, data_range=1, **u11)), 1e-5)
+near('3d', r['ssim-3d'], ssim(x, y, data_range=1), 1e-5)
+near('3d-gauss', r['ssim-3d-gauss'], ssim(x, y, data_range=1, **wang), 1e-5)
+for axis, mm in zip(range(3), (1, 1, 2)):
+    g = np.diff(b - a, axis=axis)/mm
+    near('gradient', r['gradient-%s-hu-mm' % 'ijk'[axis]], np.sqrt((g**2).mean()), 1e-6)
+near('max', r['max-hu'], np.abs(b - a).max(), 1e-6)
 near('mae', r['mae-hu'], np.abs(b - a).mean(), 1e-6)
 near('rmse', r['rmse-hu'], np.sqrt(((b - a)**2).mean()), 1e-6)
 near('bias', r['bias-hu'], (b - a).mean(), 1e-6)
@@ -80,6 +88,14 @@ for i in range(x.shape[2]):
         kept.append(s[inside].mean())
 near('mask ssim', r['ssim-skimage'], np.mean(kept), 1e-5)
 assert r['voxels'] == mask.sum()
+s3 = ssim(x, y, data_range=1, full=True)[1]
+inside = mask.copy()
+for axis in range(3):
+    np.moveaxis(inside, axis, 0)[[0, 1, 2, -3, -2, -1]] = False
+near('mask 3d', r['ssim-3d'], s3[inside].mean(), 1e-5)
+both = mask[:, :, 1:] & mask[:, :, :-1]
+g = np.diff(b - a, axis=2)[both]/2
+near('mask gradient', r['gradient-k-hu-mm'], np.sqrt((g**2).mean()), 1e-6)
 r = json.load(open('range.json'))
 near('range psnr', r['psnr'], psnr(a, b, data_range=2500), 1e-6)
 near('range ssim', r['ssim-skimage'], np.mean(slices(ssim, a, b, 2, data_range=2500, **box)), 1e-5)
@@ -90,8 +106,12 @@ PY
 sed 's/^/# /' log
 ct-metrics ref.nii test.nii >text
 awk '{print $1}' text | tr '\n' ' ' >names
-[ "$(cat names)" = 'window range voxels psnr ssim-r2 mae-hu rmse-hu bias-hu ' ]; ok $? 'a line a name'
-for t in 1 4; do ct-metrics -t $t --ssim all --json ref.nii test.nii >t$t; done
+[ "$(cat names)" = 'window range voxels psnr ssim-r2 mae-hu rmse-hu bias-hu max-hu '\
+'gradient-i-hu-mm gradient-j-hu-mm gradient-k-hu-mm ' ]; ok $? 'a line a name'
+for t in 1 4; do
+	ct-metrics -t $t --ssim all --json --per-slice s$t.csv --per-axis a$t.csv ref.nii test.nii >t$t
+done
+cmp -s s1.csv s4.csv && cmp -s a1.csv a4.csv; ok $? '1 and 4 threads, same tables'
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
 exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics ref.nii -'
 cmp -s out text; ok $? 'and says the same'
@@ -110,4 +130,201 @@ exits 6 'refuses NaN' ct-metrics ref.nii nan.nii
 has err 'nan.nii: voxel (0,0,9) is NaN' 'and says where'
 exits 2 'window and range exclude each other' ct-metrics --window 0:1 --range 1 ref.nii test.nii
 exits 2 'one stream cannot be both' ct-metrics - -
+
+# Tables.
+"$PY" - >log 2>&1 <<'PY'; ok $? 'the tables are those of scikit-image and NumPy'
+import csv, nibabel as nib, numpy as np
+from skimage.metrics import structural_similarity as ssim, peak_signal_noise_ratio as psnr
+a, b = (nib.load(f).get_fdata().astype(np.float64) for f in ('ref.nii', 'test.nii'))
+x, y = ((np.clip(v, -512, 3071) + 512)/3583 for v in (a, b))
+np.seterr(divide='ignore')   # slices that clip to equal ones have infinite PSNR
+rows = list(csv.DictReader(open('s1.csv')))
+assert len(rows) == sum(a.shape)
+def near(got, want, tol):
+    assert float(got) == want or abs(float(got) - want) < tol, (got, want)
+for r in rows:
+    axis, k = 'ijk'.index(r['axis']), int(r['slice'])
+    p, q, u, v = (np.take(f, k, axis) for f in (a, b, x, y))
+    assert int(r['voxels']) == p.size
+    near(r['psnr'], psnr(u, v, data_range=1), 1e-5)
+    near(r['mae-hu'], np.abs(q - p).mean(), 1e-4)
+    near(r['rmse-hu'], np.sqrt(((q - p)**2).mean()), 1e-4)
+    near(r['bias-hu'], (q - p).mean(), 1e-4)
+    near(r['ssim-skimage'], ssim(u, v, data_range=1), 1e-5)
+    assert (r['ssim-r2'] == '') == (u.max() <= 0)
+    if axis < 2:
+        assert r['ssim-3d'] == ''
+    elif 3 <= k < a.shape[2] - 3:
+        near(r['ssim-3d'], ssim(x[..., k-3:k+4], y[..., k-3:k+4], data_range=1), 1e-5)
+    if k + 1 < a.shape[axis]:
+        d = (np.take(b - a, k + 1, axis) - (q - p))/(1, 1, 2)[axis]
+        near(r['gradient-hu-mm'], np.sqrt((d**2).mean()), 1e-4)
+    else:
+        assert r['gradient-hu-mm'] == ''
+axes = list(csv.DictReader(open('a1.csv')))
+for r in axes:
+    own = [float(s['ssim-skimage']) for s in rows if s['axis'] == r['axis']]
+    near(r['ssim-skimage'], np.mean(own), 1e-7)
+    assert int(r['slices']) == len(own)
+assert [float(r['spacing-mm']) for r in axes] == [1, 1, 2]
+PY
+sed 's/^/# /' log
+ct-metrics --per-slice - ref.nii test.nii >out
+[ "$(wc -l <out)" -eq $((44 + 37 + 19 + 1)) ]; ok $? 'a table to standard output takes the place of the report'
+exits 4 'an old table is kept' ct-metrics --per-slice s1.csv ref.nii test.nii
+exits 2 'one standard output' ct-metrics --per-slice - --per-axis - ref.nii test.nii
+
+# Thresholds.
+exits 0 'all thresholds kept' ct-metrics --min-psnr 20 --min-ssim 0.1 --max-mae 60 --max-rmse 70 \
+	--max-gradient 95 ref.nii test.nii
+exits 3 'misses an MAE' ct-metrics --max-mae 40 ref.nii test.nii
+has err 'mae-hu .* is above 40' 'and says so'
+exits 3 'misses an RMSE' ct-metrics --max-rmse 50 ref.nii test.nii
+exits 3 'misses a gradient error' ct-metrics --max-gradient 50 ref.nii test.nii
+exits 2 'a limit of a residual needs one' ct-metrics --max-residual 1 ref.nii test.nii
+
+# Volumes that are out of the ordinary.
+"$PY" - <<'PY'
+import nibabel as nib, numpy as np
+def save(v, name, dtype=np.float32):
+    nib.save(nib.Nifti1Image(v.astype(dtype), np.eye(4)), name)
+n = (24, 23, 22)
+save(np.full(n, 100), 'flat100.nii')
+save(np.full(n, 300), 'flat300.nii')
+v = np.zeros(n); v[12, 11, 10] = 1e20
+save(v, 'impulse.nii')
+save(np.zeros(n), 'zero.nii')
+x, y, z = np.indices(n)
+v = np.where((x + y + z) % 2, 32767, -32768)
+save(v, 'low16.nii', np.int16)
+save(np.roll(v, 1, 0), 'high16.nii', np.int16)
+rng = np.random.default_rng(5)
+a = 300*rng.standard_normal((30, 25, 1)); b = a + 50*rng.standard_normal(a.shape)
+save(a, 'thin-a.nii'); save(b, 'thin-b.nii')
+save(a.reshape(1, 30, 25), 'side-a.nii'); save(b.reshape(1, 30, 25), 'side-b.nii')
+big = 1e6 + 40*rng.standard_normal(n)
+save(big, 'big-a.nii'); save(big + 10*rng.standard_normal(n), 'big-b.nii')
+PY
+ct-metrics --ssim all --json flat100.nii flat300.nii >flat.json
+ct-metrics --ssim all --json --range 255 impulse.nii zero.nii >impulse.json
+ct-metrics --ssim all --json --range 65535 low16.nii high16.nii >int16.json
+exits 0 'one voxel thick' ct-metrics --ssim all --json thin-a.nii thin-b.nii
+mv out thin.json
+has err 'ssim-3d is left out' 'what needs more is left out, and said so'
+exits 5 'and refused if asked for' ct-metrics --ssim 3d thin-a.nii thin-b.nii
+exits 5 'as is a thin slice' ct-metrics --ssim wang side-a.nii side-b.nii
+exits 0 'its default works' ct-metrics side-a.nii side-b.nii
+has out '^gradient-i-hu-mm nan$' 'an axis of one voxel has no gradient'
+ct-metrics --ssim all --json --range 400 big-a.nii big-b.nii >big.json
+exits 3 'a reference all below the window has no slices to count' \
+	ct-metrics -w 500:600 flat100.nii flat300.nii
+has err 'no slice' 'and says so'
+"$PY" - >log 2>&1 <<'PY'; ok $? 'constant, impulse, int16, thin and far from zero: as stated'
+import json, math, nibabel as nib, numpy as np
+from skimage.metrics import structural_similarity as ssim
+load = lambda f: json.load(open(f))
+data = lambda f: nib.load(f).get_fdata().astype(np.float64)
+def near(got, want, tol=1e-5):
+    print(got, want)
+    assert abs(got - want) < tol
+wang = dict(gaussian_weights=True, sigma=1.5, use_sample_covariance=False)
+r = load('flat.json')
+u, v = 612/3583, 812/3583
+near(r['psnr'], -20*math.log10(200/3583))
+for k in ('skimage', 'wang', 'skimage11', '3d', '3d-gauss'):
+    near(r['ssim-' + k], (2*u*v + 1e-4)/(u*u + v*v + 1e-4), 1e-9)
+assert r['max-hu'] == 200 and r['gradient-k-hu-mm'] == 0
+r = load('impulse.json')
+a, b = data('impulse.nii'), data('zero.nii')
+near(r['psnr'], 20*math.log10(255*math.sqrt(a.size)/a.max()), 1e-6)
+near(r['ssim-3d'], ssim(a, b, data_range=255))
+near(r['ssim-skimage'], np.mean([ssim(a[..., k], b[..., k], data_range=255) for k in range(22)]))
+r = load('int16.json')
+a, b = data('low16.nii'), data('high16.nii')
+near(r['rmse-hu'], np.sqrt(((a - b)**2).mean()), 1e-6)
+near(r['ssim-3d'], ssim(a, b, data_range=65535))
+near(r['ssim-3d-gauss'], ssim(a, b, data_range=65535, **wang))
+r = load('thin.json')
+x, y = ((np.clip(data(f), -512, 3071) + 512)[..., 0]/3583 for f in ('thin-a.nii', 'thin-b.nii'))
+near(r['ssim-skimage'], ssim(x, y, data_range=1))
+near(r['ssim-wang'], ssim(x, y, data_range=1, **wang))
+assert 'ssim-3d' not in r and r['gradient-k-hu-mm'] is None
+r = load('big.json')
+a, b = data('big-a.nii'), data('big-b.nii')
+# means of 1e6 leave a luminance term of 1: what is left is that of the volumes less 1e6
+near(r['ssim-3d'], ssim(a - 1e6, b - 1e6, data_range=400, K1=1e6))
+PY
+sed 's/^/# /' log
+
+# A certificate without a truth.
+ct-degrade -x 4,4,2 ref.nii lr.nii && ct-upsample lr.nii up.nii
+exits 0 'certifies' ct-metrics --consistency lr.nii up.nii
+has out '^factor 4,4,2$' 'names the operator'
+exits 0 'certifies beside a reference, as JSON' \
+	ct-metrics --json --consistency lr.nii --map map.nii.gz ref.nii test.nii
+mv out both.json
+exits 0 'the volume that it was made of' ct-metrics --max-residual 0.01 --consistency lr.nii ref.nii
+exits 3 'another' ct-metrics --max-residual-rms 1 --consistency lr.nii test.nii
+has err 'residual-rms-hu .* is above 1' 'and says so'
+"$PY" - >log 2>&1 <<'PY'; ok $? 'the residual is that of ct-degrade, and its figures those of NumPy'
+import json, nibabel as nib, numpy as np, subprocess
+subprocess.run(['ct-degrade', '-x', '4,4,2', 'test.nii', 'redo.nii'], check=True)
+lr, redo = nib.load('lr.nii'), nib.load('redo.nii')
+want = redo.get_fdata() - lr.get_fdata()
+m = nib.load('map.nii.gz')
+assert np.allclose(m.affine, lr.affine)
+assert np.abs(m.get_fdata() - want).max() < 1e-3
+r, a = json.load(open('both.json')), np.abs(want)
+for k, v in dict(max=a.max(), p95=np.percentile(a, 95), rms=np.sqrt((a*a).mean()),
+                 mean=want.mean()).items():
+    print(k, r['residual-%s-hu' % k], v)
+    assert abs(r['residual-%s-hu' % k] - v) < 1e-3
+assert r['residual-voxels'] == want.size and r['psnr'] > 0
+PY
+sed 's/^/# /' log
+ct-info map.nii.gz >info; has info 'residual' 'the map says what it is'
+for t in 1 4; do ct-metrics -t $t --consistency lr.nii --map m$t.nii test.nii >c$t; done
+cmp -s c1 c4; ok $? '1 and 4 threads, same certificate'
+exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics --consistency lr.nii -'
+cmp -s out c1; ok $? 'and says the same'
+exits 0 'the map as a stream' sh -c 'ct-metrics --consistency lr.nii --map - test.nii >m.nii'
+cmp -s m.nii m1.nii || "$PY" -c 'import nibabel as n, numpy as np
+assert (n.load("m.nii").get_fdata() == n.load("m1.nii").get_fdata()).all()'
+ok $? 'is the same map'
+exits 3 'a header without operator' ct-metrics --consistency ref.nii test.nii
+has err 'ref.nii: the header names no operator' 'is named'
+exits 3 'an upsampled volume is no LR' ct-metrics --consistency up.nii test.nii
+exits 5 'another grid' ct-metrics --consistency lr.nii moved.nii
+exits 6 'NaN is refused' ct-metrics --consistency lr.nii nan.nii
+exits 2 'one file needs --consistency' ct-metrics ref.nii
+has err 'missing TEST' 'and says so'
+exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii
+exits 2 'a map needs --consistency' ct-metrics --map m.nii ref.nii test.nii
+
+# Sharpness: a ball and slanted planes under Gaussians of known width.
+"$PY" - <<'PY'
+import nibabel as nib, numpy as np
+from scipy.special import erf
+x, y, z = np.indices((56, 52, 50))*.8
+def save(sigma, name):
+    d = .53*x + .36*y + .77*z
+    v = -1000 + 1100*.5*(1 + erf((d - 33)/np.sqrt(2)/sigma))
+    nib.save(nib.Nifti1Image(v.astype(np.float32), np.diag([.8, .8, .8, 1])), name)
+save(.7, 'sharp.nii'); save(1.3, 'soft.nii')
+PY
+exits 0 'measures edges' ct-metrics --psnr --edges --json sharp.nii soft.nii
+"$PY" - >log 2>&1 <<'PY'; ok $? 'rise and MTF of a slanted edge under a Gaussian: closed form'
+import json, math
+r = json.load(open('out'))
+print(r)
+assert r['edges'] > 50
+for name, sigma in (('ref', .7), ('test', 1.3)):
+    assert abs(r['edge-rise-%s-mm' % name]/(2.5631*sigma) - 1) < .02
+    assert abs(r['mtf50-' + name]*sigma/.18739 - 1) < .02
+    assert abs(r['mtf10-' + name]*sigma/.34154 - 1) < .03
+PY
+sed 's/^/# /' log
+exits 5 'too small for edges' ct-metrics --psnr --edges tiny.nii tiny.nii
+exits 0 'no edges' ct-metrics --psnr --edges --edge-step 5000 sharp.nii soft.nii
+has out '^mtf50-ref nan$' 'no figures'
 done_testing

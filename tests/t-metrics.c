@@ -9,7 +9,8 @@
 
 enum { NX = 35, NY = 21, NZ = 18, N = NX * NY * NZ };
 
-static const struct ct_metrics_rule protocol = {true, -512, 3071, 1, {true, true, true}};
+static const struct ct_metrics_rule protocol = {
+	true, -512, 3071, 1, {true, true, true, true, true, true}};
 
 static void make(struct ct_vol *v, uint64_t seed, double noise)
 {
@@ -49,7 +50,7 @@ static void test_offset(void)
 	NEAR(m.bias, -35.83, 1e-4, "the sign is test minus reference");
 	ct_metrics(&m, NULL, &a, &a, NULL, &protocol, &env, &e);
 	OK(isinf(m.psnr) && m.psnr > 0, "equal volumes: infinite PSNR");
-	for (int k = 0; k < 3; k++)
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		NEAR(m.ssim[k], 1, 1e-12, "equal volumes: SSIM one");
 	for (size_t i = 0; i < N; i++) {
 		a.data[i] = -1024;
@@ -63,7 +64,8 @@ static void test_offset(void)
 
 static void test_range(void)
 {
-	const struct ct_metrics_rule raw = {false, 0, 0, 3583, {true, true, true}};
+	const struct ct_metrics_rule raw = {
+		false, 0, 0, 3583, {true, true, true, true, true, true}};
 	struct ct_vol a, b;
 	struct ct_metrics m, w;
 	struct ct_env env = {0};
@@ -82,7 +84,7 @@ static void test_range(void)
 	}
 	ct_metrics(&w, NULL, &a, &b, NULL, &protocol, &env, &e);
 	NEAR(m.psnr, w.psnr, 1e-5, "values over a range are values in a window");
-	for (int k = 0; k < 3; k++)
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		NEAR(m.ssim[k], w.ssim[k], 1e-6, "SSIM too");
 	ct_vol_free(&a);
 	ct_vol_free(&b);
@@ -188,6 +190,46 @@ static void test_axes(void)
 	ct_vol_free(&b);
 }
 
+/* A ramp added along one axis, and what each slice says. */
+static void test_slices(void)
+{
+	struct ct_vol a, b;
+	struct ct_metrics m;
+	struct ct_metrics_slice *slice[3];
+	struct ct_env env = {0};
+	struct ct_err e;
+	double mae = 0, ssim = 0;
+	bool same = true;
+
+	make(&a, 1, 0);
+	make(&b, 2, 0);
+	for (int k = 0; k < 3; k++)
+		a.affine[k][k] = b.affine[k][k] = 0.5 + k;
+	for (size_t i = 0; i < N; i++)
+		b.data[i] += 7 * (float)(i / (NX * NY));
+	OK(ct_metrics(&m, slice, &a, &b, NULL, &protocol, &env, &e) == 0, "with slices");
+	NEAR(m.gradient[2], 7 / 2.5, 1e-5, "a ramp is a gradient error of its slope");
+	NEAR(m.gradient[0] + m.gradient[1], 0, 2e-4, "along its axis only");
+	NEAR(m.max, 7 * (NZ - 1), 1e-3, "largest error");
+	for (size_t k = 0; k < NZ; k++) {
+		same = same && fabs(slice[2][k].mae - 7 * (double)k) < 1e-3 &&
+		       fabs(slice[2][k].bias - 7 * (double)k) < 1e-3;
+		ssim += slice[2][k].ssim[CT_SSIM_WANG] / NZ;
+	}
+	OK(same, "every slice has its own error");
+	NEAR(ssim, m.ssim[CT_SSIM_WANG], 1e-12, "SSIM is the mean of the slices");
+	for (size_t i = 0; i < NX; i++)
+		mae += slice[0][i].mae / NX;
+	NEAR(mae, m.mae, 1e-9, "slices across another axis add up to the same");
+	NEAR(slice[1][3].gradient, 0, 2e-4, "no step across the second axis");
+	NEAR(slice[2][3].gradient, 7 / 2.5, 1e-5, "a step across the third");
+	OK(isnan(slice[2][NZ - 1].gradient), "after the last slice there is none");
+	for (int k = 0; k < 3; k++)
+		free(slice[k]);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
 int main(void)
 {
 	test_offset();
@@ -195,5 +237,6 @@ int main(void)
 	test_mask();
 	test_threads();
 	test_axes();
+	test_slices();
 	return tap_done();
 }

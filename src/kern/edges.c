@@ -159,8 +159,26 @@ struct plateaus {
 	const struct job *j;
 	double n[2], sum[2], square[2]; /* below and above: the outer halves */
 	double least, most;		/* of all */
-	double m, d, v, dd, dv;		/* regression of the voxels within one */
+	double centre, m, d, v, dd, dv; /* weighted regression about `centre` */
 };
+
+/* The regression that finds where the edge crosses one half. Its weight falls smoothly, to zero at
+ * 1.5 voxels, so that the lattice hardly shows. */
+static void locate(void *arg, const struct fit *f, double d, size_t index)
+{
+	struct plateaus *p = arg;
+	double v = (double)p->j->ref->data[index], u = (d - p->centre) / (1.5 * p->j->voxel), w;
+
+	(void)f;
+	if (fabs(u) >= 1)
+		return;
+	w = (1 - u * u) * (1 - u * u);
+	p->m += w;
+	p->d += w * d;
+	p->v += w * v;
+	p->dd += w * d * d;
+	p->dv += w * d * v;
+}
 
 static void measure(void *arg, const struct fit *f, double d, size_t index)
 {
@@ -175,13 +193,7 @@ static void measure(void *arg, const struct fit *f, double d, size_t index)
 	}
 	p->least = fmin(p->least, v);
 	p->most = fmax(p->most, v);
-	if (fabs(d) <= p->j->voxel) {
-		p->m += 1;
-		p->d += d;
-		p->v += v;
-		p->dd += d * d;
-		p->dv += d * v;
-	}
+	locate(p, f, d, index);
 }
 
 /* Is it a step between two plateaus? Then f is complete. */
@@ -192,7 +204,7 @@ static bool fit_edge(const struct job *j, struct fit *f)
 
 	fit_normal(j, f);
 	cylinder(j, f, measure, &p);
-	if (p.n[0] < 4 || p.n[1] < 4 || p.m < 4)
+	if (p.n[0] < 4 || p.n[1] < 4)
 		return false;
 	for (int k = 0; k < 2; k++)
 		mean[k] = p.sum[k] / p.n[k];
@@ -205,11 +217,19 @@ static bool fit_edge(const struct job *j, struct fit *f)
 			return false;
 	if (p.least < mean[0] - 0.2 * f->step || p.most > mean[1] + 0.2 * f->step)
 		return false;
-	slope = (p.dv - p.d * p.v / p.m) / (p.dd - p.d * p.d / p.m);
-	if (!(slope > 0))
-		return false;
-	f->place = p.d / p.m + (f->low + f->step / 2 - p.v / p.m) / slope;
-	return fabs(f->place) <= 0.75 * j->voxel;
+	for (int pass = 0; pass < 2; pass++) { /* again, about the place that was found */
+		slope = (p.dv - p.d * p.v / p.m) / (p.dd - p.d * p.d / p.m);
+		if (!(slope > 0))
+			return false;
+		f->place = p.d / p.m + (f->low + f->step / 2 - p.v / p.m) / slope;
+		if (!(fabs(f->place) <= 0.75 * j->voxel))
+			return false;
+		p.centre = f->place;
+		p.m = p.d = p.v = p.dd = p.dv = 0;
+		if (pass == 0)
+			cylinder(j, f, locate, &p);
+	}
+	return true;
 }
 
 struct sorter {

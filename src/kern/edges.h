@@ -3,8 +3,8 @@
  * The edge spread function is measured as from a slanted edge (ISO 12233; in patients Sanders,
  * Hurwitz and Samei, Med Phys 43, 5330, 2016), without interpolation. Where ref has a step between
  * two flat plateaus, the plane of the edge is fitted: its normal is the gradient of the
- * least-squares plane over the 33 voxels within 2, its place the crossing of one half in the
- * regression of the voxels nearest to it. All voxels in a cylinder about the normal, of radius 2
+ * least-squares plane over the 33 voxels within 2, its place the crossing of one half in a weighted
+ * regression of the voxels within 1.5. All voxels in a cylinder about the normal, of radius 2
  * voxels and reaching 8 to both sides, are sorted by their signed distance from that plane into
  * bins of a quarter of a voxel; the means over all edges are the edge spread function E of ref and,
  * at the same places, of test.
@@ -13,6 +13,9 @@
  *   MTF     the modulus of the Fourier transform of dE/dd over its value at 0, the sinc^2 of bins
  * and differences divided out; exp(-2 pi^2 sigma^2 f^2) under a Gaussian. mtf50 and mtf10 are the
  * frequencies where it first falls below 0.5 and 0.1: 0.1874/sigma and 0.3415/sigma
+ *
+ * On planes of any direction under a Gaussian of 0.85 voxel or more the figures are within 2 % of
+ * these.
  *
  * An edge is dropped if a plateau deviates by more than a tenth of the step (standard deviation;
  * noise included), or what is between the plateaus leaves them by more than a fifth. The figures
