@@ -23,14 +23,15 @@
 #endif
 
 enum {
-	SEGMENT = 256,	 /* voxels of a line that are done together */
-	TILE_B = 16,	 /* lines of a tile along the first other axis, */
-	TILE_C = 4,	 /* and the second */
-	STEP = 16,	 /* voxels of a vector */
-	BLEND = 4096,	 /* rows of a blend */
+	SEGMENT = 128, /* voxels of a line that are done together */
+	TILE_B = 32,   /* lines of a tile along the first other axis, */
+	TILE_C = 16,   /* and the second: their sums stay in the second cache, */
+	GROUP = 4,     /* and the part of so many views that they read */
+	STEP = 16,     /* voxels of a vector */
+	BLEND = 2048,  /* rows of a blend */
 	LONGEST = BLEND / SEGMENT - 1, /* rows from voxel to voxel, at most */
 	SLACK = STEP * LONGEST + 16,   /* what a vector may read before and after a blend */
-	CHUNK = 64,	 /* voxels of the general kernel that are done together */
+	CHUNK = 64, /* voxels of the general kernel that are done together */
 };
 
 /* Invert the matrix with columns a, b, c; false if it is singular. */
@@ -344,40 +345,88 @@ static void range(size_t k[2], size_t n, double row, double step, double lo, dou
 	k[1] = (size_t)fmin(fmax(floor(q) + 1, 0), most);
 }
 
-/* One line of n voxels that begins at voxel x, in view `view`. */
-static void line_in_view(float *acc, size_t n, const struct job *j, size_t view, const double x[3],
-	float *blend)
+/* The lines of one row of a tile in one view. */
+struct places {
+	double row[TILE_B], step[TILE_B]; /* detector row of the first voxel, and from voxel to voxel */
+	float a[TILE_B], b[TILE_B];	  /* how much the columns left and right count */
+	int32_t left[TILE_B];		  /* -2: outside the detector */
+};
+
+/* Lines that begin at voxel x, one step along `across` apart. */
+HOT static void place_lines(struct places *restrict p, const double m[restrict 3][4],
+	const double x[3], int across, int along, double w)
+{
+	const double c0 = map_row(m[0], x), r0 = map_row(m[1], x), d0 = map_row(m[2], x);
+	const double dc = m[0][across], dr = m[1][across], dd = m[2][across], ds = m[1][along];
+
+	for (int i = 0; i < TILE_B; i++) {
+		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv, weight = inv * inv;
+		double in = (col >= -0.5) & (col <= w - 0.5) ? 1 : 0, frac;
+		int32_t left;
+
+		col = in > 0 ? col + 1 : -1;
+		left = (int32_t)col;
+		frac = col - left;
+		p->left[i] = left - 1;
+		p->a[i] = (float)(weight * (1 - frac));
+		p->b[i] = (float)(weight * frac);
+		p->row[i] = (r0 + i * dr) * inv;
+		p->step[i] = ds * inv;
+	}
+}
+
+/* Line i of `p` of n voxels, in a view. */
+static void line_in_view(float *restrict acc, size_t n, const struct job *j, const float *view,
+	const struct places *p, size_t i, float *restrict blend)
 {
 	const struct ct_backprojector *b = j->b;
-	const double(*m)[4] = (const double(*)[4])b->map[j->first + view];
-	double inv = 1 / map_row(m[2], x), col = map_row(m[0], x) * inv, weight = inv * inv;
-	double row = map_row(m[1], x) * inv, step = m[1][j->axis[0]] * inv, left, low, high;
-	size_t k[2];
+	double row = p->row[i], step = p->step[i], most = (double)b->h - 0.5, low, high;
+	size_t k[2] = {0, n};
+	ptrdiff_t lowest, highest;
 	struct line l;
 
-	if (!(col >= -0.5 && col <= (double)b->w - 0.5))
+	if (p->left[i] < -1)
 		return;
-	range(k, n, row, step, -0.5, (double)b->h - 0.5);
-	if (k[0] >= k[1])
-		return;
-	left = floor(col);
-	low = row + (double)(step < 0 ? k[1] - 1 : k[0]) * step;
-	high = row + (double)(step < 0 ? k[0] : k[1] - 1) * step;
-	low = fmax(floor(low), -1); /* rounding may take an end a hair past the edge */
-	high = fmin(floor(high) + 1, (double)b->h);
+	low = row;
+	high = row + (double)(n - 1) * step;
+	if (!(low >= -0.5 && low <= most && high >= -0.5 && high <= most)) {
+		range(k, n, row, step, -0.5, most);
+		if (k[0] >= k[1])
+			return;
+		low = fmin(fmax(row + (double)k[0] * step, -0.5), most);
+		high = fmin(fmax(row + (double)(k[1] - 1) * step, -0.5), most);
+	}
+	lowest = (ptrdiff_t)((step < 0 ? high : low) + 1) - 1;
+	lowest = (lowest + CT_BP_PAD) / STEP * STEP - CT_BP_PAD; /* aligned */
+	highest = (ptrdiff_t)((step < 0 ? low : high) + 1);
 	l = (struct line){
-		.a = (float)(weight * (1 - (col - left))),
-		.b = (float)(weight * (col - left)),
-		.rows = (size_t)(high - low) + 1,
+		.a = p->a[i],
+		.b = p->b[i],
+		.rows = (size_t)(highest - lowest) + 1,
 		.k0 = k[0],
 		.k1 = k[1],
-		.row = row - low,
+		.row = row - (double)lowest,
 		.step = step,
 	};
-	l.left = j->views + view * ct_backprojector_size(b) +
-		 (size_t)(left + 1) * b->pitch + CT_BP_PAD + (ptrdiff_t)low;
+	l.left = view + (size_t)(p->left[i] + 1) * b->pitch + CT_BP_PAD + lowest;
 	l.right = l.left + b->pitch;
 	line_of_any(acc, &l, blend, j->fast);
+}
+
+/* Row c of a tile, n[1] lines of n[0] voxels from voxel x, in up to GROUP views. */
+static void row_in_views(float acc[restrict TILE_B][SEGMENT], const size_t n[3], const struct job *j,
+	size_t view, size_t count, const double x[3], float *restrict blend)
+{
+	const float *from = j->views + view * ct_backprojector_size(j->b);
+	struct places p[GROUP];
+
+	for (size_t g = 0; g < count; g++)
+		place_lines(&p[g], (const double(*)[4])j->b->map[j->first + view + g], x,
+			j->axis[1], j->axis[0], (double)j->b->w);
+	for (size_t i = 0; i < n[1]; i++)
+		for (size_t g = 0; g < count; g++)
+			line_in_view(acc[i], n[0], j, from + g * ct_backprojector_size(j->b), &p[g],
+				i, blend);
 }
 
 /* A tile of lines in all views; then it is added to the volume. */
@@ -385,31 +434,32 @@ static void tile(void *arg, size_t task, size_t worker)
 {
 	const struct job *j = arg;
 	const struct ct_backprojector *b = j->b;
-	size_t at[3] = {task % j->tiles[0] * SEGMENT,
-		task / j->tiles[0] % j->tiles[1] * TILE_B,
+	size_t at[3] = {task % j->tiles[0] * SEGMENT, task / j->tiles[0] % j->tiles[1] * TILE_B,
 		task / j->tiles[0] / j->tiles[1] * TILE_C};
 	static const size_t most[3] = {SEGMENT, TILE_B, TILE_C};
-	_Alignas(64) float acc[TILE_C][TILE_B][SEGMENT] = {{{0}}};
+	_Alignas(64) float acc[TILE_C][TILE_B][SEGMENT];
 	_Alignas(64) float blend[SLACK + BLEND + SLACK];
 	size_t n[3];
 
 	(void)worker;
+	memset(acc, 0, sizeof acc);
 	memset(blend, 0, sizeof blend);
 	for (int a = 0; a < 3; a++) {
 		size_t left = b->n[j->axis[a]] - at[a];
 
 		n[a] = left < most[a] ? left : most[a];
 	}
-	for (size_t view = 0; view < j->count; view++)
-		for (size_t c = 0; c < n[2]; c++)
-			for (size_t i = 0; i < n[1]; i++) {
-				double x[3];
+	for (size_t view = 0; view < j->count; view += GROUP)
+		for (size_t c = 0; c < n[2]; c++) {
+			size_t left = j->count - view;
+			double x[3];
 
-				x[j->axis[0]] = (double)at[0];
-				x[j->axis[1]] = (double)(at[1] + i);
-				x[j->axis[2]] = (double)(at[2] + c);
-				line_in_view(acc[c][i], n[0], j, view, x, blend + SLACK);
-			}
+			x[j->axis[0]] = (double)at[0];
+			x[j->axis[1]] = (double)at[1];
+			x[j->axis[2]] = (double)(at[2] + c);
+			row_in_views(acc[c], n, j, view, left < GROUP ? left : GROUP, x,
+				blend + SLACK);
+		}
 	for (size_t c = 0; c < n[2]; c++)
 		for (size_t k = 0; k < n[0]; k++) {
 			float *out = j->vol + (at[0] + k) * j->stride[0] +

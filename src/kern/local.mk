@@ -30,3 +30,4 @@ libct_a_SOURCES += src/kern/filter.c src/kern/filter.h
 libct_a_SOURCES += src/kern/backproject.c src/kern/backproject.h
 libct_a_SOURCES += src/kern/orbit.c src/kern/orbit.h
 libct_a_SOURCES += src/kern/fdk.c src/kern/fdk.h
+libct_a_SOURCES += src/kern/iterate.c src/kern/iterate.h

@@ -3,34 +3,34 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/fdk.h"
+#include "kern/project.h"
 #include "kern/window.h"
-#include "core/mem.h"
 #include "tools/fdk-grid.h"
+#include "tools/fdk-solve.h"
 #include "tools/scan-opts.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *in, *out, *grid, *window;
-	int method, filter, quantity, iterations;
-	bool parker;
+	int method, filter, projector, quantity, iterations;
+	double tolerance, tv;
+	bool parker, nonnegative;
 };
 
-enum method { AUTO, FDK, FBP };
+enum method { AUTO, FDK, FBP, SIRT, CGLS, TV };
 enum quantity { HU, DENSITY };
 
-static const struct params defaults = {0};
+static const struct params defaults = {.tv = 10};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections, EXR, or -"),
 	CT_ARG(struct params, out, "OUT", "the volume, NIfTI, or -"),
-	CT_CHOICE(struct params, method, 'm', "method", "auto|fdk|fbp",
-		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto"),
+	CT_CHOICE(struct params, method, 'm', "method", "auto|fdk|fbp|sirt|cgls|tv",
+		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
+		"for any geometry"),
 	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
@@ -39,19 +39,20 @@ static const struct ct_opt opts[] = {
 		"leaves the ramp out too, and needs --quantity density"),
 	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
 		"weigh the rays of a short scan so that those seen twice count once"),
+	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
+		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv"),
+	CT_CHOICE(struct params, projector, 0, "projector", "siddon|joseph",
+		"of the iterative methods: voxels as boxes, or linear between their centres"),
+	CT_OPT(struct params, tolerance, 0, "tolerance", "X", 0, 1,
+		"stop when the residual |A x - b| / |b| is below"),
+	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0,
+		"sirt and tv: no density below 0"),
+	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
 	CT_CHOICE(struct params, quantity, 0, "quantity", "hu|density", "what OUT holds"),
 	CT_OPT_END,
 };
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int check_options(const struct params *p, const struct ct_stack *in, struct ct_err *e)
 {
@@ -60,44 +61,17 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 
 	if (had && strcmp(had, "lineIntegral") != 0 && strcmp(had, "residual") != 0)
 		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", p->in, had);
-	if (p->method != AUTO && parallel != (p->method == FBP))
+	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
 			p->method == FBP ? "fbp" : "fdk", p->in, ct_beam_name(in->beam));
+	if (p->method >= SIRT && (p->filter || p->parker))
+		return ct_fail(e, CT_EUSAGE, "--filter and --parker are not for iterative methods");
+	if (p->method == CGLS && p->nonnegative)
+		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
 	if (p->filter == CT_FILTER_NONE && p->quantity == HU)
 		return ct_fail(e, CT_EUSAGE,
 			"--filter none gives no density, so no HU: add --quantity density");
 	return 0;
-}
-
-static int back_project(struct ct_vol *out, const struct ct_stack *in, const struct params *p,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_fdk f = {0};
-	size_t cut;
-	int rc = -1;
-
-	if (ct_fdk_alloc(&f, out, in, (enum ct_filter_kind)p->filter, p->parker, env->par, e))
-		return ct_blame(e, p->in);
-	if (!f.orbit.closed && f.orbit.redundancy == CT_RAYS_EVEN)
-		ct_log(env, CT_WARN,
-			"a short scan of %.4g degrees: rays seen twice count twice; --parker weighs them",
-			f.orbit.arc * 180 / M_PI);
-	cut = ct_fdk_truncated(&f);
-	if (cut)
-		ct_log(env, CT_INFO, "%zu of %zu views do not see the whole grid", cut, in->views);
-	for (size_t k = 0; k < in->views; k += f.block) {
-		size_t left = in->views - k;
-
-		ct_progress(env, "views", k, in->views);
-		if (ct_check_stop(env, e))
-			goto out;
-		ct_fdk_views(&f, k, left < f.block ? left : f.block, out->data, env->par);
-	}
-	ct_progress(env, "views", in->views, in->views);
-	rc = 0;
-out:
-	ct_fdk_free(&f);
-	return rc;
 }
 
 /* Density to what OUT holds; a residual has no offset. */
@@ -127,47 +101,54 @@ static int finish(struct ct_vol *out, const struct ct_stack *in, const struct pa
 	return residual ? ct_meta_set(&out->meta, "quantity", "residual", e) : 0;
 }
 
-/* Time a few views on a part of the grid. */
-static int estimate(const struct ct_vol *grid, const struct ct_stack *in, const struct params *p,
-	const struct ct_env *env, struct ct_err *e)
+/* The rule of the options. mu of TV is in HU, densities are not. */
+static int choose(struct ct_fdk_how *how, const struct params *p, const struct ct_stack *in,
+	struct ct_err *e)
 {
-	struct ct_vol part = *grid;
-	struct ct_fdk f = {0};
-	size_t most = 64, count;
-	double start, share, bytes;
-	int rc = -1;
+	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
+	double window[2];
 
-	part.data = NULL;
-	for (int a = 0; a < 3; a++) { /* its middle */
-		size_t n = grid->n[a] < most ? grid->n[a] : most;
+	if (ct_window_choose(window, p->window, &in->meta, e))
+		return -1;
+	*how = (struct ct_fdk_how){.iterate = p->method >= SIRT,
+		.filter = (enum ct_filter_kind)p->filter,
+		.parker = p->parker,
+		.projector = p->projector};
+	if (!how->iterate)
+		return 0;
+	how->rule = (struct ct_iterate_rule){.solver = (enum ct_solver)(p->method - SIRT),
+		.iterations = (size_t)p->iterations,
+		.tolerance = p->tolerance,
+		.nonnegative = p->nonnegative,
+		.mu = p->tv / (window[1] - window[0])};
+	if (p->iterations == 0)
+		how->rule.iterations = iterations[how->rule.solver];
+	return 0;
+}
 
-		for (int r = 0; r < 3; r++)
-			part.affine[r][3] += (double)((grid->n[a] - n) / 2) * part.affine[r][a];
-		part.n[a] = n;
-	}
-	if (ct_fdk_alloc(&f, &part, in, (enum ct_filter_kind)p->filter, p->parker, env->par, e))
-		return ct_blame(e, p->in);
-	if (ct_alloc0(&part.data, ct_vol_count(&part), sizeof *part.data, e))
-		goto out;
-	count = f.block < 8 ? f.block : 8;
-	ct_fdk_views(&f, 0, 1, part.data, env->par); /* the first is slower */
-	start = now();
-	ct_fdk_views(&f, 0, count, part.data, env->par);
-	share = (double)ct_vol_count(grid) / (double)ct_vol_count(&part);
-	bytes = 4 * ((double)ct_vol_count(grid) + (double)ct_stack_count(in)) +
-		(double)ct_fdk_bytes(&f, ct_par_threads(env->par));
-	printf("volume    %zux%zux%zu, %zu views of %zux%zu\n", grid->n[0], grid->n[1], grid->n[2],
-		in->views, in->w, in->h);
-	printf("time      %.0f s at most on %zu threads\n",
-		ceil((now() - start) * share * (double)in->views / (double)count),
-		ct_par_threads(env->par));
+static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+{
+	double seconds, bytes;
+
+	if (ct_fdk_cost(&seconds, &bytes, grid, in, how, env, e))
+		return -1;
+	printf("volume    %zux%zux%zu from %zu views of %zux%zu\n", grid->n[0], grid->n[1],
+		grid->n[2], in->views, in->w, in->h);
+	printf("time      %.0f s on %zu threads\n", ceil(seconds), ct_par_threads(env->par));
 	printf("memory    %.0f MiB\n", bytes / 0x1p20);
 	printf("disk      %.0f MiB at most\n", 4 * (double)ct_vol_count(grid) / 0x1p20);
-	rc = 0;
-out:
-	free(part.data);
-	ct_fdk_free(&f);
-	return rc;
+	return 0;
+}
+
+static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_vol_alloc(out, grid->n, e))
+		return -1;
+	memcpy(out->affine, grid->affine, sizeof out->affine);
+	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
+	return ct_fdk_solve(out, in, how, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -175,6 +156,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_stack in = {0};
 	struct ct_vol grid = {0}, out = {0};
+	struct ct_fdk_how how;
 	int rc = -1;
 
 	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_stack_read(p->in, &in, e))
@@ -183,21 +165,19 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (check_options(p, &in, e) || ct_fdk_grid(&grid, p->grid, &in, e))
+	if (check_options(p, &in, e) || choose(&how, p, &in, e) || ct_fdk_grid(&grid, p->grid, &in, e))
 		goto out;
-	if (env->dry_run) {
-		rc = estimate(&grid, &in, p, env, e);
+	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
+			 : reconstruct(&out, &grid, &in, &how, env, e)) {
+		if (e->code != CT_ESTOP)
+			ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_vol_alloc(&out, grid.n, e))
-		goto out;
-	memcpy(out.affine, grid.affine, sizeof out.affine);
-	memset(out.data, 0, ct_vol_count(&out) * sizeof *out.data);
-	if (back_project(&out, &in, p, env, e) || finish(&out, &in, p, e) ||
-		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
-		goto out;
-	ct_stack_free(&in);
-	rc = ct_vol_write(p->out, &out, env, e);
+	rc = 0;
+	if (!env->dry_run)
+		rc = finish(&out, &in, p, e) || ct_meta_step(&out.meta, env, 1,
+			(const struct ct_meta *const[]){&in.meta}, e) ||
+			ct_vol_write(p->out, &out, env, e) ? -1 : 0;
 out:
 	ct_stack_free(&in);
 	ct_vol_free(&out);
