@@ -134,6 +134,14 @@ static bool lines_along(const struct ct_backprojector *b, int axis)
 	return true;
 }
 
+/* Offsets within a stored view are 32 bits. */
+static int check_size(const struct ct_backprojector *b, struct ct_err *e)
+{
+	if (b->h > INT32_MAX / 4 || b->w > INT32_MAX / b->pitch - 3)
+		return ct_fail(e, CT_EINPUT, "a detector of %zux%zu pixels is too large", b->w, b->h);
+	return 0;
+}
+
 int ct_backprojector_alloc(struct ct_backprojector *b, const struct ct_vol *grid,
 	const struct ct_stack *scan, const double origin[static 3], struct ct_err *e)
 {
@@ -144,10 +152,7 @@ int ct_backprojector_alloc(struct ct_backprojector *b, const struct ct_vol *grid
 	b->pitch = (CT_BP_PAD + scan->h + 1 + 15 + 15) / 16 * 16;
 	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e))
 		return -1;
-	if (scan->h > INT32_MAX / 2 || scan->w > INT32_MAX / b->pitch - 2)
-		return ct_fail(e, CT_EINPUT, "a detector of %zux%zu pixels is too large", scan->w,
-			scan->h);
-	if (ct_alloc(&b->map, b->views, sizeof *b->map, e))
+	if (check_size(b, e) || ct_alloc(&b->map, b->views, sizeof *b->map, e))
 		return -1;
 	for (size_t k = 0; k < b->views; k++) {
 		double m[3][4];
@@ -176,6 +181,16 @@ degenerate:
 		if (lines_along(b, a))
 			b->line = a;
 	return 0;
+}
+
+int ct_backprojector_widen(struct ct_backprojector *b, size_t before, size_t after,
+	struct ct_err *e)
+{
+	b->w += before + after;
+	for (size_t k = 0; k < b->views; k++)
+		for (int i = 0; i < 4; i++)
+			b->map[k][0][i] += (double)before * b->map[k][2][i];
+	return check_size(b, e);
 }
 
 void ct_backprojector_free(struct ct_backprojector *b)

@@ -59,8 +59,12 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 {
 	size_t threads = ct_par_threads(par), size;
 	struct ct_orbit first = {0};
+	const size_t *widen = f->orbit.widen;
 	double radius;
 
+	if (scan->w < 2)
+		return ct_fail(e, CT_EGEOM,
+			"rows of one pixel cannot be filtered; the iterative methods take them");
 	*f = (struct ct_fdk){.scan = scan, .kind = kind};
 	if (ct_orbit_alloc(&first, scan, INFINITY, false, e))
 		return -1;
@@ -69,7 +73,8 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 	if (ct_orbit_alloc(&f->orbit, scan, radius, parker, e) ||
 		ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
 		(scan->beam == CT_FAN && check_fan(f, e)) ||
-		ct_filter_alloc(&f->filter, kind, scan->w, e))
+		ct_backprojector_widen(&f->back, widen[0], widen[1], e) ||
+		ct_filter_alloc(&f->filter, kind, f->back.w, e))
 		goto fail;
 	size = ct_backprojector_size(&f->back);
 	f->block = BLOCK_BYTES / (size * sizeof *f->views);
@@ -117,7 +122,7 @@ static void filter_view(void *arg, size_t i, size_t worker)
 		size_t rows = h - r < CT_FILTER_ROWS ? h - r : CT_FILTER_ROWS;
 
 		ct_filter_rows(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w,
-			weight + r * w, scratch);
+			weight + r * w, f->orbit.widen[0], w, scratch);
 	}
 	ct_backproject_frame(&f->back, out);
 }

@@ -154,16 +154,17 @@ size_t ct_filter_scratch(const struct ct_filter *f)
 }
 
 void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
-	const float *restrict in, const float *restrict weight, double *restrict scratch)
+	const float *restrict in, const float *restrict weight, size_t at, size_t count,
+	double *restrict scratch)
 {
 	struct point *x = (struct point *)scratch;
 	size_t w = f->w;
 
 	memset(x, 0, f->n * sizeof *x);
 	for (size_t r = 0; r < rows; r++)
-		for (size_t c = 0; c < w; c++)
-			scratch[c * CT_FILTER_ROWS + r] =
-				(double)in[r * w + c] * (double)weight[r * w + c];
+		for (size_t c = 0; c < count; c++)
+			scratch[(at + c) * CT_FILTER_ROWS + r] =
+				(double)in[r * count + c] * (double)weight[r * count + c];
 	forward(f->n, x, f->twiddle);
 	multiply(f->n, x, f->response);
 	backward(f->n, x, f->twiddle);

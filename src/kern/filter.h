@@ -44,10 +44,11 @@ int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, size_t w, str
 void ct_filter_free(struct ct_filter *f);
 /* Doubles of scratch for ct_filter_rows, 64-byte aligned. */
 size_t ct_filter_scratch(const struct ct_filter *f);
-/* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_FILTER_ROWS rows of w samples, each
- * first multiplied by weight[row*w + col]: filtered and transposed. Thread-safe with scratch of its
- * own. */
+/* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_FILTER_ROWS rows: filtered and
+ * transposed. Of the w samples of a row the `count` from `at` on are in[row*count + k] times
+ * weight[row*count + k], the others zero; at + count <= w. Thread-safe with scratch of its own. */
 void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
-	const float *restrict in, const float *restrict weight, double *restrict scratch);
+	const float *restrict in, const float *restrict weight, size_t at, size_t count,
+	double *restrict scratch);
 
 #endif

@@ -317,8 +317,11 @@ static void use_offset(struct ct_orbit *o, double radius)
 						   : v->distance * tan(asin(radius / o->radius)));
 	}
 	if (near > 0 && near < reach && far - near > 2 * o->view[0].pitch[0]) {
+		double foot = o->view[0].foot[0] + 0.5, w = (double)o->w;
+
 		o->redundancy = CT_RAYS_OFFSET;
 		o->overlap = near;
+		o->widen[foot > w / 2] = (size_t)ceil(fabs(2 * foot - w));
 	}
 }
 

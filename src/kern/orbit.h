@@ -46,7 +46,9 @@ struct ct_orbit {
 	enum ct_redundancy redundancy;
 	double first;  /* open: angle of the first view, rad */
 	double delta;  /* Parker: half the fan that the arc makes short, rad */
-	double overlap; /* offset: half of what both sides see, mm on the detector */
+	double overlap; /* offset: half of what both sides see, mm on the detector; */
+	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the filter
+			    makes of them belongs to the sum */
 	double sign;	/* of u against the direction of growing angles */
 	struct ct_orbit_view *view; /* owned, one a view */
 	size_t views, w, h;
