@@ -65,3 +65,6 @@ noinst_DATA = prior.safetensors
 CLEANFILES += prior.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@
+bin_PROGRAMS += ct-fdk
+ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
+	src/tools/fdk-solve.h

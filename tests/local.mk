@@ -104,3 +104,6 @@ check_PROGRAMS += tests/t-dc tests/t-tv
 tests_t_dc_SOURCES = tests/t-dc.c
 tests_t_tv_SOURCES = tests/t-tv.c
 dist_check_SCRIPTS += tests/t-ct-upsample.sh
+check_PROGRAMS += tests/t-fdk
+tests_t_fdk_SOURCES = tests/t-fdk.c
+dist_check_SCRIPTS += tests/t-ct-fdk.sh

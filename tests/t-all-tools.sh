@@ -33,6 +33,7 @@ missing ct-convert none.nii new.nii
 missing ct-degrade -x 2 none.nii new.nii
 missing ct-upsample -x 2 none.nii new.nii
 missing ct-project none.nii new.exr
+missing ct-fdk none.exr new.nii
 missing ct-ddnm -x 2 none.exr new.exr
 missing ct-nabgs --base none.nii none.exr new.ply
 missing ct-compose none.nii none.ply new.nii

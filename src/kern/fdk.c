@@ -1,0 +1,163 @@
+/* fdk.c: see fdk.h. */
+#include "config.h"
+#include "kern/fdk.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define BLOCK_BYTES ((size_t)128 << 20)
+
+/* Corner `which` (bits: axes) of the voxel centres or, half a voxel out, of the grid. */
+static void corner(const size_t n[3], unsigned which, double out, double x[3])
+{
+	for (int a = 0; a < 3; a++)
+		x[a] = which >> a & 1 ? (double)n[a] - 1 + out : -out;
+}
+
+/* Of the cylinder about the orbit's axis that holds the grid. The axis is not known before the
+ * orbit is studied, so the corners are kept to the line that a first study finds. */
+static double radius_about(const struct ct_orbit *o, const struct ct_vol *grid)
+{
+	double most = 0;
+
+	for (unsigned k = 0; k < 8; k++) {
+		double x[3], mm[3], along = 0, all = 0;
+
+		corner(grid->n, k, 0.5, x);
+		ct_vol_world(grid, x, mm);
+		for (int a = 0; a < 3; a++) {
+			mm[a] -= o->centre[a];
+			along += mm[a] * o->axis[a];
+			all += mm[a] * mm[a];
+		}
+		most = fmax(most, sqrt(fmax(all - along * along, 0)));
+	}
+	return most;
+}
+
+/* A fan sees one plane: every voxel must be within half a row of it. */
+static int check_fan(const struct ct_fdk *f, struct ct_err *e)
+{
+	for (size_t k = 0; k < f->back.views; k++)
+		for (unsigned c = 0; c < 8; c++) {
+			double x[3], at[3];
+
+			corner(f->back.n, c, 0, x);
+			ct_backproject_at(&f->back, k, x, at);
+			if (!(fabs(at[1]) <= 0.5))
+				return ct_fail(e, CT_EGEOM,
+					"a fan sees one plane, and the grid of %zux%zux%zu leaves it: "
+					"a single slice in the plane of the fan is needed",
+					f->back.n[0], f->back.n[1], f->back.n[2]);
+		}
+	return 0;
+}
+
+int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
+	enum ct_filter_kind kind, bool parker, struct ct_par *par, struct ct_err *e)
+{
+	size_t threads = ct_par_threads(par), size;
+	struct ct_orbit first = {0};
+	const size_t *widen = f->orbit.widen;
+	double radius;
+
+	if (scan->w < 2)
+		return ct_fail(e, CT_EGEOM,
+			"rows of one pixel cannot be filtered; the iterative methods take them");
+	*f = (struct ct_fdk){.scan = scan, .kind = kind};
+	if (ct_orbit_alloc(&first, scan, INFINITY, false, e))
+		return -1;
+	radius = radius_about(&first, grid);
+	ct_orbit_free(&first);
+	if (ct_orbit_alloc(&f->orbit, scan, radius, parker, e) ||
+		ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
+		(scan->beam == CT_FAN && check_fan(f, e)) ||
+		ct_backprojector_widen(&f->back, widen[0], widen[1], e) ||
+		ct_filter_alloc(&f->filter, kind, f->back.w, e))
+		goto fail;
+	size = ct_backprojector_size(&f->back);
+	f->block = BLOCK_BYTES / (size * sizeof *f->views);
+	f->block = f->block < 1 ? 1 : f->block > scan->views ? scan->views : f->block;
+	if (ct_alloc0(&f->views, f->block * size, sizeof *f->views, e) ||
+		ct_alloc(&f->weight, threads * scan->h * scan->w, sizeof *f->weight, e) ||
+		ct_alloc(&f->scratch, threads * ct_filter_scratch(&f->filter), sizeof *f->scratch,
+			e))
+		goto fail;
+	return 0;
+fail:
+	ct_fdk_free(f);
+	return -1;
+}
+
+void ct_fdk_free(struct ct_fdk *f)
+{
+	ct_orbit_free(&f->orbit);
+	ct_filter_free(&f->filter);
+	ct_backprojector_free(&f->back);
+	free(f->views);
+	free(f->weight);
+	free(f->scratch);
+	*f = (struct ct_fdk){0};
+}
+
+struct job {
+	struct ct_fdk *f;
+	size_t first;
+};
+
+/* Weigh, filter and transpose one view. */
+static void filter_view(void *arg, size_t i, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_fdk *f = j->f;
+	size_t h = f->scan->h, w = f->scan->w, pitch = f->back.pitch;
+	float *out = f->views + i * ct_backprojector_size(&f->back);
+	float *weight = f->weight + worker * h * w;
+	double *scratch = f->scratch + worker * ct_filter_scratch(&f->filter);
+	const float *in = ct_stack_view(f->scan, j->first + i);
+
+	ct_orbit_weights(&f->orbit, j->first + i, f->kind == CT_FILTER_NONE, weight);
+	for (size_t r = 0; r < h; r += CT_FILTER_ROWS) {
+		size_t rows = h - r < CT_FILTER_ROWS ? h - r : CT_FILTER_ROWS;
+
+		ct_filter_rows(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w,
+			weight + r * w, f->orbit.widen[0], w, scratch);
+	}
+	ct_backproject_frame(&f->back, out);
+}
+
+void ct_fdk_views(struct ct_fdk *f, size_t first, size_t count, float *restrict vol,
+	struct ct_par *par)
+{
+	struct job j = {.f = f, .first = first};
+
+	ct_par_for(par, count, filter_view, &j);
+	ct_backproject(&f->back, first, count, vol, f->views, par);
+}
+
+size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads)
+{
+	return f->block * ct_backprojector_size(&f->back) * sizeof *f->views +
+	       threads * (f->scan->h * f->scan->w * sizeof *f->weight +
+				 ct_filter_scratch(&f->filter) * sizeof *f->scratch);
+}
+
+size_t ct_fdk_truncated(const struct ct_fdk *f)
+{
+	size_t n = 0;
+
+	for (size_t k = 0; k < f->back.views; k++)
+		for (unsigned c = 0; c < 8; c++) {
+			double x[3], at[3];
+
+			corner(f->back.n, c, 0, x);
+			ct_backproject_at(&f->back, k, x, at);
+			if (!(at[0] >= -0.5 && at[0] <= (double)f->back.w - 0.5 && at[1] >= -0.5 &&
+				    at[1] <= (double)f->back.h - 0.5)) {
+				n++;
+				break;
+			}
+		}
+	return n;
+}

@@ -1,0 +1,42 @@
+/* fdk.h: filtered back-projection of a circular scan: FDK for cone (Feldkamp, Davis, Kress, J. Opt.
+ * Soc. Am. A 1, 1984), its middle plane for a fan, FBP for parallel rays.
+ *
+ *   density(x) = sum_views  1/depth(x)^2  (h * (weight p))(col(x), row(x))
+ *
+ * weight: orbit.h; h: the windowed ramp of filter.h; back-projection: backproject.h. Views are taken in
+ * blocks, so memory is the volume and the stack that are there and about 128 MiB.
+ */
+#ifndef CT_KERN_FDK_H
+#define CT_KERN_FDK_H
+#include "core/par.h"
+#include "kern/backproject.h"
+#include "kern/filter.h"
+#include "kern/orbit.h"
+
+struct ct_fdk {
+	const struct ct_stack *scan; /* borrowed */
+	struct ct_orbit orbit;
+	struct ct_filter filter;
+	struct ct_backprojector back;
+	enum ct_filter_kind kind;
+	size_t block;	 /* views that are filtered, then back-projected, together */
+	float *views;	 /* owned, [block] stored views */
+	float *weight;	 /* owned, [threads][h][w] */
+	double *scratch; /* owned, [threads][ct_filter_scratch] */
+};
+
+/* Plan for the grid of `grid` (data may be NULL) from the stack `scan`. CT_EGEOM in words for a scan
+ * that cannot be inverted so, a fan whose plane the grid leaves; CT_ENOMEM. *f must be zero. */
+int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
+	enum ct_filter_kind kind, bool parker, struct ct_par *par, struct ct_err *e);
+void ct_fdk_free(struct ct_fdk *f);
+/* vol[n2][n1][n0] += density from the views [first, first + count), count <= f->block, of the stack's
+ * data; the sum over all views is the density. par: of no more threads than at ct_fdk_alloc. */
+void ct_fdk_views(struct ct_fdk *f, size_t first, size_t count, float *restrict vol,
+	struct ct_par *par);
+/* Bytes that the plan holds. */
+size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads);
+/* Views in which a part of the grid falls outside the detector: what they miss counts as zero. */
+size_t ct_fdk_truncated(const struct ct_fdk *f);
+
+#endif

@@ -1,0 +1,54 @@
+/* filter.h: the ramp filter of filtered back-projection, along detector rows.
+ *
+ * The ramp |f| band-limited to half a cycle a sample has the samples (Kak and Slaney, Principles of
+ * Computerized Tomographic Imaging, 1988, eq. 3.61), for unit pitch,
+ *
+ *   h[0] = 1/4,  h[m] = -1/(pi m)^2 for odd m,  0 for even m
+ *
+ * and the response is their transform: sampling |f| itself instead would be a circular convolution
+ * and shift the mean of the picture. For rows of w samples it is computed with n = 2^k >= 2w points,
+ * so nothing wraps around. A window multiplies the response at f = j/n cycles a sample, |f| <= 1/2:
+ *
+ *   ram-lak 1   shepp-logan sinc(f)   cosine cos(pi f)   hamming .54 + .46 cos(2 pi f)
+ *   hann (1 + cos(2 pi f))/2          none: no filter at all, response 1
+ *
+ * The response is real and even, so two real rows go through as one complex row, and the transform
+ * leaves its output in the bit-reversed order in which the response is stored: no reordering, no
+ * special real transform. Doubles inside.
+ */
+#ifndef CT_KERN_FILTER_H
+#define CT_KERN_FILTER_H
+#include "core/err.h"
+
+#include <stddef.h>
+
+enum ct_filter_kind {
+	CT_FILTER_RAM_LAK,
+	CT_FILTER_SHEPP_LOGAN,
+	CT_FILTER_COSINE,
+	CT_FILTER_HAMMING,
+	CT_FILTER_HANN,
+	CT_FILTER_NONE,
+};
+
+struct ct_filter {
+	size_t w, n;
+	double *response; /* owned, [n], bit-reversed order, divided by n */
+	double *twiddle;  /* owned, [n/2][2]: cos, sin of -2 pi k/n */
+};
+
+enum { CT_FILTER_ROWS = 16 }; /* rows that go through together */
+
+/* For rows of w samples, 1 <= w <= 2^24. *f must be zero. CT_EINPUT, CT_ENOMEM. */
+int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, size_t w, struct ct_err *e);
+void ct_filter_free(struct ct_filter *f);
+/* Doubles of scratch for ct_filter_rows, 64-byte aligned. */
+size_t ct_filter_scratch(const struct ct_filter *f);
+/* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_FILTER_ROWS rows: filtered and
+ * transposed. Of the w samples of a row the `count` from `at` on are in[row*count + k] times
+ * weight[row*count + k], the others zero; at + count <= w. Thread-safe with scratch of its own. */
+void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
+	const float *restrict in, const float *restrict weight, size_t at, size_t count,
+	double *restrict scratch);
+
+#endif

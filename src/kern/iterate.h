@@ -1,0 +1,54 @@
+/* iterate.h: reconstruction by iteration, for any linear operator A that is given with its adjoint.
+ *
+ *   CT_SIRT  x <- x + C A' R (b - A x); R, C the inverses of A's row and column sums (Gregor and
+ *            Benson, IEEE Trans. Med. Imaging 27, 2008): weighted least squares, slow and tame
+ *   CT_CGLS  conjugate gradients on the normal equations (Hestenes and Stiefel 1952): least
+ *            |A x - b| in the space that so many steps span; noise comes back when it goes on
+ *   CT_TV    min (1/2L) sum R (A x - b)^2 + mu TV(x), L the largest column sum, by FISTA (Beck and
+ *            Teboulle, IEEE Trans. Image Process. 18, 2009): the spectrum of A' R A is within L, so the
+ *            step is 1/L and mu, in the units of x, acts as in denoising. Its inner problem takes
+ *            ten steps on the dual, warm from the last time. TV: isotropic, forward differences,
+ *            per voxel
+ *
+ * A must have no negative elements for SIRT and TV. x is float, [n]; sums are double and taken in
+ * index order of fixed pieces: the same bytes for any number of threads.
+ */
+#ifndef CT_KERN_ITERATE_H
+#define CT_KERN_ITERATE_H
+#include "core/env.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum ct_solver { CT_SIRT, CT_CGLS, CT_TV };
+
+/* p[m] = A x[n]; x[n] = A' p[m]. -1 stops the iteration. */
+struct ct_system {
+	size_t dim[3]; /* n = their product; TV differences run along them, first the fastest */
+	size_t m;
+	int (*forward)(void *ctx, float *p, const float *x, struct ct_err *e);
+	int (*adjoint)(void *ctx, float *x, const float *p, struct ct_err *e);
+	void *ctx;
+};
+
+struct ct_iterate_rule {
+	enum ct_solver solver;
+	size_t iterations; /* at most */
+	double tolerance;  /* stop when |A x - b| / |b| is below */
+	bool nonnegative;  /* keep x >= 0; not for CGLS */
+	double mu;	   /* TV only, >= 0 */
+};
+
+struct ct_iterate_report {
+	size_t iterations;
+	double residual; /* |A x - b| / |b|, of the x before the last step for SIRT and TV */
+};
+
+/* x: where to start from, replaced by the solution. Memory beside x and b: SIRT 2 n + 2 m floats,
+ * CGLS 2 n + 2 m, TV 5 n + 2 m. CT_ENUMERIC if it diverges, CT_EUSAGE for a rule that is none,
+ * CT_ENOMEM, CT_ESTOP, or what the operators return. */
+int ct_iterate(float *x, const struct ct_system *a, const float *b,
+	const struct ct_iterate_rule *rule, struct ct_iterate_report *report,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

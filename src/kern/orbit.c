@@ -1,0 +1,446 @@
+/* orbit.c: see orbit.h. */
+#include "config.h"
+#include "kern/orbit.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define OFF_CIRCLE 0.005 /* of the radius */
+#define OFF_ANGLE 0.01	 /* rad */
+#define OPEN_GAP 2.5	 /* times the mean gap */
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(double out[3], const double a[3], const double b[3])
+{
+	for (int i = 0; i < 3; i++)
+		out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static void unit(double out[3], const double a[3])
+{
+	double len = sqrt(dot(a, a));
+
+	for (int i = 0; i < 3; i++)
+		out[i] = a[i] / len;
+}
+
+static void minus(double out[3], const double a[3], const double b[3])
+{
+	for (int i = 0; i < 3; i++)
+		out[i] = a[i] - b[i];
+}
+
+/* Solve the symmetric n x n system m x = y, n <= 3, by elimination; false if it is singular. */
+static bool solve(int n, double m[3][3], double y[3], double x[3])
+{
+	for (int i = 0; i < n; i++) {
+		double scale = 0;
+
+		for (int j = 0; j < n; j++)
+			scale = fmax(scale, fabs(m[j][j]));
+		if (!(m[i][i] > 1e-12 * scale))
+			return false;
+		for (int r = i + 1; r < n; r++) {
+			double f = m[r][i] / m[i][i];
+
+			for (int c = i; c < n; c++)
+				m[r][c] -= f * m[i][c];
+			y[r] -= f * y[i];
+		}
+	}
+	for (int i = n - 1; i >= 0; i--) {
+		x[i] = y[i];
+		for (int c = i + 1; c < n; c++)
+			x[i] -= m[i][c] * x[c];
+		x[i] /= m[i][i];
+	}
+	return true;
+}
+
+/* Axis from the detector's columns, and two directions at right angles to it. */
+static int find_axis(struct ct_orbit *o, const struct ct_stack *s, double p[3], double q[3],
+	struct ct_err *e)
+{
+	double sum[3] = {0}, v[3];
+	int least = 0;
+
+	for (size_t k = 0; k < s->views; k++) {
+		unit(v, s->view[k].v);
+		for (int a = 0; a < 3; a++)
+			sum[a] -= v[a];
+	}
+	unit(o->axis, sum);
+	for (size_t k = 0; k < s->views; k++) {
+		unit(v, s->view[k].v);
+		if (!(-dot(v, o->axis) >= cos(OFF_ANGLE)))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the detector's columns lean %.3g degrees from those of "
+				"the others; this method needs them along one axis",
+				k, acos(fmax(-1, -dot(v, o->axis))) * 180 / M_PI);
+	}
+	for (int a = 1; a < 3; a++)
+		if (fabs(o->axis[a]) < fabs(o->axis[least]))
+			least = a;
+	memset(v, 0, sizeof v);
+	v[least] = 1;
+	cross(q, o->axis, v);
+	unit(q, q);
+	cross(p, q, o->axis); /* p, q, axis: right-handed */
+	return 0;
+}
+
+/* Circle through the sources (least squares of x^2 + y^2 + ax + by + c) and their mean height. */
+static int find_circle(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
+	const double q[3], struct ct_err *e)
+{
+	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3], d[3];
+
+	for (size_t k = 0; k < s->views; k++)
+		for (int a = 0; a < 3; a++)
+			mid[a] += s->view[k].source[a] / (double)s->views;
+	for (size_t k = 0; k < s->views; k++) {
+		double r[3], rr;
+
+		minus(d, s->view[k].source, mid);
+		r[0] = dot(d, p);
+		r[1] = dot(d, q);
+		r[2] = 1;
+		rr = r[0] * r[0] + r[1] * r[1];
+		for (int i = 0; i < 3; i++) {
+			for (int j = 0; j < 3; j++)
+				m[i][j] += r[i] * r[j];
+			y[i] += rr * r[i];
+		}
+	}
+	if (s->views < 3 || !solve(3, m, y, x))
+		return ct_fail(e, CT_EGEOM,
+			"the sources of %zu views are on no circle: this method needs at least "
+			"three around the object",
+			s->views);
+	for (int a = 0; a < 3; a++)
+		o->centre[a] = mid[a] + x[0] / 2 * p[a] + x[1] / 2 * q[a];
+	o->radius = sqrt(x[2] + (x[0] * x[0] + x[1] * x[1]) / 4);
+	for (size_t k = 0; k < s->views; k++) {
+		double high, far;
+
+		minus(d, s->view[k].source, o->centre);
+		high = dot(d, o->axis);
+		far = hypot(dot(d, p), dot(d, q));
+		if (!(fabs(high) <= OFF_CIRCLE * o->radius))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the source is %.4g mm off the plane of the others (a "
+				"helix or a tilted path); this method needs a circle",
+				k, high);
+		if (!(fabs(far - o->radius) <= OFF_CIRCLE * o->radius))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the source is %.6g mm from the axis, the others "
+				"%.6g mm; this method needs a circle",
+				k, far, o->radius);
+	}
+	return 0;
+}
+
+/* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
+ * not say where it is: then it is before the middle of the detector. */
+static void find_pivot(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
+	const double q[3])
+{
+	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
+
+	for (size_t k = 0; k < s->views; k++)
+		for (int a = 0; a < 3; a++)
+			mid[a] += s->view[k].centre[a] / (double)s->views;
+	for (size_t k = 0; k < s->views; k++) {
+		double u[3], d[3], r[3];
+
+		unit(u, s->view[k].u);
+		minus(d, s->view[k].centre, mid);
+		r[0] = dot(u, p);
+		r[1] = dot(u, q);
+		r[2] = 1;
+		for (int i = 0; i < 3; i++) {
+			for (int j = 0; j < 3; j++)
+				m[i][j] += r[i] * r[j];
+			y[i] += dot(u, d) * r[i];
+		}
+	}
+	memcpy(o->centre, mid, sizeof mid);
+	if (!solve(3, m, y, x))
+		return;
+	for (int a = 0; a < 3; a++)
+		o->centre[a] += x[0] * p[a] + x[1] * q[a];
+}
+
+/* Angle, distances and foot of every view; the detector must face the axis. */
+static int find_views(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
+	const double q[3], struct ct_err *e)
+{
+	for (size_t k = 0; k < s->views; k++) {
+		const struct ct_view *w = &s->view[k];
+		struct ct_orbit_view *v = &o->view[k];
+		double u[3], down[3], out[3], d[3], along[3], n[3];
+
+		unit(u, w->u);
+		unit(down, w->v);
+		minus(along, w->source, w->centre);
+		minus(d, s->beam == CT_PARALLEL ? along : w->source,
+			s->beam == CT_PARALLEL ? (const double[3]){0} : o->centre);
+		unit(out, d);
+		if (!(fabs(dot(out, o->axis)) <= OFF_ANGLE) || !(fabs(dot(u, o->axis)) <= OFF_ANGLE) ||
+			!(fabs(dot(u, out)) <= OFF_ANGLE))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the detector does not stand upright across the central "
+				"ray (%.3g, %.3g, %.3g degrees off); this method needs that",
+				k, asin(dot(out, o->axis)) * 180 / M_PI,
+				asin(dot(u, o->axis)) * 180 / M_PI, asin(dot(u, out)) * 180 / M_PI);
+		cross(n, u, down);
+		v->angle = atan2(dot(out, q), dot(out, p));
+		v->angle += v->angle < 0 ? 2 * M_PI : 0;
+		v->distance = fabs(dot(along, n)) / sqrt(dot(n, n));
+		v->pitch[0] = sqrt(dot(w->u, w->u));
+		v->pitch[1] = sqrt(dot(w->v, w->v));
+		minus(d, s->beam == CT_PARALLEL ? o->centre : w->source, w->centre);
+		v->foot[0] = ((double)s->w - 1) / 2 + dot(d, u) / v->pitch[0];
+		v->foot[1] = ((double)s->h - 1) / 2 + dot(d, down) / v->pitch[1];
+		cross(n, o->axis, out); /* where growing angles go */
+		if (k > 0 && (dot(u, n) > 0) != (o->sign > 0))
+			return ct_fail(e, CT_EGEOM,
+				"view %zu: the detector's rows run against those of the others", k);
+		o->sign = dot(u, n) > 0 ? 1 : -1;
+	}
+	return 0;
+}
+
+struct turn {
+	double angle;
+	size_t view;
+};
+
+static int by_angle(const void *a, const void *b)
+{
+	const struct turn *x = a, *y = b;
+
+	return x->angle != y->angle ? (x->angle > y->angle) - (x->angle < y->angle)
+				    : (x->view > y->view) - (x->view < y->view);
+}
+
+/* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open. */
+static int find_steps(struct ct_orbit *o, double period, struct ct_err *e)
+{
+	struct turn *t;
+	size_t n = o->views, wide = 0, gaps = 0;
+	double widest = -1, rest;
+
+	if (ct_alloc(&t, n, sizeof *t, e))
+		return -1;
+	for (size_t k = 0; k < n; k++)
+		t[k] = (struct turn){fmod(o->view[k].angle, period), k};
+	qsort(t, n, sizeof *t, by_angle);
+	for (size_t k = 0; k < n; k++) { /* t[k] to the next */
+		double gap = k + 1 < n ? t[k + 1].angle - t[k].angle
+				       : t[0].angle + period - t[k].angle;
+
+		gaps += gap > 1e-7;
+		if (gap > widest) {
+			widest = gap;
+			wide = k;
+		}
+	}
+	rest = gaps > 1 ? (period - widest) / (double)(gaps - 1) : 0;
+	o->closed = gaps > 1 && widest <= OPEN_GAP * rest;
+	o->arc = o->closed ? period : period - widest + rest;
+	o->first = t[(wide + 1) % n].angle;
+	for (size_t k = 0; k < n; k++) {
+		size_t at = (wide + 1 + k) % n, next = (at + 1) % n;
+		double gap = t[next].angle - t[at].angle + (next <= at ? period : 0);
+
+		if (k + 1 == n && !o->closed)
+			gap = rest; /* half of it before the first view, half after the last */
+		o->view[t[at].view].step += gap / 2;
+		o->view[t[next].view].step += gap / 2;
+	}
+	free(t);
+	return 0;
+}
+
+/* Half the fan angle of the rays that count, rad. */
+static double fan_of(const struct ct_orbit *o, double radius)
+{
+	double fan = 0;
+
+	for (size_t k = 0; k < o->views; k++) {
+		const struct ct_orbit_view *v = &o->view[k];
+		double edge = fmax(v->foot[0] + 0.5, (double)o->w - 0.5 - v->foot[0]);
+
+		fan = fmax(fan, atan(edge * v->pitch[0] / v->distance));
+	}
+	return radius < o->radius ? fmin(fan, asin(radius / o->radius)) : fan;
+}
+
+static int use_parker(struct ct_orbit *o, double radius, struct ct_err *e)
+{
+	double fan = fan_of(o, radius), rest = o->view[0].step / 2;
+
+	if (o->arc + rest < M_PI + 2 * fan)
+		return ct_fail(e, CT_EGEOM,
+			"Parker weights need %.4g degrees (180 and the fan of %.4g), and the views "
+			"span %.4g",
+			(M_PI + 2 * fan) * 180 / M_PI, 2 * fan * 180 / M_PI, o->arc * 180 / M_PI);
+	o->redundancy = CT_RAYS_PARKER;
+	o->delta = (o->arc - M_PI) / 2;
+	return 0;
+}
+
+/* A detector that misses a part of the cylinder on one side and is not in the middle. */
+static void use_offset(struct ct_orbit *o, double radius)
+{
+	double near = HUGE_VAL, far = HUGE_VAL, reach = 0;
+
+	for (size_t k = 0; k < o->views; k++) {
+		const struct ct_orbit_view *v = &o->view[k];
+		double low = (v->foot[0] + 0.5) * v->pitch[0],
+		       high = ((double)o->w - 0.5 - v->foot[0]) * v->pitch[0];
+
+		near = fmin(near, fmin(low, high));
+		far = fmin(far, fmax(low, high));
+		if (o->beam == CT_PARALLEL)
+			reach = fmax(reach, radius);
+		else
+			reach = fmax(reach, radius >= o->radius
+						   ? HUGE_VAL
+						   : v->distance * tan(asin(radius / o->radius)));
+	}
+	if (near > 0 && near < reach && far - near > 2 * o->view[0].pitch[0]) {
+		double foot = o->view[0].foot[0] + 0.5, w = (double)o->w;
+
+		o->redundancy = CT_RAYS_OFFSET;
+		o->overlap = near;
+		o->widen[foot > w / 2] = (size_t)ceil(fabs(2 * foot - w));
+	}
+}
+
+static int weigh(struct ct_orbit *o, double radius, bool parker, struct ct_err *e)
+{
+	if (find_steps(o, 2 * M_PI, e))
+		return -1;
+	if (o->closed)
+		use_offset(o, radius);
+	if (o->beam == CT_PARALLEL && o->redundancy == CT_RAYS_EVEN) {
+		for (size_t k = 0; k < o->views; k++)
+			o->view[k].step = 0;
+		if (find_steps(o, M_PI, e))
+			return -1;
+		if (!o->closed)
+			return ct_fail(e, CT_EGEOM,
+				"the views span %.4g degrees of the 180 that this method needs; "
+				"the iterative ones take any",
+				o->arc * 180 / M_PI);
+		return 0;
+	}
+	if (o->closed)
+		return 0;
+	if (o->arc < M_PI - o->arc / (double)o->views)
+		return ct_fail(e, CT_EGEOM,
+			"the views span %.4g degrees, and this method needs 180 and the fan; the "
+			"iterative ones take any",
+			o->arc * 180 / M_PI);
+	return parker ? use_parker(o, radius, e) : 0;
+}
+
+int ct_orbit_alloc(struct ct_orbit *o, const struct ct_stack *scan, double radius, bool parker,
+	struct ct_err *e)
+{
+	double p[3], q[3];
+
+	*o = (struct ct_orbit){
+		.beam = scan->beam, .views = scan->views, .w = scan->w, .h = scan->h};
+	if (ct_stack_check(scan, e) ||
+		ct_alloc0(&o->view, scan->views, sizeof *o->view, e))
+		return -1;
+	if (find_axis(o, scan, p, q, e))
+		goto fail;
+	if (scan->beam == CT_PARALLEL)
+		find_pivot(o, scan, p, q);
+	else if (find_circle(o, scan, p, q, e))
+		goto fail;
+	if (find_views(o, scan, p, q, e) || weigh(o, radius, parker, e))
+		goto fail;
+	return 0;
+fail:
+	ct_orbit_free(o);
+	return -1;
+}
+
+void ct_orbit_free(struct ct_orbit *o)
+{
+	free(o->view);
+	*o = (struct ct_orbit){0};
+}
+
+/* beta from the first view, g the ray's angle so that (beta + pi + 2 g, -g) is the same line. */
+static double parker_weight(double beta, double g, double delta)
+{
+	double s = 1;
+
+	g = fmin(fmax(g, -delta), delta);
+	if (beta < 2 * delta - 2 * g)
+		s = sin(M_PI / 4 * beta / (delta - g));
+	else if (beta > M_PI - 2 * g)
+		s = sin(M_PI / 4 * fmax(M_PI + 2 * delta - beta, 0) / (delta + g));
+	return s * s;
+}
+
+/* The share of a ray at x mm from the foot, `side` of the detector that reaches far: so that both
+ * rays of a line count 1. */
+static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, double x, double side)
+{
+	bool parallel = o->beam == CT_PARALLEL;
+
+	if (o->redundancy == CT_RAYS_PARKER) {
+		double beta = v->angle - o->first;
+
+		beta += beta < -1e-9 ? 2 * M_PI : 0;
+		return parker_weight(beta + v->step / 2,
+			-o->sign * atan(x / v->distance), o->delta);
+	}
+	if (o->redundancy == CT_RAYS_OFFSET) {
+		double at = side * (parallel ? x / o->overlap
+					     : atan(x / v->distance) / atan(o->overlap / v->distance));
+
+		return 0.5 + 0.5 * sin(M_PI / 2 * fmin(fmax(at, -1), 1));
+	}
+	if (parallel)
+		return 1;
+	return o->closed ? 0.5 : M_PI / o->arc;
+}
+
+void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *weight)
+{
+	const struct ct_orbit_view *v = &o->view[view];
+	bool parallel = o->beam == CT_PARALLEL;
+	double side = v->foot[0] < ((double)o->w - 1) / 2 ? 1 : -1;
+	double pitch = parallel ? v->pitch[0] : v->pitch[0] * o->radius / v->distance;
+	double all = plain ? v->step : v->step / pitch;
+
+	for (size_t c = 0; c < o->w; c++) {
+		double x = ((double)c - v->foot[0]) * v->pitch[0];
+
+		weight[c] = (float)(all * share(o, v, x, side));
+	}
+	for (size_t r = o->h; r-- > 0;) {
+		double y = ((double)r - v->foot[1]) * v->pitch[1], d = v->distance;
+
+		for (size_t c = 0; c < o->w; c++) {
+			double x = ((double)c - v->foot[0]) * v->pitch[0];
+			double cosine = parallel ? 1 : d / sqrt(d * d + x * x + y * y);
+
+			weight[r * o->w + c] = (float)((double)weight[c] * cosine);
+		}
+	}
+}

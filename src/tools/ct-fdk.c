@@ -1,0 +1,200 @@
+/* ct-fdk: a volume from projections: filtered back-projection, or iteration. */
+#include "config.h"
+#include "cli/cli.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "kern/project.h"
+#include "kern/window.h"
+#include "tools/fdk-grid.h"
+#include "tools/fdk-solve.h"
+#include "tools/scan-opts.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+struct params {
+	const char *in, *out, *grid, *window;
+	int method, filter, projector, quantity, iterations;
+	double tolerance, tv;
+	bool parker, nonnegative;
+};
+
+enum method { AUTO, FDK, FBP, SIRT, CGLS, TV };
+enum quantity { HU, DENSITY };
+
+static const struct params defaults = {.tv = 10};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, in, "IN", "projections, EXR, or -"),
+	CT_ARG(struct params, out, "OUT", "the volume, NIfTI, or -"),
+	CT_CHOICE(struct params, method, 'm', "method", "auto|fdk|fbp|sirt|cgls|tv",
+		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
+		"for any geometry"),
+	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
+		"N voxels along the longest side of the region, or the grid of this volume (that "
+		"of the projected volume, or the cube that all views see)"),
+	CT_CHOICE(struct params, filter, 0, "filter",
+		"ram-lak|shepp-logan|cosine|hamming|hann|none", "window of the ramp filter; none "
+		"leaves the ramp out too, and needs --quantity density"),
+	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
+		"weigh the rays of a short scan so that those seen twice count once"),
+	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
+		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv"),
+	CT_CHOICE(struct params, projector, 0, "projector", "siddon|joseph",
+		"of the iterative methods: voxels as boxes, or linear between their centres"),
+	CT_OPT(struct params, tolerance, 0, "tolerance", "X", 0, 1,
+		"stop when the residual |A x - b| / |b| is below"),
+	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0,
+		"sirt and tv: no density below 0"),
+	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation"),
+	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
+	CT_CHOICE(struct params, quantity, 0, "quantity", "hu|density", "what OUT holds"),
+	CT_OPT_END,
+};
+
+static int check_options(const struct params *p, const struct ct_stack *in, struct ct_err *e)
+{
+	const char *had = ct_meta_get(&in->meta, "quantity");
+	bool parallel = in->beam == CT_PARALLEL;
+
+	if (had && strcmp(had, "lineIntegral") != 0 && strcmp(had, "residual") != 0)
+		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", p->in, had);
+	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
+		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
+			p->method == FBP ? "fbp" : "fdk", p->in, ct_beam_name(in->beam));
+	if (p->method >= SIRT && (p->filter || p->parker))
+		return ct_fail(e, CT_EUSAGE, "--filter and --parker are not for iterative methods");
+	if (p->method == CGLS && p->nonnegative)
+		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
+	if (p->filter == CT_FILTER_NONE && p->quantity == HU)
+		return ct_fail(e, CT_EUSAGE,
+			"--filter none gives no density, so no HU: add --quantity density");
+	return 0;
+}
+
+/* Density to what OUT holds; a residual has no offset. */
+static int finish(struct ct_vol *out, const struct ct_stack *in, const struct params *p,
+	struct ct_err *e)
+{
+	static const char *const gone[] = {"scan.dso", "scan.dsd", "scan.arc", "scan.start",
+		"scan.iso", "volume.size", "volume.affine", "coarsen", "pixel", "quantity"};
+	const char *had = ct_meta_get(&in->meta, "quantity");
+	bool residual = had && strcmp(had, "residual") == 0;
+	double window[2];
+
+	if (ct_window_choose(window, p->window, &in->meta, e) ||
+		ct_meta_copy(&out->meta, &in->meta, e))
+		return -1;
+	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
+		ct_meta_drop(&out->meta, gone[i]);
+	if (ct_window_put(&out->meta, window, e))
+		return -1;
+	if (p->quantity == DENSITY)
+		return ct_meta_set(&out->meta, "quantity", "density", e);
+	if (residual) {
+		window[1] -= window[0];
+		window[0] = 0;
+	}
+	ct_window_hu(ct_vol_count(out), out->data, out->data, window);
+	return residual ? ct_meta_set(&out->meta, "quantity", "residual", e) : 0;
+}
+
+/* The rule of the options. mu of TV is in HU, densities are not. */
+static int choose(struct ct_fdk_how *how, const struct params *p, const struct ct_stack *in,
+	struct ct_err *e)
+{
+	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
+	double window[2];
+
+	if (ct_window_choose(window, p->window, &in->meta, e))
+		return -1;
+	*how = (struct ct_fdk_how){.iterate = p->method >= SIRT,
+		.filter = (enum ct_filter_kind)p->filter,
+		.parker = p->parker,
+		.projector = p->projector};
+	if (!how->iterate)
+		return 0;
+	how->rule = (struct ct_iterate_rule){.solver = (enum ct_solver)(p->method - SIRT),
+		.iterations = (size_t)p->iterations,
+		.tolerance = p->tolerance,
+		.nonnegative = p->nonnegative,
+		.mu = p->tv / (window[1] - window[0])};
+	if (p->iterations == 0)
+		how->rule.iterations = iterations[how->rule.solver];
+	return 0;
+}
+
+static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+{
+	double seconds, bytes;
+
+	if (ct_fdk_cost(&seconds, &bytes, grid, in, how, env, e))
+		return -1;
+	printf("volume    %zux%zux%zu from %zu views of %zux%zu\n", grid->n[0], grid->n[1],
+		grid->n[2], in->views, in->w, in->h);
+	printf("time      %.0f s on %zu threads\n", ceil(seconds), ct_par_threads(env->par));
+	printf("memory    %.0f MiB\n", bytes / 0x1p20);
+	printf("disk      %.0f MiB at most\n", 4 * (double)ct_vol_count(grid) / 0x1p20);
+	return 0;
+}
+
+static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_vol_alloc(out, grid->n, e))
+		return -1;
+	memcpy(out->affine, grid->affine, sizeof out->affine);
+	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
+	return ct_fdk_solve(out, in, how, env, e);
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct ct_stack in = {0};
+	struct ct_vol grid = {0}, out = {0};
+	struct ct_fdk_how how;
+	int rc = -1;
+
+	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_stack_read(p->in, &in, e))
+		goto out;
+	if (ct_stack_check_finite(&in, e) || ct_stack_check(&in, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (check_options(p, &in, e) || choose(&how, p, &in, e) || ct_fdk_grid(&grid, p->grid, &in, e))
+		goto out;
+	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
+			 : reconstruct(&out, &grid, &in, &how, env, e)) {
+		if (e->code != CT_ESTOP)
+			ct_blame(e, p->in);
+		goto out;
+	}
+	rc = 0;
+	if (!env->dry_run)
+		rc = finish(&out, &in, p, e) || ct_meta_step(&out.meta, env, 1,
+			(const struct ct_meta *const[]){&in.meta}, e) ||
+			ct_vol_write(p->out, &out, env, e) ? -1 : 0;
+out:
+	ct_stack_free(&in);
+	ct_vol_free(&out);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-fdk",
+	.brief = "Reconstruct a volume from projections.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,223 @@
+/* fdk-grid.c: see fdk-grid.h. */
+#include "config.h"
+#include "tools/fdk-grid.h"
+#include "cli/cli.h"
+#include "formats/format.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(double out[3], const double a[3], const double b[3])
+{
+	for (int i = 0; i < 3; i++)
+		out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* The point nearest to all central rays: sum (1 - d d') (x - source) = 0. */
+static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e)
+{
+	double m[3][3] = {{0}}, y[3] = {0}, c[3], det;
+
+	for (size_t k = 0; k < s->views; k++) {
+		const struct ct_view *v = &s->view[k];
+		double d[3], len;
+
+		for (int a = 0; a < 3; a++)
+			d[a] = v->centre[a] - v->source[a];
+		len = sqrt(dot(d, d));
+		for (int a = 0; a < 3; a++)
+			d[a] /= len;
+		for (int a = 0; a < 3; a++)
+			for (int b = 0; b < 3; b++) {
+				double p = (a == b ? 1 : 0) - d[a] * d[b];
+
+				m[a][b] += p;
+				y[a] += p * v->source[b];
+			}
+	}
+	cross(c, m[1], m[2]);
+	det = dot(m[0], c);
+	if (!(det > 1e-9 * pow((double)s->views, 3)))
+		return ct_fail(e, CT_EGEOM,
+			"the views look in one direction only, which does not say where the object "
+			"is: name a volume with --grid");
+	for (int a = 0; a < 3; a++) { /* m is symmetric: Cramer's rule by rows */
+		double r[3][3];
+
+		memcpy(r, m, sizeof r);
+		memcpy(r[a], y, sizeof y);
+		cross(c, r[1], r[2]);
+		x[a] = dot(r[0], c) / det;
+	}
+	return 0;
+}
+
+/* Distance of x from the plane through the rays of the detector's edge at `edge` pixels along a from
+ * the middle; `along` is the other side of the detector. */
+static double to_edge(const struct ct_stack *s, const struct ct_view *v, const double x[3],
+	const double a[3], const double along[3], double edge)
+{
+	double p[3], ray[3], n[3], d[3];
+
+	for (int i = 0; i < 3; i++) {
+		p[i] = v->centre[i] + edge * a[i];
+		ray[i] = s->beam == CT_PARALLEL ? v->centre[i] - v->source[i]
+						: p[i] - v->source[i];
+		d[i] = x[i] - p[i];
+	}
+	cross(n, ray, along);
+	return fabs(dot(n, d)) / sqrt(dot(n, n));
+}
+
+/* Radius of the sphere about x that every view sees, from the middle to the farther edge: an offset
+ * detector sees one side now and the other half a turn later. Size of a pixel at x: *mm. */
+static double seen_radius(const struct ct_stack *s, const double x[3], double *mm)
+{
+	double least = HUGE_VAL;
+
+	*mm = HUGE_VAL;
+	for (size_t k = 0; k < s->views; k++) {
+		const struct ct_view *v = &s->view[k];
+		double side = 0, top = 0, near[3], far[3], scale = 1;
+
+		for (int sign = -1; sign <= 1; sign += 2) {
+			side = fmax(side, to_edge(s, v, x, v->u, v->v, sign * (double)s->w / 2));
+			top = fmax(top, to_edge(s, v, x, v->v, v->u, sign * (double)s->h / 2));
+		}
+		least = fmin(least, s->beam == CT_FAN ? side : fmin(side, top));
+		for (int a = 0; a < 3; a++) {
+			near[a] = x[a] - v->source[a];
+			far[a] = v->centre[a] - v->source[a];
+		}
+		if (s->beam != CT_PARALLEL)
+			scale = sqrt(dot(near, near) / dot(far, far));
+		*mm = fmin(*mm, scale * sqrt(fmin(dot(v->u, v->u), dot(v->v, v->v))));
+	}
+	return least;
+}
+
+static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct_err *e)
+{
+	double x[3], mm, r, n;
+
+	if (meeting_point(x, scan, e))
+		return -1;
+	r = seen_radius(scan, x, &mm);
+	n = ceil(2 * r / mm);
+	if (!(r > 0 && mm > 0 && n >= 1 && n <= 1 << 20))
+		return ct_fail(e, CT_EGEOM,
+			"the views do not say how large the object is: name a volume with --grid");
+	for (int a = 0; a < 3; a++) {
+		grid->n[a] = (size_t)n;
+		grid->affine[a][a] = 2 * r / n;
+		grid->affine[a][3] = x[a] - r + r / n;
+	}
+	return 0;
+}
+
+/* The grid of the volume that was projected, if the metadata tell: 0, else 1; -1 if they are wrong. */
+static int projected_grid(struct ct_vol *grid, const struct ct_meta *m, struct ct_err *e)
+{
+	double n[3], a[12];
+	int rc = ct_meta_numbers(m, "volume.size", 3, n, e);
+
+	if (rc == 0)
+		rc = ct_meta_numbers(m, "volume.affine", 12, a, e);
+	if (rc)
+		return rc;
+	for (int i = 0; i < 3; i++) {
+		if (!(n[i] >= 1 && n[i] <= 1 << 20) || n[i] != floor(n[i]))
+			return ct_fail(e, CT_EINPUT, "volume.size: %g voxels", n[i]);
+		grid->n[i] = (size_t)n[i];
+		memcpy(grid->affine[i], a + 4 * i, sizeof grid->affine[i]);
+	}
+	return ct_vol_check_grid(grid, e) ? ct_blame(e, "volume.affine") : 0;
+}
+
+/* The same region in `most` voxels along its longest side. */
+static void refine(struct ct_vol *grid, double most)
+{
+	double mm[3], factor[3], longest = 0;
+
+	ct_vol_spacing(grid, mm);
+	for (int a = 0; a < 3; a++)
+		longest = fmax(longest, mm[a] * (double)grid->n[a]);
+	for (int a = 0; a < 3; a++) {
+		double n = fmax(1, nearbyint(most * mm[a] * (double)grid->n[a] / longest));
+
+		factor[a] = n / (double)grid->n[a];
+		grid->n[a] = (size_t)n;
+	}
+	ct_affine_rescale(grid->affine, (const double(*)[4])grid->affine, factor);
+}
+
+/* Keep the slice in the plane of the fan: through the source, along the row of pixels. */
+static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_err *e)
+{
+	const struct ct_view *v = &scan->view[0];
+	double along[3], normal[3], from[3], across = 0, k, len;
+	int axis = 0;
+
+	for (int a = 0; a < 3; a++)
+		along[a] = v->centre[a] - v->source[a];
+	cross(normal, v->u, along);
+	len = sqrt(dot(normal, normal));
+	for (int a = 0; a < 3; a++) {
+		double x = 0, mm = 0;
+
+		for (int r = 0; r < 3; r++) {
+			x += normal[r] * grid->affine[r][a] / len;
+			mm += grid->affine[r][a] * grid->affine[r][a];
+		}
+		if (fabs(x) / sqrt(mm) > fabs(across)) {
+			across = x / sqrt(mm);
+			axis = a;
+		}
+		from[a] = v->source[a] - grid->affine[a][3];
+	}
+	across = 0;
+	for (int r = 0; r < 3; r++)
+		across += normal[r] * grid->affine[r][axis];
+	k = dot(normal, from) / across;
+	if (!(k >= -0.5 - 1e-6 && k <= (double)grid->n[axis] - 0.5 + 1e-6))
+		return ct_fail(e, CT_EGEOM, "the plane of the fan does not meet the volume");
+	for (int r = 0; r < 3; r++)
+		grid->affine[r][3] += k * grid->affine[r][axis];
+	grid->n[axis] = 1;
+	return 0;
+}
+
+int ct_fdk_grid(struct ct_vol *grid, const char *option, const struct ct_stack *scan,
+	struct ct_err *e)
+{
+	char *end = NULL;
+	double n = option ? strtod(option, &end) : 0;
+	bool number = option && end != option && *end == '\0';
+	int rc;
+
+	if (option && !number) {
+		struct ct_vol like = {0};
+
+		if (ct_vol_read(option, &like, e))
+			return -1;
+		memcpy(grid->n, like.n, sizeof like.n);
+		memcpy(grid->affine, like.affine, sizeof like.affine);
+		ct_vol_free(&like);
+		return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
+	}
+	if (number && (!(n >= 1 && n <= 1 << 16) || n != floor(n)))
+		return ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option);
+	rc = projected_grid(grid, &scan->meta, e);
+	if (rc < 0 || (rc > 0 && seen_cube(grid, scan, e)))
+		return -1;
+	if (number)
+		refine(grid, n);
+	return scan->beam == CT_FAN ? cut_fan(grid, scan, e) : 0;
+}

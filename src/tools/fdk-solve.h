@@ -1,0 +1,27 @@
+/* fdk-solve.h: the methods of ct-fdk, and what they will cost. */
+#ifndef CT_TOOLS_FDK_SOLVE_H
+#define CT_TOOLS_FDK_SOLVE_H
+#include "core/env.h"
+#include "core/stack.h"
+#include "core/vol.h"
+#include "kern/filter.h"
+#include "kern/iterate.h"
+
+struct ct_fdk_how {
+	bool iterate;
+	enum ct_filter_kind filter; /* if not */
+	bool parker;
+	int projector;		     /* else an enum ct_method, */
+	struct ct_iterate_rule rule; /* and how */
+};
+
+/* Density into the zeroed out->data, on its grid, from the stack. Codes of ct_fdk_alloc or
+ * ct_iterate. */
+int ct_fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
+	const struct ct_env *env, struct ct_err *e);
+/* Seconds and bytes of that, timed on a few views; grid has no data. */
+int ct_fdk_cost(double *seconds, double *bytes, const struct ct_vol *grid,
+	const struct ct_stack *in, const struct ct_fdk_how *how, const struct ct_env *env,
+	struct ct_err *e);
+
+#endif
