@@ -110,27 +110,10 @@ static int check_grids(
 {
 	struct ct_vol want = {0};
 
-	for (int a = 0; a < 3; a++) {
+	for (int a = 0; a < 3; a++)
 		want.n[a] = ct_degrade_size(x->n[a], d->factor[a]);
-		if (want.n[a] != y->n[a])
-			return ct_fail(e, CT_EGEOM,
-				"%zux%zux%zu voxels reduced %g,%g,%g times are not the %zux%zux%zu of "
-				"the low-resolution volume",
-				x->n[0], x->n[1], x->n[2], d->factor[0], d->factor[1], d->factor[2],
-				y->n[0], y->n[1], y->n[2]);
-	}
 	ct_degrade_affine(want.affine, x->affine, x->n, d);
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 4; c++) {
-			double off = fabs(want.affine[r][c] - y->affine[r][c]), voxel = 0;
-
-			for (int a = 0; a < 3; a++)
-				voxel = fmax(voxel, fabs(y->affine[r][a]));
-			if (off > 0.01 * voxel / (c < 3 ? (double)y->n[c] : 1.0))
-				return ct_fail(e, CT_EGEOM,
-					"the low-resolution grid does not lie where the operator puts it");
-		}
-	return 0;
+	return ct_vol_same_grid(&want, y, e) ? ct_blame(e, "reduced") : 0;
 }
 
 int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,

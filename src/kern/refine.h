@@ -53,7 +53,7 @@ const char *ct_refine_name(enum ct_refine method);
 int ct_refine_aliasing(double *share, const struct ct_degrade *d, size_t n, int axis,
 	struct ct_err *e);
 /* x <- x + D+ (y - D x), in double, if `move`; *residual <- RMS of D x - y, HU. CT_EGEOM unless D
- * makes the grid of y of that of x, within a hundredth of a voxel. */
+ * makes the grid of y of that of x. */
 int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,
 	double *residual, const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for

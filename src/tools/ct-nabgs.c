@@ -126,12 +126,18 @@ static int project_base(struct job *j, struct ct_err *e)
 	ct_meta_free(&j->base_proj.meta);
 	if (ct_projector_init(&g, &j->base, &j->in, e))
 		return ct_blame(e, j->p->base);
+	if (ct_projector_reserve(&g, e))
+		return -1;
+	ct_projector_load(&g, j->base.data, j->env->par);
 	for (size_t k = 0; k < j->in.views; k++) {
 		ct_progress(j->env, "projections of the base", k, j->in.views);
-		if (ct_check_stop(j->env, e))
+		if (ct_check_stop(j->env, e)) {
+			ct_projector_free(&g);
 			return -1;
-		ct_project(&g, k, 1, ct_stack_view(&j->base_proj, k), j->base.data, j->env->par);
+		}
+		ct_project(&g, k, 1, ct_stack_view(&j->base_proj, k), NULL, j->env->par);
 	}
+	ct_projector_free(&g);
 	return 0;
 }
 
