@@ -18,3 +18,7 @@ bench: $(bin_PROGRAMS) $(BENCH_C)
 EXTRA_PROGRAMS += bench/b-tv
 bench_b_tv_SOURCES = bench/b-tv.c bench/bench.h
 BENCH_C += bench/b-tv
+EXTRA_PROGRAMS += bench/metrics-calls
+bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
+BENCH_SH += bench/b-metrics.sh
+bench: bench/metrics-calls
