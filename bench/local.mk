@@ -18,3 +18,4 @@ bench: $(bin_PROGRAMS) $(BENCH_C)
 EXTRA_PROGRAMS += bench/b-tv
 bench_b_tv_SOURCES = bench/b-tv.c bench/bench.h
 BENCH_C += bench/b-tv
+BENCH_SH += bench/b-fdk.sh
