@@ -22,3 +22,4 @@ EXTRA_PROGRAMS += bench/metrics-calls
 bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
 BENCH_SH += bench/b-metrics.sh
 bench: bench/metrics-calls
+BENCH_SH += bench/b-fdk.sh

@@ -55,7 +55,7 @@ static void t_ramp(void)
 	float in[ROWS * COUNT], weight[ROWS * COUNT], out[W * ROWS];
 	double *scratch, worst = 0, dc;
 
-	must(ct_filter_alloc(&f, CT_FILTER_RAM_LAK, W, &err));
+	must(ct_filter_alloc(&f, CT_FILTER_RAM_LAK, 1, W, &err));
 	scratch = aligned_alloc(64, ct_filter_scratch(&f) * sizeof *scratch);
 	for (size_t i = 0; i < ROWS * COUNT; i++) {
 		in[i] = (float)ct_rng_uniform(3, 1, i);
@@ -93,16 +93,21 @@ static void t_windows(void)
 		{CT_FILTER_HAMMING, 0.54, 0.08, "hamming"}, {CT_FILTER_HANN, 0.5, 0, "hann"}};
 	struct ct_filter ramp = {0};
 
-	must(ct_filter_alloc(&ramp, CT_FILTER_RAM_LAK, 64, &err));
+	must(ct_filter_alloc(&ramp, CT_FILTER_RAM_LAK, 1, 64, &err));
 	for (size_t i = 0; i < sizeof want / sizeof *want; i++) {
 		struct ct_filter f = {0};
 		double r[2];
 
-		must(ct_filter_alloc(&f, want[i].kind, 64, &err));
+		must(ct_filter_alloc(&f, want[i].kind, 1, 64, &err));
 		r[0] = f.response[2] / ramp.response[2]; /* bit-reversed: n/4 */
 		r[1] = f.response[1] / ramp.response[1]; /* n/2 */
 		OK(fabs(r[0] - want[i].half) < 1e-8 && fabs(r[1] - want[i].full) < 1e-8,
 			"%s: %.5f at half the Nyquist frequency, %.5f at it", want[i].name, r[0], r[1]);
+		ct_filter_free(&f);
+		must(ct_filter_alloc(&f, want[i].kind, 0.5, 64, &err));
+		OK(fabs(f.response[4] / ramp.response[4] - want[i].half) < 1e-8 &&
+				f.response[1] == 0 && f.response[5] == 0,
+			"%s: and so at a quarter if cut off at half", want[i].name);
 		ct_filter_free(&f);
 	}
 	ct_filter_free(&ramp);
@@ -331,7 +336,7 @@ static void t_density(void)
 		scan.offset[0] = c->offset;
 		s = fill(&scan);
 		ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
-		must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, c->parker, NULL, &err));
+		must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, 0, c->parker, NULL, &err));
 		for (size_t k = 0; k < s.views; k += f.block) {
 			size_t left = s.views - k;
 
@@ -349,7 +354,7 @@ static void refused(const struct ct_stack *s, const struct ct_vol *v, bool parke
 	const char *name)
 {
 	struct ct_fdk f = {0};
-	int rc = ct_fdk_alloc(&f, v, s, CT_FILTER_RAM_LAK, parker, NULL, &err);
+	int rc = ct_fdk_alloc(&f, v, s, CT_FILTER_RAM_LAK, 0, parker, NULL, &err);
 
 	OK(rc == -1 && err.code == CT_EGEOM && strstr(err.msg, words), "refused: %s", name);
 	if (rc == 0)
@@ -443,7 +448,7 @@ static void t_order(void)
 	NEAR(hypot(o.centre[0], o.centre[1]), 0, 1e-9, "and its centre");
 	ct_orbit_free(&o);
 	ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
-	must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, false, NULL, &err));
+	must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, 0, false, NULL, &err));
 	ct_fdk_views(&f, 0, 200, v.data, NULL);
 	mean = inside(&v, 8, &sd);
 	OK(fabs(mean / 0.5 - 1) < 0.01 && sd < 0.01, "and the density: %.5f +- %.5f", mean, sd);
@@ -579,8 +584,8 @@ static void t_threads(void)
 
 		memset(a.data, 0, ct_vol_count(&a) * sizeof *a.data);
 		memset(b.data, 0, ct_vol_count(&b) * sizeof *b.data);
-		must(ct_fdk_alloc(&f, &a, &s, CT_FILTER_HANN, false, NULL, &err));
-		must(ct_fdk_alloc(&g, &b, &s, CT_FILTER_HANN, false, par, &err));
+		must(ct_fdk_alloc(&f, &a, &s, CT_FILTER_HANN, 0, false, NULL, &err));
+		must(ct_fdk_alloc(&g, &b, &s, CT_FILTER_HANN, 0, false, par, &err));
 		ct_fdk_views(&f, 0, 30, a.data, NULL);
 		ct_fdk_views(&g, 0, 30, b.data, par);
 		OK(memcmp(a.data, b.data, ct_vol_count(&a) * sizeof *a.data) == 0,

@@ -54,8 +54,31 @@ static int check_fan(const struct ct_fdk *f, struct ct_err *e)
 	return 0;
 }
 
+/* Pixel at the centre over the smallest voxel across the axis. */
+static double voxel_cutoff(const struct ct_orbit *o, const struct ct_vol *grid)
+{
+	double pixel = HUGE_VAL, voxel = HUGE_VAL, mm[3];
+
+	ct_vol_spacing(grid, mm);
+	for (int a = 0; a < 3; a++) {
+		double along = 0;
+
+		for (int r = 0; r < 3; r++)
+			along += grid->affine[r][a] * o->axis[r];
+		if (fabs(along) < 0.9 * mm[a])
+			voxel = fmin(voxel, mm[a]);
+	}
+	for (size_t k = 0; k < o->views; k++) {
+		const struct ct_orbit_view *v = &o->view[k];
+
+		pixel = fmin(pixel, o->beam == CT_PARALLEL ? v->pitch[0]
+							   : v->pitch[0] * o->radius / v->distance);
+	}
+	return fmin(1, pixel / voxel);
+}
+
 int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
-	enum ct_filter_kind kind, bool parker, struct ct_par *par, struct ct_err *e)
+	enum ct_filter_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e)
 {
 	size_t threads = ct_par_threads(par), size;
 	struct ct_orbit first = {0};
@@ -70,11 +93,13 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 		return -1;
 	radius = radius_about(&first, grid);
 	ct_orbit_free(&first);
-	if (ct_orbit_alloc(&f->orbit, scan, radius, parker, e) ||
-		ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
+	if (ct_orbit_alloc(&f->orbit, scan, radius, parker, e))
+		goto fail;
+	f->cutoff = cutoff > 0 ? cutoff : voxel_cutoff(&f->orbit, grid);
+	if (ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
 		(scan->beam == CT_FAN && check_fan(f, e)) ||
 		ct_backprojector_widen(&f->back, widen[0], widen[1], e) ||
-		ct_filter_alloc(&f->filter, kind, f->back.w, e))
+		ct_filter_alloc(&f->filter, kind, f->cutoff, f->back.w, e))
 		goto fail;
 	size = ct_backprojector_size(&f->back);
 	f->block = BLOCK_BYTES / (size * sizeof *f->views);

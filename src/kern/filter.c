@@ -65,9 +65,11 @@ HOT static void multiply(size_t n, struct point *x, const double *response)
 	}
 }
 
-/* f in cycles a sample, |f| <= 1/2. */
+/* f in cycles a sample of the cutoff. */
 static double window_at(enum ct_filter_kind kind, double f)
 {
+	if (f > 0.5 && kind != CT_FILTER_NONE)
+		return 0;
 	switch (kind) {
 	case CT_FILTER_SHEPP_LOGAN:
 		return f == 0 ? 1 : sin(M_PI * f) / (M_PI * f);
@@ -94,7 +96,7 @@ static size_t reversed(size_t i, size_t n)
 }
 
 /* The ramp's samples through the transform, times the window. x: scratch. */
-static void respond(struct ct_filter *f, enum ct_filter_kind kind, struct point *x)
+static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, struct point *x)
 {
 	size_t n = f->n;
 
@@ -111,14 +113,17 @@ static void respond(struct ct_filter *f, enum ct_filter_kind kind, struct point 
 		size_t j = reversed(i, n);
 		double cycles = (double)(j <= n / 2 ? j : n - j) / (double)n;
 
-		f->response[i] = x[i].re[0] * window_at(kind, cycles) / (double)n;
+		f->response[i] = x[i].re[0] * window_at(kind, cycles / cutoff) / (double)n;
 	}
 }
 
-int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, size_t w, struct ct_err *e)
+int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w,
+	struct ct_err *e)
 {
 	struct point *x = NULL;
 
+	if (!(cutoff > 0 && cutoff <= 1))
+		return ct_fail(e, CT_EINPUT, "a filter cut off at %g of the Nyquist frequency", cutoff);
 	if (w < 1 || w > (size_t)1 << 24)
 		return ct_fail(e, CT_EINPUT, "a detector row of %zu pixels cannot be filtered", w);
 	f->w = w;
@@ -136,7 +141,7 @@ int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, size_t w, str
 		f->twiddle[2 * k] = cos(a);
 		f->twiddle[2 * k + 1] = sin(a);
 	}
-	respond(f, kind, x);
+	respond(f, kind, cutoff, x);
 	free(x);
 	return 0;
 }

@@ -16,7 +16,7 @@
 struct params {
 	const char *in, *out, *grid, *window;
 	int method, filter, projector, quantity, iterations;
-	double tolerance, tv;
+	double cutoff, tolerance, tv;
 	bool parker, nonnegative;
 };
 
@@ -37,6 +37,9 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, filter, 0, "filter",
 		"ram-lak|shepp-logan|cosine|hamming|hann|none", "window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density"),
+	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
+		"end of the filter, as a part of the highest frequency of the detector; 0 stands for "
+		"that of the voxels"),
 	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
 		"weigh the rays of a short scan so that those seen twice count once"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
@@ -64,8 +67,9 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
 			p->method == FBP ? "fbp" : "fdk", p->in, ct_beam_name(in->beam));
-	if (p->method >= SIRT && (p->filter || p->parker))
-		return ct_fail(e, CT_EUSAGE, "--filter and --parker are not for iterative methods");
+	if (p->method >= SIRT && (p->filter || p->parker || p->cutoff > 0))
+		return ct_fail(e, CT_EUSAGE,
+			"--filter, --cutoff and --parker are not for iterative methods");
 	if (p->method == CGLS && p->nonnegative)
 		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
 	if (p->filter == CT_FILTER_NONE && p->quantity == HU)
@@ -112,6 +116,7 @@ static int choose(struct ct_fdk_how *how, const struct params *p, const struct c
 		return -1;
 	*how = (struct ct_fdk_how){.iterate = p->method >= SIRT,
 		.filter = (enum ct_filter_kind)p->filter,
+		.cutoff = p->cutoff,
 		.parker = p->parker,
 		.projector = p->projector};
 	if (!how->iterate)

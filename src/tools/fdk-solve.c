@@ -41,9 +41,10 @@ static int back_project(struct ct_vol *out, const struct ct_stack *in, const str
 	struct ct_fdk f = {0};
 	int rc = -1;
 
-	if (ct_fdk_alloc(&f, out, in, how->filter, how->parker, env->par, e))
+	if (ct_fdk_alloc(&f, out, in, how->filter, how->cutoff, how->parker, env->par, e))
 		return -1;
 	warn(&f, env);
+	ct_log(env, CT_INFO, "filter to %.3g of the Nyquist frequency", f.cutoff);
 	for (size_t k = 0; k < in->views; k += f.block) {
 		size_t left = in->views - k;
 
@@ -159,7 +160,7 @@ static int back_cost(double *seconds, double *bytes, const struct ct_vol *grid,
 	size_t count;
 	double start;
 
-	if (ct_fdk_alloc(&f, &part, in, how->filter, how->parker, env->par, e))
+	if (ct_fdk_alloc(&f, &part, in, how->filter, how->cutoff, how->parker, env->par, e))
 		return -1;
 	if (ct_alloc0(&part.data, ct_vol_count(&part), sizeof *part.data, e)) {
 		ct_fdk_free(&f);
