@@ -18,3 +18,6 @@ bench: $(bin_PROGRAMS) $(BENCH_C)
 EXTRA_PROGRAMS += bench/b-tv
 bench_b_tv_SOURCES = bench/b-tv.c bench/bench.h
 BENCH_C += bench/b-tv
+EXTRA_PROGRAMS += bench/b-gs
+bench_b_gs_SOURCES = bench/b-gs.c bench/bench.h
+BENCH_C += bench/b-gs
