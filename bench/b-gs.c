@@ -50,8 +50,7 @@ static void crowd(struct ct_gauss *g, size_t n)
 		g->pos[1][i] = (float)(r * sin(t));
 		g->pos[2][i] = (float)(300 * ct_rng_uniform(1, 2, i) - 150);
 		for (size_t a = 0; a < 3; a++)
-			g->scale[a][i] =
-				(float)log(0.667 * (2 + 2 * ct_rng_uniform(1, 3 + a, i)));
+			g->scale[a][i] = (float)log(0.667 * (2 + 2 * ct_rng_uniform(1, 3 + a, i)));
 		for (size_t a = 0; a < 4; a++)
 			g->rot[a][i] = ct_rng_normal(1, 6 + a, i);
 		g->raw[i] = 0.1f * ct_rng_normal(1, 10, i);
@@ -155,7 +154,7 @@ static void plain_backward(void *arg)
 				s[5] += v * y * y;
 			}
 		ct_foot_back(&fg, &f, &d->cam, &d->b[i], s);
-		ct_blob_back(dl, dq, fg.sigma, &d->b[i], quat);
+		ct_blob_back(dl, dq, fg.shape, &d->b[i], quat);
 		d->grad.d[CT_GS_SCALE][i] = (float)(dl[0] + dq[0]);
 	}
 }
