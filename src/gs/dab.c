@@ -47,6 +47,11 @@ INLINE vf at_most(vf x, float high)
 	return pick(x > high, (vf){0} + high, x);
 }
 
+INLINE vf at_least(vf x, float low)
+{
+	return pick(x < low, (vf){0} + low, x);
+}
+
 INLINE vf load(const float *p)
 {
 	vf v;
@@ -68,12 +73,11 @@ void ct_dab_close(struct ct_dab *d)
 	d->lean = (float)(s * sqrt((double)d->cut * kx / (ky * (ky + kx * s * s))));
 }
 
-/* e^p, relative error 2e-7, p within +-80. Rounds p/ln 2 by adding and taking away 1.5 2^23, then
+/* e^p for |p| <= 80, relative error 2e-7. Rounds p/ln 2 by adding and taking away 1.5 2^23, then
  * Taylor on |r| <= ln 2 / 2. */
-INLINE vf exp_of(vf x)
+INLINE vf exp_of(vf p)
 {
-	const vf p = at_most(pick(x < -80, (vf){0} - 80, x), 80),
-		 n = p * 1.44269504f + 12582912.0f - 12582912.0f;
+	const vf n = p * 1.44269504f + 12582912.0f - 12582912.0f;
 	vf r, y;
 
 	r = p - n * 0.693359375f + n * 2.12194440e-4f; /* ln 2 in two parts */
@@ -91,37 +95,105 @@ INLINE bool gentle(const struct ct_dab *d)
 	return d->slope * d->slope * d->kx <= 0.64f / 0.36f * d->ky;
 }
 
-INLINE float within(float x, float low, float high)
+/* Up to CT_DAB_ROWS rows of dabs, many at a time, so that their boxes are found in vectors and
+ * well before they are needed: row r of the image, `count` of them, y of the first, and the
+ * columns [lo, hi] around the ellipse there, relative to the centre's column; hi < lo: none. */
+enum { BATCH = 8 * L };
+
+struct batch {
+	size_t n;
+	const struct ct_dab *d[BATCH];
+	int32_t r[BATCH], count[BATCH], lo[BATCH], hi[BATCH], col[BATCH];
+	float y[BATCH], fx[BATCH], kx[BATCH], ky[BATCH], slope[BATCH], cut[BATCH], lean[BATCH];
+};
+
+INLINE void push(struct batch *o, int32_t r, int32_t count, const struct ct_dab *d)
 {
-	return x < low ? low : x > high ? high : x;
+	size_t i = o->n++;
+
+	o->d[i] = d;
+	o->r[i] = r;
+	o->count[i] = count;
+	o->col[i] = d->col;
+	o->y[i] = (float)(r - d->row) - d->fy;
+	o->fx[i] = d->fx;
+	o->kx[i] = d->kx;
+	o->ky[i] = d->ky;
+	o->slope[i] = d->slope;
+	o->cut[i] = d->cut;
+	o->lean[i] = d->lean;
 }
 
-/* x of one side of the ellipse at y, from the centre's column. */
-INLINE float side_of(const struct ct_dab *d, float y, float sign)
+INLINE vf root(vf x)
 {
-	float rest = d->cut - d->ky * y * y;
+	float v[L];
 
-	return d->slope * y + sign * sqrtf((rest > 0 ? rest : 0) / d->kx);
+	memcpy(v, &x, sizeof v);
+	for (int l = 0; l < L; l++)
+		v[l] = sqrtf(v[l]);
+	return load(v);
 }
 
-/* Up to CT_DAB_ROWS rows of a dab: y of the first, and the columns [lo, hi] around its ellipse
- * there, relative to d->col; hi < lo: none. */
+INLINE vf within(vf x, vf low, vf high)
+{
+	x = pick(x < low, low, x);
+	return pick(x > high, high, x);
+}
+
+INLINE vf floor_of(vf x)
+{
+	vf r = __builtin_convertvector(__builtin_convertvector(x, vi), vf);
+
+	return r - where(r > x, (vf){0} + 1.0f);
+}
+
+INLINE vi load_int(const int32_t *p)
+{
+	vi v;
+
+	memcpy(&v, p, sizeof v);
+	return v;
+}
+
+/* L of them from i on: the ellipse reaches x = slope y -+ sqrt((cut - ky y^2) / kx), the leftmost
+ * at y = -lean, the rightmost at y = lean, or as near as its rows go. */
+INLINE void measure(struct batch *o, size_t i, size_t w)
+{
+	const vf zero = {0}, kx = load(o->kx + i), ky = load(o->ky + i), y = load(o->y + i);
+	const vf slope = load(o->slope + i), cut = load(o->cut + i), lean = load(o->lean + i);
+	const vf col = __builtin_convertvector(load_int(o->col + i), vf), fx = load(o->fx + i);
+	const vf last = y + __builtin_convertvector(load_int(o->count + i) - 1, vf);
+	const vf ya = within(-lean, y, last), yb = within(lean, y, last);
+	const vf ra = cut - ky * ya * ya, rb = cut - ky * yb * yb;
+	const vf left = zero - col, right = (float)((int32_t)w - 1) - col;
+	const float hair = 1e-3f;
+	vf a = fx + slope * ya - root(where(ra > zero, ra) / kx) - hair;
+	vf b = fx + slope * yb + root(where(rb > zero, rb) / kx) + hair;
+	vi lo, hi;
+
+	a = -floor_of(-within(a, left, right + 1));
+	b = floor_of(within(b, left - 1, right));
+	lo = __builtin_convertvector(a, vi);
+	hi = __builtin_convertvector(b, vi);
+	memcpy(o->lo + i, &lo, sizeof lo);
+	memcpy(o->hi + i, &hi, sizeof hi);
+}
+
+INLINE void close_batch(struct batch *o, size_t w)
+{
+	for (size_t i = o->n; i % L; i++) { /* lanes that do not count */
+		o->y[i] = o->fx[i] = o->slope[i] = o->cut[i] = o->lean[i] = 0;
+		o->kx[i] = o->ky[i] = 1;
+		o->col[i] = o->count[i] = 0;
+	}
+	for (size_t i = 0; i < o->n; i += L)
+		measure(o, i, w);
+}
+
 struct piece {
 	float y;
 	int32_t lo, hi;
 };
-
-INLINE void piece_of(struct piece *o, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
-{
-	const float left = (float)-d->col, right = (float)((int32_t)w - 1 - d->col), hair = 1e-3f;
-	const float y = (float)(r - d->row) - d->fy, last = y + (float)(count - 1);
-	const float a = d->fx + side_of(d, within(-d->lean, y, last), -1) - hair;
-	const float b = d->fx + side_of(d, within(d->lean, y, last), 1) + hair;
-
-	o->y = y;
-	o->lo = (int32_t)ceilf(within(a, left, right + 1));
-	o->hi = (int32_t)floorf(within(b, left - 1, right));
-}
 
 /* Between the last column and the next, from the centre. */
 INLINE float beyond(const struct piece *o, const struct ct_dab *d)
@@ -187,23 +259,40 @@ INLINE void add_gentle(
 	}
 }
 
-/* Long, thin and oblique. */
+/* Long, thin and oblique: rows one by one. */
+INLINE void rows_of(struct batch *o, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
+{
+	o->n = 0;
+	for (int32_t m = 0; m < count; m++)
+		push(o, r + m, 1, d);
+	close_batch(o, w);
+}
+
+/* e of the columns from c of row m of the batch. */
+INLINE vf row_of(vf *x, const struct batch *o, size_t m, int32_t c, const struct ct_dab *d)
+{
+	const struct piece p = {o->y[m], o->lo[m], o->hi[m]};
+	const vf at = ramp() + ((float)c - d->fx);
+	vf e;
+
+	*x = at - d->slope * p.y;
+	e = exp_of(at_least(-(d->kx * *x * *x + d->ky * p.y * p.y), -80));
+	return where((e >= d->least) & (at < beyond(&p, d)), e);
+}
+
 INLINE void add_steep(
 	float *p, size_t pitch, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
 {
-	for (int32_t m = 0; m < count; m++, p += pitch) {
-		struct piece o;
+	struct batch o;
 
-		piece_of(&o, w, r + m, 1, d);
-		for (int32_t c = o.lo; c <= o.hi; c += L) {
-			const vf at = ramp() + ((float)c - d->fx), x = at - d->slope * o.y;
-			vf e = exp_of(-(d->kx * x * x + d->ky * o.y * o.y)), v;
+	rows_of(&o, w, r, count, d);
+	for (size_t m = 0; m < o.n; m++, p += pitch)
+		for (int32_t c = o.lo[m]; c <= o.hi[m]; c += L) {
+			vf x, v = d->amp * row_of(&x, &o, m, c, d);
 
-			e = where((e >= d->least) & (at < beyond(&o, d)), e);
-			v = load(p + (d->col + c)) + d->amp * e;
+			v += load(p + (d->col + c));
 			memcpy(p + (d->col + c), &v, sizeof v);
 		}
-	}
 }
 
 INLINE int32_t least_of(int32_t a, int32_t b)
@@ -211,28 +300,43 @@ INLINE int32_t least_of(int32_t a, int32_t b)
 	return a < b ? a : b;
 }
 
+INLINE void add_batch(float *img, size_t pitch, size_t w, struct batch *o)
+{
+	close_batch(o, w);
+	for (size_t i = 0; i < o->n; i++) {
+		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
+		float *at = img + (size_t)o->r[i] * pitch;
+
+		if (gentle(o->d[i]))
+			add_gentle(at, pitch, o->count[i], &p, o->d[i]);
+		else
+			add_steep(at, pitch, w, o->r[i], o->count[i], o->d[i]);
+	}
+	o->n = 0;
+}
+
 CLONES
 void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n,
 	const uint32_t *item, const struct ct_dab *dab)
 {
+	struct batch o;
+
+	o.n = 0;
 	for (size_t i = 0; i < n; i++) {
 		const struct ct_dab *d = dab + (item ? item[i] : i);
-		const int32_t end = least_of(d->end, (int32_t)r1);
 		int32_t r = d->first > (int32_t)r0 ? d->first : (int32_t)r0;
+		int32_t end = least_of(d->end, (int32_t)r1);
 
 		while (r < end) {
 			int32_t next = least_of(end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
-			float *p = img + (size_t)r * pitch;
-			struct piece o;
 
-			if (gentle(d)) {
-				piece_of(&o, w, r, next - r, d);
-				add_gentle(p, pitch, next - r, &o, d);
-			} else
-				add_steep(p, pitch, w, r, next - r, d);
+			push(&o, r, next - r, d);
 			r = next;
+			if (o.n == BATCH)
+				add_batch(img, pitch, w, &o);
 		}
 	}
+	add_batch(img, pitch, w, &o);
 }
 
 /* Sums over the lanes of six vectors: out[i] = sum of acc[i], by a tree. */
@@ -328,52 +432,67 @@ INLINE void sums_steep(double sums[6], const float *p, size_t pitch, size_t w, i
 	int32_t count, const struct ct_dab *d)
 {
 	vf acc[6] = {{0}};
+	struct batch o;
 	float a[L];
 
-	for (int32_t m = 0; m < count; m++, p += pitch) {
-		struct piece o;
+	rows_of(&o, w, r, count, d);
+	for (size_t m = 0; m < o.n; m++, p += pitch)
+		for (int32_t c = o.lo[m]; c <= o.hi[m]; c += L) {
+			const float y = o.y[m];
+			vf x, v = row_of(&x, &o, m, c, d) * load(p + (d->col + c));
 
-		piece_of(&o, w, r + m, 1, d);
-		for (int32_t c = o.lo; c <= o.hi; c += L) {
-			const vf at = ramp() + ((float)c - d->fx), x = at - d->slope * o.y;
-			vf e = exp_of(-(d->kx * x * x + d->ky * o.y * o.y)), v;
-
-			e = where((e >= d->least) & (at < beyond(&o, d)), e);
-			v = load(p + (d->col + c)) * e;
 			acc[0] += v;
 			acc[1] += v * x;
-			acc[2] += v * o.y;
+			acc[2] += v * y;
 			acc[3] += v * x * x;
-			acc[4] += v * x * o.y;
-			acc[5] += v * o.y * o.y;
+			acc[4] += v * x * y;
+			acc[5] += v * y * y;
 		}
-	}
 	across(a, acc);
 	for (int i = 0; i < 6; i++)
 		sums[i] += (double)a[i];
+}
+
+/* out[k] += sums of the pieces, of[i] the place of piece i. */
+INLINE void sums_batch(double *out, size_t stride, const size_t of[BATCH], const float *g,
+	size_t pitch, size_t w, struct batch *o)
+{
+	close_batch(o, w);
+	for (size_t i = 0; i < o->n; i++) {
+		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
+		const float *at = g + (size_t)o->r[i] * pitch;
+		double s[6] = {0};
+
+		if (gentle(o->d[i]))
+			sums_gentle(s, at, pitch, o->count[i], &p, o->d[i]);
+		else
+			sums_steep(s, at, pitch, w, o->r[i], o->count[i], o->d[i]);
+		for (size_t k = 0; k < 6; k++)
+			out[k * stride + of[i]] += s[k];
+	}
+	o->n = 0;
 }
 
 CLONES
 void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
 	const struct ct_dab *dab)
 {
+	size_t of[BATCH];
+	struct batch o;
+
+	o.n = 0;
 	for (size_t i = 0; i < n; i++) {
-		const struct ct_dab *d = dab + i;
-		double s[6] = {0};
-
-		for (int32_t r = d->first; r < d->end;) {
-			int32_t next = least_of(d->end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
-			const float *p = g + (size_t)r * pitch;
-			struct piece o;
-
-			if (gentle(d)) {
-				piece_of(&o, w, r, next - r, d);
-				sums_gentle(s, p, pitch, next - r, &o, d);
-			} else
-				sums_steep(s, p, pitch, w, r, next - r, d);
-			r = next;
-		}
 		for (size_t k = 0; k < 6; k++)
-			out[k * stride + i] = s[k];
+			out[k * stride + i] = 0;
+		for (int32_t r = dab[i].first; r < dab[i].end;) {
+			int32_t next = least_of(dab[i].end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
+
+			of[o.n] = i;
+			push(&o, r, next - r, dab + i);
+			r = next;
+			if (o.n == BATCH)
+				sums_batch(out, stride, of, g, pitch, w, &o);
+		}
 	}
+	sums_batch(out, stride, of, g, pitch, w, &o);
 }
