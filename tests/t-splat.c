@@ -76,7 +76,7 @@ static void analytic(
 	ct_foot_sums(sums, g, c, &f, INFINITY);
 	ct_foot_back(&fg, &f, c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
-	ct_blob_back(d + 3, d + 6, fg.sigma, &b, x + 6);
+	ct_blob_back(d + 3, d + 6, fg.shape, &b, x + 6);
 	d[10] = fg.rho * ct_act_slope(CT_PRELU, x[11], x[10]);
 	d[11] = fg.rho * ct_act_dgamma(CT_PRELU, x[10]);
 }
@@ -262,7 +262,7 @@ static void fast(
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g->rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
-		ct_blob_back(d + 3, d + 6, fg.sigma, &b[i], q);
+		ct_blob_back(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));

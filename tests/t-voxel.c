@@ -51,9 +51,9 @@ static void differences(void)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
 	ct_brick_sums(sums, g, &block, &k, INFINITY);
-	ct_brick_back(&fg, &block, &k, sums);
+	ct_brick_back(&fg, &block, &k, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
-	ct_blob_back(d + 3, d + 6, fg.sigma, &b, at + 6);
+	ct_blob_back(d + 3, d + 6, fg.shape, &b, at + 6);
 	d[10] = fg.rho;
 	for (int p = 0; p < PARAMS; p++) {
 		double h = p < 3 ? 2e-3 : 1e-3, y[4], x[PARAMS], num;
@@ -135,11 +135,11 @@ static void fast(void)
 
 		ct_brick_draw(ref, &block, &v.brick[at], CT_GS_CUT);
 		ct_brick_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
-		ct_brick_back(&fg, &block, &v.brick[at], sums);
+		ct_brick_back(&fg, &block, &v.brick[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
-		ct_blob_back(d + 3, d + 6, fg.sigma, &b[i], q);
+		ct_blob_back(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (int k = 0; k < PARAMS; k++) {
 			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));

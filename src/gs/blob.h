@@ -31,9 +31,10 @@ void ct_blob_make(struct ct_blob *b, const double p[static 3], const double ln_s
 	const double q[static 4], double rho);
 /* b[g->n], activation applied. */
 void ct_blobs(struct ct_blob *b, const struct ct_gauss *g, struct ct_par *par);
-/* Through Sigma: from G = dL/dSigma (symmetric: 00 01 02 11 12 22) to the logarithms of the
- * standard deviations and the quaternion q as it is stored. */
-void ct_blob_back(double dln_s[static 3], double dq[static 4], const double g[static 6],
+/* From N = diag(s) A^T dL/dSigma A diag(s) (symmetric: 00 01 02 11 12 22), which has no large terms
+ * that cancel, to the logarithms of the standard deviations and the quaternion q as it is stored.
+ */
+void ct_blob_back(double dln_s[static 3], double dq[static 4], const double n[static 6],
 	const struct ct_blob *b, const double q[static 4]);
 /* out = M^T H M for H symmetric of 3x3 (00 01 02 11 12 22). */
 void ct_congruence(double out[static 6], const double m[static 3][3], const double h[static 6]);

@@ -1,5 +1,11 @@
 /* dab.c: see dab.h. Vectors of GCC and clang, so that every processor runs wide code and the same
- * operations: no fused multiply-add, the same bytes everywhere. */
+ * operations: no fused multiply-add, the same bytes everywhere.
+ *
+ * The exponent is a quadratic in the row, so e goes from row to row by two multiplications:
+ *   e *= step,   step *= turn,   turn = exp(-2 (kx slope^2 + ky))
+ * in up to PANEL vectors of columns at once, which hides the latency of the chain. That holds its
+ * precision over CT_DAB_ROWS rows as long as nothing in the box around the ellipse is below e^-60:
+ * for correlations up to 0.8. Beyond, every pixel has its exponential. */
 #include "config.h"
 #include "gs/dab.h"
 
@@ -9,25 +15,26 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
 	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
 #define CLONES
 #endif
 /* vectors are passed to inlined functions only, so no call depends on how the ABI passes them */
 #define INLINE static inline __attribute__((always_inline))
 
-enum { L = CT_DAB_LANES, ROWS = 2 * L }; /* rows that are drawn together */
+enum { L = CT_DAB_LANES, PANEL = 4 };
 
 typedef float vf __attribute__((vector_size(4 * CT_DAB_LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * CT_DAB_LANES)));
 
 INLINE vf ramp(void)
 {
-	vf v;
+	return (vf){0, 1, 2, 3, 4, 5, 6, 7};
+}
 
-	for (int l = 0; l < L; l++)
-		v[l] = (float)l;
-	return v;
+INLINE vf where(vi mask, vf x)
+{
+	return (vf)(mask & (vi)x);
 }
 
 INLINE vf pick(vi mask, vf yes, vf no)
@@ -35,14 +42,14 @@ INLINE vf pick(vi mask, vf yes, vf no)
 	return (vf)((mask & (vi)yes) | (~mask & (vi)no));
 }
 
-INLINE vf at_least(vf x, vf low)
+INLINE vf at_most(vf x, float high)
 {
-	return pick(x < low, low, x);
+	return pick(x > high, (vf){0} + high, x);
 }
 
-INLINE vf at_most(vf x, vf high)
+INLINE vf at_least(vf x, float low)
 {
-	return pick(x > high, high, x);
+	return pick(x < low, (vf){0} + low, x);
 }
 
 INLINE vf load(const float *p)
@@ -56,6 +63,14 @@ INLINE vf load(const float *p)
 size_t ct_dab_pitch(size_t w)
 {
 	return (w + L - 1) / L * L + L;
+}
+
+void ct_dab_close(struct ct_dab *d)
+{
+	double s = (double)d->slope, kx = (double)d->kx, ky = (double)d->ky;
+
+	d->turn = (float)exp(-2 * (kx * s * s + ky));
+	d->lean = (float)(s * sqrt((double)d->cut * kx / (ky * (ky + kx * s * s))));
 }
 
 /* e^p for |p| <= 80, relative error 2e-7. Rounds p/ln 2 by adding and taking away 1.5 2^23, then
@@ -75,198 +90,357 @@ INLINE vf exp_of(vf p)
 	return y * (vf)((__builtin_convertvector(n, vi) + 127) << 23);
 }
 
-/* Of `count` <= ROWS rows of a dab, from row r: the columns [lo, hi] relative to d->col (hi < lo:
- * none), and the box [first, last] around them. */
-struct span {
-	int32_t lo[ROWS], hi[ROWS], first, last;
-};
-
-/* L rows of it. */
-INLINE void ends_of(int32_t *lo_out, int32_t *hi_out, size_t w, size_t r, const struct ct_dab *d)
-{
-	const vf zero = {0}, left = zero + (float)-d->col;
-	const vf right = zero + (float)((int32_t)w - 1 - d->col);
-	const vf y = (ramp() + (float)((int32_t)r - d->row)) - d->fy;
-	const vf xc = d->fx + d->slope * y, rest = d->cut - d->ky * y * y;
-	vf half = at_least(rest, zero) / d->kx, a, b;
-	float root[L];
-	vi lo, hi;
-
-	memcpy(root, &half, sizeof root);
-	for (int l = 0; l < L; l++)
-		root[l] = sqrtf(root[l]);
-	half = load(root);
-	a = at_most(at_least(xc - half, left), right + 1);
-	b = at_most(at_least(xc + half, left - 1), right);
-	lo = __builtin_convertvector(a, vi);
-	hi = __builtin_convertvector(b, vi);
-	lo -= __builtin_convertvector(lo, vf) < a; /* a comparison that holds is -1 */
-	hi += __builtin_convertvector(hi, vf) > b;
-	hi -= (hi - lo + 1) & (rest < zero);
-	memcpy(lo_out, &lo, sizeof lo);
-	memcpy(hi_out, &hi, sizeof hi);
-}
-
-INLINE void span_of(struct span *o, size_t w, size_t r, size_t count, const struct ct_dab *d)
-{
-	ends_of(o->lo, o->hi, w, r, d);
-	if (count > L)
-		ends_of(o->lo + L, o->hi + L, w, r + L, d);
-	o->first = INT32_MAX;
-	o->last = INT32_MIN;
-	for (size_t m = 0; m < count; m++) {
-		bool none = o->hi[m] < o->lo[m];
-
-		o->first = none || o->lo[m] > o->first ? o->first : o->lo[m];
-		o->last = none || o->hi[m] < o->last ? o->last : o->hi[m];
-	}
-}
-
-INLINE vi ints(int32_t from)
-{
-	return __builtin_convertvector(ramp(), vi) + from;
-}
-
-/* The exponent is a quadratic in the row, so e goes from row to row by two multiplications:
- * e *= step, step *= turn. That holds its precision over ROWS rows as long as nothing in the box
- * around the ellipse is below e^-60: for correlations up to 0.8. */
-struct walk {
-	vf e, step;
-};
-
 INLINE bool gentle(const struct ct_dab *d)
 {
 	return d->slope * d->slope * d->kx <= 0.64f / 0.36f * d->ky;
 }
 
-/* Columns from c, beginning in row r. Columns outside the box take the values at its border, so
- * that no lane meets denormal numbers; they do not count. */
+/* Up to CT_DAB_ROWS rows of dabs, many at a time, so that their boxes are found in vectors and
+ * well before they are needed: row r of the image, `count` of them, y of the first, and the
+ * columns [lo, hi] around the ellipse there, relative to the centre's column; hi < lo: none. */
+enum { BATCH = 8 * L };
+
+struct batch {
+	size_t n;
+	const struct ct_dab *d[BATCH];
+	int32_t r[BATCH], count[BATCH], lo[BATCH], hi[BATCH], col[BATCH];
+	float y[BATCH], fx[BATCH], kx[BATCH], ky[BATCH], slope[BATCH], cut[BATCH], lean[BATCH];
+};
+
+INLINE void push(struct batch *o, int32_t r, int32_t count, const struct ct_dab *d)
+{
+	size_t i = o->n++;
+
+	o->d[i] = d;
+	o->r[i] = r;
+	o->count[i] = count;
+	o->col[i] = d->col;
+	o->y[i] = (float)(r - d->row) - d->fy;
+	o->fx[i] = d->fx;
+	o->kx[i] = d->kx;
+	o->ky[i] = d->ky;
+	o->slope[i] = d->slope;
+	o->cut[i] = d->cut;
+	o->lean[i] = d->lean;
+}
+
+INLINE vf root(vf x)
+{
+	float v[L];
+
+	memcpy(v, &x, sizeof v);
+	for (int l = 0; l < L; l++)
+		v[l] = sqrtf(v[l]);
+	return load(v);
+}
+
+INLINE vf within(vf x, vf low, vf high)
+{
+	x = pick(x < low, low, x);
+	return pick(x > high, high, x);
+}
+
+INLINE vf floor_of(vf x)
+{
+	vf r = __builtin_convertvector(__builtin_convertvector(x, vi), vf);
+
+	return r - where(r > x, (vf){0} + 1.0f);
+}
+
+INLINE vi load_int(const int32_t *p)
+{
+	vi v;
+
+	memcpy(&v, p, sizeof v);
+	return v;
+}
+
+/* L of them from i on: the ellipse reaches x = slope y -+ sqrt((cut - ky y^2) / kx), the leftmost
+ * at y = -lean, the rightmost at y = lean, or as near as its rows go. */
+INLINE void measure(struct batch *o, size_t i, size_t w)
+{
+	const vf zero = {0}, kx = load(o->kx + i), ky = load(o->ky + i), y = load(o->y + i);
+	const vf slope = load(o->slope + i), cut = load(o->cut + i), lean = load(o->lean + i);
+	const vf col = __builtin_convertvector(load_int(o->col + i), vf), fx = load(o->fx + i);
+	const vf last = y + __builtin_convertvector(load_int(o->count + i) - 1, vf);
+	const vf ya = within(-lean, y, last), yb = within(lean, y, last);
+	const vf ra = cut - ky * ya * ya, rb = cut - ky * yb * yb;
+	const vf left = zero - col, right = (float)((int32_t)w - 1) - col;
+	const float hair = 1e-3f;
+	vf a = fx + slope * ya - root(where(ra > zero, ra) / kx) - hair;
+	vf b = fx + slope * yb + root(where(rb > zero, rb) / kx) + hair;
+	vi lo, hi;
+
+	a = -floor_of(-within(a, left, right + 1));
+	b = floor_of(within(b, left - 1, right));
+	lo = __builtin_convertvector(a, vi);
+	hi = __builtin_convertvector(b, vi);
+	memcpy(o->lo + i, &lo, sizeof lo);
+	memcpy(o->hi + i, &hi, sizeof hi);
+}
+
+INLINE void close_batch(struct batch *o, size_t w)
+{
+	for (size_t i = o->n; i % L; i++) { /* lanes that do not count */
+		o->y[i] = o->fx[i] = o->slope[i] = o->cut[i] = o->lean[i] = 0;
+		o->kx[i] = o->ky[i] = 1;
+		o->col[i] = o->count[i] = 0;
+	}
+	for (size_t i = 0; i < o->n; i += L)
+		measure(o, i, w);
+}
+
+struct piece {
+	float y;
+	int32_t lo, hi;
+};
+
+/* Between the last column and the next, from the centre. */
+INLINE float beyond(const struct piece *o, const struct ct_dab *d)
+{
+	return (float)o->hi + 0.5f - d->fx;
+}
+
+struct walk {
+	vf e[PANEL], step[PANEL];
+};
+
+/* Columns from c. Those outside the piece are zero and stay zero. */
 INLINE void walk_from(
-	struct walk *k, int32_t c, size_t r, const struct span *o, const struct ct_dab *d)
+	struct walk *k, int nb, int32_t c, const struct piece *o, const struct ct_dab *d)
 {
-	const vf zero = {0}, low = zero + ((float)o->first - d->fx);
-	const vf high = zero + ((float)o->last - d->fx);
-	const float y = (float)((int32_t)r - d->row) - d->fy, kxs = d->kx * d->slope;
-	vf x = at_most(at_least(ramp() + ((float)c - d->fx), low), high) - d->slope * y;
+	const float y = o->y, high = beyond(o, d);
+	const float kxs = d->kx * d->slope, fall = kxs * d->slope + d->ky * (2 * y + 1);
+	const float sy = d->slope * y, kyy = d->ky * y * y;
 
-	k->e = exp_of(-(d->kx * x * x + d->ky * y * y));
-	k->step = exp_of(2 * kxs * x - (kxs * d->slope + d->ky * (2 * y + 1)));
-}
+#pragma GCC unroll 4
+	for (int b = 0; b < nb; b++) {
+		const vf at = ramp() + ((float)(c + b * L) - d->fx);
+		const vf x = at_most(at, high) - sy;
 
-/* The same in all lanes; past e^-80 only for dabs of a row or two, which do not use it. */
-INLINE vf turn_of(const struct ct_dab *d)
-{
-	const vf zero = {0};
-
-	return exp_of(at_least(zero - 2 * (d->kx * d->slope * d->slope + d->ky), zero - 80.0f));
-}
-
-INLINE void add_gentle(float *p, size_t pitch, size_t r, size_t count, const struct span *o,
-	const struct ct_dab *d)
-{
-	const vf turn = turn_of(d);
-
-	for (int32_t c = o->first; c <= o->last; c += L) {
-		float *at = p + (d->col + c);
-		const vi lane = ints(c);
-		struct walk k;
-
-		walk_from(&k, c, r, o, d);
-		k.e *= d->amp;
-		for (size_t m = 0; m < count; m++, at += pitch) {
-			vi in = (lane >= o->lo[m]) & (lane <= o->hi[m]);
-			vf v = load(at) + (vf)((vi)k.e & in);
-
-			memcpy(at, &v, sizeof v);
-			k.e *= k.step;
-			k.step *= turn;
-		}
+		k->e[b] = where(at < high, exp_of(-(d->kx * x * x + kyy)));
+		k->step[b] = exp_of(2 * kxs * x - fall);
 	}
 }
 
-/* Long, thin and oblique: an exponential a pixel. */
-INLINE void add_steep(float *p, size_t pitch, size_t r, size_t count, const struct span *o,
-	const struct ct_dab *d)
+INLINE void add_panel(float *p, size_t pitch, int nb, int32_t c, int32_t count,
+	const struct piece *o, const struct ct_dab *d)
 {
-	const vf least = (vf){0} - 80.0f;
+	const vf zero = {0}, turn = zero + d->turn, least = zero + d->least, amp = zero + d->amp;
+	struct walk k;
 
-	for (size_t m = 0; m < count; m++, p += pitch) {
-		const float y = (float)((int32_t)(r + m) - d->row) - d->fy;
+	walk_from(&k, nb, c, o, d);
+	for (int32_t m = 0; m < count; m++, p += pitch)
+#pragma GCC unroll 4
+		for (int b = 0; b < nb; b++) {
+			vf v = load(p + b * L) + amp * where(k.e[b] >= least, k.e[b]);
 
-		for (int32_t c = o->lo[m]; c <= o->hi[m]; c += L) {
-			vf x = (ramp() + ((float)c - d->fx)) - d->slope * y, v;
+			memcpy(p + b * L, &v, sizeof v);
+			k.e[b] *= k.step[b];
+			k.step[b] *= turn;
+		}
+}
 
-			v = d->amp * exp_of(at_least(-(d->kx * x * x + d->ky * y * y), least));
-			v = load(p + (d->col + c)) + (vf)((vi)v & (ints(c) <= o->hi[m]));
+INLINE void add_gentle(
+	float *p, size_t pitch, int32_t count, const struct piece *o, const struct ct_dab *d)
+{
+	for (int32_t c = o->lo; c <= o->hi; c += PANEL * L) {
+		float *at = p + (d->col + c);
+		int32_t left = o->hi - c;
+
+		if (left < L)
+			add_panel(at, pitch, 1, c, count, o, d);
+		else if (left < 2 * L)
+			add_panel(at, pitch, 2, c, count, o, d);
+		else if (left < 3 * L)
+			add_panel(at, pitch, 3, c, count, o, d);
+		else
+			add_panel(at, pitch, 4, c, count, o, d);
+	}
+}
+
+/* Long, thin and oblique: rows one by one. */
+INLINE void rows_of(struct batch *o, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
+{
+	o->n = 0;
+	for (int32_t m = 0; m < count; m++)
+		push(o, r + m, 1, d);
+	close_batch(o, w);
+}
+
+/* e of the columns from c of row m of the batch. */
+INLINE vf row_of(vf *x, const struct batch *o, size_t m, int32_t c, const struct ct_dab *d)
+{
+	const struct piece p = {o->y[m], o->lo[m], o->hi[m]};
+	const vf at = ramp() + ((float)c - d->fx);
+	vf e;
+
+	*x = at - d->slope * p.y;
+	e = exp_of(at_least(-(d->kx * *x * *x + d->ky * p.y * p.y), -80));
+	return where((e >= d->least) & (at < beyond(&p, d)), e);
+}
+
+INLINE void add_steep(
+	float *p, size_t pitch, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
+{
+	struct batch o;
+
+	rows_of(&o, w, r, count, d);
+	for (size_t m = 0; m < o.n; m++, p += pitch)
+		for (int32_t c = o.lo[m]; c <= o.hi[m]; c += L) {
+			vf x, v = d->amp * row_of(&x, &o, m, c, d);
+
+			v += load(p + (d->col + c));
 			memcpy(p + (d->col + c), &v, sizeof v);
 		}
+}
+
+INLINE int32_t least_of(int32_t a, int32_t b)
+{
+	return a < b ? a : b;
+}
+
+INLINE void add_batch(float *img, size_t pitch, size_t w, struct batch *o)
+{
+	close_batch(o, w);
+	for (size_t i = 0; i < o->n; i++) {
+		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
+		float *at = img + (size_t)o->r[i] * pitch;
+
+		if (gentle(o->d[i]))
+			add_gentle(at, pitch, o->count[i], &p, o->d[i]);
+		else
+			add_steep(at, pitch, w, o->r[i], o->count[i], o->d[i]);
 	}
+	o->n = 0;
 }
 
 CLONES
-void ct_dab_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, const struct ct_dab *d)
+void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n,
+	const uint32_t *item, const struct ct_dab *dab)
 {
-	for (size_t r = r0; r < r1; r += ROWS) {
-		size_t count = r1 - r < ROWS ? r1 - r : ROWS;
-		struct span o;
+	struct batch o;
 
-		span_of(&o, w, r, count, d);
-		if (gentle(d))
-			add_gentle(img + r * pitch, pitch, r, count, &o, d);
-		else
-			add_steep(img + r * pitch, pitch, r, count, &o, d);
-	}
-}
+	o.n = 0;
+	for (size_t i = 0; i < n; i++) {
+		const struct ct_dab *d = dab + (item ? item[i] : i);
+		int32_t r = d->first > (int32_t)r0 ? d->first : (int32_t)r0;
+		int32_t end = least_of(d->end, (int32_t)r1);
 
-/* Sums with x from the centre's column. In a lane x is the same in all rows: three sums do. */
-INLINE void sums_gentle(vf acc[6], const float *p, size_t pitch, size_t r, size_t count,
-	const struct span *o, const struct ct_dab *d)
-{
-	const vf turn = turn_of(d);
+		while (r < end) {
+			int32_t next = least_of(end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
 
-	for (int32_t c = o->first; c <= o->last; c += L) {
-		const float *at = p + (d->col + c);
-		const vf x = ramp() + ((float)c - d->fx);
-		const vi lane = ints(c);
-		float y = (float)((int32_t)r - d->row) - d->fy;
-		vf s = {0}, sy = {0}, syy = {0};
-		struct walk k;
-
-		walk_from(&k, c, r, o, d);
-		for (size_t m = 0; m < count; m++, at += pitch, y += 1) {
-			vi in = (lane >= o->lo[m]) & (lane <= o->hi[m]);
-			vf v = load(at) * (vf)((vi)k.e & in);
-
-			s += v;
-			v *= y;
-			sy += v;
-			syy += v * y;
-			k.e *= k.step;
-			k.step *= turn;
+			push(&o, r, next - r, d);
+			r = next;
+			if (o.n == BATCH)
+				add_batch(img, pitch, w, &o);
 		}
-		acc[0] += s;
-		acc[1] += s * x;
-		acc[2] += sy;
-		acc[3] += s * x * x;
-		acc[4] += sy * x;
-		acc[5] += syy;
+	}
+	add_batch(img, pitch, w, &o);
+}
+
+/* Sums over the lanes of six vectors: out[i] = sum of acc[i], by a tree. */
+INLINE void across(float out[L], const vf acc[6])
+{
+	const vf zero = {0};
+	vf v[L] = {acc[0], acc[1], acc[2], acc[3], acc[4], acc[5], zero, zero};
+
+#pragma GCC unroll 4
+	for (int k = 0; k < 4; k++)
+		v[k] = __builtin_shufflevector(v[k], v[k + 4], 0, 1, 2, 3, 8, 9, 10, 11) +
+		       __builtin_shufflevector(v[k], v[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+#pragma GCC unroll 2
+	for (int k = 0; k < 2; k++)
+		v[k] = __builtin_shufflevector(v[k], v[k + 2], 0, 1, 8, 9, 4, 5, 12, 13) +
+		       __builtin_shufflevector(v[k], v[k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+	v[0] = __builtin_shufflevector(v[0], v[1], 0, 8, 2, 10, 4, 12, 6, 14) +
+	       __builtin_shufflevector(v[0], v[1], 1, 9, 3, 11, 5, 13, 7, 15);
+	memcpy(out, &v[0], sizeof v[0]);
+}
+
+/* acc += sums of v {1, x, x^2, j, j x, j (j + 1) / 2} with x from the centre's column and j = count
+ * to 1 from the first row to the last: running sums of running sums. */
+INLINE void sums_panel(vf acc[6], const float *p, size_t pitch, int nb, int32_t c, int32_t count,
+	const struct piece *o, const struct ct_dab *d)
+{
+	const vf zero = {0}, turn = zero + d->turn, least = zero + d->least;
+	vf s[PANEL] = {{0}}, sj[PANEL] = {{0}}, sjj[PANEL] = {{0}};
+	struct walk k;
+
+	walk_from(&k, nb, c, o, d);
+	for (int32_t m = 0; m < count; m++, p += pitch)
+#pragma GCC unroll 4
+		for (int b = 0; b < nb; b++) {
+			s[b] += load(p + b * L) * where(k.e[b] >= least, k.e[b]);
+			sj[b] += s[b];
+			sjj[b] += sj[b];
+			k.e[b] *= k.step[b];
+			k.step[b] *= turn;
+		}
+#pragma GCC unroll 4
+	for (int b = 0; b < nb; b++) {
+		const vf x = ramp() + ((float)(c + b * L) - d->fx), sx = s[b] * x;
+
+		acc[0] += s[b];
+		acc[1] += sx;
+		acc[2] += sx * x;
+		acc[3] += sj[b];
+		acc[4] += sj[b] * x;
+		acc[5] += sjj[b];
 	}
 }
 
-/* Sums with x from the centre of the row. */
-INLINE void sums_steep(vf acc[6], const float *p, size_t pitch, size_t r, size_t count,
-	const struct span *o, const struct ct_dab *d)
+/* Moments of a piece from its sums: y = last + 1 - j, and x less slope y. */
+INLINE void moments(double s[6], const float a[L], double past, double slope)
 {
-	const vf least = (vf){0} - 80.0f;
+	double s0 = (double)a[0], u = (double)a[1], uu = (double)a[2], j = (double)a[3];
+	double y = past * s0 - j, uy = past * u - (double)a[4];
+	double yy = past * past * s0 - 2 * past * j + (2 * (double)a[5] - j);
 
-	for (size_t m = 0; m < count; m++, p += pitch) {
-		const float y = (float)((int32_t)(r + m) - d->row) - d->fy;
+	s[0] += s0;
+	s[1] += u - slope * y;
+	s[2] += y;
+	s[3] += uu - slope * (2 * uy - slope * yy);
+	s[4] += uy - slope * yy;
+	s[5] += yy;
+}
 
-		for (int32_t c = o->lo[m]; c <= o->hi[m]; c += L) {
-			vf x = (ramp() + ((float)c - d->fx)) - d->slope * y, v;
+INLINE void sums_gentle(double sums[6], const float *p, size_t pitch, int32_t count,
+	const struct piece *o, const struct ct_dab *d)
+{
+	vf acc[6] = {{0}};
+	float a[L];
 
-			v = exp_of(at_least(-(d->kx * x * x + d->ky * y * y), least));
-			v = load(p + (d->col + c)) * (vf)((vi)v & (ints(c) <= o->hi[m]));
+	for (int32_t c = o->lo; c <= o->hi; c += PANEL * L) {
+		const float *at = p + (d->col + c);
+		int32_t left = o->hi - c;
+
+		if (left < L)
+			sums_panel(acc, at, pitch, 1, c, count, o, d);
+		else if (left < 2 * L)
+			sums_panel(acc, at, pitch, 2, c, count, o, d);
+		else if (left < 3 * L)
+			sums_panel(acc, at, pitch, 3, c, count, o, d);
+		else
+			sums_panel(acc, at, pitch, 4, c, count, o, d);
+	}
+	across(a, acc);
+	moments(sums, a, (double)(o->y + (float)count), (double)d->slope);
+}
+
+INLINE void sums_steep(double sums[6], const float *p, size_t pitch, size_t w, int32_t r,
+	int32_t count, const struct ct_dab *d)
+{
+	vf acc[6] = {{0}};
+	struct batch o;
+	float a[L];
+
+	rows_of(&o, w, r, count, d);
+	for (size_t m = 0; m < o.n; m++, p += pitch)
+		for (int32_t c = o.lo[m]; c <= o.hi[m]; c += L) {
+			const float y = o.y[m];
+			vf x, v = row_of(&x, &o, m, c, d) * load(p + (d->col + c));
+
 			acc[0] += v;
 			acc[1] += v * x;
 			acc[2] += v * y;
@@ -274,34 +448,51 @@ INLINE void sums_steep(vf acc[6], const float *p, size_t pitch, size_t r, size_t
 			acc[4] += v * x * y;
 			acc[5] += v * y * y;
 		}
+	across(a, acc);
+	for (int i = 0; i < 6; i++)
+		sums[i] += (double)a[i];
+}
+
+/* out[k] += sums of the pieces, of[i] the place of piece i. */
+INLINE void sums_batch(double *out, size_t stride, const size_t of[BATCH], const float *g,
+	size_t pitch, size_t w, struct batch *o)
+{
+	close_batch(o, w);
+	for (size_t i = 0; i < o->n; i++) {
+		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
+		const float *at = g + (size_t)o->r[i] * pitch;
+		double s[6] = {0};
+
+		if (gentle(o->d[i]))
+			sums_gentle(s, at, pitch, o->count[i], &p, o->d[i]);
+		else
+			sums_steep(s, at, pitch, w, o->r[i], o->count[i], o->d[i]);
+		for (size_t k = 0; k < 6; k++)
+			out[k * stride + of[i]] += s[k];
 	}
+	o->n = 0;
 }
 
 CLONES
-void ct_dab_sums(double s[static 6], const float *g, size_t pitch, size_t w, size_t r0, size_t r1,
-	const struct ct_dab *d)
+void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
+	const struct ct_dab *dab)
 {
-	vf acc[6] = {{0}};
-	double k = (double)d->slope;
+	size_t of[BATCH];
+	struct batch o;
 
-	for (size_t r = r0; r < r1; r += ROWS) {
-		size_t count = r1 - r < ROWS ? r1 - r : ROWS;
-		struct span o;
+	o.n = 0;
+	for (size_t i = 0; i < n; i++) {
+		for (size_t k = 0; k < 6; k++)
+			out[k * stride + i] = 0;
+		for (int32_t r = dab[i].first; r < dab[i].end;) {
+			int32_t next = least_of(dab[i].end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
 
-		span_of(&o, w, r, count, d);
-		if (gentle(d))
-			sums_gentle(acc, g + r * pitch, pitch, r, count, &o, d);
-		else
-			sums_steep(acc, g + r * pitch, pitch, r, count, &o, d);
+			of[o.n] = i;
+			push(&o, r, next - r, dab + i);
+			r = next;
+			if (o.n == BATCH)
+				sums_batch(out, stride, of, g, pitch, w, &o);
+		}
 	}
-	for (int i = 0; i < 6; i++) {
-		s[i] = 0;
-		for (int l = 0; l < L; l++)
-			s[i] += (double)acc[i][l];
-	}
-	if (gentle(d)) { /* to x of the row */
-		s[1] -= k * s[2];
-		s[3] -= k * (2 * s[4] - k * s[5]);
-		s[4] -= k * s[5];
-	}
+	sums_batch(out, stride, of, g, pitch, w, &o);
 }

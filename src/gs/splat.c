@@ -2,6 +2,7 @@
 #include "config.h"
 #include "gs/splat.h"
 #include "core/mem.h"
+#include "gs/foot-wide.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +11,7 @@
 /* Nearest drawn, as a part of the distance of the detector: closer, J is no approximation. */
 #define NEAREST 0.02
 
-enum { BAND = 16 }; /* rows of an image that one task draws */
+enum { BAND = CT_DAB_ROWS }; /* rows of an image that one task draws */
 
 static double dot(const double a[static 3], const double b[static 3])
 {
@@ -77,138 +78,142 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 	return 0;
 }
 
-bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_blob *b)
-{
-	double d[3], row[2][3], along = 0, len[2], area[3], det;
-
-	for (int a = 0; a < 3; a++)
-		d[a] = b->p[a] - c->origin[a];
-	f->z = f->dist = 1;
-	if (c->cone) {
-		f->z = dot(c->n, d);
-		f->dist = sqrt(dot(d, d));
-		if (!(f->z > c->near))
-			return false;
-	}
-	for (int r = 0; r < 2; r++) {
-		double q = dot(c->map[r], d) / f->z;
-
-		f->m[r] = c->c[r] + q;
-		for (int a = 0; a < 3; a++)
-			f->j[r][a] = c->cone ? (c->map[r][a] - q * c->n[a]) / f->z : c->map[r][a];
-	}
-	for (int a = 0; a < 3; a++)
-		f->delta[a] = c->cone ? d[a] / f->dist : c->n[a];
-	for (int k = 0; k < 3; k++) { /* J A diag(s), and diag(1/s) A^T delta */
-		const double axis[3] = {b->a[0][k], b->a[1][k], b->a[2][k]};
-		double t = dot(axis, f->delta) / b->s[k];
-
-		row[0][k] = dot(f->j[0], axis) * b->s[k];
-		row[1][k] = dot(f->j[1], axis) * b->s[k];
-		along += t * t;
-		d[k] = t / b->s[k];
-	}
-	for (int a = 0; a < 3; a++)
-		f->v[a] = dot(b->a[a], d);
-	f->mu = sqrt(2 * M_PI / along);
-	len[0] = dot(row[0], row[0]);
-	len[1] = dot(row[1], row[1]);
-	f->cov[0] = len[0];
-	f->cov[1] = dot(row[0], row[1]);
-	f->cov[2] = len[1];
-	cross(area, row[0], row[1]); /* the determinant without cancellation */
-	det = dot(area, area);
-	f->cond = det / len[1];
-	return det > 0 && isfinite(det) && f->cond > 0 && isfinite(f->mu);
-}
-
-void ct_foot_draw(
-	double *img, const struct ct_camera *c, const struct ct_foot *f, double rho, double cut)
-{
-	double slope = f->cov[1] / f->cov[2];
-
-	for (size_t r = 0; r < c->h; r++)
-		for (size_t k = 0; k < c->w; k++) {
-			double y = (double)r - f->m[1], x = (double)k - f->m[0] - slope * y;
-			double q = x * x / f->cond / 2 + y * y / f->cov[2] / 2;
-
-			if (q <= cut)
-				img[r * c->w + k] += rho * f->mu * exp(-q);
-		}
-}
-
-/* Dab of a foot, and the rows it covers; false if none of its pixels is in the image. */
-static bool dab_of(struct ct_dab *o, int32_t rows[2], const struct ct_camera *c,
-	const struct ct_foot *f, double rho)
-{
-	double reach_x = sqrt(2 * CT_GS_CUT * f->cov[0]), reach_y = sqrt(2 * CT_GS_CUT * f->cov[2]);
-	double w = (double)c->w - 1, h = (double)c->h - 1, top, bottom;
-
-	if (!(f->m[0] + reach_x >= 0 && f->m[0] - reach_x <= w && f->m[1] + reach_y >= 0 &&
-		    f->m[1] - reach_y <= h && fabs(f->m[0]) < 1e8 && fabs(f->m[1]) < 1e8))
-		return false;
-	top = fmax(0, ceil(f->m[1] - reach_y));
-	bottom = fmin(h, floor(f->m[1] + reach_y));
-	rows[0] = (int32_t)top;
-	rows[1] = (int32_t)bottom + 1;
-	o->col = (int32_t)floor(f->m[0]);
-	o->row = (int32_t)floor(f->m[1]);
-	o->fx = (float)(f->m[0] - floor(f->m[0]));
-	o->fy = (float)(f->m[1] - floor(f->m[1]));
-	o->slope = (float)(f->cov[1] / f->cov[2]);
-	o->kx = (float)(0.5 / f->cond);
-	o->ky = (float)(0.5 / f->cov[2]);
-	o->amp = (float)(rho * f->mu);
-	o->cut = (float)CT_GS_CUT;
-	return rows[0] < rows[1] && isfinite(o->kx) && isfinite(o->ky);
-}
-
 struct plan {
 	struct ct_splat *s;
 	const struct ct_blob *b;
 };
 
+/* Dabs of feet, those not seen or wholly outside with no rows. */
+CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *c,
+	const struct wide_foot *f, ct_wide_mask ok, const ct_wide rho)
+{
+	const ct_wide zero = {0}, cut = zero + 2 * CT_GS_CUT;
+	const ct_wide reach_x = ct_wide_sqrt(cut * f->cov[0]),
+		      reach_y = ct_wide_sqrt(cut * f->cov[2]);
+	const ct_wide kx = 0.5 / f->cond, ky = 0.5 / f->cov[2], ss = f->slope * f->slope;
+	const ct_wide x = ct_wide_clamp(f->m[0], -1e8, 1e8), y = ct_wide_clamp(f->m[1], -1e8, 1e8);
+	const ct_wide col = ct_wide_floor(x), row = ct_wide_floor(y);
+	const ct_wide turn = ct_wide_exp(-2 * (kx * ss + ky));
+	const ct_wide lean = reach_y * f->slope * ct_wide_sqrt(kx / (ky + kx * ss));
+	const double w = (double)c->w - 1, h = (double)c->h - 1, most = 1e38;
+	const ct_wide top = ct_wide_clamp(-ct_wide_floor(reach_y - y), 0, h + 1);
+	const ct_wide end = ct_wide_clamp(ct_wide_floor(y + reach_y), -1, h) + 1;
+
+	ok &= (x + reach_x >= 0) & (x - reach_x <= w) & (x > -1e8) & (x < 1e8) & (y > -1e8) &
+	      (y < 1e8) & (kx < most) & (ky < most);
+	for (size_t l = 0; l < n; l++) {
+		o[l] = (struct ct_dab){.col = (int32_t)col[l],
+			.row = (int32_t)row[l],
+			.first = ok[l] ? (int32_t)top[l] : 0,
+			.end = ok[l] ? (int32_t)end[l] : 0,
+			.fx = (float)(x[l] - col[l]),
+			.fy = (float)(y[l] - row[l]),
+			.slope = (float)f->slope[l],
+			.kx = (float)kx[l],
+			.ky = (float)ky[l],
+			.amp = (float)(rho[l] * f->mu[l]),
+			.cut = (float)CT_GS_CUT,
+			.least = (float)exp(-CT_GS_CUT),
+			.turn = (float)turn[l],
+			.lean = (float)lean[l]};
+	}
+}
+
+CT_WIDE static void plan_chunk(
+	struct ct_dab *dab, const struct ct_camera *c, const struct ct_blob *b, size_t count)
+{
+	for (size_t i = 0; i < count; i += CT_WIDE_LANES) {
+		size_t n = count - i < CT_WIDE_LANES ? count - i : CT_WIDE_LANES;
+		struct wide_blob w;
+		struct wide_foot f;
+		ct_wide_mask ok;
+
+		wide_blob_load(&w, b + i, n);
+		ok = wide_foot_of(&f, c, &w);
+		dabs_of(dab + i, n, c, &f, ok, w.rho);
+	}
+}
+
+static size_t chunk_end(const struct ct_splat *s, size_t chunk)
+{
+	size_t end = (chunk + 1) * CT_GS_CHUNK;
+
+	return end < s->n ? end : s->n;
+}
+
+/* Dabs of a chunk, and how many of them touch each band. */
 static void plan_some(void *arg, size_t chunk, size_t worker)
 {
 	const struct plan *p = arg;
 	struct ct_splat *s = p->s;
-	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
+	size_t first = chunk * CT_GS_CHUNK, end = chunk_end(s, chunk);
+	size_t *count = s->place + chunk * s->bands;
 
 	(void)worker;
-	for (size_t i = first; i < end && i < s->n; i++) {
-		int32_t rows[2] = {0, 0};
-		struct ct_foot f;
+	plan_chunk(s->dab + first, &s->cam, p->b + first, end - first);
+	memset(count, 0, s->bands * sizeof *count);
+	for (size_t i = first; i < end; i++)
+		for (int32_t k = s->dab[i].first / BAND; k * BAND < s->dab[i].end; k++)
+			count[k]++;
+}
 
-		if (!ct_foot_of(&f, &s->cam, &p->b[i]) ||
-			!dab_of(&s->dab[i], rows, &s->cam, &f, p->b[i].rho))
-			rows[0] = rows[1] = 0;
-		s->row[0][i] = rows[0];
-		s->row[1][i] = rows[1];
+static void list_some(void *arg, size_t chunk, size_t worker)
+{
+	struct ct_splat *s = arg;
+	size_t *place = s->place + chunk * s->bands;
+
+	(void)worker;
+	for (size_t i = chunk * CT_GS_CHUNK; i < chunk_end(s, chunk); i++)
+		for (int32_t k = s->dab[i].first / BAND; k * BAND < s->dab[i].end; k++)
+			s->item[place[k]++] = (uint32_t)i;
+}
+
+/* Lists of the bands, in order of index however the chunks run. */
+static int list(struct ct_splat *s, size_t chunks, struct ct_par *par, struct ct_err *e)
+{
+	size_t total = 0;
+
+	for (size_t k = 0; k < s->bands; k++) {
+		s->start[k] = total;
+		for (size_t c = 0; c < chunks; c++) {
+			size_t *place = &s->place[c * s->bands + k], count = *place;
+
+			*place = total;
+			total += count;
+		}
 	}
+	s->start[s->bands] = total;
+	if (ct_grow(&s->item, &s->items, total, sizeof *s->item, e))
+		return -1;
+	ct_par_for(par, chunks, list_some, s);
+	return 0;
 }
 
 int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const struct ct_blob *b,
 	struct ct_par *par, struct ct_err *e)
 {
 	struct plan p = {s, b};
-	size_t cap[3] = {s->cap, s->cap, s->cap};
+	size_t chunks = (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, bands = (c->h + BAND - 1) / BAND;
 
-	if (ct_grow(&s->dab, &cap[0], n, sizeof *s->dab, e) ||
-		ct_grow(&s->row[0], &cap[1], n, sizeof *s->row[0], e) ||
-		ct_grow(&s->row[1], &cap[2], n, sizeof *s->row[1], e))
+	if (n > UINT32_MAX)
+		return ct_fail(e, CT_EINPUT, "%zu Gaussians are too many", n);
+	if (ct_grow(&s->dab, &s->cap, n, sizeof *s->dab, e) ||
+		ct_grow(&s->start, &s->starts, bands + 1, sizeof *s->start, e) ||
+		ct_grow(&s->place, &s->firsts, chunks * bands, sizeof *s->place, e))
 		return -1;
-	s->cap = cap[0];
 	s->n = n;
+	s->bands = bands;
 	s->cam = *c;
-	ct_par_for(par, (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, plan_some, &p);
-	return 0;
+	ct_par_for(par, chunks, plan_some, &p);
+	return list(s, chunks, par, e);
 }
 
 void ct_splat_free(struct ct_splat *s)
 {
 	free(s->dab);
-	free(s->row[0]);
-	free(s->row[1]);
+	free(s->item);
+	free(s->start);
+	free(s->place);
 	*s = (struct ct_splat){0};
 }
 
@@ -223,23 +228,16 @@ static void draw_band(void *arg, size_t band, size_t worker)
 	const struct ct_splat *s = d->s;
 	size_t pitch = ct_dab_pitch(s->cam.w), first = band * BAND;
 	size_t end = first + BAND < s->cam.h ? first + BAND : s->cam.h;
-	const int32_t top = (int32_t)first, bottom = (int32_t)end;
 
 	(void)worker;
 	memset(d->img + first * pitch, 0, (end - first) * pitch * sizeof *d->img);
-	for (size_t i = 0; i < s->n; i++) {
-		int32_t r0 = s->row[0][i], r1 = s->row[1][i];
-
-		if (r0 >= bottom || r1 <= top)
-			continue;
-		ct_dab_add(d->img, pitch, s->cam.w, (size_t)(r0 > top ? r0 : top),
-			(size_t)(r1 < bottom ? r1 : bottom), &s->dab[i]);
-	}
+	ct_dabs_add(d->img, pitch, s->cam.w, first, end, s->start[band + 1] - s->start[band],
+		s->item + s->start[band], s->dab);
 }
 
 void ct_splat_draw(float *img, const struct ct_splat *s, struct ct_par *par)
 {
 	struct draw d = {img, s};
 
-	ct_par_for(par, (s->cam.h + BAND - 1) / BAND, draw_band, &d);
+	ct_par_for(par, s->bands, draw_band, &d);
 }

@@ -38,13 +38,14 @@ struct ct_camera {
 
 /* The projection of one Gaussian, what both directions need of it. */
 struct ct_foot {
-	double m[2];   /* centre, column and row */
-	double cov[3]; /* pixel^2: column-column, column-row, row-row */
-	double cond;   /* variance of the column given the row */
-	double mu;     /* mm */
-	double j[2][3];
-	double delta[3], v[3]; /* ray, Sigma^-1 ray */
-	double z, dist;	       /* along the normal, and from the source; cone */
+	double m[2];		   /* centre, column and row */
+	double cov[3];		   /* pixel^2: column-column, column-row, row-row */
+	double cond;		   /* variance of the column given the row */
+	double slope;		   /* of the column's mean with the row */
+	double mu;		   /* mm */
+	double j[2][3], row[2][3]; /* J, and J A diag(s) */
+	double delta[3], t[3];	   /* ray, and diag(1/s) A^T ray */
+	double z, dist;		   /* along the normal, and from the source; cone */
 };
 
 /* CT_EGEOM for fan beam, which is no projection of a volume. The view must pass ct_stack_check. */
@@ -53,9 +54,9 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 /* False if the Gaussian is not in front of the source or has no area. */
 bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_blob *b);
 /* Sums over pixels of g e {1, x, y, xx, xy, yy} (dab.h) to gradients: density, position,
- * Sigma (symmetric 00 01 02 11 12 22), centre (columns, rows). */
+ * shape (the N of ct_blob_back), centre (columns, rows). */
 struct ct_foot_grad {
-	double rho, p[3], sigma[6], m[2];
+	double rho, p[3], shape[6], m[2];
 };
 void ct_foot_back(struct ct_foot_grad *g, const struct ct_foot *f, const struct ct_camera *c,
 	const struct ct_blob *b, const double sums[static 6]);
@@ -77,12 +78,16 @@ struct ct_gs_grad {
 int ct_gs_grad_reserve(struct ct_gs_grad *g, size_t n, struct ct_err *e);
 void ct_gs_grad_free(struct ct_gs_grad *g);
 
-/* Scratch of one view; grows with the set. */
+/* Scratch of one view; grows with the set. Dabs are listed by the bands of CT_DAB_ROWS rows that
+ * they touch: those of band k, in order of index, are item[start[k] .. start[k + 1]). */
 struct ct_splat {
 	size_t n, cap;
 	struct ct_camera cam;
-	struct ct_dab *dab;
-	int32_t *row[2]; /* rows [row[0], row[1]) of each; empty if it is not seen */
+	struct ct_dab *dab; /* rows [first, end) of each; empty if it is not seen */
+	size_t bands, items, starts, firsts;
+	uint32_t *item;
+	size_t *start;
+	size_t *place; /* of chunk c in band k: place[c (bands) + k] */
 };
 void ct_splat_free(struct ct_splat *s);
 /* Project all Gaussians. */

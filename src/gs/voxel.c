@@ -78,6 +78,7 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 	o->var[1] = c11;
 	o->var[0] = c[0][0] - o->s02 * c[0][2] - o->s01 * c01;
 	o->rho = b->rho;
+	o->turn = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
 }
 
@@ -129,33 +130,36 @@ size_t ct_voxels_slice(const struct ct_block *k)
 	return ct_dab_pitch(k->n[0]) * k->n[1];
 }
 
-/* The dab of a brick in slice `s`, and the rows it covers; false if there are none. */
-static bool slice_of(struct ct_dab *o, size_t rows[2], const struct ct_block *k,
-	const struct ct_brick *b, size_t s)
+/* The dab of a brick in slice `s`; false if it covers no row. */
+static bool slice_of(struct ct_dab *o, const struct ct_block *k, const struct ct_brick *b, size_t s)
 {
 	double z = (double)s - b->m[2], spent = z * z / b->var[2] / 2, rest = CT_GS_CUT - spent;
-	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach;
-	double low, high;
+	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach, fall = exp(-spent);
+	double low, high, ratio;
 
 	if (!(rest > 0) || !(fabs(row) < 1e8) || !(fabs(col) < 1e8))
 		return false;
 	reach = sqrt(2 * rest * b->var[1]);
 	low = fmax(0, ceil(row - reach));
 	high = fmin((double)k->n[1] - 1, floor(row + reach));
-	if (!(low <= high))
+	ratio = b->s01 * b->s01 * b->var[1] / b->var[0]; /* kx slope^2 / ky */
+	*o = (struct ct_dab){.col = (int32_t)floor(col),
+		.row = (int32_t)floor(row),
+		.fx = (float)(col - floor(col)),
+		.fy = (float)(row - floor(row)),
+		.slope = (float)b->s01,
+		.kx = (float)(0.5 / b->var[0]),
+		.ky = (float)(0.5 / b->var[1]),
+		.amp = (float)(b->rho * fall),
+		.cut = (float)rest,
+		.least = (float)(exp(-CT_GS_CUT) / fall),
+		.turn = (float)b->turn,
+		.lean = (float)(copysign(reach, b->s01) * sqrt(ratio / (1 + ratio)))};
+	if (!(low <= high && isfinite(o->kx) && isfinite(o->ky)))
 		return false;
-	rows[0] = (size_t)low;
-	rows[1] = (size_t)high + 1;
-	o->col = (int32_t)floor(col);
-	o->row = (int32_t)floor(row);
-	o->fx = (float)(col - floor(col));
-	o->fy = (float)(row - floor(row));
-	o->slope = (float)b->s01;
-	o->kx = (float)(0.5 / b->var[0]);
-	o->ky = (float)(0.5 / b->var[1]);
-	o->amp = (float)(b->rho * exp(-spent));
-	o->cut = (float)rest;
-	return isfinite(o->kx) && isfinite(o->ky);
+	o->first = (int32_t)low;
+	o->end = (int32_t)high + 1;
+	return true;
 }
 
 void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t end)
@@ -170,11 +174,10 @@ void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t 
 
 		for (size_t s = s0 > first ? s0 : first; s < s1 && s < end; s++) {
 			struct ct_dab d;
-			size_t rows[2];
 
-			if (slice_of(&d, rows, k, b, s))
-				ct_dab_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]),
-					k->n[0], rows[0], rows[1], &d);
+			if (slice_of(&d, k, b, s))
+				ct_dabs_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]),
+					k->n[0], 0, k->n[1], 1, NULL, &d);
 		}
 	}
 }
@@ -277,20 +280,24 @@ void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *
 
 /* The inverse covariance is U D U^T, D = diag(1/var), U^T (dx, dy, dz) = (x, y, z) the conditional
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
- *   dL/dp = rho W^T D (sx, sy, sz),   dL/dSigma = 1/2 rho W^T D Q D W. */
+ *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s). */
 void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
-	const double sums[static 10])
+	const struct ct_blob *blob, const double sums[static 10])
 {
 	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
 	const double ut[3][3] = {
 		{1, -b->s01, b->s01 * b->s12 - b->s02}, {0, 1, -b->s12}, {0, 0, 1}};
-	double w[3][3], h[6];
+	double w[3][3], v[3][3], h[6];
 	size_t at = 0;
 
-	for (int r = 0; r < 3; r++)
+	for (int r = 0; r < 3; r++) {
 		for (int c = 0; c < 3; c++)
 			w[r][c] = ut[r][0] * k->inv[0][c] + ut[r][1] * k->inv[1][c] +
 				  ut[r][2] * k->inv[2][c];
+		for (int c = 0; c < 3; c++)
+			v[r][c] = blob->s[c] * (w[r][0] * blob->a[0][c] + w[r][1] * blob->a[1][c] +
+						       w[r][2] * blob->a[2][c]);
+	}
 	g->rho = sums[0];
 	for (int c = 0; c < 3; c++)
 		g->p[c] = b->rho * (w[0][c] * d[0] * sums[1] + w[1][c] * d[1] * sums[2] +
@@ -298,7 +305,7 @@ void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struc
 	for (int r = 0; r < 3; r++)
 		for (int c = r; c < 3; c++, at++)
 			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];
-	ct_congruence(g->sigma, w, h);
+	ct_congruence(g->shape, v, h);
 }
 
 struct job {
@@ -321,20 +328,19 @@ static void one(void *arg, size_t at, size_t worker)
 	for (size_t sl = (size_t)b->slice[0]; sl < (size_t)b->slice[1]; sl++) {
 		double z = (double)sl - b->m[2], sums[6], fall = exp(-z * z / b->var[2] / 2);
 		struct ct_dab d;
-		size_t rows[2];
 
-		if (!slice_of(&d, rows, k, b, sl))
+		if (!slice_of(&d, k, b, sl))
 			continue;
-		ct_dab_sums(sums, j->df + sl * ct_voxels_slice(k), ct_dab_pitch(k->n[0]), k->n[0],
-			rows[0], rows[1], &d);
+		ct_dabs_sums(sums, 1, j->df + sl * ct_voxels_slice(k), ct_dab_pitch(k->n[0]),
+			k->n[0], 1, &d);
 		for (int i = 0; i < 6; i++)
 			sums[i] *= fall;
 		gather(s, sums, z);
 	}
 	for (int a = 0; a < 4; a++)
 		q[a] = (double)j->set->rot[a][b->index];
-	ct_brick_back(&g, k, b, s);
-	ct_blob_back(dl, dq, g.sigma, &j->b[b->index], q);
+	ct_brick_back(&g, k, b, &j->b[b->index], s);
+	ct_blob_back(dl, dq, g.shape, &j->b[b->index], q);
 	for (int a = 0; a < 3; a++) {
 		j->grad->d[CT_GS_POS + a][b->index] += (float)g.p[a];
 		j->grad->d[CT_GS_SCALE + a][b->index] += (float)dl[a];

@@ -29,6 +29,7 @@ struct ct_brick {
 	double m[3], s01, s02, s12;
 	double var[3]; /* variances of column given row and slice, row given slice, slice */
 	double rho;
+	double turn;	  /* of its dabs */
 	size_t index;	  /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };
@@ -65,8 +66,8 @@ void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick 
 /* Moments of g e in the conditional coordinates: 1, x, y, z, xx, xy, xz, yy, yz, zz. */
 void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *k,
 	const struct ct_brick *b, double cut);
-/* Moments to gradients of density, position and Sigma (m is not set). */
+/* Moments to gradients of density, position and shape (m is not set); b is of `blob`. */
 void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
-	const double sums[static 10]);
+	const struct ct_blob *blob, const double sums[static 10]);
 
 #endif
