@@ -65,7 +65,7 @@ static void test_slices(enum ct_ssim_kind kind, int axis, bool masked)
 		exit(1);
 	for (size_t k = 0; k < size[axis]; k++)
 		worst = fmax(worst, fabs(sum[k] / count[k] - by_slices(&r, axis, k, masked)));
-	OK(worst < 2e-6, "definition %d across axis %d%s: %.1e", (int)kind, axis,
+	OK(worst < 1e-5, "definition %d across axis %d%s: %.1e", (int)kind, axis,
 		masked ? ", masked" : "", worst);
 }
 
@@ -123,7 +123,7 @@ static void test_solid(enum ct_ssim_kind kind, bool masked)
 			worst = 1;
 		worst = fmax(worst, fabs(sum[k] - want) / fmax(n, 1));
 	}
-	OK(worst < 2e-6, "definition %d in 3-D%s: %.1e", (int)kind, masked ? ", masked" : "",
+	OK(worst < 1e-6, "definition %d in 3-D%s: %.1e", (int)kind, masked ? ", masked" : "",
 		worst);
 }
 

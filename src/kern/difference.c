@@ -32,7 +32,7 @@ struct job {
 
 /* Rows in double: the differences here and of the next rows, and which count. */
 struct rows {
-	double *d, *down, *next, *w, *w_down, *w_next, *mapped, *other; /* test and ref mapped */
+	double *d, *down, *next, *w, *w_down, *w_next, *test, *ref; /* clipped */
 };
 
 CT_LANES_INLINE void subtract_some(
@@ -108,7 +108,7 @@ CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, siz
 	vd pairs[3] = {{0}}, gradient[3] = {{0}};
 
 	for (size_t i = 0; i + CT_LANES < pitch; i += CT_LANES) {
-		vd w = AT(r->w), d = AT(r->d), m = AT(r->mapped) - AT(r->other), wd = w * d;
+		vd w = AT(r->w), d = AT(r->d), m = AT(r->test) - AT(r->ref), wd = w * d;
 		vd pi = w * AT(r->w + 1), pj = w * AT(r->w_down), pk = w * AT(r->w_next);
 		vd gi = AT(r->d + 1) - d, gj = AT(r->down) - d, gk = AT(r->next) - d;
 		vd a = ct_lanes_abs(wd);
@@ -141,8 +141,8 @@ CT_LANES_CLONES static void sum_row(struct ct_sums *s, const struct rows *r, siz
  * each `pitch` long. The largest |d| of a slice across x is not kept. */
 CT_LANES_CLONES static void sum_columns(double *restrict c, const struct rows *r, size_t pitch)
 {
-	const double *restrict w = r->w, *restrict d = r->d, *restrict m = r->mapped,
-			       *restrict o = r->other;
+	const double *restrict w = r->w, *restrict d = r->d, *restrict t = r->test;
+	const double *restrict f = r->ref;
 
 	for (size_t i = 0; i + CT_LANES < pitch; i++) {
 		double wd = w[i] * d[i], p = w[i] * w[i + 1], g = d[i + 1] - d[i];
@@ -151,7 +151,7 @@ CT_LANES_CLONES static void sum_columns(double *restrict c, const struct rows *r
 		c[pitch + i] += wd * d[i];
 		c[2 * pitch + i] += fabs(wd);
 		c[3 * pitch + i] += wd;
-		c[4 * pitch + i] += w[i] * (m[i] - o[i]) * (m[i] - o[i]);
+		c[4 * pitch + i] += w[i] * (t[i] - f[i]) * (t[i] - f[i]);
 		c[5 * pitch + i] += p;
 		c[6 * pitch + i] += p * g * g;
 	}
@@ -207,9 +207,10 @@ static void slab(void *arg, size_t k, size_t worker)
 
 		widen(j, r.down, r.w_down, at + 1, y + 1 < n1);
 		widen(j, r.next, r.w_next, at + n1, k + 1 < j->n[2]);
-		ct_ssim_map_row(r.mapped, j->test + at * n0, n0, j->map);
-		ct_ssim_map_row(r.other, j->ref + at * n0, n0, j->map);
+		ct_ssim_clip_row(r.test, j->test + at * n0, n0, j->map);
+		ct_ssim_clip_row(r.ref, j->ref + at * n0, n0, j->map);
 		sum_row(&row, &r, j->pitch);
+		row.mapped *= j->map->scale * j->map->scale;
 		add(&j->slab[k], &row);
 		if (j->row)
 			j->row[at] = row;
@@ -237,6 +238,8 @@ static void gather_above(struct ct_difference *d, const struct job *j)
 
 static void gather(struct ct_difference *d, const struct job *j)
 {
+	const double square = j->map->scale * j->map->scale;
+
 	for (size_t k = 0; k < j->n[2]; k++) {
 		const double *c = j->column ? j->column + k * COLUMNS * j->pitch : NULL;
 
@@ -245,8 +248,8 @@ static void gather(struct ct_difference *d, const struct job *j)
 			add(&d->slice[1][y], &j->row[k * j->n[1] + y]);
 		for (size_t i = 0; i < j->n[0] && c; i++) {
 			const struct ct_sums s = {c[i], c[j->pitch + i], c[2 * j->pitch + i],
-				c[3 * j->pitch + i], 0, c[4 * j->pitch + i], {c[5 * j->pitch + i]},
-				{c[6 * j->pitch + i]}};
+				c[3 * j->pitch + i], 0, c[4 * j->pitch + i] * square,
+				{c[5 * j->pitch + i]}, {c[6 * j->pitch + i]}};
 
 			add(&d->slice[0][i], &s);
 		}

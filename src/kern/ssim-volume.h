@@ -4,20 +4,20 @@
  * The window is separable, so a slice across an axis is the volume filtered along the two other
  * axes, and the 3-D index is the volume filtered along three: nothing is gathered or transposed.
  * A worker keeps a block of 8 slices by 16 rows by 128 columns of the local moments, which stays
- * in its cache: about 1 MiB, whatever the volumes' size.
+ * in its cache: about 0.5 MiB, whatever the volumes' size.
  */
 #ifndef CT_KERN_SSIM_VOLUME_H
 #define CT_KERN_SSIM_VOLUME_H
 #include "core/env.h"
 #include "kern/ssim.h"
 
-/* What is compared: (clip(v, lo, hi) - zero) scale, in double. */
+/* What is compared: (clip(v, lo, hi) - zero) scale. */
 struct ct_ssim_map {
 	double lo, hi, zero, scale;
 };
 
-/* The n values v so. */
-void ct_ssim_map_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map);
+/* The first half of it: out = clip(v, lo, hi) - zero of n values. */
+void ct_ssim_clip_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map);
 
 /* For each of the n[axis] slices across `axis` the sum of S over its pixels that count, and their
  * number, into sum and count. Pixels count that the rule does not crop and where mask (NULL:
