@@ -18,7 +18,7 @@ static double image_loss(struct ct_loss *l, float *d, const float *img, size_t p
 {
 	struct ct_loss_terms t = {0};
 
-	ct_loss_image(l, &t, d, img, pitch, base, y, &weights);
+	ct_loss_image(l, &t, d, img, pitch, base, y, &weights, NULL);
 	return weights.l1 * t.l1 + weights.ssim * t.dssim;
 }
 
@@ -31,7 +31,7 @@ static void image(void)
 	struct ct_err e;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	if (ct_loss_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
+	if (ct_loss_init(&l, H, W, 1, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
 		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
 		ct_alloc(&waste, H * pitch, sizeof *d, &e))
 		exit(1);
@@ -42,7 +42,7 @@ static void image(void)
 		img[i / W * pitch + i % W] = ct_rng_normal(1, 2, i) * 0.5f;
 		sum += fabs((double)(img[i / W * pitch + i % W] + base[i] - y[i]));
 	}
-	ct_loss_image(&l, &t, d, img, pitch, base, y, &weights);
+	ct_loss_image(&l, &t, d, img, pitch, base, y, &weights, NULL);
 	NEAR(t.l1, 0.02 * sum / (H * W), 1e-6, "L1 of the scaled images");
 	OK(t.dssim > 0 && t.dssim < 1, "1 - SSIM in (0, 1)");
 	image_loss(&l, d, img, pitch, base, y);
@@ -56,7 +56,7 @@ static void image(void)
 	for (size_t i = 0; i < H * W; i++)
 		dot += (double)d[i / W * pitch + i % W] * (double)ct_rng_normal(1, 3, i);
 	NEAR(num / dot, 1, 1e-3, "gradient of L1 and SSIM along a direction");
-	ct_loss_image(&l, &t, d, y, W, NULL, y, &weights);
+	ct_loss_image(&l, &t, d, y, W, NULL, y, &weights, NULL);
 	NEAR(t.l1 + fabs(t.dssim), 0, 1e-6, "nothing is lost on the truth");
 	free(img);
 	free(d);

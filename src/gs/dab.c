@@ -22,7 +22,7 @@
 /* vectors are passed to inlined functions only, so no call depends on how the ABI passes them */
 #define INLINE static inline __attribute__((always_inline))
 
-enum { L = CT_DAB_LANES, PANEL = 4 };
+enum { L = CT_DAB_LANES, PANEL = 4, AHEAD = 16 };
 
 typedef float vf __attribute__((vector_size(4 * CT_DAB_LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * CT_DAB_LANES)));
@@ -70,14 +70,15 @@ void ct_dab_close(struct ct_dab *d)
 	double s = (double)d->slope, kx = (double)d->kx, ky = (double)d->ky;
 
 	d->turn = (float)exp(-2 * (kx * s * s + ky));
+	d->hop = (float)exp(fmax(-80, fmin(80, 2 * L * kx * s)));
 	d->lean = (float)(s * sqrt((double)d->cut * kx / (ky * (ky + kx * s * s))));
 }
 
-/* e^p for |p| <= 80, relative error 2e-7. Rounds p/ln 2 by adding and taking away 1.5 2^23, then
- * Taylor on |r| <= ln 2 / 2. */
+/* e^p for |p| <= 80, relative error 2e-7. Adding 1.5 2^23 rounds p/ln 2 to n, whose low bits are
+ * then those of the sum; Taylor on |r| <= ln 2 / 2. */
 INLINE vf exp_of(vf p)
 {
-	const vf n = p * 1.44269504f + 12582912.0f - 12582912.0f;
+	const vf t = p * 1.44269504f + 12582912.0f, n = t - 12582912.0f;
 	vf r, y;
 
 	r = p - n * 0.693359375f + n * 2.12194440e-4f; /* ln 2 in two parts */
@@ -87,7 +88,7 @@ INLINE vf exp_of(vf p)
 	y = y * r + 0.5f;
 	y = y * r + 1.0f;
 	y = y * r + 1.0f;
-	return y * (vf)((__builtin_convertvector(n, vi) + 127) << 23);
+	return (vf)((vi)y + ((vi)t << 23));
 }
 
 INLINE bool gentle(const struct ct_dab *d)
@@ -218,8 +219,8 @@ INLINE void walk_from(
 		const vf at = ramp() + ((float)(c + b * L) - d->fx);
 		const vf x = at_most(at, high) - sy;
 
-		k->e[b] = where(at < high, exp_of(-(d->kx * x * x + kyy)));
-		k->step[b] = exp_of(2 * kxs * x - fall);
+		k->e[b] = where(at < high, exp_of(at_least(-(d->kx * x * x + kyy), -80)));
+		k->step[b] = b ? k->step[b - 1] * d->hop : exp_of(2 * kxs * x - fall);
 	}
 }
 
@@ -335,6 +336,8 @@ void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_
 			if (o.n == BATCH)
 				add_batch(img, pitch, w, &o);
 		}
+		if (item && i + AHEAD < n)
+			__builtin_prefetch(dab + item[i + AHEAD]);
 	}
 	add_batch(img, pitch, w, &o);
 }
@@ -390,26 +393,40 @@ INLINE void sums_panel(vf acc[6], const float *p, size_t pitch, int nb, int32_t 
 	}
 }
 
-/* Moments of a piece from its sums: y = last + 1 - j, and x less slope y. */
-INLINE void moments(double s[6], const float a[L], double past, double slope)
-{
-	double s0 = (double)a[0], u = (double)a[1], uu = (double)a[2], j = (double)a[3];
-	double y = past * s0 - j, uy = past * u - (double)a[4];
-	double yy = past * past * s0 - 2 * past * j + (2 * (double)a[5] - j);
+typedef double vd __attribute__((vector_size(8 * CT_DAB_LANES)));
 
-	s[0] += s0;
-	s[1] += u - slope * y;
-	s[2] += y;
-	s[3] += uu - slope * (2 * uy - slope * yy);
-	s[4] += uy - slope * yy;
-	s[5] += yy;
+/* Sums of the pieces of a batch, raw: as sums_panel has them; done: by x and y. */
+struct tally {
+	float raw[6][BATCH], done[6][BATCH];
+	size_t of[BATCH]; /* the dab that a piece belongs to */
+};
+
+INLINE vd widen(const float *p)
+{
+	return __builtin_convertvector(load(p), vd);
 }
 
-INLINE void sums_gentle(double sums[6], const float *p, size_t pitch, int32_t count,
+/* L pieces from i on: y = past - j with y of the row after the last, and x less slope y. */
+INLINE void moments(vd s[6], const struct tally *t, const struct batch *o, size_t i)
+{
+	const vd s0 = widen(t->raw[0] + i), u = widen(t->raw[1] + i), uu = widen(t->raw[2] + i);
+	const vd j = widen(t->raw[3] + i), slope = widen(o->slope + i);
+	const vd past = widen(o->y + i) + __builtin_convertvector(load_int(o->count + i), vd);
+	const vd y = past * s0 - j, uy = past * u - widen(t->raw[4] + i);
+	const vd yy = past * past * s0 - 2 * past * j + (2 * widen(t->raw[5] + i) - j);
+
+	s[0] = s0 + widen(t->done[0] + i);
+	s[1] = u - slope * y + widen(t->done[1] + i);
+	s[2] = y + widen(t->done[2] + i);
+	s[3] = uu - slope * (2 * uy - slope * yy) + widen(t->done[3] + i);
+	s[4] = uy - slope * yy + widen(t->done[4] + i);
+	s[5] = yy + widen(t->done[5] + i);
+}
+
+INLINE void sums_gentle(float a[L], const float *p, size_t pitch, int32_t count,
 	const struct piece *o, const struct ct_dab *d)
 {
 	vf acc[6] = {{0}};
-	float a[L];
 
 	for (int32_t c = o->lo; c <= o->hi; c += PANEL * L) {
 		const float *at = p + (d->col + c);
@@ -425,15 +442,13 @@ INLINE void sums_gentle(double sums[6], const float *p, size_t pitch, int32_t co
 			sums_panel(acc, at, pitch, 4, c, count, o, d);
 	}
 	across(a, acc);
-	moments(sums, a, (double)(o->y + (float)count), (double)d->slope);
 }
 
-INLINE void sums_steep(double sums[6], const float *p, size_t pitch, size_t w, int32_t r,
-	int32_t count, const struct ct_dab *d)
+INLINE void sums_steep(float a[L], const float *p, size_t pitch, size_t w, int32_t r, int32_t count,
+	const struct ct_dab *d)
 {
 	vf acc[6] = {{0}};
 	struct batch o;
-	float a[L];
 
 	rows_of(&o, w, r, count, d);
 	for (size_t m = 0; m < o.n; m++, p += pitch)
@@ -449,26 +464,38 @@ INLINE void sums_steep(double sums[6], const float *p, size_t pitch, size_t w, i
 			acc[5] += v * y * y;
 		}
 	across(a, acc);
-	for (int i = 0; i < 6; i++)
-		sums[i] += (double)a[i];
 }
 
-/* out[k] += sums of the pieces, of[i] the place of piece i. */
-INLINE void sums_batch(double *out, size_t stride, const size_t of[BATCH], const float *g,
-	size_t pitch, size_t w, struct batch *o)
+/* out[k] of each piece's dab += its sums. */
+INLINE void sums_batch(double *out, size_t stride, struct tally *t, const float *g, size_t pitch,
+	size_t w, struct batch *o)
 {
 	close_batch(o, w);
 	for (size_t i = 0; i < o->n; i++) {
 		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
 		const float *at = g + (size_t)o->r[i] * pitch;
-		double s[6] = {0};
+		const bool walks = gentle(o->d[i]);
+		float a[L];
 
-		if (gentle(o->d[i]))
-			sums_gentle(s, at, pitch, o->count[i], &p, o->d[i]);
+		if (walks)
+			sums_gentle(a, at, pitch, o->count[i], &p, o->d[i]);
 		else
-			sums_steep(s, at, pitch, w, o->r[i], o->count[i], o->d[i]);
+			sums_steep(a, at, pitch, w, o->r[i], o->count[i], o->d[i]);
+		for (size_t k = 0; k < 6; k++) {
+			t->raw[k][i] = walks ? a[k] : 0;
+			t->done[k][i] = walks ? 0 : a[k];
+		}
+	}
+	for (size_t i = o->n; i % L; i++) /* lanes that do not count */
 		for (size_t k = 0; k < 6; k++)
-			out[k * stride + of[i]] += s[k];
+			t->raw[k][i] = t->done[k][i] = 0;
+	for (size_t i = 0; i < o->n; i += L) {
+		vd s[6];
+
+		moments(s, t, o, i);
+		for (size_t l = 0; l < L && i + l < o->n; l++)
+			for (size_t k = 0; k < 6; k++)
+				out[k * stride + t->of[i + l]] += s[k][l];
 	}
 	o->n = 0;
 }
@@ -477,7 +504,7 @@ CLONES
 void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
 	const struct ct_dab *dab)
 {
-	size_t of[BATCH];
+	struct tally t;
 	struct batch o;
 
 	o.n = 0;
@@ -487,12 +514,12 @@ void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size
 		for (int32_t r = dab[i].first; r < dab[i].end;) {
 			int32_t next = least_of(dab[i].end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
 
-			of[o.n] = i;
+			t.of[o.n] = i;
 			push(&o, r, next - r, dab + i);
 			r = next;
 			if (o.n == BATCH)
-				sums_batch(out, stride, of, g, pitch, w, &o);
+				sums_batch(out, stride, &t, g, pitch, w, &o);
 		}
 	}
-	sums_batch(out, stride, of, g, pitch, w, &o);
+	sums_batch(out, stride, &t, g, pitch, w, &o);
 }

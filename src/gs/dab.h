@@ -33,12 +33,13 @@ struct ct_dab {
 	float amp;	    /* peak */
 	float cut, least;   /* least = exp(-cut) */
 	float turn;	    /* exp(-2 (kx slope^2 + ky)) */
+	float hop;	    /* exp(2 CT_DAB_LANES kx slope) */
 	float lean;	    /* y of its rightmost point */
 };
 
 /* Floats from one row to the next for rows w wide. */
 size_t ct_dab_pitch(size_t w);
-/* Set turn and lean from the rest. */
+/* Set turn, hop and lean from the rest. */
 void ct_dab_close(struct ct_dab *d);
 /* img[row][col] += amp e, rows [r0, r1), columns [0, w), rows `pitch` apart, for the n dabs
  * d[item[.]] in that order (item NULL: d[0] on). r0 is a multiple of CT_DAB_ROWS. */

@@ -75,14 +75,14 @@ static void work_free(struct work *w)
 	free(w->dgamma);
 }
 
-static int work_alloc(
-	struct work *w, const struct ct_fit *f, const struct ct_fit_data *d, struct ct_err *e)
+static int work_alloc(struct work *w, const struct ct_fit *f, const struct ct_fit_data *d,
+	size_t threads, struct ct_err *e)
 {
 	size_t h = d->target->h, n = f->opt.tv_block, pitch = ct_dab_pitch(d->target->w);
 	size_t block = ct_dab_pitch(n) * n * n;
 
 	*w = (struct work){0};
-	if (ct_loss_init(&w->loss, h, d->target->w, e) ||
+	if (ct_loss_init(&w->loss, h, d->target->w, threads, e) ||
 		ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
 		ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
 		ct_alloc(&w->block, block, sizeof(float), e) ||
@@ -206,7 +206,7 @@ static int view_term(struct ct_fit *f, const struct ct_fit_data *d, struct work 
 	ct_splat_draw(w->img, &w->splat, env->par);
 	ct_loss_image(&w->loss, t, w->dimg, w->img, pitch,
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, view),
-		ct_stack_view(y, view), k);
+		ct_stack_view(y, view), k, env->par);
 	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e))
 		return -1;
 	ct_splat_back(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
@@ -360,7 +360,7 @@ int ct_fit_run(
 	struct work w;
 	int rc = -1;
 
-	if (work_alloc(&w, f, d, e))
+	if (work_alloc(&w, f, d, ct_par_threads(env->par), e))
 		goto out;
 	while (f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;

@@ -4,16 +4,34 @@
 #include "core/mem.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-int ct_loss_init(struct ct_loss *l, size_t h, size_t w, struct ct_err *e)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
+	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+enum { STRIP = 64, BLOCK = 16 }; /* rows of a task; numbers that are taken together */
+
+static size_t strips(const struct ct_loss *l)
 {
-	*l = (struct ct_loss){.h = h, .w = w};
+	return (l->h + STRIP - 1) / STRIP;
+}
+
+int ct_loss_init(struct ct_loss *l, size_t h, size_t w, size_t threads, struct ct_err *e)
+{
+	size_t scratch = ct_ssim_scratch(w);
+
+	*l = (struct ct_loss){.h = h, .w = w, .threads = threads};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
 	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
 		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
-		ct_alloc(&l->scratch, ct_ssim_scratch(w), sizeof *l->scratch, e)) {
+		ct_alloc(&l->scratch, threads, scratch * sizeof *l->scratch, e) ||
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
 		ct_loss_free(l);
 		return -1;
 	}
@@ -26,36 +44,147 @@ void ct_loss_free(struct ct_loss *l)
 	free(l->y);
 	free(l->g);
 	free(l->scratch);
+	free(l->part);
 	*l = (struct ct_loss){0};
 }
 
-void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
-	size_t pitch, const float *base, const float *y, const struct ct_loss_weights *k)
+struct job {
+	struct ct_loss *l;
+	float *dimg;
+	const float *img, *base, *y;
+	size_t pitch;
+	double ssim;
+	float scale, step;
+};
+
+/* A row of both images times scale, the gradient of L1 there, and the sum of |x - y|. */
+CLONES static double row_of(float *restrict x, float *restrict y, float *restrict g,
+	const float *restrict img, const float *restrict base, const float *restrict want, size_t w,
+	float scale, float step)
 {
-	size_t count = l->h * l->w;
 	double sum = 0;
-	float step = (float)(k->l1 / (double)count), scale = (float)k->scale;
 
-	for (size_t r = 0; r < l->h; r++)
-		for (size_t c = 0; c < l->w; c++) {
-			size_t at = r * l->w + c;
-			float v = img[r * pitch + c] + (base ? base[at] : 0), d;
+	for (size_t c = 0; c < w; c += BLOCK) {
+		const size_t n = w - c < BLOCK ? w - c : BLOCK;
+		float a[BLOCK] = {0}, b[BLOCK] = {0}, s[BLOCK], part = 0;
 
-			l->x[at] = scale * v;
-			l->y[at] = scale * y[at];
-			d = l->x[at] - l->y[at];
-			sum += fabs((double)d);
-			l->g[at] = d > 0 ? step : d < 0 ? -step : 0;
+		memcpy(a, img + c, n * sizeof *a);
+		memcpy(b, want + c, n * sizeof *b);
+		for (size_t i = 0; base && i < n; i++)
+			a[i] += base[c + i];
+		for (size_t i = 0; i < BLOCK; i++) {
+			float d;
+
+			a[i] *= scale;
+			b[i] *= scale;
+			d = a[i] - b[i];
+			s[i] = d > 0 ? step : d < 0 ? -step : 0;
 		}
-	t->l1 = sum / (double)count;
-	t->dssim = k->ssim == 0 ? 0
-				: 1 - ct_ssim_back(&l->rule, l->h, l->w, l->g, l->x, l->y, -k->ssim,
-					      l->scratch);
-	for (size_t r = 0; r < l->h; r++) {
-		for (size_t c = 0; c < l->w; c++)
-			dimg[r * pitch + c] = scale * l->g[r * l->w + c];
-		memset(dimg + r * pitch + l->w, 0, (pitch - l->w) * sizeof *dimg);
+		for (size_t i = 0; i < BLOCK; i++)
+			part += fabsf(a[i] - b[i]);
+		sum += (double)part;
+		memcpy(x + c, a, n * sizeof *a);
+		memcpy(y + c, b, n * sizeof *b);
+		memcpy(g + c, s, n * sizeof *s);
 	}
+	return sum;
+}
+
+static void rows(const struct ct_loss *l, size_t strip, size_t *first, size_t *end)
+{
+	*first = strip * STRIP;
+	*end = *first + STRIP < l->h ? *first + STRIP : l->h;
+}
+
+static void l1_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss *l = j->l;
+	double sum = 0;
+	size_t r, end;
+
+	(void)worker;
+	for (rows(l, strip, &r, &end); r < end; r++) {
+		size_t at = r * l->w;
+
+		sum += row_of(l->x + at, l->y + at, l->g + at, j->img + r * j->pitch,
+			j->base ? j->base + at : NULL, j->y + at, l->w, j->scale, j->step);
+	}
+	l->part[2 * strip] = sum;
+}
+
+static void ssim_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss *l = j->l;
+	size_t r, end;
+
+	rows(l, strip, &r, &end);
+	if (j->ssim != 0)
+		l->part[2 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
+			l->y, -j->ssim, l->scratch + worker * ct_ssim_scratch(l->w));
+	for (; r < end; r++) {
+		float *restrict to = j->dimg + r * j->pitch;
+		const float *restrict from = l->g + r * l->w;
+
+		for (size_t c = 0; c < l->w; c++)
+			to[c] = j->scale * from[c];
+		memset(to + l->w, 0, (j->pitch - l->w) * sizeof *to);
+	}
+}
+
+void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
+	size_t pitch, const float *base, const float *y, const struct ct_loss_weights *k,
+	struct ct_par *par)
+{
+	const double count = (double)l->h * (double)l->w;
+	struct job j = {.l = l,
+		.dimg = dimg,
+		.img = img,
+		.base = base,
+		.y = y,
+		.pitch = pitch,
+		.ssim = k->ssim,
+		.scale = (float)k->scale,
+		.step = (float)(k->l1 / count)};
+	double l1 = 0, s = 0;
+
+	ct_par_for(par, strips(l), l1_strip, &j);
+	ct_par_for(par, strips(l), ssim_strip, &j);
+	for (size_t i = 0; i < strips(l); i++) {
+		l1 += l->part[2 * i];
+		s += k->ssim == 0 ? 0 : l->part[2 * i + 1];
+	}
+	t->l1 = l1 / count;
+	t->dssim = k->ssim == 0 ? 0 : 1 - s / count;
+}
+
+/* Differences b - a of n neighbours (ab, bb: what is to be added to them, or NULL): their signs
+ * times w go to db and from da, which may overlap. Returns the sum of their sizes. */
+CLONES static double pair(float *da, float *db, const float *a, const float *b, const float *ab,
+	const float *bb, size_t n, float w)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < n; i += BLOCK) {
+		const size_t m = n - i < BLOCK ? n - i : BLOCK;
+		float d[BLOCK] = {0}, s[BLOCK], part = 0;
+
+		for (size_t k = 0; k < m; k++)
+			d[k] = b[i + k] - a[i + k];
+		for (size_t k = 0; ab && k < m; k++)
+			d[k] += bb[i + k] - ab[i + k];
+		for (size_t k = 0; k < BLOCK; k++)
+			s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
+		for (size_t k = 0; k < BLOCK; k++)
+			part += fabsf(d[k]);
+		sum += (double)part;
+		for (size_t k = 0; k < m; k++)
+			da[i + k] -= s[k];
+		for (size_t k = 0; k < m; k++)
+			db[i + k] += s[k];
+	}
+	return sum;
 }
 
 double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
@@ -68,26 +197,15 @@ double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
 	float w = count ? (float)(weight / (double)count) : 0;
 
 	memset(df, 0, pitch * n[1] * n[2] * sizeof *df);
-	for (size_t k = 0; k < n[2]; k++)
-		for (size_t j = 0; j < n[1]; j++)
-			for (size_t i = 0; i < n[0]; i++) {
-				const size_t at[3] = {i, j, k};
-				size_t p = (k * n[1] + j) * pitch + i,
-				       b = (k * n[1] + j) * n[0] + i;
+	for (size_t r = 0; r < n[1] * n[2]; r++) {
+		const bool more[3] = {true, r % n[1] + 1 < n[1], r / n[1] + 1 < n[2]};
+		const float *a = f + r * pitch, *ab = base ? base + r * n[0] : NULL;
 
-				for (int a = 0; a < 3; a++) {
-					float d;
-
-					if (at[a] + 1 == n[a])
-						continue;
-					d = f[p + step[a]] - f[p];
-					if (base)
-						d += base[b + bstep[a]] - base[b];
-					sum += fabs((double)d);
-					d = d > 0 ? w : d < 0 ? -w : 0;
-					df[p + step[a]] += d;
-					df[p] -= d;
-				}
-			}
+		for (int k = 0; k < 3; k++)
+			if (more[k])
+				sum += pair(df + r * pitch, df + r * pitch + step[k], a,
+					a + step[k], ab, ab ? ab + bstep[k] : NULL,
+					k == 0 ? n[0] - 1 : n[0], w);
+	}
 	return count ? sum / (double)count : 0;
 }

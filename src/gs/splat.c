@@ -94,6 +94,7 @@ CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *
 	const ct_wide x = ct_wide_clamp(f->m[0], -1e8, 1e8), y = ct_wide_clamp(f->m[1], -1e8, 1e8);
 	const ct_wide col = ct_wide_floor(x), row = ct_wide_floor(y);
 	const ct_wide turn = ct_wide_exp(-2 * (kx * ss + ky));
+	const ct_wide hop = ct_wide_exp(ct_wide_clamp(2 * CT_DAB_LANES * kx * f->slope, -80, 80));
 	const ct_wide lean = reach_y * f->slope * ct_wide_sqrt(kx / (ky + kx * ss));
 	const double w = (double)c->w - 1, h = (double)c->h - 1, most = 1e38;
 	const ct_wide top = ct_wide_clamp(-ct_wide_floor(reach_y - y), 0, h + 1);
@@ -115,6 +116,7 @@ CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *
 			.cut = (float)CT_GS_CUT,
 			.least = (float)exp(-CT_GS_CUT),
 			.turn = (float)turn[l],
+			.hop = (float)hop[l],
 			.lean = (float)lean[l]};
 	}
 }

@@ -79,6 +79,7 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 	o->var[0] = c[0][0] - o->s02 * c[0][2] - o->s01 * c01;
 	o->rho = b->rho;
 	o->turn = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
+	o->hop = exp(fmax(-80, fmin(80, CT_DAB_LANES * o->s01 / o->var[0])));
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
 }
 
@@ -154,6 +155,7 @@ static bool slice_of(struct ct_dab *o, const struct ct_block *k, const struct ct
 		.cut = (float)rest,
 		.least = (float)(exp(-CT_GS_CUT) / fall),
 		.turn = (float)b->turn,
+		.hop = (float)b->hop,
 		.lean = (float)(copysign(reach, b->s01) * sqrt(ratio / (1 + ratio)))};
 	if (!(low <= high && isfinite(o->kx) && isfinite(o->ky)))
 		return false;

@@ -29,7 +29,7 @@ struct ct_brick {
 	double m[3], s01, s02, s12;
 	double var[3]; /* variances of column given row and slice, row given slice, slice */
 	double rho;
-	double turn;	  /* of its dabs */
+	double turn, hop; /* of its dabs */
 	size_t index;	  /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };

@@ -81,32 +81,41 @@ static void lay_out(struct work *k, size_t w, double *scratch)
 	k->grad_ring = k->ring + CT_SSIM_TAPS * MAPS * k->wp;
 }
 
-/* out[j] = sum_k tap[k] in[j + k], j < wp: `in` is padded by the radius on the left. */
+/* out[j] = sum_k tap[k] in[j + k], j < wp: `in` is padded by the radius on the left. Taps are
+ * symmetric: their two ends are added first. */
 CLONES static void filter_row(double *restrict out, const double *restrict in, size_t wp,
-	size_t taps, const double *restrict tap)
+	size_t radius, const double *restrict tap)
 {
 	for (size_t j = 0; j < wp; j += BLOCK) {
-		double acc[BLOCK] = {0};
+		double acc[BLOCK];
 
-		for (size_t k = 0; k < taps; k++)
+		for (size_t i = 0; i < BLOCK; i++)
+			acc[i] = tap[radius] * in[j + radius + i];
+		for (size_t k = 0; k < radius; k++)
 			for (size_t i = 0; i < BLOCK; i++)
-				acc[i] += tap[k] * in[j + k + i];
+				acc[i] += tap[k] * (in[j + k + i] + in[j + 2 * radius - k + i]);
 		memcpy(out + j, acc, sizeof acc);
 	}
 }
 
 /* out[j] = sum_k tap[k] ring[(first + k) mod 11][j]; rows of the ring are `pitch` apart. */
 CLONES static void filter_column(double *restrict out, const double *restrict ring, size_t pitch,
-	size_t first, size_t wp, size_t taps, const double *restrict tap)
+	size_t first, size_t wp, size_t radius, const double *restrict tap)
 {
-	for (size_t j = 0; j < wp; j += BLOCK) {
-		double acc[BLOCK] = {0};
+	const double *row[CT_SSIM_TAPS];
 
-		for (size_t k = 0; k < taps; k++) {
-			const double *in = ring + (first + k) % CT_SSIM_TAPS * pitch + j;
+	for (size_t k = 0; k <= 2 * radius; k++)
+		row[k] = ring + (first + k) % CT_SSIM_TAPS * pitch;
+	for (size_t j = 0; j < wp; j += BLOCK) {
+		double acc[BLOCK];
+
+		for (size_t i = 0; i < BLOCK; i++)
+			acc[i] = tap[radius] * row[radius][j + i];
+		for (size_t k = 0; k < radius; k++) {
+			const double *a = row[k] + j, *b = row[2 * radius - k] + j;
 
 			for (size_t i = 0; i < BLOCK; i++)
-				acc[i] += tap[k] * in[i];
+				acc[i] += tap[k] * (a[i] + b[i]);
 		}
 		memcpy(out + j, acc, sizeof acc);
 	}
@@ -129,14 +138,14 @@ static void load_row(struct work *k, size_t at, size_t w, const float *x, const 
 static void advance(struct work *k, const struct ct_ssim_rule *r, size_t row, size_t h, size_t w,
 	const float *x, const float *y)
 {
-	size_t taps = 2 * r->radius + 1, pitch = MAPS * k->wp;
+	size_t pitch = MAPS * k->wp;
 	double *slot = k->ring + row % CT_SSIM_TAPS * pitch;
 
 	if (row < h)
 		load_row(k, r->radius, w, x + row * w, y + row * w);
 	for (size_t m = 0; m < MAPS; m++) {
 		if (row < h)
-			filter_row(slot + m * k->wp, k->row[m], k->wp, taps, r->tap);
+			filter_row(slot + m * k->wp, k->row[m], k->wp, r->radius, r->tap);
 		else
 			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
 	}
@@ -145,7 +154,7 @@ static void advance(struct work *k, const struct ct_ssim_rule *r, size_t row, si
 	/* Rows row - 2 radius .. row; those before the image are still zero in the ring. */
 	for (size_t m = 0; m < MAPS; m++)
 		filter_column(k->mean[m], k->ring + m * k->wp, pitch,
-			row + CT_SSIM_TAPS - 2 * r->radius, k->wp, taps, r->tap);
+			row + CT_SSIM_TAPS - 2 * r->radius, k->wp, r->radius, r->tap);
 }
 
 CLONES static void similarity(const struct work *k, const struct ct_ssim_rule *r)
@@ -215,49 +224,66 @@ CLONES static void differentiate(const struct work *k, const struct ct_ssim_rule
 		d1[j] = d2[j] = d3[j] = 0;
 }
 
-/* The gradient ring takes row o (beyond the image: zeros) and gives row o - radius. */
-static void gather_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t h,
-	size_t w, float *gx, const float *x, const float *y, double scale)
+/* The gradient ring takes row o (beyond the image: zeros). */
+static void take_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t h)
 {
-	size_t taps = 2 * r->radius + 1, pitch = GRADS * k->wp, q = o - r->radius;
-	double *slot = k->grad_ring + o % CT_SSIM_TAPS * pitch;
+	double *slot = k->grad_ring + o % CT_SSIM_TAPS * GRADS * k->wp;
 
 	for (size_t m = 0; m < GRADS; m++) {
 		if (o < h)
-			filter_row(slot + m * k->wp, k->row[m], k->wp, taps, r->tap);
+			filter_row(slot + m * k->wp, k->row[m], k->wp, r->radius, r->tap);
 		else
 			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
 	}
-	if (o < r->radius)
-		return;
+}
+
+/* gx[0, w) += scale times the gradient of a row of x and y, whose last row in the ring is o. */
+static void give_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t w,
+	float *restrict gx, const float *restrict x, const float *restrict y, double scale)
+{
+	const double *restrict a = k->mean[0], *restrict b = k->mean[1], *restrict c = k->mean[2];
+
 	for (size_t m = 0; m < GRADS; m++)
-		filter_column(k->mean[m], k->grad_ring + m * k->wp, pitch,
-			o + CT_SSIM_TAPS - 2 * r->radius, k->wp, taps, r->tap);
+		filter_column(k->mean[m], k->grad_ring + m * k->wp, GRADS * k->wp,
+			o + CT_SSIM_TAPS - 2 * r->radius, k->wp, r->radius, r->tap);
 	for (size_t j = 0; j < w; j++)
-		gx[q * w + j] +=
-			(float)(scale * (k->mean[0][j] + 2 * (double)x[q * w + j] * k->mean[1][j] +
-						(double)y[q * w + j] * k->mean[2][j]));
+		gx[j] += (float)(scale * (a[j] + 2 * (double)x[j] * b[j] + (double)y[j] * c[j]));
+}
+
+double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
+	float *gx, const float *x, const float *y, double up, double *scratch)
+{
+	const size_t reach = 2 * r->radius, begin = first > reach ? first - reach : 0;
+	const double scale = up / ((double)h * (double)w);
+	double sum = 0;
+	struct work k;
+
+	lay_out(&k, w, scratch);
+	for (size_t row = begin; row < end + reach; row++) {
+		size_t o = row - r->radius, q = row - reach;
+
+		if (row < h + r->radius)
+			advance(&k, r, row, h, w, x, y);
+		if (row < begin + r->radius)
+			continue;
+		if (row < h + r->radius) {
+			double part = 0;
+
+			similarity(&k, r);
+			for (size_t j = 0; j < w; j++)
+				part += k.s[j];
+			sum += o >= first && o < end ? part : 0;
+			differentiate(&k, r, w);
+		}
+		take_gradient(&k, r, o, h);
+		if (row >= first + reach)
+			give_gradient(&k, r, o, w, gx + q * w, x + q * w, y + q * w, scale);
+	}
+	return sum;
 }
 
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
 	const float *y, double up, double *scratch)
 {
-	double count = (double)h * (double)w, sum = 0;
-	struct work k;
-
-	lay_out(&k, w, scratch);
-	for (size_t row = 0; row < h + 2 * r->radius; row++) {
-		if (row < h + r->radius)
-			advance(&k, r, row, h, w, x, y);
-		if (row < r->radius)
-			continue;
-		if (row < h + r->radius) {
-			similarity(&k, r);
-			for (size_t j = 0; j < w; j++)
-				sum += k.s[j];
-			differentiate(&k, r, w);
-		}
-		gather_gradient(&k, r, row - r->radius, h, w, gx, x, y, up / count);
-	}
-	return sum / count;
+	return ct_ssim_back_rows(r, h, w, 0, h, gx, x, y, up, scratch) / ((double)h * (double)w);
 }

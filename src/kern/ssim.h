@@ -59,5 +59,9 @@ double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x,
 /* Mean SSIM, and gx += up * d(mean)/dx, h x w. For rules without crop (R2) only. */
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
 	const float *y, double up, double *scratch);
+/* Rows [first, end) of it: their part of gx, and the sum (not the mean) of S over them. `up` is
+ * that of the mean over the whole image. Rows may be cut anywhere, each part with a scratch. */
+double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
+	float *gx, const float *x, const float *y, double up, double *scratch);
 
 #endif
