@@ -151,8 +151,10 @@ void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
 	float *out = dc->reduced + k * dc->plane, *wide = dc->same[1] ? out : scratch;
 
 	if (dc->same[0])
-		for (size_t j = 0; j < dc->n[1]; j++)
+		for (size_t j = 0; j < dc->n[1]; j++) {
 			memcpy(wide + j * row, x + j * dc->n[0], dc->n[0] * sizeof *x);
+			memset(wide + j * row + dc->n[0], 0, (row - dc->n[0]) * sizeof *x);
+		}
 	else
 		ct_basis_analyse_rows(&dc->v[0], wide, x, dc->n[1], scratch + dc->n[1] * row);
 	if (!dc->same[1])
