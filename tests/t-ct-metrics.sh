@@ -203,6 +203,8 @@ a = 300*rng.standard_normal((30, 25, 1)); b = a + 50*rng.standard_normal(a.shape
 save(a, 'thin-a.nii'); save(b, 'thin-b.nii')
 save(a.reshape(1, 30, 25), 'side-a.nii'); save(b.reshape(1, 30, 25), 'side-b.nii')
 big = 1e6 + 40*rng.standard_normal(n)
+bright = 2900 + 100*rng.standard_normal(n)
+save(bright, 'bright-a.nii'); save(bright + 100*rng.standard_normal(n), 'bright-b.nii')
 save(big, 'big-a.nii'); save(big + 10*rng.standard_normal(n), 'big-b.nii')
 PY
 ct-metrics --ssim all --json flat100.nii flat300.nii >flat.json
@@ -215,6 +217,8 @@ exits 5 'and refused if asked for' ct-metrics --ssim 3d thin-a.nii thin-b.nii
 exits 5 'as is a thin slice' ct-metrics --ssim wang side-a.nii side-b.nii
 exits 0 'its default works' ct-metrics side-a.nii side-b.nii
 has out '^gradient-i-hu-mm nan$' 'an axis of one voxel has no gradient'
+ct-metrics --ssim all --json bright-a.nii bright-b.nii >bright.json
+ct-metrics --ssim all --json --range 1600 bright-a.nii bright-b.nii >near.json
 ct-metrics --ssim all --json --range 400 big-a.nii big-b.nii >big.json
 exits 3 'a reference all below the window has no slices to count' \
 	ct-metrics -w 500:600 flat100.nii flat300.nii
@@ -232,7 +236,7 @@ r = load('flat.json')
 u, v = 612/3583, 812/3583
 near(r['psnr'], -20*math.log10(200/3583))
 for k in ('skimage', 'wang', 'skimage11', '3d', '3d-gauss'):
-    near(r['ssim-' + k], (2*u*v + 1e-4)/(u*u + v*v + 1e-4), 1e-9)
+    near(r['ssim-' + k], (2*u*v + 1e-4)/(u*u + v*v + 1e-4), 1e-6)
 assert r['max-hu'] == 200 and r['gradient-k-hu-mm'] == 0
 r = load('impulse.json')
 a, b = data('impulse.nii'), data('zero.nii')
@@ -249,6 +253,14 @@ x, y = ((np.clip(data(f), -512, 3071) + 512)[..., 0]/3583 for f in ('thin-a.nii'
 near(r['ssim-skimage'], ssim(x, y, data_range=1))
 near(r['ssim-wang'], ssim(x, y, data_range=1, **wang))
 assert 'ssim-3d' not in r and r['gradient-k-hu-mm'] is None
+# bright noise, in the window, and about twice the range: as inexact as single precision gets
+a, b = data('bright-a.nii'), data('bright-b.nii')
+x, y = ((np.clip(v, -512, 3071) + 512)/3583 for v in (a, b))
+for r, u, v, top in (load('bright.json'), x, y, 1), (load('near.json'), a, b, 1600):
+    near(r['ssim-3d'], ssim(u, v, data_range=top), 2e-6)
+    near(r['ssim-3d-gauss'], ssim(u, v, data_range=top, **wang), 2e-6)
+    near(r['ssim-wang'], np.mean([ssim(u[..., k], v[..., k], data_range=top, **wang)
+                                  for k in range(22)]), 2e-6)
 r = load('big.json')
 a, b = data('big-a.nii'), data('big-b.nii')
 # means of 1e6 leave a luminance term of 1: what is left is that of the volumes less 1e6

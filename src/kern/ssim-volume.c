@@ -13,7 +13,8 @@
  * the same as of x and y, but what is small, v, is computed as such: an error d of su, the
  * difference of large numbers, changes S by at most d/(4 C2), and not at all where sv is zero. So
  * float suffices, twice as fast, for values up to twice the data range: S of a voxel is then off by
- * 1e-5 at the worst, either way, and their mean far less. Larger values are computed in double.
+ * a few 1e-4 at the worst, either way, and the mean was within 2e-6 of that in double wherever it
+ * was compared. Larger values are computed in double.
  */
 #include "config.h"
 #include "kern/ssim-volume.h"
