@@ -190,7 +190,9 @@ static double sample(const struct ct_stack *s, size_t view, const double x[3])
 static float *stored(const struct ct_backprojector *b, const struct ct_stack *s)
 {
 	size_t size = ct_backprojector_size(b);
-	float *out = calloc(s->views * size, sizeof *out);
+	float *out = aligned_alloc(64, s->views * size * sizeof *out);
+
+	memset(out, 0, s->views * size * sizeof *out);
 
 	for (size_t k = 0; k < s->views; k++) {
 		for (size_t r = 0; r < s->h; r++)

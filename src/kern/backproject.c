@@ -23,14 +23,15 @@
 #endif
 
 enum {
-	SEGMENT = 128, /* voxels of a line that are done together */
-	TILE_B = 32,   /* lines of a tile along the first other axis, */
-	TILE_C = 16,   /* and the second: their sums stay in the second cache, */
-	GROUP = 4,     /* and the part of so many views that they read */
+	SEGMENT = 256, /* voxels of a line that are done together */
+	TILE_B = 16,   /* lines of a tile along the first other axis, */
+	TILE_C = 8,   /* and the second: their sums stay in the second cache, */
+	GROUP = 2,     /* and the part of so many views that they read */
 	STEP = 16,     /* voxels of a vector */
-	BLEND = 2048,  /* rows of a blend */
+	BLEND = 4096,  /* rows of a blend */
 	LONGEST = BLEND / SEGMENT - 1, /* rows from voxel to voxel, at most */
 	SLACK = STEP * LONGEST + 16,   /* what a vector may read before and after a blend */
+	BLOCKS = SEGMENT / STEP,
 	CHUNK = 64, /* voxels of the general kernel that are done together */
 };
 
@@ -270,17 +271,29 @@ __attribute__((target("avx512f"), always_inline)) static inline void line_512(
 	const __m512 lane = _mm512_set_ps(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
 	__m512 a = _mm512_set1_ps(l->a), b = _mm512_set1_ps(l->b);
 	__m512 ramp = _mm512_mul_ps(lane, _mm512_set1_ps((float)l->step));
+	__m512d back = _mm512_set1_pd((STEP - 1) * l->step);
+	_Alignas(32) int32_t lows[BLOCKS];
+	_Alignas(32) float froms[BLOCKS];
 
+#pragma GCC unroll 4
 	for (size_t i = 0; i < l->rows; i += STEP)
-		_mm512_storeu_ps(blend + i,
-			_mm512_add_ps(_mm512_mul_ps(a, _mm512_loadu_ps(l->left + i)),
-				_mm512_mul_ps(b, _mm512_loadu_ps(l->right + i))));
+		_mm512_store_ps(blend + i,
+			_mm512_add_ps(_mm512_mul_ps(a, _mm512_load_ps(l->left + i)),
+				_mm512_mul_ps(b, _mm512_load_ps(l->right + i))));
+	for (size_t k = 0; k < BLOCKS; k += 8) { /* where the vectors begin */
+		__m512d at = _mm512_add_pd(_mm512_set1_pd((double)(k * STEP)),
+			_mm512_set_pd(112, 96, 80, 64, 48, 32, 16, 0));
+		__m512d first = _mm512_add_pd(_mm512_set1_pd(l->row),
+			_mm512_mul_pd(at, _mm512_set1_pd(l->step)));
+		__m512d low = _mm512_floor_pd(l->step < 0 ? _mm512_add_pd(first, back) : first);
+
+		_mm256_store_si256((__m256i *)(lows + k), _mm512_cvttpd_epi32(low));
+		_mm256_store_ps(froms + k, _mm512_cvtpd_ps(_mm512_sub_pd(first, low)));
+	}
 	for (size_t k = l->k0 / STEP * STEP; k < l->k1; k += STEP) {
-		double first = l->row + (double)k * l->step;
-		double low = floor(l->step < 0 ? first + (STEP - 1) * l->step : first);
-		__m512 x = _mm512_add_ps(_mm512_set1_ps((float)(first - low)), ramp), t0, t1, f;
+		__m512 x = _mm512_add_ps(_mm512_set1_ps(froms[k / STEP]), ramp), t0, t1, f;
 		__m512i i = _mm512_cvttps_epi32(x), i1 = _mm512_add_epi32(i, _mm512_set1_epi32(1));
-		const float *t = blend + (ptrdiff_t)low;
+		const float *t = blend + lows[k / STEP];
 		unsigned mask = 0xffff;
 
 		t0 = _mm512_permutex2var_ps(_mm512_loadu_ps(t), i, _mm512_loadu_ps(t + 16));
@@ -296,12 +309,16 @@ __attribute__((target("avx512f"), always_inline)) static inline void line_512(
 		}
 		f = _mm512_sub_ps(x, _mm512_cvtepi32_ps(i));
 		t0 = _mm512_add_ps(t0, _mm512_mul_ps(f, _mm512_sub_ps(t1, t0)));
+		t1 = _mm512_load_ps(acc + k);
+		if (k >= l->k0 && k + STEP <= l->k1) {
+			_mm512_store_ps(acc + k, _mm512_add_ps(t1, t0));
+			continue;
+		}
 		if (k < l->k0)
 			mask &= 0xffffU << (l->k0 - k);
 		if (k + STEP > l->k1)
 			mask &= 0xffffU >> (k + STEP - l->k1);
-		t1 = _mm512_loadu_ps(acc + k);
-		_mm512_storeu_ps(acc + k, _mm512_mask_add_ps(t1, (__mmask16)mask, t1, t0));
+		_mm512_store_ps(acc + k, _mm512_mask_add_ps(t1, (__mmask16)mask, t1, t0));
 	}
 }
 

@@ -13,7 +13,7 @@
  *
  *   view[(col + 1)*pitch + CT_BP_PAD + row],  col in [-1, w], row in [-1, h]
  *
- * the frame of one pixel repeating the edge (ct_backproject_frame).
+ * the frame of one pixel repeating the edge (ct_backproject_frame), and 64-byte aligned.
  *
  * Voxel positions are in double; blends and sums of the views of one call in float. The same bytes
  * for any number of threads.

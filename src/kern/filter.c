@@ -23,11 +23,15 @@ struct point {
 	lanes re, im;
 };
 
-/* Transform in decimation of frequency; output in bit-reversed order. tw: e^(-2 pi i k/n). */
-HOT static void forward(size_t n, struct point *x, const double *tw)
+enum { INNER = 256 }; /* points that stay in the first cache */
+
+/* Transform in decimation of frequency, from halves of n/2 points down to halves of `least`, of all
+ * blocks of n among the `all` points; output in bit-reversed order. tw: e^(-2 pi i k/(n step)). */
+HOT static void forward_stages(size_t all, size_t n, size_t least, struct point *x,
+	const double *tw, size_t step)
 {
-	for (size_t half = n / 2, step = 1; half; half /= 2, step *= 2)
-		for (size_t block = 0; block < n; block += 2 * half)
+	for (size_t half = n / 2; half >= least; half /= 2, step *= 2)
+		for (size_t block = 0; block < all; block += 2 * half)
 			for (size_t k = 0; k < half; k++) {
 				struct point *a = x + block + k, *b = a + half;
 				double c = tw[2 * k * step], s = tw[2 * k * step + 1];
@@ -40,11 +44,13 @@ HOT static void forward(size_t n, struct point *x, const double *tw)
 			}
 }
 
-/* Its inverse times n, in decimation of time, from bit-reversed order. */
-HOT static void backward(size_t n, struct point *x, const double *tw)
+/* Its inverse times n, in decimation of time, from bit-reversed order; halves from `least` up. */
+HOT static void backward_stages(size_t all, size_t n, size_t least, struct point *x,
+	const double *tw, size_t step)
 {
-	for (size_t half = 1, step = n / 2; half < n; half *= 2, step /= 2)
-		for (size_t block = 0; block < n; block += 2 * half)
+	step *= n / 2 / least;
+	for (size_t half = least; half < n; half *= 2, step /= 2)
+		for (size_t block = 0; block < all; block += 2 * half)
 			for (size_t k = 0; k < half; k++) {
 				struct point *a = x + block + k, *b = a + half;
 				double c = tw[2 * k * step], s = tw[2 * k * step + 1];
@@ -55,6 +61,25 @@ HOT static void backward(size_t n, struct point *x, const double *tw)
 				a->re += re;
 				a->im += im;
 			}
+}
+
+/* All stages; the short ones a part at a time that stays in the first cache. */
+static void forward(size_t n, struct point *x, const double *tw)
+{
+	size_t inner = n < INNER ? n : INNER;
+
+	forward_stages(n, n, inner, x, tw, 1);
+	for (size_t i = 0; i < n; i += inner)
+		forward_stages(inner, inner, 1, x + i, tw, n / inner);
+}
+
+static void backward(size_t n, struct point *x, const double *tw)
+{
+	size_t inner = n < INNER ? n : INNER;
+
+	for (size_t i = 0; i < n; i += inner)
+		backward_stages(inner, inner, 1, x + i, tw, n / inner);
+	backward_stages(n, n, inner, x, tw, 1);
 }
 
 HOT static void multiply(size_t n, struct point *x, const double *response)
@@ -166,8 +191,8 @@ void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out,
 	size_t w = f->w;
 
 	memset(x, 0, f->n * sizeof *x);
-	for (size_t r = 0; r < rows; r++)
-		for (size_t c = 0; c < count; c++)
+	for (size_t c = 0; c < count; c++)
+		for (size_t r = 0; r < rows; r++)
 			scratch[(at + c) * CT_FILTER_ROWS + r] =
 				(double)in[r * count + c] * (double)weight[r * count + c];
 	forward(f->n, x, f->twiddle);
