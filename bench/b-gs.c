@@ -242,7 +242,7 @@ static void block_term(void *arg)
 	struct side *d = arg;
 	struct ct_err e;
 
-	must(ct_voxels_plan(&d->vox, &d->block, d->g.n, d->b, &e), &e);
+	must(ct_voxels_plan(&d->vox, &d->block, d->g.n, d->b, NULL, &e), &e);
 	ct_voxels_draw(d->voxels, &d->vox, 0, 32);
 	ct_loss_tv(d->dvoxels, d->voxels, ct_dab_pitch(32), NULL, d->block.n, 1);
 	ct_voxels_back(&d->grad, &d->vox, d->b, &d->g, d->dvoxels, NULL);

@@ -96,7 +96,7 @@ static void make(struct scene *s, const struct ct_env *env)
 	}
 	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g.n, b, &e), &e);
+	must(ct_voxels_plan(&v, &block, g.n, b, NULL, &e), &e);
 	must(ct_voxels_add(s->truth, &v, 1, env, &e), &e);
 	free(img);
 	ct_splat_free(&sp);
@@ -130,7 +130,7 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
 	ct_blobs(b, g, NULL);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g->n, b, &e), &e);
+	must(ct_voxels_plan(&v, &block, g->n, b, NULL, &e), &e);
 	must(ct_voxels_add(vol, &v, 1, env, &e), &e);
 	for (size_t i = 0; i < N * N * N; i++) {
 		double d = (double)(vol[i] - s->truth[i]);

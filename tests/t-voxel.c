@@ -116,7 +116,7 @@ static void fast(void)
 		exit(1);
 	env.par = par;
 	ct_blobs(b, &g, par);
-	OK(ct_voxels_plan(&v, &block, g.n, b, &e) == 0 && v.n > 50 && v.n < g.n,
+	OK(ct_voxels_plan(&v, &block, g.n, b, NULL, &e) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
 	OK(ct_voxels_add(vol, &v, 1, &env, &e) == 0, "voxelise");
 	ct_voxels_add(again, &v, 1, &alone, &e);
@@ -182,10 +182,10 @@ static void blocks(void)
 		exit(1);
 	ct_blobs(b, &g, NULL);
 	ct_block_init(&block, turned, zero, n, &e);
-	ct_voxels_plan(&v, &block, g.n, b, &e);
+	ct_voxels_plan(&v, &block, g.n, b, NULL, &e);
 	ct_voxels_add(whole, &v, 2, &alone, &e);
 	ct_block_init(&block, turned, first, m, &e);
-	ct_voxels_plan(&v, &block, g.n, b, &e);
+	ct_voxels_plan(&v, &block, g.n, b, NULL, &e);
 	ct_voxels_add(part, &v, 2, &alone, &e);
 	for (size_t i = 0; i < 6 * 5 * 4; i++) {
 		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
@@ -214,7 +214,7 @@ static void mass(void)
 		exit(1);
 	ct_blob_make(&b, p, l, q, -0.3);
 	ct_block_init(&block, affine, zero, n, &e);
-	ct_voxels_plan(&v, &block, 1, &b, &e);
+	ct_voxels_plan(&v, &block, 1, &b, NULL, &e);
 	ct_voxels_add(vol, &v, 1, &alone, &e);
 	for (size_t i = 0; i < 48 * 48 * 48; i++)
 		sum += (double)vol[i];

@@ -72,9 +72,19 @@ struct job {
 	const double *lr, *ln_s;
 };
 
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
+	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#else
+#define CLONES
+#endif
+
+enum { BLOCK = 16 };
+
 /* n parameters; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 - beta2^t). */
-static void step(size_t n, float *restrict x, float *restrict m, float *restrict v,
-	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
+static inline __attribute__((always_inline)) void step(size_t n, float *restrict x,
+	float *restrict m, float *restrict v, const float *restrict grad, const float *restrict c1,
+	const float *restrict c2, float lr)
 {
 	const float b1 = (float)CT_ADAM_BETA1, b2 = (float)CT_ADAM_BETA2, eps = (float)CT_ADAM_EPS;
 
@@ -83,6 +93,16 @@ static void step(size_t n, float *restrict x, float *restrict m, float *restrict
 		v[i] = b2 * v[i] + (1 - b2) * grad[i] * grad[i];
 		x[i] -= lr * c1[i] * m[i] / (sqrtf(v[i]) * c2[i] + eps);
 	}
+}
+
+CLONES static void steps(size_t n, float *restrict x, float *restrict m, float *restrict v,
+	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
+{
+	size_t i = 0;
+
+	for (; i + BLOCK <= n; i += BLOCK)
+		step(BLOCK, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
+	step(n - i, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
 }
 
 static void some(void *arg, size_t chunk, size_t worker)
@@ -107,7 +127,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 		last = t;
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		step(n, ct_gauss_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
+		steps(n, ct_gauss_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
 			j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {
 		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];

@@ -301,12 +301,12 @@ INLINE int32_t least_of(int32_t a, int32_t b)
 	return a < b ? a : b;
 }
 
-INLINE void add_batch(float *img, size_t pitch, size_t w, struct batch *o)
+INLINE void add_batch(float *img, size_t pitch, size_t w, size_t r0, struct batch *o)
 {
 	close_batch(o, w);
 	for (size_t i = 0; i < o->n; i++) {
 		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
-		float *at = img + (size_t)o->r[i] * pitch;
+		float *at = img + ((size_t)o->r[i] - r0) * pitch;
 
 		if (gentle(o->d[i]))
 			add_gentle(at, pitch, o->count[i], &p, o->d[i]);
@@ -334,12 +334,12 @@ void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_
 			push(&o, r, next - r, d);
 			r = next;
 			if (o.n == BATCH)
-				add_batch(img, pitch, w, &o);
+				add_batch(img, pitch, w, r0, &o);
 		}
 		if (item && i + AHEAD < n)
 			__builtin_prefetch(dab + item[i + AHEAD]);
 	}
-	add_batch(img, pitch, w, &o);
+	add_batch(img, pitch, w, r0, &o);
 }
 
 /* Sums over the lanes of six vectors: out[i] = sum of acc[i], by a tree. */

@@ -41,7 +41,7 @@ struct ct_dab {
 size_t ct_dab_pitch(size_t w);
 /* Set turn, hop and lean from the rest. */
 void ct_dab_close(struct ct_dab *d);
-/* img[row][col] += amp e, rows [r0, r1), columns [0, w), rows `pitch` apart, for the n dabs
+/* img[row - r0][col] += amp e, rows [r0, r1), columns [0, w), rows `pitch` apart, for the n dabs
  * d[item[.]] in that order (item NULL: d[0] on). r0 is a multiple of CT_DAB_ROWS. */
 void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n,
 	const uint32_t *item, const struct ct_dab *d);

@@ -228,9 +228,9 @@ static int tv_term(struct ct_fit *f, const struct ct_fit_data *d, struct work *w
 			env->seed, CT_STREAM_TV + iteration, a, base->n[a] - n[a] + 1);
 	}
 	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, e))
+		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
 		return -1;
-	ct_voxels_draw(w->block, &w->vox, 0, n[2]);
+	ct_voxels_draw_all(w->block, &w->vox, env->par);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
 		memcpy(w->crop + r * n[0],
 			base->data +

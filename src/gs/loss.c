@@ -14,6 +14,7 @@
 #else
 #define CLONES
 #endif
+#define INLINE static inline __attribute__((always_inline))
 
 enum { STRIP = 64, BLOCK = 16 }; /* rows of a task; numbers that are taken together */
 
@@ -57,37 +58,54 @@ struct job {
 	float scale, step;
 };
 
-/* A row of both images times scale, the gradient of L1 there, and the sum of |x - y|. */
-CLONES static double row_of(float *restrict x, float *restrict y, float *restrict g,
-	const float *restrict img, const float *restrict base, const float *restrict want, size_t w,
-	float scale, float step)
+/* n <= BLOCK pixels of both images times scale, the gradient of L1 there, and |x - y| to sum. */
+INLINE void pixels(float *x, float *y, float *g, const float *img, const float *base,
+	const float *want, size_t n, const struct job *j, float sum[BLOCK])
+{
+	float a[BLOCK] = {0}, b[BLOCK] = {0}, c[BLOCK] = {0};
+
+	memcpy(a, img, n * sizeof *a);
+	memcpy(b, want, n * sizeof *b);
+	if (base)
+		memcpy(c, base, n * sizeof *c);
+	for (size_t i = 0; i < BLOCK; i++) {
+		a[i] = (a[i] + c[i]) * j->scale;
+		b[i] *= j->scale;
+		c[i] = a[i] - b[i];
+		sum[i] += fabsf(c[i]);
+	}
+	for (size_t i = 0; i < BLOCK; i++)
+		c[i] = c[i] > 0 ? j->step : c[i] < 0 ? -j->step : 0;
+	memcpy(x, a, n * sizeof *a);
+	memcpy(y, b, n * sizeof *b);
+	memcpy(g, c, n * sizeof *c);
+}
+
+static double total(const float part[BLOCK])
 {
 	double sum = 0;
 
-	for (size_t c = 0; c < w; c += BLOCK) {
-		const size_t n = w - c < BLOCK ? w - c : BLOCK;
-		float a[BLOCK] = {0}, b[BLOCK] = {0}, s[BLOCK], part = 0;
-
-		memcpy(a, img + c, n * sizeof *a);
-		memcpy(b, want + c, n * sizeof *b);
-		for (size_t i = 0; base && i < n; i++)
-			a[i] += base[c + i];
-		for (size_t i = 0; i < BLOCK; i++) {
-			float d;
-
-			a[i] *= scale;
-			b[i] *= scale;
-			d = a[i] - b[i];
-			s[i] = d > 0 ? step : d < 0 ? -step : 0;
-		}
-		for (size_t i = 0; i < BLOCK; i++)
-			part += fabsf(a[i] - b[i]);
-		sum += (double)part;
-		memcpy(x + c, a, n * sizeof *a);
-		memcpy(y + c, b, n * sizeof *b);
-		memcpy(g + c, s, n * sizeof *s);
-	}
+	for (size_t i = 0; i < BLOCK; i++)
+		sum += (double)part[i];
 	return sum;
+}
+
+/* A row; returns its sum of |x - y|. */
+CLONES static double row_of(const struct job *j, size_t r)
+{
+	const struct ct_loss *l = j->l;
+	const float *img = j->img + r * j->pitch, *want = j->y + r * l->w;
+	const float *base = j->base ? j->base + r * l->w : NULL;
+	float *x = l->x + r * l->w, *y = l->y + r * l->w, *g = l->g + r * l->w, sum[BLOCK] = {0};
+	size_t c = 0;
+
+	for (; c + BLOCK <= l->w; c += BLOCK)
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c, BLOCK, j,
+			sum);
+	if (c < l->w)
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c, l->w - c, j,
+			sum);
+	return total(sum);
 }
 
 static void rows(const struct ct_loss *l, size_t strip, size_t *first, size_t *end)
@@ -104,12 +122,8 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 	size_t r, end;
 
 	(void)worker;
-	for (rows(l, strip, &r, &end); r < end; r++) {
-		size_t at = r * l->w;
-
-		sum += row_of(l->x + at, l->y + at, l->g + at, j->img + r * j->pitch,
-			j->base ? j->base + at : NULL, j->y + at, l->w, j->scale, j->step);
-	}
+	for (rows(l, strip, &r, &end); r < end; r++)
+		sum += row_of(j, r);
 	l->part[2 * strip] = sum;
 }
 
@@ -159,32 +173,47 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	t->dssim = k->ssim == 0 ? 0 : 1 - s / count;
 }
 
-/* Differences b - a of n neighbours (ab, bb: what is to be added to them, or NULL): their signs
- * times w go to db and from da, which may overlap. Returns the sum of their sizes. */
+/* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their
+ * signs times w go to db and from da, which may overlap; their sizes to sum. */
+INLINE void differ(float *da, float *db, const float *a, const float *b, const float *ab,
+	const float *bb, size_t n, float w, float sum[BLOCK])
+{
+	float d[BLOCK] = {0}, s[BLOCK] = {0}, t[BLOCK] = {0};
+
+	memcpy(d, b, n * sizeof *d);
+	memcpy(s, a, n * sizeof *s);
+	for (size_t k = 0; k < BLOCK; k++)
+		d[k] -= s[k];
+	if (ab) {
+		memcpy(t, bb, n * sizeof *t);
+		memcpy(s, ab, n * sizeof *s);
+		for (size_t k = 0; k < BLOCK; k++)
+			d[k] += t[k] - s[k];
+	}
+	for (size_t k = 0; k < BLOCK; k++)
+		sum[k] += k < n ? fabsf(d[k]) : 0;
+	for (size_t k = 0; k < BLOCK; k++)
+		s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
+	for (size_t k = 0; k < n; k++)
+		da[k] -= s[k];
+	for (size_t k = 0; k < n; k++)
+		db[k] += s[k];
+}
+
+/* The same for any n; returns the sum of the sizes. */
 CLONES static double pair(float *da, float *db, const float *a, const float *b, const float *ab,
 	const float *bb, size_t n, float w)
 {
-	double sum = 0;
+	float sum[BLOCK] = {0};
+	size_t i = 0;
 
-	for (size_t i = 0; i < n; i += BLOCK) {
-		const size_t m = n - i < BLOCK ? n - i : BLOCK;
-		float d[BLOCK] = {0}, s[BLOCK], part = 0;
-
-		for (size_t k = 0; k < m; k++)
-			d[k] = b[i + k] - a[i + k];
-		for (size_t k = 0; ab && k < m; k++)
-			d[k] += bb[i + k] - ab[i + k];
-		for (size_t k = 0; k < BLOCK; k++)
-			s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
-		for (size_t k = 0; k < BLOCK; k++)
-			part += fabsf(d[k]);
-		sum += (double)part;
-		for (size_t k = 0; k < m; k++)
-			da[i + k] -= s[k];
-		for (size_t k = 0; k < m; k++)
-			db[i + k] += s[k];
-	}
-	return sum;
+	for (; i + BLOCK <= n; i += BLOCK)
+		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, BLOCK,
+			w, sum);
+	if (i < n)
+		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, n - i,
+			w, sum);
+	return total(sum);
 }
 
 double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,

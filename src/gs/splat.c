@@ -11,7 +11,10 @@
 /* Nearest drawn, as a part of the distance of the detector: closer, J is no approximation. */
 #define NEAREST 0.02
 
-enum { BAND = CT_DAB_ROWS }; /* rows of an image that one task draws */
+enum {
+	BAND = CT_DAB_ROWS,
+	GROUP = 4096
+}; /* rows that one task draws; dabs that are summed first */
 
 static double dot(const double a[static 3], const double b[static 3])
 {
@@ -201,7 +204,9 @@ int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const
 		return ct_fail(e, CT_EINPUT, "%zu Gaussians are too many", n);
 	if (ct_grow(&s->dab, &s->cap, n, sizeof *s->dab, e) ||
 		ct_grow(&s->start, &s->starts, bands + 1, sizeof *s->start, e) ||
-		ct_grow(&s->place, &s->firsts, chunks * bands, sizeof *s->place, e))
+		ct_grow(&s->place, &s->firsts, chunks * bands, sizeof *s->place, e) ||
+		ct_grow(&s->sum, &s->sums, ct_par_threads(par) * BAND * ct_dab_pitch(c->w),
+			sizeof *s->sum, e))
 		return -1;
 	s->n = n;
 	s->bands = bands;
@@ -216,6 +221,7 @@ void ct_splat_free(struct ct_splat *s)
 	free(s->item);
 	free(s->start);
 	free(s->place);
+	free(s->sum);
 	*s = (struct ct_splat){0};
 }
 
@@ -230,11 +236,24 @@ static void draw_band(void *arg, size_t band, size_t worker)
 	const struct ct_splat *s = d->s;
 	size_t pitch = ct_dab_pitch(s->cam.w), first = band * BAND;
 	size_t end = first + BAND < s->cam.h ? first + BAND : s->cam.h;
+	size_t size = (end - first) * pitch;
+	const uint32_t *item = s->item + s->start[band], *last = s->item + s->start[band + 1];
+	float *restrict to = d->img + first * pitch, *restrict sum = s->sum + worker * BAND * pitch;
 
-	(void)worker;
-	memset(d->img + first * pitch, 0, (end - first) * pitch * sizeof *d->img);
-	ct_dabs_add(d->img, pitch, s->cam.w, first, end, s->start[band + 1] - s->start[band],
-		s->item + s->start[band], s->dab);
+	memset(to, 0, size * sizeof *to);
+	for (bool more = false; item < last; more = true) {
+		size_t n = last - item < GROUP ? (size_t)(last - item) : GROUP;
+
+		if (!more) {
+			ct_dabs_add(to, pitch, s->cam.w, first, end, n, item, s->dab);
+		} else {
+			memset(sum, 0, size * sizeof *sum);
+			ct_dabs_add(sum, pitch, s->cam.w, first, end, n, item, s->dab);
+			for (size_t i = 0; i < size; i++)
+				to[i] += sum[i];
+		}
+		item += n;
+	}
 }
 
 void ct_splat_draw(float *img, const struct ct_splat *s, struct ct_par *par)

@@ -11,7 +11,8 @@
  * threshold on the contribution: a Gaussian ends on the ellipse of CT_GS_CUT (dab.h), whatever its
  * sign. Off its centre a Gaussian is exact in parallel beam and to first order in cone beam.
  *
- * The image is a plain sum, in order of index: the same bytes for any number of threads. Gradients
+ * The image is a plain sum in order of index, by groups of 4096 so that a million in one place lose
+ * no digits: the same bytes for any number of threads. Gradients
  * belong to one Gaussian each and are summed by one task.
  */
 #ifndef CT_GS_SPLAT_H
@@ -88,9 +89,11 @@ struct ct_splat {
 	uint32_t *item;
 	size_t *start;
 	size_t *place; /* of chunk c in band k: place[c (bands) + k] */
+	size_t sums, threads;
+	float *sum; /* a band of each thread */
 };
 void ct_splat_free(struct ct_splat *s);
-/* Project all Gaussians. */
+/* Project all Gaussians, and make room to draw them with as many threads as `par` has. */
 int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const struct ct_blob *b,
 	struct ct_par *par, struct ct_err *e);
 /* img[h][pitch] = sum of all, pitch = ct_dab_pitch(w), what is beyond w arbitrary but finite. */

@@ -86,6 +86,8 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 void ct_voxels_free(struct ct_voxels *v)
 {
 	free(v->brick);
+	free(v->hit);
+	free(v->found);
 	*v = (struct ct_voxels){0};
 }
 
@@ -104,25 +106,62 @@ static bool near(const struct ct_block *k, const double norm[3], const struct ct
 	return true;
 }
 
-int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
-	struct ct_err *e)
-{
+struct search {
+	struct ct_voxels *v;
+	const struct ct_blob *b;
+	size_t n;
 	double norm[3];
+};
 
+/* The Gaussians of a chunk that touch the block. */
+static void search_some(void *arg, size_t chunk, size_t worker)
+{
+	const struct search *s = arg;
+	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK, found = 0;
+	struct ct_brick o;
+
+	(void)worker;
+	for (size_t i = first; i < end && i < s->n; i++)
+		if (near(&s->v->block, s->norm, &s->b[i]) &&
+			ct_brick_of(&o, &s->v->block, &s->b[i]))
+			s->v->hit[first + found++] = (uint32_t)i;
+	s->v->found[chunk] = found;
+}
+
+static void brick_some(void *arg, size_t i, size_t worker)
+{
+	const struct search *s = arg;
+	struct ct_brick *o = &s->v->brick[i];
+
+	(void)worker;
+	ct_brick_of(o, &s->v->block, &s->b[s->v->hit[i]]);
+	o->index = s->v->hit[i];
+}
+
+int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
+	struct ct_par *par, struct ct_err *e)
+{
+	struct search s = {.v = v, .b = b, .n = n};
+	size_t chunks = (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, total = 0;
+
+	if (n > UINT32_MAX)
+		return ct_fail(e, CT_EINPUT, "%zu Gaussians are too many", n);
+	if (ct_grow(&v->hit, &v->hits, n, sizeof *v->hit, e) ||
+		ct_grow(&v->found, &v->chunks, chunks, sizeof *v->found, e))
+		return -1;
 	v->block = *k;
 	v->n = 0;
 	for (int r = 0; r < 3; r++)
-		norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
-	for (size_t i = 0; i < n; i++) {
-		struct ct_brick o;
-
-		if (!near(k, norm, &b[i]) || !ct_brick_of(&o, k, &b[i]))
-			continue;
-		if (ct_grow(&v->brick, &v->cap, v->n + 1, sizeof o, e))
-			return -1;
-		o.index = i;
-		v->brick[v->n++] = o;
+		s.norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
+	ct_par_for(par, chunks, search_some, &s);
+	for (size_t c = 0; c < chunks; c++) {
+		memmove(v->hit + total, v->hit + c * CT_GS_CHUNK, v->found[c] * sizeof *v->hit);
+		total += v->found[c];
 	}
+	if (ct_grow(&v->brick, &v->cap, total, sizeof *v->brick, e))
+		return -1;
+	v->n = total;
+	ct_par_for(par, total, brick_some, &s);
 	return 0;
 }
 
@@ -182,6 +221,26 @@ void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t 
 					k->n[0], 0, k->n[1], 1, NULL, &d);
 		}
 	}
+}
+
+struct draw {
+	float *out;
+	const struct ct_voxels *v;
+};
+
+static void draw_slice(void *arg, size_t at, size_t worker)
+{
+	const struct draw *d = arg;
+
+	(void)worker;
+	ct_voxels_draw(d->out + at * ct_voxels_slice(&d->v->block), d->v, at, at + 1);
+}
+
+void ct_voxels_draw_all(float *out, const struct ct_voxels *v, struct ct_par *par)
+{
+	struct draw d = {out, v};
+
+	ct_par_for(par, v->block.n[2], draw_slice, &d);
 }
 
 struct add {

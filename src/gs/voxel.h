@@ -36,8 +36,10 @@ struct ct_brick {
 
 struct ct_voxels {
 	struct ct_block block;
-	size_t n, cap;
+	size_t n, cap, hits, chunks;
 	struct ct_brick *brick;
+	uint32_t *hit; /* scratch of the search, and how many there are in each chunk */
+	size_t *found;
 };
 
 /* CT_EGEOM if the affine has no inverse. */
@@ -49,11 +51,13 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 void ct_voxels_free(struct ct_voxels *v);
 /* Find the Gaussians that touch the block, in order of index. */
 int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
-	struct ct_err *e);
+	struct ct_par *par, struct ct_err *e);
 /* Floats of a slice as the two functions below lay it out: rows ct_dab_pitch(n[0]) apart. */
 size_t ct_voxels_slice(const struct ct_block *k);
 /* out[slices [first, end)][n1][pitch] = field. */
 void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t end);
+/* out[n2][n1][pitch] = field, slices in parallel. */
+void ct_voxels_draw_all(float *out, const struct ct_voxels *v, struct ct_par *par);
 /* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */
 void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const struct ct_blob *b,
 	const struct ct_gauss *set, const float *df, struct ct_par *par);

@@ -122,7 +122,7 @@ CLONES static void filter_column(double *restrict out, const double *restrict ri
 }
 
 /* Products of one row of both images, behind RADIUS zeros that lay_out made. */
-static void load_row(struct work *k, size_t at, size_t w, const float *x, const float *y)
+CLONES static void load_row(struct work *k, size_t at, size_t w, const float *x, const float *y)
 {
 	for (size_t j = 0; j < w; j++) {
 		double a = (double)x[j], b = (double)y[j];
@@ -200,28 +200,37 @@ double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x,
 	return count > 0 ? sum / count : (double)NAN;
 }
 
-/* D1 = dS/d(filtered x), D2 = dS/d(filtered x^2), D3 = dS/d(filtered xy), into k->row[0..2];
- * unbias is 1 here. */
-CLONES static void differentiate(const struct work *k, const struct ct_ssim_rule *r, size_t w)
+/* S into k->s and D1 = dS/d(filtered x), D2 = dS/d(filtered x^2), D3 = dS/d(filtered xy) into
+ * k->row[0..2]; unbias is 1 here. Returns the sum of S. */
+CLONES static double differentiate(const struct work *k, const struct ct_ssim_rule *r, size_t w)
 {
 	const double *restrict mean_x = k->mean[0], *restrict mean_y = k->mean[1];
-	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3], *restrict s = k->s;
+	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3];
 	double *restrict d1 = k->row[0] + r->radius, *restrict d2 = k->row[1] + r->radius;
-	double *restrict d3 = k->row[2] + r->radius;
+	double *restrict d3 = k->row[2] + r->radius, *restrict s = k->s;
+	double acc[BLOCK] = {0}, sum = 0;
 
 	for (size_t j = 0; j < k->wp; j += BLOCK)
 		for (size_t i = j; i < j + BLOCK; i++) {
 			double mx = mean_x[i], my = mean_y[i], m2 = mx * mx + my * my;
-			double b1 = m2 + r->c1, b2 = e2[i] - m2 + r->c2;
+			double b1 = m2 + r->c1, b2 = e2[i] - m2 + r->c2, inv = 1 / (b1 * b2);
 			double a1 = 2 * mx * my + r->c1, a2 = 2 * (exy[i] - mx * my) + r->c2;
-			double by = 2 / (b1 * b2), q = s[i] / b2;
+			double by = 2 * inv, q;
 
-			d1[i] = my * a2 * by - 2 * mx * s[i] / b1 + 2 * mx * q - my * a1 * by;
+			s[i] = a1 * a2 * inv;
+			q = s[i] * b1 * inv;
+			d1[i] = my * a2 * by + 2 * mx * (q - s[i] * b2 * inv) - my * a1 * by;
 			d2[i] = -q;
 			d3[i] = a1 * by;
 		}
 	for (size_t j = w; j < k->wp; j++) /* outside the image the filter sees zeros */
-		d1[j] = d2[j] = d3[j] = 0;
+		d1[j] = d2[j] = d3[j] = s[j] = 0;
+	for (size_t j = 0; j < k->wp; j += BLOCK)
+		for (size_t i = 0; i < BLOCK; i++)
+			acc[i] += s[j + i];
+	for (size_t i = 0; i < BLOCK; i++)
+		sum += acc[i];
+	return sum;
 }
 
 /* The gradient ring takes row o (beyond the image: zeros). */
@@ -238,7 +247,7 @@ static void take_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o
 }
 
 /* gx[0, w) += scale times the gradient of a row of x and y, whose last row in the ring is o. */
-static void give_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t w,
+CLONES static void give_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t w,
 	float *restrict gx, const float *restrict x, const float *restrict y, double scale)
 {
 	const double *restrict a = k->mean[0], *restrict b = k->mean[1], *restrict c = k->mean[2];
@@ -267,13 +276,9 @@ double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_
 		if (row < begin + r->radius)
 			continue;
 		if (row < h + r->radius) {
-			double part = 0;
+			double part = differentiate(&k, r, w);
 
-			similarity(&k, r);
-			for (size_t j = 0; j < w; j++)
-				part += k.s[j];
 			sum += o >= first && o < end ? part : 0;
-			differentiate(&k, r, w);
 		}
 		take_gradient(&k, r, o, h);
 		if (row >= first + reach)

@@ -52,7 +52,7 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 		ct_block_init(&block, (const double(*)[4])vol->affine, zero, vol->n, e))
 		goto out;
 	ct_blobs(b, g, env->par);
-	if (ct_voxels_plan(&v, &block, g->n, b, e))
+	if (ct_voxels_plan(&v, &block, g->n, b, env->par, e))
 		goto out;
 	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", v.n, g->n);
 	rc = ct_voxels_add(vol->data, &v, hu, env, e);
@@ -133,8 +133,8 @@ static int write_residual(struct ct_vol *res, const struct ct_any *from, const s
 }
 
 /* The nearest volume that the operator of --consistent maps to it. */
-static int make_consistent(struct ct_vol *out, const struct params *p, const struct ct_env *env,
-	struct ct_err *e)
+static int make_consistent(
+	struct ct_vol *out, const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_degrade d;
 	struct ct_vol lr = {0};
