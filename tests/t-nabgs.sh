@@ -29,6 +29,32 @@ above "$(psnr out.nii two.nii 2>&1 | sed s/inf/999/)" 100; ok $? 'which is the s
 exits 0 'JSON' fit --json p.exr j.ply
 grep -q '"negative": [1-9]' out; ok $? 'with the counts'
 
+ct-nabgs --json --tolerance=0.8 -b up.nii -n 200 -g 1500 --max-gaussians=1500 p.exr tol.ply >tol 2>err
+grep -q '"ended-by": "tolerance"' tol && grep -q '"iterations": [1-9]*[0-9]' tol &&
+	awk '/"error"/ && !seen {seen = 1; gsub(/[,"]/, ""); exit !($2 <= 0.8 && $2 > 0)}' tol
+ok $? 'ends when the error is small enough'
+[ "$(sed -n 's/.*"iterations": \([0-9]*\).*/\1/p' tol)" -lt 200 ]; ok $? 'and before its time'
+grep -q '"gaussians": 1500' tol && grep -A1 '"gaussians": 1500' tol | grep -q '"error"'
+ok $? 'the error stands beside the number of Gaussians'
+exits 0 'a scene without residual' ct-nabgs -b up.nii up.exr none.ply
+has out '^gaussians 0' 'needs no Gaussian'
+has out '^ended-by nothing to fit' 'and says so'
+has out '^iterations 0' 'and ends at once'
+exits 0 'composes with none' ct-compose up.nii none.ply none.nii
+[ "$(psnr up.nii none.nii)" = inf ]; ok $? 'to the base as it was'
+
+exits 0 'another grid' ct-compose --spacing=4 up.nii res.ply same.nii
+[ "$(psnr out.nii same.nii)" = inf ]; ok $? 'of the same spacing is the same'
+exits 0 'twice as fine' ct-compose --spacing=2 up.nii res.ply fine.nii
+ct-info fine.nii >out; has out '^size *64 64 64' 'has eight times the voxels'
+has out '^extent-mm *128 128 128' 'in the same box'
+ct-degrade -x 2 --sigma=0 --decimate=mean fine.nii coarse.nii
+above "$(psnr out.nii coarse.nii)" 25; ok $? 'and is the same object'
+exits 0 'and coarser' ct-compose --spacing=9 up.nii res.ply thick.nii
+ct-info thick.nii >out; has out '^size *15 15 15' 'covers the box'
+exits 2 'a volume is not rendered anew' ct-compose --spacing=2 up.nii r.nii no.nii
+exits 2 'too fine a grid' ct-compose --spacing=0.0001 up.nii res.ply no.nii
+
 mkdir one four
 (cd one && ct-nabgs -q -t 1 -b ../up.nii -n 120 -g 900 ../p.exr r.ply)
 (cd four && ct-nabgs -q -t 4 -b ../up.nii -n 120 -g 900 ../p.exr r.ply)

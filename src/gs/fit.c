@@ -112,13 +112,61 @@ static double extent_of(const struct ct_vol *v)
 	return most;
 }
 
-int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
+/* What is left to explain without a Gaussian, view by view; *whole = mean |y|. */
+static int measure(struct ct_fit *f, const struct ct_fit_data *d, double *whole, struct ct_err *e)
+{
+	const struct ct_stack *y = d->target;
+	size_t pixels = y->h * y->w;
+
+	if (ct_alloc(&f->blank, y->views, sizeof *f->blank, e))
+		return -1;
+	f->residual = *whole = 0;
+	for (size_t k = 0; k < y->views; k++) {
+		const float *a = ct_stack_view(y, k);
+		const float *b = f->opt.full ? NULL : ct_stack_view(d->base_projections, k);
+		double left = 0, all = 0;
+
+		for (size_t i = 0; i < pixels; i++) {
+			left += fabs((double)a[i] - (b ? (double)b[i] : 0));
+			all += fabs((double)a[i]);
+		}
+		f->blank[k] = left / (double)pixels;
+		f->residual += f->blank[k] / (double)y->views;
+		*whole += all / (double)pixels / (double)y->views;
+	}
+	return 0;
+}
+
+static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_s[static 2],
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t zero[3] = {0};
+	double whole;
+
+	if (ct_stack_check(d->target, e) ||
+		ct_block_init(&f->rule.box, d->base->affine, zero, d->base->n, e) ||
+		measure(f, d, &whole, e))
+		return -1;
+	if (f->residual <= CT_FIT_NOTHING * whole) {
+		ct_log(env, CT_INFO, "nothing to fit: the projections are those of the base");
+		memcpy(f->g.grid, d->base->n, sizeof f->g.grid);
+		memcpy(f->g.affine, d->base->affine, sizeof f->g.affine);
+		f->end = CT_FIT_EMPTY;
+		f->error = 0;
+		return 0;
+	}
+	return ct_init(&f->g, d->base, f->opt.gaussians, f->opt.init_density, ln_s, env, e) ||
+			       ct_adam_reserve(&f->adam, 0, f->g.n, e)
+		       ? -1
+		       : 0;
+}
+
+int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
+	const struct ct_env *env, struct ct_err *e)
+{
 	double ln_s[2];
 
-	*f = (struct ct_fit){.opt = *o, .extent = extent_of(d->base)};
+	*f = (struct ct_fit){.opt = *o, .extent = extent_of(d->base), .error = 1};
 	ln_s[0] = log(o->s_least * f->extent);
 	ln_s[1] = log(o->s_most * f->extent);
 	f->g.activation = o->activation;
@@ -132,10 +180,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 			       ? -1
 			       : ct_fail(e, CT_EINPUT,
 					 "a residual needs the projections of its base");
-	if (ct_stack_check(d->target, e) ||
-		ct_block_init(&f->rule.box, d->base->affine, zero, d->base->n, e) ||
-		ct_init(&f->g, d->base, o->gaussians, o->init_density, ln_s, env, e) ||
-		ct_adam_reserve(&f->adam, 0, f->g.n, e)) {
+	if (begin(f, d, ln_s, env, e)) {
 		ct_fit_free(f);
 		return -1;
 	}
@@ -146,7 +191,16 @@ void ct_fit_free(struct ct_fit *f)
 {
 	ct_gauss_free(&f->g);
 	ct_adam_free(&f->adam);
+	free(f->blank);
+	free(f->point);
 	*f = (struct ct_fit){0};
+}
+
+const char *ct_fit_end_name(enum ct_fit_end end)
+{
+	static const char *const name[] = {"no end", "iterations", "tolerance", "nothing to fit"};
+
+	return name[end];
 }
 
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative)
@@ -191,6 +245,22 @@ static int check_term(double x, const char *name, size_t iteration, struct ct_er
 				     iteration, name);
 }
 
+/* A fit that makes a view far worse than it was goes nowhere. */
+static int check_growth(
+	struct ct_fit *f, double l1, size_t view, size_t iteration, struct ct_err *e)
+{
+	double worst;
+
+	if (iteration == 1)
+		f->first_l1 = l1;
+	worst = CT_FIT_WORST * fmax(f->first_l1, f->blank[view]);
+	return l1 <= worst ? 0
+			   : ct_fail(e, CT_ENUMERIC,
+				     "iteration %zu: the L1 term of the loss has diverged: mean "
+				     "error %g density mm, at first %g, without Gaussians %g",
+				     iteration, l1, f->first_l1, f->blank[view]);
+}
+
 /* Projection of one view, its loss, and the gradient of both: the Gaussians' sets w->grad. */
 static int view_term(struct ct_fit *f, const struct ct_fit_data *d, struct work *w,
 	struct ct_loss_terms *t, const struct ct_loss_weights *k, size_t iteration,
@@ -207,7 +277,8 @@ static int view_term(struct ct_fit *f, const struct ct_fit_data *d, struct work 
 	ct_loss_image(&w->loss, t, w->dimg, w->img, pitch,
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, view),
 		ct_stack_view(y, view), k, env->par);
-	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e))
+	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
+		check_growth(f, t->l1 / k->scale, view, iteration, e))
 		return -1;
 	ct_splat_back(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
 	return 0;
@@ -321,6 +392,29 @@ static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double l
 		f->first_loss = f->last_loss;
 }
 
+/* Error of the turn that this iteration ends, if it does, beside the number of Gaussians that
+ * most of it had. */
+static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
+{
+	float n = (float)f->g.n;
+
+	f->turn += l1;
+	if (iteration % views)
+		return 0;
+	f->error = f->turn / (double)views / f->residual;
+	f->turn = 0;
+	if (!f->points || f->point[f->points - 1].gaussians < n ||
+		f->point[f->points - 1].gaussians > n) {
+		if (ct_grow(&f->point, &f->points_cap, f->points + 1, sizeof *f->point, e))
+			return -1;
+		f->points++;
+	}
+	f->point[f->points - 1] = (struct ct_fit_point){n, (float)f->error, (float)iteration};
+	if (f->opt.tolerance > 0 && f->error <= f->opt.tolerance)
+		f->end = CT_FIT_ENOUGH;
+	return 0;
+}
+
 static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w, size_t iteration,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -336,6 +430,8 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w
 		return -1;
 	t.total = k.l1 * t.l1 + k.ssim * t.dssim + k.tv * t.tv;
 	note_loss(f, d->target->views, iteration, t.total);
+	if (note_turn(f, d->target->views, iteration, t.l1 / k.scale, e))
+		return -1;
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + "
@@ -348,9 +444,18 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w
 	return control(f, iteration, env, e);
 }
 
+static int check_set(const struct ct_fit *f, struct ct_err *e)
+{
+	struct ct_err why;
+
+	return ct_gauss_check_finite(&f->g, &why) == 0
+		       ? 0
+		       : ct_fail(e, CT_ENUMERIC, "iteration %zu: %s", f->g.step, why.msg);
+}
+
 static int save(const struct ct_fit *f, struct ct_err *e)
 {
-	return ct_gauss_check_finite(&f->g, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
+	return check_set(f, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
 }
 
 int ct_fit_run(
@@ -360,9 +465,12 @@ int ct_fit_run(
 	struct work w;
 	int rc = -1;
 
+	if (f->end == CT_FIT_EMPTY)
+		return 0;
+	f->end = CT_FIT_RUNNING;
 	if (work_alloc(&w, f, d, ct_par_threads(env->par), e))
 		goto out;
-	while (f->g.step < f->opt.iterations) {
+	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;
 
 		if (ct_stopping(env)) {
@@ -375,7 +483,12 @@ int ct_fit_run(
 			goto out;
 		ct_progress(env, "fit", it, f->opt.iterations);
 	}
-	rc = ct_gauss_check_finite(&f->g, e);
+	if (f->end == CT_FIT_RUNNING)
+		f->end = CT_FIT_DONE;
+	else
+		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
+			f->g.step);
+	rc = check_set(f, e);
 out:
 	work_free(&w);
 	return rc;

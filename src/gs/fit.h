@@ -10,6 +10,12 @@
  * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
  * their bounded logistic parameter wherever s is far from its bounds, and is clamped there.
  *
+ * A run ends after `iterations`, or at the first turn through all views whose error is at most
+ * `tolerance`; the error of a turn is the mean of |x - y| over it, measured on each view before its
+ * step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
+ * |y|). Where that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is
+ * empty.
+ *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.
  */
@@ -25,6 +31,11 @@
 #include "gs/loss.h"
 
 #include <stdbool.h>
+
+/* Residual that counts as none, as a part of the projections: the rounding of their floats. */
+#define CT_FIT_NOTHING 1e-6
+/* L1 of a view above this many times what it was at first, or without Gaussians: diverged. */
+#define CT_FIT_WORST 10.0
 
 struct ct_rate {
 	double first, last;
@@ -43,6 +54,7 @@ struct ct_fit_options {
 	double densify_grad, densify_large; /* the latter a part of the largest extent */
 	size_t tv_block;
 	size_t log_every, checkpoint_every; /* 0: never */
+	double tolerance;		    /* error that is good enough; 0: none is */
 };
 
 /* The paper's values for factor `scale`: from 8 on the rates of scale and rotation are ten times
@@ -58,6 +70,13 @@ struct ct_fit_data {
 	const struct ct_vol *base;		 /* density */
 };
 
+/* The last error that was measured with a number of Gaussians. */
+struct ct_fit_point {
+	float gaussians, error, iteration;
+};
+
+enum ct_fit_end { CT_FIT_RUNNING, CT_FIT_DONE, CT_FIT_ENOUGH, CT_FIT_EMPTY };
+
 struct ct_fit {
 	struct ct_fit_options opt;
 	struct ct_gauss g; /* g.step iterations are done */
@@ -65,6 +84,12 @@ struct ct_fit {
 	struct ct_adam1 gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
 	double extent;		      /* mm, largest of the grid */
+	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
+	double first_l1, turn;	      /* mm, mean |x - y| of iteration 1; sum of it in this turn */
+	double error;		      /* of the last turn; 1 before */
+	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
+	size_t points, points_cap;
+	enum ct_fit_end end;
 	struct ct_density_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
@@ -75,10 +100,12 @@ struct ct_fit {
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);
-/* From f->g.step to the last iteration. CT_ENUMERIC naming term and iteration if the loss is
- * not finite, CT_ESTOP after a last save when asked to stop. */
+/* From f->g.step to the end. CT_ENUMERIC naming term and iteration if the loss is not finite or
+ * has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
+/* "iterations", "tolerance", "nothing to fit". */
+const char *ct_fit_end_name(enum ct_fit_end end);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */

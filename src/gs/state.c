@@ -1,6 +1,7 @@
 /* state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
  * stand in the metadata, in hexadecimal. */
 #include "config.h"
+#include "core/mem.h"
 #include "gs/fit.h"
 
 #include <math.h>
@@ -8,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 6 };
+enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 8 };
 
 static const char *const field_name[CT_GS_FIELDS] = {
 	"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "raw"};
@@ -37,10 +38,40 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 
 static double *scalar(struct ct_fit *f, size_t k)
 {
-	double *const s[SCALARS - 1] = {
-		&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss, &f->last_loss};
+	double *const s[SCALARS] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
+		&f->last_loss, &f->first_l1, &f->turn, &f->error};
 
 	return s[k];
+}
+
+/* The curve: points x 3. */
+static int pack_points(struct ct_tensors *t, const struct ct_fit *f, struct ct_err *e)
+{
+	const size_t dim[2] = {f->points, sizeof *f->point / sizeof(float)};
+	struct ct_tensor *out;
+
+	if (f->points == 0)
+		return 0;
+	if (ct_tensors_add(t, "points", 2, dim, &out, e))
+		return -1;
+	memcpy(out->data, f->point, f->points * sizeof *f->point);
+	return 0;
+}
+
+static int unpack_points(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
+{
+	const struct ct_tensor *in = ct_tensors_find(t, "points");
+
+	f->points = 0;
+	if (!in)
+		return 0;
+	if (in->rank != 2 || in->dim[1] != sizeof *f->point / sizeof(float))
+		return ct_fail(e, CT_EINPUT, "'points' of the state are not triples");
+	if (ct_grow(&f->point, &f->points_cap, in->dim[0], sizeof *f->point, e))
+		return -1;
+	f->points = in->dim[0];
+	memcpy(f->point, in->data, f->points * sizeof *f->point);
+	return 0;
 }
 
 int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *fit, const char *run, struct ct_err *e)
@@ -62,7 +93,9 @@ int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *fit, const char *run,
 		for (size_t i = 0; i < n; i++)
 			out->data[i] = x ? x[i] : (float)count[i]; /* whole below 2^24 */
 	}
-	for (size_t k = 0; k + 1 < SCALARS; k++)
+	if (pack_points(t, &f, e))
+		goto fail;
+	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *scalar(&f, k));
 	if (ct_meta_set(&t->meta, "run", run, e) || ct_meta_set(&t->meta, "scalars", text, e) ||
 		ct_meta_setf(&t->meta, e, "step", "%zu %u", f.g.step, f.gamma.steps))
@@ -78,7 +111,7 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	const char *s = ct_meta_get(&t->meta, "scalars"), *step = ct_meta_get(&t->meta, "step");
 	char *end;
 
-	for (size_t k = 0; s && k + 1 < SCALARS; k++, s = end) {
+	for (size_t k = 0; s && k < SCALARS; k++, s = end) {
 		*scalar(f, k) = strtod(s, &end);
 		if (end == s || !isfinite(*scalar(f, k)))
 			return ct_fail(e, CT_EINPUT, "scalar %zu of the state is not a number", k);
@@ -128,5 +161,5 @@ int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
 				count[i] = (uint32_t)in->data[i];
 		}
 	}
-	return get_scalars(f, t, e);
+	return unpack_points(f, t, e) || get_scalars(f, t, e) ? -1 : 0;
 }

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 8, GROUP = 32 }; /* slices that one task fills; slabs between words of progress */
+/* Slices that one task fills; slabs between words of progress; Gaussians rendered at a time. */
+enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18 };
 
 static double dot(const double a[static 3], const double b[static 3])
 {
@@ -290,6 +291,45 @@ int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const stru
 	rc = 0;
 out:
 	free(a.slab);
+	return rc;
+}
+
+int ct_voxels_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
+	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const size_t zero[3] = {0};
+	size_t most = g->n < BATCH ? g->n : BATCH, touching = 0;
+	struct ct_voxels v = {0};
+	struct ct_block block;
+	struct ct_blob *b = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&b, most, sizeof *b, e) || ct_block_init(&block, affine, zero, n, e))
+		goto out;
+	for (size_t at = 0; at < g->n; at += BATCH) {
+		struct ct_gauss part = *g; /* a view of it */
+
+		part.n = g->n - at < BATCH ? g->n - at : BATCH;
+		for (int k = 0; k < 3; k++) {
+			part.pos[k] += at;
+			part.scale[k] += at;
+		}
+		for (int k = 0; k < 4; k++)
+			part.rot[k] += at;
+		part.raw += at;
+		ct_blobs(b, &part, env->par);
+		if (ct_voxels_plan(&v, &block, part.n, b, env->par, e) ||
+			ct_voxels_add(vol, &v, gain, env, e))
+			goto out;
+		touching += v.n;
+	}
+	if (touch)
+		*touch = touching;
+	rc = 0;
+out:
+	free(b);
+	ct_voxels_free(&v);
 	return rc;
 }
 

@@ -65,6 +65,13 @@ void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const st
 int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
 	struct ct_err *e);
 
+/* vol[n2][n1][n0] += gain * field of a set of any size on the grid of an affine: groups of 2^18
+ * Gaussians, so that 64 MB and a slab a thread are all that it takes beside the volume. *touch, if
+ * not NULL, is how many of them touch the grid. */
+int ct_voxels_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
+	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
+	struct ct_err *e);
+
 /* In double, cut >= 0 free: what the fast functions are tested against. out[n2][n1][n0]. */
 void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick *b, double cut);
 /* Moments of g e in the conditional coordinates: 1, x, y, z, xx, xy, xz, yy, yz, zz. */

@@ -6,6 +6,8 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/voxel.h"
+#include "kern/degrade.h"
+#include "kern/resample.h"
 #include "kern/refine.h"
 #include "tools/scan-opts.h"
 
@@ -16,18 +18,20 @@
 
 struct params {
 	const char *base, *res, *out, *window, *res_out, *consistent;
-	double floor, gain;
+	double floor, gain, spacing;
 };
 
-static const struct params defaults = {.floor = NAN, .gain = 1};
+static const struct params defaults = {.floor = NAN, .gain = 1, .spacing = NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, base, "BASE", "CT in HU, NIfTI, or -"),
 	CT_ARG(struct params, res, "RESIDUAL", "Gaussians, PLY, or HU to add, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT in HU on the grid of BASE, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
 	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
 		"least value of OUT (HU of density 0)"),
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
+	CT_OPT(struct params, spacing, 's', "spacing", "MM", 1e-3, 1e6,
+		"render on voxels of MM in the box of BASE, which is interpolated (its own grid)"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
 	CT_OPT(struct params, consistent, 0, "consistent", "LR", 0, 0,
@@ -38,28 +42,76 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
+/* The operator that made the LR of v, in voxels finer[] times as fine; none if v is coarser than
+ * the LR. */
+static int regrid_operator(struct ct_meta *m, const double finer[static 3], struct ct_err *e)
+{
+	struct ct_degrade d;
+	int known = ct_degrade_get(m, &d, e);
+
+	if (known)
+		return known < 0 ? -1 : 0;
+	for (int a = 0; a < 3; a++) {
+		d.factor[a] *= finer[a];
+		d.sigma[a] *= finer[a];
+		if (d.factor[a] < 1) {
+			ct_meta_drop(m, "factor");
+			ct_meta_drop(m, "sigma");
+			ct_meta_drop(m, "decimate");
+			return 0;
+		}
+	}
+	return ct_degrade_put(m, &d, e);
+}
+
+/* The same field on voxels of mm: cells of the new grid begin where those of the old do. */
+static int regrid(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+{
+	double old[3], start[3], step[3], factor[3];
+	struct ct_separable op = {0};
+	struct ct_vol out = {0};
+	size_t n[3];
+	int rc = -1;
+
+	ct_vol_spacing(v, old);
+	for (int a = 0; a < 3; a++) {
+		double cells = old[a] * (double)v->n[a] / mm;
+
+		if (!(cells < 1e6))
+			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
+				mm, cells, a);
+		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
+		step[a] = mm / old[a];
+		start[a] = 0.5 * step[a] - 0.5;
+		factor[a] = 1 / step[a];
+	}
+	if (ct_vol_alloc(&out, n, e) || ct_meta_copy(&out.meta, &v->meta, e) ||
+		regrid_operator(&out.meta, factor, e) ||
+		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
+		goto out;
+	ct_separable_apply(&op, out.data, v->data, env->par);
+	ct_affine_rescale(out.affine, (const double(*)[4])v->affine, factor);
+	ct_vol_free(v);
+	*v = out;
+	out = (struct ct_vol){0};
+	rc = 0;
+out:
+	ct_separable_free(&op);
+	ct_vol_free(&out);
+	return rc;
+}
+
 /* vol += the Gaussians of g in HU. */
 static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const size_t zero[3] = {0};
-	struct ct_voxels v = {0};
-	struct ct_block block;
-	struct ct_blob *b = NULL;
-	int rc = -1;
+	size_t touch = 0;
 
-	if (ct_alloc(&b, g->n, sizeof *b, e) ||
-		ct_block_init(&block, (const double(*)[4])vol->affine, zero, vol->n, e))
-		goto out;
-	ct_blobs(b, g, env->par);
-	if (ct_voxels_plan(&v, &block, g->n, b, env->par, e))
-		goto out;
-	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", v.n, g->n);
-	rc = ct_voxels_add(vol->data, &v, hu, env, e);
-out:
-	free(b);
-	ct_voxels_free(&v);
-	return rc;
+	if (ct_voxels_render(
+		    vol->data, vol->n, (const double(*)[4])vol->affine, g, hu, &touch, env, e))
+		return -1;
+	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, g->n);
+	return 0;
 }
 
 /* The residual in HU on the grid of the base: *out owns its data. */
@@ -102,6 +154,9 @@ static int read_all(
 			ct_kind_name(res->kind));
 	if (res->kind == CT_KIND_GAUSS && ct_gauss_check_finite(&res->gauss, e))
 		return ct_blame(e, p->res);
+	if (!isnan(p->spacing) && res->kind != CT_KIND_GAUSS)
+		return ct_fail(
+			e, CT_EUSAGE, "--spacing renders Gaussians, and %s is a volume", p->res);
 	return 0;
 }
 
@@ -119,6 +174,13 @@ static void add(struct ct_vol *base, const struct ct_vol *res, bool full, const 
 
 		base->data[i] = v < low ? low : v;
 	}
+}
+
+/* An empty set leaves the base as it is, to the last bit. */
+static bool nothing(const struct ct_any *from, const struct params *p, const char *mode)
+{
+	return from->kind == CT_KIND_GAUSS && from->gauss.n == 0 && isnan(p->floor) &&
+	       !(mode && strcmp(mode, "full") == 0);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,
@@ -178,9 +240,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_window_choose(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), "window") ? ct_any_meta(&from) : &base.meta,
 		    e) ||
+		(!isnan(p->spacing) && regrid(&base, p->spacing, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
-	add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
+	if (!nothing(&from, p, mode))
+		add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
 	if (p->consistent && make_consistent(&base, p, env, e))
 		goto out;
 	if (ct_meta_step(&base.meta, env, 2,

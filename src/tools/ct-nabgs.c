@@ -22,7 +22,7 @@
 struct params {
 	const char *in, *out, *base, *projections, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
-	double ssim, tv, init;
+	double ssim, tv, init, tolerance;
 	bool resume;
 };
 
@@ -45,6 +45,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000, "one view each"),
+	CT_OPT(struct params, tolerance, 0, "tolerance", "E", 0, 1,
+		"end as soon as the error of a turn through all views is at most E of the error "
+		"without Gaussians; 0 runs all iterations"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
@@ -186,6 +189,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->checkpoint_every = (size_t)p->every;
+	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
 	if (!isnan(p->init))
@@ -206,12 +210,13 @@ static int name_run(struct job *j, const struct ct_fit_options *o, struct ct_err
 	if (asprintf(&j->run,
 		    "%s %s %s; window %.17g:%.17g; seed %llu; %zu iterations, %zu to %zu "
 		    "Gaussians until %zu, %s, %s, L1 %.17g, SSIM %.17g, TV %.17g, begin %.17g, "
-		    "scaling %.17g",
+		    "scaling %.17g, tolerance %.17g",
 		    input_of(&j->in.meta), input_of(&j->base.meta), input_of(&j->base_proj.meta),
 		    j->window[0], j->window[1], (unsigned long long)j->env->seed, o->iterations,
 		    o->gaussians, o->max_gaussians, o->densify_until,
 		    ct_activation_name(o->activation), o->full ? "full" : "residual",
-		    o->l1 + o->res, o->ssim, o->tv, o->init_density, o->scaling.first) < 0) {
+		    o->l1 + o->res, o->ssim, o->tv, o->init_density, o->scaling.first,
+		    o->tolerance) < 0) {
 		j->run = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
@@ -276,33 +281,52 @@ static int estimate(
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	time = (now() - start) / (double)f->opt.iterations * (double)all;
+	time = (now() - start) / (double)f->opt.iterations * (double)(n ? all : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
-		time, n, time * (double)most / (double)n, most,
+		time, n, n ? time * (double)most / (double)n : 0, most,
 		(fixed + each * (double)most) / 1048576, 44.0 * (double)most / 1048576,
 		144.0 * (double)most / 1048576);
 	return 0;
 }
 
+static void print_report(const struct ct_fit *f, size_t pos, size_t neg)
+{
+	printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
+	       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
+		f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error, f->g.step,
+		ct_fit_end_name(f->end));
+	for (size_t i = 0; i < f->points; i++)
+		printf("error-with %.0f %.6g\n", (double)f->point[i].gaussians,
+			(double)f->point[i].error);
+}
+
 static int report(const struct ct_fit *f, const struct job *j, struct ct_err *e)
 {
 	size_t pos, neg;
-	json_t *o;
+	json_t *o, *curve = NULL;
+	int bad = 0;
 
 	ct_fit_signs(&f->g, &pos, &neg);
 	if (!j->env->json) {
 		if (strcmp(j->p->out, "-") != 0 && j->env->verbose >= 0)
-			printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\n"
-			       "first-loss %.6g\nlast-loss %.6g\n",
-				f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss);
+			print_report(f, pos, neg);
 		return 0;
 	}
-	o = json_pack("{sI sI sI sf sf sf}", "gaussians", (json_int_t)f->g.n, "positive",
-		(json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma, "first-loss",
-		f->first_loss, "last-loss", f->last_loss);
-	if (!o)
+	o = json_pack("{sI sI sI sf sf sf sf sI ss so}", "gaussians", (json_int_t)f->g.n,
+		"positive", (json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma,
+		"first-loss", f->first_loss, "last-loss", f->last_loss, "error", f->error,
+		"iterations", (json_int_t)f->g.step, "ended-by", ct_fit_end_name(f->end), "curve",
+		curve = json_array());
+	for (size_t i = 0; o && i < f->points; i++)
+		bad |= json_array_append_new(curve,
+			json_pack("{sI sf sI}", "gaussians", (json_int_t)f->point[i].gaussians,
+				"error", (double)f->point[i].error, "iteration",
+				(json_int_t)f->point[i].iteration));
+	if (!o || bad) {
+		json_decref(o);
 		return ct_fail(e, CT_ENOMEM, "no memory");
+	}
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
 	putchar('\n'); /* ct_cli_main checks standard output */
 	json_decref(o);
