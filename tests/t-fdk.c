@@ -1,5 +1,5 @@
-/* t-fdk.c: ramp filter, orbit, back-projection, iterations, against sums done another way and against
- * the densities that closed-form projections stand for. */
+/* t-fdk.c: ramp filter, orbit, back-projection, iterations, against sums done another way and
+ * against the densities that closed-form projections stand for. */
 #include "config.h"
 #include "core/rng.h"
 #include "kern/fdk.h"
@@ -70,7 +70,8 @@ static void t_ramp(void)
 				int m = c - k - AT;
 				double h = m == 0 ? 0.25 : m % 2 ? -1 / (M_PI * M_PI * m * m) : 0;
 
-				want += h * (double)in[r * COUNT + k] * (double)weight[r * COUNT + k];
+				want += h * (double)in[r * COUNT + k] *
+					(double)weight[r * COUNT + k];
 			}
 			worst = fmax(worst, fabs(want - (double)out[c * ROWS + r]));
 		}
@@ -102,7 +103,8 @@ static void t_windows(void)
 		r[0] = f.response[2] / ramp.response[2]; /* bit-reversed: n/4 */
 		r[1] = f.response[1] / ramp.response[1]; /* n/2 */
 		OK(fabs(r[0] - want[i].half) < 1e-8 && fabs(r[1] - want[i].full) < 1e-8,
-			"%s: %.5f at half the Nyquist frequency, %.5f at it", want[i].name, r[0], r[1]);
+			"%s: %.5f at half the Nyquist frequency, %.5f at it", want[i].name, r[0],
+			r[1]);
 		ct_filter_free(&f);
 		must(ct_filter_alloc(&f, want[i].kind, 0.5, 64, &err));
 		OK(fabs(f.response[4] / ramp.response[4] - want[i].half) < 1e-8 &&
@@ -152,8 +154,8 @@ static double sample(const struct ct_stack *s, size_t view, const double x[3])
 		int j = (i + 1) % 3, k = (i + 2) % 3;
 
 		n[i] = v->u[j] * v->v[k] - v->u[k] * v->v[j];
-		along[i] = s->beam == CT_PARALLEL ? v->centre[i] - v->source[i]
-						  : x[i] - v->source[i];
+		along[i] =
+			s->beam == CT_PARALLEL ? v->centre[i] - v->source[i] : x[i] - v->source[i];
 		num += n[i] * (v->centre[i] - (s->beam == CT_PARALLEL ? x[i] : v->source[i]));
 		full += n[i] * (0 - v->source[i]);
 		uu += v->u[i] * v->u[i];
@@ -165,7 +167,8 @@ static double sample(const struct ct_stack *s, size_t view, const double x[3])
 	at[0] = ((double)s->w - 1) / 2;
 	at[1] = ((double)s->h - 1) / 2;
 	for (int i = 0; i < 3; i++) {
-		double hit = (s->beam == CT_PARALLEL ? x[i] : v->source[i]) + t * along[i] - v->centre[i];
+		double hit = (s->beam == CT_PARALLEL ? x[i] : v->source[i]) + t * along[i] -
+			     v->centre[i];
 
 		at[0] += hit * v->u[i] / uu;
 		at[1] += hit * v->v[i] / vv;
@@ -236,7 +239,8 @@ static void t_back(void)
 	struct ct_vol v = grid(35, 21, 150, 1);
 
 	for (int beam = 0; beam < 2; beam++)
-		for (int c = 0; c < 8; c++) { /* spacing of the rows, order of the axes, or turned */
+		for (int c = 0; c < 8;
+			c++) { /* spacing of the rows, order of the axes, or turned */
 			static const double pitch[] = {2.3, 0.9, 0.35, 0.15, 1.1, 1.1, 1.1, 1.1};
 			struct ct_vol g = v;
 			struct ct_scan scan;
@@ -261,8 +265,13 @@ static void t_back(void)
 			if (c == 7)
 				turn(&g, 0.8, 0.36, -0.48, 0);
 			snprintf(name, sizeof name, "%s, case %d", beam ? "parallel" : "cone", c);
-			NEAR(back_error(&g, &s, c == 7 ? -1 : c == 4 ? 1 : c == 5 ? 0 : 2, name), 0,
-				1e-5, "as bilinear sums in double");
+			NEAR(back_error(&g, &s,
+				     c == 7   ? -1
+				     : c == 4 ? 1
+				     : c == 5 ? 0
+					      : 2,
+				     name),
+				0, 1e-5, "as bilinear sums in double");
 			ct_stack_free(&s);
 		}
 	ct_vol_free(&v);
@@ -345,15 +354,16 @@ static void t_density(void)
 			ct_fdk_views(&f, k, left < f.block ? left : f.block, v.data, NULL);
 		}
 		mean = inside(&v, 11, &sd);
-		OK(fabs(mean / 0.5 - 1) < 0.01 && sd < 0.005, "%s: %.5f +- %.5f of 0.5", c->name, mean, sd);
+		OK(fabs(mean / 0.5 - 1) < 0.01 && sd < 0.005, "%s: %.5f +- %.5f of 0.5", c->name,
+			mean, sd);
 		ct_fdk_free(&f);
 		ct_stack_free(&s);
 		ct_vol_free(&v);
 	}
 }
 
-static void refused(const struct ct_stack *s, const struct ct_vol *v, bool parker, const char *words,
-	const char *name)
+static void refused(const struct ct_stack *s, const struct ct_vol *v, bool parker,
+	const char *words, const char *name)
 {
 	struct ct_fdk f = {0};
 	int rc = ct_fdk_alloc(&f, v, s, CT_FILTER_RAM_LAK, 0, parker, NULL, &err);
@@ -488,8 +498,11 @@ static struct ct_iterate_report solve(struct ct_vol *v, const struct ct_stack *s
 {
 	struct ct_iterate_report report;
 	struct pair pair = {.env = env};
-	struct ct_system a = {.dim = {v->n[0], v->n[1], v->n[2]}, .m = ct_stack_count(s),
-		.forward = forward, .adjoint = adjoint, .ctx = &pair};
+	struct ct_system a = {.dim = {v->n[0], v->n[1], v->n[2]},
+		.m = ct_stack_count(s),
+		.forward = forward,
+		.adjoint = adjoint,
+		.ctx = &pair};
 
 	must(ct_projector_init(&pair.g, v, s, &err));
 	must(ct_projector_reserve(&pair.g, &err));

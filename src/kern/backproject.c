@@ -24,9 +24,9 @@
 
 enum {
 	SEGMENT = 256, /* voxels of a line that are done together */
-	TILE_B = 16,   /* lines of a tile along the first other axis, */
-	TILE_C = 8,   /* and the second: their sums stay in the second cache, */
-	GROUP = 2,     /* and the part of so many views that they read */
+	TILE = 16,     /* lines of a tile along both other axes: their sums stay in the second
+			  cache, */
+	GROUP = 2,     /* with the part of so many views that they read */
 	STEP = 16,     /* voxels of a vector */
 	BLEND = 4096,  /* rows of a blend */
 	LONGEST = BLEND / SEGMENT - 1, /* rows from voxel to voxel, at most */
@@ -58,8 +58,8 @@ static bool invert(double m[3][3], const double a[3], const double b[3], const d
 }
 
 /* World mm to (depth col, depth row, depth). */
-static bool world_map(double map[3][4], const struct ct_stack *s, const struct ct_view *v,
-	const double origin[3])
+static bool world_map(
+	double map[3][4], const struct ct_stack *s, const struct ct_view *v, const double origin[3])
 {
 	bool parallel = s->beam == CT_PARALLEL;
 	const double *from = parallel ? v->centre : v->source;
@@ -139,7 +139,8 @@ static bool lines_along(const struct ct_backprojector *b, int axis)
 static int check_size(const struct ct_backprojector *b, struct ct_err *e)
 {
 	if (b->h > INT32_MAX / 4 || b->w > INT32_MAX / b->pitch - 3)
-		return ct_fail(e, CT_EINPUT, "a detector of %zux%zu pixels is too large", b->w, b->h);
+		return ct_fail(
+			e, CT_EINPUT, "a detector of %zux%zu pixels is too large", b->w, b->h);
 	return 0;
 }
 
@@ -174,7 +175,7 @@ int ct_backprojector_alloc(struct ct_backprojector *b, const struct ct_vol *grid
 				"view %zu: a part of the volume is not in front of the source", k);
 		}
 		continue;
-degenerate:
+	degenerate:
 		ct_backprojector_free(b);
 		return ct_fail(e, CT_EGEOM, "view %zu: the geometry is degenerate", k);
 	}
@@ -184,8 +185,8 @@ degenerate:
 	return 0;
 }
 
-int ct_backprojector_widen(struct ct_backprojector *b, size_t before, size_t after,
-	struct ct_err *e)
+int ct_backprojector_widen(
+	struct ct_backprojector *b, size_t before, size_t after, struct ct_err *e)
 {
 	b->w += before + after;
 	for (size_t k = 0; k < b->views; k++)
@@ -277,14 +278,14 @@ __attribute__((target("avx512f"), always_inline)) static inline void line_512(
 
 #pragma GCC unroll 4
 	for (size_t i = 0; i < l->rows; i += STEP)
-		_mm512_store_ps(blend + i,
-			_mm512_add_ps(_mm512_mul_ps(a, _mm512_load_ps(l->left + i)),
-				_mm512_mul_ps(b, _mm512_load_ps(l->right + i))));
+		_mm512_store_ps(
+			blend + i, _mm512_add_ps(_mm512_mul_ps(a, _mm512_load_ps(l->left + i)),
+					   _mm512_mul_ps(b, _mm512_load_ps(l->right + i))));
 	for (size_t k = 0; k < BLOCKS; k += 8) { /* where the vectors begin */
 		__m512d at = _mm512_add_pd(_mm512_set1_pd((double)(k * STEP)),
 			_mm512_set_pd(112, 96, 80, 64, 48, 32, 16, 0));
-		__m512d first = _mm512_add_pd(_mm512_set1_pd(l->row),
-			_mm512_mul_pd(at, _mm512_set1_pd(l->step)));
+		__m512d first = _mm512_add_pd(
+			_mm512_set1_pd(l->row), _mm512_mul_pd(at, _mm512_set1_pd(l->step)));
 		__m512d low = _mm512_floor_pd(l->step < 0 ? _mm512_add_pd(first, back) : first);
 
 		_mm256_store_si256((__m256i *)(lows + k), _mm512_cvttpd_epi32(low));
@@ -379,9 +380,9 @@ static void range(size_t k[2], size_t n, double row, double step, double lo, dou
 
 /* The lines of one row of a tile in one view. */
 struct places {
-	double row[TILE_B], step[TILE_B]; /* detector row of the first voxel, and from voxel to voxel */
-	float a[TILE_B], b[TILE_B];	  /* how much the columns left and right count */
-	int32_t left[TILE_B];		  /* -2: outside the detector */
+	double row[TILE], step[TILE]; /* detector row of the first voxel, and from voxel to voxel */
+	float a[TILE], b[TILE];	      /* how much the columns left and right count */
+	int32_t left[TILE];	      /* -2: outside the detector */
 };
 
 /* Lines that begin at voxel x, one step along `across` apart. */
@@ -391,7 +392,7 @@ HOT static void place_lines(struct places *restrict p, const double m[restrict 3
 	const double c0 = map_row(m[0], x), r0 = map_row(m[1], x), d0 = map_row(m[2], x);
 	const double dc = m[0][across], dr = m[1][across], dd = m[2][across], ds = m[1][along];
 
-	for (int i = 0; i < TILE_B; i++) {
+	for (int i = 0; i < TILE; i++) {
 		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv, weight = inv * inv;
 		double in = (col >= -0.5) & (col <= w - 0.5) ? 1 : 0, frac;
 		int32_t left;
@@ -445,20 +446,38 @@ static void line_in_view(float *restrict acc, size_t n, const struct job *j, con
 	line_of_any(acc, &l, blend, j->fast);
 }
 
-/* Row c of a tile, n[1] lines of n[0] voxels from voxel x, in up to GROUP views. */
-static void row_in_views(float acc[restrict TILE_B][SEGMENT], const size_t n[3], const struct job *j,
-	size_t view, size_t count, const double x[3], float *restrict blend)
+/* The axis (1 or 2 of the job's) along which neighbouring lines are nearer on the detector: taken
+ * in that order they find its columns in the first cache. */
+static int nearer(const struct job *j, size_t view, const double x[3])
+{
+	const double(*m)[4] = (const double(*)[4])j->b->map[j->first + view];
+	double col = map_row(m[0], x) / map_row(m[2], x), d[3];
+
+	for (int a = 1; a < 3; a++)
+		d[a] = fabs(m[0][j->axis[a]] - col * m[2][j->axis[a]]);
+	return d[1] <= d[2] ? 1 : 2;
+}
+
+/* The lines of a tile, n[1] x n[2] of n[0] voxels from voxel x, in up to GROUP views. */
+static void tile_in_views(float acc[restrict TILE][TILE][SEGMENT], const size_t n[3],
+	const struct job *j, size_t view, size_t count, const double x[3], float *restrict blend)
 {
 	const float *from = j->views + view * ct_backprojector_size(j->b);
+	int fast = nearer(j, view, x), slow = 3 - fast;
 	struct places p[GROUP];
 
-	for (size_t g = 0; g < count; g++)
-		place_lines(&p[g], (const double(*)[4])j->b->map[j->first + view + g], x,
-			j->axis[1], j->axis[0], (double)j->b->w);
-	for (size_t i = 0; i < n[1]; i++)
+	for (size_t s = 0; s < n[slow]; s++) {
+		double y[3] = {x[0], x[1], x[2]};
+
+		y[j->axis[slow]] += (double)s;
 		for (size_t g = 0; g < count; g++)
-			line_in_view(acc[i], n[0], j, from + g * ct_backprojector_size(j->b), &p[g],
-				i, blend);
+			place_lines(&p[g], (const double(*)[4])j->b->map[j->first + view + g], y,
+				j->axis[fast], j->axis[0], (double)j->b->w);
+		for (size_t f = 0; f < n[fast]; f++)
+			for (size_t g = 0; g < count; g++)
+				line_in_view(fast == 1 ? acc[s][f] : acc[f][s], n[0], j,
+					from + g * ct_backprojector_size(j->b), &p[g], f, blend);
+	}
 }
 
 /* A tile of lines in all views; then it is added to the volume. */
@@ -466,11 +485,12 @@ static void tile(void *arg, size_t task, size_t worker)
 {
 	const struct job *j = arg;
 	const struct ct_backprojector *b = j->b;
-	size_t at[3] = {task % j->tiles[0] * SEGMENT, task / j->tiles[0] % j->tiles[1] * TILE_B,
-		task / j->tiles[0] / j->tiles[1] * TILE_C};
-	static const size_t most[3] = {SEGMENT, TILE_B, TILE_C};
-	_Alignas(64) float acc[TILE_C][TILE_B][SEGMENT];
+	size_t at[3] = {task % j->tiles[0] * SEGMENT, task / j->tiles[0] % j->tiles[1] * TILE,
+		task / j->tiles[0] / j->tiles[1] * TILE};
+	static const size_t most[3] = {SEGMENT, TILE, TILE};
+	_Alignas(64) float acc[TILE][TILE][SEGMENT];
 	_Alignas(64) float blend[SLACK + BLEND + SLACK];
+	double x[3];
 	size_t n[3];
 
 	(void)worker;
@@ -481,21 +501,17 @@ static void tile(void *arg, size_t task, size_t worker)
 
 		n[a] = left < most[a] ? left : most[a];
 	}
-	for (size_t view = 0; view < j->count; view += GROUP)
-		for (size_t c = 0; c < n[2]; c++) {
-			size_t left = j->count - view;
-			double x[3];
+	for (int a = 0; a < 3; a++)
+		x[j->axis[a]] = (double)at[a];
+	for (size_t view = 0; view < j->count; view += GROUP) {
+		size_t left = j->count - view;
 
-			x[j->axis[0]] = (double)at[0];
-			x[j->axis[1]] = (double)at[1];
-			x[j->axis[2]] = (double)(at[2] + c);
-			row_in_views(acc[c], n, j, view, left < GROUP ? left : GROUP, x,
-				blend + SLACK);
-		}
+		tile_in_views(acc, n, j, view, left < GROUP ? left : GROUP, x, blend + SLACK);
+	}
 	for (size_t c = 0; c < n[2]; c++)
 		for (size_t k = 0; k < n[0]; k++) {
-			float *out = j->vol + (at[0] + k) * j->stride[0] +
-				     at[1] * j->stride[1] + (at[2] + c) * j->stride[2];
+			float *out = j->vol + (at[0] + k) * j->stride[0] + at[1] * j->stride[1] +
+				     (at[2] + c) * j->stride[2];
 
 			for (size_t i = 0; i < n[1]; i++)
 				out[i * j->stride[1]] += acc[c][i][k];
@@ -516,8 +532,10 @@ HOT static void place(struct chunk *restrict p, const double m[restrict 3][4], c
 	const double dc = m[0][0], dr = m[1][0], dd = m[2][0];
 
 	for (int i = 0; i < CHUNK; i++) {
-		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv, row = (r0 + i * dr) * inv;
-		double in = (col >= -0.5) & (col <= w - 0.5) & (row >= -0.5) & (row <= h - 0.5) ? 1 : 0;
+		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv,
+		       row = (r0 + i * dr) * inv;
+		double in =
+			(col >= -0.5) & (col <= w - 0.5) & (row >= -0.5) & (row <= h - 0.5) ? 1 : 0;
 		int32_t ic, ir;
 
 		col = in > 0 ? col + 1 : 0; /* from the frame: never negative */
@@ -531,8 +549,8 @@ HOT static void place(struct chunk *restrict p, const double m[restrict 3][4], c
 	}
 }
 
-HOT static void blend4(float *restrict y, const struct chunk *restrict p, const float *restrict view,
-	size_t pitch)
+HOT static void blend4(
+	float *restrict y, const struct chunk *restrict p, const float *restrict view, size_t pitch)
 {
 	const float *restrict next = view + pitch;
 
@@ -559,7 +577,8 @@ static void row_of_voxels(void *arg, size_t task, size_t worker)
 		float y[CHUNK] = {0};
 
 		for (size_t view = 0; view < j->count; view++) {
-			const float *from = j->views + view * ct_backprojector_size(b) + CT_BP_PAD - 1;
+			const float *from =
+				j->views + view * ct_backprojector_size(b) + CT_BP_PAD - 1;
 			struct chunk p;
 
 			place(&p, (const double(*)[4])b->map[j->first + view], x, (double)b->w,
@@ -576,7 +595,7 @@ void ct_backproject(const struct ct_backprojector *b, size_t first, size_t count
 {
 	struct job j = {.b = b, .first = first, .count = count, .vol = vol, .views = views};
 	const size_t stride[3] = {1, b->n[0], b->n[0] * b->n[1]};
-	static const size_t most[3] = {SEGMENT, TILE_B, TILE_C};
+	static const size_t most[3] = {SEGMENT, TILE, TILE};
 
 	if (b->line < 0) {
 		ct_par_for(par, b->n[1] * b->n[2], row_of_voxels, &j);

@@ -38,9 +38,10 @@ struct ct_backprojector {
  * CT_EGEOM for a grid or views that are degenerate or a voxel not in front of the source. */
 int ct_backprojector_alloc(struct ct_backprojector *b, const struct ct_vol *grid,
 	const struct ct_stack *scan, const double origin[static 3], struct ct_err *e);
-/* Add columns to the detector, before and after those that are there. CT_EINPUT if it gets too large. */
-int ct_backprojector_widen(struct ct_backprojector *b, size_t before, size_t after,
-	struct ct_err *e);
+/* Add columns to the detector, before and after those that are there. CT_EINPUT if it gets too
+ * large. */
+int ct_backprojector_widen(
+	struct ct_backprojector *b, size_t before, size_t after, struct ct_err *e);
 void ct_backprojector_free(struct ct_backprojector *b);
 /* Floats of one stored view. */
 size_t ct_backprojector_size(const struct ct_backprojector *b);

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define BLOCK_BYTES ((size_t)128 << 20)
+#define BLOCK_BYTES ((size_t)32 << 20)
 
 /* Corner `which` (bits: axes) of the voxel centres or, half a voxel out, of the grid. */
 static void corner(const size_t n[3], unsigned which, double out, double x[3])
@@ -47,7 +47,8 @@ static int check_fan(const struct ct_fdk *f, struct ct_err *e)
 			ct_backproject_at(&f->back, k, x, at);
 			if (!(fabs(at[1]) <= 0.5))
 				return ct_fail(e, CT_EGEOM,
-					"a fan sees one plane, and the grid of %zux%zux%zu leaves it: "
+					"a fan sees one plane, and the grid of %zux%zux%zu leaves "
+					"it: "
 					"a single slice in the plane of the fan is needed",
 					f->back.n[0], f->back.n[1], f->back.n[2]);
 		}
@@ -152,8 +153,8 @@ static void filter_view(void *arg, size_t i, size_t worker)
 	ct_backproject_frame(&f->back, out);
 }
 
-void ct_fdk_views(struct ct_fdk *f, size_t first, size_t count, float *restrict vol,
-	struct ct_par *par)
+void ct_fdk_views(
+	struct ct_fdk *f, size_t first, size_t count, float *restrict vol, struct ct_par *par)
 {
 	struct job j = {.f = f, .first = first};
 

@@ -3,8 +3,8 @@
  *
  *   density(x) = sum_views  1/depth(x)^2  (h * (weight p))(col(x), row(x))
  *
- * weight: orbit.h; h: the windowed ramp of filter.h; back-projection: backproject.h. Views are taken in
- * blocks, so memory is the volume and the stack that are there and about 128 MiB.
+ * weight: orbit.h; h: the windowed ramp of filter.h; back-projection: backproject.h. Views are
+ * taken in blocks, so memory is the volume and the stack that are there and about 32 MiB.
  */
 #ifndef CT_KERN_FDK_H
 #define CT_KERN_FDK_H
@@ -19,24 +19,25 @@ struct ct_fdk {
 	struct ct_filter filter;
 	struct ct_backprojector back;
 	enum ct_filter_kind kind;
-	double cutoff; /* of the filter, of the detector's Nyquist frequency */
+	double cutoff;	 /* of the filter, of the detector's Nyquist frequency */
 	size_t block;	 /* views that are filtered, then back-projected, together */
 	float *views;	 /* owned, [block] stored views */
 	float *weight;	 /* owned, [threads][h][w] */
 	double *scratch; /* owned, [threads][ct_filter_scratch] */
 };
 
-/* Plan for the grid of `grid` (data may be NULL) from the stack `scan`. cutoff in (0, 1]; 0 stands for
- * the frequency that the voxels can show, pixel at the centre / smallest voxel across the axis, at
- * most 1: finer detail would come back as aliases. CT_EGEOM in words for a scan
- * that cannot be inverted so, a fan whose plane the grid leaves; CT_ENOMEM. *f must be zero. */
+/* Plan for the grid of `grid` (data may be NULL) from the stack `scan`. cutoff in (0, 1]; 0 stands
+ * for the frequency that the voxels can show, pixel at the centre / smallest voxel across the axis,
+ * at most 1: finer detail would come back as aliases. CT_EGEOM in words for a scan that cannot be
+ * inverted so, a fan whose plane the grid leaves; CT_ENOMEM. *f must be zero. */
 int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
 	enum ct_filter_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e);
 void ct_fdk_free(struct ct_fdk *f);
-/* vol[n2][n1][n0] += density from the views [first, first + count), count <= f->block, of the stack's
- * data; the sum over all views is the density. par: of no more threads than at ct_fdk_alloc. */
-void ct_fdk_views(struct ct_fdk *f, size_t first, size_t count, float *restrict vol,
-	struct ct_par *par);
+/* vol[n2][n1][n0] += density from the views [first, first + count), count <= f->block, of the
+ * stack's data; the sum over all views is the density. par: of no more threads than at
+ * ct_fdk_alloc. */
+void ct_fdk_views(
+	struct ct_fdk *f, size_t first, size_t count, float *restrict vol, struct ct_par *par);
 /* Bytes that the plan holds. */
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads);
 /* Views in which a part of the grid falls outside the detector: what they miss counts as zero. */

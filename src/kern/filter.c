@@ -27,8 +27,8 @@ enum { INNER = 256 }; /* points that stay in the first cache */
 
 /* Transform in decimation of frequency, from halves of n/2 points down to halves of `least`, of all
  * blocks of n among the `all` points; output in bit-reversed order. tw: e^(-2 pi i k/(n step)). */
-HOT static void forward_stages(size_t all, size_t n, size_t least, struct point *x,
-	const double *tw, size_t step)
+HOT static void forward_stages(
+	size_t all, size_t n, size_t least, struct point *x, const double *tw, size_t step)
 {
 	for (size_t half = n / 2; half >= least; half /= 2, step *= 2)
 		for (size_t block = 0; block < all; block += 2 * half)
@@ -45,8 +45,8 @@ HOT static void forward_stages(size_t all, size_t n, size_t least, struct point 
 }
 
 /* Its inverse times n, in decimation of time, from bit-reversed order; halves from `least` up. */
-HOT static void backward_stages(size_t all, size_t n, size_t least, struct point *x,
-	const double *tw, size_t step)
+HOT static void backward_stages(
+	size_t all, size_t n, size_t least, struct point *x, const double *tw, size_t step)
 {
 	step *= n / 2 / least;
 	for (size_t half = least; half < n; half *= 2, step /= 2)
@@ -142,13 +142,14 @@ static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff
 	}
 }
 
-int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w,
-	struct ct_err *e)
+int ct_filter_alloc(
+	struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w, struct ct_err *e)
 {
 	struct point *x = NULL;
 
 	if (!(cutoff > 0 && cutoff <= 1))
-		return ct_fail(e, CT_EINPUT, "a filter cut off at %g of the Nyquist frequency", cutoff);
+		return ct_fail(
+			e, CT_EINPUT, "a filter cut off at %g of the Nyquist frequency", cutoff);
 	if (w < 1 || w > (size_t)1 << 24)
 		return ct_fail(e, CT_EINPUT, "a detector row of %zu pixels cannot be filtered", w);
 	f->w = w;

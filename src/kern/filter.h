@@ -6,9 +6,9 @@
  *   h[0] = 1/4,  h[m] = -1/(pi m)^2 for odd m,  0 for even m
  *
  * and the response is their transform: sampling |f| itself instead would be a circular convolution
- * and shift the mean of the picture. For rows of w samples it is computed with n = 2^k >= 2w points,
- * so nothing wraps around. A window multiplies the response at f = j/(n cutoff) cycles a sample, and
- * is 0 where |f| > 1/2:
+ * and shift the mean of the picture. For rows of w samples it is computed with n = 2^k >= 2w
+ * points, so nothing wraps around. A window multiplies the response at f = j/(n cutoff) cycles a
+ * sample, and is 0 where |f| > 1/2:
  *
  *   ram-lak 1   shepp-logan sinc(f)   cosine cos(pi f)   hamming .54 + .46 cos(2 pi f)
  *   hann (1 + cos(2 pi f))/2          none: no filter at all, response 1 at any frequency
@@ -40,10 +40,10 @@ struct ct_filter {
 
 enum { CT_FILTER_ROWS = 16 }; /* rows that go through together */
 
-/* For rows of w samples, 1 <= w <= 2^24; cutoff in (0, 1], of the Nyquist frequency. *f must be zero.
- * CT_EINPUT, CT_ENOMEM. */
-int ct_filter_alloc(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w,
-	struct ct_err *e);
+/* For rows of w samples, 1 <= w <= 2^24; cutoff in (0, 1], of the Nyquist frequency. *f must be
+ * zero. CT_EINPUT, CT_ENOMEM. */
+int ct_filter_alloc(
+	struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w, struct ct_err *e);
 void ct_filter_free(struct ct_filter *f);
 /* Doubles of scratch for ct_filter_rows, 64-byte aligned. */
 size_t ct_filter_scratch(const struct ct_filter *f);

@@ -241,8 +241,7 @@ static int cgls(float *x, const struct run *r, struct ct_err *e)
 	memcpy(d, s, r->n * sizeof *d);
 	while (r->report->iterations < r->rule->iterations && gamma > 0 &&
 		r->report->residual >= r->rule->tolerance) {
-		if (begin(r, e) || r->a->forward(r->a->ctx, q, d, e) ||
-			dot(&qq, r, r->m, q, q, e))
+		if (begin(r, e) || r->a->forward(r->a->ctx, q, d, e) || dot(&qq, r, r->m, q, q, e))
 			goto out;
 		if (!(qq > 0))
 			break;
@@ -372,8 +371,12 @@ static int tv(float *x, const struct run *r, struct ct_err *e)
 	invert(r, rows, r->m);
 	step = largest(v, r->n);
 	step = step > 0 ? 1 / step : 0;
-	d = (struct dual){.dim = r->a->dim, .z = y, .p = {p, p + r->n, p + 2 * r->n}, .v = v,
-		.mu = (float)r->rule->mu, .nonnegative = r->rule->nonnegative};
+	d = (struct dual){.dim = r->a->dim,
+		.z = y,
+		.p = {p, p + r->n, p + 2 * r->n},
+		.v = v,
+		.mu = (float)r->rule->mu,
+		.nonnegative = r->rule->nonnegative};
 	memcpy(y, x, r->n * sizeof *y);
 	for (; r->report->iterations < r->rule->iterations; r->report->iterations++) {
 		double next = (1 + sqrt(1 + 4 * t * t)) / 2;
@@ -409,8 +412,13 @@ int ct_iterate(float *x, const struct ct_system *a, const float *b,
 	const struct ct_iterate_rule *rule, struct ct_iterate_report *report,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct run r = {.a = a, .rule = rule, .env = env, .n = a->dim[0] * a->dim[1] * a->dim[2],
-		.m = a->m, .b = b, .report = report};
+	struct run r = {.a = a,
+		.rule = rule,
+		.env = env,
+		.n = a->dim[0] * a->dim[1] * a->dim[2],
+		.m = a->m,
+		.b = b,
+		.report = report};
 	double bb;
 
 	*report = (struct ct_iterate_report){0};

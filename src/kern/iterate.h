@@ -5,10 +5,9 @@
  *   CT_CGLS  conjugate gradients on the normal equations (Hestenes and Stiefel 1952): least
  *            |A x - b| in the space that so many steps span; noise comes back when it goes on
  *   CT_TV    min (1/2L) sum R (A x - b)^2 + mu TV(x), L the largest column sum, by FISTA (Beck and
- *            Teboulle, IEEE Trans. Image Process. 18, 2009): the spectrum of A' R A is within L, so the
- *            step is 1/L and mu, in the units of x, acts as in denoising. Its inner problem takes
- *            ten steps on the dual, warm from the last time. TV: isotropic, forward differences,
- *            per voxel
+ *            Teboulle, IEEE Trans. Image Process. 18, 2009): the spectrum of A' R A is within L, so
+ * the step is 1/L and mu, in the units of x, acts as in denoising. Its inner problem takes ten
+ * steps on the dual, warm from the last time. TV: isotropic, forward differences, per voxel
  *
  * A must have no negative elements for SIRT and TV. x is float, [n]; sums are double and taken in
  * index order of fixed pieces: the same bytes for any number of threads.

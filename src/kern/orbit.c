@@ -71,8 +71,8 @@ static bool solve(int n, double m[3][3], double y[3], double x[3])
 }
 
 /* Axis from the detector's columns, and two directions at right angles to it. */
-static int find_axis(struct ct_orbit *o, const struct ct_stack *s, double p[3], double q[3],
-	struct ct_err *e)
+static int find_axis(
+	struct ct_orbit *o, const struct ct_stack *s, double p[3], double q[3], struct ct_err *e)
 {
 	double sum[3] = {0}, v[3];
 	int least = 0;
@@ -155,8 +155,8 @@ static int find_circle(struct ct_orbit *o, const struct ct_stack *s, const doubl
 
 /* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
  * not say where it is: then it is before the middle of the detector. */
-static void find_pivot(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
-	const double q[3])
+static void find_pivot(
+	struct ct_orbit *o, const struct ct_stack *s, const double p[3], const double q[3])
 {
 	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
 
@@ -199,8 +199,8 @@ static int find_views(struct ct_orbit *o, const struct ct_stack *s, const double
 		minus(d, s->beam == CT_PARALLEL ? along : w->source,
 			s->beam == CT_PARALLEL ? (const double[3]){0} : o->centre);
 		unit(out, d);
-		if (!(fabs(dot(out, o->axis)) <= OFF_ANGLE) || !(fabs(dot(u, o->axis)) <= OFF_ANGLE) ||
-			!(fabs(dot(u, out)) <= OFF_ANGLE))
+		if (!(fabs(dot(out, o->axis)) <= OFF_ANGLE) ||
+			!(fabs(dot(u, o->axis)) <= OFF_ANGLE) || !(fabs(dot(u, out)) <= OFF_ANGLE))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the detector does not stand upright across the central "
 				"ray (%.3g, %.3g, %.3g degrees off); this method needs that",
@@ -237,7 +237,8 @@ static int by_angle(const void *a, const void *b)
 				    : (x->view > y->view) - (x->view < y->view);
 }
 
-/* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open. */
+/* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open.
+ */
 static int find_steps(struct ct_orbit *o, double period, struct ct_err *e)
 {
 	struct turn *t;
@@ -250,8 +251,8 @@ static int find_steps(struct ct_orbit *o, double period, struct ct_err *e)
 		t[k] = (struct turn){fmod(o->view[k].angle, period), k};
 	qsort(t, n, sizeof *t, by_angle);
 	for (size_t k = 0; k < n; k++) { /* t[k] to the next */
-		double gap = k + 1 < n ? t[k + 1].angle - t[k].angle
-				       : t[0].angle + period - t[k].angle;
+		double gap =
+			k + 1 < n ? t[k + 1].angle - t[k].angle : t[0].angle + period - t[k].angle;
 
 		gaps += gap > 1e-7;
 		if (gap > widest) {
@@ -320,8 +321,8 @@ static void use_offset(struct ct_orbit *o, double radius)
 			reach = fmax(reach, radius);
 		else
 			reach = fmax(reach, radius >= o->radius
-						   ? HUGE_VAL
-						   : v->distance * tan(asin(radius / o->radius)));
+						    ? HUGE_VAL
+						    : v->distance * tan(asin(radius / o->radius)));
 	}
 	if (near > 0 && near < reach && far - near > 2 * o->view[0].pitch[0]) {
 		double foot = o->view[0].foot[0] + 0.5, w = (double)o->w;
@@ -367,8 +368,7 @@ int ct_orbit_alloc(struct ct_orbit *o, const struct ct_stack *scan, double radiu
 
 	*o = (struct ct_orbit){
 		.beam = scan->beam, .views = scan->views, .w = scan->w, .h = scan->h};
-	if (ct_stack_check(scan, e) ||
-		ct_alloc0(&o->view, scan->views, sizeof *o->view, e))
+	if (ct_stack_check(scan, e) || ct_alloc0(&o->view, scan->views, sizeof *o->view, e))
 		return -1;
 	if (find_axis(o, scan, p, q, e))
 		goto fail;
@@ -413,12 +413,13 @@ static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, dou
 		double beta = v->angle - o->first;
 
 		beta += beta < -1e-9 ? 2 * M_PI : 0;
-		return parker_weight(beta + v->step / 2,
-			-o->sign * atan(x / v->distance), o->delta);
+		return parker_weight(
+			beta + v->step / 2, -o->sign * atan(x / v->distance), o->delta);
 	}
 	if (o->redundancy == CT_RAYS_OFFSET) {
-		double at = side * (parallel ? x / o->overlap
-					     : atan(x / v->distance) / atan(o->overlap / v->distance));
+		double at =
+			side * (parallel ? x / o->overlap
+					 : atan(x / v->distance) / atan(o->overlap / v->distance));
 
 		return 0.5 + 0.5 * sin(M_PI / 2 * fmin(fmax(at, -1), 1));
 	}
@@ -427,10 +428,10 @@ static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, dou
 	return o->closed ? 0.5 : M_PI / o->arc;
 }
 
-/* weight[c] = share[c] times the cosine of the ray through (x[c], y) at the distance d. In pieces of
- * known length, so that square roots are taken eight at a time; share may be weight. */
-HOT static void cosine_row(size_t w, float *weight, const float *share_of, double foot, double pitch,
-	double y, double d)
+/* weight[c] = share[c] times the cosine of the ray through (x[c], y) at the distance d. In pieces
+ * of known length, so that square roots are taken eight at a time; share may be weight. */
+HOT static void cosine_row(size_t w, float *weight, const float *share_of, double foot,
+	double pitch, double y, double d)
 {
 	enum { N = 32 };
 	double r2 = d * d + y * y, cosine[N];

@@ -32,8 +32,8 @@ struct ct_orbit_view {
 	double step;	 /* the arc it counts for, rad */
 	double distance; /* source to detector plane, mm */
 	double pitch[2]; /* |u|, |v|, mm */
-	double foot[2];	 /* column and row of the foot of the perpendicular from source (parallel: from
-			    the axis) to detector */
+	double foot[2];	 /* column and row of the foot of the perpendicular from source (parallel:
+			    from  the axis) to detector */
 };
 
 struct ct_orbit {
@@ -44,12 +44,12 @@ struct ct_orbit {
 	double arc;	  /* that the views span, rad; closed: 2 pi (parallel: pi) */
 	bool closed;
 	enum ct_redundancy redundancy;
-	double first;  /* open: angle of the first view, rad */
-	double delta;  /* Parker: half the fan that the arc makes short, rad */
-	double overlap; /* offset: half of what both sides see, mm on the detector; */
-	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the filter
-			    makes of them belongs to the sum */
-	double sign;	/* of u against the direction of growing angles */
+	double first;	 /* open: angle of the first view, rad */
+	double delta;	 /* Parker: half the fan that the arc makes short, rad */
+	double overlap;	 /* offset: half of what both sides see, mm on the detector; */
+	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the
+			    filter makes of them belongs to the sum */
+	double sign;	 /* of u against the direction of growing angles */
 	struct ct_orbit_view *view; /* owned, one a view */
 	size_t views, w, h;
 };

@@ -35,10 +35,12 @@ static const struct ct_opt opts[] = {
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
 	CT_CHOICE(struct params, filter, 0, "filter",
-		"ram-lak|shepp-logan|cosine|hamming|hann|none", "window of the ramp filter; none "
+		"ram-lak|shepp-logan|cosine|hamming|hann|none",
+		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density"),
 	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
-		"end of the filter, as a part of the highest frequency of the detector; 0 stands for "
+		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
+		"for "
 		"that of the voxels"),
 	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
 		"weigh the rays of a short scan so that those seen twice count once"),
@@ -79,8 +81,8 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 }
 
 /* Density to what OUT holds; a residual has no offset. */
-static int finish(struct ct_vol *out, const struct ct_stack *in, const struct params *p,
-	struct ct_err *e)
+static int finish(
+	struct ct_vol *out, const struct ct_stack *in, const struct params *p, struct ct_err *e)
 {
 	static const char *const gone[] = {"scan.dso", "scan.dsd", "scan.arc", "scan.start",
 		"scan.iso", "volume.size", "volume.affine", "coarsen", "pixel", "quantity"};
@@ -106,8 +108,8 @@ static int finish(struct ct_vol *out, const struct ct_stack *in, const struct pa
 }
 
 /* The rule of the options. mu of TV is in HU, densities are not. */
-static int choose(struct ct_fdk_how *how, const struct params *p, const struct ct_stack *in,
-	struct ct_err *e)
+static int choose(
+	struct ct_fdk_how *how, const struct params *p, const struct ct_stack *in, struct ct_err *e)
 {
 	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
 	double window[2];
@@ -170,7 +172,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (check_options(p, &in, e) || choose(&how, p, &in, e) || ct_fdk_grid(&grid, p->grid, &in, e))
+	if (check_options(p, &in, e) || choose(&how, p, &in, e) ||
+		ct_fdk_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {
@@ -180,9 +183,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	}
 	rc = 0;
 	if (!env->dry_run)
-		rc = finish(&out, &in, p, e) || ct_meta_step(&out.meta, env, 1,
-			(const struct ct_meta *const[]){&in.meta}, e) ||
-			ct_vol_write(p->out, &out, env, e) ? -1 : 0;
+		rc = finish(&out, &in, p, e) ||
+				     ct_meta_step(&out.meta, env, 1,
+					     (const struct ct_meta *const[]){&in.meta}, e) ||
+				     ct_vol_write(p->out, &out, env, e)
+			     ? -1
+			     : 0;
 out:
 	ct_stack_free(&in);
 	ct_vol_free(&out);

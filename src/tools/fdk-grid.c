@@ -59,8 +59,8 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 	return 0;
 }
 
-/* Distance of x from the plane through the rays of the detector's edge at `edge` pixels along a from
- * the middle; `along` is the other side of the detector. */
+/* Distance of x from the plane through the rays of the detector's edge at `edge` pixels along a
+ * from the middle; `along` is the other side of the detector. */
 static double to_edge(const struct ct_stack *s, const struct ct_view *v, const double x[3],
 	const double a[3], const double along[3], double edge)
 {
@@ -68,8 +68,7 @@ static double to_edge(const struct ct_stack *s, const struct ct_view *v, const d
 
 	for (int i = 0; i < 3; i++) {
 		p[i] = v->centre[i] + edge * a[i];
-		ray[i] = s->beam == CT_PARALLEL ? v->centre[i] - v->source[i]
-						: p[i] - v->source[i];
+		ray[i] = s->beam == CT_PARALLEL ? v->centre[i] - v->source[i] : p[i] - v->source[i];
 		d[i] = x[i] - p[i];
 	}
 	cross(n, ray, along);
@@ -122,7 +121,8 @@ static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct
 	return 0;
 }
 
-/* The grid of the volume that was projected, if the metadata tell: 0, else 1; -1 if they are wrong. */
+/* The grid of the volume that was projected, if the metadata tell: 0, else 1; -1 if they are wrong.
+ */
 static int projected_grid(struct ct_vol *grid, const struct ct_meta *m, struct ct_err *e)
 {
 	double n[3], a[12];
@@ -194,8 +194,8 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 	return 0;
 }
 
-int ct_fdk_grid(struct ct_vol *grid, const char *option, const struct ct_stack *scan,
-	struct ct_err *e)
+int ct_fdk_grid(
+	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
 {
 	char *end = NULL;
 	double n = option ? strtod(option, &end) : 0;

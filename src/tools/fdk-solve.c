@@ -27,7 +27,8 @@ static void warn(const struct ct_fdk *f, const struct ct_env *env)
 
 	if (!f->orbit.closed && f->orbit.redundancy == CT_RAYS_EVEN)
 		ct_log(env, CT_WARN,
-			"a short scan of %.4g degrees: rays seen twice count twice (--parker weighs "
+			"a short scan of %.4g degrees: rays seen twice count twice (--parker "
+			"weighs "
 			"them)",
 			f->orbit.arc * 180 / M_PI);
 	if (cut)
@@ -93,8 +94,8 @@ static int adjoint(void *ctx, float *x, const float *p, struct ct_err *e)
 
 		if (ct_check_stop(q->env, e))
 			return -1;
-		ct_project_adjoint(&q->g, k, left < VIEWS ? left : VIEWS, x, p + k * s->h * s->w,
-			q->env->par);
+		ct_project_adjoint(
+			&q->g, k, left < VIEWS ? left : VIEWS, x, p + k * s->h * s->w, q->env->par);
 	}
 	return 0;
 }
@@ -113,8 +114,8 @@ static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct c
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct pair pair = {0};
-	struct ct_system a = {.m = ct_stack_count(in), .forward = forward, .adjoint = adjoint,
-		.ctx = &pair};
+	struct ct_system a = {
+		.m = ct_stack_count(in), .forward = forward, .adjoint = adjoint, .ctx = &pair};
 	struct ct_iterate_report report;
 	int rc = -1;
 
@@ -196,8 +197,7 @@ static int iterate_cost(double *seconds, double *bytes, const struct ct_vol *gri
 
 	if (make_pair(&pair, grid, in, how, env, e))
 		return -1;
-	if (ct_alloc0(&x, n, sizeof *x, e) ||
-		ct_alloc0(&p, views * in->h * in->w, sizeof *p, e))
+	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc0(&p, views * in->h * in->w, sizeof *p, e))
 		goto out;
 	ct_projector_load(&pair.g, x, env->par);
 	start = now();
