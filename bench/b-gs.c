@@ -280,7 +280,9 @@ static void whole_init(struct whole *k, size_t n)
 		k->base_proj.data[i] = (float)ct_rng_uniform(3, 0, i);
 		k->target.data[i] = k->base_proj.data[i] + ct_rng_normal(3, 1, i);
 	}
-	k->data = (struct ct_fit_data){&k->target, &k->base_proj, &k->base};
+	k->data = (struct ct_fit_data){.target = &k->target,
+		.base_projections = &k->base_proj,
+		.base = &k->base};
 	ct_fit_defaults(&o, 4, false, CT_PRELU);
 	o.iterations = 0;
 	o.gaussians = 1000;

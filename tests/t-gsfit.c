@@ -4,6 +4,7 @@
 #include "core/rng.h"
 #include "gs/fit.h"
 #include "gs/init.h"
+#include "gs/polish.h"
 #include "kern/project.h"
 #include "tap.h"
 
@@ -113,6 +114,13 @@ static void options(struct ct_fit_options *o, enum ct_activation a)
 	o->densify_from = 100;
 	o->tv_block = 16;
 	o->checkpoint_every = 0;
+	o->log_every = 0;
+}
+
+static struct ct_fit_data data_of(const struct scene *s)
+{
+	return (struct ct_fit_data){
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
 }
 
 /* Part of the energy of the true residual that is left when the fitted one is taken away. */
@@ -146,7 +154,8 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 
 static void recover(const struct scene *s, const struct ct_env *env)
 {
-	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	const struct ct_fit_data d = {
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
 	struct ct_fit_options o;
 	struct ct_fit f, soft;
 	size_t pos, neg;
@@ -215,7 +224,8 @@ static void watch(const struct ct_env *env, const char *what, size_t done, size_
 
 static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 {
-	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	const struct ct_fit_data d = {
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
 	struct stopper st = {.at = 251};
 	struct ct_env quiet = {.seed = env->seed}, stopping = quiet;
 	struct ct_fit_options o;
@@ -252,7 +262,8 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 
 static void not_finite(struct scene *s, const struct ct_env *env)
 {
-	const struct ct_fit_data d = {&s->target, &s->base_proj, &s->base};
+	const struct ct_fit_data d = {
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
 	struct ct_fit_options o;
 	struct ct_fit f;
 	struct ct_err e;
@@ -372,6 +383,235 @@ static void control(void)
 	ct_adam_free(&a);
 }
 
+/* Gaussians begin where the true residual is, with its sign. */
+static void begins(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = data_of(s);
+	struct ct_fit_options o;
+	struct ct_fit f;
+	struct ct_err e;
+	size_t seen = 0, right = 0;
+	double size = 0, mean = 0;
+
+	options(&o, CT_PRELU);
+	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	for (size_t i = 0; i < f.g.n; i++) {
+		size_t at[3];
+		float truth;
+
+		for (int a = 0; a < 3; a++)
+			at[a] = (size_t)fmin(N - 1, fmax(0, ((double)f.g.pos[a][i] + N) / 2));
+		truth = s->truth[(at[2] * N + at[1]) * N + at[0]];
+		size += fabs((double)truth) / (double)f.g.n;
+		if (fabsf(truth) > 0.05f) {
+			seen++;
+			right += (truth > 0) == (f.g.raw[i] > 0);
+		}
+	}
+	for (size_t i = 0; i < N * N * N; i++)
+		mean += fabs((double)s->truth[i]) / (N * N * N);
+	OK(seen > 50 && (double)right > 0.95 * (double)seen, "with its sign: %zu of %zu", right,
+		seen);
+	OK(size > 2 * mean, "and where it is: mean size there %g, of all %g", size, mean);
+	OK(f.unit > 0 && f.unit < 0.2, "the unit of the rate is the residual's: %g", f.unit);
+	ct_fit_free(&f);
+}
+
+/* What r2-compat changes, one thing at a time. */
+static void compat(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = data_of(s);
+	struct ct_fit_options o;
+	struct ct_fit f[2];
+	struct ct_err e;
+	size_t same_place = 0, moved = 0, counts = 0, other = 0;
+
+	options(&o, CT_PRELU);
+	ct_fit_paper(&o);
+	for (int k = 0; k < 2; k++) { /* two iterations: one controls, one is the last */
+		if (k)
+			ct_fit_compat(&o);
+		o.iterations = 2;
+		o.densify_from = 0;
+		o.densify_every = 1;
+		o.densify_grad = 1e30;
+		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
+		for (size_t i = 0; k && i < f[0].g.n; i++)
+			same_place += fabs((double)(f[0].g.pos[0][i] - f[1].g.pos[0][i]) - 1) < 0.1;
+		for (int r = 0; k && r < 1; r++) {
+			float x = f[1].g.pos[0][7], z = f[1].g.raw[7];
+
+			must(ct_fit_run(&f[1], &d, env, &e), &e);
+			moved += f[1].g.pos[0][7] > x || f[1].g.pos[0][7] < x ||
+				 f[1].g.raw[7] > z || f[1].g.raw[7] < z;
+		}
+	}
+	OK(same_place == f[0].g.n, "centres begin half a voxel (1 mm) low");
+	OK(moved == 0, "no step where numbers are controlled, nor at the end");
+	{
+		float x = f[0].g.raw[7];
+
+		must(ct_fit_run(&f[0], &d, env, &e), &e);
+		OK(f[0].g.raw[7] > x || f[0].g.raw[7] < x, "else there is");
+	}
+	OK(f[1].opt.rate_steps == 30000 && f[1].opt.gate <= 0, "rates fall over 30000 iterations");
+	ct_fit_free(&f[0]);
+	ct_fit_free(&f[1]);
+	for (int k = 0; k < 2; k++) {
+		o.compat = k == 1;
+		o.iterations = 30;
+		o.densify_every = 10;
+		o.densify_grad = 0;
+		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
+		must(ct_fit_run(&f[k], &d, env, &e), &e);
+		for (size_t i = 0; i < f[k].g.n; i++)
+			*(k ? &counts : &other) += f[k].adam.steps[i] != f[k].adam.steps[0];
+	}
+	OK(f[1].adam.steps[0] == 27 && counts == 0 && other > 0,
+		"clones share the count of steps, 27 of 30; else they have their own");
+	ct_fit_free(&f[0]);
+	ct_fit_free(&f[1]);
+	ct_fit_defaults(&o, 4, true, CT_SOFTPLUS);
+	ct_fit_compat(&o);
+	NEAR(o.gate, 1e-5, 0, "mode full has R2-Gaussian's gate");
+}
+
+/* The true shapes with wrong densities: least squares finds them. */
+static void polishes(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = data_of(s);
+	struct ct_fit_options o;
+	struct ct_terms w = {0};
+	struct ct_fit f;
+	struct ct_err e;
+	double worst = 0;
+
+	options(&o, CT_PRELU);
+	o.polish = 25;
+	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	true_set(&f.g);
+	for (size_t i = 0; i < f.g.n; i++)
+		f.g.raw[i] *= 0.2f * (float)(i % 5);
+	must(ct_terms_alloc(&w, &o, &d, env->par, &e), &e);
+	must(ct_polish(&f, &d, &w, env, &e), &e);
+	for (size_t i = 0; i < f.g.n; i++)
+		worst = fmax(worst, fabs(fabs((double)f.g.raw[i]) - 0.15));
+	if (!OK(worst < 1e-3, "25 steps find the densities"))
+		printf("# worst %g\n", worst);
+	ct_terms_free(&w);
+	ct_fit_free(&f);
+}
+
+/* The loss of all views at once is the mean of one at a time, if nothing moves. */
+static void batches(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = data_of(s);
+	struct ct_fit_options o;
+	struct ct_fit f[2];
+	struct ct_err e;
+
+	options(&o, CT_PRELU);
+	o.tv = 0;
+	o.position = o.scaling = o.rotation = o.density = (struct ct_rate){1e-30, 1e-30};
+	o.gamma_rate = 0;
+	for (int k = 0; k < 2; k++) {
+		o.batch = k ? VIEWS : 1;
+		o.iterations = k ? 1 : VIEWS;
+		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
+		must(ct_fit_run(&f[k], &d, env, &e), &e);
+	}
+	NEAR(f[1].last_loss / f[0].last_loss, 1, 1e-6, "a batch of all views: the mean loss");
+	OK(f[1].points == 1 && fabs(f[1].error / f[0].error - 1) < 1e-6, "and error of a turn");
+	ct_fit_free(&f[0]);
+	ct_fit_free(&f[1]);
+}
+
+/* One pixel in three is too high: with weight 0 there it does no harm. */
+static void weights(struct scene *s, const struct ct_env *env)
+{
+	struct ct_fit_data d = data_of(s);
+	struct ct_stack bad = {0}, weight = {0};
+	struct ct_fit_options o;
+	struct ct_fit f;
+	double left[2];
+	struct ct_err e;
+
+	must(ct_stack_like(&bad, &s->target, 1, &e), &e);
+	must(ct_stack_like(&weight, &s->target, 1, &e), &e);
+	for (size_t i = 0; i < ct_stack_count(&bad); i++) {
+		bool wrong = ct_rng_below(6, 0, i, 3) == 0;
+
+		bad.data[i] = s->target.data[i] + (wrong ? 2 : 0);
+		weight.data[i] = wrong ? 0 : 0.3f;
+	}
+	d.target = &bad;
+	options(&o, CT_PRELU);
+	o.begin = CT_BEGIN_BASE; /* back-projection knows no weights */
+	for (int k = 0; k < 2; k++) {
+		d.weight = k ? &weight : NULL;
+		must(ct_fit_init(&f, &o, &d, env, &e), &e);
+		must(ct_fit_run(&f, &d, env, &e), &e);
+		left[k] = left_over(s, &f.g, env);
+		ct_fit_free(&f);
+	}
+	if (!OK(left[1] < 0.8 * left[0], "wrong pixels of weight 0 do no harm"))
+		printf("# left over %g, without weights %g\n", left[1], left[0]);
+	memset(weight.data, 0, ct_stack_count(&weight) * sizeof(float));
+	OK(ct_fit_init(&f, &o, &d, env, &e) == -1 && e.code == CT_EINPUT, "no weight at all");
+	ct_stack_free(&bad);
+	ct_stack_free(&weight);
+}
+
+/* A coarse volume of the residual, and a third of the views. */
+static void coarse(struct scene *s, const struct ct_env *env)
+{
+	const size_t n[3] = {N, N, N}, m[3] = {N / 4, N / 4, N / 4};
+	struct ct_fit_data d = data_of(s);
+	struct ct_degrade by = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	struct ct_separable sep = {0};
+	struct ct_vol lr = {0};
+	struct ct_fit_options o;
+	double left[2], term[2];
+	struct ct_err e;
+
+	ct_degrade_protocol(&by, 1);
+	must(ct_vol_alloc(&lr, m, &e), &e);
+	ct_degrade_affine(lr.affine, s->base.affine, n, &by);
+	must(ct_degrade_plan(&sep, &by, n, NULL, &e), &e);
+	ct_separable_apply(&sep, lr.data, s->truth, NULL);
+	ct_separable_free(&sep);
+	s->target.views = s->base_proj.views = 3;
+	d.lr = &lr;
+	d.by = &by;
+	options(&o, CT_PRELU);
+	for (int k = 0; k < 2; k++) {
+		struct ct_loss_terms t;
+		struct ct_terms w = {0};
+		struct ct_fit f;
+
+		o.lr = k ? 1 : 0;
+		o.begin = CT_BEGIN_BASE;
+		o.polish = 2;
+		must(ct_fit_init(&f, &o, &d, env, &e), &e);
+		must(ct_fit_run(&f, &d, env, &e), &e);
+		left[k] = left_over(s, &f.g, env);
+		f.opt.lr = 1;
+		must(ct_terms_alloc(&w, &f.opt, &d, env->par, &e), &e);
+		must(ct_terms_grow(&w, f.g.n, &e), &e);
+		ct_blobs(w.blob, &f.g, env->par);
+		must(ct_terms_lowres(&w, &t, &f, 1, env, &e), &e);
+		term[k] = t.lr;
+		ct_terms_free(&w);
+		ct_fit_free(&f);
+	}
+	if (!OK(term[1] < 0.5 * term[0], "the sum reduces to the low-resolution CT"))
+		printf("# %g, without %g\n", term[1], term[0]);
+	if (!OK(left[1] < 0.9 * left[0], "which helps where views are few"))
+		printf("# left over %g, without %g\n", left[1], left[0]);
+	s->target.views = s->base_proj.views = VIEWS;
+	ct_vol_free(&lr);
+}
+
 int main(void)
 {
 	struct ct_env env = {.seed = 11};
@@ -384,6 +624,12 @@ int main(void)
 	control();
 	neighbours();
 	recover(&s, &env);
+	begins(&s, &env);
+	compat(&s, &env);
+	polishes(&s, &env);
+	batches(&s, &env);
+	weights(&s, &env);
+	coarse(&s, &env);
 	threads_and_resume(&s, &env);
 	not_finite(&s, &env);
 	ct_vol_free(&s.base);

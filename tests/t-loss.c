@@ -6,26 +6,30 @@
 #include "gs/loss.h"
 #include "tap.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { H = 19, W = 23 };
 
-static const struct ct_loss_weights weights = {2, 0.5, 0.05, 0.02};
+static const struct ct_loss_weights weights = {2, 0.5, 0.05, 0, 0.02, 1},
+				    weighted = {2, 0.5, 0.05, 0, 0.02, 0.6};
 
 static double image_loss(struct ct_loss *l, float *d, const float *img, size_t pitch,
-	const float *base, const float *y)
+	const float *base, const float *y, const float *weight)
 {
+	const struct ct_loss_weights *k = weight ? &weighted : &weights;
 	struct ct_loss_terms t = {0};
 
-	ct_loss_image(l, &t, d, img, pitch, base, y, &weights, NULL);
-	return weights.l1 * t.l1 + weights.ssim * t.dssim;
+	ct_loss_image(l, &t, d, img, pitch, base, y, weight, k, NULL);
+	return k->l1 * t.l1 + k->ssim * t.dssim;
 }
 
-static void image(void)
+static void image(bool weigh)
 {
+	const struct ct_loss_weights *k = weigh ? &weighted : &weights;
 	size_t pitch = ct_dab_pitch(W);
-	float *img, *d, *waste, base[H * W], y[H * W];
+	float *img, *d, *waste, base[H * W], y[H * W], w[H * W], *weight = weigh ? w : NULL;
 	struct ct_loss_terms t = {0};
 	struct ct_loss l;
 	struct ct_err e;
@@ -40,27 +44,67 @@ static void image(void)
 		base[i] = (float)(40 * ct_rng_uniform(1, 0, i));
 		y[i] = base[i] + (i % 2 ? 3.0f : -3.0f);
 		img[i / W * pitch + i % W] = ct_rng_normal(1, 2, i) * 0.5f;
-		sum += fabs((double)(img[i / W * pitch + i % W] + base[i] - y[i]));
+		w[i] = (float)ct_rng_uniform(1, 4, i);
+		sum += (weigh ? (double)w[i] : 1) *
+		       fabs((double)(img[i / W * pitch + i % W] + base[i] - y[i]));
 	}
-	ct_loss_image(&l, &t, d, img, pitch, base, y, &weights, NULL);
-	NEAR(t.l1, 0.02 * sum / (H * W), 1e-6, "L1 of the scaled images");
+	ct_loss_image(&l, &t, d, img, pitch, base, y, weight, k, NULL);
+	NEAR(t.l1, 0.02 * sum / (H * W) / k->mean_weight, 1e-6, "L1 of the scaled images");
 	OK(t.dssim > 0 && t.dssim < 1, "1 - SSIM in (0, 1)");
-	image_loss(&l, d, img, pitch, base, y);
+	image_loss(&l, d, img, pitch, base, y, weight);
 	for (int s = 0; s < 2; s++) { /* along a random direction */
 		for (size_t i = 0; i < H * W; i++)
 			img[i / W * pitch + i % W] +=
 				(float)((s ? 2 : -1) * h) * ct_rng_normal(1, 3, i);
-		val[s] = image_loss(&l, waste, img, pitch, base, y);
+		val[s] = image_loss(&l, waste, img, pitch, base, y, weight);
 	}
 	num = (val[1] - val[0]) / (2 * h);
 	for (size_t i = 0; i < H * W; i++)
 		dot += (double)d[i / W * pitch + i % W] * (double)ct_rng_normal(1, 3, i);
-	NEAR(num / dot, 1, 1e-3, "gradient of L1 and SSIM along a direction");
-	ct_loss_image(&l, &t, d, y, W, NULL, y, &weights, NULL);
+	NEAR(num / dot, 1, 1e-3,
+		weigh ? "gradient along a direction, weighted"
+		      : "gradient of L1 and SSIM along a direction");
+	ct_loss_image(&l, &t, d, y, W, NULL, y, weight, k, NULL);
 	NEAR(t.l1 + fabs(t.dssim), 0, 1e-6, "nothing is lost on the truth");
 	free(img);
 	free(d);
 	free(waste);
+	ct_loss_free(&l);
+}
+
+/* Weights that are all their mean change nothing; a pixel of weight 0 pulls nowhere. */
+static void same_weights(void)
+{
+	struct ct_loss_weights k = weights;
+	float *d[3], x[H * W], y[H * W], w[H * W];
+	struct ct_loss_terms t[3];
+	double off = 0;
+	struct ct_loss l;
+	struct ct_err e;
+
+	if (ct_loss_init(&l, H, W, 1, &e))
+		exit(1);
+	for (size_t i = 0; i < H * W; i++) {
+		x[i] = ct_rng_normal(2, 0, i);
+		y[i] = ct_rng_normal(2, 1, i);
+		w[i] = 0.25f;
+	}
+	for (size_t i = 0; i < 3; i++) {
+		if (ct_alloc(&d[i], H * W, sizeof(float), &e))
+			exit(1);
+		k.mean_weight = i ? 0.25 : 1;
+		k.ssim = i < 2 ? weights.ssim : 0;
+		w[77] = i < 2 ? 0.25f : 0;
+		ct_loss_image(&l, &t[i], d[i], x, W, NULL, y, i ? w : NULL, &k, NULL);
+	}
+	for (size_t i = 0; i < H * W; i++)
+		off = fmax(off, fabs((double)(d[1][i] - d[0][i])));
+	NEAR(t[1].l1 + t[1].dssim, t[0].l1 + t[0].dssim, 1e-9, "equal weights are none: terms");
+	OK(off < 1e-9, "and gradient");
+	OK(fabs((double)d[2][77]) <= 0 && fabs((double)d[2][78]) > 0,
+		"a pixel of weight 0 has no gradient");
+	for (size_t i = 0; i < 3; i++)
+		free(d[i]);
 	ct_loss_free(&l);
 }
 
@@ -116,7 +160,9 @@ static void tv(void)
 
 int main(void)
 {
-	image();
+	image(false);
+	image(true);
+	same_weights();
 	tv();
 	return tap_done();
 }

@@ -34,7 +34,7 @@ static double inner(const double *a, const double *b)
 	return s;
 }
 
-static void differences(void)
+static void differences(const double blur[static 3], const char *name)
 {
 	static double g[COUNT], f[COUNT];
 	const double at[PARAMS] = {1, -2, 3, 1.4, 1.8, 1.1, 0.9, 0.3, -0.5, 0.4, -0.7};
@@ -47,6 +47,7 @@ static void differences(void)
 	struct ct_err e;
 
 	ct_block_init(&block, turned, zero, n, &e);
+	memcpy(block.blur, blur, sizeof block.blur);
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
@@ -67,7 +68,7 @@ static void differences(void)
 		num = (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h);
 		worst = fmax(worst, fabs(num - d[p]) / fmax(fabs(num), 1e-3 * fabs(d[10])));
 	}
-	if (!OK(worst < 1e-6, "gradient against finite differences"))
+	if (!OK(worst < 1e-6, "%s: gradient against finite differences", name))
 		printf("# worst %g\n", worst);
 }
 
@@ -228,9 +229,40 @@ static void mass(void)
 	ct_voxels_free(&v);
 }
 
+/* A blur moves no mass: the sum of the voxels stays, and the variance grows by it. */
+static void blur(void)
+{
+	static double f[2][COUNT];
+	const double x[PARAMS] = {1, -2, 3, 0.9, 1.1, 0.7, 0.9, 0.3, -0.5, 0.4, -0.7};
+	const double affine[3][4] = {{2, 0, 0, -16}, {0, 2, 0, -14}, {0, 0, 2, -12}};
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double sum[2] = {0}, mean[2] = {0}, var[2] = {0};
+	struct ct_block block;
+	struct ct_brick k;
+	struct ct_blob b;
+	struct ct_err e;
+
+	for (size_t s = 0; s < 2; s++) {
+		ct_block_init(&block, affine, zero, n, &e);
+		block.blur[1] = s ? 0.8 : 0;
+		fill(f[s], &k, &b, &block, x);
+		for (size_t i = 0; i < COUNT; i++) {
+			sum[s] += f[s][i];
+			mean[s] += f[s][i] * (double)(i / NX % NY);
+		}
+		mean[s] /= sum[s];
+		for (size_t i = 0; i < COUNT; i++)
+			var[s] += f[s][i] * pow((double)(i / NX % NY) - mean[s], 2) / sum[s];
+	}
+	NEAR(sum[1] / sum[0], 1, 1e-4, "a blur keeps the mass");
+	NEAR(var[1] - var[0], 0.8, 2e-3, "and adds its variance");
+}
+
 int main(void)
 {
-	differences();
+	differences((const double[]){0, 0, 0}, "as it is");
+	differences((const double[]){0.7, 0, 2.5}, "blurred");
+	blur();
 	fast();
 	blocks();
 	mass();

@@ -5,7 +5,9 @@
 #include "core/rng.h"
 #include "gs/act.h"
 #include "gs/init.h"
+#include "gs/polish.h"
 #include "gs/stream.h"
+#include "gs/terms.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,6 +21,9 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 	*o = (struct ct_fit_options){
 		.iterations = 5000,
 		.gaussians = 50000,
+		.batch = 1,
+		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
+		.haste = full ? 1 : 10,
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
@@ -46,60 +51,18 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 	};
 }
 
-/* Scratch of the loop. */
-struct work {
-	struct ct_blob *blob;
-	size_t blobs;
-	struct ct_splat splat;
-	struct ct_voxels vox;
-	struct ct_gs_grad grad;
-	struct ct_loss loss;
-	float *img, *dimg;	      /* h x pitch */
-	float *block, *dblock, *crop; /* of the TV block; crop without padding */
-	double *dgamma;
-	size_t dgammas;
-};
-
-static void work_free(struct work *w)
+void ct_fit_paper(struct ct_fit_options *o)
 {
-	free(w->blob);
-	ct_splat_free(&w->splat);
-	ct_voxels_free(&w->vox);
-	ct_gs_grad_free(&w->grad);
-	ct_loss_free(&w->loss);
-	free(w->img);
-	free(w->dimg);
-	free(w->block);
-	free(w->dblock);
-	free(w->crop);
-	free(w->dgamma);
+	o->begin = CT_BEGIN_BASE;
+	o->init_density = 0.15;
+	o->haste = 1;
 }
 
-static int work_alloc(struct work *w, const struct ct_fit *f, const struct ct_fit_data *d,
-	size_t threads, struct ct_err *e)
+void ct_fit_compat(struct ct_fit_options *o)
 {
-	size_t h = d->target->h, n = f->opt.tv_block, pitch = ct_dab_pitch(d->target->w);
-	size_t block = ct_dab_pitch(n) * n * n;
-
-	*w = (struct work){0};
-	if (ct_loss_init(&w->loss, h, d->target->w, threads, e) ||
-		ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
-		ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
-		ct_alloc(&w->block, block, sizeof(float), e) ||
-		ct_alloc(&w->dblock, block, sizeof(float), e) ||
-		ct_alloc(&w->crop, n * n * n, sizeof(float), e))
-		return -1;
-	return 0;
-}
-
-static int work_grow(struct work *w, size_t n, struct ct_err *e)
-{
-	return ct_grow(&w->blob, &w->blobs, n, sizeof *w->blob, e) ||
-			       ct_gs_grad_reserve(&w->grad, n, e) ||
-			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
-				       sizeof *w->dgamma, e)
-		       ? -1
-		       : 0;
+	o->compat = true;
+	o->rate_steps = 30000;
+	o->gate = o->full ? 1e-5 : 0;
 }
 
 static double extent_of(const struct ct_vol *v)
@@ -116,19 +79,28 @@ static double extent_of(const struct ct_vol *v)
 static int measure(struct ct_fit *f, const struct ct_fit_data *d, double *whole, struct ct_err *e)
 {
 	const struct ct_stack *y = d->target;
-	size_t pixels = y->h * y->w;
+	size_t pixels = y->h * y->w, count = ct_stack_count(y);
+	double sum = 0;
 
 	if (ct_alloc(&f->blank, y->views, sizeof *f->blank, e))
 		return -1;
+	for (size_t i = 0; d->weight && i < count; i++)
+		sum += (double)d->weight->data[i];
+	f->mean_weight = d->weight ? sum / (double)count : 1;
+	if (!(f->mean_weight > 0))
+		return ct_fail(e, CT_EINPUT, "no pixel has a weight");
 	f->residual = *whole = 0;
 	for (size_t k = 0; k < y->views; k++) {
 		const float *a = ct_stack_view(y, k);
 		const float *b = f->opt.full ? NULL : ct_stack_view(d->base_projections, k);
+		const float *w = d->weight ? ct_stack_view(d->weight, k) : NULL;
 		double left = 0, all = 0;
 
 		for (size_t i = 0; i < pixels; i++) {
-			left += fabs((double)a[i] - (b ? (double)b[i] : 0));
-			all += fabs((double)a[i]);
+			double c = w ? (double)w[i] / f->mean_weight : 1;
+
+			left += c * fabs((double)a[i] - (b ? (double)b[i] : 0));
+			all += c * fabs((double)a[i]);
 		}
 		f->blank[k] = left / (double)pixels;
 		f->residual += f->blank[k] / (double)y->views;
@@ -137,11 +109,36 @@ static int measure(struct ct_fit *f, const struct ct_fit_data *d, double *whole,
 	return 0;
 }
 
+/* The first Gaussians. A scan that cannot be inverted has no residual to follow. */
+static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_s[static 2],
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_fit_options *o = &f->opt;
+	struct ct_vol field = {0};
+	bool base = o->begin == CT_BEGIN_BASE || (o->begin == CT_BEGIN_AUTO && o->full);
+	int rc;
+
+	if (!base && ct_init_field(&field, d->base, d->target, o->full ? NULL : d->base_projections,
+			     env, e)) {
+		if (o->begin != CT_BEGIN_AUTO || e->code != CT_EGEOM)
+			return -1;
+		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
+		base = true;
+	}
+	if (base)
+		return ct_init(&f->g, d->base, o->gaussians, o->init_density, o->compat ? -0.5 : 0,
+			ln_s, env, e);
+	f->unit = ct_init_typical(&field);
+	rc = ct_init_follow(&f->g, &field, o->gaussians, o->init_density, ln_s, env, e);
+	ct_vol_free(&field);
+	return rc;
+}
+
 static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_s[static 2],
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t zero[3] = {0};
-	double whole;
+	double whole = 0;
 
 	if (ct_stack_check(d->target, e) ||
 		ct_block_init(&f->rule.box, d->base->affine, zero, d->base->n, e) ||
@@ -155,10 +152,7 @@ static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 		f->error = 0;
 		return 0;
 	}
-	return ct_init(&f->g, d->base, f->opt.gaussians, f->opt.init_density, ln_s, env, e) ||
-			       ct_adam_reserve(&f->adam, 0, f->g.n, e)
-		       ? -1
-		       : 0;
+	return place(f, d, ln_s, env, e) || ct_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
 }
 
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
@@ -166,12 +160,12 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 {
 	double ln_s[2];
 
-	*f = (struct ct_fit){.opt = *o, .extent = extent_of(d->base), .error = 1};
+	*f = (struct ct_fit){.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = 1};
 	ln_s[0] = log(o->s_least * f->extent);
 	ln_s[1] = log(o->s_most * f->extent);
 	f->g.activation = o->activation;
 	f->g.gamma = CT_GAMMA_INIT;
-	f->rule = (struct ct_density_rule){.grad = o->densify_grad,
+	f->rule = (struct ct_density_rule){.grad = o->densify_grad / (double)o->batch,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
 		.ln_least = ln_s[0]};
@@ -247,11 +241,11 @@ static int check_term(double x, const char *name, size_t iteration, struct ct_er
 
 /* A fit that makes a view far worse than it was goes nowhere. */
 static int check_growth(
-	struct ct_fit *f, double l1, size_t view, size_t iteration, struct ct_err *e)
+	struct ct_fit *f, double l1, size_t view, size_t visit, size_t iteration, struct ct_err *e)
 {
 	double worst;
 
-	if (iteration == 1)
+	if (visit == 0)
 		f->first_l1 = l1;
 	worst = CT_FIT_WORST * fmax(f->first_l1, f->blank[view]);
 	return l1 <= worst ? 0
@@ -261,145 +255,15 @@ static int check_growth(
 				     iteration, l1, f->first_l1, f->blank[view]);
 }
 
-/* Projection of one view, its loss, and the gradient of both: the Gaussians' sets w->grad. */
-static int view_term(struct ct_fit *f, const struct ct_fit_data *d, struct work *w,
-	struct ct_loss_terms *t, const struct ct_loss_weights *k, size_t iteration,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_stack *y = d->target;
-	size_t view = ct_fit_view(env->seed, iteration - 1, y->views), pitch = ct_dab_pitch(y->w);
-	struct ct_camera cam;
-
-	if (ct_camera_init(&cam, &y->view[view], y->beam, y->h, y->w, e) ||
-		ct_splat_plan(&w->splat, &cam, f->g.n, w->blob, env->par, e))
-		return -1;
-	ct_splat_draw(w->img, &w->splat, env->par);
-	ct_loss_image(&w->loss, t, w->dimg, w->img, pitch,
-		f->opt.full ? NULL : ct_stack_view(d->base_projections, view),
-		ct_stack_view(y, view), k, env->par);
-	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
-		check_growth(f, t->l1 / k->scale, view, iteration, e))
-		return -1;
-	ct_splat_back(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
-	return 0;
-}
-
-/* TV of a random block; adds to w->grad. */
-static int tv_term(struct ct_fit *f, const struct ct_fit_data *d, struct work *w,
-	struct ct_loss_terms *t, const struct ct_loss_weights *k, size_t iteration,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_vol *base = d->base;
-	size_t n[3], first[3];
-	struct ct_block block;
-
-	for (size_t a = 0; a < 3; a++) {
-		n[a] = base->n[a] < f->opt.tv_block ? base->n[a] : f->opt.tv_block;
-		first[a] = (size_t)ct_rng_below(
-			env->seed, CT_STREAM_TV + iteration, a, base->n[a] - n[a] + 1);
-	}
-	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
-		return -1;
-	ct_voxels_draw_all(w->block, &w->vox, env->par);
-	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
-		memcpy(w->crop + r * n[0],
-			base->data +
-				((first[2] + r / n[1]) * base->n[1] + first[1] + r % n[1]) *
-					base->n[0] +
-				first[0],
-			n[0] * sizeof *w->crop);
-	t->tv = ct_loss_tv(
-		w->dblock, w->block, ct_dab_pitch(n[0]), f->opt.full ? NULL : w->crop, n, k->tv);
-	if (check_term(t->tv, "TV", iteration, e))
-		return -1;
-	ct_voxels_back(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
-	return 0;
-}
-
-struct chain {
-	struct ct_fit *f;
-	struct work *w;
-};
-
-/* dL/drho to dL/draw, and a part of dL/dgamma. */
-static void chain_some(void *arg, size_t chunk, size_t worker)
-{
-	const struct chain *c = arg;
-	const struct ct_gauss *g = &c->f->g;
-	float *d = c->w->grad.d[CT_GS_RAW];
-	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
-	double sum = 0;
-
-	(void)worker;
-	for (size_t i = first; i < end && i < g->n; i++) {
-		double z = (double)g->raw[i];
-
-		sum += (double)d[i] * ct_act_dgamma(g->activation, z);
-		d[i] = (float)((double)d[i] * ct_act_slope(g->activation, g->gamma, z));
-	}
-	c->w->dgamma[chunk] = sum;
-}
-
-static void update(struct ct_fit *f, struct work *w, size_t iteration, const struct ct_env *env)
-{
-	const struct ct_fit_options *o = &f->opt;
-	const double ln_s[2] = {log(o->s_least * f->extent), log(o->s_most * f->extent)};
-	size_t chunks = (f->g.n + CT_GS_CHUNK - 1) / CT_GS_CHUNK;
-	double lr[CT_GS_FIELDS], dgamma = 0;
-	struct chain c = {f, w};
-
-	ct_par_for(env->par, chunks, chain_some, &c);
-	for (size_t i = 0; i < chunks; i++)
-		dgamma += w->dgamma[i];
-	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		lr[k] = k < CT_GS_SCALE
-				? rate(&o->position, iteration, o->iterations) * f->extent / 2
-				: rate(k < CT_GS_ROT	  ? &o->scaling
-					  : k < CT_GS_RAW ? &o->rotation
-							  : &o->density,
-					  iteration, o->iterations);
-	ct_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
-	if (f->g.activation == CT_PRELU) {
-		ct_adam1_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
-		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
-	}
-}
-
-static int control(struct ct_fit *f, size_t iteration, const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_fit_options *o = &f->opt;
-	size_t until = o->densify_until ? o->densify_until : o->iterations;
-	struct ct_density_count n;
-
-	if (!o->densify_every || iteration <= o->densify_from || iteration >= until ||
-		iteration % o->densify_every)
-		return 0;
-	if (ct_density_control(&f->g, &f->adam, &f->rule, &n, env->seed, iteration, e))
-		return -1;
-	ct_log(env, CT_DEBUG, "iteration %zu: %zu cloned, %zu split, %zu pruned: %zu Gaussians",
-		iteration, n.cloned, n.split, n.pruned, f->g.n);
-	return 0;
-}
-
-/* The mean of the first epoch, and a mean that forgets an epoch ago. */
-static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double loss)
-{
-	double k = (double)(iteration < views ? iteration : views);
-
-	f->last_loss += (loss - f->last_loss) / k;
-	if (iteration <= views)
-		f->first_loss = f->last_loss;
-}
-
-/* Error of the turn that this iteration ends, if it does, beside the number of Gaussians that
- * most of it had. */
-static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
+/* Error of the turn that this visit of a view (from 1) ends, if it does, beside the number of
+ * Gaussians that most of it had. */
+static int note_turn(
+	struct ct_fit *f, size_t views, size_t visit, size_t iteration, double l1, struct ct_err *e)
 {
 	float n = (float)f->g.n;
 
 	f->turn += l1;
-	if (iteration % views)
+	if (visit % views)
 		return 0;
 	f->error = f->turn / (double)views / f->residual;
 	f->turn = 0;
@@ -415,30 +279,115 @@ static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1
 	return 0;
 }
 
-static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct work *w, size_t iteration,
-	const struct ct_env *env, struct ct_err *e)
+/* The views of an iteration: mean loss, and the gradient. */
+static int views_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+	struct ct_loss_terms *t, size_t iteration, const struct ct_env *env, struct ct_err *e)
+{
+	size_t views = d->target->views, batch = f->opt.batch;
+
+	for (size_t b = 0; b < batch; b++) {
+		size_t visit = (iteration - 1) * batch + b,
+		       k = ct_fit_view(env->seed, visit, views);
+		struct ct_loss_terms one = {0};
+
+		if (ct_terms_view(w, &one, f, d, k, b > 0, env, e) ||
+			check_term(one.l1, "L1", iteration, e) ||
+			check_term(one.dssim, "SSIM", iteration, e) ||
+			check_growth(f, one.l1 * f->extent / 2, k, visit, iteration, e) ||
+			note_turn(f, views, visit + 1, iteration, one.l1 * f->extent / 2, e))
+			return -1;
+		ct_density_note(&f->adam, f->g.n, b ? &w->part : &w->grad);
+		t->l1 += one.l1 / (double)batch;
+		t->dssim += one.dssim / (double)batch;
+	}
+	return 0;
+}
+
+/* R2-Gaussian's program makes its parameters anew when it controls their number, and then has no
+ * gradient to step along; nor does it step at the end. */
+static bool controls(const struct ct_fit_options *o, size_t iteration)
+{
+	size_t until = o->densify_until ? o->densify_until : o->iterations;
+
+	return o->densify_every && iteration > o->densify_from && iteration < until &&
+	       iteration % o->densify_every == 0;
+}
+
+static void update(struct ct_fit *f, struct ct_terms *w, size_t iteration, const struct ct_env *env)
 {
 	const struct ct_fit_options *o = &f->opt;
-	const struct ct_loss_weights k = {o->l1 + o->res, o->ssim, o->tv, 2 / f->extent};
+	const double ln_s[2] = {log(o->s_least * f->extent), log(o->s_most * f->extent)};
+	size_t steps = o->rate_steps ? o->rate_steps : o->iterations;
+	double lr[CT_GS_FIELDS], dgamma = ct_terms_chain(w, &f->g, env->par);
+
+	if (o->compat && (controls(o, iteration) || iteration == o->iterations))
+		return;
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		lr[k] = o->haste * rate(k < CT_GS_SCALE	   ? &o->position
+					   : k < CT_GS_ROT ? &o->scaling
+					   : k < CT_GS_RAW ? &o->rotation
+							   : &o->density,
+					   iteration, steps);
+	for (size_t k = CT_GS_POS; k < CT_GS_SCALE; k++)
+		lr[k] *= f->extent / 2;
+	lr[CT_GS_RAW] *= f->unit;
+	ct_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
+	if (f->g.activation == CT_PRELU) {
+		ct_adam1_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
+		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
+	}
+}
+
+static int control(struct ct_fit *f, size_t iteration, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_density_count n;
+	uint32_t steps = f->adam.steps[0];
+
+	if (!controls(&f->opt, iteration))
+		return 0;
+	if (ct_density_control(&f->g, &f->adam, &f->rule, &n, env->seed, iteration, e))
+		return -1;
+	for (size_t i = 0; f->opt.compat && i < f->g.n; i++)
+		f->adam.steps[i] = steps; /* one count for all */
+	ct_log(env, CT_DEBUG, "iteration %zu: %zu cloned, %zu split, %zu pruned: %zu Gaussians",
+		iteration, n.cloned, n.split, n.pruned, f->g.n);
+	return 0;
+}
+
+/* The mean of the first epoch, and a mean that forgets an epoch ago. */
+static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double loss)
+{
+	double k = (double)(iteration < views ? iteration : views);
+
+	f->last_loss += (loss - f->last_loss) / k;
+	if (iteration <= views)
+		f->first_loss = f->last_loss;
+}
+
+static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+	size_t iteration, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_fit_options *o = &f->opt;
+	const double l1 = o->l1 + o->res;
 	struct ct_loss_terms t = {0};
 
-	if (work_grow(w, f->g.n, e))
+	if (ct_terms_grow(w, f->g.n, e))
 		return -1;
 	ct_blobs(w->blob, &f->g, env->par);
-	if (view_term(f, d, w, &t, &k, iteration, env, e) ||
-		(k.tv > 0 && tv_term(f, d, w, &t, &k, iteration, env, e)))
+	if (views_of(f, d, w, &t, iteration, env, e) ||
+		(o->tv > 0 && ct_terms_tv(w, &t, f, d, iteration, env, e)) ||
+		check_term(t.tv, "TV", iteration, e) ||
+		(w->low.want && ct_terms_lowres(w, &t, f, iteration, env, e)) ||
+		check_term(t.lr, "LR", iteration, e))
 		return -1;
-	t.total = k.l1 * t.l1 + k.ssim * t.dssim + k.tv * t.tv;
-	note_loss(f, d->target->views, iteration, t.total);
-	if (note_turn(f, d->target->views, iteration, t.l1 / k.scale, e))
-		return -1;
+	t.total = l1 * t.l1 + o->ssim * t.dssim + o->tv * t.tv + o->lr * t.lr;
+	note_loss(f, (d->target->views + o->batch - 1) / o->batch, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
-			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + "
-			"%g TV %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
-			iteration, t.total, k.l1, t.l1, k.ssim, t.dssim, k.tv, t.tv, f->last_loss,
-			f->g.n, f->g.gamma);
-	ct_density_note(&f->adam, f->g.n, &w->grad);
+			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
+			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
+			iteration, t.total, l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
+			f->last_loss, f->g.n, f->g.gamma);
 	update(f, w, iteration, env);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);
@@ -462,13 +411,13 @@ int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	size_t every = f->opt.checkpoint_every;
-	struct work w;
+	struct ct_terms w = {0};
 	int rc = -1;
 
 	if (f->end == CT_FIT_EMPTY)
 		return 0;
 	f->end = CT_FIT_RUNNING;
-	if (work_alloc(&w, f, d, ct_par_threads(env->par), e))
+	if (ct_terms_alloc(&w, &f->opt, d, env->par, e))
 		goto out;
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;
@@ -488,8 +437,10 @@ int ct_fit_run(
 	else
 		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
 			f->g.step);
+	if (f->opt.polish && ct_polish(f, d, &w, env, e))
+		goto out;
 	rc = check_set(f, e);
 out:
-	work_free(&w);
+	ct_terms_free(&w);
 	return rc;
 }

@@ -8,7 +8,11 @@
  * 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
  * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
  * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
- * their bounded logistic parameter wherever s is far from its bounds, and is clamped there.
+ * their bounded logistic parameter wherever s is far from its bounds, and is clamped there. The
+ * rate of density is in units of the typical density of the residual that Gaussians begin from
+ * (sum of squares / sum of sizes of its back-projection), or 1 if they begin from the base, as
+ * published: there one step of 0.01 is more than all that is left on top of a good base. All rates
+ * are times `haste`: they were made for 30000 iterations.
  *
  * A run ends after `iterations`, or at the first turn through all views whose error is at most
  * `tolerance`; the error of a turn is the mean of |x - y| over it, measured on each view before its
@@ -29,6 +33,7 @@
 #include "gs/adam.h"
 #include "gs/density.h"
 #include "gs/loss.h"
+#include "kern/degrade.h"
 
 #include <stdbool.h>
 
@@ -41,12 +46,23 @@ struct ct_rate {
 	double first, last;
 };
 
+/* Where Gaussians begin: where its projections say that the base is wrong, or where it is dense, as
+ * published. AUTO: the former in mode residual, if filtered back-projection can invert the scan. */
+enum ct_fit_begin { CT_BEGIN_AUTO, CT_BEGIN_RESIDUAL, CT_BEGIN_BASE };
+
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
 	bool full;	     /* the whole volume instead of a residual */
-	double init_density; /* of the base's density, at the start */
-	double l1, res, ssim, tv;
+	double init_density; /* of the density where a Gaussian begins */
+	enum ct_fit_begin begin;
+	double l1, res, ssim, tv, lr;
+	size_t batch;	   /* views an iteration */
+	size_t rate_steps; /* iterations in which the rates fall; 0: all */
+	bool compat;	   /* as R2-Gaussian's program behaves: ct_fit_compat */
+	double gate;	   /* least contribution to a pixel, in the unit of L1; 0: none */
+	size_t polish;	   /* iterations on the densities at the end */
+	double haste;	   /* factor of the four rates */
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
 	double s_least, s_most;				   /* parts of the largest extent */
@@ -63,11 +79,23 @@ struct ct_fit_options {
  * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
+/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, and
+ * the rates are as they stand. */
+void ct_fit_paper(struct ct_fit_options *o);
+/* What the program of R2-Gaussian does beside: no step at iterations that control the number of
+ * Gaussians nor at the last, one step count of Adam for old and new, rates that fall over 30000
+ * iterations, centres that begin at the corners of voxels, and in mode full (where nothing is
+ * negative) no contribution below 1e-5 to a pixel. */
+void ct_fit_compat(struct ct_fit_options *o);
+
 /* What is fitted, borrowed. */
 struct ct_fit_data {
 	const struct ct_stack *target;		 /* density x mm */
 	const struct ct_stack *base_projections; /* the same geometry; NULL in mode full */
 	const struct ct_vol *base;		 /* density */
+	const struct ct_stack *weight; /* of every pixel, >= 0; NULL: all count the same */
+	const struct ct_vol *lr;       /* density: what D of the Gaussians is to be; or NULL */
+	const struct ct_degrade *by;   /* D, with lr */
 };
 
 /* The last error that was measured with a number of Gaussians. */
@@ -85,6 +113,8 @@ struct ct_fit {
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
 	double extent;		      /* mm, largest of the grid */
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
+	double mean_weight;	      /* of the pixels */
+	double unit;		      /* of the rate of density: the residual's typical density */
 	double first_l1, turn;	      /* mm, mean |x - y| of iteration 1; sum of it in this turn */
 	double error;		      /* of the last turn; 1 before */
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */

@@ -10,4 +10,7 @@ libct_a_SOURCES += src/gs/loss.c src/gs/loss.h
 libct_a_SOURCES += src/gs/adam.c src/gs/adam.h
 libct_a_SOURCES += src/gs/density.c src/gs/density.h
 libct_a_SOURCES += src/gs/init.c src/gs/init.h
+libct_a_SOURCES += src/gs/lowres.c src/gs/lowres.h
+libct_a_SOURCES += src/gs/terms.c src/gs/terms.h
+libct_a_SOURCES += src/gs/polish.c src/gs/polish.h
 libct_a_SOURCES += src/gs/fit.c src/gs/state.c src/gs/fit.h

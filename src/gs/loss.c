@@ -32,7 +32,7 @@ int ct_loss_init(struct ct_loss *l, size_t h, size_t w, size_t threads, struct c
 	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
 		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
 		ct_alloc(&l->scratch, threads, scratch * sizeof *l->scratch, e) ||
-		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
+		ct_alloc(&l->part, 3 * strips(l), sizeof *l->part, e)) {
 		ct_loss_free(l);
 		return -1;
 	}
@@ -52,7 +52,7 @@ void ct_loss_free(struct ct_loss *l)
 struct job {
 	struct ct_loss *l;
 	float *dimg;
-	const float *img, *base, *y;
+	const float *img, *base, *y, *weight;
 	size_t pitch;
 	double ssim;
 	float scale, step;
@@ -60,9 +60,9 @@ struct job {
 
 /* n <= BLOCK pixels of both images times scale, the gradient of L1 there, and |x - y| to sum. */
 INLINE void pixels(float *x, float *y, float *g, const float *img, const float *base,
-	const float *want, size_t n, const struct job *j, float sum[BLOCK])
+	const float *want, const float *weight, size_t n, const struct job *j, float sum[BLOCK])
 {
-	float a[BLOCK] = {0}, b[BLOCK] = {0}, c[BLOCK] = {0};
+	float a[BLOCK] = {0}, b[BLOCK] = {0}, c[BLOCK] = {0}, k[BLOCK] = {0};
 
 	memcpy(a, img, n * sizeof *a);
 	memcpy(b, want, n * sizeof *b);
@@ -72,10 +72,20 @@ INLINE void pixels(float *x, float *y, float *g, const float *img, const float *
 		a[i] = (a[i] + c[i]) * j->scale;
 		b[i] *= j->scale;
 		c[i] = a[i] - b[i];
-		sum[i] += fabsf(c[i]);
 	}
+	if (weight) {
+		memcpy(k, weight, n * sizeof *k);
+		for (size_t i = 0; i < BLOCK; i++) {
+			sum[i] += k[i] * fabsf(c[i]);
+			k[i] *= j->step;
+		}
+	} else
+		for (size_t i = 0; i < BLOCK; i++) {
+			sum[i] += fabsf(c[i]);
+			k[i] = j->step;
+		}
 	for (size_t i = 0; i < BLOCK; i++)
-		c[i] = c[i] > 0 ? j->step : c[i] < 0 ? -j->step : 0;
+		c[i] = c[i] > 0 ? k[i] : c[i] < 0 ? -k[i] : 0;
 	memcpy(x, a, n * sizeof *a);
 	memcpy(y, b, n * sizeof *b);
 	memcpy(g, c, n * sizeof *c);
@@ -96,15 +106,16 @@ CLONES static double row_of(const struct job *j, size_t r)
 	const struct ct_loss *l = j->l;
 	const float *img = j->img + r * j->pitch, *want = j->y + r * l->w;
 	const float *base = j->base ? j->base + r * l->w : NULL;
+	const float *weight = j->weight ? j->weight + r * l->w : NULL;
 	float *x = l->x + r * l->w, *y = l->y + r * l->w, *g = l->g + r * l->w, sum[BLOCK] = {0};
 	size_t c = 0;
 
 	for (; c + BLOCK <= l->w; c += BLOCK)
-		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c, BLOCK, j,
-			sum);
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
+			weight ? weight + c : NULL, BLOCK, j, sum);
 	if (c < l->w)
-		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c, l->w - c, j,
-			sum);
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
+			weight ? weight + c : NULL, l->w - c, j, sum);
 	return total(sum);
 }
 
@@ -118,13 +129,18 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct job *j = arg;
 	struct ct_loss *l = j->l;
-	double sum = 0;
+	double sum = 0, all = 0;
 	size_t r, end;
 
 	(void)worker;
-	for (rows(l, strip, &r, &end); r < end; r++)
+	for (rows(l, strip, &r, &end); r < end; r++) {
 		sum += row_of(j, r);
-	l->part[2 * strip] = sum;
+		for (size_t c = 0; j->weight && c < l->w; c++)
+			all += (double)j->weight[r * l->w + c];
+		all += j->weight ? 0 : (double)l->w;
+	}
+	l->part[3 * strip] = sum;
+	l->part[3 * strip + 2] = all;
 }
 
 static void ssim_strip(void *arg, size_t strip, size_t worker)
@@ -135,8 +151,8 @@ static void ssim_strip(void *arg, size_t strip, size_t worker)
 
 	rows(l, strip, &r, &end);
 	if (j->ssim != 0)
-		l->part[2 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
-			l->y, -j->ssim, l->scratch + worker * ct_ssim_scratch(l->w));
+		l->part[3 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
+			l->y, j->weight, -j->ssim, l->scratch + worker * ct_ssim_scratch(l->w));
 	for (; r < end; r++) {
 		float *restrict to = j->dimg + r * j->pitch;
 		const float *restrict from = l->g + r * l->w;
@@ -148,29 +164,31 @@ static void ssim_strip(void *arg, size_t strip, size_t worker)
 }
 
 void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
-	size_t pitch, const float *base, const float *y, const struct ct_loss_weights *k,
-	struct ct_par *par)
+	size_t pitch, const float *base, const float *y, const float *weight,
+	const struct ct_loss_weights *k, struct ct_par *par)
 {
-	const double count = (double)l->h * (double)l->w;
+	const double count = (double)l->h * (double)l->w * k->mean_weight;
+	double l1 = 0, s = 0, all = 0;
 	struct job j = {.l = l,
 		.dimg = dimg,
 		.img = img,
 		.base = base,
 		.y = y,
+		.weight = weight,
 		.pitch = pitch,
-		.ssim = k->ssim,
+		.ssim = k->ssim / k->mean_weight,
 		.scale = (float)k->scale,
 		.step = (float)(k->l1 / count)};
-	double l1 = 0, s = 0;
 
 	ct_par_for(par, strips(l), l1_strip, &j);
 	ct_par_for(par, strips(l), ssim_strip, &j);
 	for (size_t i = 0; i < strips(l); i++) {
-		l1 += l->part[2 * i];
-		s += k->ssim == 0 ? 0 : l->part[2 * i + 1];
+		l1 += l->part[3 * i];
+		s += k->ssim == 0 ? 0 : l->part[3 * i + 1];
+		all += l->part[3 * i + 2];
 	}
 	t->l1 = l1 / count;
-	t->dssim = k->ssim == 0 ? 0 : 1 - s / count;
+	t->dssim = k->ssim == 0 ? 0 : (all - s) / count;
 }
 
 /* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their

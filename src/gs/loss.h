@@ -7,6 +7,8 @@
  * volume in mm), the normalised scene of R2-Gaussian. The paper (section NAB-GS) has two L1
  * terms, of projections and of residual projections. As x is the base's projection plus the
  * residual's, |x - y| = |x_res - y_res|: they are one term of weight 2.
+ * Pixels may have weights, of which `mean_weight` is the mean over all views: mean|x - y| is then
+ * mean(w |x - y|) / mean_weight, and SSIM the like of its map.
  * TV is the mean absolute difference of neighbours in a block of voxels, base plus residual.
  */
 #ifndef CT_GS_LOSS_H
@@ -18,13 +20,14 @@
 #include <stddef.h>
 
 struct ct_loss_weights {
-	double l1, ssim, tv;
-	double scale; /* 1/mm */
+	double l1, ssim, tv, lr;
+	double scale;	    /* 1/mm */
+	double mean_weight; /* 1 without weights */
 };
 
 /* Terms without their weights; total with. */
 struct ct_loss_terms {
-	double l1, dssim, tv, total;
+	double l1, dssim, tv, lr, total;
 };
 
 /* Scratch for images h x w and so many threads. */
@@ -32,18 +35,19 @@ struct ct_loss {
 	size_t h, w, threads;
 	float *x, *y, *g;
 	double *scratch; /* of every thread */
-	double *part;	 /* of every strip: L1, S */
+	double *part;	 /* of every strip: L1, S, weights */
 	struct ct_ssim_rule rule;
 };
 
 int ct_loss_init(struct ct_loss *l, size_t h, size_t w, size_t threads, struct ct_err *e);
 void ct_loss_free(struct ct_loss *l);
 /* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)
- * and y h x w. Neither weight need be positive: a term of weight 0 is not computed. Strips of rows
- * in parallel, the same bytes for any number of threads up to those of ct_loss_init. */
+ * and y h x w; so does weight (NULL: ones). Neither factor need be positive: a term of weight 0 is
+ * not computed. Strips of rows in parallel, the same bytes for any number of threads up to those of
+ * ct_loss_init. */
 void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
-	size_t pitch, const float *base, const float *y, const struct ct_loss_weights *k,
-	struct ct_par *par);
+	size_t pitch, const float *base, const float *y, const float *weight,
+	const struct ct_loss_weights *k, struct ct_par *par);
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
  * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel. */
 double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,

@@ -225,6 +225,24 @@ void ct_splat_free(struct ct_splat *s)
 	*s = (struct ct_splat){0};
 }
 
+void ct_splat_gate(struct ct_splat *s, double least)
+{
+	for (size_t i = 0; i < s->n; i++) {
+		struct ct_dab *d = &s->dab[i];
+		double cut = log(fabs((double)d->amp) / least), reach, row;
+
+		if (!(cut < (double)d->cut) || d->first >= d->end)
+			continue;
+		reach = cut > 0 ? sqrt(cut / (double)d->ky) : -1;
+		row = (double)d->row + (double)d->fy;
+		d->cut = (float)fmax(cut, 0);
+		d->least = (float)exp(-fmax(cut, 0));
+		d->first = (int32_t)fmax(d->first, ceil(row - reach));
+		d->end = (int32_t)fmin(d->end, floor(row + reach) + 1);
+		ct_dab_close(d);
+	}
+}
+
 struct draw {
 	float *img;
 	const struct ct_splat *s;

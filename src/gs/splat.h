@@ -96,6 +96,9 @@ void ct_splat_free(struct ct_splat *s);
 /* Project all Gaussians, and make room to draw them with as many threads as `par` has. */
 int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const struct ct_blob *b,
 	struct ct_par *par, struct ct_err *e);
+/* After a plan: what contributes less than `least` (density mm) to a pixel is left out there, in
+ * both directions, as in R2-Gaussian. */
+void ct_splat_gate(struct ct_splat *s, double least);
 /* img[h][pitch] = sum of all, pitch = ct_dab_pitch(w), what is beyond w arbitrary but finite. */
 void ct_splat_draw(float *img, const struct ct_splat *s, struct ct_par *par);
 /* grad = (set, not added) gradient for dL/dimg = dimg[h][pitch]. `set` lends the quaternions. */

@@ -32,6 +32,7 @@ int ct_block_init(struct ct_block *k, const double affine[static 3][4],
 	if (!(fabs(det) > 0) || !isfinite(det))
 		return ct_fail(e, CT_EGEOM, "the affine of the grid has no inverse");
 	for (int r = 0; r < 3; r++) {
+		k->blur[r] = 0;
 		k->n[r] = n[r];
 		k->world[r] = affine[r][3];
 		for (int c = 0; c < 3; c++) {
@@ -40,6 +41,22 @@ int ct_block_init(struct ct_block *k, const double affine[static 3][4],
 		}
 	}
 	return 0;
+}
+
+static bool blurred(const struct ct_block *k)
+{
+	return k->blur[0] + k->blur[1] + k->blur[2] > 0;
+}
+
+/* sqrt(|Sigma| / |Sigma + B|), Sigma = M M^T with the rows of M, and var of Sigma + B. */
+static double thinned(const double row[3][3], const double var[3])
+{
+	double det = 0;
+
+	for (int a = 0; a < 3; a++)
+		det += row[0][a] * (row[1][(a + 1) % 3] * row[2][(a + 2) % 3] -
+					   row[1][(a + 2) % 3] * row[2][(a + 1) % 3]);
+	return fabs(det) / sqrt(var[0] * var[1] * var[2]);
 }
 
 /* Covariance in voxels by rows of inv A diag(s); then conditional variances, last axis first. */
@@ -60,7 +77,7 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 		double reach;
 
 		for (int a = 0; a < 3; a++)
-			c[r][a] = dot(row[r], row[a]);
+			c[r][a] = dot(row[r], row[a]) + (r == a ? k->blur[r] : 0);
 		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
 		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
 			    fabs(o->m[r]) < 1e8))
@@ -78,7 +95,8 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 	o->var[2] = c[2][2];
 	o->var[1] = c11;
 	o->var[0] = c[0][0] - o->s02 * c[0][2] - o->s01 * c01;
-	o->rho = b->rho;
+	o->gain = blurred(k) ? thinned(row, o->var) : 1;
+	o->rho = b->rho * o->gain;
 	o->turn = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
 	o->hop = exp(fmax(-80, fmin(80, CT_DAB_LANES * o->s01 / o->var[0])));
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
@@ -99,7 +117,8 @@ static bool near(const struct ct_block *k, const double norm[3], const struct ct
 	double s = fmax(b->s[0], fmax(b->s[1], b->s[2]));
 
 	for (int r = 0; r < 3; r++) {
-		double m = dot(k->inv[r], d), reach = s * norm[r];
+		double m = dot(k->inv[r], d),
+		       reach = s * norm[r] + sqrt(2 * CT_GS_CUT * k->blur[r]);
 
 		if (!(m + reach >= 0 && m - reach <= (double)k->n[r] - 1))
 			return false;
@@ -381,14 +400,15 @@ void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *
 
 /* The inverse covariance is U D U^T, D = diag(1/var), U^T (dx, dy, dz) = (x, y, z) the conditional
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
- *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s). */
+ *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s),
+ * and where the block is blurred + 1/2 rho dL/drho (I - V^T D V), from the factor of rho. */
 void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
 	const struct ct_blob *blob, const double sums[static 10])
 {
 	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
 	const double ut[3][3] = {
 		{1, -b->s01, b->s01 * b->s12 - b->s02}, {0, 1, -b->s12}, {0, 0, 1}};
-	double w[3][3], v[3][3], h[6];
+	double w[3][3], v[3][3], h[6], own[6];
 	size_t at = 0;
 
 	for (int r = 0; r < 3; r++) {
@@ -399,7 +419,7 @@ void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struc
 			v[r][c] = blob->s[c] * (w[r][0] * blob->a[0][c] + w[r][1] * blob->a[1][c] +
 						       w[r][2] * blob->a[2][c]);
 	}
-	g->rho = sums[0];
+	g->rho = b->gain * sums[0];
 	for (int c = 0; c < 3; c++)
 		g->p[c] = b->rho * (w[0][c] * d[0] * sums[1] + w[1][c] * d[1] * sums[2] +
 					   w[2][c] * d[2] * sums[3]);
@@ -407,6 +427,11 @@ void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struc
 		for (int c = r; c < 3; c++, at++)
 			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];
 	ct_congruence(g->shape, v, h);
+	if (!blurred(k))
+		return;
+	ct_congruence(own, v, (const double[]){d[0], 0, 0, d[1], 0, d[2]});
+	for (int i = 0; i < 6; i++)
+		g->shape[i] += 0.5 * b->rho * sums[0] * ((i == 0 || i == 3 || i == 5) - own[i]);
 }
 
 struct job {

@@ -3,9 +3,11 @@
  *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of
  * CT_GS_CUT
  *
- * at voxel centres. In every slice a Gaussian is a dab (dab.h), so one kernel does projections and
- * volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any number
- * of threads.
+ * at voxel centres; a block may be blurred by a Gaussian of its own along its axes, of variances B
+ * in voxel^2: Sigma then is that of inv A plus B, and rho is times sqrt(|Sigma| / |Sigma + B|), so
+ * that the mass stays. In every slice a Gaussian is a dab (dab.h), so one kernel does projections
+ * and volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any
+ * number of threads.
  */
 #ifndef CT_GS_VOXEL_H
 #define CT_GS_VOXEL_H
@@ -21,14 +23,15 @@ struct ct_block {
 	size_t n[3];
 	double inv[3][3]; /* mm to voxels */
 	double world[3];  /* position of the first voxel, mm */
+	double blur[3];	  /* voxel^2, >= 0; ct_block_init sets 0 */
 };
 
 /* A Gaussian on the block, conditional from slice to row to column: the centre of row j in
  * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
 struct ct_brick {
 	double m[3], s01, s02, s12;
-	double var[3]; /* variances of column given row and slice, row given slice, slice */
-	double rho;
+	double var[3];	  /* variances of column given row and slice, row given slice, slice */
+	double rho, gain; /* rho is gain times that of the Gaussian */
 	double turn, hop; /* of its dabs */
 	size_t index;	  /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */

@@ -233,6 +233,23 @@ CLONES static double differentiate(const struct work *k, const struct ct_ssim_ru
 	return sum;
 }
 
+/* All that differentiate has made of a row times the weights of its pixels; the new sum of S. */
+CLONES static double weigh(
+	const struct work *k, const struct ct_ssim_rule *r, size_t w, const float *restrict weight)
+{
+	double sum = 0;
+
+	for (size_t m = 0; m < GRADS; m++) {
+		double *restrict d = k->row[m] + r->radius;
+
+		for (size_t j = 0; j < w; j++)
+			d[j] *= (double)weight[j];
+	}
+	for (size_t j = 0; j < w; j++)
+		sum += (double)weight[j] * k->s[j];
+	return sum;
+}
+
 /* The gradient ring takes row o (beyond the image: zeros). */
 static void take_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t h)
 {
@@ -260,7 +277,7 @@ CLONES static void give_gradient(struct work *k, const struct ct_ssim_rule *r, s
 }
 
 double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
-	float *gx, const float *x, const float *y, double up, double *scratch)
+	float *gx, const float *x, const float *y, const float *weight, double up, double *scratch)
 {
 	const size_t reach = 2 * r->radius, begin = first > reach ? first - reach : 0;
 	const double scale = up / ((double)h * (double)w);
@@ -278,6 +295,9 @@ double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_
 		if (row < h + r->radius) {
 			double part = differentiate(&k, r, w);
 
+			if (weight)
+				part = weigh(&k, r, w, weight + o * w);
+
 			sum += o >= first && o < end ? part : 0;
 		}
 		take_gradient(&k, r, o, h);
@@ -290,5 +310,6 @@ double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
 	const float *y, double up, double *scratch)
 {
-	return ct_ssim_back_rows(r, h, w, 0, h, gx, x, y, up, scratch) / ((double)h * (double)w);
+	return ct_ssim_back_rows(r, h, w, 0, h, gx, x, y, NULL, up, scratch) /
+	       ((double)h * (double)w);
 }

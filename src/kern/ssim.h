@@ -60,8 +60,9 @@ double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x,
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
 	const float *y, double up, double *scratch);
 /* Rows [first, end) of it: their part of gx, and the sum (not the mean) of S over them. `up` is
- * that of the mean over the whole image. Rows may be cut anywhere, each part with a scratch. */
+ * that of the mean over the whole image. Rows may be cut anywhere, each part with a scratch. weight
+ * (h x w, or NULL for ones) multiplies the pixels' S in the sum, and so in the mean h w. */
 double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
-	float *gx, const float *x, const float *y, double up, double *scratch);
+	float *gx, const float *x, const float *y, const float *weight, double up, double *scratch);
 
 #endif

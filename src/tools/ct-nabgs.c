@@ -18,8 +18,9 @@
 struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
-	double ssim, tv, init, tolerance;
-	bool resume;
+	double ssim, tv, lowres, rate, init, tolerance;
+	int begin, batch, polish;
+	bool resume, compat, paper;
 };
 
 static const struct params defaults = {.iterations = 5000,
@@ -28,7 +29,10 @@ static const struct params defaults = {.iterations = 5000,
 	.every = 1000,
 	.ssim = NAN,
 	.tv = 0.05,
-	.init = NAN};
+	.lowres = 1,
+	.rate = NAN,
+	.init = NAN,
+	.batch = 1};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
@@ -66,6 +70,20 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, ssim, 0, "lambda-ssim", "W", 0, 1e6,
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
+	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
+		"times the published rates of learning (10; in mode full and with --paper 1)"),
+	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
+	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
+		"where Gaussians begin: where the projections say that the base is wrong, or where "
+		"it is dense; auto is residual in mode residual if the scan can be inverted"),
+	CT_OPT(struct params, batch, 0, "batch", "N", 1, 10000, "views of an iteration"),
+	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
+		"at the end, so many steps of conjugate gradients on the densities and all views"),
+	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
+		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
+		"density, and are not polished; what is given besides holds"),
+	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
+		"as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
@@ -100,15 +118,26 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
 	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
+	if (p->paper)
+		ct_fit_paper(o);
+	if (p->compat)
+		ct_fit_compat(o);
 	o->iterations = (size_t)p->iterations;
 	o->gaussians = (size_t)p->gaussians;
 	o->max_gaussians = (size_t)p->most;
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
+	o->lr = p->lr ? p->lowres : 0;
+	o->batch = (size_t)p->batch;
+	o->polish = (size_t)p->polish;
+	if (p->begin != CT_BEGIN_AUTO)
+		o->begin = (enum ct_fit_begin)p->begin;
 	o->checkpoint_every = (size_t)p->every;
 	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
+	if (!isnan(p->rate))
+		o->haste = p->rate;
 	if (!isnan(p->init))
 		o->init_density = p->init;
 	return 0;
@@ -130,7 +159,8 @@ static int estimate(
 	struct ct_env quiet = *j->env;
 	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
 	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
-	double fixed = 4.0 * (double)(ct_vol_count(&j->data.base) + 2 * ct_stack_count(&j->data.in));
+	double fixed =
+		4.0 * (double)(ct_vol_count(&j->data.base) + 2 * ct_stack_count(&j->data.in));
 	double start = now(), time;
 
 	quiet.progress = NULL;
@@ -170,7 +200,13 @@ static int fit(struct job *j, struct ct_err *e)
 {
 	const bool full = j->p->mode == 1, kept = j->state.path != NULL;
 	const struct ct_fit_data d = {
-		&j->data.in, full ? NULL : &j->data.base_proj, &j->data.base};
+		.target = &j->data.in,
+		.base_projections = full ? NULL : &j->data.base_proj,
+		.base = &j->data.base,
+		.weight = j->p->std ? &j->data.weight : NULL,
+		.lr = j->p->lr ? &j->data.lr : NULL,
+		.by = &j->data.by,
+	};
 	struct ct_fit_options o;
 	struct ct_fit f = {0};
 	int rc = -1;
@@ -215,6 +251,10 @@ static int check(struct job *j, struct ct_err *e)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
+	if (p->lr && p->mode == 1)
+		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
+	if (p->polish && p->activation != CT_PRELU)
+		return ct_fail(e, CT_EUSAGE, "--polish is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
