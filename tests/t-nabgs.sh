@@ -85,6 +85,26 @@ has err 'r.ply.state' 'and named'
 head -c 3000 stopped/r.ply.state >cut && mv cut stopped/r.ply.state
 (long stopped --resume) 2>err; [ $? -eq 3 ]; ok $? 'a broken state is refused'
 
+exits 0 'the paper' fit --paper p.exr paper.ply
+ct-compose up.nii paper.ply paper.nii
+above "$(psnr hr.nii out.nii)" "$(psnr hr.nii paper.nii)"; ok $? 'where to begin and how fast pays'
+exits 0 'and polish' fit --polish=10 p.exr polish.ply
+ct-compose up.nii polish.ply polish.nii
+above "$(psnr hr.nii polish.nii)" "$(psnr hr.nii out.nii)"; ok $? 'which pays'
+exits 0 'as the program of R2-Gaussian' fit --r2-compat p.exr compat.ply
+! cmp -s paper.ply compat.ply; ok $? 'does something else'
+exits 0 'several views an iteration' fit -n 50 --batch=4 p.exr batch.ply
+has out '^iterations 50' 'counts iterations'
+
+agrees() { ct-compose up.nii "$1" - | ct-degrade -f -x 4 - again.nii && psnr lr.nii again.nii; }
+ct-project --views 3 hr.nii few.exr
+exits 0 'three views' ct-nabgs -b up.nii -n 200 -g 1000 --max-gaussians=1000 few.exr few.ply
+exits 0 'and the low-resolution CT' ct-nabgs -b up.nii --lr=lr.nii -n 200 -g 1000 \
+	--max-gaussians=1000 few.exr lr.ply
+above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then reduces'
+exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
+exits 2 'polish of a density with bounds' fit --polish=3 -a sine p.exr no.ply
+
 exits 0 'full mode' fit -m full -a softplus p.exr full.ply
 has out '^negative 0' 'softplus has no negative density'
 exits 0 'full mode composes' ct-compose up.nii full.ply f.nii

@@ -288,6 +288,69 @@ static void fast(
 	ct_gs_grad_free(&one);
 }
 
+/* Of one Gaussian: what is below the gate is gone, in both directions, the rest stays. */
+static void gate(void)
+{
+	const struct ct_view v = {.source = {-300, 20, 30},
+		.centre = {250, 0, -8},
+		.u = {0, 2, 0.3},
+		.v = {0, 0.1, -2}};
+	const double p[3] = {4, -3, 2}, ln_s[3] = {2.1, 1.6, 1.8}, q[4] = {0.9, 0.3, -0.5, 0.4};
+	const float least = 0.4f;
+	size_t pitch = ct_dab_pitch(W), wrong = 0, gone = 0, kept = 0;
+	float *img[2], *ones, quat[4] = {0.9f, 0.3f, -0.5f, 0.4f};
+	struct ct_gauss set = {.n = 1, .rot = {quat, quat + 1, quat + 2, quat + 3}};
+	struct ct_gs_grad grad = {0};
+	struct ct_splat s = {0};
+	double sum = 0, mu = 0;
+	struct ct_camera c;
+	struct ct_foot f;
+	struct ct_blob b;
+	struct ct_err e;
+
+	ct_blob_make(&b, p, ln_s, q, -0.25);
+	if (ct_camera_init(&c, &v, CT_CONE, H, W, &e) || ct_gs_grad_reserve(&grad, 1, &e) ||
+		ct_alloc(&ones, H * pitch, sizeof *ones, &e))
+		exit(1);
+	for (int k = 0; k < 2; k++) {
+		if (ct_alloc(&img[k], H * pitch, sizeof *ones, &e) ||
+			ct_splat_plan(&s, &c, 1, &b, NULL, &e))
+			exit(1);
+		if (k)
+			ct_splat_gate(&s, (double)least);
+		ct_splat_draw(img[k], &s, NULL);
+	}
+	for (size_t i = 0; i < H * pitch; i++)
+		ones[i] = i % pitch < W;
+	for (size_t i = 0; i < H * W; i++) {
+		float all = img[0][i / W * pitch + i % W], x = img[1][i / W * pitch + i % W];
+
+		gone += fabsf(all) > 0 && fabsf(x) <= 0;
+		kept += fabsf(x) > 0;
+		if (fabsf(fabsf(all) - least) > 1e-4f)
+			wrong += fabsf(all) > least ? fabsf(x - all) > 1e-4f : fabsf(x) > 0;
+		sum += (double)x;
+	}
+	OK(wrong == 0 && gone > 20 && kept > 20, "the gate: %zu pixels gone, %zu kept, %zu wrong",
+		gone, kept, wrong);
+	ct_splat_back(&grad, &s, &b, &set, ones, NULL);
+	NEAR((double)grad.d[CT_GS_RAW][0] * -0.25 / sum, 1, 1e-4, "its gradient sees the same");
+	ct_foot_of(&f, &c, &b);
+	mu = 0.25 * f.mu;
+	if (ct_splat_plan(&s, &c, 1, &b, NULL, &e))
+		exit(1);
+	ct_splat_gate(&s, 1.01 * mu);
+	ct_splat_draw(img[1], &s, NULL);
+	for (size_t i = 0; i < H * W; i++)
+		wrong += fabsf(img[1][i / W * pitch + i % W]) > 0;
+	OK(wrong == 0, "a Gaussian below it is not drawn");
+	free(ones);
+	free(img[0]);
+	free(img[1]);
+	ct_splat_free(&s);
+	ct_gs_grad_free(&grad);
+}
+
 static void activations(void)
 {
 	double worst = 0, back = 0, h = 1e-5;
@@ -322,6 +385,7 @@ int main(void)
 	differences(CT_PARALLEL, false, 0.4, "parallel");
 	differences(CT_PARALLEL, true, -0.4, "parallel, oblique detector, negative");
 	activations();
+	gate();
 	mass_and_peak(CT_CONE);
 	mass_and_peak(CT_PARALLEL);
 	line_integrals(CT_PARALLEL, 1e-6);

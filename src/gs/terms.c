@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LOW_BLOCK = 64 }; /* coarse voxels along an axis that an iteration looks at */
+enum { LOW_BLOCK = 12 }; /* coarse voxels along an axis that an iteration looks at */
 
 void ct_terms_free(struct ct_terms *w)
 {

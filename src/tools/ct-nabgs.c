@@ -160,16 +160,20 @@ static int estimate(
 	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
 	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
 	double fixed =
-		4.0 * (double)(ct_vol_count(&j->data.base) + 2 * ct_stack_count(&j->data.in));
+		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
+	double visits = (double)(all * f->opt.batch), polish = (double)f->opt.polish;
 	double start = now(), time;
 
 	quiet.progress = NULL;
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
+	f->opt.polish = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	time = (now() - start) / (double)f->opt.iterations * (double)(n ? all : 1);
+	if (polish > 0)
+		visits += (polish + 1) * (double)d->target->views;
+	time = (now() - start) / (double)(f->opt.iterations * f->opt.batch) * (n ? visits : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
 		time, n, n ? time * (double)most / (double)n : 0, most,
