@@ -437,8 +437,13 @@ int ct_fit_run(
 	else
 		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
 			f->g.step);
-	if (f->opt.polish && ct_polish(f, d, &w, env, e))
+	if (f->opt.polish && ct_polish(f, d, &w, env, e)) {
+		struct ct_err why;
+
+		if (e->code == CT_ESTOP && save(f, &why)) /* to polish when continued */
+			*e = why;
 		goto out;
+	}
 	rc = check_set(f, e);
 out:
 	ct_terms_free(&w);

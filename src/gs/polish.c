@@ -139,6 +139,25 @@ static int solve(struct polish *s, struct ct_err *e)
 	return 0;
 }
 
+/* The error of fit.h, of all views with the same Gaussians. */
+static int measure(const struct polish *s, struct ct_err *e)
+{
+	const struct ct_stack *y = s->d->target;
+	size_t pitch = ct_dab_pitch(y->w);
+	double sum = 0;
+
+	ct_blobs(s->w->blob, &s->f->g, s->env->par);
+	for (size_t k = 0; k < y->views; k++) {
+		if (ct_terms_draw(s->w, s->f, s->d, k, s->env, e))
+			return -1;
+		view_error(s, k, true, 1); /* weighted */
+		for (size_t i = 0; i < y->h * y->w; i++)
+			sum += fabs((double)s->w->dimg[i / y->w * pitch + i % y->w]);
+	}
+	s->f->error = sum / s->f->mean_weight / (double)ct_stack_count(y) / s->f->residual;
+	return 0;
+}
+
 static int alloc(struct polish *s, struct ct_err *e)
 {
 	const size_t zero[3] = {0}, *m = s->w->low.n;
@@ -177,7 +196,7 @@ int ct_polish(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
 		goto out;
 	for (size_t i = 0; i < g->n; i++)
 		g->raw[i] = (float)ct_act_inverse(g->activation, g->gamma, s.x[i] * s.unit[i]);
-	rc = 0;
+	rc = measure(&s, e);
 out:
 	free(s.x);
 	free(s.r);
