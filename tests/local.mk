@@ -34,6 +34,7 @@ tests_t_splat_SOURCES = tests/t-splat.c
 check_PROGRAMS += tests/t-voxel
 tests_t_voxel_SOURCES = tests/t-voxel.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
+dist_check_SCRIPTS += tests/t-peers.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
 check_PROGRAMS += tests/t-schedule
 tests_t_schedule_SOURCES = tests/t-schedule.c
