@@ -171,7 +171,6 @@ IMPL void FN(foot_back)(
 	NUM tr[2][3], rs[3], gj[2][3], area[3];
 	int at = 0;
 
-
 	FN(minors)(area, f);
 	g->rho = f->mu * sums[0];
 	g->m[0] = amp * dx * sums[1];
