@@ -76,8 +76,9 @@ listens $pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'stopped on reque
 
 if python_with nibabel && "$PY" -c 'import skimage' 2>/dev/null; then
 	# parallel rays: the same picture as skimage's, which numbers angles and columns its own way
-	ct-phantom --size 96x96x3 --spacing 1 ellipsoids s.nii
-	ct-project --beam parallel -n 120 --det 96x3 --pitch 1 --quantity hu s.nii s.exr
+	ct-phantom --size 96x96x96 --spacing 1 shepp-logan whole.nii
+	"$PY" -c "import nibabel as n; v = n.load('whole.nii'); n.save(v.slicer[:, :, 46:49], 's.nii')"
+	ct-project --beam parallel -n 120 --det 96x3 --pitch 1 s.nii s.exr
 	ct-fdk --quantity density s.exr sr.nii
 	"$PY" - <<-'PY' >out 2>&1
 		import nibabel, numpy as np, warnings

@@ -15,6 +15,13 @@ bytes() { i=0; while [ $i -lt "$1" ]; do printf '\001'; i=$((i + 1)); done; }
 exits 0 'bytes' ct-convert --scanner scan.json a.npy a.exr
 exits 0 'is a stack' ct-info a.exr
 has out '2 views\|views *2' 'of two views'
+sed 's/"numTrain"/"nVoxel": [4, 5, 6], "sVoxel": [40, 50, 30], "numTrain"/' scan.json >grid.json
+exits 0 'of a volume' ct-convert -f --scanner grid.json a.npy g.exr
+ct-info g.exr >out; has out 'volume.size *4,5,6' 'its voxels'
+has out 'volume.affine *10,0,0,-15,0,10,0,-20,0,0,5,-12.5' 'and where they are'
+sed 's/\[4, 5, 6\]/[4, 5.5, 6]/' grid.json >half.json
+exits 3 'half a voxel' ct-convert --scanner half.json a.npy b.exr
+has err 'nVoxel' 'says so'
 ct-convert --scanner scan.json - - <a.npy >pipe.exr 2>e; [ -s pipe.exr ]; ok $? 'in a pipe'
 exits 2 'not to a volume' ct-convert --scanner scan.json a.npy a.nii
 exits 2 'nor resampled' ct-convert --scanner scan.json --iso 1 a.npy b.exr

@@ -96,6 +96,16 @@ IMPL MASK FN(look)(FOOT *f, const struct ct_camera *c, const BLOB *b)
 	return f->z > (c->cone ? c->near : 0);
 }
 
+/* Minors of the rows of J A diag(s): their cross product. */
+IMPL void FN(minors)(NUM area[static 3], const FOOT *f)
+{
+	for (int k = 0; k < 3; k++) {
+		const int i = (k + 1) % 3, l = (k + 2) % 3;
+
+		area[k] = f->row[0][i] * f->row[1][l] - f->row[0][l] * f->row[1][i];
+	}
+}
+
 IMPL MASK FN(foot_of)(FOOT *f, const struct ct_camera *c, const BLOB *b)
 {
 	MASK ok = FN(look)(f, c, b);
@@ -114,12 +124,8 @@ IMPL MASK FN(foot_of)(FOOT *f, const struct ct_camera *c, const BLOB *b)
 	f->cov[0] = FN(dot)(f->row[0], f->row[0]);
 	f->cov[1] = FN(dot)(f->row[0], f->row[1]);
 	f->cov[2] = FN(dot)(f->row[1], f->row[1]);
-	for (int k = 0; k < 3; k++) { /* the determinant without cancellation */
-		const int i = (k + 1) % 3, l = (k + 2) % 3;
-
-		area[k] = f->row[0][i] * f->row[1][l] - f->row[0][l] * f->row[1][i];
-	}
-	det = FN(dot)(area, area);
+	FN(minors)(area, f);
+	det = FN(dot)(area, area); /* without cancellation */
 	f->cond = det / f->cov[2];
 	f->slope = f->cov[1] / f->cov[2];
 	most = det + f->mu + f->cov[0];
@@ -150,7 +156,8 @@ IMPL void FN(cone_back)(NUM p[static 3], const FOOT *f, const struct ct_camera *
 
 /* The inverse covariance is K = L D L^T in the coordinates (x, y) of dab.h, D the inverse
  * variances (cond, row-row), L^T = [1 -slope; 0 1], Q the moments of g e. With R = L^T J A diag(s),
- * so that no large terms cancel however long and thin the Gaussian is:
+ * its first row by minors, row1 x (row0 x row1) / |row1|^2, so that no large terms cancel however
+ * long and thin the Gaussian is:
  *   dL/dm = rho mu L D (sx, sy),   T = 1/2 rho mu D Q D,   dL/dJ = 2 L T R diag(s) A^T,
  *   N = R^T T R + dL/dmu mu^3/(4 pi) t t^T. */
 IMPL void FN(foot_back)(
@@ -161,14 +168,17 @@ IMPL void FN(foot_back)(
 	const NUM t00 = amp / 2 * dx * dx * sums[3], t01 = amp / 2 * dx * dy * sums[4];
 	const NUM t11 = amp / 2 * dy * dy * sums[5];
 	const NUM w = dl_dmu * f->mu * f->mu * f->mu / (4 * M_PI);
-	NUM tr[2][3], rs[3], gj[2][3];
+	NUM tr[2][3], rs[3], gj[2][3], area[3];
 	int at = 0;
 
+	FN(minors)(area, f);
 	g->rho = f->mu * sums[0];
 	g->m[0] = amp * dx * sums[1];
 	g->m[1] = amp * (dy * sums[2] - f->slope * dx * sums[1]);
 	for (int k = 0; k < 3; k++) {
-		rs[k] = f->row[0][k] - f->slope * f->row[1][k];
+		const int i = (k + 1) % 3, l = (k + 2) % 3;
+
+		rs[k] = (f->row[1][i] * area[l] - f->row[1][l] * area[i]) * dy;
 		tr[0][k] = t00 * rs[k] + t01 * f->row[1][k];
 		tr[1][k] = t01 * rs[k] + t11 * f->row[1][k];
 		g->p[k] = f->j[0][k] * g->m[0] + f->j[1][k] * g->m[1];

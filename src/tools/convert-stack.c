@@ -26,7 +26,8 @@ static int check(const struct convert *p, struct ct_err *e)
 }
 
 /* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
-static int scan_for(struct ct_scan *s, const char *path, const size_t n[3], struct ct_err *e)
+static int scan_for(struct ct_scan *s, struct ct_vol *named, const char *path, const size_t n[3],
+	struct ct_err *e)
 {
 	struct ct_vol world = {
 		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
@@ -35,7 +36,7 @@ static int scan_for(struct ct_scan *s, const char *path, const size_t n[3], stru
 	s->views = n[0];
 	s->h = n[1];
 	s->w = n[2];
-	if (ct_scan_json_read(s, path, NULL, e))
+	if (ct_scan_json_read(s, path, NULL, named, e))
 		return -1;
 	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
 		return ct_fail(e, CT_EGEOM,
@@ -49,6 +50,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 {
 	struct ct_stack s = {0};
 	struct ct_meta read = {0};
+	struct ct_vol named = {0};
 	struct ct_scan scan;
 	float *data = NULL;
 	size_t n[3];
@@ -57,7 +59,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 	if (check(p, e) || ct_out_check(p->out, env, e))
 		return -1;
 	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
-		scan_for(&scan, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))
+		scan_for(&scan, &named, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))
 		goto out;
 	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);
 	if (ct_stack_check_finite(&s, e)) {
@@ -69,6 +71,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
 		    e) ||
 		ct_meta_set(&s.meta, "quantity", "lineIntegral", e) ||
+		(named.n[0] && ct_scan_put_volume(&s.meta, &named, e)) ||
 		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;
 	rc = ct_stack_write(p->out, &s, env, e);

@@ -121,7 +121,6 @@ static int describe(
 {
 	static const char *const words[] = {"point", "mean", "sinc"};
 	static const char *const methods[] = {"siddon", "joseph"};
-	const double(*a)[4] = (const double(*)[4])v->affine;
 	struct ct_meta *m = &s->meta;
 
 	for (size_t i = 0; i < v->meta.n; i++)
@@ -138,16 +137,7 @@ static int describe(
 		return -1;
 	if (ct_meta_set(m, "method", methods[p->method], e))
 		return -1;
-	return ct_meta_set(m, "quantity", "lineIntegral", e) ||
-			       ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1],
-				       v->n[2]) ||
-			       ct_meta_setf(m, e, "volume.affine",
-				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
-				       "17g,%.17g,%.17g",
-				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
-				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
-		       ? -1
-		       : 0;
+	return ct_meta_set(m, "quantity", "lineIntegral", e) || ct_scan_put_volume(m, v, e) ? -1 : 0;
 }
 
 /* The detector of `fine` with pixels s times larger. */

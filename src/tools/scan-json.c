@@ -4,7 +4,8 @@
  *   DSO, DSD            source to isocentre, to detector
  *   nDetector           [rows, columns] or one number
  *   sDetector           size [v, u] or one number; or dDetector, that of a pixel
- *   sVoxel, offOrigin   size of the volume [x, y, z] and offset of its centre from the isocentre
+ *   sVoxel, offOrigin   size of the volume [x, y, z] and offset of its centre from the isocentre;
+ *                       nVoxel  its voxels, of which dVoxel is the size if there is no sVoxel
  *   offDetector         [u, v], v up
  *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
  * Lengths are in a unit of the file's own: the one in which sVoxel is the size of our volume (its
@@ -85,6 +86,34 @@ static int sizes(struct ct_scan *s, const struct reader *r, double unit, struct 
 	return 0;
 }
 
+/* The volume that the file names, in mm about the world's origin; none, n = 0, without nVoxel. */
+static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
+{
+	double n[3], mm[3];
+	int got = numbers(r, "nVoxel", 3, n, e);
+
+	if (got)
+		return got < 0 ? -1 : 0;
+	got = numbers(r, "sVoxel", 3, mm, e);
+	if (got == 0)
+		for (int a = 0; a < 3; a++)
+			mm[a] /= n[a];
+	else if (got > 0)
+		got = numbers(r, "dVoxel", 3, mm, e);
+	if (got)
+		return got < 0 ? -1 : 0;
+	for (int a = 0; a < 3; a++) {
+		if (!(n[a] >= 1 && n[a] <= 1e6) || n[a] != floor(n[a]))
+			return ct_fail(e, CT_EINPUT, "%s: nVoxel of %g", r->path, n[a]);
+		if (!(mm[a] > 0))
+			return ct_fail(e, CT_EINPUT, "%s: a voxel of %g mm", r->path, mm[a]);
+		v->n[a] = (size_t)n[a];
+		v->affine[a][a] = mm[a];
+		v->affine[a][3] = -0.5 * mm[a] * (n[a] - 1);
+	}
+	return 0;
+}
+
 static int read_scan(
 	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
@@ -125,8 +154,8 @@ static int read_scan(
 	return 0;
 }
 
-int ct_scan_json_read(
-	struct ct_scan *s, const char *path, const struct ct_vol *grid, struct ct_err *e)
+int ct_scan_json_read(struct ct_scan *s, const char *path, const struct ct_vol *grid,
+	struct ct_vol *named, struct ct_err *e)
 {
 	struct reader r = {.path = path};
 	unsigned char *text = NULL;
@@ -147,7 +176,7 @@ int ct_scan_json_read(
 	r.o = json_object_get(root, "scanner");
 	if (!json_is_object(r.o))
 		r.o = root;
-	rc = read_scan(s, &r, grid, e);
+	rc = read_scan(s, &r, grid, e) || (named && volume(named, &r, e)) ? -1 : 0;
 	json_decref(root);
 	return rc;
 }

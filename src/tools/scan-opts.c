@@ -49,7 +49,7 @@ static int make_scan(struct ct_scan *s, const struct ct_scan_opts *o, const stru
 		return ct_blame(e, "--beam");
 	}
 	(o->paper ? ct_scan_paper : ct_scan_default)(s, beam, grid);
-	if (o->scanner && ct_scan_json_read(s, o->scanner, grid, e))
+	if (o->scanner && ct_scan_json_read(s, o->scanner, grid, NULL, e))
 		return -1;
 	if (o->beam && s->beam != beam)
 		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
@@ -138,4 +138,18 @@ int ct_window_choose(
 int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
 	return ct_meta_setf(m, e, "window", "%.10g:%.10g", window[0], window[1]);
+}
+
+int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
+{
+	const double (*a)[4] = v->affine;
+
+	return ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
+			       ct_meta_setf(m, e, "volume.affine",
+				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
+				       "17g,%.17g,%.17g",
+				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
+				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
+		       ? -1
+		       : 0;
 }

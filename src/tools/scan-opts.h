@@ -59,8 +59,12 @@ int ct_window_choose(double window[2], const char *option, const struct ct_meta 
 	struct ct_err *e);
 int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e);
 
-/* Fill in from a scanner file what it says: see scan-json.c. grid NULL: its lengths are mm. */
+/* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to. */
+int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
+
+/* Fill in from a scanner file what it says: see scan-json.c. grid NULL: its lengths are mm. named,
+ * zeroed or NULL: sizes and affine of the volume that the file names, in mm; still zero if none. */
 int ct_scan_json_read(struct ct_scan *s, const char *path, const struct ct_vol *grid,
-	struct ct_err *e);
+	struct ct_vol *named, struct ct_err *e);
 
 #endif
