@@ -123,6 +123,8 @@ static void rates(double times, size_t kinds, bool ends)
 	make(&s, 12, PIXELS);
 	options(&o, 200);
 	o.checkpoint_every = 1;
+	ct_fit_paper(&o);
+	o.init_density = 0.05;
 	for (size_t i = 0; i < kinds; i++) {
 		struct ct_rate *r[] = {&o.density, &o.position, &o.scaling, &o.rotation};
 

@@ -12,7 +12,8 @@
  * rate of density is in units of the typical density of the residual that Gaussians begin from
  * (sum of squares / sum of sizes of its back-projection), or 1 if they begin from the base, as
  * published: there one step of 0.01 is more than all that is left on top of a good base. All rates
- * are times `haste`: they were made for 30000 iterations.
+ * are times `haste`, made as they were for 30000 iterations; but for that of density where AUTO
+ * ends at the base.
  *
  * A run ends after `iterations`, or at the first turn through all views whose error is at most
  * `tolerance`; the error of a turn is the mean of |x - y| over it, measured on each view before its
@@ -79,8 +80,8 @@ struct ct_fit_options {
  * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
-/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, and
- * the rates are as they stand. */
+/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, SSIM
+ * counts 0.5, and the rates are as they stand. */
 void ct_fit_paper(struct ct_fit_options *o);
 /* What the program of R2-Gaussian does beside: no step at iterations that control the number of
  * Gaussians nor at the last, one step count of Adam for old and new, rates that fall over 30000
