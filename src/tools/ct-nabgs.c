@@ -68,7 +68,7 @@ static const struct ct_opt opts[] = {
 		"ten "
 		"times lower; 0 is what the files say, else 4"),
 	CT_OPT(struct params, ssim, 0, "lambda-ssim", "W", 0, 1e6,
-		"weight of 1 - SSIM (2; with --paper 0.5; in mode full 0.25)"),
+		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1)"),
