@@ -35,7 +35,7 @@ static void image(bool weigh)
 	struct ct_err e;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	if (ct_loss_init(&l, H, W, 1, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
+	if (ct_loss_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
 		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
 		ct_alloc(&waste, H * pitch, sizeof *d, &e))
 		exit(1);
@@ -82,7 +82,7 @@ static void same_weights(void)
 	struct ct_loss l;
 	struct ct_err e;
 
-	if (ct_loss_init(&l, H, W, 1, &e))
+	if (ct_loss_init(&l, H, W, &e))
 		exit(1);
 	for (size_t i = 0; i < H * W; i++) {
 		x[i] = ct_rng_normal(2, 0, i);

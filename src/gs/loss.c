@@ -23,16 +23,13 @@ static size_t strips(const struct ct_loss *l)
 	return (l->h + STRIP - 1) / STRIP;
 }
 
-int ct_loss_init(struct ct_loss *l, size_t h, size_t w, size_t threads, struct ct_err *e)
+int ct_loss_init(struct ct_loss *l, size_t h, size_t w, struct ct_err *e)
 {
-	size_t scratch = ct_ssim_scratch(w);
-
-	*l = (struct ct_loss){.h = h, .w = w, .threads = threads};
+	*l = (struct ct_loss){.h = h, .w = w};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
 	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
 		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
-		ct_alloc(&l->scratch, threads, scratch * sizeof *l->scratch, e) ||
-		ct_alloc(&l->part, 3 * strips(l), sizeof *l->part, e)) {
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
 		ct_loss_free(l);
 		return -1;
 	}
@@ -44,7 +41,6 @@ void ct_loss_free(struct ct_loss *l)
 	free(l->x);
 	free(l->y);
 	free(l->g);
-	free(l->scratch);
 	free(l->part);
 	*l = (struct ct_loss){0};
 }
@@ -129,18 +125,13 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct job *j = arg;
 	struct ct_loss *l = j->l;
-	double sum = 0, all = 0;
+	double sum = 0;
 	size_t r, end;
 
 	(void)worker;
-	for (rows(l, strip, &r, &end); r < end; r++) {
+	for (rows(l, strip, &r, &end); r < end; r++)
 		sum += row_of(j, r);
-		for (size_t c = 0; j->weight && c < l->w; c++)
-			all += (double)j->weight[r * l->w + c];
-		all += j->weight ? 0 : (double)l->w;
-	}
-	l->part[3 * strip] = sum;
-	l->part[3 * strip + 2] = all;
+	l->part[2 * strip] = sum;
 }
 
 static void ssim_strip(void *arg, size_t strip, size_t worker)
@@ -149,10 +140,11 @@ static void ssim_strip(void *arg, size_t strip, size_t worker)
 	struct ct_loss *l = j->l;
 	size_t r, end;
 
+	(void)worker;
 	rows(l, strip, &r, &end);
 	if (j->ssim != 0)
-		l->part[3 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
-			l->y, j->weight, -j->ssim, l->scratch + worker * ct_ssim_scratch(l->w));
+		l->part[2 * strip + 1] = ct_ssim_back_rows(
+			&l->rule, l->h, l->w, r, end, l->g, l->x, l->y, j->weight, -j->ssim);
 	for (; r < end; r++) {
 		float *restrict to = j->dimg + r * j->pitch;
 		const float *restrict from = l->g + r * l->w;
@@ -168,7 +160,7 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	const struct ct_loss_weights *k, struct ct_par *par)
 {
 	const double count = (double)l->h * (double)l->w * k->mean_weight;
-	double l1 = 0, s = 0, all = 0;
+	double l1 = 0, less = 0;
 	struct job j = {.l = l,
 		.dimg = dimg,
 		.img = img,
@@ -183,12 +175,11 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	ct_par_for(par, strips(l), l1_strip, &j);
 	ct_par_for(par, strips(l), ssim_strip, &j);
 	for (size_t i = 0; i < strips(l); i++) {
-		l1 += l->part[3 * i];
-		s += k->ssim == 0 ? 0 : l->part[3 * i + 1];
-		all += l->part[3 * i + 2];
+		l1 += l->part[2 * i];
+		less += k->ssim == 0 ? 0 : l->part[2 * i + 1];
 	}
 	t->l1 = l1 / count;
-	t->dssim = k->ssim == 0 ? 0 : (all - s) / count;
+	t->dssim = less / count;
 }
 
 /* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their

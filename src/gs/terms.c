@@ -47,7 +47,7 @@ int ct_terms_alloc(struct ct_terms *w, const struct ct_fit_options *o, const str
 		      least(w->low.n[2], LOW_BLOCK);
 	}
 	block = block > low ? block : low;
-	return ct_loss_init(&w->loss, h, d->target->w, ct_par_threads(par), e) ||
+	return ct_loss_init(&w->loss, h, d->target->w, e) ||
 			       ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->block, block, sizeof(float), e) ||
