@@ -19,7 +19,7 @@ struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance;
-	int begin, batch, polish;
+	int begin, polish;
 	bool resume, compat, paper;
 };
 
@@ -31,8 +31,7 @@ static const struct params defaults = {.iterations = 5000,
 	.tv = 0.05,
 	.lowres = 0.1,
 	.rate = NAN,
-	.init = NAN,
-	.batch = 1};
+	.init = NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
@@ -76,7 +75,6 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, batch, 0, "batch", "N", 1, 10000, "views of an iteration"),
 	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
@@ -128,7 +126,6 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
-	o->batch = (size_t)p->batch;
 	o->polish = (size_t)p->polish;
 	if (p->begin != CT_BEGIN_AUTO)
 		o->begin = (enum ct_fit_begin)p->begin;
@@ -161,7 +158,7 @@ static int estimate(
 	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)(all * f->opt.batch), polish = (double)f->opt.polish;
+	double visits = (double)all, polish = (double)f->opt.polish;
 	double start = now(), time;
 
 	quiet.progress = NULL;
@@ -173,7 +170,7 @@ static int estimate(
 		return -1;
 	if (polish > 0)
 		visits += (polish + 1) * (double)d->target->views;
-	time = (now() - start) / (double)(f->opt.iterations * f->opt.batch) * (n ? visits : 1);
+	time = (now() - start) / (double)f->opt.iterations * (n ? visits : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
 		time, n, n ? time * (double)most / (double)n : 0, most,
