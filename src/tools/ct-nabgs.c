@@ -81,7 +81,7 @@ static const struct ct_opt opts[] = {
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and are not polished; what is given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
-		"as the program of R2-Gaussian behaves; see DESCRIPTION"),
+		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
@@ -116,7 +116,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
 	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
-	if (p->paper)
+	if (p->paper || p->compat)
 		ct_fit_paper(o);
 	if (p->compat)
 		ct_fit_compat(o);
