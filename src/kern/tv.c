@@ -24,14 +24,16 @@
 enum { SLAB = 16, MEASURE = 5 };
 
 struct job {
-	float *x, *p[3];      /* the volume before its correction, and the dual */
-	float *first, *last;  /* a plane of each slab */
-	float *scratch;	      /* of each worker: three planes, seven rows, that of dc */
-	double *tv, *moved;   /* of each slab: sum |grad x|, |x' - x|^2 */
+	float *x, *p[3];     /* the volume before its correction, and the dual */
+	float *first, *last; /* a plane of each slab */
+	float *scratch;	     /* of each worker: three planes, seven rows, that of dc */
+	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
 	struct ct_dc *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
 	float weight[3], s, t;
-	bool measure;
+	const float *to; /* drawn towards this, a part `pull` of the way an iteration; else x */
+	float pull;
+	bool measure, lent; /* lent: the dual is the caller's */
 };
 
 /* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
@@ -40,11 +42,12 @@ struct job {
 struct row {
 	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
 	float *q[3], *grad, *step;		    /* work; |grad x|^2, x' - x */
-	const float *x, *xj, *xk;
+	const float *x, *xj, *xk, *to;
+	float pull;
 };
 
-/* No two of the rows overlap. The loops are short and plain because the compiler makes vectors of no
- * others. */
+/* No two of the rows overlap. The loops are short and plain because the compiler makes vectors of
+ * no others. */
 CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3], float s, float t)
 {
 	float *q0 = r->q[0] + 1, *q1 = r->q[1], *q2 = r->q[2];
@@ -52,7 +55,8 @@ CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3
 	float *grad = r->grad, *step = r->step, *out = r->out;
 	float *below = r->below, *after = r->after;
 	const float *x = r->x, *xj = r->xj, *xk = r->xk;
-	const float *before = r->before, *left = r->q[0];
+	const float *before = r->before, *left = r->q[0], *to = r->to;
+	float pull = r->pull;
 	float w0 = weight[0], w1 = weight[1], w2 = weight[2];
 
 #pragma GCC ivdep
@@ -85,7 +89,8 @@ CLONES static void sweep_row(const struct row *r, size_t n, const float weight[3
 	}
 #pragma GCC ivdep
 	for (size_t i = 0; i < n; i++) {
-		step[i] = t * ((q0[i] - left[i]) + (after[i] - before[i]) + (q2[i] - below[i]));
+		step[i] = t * ((q0[i] - left[i]) + (after[i] - before[i]) + (q2[i] - below[i])) +
+			  pull * (to[i] - x[i]);
 		out[i] = x[i] + step[i];
 		below[i] = q2[i];
 	}
@@ -141,8 +146,8 @@ static void set_aside(void *arg, size_t slab, size_t worker)
 
 /* Plane k, whose corrected values are x, above them xk: dual and out. `below` is the plane of
  * k-components of 2 p' - p below it, and then its own. */
-static void sweep_plane(const struct job *j, size_t k, const float *x, const float *xk, float *below,
-	float *rows, double *tv, double *moved)
+static void sweep_plane(const struct job *j, size_t k, const float *x, const float *xk,
+	float *below, float *rows, double *tv, double *moved)
 {
 	size_t n = j->n[0], pad = n + 1;
 	float *turn[2] = {rows, rows + pad};
@@ -161,7 +166,9 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, const flo
 			.step = rows + 6 * pad,
 			.x = x + y * n,
 			.xj = x + y * n + up,
-			.xk = xk + y * n};
+			.xk = xk + y * n,
+			.to = j->to ? j->to + at : x + y * n,
+			.pull = j->pull};
 
 		sweep_row(&r, n, j->weight, j->s, j->t);
 		if (j->measure) {
@@ -255,8 +262,22 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 		report->change = (double)NAN;
 }
 
-static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *rule, size_t threads,
-	struct ct_err *e)
+/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
+static void draw(struct job *j, const struct ct_tv_near *near)
+{
+	size_t count = j->plane * j->n[2];
+	float b = (float)((double)j->t / near->mu);
+
+	j->to = near->to;
+	j->pull = b / (1 + b);
+	j->t /= 1 + b;
+	j->lent = true;
+	for (size_t a = 0; a < CT_TV_DUAL; a++)
+		j->p[a] = near->dual + a * count;
+}
+
+static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *rule,
+	const struct ct_tv_near *near, size_t threads, struct ct_err *e)
 {
 	double square = 0;
 	size_t count;
@@ -274,11 +295,14 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
 	j->share = ct_dc_scratch(dc) + 3 * j->plane + 7 * (j->n[0] + 1);
-	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
-		ct_alloc0(&j->p[0], count, sizeof(float), e) ||
-		ct_alloc0(&j->p[1], count, sizeof(float), e) ||
-		ct_alloc0(&j->p[2], count, sizeof(float), e) ||
-		ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
+	if (near)
+		draw(j, near);
+	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
+		return -1;
+	for (int a = 0; a < CT_TV_DUAL && !near; a++)
+		if (ct_alloc0(&j->p[a], count, sizeof(float), e))
+			return -1;
+	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->tv, j->slabs, sizeof(double), e) ||
@@ -289,7 +313,7 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 
 static void job_free(struct job *j)
 {
-	for (int a = 0; a < 3; a++)
+	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
 		free(j->p[a]);
 	free(j->first);
 	free(j->last);
@@ -301,11 +325,18 @@ static void job_free(struct job *j)
 int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
 	const struct ct_env *env, struct ct_err *e)
 {
+	return ct_tv_near(x, dc, rule, NULL, report, env, e);
+}
+
+int ct_tv_near(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
+	struct ct_err *e)
+{
 	struct job j = {.x = x};
 	int rc = -1;
 
 	*report = (struct ct_tv_report){0};
-	if (job_alloc(&j, dc, rule, ct_par_threads(env->par), e))
+	if (job_alloc(&j, dc, rule, near, ct_par_threads(env->par), e))
 		goto out;
 	ct_par_for(env->par, j.n[2], reduce_plane, &j);
 	ct_dc_correct(dc, env->par);
@@ -316,8 +347,8 @@ int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_t
 		iterate(&j, report, env->par);
 		report->iterations = it + 1;
 		if (j.measure && !isfinite(report->change))
-			rc = ct_fail(e, CT_ENUMERIC, "total variation: no finite step in iteration %zu",
-				it + 1);
+			rc = ct_fail(e, CT_ENUMERIC,
+				"total variation: no finite step in iteration %zu", it + 1);
 		else if (j.measure && report->change < rule->tolerance)
 			break;
 		else

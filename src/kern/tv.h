@@ -29,6 +29,16 @@ struct ct_tv_rule {
 	double tolerance;  /* stop when an iteration moves x by less than this, RMS; 0: never */
 };
 
+/* Added to the objective: |x - to|^2 / (2 mu), so that the solution is the proximal point of `to` in
+ * the sense of mu TV and consistency. */
+struct ct_tv_near {
+	const float *to; /* as x */
+	double mu;	 /* > 0, in the unit of the values */
+	float *dual;	 /* (CT_TV_DUAL or CT_HTV_DUAL volumes) begin with it, leave the last there */
+};
+
+enum { CT_TV_DUAL = 3 };
+
 struct ct_tv_report {
 	size_t iterations;
 	double objective; /* TV per voxel before the last step that was measured */
@@ -39,5 +49,9 @@ struct ct_tv_report {
  * it diverges, CT_ENOMEM, CT_ESTOP (x is then the volume so far). */
 int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
 	const struct ct_env *env, struct ct_err *e);
+/* The same with `near` added. */
+int ct_tv_near(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
+	struct ct_err *e);
 
 #endif
