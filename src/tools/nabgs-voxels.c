@@ -38,7 +38,8 @@ static double now(void)
 	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int forward(void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
+static int forward(
+	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
 {
 	struct job *j = ctx;
 	size_t view = j->rays.rows * j->rays.cols;
@@ -53,7 +54,8 @@ static int forward(void *ctx, float *p, size_t first, size_t count, const float 
 	return 0;
 }
 
-static int adjoint(void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
+static int adjoint(
+	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
 {
 	struct job *j = ctx;
 	size_t view = j->rays.rows * j->rays.cols;
@@ -320,7 +322,8 @@ static int name_run(struct job *j, struct ct_err *e)
 {
 	const struct nabgs_data *d = j->d;
 
-	if (asprintf(&j->run, "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %zu iterations",
+	if (asprintf(&j->run,
+		    "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %zu iterations",
 		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
 		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
 		    j->how->lambda, j->how->iterations) >= 0)
@@ -340,8 +343,8 @@ static int settle(struct job *j, bool keep, struct ct_err *e)
 	int rc = -1;
 
 	for (size_t i = 0; i < n; i++)
-		d->base.data[i] = keep ? (float)(j->hu * ((double)s->x[i] - (double)d->base.data[i]))
-				       : 0;
+		d->base.data[i] =
+			keep ? (float)(j->hu * ((double)s->x[i] - (double)d->base.data[i])) : 0;
 	for (size_t i = 0; i < m; i++)
 		d->lr.data[i] = (float)(j->hu * (double)d->lr.data[i]);
 	ct_joint_free(&j->joint);
@@ -362,8 +365,8 @@ out:
 static int write_residual(struct job *j, struct ct_err *e)
 {
 	struct nabgs_data *d = j->d;
-	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta, &d->base_proj.meta,
-		&d->weight.meta, &d->lr.meta};
+	const struct ct_meta *const in[] = {
+		&d->in.meta, &d->base.meta, &d->base_proj.meta, &d->weight.meta, &d->lr.meta};
 	struct ct_meta m = {0};
 	int rc = -1;
 
@@ -382,20 +385,25 @@ out:
 
 static int report(const struct job *j, const struct ct_joint_at *at, struct ct_err *e)
 {
-	const double lambda = at->chosen > 0 ? 1 / (at->chosen * j->hu) : 0;
-	const bool chosen = j->how->lambda == 0 && at->first > 0 && at->best < 1;
-	const char *how = at->first == 0 ? "nothing to solve" : at->trusted ? "trusted" : "not trusted";
+	const bool solved = at->first > 0 && at->trusted,
+		   chosen = j->how->lambda == 0 && at->best < 1;
+	const double lambda = solved ? 1 / (at->chosen * j->hu) : 0;
+	const int iterations = solved ? (int)at->done : 0;
+	const char *how = at->first == 0	? "nothing to solve"
+			  : !at->trusted	? "not trusted"
+			  : j->how->lambda == 0 ? "trusted"
+						: "weighted as told";
 	json_t *o;
 
 	if (!j->env->json) {
-		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n",
-			at->trusted ? at->done : 0, lambda, how);
+		printf("iterations %d\nlambda-projections %.6g\nprojections %s\n", iterations,
+			lambda, how);
 		if (chosen)
 			printf("prediction %.6g\n", at->best);
 		return 0;
 	}
-	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)(at->trusted ? at->done : 0),
-		"lambda-projections", lambda, "projections", how, "prediction", at->best);
+	o = json_pack("{si sf ss sf}", "iterations", iterations, "lambda-projections", lambda,
+		"projections", how, "prediction", at->best);
 	if (!o)
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
@@ -424,10 +432,12 @@ static int estimate(struct job *j, struct ct_err *e)
 		return -1;
 	back = (now() - start) * (double)views / (double)some;
 	start = now();
-	if (ct_tv_near(s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
+	if (ct_tv_near(
+		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
 		return -1;
 	sweep = now() - start;
-	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is stopped\n",
+	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is "
+	       "stopped\n",
 		(steps + choose + 1.25 + 1) * ahead + (steps + choose / 2 + 1.5) * back +
 			8 * (steps + choose) * sweep,
 		(28.0 * (double)s->n + 20.0 * (double)ct_stack_count(&j->d->in) +
