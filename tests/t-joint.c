@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "kern/band.h"
 #include "kern/joint.h"
 #include "tap.h"
 
@@ -454,6 +455,40 @@ static void test_bad(struct ct_env *env)
 	free(p.d.a);
 }
 
+/* A cosine of the low band goes, one that is high in either direction stays. */
+static void test_band(void)
+{
+	enum { H = 96, W = 160 };
+	const double f = 0.125;
+	float *p = malloc(3 * H * W * sizeof *p);
+	const size_t kx[3] = {18, 50, 2}, ky[3] = {10, 4, 40}; /* of 2W, 2H; f is 40, 24 */
+	double left[3] = {0}, off = 0, all[3] = {0};
+	struct ct_err e;
+
+	if (!p)
+		exit(1);
+	for (size_t v = 0; v < 3; v++)
+		for (size_t i = 0; i < H * W; i++)
+			p[v * H * W + i] =
+				(float)(cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
+					cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H));
+	if (ct_band_clear(p, 3, H, W, f, NULL, &e))
+		exit(1);
+	for (size_t v = 0; v < 3; v++)
+		for (size_t i = 0; i < H * W; i++) {
+			double c = cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
+				   cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H);
+
+			left[v] += (double)p[v * H * W + i] * c;
+			all[v] += c * c;
+			if (v)
+				off = fmax(off, fabs((double)p[v * H * W + i] - c));
+		}
+	OK(fabs(left[0]) < 0.03 * all[0], "the low band goes (%.3g is left)", left[0] / all[0]);
+	OK(off < 0.03, "what is high in one direction stays (%.3g)", off);
+	free(p);
+}
+
 int main(void)
 {
 	struct ct_env env = {0};
@@ -464,5 +499,6 @@ int main(void)
 	test_threads(&env);
 	test_resume(&env);
 	test_bad(&env);
+	test_band();
 	return tap_done();
 }
