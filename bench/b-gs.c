@@ -1,29 +1,33 @@
-/* b-gs: milliseconds of CPU time of the parts of one iteration of the fit, on one thread, for
- * Gaussians of 2 to 4 pixels on 512x512: projections forward and backward against a plain loop in
- * double and against the arithmetic alone; the loss; Adam; and all of it in a fit.
+/* b-gs: an iteration of the fit, and its parts, for Gaussians of 2 to 4 pixels on 512x512:
+ * milliseconds on one thread and on all, against the same in plain scalar double on one thread,
+ * and the share of the arithmetic that the pixels alone need. What both sides compute is compared
+ * first. A part's line is of CPU time on one thread; that of all threads is of the wall clock.
  *
  * b-gs [COUNT...]: numbers of Gaussians (50000 250000 1000000). */
 #include "config.h"
 #include "bench/bench.h"
+#include "bench/gs-plain.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/fit.h"
+#include "gs/terms.h"
 
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
-enum { SIZE = 512, VIEWS = 4, GRID = 64, PLAIN = 50000, WIDTH = 16, BLOCK = 2048 };
+enum { SIZE = 512, VIEWS = 4, GRID = 256, PLAIN = 50000, WIDTH = 16, BLOCK = 2048 };
 
+/* A fit of noise, whose Gaussians are those of crowd, and its plain double. */
 struct side {
-	struct ct_gauss g;
-	struct ct_blob *b;
-	struct ct_camera cam;
-	struct ct_splat s;
-	struct ct_gs_grad grad;
-	struct ct_voxels vox;
-	struct ct_block block;
-	float *img, *dimg, *voxels, *dvoxels;
-	double *plain, *dplain, pixels;
+	struct ct_fit f;
+	struct ct_fit_data data;
+	struct ct_stack target, base_proj;
+	struct ct_vol base;
+	struct ct_terms w;
+	struct ct_env one, all; /* threads */
+	struct plain p;
+	size_t each; /* iterations of a run */
+	size_t done;
 };
 
 static void must(int rc, const struct ct_err *e)
@@ -65,100 +69,6 @@ static struct ct_view view_at(double t)
 		.v = {0, 0, -1}};
 }
 
-static void forward(void *arg)
-{
-	struct side *d = arg;
-	struct ct_err e;
-
-	ct_blobs(d->b, &d->g, NULL);
-	must(ct_splat_plan(&d->s, &d->cam, d->g.n, d->b, NULL, &e), &e);
-	ct_splat_draw(d->img, &d->s, NULL);
-}
-
-static void backward(void *arg)
-{
-	struct side *d = arg;
-
-	ct_splat_back(&d->grad, &d->s, d->b, &d->g, d->dimg, NULL);
-}
-
-/* The box of a foot, clipped; false if it is empty. */
-static int box_of(long box[4], const struct ct_foot *f)
-{
-	for (int a = 0; a < 2; a++) {
-		double reach = sqrt(2 * CT_GS_CUT * f->cov[2 * a]);
-
-		box[2 * a] = (long)fmax(0, ceil(f->m[a] - reach));
-		box[2 * a + 1] = (long)fmin(SIZE, floor(f->m[a] + reach) + 1);
-	}
-	return box[0] < box[1] && box[2] < box[3];
-}
-
-/* What one would write first: every pixel of the box, in double, with the exponential of libm. */
-static void plain_forward(void *arg)
-{
-	struct side *d = arg;
-
-	memset(d->plain, 0, SIZE * SIZE * sizeof *d->plain);
-	d->pixels = 0;
-	for (size_t i = 0; i < d->g.n; i++) {
-		struct ct_foot f;
-		long box[4];
-		double amp;
-
-		if (!ct_foot_of(&f, &d->cam, &d->b[i]) || !box_of(box, &f))
-			continue;
-		amp = d->b[i].rho * f.mu;
-		for (long r = box[2]; r < box[3]; r++)
-			for (long c = box[0]; c < box[1]; c++) {
-				double y = (double)r - f.m[1],
-				       x = (double)c - f.m[0] - f.cov[1] / f.cov[2] * y;
-				double q = (x * x / f.cond + y * y / f.cov[2]) / 2;
-
-				if (q > CT_GS_CUT)
-					continue;
-				d->plain[r * SIZE + c] += amp * exp(-q);
-				d->pixels++;
-			}
-	}
-}
-
-static void plain_backward(void *arg)
-{
-	struct side *d = arg;
-
-	for (size_t i = 0; i < d->g.n; i++) {
-		const double quat[4] = {(double)d->g.rot[0][i], (double)d->g.rot[1][i],
-			(double)d->g.rot[2][i], (double)d->g.rot[3][i]};
-		double s[6] = {0}, dl[3], dq[4];
-		struct ct_foot_grad fg;
-		struct ct_foot f;
-		long box[4];
-
-		if (!ct_foot_of(&f, &d->cam, &d->b[i]) || !box_of(box, &f))
-			continue;
-		for (long r = box[2]; r < box[3]; r++)
-			for (long c = box[0]; c < box[1]; c++) {
-				double y = (double)r - f.m[1],
-				       x = (double)c - f.m[0] - f.cov[1] / f.cov[2] * y;
-				double q = (x * x / f.cond + y * y / f.cov[2]) / 2, v;
-
-				if (q > CT_GS_CUT)
-					continue;
-				v = d->dplain[r * SIZE + c] * exp(-q);
-				s[0] += v;
-				s[1] += v * x;
-				s[2] += v * y;
-				s[3] += v * x * x;
-				s[4] += v * x * y;
-				s[5] += v * y * y;
-			}
-		ct_foot_back(&fg, &f, &d->cam, &d->b[i], s);
-		ct_blob_back(dl, dq, fg.shape, &d->b[i], quat);
-		d->grad.d[CT_GS_SCALE][i] = (float)(dl[0] + dq[0]);
-	}
-}
-
 /* The arithmetic alone: the pixels of all ellipses, and no others, in whole vectors in cache: a
  * multiplication and an addition of the pixel, two multiplications of the recurrence. */
 typedef float vf __attribute__((vector_size(4 * WIDTH)));
@@ -186,167 +96,269 @@ update(vf *p, size_t rounds)
 	}
 }
 
+/* Forward, or both directions: backward a pixel costs two multiplications more. */
 static void limit(void *arg)
 {
 	static vf p[BLOCK / WIDTH];
-	struct side *d = arg;
+	const struct side *d = arg;
 
-	update(p, (size_t)(d->pixels / BLOCK));
-	d->img[0] = p[0][0] + p[5][1];
+	update(p, (size_t)(d->p.pixels / BLOCK));
+	if (p[0][0] > 1e30f)
+		printf("never\n");
+}
+
+static void limit_both(void *arg)
+{
+	static vf p[BLOCK / WIDTH];
+	const struct side *d = arg;
+
+	update(p, (size_t)(2.5 * d->p.pixels / BLOCK));
+	if (p[0][0] > 1e30f)
+		printf("never\n");
+}
+
+static void fill(struct side *d)
+{
+	const size_t grid[3] = {GRID, GRID, GRID};
+	struct ct_err e;
+
+	must(ct_vol_alloc(&d->base, grid, &e), &e);
+	for (int a = 0; a < 3; a++) {
+		d->base.affine[a][a] = 301.0 / GRID;
+		d->base.affine[a][3] = -150;
+	}
+	for (size_t i = 0; i < ct_vol_count(&d->base); i++)
+		d->base.data[i] = 0.5f;
+	must(ct_stack_alloc(&d->target, VIEWS, SIZE, SIZE, &e), &e);
+	for (size_t i = 0; i < VIEWS; i++)
+		d->target.view[i] = view_at(0.8 * (double)i);
+	must(ct_stack_like(&d->base_proj, &d->target, 1, &e), &e);
+	for (size_t i = 0; i < ct_stack_count(&d->target); i++) {
+		d->base_proj.data[i] = 40 + 9 * (float)ct_rng_uniform(3, 0, i);
+		d->target.data[i] = d->base_proj.data[i] + ct_rng_normal(3, 1, i);
+	}
+	d->data = (struct ct_fit_data){
+		.target = &d->target, .base_projections = &d->base_proj, .base = &d->base};
 }
 
 static void side_init(struct side *d, size_t n)
 {
-	const double affine[3][4] = {{1, 0, 0, -16}, {0, 1, 0, -16}, {0, 0, 1, -16}};
-	const size_t zero[3] = {0}, block[3] = {32, 32, 32};
-	const struct ct_view v = view_at(0.3);
-	size_t pitch = ct_dab_pitch(SIZE);
+	const size_t middle[3] = {GRID / 2 - 16, GRID / 2 - 16, GRID / 2 - 16},
+		     block[3] = {32, 32, 32};
+	struct ct_fit_options o;
+	struct ct_camera cam;
+	struct ct_block k;
 	struct ct_err e;
 
-	*d = (struct side){0};
-	crowd(&d->g, n);
-	must(ct_camera_init(&d->cam, &v, CT_CONE, SIZE, SIZE, &e), &e);
-	must(ct_alloc(&d->b, n, sizeof *d->b, &e), &e);
-	must(ct_gs_grad_reserve(&d->grad, n, &e), &e);
-	must(ct_alloc0(&d->img, SIZE * pitch, sizeof(float), &e), &e);
-	must(ct_alloc0(&d->dimg, SIZE * pitch, sizeof(float), &e), &e);
-	must(ct_alloc0(&d->plain, SIZE * SIZE, sizeof(double), &e), &e);
-	must(ct_alloc0(&d->dplain, SIZE * SIZE, sizeof(double), &e), &e);
-	must(ct_block_init(&d->block, affine, zero, block, &e), &e);
-	must(ct_alloc0(&d->voxels, 32, ct_voxels_slice(&d->block) * sizeof(float), &e), &e);
-	must(ct_alloc0(&d->dvoxels, 32, ct_voxels_slice(&d->block) * sizeof(float), &e), &e);
-	for (size_t i = 0; i < SIZE * SIZE; i++) {
-		d->dplain[i] = (double)ct_rng_normal(2, 0, i);
-		d->dimg[i / SIZE * pitch + i % SIZE] = (float)d->dplain[i];
-	}
-	forward(d);
+	*d = (struct side){.one.seed = 1, .each = n > PLAIN ? 2 : 3};
+	d->all = d->one;
+	must(ct_par_alloc(&d->all.par, (size_t)sysconf(_SC_NPROCESSORS_ONLN), &e), &e);
+	fill(d);
+	ct_fit_defaults(&o, 4, false, CT_PRELU);
+	o.begin = CT_BEGIN_BASE;
+	o.iterations = 0;
+	o.gaussians = 1000;
+	o.densify_every = 0;
+	o.position = o.density = o.scaling = o.rotation = (struct ct_rate){1e-9, 1e-9};
+	must(ct_fit_init(&d->f, &o, &d->data, &d->all, &e), &e);
+	crowd(&d->f.g, n);
+	must(ct_adam_reserve(&d->f.adam, 0, n, &e), &e);
+	must(ct_terms_alloc(&d->w, &o, &d->data, NULL, &e), &e);
+	must(ct_terms_grow(&d->w, n, &e), &e);
+	must(ct_camera_init(&cam, &d->target.view[0], CT_CONE, SIZE, SIZE, &e), &e);
+	must(ct_block_init(&k, d->base.affine, middle, block, &e), &e);
+	plain_init(&d->p, &d->f.g, &cam, &k, d->base_proj.data, d->target.data, 2 / d->f.extent);
 }
 
 static void side_free(struct side *d)
 {
-	ct_gauss_free(&d->g);
-	free(d->b);
-	ct_splat_free(&d->s);
-	ct_gs_grad_free(&d->grad);
-	ct_voxels_free(&d->vox);
-	free(d->img);
-	free(d->dimg);
-	free(d->plain);
-	free(d->dplain);
-	free(d->voxels);
-	free(d->dvoxels);
+	plain_free(&d->p);
+	ct_terms_free(&d->w);
+	ct_fit_free(&d->f);
+	ct_stack_free(&d->target);
+	ct_stack_free(&d->base_proj);
+	ct_vol_free(&d->base);
+	ct_par_free(d->all.par);
+}
+
+static void forward(void *arg)
+{
+	struct side *d = arg;
+	struct ct_err e;
+
+	ct_blobs(d->w.blob, &d->f.g, NULL);
+	must(ct_terms_draw(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
+}
+
+static void loss(void *arg)
+{
+	struct side *d = arg;
+	const struct ct_loss_weights k = ct_terms_weights(&d->f);
+	struct ct_loss_terms t;
+
+	ct_loss_image(&d->w.loss, &t, d->w.dimg, d->w.img, ct_dab_pitch(SIZE), d->base_proj.data,
+		d->target.data, NULL, &k, NULL);
+}
+
+static void backward(void *arg)
+{
+	struct side *d = arg;
+
+	ct_splat_back(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
 }
 
 static void block_term(void *arg)
 {
 	struct side *d = arg;
+	struct ct_loss_terms t;
 	struct ct_err e;
 
-	must(ct_voxels_plan(&d->vox, &d->block, d->g.n, d->b, NULL, &e), &e);
-	ct_voxels_draw(d->voxels, &d->vox, 0, 32);
-	ct_loss_tv(d->dvoxels, d->voxels, ct_dab_pitch(32), NULL, d->block.n, 1);
-	ct_voxels_back(&d->grad, &d->vox, d->b, &d->g, d->dvoxels, NULL);
+	must(ct_terms_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
 }
 
-/* A fit whose Gaussians are those of the other parts; images and base hold noise. */
-struct whole {
-	struct ct_fit f;
-	struct ct_fit_data data;
-	struct ct_stack target, base_proj;
-	struct ct_vol base;
-	struct ct_env env;
-	size_t each;
-};
-
-static void whole_init(struct whole *k, size_t n)
+static void step(void *arg)
 {
-	const size_t grid[3] = {GRID, GRID, GRID};
-	struct ct_fit_options o;
+	struct side *d = arg;
+	const double lr[CT_GS_FIELDS] = {0}, ln_s[2] = {-9, 9};
+
+	ct_terms_chain(&d->w, &d->f.g, NULL);
+	ct_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
+}
+
+static void run(struct side *d, const struct ct_env *env)
+{
 	struct ct_err e;
 
-	*k = (struct whole){.env.seed = 1, .each = n > 300000 ? 2 : 6};
-	must(ct_vol_alloc(&k->base, grid, &e), &e);
-	for (int a = 0; a < 3; a++) {
-		k->base.affine[a][a] = 301.0 / GRID;
-		k->base.affine[a][3] = -150;
+	d->f.opt.iterations += d->each;
+	must(ct_fit_run(&d->f, &d->data, env, &e), &e);
+}
+
+static void run_one(void *arg)
+{
+	struct side *d = arg;
+
+	run(d, &d->one);
+}
+
+static void run_all(void *arg)
+{
+	struct side *d = arg;
+
+	run(d, &d->all);
+}
+
+/* As many iterations as a run has. */
+static void plain_run(void *arg)
+{
+	struct side *d = arg;
+
+	for (size_t i = 0; i < d->each; i++)
+		plain_iteration(&d->p);
+}
+
+/* Do both sides draw the same image and find the same gradient? Pixels on the very end of a
+ * Gaussian may count on one side only. */
+static void check(struct side *d)
+{
+	double off[2] = {0}, most[2] = {0};
+
+	forward(d);
+	loss(d);
+	backward(d);
+	ct_terms_chain(&d->w, &d->f.g, NULL);
+	plain_forward(&d->p);
+	plain_loss(&d->p);
+	plain_backward(&d->p);
+	for (size_t i = 0; i < (size_t)SIZE * SIZE; i++) {
+		double x = (double)d->w.img[i / SIZE * ct_dab_pitch(SIZE) + i % SIZE];
+
+		off[0] = fmax(off[0], fabs(x - d->p.img[i]));
+		most[0] = fmax(most[0], fabs(x));
 	}
-	for (size_t i = 0; i < ct_vol_count(&k->base); i++)
-		k->base.data[i] = 0.5f;
-	must(ct_stack_alloc(&k->target, VIEWS, SIZE, SIZE, &e), &e);
-	for (size_t i = 0; i < VIEWS; i++)
-		k->target.view[i] = view_at(0.8 * (double)i);
-	must(ct_stack_like(&k->base_proj, &k->target, 1, &e), &e);
-	for (size_t i = 0; i < ct_stack_count(&k->target); i++) {
-		k->base_proj.data[i] = (float)ct_rng_uniform(3, 0, i);
-		k->target.data[i] = k->base_proj.data[i] + ct_rng_normal(3, 1, i);
+	for (size_t i = 0; i < d->p.n * CT_GS_FIELDS; i++) {
+		size_t k = i % CT_GS_FIELDS;
+		double x = (double)d->w.grad.d[k][i / CT_GS_FIELDS];
+
+		if (k != CT_GS_RAW)
+			continue;
+		off[1] = fmax(off[1], fabs(x - d->p.grad[i]));
+		most[1] = fmax(most[1], fabs(x));
 	}
-	k->data = (struct ct_fit_data){.target = &k->target,
-		.base_projections = &k->base_proj,
-		.base = &k->base};
-	ct_fit_defaults(&o, 4, false, CT_PRELU);
-	o.iterations = 0;
-	o.gaussians = 1000;
-	o.densify_every = 0;
-	o.position = o.density = o.scaling = o.rotation = (struct ct_rate){1e-7, 1e-7};
-	must(ct_fit_init(&k->f, &o, &k->data, &k->env, &e), &e);
-	crowd(&k->f.g, n);
-	must(ct_adam_reserve(&k->f.adam, 0, n, &e), &e);
+	if (off[0] > 1e-3 * most[0] || off[1] > 1e-2 * most[1]) {
+		fprintf(stderr, "b-gs: the sides differ: %g of %g, %g of %g\n", off[0], most[0],
+			off[1], most[1]);
+		exit(1);
+	}
 }
 
-static void whole_free(struct whole *k)
-{
-	ct_fit_free(&k->f);
-	ct_stack_free(&k->target);
-	ct_stack_free(&k->base_proj);
-	ct_vol_free(&k->base);
-}
-
-static void whole_run(void *arg)
-{
-	struct whole *k = arg;
-	struct ct_err e;
-
-	k->f.opt.iterations += k->each;
-	must(ct_fit_run(&k->f, &k->data, &k->env, &e), &e);
-}
-
-static void alone(const char *what, bench_fn *fn, void *arg, double scale, size_t n)
+static double alone(bench_fn *fn, void *arg, clockid_t clock)
 {
 	double t[BENCH_ROUNDS];
 
 	fn(arg);
 	for (int i = 0; i < BENCH_ROUNDS; i++)
-		t[i] = scale * bench_time(CLOCK_PROCESS_CPUTIME_ID, fn, arg);
-	printf("gs %s, %zu Gaussians: %.4g ms", what, n, bench_median(t, BENCH_ROUNDS));
-	printf(" [%.4g..%.4g]\n", t[0], t[BENCH_ROUNDS - 1]);
-	fflush(stdout);
+		t[i] = bench_time(clock, fn, arg);
+	return 1e3 * bench_median(t, BENCH_ROUNDS);
+}
+
+static void parts(struct side *d, size_t n)
+{
+	static const struct {
+		const char *name;
+		bench_fn *ours, *plain;
+	} part[] = {
+		{"projections", forward, plain_forward},
+		{"loss", loss, plain_loss},
+		{"gradient of projections", backward, plain_backward},
+		{"TV of a block", block_term, plain_tv},
+		{"Adam", step, plain_step},
+	};
+	char what[80];
+
+	for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
+		snprintf(what, sizeof what, "gs %s, %zu Gaussians, 1 thread", part[i].name, n);
+		if (n <= PLAIN)
+			bench_against(what, part[i].ours, d, "plain double", part[i].plain, &d->p,
+				CLOCK_PROCESS_CPUTIME_ID, 1e3, "ms");
+		else
+			printf("%s: %.4g ms\n", what,
+				alone(part[i].ours, d, CLOCK_PROCESS_CPUTIME_ID));
+	}
 }
 
 static void compare(size_t n)
 {
-	char what[80];
-	struct whole k;
 	struct side d;
+	char what[80];
+	double each;
 
 	side_init(&d, n);
-	snprintf(what, sizeof what, "gs forward, %zu Gaussians", n);
-	plain_forward(&d); /* also counts the pixels */
+	check(&d);
+	parts(&d, n);
+	each = 1e3 / (double)d.each;
+	snprintf(what, sizeof what, "gs iteration, %zu Gaussians, 1 thread", n);
 	if (n <= PLAIN)
-		bench_against(what, forward, &d, "plain double", plain_forward, &d,
-			CLOCK_PROCESS_CPUTIME_ID, 1e3, "ms");
-	bench_against(what, forward, &d, "arithmetic alone", limit, &d, CLOCK_PROCESS_CPUTIME_ID,
-		1e3, "ms");
-	snprintf(what, sizeof what, "gs backward, %zu Gaussians", n);
+		bench_against(what, run_one, &d, "plain double", plain_run, &d,
+			CLOCK_PROCESS_CPUTIME_ID, each, "ms");
+	else
+		printf("%s: %.4g ms\n", what,
+			alone(run_one, &d, CLOCK_PROCESS_CPUTIME_ID) / (double)d.each);
+	snprintf(what, sizeof what, "gs iteration, %zu Gaussians, %zu threads", n,
+		ct_par_threads(d.all.par));
 	if (n <= PLAIN)
-		bench_against(what, backward, &d, "plain double", plain_backward, &d,
-			CLOCK_PROCESS_CPUTIME_ID, 1e3, "ms");
-	bench_against(what, backward, &d, "arithmetic alone", limit, &d, CLOCK_PROCESS_CPUTIME_ID,
-		1e3, "ms");
-	alone("TV of a block", block_term, &d, 1e3, n);
+		bench_against(what, run_all, &d, "plain double on 1", plain_run, &d,
+			CLOCK_MONOTONIC, each, "ms");
+	else
+		printf("%s: %.4g ms\n", what, alone(run_all, &d, CLOCK_MONOTONIC) / (double)d.each);
+	snprintf(what, sizeof what, "gs projections, %zu Gaussians, 1 thread", n);
+	bench_against(what, forward, &d, "arithmetic of the pixels", limit, &d,
+		CLOCK_PROCESS_CPUTIME_ID, 1e3, "ms");
+	d.each = 1;
+	snprintf(what, sizeof what, "gs iteration, %zu Gaussians, 1 thread", n);
+	bench_against(what, run_one, &d, "arithmetic of the pixels", limit_both, &d,
+		CLOCK_PROCESS_CPUTIME_ID, 1e3, "ms");
+	fflush(stdout);
 	side_free(&d);
-	whole_init(&k, n);
-	alone("whole iteration", whole_run, &k, 1e3 / (double)k.each, n);
-	whole_free(&k);
 }
 
 int main(int argc, char **argv)

@@ -103,6 +103,16 @@ above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then r
 exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
 exits 2 'polish of a density with bounds' fit --polish=3 -a sine p.exr no.ply
 
+mkdir fast
+far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --rate=1000 "$@" \
+	../p.exr r.ply; } # a hundred times the rates it has
+(far) 2>err; [ $? -eq 6 ]; ok $? 'learning a hundred times too fast ends with 6'
+has err 'iteration [0-9]*: the [A-Z0-9a-z]* term' 'naming iteration and term'
+[ -e fast/r.ply.state ] && [ ! -e fast/r.ply ]; ok $? 'the last good state stays, and no result'
+cp fast/r.ply.state good
+(far --resume) 2>again; [ $? -eq 6 ] && cmp -s err again && cmp -s good fast/r.ply.state
+ok $? 'which is whole: from it on it ends the same'
+
 exits 0 'full mode' fit -m full -a softplus p.exr full.ply
 has out '^negative 0' 'softplus has no negative density'
 exits 0 'full mode composes' ct-compose up.nii full.ply f.nii
