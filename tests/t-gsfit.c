@@ -502,30 +502,6 @@ static void polishes(const struct scene *s, const struct ct_env *env)
 	ct_fit_free(&f);
 }
 
-/* The loss of all views at once is the mean of one at a time, if nothing moves. */
-static void batches(const struct scene *s, const struct ct_env *env)
-{
-	const struct ct_fit_data d = data_of(s);
-	struct ct_fit_options o;
-	struct ct_fit f[2];
-	struct ct_err e;
-
-	options(&o, CT_PRELU);
-	o.tv = 0;
-	o.position = o.scaling = o.rotation = o.density = (struct ct_rate){1e-30, 1e-30};
-	o.gamma_rate = 0;
-	for (int k = 0; k < 2; k++) {
-		o.batch = k ? VIEWS : 1;
-		o.iterations = k ? 1 : VIEWS;
-		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
-		must(ct_fit_run(&f[k], &d, env, &e), &e);
-	}
-	NEAR(f[1].last_loss / f[0].last_loss, 1, 1e-6, "a batch of all views: the mean loss");
-	OK(f[1].points == 1 && fabs(f[1].error / f[0].error - 1) < 1e-6, "and error of a turn");
-	ct_fit_free(&f[0]);
-	ct_fit_free(&f[1]);
-}
-
 /* One pixel in three is too high: with weight 0 there it does no harm. */
 static void weights(struct scene *s, const struct ct_env *env)
 {
@@ -627,7 +603,6 @@ int main(void)
 	begins(&s, &env);
 	compat(&s, &env);
 	polishes(&s, &env);
-	batches(&s, &env);
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);

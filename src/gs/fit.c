@@ -21,7 +21,6 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 	*o = (struct ct_fit_options){
 		.iterations = 5000,
 		.gaussians = 50000,
-		.batch = 1,
 		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
 		.haste = full ? 1 : 10,
 		.max_gaussians = 500000,
@@ -32,7 +31,8 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.init_density = full || unsigned_density ? 0.15 : 0.05,
 		.l1 = 1,
 		.res = full ? 0 : 1,
-		/* 2 ended 0.1 to 0.7 dB higher from clean projections, 0.4 to 0.6 lower from noisy */
+		/* 2 ended 0.1 to 0.7 dB higher from clean projections, 0.4 to 0.6 lower from noisy
+		 */
 		.ssim = full ? 0.25 : 0.5,
 		.tv = 0.05,
 		.position = {2e-4, 2e-5},
@@ -167,7 +167,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	ln_s[1] = log(o->s_most * f->extent);
 	f->g.activation = o->activation;
 	f->g.gamma = CT_GAMMA_INIT;
-	f->rule = (struct ct_density_rule){.grad = o->densify_grad / (double)o->batch,
+	f->rule = (struct ct_density_rule){.grad = o->densify_grad,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
 		.ln_least = ln_s[0]};
@@ -243,11 +243,11 @@ static int check_term(double x, const char *name, size_t iteration, struct ct_er
 
 /* A fit that makes a view far worse than it was goes nowhere. */
 static int check_growth(
-	struct ct_fit *f, double l1, size_t view, size_t visit, size_t iteration, struct ct_err *e)
+	struct ct_fit *f, double l1, size_t view, size_t iteration, struct ct_err *e)
 {
 	double worst;
 
-	if (visit == 0)
+	if (iteration == 1)
 		f->first_l1 = l1;
 	worst = CT_FIT_WORST * fmax(f->first_l1, f->blank[view]);
 	return l1 <= worst ? 0
@@ -257,15 +257,14 @@ static int check_growth(
 				     iteration, l1, f->first_l1, f->blank[view]);
 }
 
-/* Error of the turn that this visit of a view (from 1) ends, if it does, beside the number of
- * Gaussians that most of it had. */
-static int note_turn(
-	struct ct_fit *f, size_t views, size_t visit, size_t iteration, double l1, struct ct_err *e)
+/* Error of the turn that this iteration ends, if it does, beside the number of Gaussians that
+ * most of it had. */
+static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
 {
 	float n = (float)f->g.n;
 
 	f->turn += l1;
-	if (visit % views)
+	if (iteration % views)
 		return 0;
 	f->error = f->turn / (double)views / f->residual;
 	f->turn = 0;
@@ -281,27 +280,20 @@ static int note_turn(
 	return 0;
 }
 
-/* The views of an iteration: mean loss, and the gradient. */
-static int views_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+/* The view of an iteration: its terms, and the gradient. */
+static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
 	struct ct_loss_terms *t, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
-	size_t views = d->target->views, batch = f->opt.batch;
+	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
+	double l1;
 
-	for (size_t b = 0; b < batch; b++) {
-		size_t visit = (iteration - 1) * batch + b,
-		       k = ct_fit_view(env->seed, visit, views);
-		struct ct_loss_terms one = {0};
-
-		if (ct_terms_view(w, &one, f, d, k, b > 0, env, e) ||
-			check_term(one.l1, "L1", iteration, e) ||
-			check_term(one.dssim, "SSIM", iteration, e) ||
-			check_growth(f, one.l1 * f->extent / 2, k, visit, iteration, e) ||
-			note_turn(f, views, visit + 1, iteration, one.l1 * f->extent / 2, e))
-			return -1;
-		ct_density_note(&f->adam, f->g.n, b ? &w->part : &w->grad);
-		t->l1 += one.l1 / (double)batch;
-		t->dssim += one.dssim / (double)batch;
-	}
+	if (ct_terms_view(w, t, f, d, k, env, e))
+		return -1;
+	l1 = t->l1 * f->extent / 2; /* mm */
+	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
+		check_growth(f, l1, k, iteration, e) || note_turn(f, views, iteration, l1, e))
+		return -1;
+	ct_density_note(&f->adam, f->g.n, &w->grad);
 	return 0;
 }
 
@@ -376,14 +368,14 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_term
 	if (ct_terms_grow(w, f->g.n, e))
 		return -1;
 	ct_blobs(w->blob, &f->g, env->par);
-	if (views_of(f, d, w, &t, iteration, env, e) ||
+	if (view_of(f, d, w, &t, iteration, env, e) ||
 		(o->tv > 0 && ct_terms_tv(w, &t, f, d, iteration, env, e)) ||
 		check_term(t.tv, "TV", iteration, e) ||
 		(w->low.want && ct_terms_lowres(w, &t, f, iteration, env, e)) ||
 		check_term(t.lr, "LR", iteration, e))
 		return -1;
 	t.total = l1 * t.l1 + o->ssim * t.dssim + o->tv * t.tv + o->lr * t.lr;
-	note_loss(f, (d->target->views + o->batch - 1) / o->batch, iteration, t.total);
+	note_loss(f, d->target->views, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "

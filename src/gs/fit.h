@@ -58,7 +58,6 @@ struct ct_fit_options {
 	double init_density; /* of the density where a Gaussian begins */
 	enum ct_fit_begin begin;
 	double l1, res, ssim, tv, lr;
-	size_t batch;	   /* views an iteration */
 	size_t rate_steps; /* iterations in which the rates fall; 0: all */
 	bool compat;	   /* as R2-Gaussian's program behaves: ct_fit_compat */
 	double gate;	   /* least contribution to a pixel, in the unit of L1; 0: none */

@@ -17,7 +17,6 @@ void ct_terms_free(struct ct_terms *w)
 	ct_splat_free(&w->splat);
 	ct_voxels_free(&w->vox);
 	ct_gs_grad_free(&w->grad);
-	ct_gs_grad_free(&w->part);
 	ct_loss_free(&w->loss);
 	ct_lowres_free(&w->low);
 	free(w->img);
@@ -61,7 +60,6 @@ int ct_terms_grow(struct ct_terms *w, size_t n, struct ct_err *e)
 {
 	return ct_grow(&w->blob, &w->blobs, n, sizeof *w->blob, e) ||
 			       ct_gs_grad_reserve(&w->grad, n, e) ||
-			       ct_gs_grad_reserve(&w->part, n, e) ||
 			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
 				       sizeof *w->dgamma, e)
 		       ? -1
@@ -72,8 +70,8 @@ struct ct_loss_weights ct_terms_weights(const struct ct_fit *f)
 {
 	const struct ct_fit_options *o = &f->opt;
 
-	return (struct ct_loss_weights){.l1 = (o->l1 + o->res) / (double)o->batch,
-		.ssim = o->ssim / (double)o->batch,
+	return (struct ct_loss_weights){.l1 = o->l1 + o->res,
+		.ssim = o->ssim,
 		.tv = o->tv,
 		.lr = o->lr,
 		.scale = 2 / f->extent,
@@ -96,7 +94,7 @@ int ct_terms_draw(struct ct_terms *w, const struct ct_fit *f, const struct ct_fi
 }
 
 int ct_terms_view(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, bool add, const struct ct_env *env, struct ct_err *e)
+	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_loss_weights weights = ct_terms_weights(f);
 
@@ -106,14 +104,7 @@ int ct_terms_view(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_f
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, k),
 		ct_stack_view(d->target, k), d->weight ? ct_stack_view(d->weight, k) : NULL,
 		&weights, env->par);
-	ct_splat_back(add ? &w->part : &w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
-	for (size_t i = 0; add && i < CT_GS_FIELDS; i++) {
-		float *restrict to = w->grad.d[i];
-		const float *restrict from = w->part.d[i];
-
-		for (size_t j = 0; j < f->g.n; j++)
-			to[j] += from[j];
-	}
+	ct_splat_back(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
 	return 0;
 }
 

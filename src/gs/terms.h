@@ -10,7 +10,7 @@ struct ct_terms {
 	size_t blobs;
 	struct ct_splat splat;
 	struct ct_voxels vox;
-	struct ct_gs_grad grad, part; /* of the iteration; of one of several views */
+	struct ct_gs_grad grad;
 	struct ct_loss loss;
 	struct ct_lowres low;	      /* want is NULL without a low-resolution CT */
 	float *img, *dimg;	      /* h x pitch */
@@ -31,11 +31,9 @@ struct ct_loss_weights ct_terms_weights(const struct ct_fit *f);
 /* Plan and draw view k of what w->blob holds: w->splat, w->img. */
 int ct_terms_draw(struct ct_terms *w, const struct ct_fit *f, const struct ct_fit_data *d, size_t k,
 	const struct ct_env *env, struct ct_err *e);
-/* View k: t->l1, t->dssim, and w->grad set, or with `add` added to but for what the screen has
- * seen, which is in w->part then. */
+/* View k: t->l1, t->dssim, and w->grad set. */
 int ct_terms_view(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, bool add, const struct ct_env *env,
-	struct ct_err *e);
+	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e);
 /* TV of a random block of the iteration, t->tv; added to w->grad. */
 int ct_terms_tv(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e);

@@ -31,6 +31,7 @@ libct_a_SOURCES += src/kern/tv.c src/kern/tv.h
 libct_a_SOURCES += src/kern/refine.c src/kern/refine.h
 libct_a_SOURCES += src/kern/htv.c src/kern/htv.h
 libct_a_SOURCES += src/kern/joint.c src/kern/joint.h
+libct_a_SOURCES += src/kern/band.c src/kern/band.h
 libct_a_SOURCES += src/kern/estimate.c src/kern/estimate.h
 libct_a_SOURCES += src/kern/filter.c src/kern/filter.h
 libct_a_SOURCES += src/kern/backproject.c src/kern/backproject.h

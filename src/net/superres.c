@@ -133,6 +133,13 @@ static size_t mirrored(size_t i, size_t n)
 	return i < n ? i : 2 * n - 1 - i;
 }
 
+/* The published method keeps pictures within [0, 1.05]; a band-limited one overshoots at edges, and
+ * what is cut off there would be missing everywhere else. */
+static double range_of(const struct job *j, double v, double most)
+{
+	return j->p->op == CT_OP_MEAN ? fmin(fmax(v, 0.0), most) : v;
+}
+
 /* The network's picture dst (channels, high, wide) of a view src (h, w). */
 static void to_picture(const struct job *j, size_t high, size_t wide, float *dst, size_t h,
 	size_t w, const float *src)
@@ -141,8 +148,9 @@ static void to_picture(const struct job *j, size_t high, size_t wide, float *dst
 		for (size_t x = 0; x < wide; x++) {
 			double v = (double)src[mirrored(y, h) * w + mirrored(x, w)] / j->p->norm;
 
+			v = range_of(j, v, HUGE_VAL);
 			for (size_t c = 0; c < j->net->channels; c++)
-				dst[(c * high + y) * wide + x] = (float)(2.0 * fmax(v, 0.0) - 1.0);
+				dst[(c * high + y) * wide + x] = (float)(2.0 * v - 1.0);
 		}
 }
 
@@ -167,7 +175,7 @@ static void from_picture(const struct job *j, float *dst, const float *x)
 		for (size_t k = 0; k < j->w; k++) {
 			double v = 0.5 * ((double)x[y * j->wide + k] + 1.0);
 
-			dst[y * j->w + k] = (float)(fmin(fmax(v, 0.0), 1.05) * j->p->norm);
+			dst[y * j->w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
 		}
 }
 

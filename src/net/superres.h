@@ -1,13 +1,13 @@
 /* superres.h: super-resolution of a projection stack with a diffusion prior, view by view.
  *
- * A view p (h, w), line integrals, becomes a picture of the network: p / norm, negative values
- * raised to 0, [0, 1] mapped to [-1, 1], copied into every channel. If the network does not take
+ * A view p (h, w), line integrals, becomes a picture of the network: p / norm, with CT_OP_MEAN
+ * negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every channel. If the network does not take
  * s h by s w, the view is continued at the bottom and the right by reflection (half-sample
  * symmetry, whole low-resolution pixels) and the result is cut. The sampler (ddnm.h) draws
  * `samples` restorations with independent noise in every channel; each is reduced to one channel,
- * optionally corrected to agree with p once more, clamped to [0, 1.05] and multiplied by
- * norm; their mean is the result. Noise is a function of (seed, view, sample, move, channel,
- * pixel) only.
+ * optionally corrected to agree with p once more, with CT_OP_MEAN clamped to [0, 1.05], and
+ * multiplied by norm; their mean is the result. Noise is a function of (seed, view, sample, move,
+ * channel, pixel) only.
  */
 #ifndef CT_NET_SUPERRES_H
 #define CT_NET_SUPERRES_H

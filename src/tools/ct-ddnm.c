@@ -22,12 +22,21 @@ struct params {
 	bool final_consistency, resume;
 };
 
-static const struct params defaults = {.scale = 0, .steps = 50, .t_start = -1, .samples = 1,
-	.sampler = 1, .eta = 0.99, .sigma_y = NAN, .sigma_det = NAN, .norm = 0};
+static const struct params defaults = {.scale = 0,
+	.steps = 50,
+	.t_start = -1,
+	.samples = 1,
+	.sampler = 1,
+	.eta = 0.99,
+	.sigma_y = NAN,
+	.sigma_det = NAN,
+	.norm = 0};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
-	CT_ARG(struct params, out, "OUT", "super-resolved projections, EXR, or -; of a picture also FILE.png"),
+	CT_ARG(struct params, in, "IN",
+		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
+	CT_ARG(struct params, out, "OUT",
+		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by"),
 	CT_OPT(struct params, prior, 'p', "prior", "FILE", 0, 0,
@@ -38,7 +47,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
 	CT_CHOICE(struct params, op, 0, "operator", "mean|matched",
-		"what IN measures of the fine projections: means of S x S pixels, or what a blur and "
+		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
+		"and "
 		"the coarse grid leave of them (see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
@@ -83,8 +93,14 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 {
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
+	static const char *const inverse[] = {"dc", "tv", "htv"}; /* what undid the blur */
+	const char *up = ct_meta_get(m, "upsample");
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
+	*sigma = 0;
+	for (size_t i = 0; up && i < sizeof inverse / sizeof *inverse; i++)
+		if (strcmp(up, inverse[i]) == 0)
+			return 0;
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
 	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
@@ -102,7 +118,7 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 	mm = hypot(hypot(a[0], a[4]), a[8]);
 	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;
 	*sigma = 0.8 * (voxels[0] + voxels[1] + voxels[2]) / 3 * mm *
-		(in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
+		 (in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
 	return 0;
 }
 
@@ -112,7 +128,8 @@ static int norm_of(double *norm, double given, const struct ct_stack *in, struct
 	const char *quantity = ct_meta_get(&in->meta, "quantity");
 
 	if (quantity && strcmp(quantity, "lineIntegral") != 0 && strcmp(quantity, "intensity") != 0)
-		return ct_fail(e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
+		return ct_fail(
+			e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
 	*norm = given;
 	if (given > 0)
 		return 0;
@@ -195,8 +212,9 @@ static int read_prior(struct job *j, struct ct_err *e)
 
 	if (prior_file_find(&path, j->p->prior, e) || ct_tensors_read(path, &w, e))
 		goto out;
-	rc = ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e) ?
-		ct_blame(e, path) : 0;
+	rc = ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e)
+		     ? ct_blame(e, path)
+		     : 0;
 out:
 	ct_tensors_free(&w);
 	free(path);
@@ -241,8 +259,10 @@ static int estimate(struct job *j, struct ct_err *e)
 		calls * j->in.views, once);
 	printf("time      %.0f s on %zu threads\n",
 		once * (double)calls * (double)j->in.views / (double)threads, threads);
-	printf("memory    %.0f MiB\n", ((double)ct_unet_plan_bytes(j->prior.plan[0]) *
-		(double)threads + 4.0 * (double)ct_stack_count(&j->out) * (j->p->init ? 2 : 1)) / 0x1p20);
+	printf("memory    %.0f MiB\n",
+		((double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
+			4.0 * (double)ct_stack_count(&j->out) * (j->p->init ? 2 : 1)) /
+			0x1p20);
 	printf("disk      %.0f MiB at most\n", 4.0 * (double)ct_stack_count(&j->out) / 0x1p20);
 	rc = 0;
 out:
@@ -264,8 +284,8 @@ static int write_outputs(struct job *j, struct ct_err *e)
 		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
-			ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
-			ct_stack_write(j->p->std, &j->std, j->env, e))))
+				      ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
+				      ct_stack_write(j->p->std, &j->std, j->env, e))))
 		return -1;
 	return ddnm_picture_write(j->p->out, &j->out, j->env, e);
 }
@@ -296,8 +316,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (!env->dry_run && (ct_out_check(j.p->out, env, e) ||
-		(j.p->std && ct_out_check(j.p->std, env, e))))
+	if (!env->dry_run &&
+		(ct_out_check(j.p->out, env, e) || (j.p->std && ct_out_check(j.p->std, env, e))))
 		return -1;
 	if (read_inputs(&j, e) || read_prior(&j, e))
 		goto out;

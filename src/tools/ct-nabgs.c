@@ -20,7 +20,7 @@ struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance, lambda;
-	int begin, batch, polish;
+	int begin, polish;
 	bool resume, compat, paper, voxels;
 };
 
@@ -33,12 +33,12 @@ static const struct params defaults = {.gaussians = 50000,
 	.tv = 0.05,
 	.lowres = 0.1,
 	.rate = NAN,
-	.init = NAN,
-	.batch = 1};
+	.init = NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or with --voxels the residual, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT",
+		"the Gaussians, PLY, or with --voxels the residual, NIfTI, or -"),
 	CT_OPT(struct params, base, 'b', "base", "VOLUME", 0, 0,
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
@@ -85,14 +85,13 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, batch, 0, "batch", "N", 1, 10000, "views of an iteration"),
 	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and are not polished; what is given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
-		"as the program of R2-Gaussian behaves; see DESCRIPTION"),
+		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
@@ -127,7 +126,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
 	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
-	if (p->paper)
+	if (p->paper || p->compat)
 		ct_fit_paper(o);
 	if (p->compat)
 		ct_fit_compat(o);
@@ -137,7 +136,6 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
-	o->batch = (size_t)p->batch;
 	o->polish = (size_t)p->polish;
 	if (p->begin != CT_BEGIN_AUTO)
 		o->begin = (enum ct_fit_begin)p->begin;
@@ -170,7 +168,7 @@ static int estimate(
 	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)(all * f->opt.batch), polish = (double)f->opt.polish;
+	double visits = (double)all, polish = (double)f->opt.polish;
 	double start = now(), time;
 
 	quiet.progress = NULL;
@@ -182,7 +180,7 @@ static int estimate(
 		return -1;
 	if (polish > 0)
 		visits += (polish + 1) * (double)d->target->views;
-	time = (now() - start) / (double)(f->opt.iterations * f->opt.batch) * (n ? visits : 1);
+	time = (now() - start) / (double)f->opt.iterations * (n ? visits : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
 		time, n, n ? time * (double)most / (double)n : 0, most,
@@ -259,8 +257,8 @@ static int check_method(const struct params *p, struct ct_err *e)
 			 p->scale != d->scale || p->densify_until != d->densify_until ||
 			 !isnan(p->ssim) || p->tv != d->tv || !isnan(p->init) ||
 			 p->tolerance != d->tolerance || p->lowres != d->lowres ||
-			 !isnan(p->rate) || p->begin != d->begin || p->batch != d->batch ||
-			 p->polish != d->polish || p->paper || p->compat;
+			 !isnan(p->rate) || p->begin != d->begin || p->polish != d->polish ||
+			 p->paper || p->compat;
 
 	if (p->voxels && fit)
 		return ct_fail(e, CT_EUSAGE, "options of Gaussians given with --voxels");

@@ -31,15 +31,15 @@ int nabgs_state_name(struct nabgs_state *s, const struct nabgs_data *d,
 	if (asprintf(&s->run,
 		    "%s %s %s %s %s; window %.17g:%.17g; seed %llu; %zu iterations, %zu to %zu "
 		    "Gaussians until %zu, %s, %s, L1 %.17g, SSIM %.17g, TV %.17g, begin %.17g, "
-		    "scaling %.17g, tolerance %.17g, LR %.17g, begin %d, batch %zu, polish %zu, "
+		    "scaling %.17g, tolerance %.17g, LR %.17g, begin %d, polish %zu, "
 		    "compat %d, haste %.17g",
 		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
 		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
 		    (unsigned long long)env->seed, o->iterations, o->gaussians, o->max_gaussians,
 		    o->densify_until, ct_activation_name(o->activation),
 		    o->full ? "full" : "residual", o->l1 + o->res, o->ssim, o->tv, o->init_density,
-		    o->scaling.first, o->tolerance, o->lr, (int)o->begin, o->batch, o->polish,
-		    (int)o->compat, o->haste) < 0) {
+		    o->scaling.first, o->tolerance, o->lr, (int)o->begin, o->polish, (int)o->compat,
+		    o->haste) < 0) {
 		s->run = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}

@@ -3,8 +3,10 @@
 #include "tools/nabgs-voxels.h"
 #include "core/mem.h"
 #include "formats/format.h"
+#include "kern/band.h"
 #include "kern/joint.h"
 #include "kern/project.h"
+#include "kern/refine.h"
 #include "tools/nabgs-state.h"
 #include "tools/scan-opts.h"
 
@@ -38,7 +40,8 @@ static double now(void)
 	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int forward(void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
+static int forward(
+	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
 {
 	struct job *j = ctx;
 	size_t view = j->rays.rows * j->rays.cols;
@@ -53,7 +56,8 @@ static int forward(void *ctx, float *p, size_t first, size_t count, const float 
 	return 0;
 }
 
-static int adjoint(void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
+static int adjoint(
+	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
 {
 	struct job *j = ctx;
 	size_t view = j->rays.rows * j->rays.cols;
@@ -115,34 +119,79 @@ static int reorder(struct ct_stack *s, const struct place *order, struct ct_err 
 	return 0;
 }
 
-/* Views in order; base_proj becomes the gap, what IN has beyond it, and IN what P x of the solution
- * should be: the gap and the projections of our own of the base. */
+/* Views in order, and the projector of theirs. */
 static int arrange(struct job *j, struct ct_err *e)
 {
 	struct nabgs_data *d = j->d;
 	struct place *order = NULL;
-	size_t n = ct_stack_count(&d->in);
 	int rc = -1;
 
-	if (spread(&order, d->in.views, e) || reorder(&d->in, order, e) ||
-		reorder(&d->base_proj, order, e) || reorder(&d->weight, order, e) ||
-		ct_projector_init(&j->g, &d->base, &d->in, e) || ct_projector_reserve(&j->g, e))
-		goto out;
-	for (size_t i = 0; i < n; i++)
-		d->base_proj.data[i] = d->in.data[i] - d->base_proj.data[i];
+	if (spread(&order, d->in.views, e) == 0 && reorder(&d->in, order, e) == 0 &&
+		reorder(&d->base_proj, order, e) == 0 && reorder(&d->weight, order, e) == 0 &&
+		ct_projector_init(&j->g, &d->base, &d->in, e) == 0)
+		rc = ct_projector_reserve(&j->g, e);
 	j->rays = (struct ct_rays){d->in.views, d->in.h, d->in.w, forward, adjoint, j};
-	if (j->env->dry_run) {
-		rc = 0;
-		goto out;
-	}
-	if (forward(j, d->in.data, 0, d->in.views, d->base.data, e))
-		goto out;
-	for (size_t i = 0; i < n; i++)
-		d->in.data[i] += d->base_proj.data[i];
-	rc = 0;
-out:
 	free(order);
 	return rc;
+}
+
+/* Frequency, cycles a pixel of a view, that the LR reaches; 0 if what it says is not a low band. */
+static int band_of(double *f, const struct job *j, struct ct_err *e)
+{
+	const struct nabgs_data *d = j->d;
+	const struct ct_view *v = d->in.view;
+	double mm[3], middle[3], coarse = 0, pitch = 0, far = 0, near = 0;
+
+	*f = 0;
+	ct_vol_spacing(&d->lr, mm);
+	ct_vol_centre(&d->base, middle);
+	for (int a = 0; a < 3; a++) {
+		double aliasing;
+
+		if (ct_refine_aliasing(&aliasing, &d->by, d->base.n[a], a, e))
+			return -1;
+		if (aliasing > CT_REFINE_ALIAS)
+			return 0;
+		coarse = fmax(coarse, mm[a]);
+		far += (v->centre[a] - v->source[a]) * (v->centre[a] - v->source[a]);
+		near += (middle[a] - v->source[a]) * (middle[a] - v->source[a]);
+	}
+	for (int way = 0; way < 2; way++) {
+		const double *u = way ? v->v : v->u;
+
+		pitch = fmax(pitch, sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
+	}
+	if (d->in.beam != CT_PARALLEL && far > 0)
+		pitch *= sqrt(near / far);
+	*f = fmin(0.5, 0.5 * pitch / coarse);
+	return 0;
+}
+
+/* x0: the base, made consistent. base_proj becomes the gap, what IN has beyond x0, and IN what P of
+ * the solution should be. The gap's low band, which is that of D, can only contradict it (an
+ * offset, a clipped LR): views see frequencies as they are, and x - x0 has none of these. */
+static int compare_data(struct job *j, struct ct_err *e)
+{
+	struct nabgs_data *d = j->d;
+	struct ct_joint *s = &j->joint;
+	float *y = d->in.data, *gap = d->base_proj.data;
+	size_t n = ct_stack_count(&d->in);
+	double f;
+
+	ct_dc_apply(&s->dc, s->x, s->scratch, j->env->par);
+	if (band_of(&f, j, e) || forward(j, s->q, 0, d->in.views, d->base.data, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		y[i] += s->q[i] - gap[i];
+	if (forward(j, s->q, 0, d->in.views, s->x, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		gap[i] = y[i] - s->q[i];
+	if (f > 0 && ct_band_clear(gap, d->in.views, d->in.h, d->in.w, f, j->env->par, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		y[i] = s->q[i] + gap[i];
+	return 0;
 }
 
 /* Has IN nothing that the base has not? */
@@ -189,8 +238,10 @@ static int prepare(struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < m; i++)
 		z[i] += d->lr.data[i];
 	rc = ct_joint_alloc(s, &d->by, d->base.n, z, j->env, e);
-	if (rc == 0)
+	if (rc == 0) {
 		memcpy(s->x, d->base.data, s->n * sizeof *s->x);
+		rc = j->env->dry_run ? 0 : compare_data(j, e);
+	}
 out:
 	ct_separable_free(&down);
 	free(z);
@@ -320,7 +371,8 @@ static int name_run(struct job *j, struct ct_err *e)
 {
 	const struct nabgs_data *d = j->d;
 
-	if (asprintf(&j->run, "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %zu iterations",
+	if (asprintf(&j->run,
+		    "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %zu iterations",
 		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
 		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
 		    j->how->lambda, j->how->iterations) >= 0)
@@ -340,8 +392,8 @@ static int settle(struct job *j, bool keep, struct ct_err *e)
 	int rc = -1;
 
 	for (size_t i = 0; i < n; i++)
-		d->base.data[i] = keep ? (float)(j->hu * ((double)s->x[i] - (double)d->base.data[i]))
-				       : 0;
+		d->base.data[i] =
+			keep ? (float)(j->hu * ((double)s->x[i] - (double)d->base.data[i])) : 0;
 	for (size_t i = 0; i < m; i++)
 		d->lr.data[i] = (float)(j->hu * (double)d->lr.data[i]);
 	ct_joint_free(&j->joint);
@@ -362,8 +414,8 @@ out:
 static int write_residual(struct job *j, struct ct_err *e)
 {
 	struct nabgs_data *d = j->d;
-	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta, &d->base_proj.meta,
-		&d->weight.meta, &d->lr.meta};
+	const struct ct_meta *const in[] = {
+		&d->in.meta, &d->base.meta, &d->base_proj.meta, &d->weight.meta, &d->lr.meta};
 	struct ct_meta m = {0};
 	int rc = -1;
 
@@ -382,20 +434,25 @@ out:
 
 static int report(const struct job *j, const struct ct_joint_at *at, struct ct_err *e)
 {
-	const double lambda = at->chosen > 0 ? 1 / (at->chosen * j->hu) : 0;
-	const bool chosen = j->how->lambda == 0 && at->first > 0 && at->best < 1;
-	const char *how = at->first == 0 ? "nothing to solve" : at->trusted ? "trusted" : "not trusted";
+	const bool solved = at->first > 0 && at->trusted,
+		   chosen = j->how->lambda == 0 && at->best < 1;
+	const double lambda = solved ? 1 / (at->chosen * j->hu) : 0;
+	const int iterations = solved ? (int)at->done : 0;
+	const char *how = at->first == 0	? "nothing to solve"
+			  : !at->trusted	? "not trusted"
+			  : j->how->lambda == 0 ? "trusted"
+						: "weighted as told";
 	json_t *o;
 
 	if (!j->env->json) {
-		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n",
-			at->trusted ? at->done : 0, lambda, how);
+		printf("iterations %d\nlambda-projections %.6g\nprojections %s\n", iterations,
+			lambda, how);
 		if (chosen)
 			printf("prediction %.6g\n", at->best);
 		return 0;
 	}
-	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)(at->trusted ? at->done : 0),
-		"lambda-projections", lambda, "projections", how, "prediction", at->best);
+	o = json_pack("{si sf ss sf}", "iterations", iterations, "lambda-projections", lambda,
+		"projections", how, "prediction", at->best);
 	if (!o)
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
@@ -424,11 +481,13 @@ static int estimate(struct job *j, struct ct_err *e)
 		return -1;
 	back = (now() - start) * (double)views / (double)some;
 	start = now();
-	if (ct_tv_near(s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
+	if (ct_tv_near(
+		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
 		return -1;
 	sweep = now() - start;
-	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is stopped\n",
-		(steps + choose + 1.25 + 1) * ahead + (steps + choose / 2 + 1.5) * back +
+	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is "
+	       "stopped\n",
+		(steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +
 			8 * (steps + choose) * sweep,
 		(28.0 * (double)s->n + 20.0 * (double)ct_stack_count(&j->d->in) +
 			(double)ct_projector_bytes(&j->g)) /

@@ -1,0 +1,504 @@
+/* The joint solver against dense solutions. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "kern/band.h"
+#include "kern/joint.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Dense rays: `views` pictures of rows x cols pixels, each a random sum of voxels. */
+struct dense {
+	struct ct_rays rays;
+	size_t n, m; /* voxels; rays */
+	double *a;   /* (m, n) */
+	size_t calls, stop_at;
+};
+
+static double random_at(uint64_t i)
+{
+	return (double)ct_rng_normal(7, 3, i);
+}
+
+static int forward(
+	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
+{
+	struct dense *d = ctx;
+	size_t view = d->rays.rows * d->rays.cols;
+
+	if (d->stop_at && ++d->calls == d->stop_at)
+		return ct_fail(e, CT_ESTOP, "stopped");
+	for (size_t r = 0; r < count * view; r++) {
+		double sum = 0;
+
+		for (size_t i = 0; i < d->n; i++)
+			sum += d->a[(first * view + r) * d->n + i] * (double)x[i];
+		p[r] = (float)sum;
+	}
+	return 0;
+}
+
+static int adjoint(
+	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
+{
+	struct dense *d = ctx;
+	size_t view = d->rays.rows * d->rays.cols;
+
+	(void)e;
+	for (size_t i = 0; i < d->n; i++) {
+		double sum = 0;
+
+		for (size_t r = 0; r < count * view; r++)
+			sum += d->a[(first * view + r) * d->n + i] * (double)p[r];
+		x[i] += (float)sum;
+	}
+	return 0;
+}
+
+static void dense_alloc(struct dense *d, size_t views, size_t rows, size_t cols, size_t n)
+{
+	*d = (struct dense){
+		.rays = {views, rows, cols, forward, adjoint, d}, .n = n, .m = views * rows * cols};
+	d->a = malloc(d->m * n * sizeof *d->a);
+	if (!d->a)
+		exit(1);
+	for (size_t i = 0; i < d->m * n; i++)
+		d->a[i] = random_at(i);
+}
+
+/* A problem: 4 x 4 x 8 voxels, D reduces them 2 times. */
+enum { N = 128, M = 16, RAYS = 240 };
+static const size_t size[3] = {4, 4, 8};
+static const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC};
+
+struct problem {
+	struct dense d;
+	float truth[N], x0[N], z[M], y[RAYS], gap[RAYS], weight[RAYS];
+	double down[M][N]; /* D */
+};
+
+static void down(float *z, const float *x)
+{
+	struct ct_separable s = {0};
+	struct ct_err e;
+
+	if (ct_degrade_plan(&s, &half, size, NULL, &e))
+		exit(1);
+	ct_separable_apply(&s, z, x, NULL);
+	ct_separable_free(&s);
+}
+
+/* noise: of y. x0 is D+ z: consistent. */
+static void make(struct problem *p, size_t views, size_t cols, double noise)
+{
+	struct ct_separable up = {0};
+	struct ct_err e;
+	float z[M], p0[RAYS];
+
+	memset(p, 0, sizeof *p);
+	dense_alloc(&p->d, views, RAYS / views / cols, cols, N);
+	for (size_t i = 0; i < N; i++) {
+		float unit[N] = {0};
+
+		p->truth[i] = (i % 4 < 2) ^ (i / 32 % 2) ? 100 : (float)(10 * random_at(900 + i));
+		unit[i] = 1;
+		down(z, unit);
+		for (size_t q = 0; q < M; q++)
+			p->down[q][i] = (double)z[q];
+	}
+	down(p->z, p->truth);
+	if (ct_dc_pinv_plan(&up, &half, size, NULL, &e))
+		exit(1);
+	ct_separable_apply(&up, p->x0, p->z, NULL);
+	ct_separable_free(&up);
+	forward(&p->d, p->y, 0, views, p->truth, &e);
+	forward(&p->d, p0, 0, views, p->x0, &e);
+	for (size_t r = 0; r < RAYS; r++) {
+		p->y[r] += (float)(noise * random_at(5000 + r));
+		p->gap[r] = p->y[r] - p0[r];
+		p->weight[r] = 1;
+	}
+}
+
+static struct ct_joint solver(
+	const struct problem *p, double mu, size_t iterations, struct ct_env *env)
+{
+	struct ct_joint j = {.rays = &p->d.rays,
+		.y = p->y,
+		.gap = p->gap,
+		.weight = p->weight,
+		.rule = {{1, 1, 1}, mu, iterations, 0}};
+	struct ct_err e;
+
+	if (ct_joint_alloc(&j, &half, size, p->z, env, &e)) {
+		printf("# %s\n", e.msg);
+		exit(1);
+	}
+	memcpy(j.x, p->x0, sizeof p->x0);
+	return j;
+}
+
+static void run(float *x, const struct problem *p, double mu, size_t iterations,
+	struct ct_joint_at *at, struct ct_env *env)
+{
+	struct ct_joint j = solver(p, mu, iterations, env);
+	struct ct_err e;
+
+	if (ct_joint_run(&j, env, &e)) {
+		printf("# %s\n", e.msg);
+		exit(1);
+	}
+	memcpy(x, j.x, N * sizeof *x);
+	*at = j.at;
+	ct_joint_free(&j);
+}
+
+static double distance(const float *a, const float *b, size_t n)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < n; i++)
+		sum += pow((double)a[i] - (double)b[i], 2);
+	return sqrt(sum / (double)n);
+}
+
+static double inconsistency(const struct problem *p, const float *x)
+{
+	float z[M];
+
+	down(z, x);
+	return distance(z, p->z, M);
+}
+
+/* Solve the square system a (n, n) x = b by elimination with pivots; both are used up. */
+static void eliminate(double *a, double *b, size_t n)
+{
+	for (size_t c = 0; c < n; c++) {
+		size_t best = c;
+
+		for (size_t r = c; r < n; r++)
+			best = fabs(a[r * n + c]) > fabs(a[best * n + c]) ? r : best;
+		for (size_t k = 0; k < n; k++) {
+			double t = a[c * n + k];
+
+			a[c * n + k] = a[best * n + k];
+			a[best * n + k] = t;
+		}
+		double t = b[c];
+
+		b[c] = b[best];
+		b[best] = t;
+		for (size_t r = 0; r < n; r++) {
+			double f = r == c ? 0 : a[r * n + c] / a[c * n + c];
+
+			for (size_t k = c; k < n && f != 0; k++)
+				a[r * n + k] -= f * a[c * n + k];
+			b[r] -= f * b[c];
+		}
+	}
+	for (size_t c = 0; c < n; c++)
+		b[c] /= a[c * n + c];
+}
+
+/* Least |W^1/2 (P x - y)| with D x = z: the equations of Lagrange, rays as they are (pictures one
+ * pixel wide, which F only scales). */
+static void least_squares(float *x, const struct problem *p)
+{
+	enum { K = N + M };
+	double *a = calloc((size_t)K * K, sizeof *a), b[K] = {0};
+
+	if (!a)
+		exit(1);
+	for (size_t r = 0; r < RAYS; r++)
+		for (size_t i = 0; i < N; i++) {
+			double w = (double)p->weight[r] * p->d.a[r * N + i];
+
+			b[i] += w * (double)p->y[r];
+			for (size_t k = 0; k < N; k++)
+				a[i * K + k] += w * p->d.a[r * N + k];
+		}
+	for (size_t q = 0; q < M; q++) {
+		b[N + q] = (double)p->z[q];
+		for (size_t i = 0; i < N; i++)
+			a[i * K + N + q] = a[(N + q) * K + i] = p->down[q][i];
+	}
+	eliminate(a, b, K);
+	for (size_t i = 0; i < N; i++)
+		x[i] = (float)b[i];
+	free(a);
+}
+
+static void test_least_squares(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_joint_at at;
+	float x[N], want[N];
+
+	make(&p, 240, 1, 3);
+	for (size_t r = 0; r < RAYS; r++)
+		p.weight[r] = r % 3 ? 1 : 0.25f;
+	least_squares(want, &p);
+	run(x, &p, 1e-6, 600, &at, env);
+	OK(distance(x, want, N) < 1e-3 * distance(p.x0, want, N),
+		"next to no variation: the least squares of a dense solver (%.2g of %.3g)",
+		distance(x, want, N), distance(p.x0, want, N));
+	OK(inconsistency(&p, x) < 1e-4, "D x = z (%.2g)", inconsistency(&p, x));
+	for (size_t r = 0; r < RAYS; r += 8) {
+		p.weight[r] = 0;
+		p.y[r] = p.gap[r] = 1e4f;
+	}
+	least_squares(want, &p);
+	run(x, &p, 1e-6, 600, &at, env);
+	OK(distance(x, want, N) < 1e-3 * distance(p.x0, want, N),
+		"garbage of weight 0 has no effect (%.2g)", distance(x, want, N));
+	free(p.d.a);
+}
+
+/* Gradient of sum sqrt(|grad x|^2 + eps^2), and the sum. */
+static double smooth_variation(double *g, const double *x, double eps)
+{
+	const size_t stride[3] = {1, size[0], size[0] * size[1]};
+	double sum = 0;
+
+	memset(g, 0, N * sizeof *g);
+	for (size_t i = 0; i < N; i++) {
+		const size_t at[3] = {i % size[0], i / size[0] % size[1], i / stride[2]};
+		double d[3], len = eps * eps;
+
+		for (int a = 0; a < 3; a++) {
+			d[a] = at[a] + 1 < size[a] ? x[i + stride[a]] - x[i] : 0;
+			len += d[a] * d[a];
+		}
+		len = sqrt(len);
+		sum += len;
+		for (int a = 0; a < 3; a++)
+			if (at[a] + 1 < size[a]) {
+				g[i + stride[a]] += d[a] / len;
+				g[i] -= d[a] / len;
+			}
+	}
+	return sum;
+}
+
+/* mu L TV(x) + 0.05 |W^1/2 (P x - y)|^2 / 2: the objective of one-pixel rows, which F scales. */
+static double objective(const struct problem *p, const float *x, double mu_norm)
+{
+	double v[N], g[N], sum;
+	float q[RAYS];
+	struct ct_err e;
+
+	for (size_t i = 0; i < N; i++)
+		v[i] = (double)x[i];
+	sum = mu_norm * smooth_variation(g, v, 0);
+	forward((void *)(size_t)&p->d, q, 0, p->d.rays.views, x, &e);
+	for (size_t r = 0; r < RAYS; r++)
+		sum += 0.025 * (double)p->weight[r] * pow((double)q[r] - (double)p->y[r], 2);
+	return sum;
+}
+
+/* No step within D x = z makes it better: random ones, steps to the start, to the truth. */
+static void test_variation(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_joint_at at;
+	float x[N], few[N], other[N];
+	double mu = 2, best, start, third, worst = 0, unit = 0;
+	struct ct_dc null = {0};
+	float zero[M] = {0}, *scratch;
+	struct ct_err e;
+
+	make(&p, 240, 1, 3);
+	run(few, &p, mu, 12, &at, env);
+	run(x, &p, mu, 1500, &at, env);
+	best = objective(&p, x, mu * 1.4 * at.norm);
+	start = objective(&p, p.x0, mu * 1.4 * at.norm);
+	third = objective(&p, few, mu * 1.4 * at.norm);
+	OK(best < third && third < 0.9 * start, "the objective falls: %.6g %.6g %.6g", start, third,
+		best);
+	OK(inconsistency(&p, x) < 1e-4, "and D x = z (%.2g)", inconsistency(&p, x));
+	if (ct_dc_alloc(&null, &half, size, zero, 0, NULL, &e))
+		exit(1);
+	scratch = malloc(ct_dc_scratch(&null) * sizeof *scratch);
+	for (uint64_t t = 0; t < 400; t++) {
+		float step[N];
+
+		for (size_t i = 0; i < N; i++)
+			step[i] = t == 0    ? p.x0[i] - x[i]
+				  : t == 1  ? p.truth[i] - x[i]
+				  : t < 200 ? (float)random_at(10000 + t * N + i)
+					    : (float)(i == (t - 200) % N);
+		ct_dc_apply(&null, step, scratch, NULL);
+		unit = 0;
+		for (size_t i = 0; i < N; i++)
+			unit += (double)step[i] * (double)step[i];
+		for (int sign = -1; sign <= 1; sign += 2) {
+			for (size_t i = 0; i < N; i++)
+				other[i] = x[i] + (float)(sign * 0.3 / sqrt(unit)) * step[i];
+			worst = fmax(worst, best - objective(&p, other, mu * 1.4 * at.norm));
+		}
+	}
+	OK(worst < 1e-6 * best, "nothing near is better (%.2g of %.6g)", worst, best);
+	ct_dc_free(&null);
+	free(scratch);
+	free(p.d.a);
+}
+
+static void test_choice(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_joint_at at, bad;
+	float x[N], y[RAYS];
+
+	make(&p, 40, 3, 0.1);
+	run(x, &p, 0, 60, &at, env);
+	OK(at.trusted && at.best < 0.5, "true projections are trusted: %.3g is left", at.best);
+	OK(distance(x, p.truth, N) < 0.3 * distance(p.x0, p.truth, N),
+		"and bring it near the truth (%.3g of %.3g)", distance(x, p.truth, N),
+		distance(p.x0, p.truth, N));
+	for (size_t r = 0; r < RAYS; r++) { /* errors that views do not share */
+		y[r] = p.y[r] - p.gap[r];
+		p.gap[r] = (float)(300 * random_at(7000 + r));
+		p.y[r] = y[r] + p.gap[r];
+	}
+	run(x, &p, 0, 60, &bad, env);
+	OK(!bad.trusted, "noise is not (%.3g)", bad.trust);
+	for (size_t r = 0; r < RAYS; r++) {
+		p.gap[r] = 0;
+		p.y[r] = y[r];
+	}
+	run(x, &p, 0, 60, &at, env);
+	OK(memcmp(x, p.x0, sizeof x) == 0, "nothing to explain: not a bit is changed");
+	free(p.d.a);
+}
+
+static void test_threads(struct ct_env *env)
+{
+	struct ct_env many = *env;
+	struct problem p;
+	struct ct_joint_at at;
+	struct ct_err e;
+	float one[N], four[N];
+
+	make(&p, 40, 3, 0.1);
+	if (ct_par_alloc(&many.par, 4, &e))
+		exit(1);
+	run(one, &p, 0, 10, &at, env);
+	run(four, &p, 0, 10, &at, &many);
+	OK(memcmp(one, four, sizeof one) == 0, "1 and 4 threads, same bytes");
+	ct_par_free(many.par);
+	free(p.d.a);
+}
+
+static int save(void *ctx, const struct ct_joint *j, struct ct_err *e)
+{
+	struct ct_joint *to = ctx;
+
+	(void)e;
+	memcpy(to->x, j->x, N * sizeof *to->x);
+	memcpy(to->ahead, j->ahead, N * sizeof *to->x);
+	memcpy(to->dual, j->dual, CT_TV_DUAL * N * sizeof *to->x);
+	to->at = j->at;
+	return 0;
+}
+
+/* Stopped in any of its calls of P it goes on to the same bytes. */
+static void test_resume(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_joint_at at;
+	struct ct_err e = {0};
+	float whole[N];
+	bool same = true, stopped = true;
+
+	make(&p, 40, 3, 0.1);
+	run(whole, &p, 0, 6, &at, env);
+	for (size_t call = 1; call < 20; call += 3) {
+		struct ct_joint a = solver(&p, 0, 6, env), b = solver(&p, 0, 6, env);
+
+		p.d.calls = 0;
+		p.d.stop_at = call;
+		a.save = save;
+		a.ctx = &b;
+		stopped &= ct_joint_run(&a, env, &e) == -1 && e.code == CT_ESTOP;
+		p.d.stop_at = 0;
+		same &= ct_joint_run(&b, env, &e) == 0 && memcmp(b.x, whole, sizeof whole) == 0;
+		ct_joint_free(&a);
+		ct_joint_free(&b);
+	}
+	OK(stopped, "stops where it is told");
+	OK(same, "and goes on to the same bytes");
+	free(p.d.a);
+}
+
+static void test_bad(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_joint j;
+	struct ct_err e = {0};
+
+	make(&p, 40, 3, 0.1);
+	p.y[17] = NAN;
+	j = solver(&p, 1, 10, env);
+	OK(ct_joint_run(&j, env, &e) == -1 && e.code == CT_ENUMERIC, "NaN is found: %s", e.msg);
+	ct_joint_free(&j);
+	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, -1, 10, 0}};
+	OK(ct_joint_alloc(&j, &half, size, p.z, env, &e) == -1 && e.code == CT_EUSAGE,
+		"a negative weight: %s", e.msg);
+	ct_joint_free(&j);
+	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, 1, 10, 0}};
+	OK(ct_joint_alloc(&j, &half, (const size_t[3]){4, 5, 8}, p.z, env, &e) == -1 &&
+			e.code == CT_EGEOM,
+		"a size that is no multiple: %s", e.msg);
+	ct_joint_free(&j);
+	free(p.d.a);
+}
+
+/* A cosine of the low band goes, one that is high in either direction stays. */
+static void test_band(void)
+{
+	enum { H = 96, W = 160 };
+	const double f = 0.125;
+	float *p = malloc(3 * H * W * sizeof *p);
+	const size_t kx[3] = {18, 50, 2}, ky[3] = {10, 4, 40}; /* of 2W, 2H; f is 40, 24 */
+	double left[3] = {0}, off = 0, all[3] = {0};
+	struct ct_err e;
+
+	if (!p)
+		exit(1);
+	for (size_t v = 0; v < 3; v++)
+		for (size_t i = 0; i < H * W; i++)
+			p[v * H * W + i] =
+				(float)(cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
+					cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H));
+	if (ct_band_clear(p, 3, H, W, f, NULL, &e))
+		exit(1);
+	for (size_t v = 0; v < 3; v++)
+		for (size_t i = 0; i < H * W; i++) {
+			double c = cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
+				   cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H);
+
+			left[v] += (double)p[v * H * W + i] * c;
+			all[v] += c * c;
+			if (v)
+				off = fmax(off, fabs((double)p[v * H * W + i] - c));
+		}
+	OK(fabs(left[0]) < 0.03 * all[0], "the low band goes (%.3g is left)", left[0] / all[0]);
+	OK(off < 0.03, "what is high in one direction stays (%.3g)", off);
+	free(p);
+}
+
+int main(void)
+{
+	struct ct_env env = {0};
+
+	test_least_squares(&env);
+	test_variation(&env);
+	test_choice(&env);
+	test_threads(&env);
+	test_resume(&env);
+	test_bad(&env);
+	test_band();
+	return tap_done();
+}
