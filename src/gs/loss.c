@@ -4,7 +4,6 @@
 #include "core/mem.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -183,7 +182,7 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 }
 
 /* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their
- * signs times w go to db and from da, which may overlap; their sizes to sum. */
+ * signs times w go to db and from da, which may overlap or be NULL; their sizes to sum. */
 INLINE void differ(float *da, float *db, const float *a, const float *b, const float *ab,
 	const float *bb, size_t n, float w, float sum[BLOCK])
 {
@@ -203,9 +202,9 @@ INLINE void differ(float *da, float *db, const float *a, const float *b, const f
 		sum[k] += k < n ? fabsf(d[k]) : 0;
 	for (size_t k = 0; k < BLOCK; k++)
 		s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
-	for (size_t k = 0; k < n; k++)
+	for (size_t k = 0; da && k < n; k++)
 		da[k] -= s[k];
-	for (size_t k = 0; k < n; k++)
+	for (size_t k = 0; db && k < n; k++)
 		db[k] += s[k];
 }
 
@@ -217,33 +216,65 @@ CLONES static double pair(float *da, float *db, const float *a, const float *b, 
 	size_t i = 0;
 
 	for (; i + BLOCK <= n; i += BLOCK)
-		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, BLOCK,
-			w, sum);
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, BLOCK, w, sum);
 	if (i < n)
-		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, n - i,
-			w, sum);
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, n - i, w, sum);
 	return total(sum);
 }
 
-double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight)
+struct tv {
+	float *df;
+	double *part; /* of every slice */
+	const float *f, *base;
+	const size_t *n;
+	size_t pitch;
+	float weight;
+};
+
+/* The gradient in a slice, and the sum of the differences that begin in it: those to the slices on
+ * both sides are taken from both. */
+static void tv_slice(void *arg, size_t k, size_t worker)
 {
-	const size_t step[3] = {1, pitch, pitch * n[1]}, bstep[3] = {1, n[0], n[0] * n[1]};
+	const struct tv *t = arg;
+	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
+	double sum = 0;
+
+	(void)worker;
+	memset(t->df + k * up, 0, up * sizeof *t->df);
+	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
+		float *d = t->df + r * t->pitch;
+		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
+
+		sum += pair(d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
+		if (r + 1 < (k + 1) * n[1])
+			sum += pair(d, d + t->pitch, a, a + t->pitch, b, b ? b + n[0] : NULL, n[0],
+				t->weight);
+		if (k + 1 < n[2])
+			sum += pair(d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
+		if (k > 0)
+			pair(NULL, d, a - up, a, b ? b - bup : NULL, b, n[0], t->weight);
+	}
+	t->part[k] = sum;
+}
+
+double ct_loss_tv(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par)
+{
 	size_t count =
 		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
+	struct tv t = {.df = df,
+		.part = part,
+		.f = f,
+		.base = base,
+		.n = n,
+		.pitch = pitch,
+		.weight = count ? (float)(weight / (double)count) : 0};
 	double sum = 0;
-	float w = count ? (float)(weight / (double)count) : 0;
 
-	memset(df, 0, pitch * n[1] * n[2] * sizeof *df);
-	for (size_t r = 0; r < n[1] * n[2]; r++) {
-		const bool more[3] = {true, r % n[1] + 1 < n[1], r / n[1] + 1 < n[2]};
-		const float *a = f + r * pitch, *ab = base ? base + r * n[0] : NULL;
-
-		for (int k = 0; k < 3; k++)
-			if (more[k])
-				sum += pair(df + r * pitch, df + r * pitch + step[k], a,
-					a + step[k], ab, ab ? ab + bstep[k] : NULL,
-					k == 0 ? n[0] - 1 : n[0], w);
-	}
+	ct_par_for(par, n[2], tv_slice, &t);
+	for (size_t k = 0; k < n[2]; k++)
+		sum += part[k];
 	return count ? sum / (double)count : 0;
 }

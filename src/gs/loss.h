@@ -47,8 +47,9 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	size_t pitch, const float *base, const float *y, const float *weight,
 	const struct ct_loss_weights *k, struct ct_par *par);
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
- * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel. */
-double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight);
+ * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel.
+ * part[n2] is scratch; slices in parallel, the same bytes for any number of threads. */
+double ct_loss_tv(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par);
 
 #endif
