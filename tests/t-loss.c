@@ -35,7 +35,7 @@ static void image(bool weigh)
 	struct ct_err e;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	if (ct_loss_init(&l, H, W, 1, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
+	if (ct_loss_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
 		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
 		ct_alloc(&waste, H * pitch, sizeof *d, &e))
 		exit(1);
@@ -82,7 +82,7 @@ static void same_weights(void)
 	struct ct_loss l;
 	struct ct_err e;
 
-	if (ct_loss_init(&l, H, W, 1, &e))
+	if (ct_loss_init(&l, H, W, &e))
 		exit(1);
 	for (size_t i = 0; i < H * W; i++) {
 		x[i] = ct_rng_normal(2, 0, i);
@@ -114,7 +114,7 @@ static void tv(void)
 	const size_t one[3] = {1, 1, 1};
 	size_t pitch = ct_dab_pitch(7);
 	float *f, *d, *waste, base[7 * 5 * 6], single = 3;
-	double want = 0, num, dot = 0, h = 1e-3, val[2];
+	double want = 0, num, dot = 0, h = 1e-3, val[2], part[6];
 	struct ct_err e;
 
 	if (ct_alloc0(&f, 30 * pitch, sizeof *f, &e) || ct_alloc(&d, 30 * pitch, sizeof *d, &e) ||
@@ -138,12 +138,13 @@ static void tv(void)
 			}
 	}
 	want /= 6 * 5 * 6 + 7 * 4 * 6 + 7 * 5 * 5;
-	NEAR(ct_loss_tv(d, f, pitch, base, n, 0.7), want, 1e-6, "TV is the mean difference");
+	NEAR(ct_loss_tv(d, part, f, pitch, base, n, 0.7, NULL), want, 1e-6,
+		"TV is the mean difference");
 	for (int s = 0; s < 2; s++) {
 		for (size_t i = 0; i < 210; i++)
 			f[i / 7 * pitch + i % 7] +=
 				(float)((s ? 2 : -1) * h) * ct_rng_normal(4, 2, i);
-		val[s] = ct_loss_tv(waste, f, pitch, base, n, 1);
+		val[s] = ct_loss_tv(waste, part, f, pitch, base, n, 1, NULL);
 	}
 	num = 0.7 * (val[1] - val[0]) / (2 * h);
 	for (size_t i = 0; i < 210; i++)
@@ -151,11 +152,48 @@ static void tv(void)
 	NEAR(num / dot, 1, 2e-2, "gradient of TV along a direction");
 	for (size_t i = 0; i < 210; i++)
 		f[i / 7 * pitch + i % 7] = 2 - base[i];
-	OK(ct_loss_tv(d, f, pitch, base, n, 1) < 1e-6, "a flat sum has none");
-	OK(ct_loss_tv(waste, &single, ct_dab_pitch(1), NULL, one, 1) <= 0, "nor has one voxel");
+	OK(ct_loss_tv(d, part, f, pitch, base, n, 1, NULL) < 1e-6, "a flat sum has none");
+	OK(ct_loss_tv(waste, part, &single, ct_dab_pitch(1), NULL, one, 1, NULL) <= 0,
+		"nor has one voxel");
 	free(f);
 	free(d);
 	free(waste);
+}
+
+/* Images of several strips and a block of several slices: four threads, the bytes of one. */
+static void threads(void)
+{
+	enum { HH = 150, WW = 140, M = 18 };
+	static float x[HH * WW], y[HH * WW], w[HH * WW], d[2][HH * WW], f[M * M * (M + 64)];
+	static float df[2][M * M * (M + 64)];
+	const size_t n[3] = {M, M, M}, pitch = ct_dab_pitch(M);
+	struct ct_loss_terms t[2] = {0};
+	struct ct_par *par;
+	struct ct_loss l;
+	double part[M], v[2];
+	struct ct_err e;
+
+	if (ct_loss_init(&l, HH, WW, &e) || ct_par_alloc(&par, 4, &e) || pitch > M + 64)
+		exit(1);
+	for (size_t i = 0; i < (size_t)HH * WW; i++) {
+		x[i] = 40 * (float)ct_rng_uniform(5, 0, i);
+		y[i] = x[i] + ct_rng_normal(5, 1, i);
+		w[i] = (float)ct_rng_uniform(5, 2, i);
+	}
+	for (size_t i = 0; i < pitch * M * M; i++)
+		f[i] = ct_rng_normal(5, 3, i);
+	for (int k = 0; k < 2; k++) {
+		struct ct_par *p = k ? par : NULL;
+
+		ct_loss_image(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
+		v[k] = ct_loss_tv(df[k], part, f, pitch, NULL, n, 1, p);
+	}
+	OK(memcmp(d[0], d[1], sizeof d[0]) == 0 && memcmp(&t[0], &t[1], sizeof t[0]) == 0,
+		"image: the same bytes with four threads and with one");
+	OK(memcmp(df[0], df[1], sizeof df[0]) == 0 && memcmp(&v[0], &v[1], sizeof v[0]) == 0,
+		"and TV");
+	ct_par_free(par);
+	ct_loss_free(&l);
 }
 
 int main(void)
@@ -164,5 +202,6 @@ int main(void)
 	image(true);
 	same_weights();
 	tv();
+	threads();
 	return tap_done();
 }

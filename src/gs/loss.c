@@ -4,7 +4,6 @@
 #include "core/mem.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,16 +22,13 @@ static size_t strips(const struct ct_loss *l)
 	return (l->h + STRIP - 1) / STRIP;
 }
 
-int ct_loss_init(struct ct_loss *l, size_t h, size_t w, size_t threads, struct ct_err *e)
+int ct_loss_init(struct ct_loss *l, size_t h, size_t w, struct ct_err *e)
 {
-	size_t scratch = ct_ssim_scratch(w);
-
-	*l = (struct ct_loss){.h = h, .w = w, .threads = threads};
+	*l = (struct ct_loss){.h = h, .w = w};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
 	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
 		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
-		ct_alloc(&l->scratch, threads, scratch * sizeof *l->scratch, e) ||
-		ct_alloc(&l->part, 3 * strips(l), sizeof *l->part, e)) {
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
 		ct_loss_free(l);
 		return -1;
 	}
@@ -44,7 +40,6 @@ void ct_loss_free(struct ct_loss *l)
 	free(l->x);
 	free(l->y);
 	free(l->g);
-	free(l->scratch);
 	free(l->part);
 	*l = (struct ct_loss){0};
 }
@@ -129,18 +124,13 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct job *j = arg;
 	struct ct_loss *l = j->l;
-	double sum = 0, all = 0;
+	double sum = 0;
 	size_t r, end;
 
 	(void)worker;
-	for (rows(l, strip, &r, &end); r < end; r++) {
+	for (rows(l, strip, &r, &end); r < end; r++)
 		sum += row_of(j, r);
-		for (size_t c = 0; j->weight && c < l->w; c++)
-			all += (double)j->weight[r * l->w + c];
-		all += j->weight ? 0 : (double)l->w;
-	}
-	l->part[3 * strip] = sum;
-	l->part[3 * strip + 2] = all;
+	l->part[2 * strip] = sum;
 }
 
 static void ssim_strip(void *arg, size_t strip, size_t worker)
@@ -149,10 +139,11 @@ static void ssim_strip(void *arg, size_t strip, size_t worker)
 	struct ct_loss *l = j->l;
 	size_t r, end;
 
+	(void)worker;
 	rows(l, strip, &r, &end);
 	if (j->ssim != 0)
-		l->part[3 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
-			l->y, j->weight, -j->ssim, l->scratch + worker * ct_ssim_scratch(l->w));
+		l->part[2 * strip + 1] = ct_ssim_back_rows(
+			&l->rule, l->h, l->w, r, end, l->g, l->x, l->y, j->weight, -j->ssim);
 	for (; r < end; r++) {
 		float *restrict to = j->dimg + r * j->pitch;
 		const float *restrict from = l->g + r * l->w;
@@ -168,7 +159,7 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	const struct ct_loss_weights *k, struct ct_par *par)
 {
 	const double count = (double)l->h * (double)l->w * k->mean_weight;
-	double l1 = 0, s = 0, all = 0;
+	double l1 = 0, less = 0;
 	struct job j = {.l = l,
 		.dimg = dimg,
 		.img = img,
@@ -183,16 +174,15 @@ void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, cons
 	ct_par_for(par, strips(l), l1_strip, &j);
 	ct_par_for(par, strips(l), ssim_strip, &j);
 	for (size_t i = 0; i < strips(l); i++) {
-		l1 += l->part[3 * i];
-		s += k->ssim == 0 ? 0 : l->part[3 * i + 1];
-		all += l->part[3 * i + 2];
+		l1 += l->part[2 * i];
+		less += k->ssim == 0 ? 0 : l->part[2 * i + 1];
 	}
 	t->l1 = l1 / count;
-	t->dssim = k->ssim == 0 ? 0 : (all - s) / count;
+	t->dssim = less / count;
 }
 
 /* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their
- * signs times w go to db and from da, which may overlap; their sizes to sum. */
+ * signs times w go to db and from da, which may overlap or be NULL; their sizes to sum. */
 INLINE void differ(float *da, float *db, const float *a, const float *b, const float *ab,
 	const float *bb, size_t n, float w, float sum[BLOCK])
 {
@@ -212,9 +202,9 @@ INLINE void differ(float *da, float *db, const float *a, const float *b, const f
 		sum[k] += k < n ? fabsf(d[k]) : 0;
 	for (size_t k = 0; k < BLOCK; k++)
 		s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
-	for (size_t k = 0; k < n; k++)
+	for (size_t k = 0; da && k < n; k++)
 		da[k] -= s[k];
-	for (size_t k = 0; k < n; k++)
+	for (size_t k = 0; db && k < n; k++)
 		db[k] += s[k];
 }
 
@@ -226,33 +216,65 @@ CLONES static double pair(float *da, float *db, const float *a, const float *b, 
 	size_t i = 0;
 
 	for (; i + BLOCK <= n; i += BLOCK)
-		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, BLOCK,
-			w, sum);
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, BLOCK, w, sum);
 	if (i < n)
-		differ(da + i, db + i, a + i, b + i, ab ? ab + i : NULL, ab ? bb + i : NULL, n - i,
-			w, sum);
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, n - i, w, sum);
 	return total(sum);
 }
 
-double ct_loss_tv(float *df, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight)
+struct tv {
+	float *df;
+	double *part; /* of every slice */
+	const float *f, *base;
+	const size_t *n;
+	size_t pitch;
+	float weight;
+};
+
+/* The gradient in a slice, and the sum of the differences that begin in it: those to the slices on
+ * both sides are taken from both. */
+static void tv_slice(void *arg, size_t k, size_t worker)
 {
-	const size_t step[3] = {1, pitch, pitch * n[1]}, bstep[3] = {1, n[0], n[0] * n[1]};
+	const struct tv *t = arg;
+	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
+	double sum = 0;
+
+	(void)worker;
+	memset(t->df + k * up, 0, up * sizeof *t->df);
+	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
+		float *d = t->df + r * t->pitch;
+		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
+
+		sum += pair(d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
+		if (r + 1 < (k + 1) * n[1])
+			sum += pair(d, d + t->pitch, a, a + t->pitch, b, b ? b + n[0] : NULL, n[0],
+				t->weight);
+		if (k + 1 < n[2])
+			sum += pair(d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
+		if (k > 0)
+			pair(NULL, d, a - up, a, b ? b - bup : NULL, b, n[0], t->weight);
+	}
+	t->part[k] = sum;
+}
+
+double ct_loss_tv(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par)
+{
 	size_t count =
 		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
+	struct tv t = {.df = df,
+		.part = part,
+		.f = f,
+		.base = base,
+		.n = n,
+		.pitch = pitch,
+		.weight = count ? (float)(weight / (double)count) : 0};
 	double sum = 0;
-	float w = count ? (float)(weight / (double)count) : 0;
 
-	memset(df, 0, pitch * n[1] * n[2] * sizeof *df);
-	for (size_t r = 0; r < n[1] * n[2]; r++) {
-		const bool more[3] = {true, r % n[1] + 1 < n[1], r / n[1] + 1 < n[2]};
-		const float *a = f + r * pitch, *ab = base ? base + r * n[0] : NULL;
-
-		for (int k = 0; k < 3; k++)
-			if (more[k])
-				sum += pair(df + r * pitch, df + r * pitch + step[k], a,
-					a + step[k], ab, ab ? ab + bstep[k] : NULL,
-					k == 0 ? n[0] - 1 : n[0], w);
-	}
+	ct_par_for(par, n[2], tv_slice, &t);
+	for (size_t k = 0; k < n[2]; k++)
+		sum += part[k];
 	return count ? sum / (double)count : 0;
 }

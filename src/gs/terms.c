@@ -25,6 +25,7 @@ void ct_terms_free(struct ct_terms *w)
 	free(w->dblock);
 	free(w->crop);
 	free(w->dgamma);
+	free(w->tv);
 	*w = (struct ct_terms){0};
 }
 
@@ -46,12 +47,13 @@ int ct_terms_alloc(struct ct_terms *w, const struct ct_fit_options *o, const str
 		      least(w->low.n[2], LOW_BLOCK);
 	}
 	block = block > low ? block : low;
-	return ct_loss_init(&w->loss, h, d->target->w, ct_par_threads(par), e) ||
+	return ct_loss_init(&w->loss, h, d->target->w, e) ||
 			       ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->block, block, sizeof(float), e) ||
 			       ct_alloc(&w->dblock, block, sizeof(float), e) ||
-			       ct_alloc(&w->crop, n * n * n, sizeof(float), e)
+			       ct_alloc(&w->crop, n * n * n, sizeof(float), e) ||
+			       ct_alloc(&w->tv, n, sizeof *w->tv, e)
 		       ? -1
 		       : 0;
 }
@@ -137,8 +139,8 @@ int ct_terms_tv(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit
 					base->n[0] +
 				first[0],
 			n[0] * sizeof *w->crop);
-	t->tv = ct_loss_tv(w->dblock, w->block, ct_dab_pitch(n[0]), f->opt.full ? NULL : w->crop, n,
-		f->opt.tv);
+	t->tv = ct_loss_tv(w->dblock, w->tv, w->block, ct_dab_pitch(n[0]),
+		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
 	ct_voxels_back(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
 	return 0;
 }

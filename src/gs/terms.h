@@ -16,6 +16,7 @@ struct ct_terms {
 	float *img, *dimg;	      /* h x pitch */
 	float *block, *dblock, *crop; /* of a block of voxels; crop without padding */
 	double *dgamma;		      /* of every chunk */
+	double *tv;		      /* of every slice of a block */
 	size_t dgammas;
 };
 

@@ -2,8 +2,7 @@
  *
  * One pass over the rows. A ring holds the last 11 rows of the four horizontally filtered maps
  * x, y, x^2 + y^2, xy (the variances only ever appear added), so memory is a few rows and stays
- * in cache. The gradient runs one more such ring behind, over the three maps of dS/d(filtered x,
- * x^2, xy): the filter is symmetric and zero outside, hence its own adjoint.
+ * in cache. The gradient is in ssim-back.c.
  */
 #include "config.h"
 #include "kern/ssim.h"
@@ -12,7 +11,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4, GRADS = 3 };
+enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4 };
 
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
 #define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -25,8 +24,7 @@ struct work {
 	double *row[MAPS];  /* padded by RADIUS and to wp */
 	double *mean[MAPS]; /* filtered maps of the output row */
 	double *s;
-	double *ring;	   /* [CT_SSIM_TAPS][MAPS][wp] */
-	double *grad_ring; /* [CT_SSIM_TAPS][GRADS][wp] */
+	double *ring; /* [CT_SSIM_TAPS][MAPS][wp] */
 };
 
 static size_t round_up(size_t w)
@@ -64,7 +62,7 @@ size_t ct_ssim_scratch(size_t w)
 {
 	size_t wp = round_up(w);
 
-	return MAPS * (wp + BLOCK) + (MAPS + 1) * wp + CT_SSIM_TAPS * (MAPS + GRADS) * wp;
+	return MAPS * (wp + BLOCK) + (MAPS + 1) * wp + CT_SSIM_TAPS * MAPS * wp;
 }
 
 static void lay_out(struct work *k, size_t w, double *scratch)
@@ -78,7 +76,6 @@ static void lay_out(struct work *k, size_t w, double *scratch)
 		k->mean[m] = scratch;
 	k->s = scratch;
 	k->ring = k->s + k->wp;
-	k->grad_ring = k->ring + CT_SSIM_TAPS * MAPS * k->wp;
 }
 
 /* out[j] = sum_k tap[k] in[j + k], j < wp: `in` is padded by the radius on the left. Taps are
@@ -198,118 +195,4 @@ double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x,
 		sum += part;
 	}
 	return count > 0 ? sum / count : (double)NAN;
-}
-
-/* S into k->s and D1 = dS/d(filtered x), D2 = dS/d(filtered x^2), D3 = dS/d(filtered xy) into
- * k->row[0..2]; unbias is 1 here. Returns the sum of S. */
-CLONES static double differentiate(const struct work *k, const struct ct_ssim_rule *r, size_t w)
-{
-	const double *restrict mean_x = k->mean[0], *restrict mean_y = k->mean[1];
-	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3];
-	double *restrict d1 = k->row[0] + r->radius, *restrict d2 = k->row[1] + r->radius;
-	double *restrict d3 = k->row[2] + r->radius, *restrict s = k->s;
-	double acc[BLOCK] = {0}, sum = 0;
-
-	for (size_t j = 0; j < k->wp; j += BLOCK)
-		for (size_t i = j; i < j + BLOCK; i++) {
-			double mx = mean_x[i], my = mean_y[i], m2 = mx * mx + my * my;
-			double b1 = m2 + r->c1, b2 = e2[i] - m2 + r->c2, inv = 1 / (b1 * b2);
-			double a1 = 2 * mx * my + r->c1, a2 = 2 * (exy[i] - mx * my) + r->c2;
-			double by = 2 * inv, q;
-
-			s[i] = a1 * a2 * inv;
-			q = s[i] * b1 * inv;
-			d1[i] = my * a2 * by + 2 * mx * (q - s[i] * b2 * inv) - my * a1 * by;
-			d2[i] = -q;
-			d3[i] = a1 * by;
-		}
-	for (size_t j = w; j < k->wp; j++) /* outside the image the filter sees zeros */
-		d1[j] = d2[j] = d3[j] = s[j] = 0;
-	for (size_t j = 0; j < k->wp; j += BLOCK)
-		for (size_t i = 0; i < BLOCK; i++)
-			acc[i] += s[j + i];
-	for (size_t i = 0; i < BLOCK; i++)
-		sum += acc[i];
-	return sum;
-}
-
-/* All that differentiate has made of a row times the weights of its pixels; the new sum of S. */
-CLONES static double weigh(
-	const struct work *k, const struct ct_ssim_rule *r, size_t w, const float *restrict weight)
-{
-	double sum = 0;
-
-	for (size_t m = 0; m < GRADS; m++) {
-		double *restrict d = k->row[m] + r->radius;
-
-		for (size_t j = 0; j < w; j++)
-			d[j] *= (double)weight[j];
-	}
-	for (size_t j = 0; j < w; j++)
-		sum += (double)weight[j] * k->s[j];
-	return sum;
-}
-
-/* The gradient ring takes row o (beyond the image: zeros). */
-static void take_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t h)
-{
-	double *slot = k->grad_ring + o % CT_SSIM_TAPS * GRADS * k->wp;
-
-	for (size_t m = 0; m < GRADS; m++) {
-		if (o < h)
-			filter_row(slot + m * k->wp, k->row[m], k->wp, r->radius, r->tap);
-		else
-			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
-	}
-}
-
-/* gx[0, w) += scale times the gradient of a row of x and y, whose last row in the ring is o. */
-CLONES static void give_gradient(struct work *k, const struct ct_ssim_rule *r, size_t o, size_t w,
-	float *restrict gx, const float *restrict x, const float *restrict y, double scale)
-{
-	const double *restrict a = k->mean[0], *restrict b = k->mean[1], *restrict c = k->mean[2];
-
-	for (size_t m = 0; m < GRADS; m++)
-		filter_column(k->mean[m], k->grad_ring + m * k->wp, GRADS * k->wp,
-			o + CT_SSIM_TAPS - 2 * r->radius, k->wp, r->radius, r->tap);
-	for (size_t j = 0; j < w; j++)
-		gx[j] += (float)(scale * (a[j] + 2 * (double)x[j] * b[j] + (double)y[j] * c[j]));
-}
-
-double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
-	float *gx, const float *x, const float *y, const float *weight, double up, double *scratch)
-{
-	const size_t reach = 2 * r->radius, begin = first > reach ? first - reach : 0;
-	const double scale = up / ((double)h * (double)w);
-	double sum = 0;
-	struct work k;
-
-	lay_out(&k, w, scratch);
-	for (size_t row = begin; row < end + reach; row++) {
-		size_t o = row - r->radius, q = row - reach;
-
-		if (row < h + r->radius)
-			advance(&k, r, row, h, w, x, y);
-		if (row < begin + r->radius)
-			continue;
-		if (row < h + r->radius) {
-			double part = differentiate(&k, r, w);
-
-			if (weight)
-				part = weigh(&k, r, w, weight + o * w);
-
-			sum += o >= first && o < end ? part : 0;
-		}
-		take_gradient(&k, r, o, h);
-		if (row >= first + reach)
-			give_gradient(&k, r, o, w, gx + q * w, x + q * w, y + q * w, scale);
-	}
-	return sum;
-}
-
-double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
-	const float *y, double up, double *scratch)
-{
-	return ct_ssim_back_rows(r, h, w, 0, h, gx, x, y, NULL, up, scratch) /
-	       ((double)h * (double)w);
 }

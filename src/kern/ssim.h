@@ -56,13 +56,15 @@ size_t ct_ssim_scratch(size_t w);
  * NaN if no pixel counts (a cropping rule and h or w <= 2 crop, or all weights 0). */
 double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x, const float *y,
 	const float *weight, double *scratch);
-/* Mean SSIM, and gx += up * d(mean)/dx, h x w. For rules without crop (R2) only. */
+/* Mean SSIM, and gx += up * d(mean)/dx, h x w. For R2 only. In float: the gradient is right to
+ * some 1e-5 of its largest for images of the order of one, whose range the rule knows; takes 50 kB
+ * of stack. */
 double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
-	const float *y, double up, double *scratch);
-/* Rows [first, end) of it: their part of gx, and the sum (not the mean) of S over them. `up` is
- * that of the mean over the whole image. Rows may be cut anywhere, each part with a scratch. weight
- * (h x w, or NULL for ones) multiplies the pixels' S in the sum, and so in the mean h w. */
+	const float *y, double up);
+/* Rows [first, end) of it: their part of gx, and the sum (not the mean) of 1 - S over them. `up` is
+ * that of the mean over the whole image. Rows may be cut anywhere: the same bytes of gx. weight
+ * (h x w, or NULL for ones) multiplies the pixels' 1 - S in the sum, and so in the mean h w. */
 double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
-	float *gx, const float *x, const float *y, const float *weight, double up, double *scratch);
+	float *gx, const float *x, const float *y, const float *weight, double up);
 
 #endif
