@@ -178,7 +178,8 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
 		ct_chain_word(c, e, "--scale=%d", p->scale) ||
-		ct_chain_word(c, e, "%s", p->paper ? "--paper" : "--lambda-tv=0.2") ||
+		ct_chain_word(c, e, "%s", p->paper ? "--paper" : "--rate=1") ||
+		(!p->paper && ct_chain_word(c, e, "--lambda-tv=0.2")) ||
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
 		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
 		return -1;
