@@ -89,6 +89,8 @@ grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 's
 
 exits 2 'wants the low resolution' ct-nabgs --voxels -b up.nii p.exr no.nii
 has err 'wants --lr' 'and says so'
+exits 2 'voxels are no PLY' ct-nabgs --voxels --lr l.nii --base b.nii p.exr no.ply
+has err 'NIfTI' 'and says so'
 exits 2 'no options of Gaussians' solve -g 100 p.exr no.nii
 has err 'options of Gaussians' 'in words'
 exits 2 'no weight without voxels' ct-nabgs --lambda-projections=1 -b up.nii p.exr no.ply

@@ -14,6 +14,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <time.h>
 
 struct params {
@@ -248,7 +249,14 @@ out:
 	return rc;
 }
 
-/* Options that are of the other method. */
+static bool ends(const char *name, const char *with)
+{
+	size_t n = strlen(name), m = strlen(with);
+
+	return n >= m && strcasecmp(name + n - m, with) == 0;
+}
+
+/* Options and names that are of the other method. */
 static int check_method(const struct params *p, struct ct_err *e)
 {
 	const struct params *d = &defaults;
@@ -262,6 +270,10 @@ static int check_method(const struct params *p, struct ct_err *e)
 
 	if (p->voxels && fit)
 		return ct_fail(e, CT_EUSAGE, "options of Gaussians given with --voxels");
+	if (p->voxels ? ends(p->out, ".ply") : ends(p->out, ".nii") || ends(p->out, ".nii.gz"))
+		return ct_fail(e, CT_EUSAGE, "%s: %s", p->out,
+			p->voxels ? "--voxels writes NIfTI, not PLY"
+				  : "Gaussians are written as PLY; voxels need --voxels");
 	if (p->voxels && !p->lr)
 		return ct_fail(e, CT_EUSAGE, "--voxels wants --lr");
 	return p->voxels || p->lambda == 0
