@@ -26,6 +26,7 @@ enum { L = CT_DAB_LANES, PANEL = 4, AHEAD = 16 };
 
 typedef float vf __attribute__((vector_size(4 * CT_DAB_LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * CT_DAB_LANES)));
+typedef uint32_t vu __attribute__((vector_size(4 * CT_DAB_LANES)));
 
 INLINE vf ramp(void)
 {
@@ -74,7 +75,8 @@ void ct_dab_close(struct ct_dab *d)
 	d->lean = (float)(s * sqrt((double)d->cut * kx / (ky * (ky + kx * s * s))));
 }
 
-/* e^p for |p| <= 80, relative error 2e-7. Adding 1.5 2^23 rounds p/ln 2 to n, whose low bits are
+/* e^p for |p| <= 80, relative error 2e-7; beyond, any number: lanes past the end of a row, which
+ * have e = 0 and are masked. Adding 1.5 2^23 rounds p/ln 2 to n, whose low bits are
  * then those of the sum; Taylor on |r| <= ln 2 / 2. */
 INLINE vf exp_of(vf p)
 {
@@ -88,7 +90,7 @@ INLINE vf exp_of(vf p)
 	y = y * r + 0.5f;
 	y = y * r + 1.0f;
 	y = y * r + 1.0f;
-	return (vf)((vi)y + ((vi)t << 23));
+	return (vf)((vu)y + ((vu)t << 23));
 }
 
 INLINE bool gentle(const struct ct_dab *d)
