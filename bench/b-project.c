@@ -6,10 +6,10 @@
 #include "config.h"
 #include "bench/bench.h"
 #include "formats/format.h"
-#include "kern/phantom.h"
-#include "kern/project-impl.h"
-#include "kern/scan.h"
-#include "kern/window.h"
+#include "xray/phantom.h"
+#include "xray/ray.h"
+#include "xray/scan.h"
+#include "xray/window.h"
 
 #include <math.h>
 

@@ -2,9 +2,9 @@
  * Joseph's method against sums done another way. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/phantom.h"
-#include "kern/project.h"
-#include "kern/scan.h"
+#include "xray/phantom.h"
+#include "xray/project.h"
+#include "xray/scan.h"
 #include "tap.h"
 
 #include <stdbool.h>

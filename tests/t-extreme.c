@@ -5,7 +5,7 @@
 #include "core/rng.h"
 #include "gs/splat.h"
 #include "gs/voxel.h"
-#include "kern/project.h"
+#include "xray/project.h"
 #include "tap.h"
 
 #include <stdbool.h>

@@ -4,9 +4,9 @@
 #include "core/rng.h"
 #include "kern/fdk.h"
 #include "kern/iterate.h"
-#include "kern/phantom.h"
-#include "kern/project.h"
-#include "kern/scan.h"
+#include "xray/phantom.h"
+#include "xray/project.h"
+#include "xray/scan.h"
 #include "tap.h"
 
 #include <stdbool.h>

@@ -4,7 +4,7 @@
 #include "core/rng.h"
 #include "gs/act.h"
 #include "gs/fit.h"
-#include "kern/project.h"
+#include "xray/project.h"
 #include "tap.h"
 
 #include <stdbool.h>

@@ -5,7 +5,7 @@
 #include "gs/fit.h"
 #include "gs/init.h"
 #include "gs/polish.h"
-#include "kern/project.h"
+#include "xray/project.h"
 #include "tap.h"
 
 #include <signal.h>

@@ -8,9 +8,9 @@ may() { # may FOLDER ALLOWED-REGEX
 	[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 }
 may src/core 'core'
-may src/kern 'core|kern'
-may src/net 'core|kern|net'
-may src/gs 'core|kern|gs'
+may src/kern 'core|kern|xray|recon|resolution|quality'
+may src/net 'core|kern|net|xray|recon|resolution|quality|diffusion|unet'
+may src/gs 'core|kern|gs|xray|recon|resolution|quality'
 may src/cli 'core|cli'
 may src/shim 'core|shim'
 may formats 'core|formats'

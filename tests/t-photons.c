@@ -1,6 +1,6 @@
 /* t-photons.c: counting noise against its distribution. */
 #include "config.h"
-#include "kern/photons.h"
+#include "xray/photons.h"
 #include "tap.h"
 
 #include <stdlib.h>

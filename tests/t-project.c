@@ -1,9 +1,9 @@
 /* t-project.c: scans, the Siddon projector and its adjoint, against sums done another way. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/phantom.h"
-#include "kern/project.h"
-#include "kern/scan.h"
+#include "xray/phantom.h"
+#include "xray/project.h"
+#include "xray/scan.h"
 #include "tap.h"
 
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 /* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
 #include "config.h"
-#include "kern/scan.h"
+#include "xray/scan.h"
 #include "kern/survey.h"
 #include "tap.h"
 

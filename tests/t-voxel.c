@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/voxel.h"
-#include "kern/project.h"
+#include "xray/project.h"
 #include "tap.h"
 
 #include <stdbool.h>

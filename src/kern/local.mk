@@ -1,12 +1,4 @@
 # Pure numerics.
-libct_a_SOURCES += src/kern/scan.c src/kern/scan.h
-libct_a_SOURCES += src/kern/window.c src/kern/window.h
-libct_a_SOURCES += src/kern/project.c src/kern/project.h src/kern/project-impl.h
-libct_a_SOURCES += src/kern/siddon.c src/kern/joseph.c
-libct_a_SOURCES += src/kern/columns.c src/kern/columns.h
-libct_a_SOURCES += src/kern/packet.c src/kern/packet.h
-libct_a_SOURCES += src/kern/photons.c src/kern/photons.h
-libct_a_SOURCES += src/kern/phantom.c src/kern/phantom-sets.c src/kern/phantom.h
 libct_a_SOURCES += src/kern/ssim.c src/kern/ssim-back.c src/kern/ssim.h
 libct_a_SOURCES += src/kern/lanes.h
 libct_a_SOURCES += src/kern/ssim-volume.c src/kern/ssim-volume-real.h src/kern/ssim-volume.h

@@ -5,7 +5,7 @@
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/npy.h"
-#include "kern/scan.h"
+#include "xray/scan.h"
 #include "tools/convert.h"
 #include "tools/scan-opts.h"
 

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/phantom.h"
-#include "kern/window.h"
+#include "xray/phantom.h"
+#include "xray/window.h"
 #include "tools/scan-opts.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/window.h"
+#include "xray/window.h"
 #include "core/mem.h"
 #include "tools/project-views.h"
 #include "tools/scan-opts.h"

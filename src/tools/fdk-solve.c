@@ -3,7 +3,7 @@
 #include "tools/fdk-solve.h"
 #include "core/mem.h"
 #include "kern/fdk.h"
-#include "kern/project.h"
+#include "xray/project.h"
 
 #include <math.h>
 #include <stdlib.h>

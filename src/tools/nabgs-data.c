@@ -3,8 +3,8 @@
 #include "tools/nabgs-data.h"
 #include "formats/format.h"
 #include "kern/consistency.h"
-#include "kern/project.h"
-#include "kern/window.h"
+#include "xray/project.h"
+#include "xray/window.h"
 #include "tools/scan-opts.h"
 
 #include <math.h>

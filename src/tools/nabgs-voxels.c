@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "kern/band.h"
 #include "kern/joint.h"
-#include "kern/project.h"
+#include "xray/project.h"
 #include "kern/refine.h"
 #include "tools/nabgs-state.h"
 #include "tools/scan-opts.h"

@@ -5,8 +5,8 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "kern/operator.h"
-#include "kern/photons.h"
-#include "kern/project.h"
+#include "xray/photons.h"
+#include "xray/project.h"
 
 struct project_job {
 	const char *name;	     /* of the volume, for messages */

@@ -4,7 +4,7 @@
 #include "cli/cli.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "kern/scan.h"
+#include "xray/scan.h"
 
 #include <math.h>
 

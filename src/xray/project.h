@@ -20,8 +20,8 @@
  * voxel at most sixteen away, so they are off by no more than some 2e-6 voxel; sums are in double.
  * The same bytes for any number of threads.
  */
-#ifndef CT_KERN_PROJECT_H
-#define CT_KERN_PROJECT_H
+#ifndef CT_XRAY_PROJECT_H
+#define CT_XRAY_PROJECT_H
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"

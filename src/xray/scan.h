@@ -13,8 +13,8 @@
  * of TIGRE (Biguri et al., Biomed. Phys. Eng. Express 2016) with its rows reversed. Lengths mm,
  * angles degrees; sines of whole quarter turns are exact. Pure; thread-safe.
  */
-#ifndef CT_KERN_SCAN_H
-#define CT_KERN_SCAN_H
+#ifndef CT_XRAY_SCAN_H
+#define CT_XRAY_SCAN_H
 #include "core/stack.h"
 #include "core/vol.h"
 

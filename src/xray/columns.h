@@ -4,9 +4,9 @@
  * It needs the volume with that axis fastest, padded with zeros, so it keeps a copy; for each
  * column of voxels it knows between which heights they are not zero, and skips the rest.
  */
-#ifndef CT_KERN_COLUMNS_H
-#define CT_KERN_COLUMNS_H
-#include "kern/project-impl.h"
+#ifndef CT_XRAY_COLUMNS_H
+#define CT_XRAY_COLUMNS_H
+#include "xray/ray.h"
 
 #include <stdint.h>
 

@@ -12,7 +12,7 @@
  * registers; voxels of different slabs differ, so the adjoint may write them in any order.
  */
 #include "config.h"
-#include "kern/project-impl.h"
+#include "xray/ray.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -1,8 +1,8 @@
-/* project-impl.h: what the parts of the projector share: rays in voxel units, one ray at a time
+/* ray.h: what the parts of the projector share: rays in voxel units, one ray at a time
  * (siddon.c, joseph.c), and many rays at once (columns.c). */
-#ifndef CT_KERN_PROJECT_IMPL_H
-#define CT_KERN_PROJECT_IMPL_H
-#include "kern/project.h"
+#ifndef CT_XRAY_RAY_H
+#define CT_XRAY_RAY_H
+#include "xray/project.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,7 +1,7 @@
 /* packet.c: see packet.h. */
 #include "config.h"
-#include "kern/packet.h"
-#include "kern/project-impl.h"
+#include "xray/packet.h"
+#include "xray/ray.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* window.c: see window.h. */
 #include "config.h"
-#include "kern/window.h"
+#include "xray/window.h"
 
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2])
 {

@@ -1,8 +1,8 @@
 /* phantom.c: see phantom.h. Every shape is a unit ball, cube or cylinder in coordinates of its own.
  */
 #include "config.h"
-#include "kern/phantom.h"
-#include "kern/scan.h"
+#include "xray/phantom.h"
+#include "xray/scan.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -1,9 +1,9 @@
 /* project.c: see project.h. What the ways to follow a ray have in common: the plan, which rays
  * there are and which of them meet what, and rays one at a time. */
 #include "config.h"
-#include "kern/project.h"
-#include "kern/columns.h"
-#include "kern/scan.h"
+#include "xray/project.h"
+#include "xray/columns.h"
+#include "xray/scan.h"
 
 #include <math.h>
 #include <string.h>

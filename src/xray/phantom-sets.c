@@ -1,7 +1,7 @@
 /* phantom-sets.c: which shapes make which phantom; see phantom.h. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/phantom.h"
+#include "xray/phantom.h"
 
 #include <math.h>
 

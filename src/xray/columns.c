@@ -1,9 +1,9 @@
 /* columns.c: see columns.h. */
 #include "config.h"
-#include "kern/columns.h"
+#include "xray/columns.h"
 #include "core/mem.h"
-#include "kern/packet.h"
-#include "kern/scan.h"
+#include "xray/packet.h"
+#include "xray/scan.h"
 
 #include <math.h>
 #include <stdlib.h>

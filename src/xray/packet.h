@@ -12,8 +12,8 @@
  *
  * The same arithmetic, operation by operation, in every instruction set. Pure; thread-safe.
  */
-#ifndef CT_KERN_PACKET_H
-#define CT_KERN_PACKET_H
+#ifndef CT_XRAY_PACKET_H
+#define CT_XRAY_PACKET_H
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

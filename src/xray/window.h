@@ -4,8 +4,8 @@
  *
  * LO < HI in HU. Computed in double, rounded once. dst may be src. Pure; thread-safe.
  */
-#ifndef CT_KERN_WINDOW_H
-#define CT_KERN_WINDOW_H
+#ifndef CT_XRAY_WINDOW_H
+#define CT_XRAY_WINDOW_H
 #include <stddef.h>
 
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2]);

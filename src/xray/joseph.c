@@ -9,7 +9,7 @@
  * and spread have the same weights to the last bit.
  */
 #include "config.h"
-#include "kern/project-impl.h"
+#include "xray/ray.h"
 
 #include <math.h>
 #include <stdint.h>

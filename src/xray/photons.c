@@ -1,6 +1,6 @@
 /* photons.c: see photons.h. */
 #include "config.h"
-#include "kern/photons.h"
+#include "xray/photons.h"
 #include "core/rng.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* scan.c: see scan.h. */
 #include "config.h"
-#include "kern/scan.h"
+#include "xray/scan.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -12,8 +12,8 @@
  *
  * Pure; thread-safe; a pixel's number depends on seed and index alone.
  */
-#ifndef CT_KERN_PHOTONS_H
-#define CT_KERN_PHOTONS_H
+#ifndef CT_XRAY_PHOTONS_H
+#define CT_XRAY_PHOTONS_H
 #include <stddef.h>
 #include <stdint.h>
 

@@ -7,8 +7,8 @@
  * [LO, HI] that is LO + f (HI - LO) HU, and clipping to the window changes nothing. Lengths
  * mm, world RAS+. Pure; thread-safe.
  */
-#ifndef CT_KERN_PHANTOM_H
-#define CT_KERN_PHANTOM_H
+#ifndef CT_XRAY_PHANTOM_H
+#define CT_XRAY_PHANTOM_H
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"

@@ -1,0 +1,8 @@
+libct_a_SOURCES += src/xray/scan.c src/xray/scan.h
+libct_a_SOURCES += src/xray/window.c src/xray/window.h
+libct_a_SOURCES += src/xray/project.c src/xray/project.h src/xray/ray.h
+libct_a_SOURCES += src/xray/siddon.c src/xray/joseph.c
+libct_a_SOURCES += src/xray/columns.c src/xray/columns.h
+libct_a_SOURCES += src/xray/packet.c src/xray/packet.h
+libct_a_SOURCES += src/xray/photons.c src/xray/photons.h
+libct_a_SOURCES += src/xray/phantom.c src/xray/phantom-sets.c src/xray/phantom.h
