@@ -3,7 +3,7 @@
 #include "config.h"
 #include "bench/bench.h"
 #include "core/rng.h"
-#include "kern/tv.h"
+#include "resolution/tv.h"
 
 #include <stdlib.h>
 #include <string.h>

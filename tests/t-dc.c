@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "kern/dc.h"
-#include "kern/factor.h"
+#include "resolution/consistency.h"
+#include "resolution/svd.h"
 #include "tap.h"
 
 #include <stdlib.h>

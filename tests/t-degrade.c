@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 #include "tap.h"
 
 #include <stdlib.h>

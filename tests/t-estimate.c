@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/par.h"
 #include "core/rng.h"
-#include "kern/degrade.h"
-#include "kern/estimate.h"
+#include "resolution/degrade.h"
+#include "resolution/blur.h"
 #include "tap.h"
 
 #include <math.h>

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "kern/htv.h"
-#include "kern/tv.h"
+#include "resolution/hessian-tv.h"
+#include "resolution/tv.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -34,7 +34,7 @@
 #include "gs/adam.h"
 #include "gs/density.h"
 #include "gs/loss.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 #include <stdbool.h>
 

@@ -19,7 +19,7 @@
 #define CT_GS_LOWRES_H
 #include "core/vol.h"
 #include "gs/voxel.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 struct ct_lowres {
 	size_t n[3], first[3]; /* the voxels that count, and where they begin */

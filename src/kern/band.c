@@ -2,7 +2,7 @@
 #include "config.h"
 #include "kern/band.h"
 #include "core/mem.h"
-#include "kern/taps.h"
+#include "resolution/separable.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -11,7 +11,7 @@
 #define CT_KERN_CONSISTENCY_H
 #include "core/env.h"
 #include "core/vol.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 /* Of D(test) - lr, in HU. */
 struct ct_consistency {

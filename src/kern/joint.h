@@ -34,9 +34,9 @@
  */
 #ifndef CT_KERN_JOINT_H
 #define CT_KERN_JOINT_H
-#include "kern/dc.h"
-#include "kern/taps.h"
-#include "kern/tv.h"
+#include "resolution/consistency.h"
+#include "resolution/separable.h"
+#include "resolution/tv.h"
 
 /* -1 stops the solver. */
 struct ct_rays {

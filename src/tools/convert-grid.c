@@ -1,9 +1,9 @@
 /* convert-grid.c: what ct-convert does to the grid. */
 #include "config.h"
 #include "formats/raw.h"
-#include "kern/degrade.h"
-#include "kern/reframe.h"
-#include "kern/resample.h"
+#include "resolution/degrade.h"
+#include "resolution/crop.h"
+#include "resolution/resample.h"
 #include "tools/convert.h"
 
 #include <math.h>

@@ -6,9 +6,9 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/voxel.h"
-#include "kern/degrade.h"
-#include "kern/resample.h"
-#include "kern/refine.h"
+#include "resolution/degrade.h"
+#include "resolution/resample.h"
+#include "resolution/upsample.h"
 #include "tools/scan-opts.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/any.h"
-#include "kern/estimate.h"
+#include "resolution/blur.h"
 #include "tools/report.h"
 
 #include <stdio.h>

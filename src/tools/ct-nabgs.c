@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/fit.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 #include "tools/nabgs-data.h"
 #include "tools/nabgs-state.h"
 #include "tools/nabgs-voxels.h"

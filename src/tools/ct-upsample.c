@@ -3,9 +3,9 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "kern/estimate.h"
-#include "kern/refine.h"
-#include "kern/reframe.h"
+#include "resolution/blur.h"
+#include "resolution/upsample.h"
+#include "resolution/crop.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 #include <stdbool.h>
 

@@ -6,7 +6,7 @@
 #include "kern/band.h"
 #include "kern/joint.h"
 #include "xray/project.h"
-#include "kern/refine.h"
+#include "resolution/upsample.h"
 #include "tools/nabgs-state.h"
 #include "tools/scan-opts.h"
 

@@ -3,7 +3,7 @@
 #define CT_TOOLS_REPORT_H
 #include "core/err.h"
 #include "formats/any.h"
-#include "kern/estimate.h"
+#include "resolution/blur.h"
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -17,10 +17,10 @@
  * are read and written once each, 32 bytes a voxel. Memory: three volumes beside x, and what dc
  * holds. Planes are cut into slabs by their number, not by threads: the same bytes for any.
  */
-#ifndef CT_KERN_TV_H
-#define CT_KERN_TV_H
+#ifndef CT_RESOLUTION_TV_H
+#define CT_RESOLUTION_TV_H
 #include "core/env.h"
-#include "kern/dc.h"
+#include "resolution/consistency.h"
 
 struct ct_tv_rule {
 	double weight[3];  /* w_a of each axis, in (0, 1] */

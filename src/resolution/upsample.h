@@ -1,4 +1,4 @@
-/* refine.h: a volume on a finer grid over the same field, by interpolation or by inverting the
+/* upsample.h: a volume on a finer grid over the same field, by interpolation or by inverting the
  * operator D (degrade.h) that made it.
  *
  *   LINEAR .. LANCZOS   interpolation at the cell centres (resample.h)
@@ -13,11 +13,11 @@
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
-#ifndef CT_KERN_REFINE_H
-#define CT_KERN_REFINE_H
+#ifndef CT_RESOLUTION_UPSAMPLE_H
+#define CT_RESOLUTION_UPSAMPLE_H
 #include "core/env.h"
 #include "core/vol.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 
 #define CT_REFINE_ALIAS 0.2
 

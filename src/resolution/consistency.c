@@ -1,8 +1,8 @@
-/* dc.c: see dc.h. */
+/* consistency.c: see consistency.h. */
 #include "config.h"
-#include "kern/dc.h"
+#include "resolution/consistency.h"
 #include "core/mem.h"
-#include "kern/factor.h"
+#include "resolution/svd.h"
 
 #include <math.h>
 #include <stdlib.h>

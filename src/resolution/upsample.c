@@ -1,11 +1,11 @@
-/* refine.c: see refine.h. */
+/* upsample.c: see upsample.h. */
 #include "config.h"
-#include "kern/refine.h"
+#include "resolution/upsample.h"
 #include "core/mem.h"
-#include "kern/dc.h"
-#include "kern/htv.h"
-#include "kern/resample.h"
-#include "kern/tv.h"
+#include "resolution/consistency.h"
+#include "resolution/hessian-tv.h"
+#include "resolution/resample.h"
+#include "resolution/tv.h"
 
 #include <math.h>
 #include <stdlib.h>

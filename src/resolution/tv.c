@@ -8,7 +8,7 @@
  */
 #include "config.h"
 #pragma GCC optimize("O3", "no-trapping-math") /* else square roots stay scalar */
-#include "kern/tv.h"
+#include "resolution/tv.h"
 #include "core/mem.h"
 
 #include <math.h>

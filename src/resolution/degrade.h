@@ -22,10 +22,10 @@
  *
  * An axis with s = 1 is not touched unless its sigma is positive.
  */
-#ifndef CT_KERN_DEGRADE_H
-#define CT_KERN_DEGRADE_H
+#ifndef CT_RESOLUTION_DEGRADE_H
+#define CT_RESOLUTION_DEGRADE_H
 #include "core/meta.h"
-#include "kern/taps.h"
+#include "resolution/separable.h"
 
 #include <stdint.h>
 

@@ -1,4 +1,4 @@
-/* dc.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to y.
+/* consistency.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to y.
  *
  * With the singular value decomposition D = U^T G V of each axis (factor.h), V the three-axis
  * product of the V's, and c = V x the coefficients of x in the row space of D:
@@ -14,10 +14,10 @@
  * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
  * D+ in double once at the end (ct_dc_pinv_plan).
  */
-#ifndef CT_KERN_DC_H
-#define CT_KERN_DC_H
-#include "kern/basis.h"
-#include "kern/degrade.h"
+#ifndef CT_RESOLUTION_CONSISTENCY_H
+#define CT_RESOLUTION_CONSISTENCY_H
+#include "resolution/cosine.h"
+#include "resolution/degrade.h"
 
 struct ct_dc {
 	size_t n[3], m[3];

@@ -1,6 +1,6 @@
-/* reframe.h: the same voxels in another frame: cut, padded, or with other axes. No value changes. */
-#ifndef CT_KERN_REFRAME_H
-#define CT_KERN_REFRAME_H
+/* crop.h: the same voxels in another frame: cut, padded, or with other axes. No value changes. */
+#ifndef CT_RESOLUTION_CROP_H
+#define CT_RESOLUTION_CROP_H
 #include <stddef.h>
 
 /* Centre of mass, in voxel indices, of the voxels above a value, all of weight one; the centre of

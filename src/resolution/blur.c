@@ -1,6 +1,6 @@
-/* estimate.c: see estimate.h. */
+/* blur.c: see blur.h. */
 #include "config.h"
-#include "kern/estimate.h"
+#include "resolution/blur.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* resample.c: see resample.h. */
 #include "config.h"
-#include "kern/resample.h"
-#include "kern/degrade.h"
+#include "resolution/resample.h"
+#include "resolution/degrade.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
-/* basis.c: see basis.h. */
+/* cosine.c: see cosine.h. */
 #include "config.h"
 #pragma GCC optimize("O3")
-#include "kern/basis.h"
+#include "resolution/cosine.h"
 #include "core/mem.h"
 
 #include <stdlib.h>

@@ -1,9 +1,9 @@
-/* htv.c: see htv.h. Two passes over rows an iteration: the dual ascends along H of the extrapolated
+/* hessian-tv.c: see hessian-tv.h. Two passes over rows an iteration: the dual ascends along H of the extrapolated
  * volume, then the volume descends along its adjoint. */
 #include "config.h"
 #pragma GCC optimize("O3", "no-trapping-math") /* else square roots stay scalar */
 #include "core/mem.h"
-#include "kern/htv.h"
+#include "resolution/hessian-tv.h"
 
 #include <math.h>
 #include <stdlib.h>

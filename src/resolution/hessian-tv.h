@@ -1,4 +1,4 @@
-/* htv.h: the volume of least second-order variation among those that agree with the data.
+/* hessian-tv.h: the volume of least second-order variation among those that agree with the data.
  *
  *   min_x sum over voxels of |H x|_F   subject to  |D x - y| <= noise sqrt(M)     (dc.h)
  *
@@ -11,9 +11,9 @@
  * Primal-dual as tv.h. Memory: seven volumes beside x, and what dc holds. The same bytes for any
  * number of threads.
  */
-#ifndef CT_KERN_HTV_H
-#define CT_KERN_HTV_H
-#include "kern/tv.h"
+#ifndef CT_RESOLUTION_HESSIAN_TV_H
+#define CT_RESOLUTION_HESSIAN_TV_H
+#include "resolution/tv.h"
 
 /* As ct_tv, whose weights, stopping rule and report it shares. */
 int ct_htv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,

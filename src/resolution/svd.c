@@ -1,6 +1,6 @@
-/* factor.c: see factor.h. All in double; sums in a fixed order. */
+/* svd.c: see svd.h. All in double; sums in a fixed order. */
 #include "config.h"
-#include "kern/factor.h"
+#include "resolution/svd.h"
 #include "core/mem.h"
 
 #include <math.h>

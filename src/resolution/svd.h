@@ -1,4 +1,4 @@
-/* factor.h: singular value decomposition of an operator along one axis, and its pseudo-inverse.
+/* svd.h: singular value decomposition of an operator along one axis, and its pseudo-inverse.
  *
  * A table A (taps.h) of m rows and n columns is written
  *
@@ -14,9 +14,9 @@
  * measured: g = 0 there and in A+, and the row of V is zero. So A+ amplifies no noise more than
  * that, A+ A A+ = A+ always, and A A+ A = A if none is lost.
  */
-#ifndef CT_KERN_FACTOR_H
-#define CT_KERN_FACTOR_H
-#include "kern/taps.h"
+#ifndef CT_RESOLUTION_SVD_H
+#define CT_RESOLUTION_SVD_H
+#include "resolution/separable.h"
 
 #define CT_FACTOR_LIMIT 100.0
 

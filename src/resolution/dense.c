@@ -1,7 +1,7 @@
 /* dense.c: see dense.h. Blocks of sums are held in registers: 4 rows of 32, or 8 of 16. */
 #include "config.h"
 #pragma GCC optimize("O3", "fp-contract=fast")
-#include "kern/dense.h"
+#include "resolution/dense.h"
 
 #include <string.h>
 

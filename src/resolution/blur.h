@@ -1,4 +1,4 @@
-/* estimate.h: how a CT was sampled, measured from the CT itself.
+/* blur.h: how a CT was sampled, measured from the CT itself.
  *
  * Who refines a volume must know how it was blurred, and a clinical scan has no header that says
  * so. Sharpness is measured on edges of the anatomy, as Sanders, Hurwitz and Samei do (Med Phys 43,
@@ -52,8 +52,8 @@
  * 25 to 90 times for the skull phantom. White noise of 20 HU added to it
  * was then found as 24 to 27, of 60 HU as 67 to 69.
  */
-#ifndef CT_KERN_ESTIMATE_H
-#define CT_KERN_ESTIMATE_H
+#ifndef CT_RESOLUTION_BLUR_H
+#define CT_RESOLUTION_BLUR_H
 #include "core/vol.h"
 #include "core/par.h"
 

@@ -1,6 +1,6 @@
-/* reframe.c: see reframe.h. */
+/* crop.c: see crop.h. */
 #include "config.h"
-#include "kern/reframe.h"
+#include "resolution/crop.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* taps.h: sparse linear maps along one axis of a volume, and three of them as one operator.
+/* separable.h: sparse linear maps along one axis of a volume, and three of them as one operator.
  *
  * A table has one row an output sample: `taps` weights that apply to consecutive inputs from
  * first[m]. Interpolation, filters, decimation, their products and their adjoints are all
@@ -7,8 +7,8 @@
  * Volumes are float, i fastest; weights and sums are double. Everything but the functions that
  * say they allocate is pure; the result does not depend on the number of threads.
  */
-#ifndef CT_KERN_TAPS_H
-#define CT_KERN_TAPS_H
+#ifndef CT_RESOLUTION_SEPARABLE_H
+#define CT_RESOLUTION_SEPARABLE_H
 #include "core/err.h"
 #include "core/par.h"
 

@@ -4,9 +4,9 @@
  * the coarse one, and both cover the same field (ct_affine_rescale). Beyond the border the last
  * sample counts on, but the spline is continued by reflection about the face of that sample.
  */
-#ifndef CT_KERN_RESAMPLE_H
-#define CT_KERN_RESAMPLE_H
-#include "kern/taps.h"
+#ifndef CT_RESOLUTION_RESAMPLE_H
+#define CT_RESOLUTION_RESAMPLE_H
+#include "resolution/separable.h"
 
 enum ct_interp {
 	CT_LINEAR,

@@ -1,14 +1,14 @@
-/* basis.h: products with a basis of even and odd functions, at half the cost of a dense product.
+/* cosine.h: products with a basis of even and odd functions, at half the cost of a dense product.
  *
  * The rows of V (m,n), n samples long, are alternately symmetric and antisymmetric about the middle,
  * as cosines are: V[k][n-1-j] = (-1)^k V[k][j]. So V x needs only the sums and the differences of
  * the two halves of x. Coefficients are kept in the order 0, 2, 4 ... 1, 3, 5 ..., in a row the odd
  * ones from a multiple of CT_DENSE_WIDTH on, with zeros between. Float; thread-safe.
  */
-#ifndef CT_KERN_BASIS_H
-#define CT_KERN_BASIS_H
+#ifndef CT_RESOLUTION_COSINE_H
+#define CT_RESOLUTION_COSINE_H
 #include "core/err.h"
-#include "kern/dense.h"
+#include "resolution/dense.h"
 
 struct ct_basis {
 	size_t n, m, half;   /* half: (n+1)/2 */

@@ -5,8 +5,8 @@
  * element is summed in order of k, with fused multiplies where AVX-512 has them. Pure; c must not
  * overlap a or b.
  */
-#ifndef CT_KERN_DENSE_H
-#define CT_KERN_DENSE_H
+#ifndef CT_RESOLUTION_DENSE_H
+#define CT_RESOLUTION_DENSE_H
 #include <stddef.h>
 
 #define CT_DENSE_WIDTH 16

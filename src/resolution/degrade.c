@@ -1,6 +1,6 @@
 /* degrade.c: see degrade.h. */
 #include "config.h"
-#include "kern/degrade.h"
+#include "resolution/degrade.h"
 #include "core/rng.h"
 #include "core/vol.h"
 

@@ -1,11 +1,11 @@
-/* taps.c: see taps.h.
+/* separable.c: see separable.h.
  *
  * A task takes WIDTH neighbouring lines: it copies them into a tile [n_in][WIDTH] of doubles, so
  * that the strides of the three axes, which are powers of two more often than not, are walked
  * once, and then works on contiguous memory only.
  */
 #include "config.h"
-#include "kern/taps.h"
+#include "resolution/separable.h"
 #include "core/mem.h"
 
 #include <stdlib.h>
