@@ -2,8 +2,8 @@
  * against the densities that closed-form projections stand for. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/fdk.h"
-#include "kern/iterate.h"
+#include "recon/fdk.h"
+#include "recon/iterative.h"
 #include "xray/phantom.h"
 #include "xray/project.h"
 #include "xray/scan.h"

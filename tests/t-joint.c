@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "kern/band.h"
-#include "kern/joint.h"
+#include "recon/band.h"
+#include "recon/joint.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -5,7 +5,7 @@
 #include "core/rng.h"
 #include "gs/act.h"
 #include "gs/stream.h"
-#include "kern/fdk.h"
+#include "recon/fdk.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "tools/fdk-solve.h"
 #include "core/mem.h"
-#include "kern/fdk.h"
+#include "recon/fdk.h"
 #include "xray/project.h"
 
 #include <math.h>

@@ -4,8 +4,8 @@
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "kern/filter.h"
-#include "kern/iterate.h"
+#include "recon/ramp.h"
+#include "recon/iterative.h"
 
 struct ct_fdk_how {
 	bool iterate;

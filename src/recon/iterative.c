@@ -1,6 +1,6 @@
-/* iterate.c: see iterate.h. */
+/* iterative.c: see iterative.h. */
 #include "config.h"
-#include "kern/iterate.h"
+#include "recon/iterative.h"
 #include "core/mem.h"
 
 #include <math.h>

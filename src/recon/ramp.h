@@ -1,4 +1,4 @@
-/* filter.h: the ramp filter of filtered back-projection, along detector rows.
+/* ramp.h: the ramp filter of filtered back-projection, along detector rows.
  *
  * The ramp |f| band-limited to half a cycle a sample has the samples (Kak and Slaney, Principles of
  * Computerized Tomographic Imaging, 1988, eq. 3.61), for unit pitch,
@@ -17,8 +17,8 @@
  * leaves its output in the bit-reversed order in which the response is stored: no reordering, no
  * special real transform. Doubles inside.
  */
-#ifndef CT_KERN_FILTER_H
-#define CT_KERN_FILTER_H
+#ifndef CT_RECON_RAMP_H
+#define CT_RECON_RAMP_H
 #include "core/err.h"
 
 #include <stddef.h>

@@ -6,12 +6,12 @@
  * weight: orbit.h; h: the windowed ramp of filter.h; back-projection: backproject.h. Views are
  * taken in blocks, so memory is the volume and the stack that are there and about 32 MiB.
  */
-#ifndef CT_KERN_FDK_H
-#define CT_KERN_FDK_H
+#ifndef CT_RECON_FDK_H
+#define CT_RECON_FDK_H
 #include "core/par.h"
-#include "kern/backproject.h"
-#include "kern/filter.h"
-#include "kern/orbit.h"
+#include "recon/backproject.h"
+#include "recon/ramp.h"
+#include "recon/fdk-weights.h"
 
 struct ct_fdk {
 	const struct ct_stack *scan; /* borrowed */

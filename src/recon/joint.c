@@ -1,6 +1,6 @@
 /* joint.c: see joint.h. */
 #include "config.h"
-#include "kern/joint.h"
+#include "recon/joint.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* band.c: see band.h. */
 #include "config.h"
-#include "kern/band.h"
+#include "recon/band.h"
 #include "core/mem.h"
 #include "resolution/separable.h"
 

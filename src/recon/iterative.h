@@ -1,4 +1,4 @@
-/* iterate.h: reconstruction by iteration, for any linear operator A that is given with its adjoint.
+/* iterative.h: reconstruction by iteration, for any linear operator A that is given with its adjoint.
  *
  *   CT_SIRT  x <- x + C A' R (b - A x); R, C the inverses of A's row and column sums (Gregor and
  *            Benson, IEEE Trans. Med. Imaging 27, 2008): weighted least squares, slow and tame
@@ -12,8 +12,8 @@
  * A must have no negative elements for SIRT and TV. x is float, [n]; sums are double and taken in
  * index order of fixed pieces: the same bytes for any number of threads.
  */
-#ifndef CT_KERN_ITERATE_H
-#define CT_KERN_ITERATE_H
+#ifndef CT_RECON_ITERATIVE_H
+#define CT_RECON_ITERATIVE_H
 #include "core/env.h"
 
 #include <stdbool.h>

@@ -7,8 +7,8 @@
  * mirrored at their edges. What is left is zero, within a few per cent, where both frequencies are
  * low.
  */
-#ifndef CT_KERN_BAND_H
-#define CT_KERN_BAND_H
+#ifndef CT_RECON_BAND_H
+#define CT_RECON_BAND_H
 #include "core/err.h"
 #include "core/par.h"
 

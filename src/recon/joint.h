@@ -32,8 +32,8 @@
  * Sums are double and in index order of fixed pieces: the same bytes for any number of threads, and
  * for a run that was stopped and continued from x, ahead, dual and `at`.
  */
-#ifndef CT_KERN_JOINT_H
-#define CT_KERN_JOINT_H
+#ifndef CT_RECON_JOINT_H
+#define CT_RECON_JOINT_H
 #include "resolution/consistency.h"
 #include "resolution/separable.h"
 #include "resolution/tv.h"

@@ -1,6 +1,6 @@
-/* orbit.c: see orbit.h. */
+/* fdk-weights.c: see fdk-weights.h. */
 #include "config.h"
-#include "kern/orbit.h"
+#include "recon/fdk-weights.h"
 #include "core/mem.h"
 
 #include <math.h>

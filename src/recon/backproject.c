@@ -1,6 +1,6 @@
 /* backproject.c: see backproject.h. */
 #include "config.h"
-#include "kern/backproject.h"
+#include "recon/backproject.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* orbit.h: is a scan one that filtered back-projection can invert, and how much each ray counts.
+/* fdk-weights.h: is a scan one that filtered back-projection can invert, and how much each ray counts.
  *
  * Everything comes from the vectors of the views. A cone or fan needs its sources on a circle, a
  * parallel beam its rays at right angles to one axis; the detector stands upright: rows (v) along
@@ -18,8 +18,8 @@
  *   detector offset  Wang, Med. Phys. 29, 2002: over a full turn, where the two sides of the
  *                    central ray overlap, a sine from 0 at the near edge to 1
  */
-#ifndef CT_KERN_ORBIT_H
-#define CT_KERN_ORBIT_H
+#ifndef CT_RECON_FDK_WEIGHTS_H
+#define CT_RECON_FDK_WEIGHTS_H
 #include "core/stack.h"
 #include "core/vol.h"
 

@@ -18,8 +18,8 @@
  * Voxel positions are in double; blends and sums of the views of one call in float. The same bytes
  * for any number of threads.
  */
-#ifndef CT_KERN_BACKPROJECT_H
-#define CT_KERN_BACKPROJECT_H
+#ifndef CT_RECON_BACKPROJECT_H
+#define CT_RECON_BACKPROJECT_H
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"

@@ -1,6 +1,6 @@
-/* filter.c: see filter.h. */
+/* ramp.c: see ramp.h. */
 #include "config.h"
-#include "kern/filter.h"
+#include "recon/ramp.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* fdk.c: see fdk.h. */
 #include "config.h"
-#include "kern/fdk.h"
+#include "recon/fdk.h"
 #include "core/mem.h"
 
 #include <math.h>
