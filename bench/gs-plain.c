@@ -1,7 +1,7 @@
 /* gs-plain.c: see gs-plain.h. */
 #include "config.h"
 #include "bench/gs-plain.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 
 #include <math.h>
 #include <stdio.h>

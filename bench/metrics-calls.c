@@ -3,7 +3,7 @@
  * b-metrics.sh. */
 #include "config.h"
 #include "bench.h"
-#include "kern/difference.h"
+#include "quality/difference.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* The certificate: residuals that are known, order statistics, and grids that do not fit. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/consistency.h"
+#include "quality/certificate.h"
 #include "tap.h"
 
 #include <stdlib.h>

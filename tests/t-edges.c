@@ -1,7 +1,7 @@
 /* Sharpness: edges of known blur, in any direction, and what is no edge. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/edges.h"
+#include "quality/edges.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Metrics against closed forms, and the rules about slices, masks and threads. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/metrics.h"
+#include "quality/metrics.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SSIM against its definition written out, and its gradient against finite differences. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 #include "tap.h"
 
 #include <stdbool.h>

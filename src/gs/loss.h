@@ -15,7 +15,7 @@
 #define CT_GS_LOSS_H
 #include "core/err.h"
 #include "core/par.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 
 #include <stddef.h>
 

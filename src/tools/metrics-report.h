@@ -1,9 +1,9 @@
 /* metrics-report.h: the figures of ct-metrics: in what order, under what names, and how written. */
 #ifndef CT_TOOLS_METRICS_REPORT_H
 #define CT_TOOLS_METRICS_REPORT_H
-#include "kern/consistency.h"
-#include "kern/edges.h"
-#include "kern/metrics.h"
+#include "quality/certificate.h"
+#include "quality/edges.h"
+#include "quality/metrics.h"
 
 #include <stdbool.h>
 

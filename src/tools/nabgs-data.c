@@ -2,7 +2,7 @@
 #include "config.h"
 #include "tools/nabgs-data.h"
 #include "formats/format.h"
-#include "kern/consistency.h"
+#include "quality/certificate.h"
 #include "xray/project.h"
 #include "xray/window.h"
 #include "tools/scan-opts.h"

@@ -1,8 +1,8 @@
 /* metrics.c: see metrics.h. */
 #include "config.h"
-#include "kern/metrics.h"
+#include "quality/metrics.h"
 #include "core/mem.h"
-#include "kern/difference.h"
+#include "quality/difference.h"
 
 #include <math.h>
 #include <stdlib.h>

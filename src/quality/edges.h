@@ -23,8 +23,8 @@
  * test rather than scanners. Meant for voxels of about equal sides; a "voxel" is the mean of the
  * three.
  */
-#ifndef CT_KERN_EDGES_H
-#define CT_KERN_EDGES_H
+#ifndef CT_QUALITY_EDGES_H
+#define CT_QUALITY_EDGES_H
 #include "core/env.h"
 #include "core/vol.h"
 

@@ -17,9 +17,9 @@
  * was compared. Larger values are computed in double.
  */
 #include "config.h"
-#include "kern/ssim-volume.h"
+#include "quality/ssim-volume.h"
 #include "core/mem.h"
-#include "kern/lanes.h"
+#include "quality/lanes.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -56,13 +56,13 @@ struct place {
 
 #define REAL float
 #define NAME(x) float_##x
-#include "kern/ssim-volume-real.h"
+#include "quality/ssim-volume-real.h"
 #undef REAL
 #undef NAME
 
 #define REAL double
 #define NAME(x) double_##x
-#include "kern/ssim-volume-real.h"
+#include "quality/ssim-volume-real.h"
 #undef REAL
 #undef NAME
 

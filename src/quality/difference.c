@@ -4,9 +4,9 @@
  * 1 a voxel, and zeros behind its end, so that the sums run over whole vectors.
  */
 #include "config.h"
-#include "kern/difference.h"
+#include "quality/difference.h"
 #include "core/mem.h"
-#include "kern/lanes.h"
+#include "quality/lanes.h"
 
 #include <math.h>
 #include <stdlib.h>

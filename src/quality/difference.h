@@ -1,8 +1,8 @@
 /* difference.h: sums over the voxels of two volumes, of the whole and of every slice. */
-#ifndef CT_KERN_DIFFERENCE_H
-#define CT_KERN_DIFFERENCE_H
+#ifndef CT_QUALITY_DIFFERENCE_H
+#define CT_QUALITY_DIFFERENCE_H
 #include "core/env.h"
-#include "kern/ssim-volume.h"
+#include "quality/ssim-volume.h"
 
 #include <stdbool.h>
 

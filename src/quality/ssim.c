@@ -5,7 +5,7 @@
  * in cache. The gradient is in ssim-back.c.
  */
 #include "config.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 
 #include <math.h>
 #include <stdbool.h>

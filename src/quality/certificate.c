@@ -1,6 +1,6 @@
-/* consistency.c: see consistency.h. */
+/* certificate.c: see certificate.h. */
 #include "config.h"
-#include "kern/consistency.h"
+#include "quality/certificate.h"
 #include "core/mem.h"
 
 #include <math.h>

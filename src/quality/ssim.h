@@ -23,8 +23,8 @@
  * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe with one
  * scratch a thread.
  */
-#ifndef CT_KERN_SSIM_H
-#define CT_KERN_SSIM_H
+#ifndef CT_QUALITY_SSIM_H
+#define CT_QUALITY_SSIM_H
 #include <stddef.h>
 
 enum ct_ssim_kind {

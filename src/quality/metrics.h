@@ -10,11 +10,11 @@
  * the third axis it says how far the step from slice to slice is from the true one: noise that
  * is drawn anew for every slice raises it, a smooth error hardly does.
  */
-#ifndef CT_KERN_METRICS_H
-#define CT_KERN_METRICS_H
+#ifndef CT_QUALITY_METRICS_H
+#define CT_QUALITY_METRICS_H
 #include "core/env.h"
 #include "core/vol.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 
 #include <stdbool.h>
 

@@ -1,4 +1,4 @@
-/* ssim-back.c: the gradient of SSIM; see ssim.h.
+/* ssim-gradient.c: the gradient of SSIM; see ssim.h.
  *
  * In float, of the sum s = x + y and the difference d = x - y: with S, D their means and V, E their
  * variances under the window
@@ -15,8 +15,8 @@
  * slopes: the filter is symmetric and zero outside, hence its own adjoint. All of it stays in the
  * first cache. */
 #include "config.h"
-#include "kern/lanes.h"
-#include "kern/ssim.h"
+#include "quality/lanes.h"
+#include "quality/ssim.h"
 
 #include <math.h>
 #include <stdbool.h>

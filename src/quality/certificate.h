@@ -1,4 +1,4 @@
-/* consistency.h: a certificate without a truth: does a fine volume explain the coarse one that it
+/* certificate.h: a certificate without a truth: does a fine volume explain the coarse one that it
  * was made of?
  *
  * The fine volume is degraded by the operator D of degrade.h that the coarse one's header names,
@@ -7,8 +7,8 @@
  * is true. If the coarse volume was clipped or rounded, or noise added, the residual of the truth
  * itself is as large as that.
  */
-#ifndef CT_KERN_CONSISTENCY_H
-#define CT_KERN_CONSISTENCY_H
+#ifndef CT_QUALITY_CERTIFICATE_H
+#define CT_QUALITY_CERTIFICATE_H
 #include "core/env.h"
 #include "core/vol.h"
 #include "resolution/degrade.h"

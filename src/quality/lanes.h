@@ -4,8 +4,8 @@
  * A clone only widens the instructions: contraction is off and lanes are added up in a fixed order,
  * so every machine gives the same bits.
  */
-#ifndef CT_KERN_LANES_H
-#define CT_KERN_LANES_H
+#ifndef CT_QUALITY_LANES_H
+#define CT_QUALITY_LANES_H
 #include <stddef.h>
 #include <stdint.h>
 

@@ -6,10 +6,10 @@
  * A worker keeps a block of 8 slices by 16 rows by 128 columns of the local moments, which stays
  * in its cache: about 0.5 MiB, whatever the volumes' size.
  */
-#ifndef CT_KERN_SSIM_VOLUME_H
-#define CT_KERN_SSIM_VOLUME_H
+#ifndef CT_QUALITY_SSIM_VOLUME_H
+#define CT_QUALITY_SSIM_VOLUME_H
 #include "core/env.h"
-#include "kern/ssim.h"
+#include "quality/ssim.h"
 
 /* What is compared: (clip(v, lo, hi) - zero) scale. */
 struct ct_ssim_map {

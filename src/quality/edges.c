@@ -1,6 +1,6 @@
 /* edges.c: see edges.h. */
 #include "config.h"
-#include "kern/edges.h"
+#include "quality/edges.h"
 #include "core/mem.h"
 
 #include <math.h>
