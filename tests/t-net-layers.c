@@ -3,10 +3,10 @@
 #include "config.h"
 #include "core/rng.h"
 #include "net/adam.h"
-#include "net/attention.h"
-#include "net/dnn.h"
-#include "net/layers.h"
-#include "net/simd.h"
+#include "unet/attention.h"
+#include "unet/dnn.h"
+#include "unet/layers.h"
+#include "unet/simd.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
-#include "net/unet.h"
+#include "unet/unet.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #pragma GCC optimize("O3")
 #include "config.h"
 #include "net/adam.h"
-#include "net/simd.h"
+#include "unet/simd.h"
 
 #include <math.h>
 

@@ -3,7 +3,7 @@
 #define CT_NET_PRIOR_H
 #include "core/tensors.h"
 #include "net/superres.h"
-#include "net/unet.h"
+#include "unet/unet.h"
 
 /* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */
 #define CT_PRIOR_MAP "2 x / max - 1; max: of the stack, or of the picture's type"

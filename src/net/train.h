@@ -11,7 +11,7 @@
 #include "core/env.h"
 #include "net/adam.h"
 #include "net/patches.h"
-#include "net/unet.h"
+#include "unet/unet.h"
 
 enum { CT_TRAIN_GROUPS = 8 };
 

@@ -2,8 +2,8 @@
  *
  * Take and give back in the order of the work; first fit; `top` is then the size to allocate.
  */
-#ifndef CT_NET_ARENA_H
-#define CT_NET_ARENA_H
+#ifndef CT_UNET_ARENA_H
+#define CT_UNET_ARENA_H
 #include "core/err.h"
 
 #include <stddef.h>

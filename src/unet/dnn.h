@@ -10,8 +10,8 @@
  * ct_conv belongs to one thread at a time; ct_conv_alloc and ct_dnn_refresh of one ct_dnn are not
  * to be called at the same time.
  */
-#ifndef CT_NET_DNN_H
-#define CT_NET_DNN_H
+#ifndef CT_UNET_DNN_H
+#define CT_UNET_DNN_H
 #include "core/err.h"
 #include "core/par.h"
 

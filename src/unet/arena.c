@@ -1,6 +1,6 @@
 /* arena.c: see arena.h. */
 #include "config.h"
-#include "net/arena.h"
+#include "unet/arena.h"
 #include "core/mem.h"
 
 #include <stdlib.h>

@@ -5,8 +5,8 @@
  * all q, all k, all v. With W[t][s] = softmax_s(q_t . k_s / sqrt(width)), out_t = sum_s W v_s. Rows
  * are taken CT_ATTN_BLOCK at a time, so memory grows with the number of pixels, not its square.
  */
-#ifndef CT_NET_ATTENTION_H
-#define CT_NET_ATTENTION_H
+#ifndef CT_UNET_ATTENTION_H
+#define CT_UNET_ATTENTION_H
 #include "core/err.h"
 
 #include <stdbool.h>

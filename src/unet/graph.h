@@ -4,9 +4,9 @@
  * ones. Parameters are in the order of guided diffusion's state dictionary, so offset[] is also
  * the order of a flat vector of weights, gradients or moments.
  */
-#ifndef CT_NET_GRAPH_H
-#define CT_NET_GRAPH_H
-#include "net/arch.h"
+#ifndef CT_UNET_GRAPH_H
+#define CT_UNET_GRAPH_H
+#include "unet/arch.h"
 
 #define CT_NONE ((size_t)-1)
 

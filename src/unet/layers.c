@@ -1,8 +1,8 @@
 /* layers.c: see layers.h. */
 #pragma GCC optimize("O3") /* gcc 12 vectorises little at -O2 */
 #include "config.h"
-#include "net/layers.h"
-#include "net/simd.h"
+#include "unet/layers.h"
+#include "unet/simd.h"
 
 #include <math.h>
 #include <string.h>

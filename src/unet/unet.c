@@ -1,6 +1,6 @@
 /* unet.c: the weights of the network, by name and flat; see unet.h. */
 #include "config.h"
-#include "net/unet.h"
+#include "unet/unet.h"
 #include "core/mem.h"
 #include "core/rng.h"
 

@@ -1,7 +1,7 @@
 /* dnn.c: see dnn.h. Version 3 of oneDNN made memory descriptors opaque and dropped operation
  * descriptors; the few functions on top hide the difference. */
 #include "config.h"
-#include "net/dnn.h"
+#include "unet/dnn.h"
 #include "core/mem.h"
 
 #include <dnnl.h>

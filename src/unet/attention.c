@@ -1,9 +1,9 @@
 /* attention.c: see attention.h. */
 #pragma GCC optimize("O3")
 #include "config.h"
-#include "net/attention.h"
-#include "net/dnn.h"
-#include "net/simd.h"
+#include "unet/attention.h"
+#include "unet/dnn.h"
+#include "unet/simd.h"
 
 #include <math.h>
 #include <string.h>

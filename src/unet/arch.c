@@ -1,6 +1,6 @@
 /* arch.c: see arch.h. */
 #include "config.h"
-#include "net/arch.h"
+#include "unet/arch.h"
 
 #include <math.h>
 #include <stdio.h>

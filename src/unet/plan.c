@@ -6,11 +6,11 @@
  * that made the image.
  */
 #include "config.h"
-#include "net/unet.h"
+#include "unet/unet.h"
 #include "core/mem.h"
-#include "net/arena.h"
-#include "net/attention.h"
-#include "net/layers.h"
+#include "unet/arena.h"
+#include "unet/attention.h"
+#include "unet/layers.h"
 
 #include <stdlib.h>
 #include <string.h>

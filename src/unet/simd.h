@@ -1,6 +1,6 @@
 /* simd.h: what the hot loops of the network share: an exponential that vectorises, and clones. */
-#ifndef CT_NET_SIMD_H
-#define CT_NET_SIMD_H
+#ifndef CT_UNET_SIMD_H
+#define CT_UNET_SIMD_H
 #include <stdint.h>
 #include <string.h>
 

@@ -5,14 +5,14 @@
  * flat vector in the order of its state dictionary: gradients and the moments of an optimiser
  * have the same order. Images are [channel][row][column] here.
  */
-#ifndef CT_NET_UNET_H
-#define CT_NET_UNET_H
+#ifndef CT_UNET_UNET_H
+#define CT_UNET_UNET_H
 #include "core/err.h"
 #include "core/par.h"
 #include "core/tensors.h"
-#include "net/arch.h"
-#include "net/dnn.h"
-#include "net/graph.h"
+#include "unet/arch.h"
+#include "unet/dnn.h"
+#include "unet/graph.h"
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 /* graph.c: see graph.h. Block by block as in Dhariwal and Nichol 2021 (guided diffusion),
  * with that project's names for the parameters. */
 #include "config.h"
-#include "net/graph.h"
+#include "unet/graph.h"
 #include "core/mem.h"
 
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* arch.h: the shape of a U-Net of guided diffusion (Dhariwal and Nichol 2021). */
-#ifndef CT_NET_ARCH_H
-#define CT_NET_ARCH_H
+#ifndef CT_UNET_ARCH_H
+#define CT_UNET_ARCH_H
 #include "core/err.h"
 #include "core/meta.h"
 

@@ -5,8 +5,8 @@
  * dx is written, or added to if `acc`; gradients of parameters are always added to. No pointer
  * may overlap another unless said. Thread-safe.
  */
-#ifndef CT_NET_LAYERS_H
-#define CT_NET_LAYERS_H
+#ifndef CT_UNET_LAYERS_H
+#define CT_UNET_LAYERS_H
 #include <stdbool.h>
 #include <stddef.h>
 

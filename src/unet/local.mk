@@ -1,0 +1,7 @@
+libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h
+libct_a_SOURCES += src/unet/layers.c src/unet/layers.h src/unet/simd.h
+libct_a_SOURCES += src/unet/attention.c src/unet/attention.h
+libct_a_SOURCES += src/unet/arch.c src/unet/arch.h
+libct_a_SOURCES += src/unet/graph.c src/unet/graph.h
+libct_a_SOURCES += src/unet/arena.c src/unet/arena.h
+libct_a_SOURCES += src/unet/unet.c src/unet/unet.h src/unet/plan.c
