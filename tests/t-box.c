@@ -1,6 +1,6 @@
 /* Algebra of the block-mean operator: properties, not stored numbers. */
 #include "config.h"
-#include "kern/box.h"
+#include "diffusion/block-mean.h"
 #include "tap.h"
 
 #include <string.h>

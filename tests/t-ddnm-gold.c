@@ -3,8 +3,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"
-#include "net/ddnm.h"
-#include "net/prior.h"
+#include "diffusion/ddnm.h"
+#include "diffusion/prior.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -2,8 +2,8 @@
  * out with block means. */
 #include "config.h"
 #include "core/rng.h"
-#include "kern/box.h"
-#include "net/ddnm.h"
+#include "diffusion/block-mean.h"
+#include "diffusion/ddnm.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "resolution/degrade.h"
-#include "kern/operator.h"
+#include "diffusion/measurement.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * forward in double written from the formula; each fast forward against the same. */
 #include "config.h"
 #include "core/rng.h"
-#include "net/adam.h"
+#include "diffusion/adam.h"
 #include "unet/attention.h"
 #include "unet/dnn.h"
 #include "unet/layers.h"

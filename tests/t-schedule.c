@@ -1,6 +1,6 @@
 /* The noise schedule against values worked out in double, and the timesteps of a run. */
 #include "config.h"
-#include "net/schedule.h"
+#include "diffusion/schedule.h"
 #include "tap.h"
 
 #include <stdlib.h>

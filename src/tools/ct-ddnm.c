@@ -4,7 +4,7 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "net/prior.h"
+#include "diffusion/prior.h"
 #include "ddnm-picture.h"
 #include "ddnm-state.h"
 #include "prior-file.h"

@@ -4,8 +4,8 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "net/prior.h"
-#include "net/train.h"
+#include "diffusion/prior.h"
+#include "diffusion/train.h"
 #include "train-data.h"
 
 #include <math.h>

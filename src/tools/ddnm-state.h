@@ -3,7 +3,7 @@
 #define CT_TOOLS_DDNM_STATE_H
 #include "core/env.h"
 #include "core/stack.h"
-#include "net/superres.h"
+#include "diffusion/superres.h"
 
 struct ddnm_state {
 	char *path;              /* NULL when OUT is a stream: nothing is kept */

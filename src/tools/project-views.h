@@ -4,7 +4,7 @@
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "kern/operator.h"
+#include "diffusion/measurement.h"
 #include "xray/photons.h"
 #include "xray/project.h"
 

@@ -3,7 +3,7 @@
 #define CT_TOOLS_TRAIN_DATA_H
 #include "core/err.h"
 #include "core/meta.h"
-#include "net/patches.h"
+#include "diffusion/patches.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes

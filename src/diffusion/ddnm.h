@@ -22,10 +22,10 @@
  * Pictures are in [-1, 1], y too; sigma_y is on the [0, 1] scale of the picture, so sy =
  * 2 sigma_y. Channels are restored together by the network and apart by A.
  */
-#ifndef CT_NET_DDNM_H
-#define CT_NET_DDNM_H
-#include "kern/operator.h"
-#include "net/schedule.h"
+#ifndef CT_DIFFUSION_DDNM_H
+#define CT_DIFFUSION_DDNM_H
+#include "diffusion/measurement.h"
+#include "diffusion/schedule.h"
 
 enum ct_ddnm_rule { CT_DDNM, CT_DDNM_PLUS, CT_DDNM_SIMPLE };
 

@@ -4,8 +4,8 @@
  * abar_t = (1 - beta_0)...(1 - beta_t), t = 0..T-1, and abar_{-1} = 1: no noise. Linear betas
  * from 1e-4 to 0.02 over T = 1000 are what the priors here are trained with. Pure functions.
  */
-#ifndef CT_NET_SCHEDULE_H
-#define CT_NET_SCHEDULE_H
+#ifndef CT_DIFFUSION_SCHEDULE_H
+#define CT_DIFFUSION_SCHEDULE_H
 #include "core/err.h"
 
 #include <stddef.h>

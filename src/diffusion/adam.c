@@ -1,7 +1,7 @@
 /* adam.c: see adam.h. */
 #pragma GCC optimize("O3")
 #include "config.h"
-#include "net/adam.h"
+#include "diffusion/adam.h"
 #include "unet/simd.h"
 
 #include <math.h>

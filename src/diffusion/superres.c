@@ -4,7 +4,7 @@
  * samples are added in order after the wave.
  */
 #include "config.h"
-#include "net/superres.h"
+#include "diffusion/superres.h"
 #include "core/mem.h"
 #include "core/rng.h"
 

@@ -1,6 +1,6 @@
 /* patches.h: pictures to train on, and random pieces of them. */
-#ifndef CT_NET_PATCHES_H
-#define CT_NET_PATCHES_H
+#ifndef CT_DIFFUSION_PATCHES_H
+#define CT_DIFFUSION_PATCHES_H
 #include "core/err.h"
 
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-/* box.h: the s-by-s block mean A, its pseudo-inverse A+ (replication), and the range-space
+/* block-mean.h: the s-by-s block mean A, its pseudo-inverse A+ (replication), and the range-space
  * correction of DDNM (Wang, Yu, Zhang, ICLR 2023, eq. 13 and 17).
  *
  *   (A x)[i,j] = mean of block (i,j)        (A+ y)[block i,j] = y[i,j]
@@ -6,8 +6,8 @@
  *
  * One image: x is (s*h, s*w), y is (h, w), row by row. Pure, thread-safe.
  */
-#ifndef CT_KERN_BOX_H
-#define CT_KERN_BOX_H
+#ifndef CT_DIFFUSION_BLOCK_MEAN_H
+#define CT_DIFFUSION_BLOCK_MEAN_H
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* patches.c: see patches.h. */
 #include "config.h"
-#include "net/patches.h"
+#include "diffusion/patches.h"
 #include "core/mem.h"
 #include "core/rng.h"
 

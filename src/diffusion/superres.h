@@ -9,11 +9,11 @@
  * multiplied by norm; their mean is the result. Noise is a function of (seed, view, sample, move,
  * channel, pixel) only.
  */
-#ifndef CT_NET_SUPERRES_H
-#define CT_NET_SUPERRES_H
+#ifndef CT_DIFFUSION_SUPERRES_H
+#define CT_DIFFUSION_SUPERRES_H
 #include "core/env.h"
 #include "core/stack.h"
-#include "net/ddnm.h"
+#include "diffusion/ddnm.h"
 
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 /* schedule.c: see schedule.h. */
 #include "config.h"
-#include "net/schedule.h"
+#include "diffusion/schedule.h"
 #include "core/mem.h"
 
 #include <assert.h>

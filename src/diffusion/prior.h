@@ -1,8 +1,8 @@
 /* prior.h: a trained U-Net as the noise predictor of the sampler, one workspace a worker. */
-#ifndef CT_NET_PRIOR_H
-#define CT_NET_PRIOR_H
+#ifndef CT_DIFFUSION_PRIOR_H
+#define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
-#include "net/superres.h"
+#include "diffusion/superres.h"
 #include "unet/unet.h"
 
 /* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */

@@ -1,6 +1,6 @@
 /* ddnm.c: see ddnm.h. */
 #include "config.h"
-#include "net/ddnm.h"
+#include "diffusion/ddnm.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -6,11 +6,11 @@
  * groups with an accumulator of gradients each, added in their order: any number of threads,
  * and any interruption, gives the same bytes.
  */
-#ifndef CT_NET_TRAIN_H
-#define CT_NET_TRAIN_H
+#ifndef CT_DIFFUSION_TRAIN_H
+#define CT_DIFFUSION_TRAIN_H
 #include "core/env.h"
-#include "net/adam.h"
-#include "net/patches.h"
+#include "diffusion/adam.h"
+#include "diffusion/patches.h"
 #include "unet/unet.h"
 
 enum { CT_TRAIN_GROUPS = 8 };

@@ -1,9 +1,9 @@
 /* train.c: see train.h. */
 #include "config.h"
-#include "net/train.h"
+#include "diffusion/train.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "net/schedule.h"
+#include "diffusion/schedule.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* matched.c: see matched.h. Products with the stored bases; sums in double, in a fixed order. */
 #include "config.h"
-#include "kern/matched.h"
+#include "diffusion/matched.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -2,8 +2,8 @@
  *
  * Element by element: any cut of the vectors gives the same bytes. Thread-safe on disjoint parts.
  */
-#ifndef CT_NET_ADAM_H
-#define CT_NET_ADAM_H
+#ifndef CT_DIFFUSION_ADAM_H
+#define CT_DIFFUSION_ADAM_H
 #include <stddef.h>
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
-/* operator.c: see operator.h. */
+/* measurement.c: see measurement.h. */
 #include "config.h"
-#include "kern/operator.h"
-#include "kern/box.h"
+#include "diffusion/measurement.h"
+#include "diffusion/block-mean.h"
 
 #include <string.h>
 

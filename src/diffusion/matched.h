@@ -18,8 +18,8 @@
  * It is the axis operator of degrade.h with its sinc decimation.
  * A picture takes one axis for its rows and one for its columns.
  */
-#ifndef CT_KERN_MATCHED_H
-#define CT_KERN_MATCHED_H
+#ifndef CT_DIFFUSION_MATCHED_H
+#define CT_DIFFUSION_MATCHED_H
 #include "core/err.h"
 
 #include <stddef.h>

@@ -1,6 +1,6 @@
-/* box.c: see box.h. Sums are in double and in a fixed order. */
+/* block-mean.c: see block-mean.h. Sums are in double and in a fixed order. */
 #include "config.h"
-#include "kern/box.h"
+#include "diffusion/block-mean.h"
 
 static double block_mean(size_t stride, size_t s, const float *x)
 {

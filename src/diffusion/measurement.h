@@ -1,4 +1,4 @@
-/* operator.h: a measurement operator A, fine picture x (s h, s w) -> coarse picture y (h, w), given
+/* measurement.h: a measurement operator A, fine picture x (s h, s w) -> coarse picture y (h, w), given
  * by its singular value decomposition A = U^T S V. What a diffusion sampler needs of A is here
  * once for both kinds:
  *
@@ -8,9 +8,9 @@
  * Functions do not change the operator and are thread-safe; t is scratch of ct_op_scratch()
  * values.
  */
-#ifndef CT_KERN_OPERATOR_H
-#define CT_KERN_OPERATOR_H
-#include "kern/matched.h"
+#ifndef CT_DIFFUSION_MEASUREMENT_H
+#define CT_DIFFUSION_MEASUREMENT_H
+#include "diffusion/matched.h"
 
 enum ct_operator_kind { CT_OP_MEAN, CT_OP_MATCHED };
 

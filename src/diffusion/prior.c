@@ -1,6 +1,6 @@
 /* prior.c: see prior.h. */
 #include "config.h"
-#include "net/prior.h"
+#include "diffusion/prior.h"
 #include "core/mem.h"
 
 #include <stdlib.h>
