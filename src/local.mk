@@ -25,7 +25,6 @@ nodist_EXTRA_ct_train_SOURCES = src/tools/link-with-cxx.cc
 else
 ct_train_LDADD = $(LDADD)
 endif
-libct_a_SOURCES += src/tools/scan-opts.c src/tools/scan-json.c src/tools/scan-opts.h
 bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/project-views.h
 bin_PROGRAMS += ct-phantom

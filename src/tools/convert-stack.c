@@ -7,7 +7,7 @@
 #include "formats/npy.h"
 #include "xray/scan.h"
 #include "tools/convert.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -9,7 +9,7 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <stdlib.h>

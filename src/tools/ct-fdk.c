@@ -7,7 +7,7 @@
 #include "xray/window.h"
 #include "tools/fdk-grid.h"
 #include "tools/fdk-solve.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -9,7 +9,7 @@
 #include "tools/nabgs-data.h"
 #include "tools/nabgs-state.h"
 #include "tools/nabgs-voxels.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <stdlib.h>

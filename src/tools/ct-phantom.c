@@ -4,7 +4,7 @@
 #include "formats/io.h"
 #include "xray/phantom.h"
 #include "xray/window.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <string.h>
 

@@ -5,7 +5,7 @@
 #include "xray/window.h"
 #include "core/mem.h"
 #include "tools/project-views.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <stdlib.h>

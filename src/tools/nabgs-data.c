@@ -5,7 +5,7 @@
 #include "quality/certificate.h"
 #include "xray/project.h"
 #include "xray/window.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <string.h>

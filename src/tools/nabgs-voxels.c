@@ -8,7 +8,7 @@
 #include "xray/project.h"
 #include "resolution/upsample.h"
 #include "tools/nabgs-state.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 
 #include <errno.h>
 #include <jansson.h>

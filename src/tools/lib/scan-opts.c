@@ -1,6 +1,6 @@
 /* scan-opts.c: see scan-opts.h. */
 #include "config.h"
-#include "tools/scan-opts.h"
+#include "tools/lib/scan-opts.h"
 #include "formats/format.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* scan-opts.h: the options that describe a scan, one table for every command that makes one. */
-#ifndef CT_TOOLS_SCAN_OPTS_H
-#define CT_TOOLS_SCAN_OPTS_H
+#ifndef CT_TOOLS_LIB_SCAN_OPTS_H
+#define CT_TOOLS_LIB_SCAN_OPTS_H
 #include "cli/cli.h"
 #include "core/stack.h"
 #include "core/vol.h"

@@ -1,0 +1,1 @@
+libct_a_SOURCES += src/tools/lib/scan-opts.c src/tools/lib/scan-json.c src/tools/lib/scan-opts.h
