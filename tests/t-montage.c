@@ -1,6 +1,6 @@
 /* Pictures: any orientation of a volume gives the same slices; tones, sizes, difference maps. */
 #include "config.h"
-#include "kern/montage.h"
+#include "tools/montage.h"
 #include "tap.h"
 
 #include <stdlib.h>

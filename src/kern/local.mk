@@ -1,3 +1,3 @@
 # Pure numerics.
-libct_a_SOURCES += src/kern/survey.c src/kern/survey.h
-libct_a_SOURCES += src/kern/montage.c src/kern/montage.h
+libct_a_SOURCES += src/tools/survey.c src/tools/survey.h
+libct_a_SOURCES += src/tools/montage.c src/tools/montage.h

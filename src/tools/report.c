@@ -2,7 +2,7 @@
 #include "config.h"
 #include "tools/report.h"
 #include "formats/text.h"
-#include "kern/survey.h"
+#include "tools/survey.h"
 
 #include <math.h>
 #include <stdint.h>

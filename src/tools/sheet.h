@@ -2,7 +2,7 @@
 #ifndef CT_TOOLS_SHEET_H
 #define CT_TOOLS_SHEET_H
 #include "formats/any.h"
-#include "kern/montage.h"
+#include "tools/montage.h"
 
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 /* montage.c: see montage.h. */
 #include "config.h"
-#include "kern/montage.h"
+#include "tools/montage.h"
 
 #include <math.h>
 #include <string.h>

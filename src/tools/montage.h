@@ -6,8 +6,8 @@
  * nearest to the patient's; nothing is resampled: a pixel shows the voxel it falls into, and all
  * tiles have the same millimetres a pixel.
  */
-#ifndef CT_KERN_MONTAGE_H
-#define CT_KERN_MONTAGE_H
+#ifndef CT_TOOLS_MONTAGE_H
+#define CT_TOOLS_MONTAGE_H
 #include "core/stack.h"
 #include "core/vol.h"
 
