@@ -42,16 +42,17 @@ endif
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c
 bin_PROGRAMS += ct-info
-ct_info_SOURCES = src/tools/ct-info.c
-libct_a_SOURCES += src/tools/report.c src/tools/report.h
-libct_a_SOURCES += src/tools/sheet.c src/tools/sheet.h
+ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
+	src/tools/survey.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
-ct_view_SOURCES = src/tools/ct-view.c
+ct_view_SOURCES = src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
+	src/tools/montage.h
 nodist_EXTRA_ct_view_SOURCES = src/tools/link-with-cxx.cc
 ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
-EXTRA_DIST += src/tools/ct-view.c man/ct-view.1.in
+EXTRA_DIST += src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
+	src/tools/montage.h man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-data.c src/tools/nabgs-data.h \

@@ -91,8 +91,8 @@ tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-estimate
 tests_t_estimate_SOURCES = tests/t-estimate.c
 check_PROGRAMS += tests/t-survey tests/t-montage
-tests_t_survey_SOURCES = tests/t-survey.c
-tests_t_montage_SOURCES = tests/t-montage.c
+tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
+tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
 dist_check_SCRIPTS += tests/t-info.sh tests/t-view.sh
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image

@@ -1,3 +1,4 @@
+# The diffusion prior: schedules, measurement operators, samplers, training.
 libct_a_SOURCES += src/diffusion/block-mean.c src/diffusion/block-mean.h
 libct_a_SOURCES += src/diffusion/matched.c src/diffusion/matched.h
 libct_a_SOURCES += src/diffusion/measurement.c src/diffusion/measurement.h

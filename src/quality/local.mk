@@ -1,3 +1,4 @@
+# What is measured: PSNR, SSIM, differences, edges, the consistency certificate.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim-gradient.c src/quality/ssim.h
 libct_a_SOURCES += src/quality/lanes.h
 libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume-real.h src/quality/ssim-volume.h

@@ -1,3 +1,4 @@
+# Projections to volumes: FDK, iterative solvers, the joint voxel solver.
 libct_a_SOURCES += src/recon/joint.c src/recon/joint.h
 libct_a_SOURCES += src/recon/band.c src/recon/band.h
 libct_a_SOURCES += src/recon/ramp.c src/recon/ramp.h

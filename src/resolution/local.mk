@@ -1,3 +1,4 @@
+# The degradation D and its inverse: resampling, SVD, consistency, total variation, blur.
 libct_a_SOURCES += src/resolution/separable.c src/resolution/separable.h
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h

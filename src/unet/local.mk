@@ -1,3 +1,4 @@
+# The network: layers over oneDNN, its graph and plan.
 libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h
 libct_a_SOURCES += src/unet/layers.c src/unet/layers.h src/unet/simd.h
 libct_a_SOURCES += src/unet/attention.c src/unet/attention.h

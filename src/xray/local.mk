@@ -1,6 +1,8 @@
+# Rays through a volume: scans, projectors, phantoms, photons.
 libct_a_SOURCES += src/xray/scan.c src/xray/scan.h
 libct_a_SOURCES += src/xray/window.c src/xray/window.h
-libct_a_SOURCES += src/xray/project.c src/xray/project.h src/xray/ray.h
+libct_a_SOURCES += src/xray/project.c src/xray/project.h
+libct_a_SOURCES += src/xray/ray.c src/xray/ray.h
 libct_a_SOURCES += src/xray/siddon.c src/xray/joseph.c
 libct_a_SOURCES += src/xray/columns.c src/xray/columns.h
 libct_a_SOURCES += src/xray/packet.c src/xray/packet.h

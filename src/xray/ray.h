@@ -1,5 +1,5 @@
-/* ray.h: what the parts of the projector share: rays in voxel units, one ray at a time
- * (siddon.c, joseph.c), and many rays at once (columns.c). */
+/* ray.h: rays in voxel units, one at a time: the geometry that project.c, columns.c and packet.c
+ * share, and the sum and the spread along one ray (siddon.c, joseph.c). */
 #ifndef CT_XRAY_RAY_H
 #define CT_XRAY_RAY_H
 #include "xray/project.h"

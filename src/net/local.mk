@@ -1,1 +1,0 @@
-# The diffusion prior: network, schedules, samplers, training.
