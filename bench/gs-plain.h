@@ -10,9 +10,9 @@ struct plain {
 	size_t n;
 	struct ct_blob *b;
 	double *x, *grad, *m, *v;  /* n x 11: parameters, gradient, moments */
-	double *img, *dimg;	   /* h x w */
+	double *img, *dimg;        /* h x w */
 	double *base, *y, *map[8]; /* h x w */
-	double *vox, *dvox;	   /* of the block */
+	double *vox, *dvox;        /* of the block */
 	double scale, rate;
 	double pixels; /* within ellipses, of the last plain_forward */
 	size_t steps;

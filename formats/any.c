@@ -45,15 +45,15 @@ enum ct_kind ct_sniff(const unsigned char *data, size_t n)
 	if (n >= 9 && data[8] == '{' && little(data, 8) >= 2 && little(data, 8) < UINT64_C(1) << 32)
 		return CT_KIND_TENSORS;
 	if (n >= 4 && (little(data, 4) == 348 || little(data, 4) == 540 || big(data) == 348 ||
-		big(data) == 540))
+			      big(data) == 540))
 		return CT_KIND_VOLUME;
 	return CT_KIND_UNKNOWN;
 }
 
 const char *ct_kind_name(enum ct_kind kind)
 {
-	static const char *const names[] = {"unknown", "volume", "stack", "Gaussians", "tensors",
-		"DICOM", "picture"};
+	static const char *const names[] = {
+		"unknown", "volume", "stack", "Gaussians", "tensors", "DICOM", "picture"};
 
 	return names[kind];
 }
@@ -61,10 +61,11 @@ const char *ct_kind_name(enum ct_kind kind)
 static int refuse(const char *path, enum ct_kind kind, struct ct_err *e)
 {
 	if (kind == CT_KIND_DICOM)
-		return ct_fail(e, CT_EINPUT, "%s: DICOM; ct-convert makes a volume of a series",
-			path);
-	return ct_fail(e, CT_EINPUT, "%s: %s", path, kind == CT_KIND_PICTURE ? "a picture" :
-		"not a NIfTI, EXR, PLY or safetensors file");
+		return ct_fail(
+			e, CT_EINPUT, "%s: DICOM; ct-convert makes a volume of a series", path);
+	return ct_fail(e, CT_EINPUT, "%s: %s", path,
+		kind == CT_KIND_PICTURE ? "a picture"
+					: "not a NIfTI, EXR, PLY or safetensors file");
 }
 
 /* Standard input and other streams: in memory first. */
@@ -87,8 +88,9 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 	else if (!(f = fmemopen(data, n, "rb")))
 		ct_fail(e, CT_ENOMEM, "%s: no memory", path);
 	else
-		rc = a->kind == CT_KIND_VOLUME ? ct_nifti_read_stream(f, path, &a->vol, e) :
-			ct_safetensors_read_stream(f, path, &a->tensors, e);
+		rc = a->kind == CT_KIND_VOLUME
+			     ? ct_nifti_read_stream(f, path, &a->vol, e)
+			     : ct_safetensors_read_stream(f, path, &a->tensors, e);
 	if (f)
 		fclose(f);
 	free(data);
@@ -126,18 +128,13 @@ int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 	ct_in_close(f);
 	a->kind = ct_sniff(head, n);
 	switch (a->kind) {
-	case CT_KIND_VOLUME:
-		return ct_vol_read(path, &a->vol, e);
-	case CT_KIND_STACK:
-		return ct_stack_read(path, &a->stack, e);
-	case CT_KIND_GAUSS:
-		return ct_gauss_read(path, &a->gauss, e);
-	case CT_KIND_TENSORS:
-		return ct_tensors_read(path, &a->tensors, e);
+	case CT_KIND_VOLUME: return ct_vol_read(path, &a->vol, e);
+	case CT_KIND_STACK: return ct_stack_read(path, &a->stack, e);
+	case CT_KIND_GAUSS: return ct_gauss_read(path, &a->gauss, e);
+	case CT_KIND_TENSORS: return ct_tensors_read(path, &a->tensors, e);
 	case CT_KIND_UNKNOWN:
 	case CT_KIND_DICOM:
-	case CT_KIND_PICTURE:
-		break;
+	case CT_KIND_PICTURE: break;
 	}
 	return refuse(path, a->kind, e);
 }
@@ -153,7 +150,8 @@ void ct_any_free(struct ct_any *a)
 
 const struct ct_meta *ct_any_meta(const struct ct_any *a)
 {
-	return a->kind == CT_KIND_STACK ? &a->stack.meta :
-		a->kind == CT_KIND_GAUSS ? &a->gauss.meta :
-		a->kind == CT_KIND_TENSORS ? &a->tensors.meta : &a->vol.meta;
+	return a->kind == CT_KIND_STACK     ? &a->stack.meta
+	       : a->kind == CT_KIND_GAUSS   ? &a->gauss.meta
+	       : a->kind == CT_KIND_TENSORS ? &a->tensors.meta
+					    : &a->vol.meta;
 }

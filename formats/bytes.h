@@ -14,7 +14,6 @@ int ct_exr_read_bytes(const unsigned char *data, size_t n, const char *name, str
 int ct_ply_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
 	struct ct_err *e);
 /* Never seeks. */
-int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w,
-	struct ct_err *e);
+int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
 
 #endif

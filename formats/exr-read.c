@@ -98,8 +98,8 @@ static int by_number(const void *a, const void *b)
 {
 	const struct part *p = a, *q = b;
 
-	return p->number != q->number ? (p->number > q->number) - (p->number < q->number) :
-		(p->index > q->index) - (p->index < q->index);
+	return p->number != q->number ? (p->number > q->number) - (p->number < q->number)
+				      : (p->index > q->index) - (p->index < q->index);
 }
 
 static bool name_part(struct part *p, exr_const_context_t c)
@@ -181,8 +181,8 @@ static const char *get_string(const struct reader *d, int part, const char *name
 
 /* n (1 or 3) finite numbers of a string "x,y,z"; also of the numeric types another program
  * may have written. */
-static int get_numbers(struct reader *d, const struct part *p, const char *name, size_t n,
-	double *v)
+static int get_numbers(
+	struct reader *d, const struct part *p, const char *name, size_t n, double *v)
 {
 	const exr_attribute_t *a = NULL;
 	const char *at;
@@ -235,10 +235,12 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 			p->name, word, d->part[0].name, ct_beam_name(s->beam));
 	s->beam = beam;
 	return get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
-		get_numbers(d, p, "ct:source", 3, v->source) ||
-		get_numbers(d, p, "ct:detCentre", 3, v->centre) ||
-		get_numbers(d, p, "ct:detU", 3, v->u) || get_numbers(d, p, "ct:detV", 3, v->v) ?
-		-1 : 0;
+			       get_numbers(d, p, "ct:source", 3, v->source) ||
+			       get_numbers(d, p, "ct:detCentre", 3, v->centre) ||
+			       get_numbers(d, p, "ct:detU", 3, v->u) ||
+			       get_numbers(d, p, "ct:detV", 3, v->v)
+		       ? -1
+		       : 0;
 }
 
 /* Keys of the JSON object; the first value of a key stays. */
@@ -254,7 +256,7 @@ static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
 		return ct_fail(d->e, CT_EINPUT,
 			"%s: attribute " CT_EXR_META " is not a JSON object", d->path);
 	}
-	json_object_foreach(all, key, value)
+	json_object_foreach (all, key, value)
 		if (rc == 0 && *key && json_is_string(value) && !ct_meta_get(m, key))
 			rc = ct_meta_set(m, key, json_string_value(value), d->e);
 	json_decref(all);
@@ -276,8 +278,8 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 		const char *key;
 
 		if (exr_get_attribute_by_index(d->c, part, EXR_ATTR_LIST_FILE_ORDER, i, &a) !=
-				EXR_ERR_SUCCESS || a->type != EXR_ATTR_STRING || !a->string ||
-			!a->string->str)
+				EXR_ERR_SUCCESS ||
+			a->type != EXR_ATTR_STRING || !a->string || !a->string->str)
 			continue;
 		if (strncmp(a->name, CT_EXR_PREFIX, sizeof CT_EXR_PREFIX - 1) != 0 ||
 			ct_exr_reserved(a->name))
@@ -294,7 +296,7 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 struct layout {
 	size_t row, at; /* bytes of a row of all channels; where ours begins */
 	bool half;
-	size_t rows;    /* of a chunk */
+	size_t rows; /* of a chunk */
 };
 
 /* Channel Y or the only one, and the compression. */
@@ -313,8 +315,8 @@ static int find_channel(struct reader *d, const struct part *p, size_t w, struct
 		const bool ours = list->num_channels == 1 || strcmp(c->name.str, "Y") == 0;
 
 		if (c->x_sampling != 1 || c->y_sampling != 1)
-			return ct_fail(d->e, CT_EINPUT, "%s: %s: subsampled channel", d->path,
-				p->name);
+			return ct_fail(
+				d->e, CT_EINPUT, "%s: %s: subsampled channel", d->path, p->name);
 		if (ours && c->pixel_type != EXR_PIXEL_FLOAT && c->pixel_type != EXR_PIXEL_HALF)
 			return ct_fail(d->e, CT_EINPUT, "%s: %s: channel is not FLOAT or HALF",
 				d->path, p->name);
@@ -330,10 +332,11 @@ static int find_channel(struct reader *d, const struct part *p, size_t w, struct
 			d->path, p->name, list->num_channels);
 	if (exr_get_compression(d->c, p->index, &codec) != EXR_ERR_SUCCESS ||
 		(codec != EXR_COMPRESSION_NONE && codec != EXR_COMPRESSION_ZIPS &&
-		codec != EXR_COMPRESSION_ZIP))
+			codec != EXR_COMPRESSION_ZIP))
 		return ct_fail(d->e, CT_EINPUT,
 			"%s: %s is neither ZIP nor ZIPS nor uncompressed; "
-			"oiiotool -a --compression zip makes it so", d->path, p->name);
+			"oiiotool -a --compression zip makes it so",
+			d->path, p->name);
 	l->rows = codec == EXR_COMPRESSION_ZIP ? 16 : 1;
 	if (l->rows * l->row / MOST_RATIO > d->file.n)
 		return ct_fail(d->e, CT_EINPUT, "%s: %s: rows of %zu bytes in %zu cannot be",
@@ -369,8 +372,7 @@ static void get_row(float *to, const unsigned char *from, size_t w, bool half)
 		to[x] = ct_half_to_float((uint16_t)(from[2 * x] | from[2 * x + 1] << 8));
 }
 
-static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w,
-	int y0)
+static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w, int y0)
 {
 	unsigned char *bytes = NULL;
 	struct layout l;
@@ -442,17 +444,17 @@ static int read_all(struct reader *d, struct ct_stack *s)
 static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
 {
 	const uint64_t head[4] = {s->views, s->h, s->w, (uint64_t)s->beam};
-	const struct ct_piece piece[] = {{head, sizeof head},
-		{s->view, s->views * sizeof *s->view},
+	const struct ct_piece piece[] = {{head, sizeof head}, {s->view, s->views * sizeof *s->view},
 		{s->data, ct_stack_count(s) * sizeof *s->data}};
 
 	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
-int ct_exr_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
-	struct ct_err *e)
+int ct_exr_read_bytes(
+	const unsigned char *data, size_t n, const char *name, struct ct_stack *s, struct ct_err *e)
 {
-	struct reader d = {.path = name, .e = e,
+	struct reader d = {.path = name,
+		.e = e,
 		.file = {.data = (unsigned char *)(uintptr_t)data, .n = n}}; /* only read */
 	int rc = -1;
 

@@ -101,8 +101,8 @@ static exr_result_t put_header(exr_context_t c, const struct ct_stack *s)
 
 		snprintf(name, sizeof name, "view.%04zu", k);
 		TRY(exr_add_part(c, name, EXR_STORAGE_SCANLINE, &part));
-		TRY(exr_initialize_required_attr_simple(c, part, (int32_t)s->w, (int32_t)s->h,
-			EXR_COMPRESSION_ZIP));
+		TRY(exr_initialize_required_attr_simple(
+			c, part, (int32_t)s->w, (int32_t)s->h, EXR_COMPRESSION_ZIP));
 		TRY(exr_add_channel(c, part, "Y", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1));
 		TRY(exr_set_version(c, part, 1));
 		TRY(put_geometry(c, part, s, k));
@@ -117,7 +117,7 @@ struct packer {
 	const float *from;    /* [h][w] */
 	size_t h, w, n, room; /* n chunks, room bytes for each */
 	unsigned char *out, *scratch;
-	size_t *bytes;        /* of each chunk */
+	size_t *bytes; /* of each chunk */
 };
 
 static size_t chunk_bytes(const struct packer *p, size_t i)
@@ -136,28 +136,34 @@ static void pack(void *arg, size_t i, size_t worker)
 		p->scratch + worker * ROWS * p->w * sizeof *p->from);
 }
 
-static exr_result_t put_pixels(exr_context_t c, int part, struct packer *p,
-	const struct ct_env *env)
+static exr_result_t put_pixels(
+	exr_context_t c, int part, struct packer *p, const struct ct_env *env)
 {
 	exr_result_t r = EXR_ERR_SUCCESS;
 
 	ct_par_for(env ? env->par : NULL, p->n, pack, p);
 	for (size_t i = 0; i < p->n && r == EXR_ERR_SUCCESS; i++)
 		r = p->bytes[i] ? exr_write_scanline_chunk(c, part, (int)(i * ROWS),
-			p->out + i * p->room, p->bytes[i]) : EXR_ERR_OUT_OF_MEMORY;
+					  p->out + i * p->room, p->bytes[i])
+				: EXR_ERR_OUT_OF_MEMORY;
 	return r;
 }
 
-static int packer_alloc(struct packer *p, const struct ct_stack *s, const struct ct_env *env,
-	struct ct_err *e)
+static int packer_alloc(
+	struct packer *p, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t whole = ROWS * s->w * sizeof *s->data;
 
-	*p = (struct packer){.h = s->h, .w = s->w, .n = (s->h + ROWS - 1) / ROWS,
+	*p = (struct packer){.h = s->h,
+		.w = s->w,
+		.n = (s->h + ROWS - 1) / ROWS,
 		.room = ct_exr_zip_room(whole)};
 	return ct_alloc(&p->out, p->n, p->room, e) ||
-		ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL), whole, e) ||
-		ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e) ? -1 : 0;
+			       ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL), whole,
+				       e) ||
+			       ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e)
+		       ? -1
+		       : 0;
 }
 
 static void packer_free(struct packer *p)
@@ -197,8 +203,8 @@ static int build(struct ct_exr_file *f, const char *path, const struct ct_stack 
 	return r == EXR_ERR_SUCCESS ? 0 : ct_exr_fail(f, path, r, CT_EFAIL, e);
 }
 
-int ct_stack_write(const char *path, const struct ct_stack *s, const struct ct_env *env,
-	struct ct_err *e)
+int ct_stack_write(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_exr_file f = {.e = e};
 	struct ct_out out = {0};

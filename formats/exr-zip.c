@@ -35,8 +35,8 @@ size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsign
 	return n;
 }
 
-int ct_exr_unzip(unsigned char *dst, size_t n, const unsigned char *src, size_t m,
-	unsigned char *scratch)
+int ct_exr_unzip(
+	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch)
 {
 	const size_t half = (n + 1) / 2;
 	uLongf got = n;

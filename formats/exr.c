@@ -29,11 +29,11 @@ void ct_exr_complaint(exr_const_context_t c, exr_result_t code, const char *msg)
 			msg && *msg ? msg : exr_get_default_error_message(code));
 }
 
-int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r,
-	enum ct_code code, struct ct_err *e)
+int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r, enum ct_code code,
+	struct ct_err *e)
 {
 	if (r == EXR_ERR_OUT_OF_MEMORY)
 		code = CT_ENOMEM;
-	return ct_fail(e, code, "%s: %s", path,
-		f->msg[0] ? f->msg : exr_get_default_error_message(r));
+	return ct_fail(
+		e, code, "%s: %s", path, f->msg[0] ? f->msg : exr_get_default_error_message(r));
 }

@@ -25,8 +25,8 @@ enum { CT_EXR_NAME = 31, CT_EXR_VERSION_NOW = 1 };
 struct ct_exr_file {
 	unsigned char *data; /* the whole file, in memory */
 	size_t n, cap;
-	char msg[200];       /* the library's first complaint */
-	struct ct_err *e;    /* of the writer's memory */
+	char msg[200];    /* the library's first complaint */
+	struct ct_err *e; /* of the writer's memory */
 };
 
 /* Is this "ct:..." name geometry or ours for another reason, and so not a metadata key? */
@@ -34,7 +34,7 @@ bool ct_exr_reserved(const char *name);
 /* The callback that keeps the first message in struct ct_exr_file, so that nothing is printed. */
 void ct_exr_complaint(exr_const_context_t c, exr_result_t code, const char *msg);
 /* CT code failure "PATH: words of the library". */
-int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r,
-	enum ct_code code, struct ct_err *e);
+int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r, enum ct_code code,
+	struct ct_err *e);
 
 #endif

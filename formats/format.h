@@ -16,16 +16,16 @@
  * NaN voxels are read as they are: ct_vol_check_finite is the tool's to call. */
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e);
 /* int16 if every voxel is an integer that fits, else float32. */
-int ct_vol_write(const char *path, const struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
+int ct_vol_write(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* OpenEXR, one part a view. */
 int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e);
-int ct_stack_write(const char *path, const struct ct_stack *s, const struct ct_env *env,
-	struct ct_err *e);
+int ct_stack_write(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e);
 /* PLY, binary little-endian, 3DGS names plus our signed density. */
 int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e);
-int ct_gauss_write(const char *path, const struct ct_gauss *g, const struct ct_env *env,
-	struct ct_err *e);
+int ct_gauss_write(
+	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e);
 /* safetensors: F64, F32, F16, BF16 and integers are read as float; written as F32, or F16 if
  * half is true. */
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e);

@@ -30,7 +30,7 @@ uint16_t ct_float_to_half(float x)
 		return (uint16_t)(sign | 0x7c00);
 	if (a < 0x1p-14f) /* rintf rounds ties to even; 1024 carries into the smallest normal */
 		return (uint16_t)(sign | (int)rintf(a * 0x1p24f));
-	frexpf(a, &exponent); /* a = m 2^exponent, m in [1/2, 1) */
+	frexpf(a, &exponent);                     /* a = m 2^exponent, m in [1/2, 1) */
 	scaled = rintf(ldexpf(a, 11 - exponent)); /* in [1024, 2048] */
 	return (uint16_t)(sign | (((exponent + 14) << 10) + (int)scaled - 1024));
 }

@@ -21,6 +21,6 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	for (size_t i = 0; i < n; i++)
 		XXH3_128bits_update(&state, piece[i].data, piece[i].bytes);
 	h = XXH3_128bits_digest(&state);
-	return ct_meta_setf(m, e, "input", "%.*s xxh3:%016llx%016llx", (int)(len - from), path + from,
-		(unsigned long long)h.high64, (unsigned long long)h.low64);
+	return ct_meta_setf(m, e, "input", "%.*s xxh3:%016llx%016llx", (int)(len - from),
+		path + from, (unsigned long long)h.high64, (unsigned long long)h.low64);
 }

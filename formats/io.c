@@ -66,8 +66,9 @@ int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e)
 	struct stat st;
 
 	if (strcmp(path, "-") == 0)
-		return isatty(STDOUT_FILENO) ?
-			ct_fail(e, CT_EOUTPUT, "will not write binary data to a terminal") : 0;
+		return isatty(STDOUT_FILENO)
+			       ? ct_fail(e, CT_EOUTPUT, "will not write binary data to a terminal")
+			       : 0;
 	if (stat(path, &st) != 0)
 		return 0;
 	if (S_ISDIR(st.st_mode))

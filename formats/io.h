@@ -29,7 +29,8 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e);
 void ct_out_abandon(struct ct_out *o);
 /* fwrite with CT_EOUTPUT and errno's words. */
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e);
-/* Is an output of this name allowed now (exists, --force)? Tools that work for minutes ask before. */
+/* Is an output of this name allowed now (exists, --force)? Tools that work for minutes ask before.
+ */
 int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -88,12 +88,9 @@ static double polar(double m[3][3])
 static double mm_per_unit(const struct ct_nii *h)
 {
 	switch ((int)h->units & 7) {
-	case 1:
-		return 1e3;
-	case 3:
-		return 1e-3;
-	default:
-		return 1;
+	case 1: return 1e3;
+	case 3: return 1e-3;
+	default: return 1;
 	}
 }
 

@@ -65,8 +65,8 @@ static json_t *ours(int ecode, const unsigned char *p, size_t bytes)
 	o = json_loadb((const char *)p, bytes, 0, NULL);
 	all = o && json_is_object(o) && json_object_size(o) > 0;
 	if (all)
-		json_object_foreach(o, key, value) all =
-			all && strncmp(key, "ct:", 3) == 0 && key[3] && json_is_string(value);
+		json_object_foreach (o, key, value)
+			all = all && strncmp(key, "ct:", 3) == 0 && key[3] && json_is_string(value);
 	if (!all) {
 		json_decref(o);
 		return NULL;
@@ -87,8 +87,9 @@ int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char 
 			rc = ct_fail(
 				e, CT_EINPUT, "extension %zu has more than %d pairs", k, MAX_PAIRS);
 		else
-			json_object_foreach(o, key, value) if (!rc) rc =
-				ct_meta_set(m, key + 3, json_string_value(value), e);
+			json_object_foreach (o, key, value)
+				if (!rc)
+					rc = ct_meta_set(m, key + 3, json_string_value(value), e);
 		json_decref(o);
 		return rc;
 	}
@@ -106,7 +107,7 @@ int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char 
 static size_t utf8(const unsigned char *s)
 {
 	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-	size_t n = s[0] < 0x80	     ? 1
+	size_t n = s[0] < 0x80       ? 1
 		   : s[0] >> 5 == 6  ? 2
 		   : s[0] >> 4 == 14 ? 3
 		   : s[0] >> 3 == 30 ? 4

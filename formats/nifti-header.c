@@ -57,19 +57,12 @@ static double get(const unsigned char *p, enum kind kind, bool big)
 	double d;
 
 	switch (kind) {
-	case U8:
-		return (double)u;
-	case I16:
-		return (double)(int16_t)u;
-	case I32:
-		return (double)(int32_t)u;
-	case I64:
-		return (double)(int64_t)u;
-	case F32:
-		memcpy(&f, &u32, sizeof f);
-		return (double)f;
-	case F64:
-		break;
+	case U8: return (double)u;
+	case I16: return (double)(int16_t)u;
+	case I32: return (double)(int32_t)u;
+	case I64: return (double)(int64_t)u;
+	case F32: memcpy(&f, &u32, sizeof f); return (double)f;
+	case F64: break;
 	}
 	memcpy(&d, &u, sizeof d);
 	return d;
@@ -128,22 +121,14 @@ static int check_magic(const struct ct_nii *h, const unsigned char *raw, struct 
 static const char *odd_type(int type)
 {
 	switch (type) {
-	case 1:
-		return "bits";
-	case 32:
-		return "complex64";
-	case 128:
-		return "RGB";
-	case 1536:
-		return "float128";
-	case 1792:
-		return "complex128";
-	case 2048:
-		return "complex256";
-	case 2304:
-		return "RGBA";
-	default:
-		return "unknown";
+	case 1: return "bits";
+	case 32: return "complex64";
+	case 128: return "RGB";
+	case 1536: return "float128";
+	case 1792: return "complex128";
+	case 2048: return "complex256";
+	case 2304: return "RGBA";
+	default: return "unknown";
 	}
 }
 

@@ -28,7 +28,7 @@ struct source {
 	unsigned char *in; /* [BLOCK] compressed bytes */
 	unsigned char head[2];
 	size_t held, at; /* of head not yet given out; bytes given out so far */
-	uint64_t left;	 /* no more than this can come, UINT64_MAX if unknown */
+	uint64_t left;   /* no more than this can come, UINT64_MAX if unknown */
 };
 
 static int read_error(const struct source *s, struct ct_err *e)

@@ -26,8 +26,8 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as
 enum { FIELDS = 11, BLOCK = 1024, COLUMNS = 18, MOST_PROPERTIES = 4096 };
 
 /* The properties we need, in the order of fields(). */
-static const char *const needed[FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2",
-	"rot_0", "rot_1", "rot_2", "rot_3", "density"};
+static const char *const needed[FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0",
+	"rot_1", "rot_2", "rot_3", "density"};
 /* Keys of comments that are not metadata. */
 static const char *const own[] = {"units", "activation", "gamma", "step", "grid", "affine"};
 
@@ -115,14 +115,10 @@ static float density(const struct ct_gauss *g, size_t i)
 	const double z = (double)g->raw[i];
 
 	switch (g->activation) {
-	case CT_SOFTPLUS:
-		return (float)(z > 30 ? z : log1p(exp(z)));
-	case CT_RELU:
-		return (float)(z > 0 ? z : 0);
-	case CT_SINE:
-		return (float)sin(z);
-	case CT_PRELU:
-		break;
+	case CT_SOFTPLUS: return (float)(z > 30 ? z : log1p(exp(z)));
+	case CT_RELU: return (float)(z > 0 ? z : 0);
+	case CT_SINE: return (float)sin(z);
+	case CT_PRELU: break;
 	}
 	return (float)(z > 0 ? z : g->gamma * z);
 }
@@ -147,8 +143,8 @@ static void make_row(float row[COLUMNS], const struct ct_gauss *g, size_t i, flo
 	row[17] = g->raw[i];
 }
 
-int ct_gauss_write(const char *path, const struct ct_gauss *g, const struct ct_env *env,
-	struct ct_err *e)
+int ct_gauss_write(
+	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e)
 {
 	static const size_t row = COLUMNS;
 	struct ct_out out = {0};
@@ -189,8 +185,8 @@ struct reader {
 	uint64_t count, skip; /* vertices; bytes of elements before them */
 	size_t stride;
 	size_t offset[FIELDS], properties;
-	bool format;          /* the line has been seen */
-	char type[FIELDS];    /* letter of types[], 0: not there yet */
+	bool format;       /* the line has been seen */
+	char type[FIELDS]; /* letter of types[], 0: not there yet */
 	struct ct_err *e;
 };
 
@@ -344,17 +340,18 @@ static int header_line(struct reader *d, char *s, struct element *el, struct ct_
 		return 0;
 	if (strncmp(s, "format ", 7) == 0) {
 		d->format = strcmp(s + 7, "binary_little_endian 1.0") == 0;
-		return d->format ? 0 : ct_fail(d->e, CT_EINPUT,
-			"%s: PLY format '%.40s'; only binary_little_endian 1.0 is read", d->path,
-			s + 7);
+		return d->format
+			       ? 0
+			       : ct_fail(d->e, CT_EINPUT,
+					 "%s: PLY format '%.40s'; only binary_little_endian 1.0 is read",
+					 d->path, s + 7);
 	}
 	if (strncmp(s, "element ", 8) == 0)
 		return open_element(d, s + 8, el);
 	if (strncmp(s, "property ", 9) == 0) {
 		if (el->kind == NONE)
 			return ct_fail(d->e, CT_EINPUT, "%s: property before any element", d->path);
-		return el->kind == AFTER ? 0 :
-			property(d, s + 9, el->kind == VERTEX, &el->bytes);
+		return el->kind == AFTER ? 0 : property(d, s + 9, el->kind == VERTEX, &el->bytes);
 	}
 	if (strcmp(s, "end_header") == 0)
 		return close_element(d, el) ? -1 : 1;
@@ -385,8 +382,9 @@ static int read_header(struct reader *d, struct ct_meta *own_keys, struct ct_met
 	for (size_t k = 0; k < FIELDS; k++)
 		if (!d->type[k])
 			return ct_fail(d->e, CT_EINPUT, "%s: no vertex property %s%s", d->path,
-				needed[k], k == FIELDS - 1 ?
-				": a PLY of colours, not of signed densities" : "");
+				needed[k],
+				k == FIELDS - 1 ? ": a PLY of colours, not of signed densities"
+						: "");
 	if (d->skip > d->n - d->at || d->count > (d->n - d->at - d->skip) / d->stride)
 		return ct_fail(d->e, CT_EINPUT,
 			"%s: %llu Gaussians of %zu bytes do not fit in %zu bytes", d->path,
@@ -479,8 +477,8 @@ static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
 	return ct_meta_input(&g->meta, path, FIELDS + 1, piece, e);
 }
 
-int ct_ply_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
-	struct ct_err *e)
+int ct_ply_read_bytes(
+	const unsigned char *data, size_t n, const char *name, struct ct_gauss *g, struct ct_err *e)
 {
 	struct reader d = {.path = name, .data = data, .n = n, .e = e};
 	struct ct_meta keys = {0};

@@ -24,7 +24,8 @@ int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err 
 	*big = strcmp(word + len, ":be") == 0;
 	if (*big || word[len] == '\0' || strcmp(word + len, ":le") == 0)
 		for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-			if (strlen(names[i].name) == len && strncmp(word, names[i].name, len) == 0) {
+			if (strlen(names[i].name) == len &&
+				strncmp(word, names[i].name, len) == 0) {
 				*type = names[i].type;
 				return 0;
 			}
@@ -33,8 +34,7 @@ int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err 
 		word);
 }
 
-int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3],
-	struct ct_err *e)
+int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3], struct ct_err *e)
 {
 	static const char letters[] = "RLAPSI";
 	int seen = 0;
@@ -55,8 +55,8 @@ int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3
 	return 0;
 }
 
-static int read_voxels(FILE *f, const struct ct_raw *how, struct ct_vol *v, void *block,
-	struct ct_err *e)
+static int read_voxels(
+	FILE *f, const struct ct_raw *how, struct ct_vol *v, void *block, struct ct_err *e)
 {
 	const size_t bytes = ct_voxel_bytes((int)how->type), total = ct_vol_count(v);
 
@@ -64,8 +64,8 @@ static int read_voxels(FILE *f, const struct ct_raw *how, struct ct_vol *v, void
 		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
 		if (fread(block, bytes, n, f) != n)
 			return ct_fail(e, CT_EINPUT, "%s",
-				ferror(f) ? strerror(errno) :
-					    "truncated: shorter than its dimensions and type say");
+				ferror(f) ? strerror(errno)
+					  : "truncated: shorter than its dimensions and type say");
 		if (how->big != ct_host_is_big())
 			ct_voxels_swap(n, bytes, block);
 		ct_voxels_float(n, v->data + done, how->type, block, how->slope, how->inter);

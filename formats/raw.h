@@ -5,7 +5,7 @@
 #include "formats/voxels.h"
 
 struct ct_raw {
-	size_t n[3];           /* width, height, depth: the first runs fastest */
+	size_t n[3]; /* width, height, depth: the first runs fastest */
 	enum ct_voxel type;
 	bool big;              /* big-endian */
 	double spacing[3];     /* mm */
@@ -15,9 +15,10 @@ struct ct_raw {
 
 /* "u8", "i16", ... and their size and order, "i16:be". CT_EUSAGE. */
 int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e);
-/* "LPS": the way each axis runs, one letter of each pair R/L, A/P, S/I. CT_EUSAGE naming the option. */
-int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3],
-	struct ct_err *e);
+/* "LPS": the way each axis runs, one letter of each pair R/L, A/P, S/I. CT_EUSAGE naming the
+ * option. */
+int ct_axes_parse(
+	const char *option, const char *word, int world[3], int sign[3], struct ct_err *e);
 /* A whole file (or "-"): its size must be exactly that of the voxels. The grid's centre is the
  * world's origin. *v must be zero. CT_EINPUT, CT_ENOMEM. */
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e);

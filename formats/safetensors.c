@@ -33,9 +33,18 @@ static const struct {
 	const char *name;
 	size_t bytes;
 } types[TYPES] = {
-	[F64] = {"F64", 8}, [F32] = {"F32", 4}, [F16] = {"F16", 2}, [BF16] = {"BF16", 2},
-	[I64] = {"I64", 8}, [I32] = {"I32", 4}, [I16] = {"I16", 2}, [I8] = {"I8", 1},
-	[U64] = {"U64", 8}, [U32] = {"U32", 4}, [U16] = {"U16", 2}, [U8] = {"U8", 1},
+	[F64] = {"F64", 8},
+	[F32] = {"F32", 4},
+	[F16] = {"F16", 2},
+	[BF16] = {"BF16", 2},
+	[I64] = {"I64", 8},
+	[I32] = {"I32", 4},
+	[I16] = {"I16", 2},
+	[I8] = {"I8", 1},
+	[U64] = {"U64", 8},
+	[U32] = {"U32", 4},
+	[U16] = {"U16", 2},
+	[U8] = {"U8", 1},
 	[BOOL] = {"BOOL", 1},
 };
 
@@ -51,15 +60,15 @@ struct entry {
 struct reader {
 	FILE *f;
 	const char *path;
-	uint64_t size;       /* of the data, UINT64_MAX if it is not known: a pipe */
+	uint64_t size; /* of the data, UINT64_MAX if it is not known: a pipe */
 	json_t *header;
 	struct entry *entry;
 	size_t n;
 	struct ct_err *e;
 };
 
-__attribute__((format(printf, 3, 4)))
-static int bad(const struct reader *d, const char *name, const char *fmt, ...)
+__attribute__((format(printf, 3, 4))) static int bad(
+	const struct reader *d, const char *name, const char *fmt, ...)
 {
 	char text[200];
 	va_list ap;
@@ -67,8 +76,8 @@ static int bad(const struct reader *d, const char *name, const char *fmt, ...)
 	va_start(ap, fmt);
 	vsnprintf(text, sizeof text, fmt, ap);
 	va_end(ap);
-	return name ? ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, name, text) :
-		ct_fail(d->e, CT_EINPUT, "%s: %s", d->path, text);
+	return name ? ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, name, text)
+		    : ct_fail(d->e, CT_EINPUT, "%s: %s", d->path, text);
 }
 
 static int read_header(struct reader *d)
@@ -114,7 +123,7 @@ static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
 		return bad(d, NULL, "__metadata__ is not a JSON object");
 	if (json_object_size(all) > MOST_META)
 		return bad(d, NULL, "__metadata__ has %zu keys", json_object_size(all));
-	json_object_foreach((json_t *)(uintptr_t)all, key, value) {
+	json_object_foreach ((json_t *)(uintptr_t)all, key, value) {
 		if (!json_is_string(value))
 			return bad(d, NULL, "__metadata__ %.80s is not a string", key);
 		if (*key && ct_meta_set(m, key, json_string_value(value), d->e))
@@ -190,7 +199,7 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 		return bad(d, NULL, "%zu tensors", json_object_size(d->header));
 	if (ct_alloc0(&d->entry, json_object_size(d->header), sizeof *d->entry, d->e))
 		return -1;
-	json_object_foreach(d->header, name, v) {
+	json_object_foreach (d->header, name, v) {
 		if (strcmp(name, "__metadata__") == 0) {
 			if (read_meta(d, v, m))
 				return -1;
@@ -300,8 +309,9 @@ int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, 
 	struct reader d = {.f = f, .path = name, .e = e};
 	int rc;
 
-	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
-		sign(w, name, e) ? -1 : 0;
+	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) || sign(w, name, e)
+		     ? -1
+		     : 0;
 	json_decref(d.header);
 	free(d.entry);
 	if (rc)
@@ -332,8 +342,8 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 
 	for (size_t i = 0; i < w->meta.n; i++)
 		if (strcmp(w->meta.pair[i].key, "input") != 0) /* of the file that was read */
-			bad |= json_object_set_new(meta, w->meta.pair[i].key,
-				ct_json_text(w->meta.pair[i].value));
+			bad |= json_object_set_new(
+				meta, w->meta.pair[i].key, ct_json_text(w->meta.pair[i].value));
 	if (json_object_size(meta))
 		bad |= json_object_set(all, "__metadata__", meta);
 	for (size_t i = 0; i < w->n; i++) {
@@ -343,9 +353,9 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 
 		for (size_t k = 0; k < t->rank; k++)
 			bad |= json_array_append_new(shape, json_integer((json_int_t)t->dim[k]));
-		bad |= json_object_set_new(all, t->name, json_pack("{s:s,s:o,s:[I,I]}", "dtype",
-			half ? "F16" : "F32", "shape", shape, "data_offsets", (json_int_t)at,
-			(json_int_t)end));
+		bad |= json_object_set_new(all, t->name,
+			json_pack("{s:s,s:o,s:[I,I]}", "dtype", half ? "F16" : "F32", "shape",
+				shape, "data_offsets", (json_int_t)at, (json_int_t)end));
 		at = end;
 	}
 	if (!bad)

@@ -8,21 +8,16 @@ size_t ct_voxel_bytes(int type)
 {
 	switch (type) {
 	case CT_V_U8:
-	case CT_V_I8:
-		return 1;
+	case CT_V_I8: return 1;
 	case CT_V_I16:
-	case CT_V_U16:
-		return 2;
+	case CT_V_U16: return 2;
 	case CT_V_I32:
 	case CT_V_U32:
-	case CT_V_F32:
-		return 4;
+	case CT_V_F32: return 4;
 	case CT_V_I64:
 	case CT_V_U64:
-	case CT_V_F64:
-		return 8;
-	default:
-		return 0;
+	case CT_V_F64: return 8;
+	default: return 0;
 	}
 }
 
@@ -82,36 +77,16 @@ void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const vo
 	double slope, double inter)
 {
 	switch (type) {
-	case CT_V_U8:
-		from_u8(n, out, in, slope, inter);
-		break;
-	case CT_V_I8:
-		from_i8(n, out, in, slope, inter);
-		break;
-	case CT_V_U16:
-		from_u16(n, out, in, slope, inter);
-		break;
-	case CT_V_I16:
-		from_i16(n, out, in, slope, inter);
-		break;
-	case CT_V_U32:
-		from_u32(n, out, in, slope, inter);
-		break;
-	case CT_V_I32:
-		from_i32(n, out, in, slope, inter);
-		break;
-	case CT_V_U64:
-		from_u64(n, out, in, slope, inter);
-		break;
-	case CT_V_I64:
-		from_i64(n, out, in, slope, inter);
-		break;
-	case CT_V_F32:
-		from_f32(n, out, in, slope, inter);
-		break;
-	case CT_V_F64:
-		from_f64(n, out, in, slope, inter);
-		break;
+	case CT_V_U8: from_u8(n, out, in, slope, inter); break;
+	case CT_V_I8: from_i8(n, out, in, slope, inter); break;
+	case CT_V_U16: from_u16(n, out, in, slope, inter); break;
+	case CT_V_I16: from_i16(n, out, in, slope, inter); break;
+	case CT_V_U32: from_u32(n, out, in, slope, inter); break;
+	case CT_V_I32: from_i32(n, out, in, slope, inter); break;
+	case CT_V_U64: from_u64(n, out, in, slope, inter); break;
+	case CT_V_I64: from_i64(n, out, in, slope, inter); break;
+	case CT_V_F32: from_f32(n, out, in, slope, inter); break;
+	case CT_V_F64: from_f64(n, out, in, slope, inter); break;
 	}
 }
 

@@ -7,8 +7,16 @@
 
 /* Number types; the values are the NIfTI datatype codes. */
 enum ct_voxel {
-	CT_V_U8 = 2, CT_V_I16 = 4, CT_V_I32 = 8, CT_V_F32 = 16, CT_V_F64 = 64,
-	CT_V_I8 = 256, CT_V_U16 = 512, CT_V_U32 = 768, CT_V_I64 = 1024, CT_V_U64 = 1280
+	CT_V_U8 = 2,
+	CT_V_I16 = 4,
+	CT_V_I32 = 8,
+	CT_V_F32 = 16,
+	CT_V_F64 = 64,
+	CT_V_I8 = 256,
+	CT_V_U16 = 512,
+	CT_V_U32 = 768,
+	CT_V_I64 = 1024,
+	CT_V_U64 = 1280
 };
 
 /* Bytes of one, or 0 for another code. */
@@ -19,7 +27,8 @@ void ct_voxels_swap(size_t n, size_t bytes, void *p);
 /* out = slope*in + inter for n numbers in the host's order, `in` aligned. */
 void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
 	double slope, double inter);
-/* Rounded (ties to even) into out; false if a number does not fit or, when `exact`, is not whole. */
+/* Rounded (ties to even) into out; false if a number does not fit or, when `exact`, is not whole.
+ */
 bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact);
 
 #endif

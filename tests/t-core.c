@@ -35,7 +35,8 @@ static void test_meta(void)
 
 	ct_meta_set(&m, "factor", "4", &e);
 	ct_meta_set(&m, "sigma", "1,2.5,3", &e);
-	OK(ct_meta_numbers(&m, "factor", 3, v, &e) == 0 && v[2] == 4, "one number stands for three");
+	OK(ct_meta_numbers(&m, "factor", 3, v, &e) == 0 && v[2] == 4,
+		"one number stands for three");
 	OK(ct_meta_numbers(&m, "sigma", 3, v, &e) == 0 && v[1] == 2.5, "three numbers");
 	OK(ct_meta_numbers(&m, "sigma", 2, v, &e) < 0, "a number too many is an error");
 	OK(ct_meta_numbers(&m, "none", 2, v, &e) == 1, "a missing key is told apart");
@@ -56,8 +57,7 @@ static void test_meta(void)
 static void test_rng(void)
 {
 	/* Known answers of the reference implementation (Random123, philox4x32x10). */
-	static const uint32_t in[3][6] = {{0, 0, 0, 0, 0, 0},
-		{~0u, ~0u, ~0u, ~0u, ~0u, ~0u},
+	static const uint32_t in[3][6] = {{0, 0, 0, 0, 0, 0}, {~0u, ~0u, ~0u, ~0u, ~0u, ~0u},
 		{0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344, 0xa4093822, 0x299f31d0}};
 	static const uint32_t want[3][4] = {{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8},
 		{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd},
@@ -136,14 +136,16 @@ static void test_grids(void)
 
 	if (ct_vol_alloc(&v, n, &e) || ct_vol_alloc(&w, n, &e))
 		exit(99);
-	memcpy(v.affine, (double[3][4]){{0, -2, 0, 5}, {3, 0, 0, 6}, {0, 0, 4, 7}}, sizeof v.affine);
+	memcpy(v.affine, (double[3][4]){{0, -2, 0, 5}, {3, 0, 0, 6}, {0, 0, 4, 7}},
+		sizeof v.affine);
 	memcpy(w.affine, v.affine, sizeof w.affine);
 	ct_affine_rescale(w.affine, v.affine, f);
 	ct_vol_world(&w, first, p); /* HR voxel 0 has its centre at LR index 0.5/s - 0.5 */
 	for (int a = 0; a < 3; a++)
 		lr[a] = 0.5 / f[a] - 0.5;
 	ct_vol_world(&v, lr, q);
-	NEAR(fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]), 0, 1e-12, "cell-centred refinement");
+	NEAR(fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]), 0, 1e-12,
+		"cell-centred refinement");
 	ct_affine_rescale(w.affine, w.affine, back);
 	OK(ct_vol_same_grid(&v, &w, &e) == 0, "coarsening undoes refining");
 	OK(ct_vol_check_grid(&v, &e) == 0, "a rotated grid is fine");
@@ -157,7 +159,8 @@ static void test_grids(void)
 		v.data[i] = 0;
 	OK(ct_vol_check_finite(&v, &e) == 0, "finite");
 	v.data[9] = NAN;
-	OK(ct_vol_check_finite(&v, &e) && strcmp(e.msg, "voxel (1,1,1) is NaN") == 0, "NaN is named");
+	OK(ct_vol_check_finite(&v, &e) && strcmp(e.msg, "voxel (1,1,1) is NaN") == 0,
+		"NaN is named");
 	ct_vol_free(&v);
 	ct_vol_free(&w);
 }
@@ -169,14 +172,16 @@ static void test_stack(void)
 
 	if (ct_stack_alloc(&s, 1, 4, 6, &e))
 		exit(99);
-	s.view[0] = (struct ct_view){.source = {100, 0, 0}, .centre = {-50, 0, 0}, .u = {0, 2, 0},
-		.v = {0, 0, -2}};
+	s.view[0] = (struct ct_view){
+		.source = {100, 0, 0}, .centre = {-50, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
 	OK(ct_stack_check(&s, &e) == 0, "a plain view is fine");
 	OK(ct_stack_like(&fine, &s, 4, &e) == 0 && fine.h == 16 && fine.w == 24 &&
-			fine.view[0].u[1] == 0.5, "a finer detector covers the same area");
+			fine.view[0].u[1] == 0.5,
+		"a finer detector covers the same area");
 	OK(ct_stack_same(&s, &fine, &e) && e.code == CT_EGEOM, "and is another geometry");
 	s.view[0].source[0] = -50;
-	OK(ct_stack_check(&s, &e) && e.code == CT_EGEOM, "a source in the detector plane is refused");
+	OK(ct_stack_check(&s, &e) && e.code == CT_EGEOM,
+		"a source in the detector plane is refused");
 	ct_stack_free(&s);
 	ct_stack_free(&fine);
 }

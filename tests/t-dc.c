@@ -90,7 +90,8 @@ static void test_factor(void)
 		if (ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
 			    operators[o].decimate, &e) ||
 			ct_factor_alloc(&f, &t, &e) || ct_factor_pinv(&inverse, &f, &e) ||
-			ct_taps_product(&dd, &inverse, &t, &e) || ct_taps_product(&ddd, &t, &dd, &e))
+			ct_taps_product(&dd, &inverse, &t, &e) ||
+			ct_taps_product(&ddd, &t, &dd, &e))
 			exit(1);
 		a = dense(&t);
 		b = dense(&ddd);
@@ -118,7 +119,8 @@ static void test_factor(void)
 	}
 }
 
-/* Sinc decimation after a Gaussian: g_k is the Gaussian's transfer at k/(2n) cycles, over sqrt(s). */
+/* Sinc decimation after a Gaussian: g_k is the Gaussian's transfer at k/(2n) cycles, over sqrt(s).
+ */
 static void test_singular_values(void)
 {
 	struct ct_taps t = {0};
@@ -134,7 +136,8 @@ static void test_singular_values(void)
 		worst = fmax(worst, fabs(f.g[k] / want - 1));
 	}
 	OK(worst < 2e-3, "singular values of a Gaussian (%.2g)", worst);
-	NEAR(f.condition, exp(2 * M_PI * M_PI * 1.7 * 1.7 * 15 * 15 / (128.0 * 128)), 2e-3, "condition");
+	NEAR(f.condition, exp(2 * M_PI * M_PI * 1.7 * 1.7 * 15 * 15 / (128.0 * 128)), 2e-3,
+		"condition");
 	ct_factor_free(&f);
 	ct_taps_free(&t);
 	if (ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &e) || ct_factor_alloc(&f, &t, &e))
@@ -175,7 +178,8 @@ static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
 	b->y = numbers(b->samples, 2);
 	b->dx = numbers(b->samples, 3);
 	if (ct_dc_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &e) ||
-		ct_alloc(&b->scratch, ct_par_threads(par) * ct_dc_scratch(&b->dc), sizeof(float), &e))
+		ct_alloc(&b->scratch, ct_par_threads(par) * ct_dc_scratch(&b->dc), sizeof(float),
+			&e))
 		exit(1);
 }
 
@@ -213,11 +217,13 @@ static void test_exact(void)
 		ct_dc_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
 		off = norm(other, b.x, b.voxels) / norm(b.x, NULL, b.voxels);
 		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
-		for (size_t i = 0; i < b.voxels; i++) /* what is added is at right angles to the rest */
+		for (size_t i = 0; i < b.voxels;
+			i++) /* what is added is at right angles to the rest */
 			inside += ((double)b.x[i] - (double)b.start[i]) *
-				((double)other[i] - (double)b.x[i]);
+				  ((double)other[i] - (double)b.x[i]);
 		ct_separable_apply(&b.d, b.dx, other, NULL);
-		OK(norm(b.dx, b.y, b.samples) < 1e-5 * norm(b.y, NULL, b.samples) && isfinite(inside),
+		OK(norm(b.dx, b.y, b.samples) < 1e-5 * norm(b.y, NULL, b.samples) &&
+				isfinite(inside),
 			"case %zu: exact in double", c);
 		memcpy(other, b.x, b.voxels * sizeof *other);
 		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
@@ -253,8 +259,8 @@ static void test_noise(void)
 		step = norm(b.x, b.start, b.voxels);
 		moved = ct_dc_correct(&b.dc, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
-				b.x + k * b.n[0] * b.n[1], b.scratch);
+			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.x + k * b.n[0] * b.n[1],
+				b.scratch);
 		hard = norm(b.x, b.start, b.voxels);
 		NEAR(sqrt(step * step + moved) / hard, 1, 1e-4, "movement from coefficients");
 		tear_down(&b);
@@ -304,7 +310,8 @@ static void test_fractions(void)
 		for (size_t m = 1; m < 70; m++) {
 			size_t n = ct_degrade_cover(m, factor[f]);
 			const size_t n3[3] = {n, n, n}, m3[3] = {m, m, m};
-			struct ct_degrade d = {{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC};
+			struct ct_degrade d = {
+				{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC};
 			double lo[3][4], back[3][4];
 
 			same &= ct_degrade_size(n, factor[f]) == m;

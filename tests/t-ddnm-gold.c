@@ -33,11 +33,11 @@ static double number(const struct ct_tensors *w, const char *key)
 	return x;
 }
 
-/* The public code, in Lambda_noise of its block means, takes noise and eps of a block as coefficients
- * of its basis V without analysing them first, so both come out rotated by V within the block.
- * Ours analyses them. So its recorded noise is rotated here, with what its rotated eps adds:
- *   z' = V (z + q/eta (eps - V^T eps) where nothing is measured)
- * V is LAPACK's for the row 1/r^2 ... 1/r^2: a Householder reflection, its first column -1/r. */
+/* The public code, in Lambda_noise of its block means, takes noise and eps of a block as
+ * coefficients of its basis V without analysing them first, so both come out rotated by V within
+ * the block. Ours analyses them. So its recorded noise is rotated here, with what its rotated eps
+ * adds: z' = V (z + q/eta (eps - V^T eps) where nothing is measured) V is LAPACK's for the row
+ * 1/r^2 ... 1/r^2: a Householder reflection, its first column -1/r. */
 struct record {
 	const struct ct_tensors *w;
 	struct ct_denoiser net;
@@ -131,14 +131,23 @@ static void test(const struct ct_tensors *weights, const char *name)
 		exit(99);
 	}
 	{
-		struct record k = {.w = &w, .net = ct_prior_denoiser(&prior),
-			.r = (size_t)number(&w, "scale"), .eta = number(&w, "eta")};
-		struct ct_ddnm d = {.schedule = &schedule, .t = times, .nt = nt,
+		struct record k = {.w = &w,
+			.net = ct_prior_denoiser(&prior),
+			.r = (size_t)number(&w, "scale"),
+			.eta = number(&w, "eta")};
+		struct ct_ddnm d = {.schedule = &schedule,
+			.t = times,
+			.nt = nt,
 			.rule = strcmp(ct_meta_get(&w.meta, "plus"), "True") == 0 ? CT_DDNM_PLUS
 										  : CT_DDNM,
-			.eta = number(&w, "eta"), .sigma_y = number(&w, "sigma_y"), .op = &op,
-			.channels = 3, .eps = remember, .eps_ctx = &k,
-			.normals = recorded, .normals_ctx = &k};
+			.eta = number(&w, "eta"),
+			.sigma_y = number(&w, "sigma_y"),
+			.op = &op,
+			.channels = 3,
+			.eps = remember,
+			.eps_ctx = &k,
+			.normals = recorded,
+			.normals_ctx = &k};
 
 		OK(ct_ddnm(&d, x, y->data, NULL, &e) == 0, "%s runs", name);
 	}

@@ -1,5 +1,5 @@
-/* The sampler against oracles: networks that know the answer, DDIM, and the formulas of DDNM+ written
- * out with block means. */
+/* The sampler against oracles: networks that know the answer, DDIM, and the formulas of DDNM+
+ * written out with block means. */
 #include "config.h"
 #include "core/rng.h"
 #include "diffusion/block-mean.h"
@@ -32,7 +32,7 @@ static int network(void *ctx, double t, const float *x, float *eps, struct ct_er
 	if (o->answer)
 		for (size_t i = 0; i < NX; i++)
 			eps[i] = (float)(((double)x[i] - sqrt(abar) * (double)o->answer[i]) /
-				sqrt(1 - abar));
+					 sqrt(1 - abar));
 	else
 		opinions(t, x, eps);
 	if (++o->calls == o->nan_at)
@@ -59,11 +59,18 @@ static double maxdiff(size_t n, const float *a, const float *b)
 	return m;
 }
 
-static struct ct_ddnm sampler(struct oracle *o, const struct ct_operator *op, const int *t,
-	size_t nt)
+static struct ct_ddnm sampler(
+	struct oracle *o, const struct ct_operator *op, const int *t, size_t nt)
 {
-	return (struct ct_ddnm){.schedule = &schedule, .t = t, .nt = nt, .op = op, .channels = C,
-		.eta = 0.85, .eps = network, .eps_ctx = o, .normals = normals};
+	return (struct ct_ddnm){.schedule = &schedule,
+		.t = t,
+		.nt = nt,
+		.op = op,
+		.channels = C,
+		.eta = 0.85,
+		.eps = network,
+		.eps_ctx = o,
+		.normals = normals};
 }
 
 static void down(const struct ct_operator *op, float *y, const float *x)
@@ -147,8 +154,8 @@ static void test_consistent(void)
 }
 
 /* The state after one DDNM+ move: lam, d and the projector written out. */
-static void plus_by_hand(const float *x0, const float *eps, const float *z, const float *y, double a,
-	double sig, double sy, double eta, float *want)
+static void plus_by_hand(const float *x0, const float *eps, const float *z, const float *y,
+	double a, double sig, double sy, double eta, float *want)
 {
 	static float p0[NX], pz[NX], pe[NX], m[NY], py[NX];
 	const float *src[3] = {x0, z, eps};

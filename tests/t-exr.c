@@ -44,8 +44,8 @@ static void fill(struct ct_stack *s, size_t views, size_t h, size_t w)
 static bool same(const struct ct_stack *a, const struct ct_stack *b)
 {
 	return a->views == b->views && a->h == b->h && a->w == b->w && a->beam == b->beam &&
-		memcmp(a->view, b->view, a->views * sizeof *a->view) == 0 &&
-		memcmp(a->data, b->data, ct_stack_count(a) * sizeof *a->data) == 0;
+	       memcmp(a->view, b->view, a->views * sizeof *a->view) == 0 &&
+	       memcmp(a->data, b->data, ct_stack_count(a) * sizeof *a->data) == 0;
 }
 
 static unsigned char *load(const char *path, size_t *n)
@@ -111,8 +111,8 @@ struct odd {
 	bool other_size;
 };
 
-static void put_part(exr_context_t c, const struct odd *o, const struct ct_stack *s, size_t k,
-	size_t number)
+static void put_part(
+	exr_context_t c, const struct odd *o, const struct ct_stack *s, size_t k, size_t number)
 {
 	const struct ct_view *v = &s->view[number];
 	const double *vec[] = {v->source, v->centre, v->u, v->v};
@@ -136,13 +136,13 @@ static void put_part(exr_context_t c, const struct odd *o, const struct ct_stack
 	for (int i = 0; i < 4; i++) {
 		snprintf(text, sizeof text, "%.17g,%.17g,%.17g", vec[i][0], vec[i][1], vec[i][2]);
 		if (!o->skip || k != 1 || strcmp(o->skip, names[i]) != 0)
-			exr_attr_set_string(c, part, names[i],
-				o->bad && k == 1 && i == 2 ? o->bad : text);
+			exr_attr_set_string(
+				c, part, names[i], o->bad && k == 1 && i == 2 ? o->bad : text);
 	}
 }
 
-static void put_pixels(exr_context_t c, const struct odd *o, const struct ct_stack *s, size_t k,
-	size_t number)
+static void put_pixels(
+	exr_context_t c, const struct odd *o, const struct ct_stack *s, size_t k, size_t number)
 {
 	exr_encode_pipeline_t enc = EXR_ENCODE_PIPELINE_INITIALIZER;
 	int32_t rows = 0, part = (int32_t)k, h = (int)s->h + (o->other_size && k == 1);
@@ -187,8 +187,8 @@ static void quiet(exr_const_context_t c, exr_result_t code, const char *msg)
 	(void)msg;
 }
 
-static void write_odd(const char *path, const struct odd *o, const struct ct_stack *s,
-	const size_t *order)
+static void write_odd(
+	const char *path, const struct odd *o, const struct ct_stack *s, const size_t *order)
 {
 	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
 	exr_context_t c;
@@ -221,8 +221,8 @@ static void refused(const char *path, const char *words, enum ct_code code, cons
 static void test_odd(const char *path)
 {
 	static const size_t order[] = {2, 0, 3, 1};
-	const struct odd plain = {.type = EXR_PIXEL_FLOAT, .codec = EXR_COMPRESSION_ZIP,
-		.channel = {"Y"}};
+	const struct odd plain = {
+		.type = EXR_PIXEL_FLOAT, .codec = EXR_COMPRESSION_ZIP, .channel = {"Y"}};
 	static const exr_compression_t codecs[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_ZIPS};
 	struct ct_err e = {0};
 	struct ct_stack s, t;
@@ -351,10 +351,10 @@ static void test_zip(void)
 		grown += m > n;
 		edge += m + 1 == n;
 		bad += m == 0 || ct_exr_unzip(back, n, packed, m, scratch) ||
-			memcmp(in, back, n) != 0;
+		       memcmp(in, back, n) != 0;
 		if (m + 1 < n) /* a stream that ends early or holds more is damaged */
 			short_read += ct_exr_unzip(back, n, packed, m - 9, scratch) == 0 ||
-				ct_exr_unzip(back, n - 1, packed, m, scratch) == 0;
+				      ct_exr_unzip(back, n - 1, packed, m, scratch) == 0;
 	}
 	OK(bad == 0, "%d chunks come back", ROUNDS);
 	OK(grown == 0, "none is larger than its bytes");
@@ -442,13 +442,13 @@ static int command(char **argv)
 			printf("%.9f\n", sum / (double)(s.h * s.w));
 		}
 	} else {
-		good = ct_stack_read(argv[2], &s, &e) == 0 &&
-			ct_stack_read(argv[3], &t, &e) == 0 && same(&s, &t);
+		good = ct_stack_read(argv[2], &s, &e) == 0 && ct_stack_read(argv[3], &t, &e) == 0 &&
+		       same(&s, &t);
 		for (size_t i = 0; good && i < s.meta.n; i++) {
 			const char *key = s.meta.pair[i].key, *v = ct_meta_get(&t.meta, key);
 
 			good = strcmp(key, "input") == 0 ||
-				(v && strcmp(v, s.meta.pair[i].value) == 0);
+			       (v && strcmp(v, s.meta.pair[i].value) == 0);
 		}
 	}
 	ct_stack_free(&s);

@@ -281,7 +281,7 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 		}
 		num = (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h[k]);
 		worst = fmax(
-			worst, fabs(num - d[k]) / fmax(fabs(num), 1e-3 * most[k < 3	 ? 0
+			worst, fabs(num - d[k]) / fmax(fabs(num), 1e-3 * most[k < 3      ? 0
 										 : k < 6 ? 1
 											 : 2]));
 	}

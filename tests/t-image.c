@@ -30,7 +30,8 @@ static void test_round_trip(size_t channels)
 	OK(ct_image_encode_png(&png, &n, W, H, channels, px, &e) == 0, "%zu channels %s", channels,
 		e.msg);
 	OK(ct_image_encode_png(&again, &m, W, H, channels, px, &e) == 0 && n == m &&
-			memcmp(png, again, n) == 0, "the same bytes again");
+			memcmp(png, again, n) == 0,
+		"the same bytes again");
 	save(png, n);
 	OK(ct_image_read(path, &w, &h, &gray, &e) == 0 && w == W && h == H, "read %s", e.msg);
 	for (size_t i = 0; gray && i < W * H; i++) {

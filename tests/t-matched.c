@@ -86,12 +86,14 @@ static void test_pictures(const struct ct_operator *op, double sigma)
 	for (size_t i = 0; i < NY; i++)
 		want[i] = 2.5f;
 	NEAR(maxdiff(NY, y, want), 0, 1e-6, "a constant stays");
-	/* A mirrored wave of the rows: sampled at the cell centres, weakened as the Gaussian says. */
+	/* A mirrored wave of the rows: sampled at the cell centres, weakened as the Gaussian says.
+	 */
 	for (size_t i = 0; i < NX; i++)
 		x[i] = (float)cos(M_PI * 4 * ((double)(i % (S * W)) + 0.5) / (S * W));
 	for (size_t i = 0; i < NY; i++)
-		want[i] = (float)(exp(-2 * M_PI * M_PI * sigma * sigma * pow(4.0 / (2 * S * W), 2)) *
-			cos(M_PI * 4 * ((double)(i % W) + 0.5) / W));
+		want[i] =
+			(float)(exp(-2 * M_PI * M_PI * sigma * sigma * pow(4.0 / (2 * S * W), 2)) *
+				cos(M_PI * 4 * ((double)(i % W) + 0.5) / W));
 	ct_op_forward(op, y, x, t);
 	NEAR(maxdiff(NY, y, want), 0, 5e-4, "a wave is sampled at the centres and weakened");
 	for (size_t i = 0; i < NX; i++)
@@ -116,15 +118,16 @@ static void test_gaussian(void)
 		exit(99);
 	for (size_t i = 0; i < N * S; i++)
 		for (size_t j = 0; j < N * S; j++)
-			x[i * N * S + j] = (float)exp(-(pow((double)i - at, 2) +
-				pow((double)j - at, 2)) / (2 * s0 * s0));
+			x[i * N * S + j] = (float)exp(
+				-(pow((double)i - at, 2) + pow((double)j - at, 2)) / (2 * s0 * s0));
 	ct_op_forward(&op, y, x, t);
 	for (size_t i = 0; i < N; i++)
-		for (size_t j = 0; j < N; j++) { /* coarse pixel j has its centre at s j + (s-1)/2 */
+		for (size_t j = 0; j < N;
+			j++) { /* coarse pixel j has its centre at s j + (s-1)/2 */
 			double p = S * (double)i + 1.5 - at, q = S * (double)j + 1.5 - at;
 
 			bad = fmax(bad, fabs((double)y[i * N + j] -
-				s0 * s0 / v * exp(-(p * p + q * q) / (2 * v))));
+						s0 * s0 / v * exp(-(p * p + q * q) / (2 * v))));
 		}
 	NEAR(bad, 0, 5e-4, "a Gaussian blurs as on paper");
 	ct_op_free(&op);

@@ -50,8 +50,8 @@ static float at(const struct ct_slice *s, size_t r, size_t c)
 
 static void test_orientation(void)
 {
-	static const int order[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1},
-		{2, 1, 0}};
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	size_t bad[3] = {0}, shape = 0, places = 0;
 
 	for (int p = 0; p < 48; p++) {
@@ -79,7 +79,7 @@ static void test_orientation(void)
 				bad[2] +=
 					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
 		places += ct_slice_volume(&s, &v, CT_AXIAL, 9.1) != -1 ||
-			ct_slice_volume(&s, &v, CT_AXIAL, -3.1) != -1;
+			  ct_slice_volume(&s, &v, CT_AXIAL, -3.1) != -1;
 		ct_vol_free(&v);
 	}
 	OK(shape == 0, "48 orientations: sizes");
@@ -117,14 +117,16 @@ static void test_draw(void)
 	OK(rc == 0 && h == 14 && w == 12, "physical sizes and a gap: %zu x %zu", w, h);
 	ct_montage_draw(rgb, h, w, 2, 2, tile, 1, 2);
 	OK(is(pixel(rgb, w, 0, 0), 0, 0, 0) && is(pixel(rgb, w, 2, 1), 64, 64, 64) &&
-			is(pixel(rgb, w, 0, 3), 191, 191, 191), "grey of the window");
+			is(pixel(rgb, w, 0, 3), 191, 191, 191),
+		"grey of the window");
 	OK(is(pixel(rgb, w, 3, 0), 255, 255, 255) && is(pixel(rgb, w, 5, 1), 255, 255, 255),
 		"white at its end and beyond");
 	OK(is(pixel(rgb, w, 3, 2), 0, 0, 255), "NaN is blue");
 	OK(is(pixel(rgb, w, 0, 4), 0, 0, 0) && is(pixel(rgb, w, 7, 0), 0, 0, 0),
 		"the gap is black");
 	OK(is(pixel(rgb, w, 5, 6), 128, 128, 128) && is(pixel(rgb, w, 0, 8), 128, 128, 128) &&
-			is(pixel(rgb, w, 0, 9), 26, 26, 26), "a coarse pixel covers its area");
+			is(pixel(rgb, w, 0, 9), 26, 26, 26),
+		"a coarse pixel covers its area");
 	OK(is(pixel(rgb, w, 8, 6), 255, 255, 255) && is(pixel(rgb, w, 11, 9), 255, 0, 0),
 		"difference maps compare what lies at one place");
 	OK(is(pixel(rgb, w, 8, 10), 0, 0, 0), "and are black where there is nothing");

@@ -467,7 +467,8 @@ static void test_names(void)
 
 	for (size_t i = 0; i < sizeof c / sizeof c[0]; i++)
 		OK(ct_meta_input(&m, c[i].path, 0, NULL, &err) == 0 &&
-				strncmp(ct_meta_get(&m, "input"), c[i].name, strlen(c[i].name)) == 0,
+				strncmp(ct_meta_get(&m, "input"), c[i].name, strlen(c[i].name)) ==
+					0,
 			"%s is called by its last part", c[i].path);
 	/* the XXH3-128 of nothing, as its authors give it */
 	OK(strcmp(ct_meta_get(&m, "input"), "plain xxh3:99aa06d3014798d86001c324468d497f") == 0,

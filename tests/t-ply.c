@@ -17,8 +17,8 @@ static void fill(struct ct_gauss *g, size_t n)
 {
 	struct ct_err e = {0};
 
-	*g = (struct ct_gauss){.activation = CT_PRELU, .gamma = 0.1, .step = 12345678901,
-		.grid = {256, 200, 130}};
+	*g = (struct ct_gauss){
+		.activation = CT_PRELU, .gamma = 0.1, .step = 12345678901, .grid = {256, 200, 130}};
 	if (ct_gauss_reserve(g, n + 1, &e))
 		exit(99);
 	g->n = n;
@@ -40,13 +40,13 @@ static void fill(struct ct_gauss *g, size_t n)
 static bool same(const struct ct_gauss *a, const struct ct_gauss *b)
 {
 	bool good = a->n == b->n && a->activation == b->activation && a->gamma == b->gamma &&
-		a->step == b->step && memcmp(a->grid, b->grid, sizeof a->grid) == 0 &&
-		memcmp(a->affine, b->affine, sizeof a->affine) == 0 &&
-		memcmp(a->raw, b->raw, a->n * sizeof *a->raw) == 0;
+		    a->step == b->step && memcmp(a->grid, b->grid, sizeof a->grid) == 0 &&
+		    memcmp(a->affine, b->affine, sizeof a->affine) == 0 &&
+		    memcmp(a->raw, b->raw, a->n * sizeof *a->raw) == 0;
 
 	for (int k = 0; good && k < 3; k++)
 		good = memcmp(a->pos[k], b->pos[k], a->n * sizeof *a->raw) == 0 &&
-			memcmp(a->scale[k], b->scale[k], a->n * sizeof *a->raw) == 0;
+		       memcmp(a->scale[k], b->scale[k], a->n * sizeof *a->raw) == 0;
 	for (int k = 0; good && k < 4; k++)
 		good = memcmp(a->rot[k], b->rot[k], a->n * sizeof *a->raw) == 0;
 	return good;
@@ -144,7 +144,8 @@ static void test_foreign(void)
 	OK(g.n == 1 && g.pos[0][0] == -1 && g.pos[1][0] == 2 && g.pos[2][0] == 3, "position");
 	OK(g.n == 1 && g.scale[0][0] == 60000 && g.scale[1][0] == 5 && g.scale[2][0] == 6, "scale");
 	OK(g.n == 1 && g.rot[0][0] == -300 && g.rot[1][0] == -3 && g.rot[2][0] == 200 &&
-			g.rot[3][0] == 4e9f, "rotation");
+			g.rot[3][0] == 4e9f,
+		"rotation");
 	OK(g.n == 1 && g.raw[0] == 0.125f && g.activation == CT_SOFTPLUS && g.grid[0] == 0,
 		"density and activation");
 	ct_gauss_free(&g);

@@ -52,8 +52,8 @@ static struct ct_stack fill(const struct ct_scan *scan)
 }
 
 /* Views of a grid: `edge` detector pixels of `pitch` mm. */
-static struct ct_scan scan_of(enum ct_beam beam, const struct ct_vol *v, size_t views, size_t edge,
-	double pitch)
+static struct ct_scan scan_of(
+	enum ct_beam beam, const struct ct_vol *v, size_t views, size_t edge, double pitch)
 {
 	struct ct_scan s;
 
@@ -92,7 +92,8 @@ static int by_value(const void *a, const void *b)
 }
 
 /* All crossings of a ray with all planes, sorted; the voxel of each piece from its middle. */
-static double sum_by_sorting(const struct ct_vol *v, const double o[3], const double d[3], double t0)
+static double sum_by_sorting(
+	const struct ct_vol *v, const double o[3], const double d[3], double t0)
 {
 	double t[512], sum = 0, len = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), oi[3], di[3];
 	size_t n = 0;
@@ -126,7 +127,7 @@ static double sum_by_sorting(const struct ct_vol *v, const double o[3], const do
 		}
 		if (in)
 			sum += (t[i + 1] - t[i]) * len *
-				(double)v->data[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]];
+			       (double)v->data[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]];
 	}
 	return sum;
 }
@@ -197,14 +198,18 @@ static void t_axis_aligned(void)
 				double want = 0;
 
 				for (size_t k = 0; k < 8; k++) { /* u = +y, -x, -y, +x */
-					const size_t x[4] = {k, 7 - col, k, col}, y[4] = {col, k, 7 - col, k};
+					const size_t x[4] = {k, 7 - col, k, col},
+						     y[4] = {col, k, 7 - col, k};
 
-					want += 2 * (double)v.data[((5 - row) * 8 + y[q]) * 8 + x[q]];
+					want += 2 *
+						(double)v.data[((5 - row) * 8 + y[q]) * 8 + x[q]];
 				}
-				worst = fmax(worst, fabs(want -
-					(double)ct_stack_view(&s, q)[row * 8 + col]) / want);
+				worst = fmax(worst,
+					fabs(want - (double)ct_stack_view(&s, q)[row * 8 + col]) /
+						want);
 			}
-	NEAR(worst, 0, 1.2e-7, "rays along axes, four quarter turns: sums of columns to the last bit");
+	NEAR(worst, 0, 1.2e-7,
+		"rays along axes, four quarter turns: sums of columns to the last bit");
 	ct_stack_free(&s);
 	ct_vol_free(&v);
 }
@@ -267,7 +272,8 @@ static void t_faces(void)
 /* Every order and direction of the axes of one object. */
 static void t_orientations(void)
 {
-	static const int perm[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	static const int perm[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	struct ct_vol v = grid(7, 4, 6, 1, 1.7, 1.2);
 	struct ct_scan scan = scan_of(CT_CONE, &v, 5, 9, 1.3);
 	struct ct_stack want = fill(&scan), got = fill(&scan);
@@ -354,14 +360,16 @@ static void t_crop(void)
 
 		part.w = 5;
 		part.h = 4;
-		part.offset[0] = 1.1 * (3 + 2 - 8);       /* columns 3..7 */
-		part.offset[1] = 1.1 * (9 + 1.5 - 8);     /* rows 9..12 */
+		part.offset[0] = 1.1 * (3 + 2 - 8);   /* columns 3..7 */
+		part.offset[1] = 1.1 * (9 + 1.5 - 8); /* rows 9..12 */
 		b = fill(&part);
 		project(&a, &v, NULL);
 		project(&b, &v, NULL);
 		for (size_t i = 0; i < ct_stack_count(&b); i++)
-			worst = fmax(worst, fabs((double)b.data[i] - (double)ct_stack_view(&a, i / 20)[
-				(9 + i / 5 % 4) * 17 + 3 + i % 5]));
+			worst = fmax(
+				worst, fabs((double)b.data[i] -
+					       (double)ct_stack_view(&a,
+						       i / 20)[(9 + i / 5 % 4) * 17 + 3 + i % 5]));
 		ct_stack_free(&a);
 		ct_stack_free(&b);
 	}
@@ -396,8 +404,10 @@ static void t_adjoint(void)
 		s = fill(&scan);
 		q = fill(&scan);
 		for (size_t k = 6; b == CT_CONE && k < 8; k++) /* two views along the axis */
-			s.view[k] = (struct ct_view){.source = {5, 0, 300}, .centre = {0, 0, -99},
-				.u = {1.9, 0, 0.1}, .v = {0, 1.9, 0}};
+			s.view[k] = (struct ct_view){.source = {5, 0, 300},
+				.centre = {0, 0, -99},
+				.u = {1.9, 0, 0.1},
+				.v = {0, 1.9, 0}};
 		for (size_t i = 0; i < ct_stack_count(&q); i++)
 			q.data[i] = (float)ct_rng_normal(5, 6, i) + 0.5F;
 		must(ct_projector_init(&g, &v, &s, &err));
@@ -470,7 +480,8 @@ static void t_threads(void)
 	ct_project_adjoint(&g, 0, 5, b.data, s.data, par);
 	OK(memcmp(a.data, b.data, ct_vol_count(&a) * sizeof *a.data) == 0,
 		"adjoint: four threads, the same bytes");
-	OK(memcmp(a.data, v.data, ct_vol_count(&a) * sizeof *a.data) != 0, "which are not its input");
+	OK(memcmp(a.data, v.data, ct_vol_count(&a) * sizeof *a.data) != 0,
+		"which are not its input");
 	ct_par_free(par);
 	ct_stack_free(&s);
 	ct_stack_free(&q);
@@ -535,7 +546,8 @@ static void t_closed_form(void)
 		CT_PH_SPHERE, CT_PH_CYLINDER, CT_PH_MARKS, CT_PH_SHEPP_LOGAN, CT_PH_ELLIPSOIDS};
 	static const char *const names[] = {"sphere", "cylinder", "marks", "head", "chest"};
 	/* smooth shapes: error as the voxel; flat faces along rays: as its root */
-	static const double limit[] = {0.04, 0.09, 0.22, 0.09, 0.03}, ratio[] = {0.3, 0.4, 0.6, 0.4, 0.3};
+	static const double limit[] = {0.04, 0.09, 0.22, 0.09, 0.03},
+			    ratio[] = {0.3, 0.4, 0.6, 0.4, 0.3};
 
 	for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++)
 		for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
@@ -543,8 +555,8 @@ static void t_closed_form(void)
 			double e1 = deviation((enum ct_beam)beam, kinds[k], 64);
 
 			OK(e1 < ratio[k] * e0 && e1 < limit[k],
-				"%s, %s: nears the closed form as voxels shrink (%.4f, %.4f)", names[k],
-				beam == CT_CONE ? "cone" : "parallel", e0, e1);
+				"%s, %s: nears the closed form as voxels shrink (%.4f, %.4f)",
+				names[k], beam == CT_CONE ? "cone" : "parallel", e0, e1);
 		}
 	NEAR(deviation(CT_CONE, CT_PH_CUBE, 8), 0, 1e-6, "a cube on voxel faces is exact (cone)");
 	NEAR(deviation(CT_PARALLEL, CT_PH_CONSTANT, 8), 0, 1e-6, "and the whole grid (parallel)");
@@ -568,7 +580,8 @@ static void t_phantoms(void)
 	OK(in && n <= CT_PH_MAX_SHAPES, "chests of twelve seeds: density within [0, 1]");
 	n = ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 0, shape);
 	OK(ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 0, again) == n &&
-		memcmp(shape, again, n * sizeof *shape) == 0, "a seed gives one chest");
+			memcmp(shape, again, n * sizeof *shape) == 0,
+		"a seed gives one chest");
 	ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 1, again);
 	OK(memcmp(shape, again, n * sizeof *shape) != 0, "another seed another");
 	n = ct_phantom_make(CT_PH_SHEPP_LOGAN, extent, 1, 0, shape);
@@ -598,7 +611,7 @@ static void t_refused(void)
 	scan.dso = 8.6; /* the sphere has radius 8.66 */
 	s = fill(&scan);
 	OK(ct_projector_init(&g, &v, &s, &err) == -1 && err.code == CT_EGEOM &&
-		strstr(err.msg, "8.6") && strstr(err.msg, "8.66"),
+			strstr(err.msg, "8.6") && strstr(err.msg, "8.66"),
 		"a source within the volume's sphere is refused: %s", err.msg);
 	ct_stack_free(&s);
 	scan.dso = 8.7;

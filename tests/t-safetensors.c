@@ -53,8 +53,8 @@ static void test_half(void)
 	for (unsigned h = 0; h < 65536; h++) {
 		float x = ct_half_to_float((uint16_t)h);
 
-		bad += isnan(x) ? !isnan(ct_half_to_float(ct_float_to_half(x))) :
-			ct_float_to_half(x) != h;
+		bad += isnan(x) ? !isnan(ct_half_to_float(ct_float_to_half(x)))
+				: ct_float_to_half(x) != h;
 	}
 	OK(bad == 0, "all 65536 halves come back");
 	for (uint64_t i = 0; i < 20000; i++) { /* nearest: no neighbour is closer */
@@ -77,8 +77,8 @@ static bool same(const struct ct_tensors *a, const struct ct_tensors *b)
 		const struct ct_tensor *p = &a->t[i], *q = &b->t[i];
 
 		good = strcmp(p->name, q->name) == 0 && p->rank == q->rank &&
-			memcmp(p->dim, q->dim, p->rank * sizeof *p->dim) == 0 &&
-			memcmp(p->data, q->data, ct_tensor_count(p) * sizeof *p->data) == 0;
+		       memcmp(p->dim, q->dim, p->rank * sizeof *p->dim) == 0 &&
+		       memcmp(p->data, q->data, ct_tensor_count(p) * sizeof *p->data) == 0;
 	}
 	return good;
 }
@@ -152,8 +152,8 @@ static void test_types(void)
 		{0x3f80, 0xc040}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
 	static const float want[10][2] = {{0.5f, -3}, {7, -9}, {1.25f, -2}, {70000, -70000},
 		{1, -2}, {1, -3}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
-	static const char *const names[] = {"F64", "I64", "F32", "I32", "F16", "BF16", "I16", "I8",
-		"U8", "BOOL"};
+	static const char *const names[] = {
+		"F64", "I64", "F32", "I32", "F16", "BF16", "I16", "I8", "U8", "BOOL"};
 	static const int bytes[] = {8, 8, 4, 4, 2, 2, 2, 1, 1, 1};
 	struct ct_err e = {0};
 	struct ct_tensors w;
@@ -172,7 +172,8 @@ static void test_types(void)
 	OK(ct_tensors_read(path, &w, &e) == 0 && w.n == 10, "ten types %s", e.msg);
 	for (size_t i = 0; i < 10 && w.n == 10; i++)
 		OK(strcmp(w.t[i].name, names[i]) == 0 && w.t[i].data[0] == want[i][0] &&
-				w.t[i].data[1] == want[i][1], "%s", names[i]);
+				w.t[i].data[1] == want[i][1],
+			"%s", names[i]);
 	ct_tensors_free(&w);
 }
 
@@ -189,7 +190,7 @@ static void refused(const char *header, size_t bytes, const char *words)
 		"refused: %s", e.msg);
 }
 
-#define ONE(type, shape, at) \
+#define ONE(type, shape, at)                                                                       \
 	"{\"x\":{\"dtype\":\"" type "\",\"shape\":" shape ",\"data_offsets\":" at "}}"
 
 static void test_hostile(void)
@@ -221,7 +222,8 @@ static void test_hostile(void)
 	refused(ONE("F64", "[4611686018427387904]", "[0,0]"), 4, "overflows");
 	refused(ONE("F32", "[1]", "[9223372036854775804,9223372036854775807]"), 4, "need 4 bytes");
 	refused("{\"x\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]},"
-		"\"y\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[4,8]}}", 8, "overlaps");
+		"\"y\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[4,8]}}",
+		8, "overlaps");
 	refused("{\"x\":{},\"x\":{}}", 8, "duplicate");
 }
 

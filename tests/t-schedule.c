@@ -37,7 +37,8 @@ static void test_times(void)
 	size_t n, at[4] = {0};
 
 	OK(ct_schedule_start(50) == 980 && ct_schedule_start(10) == 900 &&
-			ct_schedule_start(1000) == 999, "first timestep");
+			ct_schedule_start(1000) == 999,
+		"first timestep");
 	OK(ct_schedule_times(&t, &n, 50, 980, 1, 1, &e) == 0 && n == 51, "50 steps");
 	for (size_t k = 0; k < n; k++)
 		bad += t[k] != (k == 50 ? -1 : 980 - 20 * (int)k);

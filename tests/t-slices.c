@@ -22,9 +22,17 @@ static void stack(struct ct_slice s[N], const double across[3], const double dow
 
 	for (int k = 0; k < N; k++) {
 		snprintf(paths[k], sizeof paths[k], "s%d", shuffle[k]);
-		s[k] = (struct ct_slice){.path = paths[k], .series = "1.2", .modality = "CT",
-			.columns = 5, .rows = 4, .frames = 1, .placed = true, .pitch = {0.5, 0.75},
-			.scaled = true, .slope = 1, .intercept = -1024};
+		s[k] = (struct ct_slice){.path = paths[k],
+			.series = "1.2",
+			.modality = "CT",
+			.columns = 5,
+			.rows = 4,
+			.frames = 1,
+			.placed = true,
+			.pitch = {0.5, 0.75},
+			.scaled = true,
+			.slope = 1,
+			.intercept = -1024};
 		for (int i = 0; i < 3; i++) {
 			s[k].across[i] = across[i];
 			s[k].down[i] = down[i];
@@ -47,10 +55,11 @@ static int right(const struct ct_slice *s, double affine[3][4])
 
 				ct_vol_world(&v, (const double[3]){i, j, k}, mm);
 				for (int r = 0; r < 3; r++)
-					worst = fmax(worst,
-						fabs((r < 2 ? -mm[r] : mm[r]) -
-							(s[k].position[r] + s[k].across[r] * 0.5 * i +
-								s[k].down[r] * 0.75 * j)));
+					worst = fmax(
+						worst, fabs((r < 2 ? -mm[r] : mm[r]) -
+							       (s[k].position[r] +
+								       s[k].across[r] * 0.5 * i +
+								       s[k].down[r] * 0.75 * j)));
 			}
 	return worst < 1e-9;
 }
@@ -81,7 +90,8 @@ static void test_orientations(void)
 static int refuses(struct ct_slice s[N], enum ct_code code, const char *word)
 {
 	double affine[3][4];
-	int ok = ct_slices_grid(s, N, affine, &err) != 0 && err.code == code && strstr(err.msg, word);
+	int ok = ct_slices_grid(s, N, affine, &err) != 0 && err.code == code &&
+		 strstr(err.msg, word);
 
 	if (!ok)
 		printf("# %s\n", err.msg);
@@ -163,16 +173,22 @@ static void test_series(void)
 	ct_slices_group(s, N);
 	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) && err.code == CT_EGEOM,
 		"two series are refused");
-	OK(ct_slices_pick(s, N, "1.1", &first, &count, &err) == 0 && first == 4 && count == 3, "by UID");
+	OK(ct_slices_pick(s, N, "1.1", &first, &count, &err) == 0 && first == 4 && count == 3,
+		"by UID");
 	OK(ct_slices_pick(s, N, "1", &first, &count, &err) == 0 && first == 0 && count == 4,
 		"by number");
 	OK(ct_slices_pick(s, N, "3", &first, &count, &err) && err.code == CT_EUSAGE, "no third");
-	OK(ct_slices_pick(s, 0, NULL, &first, &count, &err) && err.code == CT_EINPUT, "none at all");
+	OK(ct_slices_pick(s, 0, NULL, &first, &count, &err) && err.code == CT_EINPUT,
+		"none at all");
 }
 
 static void test_hu(void)
 {
-	struct ct_slice s = {.columns = 3, .rows = 1, .slope = 2, .intercept = -1000, .padded = true,
+	struct ct_slice s = {.columns = 3,
+		.rows = 1,
+		.slope = 2,
+		.intercept = -1000,
+		.padded = true,
 		.padding = {-2000, -1500}};
 	float px[3] = {-1800, 0, 300};
 

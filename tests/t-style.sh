@@ -25,4 +25,12 @@ bad=$(for f in $src; do
 bad=$(wc -l $src | awk '$2 != "total" && $1 > 700 {print}')
 [ -z "$bad" ]; ok $? 'no file is longer than 700 lines'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
+	# shellcheck disable=SC2046
+	bad=$(clang-format --dry-run $src $(find bench -name '*.[ch]') 2>&1 | grep warning: | cut -d: -f1 | uniq -c)
+	[ -z "$bad" ]; ok $? 'every source is as clang-format writes it'
+	[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+else
+	skip 'every source is as clang-format writes it' 'clang-format 14 is not here'
+fi
 done_testing

@@ -1,5 +1,5 @@
-/* The loop over views with a network that needs no training: shapes, normalisation, samples, stopping
- * and resuming, threads. */
+/* The loop over views with a network that needs no training: shapes, normalisation, samples,
+ * stopping and resuming, threads. */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
@@ -49,8 +49,10 @@ static void stacks(struct ct_stack *in, struct ct_stack *out, struct ct_stack *d
 	if (ct_stack_alloc(in, VIEWS, H, W, &e))
 		exit(99);
 	for (size_t k = 0; k < VIEWS; k++)
-		in->view[k] = (struct ct_view){.source = {100, 0, 0}, .centre = {-50, 0, 0},
-			.u = {0, 2, 0}, .v = {0, 0, -2}};
+		in->view[k] = (struct ct_view){.source = {100, 0, 0},
+			.centre = {-50, 0, 0},
+			.u = {0, 2, 0},
+			.v = {0, 0, -2}};
 	for (size_t i = 0; i < ct_stack_count(in); i++)
 		in->data[i] = (float)(2 * ct_rng_uniform(1, 1, i));
 	if (ct_stack_like(out, in, S, &e) || (dev && ct_stack_like(dev, in, S, &e)))
@@ -65,8 +67,11 @@ static int go(const struct ct_superres *p, const struct ct_stack *in, const stru
 	struct ct_env env = {.seed = 3, .stop = &stop};
 	struct net net = {.stop = &stop, .left = left};
 	void *ctx[THREADS];
-	struct ct_denoiser d = {.schedule = &schedule, .channels = CHANNELS, .multiple = MULTIPLE,
-		.eps = network, .ctx = ctx};
+	struct ct_denoiser d = {.schedule = &schedule,
+		.channels = CHANNELS,
+		.multiple = MULTIPLE,
+		.eps = network,
+		.ctx = ctx};
 	size_t high, wide;
 	int rc;
 
@@ -145,7 +150,8 @@ static void test_measured(void)
 	p.final_consistency = true;
 	memset(done, 0, sizeof done);
 	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0 &&
-			ct_superres_measure(&p, &back, &out, &e) == 0, "DDNM+ made consistent");
+			ct_superres_measure(&p, &back, &out, &e) == 0,
+		"DDNM+ made consistent");
 	worst = 0;
 	for (size_t i = 0; i < ct_stack_count(&in); i++)
 		if (!clamped(&out, i / (H * W), i / W % H, i % W, p.norm))
@@ -175,7 +181,8 @@ static void test_threads_and_samples(void)
 	for (size_t i = 0; i < ct_stack_count(&dev); i++)
 		sum += (double)dev.data[i];
 	OK(sum > 0, "the samples differ");
-	OK(memcmp(ct_stack_view(&a, 0), ct_stack_view(&a, 1), 64) != 0, "views draw their own noise");
+	OK(memcmp(ct_stack_view(&a, 0), ct_stack_view(&a, 1), 64) != 0,
+		"views draw their own noise");
 	p.samples = 1;
 	memset(done, 0, sizeof done);
 	OK(go(&p, &in, NULL, &b, &dev, done, 1, NULL, &e) && e.code == CT_EUSAGE,

@@ -82,8 +82,8 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 
 static void test_orientation(void)
 {
-	static const int order[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1},
-		{2, 1, 0}};
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	static const char letters[3][3] = {"LR", "PA", "IS"};
 	size_t bad = 0;
 	char code[4];

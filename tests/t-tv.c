@@ -39,8 +39,9 @@ static double variation(const float *x, const size_t n[3])
 	return sum;
 }
 
-static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t n[3], const float *y,
-	double noise, size_t iterations, struct ct_tv_report *report, struct ct_par *par)
+static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t n[3],
+	const float *y, double noise, size_t iterations, struct ct_tv_report *report,
+	struct ct_par *par)
 {
 	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0};
 	const struct ct_env env = {.par = par};
@@ -79,7 +80,8 @@ static void test_step(void)
 		solve(ct_tv, x, &one, n, y, 30, 600, &r, NULL);
 		for (size_t i = 0; i < count(n); i++)
 			worst = fmax(worst, fabs((double)x[i] - 0.7 * (double)y[i]));
-		OK(worst < 1, "a step along axis %d is lowered by the noise allowed (%.2g HU)", axis, worst);
+		OK(worst < 1, "a step along axis %d is lowered by the noise allowed (%.2g HU)",
+			axis, worst);
 		OK(fabs(r.objective * (double)count(n) / variation(x, n) - 1) < 0.01,
 			"and its total variation is reported");
 		free(x);
@@ -102,7 +104,8 @@ static void test_box(void)
 	for (size_t i = 0; i < count(n); i++) {
 		size_t a = i % n[0], b = i / n[0] % n[1], c = i / (n[0] * n[1]);
 
-		truth[i] = a >= 12 && a < 36 && b >= 8 && b < 28 && c >= 16 && c < 32 ? 1000 : -1000;
+		truth[i] =
+			a >= 12 && a < 36 && b >= 8 && b < 28 && c >= 16 && c < 32 ? 1000 : -1000;
 	}
 	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
 		exit(1);
@@ -140,7 +143,7 @@ static void test_ramp(void)
 
 	for (size_t i = 0; i < count(n); i++)
 		truth[i] = 10 * (float)(i % n[0]) - 7 * (float)(i / n[0] % n[1]) +
-			3 * (float)(i / (n[0] * n[1]));
+			   3 * (float)(i / (n[0] * n[1]));
 	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
 		exit(1);
 	ct_separable_apply(&down, y, truth, NULL);
@@ -162,7 +165,8 @@ static void test_ramp(void)
 /* Thin axes, one voxel, and a constant, for both. */
 static void test_thin(solver *fn, const char *name)
 {
-	static const size_t sizes[][3] = {{16, 12, 1}, {1, 8, 40}, {24, 1, 1}, {1, 1, 1}, {5, 1, 33}};
+	static const size_t sizes[][3] = {
+		{16, 12, 1}, {1, 8, 40}, {24, 1, 1}, {1, 1, 1}, {5, 1, 33}};
 
 	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
 		const size_t *n = sizes[s];
@@ -179,8 +183,8 @@ static void test_thin(solver *fn, const char *name)
 		solve(fn, x, &d, n, y, 0, 4000, &r, NULL);
 		for (size_t i = 0; i < count(n); i++)
 			worst = fmax(worst, fabs((double)x[i] + 1000));
-		OK(worst < 2, "%s of a constant %zux%zux%zu is constant (%.2g)", name, n[0], n[1], n[2],
-			worst);
+		OK(worst < 2, "%s of a constant %zux%zux%zu is constant (%.2g)", name, n[0], n[1],
+			n[2], worst);
 		free(x);
 		free(y);
 	}
@@ -224,7 +228,8 @@ static void test_divergence(void)
 	x[77] = (float)INFINITY;
 	if (ct_dc_alloc(&dc, &one, n, y, 1, NULL, &e))
 		exit(1);
-	OK(ct_tv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC, "tv: infinity is an error");
+	OK(ct_tv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC,
+		"tv: infinity is an error");
 	OK(ct_htv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC, "htv: likewise");
 	ct_dc_free(&dc);
 	free(x);

@@ -68,8 +68,10 @@ int ct_chain_open(struct ct_chain *c, const char *folder, bool resume, const str
 	if (!log || !c->tools || asprintf(&c->threads, "%zu", ct_par_threads(env->par)) < 0)
 		ct_fail(e, CT_ENOMEM, "no memory");
 	else if (folder && !resume && !env->force && access(log, F_OK) == 0)
-		ct_fail(e, CT_EOUTPUT, "%s: holds an earlier run; --resume goes on with it, "
-			"--force starts anew", folder);
+		ct_fail(e, CT_EOUTPUT,
+			"%s: holds an earlier run; --resume goes on with it, "
+			"--force starts anew",
+			folder);
 	else
 		rc = 0;
 	free(log);
@@ -278,10 +280,12 @@ static int run_step(const struct ct_chain *c, struct ct_step *s, bool again,
 	if (got < 0)
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
 	if (WIFSIGNALED(status) && !asked)
-		return ct_fail(e, CT_EFAIL, "%s was killed by signal %d", s->tool, WTERMSIG(status));
+		return ct_fail(
+			e, CT_EFAIL, "%s was killed by signal %d", s->tool, WTERMSIG(status));
 	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)
-		return ct_fail(e, CT_ESTOP, c->temporary ? "stopped on request" :
-			"stopped on request; --resume goes on");
+		return ct_fail(e, CT_ESTOP,
+			c->temporary ? "stopped on request"
+				     : "stopped on request; --resume goes on");
 	if (WEXITSTATUS(status) != 0)
 		return ct_fail(e, (enum ct_code)WEXITSTATUS(status), "%s failed", s->tool);
 	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, now() - start);

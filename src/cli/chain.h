@@ -11,18 +11,18 @@
 enum { CT_CHAIN_ARGS = 64 };
 
 struct ct_step {
-	const char *tool, *output;       /* output: what it makes, for the check on resuming */
+	const char *tool, *output; /* output: what it makes, for the check on resuming */
 	size_t argc;
-	char *argv[CT_CHAIN_ARGS];       /* owned; argv[0] is the tool's name */
-	bool resumable;                  /* knows --resume */
+	char *argv[CT_CHAIN_ARGS]; /* owned; argv[0] is the tool's name */
+	bool resumable;            /* knows --resume */
 };
 
 struct ct_chain {
-	char *folder, *tools;            /* intermediate files; where the commands are */
-	bool temporary;                  /* remove the folder when the chain is freed */
+	char *folder, *tools; /* intermediate files; where the commands are */
+	bool temporary;       /* remove the folder when the chain is freed */
 	size_t n, cap, done;
 	struct ct_step *step;
-	char *threads;                   /* value of --threads handed down */
+	char *threads; /* value of --threads handed down */
 };
 
 /* Work in `folder` (made if missing; without resume it must not hold another chain, unless

@@ -97,8 +97,7 @@ static void put_default(const struct ct_opt *o, const void *defaults)
 		break;
 	case CT_T_FLAG:
 	case CT_T_LIST:
-	case CT_T_END:
-		break;
+	case CT_T_END: break;
 	}
 }
 
@@ -185,8 +184,8 @@ static void mdoc(const struct ct_tool *t)
 	puts(".El");
 }
 
-static int set_number(const struct ct_opt *o, void *p, const char *name, const char *s,
-	struct ct_err *e)
+static int set_number(
+	const struct ct_opt *o, void *p, const char *name, const char *s, struct ct_err *e)
 {
 	char *end;
 	double x;
@@ -210,8 +209,8 @@ static int set_number(const struct ct_opt *o, void *p, const char *name, const c
 	return 0;
 }
 
-static int set_choice(const struct ct_opt *o, int *p, const char *name, const char *s,
-	struct ct_err *e)
+static int set_choice(
+	const struct ct_opt *o, int *p, const char *name, const char *s, struct ct_err *e)
 {
 	const char *w = o->arg;
 
@@ -234,18 +233,13 @@ static int set(const struct ct_opt *o, void *params, const char *s, struct ct_er
 
 	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "", o->name ? o->name : o->arg);
 	switch (o->type) {
-	case CT_T_FLAG:
-		*(bool *)p = true;
-		return 0;
-	case CT_T_STR:
-		*(const char **)p = s;
-		return 0;
+	case CT_T_FLAG: *(bool *)p = true; return 0;
+	case CT_T_STR: *(const char **)p = s; return 0;
 	case CT_T_INT:
 	case CT_T_REAL:
 		return o->choice ? set_choice(o, p, name, s, e) : set_number(o, p, name, s, e);
 	case CT_T_LIST:
-	case CT_T_END:
-		break;
+	case CT_T_END: break;
 	}
 	return 0;
 }
@@ -276,8 +270,8 @@ static int set_operand(struct parser *s, const char *a, struct ct_err *e)
 }
 
 /* A long option may be cut short while that stays unique. */
-static const struct ct_opt *find(const struct ct_tool *t, const char *a, size_t n, char c,
-	bool *common)
+static const struct ct_opt *find(
+	const struct ct_tool *t, const char *a, size_t n, char c, bool *common)
 {
 	const struct ct_opt *o, *hit = NULL;
 	bool is_common, hit_common = false;
@@ -359,10 +353,10 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 	if (s->common->help || s->common->version || s->common->mdoc)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
-		(s->operand->type == CT_T_LIST && s->nlist)))
+						       (s->operand->type == CT_T_LIST && s->nlist)))
 		s->operand++;
-	return s->operand->type != CT_T_END ?
-		ct_fail(e, CT_EUSAGE, "missing %s", s->operand->arg) : 0;
+	return s->operand->type != CT_T_END ? ct_fail(e, CT_EUSAGE, "missing %s", s->operand->arg)
+					    : 0;
 }
 
 static size_t threads_wanted(int flag)
@@ -411,7 +405,8 @@ static void say(const struct ct_env *env, enum ct_level level, const char *text)
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
 }
 
-/* The option that argument `a` is, if it cannot change the result and so stays out of the history. */
+/* The option that argument `a` is, if it cannot change the result and so stays out of the history.
+ */
 static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
 {
 	static const char *const names[] = {"quiet", "verbose", "force", "threads", "resume"};
@@ -459,9 +454,15 @@ static int run(const struct ct_tool *t, const void *params, const struct common 
 	char **argv, struct ct_err *e)
 {
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
-	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose, .force = c->force,
-		.json = c->json, .dry_run = c->dry_run, .tool = t->name, .stop = &stop_asked,
-		.log = say, .progress = ct_progress_draw, .ctx = &bar};
+	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose,
+		.force = c->force,
+		.json = c->json,
+		.dry_run = c->dry_run,
+		.tool = t->name,
+		.stop = &stop_asked,
+		.log = say,
+		.progress = ct_progress_draw,
+		.ctx = &bar};
 	char *end, *history;
 	int rc;
 

@@ -13,9 +13,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum ct_type {
-	CT_T_END, CT_T_FLAG, CT_T_INT, CT_T_REAL, CT_T_STR, CT_T_LIST
-};
+enum ct_type { CT_T_END, CT_T_FLAG, CT_T_INT, CT_T_REAL, CT_T_STR, CT_T_LIST };
 
 /* Operands that may repeat. */
 struct ct_list {
@@ -24,37 +22,47 @@ struct ct_list {
 };
 
 struct ct_opt {
-	char c;              /* short letter, or 0 */
-	const char *name;    /* long name; NULL for an operand */
+	char c;           /* short letter, or 0 */
+	const char *name; /* long name; NULL for an operand */
 	enum ct_type type;
-	size_t at;           /* offset in the params struct */
-	const char *arg;     /* name of the value; for a choice the words: "linear|cubic" */
+	size_t at;       /* offset in the params struct */
+	const char *arg; /* name of the value; for a choice the words: "linear|cubic" */
 	const char *help;
-	double lo, hi;       /* inclusive range of a number; lo == hi means any */
-	bool choice;         /* int field: index of the word in arg */
-	bool optional;       /* operand that may be absent */
+	double lo, hi; /* inclusive range of a number; lo == hi means any */
+	bool choice;   /* int field: index of the word in arg */
+	bool optional; /* operand that may be absent */
 };
 
-#define CT_TYPE_(S, f)                                                                            \
+#define CT_TYPE_(S, f)                                                                             \
 	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL,                  \
 		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
-#define CT_OPT(S, f, c, name, arg, lo, hi, help)                                                  \
-	{c, name, CT_TYPE_(S, f), offsetof(S, f), arg, help, lo, hi, false, false}
+#define CT_OPT(S, f, c, name, arg, lo, hi, help)                                                   \
+	{                                                                                          \
+		c, name, CT_TYPE_(S, f), offsetof(S, f), arg, help, lo, hi, false, false           \
+	}
 /* An int field that takes one of the words "a|b|c" and holds its index. */
-#define CT_CHOICE(S, f, c, name, words, help)                                                     \
-	{c, name, CT_T_INT, offsetof(S, f), words, help, 0, 0, true, \
-		false}
-#define CT_ARG(S, f, arg, help)                                                                   \
-	{0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, false}
+#define CT_CHOICE(S, f, c, name, words, help)                                                      \
+	{                                                                                          \
+		c, name, CT_T_INT, offsetof(S, f), words, help, 0, 0, true, false                  \
+	}
+#define CT_ARG(S, f, arg, help)                                                                    \
+	{                                                                                          \
+		0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, false             \
+	}
 /* Last operand that may be missing; a struct ct_list takes all that are left. */
-#define CT_ARG_MAYBE(S, f, arg, help)                                                             \
-	{0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, true}
-#define CT_OPT_END {0, NULL, CT_T_END, 0, NULL, NULL, 0, 0, false, false}
+#define CT_ARG_MAYBE(S, f, arg, help)                                                              \
+	{                                                                                          \
+		0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, true              \
+	}
+#define CT_OPT_END                                                                                 \
+	{                                                                                          \
+		0, NULL, CT_T_END, 0, NULL, NULL, 0, 0, false, false                               \
+	}
 
 enum ct_tool_flags {
-	CT_SEEDED = 1, /* has -s/--seed */
+	CT_SEEDED = 1,  /* has -s/--seed */
 	CT_REPORTS = 2, /* has --json */
-	CT_LONG = 4,   /* has --dry-run */
+	CT_LONG = 4,    /* has --dry-run */
 };
 
 struct ct_tool {

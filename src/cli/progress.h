@@ -4,11 +4,11 @@
 #include "core/env.h"
 
 struct ct_progress {
-	bool on;          /* standard error is a terminal and not quiet */
-	bool drawn;       /* a line stands there */
+	bool on;    /* standard error is a terminal and not quiet */
+	bool drawn; /* a line stands there */
 	double start, last;
 	char what[40];
-	size_t first;     /* units done when `what` began: a resumed run starts above 0 */
+	size_t first; /* units done when `what` began: a resumed run starts above 0 */
 };
 
 /* For env->progress; env->ctx is a struct ct_progress. */

@@ -13,18 +13,18 @@ enum ct_level { CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
 struct ct_env {
-	struct ct_par *par;  /* thread pool; NULL runs on the calling thread */
+	struct ct_par *par; /* thread pool; NULL runs on the calling thread */
 	uint64_t seed;
-	int verbose;         /* -1 quiet, 0 normal, 1.. more */
-	bool force;          /* overwrite existing outputs */
+	int verbose; /* -1 quiet, 0 normal, 1.. more */
+	bool force;  /* overwrite existing outputs */
 	bool json, dry_run;
-	const char *tool;    /* name for messages */
-	const char *history; /* tool, version and arguments, for provenance */
+	const char *tool;                  /* name for messages */
+	const char *history;               /* tool, version and arguments, for provenance */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`; called from one thread at a time */
 	void (*progress)(const struct ct_env *env, const char *what, size_t done, size_t total);
-	void *ctx;           /* belongs to the callbacks */
+	void *ctx; /* belongs to the callbacks */
 };
 
 /* Format and hand to env->log; no log, no words. */

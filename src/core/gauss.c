@@ -21,8 +21,8 @@ int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *
 			*a = (enum ct_activation)i;
 			return 0;
 		}
-	return ct_fail(e, CT_EINPUT, "activation '%.40s' is not prelu, softplus, relu or sine",
-		name);
+	return ct_fail(
+		e, CT_EINPUT, "activation '%.40s' is not prelu, softplus, relu or sine", name);
 }
 
 enum { FIELDS = 11 };

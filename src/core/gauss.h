@@ -23,10 +23,10 @@ struct ct_gauss {
 	float *rot[4];   /* quaternion w x y z, need not be normalised */
 	float *raw;      /* raw density z */
 	enum ct_activation activation;
-	double gamma;    /* PReLU slope, > 0 */
-	size_t grid[3];  /* grid the set was made for; 0 if none */
+	double gamma;   /* PReLU slope, > 0 */
+	size_t grid[3]; /* grid the set was made for; 0 if none */
 	double affine[3][4];
-	size_t step;     /* optimiser step of the checkpoint */
+	size_t step; /* optimiser step of the checkpoint */
 	struct ct_meta meta;
 };
 

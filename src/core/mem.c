@@ -15,8 +15,8 @@ int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err
 static int bytes_of(size_t *bytes, size_t n, size_t size, struct ct_err *e)
 {
 	if (__builtin_mul_overflow(n, size, bytes) || *bytes > CT_MAX_BYTES)
-		return ct_fail(e, CT_EINPUT, "array of %zu elements of %zu bytes is too large", n,
-			size);
+		return ct_fail(
+			e, CT_EINPUT, "array of %zu elements of %zu bytes is too large", n, size);
 	return 0;
 }
 

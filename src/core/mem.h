@@ -17,7 +17,8 @@
 /* *out = a*b, or CT_EINPUT naming `what`. */
 int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err *e);
 /* Array of n elements of `size` bytes at *out, 64-byte aligned, uninitialised; free() it.
- * n*size == 0 gives a valid pointer. CT_EINPUT if the size is absurd, CT_ENOMEM if not to be had. */
+ * n*size == 0 gives a valid pointer. CT_EINPUT if the size is absurd, CT_ENOMEM if not to be had.
+ */
 int ct_alloc(void *out, size_t n, size_t size, struct ct_err *e);
 /* The same, zeroed. */
 int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e);

@@ -91,8 +91,7 @@ void ct_meta_drop(struct ct_meta *m, const char *key)
 	m->n--;
 }
 
-int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v,
-	struct ct_err *e)
+int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e)
 {
 	const char *s = ct_meta_get(m, key), *at = s;
 	size_t got = 0;

@@ -28,7 +28,7 @@ struct ct_meta {
 	size_t n, cap;
 	struct ct_pair {
 		char *key, *value;
-	} *pair; /* in order of insertion */
+	} * pair; /* in order of insertion */
 };
 
 void ct_meta_free(struct ct_meta *m);
@@ -42,8 +42,8 @@ void ct_meta_drop(struct ct_meta *m, const char *key);
 /* Numbers "a,b,c" of a key into v: 0; 1 if there is no such key (v untouched); -1 with
  * CT_EINPUT naming the key if the value is not exactly n finite numbers. One number
  * stands for n equal ones. */
-int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v,
-	struct ct_err *e);
+int ct_meta_numbers(
+	const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e);
 int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e);
 /* Append this command to `history` of dst, with the names and hashes of the n lists `in`
  * (NULL entries are skipped) and the seed; drops "input". */

@@ -82,8 +82,8 @@ int ct_par_alloc(struct ct_par **out, size_t threads, struct ct_err *e)
 		p->worker[i] = (struct worker){.par = p, .id = i};
 		if (pthread_create(&p->worker[i].thread, NULL, work, &p->worker[i])) {
 			ct_par_free(p);
-			return ct_fail(e, CT_ENOMEM, "cannot start thread %zu of %zu", i + 1,
-				threads);
+			return ct_fail(
+				e, CT_ENOMEM, "cannot start thread %zu of %zu", i + 1, threads);
 		}
 		p->started++;
 	}

@@ -66,8 +66,8 @@ int ct_slices_pick(const struct ct_slice *s, size_t n, const char *which, size_t
 		*first = k;
 		*count = ct_slices_count(s, n, k);
 		seen++;
-		if (!which ? *count == n : strcmp(which, s[k].series) == 0 ||
-					(*which && !*end && seen == want))
+		if (!which ? *count == n
+			   : strcmp(which, s[k].series) == 0 || (*which && !*end && seen == want))
 			return 0;
 	}
 	if (n == 0)
@@ -96,8 +96,9 @@ static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct
 				b->across[1], b->across[2], b->path);
 	for (int i = 0; i < 2; i++)
 		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
-			return ct_fail(e, CT_EGEOM, "mixed pixel sizes: %g mm in %s and %g mm in %s",
-				a->pitch[i], a->path, b->pitch[i], b->path);
+			return ct_fail(e, CT_EGEOM,
+				"mixed pixel sizes: %g mm in %s and %g mm in %s", a->pitch[i],
+				a->path, b->pitch[i], b->path);
 	return 0;
 }
 
@@ -118,15 +119,18 @@ static int check_one(const struct ct_slice *s, struct ct_err *e)
 			s->path);
 	for (int i = 0; i < 2; i++)
 		if (!(s->pitch[i] > 1e-6 && s->pitch[i] < 1e4))
-			return ct_fail(e, CT_EGEOM, "%s: PixelSpacing is %g mm", s->path, s->pitch[i]);
+			return ct_fail(
+				e, CT_EGEOM, "%s: PixelSpacing is %g mm", s->path, s->pitch[i]);
 	if (!(fabs(dot(s->across, s->across) - 1) <= 1e-3 &&
-		    fabs(dot(s->down, s->down) - 1) <= 1e-3 && fabs(dot(s->across, s->down)) <= 1e-4))
+		    fabs(dot(s->down, s->down) - 1) <= 1e-3 &&
+		    fabs(dot(s->across, s->down)) <= 1e-4))
 		return ct_fail(e, CT_EGEOM,
 			"%s: ImageOrientationPatient is not two unit vectors at right angles",
 			s->path);
 	for (int i = 0; i < 3; i++)
 		if (!isfinite(s->position[i]))
-			return ct_fail(e, CT_EGEOM, "%s: ImagePositionPatient is not finite", s->path);
+			return ct_fail(
+				e, CT_EGEOM, "%s: ImagePositionPatient is not finite", s->path);
 	return 0;
 }
 
@@ -139,8 +143,8 @@ static int by_place(const void *p, const void *q)
 {
 	const struct place *a = p, *b = q;
 
-	return a->at != b->at ? (a->at > b->at) - (a->at < b->at) :
-				(a->from > b->from) - (a->from < b->from);
+	return a->at != b->at ? (a->at > b->at) - (a->at < b->at)
+			      : (a->from > b->from) - (a->from < b->from);
 }
 
 /* Put the slices in order of their place along u; at[] gets the places. */
@@ -206,8 +210,8 @@ static int check_stack(const struct ct_slice *s, size_t n, const double u[3], co
 
 	for (size_t k = 1; k < n; k++) {
 		if (at[k] - at[k - 1] < 1e-3)
-			return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s", s[k - 1].path,
-				s[k].path);
+			return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s",
+				s[k - 1].path, s[k].path);
 		worst = fmax(worst, fabs(at[k] - at[0] - (double)k * step));
 		side = fmax(side, drift(&s[0], &s[k], u));
 	}
@@ -225,7 +229,8 @@ static int check_stack(const struct ct_slice *s, size_t n, const double u[3], co
 				round(times) - 1, mid, g, s[k - 1].path, s[k].path);
 	}
 	if (worst > 0.05 * step)
-		return ct_fail(e, CT_EGEOM, "uneven slices: gaps run from %.4g to %.4g mm", least, most);
+		return ct_fail(
+			e, CT_EGEOM, "uneven slices: gaps run from %.4g to %.4g mm", least, most);
 	return 0;
 }
 

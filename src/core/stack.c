@@ -30,7 +30,8 @@ int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct 
 
 	if (views == 0 || h == 0 || w == 0)
 		return ct_fail(e, CT_EINPUT, "empty stack: %zu views of %zux%zu", views, w, h);
-	if (ct_size_mul(&count, views, h, "stack", e) || ct_size_mul(&count, count, w, "stack", e) ||
+	if (ct_size_mul(&count, views, h, "stack", e) ||
+		ct_size_mul(&count, count, w, "stack", e) ||
 		ct_alloc0(&s->view, views, sizeof *s->view, e))
 		return -1;
 	if (ct_alloc(&s->data, count, sizeof *s->data, e)) {
@@ -82,12 +83,12 @@ int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 				return ct_fail(e, CT_EGEOM, "view %zu: geometry is not finite", k);
 		}
 		if (!(norm(n) > 1e-6 * norm(u) * norm(v)) || !(norm(n) > 0))
-			return ct_fail(e, CT_EGEOM, "view %zu: detector axes are parallel or zero",
-				k);
+			return ct_fail(
+				e, CT_EGEOM, "view %zu: detector axes are parallel or zero", k);
 		along = (d[0] * n[0] + d[1] * n[1] + d[2] * n[2]) / norm(n);
 		if (!(fabs(along) > 1e-6 * norm(d)) || !(norm(d) > 0))
-			return ct_fail(e, CT_EGEOM, "view %zu: source lies in the detector plane",
-				k);
+			return ct_fail(
+				e, CT_EGEOM, "view %zu: source lies in the detector plane", k);
 	}
 	return 0;
 }
@@ -112,8 +113,9 @@ static int near(const double a[3], const double b[3], double tol)
 int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_err *e)
 {
 	if (a->views != b->views || a->h != b->h || a->w != b->w)
-		return ct_fail(e, CT_EGEOM, "stacks differ: %zu views of %zux%zu and %zu of %zux%zu",
-			a->views, a->w, a->h, b->views, b->w, b->h);
+		return ct_fail(e, CT_EGEOM,
+			"stacks differ: %zu views of %zux%zu and %zu of %zux%zu", a->views, a->w,
+			a->h, b->views, b->w, b->h);
 	if (a->beam != b->beam)
 		return ct_fail(e, CT_EGEOM, "stacks differ: %s and %s beam", ct_beam_name(a->beam),
 			ct_beam_name(b->beam));
@@ -129,8 +131,7 @@ int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_
 	return 0;
 }
 
-int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double factor,
-	struct ct_err *e)
+int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e)
 {
 	double h = (double)src->h * factor, w = (double)src->w * factor;
 

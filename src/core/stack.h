@@ -21,7 +21,7 @@ enum ct_beam { CT_CONE, CT_PARALLEL, CT_FAN };
 
 struct ct_view {
 	double source[3], centre[3], u[3], v[3]; /* mm */
-	double angle;                            /* degrees, for people; the vectors are the truth */
+	double angle; /* degrees, for people; the vectors are the truth */
 };
 
 struct ct_stack {
@@ -41,8 +41,8 @@ void ct_stack_free(struct ct_stack *s);
 size_t ct_stack_count(const struct ct_stack *s);
 /* Pixels of view k. */
 float *ct_stack_view(const struct ct_stack *s, size_t k);
-/* CT_EGEOM naming the view unless its vectors are finite, u and v independent, and the source off the
- * detector plane. */
+/* CT_EGEOM naming the view unless its vectors are finite, u and v independent, and the source off
+ * the detector plane. */
 int ct_stack_check(const struct ct_stack *s, struct ct_err *e);
 /* CT_ENUMERIC naming the first pixel that is not finite. */
 int ct_stack_check_finite(const struct ct_stack *s, struct ct_err *e);
@@ -50,7 +50,7 @@ int ct_stack_check_finite(const struct ct_stack *s, struct ct_err *e);
 int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_err *e);
 /* Geometry and metadata of src (same detector area, pixels `factor` times finer if > 1 in both
  * directions; h*factor and w*factor must be whole), data uninitialised. */
-int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double factor,
-	struct ct_err *e);
+int ct_stack_like(
+	struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e);
 
 #endif

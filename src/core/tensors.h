@@ -9,9 +9,9 @@
 enum { CT_MAX_RANK = 8 };
 
 struct ct_tensor {
-	char *name;               /* owned */
+	char *name; /* owned */
 	size_t rank, dim[CT_MAX_RANK];
-	float *data;              /* owned, C order (last dimension fastest) */
+	float *data; /* owned, C order (last dimension fastest) */
 };
 
 struct ct_tensors {

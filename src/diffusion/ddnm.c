@@ -11,15 +11,15 @@
 struct work {
 	size_t n, m, all; /* all = channels * n */
 	float *x0, *eps, *z;
-	double *data;        /* coefficients of A+ y, every channel */
+	double *data;         /* coefficients of A+ y, every channel */
 	double *c0, *cz, *ce; /* coefficients of x0, z, eps, one channel */
-	double *t;           /* scratch of the operator */
+	double *t;            /* scratch of the operator */
 };
 
 /* Where a move goes, and what does not depend on the component. */
 struct move {
-	double a, sig;          /* sqrt(abar_j), sqrt(1 - abar_j) */
-	double fresh, kept;     /* factors of z and eps outside the measured components */
+	double a, sig;      /* sqrt(abar_j), sqrt(1 - abar_j) */
+	double fresh, kept; /* factors of z and eps outside the measured components */
 	double eta, q, sy;
 	enum ct_ddnm_rule rule; /* PLUS only if sy > 0 */
 	double lam;             /* of the rules that have one for all components */
@@ -57,8 +57,13 @@ static int work_alloc(struct work *w, const struct ct_ddnm *d, struct ct_err *e)
 static struct move move_to(const struct ct_ddnm *d, int j)
 {
 	double abar = ct_abar(d->schedule, j), q = sqrt(1.0 - d->eta * d->eta);
-	struct move m = {.a = sqrt(abar), .sig = sqrt(1.0 - abar), .eta = d->eta, .q = q,
-		.sy = 2.0 * d->sigma_y, .rule = d->rule, .lam = 1.0};
+	struct move m = {.a = sqrt(abar),
+		.sig = sqrt(1.0 - abar),
+		.eta = d->eta,
+		.q = q,
+		.sy = 2.0 * d->sigma_y,
+		.rule = d->rule,
+		.lam = 1.0};
 	double gam = 1.0;
 
 	if (m.rule == CT_DDNM_PLUS && !(m.sy > 0))
@@ -89,15 +94,15 @@ static double measured(const struct move *m, double s, double c0, double cy, dou
 }
 
 /* One channel: x becomes the state at the end of the move. */
-static void advance(const struct ct_operator *op, const struct move *m, struct work *w, size_t c,
-	float *x)
+static void advance(
+	const struct ct_operator *op, const struct move *m, struct work *w, size_t c, float *x)
 {
 	const float *x0 = w->x0 + c * w->n, *eps = w->eps + c * w->n, *z = w->z + c * w->n;
 	const double *cy = w->data + c * w->m;
 
 	for (size_t i = 0; i < w->n; i++)
 		x[i] = (float)(m->a * (double)x0[i] + m->fresh * (double)z[i] +
-			m->kept * (double)eps[i]);
+			       m->kept * (double)eps[i]);
 	ct_op_analyse(op, w->c0, x0, w->t);
 	if (m->rule == CT_DDNM_PLUS) {
 		ct_op_analyse(op, w->cz, z, w->t);
@@ -110,14 +115,15 @@ static void advance(const struct ct_operator *op, const struct move *m, struct w
 			bool plus = m->rule == CT_DDNM_PLUS;
 
 			w->c0[k] = s > 0 ? measured(m, s, w->c0[k], cy[k], plus ? w->cz[k] : 0,
-				plus ? w->ce[k] : 0) : 0;
+						   plus ? w->ce[k] : 0)
+					 : 0;
 		}
 	ct_op_synth_add(op, x, w->c0, w->t);
 }
 
 /* x0 from the network's eps. */
-static int estimate(const struct ct_ddnm *d, struct work *w, int t, const float *x,
-	struct ct_err *e)
+static int estimate(
+	const struct ct_ddnm *d, struct work *w, int t, const float *x, struct ct_err *e)
 {
 	double abar = ct_abar(d->schedule, t), a = 1.0 / sqrt(abar), b = sqrt(1.0 - abar);
 
@@ -133,8 +139,8 @@ static int estimate(const struct ct_ddnm *d, struct work *w, int t, const float 
 }
 
 /* x = sqrt(abar) clean + sqrt(1 - abar) z; clean may be NULL. */
-static void noised(const struct ct_ddnm *d, const struct work *w, int t, float *x,
-	const float *clean)
+static void noised(
+	const struct ct_ddnm *d, const struct work *w, int t, float *x, const float *clean)
 {
 	double a = sqrt(ct_abar(d->schedule, t)), b = sqrt(1.0 - ct_abar(d->schedule, t));
 

@@ -12,12 +12,11 @@
  * CT_DDNM        lam = 1, noise = sig (eta z + q eps). The last x agrees with y exactly.
  * CT_DDNM_PLUS   y has noise of standard deviation sy. For a component of singular value s:
  *                  lam = 1 if sig >= a sy / s, else sig q s / (a sy)
- *                  noise = d z there, d = sqrt(sig^2 - (a sy / s)^2) if sig > a sy / s, else sig eta
- *                and sig (eta z + q eps) where nothing is measured. So the last step, sig = 0,
- *                leaves the network's own estimate. sy = 0 is CT_DDNM.
- * CT_DDNM_SIMPLE the variant of the authors' --simplified: with sig' = sqrt(1 - abar_j^2),
- *                  lam = min(1, sig' / (abar_j sy)), gam = sqrt(max(0, sig'^2 - (abar_j sy)^2))
- *                  noise = gam sig (eta z + q eps), the same everywhere.
+ *                  noise = d z there, d = sqrt(sig^2 - (a sy / s)^2) if sig > a sy / s, else sig
+ * eta and sig (eta z + q eps) where nothing is measured. So the last step, sig = 0, leaves the
+ * network's own estimate. sy = 0 is CT_DDNM. CT_DDNM_SIMPLE the variant of the authors'
+ * --simplified: with sig' = sqrt(1 - abar_j^2), lam = min(1, sig' / (abar_j sy)), gam = sqrt(max(0,
+ * sig'^2 - (abar_j sy)^2)) noise = gam sig (eta z + q eps), the same everywhere.
  *
  * Pictures are in [-1, 1], y too; sigma_y is on the [0, 1] scale of the picture, so sy =
  * 2 sigma_y. Channels are restored together by the network and apart by A.
@@ -48,11 +47,10 @@ struct ct_ddnm {
 	void *normals_ctx;
 };
 
-/* x (channels, s h, s w) from y (channels, h, w). The chain begins at timestep t[0] with pure noise,
- * or, if init is not NULL, with init (as x) noised to that level. x is not clipped.
+/* x (channels, s h, s w) from y (channels, h, w). The chain begins at timestep t[0] with pure
+ * noise, or, if init is not NULL, with init (as x) noised to that level. x is not clipped.
  * CT_ENUMERIC naming the timestep if the network gives a value that is not finite, CT_ENOMEM, or
  * what eps returns. Reentrant if the callbacks are. */
-int ct_ddnm(const struct ct_ddnm *d, float *x, const float *y, const float *init,
-	struct ct_err *e);
+int ct_ddnm(const struct ct_ddnm *d, float *x, const float *y, const float *init, struct ct_err *e);
 
 #endif

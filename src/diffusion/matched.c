@@ -110,8 +110,8 @@ static void right_back(size_t h, size_t m, size_t n, double *restrict t, const d
 }
 
 /* x += b^T t: x (m, w), b (n, m), t (n, w). Rows in blocks that fit a small sum. */
-static void left_back_add(size_t n, size_t m, size_t w, float *restrict x,
-	const double *restrict b, const double *restrict t)
+static void left_back_add(size_t n, size_t m, size_t w, float *restrict x, const double *restrict b,
+	const double *restrict t)
 {
 	enum { BLOCK = 256 };
 	double sum[BLOCK];
@@ -141,8 +141,8 @@ void ct_matched_analyse(const struct ct_axis *rows, const struct ct_axis *cols, 
 	right(h, wide, w, c, t, cols->v);
 }
 
-void ct_matched_synth_add(const struct ct_axis *rows, const struct ct_axis *cols,
-	float *restrict x, const double *restrict c, double *restrict t)
+void ct_matched_synth_add(const struct ct_axis *rows, const struct ct_axis *cols, float *restrict x,
+	const double *restrict c, double *restrict t)
 {
 	size_t h = rows->n, w = cols->n, wide = w * cols->s;
 

@@ -42,8 +42,8 @@ void ct_axis_free(struct ct_axis *a);
 void ct_matched_analyse(const struct ct_axis *rows, const struct ct_axis *cols, double *restrict c,
 	const float *restrict x, double *restrict t);
 /* x <- x + V_rows^T c V_cols, the adjoint of analysis, added */
-void ct_matched_synth_add(const struct ct_axis *rows, const struct ct_axis *cols,
-	float *restrict x, const double *restrict c, double *restrict t);
+void ct_matched_synth_add(const struct ct_axis *rows, const struct ct_axis *cols, float *restrict x,
+	const double *restrict c, double *restrict t);
 /* c = U_rows y U_cols^T */
 void ct_matched_data(const struct ct_axis *rows, const struct ct_axis *cols, double *restrict c,
 	const float *restrict y, double *restrict t);

@@ -13,7 +13,7 @@ int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, si
 	op->w = w;
 	op->s = s;
 	if (kind == CT_OP_MATCHED && (ct_axis_alloc(&op->rows, h, s, sigma, e) ||
-		ct_axis_alloc(&op->cols, w, s, sigma, e))) {
+					     ct_axis_alloc(&op->cols, w, s, sigma, e))) {
 		ct_op_free(op);
 		return -1;
 	}

@@ -1,6 +1,6 @@
-/* measurement.h: a measurement operator A, fine picture x (s h, s w) -> coarse picture y (h, w), given
- * by its singular value decomposition A = U^T S V. What a diffusion sampler needs of A is here
- * once for both kinds:
+/* measurement.h: a measurement operator A, fine picture x (s h, s w) -> coarse picture y (h, w),
+ * given by its singular value decomposition A = U^T S V. What a diffusion sampler needs of A is
+ * here once for both kinds:
  *
  *   CT_OP_MEAN     s-by-s block mean (box.h): U = I, S = 1/s, V = the normalised blocks
  *   CT_OP_MATCHED  Gaussian and sinc decimation (matched.h): S[i,j] = g_i g_j / s
@@ -20,7 +20,8 @@ struct ct_operator {
 	struct ct_axis rows, cols; /* matched only */
 };
 
-/* sigma: Gaussian of the matched kind, fine pixels. CT_EGEOM for a size that is refused. *op zero. */
+/* sigma: Gaussian of the matched kind, fine pixels. CT_EGEOM for a size that is refused. *op zero.
+ */
 int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, size_t w, size_t s,
 	double sigma, struct ct_err *e);
 void ct_op_free(struct ct_operator *op);

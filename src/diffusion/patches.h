@@ -17,10 +17,10 @@ struct ct_pictures {
 };
 
 struct ct_patches {
-	size_t size;		 /* edge of a piece, pixels */
-	size_t channels;	 /* a grey piece is repeated */
+	size_t size;             /* edge of a piece, pixels */
+	size_t channels;         /* a grey piece is repeated */
 	size_t scales, scale[8]; /* a piece is cut from the picture reduced by one of these */
-	bool flip_h, flip_v;	 /* mirrored at random: left-right, top-bottom */
+	bool flip_h, flip_v;     /* mirrored at random: left-right, top-bottom */
 };
 
 /* Takes over px, also when it fails. CT_ENUMERIC unless all values lie in [0, 1]. */

@@ -11,8 +11,8 @@ static int check_meta(const struct ct_meta *m, struct ct_err *e)
 	const char *map = ct_meta_get(m, "intensity_map"), *beta = ct_meta_get(m, "beta_schedule");
 
 	if (map && strcmp(map, CT_PRIOR_MAP) != 0)
-		return ct_fail(e, CT_EINPUT, "intensity_map is \"%.80s\", not \"%s\"", map,
-			CT_PRIOR_MAP);
+		return ct_fail(
+			e, CT_EINPUT, "intensity_map is \"%.80s\", not \"%s\"", map, CT_PRIOR_MAP);
 	if (beta && strcmp(beta, "linear") != 0)
 		return ct_fail(e, CT_EINPUT, "beta_schedule is \"%.80s\", not linear", beta);
 	return 0;
@@ -27,8 +27,9 @@ int ct_prior_alloc(struct ct_prior *p, const struct ct_tensors *w, struct ct_err
 	a = &p->unet->arch;
 	/* a network that also learns variances has twice the channels out */
 	if (a->in_channels != a->out_channels)
-		return ct_fail(e, CT_EINPUT, "%zu channels in and %zu out: not a predictor of noise",
-			a->in_channels, a->out_channels);
+		return ct_fail(e, CT_EINPUT,
+			"%zu channels in and %zu out: not a predictor of noise", a->in_channels,
+			a->out_channels);
 	p->channels = a->in_channels;
 	p->multiple = (size_t)1 << (a->levels - 1);
 	ct_schedule_default(&p->schedule);
@@ -72,8 +73,11 @@ int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, 
 
 struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
 {
-	return (struct ct_denoiser){.schedule = &p->schedule, .channels = p->channels,
-		.multiple = p->multiple, .eps = predict, .ctx = p->ctx};
+	return (struct ct_denoiser){.schedule = &p->schedule,
+		.channels = p->channels,
+		.multiple = p->multiple,
+		.eps = predict,
+		.ctx = p->ctx};
 }
 
 void ct_prior_free(struct ct_prior *p)

@@ -25,13 +25,13 @@ void ct_schedule_default(struct ct_schedule *s)
 	ct_schedule_linear(s, 1e-4, 0.02);
 }
 
-int ct_schedule_betas(struct ct_schedule *s, const float beta[static CT_TIMESTEPS],
-	struct ct_err *e)
+int ct_schedule_betas(
+	struct ct_schedule *s, const float beta[static CT_TIMESTEPS], struct ct_err *e)
 {
 	for (size_t t = 0; t < CT_TIMESTEPS; t++) {
 		if (!(beta[t] > 0 && beta[t] < 1))
-			return ct_fail(e, CT_EINPUT, "beta %zu is %g, outside (0, 1)", t,
-				(double)beta[t]);
+			return ct_fail(
+				e, CT_EINPUT, "beta %zu is %g, outside (0, 1)", t, (double)beta[t]);
 		s->beta[t] = (double)beta[t];
 	}
 	accumulate(s);
@@ -56,22 +56,22 @@ static int time_at(size_t k, size_t steps, size_t start)
 	return (int)(steps > 1 ? start * k / (steps - 1) : start);
 }
 
-int ct_schedule_times(int **t, size_t *n, size_t steps, int start, size_t length, size_t repeat,
-	struct ct_err *e)
+int ct_schedule_times(
+	int **t, size_t *n, size_t steps, int start, size_t length, size_t repeat, struct ct_err *e)
 {
 	size_t room, *left = NULL; /* returns left at each position */
 
 	*t = NULL;
 	*n = 0;
 	if (start < 0 || start >= CT_TIMESTEPS)
-		return ct_fail(e, CT_EUSAGE, "timestep %d is outside [0, %d]", start,
-			CT_TIMESTEPS - 1);
+		return ct_fail(
+			e, CT_EUSAGE, "timestep %d is outside [0, %d]", start, CT_TIMESTEPS - 1);
 	if (steps == 0 || steps > (size_t)start + 1)
-		return ct_fail(e, CT_EUSAGE, "%zu steps do not fit into %d timesteps", steps,
-			start + 1);
+		return ct_fail(
+			e, CT_EUSAGE, "%zu steps do not fit into %d timesteps", steps, start + 1);
 	if (length == 0 || repeat == 0 || repeat > CT_TIMESTEPS)
-		return ct_fail(e, CT_EUSAGE, "time travel of length %zu, repeated %zu times", length,
-			repeat);
+		return ct_fail(e, CT_EUSAGE, "time travel of length %zu, repeated %zu times",
+			length, repeat);
 	/* Each of at most steps/length places adds 2 length entries a return. */
 	room = steps + 1 + (steps / length) * 2 * length * (repeat - 1);
 	if (ct_alloc(t, room, sizeof **t, e) || ct_alloc0(&left, steps, sizeof *left, e)) {

@@ -27,14 +27,14 @@ struct job {
 	const struct ct_env *env;
 	struct ct_operator op;
 	int *times;
-	size_t ntimes, calls;   /* calls a sample */
-	size_t high, wide;      /* the network's picture */
-	size_t h, w;            /* the result */
-	struct seat *seat;      /* [threads] */
+	size_t ntimes, calls; /* calls a sample */
+	size_t high, wide;    /* the network's picture */
+	size_t h, w;          /* the result */
+	struct seat *seat;    /* [threads] */
 	size_t threads;
-	size_t *view;           /* [wave] views of this wave */
-	float *result;          /* [wave * samples] pictures (h, w) */
-	struct ct_err *err;     /* [wave * samples] */
+	size_t *view;       /* [wave] views of this wave */
+	float *result;      /* [wave * samples] pictures (h, w) */
+	struct ct_err *err; /* [wave * samples] */
 	atomic_bool failed;
 	atomic_size_t evaluated;
 	size_t total;
@@ -48,9 +48,16 @@ struct draw {
 
 struct ct_superres ct_superres_default(size_t scale)
 {
-	return (struct ct_superres){.scale = scale, .steps = 50, .samples = 1, .start = -1,
-		.travel_length = 1, .travel_repeat = 1, .rule = CT_DDNM_PLUS, .op = CT_OP_MEAN,
-		.sigma_det = ct_superres_sigma_det(scale), .eta = 0.99,
+	return (struct ct_superres){.scale = scale,
+		.steps = 50,
+		.samples = 1,
+		.start = -1,
+		.travel_length = 1,
+		.travel_repeat = 1,
+		.rule = CT_DDNM_PLUS,
+		.op = CT_OP_MEAN,
+		.sigma_det = ct_superres_sigma_det(scale),
+		.eta = 0.99,
 		.sigma_y = ct_superres_sigma_y(scale)};
 }
 
@@ -98,8 +105,8 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 static int times_of(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
 {
 	if (p->steps == 0 || p->steps > CT_TIMESTEPS)
-		return ct_fail(e, CT_EUSAGE, "%zu steps: 1 to %d are possible", p->steps,
-			CT_TIMESTEPS);
+		return ct_fail(
+			e, CT_EUSAGE, "%zu steps: 1 to %d are possible", p->steps, CT_TIMESTEPS);
 	return ct_schedule_times(t, n, p->steps,
 		p->start < 0 ? ct_schedule_start(p->steps) : p->start, p->travel_length,
 		p->travel_repeat, e);
@@ -209,10 +216,18 @@ static void run_task(void *arg, size_t i, size_t worker)
 	const struct ct_superres *p = j->p;
 	struct seat *s = &j->seat[worker];
 	struct draw draw = {j, j->view[i / p->samples], i % p->samples, worker};
-	struct ct_ddnm d = {.schedule = j->net->schedule, .t = j->times, .nt = j->ntimes,
-		.rule = p->rule, .eta = p->eta, .sigma_y = p->sigma_y, .op = &j->op,
-		.channels = j->net->channels, .eps = evaluate, .eps_ctx = &draw,
-		.normals = normals, .normals_ctx = &draw};
+	struct ct_ddnm d = {.schedule = j->net->schedule,
+		.t = j->times,
+		.nt = j->ntimes,
+		.rule = p->rule,
+		.eta = p->eta,
+		.sigma_y = p->sigma_y,
+		.op = &j->op,
+		.channels = j->net->channels,
+		.eps = evaluate,
+		.eps_ctx = &draw,
+		.normals = normals,
+		.normals_ctx = &draw};
 	char name[40];
 
 	if (atomic_load(&j->failed))
@@ -319,8 +334,7 @@ int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
 	double *t = NULL;
 	int rc = -1;
 
-	if (fine->views != in->views || fine->h != in->h * p->scale ||
-		fine->w != in->w * p->scale)
+	if (fine->views != in->views || fine->h != in->h * p->scale || fine->w != in->w * p->scale)
 		return ct_fail(e, CT_EGEOM, "%zux%zu pixels are not %zu times %zux%zu", fine->w,
 			fine->h, p->scale, in->w, in->h);
 	if (ct_op_alloc(&op, p->op, in->h, in->w, p->scale, p->sigma_det, e) ||
@@ -348,7 +362,8 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
 	if (out->views != in->views || out->h != in->h * p->scale || out->w != in->w * p->scale)
 		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", p->scale);
-	if ((deviation && ct_stack_same(deviation, out, e)) || (init && ct_stack_same(init, out, e)))
+	if ((deviation && ct_stack_same(deviation, out, e)) ||
+		(init && ct_stack_same(init, out, e)))
 		return -1;
 	return 0;
 }
@@ -396,8 +411,13 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = p, .net = net, .in = in, .init = init, .env = env,
-		.h = in->h * p->scale, .w = in->w * p->scale,
+	struct job j = {.p = p,
+		.net = net,
+		.in = in,
+		.init = init,
+		.env = env,
+		.h = in->h * p->scale,
+		.w = in->w * p->scale,
 		.threads = ct_par_threads(env->par)};
 	size_t wave, finished = 0;
 	int rc;

@@ -1,13 +1,13 @@
 /* superres.h: super-resolution of a projection stack with a diffusion prior, view by view.
  *
  * A view p (h, w), line integrals, becomes a picture of the network: p / norm, with CT_OP_MEAN
- * negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every channel. If the network does not take
- * s h by s w, the view is continued at the bottom and the right by reflection (half-sample
- * symmetry, whole low-resolution pixels) and the result is cut. The sampler (ddnm.h) draws
- * `samples` restorations with independent noise in every channel; each is reduced to one channel,
- * optionally corrected to agree with p once more, with CT_OP_MEAN clamped to [0, 1.05], and
- * multiplied by norm; their mean is the result. Noise is a function of (seed, view, sample, move,
- * channel, pixel) only.
+ * negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every channel. If the network
+ * does not take s h by s w, the view is continued at the bottom and the right by reflection
+ * (half-sample symmetry, whole low-resolution pixels) and the result is cut. The sampler (ddnm.h)
+ * draws `samples` restorations with independent noise in every channel; each is reduced to one
+ * channel, optionally corrected to agree with p once more, with CT_OP_MEAN clamped to [0, 1.05],
+ * and multiplied by norm; their mean is the result. Noise is a function of (seed, view, sample,
+ * move, channel, pixel) only.
  */
 #ifndef CT_DIFFUSION_SUPERRES_H
 #define CT_DIFFUSION_SUPERRES_H
@@ -21,22 +21,22 @@
 struct ct_denoiser {
 	const struct ct_schedule *schedule;
 	size_t channels;
-	size_t multiple;   /* height and width must be multiples of this */
-	ct_eps_fn *eps;    /* for pictures of ct_superres_size() */
-	void *const *ctx;  /* [ct_par_threads] */
+	size_t multiple;  /* height and width must be multiples of this */
+	ct_eps_fn *eps;   /* for pictures of ct_superres_size() */
+	void *const *ctx; /* [ct_par_threads] */
 };
 
 struct ct_superres {
-	size_t scale;      /* s >= 1 */
+	size_t scale; /* s >= 1 */
 	size_t steps, samples;
-	int start;         /* first timestep, from init; -1: from pure noise */
+	int start;                           /* first timestep, from init; -1: from pure noise */
 	size_t travel_length, travel_repeat; /* as in schedule.h */
 	enum ct_ddnm_rule rule;
 	enum ct_operator_kind op;
-	double sigma_det;  /* Gaussian of the matched operator, fine pixels */
+	double sigma_det;    /* Gaussian of the matched operator, fine pixels */
 	double eta, sigma_y; /* sigma_y on the scale of p / norm */
-	double norm;       /* > 0: line integral that is 1 in the picture */
-	bool first;        /* keep the first channel instead of the mean */
+	double norm;         /* > 0: line integral that is 1 in the picture */
+	bool first;          /* keep the first channel instead of the mean */
 	bool final_consistency;
 	/* Called by the calling thread after some views are finished (done[k], out and deviation
 	 * hold them), and with last = true before ct_superres returns CT_ESTOP. May be NULL.
@@ -45,7 +45,8 @@ struct ct_superres {
 	void *save_ctx;
 };
 
-/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y of the scale; norm 0. */
+/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y of the scale; norm 0.
+ */
 struct ct_superres ct_superres_default(size_t scale);
 /* 0.001 up to 4-fold, 0.0025 above. */
 double ct_superres_sigma_y(size_t scale);

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK = 1 << 15 };		 /* parameters a task */
+enum { CHUNK = 1 << 15 };                /* parameters a task */
 enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 
 /* Scratch of one thread. */
@@ -28,9 +28,9 @@ struct ct_train {
 	uint64_t step;
 	size_t n, pixels, groups, threads, chunks;
 	float *m, *v, *grads; /* [n], [n], [groups][n] */
-	double *norm;	      /* [chunks] */
+	double *norm;         /* [chunks] */
 	struct bench *bench;  /* [threads] */
-	bool ema_stale;	      /* the average has moved since it was last run */
+	bool ema_stale;       /* the average has moved since it was last run */
 };
 
 /* One pass over the batch or the validation pieces. */
@@ -40,8 +40,8 @@ struct pass {
 	size_t count, groups;
 	bool test;
 	double rate, ema, scale; /* of the update */
-	double *loss;		 /* [count] */
-	struct ct_err *err;	 /* [groups] */
+	double *loss;            /* [count] */
+	struct ct_err *err;      /* [groups] */
 };
 
 void ct_train_default(struct ct_train_opts *o)

@@ -20,9 +20,9 @@ struct ct_train_opts {
 	struct ct_adamw adam; /* lr is the highest */
 	size_t batch;
 	uint64_t steps, warmup; /* lr rises linearly over the first `warmup` steps */
-	bool cosine;		/* then falls to 0 at `steps` as a half cosine */
-	double ema;		/* of the weights: min(ema, (1 + step)/(10 + step)) */
-	double clip;		/* largest norm of the gradient; 0: any */
+	bool cosine;            /* then falls to 0 at `steps` as a half cosine */
+	double ema;             /* of the weights: min(ema, (1 + step)/(10 + step)) */
+	double clip;            /* largest norm of the gradient; 0: any */
 	uint64_t seed;
 };
 

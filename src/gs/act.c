@@ -7,14 +7,10 @@
 double ct_act(enum ct_activation a, double gamma, double z)
 {
 	switch (a) {
-	case CT_SOFTPLUS:
-		return z > 30 ? z : log1p(exp(z));
-	case CT_RELU:
-		return z > 0 ? z : 0;
-	case CT_SINE:
-		return sin(z);
-	case CT_PRELU:
-		break;
+	case CT_SOFTPLUS: return z > 30 ? z : log1p(exp(z));
+	case CT_RELU: return z > 0 ? z : 0;
+	case CT_SINE: return sin(z);
+	case CT_PRELU: break;
 	}
 	return z >= 0 ? z : gamma * z;
 }
@@ -22,14 +18,10 @@ double ct_act(enum ct_activation a, double gamma, double z)
 double ct_act_slope(enum ct_activation a, double gamma, double z)
 {
 	switch (a) {
-	case CT_SOFTPLUS:
-		return 1 / (1 + exp(-z));
-	case CT_RELU:
-		return z >= 0;
-	case CT_SINE:
-		return cos(z);
-	case CT_PRELU:
-		break;
+	case CT_SOFTPLUS: return 1 / (1 + exp(-z));
+	case CT_RELU: return z >= 0;
+	case CT_SINE: return cos(z);
+	case CT_PRELU: break;
 	}
 	return z >= 0 ? 1 : gamma;
 }
@@ -45,12 +37,9 @@ double ct_act_inverse(enum ct_activation a, double gamma, double rho)
 	case CT_SOFTPLUS: /* ln(e^rho - 1) without overflow */
 		rho = fmax(rho, CT_ACT_LEAST);
 		return rho + log(-expm1(-rho));
-	case CT_RELU:
-		return fmax(rho, CT_ACT_LEAST);
-	case CT_SINE:
-		return asin(fmax(-1, fmin(1, rho)));
-	case CT_PRELU:
-		break;
+	case CT_RELU: return fmax(rho, CT_ACT_LEAST);
+	case CT_SINE: return asin(fmax(-1, fmin(1, rho)));
+	case CT_PRELU: break;
 	}
 	return rho >= 0 ? rho : rho / gamma;
 }

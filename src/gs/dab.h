@@ -29,14 +29,14 @@ enum { CT_DAB_ROWS = 32 };
 struct ct_dab {
 	int32_t col, row;   /* of the centre, rounded down */
 	int32_t first, end; /* rows it covers, within the image; empty: nothing is drawn */
-	float fx, fy;	    /* the rest of the centre, [0, 1) */
-	float slope;	    /* columns per row */
-	float kx, ky;	    /* 1/pixel^2 */
-	float amp;	    /* peak */
+	float fx, fy;       /* the rest of the centre, [0, 1) */
+	float slope;        /* columns per row */
+	float kx, ky;       /* 1/pixel^2 */
+	float amp;          /* peak */
 	float cut, least;   /* least = exp(-cut) */
-	float turn;	    /* exp(-2 (kx slope^2 + ky)) */
-	float hop;	    /* exp(2 CT_DAB_LANES kx slope) */
-	float lean;	    /* y of its rightmost point */
+	float turn;         /* exp(-2 (kx slope^2 + ky)) */
+	float hop;          /* exp(2 CT_DAB_LANES kx slope) */
+	float lean;         /* y of its rightmost point */
 };
 
 /* Floats from one row to the next for rows w wide. */

@@ -13,9 +13,9 @@
 #include "gs/voxel.h"
 
 struct ct_density_rule {
-	double grad;	     /* threshold of the mean screen gradient */
-	double large;	     /* mm: a longest axis above is split, not cloned */
-	size_t most;	     /* Gaussians; what would go beyond is left as it is */
+	double grad;         /* threshold of the mean screen gradient */
+	double large;        /* mm: a longest axis above is split, not cloned */
+	size_t most;         /* Gaussians; what would go beyond is left as it is */
 	double ln_least;     /* least ln s of a child */
 	struct ct_block box; /* the grid whose box they live in */
 };

@@ -317,7 +317,7 @@ static void update(struct ct_fit *f, struct ct_terms *w, size_t iteration, const
 	if (o->compat && (controls(o, iteration) || iteration == o->iterations))
 		return;
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		lr[k] = o->haste * rate(k < CT_GS_SCALE	   ? &o->position
+		lr[k] = o->haste * rate(k < CT_GS_SCALE    ? &o->position
 					   : k < CT_GS_ROT ? &o->scaling
 					   : k < CT_GS_RAW ? &o->rotation
 							   : &o->density,

@@ -54,23 +54,23 @@ enum ct_fit_begin { CT_BEGIN_AUTO, CT_BEGIN_RESIDUAL, CT_BEGIN_BASE };
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
-	bool full;	     /* the whole volume instead of a residual */
+	bool full;           /* the whole volume instead of a residual */
 	double init_density; /* of the density where a Gaussian begins */
 	enum ct_fit_begin begin;
 	double l1, res, ssim, tv, lr;
 	size_t rate_steps; /* iterations in which the rates fall; 0: all */
-	bool compat;	   /* as R2-Gaussian's program behaves: ct_fit_compat */
-	double gate;	   /* least contribution to a pixel, in the unit of L1; 0: none */
-	size_t polish;	   /* iterations on the densities at the end */
-	double haste;	   /* factor of the four rates */
+	bool compat;       /* as R2-Gaussian's program behaves: ct_fit_compat */
+	double gate;       /* least contribution to a pixel, in the unit of L1; 0: none */
+	size_t polish;     /* iterations on the densities at the end */
+	double haste;      /* factor of the four rates */
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
-	double s_least, s_most;				   /* parts of the largest extent */
+	double s_least, s_most;                            /* parts of the largest extent */
 	size_t densify_from, densify_every, densify_until; /* until 0: iterations */
 	double densify_grad, densify_large; /* the latter a part of the largest extent */
 	size_t tv_block;
 	size_t log_every, checkpoint_every; /* 0: never */
-	double tolerance;		    /* error that is good enough; 0: none is */
+	double tolerance;                   /* error that is good enough; 0: none is */
 };
 
 /* The paper's values for factor `scale`: from 8 on the rates of scale and rotation are ten times
@@ -90,9 +90,9 @@ void ct_fit_compat(struct ct_fit_options *o);
 
 /* What is fitted, borrowed. */
 struct ct_fit_data {
-	const struct ct_stack *target;		 /* density x mm */
+	const struct ct_stack *target;           /* density x mm */
 	const struct ct_stack *base_projections; /* the same geometry; NULL in mode full */
-	const struct ct_vol *base;		 /* density */
+	const struct ct_vol *base;               /* density */
 	const struct ct_stack *weight; /* of every pixel, >= 0; NULL: all count the same */
 	const struct ct_vol *lr;       /* density: what D of the Gaussians is to be; or NULL */
 	const struct ct_degrade *by;   /* D, with lr */
@@ -111,12 +111,12 @@ struct ct_fit {
 	struct ct_adam adam;
 	struct ct_adam1 gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
-	double extent;		      /* mm, largest of the grid */
+	double extent;                /* mm, largest of the grid */
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
-	double mean_weight;	      /* of the pixels */
-	double unit;		      /* of the rate of density: the residual's typical density */
-	double first_l1, turn;	      /* mm, mean |x - y| of iteration 1; sum of it in this turn */
-	double error;		      /* of the last turn; 1 before */
+	double mean_weight;           /* of the pixels */
+	double unit;                  /* of the rate of density: the residual's typical density */
+	double first_l1, turn;        /* mm, mean |x - y| of iteration 1; sum of it in this turn */
+	double error;                 /* of the last turn; 1 before */
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
 	size_t points, points_cap;
 	enum ct_fit_end end;

@@ -21,7 +21,7 @@
 
 struct ct_loss_weights {
 	double l1, ssim, tv, lr;
-	double scale;	    /* 1/mm */
+	double scale;       /* 1/mm */
 	double mean_weight; /* 1 without weights */
 };
 

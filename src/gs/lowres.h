@@ -23,7 +23,7 @@
 
 struct ct_lowres {
 	size_t n[3], first[3]; /* the voxels that count, and where they begin */
-	double blur[3];	       /* coarse voxels^2 */
+	double blur[3];        /* coarse voxels^2 */
 	double affine[3][4];
 	float *want; /* n[2] x n[1] x n[0] */
 };

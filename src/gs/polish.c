@@ -14,8 +14,8 @@ struct polish {
 	struct ct_terms *w;
 	const struct ct_env *env;
 	double *x, *r, *p, *q, *unit; /* a number a Gaussian; unit: rho of an unknown 1 */
-	float *low, *dlow;	      /* all coarse voxels, padded */
-	struct ct_block block;	      /* of them */
+	float *low, *dlow;            /* all coarse voxels, padded */
+	struct ct_block block;        /* of them */
 };
 
 static void set_density(const struct polish *s, const double *x)

@@ -39,14 +39,14 @@ struct ct_camera {
 
 /* The projection of one Gaussian, what both directions need of it. */
 struct ct_foot {
-	double m[2];		   /* centre, column and row */
-	double cov[3];		   /* pixel^2: column-column, column-row, row-row */
-	double cond;		   /* variance of the column given the row */
-	double slope;		   /* of the column's mean with the row */
-	double mu;		   /* mm */
+	double m[2];               /* centre, column and row */
+	double cov[3];             /* pixel^2: column-column, column-row, row-row */
+	double cond;               /* variance of the column given the row */
+	double slope;              /* of the column's mean with the row */
+	double mu;                 /* mm */
 	double j[2][3], row[2][3]; /* J, and J A diag(s) */
-	double delta[3], t[3];	   /* ray, and diag(1/s) A^T ray */
-	double z, dist;		   /* along the normal, and from the source; cone */
+	double delta[3], t[3];     /* ray, and diag(1/s) A^T ray */
+	double z, dist;            /* along the normal, and from the source; cone */
 };
 
 /* CT_EGEOM for fan beam, which is no projection of a volume. The view must pass ct_stack_check. */

@@ -24,7 +24,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 	*count = NULL;
 	if (set < 3) {
 		snprintf(name, 40, "%s%s", field_name[field], part[set]);
-		*x = set == 0	? ct_gauss_field(&f->g, field)
+		*x = set == 0   ? ct_gauss_field(&f->g, field)
 		     : set == 1 ? f->adam.m[field]
 				: f->adam.v[field];
 		return;

@@ -12,11 +12,11 @@ struct ct_terms {
 	struct ct_voxels vox;
 	struct ct_gs_grad grad;
 	struct ct_loss loss;
-	struct ct_lowres low;	      /* want is NULL without a low-resolution CT */
-	float *img, *dimg;	      /* h x pitch */
+	struct ct_lowres low;         /* want is NULL without a low-resolution CT */
+	float *img, *dimg;            /* h x pitch */
 	float *block, *dblock, *crop; /* of a block of voxels; crop without padding */
-	double *dgamma;		      /* of every chunk */
-	double *tv;		      /* of every slice of a block */
+	double *dgamma;               /* of every chunk */
+	double *tv;                   /* of every slice of a block */
 	size_t dgammas;
 };
 

@@ -23,17 +23,17 @@ struct ct_block {
 	size_t n[3];
 	double inv[3][3]; /* mm to voxels */
 	double world[3];  /* position of the first voxel, mm */
-	double blur[3];	  /* voxel^2, >= 0; ct_block_init sets 0 */
+	double blur[3];   /* voxel^2, >= 0; ct_block_init sets 0 */
 };
 
 /* A Gaussian on the block, conditional from slice to row to column: the centre of row j in
  * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
 struct ct_brick {
 	double m[3], s01, s02, s12;
-	double var[3];	  /* variances of column given row and slice, row given slice, slice */
+	double var[3];    /* variances of column given row and slice, row given slice, slice */
 	double rho, gain; /* rho is gain times that of the Gaussian */
 	double turn, hop; /* of its dabs */
-	size_t index;	  /* of the Gaussian */
+	size_t index;     /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };
 

@@ -22,11 +22,11 @@ struct job {
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
 	float threshold;
-	size_t pitch;	      /* n[0], a zero and more behind */
+	size_t pitch;         /* n[0], a zero and more behind */
 	double *scratch;      /* [worker][ROWS][pitch] */
 	struct ct_sums *slab; /* [n[2]] */
 	struct ct_sums *row;  /* [n[2]][n[1]], or NULL */
-	double *column;	      /* [n[2]][COLUMNS][pitch], or NULL */
+	double *column;       /* [n[2]][COLUMNS][pitch], or NULL */
 	unsigned char *above; /* [n[2]][n[0] + n[1]] */
 };
 

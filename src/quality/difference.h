@@ -8,9 +8,9 @@
 
 /* d = test - ref. A pair is two neighbours along an axis that both count. */
 struct ct_sums {
-	double count;		       /* voxels */
+	double count;                  /* voxels */
 	double square, abs, diff, max; /* of d: sum d^2, sum |d|, sum d, largest |d| */
-	double mapped;		       /* sum of the squared difference of the mapped values */
+	double mapped;                 /* sum of the squared difference of the mapped values */
 	double pairs[3], gradient[3];  /* sum (d of the next voxel - d)^2 along each axis */
 };
 

@@ -20,9 +20,9 @@ struct job {
 	const struct ct_vol *ref, *test, *mask;
 	const struct ct_env *env;
 	double step, mm[3], voxel; /* voxel: mean spacing */
-	size_t margin[3];	   /* that the cylinder needs */
-	size_t *found;		   /* candidates of each slice */
-	size_t *edge;		   /* chosen ones, as indices */
+	size_t margin[3];          /* that the cylinder needs */
+	size_t *found;             /* candidates of each slice */
+	size_t *edge;              /* chosen ones, as indices */
 	size_t edges, stride;
 	struct spread *part;
 };
@@ -158,7 +158,7 @@ static void cylinder(const struct job *j, const struct fit *f, visit_fn *fn, voi
 struct plateaus {
 	const struct job *j;
 	double n[2], sum[2], square[2]; /* below and above: the outer halves */
-	double least, most;		/* of all */
+	double least, most;             /* of all */
 	double centre, m, d, v, dd, dv; /* weighted regression about `centre` */
 };
 
@@ -347,7 +347,7 @@ static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
 	for (size_t b = 0; b < BINS; b++)
 		for (int k = 0; k < 2; k++)
 			e[k][b] = all.count[b] > 0 ? all.sum[k][b] / all.count[b]
-				  : b > 0	   ? e[k][b - 1]
+				  : b > 0          ? e[k][b - 1]
 						   : 0;
 	ct_edge_spread(&o->ref, e[0], BINS, j->voxel / PER_VOXEL);
 	ct_edge_spread(&o->test, e[1], BINS, j->voxel / PER_VOXEL);

@@ -29,7 +29,7 @@
 #include "core/vol.h"
 
 struct ct_edge_figures {
-	double rise;	     /* mm */
+	double rise;         /* mm */
 	double mtf50, mtf10; /* cycles per mm; NaN if they lie above 1 cycle a voxel */
 };
 

@@ -20,8 +20,8 @@
 
 struct ct_metrics_rule {
 	bool window;
-	double lo, hi;		  /* if window */
-	double range;		  /* if not; > 0 */
+	double lo, hi;            /* if window */
+	double range;             /* if not; > 0 */
 	bool ssim[CT_SSIM_KINDS]; /* which, by enum ct_ssim_kind */
 };
 
@@ -29,15 +29,15 @@ struct ct_metrics_rule {
 struct ct_metrics_slice {
 	size_t voxels;
 	double psnr, mae, rmse, bias;
-	double gradient;	    /* from this slice to the next; NaN for the last */
+	double gradient;            /* from this slice to the next; NaN for the last */
 	double ssim[CT_SSIM_KINDS]; /* NaN where the definition does not count the slice */
 };
 
 struct ct_metrics {
-	size_t voxels;		     /* that count */
-	double psnr;		     /* dB, infinite for equal volumes */
+	size_t voxels;               /* that count */
+	double psnr;                 /* dB, infinite for equal volumes */
 	double mae, rmse, bias, max; /* |t - r|, root of squares, t - r, largest |t - r| */
-	double gradient[3];	     /* HU/mm, along each axis; NaN if it has no neighbours */
+	double gradient[3];          /* HU/mm, along each axis; NaN if it has no neighbours */
 	double ssim[CT_SSIM_KINDS];
 	double ssim_axis[CT_SSIM_KINDS][3]; /* mean over the slices across each axis */
 };

@@ -27,7 +27,7 @@ enum {
 	L = 16,
 	TILE = 128,
 	WIDE = (TILE + 2 * R + L - 1) / L * L, /* of the slopes that a tile needs */
-	IN = WIDE + L,			       /* of the pixels that those need */
+	IN = WIDE + L,                         /* of the pixels that those need */
 	MAPS = 4,
 	GRADS = 3
 };

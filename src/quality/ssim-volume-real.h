@@ -13,13 +13,13 @@ typedef REAL VECTOR __attribute__((vector_size(64), aligned(sizeof(REAL)), may_a
 WORK
 {
 	REAL *products; /* [MAPS][TZ + 2 R][pitch] */
-	REAL *rows;	/* [MAPS][TZ][pitch] */
-	REAL *chunk;	/* [TZ][MAPS][CY + 2 R][TX] */
-	REAL *mean;	/* [MAPS][CY][TX] */
-	REAL *s;	/* [CY][TX] */
-	REAL *weight;	/* [TX] */
-	double count;	/* sum of it */
-	size_t pitch;	/* PX, or TX if x is not filtered */
+	REAL *rows;     /* [MAPS][TZ][pitch] */
+	REAL *chunk;    /* [TZ][MAPS][CY + 2 R][TX] */
+	REAL *mean;     /* [MAPS][CY][TX] */
+	REAL *s;        /* [CY][TX] */
+	REAL *weight;   /* [TX] */
+	double count;   /* sum of it */
+	size_t pitch;   /* PX, or TX if x is not filtered */
 	REAL tap[R + 1], lo, hi, zero, scale, c1, c2, unbias;
 };
 

@@ -43,8 +43,8 @@ struct ct_ssim_rule {
 	int dims; /* of the window: 2 or 3 */
 	size_t radius;
 	double tap[CT_SSIM_TAPS]; /* 2*radius + 1, sum 1 */
-	double unbias;		  /* factor of variances and covariance */
-	size_t crop;		  /* border pixels that do not count */
+	double unbias;            /* factor of variances and covariance */
+	size_t crop;              /* border pixels that do not count */
 	double c1, c2;
 };
 

@@ -341,10 +341,10 @@ struct job {
 	size_t first, count;
 	float *vol;
 	const float *views;
-	int axis[3];	  /* line, and the two others */
+	int axis[3];      /* line, and the two others */
 	size_t stride[3]; /* of them */
 	size_t tiles[3];  /* segments of lines, and tiles */
-	bool fast;	  /* the machine has AVX-512 */
+	bool fast;        /* the machine has AVX-512 */
 };
 
 static void line_of_any(float *acc, const struct line *l, float *blend, bool fast)
@@ -381,8 +381,8 @@ static void range(size_t k[2], size_t n, double row, double step, double lo, dou
 /* The lines of one row of a tile in one view. */
 struct places {
 	double row[TILE], step[TILE]; /* detector row of the first voxel, and from voxel to voxel */
-	float a[TILE], b[TILE];	      /* how much the columns left and right count */
-	int32_t left[TILE];	      /* -2: outside the detector */
+	float a[TILE], b[TILE];       /* how much the columns left and right count */
+	int32_t left[TILE];           /* -2: outside the detector */
 };
 
 /* Lines that begin at voxel x, one step along `across` apart. */

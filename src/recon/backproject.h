@@ -29,9 +29,9 @@ enum { CT_BP_PAD = 16 };
 struct ct_backprojector {
 	size_t n[3];
 	size_t views, h, w;
-	size_t pitch;	     /* floats from one detector column to the next, a multiple of 16 */
+	size_t pitch;        /* floats from one detector column to the next, a multiple of 16 */
 	double (*map)[3][4]; /* owned, [views] */
-	int line;	     /* the axis of lines, or -1: none */
+	int line;            /* the axis of lines, or -1: none */
 };
 
 /* For the grid of `grid` (data may be NULL) seen in `scan`; origin in mm. *b must be zero.

@@ -15,8 +15,8 @@
 #endif
 
 #define OFF_CIRCLE 0.005 /* of the radius */
-#define OFF_ANGLE 0.01	 /* rad */
-#define OPEN_GAP 2.5	 /* times the mean gap */
+#define OFF_ANGLE 0.01   /* rad */
+#define OPEN_GAP 2.5     /* times the mean gap */
 
 static double dot(const double a[3], const double b[3])
 {

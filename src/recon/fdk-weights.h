@@ -1,4 +1,5 @@
-/* fdk-weights.h: is a scan one that filtered back-projection can invert, and how much each ray counts.
+/* fdk-weights.h: is a scan one that filtered back-projection can invert, and how much each ray
+ * counts.
  *
  * Everything comes from the vectors of the views. A cone or fan needs its sources on a circle, a
  * parallel beam its rays at right angles to one axis; the detector stands upright: rows (v) along
@@ -28,28 +29,28 @@
 enum ct_redundancy { CT_RAYS_EVEN, CT_RAYS_PARKER, CT_RAYS_OFFSET };
 
 struct ct_orbit_view {
-	double angle;	 /* of the source about the axis, rad, in [0, 2 pi) */
-	double step;	 /* the arc it counts for, rad */
+	double angle;    /* of the source about the axis, rad, in [0, 2 pi) */
+	double step;     /* the arc it counts for, rad */
 	double distance; /* source to detector plane, mm */
 	double pitch[2]; /* |u|, |v|, mm */
-	double foot[2];	 /* column and row of the foot of the perpendicular from source (parallel:
+	double foot[2];  /* column and row of the foot of the perpendicular from source (parallel:
 			    from  the axis) to detector */
 };
 
 struct ct_orbit {
 	enum ct_beam beam;
-	double axis[3];	  /* unit vector, against v */
+	double axis[3];   /* unit vector, against v */
 	double centre[3]; /* isocentre, mm */
-	double radius;	  /* of the sources, mm; parallel: 0 */
-	double arc;	  /* that the views span, rad; closed: 2 pi (parallel: pi) */
+	double radius;    /* of the sources, mm; parallel: 0 */
+	double arc;       /* that the views span, rad; closed: 2 pi (parallel: pi) */
 	bool closed;
 	enum ct_redundancy redundancy;
-	double first;	 /* open: angle of the first view, rad */
-	double delta;	 /* Parker: half the fan that the arc makes short, rad */
-	double overlap;	 /* offset: half of what both sides see, mm on the detector; */
+	double first;    /* open: angle of the first view, rad */
+	double delta;    /* Parker: half the fan that the arc makes short, rad */
+	double overlap;  /* offset: half of what both sides see, mm on the detector; */
 	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the
 			    filter makes of them belongs to the sum */
-	double sign;	 /* of u against the direction of growing angles */
+	double sign;     /* of u against the direction of growing angles */
 	struct ct_orbit_view *view; /* owned, one a view */
 	size_t views, w, h;
 };

@@ -19,10 +19,10 @@ struct ct_fdk {
 	struct ct_filter filter;
 	struct ct_backprojector back;
 	enum ct_filter_kind kind;
-	double cutoff;	 /* of the filter, of the detector's Nyquist frequency */
-	size_t block;	 /* views that are filtered, then back-projected, together */
-	float *views;	 /* owned, [block] stored views */
-	float *weight;	 /* owned, [threads][h][w] */
+	double cutoff;   /* of the filter, of the detector's Nyquist frequency */
+	size_t block;    /* views that are filtered, then back-projected, together */
+	float *views;    /* owned, [block] stored views */
+	float *weight;   /* owned, [threads][h][w] */
 	double *scratch; /* owned, [threads][ct_filter_scratch] */
 };
 

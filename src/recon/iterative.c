@@ -9,7 +9,7 @@
 
 enum {
 	PIECE = 1 << 16, /* elements of one task */
-	INNER = 10,	 /* dual steps of the TV problem */
+	INNER = 10,      /* dual steps of the TV problem */
 };
 
 struct run {
@@ -430,12 +430,9 @@ int ct_iterate(float *x, const struct ct_system *a, const float *b,
 		return -1;
 	r.norm_b = sqrt(bb);
 	switch (rule->solver) {
-	case CT_SIRT:
-		return sirt(x, &r, e);
-	case CT_CGLS:
-		return cgls(x, &r, e);
-	case CT_TV:
-		break;
+	case CT_SIRT: return sirt(x, &r, e);
+	case CT_CGLS: return cgls(x, &r, e);
+	case CT_TV: break;
 	}
 	return tv(x, &r, e);
 }

@@ -1,4 +1,5 @@
-/* iterative.h: reconstruction by iteration, for any linear operator A that is given with its adjoint.
+/* iterative.h: reconstruction by iteration, for any linear operator A that is given with its
+ * adjoint.
  *
  *   CT_SIRT  x <- x + C A' R (b - A x); R, C the inverses of A's row and column sums (Gregor and
  *            Benson, IEEE Trans. Med. Imaging 27, 2008): weighted least squares, slow and tame
@@ -35,7 +36,7 @@ struct ct_iterate_rule {
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when |A x - b| / |b| is below */
 	bool nonnegative;  /* keep x >= 0; not for CGLS */
-	double mu;	   /* TV only, >= 0 */
+	double mu;         /* TV only, >= 0 */
 };
 
 struct ct_iterate_report {

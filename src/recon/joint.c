@@ -9,17 +9,17 @@
 
 enum {
 	PIECE = 1 << 16, /* voxels of one task */
-	POWER = 5,	 /* applications of P' W F P that measure its norm */
+	POWER = 5,       /* applications of P' W F P that measure its norm */
 	SWEEPS = 8,
 	TRIES = 9, /* values of mu to choose from */
 	SUMS = 4,
 };
 
 #define LEAST_GAIN 0.05 /* of the filter */
-#define HIGHEST 1.6	/* mu to begin with, of the first step */
-#define UNCHOSEN 0.25	/* and if there are too few views to choose it */
-#define FALL 0.7	/* of mu in a step of the choice; its TRIES make 0.1 of the first step */
-#define SLOWLY 0.85	/* and when all views are fitted, which pays: edges first */
+#define HIGHEST 1.6     /* mu to begin with, of the first step */
+#define UNCHOSEN 0.25   /* and if there are too few views to choose it */
+#define FALL 0.7        /* of mu in a step of the choice; its TRIES make 0.1 of the first step */
+#define SLOWLY 0.85     /* and when all views are fitted, which pays: edges first */
 /* What is best with all views is more than what predicts best from half: measured, with errors as
  * large as what is true, 2; with small ones 1. */
 #define MARGIN 1.5
@@ -379,7 +379,7 @@ static int begin(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 	j->at.trusted = true;
 	memcpy(j->ahead, j->x, j->n * sizeof *j->x);
 	j->at.phase = j->at.norm == 0 || j->rule.iterations == 0 ? CT_JOINT_DONE
-		      : j->rule.mu > 0 || j->rays->views < 4	 ? CT_JOINT_SOLVE
+		      : j->rule.mu > 0 || j->rays->views < 4     ? CT_JOINT_SOLVE
 								 : CT_JOINT_CHOOSE;
 	return 0;
 }

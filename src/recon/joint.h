@@ -52,9 +52,9 @@ struct ct_rays {
 
 struct ct_joint_rule {
 	double weight[3];  /* of TV, of each axis */
-	double mu;	   /* 0: to be chosen */
+	double mu;         /* 0: to be chosen */
 	size_t iterations; /* with all views */
-	size_t every;	   /* iterations between calls of save; 0: only when stopped */
+	size_t every;      /* iterations between calls of save; 0: only when stopped */
 };
 
 enum ct_joint_phase { CT_JOINT_NEW, CT_JOINT_CHOOSE, CT_JOINT_SOLVE, CT_JOINT_DONE };
@@ -62,12 +62,12 @@ enum ct_joint_phase { CT_JOINT_NEW, CT_JOINT_CHOOSE, CT_JOINT_SOLVE, CT_JOINT_DO
 /* Where it is, between two iterations. */
 struct ct_joint_at {
 	size_t phase, done;  /* iterations of the phase */
-	double norm;	     /* L, of a quarter of the views */
-	double first;	     /* RMS of the first step */
+	double norm;         /* L, of a quarter of the views */
+	double first;        /* RMS of the first step */
 	double mu, momentum; /* of the next iteration */
-	double misfit;	     /* |W^(1/2) (P ahead - y)|^2 before the last, of the views it used */
+	double misfit;       /* |W^(1/2) (P ahead - y)|^2 before the last, of the views it used */
 	double best, chosen; /* least |c - b|^2 / |b|^2 so far, and its mu */
-	double trust;	     /* least (|c|^2 - 3 <c, b>) / |b|^2 */
+	double trust;        /* least (|c|^2 - 3 <c, b>) / |b|^2 */
 	bool trusted;
 };
 
@@ -84,7 +84,7 @@ struct ct_joint {
 	float *x, *ahead, *dual; /* [n], [n], [3][n] */
 	struct ct_joint_at at;
 	float *g, *q, *scratch; /* gradient; projections; a view, rows of dc: of each worker */
-	double *sums;		/* of each view or piece */
+	double *sums;           /* of each view or piece */
 	size_t n, share, taps;
 	struct ct_dc dc, null; /* D x = z, D x = 0 */
 	struct ct_taps filter;

@@ -96,17 +96,12 @@ static double window_at(enum ct_filter_kind kind, double f)
 	if (f > 0.5 && kind != CT_FILTER_NONE)
 		return 0;
 	switch (kind) {
-	case CT_FILTER_SHEPP_LOGAN:
-		return f == 0 ? 1 : sin(M_PI * f) / (M_PI * f);
-	case CT_FILTER_COSINE:
-		return cos(M_PI * f);
-	case CT_FILTER_HAMMING:
-		return 0.54 + 0.46 * cos(2 * M_PI * f);
-	case CT_FILTER_HANN:
-		return 0.5 + 0.5 * cos(2 * M_PI * f);
+	case CT_FILTER_SHEPP_LOGAN: return f == 0 ? 1 : sin(M_PI * f) / (M_PI * f);
+	case CT_FILTER_COSINE: return cos(M_PI * f);
+	case CT_FILTER_HAMMING: return 0.54 + 0.46 * cos(2 * M_PI * f);
+	case CT_FILTER_HANN: return 0.5 + 0.5 * cos(2 * M_PI * f);
 	case CT_FILTER_RAM_LAK:
-	case CT_FILTER_NONE:
-		break;
+	case CT_FILTER_NONE: break;
 	}
 	return 1;
 }

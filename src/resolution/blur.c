@@ -9,7 +9,7 @@
 #include <string.h>
 
 enum {
-	HALF = 3,	       /* differences to each side of an edge's steepest one */
+	HALF = 3,              /* differences to each side of an edge's steepest one */
 	WINDOW = 2 * HALF + 1, /* differences of an edge */
 	LEAST_EDGES = 12,
 	BLOCK = 3, /* side of a block of the noise, voxels */
@@ -18,7 +18,7 @@ enum {
 };
 
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
-static const double padding = -1100, air = -850;			    /* HU */
+static const double padding = -1100, air = -850;                            /* HU */
 static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
 static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
@@ -33,8 +33,8 @@ struct job {
 	size_t stride[3], lo[3], hi[3]; /* of the places where an edge may be */
 	size_t n[3];
 	int axis, plane; /* along which, and the axis of the tasks */
-	size_t step;	 /* every so many planes are looked at */
-	double least;	 /* step, HU */
+	size_t step;     /* every so many planes are looked at */
+	double least;    /* step, HU */
 	double turn[2][WINDOW];
 	struct sums *part;
 };

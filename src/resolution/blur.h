@@ -73,7 +73,7 @@ struct ct_estimate_axis {
 	double sigma; /* the one that is safe to assume, voxels of v, <= measured; 0 if unknown */
 	double aliasing; /* power of the edges at 0.4 cycles a voxel over that at 0: 0.18 for a step
 			    under P1, 0.39 under P2, towards 1 if point sampled; NaN if unknown */
-	size_t edges;	 /* it rests on so many */
+	size_t edges;    /* it rests on so many */
 	enum ct_sampling sampling;
 };
 

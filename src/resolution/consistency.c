@@ -34,8 +34,8 @@ static int axis(struct ct_dc *dc, int a, const struct ct_factor *f, struct ct_er
 }
 
 /* c_y = G^-1 U y. */
-static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
-	struct ct_par *par, struct ct_err *e)
+static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y, struct ct_par *par,
+	struct ct_err *e)
 {
 	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
@@ -57,7 +57,8 @@ static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
 
 				dc->lost += g == 0.0;
 				dc->want[place(dc, 2, k) * dc->plane + place(dc, 1, j) * dc->row +
-					place(dc, 0, i)] = g == 0.0 ? 0.0f : (float)((double)*in / g);
+					 place(dc, 0, i)] =
+					g == 0.0 ? 0.0f : (float)((double)*in / g);
 			}
 	rc = 0;
 out:
@@ -74,7 +75,7 @@ static int factors(struct ct_factor f[3], bool identity[3], const struct ct_degr
 	for (int a = 0; a < 3; a++) {
 		struct ct_taps t = {0};
 		int rc = ct_degrade_taps(&t, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
-			ct_factor_alloc(&f[a], &t, e);
+			 ct_factor_alloc(&f[a], &t, e);
 
 		identity[a] = rc == 0 && ct_taps_is_identity(&t);
 		ct_taps_free(&t);
@@ -169,7 +170,8 @@ void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, 
 	if (!dc->same[1])
 		ct_basis_synthesise(&dc->v[1], scratch, row, in, row, row);
 	if (!dc->same[0])
-		ct_basis_synthesise_rows(&dc->v[0], out, x, wide, dc->n[1], scratch + dc->n[1] * row);
+		ct_basis_synthesise_rows(
+			&dc->v[0], out, x, wide, dc->n[1], scratch + dc->n[1] * row);
 	else
 		for (size_t j = 0; j < dc->n[1]; j++)
 			for (size_t i = 0; i < n; i++)
@@ -201,7 +203,8 @@ static void analyse(void *arg, size_t block, size_t worker)
 
 	(void)worker;
 	if (!dc->same[2])
-		ct_basis_analyse(&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n);
+		ct_basis_analyse(
+			&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n);
 	else
 		for (size_t k = 0; k < dc->m[2]; k++)
 			memcpy(dc->coef + k * dc->plane + at, dc->reduced + k * dc->plane + at,
@@ -253,8 +256,8 @@ static void synthesise(void *arg, size_t block, size_t worker)
 		}
 	dc->sums[3 * block + 2] = moved;
 	if (!dc->same[2])
-		ct_basis_synthesise(&dc->v[2], dc->reduced + c.at, dc->plane, dc->coef + c.at,
-			dc->plane, c.n);
+		ct_basis_synthesise(
+			&dc->v[2], dc->reduced + c.at, dc->plane, dc->coef + c.at, dc->plane, c.n);
 	else
 		for (size_t k = 0; k < dc->m[2]; k++)
 			memcpy(dc->reduced + k * dc->plane + c.at, dc->coef + k * dc->plane + c.at,
@@ -317,8 +320,7 @@ static void expand_one(void *arg, size_t k, size_t worker)
 
 	float *x = w->x + k * w->dc->n[0] * w->dc->n[1];
 
-	ct_dc_expand(w->dc, k, x, x,
-		w->scratch + worker * ct_dc_scratch(w->dc));
+	ct_dc_expand(w->dc, k, x, x, w->scratch + worker * ct_dc_scratch(w->dc));
 }
 
 void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par)

@@ -1,4 +1,5 @@
-/* consistency.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to y.
+/* consistency.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to
+ * y.
  *
  * With the singular value decomposition D = U^T G V of each axis (factor.h), V the three-axis
  * product of the V's, and c = V x the coefficients of x in the row space of D:
@@ -21,17 +22,17 @@
 
 struct ct_dc {
 	size_t n[3], m[3];
-	bool same[3];	     /* axes that D leaves as they are */
+	bool same[3];         /* axes that D leaves as they are */
 	struct ct_basis v[3]; /* of the others */
-	double *g[3];	     /* in the order of the coefficients; zeros for padding along i */
-	size_t row, plane;   /* floats of a row of coefficients, and of a plane of m1 rows */
-	float *want, *had;   /* (m2,plane): c_y; c of the volume before the last step */
-	float *coef;	     /* (m2,plane): work */
-	float *reduced;	     /* (n2,plane): planes reduced, and then their corrections */
-	double *sums;	     /* of the column blocks */
-	double bound, mu;    /* M noise^2, of which 0 is exact; multiplier found last */
-	double condition;    /* of D: product over the axes */
-	size_t lost;	     /* coefficients that D does not measure */
+	double *g[3];         /* in the order of the coefficients; zeros for padding along i */
+	size_t row, plane;    /* floats of a row of coefficients, and of a plane of m1 rows */
+	float *want, *had;    /* (m2,plane): c_y; c of the volume before the last step */
+	float *coef;          /* (m2,plane): work */
+	float *reduced;       /* (n2,plane): planes reduced, and then their corrections */
+	double *sums;         /* of the column blocks */
+	double bound, mu;     /* M noise^2, of which 0 is exact; multiplier found last */
+	double condition;     /* of D: product over the axes */
+	size_t lost;          /* coefficients that D does not measure */
 };
 
 /* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of
@@ -51,7 +52,8 @@ void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, 
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
  * |step + V^T d|^2 = |step|^2 + this. NaN in the first call. */
 double ct_dc_correct(struct ct_dc *dc, struct ct_par *par);
-/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_dc_scratch a thread. */
+/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_dc_scratch a thread.
+ */
 void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par);
 
 /* D+ in double for volumes of n voxels. Allocates. */

@@ -70,7 +70,8 @@ CLONES static void butterfly(float *a, float *b, size_t n)
 	}
 }
 
-void ct_basis_analyse(const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w)
+void ct_basis_analyse(
+	const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w)
 {
 	size_t wide = CT_DENSE_ROW(b->half), pairs = b->n / 2;
 
@@ -86,8 +87,8 @@ void ct_basis_synthesise(
 {
 	size_t pairs = b->n / 2;
 
-	ct_dense(x, (ptrdiff_t)ldx, b->vt[0], CT_DENSE_ROW(b->count[0]), c, (ptrdiff_t)ldc, b->half, w,
-		b->count[0]);
+	ct_dense(x, (ptrdiff_t)ldx, b->vt[0], CT_DENSE_ROW(b->count[0]), c, (ptrdiff_t)ldc, b->half,
+		w, b->count[0]);
 	ct_dense(x + (b->n - 1) * ldx, -(ptrdiff_t)ldx, b->vt[1], CT_DENSE_ROW(b->count[1]),
 		c + b->count[0] * ldc, (ptrdiff_t)ldc, pairs, w, b->count[1]);
 	for (size_t j = 0; j < pairs; j++)
@@ -138,10 +139,10 @@ void ct_basis_analyse_rows(
 
 		for (size_t r = 0; r < rows; r++)
 			fold(scratch + r * wide, odd + r * wide, x + (y + r) * b->n, b->n);
-		ct_dense(c + y * b->row, (ptrdiff_t)b->row, scratch, wide, b->vt[0], (ptrdiff_t)tall[0], rows,
-			tall[0], b->half);
-		ct_dense(c + y * b->row + b->odd, (ptrdiff_t)b->row, odd, wide, b->vt[1], (ptrdiff_t)tall[1],
-			rows, tall[1], b->n / 2);
+		ct_dense(c + y * b->row, (ptrdiff_t)b->row, scratch, wide, b->vt[0],
+			(ptrdiff_t)tall[0], rows, tall[0], b->half);
+		ct_dense(c + y * b->row + b->odd, (ptrdiff_t)b->row, odd, wide, b->vt[1],
+			(ptrdiff_t)tall[1], rows, tall[1], b->n / 2);
 	}
 }
 
@@ -154,11 +155,12 @@ void ct_basis_synthesise_rows(const struct ct_basis *b, float *out, const float 
 	for (size_t y = 0; y < h; y += ROWS) {
 		size_t rows = h - y < ROWS ? h - y : ROWS;
 
-		ct_dense(scratch, (ptrdiff_t)wide, c + y * b->row, b->row, b->v[0], (ptrdiff_t)wide, rows,
-			b->half, b->count[0]);
-		ct_dense(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1], (ptrdiff_t)wide, rows,
-			b->n / 2, b->count[1]);
+		ct_dense(scratch, (ptrdiff_t)wide, c + y * b->row, b->row, b->v[0], (ptrdiff_t)wide,
+			rows, b->half, b->count[0]);
+		ct_dense(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1],
+			(ptrdiff_t)wide, rows, b->n / 2, b->count[1]);
 		for (size_t r = 0; r < rows; r++)
-			unfold_add(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide, odd + r * wide, b->n);
+			unfold_add(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide,
+				odd + r * wide, b->n);
 	}
 }

@@ -1,9 +1,10 @@
 /* cosine.h: products with a basis of even and odd functions, at half the cost of a dense product.
  *
- * The rows of V (m,n), n samples long, are alternately symmetric and antisymmetric about the middle,
- * as cosines are: V[k][n-1-j] = (-1)^k V[k][j]. So V x needs only the sums and the differences of
- * the two halves of x. Coefficients are kept in the order 0, 2, 4 ... 1, 3, 5 ..., in a row the odd
- * ones from a multiple of CT_DENSE_WIDTH on, with zeros between. Float; thread-safe.
+ * The rows of V (m,n), n samples long, are alternately symmetric and antisymmetric about the
+ * middle, as cosines are: V[k][n-1-j] = (-1)^k V[k][j]. So V x needs only the sums and the
+ * differences of the two halves of x. Coefficients are kept in the order 0, 2, 4 ... 1, 3, 5 ...,
+ * in a row the odd ones from a multiple of CT_DENSE_WIDTH on, with zeros between. Float;
+ * thread-safe.
  */
 #ifndef CT_RESOLUTION_COSINE_H
 #define CT_RESOLUTION_COSINE_H
@@ -26,7 +27,8 @@ size_t ct_basis_place(const struct ct_basis *b, size_t k);
 size_t ct_basis_row_place(const struct ct_basis *b, size_t k);
 
 /* c (m,w; ldc) = V x (n,w; ldx); x is destroyed. Rows readable to whole blocks. */
-void ct_basis_analyse(const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w);
+void ct_basis_analyse(
+	const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w);
 /* x (n,w; ldx) = V^T c (m,w; ldc). */
 void ct_basis_synthesise(
 	const struct ct_basis *b, float *x, size_t ldx, const float *c, size_t ldc, size_t w);

@@ -48,9 +48,10 @@ void ct_crop(float *restrict out, const size_t m[static 3], const float *restric
 				const ptrdiff_t x = (ptrdiff_t)i + start[0];
 
 				row[i] = x < 0 || y < 0 || z < 0 || (size_t)x >= n[0] ||
-						(size_t)y >= n[1] || (size_t)z >= n[2] ?
-					pad :
-					in[((size_t)z * n[1] + (size_t)y) * n[0] + (size_t)x];
+							 (size_t)y >= n[1] || (size_t)z >= n[2]
+						 ? pad
+						 : in[((size_t)z * n[1] + (size_t)y) * n[0] +
+							   (size_t)x];
 			}
 		}
 }
@@ -65,7 +66,8 @@ void ct_affine_shift(double a[3][4], const double start[static 3])
 void ct_axes_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
 	const int towards[static 3])
 {
-	static const int all[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	static const int all[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	double best = -1;
 
 	for (int p = 0; p < 6; p++) {
@@ -99,7 +101,8 @@ void ct_reorder(float *restrict out, const float *restrict in, const size_t n[st
 	}
 	for (size_t k = 0; k < m[2]; k++)
 		for (size_t j = 0; j < m[1]; j++) {
-			const float *row = in + from + (ptrdiff_t)k * step[2] + (ptrdiff_t)j * step[1];
+			const float *row =
+				in + from + (ptrdiff_t)k * step[2] + (ptrdiff_t)j * step[1];
 
 			for (size_t i = 0; i < m[0]; i++)
 				*out++ = row[(ptrdiff_t)i * step[0]];

@@ -14,8 +14,7 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	static const double per_sigma[] = {2.3548, 4, 8};
 
 	for (int a = 0; a < 3; a++)
-		d->sigma[a] =
-			d->factor[a] > 1 ? d->factor[a] / per_sigma[protocol - 1] : 0.0;
+		d->sigma[a] = d->factor[a] > 1 ? d->factor[a] / per_sigma[protocol - 1] : 0.0;
 	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
 }
 
@@ -152,8 +151,8 @@ int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 		return ct_fail(e, CT_EINPUT, "a factor of %g", factor);
 	m = ct_degrade_size(n, factor);
 	if (m == 0)
-		return ct_fail(e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %g times", n,
-			factor);
+		return ct_fail(
+			e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %g times", n, factor);
 	if (!(sigma >= 0 && sigma <= 1e4))
 		return ct_fail(e, CT_EINPUT, "a Gaussian of %g voxels", sigma);
 	if (gauss_taps(&filter, ct_degrade_cover(m, factor), sigma, e))
@@ -208,7 +207,7 @@ void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[st
 
 	for (int a = 0; a < 3; a++) {
 		begin[a] = (double)cut_before(n[a], d->factor[a]) +
-			cell_begin(0, ct_degrade_size(n[a], d->factor[a]), d->factor[a]);
+			   cell_begin(0, ct_degrade_size(n[a], d->factor[a]), d->factor[a]);
 		coarser[a] = 1.0 / d->factor[a];
 	}
 	shifted(cut, hi, begin);
@@ -260,7 +259,8 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e)
 {
-	if (ct_meta_setf(m, e, "factor", "%.9g,%.9g,%.9g", d->factor[0], d->factor[1], d->factor[2]) ||
+	if (ct_meta_setf(
+		    m, e, "factor", "%.9g,%.9g,%.9g", d->factor[0], d->factor[1], d->factor[2]) ||
 		ct_meta_setf(
 			m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]))
 		return -1;
@@ -280,8 +280,8 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(factor[a] >= 1 && factor[a] <= 1e6))
-			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not 1 or more",
-				factor[a]);
+			return ct_fail(
+				e, CT_EINPUT, "metadata factor: %g is not 1 or more", factor[a]);
 		if (got.sigma[a] < 0 || got.sigma[a] > 1e4)
 			return ct_fail(
 				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);

@@ -55,23 +55,25 @@ static inline __attribute__((always_inline)) void block(float *c, ptrdiff_t ldc,
 	}
 }
 
-CLONES void ct_dense(float *c, ptrdiff_t ldc, const float *a, size_t lda, const float *b, ptrdiff_t ldb,
-	size_t m, size_t n, size_t k)
+CLONES void ct_dense(float *c, ptrdiff_t ldc, const float *a, size_t lda, const float *b,
+	ptrdiff_t ldb, size_t m, size_t n, size_t k)
 {
 	size_t i, j = 0;
 
 	for (; j + LANES < n; j += 2 * LANES) {
 		for (i = 0; i + 4 <= m; i += 4)
-			block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k,
-				4, 2);
+			block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j,
+				k, 4, 2);
 		for (; i < m; i++)
-			block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k,
-				1, 2);
+			block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j,
+				k, 1, 2);
 	}
 	if (j >= n)
 		return;
 	for (i = 0; i + 8 <= m; i += 8)
-		block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k, 8, 1);
+		block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k, 8,
+			1);
 	for (; i < m; i++)
-		block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k, 1, 1);
+		block(c + (ptrdiff_t)i * ldc + j, ldc, a + i * lda, lda, b + j, ldb, n - j, k, 1,
+			1);
 }

@@ -1,9 +1,9 @@
 /* dense.h: product of small dense matrices in float, for data that are in the cache.
  *
  * Row-major. b is read in blocks of CT_DENSE_WIDTH columns, so its rows must be readable up to the
- * next multiple of it; c is written in its n columns only. A negative ldb or ldc takes rows upwards. Each
- * element is summed in order of k, with fused multiplies where AVX-512 has them. Pure; c must not
- * overlap a or b.
+ * next multiple of it; c is written in its n columns only. A negative ldb or ldc takes rows
+ * upwards. Each element is summed in order of k, with fused multiplies where AVX-512 has them.
+ * Pure; c must not overlap a or b.
  */
 #ifndef CT_RESOLUTION_DENSE_H
 #define CT_RESOLUTION_DENSE_H

@@ -1,5 +1,5 @@
-/* hessian-tv.c: see hessian-tv.h. Two passes over rows an iteration: the dual ascends along H of the extrapolated
- * volume, then the volume descends along its adjoint. */
+/* hessian-tv.c: see hessian-tv.h. Two passes over rows an iteration: the dual ascends along H of
+ * the extrapolated volume, then the volume descends along its adjoint. */
 #include "config.h"
 #pragma GCC optimize("O3", "no-trapping-math") /* else square roots stay scalar */
 #include "core/mem.h"
@@ -18,11 +18,11 @@
 enum { II, JJ, KK, IJ, IK, JK, PARTS, MEASURE = 5 };
 
 struct job {
-	float *x, *ahead;    /* the volume; extrapolated, and then the next one */
-	float *q[PARTS];     /* the dual */
-	float *zero;	     /* a row of zeros with one before and one after */
-	float *scratch;	     /* of each worker: rows, and that of dc */
-	double *sums;	     /* of each plane: variation, and squared movement */
+	float *x, *ahead; /* the volume; extrapolated, and then the next one */
+	float *q[PARTS];  /* the dual */
+	float *zero;      /* a row of zeros with one before and one after */
+	float *scratch;   /* of each worker: rows, and that of dc */
+	double *sums;     /* of each plane: variation, and squared movement */
 	struct ct_dc *dc;
 	size_t n[3], plane, share;
 	float weight[PARTS], s, t;
@@ -37,7 +37,7 @@ static size_t clamp(ptrdiff_t i, size_t n)
  * that differences of what is outside vanish; `inner` tells which components exist. */
 struct around {
 	const float *x[3][3]; /* [k][j] */
-	bool inner[3];	      /* JJ, KK interior; JK not at the last row or plane */
+	bool inner[3];        /* JJ, KK interior; JK not at the last row or plane */
 	bool last_j, last_k;
 };
 
@@ -45,9 +45,8 @@ static void look_around(struct around *a, const struct job *v, const float *x, s
 {
 	for (int dk = -1; dk <= 1; dk++)
 		for (int dj = -1; dj <= 1; dj++)
-			a->x[dk + 1][dj + 1] = x +
-				clamp((ptrdiff_t)k + dk, v->n[2]) * v->plane +
-				clamp((ptrdiff_t)j + dj, v->n[1]) * v->n[0];
+			a->x[dk + 1][dj + 1] = x + clamp((ptrdiff_t)k + dk, v->n[2]) * v->plane +
+					       clamp((ptrdiff_t)j + dj, v->n[1]) * v->n[0];
 	a->last_j = j + 1 == v->n[1];
 	a->last_k = k + 1 == v->n[2];
 	a->inner[0] = j > 0 && !a->last_j;
@@ -56,8 +55,8 @@ static void look_around(struct around *a, const struct job *v, const float *x, s
 }
 
 /* h[PARTS] <- H x along a row. */
-CLONES static void hessian_row(float *const h[PARTS], const struct around *a, size_t n,
-	const float weight[PARTS])
+CLONES static void hessian_row(
+	float *const h[PARTS], const struct around *a, size_t n, const float weight[PARTS])
 {
 	const float *x = a->x[1][1], *j0 = a->x[1][0], *j1 = a->x[1][2];
 	const float *k0 = a->x[0][1], *k1 = a->x[2][1], *jk = a->x[2][2];
@@ -85,8 +84,8 @@ CLONES static void hessian_row(float *const h[PARTS], const struct around *a, si
 }
 
 /* q <- project onto |q|_F <= 1 of q + s h; norm <- |h|^2, work: a row. */
-CLONES static void ascend_row(float *const q[PARTS], float *const h[PARTS], float *norm, float *work,
-	size_t n, float s)
+CLONES static void ascend_row(
+	float *const q[PARTS], float *const h[PARTS], float *norm, float *work, size_t n, float s)
 {
 	memset(norm, 0, n * sizeof *norm);
 	memset(work, 0, n * sizeof *work);
@@ -160,8 +159,8 @@ CLONES static void descend_row(float *out, const float *x, const struct duals *d
 #pragma GCC ivdep
 	for (size_t i = 0; i < n; i++) {
 		float g = wjj * (j0[i] + j2[i] - 2.0f * j1[i]) +
-			wkk * (k0[i] + k2[i] - 2.0f * k1[i]) +
-			wjk * ((jkb[i] - jkj[i]) - (jkk[i] - jk[i]));
+			  wkk * (k0[i] + k2[i] - 2.0f * k1[i]) +
+			  wjk * ((jkb[i] - jkj[i]) - (jkk[i] - jk[i]));
 
 		g += wij * (ij1[i] - ij0[i]) + wik * (ik1[i] - ik0[i]) - 2.0f * wii * ii[i];
 		out[i] = x[i] - t * g;
@@ -169,7 +168,7 @@ CLONES static void descend_row(float *out, const float *x, const struct duals *d
 #pragma GCC ivdep
 	for (size_t i = 1; i < n; i++)
 		out[i] -= t * (wii * ii[i - 1] + wij * (ij0[i - 1] - ij1[i - 1]) +
-			wik * (ik0[i - 1] - ik1[i - 1]));
+				      wik * (ik0[i - 1] - ik1[i - 1]));
 #pragma GCC ivdep
 	for (size_t i = 0; i + 1 < n; i++)
 		out[i] -= t * wii * ii[i + 1];
@@ -194,12 +193,14 @@ static void descend(void *arg, size_t plane, size_t worker)
 	for (ptrdiff_t j = 0; j < (ptrdiff_t)v->n[1]; j++) {
 		size_t row = at + (size_t)j * v->n[0];
 		struct duals d = {dual_row(v, II, j, k),
-			{dual_row(v, JJ, j - 1, k), dual_row(v, JJ, j, k), dual_row(v, JJ, j + 1, k)},
-			{dual_row(v, KK, j, k - 1), dual_row(v, KK, j, k), dual_row(v, KK, j, k + 1)},
+			{dual_row(v, JJ, j - 1, k), dual_row(v, JJ, j, k),
+				dual_row(v, JJ, j + 1, k)},
+			{dual_row(v, KK, j, k - 1), dual_row(v, KK, j, k),
+				dual_row(v, KK, j, k + 1)},
 			{dual_row(v, IJ, j - 1, k), dual_row(v, IJ, j, k)},
 			{dual_row(v, IK, j, k - 1), dual_row(v, IK, j, k)},
-			{dual_row(v, JK, j, k), dual_row(v, JK, j - 1, k), dual_row(v, JK, j, k - 1),
-				dual_row(v, JK, j - 1, k - 1)}};
+			{dual_row(v, JK, j, k), dual_row(v, JK, j - 1, k),
+				dual_row(v, JK, j, k - 1), dual_row(v, JK, j - 1, k - 1)}};
 
 		descend_row(v->ahead + row, v->x + row, &d, v->n[0], v->weight, v->t);
 		for (size_t i = 0; i < v->n[0]; i++) {

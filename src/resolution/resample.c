@@ -22,14 +22,11 @@ static double kernel(enum ct_interp interp, double x)
 	if (a >= support(interp))
 		return 0;
 	switch (interp) {
-	case CT_LINEAR:
-		return 1 - a;
+	case CT_LINEAR: return 1 - a;
 	case CT_CUBIC:
 		return a < 1 ? (1.5 * a - 2.5) * a * a + 1 : ((-0.5 * a + 2.5) * a - 4) * a + 2;
-	case CT_BSPLINE:
-		return a < 1 ? 2.0 / 3 - 0.5 * a * a * b : b * b * b / 6;
-	case CT_LANCZOS:
-		break;
+	case CT_BSPLINE: return a < 1 ? 2.0 / 3 - 0.5 * a * a * b : b * b * b / 6;
+	case CT_LANCZOS: break;
 	}
 	return a > 0 ? 3 * sin(M_PI * a) * sin(M_PI * a / 3) / (M_PI * M_PI * a * a) : 1;
 }

@@ -17,8 +17,8 @@ static void cosines(double *u, size_t m)
 		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
 
 		for (size_t i = 0; i < m; i++)
-			u[k * m + i] = norm *
-				cos(M_PI * (double)(k * (2 * i + 1) % (4 * m)) / (2 * (double)m));
+			u[k * m + i] = norm * cos(M_PI * (double)(k * (2 * i + 1) % (4 * m)) /
+						      (2 * (double)m));
 	}
 }
 
@@ -151,8 +151,7 @@ void ct_factor_free(struct ct_factor *f)
 }
 
 /* A full table of `rows` rows. */
-static int table(
-	struct ct_taps *t, size_t rows, size_t columns, const double *w, struct ct_err *e)
+static int table(struct ct_taps *t, size_t rows, size_t columns, const double *w, struct ct_err *e)
 {
 	if (ct_taps_alloc(t, columns, rows, columns, e))
 		return -1;

@@ -24,7 +24,7 @@ struct ct_factor {
 	size_t m, n;
 	double *u, *g, *v; /* (m,m), (m), (m,n); owned, one block at u */
 	double condition;  /* largest / smallest g of those that are kept */
-	size_t lost;	   /* how many are not */
+	size_t lost;       /* how many are not */
 };
 
 /* Factor *a, not all zero. Allocates *f, which must be zero. Costs m^2 n flops. CT_EINPUT,

@@ -26,7 +26,7 @@ enum { SLAB = 16, MEASURE = 5 };
 struct job {
 	float *x, *p[3];     /* the volume before its correction, and the dual */
 	float *first, *last; /* a plane of each slab */
-	float *scratch;	     /* of each worker: three planes, seven rows, that of dc */
+	float *scratch;      /* of each worker: three planes, seven rows, that of dc */
 	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
 	struct ct_dc *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
@@ -41,7 +41,7 @@ struct job {
  * rows of work. */
 struct row {
 	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
-	float *q[3], *grad, *step;		    /* work; |grad x|^2, x' - x */
+	float *q[3], *grad, *step;                  /* work; |grad x|^2, x' - x */
 	const float *x, *xj, *xk, *to;
 	float pull;
 };

@@ -23,18 +23,18 @@
 #include "resolution/consistency.h"
 
 struct ct_tv_rule {
-	double weight[3];  /* w_a of each axis, in (0, 1] */
-	double step;	   /* primal step t |grad|, the unit of the values: HU of a strong edge / 30 */
+	double weight[3]; /* w_a of each axis, in (0, 1] */
+	double step; /* primal step t |grad|, the unit of the values: HU of a strong edge / 30 */
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when an iteration moves x by less than this, RMS; 0: never */
 };
 
-/* Added to the objective: |x - to|^2 / (2 mu), so that the solution is the proximal point of `to` in
- * the sense of mu TV and consistency. */
+/* Added to the objective: |x - to|^2 / (2 mu), so that the solution is the proximal point of `to`
+ * in the sense of mu TV and consistency. */
 struct ct_tv_near {
 	const float *to; /* as x */
-	double mu;	 /* > 0, in the unit of the values */
-	float *dual;	 /* (CT_TV_DUAL or CT_HTV_DUAL volumes) begin with it, leave the last there */
+	double mu;       /* > 0, in the unit of the values */
+	float *dual; /* (CT_TV_DUAL or CT_HTV_DUAL volumes) begin with it, leave the last there */
 };
 
 enum { CT_TV_DUAL = 3 };
@@ -42,7 +42,7 @@ enum { CT_TV_DUAL = 3 };
 struct ct_tv_report {
 	size_t iterations;
 	double objective; /* TV per voxel before the last step that was measured */
-	double change;	  /* RMS movement of x in it */
+	double change;    /* RMS movement of x in it */
 };
 
 /* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if

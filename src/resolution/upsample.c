@@ -26,8 +26,8 @@ const char *ct_refine_name(enum ct_refine method)
 	return method_name[method];
 }
 
-int ct_refine_aliasing(double *share, const struct ct_degrade *d, size_t n, int axis,
-	struct ct_err *e)
+int ct_refine_aliasing(
+	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e)
 {
 	struct ct_taps t = {0};
 	size_t m = ct_degrade_size(n, d->factor[axis]), middle = m / 2;
@@ -53,8 +53,8 @@ int ct_refine_aliasing(double *share, const struct ct_degrade *d, size_t n, int 
 	return 0;
 }
 
-static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule,
-	const size_t n[3], struct ct_err *e)
+static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule, const size_t n[3],
+	struct ct_err *e)
 {
 	r->method = rule->method;
 	if (!rule->known && rule->method >= CT_REFINE_DC)
@@ -75,9 +75,9 @@ static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule,
 		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
 			ct_refine_name(rule->method));
 	if (rule->method == CT_REFINE_AUTO)
-		r->method = !rule->known		      ? CT_REFINE_BSPLINE
-			: r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
-							: CT_REFINE_TV;
+		r->method = !rule->known                    ? CT_REFINE_BSPLINE
+			    : r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
+							    : CT_REFINE_TV;
 	return 0;
 }
 
@@ -85,7 +85,8 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refin
 	const double factor[3], const struct ct_env *env, struct ct_err *e)
 {
 	static const enum ct_interp interp[] = {[CT_REFINE_LINEAR] = CT_LINEAR,
-		[CT_REFINE_CUBIC] = CT_CUBIC, [CT_REFINE_BSPLINE] = CT_BSPLINE,
+		[CT_REFINE_CUBIC] = CT_CUBIC,
+		[CT_REFINE_BSPLINE] = CT_BSPLINE,
 		[CT_REFINE_LANCZOS] = CT_LANCZOS};
 	struct ct_separable s = {0};
 	int rc;
@@ -105,8 +106,8 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refin
 }
 
 /* Does D make the grid of y of that of x? */
-static int check_grids(
-	const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, struct ct_err *e)
+static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
+	struct ct_err *e)
 {
 	struct ct_vol want = {0};
 
@@ -116,8 +117,8 @@ static int check_grids(
 	return ct_vol_same_grid(&want, y, e) ? ct_blame(e, "reduced") : 0;
 }
 
-int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d, bool move,
-	double *residual, const struct ct_env *env, struct ct_err *e)
+int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
+	bool move, double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
 	float *lo = NULL, *hi = NULL;

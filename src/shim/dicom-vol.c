@@ -29,8 +29,8 @@ static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env 
 		}
 }
 
-static int fill(struct ct_vol *v, const struct ct_slice *s, const struct ct_env *env,
-	struct ct_err *e)
+static int fill(
+	struct ct_vol *v, const struct ct_slice *s, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n[3] = {s->columns, s->rows, v->n[2]}, area = n[0] * n[1];
 	double affine[3][4];

@@ -22,21 +22,23 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace
+{
 
 namespace fs = std::filesystem;
 
 /* vtk-dicom does not look at what its decoder answers: a picture that was given up on is memory
  * as it was. So the buffer is painted first, and paint that is all there is left is a failure. */
-class Reader : public vtkDICOMReader {
-public:
+class Reader : public vtkDICOMReader
+{
+      public:
 	static Reader *New();
 	vtkTypeMacro(Reader, vtkDICOMReader);
 	bool undecoded = false;
 
-protected:
-	bool ReadFileDelegated(const char *path, int index, unsigned char *buffer,
-		vtkIdType size) override
+      protected:
+	bool ReadFileDelegated(
+		const char *path, int index, unsigned char *buffer, vtkIdType size) override
 	{
 		const unsigned char paint = 0xa5;
 
@@ -44,14 +46,15 @@ protected:
 		if (!vtkDICOMReader::ReadFileDelegated(path, index, buffer, size))
 			undecoded = true;
 		else
-			undecoded = std::all_of(buffer, buffer + size,
-				[](unsigned char c) { return c == paint; });
+			undecoded = std::all_of(
+				buffer, buffer + size, [](unsigned char c) { return c == paint; });
 		return !undecoded;
 	}
 };
 vtkStandardNewMacro(Reader)
 
-template <size_t N> void put(char (&out)[N], const vtkDICOMValue &v)
+	template <size_t N>
+	void put(char (&out)[N], const vtkDICOMValue &v)
 {
 	std::string text = v.IsValid() ? v.AsString() : std::string();
 
@@ -104,8 +107,8 @@ void describe(vtkDICOMMetaData *m, ct_slice *s)
 	s->rows = count_of(m->Get(DC::Rows), 0);
 	s->frames = count_of(m->Get(DC::NumberOfFrames), 1);
 	s->placed = numbers(m->Get(DC::ImagePositionPatient), s->position, 3) &&
-		numbers(m->Get(DC::ImageOrientationPatient), iop, 6) &&
-		numbers(m->Get(DC::PixelSpacing), spacing, 2);
+		    numbers(m->Get(DC::ImageOrientationPatient), iop, 6) &&
+		    numbers(m->Get(DC::PixelSpacing), spacing, 2);
 	if (s->placed) {
 		std::copy_n(iop, 3, s->across);
 		std::copy_n(iop + 3, 3, s->down);
@@ -113,7 +116,7 @@ void describe(vtkDICOMMetaData *m, ct_slice *s)
 		s->pitch[1] = spacing[0];
 	}
 	s->scaled = numbers(m->Get(DC::RescaleSlope), scale, 1) &&
-		numbers(m->Get(DC::RescaleIntercept), scale + 1, 1);
+		    numbers(m->Get(DC::RescaleIntercept), scale + 1, 1);
 	if (s->scaled) {
 		s->slope = scale[0];
 		s->intercept = scale[1];
@@ -126,8 +129,7 @@ void describe(vtkDICOMMetaData *m, ct_slice *s)
 		s->padding[0] = s->padding[1] =
 			stored(m->Get(DC::PixelPaddingValue), is_signed, bits);
 		if (m->Has(DC::PixelPaddingRangeLimit))
-			s->padding[1] =
-				stored(m->Get(DC::PixelPaddingRangeLimit), is_signed, bits);
+			s->padding[1] = stored(m->Get(DC::PixelPaddingRangeLimit), is_signed, bits);
 	}
 }
 
@@ -164,7 +166,8 @@ int add(Found &found, const std::string &path, bool named, ct_err *e)
 		if (!named && p->GetErrorCode() == 0)
 			return 0;
 		return ct_fail(e, CT_EINPUT, "%s: %s", path.c_str(),
-			p->GetErrorCode() ? "damaged DICOM file" : "a DICOM file without a picture");
+			p->GetErrorCode() ? "damaged DICOM file"
+					  : "a DICOM file without a picture");
 	}
 	describe(m, &s);
 	s.path = strdup(path.c_str());
@@ -189,8 +192,8 @@ int scan(const char *path, Found &found, ct_err *e)
 	for (const std::string &f : files)
 		if (add(found, f, false, e))
 			return -1;
-	return found.s.empty() ? ct_fail(e, CT_EINPUT, "%s: no DICOM pictures in this folder", path) :
-				 0;
+	return found.s.empty() ? ct_fail(e, CT_EINPUT, "%s: no DICOM pictures in this folder", path)
+			       : 0;
 }
 
 template <class T> void copy(const T *in, size_t n, float *out)
@@ -220,16 +223,15 @@ int decode(const char *path, const ct_slice *s, float *out, ct_err *e)
 			s->columns, s->rows);
 	switch (image->GetScalarType()) {
 		vtkTemplateMacro(copy(static_cast<VTK_TT *>(image->GetScalarPointer()), n, out));
-	default:
-		return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s->path);
+	default: return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s->path);
 	}
 	return 0;
 }
 
 } // namespace
 
-extern "C" int ct_dicom_scan(const char *const *paths, size_t n, struct ct_slice **s,
-	size_t *count, struct ct_err *e)
+extern "C" int ct_dicom_scan(
+	const char *const *paths, size_t n, struct ct_slice **s, size_t *count, struct ct_err *e)
 {
 	*s = nullptr;
 	*count = 0;

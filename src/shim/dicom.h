@@ -19,8 +19,8 @@ struct ct_vol;
 
 /* What the DICOM pictures among the paths say, folders with all that is below them; files in
  * folders that are no DICOM pictures are passed over. *s is for ct_dicom_free. CT_EINPUT. */
-int ct_dicom_scan(const char *const *paths, size_t n, struct ct_slice **s, size_t *count,
-	struct ct_err *e);
+int ct_dicom_scan(
+	const char *const *paths, size_t n, struct ct_slice **s, size_t *count, struct ct_err *e);
 void ct_dicom_free(struct ct_slice *s, size_t count);
 /* Stored values of one picture into out[rows*columns], row by row. CT_EINPUT. */
 int ct_dicom_pixels(const struct ct_slice *s, float *out, struct ct_err *e);

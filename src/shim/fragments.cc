@@ -12,7 +12,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-namespace {
+namespace
+{
 
 using Bytes = std::vector<unsigned char>;
 
@@ -111,7 +112,7 @@ bool is_one_of(const std::string &s, std::initializer_list<const char *> tails)
 	const std::string jpeg = "1.2.840.10008.1.2.4.";
 
 	return s.compare(0, jpeg.size(), jpeg) == 0 &&
-		std::find(tails.begin(), tails.end(), s.substr(jpeg.size())) != tails.end();
+	       std::find(tails.begin(), tails.end(), s.substr(jpeg.size())) != tails.end();
 }
 
 int write_all(int fd, const Bytes &b)
@@ -154,7 +155,8 @@ int Mended::check(const char *path, const std::string &syntax, uint64_t offset, 
 	std::ifstream in(path, std::ios::binary);
 	Bytes file((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
 	if (!gather(file, offset, s) || s.bytes.empty())
-		return ct_fail(e, CT_EINPUT, "%s: truncated: the compressed picture is cut off", path);
+		return ct_fail(
+			e, CT_EINPUT, "%s: truncated: the compressed picture is cut off", path);
 	if ((jpeg && !framed(s.bytes, 0xffd8, &end)) ||
 		(jpeg2000 && !framed(s.bytes, 0xff4f, &end)))
 		return ct_fail(e, CT_EINPUT, "%s: the compressed picture has no end mark", path);

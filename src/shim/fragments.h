@@ -12,18 +12,20 @@
  *
  * The one repair: the last tile-part of a JPEG 2000 stream may state a length (Psot) beyond the
  * end, where 0 means "up to the end". The corrected file lives in memory, at path(). */
-class Mended {
-public:
+class Mended
+{
+      public:
 	Mended() = default;
 	Mended(const Mended &) = delete;
 	Mended &operator=(const Mended &) = delete;
 	~Mended();
-	/* The picture at byte `offset` of a file of that transfer syntax. 0, or -1 with CT_EINPUT. */
+	/* The picture at byte `offset` of a file of that transfer syntax. 0, or -1 with CT_EINPUT.
+	 */
 	int check(const char *path, const std::string &syntax, uint64_t offset, ct_err *e);
 	/* The file to decode instead. */
 	std::string path(const char *original) const;
 
-private:
+      private:
 	int fd = -1;
 };
 

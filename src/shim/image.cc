@@ -16,7 +16,8 @@ extern "C" {
 #include <string>
 #include <vector>
 
-namespace {
+namespace
+{
 
 const size_t most_pixels = (size_t)1 << 28; /* what a header may ask the library to allocate */
 
@@ -98,8 +99,8 @@ int encode(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
 	OIIO::ImageSpec s((int)w, (int)h, (int)channels, OIIO::TypeUInt8);
 	s.attribute("oiio:ColorSpace", "sRGB");
 	s.attribute("png:compressionLevel", 6);
-	if (!out->open("x.png", s) ||
-		!out->write_scanlines(0, (int)h, 0, OIIO::TypeUInt8, px) || !out->close())
+	if (!out->open("x.png", s) || !out->write_scanlines(0, (int)h, 0, OIIO::TypeUInt8, px) ||
+		!out->close())
 		return ct_fail(e, CT_EFAIL, "PNG: %s", words(out->geterror()).c_str());
 	*png = static_cast<unsigned char *>(std::malloc(bytes.size() ? bytes.size() : 1));
 	if (!*png)

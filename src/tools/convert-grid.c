@@ -48,8 +48,8 @@ int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 }
 
 /* Table of one axis: a Gaussian against aliasing if the new voxels are larger, then cubic. */
-static int iso_taps(struct ct_taps *t, size_t n, size_t m, double start, double step,
-	struct ct_err *e)
+static int iso_taps(
+	struct ct_taps *t, size_t n, size_t m, double start, double step, struct ct_err *e)
 {
 	struct ct_taps cubic = {0}, gauss = {0};
 	int rc = -1;
@@ -78,11 +78,12 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 		const double step = mm / old[d], n = (double)v->n[d], want = floor(n / step + 0.5);
 
 		if (want > 1e6)
-			return ct_fail(e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+			return ct_fail(
+				e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
 		m[d] = want < 1 ? 1 : (size_t)want;
 		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
-		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e) :
-				iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
+		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
+					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
 			goto out;
 	}
 	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))

@@ -64,8 +64,9 @@ static int read_dicom(const struct convert *p, bool folder, struct ct_vol *v,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *slash = strrchr(p->in, '/'), *series = p->series;
-	char *where = folder || !slash ? strdup(folder ? p->in : ".") :
-		strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
+	char *where = folder || !slash
+			      ? strdup(folder ? p->in : ".")
+			      : strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
 	struct ct_slice *one = NULL;
 	size_t n = 0;
 	int rc = -1;
@@ -81,7 +82,8 @@ static int read_dicom(const struct convert *p, bool folder, struct ct_vol *v,
 	if (!rc)
 		rc = ct_meta_input(&v->meta, p->in, 2,
 			(const struct ct_piece[]){{v->affine, sizeof v->affine},
-				{v->data, ct_vol_count(v) * sizeof *v->data}}, e);
+				{v->data, ct_vol_count(v) * sizeof *v->data}},
+			e);
 out:
 	ct_dicom_free(one, n);
 	free(where);
@@ -98,14 +100,14 @@ static int read_dicom(const struct convert *p, bool folder, struct ct_vol *v,
 }
 #endif
 
-int convert_read(const struct convert *p, struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e)
+int convert_read(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	bool folder;
 
 	if (p->raw)
-		return p->series ? ct_fail(e, CT_EUSAGE, "--series is for DICOM, not for --raw") :
-			read_raw(p, v, e);
+		return p->series ? ct_fail(e, CT_EUSAGE, "--series is for DICOM, not for --raw")
+				 : read_raw(p, v, e);
 	if (p->spacing || p->slope != 1 || p->inter != 0)
 		return ct_fail(e, CT_EUSAGE, "--spacing, --slope and --intercept need --raw");
 	if (is_dicom(p->in, &folder))

@@ -12,8 +12,8 @@ struct convert {
 };
 
 /* Read whatever p->in is. */
-int convert_read(const struct convert *p, struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
+int convert_read(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */

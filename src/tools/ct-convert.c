@@ -33,8 +33,10 @@ static const struct ct_opt opts[] = {
 		"cut or pad to NxNxN voxels about the body; 0 does not"),
 	CT_CHOICE(struct convert, type, 0, "type", "auto|i16|f32",
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
-	CT_ARG(struct convert, in, "IN", "DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
-	CT_ARG(struct convert, out, "OUT", "NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
+	CT_ARG(struct convert, in, "IN",
+		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
+	CT_ARG(struct convert, out, "OUT",
+		"NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
 	CT_OPT_END,
 };
 
@@ -61,8 +63,8 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 		hi = v->data[i] > hi ? v->data[i] : hi;
 	}
 	ct_vol_spacing(v, mm);
-	ct_log(env, CT_INFO, "%zux%zux%zu voxels of %.6gx%.6gx%.6g mm, %g to %g HU", v->n[0], v->n[1],
-		v->n[2], mm[0], mm[1], mm[2], (double)lo, (double)hi);
+	ct_log(env, CT_INFO, "%zux%zux%zu voxels of %.6gx%.6gx%.6g mm, %g to %g HU", v->n[0],
+		v->n[1], v->n[2], mm[0], mm[1], mm[2], (double)lo, (double)hi);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -81,7 +83,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_meta_copy(&read, &v.meta, e) || (p->reorient && convert_reorient(&v, p->reorient, e)) ||
+	if (ct_meta_copy(&read, &v.meta, e) ||
+		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
@@ -97,8 +100,9 @@ out:
 
 int main(int argc, char **argv)
 {
-	static const struct ct_tool tool = {"ct-convert", "read DICOM, raw voxels, NIfTI or projections of numpy",
-		opts, &defaults, sizeof defaults, run, 0};
+	static const struct ct_tool tool = {"ct-convert",
+		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
+		sizeof defaults, run, 0};
 
 	return ct_cli_main(&tool, argc, argv);
 }

@@ -108,12 +108,9 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 		ct_meta_numbers(m, "scan.dsd", 1, &dsd, e) < 0)
 		return -1;
 	switch (ct_meta_numbers(m, "volume.affine", 12, a, e)) {
-	case 0:
-		break;
-	case 1:
-		return 0;
-	default:
-		return -1;
+	case 0: break;
+	case 1: return 0;
+	default: return -1;
 	}
 	mm = hypot(hypot(a[0], a[4]), a[8]);
 	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;

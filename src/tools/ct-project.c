@@ -115,9 +115,8 @@ static int to_density(
 }
 
 /* What the volume says of itself, the scan, and the grid that was projected. */
-static int describe(
-	struct ct_stack *s, const struct ct_vol *v, const struct params *p, uint64_t seed,
-	struct ct_err *e)
+static int describe(struct ct_stack *s, const struct ct_vol *v, const struct params *p,
+	uint64_t seed, struct ct_err *e)
 {
 	static const char *const words[] = {"point", "mean", "sinc"};
 	static const char *const methods[] = {"siddon", "joseph"};
@@ -129,15 +128,15 @@ static int describe(
 	if (p->coarsen > 1 && (ct_meta_setf(m, e, "coarsen", "%d", p->coarsen) ||
 				      ct_meta_set(m, "pixel", words[p->pixel], e)))
 		return -1;
-	if (p->photons > 0 &&
-		(ct_meta_setf(m, e, "photons", "%.17g", p->photons) ||
-			ct_meta_setf(m, e, "electronic", "%.17g", p->electronic) ||
-			ct_meta_setf(m, e, "muWater", "%.17g", p->water) ||
-			ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)seed)))
+	if (p->photons > 0 && (ct_meta_setf(m, e, "photons", "%.17g", p->photons) ||
+				      ct_meta_setf(m, e, "electronic", "%.17g", p->electronic) ||
+				      ct_meta_setf(m, e, "muWater", "%.17g", p->water) ||
+				      ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)seed)))
 		return -1;
 	if (ct_meta_set(m, "method", methods[p->method], e))
 		return -1;
-	return ct_meta_set(m, "quantity", "lineIntegral", e) || ct_scan_put_volume(m, v, e) ? -1 : 0;
+	return ct_meta_set(m, "quantity", "lineIntegral", e) || ct_scan_put_volume(m, v, e) ? -1
+											    : 0;
 }
 
 /* The detector of `fine` with pixels s times larger. */

@@ -75,8 +75,9 @@ static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *
 	f->lr_proj = ct_chain_path(c, "lr-proj.exr");
 	f->sr_proj = ct_chain_path(c, "sr-proj.exr");
 	f->res = ct_chain_path(c, "residual.ply");
-	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res ? 0 :
-		ct_fail(e, CT_ENOMEM, "no memory");
+	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res
+		       ? 0
+		       : ct_fail(e, CT_ENOMEM, "no memory");
 }
 
 static void free_files(struct files *f)
@@ -123,10 +124,10 @@ static int add_projections(struct ct_chain *c, const struct params *p, const str
 		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
 	if (!p->paper && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
-		ct_chain_word(c, e, "--pixel=sinc")))
+				 ct_chain_word(c, e, "--pixel=sinc")))
 		return -1;
 	return ct_chain_word(c, e, "%s", p->paper ? f->lr : f->up) ||
-		ct_chain_word(c, e, "%s", f->lr_proj);
+	       ct_chain_word(c, e, "%s", f->lr_proj);
 }
 
 static int add_ddnm(struct ct_chain *c, const struct params *p, const struct preset *q,
@@ -138,11 +139,12 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
 		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
 		return -1;
-	if (!p->paper && (ct_chain_word(c, e, "--operator=matched") ||
-		ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
-		ct_chain_word(c, e, "--init=%s", f->up_proj) ||
-		ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
-		ct_chain_word(c, e, "--samples=%d", q->samples)))
+	if (!p->paper &&
+		(ct_chain_word(c, e, "--operator=matched") ||
+			ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
+			ct_chain_word(c, e, "--init=%s", f->up_proj) ||
+			ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
+			ct_chain_word(c, e, "--samples=%d", q->samples)))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }

@@ -94,7 +94,7 @@ struct job {
 	char *dataset, *state; /* names and hashes; OUT.state, NULL for a stream */
 	struct ct_train *train;
 	double start, told; /* seconds */
-	double loss;	    /* summed since the last word */
+	double loss;        /* summed since the last word */
 	size_t losses;
 };
 

@@ -56,8 +56,8 @@ static const struct ct_opt opts[] = {
 };
 
 /* The factors of -x, or of the file; a contradiction is an error. */
-static int factor_of(struct ct_degrade *d, int known, const struct params *p, const struct ct_meta *m,
-	struct ct_err *e)
+static int factor_of(struct ct_degrade *d, int known, const struct params *p,
+	const struct ct_meta *m, struct ct_err *e)
 {
 	double x[3];
 
@@ -83,8 +83,8 @@ static int factor_of(struct ct_degrade *d, int known, const struct params *p, co
 }
 
 /* The operator: of the file, or of the options; a contradiction is an error. */
-static int operator_of(struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m,
-	struct ct_err *e)
+static int operator_of(
+	struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m, struct ct_err *e)
 {
 	bool done = ct_meta_get(m, "upsample") != NULL; /* the operator was used up */
 	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
@@ -96,7 +96,8 @@ static int operator_of(struct ct_refine_rule *r, const struct params *p, const s
 		return -1;
 	r->known = known == 0 || p->sigma;
 	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
-		return ct_fail(e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
+		return ct_fail(
+			e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
 	if (p->decimate >= 0)
 		r->by.decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)
@@ -110,16 +111,16 @@ static int operator_of(struct ct_refine_rule *r, const struct params *p, const s
 			sigma[a] = 0;
 		if (known == 0 && fabs(sigma[a] - r->by.sigma[a]) > 1e-6)
 			return ct_fail(e, CT_EUSAGE,
-				"--sigma %s contradicts %s, which was blurred by %g,%g,%g", p->sigma,
-				p->in, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
+				"--sigma %s contradicts %s, which was blurred by %g,%g,%g",
+				p->sigma, p->in, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
 		r->by.sigma[a] = sigma[a];
 	}
 	return 0;
 }
 
 /* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
- * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told from
- * texture, and too much noise assumed costs more than none. */
+ * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told
+ * from texture, and too much noise assumed costs more than none. */
 static int measure(struct ct_refine_rule *r, const struct ct_vol *in, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -134,7 +135,8 @@ static int measure(struct ct_refine_rule *r, const struct ct_vol *in, const stru
 		if (got.axis[a].sampling == CT_SAMPLING_ALIASED)
 			r->by.decimate = CT_DECIMATE_POINT;
 		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
-		ct_log(env, CT_INFO, "axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
+		ct_log(env, CT_INFO,
+			"axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
 			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
 			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
 	}
@@ -166,9 +168,11 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 		ct_log(env, CT_INFO,
 			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved %.2g "
 			"HU",
-			ct_refine_name(r->method), r->condition, r->iterations, r->objective, r->change);
+			ct_refine_name(r->method), r->condition, r->iterations, r->objective,
+			r->change);
 	if (!isnan(r->residual))
-		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS", r->residual);
+		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS",
+			r->residual);
 }
 
 static double now(void)
@@ -180,8 +184,8 @@ static double now(void)
 }
 
 /* Refine the middle of IN, and say what all of it will take. */
-static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule, const struct ct_env *env,
-	struct ct_err *e)
+static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
+	const struct ct_env *env, struct ct_err *e)
 {
 	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
 	static const double volumes[] = {2, 2, 2, 2, 2, 2, 3, 5, 9}; /* by enum ct_refine */
@@ -223,8 +227,8 @@ out:
 	return rc;
 }
 
-static int read_inputs(struct ct_vol *in, struct ct_vol *start, const struct params *p,
-	struct ct_err *e)
+static int read_inputs(
+	struct ct_vol *in, struct ct_vol *start, const struct params *p, struct ct_err *e)
 {
 	if (ct_vol_read(p->in, in, e))
 		return -1;
@@ -266,8 +270,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 2,
-			(const struct ct_meta *const[]){
-				&in.meta, p->start ? &start.meta : NULL},
+			(const struct ct_meta *const[]){&in.meta, p->start ? &start.meta : NULL},
 			e))
 		goto out;
 	rc = ct_vol_write(p->out, &out, env, e);

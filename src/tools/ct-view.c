@@ -88,8 +88,11 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 	const struct params *p, struct ct_err *e)
 {
-	*r = (struct ct_sheet_rule){.plane = p->plane, .slice = p->slice, .zoom = p->zoom,
-		.views = (size_t)p->views, .error = p->error};
+	*r = (struct ct_sheet_rule){.plane = p->plane,
+		.slice = p->slice,
+		.zoom = p->zoom,
+		.views = (size_t)p->views,
+		.error = p->error};
 	if (p->window && ct_parse_range("window", p->window, window, e))
 		return -1;
 	if (p->error_window && ct_parse_range("error-window", p->error_window, error, e))

@@ -6,12 +6,12 @@
 #include "diffusion/superres.h"
 
 struct ddnm_state {
-	char *path;              /* NULL when OUT is a stream: nothing is kept */
-	char *run;               /* what the run depends on */
-	bool *done;              /* [views] */
+	char *path;                       /* NULL when OUT is a stream: nothing is kept */
+	char *run;                        /* what the run depends on */
+	bool *done;                       /* [views] */
 	const struct ct_stack *out, *std; /* borrowed; std may be NULL */
 	const struct ct_env *env;
-	double last;             /* when it was written, seconds */
+	double last; /* when it was written, seconds */
 };
 
 /* Start with nothing done, or with --resume with what OUT.part holds, copied to out and std.

@@ -10,9 +10,9 @@
 struct ct_fdk_how {
 	bool iterate;
 	enum ct_filter_kind filter; /* if not */
-	double cutoff;		    /* 0: what the voxels can show */
+	double cutoff;              /* 0: what the voxels can show */
 	bool parker;
-	int projector;		     /* else an enum ct_method, */
+	int projector;               /* else an enum ct_method, */
 	struct ct_iterate_rule rule; /* and how */
 };
 

@@ -10,8 +10,8 @@ enum { MOST_SIDE = 32768 };
 /* Voxel axis of every world axis: the assignment with the largest sum of cosines. */
 static void nearest_axes(int axis[3], const struct ct_vol *v)
 {
-	static const int order[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1},
-		{2, 1, 0}};
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	double mm[3], best = -1;
 
 	ct_vol_spacing(v, mm);
@@ -76,8 +76,10 @@ void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k)
 {
 	const double *u = p->view[k].u, *v = p->view[k].v;
 
-	*s = (struct ct_slice){.data = ct_stack_view(p, k), .step = {(ptrdiff_t)p->w, 1},
-		.n = {p->h, p->w}, .mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
+	*s = (struct ct_slice){.data = ct_stack_view(p, k),
+		.step = {(ptrdiff_t)p->w, 1},
+		.n = {p->h, p->w},
+		.mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
 			sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])}};
 	for (int i = 0; i < 2; i++)
 		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];

@@ -16,8 +16,8 @@ struct nabgs_files {
 
 struct nabgs_data {
 	struct ct_stack in, base_proj; /* density mm */
-	struct ct_stack weight;	       /* of each pixel, in (0, 1]; none without --std */
-	struct ct_vol base;	       /* density, in [0, 1] */
+	struct ct_stack weight;        /* of each pixel, in (0, 1]; none without --std */
+	struct ct_vol base;            /* density, in [0, 1] */
 	struct ct_vol
 		lr; /* what D of the residual must be: density (LR - D base); none without --lr */
 	struct ct_degrade by; /* D, of lr */

@@ -438,8 +438,8 @@ static int report(const struct job *j, const struct ct_joint_at *at, struct ct_e
 		   chosen = j->how->lambda == 0 && at->best < 1;
 	const double lambda = solved ? 1 / (at->chosen * j->hu) : 0;
 	const int iterations = solved ? (int)at->done : 0;
-	const char *how = at->first == 0	? "nothing to solve"
-			  : !at->trusted	? "not trusted"
+	const char *how = at->first == 0        ? "nothing to solve"
+			  : !at->trusted        ? "not trusted"
 			  : j->how->lambda == 0 ? "trusted"
 						: "weighted as told";
 	json_t *o;

@@ -7,9 +7,9 @@ struct nabgs_voxels {
 	const char *out;
 	const char *state; /* path; NULL: none is kept */
 	bool resume;
-	double lambda;	   /* weight of the projections against the variation, 1/HU; 0: chosen */
+	double lambda;     /* weight of the projections against the variation, 1/HU; 0: chosen */
 	size_t iterations; /* 0: fifteen */
-	size_t every;	   /* iterations between states; 0: when stopped */
+	size_t every;      /* iterations between states; 0: when stopped */
 };
 
 /* Solve, write OUT and report; or say what it would cost, if that is asked for. *d is used up.

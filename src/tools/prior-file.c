@@ -37,6 +37,7 @@ int prior_file_find(char **path, const char *given, struct ct_err *e)
 	}
 	if (access(CT_DATADIR "/" NAME, R_OK) == 0)
 		*path = strdup(CT_DATADIR "/" NAME);
-	return *path ? 0 : ct_fail(e, CT_EINPUT, "no prior is installed at %s; --prior names one",
-		CT_DATADIR "/" NAME);
+	return *path ? 0
+		     : ct_fail(e, CT_EINPUT, "no prior is installed at %s; --prior names one",
+			       CT_DATADIR "/" NAME);
 }

@@ -9,11 +9,11 @@
 #include "xray/project.h"
 
 struct project_job {
-	const char *name;	     /* of the volume, for messages */
-	const struct ct_vol *v;	     /* density */
-	const float *mu;	     /* its attenuation, 1/mm; NULL without noise */
+	const char *name;            /* of the volume, for messages */
+	const struct ct_vol *v;      /* density */
+	const float *mu;             /* its attenuation, 1/mm; NULL without noise */
 	const struct ct_stack *rays; /* rays that are followed; their data are not used */
-	struct ct_stack *out;	     /* rays, or pixels of `coarsen` squared of them */
+	struct ct_stack *out;        /* rays, or pixels of `coarsen` squared of them */
 	enum ct_method method;
 	enum ct_operator_kind kind; /* of coarse pixels */
 	size_t coarsen;

@@ -160,10 +160,12 @@ static void put_tensors(struct maker *m, const struct ct_tensors *w, bool all)
 		parameters += n;
 		bad += r.nan + r.inf;
 		if (all)
-			m->bad |= json_array_append_new(list, json_pack("{s:o,s:o,s:o,s:o,s:o}",
-				"name", ct_json_text(t->name), "shape", sizes(t->rank, t->dim),
-				"min", number(r.min), "max", number(r.max), "mean",
-				number(r.mean))) != 0;
+			m->bad |=
+				json_array_append_new(list,
+					json_pack("{s:o,s:o,s:o,s:o,s:o}", "name",
+						ct_json_text(t->name), "shape",
+						sizes(t->rank, t->dim), "min", number(r.min), "max",
+						number(r.max), "mean", number(r.mean))) != 0;
 	}
 	put(m, "tensors", count(w->n));
 	put(m, "parameters", count(parameters));
@@ -220,22 +222,13 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	put(&m, "file", ct_json_text(path));
 	put(&m, "kind", json_string(ct_kind_name(a->kind)));
 	switch (a->kind) {
-	case CT_KIND_VOLUME:
-		put_volume(&m, &a->vol);
-		break;
-	case CT_KIND_STACK:
-		put_stack(&m, &a->stack);
-		break;
-	case CT_KIND_GAUSS:
-		put_gauss(&m, &a->gauss);
-		break;
-	case CT_KIND_TENSORS:
-		put_tensors(&m, &a->tensors, all);
-		break;
+	case CT_KIND_VOLUME: put_volume(&m, &a->vol); break;
+	case CT_KIND_STACK: put_stack(&m, &a->stack); break;
+	case CT_KIND_GAUSS: put_gauss(&m, &a->gauss); break;
+	case CT_KIND_TENSORS: put_tensors(&m, &a->tensors, all); break;
 	case CT_KIND_UNKNOWN:
 	case CT_KIND_DICOM:
-	case CT_KIND_PICTURE:
-		break;
+	case CT_KIND_PICTURE: break;
 	}
 	put_meta(&m, ct_any_meta(a));
 	if (hash)
@@ -267,8 +260,10 @@ int ct_report_estimate(
 	put(&m, "blur-lr-voxels", numbers(3, sigma));
 	put(&m, "blur-mm", numbers(3, mm));
 	put(&m, "aliasing", numbers(3, aliasing));
-	put(&m, "sampling", json_sprintf("%s %s %s", ct_sampling_name(s->axis[0].sampling),
-		ct_sampling_name(s->axis[1].sampling), ct_sampling_name(s->axis[2].sampling)));
+	put(&m, "sampling",
+		json_sprintf("%s %s %s", ct_sampling_name(s->axis[0].sampling),
+			ct_sampling_name(s->axis[1].sampling),
+			ct_sampling_name(s->axis[2].sampling)));
 	put(&m, "edges", sizes(3, edges));
 	put(&m, "noise-hu", number(s->noise));
 	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
@@ -318,7 +313,7 @@ static void print_item(FILE *f, const json_t *item)
 	json_t *v;
 	int n = 0;
 
-	json_object_foreach((json_t *)(uintptr_t)item, key, v) {
+	json_object_foreach ((json_t *)(uintptr_t)item, key, v) {
 		if (n++)
 			fprintf(f, "  %s ", key);
 		print_value(f, v);
@@ -353,7 +348,7 @@ static void print_object(FILE *f, const json_t *o, int indent)
 	const char *key;
 	json_t *v;
 
-	json_object_foreach((json_t *)(uintptr_t)o, key, v)
+	json_object_foreach ((json_t *)(uintptr_t)o, key, v)
 		print_member(f, key, v, indent);
 }
 

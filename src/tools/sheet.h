@@ -9,11 +9,11 @@
 enum { CT_ALL_PLANES = 3 };
 
 struct ct_sheet_rule {
-	int plane;      /* of enum ct_plane, or CT_ALL_PLANES */
-	double slice;   /* of [0, 1], in the first volume */
-	size_t views;   /* of a stack, at most, > 0 */
-	bool error;     /* maps of the difference to the first file too */
-	double zoom;    /* pixels for the finest spacing shown */
+	int plane;                           /* of enum ct_plane, or CT_ALL_PLANES */
+	double slice;                        /* of [0, 1], in the first volume */
+	size_t views;                        /* of a stack, at most, > 0 */
+	bool error;                          /* maps of the difference to the first file too */
+	double zoom;                         /* pixels for the finest spacing shown */
 	const double *window, *error_window; /* [2], or NULL: chosen by what the files hold */
 };
 

@@ -110,8 +110,8 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 	const struct ct_view *first = &s->view[0], *last = &s->view[s->views - 1];
 	const double none = (double)NAN;
 
-	*r = (struct ct_survey){.dso = {none, none}, .dsd = {none, none},
-		.offset = {{none, none}, {none, none}}};
+	*r = (struct ct_survey){
+		.dso = {none, none}, .dsd = {none, none}, .offset = {{none, none}, {none, none}}};
 	r->pitch[0] = sqrt(dot(first->u, first->u));
 	r->pitch[1] = sqrt(dot(first->v, first->v));
 	r->size[0] = r->pitch[0] * (double)s->w;
@@ -159,8 +159,10 @@ void ct_gauss_survey_of(struct ct_gauss_survey *r, const struct ct_gauss *g)
 	double logs = 0;
 	size_t good = 0;
 
-	*r = (struct ct_gauss_survey){.sigma = {none, none}, .raw = {none, none},
-		.lo = {none, none, none}, .hi = {none, none, none}};
+	*r = (struct ct_gauss_survey){.sigma = {none, none},
+		.raw = {none, none},
+		.lo = {none, none, none},
+		.hi = {none, none, none}};
 	for (size_t i = 0; i < g->n; i++) {
 		if (!finite_gauss(g, i)) {
 			r->bad++;
@@ -168,8 +170,8 @@ void ct_gauss_survey_of(struct ct_gauss_survey *r, const struct ct_gauss *g)
 		}
 		good++;
 		r->positive += g->raw[i] > 0 || g->activation == CT_SOFTPLUS;
-		r->negative += g->raw[i] < 0 && g->activation != CT_SOFTPLUS &&
-			g->activation != CT_RELU;
+		r->negative +=
+			g->raw[i] < 0 && g->activation != CT_SOFTPLUS && g->activation != CT_RELU;
 		widen(r->raw, (double)g->raw[i]);
 		for (int a = 0; a < 3; a++) {
 			widen(r->sigma, exp((double)g->scale[a][i]));

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 
 struct ct_range {
-	size_t n, nan, inf;      /* values, and those that are not finite */
+	size_t n, nan, inf;        /* values, and those that are not finite */
 	double min, max, mean, sd; /* of the finite ones; NaN if there are none */
 };
 
@@ -23,8 +23,8 @@ struct ct_survey {
 	bool has_iso;             /* two principal rays that are not parallel; no parallel beam */
 	double iso[3], miss;      /* point nearest to the principal rays, largest distance */
 	/* least and largest of the views, mm: */
-	double dso[2], dsd[2];    /* source to isocentre, source to detector */
-	double offset[2][2];      /* of the detector's centre from the principal ray along u, v */
+	double dso[2], dsd[2]; /* source to isocentre, source to detector */
+	double offset[2][2];   /* of the detector's centre from the principal ray along u, v */
 };
 
 /* Geometry as ct_stack_check accepts it. */

@@ -133,7 +133,7 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 
 		if (strcmp(key, k->name) != 0)
 			continue;
-		ok = k->kind == TRUTH			    ? set_truth(a, k, value)
+		ok = k->kind == TRUTH                       ? set_truth(a, k, value)
 		     : k->kind == COUNT || k->kind == HEADS ? set_count(a, k, value)
 							    : set_list(a, k, value);
 		return ok ? 0 : ct_fail(e, CT_EINPUT, "architecture: %s is \"%.100s\"", key, value);

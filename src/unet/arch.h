@@ -18,7 +18,7 @@ struct ct_unet_arch {
 	double channel_mult[CT_UNET_LEVELS]; /* of D, finest first; may be 0.5 */
 	size_t attentions;
 	size_t attention[CT_UNET_LEVELS]; /* downsampling factors 1, 2, 4.. that have attention */
-	size_t num_heads;		  /* used when num_head_channels is 0 */
+	size_t num_heads;                 /* used when num_head_channels is 0 */
 	size_t num_head_channels;
 	bool use_scale_shift_norm, resblock_updown, use_new_attention_order, conv_resample;
 };

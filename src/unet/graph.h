@@ -29,10 +29,10 @@ struct ct_image {
 struct ct_op {
 	enum ct_op_kind kind;
 	size_t out, a, b; /* images; CT_NONE */
-	size_t param;	  /* first of two, or CT_NONE */
+	size_t param;     /* first of two, or CT_NONE */
 	size_t k, stride; /* convolution */
-	size_t heads;	  /* attention */
-	bool silu;	  /* normalisation */
+	size_t heads;     /* attention */
+	bool silu;        /* normalisation */
 };
 
 struct ct_param {

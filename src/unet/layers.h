@@ -23,7 +23,7 @@ enum { CT_NORM_GROUPS = 32 };
 struct ct_norm {
 	size_t hw, c;
 	const float *gamma, *beta; /* [c] */
-	const float *e;		   /* [2c] if scale_shift, [c] if not, or NULL */
+	const float *e;            /* [2c] if scale_shift, [c] if not, or NULL */
 	bool scale_shift, silu;
 };
 

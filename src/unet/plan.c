@@ -18,8 +18,8 @@
 /* How the gradient of one operation goes to its inputs. */
 struct flow {
 	bool acc_a, acc_b; /* another reader has written there already: add */
-	bool moved;	   /* the gradient of b is the place of the gradient of out */
-	size_t tmp;	   /* place for a gradient that is then added */
+	bool moved;        /* the gradient of b is the place of the gradient of out */
+	size_t tmp;        /* place for a gradient that is then added */
 };
 
 struct ct_unet_plan {
@@ -172,21 +172,15 @@ static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 	struct ct_attn a;
 
 	switch (o->kind) {
-	case CT_OP_CONV:
-		return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
-	case CT_OP_NORM:
-		n = norm_of(p, o, NULL);
-		return ct_norm_scratch(&n);
-	case CT_OP_ATTN:
-		a = attn_of(p, o);
-		return ct_attn_scratch(&a, p->train);
+	case CT_OP_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
+	case CT_OP_NORM: n = norm_of(p, o, NULL); return ct_norm_scratch(&n);
+	case CT_OP_ATTN: a = attn_of(p, o); return ct_attn_scratch(&a, p->train);
 	case CT_OP_EMBED:
 	case CT_OP_LINEAR:
 	case CT_OP_SILU:
 	case CT_OP_UP:
 	case CT_OP_DOWN:
-	case CT_OP_CONCAT:
-		break;
+	case CT_OP_CONCAT: break;
 	}
 	return 0;
 }
@@ -301,16 +295,12 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_OP_EMBED:
-		ct_embed(s->c, y, r->t);
-		break;
+	case CT_OP_EMBED: ct_embed(s->c, y, r->t); break;
 	case CT_OP_LINEAR:
 		ct_linear_forward(in->c, s->c, y, x, p->net->param + offset_of(p, o, 0),
 			p->net->param + offset_of(p, o, 1));
 		break;
-	case CT_OP_SILU:
-		ct_silu_forward(s->c, y, x);
-		break;
+	case CT_OP_SILU: ct_silu_forward(s->c, y, x); break;
 	case CT_OP_CONV:
 		return ct_conv_forward(
 			p->conv[i], y, x, p->net->param + offset_of(p, o, 1), b, p->scratch, e);
@@ -319,18 +309,10 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
 		ct_norm_forward(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
 		break;
-	case CT_OP_UP:
-		ct_up_forward(in->h, in->w, in->c, y, x);
-		break;
-	case CT_OP_DOWN:
-		ct_down_forward(in->h, in->w, in->c, y, x);
-		break;
-	case CT_OP_CONCAT:
-		ct_concat_forward(s->h * s->w, in->c, s->c - in->c, y, x, b);
-		break;
-	case CT_OP_ATTN:
-		attn = attn_of(p, o);
-		return ct_attn_forward(&attn, y, x, p->scratch, e);
+	case CT_OP_UP: ct_up_forward(in->h, in->w, in->c, y, x); break;
+	case CT_OP_DOWN: ct_down_forward(in->h, in->w, in->c, y, x); break;
+	case CT_OP_CONCAT: ct_concat_forward(s->h * s->w, in->c, s->c - in->c, y, x, b); break;
+	case CT_OP_ATTN: attn = attn_of(p, o); return ct_attn_forward(&attn, y, x, p->scratch, e);
 	}
 	return 0;
 }
@@ -409,35 +391,23 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_OP_EMBED:
-		break;
+	case CT_OP_EMBED: break;
 	case CT_OP_LINEAR:
 		ct_linear_back(in->c, s->c, dx, r->grads + offset_of(p, o, 0),
 			r->grads + offset_of(p, o, 1), dy, x, p->net->param + offset_of(p, o, 0),
 			f->acc_a);
 		break;
-	case CT_OP_SILU:
-		ct_silu_back(s->c, dx, dy, x, f->acc_a);
-		break;
-	case CT_OP_CONV:
-		return conv_back(r, i, e);
-	case CT_OP_NORM:
-		norm_back(r, i);
-		break;
-	case CT_OP_UP:
-		ct_up_back(in->h, in->w, in->c, dx, dy, f->acc_a);
-		break;
-	case CT_OP_DOWN:
-		ct_down_back(in->h, in->w, in->c, dx, dy, f->acc_a);
-		break;
+	case CT_OP_SILU: ct_silu_back(s->c, dx, dy, x, f->acc_a); break;
+	case CT_OP_CONV: return conv_back(r, i, e);
+	case CT_OP_NORM: norm_back(r, i); break;
+	case CT_OP_UP: ct_up_back(in->h, in->w, in->c, dx, dy, f->acc_a); break;
+	case CT_OP_DOWN: ct_down_back(in->h, in->w, in->c, dx, dy, f->acc_a); break;
 	case CT_OP_CONCAT:
 		ct_concat_back(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
 		ct_concat_back(
 			s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy, f->acc_b);
 		break;
-	case CT_OP_ATTN:
-		attn = attn_of(p, o);
-		return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
+	case CT_OP_ATTN: attn = attn_of(p, o); return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
 	}
 	return 0;
 }

@@ -19,7 +19,7 @@
 struct ct_unet {
 	struct ct_unet_arch arch;
 	struct ct_graph graph; /* for its list of parameters */
-	float *param;	       /* [graph.count]; after a change call ct_unet_changed */
+	float *param;          /* [graph.count]; after a change call ct_unet_changed */
 	struct ct_dnn *dnn;
 };
 

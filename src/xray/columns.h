@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 struct ct_columns {
-	int up, p, q;	     /* the axis of the columns, the faster and slower of the others */
+	int up, p, q;        /* the axis of the columns, the faster and slower of the others */
 	size_t n[3], pitch;  /* of the grid; floats from column to column */
 	float *data, *first; /* [n[q]][n[p]][pitch]; voxel (0,0,0) in it */
 	int32_t (*span)[2];  /* [n[q]][n[p]]: voxels outside [lo, hi) are zero */

@@ -211,7 +211,7 @@ struct rows {
 /* The piece as the spread sees it. */
 struct piece {
 	double p0, q0, p1, q1; /* heights of row r of the block: p + r q, q > 0 */
-	double i0, i1;	       /* 1/q */
+	double i0, i1;         /* 1/q */
 	float inverse, weight;
 	bool joseph;
 };

@@ -21,8 +21,8 @@
 enum {
 	CT_PACKET = 16, /* rays of a packet, and voxels of a store */
 	CT_PIECES = 64, /* pieces of a path handled at once */
-	CT_PAD = 32,	/* zeros required before and behind each column of voxels */
-	CT_ROWS = 256	/* rows of the detector handled at once */
+	CT_PAD = 32,    /* zeros required before and behind each column of voxels */
+	CT_ROWS = 256   /* rows of the detector handled at once */
 };
 
 /* To be zeroed before its first use. */
@@ -30,8 +30,8 @@ struct ct_pieces {
 	size_t n;
 	double x0[CT_PIECES], x1[CT_PIECES];
 	float weight[CT_PIECES], inverse[CT_PIECES]; /* length or share; 1/(x1 - x0) */
-	size_t at[CT_PIECES];			     /* voxel 0 of the column */
-	int32_t lo[CT_PIECES], hi[CT_PIECES];	     /* heights outside [lo, hi) are zero */
+	size_t at[CT_PIECES];                        /* voxel 0 of the column */
+	int32_t lo[CT_PIECES], hi[CT_PIECES];        /* heights outside [lo, hi) are zero */
 };
 
 /* Heights of the rays of a detector column. */

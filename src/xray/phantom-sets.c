@@ -153,24 +153,12 @@ size_t ct_phantom_make(enum ct_phantom kind, const double extent[static 3], doub
 		.unit = fmin(fmin(extent[0], extent[1]), extent[2]) / 2};
 
 	switch (kind) {
-	case CT_PH_ELLIPSOIDS:
-		chest(&s);
-		break;
-	case CT_PH_SHEPP_LOGAN:
-		shepp_logan(&s);
-		break;
-	case CT_PH_SPHERE:
-		add(&s, CT_ELLIPSOID, middle, half, 0, density);
-		break;
-	case CT_PH_CUBE:
-		add(&s, CT_BOX, middle, half, 0, density);
-		break;
-	case CT_PH_CYLINDER:
-		add(&s, CT_CYLINDER, middle, round, 0, density);
-		break;
-	case CT_PH_MARKS:
-		marks(&s);
-		break;
+	case CT_PH_ELLIPSOIDS: chest(&s); break;
+	case CT_PH_SHEPP_LOGAN: shepp_logan(&s); break;
+	case CT_PH_SPHERE: add(&s, CT_ELLIPSOID, middle, half, 0, density); break;
+	case CT_PH_CUBE: add(&s, CT_BOX, middle, half, 0, density); break;
+	case CT_PH_CYLINDER: add(&s, CT_CYLINDER, middle, round, 0, density); break;
+	case CT_PH_MARKS: marks(&s); break;
 	case CT_PH_CONSTANT:
 		add(&s, CT_BOX, middle, half, 0, density);
 		for (int a = 0; a < 3; a++)

@@ -20,7 +20,7 @@ enum ct_shape_kind { CT_ELLIPSOID, CT_BOX, CT_CYLINDER }; /* a cylinder stands a
 struct ct_shape {
 	enum ct_shape_kind kind;
 	double centre[3];
-	double half[3];	   /* half lengths along its own axes, > 0 */
+	double half[3];    /* half lengths along its own axes, > 0 */
 	double axis[3][3]; /* axis[a]: its own axis a, unit vectors at right angles */
 	double density;
 };
@@ -32,7 +32,7 @@ enum ct_phantom {
 	CT_PH_SPHERE,
 	CT_PH_CUBE,
 	CT_PH_CYLINDER, /* upright */
-	CT_PH_MARKS,	/* a ball with six different bars towards R L A P S I */
+	CT_PH_MARKS,    /* a ball with six different bars towards R L A P S I */
 	CT_PH_CONSTANT, /* the whole grid */
 };
 enum { CT_PH_MAX_SHAPES = 64 };

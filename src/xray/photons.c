@@ -5,8 +5,9 @@
 
 #include <math.h>
 
-#define STREAM ((uint64_t)0x70680000 << 32) /* of draws; the k-th number of a draw is stream + k   \
-					     */
+#define STREAM                                                                                     \
+	((uint64_t)0x70680000 << 32) /* of draws; the k-th number of a draw is stream + k          \
+				      */
 #define ELECTRONIC ((uint64_t)0x70680001 << 32)
 
 /* log k! for k >= 0: Stirling's series, shifted up where it is not exact enough. */

@@ -18,9 +18,9 @@
 #include <stdint.h>
 
 struct ct_photons {
-	double i0;	   /* photons a pixel, > 0 */
+	double i0;         /* photons a pixel, > 0 */
 	double electronic; /* standard deviation, photons */
-	double water;	   /* attenuation of water, 1/mm */
+	double water;      /* attenuation of water, 1/mm */
 	uint64_t seed;
 };
 

@@ -125,7 +125,7 @@ struct adjoint {
 	size_t first, count;
 	float *vol;
 	const float *p;
-	int axis;	  /* the volume is cut across this axis */
+	int axis;         /* the volume is cut across this axis */
 	size_t thickness; /* into slabs of so many voxels, each the work of one task */
 };
 

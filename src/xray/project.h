@@ -33,10 +33,10 @@ struct ct_projector {
 	const struct ct_stack *scan; /* borrowed; its data are not used */
 	size_t n[3];
 	double affine[3][4];
-	double inverse[3][4];	    /* world mm to voxel units, voxel i being [i, i+1] */
-	enum ct_method method;	    /* CT_SIDDON unless set after ct_projector_init */
+	double inverse[3][4];       /* world mm to voxel units, voxel i being [i, i+1] */
+	enum ct_method method;      /* CT_SIDDON unless set after ct_projector_init */
 	struct ct_columns *columns; /* owned, NULL without ct_projector_reserve */
-	const float *loaded;	    /* borrowed */
+	const float *loaded;        /* borrowed */
 };
 
 /* Plan for the grid of `grid` (its data may be NULL) and the views of `scan`; nothing to free.

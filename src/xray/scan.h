@@ -28,7 +28,7 @@ struct ct_scan {
 	double pitch[2];  /* mm, along u and v */
 	double offset[2]; /* of the detector centre along u and v, mm; of the rays too if parallel
 			   */
-	double iso[3];	  /* isocentre, mm */
+	double iso[3];    /* isocentre, mm */
 };
 
 /* Geometry of the paper (cone: DSO 1000, DSD 1500, 512 mm square detector for a 256 mm cube, 100

@@ -183,7 +183,8 @@ static CT_INLINE ptrdiff_t walk_start(
 	return walk_on(w, vol);
 }
 
-CT_HOT double ct_siddon_sum(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
+CT_HOT double ct_siddon_sum(
+	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	struct walk w;
 	double total = 0;

@@ -28,21 +28,15 @@ static size_t mutate(unsigned char *p, size_t n, uint64_t *s)
 		uint64_t word;
 
 		switch (lcg(s) % 6) {
-		case 0:
-			p[at] ^= (unsigned char)(1u << lcg(s) % 8);
-			break;
-		case 1:
-			p[at] = (unsigned char)lcg(s);
-			break;
+		case 0: p[at] ^= (unsigned char)(1u << lcg(s) % 8); break;
+		case 1: p[at] = (unsigned char)lcg(s); break;
 		case 2: /* an edge value in either byte order */
 			word = edge[lcg(s) % (sizeof edge / sizeof edge[0])];
 			len = (size_t)1 << lcg(s) % 4;
 			for (size_t i = 0, big = lcg(s) % 2; i < len && at + i < n; i++)
 				p[at + i] = (unsigned char)(word >> 8 * (big ? len - 1 - i : i));
 			break;
-		case 3: /* cut */
-			n = at;
-			break;
+		case 3: /* cut */ n = at; break;
 		case 4: /* take a run out */
 			len = 1 + lcg(s) % 32;
 			len = len < n - at ? len : n - at;

@@ -87,8 +87,9 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 
 static bool own_geometry(const struct ct_scan_opts *o)
 {
-	return o->beam || o->det || !isnan(o->sampling) || o->pitch || o->offset || o->scanner || o->views || o->paper ||
-	       !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) || !isnan(o->dsd);
+	return o->beam || o->det || !isnan(o->sampling) || o->pitch || o->offset || o->scanner ||
+	       o->views || o->paper || !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) ||
+	       !isnan(o->dsd);
 }
 
 bool ct_scan_opts_given(const struct ct_scan_opts *o)
@@ -142,7 +143,7 @@ int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e)
 
 int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
 {
-	const double (*a)[4] = v->affine;
+	const double(*a)[4] = v->affine;
 
 	return ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
 			       ct_meta_setf(m, e, "volume.affine",
