@@ -10,6 +10,8 @@
  */
 #ifndef CT_BENCH_H
 #define CT_BENCH_H
+#include "core/simd.h"
+
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,6 +20,17 @@
 enum { BENCH_ROUNDS = 7 };
 
 typedef void bench_fn(void *arg);
+
+/* CTSR_CPU forces a lower level here as it does in the commands. */
+__attribute__((constructor)) static void bench_level(void)
+{
+	struct ct_err e = {0};
+
+	if (ct_simd_use(getenv("CTSR_CPU"), &e) == 0)
+		return;
+	fprintf(stderr, "%s\n", e.msg);
+	exit(2);
+}
 
 /* Seconds of the wall clock, or of CPU time of all threads of this process. */
 static inline double bench_clock(clockid_t id)

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/progress.h"
+#include "core/simd.h"
 #include "core/mem.h"
 
 #include <errno.h>
@@ -493,7 +494,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	if (!s.params || !s.list)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
-		rc = parse(&s, argc, argv, &e);
+		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
 	if (rc == 0 && common.help)
 		help(t);
 	else if (rc == 0 && common.version)

@@ -1,17 +1,11 @@
 /* cosine.c: see cosine.h. */
 #include "config.h"
-#pragma GCC optimize("O3")
 #include "resolution/cosine.h"
 #include "core/mem.h"
+#include "resolution/fold.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
 
 enum { ROWS = 16 }; /* that are folded at a time */
 
@@ -58,27 +52,17 @@ size_t ct_basis_row_place(const struct ct_basis *b, size_t k)
 	return k / 2 + k % 2 * b->odd;
 }
 
-/* (a, b) <- (a + b, a - b). */
-CLONES static void butterfly(float *a, float *b, size_t n)
-{
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		float s = a[i] + b[i], d = a[i] - b[i];
-
-		a[i] = s;
-		b[i] = d;
-	}
-}
-
 void ct_basis_analyse(
 	const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w)
 {
 	size_t wide = CT_DENSE_ROW(b->half), pairs = b->n / 2;
 
 	for (size_t j = 0; j < pairs; j++) /* the difference, in row n-1-j: upwards */
-		butterfly(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
-	ct_dense(c, (ptrdiff_t)ldc, b->v[0], wide, x, (ptrdiff_t)ldx, b->count[0], w, b->half);
-	ct_dense(c + b->count[0] * ldc, (ptrdiff_t)ldc, b->v[1], wide, x + (b->n - 1) * ldx,
+		CT_SIMD(ct_butterfly)(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
+	CT_SIMD(ct_dense)
+	(c, (ptrdiff_t)ldc, b->v[0], wide, x, (ptrdiff_t)ldx, b->count[0], w, b->half);
+	CT_SIMD(ct_dense)
+	(c + b->count[0] * ldc, (ptrdiff_t)ldc, b->v[1], wide, x + (b->n - 1) * ldx,
 		-(ptrdiff_t)ldx, b->count[1], w, pairs);
 }
 
@@ -87,45 +71,19 @@ void ct_basis_synthesise(
 {
 	size_t pairs = b->n / 2;
 
-	ct_dense(x, (ptrdiff_t)ldx, b->vt[0], CT_DENSE_ROW(b->count[0]), c, (ptrdiff_t)ldc, b->half,
-		w, b->count[0]);
-	ct_dense(x + (b->n - 1) * ldx, -(ptrdiff_t)ldx, b->vt[1], CT_DENSE_ROW(b->count[1]),
+	CT_SIMD(ct_dense)
+	(x, (ptrdiff_t)ldx, b->vt[0], CT_DENSE_ROW(b->count[0]), c, (ptrdiff_t)ldc, b->half, w,
+		b->count[0]);
+	CT_SIMD(ct_dense)
+	(x + (b->n - 1) * ldx, -(ptrdiff_t)ldx, b->vt[1], CT_DENSE_ROW(b->count[1]),
 		c + b->count[0] * ldc, (ptrdiff_t)ldc, pairs, w, b->count[1]);
 	for (size_t j = 0; j < pairs; j++)
-		butterfly(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
+		CT_SIMD(ct_butterfly)(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
 }
 
 size_t ct_basis_scratch(const struct ct_basis *b)
 {
 	return 2 * ROWS * CT_DENSE_ROW(b->half);
-}
-
-/* sum[j] = x[j] + x[n-1-j], difference likewise; the middle of an odd n stands alone. */
-CLONES static void fold(float *sum, float *difference, const float *x, size_t n)
-{
-	size_t pairs = n / 2;
-
-#pragma GCC ivdep
-	for (size_t j = 0; j < pairs; j++) {
-		sum[j] = x[j] + x[n - 1 - j];
-		difference[j] = x[j] - x[n - 1 - j];
-	}
-	if (n % 2)
-		sum[pairs] = x[pairs];
-}
-
-CLONES static void unfold_add(
-	float *out, const float *x, const float *even, const float *odd, size_t n)
-{
-	size_t pairs = n / 2;
-
-#pragma GCC ivdep
-	for (size_t j = 0; j < pairs; j++) {
-		out[j] = x[j] + (even[j] + odd[j]);
-		out[n - 1 - j] = x[n - 1 - j] + (even[j] - odd[j]);
-	}
-	if (n % 2)
-		out[pairs] = x[pairs] + even[pairs];
 }
 
 void ct_basis_analyse_rows(
@@ -138,10 +96,13 @@ void ct_basis_analyse_rows(
 		size_t rows = h - y < ROWS ? h - y : ROWS;
 
 		for (size_t r = 0; r < rows; r++)
-			fold(scratch + r * wide, odd + r * wide, x + (y + r) * b->n, b->n);
-		ct_dense(c + y * b->row, (ptrdiff_t)b->row, scratch, wide, b->vt[0],
-			(ptrdiff_t)tall[0], rows, tall[0], b->half);
-		ct_dense(c + y * b->row + b->odd, (ptrdiff_t)b->row, odd, wide, b->vt[1],
+			CT_SIMD(ct_fold)
+			(scratch + r * wide, odd + r * wide, x + (y + r) * b->n, b->n);
+		CT_SIMD(ct_dense)
+		(c + y * b->row, (ptrdiff_t)b->row, scratch, wide, b->vt[0], (ptrdiff_t)tall[0],
+			rows, tall[0], b->half);
+		CT_SIMD(ct_dense)
+		(c + y * b->row + b->odd, (ptrdiff_t)b->row, odd, wide, b->vt[1],
 			(ptrdiff_t)tall[1], rows, tall[1], b->n / 2);
 	}
 }
@@ -155,12 +116,15 @@ void ct_basis_synthesise_rows(const struct ct_basis *b, float *out, const float 
 	for (size_t y = 0; y < h; y += ROWS) {
 		size_t rows = h - y < ROWS ? h - y : ROWS;
 
-		ct_dense(scratch, (ptrdiff_t)wide, c + y * b->row, b->row, b->v[0], (ptrdiff_t)wide,
-			rows, b->half, b->count[0]);
-		ct_dense(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1],
-			(ptrdiff_t)wide, rows, b->n / 2, b->count[1]);
+		CT_SIMD(ct_dense)
+		(scratch, (ptrdiff_t)wide, c + y * b->row, b->row, b->v[0], (ptrdiff_t)wide, rows,
+			b->half, b->count[0]);
+		CT_SIMD(ct_dense)
+		(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1], (ptrdiff_t)wide,
+			rows, b->n / 2, b->count[1]);
 		for (size_t r = 0; r < rows; r++)
-			unfold_add(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide,
+			CT_SIMD(ct_unfold_add)
+			(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide,
 				odd + r * wide, b->n);
 	}
 }

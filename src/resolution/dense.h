@@ -7,6 +7,8 @@
  */
 #ifndef CT_RESOLUTION_DENSE_H
 #define CT_RESOLUTION_DENSE_H
+#include "core/simd.h"
+
 #include <stddef.h>
 
 #define CT_DENSE_WIDTH 16
@@ -14,7 +16,8 @@
 #define CT_DENSE_ROW(n) (((n) + CT_DENSE_WIDTH - 1) / CT_DENSE_WIDTH * CT_DENSE_WIDTH)
 
 /* c (m,n; ldc) = a (m,k; lda) b (k,n; ldb). */
-void ct_dense(float *c, ptrdiff_t ldc, const float *a, size_t lda, const float *b, ptrdiff_t ldb,
-	size_t m, size_t n, size_t k);
+CT_SIMD_DECLARE(void, ct_dense,
+	(float *c, ptrdiff_t ldc, const float *a, size_t lda, const float *b, ptrdiff_t ldb,
+		size_t m, size_t n, size_t k));
 
 #endif

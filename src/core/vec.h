@@ -1,0 +1,341 @@
+/* vec.h: vectors as wide as a register of the level that a file is compiled for (simd.h): for files
+ * in SIMD_SOURCES only.
+ *
+ * The types are those of GCC and clang: + - * / < & and [] work on them. A vector wider than a
+ * register is never made: GCC takes it apart in memory, element by element, ten times slower. What
+ * needs a fixed number of lanes, so that sums are added in one order everywhere, is made of several
+ * vectors: struct ct_sum8.
+ *
+ *	ct_f32 ct_i32 ct_u32        CT_F32_LANES of 4 bytes: 4, 8 or 16
+ *	ct_f64 ct_i64               CT_F64_LANES of 8 bytes: 2, 4 or 8
+ *	ct_f32h ct_i32h             CT_F64_LANES of 4 bytes: what ct_f64 converts to and from
+ *
+ * Plain loops over restrict pointers become vectors too, here at -O3; they need nothing of this but
+ * CT_SIMD_HERE. Nothing is contracted to a fused multiply-add but what says so.
+ */
+#ifndef CT_CORE_VEC_H
+#define CT_CORE_VEC_H
+#include "core/simd.h"
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#else
+#include <math.h>
+#endif
+
+#ifndef CT_SIMD_LEVEL
+#error "core/vec.h is for files in SIMD_SOURCES"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("O3", "no-trapping-math")
+#endif
+
+#define CT_INLINE static inline __attribute__((always_inline, unused))
+
+#if defined(__AVX512F__)
+#define CT_VEC_BYTES 64
+#elif defined(__AVX2__)
+#define CT_VEC_BYTES 32
+#else
+#define CT_VEC_BYTES 16
+#endif
+#define CT_F32_LANES (CT_VEC_BYTES / 4)
+#define CT_F64_LANES (CT_VEC_BYTES / 8)
+
+typedef float ct_f32 __attribute__((vector_size(CT_VEC_BYTES)));
+typedef int32_t ct_i32 __attribute__((vector_size(CT_VEC_BYTES)));
+typedef uint32_t ct_u32 __attribute__((vector_size(CT_VEC_BYTES)));
+typedef double ct_f64 __attribute__((vector_size(CT_VEC_BYTES)));
+typedef int64_t ct_i64 __attribute__((vector_size(CT_VEC_BYTES)));
+typedef float ct_f32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
+typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
+
+/* All lanes x. */
+CT_INLINE ct_f32 ct_f32_set(float x)
+{
+	return (ct_f32){0} + x;
+}
+
+CT_INLINE ct_f64 ct_f64_set(double x)
+{
+	return (ct_f64){0} + x;
+}
+
+/* Whole vectors, and the first n <= lanes of one (the others 0, or not stored), at any address. */
+CT_INLINE ct_f32 ct_f32_load(const float *p)
+{
+	ct_f32 v;
+
+	memcpy(&v, p, sizeof v);
+	return v;
+}
+
+CT_INLINE void ct_f32_store(float *p, ct_f32 v)
+{
+	memcpy(p, &v, sizeof v);
+}
+
+CT_INLINE ct_f32 ct_f32_load_n(const float *p, size_t n)
+{
+	ct_f32 v = {0};
+
+	if (n >= CT_F32_LANES)
+		return ct_f32_load(p);
+	memcpy(&v, p, n * sizeof *p);
+	return v;
+}
+
+CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
+{
+	if (n >= CT_F32_LANES)
+		ct_f32_store(p, v);
+	else
+		memcpy(p, &v, n * sizeof *p);
+}
+
+CT_INLINE ct_f64 ct_f64_load(const double *p)
+{
+	ct_f64 v;
+
+	memcpy(&v, p, sizeof v);
+	return v;
+}
+
+CT_INLINE void ct_f64_store(double *p, ct_f64 v)
+{
+	memcpy(p, &v, sizeof v);
+}
+
+/* CT_F64_LANES floats as doubles, and back. */
+CT_INLINE ct_f64 ct_f64_widen(const float *p)
+{
+	ct_f32h v;
+
+	memcpy(&v, p, sizeof v);
+	return __builtin_convertvector(v, ct_f64);
+}
+
+CT_INLINE void ct_f64_narrow(float *p, ct_f64 v)
+{
+	const ct_f32h h = __builtin_convertvector(v, ct_f32h);
+
+	memcpy(p, &h, sizeof h);
+}
+
+/* Where the mask, all ones or all zeroes a lane, is set: yes; else no. */
+CT_INLINE ct_f32 ct_f32_pick(ct_i32 mask, ct_f32 yes, ct_f32 no)
+{
+	return (ct_f32)((mask & (ct_i32)yes) | (~mask & (ct_i32)no));
+}
+
+CT_INLINE ct_f64 ct_f64_pick(ct_i64 mask, ct_f64 yes, ct_f64 no)
+{
+	return (ct_f64)((mask & (ct_i64)yes) | (~mask & (ct_i64)no));
+}
+
+CT_INLINE ct_f32 ct_f32_abs(ct_f32 x)
+{
+	return (ct_f32)((ct_i32)x & INT32_MAX);
+}
+
+CT_INLINE ct_f64 ct_f64_abs(ct_f64 x)
+{
+	return (ct_f64)((ct_i64)x & INT64_MAX);
+}
+
+/* a < b ? a : b and a > b ? a : b: b where one of them is NaN. */
+CT_INLINE ct_f32 ct_f32_min(ct_f32 a, ct_f32 b)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_min_ps((__m512)a, (__m512)b);
+#elif defined(__AVX2__)
+	return (ct_f32)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined(__x86_64__)
+	return (ct_f32)_mm_min_ps((__m128)a, (__m128)b);
+#else
+	return ct_f32_pick((ct_i32)(a < b), a, b);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_max(ct_f32 a, ct_f32 b)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_max_ps((__m512)a, (__m512)b);
+#elif defined(__AVX2__)
+	return (ct_f32)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined(__x86_64__)
+	return (ct_f32)_mm_max_ps((__m128)a, (__m128)b);
+#else
+	return ct_f32_pick((ct_i32)(a > b), a, b);
+#endif
+}
+
+CT_INLINE ct_f64 ct_f64_min(ct_f64 a, ct_f64 b)
+{
+#if defined(__AVX512F__)
+	return (ct_f64)_mm512_min_pd((__m512d)a, (__m512d)b);
+#elif defined(__AVX2__)
+	return (ct_f64)_mm256_min_pd((__m256d)a, (__m256d)b);
+#elif defined(__x86_64__)
+	return (ct_f64)_mm_min_pd((__m128d)a, (__m128d)b);
+#else
+	return ct_f64_pick((ct_i64)(a < b), a, b);
+#endif
+}
+
+CT_INLINE ct_f64 ct_f64_max(ct_f64 a, ct_f64 b)
+{
+#if defined(__AVX512F__)
+	return (ct_f64)_mm512_max_pd((__m512d)a, (__m512d)b);
+#elif defined(__AVX2__)
+	return (ct_f64)_mm256_max_pd((__m256d)a, (__m256d)b);
+#elif defined(__x86_64__)
+	return (ct_f64)_mm_max_pd((__m128d)a, (__m128d)b);
+#else
+	return ct_f64_pick((ct_i64)(a > b), a, b);
+#endif
+}
+
+/* Correctly rounded. */
+CT_INLINE ct_f32 ct_f32_sqrt(ct_f32 x)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_sqrt_ps((__m512)x);
+#elif defined(__AVX2__)
+	return (ct_f32)_mm256_sqrt_ps((__m256)x);
+#elif defined(__x86_64__)
+	return (ct_f32)_mm_sqrt_ps((__m128)x);
+#elif defined(__aarch64__)
+	return (ct_f32)vsqrtq_f32((float32x4_t)x);
+#else
+	for (int l = 0; l < CT_F32_LANES; l++)
+		x[l] = sqrtf(x[l]);
+	return x;
+#endif
+}
+
+CT_INLINE ct_f64 ct_f64_sqrt(ct_f64 x)
+{
+#if defined(__AVX512F__)
+	return (ct_f64)_mm512_sqrt_pd((__m512d)x);
+#elif defined(__AVX2__)
+	return (ct_f64)_mm256_sqrt_pd((__m256d)x);
+#elif defined(__x86_64__)
+	return (ct_f64)_mm_sqrt_pd((__m128d)x);
+#elif defined(__aarch64__)
+	return (ct_f64)vsqrtq_f64((float64x2_t)x);
+#else
+	for (int l = 0; l < CT_F64_LANES; l++)
+		x[l] = sqrt(x[l]);
+	return x;
+#endif
+}
+
+/* a b + c, rounded once; at v2, which has no such instruction, a b is rounded too. */
+CT_INLINE ct_f32 ct_f32_fma(ct_f32 a, ct_f32 b, ct_f32 c)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#elif defined(__FMA__)
+	return (ct_f32)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#elif defined(__aarch64__)
+	return (ct_f32)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
+#else
+	return a * b + c;
+#endif
+}
+
+/* The largest whole number <= x, for |x| < 2^22 and 2^51. */
+CT_INLINE ct_f32 ct_f32_floor(ct_f32 x)
+{
+	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
+	const ct_f32 r = x + magic - magic;
+
+	return r - (ct_f32)((r > x) & (ct_i32)ct_f32_set(1.0f));
+}
+
+CT_INLINE ct_f64 ct_f64_floor(ct_f64 x)
+{
+	const ct_f64 magic = ct_f64_set(6755399441055744.0); /* 1.5 2^52 */
+	const ct_f64 r = x + magic - magic;
+
+	return r - (ct_f64)((r > x) & (ct_i64)ct_f64_set(1.0));
+}
+
+/* e^x to 1.2e-7 relative for -87 <= x <= 88, as at the end beyond; NaN gives NaN. No branch, no
+ * table: a plain loop of it becomes vectors. x = n ln 2 + r, |r| <= ln 2 / 2: 2^n goes into the
+ * exponent, e^r is its Taylor series up to r^7/7! (remainder 5e-9). */
+CT_INLINE float ct_expf(float x)
+{
+	const float magic = 12582912.0f;
+	float n, r, p, scale;
+	uint32_t bits;
+
+	x = x > 88.0f ? 88.0f : x;
+	x = x < -87.0f ? -87.0f : x;
+	n = x * 1.44269504f + magic;
+	memcpy(&bits, &n, sizeof bits);
+	bits = (bits + 127u) << 23; /* the integer stands in the low bits of n */
+	memcpy(&scale, &bits, sizeof scale);
+	n -= magic;
+	r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+	p = 1.98412698e-4f;
+	p = p * r + 1.38888889e-3f;
+	p = p * r + 8.33333333e-3f;
+	p = p * r + 4.16666667e-2f;
+	p = p * r + 1.66666667e-1f;
+	p = p * r + 0.5f;
+	p = p * r + 1.0f;
+	p = p * r + 1.0f;
+	return p * scale;
+}
+
+/* e^x, |x| <= 700 (as at the end beyond), to 4e-16 relative; likewise, up to r^13/13!. */
+CT_INLINE ct_f64 ct_f64_exp(ct_f64 x)
+{
+	const ct_f64 magic = ct_f64_set(6755399441055744.0);
+	const ct_f64 c = ct_f64_min(ct_f64_set(700), ct_f64_max(ct_f64_set(-700), x));
+	const ct_f64 t = c * 1.4426950408889634 + magic, n = t - magic;
+	const ct_f64 r = c - n * 6.93147180369123816490e-01 - n * 1.90821492927058770002e-10;
+	ct_f64 y = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
+
+	y = y * r + 1.0 / 39916800.0;
+	y = y * r + 1.0 / 3628800.0;
+	y = y * r + 1.0 / 362880.0;
+	y = y * r + 1.0 / 40320.0;
+	y = y * r + 1.0 / 5040.0;
+	y = y * r + 1.0 / 720.0;
+	y = y * r + 1.0 / 120.0;
+	y = y * r + 1.0 / 24.0;
+	y = y * r + 1.0 / 6.0;
+	y = y * r + 0.5;
+	y = y * r + 1.0;
+	y = y * r + 1.0;
+	/* the low bits of t are those of n */
+	return y * (ct_f64)(((ct_i64)t << 52) + ((int64_t)1023 << 52));
+}
+
+/* Eight sums in double, of terms 0, 8, 16...; 1, 9, 17...; and so on: the same at every level. */
+enum { CT_SUM_LANES = 8, CT_SUM_PARTS = CT_SUM_LANES / CT_F64_LANES };
+
+struct ct_sum8 {
+	ct_f64 part[CT_SUM_PARTS];
+};
+
+/* Their total, added up from the first to the last. */
+CT_INLINE double ct_sum8_total(const struct ct_sum8 *s)
+{
+	double all[CT_SUM_LANES], sum = 0;
+
+	memcpy(all, s->part, sizeof all);
+	for (int l = 0; l < CT_SUM_LANES; l++)
+		sum += all[l];
+	return sum;
+}
+
+#endif

@@ -1,0 +1,26 @@
+/* tv-row.h: one row of an iteration of total variation, and the sums that measure it (tv.c). Pure
+ * kernels (core/simd.h). */
+#ifndef CT_RESOLUTION_TV_ROW_H
+#define CT_RESOLUTION_TV_ROW_H
+#include "core/simd.h"
+
+#include <stddef.h>
+
+/* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
+ * k-component below (2 p' - p, replaced by this row's), the j-component of the row before, and
+ * rows of work. No two of the rows overlap, but xj, xk and to may be x. */
+struct ct_tv_row {
+	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
+	float *q[3], *grad, *step;                  /* work; |grad x|^2, x' - x */
+	const float *x, *xj, *xk, *to;
+	float pull;
+};
+
+/* One step of dual ascent and primal descent on the n voxels of a row. */
+CT_SIMD_DECLARE(void, ct_tv_row_sweep,
+	(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t));
+/* Sum of the square roots of v, which it leaves there. */
+CT_SIMD_DECLARE(double, ct_tv_row_roots, (float *v, size_t n));
+CT_SIMD_DECLARE(double, ct_tv_row_squares, (const float *v, size_t n));
+
+#endif
