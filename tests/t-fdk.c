@@ -469,46 +469,19 @@ static void t_order(void)
 	ct_vol_free(&v);
 }
 
-struct pair {
-	struct ct_projector g;
-	const struct ct_env *env;
-};
-
-static int forward(void *ctx, float *p, const float *x, struct ct_err *e)
-{
-	struct pair *q = ctx;
-
-	(void)e;
-	ct_project(&q->g, 0, q->g.scan->views, p, x, q->env->par);
-	return 0;
-}
-
-static int adjoint(void *ctx, float *x, const float *p, struct ct_err *e)
-{
-	struct pair *q = ctx;
-
-	(void)e;
-	memset(x, 0, q->g.n[0] * q->g.n[1] * q->g.n[2] * sizeof *x);
-	ct_project_adjoint(&q->g, 0, q->g.scan->views, x, p, q->env->par);
-	return 0;
-}
-
 static struct ct_iterate_report solve(struct ct_vol *v, const struct ct_stack *s,
 	const struct ct_iterate_rule *rule, const struct ct_env *env)
 {
 	struct ct_iterate_report report;
-	struct pair pair = {.env = env};
-	struct ct_system a = {.dim = {v->n[0], v->n[1], v->n[2]},
-		.m = ct_stack_count(s),
-		.forward = forward,
-		.adjoint = adjoint,
-		.ctx = &pair};
+	struct ct_projector g;
+	struct ct_linear a;
 
-	must(ct_projector_init(&pair.g, v, s, &err));
-	must(ct_projector_reserve(&pair.g, &err));
+	must(ct_projector_init(&g, v, s, &err));
+	must(ct_projector_reserve(&g, &err));
+	a = ct_project_linear(&g);
 	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
-	must(ct_iterate(v->data, &a, s->data, rule, &report, env, &err));
-	ct_projector_free(&pair.g);
+	must(ct_iterate(v->data, v->n, &a, s->data, rule, &report, env, &err));
+	ct_projector_free(&g);
 	return report;
 }
 

@@ -11,7 +11,7 @@
 
 /* Dense rays: `views` pictures of rows x cols pixels, each a random sum of voxels. */
 struct dense {
-	struct ct_rays rays;
+	struct ct_linear rays;
 	size_t n, m; /* voxels; rays */
 	double *a;   /* (m, n) */
 	size_t calls, stop_at;
@@ -22,45 +22,46 @@ static double random_at(uint64_t i)
 	return (double)ct_rng_normal(7, 3, i);
 }
 
-static int forward(
-	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
+static int forward(void *ctx, float *p, size_t views, const float *x, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct dense *d = ctx;
-	size_t view = d->rays.rows * d->rays.cols;
 
+	(void)env;
 	if (d->stop_at && ++d->calls == d->stop_at)
 		return ct_fail(e, CT_ESTOP, "stopped");
-	for (size_t r = 0; r < count * view; r++) {
+	for (size_t r = 0; r < views * d->rays.part; r++) {
 		double sum = 0;
 
 		for (size_t i = 0; i < d->n; i++)
-			sum += d->a[(first * view + r) * d->n + i] * (double)x[i];
+			sum += d->a[r * d->n + i] * (double)x[i];
 		p[r] = (float)sum;
 	}
 	return 0;
 }
 
-static int adjoint(
-	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
+static int adjoint(void *ctx, float *x, size_t views, const float *p, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct dense *d = ctx;
-	size_t view = d->rays.rows * d->rays.cols;
 
+	(void)env;
 	(void)e;
 	for (size_t i = 0; i < d->n; i++) {
 		double sum = 0;
 
-		for (size_t r = 0; r < count * view; r++)
-			sum += d->a[(first * view + r) * d->n + i] * (double)p[r];
-		x[i] += (float)sum;
+		for (size_t r = 0; r < views * d->rays.part; r++)
+			sum += d->a[r * d->n + i] * (double)p[r];
+		x[i] = (float)sum;
 	}
 	return 0;
 }
 
 static void dense_alloc(struct dense *d, size_t views, size_t rows, size_t cols, size_t n)
 {
-	*d = (struct dense){
-		.rays = {views, rows, cols, forward, adjoint, d}, .n = n, .m = views * rows * cols};
+	*d = (struct dense){.rays = {n, views, rows * cols, forward, adjoint, d},
+		.n = n,
+		.m = views * rows * cols};
 	d->a = malloc(d->m * n * sizeof *d->a);
 	if (!d->a)
 		exit(1);
@@ -75,6 +76,7 @@ static const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMAT
 
 struct problem {
 	struct dense d;
+	size_t cols; /* of a picture */
 	float truth[N], x0[N], z[M], y[RAYS], gap[RAYS], weight[RAYS];
 	double down[M][N]; /* D */
 };
@@ -99,6 +101,7 @@ static void make(struct problem *p, size_t views, size_t cols, double noise)
 
 	memset(p, 0, sizeof *p);
 	dense_alloc(&p->d, views, RAYS / views / cols, cols, N);
+	p->cols = cols;
 	for (size_t i = 0; i < N; i++) {
 		float unit[N] = {0};
 
@@ -113,8 +116,8 @@ static void make(struct problem *p, size_t views, size_t cols, double noise)
 		exit(1);
 	ct_separable_apply(&up, p->x0, p->z, NULL);
 	ct_separable_free(&up);
-	forward(&p->d, p->y, 0, views, p->truth, &e);
-	forward(&p->d, p0, 0, views, p->x0, &e);
+	forward(&p->d, p->y, views, p->truth, NULL, &e);
+	forward(&p->d, p0, views, p->x0, NULL, &e);
 	for (size_t r = 0; r < RAYS; r++) {
 		p->y[r] += (float)(noise * random_at(5000 + r));
 		p->gap[r] = p->y[r] - p0[r];
@@ -126,6 +129,7 @@ static struct ct_joint solver(
 	const struct problem *p, double mu, size_t iterations, struct ct_env *env)
 {
 	struct ct_joint j = {.rays = &p->d.rays,
+		.cols = p->cols,
 		.y = p->y,
 		.gap = p->gap,
 		.weight = p->weight,
@@ -292,7 +296,7 @@ static double objective(const struct problem *p, const float *x, double mu_norm)
 	for (size_t i = 0; i < N; i++)
 		v[i] = (double)x[i];
 	sum = mu_norm * smooth_variation(g, v, 0);
-	forward((void *)(size_t)&p->d, q, 0, p->d.rays.views, x, &e);
+	forward((void *)(size_t)&p->d, q, p->d.rays.parts, x, NULL, &e);
 	for (size_t r = 0; r < RAYS; r++)
 		sum += 0.025 * (double)p->weight[r] * pow((double)q[r] - (double)p->y[r], 2);
 	return sum;
@@ -312,9 +316,9 @@ static void test_variation(struct ct_env *env)
 	make(&p, 240, 1, 3);
 	run(few, &p, mu, 12, &at, env);
 	run(x, &p, mu, 1500, &at, env);
-	best = objective(&p, x, mu * 1.4 * at.norm);
-	start = objective(&p, p.x0, mu * 1.4 * at.norm);
-	third = objective(&p, few, mu * 1.4 * at.norm);
+	best = objective(&p, x, mu * 1.4 * at.fista.norm);
+	start = objective(&p, p.x0, mu * 1.4 * at.fista.norm);
+	third = objective(&p, few, mu * 1.4 * at.fista.norm);
 	OK(best < third && third < 0.9 * start, "the objective falls: %.6g %.6g %.6g", start, third,
 		best);
 	OK(inconsistency(&p, x) < 1e-4, "and D x = z (%.2g)", inconsistency(&p, x));
@@ -336,7 +340,7 @@ static void test_variation(struct ct_env *env)
 		for (int sign = -1; sign <= 1; sign += 2) {
 			for (size_t i = 0; i < N; i++)
 				other[i] = x[i] + (float)(sign * 0.3 / sqrt(unit)) * step[i];
-			worst = fmax(worst, best - objective(&p, other, mu * 1.4 * at.norm));
+			worst = fmax(worst, best - objective(&p, other, mu * 1.4 * at.fista.norm));
 		}
 	}
 	OK(worst < 1e-6 * best, "nothing near is better (%.2g of %.6g)", worst, best);
@@ -443,11 +447,11 @@ static void test_bad(struct ct_env *env)
 	j = solver(&p, 1, 10, env);
 	OK(ct_joint_run(&j, env, &e) == -1 && e.code == CT_ENUMERIC, "NaN is found: %s", e.msg);
 	ct_joint_free(&j);
-	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, -1, 10, 0}};
+	j = (struct ct_joint){.rays = &p.d.rays, .cols = p.cols, .rule = {{1, 1, 1}, -1, 10, 0}};
 	OK(ct_joint_alloc(&j, &half, size, p.z, env, &e) == -1 && e.code == CT_EUSAGE,
 		"a negative weight: %s", e.msg);
 	ct_joint_free(&j);
-	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, 1, 10, 0}};
+	j = (struct ct_joint){.rays = &p.d.rays, .cols = p.cols, .rule = {{1, 1, 1}, 1, 10, 0}};
 	OK(ct_joint_alloc(&j, &half, (const size_t[3]){4, 5, 8}, p.z, env, &e) == -1 &&
 			e.code == CT_EGEOM,
 		"a size that is no multiple: %s", e.msg);

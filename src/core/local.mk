@@ -1,7 +1,7 @@
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
-libct_a_SOURCES += src/core/env.c src/core/env.h
+libct_a_SOURCES += src/core/env.c src/core/env.h src/core/linear.h
 libct_a_SOURCES += src/core/simd.c src/core/simd.h src/core/vec.h
 libct_a_SOURCES += src/core/par.c src/core/par.h
 libct_a_SOURCES += src/core/rng.c src/core/rng.h
