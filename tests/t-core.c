@@ -1,5 +1,6 @@
 /* Errors, sizes, metadata, random numbers, threads, grids. */
 #include "config.h"
+#include "core/clock.h"
 #include "core/env.h"
 #include "core/mem.h"
 #include "core/meta.h"
@@ -186,8 +187,22 @@ static void test_stack(void)
 	ct_stack_free(&fine);
 }
 
+static void test_clock(void)
+{
+	double wall = ct_clock_wall(), cpu = ct_clock_cpu(), before;
+
+	ct_clock_sleep(0.05);
+	OK(ct_clock_wall() - wall >= 0.05, "a sleep takes its time");
+	OK(ct_clock_cpu() - cpu < 0.04, "and none of the processor");
+	before = ct_clock_cpu();
+	while (ct_clock_cpu() - before < 0.01)
+		;
+	OK(ct_clock_wall() - wall < 60, "work counts as CPU time");
+}
+
 int main(void)
 {
+	test_clock();
 	test_sizes();
 	test_meta();
 	test_rng();

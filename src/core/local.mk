@@ -1,3 +1,4 @@
+libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h

@@ -1,6 +1,7 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
 #include "cli/cli.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -13,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *in, *out, *prior, *init, *std, *travel;
@@ -226,14 +226,6 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 	return ct_prior_plan(&j->prior, workers, high, wide, e);
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Time one call of the network and tell what all would take. */
 static int estimate(struct job *j, struct ct_err *e)
 {
@@ -248,10 +240,10 @@ static int estimate(struct job *j, struct ct_err *e)
 	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc(&y, n, sizeof *y, e) ||
 		ct_unet_forward(j->prior.plan[0], y, x, &t, e)) /* the first is slower */
 		goto out;
-	start = now();
+	start = ct_clock_wall();
 	if (ct_unet_forward(j->prior.plan[0], y, x, &t, e))
 		goto out;
-	once = now() - start;
+	once = ct_clock_wall() - start;
 	printf("network   %zux%zu, %zu calls of %.3f s\n", j->prior.wide, j->prior.high,
 		calls * j->in.views, once);
 	printf("time      %.0f s on %zu threads\n",

@@ -1,6 +1,7 @@
 /* ct-nabgs: fit signed Gaussians, or voxels, to projections, on top of a base volume. */
 #include "config.h"
 #include "cli/cli.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -15,7 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <time.h>
 
 struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
@@ -151,14 +151,6 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	return 0;
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Time from a few iterations of the real thing. */
 static int estimate(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct job *j, struct ct_err *e)
@@ -170,7 +162,7 @@ static int estimate(
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
 	double visits = (double)all, polish = (double)f->opt.polish;
-	double start = now(), time;
+	double start = ct_clock_wall(), time;
 
 	quiet.progress = NULL;
 	quiet.log = NULL;
@@ -181,7 +173,7 @@ static int estimate(
 		return -1;
 	if (polish > 0)
 		visits += (polish + 1) * (double)d->target->views;
-	time = (now() - start) / (double)f->opt.iterations * (n ? visits : 1);
+	time = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
 		time, n, n ? time * (double)most / (double)n : 0, most,

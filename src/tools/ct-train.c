@@ -1,6 +1,7 @@
 /* ct-train: a diffusion prior from projections or radiographs. */
 #include "config.h"
 #include "cli/cli.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -12,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *out;
@@ -97,14 +97,6 @@ struct job {
 	double loss;        /* summed since the last word */
 	size_t losses;
 };
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
 {
@@ -276,16 +268,17 @@ static int tell(struct job *j, double loss, struct ct_err *e)
 	j->losses++;
 	if (step % (unsigned)j->p->log_every == 0 || last) {
 		ct_log(&j->env, CT_INFO, "step %llu: loss %.5f, %.2f s a step", step,
-			j->loss / (double)j->losses, (now() - j->told) / (double)j->losses);
+			j->loss / (double)j->losses,
+			(ct_clock_wall() - j->told) / (double)j->losses);
 		j->loss = 0;
 		j->losses = 0;
-		j->told = now();
+		j->told = ct_clock_wall();
 	}
 	if (j->held.n && (step % (unsigned)j->p->validate_every == 0 || last)) {
 		if (ct_train_validate(j->train, &j->held, (size_t)j->p->validate_pieces, &held, e))
 			return -1;
 		ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", step, held);
-		j->told = now();
+		j->told = ct_clock_wall();
 	}
 	return 0;
 }
@@ -296,7 +289,7 @@ static int train(struct job *j, struct ct_err *e)
 	double loss;
 
 	while (ct_train_steps(j->train) < j->opts.steps && !ct_stopping(&j->env)) {
-		if (j->p->minutes > 0 && now() - j->start > 60 * j->p->minutes)
+		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
 			break;
 		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
 			return -1;
@@ -319,10 +312,10 @@ static int estimate(struct job *j, struct ct_err *e)
 		ct_unet_flops(&j->arch, j->opts.patches.size, j->opts.patches.size, &flops, e) ||
 		ct_train_step(j->train, &loss, e))
 		return -1;
-	t = now();
+	t = ct_clock_wall();
 	if (ct_train_step(j->train, &loss, e))
 		return -1;
-	t = now() - t;
+	t = ct_clock_wall() - t;
 	printf("%zu pictures, %zu parameters, %.1f GFLOP a step\n", j->data.n, n,
 		3e-9 * flops * (double)j->opts.batch);
 	printf("time    %.2f s a step, %.1f h for %d steps\n", t, t * j->p->steps / 3600,
@@ -359,12 +352,12 @@ static int prepare(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = *env, .start = now()};
+	struct job j = {.p = params, .env = *env, .start = ct_clock_wall()};
 	int rc;
 
 	j.env.verbose++; /* the losses are news even without -v */
 	rc = prepare(&j, e);
-	j.told = now();
+	j.told = ct_clock_wall();
 	if (!rc)
 		rc = env->dry_run ? estimate(&j, e) : train(&j, e);
 	ct_train_free(j.train);

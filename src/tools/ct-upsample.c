@@ -1,6 +1,7 @@
 /* ct-upsample: a CT on a finer grid over the same field of view. */
 #include "config.h"
 #include "cli/cli.h"
+#include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "resolution/blur.h"
@@ -10,7 +11,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *in, *out, *factor, *sigma, *start;
@@ -175,14 +175,6 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 			r->residual);
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Refine the middle of IN, and say what all of it will take. */
 static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
@@ -210,10 +202,10 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	some.start = NULL;
 	some.iterations = rule->iterations < TRIES ? rule->iterations : TRIES;
 	some.tolerance = 0;
-	begin = now();
+	begin = ct_clock_wall();
 	if (ct_refine(&out, &piece, &some, &did, env, e))
 		goto out;
-	seconds = (now() - begin) * part;
+	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
 		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
 	printf("method    %s\n", ct_refine_name(did.method));
@@ -254,7 +246,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
-	begin = now();
+	begin = ct_clock_wall();
 	if (env->dry_run ? expect(&in, &rule, env, e) : ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
@@ -264,7 +256,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", in.n[0], in.n[1], in.n[2],
-		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), now() - begin);
+		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), ct_clock_wall() - begin);
 	report(env, &did);
 	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;

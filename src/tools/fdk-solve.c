@@ -1,6 +1,7 @@
 /* fdk-solve.c: see fdk-solve.h. */
 #include "config.h"
 #include "tools/fdk-solve.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "recon/fdk.h"
 #include "xray/project.h"
@@ -8,17 +9,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { VIEWS = 64 }; /* that the projector takes between two looks whether to stop */
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* Say what the weights cannot mend. */
 static void warn(const struct ct_fdk *f, const struct ct_env *env)
@@ -169,12 +161,12 @@ static int back_cost(double *seconds, double *bytes, const struct ct_vol *grid,
 	}
 	count = f.block < 8 ? f.block : 8;
 	ct_fdk_views(&f, 0, 1, part.data, env->par); /* the first is slower */
-	start = now();
+	start = ct_clock_wall();
 	ct_fdk_views(&f, 0, count, part.data, env->par);
-	*seconds = now() - start;
-	start = now();
+	*seconds = ct_clock_wall() - start;
+	start = ct_clock_wall();
 	ct_backproject(&f.back, 0, count, part.data, f.views, env->par);
-	start = now() - start; /* of the volume's part; the rest is of the views */
+	start = ct_clock_wall() - start; /* of the volume's part; the rest is of the views */
 	*seconds = (fmax(*seconds - start, 0) +
 			   start * (double)ct_vol_count(grid) / (double)ct_vol_count(&part)) *
 		   (double)in->views / (double)count;
@@ -200,10 +192,10 @@ static int iterate_cost(double *seconds, double *bytes, const struct ct_vol *gri
 	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc0(&p, views * in->h * in->w, sizeof *p, e))
 		goto out;
 	ct_projector_load(&pair.g, x, env->par);
-	start = now();
+	start = ct_clock_wall();
 	ct_project(&pair.g, in->views / 3, views, p, NULL, env->par);
 	ct_project_adjoint(&pair.g, in->views / 3, views, x, p, env->par);
-	*seconds = (now() - start) * (double)in->views / (double)views *
+	*seconds = (ct_clock_wall() - start) * (double)in->views / (double)views *
 		   (double)(how->rule.iterations + 1);
 	*bytes = 4 * (volumes[how->rule.solver] * (double)n + 2 * (double)ct_stack_count(in)) +
 		 (double)ct_projector_bytes(&pair.g);

@@ -1,6 +1,7 @@
 /* nabgs-voxels.c: see nabgs-voxels.h. */
 #include "config.h"
 #include "tools/nabgs-voxels.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "recon/band.h"
@@ -16,7 +17,6 @@
 #include <stdlib.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { ITERATIONS = 15, BLOCK = 16 }; /* views between two looks whether to stop */
@@ -31,14 +31,6 @@ struct job {
 	char *run; /* names all that can change the result */
 	double hu; /* of density 1 above density 0 */
 };
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int forward(
 	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
@@ -469,22 +461,22 @@ static int estimate(struct job *j, struct ct_err *e)
 	struct ct_tv_rule rule = {{1, 1, 1}, 1, 1, 0};
 	struct ct_tv_report did;
 	size_t views = j->rays.views, some = views < 2 ? views : 2;
-	double steps = (double)s->rule.iterations, start = now(), ahead, back, sweep;
+	double steps = (double)s->rule.iterations, start = ct_clock_wall(), ahead, back, sweep;
 	const double choose = s->rule.mu > 0 ? 0 : 9;
 
 	memset(s->g, 0, s->n * sizeof *s->g);
 	if (forward(j, s->q, 0, some, s->x, e))
 		return -1;
-	ahead = (now() - start) * (double)views / (double)some;
-	start = now();
+	ahead = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
 	if (adjoint(j, s->g, 0, some, s->q, e))
 		return -1;
-	back = (now() - start) * (double)views / (double)some;
-	start = now();
+	back = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
 	if (ct_tv_near(
 		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
 		return -1;
-	sweep = now() - start;
+	sweep = ct_clock_wall() - start;
 	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is "
 	       "stopped\n",
 		(steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +

@@ -1,12 +1,12 @@
 /* project-views.c: see project-views.h. */
 #include "config.h"
 #include "tools/project-views.h"
+#include "core/clock.h"
 #include "core/mem.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* What a pass over the views needs. */
 struct pass {
@@ -97,14 +97,6 @@ out:
 	return rc;
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
@@ -114,16 +106,16 @@ int project_estimate(const struct project_job *j, const struct ct_env *env, stru
 
 	if (open_pass(&p, j, e))
 		return -1;
-	start = now();
+	start = ct_clock_wall();
 	ct_projector_load(&p.g, j->v->data, env->par);
-	load = now() - start;
-	start = now();
+	load = ct_clock_wall() - start;
+	start = ct_clock_wall();
 	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
 		size_t k = out->views * (1 + 4 * i) / 8;
 
 		view(&p, k, ct_stack_view(out, k), env->par);
 	}
-	once = (now() - start) / (double)tries;
+	once = (ct_clock_wall() - start) / (double)tries;
 	size = 4.0 * (double)ct_stack_count(out);
 	memory = volume * (double)passes + size +
 		 (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
