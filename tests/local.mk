@@ -116,3 +116,4 @@ dist_check_SCRIPTS += tests/t-ct-upsample.sh
 check_PROGRAMS += tests/t-fdk
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh
+dist_check_SCRIPTS += tests/t-cost.sh

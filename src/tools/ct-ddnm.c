@@ -1,6 +1,7 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -230,6 +231,7 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 static int estimate(struct job *j, struct ct_err *e)
 {
 	size_t n, calls, threads = ct_par_threads(j->env->par);
+	struct ct_cost cost;
 	float t = 500, *x = NULL, *y = NULL;
 	double start, once;
 	int rc = -1;
@@ -244,16 +246,14 @@ static int estimate(struct job *j, struct ct_err *e)
 	if (ct_unet_forward(j->prior.plan[0], y, x, &t, e))
 		goto out;
 	once = ct_clock_wall() - start;
-	printf("network   %zux%zu, %zu calls of %.3f s\n", j->prior.wide, j->prior.high,
-		calls * j->in.views, once);
-	printf("time      %.0f s on %zu threads\n",
-		once * (double)calls * (double)j->in.views / (double)threads, threads);
-	printf("memory    %.0f MiB\n",
-		((double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
-			4.0 * (double)ct_stack_count(&j->out) * (j->p->init ? 2 : 1)) /
-			0x1p20);
-	printf("disk      %.0f MiB at most\n", 4.0 * (double)ct_stack_count(&j->out) / 0x1p20);
-	rc = 0;
+	cost = (struct ct_cost){.disk = 4.0 * (double)ct_stack_count(&j->out)};
+	cost.seconds = once * (double)calls * (double)j->in.views / (double)threads;
+	cost.memory = (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
+		      cost.disk * (j->p->init ? 2 : 1);
+	cost.state = cost.disk;
+	snprintf(cost.work, sizeof cost.work, "%zu calls of %.3f s of the network of %zux%zu",
+		calls * j->in.views, once, j->prior.wide, j->prior.high);
+	rc = ct_cost_print(&cost, j->env, e);
 out:
 	free(x);
 	free(y);

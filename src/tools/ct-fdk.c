@@ -136,16 +136,9 @@ static int choose(
 static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
 	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
-	double seconds, bytes;
+	struct ct_cost cost;
 
-	if (ct_fdk_cost(&seconds, &bytes, grid, in, how, env, e))
-		return -1;
-	printf("volume    %zux%zux%zu from %zu views of %zux%zu\n", grid->n[0], grid->n[1],
-		grid->n[2], in->views, in->w, in->h);
-	printf("time      %.0f s on %zu threads\n", ceil(seconds), ct_par_threads(env->par));
-	printf("memory    %.0f MiB\n", bytes / 0x1p20);
-	printf("disk      %.0f MiB at most\n", 4 * (double)ct_vol_count(grid) / 0x1p20);
-	return 0;
+	return ct_fdk_cost(&cost, grid, in, how, env, e) ? -1 : ct_cost_print(&cost, env, e);
 }
 
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,

@@ -1,6 +1,7 @@
 /* ct-nabgs: fit signed Gaussians, or voxels, to projections, on top of a base volume. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -13,6 +14,7 @@
 #include "tools/lib/scan-opts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -162,7 +164,10 @@ static int estimate(
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
 	double visits = (double)all, polish = (double)f->opt.polish;
-	double start = ct_clock_wall(), time;
+	double start = ct_clock_wall();
+	struct ct_cost cost = {.memory = fixed + each * (double)most,
+		.disk = 44.0 * (double)most,
+		.state = 144.0 * (double)most};
 
 	quiet.progress = NULL;
 	quiet.log = NULL;
@@ -173,13 +178,11 @@ static int estimate(
 		return -1;
 	if (polish > 0)
 		visits += (polish + 1) * (double)d->target->views;
-	time = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
-	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
-	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
-		time, n, n ? time * (double)most / (double)n : 0, most,
-		(fixed + each * (double)most) / 1048576, 44.0 * (double)most / 1048576,
-		144.0 * (double)most / 1048576);
-	return 0;
+	cost.seconds = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
+	snprintf(cost.work, sizeof cost.work,
+		"%zu iterations with %zu Gaussians; with %zu it would be %.0f s", all, n, most,
+		n ? cost.seconds * (double)most / (double)n : 0);
+	return ct_cost_print(&cost, j->env, e);
 }
 
 static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)

@@ -1,6 +1,7 @@
 /* ct-train: a diffusion prior from projections or radiographs. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -305,6 +306,7 @@ static int train(struct job *j, struct ct_err *e)
 /* What it would take; the time from two steps. */
 static int estimate(struct job *j, struct ct_err *e)
 {
+	struct ct_cost cost = {0};
 	double flops, loss, t;
 	size_t n;
 
@@ -316,14 +318,14 @@ static int estimate(struct job *j, struct ct_err *e)
 	if (ct_train_step(j->train, &loss, e))
 		return -1;
 	t = ct_clock_wall() - t;
-	printf("%zu pictures, %zu parameters, %.1f GFLOP a step\n", j->data.n, n,
-		3e-9 * flops * (double)j->opts.batch);
-	printf("time    %.2f s a step, %.1f h for %d steps\n", t, t * j->p->steps / 3600,
-		j->p->steps);
-	printf("memory  %.1f GiB\n", ct_train_bytes(j->train) / 0x1p30);
-	printf("disk    %.1f MiB, and %.1f MiB of state\n",
-		(double)n * (j->p->half ? 2 : 4) / 0x1p20, (double)n * 16 / 0x1p20);
-	return 0;
+	cost.seconds = t * j->p->steps;
+	cost.memory = ct_train_bytes(j->train);
+	cost.disk = (double)n * (j->p->half ? 2 : 4);
+	cost.state = (double)n * 16;
+	snprintf(cost.work, sizeof cost.work,
+		"%d steps of %.2f s and %.1f GFLOP on %zu pictures, %zu parameters", j->p->steps, t,
+		3e-9 * flops * (double)j->opts.batch, j->data.n, n);
+	return ct_cost_print(&cost, &j->env, e);
 }
 
 static int prepare(struct job *j, struct ct_err *e)

@@ -1,6 +1,7 @@
 /* ct-upsample: a CT on a finer grid over the same field of view. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -183,6 +184,7 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	static const double volumes[] = {2, 2, 2, 2, 2, 2, 3, 5, 9}; /* by enum ct_refine */
 	struct ct_refine_rule some = *rule;
 	struct ct_refine_report did;
+	struct ct_cost cost;
 	struct ct_vol piece = {0}, out = {0};
 	double fine = 1, part = 1, begin, seconds;
 	ptrdiff_t start[3];
@@ -208,11 +210,11 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
 		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
-	printf("method    %s\n", ct_refine_name(did.method));
-	printf("time      %.0f s on %zu threads\n", seconds, ct_par_threads(env->par));
-	printf("memory    %.0f MiB\n", 4 * fine * volumes[did.method] / 0x1p20);
-	printf("disk      %.0f MiB at most\n", 4 * fine / 0x1p20);
-	rc = 0;
+	cost = (struct ct_cost){
+		.seconds = seconds, .memory = 4 * fine * volumes[did.method], .disk = 4 * fine};
+	snprintf(
+		cost.work, sizeof cost.work, "%s of %.0f voxels", ct_refine_name(did.method), fine);
+	rc = ct_cost_print(&cost, env, e);
 out:
 	ct_vol_free(&piece);
 	ct_vol_free(&out);
