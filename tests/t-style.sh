@@ -19,6 +19,8 @@ none 'no unbounded string functions' '\b(strcpy|strcat|sprintf|gets|atoi|atof|st
 none 'no marks of unfinished work' '\b(TODO|FIXME|XXX|HACK)\b'
 none 'no trailing blanks' '[[:space:]]$'
 none 'threads start in one file only' '^[^/*]*#[[:space:]]*pragma[[:space:]]+omp'
+only tests/t-core.c 'words of a choice stand in a list beside their enum' \
+	'^[^*]*"[a-z0-9+-]+(\|[a-z0-9+-]+)+"'
 only src/core/clock.c 'one file asks for the time' \
 	'\b(clock_gettime|gettimeofday|nanosleep|usleep|sleep|clock|time)\('
 bad=$(for t in src/tools/ct-*.c; do n=$(basename "$t" .c); [ -f "man/$n.1.in" ] || echo "$n"; done)

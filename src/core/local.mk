@@ -10,4 +10,5 @@ libct_a_SOURCES += src/core/vol.c src/core/vol.h
 libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
+libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/slices.c src/core/slices.h

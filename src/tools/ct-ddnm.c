@@ -7,6 +7,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "diffusion/prior.h"
+#include "resolution/upsample.h"
 #include "ddnm-picture.h"
 #include "ddnm-state.h"
 #include "prior-file.h"
@@ -15,6 +16,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* What becomes of the colours of a prior. */
+#define REDUCES(X)                                                                                 \
+	X(MEAN, "mean")                                                                            \
+	X(FIRST, "first")
+enum reduce { REDUCES(CT_WORD_VALUE) };
 
 struct params {
 	const char *in, *out, *prior, *init, *std, *travel;
@@ -27,7 +34,7 @@ static const struct params defaults = {.scale = 0,
 	.steps = 50,
 	.t_start = -1,
 	.samples = 1,
-	.sampler = 1,
+	.sampler = CT_DDNM_PLUS,
 	.eta = 0.99,
 	.sigma_y = NAN,
 	.sigma_det = NAN,
@@ -47,13 +54,13 @@ static const struct ct_opt opts[] = {
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
-	CT_CHOICE(struct params, op, 0, "operator", "mean|matched",
+	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_OPERATOR_LIST),
 		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
 		"and "
 		"the coarse grid leave of them (see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
-	CT_CHOICE(struct params, sampler, 0, "sampler", "ddnm|ddnm+|simple",
+	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
 	CT_OPT(struct params, init, 'i', "init", "FILE", 0, 0,
@@ -69,7 +76,7 @@ static const struct ct_opt opts[] = {
 		"end with the nearest projections that agree with IN exactly"),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
-	CT_CHOICE(struct params, channels, 0, "channel-reduce", "mean|first",
+	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours"),
 	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.part, as if there had been no interruption"),
@@ -94,14 +101,12 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 {
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
-	static const char *const inverse[] = {"dc", "tv", "htv"}; /* what undid the blur */
 	const char *up = ct_meta_get(m, "upsample");
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
 	*sigma = 0;
-	for (size_t i = 0; up && i < sizeof inverse / sizeof *inverse; i++)
-		if (strcmp(up, inverse[i]) == 0)
-			return 0;
+	if (up && ct_words_find(CT_WORDS(CT_REFINE_LIST), up) >= CT_REFINE_DC)
+		return 0; /* the blur is undone */
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
 	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
@@ -155,7 +160,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->s.rule = (enum ct_ddnm_rule)p->sampler;
 	j->s.op = (enum ct_operator_kind)p->op;
 	j->s.eta = p->eta;
-	j->s.first = p->channels == 1;
+	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
 	if (p->t_start >= 0 && !p->init)
 		return ct_fail(e, CT_EUSAGE, "--t-start needs --init");
@@ -262,14 +267,13 @@ out:
 
 static int write_outputs(struct job *j, struct ct_err *e)
 {
-	static const char *const ops[] = {"mean", "matched"};
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
 
 	ct_meta_drop(m, "coarsen");
 	ct_meta_drop(m, "pixel");
 	if (ct_meta_setf(m, e, "norm", "%.9g", j->s.norm) ||
-		ct_meta_set(m, "operator", ops[j->s.op], e) ||
+		ct_meta_set(m, "operator", CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
 		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||

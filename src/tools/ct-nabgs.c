@@ -19,6 +19,11 @@
 #include <string.h>
 #include <strings.h>
 
+#define MODES(X)                                                                                   \
+	X(RESIDUAL, "residual")                                                                    \
+	X(FULL, "full")
+enum mode { MODES(CT_WORD_VALUE) };
+
 struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
@@ -71,9 +76,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
 		"last iteration that clones, splits and prunes; 0 is the last of all"),
-	CT_CHOICE(struct params, activation, 'a', "activation", "prelu|softplus|relu|sine",
+	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
-	CT_CHOICE(struct params, mode, 'm', "mode", "residual|full",
+	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
 		"fit what IN has beyond the projections of the base, or all of it"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 0, 1024,
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
@@ -85,7 +90,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1)"),
 	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
-	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
+	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_BEGIN_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
 	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
@@ -128,7 +133,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 		for (int a = 0; a < 3; a++)
 			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
-	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
+	ct_fit_defaults(o, scale, p->mode == FULL, (enum ct_activation)p->activation);
 	if (p->paper || p->compat)
 		ct_fit_paper(o);
 	if (p->compat)
@@ -196,7 +201,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
 		ct_meta_set(m, "quantity", f->opt.full ? "density" : "residual", e) ||
-		ct_meta_set(m, "mode", f->opt.full ? "full" : "residual", e) ||
+		ct_meta_set(m, "mode", CT_WORD(MODES, p->mode), e) ||
 		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, 5, in, e))
 		return -1;
@@ -205,7 +210,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 static int fit(struct job *j, struct ct_err *e)
 {
-	const bool full = j->p->mode == 1, kept = j->state.path != NULL;
+	const bool full = j->p->mode == FULL, kept = j->state.path != NULL;
 	const struct ct_fit_data d = {
 		.target = &j->data.in,
 		.base_projections = full ? NULL : &j->data.base_proj,
@@ -292,7 +297,7 @@ static int check(struct job *j, struct ct_err *e)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (p->lr && p->mode == 1)
+	if (p->lr && p->mode == FULL)
 		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
 	if (p->polish && p->activation != CT_PRELU)
 		return ct_fail(e, CT_EUSAGE, "--polish is for --activation=prelu");
@@ -329,7 +334,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	const struct params *p = params;
 	const struct nabgs_files files = {
-		p->in, p->base, p->projections, p->std, p->lr, p->window, p->mode == 1};
+		p->in, p->base, p->projections, p->std, p->lr, p->window, p->mode == FULL};
 	int rc = -1;
 
 	if (check(&j, e) == 0 && nabgs_data_read(&j.data, &files, env, e) == 0)

@@ -29,8 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
-	CT_CHOICE(struct params, method, 'm', "method",
-		"auto|linear|cubic|bspline|lanczos|sinc|dc|tv|htv",
+	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
 		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
@@ -41,7 +40,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
-	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
+	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
@@ -181,7 +180,8 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
-	static const double volumes[] = {2, 2, 2, 2, 2, 2, 3, 5, 9}; /* by enum ct_refine */
+	static const double volumes[CT_REFINE_METHODS] = {
+		[CT_REFINE_DC] = 3, [CT_REFINE_TV] = 5, [CT_REFINE_HTV] = 9}; /* else 2 */
 	struct ct_refine_rule some = *rule;
 	struct ct_refine_report did;
 	struct ct_cost cost;
@@ -210,8 +210,9 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
 		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
-	cost = (struct ct_cost){
-		.seconds = seconds, .memory = 4 * fine * volumes[did.method], .disk = 4 * fine};
+	cost = (struct ct_cost){.seconds = seconds,
+		.memory = 4 * fine * fmax(volumes[did.method], 2),
+		.disk = 4 * fine};
 	snprintf(
 		cost.work, sizeof cost.work, "%s of %.0f voxels", ct_refine_name(did.method), fine);
 	rc = ct_cost_print(&cost, env, e);
