@@ -1,4 +1,4 @@
-/* ct-nabgs: fit signed Gaussians, or voxels, to projections, on top of a base volume. */
+/* ct-nabgs: fit signed Gaussians to projections, on top of a base volume. */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
@@ -8,16 +8,14 @@
 #include "formats/io.h"
 #include "gs/fit.h"
 #include "resolution/degrade.h"
-#include "tools/nabgs-data.h"
 #include "tools/nabgs-state.h"
-#include "tools/nabgs-voxels.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/scan-opts.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #define MODES(X)                                                                                   \
 	X(RESIDUAL, "residual")                                                                    \
@@ -27,14 +25,13 @@ enum mode { MODES(CT_WORD_VALUE) };
 struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
-	double ssim, tv, lowres, rate, init, tolerance, lambda;
+	double ssim, tv, lowres, rate, init, tolerance;
 	int begin, polish;
-	bool resume, compat, paper, voxels;
+	bool resume, compat, paper;
 };
 
-enum { ITERATIONS = 5000 };
-
-static const struct params defaults = {.gaussians = 50000,
+static const struct params defaults = {.iterations = 5000,
+	.gaussians = 50000,
 	.most = 500000,
 	.every = 1000,
 	.ssim = NAN,
@@ -45,8 +42,7 @@ static const struct params defaults = {.gaussians = 50000,
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, "OUT",
-		"the Gaussians, PLY, or with --voxels the residual, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or -"),
 	CT_OPT(struct params, base, 'b', "base", "VOLUME", 0, 0,
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
@@ -58,16 +54,10 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr, 0, "lr", "VOLUME", 0, 0,
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
 		"reduces to it; it, or else the base, says what operator made it"),
-	CT_OPT(struct params, voxels, 0, "voxels", NULL, 0, 0,
-		"solve for voxels instead: the volume of least total variation that agrees with IN "
-		"and reduces to LR; OUT is the residual in HU, NIfTI"),
-	CT_OPT(struct params, lambda, 0, "lambda-projections", "W", 0, 1e9,
-		"with --voxels: weight of IN against the variation, 1/HU; 0 chooses it by how well "
-		"the views predict each other"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
-	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 10000000,
-		"one view each (5000), or with --voxels all (15); 0 is these"),
+	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
+		"steps, of one view each"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "E", 0, 1,
 		"end as soon as the error of a turn through all views is at most E of the error "
 		"without Gaussians; 0 runs all iterations"),
@@ -113,7 +103,7 @@ static const struct ct_opt opts[] = {
 struct job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct nabgs_data data;
+	struct ct_evidence data;
 	struct nabgs_state state;
 };
 
@@ -138,7 +128,7 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 		ct_fit_paper(o);
 	if (p->compat)
 		ct_fit_compat(o);
-	o->iterations = (size_t)(p->iterations ? p->iterations : ITERATIONS);
+	o->iterations = (size_t)p->iterations;
 	o->gaussians = (size_t)p->gaussians;
 	o->max_gaussians = (size_t)p->most;
 	o->densify_until = (size_t)p->densify_until;
@@ -192,7 +182,7 @@ static int estimate(
 
 static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 {
-	const struct nabgs_data *d = &j->data;
+	const struct ct_evidence *d = &j->data;
 	const struct params *p = j->p;
 	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta,
 		p->projections ? &d->base_proj.meta : NULL, p->std ? &d->weight.meta : NULL,
@@ -249,38 +239,6 @@ out:
 	return rc;
 }
 
-static bool ends(const char *name, const char *with)
-{
-	size_t n = strlen(name), m = strlen(with);
-
-	return n >= m && strcasecmp(name + n - m, with) == 0;
-}
-
-/* Options and names that are of the other method. */
-static int check_method(const struct params *p, struct ct_err *e)
-{
-	const struct params *d = &defaults;
-	const bool fit = p->gaussians != d->gaussians || p->most != d->most ||
-			 p->activation != d->activation || p->mode != d->mode ||
-			 p->scale != d->scale || p->densify_until != d->densify_until ||
-			 !isnan(p->ssim) || p->tv != d->tv || !isnan(p->init) ||
-			 p->tolerance != d->tolerance || p->lowres != d->lowres ||
-			 !isnan(p->rate) || p->begin != d->begin || p->polish != d->polish ||
-			 p->paper || p->compat;
-
-	if (p->voxels && fit)
-		return ct_fail(e, CT_EUSAGE, "options of Gaussians given with --voxels");
-	if (p->voxels ? ends(p->out, ".ply") : ends(p->out, ".nii") || ends(p->out, ".nii.gz"))
-		return ct_fail(e, CT_EUSAGE, "%s: %s", p->out,
-			p->voxels ? "--voxels writes NIfTI, not PLY"
-				  : "Gaussians are written as PLY; voxels need --voxels");
-	if (p->voxels && !p->lr)
-		return ct_fail(e, CT_EUSAGE, "--voxels wants --lr");
-	return p->voxels || p->lambda == 0
-		       ? 0
-		       : ct_fail(e, CT_EUSAGE, "--lambda-projections is for --voxels");
-}
-
 /* Before any work: options that contradict, and outputs that are in the way. */
 static int check(struct job *j, struct ct_err *e)
 {
@@ -291,8 +249,6 @@ static int check(struct job *j, struct ct_err *e)
 
 	if (!p->base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
-	if (check_method(p, e))
-		return -1;
 	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
@@ -320,26 +276,19 @@ static int check(struct job *j, struct ct_err *e)
 	return p->resume ? 0 : ct_out_check(j->state.path, j->env, e);
 }
 
-static int solve(struct job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-	const struct nabgs_voxels how = {p->out, j->state.path, p->resume, p->lambda,
-		(size_t)p->iterations, (size_t)p->every};
-
-	return nabgs_voxels(&j->data, &how, j->env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.p = params, .env = env};
 	const struct params *p = params;
-	const struct nabgs_files files = {
-		p->in, p->base, p->projections, p->std, p->lr, p->window, p->mode == FULL};
+	const bool full = p->mode == FULL;
+	const struct ct_evidence_files files = {
+		p->in, p->base, full ? NULL : p->projections, p->std, p->lr, p->window};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && nabgs_data_read(&j.data, &files, env, e) == 0)
-		rc = (p->voxels ? solve : fit)(&j, e);
-	nabgs_data_free(&j.data);
+	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &files, env, e) == 0 &&
+		ct_evidence_density(&j.data, &files, !full, env, e) == 0)
+		rc = fit(&j, e);
+	ct_evidence_free(&j.data);
 	nabgs_state_free(&j.state);
 	return rc;
 }
