@@ -9,7 +9,7 @@
 #include "bench/gs-plain.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * functions of libm, on one thread. What b-gs measures the library against. */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 
 struct plain {
 	struct ct_camera cam;

@@ -4,7 +4,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/splat.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "xray/project.h"
 #include "tap.h"
 

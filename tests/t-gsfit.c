@@ -3,8 +3,8 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/fit.h"
-#include "gs/init.h"
-#include "gs/polish.h"
+#include "gs/place.h"
+#include "gs/refit.h"
 #include "xray/project.h"
 #include "tap.h"
 

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/dab.h"
-#include "gs/loss.h"
+#include "gs/rasterise.h"
+#include "gs/loss-image.h"
 #include "tap.h"
 
 #include <stdbool.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 #include "gs/splat.h"
 #include "tap.h"
 

@@ -3,11 +3,11 @@
 #include "gs/fit.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/init.h"
-#include "gs/polish.h"
-#include "gs/stream.h"
-#include "gs/terms.h"
+#include "gs/activation.h"
+#include "gs/place.h"
+#include "gs/refit.h"
+#include "gs/random-stream.h"
+#include "gs/loss-total.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -32,8 +32,8 @@
 #include "core/tensors.h"
 #include "core/vol.h"
 #include "gs/adam.h"
-#include "gs/density.h"
-#include "gs/loss.h"
+#include "gs/densify.h"
+#include "gs/loss-image.h"
 #include "resolution/degrade.h"
 
 #include <stdbool.h>
@@ -126,7 +126,7 @@ struct ct_fit {
 	void *ctx;
 };
 
-/* Begin: the Gaussians of init.h. CT_EGEOM if the data do not belong together, CT_EINPUT. */
+/* Begin: the Gaussians of place.h. CT_EGEOM if the data do not belong together, CT_EINPUT. */
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);

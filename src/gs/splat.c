@@ -1,8 +1,8 @@
-/* splat.c: projections of Gaussians; see splat.h. The gradients are in splat_back.c. */
+/* splat.c: projections of Gaussians; see splat.h. The gradients are in splat-gradient.c. */
 #include "config.h"
 #include "gs/splat.h"
 #include "core/mem.h"
-#include "gs/foot-wide.h"
+#include "gs/footprint-vec.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -8,8 +8,9 @@
  * its exact integral along the ray through the centre: mm, so that a pixel is density x mm as
  * in ct_project. This is the rectified splat of R2-Gaussian (Zha et al., NeurIPS 2024) in a form
  * that is positive by construction. There is no dilation and, as densities are signed, no
- * threshold on the contribution: a Gaussian ends on the ellipse of CT_GS_CUT (dab.h), whatever its
- * sign. Off its centre a Gaussian is exact in parallel beam and to first order in cone beam.
+ * threshold on the contribution: a Gaussian ends on the ellipse of CT_GS_CUT (rasterise.h),
+ * whatever its sign. Off its centre a Gaussian is exact in parallel beam and to first order in cone
+ * beam.
  *
  * The image is a plain sum in order of index, by groups of 4096 so that a million in one place lose
  * no digits: the same bytes for any number of threads. Gradients
@@ -20,8 +21,8 @@
 #include "core/err.h"
 #include "core/par.h"
 #include "core/stack.h"
-#include "gs/blob.h"
-#include "gs/dab.h"
+#include "gs/gaussian.h"
+#include "gs/rasterise.h"
 
 #include <stdbool.h>
 
@@ -54,7 +55,7 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 	size_t w, struct ct_err *e);
 /* False if the Gaussian is not in front of the source or has no area. */
 bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_blob *b);
-/* Sums over pixels of g e {1, x, y, xx, xy, yy} (dab.h) to gradients: density, position,
+/* Sums over pixels of g e {1, x, y, xx, xy, yy} (rasterise.h) to gradients: density, position,
  * shape (the N of ct_blob_back), centre (columns, rows). */
 struct ct_foot_grad {
 	double rho, p[3], shape[6], m[2];
@@ -69,7 +70,7 @@ void ct_foot_draw(
 void ct_foot_sums(double s[static 6], const double *g, const struct ct_camera *c,
 	const struct ct_foot *f, double cut);
 
-/* Gradient of a set: d[k][i] of raw parameter k (blob.h) of Gaussian i, dL/drho in place of
+/* Gradient of a set: d[k][i] of raw parameter k (gaussian.h) of Gaussian i, dL/drho in place of
  * the raw density; screen[i] = |(w/2 dL/dcolumn, h/2 dL/drow)|, negative if nothing was drawn. */
 struct ct_gs_grad {
 	size_t cap;

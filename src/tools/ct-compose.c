@@ -5,7 +5,7 @@
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"

@@ -1,9 +1,9 @@
-/* density.c: see density.h. */
+/* densify.c: see densify.h. */
 #include "config.h"
-#include "gs/density.h"
+#include "gs/densify.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
-/* voxel.c: see voxel.h. */
+/* voxelise.c: see voxelise.h. */
 #include "config.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* stream.h: which stream of random numbers (core/rng.h) belongs to which draw of a fit. */
+/* random-stream.h: which stream of random numbers (core/rng.h) belongs to which draw of a fit. */
 #ifndef CT_GS_STREAM_H
 #define CT_GS_STREAM_H
 #include <stdint.h>

@@ -1,10 +1,10 @@
-/* terms.c: see terms.h. */
+/* loss-total.c: see loss-total.h. */
 #include "config.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 
 #include <stdlib.h>
 #include <string.h>

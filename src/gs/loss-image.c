@@ -1,6 +1,6 @@
-/* loss.c: see loss.h. */
+/* loss-image.c: see loss-image.h. */
 #include "config.h"
-#include "gs/loss.h"
+#include "gs/loss-image.h"
 #include "core/mem.h"
 
 #include <math.h>

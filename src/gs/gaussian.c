@@ -1,7 +1,7 @@
-/* blob.c: see blob.h. */
+/* gaussian.c: see gaussian.h. */
 #include "config.h"
-#include "gs/blob.h"
-#include "gs/act.h"
+#include "gs/gaussian.h"
+#include "gs/activation.h"
 #include "gs/wide.h"
 
 #include <math.h>
@@ -19,7 +19,7 @@ float *ct_gauss_field(const struct ct_gauss *g, size_t k)
 #define PICK(m, a, b) ((m) ? (a) : (b))
 #define SQRT sqrt
 #define FN(name) narrow_##name
-#include "gs/foot-impl.h"
+#include "gs/footprint-impl.h"
 #undef NUM
 #undef MASK
 #undef PICK
@@ -31,7 +31,7 @@ float *ct_gauss_field(const struct ct_gauss *g, size_t k)
 #define PICK ct_wide_pick
 #define SQRT ct_wide_sqrt
 #define FN(name) wide_##name
-#include "gs/foot-impl.h"
+#include "gs/footprint-impl.h"
 
 void ct_blob_make(struct ct_blob *b, const double p[static 3], const double ln_s[static 3],
 	const double q[static 4], double rho)

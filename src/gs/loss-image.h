@@ -1,4 +1,4 @@
-/* loss.h: what the fit minimises, and its gradient with respect to the rendered values.
+/* loss-image.h: what the fit minimises, and its gradient with respect to the rendered values.
  *
  *   L = l1 mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV
  *

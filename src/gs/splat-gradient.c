@@ -1,7 +1,7 @@
-/* splat_back.c: gradients of the projections of Gaussians; see splat.h. */
+/* splat-gradient.c: gradients of the projections of Gaussians; see splat.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "gs/foot-wide.h"
+#include "gs/footprint-vec.h"
 
 #include <math.h>
 #include <stdlib.h>

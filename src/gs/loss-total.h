@@ -1,8 +1,9 @@
-/* terms.h: the terms of a fit's loss (fit.h), each with its gradient. For fit.c and polish.c. */
+/* loss-total.h: the terms of a fit's loss (fit.h), each with its gradient. For fit.c and refit.c.
+ */
 #ifndef CT_GS_TERMS_H
 #define CT_GS_TERMS_H
 #include "gs/fit.h"
-#include "gs/lowres.h"
+#include "gs/loss-lowres.h"
 
 /* Scratch of an iteration. */
 struct ct_terms {

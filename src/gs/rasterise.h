@@ -1,4 +1,4 @@
-/* dab.h: 2-D Gaussians on a grid of pixels: add them, and the sums their gradients need.
+/* rasterise.h: 2-D Gaussians on a grid of pixels: add them, and the sums their gradients need.
  *
  * Written with the column conditional on the row (an L D L^T form of the inverse covariance, so
  * a long thin Gaussian loses no digits):

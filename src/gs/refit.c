@@ -1,8 +1,8 @@
-/* polish.c: see polish.h. */
+/* refit.c: see refit.h. */
 #include "config.h"
-#include "gs/polish.h"
+#include "gs/refit.h"
 #include "core/mem.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,10 +1,10 @@
-/* init.c: see init.h. */
+/* place.c: see place.h. */
 #include "config.h"
-#include "gs/init.h"
+#include "gs/place.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 #include "recon/fdk.h"
 
 #include <math.h>

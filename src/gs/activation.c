@@ -1,6 +1,6 @@
-/* act.c: see act.h. */
+/* activation.c: see activation.h. */
 #include "config.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 
 #include <math.h>
 

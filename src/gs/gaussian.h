@@ -1,4 +1,4 @@
-/* blob.h: a Gaussian resolved to what the projections need: density, axes, lengths; in double.
+/* gaussian.h: a Gaussian resolved to what the projections need: density, axes, lengths; in double.
  *
  *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
  *

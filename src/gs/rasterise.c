@@ -1,5 +1,5 @@
-/* dab.c: see dab.h. Vectors of GCC and clang, so that every processor runs wide code and the same
- * operations: no fused multiply-add, the same bytes everywhere.
+/* rasterise.c: see rasterise.h. Vectors of GCC and clang, so that every processor runs wide code
+ * and the same operations: no fused multiply-add, the same bytes everywhere.
  *
  * The exponent is a quadratic in the row, so e goes from row to row by two multiplications:
  *   e *= step,   step *= turn,   turn = exp(-2 (kx slope^2 + ky))
@@ -7,7 +7,7 @@
  * precision over CT_DAB_ROWS rows as long as nothing in the box around the ellipse is below e^-60:
  * for correlations up to 0.8. Beyond, every pixel has its exponential. */
 #include "config.h"
-#include "gs/dab.h"
+#include "gs/rasterise.h"
 
 #include <math.h>
 #include <stdbool.h>

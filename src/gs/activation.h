@@ -1,4 +1,4 @@
-/* act.h: from the raw density z of a Gaussian to its density rho, and back.
+/* activation.h: from the raw density z of a Gaussian to its density rho, and back.
  *
  *   prelu      rho = z for z >= 0, gamma z below: signed (the paper, section NAB-GS)
  *   softplus   rho = ln(1 + e^z): positive (3-D Gaussian splatting, R2-Gaussian)

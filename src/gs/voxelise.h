@@ -1,19 +1,19 @@
-/* voxel.h: the field of Gaussians on a grid of voxels, or a block of it, and its gradient.
+/* voxelise.h: the field of Gaussians on a grid of voxels, or a block of it, and its gradient.
  *
  *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of
  * CT_GS_CUT
  *
  * at voxel centres; a block may be blurred by a Gaussian of its own along its axes, of variances B
  * in voxel^2: Sigma then is that of inv A plus B, and rho is times sqrt(|Sigma| / |Sigma + B|), so
- * that the mass stays. In every slice a Gaussian is a dab (dab.h), so one kernel does projections
- * and volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any
- * number of threads.
+ * that the mass stays. In every slice a Gaussian is a dab (rasterise.h), so one kernel does
+ * projections and volumes. Any affine that can be inverted. Sums in order of index; the same bytes
+ * for any number of threads.
  */
 #ifndef CT_GS_VOXEL_H
 #define CT_GS_VOXEL_H
 #include "core/env.h"
-#include "gs/blob.h"
-#include "gs/dab.h"
+#include "gs/gaussian.h"
+#include "gs/rasterise.h"
 #include "gs/splat.h"
 
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-/* density.h: how many Gaussians, and where: clone, split and prune by R2-Gaussian's rules with
+/* densify.h: how many Gaussians, and where: clone, split and prune by R2-Gaussian's rules with
  * the paper's for signed densities.
  *
  * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
@@ -10,7 +10,7 @@
 #define CT_GS_DENSITY_H
 #include "core/err.h"
 #include "gs/adam.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 
 struct ct_density_rule {
 	double grad;         /* threshold of the mean screen gradient */

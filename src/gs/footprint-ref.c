@@ -1,4 +1,5 @@
-/* foot.c: the projection of one Gaussian, in double, and plain loops over its pixels; see splat.h.
+/* footprint-ref.c: the projection of one Gaussian, in double, and plain loops over its pixels; see
+ * splat.h.
  */
 #include "config.h"
 #include "gs/splat.h"
@@ -13,7 +14,7 @@
 #define FOOT struct ct_foot
 #define FGRAD struct ct_foot_grad
 #define FN(name) narrow_##name
-#include "gs/foot-impl.h"
+#include "gs/footprint-impl.h"
 
 bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_blob *b)
 {

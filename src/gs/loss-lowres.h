@@ -1,8 +1,8 @@
-/* lowres.h: what a low-resolution CT asks of the Gaussians: D r = l, with D of degrade.h.
+/* loss-lowres.h: what a low-resolution CT asks of the Gaussians: D r = l, with D of degrade.h.
  *
  * D is a Gaussian of standard deviation sigma, then samples at the centres of the coarse voxels. A
  * Gaussian that is blurred by a Gaussian is one again, so D r is evaluated on the coarse grid
- * directly (the blur of a block, voxel.h): no fine volume is made. What else D does is met thus:
+ * directly (the blur of a block, voxelise.h): no fine volume is made. What else D does is met thus:
  *
  *   sinc   its low-pass at the coarse Nyquist frequency has no short form in space; instead both
  *          sides are blurred on by the Gaussian that brings the whole down to 0.1 at that
@@ -18,7 +18,7 @@
 #ifndef CT_GS_LOWRES_H
 #define CT_GS_LOWRES_H
 #include "core/vol.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "resolution/degrade.h"
 
 struct ct_lowres {

@@ -1,4 +1,4 @@
-/* state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
+/* fit-state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
  * stand in the metadata, in hexadecimal. */
 #include "config.h"
 #include "core/mem.h"

@@ -1,4 +1,4 @@
-/* foot-wide.h: foot-impl.h for eight Gaussians. */
+/* footprint-vec.h: footprint-impl.h for eight Gaussians. */
 #ifndef CT_GS_FOOT_WIDE_H
 #define CT_GS_FOOT_WIDE_H
 #include "gs/splat.h"
@@ -24,7 +24,7 @@ struct wide_grad {
 #define FOOT struct wide_foot
 #define FGRAD struct wide_grad
 #define FN(name) wide_##name
-#include "gs/foot-impl.h"
+#include "gs/footprint-impl.h"
 
 /* b[0, n), n <= 8; lanes beyond repeat the last. */
 CT_WIDE_INLINE void wide_blob_load(struct wide_blob *o, const struct ct_blob *b, size_t n)

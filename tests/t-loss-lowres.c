@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/lowres.h"
+#include "gs/loss-lowres.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* init.h: where the Gaussians of a fit begin.
+/* place.h: where the Gaussians of a fit begin.
  *
  * As in R2-Gaussian (Zha et al., NeurIPS 2024): n voxels with density above 0.05, drawn without
  * replacement, become isotropic Gaussians at their centres, with the standard deviation

@@ -1,6 +1,6 @@
-/* lowres.c: see lowres.h. */
+/* loss-lowres.c: see loss-lowres.h. */
 #include "config.h"
-#include "gs/lowres.h"
+#include "gs/loss-lowres.h"
 #include "core/mem.h"
 
 #include <math.h>

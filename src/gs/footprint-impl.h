@@ -1,5 +1,6 @@
-/* foot-impl.h: the formulas of blob.h and splat.h for any kind of number: included once for double,
- * which is tested against finite differences, and once for eight doubles, which is used.
+/* footprint-impl.h: the formulas of gaussian.h and splat.h for any kind of number: included once
+ * for double, which is tested against finite differences, and once for eight doubles, which is
+ * used.
  *
  * The includer defines
  *   NUM     the number                      MASK        what comparing two gives
@@ -154,7 +155,7 @@ IMPL void FN(cone_back)(NUM p[static 3], const FOOT *f, const struct ct_camera *
 		p[a] += (gd[a] - f->delta[a] * straight) / f->dist;
 }
 
-/* The inverse covariance is K = L D L^T in the coordinates (x, y) of dab.h, D the inverse
+/* The inverse covariance is K = L D L^T in the coordinates (x, y) of rasterise.h, D the inverse
  * variances (cond, row-row), L^T = [1 -slope; 0 1], Q the moments of g e. With R = L^T J A diag(s),
  * its first row by minors, row1 x (row0 x row1) / |row1|^2, so that no large terms cancel however
  * long and thin the Gaussian is:

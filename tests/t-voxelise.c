@@ -1,8 +1,9 @@
-/* t-voxel.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume. */
+/* t-voxelise.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
+ */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "xray/project.h"
 #include "tap.h"
 
