@@ -8,7 +8,7 @@ struct plain {
 	struct ct_camera cam;
 	struct ct_block block;
 	size_t n;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double *x, *grad, *m, *v;  /* n x 11: parameters, gradient, moments */
 	double *img, *dimg;        /* h x w */
 	double *base, *y, *map[8]; /* h x w */

@@ -10,25 +10,26 @@
 #define MASK int
 #define PICK(m, a, b) ((m) ? (a) : (b))
 #define SQRT sqrt
-#define BLOB struct ct_blob
-#define FOOT struct ct_foot
-#define FGRAD struct ct_foot_grad
-#define FN(name) narrow_##name
+#define BLOB struct ct_gaussian
+#define FOOT struct ct_footprint
+#define FGRAD struct ct_gaussian_gradient
+#define FN(name) ref_##name
 #include "gs/footprint-impl.h"
 
-bool ct_foot_of(struct ct_foot *f, const struct ct_camera *c, const struct ct_blob *b)
+bool ct_footprint_ref_of(
+	struct ct_footprint *f, const struct ct_camera *c, const struct ct_gaussian *b)
 {
-	return narrow_foot_of(f, c, b);
+	return ref_footprint_of(f, c, b);
 }
 
-void ct_foot_back(struct ct_foot_grad *g, const struct ct_foot *f, const struct ct_camera *c,
-	const struct ct_blob *b, const double sums[static 6])
+void ct_footprint_ref_backward(struct ct_gaussian_gradient *g, const struct ct_footprint *f,
+	const struct ct_camera *c, const struct ct_gaussian *b, const double sums[static 6])
 {
-	narrow_foot_back(g, f, c, b, sums);
+	ref_footprint_backward(g, f, c, b, sums);
 }
 
-void ct_foot_draw(
-	double *img, const struct ct_camera *c, const struct ct_foot *f, double rho, double cut)
+void ct_footprint_ref_draw(double *img, const struct ct_camera *c, const struct ct_footprint *f,
+	double rho, double cut)
 {
 	for (size_t r = 0; r < c->h; r++)
 		for (size_t k = 0; k < c->w; k++) {
@@ -40,8 +41,8 @@ void ct_foot_draw(
 		}
 }
 
-void ct_foot_sums(double s[static 6], const double *g, const struct ct_camera *c,
-	const struct ct_foot *f, double cut)
+void ct_footprint_ref_sums(double s[static 6], const double *g, const struct ct_camera *c,
+	const struct ct_footprint *f, double cut)
 {
 	for (int i = 0; i < 6; i++)
 		s[i] = 0;

@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 /* Iterations and epochs are added where there are such. */
-#define CT_STREAM_INIT ((uint64_t)0x67730000 << 32)
+#define CT_STREAM_PLACE ((uint64_t)0x67730000 << 32)
 #define CT_STREAM_TV ((uint64_t)0x67730001 << 32)
 #define CT_STREAM_VIEW ((uint64_t)0x67730002 << 32)
 #define CT_STREAM_SPLIT ((uint64_t)0x67730003 << 32)

@@ -15,9 +15,9 @@
 #include "gs/fit.h"
 #include "gs/loss-total.h"
 
-/* f->opt.polish steps on the Gaussians of f, and f->error anew; w is of ct_terms_alloc. Codes of
- * the terms; CT_ESTOP, f then is as it was. */
-int ct_polish(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+/* f->opt.refit steps on the Gaussians of f, and f->error anew; w is of ct_loss_total_alloc. Codes
+ * of the terms; CT_ESTOP, f then is as it was. */
+int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -107,7 +107,7 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 {
 	size_t touch = 0;
 
-	if (ct_voxels_render(
+	if (ct_voxelise_render(
 		    vol->data, vol->n, (const double(*)[4])vol->affine, g, hu, &touch, env, e))
 		return -1;
 	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, g->n);

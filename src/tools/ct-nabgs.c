@@ -21,7 +21,7 @@ struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance, lambda;
-	int begin, polish;
+	int begin, refit;
 	bool resume, compat, paper, voxels;
 };
 
@@ -86,11 +86,11 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
+	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
-		"density, and are not polished; what is given besides holds"),
+		"density, and are not refitted; what is given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
@@ -137,17 +137,17 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
-	o->polish = (size_t)p->polish;
-	if (p->begin != CT_BEGIN_AUTO)
-		o->begin = (enum ct_fit_begin)p->begin;
+	o->refit = (size_t)p->refit;
+	if (p->begin != CT_PLACE_AUTO)
+		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
 	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
 	if (!isnan(p->rate))
-		o->haste = p->rate;
+		o->rate_factor = p->rate;
 	if (!isnan(p->init))
-		o->init_density = p->init;
+		o->start_density = p->init;
 	return 0;
 }
 
@@ -166,21 +166,22 @@ static int estimate(
 	enum { TRIAL = 5 };
 	struct ct_env quiet = *j->env;
 	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
-	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
+	double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
+			       56 * sizeof(float));
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)all, polish = (double)f->opt.polish;
+	double visits = (double)all, refit = (double)f->opt.refit;
 	double start = now(), time;
 
 	quiet.progress = NULL;
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
-	f->opt.polish = 0;
+	f->opt.refit = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	if (polish > 0)
-		visits += (polish + 1) * (double)d->target->views;
+	if (refit > 0)
+		visits += (refit + 1) * (double)d->target->views;
 	time = (now() - start) / (double)f->opt.iterations * (n ? visits : 1);
 	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
 	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
@@ -265,7 +266,7 @@ static int check_method(const struct params *p, struct ct_err *e)
 			 p->scale != d->scale || p->densify_until != d->densify_until ||
 			 !isnan(p->ssim) || p->tv != d->tv || !isnan(p->init) ||
 			 p->tolerance != d->tolerance || p->lowres != d->lowres ||
-			 !isnan(p->rate) || p->begin != d->begin || p->polish != d->polish ||
+			 !isnan(p->rate) || p->begin != d->begin || p->refit != d->refit ||
 			 p->paper || p->compat;
 
 	if (p->voxels && fit)
@@ -299,8 +300,8 @@ static int check(struct job *j, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
 	if (p->lr && p->mode == 1)
 		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
-	if (p->polish && p->activation != CT_PRELU)
-		return ct_fail(e, CT_EUSAGE, "--polish is for --activation=prelu");
+	if (p->refit && p->activation != CT_PRELU)
+		return ct_fail(e, CT_EUSAGE, "--refit is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
