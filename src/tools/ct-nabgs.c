@@ -26,7 +26,7 @@ struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance;
-	int begin, polish;
+	int begin, refit;
 	bool resume, compat, paper;
 };
 
@@ -80,14 +80,14 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1)"),
 	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
-	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_BEGIN_LIST),
+	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
+	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
-		"density, and are not polished; what is given besides holds"),
+		"density, and are not refitted; what is given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
@@ -134,17 +134,17 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
-	o->polish = (size_t)p->polish;
-	if (p->begin != CT_BEGIN_AUTO)
-		o->begin = (enum ct_fit_begin)p->begin;
+	o->refit = (size_t)p->refit;
+	if (p->begin != CT_PLACE_AUTO)
+		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
 	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
 	if (!isnan(p->rate))
-		o->haste = p->rate;
+		o->rate_factor = p->rate;
 	if (!isnan(p->init))
-		o->init_density = p->init;
+		o->start_density = p->init;
 	return 0;
 }
 
@@ -155,10 +155,11 @@ static int estimate(
 	enum { TRIAL = 5 };
 	struct ct_env quiet = *j->env;
 	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
-	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
+	double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
+			       56 * sizeof(float));
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)all, polish = (double)f->opt.polish;
+	double visits = (double)all, refit = (double)f->opt.refit;
 	double start = ct_clock_wall();
 	struct ct_cost cost = {.memory = fixed + each * (double)most,
 		.disk = 44.0 * (double)most,
@@ -168,11 +169,11 @@ static int estimate(
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
-	f->opt.polish = 0;
+	f->opt.refit = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	if (polish > 0)
-		visits += (polish + 1) * (double)d->target->views;
+	if (refit > 0)
+		visits += (refit + 1) * (double)d->target->views;
 	cost.seconds = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
 	snprintf(cost.work, sizeof cost.work,
 		"%zu iterations with %zu Gaussians; with %zu it would be %.0f s", all, n, most,
@@ -255,8 +256,8 @@ static int check(struct job *j, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
 	if (p->lr && p->mode == FULL)
 		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
-	if (p->polish && p->activation != CT_PRELU)
-		return ct_fail(e, CT_EUSAGE, "--polish is for --activation=prelu");
+	if (p->refit && p->activation != CT_PRELU)
+		return ct_fail(e, CT_EUSAGE, "--refit is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
