@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 #include "gs/fit.h"
 #include "xray/project.h"
 #include "tap.h"
@@ -124,7 +124,7 @@ static void rates(double times, size_t kinds, bool ends)
 	options(&o, 200);
 	o.checkpoint_every = 1;
 	ct_fit_paper(&o);
-	o.init_density = 0.05;
+	o.start_density = 0.05;
 	for (size_t i = 0; i < kinds; i++) {
 		struct ct_rate *r[] = {&o.density, &o.position, &o.scaling, &o.rotation};
 
@@ -190,10 +190,10 @@ static void little(size_t views, size_t pixels, double error, const char *name)
 /* Mean |x - y| against the true projections of the views from first on, every second. */
 static double error_of(struct scene *s, const struct ct_gauss *g)
 {
-	size_t pitch = ct_dab_pitch(PIXELS);
+	size_t pitch = ct_rasterise_pitch(PIXELS);
 	struct ct_stack clean = {0};
 	struct ct_splat sp = {0};
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double sum = 0, all = 0;
 	struct ct_err e;
 	float *img;
@@ -202,7 +202,7 @@ static double error_of(struct scene *s, const struct ct_gauss *g)
 	project(&clean, &s->truth);
 	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
 	must(ct_alloc(&img, PIXELS, pitch * sizeof *img, &e), &e);
-	ct_blobs(b, g, NULL);
+	ct_gaussian_resolve(b, g, NULL);
 	for (size_t k = 0; k < clean.views; k++) {
 		struct ct_camera c;
 

@@ -3,8 +3,8 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/fit.h"
-#include "gs/init.h"
-#include "gs/polish.h"
+#include "gs/place.h"
+#include "gs/refit.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -54,10 +54,10 @@ static void make(struct scene *s, const struct ct_env *env)
 	struct ct_projector pr;
 	struct ct_gauss g = {0};
 	struct ct_splat sp = {0};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob b[TRUE_GAUSSIANS];
-	size_t pitch = ct_dab_pitch(N);
+	struct ct_gaussian b[TRUE_GAUSSIANS];
+	size_t pitch = ct_rasterise_pitch(N);
 	float *img;
 	struct ct_err e;
 
@@ -83,7 +83,7 @@ static void make(struct scene *s, const struct ct_env *env)
 	must(ct_projector_init(&pr, &s->base, &s->target, &e), &e);
 	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
 	true_set(&g);
-	ct_blobs(b, &g, env->par);
+	ct_gaussian_resolve(b, &g, env->par);
 	must(ct_alloc(&img, N, pitch * sizeof *img, &e), &e);
 	for (size_t k = 0; k < VIEWS; k++) {
 		struct ct_camera c;
@@ -97,11 +97,11 @@ static void make(struct scene *s, const struct ct_env *env)
 	}
 	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g.n, b, NULL, &e), &e);
-	must(ct_voxels_add(s->truth, &v, 1, env, &e), &e);
+	must(ct_voxelise_plan(&v, &block, g.n, b, NULL, &e), &e);
+	must(ct_voxelise_add(s->truth, &v, 1, env, &e), &e);
 	free(img);
 	ct_splat_free(&sp);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	ct_gauss_free(&g);
 }
 
@@ -127,19 +127,19 @@ static struct ct_fit_data data_of(const struct scene *s)
 static double left_over(const struct scene *s, const struct ct_gauss *g, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, zero[3] = {0};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double left = 0, all = 0;
 	struct ct_err e;
 	float *vol;
 
 	must(ct_alloc0(&vol, N * N * N, sizeof *vol, &e), &e);
 	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
-	ct_blobs(b, g, NULL);
+	ct_gaussian_resolve(b, g, NULL);
 	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g->n, b, NULL, &e), &e);
-	must(ct_voxels_add(vol, &v, 1, env, &e), &e);
+	must(ct_voxelise_plan(&v, &block, g->n, b, NULL, &e), &e);
+	must(ct_voxelise_add(vol, &v, 1, env, &e), &e);
 	for (size_t i = 0; i < N * N * N; i++) {
 		double d = (double)(vol[i] - s->truth[i]);
 
@@ -148,7 +148,7 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 	}
 	free(vol);
 	free(b);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	return left / all;
 }
 
@@ -192,7 +192,7 @@ static bool same(const struct ct_fit *a, const struct ct_fit *b)
 		  memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
 
 	for (size_t k = 0; ok && k < CT_GS_FIELDS; k++)
-		ok = memcmp(ct_gauss_field(&a->g, k), ct_gauss_field(&b->g, k),
+		ok = memcmp(ct_gaussian_field(&a->g, k), ct_gaussian_field(&b->g, k),
 			     a->g.n * sizeof(float)) == 0 &&
 		     memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
 	return ok;
@@ -209,7 +209,7 @@ static int keep(void *ctx, const struct ct_fit *f, struct ct_err *e)
 	struct stopper *s = ctx;
 
 	ct_tensors_free(&s->state);
-	return ct_fit_pack(&s->state, f, "run", e);
+	return ct_fit_state_pack(&s->state, f, "run", e);
 }
 
 static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
@@ -249,9 +249,9 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 		"it stops when asked");
 	ct_fit_free(&part);
 	must(ct_fit_init(&part, &o, &d, &quiet, &e), &e);
-	OK(ct_fit_unpack(&part, &st.state, "other", &e) == -1 && e.code == CT_EINPUT,
+	OK(ct_fit_state_unpack(&part, &st.state, "other", &e) == -1 && e.code == CT_EINPUT,
 		"the state of another run is refused");
-	must(ct_fit_unpack(&part, &st.state, "run", &e), &e);
+	must(ct_fit_state_unpack(&part, &st.state, "run", &e), &e);
 	must(ct_fit_run(&part, &d, &quiet, &e), &e);
 	OK(same(&whole, &part), "stopped and continued: the same bytes as in one run");
 	ct_tensors_free(&st.state);
@@ -309,7 +309,7 @@ static void neighbours(void)
 		y[i] = 3 * ct_rng_normal(1, 2, i) * ct_rng_normal(1, 3, i);
 		z[i] = i % 7 ? 0.01f * ct_rng_normal(1, 4, i) : 5;
 	}
-	must(ct_near3(got, P, pos, NULL, &e), &e);
+	must(ct_neighbours_three(got, P, pos, NULL, &e), &e);
 	for (size_t i = 0; i < P; i++) {
 		double best[3] = {1e9, 1e9, 1e9}, mean;
 
@@ -329,7 +329,7 @@ static void neighbours(void)
 		worst = fmax(worst, fabs(got[i] - mean));
 	}
 	OK(worst < 1e-12, "three nearest neighbours against a search of all");
-	must(ct_near3(got, 1, pos, NULL, &e), &e);
+	must(ct_neighbours_three(got, 1, pos, NULL, &e), &e);
 	OK(got[0] <= 0, "a lone point has no neighbour");
 }
 
@@ -341,20 +341,20 @@ static void control(void)
 	static const float x[] = {1, 2, 3, 90, 4}, ln_s[] = {0, 2, 0, 0, 0};
 	const double affine[3][4] = {{4, 0, 0, -32}, {0, 4, 0, -32}, {0, 0, 4, -32}};
 	const size_t zero[3] = {0}, n[3] = {17, 17, 17};
-	struct ct_density_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
-	struct ct_density_count c;
+	struct ct_densify_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
+	struct ct_densify_count c;
 	struct ct_gauss g = {.gamma = 0.25};
-	struct ct_adam a = {0};
+	struct ct_gs_adam a = {0};
 	struct ct_err e;
 
 	must(ct_block_init(&r.box, affine, zero, n, &e), &e);
 	for (int round = 0; round < 2; round++) {
 		must(ct_gauss_reserve(&g, 5, &e), &e);
-		must(ct_adam_reserve(&a, 0, 5, &e), &e);
+		must(ct_gs_adam_reserve(&a, 0, 5, &e), &e);
 		g.n = 5;
 		for (size_t i = 0; i < 5; i++) {
 			for (size_t k = 0; k < CT_GS_FIELDS; k++)
-				ct_gauss_field(&g, k)[i] = k == CT_GS_ROT;
+				ct_gaussian_field(&g, k)[i] = k == CT_GS_ROT;
 			g.pos[0][i] = x[i];
 			for (int k = 0; k < 3; k++)
 				g.scale[k][i] = ln_s[i];
@@ -364,7 +364,7 @@ static void control(void)
 			a.m[0][i] = 7;
 		}
 		r.most = round ? 5 : 100;
-		must(ct_density_control(&g, &a, &r, &c, 1, 600, &e), &e);
+		must(ct_densify_control(&g, &a, &r, &c, 1, 600, &e), &e);
 		if (round == 0) {
 			OK(c.cloned == 1 && c.split == 1 && c.pruned == 2 && g.n == 5,
 				"one cloned, one split, two pruned");
@@ -380,7 +380,7 @@ static void control(void)
 			OK(c.cloned + c.split == 0 && g.n == 3, "no more than the most");
 	}
 	ct_gauss_free(&g);
-	ct_adam_free(&a);
+	ct_gs_adam_free(&a);
 }
 
 /* Gaussians begin where the true residual is, with its sign. */
@@ -477,28 +477,28 @@ static void compat(const struct scene *s, const struct ct_env *env)
 }
 
 /* The true shapes with wrong densities: least squares finds them. */
-static void polishes(const struct scene *s, const struct ct_env *env)
+static void refits(const struct scene *s, const struct ct_env *env)
 {
 	const struct ct_fit_data d = data_of(s);
 	struct ct_fit_options o;
-	struct ct_terms w = {0};
+	struct ct_loss_total w = {0};
 	struct ct_fit f;
 	struct ct_err e;
 	double worst = 0;
 
 	options(&o, CT_PRELU);
-	o.polish = 25;
+	o.refit = 25;
 	must(ct_fit_init(&f, &o, &d, env, &e), &e);
 	true_set(&f.g);
 	for (size_t i = 0; i < f.g.n; i++)
 		f.g.raw[i] *= 0.2f * (float)(i % 5);
-	must(ct_terms_alloc(&w, &o, &d, env->par, &e), &e);
-	must(ct_polish(&f, &d, &w, env, &e), &e);
+	must(ct_loss_total_alloc(&w, &o, &d, env->par, &e), &e);
+	must(ct_refit_densities(&f, &d, &w, env, &e), &e);
 	for (size_t i = 0; i < f.g.n; i++)
 		worst = fmax(worst, fabs(fabs((double)f.g.raw[i]) - 0.15));
 	if (!OK(worst < 1e-3, "25 steps find the densities"))
 		printf("# worst %g\n", worst);
-	ct_terms_free(&w);
+	ct_loss_total_free(&w);
 	ct_fit_free(&f);
 }
 
@@ -522,7 +522,7 @@ static void weights(struct scene *s, const struct ct_env *env)
 	}
 	d.target = &bad;
 	options(&o, CT_PRELU);
-	o.begin = CT_BEGIN_BASE; /* back-projection knows no weights */
+	o.place = CT_PLACE_BASE; /* back-projection knows no weights */
 	for (int k = 0; k < 2; k++) {
 		d.weight = k ? &weight : NULL;
 		must(ct_fit_init(&f, &o, &d, env, &e), &e);
@@ -562,22 +562,22 @@ static void coarse(struct scene *s, const struct ct_env *env)
 	options(&o, CT_PRELU);
 	for (int k = 0; k < 2; k++) {
 		struct ct_loss_terms t;
-		struct ct_terms w = {0};
+		struct ct_loss_total w = {0};
 		struct ct_fit f;
 
 		o.lr = k ? 1 : 0;
-		o.begin = CT_BEGIN_BASE;
-		o.polish = 2;
+		o.place = CT_PLACE_BASE;
+		o.refit = 2;
 		must(ct_fit_init(&f, &o, &d, env, &e), &e);
 		must(ct_fit_run(&f, &d, env, &e), &e);
 		left[k] = left_over(s, &f.g, env);
 		f.opt.lr = 1;
-		must(ct_terms_alloc(&w, &f.opt, &d, env->par, &e), &e);
-		must(ct_terms_grow(&w, f.g.n, &e), &e);
-		ct_blobs(w.blob, &f.g, env->par);
-		must(ct_terms_lowres(&w, &t, &f, 1, env, &e), &e);
+		must(ct_loss_total_alloc(&w, &f.opt, &d, env->par, &e), &e);
+		must(ct_loss_total_grow(&w, f.g.n, &e), &e);
+		ct_gaussian_resolve(w.blob, &f.g, env->par);
+		must(ct_loss_total_lowres(&w, &t, &f, 1, env, &e), &e);
 		term[k] = t.lr;
-		ct_terms_free(&w);
+		ct_loss_total_free(&w);
 		ct_fit_free(&f);
 	}
 	if (!OK(term[1] < 0.5 * term[0], "the sum reduces to the low-resolution CT"))
@@ -602,7 +602,7 @@ int main(void)
 	recover(&s, &env);
 	begins(&s, &env);
 	compat(&s, &env);
-	polishes(&s, &env);
+	refits(&s, &env);
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);

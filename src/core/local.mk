@@ -1,3 +1,4 @@
+libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
@@ -9,4 +10,5 @@ libct_a_SOURCES += src/core/vol.c src/core/vol.h
 libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
+libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/slices.c src/core/slices.h

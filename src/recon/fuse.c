@@ -1,6 +1,7 @@
 /* fuse.c: see fuse.h. */
 #include "config.h"
 #include "recon/fuse.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "recon/band.h"
 #include "resolution/upsample.h"
@@ -9,7 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static double width(const struct ct_fuse *f)
 {
@@ -277,14 +277,6 @@ int ct_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct_err 
 	return settle(f, report->verdict >= CT_FUSE_TRUST, e);
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_err *e)
 {
 	struct ct_joint *s = &f->joint;
@@ -293,21 +285,21 @@ int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_er
 	struct ct_tv_report did;
 	const struct ct_linear *a = &f->rays;
 	size_t views = a->parts, some = views < 2 ? views : 2;
-	double steps = (double)s->rule.iterations, start = now(), ahead, back, sweep;
+	double steps = (double)s->rule.iterations, start = ct_clock_wall(), ahead, back, sweep;
 	const double choose = s->rule.mu > 0 ? 0 : 9;
 
 	if (a->forward(a->ctx, s->q, some, s->x, &quiet, e))
 		return -1;
-	ahead = (now() - start) * (double)views / (double)some;
-	start = now();
+	ahead = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
 	if (a->adjoint(a->ctx, s->g, some, s->q, &quiet, e))
 		return -1;
-	back = (now() - start) * (double)views / (double)some;
-	start = now();
+	back = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
 	if (ct_tv_near(
 		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
 		return -1;
-	sweep = now() - start;
+	sweep = ct_clock_wall() - start;
 	*seconds = (steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +
 		   8 * (steps + choose) * sweep;
 	*bytes = 28.0 * (double)s->n + 20.0 * (double)ct_stack_count(f->y) +

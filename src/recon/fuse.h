@@ -14,15 +14,18 @@
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 #include "recon/joint.h"
 #include "xray/project.h"
 
-enum ct_fuse_verdict {
-	CT_FUSE_NOTHING,  /* the projections have nothing that the base has not */
-	CT_FUSE_DISTRUST, /* they do not predict each other: the base stays as it is */
-	CT_FUSE_TRUST,
-	CT_FUSE_TOLD, /* weighted as told */
-};
+/* NOTHING: the projections have nothing that the base has not. DISTRUST: they do not predict each
+ * other, the base stays as it is. */
+#define CT_FUSE_LIST(X)                                                                            \
+	X(CT_FUSE_NOTHING, "nothing to solve")                                                     \
+	X(CT_FUSE_DISTRUST, "not trusted")                                                         \
+	X(CT_FUSE_TRUST, "trusted")                                                                \
+	X(CT_FUSE_TOLD, "weighted as told")
+enum ct_fuse_verdict { CT_FUSE_LIST(CT_WORD_VALUE) };
 
 struct ct_fuse_report {
 	enum ct_fuse_verdict verdict;

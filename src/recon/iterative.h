@@ -16,11 +16,16 @@
 #ifndef CT_RECON_ITERATIVE_H
 #define CT_RECON_ITERATIVE_H
 #include "core/linear.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
-enum ct_solver { CT_SIRT, CT_CGLS, CT_TV };
+#define CT_SOLVER_LIST(X)                                                                          \
+	X(CT_SIRT, "sirt")                                                                         \
+	X(CT_CGLS, "cgls")                                                                         \
+	X(CT_TV, "tv")
+enum ct_solver { CT_SOLVER_LIST(CT_WORD_VALUE) };
 
 struct ct_iterate_rule {
 	enum ct_solver solver;

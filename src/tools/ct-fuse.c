@@ -1,6 +1,7 @@
 /* ct-fuse: one volume of a base, the low-resolution CT that it was made of, and projections. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -132,15 +133,14 @@ static int prepare(struct job *j, struct ct_err *e)
 
 static int estimate(struct job *j, struct ct_err *e)
 {
-	const double mib = 1048576, volume = 4.0 * (double)ct_vol_count(&j->data.base) / mib;
-	double seconds, bytes;
+	const double volume = 4.0 * (double)ct_vol_count(&j->data.base);
+	struct ct_cost cost = {.disk = (j->p->residual ? 2 : 1) * volume, .state = 5 * volume};
 
-	if (ct_fuse_cost(&j->fuse, &seconds, &bytes, e))
+	if (ct_fuse_cost(&j->fuse, &cost.seconds, &cost.memory, e))
 		return -1;
-	printf("time %.0f s\nmemory %.0f MiB\ndisk %.1f MiB, a state of %.1f MiB if it is "
-	       "stopped\n",
-		seconds, bytes / mib, (j->p->residual ? 2 : 1) * volume, 5 * volume);
-	return 0;
+	snprintf(cost.work, sizeof cost.work, "%d iterations on %zu voxels and %zu views",
+		j->p->iterations, ct_vol_count(&j->data.base), j->data.in.views);
+	return ct_cost_print(&cost, j->env, e);
 }
 
 static int write_residual(
@@ -183,21 +183,18 @@ static int write_all(struct job *j, struct ct_err *e)
 
 static int report(const struct ct_fuse_report *r, const struct ct_env *env, struct ct_err *e)
 {
-	static const char *const verdicts[] = {[CT_FUSE_NOTHING] = "nothing to solve",
-		[CT_FUSE_DISTRUST] = "not trusted",
-		[CT_FUSE_TRUST] = "trusted",
-		[CT_FUSE_TOLD] = "weighted as told"};
+	const char *verdict = CT_WORD(CT_FUSE_LIST, r->verdict);
 	json_t *o;
 
 	if (!env->json) {
 		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n", r->iterations,
-			r->lambda, verdicts[r->verdict]);
+			r->lambda, verdict);
 		if (r->prediction < 1)
 			printf("prediction %.6g\n", r->prediction);
 		return 0;
 	}
 	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)r->iterations,
-		"lambda-projections", r->lambda, "projections", verdicts[r->verdict], "prediction",
+		"lambda-projections", r->lambda, "projections", verdict, "prediction",
 		r->prediction);
 	if (!o)
 		return ct_fail(e, CT_ENOMEM, "no memory");

@@ -1,6 +1,7 @@
 /* fdk-solve.h: the methods of ct-fdk, and what they will cost. */
 #ifndef CT_TOOLS_FDK_SOLVE_H
 #define CT_TOOLS_FDK_SOLVE_H
+#include "cli/cost.h"
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
@@ -20,9 +21,8 @@ struct ct_fdk_how {
  * ct_iterate. */
 int ct_fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
 	const struct ct_env *env, struct ct_err *e);
-/* Seconds and bytes of that, timed on a few views; grid has no data. */
-int ct_fdk_cost(double *seconds, double *bytes, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct ct_fdk_how *how, const struct ct_env *env,
-	struct ct_err *e);
+/* What that takes, timed on a few views; grid has no data. */
+int ct_fdk_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e);
 
 #endif

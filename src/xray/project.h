@@ -26,8 +26,12 @@
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 
-enum ct_method { CT_SIDDON, CT_JOSEPH };
+#define CT_METHOD_LIST(X)                                                                          \
+	X(CT_SIDDON, "siddon")                                                                     \
+	X(CT_JOSEPH, "joseph")
+enum ct_method { CT_METHOD_LIST(CT_WORD_VALUE) };
 
 /* The pair of operators: one grid seen from one scan. */
 struct ct_projector {

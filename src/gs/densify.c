@@ -1,16 +1,16 @@
-/* density.c: see density.h. */
+/* densify.c: see densify.h. */
 #include "config.h"
-#include "gs/density.h"
+#include "gs/densify.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 
 #include <math.h>
 
 #define LEAST 1e-5 /* raw density that counts as none */
 #define SHRINK 1.6 /* of a child's axes */
 
-void ct_density_note(struct ct_adam *a, size_t n, const struct ct_gs_grad *grad)
+void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *grad)
 {
 	for (size_t i = 0; i < n; i++)
 		if (grad->screen[i] >= 0) {
@@ -22,7 +22,7 @@ void ct_density_note(struct ct_adam *a, size_t n, const struct ct_gs_grad *grad)
 static void copy(struct ct_gauss *g, size_t to, size_t from)
 {
 	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-		float *x = ct_gauss_field(g, k);
+		float *x = ct_gaussian_field(g, k);
 
 		x[to] = x[from];
 	}
@@ -30,9 +30,9 @@ static void copy(struct ct_gauss *g, size_t to, size_t from)
 
 static void halve(struct ct_gauss *g, size_t i)
 {
-	double rho = ct_act(g->activation, g->gamma, (double)g->raw[i]);
+	double rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
 
-	g->raw[i] = (float)ct_act_inverse(g->activation, g->gamma, rho / 2);
+	g->raw[i] = (float)ct_activation_inverse(g->activation, g->gamma, rho / 2);
 }
 
 /* i and `twin` become children of i: centres drawn from it. */
@@ -40,7 +40,7 @@ static void split(
 	struct ct_gauss *g, size_t i, size_t twin, double ln_least, uint64_t seed, size_t iteration)
 {
 	const size_t child[2] = {i, twin};
-	struct ct_blob b;
+	struct ct_gaussian b;
 	double p[3], l[3], q[4];
 
 	for (int k = 0; k < 3; k++) {
@@ -49,7 +49,7 @@ static void split(
 	}
 	for (int k = 0; k < 4; k++)
 		q[k] = (double)g->rot[k][i];
-	ct_blob_make(&b, p, l, q, 0);
+	ct_gaussian_make(&b, p, l, q, 0);
 	for (size_t c = 0; c < 2; c++)
 		for (int a = 0; a < 3; a++) {
 			double at = b.p[a];
@@ -68,7 +68,7 @@ static bool keep(const struct ct_gauss *g, size_t i, const struct ct_block *box)
 	double z = (double)g->raw[i];
 
 	if (g->activation == CT_SOFTPLUS || g->activation == CT_RELU)
-		z = ct_act(g->activation, g->gamma, z);
+		z = ct_activation_apply(g->activation, g->gamma, z);
 	if (fabs(z) < LEAST)
 		return false;
 	for (int r = 0; r < 3; r++) {
@@ -82,7 +82,7 @@ static bool keep(const struct ct_gauss *g, size_t i, const struct ct_block *box)
 	return true;
 }
 
-static size_t prune(struct ct_gauss *g, struct ct_adam *a, const struct ct_block *box)
+static size_t prune(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_block *box)
 {
 	size_t to = 0, pruned;
 
@@ -91,7 +91,7 @@ static size_t prune(struct ct_gauss *g, struct ct_adam *a, const struct ct_block
 			continue;
 		if (to != i) {
 			copy(g, to, i);
-			ct_adam_move(a, to, i);
+			ct_gs_adam_move(a, to, i);
 		}
 		to++;
 	}
@@ -100,19 +100,19 @@ static size_t prune(struct ct_gauss *g, struct ct_adam *a, const struct ct_block
 	return pruned;
 }
 
-int ct_density_control(struct ct_gauss *g, struct ct_adam *a, const struct ct_density_rule *r,
-	struct ct_density_count *count, uint64_t seed, size_t iteration, struct ct_err *e)
+int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_densify_rule *r,
+	struct ct_densify_count *count, uint64_t seed, size_t iteration, struct ct_err *e)
 {
 	size_t old = g->n, born = 0, at = old;
 
-	*count = (struct ct_density_count){0};
+	*count = (struct ct_densify_count){0};
 	for (size_t i = 0; i < old; i++)
 		born += a->seen[i] && (double)a->screen[i] >= r->grad * a->seen[i];
 	if (old >= r->most)
 		born = 0;
 	else if (born > r->most - old)
 		born = r->most - old;
-	if (ct_gauss_reserve(g, old + born, e) || ct_adam_reserve(a, old, old + born, e))
+	if (ct_gauss_reserve(g, old + born, e) || ct_gs_adam_reserve(a, old, old + born, e))
 		return -1;
 	for (size_t i = 0; i < old && at < old + born; i++) {
 		double longest = fmax((double)g->scale[0][i],
@@ -124,7 +124,7 @@ int ct_density_control(struct ct_gauss *g, struct ct_adam *a, const struct ct_de
 		copy(g, at, i);
 		if (exp(longest) > r->large) {
 			split(g, i, at, r->ln_least, seed, iteration);
-			ct_adam_reset(a, i);
+			ct_gs_adam_reset(a, i);
 			count->split++;
 		} else
 			count->cloned++;

@@ -1,4 +1,4 @@
-/* act.h: from the raw density z of a Gaussian to its density rho, and back.
+/* activation.h: from the raw density z of a Gaussian to its density rho, and back.
  *
  *   prelu      rho = z for z >= 0, gamma z below: signed (the paper, section NAB-GS)
  *   softplus   rho = ln(1 + e^z): positive (3-D Gaussian splatting, R2-Gaussian)
@@ -16,14 +16,14 @@
 #define CT_GAMMA_MAX 1.0
 #define CT_GAMMA_INIT 0.25
 /* Least density that softplus and relu can be asked to start from; below, they stand still. */
-#define CT_ACT_LEAST 1e-6
+#define CT_ACTIVATION_LEAST 1e-6
 
-double ct_act(enum ct_activation a, double gamma, double z);
+double ct_activation_apply(enum ct_activation a, double gamma, double z);
 /* d rho / dz. At the kink of prelu and relu the slope from above, so that z = 0 can learn. */
-double ct_act_slope(enum ct_activation a, double gamma, double z);
+double ct_activation_slope(enum ct_activation a, double gamma, double z);
 /* d rho / d gamma: 0 for all but prelu. */
-double ct_act_dgamma(enum ct_activation a, double z);
+double ct_activation_dgamma(enum ct_activation a, double z);
 /* z with phi(z) = rho; the nearest if rho is out of reach. */
-double ct_act_inverse(enum ct_activation a, double gamma, double rho);
+double ct_activation_inverse(enum ct_activation a, double gamma, double rho);
 
 #endif

@@ -1,6 +1,6 @@
-/* lowres.c: see lowres.h. */
+/* loss-lowres.c: see loss-lowres.h. */
 #include "config.h"
-#include "gs/lowres.h"
+#include "gs/loss-lowres.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -71,8 +71,8 @@ out:
 	return rc;
 }
 
-int ct_lowres_alloc(struct ct_lowres *o, const struct ct_vol *lr, const struct ct_degrade *d,
-	struct ct_par *par, struct ct_err *e)
+int ct_loss_lowres_alloc(struct ct_loss_lowres *o, const struct ct_vol *lr,
+	const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
 {
 	double more[3];
 	float *all = NULL;
@@ -100,14 +100,14 @@ int ct_lowres_alloc(struct ct_lowres *o, const struct ct_vol *lr, const struct c
 	return 0;
 }
 
-void ct_lowres_free(struct ct_lowres *o)
+void ct_loss_lowres_free(struct ct_loss_lowres *o)
 {
 	free(o->want);
-	*o = (struct ct_lowres){0};
+	*o = (struct ct_loss_lowres){0};
 }
 
-int ct_lowres_block(struct ct_block *k, const struct ct_lowres *o, const size_t first[static 3],
-	const size_t n[static 3], struct ct_err *e)
+int ct_loss_lowres_block(struct ct_block *k, const struct ct_loss_lowres *o,
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
 {
 	size_t at[3];
 
@@ -119,12 +119,12 @@ int ct_lowres_block(struct ct_block *k, const struct ct_lowres *o, const size_t 
 	return 0;
 }
 
-double ct_lowres_loss(float *df, const float *f, const struct ct_lowres *o,
+double ct_loss_lowres_gradient(float *df, const float *f, const struct ct_loss_lowres *o,
 	const size_t first[static 3], const size_t n[static 3], double weight)
 {
 	const double count = (double)n[0] * (double)n[1] * (double)n[2];
 	const float step = (float)(weight / count);
-	size_t pitch = ct_dab_pitch(n[0]);
+	size_t pitch = ct_rasterise_pitch(n[0]);
 	double sum = 0;
 
 	memset(df, 0, pitch * n[1] * n[2] * sizeof *df);

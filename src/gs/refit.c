@@ -1,34 +1,34 @@
-/* polish.c: see polish.h. */
+/* refit.c: see refit.h. */
 #include "config.h"
-#include "gs/polish.h"
+#include "gs/refit.h"
 #include "core/mem.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-struct polish {
+struct refit {
 	struct ct_fit *f;
 	const struct ct_fit_data *d;
-	struct ct_terms *w;
+	struct ct_loss_total *w;
 	const struct ct_env *env;
 	double *x, *r, *p, *q, *unit; /* a number a Gaussian; unit: rho of an unknown 1 */
 	float *low, *dlow;            /* all coarse voxels, padded */
 	struct ct_block block;        /* of them */
 };
 
-static void set_density(const struct polish *s, const double *x)
+static void set_density(const struct refit *s, const double *x)
 {
 	for (size_t i = 0; i < s->f->g.n; i++)
 		s->w->blob[i].rho = x[i] * s->unit[i];
 }
 
 /* w->dimg = gain * (view k of what is drawn - want), want y without the base, or 0; times w. */
-static void view_error(const struct polish *s, size_t k, bool want, double gain)
+static void view_error(const struct refit *s, size_t k, bool want, double gain)
 {
 	const struct ct_fit_data *d = s->d;
-	size_t pitch = ct_dab_pitch(d->target->w), width = d->target->w;
+	size_t pitch = ct_rasterise_pitch(d->target->w), width = d->target->w;
 	const float *y = want ? ct_stack_view(d->target, k) : NULL;
 	const float *b = want && !s->f->opt.full ? ct_stack_view(d->base_projections, k) : NULL;
 	const float *c = d->weight ? ct_stack_view(d->weight, k) : NULL;
@@ -44,7 +44,7 @@ static void view_error(const struct polish *s, size_t k, bool want, double gain)
 	}
 }
 
-static void gather(const struct polish *s, double *out)
+static void gather(const struct refit *s, double *out)
 {
 	const float *g = s->w->grad.d[CT_GS_RAW];
 
@@ -53,16 +53,16 @@ static void gather(const struct polish *s, double *out)
 }
 
 /* out += k/M D^T (D x - want) in the unknowns, M coarse voxels. */
-static int lowres(const struct polish *s, double *out, bool want, struct ct_err *e)
+static int lowres(const struct refit *s, double *out, bool want, struct ct_err *e)
 {
-	const struct ct_lowres *o = &s->w->low;
+	const struct ct_loss_lowres *o = &s->w->low;
 	const struct ct_fit_options *opt = &s->f->opt;
-	size_t pitch = ct_dab_pitch(o->n[0]), rows = o->n[1] * o->n[2];
+	size_t pitch = ct_rasterise_pitch(o->n[0]), rows = o->n[1] * o->n[2];
 	double k = opt->lr / (opt->l1 + opt->res) / ((double)rows * (double)o->n[0]);
 
-	if (ct_voxels_plan(&s->w->vox, &s->block, s->f->g.n, s->w->blob, s->env->par, e))
+	if (ct_voxelise_plan(&s->w->vox, &s->block, s->f->g.n, s->w->blob, s->env->par, e))
 		return -1;
-	ct_voxels_draw_all(s->low, &s->w->vox, s->env->par);
+	ct_voxelise_draw(s->low, &s->w->vox, s->env->par);
 	for (size_t r = 0; r < rows; r++) {
 		for (size_t i = 0; i < o->n[0]; i++)
 			s->dlow[r * pitch + i] =
@@ -72,13 +72,13 @@ static int lowres(const struct polish *s, double *out, bool want, struct ct_err 
 	}
 	for (int a = 0; a < CT_GS_FIELDS; a++)
 		memset(s->w->grad.d[a], 0, s->f->g.n * sizeof(float));
-	ct_voxels_back(&s->w->grad, &s->w->vox, s->w->blob, &s->f->g, s->dlow, s->env->par);
+	ct_voxelise_backward(&s->w->grad, &s->w->vox, s->w->blob, &s->f->g, s->dlow, s->env->par);
 	gather(s, out);
 	return 0;
 }
 
 /* out = A^T W (A x - b), b = 0 unless `want`. */
-static int normal(const struct polish *s, double *out, const double *x, bool want, struct ct_err *e)
+static int normal(const struct refit *s, double *out, const double *x, bool want, struct ct_err *e)
 {
 	const struct ct_stack *y = s->d->target;
 	double c = 2 / s->f->extent, gain = c * c / (s->f->mean_weight * (double)ct_stack_count(y));
@@ -86,10 +86,11 @@ static int normal(const struct polish *s, double *out, const double *x, bool wan
 	memset(out, 0, s->f->g.n * sizeof *out);
 	set_density(s, x);
 	for (size_t k = 0; k < y->views; k++) {
-		if (ct_check_stop(s->env, e) || ct_terms_draw(s->w, s->f, s->d, k, s->env, e))
+		if (ct_check_stop(s->env, e) ||
+			ct_loss_total_project(s->w, s->f, s->d, k, s->env, e))
 			return -1;
 		view_error(s, k, want, gain);
-		ct_splat_back(
+		ct_splat_backward(
 			&s->w->grad, &s->w->splat, s->w->blob, &s->f->g, s->w->dimg, s->env->par);
 		gather(s, out);
 	}
@@ -105,9 +106,9 @@ static double dot(size_t n, const double *a, const double *b)
 	return sum;
 }
 
-static int solve(struct polish *s, struct ct_err *e)
+static int solve(struct refit *s, struct ct_err *e)
 {
-	size_t n = s->f->g.n, steps = s->f->opt.polish;
+	size_t n = s->f->g.n, steps = s->f->opt.refit;
 	double rr, first;
 
 	if (normal(s, s->r, s->x, true, e))
@@ -140,15 +141,15 @@ static int solve(struct polish *s, struct ct_err *e)
 }
 
 /* The error of fit.h, of all views with the same Gaussians. */
-static int measure(const struct polish *s, struct ct_err *e)
+static int measure(const struct refit *s, struct ct_err *e)
 {
 	const struct ct_stack *y = s->d->target;
-	size_t pitch = ct_dab_pitch(y->w);
+	size_t pitch = ct_rasterise_pitch(y->w);
 	double sum = 0;
 
-	ct_blobs(s->w->blob, &s->f->g, s->env->par);
+	ct_gaussian_resolve(s->w->blob, &s->f->g, s->env->par);
 	for (size_t k = 0; k < y->views; k++) {
-		if (ct_terms_draw(s->w, s->f, s->d, k, s->env, e))
+		if (ct_loss_total_project(s->w, s->f, s->d, k, s->env, e))
 			return -1;
 		view_error(s, k, true, 1); /* weighted */
 		for (size_t i = 0; i < y->h * y->w; i++)
@@ -158,34 +159,34 @@ static int measure(const struct polish *s, struct ct_err *e)
 	return 0;
 }
 
-static int alloc(struct polish *s, struct ct_err *e)
+static int alloc(struct refit *s, struct ct_err *e)
 {
 	const size_t zero[3] = {0}, *m = s->w->low.n;
 	double **const part[] = {&s->x, &s->r, &s->p, &s->q, &s->unit};
-	size_t n = s->f->g.n, low = ct_dab_pitch(m[0]) * m[1] * m[2];
+	size_t n = s->f->g.n, low = ct_rasterise_pitch(m[0]) * m[1] * m[2];
 
 	for (size_t k = 0; k < sizeof part / sizeof *part; k++)
 		if (ct_alloc(part[k], n, sizeof(double), e))
 			return -1;
 	if (!s->w->low.want)
 		return 0;
-	return ct_lowres_block(&s->block, &s->w->low, zero, m, e) ||
+	return ct_loss_lowres_block(&s->block, &s->w->low, zero, m, e) ||
 			       ct_alloc(&s->low, low, sizeof(float), e) ||
 			       ct_alloc(&s->dlow, low, sizeof(float), e)
 		       ? -1
 		       : 0;
 }
 
-int ct_polish(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct polish s = {.f = f, .d = d, .w = w, .env = env};
+	struct refit s = {.f = f, .d = d, .w = w, .env = env};
 	struct ct_gauss *g = &f->g;
 	int rc = -1;
 
-	if (ct_terms_grow(w, g->n, e) || alloc(&s, e))
+	if (ct_loss_total_grow(w, g->n, e) || alloc(&s, e))
 		goto out;
-	ct_blobs(w->blob, g, env->par);
+	ct_gaussian_resolve(w->blob, g, env->par);
 	for (size_t i = 0; i < g->n; i++) {
 		const double *l = w->blob[i].s;
 
@@ -195,7 +196,8 @@ int ct_polish(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
 	if (solve(&s, e))
 		goto out;
 	for (size_t i = 0; i < g->n; i++)
-		g->raw[i] = (float)ct_act_inverse(g->activation, g->gamma, s.x[i] * s.unit[i]);
+		g->raw[i] =
+			(float)ct_activation_inverse(g->activation, g->gamma, s.x[i] * s.unit[i]);
 	rc = measure(&s, e);
 out:
 	free(s.x);

@@ -1,10 +1,10 @@
-/* init.c: see init.h. */
+/* place.c: see place.h. */
 #include "config.h"
-#include "gs/init.h"
+#include "gs/place.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 #include "recon/fdk.h"
 
 #include <math.h>
@@ -133,7 +133,7 @@ static void lay_out(struct cells *c)
 		c->n[a] = (size_t)((high[a] - c->low[a]) / c->size) + 1;
 }
 
-int ct_near3(
+int ct_neighbours_three(
 	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e)
 {
 	struct cells c = {.out = out, .pos = pos, .count = n};
@@ -167,7 +167,7 @@ static size_t candidates(const struct ct_vol *base)
 	size_t n = ct_vol_count(base), found = 0;
 
 	for (size_t i = 0; i < n; i++)
-		found += base->data[i] > CT_INIT_LEAST;
+		found += base->data[i] > CT_PLACE_LEAST;
 	return found;
 }
 
@@ -181,9 +181,9 @@ static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size
 	for (size_t i = 0; i < count && g->n < n; i++) {
 		double u, mm[3];
 
-		if (!(base->data[i] > CT_INIT_LEAST))
+		if (!(base->data[i] > CT_PLACE_LEAST))
 			continue;
-		u = ct_rng_uniform(seed, CT_STREAM_INIT, ordinal++);
+		u = ct_rng_uniform(seed, CT_STREAM_PLACE, ordinal++);
 		if (u * (double)left-- >= (double)(n - g->n))
 			continue;
 		ct_vol_world(base,
@@ -195,7 +195,7 @@ static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size
 			g->pos[a][g->n] = (float)mm[a];
 		for (int a = 0; a < 4; a++)
 			g->rot[a][g->n] = a == 0;
-		g->raw[g->n] = (float)ct_act_inverse(
+		g->raw[g->n] = (float)ct_activation_inverse(
 			g->activation, g->gamma, gain * (double)base->data[i]);
 		g->n++;
 	}
@@ -207,7 +207,8 @@ static int finish(struct ct_gauss *g, const struct ct_vol *grid, const double ln
 {
 	double *d2 = NULL, mm[3];
 
-	if (ct_alloc(&d2, g->n, sizeof *d2, e) || ct_near3(d2, g->n, g->pos, env->par, e)) {
+	if (ct_alloc(&d2, g->n, sizeof *d2, e) ||
+		ct_neighbours_three(d2, g->n, g->pos, env->par, e)) {
 		free(d2);
 		return -1;
 	}
@@ -224,19 +225,19 @@ static int finish(struct ct_gauss *g, const struct ct_vol *grid, const double ln
 	return 0;
 }
 
-int ct_init(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain, double shift,
-	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
+int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
+	double shift, const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
 {
 	size_t found = candidates(base);
 
 	if (found == 0)
 		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
-			(double)CT_INIT_LEAST);
+			(double)CT_PLACE_LEAST);
 	if (n > found) {
 		ct_log(env, CT_INFO,
 			"%zu Gaussians, not %zu: there are no more voxels of density "
 			"above %g",
-			found, n, (double)CT_INIT_LEAST);
+			found, n, (double)CT_PLACE_LEAST);
 		n = found;
 	}
 	if (ct_gauss_reserve(g, n, e))
@@ -251,7 +252,7 @@ static void follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, dou
 	double gain, uint64_t seed)
 {
 	size_t count = ct_vol_count(field);
-	double step = all / (double)n, next = step * ct_rng_uniform(seed, CT_STREAM_INIT, 0);
+	double step = all / (double)n, next = step * ct_rng_uniform(seed, CT_STREAM_PLACE, 0);
 	double sum = 0;
 
 	g->n = 0;
@@ -271,13 +272,13 @@ static void follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, dou
 				g->pos[a][g->n] = (float)mm[a];
 			for (int a = 0; a < 4; a++)
 				g->rot[a][g->n] = a == 0;
-			g->raw[g->n] = (float)ct_act_inverse(
+			g->raw[g->n] = (float)ct_activation_inverse(
 				g->activation, g->gamma, gain * (double)field->data[i]);
 		}
 	}
 }
 
-double ct_init_typical(const struct ct_vol *field)
+double ct_place_typical(const struct ct_vol *field)
 {
 	double sum = 0, squares = 0;
 
@@ -290,7 +291,7 @@ double ct_init_typical(const struct ct_vol *field)
 	return sum > 0 ? fmin(squares / sum, 1) : 1;
 }
 
-int ct_init_follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
+int ct_place_residual(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
 	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
 {
 	size_t count = ct_vol_count(field);
@@ -306,7 +307,7 @@ int ct_init_follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, dou
 	return finish(g, field, ln_s, env, e);
 }
 
-int ct_init_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
+int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
 	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_stack left = {0};

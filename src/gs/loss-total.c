@@ -1,24 +1,24 @@
-/* terms.c: see terms.h. */
+/* loss-total.c: see loss-total.h. */
 #include "config.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/stream.h"
+#include "gs/activation.h"
+#include "gs/random-stream.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { LOW_BLOCK = 12 }; /* coarse voxels along an axis that an iteration looks at */
 
-void ct_terms_free(struct ct_terms *w)
+void ct_loss_total_free(struct ct_loss_total *w)
 {
 	free(w->blob);
 	ct_splat_free(&w->splat);
-	ct_voxels_free(&w->vox);
-	ct_gs_grad_free(&w->grad);
-	ct_loss_free(&w->loss);
-	ct_lowres_free(&w->low);
+	ct_voxelise_free(&w->vox);
+	ct_gradient_free(&w->grad);
+	ct_loss_image_free(&w->loss);
+	ct_loss_lowres_free(&w->low);
 	free(w->img);
 	free(w->dimg);
 	free(w->block);
@@ -26,7 +26,7 @@ void ct_terms_free(struct ct_terms *w)
 	free(w->crop);
 	free(w->dgamma);
 	free(w->tv);
-	*w = (struct ct_terms){0};
+	*w = (struct ct_loss_total){0};
 }
 
 static size_t least(size_t a, size_t b)
@@ -34,20 +34,20 @@ static size_t least(size_t a, size_t b)
 	return a < b ? a : b;
 }
 
-int ct_terms_alloc(struct ct_terms *w, const struct ct_fit_options *o, const struct ct_fit_data *d,
-	struct ct_par *par, struct ct_err *e)
+int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
+	const struct ct_fit_data *d, struct ct_par *par, struct ct_err *e)
 {
-	size_t h = d->target->h, n = o->tv_block, pitch = ct_dab_pitch(d->target->w);
-	size_t block = ct_dab_pitch(n) * n * n, low = 0;
+	size_t h = d->target->h, n = o->tv_block, pitch = ct_rasterise_pitch(d->target->w);
+	size_t block = ct_rasterise_pitch(n) * n * n, low = 0;
 
 	if (d->lr && o->lr > 0) {
-		if (ct_lowres_alloc(&w->low, d->lr, d->by, par, e))
+		if (ct_loss_lowres_alloc(&w->low, d->lr, d->by, par, e))
 			return -1;
-		low = ct_dab_pitch(least(w->low.n[0], LOW_BLOCK)) * least(w->low.n[1], LOW_BLOCK) *
-		      least(w->low.n[2], LOW_BLOCK);
+		low = ct_rasterise_pitch(least(w->low.n[0], LOW_BLOCK)) *
+		      least(w->low.n[1], LOW_BLOCK) * least(w->low.n[2], LOW_BLOCK);
 	}
 	block = block > low ? block : low;
-	return ct_loss_init(&w->loss, h, d->target->w, e) ||
+	return ct_loss_image_init(&w->loss, h, d->target->w, e) ||
 			       ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
 			       ct_alloc(&w->block, block, sizeof(float), e) ||
@@ -58,17 +58,17 @@ int ct_terms_alloc(struct ct_terms *w, const struct ct_fit_options *o, const str
 		       : 0;
 }
 
-int ct_terms_grow(struct ct_terms *w, size_t n, struct ct_err *e)
+int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
 {
 	return ct_grow(&w->blob, &w->blobs, n, sizeof *w->blob, e) ||
-			       ct_gs_grad_reserve(&w->grad, n, e) ||
+			       ct_gradient_reserve(&w->grad, n, e) ||
 			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
 				       sizeof *w->dgamma, e)
 		       ? -1
 		       : 0;
 }
 
-struct ct_loss_weights ct_terms_weights(const struct ct_fit *f)
+struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f)
 {
 	const struct ct_fit_options *o = &f->opt;
 
@@ -80,8 +80,8 @@ struct ct_loss_weights ct_terms_weights(const struct ct_fit *f)
 		.mean_weight = f->mean_weight};
 }
 
-int ct_terms_draw(struct ct_terms *w, const struct ct_fit *f, const struct ct_fit_data *d, size_t k,
-	const struct ct_env *env, struct ct_err *e)
+int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
+	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *y = d->target;
 	struct ct_camera cam;
@@ -95,18 +95,18 @@ int ct_terms_draw(struct ct_terms *w, const struct ct_fit *f, const struct ct_fi
 	return 0;
 }
 
-int ct_terms_view(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
+int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_loss_weights weights = ct_terms_weights(f);
+	const struct ct_loss_weights weights = ct_loss_total_weights(f);
 
-	if (ct_terms_draw(w, f, d, k, env, e))
+	if (ct_loss_total_project(w, f, d, k, env, e))
 		return -1;
-	ct_loss_image(&w->loss, t, w->dimg, w->img, ct_dab_pitch(d->target->w),
+	ct_loss_image_gradient(&w->loss, t, w->dimg, w->img, ct_rasterise_pitch(d->target->w),
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, k),
 		ct_stack_view(d->target, k), d->weight ? ct_stack_view(d->weight, k) : NULL,
 		&weights, env->par);
-	ct_splat_back(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
+	ct_splat_backward(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
 	return 0;
 }
 
@@ -120,7 +120,7 @@ static void random_block(size_t first[static 3], size_t n[static 3], const size_
 	}
 }
 
-int ct_terms_tv(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
+int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_vol *base = d->base;
@@ -129,9 +129,9 @@ int ct_terms_tv(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit
 
 	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
 	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
 		return -1;
-	ct_voxels_draw_all(w->block, &w->vox, env->par);
+	ct_voxelise_draw(w->block, &w->vox, env->par);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
 		memcpy(w->crop + r * n[0],
 			base->data +
@@ -139,31 +139,31 @@ int ct_terms_tv(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit
 					base->n[0] +
 				first[0],
 			n[0] * sizeof *w->crop);
-	t->tv = ct_loss_tv(w->dblock, w->tv, w->block, ct_dab_pitch(n[0]),
+	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
 		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
-	ct_voxels_back(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
+	ct_voxelise_backward(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
 	return 0;
 }
 
-int ct_terms_lowres(struct ct_terms *w, struct ct_loss_terms *t, const struct ct_fit *f,
+int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	size_t n[3], first[3];
 	struct ct_block block;
 
 	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
-	if (ct_lowres_block(&block, &w->low, first, n, e) ||
-		ct_voxels_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
+	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
 		return -1;
-	ct_voxels_draw_all(w->block, &w->vox, env->par);
-	t->lr = ct_lowres_loss(w->dblock, w->block, &w->low, first, n, f->opt.lr);
-	ct_voxels_back(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
+	ct_voxelise_draw(w->block, &w->vox, env->par);
+	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
+	ct_voxelise_backward(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
 	return 0;
 }
 
 struct chain {
 	const struct ct_gauss *g;
-	struct ct_terms *w;
+	struct ct_loss_total *w;
 };
 
 /* A part of dL/dgamma. */
@@ -179,13 +179,13 @@ static void chain_some(void *arg, size_t chunk, size_t worker)
 	for (size_t i = first; i < end && i < g->n; i++) {
 		double z = (double)g->raw[i];
 
-		sum += (double)d[i] * ct_act_dgamma(g->activation, z);
-		d[i] = (float)((double)d[i] * ct_act_slope(g->activation, g->gamma, z));
+		sum += (double)d[i] * ct_activation_dgamma(g->activation, z);
+		d[i] = (float)((double)d[i] * ct_activation_slope(g->activation, g->gamma, z));
 	}
 	c->w->dgamma[chunk] = sum;
 }
 
-double ct_terms_chain(struct ct_terms *w, const struct ct_gauss *g, struct ct_par *par)
+double ct_loss_total_chain(struct ct_loss_total *w, const struct ct_gauss *g, struct ct_par *par)
 {
 	size_t chunks = (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK;
 	struct chain c = {g, w};

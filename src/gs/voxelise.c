@@ -1,6 +1,6 @@
-/* voxel.c: see voxel.h. */
+/* voxelise.c: see voxelise.h. */
 #include "config.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -60,7 +60,8 @@ static double thinned(const double row[3][3], const double var[3])
 }
 
 /* Covariance in voxels by rows of inv A diag(s); then conditional variances, last axis first. */
-bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_blob *b)
+bool ct_voxelise_gaussian(
+	struct ct_voxel_gaussian *o, const struct ct_block *k, const struct ct_gaussian *b)
 {
 	double d[3], row[3][3], c[3][3], c01, c11;
 
@@ -98,20 +99,20 @@ bool ct_brick_of(struct ct_brick *o, const struct ct_block *k, const struct ct_b
 	o->gain = blurred(k) ? thinned(row, o->var) : 1;
 	o->rho = b->rho * o->gain;
 	o->turn = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
-	o->hop = exp(fmax(-80, fmin(80, CT_DAB_LANES * o->s01 / o->var[0])));
+	o->hop = exp(fmax(-80, fmin(80, CT_RASTERISE_LANES * o->s01 / o->var[0])));
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
 }
 
-void ct_voxels_free(struct ct_voxels *v)
+void ct_voxelise_free(struct ct_voxelise *v)
 {
 	free(v->brick);
 	free(v->hit);
 	free(v->found);
-	*v = (struct ct_voxels){0};
+	*v = (struct ct_voxelise){0};
 }
 
 /* Does the ball around the Gaussian touch the block? Most do not, and this is cheap. */
-static bool near(const struct ct_block *k, const double norm[3], const struct ct_blob *b)
+static bool near(const struct ct_block *k, const double norm[3], const struct ct_gaussian *b)
 {
 	const double d[3] = {b->p[0] - k->world[0], b->p[1] - k->world[1], b->p[2] - k->world[2]};
 	double s = fmax(b->s[0], fmax(b->s[1], b->s[2]));
@@ -127,8 +128,8 @@ static bool near(const struct ct_block *k, const double norm[3], const struct ct
 }
 
 struct search {
-	struct ct_voxels *v;
-	const struct ct_blob *b;
+	struct ct_voxelise *v;
+	const struct ct_gaussian *b;
 	size_t n;
 	double norm[3];
 };
@@ -138,12 +139,12 @@ static void search_some(void *arg, size_t chunk, size_t worker)
 {
 	const struct search *s = arg;
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK, found = 0;
-	struct ct_brick o;
+	struct ct_voxel_gaussian o;
 
 	(void)worker;
 	for (size_t i = first; i < end && i < s->n; i++)
 		if (near(&s->v->block, s->norm, &s->b[i]) &&
-			ct_brick_of(&o, &s->v->block, &s->b[i]))
+			ct_voxelise_gaussian(&o, &s->v->block, &s->b[i]))
 			s->v->hit[first + found++] = (uint32_t)i;
 	s->v->found[chunk] = found;
 }
@@ -151,15 +152,15 @@ static void search_some(void *arg, size_t chunk, size_t worker)
 static void brick_some(void *arg, size_t i, size_t worker)
 {
 	const struct search *s = arg;
-	struct ct_brick *o = &s->v->brick[i];
+	struct ct_voxel_gaussian *o = &s->v->brick[i];
 
 	(void)worker;
-	ct_brick_of(o, &s->v->block, &s->b[s->v->hit[i]]);
+	ct_voxelise_gaussian(o, &s->v->block, &s->b[s->v->hit[i]]);
 	o->index = s->v->hit[i];
 }
 
-int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, const struct ct_blob *b,
-	struct ct_par *par, struct ct_err *e)
+int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
+	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e)
 {
 	struct search s = {.v = v, .b = b, .n = n};
 	size_t chunks = (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, total = 0;
@@ -185,13 +186,14 @@ int ct_voxels_plan(struct ct_voxels *v, const struct ct_block *k, size_t n, cons
 	return 0;
 }
 
-size_t ct_voxels_slice(const struct ct_block *k)
+size_t ct_voxelise_slice(const struct ct_block *k)
 {
-	return ct_dab_pitch(k->n[0]) * k->n[1];
+	return ct_rasterise_pitch(k->n[0]) * k->n[1];
 }
 
 /* The dab of a brick in slice `s`; false if it covers no row. */
-static bool slice_of(struct ct_dab *o, const struct ct_block *k, const struct ct_brick *b, size_t s)
+static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
+	const struct ct_voxel_gaussian *b, size_t s)
 {
 	double z = (double)s - b->m[2], spent = z * z / b->var[2] / 2, rest = CT_GS_CUT - spent;
 	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach, fall = exp(-spent);
@@ -203,7 +205,7 @@ static bool slice_of(struct ct_dab *o, const struct ct_block *k, const struct ct
 	low = fmax(0, ceil(row - reach));
 	high = fmin((double)k->n[1] - 1, floor(row + reach));
 	ratio = b->s01 * b->s01 * b->var[1] / b->var[0]; /* kx slope^2 / ky */
-	*o = (struct ct_dab){.col = (int32_t)floor(col),
+	*o = (struct ct_pixel_gaussian){.col = (int32_t)floor(col),
 		.row = (int32_t)floor(row),
 		.fx = (float)(col - floor(col)),
 		.fy = (float)(row - floor(row)),
@@ -223,29 +225,30 @@ static bool slice_of(struct ct_dab *o, const struct ct_block *k, const struct ct
 	return true;
 }
 
-void ct_voxels_draw(float *out, const struct ct_voxels *v, size_t first, size_t end)
+void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t first, size_t end)
 {
 	const struct ct_block *k = &v->block;
-	size_t slice = ct_voxels_slice(k);
+	size_t slice = ct_voxelise_slice(k);
 
 	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t i = 0; i < v->n; i++) {
-		const struct ct_brick *b = &v->brick[i];
+		const struct ct_voxel_gaussian *b = &v->brick[i];
 		size_t s0 = (size_t)b->slice[0], s1 = (size_t)b->slice[1];
 
 		for (size_t s = s0 > first ? s0 : first; s < s1 && s < end; s++) {
-			struct ct_dab d;
+			struct ct_pixel_gaussian d;
 
 			if (slice_of(&d, k, b, s))
-				ct_dabs_add(out + (s - first) * slice, ct_dab_pitch(k->n[0]),
-					k->n[0], 0, k->n[1], 1, NULL, &d);
+				ct_rasterise_add(out + (s - first) * slice,
+					ct_rasterise_pitch(k->n[0]), k->n[0], 0, k->n[1], 1, NULL,
+					&d);
 		}
 	}
 }
 
 struct draw {
 	float *out;
-	const struct ct_voxels *v;
+	const struct ct_voxelise *v;
 };
 
 static void draw_slice(void *arg, size_t at, size_t worker)
@@ -253,10 +256,10 @@ static void draw_slice(void *arg, size_t at, size_t worker)
 	const struct draw *d = arg;
 
 	(void)worker;
-	ct_voxels_draw(d->out + at * ct_voxels_slice(&d->v->block), d->v, at, at + 1);
+	ct_voxelise_draw_slices(d->out + at * ct_voxelise_slice(&d->v->block), d->v, at, at + 1);
 }
 
-void ct_voxels_draw_all(float *out, const struct ct_voxels *v, struct ct_par *par)
+void ct_voxelise_draw(float *out, const struct ct_voxelise *v, struct ct_par *par)
 {
 	struct draw d = {out, v};
 
@@ -265,7 +268,7 @@ void ct_voxels_draw_all(float *out, const struct ct_voxels *v, struct ct_par *pa
 
 struct add {
 	float *vol, *slab;
-	const struct ct_voxels *v;
+	const struct ct_voxelise *v;
 	size_t first; /* slab */
 	float gain;
 };
@@ -276,10 +279,10 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	const struct ct_block *k = &a->v->block;
 	size_t first = (a->first + at) * SLAB,
 	       end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
-	size_t pitch = ct_dab_pitch(k->n[0]);
-	float *slab = a->slab + worker * SLAB * ct_voxels_slice(k);
+	size_t pitch = ct_rasterise_pitch(k->n[0]);
+	float *slab = a->slab + worker * SLAB * ct_voxelise_slice(k);
 
-	ct_voxels_draw(slab, a->v, first, end);
+	ct_voxelise_draw_slices(slab, a->v, first, end);
 	for (size_t r = 0; r < (end - first) * k->n[1]; r++) {
 		float *restrict to = a->vol + (first * k->n[1] + r) * k->n[0];
 		const float *restrict from = slab + r * pitch;
@@ -289,7 +292,7 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	}
 }
 
-int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const struct ct_env *env,
+int ct_voxelise_add(float *vol, const struct ct_voxelise *v, double gain, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct add a = {.vol = vol, .v = v, .gain = (float)gain};
@@ -297,7 +300,7 @@ int ct_voxels_add(float *vol, const struct ct_voxels *v, double gain, const stru
 	int rc = -1;
 
 	if (ct_alloc(&a.slab, ct_par_threads(env->par) * SLAB,
-		    ct_voxels_slice(&v->block) * sizeof(float), e))
+		    ct_voxelise_slice(&v->block) * sizeof(float), e))
 		return -1;
 	for (; a.first < slabs; a.first += GROUP) {
 		ct_progress(env, "slabs", a.first, slabs);
@@ -313,15 +316,15 @@ out:
 	return rc;
 }
 
-int ct_voxels_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
+int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
 	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t zero[3] = {0};
 	size_t most = g->n < BATCH ? g->n : BATCH, touching = 0;
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob *b = NULL;
+	struct ct_gaussian *b = NULL;
 	int rc = -1;
 
 	if (ct_alloc(&b, most, sizeof *b, e) || ct_block_init(&block, affine, zero, n, e))
@@ -337,9 +340,9 @@ int ct_voxels_render(float *vol, const size_t n[static 3], const double affine[s
 		for (int k = 0; k < 4; k++)
 			part.rot[k] += at;
 		part.raw += at;
-		ct_blobs(b, &part, env->par);
-		if (ct_voxels_plan(&v, &block, part.n, b, env->par, e) ||
-			ct_voxels_add(vol, &v, gain, env, e))
+		ct_gaussian_resolve(b, &part, env->par);
+		if (ct_voxelise_plan(&v, &block, part.n, b, env->par, e) ||
+			ct_voxelise_add(vol, &v, gain, env, e))
 			goto out;
 		touching += v.n;
 	}
@@ -348,11 +351,12 @@ int ct_voxels_render(float *vol, const size_t n[static 3], const double affine[s
 	rc = 0;
 out:
 	free(b);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	return rc;
 }
 
-void ct_brick_draw(double *out, const struct ct_block *k, const struct ct_brick *b, double cut)
+void ct_voxelise_ref_draw(
+	double *out, const struct ct_block *k, const struct ct_voxel_gaussian *b, double cut)
 {
 	size_t count = k->n[0] * k->n[1] * k->n[2];
 
@@ -381,8 +385,8 @@ static void gather(double s[static 10], const double d[static 6], double z)
 	s[9] += d[0] * z * z;
 }
 
-void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *k,
-	const struct ct_brick *b, double cut)
+void ct_voxelise_ref_sums(double s[static 10], const double *g, const struct ct_block *k,
+	const struct ct_voxel_gaussian *b, double cut)
 {
 	size_t count = k->n[0] * k->n[1] * k->n[2];
 
@@ -402,8 +406,9 @@ void ct_brick_sums(double s[static 10], const double *g, const struct ct_block *
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
  *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s),
  * and where the block is blurred + 1/2 rho dL/drho (I - V^T D V), from the factor of rho. */
-void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struct ct_brick *b,
-	const struct ct_blob *blob, const double sums[static 10])
+void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
+	const struct ct_voxel_gaussian *b, const struct ct_gaussian *blob,
+	const double sums[static 10])
 {
 	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
 	const double ut[3][3] = {
@@ -426,18 +431,18 @@ void ct_brick_back(struct ct_foot_grad *g, const struct ct_block *k, const struc
 	for (int r = 0; r < 3; r++)
 		for (int c = r; c < 3; c++, at++)
 			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];
-	ct_congruence(g->shape, v, h);
+	ct_gaussian_congruence(g->shape, v, h);
 	if (!blurred(k))
 		return;
-	ct_congruence(own, v, (const double[]){d[0], 0, 0, d[1], 0, d[2]});
+	ct_gaussian_congruence(own, v, (const double[]){d[0], 0, 0, d[1], 0, d[2]});
 	for (int i = 0; i < 6; i++)
 		g->shape[i] += 0.5 * b->rho * sums[0] * ((i == 0 || i == 3 || i == 5) - own[i]);
 }
 
 struct job {
-	struct ct_gs_grad *grad;
-	const struct ct_voxels *v;
-	const struct ct_blob *b;
+	struct ct_gradient *grad;
+	const struct ct_voxelise *v;
+	const struct ct_gaussian *b;
 	const struct ct_gauss *set;
 	const float *df;
 };
@@ -446,27 +451,27 @@ static void one(void *arg, size_t at, size_t worker)
 {
 	const struct job *j = arg;
 	const struct ct_block *k = &j->v->block;
-	const struct ct_brick *b = &j->v->brick[at];
+	const struct ct_voxel_gaussian *b = &j->v->brick[at];
 	double s[10] = {0}, dl[3], dq[4], q[4];
-	struct ct_foot_grad g;
+	struct ct_gaussian_gradient g;
 
 	(void)worker;
 	for (size_t sl = (size_t)b->slice[0]; sl < (size_t)b->slice[1]; sl++) {
 		double z = (double)sl - b->m[2], sums[6], fall = exp(-z * z / b->var[2] / 2);
-		struct ct_dab d;
+		struct ct_pixel_gaussian d;
 
 		if (!slice_of(&d, k, b, sl))
 			continue;
-		ct_dabs_sums(sums, 1, j->df + sl * ct_voxels_slice(k), ct_dab_pitch(k->n[0]),
-			k->n[0], 1, &d);
+		ct_rasterise_sums(sums, 1, j->df + sl * ct_voxelise_slice(k),
+			ct_rasterise_pitch(k->n[0]), k->n[0], 1, &d);
 		for (int i = 0; i < 6; i++)
 			sums[i] *= fall;
 		gather(s, sums, z);
 	}
 	for (int a = 0; a < 4; a++)
 		q[a] = (double)j->set->rot[a][b->index];
-	ct_brick_back(&g, k, b, &j->b[b->index], s);
-	ct_blob_back(dl, dq, g.shape, &j->b[b->index], q);
+	ct_voxelise_backward_one(&g, k, b, &j->b[b->index], s);
+	ct_gaussian_backward(dl, dq, g.shape, &j->b[b->index], q);
 	for (int a = 0; a < 3; a++) {
 		j->grad->d[CT_GS_POS + a][b->index] += (float)g.p[a];
 		j->grad->d[CT_GS_SCALE + a][b->index] += (float)dl[a];
@@ -476,8 +481,9 @@ static void one(void *arg, size_t at, size_t worker)
 	j->grad->d[CT_GS_RAW][b->index] += (float)g.rho;
 }
 
-void ct_voxels_back(struct ct_gs_grad *grad, const struct ct_voxels *v, const struct ct_blob *b,
-	const struct ct_gauss *set, const float *df, struct ct_par *par)
+void ct_voxelise_backward(struct ct_gradient *grad, const struct ct_voxelise *v,
+	const struct ct_gaussian *b, const struct ct_gauss *set, const float *df,
+	struct ct_par *par)
 {
 	struct job j = {grad, v, b, set, df};
 

@@ -1,4 +1,4 @@
-/* state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
+/* fit-state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
  * stand in the metadata, in hexadecimal. */
 #include "config.h"
 #include "core/mem.h"
@@ -24,7 +24,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 	*count = NULL;
 	if (set < 3) {
 		snprintf(name, 40, "%s%s", field_name[field], part[set]);
-		*x = set == 0   ? ct_gauss_field(&f->g, field)
+		*x = set == 0   ? ct_gaussian_field(&f->g, field)
 		     : set == 1 ? f->adam.m[field]
 				: f->adam.v[field];
 		return;
@@ -74,7 +74,8 @@ static int unpack_points(struct ct_fit *f, const struct ct_tensors *t, struct ct
 	return 0;
 }
 
-int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *fit, const char *run, struct ct_err *e)
+int ct_fit_state_pack(
+	struct ct_tensors *t, const struct ct_fit *fit, const char *run, struct ct_err *e)
 {
 	struct ct_fit f = *fit; /* the same arrays; only read */
 	size_t n = f.g.n;
@@ -124,7 +125,8 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	return 0;
 }
 
-int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e)
+int ct_fit_state_unpack(
+	struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e)
 {
 	const char *its = ct_meta_get(&t->meta, "run");
 	const struct ct_tensor *first = ct_tensors_find(t, field_name[0]);
@@ -136,7 +138,7 @@ int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run,
 			"anew");
 	if (!first || (n = ct_tensor_count(first)) == 0 || n > UINT32_MAX)
 		return ct_fail(e, CT_EINPUT, "the state has no Gaussians");
-	if (ct_gauss_reserve(&f->g, n, e) || ct_adam_reserve(&f->adam, 0, n, e))
+	if (ct_gauss_reserve(&f->g, n, e) || ct_gs_adam_reserve(&f->adam, 0, n, e))
 		return -1;
 	f->g.n = n;
 	for (size_t k = 0; k < STATES; k++) {

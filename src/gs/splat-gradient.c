@@ -1,12 +1,12 @@
-/* splat_back.c: gradients of the projections of Gaussians; see splat.h. */
+/* splat-gradient.c: gradients of the projections of Gaussians; see splat.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "gs/foot-wide.h"
+#include "gs/footprint-vec.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-int ct_gs_grad_reserve(struct ct_gs_grad *g, size_t n, struct ct_err *e)
+int ct_gradient_reserve(struct ct_gradient *g, size_t n, struct ct_err *e)
 {
 	size_t cap = g->cap;
 
@@ -22,18 +22,18 @@ int ct_gs_grad_reserve(struct ct_gs_grad *g, size_t n, struct ct_err *e)
 	return 0;
 }
 
-void ct_gs_grad_free(struct ct_gs_grad *g)
+void ct_gradient_free(struct ct_gradient *g)
 {
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
 		free(g->d[k]);
 	free(g->screen);
-	*g = (struct ct_gs_grad){0};
+	*g = (struct ct_gradient){0};
 }
 
 struct job {
-	struct ct_gs_grad *grad;
+	struct ct_gradient *grad;
 	const struct ct_splat *s;
-	const struct ct_blob *b;
+	const struct ct_gaussian *b;
 	const struct ct_gauss *set;
 	const float *dimg;
 };
@@ -43,9 +43,9 @@ CT_WIDE_INLINE void eight(const struct job *j, size_t first, size_t n, const dou
 {
 	const struct ct_camera *c = &j->s->cam;
 	const ct_wide zero = {0};
-	struct wide_blob b;
-	struct wide_foot f;
-	struct wide_grad g;
+	struct vec_gaussian b;
+	struct vec_footprint f;
+	struct vec_grad g;
 	ct_wide s[6], q[4], dl[3], dq[4], mx, my;
 	ct_wide_mask seen = {0};
 
@@ -55,10 +55,10 @@ CT_WIDE_INLINE void eight(const struct job *j, size_t first, size_t n, const dou
 		memcpy(&s[k], sums + k * CT_GS_CHUNK, sizeof s[k]);
 	for (int k = 0; k < 4; k++)
 		q[k] = ct_wide_load(j->set->rot[k] + first, n);
-	wide_blob_load(&b, j->b + first, n);
-	wide_foot_of(&f, c, &b);
-	wide_foot_back(&g, &f, c, &b, s);
-	wide_blob_back(dl, dq, g.shape, b.s, q);
+	wide_gaussian_load(&b, j->b + first, n);
+	wide_footprint_of(&f, c, &b);
+	wide_footprint_backward(&g, &f, c, &b, s);
+	wide_gaussian_backward(dl, dq, g.shape, b.s, q);
 	for (int k = 0; k < 3; k++) {
 		ct_wide_store(
 			j->grad->d[CT_GS_POS + k] + first, n, ct_wide_pick(seen, g.p[k], zero));
@@ -93,13 +93,14 @@ static void some(void *arg, size_t chunk, size_t worker)
 	for (size_t k = 0; k < 6; k++)
 		for (size_t i = end - first; i < CT_GS_CHUNK; i++)
 			sums[k * CT_GS_CHUNK + i] = 0;
-	ct_dabs_sums(sums, CT_GS_CHUNK, j->dimg, ct_dab_pitch(c->w), c->w, end - first,
+	ct_rasterise_sums(sums, CT_GS_CHUNK, j->dimg, ct_rasterise_pitch(c->w), c->w, end - first,
 		j->s->dab + first);
 	chunk_of(j, first, end, sums);
 }
 
-void ct_splat_back(struct ct_gs_grad *grad, const struct ct_splat *s, const struct ct_blob *b,
-	const struct ct_gauss *set, const float *dimg, struct ct_par *par)
+void ct_splat_backward(struct ct_gradient *grad, const struct ct_splat *s,
+	const struct ct_gaussian *b, const struct ct_gauss *set, const float *dimg,
+	struct ct_par *par)
 {
 	struct job j = {grad, s, b, set, dimg};
 

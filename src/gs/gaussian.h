@@ -1,4 +1,4 @@
-/* blob.h: a Gaussian resolved to what the projections need: density, axes, lengths; in double.
+/* gaussian.h: a Gaussian resolved to what the projections need: density, axes, lengths; in double.
  *
  *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
  *
@@ -21,22 +21,23 @@ enum ct_gs_field {
 /* Gaussians that one task takes. Results do not depend on it; speed a little. */
 enum { CT_GS_CHUNK = 512 };
 
-struct ct_blob {
+struct ct_gaussian {
 	double p[3], a[3][3], s[3], rho;
 };
 
 /* The k-th raw parameter of all Gaussians. */
-float *ct_gauss_field(const struct ct_gauss *g, size_t k);
-void ct_blob_make(struct ct_blob *b, const double p[static 3], const double ln_s[static 3],
+float *ct_gaussian_field(const struct ct_gauss *g, size_t k);
+void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
 	const double q[static 4], double rho);
 /* b[g->n], activation applied. */
-void ct_blobs(struct ct_blob *b, const struct ct_gauss *g, struct ct_par *par);
+void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par);
 /* From N = diag(s) A^T dL/dSigma A diag(s) (symmetric: 00 01 02 11 12 22), which has no large terms
  * that cancel, to the logarithms of the standard deviations and the quaternion q as it is stored.
  */
-void ct_blob_back(double dln_s[static 3], double dq[static 4], const double n[static 6],
-	const struct ct_blob *b, const double q[static 4]);
+void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const double n[static 6],
+	const struct ct_gaussian *b, const double q[static 4]);
 /* out = M^T H M for H symmetric of 3x3 (00 01 02 11 12 22). */
-void ct_congruence(double out[static 6], const double m[static 3][3], const double h[static 6]);
+void ct_gaussian_congruence(
+	double out[static 6], const double m[static 3][3], const double h[static 6]);
 
 #endif

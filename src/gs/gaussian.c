@@ -1,12 +1,12 @@
-/* blob.c: see blob.h. */
+/* gaussian.c: see gaussian.h. */
 #include "config.h"
-#include "gs/blob.h"
-#include "gs/act.h"
+#include "gs/gaussian.h"
+#include "gs/activation.h"
 #include "gs/wide.h"
 
 #include <math.h>
 
-float *ct_gauss_field(const struct ct_gauss *g, size_t k)
+float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
 {
 	return k < CT_GS_SCALE ? g->pos[k]
 	       : k < CT_GS_ROT ? g->scale[k - CT_GS_SCALE]
@@ -18,8 +18,8 @@ float *ct_gauss_field(const struct ct_gauss *g, size_t k)
 #define MASK int
 #define PICK(m, a, b) ((m) ? (a) : (b))
 #define SQRT sqrt
-#define FN(name) narrow_##name
-#include "gs/foot-impl.h"
+#define FN(name) ref_##name
+#include "gs/footprint-impl.h"
 #undef NUM
 #undef MASK
 #undef PICK
@@ -31,12 +31,12 @@ float *ct_gauss_field(const struct ct_gauss *g, size_t k)
 #define PICK ct_wide_pick
 #define SQRT ct_wide_sqrt
 #define FN(name) wide_##name
-#include "gs/foot-impl.h"
+#include "gs/footprint-impl.h"
 
-void ct_blob_make(struct ct_blob *b, const double p[static 3], const double ln_s[static 3],
+void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
 	const double q[static 4], double rho)
 {
-	narrow_rotation(b->a, q);
+	ref_rotation(b->a, q);
 	for (int k = 0; k < 3; k++) {
 		b->p[k] = p[k];
 		b->s[k] = exp(ln_s[k]);
@@ -44,19 +44,19 @@ void ct_blob_make(struct ct_blob *b, const double p[static 3], const double ln_s
 	b->rho = rho;
 }
 
-void ct_blob_back(double dln_s[static 3], double dq[static 4], const double n[static 6],
-	const struct ct_blob *b, const double q[static 4])
+void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const double n[static 6],
+	const struct ct_gaussian *b, const double q[static 4])
 {
-	narrow_blob_back(dln_s, dq, n, b->s, q);
+	ref_gaussian_backward(dln_s, dq, n, b->s, q);
 }
 
 struct job {
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	const struct ct_gauss *g;
 };
 
 /* b[first, first + n), n <= 8. */
-CT_WIDE_INLINE void eight(struct ct_blob *b, const struct ct_gauss *g, size_t first, size_t n)
+CT_WIDE_INLINE void eight(struct ct_gaussian *b, const struct ct_gauss *g, size_t first, size_t n)
 {
 	ct_wide q[4], a[3][3], s[3];
 
@@ -66,7 +66,7 @@ CT_WIDE_INLINE void eight(struct ct_blob *b, const struct ct_gauss *g, size_t fi
 		s[k] = ct_wide_exp(ct_wide_load(g->scale[k] + first, n));
 	wide_rotation(a, q);
 	for (size_t l = 0; l < n; l++) {
-		struct ct_blob *o = b + first + l;
+		struct ct_gaussian *o = b + first + l;
 
 		for (int k = 0; k < 3; k++) {
 			o->p[k] = (double)g->pos[k][first + l];
@@ -74,11 +74,12 @@ CT_WIDE_INLINE void eight(struct ct_blob *b, const struct ct_gauss *g, size_t fi
 			for (int m = 0; m < 3; m++)
 				o->a[k][m] = a[k][m][l];
 		}
-		o->rho = ct_act(g->activation, g->gamma, (double)g->raw[first + l]);
+		o->rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[first + l]);
 	}
 }
 
-CT_WIDE static void chunk_of(struct ct_blob *b, const struct ct_gauss *g, size_t first, size_t end)
+CT_WIDE static void chunk_of(
+	struct ct_gaussian *b, const struct ct_gauss *g, size_t first, size_t end)
 {
 	for (size_t i = first; i < end; i += CT_WIDE_LANES)
 		eight(b, g, i, end - i < CT_WIDE_LANES ? end - i : CT_WIDE_LANES);
@@ -93,14 +94,15 @@ static void some(void *arg, size_t chunk, size_t worker)
 	chunk_of(j->b, j->g, first, end < j->g->n ? end : j->g->n);
 }
 
-void ct_blobs(struct ct_blob *b, const struct ct_gauss *g, struct ct_par *par)
+void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par)
 {
 	struct job j = {b, g};
 
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
 }
 
-void ct_congruence(double out[static 6], const double m[static 3][3], const double h[static 6])
+void ct_gaussian_congruence(
+	double out[static 6], const double m[static 3][3], const double h[static 6])
 {
 	const double full[3][3] = {{h[0], h[1], h[2]}, {h[1], h[3], h[4]}, {h[2], h[4], h[5]}};
 	double hm[3][3];

@@ -1,11 +1,12 @@
-/* foot-impl.h: the formulas of blob.h and splat.h for any kind of number: included once for double,
- * which is tested against finite differences, and once for eight doubles, which is used.
+/* footprint-impl.h: the formulas of gaussian.h and splat.h for any kind of number: included once
+ * for double, which is tested against finite differences, and once for eight doubles, which is
+ * used.
  *
  * The includer defines
  *   NUM     the number                      MASK        what comparing two gives
  *   PICK(m, a, b)   m ? a : b               SQRT(x)
- *   BLOB, FOOT, FGRAD   structs with the fields of ct_blob, ct_foot and ct_foot_grad
- *   FN(name)            the functions' names
+ *   BLOB, FOOT, FGRAD   structs with the fields of ct_gaussian, ct_footprint and
+ * ct_gaussian_gradient FN(name)            the functions' names
  */
 #define IMPL static inline __attribute__((always_inline, unused))
 
@@ -51,7 +52,7 @@ IMPL void FN(rotation)(NUM a[static 3][3], const NUM q[static 4])
 /* With N = diag(s) A^T dL/dSigma A diag(s): d ln s_k = 2 N_kk, and turning axis k towards axis l
  * gives 2 N_kl (s_k/s_l - s_l/s_k), which is an angle g about the third; an angle about the axes
  * of the Gaussian moves q by q (0, angle)/2, so dL/dq = 2 q (0, g), at right angles to q. */
-IMPL void FN(blob_back)(NUM dln_s[static 3], NUM dq[static 4], const NUM n[static 6],
+IMPL void FN(gaussian_backward)(NUM dln_s[static 3], NUM dq[static 4], const NUM n[static 6],
 	const NUM s[static 3], const NUM q[static 4])
 {
 	NUM u[4], g[3], inv = FN(unit)(u, q) * 2;
@@ -106,7 +107,7 @@ IMPL void FN(minors)(NUM area[static 3], const FOOT *f)
 	}
 }
 
-IMPL MASK FN(foot_of)(FOOT *f, const struct ct_camera *c, const BLOB *b)
+IMPL MASK FN(footprint_of)(FOOT *f, const struct ct_camera *c, const BLOB *b)
 {
 	MASK ok = FN(look)(f, c, b);
 	NUM along, area[3], det, most;
@@ -133,8 +134,8 @@ IMPL MASK FN(foot_of)(FOOT *f, const struct ct_camera *c, const BLOB *b)
 }
 
 /* Position of a Gaussian in cone beam through J and through the ray. g[r] = dL/dJ_r. */
-IMPL void FN(cone_back)(NUM p[static 3], const FOOT *f, const struct ct_camera *c, const BLOB *b,
-	NUM g[static 2][3], const NUM dl_dmu)
+IMPL void FN(cone_backward)(NUM p[static 3], const FOOT *f, const struct ct_camera *c,
+	const BLOB *b, NUM g[static 2][3], const NUM dl_dmu)
 {
 	const NUM pull = -dl_dmu * f->mu * f->mu * f->mu / (2 * M_PI);
 	NUM gd[3], straight, ts[3];
@@ -154,13 +155,13 @@ IMPL void FN(cone_back)(NUM p[static 3], const FOOT *f, const struct ct_camera *
 		p[a] += (gd[a] - f->delta[a] * straight) / f->dist;
 }
 
-/* The inverse covariance is K = L D L^T in the coordinates (x, y) of dab.h, D the inverse
+/* The inverse covariance is K = L D L^T in the coordinates (x, y) of rasterise.h, D the inverse
  * variances (cond, row-row), L^T = [1 -slope; 0 1], Q the moments of g e. With R = L^T J A diag(s),
  * its first row by minors, row1 x (row0 x row1) / |row1|^2, so that no large terms cancel however
  * long and thin the Gaussian is:
  *   dL/dm = rho mu L D (sx, sy),   T = 1/2 rho mu D Q D,   dL/dJ = 2 L T R diag(s) A^T,
  *   N = R^T T R + dL/dmu mu^3/(4 pi) t t^T. */
-IMPL void FN(foot_back)(
+IMPL void FN(footprint_backward)(
 	FGRAD *g, const FOOT *f, const struct ct_camera *c, const BLOB *b, const NUM sums[static 6])
 {
 	const NUM dx = 1 / f->cond, dy = 1 / f->cov[2];
@@ -197,6 +198,6 @@ IMPL void FN(foot_back)(
 		gj[0][a] = FN(dot)(b->a[a], tr[0]);
 		gj[1][a] = FN(dot)(b->a[a], tr[1]);
 	}
-	FN(cone_back)(g->p, f, c, b, gj, dl_dmu);
+	FN(cone_backward)(g->p, f, c, b, gj, dl_dmu);
 }
 #endif

@@ -1,8 +1,9 @@
-/* polish.h: the densities of a fit by least squares, positions and shapes as they are.
+/* refit.h: the densities of a fit by least squares, positions and shapes as they are.
  *
  * Projections and low-resolution voxels are linear in the densities rho:
  *
- *   min  mean w (c (P rho - y))^2  +  k mean (D rho - l)^2,   c the scale of loss.h, k lr / l1
+ *   min  mean w (c (P rho - y))^2  +  k mean (D rho - l)^2,   c the scale of loss-image.h, k lr /
+ * l1
  *
  * over all views and all coarse voxels, by conjugate gradients on the normal equations from the
  * densities that are there. Unknowns are rho_i s_i^2 (s the geometric mean of the standard
@@ -12,11 +13,11 @@
 #ifndef CT_GS_POLISH_H
 #define CT_GS_POLISH_H
 #include "gs/fit.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 
-/* f->opt.polish steps on the Gaussians of f, and f->error anew; w is of ct_terms_alloc. Codes of
- * the terms; CT_ESTOP, f then is as it was. */
-int ct_polish(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+/* f->opt.refit steps on the Gaussians of f, and f->error anew; w is of ct_loss_total_alloc. Codes
+ * of the terms; CT_ESTOP, f then is as it was. */
+int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

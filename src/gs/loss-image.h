@@ -1,4 +1,4 @@
-/* loss.h: what the fit minimises, and its gradient with respect to the rendered values.
+/* loss-image.h: what the fit minimises, and its gradient with respect to the rendered values.
  *
  *   L = l1 mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV
  *
@@ -31,25 +31,25 @@ struct ct_loss_terms {
 };
 
 /* Scratch for images h x w. */
-struct ct_loss {
+struct ct_loss_image {
 	size_t h, w;
 	float *x, *y, *g;
 	double *part; /* of every strip: L1, 1 - S */
 	struct ct_ssim_rule rule;
 };
 
-int ct_loss_init(struct ct_loss *l, size_t h, size_t w, struct ct_err *e);
-void ct_loss_free(struct ct_loss *l);
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
+void ct_loss_image_free(struct ct_loss_image *l);
 /* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)
  * and y h x w; so does weight (NULL: ones). Neither factor need be positive: a term of weight 0 is
  * not computed. Strips of rows in parallel, the same bytes for any number of threads. */
-void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
-	size_t pitch, const float *base, const float *y, const float *weight,
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
+	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
 	const struct ct_loss_weights *k, struct ct_par *par);
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
  * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel.
  * part[n2] is scratch; slices in parallel, the same bytes for any number of threads. */
-double ct_loss_tv(float *df, double *part, const float *f, size_t pitch, const float *base,
+double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
 	const size_t n[static 3], double weight, struct ct_par *par);
 
 #endif

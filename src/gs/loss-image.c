@@ -1,6 +1,6 @@
-/* loss.c: see loss.h. */
+/* loss-image.c: see loss-image.h. */
 #include "config.h"
-#include "gs/loss.h"
+#include "gs/loss-image.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -17,35 +17,35 @@
 
 enum { STRIP = 64, BLOCK = 16 }; /* rows of a task; numbers that are taken together */
 
-static size_t strips(const struct ct_loss *l)
+static size_t strips(const struct ct_loss_image *l)
 {
 	return (l->h + STRIP - 1) / STRIP;
 }
 
-int ct_loss_init(struct ct_loss *l, size_t h, size_t w, struct ct_err *e)
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e)
 {
-	*l = (struct ct_loss){.h = h, .w = w};
+	*l = (struct ct_loss_image){.h = h, .w = w};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
 	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
 		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
 		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
-		ct_loss_free(l);
+		ct_loss_image_free(l);
 		return -1;
 	}
 	return 0;
 }
 
-void ct_loss_free(struct ct_loss *l)
+void ct_loss_image_free(struct ct_loss_image *l)
 {
 	free(l->x);
 	free(l->y);
 	free(l->g);
 	free(l->part);
-	*l = (struct ct_loss){0};
+	*l = (struct ct_loss_image){0};
 }
 
 struct job {
-	struct ct_loss *l;
+	struct ct_loss_image *l;
 	float *dimg;
 	const float *img, *base, *y, *weight;
 	size_t pitch;
@@ -98,7 +98,7 @@ static double total(const float part[BLOCK])
 /* A row; returns its sum of |x - y|. */
 CLONES static double row_of(const struct job *j, size_t r)
 {
-	const struct ct_loss *l = j->l;
+	const struct ct_loss_image *l = j->l;
 	const float *img = j->img + r * j->pitch, *want = j->y + r * l->w;
 	const float *base = j->base ? j->base + r * l->w : NULL;
 	const float *weight = j->weight ? j->weight + r * l->w : NULL;
@@ -114,7 +114,7 @@ CLONES static double row_of(const struct job *j, size_t r)
 	return total(sum);
 }
 
-static void rows(const struct ct_loss *l, size_t strip, size_t *first, size_t *end)
+static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
 {
 	*first = strip * STRIP;
 	*end = *first + STRIP < l->h ? *first + STRIP : l->h;
@@ -123,7 +123,7 @@ static void rows(const struct ct_loss *l, size_t strip, size_t *first, size_t *e
 static void l1_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct job *j = arg;
-	struct ct_loss *l = j->l;
+	struct ct_loss_image *l = j->l;
 	double sum = 0;
 	size_t r, end;
 
@@ -136,7 +136,7 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 static void ssim_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct job *j = arg;
-	struct ct_loss *l = j->l;
+	struct ct_loss_image *l = j->l;
 	size_t r, end;
 
 	(void)worker;
@@ -154,8 +154,8 @@ static void ssim_strip(void *arg, size_t strip, size_t worker)
 	}
 }
 
-void ct_loss_image(struct ct_loss *l, struct ct_loss_terms *t, float *dimg, const float *img,
-	size_t pitch, const float *base, const float *y, const float *weight,
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
+	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
 	const struct ct_loss_weights *k, struct ct_par *par)
 {
 	const double count = (double)l->h * (double)l->w * k->mean_weight;
@@ -259,7 +259,7 @@ static void tv_slice(void *arg, size_t k, size_t worker)
 	t->part[k] = sum;
 }
 
-double ct_loss_tv(float *df, double *part, const float *f, size_t pitch, const float *base,
+double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
 	const size_t n[static 3], double weight, struct ct_par *par)
 {
 	size_t count =

@@ -1,13 +1,13 @@
-/* dab.c: see dab.h. Vectors of GCC and clang, so that every processor runs wide code and the same
- * operations: no fused multiply-add, the same bytes everywhere.
+/* rasterise.c: see rasterise.h. Vectors of GCC and clang, so that every processor runs wide code
+ * and the same operations: no fused multiply-add, the same bytes everywhere.
  *
  * The exponent is a quadratic in the row, so e goes from row to row by two multiplications:
  *   e *= step,   step *= turn,   turn = exp(-2 (kx slope^2 + ky))
  * in up to PANEL vectors of columns at once, which hides the latency of the chain. That holds its
- * precision over CT_DAB_ROWS rows as long as nothing in the box around the ellipse is below e^-60:
- * for correlations up to 0.8. Beyond, every pixel has its exponential. */
+ * precision over CT_RASTERISE_ROWS rows as long as nothing in the box around the ellipse is below
+ * e^-60: for correlations up to 0.8. Beyond, every pixel has its exponential. */
 #include "config.h"
-#include "gs/dab.h"
+#include "gs/rasterise.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -22,11 +22,11 @@
 /* vectors are passed to inlined functions only, so no call depends on how the ABI passes them */
 #define INLINE static inline __attribute__((always_inline))
 
-enum { L = CT_DAB_LANES, PANEL = 4, AHEAD = 16 };
+enum { L = CT_RASTERISE_LANES, PANEL = 4, AHEAD = 16 };
 
-typedef float vf __attribute__((vector_size(4 * CT_DAB_LANES)));
-typedef int32_t vi __attribute__((vector_size(4 * CT_DAB_LANES)));
-typedef uint32_t vu __attribute__((vector_size(4 * CT_DAB_LANES)));
+typedef float vf __attribute__((vector_size(4 * CT_RASTERISE_LANES)));
+typedef int32_t vi __attribute__((vector_size(4 * CT_RASTERISE_LANES)));
+typedef uint32_t vu __attribute__((vector_size(4 * CT_RASTERISE_LANES)));
 
 INLINE vf ramp(void)
 {
@@ -61,12 +61,12 @@ INLINE vf load(const float *p)
 	return v;
 }
 
-size_t ct_dab_pitch(size_t w)
+size_t ct_rasterise_pitch(size_t w)
 {
 	return (w + L - 1) / L * L + L;
 }
 
-void ct_dab_close(struct ct_dab *d)
+void ct_rasterise_prepare(struct ct_pixel_gaussian *d)
 {
 	double s = (double)d->slope, kx = (double)d->kx, ky = (double)d->ky;
 
@@ -93,24 +93,24 @@ INLINE vf exp_of(vf p)
 	return (vf)((vu)y + ((vu)t << 23));
 }
 
-INLINE bool gentle(const struct ct_dab *d)
+INLINE bool gentle(const struct ct_pixel_gaussian *d)
 {
 	return d->slope * d->slope * d->kx <= 0.64f / 0.36f * d->ky;
 }
 
-/* Up to CT_DAB_ROWS rows of dabs, many at a time, so that their boxes are found in vectors and
- * well before they are needed: row r of the image, `count` of them, y of the first, and the
+/* Up to CT_RASTERISE_ROWS rows of dabs, many at a time, so that their boxes are found in vectors
+ * and well before they are needed: row r of the image, `count` of them, y of the first, and the
  * columns [lo, hi] around the ellipse there, relative to the centre's column; hi < lo: none. */
 enum { BATCH = 8 * L };
 
 struct batch {
 	size_t n;
-	const struct ct_dab *d[BATCH];
+	const struct ct_pixel_gaussian *d[BATCH];
 	int32_t r[BATCH], count[BATCH], lo[BATCH], hi[BATCH], col[BATCH];
 	float y[BATCH], fx[BATCH], kx[BATCH], ky[BATCH], slope[BATCH], cut[BATCH], lean[BATCH];
 };
 
-INLINE void push(struct batch *o, int32_t r, int32_t count, const struct ct_dab *d)
+INLINE void push(struct batch *o, int32_t r, int32_t count, const struct ct_pixel_gaussian *d)
 {
 	size_t i = o->n++;
 
@@ -199,7 +199,7 @@ struct piece {
 };
 
 /* Between the last column and the next, from the centre. */
-INLINE float beyond(const struct piece *o, const struct ct_dab *d)
+INLINE float beyond(const struct piece *o, const struct ct_pixel_gaussian *d)
 {
 	return (float)o->hi + 0.5f - d->fx;
 }
@@ -210,7 +210,7 @@ struct walk {
 
 /* Columns from c. Those outside the piece are zero and stay zero. */
 INLINE void walk_from(
-	struct walk *k, int nb, int32_t c, const struct piece *o, const struct ct_dab *d)
+	struct walk *k, int nb, int32_t c, const struct piece *o, const struct ct_pixel_gaussian *d)
 {
 	const float y = o->y, high = beyond(o, d);
 	const float kxs = d->kx * d->slope, fall = kxs * d->slope + d->ky * (2 * y + 1);
@@ -227,7 +227,7 @@ INLINE void walk_from(
 }
 
 INLINE void add_panel(float *p, size_t pitch, int nb, int32_t c, int32_t count,
-	const struct piece *o, const struct ct_dab *d)
+	const struct piece *o, const struct ct_pixel_gaussian *d)
 {
 	const vf zero = {0}, turn = zero + d->turn, least = zero + d->least, amp = zero + d->amp;
 	struct walk k;
@@ -244,8 +244,8 @@ INLINE void add_panel(float *p, size_t pitch, int nb, int32_t c, int32_t count,
 		}
 }
 
-INLINE void add_gentle(
-	float *p, size_t pitch, int32_t count, const struct piece *o, const struct ct_dab *d)
+INLINE void add_gentle(float *p, size_t pitch, int32_t count, const struct piece *o,
+	const struct ct_pixel_gaussian *d)
 {
 	for (int32_t c = o->lo; c <= o->hi; c += PANEL * L) {
 		float *at = p + (d->col + c);
@@ -263,7 +263,8 @@ INLINE void add_gentle(
 }
 
 /* Long, thin and oblique: rows one by one. */
-INLINE void rows_of(struct batch *o, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
+INLINE void rows_of(
+	struct batch *o, size_t w, int32_t r, int32_t count, const struct ct_pixel_gaussian *d)
 {
 	o->n = 0;
 	for (int32_t m = 0; m < count; m++)
@@ -272,7 +273,8 @@ INLINE void rows_of(struct batch *o, size_t w, int32_t r, int32_t count, const s
 }
 
 /* e of the columns from c of row m of the batch. */
-INLINE vf row_of(vf *x, const struct batch *o, size_t m, int32_t c, const struct ct_dab *d)
+INLINE vf row_of(
+	vf *x, const struct batch *o, size_t m, int32_t c, const struct ct_pixel_gaussian *d)
 {
 	const struct piece p = {o->y[m], o->lo[m], o->hi[m]};
 	const vf at = ramp() + ((float)c - d->fx);
@@ -283,8 +285,8 @@ INLINE vf row_of(vf *x, const struct batch *o, size_t m, int32_t c, const struct
 	return where((e >= d->least) & (at < beyond(&p, d)), e);
 }
 
-INLINE void add_steep(
-	float *p, size_t pitch, size_t w, int32_t r, int32_t count, const struct ct_dab *d)
+INLINE void add_steep(float *p, size_t pitch, size_t w, int32_t r, int32_t count,
+	const struct ct_pixel_gaussian *d)
 {
 	struct batch o;
 
@@ -319,19 +321,20 @@ INLINE void add_batch(float *img, size_t pitch, size_t w, size_t r0, struct batc
 }
 
 CLONES
-void ct_dabs_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n,
-	const uint32_t *item, const struct ct_dab *dab)
+void ct_rasterise_add(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n,
+	const uint32_t *item, const struct ct_pixel_gaussian *dab)
 {
 	struct batch o;
 
 	o.n = 0;
 	for (size_t i = 0; i < n; i++) {
-		const struct ct_dab *d = dab + (item ? item[i] : i);
+		const struct ct_pixel_gaussian *d = dab + (item ? item[i] : i);
 		int32_t r = d->first > (int32_t)r0 ? d->first : (int32_t)r0;
 		int32_t end = least_of(d->end, (int32_t)r1);
 
 		while (r < end) {
-			int32_t next = least_of(end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
+			int32_t next =
+				least_of(end, (r / CT_RASTERISE_ROWS + 1) * CT_RASTERISE_ROWS);
 
 			push(&o, r, next - r, d);
 			r = next;
@@ -366,7 +369,7 @@ INLINE void across(float out[L], const vf acc[6])
 /* acc += sums of v {1, x, x^2, j, j x, j (j + 1) / 2} with x from the centre's column and j = count
  * to 1 from the first row to the last: running sums of running sums. */
 INLINE void sums_panel(vf acc[6], const float *p, size_t pitch, int nb, int32_t c, int32_t count,
-	const struct piece *o, const struct ct_dab *d)
+	const struct piece *o, const struct ct_pixel_gaussian *d)
 {
 	const vf zero = {0}, turn = zero + d->turn, least = zero + d->least;
 	vf s[PANEL] = {{0}}, sj[PANEL] = {{0}}, sjj[PANEL] = {{0}};
@@ -395,7 +398,7 @@ INLINE void sums_panel(vf acc[6], const float *p, size_t pitch, int nb, int32_t 
 	}
 }
 
-typedef double vd __attribute__((vector_size(8 * CT_DAB_LANES)));
+typedef double vd __attribute__((vector_size(8 * CT_RASTERISE_LANES)));
 
 /* Sums of the pieces of a batch, raw: as sums_panel has them; done: by x and y. */
 struct tally {
@@ -426,7 +429,7 @@ INLINE void moments(vd s[6], const struct tally *t, const struct batch *o, size_
 }
 
 INLINE void sums_gentle(float a[L], const float *p, size_t pitch, int32_t count,
-	const struct piece *o, const struct ct_dab *d)
+	const struct piece *o, const struct ct_pixel_gaussian *d)
 {
 	vf acc[6] = {{0}};
 
@@ -447,7 +450,7 @@ INLINE void sums_gentle(float a[L], const float *p, size_t pitch, int32_t count,
 }
 
 INLINE void sums_steep(float a[L], const float *p, size_t pitch, size_t w, int32_t r, int32_t count,
-	const struct ct_dab *d)
+	const struct ct_pixel_gaussian *d)
 {
 	vf acc[6] = {{0}};
 	struct batch o;
@@ -503,8 +506,8 @@ INLINE void sums_batch(double *out, size_t stride, struct tally *t, const float 
 }
 
 CLONES
-void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
-	const struct ct_dab *dab)
+void ct_rasterise_sums(double *out, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
+	const struct ct_pixel_gaussian *dab)
 {
 	struct tally t;
 	struct batch o;
@@ -514,7 +517,8 @@ void ct_dabs_sums(double *out, size_t stride, const float *g, size_t pitch, size
 		for (size_t k = 0; k < 6; k++)
 			out[k * stride + i] = 0;
 		for (int32_t r = dab[i].first; r < dab[i].end;) {
-			int32_t next = least_of(dab[i].end, (r / CT_DAB_ROWS + 1) * CT_DAB_ROWS);
+			int32_t next = least_of(
+				dab[i].end, (r / CT_RASTERISE_ROWS + 1) * CT_RASTERISE_ROWS);
 
 			t.of[o.n] = i;
 			push(&o, r, next - r, dab + i);

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/lowres.h"
+#include "gs/loss-lowres.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -51,7 +51,7 @@ static void reduce(struct ct_vol *lr, const struct ct_gauss *g, const struct ct_
 	for (int a = 0; a < 3; a++)
 		m[a] = ct_degrade_size(N, d->factor[a]);
 	must(ct_alloc0(&vol, (size_t)N * N * N, sizeof *vol, &e), &e);
-	must(ct_voxels_render(vol, n, fine, g, 1, NULL, &env, &e), &e);
+	must(ct_voxelise_render(vol, n, fine, g, 1, NULL, &env, &e), &e);
 	must(ct_vol_alloc(lr, m, &e), &e);
 	ct_degrade_affine(lr->affine, fine, n, d);
 	must(ct_degrade_plan(&s, d, n, NULL, &e), &e);
@@ -61,10 +61,10 @@ static void reduce(struct ct_vol *lr, const struct ct_gauss *g, const struct ct_
 }
 
 struct scene {
-	struct ct_lowres low;
-	struct ct_voxels v;
-	struct ct_gs_grad grad;
-	struct ct_blob b[COUNT];
+	struct ct_loss_lowres low;
+	struct ct_voxelise v;
+	struct ct_gradient grad;
+	struct ct_gaussian b[COUNT];
 	float *f, *df;
 };
 
@@ -74,11 +74,11 @@ static double loss(struct scene *s, const struct ct_gauss *g)
 	struct ct_block block;
 	struct ct_err e;
 
-	ct_blobs(s->b, g, NULL);
-	must(ct_lowres_block(&block, &s->low, zero, s->low.n, &e), &e);
-	must(ct_voxels_plan(&s->v, &block, g->n, s->b, NULL, &e), &e);
-	ct_voxels_draw_all(s->f, &s->v, NULL);
-	return ct_lowres_loss(s->df, s->f, &s->low, zero, s->low.n, 1);
+	ct_gaussian_resolve(s->b, g, NULL);
+	must(ct_loss_lowres_block(&block, &s->low, zero, s->low.n, &e), &e);
+	must(ct_voxelise_plan(&s->v, &block, g->n, s->b, NULL, &e), &e);
+	ct_voxelise_draw(s->f, &s->v, NULL);
+	return ct_loss_lowres_gradient(s->df, s->f, &s->low, zero, s->low.n, 1);
 }
 
 static void begin(struct scene *s, const struct ct_vol *lr, const struct ct_degrade *d)
@@ -87,20 +87,20 @@ static void begin(struct scene *s, const struct ct_vol *lr, const struct ct_degr
 	size_t count;
 
 	*s = (struct scene){0};
-	must(ct_lowres_alloc(&s->low, lr, d, NULL, &e), &e);
-	count = ct_dab_pitch(s->low.n[0]) * s->low.n[1] * s->low.n[2];
+	must(ct_loss_lowres_alloc(&s->low, lr, d, NULL, &e), &e);
+	count = ct_rasterise_pitch(s->low.n[0]) * s->low.n[1] * s->low.n[2];
 	must(ct_alloc(&s->f, count, sizeof(float), &e), &e);
 	must(ct_alloc(&s->df, count, sizeof(float), &e), &e);
-	must(ct_gs_grad_reserve(&s->grad, COUNT, &e), &e);
+	must(ct_gradient_reserve(&s->grad, COUNT, &e), &e);
 	for (int k = 0; k < CT_GS_FIELDS; k++)
 		memset(s->grad.d[k], 0, COUNT * sizeof(float));
 }
 
 static void end(struct scene *s)
 {
-	ct_lowres_free(&s->low);
-	ct_voxels_free(&s->v);
-	ct_gs_grad_free(&s->grad);
+	ct_loss_lowres_free(&s->low);
+	ct_voxelise_free(&s->v);
+	ct_gradient_free(&s->grad);
 	free(s->f);
 	free(s->df);
 }
@@ -137,22 +137,22 @@ static void gradient(struct ct_gauss *g, const struct ct_degrade *d)
 		g->raw[i] *= 1.3f;
 	begin(&s, &lr, d);
 	loss(&s, g);
-	ct_voxels_back(&s.grad, &s.v, s.b, g, s.df, NULL);
+	ct_voxelise_backward(&s.grad, &s.v, s.b, g, s.df, NULL);
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		memcpy(keep[k], ct_gauss_field(g, k), sizeof keep[k]);
+		memcpy(keep[k], ct_gaussian_field(g, k), sizeof keep[k]);
 	for (int t = 0; t < 2; t++) {
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			for (size_t i = 0; i < COUNT; i++) {
 				float r = ct_rng_normal(3, k, i);
 
-				ct_gauss_field(g, k)[i] = keep[k][i] + (float)(t ? h : -h) * r;
+				ct_gaussian_field(g, k)[i] = keep[k][i] + (float)(t ? h : -h) * r;
 				dot += t ? (double)(r * s.grad.d[k][i]) : 0;
 			}
 		val[t] = loss(&s, g);
 	}
 	NEAR((val[1] - val[0]) / (2 * h) / dot, 1, 2e-2, "gradient along a direction");
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		memcpy(ct_gauss_field(g, k), keep[k], sizeof keep[k]);
+		memcpy(ct_gaussian_field(g, k), keep[k], sizeof keep[k]);
 	end(&s);
 	ct_vol_free(&lr);
 }
@@ -161,7 +161,7 @@ int main(void)
 {
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
 	struct ct_gauss g = {0};
-	struct ct_lowres o = {0};
+	struct ct_loss_lowres o = {0};
 	struct ct_vol tiny = {0};
 	struct ct_err e;
 
@@ -178,11 +178,11 @@ int main(void)
 	d = (struct ct_degrade){{1, 1, 4}, {0, 0, 1}, CT_DECIMATE_MEAN};
 	agrees(&g, &d, 0.05, "thick slices");
 	must(ct_vol_alloc(&tiny, (const size_t[]){4, 9, 9}, &e), &e);
-	OK(ct_lowres_alloc(&o, &tiny, &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC},
-		   NULL, &e) == -1 &&
+	OK(ct_loss_lowres_alloc(&o, &tiny,
+		   &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC}, NULL, &e) == -1 &&
 			e.code == CT_EGEOM,
 		"a grid that is all border is refused");
-	ct_lowres_free(&o);
+	ct_loss_lowres_free(&o);
 	ct_vol_free(&tiny);
 	ct_gauss_free(&g);
 	return tap_done();

@@ -1,8 +1,9 @@
-/* t-voxel.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume. */
+/* t-voxelise.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
+ */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -15,14 +16,14 @@ enum { PARAMS = 11, NX = 17, NY = 15, NZ = 13, COUNT = NX * NY * NZ };
 /* Turned, mirrored, anisotropic. */
 static const double turned[3][4] = {{0, -2.2, 0, 14}, {1.8, 0, 0, -16}, {0, 0, 2.6, -17}};
 
-static bool fill(double *f, struct ct_brick *k, struct ct_blob *b, const struct ct_block *block,
-	const double x[PARAMS])
+static bool fill(double *f, struct ct_voxel_gaussian *k, struct ct_gaussian *b,
+	const struct ct_block *block, const double x[PARAMS])
 {
-	ct_blob_make(b, x, x + 3, x + 6, x[10]);
+	ct_gaussian_make(b, x, x + 3, x + 6, x[10]);
 	memset(f, 0, COUNT * sizeof *f);
-	if (!ct_brick_of(k, block, b))
+	if (!ct_voxelise_gaussian(k, block, b))
 		return false;
-	ct_brick_draw(f, block, k, INFINITY);
+	ct_voxelise_ref_draw(f, block, k, INFINITY);
 	return true;
 }
 
@@ -41,10 +42,10 @@ static void differences(const double blur[static 3], const char *name)
 	const double at[PARAMS] = {1, -2, 3, 1.4, 1.8, 1.1, 0.9, 0.3, -0.5, 0.4, -0.7};
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double d[PARAMS], sums[10], worst = 0;
-	struct ct_foot_grad fg;
+	struct ct_gaussian_gradient fg;
 	struct ct_block block;
-	struct ct_brick k;
-	struct ct_blob b;
+	struct ct_voxel_gaussian k;
+	struct ct_gaussian b;
 	struct ct_err e;
 
 	ct_block_init(&block, turned, zero, n, &e);
@@ -52,10 +53,10 @@ static void differences(const double blur[static 3], const char *name)
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
-	ct_brick_sums(sums, g, &block, &k, INFINITY);
-	ct_brick_back(&fg, &block, &k, &b, sums);
+	ct_voxelise_ref_sums(sums, g, &block, &k, INFINITY);
+	ct_voxelise_backward_one(&fg, &block, &k, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
-	ct_blob_back(d + 3, d + 6, fg.shape, &b, at + 6);
+	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
 	d[10] = fg.rho;
 	for (int p = 0; p < PARAMS; p++) {
 		double h = p < 3 ? 2e-3 : 1e-3, y[4], x[PARAMS], num;
@@ -100,28 +101,28 @@ static void fast(void)
 	static double ref[COUNT], dref[COUNT];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double worst = 0, peak = 0, err[PARAMS] = {0}, size[PARAMS] = {0};
-	struct ct_voxels v = {0};
-	struct ct_gs_grad grad = {0};
+	struct ct_voxelise v = {0};
+	struct ct_gradient grad = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	struct ct_par *par;
 	struct ct_err e;
 	float vol[COUNT] = {0}, again[COUNT] = {0}, *df;
-	size_t pitch = ct_dab_pitch(NX);
+	size_t pitch = ct_rasterise_pitch(NX);
 
 	crowd(&g, 150);
 	if (ct_par_alloc(&par, 4, &e) || ct_alloc(&b, g.n, sizeof *b, &e) ||
-		ct_gs_grad_reserve(&grad, g.n, &e) ||
+		ct_gradient_reserve(&grad, g.n, &e) ||
 		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
 		ct_block_init(&block, turned, zero, n, &e))
 		exit(1);
 	env.par = par;
-	ct_blobs(b, &g, par);
-	OK(ct_voxels_plan(&v, &block, g.n, b, NULL, &e) == 0 && v.n > 50 && v.n < g.n,
+	ct_gaussian_resolve(b, &g, par);
+	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &e) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
-	OK(ct_voxels_add(vol, &v, 1, &env, &e) == 0, "voxelise");
-	ct_voxels_add(again, &v, 1, &alone, &e);
+	OK(ct_voxelise_add(vol, &v, 1, &env, &e) == 0, "voxelise");
+	ct_voxelise_add(again, &v, 1, &alone, &e);
 	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
 	for (size_t i = 0; i < COUNT; i++) {
 		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
@@ -129,19 +130,19 @@ static void fast(void)
 	}
 	for (size_t k = 0; k < PARAMS; k++)
 		memset(grad.d[k], 0, g.n * sizeof(float));
-	ct_voxels_back(&grad, &v, b, &g, df, par);
+	ct_voxelise_backward(&grad, &v, b, &g, df, par);
 	for (size_t at = 0; at < v.n; at++) {
 		size_t i = v.brick[at].index;
 		double q[4], d[PARAMS], sums[10];
-		struct ct_foot_grad fg;
+		struct ct_gaussian_gradient fg;
 
-		ct_brick_draw(ref, &block, &v.brick[at], CT_GS_CUT);
-		ct_brick_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
-		ct_brick_back(&fg, &block, &v.brick[at], &b[i], sums);
+		ct_voxelise_ref_draw(ref, &block, &v.brick[at], CT_GS_CUT);
+		ct_voxelise_ref_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
+		ct_voxelise_backward_one(&fg, &block, &v.brick[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
-		ct_blob_back(d + 3, d + 6, fg.shape, &b[i], q);
+		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (int k = 0; k < PARAMS; k++) {
 			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
@@ -161,8 +162,8 @@ static void fast(void)
 		printf("# %g\n", worst);
 	free(df);
 	free(b);
-	ct_voxels_free(&v);
-	ct_gs_grad_free(&grad);
+	ct_voxelise_free(&v);
+	ct_gradient_free(&grad);
 	ct_gauss_free(&g);
 	ct_par_free(par);
 }
@@ -172,23 +173,23 @@ static void blocks(void)
 {
 	static float whole[COUNT], part[6 * 5 * 4];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ}, first[3] = {7, 3, 5}, m[3] = {6, 5, 4};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	struct ct_err e;
 	double worst = 0;
 
 	crowd(&g, 150);
 	if (ct_alloc(&b, g.n, sizeof *b, &e))
 		exit(1);
-	ct_blobs(b, &g, NULL);
+	ct_gaussian_resolve(b, &g, NULL);
 	ct_block_init(&block, turned, zero, n, &e);
-	ct_voxels_plan(&v, &block, g.n, b, NULL, &e);
-	ct_voxels_add(whole, &v, 2, &alone, &e);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &e);
+	ct_voxelise_add(whole, &v, 2, &alone, &e);
 	ct_block_init(&block, turned, first, m, &e);
-	ct_voxels_plan(&v, &block, g.n, b, NULL, &e);
-	ct_voxels_add(part, &v, 2, &alone, &e);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &e);
+	ct_voxelise_add(part, &v, 2, &alone, &e);
 	for (size_t i = 0; i < 6 * 5 * 4; i++) {
 		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
 
@@ -196,7 +197,7 @@ static void blocks(void)
 	}
 	OK(worst < 1e-5, "a block equals that part of the grid");
 	free(b);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	ct_gauss_free(&g);
 }
 
@@ -206,18 +207,18 @@ static void mass(void)
 	const double p[3] = {1, 2, -3}, l[3] = {1.0, 1.4, 0.8}, q[4] = {0.6, 0.2, -0.5, 0.3};
 	const double affine[3][4] = {{1, 0, 0, -24}, {0, 1, 0, -24}, {0, 0, 1, -24}};
 	double sum = 0, want, flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob b;
+	struct ct_gaussian b;
 	struct ct_err e;
 	float *vol;
 
 	if (ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &e))
 		exit(1);
-	ct_blob_make(&b, p, l, q, -0.3);
+	ct_gaussian_make(&b, p, l, q, -0.3);
 	ct_block_init(&block, affine, zero, n, &e);
-	ct_voxels_plan(&v, &block, 1, &b, NULL, &e);
-	ct_voxels_add(vol, &v, 1, &alone, &e);
+	ct_voxelise_plan(&v, &block, 1, &b, NULL, &e);
+	ct_voxelise_add(vol, &v, 1, &alone, &e);
 	for (size_t i = 0; i < 48 * 48 * 48; i++)
 		sum += (double)vol[i];
 	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
@@ -227,7 +228,7 @@ static void mass(void)
 	OK(ct_block_init(&block, flat, zero, n, &e) == -1 && e.code == CT_EGEOM,
 		"a flat grid is refused");
 	free(vol);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 }
 
 /* A blur moves no mass: the sum of the voxels stays, and the variance grows by it. */
@@ -239,8 +240,8 @@ static void blur(void)
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double sum[2] = {0}, mean[2] = {0}, var[2] = {0};
 	struct ct_block block;
-	struct ct_brick k;
-	struct ct_blob b;
+	struct ct_voxel_gaussian k;
+	struct ct_gaussian b;
 	struct ct_err e;
 
 	for (size_t s = 0; s < 2; s++) {
@@ -286,9 +287,9 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		exit(1);
 	for (size_t i = 0; i < 3; i++) {
 		double p[3], l[3], q[4];
-		struct ct_brick k;
-		struct ct_blob b;
-		struct ct_foot f;
+		struct ct_voxel_gaussian k;
+		struct ct_gaussian b;
+		struct ct_footprint f;
 
 		for (size_t a = 0; a < 3; a++) {
 			p[a] = 16 * ct_rng_uniform(6, a, i) - 8;
@@ -296,11 +297,11 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		}
 		for (size_t a = 0; a < 4; a++)
 			q[a] = (double)ct_rng_normal(6, 6 + a, i);
-		ct_blob_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
-		if (!ct_brick_of(&k, &block, &b) || !ct_foot_of(&f, &c, &b))
+		ct_gaussian_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
+		if (!ct_voxelise_gaussian(&k, &block, &b) || !ct_footprint_ref_of(&f, &c, &b))
 			exit(1);
-		ct_brick_draw(field, &block, &k, INFINITY);
-		ct_foot_draw(want, &c, &f, b.rho, INFINITY);
+		ct_voxelise_ref_draw(field, &block, &k, INFINITY);
+		ct_footprint_ref_draw(want, &c, &f, b.rho, INFINITY);
 	}
 	for (size_t i = 0; i < m * m * m; i++)
 		vol.data[i] = (float)field[i];
