@@ -14,12 +14,12 @@ enum { INNER = 10 }; /* dual steps of the TV problem */
 
 struct run {
 	const struct ct_linear *a;
-	const struct ct_iterate_rule *rule;
+	const struct ct_iterative_rule *rule;
 	const struct ct_env *env;
 	size_t n, m;
 	const float *b;
 	double norm_b;
-	struct ct_iterate_report *report;
+	struct ct_iterative_report *report;
 	float *rows, *q; /* [m]: inverse row sums; the misfit. CGLS: the misfit; A d */
 };
 
@@ -41,14 +41,14 @@ static double largest(const float *y, size_t n)
 /* 1 / the row or column sums that stand in y, 0 where they are next to nothing. */
 static void invert(const struct run *r, float *y, size_t n)
 {
-	ct_passes_run(
-		CT_SIMD(ct_vector_invert), n, y, NULL, NULL, 1e-6 * largest(y, n), r->env->par);
+	ct_passes_run(CT_SIMD(ct_vector_invert), n,
+		&(struct ct_vector){.y = y, .c = 1e-6 * largest(y, n)}, r->env->par);
 }
 
 /* The relative norm of q into the report. */
 static int measure(const struct run *r, const float *q, struct ct_err *e)
 {
-	struct ct_iterate_report *to = r->report;
+	struct ct_iterative_report *to = r->report;
 	double norm = sqrt(ct_passes_dot(r->m, q, q, r->env->par));
 
 	to->residual = r->norm_b > 0 ? norm / r->norm_b : norm;
@@ -63,8 +63,16 @@ static int misfit(float *q, const struct run *r, const float *x, struct ct_err *
 {
 	if (ct_linear_apply(r->a, q, x, r->env, e))
 		return -1;
-	ct_passes_run(CT_SIMD(ct_vector_less), r->m, q, r->b, NULL, 0, r->env->par);
+	ct_passes_run(
+		CT_SIMD(ct_vector_less), r->m, &(struct ct_vector){.y = q, .x = r->b}, r->env->par);
 	return measure(r, q, e);
+}
+
+/* q <- rows q */
+static void weigh(const struct run *r)
+{
+	ct_passes_run(CT_SIMD(ct_vector_times), r->m, &(struct ct_vector){.y = r->q, .w = r->rows},
+		r->env->par);
 }
 
 static int begin(const struct run *r, struct ct_err *e)
@@ -75,8 +83,8 @@ static int begin(const struct run *r, struct ct_err *e)
 
 static int sirt(float *x, struct run *r, struct ct_err *e)
 {
-	struct ct_par *par = r->env->par;
 	float *cols = NULL, *g = NULL;
+	struct ct_vector step;
 	int rc = -1;
 
 	if (ct_alloc(&cols, r->n, sizeof *cols, e) || ct_alloc(&g, r->n, sizeof *g, e))
@@ -88,16 +96,16 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 		goto out;
 	invert(r, r->rows, r->m);
 	invert(r, cols, r->n);
+	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
 	for (; r->report->iterations < r->rule->iterations; r->report->iterations++) {
 		if (begin(r, e) || misfit(r->q, r, x, e))
 			goto out;
 		if (r->report->residual < r->rule->tolerance)
 			break;
-		ct_passes_run(CT_SIMD(ct_vector_times), r->m, r->q, NULL, r->rows, 0, par);
+		weigh(r);
 		if (ct_linear_adjoint(r->a, g, r->q, r->env, e))
 			goto out;
-		ct_passes_run(
-			CT_SIMD(ct_vector_correct), r->n, x, g, cols, r->rule->nonnegative, par);
+		ct_passes_run(CT_SIMD(ct_vector_correct), r->n, &step, r->env->par);
 	}
 	rc = 0;
 out:
@@ -226,7 +234,7 @@ static int slope(void *ctx, float *g, double *value, const float *x, const struc
 	if (misfit(r->q, r, x, e))
 		return -1;
 	*value = r->report->residual;
-	ct_passes_run(CT_SIMD(ct_vector_times), r->m, r->q, NULL, r->rows, 0, env->par);
+	weigh(r);
 	return ct_linear_adjoint(r->a, g, r->q, env, e);
 }
 
@@ -284,8 +292,8 @@ out:
 	return rc;
 }
 
-int ct_iterate(float *x, const size_t dim[static 3], const struct ct_linear *a, const float *b,
-	const struct ct_iterate_rule *rule, struct ct_iterate_report *report,
+int ct_iterative_solve(float *x, const size_t dim[static 3], const struct ct_linear *a,
+	const float *b, const struct ct_iterative_rule *rule, struct ct_iterative_report *report,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct run r = {.a = a,
@@ -297,7 +305,7 @@ int ct_iterate(float *x, const size_t dim[static 3], const struct ct_linear *a, 
 		.report = report};
 	int rc = -1;
 
-	*report = (struct ct_iterate_report){0};
+	*report = (struct ct_iterative_report){0};
 	if (rule->solver == CT_CGLS && rule->nonnegative)
 		return ct_fail(e, CT_EUSAGE, "CGLS cannot keep values from going below zero");
 	if (!(rule->mu >= 0))

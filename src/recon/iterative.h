@@ -27,7 +27,7 @@
 	X(CT_TV, "tv")
 enum ct_solver { CT_SOLVER_LIST(CT_WORD_VALUE) };
 
-struct ct_iterate_rule {
+struct ct_iterative_rule {
 	enum ct_solver solver;
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when |A x - b| / |b| is below */
@@ -35,7 +35,7 @@ struct ct_iterate_rule {
 	double mu;         /* TV only, >= 0 */
 };
 
-struct ct_iterate_report {
+struct ct_iterative_report {
 	size_t iterations;
 	double residual; /* |A x - b| / |b|, of the x before the last step for SIRT and TV */
 };
@@ -44,8 +44,8 @@ struct ct_iterate_report {
  * differences, first the fastest. Memory beside x and b: SIRT 2 n + 2 m floats, CGLS 2 n + 2 m, TV
  * 5 n + 2 m. CT_ENUMERIC if it diverges, CT_EUSAGE for a rule that is none, CT_ENOMEM, CT_ESTOP, or
  * what the operators return. */
-int ct_iterate(float *x, const size_t dim[static 3], const struct ct_linear *a, const float *b,
-	const struct ct_iterate_rule *rule, struct ct_iterate_report *report,
+int ct_iterative_solve(float *x, const size_t dim[static 3], const struct ct_linear *a,
+	const float *b, const struct ct_iterative_rule *rule, struct ct_iterative_report *report,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -6,8 +6,7 @@
 #include "solve/vector.h"
 
 /* One of the kernels of vector.h; its sum. */
-double ct_passes_run(ct_vector_fn *kernel, size_t n, float *y, const float *x, const float *w,
-	double c, struct ct_par *par);
+double ct_passes_run(ct_vector_fn *kernel, size_t n, const struct ct_vector *v, struct ct_par *par);
 /* <x, w> */
 double ct_passes_dot(size_t n, const float *x, const float *w, struct ct_par *par);
 /* y <- c y; y + c x; x + c y */

@@ -3,10 +3,6 @@
 #include "solve/vector.h"
 #include "core/vec.h"
 
-#define KERNEL(name)                                                                               \
-	double CT_SIMD_HERE(name)(size_t n, float *restrict y, const float *restrict x,            \
-		const float *restrict w, double c)
-
 /* s += the products of a and b from i on, at most eight; a and b are readable to n. */
 CT_INLINE void add_products(struct ct_sum8 *s, const float *a, const float *b, size_t n)
 {
@@ -26,99 +22,101 @@ CT_INLINE void add_products(struct ct_sum8 *s, const float *a, const float *b, s
 	}
 }
 
-KERNEL(ct_vector_dot)
+double CT_SIMD_HERE(ct_vector_dot)(size_t n, const struct ct_vector *v)
 {
 	struct ct_sum8 sum = {0};
 
-	(void)y;
-	(void)c;
-	add_products(&sum, x, w, n);
+	add_products(&sum, v->x, v->w, n);
 	return ct_sum8_total(&sum);
 }
 
-KERNEL(ct_vector_scale)
+double CT_SIMD_HERE(ct_vector_scale)(size_t n, const struct ct_vector *v)
 {
-	const float f = (float)c;
+	float *restrict y = v->y;
+	const float c = (float)v->c;
 
-	(void)x;
-	(void)w;
 	for (size_t i = 0; i < n; i++)
-		y[i] *= f;
+		y[i] *= c;
 	return 0;
 }
 
-KERNEL(ct_vector_add)
+double CT_SIMD_HERE(ct_vector_add)(size_t n, const struct ct_vector *v)
 {
-	const float f = (float)c;
+	float *restrict y = v->y;
+	const float *restrict x = v->x;
+	const float c = (float)v->c;
 
-	(void)w;
 	for (size_t i = 0; i < n; i++)
-		y[i] += f * x[i];
+		y[i] += c * x[i];
 	return 0;
 }
 
-KERNEL(ct_vector_advance)
+double CT_SIMD_HERE(ct_vector_advance)(size_t n, const struct ct_vector *v)
 {
-	const float f = (float)c;
+	float *restrict y = v->y;
+	const float *restrict x = v->x;
+	const float c = (float)v->c;
 
-	(void)w;
 	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] + f * y[i];
+		y[i] = x[i] + c * y[i];
 	return 0;
 }
 
-KERNEL(ct_vector_lead)
+double CT_SIMD_HERE(ct_vector_lead)(size_t n, const struct ct_vector *v)
 {
+	float *restrict y = v->y;
+	const float *restrict x = v->x;
 	enum { BLOCK = 256 };
 	struct ct_sum8 sum = {0};
-	const float f = (float)c;
+	const float c = (float)v->c;
 	float moved[BLOCK];
 
-	(void)w;
 	for (size_t from = 0; from < n; from += BLOCK) {
 		size_t count = n - from < BLOCK ? n - from : BLOCK;
 
 		for (size_t i = 0; i < count; i++) {
 			moved[i] = x[from + i] - y[from + i];
-			y[from + i] = x[from + i] + f * moved[i];
+			y[from + i] = x[from + i] + c * moved[i];
 		}
 		add_products(&sum, moved, moved, count);
 	}
 	return ct_sum8_total(&sum);
 }
 
-KERNEL(ct_vector_less)
+double CT_SIMD_HERE(ct_vector_less)(size_t n, const struct ct_vector *v)
 {
-	(void)w;
-	(void)c;
+	float *restrict y = v->y;
+	const float *restrict x = v->x;
 	for (size_t i = 0; i < n; i++)
 		y[i] = x[i] - y[i];
 	return 0;
 }
 
-KERNEL(ct_vector_times)
+double CT_SIMD_HERE(ct_vector_times)(size_t n, const struct ct_vector *v)
 {
-	(void)x;
-	(void)c;
+	float *restrict y = v->y;
+	const float *restrict w = v->w;
 	for (size_t i = 0; i < n; i++)
 		y[i] *= w[i];
 	return 0;
 }
 
-KERNEL(ct_vector_correct)
+double CT_SIMD_HERE(ct_vector_correct)(size_t n, const struct ct_vector *v)
 {
+	float *restrict y = v->y;
+	const float *restrict x = v->x;
+	const float *restrict w = v->w;
 	for (size_t i = 0; i < n; i++)
 		y[i] += w[i] * x[i];
-	for (size_t i = 0; i < n && c > 0; i++)
+	for (size_t i = 0; i < n && v->c > 0; i++)
 		y[i] = y[i] > 0 ? y[i] : 0;
 	return 0;
 }
 
-KERNEL(ct_vector_invert)
+double CT_SIMD_HERE(ct_vector_invert)(size_t n, const struct ct_vector *v)
 {
-	(void)x;
-	(void)w;
+	float *restrict y = v->y;
 	for (size_t i = 0; i < n; i++)
-		y[i] = (double)y[i] > c ? 1 / y[i] : 0;
+		y[i] = (double)y[i] > v->c ? 1 / y[i] : 0;
 	return 0;
 }

@@ -66,13 +66,13 @@ static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct c
 {
 	struct ct_projector g = {0};
 	struct ct_linear a;
-	struct ct_iterate_report report;
+	struct ct_iterative_report report;
 	int rc;
 
 	if (make_projector(&g, out, in, how, e))
 		return -1;
 	a = ct_project_linear(&g);
-	rc = ct_iterate(out->data, out->n, &a, in->data, &how->rule, &report, env, e);
+	rc = ct_iterative_solve(out->data, out->n, &a, in->data, &how->rule, &report, env, e);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%zu iterations, residual %.5f", report.iterations,
 			report.residual);
