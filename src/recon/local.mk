@@ -7,3 +7,5 @@ libct_a_SOURCES += src/recon/backproject.c src/recon/backproject.h
 libct_a_SOURCES += src/recon/fdk-weights.c src/recon/fdk-weights.h
 libct_a_SOURCES += src/recon/fdk.c src/recon/fdk.h
 libct_a_SOURCES += src/recon/iterative.c src/recon/iterative.h
+libct_a_SOURCES += src/recon/rof.c src/recon/rof.h
+SIMD_SOURCES += src/recon/rof-row.c src/recon/rof-row.h
