@@ -9,7 +9,7 @@
 #include "bench/gs-plain.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 
 #include <math.h>
 #include <string.h>
@@ -23,7 +23,7 @@ struct side {
 	struct ct_fit_data data;
 	struct ct_stack target, base_proj;
 	struct ct_vol base;
-	struct ct_terms w;
+	struct ct_loss_total w;
 	struct ct_env one, all; /* threads */
 	struct plain p;
 	size_t each; /* iterations of a run */
@@ -155,16 +155,16 @@ static void side_init(struct side *d, size_t n)
 	must(ct_par_alloc(&d->all.par, (size_t)sysconf(_SC_NPROCESSORS_ONLN), &e), &e);
 	fill(d);
 	ct_fit_defaults(&o, 4, false, CT_PRELU);
-	o.begin = CT_BEGIN_BASE;
+	o.place = CT_PLACE_BASE;
 	o.iterations = 0;
 	o.gaussians = 1000;
 	o.densify_every = 0;
 	o.position = o.density = o.scaling = o.rotation = (struct ct_rate){1e-9, 1e-9};
 	must(ct_fit_init(&d->f, &o, &d->data, &d->all, &e), &e);
 	crowd(&d->f.g, n);
-	must(ct_adam_reserve(&d->f.adam, 0, n, &e), &e);
-	must(ct_terms_alloc(&d->w, &o, &d->data, NULL, &e), &e);
-	must(ct_terms_grow(&d->w, n, &e), &e);
+	must(ct_gs_adam_reserve(&d->f.adam, 0, n, &e), &e);
+	must(ct_loss_total_alloc(&d->w, &o, &d->data, NULL, &e), &e);
+	must(ct_loss_total_grow(&d->w, n, &e), &e);
 	must(ct_camera_init(&cam, &d->target.view[0], CT_CONE, SIZE, SIZE, &e), &e);
 	must(ct_block_init(&k, d->base.affine, middle, block, &e), &e);
 	plain_init(&d->p, &d->f.g, &cam, &k, d->base_proj.data, d->target.data, 2 / d->f.extent);
@@ -173,7 +173,7 @@ static void side_init(struct side *d, size_t n)
 static void side_free(struct side *d)
 {
 	plain_free(&d->p);
-	ct_terms_free(&d->w);
+	ct_loss_total_free(&d->w);
 	ct_fit_free(&d->f);
 	ct_stack_free(&d->target);
 	ct_stack_free(&d->base_proj);
@@ -186,25 +186,25 @@ static void forward(void *arg)
 	struct side *d = arg;
 	struct ct_err e;
 
-	ct_blobs(d->w.blob, &d->f.g, NULL);
-	must(ct_terms_draw(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
+	ct_gaussian_resolve(d->w.blob, &d->f.g, NULL);
+	must(ct_loss_total_project(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
 }
 
 static void loss(void *arg)
 {
 	struct side *d = arg;
-	const struct ct_loss_weights k = ct_terms_weights(&d->f);
+	const struct ct_loss_weights k = ct_loss_total_weights(&d->f);
 	struct ct_loss_terms t;
 
-	ct_loss_image(&d->w.loss, &t, d->w.dimg, d->w.img, ct_dab_pitch(SIZE), d->base_proj.data,
-		d->target.data, NULL, &k, NULL);
+	ct_loss_image_gradient(&d->w.loss, &t, d->w.dimg, d->w.img, ct_rasterise_pitch(SIZE),
+		d->base_proj.data, d->target.data, NULL, &k, NULL);
 }
 
 static void backward(void *arg)
 {
 	struct side *d = arg;
 
-	ct_splat_back(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
+	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
 }
 
 static void block_term(void *arg)
@@ -213,7 +213,7 @@ static void block_term(void *arg)
 	struct ct_loss_terms t;
 	struct ct_err e;
 
-	must(ct_terms_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
+	must(ct_loss_total_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
 }
 
 static void step(void *arg)
@@ -221,8 +221,8 @@ static void step(void *arg)
 	struct side *d = arg;
 	const double lr[CT_GS_FIELDS] = {0}, ln_s[2] = {-9, 9};
 
-	ct_terms_chain(&d->w, &d->f.g, NULL);
-	ct_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
+	ct_loss_total_chain(&d->w, &d->f.g, NULL);
+	ct_gs_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
 }
 
 static void run(struct side *d, const struct ct_env *env)
@@ -265,12 +265,12 @@ static void check(struct side *d)
 	forward(d);
 	loss(d);
 	backward(d);
-	ct_terms_chain(&d->w, &d->f.g, NULL);
+	ct_loss_total_chain(&d->w, &d->f.g, NULL);
 	plain_forward(&d->p);
 	plain_loss(&d->p);
 	plain_backward(&d->p);
 	for (size_t i = 0; i < (size_t)SIZE * SIZE; i++) {
-		double x = (double)d->w.img[i / SIZE * ct_dab_pitch(SIZE) + i % SIZE];
+		double x = (double)d->w.img[i / SIZE * ct_rasterise_pitch(SIZE) + i % SIZE];
 
 		off[0] = fmax(off[0], fabs(x - d->p.img[i]));
 		most[0] = fmax(most[0], fabs(x));

@@ -2,13 +2,13 @@
  * functions of libm, on one thread. What b-gs measures the library against. */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 
 struct plain {
 	struct ct_camera cam;
 	struct ct_block block;
 	size_t n;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double *x, *grad, *m, *v;  /* n x 11: parameters, gradient, moments */
 	double *img, *dimg;        /* h x w */
 	double *base, *y, *map[8]; /* h x w */

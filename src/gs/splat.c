@@ -1,8 +1,8 @@
-/* splat.c: projections of Gaussians; see splat.h. The gradients are in splat_back.c. */
+/* splat.c: projections of Gaussians; see splat.h. The gradients are in splat-gradient.c. */
 #include "config.h"
 #include "gs/splat.h"
 #include "core/mem.h"
-#include "gs/foot-wide.h"
+#include "gs/footprint-vec.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 #define NEAREST 0.02
 
 enum {
-	BAND = CT_DAB_ROWS,
+	BAND = CT_RASTERISE_ROWS,
 	GROUP = 4096
 }; /* rows that one task draws; dabs that are summed first */
 
@@ -83,12 +83,12 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 
 struct plan {
 	struct ct_splat *s;
-	const struct ct_blob *b;
+	const struct ct_gaussian *b;
 };
 
 /* Dabs of feet, those not seen or wholly outside with no rows. */
-CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *c,
-	const struct wide_foot *f, ct_wide_mask ok, const ct_wide rho)
+CT_WIDE_INLINE void dabs_of(struct ct_pixel_gaussian *o, size_t n, const struct ct_camera *c,
+	const struct vec_footprint *f, ct_wide_mask ok, const ct_wide rho)
 {
 	const ct_wide zero = {0}, cut = zero + 2 * CT_GS_CUT;
 	const ct_wide reach_x = ct_wide_sqrt(cut * f->cov[0]),
@@ -97,7 +97,8 @@ CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *
 	const ct_wide x = ct_wide_clamp(f->m[0], -1e8, 1e8), y = ct_wide_clamp(f->m[1], -1e8, 1e8);
 	const ct_wide col = ct_wide_floor(x), row = ct_wide_floor(y);
 	const ct_wide turn = ct_wide_exp(-2 * (kx * ss + ky));
-	const ct_wide hop = ct_wide_exp(ct_wide_clamp(2 * CT_DAB_LANES * kx * f->slope, -80, 80));
+	const ct_wide hop =
+		ct_wide_exp(ct_wide_clamp(2 * CT_RASTERISE_LANES * kx * f->slope, -80, 80));
 	const ct_wide lean = reach_y * f->slope * ct_wide_sqrt(kx / (ky + kx * ss));
 	const double w = (double)c->w - 1, h = (double)c->h - 1, most = 1e38;
 	const ct_wide top = ct_wide_clamp(-ct_wide_floor(reach_y - y), 0, h + 1);
@@ -106,7 +107,7 @@ CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *
 	ok &= (x + reach_x >= 0) & (x - reach_x <= w) & (x > -1e8) & (x < 1e8) & (y > -1e8) &
 	      (y < 1e8) & (kx < most) & (ky < most);
 	for (size_t l = 0; l < n; l++) {
-		o[l] = (struct ct_dab){.col = (int32_t)col[l],
+		o[l] = (struct ct_pixel_gaussian){.col = (int32_t)col[l],
 			.row = (int32_t)row[l],
 			.first = ok[l] ? (int32_t)top[l] : 0,
 			.end = ok[l] ? (int32_t)end[l] : 0,
@@ -124,17 +125,17 @@ CT_WIDE_INLINE void dabs_of(struct ct_dab *o, size_t n, const struct ct_camera *
 	}
 }
 
-CT_WIDE static void plan_chunk(
-	struct ct_dab *dab, const struct ct_camera *c, const struct ct_blob *b, size_t count)
+CT_WIDE static void plan_chunk(struct ct_pixel_gaussian *dab, const struct ct_camera *c,
+	const struct ct_gaussian *b, size_t count)
 {
 	for (size_t i = 0; i < count; i += CT_WIDE_LANES) {
 		size_t n = count - i < CT_WIDE_LANES ? count - i : CT_WIDE_LANES;
-		struct wide_blob w;
-		struct wide_foot f;
+		struct vec_gaussian w;
+		struct vec_footprint f;
 		ct_wide_mask ok;
 
-		wide_blob_load(&w, b + i, n);
-		ok = wide_foot_of(&f, c, &w);
+		wide_gaussian_load(&w, b + i, n);
+		ok = wide_footprint_of(&f, c, &w);
 		dabs_of(dab + i, n, c, &f, ok, w.rho);
 	}
 }
@@ -194,8 +195,8 @@ static int list(struct ct_splat *s, size_t chunks, struct ct_par *par, struct ct
 	return 0;
 }
 
-int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const struct ct_blob *b,
-	struct ct_par *par, struct ct_err *e)
+int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n,
+	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e)
 {
 	struct plan p = {s, b};
 	size_t chunks = (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, bands = (c->h + BAND - 1) / BAND;
@@ -205,7 +206,7 @@ int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n, const
 	if (ct_grow(&s->dab, &s->cap, n, sizeof *s->dab, e) ||
 		ct_grow(&s->start, &s->starts, bands + 1, sizeof *s->start, e) ||
 		ct_grow(&s->place, &s->firsts, chunks * bands, sizeof *s->place, e) ||
-		ct_grow(&s->sum, &s->sums, ct_par_threads(par) * BAND * ct_dab_pitch(c->w),
+		ct_grow(&s->sum, &s->sums, ct_par_threads(par) * BAND * ct_rasterise_pitch(c->w),
 			sizeof *s->sum, e))
 		return -1;
 	s->n = n;
@@ -228,7 +229,7 @@ void ct_splat_free(struct ct_splat *s)
 void ct_splat_gate(struct ct_splat *s, double least)
 {
 	for (size_t i = 0; i < s->n; i++) {
-		struct ct_dab *d = &s->dab[i];
+		struct ct_pixel_gaussian *d = &s->dab[i];
 		double cut = log(fabs((double)d->amp) / least), reach, row;
 
 		if (!(cut < (double)d->cut) || d->first >= d->end)
@@ -239,7 +240,7 @@ void ct_splat_gate(struct ct_splat *s, double least)
 		d->least = (float)exp(-fmax(cut, 0));
 		d->first = (int32_t)fmax(d->first, ceil(row - reach));
 		d->end = (int32_t)fmin(d->end, floor(row + reach) + 1);
-		ct_dab_close(d);
+		ct_rasterise_prepare(d);
 	}
 }
 
@@ -252,7 +253,7 @@ static void draw_band(void *arg, size_t band, size_t worker)
 {
 	const struct draw *d = arg;
 	const struct ct_splat *s = d->s;
-	size_t pitch = ct_dab_pitch(s->cam.w), first = band * BAND;
+	size_t pitch = ct_rasterise_pitch(s->cam.w), first = band * BAND;
 	size_t end = first + BAND < s->cam.h ? first + BAND : s->cam.h;
 	size_t size = (end - first) * pitch;
 	const uint32_t *item = s->item + s->start[band], *last = s->item + s->start[band + 1];
@@ -263,10 +264,10 @@ static void draw_band(void *arg, size_t band, size_t worker)
 		size_t n = last - item < GROUP ? (size_t)(last - item) : GROUP;
 
 		if (!more) {
-			ct_dabs_add(to, pitch, s->cam.w, first, end, n, item, s->dab);
+			ct_rasterise_add(to, pitch, s->cam.w, first, end, n, item, s->dab);
 		} else {
 			memset(sum, 0, size * sizeof *sum);
-			ct_dabs_add(sum, pitch, s->cam.w, first, end, n, item, s->dab);
+			ct_rasterise_add(sum, pitch, s->cam.w, first, end, n, item, s->dab);
 			for (size_t i = 0; i < size; i++)
 				to[i] += sum[i];
 		}

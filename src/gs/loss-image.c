@@ -1,0 +1,280 @@
+/* loss-image.c: see loss-image.h. */
+#include "config.h"
+#include "gs/loss-image.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
+	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#else
+#define CLONES
+#endif
+#define INLINE static inline __attribute__((always_inline))
+
+enum { STRIP = 64, BLOCK = 16 }; /* rows of a task; numbers that are taken together */
+
+static size_t strips(const struct ct_loss_image *l)
+{
+	return (l->h + STRIP - 1) / STRIP;
+}
+
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e)
+{
+	*l = (struct ct_loss_image){.h = h, .w = w};
+	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
+	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
+		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
+		ct_loss_image_free(l);
+		return -1;
+	}
+	return 0;
+}
+
+void ct_loss_image_free(struct ct_loss_image *l)
+{
+	free(l->x);
+	free(l->y);
+	free(l->g);
+	free(l->part);
+	*l = (struct ct_loss_image){0};
+}
+
+struct job {
+	struct ct_loss_image *l;
+	float *dimg;
+	const float *img, *base, *y, *weight;
+	size_t pitch;
+	double ssim;
+	float scale, step;
+};
+
+/* n <= BLOCK pixels of both images times scale, the gradient of L1 there, and |x - y| to sum. */
+INLINE void pixels(float *x, float *y, float *g, const float *img, const float *base,
+	const float *want, const float *weight, size_t n, const struct job *j, float sum[BLOCK])
+{
+	float a[BLOCK] = {0}, b[BLOCK] = {0}, c[BLOCK] = {0}, k[BLOCK] = {0};
+
+	memcpy(a, img, n * sizeof *a);
+	memcpy(b, want, n * sizeof *b);
+	if (base)
+		memcpy(c, base, n * sizeof *c);
+	for (size_t i = 0; i < BLOCK; i++) {
+		a[i] = (a[i] + c[i]) * j->scale;
+		b[i] *= j->scale;
+		c[i] = a[i] - b[i];
+	}
+	if (weight) {
+		memcpy(k, weight, n * sizeof *k);
+		for (size_t i = 0; i < BLOCK; i++) {
+			sum[i] += k[i] * fabsf(c[i]);
+			k[i] *= j->step;
+		}
+	} else
+		for (size_t i = 0; i < BLOCK; i++) {
+			sum[i] += fabsf(c[i]);
+			k[i] = j->step;
+		}
+	for (size_t i = 0; i < BLOCK; i++)
+		c[i] = c[i] > 0 ? k[i] : c[i] < 0 ? -k[i] : 0;
+	memcpy(x, a, n * sizeof *a);
+	memcpy(y, b, n * sizeof *b);
+	memcpy(g, c, n * sizeof *c);
+}
+
+static double total(const float part[BLOCK])
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < BLOCK; i++)
+		sum += (double)part[i];
+	return sum;
+}
+
+/* A row; returns its sum of |x - y|. */
+CLONES static double row_of(const struct job *j, size_t r)
+{
+	const struct ct_loss_image *l = j->l;
+	const float *img = j->img + r * j->pitch, *want = j->y + r * l->w;
+	const float *base = j->base ? j->base + r * l->w : NULL;
+	const float *weight = j->weight ? j->weight + r * l->w : NULL;
+	float *x = l->x + r * l->w, *y = l->y + r * l->w, *g = l->g + r * l->w, sum[BLOCK] = {0};
+	size_t c = 0;
+
+	for (; c + BLOCK <= l->w; c += BLOCK)
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
+			weight ? weight + c : NULL, BLOCK, j, sum);
+	if (c < l->w)
+		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
+			weight ? weight + c : NULL, l->w - c, j, sum);
+	return total(sum);
+}
+
+static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
+{
+	*first = strip * STRIP;
+	*end = *first + STRIP < l->h ? *first + STRIP : l->h;
+}
+
+static void l1_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss_image *l = j->l;
+	double sum = 0;
+	size_t r, end;
+
+	(void)worker;
+	for (rows(l, strip, &r, &end); r < end; r++)
+		sum += row_of(j, r);
+	l->part[2 * strip] = sum;
+}
+
+static void ssim_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss_image *l = j->l;
+	size_t r, end;
+
+	(void)worker;
+	rows(l, strip, &r, &end);
+	if (j->ssim != 0)
+		l->part[2 * strip + 1] = ct_ssim_back_rows(
+			&l->rule, l->h, l->w, r, end, l->g, l->x, l->y, j->weight, -j->ssim);
+	for (; r < end; r++) {
+		float *restrict to = j->dimg + r * j->pitch;
+		const float *restrict from = l->g + r * l->w;
+
+		for (size_t c = 0; c < l->w; c++)
+			to[c] = j->scale * from[c];
+		memset(to + l->w, 0, (j->pitch - l->w) * sizeof *to);
+	}
+}
+
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
+	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
+	const struct ct_loss_weights *k, struct ct_par *par)
+{
+	const double count = (double)l->h * (double)l->w * k->mean_weight;
+	double l1 = 0, less = 0;
+	struct job j = {.l = l,
+		.dimg = dimg,
+		.img = img,
+		.base = base,
+		.y = y,
+		.weight = weight,
+		.pitch = pitch,
+		.ssim = k->ssim / k->mean_weight,
+		.scale = (float)k->scale,
+		.step = (float)(k->l1 / count)};
+
+	ct_par_for(par, strips(l), l1_strip, &j);
+	ct_par_for(par, strips(l), ssim_strip, &j);
+	for (size_t i = 0; i < strips(l); i++) {
+		l1 += l->part[2 * i];
+		less += k->ssim == 0 ? 0 : l->part[2 * i + 1];
+	}
+	t->l1 = l1 / count;
+	t->dssim = less / count;
+}
+
+/* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their
+ * signs times w go to db and from da, which may overlap or be NULL; their sizes to sum. */
+INLINE void differ(float *da, float *db, const float *a, const float *b, const float *ab,
+	const float *bb, size_t n, float w, float sum[BLOCK])
+{
+	float d[BLOCK] = {0}, s[BLOCK] = {0}, t[BLOCK] = {0};
+
+	memcpy(d, b, n * sizeof *d);
+	memcpy(s, a, n * sizeof *s);
+	for (size_t k = 0; k < BLOCK; k++)
+		d[k] -= s[k];
+	if (ab) {
+		memcpy(t, bb, n * sizeof *t);
+		memcpy(s, ab, n * sizeof *s);
+		for (size_t k = 0; k < BLOCK; k++)
+			d[k] += t[k] - s[k];
+	}
+	for (size_t k = 0; k < BLOCK; k++)
+		sum[k] += k < n ? fabsf(d[k]) : 0;
+	for (size_t k = 0; k < BLOCK; k++)
+		s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
+	for (size_t k = 0; da && k < n; k++)
+		da[k] -= s[k];
+	for (size_t k = 0; db && k < n; k++)
+		db[k] += s[k];
+}
+
+/* The same for any n; returns the sum of the sizes. */
+CLONES static double pair(float *da, float *db, const float *a, const float *b, const float *ab,
+	const float *bb, size_t n, float w)
+{
+	float sum[BLOCK] = {0};
+	size_t i = 0;
+
+	for (; i + BLOCK <= n; i += BLOCK)
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, BLOCK, w, sum);
+	if (i < n)
+		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
+			ab ? bb + i : NULL, n - i, w, sum);
+	return total(sum);
+}
+
+struct tv {
+	float *df;
+	double *part; /* of every slice */
+	const float *f, *base;
+	const size_t *n;
+	size_t pitch;
+	float weight;
+};
+
+/* The gradient in a slice, and the sum of the differences that begin in it: those to the slices on
+ * both sides are taken from both. */
+static void tv_slice(void *arg, size_t k, size_t worker)
+{
+	const struct tv *t = arg;
+	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
+	double sum = 0;
+
+	(void)worker;
+	memset(t->df + k * up, 0, up * sizeof *t->df);
+	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
+		float *d = t->df + r * t->pitch;
+		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
+
+		sum += pair(d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
+		if (r + 1 < (k + 1) * n[1])
+			sum += pair(d, d + t->pitch, a, a + t->pitch, b, b ? b + n[0] : NULL, n[0],
+				t->weight);
+		if (k + 1 < n[2])
+			sum += pair(d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
+		if (k > 0)
+			pair(NULL, d, a - up, a, b ? b - bup : NULL, b, n[0], t->weight);
+	}
+	t->part[k] = sum;
+}
+
+double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par)
+{
+	size_t count =
+		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
+	struct tv t = {.df = df,
+		.part = part,
+		.f = f,
+		.base = base,
+		.n = n,
+		.pitch = pitch,
+		.weight = count ? (float)(weight / (double)count) : 0};
+	double sum = 0;
+
+	ct_par_for(par, n[2], tv_slice, &t);
+	for (size_t k = 0; k < n[2]; k++)
+		sum += part[k];
+	return count ? sum / (double)count : 0;
+}
