@@ -186,7 +186,7 @@ static void forward(void *arg)
 	struct side *d = arg;
 	struct ct_err e;
 
-	ct_gaussian_resolve(d->w.blob, &d->f.g, NULL);
+	ct_gaussian_resolve(d->w.gaussian, &d->f.g, NULL);
 	must(ct_loss_total_project(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
 }
 
@@ -204,7 +204,7 @@ static void backward(void *arg)
 {
 	struct side *d = arg;
 
-	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
+	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.gaussian, &d->f.g, d->w.dimg, NULL);
 }
 
 static void block_term(void *arg)

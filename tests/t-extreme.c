@@ -3,8 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 

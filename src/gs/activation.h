@@ -7,8 +7,8 @@
  *
  * Pure.
  */
-#ifndef CT_GS_ACT_H
-#define CT_GS_ACT_H
+#ifndef CT_GS_ACTIVATION_H
+#define CT_GS_ACTIVATION_H
 #include "core/gauss.h"
 
 /* A slope outside makes phi not invertible (0, negative) or steeper below than above. */

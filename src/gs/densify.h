@@ -6,8 +6,8 @@
  * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
  * for the activations that cannot be negative) and those whose centre is outside the grid.
  */
-#ifndef CT_GS_DENSITY_H
-#define CT_GS_DENSITY_H
+#ifndef CT_GS_DENSIFY_H
+#define CT_GS_DENSIFY_H
 #include "core/err.h"
 #include "gs/adam.h"
 #include "gs/voxelise.h"

@@ -1,8 +1,8 @@
-/* fit-state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
- * stand in the metadata, in hexadecimal. */
+/* fit-state.c: see fit-state.h. Numbers that a float cannot hold stand in the metadata, in
+ * hexadecimal. */
 #include "config.h"
+#include "gs/fit-state.h"
 #include "core/mem.h"
-#include "gs/fit.h"
 
 #include <math.h>
 #include <stdio.h>

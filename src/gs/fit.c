@@ -368,7 +368,7 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 
 	if (ct_loss_total_grow(w, f->g.n, e))
 		return -1;
-	ct_gaussian_resolve(w->blob, &f->g, env->par);
+	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
 	if (view_of(f, d, w, &t, iteration, env, e) ||
 		(o->tv > 0 && ct_loss_total_tv(w, &t, f, d, iteration, env, e)) ||
 		check_term(t.tv, "TV", iteration, e) ||

@@ -10,8 +10,8 @@
  * deviations): a projection's norm grows with s^2, so their columns are about alike. Few steps
  * do most, and stop before noise is fitted.
  */
-#ifndef CT_GS_POLISH_H
-#define CT_GS_POLISH_H
+#ifndef CT_GS_REFIT_H
+#define CT_GS_REFIT_H
 #include "gs/fit.h"
 #include "gs/loss-total.h"
 
