@@ -116,3 +116,18 @@ dist_check_SCRIPTS += tests/t-ct-upsample.sh
 check_PROGRAMS += tests/t-fdk
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh
+# The vectors at each level.
+if SIMD_LEVELS
+check_PROGRAMS += tests/t-vec-v2 tests/t-vec-v3 tests/t-vec-v4
+tests_t_vec_v2_SOURCES = tests/t-vec.c
+tests_t_vec_v2_CFLAGS = $(AM_CFLAGS) -march=x86-64-v2 -DCT_SIMD_LEVEL=2
+tests_t_vec_v3_SOURCES = tests/t-vec.c
+tests_t_vec_v3_CFLAGS = $(AM_CFLAGS) -march=x86-64-v3 -DCT_SIMD_LEVEL=3
+tests_t_vec_v4_SOURCES = tests/t-vec.c
+tests_t_vec_v4_CFLAGS = $(AM_CFLAGS) -march=x86-64-v4 -DCT_SIMD_LEVEL=4
+else
+check_PROGRAMS += tests/t-vec-v1
+tests_t_vec_v1_SOURCES = tests/t-vec.c
+tests_t_vec_v1_CFLAGS = $(AM_CFLAGS) -DCT_SIMD_LEVEL=1
+endif
+dist_check_SCRIPTS += tests/t-levels.sh
