@@ -432,8 +432,8 @@ static void crowd(void)
 	ct_gauss_free(&few);
 }
 
-/* Their voxels, projected through the grid, give the same picture: a foot of cone beam is right to
- * first order in its size over the distance of the source, here 5/400. */
+/* Their voxels, projected through the grid, give the same picture: a footprint of cone beam is
+ * right to first order in its size over the distance of the source, here 5/400. */
 static void voxels(enum ct_beam beam, double tol)
 {
 	enum { N = 64 };

@@ -6,8 +6,9 @@
 
 #include <math.h>
 
-void CT_SIMD_HERE(ct_gs_adam_row)(size_t n, float *restrict x, float *restrict m, float *restrict v,
-	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
+void CT_SIMD_HERE(ct_adam_row_step)(size_t n, float *restrict x, float *restrict m,
+	float *restrict v, const float *restrict grad, const float *restrict c1,
+	const float *restrict c2, float lr)
 {
 	const float b1 = (float)CT_GS_ADAM_BETA1, b2 = (float)CT_GS_ADAM_BETA2;
 	const float eps = (float)CT_GS_ADAM_EPS;

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 /* n parameters x with moments m, v; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 - beta2^t). */
-CT_SIMD_DECLARE(void, ct_gs_adam_row,
+CT_SIMD_DECLARE(void, ct_adam_row_step,
 	(size_t n, float *restrict x, float *restrict m, float *restrict v,
 		const float *restrict grad, const float *restrict c1, const float *restrict c2,
 		float lr));

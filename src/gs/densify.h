@@ -1,5 +1,5 @@
-/* densify.h: how many Gaussians, and where: clone, split and prune by R2-Gaussian's rules with
- * the paper's for signed densities.
+/* densify.h: adaptive density control, how many Gaussians and where: clone, split and prune by
+ * R2-Gaussian's rules with the paper's for signed densities.
  *
  * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
  * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the

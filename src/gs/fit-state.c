@@ -39,7 +39,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 static double *scalar(struct ct_fit *f, size_t k)
 {
 	double *const s[SCALARS] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
-		&f->last_loss, &f->first_l1, &f->turn, &f->error};
+		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error};
 
 	return s[k];
 }

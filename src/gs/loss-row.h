@@ -14,8 +14,8 @@ struct ct_loss_row {
 
 /* x = scale (img + base), y = scale want, g = step weight sign(x - y); returns the sum of
  * weight |x - y|. */
-CT_SIMD_DECLARE(
-	double, ct_loss_row_l1, (const struct ct_loss_row *r, size_t n, float scale, float step));
+CT_SIMD_DECLARE(double, ct_loss_row_l1,
+	(const struct ct_loss_row *row, size_t columns, float scale, float step));
 /* n differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their signs
  * times w go to db and from da, which may overlap or be NULL; returns the sum of their sizes. */
 CT_SIMD_DECLARE(double, ct_loss_row_tv,

@@ -81,6 +81,11 @@ struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f)
 		.mean_weight = f->mean_weight};
 }
 
+void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k)
+{
+	t->total = k->l1 * t->l1 + k->ssim * t->dssim + k->tv * t->tv + k->lr * t->lr;
+}
+
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {

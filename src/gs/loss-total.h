@@ -1,4 +1,8 @@
-/* loss-total.h: the terms of a fit's loss (fit.h), each with its gradient. For fit.c and refit.c.
+/* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient, and their sum.
+ * For fit.c and refit.c.
+ *
+ * The gradients with respect to what is drawn go back through splat.h and voxelise.h to the
+ * parameters of the Gaussians, and that of the density through the activation to the raw density.
  */
 #ifndef CT_GS_LOSS_TOTAL_H
 #define CT_GS_LOSS_TOTAL_H
@@ -29,6 +33,9 @@ void ct_loss_total_free(struct ct_loss_total *w);
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e);
 /* The weights of the loss of f. */
 struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f);
+
+/* t->total, of the terms that are there. */
+void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k);
 
 /* Plan and draw view k of what w->gaussian holds: w->splat, w->img. */
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,

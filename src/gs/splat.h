@@ -1,22 +1,22 @@
 /* splat.h: X-ray projections of Gaussians and their gradients.
  *
- * The line integral of a 3-D Gaussian is a 2-D Gaussian, its footprint:
+ * The line integral of a 3-D Gaussian is a 2-D Gaussian, its footprint on the detector:
  *
- *   rho mu exp(-1/2 d^T K d),  d = pixel - projected centre,  K^-1 = J Sigma
- * J^T with J the Jacobian of the projection at the centre (2x3, pixels per mm), and
+ *   rho mu exp(-1/2 d^T K d),   d = pixel - projected centre,   K^-1 = J Sigma J^T
  *
- *   mu = sqrt(2 pi / (delta^T Sigma^-1 delta)),  delta = unit ray through the centre,
+ * with J the Jacobian of the projection at the centre (2x3, pixels per mm), and
  *
- * its exact integral along the ray through the centre: mm, so that a pixel is density x mm as
- * in ct_project. This is the rectified splat of R2-Gaussian (Zha et al., NeurIPS 2024) in a form
- * that is positive by construction. There is no dilation and, as densities are signed, no
- * threshold on the contribution: a Gaussian ends on the ellipse of CT_GS_CUT (rasterise.h),
- * whatever its sign. Off its centre a Gaussian is exact in parallel beam and to first order in cone
- * beam.
+ *   mu = sqrt(2 pi / (delta^T Sigma^-1 delta)),   delta = unit ray through the centre,
+ *
+ * its exact integral along the ray through the centre: mm, so that a pixel is density x mm as in
+ * ct_project. This is the rectified splat of R2-Gaussian (Zha et al., NeurIPS 2024) in a form that
+ * is positive by construction. There is no dilation and, as densities are signed, no threshold on
+ * the contribution: a Gaussian ends on the ellipse of CT_GS_CUT (rasterise.h), whatever its sign.
+ * Off its centre a Gaussian is exact in parallel beam and to first order in cone beam.
  *
  * The image is a plain sum in order of index, by groups of 4096 so that a million in one place lose
- * no digits: the same bytes for any number of threads. Gradients
- * belong to one Gaussian each and are summed by one task.
+ * no digits: the same bytes for any number of threads. Gradients belong to one Gaussian each and
+ * are summed by one task.
  */
 #ifndef CT_GS_SPLAT_H
 #define CT_GS_SPLAT_H
