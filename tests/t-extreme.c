@@ -3,8 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -420,8 +421,8 @@ static void crowd(void)
 	ct_gauss_free(&few);
 }
 
-/* Their voxels, projected through the grid, give the same picture: a foot of cone beam is right to
- * first order in its size over the distance of the source, here 5/400. */
+/* Their voxels, projected through the grid, give the same picture: a footprint of cone beam is
+ * right to first order in its size over the distance of the source, here 5/400. */
 static void voxels(enum ct_beam beam, double tol)
 {
 	enum { N = 64 };

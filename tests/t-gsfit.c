@@ -2,7 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/fit.h"
+#include "gs/fit-state.h"
+#include "gs/neighbours.h"
 #include "gs/place.h"
 #include "gs/refit.h"
 #include "xray/project.h"
@@ -554,7 +555,7 @@ static void coarse(struct scene *s, const struct ct_env *env)
 		f.opt.lr = 1;
 		must(ct_loss_total_alloc(&w, &f.opt, &d, env->par, &err));
 		must(ct_loss_total_grow(&w, f.g.n, &err));
-		ct_gaussian_resolve(w.blob, &f.g, env->par);
+		ct_gaussian_resolve(w.gaussian, &f.g, env->par);
 		must(ct_loss_total_lowres(&w, &t, &f, 1, env, &err));
 		term[k] = t.lr;
 		ct_loss_total_free(&w);

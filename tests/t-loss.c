@@ -4,6 +4,7 @@
 #include "core/rng.h"
 #include "gs/rasterise.h"
 #include "gs/loss-image.h"
+#include "gs/loss-tv.h"
 #include "tap.h"
 
 #include <stdbool.h>

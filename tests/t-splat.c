@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/activation.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
 #include "tap.h"
 

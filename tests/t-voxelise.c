@@ -3,7 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/voxelise.h"
+#include "gs/footprint-ref.h"
+#include "gs/splat.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -127,13 +129,13 @@ static void fast(void)
 		memset(grad.d[k], 0, g.n * sizeof(float));
 	ct_voxelise_backward(&grad, &v, b, &g, df, par);
 	for (size_t at = 0; at < v.n; at++) {
-		size_t i = v.brick[at].index;
+		size_t i = v.item[at].index;
 		double q[4], d[PARAMS], sums[10];
 		struct ct_gaussian_gradient fg;
 
-		ct_voxelise_ref_draw(ref, &block, &v.brick[at], CT_GS_CUT);
-		ct_voxelise_ref_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
-		ct_voxelise_backward_one(&fg, &block, &v.brick[at], &b[i], sums);
+		ct_voxelise_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_backward_one(&fg, &block, &v.item[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);

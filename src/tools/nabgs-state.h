@@ -1,7 +1,7 @@
 /* nabgs-state.h: the state of a fit in a file, so that it can be continued, and its report. */
 #ifndef CT_TOOLS_NABGS_STATE_H
 #define CT_TOOLS_NABGS_STATE_H
-#include "gs/fit.h"
+#include "gs/fit-state.h"
 #include "tools/lib/evidence.h"
 
 #include <stdbool.h>
