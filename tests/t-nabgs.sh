@@ -122,8 +122,6 @@ grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 's
 [ ! -e dry.ply ]; ok $? 'and makes nothing'
 
 exits 2 'needs a base' ct-nabgs p.exr no.ply
-exits 2 'Gaussians are no volume' ct-nabgs --base=b.nii p.exr no.nii.gz
-has err 'PLY' 'nor voxels Gaussians'
 exits 2 'one standard input' ct-nabgs -b - - no.ply
 exits 2 'caps above the start' ct-nabgs -b up.nii -g 50 --max-gaussians 20 p.exr no.ply
 exits 2 'no resume of a stream' ct-nabgs -b up.nii --resume p.exr -

@@ -124,18 +124,36 @@ CT_INLINE ct_f64 ct_f64_gather(const double *p, size_t stride)
 #endif
 }
 
-/* CT_F64_LANES floats as doubles, and back. */
+/* CT_F64_LANES floats as doubles, and back. Spelled out, since GCC 12 converts in halves, by way of
+ * memory. */
+CT_INLINE ct_f64 ct_f64_from(ct_f32h v)
+{
+#if defined(__AVX512F__)
+	return (ct_f64)_mm512_cvtps_pd((__m256)v);
+#elif defined(__AVX2__)
+	return (ct_f64)_mm256_cvtps_pd((__m128)v);
+#else
+	return __builtin_convertvector(v, ct_f64);
+#endif
+}
+
 CT_INLINE ct_f64 ct_f64_widen(const float *p)
 {
 	ct_f32h v;
 
 	memcpy(&v, p, sizeof v);
-	return __builtin_convertvector(v, ct_f64);
+	return ct_f64_from(v);
 }
 
 CT_INLINE void ct_f64_narrow(float *p, ct_f64 v)
 {
+#if defined(__AVX512F__)
+	const ct_f32h h = (ct_f32h)_mm512_cvtpd_ps((__m512d)v);
+#elif defined(__AVX2__)
+	const ct_f32h h = (ct_f32h)_mm256_cvtpd_ps((__m256d)v);
+#else
 	const ct_f32h h = __builtin_convertvector(v, ct_f32h);
+#endif
 
 	memcpy(p, &h, sizeof h);
 }

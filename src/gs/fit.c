@@ -194,9 +194,7 @@ void ct_fit_free(struct ct_fit *f)
 
 const char *ct_fit_end_name(enum ct_fit_end end)
 {
-	static const char *const name[] = {"no end", "iterations", "tolerance", "nothing to fit"};
-
-	return name[end];
+	return CT_WORD(CT_FIT_END_LIST, end);
 }
 
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative)

@@ -49,7 +49,11 @@ struct ct_rate {
 
 /* Where Gaussians begin: where its projections say that the base is wrong, or where it is dense, as
  * published. AUTO: the former in mode residual, if filtered back-projection can invert the scan. */
-enum ct_fit_place { CT_PLACE_AUTO, CT_PLACE_RESIDUAL, CT_PLACE_BASE };
+#define CT_PLACE_LIST(X)                                                                           \
+	X(CT_PLACE_AUTO, "auto")                                                                   \
+	X(CT_PLACE_RESIDUAL, "residual")                                                           \
+	X(CT_PLACE_BASE, "base")
+enum ct_fit_place { CT_PLACE_LIST(CT_WORD_VALUE) };
 
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
@@ -103,7 +107,12 @@ struct ct_fit_point {
 	float gaussians, error, iteration;
 };
 
-enum ct_fit_end { CT_FIT_RUNNING, CT_FIT_DONE, CT_FIT_ENOUGH, CT_FIT_EMPTY };
+#define CT_FIT_END_LIST(X)                                                                         \
+	X(CT_FIT_RUNNING, "no end")                                                                \
+	X(CT_FIT_DONE, "iterations")                                                               \
+	X(CT_FIT_ENOUGH, "tolerance")                                                              \
+	X(CT_FIT_EMPTY, "nothing to fit")
+enum ct_fit_end { CT_FIT_END_LIST(CT_WORD_VALUE) };
 
 struct ct_fit {
 	struct ct_fit_options opt;
@@ -134,7 +143,7 @@ void ct_fit_free(struct ct_fit *f);
  * has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
-/* "iterations", "tolerance", "nothing to fit". */
+/* Its words. */
 const char *ct_fit_end_name(enum ct_fit_end end);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);

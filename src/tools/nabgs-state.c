@@ -24,7 +24,7 @@ static const char *input_of(const struct ct_meta *m)
 }
 
 /* What a state belongs to: all that can change the result. */
-int nabgs_state_name(struct nabgs_state *s, const struct nabgs_data *d,
+int nabgs_state_name(struct nabgs_state *s, const struct ct_evidence *d,
 	const struct ct_fit_options *o, const struct ct_env *env, struct ct_err *e)
 {
 	s->env = env;

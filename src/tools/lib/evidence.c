@@ -1,6 +1,6 @@
-/* nabgs-data.c: see nabgs-data.h. */
+/* evidence.c: see evidence.h. */
 #include "config.h"
-#include "tools/nabgs-data.h"
+#include "tools/lib/evidence.h"
 #include "formats/format.h"
 #include "quality/certificate.h"
 #include "xray/project.h"
@@ -11,7 +11,7 @@
 #include <string.h>
 #include <strings.h>
 
-void nabgs_data_free(struct nabgs_data *d)
+void ct_evidence_free(struct ct_evidence *d)
 {
 	ct_stack_free(&d->in);
 	ct_stack_free(&d->base_proj);
@@ -31,7 +31,7 @@ static int check_quantity(
 }
 
 /* The window that the option and all files agree on. */
-static int choose_window(struct nabgs_data *d, const struct nabgs_files *f, struct ct_err *e)
+static int choose_window(struct ct_evidence *d, const struct ct_evidence_files *f, struct ct_err *e)
 {
 	const char *base = ct_meta_get(&d->base.meta, "window");
 	const char *in = ct_meta_get(&d->in.meta, "window");
@@ -45,8 +45,8 @@ static int choose_window(struct nabgs_data *d, const struct nabgs_files *f, stru
 }
 
 /* What the base, in HU, leaves of the LR. */
-static int read_lr(struct nabgs_data *d, const struct nabgs_files *f, const struct ct_env *env,
-	struct ct_err *e)
+static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_consistency c;
 	struct ct_vol lr = {0};
@@ -72,53 +72,43 @@ out:
 	return rc;
 }
 
-/* HU to density, after what needs HU. */
-static int read_base(struct nabgs_data *d, const struct nabgs_files *f, const struct ct_env *env,
-	struct ct_err *e)
+/* Is the base density already, not HU? */
+static bool is_density(const struct ct_evidence *d)
 {
-	const char *quantity;
-	bool density;
+	const char *quantity = ct_meta_get(&d->base.meta, "quantity");
 
+	return quantity && strcasecmp(quantity, "density") == 0;
+}
+
+static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e)
+{
 	if (ct_vol_read(f->base, &d->base, e))
 		return -1;
 	if (ct_vol_check_finite(&d->base, e) || ct_vol_check_grid(&d->base, e))
 		return ct_blame(e, f->base);
-	quantity = ct_meta_get(&d->base.meta, "quantity");
-	density = quantity && strcasecmp(quantity, "density") == 0;
-	if ((!density && check_quantity(&d->base.meta, "hu", f->base, e)) || choose_window(d, f, e))
+	if ((f->lr || !is_density(d)) && check_quantity(&d->base.meta, "hu", f->base, e))
 		return -1;
-	if (density && f->lr)
-		return ct_fail(e, CT_EINPUT, "%s: quantity is density, and --lr wants HU", f->base);
-	if (f->lr && read_lr(d, f, env, e))
-		return -1;
-	if (!density)
-		ct_window_density(ct_vol_count(&d->base), d->base.data, d->base.data, d->window);
-	return 0;
+	return choose_window(d, f, e) || (f->lr && read_lr(d, f, env, e)) ? -1 : 0;
 }
 
-static int project_base(struct nabgs_data *d, const struct nabgs_files *f, const struct ct_env *env,
-	struct ct_err *e)
+static int project_base(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_projector g;
+	struct ct_projector g = {0};
+	struct ct_linear a;
+	int rc = -1;
 
 	if (ct_stack_like(&d->base_proj, &d->in, 1, e))
 		return -1;
 	ct_meta_free(&d->base_proj.meta);
 	if (ct_projector_init(&g, &d->base, &d->in, e))
 		return ct_blame(e, f->base);
-	if (ct_projector_reserve(&g, e))
-		return -1;
-	ct_projector_load(&g, d->base.data, env->par);
-	for (size_t k = 0; k < d->in.views; k++) {
-		ct_progress(env, "projections of the base", k, d->in.views);
-		if (ct_check_stop(env, e)) {
-			ct_projector_free(&g);
-			return -1;
-		}
-		ct_project(&g, k, 1, ct_stack_view(&d->base_proj, k), NULL, env->par);
-	}
+	a = ct_project_linear(&g);
+	if (ct_projector_reserve(&g, e) == 0)
+		rc = ct_linear_apply(&a, d->base_proj.data, d->base.data, env, e);
 	ct_projector_free(&g);
-	return 0;
+	return rc;
 }
 
 static int read_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
@@ -131,7 +121,7 @@ static int read_stack(struct ct_stack *s, const char *path, const char *quantity
 /* Deviation s of a pixel to its weight q^2 / (q^2 + s^2), q^2 the mean of all s^2: what the least
  * squares of a sum of two errors ask for, that of the samples and one as large that all pixels
  * share. */
-static int read_weight(struct nabgs_data *d, const struct nabgs_files *f, struct ct_err *e)
+static int read_weight(struct ct_evidence *d, const struct ct_evidence_files *f, struct ct_err *e)
 {
 	struct ct_stack *w = &d->weight;
 	size_t n;
@@ -157,17 +147,23 @@ static int read_weight(struct nabgs_data *d, const struct nabgs_files *f, struct
 	return 0;
 }
 
-int nabgs_data_read(struct nabgs_data *d, const struct nabgs_files *f, const struct ct_env *env,
-	struct ct_err *e)
+int ct_evidence_read(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e)
 {
 	if (read_stack(&d->in, f->in, "lineIntegral", e) || read_base(d, f, env, e) ||
 		(f->std && read_weight(d, f, e)))
 		return -1;
-	if (f->full)
-		return 0;
 	if (!f->projections)
-		return project_base(d, f, env, e);
+		return 0;
 	if (read_stack(&d->base_proj, f->projections, "lineIntegral", e))
 		return -1;
 	return ct_stack_same(&d->in, &d->base_proj, e) ? ct_blame(e, f->projections) : 0;
+}
+
+int ct_evidence_density(struct ct_evidence *d, const struct ct_evidence_files *f, bool project,
+	const struct ct_env *env, struct ct_err *e)
+{
+	if (!is_density(d))
+		ct_window_density(ct_vol_count(&d->base), d->base.data, d->base.data, d->window);
+	return project && !f->projections ? project_base(d, f, env, e) : 0;
 }
