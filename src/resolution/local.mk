@@ -1,5 +1,6 @@
 # The degradation D and its inverse: resampling, SVD, consistency, total variation, blur.
 libct_a_SOURCES += src/resolution/separable.c src/resolution/separable.h
+SIMD_SOURCES += src/resolution/separable-rows.c src/resolution/separable-rows.h
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h
 libct_a_SOURCES += src/resolution/crop.c src/resolution/crop.h
@@ -11,4 +12,5 @@ libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
 libct_a_SOURCES += src/resolution/hessian-tv.c src/resolution/hessian-tv.h
+SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h
