@@ -1,4 +1,4 @@
-/* An iteration of total variation under data consistency (kern/tv.c) on 256^3, against the time to
+/* An iteration of total variation under data consistency (resolution/tv.h) on 256^3, against the time to
  * read and write its four volumes once, which is the least that any such iteration moves. */
 #include "config.h"
 #include "bench/bench.h"
