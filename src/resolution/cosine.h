@@ -9,6 +9,10 @@
  * A folded column of x has its sums of sums first, and last the differences of its first fold: that
  * of rows j and s-1-j of the s folded stands in row s-1-j. Coefficients are kept in the same order:
  * first the functions that are even at every fold, last the odd ones. Float; thread-safe.
+ *
+ * Not oneDNN's sgemm: dense it takes 1.5 to 2.4 times as long for 16 to 64 functions of 64 to 256
+ * samples, at v3 and at v4, and folded nearly as long; and it adds in an order of each processor's
+ * own.
  */
 #ifndef CT_RESOLUTION_COSINE_H
 #define CT_RESOLUTION_COSINE_H
