@@ -58,12 +58,22 @@ typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 /* All lanes x. */
 CT_INLINE ct_f32 ct_f32_set(float x)
 {
-	return (ct_f32){0} + x;
+	return x - (ct_f32){0}; /* not +, which would make 0 of -0 */
 }
 
 CT_INLINE ct_f64 ct_f64_set(double x)
 {
-	return (ct_f64){0} + x;
+	return x - (ct_f64){0};
+}
+
+/* A mask of the first n lanes. */
+CT_INLINE ct_i32 ct_i32_first(size_t n)
+{
+	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+	ct_i32 v;
+
+	memcpy(&v, lane, sizeof v);
+	return v < (int32_t)n;
 }
 
 /* Whole vectors, and the first n <= lanes of one (the others 0, or not stored), at any address. */
@@ -86,7 +96,13 @@ CT_INLINE ct_f32 ct_f32_load_n(const float *p, size_t n)
 
 	if (n >= CT_F32_LANES)
 		return ct_f32_load(p);
+#if defined(__AVX512F__)
+	v = (ct_f32)_mm512_maskz_loadu_ps((__mmask16)((1u << n) - 1), p);
+#elif defined(__AVX2__)
+	v = (ct_f32)_mm256_maskload_ps(p, (__m256i)ct_i32_first(n));
+#else
 	memcpy(&v, p, n * sizeof *p);
+#endif
 	return v;
 }
 
@@ -95,7 +111,13 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 	if (n >= CT_F32_LANES)
 		ct_f32_store(p, v);
 	else
+#if defined(__AVX512F__)
+		_mm512_mask_storeu_ps(p, (__mmask16)((1u << n) - 1), (__m512)v);
+#elif defined(__AVX2__)
+		_mm256_maskstore_ps(p, (__m256i)ct_i32_first(n), (__m256)v);
+#else
 		memcpy(p, &v, n * sizeof *p);
+#endif
 }
 
 CT_INLINE ct_f64 ct_f64_load(const double *p)
@@ -156,6 +178,19 @@ CT_INLINE void ct_f64_narrow(float *p, ct_f64 v)
 #endif
 
 	memcpy(p, &h, sizeof h);
+}
+
+/* The last lane of `before`, and all but the last of v. */
+CT_INLINE ct_f32 ct_f32_slide(ct_f32 before, ct_f32 v)
+{
+#if CT_F32_LANES == 16
+	return __builtin_shufflevector(
+		before, v, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30);
+#elif CT_F32_LANES == 8
+	return __builtin_shufflevector(before, v, 7, 8, 9, 10, 11, 12, 13, 14);
+#else
+	return __builtin_shufflevector(before, v, 3, 4, 5, 6);
+#endif
 }
 
 /* Where the mask, all ones or all zeroes a lane, is set: yes; else no. */
