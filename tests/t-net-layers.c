@@ -28,7 +28,6 @@ struct layer {
 
 static double *in_d[INPUTS], y_d[MOST], y2_d[MOST], weight_d[MOST];
 static float *in_f[INPUTS], *grad_f[INPUTS], y_f[MOST], dy_f[MOST];
-static struct ct_err err;
 
 static double worst; /* relative to the largest entry */
 
