@@ -19,6 +19,9 @@ none 'no unbounded string functions' '\b(strcpy|strcat|sprintf|gets|atoi|atof|st
 none 'no marks of unfinished work' '\b(TODO|FIXME|XXX|HACK)\b'
 none 'no trailing blanks' '[[:space:]]$'
 none 'threads start in one file only' '^[^/*]*#[[:space:]]*pragma[[:space:]]+omp'
+bad=$(grep -rnE '^#include "[^/"]+"' src formats | grep -v '"config.h"')
+[ -z "$bad" ]; ok $? 'our headers are included with their folder'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 only tests/t-core.c 'words of a choice stand in a list beside their enum' \
 	'^[^*]*"[a-z0-9+-]+(\|[a-z0-9+-]+)+"'
 only src/core/clock.c 'one file asks for the time' \

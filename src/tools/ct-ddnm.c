@@ -8,9 +8,9 @@
 #include "formats/io.h"
 #include "diffusion/prior.h"
 #include "resolution/upsample.h"
-#include "ddnm-picture.h"
-#include "ddnm-state.h"
-#include "prior-file.h"
+#include "tools/ddnm-picture.h"
+#include "tools/ddnm-state.h"
+#include "tools/prior-file.h"
 
 #include <math.h>
 #include <stdio.h>

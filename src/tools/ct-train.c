@@ -8,7 +8,7 @@
 #include "formats/io.h"
 #include "diffusion/prior.h"
 #include "diffusion/train.h"
-#include "train-data.h"
+#include "tools/train-data.h"
 
 #include <math.h>
 #include <stdio.h>

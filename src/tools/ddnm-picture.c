@@ -1,6 +1,6 @@
 /* ddnm-picture.c: see ddnm-picture.h. */
 #include "config.h"
-#include "ddnm-picture.h"
+#include "tools/ddnm-picture.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/format.h"

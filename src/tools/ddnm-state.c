@@ -1,6 +1,6 @@
 /* ddnm-state.c: see ddnm-state.h. */
 #include "config.h"
-#include "ddnm-state.h"
+#include "tools/ddnm-state.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/tensors.h"
