@@ -132,3 +132,4 @@ tests_t_vec_v1_SOURCES = tests/t-vec.c
 tests_t_vec_v1_CFLAGS = $(AM_CFLAGS) -DCT_SIMD_LEVEL=1
 endif
 dist_check_SCRIPTS += tests/t-levels.sh
+dist_check_SCRIPTS += tests/t-resume.sh

@@ -47,7 +47,7 @@ static const struct ct_opt opts[] = {
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by"),
-	CT_OPT(struct params, prior, 'p', "prior", "FILE", 0, 0,
+	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"diffusion prior, safetensors; by default the one that is installed"),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
@@ -63,14 +63,14 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
-	CT_OPT(struct params, init, 'i', "init", "FILE", 0, 0,
+	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
 		"with --init: noise level to begin from, a timestep of 1000; -1 takes 60"),
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all"),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
-	CT_OPT(struct params, std, 0, "std", "FILE", 0, 0,
+	CT_OPT_IDLE(struct params, std, 0, "std", "FILE", 0, 0,
 		"also write the standard deviation of the samples, EXR"),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
@@ -78,8 +78,8 @@ static const struct ct_opt opts[] = {
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours"),
-	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
-		"go on from OUT.part, as if there had been no interruption"),
+	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
+		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
 };
 
@@ -91,6 +91,7 @@ struct job {
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
 	struct ct_superres s;
+	struct ct_resume resume;
 	struct ddnm_state state;
 };
 
@@ -283,14 +284,26 @@ static int write_outputs(struct job *j, struct ct_err *e)
 	return ddnm_picture_write(j->p->out, &j->out, j->env, e);
 }
 
+/* What the views depend on besides the options; --std because its sums are kept. */
+static int name_run(struct job *j, struct ct_err *e)
+{
+	return ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
+			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
+			       ct_resume_input(&j->resume, "--init",
+				       j->p->init ? &j->init.meta : NULL, e) ||
+			       ct_resume_value(&j->resume, e, "--std", "%s",
+				       j->p->std ? "given" : "not given")
+		       ? -1
+		       : 0;
+}
+
 static int sample(struct job *j, struct ct_err *e)
 {
 	struct ct_denoiser net;
 	int rc;
 
-	if (plan(j, ct_par_threads(j->env->par), e) ||
-		ddnm_state_open(&j->state, j->p->out, j->p->resume, &j->s, &j->in, &j->init,
-			&j->prior_meta, &j->out, j->p->std ? &j->std : NULL, j->env, e))
+	if (plan(j, ct_par_threads(j->env->par), e) || name_run(j, e) ||
+		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
@@ -300,7 +313,7 @@ static int sample(struct job *j, struct ct_err *e)
 	if (rc == 0)
 		rc = write_outputs(j, e);
 	if (rc == 0)
-		ddnm_state_remove(&j->state);
+		ct_resume_done(&j->resume);
 	return rc;
 }
 
@@ -312,13 +325,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (!env->dry_run &&
 		(ct_out_check(j.p->out, env, e) || (j.p->std && ct_out_check(j.p->std, env, e))))
 		return -1;
-	if (read_inputs(&j, e) || read_prior(&j, e))
+	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
+		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px", j.out.views,
 		j.out.w, j.out.h, j.s.norm, j.s.op == CT_OP_MATCHED ? j.s.sigma_det : 0.0);
 	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);
+	ct_resume_close(&j.resume);
 	ct_prior_free(&j.prior);
 	ct_meta_free(&j.prior_meta);
 	ct_stack_free(&j.in);
