@@ -15,7 +15,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { SIZE = 512, VIEWS = 4, GRID = 256, PLAIN = 50000, WIDTH = 16, BLOCK = 2048 };
+enum { SIZE = 512, VIEWS = 4, GRID = 256, PLAIN = 50000, BLOCK = 2048 };
 
 /* A fit of noise, whose Gaussians are those of crowd, and its plain double. */
 struct side {
@@ -69,51 +69,45 @@ static struct ct_view view_at(double t)
 		.v = {0, 0, -1}};
 }
 
-/* The arithmetic alone: the pixels of all ellipses, and no others, in whole vectors in cache: a
- * multiplication and an addition of the pixel, two multiplications of the recurrence. */
-typedef float vf __attribute__((vector_size(4 * WIDTH)));
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-__attribute__((target_clones("avx512f", "avx2", "default")))
+/* The arithmetic alone, at each level. */
+#if defined(CT_SIMD_LEVELS)
+#define LANES 4
+#define TARGET __attribute__((target("arch=x86-64-v2")))
+#define UPDATE update_v2
+#include "bench/gs-limit.h"
+#define LANES 8
+#define TARGET __attribute__((target("arch=x86-64-v3")))
+#define UPDATE update_v3
+#include "bench/gs-limit.h"
+#define LANES 16
+#define TARGET __attribute__((target("arch=x86-64-v4")))
+#define UPDATE update_v4
+#include "bench/gs-limit.h"
+#else
+#define LANES 4
+#define TARGET
+#define UPDATE update_v1
+#include "bench/gs-limit.h"
 #endif
-static void
-update(vf *p, size_t rounds)
-{
-	enum { V = BLOCK / WIDTH, CHAINS = 8 };
-	vf e[CHAINS], step[CHAINS];
-
-	for (size_t k = 0; k < rounds; k++) {
-		for (size_t j = 0; j < CHAINS; j++) {
-			e[j] = p[0] * 0 + 0.25f;
-			step[j] = e[j] * 3.999f;
-		}
-		for (size_t i = 0; i < V; i += CHAINS)
-			for (size_t j = 0; j < CHAINS; j++) {
-				p[i + j] += 0.5f * e[j];
-				e[j] *= step[j];
-				step[j] *= 0.9999f;
-			}
-	}
-}
 
 /* Forward, or both directions: backward a pixel costs two multiplications more. */
 static void limit(void *arg)
 {
-	static vf p[BLOCK / WIDTH];
+	static float p[BLOCK];
 	const struct side *d = arg;
 
-	update(p, (size_t)(d->p.pixels / BLOCK));
-	if (p[0][0] > 1e30f)
+	CT_SIMD(update)(p, (size_t)(d->p.pixels / BLOCK));
+	if (p[0] > 1e30f)
 		printf("never\n");
 }
 
 static void limit_both(void *arg)
 {
-	static vf p[BLOCK / WIDTH];
+	static float p[BLOCK];
 	const struct side *d = arg;
 
-	update(p, (size_t)(2.5 * d->p.pixels / BLOCK));
-	if (p[0][0] > 1e30f)
+	CT_SIMD(update)(p, (size_t)(2.5 * d->p.pixels / BLOCK));
+	if (p[0] > 1e30f)
 		printf("never\n");
 }
 
@@ -186,7 +180,7 @@ static void forward(void *arg)
 	struct side *d = arg;
 	struct ct_err e;
 
-	ct_gaussian_resolve(d->w.blob, &d->f.g, NULL);
+	ct_gaussian_resolve(d->w.gaussian, &d->f.g, NULL);
 	must(ct_loss_total_project(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
 }
 
@@ -204,7 +198,7 @@ static void backward(void *arg)
 {
 	struct side *d = arg;
 
-	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
+	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.gaussian, &d->f.g, d->w.dimg, NULL);
 }
 
 static void block_term(void *arg)

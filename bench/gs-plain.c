@@ -77,7 +77,7 @@ void plain_free(struct plain *p)
 	*p = (struct plain){0};
 }
 
-/* The box of a foot, clipped; 0 if it is empty. */
+/* The box of a footprint, clipped; 0 if it is empty. */
 static int box_of(long box[4], const struct ct_footprint *f, const struct ct_camera *c)
 {
 	for (int a = 0; a < 2; a++) {
@@ -232,7 +232,7 @@ void plain_loss(void *arg)
 	}
 }
 
-/* The voxels of a brick's box, in x fastest order, with the conditional coordinates. */
+/* The voxels of a Gaussian's box, in x fastest order, with the conditional coordinates. */
 struct voxel {
 	size_t at;
 	double x, y, z, e;

@@ -7,7 +7,7 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 	CT_TOOLS='$(bin_PROGRAMS)'; unset CT_THREADS OMP_NUM_THREADS; \
 	export LC_ALL PATH srcdir builddir CT_TOOLS;
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
-EXTRA_DIST += tests/tap.sh tests/tap.h
+EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh

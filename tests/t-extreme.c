@@ -3,8 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -14,31 +15,21 @@
 
 enum { H = 40, W = 56, COUNT = H * W };
 
-static void must(int rc, const struct ct_err *e)
-{
-	if (rc == 0)
-		return;
-	printf("Bail out! %s\n", e->msg);
-	exit(1);
-}
-
 /* Source 400 mm from the centre, detector 200 behind; pixels see 1.3 mm there. */
 static void look(struct ct_camera *c, enum ct_beam beam)
 {
 	const struct ct_view v = {
 		.source = {-400, 0, 0}, .centre = {200, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
-	struct ct_err e;
 
-	must(ct_camera_init(c, &v, beam, H, W, &e), &e);
+	must(ct_camera_init(c, &v, beam, H, W, &err));
 }
 
 static void put(
 	struct ct_gauss *g, const double p[3], const double s[3], const double q[4], double raw)
 {
-	struct ct_err e;
 	size_t i = g->n;
 
-	must(ct_gauss_reserve(g, i + 1, &e), &e);
+	must(ct_gauss_reserve(g, i + 1, &err));
 	g->gamma = 1;
 	for (size_t a = 0; a < 3; a++) {
 		g->pos[a][i] = (float)p[a];
@@ -62,17 +53,16 @@ static void render(struct result *r, const struct ct_gauss *g, const struct ct_c
 	size_t pitch = ct_rasterise_pitch(W);
 	struct ct_splat s = {0};
 	float *img, *dimg;
-	struct ct_err e;
 
 	*r = (struct result){0};
-	must(ct_alloc(&r->b, g->n, sizeof *r->b, &e), &e);
-	must(ct_alloc0(&img, H, pitch * sizeof *img, &e), &e);
-	must(ct_alloc0(&dimg, H, pitch * sizeof *img, &e), &e);
-	must(ct_gradient_reserve(&r->grad, g->n, &e), &e);
+	must(ct_alloc(&r->b, g->n, sizeof *r->b, &err));
+	must(ct_alloc0(&img, H, pitch * sizeof *img, &err));
+	must(ct_alloc0(&dimg, H, pitch * sizeof *img, &err));
+	must(ct_gradient_reserve(&r->grad, g->n, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		dimg[i / W * pitch + i % W] = 0.5f + ct_rng_normal(7, 0, i);
 	ct_gaussian_resolve(r->b, g, NULL);
-	must(ct_splat_plan(&s, c, g->n, r->b, NULL, &e), &e);
+	must(ct_splat_plan(&s, c, g->n, r->b, NULL, &err));
 	ct_splat_draw(img, &s, NULL);
 	ct_splat_backward(&r->grad, &s, r->b, g, dimg, NULL);
 	for (size_t i = 0; i < COUNT; i++)
@@ -115,7 +105,7 @@ static void differs(
 	double d[2], const struct result *r, const struct ct_gauss *g, const struct ct_camera *c)
 {
 	static double ref[COUNT], dref[COUNT];
-	double err[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, peak = 0;
+	double off[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, peak = 0;
 
 	memset(ref, 0, sizeof ref);
 	for (size_t i = 0; i < COUNT; i++)
@@ -136,7 +126,7 @@ static void differs(
 		ct_gaussian_backward(want + CT_GS_SCALE, want + CT_GS_ROT, fg.shape, &r->b[i], q);
 		want[CT_GS_RAW] = fg.rho;
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-			err[k] = fmax(err[k], fabs(want[k] - (double)r->grad.d[k][i]));
+			off[k] = fmax(off[k], fabs(want[k] - (double)r->grad.d[k][i]));
 			size[k] = fmax(size[k], fabs(want[k]));
 		}
 	}
@@ -147,7 +137,7 @@ static void differs(
 	}
 	d[0] /= peak;
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		d[1] = fmax(d[1], size[k] > 0 ? err[k] / size[k] : err[k]);
+		d[1] = fmax(d[1], size[k] > 0 ? off[k] / size[k] : off[k]);
 }
 
 static void agree(const struct ct_gauss *g, double tol, const char *name)
@@ -431,8 +421,8 @@ static void crowd(void)
 	ct_gauss_free(&few);
 }
 
-/* Their voxels, projected through the grid, give the same picture: a foot of cone beam is right to
- * first order in its size over the distance of the source, here 5/400. */
+/* Their voxels, projected through the grid, give the same picture: a footprint of cone beam is
+ * right to first order in its size over the distance of the source, here 5/400. */
 static void voxels(enum ct_beam beam, double tol)
 {
 	enum { N = 64 };
@@ -445,21 +435,20 @@ static void voxels(enum ct_beam beam, double tol)
 	struct ct_vol vol = {0};
 	struct ct_camera c;
 	struct result r;
-	struct ct_err e;
 	double sum = 0, peak = 0, mass[2] = {0};
 
 	spread(&g, 12, s, 0.4);
-	must(ct_vol_alloc(&vol, n, &e), &e);
+	must(ct_vol_alloc(&vol, n, &err));
 	memset(vol.data, 0, ct_vol_count(&vol) * sizeof *vol.data);
 	for (int a = 0; a < 3; a++)
 		vol.affine[a][3] = -(N - 1) / 2.0;
-	must(ct_voxelise_render(vol.data, n, (const double(*)[4])vol.affine, &g, 1, NULL, &env, &e),
-		&e);
-	must(ct_stack_alloc(&scan, 1, H, W, &e), &e);
+	must(ct_voxelise_render(
+		vol.data, n, (const double(*)[4])vol.affine, &g, 1, NULL, &env, &err));
+	must(ct_stack_alloc(&scan, 1, H, W, &err));
 	scan.beam = beam;
 	scan.view[0] = (struct ct_view){
 		.source = {-400, 0, 0}, .centre = {200, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
-	must(ct_projector_init(&pr, &vol, &scan, &e), &e);
+	must(ct_projector_init(&pr, &vol, &scan, &err));
 	ct_project(&pr, 0, 1, scan.data, vol.data, NULL);
 	look(&c, beam);
 	render(&r, &g, &c);

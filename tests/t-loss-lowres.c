@@ -12,19 +12,10 @@ enum { N = 48, COUNT = 40 };
 
 static const double fine[3][4] = {{1.5, 0, 0, -35.25}, {0, 1.5, 0, -35.25}, {0, 0, 1.5, -35.25}};
 
-static void must(int rc, const struct ct_err *e)
-{
-	if (rc == 0)
-		return;
-	printf("Bail out! %s\n", e->msg);
-	exit(1);
-}
-
 static void crowd(struct ct_gauss *g)
 {
-	struct ct_err e;
 
-	must(ct_gauss_reserve(g, COUNT, &e), &e);
+	must(ct_gauss_reserve(g, COUNT, &err));
 	g->n = COUNT;
 	g->gamma = 1;
 	for (size_t i = 0; i < COUNT; i++) {
@@ -45,16 +36,15 @@ static void reduce(struct ct_vol *lr, const struct ct_gauss *g, const struct ct_
 	size_t m[3];
 	struct ct_separable s = {0};
 	struct ct_env env = {0};
-	struct ct_err e;
 	float *vol;
 
 	for (int a = 0; a < 3; a++)
 		m[a] = ct_degrade_size(N, d->factor[a]);
-	must(ct_alloc0(&vol, (size_t)N * N * N, sizeof *vol, &e), &e);
-	must(ct_voxelise_render(vol, n, fine, g, 1, NULL, &env, &e), &e);
-	must(ct_vol_alloc(lr, m, &e), &e);
+	must(ct_alloc0(&vol, (size_t)N * N * N, sizeof *vol, &err));
+	must(ct_voxelise_render(vol, n, fine, g, 1, NULL, &env, &err));
+	must(ct_vol_alloc(lr, m, &err));
 	ct_degrade_affine(lr->affine, fine, n, d);
-	must(ct_degrade_plan(&s, d, n, NULL, &e), &e);
+	must(ct_degrade_plan(&s, d, n, NULL, &err));
 	ct_separable_apply(&s, lr->data, vol, NULL);
 	ct_separable_free(&s);
 	free(vol);
@@ -72,26 +62,24 @@ static double loss(struct scene *s, const struct ct_gauss *g)
 {
 	const size_t zero[3] = {0};
 	struct ct_block block;
-	struct ct_err e;
 
 	ct_gaussian_resolve(s->b, g, NULL);
-	must(ct_loss_lowres_block(&block, &s->low, zero, s->low.n, &e), &e);
-	must(ct_voxelise_plan(&s->v, &block, g->n, s->b, NULL, &e), &e);
+	must(ct_loss_lowres_block(&block, &s->low, zero, s->low.n, &err));
+	must(ct_voxelise_plan(&s->v, &block, g->n, s->b, NULL, &err));
 	ct_voxelise_draw(s->f, &s->v, NULL);
 	return ct_loss_lowres_gradient(s->df, s->f, &s->low, zero, s->low.n, 1);
 }
 
 static void begin(struct scene *s, const struct ct_vol *lr, const struct ct_degrade *d)
 {
-	struct ct_err e;
 	size_t count;
 
 	*s = (struct scene){0};
-	must(ct_loss_lowres_alloc(&s->low, lr, d, NULL, &e), &e);
+	must(ct_loss_lowres_alloc(&s->low, lr, d, NULL, &err));
 	count = ct_rasterise_pitch(s->low.n[0]) * s->low.n[1] * s->low.n[2];
-	must(ct_alloc(&s->f, count, sizeof(float), &e), &e);
-	must(ct_alloc(&s->df, count, sizeof(float), &e), &e);
-	must(ct_gradient_reserve(&s->grad, COUNT, &e), &e);
+	must(ct_alloc(&s->f, count, sizeof(float), &err));
+	must(ct_alloc(&s->df, count, sizeof(float), &err));
+	must(ct_gradient_reserve(&s->grad, COUNT, &err));
 	for (int k = 0; k < CT_GS_FIELDS; k++)
 		memset(s->grad.d[k], 0, COUNT * sizeof(float));
 }
@@ -163,7 +151,6 @@ int main(void)
 	struct ct_gauss g = {0};
 	struct ct_loss_lowres o = {0};
 	struct ct_vol tiny = {0};
-	struct ct_err e;
 
 	crowd(&g);
 	ct_degrade_protocol(&d, 1);
@@ -177,10 +164,11 @@ int main(void)
 	agrees(&g, &d, 0.02, "point, odd factor");
 	d = (struct ct_degrade){{1, 1, 4}, {0, 0, 1}, CT_DECIMATE_MEAN};
 	agrees(&g, &d, 0.05, "thick slices");
-	must(ct_vol_alloc(&tiny, (const size_t[]){4, 9, 9}, &e), &e);
+	must(ct_vol_alloc(&tiny, (const size_t[]){4, 9, 9}, &err));
 	OK(ct_loss_lowres_alloc(&o, &tiny,
-		   &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC}, NULL, &e) == -1 &&
-			e.code == CT_EGEOM,
+		   &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC}, NULL,
+		   &err) == -1 &&
+			err.code == CT_EGEOM,
 		"a grid that is all border is refused");
 	ct_loss_lowres_free(&o);
 	ct_vol_free(&tiny);

@@ -4,6 +4,7 @@
 #include "core/rng.h"
 #include "gs/rasterise.h"
 #include "gs/loss-image.h"
+#include "gs/loss-tv.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -32,13 +33,11 @@ static void image(bool weigh)
 	float *img, *d, *waste, base[H * W], y[H * W], w[H * W], *weight = weigh ? w : NULL;
 	struct ct_loss_terms t = {0};
 	struct ct_loss_image l;
-	struct ct_err e;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	if (ct_loss_image_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
-		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
-		ct_alloc(&waste, H * pitch, sizeof *d, &e))
-		exit(1);
+	must(ct_loss_image_init(&l, H, W, &err) || ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
+		ct_alloc(&d, H * pitch, sizeof *d, &err) ||
+		ct_alloc(&waste, H * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		/* differences stay away from zero, where |x| has no derivative */
 		base[i] = (float)(40 * ct_rng_uniform(1, 0, i));
@@ -80,18 +79,15 @@ static void same_weights(void)
 	struct ct_loss_terms t[3];
 	double off = 0;
 	struct ct_loss_image l;
-	struct ct_err e;
 
-	if (ct_loss_image_init(&l, H, W, &e))
-		exit(1);
+	must(ct_loss_image_init(&l, H, W, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		x[i] = ct_rng_normal(2, 0, i);
 		y[i] = ct_rng_normal(2, 1, i);
 		w[i] = 0.25f;
 	}
 	for (size_t i = 0; i < 3; i++) {
-		if (ct_alloc(&d[i], H * W, sizeof(float), &e))
-			exit(1);
+		must(ct_alloc(&d[i], H * W, sizeof(float), &err));
 		k.mean_weight = i ? 0.25 : 1;
 		k.ssim = i < 2 ? weights.ssim : 0;
 		w[77] = i < 2 ? 0.25f : 0;
@@ -115,11 +111,10 @@ static void tv(void)
 	size_t pitch = ct_rasterise_pitch(7);
 	float *f, *d, *waste, base[7 * 5 * 6], single = 3;
 	double want = 0, num, dot = 0, h = 1e-3, val[2], part[6];
-	struct ct_err e;
 
-	if (ct_alloc0(&f, 30 * pitch, sizeof *f, &e) || ct_alloc(&d, 30 * pitch, sizeof *d, &e) ||
-		ct_alloc(&waste, 30 * pitch, sizeof *d, &e))
-		exit(1);
+	must(ct_alloc0(&f, 30 * pitch, sizeof *f, &err) ||
+		ct_alloc(&d, 30 * pitch, sizeof *d, &err) ||
+		ct_alloc(&waste, 30 * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < 210; i++) {
 		base[i] = ct_rng_normal(4, 0, i);
 		f[i / 7 * pitch + i % 7] = ct_rng_normal(4, 1, i);
@@ -172,10 +167,8 @@ static void threads(void)
 	struct ct_par *par;
 	struct ct_loss_image l;
 	double part[M], v[2];
-	struct ct_err e;
 
-	if (ct_loss_image_init(&l, HH, WW, &e) || ct_par_alloc(&par, 4, &e) || pitch > M + 64)
-		exit(1);
+	must(ct_loss_image_init(&l, HH, WW, &err) || ct_par_alloc(&par, 4, &err) || pitch > M + 64);
 	for (size_t i = 0; i < (size_t)HH * WW; i++) {
 		x[i] = 40 * (float)ct_rng_uniform(5, 0, i);
 		y[i] = x[i] + ct_rng_normal(5, 1, i);

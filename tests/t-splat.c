@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/activation.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
 #include "tap.h"
 
@@ -16,14 +17,13 @@ enum { H = 40, W = 56, PARAMS = 12 };
 static void look(struct ct_camera *c, enum ct_beam beam, double angle, bool oblique)
 {
 	double s = sin(angle), k = cos(angle);
-	struct ct_err e;
 	struct ct_view v = {.source = {400 * k, 400 * s, 12},
 		.centre = {-200 * k + 3, -200 * s, -5},
 		.u = {-2 * s, 2 * k, oblique ? 0.7 : 0},
 		.v = {0.2 * k, 0.2 * s, -2.5}};
 
-	if (ct_camera_init(c, &v, beam, H, W, &e))
-		OK(0, "%s", e.msg);
+	if (ct_camera_init(c, &v, beam, H, W, &err))
+		OK(0, "%s", err.msg);
 }
 
 /* The image of one Gaussian given by raw parameters: p, ln s, q, z, gamma. */
@@ -93,13 +93,13 @@ static void differences(enum ct_beam beam, bool oblique, double z, const char *n
 		g[i] = 0.5 + (double)ct_rng_normal(1, 0, i);
 	analytic(d, g, &c, x);
 	for (int k = 0; k < PARAMS; k++) {
-		double n = numeric(g, &c, x, k), err = fabs(n - d[k]);
+		double n = numeric(g, &c, x, k), off = fabs(n - d[k]);
 
 		scale = fmax(fabs(n), 1e-3 * fabs(d[10]));
 		if (z > 0 && k == 11)
-			worst = fmax(worst, err);
+			worst = fmax(worst, off);
 		else
-			worst = fmax(worst, err / scale);
+			worst = fmax(worst, off / scale);
 	}
 	if (!OK(worst < 1e-6, "gradient against finite differences, %s", name))
 		printf("# worst %g\n", worst);
@@ -115,9 +115,8 @@ static void mass_and_peak(enum ct_beam beam)
 	struct ct_camera c;
 	struct ct_footprint f;
 	struct ct_gaussian b;
-	struct ct_err e;
 
-	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &e) == 0, "camera, %s", ct_beam_name(beam));
+	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &err) == 0, "camera, %s", ct_beam_name(beam));
 	render(img, &f, &b, &c, x);
 	for (size_t i = 0; i < c.h * c.w; i++)
 		mass += img[i];
@@ -160,9 +159,8 @@ static void line_integrals(enum ct_beam beam, double tol)
 	struct ct_camera c;
 	struct ct_footprint f;
 	struct ct_gaussian b;
-	struct ct_err e;
 
-	ct_camera_init(&c, &v, beam, H, W, &e);
+	ct_camera_init(&c, &v, beam, H, W, &err);
 	render(img, &f, &b, &c, x);
 	for (size_t r = 0; r < H; r += 3)
 		for (size_t k = 0; k < W; k += 3) {
@@ -229,22 +227,20 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 	struct ct_splat s = {0};
 	struct ct_gradient grad = {0}, one = {0};
 	struct ct_camera c;
-	struct ct_err e;
-	double err[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, worst = 0;
+	double off[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, worst = 0;
 	bool same = true;
 
 	look(&c, beam, 2.1, true);
-	if (ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
-		ct_alloc0(&dimg, H * pitch, sizeof *img, &e) ||
-		ct_alloc0(&again, H * pitch, sizeof *img, &e) ||
-		ct_gradient_reserve(&grad, g->n, &e) || ct_gradient_reserve(&one, g->n, &e))
-		exit(1);
+	must(ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
+		ct_alloc0(&dimg, H * pitch, sizeof *img, &err) ||
+		ct_alloc0(&again, H * pitch, sizeof *img, &err) ||
+		ct_gradient_reserve(&grad, g->n, &err) || ct_gradient_reserve(&one, g->n, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		dimg[i / W * pitch + i % W] = ct_rng_normal(7, 0, i);
 		dref[i] = (double)dimg[i / W * pitch + i % W];
 		ref[i] = 0;
 	}
-	OK(ct_splat_plan(&s, &c, g->n, b, par, &e) == 0, "plan, %s", ct_beam_name(beam));
+	OK(ct_splat_plan(&s, &c, g->n, b, par, &err) == 0, "plan, %s", ct_beam_name(beam));
 	ct_splat_draw(img, &s, par);
 	ct_splat_draw(again, &s, NULL);
 	ct_splat_backward(&grad, &s, b, g, dimg, par);
@@ -265,7 +261,7 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
+			off[k] = fmax(off[k], fabs(d[k] - (double)grad.d[k][i]));
 			size[k] = fmax(size[k], fabs(d[k]));
 			same &= memcmp(&grad.d[k][i], &one.d[k][i], sizeof(float)) == 0;
 		}
@@ -275,7 +271,7 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 	if (!OK(diff(H * W, got, ref) < 1e-5, "fast image equals the reference"))
 		printf("# %g\n", diff(H * W, got, ref));
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		worst = fmax(worst, err[k] / size[k]);
+		worst = fmax(worst, off[k] / size[k]);
 	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
 		printf("# %g\n", worst);
 	OK(same && memcmp(img, again, H * pitch * sizeof *img) == 0,
@@ -306,16 +302,13 @@ static void gate(void)
 	struct ct_camera c;
 	struct ct_footprint f;
 	struct ct_gaussian b;
-	struct ct_err e;
 
 	ct_gaussian_make(&b, p, ln_s, q, -0.25);
-	if (ct_camera_init(&c, &v, CT_CONE, H, W, &e) || ct_gradient_reserve(&grad, 1, &e) ||
-		ct_alloc(&ones, H * pitch, sizeof *ones, &e))
-		exit(1);
+	must(ct_camera_init(&c, &v, CT_CONE, H, W, &err) || ct_gradient_reserve(&grad, 1, &err) ||
+		ct_alloc(&ones, H * pitch, sizeof *ones, &err));
 	for (int k = 0; k < 2; k++) {
-		if (ct_alloc(&img[k], H * pitch, sizeof *ones, &e) ||
-			ct_splat_plan(&s, &c, 1, &b, NULL, &e))
-			exit(1);
+		must(ct_alloc(&img[k], H * pitch, sizeof *ones, &err) ||
+			ct_splat_plan(&s, &c, 1, &b, NULL, &err));
 		if (k)
 			ct_splat_gate(&s, (double)least);
 		ct_splat_draw(img[k], &s, NULL);
@@ -337,8 +330,7 @@ static void gate(void)
 	NEAR((double)grad.d[CT_GS_RAW][0] * -0.25 / sum, 1, 1e-4, "its gradient sees the same");
 	ct_footprint_ref_of(&f, &c, &b);
 	mu = 0.25 * f.mu;
-	if (ct_splat_plan(&s, &c, 1, &b, NULL, &e))
-		exit(1);
+	must(ct_splat_plan(&s, &c, 1, &b, NULL, &err));
 	ct_splat_gate(&s, 1.01 * mu);
 	ct_splat_draw(img[1], &s, NULL);
 	for (size_t i = 0; i < H * W; i++)
@@ -383,7 +375,6 @@ int main(void)
 	struct ct_gaussian *b = NULL;
 	struct ct_camera c;
 	struct ct_view v = {.centre = {1, 0, 0}, .u = {0, 1, 0}, .v = {0, 0, 1}};
-	struct ct_err e;
 
 	differences(CT_CONE, false, 0.4, "cone");
 	differences(CT_CONE, true, -0.4, "cone, oblique detector, negative");
@@ -395,12 +386,14 @@ int main(void)
 	mass_and_peak(CT_PARALLEL);
 	line_integrals(CT_PARALLEL, 1e-6);
 	line_integrals(CT_CONE, 2e-2);
-	if (ct_par_alloc(&par, 4, &e) || crowd(&g, 700, &e) || ct_alloc(&b, g.n, sizeof *b, &e))
+	if (ct_par_alloc(&par, 4, &err) || crowd(&g, 700, &err) ||
+		ct_alloc(&b, g.n, sizeof *b, &err))
 		return 1;
 	ct_gaussian_resolve(b, &g, par);
 	fast(CT_CONE, &g, b, par);
 	fast(CT_PARALLEL, &g, b, par);
-	OK(ct_camera_init(&c, &v, CT_FAN, 1, 8, &e) == -1 && e.code == CT_EGEOM, "fan is refused");
+	OK(ct_camera_init(&c, &v, CT_FAN, 1, 8, &err) == -1 && err.code == CT_EGEOM,
+		"fan is refused");
 	free(b);
 	ct_gauss_free(&g);
 	ct_par_free(par);

@@ -3,7 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/voxelise.h"
+#include "gs/footprint-ref.h"
+#include "gs/splat.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -46,9 +48,8 @@ static void differences(const double blur[static 3], const char *name)
 	struct ct_block block;
 	struct ct_voxel_gaussian k;
 	struct ct_gaussian b;
-	struct ct_err e;
 
-	ct_block_init(&block, turned, zero, n, &e);
+	ct_block_init(&block, turned, zero, n, &err);
 	memcpy(block.blur, blur, sizeof block.blur);
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
@@ -76,10 +77,8 @@ static void differences(const double blur[static 3], const char *name)
 
 static void crowd(struct ct_gauss *g, size_t n)
 {
-	struct ct_err e;
 
-	if (ct_gauss_reserve(g, n, &e))
-		exit(1);
+	must(ct_gauss_reserve(g, n, &err));
 	g->n = n;
 	g->gamma = 0.25;
 	for (size_t i = 0; i < n; i++) {
@@ -100,29 +99,27 @@ static void fast(void)
 	struct ct_env env = {0};
 	static double ref[COUNT], dref[COUNT];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
-	double worst = 0, peak = 0, err[PARAMS] = {0}, size[PARAMS] = {0};
+	double worst = 0, peak = 0, off[PARAMS] = {0}, size[PARAMS] = {0};
 	struct ct_voxelise v = {0};
 	struct ct_gradient grad = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
 	struct ct_gaussian *b;
 	struct ct_par *par;
-	struct ct_err e;
 	float vol[COUNT] = {0}, again[COUNT] = {0}, *df;
 	size_t pitch = ct_rasterise_pitch(NX);
 
 	crowd(&g, 150);
-	if (ct_par_alloc(&par, 4, &e) || ct_alloc(&b, g.n, sizeof *b, &e) ||
-		ct_gradient_reserve(&grad, g.n, &e) ||
-		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &e) ||
-		ct_block_init(&block, turned, zero, n, &e))
-		exit(1);
+	must(ct_par_alloc(&par, 4, &err) || ct_alloc(&b, g.n, sizeof *b, &err) ||
+		ct_gradient_reserve(&grad, g.n, &err) ||
+		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &err) ||
+		ct_block_init(&block, turned, zero, n, &err));
 	env.par = par;
 	ct_gaussian_resolve(b, &g, par);
-	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &e) == 0 && v.n > 50 && v.n < g.n,
+	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
-	OK(ct_voxelise_add(vol, &v, 1, &env, &e) == 0, "voxelise");
-	ct_voxelise_add(again, &v, 1, &alone, &e);
+	OK(ct_voxelise_add(vol, &v, 1, &env, &err) == 0, "voxelise");
+	ct_voxelise_add(again, &v, 1, &alone, &err);
 	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
 	for (size_t i = 0; i < COUNT; i++) {
 		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
@@ -132,20 +129,20 @@ static void fast(void)
 		memset(grad.d[k], 0, g.n * sizeof(float));
 	ct_voxelise_backward(&grad, &v, b, &g, df, par);
 	for (size_t at = 0; at < v.n; at++) {
-		size_t i = v.brick[at].index;
+		size_t i = v.item[at].index;
 		double q[4], d[PARAMS], sums[10];
 		struct ct_gaussian_gradient fg;
 
-		ct_voxelise_ref_draw(ref, &block, &v.brick[at], CT_GS_CUT);
-		ct_voxelise_ref_sums(sums, dref, &block, &v.brick[at], CT_GS_CUT);
-		ct_voxelise_backward_one(&fg, &block, &v.brick[at], &b[i], sums);
+		ct_voxelise_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_backward_one(&fg, &block, &v.item[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
 		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (int k = 0; k < PARAMS; k++) {
-			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
+			off[k] = fmax(off[k], fabs(d[k] - (double)grad.d[k][i]));
 			size[k] = fmax(size[k], fabs(d[k]));
 		}
 	}
@@ -157,7 +154,7 @@ static void fast(void)
 		printf("# %g of %g\n", worst, peak);
 	worst = 0;
 	for (int k = 0; k < PARAMS; k++)
-		worst = fmax(worst, err[k] / size[k]);
+		worst = fmax(worst, off[k] / size[k]);
 	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
 		printf("# %g\n", worst);
 	free(df);
@@ -177,19 +174,17 @@ static void blocks(void)
 	struct ct_gauss g = {0};
 	struct ct_block block;
 	struct ct_gaussian *b;
-	struct ct_err e;
 	double worst = 0;
 
 	crowd(&g, 150);
-	if (ct_alloc(&b, g.n, sizeof *b, &e))
-		exit(1);
+	must(ct_alloc(&b, g.n, sizeof *b, &err));
 	ct_gaussian_resolve(b, &g, NULL);
-	ct_block_init(&block, turned, zero, n, &e);
-	ct_voxelise_plan(&v, &block, g.n, b, NULL, &e);
-	ct_voxelise_add(whole, &v, 2, &alone, &e);
-	ct_block_init(&block, turned, first, m, &e);
-	ct_voxelise_plan(&v, &block, g.n, b, NULL, &e);
-	ct_voxelise_add(part, &v, 2, &alone, &e);
+	ct_block_init(&block, turned, zero, n, &err);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
+	ct_voxelise_add(whole, &v, 2, &alone, &err);
+	ct_block_init(&block, turned, first, m, &err);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
+	ct_voxelise_add(part, &v, 2, &alone, &err);
 	for (size_t i = 0; i < 6 * 5 * 4; i++) {
 		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
 
@@ -210,22 +205,20 @@ static void mass(void)
 	struct ct_voxelise v = {0};
 	struct ct_block block;
 	struct ct_gaussian b;
-	struct ct_err e;
 	float *vol;
 
-	if (ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &e))
-		exit(1);
+	must(ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &err));
 	ct_gaussian_make(&b, p, l, q, -0.3);
-	ct_block_init(&block, affine, zero, n, &e);
-	ct_voxelise_plan(&v, &block, 1, &b, NULL, &e);
-	ct_voxelise_add(vol, &v, 1, &alone, &e);
+	ct_block_init(&block, affine, zero, n, &err);
+	ct_voxelise_plan(&v, &block, 1, &b, NULL, &err);
+	ct_voxelise_add(vol, &v, 1, &alone, &err);
 	for (size_t i = 0; i < 48 * 48 * 48; i++)
 		sum += (double)vol[i];
 	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
 	/* outside d^T K d = 12 lie 0.738% (chi-squared, 3 degrees of freedom) */
 	NEAR(sum / want, 1 - 0.00738, 3e-4,
 		"the mass is that of the Gaussian, less the stated tail");
-	OK(ct_block_init(&block, flat, zero, n, &e) == -1 && e.code == CT_EGEOM,
+	OK(ct_block_init(&block, flat, zero, n, &err) == -1 && err.code == CT_EGEOM,
 		"a flat grid is refused");
 	free(vol);
 	ct_voxelise_free(&v);
@@ -242,10 +235,9 @@ static void blur(void)
 	struct ct_block block;
 	struct ct_voxel_gaussian k;
 	struct ct_gaussian b;
-	struct ct_err e;
 
 	for (size_t s = 0; s < 2; s++) {
-		ct_block_init(&block, affine, zero, n, &e);
+		ct_block_init(&block, affine, zero, n, &err);
 		block.blur[1] = s ? 0.8 : 0;
 		fill(f[s], &k, &b, &block, x);
 		for (size_t i = 0; i < COUNT; i++) {
@@ -273,18 +265,15 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 	struct ct_vol vol = {0};
 	struct ct_block block;
 	struct ct_camera c;
-	struct ct_err e;
 
-	if (ct_vol_alloc(&vol, n, &e) || ct_alloc0(&field, m * m * m, sizeof *field, &e))
-		exit(1);
+	must(ct_vol_alloc(&vol, n, &err) || ct_alloc0(&field, m * m * m, sizeof *field, &err));
 	for (int a = 0; a < 3; a++) {
 		vol.affine[a][a] = mm;
 		vol.affine[a][3] = (mm - 80) / 2;
 	}
 	memset(want, 0, sizeof want);
-	if (ct_camera_init(&c, &scan->view[0], scan->beam, PIXELS, PIXELS, &e) ||
-		ct_block_init(&block, vol.affine, zero, n, &e))
-		exit(1);
+	must(ct_camera_init(&c, &scan->view[0], scan->beam, PIXELS, PIXELS, &err) ||
+		ct_block_init(&block, vol.affine, zero, n, &err));
 	for (size_t i = 0; i < 3; i++) {
 		double p[3], l[3], q[4];
 		struct ct_voxel_gaussian k;
@@ -305,8 +294,7 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 	}
 	for (size_t i = 0; i < m * m * m; i++)
 		vol.data[i] = (float)field[i];
-	if (ct_projector_init(&pr, &vol, scan, &e))
-		exit(1);
+	must(ct_projector_init(&pr, &vol, scan, &err));
 	ct_project(&pr, 0, 1, scan->data, vol.data, NULL);
 	for (size_t i = 0; i < PIXELS * PIXELS; i++) {
 		sum += pow((double)scan->data[i] - want[i], 2);
@@ -323,11 +311,9 @@ static void finer(enum ct_beam beam)
 {
 	static const double mm[] = {5, 2.5, 1.25, 0.625};
 	struct ct_stack scan = {0};
-	struct ct_err e;
 	double off[4];
 
-	if (ct_stack_alloc(&scan, 1, PIXELS, PIXELS, &e))
-		exit(1);
+	must(ct_stack_alloc(&scan, 1, PIXELS, PIXELS, &err));
 	scan.beam = beam;
 	scan.view[0] = (struct ct_view){.source = {-8000, 1000, 500},
 		.centre = {160, -20, -10},

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "gs/adam.h"
 #include "core/mem.h"
+#include "gs/adam-row.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -72,40 +73,6 @@ struct job {
 	const double *lr, *ln_s;
 };
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-enum { BLOCK = 16 };
-
-/* n parameters; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 - beta2^t). */
-static inline __attribute__((always_inline)) void step(size_t n, float *restrict x,
-	float *restrict m, float *restrict v, const float *restrict grad, const float *restrict c1,
-	const float *restrict c2, float lr)
-{
-	const float b1 = (float)CT_GS_ADAM_BETA1, b2 = (float)CT_GS_ADAM_BETA2,
-		    eps = (float)CT_GS_ADAM_EPS;
-
-	for (size_t i = 0; i < n; i++) {
-		m[i] = b1 * m[i] + (1 - b1) * grad[i];
-		v[i] = b2 * v[i] + (1 - b2) * grad[i] * grad[i];
-		x[i] -= lr * c1[i] * m[i] / (sqrtf(v[i]) * c2[i] + eps);
-	}
-}
-
-CLONES static void steps(size_t n, float *restrict x, float *restrict m, float *restrict v,
-	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
-{
-	size_t i = 0;
-
-	for (; i + BLOCK <= n; i += BLOCK)
-		step(BLOCK, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
-	step(n - i, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
-}
-
 static void some(void *arg, size_t chunk, size_t worker)
 {
 	const struct job *j = arg;
@@ -128,8 +95,9 @@ static void some(void *arg, size_t chunk, size_t worker)
 		last = t;
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		steps(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
-			j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
+		CT_SIMD(ct_adam_row_step)
+	(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
+		j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {
 		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];
 

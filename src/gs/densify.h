@@ -1,13 +1,13 @@
-/* densify.h: how many Gaussians, and where: clone, split and prune by R2-Gaussian's rules with
- * the paper's for signed densities.
+/* densify.h: adaptive density control, how many Gaussians and where: clone, split and prune by
+ * R2-Gaussian's rules with the paper's for signed densities.
  *
  * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
  * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
  * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
  * for the activations that cannot be negative) and those whose centre is outside the grid.
  */
-#ifndef CT_GS_DENSITY_H
-#define CT_GS_DENSITY_H
+#ifndef CT_GS_DENSIFY_H
+#define CT_GS_DENSIFY_H
 #include "core/err.h"
 #include "gs/adam.h"
 #include "gs/voxelise.h"

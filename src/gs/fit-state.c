@@ -1,8 +1,8 @@
-/* fit-state.c: a fit as named tensors, to be continued; see fit.h. Numbers that a float cannot hold
- * stand in the metadata, in hexadecimal. */
+/* fit-state.c: see fit-state.h. Numbers that a float cannot hold stand in the metadata, in
+ * hexadecimal. */
 #include "config.h"
+#include "gs/fit-state.h"
 #include "core/mem.h"
-#include "gs/fit.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -39,7 +39,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 static double *scalar(struct ct_fit *f, size_t k)
 {
 	double *const s[SCALARS] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
-		&f->last_loss, &f->first_l1, &f->turn, &f->error};
+		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error};
 
 	return s[k];
 }

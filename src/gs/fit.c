@@ -255,17 +255,17 @@ static int check_growth(
 				     iteration, l1, f->first_l1, f->blank[view]);
 }
 
-/* Error of the turn that this iteration ends, if it does, beside the number of Gaussians that
+/* Error of the epoch that this iteration ends, if it does, beside the number of Gaussians that
  * most of it had. */
-static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
+static int note_epoch(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
 {
 	float n = (float)f->g.n;
 
-	f->turn += l1;
+	f->epoch_l1 += l1;
 	if (iteration % views)
 		return 0;
-	f->error = f->turn / (double)views / f->residual;
-	f->turn = 0;
+	f->error = f->epoch_l1 / (double)views / f->residual;
+	f->epoch_l1 = 0;
 	if (!f->points || f->point[f->points - 1].gaussians < n ||
 		f->point[f->points - 1].gaussians > n) {
 		if (ct_grow(&f->point, &f->points_cap, f->points + 1, sizeof *f->point, e))
@@ -289,7 +289,7 @@ static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 		return -1;
 	l1 = t->l1 * f->extent / 2; /* mm */
 	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
-		check_growth(f, l1, k, iteration, e) || note_turn(f, views, iteration, l1, e))
+		check_growth(f, l1, k, iteration, e) || note_epoch(f, views, iteration, l1, e))
 		return -1;
 	ct_densify_note(&f->adam, f->g.n, &w->grad);
 	return 0;
@@ -361,26 +361,26 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 	size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
-	const double l1 = o->l1 + o->res;
+	const struct ct_loss_weights weights = ct_loss_total_weights(f);
 	struct ct_loss_terms t = {0};
 
 	if (ct_loss_total_grow(w, f->g.n, e))
 		return -1;
-	ct_gaussian_resolve(w->blob, &f->g, env->par);
+	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
 	if (view_of(f, d, w, &t, iteration, env, e) ||
 		(o->tv > 0 && ct_loss_total_tv(w, &t, f, d, iteration, env, e)) ||
 		check_term(t.tv, "TV", iteration, e) ||
 		(w->low.want && ct_loss_total_lowres(w, &t, f, iteration, env, e)) ||
 		check_term(t.lr, "LR", iteration, e))
 		return -1;
-	t.total = l1 * t.l1 + o->ssim * t.dssim + o->tv * t.tv + o->lr * t.lr;
+	ct_loss_total_sum(&t, &weights);
 	note_loss(f, d->target->views, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
 			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
-			iteration, t.total, l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
-			f->last_loss, f->g.n, f->g.gamma);
+			iteration, t.total, weights.l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr,
+			t.lr, f->last_loss, f->g.n, f->g.gamma);
 	update(f, w, iteration, env);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);

@@ -4,8 +4,8 @@
  *   x = base projection + sum of Gaussians (mode residual), or the sum alone (mode full)
  *   L = (l1 + res) mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV(base block + Gaussians)
  *
- * One view an iteration, drawn without replacement until all had their turn, and a random block of
- * 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
+ * One view an iteration, drawn without replacement until all were seen (an epoch), and a random
+ * block of 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
  * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
  * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
  * their bounded logistic parameter wherever s is far from its bounds, and is clamped there. The
@@ -15,9 +15,9 @@
  * are times `rate_factor`, made as they were for 30000 iterations; but for that of density where
  * AUTO ends at the base.
  *
- * A run ends after `iterations`, or at the first turn through all views whose error is at most
- * `tolerance`; the error of a turn is the mean of |x - y| over it, measured on each view before its
- * step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
+ * A run ends after `iterations`, or at the first epoch whose error is at most
+ * `tolerance`; the error of an epoch is the mean of |x - y| over it, measured on each view before
+ * its step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
  * |y|). Where that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is
  * empty.
  *
@@ -124,8 +124,8 @@ struct ct_fit {
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
 	double mean_weight;           /* of the pixels */
 	double unit;                  /* of the rate of density: the residual's typical density */
-	double first_l1, turn;        /* mm, mean |x - y| of iteration 1; sum of it in this turn */
-	double error;                 /* of the last turn; 1 before */
+	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
+	double error;                 /* of the last epoch; 1 before */
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
 	size_t points, points_cap;
 	enum ct_fit_end end;
@@ -149,10 +149,5 @@ const char *ct_fit_end_name(enum ct_fit_end end);
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */
 size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
-
-/* State as tensors, exact: all that ct_fit_run changes. t must be zero. */
-int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *f, struct ct_err *e);
-/* Into an initialised fit of the same options, data and seed. CT_EINPUT if it is not whole. */
-int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e);
 
 #endif

@@ -1,8 +1,6 @@
-/* footprint-ref.c: the projection of one Gaussian, in double, and plain loops over its pixels; see
- * splat.h.
- */
+/* footprint-ref.c: see footprint-ref.h. */
 #include "config.h"
-#include "gs/splat.h"
+#include "gs/footprint-ref.h"
 
 #include <math.h>
 
@@ -10,11 +8,13 @@
 #define MASK int
 #define PICK(m, a, b) ((m) ? (a) : (b))
 #define SQRT sqrt
-#define BLOB struct ct_gaussian
-#define FOOT struct ct_footprint
-#define FGRAD struct ct_gaussian_gradient
+#define GAUSSIAN struct ct_gaussian
+#define FOOTPRINT struct ct_footprint
+#define GRADIENT struct ct_gaussian_gradient
 #define FN(name) ref_##name
-#include "gs/footprint-impl.h"
+#include "gs/gaussian-formulas.h"
+
+#include "gs/footprint-formulas.h"
 
 bool ct_footprint_ref_of(
 	struct ct_footprint *f, const struct ct_camera *c, const struct ct_gaussian *b)

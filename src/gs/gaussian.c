@@ -2,9 +2,16 @@
 #include "config.h"
 #include "gs/gaussian.h"
 #include "gs/activation.h"
-#include "gs/wide.h"
+#include "gs/gaussian-kernels.h"
 
 #include <math.h>
+
+#define NUM double
+#define MASK int
+#define PICK(m, a, b) ((m) ? (a) : (b))
+#define SQRT sqrt
+#define FN(name) ref_##name
+#include "gs/gaussian-formulas.h"
 
 float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
 {
@@ -13,25 +20,6 @@ float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
 	       : k < CT_GS_RAW ? g->rot[k - CT_GS_ROT]
 			       : g->raw;
 }
-
-#define NUM double
-#define MASK int
-#define PICK(m, a, b) ((m) ? (a) : (b))
-#define SQRT sqrt
-#define FN(name) ref_##name
-#include "gs/footprint-impl.h"
-#undef NUM
-#undef MASK
-#undef PICK
-#undef SQRT
-#undef FN
-#undef IMPL
-#define NUM ct_wide
-#define MASK ct_wide_mask
-#define PICK ct_wide_pick
-#define SQRT ct_wide_sqrt
-#define FN(name) wide_##name
-#include "gs/footprint-impl.h"
 
 void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
 	const double q[static 4], double rho)
@@ -55,43 +43,17 @@ struct job {
 	const struct ct_gauss *g;
 };
 
-/* b[first, first + n), n <= 8. */
-CT_WIDE_INLINE void eight(struct ct_gaussian *b, const struct ct_gauss *g, size_t first, size_t n)
-{
-	ct_wide q[4], a[3][3], s[3];
-
-	for (int k = 0; k < 4; k++)
-		q[k] = ct_wide_load(g->rot[k] + first, n);
-	for (int k = 0; k < 3; k++)
-		s[k] = ct_wide_exp(ct_wide_load(g->scale[k] + first, n));
-	wide_rotation(a, q);
-	for (size_t l = 0; l < n; l++) {
-		struct ct_gaussian *o = b + first + l;
-
-		for (int k = 0; k < 3; k++) {
-			o->p[k] = (double)g->pos[k][first + l];
-			o->s[k] = s[k][l];
-			for (int m = 0; m < 3; m++)
-				o->a[k][m] = a[k][m][l];
-		}
-		o->rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[first + l]);
-	}
-}
-
-CT_WIDE static void chunk_of(
-	struct ct_gaussian *b, const struct ct_gauss *g, size_t first, size_t end)
-{
-	for (size_t i = first; i < end; i += CT_WIDE_LANES)
-		eight(b, g, i, end - i < CT_WIDE_LANES ? end - i : CT_WIDE_LANES);
-}
-
 static void some(void *arg, size_t chunk, size_t worker)
 {
 	const struct job *j = arg;
+	const struct ct_gauss *g = j->g;
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
 
 	(void)worker;
-	chunk_of(j->b, j->g, first, end < j->g->n ? end : j->g->n);
+	end = end < g->n ? end : g->n;
+	CT_SIMD(ct_gaussian_kernels_resolve)(j->b, g, first, end);
+	for (size_t i = first; i < end; i++)
+		j->b[i].rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
 }
 
 void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par)

@@ -1,11 +1,15 @@
-/* gaussian.h: a Gaussian resolved to what the projections need: density, axes, lengths; in double.
+/* gaussian.h: one Gaussian of the mixture, resolved to density, axes and lengths; in double.
+ *
+ * The density of a point is the sum over the mixture of
  *
  *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
  *
- * A = rotation of the normalised quaternion (w,x,y,z), p and s in mm.
+ * A = rotation of the normalised quaternion (w,x,y,z), p and s in mm; rho is the activation
+ * (activation.h) of the raw density. The set with its raw parameters is core/gauss.h. The mixture
+ * is summed in voxels by voxelise.h, its line integrals by splat.h.
  */
-#ifndef CT_GS_BLOB_H
-#define CT_GS_BLOB_H
+#ifndef CT_GS_GAUSSIAN_H
+#define CT_GS_GAUSSIAN_H
 #include "core/gauss.h"
 #include "core/par.h"
 
@@ -23,6 +27,12 @@ enum { CT_GS_CHUNK = 512 };
 
 struct ct_gaussian {
 	double p[3], a[3][3], s[3], rho;
+};
+
+/* Gradient of one Gaussian: density, position, shape (the N of ct_gaussian_backward), and of the
+ * centre of its projection (columns, rows). */
+struct ct_gaussian_gradient {
+	double rho, p[3], shape[6], m[2];
 };
 
 /* The k-th raw parameter of all Gaussians. */

@@ -2,20 +2,12 @@
 #include "config.h"
 #include "gs/loss-image.h"
 #include "core/mem.h"
+#include "gs/loss-row.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define CLONES
-#endif
-#define INLINE static inline __attribute__((always_inline))
-
-enum { STRIP = 64, BLOCK = 16 }; /* rows of a task; numbers that are taken together */
+enum { STRIP = 64 }; /* rows of a task */
 
 static size_t strips(const struct ct_loss_image *l)
 {
@@ -53,65 +45,20 @@ struct job {
 	float scale, step;
 };
 
-/* n <= BLOCK pixels of both images times scale, the gradient of L1 there, and |x - y| to sum. */
-INLINE void pixels(float *x, float *y, float *g, const float *img, const float *base,
-	const float *want, const float *weight, size_t n, const struct job *j, float sum[BLOCK])
-{
-	float a[BLOCK] = {0}, b[BLOCK] = {0}, c[BLOCK] = {0}, k[BLOCK] = {0};
-
-	memcpy(a, img, n * sizeof *a);
-	memcpy(b, want, n * sizeof *b);
-	if (base)
-		memcpy(c, base, n * sizeof *c);
-	for (size_t i = 0; i < BLOCK; i++) {
-		a[i] = (a[i] + c[i]) * j->scale;
-		b[i] *= j->scale;
-		c[i] = a[i] - b[i];
-	}
-	if (weight) {
-		memcpy(k, weight, n * sizeof *k);
-		for (size_t i = 0; i < BLOCK; i++) {
-			sum[i] += k[i] * fabsf(c[i]);
-			k[i] *= j->step;
-		}
-	} else
-		for (size_t i = 0; i < BLOCK; i++) {
-			sum[i] += fabsf(c[i]);
-			k[i] = j->step;
-		}
-	for (size_t i = 0; i < BLOCK; i++)
-		c[i] = c[i] > 0 ? k[i] : c[i] < 0 ? -k[i] : 0;
-	memcpy(x, a, n * sizeof *a);
-	memcpy(y, b, n * sizeof *b);
-	memcpy(g, c, n * sizeof *c);
-}
-
-static double total(const float part[BLOCK])
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < BLOCK; i++)
-		sum += (double)part[i];
-	return sum;
-}
-
 /* A row; returns its sum of |x - y|. */
-CLONES static double row_of(const struct job *j, size_t r)
+static double row_of(const struct job *j, size_t r)
 {
 	const struct ct_loss_image *l = j->l;
-	const float *img = j->img + r * j->pitch, *want = j->y + r * l->w;
-	const float *base = j->base ? j->base + r * l->w : NULL;
-	const float *weight = j->weight ? j->weight + r * l->w : NULL;
-	float *x = l->x + r * l->w, *y = l->y + r * l->w, *g = l->g + r * l->w, sum[BLOCK] = {0};
-	size_t c = 0;
+	const size_t at = r * l->w;
+	const struct ct_loss_row row = {.x = l->x + at,
+		.y = l->y + at,
+		.g = l->g + at,
+		.img = j->img + r * j->pitch,
+		.base = j->base ? j->base + at : NULL,
+		.want = j->y + at,
+		.weight = j->weight ? j->weight + at : NULL};
 
-	for (; c + BLOCK <= l->w; c += BLOCK)
-		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
-			weight ? weight + c : NULL, BLOCK, j, sum);
-	if (c < l->w)
-		pixels(x + c, y + c, g + c, img + c, base ? base + c : NULL, want + c,
-			weight ? weight + c : NULL, l->w - c, j, sum);
-	return total(sum);
+	return CT_SIMD(ct_loss_row_l1)(&row, l->w, j->scale, j->step);
 }
 
 static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
@@ -179,102 +126,4 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
 	}
 	t->l1 = l1 / count;
 	t->dssim = less / count;
-}
-
-/* n <= BLOCK differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their
- * signs times w go to db and from da, which may overlap or be NULL; their sizes to sum. */
-INLINE void differ(float *da, float *db, const float *a, const float *b, const float *ab,
-	const float *bb, size_t n, float w, float sum[BLOCK])
-{
-	float d[BLOCK] = {0}, s[BLOCK] = {0}, t[BLOCK] = {0};
-
-	memcpy(d, b, n * sizeof *d);
-	memcpy(s, a, n * sizeof *s);
-	for (size_t k = 0; k < BLOCK; k++)
-		d[k] -= s[k];
-	if (ab) {
-		memcpy(t, bb, n * sizeof *t);
-		memcpy(s, ab, n * sizeof *s);
-		for (size_t k = 0; k < BLOCK; k++)
-			d[k] += t[k] - s[k];
-	}
-	for (size_t k = 0; k < BLOCK; k++)
-		sum[k] += k < n ? fabsf(d[k]) : 0;
-	for (size_t k = 0; k < BLOCK; k++)
-		s[k] = d[k] > 0 ? w : d[k] < 0 ? -w : 0;
-	for (size_t k = 0; da && k < n; k++)
-		da[k] -= s[k];
-	for (size_t k = 0; db && k < n; k++)
-		db[k] += s[k];
-}
-
-/* The same for any n; returns the sum of the sizes. */
-CLONES static double pair(float *da, float *db, const float *a, const float *b, const float *ab,
-	const float *bb, size_t n, float w)
-{
-	float sum[BLOCK] = {0};
-	size_t i = 0;
-
-	for (; i + BLOCK <= n; i += BLOCK)
-		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
-			ab ? bb + i : NULL, BLOCK, w, sum);
-	if (i < n)
-		differ(da ? da + i : NULL, db ? db + i : NULL, a + i, b + i, ab ? ab + i : NULL,
-			ab ? bb + i : NULL, n - i, w, sum);
-	return total(sum);
-}
-
-struct tv {
-	float *df;
-	double *part; /* of every slice */
-	const float *f, *base;
-	const size_t *n;
-	size_t pitch;
-	float weight;
-};
-
-/* The gradient in a slice, and the sum of the differences that begin in it: those to the slices on
- * both sides are taken from both. */
-static void tv_slice(void *arg, size_t k, size_t worker)
-{
-	const struct tv *t = arg;
-	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
-	double sum = 0;
-
-	(void)worker;
-	memset(t->df + k * up, 0, up * sizeof *t->df);
-	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
-		float *d = t->df + r * t->pitch;
-		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
-
-		sum += pair(d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
-		if (r + 1 < (k + 1) * n[1])
-			sum += pair(d, d + t->pitch, a, a + t->pitch, b, b ? b + n[0] : NULL, n[0],
-				t->weight);
-		if (k + 1 < n[2])
-			sum += pair(d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
-		if (k > 0)
-			pair(NULL, d, a - up, a, b ? b - bup : NULL, b, n[0], t->weight);
-	}
-	t->part[k] = sum;
-}
-
-double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight, struct ct_par *par)
-{
-	size_t count =
-		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
-	struct tv t = {.df = df,
-		.part = part,
-		.f = f,
-		.base = base,
-		.n = n,
-		.pitch = pitch,
-		.weight = count ? (float)(weight / (double)count) : 0};
-	double sum = 0;
-
-	ct_par_for(par, n[2], tv_slice, &t);
-	for (size_t k = 0; k < n[2]; k++)
-		sum += part[k];
-	return count ? sum / (double)count : 0;
 }

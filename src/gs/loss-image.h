@@ -1,6 +1,6 @@
-/* loss-image.h: what the fit minimises, and its gradient with respect to the rendered values.
+/* loss-image.h: the loss of a projection, L1 and SSIM, and its gradient.
  *
- *   L = l1 mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV
+ *   l1 mean|x - y| + ssim (1 - SSIM(x, y))
  *
  * x is the predicted and y the wanted projection, both multiplied by `scale`, which brings line
  * integrals to the order of one as the constants of SSIM suppose: 2 / (largest extent of the
@@ -9,26 +9,15 @@
  * residual's, |x - y| = |x_res - y_res|: they are one term of weight 2.
  * Pixels may have weights, of which `mean_weight` is the mean over all views: mean|x - y| is then
  * mean(w |x - y|) / mean_weight, and SSIM the like of its map.
- * TV is the mean absolute difference of neighbours in a block of voxels, base plus residual.
  */
-#ifndef CT_GS_LOSS_H
-#define CT_GS_LOSS_H
+#ifndef CT_GS_LOSS_IMAGE_H
+#define CT_GS_LOSS_IMAGE_H
 #include "core/err.h"
 #include "core/par.h"
+#include "gs/loss.h"
 #include "quality/ssim.h"
 
 #include <stddef.h>
-
-struct ct_loss_weights {
-	double l1, ssim, tv, lr;
-	double scale;       /* 1/mm */
-	double mean_weight; /* 1 without weights */
-};
-
-/* Terms without their weights; total with. */
-struct ct_loss_terms {
-	double l1, dssim, tv, lr, total;
-};
 
 /* Scratch for images h x w. */
 struct ct_loss_image {
@@ -46,10 +35,5 @@ void ct_loss_image_free(struct ct_loss_image *l);
 void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
 	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
 	const struct ct_loss_weights *k, struct ct_par *par);
-/* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
- * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel.
- * part[n2] is scratch; slices in parallel, the same bytes for any number of threads. */
-double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight, struct ct_par *par);
 
 #endif

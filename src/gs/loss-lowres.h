@@ -15,8 +15,8 @@
  * The term is mean|D r - l| over a block of coarse voxels, those left out that lie within two of
  * the border along an axis that D works on: D reflects there, a Gaussian does not.
  */
-#ifndef CT_GS_LOWRES_H
-#define CT_GS_LOWRES_H
+#ifndef CT_GS_LOSS_LOWRES_H
+#define CT_GS_LOSS_LOWRES_H
 #include "core/vol.h"
 #include "gs/voxelise.h"
 #include "resolution/degrade.h"

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/activation.h"
+#include "gs/loss-tv.h"
 #include "gs/random-stream.h"
 
 #include <stdlib.h>
@@ -13,7 +14,7 @@ enum { LOW_BLOCK = 12 }; /* coarse voxels along an axis that an iteration looks 
 
 void ct_loss_total_free(struct ct_loss_total *w)
 {
-	free(w->blob);
+	free(w->gaussian);
 	ct_splat_free(&w->splat);
 	ct_voxelise_free(&w->vox);
 	ct_gradient_free(&w->grad);
@@ -60,7 +61,7 @@ int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
 
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
 {
-	return ct_grow(&w->blob, &w->blobs, n, sizeof *w->blob, e) ||
+	return ct_grow(&w->gaussian, &w->gaussians, n, sizeof *w->gaussian, e) ||
 			       ct_gradient_reserve(&w->grad, n, e) ||
 			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
 				       sizeof *w->dgamma, e)
@@ -80,6 +81,11 @@ struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f)
 		.mean_weight = f->mean_weight};
 }
 
+void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k)
+{
+	t->total = k->l1 * t->l1 + k->ssim * t->dssim + k->tv * t->tv + k->lr * t->lr;
+}
+
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
@@ -87,7 +93,7 @@ int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
-		ct_splat_plan(&w->splat, &cam, f->g.n, w->blob, env->par, e))
+		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, env->par, e))
 		return -1;
 	if (f->opt.gate > 0)
 		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);
@@ -106,7 +112,7 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const s
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, k),
 		ct_stack_view(d->target, k), d->weight ? ct_stack_view(d->weight, k) : NULL,
 		&weights, env->par);
-	ct_splat_backward(&w->grad, &w->splat, w->blob, &f->g, w->dimg, env->par);
+	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, env->par);
 	return 0;
 }
 
@@ -129,7 +135,7 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 
 	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
 	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_voxelise_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
 		return -1;
 	ct_voxelise_draw(w->block, &w->vox, env->par);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
@@ -141,7 +147,7 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 			n[0] * sizeof *w->crop);
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
 		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
-	ct_voxelise_backward(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
+	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;
 }
 
@@ -153,11 +159,11 @@ int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const
 
 	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
 	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
-		ct_voxelise_plan(&w->vox, &block, f->g.n, w->blob, env->par, e))
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
 		return -1;
 	ct_voxelise_draw(w->block, &w->vox, env->par);
 	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
-	ct_voxelise_backward(&w->grad, &w->vox, w->blob, &f->g, w->dblock, env->par);
+	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;
 }
 

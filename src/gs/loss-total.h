@@ -1,14 +1,18 @@
-/* loss-total.h: the terms of a fit's loss (fit.h), each with its gradient. For fit.c and refit.c.
+/* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient, and their sum.
+ * For fit.c and refit.c.
+ *
+ * The gradients with respect to what is drawn go back through splat.h and voxelise.h to the
+ * parameters of the Gaussians, and that of the density through the activation to the raw density.
  */
-#ifndef CT_GS_TERMS_H
-#define CT_GS_TERMS_H
+#ifndef CT_GS_LOSS_TOTAL_H
+#define CT_GS_LOSS_TOTAL_H
 #include "gs/fit.h"
 #include "gs/loss-lowres.h"
 
 /* Scratch of an iteration. */
 struct ct_loss_total {
-	struct ct_gaussian *blob; /* of the Gaussians as they are */
-	size_t blobs;
+	struct ct_gaussian *gaussian; /* of the Gaussians as they are */
+	size_t gaussians;
 	struct ct_splat splat;
 	struct ct_voxelise vox;
 	struct ct_gradient grad;
@@ -30,7 +34,10 @@ int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e);
 /* The weights of the loss of f. */
 struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f);
 
-/* Plan and draw view k of what w->blob holds: w->splat, w->img. */
+/* t->total, of the terms that are there. */
+void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k);
+
+/* Plan and draw view k of what w->gaussian holds: w->splat, w->img. */
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e);
 /* View k: t->l1, t->dssim, and w->grad set. */

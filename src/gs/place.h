@@ -9,8 +9,8 @@
  * projections of the base leave of a filtered back-projection, with its sign: n points whose number
  * in every place follows its size.
  */
-#ifndef CT_GS_INIT_H
-#define CT_GS_INIT_H
+#ifndef CT_GS_PLACE_H
+#define CT_GS_PLACE_H
 #include "core/env.h"
 #include "core/gauss.h"
 #include "core/stack.h"
@@ -19,11 +19,6 @@
 /* Density from which a voxel may hold a Gaussian. */
 #define CT_PLACE_LEAST 0.05f
 
-/* out[i] = mean squared distance from point i to its three nearest (fewer if there are not so
- * many; 0 for a lone point), exact: cells of about two points, rings of cells until none nearer can
- * follow. pos[3][n], mm. Allocates. */
-int ct_neighbours_three(
-	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e);
 /* Fill g, which must be zero or hold an activation and gamma: at most n Gaussians on the grid of
  * `base`, whose data are density [0,1]. ln s is kept within ln_s. Centres are `shift` voxels along
  * each axis from those of the voxels. CT_EINPUT if no voxel qualifies.

@@ -1,6 +1,6 @@
 /* random-stream.h: which stream of random numbers (core/rng.h) belongs to which draw of a fit. */
-#ifndef CT_GS_STREAM_H
-#define CT_GS_STREAM_H
+#ifndef CT_GS_RANDOM_STREAM_H
+#define CT_GS_RANDOM_STREAM_H
 #include <stdint.h>
 
 /* Iterations and epochs are added where there are such. */

@@ -21,7 +21,7 @@ struct refit {
 static void set_density(const struct refit *s, const double *x)
 {
 	for (size_t i = 0; i < s->f->g.n; i++)
-		s->w->blob[i].rho = x[i] * s->unit[i];
+		s->w->gaussian[i].rho = x[i] * s->unit[i];
 }
 
 /* w->dimg = gain * (view k of what is drawn - want), want y without the base, or 0; times w. */
@@ -60,7 +60,7 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 	size_t pitch = ct_rasterise_pitch(o->n[0]), rows = o->n[1] * o->n[2];
 	double k = opt->lr / (opt->l1 + opt->res) / ((double)rows * (double)o->n[0]);
 
-	if (ct_voxelise_plan(&s->w->vox, &s->block, s->f->g.n, s->w->blob, s->env->par, e))
+	if (ct_voxelise_plan(&s->w->vox, &s->block, s->f->g.n, s->w->gaussian, s->env->par, e))
 		return -1;
 	ct_voxelise_draw(s->low, &s->w->vox, s->env->par);
 	for (size_t r = 0; r < rows; r++) {
@@ -72,7 +72,8 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 	}
 	for (int a = 0; a < CT_GS_FIELDS; a++)
 		memset(s->w->grad.d[a], 0, s->f->g.n * sizeof(float));
-	ct_voxelise_backward(&s->w->grad, &s->w->vox, s->w->blob, &s->f->g, s->dlow, s->env->par);
+	ct_voxelise_backward(
+		&s->w->grad, &s->w->vox, s->w->gaussian, &s->f->g, s->dlow, s->env->par);
 	gather(s, out);
 	return 0;
 }
@@ -90,8 +91,8 @@ static int normal(const struct refit *s, double *out, const double *x, bool want
 			ct_loss_total_project(s->w, s->f, s->d, k, s->env, e))
 			return -1;
 		view_error(s, k, want, gain);
-		ct_splat_backward(
-			&s->w->grad, &s->w->splat, s->w->blob, &s->f->g, s->w->dimg, s->env->par);
+		ct_splat_backward(&s->w->grad, &s->w->splat, s->w->gaussian, &s->f->g, s->w->dimg,
+			s->env->par);
 		gather(s, out);
 	}
 	return s->w->low.want ? lowres(s, out, want, e) : 0;
@@ -147,7 +148,7 @@ static int measure(const struct refit *s, struct ct_err *e)
 	size_t pitch = ct_rasterise_pitch(y->w);
 	double sum = 0;
 
-	ct_gaussian_resolve(s->w->blob, &s->f->g, s->env->par);
+	ct_gaussian_resolve(s->w->gaussian, &s->f->g, s->env->par);
 	for (size_t k = 0; k < y->views; k++) {
 		if (ct_loss_total_project(s->w, s->f, s->d, k, s->env, e))
 			return -1;
@@ -186,12 +187,12 @@ int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_
 
 	if (ct_loss_total_grow(w, g->n, e) || alloc(&s, e))
 		goto out;
-	ct_gaussian_resolve(w->blob, g, env->par);
+	ct_gaussian_resolve(w->gaussian, g, env->par);
 	for (size_t i = 0; i < g->n; i++) {
-		const double *l = w->blob[i].s;
+		const double *l = w->gaussian[i].s;
 
 		s.unit[i] = pow(f->extent / 2, 2) / pow(l[0] * l[1] * l[2], 2.0 / 3);
-		s.x[i] = w->blob[i].rho / s.unit[i];
+		s.x[i] = w->gaussian[i].rho / s.unit[i];
 	}
 	if (solve(&s, e))
 		goto out;

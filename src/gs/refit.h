@@ -1,17 +1,16 @@
-/* refit.h: the densities of a fit by least squares, positions and shapes as they are.
+/* refit.h: the densities of a fit solved for by least squares, positions and shapes as they are.
  *
  * Projections and low-resolution voxels are linear in the densities rho:
  *
- *   min  mean w (c (P rho - y))^2  +  k mean (D rho - l)^2,   c the scale of loss-image.h, k lr /
- * l1
+ *   min  mean w (c (P rho - y))^2  +  k mean (D rho - l)^2
  *
- * over all views and all coarse voxels, by conjugate gradients on the normal equations from the
- * densities that are there. Unknowns are rho_i s_i^2 (s the geometric mean of the standard
- * deviations): a projection's norm grows with s^2, so their columns are about alike. Few steps
- * do most, and stop before noise is fitted.
+ * with c the scale of loss-image.h and k = lr / l1, over all views and all coarse voxels, by
+ * conjugate gradients on the normal equations from the densities that are there. Unknowns are rho_i
+ * s_i^2 (s the geometric mean of the standard deviations): a projection's norm grows with s^2, so
+ * their columns are about alike. Few steps do most, and stop before noise is fitted.
  */
-#ifndef CT_GS_POLISH_H
-#define CT_GS_POLISH_H
+#ifndef CT_GS_REFIT_H
+#define CT_GS_REFIT_H
 #include "gs/fit.h"
 #include "gs/loss-total.h"
 

@@ -15,34 +15,6 @@ static double dot(const double a[static 3], const double b[static 3])
 	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-int ct_block_init(struct ct_block *k, const double affine[static 3][4],
-	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
-{
-	double cof[3][3], det = 0;
-
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) {
-			int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-
-			cof[r][c] =
-				affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
-		}
-	for (int c = 0; c < 3; c++)
-		det += affine[0][c] * cof[0][c];
-	if (!(fabs(det) > 0) || !isfinite(det))
-		return ct_fail(e, CT_EGEOM, "the affine of the grid has no inverse");
-	for (int r = 0; r < 3; r++) {
-		k->blur[r] = 0;
-		k->n[r] = n[r];
-		k->world[r] = affine[r][3];
-		for (int c = 0; c < 3; c++) {
-			k->inv[c][r] = cof[r][c] / det;
-			k->world[r] += affine[r][c] * (double)first[c];
-		}
-	}
-	return 0;
-}
-
 static bool blurred(const struct ct_block *k)
 {
 	return k->blur[0] + k->blur[1] + k->blur[2] > 0;
@@ -98,14 +70,13 @@ bool ct_voxelise_gaussian(
 	o->var[0] = c[0][0] - o->s02 * c[0][2] - o->s01 * c01;
 	o->gain = blurred(k) ? thinned(row, o->var) : 1;
 	o->rho = b->rho * o->gain;
-	o->turn = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
-	o->hop = exp(fmax(-80, fmin(80, CT_RASTERISE_LANES * o->s01 / o->var[0])));
+	o->bend = exp(-(o->s01 * o->s01 / o->var[0] + 1 / o->var[1]));
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
 }
 
 void ct_voxelise_free(struct ct_voxelise *v)
 {
-	free(v->brick);
+	free(v->item);
 	free(v->hit);
 	free(v->found);
 	*v = (struct ct_voxelise){0};
@@ -149,10 +120,10 @@ static void search_some(void *arg, size_t chunk, size_t worker)
 	s->v->found[chunk] = found;
 }
 
-static void brick_some(void *arg, size_t i, size_t worker)
+static void item_some(void *arg, size_t i, size_t worker)
 {
 	const struct search *s = arg;
-	struct ct_voxel_gaussian *o = &s->v->brick[i];
+	struct ct_voxel_gaussian *o = &s->v->item[i];
 
 	(void)worker;
 	ct_voxelise_gaussian(o, &s->v->block, &s->b[s->v->hit[i]]);
@@ -179,10 +150,10 @@ int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
 		memmove(v->hit + total, v->hit + c * CT_GS_CHUNK, v->found[c] * sizeof *v->hit);
 		total += v->found[c];
 	}
-	if (ct_grow(&v->brick, &v->cap, total, sizeof *v->brick, e))
+	if (ct_grow(&v->item, &v->cap, total, sizeof *v->item, e))
 		return -1;
 	v->n = total;
-	ct_par_for(par, total, brick_some, &s);
+	ct_par_for(par, total, item_some, &s);
 	return 0;
 }
 
@@ -191,7 +162,7 @@ size_t ct_voxelise_slice(const struct ct_block *k)
 	return ct_rasterise_pitch(k->n[0]) * k->n[1];
 }
 
-/* The dab of a brick in slice `s`; false if it covers no row. */
+/* What a Gaussian is in slice `s`; false if it covers no row. */
 static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 	const struct ct_voxel_gaussian *b, size_t s)
 {
@@ -215,9 +186,8 @@ static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 		.amp = (float)(b->rho * fall),
 		.cut = (float)rest,
 		.least = (float)(exp(-CT_GS_CUT) / fall),
-		.turn = (float)b->turn,
-		.hop = (float)b->hop,
-		.lean = (float)(copysign(reach, b->s01) * sqrt(ratio / (1 + ratio)))};
+		.bend = (float)b->bend,
+		.y_right = (float)(copysign(reach, b->s01) * sqrt(ratio / (1 + ratio)))};
 	if (!(low <= high && isfinite(o->kx) && isfinite(o->ky)))
 		return false;
 	o->first = (int32_t)low;
@@ -232,16 +202,16 @@ void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t fir
 
 	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t i = 0; i < v->n; i++) {
-		const struct ct_voxel_gaussian *b = &v->brick[i];
+		const struct ct_voxel_gaussian *b = &v->item[i];
 		size_t s0 = (size_t)b->slice[0], s1 = (size_t)b->slice[1];
 
 		for (size_t s = s0 > first ? s0 : first; s < s1 && s < end; s++) {
 			struct ct_pixel_gaussian d;
 
 			if (slice_of(&d, k, b, s))
-				ct_rasterise_add(out + (s - first) * slice,
-					ct_rasterise_pitch(k->n[0]), k->n[0], 0, k->n[1], 1, NULL,
-					&d);
+				CT_SIMD(ct_rasterise_add)
+			(out + (s - first) * slice, ct_rasterise_pitch(k->n[0]), k->n[0], 0,
+				k->n[1], 1, NULL, &d);
 		}
 	}
 }
@@ -355,22 +325,6 @@ out:
 	return rc;
 }
 
-void ct_voxelise_ref_draw(
-	double *out, const struct ct_block *k, const struct ct_voxel_gaussian *b, double cut)
-{
-	size_t count = k->n[0] * k->n[1] * k->n[2];
-
-	for (size_t at = 0; at < count; at++) {
-		double z = (double)(at / k->n[0] / k->n[1]) - b->m[2];
-		double y = (double)(at / k->n[0] % k->n[1]) - b->m[1] - b->s12 * z;
-		double x = (double)(at % k->n[0]) - b->m[0] - b->s02 * z - b->s01 * y;
-		double q = (x * x / b->var[0] + y * y / b->var[1] + z * z / b->var[2]) / 2;
-
-		if (q <= cut)
-			out[at] += b->rho * exp(-q);
-	}
-}
-
 static void gather(double s[static 10], const double d[static 6], double z)
 {
 	s[0] += d[0];
@@ -385,29 +339,12 @@ static void gather(double s[static 10], const double d[static 6], double z)
 	s[9] += d[0] * z * z;
 }
 
-void ct_voxelise_ref_sums(double s[static 10], const double *g, const struct ct_block *k,
-	const struct ct_voxel_gaussian *b, double cut)
-{
-	size_t count = k->n[0] * k->n[1] * k->n[2];
-
-	memset(s, 0, 10 * sizeof *s);
-	for (size_t at = 0; at < count; at++) {
-		double z = (double)(at / k->n[0] / k->n[1]) - b->m[2];
-		double y = (double)(at / k->n[0] % k->n[1]) - b->m[1] - b->s12 * z;
-		double x = (double)(at % k->n[0]) - b->m[0] - b->s02 * z - b->s01 * y;
-		double q = (x * x / b->var[0] + y * y / b->var[1] + z * z / b->var[2]) / 2;
-		double v = q <= cut ? g[at] * exp(-q) : 0;
-
-		gather(s, (const double[]){v, v * x, v * y, v * x * x, v * x * y, v * y * y}, z);
-	}
-}
-
 /* The inverse covariance is U D U^T, D = diag(1/var), U^T (dx, dy, dz) = (x, y, z) the conditional
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
  *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s),
  * and where the block is blurred + 1/2 rho dL/drho (I - V^T D V), from the factor of rho. */
 void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
-	const struct ct_voxel_gaussian *b, const struct ct_gaussian *blob,
+	const struct ct_voxel_gaussian *b, const struct ct_gaussian *world,
 	const double sums[static 10])
 {
 	const double d[3] = {1 / b->var[0], 1 / b->var[1], 1 / b->var[2]};
@@ -421,8 +358,9 @@ void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_bl
 			w[r][c] = ut[r][0] * k->inv[0][c] + ut[r][1] * k->inv[1][c] +
 				  ut[r][2] * k->inv[2][c];
 		for (int c = 0; c < 3; c++)
-			v[r][c] = blob->s[c] * (w[r][0] * blob->a[0][c] + w[r][1] * blob->a[1][c] +
-						       w[r][2] * blob->a[2][c]);
+			v[r][c] =
+				world->s[c] * (w[r][0] * world->a[0][c] + w[r][1] * world->a[1][c] +
+						      w[r][2] * world->a[2][c]);
 	}
 	g->rho = b->gain * sums[0];
 	for (int c = 0; c < 3; c++)
@@ -451,7 +389,7 @@ static void one(void *arg, size_t at, size_t worker)
 {
 	const struct job *j = arg;
 	const struct ct_block *k = &j->v->block;
-	const struct ct_voxel_gaussian *b = &j->v->brick[at];
+	const struct ct_voxel_gaussian *b = &j->v->item[at];
 	double s[10] = {0}, dl[3], dq[4], q[4];
 	struct ct_gaussian_gradient g;
 
@@ -462,8 +400,9 @@ static void one(void *arg, size_t at, size_t worker)
 
 		if (!slice_of(&d, k, b, sl))
 			continue;
-		ct_rasterise_sums(sums, 1, j->df + sl * ct_voxelise_slice(k),
-			ct_rasterise_pitch(k->n[0]), k->n[0], 1, &d);
+		CT_SIMD(ct_rasterise_sums)
+		(sums, 1, j->df + sl * ct_voxelise_slice(k), ct_rasterise_pitch(k->n[0]), k->n[0],
+			1, &d);
 		for (int i = 0; i < 6; i++)
 			sums[i] *= fall;
 		gather(s, sums, z);

@@ -1,30 +1,23 @@
-/* voxelise.h: the field of Gaussians on a grid of voxels, or a block of it, and its gradient.
+/* voxelise.h: the density of a mixture of Gaussians on a grid of voxels, or a block of it, and its
+ * gradient.
  *
- *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  cut at the ellipsoid of
- * CT_GS_CUT
+ *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i))
  *
- * at voxel centres; a block may be blurred by a Gaussian of its own along its axes, of variances B
- * in voxel^2: Sigma then is that of inv A plus B, and rho is times sqrt(|Sigma| / |Sigma + B|), so
- * that the mass stays. In every slice a Gaussian is a dab (rasterise.h), so one kernel does
- * projections and volumes. Any affine that can be inverted. Sums in order of index; the same bytes
- * for any number of threads.
+ * at voxel centres, each Gaussian cut at the ellipsoid of CT_GS_CUT. A block may be blurred by a
+ * Gaussian of its own along its axes, of variances B in voxel^2: Sigma then is that of inv A plus
+ * B, and rho is times sqrt(|Sigma| / |Sigma + B|), so that the mass stays. In every slice a
+ * Gaussian is a 2-D one (rasterise.h), so the same kernels do projections and volumes. Any affine
+ * that can be inverted. Sums in order of index; the same bytes for any number of threads.
  */
-#ifndef CT_GS_VOXEL_H
-#define CT_GS_VOXEL_H
+#ifndef CT_GS_VOXELISE_H
+#define CT_GS_VOXELISE_H
 #include "core/env.h"
+#include "gs/block.h"
 #include "gs/gaussian.h"
+#include "gs/gradient.h"
 #include "gs/rasterise.h"
-#include "gs/splat.h"
 
 #include <stdbool.h>
-
-/* Voxels n[] whose voxel (0,0,0) is voxel first[] of the grid of an affine. */
-struct ct_block {
-	size_t n[3];
-	double inv[3][3]; /* mm to voxels */
-	double world[3];  /* position of the first voxel, mm */
-	double blur[3];   /* voxel^2, >= 0; ct_block_init sets 0 */
-};
 
 /* A Gaussian on the block, conditional from slice to row to column: the centre of row j in
  * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
@@ -32,7 +25,7 @@ struct ct_voxel_gaussian {
 	double m[3], s01, s02, s12;
 	double var[3];    /* variances of column given row and slice, row given slice, slice */
 	double rho, gain; /* rho is gain times that of the Gaussian */
-	double turn, hop; /* of its dabs */
+	double bend;      /* of its slices (rasterise.h) */
 	size_t index;     /* of the Gaussian */
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };
@@ -40,14 +33,11 @@ struct ct_voxel_gaussian {
 struct ct_voxelise {
 	struct ct_block block;
 	size_t n, cap, hits, chunks;
-	struct ct_voxel_gaussian *brick;
+	struct ct_voxel_gaussian *item;
 	uint32_t *hit; /* scratch of the search, and how many there are in each chunk */
 	size_t *found;
 };
 
-/* CT_EGEOM if the affine has no inverse. */
-int ct_block_init(struct ct_block *k, const double affine[static 3][4],
-	const size_t first[static 3], const size_t n[static 3], struct ct_err *e);
 /* False if the Gaussian does not touch the block. */
 bool ct_voxelise_gaussian(
 	struct ct_voxel_gaussian *o, const struct ct_block *k, const struct ct_gaussian *b);
@@ -77,15 +67,9 @@ int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine
 	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
 	struct ct_err *e);
 
-/* In double, cut >= 0 free: what the fast functions are tested against. out[n2][n1][n0]. */
-void ct_voxelise_ref_draw(
-	double *out, const struct ct_block *k, const struct ct_voxel_gaussian *b, double cut);
-/* Moments of g e in the conditional coordinates: 1, x, y, z, xx, xy, xz, yy, yz, zz. */
-void ct_voxelise_ref_sums(double s[static 10], const double *g, const struct ct_block *k,
-	const struct ct_voxel_gaussian *b, double cut);
-/* Moments to gradients of density, position and shape (m is not set); b is of `blob`. */
+/* Moments to gradients of density, position and shape (m is not set); b is of `world`. */
 void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
-	const struct ct_voxel_gaussian *b, const struct ct_gaussian *blob,
+	const struct ct_voxel_gaussian *b, const struct ct_gaussian *world,
 	const double sums[static 10]);
 
 #endif

@@ -11,42 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 16 }; /* views between two looks whether to stop */
-
 static double width(const struct ct_fuse *f)
 {
 	return f->window[1] - f->window[0];
-}
-
-static int forward(
-	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
-{
-	struct ct_fuse *f = ctx;
-	size_t view = f->rays.rows * f->rays.cols;
-
-	ct_projector_load(&f->g, x, f->env->par);
-	for (size_t k = 0; k < count; k += BLOCK) {
-		if (ct_check_stop(f->env, e))
-			return -1;
-		ct_project(&f->g, first + k, count - k < BLOCK ? count - k : BLOCK, p + k * view,
-			NULL, f->env->par);
-	}
-	return 0;
-}
-
-static int adjoint(
-	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
-{
-	struct ct_fuse *f = ctx;
-	size_t view = f->rays.rows * f->rays.cols;
-
-	for (size_t k = 0; k < count; k += BLOCK) {
-		if (ct_check_stop(f->env, e))
-			return -1;
-		ct_project_adjoint(&f->g, first + k, count - k < BLOCK ? count - k : BLOCK, x,
-			p + k * view, f->env->par);
-	}
-	return 0;
 }
 
 /* Place of view k in an order whose every beginning is spread evenly: by its bits, reversed. */
@@ -107,7 +74,7 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 		reorder(f->gap, order, e) == 0 && reorder(f->weight, order, e) == 0 &&
 		ct_projector_init(&f->g, f->base, f->y, e) == 0)
 		rc = ct_projector_reserve(&f->g, e);
-	f->rays = (struct ct_rays){f->y->views, f->y->h, f->y->w, forward, adjoint, f};
+	f->rays = ct_project_linear(&f->g);
 	free(order);
 	return rc;
 }
@@ -179,6 +146,7 @@ static void set_rule(struct ct_fuse *f)
 	s->rule.mu = f->lambda > 0 ? 1 / (f->lambda * width(f)) : 0;
 	s->rule.iterations = f->iterations;
 	s->rays = &f->rays;
+	s->cols = f->y->w;
 	s->y = f->y->data;
 	s->weight = f->weight->data;
 }
@@ -222,7 +190,7 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
 	size_t n = ct_stack_count(f->y);
 	double band;
 
-	if (band_of(&band, f, e) || forward(f, s->q, 0, f->y->views, s->x, e) ||
+	if (band_of(&band, f, e) || ct_linear_apply(&f->rays, s->q, s->x, f->env, e) ||
 		(!f->gap->data && fill_gap(f, e)))
 		return -1;
 	s->gap = gap = f->gap->data;
@@ -234,7 +202,7 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
 	for (size_t i = 0; i < n; i++)
 		y[i] += s->q[i] - gap[i];
 	ct_dc_apply(&s->dc, s->x, s->scratch, par);
-	if (forward(f, s->q, 0, f->y->views, s->x, e))
+	if (ct_linear_apply(&f->rays, s->q, s->x, f->env, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		gap[i] = y[i] - s->q[i];
@@ -315,16 +283,16 @@ int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_er
 	const struct ct_env quiet = {.par = f->env->par};
 	struct ct_tv_rule rule = {{1, 1, 1}, 1, 1, 0};
 	struct ct_tv_report did;
-	size_t views = f->rays.views, some = views < 2 ? views : 2;
+	const struct ct_linear *a = &f->rays;
+	size_t views = a->parts, some = views < 2 ? views : 2;
 	double steps = (double)s->rule.iterations, start = ct_clock_wall(), ahead, back, sweep;
 	const double choose = s->rule.mu > 0 ? 0 : 9;
 
-	memset(s->g, 0, s->n * sizeof *s->g);
-	if (forward(f, s->q, 0, some, s->x, e))
+	if (a->forward(a->ctx, s->q, some, s->x, &quiet, e))
 		return -1;
 	ahead = (ct_clock_wall() - start) * (double)views / (double)some;
 	start = ct_clock_wall();
-	if (adjoint(f, s->g, 0, some, s->q, e))
+	if (a->adjoint(a->ctx, s->g, some, s->q, &quiet, e))
 		return -1;
 	back = (ct_clock_wall() - start) * (double)views / (double)some;
 	start = ct_clock_wall();

@@ -130,7 +130,7 @@ static int choose(
 		.projector = p->projector};
 	if (!how->iterate)
 		return 0;
-	how->rule = (struct ct_iterate_rule){.solver = (enum ct_solver)(p->method - ITERATE),
+	how->rule = (struct ct_iterative_rule){.solver = (enum ct_solver)(p->method - ITERATE),
 		.iterations = (size_t)p->iterations,
 		.tolerance = p->tolerance,
 		.nonnegative = p->nonnegative,

@@ -59,7 +59,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
 		"steps, of one view each"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "E", 0, 1,
-		"end as soon as the error of a turn through all views is at most E of the error "
+		"end as soon as the error of an epoch, a turn through all views, is at most E of the error "
 		"without Gaussians; 0 runs all iterations"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),

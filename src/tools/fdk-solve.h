@@ -13,12 +13,12 @@ struct ct_fdk_how {
 	enum ct_filter_kind filter; /* if not */
 	double cutoff;              /* 0: what the voxels can show */
 	bool parker;
-	int projector;               /* else an enum ct_method, */
-	struct ct_iterate_rule rule; /* and how */
+	int projector;                 /* else an enum ct_method, */
+	struct ct_iterative_rule rule; /* and how */
 };
 
 /* Density into the zeroed out->data, on its grid, from the stack. Codes of ct_fdk_alloc or
- * ct_iterate. */
+ * ct_iterative_solve. */
 int ct_fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
 	const struct ct_env *env, struct ct_err *e);
 /* What that takes, timed on a few views; grid has no data. */

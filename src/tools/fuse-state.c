@@ -10,8 +10,8 @@ enum { SCALARS = 8, COUNTS = 3, VOLUMES = 3 };
 
 static double *scalar(struct ct_joint_at *a, size_t k)
 {
-	double *const s[SCALARS] = {&a->norm, &a->first, &a->mu, &a->momentum, &a->misfit, &a->best,
-		&a->chosen, &a->trust};
+	double *const s[SCALARS] = {&a->fista.norm, &a->first, &a->mu, &a->fista.momentum,
+		&a->fista.misfit, &a->best, &a->chosen, &a->trust};
 
 	return s[k];
 }

@@ -2,7 +2,7 @@
 #ifndef CT_TOOLS_NABGS_STATE_H
 #define CT_TOOLS_NABGS_STATE_H
 #include "cli/resume.h"
-#include "gs/fit.h"
+#include "gs/fit-state.h"
 
 #include <stdbool.h>
 

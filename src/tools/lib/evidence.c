@@ -95,26 +95,20 @@ static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 static int project_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_projector g;
+	struct ct_projector g = {0};
+	struct ct_linear a;
+	int rc = -1;
 
 	if (ct_stack_like(&d->base_proj, &d->in, 1, e))
 		return -1;
 	ct_meta_free(&d->base_proj.meta);
 	if (ct_projector_init(&g, &d->base, &d->in, e))
 		return ct_blame(e, f->base);
-	if (ct_projector_reserve(&g, e))
-		return -1;
-	ct_projector_load(&g, d->base.data, env->par);
-	for (size_t k = 0; k < d->in.views; k++) {
-		ct_progress(env, "projections of the base", k, d->in.views);
-		if (ct_check_stop(env, e)) {
-			ct_projector_free(&g);
-			return -1;
-		}
-		ct_project(&g, k, 1, ct_stack_view(&d->base_proj, k), NULL, env->par);
-	}
+	a = ct_project_linear(&g);
+	if (ct_projector_reserve(&g, e) == 0)
+		rc = ct_linear_apply(&a, d->base_proj.data, d->base.data, env, e);
 	ct_projector_free(&g);
-	return 0;
+	return rc;
 }
 
 static int read_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
