@@ -272,8 +272,8 @@ static int whole(struct reader *d, const char *key, double x, size_t *out)
 
 static int read_own(struct reader *d, const struct ct_meta *keys, struct ct_gauss *g)
 {
-	const char *activation = ct_meta_get(keys, "activation"),
-		   *units = ct_meta_get(keys, "units");
+	const char *activation = ct_meta_get(keys, CT_PLY_ACTIVATION),
+		   *units = ct_meta_get(keys, CT_PLY_UNITS);
 	double x = 0, v[12];
 	int rc;
 
@@ -284,20 +284,20 @@ static int read_own(struct reader *d, const struct ct_meta *keys, struct ct_gaus
 	if (units && strcmp(units, "mm") != 0)
 		return ct_fail(d->e, CT_EINPUT, "%s: units are '%.20s', not mm", d->path, units);
 	g->gamma = 1;
-	rc = numbers(d, keys, "gamma", 1, &g->gamma);
+	rc = numbers(d, keys, CT_PLY_GAMMA, 1, &g->gamma);
 	if (rc < 0)
 		return -1;
 	if ((rc && g->activation == CT_PRELU) || !(g->gamma > 0))
 		return ct_fail(
 			d->e, CT_EINPUT, "%s: comment ct:gamma is not a positive number", d->path);
-	if (numbers(d, keys, "step", 1, &x) < 0 || whole(d, "step", x, &g->step))
+	if (numbers(d, keys, CT_PLY_STEP, 1, &x) < 0 || whole(d, CT_PLY_STEP, x, &g->step))
 		return -1;
-	rc = numbers(d, keys, "grid", 3, v);
+	rc = numbers(d, keys, CT_PLY_GRID, 3, v);
 	for (int a = 0; rc == 0 && a < 3; a++)
-		rc = whole(d, "grid", v[a], &g->grid[a]);
+		rc = whole(d, CT_PLY_GRID, v[a], &g->grid[a]);
 	if (rc < 0)
 		return -1;
-	rc = numbers(d, keys, "affine", 12, v);
+	rc = numbers(d, keys, CT_PLY_AFFINE, 12, v);
 	for (int i = 0; rc == 0 && i < 12; i++)
 		g->affine[i / 4][i % 4] = v[i];
 	return rc < 0 ? -1 : 0;

@@ -40,19 +40,21 @@ static char *make_header(const struct ct_gauss *g, size_t *length)
 
 	if (!f)
 		return NULL;
-	fprintf(f, "ply\nformat binary_little_endian 1.0\n" CT_PLY_COMMENT "units=mm\n");
+	fprintf(f, "ply\nformat binary_little_endian 1.0\n" CT_PLY_COMMENT CT_PLY_UNITS "=mm\n");
 	fprintf(f,
-		CT_PLY_COMMENT "activation=%s\n" CT_PLY_COMMENT "gamma=%.17g\n" CT_PLY_COMMENT
-			       "step=%zu\n",
+		CT_PLY_COMMENT CT_PLY_ACTIVATION "=%s\n" CT_PLY_COMMENT CT_PLY_GAMMA
+						 "=%.17g\n" CT_PLY_COMMENT "step=%zu\n",
 		ct_activation_name(g->activation), g->gamma, g->step);
 	if (g->grid[0]) {
-		fprintf(f, CT_PLY_COMMENT "grid=%zu,%zu,%zu\n" CT_PLY_COMMENT "affine=", g->grid[0],
-			g->grid[1], g->grid[2]);
+		fprintf(f,
+			CT_PLY_COMMENT CT_PLY_GRID "=%zu,%zu,%zu\n" CT_PLY_COMMENT CT_PLY_AFFINE
+						   "=",
+			g->grid[0], g->grid[1], g->grid[2]);
 		for (int i = 0; i < 12; i++)
 			fprintf(f, "%.17g%c", g->affine[i / 4][i % 4], i < 11 ? ',' : '\n');
 	}
 	for (size_t i = 0; i < g->meta.n; i++) {
-		if (strcmp(g->meta.pair[i].key, "input") == 0) /* of the file that was read */
+		if (strcmp(g->meta.pair[i].key, CT_META_INPUT) == 0) /* of the file that was read */
 			continue;
 		fprintf(f, CT_PLY_COMMENT);
 		put_escaped(f, g->meta.pair[i].key, true);

@@ -30,7 +30,8 @@ void ct_ply_fields(const struct ct_gauss *g, float *f[static CT_PLY_FIELDS])
 
 bool ct_ply_own(const char *key)
 {
-	static const char *const own[] = {"units", "activation", "gamma", "step", "grid", "affine"};
+	static const char *const own[] = {CT_PLY_UNITS, CT_PLY_ACTIVATION, CT_PLY_GAMMA,
+		CT_PLY_STEP, CT_PLY_GRID, CT_PLY_AFFINE};
 
 	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
 		if (strcmp(own[i], key) == 0)

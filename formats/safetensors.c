@@ -341,7 +341,7 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 	char *text = NULL, *padded = NULL;
 
 	for (size_t i = 0; i < w->meta.n; i++)
-		if (strcmp(w->meta.pair[i].key, "input") != 0) /* of the file that was read */
+		if (strcmp(w->meta.pair[i].key, CT_META_INPUT) != 0) /* of the file that was read */
 			bad |= json_object_set_new(
 				meta, w->meta.pair[i].key, ct_json_text(w->meta.pair[i].value));
 	if (json_object_size(meta))

@@ -81,7 +81,7 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 /* What the reader says of the content, behind the name of the file. */
 static const char *hash_of(const struct ct_meta *m)
 {
-	const char *input = m ? ct_meta_get(m, "input") : NULL;
+	const char *input = m ? ct_meta_get(m, CT_META_INPUT) : NULL;
 	const char *hash = input ? strrchr(input, ' ') : NULL;
 
 	return hash ? hash + 1 : "not given";
@@ -96,7 +96,7 @@ int ct_resume_input(
 		const struct ct_pair *p = &m->pair[i];
 		char key[160];
 
-		if (strcmp(p->key, "input") == 0 || strcmp(p->key, "history") == 0 ||
+		if (strcmp(p->key, CT_META_INPUT) == 0 || strcmp(p->key, CT_META_HISTORY) == 0 ||
 			strncmp(p->key, "nifti.", 6) == 0)
 			continue;
 		snprintf(key, sizeof key, "%s %s", name, p->key);

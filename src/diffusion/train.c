@@ -327,9 +327,9 @@ int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_er
 {
 	if (ct_unet_tensors(t->ema, t->ema->param, w, e))
 		return -1;
-	if (ct_meta_set(&w->meta, "beta_schedule", "linear", e) ||
-		ct_meta_setf(&w->meta, e, "step", "%llu", (unsigned long long)t->step) ||
-		ct_meta_setf(&w->meta, e, "ema", "%.10g", t->o.ema)) {
+	if (ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e) ||
+		ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step) ||
+		ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)) {
 		ct_tensors_free(w);
 		return -1;
 	}
@@ -354,7 +354,7 @@ int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err 
 	struct ct_tensor *x;
 
 	vectors_of(t, v);
-	if (ct_meta_setf(&w->meta, e, "step", "%llu", (unsigned long long)t->step))
+	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
 		goto fail;
 	for (size_t i = 0; i < VECTORS; i++) {
 		if (ct_tensors_add(w, vector_names[i], 1, &t->n, &x, e))
@@ -373,7 +373,7 @@ int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_e
 	double step;
 
 	vectors_of(t, v);
-	if (ct_meta_numbers(&w->meta, "step", 1, &step, e) || !(step >= 0 && step < 0x1p53))
+	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
 		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
 	for (size_t i = 0; i < VECTORS; i++) {
 		const struct ct_tensor *x = ct_tensors_find(w, vector_names[i]);

@@ -97,8 +97,8 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 		goto fail;
 	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *scalar(&f, k));
-	if (ct_meta_set(&t->meta, "scalars", text, e) ||
-		ct_meta_setf(&t->meta, e, "step", "%zu %u", f.g.step, f.gamma.steps))
+	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
+		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps))
 		goto fail;
 	return 0;
 fail:
@@ -108,7 +108,8 @@ fail:
 
 static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *s = ct_meta_get(&t->meta, "scalars"), *step = ct_meta_get(&t->meta, "step");
+	const char *s = ct_meta_get(&t->meta, CT_META_SCALARS),
+		   *step = ct_meta_get(&t->meta, CT_META_STEP);
 	char *end;
 
 	for (size_t k = 0; s && k < SCALARS; k++, s = end) {

@@ -102,7 +102,7 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 {
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
-	const char *up = ct_meta_get(m, "upsample");
+	const char *up = ct_meta_get(m, CT_META_UPSAMPLE);
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
 	*sigma = 0;
@@ -110,11 +110,11 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 		return 0; /* the blur is undone */
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
-	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
-		ct_meta_numbers(m, "scan.dso", 1, &dso, e) < 0 ||
-		ct_meta_numbers(m, "scan.dsd", 1, &dsd, e) < 0)
+	if (ct_meta_numbers(m, CT_META_SIGMA, 3, voxels, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSO, 1, &dso, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSD, 1, &dsd, e) < 0)
 		return -1;
-	switch (ct_meta_numbers(m, "volume.affine", 12, a, e)) {
+	switch (ct_meta_numbers(m, CT_META_VOLUME_AFFINE, 12, a, e)) {
 	case 0: break;
 	case 1: return 0;
 	default: return -1;
@@ -129,9 +129,10 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 /* What the network sees as 1: `given`, or if that is 0 what suits the stack. */
 static int norm_of(double *norm, double given, const struct ct_stack *in, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(&in->meta, "quantity");
+	const char *quantity = ct_meta_get(&in->meta, CT_META_QUANTITY);
 
-	if (quantity && strcmp(quantity, "lineIntegral") != 0 && strcmp(quantity, "intensity") != 0)
+	if (quantity && strcmp(quantity, CT_QUANTITY_LINE_INTEGRAL) != 0 &&
+		strcmp(quantity, CT_QUANTITY_INTENSITY) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
 	*norm = given;
@@ -139,7 +140,7 @@ static int norm_of(double *norm, double given, const struct ct_stack *in, struct
 		return 0;
 	if (ct_superres_norm(in, norm, e))
 		return -1;
-	if (quantity && strcmp(quantity, "intensity") == 0)
+	if (quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0)
 		*norm = fmax(*norm, 1.0);
 	return 0;
 }
@@ -150,7 +151,7 @@ static int settle(struct job *j, struct ct_err *e)
 	double coarsen = 4;
 	int scale = p->scale;
 
-	if (!scale && ct_meta_numbers(&j->in.meta, "coarsen", 1, &coarsen, e) < 0)
+	if (!scale && ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
 		return ct_blame(e, p->in);
 	if (!scale)
 		scale = (int)fmin(fmax(coarsen, 2), 64);
@@ -271,14 +272,15 @@ static int write_outputs(struct job *j, struct ct_err *e)
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
 
-	ct_meta_drop(m, "coarsen");
-	ct_meta_drop(m, "pixel");
-	if (ct_meta_setf(m, e, "norm", "%.9g", j->s.norm) ||
-		ct_meta_set(m, "operator", CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
-		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
+	ct_meta_drop(m, CT_META_COARSEN);
+	ct_meta_drop(m, CT_META_PIXEL);
+	if (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+		ct_meta_set(m, CT_META_OPERATOR, CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
+		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
-				      ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
+				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
+					      CT_QUANTITY_DEVIATION, e) ||
 				      ct_stack_write(j->p->std, &j->std, j->env, e))))
 		return -1;
 	return ddnm_picture_write(j->p->out, &j->out, j->env, e);

@@ -191,9 +191,10 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 	struct ct_meta *m = &f->g.meta;
 
 	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
-		ct_meta_set(m, "quantity", f->opt.full ? "density" : "residual", e) ||
-		ct_meta_set(m, "mode", CT_WORD(MODES, p->mode), e) ||
-		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
+		ct_meta_set(m, CT_META_QUANTITY,
+			f->opt.full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) ||
+		ct_meta_set(m, CT_META_MODE, CT_WORD(MODES, p->mode), e) ||
+		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, 5, in, e))
 		return -1;
 	return ct_gauss_write(p->out, &f->g, j->env, e);

@@ -186,13 +186,13 @@ static int read_data(struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < d->n; i++) {
 		if (train_data_read(&j->data, d->v[i], &j->input[i], e))
 			return -1;
-		size += strlen(ct_meta_get(&j->input[i], "input")) + 2;
+		size += strlen(ct_meta_get(&j->input[i], CT_META_INPUT)) + 2;
 	}
 	if (ct_alloc0(&j->dataset, size + 1, 1, e))
 		return -1;
 	for (size_t i = 0; i < d->n; i++)
 		used += (size_t)snprintf(j->dataset + used, size + 1 - used, "%s%s", i ? "; " : "",
-			ct_meta_get(&j->input[i], "input"));
+			ct_meta_get(&j->input[i], CT_META_INPUT));
 	if (!j->p->validate)
 		return 0;
 	rc = train_data_read(&j->held, j->p->validate, &held, e);
@@ -212,9 +212,9 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->input[i];
 	if (ct_train_result(j->train, &w, e) ||
-		ct_meta_set(&w.meta, "intensity_map", CT_PRIOR_MAP, e) ||
-		ct_meta_set(&w.meta, "dataset", j->dataset, e) ||
-		(j->p->licence && ct_meta_set(&w.meta, "licence", j->p->licence, e)) ||
+		ct_meta_set(&w.meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e) ||
+		ct_meta_set(&w.meta, CT_META_DATASET, j->dataset, e) ||
+		(j->p->licence && ct_meta_set(&w.meta, CT_META_LICENCE, j->p->licence, e)) ||
 		ct_meta_step(&w.meta, &j->env, n, in, e))
 		goto out;
 	rc = ct_tensors_write(j->p->out, &w, j->p->half, &j->env, e);

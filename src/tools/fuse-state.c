@@ -33,7 +33,7 @@ int fuse_state_save(void *run, const struct ct_joint *j, struct ct_err *e)
 	char key[24];
 	int rc = -1;
 
-	if (ct_meta_setf(&t.meta, e, "at", "%zu %zu %d", at.phase, at.done, (int)at.trusted))
+	if (ct_meta_setf(&t.meta, e, CT_META_AT, "%zu %zu %d", at.phase, at.done, (int)at.trusted))
 		goto out;
 	for (size_t k = 0; k < SCALARS; k++) {
 		snprintf(key, sizeof key, "scalar.%zu", k);
@@ -58,7 +58,7 @@ out:
 
 static int unpack(struct ct_joint *j, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *at = ct_meta_get(&t->meta, "at");
+	const char *at = ct_meta_get(&t->meta, CT_META_AT);
 	struct ct_joint_at *to = &j->at;
 	char key[24];
 	int trusted;
