@@ -75,7 +75,8 @@ static exr_result_t put_meta(exr_context_t c, const struct ct_meta *m)
 		const char *key = m->pair[i].key, *value = m->pair[i].value;
 		int len = snprintf(name, sizeof name, CT_EXR_PREFIX "%s", key);
 
-		if (strcmp(key, "input") == 0) /* of the file that was read, not of this one */
+		if (strcmp(key, CT_META_INPUT) ==
+			0) /* of the file that was read, not of this one */
 			continue;
 		if (len <= CT_EXR_NAME && !ct_exr_reserved(name))
 			r = exr_attr_set_string(c, 0, name, value);

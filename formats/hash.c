@@ -23,7 +23,7 @@ int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *pat
 		len--;
 	for (from = len; from > 0 && path[from - 1] != '/'; from--)
 		;
-	return ct_meta_setf(m, e, "input", "%.*s xxh3:%016llx%016llx", (int)(len - from),
+	return ct_meta_setf(m, e, CT_META_INPUT, "%.*s xxh3:%016llx%016llx", (int)(len - from),
 		path + from, (unsigned long long)h.high64, (unsigned long long)h.low64);
 }
 

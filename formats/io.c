@@ -78,14 +78,20 @@ int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e)
 	return 0;
 }
 
-int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e)
+/* What a new file of the user may be. */
+static mode_t usual_mode(void)
+{
+	mode_t mask = umask(0);
+
+	umask(mask);
+	return 0666 & ~mask;
+}
+
+static int open_out(struct ct_out *o, const char *path, mode_t mode, struct ct_err *e)
 {
 	struct stat st;
 	int fd;
 
-	*o = (struct ct_out){0};
-	if (ct_out_check(path, env, e))
-		return -1;
 	if (strcmp(path, "-") == 0) {
 		o->f = stdout;
 		return 0;
@@ -113,12 +119,7 @@ int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, st
 		ct_out_abandon(o);
 		return -1;
 	}
-	{
-		mode_t mask = umask(0);
-
-		umask(mask);
-		fchmod(fd, 0666 & ~mask);
-	}
+	fchmod(fd, mode);
 	o->f = fdopen(fd, "wb");
 	if (!o->f) {
 		close(fd);
@@ -127,6 +128,18 @@ int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, st
 		return -1;
 	}
 	return 0;
+}
+
+int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	*o = (struct ct_out){0};
+	return ct_out_check(path, env, e) ? -1 : open_out(o, path, usual_mode(), e);
+}
+
+int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e)
+{
+	*o = (struct ct_out){0};
+	return open_out(o, path, 0600, e);
 }
 
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)

@@ -23,6 +23,8 @@ struct ct_out {
 /* CT_EOUTPUT if the file exists and env->force is not set, if it is one of the inputs that env
  * names, or if standard output is a terminal. */
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
+/* The same for a file that its owner alone may read (mode 0600), over what is there. */
+int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e);
 /* Flush, sync, rename. CT_EOUTPUT; the temporary file is gone either way. */
 int ct_out_commit(struct ct_out *o, struct ct_err *e);
 /* Drop the output; legal after commit and on a zeroed struct. */

@@ -15,5 +15,6 @@ libct_a_SOURCES += formats/exr-zip.c formats/exr-zip.h
 libct_a_SOURCES += formats/half.c formats/half.h
 libct_a_SOURCES += formats/safetensors.c
 libct_a_SOURCES += formats/text.c formats/text.h
-libct_a_SOURCES += formats/ply.c
+libct_a_SOURCES += formats/ply.c formats/ply.h
+libct_a_SOURCES += formats/ply-read.c formats/ply-write.c
 libct_a_SOURCES += formats/any.c formats/any.h formats/bytes.h

@@ -161,7 +161,8 @@ static char *our_text(const struct ct_meta *m, bool *none)
 		const char *key = m->pair[i].key;
 		char *k, *v;
 
-		if (is_foreign(key) || strcmp(key, "input") == 0 || strcmp(key, "nifti.code") == 0)
+		if (is_foreign(key) || strcmp(key, CT_META_INPUT) == 0 ||
+			strcmp(key, CT_META_NIFTI_CODE) == 0)
 			continue;
 		k = clean("ct:", key);
 		v = clean("", m->pair[i].value);

@@ -276,10 +276,10 @@ int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_
 		read_extensions(&s, &h, &v->meta, block, e) || make_volume(&s, &h, v, e))
 		goto out;
 	memcpy(v->affine, affine, sizeof affine);
-	ct_meta_drop(&v->meta, "nifti.code");
+	ct_meta_drop(&v->meta, CT_META_NIFTI_CODE);
 	if (ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
 		read_voxels(&s, &h, v, hash, block, e) || drain(&s, block, e) ||
-		(code != 1 && ct_meta_setf(&v->meta, e, "nifti.code", "%d", code)) ||
+		(code != 1 && ct_meta_setf(&v->meta, e, CT_META_NIFTI_CODE, "%d", code)) ||
 		ct_hash_input(hash, &v->meta, name, e))
 		goto out;
 	rc = 0;
@@ -357,7 +357,7 @@ static int choose_type(const struct ct_vol *v, enum ct_nifti_type type, int16_t 
 
 static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size_t ext)
 {
-	const char *kept = ct_meta_get(&v->meta, "nifti.code");
+	const char *kept = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
 	const long code = kept ? strtol(kept, NULL, 10) : 1;
 
 	h->dim[0] = 3;

@@ -341,7 +341,7 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 	char *text = NULL, *padded = NULL;
 
 	for (size_t i = 0; i < w->meta.n; i++)
-		if (strcmp(w->meta.pair[i].key, "input") != 0) /* of the file that was read */
+		if (strcmp(w->meta.pair[i].key, CT_META_INPUT) != 0) /* of the file that was read */
 			bad |= json_object_set_new(
 				meta, w->meta.pair[i].key, ct_json_text(w->meta.pair[i].value));
 	if (json_object_size(meta))
@@ -390,28 +390,43 @@ static int put_data(struct ct_out *o, const struct ct_tensor *t, bool half, stru
 	return 0;
 }
 
-int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
-	const struct ct_env *env, struct ct_err *e)
+/* To an output that is open; closes it. */
+static int put_all(struct ct_out *out, const char *path, const struct ct_tensors *w, bool half,
+	struct ct_err *e)
 {
-	struct ct_out out = {0};
 	size_t n = 0;
 	char *header = make_header(w, half, &n);
 	const uint64_t length = n;
 	int rc = -1;
 
 	if (!header)
-		return ct_fail(e, CT_EOUTPUT,
+		ct_fail(e, CT_EOUTPUT,
 			"%s: no memory for the header, or a name or metadata that is not UTF-8",
 			path);
-	if (n > MOST_HEADER)
+	else if (n > MOST_HEADER)
 		ct_fail(e, CT_EOUTPUT, "%s: a header of %zu bytes is too long", path, n);
-	else if (ct_out_open(&out, path, env, e) == 0) {
-		rc = ct_put(&out, &length, sizeof length, e) || ct_put(&out, header, n, e);
+	else {
+		rc = ct_put(out, &length, sizeof length, e) || ct_put(out, header, n, e);
 		for (size_t i = 0; i < w->n && rc == 0; i++)
-			rc = put_data(&out, &w->t[i], half, e);
-		rc = rc ? -1 : ct_out_commit(&out, e);
+			rc = put_data(out, &w->t[i], half, e);
+		rc = rc ? -1 : ct_out_commit(out, e);
 	}
-	ct_out_abandon(&out);
+	ct_out_abandon(out);
 	free(header);
 	return rc;
+}
+
+int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out out;
+
+	return ct_out_open(&out, path, env, e) ? -1 : put_all(&out, path, w, half, e);
+}
+
+int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struct ct_err *e)
+{
+	struct ct_out out;
+
+	return ct_out_open_private(&out, path, e) ? -1 : put_all(&out, path, w, false, e);
 }

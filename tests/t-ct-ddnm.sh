@@ -34,7 +34,7 @@ exits 3 'a deviation is not a projection' ct-ddnm -x 4 s.exr n.exr
 exits 3 'projections are not a prior' ct-ddnm -x 4 --prior y.exr y.exr n.exr
 exits 3 'a prior of another architecture' ct-ddnm -x 4 --prior "$srcdir/tests/gold/unet-b.safetensors" y.exr n.exr
 has err 'unet-b' 'and it is named'
-[ ! -e n.exr ] && [ ! -e n.exr.part ]; ok $? 'nothing is left after a failure'
+[ ! -e n.exr ] && [ ! -e n.exr.state ]; ok $? 'nothing is left after a failure'
 if [ -w /dev/full ]; then
 	exits 4 'a full disk' ct-ddnm -q -x 4 --steps 1 y.exr /dev/full
 fi
@@ -47,10 +47,10 @@ ct-ddnm -q -x 4 --steps 6 ../many.exr o.exr & pid=$!
 listens $pid; sleep 0.2; kill -TERM $pid; wait $pid; s=$?
 [ $s -eq 75 ] || [ $s -eq 0 ]; ok $? "SIGTERM stops it (status $s)"
 if [ $s -eq 75 ]; then
-	[ -s o.exr.part ] && [ ! -e o.exr ]; ok $? 'finished views are saved'
+	[ -s o.exr.state ] && [ ! -e o.exr ]; ok $? 'finished views are saved'
 	exits 3 'other options cannot resume' ct-ddnm -q -x 4 --steps 7 --resume ../many.exr o.exr
 	exits 0 'resumes' ct-ddnm -q -x 4 --steps 6 --resume ../many.exr o.exr
 fi
 cmp -s ../whole/o.exr o.exr; ok $? 'the same bytes after resuming'
-[ ! -e o.exr.part ]; ok $? 'the state is gone when all is done'
+[ ! -e o.exr.state ]; ok $? 'the state is gone when all is done'
 done_testing

@@ -16,7 +16,7 @@ may src/recon 'core|solve|xray|resolution|recon'
 may src/unet 'core|unet'
 may src/diffusion 'core|unet|diffusion'
 may src/gs 'core|solve|xray|resolution|recon|quality|gs'
-may src/cli 'core|cli'
+may src/cli 'core|formats|cli'
 may src/shim 'core|shim'
 may formats 'core|formats'
 bad=$(cd "$srcdir" && grep -nE '\b(printf|fprintf|puts|perror|exit|abort|getenv) *\(' src/core/*.c src/solve/*.c src/xray/*.c src/resolution/*.c src/quality/*.c src/recon/*.c src/unet/*.c \

@@ -19,6 +19,20 @@ none 'no unbounded string functions' '\b(strcpy|strcat|sprintf|gets|atoi|atof|st
 none 'no marks of unfinished work' '\b(TODO|FIXME|XXX|HACK)\b'
 none 'no trailing blanks' '[[:space:]]$'
 none 'threads start in one file only' '^[^/*]*#[[:space:]]*pragma[[:space:]]+omp'
+bad=$(grep -rnE '^#include "[^/"]+"' src formats | grep -v '"config.h"')
+[ -z "$bad" ]; ok $? 'our headers are included with their folder'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+# a key that is misspelt does not compile; values may be words
+bad=$(for f in $(find src formats -name '*.[ch]' -o -name '*.cc'); do
+	tr '\n\t' '  ' <"$f" | grep -oE 'ct_meta_((get|set|drop|numbers)\([^;,"]*|setf\([^;,"]*,[^;,"]*), *"[^"]*"' |
+		sed "s|^|$f: |"
+done)
+[ -z "$bad" ]; ok $? 'keys of the metadata are the constants of core/meta.h'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+bad=$(sed -n 's/^#define \(CT_META_[A-Z_]*\) .*/\1/p' src/core/meta.h | while read -r k; do
+	[ "$(grep -rlw "$k" src formats | wc -l)" -gt 1 ] || echo "$k"; done)
+[ -z "$bad" ]; ok $? 'and each of them is in use'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 only tests/t-core.c 'words of a choice stand in a list beside their enum' \
 	'^[^*]*"[a-z0-9+-]+(\|[a-z0-9+-]+)+"'
 only src/core/clock.c 'one file asks for the time' \

@@ -43,12 +43,18 @@ cmp b.safetensors.state c.safetensors.state; ok $? 'interrupted, resumed, other 
 cmp b.safetensors.state d.safetensors.state; ok $? 'one thread: same bytes'
 
 # shellcheck disable=SC2086
-exits 2 'another batch cannot resume' ct-train $small -b 4 -n 13 --resume a.safetensors pics
-has err 'batch is 4 now and 8 in the state' 'and says why'
+exits 3 'another batch cannot resume' ct-train $small -b 4 -n 13 --resume a.safetensors pics
+has err "a.safetensors.state: is of a run where --batch was '8', not '4'" 'and says why'
 # shellcheck disable=SC2086
-exits 2 'other data cannot resume' ct-train $small -n 80 --resume a.safetensors held
+exits 3 'other data cannot resume' ct-train $small -n 80 --resume a.safetensors held
+has err 'DATA 1 held something else' 'and says which'
+cp -r pics moved
 # shellcheck disable=SC2086
-exits 3 'nothing to resume' ct-train $small --resume z.safetensors pics
+exits 0 'the same data of another name can' ct-train -q $small -n 61 --resume a.safetensors moved
+# shellcheck disable=SC2086
+exits 3 'nor more data' ct-train $small -n 80 --resume a.safetensors pics held
+# shellcheck disable=SC2086
+exits 0 'nothing to resume: begins' ct-train $small -q -n 1 --resume y.safetensors pics
 # shellcheck disable=SC2086
 exits 4 'an existing prior is kept' ct-train $small a.safetensors pics
 # shellcheck disable=SC2086

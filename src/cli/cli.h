@@ -22,6 +22,14 @@ struct ct_list {
 	const char *const *v; /* borrowed from argv */
 };
 
+/* What of an option decides what a run computes, so that its state is of no use to a run where it
+ * differs (resume.h). */
+enum ct_counts {
+	CT_COUNTS_VALUE,   /* its value */
+	CT_COUNTS_CONTENT, /* it names an input: what that holds, whatever its name */
+	CT_COUNTS_NOT,     /* nothing: outputs, reports, when to save */
+};
+
 struct ct_opt {
 	char c;           /* short letter, or 0 */
 	const char *name; /* long name; NULL for an operand */
@@ -32,33 +40,35 @@ struct ct_opt {
 	double lo, hi; /* inclusive range of a number; lo == hi means any */
 	bool choice;   /* int field: index of the word in arg */
 	bool optional; /* operand that may be absent */
+	enum ct_counts counts;
 };
 
 #define CT_TYPE_(S, f)                                                                             \
-	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL,                  \
+	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, \
 		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
-#define CT_OPT(S, f, c, name, arg, lo, hi, help)                                                   \
+#define CT_ROW_(S, f, ch, nm, what, text, ...)                                                     \
 	{                                                                                          \
-		c, name, CT_TYPE_(S, f), offsetof(S, f), arg, help, lo, hi, false, false           \
+		.c = ch, .name = nm, .type = CT_TYPE_(S, f), .at = offsetof(S, f), .arg = what,    \
+		.help = text, __VA_ARGS__                                                          \
 	}
+#define CT_OPT(S, f, c, name, arg, from, to, help)                                                 \
+	CT_ROW_(S, f, c, name, arg, help, .lo = from, .hi = to)
+/* One that decides nothing that is computed. */
+#define CT_OPT_IDLE(S, f, c, name, arg, from, to, help)                                            \
+	CT_ROW_(S, f, c, name, arg, help, .lo = from, .hi = to, .counts = CT_COUNTS_NOT)
+/* The name of an input. */
+#define CT_INPUT(S, f, c, name, arg, help)                                                         \
+	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_CONTENT)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
-#define CT_CHOICE(S, f, c, name, words, help)                                                      \
-	{                                                                                          \
-		c, name, CT_T_INT, offsetof(S, f), words, help, 0, 0, true, false                  \
-	}
-#define CT_ARG(S, f, arg, help)                                                                    \
-	{                                                                                          \
-		0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, false             \
-	}
+#define CT_CHOICE(S, f, c, name, words, help) CT_ROW_(S, f, c, name, words, help, .choice = true)
+#define CT_ARG(S, f, arg, help) CT_ROW_(S, f, 0, NULL, arg, help, .counts = CT_COUNTS_NOT)
 /* Last operand that may be missing; a struct ct_list takes all that are left. */
 #define CT_ARG_MAYBE(S, f, arg, help)                                                              \
-	{                                                                                          \
-		0, NULL, CT_TYPE_(S, f), offsetof(S, f), arg, help, 0, 0, false, true              \
-	}
+	CT_ROW_(S, f, 0, NULL, arg, help, .optional = true, .counts = CT_COUNTS_NOT)
 #define CT_OPT_END                                                                                 \
 	{                                                                                          \
-		0, NULL, CT_T_END, 0, NULL, NULL, 0, 0, false, false                               \
+		.type = CT_T_END                                                                   \
 	}
 
 enum ct_tool_flags {

@@ -129,7 +129,7 @@ int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *
 int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	const struct ct_meta *const *in, struct ct_err *e)
 {
-	const char *old = ct_meta_get(dst, "history");
+	const char *old = ct_meta_get(dst, CT_META_HISTORY);
 	char *text = NULL;
 	size_t len;
 	FILE *f = open_memstream(&text, &len);
@@ -141,7 +141,7 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 		fprintf(f, "%s\n", old);
 	fputs(env->history ? env->history : "ctsr", f);
 	for (size_t i = 0; i < n; i++) {
-		const char *name = in[i] ? ct_meta_get(in[i], "input") : NULL;
+		const char *name = in[i] ? ct_meta_get(in[i], CT_META_INPUT) : NULL;
 
 		if (name)
 			fprintf(f, "%s%s", i ? " " : " # ", name);
@@ -149,8 +149,8 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	if (fclose(f) != 0)
 		ct_fail(e, CT_ENOMEM, "no memory for metadata");
 	else
-		rc = ct_meta_set(dst, "history", text, e);
+		rc = ct_meta_set(dst, CT_META_HISTORY, text, e);
 	free(text);
-	ct_meta_drop(dst, "input");
+	ct_meta_drop(dst, CT_META_INPUT);
 	return rc;
 }

@@ -3,18 +3,12 @@
  * The same list is a JSON object in a NIfTI extension, "ct:key" attributes in an EXR,
  * "comment ct:key=value" lines in a PLY, and __metadata__ in a safetensors file.
  *
- * Keys in use (see ct-formats(5)):
- *   history    one line a command that made the data: "ct-degrade 0.1.0 -x 4 in.nii out.nii"
- *   input      NAME xxh3:HEX of the file the list was read from, set by the readers
- *   window     "LO:HI", HU that map to density 0 and 1
- *   factor     "X,Y,Z" decimation factor of the low-resolution grid
- *   sigma      "X,Y,Z" Gaussian of the degradation, high-resolution voxels
- *   decimate   sinc | point | mean
- *   noise      standard deviation of the noise that was added, HU
- *   upsample   method that brought the data to the fine grid; factor is used up then
- *   seed       the seed of the last step that drew numbers
- *   nifti.code   qform_code and sform_code, if not 1
- *   nifti.ext.N  a foreign NIfTI extension: "ECODE BASE64"
+ * All keys stand here, as type: meaning; who writes it. The code names no other, except for those
+ * that are made up of parts:
+ *   nifti.ext.N  a foreign NIfTI extension: "ECODE BASE64"; NIfTI
+ *   run.NAME     in a state, what its run depends on (cli/resume.h)
+ *   scalar.N     in the state of the joint solver, a number in hexadecimal; ct-fuse
+ * and for the architecture of a prior, by the names of guided diffusion (unet/arch.c).
  */
 #ifndef CT_CORE_META_H
 #define CT_CORE_META_H
@@ -23,6 +17,99 @@
 #include <stddef.h>
 
 struct ct_env;
+
+/* text: one line a command that made the data, with its inputs: "ct-degrade 0.1.0 -x 4 in.nii
+ * out.nii"; ct_meta_step */
+#define CT_META_HISTORY "history"
+/* "NAME xxh3:HEX": the file the list was read from, and its content; the readers, never
+ * written */
+#define CT_META_INPUT "input"
+/* word: what the values are, CT_QUANTITY_...; none: HU, or line integrals; every command that
+ * makes another */
+#define CT_META_QUANTITY "quantity"
+/* "LO:HI", HU: that map to density 0 and 1; ct_window_put */
+#define CT_META_WINDOW "window"
+/* integer: of the last step that drew numbers; ct-phantom, ct-project, ct-ddnm, ct-nabgs */
+#define CT_META_SEED "seed"
+
+/* "X,Y,Z": decimation of the low-resolution grid; ct_degrade_put */
+#define CT_META_FACTOR "factor"
+/* "X,Y,Z", high-resolution voxels: Gaussian of the degradation; ct_degrade_put */
+#define CT_META_SIGMA "sigma"
+/* word of CT_DECIMATE_LIST: ct_degrade_put */
+#define CT_META_DECIMATE "decimate"
+/* number, HU: standard deviation of the noise that was added; ct-degrade */
+#define CT_META_NOISE "noise"
+/* word of CT_REFINE_LIST: what brought the data to the fine grid: the factor is used up;
+ * ct_refine */
+#define CT_META_UPSAMPLE "upsample"
+/* word of CT_PHANTOM_LIST: ct-phantom */
+#define CT_META_PHANTOM "phantom"
+
+/* how those of a scan begin */
+#define CT_META_SCAN "scan."
+/* number, mm: source to isocentre; ct_scan_fill */
+#define CT_META_SCAN_DSO "scan.dso"
+/* number, mm: source to detector; ct_scan_fill */
+#define CT_META_SCAN_DSD "scan.dsd"
+/* number, degrees: that the views are spread over; ct_scan_fill */
+#define CT_META_SCAN_ARC "scan.arc"
+/* number, degrees: angle of the first view; ct_scan_fill */
+#define CT_META_SCAN_START "scan.start"
+/* "X,Y,Z", mm: isocentre; ct_scan_fill */
+#define CT_META_SCAN_ISO "scan.iso"
+/* "X,Y,Z": voxels of the volume that was projected; ct_scan_put_volume */
+#define CT_META_VOLUME_SIZE "volume.size"
+/* 12 numbers, mm: its affine, row after row; ct_scan_put_volume */
+#define CT_META_VOLUME_AFFINE "volume.affine"
+/* word of CT_METHOD_LIST: projector; ct-project */
+#define CT_META_METHOD "method"
+/* integer: detector pixels that became one, along each side; ct-project */
+#define CT_META_COARSEN "coarsen"
+/* word: how: point, mean, sinc; ct-project */
+#define CT_META_PIXEL "pixel"
+/* number: sent to a pixel; ct-project */
+#define CT_META_PHOTONS "photons"
+/* number, photons: standard deviation of the electronics; ct-project */
+#define CT_META_ELECTRONIC "electronic"
+/* number, 1/mm: attenuation of water; ct-project */
+#define CT_META_MU_WATER "muWater"
+
+/* word of CT_OPERATOR_LIST: of the measurement; ct-ddnm */
+#define CT_META_OPERATOR "operator"
+/* number: value that the network saw as 1; ct-ddnm */
+#define CT_META_NORM "norm"
+/* word: of the fit: residual, full; ct-nabgs */
+#define CT_META_MODE "mode"
+
+/* text: names and hashes of what a prior was trained on; ct-train */
+#define CT_META_DATASET "dataset"
+/* text: of a prior; ct-train */
+#define CT_META_LICENCE "licence"
+/* text: from values to those that the network sees; ct-train */
+#define CT_META_INTENSITY_MAP "intensity_map"
+/* word: of the variances of a prior: linear; ct_train_result */
+#define CT_META_BETA_SCHEDULE "beta_schedule"
+/* integer: of a prior, or two in the state of a fit; ct_train_result, states */
+#define CT_META_STEP "step"
+/* number: rate of the average of the weights; ct_train_result */
+#define CT_META_EMA "ema"
+
+/* numbers in hexadecimal: in the state of a fit; ct_fit_state_pack */
+#define CT_META_SCALARS "scalars"
+/* three integers: where the joint solver was, in its state; ct-fuse */
+#define CT_META_AT "at"
+/* integer: qform_code and sform_code, if not 1; NIfTI */
+#define CT_META_NIFTI_CODE "nifti.code"
+
+/* The values of quantity: of volumes HU, density, HU or density to be added; of stacks density x
+ * mm, grey values in [0, 1], standard deviations. */
+#define CT_QUANTITY_HU "hu"
+#define CT_QUANTITY_DENSITY "density"
+#define CT_QUANTITY_RESIDUAL "residual"
+#define CT_QUANTITY_LINE_INTEGRAL "lineIntegral"
+#define CT_QUANTITY_INTENSITY "intensity"
+#define CT_QUANTITY_DEVIATION "deviation"
 
 struct ct_meta {
 	size_t n, cap;

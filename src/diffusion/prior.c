@@ -8,7 +8,8 @@
 
 static int check_meta(const struct ct_meta *m, struct ct_err *e)
 {
-	const char *map = ct_meta_get(m, "intensity_map"), *beta = ct_meta_get(m, "beta_schedule");
+	const char *map = ct_meta_get(m, CT_META_INTENSITY_MAP),
+		   *beta = ct_meta_get(m, CT_META_BETA_SCHEDULE);
 
 	if (map && strcmp(map, CT_PRIOR_MAP) != 0)
 		return ct_fail(

@@ -327,42 +327,13 @@ int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_er
 {
 	if (ct_unet_tensors(t->ema, t->ema->param, w, e))
 		return -1;
-	if (ct_meta_set(&w->meta, "beta_schedule", "linear", e) ||
-		ct_meta_setf(&w->meta, e, "step", "%llu", (unsigned long long)t->step) ||
-		ct_meta_setf(&w->meta, e, "ema", "%.10g", t->o.ema)) {
+	if (ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e) ||
+		ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step) ||
+		ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)) {
 		ct_tensors_free(w);
 		return -1;
 	}
 	return 0;
-}
-
-/* What decides the course of a training, by the names of the options. */
-static int describe(const struct ct_train *t, struct ct_meta *m, struct ct_err *e)
-{
-	const struct ct_train_opts *o = &t->o;
-	char scales[200] = "";
-	size_t used = 0;
-
-	for (size_t i = 0; i < o->patches.scales && used < sizeof scales; i++)
-		used += (size_t)snprintf(scales + used, sizeof scales - used, "%s%zu", i ? "," : "",
-			o->patches.scale[i]);
-	return ct_unet_arch_to_meta(&t->net->arch, m, e) ||
-			       ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)o->seed) ||
-			       ct_meta_setf(m, e, "batch", "%zu", o->batch) ||
-			       ct_meta_setf(m, e, "patch", "%zu", o->patches.size) ||
-			       ct_meta_set(m, "scales", scales, e) ||
-			       ct_meta_setf(m, e, "flips", "%d%d", o->patches.flip_h,
-				       o->patches.flip_v) ||
-			       ct_meta_setf(m, e, "lr", "%.17g", o->adam.lr) ||
-			       ct_meta_setf(m, e, "decay", "%.17g", o->adam.decay) ||
-			       ct_meta_setf(
-				       m, e, "warmup", "%llu", (unsigned long long)o->warmup) ||
-			       ct_meta_setf(m, e, "cosine", "%llu",
-				       (unsigned long long)(o->cosine ? o->steps : 0)) ||
-			       ct_meta_setf(m, e, "ema", "%.17g", o->ema) ||
-			       ct_meta_setf(m, e, "clip", "%.17g", o->clip)
-		       ? -1
-		       : 0;
 }
 
 static const char *const vector_names[] = {"param", "ema", "adam.m", "adam.v"};
@@ -383,8 +354,7 @@ int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err 
 	struct ct_tensor *x;
 
 	vectors_of(t, v);
-	if (describe(t, &w->meta, e) ||
-		ct_meta_setf(&w->meta, e, "step", "%llu", (unsigned long long)t->step))
+	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
 		goto fail;
 	for (size_t i = 0; i < VECTORS; i++) {
 		if (ct_tensors_add(w, vector_names[i], 1, &t->n, &x, e))
@@ -397,35 +367,13 @@ fail:
 	return -1;
 }
 
-static int check_course(const struct ct_train *t, const struct ct_meta *got, struct ct_err *e)
-{
-	struct ct_meta want = {0};
-	int rc = describe(t, &want, e);
-
-	for (size_t i = 0; i < want.n && !rc; i++) {
-		const char *value = ct_meta_get(got, want.pair[i].key);
-
-		if (!value)
-			rc = ct_fail(e, CT_EINPUT, "not the state of a training: no \"%s\"",
-				want.pair[i].key);
-		else if (strcmp(value, want.pair[i].value) != 0)
-			rc = ct_fail(e, CT_EUSAGE,
-				"cannot resume: %s is %s now and %s in the state", want.pair[i].key,
-				want.pair[i].value, value);
-	}
-	ct_meta_free(&want);
-	return rc;
-}
-
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)
 {
 	float *v[VECTORS];
 	double step;
 
 	vectors_of(t, v);
-	if (check_course(t, &w->meta, e))
-		return -1;
-	if (ct_meta_numbers(&w->meta, "step", 1, &step, e) || !(step >= 0 && step < 0x1p53))
+	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
 		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
 	for (size_t i = 0; i < VECTORS; i++) {
 		const struct ct_tensor *x = ct_tensors_find(w, vector_names[i]);

@@ -50,9 +50,8 @@ int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t
 
 /* The averaged weights with the metadata of the architecture; *w zero. */
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
-/* Everything that a resumed training needs: weights, average, moments, step; and back. The
- * options are checked to be the same: CT_EUSAGE naming the one that is not; CT_EINPUT for a file
- * that is not a state. */
+/* Everything that a resumed training needs: weights, average, moments, step; and back, into one of
+ * the same options and data. CT_EINPUT if it is not a state of such a network, CT_ENUMERIC. */
 int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e);
 

@@ -74,8 +74,7 @@ static int unpack_points(struct ct_fit *f, const struct ct_tensors *t, struct ct
 	return 0;
 }
 
-int ct_fit_state_pack(
-	struct ct_tensors *t, const struct ct_fit *fit, const char *run, struct ct_err *e)
+int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_err *e)
 {
 	struct ct_fit f = *fit; /* the same arrays; only read */
 	size_t n = f.g.n;
@@ -98,8 +97,8 @@ int ct_fit_state_pack(
 		goto fail;
 	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *scalar(&f, k));
-	if (ct_meta_set(&t->meta, "run", run, e) || ct_meta_set(&t->meta, "scalars", text, e) ||
-		ct_meta_setf(&t->meta, e, "step", "%zu %u", f.g.step, f.gamma.steps))
+	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
+		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps))
 		goto fail;
 	return 0;
 fail:
@@ -109,7 +108,8 @@ fail:
 
 static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *s = ct_meta_get(&t->meta, "scalars"), *step = ct_meta_get(&t->meta, "step");
+	const char *s = ct_meta_get(&t->meta, CT_META_SCALARS),
+		   *step = ct_meta_get(&t->meta, CT_META_STEP);
 	char *end;
 
 	for (size_t k = 0; s && k < SCALARS; k++, s = end) {
@@ -125,17 +125,11 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	return 0;
 }
 
-int ct_fit_state_unpack(
-	struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e)
+int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *its = ct_meta_get(&t->meta, "run");
 	const struct ct_tensor *first = ct_tensors_find(t, field_name[0]);
 	size_t n;
 
-	if (!its || strcmp(its, run) != 0)
-		return ct_fail(e, CT_EINPUT,
-			"the state is of a run with other options or inputs; remove it to begin "
-			"anew");
 	if (!first || (n = ct_tensor_count(first)) == 0 || n > UINT32_MAX)
 		return ct_fail(e, CT_EINPUT, "the state has no Gaussians");
 	if (ct_gauss_reserve(&f->g, n, e) || ct_gs_adam_reserve(&f->adam, 0, n, e))

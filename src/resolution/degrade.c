@@ -258,24 +258,24 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e)
 {
-	if (ct_meta_setf(
-		    m, e, "factor", "%.9g,%.9g,%.9g", d->factor[0], d->factor[1], d->factor[2]) ||
-		ct_meta_setf(
-			m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]))
+	if (ct_meta_setf(m, e, CT_META_FACTOR, "%.9g,%.9g,%.9g", d->factor[0], d->factor[1],
+		    d->factor[2]) ||
+		ct_meta_setf(m, e, CT_META_SIGMA, "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1],
+			d->sigma[2]))
 		return -1;
-	return ct_meta_set(m, "decimate", CT_WORD(CT_DECIMATE_LIST, d->decimate), e);
+	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, d->decimate), e);
 }
 
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e)
 {
 	struct ct_degrade got = {0};
-	const char *name = ct_meta_get(m, "decimate");
+	const char *name = ct_meta_get(m, CT_META_DECIMATE);
 	double factor[3];
-	int rc = ct_meta_numbers(m, "factor", 3, factor, e), word = CT_DECIMATE_SINC;
+	int rc = ct_meta_numbers(m, CT_META_FACTOR, 3, factor, e), word = CT_DECIMATE_SINC;
 
 	if (rc)
 		return rc;
-	if (ct_meta_numbers(m, "sigma", 3, got.sigma, e) < 0)
+	if (ct_meta_numbers(m, CT_META_SIGMA, 3, got.sigma, e) < 0)
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(factor[a] >= 1 && factor[a] <= 1e6))

@@ -216,7 +216,7 @@ int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine
 	}
 	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
 		ct_meta_copy(&hi->meta, &lo->meta, e) ||
-		ct_meta_set(&hi->meta, "upsample", ct_refine_name(report->method), e))
+		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_refine_name(report->method), e))
 		return -1;
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))

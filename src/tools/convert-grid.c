@@ -38,7 +38,8 @@ int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 	if (ct_axes_parse("reorient", word, world, towards, e))
 		return -1;
 	ct_axes_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
-	if (permute(&v->meta, "factor", axis, e) || permute(&v->meta, "sigma", axis, e) ||
+	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
+		permute(&v->meta, CT_META_SIGMA, axis, e) ||
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
 	ct_reorder(w.data, v->data, v->n, axis, sign);
@@ -95,9 +96,10 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 			v->affine[r][d] *= mm / old[d];
 	replace(v, &w);
 	w.data = NULL;
-	ct_meta_drop(&v->meta, "factor"); /* the voxels are no longer what a degradation left */
-	ct_meta_drop(&v->meta, "sigma");
-	ct_meta_drop(&v->meta, "decimate");
+	ct_meta_drop(
+		&v->meta, CT_META_FACTOR); /* the voxels are no longer what a degradation left */
+	ct_meta_drop(&v->meta, CT_META_SIGMA);
+	ct_meta_drop(&v->meta, CT_META_DECIMATE);
 	rc = 0;
 out:
 	for (int d = 0; d < 3; d++)

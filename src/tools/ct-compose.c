@@ -55,9 +55,9 @@ static int regrid_operator(struct ct_meta *m, const double finer[static 3], stru
 		d.factor[a] *= finer[a];
 		d.sigma[a] *= finer[a];
 		if (d.factor[a] < 1) {
-			ct_meta_drop(m, "factor");
-			ct_meta_drop(m, "sigma");
-			ct_meta_drop(m, "decimate");
+			ct_meta_drop(m, CT_META_FACTOR);
+			ct_meta_drop(m, CT_META_SIGMA);
+			ct_meta_drop(m, CT_META_DECIMATE);
 			return 0;
 		}
 	}
@@ -118,10 +118,10 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol *base,
 	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(ct_any_meta(res), "quantity");
+	const char *quantity = ct_meta_get(ct_any_meta(res), CT_META_QUANTITY);
 
 	if (res->kind == CT_KIND_VOLUME) {
-		if (quantity && strcasecmp(quantity, "residual") != 0)
+		if (quantity && strcasecmp(quantity, CT_QUANTITY_RESIDUAL) != 0)
 			return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not residual", p->res,
 				quantity);
 		if (ct_vol_check_finite(&res->vol, e) || ct_vol_same_grid(base, &res->vol, e))
@@ -188,7 +188,8 @@ static int write_residual(struct ct_vol *res, const struct ct_any *from, const s
 {
 	const struct ct_meta *in = ct_any_meta(from);
 
-	if (ct_meta_copy(&res->meta, in, e) || ct_meta_set(&res->meta, "quantity", "residual", e) ||
+	if (ct_meta_copy(&res->meta, in, e) ||
+		ct_meta_set(&res->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 		ct_meta_step(&res->meta, env, 1, &in, e))
 		return -1;
 	return ct_vol_write(p->res_out, res, env, e);
@@ -236,9 +237,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_out_check(p->out, env, e) || (p->res_out && ct_out_check(p->res_out, env, e)) ||
 		read_all(&base, &from, p, e))
 		goto out;
-	mode = ct_meta_get(ct_any_meta(&from), "mode");
+	mode = ct_meta_get(ct_any_meta(&from), CT_META_MODE);
 	if (ct_window_choose(window, p->window,
-		    ct_meta_get(ct_any_meta(&from), "window") ? ct_any_meta(&from) : &base.meta,
+		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
+								    : &base.meta,
 		    e) ||
 		(!isnan(p->spacing) && regrid(&base, p->spacing, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))

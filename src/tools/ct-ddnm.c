@@ -8,9 +8,9 @@
 #include "formats/io.h"
 #include "diffusion/prior.h"
 #include "resolution/upsample.h"
-#include "ddnm-picture.h"
-#include "ddnm-state.h"
-#include "prior-file.h"
+#include "tools/ddnm-picture.h"
+#include "tools/ddnm-state.h"
+#include "tools/prior-file.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -47,7 +47,7 @@ static const struct ct_opt opts[] = {
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by"),
-	CT_OPT(struct params, prior, 'p', "prior", "FILE", 0, 0,
+	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"diffusion prior, safetensors; by default the one that is installed"),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
@@ -63,14 +63,14 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
-	CT_OPT(struct params, init, 'i', "init", "FILE", 0, 0,
+	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
 		"with --init: noise level to begin from, a timestep of 1000; -1 takes 60"),
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all"),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
-	CT_OPT(struct params, std, 0, "std", "FILE", 0, 0,
+	CT_OPT_IDLE(struct params, std, 0, "std", "FILE", 0, 0,
 		"also write the standard deviation of the samples, EXR"),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
@@ -78,8 +78,8 @@ static const struct ct_opt opts[] = {
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours"),
-	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
-		"go on from OUT.part, as if there had been no interruption"),
+	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
+		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
 };
 
@@ -91,6 +91,7 @@ struct job {
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
 	struct ct_superres s;
+	struct ct_resume resume;
 	struct ddnm_state state;
 };
 
@@ -101,7 +102,7 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 {
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
-	const char *up = ct_meta_get(m, "upsample");
+	const char *up = ct_meta_get(m, CT_META_UPSAMPLE);
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
 	*sigma = 0;
@@ -109,11 +110,11 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 		return 0; /* the blur is undone */
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
-	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
-		ct_meta_numbers(m, "scan.dso", 1, &dso, e) < 0 ||
-		ct_meta_numbers(m, "scan.dsd", 1, &dsd, e) < 0)
+	if (ct_meta_numbers(m, CT_META_SIGMA, 3, voxels, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSO, 1, &dso, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSD, 1, &dsd, e) < 0)
 		return -1;
-	switch (ct_meta_numbers(m, "volume.affine", 12, a, e)) {
+	switch (ct_meta_numbers(m, CT_META_VOLUME_AFFINE, 12, a, e)) {
 	case 0: break;
 	case 1: return 0;
 	default: return -1;
@@ -128,9 +129,10 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 /* What the network sees as 1: `given`, or if that is 0 what suits the stack. */
 static int norm_of(double *norm, double given, const struct ct_stack *in, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(&in->meta, "quantity");
+	const char *quantity = ct_meta_get(&in->meta, CT_META_QUANTITY);
 
-	if (quantity && strcmp(quantity, "lineIntegral") != 0 && strcmp(quantity, "intensity") != 0)
+	if (quantity && strcmp(quantity, CT_QUANTITY_LINE_INTEGRAL) != 0 &&
+		strcmp(quantity, CT_QUANTITY_INTENSITY) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
 	*norm = given;
@@ -138,7 +140,7 @@ static int norm_of(double *norm, double given, const struct ct_stack *in, struct
 		return 0;
 	if (ct_superres_norm(in, norm, e))
 		return -1;
-	if (quantity && strcmp(quantity, "intensity") == 0)
+	if (quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0)
 		*norm = fmax(*norm, 1.0);
 	return 0;
 }
@@ -149,7 +151,7 @@ static int settle(struct job *j, struct ct_err *e)
 	double coarsen = 4;
 	int scale = p->scale;
 
-	if (!scale && ct_meta_numbers(&j->in.meta, "coarsen", 1, &coarsen, e) < 0)
+	if (!scale && ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
 		return ct_blame(e, p->in);
 	if (!scale)
 		scale = (int)fmin(fmax(coarsen, 2), 64);
@@ -270,17 +272,31 @@ static int write_outputs(struct job *j, struct ct_err *e)
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
 
-	ct_meta_drop(m, "coarsen");
-	ct_meta_drop(m, "pixel");
-	if (ct_meta_setf(m, e, "norm", "%.9g", j->s.norm) ||
-		ct_meta_set(m, "operator", CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
-		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
+	ct_meta_drop(m, CT_META_COARSEN);
+	ct_meta_drop(m, CT_META_PIXEL);
+	if (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+		ct_meta_set(m, CT_META_OPERATOR, CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
+		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
-				      ct_meta_set(&j->std.meta, "quantity", "deviation", e) ||
+				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
+					      CT_QUANTITY_DEVIATION, e) ||
 				      ct_stack_write(j->p->std, &j->std, j->env, e))))
 		return -1;
 	return ddnm_picture_write(j->p->out, &j->out, j->env, e);
+}
+
+/* What the views depend on besides the options; --std because its sums are kept. */
+static int name_run(struct job *j, struct ct_err *e)
+{
+	return ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
+			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
+			       ct_resume_input(&j->resume, "--init",
+				       j->p->init ? &j->init.meta : NULL, e) ||
+			       ct_resume_value(&j->resume, e, "--std", "%s",
+				       j->p->std ? "given" : "not given")
+		       ? -1
+		       : 0;
 }
 
 static int sample(struct job *j, struct ct_err *e)
@@ -288,9 +304,8 @@ static int sample(struct job *j, struct ct_err *e)
 	struct ct_denoiser net;
 	int rc;
 
-	if (plan(j, ct_par_threads(j->env->par), e) ||
-		ddnm_state_open(&j->state, j->p->out, j->p->resume, &j->s, &j->in, &j->init,
-			&j->prior_meta, &j->out, j->p->std ? &j->std : NULL, j->env, e))
+	if (plan(j, ct_par_threads(j->env->par), e) || name_run(j, e) ||
+		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
@@ -300,7 +315,7 @@ static int sample(struct job *j, struct ct_err *e)
 	if (rc == 0)
 		rc = write_outputs(j, e);
 	if (rc == 0)
-		ddnm_state_remove(&j->state);
+		ct_resume_done(&j->resume);
 	return rc;
 }
 
@@ -312,13 +327,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (!env->dry_run &&
 		(ct_out_check(j.p->out, env, e) || (j.p->std && ct_out_check(j.p->std, env, e))))
 		return -1;
-	if (read_inputs(&j, e) || read_prior(&j, e))
+	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
+		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px", j.out.views,
 		j.out.w, j.out.h, j.s.norm, j.s.op == CT_OP_MATCHED ? j.s.sigma_det : 0.0);
 	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);
+	ct_resume_close(&j.resume);
 	ct_prior_free(&j.prior);
 	ct_meta_free(&j.prior_meta);
 	ct_stack_free(&j.in);

@@ -103,12 +103,12 @@ static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_d
 		goto out;
 	ct_separable_apply(&s, lo->data, hi->data, env->par);
 	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
-	ct_meta_drop(&lo->meta, "noise");
+	ct_meta_drop(&lo->meta, CT_META_NOISE);
 	if (ct_degrade_put(&lo->meta, d, e))
 		goto out;
 	if (p->noise > 0) {
 		ct_degrade_noise(lo->data, ct_vol_count(lo), p->noise, env->seed, env->par);
-		if (ct_meta_setf(&lo->meta, e, "noise", "%g", p->noise))
+		if (ct_meta_setf(&lo->meta, e, CT_META_NOISE, "%g", p->noise))
 			goto out;
 	}
 	rc = 0;

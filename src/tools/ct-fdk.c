@@ -27,8 +27,8 @@ struct params {
 	X(FBP, "fbp")
 enum method { METHODS(CT_WORD_VALUE) ITERATE };
 #define QUANTITIES(X)                                                                              \
-	X(HU, "hu")                                                                                \
-	X(DENSITY, "density")
+	X(HU, CT_QUANTITY_HU)                                                                      \
+	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
 static const struct params defaults = {.tv = 10};
@@ -68,10 +68,11 @@ static const struct ct_opt opts[] = {
 
 static int check_options(const struct params *p, const struct ct_stack *in, struct ct_err *e)
 {
-	const char *had = ct_meta_get(&in->meta, "quantity");
+	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
 	bool parallel = in->beam == CT_PARALLEL;
 
-	if (had && strcmp(had, "lineIntegral") != 0 && strcmp(had, "residual") != 0)
+	if (had && strcmp(had, CT_QUANTITY_LINE_INTEGRAL) != 0 &&
+		strcmp(had, CT_QUANTITY_RESIDUAL) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", p->in, had);
 	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
@@ -91,10 +92,11 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 static int finish(
 	struct ct_vol *out, const struct ct_stack *in, const struct params *p, struct ct_err *e)
 {
-	static const char *const gone[] = {"scan.dso", "scan.dsd", "scan.arc", "scan.start",
-		"scan.iso", "volume.size", "volume.affine", "coarsen", "pixel", "quantity"};
-	const char *had = ct_meta_get(&in->meta, "quantity");
-	bool residual = had && strcmp(had, "residual") == 0;
+	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
+		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
+		CT_META_COARSEN, CT_META_PIXEL, CT_META_QUANTITY};
+	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
+	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
 	double window[2];
 
 	if (ct_window_choose(window, p->window, &in->meta, e) ||
@@ -105,13 +107,13 @@ static int finish(
 	if (ct_window_put(&out->meta, window, e))
 		return -1;
 	if (p->quantity == DENSITY)
-		return ct_meta_set(&out->meta, "quantity", "density", e);
+		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
 	if (residual) {
 		window[1] -= window[0];
 		window[0] = 0;
 	}
 	ct_window_hu(ct_vol_count(out), out->data, out->data, window);
-	return residual ? ct_meta_set(&out->meta, "quantity", "residual", e) : 0;
+	return residual ? ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) : 0;
 }
 
 /* The rule of the options. mu of TV is in HU, densities are not. */

@@ -31,9 +31,9 @@ static const struct ct_opt opts[] = {
 		"made it"),
 	CT_ARG(struct params, in, "PROJECTIONS", "of what OUT should be, EXR, or -"),
 	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
-	CT_OPT(struct params, projections, 0, "base-projections", "STACK", 0, 0,
+	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
-	CT_OPT(struct params, std, 0, "std", "STACK", 0, 0,
+	CT_INPUT(struct params, std, 0, "std", "STACK",
 		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
 		"certain a pixel, the less it counts"),
 	CT_OPT(struct params, lambda, 0, "lambda-projections", "W", 0, 1e9,
@@ -43,11 +43,11 @@ static const struct ct_opt opts[] = {
 		"iterations, of all views each"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
-	CT_OPT(struct params, residual, 0, "residual-out", "FILE", 0, 0,
+	CT_OPT_IDLE(struct params, residual, 0, "residual-out", "FILE", 0, 0,
 		"write what is added to BASE too, in HU, NIfTI"),
-	CT_OPT(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
+	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped"),
-	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
+	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
 		"continue from OUT.state if it is there"),
 	CT_OPT_END,
 };
@@ -57,7 +57,7 @@ struct job {
 	const struct ct_env *env;
 	struct ct_evidence data;
 	struct ct_fuse fuse;
-	struct fuse_state state;
+	struct ct_resume resume;
 };
 
 /* Before any work: options that contradict, and outputs that are in the way. */
@@ -72,43 +72,27 @@ static int check(struct job *j, struct ct_err *e)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (stream && (p->resume || j->env->json))
-		return ct_fail(
-			e, CT_EUSAGE, "--%s wants OUT to be a file", p->resume ? "resume" : "json");
-	if (j->env->dry_run)
-		return 0;
-	if (ct_out_check(p->out, j->env, e) ||
-		(p->residual && ct_out_check(p->residual, j->env, e)))
+	if (stream && j->env->json && !j->env->dry_run)
+		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
+	if (!j->env->dry_run && (ct_out_check(p->out, j->env, e) ||
+					(p->residual && ct_out_check(p->residual, j->env, e))))
 		return -1;
-	if (stream)
-		return 0;
-	if (asprintf(&j->state.path, "%s.state", p->out) < 0) {
-		j->state.path = NULL;
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	}
-	return p->resume ? 0 : ct_out_check(j->state.path, j->env, e);
+	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 
-static const char *input_of(const struct ct_meta *m)
-{
-	const char *s = ct_meta_get(m, "input");
-
-	return s ? s : "-";
-}
-
+/* What the solution depends on besides the options. */
 static int name_run(struct job *j, struct ct_err *e)
 {
+	struct ct_resume *r = &j->resume;
 	const struct ct_evidence *d = &j->data;
 
-	j->state.env = j->env;
-	if (asprintf(&j->state.run,
-		    "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %d iterations",
-		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
-		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
-		    j->p->lambda, j->p->iterations) >= 0)
-		return 0;
-	j->state.run = NULL;
-	return ct_fail(e, CT_ENOMEM, "no memory");
+	return ct_resume_input(r, "BASE", &d->base.meta, e) ||
+			       ct_resume_input(r, "LR", &d->lr.meta, e) ||
+			       ct_resume_input(r, "PROJECTIONS", &d->in.meta, e) ||
+			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
+			       ct_resume_input(r, "--std", &d->weight.meta, e)
+		       ? -1
+		       : 0;
 }
 
 static int prepare(struct job *j, struct ct_err *e)
@@ -127,7 +111,7 @@ static int prepare(struct job *j, struct ct_err *e)
 		.iterations = (size_t)j->p->iterations};
 	f->joint.rule.every = (size_t)j->p->every;
 	f->joint.save = fuse_state_save;
-	f->joint.ctx = &j->state;
+	f->joint.ctx = &j->resume;
 	return name_run(j, e) || ct_fuse_alloc(f, j->env, e) ? -1 : 0;
 }
 
@@ -153,7 +137,7 @@ static int write_residual(
 	v.data = j->fuse.residual;
 	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
 		ct_window_put(&v.meta, j->data.window, e) == 0 &&
-		ct_meta_set(&v.meta, "quantity", "residual", e) == 0 &&
+		ct_meta_set(&v.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) == 0 &&
 		ct_meta_step(&v.meta, j->env, n, in, e) == 0)
 		rc = ct_vol_write(j->p->residual, &v, j->env, e);
 	ct_meta_free(&v.meta);
@@ -208,8 +192,7 @@ static int fuse(struct job *j, struct ct_err *e)
 {
 	struct ct_fuse_report r;
 
-	if (ct_fuse_begin(&j->fuse, e) ||
-		(j->p->resume && fuse_state_resume(&j->fuse.joint, &j->state, e)) ||
+	if (ct_fuse_begin(&j->fuse, e) || fuse_state_load(&j->fuse.joint, &j->resume, j->env, e) ||
 		ct_fuse_run(&j->fuse, &r, e))
 		return -1;
 	if (r.verdict == CT_FUSE_DISTRUST)
@@ -218,9 +201,8 @@ static int fuse(struct job *j, struct ct_err *e)
 			"(--lambda-projections to insist)");
 	if (write_all(j, e))
 		return -1;
-	if (j->state.path)
-		remove(j->state.path);
-	return j->env->json || (j->state.path && j->env->verbose >= 0) ? report(&r, j->env, e) : 0;
+	ct_resume_done(&j->resume);
+	return j->env->json || (j->resume.path && j->env->verbose >= 0) ? report(&r, j->env, e) : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -236,7 +218,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rc = (env->dry_run ? estimate : fuse)(&j, e);
 	ct_fuse_free(&j.fuse);
 	ct_evidence_free(&j.data);
-	fuse_state_free(&j.state);
+	ct_resume_close(&j.resume);
 	return rc;
 }
 

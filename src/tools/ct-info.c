@@ -28,7 +28,7 @@ static const struct ct_opt opts[] = {
 static int estimate(json_t *o, const struct ct_any *a, const char *path, const double factor[3],
 	const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(ct_any_meta(a), "quantity");
+	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 	struct ct_estimate s;
 
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcmp(quantity, "HU") != 0))

@@ -152,7 +152,7 @@ static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
 /* HU is what the default window is about. */
 static int check_quantity(const struct ct_vol *v, const struct params *p, struct ct_err *e)
 {
-	const char *q = ct_meta_get(&v->meta, "quantity");
+	const char *q = ct_meta_get(&v->meta, CT_META_QUANTITY);
 
 	if (!q || strcmp(q, "HU") == 0 || p->window || p->range > 0)
 		return 0;
@@ -221,7 +221,7 @@ static int certify(struct ct_figures *f, struct ct_vol *lr, const struct params 
 	known = ct_degrade_get(&lr->meta, &d, e);
 	if (known < 0)
 		return ct_blame(e, p->consistency);
-	if (known > 0 || ct_meta_get(&lr->meta, "upsample"))
+	if (known > 0 || ct_meta_get(&lr->meta, CT_META_UPSAMPLE))
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->consistency,
 			known > 0 ? "the header names no operator (factor, sigma, decimate)"
 				  : "is upsampled: give the CT that it was made of");
@@ -231,7 +231,7 @@ static int certify(struct ct_figures *f, struct ct_vol *lr, const struct params 
 	}
 	ct_figures_residual(f, &c, &lr->meta);
 	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
-			      ct_meta_set(&map.meta, "quantity", "residual", e) ||
+			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 			      ct_meta_step(&map.meta, env, 2,
 				      (const struct ct_meta *const[]){&lr->meta, &test->meta}, e) ||
 			      ct_vol_write(p->map, &map, env, e)))

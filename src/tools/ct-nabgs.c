@@ -43,15 +43,15 @@ static const struct params defaults = {.iterations = 5000,
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
 	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or -"),
-	CT_OPT(struct params, base, 'b', "base", "VOLUME", 0, 0,
+	CT_INPUT(struct params, base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
-	CT_OPT(struct params, projections, 0, "base-projections", "STACK", 0, 0,
+	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of the base in the geometry of IN, EXR (computed if not given)"),
-	CT_OPT(struct params, std, 0, "std", "STACK", 0, 0,
+	CT_INPUT(struct params, std, 0, "std", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
-	CT_OPT(struct params, lr, 0, "lr", "VOLUME", 0, 0,
+	CT_INPUT(struct params, lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
 		"reduces to it; it, or else the base, says what operator made it"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
@@ -93,9 +93,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
-	CT_OPT(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
+	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped"),
-	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
+	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
 		"continue from OUT.state if it is there"),
 	CT_OPT_END,
 };
@@ -104,7 +104,7 @@ struct job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_evidence data;
-	struct nabgs_state state;
+	struct ct_resume resume;
 };
 
 static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
@@ -191,17 +191,33 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 	struct ct_meta *m = &f->g.meta;
 
 	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
-		ct_meta_set(m, "quantity", f->opt.full ? "density" : "residual", e) ||
-		ct_meta_set(m, "mode", CT_WORD(MODES, p->mode), e) ||
-		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
+		ct_meta_set(m, CT_META_QUANTITY,
+			f->opt.full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) ||
+		ct_meta_set(m, CT_META_MODE, CT_WORD(MODES, p->mode), e) ||
+		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, 5, in, e))
 		return -1;
 	return ct_gauss_write(p->out, &f->g, j->env, e);
 }
 
+/* What the fit depends on besides the options. */
+static int name_run(struct job *j, struct ct_err *e)
+{
+	struct ct_resume *r = &j->resume;
+	const struct ct_evidence *d = &j->data;
+
+	return ct_resume_input(r, "IN", &d->in.meta, e) ||
+			       ct_resume_input(r, "--base", &d->base.meta, e) ||
+			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
+			       ct_resume_input(r, "--std", &d->weight.meta, e) ||
+			       ct_resume_input(r, "--lr", &d->lr.meta, e)
+		       ? -1
+		       : 0;
+}
+
 static int fit(struct job *j, struct ct_err *e)
 {
-	const bool full = j->p->mode == FULL, kept = j->state.path != NULL;
+	const bool full = j->p->mode == FULL, kept = j->resume.path != NULL;
 	const struct ct_fit_data d = {
 		.target = &j->data.in,
 		.base_projections = full ? NULL : &j->data.base_proj,
@@ -214,7 +230,7 @@ static int fit(struct job *j, struct ct_err *e)
 	struct ct_fit f = {0};
 	int rc = -1;
 
-	if (options(&o, j, e) || nabgs_state_name(&j->state, &j->data, &o, j->env, e))
+	if (options(&o, j, e) || name_run(j, e))
 		return -1;
 	if (ct_fit_init(&f, &o, &d, j->env, e)) {
 		ct_blame(e, j->p->base);
@@ -226,14 +242,13 @@ static int fit(struct job *j, struct ct_err *e)
 	}
 	if (kept) {
 		f.save = nabgs_state_save;
-		f.ctx = &j->state;
-		if (j->p->resume && nabgs_state_resume(&f, &j->state, e))
+		f.ctx = &j->resume;
+		if (nabgs_state_load(&f, &j->resume, j->env, e))
 			goto out;
 	}
 	if (ct_fit_run(&f, &d, j->env, e) || write_set(&f, j, e))
 		goto out;
-	if (kept)
-		remove(j->state.path);
+	ct_resume_done(&j->resume);
 	rc = j->env->json || (kept && j->env->verbose >= 0) ? nabgs_report(&f, j->env->json, e) : 0;
 out:
 	ct_fit_free(&f);
@@ -261,20 +276,11 @@ static int check(struct job *j, struct ct_err *e)
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
-	if (stream && (p->resume || j->env->json))
-		return ct_fail(
-			e, CT_EUSAGE, "--%s wants OUT to be a file", p->resume ? "resume" : "json");
-	if (j->env->dry_run)
-		return 0;
-	if (ct_out_check(p->out, j->env, e))
+	if (stream && j->env->json && !j->env->dry_run)
+		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
+	if (!j->env->dry_run && ct_out_check(p->out, j->env, e))
 		return -1;
-	if (stream)
-		return 0;
-	if (asprintf(&j->state.path, "%s.state", p->out) < 0) {
-		j->state.path = NULL;
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	}
-	return p->resume ? 0 : ct_out_check(j->state.path, j->env, e);
+	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -290,7 +296,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_evidence_density(&j.data, &files, !full, env, e) == 0)
 		rc = fit(&j, e);
 	ct_evidence_free(&j.data);
-	nabgs_state_free(&j.state);
+	ct_resume_close(&j.resume);
 	return rc;
 }
 

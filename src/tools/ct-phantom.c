@@ -75,8 +75,9 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_window_put(m, window, e) || ct_meta_set(m, "phantom", p->kind, e) ||
-			       ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)env->seed) ||
+	return ct_window_put(m, window, e) || ct_meta_set(m, CT_META_PHANTOM, p->kind, e) ||
+			       ct_meta_setf(
+				       m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed) ||
 			       ct_meta_step(m, env, 0, NULL, e)
 		       ? -1
 		       : 0;
@@ -99,7 +100,7 @@ static int write_projections(const struct ct_vol *grid, size_t n, const struct c
 	int rc = -1;
 
 	if (ct_scan_opts_make(&s, &p->scan, grid, e) || ct_scan_check(&s, grid, e) ||
-		ct_meta_set(&s.meta, "quantity", "lineIntegral", e))
+		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e))
 		goto out;
 	for (size_t k = 0; k < s.views; k++) {
 		ct_progress(env, "views", k, s.views);

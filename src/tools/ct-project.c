@@ -20,8 +20,8 @@ struct params {
 
 #define QUANTITIES(X)                                                                              \
 	X(BY_FILE, "file")                                                                         \
-	X(HU, "hu")                                                                                \
-	X(DENSITY, "density")
+	X(HU, CT_QUANTITY_HU)                                                                      \
+	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
 #define PIXELS(X)                                                                                  \
 	X(POINT, "point")                                                                          \
@@ -92,18 +92,18 @@ static int to_density(
 	struct ct_vol *v, float **mu, double *unit, const struct params *p, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
-	const char *had = ct_meta_get(&v->meta, "quantity");
+	const char *had = ct_meta_get(&v->meta, CT_META_QUANTITY);
 	bool density = p->quantity == DENSITY;
 	double window[2];
 
-	if (had && strcmp(had, "hu") != 0 && strcmp(had, "density") != 0)
+	if (had && strcmp(had, CT_QUANTITY_HU) != 0 && strcmp(had, CT_QUANTITY_DENSITY) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "%s: quantity is %.40s, not hu or density", p->in, had);
-	if (had && p->quantity != BY_FILE && density != (strcmp(had, "density") == 0))
+	if (had && p->quantity != BY_FILE && density != (strcmp(had, CT_QUANTITY_DENSITY) == 0))
 		return ct_fail(e, CT_EUSAGE, "--quantity contradicts %s: its quantity is %.40s",
 			p->in, had);
 	if (had && p->quantity == BY_FILE)
-		density = strcmp(had, "density") == 0;
+		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
 	if (ct_window_choose(window, p->window, &v->meta, e))
 		return -1;
 	if (p->photons > 0) {
@@ -130,18 +130,21 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	for (size_t i = 0; i < v->meta.n; i++)
 		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
 			return -1;
-	if (p->coarsen > 1 && (ct_meta_setf(m, e, "coarsen", "%d", p->coarsen) ||
-				      ct_meta_set(m, "pixel", CT_WORD(PIXELS, p->pixel), e)))
+	if (p->coarsen > 1 && (ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
+				      ct_meta_set(m, CT_META_PIXEL, CT_WORD(PIXELS, p->pixel), e)))
 		return -1;
-	if (p->photons > 0 && (ct_meta_setf(m, e, "photons", "%.17g", p->photons) ||
-				      ct_meta_setf(m, e, "electronic", "%.17g", p->electronic) ||
-				      ct_meta_setf(m, e, "muWater", "%.17g", p->water) ||
-				      ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)seed)))
+	if (p->photons > 0 &&
+		(ct_meta_setf(m, e, CT_META_PHOTONS, "%.17g", p->photons) ||
+			ct_meta_setf(m, e, CT_META_ELECTRONIC, "%.17g", p->electronic) ||
+			ct_meta_setf(m, e, CT_META_MU_WATER, "%.17g", p->water) ||
+			ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)seed)))
 		return -1;
-	if (ct_meta_set(m, "method", CT_WORD(CT_METHOD_LIST, p->method), e))
+	if (ct_meta_set(m, CT_META_METHOD, CT_WORD(CT_METHOD_LIST, p->method), e))
 		return -1;
-	return ct_meta_set(m, "quantity", "lineIntegral", e) || ct_scan_put_volume(m, v, e) ? -1
-											    : 0;
+	return ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
+			       ct_scan_put_volume(m, v, e)
+		       ? -1
+		       : 0;
 }
 
 /* The detector of `fine` with pixels s times larger. */

@@ -2,13 +2,14 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/resume.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "diffusion/prior.h"
 #include "diffusion/train.h"
-#include "train-data.h"
+#include "tools/train-data.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -54,8 +55,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, flip_vertical, 0, "flip-vertical", NULL, 0, 0,
 		"mirror top-bottom at random, too"),
 	CT_OPT(struct params, batch, 'b', "batch", "N", 1, 65536, "pieces a step"),
-	CT_OPT(struct params, steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all"),
-	CT_OPT(struct params, minutes, 'm', "minutes", "M", 0, 1e6,
+	CT_OPT_IDLE(struct params, steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all"),
+	CT_OPT_IDLE(struct params, minutes, 'm', "minutes", "M", 0, 1e6,
 		"stop after M minutes, with what there is; 0 does not"),
 	CT_OPT(struct params, lr, 'l', "lr", "X", 0, 1, "learning rate"),
 	CT_OPT(struct params, warmup, 0, "warmup", "N", 0, 1e9, "raise it from 0 over N steps"),
@@ -68,18 +69,20 @@ static const struct ct_opt opts[] = {
 		"rate of the running average of the weights, which is the prior: the smaller of X "
 		"and "
 		"(1 + step)/(10 + step)"),
-	CT_OPT(struct params, validate, 0, "validate", "DATA", 0, 0,
+	CT_OPT_IDLE(struct params, validate, 0, "validate", "DATA", 0, 0,
 		"also tell the loss on pictures that are not trained on"),
-	CT_OPT(struct params, validate_every, 0, "validate-every", "N", 1, 2e9, "every N steps"),
-	CT_OPT(struct params, validate_pieces, 0, "validate-pieces", "N", 1, 65536, "on N pieces"),
-	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
+	CT_OPT_IDLE(
+		struct params, validate_every, 0, "validate-every", "N", 1, 2e9, "every N steps"),
+	CT_OPT_IDLE(
+		struct params, validate_pieces, 0, "validate-pieces", "N", 1, 65536, "on N pieces"),
+	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
-	CT_OPT(struct params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
+	CT_OPT_IDLE(struct params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
 		"write OUT and OUT.state every N steps"),
-	CT_OPT(struct params, log_every, 0, "log-every", "N", 1, 2e9,
+	CT_OPT_IDLE(struct params, log_every, 0, "log-every", "N", 1, 2e9,
 		"tell the loss every N steps"),
-	CT_OPT(struct params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
-	CT_OPT(struct params, licence, 0, "licence", "TEXT", 0, 0,
+	CT_OPT_IDLE(struct params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
+	CT_OPT_IDLE(struct params, licence, 0, "licence", "TEXT", 0, 0,
 		"licence of the prior, for its metadata"),
 	CT_OPT_END,
 };
@@ -92,7 +95,8 @@ struct job {
 	struct ct_train_opts opts;
 	struct ct_pictures data, held;
 	struct ct_meta *input; /* one a DATA */
-	char *dataset, *state; /* names and hashes; OUT.state, NULL for a stream */
+	char *dataset;         /* names and hashes */
+	struct ct_resume resume;
 	struct ct_train *train;
 	double start, told; /* seconds */
 	double loss;        /* summed since the last word */
@@ -182,13 +186,13 @@ static int read_data(struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < d->n; i++) {
 		if (train_data_read(&j->data, d->v[i], &j->input[i], e))
 			return -1;
-		size += strlen(ct_meta_get(&j->input[i], "input")) + 2;
+		size += strlen(ct_meta_get(&j->input[i], CT_META_INPUT)) + 2;
 	}
 	if (ct_alloc0(&j->dataset, size + 1, 1, e))
 		return -1;
 	for (size_t i = 0; i < d->n; i++)
 		used += (size_t)snprintf(j->dataset + used, size + 1 - used, "%s%s", i ? "; " : "",
-			ct_meta_get(&j->input[i], "input"));
+			ct_meta_get(&j->input[i], CT_META_INPUT));
 	if (!j->p->validate)
 		return 0;
 	rc = train_data_read(&j->held, j->p->validate, &held, e);
@@ -208,9 +212,9 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->input[i];
 	if (ct_train_result(j->train, &w, e) ||
-		ct_meta_set(&w.meta, "intensity_map", CT_PRIOR_MAP, e) ||
-		ct_meta_set(&w.meta, "dataset", j->dataset, e) ||
-		(j->p->licence && ct_meta_set(&w.meta, "licence", j->p->licence, e)) ||
+		ct_meta_set(&w.meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e) ||
+		ct_meta_set(&w.meta, CT_META_DATASET, j->dataset, e) ||
+		(j->p->licence && ct_meta_set(&w.meta, CT_META_LICENCE, j->p->licence, e)) ||
 		ct_meta_step(&w.meta, &j->env, n, in, e))
 		goto out;
 	rc = ct_tensors_write(j->p->out, &w, j->p->half, &j->env, e);
@@ -223,39 +227,42 @@ out:
 static int write_state(const struct job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
-	int rc = -1;
+	int rc = ct_train_save(j->train, &w, e) || ct_resume_save(&j->resume, &w, e) ? -1 : 0;
 
-	if (!ct_train_save(j->train, &w, e) && !ct_meta_set(&w.meta, "dataset", j->dataset, e))
-		rc = ct_tensors_write(j->state, &w, false, &j->env, e);
 	ct_tensors_free(&w);
 	return rc;
 }
 
 static int checkpoint(const struct job *j, struct ct_err *e)
 {
-	if (j->state && write_state(j, e))
+	if (j->resume.path && write_state(j, e))
 		return -1;
 	return write_prior(j, e);
 }
 
-static int resume(struct job *j, struct ct_err *e)
+/* What the course of the training depends on besides the options; how far it goes changes the rate
+ * of learning only if that falls to the end. */
+static int name_run(struct job *j, struct ct_err *e)
+{
+	for (size_t i = 0; i < j->p->data.n; i++) {
+		char name[40];
+
+		snprintf(name, sizeof name, "DATA %zu", i + 1);
+		if (ct_resume_input(&j->resume, name, &j->input[i], e))
+			return -1;
+	}
+	return j->p->cosine ? ct_resume_value(&j->resume, e, "--steps", "%d", j->p->steps) : 0;
+}
+
+static int load_state(struct job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
-	const char *was;
-	int rc = -1;
+	int rc = ct_resume_load(&j->resume, &w, e);
 
-	if (ct_tensors_read(j->state, &w, e))
-		return -1;
-	was = ct_meta_get(&w.meta, "dataset");
-	if (!was || strcmp(was, j->dataset) != 0)
-		ct_fail(e, CT_EUSAGE, "%s was trained on other data: %.300s", j->state,
-			was ? was : "none said");
-	else if (ct_train_restore(j->train, &w, e))
-		ct_blame(e, j->state);
-	else
-		rc = 0;
+	if (rc == 0 && ct_train_restore(j->train, &w, e))
+		rc = ct_blame(e, j->resume.path);
 	ct_tensors_free(&w);
-	return rc;
+	return rc < 0 ? -1 : 0;
 }
 
 /* The words after a step: the loss, and the one on held-out pictures, when it is time. */
@@ -295,7 +302,7 @@ static int train(struct job *j, struct ct_err *e)
 		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
 			return -1;
 		ct_progress(&j->env, "training", ct_train_steps(j->train), j->opts.steps);
-		if (j->state && ct_train_steps(j->train) % every == 0 && checkpoint(j, e))
+		if (j->resume.path && ct_train_steps(j->train) % every == 0 && checkpoint(j, e))
 			return -1;
 	}
 	if (checkpoint(j, e))
@@ -331,25 +338,15 @@ static int estimate(struct job *j, struct ct_err *e)
 static int prepare(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	const bool stream = strcmp(p->out, "-") == 0;
-	size_t size = strlen(p->out) + sizeof ".state";
 
-	if (stream && p->resume)
-		return ct_fail(e, CT_EUSAGE, "--resume needs a file, not a stream");
-	if (!stream) {
-		if (ct_alloc(&j->state, size, 1, e))
-			return -1;
-		snprintf(j->state, size, "%s.state", p->out);
-	}
-	if (!j->env.dry_run && !p->resume &&
-		(ct_out_check(p->out, &j->env, e) ||
-			(j->state && ct_out_check(j->state, &j->env, e))))
+	if (ct_resume_open(&j->resume, p->out, p->resume, opts, p, &j->env, e) ||
+		(!j->env.dry_run && !p->resume && ct_out_check(p->out, &j->env, e)))
 		return -1;
 	j->env.force = true; /* its own files, from now on */
 	if (settle(j, e) || read_data(j, e) ||
 		ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e))
 		return -1;
-	return p->resume && !j->env.dry_run ? resume(j, e) : 0;
+	return name_run(j, e) || load_state(j, e) ? -1 : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -369,7 +366,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_meta_free(&j.input[i]);
 	free(j.input);
 	free(j.dataset);
-	free(j.state);
+	ct_resume_close(&j.resume);
 	return rc;
 }
 

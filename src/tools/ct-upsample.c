@@ -63,8 +63,9 @@ static int factor_of(struct ct_degrade *d, int known, const struct params *p,
 
 	if (!p->factor && known > 0)
 		return ct_fail(e, CT_EUSAGE, "-x is missing, and %s %s", p->in,
-			ct_meta_get(m, "upsample") ? "is upsampled already"
-						   : "does not say by how much it was reduced");
+			ct_meta_get(m, CT_META_UPSAMPLE)
+				? "is upsampled already"
+				: "does not say by how much it was reduced");
 	if (!p->factor)
 		return 0;
 	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
@@ -86,7 +87,7 @@ static int factor_of(struct ct_degrade *d, int known, const struct params *p,
 static int operator_of(
 	struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m, struct ct_err *e)
 {
-	bool done = ct_meta_get(m, "upsample") != NULL; /* the operator was used up */
+	bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator was used up */
 	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
 	double sigma[3];
 
@@ -156,7 +157,7 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, const struc
 		.tolerance = p->tolerance};
 	if (operator_of(r, p, m, e))
 		return -1;
-	if (isnan(p->noise) && ct_meta_numbers(m, "noise", 1, &noise, e) < 0)
+	if (isnan(p->noise) && ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e) < 0)
 		return ct_blame(e, p->in);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
 	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;

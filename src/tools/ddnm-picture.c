@@ -1,6 +1,6 @@
 /* ddnm-picture.c: see ddnm-picture.h. */
 #include "config.h"
-#include "ddnm-picture.h"
+#include "tools/ddnm-picture.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/format.h"
@@ -35,7 +35,7 @@ static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 	memcpy(s->data, gray, h * w * sizeof *gray);
 	s->beam = CT_PARALLEL;
 	s->view[0] = (struct ct_view){.source = {0, 1000, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
-	rc = ct_meta_set(&s->meta, "quantity", "intensity", e) ||
+	rc = ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_INTENSITY, e) ||
 			     ct_meta_input(&s->meta, path, 1, &piece, e)
 		     ? -1
 		     : 0;
@@ -92,9 +92,10 @@ int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 
 int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(&s->meta, "quantity");
+	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
 
-	if (!is_png(path) || (s->views == 1 && quantity && strcmp(quantity, "intensity") == 0))
+	if (!is_png(path) ||
+		(s->views == 1 && quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0))
 		return 0;
 	return ct_fail(e, CT_EUSAGE, "%s: only a picture can be written as PNG; use EXR", path);
 }

@@ -126,19 +126,19 @@ static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct
 static int projected_grid(struct ct_vol *grid, const struct ct_meta *m, struct ct_err *e)
 {
 	double n[3], a[12];
-	int rc = ct_meta_numbers(m, "volume.size", 3, n, e);
+	int rc = ct_meta_numbers(m, CT_META_VOLUME_SIZE, 3, n, e);
 
 	if (rc == 0)
-		rc = ct_meta_numbers(m, "volume.affine", 12, a, e);
+		rc = ct_meta_numbers(m, CT_META_VOLUME_AFFINE, 12, a, e);
 	if (rc)
 		return rc;
 	for (int i = 0; i < 3; i++) {
 		if (!(n[i] >= 1 && n[i] <= 1 << 20) || n[i] != floor(n[i]))
-			return ct_fail(e, CT_EINPUT, "volume.size: %g voxels", n[i]);
+			return ct_fail(e, CT_EINPUT, CT_META_VOLUME_SIZE ": %g voxels", n[i]);
 		grid->n[i] = (size_t)n[i];
 		memcpy(grid->affine[i], a + 4 * i, sizeof grid->affine[i]);
 	}
-	return ct_vol_check_grid(grid, e) ? ct_blame(e, "volume.affine") : 0;
+	return ct_vol_check_grid(grid, e) ? ct_blame(e, CT_META_VOLUME_AFFINE) : 0;
 }
 
 /* The same region in `most` voxels along its longest side. */

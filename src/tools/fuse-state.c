@@ -1,19 +1,10 @@
 /* fuse-state.c: see fuse-state.h. */
 #include "config.h"
 #include "tools/fuse-state.h"
-#include "formats/format.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
-
-void fuse_state_free(struct fuse_state *s)
-{
-	free(s->path);
-	free(s->run);
-}
 
 enum { SCALARS = 8, COUNTS = 3, VOLUMES = 3 };
 
@@ -35,20 +26,14 @@ static float *volume(const struct ct_joint *j, size_t k, const char **name, size
 	return at[k];
 }
 
-int fuse_state_save(void *ctx, const struct ct_joint *j, struct ct_err *e)
+int fuse_state_save(void *run, const struct ct_joint *j, struct ct_err *e)
 {
-	const struct fuse_state *s = ctx;
-	struct ct_env env = *s->env;
 	struct ct_joint_at at = j->at;
 	struct ct_tensors t = {0};
 	char key[24];
 	int rc = -1;
 
-	if (!s->path)
-		return 0;
-	env.force = true; /* over the state before */
-	if (ct_meta_set(&t.meta, "run", s->run, e) ||
-		ct_meta_setf(&t.meta, e, "at", "%zu %zu %d", at.phase, at.done, (int)at.trusted))
+	if (ct_meta_setf(&t.meta, e, CT_META_AT, "%zu %zu %d", at.phase, at.done, (int)at.trusted))
 		goto out;
 	for (size_t k = 0; k < SCALARS; k++) {
 		snprintf(key, sizeof key, "scalar.%zu", k);
@@ -65,23 +50,19 @@ int fuse_state_save(void *ctx, const struct ct_joint *j, struct ct_err *e)
 			goto out;
 		memcpy(to->data, from, count * sizeof *from);
 	}
-	rc = ct_tensors_write(s->path, &t, false, &env, e);
+	rc = ct_resume_save(run, &t, e);
 out:
 	ct_tensors_free(&t);
 	return rc;
 }
 
-static int unpack(struct ct_joint *j, const struct ct_tensors *t, const struct fuse_state *s,
-	struct ct_err *e)
+static int unpack(struct ct_joint *j, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *run = ct_meta_get(&t->meta, "run"), *at = ct_meta_get(&t->meta, "at");
+	const char *at = ct_meta_get(&t->meta, CT_META_AT);
 	struct ct_joint_at *to = &j->at;
 	char key[24];
 	int trusted;
 
-	if (!run || strcmp(run, s->run) != 0)
-		return ct_fail(
-			e, CT_EINPUT, "%s: is of a run with other inputs or options", s->path);
 	if (!at || sscanf(at, "%zu %zu %d", &to->phase, &to->done, &trusted) != COUNTS ||
 		to->phase > CT_JOINT_DONE)
 		goto broken;
@@ -108,21 +89,21 @@ static int unpack(struct ct_joint *j, const struct ct_tensors *t, const struct f
 			goto broken;
 		memcpy(x, from->data, count * sizeof *x);
 	}
-	ct_log(s->env, CT_INFO, "%s: continuing", s->path);
 	return 0;
 broken:
-	return ct_fail(e, CT_EINPUT, "%s: is not the state of such a run", s->path);
+	return ct_fail(e, CT_EINPUT, "is not the state of such a run");
 }
 
-int fuse_state_resume(struct ct_joint *j, const struct fuse_state *s, struct ct_err *e)
+int fuse_state_load(
+	struct ct_joint *j, const struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_tensors t = {0};
-	int rc = -1;
+	int rc = ct_resume_load(run, &t, e);
 
-	if (access(s->path, F_OK) != 0 && errno == ENOENT)
-		return 0;
-	if (ct_tensors_read(s->path, &t, e) == 0)
-		rc = unpack(j, &t, s, e);
+	if (rc == 0 && unpack(j, &t, e))
+		rc = ct_blame(e, run->path);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "%s: continuing", run->path);
 	ct_tensors_free(&t);
-	return rc;
+	return rc < 0 ? -1 : 0;
 }

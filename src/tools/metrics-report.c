@@ -67,7 +67,8 @@ void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s)
 void ct_figures_residual(
 	struct ct_figures *f, const struct ct_consistency *c, const struct ct_meta *lr)
 {
-	static const char *const keys[] = {"factor", "sigma", "decimate", "noise"};
+	static const char *const keys[] = {
+		CT_META_FACTOR, CT_META_SIGMA, CT_META_DECIMATE, CT_META_NOISE};
 
 	for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
 		if (ct_meta_get(lr, keys[i]))

@@ -1,6 +1,6 @@
 /* prior-file.c: see prior-file.h. */
 #include "config.h"
-#include "prior-file.h"
+#include "tools/prior-file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -79,7 +79,7 @@ static void put_range(struct maker *m, size_t n, const float *x)
 
 static void put_volume(struct maker *m, const struct ct_vol *v)
 {
-	const char *quantity = ct_meta_get(&v->meta, "quantity");
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
 	double mm[3], extent[3], centre[3];
 	char code[4];
 
@@ -200,7 +200,7 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 	for (size_t i = 0; i < meta->n; i++) {
 		const char *key = meta->pair[i].key, *value = meta->pair[i].value;
 
-		if (strcmp(key, "input") != 0 && strcmp(key, "history") != 0 &&
+		if (strcmp(key, CT_META_INPUT) != 0 && strcmp(key, CT_META_HISTORY) != 0 &&
 			strncmp(key, "nifti.ext.", 10) != 0)
 			put(&rest, key, ct_json_text(value));
 	}
@@ -209,13 +209,13 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 		put(m, "metadata", rest.o);
 	else
 		json_decref(rest.o);
-	if (ct_meta_get(meta, "history"))
-		put(m, "history", lines(ct_meta_get(meta, "history")));
+	if (ct_meta_get(meta, CT_META_HISTORY))
+		put(m, "history", lines(ct_meta_get(meta, CT_META_HISTORY)));
 }
 
 json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
 {
-	const char *input = ct_meta_get(ct_any_meta(a), "input"),
+	const char *input = ct_meta_get(ct_any_meta(a), CT_META_INPUT),
 		   *hash = input ? strstr(input, " xxh3:") : NULL;
 	struct maker m = {.o = json_object()};
 

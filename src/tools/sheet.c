@@ -52,12 +52,12 @@ static int place(struct ct_sheet *s, size_t n, const struct ct_any *file, size_t
 /* Black and white for what the files hold. */
 static void choose_window(double range[2], const struct ct_any *a)
 {
-	const char *quantity = ct_meta_get(ct_any_meta(a), "quantity");
+	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 
 	if (a->kind == CT_KIND_VOLUME && (!quantity || strcmp(quantity, "HU") == 0)) {
 		range[0] = -200;
 		range[1] = 300;
-	} else if (quantity && strcmp(quantity, "density") == 0) {
+	} else if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0) {
 		range[0] = 0;
 		range[1] = 1;
 	} else if (!(range[0] < range[1])) { /* constant, or nothing finite */

@@ -1,6 +1,6 @@
 /* train-data.c: see train-data.h. */
 #include "config.h"
-#include "train-data.h"
+#include "tools/train-data.h"
 #include "core/mem.h"
 #include "core/stack.h"
 #include "formats/any.h"

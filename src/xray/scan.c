@@ -146,12 +146,13 @@ int ct_scan_fill(struct ct_stack *out, const struct ct_scan *s, struct ct_err *e
 	out->beam = s->beam;
 	for (size_t i = 0; i < s->views; i++)
 		fill_view(&out->view[i], s, i);
-	if (ct_stack_check(out, e) || ct_meta_setf(&out->meta, e, "scan.dso", "%.17g", s->dso) ||
-		ct_meta_setf(&out->meta, e, "scan.dsd", "%.17g", s->dsd) ||
-		ct_meta_setf(&out->meta, e, "scan.arc", "%.17g", s->arc) ||
-		ct_meta_setf(&out->meta, e, "scan.start", "%.17g", s->start) ||
-		ct_meta_setf(&out->meta, e, "scan.iso", "%.17g,%.17g,%.17g", s->iso[0], s->iso[1],
-			s->iso[2])) {
+	if (ct_stack_check(out, e) ||
+		ct_meta_setf(&out->meta, e, CT_META_SCAN_DSO, "%.17g", s->dso) ||
+		ct_meta_setf(&out->meta, e, CT_META_SCAN_DSD, "%.17g", s->dsd) ||
+		ct_meta_setf(&out->meta, e, CT_META_SCAN_ARC, "%.17g", s->arc) ||
+		ct_meta_setf(&out->meta, e, CT_META_SCAN_START, "%.17g", s->start) ||
+		ct_meta_setf(&out->meta, e, CT_META_SCAN_ISO, "%.17g,%.17g,%.17g", s->iso[0],
+			s->iso[1], s->iso[2])) {
 		ct_stack_free(out);
 		return -1;
 	}

@@ -23,7 +23,7 @@ void ct_evidence_free(struct ct_evidence *d)
 static int check_quantity(
 	const struct ct_meta *m, const char *want, const char *path, struct ct_err *e)
 {
-	const char *q = ct_meta_get(m, "quantity");
+	const char *q = ct_meta_get(m, CT_META_QUANTITY);
 
 	return !q || strcasecmp(q, want) == 0
 		       ? 0
@@ -33,8 +33,8 @@ static int check_quantity(
 /* The window that the option and all files agree on. */
 static int choose_window(struct ct_evidence *d, const struct ct_evidence_files *f, struct ct_err *e)
 {
-	const char *base = ct_meta_get(&d->base.meta, "window");
-	const char *in = ct_meta_get(&d->in.meta, "window");
+	const char *base = ct_meta_get(&d->base.meta, CT_META_WINDOW);
+	const char *in = ct_meta_get(&d->in.meta, CT_META_WINDOW);
 
 	if (ct_window_choose(d->window, f->window, base ? &d->base.meta : &d->in.meta, e))
 		return -1;
@@ -52,7 +52,7 @@ static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 	struct ct_vol lr = {0};
 	int rc = -1, known;
 
-	if (ct_vol_read(f->lr, &lr, e) || check_quantity(&lr.meta, "hu", f->lr, e))
+	if (ct_vol_read(f->lr, &lr, e) || check_quantity(&lr.meta, CT_QUANTITY_HU, f->lr, e))
 		goto out;
 	known = ct_degrade_get(&lr.meta, &d->by, e);
 	if (known > 0)
@@ -75,9 +75,9 @@ out:
 /* Is the base density already, not HU? */
 static bool is_density(const struct ct_evidence *d)
 {
-	const char *quantity = ct_meta_get(&d->base.meta, "quantity");
+	const char *quantity = ct_meta_get(&d->base.meta, CT_META_QUANTITY);
 
-	return quantity && strcasecmp(quantity, "density") == 0;
+	return quantity && strcasecmp(quantity, CT_QUANTITY_DENSITY) == 0;
 }
 
 static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
@@ -87,7 +87,7 @@ static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 		return -1;
 	if (ct_vol_check_finite(&d->base, e) || ct_vol_check_grid(&d->base, e))
 		return ct_blame(e, f->base);
-	if ((f->lr || !is_density(d)) && check_quantity(&d->base.meta, "hu", f->base, e))
+	if ((f->lr || !is_density(d)) && check_quantity(&d->base.meta, CT_QUANTITY_HU, f->base, e))
 		return -1;
 	return choose_window(d, f, e) || (f->lr && read_lr(d, f, env, e)) ? -1 : 0;
 }
@@ -127,7 +127,7 @@ static int read_weight(struct ct_evidence *d, const struct ct_evidence_files *f,
 	size_t n;
 	double q = 0;
 
-	if (read_stack(w, f->std, "deviation", e))
+	if (read_stack(w, f->std, CT_QUANTITY_DEVIATION, e))
 		return -1;
 	if (ct_stack_same(&d->in, w, e))
 		return ct_blame(e, f->std);
@@ -150,12 +150,12 @@ static int read_weight(struct ct_evidence *d, const struct ct_evidence_files *f,
 int ct_evidence_read(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (read_stack(&d->in, f->in, "lineIntegral", e) || read_base(d, f, env, e) ||
+	if (read_stack(&d->in, f->in, CT_QUANTITY_LINE_INTEGRAL, e) || read_base(d, f, env, e) ||
 		(f->std && read_weight(d, f, e)))
 		return -1;
 	if (!f->projections)
 		return 0;
-	if (read_stack(&d->base_proj, f->projections, "lineIntegral", e))
+	if (read_stack(&d->base_proj, f->projections, CT_QUANTITY_LINE_INTEGRAL, e))
 		return -1;
 	return ct_stack_same(&d->in, &d->base_proj, e) ? ct_blame(e, f->projections) : 0;
 }

@@ -75,7 +75,7 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 	all = out->meta;
 	out->meta = (struct ct_meta){0};
 	for (size_t i = 0; i < all.n; i++)
-		if (strncmp(all.pair[i].key, "scan.", 5) == 0 &&
+		if (strncmp(all.pair[i].key, CT_META_SCAN, sizeof CT_META_SCAN - 1) == 0 &&
 			ct_meta_set(&out->meta, all.pair[i].key, all.pair[i].value, e)) {
 			ct_meta_free(&all);
 			ct_stack_free(out);
@@ -115,7 +115,7 @@ int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const 
 int ct_window_choose(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
 {
-	const char *had = m ? ct_meta_get(m, "window") : NULL;
+	const char *had = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
 	double asked[2];
 
 	window[0] = -1024;
@@ -138,15 +138,15 @@ int ct_window_choose(
 
 int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
-	return ct_meta_setf(m, e, "window", "%.10g:%.10g", window[0], window[1]);
+	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
 }
 
 int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
 {
 	const double(*a)[4] = v->affine;
 
-	return ct_meta_setf(m, e, "volume.size", "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
-			       ct_meta_setf(m, e, "volume.affine",
+	return ct_meta_setf(m, e, CT_META_VOLUME_SIZE, "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
+			       ct_meta_setf(m, e, CT_META_VOLUME_AFFINE,
 				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
 				       "17g,%.17g,%.17g",
 				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],

@@ -1,0 +1,103 @@
+/* help.c: see help.h. */
+#include "config.h"
+#include "cli/help.h"
+#include "cli/table.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static void put_default(const struct ct_opt *o, const void *defaults)
+{
+	const void *p = (const char *)defaults + o->at;
+	char text[200];
+
+	if (o->type == CT_T_FLAG || (o->type == CT_T_REAL && isnan(*(const double *)p)))
+		return;
+	ct_table_text(text, sizeof text, o, defaults, 6);
+	if (*text)
+		printf(" (default %s)", text);
+}
+
+static void synopsis(const struct ct_tool *t)
+{
+	printf("Usage: %s [OPTION]...", t->name);
+	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
+		if (!o->name)
+			printf(o->optional ? " [%s]%s" : " %s%s", o->arg,
+				o->type == CT_T_LIST ? "..." : "");
+}
+
+/* Words of text at column `from`, folded before column 79. */
+static void fold(size_t from, size_t at, const char *text)
+{
+	while (*text) {
+		size_t n = strcspn(text, " ");
+
+		if (at + 1 + n > 79) {
+			printf("\n%*s", (int)from, "");
+			at = from;
+		}
+		at += (size_t)printf(" %.*s", (int)n, text);
+		text += n + strspn(text + n, " ");
+	}
+}
+
+void ct_help_print(const struct ct_tool *t)
+{
+	const struct ct_opt *o;
+	bool common;
+
+	synopsis(t);
+	printf("\n%s\n\n", t->brief);
+	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+		char left[80];
+		int n;
+
+		if (!o->name)
+			snprintf(left, sizeof left, "  %s", o->arg);
+		else
+			snprintf(left, sizeof left, "  %c%c%c --%s%s%s", o->c ? '-' : ' ',
+				o->c ? o->c : ' ', o->c ? ',' : ' ', o->name, o->arg ? "=" : "",
+				o->arg ? o->arg : "");
+		n = printf("%-25s", left);
+		fold(25, (size_t)n, o->help);
+		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
+		putchar('\n');
+	}
+	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
+	      "5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n",
+		stdout);
+}
+
+/* mdoc wants a line a sentence. */
+static void sentences(const char *text)
+{
+	for (; *text; text++)
+		if (text[0] == '.' && text[1] == ' ') {
+			puts(".");
+			text++;
+		} else
+			putchar(*text);
+}
+
+void ct_help_mdoc(const struct ct_tool *t)
+{
+	const struct ct_opt *o;
+	bool common;
+
+	puts(".Bl -tag -width Ds");
+	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+		if (!o->name)
+			continue;
+		fputs(".It ", stdout);
+		if (o->c)
+			printf("Fl %c , ", o->c);
+		printf("Fl \\-%s%s%s\n", o->name, o->arg ? " Ns = Ns Ar " : "",
+			o->arg ? o->arg : "");
+		sentences(o->help);
+		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
+		puts(".");
+	}
+	puts(".El");
+}

@@ -1,0 +1,190 @@
+/* resume.c: see resume.h. */
+#include "config.h"
+#include "cli/resume.h"
+#include "cli/table.h"
+#include "formats/format.h"
+#include "formats/io.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* In front of the keys of a run, among the metadata of its state. */
+#define RUN "run."
+#define WHICH "version"
+
+static int take(struct ct_resume *r, const char *name, const char *value, struct ct_err *e)
+{
+	char key[200];
+
+	snprintf(key, sizeof key, RUN "%s", name);
+	return ct_meta_set(&r->key, key, value, e);
+}
+
+int ct_resume_value(struct ct_resume *r, struct ct_err *e, const char *name, const char *fmt, ...)
+{
+	char *value;
+	va_list ap;
+	int rc;
+
+	va_start(ap, fmt);
+	if (vasprintf(&value, fmt, ap) < 0)
+		value = NULL;
+	va_end(ap);
+	rc = value ? take(r, name, value, e) : ct_fail(e, CT_ENOMEM, "no memory for a state");
+	free(value);
+	return rc;
+}
+
+static int take_options(struct ct_resume *r, struct ct_err *e)
+{
+	for (const struct ct_opt *o = r->opts; o->type != CT_T_END; o++) {
+		char name[80], number[80];
+		const char *value = number;
+
+		if (o->counts != CT_COUNTS_VALUE)
+			continue;
+		snprintf(name, sizeof name, "--%s", o->name);
+		ct_table_text(number, sizeof number, o, r->params, 17);
+		if (o->type == CT_T_STR)
+			value = *(const char *const *)((const char *)r->params + o->at);
+		if (take(r, name, value ? value : "", e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
+	const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const bool stream = strcmp(out, "-") == 0;
+
+	*r = (struct ct_resume){.wanted = wanted, .opts = opts, .params = params};
+	if (stream && wanted)
+		return ct_fail(e, CT_EUSAGE, "--resume wants OUT to be a file");
+	if (!stream && !env->dry_run && asprintf(&r->path, "%s.state", out) < 0) {
+		r->path = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	if (r->path && !wanted && !env->force && access(r->path, F_OK) == 0)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: exists; --resume goes on from it, --force starts anew", r->path);
+	if (ct_resume_value(r, e, WHICH, "%s %s", env->tool, PACKAGE_VERSION) ||
+		ct_resume_value(r, e, "--seed", "%llu", (unsigned long long)env->seed))
+		return -1;
+	return take_options(r, e);
+}
+
+/* What the reader says of the content, behind the name of the file. */
+static const char *hash_of(const struct ct_meta *m)
+{
+	const char *input = m ? ct_meta_get(m, CT_META_INPUT) : NULL;
+	const char *hash = input ? strrchr(input, ' ') : NULL;
+
+	return hash ? hash + 1 : "not given";
+}
+
+int ct_resume_input(
+	struct ct_resume *r, const char *name, const struct ct_meta *m, struct ct_err *e)
+{
+	if (take(r, name, hash_of(m), e))
+		return -1;
+	for (size_t i = 0; m && i < m->n; i++) {
+		const struct ct_pair *p = &m->pair[i];
+		char key[160];
+
+		if (strcmp(p->key, CT_META_INPUT) == 0 || strcmp(p->key, CT_META_HISTORY) == 0 ||
+			strncmp(p->key, "nifti.", 6) == 0)
+			continue;
+		snprintf(key, sizeof key, "%s %s", name, p->key);
+		if (take(r, key, p->value, e))
+			return -1;
+	}
+	return 0;
+}
+
+/* Is what every option names that is an input part of the key? */
+static bool complete(const struct ct_resume *r)
+{
+	for (const struct ct_opt *o = r->opts; o->type != CT_T_END; o++) {
+		char key[80];
+
+		snprintf(key, sizeof key, RUN "--%s", o->name ? o->name : "");
+		if (o->counts == CT_COUNTS_CONTENT && !ct_meta_get(&r->key, key))
+			return false;
+	}
+	return true;
+}
+
+/* `was` and `is` of a key: NULL if it is not there. */
+static int differs(const struct ct_resume *r, const char *key, const char *was, const char *is,
+	struct ct_err *e)
+{
+	const char *name = key + sizeof RUN - 1;
+
+	if (was && is && (strncmp(was, "xxh3:", 5) == 0 || strncmp(is, "xxh3:", 5) == 0))
+		return ct_fail(e, CT_EINPUT, "%s: is of a run where %s held something else",
+			r->path, name);
+	return ct_fail(e, CT_EINPUT, "%s: is of a run where %s was '%.80s', not '%.80s'", r->path,
+		name, was ? was : "", is ? is : "");
+}
+
+static int compare(const struct ct_resume *r, const struct ct_meta *state, struct ct_err *e)
+{
+	if (!ct_meta_get(state, RUN WHICH))
+		return ct_fail(e, CT_EINPUT, "%s: is not the state of a run", r->path);
+	for (size_t i = 0; i < r->key.n; i++) {
+		const struct ct_pair *p = &r->key.pair[i];
+		const char *was = ct_meta_get(state, p->key);
+
+		if (!was || strcmp(was, p->value) != 0)
+			return differs(r, p->key, was, p->value, e);
+	}
+	for (size_t i = 0; i < state->n; i++) {
+		const struct ct_pair *p = &state->pair[i];
+
+		if (strncmp(p->key, RUN, sizeof RUN - 1) == 0 && !ct_meta_get(&r->key, p->key))
+			return differs(r, p->key, p->value, NULL, e);
+	}
+	return 0;
+}
+
+int ct_resume_load(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
+{
+	assert(complete(r));
+	if (!r->wanted || !r->path || access(r->path, F_OK) != 0)
+		return 1;
+	if (ct_tensors_read(r->path, state, e))
+		return -1;
+	if (compare(r, &state->meta, e)) {
+		ct_tensors_free(state);
+		return -1;
+	}
+	return 0;
+}
+
+int ct_resume_save(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
+{
+	if (!r->path)
+		return 0;
+	for (size_t i = 0; i < r->key.n; i++)
+		if (ct_meta_set(&state->meta, r->key.pair[i].key, r->key.pair[i].value, e))
+			return -1;
+	return ct_tensors_write_private(r->path, state, e);
+}
+
+void ct_resume_done(const struct ct_resume *r)
+{
+	if (r->path)
+		unlink(r->path);
+}
+
+void ct_resume_close(struct ct_resume *r)
+{
+	free(r->path);
+	ct_meta_free(&r->key);
+	*r = (struct ct_resume){0};
+}

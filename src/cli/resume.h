@@ -1,0 +1,44 @@
+/* resume.h: the state of a long run in OUT.state, so that it can go on after an interruption.
+ *
+ * A state belongs to one run: the command and its version, the seed, the options that decide what
+ * is computed (enum ct_counts of their rows, and what is added here), and what the inputs hold. It
+ * is refused, by the name of what differs, if any of these is another; an input of another name
+ * that holds the same is the same. The state is for its owner alone, is never seen half-written,
+ * and a run without --resume does not write over one unless it is forced.
+ */
+#ifndef CT_CLI_RESUME_H
+#define CT_CLI_RESUME_H
+#include "cli/cli.h"
+#include "core/tensors.h"
+
+struct ct_resume {
+	char *path;         /* NULL: nothing is kept, as OUT is a stream or the run is dry */
+	bool wanted;        /* go on from what is there */
+	struct ct_meta key; /* what the run is, in the order in which it is compared */
+	const struct ct_opt *opts;
+	const void *params;
+};
+
+/* For the run that the options ask for; `wanted` is --resume. CT_EUSAGE if OUT is a stream and it
+ * is wanted, CT_EOUTPUT if it is not and there is a state, CT_ENOMEM. */
+int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
+	const void *params, const struct ct_env *env, struct ct_err *e);
+/* Also what the input `name` holds, "IN" or "--base": the hash of its content, and its metadata but
+ * for history and foreign extensions. NULL: not given. Every CT_INPUT of the table has to be added.
+ * CT_ENOMEM. */
+int ct_resume_input(
+	struct ct_resume *r, const char *name, const struct ct_meta *m, struct ct_err *e);
+/* Also this value, printf-like. CT_ENOMEM. */
+int ct_resume_value(struct ct_resume *r, struct ct_err *e, const char *name, const char *fmt, ...)
+	__attribute__((format(printf, 4, 5)));
+/* The state to go on from, when all is added: 0; 1 if none is wanted or there; -1 with CT_EINPUT
+ * naming it, and what is another. */
+int ct_resume_load(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e);
+/* Write the state, over the one before; nothing if none is kept. Codes of the writer. */
+int ct_resume_save(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e);
+/* The run is done: no state is left. */
+void ct_resume_done(const struct ct_resume *r);
+/* Also legal on zeroes. */
+void ct_resume_close(struct ct_resume *r);
+
+#endif

@@ -1,0 +1,165 @@
+/* table.c: see table.h. */
+#include "config.h"
+#include "cli/table.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct ct_common ct_common_defaults = {.threads = 0, .seed = "0"};
+
+static const struct ct_opt common_opts[] = {
+	CT_OPT(struct ct_common, threads, 't', "threads", "N", 0, 4096,
+		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
+		"processors this process may use. The output is the same for any N"),
+	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
+		"overwrite existing output files"),
+	CT_OPT(struct ct_common, quiet, 'q', "quiet", NULL, 0, 0, "print errors only"),
+	CT_OPT(struct ct_common, verbose, 'v', "verbose", NULL, 0, 0, "print what is being done"),
+	CT_OPT(struct ct_common, help, 'h', "help", NULL, 0, 0, "print this help"),
+	CT_OPT(struct ct_common, version, 0, "version", NULL, 0, 0, "print the version"),
+	CT_OPT_END,
+};
+static const struct ct_opt seed_opt =
+	CT_OPT(struct ct_common, seed, 's', "seed", "N", 0, 0, "seed of the random numbers");
+static const struct ct_opt json_opt =
+	CT_OPT(struct ct_common, json, 0, "json", NULL, 0, 0, "print the report as JSON");
+static const struct ct_opt dry_opt = CT_OPT(struct ct_common, dry_run, 0, "dry-run", NULL, 0, 0,
+	"print the time, memory and disk expected, and do nothing");
+
+const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common)
+{
+	const struct ct_opt *o = t->opts;
+
+	*common = false;
+	for (; o->type != CT_T_END; o++)
+		if (k-- == 0)
+			return o;
+	*common = true;
+	if ((t->flags & CT_SEEDED) && k-- == 0)
+		return &seed_opt;
+	if ((t->flags & CT_REPORTS) && k-- == 0)
+		return &json_opt;
+	if ((t->flags & CT_LONG) && k-- == 0)
+		return &dry_opt;
+	for (o = common_opts; o->type != CT_T_END; o++)
+		if (k-- == 0)
+			return o;
+	return NULL;
+}
+
+const struct ct_opt *ct_table_find(
+	const struct ct_tool *t, const char *name, size_t n, char c, bool *common)
+{
+	const struct ct_opt *o, *hit = NULL;
+	bool is_common, hit_common = false;
+	int hits = 0;
+
+	for (size_t k = 0; (o = ct_table_row(t, k, &is_common)); k++) {
+		bool exact;
+
+		if (!o->name || (c ? o->c != c : strncmp(o->name, name, n) != 0))
+			continue;
+		exact = c || strlen(o->name) == n;
+		hits++;
+		hit = o;
+		hit_common = is_common;
+		if (exact) {
+			hits = 1;
+			break;
+		}
+	}
+	*common = hit_common;
+	return hits == 1 ? hit : NULL;
+}
+
+static int set_number(
+	const struct ct_opt *o, void *p, const char *name, const char *s, struct ct_err *e)
+{
+	char *end;
+	double x;
+
+	errno = 0;
+	if (o->type == CT_T_INT) {
+		long v = strtol(s, &end, 10);
+
+		if (end == s || *end || errno || v < INT_MIN || v > INT_MAX)
+			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not an integer", name, s);
+		*(int *)p = (int)v;
+		x = (double)v;
+	} else {
+		x = strtod(s, &end);
+		if (end == s || *end || !isfinite(x))
+			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not a number", name, s);
+		*(double *)p = x;
+	}
+	if (o->lo < o->hi && (x < o->lo || x > o->hi))
+		return ct_fail(e, CT_EUSAGE, "%s: %g is outside [%g, %g]", name, x, o->lo, o->hi);
+	return 0;
+}
+
+static int set_choice(
+	const struct ct_opt *o, int *p, const char *name, const char *s, struct ct_err *e)
+{
+	int i = ct_words_find(o->arg, s);
+
+	if (i >= 0) {
+		*p = i;
+		return 0;
+	}
+	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
+}
+
+int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
+{
+	void *p = (char *)params + o->at;
+	char name[60];
+
+	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "", o->name ? o->name : o->arg);
+	switch (o->type) {
+	case CT_T_FLAG: *(bool *)p = true; return 0;
+	case CT_T_STR: *(const char **)p = s; return 0;
+	case CT_T_INT:
+	case CT_T_REAL:
+		return o->choice ? set_choice(o, p, name, s, e) : set_number(o, p, name, s, e);
+	case CT_T_LIST:
+	case CT_T_END: break;
+	}
+	return 0;
+}
+
+static void word_at(char *out, size_t room, const char *words, int index)
+{
+	while (index-- > 0 && words) {
+		words = strchr(words, '|');
+		words = words ? words + 1 : NULL;
+	}
+	snprintf(out, room, "%.*s", words ? (int)strcspn(words, "|") : 0, words ? words : "");
+}
+
+void ct_table_text(char *out, size_t room, const struct ct_opt *o, const void *params, int digits)
+{
+	const void *p = (const char *)params + o->at;
+	const char *text;
+
+	*out = '\0';
+	switch (o->type) {
+	case CT_T_FLAG: snprintf(out, room, "%s", *(const bool *)p ? "yes" : "no"); break;
+	case CT_T_INT:
+		if (o->choice)
+			word_at(out, room, o->arg, *(const int *)p);
+		else
+			snprintf(out, room, "%d", *(const int *)p);
+		break;
+	case CT_T_REAL: snprintf(out, room, "%.*g", digits, *(const double *)p); break;
+	case CT_T_STR:
+		text = *(const char *const *)p;
+		snprintf(out, room, "%s", text ? text : "");
+		break;
+	case CT_T_LIST:
+	case CT_T_END: break;
+	}
+}

@@ -1,0 +1,27 @@
+/* table.h: the rows of a tool's option table and of the options that every tool has. For src/cli.
+ */
+#ifndef CT_CLI_TABLE_H
+#define CT_CLI_TABLE_H
+#include "cli/cli.h"
+
+/* Where the options that every tool has are put. */
+struct ct_common {
+	bool help, version, mdoc, quiet, verbose, force, json, dry_run;
+	int threads;
+	const char *seed;
+};
+extern const struct ct_common ct_common_defaults;
+
+/* Row k of all options of a tool, its own before the common ones, or NULL. */
+const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common);
+/* The option of the long name that begins with the n characters at `name`, as far as there is but
+ * one, or of the short name c if that is not 0; else NULL. */
+const struct ct_opt *ct_table_find(
+	const struct ct_tool *t, const char *name, size_t n, char c, bool *common);
+/* Parse s into the field of params. CT_EUSAGE naming the option. */
+int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e);
+/* The value in params as the command line would say it, numbers with `digits` significant ones;
+ * empty for a string that is not given, and for operands that repeat. Long ones are cut. */
+void ct_table_text(char *out, size_t room, const struct ct_opt *o, const void *params, int digits);
+
+#endif
