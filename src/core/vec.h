@@ -201,6 +201,84 @@ CT_INLINE ct_f64 ct_f64_max(ct_f64 a, ct_f64 b)
 #endif
 }
 
+CT_INLINE ct_i32 ct_i32_max(ct_i32 a, ct_i32 b)
+{
+#if defined(__AVX512F__)
+	return (ct_i32)_mm512_max_epi32((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+	return (ct_i32)_mm256_max_epi32((__m256i)a, (__m256i)b);
+#elif defined(__x86_64__)
+	return (ct_i32)_mm_max_epi32((__m128i)a, (__m128i)b);
+#else
+	return ((a > b) & a) | (~(a > b) & b);
+#endif
+}
+
+CT_INLINE ct_i32 ct_i32_min(ct_i32 a, ct_i32 b)
+{
+	return ~ct_i32_max(~a, ~b);
+}
+
+/* from, from + 1 and so on. */
+CT_INLINE ct_i32 ct_i32_count(int32_t from)
+{
+	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+	ct_i32 v;
+
+	memcpy(&v, lane, sizeof v);
+	return v + from;
+}
+
+/* t[at] of each lane, from tables of 1, 2 and 4 registers, which are read whole: `at` counts modulo
+ * their length. */
+CT_INLINE ct_f32 ct_f32_table(const float *t, ct_i32 at)
+{
+#if defined(__clang__)
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l] & (CT_F32_LANES - 1)];
+	return v;
+#else
+	return __builtin_shuffle(ct_f32_load(t), at);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_table2(const float *t, ct_i32 at)
+{
+#if defined(__clang__)
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l] & (2 * CT_F32_LANES - 1)];
+	return v;
+#else
+	return __builtin_shuffle(ct_f32_load(t), ct_f32_load(t + CT_F32_LANES), at);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_table4(const float *t, ct_i32 at)
+{
+	return ct_f32_pick((at & (2 * CT_F32_LANES)) != 0, ct_f32_table2(t + 2 * CT_F32_LANES, at),
+		ct_f32_table2(t, at));
+}
+
+/* t[at], from anywhere: much slower. */
+CT_INLINE ct_f32 ct_f32_gather(const float *t, ct_i32 at)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_i32gather_ps((__m512i)at, t, 4);
+#elif defined(__AVX2__)
+	return (ct_f32)_mm256_i32gather_ps(t, (__m256i)at, 4);
+#else
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l]];
+	return v;
+#endif
+}
+
 /* Correctly rounded. */
 CT_INLINE ct_f32 ct_f32_sqrt(ct_f32 x)
 {
