@@ -250,10 +250,15 @@ void CT_SIMD_HERE(ct_packet_sum)(double sum[static CT_PACKET], const struct ct_p
 		sum[j] += (double)acc[j];
 }
 
-enum { FRONT = 8, BEHIND = 2 * TABLE + 8 };
+enum {
+	FRONT = 8,
+	BEHIND = CT_ROWS + 2 * TABLE + 16,
+	BLOCKS = 8,                    /* of sixteen voxels, that are planned at once */
+	GROUP = PARTS < 2 ? PARTS : 2, /* vectors of voxels that go through the rows together */
+};
 
-/* Values and inverse slopes of the rows of a block, zeros around them: row r is at FRONT + r. Rows
- * are counted so that heights grow with them. */
+/* Values and inverse slopes of the rows of a packet's detector column, zeros around them: row r is
+ * at FRONT + r. Rows are counted so that heights grow with them. */
 struct rows {
 	float value[FRONT + CT_ROWS + BEHIND], rise[FRONT + CT_ROWS + BEHIND];
 	int32_t n;
@@ -261,39 +266,42 @@ struct rows {
 
 /* The piece as the spread sees it. */
 struct piece {
-	double p0, q0, p1, q1; /* heights of row r of the block: p + r q, q > 0 */
+	double p0, q0, p1, q1; /* heights of row r: p + r q, q > 0 */
 	double i0, i1;         /* 1/q */
 	float inverse, weight;
-	bool joseph;
 };
 
-/* What sixteen voxels from k on receive: voxel k + l, from rows row + first(l) and on. With
- * lane l, first(l) = floor(min(r0 + l g0, r1 + l g1)); row 0 of these is at height z above k. */
-struct block {
-	int32_t row, rounds;
-	float z, q, r0, r1, g0, g1;
+/* What sixteen voxels from k on receive: voxel k + l, from rows row + first(l) and on, so many
+ * rounds. With lane l, first(l) = floor(min(r0 + l/q0, r1 + l/q1)); row 0 of these is at height z
+ * above k. */
+struct blocks {
+	int32_t row[BLOCKS], rounds[BLOCKS];
+	float z[BLOCKS], r0[BLOCKS], r1[BLOCKS];
 };
 
-/* False if no row reaches them. */
-CT_INLINE bool block_of(struct block *b, const struct piece *s, const struct rows *rows, int32_t k)
+/* Those from voxel k on; 0 rounds where no row reaches them. */
+CT_INLINE void plan_blocks(struct blocks *restrict b, const struct piece *restrict s, int32_t rows,
+	int32_t k, const bool joseph)
 {
-	double margin = s->joseph ? 0.5 : 0, last = CT_PACKET - 1;
-	double from0 = (k - margin - s->p0) * s->i0, from1 = (k - margin - s->p1) * s->i1;
-	double lead = ct_least(from0, from1), d0 = from0 - from1, d1 = d0 + last * (s->i0 - s->i1);
-	double wide = ct_most(d0 < 0 ? -d0 : d0, d1 < 0 ? -d1 : d1) +
-		      (1 + 2 * margin) * ct_most(s->i0, s->i1);
+	const double margin = joseph ? 0.5 : 0, last = CT_PACKET - 1, n = rows;
+	const double p0 = s->p0, q0 = s->q0, p1 = s->p1, i0 = s->i0, i1 = s->i1;
+	const double voxel = (1 + 2 * margin) * ct_most(i0, i1);
 
-	if (lead >= rows->n)
-		return false;
-	b->row = (int32_t)ct_most(lead, -2);
-	b->rounds = (int32_t)ct_least(wide, rows->n + 8) + 2;
-	b->z = (float)(s->p0 + b->row * s->q0 - k);
-	b->q = (float)s->q0;
-	b->r0 = (float)(from0 - b->row);
-	b->r1 = (float)(from1 - b->row);
-	b->g0 = (float)s->i0;
-	b->g1 = (float)s->i1;
-	return true;
+	for (int j = 0; j < BLOCKS; j++) {
+		double at = k + j * CT_PACKET;
+		double from0 = (at - margin - p0) * i0, from1 = (at - margin - p1) * i1;
+		double lead = ct_least(from0, from1), d0 = from0 - from1,
+		       d1 = d0 + last * (i0 - i1);
+		double wide = ct_most(fabs(d0), fabs(d1)) + voxel;
+		int32_t row = (int32_t)ct_least(ct_most(lead, -2), n);
+		int32_t rounds = (int32_t)ct_least(wide, n + 8) + 2;
+
+		b->row[j] = row;
+		b->rounds[j] = lead < n ? rounds : 0;
+		b->z[j] = (float)(p0 + row * q0 - at);
+		b->r0[j] = (float)(from0 - row);
+		b->r1[j] = (float)(from1 - row);
+	}
 }
 
 /* Entry `at` of a table of `registers` registers from t on; of t itself if 0. */
@@ -305,73 +313,97 @@ CT_INLINE ct_f32 row_table(const float *t, ct_i32 at, const int registers)
 				: ct_f32_gather(t, at);
 }
 
-/* What the voxels `over` above row 0 of the block receive in `rounds` rows from dr on. Table
- * lookups of the rows after one another differ in where the table begins, not in the index. */
-CT_INLINE ct_f32 spread_rows(const struct block *b, const struct piece *s, const struct rows *rows,
-	ct_f32 over, ct_i32 dr, int32_t rounds, const bool joseph, const int registers)
+/* Vectors of voxels: `over` above row 0 of the block, met by rows from `dr` on. */
+struct group {
+	ct_f32 over[GROUP];
+	ct_i32 dr[GROUP];
+	int32_t row, rounds; /* row 0 of the block */
+	float q;             /* from row to row */
+};
+
+/* sum: what the voxels receive. From one row to the next it is the tables that move on, not the
+ * indices into them. */
+CT_INLINE void spread_rows(ct_f32 sum[GROUP], const struct group *g, const struct rows *rows,
+	float inverse, const bool joseph, const int registers)
 {
-	const ct_f32 q = ct_f32_set(b->q), inverse = ct_f32_set(s->inverse);
-	const int32_t first = registers ? b->row + dr[0] + FRONT : 0;
-	const float *v = rows->value + first, *r = rows->rise + first;
-	ct_i32 at = registers ? dr - dr[0] : dr;
-	ct_f32 sum = ct_f32_set(0), row = __builtin_convertvector(dr, ct_f32);
+	const ct_i32 none = {0};
+	const float *v[GROUP], *r[GROUP];
+	ct_i32 at[GROUP];
+	ct_f32 row[GROUP];
 
-	for (int32_t i = 0; i < rounds; i++) {
-		const ct_f32 above = over - row * q;
-		ct_f32 w, x, y;
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		int32_t first = g->row + g->dr[k][0];
 
-		if (!registers) {
-			at = ct_i32_max(dr + (b->row + i), ct_i32_count(0) * 0 - 1);
-			at = ct_i32_min(at, ct_i32_count(0) * 0 + rows->n) + FRONT;
-		}
-		if (joseph) {
-			x = ct_f32_abs(above + 0.5F);
-			w = ct_f32_max(1 - x, ct_f32_set(0));
-		} else {
-			y = row_table(r, at, registers) * inverse;
-			x = above * y;
-			w = ct_f32_abs(clamp01_all(x + y) - clamp01_all(x));
-		}
-		sum += w * row_table(v, at, registers);
-		row += 1;
-		v += registers != 0;
-		r += registers != 0;
+		first = registers ? (first < rows->n ? first : rows->n) + FRONT : 0;
+		v[k] = rows->value + first;
+		r[k] = rows->rise + first;
+		at[k] = registers ? g->dr[k] - g->dr[k][0] : none;
+		row[k] = __builtin_convertvector(g->dr[k], ct_f32);
+		sum[k] = ct_f32_set(0);
 	}
-	return sum;
+	for (int32_t i = 0; i < g->rounds; i++) {
+#pragma GCC unroll 2
+		for (int k = 0; k < GROUP; k++) {
+			const ct_f32 above = g->over[k] - row[k] * ct_f32_set(g->q);
+			const size_t on = registers ? (size_t)i : 0;
+			ct_f32 w, x, y;
+
+			if (!registers) {
+				at[k] = ct_i32_max(g->dr[k] + (g->row + i), none - 1);
+				at[k] = ct_i32_min(at[k], none + rows->n) + FRONT;
+			}
+			if (joseph) {
+				x = ct_f32_abs(above + 0.5F);
+				w = ct_f32_max(1 - x, ct_f32_set(0));
+			} else {
+				y = row_table(r[k] + on, at[k], registers) * inverse;
+				x = above * y;
+				w = ct_f32_abs(clamp01_all(x + y) - clamp01_all(x));
+			}
+			sum[k] += w * row_table(v[k] + on, at[k], registers);
+			row[k] += 1;
+		}
+	}
 }
 
-/* The vector of voxels from lane `l` of a block on. */
-CT_INLINE ct_f32 spread_part(const struct block *b, const struct piece *s, const struct rows *rows,
-	int32_t l, const bool joseph)
+/* The voxels f of a block from lane `l` on, of which `count` are there. */
+CT_INLINE void spread_group(float *restrict f, const struct blocks *b, int j, const struct piece *s,
+	const struct rows *rows, int32_t l, int32_t count, const bool joseph)
 {
-	const ct_f32 lane = lanes_from(l), x = b->r0 + lane * b->g0, y = b->r1 + lane * b->g1;
-	const ct_f32 lead = ct_f32_max(ct_f32_min(x, y), ct_f32_set(-4));
-	const ct_f32 over = lane - b->z;
-	const ct_i32 dr = __builtin_convertvector(lead + 4, ct_i32) - 4;
-	int32_t left = rows->n - b->row - dr[0], reach = dr[LANES - 1] - dr[0];
-	int32_t rounds = left < b->rounds ? left : b->rounds;
+	struct group g = {.row = b->row[j], .q = (float)s->q0};
+	ct_f32 sum[GROUP];
+	int32_t reach = 0, left;
 
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		const ct_f32 lane = lanes_from(l + k * LANES);
+		const ct_f32 x = b->r0[j] + lane * (float)s->i0, y = b->r1[j] + lane * (float)s->i1;
+		const ct_f32 lead = ct_f32_max(ct_f32_min(x, y), ct_f32_set(-4));
+		int32_t span;
+
+		g.over[k] = lane - b->z[j];
+		g.dr[k] = __builtin_convertvector(lead + 4, ct_i32) - 4;
+		span = g.dr[k][LANES - 1] - g.dr[k][0];
+		reach = span > reach ? span : reach;
+	}
+	left = rows->n - g.row - g.dr[0][0];
+	g.rounds = left < b->rounds[j] ? left : b->rounds[j];
 	if (reach < LANES)
-		return spread_rows(b, s, rows, over, dr, rounds, joseph, 1);
-	if (reach < 2 * LANES)
-		return spread_rows(b, s, rows, over, dr, rounds, joseph, 2);
-	if (reach < 4 * LANES)
-		return spread_rows(b, s, rows, over, dr, rounds, joseph, 4);
-	return spread_rows(b, s, rows, over, dr, rounds, joseph, 0);
-}
+		spread_rows(sum, &g, rows, s->inverse, joseph, 1);
+	else if (reach < 2 * LANES)
+		spread_rows(sum, &g, rows, s->inverse, joseph, 2);
+	else if (reach < 4 * LANES)
+		spread_rows(sum, &g, rows, s->inverse, joseph, 4);
+	else
+		spread_rows(sum, &g, rows, s->inverse, joseph, 0);
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		const ct_i32 valid = ct_i32_count(l + k * LANES) < count;
+		float *to = f + l + k * LANES;
 
-CT_INLINE void spread_block(float *restrict f, const struct piece *s, const struct rows *rows,
-	int32_t k, int32_t count, const bool joseph)
-{
-	struct block b;
-
-	if (!block_of(&b, s, rows, k))
-		return;
-	for (int32_t l = 0; l < CT_PACKET; l += LANES) {
-		const ct_f32 sum = spread_part(&b, s, rows, l, joseph) * s->weight;
-		const ct_i32 valid = ct_i32_count(l) < count;
-
-		ct_f32_store(f + l, ct_f32_load(f + l) + (ct_f32)((ct_i32)sum & valid));
+		sum[k] *= s->weight;
+		ct_f32_store(to, ct_f32_load(to) + (ct_f32)((ct_i32)sum[k] & valid));
 	}
 }
 
@@ -386,9 +418,14 @@ CT_INLINE void spread_piece(float *restrict f, const struct piece *s, const stru
 	int32_t last = (int32_t)(limited(high, n) + 1024) - 1024;
 
 	last = last < n ? last : n - 1;
-	for (; k <= last; k += CT_PACKET)
-		spread_block(
-			f + k, s, rows, k, last - k < CT_PACKET ? last - k + 1 : CT_PACKET, joseph);
+	while (k <= last) {
+		struct blocks b;
+
+		plan_blocks(&b, s, rows->n, k, joseph);
+		for (int j = 0; j < BLOCKS && k <= last; j++, k += CT_PACKET)
+			for (int32_t l = 0; l < CT_PACKET && b.rounds[j]; l += GROUP * LANES)
+				spread_group(f + k, &b, j, s, rows, l, last - k + 1, joseph);
+	}
 }
 
 void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces *restrict s,
@@ -411,8 +448,7 @@ void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces 
 			.q0 = down ? -q0 : q0,
 			.q1 = down ? -q1 : q1,
 			.inverse = s->inverse[m],
-			.weight = s->weight[m],
-			.joseph = h->joseph};
+			.weight = s->weight[m]};
 
 		p.i0 = 1 / p.q0;
 		p.i1 = 1 / p.q1;

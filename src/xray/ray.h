@@ -28,12 +28,12 @@ struct ct_ray {
 };
 
 /* Not fmin and fmax: those are calls where they must care for NaN. */
-static inline double ct_least(double a, double b)
+static inline __attribute__((always_inline)) double ct_least(double a, double b)
 {
 	return a < b ? a : b;
 }
 
-static inline double ct_most(double a, double b)
+static inline __attribute__((always_inline)) double ct_most(double a, double b)
 {
 	return a > b ? a : b;
 }
