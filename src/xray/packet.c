@@ -407,9 +407,10 @@ CT_INLINE void spread_group(float *restrict f, const struct blocks *b, int j, co
 	}
 }
 
-/* The voxels of a piece that rows reach, sixteen after sixteen. */
-CT_INLINE void spread_piece(float *restrict f, const struct piece *s, const struct rows *rows,
-	int32_t n, const bool joseph)
+/* The voxels of a piece that rows reach, sixteen after sixteen. Those of the piece `next` are
+ * called into the cache. */
+CT_INLINE void spread_piece(float *restrict f, const float *next, const struct piece *s,
+	const struct rows *rows, int32_t n, const bool joseph)
 {
 	double margin = joseph ? 0.5 : 0, low = ct_least(s->p0, s->p1) - margin;
 	double high =
@@ -422,9 +423,11 @@ CT_INLINE void spread_piece(float *restrict f, const struct piece *s, const stru
 		struct blocks b;
 
 		plan_blocks(&b, s, rows->n, k, joseph);
-		for (int j = 0; j < BLOCKS && k <= last; j++, k += CT_PACKET)
+		for (int j = 0; j < BLOCKS && k <= last; j++, k += CT_PACKET) {
+			__builtin_prefetch(next + k);
 			for (int32_t l = 0; l < CT_PACKET && b.rounds[j]; l += GROUP * LANES)
 				spread_group(f + k, &b, j, s, rows, l, last - k + 1, joseph);
+		}
 	}
 }
 
@@ -442,6 +445,7 @@ void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces 
 		rows.rise[FRONT + i] = inverse_of(h->s0 + (double)(row + from) * h->s1);
 	}
 	for (size_t m = 0; m < s->n; m++) {
+		const float *next = vol + s->at[m + 1 < s->n ? m + 1 : m];
 		double q0 = h->qa + h->qb * s->x0[m], q1 = h->qa + h->qb * s->x1[m];
 		struct piece p = {.p0 = h->pa + h->pb * s->x0[m] + at * q0,
 			.p1 = h->pa + h->pb * s->x1[m] + at * q1,
@@ -453,8 +457,8 @@ void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces 
 		p.i0 = 1 / p.q0;
 		p.i1 = 1 / p.q1;
 		if (h->joseph)
-			spread_piece(vol + s->at[m], &p, &rows, h->n, true);
+			spread_piece(vol + s->at[m], next, &p, &rows, h->n, true);
 		else
-			spread_piece(vol + s->at[m], &p, &rows, h->n, false);
+			spread_piece(vol + s->at[m], next, &p, &rows, h->n, false);
 	}
 }
