@@ -17,7 +17,7 @@ awk -v words="$words" '
 		sub(/.*\//, "", file); sub(/\.h$/, "", file); gsub(/-/, "_", file)
 	}
 	/^(struct|enum) ct_[a-z0-9_]+ \{/ { noun[FILENAME " " $2] = 1 }
-	/^[a-z]/ || /CT_SIMD_DECLARE/ {
+	/^[a-z]/ || /CT_SIMD_DECLARE/ || opened {
 		line = $0
 		while (match(line, /ct_[a-z0-9_]+(\(|,$|, \()/)) {
 			name = substr(line, RSTART, RLENGTH)
@@ -26,6 +26,7 @@ awk -v words="$words" '
 			line = substr(line, RSTART + RLENGTH)
 		}
 	}
+	{ opened = /CT_SIMD_DECLARE\($/ } # the name is on the next line
 	function begins(name, with) { return name == with || index(name, with "_") == 1 }
 	END {
 		while ((getline name <symbols) > 0) {

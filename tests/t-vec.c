@@ -20,6 +20,7 @@ static bool runs(void)
 static void parts(void)
 {
 	float in[MOST], out[MOST];
+	double apart[MOST];
 	bool same = true;
 
 	for (int i = 0; i < MOST; i++)
@@ -40,6 +41,12 @@ static void parts(void)
 	for (size_t i = 0; i < CT_F64_LANES; i++)
 		same = same && out[i] == 2 * in[i + 3];
 	OK(same, "floats as doubles and back");
+	same = true;
+	for (size_t i = 0; i < 3 * CT_F64_LANES; i++)
+		apart[i] = (double)i;
+	for (size_t i = 0; i < CT_F64_LANES; i++)
+		same = same && ct_f64_gather(apart + 1, 3)[i] == (double)(3 * i + 1);
+	OK(same, "doubles that are apart");
 }
 
 static bool same_as(ct_f32 v, float want)
@@ -115,15 +122,21 @@ static void fused(void)
 static void exponentials(void)
 {
 	double worst = 0, worst64 = 0;
+	bool same = true;
 
 	for (double x = -87; x <= 88; x += 0.00371) {
 		const double want = exp(x), f = (double)(float)x;
 
+		same = same && same_as(ct_f32_exp(ct_f32_set((float)x)), ct_expf((float)x));
 		worst = fmax(worst, fabs((double)ct_expf((float)x) / exp(f) - 1));
 		worst64 = fmax(worst64, fabs(ct_f64_exp(ct_f64_set(x))[0] / want - 1));
 	}
 	OK(worst < 1.3e-7, "e^x in float to %.3g", worst);
 	OK(worst64 < 5e-16, "e^x in double to %.3g", worst64);
+	OK(same && same_as(ct_f32_exp(ct_f32_set(100)), ct_expf(100)) &&
+			same_as(ct_f32_exp(ct_f32_set(-1e30f)), ct_expf(-1e30f)) &&
+			isnan(ct_f32_exp(ct_f32_set(NAN))[0]),
+		"a vector of floats likewise");
 	OK(ct_expf(100) == ct_expf(88) && ct_expf(-1e30f) == ct_expf(-87) &&
 			ct_f64_exp(ct_f64_set(1e9))[0] == ct_f64_exp(ct_f64_set(700))[0] &&
 			ct_f64_exp(ct_f64_set(-1e9))[0] == ct_f64_exp(ct_f64_set(-700))[0],

@@ -25,10 +25,15 @@
  */
 #ifndef CT_DIFFUSION_DDNM_H
 #define CT_DIFFUSION_DDNM_H
+#include "core/words.h"
 #include "diffusion/measurement.h"
 #include "diffusion/schedule.h"
 
-enum ct_ddnm_rule { CT_DDNM, CT_DDNM_PLUS, CT_DDNM_SIMPLE };
+#define CT_DDNM_LIST(X)                                                                            \
+	X(CT_DDNM, "ddnm")                                                                         \
+	X(CT_DDNM_PLUS, "ddnm+")                                                                   \
+	X(CT_DDNM_SIMPLE, "simple")
+enum ct_ddnm_rule { CT_DDNM_LIST(CT_WORD_VALUE) };
 
 /* The prior: noise eps in x, both (channels, s h, s w), at timestep t. */
 typedef int ct_eps_fn(void *ctx, double t, const float *x, float *eps, struct ct_err *e);
