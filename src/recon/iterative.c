@@ -46,6 +46,11 @@ static void invert(const struct run *r, float *y, size_t n)
 		&(struct ct_vector){.y = y, .c = 1e-6 * largest(y, n)}, r->env->par);
 }
 
+static int diverged(const struct run *r, struct ct_err *e)
+{
+	return ct_fail(e, CT_ENUMERIC, "diverged after %zu iterations", r->report->iterations);
+}
+
 /* The relative norm of q into the report. */
 static int measure(const struct run *r, const float *q, struct ct_err *e)
 {
@@ -54,7 +59,7 @@ static int measure(const struct run *r, const float *q, struct ct_err *e)
 
 	to->residual = r->norm_b > 0 ? norm / r->norm_b : norm;
 	if (!isfinite(to->residual))
-		return ct_fail(e, CT_ENUMERIC, "diverged after %zu iterations", to->iterations);
+		return diverged(r, e);
 	ct_log(r->env, CT_INFO, "iteration %zu: residual %.5f", to->iterations, to->residual);
 	return 0;
 }
@@ -153,7 +158,7 @@ static int cgls(float *x, struct run *r, struct ct_err *e)
 		r->report->residual >= r->rule->tolerance)
 		if (begin(r, e) || ct_cg_step(&c, &done, r->env, e))
 			goto out;
-	rc = 0;
+	rc = isfinite(c.gamma) ? 0 : diverged(r, e);
 out:
 	free(c.d);
 	free(c.s);
@@ -211,11 +216,13 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 	at.norm = largest(f.g, r->n);
 	at.norm = at.norm > 0 ? at.norm : HUGE_VAL;
 	memcpy(f.ahead, x, r->n * sizeof *x);
-	do {
+	while (r->report->iterations < r->rule->iterations) {
 		if (begin(r, e) || ct_fista_step(&f, &at, 1, &change, r->env, e))
 			goto out;
-	} while (++r->report->iterations < r->rule->iterations &&
-		 r->report->residual >= r->rule->tolerance);
+		r->report->iterations++;
+		if (r->report->residual < r->rule->tolerance)
+			break;
+	}
 	rc = 0;
 out:
 	free(f.ahead);
