@@ -9,13 +9,13 @@
 #include "bench/gs-plain.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/terms.h"
+#include "gs/loss-total.h"
 
 #include <math.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { SIZE = 512, VIEWS = 4, GRID = 256, PLAIN = 50000, WIDTH = 16, BLOCK = 2048 };
+enum { SIZE = 512, VIEWS = 4, GRID = 256, PLAIN = 50000, BLOCK = 2048 };
 
 /* A fit of noise, whose Gaussians are those of crowd, and its plain double. */
 struct side {
@@ -23,7 +23,7 @@ struct side {
 	struct ct_fit_data data;
 	struct ct_stack target, base_proj;
 	struct ct_vol base;
-	struct ct_terms w;
+	struct ct_loss_total w;
 	struct ct_env one, all; /* threads */
 	struct plain p;
 	size_t each; /* iterations of a run */
@@ -69,51 +69,45 @@ static struct ct_view view_at(double t)
 		.v = {0, 0, -1}};
 }
 
-/* The arithmetic alone: the pixels of all ellipses, and no others, in whole vectors in cache: a
- * multiplication and an addition of the pixel, two multiplications of the recurrence. */
-typedef float vf __attribute__((vector_size(4 * WIDTH)));
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-__attribute__((target_clones("avx512f", "avx2", "default")))
+/* The arithmetic alone, at each level. */
+#if defined(CT_SIMD_LEVELS)
+#define LANES 4
+#define TARGET __attribute__((target("arch=x86-64-v2")))
+#define UPDATE update_v2
+#include "bench/gs-limit.h"
+#define LANES 8
+#define TARGET __attribute__((target("arch=x86-64-v3")))
+#define UPDATE update_v3
+#include "bench/gs-limit.h"
+#define LANES 16
+#define TARGET __attribute__((target("arch=x86-64-v4")))
+#define UPDATE update_v4
+#include "bench/gs-limit.h"
+#else
+#define LANES 4
+#define TARGET
+#define UPDATE update_v1
+#include "bench/gs-limit.h"
 #endif
-static void
-update(vf *p, size_t rounds)
-{
-	enum { V = BLOCK / WIDTH, CHAINS = 8 };
-	vf e[CHAINS], step[CHAINS];
-
-	for (size_t k = 0; k < rounds; k++) {
-		for (size_t j = 0; j < CHAINS; j++) {
-			e[j] = p[0] * 0 + 0.25f;
-			step[j] = e[j] * 3.999f;
-		}
-		for (size_t i = 0; i < V; i += CHAINS)
-			for (size_t j = 0; j < CHAINS; j++) {
-				p[i + j] += 0.5f * e[j];
-				e[j] *= step[j];
-				step[j] *= 0.9999f;
-			}
-	}
-}
 
 /* Forward, or both directions: backward a pixel costs two multiplications more. */
 static void limit(void *arg)
 {
-	static vf p[BLOCK / WIDTH];
+	static float p[BLOCK];
 	const struct side *d = arg;
 
-	update(p, (size_t)(d->p.pixels / BLOCK));
-	if (p[0][0] > 1e30f)
+	CT_SIMD(update)(p, (size_t)(d->p.pixels / BLOCK));
+	if (p[0] > 1e30f)
 		printf("never\n");
 }
 
 static void limit_both(void *arg)
 {
-	static vf p[BLOCK / WIDTH];
+	static float p[BLOCK];
 	const struct side *d = arg;
 
-	update(p, (size_t)(2.5 * d->p.pixels / BLOCK));
-	if (p[0][0] > 1e30f)
+	CT_SIMD(update)(p, (size_t)(2.5 * d->p.pixels / BLOCK));
+	if (p[0] > 1e30f)
 		printf("never\n");
 }
 
@@ -155,16 +149,16 @@ static void side_init(struct side *d, size_t n)
 	must(ct_par_alloc(&d->all.par, (size_t)sysconf(_SC_NPROCESSORS_ONLN), &e), &e);
 	fill(d);
 	ct_fit_defaults(&o, 4, false, CT_PRELU);
-	o.begin = CT_BEGIN_BASE;
+	o.place = CT_PLACE_BASE;
 	o.iterations = 0;
 	o.gaussians = 1000;
 	o.densify_every = 0;
 	o.position = o.density = o.scaling = o.rotation = (struct ct_rate){1e-9, 1e-9};
 	must(ct_fit_init(&d->f, &o, &d->data, &d->all, &e), &e);
 	crowd(&d->f.g, n);
-	must(ct_adam_reserve(&d->f.adam, 0, n, &e), &e);
-	must(ct_terms_alloc(&d->w, &o, &d->data, NULL, &e), &e);
-	must(ct_terms_grow(&d->w, n, &e), &e);
+	must(ct_gs_adam_reserve(&d->f.adam, 0, n, &e), &e);
+	must(ct_loss_total_alloc(&d->w, &o, &d->data, NULL, &e), &e);
+	must(ct_loss_total_grow(&d->w, n, &e), &e);
 	must(ct_camera_init(&cam, &d->target.view[0], CT_CONE, SIZE, SIZE, &e), &e);
 	must(ct_block_init(&k, d->base.affine, middle, block, &e), &e);
 	plain_init(&d->p, &d->f.g, &cam, &k, d->base_proj.data, d->target.data, 2 / d->f.extent);
@@ -173,7 +167,7 @@ static void side_init(struct side *d, size_t n)
 static void side_free(struct side *d)
 {
 	plain_free(&d->p);
-	ct_terms_free(&d->w);
+	ct_loss_total_free(&d->w);
 	ct_fit_free(&d->f);
 	ct_stack_free(&d->target);
 	ct_stack_free(&d->base_proj);
@@ -186,25 +180,25 @@ static void forward(void *arg)
 	struct side *d = arg;
 	struct ct_err e;
 
-	ct_blobs(d->w.blob, &d->f.g, NULL);
-	must(ct_terms_draw(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
+	ct_gaussian_resolve(d->w.gaussian, &d->f.g, NULL);
+	must(ct_loss_total_project(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
 }
 
 static void loss(void *arg)
 {
 	struct side *d = arg;
-	const struct ct_loss_weights k = ct_terms_weights(&d->f);
+	const struct ct_loss_weights k = ct_loss_total_weights(&d->f);
 	struct ct_loss_terms t;
 
-	ct_loss_image(&d->w.loss, &t, d->w.dimg, d->w.img, ct_dab_pitch(SIZE), d->base_proj.data,
-		d->target.data, NULL, &k, NULL);
+	ct_loss_image_gradient(&d->w.loss, &t, d->w.dimg, d->w.img, ct_rasterise_pitch(SIZE),
+		d->base_proj.data, d->target.data, NULL, &k, NULL);
 }
 
 static void backward(void *arg)
 {
 	struct side *d = arg;
 
-	ct_splat_back(&d->w.grad, &d->w.splat, d->w.blob, &d->f.g, d->w.dimg, NULL);
+	ct_splat_backward(&d->w.grad, &d->w.splat, d->w.gaussian, &d->f.g, d->w.dimg, NULL);
 }
 
 static void block_term(void *arg)
@@ -213,7 +207,7 @@ static void block_term(void *arg)
 	struct ct_loss_terms t;
 	struct ct_err e;
 
-	must(ct_terms_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
+	must(ct_loss_total_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
 }
 
 static void step(void *arg)
@@ -221,8 +215,8 @@ static void step(void *arg)
 	struct side *d = arg;
 	const double lr[CT_GS_FIELDS] = {0}, ln_s[2] = {-9, 9};
 
-	ct_terms_chain(&d->w, &d->f.g, NULL);
-	ct_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
+	ct_loss_total_chain(&d->w, &d->f.g, NULL);
+	ct_gs_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
 }
 
 static void run(struct side *d, const struct ct_env *env)
@@ -265,12 +259,12 @@ static void check(struct side *d)
 	forward(d);
 	loss(d);
 	backward(d);
-	ct_terms_chain(&d->w, &d->f.g, NULL);
+	ct_loss_total_chain(&d->w, &d->f.g, NULL);
 	plain_forward(&d->p);
 	plain_loss(&d->p);
 	plain_backward(&d->p);
 	for (size_t i = 0; i < (size_t)SIZE * SIZE; i++) {
-		double x = (double)d->w.img[i / SIZE * ct_dab_pitch(SIZE) + i % SIZE];
+		double x = (double)d->w.img[i / SIZE * ct_rasterise_pitch(SIZE) + i % SIZE];
 
 		off[0] = fmax(off[0], fabs(x - d->p.img[i]));
 		most[0] = fmax(most[0], fabs(x));

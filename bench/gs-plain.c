@@ -77,8 +77,8 @@ void plain_free(struct plain *p)
 	*p = (struct plain){0};
 }
 
-/* The box of a foot, clipped; 0 if it is empty. */
-static int box_of(long box[4], const struct ct_foot *f, const struct ct_camera *c)
+/* The box of a footprint, clipped; 0 if it is empty. */
+static int box_of(long box[4], const struct ct_footprint *f, const struct ct_camera *c)
 {
 	for (int a = 0; a < 2; a++) {
 		double reach = sqrt(2 * CT_GS_CUT * f->cov[2 * a]),
@@ -99,13 +99,13 @@ void plain_forward(void *arg)
 	p->pixels = 0;
 	for (size_t i = 0; i < p->n; i++) {
 		const double *x = p->x + i * P;
-		struct ct_foot f;
+		struct ct_footprint f;
 		long box[4];
 		double amp;
 
-		ct_blob_make(&p->b[i], x + CT_GS_POS, x + CT_GS_SCALE, x + CT_GS_ROT,
+		ct_gaussian_make(&p->b[i], x + CT_GS_POS, x + CT_GS_SCALE, x + CT_GS_ROT,
 			x[CT_GS_RAW] * (x[CT_GS_RAW] < 0 ? 0.25 : 1));
-		if (!ct_foot_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
+		if (!ct_footprint_ref_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
 			continue;
 		amp = p->b[i].rho * f.mu;
 		for (long r = box[2]; r < box[3]; r++)
@@ -129,12 +129,12 @@ void plain_backward(void *arg)
 
 	for (size_t i = 0; i < p->n; i++) {
 		double s[6] = {0}, *grad = p->grad + i * P;
-		struct ct_foot_grad fg;
-		struct ct_foot f;
+		struct ct_gaussian_gradient fg;
+		struct ct_footprint f;
 		long box[4];
 
 		memset(grad, 0, P * sizeof *grad);
-		if (!ct_foot_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
+		if (!ct_footprint_ref_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
 			continue;
 		for (long r = box[2]; r < box[3]; r++)
 			for (long c = box[0]; c < box[1]; c++) {
@@ -152,9 +152,9 @@ void plain_backward(void *arg)
 				s[4] += e * u * v;
 				s[5] += e * v * v;
 			}
-		ct_foot_back(&fg, &f, &p->cam, &p->b[i], s);
+		ct_footprint_ref_backward(&fg, &f, &p->cam, &p->b[i], s);
 		memcpy(grad + CT_GS_POS, fg.p, sizeof fg.p);
-		ct_blob_back(grad + CT_GS_SCALE, grad + CT_GS_ROT, fg.shape, &p->b[i],
+		ct_gaussian_backward(grad + CT_GS_SCALE, grad + CT_GS_ROT, fg.shape, &p->b[i],
 			p->x + i * P + CT_GS_ROT);
 		grad[CT_GS_RAW] = fg.rho * (p->x[i * P + CT_GS_RAW] < 0 ? 0.25 : 1);
 	}
@@ -232,7 +232,7 @@ void plain_loss(void *arg)
 	}
 }
 
-/* The voxels of a brick's box, in x fastest order, with the conditional coordinates. */
+/* The voxels of a Gaussian's box, in x fastest order, with the conditional coordinates. */
 struct voxel {
 	size_t at;
 	double x, y, z, e;
@@ -263,7 +263,7 @@ static void sum_voxel(struct plain *p, const struct voxel *v, double *s, double 
 	s[9] += e * v->z * v->z;
 }
 
-static void each_voxel(struct plain *p, const struct ct_brick *b, voxel_fn *fn, double *s)
+static void each_voxel(struct plain *p, const struct ct_voxel_gaussian *b, voxel_fn *fn, double *s)
 {
 	const double var[3] = {
 		b->var[0] + b->s01 * b->s01 * b->var[1] + b->s02 * b->s02 * b->var[2],
@@ -302,12 +302,12 @@ void plain_tv(void *arg)
 	struct plain *p = arg;
 	const size_t *n = p->block.n, step[3] = {1, n[0], n[0] * n[1]};
 	size_t count = n[0] * n[1] * n[2];
-	struct ct_brick k;
+	struct ct_voxel_gaussian k;
 
 	memset(p->vox, 0, count * sizeof *p->vox);
 	memset(p->dvox, 0, count * sizeof *p->dvox);
 	for (size_t i = 0; i < p->n; i++)
-		if (ct_brick_of(&k, &p->block, &p->b[i]))
+		if (ct_voxelise_gaussian(&k, &p->block, &p->b[i]))
 			each_voxel(p, &k, add_voxel, NULL);
 	for (size_t i = 0; i < count; i++) {
 		const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
@@ -323,13 +323,13 @@ void plain_tv(void *arg)
 	}
 	for (size_t i = 0; i < p->n; i++) {
 		double s[10] = {0}, dl[3], dq[4], *grad = p->grad + i * P;
-		struct ct_foot_grad fg;
+		struct ct_gaussian_gradient fg;
 
-		if (!ct_brick_of(&k, &p->block, &p->b[i]))
+		if (!ct_voxelise_gaussian(&k, &p->block, &p->b[i]))
 			continue;
 		each_voxel(p, &k, sum_voxel, s);
-		ct_brick_back(&fg, &p->block, &k, &p->b[i], s);
-		ct_blob_back(dl, dq, fg.shape, &p->b[i], p->x + i * P + CT_GS_ROT);
+		ct_voxelise_backward_one(&fg, &p->block, &k, &p->b[i], s);
+		ct_gaussian_backward(dl, dq, fg.shape, &p->b[i], p->x + i * P + CT_GS_ROT);
 		for (int a = 0; a < 3; a++) {
 			grad[CT_GS_POS + a] += fg.p[a];
 			grad[CT_GS_SCALE + a] += dl[a];

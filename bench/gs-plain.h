@@ -2,13 +2,15 @@
  * functions of libm, on one thread. What b-gs measures the library against. */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
-#include "gs/voxel.h"
+#include "gs/footprint-ref.h"
+#include "gs/rasterise.h"
+#include "gs/voxelise.h"
 
 struct plain {
 	struct ct_camera cam;
 	struct ct_block block;
 	size_t n;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double *x, *grad, *m, *v;  /* n x 11: parameters, gradient, moments */
 	double *img, *dimg;        /* h x w */
 	double *base, *y, *map[8]; /* h x w */
@@ -22,7 +24,7 @@ struct plain {
 void plain_init(struct plain *p, const struct ct_gauss *g, const struct ct_camera *c,
 	const struct ct_block *k, const float *base, const float *y, double scale);
 void plain_free(struct plain *p);
-/* Each takes a struct plain: parameters to blobs and image; image to loss and dimg; dimg to the
+/* Each takes a struct plain: parameters to Gaussians and image; image to loss and dimg; dimg to the
  * gradient; a block with its TV, added to the gradient; a step of Adam; all of them. */
 void plain_forward(void *arg);
 void plain_loss(void *arg);

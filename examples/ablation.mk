@@ -86,7 +86,7 @@ define row
 @$(TIME) -o $@.time -f %e sh -ec '$(1)'
 @ct-metrics $(@D)/hr.nii $@.nii | awk '$$1 == "psnr" || $$1 == "ssim-r2" {printf "%s ", $$2}' >$@.part
 @n=-; [ ! -f $@.ply ] || n=$$(ct-info $@.ply | awk '$$1 == "gaussians" {print $$2; exit}'); \
-	echo "$$(cat $@.time) $$n" >>$@.part; rm -f $@.time $@.nii $@.ply $@.residual.nii; mv $@.part $@
+	echo "$$(cat $@.time) $$n" >>$@.part; rm -f $@.time $@.nii $@.ply; mv $@.part $@
 endef
 fit = ct-nabgs -q -f -n $(ITERATIONS) -x $(FACTOR)
 # published: activation and other options; ours: options; both of the projections $<
@@ -107,8 +107,7 @@ define source
 %/$(1)-gaussians.row: %/$(1).exr %/tv.nii
 	$$(call ours,)
 %/$(1)-voxels.row: %/$(1).exr %/tv.nii
-	$$(call row,ct-nabgs -q -f --voxels --lr $$(@D)/lr.nii --base $$(@D)/tv.nii $$< $$@.residual.nii; \
-		ct-compose -q -f $$(@D)/tv.nii $$@.residual.nii $$@.nii)
+	$$(call row,ct-fuse -q -f $$(@D)/tv.nii $$(@D)/lr.nii $$< $$@.nii)
 endef
 define activation
 %/$(1)-$(2).row: %/$(1).exr %/cubic.nii

@@ -52,10 +52,7 @@ enum ct_kind ct_sniff(const unsigned char *data, size_t n)
 
 const char *ct_kind_name(enum ct_kind kind)
 {
-	static const char *const names[] = {
-		"unknown", "volume", "stack", "Gaussians", "tensors", "DICOM", "picture"};
-
-	return names[kind];
+	return CT_WORD(CT_KIND_LIST, kind);
 }
 
 static int refuse(const char *path, enum ct_kind kind, struct ct_err *e)

@@ -5,23 +5,24 @@
 #include "core/stack.h"
 #include "core/tensors.h"
 #include "core/vol.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 
-enum ct_kind {
-	CT_KIND_UNKNOWN,
-	CT_KIND_VOLUME,  /* NIfTI, also in gzip */
-	CT_KIND_STACK,   /* OpenEXR */
-	CT_KIND_GAUSS,   /* PLY */
-	CT_KIND_TENSORS, /* safetensors */
-	CT_KIND_DICOM,   /* told apart only to say so */
-	CT_KIND_PICTURE, /* PNG, TIFF, JPEG: likewise */
-};
+#define CT_KIND_LIST(X)                                                                            \
+	X(CT_KIND_UNKNOWN, "unknown")                                                              \
+	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip */                                    \
+	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
+	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
+	X(CT_KIND_TENSORS, "tensors") /* safetensors */                                            \
+	X(CT_KIND_DICOM, "DICOM")     /* told apart only to say so */                              \
+	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
+enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
 /* As many first bytes of a file tell all kinds apart. */
 enum { CT_SNIFF = 352 };
 
 enum ct_kind ct_sniff(const unsigned char *data, size_t n);
-/* "volume", "stack", "Gaussians", "tensors", ... */
+/* Its word. */
 const char *ct_kind_name(enum ct_kind kind);
 
 /* Is the file a stack, by its first bytes? "-" is taken for one. CT_EINPUT. */

@@ -143,7 +143,10 @@ static int list_parts(struct reader *d)
 /* Size of a part's data window; flat scanlines only. */
 static int part_size(struct reader *d, const struct part *p, size_t *h, size_t *w, int *y0)
 {
-	static const char *const kinds[] = {"scanlines", "tiles", "deep scanlines", "deep tiles"};
+	static const char *const kinds[] = {[EXR_STORAGE_SCANLINE] = "scanlines",
+		[EXR_STORAGE_TILED] = "tiles",
+		[EXR_STORAGE_DEEP_SCANLINE] = "deep scanlines",
+		[EXR_STORAGE_DEEP_TILED] = "deep tiles"};
 	exr_storage_t storage = EXR_STORAGE_SCANLINE;
 	exr_attr_box2i_t box;
 	exr_result_t r = exr_get_storage(d->c, p->index, &storage);
@@ -156,7 +159,8 @@ static int part_size(struct reader *d, const struct part *p, size_t *h, size_t *
 	if (storage != EXR_STORAGE_SCANLINE)
 		return ct_fail(d->e, CT_EINPUT, "%s: %s holds %s; only flat scanlines are read",
 			d->path, p->name,
-			storage < EXR_STORAGE_LAST_TYPE ? kinds[storage] : "something else");
+			(size_t)storage < sizeof kinds / sizeof *kinds ? kinds[storage]
+								       : "something else");
 	nw = (int64_t)box.max.x - box.min.x + 1;
 	nh = (int64_t)box.max.y - box.min.y + 1;
 	if (nw < 1 || nh < 1 || nw > MOST_SIDE || nh > MOST_SIDE)

@@ -1,26 +1,43 @@
 /* hash.c: see hash.h. */
 #include "config.h"
-#include "formats/hash.h"
+#include "core/mem.h"
+#include "formats/hash-impl.h"
 
+#include <stdlib.h>
 #include <string.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
-int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct_piece *piece,
-	struct ct_err *e)
+int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
 {
+	if (ct_alloc(h, 1, sizeof **h, e))
+		return -1;
+	XXH3_128bits_reset(&(*h)->state);
+	return 0;
+}
+
+int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *path, struct ct_err *e)
+{
+	const XXH128_hash_t h = XXH3_128bits_digest(&hash->state);
 	size_t len = strlen(path), from;
-	XXH3_state_t state;
-	XXH128_hash_t h;
 
 	while (len > 1 && path[len - 1] == '/') /* a folder */
 		len--;
 	for (from = len; from > 0 && path[from - 1] != '/'; from--)
 		;
-	XXH3_128bits_reset(&state);
-	for (size_t i = 0; i < n; i++)
-		XXH3_128bits_update(&state, piece[i].data, piece[i].bytes);
-	h = XXH3_128bits_digest(&state);
 	return ct_meta_setf(m, e, "input", "%.*s xxh3:%016llx%016llx", (int)(len - from),
 		path + from, (unsigned long long)h.high64, (unsigned long long)h.low64);
+}
+
+int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct_piece *piece,
+	struct ct_err *e)
+{
+	struct ct_hash *h;
+	int rc;
+
+	if (ct_hash_alloc(&h, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		CT_SIMD(ct_hash_add)(h, piece[i].data, piece[i].bytes);
+	rc = ct_hash_input(h, m, path, e);
+	free(h);
+	return rc;
 }

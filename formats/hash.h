@@ -3,6 +3,7 @@
 #define CT_FORMATS_HASH_H
 #include "core/err.h"
 #include "core/meta.h"
+#include "core/simd.h"
 
 #include <stddef.h>
 
@@ -16,5 +17,14 @@ struct ct_piece {
  * (sizes, geometry, float data), so that a file and its gzip have one hash. CT_ENOMEM. */
 int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct_piece *piece,
 	struct ct_err *e);
+
+/* The same in steps, for readers whose pieces come one by one and are in the cache then. To be
+ * freed with free(). */
+struct ct_hash;
+int ct_hash_alloc(struct ct_hash **h, struct ct_err *e);
+int ct_hash_input(const struct ct_hash *h, struct ct_meta *m, const char *path, struct ct_err *e);
+
+/* A kernel (core/simd.h): the hash is made for vectors. */
+CT_SIMD_DECLARE(void, ct_hash_add, (struct ct_hash * h, const void *data, size_t bytes));
 
 #endif

@@ -206,19 +206,25 @@ static int read_extensions(struct source *s, const struct ct_nii *h, struct ct_m
 	return skip_to(s, start, block, e);
 }
 
+/* The voxels go into the hash while they are in the cache. */
 static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *v,
-	unsigned char *block, struct ct_err *e)
+	struct ct_hash *hash, unsigned char *block, struct ct_err *e)
 {
 	const size_t bytes = ct_voxel_bytes((int)h->type), total = ct_vol_count(v);
+	const bool as_is = (int)h->type == CT_V_F32 && !h->swap && h->slope == 1 && h->inter == 0;
 
 	for (size_t done = 0, n; done < total; done += n) {
+		float *out = v->data + done;
+
 		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
-		if (take(s, block, n * bytes, e))
+		if (take(s, as_is ? (void *)out : block, n * bytes, e))
 			return -1;
 		if (h->swap)
 			ct_voxels_swap(n, bytes, block);
-		ct_voxels_float(
-			n, v->data + done, (enum ct_voxel)(int)h->type, block, h->slope, h->inter);
+		if (!as_is)
+			ct_voxels_float(
+				n, out, (enum ct_voxel)(int)h->type, block, h->slope, h->inter);
+		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
 	}
 	return 0;
 }
@@ -243,13 +249,16 @@ static int make_volume(
 	return 0;
 }
 
-static int set_input(struct ct_vol *v, const char *name, struct ct_err *e)
+/* What stands before the voxels in the hash: sizes and geometry. */
+static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_err *e)
 {
 	const uint64_t n[3] = {v->n[0], v->n[1], v->n[2]};
-	const struct ct_piece piece[] = {{n, sizeof n}, {v->affine, sizeof v->affine},
-		{v->data, ct_vol_count(v) * sizeof *v->data}};
 
-	return ct_meta_input(&v->meta, name, 3, piece, e);
+	if (ct_hash_alloc(hash, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(*hash, n, sizeof n);
+	CT_SIMD(ct_hash_add)(*hash, v->affine, sizeof v->affine);
+	return 0;
 }
 
 int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
@@ -258,6 +267,7 @@ int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_
 	struct ct_nii h = {0};
 	double affine[3][4];
 	unsigned char *block = NULL;
+	struct ct_hash *hash = NULL;
 	int rc = -1, code;
 
 	if (ct_alloc(&block, BLOCK, 1, e) || source_open(&s, f, e) || read_header(&s, &h, e) ||
@@ -266,14 +276,16 @@ int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_
 		goto out;
 	memcpy(v->affine, affine, sizeof affine);
 	ct_meta_drop(&v->meta, "nifti.code");
-	if (ct_vol_check_grid(v, e) || read_voxels(&s, &h, v, block, e) || drain(&s, block, e) ||
+	if (ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
+		read_voxels(&s, &h, v, hash, block, e) || drain(&s, block, e) ||
 		(code != 1 && ct_meta_setf(&v->meta, e, "nifti.code", "%d", code)) ||
-		set_input(v, name, e))
+		ct_hash_input(hash, &v->meta, name, e))
 		goto out;
 	rc = 0;
 out:
 	source_close(&s);
 	free(block);
+	free(hash);
 	if (rc) {
 		ct_vol_free(v);
 		ct_blame(e, name);

@@ -15,14 +15,15 @@
 #define CT_FORMATS_NIFTI_H
 #include "core/env.h"
 #include "core/vol.h"
+#include "core/words.h"
 
 #include <stdio.h>
 
-enum ct_nifti_type {
-	CT_NIFTI_AUTO, /* int16 if every voxel is an integer that fits, else float32 */
-	CT_NIFTI_I16,  /* rounded; CT_ENUMERIC if a voxel does not fit */
-	CT_NIFTI_F32
-};
+#define CT_NIFTI_LIST(X)                                                                           \
+	X(CT_NIFTI_AUTO, "auto") /* int16 if every voxel is an integer that fits, else float32 */  \
+	X(CT_NIFTI_I16, "i16")   /* rounded; CT_ENUMERIC if a voxel does not fit */                \
+	X(CT_NIFTI_F32, "f32")
+enum ct_nifti_type { CT_NIFTI_LIST(CT_WORD_VALUE) };
 
 /* One volume from a stream that `name` names in messages. *v must be zero and stays so on
  * failure. CT_EINPUT: not NIfTI, unsupported, truncated, corrupt; CT_EGEOM: voxel sizes or

@@ -14,11 +14,11 @@ enum { BLOCK = 1 << 18 };
 
 int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e)
 {
+#define NAME(value, word) {word, value},
 	static const struct {
 		const char *name;
 		enum ct_voxel type;
-	} names[] = {{"u8", CT_V_U8}, {"i8", CT_V_I8}, {"u16", CT_V_U16}, {"i16", CT_V_I16},
-		{"u32", CT_V_U32}, {"i32", CT_V_I32}, {"f32", CT_V_F32}, {"f64", CT_V_F64}};
+	} names[] = {CT_RAW_LIST(NAME)};
 	const size_t len = strcspn(word, ":");
 
 	*big = strcmp(word + len, ":be") == 0;
@@ -30,7 +30,7 @@ int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err 
 				return 0;
 			}
 	return ct_fail(e, CT_EUSAGE,
-		"--raw: '%s' is not one of u8 i8 u16 i16 u32 i32 f32 f64, with :be if big-endian",
+		"--raw: '%s' is not one of" CT_RAW_LIST(CT_WORD_SPACE) ", with :be if big-endian",
 		word);
 }
 

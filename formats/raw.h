@@ -2,7 +2,19 @@
 #ifndef CT_FORMATS_RAW_H
 #define CT_FORMATS_RAW_H
 #include "core/vol.h"
+#include "core/words.h"
 #include "formats/voxels.h"
+
+/* The types that have a name here. */
+#define CT_RAW_LIST(X)                                                                             \
+	X(CT_V_U8, "u8")                                                                           \
+	X(CT_V_I8, "i8")                                                                           \
+	X(CT_V_U16, "u16")                                                                         \
+	X(CT_V_I16, "i16")                                                                         \
+	X(CT_V_U32, "u32")                                                                         \
+	X(CT_V_I32, "i32")                                                                         \
+	X(CT_V_F32, "f32")                                                                         \
+	X(CT_V_F64, "f64")
 
 struct ct_raw {
 	size_t n[3]; /* width, height, depth: the first runs fastest */

@@ -55,9 +55,9 @@ EXTRA_DIST += src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/
 	src/tools/montage.h man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
-ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-data.c src/tools/nabgs-data.h \
-	src/tools/nabgs-state.c src/tools/nabgs-state.h \
-	src/tools/nabgs-voxels.c src/tools/nabgs-voxels.h
+ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-state.c src/tools/nabgs-state.h
+bin_PROGRAMS += ct-fuse
+ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
 # The shipped prior; its copy beside the programs serves a build folder.

@@ -7,7 +7,7 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 	CT_TOOLS='$(bin_PROGRAMS)'; unset CT_THREADS OMP_NUM_THREADS; \
 	export LC_ALL PATH srcdir builddir CT_TOOLS;
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
-EXTRA_DIST += tests/tap.sh tests/tap.h
+EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
@@ -31,13 +31,13 @@ tests_t_consistency_SOURCES = tests/t-consistency.c
 tests_t_edges_SOURCES = tests/t-edges.c
 check_PROGRAMS += tests/t-splat
 tests_t_splat_SOURCES = tests/t-splat.c
-check_PROGRAMS += tests/t-lowres
-tests_t_lowres_SOURCES = tests/t-lowres.c
-check_PROGRAMS += tests/t-voxel
-check_PROGRAMS += tests/t-voxel tests/t-extreme tests/t-fit-extreme
+check_PROGRAMS += tests/t-loss-lowres
+tests_t_loss_lowres_SOURCES = tests/t-loss-lowres.c
+check_PROGRAMS += tests/t-voxelise
+check_PROGRAMS += tests/t-voxelise tests/t-extreme tests/t-fit-extreme
 tests_t_fit_extreme_SOURCES = tests/t-fit-extreme.c
 tests_t_extreme_SOURCES = tests/t-extreme.c
-tests_t_voxel_SOURCES = tests/t-voxel.c
+tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
@@ -111,8 +111,26 @@ tests_t_dc_SOURCES = tests/t-dc.c
 tests_t_tv_SOURCES = tests/t-tv.c
 check_PROGRAMS += tests/t-joint
 tests_t_joint_SOURCES = tests/t-joint.c
-dist_check_SCRIPTS += tests/t-nabgs-voxels.sh
+dist_check_SCRIPTS += tests/t-ct-fuse.sh
 dist_check_SCRIPTS += tests/t-ct-upsample.sh
 check_PROGRAMS += tests/t-fdk
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh
+dist_check_SCRIPTS += tests/t-cost.sh
+# The vectors at each level.
+if SIMD_LEVELS
+check_PROGRAMS += tests/t-vec-v2 tests/t-vec-v3 tests/t-vec-v4
+tests_t_vec_v2_SOURCES = tests/t-vec.c
+tests_t_vec_v2_CFLAGS = $(AM_CFLAGS) -march=x86-64-v2 -DCT_SIMD_LEVEL=2
+tests_t_vec_v3_SOURCES = tests/t-vec.c
+tests_t_vec_v3_CFLAGS = $(AM_CFLAGS) -march=x86-64-v3 -DCT_SIMD_LEVEL=3
+tests_t_vec_v4_SOURCES = tests/t-vec.c
+tests_t_vec_v4_CFLAGS = $(AM_CFLAGS) -march=x86-64-v4 -DCT_SIMD_LEVEL=4
+else
+check_PROGRAMS += tests/t-vec-v1
+tests_t_vec_v1_SOURCES = tests/t-vec.c
+tests_t_vec_v1_CFLAGS = $(AM_CFLAGS) -DCT_SIMD_LEVEL=1
+endif
+dist_check_SCRIPTS += tests/t-levels.sh
+check_PROGRAMS += tests/t-solve
+tests_t_solve_SOURCES = tests/t-solve.c

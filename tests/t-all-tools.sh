@@ -36,6 +36,7 @@ missing ct-project none.nii new.exr
 missing ct-fdk none.exr new.nii
 missing ct-ddnm -x 2 none.exr new.exr
 missing ct-nabgs --base none.nii none.exr new.ply
+missing ct-fuse none.nii none.nii none.exr new.nii
 missing ct-compose none.nii none.ply new.nii
 missing ct-metrics none.nii none.nii
 missing ct-info none.nii

@@ -1,46 +1,19 @@
 /* Algebra of the block-mean operator: properties, not stored numbers. */
 #include "config.h"
 #include "diffusion/block-mean.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <string.h>
 
 enum { H = 3, W = 5, S = 4, NY = H * W, NX = NY * S * S };
 
-static float rnd(unsigned *st)
-{
-	*st = *st * 1664525u + 1013904223u;
-	return (float)(*st >> 8) / 8388608.0f - 1.0f;
-}
-
-static double dot(size_t n, const float *a, const float *b)
-{
-	double s = 0;
-
-	for (size_t i = 0; i < n; i++)
-		s += (double)a[i] * (double)b[i];
-	return s;
-}
-
-static double maxdiff(size_t n, const float *a, const float *b)
-{
-	double m = 0;
-
-	for (size_t i = 0; i < n; i++)
-		m = fmax(m, fabs((double)a[i] - (double)b[i]));
-	return m;
-}
-
 int main(void)
 {
 	float x[NX], x0[NX], up[NX], y[NY], ax[NY];
 	double c[NY], d[NY], cc = 0, cd = 0;
-	unsigned st = 1;
 
-	for (int i = 0; i < NX; i++)
-		x[i] = rnd(&st);
-	for (int i = 0; i < NY; i++)
-		y[i] = rnd(&st);
+	ct_rng_normals(NX, x, 1, 1, 0);
+	ct_rng_normals(NY, y, 1, 2, 0);
 	memcpy(x0, x, sizeof x);
 
 	ct_box_up(H, W, S, up, y);

@@ -5,22 +5,13 @@
 #include "xray/phantom.h"
 #include "xray/project.h"
 #include "xray/scan.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-static struct ct_err err;
 static const char *const methods[] = {"Siddon", "Joseph"};
-
-static void must(int rc)
-{
-	if (rc) {
-		printf("Bail out! %s\n", err.msg);
-		exit(99);
-	}
-}
 
 /* A grid about the origin whose axis a runs along world axis to[a], backwards if flip; random. */
 static struct ct_vol grid(const size_t n[3], const double mm[3], const int to[3], bool flip)
@@ -51,27 +42,6 @@ static struct ct_scan scan_of(
 	s.h = h;
 	s.pitch[0] = s.pitch[1] = pitch;
 	return s;
-}
-
-static double dot(size_t n, const float *a, const float *b)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < n; i++)
-		sum += (double)a[i] * (double)b[i];
-	return sum;
-}
-
-/* Largest difference over largest value. */
-static double apart(size_t n, const float *a, const float *b)
-{
-	double worst = 0, most = 0;
-
-	for (size_t i = 0; i < n; i++) {
-		worst = fmax(worst, fabs((double)a[i] - (double)b[i]));
-		most = fmax(most, fabs((double)b[i]));
-	}
-	return most > 0 ? worst / most : worst;
 }
 
 struct result {

@@ -1,11 +1,13 @@
 /* Errors, sizes, metadata, random numbers, threads, grids. */
 #include "config.h"
+#include "core/clock.h"
 #include "core/env.h"
 #include "core/mem.h"
 #include "core/meta.h"
 #include "core/rng.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 #include "tap.h"
 
 #include <stdint.h>
@@ -186,8 +188,41 @@ static void test_stack(void)
 	ct_stack_free(&fine);
 }
 
+#define SOME(X) X(SOME_A, "a") X(SOME_AB, "a-b")
+#define MORE(X) X(SOME_C, "c")
+enum some { SOME(CT_WORD_VALUE) SOMES };
+enum { SOME_C = SOMES };
+
+static void test_words(void)
+{
+	OK(strcmp(CT_WORDS(SOME), "a|a-b") == 0, "the words of a list");
+	OK(strcmp(CT_WORDS_TWO(SOME, MORE), "a|a-b|c") == 0, "and of two");
+	OK(strcmp("of" SOME(CT_WORD_SPACE), "of a a-b") == 0, "in prose");
+	OK(strcmp(CT_WORD(SOME, SOME_AB), "a-b") == 0, "the word of a value");
+	OK(ct_words_find(CT_WORDS(SOME), "a-b") == SOME_AB, "the value of a word");
+	OK(ct_words_find(CT_WORDS_TWO(SOME, MORE), "c") == SOME_C, "of the second list");
+	OK(ct_words_find(CT_WORDS(SOME), "a-") == -1 && ct_words_find(CT_WORDS(SOME), "") == -1 &&
+			ct_words_find(CT_WORDS(SOME), "a|a-b") == -1,
+		"no part of one");
+}
+
+static void test_clock(void)
+{
+	double wall = ct_clock_wall(), cpu = ct_clock_cpu(), before;
+
+	ct_clock_sleep(0.05);
+	OK(ct_clock_wall() - wall >= 0.05, "a sleep takes its time");
+	OK(ct_clock_cpu() - cpu < 0.04, "and none of the processor");
+	before = ct_clock_cpu();
+	while (ct_clock_cpu() - before < 0.01)
+		;
+	OK(ct_clock_wall() - wall < 60, "work counts as CPU time");
+}
+
 int main(void)
 {
+	test_clock();
+	test_words();
 	test_sizes();
 	test_meta();
 	test_rng();

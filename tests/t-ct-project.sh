@@ -15,7 +15,7 @@ exits 2 'which is the whole geometry' ct-project --like m.exr -n 4 m.nii new.exr
 exits 0 'closed form' ct-phantom $small -p -n 5 marks exact.exr
 exits 2 'options of a scan need --project' ct-phantom $small -n 5 marks new.nii
 exits 2 'no such phantom' ct-phantom $small cat new.nii
-has err "no phantom 'cat'" 'and says so'
+has err "'cat' is not one of ellipsoids|" 'and says so'
 exits 2 'no such beam' ct-project --beam laser m.nii new.exr
 exits 2 'a window that contradicts the file' ct-project -w -512:3071 m.nii new.exr
 has err '-512:3071' 'names both'

@@ -4,34 +4,10 @@
 #include "core/rng.h"
 #include "resolution/consistency.h"
 #include "resolution/svd.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static float *numbers(size_t n, uint64_t seed)
-{
-	float *x = malloc(n * sizeof *x);
-
-	if (!x)
-		exit(1);
-	ct_rng_normals(n, x, seed, 0, 0);
-	for (size_t i = 0; i < n; i++)
-		x[i] *= 400;
-	return x;
-}
-
-static double norm(const float *a, const float *b, size_t n)
-{
-	double s = 0;
-
-	for (size_t i = 0; i < n; i++) {
-		double d = (double)a[i] - (b ? (double)b[i] : 0);
-
-		s += d * d;
-	}
-	return sqrt(s);
-}
 
 /* The dense matrix of a table. */
 static double *dense(const struct ct_taps *t)
@@ -84,15 +60,13 @@ static void test_factor(void)
 	for (size_t o = 0; o < sizeof operators / sizeof *operators; o++) {
 		struct ct_taps t = {0}, inverse = {0}, dd = {0}, ddd = {0};
 		struct ct_factor f = {0};
-		struct ct_err e;
 		double worst = 0, back = 0, *a, *b;
 
-		if (ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
-			    operators[o].decimate, &e) ||
-			ct_factor_alloc(&f, &t, &e) || ct_factor_pinv(&inverse, &f, &e) ||
-			ct_taps_product(&dd, &inverse, &t, &e) ||
-			ct_taps_product(&ddd, &t, &dd, &e))
-			exit(1);
+		must(ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
+			     operators[o].decimate, &err) ||
+			ct_factor_alloc(&f, &t, &err) || ct_factor_pinv(&inverse, &f, &err) ||
+			ct_taps_product(&dd, &inverse, &t, &err) ||
+			ct_taps_product(&ddd, &t, &dd, &err));
 		a = dense(&t);
 		b = dense(&ddd);
 		for (size_t m = 0; m < f.m; m++)
@@ -125,11 +99,10 @@ static void test_singular_values(void)
 {
 	struct ct_taps t = {0};
 	struct ct_factor f = {0};
-	struct ct_err e;
 	double worst = 0;
 
-	if (ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &e) || ct_factor_alloc(&f, &t, &e))
-		exit(1);
+	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) ||
+		ct_factor_alloc(&f, &t, &err));
 	for (size_t k = 0; k < 16; k++) {
 		double q = (double)k / 128, want = exp(-2 * M_PI * M_PI * 1.7 * 1.7 * q * q) / 2;
 
@@ -140,8 +113,8 @@ static void test_singular_values(void)
 		"condition");
 	ct_factor_free(&f);
 	ct_taps_free(&t);
-	if (ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &e) || ct_factor_alloc(&f, &t, &e))
-		exit(1);
+	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) ||
+		ct_factor_alloc(&f, &t, &err));
 	OK(f.lost > 0 && f.condition <= CT_FACTOR_LIMIT,
 		"a blur too wide to undo: %zu frequencies given up", f.lost);
 	ct_factor_free(&f);
@@ -162,25 +135,22 @@ struct bench {
 
 static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
 {
-	struct ct_err e;
 
 	*b = (struct bench){.voxels = 1, .samples = 1};
 	memcpy(b->n, sizes[c], sizeof b->n);
-	if (ct_degrade_plan(&b->d, &cases[c], b->n, par, &e))
-		exit(1);
+	must(ct_degrade_plan(&b->d, &cases[c], b->n, par, &err));
 	for (int a = 0; a < 3; a++) {
 		b->m[a] = b->d.t[a].n_out;
 		b->voxels *= b->n[a];
 		b->samples *= b->m[a];
 	}
-	b->x = numbers(b->voxels, 1);
-	b->start = numbers(b->voxels, 1);
-	b->y = numbers(b->samples, 2);
-	b->dx = numbers(b->samples, 3);
-	if (ct_dc_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &e) ||
+	b->x = normals(b->voxels, 1, 0, 400);
+	b->start = normals(b->voxels, 1, 0, 400);
+	b->y = normals(b->samples, 2, 0, 400);
+	b->dx = normals(b->samples, 3, 0, 400);
+	must(ct_dc_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &err) ||
 		ct_alloc(&b->scratch, ct_par_threads(par) * ct_dc_scratch(&b->dc), sizeof(float),
-			&e))
-		exit(1);
+			&err));
 }
 
 static void tear_down(struct bench *b)
@@ -199,35 +169,32 @@ static void test_exact(void)
 	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
 		struct ct_separable plus = {0};
 		struct bench b;
-		struct ct_err e;
 		float *other, *hi;
 		double off, inside = 0;
 
 		set_up(&b, c, 0, NULL);
 		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
-		off = norm(b.dx, b.y, b.samples) / norm(b.y, NULL, b.samples);
+		off = rms(b.samples, b.dx, b.y) / rms(b.samples, b.y, NULL);
 		OK(off < 1e-5, "case %zu: D x = y after one step (%.2g)", c, off);
 
 		/* the nearest one: the same as x + D+ (y - D x) in double */
-		other = numbers(b.voxels, 1);
-		hi = numbers(b.voxels, 9);
-		if (ct_dc_pinv_plan(&plus, &cases[c], b.n, NULL, &e))
-			exit(1);
+		other = normals(b.voxels, 1, 0, 400);
+		hi = normals(b.voxels, 9, 0, 400);
+		must(ct_dc_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
 		ct_dc_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
-		off = norm(other, b.x, b.voxels) / norm(b.x, NULL, b.voxels);
+		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
 		for (size_t i = 0; i < b.voxels;
 			i++) /* what is added is at right angles to the rest */
 			inside += ((double)b.x[i] - (double)b.start[i]) *
 				  ((double)other[i] - (double)b.x[i]);
 		ct_separable_apply(&b.d, b.dx, other, NULL);
-		OK(norm(b.dx, b.y, b.samples) < 1e-5 * norm(b.y, NULL, b.samples) &&
-				isfinite(inside),
+		OK(rms(b.samples, b.dx, b.y) < 1e-5 * rms(b.samples, b.y, NULL) && isfinite(inside),
 			"case %zu: exact in double", c);
 		memcpy(other, b.x, b.voxels * sizeof *other);
 		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
-		off = norm(other, b.x, b.voxels) / norm(b.x, NULL, b.voxels);
+		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: twice is once (%.2g)", c, off);
 		free(other);
 		free(hi);
@@ -240,29 +207,30 @@ static void test_noise(void)
 {
 	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
 		struct bench b;
-		double rms, step, hard, moved;
+		double miss, step, hard, moved;
 
 		set_up(&b, c, 100, NULL);
 		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
-		rms = norm(b.dx, b.y, b.samples) / sqrt((double)b.samples);
-		NEAR(rms, 100, 0.01, "noise: the bound is met, and no more");
-		step = norm(b.x, b.start, b.voxels);
+		miss = rms(b.samples, b.dx, b.y);
+		NEAR(miss, 100, 0.01, "noise: the bound is met, and no more");
+		step = rms(b.voxels, b.x, b.start);
 		memcpy(b.start, b.x, b.voxels * sizeof *b.x);
 		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
-		OK(norm(b.x, b.start, b.voxels) < 1e-3 * step, "within the bound nothing moves");
+		OK(rms(b.voxels, b.x, b.start) < 1e-3 * step, "within the bound nothing moves");
 		/* the movement that the coefficients tell is that of the volume */
 		for (size_t i = 0; i < b.voxels; i++)
 			b.x[i] += (float)(300 * sin((double)i));
 		for (size_t k = 0; k < b.n[2]; k++)
 			ct_dc_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
-		step = norm(b.x, b.start, b.voxels);
+		step = rms(b.voxels, b.x, b.start);
 		moved = ct_dc_correct(&b.dc, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
 			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.x + k * b.n[0] * b.n[1],
 				b.scratch);
-		hard = norm(b.x, b.start, b.voxels);
-		NEAR(sqrt(step * step + moved) / hard, 1, 1e-4, "movement from coefficients");
+		hard = rms(b.voxels, b.x, b.start);
+		NEAR(sqrt(step * step + moved / (double)b.voxels) / hard, 1, 1e-4,
+			"movement from coefficients");
 		tear_down(&b);
 	}
 }
@@ -270,11 +238,9 @@ static void test_noise(void)
 static void test_threads(void)
 {
 	struct ct_par *par = NULL;
-	struct ct_err e;
 	struct bench a, b;
 
-	if (ct_par_alloc(&par, 3, &e))
-		exit(1);
+	must(ct_par_alloc(&par, 3, &err));
 	set_up(&a, 0, 50, NULL);
 	set_up(&b, 0, 50, par);
 	ct_dc_apply(&a.dc, a.x, a.scratch, NULL);
@@ -289,12 +255,11 @@ static void test_refused(void)
 {
 	const size_t n[3] = {13, 8, 8};
 	struct ct_dc dc = {0};
-	struct ct_err e = {0};
 	float y[12] = {0};
 
 	OK(ct_dc_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y, 0, NULL,
-		   &e) < 0 &&
-			e.code == CT_EGEOM,
+		   &err) < 0 &&
+			err.code == CT_EGEOM,
 		"a grid that the cells do not cover is refused");
 }
 

@@ -10,16 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct ct_err e;
-
 static void gold(struct ct_tensors *w, const char *name)
 {
 	const char *top = getenv("srcdir");
 	char path[4096];
 
 	snprintf(path, sizeof path, "%s/tests/gold/%s.safetensors", top ? top : ".", name);
-	if (ct_tensors_read(path, w, &e)) {
-		printf("Bail out! %s\n", e.msg);
+	if (ct_tensors_read(path, w, &err)) {
+		printf("Bail out! %s\n", err.msg);
 		exit(99);
 	}
 }
@@ -28,7 +26,7 @@ static double number(const struct ct_tensors *w, const char *key)
 {
 	double x = NAN;
 
-	if (ct_meta_numbers(&w->meta, key, 1, &x, &e))
+	if (ct_meta_numbers(&w->meta, key, 1, &x, &err))
 		exit(99);
 	return x;
 }
@@ -46,11 +44,11 @@ struct record {
 	float eps[3 * 32 * 32];
 };
 
-static int remember(void *ctx, double t, const float *x, float *eps, struct ct_err *err)
+static int remember(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
 	struct record *r = ctx;
 
-	if (r->net.eps(r->net.ctx[0], t, x, eps, err))
+	if (r->net.eps(r->net.ctx[0], t, x, eps, e))
 		return -1;
 	memcpy(r->eps, eps, sizeof r->eps);
 	return 0;
@@ -120,14 +118,14 @@ static void test(const struct ct_tensors *weights, const char *name)
 	y = ct_tensors_find(&w, "y");
 	want = ct_tensors_find(&w, "out");
 	n = ct_tensor_count(want);
-	if (ct_prior_alloc(&prior, weights, &e) || ct_prior_plan(&prior, 1, 32, 32, &e) ||
-		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &e) ||
+	if (ct_prior_alloc(&prior, weights, &err) || ct_prior_plan(&prior, 1, 32, 32, &err) ||
+		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err) ||
 		ct_schedule_times(&times, &nt, (size_t)number(&w, "steps"),
-			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &e) ||
+			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &err) ||
 		ct_op_alloc(&op, CT_OP_MEAN, y->dim[2], y->dim[3], (size_t)number(&w, "scale"), 0,
-			&e) ||
-		ct_alloc(&x, n, sizeof *x, &e)) {
-		printf("Bail out! %s\n", e.msg);
+			&err) ||
+		ct_alloc(&x, n, sizeof *x, &err)) {
+		printf("Bail out! %s\n", err.msg);
 		exit(99);
 	}
 	{
@@ -149,7 +147,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 			.normals = recorded,
 			.normals_ctx = &k};
 
-		OK(ct_ddnm(&d, x, y->data, NULL, &e) == 0, "%s runs", name);
+		OK(ct_ddnm(&d, x, y->data, NULL, &err) == 0, "%s runs", name);
 	}
 	for (size_t i = 0; i < n; i++) {
 		worst = fmax(worst, fabs((double)x[i] - (double)want->data[i]));

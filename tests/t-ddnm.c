@@ -4,7 +4,7 @@
 #include "core/rng.h"
 #include "diffusion/block-mean.h"
 #include "diffusion/ddnm.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -40,7 +40,7 @@ static int network(void *ctx, double t, const float *x, float *eps, struct ct_er
 	return 0;
 }
 
-static void normals(void *ctx, size_t draw, size_t n, float *z)
+static void supply(void *ctx, size_t draw, size_t n, float *z)
 {
 	(void)ctx;
 	ct_rng_normals(n, z, 5, draw, 0);
@@ -49,15 +49,6 @@ static void normals(void *ctx, size_t draw, size_t n, float *z)
 static struct ct_schedule schedule;
 static struct ct_operator mean, matched;
 static double scratch[NX * 2];
-
-static double maxdiff(size_t n, const float *a, const float *b)
-{
-	double m = 0;
-
-	for (size_t i = 0; i < n; i++)
-		m = a[i] == a[i] && b[i] == b[i] ? fmax(m, fabs((double)a[i] - (double)b[i])) : 1e9;
-	return m;
-}
 
 static struct ct_ddnm sampler(
 	struct oracle *o, const struct ct_operator *op, const int *t, size_t nt)
@@ -70,7 +61,7 @@ static struct ct_ddnm sampler(
 		.eta = 0.85,
 		.eps = network,
 		.eps_ctx = o,
-		.normals = normals};
+		.normals = supply};
 }
 
 static void down(const struct ct_operator *op, float *y, const float *x)
@@ -119,7 +110,7 @@ static void test_ddim(void)
 	struct ct_err e = {0};
 	double at = ct_abar(&schedule, 500), aj = ct_abar(&schedule, 400);
 
-	normals(NULL, 0, NX, xt);
+	supply(NULL, 0, NX, xt);
 	opinions(500, xt, eps);
 	for (size_t i = 0; i < NX; i++) {
 		x0[i] = (float)(((double)xt[i] - sqrt(1 - at) * (double)eps[i]) / sqrt(at));
@@ -190,8 +181,8 @@ static void test_plus(void)
 	struct ct_err e = {0};
 	double at = ct_abar(&schedule, 400);
 
-	normals(NULL, 0, NX, xt);
-	normals(NULL, 1, NX, z);
+	supply(NULL, 0, NX, xt);
+	supply(NULL, 1, NX, z);
 	ct_rng_normals(NY, y, 8, 0, 0);
 	opinions(400, xt, eps);
 	for (size_t i = 0; i < NX; i++)

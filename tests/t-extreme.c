@@ -3,8 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
-#include "gs/voxel.h"
+#include "gs/voxelise-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -14,31 +15,21 @@
 
 enum { H = 40, W = 56, COUNT = H * W };
 
-static void must(int rc, const struct ct_err *e)
-{
-	if (rc == 0)
-		return;
-	printf("Bail out! %s\n", e->msg);
-	exit(1);
-}
-
 /* Source 400 mm from the centre, detector 200 behind; pixels see 1.3 mm there. */
 static void look(struct ct_camera *c, enum ct_beam beam)
 {
 	const struct ct_view v = {
 		.source = {-400, 0, 0}, .centre = {200, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
-	struct ct_err e;
 
-	must(ct_camera_init(c, &v, beam, H, W, &e), &e);
+	must(ct_camera_init(c, &v, beam, H, W, &err));
 }
 
 static void put(
 	struct ct_gauss *g, const double p[3], const double s[3], const double q[4], double raw)
 {
-	struct ct_err e;
 	size_t i = g->n;
 
-	must(ct_gauss_reserve(g, i + 1, &e), &e);
+	must(ct_gauss_reserve(g, i + 1, &err));
 	g->gamma = 1;
 	for (size_t a = 0; a < 3; a++) {
 		g->pos[a][i] = (float)p[a];
@@ -53,28 +44,27 @@ static void put(
 /* What both directions give for a set; dimg is noise. */
 struct result {
 	float img[COUNT];
-	struct ct_gs_grad grad;
-	struct ct_blob *b;
+	struct ct_gradient grad;
+	struct ct_gaussian *b;
 };
 
 static void render(struct result *r, const struct ct_gauss *g, const struct ct_camera *c)
 {
-	size_t pitch = ct_dab_pitch(W);
+	size_t pitch = ct_rasterise_pitch(W);
 	struct ct_splat s = {0};
 	float *img, *dimg;
-	struct ct_err e;
 
 	*r = (struct result){0};
-	must(ct_alloc(&r->b, g->n, sizeof *r->b, &e), &e);
-	must(ct_alloc0(&img, H, pitch * sizeof *img, &e), &e);
-	must(ct_alloc0(&dimg, H, pitch * sizeof *img, &e), &e);
-	must(ct_gs_grad_reserve(&r->grad, g->n, &e), &e);
+	must(ct_alloc(&r->b, g->n, sizeof *r->b, &err));
+	must(ct_alloc0(&img, H, pitch * sizeof *img, &err));
+	must(ct_alloc0(&dimg, H, pitch * sizeof *img, &err));
+	must(ct_gradient_reserve(&r->grad, g->n, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		dimg[i / W * pitch + i % W] = 0.5f + ct_rng_normal(7, 0, i);
-	ct_blobs(r->b, g, NULL);
-	must(ct_splat_plan(&s, c, g->n, r->b, NULL, &e), &e);
+	ct_gaussian_resolve(r->b, g, NULL);
+	must(ct_splat_plan(&s, c, g->n, r->b, NULL, &err));
 	ct_splat_draw(img, &s, NULL);
-	ct_splat_back(&r->grad, &s, r->b, g, dimg, NULL);
+	ct_splat_backward(&r->grad, &s, r->b, g, dimg, NULL);
 	for (size_t i = 0; i < COUNT; i++)
 		r->img[i] = img[i / W * pitch + i % W];
 	ct_splat_free(&s);
@@ -85,7 +75,7 @@ static void render(struct result *r, const struct ct_gauss *g, const struct ct_c
 static void result_free(struct result *r)
 {
 	free(r->b);
-	ct_gs_grad_free(&r->grad);
+	ct_gradient_free(&r->grad);
 }
 
 static bool finite_all(const struct result *r, size_t n)
@@ -115,28 +105,28 @@ static void differs(
 	double d[2], const struct result *r, const struct ct_gauss *g, const struct ct_camera *c)
 {
 	static double ref[COUNT], dref[COUNT];
-	double err[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, peak = 0;
+	double off[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, peak = 0;
 
 	memset(ref, 0, sizeof ref);
 	for (size_t i = 0; i < COUNT; i++)
 		dref[i] = (double)(0.5f + ct_rng_normal(7, 0, i));
 	for (size_t i = 0; i < g->n; i++) {
 		double sums[6], want[CT_GS_FIELDS] = {0}, q[4];
-		struct ct_foot_grad fg;
-		struct ct_foot f;
+		struct ct_gaussian_gradient fg;
+		struct ct_footprint f;
 
-		if (!ct_foot_of(&f, c, &r->b[i]))
+		if (!ct_footprint_ref_of(&f, c, &r->b[i]))
 			continue;
-		ct_foot_draw(ref, c, &f, r->b[i].rho, CT_GS_CUT);
-		ct_foot_sums(sums, dref, c, &f, CT_GS_CUT);
-		ct_foot_back(&fg, &f, c, &r->b[i], sums);
+		ct_footprint_ref_draw(ref, c, &f, r->b[i].rho, CT_GS_CUT);
+		ct_footprint_ref_sums(sums, dref, c, &f, CT_GS_CUT);
+		ct_footprint_ref_backward(&fg, &f, c, &r->b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g->rot[k][i];
 		memcpy(want, fg.p, sizeof fg.p);
-		ct_blob_back(want + CT_GS_SCALE, want + CT_GS_ROT, fg.shape, &r->b[i], q);
+		ct_gaussian_backward(want + CT_GS_SCALE, want + CT_GS_ROT, fg.shape, &r->b[i], q);
 		want[CT_GS_RAW] = fg.rho;
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-			err[k] = fmax(err[k], fabs(want[k] - (double)r->grad.d[k][i]));
+			off[k] = fmax(off[k], fabs(want[k] - (double)r->grad.d[k][i]));
 			size[k] = fmax(size[k], fabs(want[k]));
 		}
 	}
@@ -147,7 +137,7 @@ static void differs(
 	}
 	d[0] /= peak;
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		d[1] = fmax(d[1], size[k] > 0 ? err[k] / size[k] : err[k]);
+		d[1] = fmax(d[1], size[k] > 0 ? off[k] / size[k] : off[k]);
 }
 
 static void agree(const struct ct_gauss *g, double tol, const char *name)
@@ -222,9 +212,9 @@ static void thinnest(void)
 		look(&c, (enum ct_beam)beam);
 		render(&r, &g, &c);
 		for (size_t i = 0; i < g.n; i++) {
-			struct ct_foot f;
+			struct ct_footprint f;
 
-			if (ct_foot_of(&f, &c, &r.b[i]))
+			if (ct_footprint_ref_of(&f, &c, &r.b[i]))
 				peaks += fabs(r.b[i].rho) * f.mu;
 		}
 		fine &= finite_all(&r, g.n) && most_of(r.img, COUNT) <= peaks;
@@ -240,23 +230,23 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 	static double g[COUNT], img[COUNT];
 	double at[10] = {3, -4, 2, log(s[0]), log(s[1]), log(s[2]), 0.8, 0.3, -0.4, 0.35};
 	double d[10], sums[6], worst = 0, h[10], most[3] = {0};
-	struct ct_foot_grad fg;
+	struct ct_gaussian_gradient fg;
 	struct ct_camera c;
-	struct ct_blob b;
-	struct ct_foot f;
+	struct ct_gaussian b;
+	struct ct_footprint f;
 
 	look(&c, beam);
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.5 + (double)ct_rng_normal(1, 0, i);
-	ct_blob_make(&b, at, at + 3, at + 6, 0.7);
-	if (!ct_foot_of(&f, &c, &b)) {
+	ct_gaussian_make(&b, at, at + 3, at + 6, 0.7);
+	if (!ct_footprint_ref_of(&f, &c, &b)) {
 		OK(0, "%s is seen", name);
 		return;
 	}
-	ct_foot_sums(sums, g, &c, &f, INFINITY);
-	ct_foot_back(&fg, &f, &c, &b, sums);
+	ct_footprint_ref_sums(sums, g, &c, &f, INFINITY);
+	ct_footprint_ref_backward(&fg, &f, &c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
-	ct_blob_back(d + 3, d + 6, fg.shape, &b, at + 6);
+	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
 	for (int k = 0; k < 10; k++)
 		most[k < 3 ? 0 : k < 6 ? 1 : 2] = fmax(most[k < 3 ? 0 : k < 6 ? 1 : 2], fabs(d[k]));
 	/* a plane moves nothing when it moves in itself */
@@ -270,11 +260,11 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 
 			memcpy(x, at, sizeof x);
 			x[k] += h[k] * (i < 2 ? i - 2 : i - 1);
-			ct_blob_make(&b, x, x + 3, x + 6, 0.7);
+			ct_gaussian_make(&b, x, x + 3, x + 6, 0.7);
 			memset(img, 0, sizeof img);
-			if (!ct_foot_of(&f, &c, &b))
+			if (!ct_footprint_ref_of(&f, &c, &b))
 				continue;
-			ct_foot_draw(img, &c, &f, b.rho, INFINITY);
+			ct_footprint_ref_draw(img, &c, &f, b.rho, INFINITY);
 			y[i] = 0;
 			for (size_t p = 0; p < COUNT; p++)
 				y[i] += g[p] * img[p];
@@ -431,8 +421,8 @@ static void crowd(void)
 	ct_gauss_free(&few);
 }
 
-/* Their voxels, projected through the grid, give the same picture: a foot of cone beam is right to
- * first order in its size over the distance of the source, here 5/400. */
+/* Their voxels, projected through the grid, give the same picture: a footprint of cone beam is
+ * right to first order in its size over the distance of the source, here 5/400. */
 static void voxels(enum ct_beam beam, double tol)
 {
 	enum { N = 64 };
@@ -445,21 +435,20 @@ static void voxels(enum ct_beam beam, double tol)
 	struct ct_vol vol = {0};
 	struct ct_camera c;
 	struct result r;
-	struct ct_err e;
 	double sum = 0, peak = 0, mass[2] = {0};
 
 	spread(&g, 12, s, 0.4);
-	must(ct_vol_alloc(&vol, n, &e), &e);
+	must(ct_vol_alloc(&vol, n, &err));
 	memset(vol.data, 0, ct_vol_count(&vol) * sizeof *vol.data);
 	for (int a = 0; a < 3; a++)
 		vol.affine[a][3] = -(N - 1) / 2.0;
-	must(ct_voxels_render(vol.data, n, (const double(*)[4])vol.affine, &g, 1, NULL, &env, &e),
-		&e);
-	must(ct_stack_alloc(&scan, 1, H, W, &e), &e);
+	must(ct_voxelise_render(
+		vol.data, n, (const double(*)[4])vol.affine, &g, 1, NULL, &env, &err));
+	must(ct_stack_alloc(&scan, 1, H, W, &err));
 	scan.beam = beam;
 	scan.view[0] = (struct ct_view){
 		.source = {-400, 0, 0}, .centre = {200, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
-	must(ct_projector_init(&pr, &vol, &scan, &e), &e);
+	must(ct_projector_init(&pr, &vol, &scan, &err));
 	ct_project(&pr, 0, 1, scan.data, vol.data, NULL);
 	look(&c, beam);
 	render(&r, &g, &c);

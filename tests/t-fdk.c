@@ -7,21 +7,11 @@
 #include "xray/phantom.h"
 #include "xray/project.h"
 #include "xray/scan.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-
-static struct ct_err err;
-
-static void must(int rc)
-{
-	if (rc) {
-		printf("Bail out! %s\n", err.msg);
-		exit(99);
-	}
-}
 
 /* A zero grid about the origin. */
 static struct ct_vol grid(size_t a, size_t b, size_t c, double mm)
@@ -469,56 +459,20 @@ static void t_order(void)
 	ct_vol_free(&v);
 }
 
-struct pair {
+static struct ct_iterative_report solve(struct ct_vol *v, const struct ct_stack *s,
+	const struct ct_iterative_rule *rule, const struct ct_env *env)
+{
+	struct ct_iterative_report report;
 	struct ct_projector g;
-	const struct ct_env *env;
-};
+	struct ct_linear a;
 
-static int forward(void *ctx, float *p, const float *x, struct ct_err *e)
-{
-	struct pair *q = ctx;
-
-	(void)e;
-	ct_project(&q->g, 0, q->g.scan->views, p, x, q->env->par);
-	return 0;
-}
-
-static int adjoint(void *ctx, float *x, const float *p, struct ct_err *e)
-{
-	struct pair *q = ctx;
-
-	(void)e;
-	memset(x, 0, q->g.n[0] * q->g.n[1] * q->g.n[2] * sizeof *x);
-	ct_project_adjoint(&q->g, 0, q->g.scan->views, x, p, q->env->par);
-	return 0;
-}
-
-static struct ct_iterate_report solve(struct ct_vol *v, const struct ct_stack *s,
-	const struct ct_iterate_rule *rule, const struct ct_env *env)
-{
-	struct ct_iterate_report report;
-	struct pair pair = {.env = env};
-	struct ct_system a = {.dim = {v->n[0], v->n[1], v->n[2]},
-		.m = ct_stack_count(s),
-		.forward = forward,
-		.adjoint = adjoint,
-		.ctx = &pair};
-
-	must(ct_projector_init(&pair.g, v, s, &err));
-	must(ct_projector_reserve(&pair.g, &err));
+	must(ct_projector_init(&g, v, s, &err));
+	must(ct_projector_reserve(&g, &err));
+	a = ct_project_linear(&g);
 	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
-	must(ct_iterate(v->data, &a, s->data, rule, &report, env, &err));
-	ct_projector_free(&pair.g);
+	must(ct_iterative_solve(v->data, v->n, &a, s->data, rule, &report, env, &err));
+	ct_projector_free(&g);
 	return report;
-}
-
-static double distance(const struct ct_vol *a, const struct ct_vol *b)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < ct_vol_count(a); i++)
-		sum += pow((double)a->data[i] - (double)b->data[i], 2);
-	return sqrt(sum / (double)ct_vol_count(a));
 }
 
 static void t_iterate(void)
@@ -527,8 +481,8 @@ static void t_iterate(void)
 	const double extent[3] = {96, 96, 96};
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	size_t shapes = ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 0, 1, shape);
-	struct ct_iterate_rule rule = {.solver = CT_CGLS, .iterations = 30};
-	struct ct_iterate_report r, q;
+	struct ct_iterative_rule rule = {.solver = CT_CGLS, .iterations = 30};
+	struct ct_iterative_report r, q;
 	struct ct_env env = {0}, four = {0};
 	double far, least = HUGE_VAL;
 	struct ct_scan scan;
@@ -540,7 +494,7 @@ static void t_iterate(void)
 	scan.views = 40;
 	s = fill(&scan);
 	ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
-	far = distance(&v, &truth);
+	far = rms(ct_vol_count(&v), v.data, truth.data);
 	r = solve(&v, &s, &rule, &env);
 	OK(r.iterations == 30 && r.residual < 0.005,
 		"CGLS on closed-form projections: residual %.5f after %zu iterations", r.residual,
@@ -548,13 +502,13 @@ static void t_iterate(void)
 	solve(&w, &s, &rule, &four);
 	OK(memcmp(v.data, w.data, ct_vol_count(&v) * sizeof *v.data) == 0,
 		"four threads, the same bytes");
-	OK(distance(&v, &truth) < far / 2, "and near the object: %.4f of %.4f",
-		distance(&v, &truth), far);
+	OK(rms(ct_vol_count(&v), v.data, truth.data) < far / 2, "and near the object: %.4f of %.4f",
+		rms(ct_vol_count(&v), v.data, truth.data), far);
 	rule.tolerance = 0.02;
 	r = solve(&v, &s, &rule, &env);
 	OK(r.residual < 0.02 && r.iterations < 30, "stops at a residual of 2 %%: %zu iterations",
 		r.iterations);
-	rule = (struct ct_iterate_rule){.solver = CT_SIRT, .iterations = 5};
+	rule = (struct ct_iterative_rule){.solver = CT_SIRT, .iterations = 5};
 	q = solve(&v, &s, &rule, &env);
 	rule.iterations = 20;
 	rule.nonnegative = true;
@@ -566,13 +520,15 @@ static void t_iterate(void)
 	OK(least >= 0, "and nothing below zero");
 	for (size_t i = 0; i < ct_stack_count(&s); i++) /* noise, few views */
 		s.data[i] += 0.3F * (float)ct_rng_normal(1, 1, i);
-	rule = (struct ct_iterate_rule){.solver = CT_CGLS, .iterations = 20};
+	rule = (struct ct_iterative_rule){.solver = CT_CGLS, .iterations = 20};
 	solve(&w, &s, &rule, &env);
-	rule = (struct ct_iterate_rule){.solver = CT_TV, .iterations = 40, .mu = 0.004};
+	rule = (struct ct_iterative_rule){.solver = CT_TV, .iterations = 40, .mu = 0.004};
 	solve(&v, &s, &rule, &env);
-	OK(distance(&v, &truth) < 0.7 * distance(&w, &truth),
+	OK(rms(ct_vol_count(&v), v.data, truth.data) <
+			0.7 * rms(ct_vol_count(&w), w.data, truth.data),
 		"noise: total variation is nearer (%.4f) than least squares (%.4f)",
-		distance(&v, &truth), distance(&w, &truth));
+		rms(ct_vol_count(&v), v.data, truth.data),
+		rms(ct_vol_count(&w), w.data, truth.data));
 	ct_stack_free(&s);
 	ct_vol_free(&truth);
 	ct_vol_free(&v);

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
+#include "gs/activation.h"
 #include "gs/fit.h"
 #include "xray/project.h"
 #include "tap.h"
@@ -19,20 +19,11 @@ struct scene {
 	struct ct_fit_data data;
 };
 
-static void must(int rc, const struct ct_err *e)
-{
-	if (rc == 0)
-		return;
-	printf("Bail out! %s\n", e->msg);
-	exit(1);
-}
-
 static void project(struct ct_stack *s, const struct ct_vol *v)
 {
 	struct ct_projector pr;
-	struct ct_err e;
 
-	must(ct_projector_init(&pr, v, s, &e), &e);
+	must(ct_projector_init(&pr, v, s, &err));
 	ct_project(&pr, 0, s->views, s->data, v->data, NULL);
 }
 
@@ -40,11 +31,10 @@ static void project(struct ct_stack *s, const struct ct_vol *v)
 static void make(struct scene *s, size_t views, size_t pixels)
 {
 	const size_t n[3] = {N, N, N};
-	struct ct_err e;
 
 	*s = (struct scene){0};
-	must(ct_vol_alloc(&s->base, n, &e), &e);
-	must(ct_vol_alloc(&s->truth, n, &e), &e);
+	must(ct_vol_alloc(&s->base, n, &err));
+	must(ct_vol_alloc(&s->truth, n, &err));
 	for (int a = 0; a < 3; a++) {
 		s->base.affine[a][a] = 2;
 		s->base.affine[a][3] = -(N - 1.0);
@@ -59,7 +49,7 @@ static void make(struct scene *s, size_t views, size_t pixels)
 		s->base.data[i] = r < 100 ? 0.5f : 0;
 		s->truth.data[i] = s->base.data[i] + (float)(0.2 * (more - less));
 	}
-	must(ct_stack_alloc(&s->target, views, pixels, pixels, &e), &e);
+	must(ct_stack_alloc(&s->target, views, pixels, pixels, &err));
 	for (size_t k = 0; k < views; k++) {
 		double t = M_PI * (double)k / (double)views, c = cos(t), r = sin(t);
 		double pitch = 90.0 / (double)pixels;
@@ -67,7 +57,7 @@ static void make(struct scene *s, size_t views, size_t pixels)
 		s->target.view[k] = (struct ct_view){{250 * c, 250 * r, 0}, {-125 * c, -125 * r, 0},
 			{-pitch * r, pitch * c, 0}, {0, 0, -pitch}, 0};
 	}
-	must(ct_stack_like(&s->base_proj, &s->target, 1, &e), &e);
+	must(ct_stack_like(&s->base_proj, &s->target, 1, &err));
 	project(&s->target, &s->truth);
 	project(&s->base_proj, &s->base);
 	s->data = (struct ct_fit_data){
@@ -117,30 +107,29 @@ static void rates(double times, size_t kinds, bool ends)
 	struct kept k = {0};
 	struct scene s;
 	struct ct_fit f;
-	struct ct_err e;
 	int rc;
 
 	make(&s, 12, PIXELS);
 	options(&o, 200);
 	o.checkpoint_every = 1;
 	ct_fit_paper(&o);
-	o.init_density = 0.05;
+	o.start_density = 0.05;
 	for (size_t i = 0; i < kinds; i++) {
 		struct ct_rate *r[] = {&o.density, &o.position, &o.scaling, &o.rotation};
 
 		r[i]->first *= times;
 		r[i]->last *= times;
 	}
-	must(ct_fit_init(&f, &o, &s.data, &env, &e), &e);
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
 	f.save = keep;
 	f.ctx = &k;
-	rc = ct_fit_run(&f, &s.data, &env, &e);
+	rc = ct_fit_run(&f, &s.data, &env, &err);
 	if (ends) {
 		OK(rc == 0 && f.error < 0.8, "all rates %g times too high: the error falls to %.2g",
 			times, f.error);
 	} else {
-		OK(rc == -1 && e.code == CT_ENUMERIC && strstr(e.msg, "iteration") &&
-				strstr(e.msg, "term"),
+		OK(rc == -1 && err.code == CT_ENUMERIC && strstr(err.msg, "iteration") &&
+				strstr(err.msg, "term"),
 			"that of density %g times: iteration and term are named", times);
 		OK(k.saves >= 1 && k.finite && k.step < 200, "and the last good state is kept");
 	}
@@ -154,14 +143,13 @@ static void slope(double gamma, const char *name)
 	struct ct_fit_options o;
 	struct scene s;
 	struct ct_fit f;
-	struct ct_err e;
 
 	make(&s, 12, PIXELS);
 	options(&o, 240);
 	o.gamma_rate = 0.1; /* pushes through the bound if nothing holds it */
-	must(ct_fit_init(&f, &o, &s.data, &env, &e), &e);
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
 	f.g.gamma = gamma;
-	must(ct_fit_run(&f, &s.data, &env, &e), &e);
+	must(ct_fit_run(&f, &s.data, &env, &err));
 	OK(f.g.gamma >= CT_GAMMA_MIN && f.g.gamma <= CT_GAMMA_MAX && f.error < 0.85,
 		"gamma starts at its %s bound: stays inside (%g), the error falls to %.2g", name,
 		f.g.gamma, f.error);
@@ -175,13 +163,12 @@ static void little(size_t views, size_t pixels, double error, const char *name)
 	struct ct_fit_options o;
 	struct scene s;
 	struct ct_fit f;
-	struct ct_err e;
 
 	make(&s, views, pixels);
 	options(&o, 240);
-	must(ct_fit_init(&f, &o, &s.data, &env, &e), &e);
-	must(ct_fit_run(&f, &s.data, &env, &e), &e);
-	OK(f.error < error && ct_gauss_check_finite(&f.g, &e) == 0, "%s: the error falls to %.2g",
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
+	must(ct_fit_run(&f, &s.data, &env, &err));
+	OK(f.error < error && ct_gauss_check_finite(&f.g, &err) == 0, "%s: the error falls to %.2g",
 		name, f.error);
 	ct_fit_free(&f);
 	scene_free(&s);
@@ -190,24 +177,23 @@ static void little(size_t views, size_t pixels, double error, const char *name)
 /* Mean |x - y| against the true projections of the views from first on, every second. */
 static double error_of(struct scene *s, const struct ct_gauss *g)
 {
-	size_t pitch = ct_dab_pitch(PIXELS);
+	size_t pitch = ct_rasterise_pitch(PIXELS);
 	struct ct_stack clean = {0};
 	struct ct_splat sp = {0};
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double sum = 0, all = 0;
-	struct ct_err e;
 	float *img;
 
-	must(ct_stack_like(&clean, &s->target, 1, &e), &e);
+	must(ct_stack_like(&clean, &s->target, 1, &err));
 	project(&clean, &s->truth);
-	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
-	must(ct_alloc(&img, PIXELS, pitch * sizeof *img, &e), &e);
-	ct_blobs(b, g, NULL);
+	must(ct_alloc(&b, g->n, sizeof *b, &err));
+	must(ct_alloc(&img, PIXELS, pitch * sizeof *img, &err));
+	ct_gaussian_resolve(b, g, NULL);
 	for (size_t k = 0; k < clean.views; k++) {
 		struct ct_camera c;
 
-		must(ct_camera_init(&c, &clean.view[k], CT_CONE, PIXELS, PIXELS, &e), &e);
-		must(ct_splat_plan(&sp, &c, g->n, b, NULL, &e), &e);
+		must(ct_camera_init(&c, &clean.view[k], CT_CONE, PIXELS, PIXELS, &err));
+		must(ct_splat_plan(&sp, &c, g->n, b, NULL, &err));
 		ct_splat_draw(img, &sp, NULL);
 		for (size_t i = 0; i < PIXELS * PIXELS; i++) {
 			double r = (double)ct_stack_view(&clean, k)[i] -
@@ -232,15 +218,14 @@ static void mixed(void)
 	struct scene s;
 	struct ct_fit f;
 	double error;
-	struct ct_err e;
 
 	make(&s, 18, PIXELS);
 	for (size_t k = 0; k < 18; k += 3)
 		for (size_t i = 0; i < PIXELS * PIXELS; i++)
 			ct_stack_view(&s.target, k)[i] += ct_rng_normal(8, k, i);
 	options(&o, 360);
-	must(ct_fit_init(&f, &o, &s.data, &env, &e), &e);
-	must(ct_fit_run(&f, &s.data, &env, &e), &e);
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
+	must(ct_fit_run(&f, &s.data, &env, &err));
 	error = error_of(&s, &f.g);
 	OK(error < 0.8, "views of different quality: the error of the true projections is %.2g",
 		error);

@@ -2,9 +2,10 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/fit.h"
-#include "gs/init.h"
-#include "gs/polish.h"
+#include "gs/fit-state.h"
+#include "gs/neighbours.h"
+#include "gs/place.h"
+#include "gs/refit.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -21,19 +22,10 @@ struct scene {
 	float *truth; /* residual voxels */
 };
 
-static void must(int rc, const struct ct_err *e)
-{
-	if (rc == 0)
-		return;
-	printf("Bail out! %s\n", e->msg);
-	exit(1);
-}
-
 static void true_set(struct ct_gauss *g)
 {
-	struct ct_err e;
 
-	must(ct_gauss_reserve(g, TRUE_GAUSSIANS, &e), &e);
+	must(ct_gauss_reserve(g, TRUE_GAUSSIANS, &err));
 	g->n = TRUE_GAUSSIANS;
 	g->gamma = 1;
 	for (size_t i = 0; i < g->n; i++) {
@@ -54,14 +46,13 @@ static void make(struct scene *s, const struct ct_env *env)
 	struct ct_projector pr;
 	struct ct_gauss g = {0};
 	struct ct_splat sp = {0};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob b[TRUE_GAUSSIANS];
-	size_t pitch = ct_dab_pitch(N);
+	struct ct_gaussian b[TRUE_GAUSSIANS];
+	size_t pitch = ct_rasterise_pitch(N);
 	float *img;
-	struct ct_err e;
 
-	must(ct_vol_alloc(&s->base, n, &e), &e);
+	must(ct_vol_alloc(&s->base, n, &err));
 	for (int a = 0; a < 3; a++) {
 		s->base.affine[a][a] = 2;
 		s->base.affine[a][3] = -(N - 1.0);
@@ -72,36 +63,36 @@ static void make(struct scene *s, const struct ct_env *env)
 
 		s->base.data[i] = x * x + y * y + z * z < 13 * 13 ? 0.5f : 0;
 	}
-	must(ct_stack_alloc(&s->target, VIEWS, N, N, &e), &e);
+	must(ct_stack_alloc(&s->target, VIEWS, N, N, &err));
 	for (size_t k = 0; k < VIEWS; k++) {
 		double t = M_PI * (double)k / VIEWS, c = cos(t), r = sin(t);
 
 		s->target.view[k] = (struct ct_view){{250 * c, 250 * r, 0}, {-125 * c, -125 * r, 0},
 			{-3.4 * r, 3.4 * c, 0}, {0, 0, -3.4}, 0};
 	}
-	must(ct_stack_like(&s->base_proj, &s->target, 1, &e), &e);
-	must(ct_projector_init(&pr, &s->base, &s->target, &e), &e);
+	must(ct_stack_like(&s->base_proj, &s->target, 1, &err));
+	must(ct_projector_init(&pr, &s->base, &s->target, &err));
 	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
 	true_set(&g);
-	ct_blobs(b, &g, env->par);
-	must(ct_alloc(&img, N, pitch * sizeof *img, &e), &e);
+	ct_gaussian_resolve(b, &g, env->par);
+	must(ct_alloc(&img, N, pitch * sizeof *img, &err));
 	for (size_t k = 0; k < VIEWS; k++) {
 		struct ct_camera c;
 
-		must(ct_camera_init(&c, &s->target.view[k], CT_CONE, N, N, &e), &e);
-		must(ct_splat_plan(&sp, &c, g.n, b, env->par, &e), &e);
+		must(ct_camera_init(&c, &s->target.view[k], CT_CONE, N, N, &err));
+		must(ct_splat_plan(&sp, &c, g.n, b, env->par, &err));
 		ct_splat_draw(img, &sp, env->par);
 		for (size_t i = 0; i < N * N; i++)
 			ct_stack_view(&s->target, k)[i] =
 				ct_stack_view(&s->base_proj, k)[i] + img[i / N * pitch + i % N];
 	}
-	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &e), &e);
-	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g.n, b, NULL, &e), &e);
-	must(ct_voxels_add(s->truth, &v, 1, env, &e), &e);
+	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &err));
+	must(ct_block_init(&block, s->base.affine, zero, n, &err));
+	must(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err));
+	must(ct_voxelise_add(s->truth, &v, 1, env, &err));
 	free(img);
 	ct_splat_free(&sp);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	ct_gauss_free(&g);
 }
 
@@ -127,19 +118,18 @@ static struct ct_fit_data data_of(const struct scene *s)
 static double left_over(const struct scene *s, const struct ct_gauss *g, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, zero[3] = {0};
-	struct ct_voxels v = {0};
+	struct ct_voxelise v = {0};
 	struct ct_block block;
-	struct ct_blob *b;
+	struct ct_gaussian *b;
 	double left = 0, all = 0;
-	struct ct_err e;
 	float *vol;
 
-	must(ct_alloc0(&vol, N * N * N, sizeof *vol, &e), &e);
-	must(ct_alloc(&b, g->n, sizeof *b, &e), &e);
-	ct_blobs(b, g, NULL);
-	must(ct_block_init(&block, s->base.affine, zero, n, &e), &e);
-	must(ct_voxels_plan(&v, &block, g->n, b, NULL, &e), &e);
-	must(ct_voxels_add(vol, &v, 1, env, &e), &e);
+	must(ct_alloc0(&vol, N * N * N, sizeof *vol, &err));
+	must(ct_alloc(&b, g->n, sizeof *b, &err));
+	ct_gaussian_resolve(b, g, NULL);
+	must(ct_block_init(&block, s->base.affine, zero, n, &err));
+	must(ct_voxelise_plan(&v, &block, g->n, b, NULL, &err));
+	must(ct_voxelise_add(vol, &v, 1, env, &err));
 	for (size_t i = 0; i < N * N * N; i++) {
 		double d = (double)(vol[i] - s->truth[i]);
 
@@ -148,7 +138,7 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 	}
 	free(vol);
 	free(b);
-	ct_voxels_free(&v);
+	ct_voxelise_free(&v);
 	return left / all;
 }
 
@@ -160,11 +150,10 @@ static void recover(const struct scene *s, const struct ct_env *env)
 	struct ct_fit f, soft;
 	size_t pos, neg;
 	double left, left_soft;
-	struct ct_err e;
 
 	options(&o, CT_PRELU);
-	must(ct_fit_init(&f, &o, &d, env, &e), &e);
-	must(ct_fit_run(&f, &d, env, &e), &e);
+	must(ct_fit_init(&f, &o, &d, env, &err));
+	must(ct_fit_run(&f, &d, env, &err));
 	ct_fit_signs(&f.g, &pos, &neg);
 	left = left_over(s, &f.g, env);
 	if (!OK(f.last_loss < f.first_loss / 3, "the loss falls"))
@@ -173,8 +162,8 @@ static void recover(const struct scene *s, const struct ct_env *env)
 	if (!OK(left < 0.5, "half of the residual's energy is found"))
 		printf("# left over %g\n", left);
 	options(&o, CT_SOFTPLUS);
-	must(ct_fit_init(&soft, &o, &d, env, &e), &e);
-	must(ct_fit_run(&soft, &d, env, &e), &e);
+	must(ct_fit_init(&soft, &o, &d, env, &err));
+	must(ct_fit_run(&soft, &d, env, &err));
 	left_soft = left_over(s, &soft.g, env);
 	ct_fit_signs(&soft.g, &pos, &neg);
 	OK(neg == 0, "softplus has no negative density");
@@ -192,7 +181,7 @@ static bool same(const struct ct_fit *a, const struct ct_fit *b)
 		  memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
 
 	for (size_t k = 0; ok && k < CT_GS_FIELDS; k++)
-		ok = memcmp(ct_gauss_field(&a->g, k), ct_gauss_field(&b->g, k),
+		ok = memcmp(ct_gaussian_field(&a->g, k), ct_gaussian_field(&b->g, k),
 			     a->g.n * sizeof(float)) == 0 &&
 		     memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
 	return ok;
@@ -209,7 +198,7 @@ static int keep(void *ctx, const struct ct_fit *f, struct ct_err *e)
 	struct stopper *s = ctx;
 
 	ct_tensors_free(&s->state);
-	return ct_fit_pack(&s->state, f, "run", e);
+	return ct_fit_state_pack(&s->state, f, "run", e);
 }
 
 static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
@@ -230,29 +219,29 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 	struct ct_env quiet = {.seed = env->seed}, stopping = quiet;
 	struct ct_fit_options o;
 	struct ct_fit whole, alone, part;
-	struct ct_err e;
 
 	options(&o, CT_PRELU);
 	o.iterations = 320;
-	must(ct_fit_init(&whole, &o, &d, env, &e), &e);
-	must(ct_fit_run(&whole, &d, env, &e), &e);
-	must(ct_fit_init(&alone, &o, &d, &quiet, &e), &e);
-	must(ct_fit_run(&alone, &d, &quiet, &e), &e);
+	must(ct_fit_init(&whole, &o, &d, env, &err));
+	must(ct_fit_run(&whole, &d, env, &err));
+	must(ct_fit_init(&alone, &o, &d, &quiet, &err));
+	must(ct_fit_run(&alone, &d, &quiet, &err));
 	OK(same(&whole, &alone), "the same bytes with four threads and with one");
 	stopping.stop = &st.stop;
 	stopping.progress = watch;
 	stopping.ctx = &st;
-	must(ct_fit_init(&part, &o, &d, &stopping, &e), &e);
+	must(ct_fit_init(&part, &o, &d, &stopping, &err));
 	part.save = keep;
 	part.ctx = &st;
-	OK(ct_fit_run(&part, &d, &stopping, &e) == -1 && e.code == CT_ESTOP && part.g.step == 251,
+	OK(ct_fit_run(&part, &d, &stopping, &err) == -1 && err.code == CT_ESTOP &&
+			part.g.step == 251,
 		"it stops when asked");
 	ct_fit_free(&part);
-	must(ct_fit_init(&part, &o, &d, &quiet, &e), &e);
-	OK(ct_fit_unpack(&part, &st.state, "other", &e) == -1 && e.code == CT_EINPUT,
+	must(ct_fit_init(&part, &o, &d, &quiet, &err));
+	OK(ct_fit_state_unpack(&part, &st.state, "other", &err) == -1 && err.code == CT_EINPUT,
 		"the state of another run is refused");
-	must(ct_fit_unpack(&part, &st.state, "run", &e), &e);
-	must(ct_fit_run(&part, &d, &quiet, &e), &e);
+	must(ct_fit_state_unpack(&part, &st.state, "run", &err));
+	must(ct_fit_run(&part, &d, &quiet, &err));
 	OK(same(&whole, &part), "stopped and continued: the same bytes as in one run");
 	ct_tensors_free(&st.state);
 	ct_fit_free(&whole);
@@ -266,13 +255,12 @@ static void not_finite(struct scene *s, const struct ct_env *env)
 		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
 	struct ct_fit_options o;
 	struct ct_fit f;
-	struct ct_err e;
 
 	options(&o, CT_PRELU);
-	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	must(ct_fit_init(&f, &o, &d, env, &err));
 	s->target.data[5 * N * N + 77] = NAN;
-	OK(ct_fit_run(&f, &d, env, &e) == -1 && e.code == CT_ENUMERIC && strstr(e.msg, "L1") &&
-			strstr(e.msg, "iteration"),
+	OK(ct_fit_run(&f, &d, env, &err) == -1 && err.code == CT_ENUMERIC &&
+			strstr(err.msg, "L1") && strstr(err.msg, "iteration"),
 		"a loss that is not finite names the term and the iteration");
 	ct_fit_free(&f);
 }
@@ -302,14 +290,13 @@ static void neighbours(void)
 	static double got[P];
 	float *const pos[3] = {x, y, z};
 	double worst = 0;
-	struct ct_err e;
 
 	for (size_t i = 0; i < P; i++) {
 		x[i] = ct_rng_normal(1, 1, i);
 		y[i] = 3 * ct_rng_normal(1, 2, i) * ct_rng_normal(1, 3, i);
 		z[i] = i % 7 ? 0.01f * ct_rng_normal(1, 4, i) : 5;
 	}
-	must(ct_near3(got, P, pos, NULL, &e), &e);
+	must(ct_neighbours_three(got, P, pos, NULL, &err));
 	for (size_t i = 0; i < P; i++) {
 		double best[3] = {1e9, 1e9, 1e9}, mean;
 
@@ -329,7 +316,7 @@ static void neighbours(void)
 		worst = fmax(worst, fabs(got[i] - mean));
 	}
 	OK(worst < 1e-12, "three nearest neighbours against a search of all");
-	must(ct_near3(got, 1, pos, NULL, &e), &e);
+	must(ct_neighbours_three(got, 1, pos, NULL, &err));
 	OK(got[0] <= 0, "a lone point has no neighbour");
 }
 
@@ -341,20 +328,19 @@ static void control(void)
 	static const float x[] = {1, 2, 3, 90, 4}, ln_s[] = {0, 2, 0, 0, 0};
 	const double affine[3][4] = {{4, 0, 0, -32}, {0, 4, 0, -32}, {0, 0, 4, -32}};
 	const size_t zero[3] = {0}, n[3] = {17, 17, 17};
-	struct ct_density_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
-	struct ct_density_count c;
+	struct ct_densify_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
+	struct ct_densify_count c;
 	struct ct_gauss g = {.gamma = 0.25};
-	struct ct_adam a = {0};
-	struct ct_err e;
+	struct ct_gs_adam a = {0};
 
-	must(ct_block_init(&r.box, affine, zero, n, &e), &e);
+	must(ct_block_init(&r.box, affine, zero, n, &err));
 	for (int round = 0; round < 2; round++) {
-		must(ct_gauss_reserve(&g, 5, &e), &e);
-		must(ct_adam_reserve(&a, 0, 5, &e), &e);
+		must(ct_gauss_reserve(&g, 5, &err));
+		must(ct_gs_adam_reserve(&a, 0, 5, &err));
 		g.n = 5;
 		for (size_t i = 0; i < 5; i++) {
 			for (size_t k = 0; k < CT_GS_FIELDS; k++)
-				ct_gauss_field(&g, k)[i] = k == CT_GS_ROT;
+				ct_gaussian_field(&g, k)[i] = k == CT_GS_ROT;
 			g.pos[0][i] = x[i];
 			for (int k = 0; k < 3; k++)
 				g.scale[k][i] = ln_s[i];
@@ -364,7 +350,7 @@ static void control(void)
 			a.m[0][i] = 7;
 		}
 		r.most = round ? 5 : 100;
-		must(ct_density_control(&g, &a, &r, &c, 1, 600, &e), &e);
+		must(ct_densify_control(&g, &a, &r, &c, 1, 600, &err));
 		if (round == 0) {
 			OK(c.cloned == 1 && c.split == 1 && c.pruned == 2 && g.n == 5,
 				"one cloned, one split, two pruned");
@@ -380,7 +366,7 @@ static void control(void)
 			OK(c.cloned + c.split == 0 && g.n == 3, "no more than the most");
 	}
 	ct_gauss_free(&g);
-	ct_adam_free(&a);
+	ct_gs_adam_free(&a);
 }
 
 /* Gaussians begin where the true residual is, with its sign. */
@@ -389,12 +375,11 @@ static void begins(const struct scene *s, const struct ct_env *env)
 	const struct ct_fit_data d = data_of(s);
 	struct ct_fit_options o;
 	struct ct_fit f;
-	struct ct_err e;
 	size_t seen = 0, right = 0;
 	double size = 0, mean = 0;
 
 	options(&o, CT_PRELU);
-	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	must(ct_fit_init(&f, &o, &d, env, &err));
 	for (size_t i = 0; i < f.g.n; i++) {
 		size_t at[3];
 		float truth;
@@ -423,7 +408,6 @@ static void compat(const struct scene *s, const struct ct_env *env)
 	const struct ct_fit_data d = data_of(s);
 	struct ct_fit_options o;
 	struct ct_fit f[2];
-	struct ct_err e;
 	size_t same_place = 0, moved = 0, counts = 0, other = 0;
 
 	options(&o, CT_PRELU);
@@ -435,13 +419,13 @@ static void compat(const struct scene *s, const struct ct_env *env)
 		o.densify_from = 0;
 		o.densify_every = 1;
 		o.densify_grad = 1e30;
-		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
+		must(ct_fit_init(&f[k], &o, &d, env, &err));
 		for (size_t i = 0; k && i < f[0].g.n; i++)
 			same_place += fabs((double)(f[0].g.pos[0][i] - f[1].g.pos[0][i]) - 1) < 0.1;
 		for (int r = 0; k && r < 1; r++) {
 			float x = f[1].g.pos[0][7], z = f[1].g.raw[7];
 
-			must(ct_fit_run(&f[1], &d, env, &e), &e);
+			must(ct_fit_run(&f[1], &d, env, &err));
 			moved += f[1].g.pos[0][7] > x || f[1].g.pos[0][7] < x ||
 				 f[1].g.raw[7] > z || f[1].g.raw[7] < z;
 		}
@@ -451,7 +435,7 @@ static void compat(const struct scene *s, const struct ct_env *env)
 	{
 		float x = f[0].g.raw[7];
 
-		must(ct_fit_run(&f[0], &d, env, &e), &e);
+		must(ct_fit_run(&f[0], &d, env, &err));
 		OK(f[0].g.raw[7] > x || f[0].g.raw[7] < x, "else there is");
 	}
 	OK(f[1].opt.rate_steps == 30000 && f[1].opt.gate <= 0, "rates fall over 30000 iterations");
@@ -462,8 +446,8 @@ static void compat(const struct scene *s, const struct ct_env *env)
 		o.iterations = 30;
 		o.densify_every = 10;
 		o.densify_grad = 0;
-		must(ct_fit_init(&f[k], &o, &d, env, &e), &e);
-		must(ct_fit_run(&f[k], &d, env, &e), &e);
+		must(ct_fit_init(&f[k], &o, &d, env, &err));
+		must(ct_fit_run(&f[k], &d, env, &err));
 		for (size_t i = 0; i < f[k].g.n; i++)
 			*(k ? &counts : &other) += f[k].adam.steps[i] != f[k].adam.steps[0];
 	}
@@ -477,28 +461,27 @@ static void compat(const struct scene *s, const struct ct_env *env)
 }
 
 /* The true shapes with wrong densities: least squares finds them. */
-static void polishes(const struct scene *s, const struct ct_env *env)
+static void refits(const struct scene *s, const struct ct_env *env)
 {
 	const struct ct_fit_data d = data_of(s);
 	struct ct_fit_options o;
-	struct ct_terms w = {0};
+	struct ct_loss_total w = {0};
 	struct ct_fit f;
-	struct ct_err e;
 	double worst = 0;
 
 	options(&o, CT_PRELU);
-	o.polish = 25;
-	must(ct_fit_init(&f, &o, &d, env, &e), &e);
+	o.refit = 25;
+	must(ct_fit_init(&f, &o, &d, env, &err));
 	true_set(&f.g);
 	for (size_t i = 0; i < f.g.n; i++)
 		f.g.raw[i] *= 0.2f * (float)(i % 5);
-	must(ct_terms_alloc(&w, &o, &d, env->par, &e), &e);
-	must(ct_polish(&f, &d, &w, env, &e), &e);
+	must(ct_loss_total_alloc(&w, &o, &d, env->par, &err));
+	must(ct_refit_densities(&f, &d, &w, env, &err));
 	for (size_t i = 0; i < f.g.n; i++)
 		worst = fmax(worst, fabs(fabs((double)f.g.raw[i]) - 0.15));
 	if (!OK(worst < 1e-3, "25 steps find the densities"))
 		printf("# worst %g\n", worst);
-	ct_terms_free(&w);
+	ct_loss_total_free(&w);
 	ct_fit_free(&f);
 }
 
@@ -510,10 +493,9 @@ static void weights(struct scene *s, const struct ct_env *env)
 	struct ct_fit_options o;
 	struct ct_fit f;
 	double left[2];
-	struct ct_err e;
 
-	must(ct_stack_like(&bad, &s->target, 1, &e), &e);
-	must(ct_stack_like(&weight, &s->target, 1, &e), &e);
+	must(ct_stack_like(&bad, &s->target, 1, &err));
+	must(ct_stack_like(&weight, &s->target, 1, &err));
 	for (size_t i = 0; i < ct_stack_count(&bad); i++) {
 		bool wrong = ct_rng_below(6, 0, i, 3) == 0;
 
@@ -522,18 +504,18 @@ static void weights(struct scene *s, const struct ct_env *env)
 	}
 	d.target = &bad;
 	options(&o, CT_PRELU);
-	o.begin = CT_BEGIN_BASE; /* back-projection knows no weights */
+	o.place = CT_PLACE_BASE; /* back-projection knows no weights */
 	for (int k = 0; k < 2; k++) {
 		d.weight = k ? &weight : NULL;
-		must(ct_fit_init(&f, &o, &d, env, &e), &e);
-		must(ct_fit_run(&f, &d, env, &e), &e);
+		must(ct_fit_init(&f, &o, &d, env, &err));
+		must(ct_fit_run(&f, &d, env, &err));
 		left[k] = left_over(s, &f.g, env);
 		ct_fit_free(&f);
 	}
 	if (!OK(left[1] < 0.8 * left[0], "wrong pixels of weight 0 do no harm"))
 		printf("# left over %g, without weights %g\n", left[1], left[0]);
 	memset(weight.data, 0, ct_stack_count(&weight) * sizeof(float));
-	OK(ct_fit_init(&f, &o, &d, env, &e) == -1 && e.code == CT_EINPUT, "no weight at all");
+	OK(ct_fit_init(&f, &o, &d, env, &err) == -1 && err.code == CT_EINPUT, "no weight at all");
 	ct_stack_free(&bad);
 	ct_stack_free(&weight);
 }
@@ -548,12 +530,11 @@ static void coarse(struct scene *s, const struct ct_env *env)
 	struct ct_vol lr = {0};
 	struct ct_fit_options o;
 	double left[2], term[2];
-	struct ct_err e;
 
 	ct_degrade_protocol(&by, 1);
-	must(ct_vol_alloc(&lr, m, &e), &e);
+	must(ct_vol_alloc(&lr, m, &err));
 	ct_degrade_affine(lr.affine, s->base.affine, n, &by);
-	must(ct_degrade_plan(&sep, &by, n, NULL, &e), &e);
+	must(ct_degrade_plan(&sep, &by, n, NULL, &err));
 	ct_separable_apply(&sep, lr.data, s->truth, NULL);
 	ct_separable_free(&sep);
 	s->target.views = s->base_proj.views = 3;
@@ -562,22 +543,22 @@ static void coarse(struct scene *s, const struct ct_env *env)
 	options(&o, CT_PRELU);
 	for (int k = 0; k < 2; k++) {
 		struct ct_loss_terms t;
-		struct ct_terms w = {0};
+		struct ct_loss_total w = {0};
 		struct ct_fit f;
 
 		o.lr = k ? 1 : 0;
-		o.begin = CT_BEGIN_BASE;
-		o.polish = 2;
-		must(ct_fit_init(&f, &o, &d, env, &e), &e);
-		must(ct_fit_run(&f, &d, env, &e), &e);
+		o.place = CT_PLACE_BASE;
+		o.refit = 2;
+		must(ct_fit_init(&f, &o, &d, env, &err));
+		must(ct_fit_run(&f, &d, env, &err));
 		left[k] = left_over(s, &f.g, env);
 		f.opt.lr = 1;
-		must(ct_terms_alloc(&w, &f.opt, &d, env->par, &e), &e);
-		must(ct_terms_grow(&w, f.g.n, &e), &e);
-		ct_blobs(w.blob, &f.g, env->par);
-		must(ct_terms_lowres(&w, &t, &f, 1, env, &e), &e);
+		must(ct_loss_total_alloc(&w, &f.opt, &d, env->par, &err));
+		must(ct_loss_total_grow(&w, f.g.n, &err));
+		ct_gaussian_resolve(w.gaussian, &f.g, env->par);
+		must(ct_loss_total_lowres(&w, &t, &f, 1, env, &err));
 		term[k] = t.lr;
-		ct_terms_free(&w);
+		ct_loss_total_free(&w);
 		ct_fit_free(&f);
 	}
 	if (!OK(term[1] < 0.5 * term[0], "the sum reduces to the low-resolution CT"))
@@ -592,9 +573,8 @@ int main(void)
 {
 	struct ct_env env = {.seed = 11};
 	struct scene s = {0};
-	struct ct_err e;
 
-	must(ct_par_alloc(&env.par, 4, &e), &e);
+	must(ct_par_alloc(&env.par, 4, &err));
 	make(&s, &env);
 	views();
 	control();
@@ -602,7 +582,7 @@ int main(void)
 	recover(&s, &env);
 	begins(&s, &env);
 	compat(&s, &env);
-	polishes(&s, &env);
+	refits(&s, &env);
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);

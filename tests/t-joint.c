@@ -4,14 +4,14 @@
 #include "core/rng.h"
 #include "recon/band.h"
 #include "recon/joint.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 /* Dense rays: `views` pictures of rows x cols pixels, each a random sum of voxels. */
 struct dense {
-	struct ct_rays rays;
+	struct ct_linear rays;
 	size_t n, m; /* voxels; rays */
 	double *a;   /* (m, n) */
 	size_t calls, stop_at;
@@ -22,45 +22,46 @@ static double random_at(uint64_t i)
 	return (double)ct_rng_normal(7, 3, i);
 }
 
-static int forward(
-	void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e)
+static int forward(void *ctx, float *p, size_t views, const float *x, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct dense *d = ctx;
-	size_t view = d->rays.rows * d->rays.cols;
 
+	(void)env;
 	if (d->stop_at && ++d->calls == d->stop_at)
 		return ct_fail(e, CT_ESTOP, "stopped");
-	for (size_t r = 0; r < count * view; r++) {
+	for (size_t r = 0; r < views * d->rays.part; r++) {
 		double sum = 0;
 
 		for (size_t i = 0; i < d->n; i++)
-			sum += d->a[(first * view + r) * d->n + i] * (double)x[i];
+			sum += d->a[r * d->n + i] * (double)x[i];
 		p[r] = (float)sum;
 	}
 	return 0;
 }
 
-static int adjoint(
-	void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e)
+static int adjoint(void *ctx, float *x, size_t views, const float *p, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct dense *d = ctx;
-	size_t view = d->rays.rows * d->rays.cols;
 
+	(void)env;
 	(void)e;
 	for (size_t i = 0; i < d->n; i++) {
 		double sum = 0;
 
-		for (size_t r = 0; r < count * view; r++)
-			sum += d->a[(first * view + r) * d->n + i] * (double)p[r];
-		x[i] += (float)sum;
+		for (size_t r = 0; r < views * d->rays.part; r++)
+			sum += d->a[r * d->n + i] * (double)p[r];
+		x[i] = (float)sum;
 	}
 	return 0;
 }
 
 static void dense_alloc(struct dense *d, size_t views, size_t rows, size_t cols, size_t n)
 {
-	*d = (struct dense){
-		.rays = {views, rows, cols, forward, adjoint, d}, .n = n, .m = views * rows * cols};
+	*d = (struct dense){.rays = {n, views, rows * cols, forward, adjoint, d},
+		.n = n,
+		.m = views * rows * cols};
 	d->a = malloc(d->m * n * sizeof *d->a);
 	if (!d->a)
 		exit(1);
@@ -75,6 +76,7 @@ static const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMAT
 
 struct problem {
 	struct dense d;
+	size_t cols; /* of a picture */
 	float truth[N], x0[N], z[M], y[RAYS], gap[RAYS], weight[RAYS];
 	double down[M][N]; /* D */
 };
@@ -82,10 +84,8 @@ struct problem {
 static void down(float *z, const float *x)
 {
 	struct ct_separable s = {0};
-	struct ct_err e;
 
-	if (ct_degrade_plan(&s, &half, size, NULL, &e))
-		exit(1);
+	must(ct_degrade_plan(&s, &half, size, NULL, &err));
 	ct_separable_apply(&s, z, x, NULL);
 	ct_separable_free(&s);
 }
@@ -94,11 +94,11 @@ static void down(float *z, const float *x)
 static void make(struct problem *p, size_t views, size_t cols, double noise)
 {
 	struct ct_separable up = {0};
-	struct ct_err e;
 	float z[M], p0[RAYS];
 
 	memset(p, 0, sizeof *p);
 	dense_alloc(&p->d, views, RAYS / views / cols, cols, N);
+	p->cols = cols;
 	for (size_t i = 0; i < N; i++) {
 		float unit[N] = {0};
 
@@ -109,12 +109,11 @@ static void make(struct problem *p, size_t views, size_t cols, double noise)
 			p->down[q][i] = (double)z[q];
 	}
 	down(p->z, p->truth);
-	if (ct_dc_pinv_plan(&up, &half, size, NULL, &e))
-		exit(1);
+	must(ct_dc_pinv_plan(&up, &half, size, NULL, &err));
 	ct_separable_apply(&up, p->x0, p->z, NULL);
 	ct_separable_free(&up);
-	forward(&p->d, p->y, 0, views, p->truth, &e);
-	forward(&p->d, p0, 0, views, p->x0, &e);
+	forward(&p->d, p->y, views, p->truth, NULL, &err);
+	forward(&p->d, p0, views, p->x0, NULL, &err);
 	for (size_t r = 0; r < RAYS; r++) {
 		p->y[r] += (float)(noise * random_at(5000 + r));
 		p->gap[r] = p->y[r] - p0[r];
@@ -126,16 +125,13 @@ static struct ct_joint solver(
 	const struct problem *p, double mu, size_t iterations, struct ct_env *env)
 {
 	struct ct_joint j = {.rays = &p->d.rays,
+		.cols = p->cols,
 		.y = p->y,
 		.gap = p->gap,
 		.weight = p->weight,
 		.rule = {{1, 1, 1}, mu, iterations, 0}};
-	struct ct_err e;
 
-	if (ct_joint_alloc(&j, &half, size, p->z, env, &e)) {
-		printf("# %s\n", e.msg);
-		exit(1);
-	}
+	must(ct_joint_alloc(&j, &half, size, p->z, env, &err));
 	memcpy(j.x, p->x0, sizeof p->x0);
 	return j;
 }
@@ -144,24 +140,11 @@ static void run(float *x, const struct problem *p, double mu, size_t iterations,
 	struct ct_joint_at *at, struct ct_env *env)
 {
 	struct ct_joint j = solver(p, mu, iterations, env);
-	struct ct_err e;
 
-	if (ct_joint_run(&j, env, &e)) {
-		printf("# %s\n", e.msg);
-		exit(1);
-	}
+	must(ct_joint_run(&j, env, &err));
 	memcpy(x, j.x, N * sizeof *x);
 	*at = j.at;
 	ct_joint_free(&j);
-}
-
-static double distance(const float *a, const float *b, size_t n)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < n; i++)
-		sum += pow((double)a[i] - (double)b[i], 2);
-	return sqrt(sum / (double)n);
 }
 
 static double inconsistency(const struct problem *p, const float *x)
@@ -169,7 +152,7 @@ static double inconsistency(const struct problem *p, const float *x)
 	float z[M];
 
 	down(z, x);
-	return distance(z, p->z, M);
+	return rms(M, z, p->z);
 }
 
 /* Solve the square system a (n, n) x = b by elimination with pivots; both are used up. */
@@ -241,9 +224,9 @@ static void test_least_squares(struct ct_env *env)
 		p.weight[r] = r % 3 ? 1 : 0.25f;
 	least_squares(want, &p);
 	run(x, &p, 1e-6, 600, &at, env);
-	OK(distance(x, want, N) < 1e-3 * distance(p.x0, want, N),
+	OK(rms(N, x, want) < 1e-3 * rms(N, p.x0, want),
 		"next to no variation: the least squares of a dense solver (%.2g of %.3g)",
-		distance(x, want, N), distance(p.x0, want, N));
+		rms(N, x, want), rms(N, p.x0, want));
 	OK(inconsistency(&p, x) < 1e-4, "D x = z (%.2g)", inconsistency(&p, x));
 	for (size_t r = 0; r < RAYS; r += 8) {
 		p.weight[r] = 0;
@@ -251,8 +234,8 @@ static void test_least_squares(struct ct_env *env)
 	}
 	least_squares(want, &p);
 	run(x, &p, 1e-6, 600, &at, env);
-	OK(distance(x, want, N) < 1e-3 * distance(p.x0, want, N),
-		"garbage of weight 0 has no effect (%.2g)", distance(x, want, N));
+	OK(rms(N, x, want) < 1e-3 * rms(N, p.x0, want), "garbage of weight 0 has no effect (%.2g)",
+		rms(N, x, want));
 	free(p.d.a);
 }
 
@@ -287,12 +270,11 @@ static double objective(const struct problem *p, const float *x, double mu_norm)
 {
 	double v[N], g[N], sum;
 	float q[RAYS];
-	struct ct_err e;
 
 	for (size_t i = 0; i < N; i++)
 		v[i] = (double)x[i];
 	sum = mu_norm * smooth_variation(g, v, 0);
-	forward((void *)(size_t)&p->d, q, 0, p->d.rays.views, x, &e);
+	forward((void *)(size_t)&p->d, q, p->d.rays.parts, x, NULL, &err);
 	for (size_t r = 0; r < RAYS; r++)
 		sum += 0.025 * (double)p->weight[r] * pow((double)q[r] - (double)p->y[r], 2);
 	return sum;
@@ -307,19 +289,17 @@ static void test_variation(struct ct_env *env)
 	double mu = 2, best, start, third, worst = 0, unit = 0;
 	struct ct_dc null = {0};
 	float zero[M] = {0}, *scratch;
-	struct ct_err e;
 
 	make(&p, 240, 1, 3);
 	run(few, &p, mu, 12, &at, env);
 	run(x, &p, mu, 1500, &at, env);
-	best = objective(&p, x, mu * 1.4 * at.norm);
-	start = objective(&p, p.x0, mu * 1.4 * at.norm);
-	third = objective(&p, few, mu * 1.4 * at.norm);
+	best = objective(&p, x, mu * 1.4 * at.fista.norm);
+	start = objective(&p, p.x0, mu * 1.4 * at.fista.norm);
+	third = objective(&p, few, mu * 1.4 * at.fista.norm);
 	OK(best < third && third < 0.9 * start, "the objective falls: %.6g %.6g %.6g", start, third,
 		best);
 	OK(inconsistency(&p, x) < 1e-4, "and D x = z (%.2g)", inconsistency(&p, x));
-	if (ct_dc_alloc(&null, &half, size, zero, 0, NULL, &e))
-		exit(1);
+	must(ct_dc_alloc(&null, &half, size, zero, 0, NULL, &err));
 	scratch = malloc(ct_dc_scratch(&null) * sizeof *scratch);
 	for (uint64_t t = 0; t < 400; t++) {
 		float step[N];
@@ -336,7 +316,7 @@ static void test_variation(struct ct_env *env)
 		for (int sign = -1; sign <= 1; sign += 2) {
 			for (size_t i = 0; i < N; i++)
 				other[i] = x[i] + (float)(sign * 0.3 / sqrt(unit)) * step[i];
-			worst = fmax(worst, best - objective(&p, other, mu * 1.4 * at.norm));
+			worst = fmax(worst, best - objective(&p, other, mu * 1.4 * at.fista.norm));
 		}
 	}
 	OK(worst < 1e-6 * best, "nothing near is better (%.2g of %.6g)", worst, best);
@@ -354,9 +334,9 @@ static void test_choice(struct ct_env *env)
 	make(&p, 40, 3, 0.1);
 	run(x, &p, 0, 60, &at, env);
 	OK(at.trusted && at.best < 0.5, "true projections are trusted: %.3g is left", at.best);
-	OK(distance(x, p.truth, N) < 0.3 * distance(p.x0, p.truth, N),
-		"and bring it near the truth (%.3g of %.3g)", distance(x, p.truth, N),
-		distance(p.x0, p.truth, N));
+	OK(rms(N, x, p.truth) < 0.3 * rms(N, p.x0, p.truth),
+		"and bring it near the truth (%.3g of %.3g)", rms(N, x, p.truth),
+		rms(N, p.x0, p.truth));
 	for (size_t r = 0; r < RAYS; r++) { /* errors that views do not share */
 		y[r] = p.y[r] - p.gap[r];
 		p.gap[r] = (float)(300 * random_at(7000 + r));
@@ -378,12 +358,10 @@ static void test_threads(struct ct_env *env)
 	struct ct_env many = *env;
 	struct problem p;
 	struct ct_joint_at at;
-	struct ct_err e;
 	float one[N], four[N];
 
 	make(&p, 40, 3, 0.1);
-	if (ct_par_alloc(&many.par, 4, &e))
-		exit(1);
+	must(ct_par_alloc(&many.par, 4, &err));
 	run(one, &p, 0, 10, &at, env);
 	run(four, &p, 0, 10, &at, &many);
 	OK(memcmp(one, four, sizeof one) == 0, "1 and 4 threads, same bytes");
@@ -408,7 +386,6 @@ static void test_resume(struct ct_env *env)
 {
 	struct problem p;
 	struct ct_joint_at at;
-	struct ct_err e = {0};
 	float whole[N];
 	bool same = true, stopped = true;
 
@@ -421,9 +398,9 @@ static void test_resume(struct ct_env *env)
 		p.d.stop_at = call;
 		a.save = save;
 		a.ctx = &b;
-		stopped &= ct_joint_run(&a, env, &e) == -1 && e.code == CT_ESTOP;
+		stopped &= ct_joint_run(&a, env, &err) == -1 && err.code == CT_ESTOP;
 		p.d.stop_at = 0;
-		same &= ct_joint_run(&b, env, &e) == 0 && memcmp(b.x, whole, sizeof whole) == 0;
+		same &= ct_joint_run(&b, env, &err) == 0 && memcmp(b.x, whole, sizeof whole) == 0;
 		ct_joint_free(&a);
 		ct_joint_free(&b);
 	}
@@ -436,21 +413,21 @@ static void test_bad(struct ct_env *env)
 {
 	struct problem p;
 	struct ct_joint j;
-	struct ct_err e = {0};
 
 	make(&p, 40, 3, 0.1);
 	p.y[17] = NAN;
 	j = solver(&p, 1, 10, env);
-	OK(ct_joint_run(&j, env, &e) == -1 && e.code == CT_ENUMERIC, "NaN is found: %s", e.msg);
+	OK(ct_joint_run(&j, env, &err) == -1 && err.code == CT_ENUMERIC, "NaN is found: %s",
+		err.msg);
 	ct_joint_free(&j);
-	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, -1, 10, 0}};
-	OK(ct_joint_alloc(&j, &half, size, p.z, env, &e) == -1 && e.code == CT_EUSAGE,
-		"a negative weight: %s", e.msg);
+	j = (struct ct_joint){.rays = &p.d.rays, .cols = p.cols, .rule = {{1, 1, 1}, -1, 10, 0}};
+	OK(ct_joint_alloc(&j, &half, size, p.z, env, &err) == -1 && err.code == CT_EUSAGE,
+		"a negative weight: %s", err.msg);
 	ct_joint_free(&j);
-	j = (struct ct_joint){.rays = &p.d.rays, .rule = {{1, 1, 1}, 1, 10, 0}};
-	OK(ct_joint_alloc(&j, &half, (const size_t[3]){4, 5, 8}, p.z, env, &e) == -1 &&
-			e.code == CT_EGEOM,
-		"a size that is no multiple: %s", e.msg);
+	j = (struct ct_joint){.rays = &p.d.rays, .cols = p.cols, .rule = {{1, 1, 1}, 1, 10, 0}};
+	OK(ct_joint_alloc(&j, &half, (const size_t[3]){4, 5, 8}, p.z, env, &err) == -1 &&
+			err.code == CT_EGEOM,
+		"a size that is no multiple: %s", err.msg);
 	ct_joint_free(&j);
 	free(p.d.a);
 }
@@ -463,7 +440,6 @@ static void test_band(void)
 	float *p = malloc(3 * H * W * sizeof *p);
 	const size_t kx[3] = {18, 50, 2}, ky[3] = {10, 4, 40}; /* of 2W, 2H; f is 40, 24 */
 	double left[3] = {0}, off = 0, all[3] = {0};
-	struct ct_err e;
 
 	if (!p)
 		exit(1);
@@ -472,8 +448,7 @@ static void test_band(void)
 			p[v * H * W + i] =
 				(float)(cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
 					cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H));
-	if (ct_band_clear(p, 3, H, W, f, NULL, &e))
-		exit(1);
+	must(ct_band_clear(p, 3, H, W, f, NULL, &err));
 	for (size_t v = 0; v < 3; v++)
 		for (size_t i = 0; i < H * W; i++) {
 			double c = cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *

@@ -2,8 +2,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/dab.h"
-#include "gs/loss.h"
+#include "gs/rasterise.h"
+#include "gs/loss-image.h"
+#include "gs/loss-tv.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -15,30 +16,28 @@ enum { H = 19, W = 23 };
 static const struct ct_loss_weights weights = {2, 0.5, 0.05, 0, 0.02, 1},
 				    weighted = {2, 0.5, 0.05, 0, 0.02, 0.6};
 
-static double image_loss(struct ct_loss *l, float *d, const float *img, size_t pitch,
+static double image_loss(struct ct_loss_image *l, float *d, const float *img, size_t pitch,
 	const float *base, const float *y, const float *weight)
 {
 	const struct ct_loss_weights *k = weight ? &weighted : &weights;
 	struct ct_loss_terms t = {0};
 
-	ct_loss_image(l, &t, d, img, pitch, base, y, weight, k, NULL);
+	ct_loss_image_gradient(l, &t, d, img, pitch, base, y, weight, k, NULL);
 	return k->l1 * t.l1 + k->ssim * t.dssim;
 }
 
 static void image(bool weigh)
 {
 	const struct ct_loss_weights *k = weigh ? &weighted : &weights;
-	size_t pitch = ct_dab_pitch(W);
+	size_t pitch = ct_rasterise_pitch(W);
 	float *img, *d, *waste, base[H * W], y[H * W], w[H * W], *weight = weigh ? w : NULL;
 	struct ct_loss_terms t = {0};
-	struct ct_loss l;
-	struct ct_err e;
+	struct ct_loss_image l;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	if (ct_loss_init(&l, H, W, &e) || ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
-		ct_alloc(&d, H * pitch, sizeof *d, &e) ||
-		ct_alloc(&waste, H * pitch, sizeof *d, &e))
-		exit(1);
+	must(ct_loss_image_init(&l, H, W, &err) || ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
+		ct_alloc(&d, H * pitch, sizeof *d, &err) ||
+		ct_alloc(&waste, H * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		/* differences stay away from zero, where |x| has no derivative */
 		base[i] = (float)(40 * ct_rng_uniform(1, 0, i));
@@ -48,7 +47,7 @@ static void image(bool weigh)
 		sum += (weigh ? (double)w[i] : 1) *
 		       fabs((double)(img[i / W * pitch + i % W] + base[i] - y[i]));
 	}
-	ct_loss_image(&l, &t, d, img, pitch, base, y, weight, k, NULL);
+	ct_loss_image_gradient(&l, &t, d, img, pitch, base, y, weight, k, NULL);
 	NEAR(t.l1, 0.02 * sum / (H * W) / k->mean_weight, 1e-6, "L1 of the scaled images");
 	OK(t.dssim > 0 && t.dssim < 1, "1 - SSIM in (0, 1)");
 	image_loss(&l, d, img, pitch, base, y, weight);
@@ -64,12 +63,12 @@ static void image(bool weigh)
 	NEAR(num / dot, 1, 1e-3,
 		weigh ? "gradient along a direction, weighted"
 		      : "gradient of L1 and SSIM along a direction");
-	ct_loss_image(&l, &t, d, y, W, NULL, y, weight, k, NULL);
+	ct_loss_image_gradient(&l, &t, d, y, W, NULL, y, weight, k, NULL);
 	NEAR(t.l1 + fabs(t.dssim), 0, 1e-6, "nothing is lost on the truth");
 	free(img);
 	free(d);
 	free(waste);
-	ct_loss_free(&l);
+	ct_loss_image_free(&l);
 }
 
 /* Weights that are all their mean change nothing; a pixel of weight 0 pulls nowhere. */
@@ -79,23 +78,20 @@ static void same_weights(void)
 	float *d[3], x[H * W], y[H * W], w[H * W];
 	struct ct_loss_terms t[3];
 	double off = 0;
-	struct ct_loss l;
-	struct ct_err e;
+	struct ct_loss_image l;
 
-	if (ct_loss_init(&l, H, W, &e))
-		exit(1);
+	must(ct_loss_image_init(&l, H, W, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		x[i] = ct_rng_normal(2, 0, i);
 		y[i] = ct_rng_normal(2, 1, i);
 		w[i] = 0.25f;
 	}
 	for (size_t i = 0; i < 3; i++) {
-		if (ct_alloc(&d[i], H * W, sizeof(float), &e))
-			exit(1);
+		must(ct_alloc(&d[i], H * W, sizeof(float), &err));
 		k.mean_weight = i ? 0.25 : 1;
 		k.ssim = i < 2 ? weights.ssim : 0;
 		w[77] = i < 2 ? 0.25f : 0;
-		ct_loss_image(&l, &t[i], d[i], x, W, NULL, y, i ? w : NULL, &k, NULL);
+		ct_loss_image_gradient(&l, &t[i], d[i], x, W, NULL, y, i ? w : NULL, &k, NULL);
 	}
 	for (size_t i = 0; i < H * W; i++)
 		off = fmax(off, fabs((double)(d[1][i] - d[0][i])));
@@ -105,21 +101,20 @@ static void same_weights(void)
 		"a pixel of weight 0 has no gradient");
 	for (size_t i = 0; i < 3; i++)
 		free(d[i]);
-	ct_loss_free(&l);
+	ct_loss_image_free(&l);
 }
 
 static void tv(void)
 {
 	const size_t n[3] = {7, 5, 6};
 	const size_t one[3] = {1, 1, 1};
-	size_t pitch = ct_dab_pitch(7);
+	size_t pitch = ct_rasterise_pitch(7);
 	float *f, *d, *waste, base[7 * 5 * 6], single = 3;
 	double want = 0, num, dot = 0, h = 1e-3, val[2], part[6];
-	struct ct_err e;
 
-	if (ct_alloc0(&f, 30 * pitch, sizeof *f, &e) || ct_alloc(&d, 30 * pitch, sizeof *d, &e) ||
-		ct_alloc(&waste, 30 * pitch, sizeof *d, &e))
-		exit(1);
+	must(ct_alloc0(&f, 30 * pitch, sizeof *f, &err) ||
+		ct_alloc(&d, 30 * pitch, sizeof *d, &err) ||
+		ct_alloc(&waste, 30 * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < 210; i++) {
 		base[i] = ct_rng_normal(4, 0, i);
 		f[i / 7 * pitch + i % 7] = ct_rng_normal(4, 1, i);
@@ -138,13 +133,13 @@ static void tv(void)
 			}
 	}
 	want /= 6 * 5 * 6 + 7 * 4 * 6 + 7 * 5 * 5;
-	NEAR(ct_loss_tv(d, part, f, pitch, base, n, 0.7, NULL), want, 1e-6,
+	NEAR(ct_loss_tv_gradient(d, part, f, pitch, base, n, 0.7, NULL), want, 1e-6,
 		"TV is the mean difference");
 	for (int s = 0; s < 2; s++) {
 		for (size_t i = 0; i < 210; i++)
 			f[i / 7 * pitch + i % 7] +=
 				(float)((s ? 2 : -1) * h) * ct_rng_normal(4, 2, i);
-		val[s] = ct_loss_tv(waste, part, f, pitch, base, n, 1, NULL);
+		val[s] = ct_loss_tv_gradient(waste, part, f, pitch, base, n, 1, NULL);
 	}
 	num = 0.7 * (val[1] - val[0]) / (2 * h);
 	for (size_t i = 0; i < 210; i++)
@@ -152,8 +147,9 @@ static void tv(void)
 	NEAR(num / dot, 1, 2e-2, "gradient of TV along a direction");
 	for (size_t i = 0; i < 210; i++)
 		f[i / 7 * pitch + i % 7] = 2 - base[i];
-	OK(ct_loss_tv(d, part, f, pitch, base, n, 1, NULL) < 1e-6, "a flat sum has none");
-	OK(ct_loss_tv(waste, part, &single, ct_dab_pitch(1), NULL, one, 1, NULL) <= 0,
+	OK(ct_loss_tv_gradient(d, part, f, pitch, base, n, 1, NULL) < 1e-6, "a flat sum has none");
+	OK(ct_loss_tv_gradient(waste, part, &single, ct_rasterise_pitch(1), NULL, one, 1, NULL) <=
+			0,
 		"nor has one voxel");
 	free(f);
 	free(d);
@@ -166,15 +162,13 @@ static void threads(void)
 	enum { HH = 150, WW = 140, M = 18 };
 	static float x[HH * WW], y[HH * WW], w[HH * WW], d[2][HH * WW], f[M * M * (M + 64)];
 	static float df[2][M * M * (M + 64)];
-	const size_t n[3] = {M, M, M}, pitch = ct_dab_pitch(M);
+	const size_t n[3] = {M, M, M}, pitch = ct_rasterise_pitch(M);
 	struct ct_loss_terms t[2] = {0};
 	struct ct_par *par;
-	struct ct_loss l;
+	struct ct_loss_image l;
 	double part[M], v[2];
-	struct ct_err e;
 
-	if (ct_loss_init(&l, HH, WW, &e) || ct_par_alloc(&par, 4, &e) || pitch > M + 64)
-		exit(1);
+	must(ct_loss_image_init(&l, HH, WW, &err) || ct_par_alloc(&par, 4, &err) || pitch > M + 64);
 	for (size_t i = 0; i < (size_t)HH * WW; i++) {
 		x[i] = 40 * (float)ct_rng_uniform(5, 0, i);
 		y[i] = x[i] + ct_rng_normal(5, 1, i);
@@ -185,15 +179,15 @@ static void threads(void)
 	for (int k = 0; k < 2; k++) {
 		struct ct_par *p = k ? par : NULL;
 
-		ct_loss_image(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
-		v[k] = ct_loss_tv(df[k], part, f, pitch, NULL, n, 1, p);
+		ct_loss_image_gradient(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
+		v[k] = ct_loss_tv_gradient(df[k], part, f, pitch, NULL, n, 1, p);
 	}
 	OK(memcmp(d[0], d[1], sizeof d[0]) == 0 && memcmp(&t[0], &t[1], sizeof t[0]) == 0,
 		"image: the same bytes with four threads and with one");
 	OK(memcmp(df[0], df[1], sizeof df[0]) == 0 && memcmp(&v[0], &v[1], sizeof v[0]) == 0,
 		"and TV");
 	ct_par_free(par);
-	ct_loss_free(&l);
+	ct_loss_image_free(&l);
 }
 
 int main(void)

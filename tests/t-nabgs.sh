@@ -88,9 +88,9 @@ head -c 3000 stopped/r.ply.state >cut && mv cut stopped/r.ply.state
 exits 0 'the paper' fit --paper p.exr paper.ply
 ct-compose up.nii paper.ply paper.nii
 above "$(psnr hr.nii out.nii)" "$(psnr hr.nii paper.nii)"; ok $? 'where to begin and how fast pays'
-exits 0 'and polish' fit --polish=10 p.exr polish.ply
-ct-compose up.nii polish.ply polish.nii
-above "$(psnr hr.nii polish.nii)" "$(psnr hr.nii out.nii)"; ok $? 'which pays'
+exits 0 'and refit' fit --refit=10 p.exr refit.ply
+ct-compose up.nii refit.ply refit.nii
+above "$(psnr hr.nii refit.nii)" "$(psnr hr.nii out.nii)"; ok $? 'which pays'
 exits 0 'as the program of R2-Gaussian' fit --r2-compat p.exr compat.ply
 ! cmp -s paper.ply compat.ply; ok $? 'does something else'
 
@@ -101,7 +101,7 @@ exits 0 'and the low-resolution CT' ct-nabgs -b up.nii --lr=lr.nii -n 200 -g 100
 	--max-gaussians=1000 few.exr lr.ply
 above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then reduces'
 exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
-exits 2 'polish of a density with bounds' fit --polish=3 -a sine p.exr no.ply
+exits 2 'refit of a density with bounds' fit --refit=3 -a sine p.exr no.ply
 
 mkdir fast
 far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --rate=1000 "$@" \
@@ -122,8 +122,6 @@ grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 's
 [ ! -e dry.ply ]; ok $? 'and makes nothing'
 
 exits 2 'needs a base' ct-nabgs p.exr no.ply
-exits 2 'Gaussians are no volume' ct-nabgs --base=b.nii p.exr no.nii.gz
-has err 'PLY' 'nor voxels Gaussians'
 exits 2 'one standard input' ct-nabgs -b - - no.ply
 exits 2 'caps above the start' ct-nabgs -b up.nii -g 50 --max-gaussians 20 p.exr no.ply
 exits 2 'no resume of a stream' ct-nabgs -b up.nii --resume p.exr -

@@ -11,7 +11,6 @@
 #include <zlib.h>
 
 static const int small[3] = {3, 4, 5};
-static struct ct_err err;
 
 static int parse(const void *p, size_t n, struct ct_vol *v)
 {

@@ -190,7 +190,7 @@ static void test_hostile(void)
 	refused(LE "element vertex 1\nproperty list uchar int x\nend_header\n", "lists");
 	refused(LE "element vertex 1\nproperty half x\nend_header\n", "of type half");
 	refused(LE ALL("1"), "no comment ct:activation");
-	refused(LE "comment ct:activation=cubic\n" ALL("1"), "'cubic' is not prelu");
+	refused(LE "comment ct:activation=cubic\n" ALL("1"), "'cubic' is not one of prelu");
 	refused(LE "comment ct:activation=prelu\n" ALL("1"), "ct:gamma");
 	refused(LE "comment ct:activation=prelu\ncomment ct:gamma=-1\n" ALL("1"), "ct:gamma");
 	refused(LE "comment ct:activation=relu\ncomment ct:units=inch\n" ALL("1"), "'inch'");

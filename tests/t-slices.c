@@ -10,7 +10,6 @@
 enum { N = 7 };
 
 static char paths[N][8];
-static struct ct_err err;
 
 /* A stack of N slices, `gap` mm apart along the normal, in a shuffled order. */
 static void stack(struct ct_slice s[N], const double across[3], const double down[3], double gap)

@@ -2,7 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
+#include "gs/activation.h"
+#include "gs/footprint-ref.h"
 #include "gs/splat.h"
 #include "tap.h"
 
@@ -16,25 +17,24 @@ enum { H = 40, W = 56, PARAMS = 12 };
 static void look(struct ct_camera *c, enum ct_beam beam, double angle, bool oblique)
 {
 	double s = sin(angle), k = cos(angle);
-	struct ct_err e;
 	struct ct_view v = {.source = {400 * k, 400 * s, 12},
 		.centre = {-200 * k + 3, -200 * s, -5},
 		.u = {-2 * s, 2 * k, oblique ? 0.7 : 0},
 		.v = {0.2 * k, 0.2 * s, -2.5}};
 
-	if (ct_camera_init(c, &v, beam, H, W, &e))
-		OK(0, "%s", e.msg);
+	if (ct_camera_init(c, &v, beam, H, W, &err))
+		OK(0, "%s", err.msg);
 }
 
 /* The image of one Gaussian given by raw parameters: p, ln s, q, z, gamma. */
-static bool render(double *img, struct ct_foot *f, struct ct_blob *b, const struct ct_camera *c,
-	const double x[PARAMS])
+static bool render(double *img, struct ct_footprint *f, struct ct_gaussian *b,
+	const struct ct_camera *c, const double x[PARAMS])
 {
-	ct_blob_make(b, x, x + 3, x + 6, ct_act(CT_PRELU, x[11], x[10]));
+	ct_gaussian_make(b, x, x + 3, x + 6, ct_activation_apply(CT_PRELU, x[11], x[10]));
 	memset(img, 0, H * W * sizeof *img);
-	if (!ct_foot_of(f, c, b))
+	if (!ct_footprint_ref_of(f, c, b))
 		return false;
-	ct_foot_draw(img, c, f, b->rho, INFINITY);
+	ct_footprint_ref_draw(img, c, f, b->rho, INFINITY);
 	return true;
 }
 
@@ -51,8 +51,8 @@ static double numeric(const double *g, const struct ct_camera *c, const double a
 {
 	static double img[H * W];
 	double h = 1e-3 * (k < 3 ? 4 : 1) * (k == 10 ? 0.1 : 1), y[4], x[PARAMS];
-	struct ct_foot f;
-	struct ct_blob b;
+	struct ct_footprint f;
+	struct ct_gaussian b;
 
 	for (int i = 0; i < 4; i++) { /* fourth order: -2h, -h, h, 2h */
 		memcpy(x, at, sizeof x);
@@ -67,18 +67,18 @@ static void analytic(
 	double d[PARAMS], const double *g, const struct ct_camera *c, const double x[PARAMS])
 {
 	static double img[H * W];
-	struct ct_foot f;
-	struct ct_blob b;
-	struct ct_foot_grad fg;
+	struct ct_footprint f;
+	struct ct_gaussian b;
+	struct ct_gaussian_gradient fg;
 	double sums[6];
 
 	render(img, &f, &b, c, x);
-	ct_foot_sums(sums, g, c, &f, INFINITY);
-	ct_foot_back(&fg, &f, c, &b, sums);
+	ct_footprint_ref_sums(sums, g, c, &f, INFINITY);
+	ct_footprint_ref_backward(&fg, &f, c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
-	ct_blob_back(d + 3, d + 6, fg.shape, &b, x + 6);
-	d[10] = fg.rho * ct_act_slope(CT_PRELU, x[11], x[10]);
-	d[11] = fg.rho * ct_act_dgamma(CT_PRELU, x[10]);
+	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, x + 6);
+	d[10] = fg.rho * ct_activation_slope(CT_PRELU, x[11], x[10]);
+	d[11] = fg.rho * ct_activation_dgamma(CT_PRELU, x[10]);
 }
 
 static void differences(enum ct_beam beam, bool oblique, double z, const char *name)
@@ -93,13 +93,13 @@ static void differences(enum ct_beam beam, bool oblique, double z, const char *n
 		g[i] = 0.5 + (double)ct_rng_normal(1, 0, i);
 	analytic(d, g, &c, x);
 	for (int k = 0; k < PARAMS; k++) {
-		double n = numeric(g, &c, x, k), err = fabs(n - d[k]);
+		double n = numeric(g, &c, x, k), off = fabs(n - d[k]);
 
 		scale = fmax(fabs(n), 1e-3 * fabs(d[10]));
 		if (z > 0 && k == 11)
-			worst = fmax(worst, err);
+			worst = fmax(worst, off);
 		else
-			worst = fmax(worst, err / scale);
+			worst = fmax(worst, off / scale);
 	}
 	if (!OK(worst < 1e-6, "gradient against finite differences, %s", name))
 		printf("# worst %g\n", worst);
@@ -113,11 +113,10 @@ static void mass_and_peak(enum ct_beam beam)
 		.source = {0, -400, 0}, .centre = {0, 200, 0}, .u = {2, 0, 0}, .v = {0, 0, -2}};
 	double mag = beam == CT_CONE ? 1.5 : 1, mass = 0, peak, want;
 	struct ct_camera c;
-	struct ct_foot f;
-	struct ct_blob b;
-	struct ct_err e;
+	struct ct_footprint f;
+	struct ct_gaussian b;
 
-	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &e) == 0, "camera, %s", ct_beam_name(beam));
+	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &err) == 0, "camera, %s", ct_beam_name(beam));
 	render(img, &f, &b, &c, x);
 	for (size_t i = 0; i < c.h * c.w; i++)
 		mass += img[i];
@@ -129,7 +128,7 @@ static void mass_and_peak(enum ct_beam beam)
 }
 
 /* Integral along the ray of every pixel, by fine steps: exact for parallel beam. */
-static double ray_sum(const struct ct_blob *b, const double from[3], const double dir[3])
+static double ray_sum(const struct ct_gaussian *b, const double from[3], const double dir[3])
 {
 	double sum = 0, step = 0.05;
 
@@ -158,11 +157,10 @@ static void line_integrals(enum ct_beam beam, double tol)
 		.v = {0, 0.1, -2}};
 	double worst = 0, peak = 0;
 	struct ct_camera c;
-	struct ct_foot f;
-	struct ct_blob b;
-	struct ct_err e;
+	struct ct_footprint f;
+	struct ct_gaussian b;
 
-	ct_camera_init(&c, &v, beam, H, W, &e);
+	ct_camera_init(&c, &v, beam, H, W, &err);
 	render(img, &f, &b, &c, x);
 	for (size_t r = 0; r < H; r += 3)
 		for (size_t k = 0; k < W; k += 3) {
@@ -220,52 +218,50 @@ static double diff(size_t n, const float *a, const double *b)
 }
 
 /* Fast functions against the ones in double, with the same end. */
-static void fast(
-	enum ct_beam beam, const struct ct_gauss *g, const struct ct_blob *b, struct ct_par *par)
+static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_gaussian *b,
+	struct ct_par *par)
 {
 	static double ref[H * W], dref[H * W];
-	size_t pitch = ct_dab_pitch(W);
+	size_t pitch = ct_rasterise_pitch(W);
 	float *img, *dimg, *again, got[H * W];
 	struct ct_splat s = {0};
-	struct ct_gs_grad grad = {0}, one = {0};
+	struct ct_gradient grad = {0}, one = {0};
 	struct ct_camera c;
-	struct ct_err e;
-	double err[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, worst = 0;
+	double off[CT_GS_FIELDS] = {0}, size[CT_GS_FIELDS] = {0}, worst = 0;
 	bool same = true;
 
 	look(&c, beam, 2.1, true);
-	if (ct_alloc0(&img, H * pitch, sizeof *img, &e) ||
-		ct_alloc0(&dimg, H * pitch, sizeof *img, &e) ||
-		ct_alloc0(&again, H * pitch, sizeof *img, &e) ||
-		ct_gs_grad_reserve(&grad, g->n, &e) || ct_gs_grad_reserve(&one, g->n, &e))
-		exit(1);
+	must(ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
+		ct_alloc0(&dimg, H * pitch, sizeof *img, &err) ||
+		ct_alloc0(&again, H * pitch, sizeof *img, &err) ||
+		ct_gradient_reserve(&grad, g->n, &err) || ct_gradient_reserve(&one, g->n, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		dimg[i / W * pitch + i % W] = ct_rng_normal(7, 0, i);
 		dref[i] = (double)dimg[i / W * pitch + i % W];
 		ref[i] = 0;
 	}
-	OK(ct_splat_plan(&s, &c, g->n, b, par, &e) == 0, "plan, %s", ct_beam_name(beam));
+	OK(ct_splat_plan(&s, &c, g->n, b, par, &err) == 0, "plan, %s", ct_beam_name(beam));
 	ct_splat_draw(img, &s, par);
 	ct_splat_draw(again, &s, NULL);
-	ct_splat_back(&grad, &s, b, g, dimg, par);
-	ct_splat_back(&one, &s, b, g, dimg, NULL);
+	ct_splat_backward(&grad, &s, b, g, dimg, par);
+	ct_splat_backward(&one, &s, b, g, dimg, NULL);
 	for (size_t i = 0; i < g->n; i++) {
-		struct ct_foot_grad fg = {0};
+		struct ct_gaussian_gradient fg = {0};
 		double sums[6], d[CT_GS_FIELDS] = {0}, q[4];
-		struct ct_foot f;
+		struct ct_footprint f;
 
-		if (!ct_foot_of(&f, &c, &b[i]))
+		if (!ct_footprint_ref_of(&f, &c, &b[i]))
 			continue;
-		ct_foot_draw(ref, &c, &f, b[i].rho, CT_GS_CUT);
-		ct_foot_sums(sums, dref, &c, &f, CT_GS_CUT);
-		ct_foot_back(&fg, &f, &c, &b[i], sums);
+		ct_footprint_ref_draw(ref, &c, &f, b[i].rho, CT_GS_CUT);
+		ct_footprint_ref_sums(sums, dref, &c, &f, CT_GS_CUT);
+		ct_footprint_ref_backward(&fg, &f, &c, &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g->rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
-		ct_blob_back(d + 3, d + 6, fg.shape, &b[i], q);
+		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
 		d[10] = fg.rho;
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-			err[k] = fmax(err[k], fabs(d[k] - (double)grad.d[k][i]));
+			off[k] = fmax(off[k], fabs(d[k] - (double)grad.d[k][i]));
 			size[k] = fmax(size[k], fabs(d[k]));
 			same &= memcmp(&grad.d[k][i], &one.d[k][i], sizeof(float)) == 0;
 		}
@@ -275,7 +271,7 @@ static void fast(
 	if (!OK(diff(H * W, got, ref) < 1e-5, "fast image equals the reference"))
 		printf("# %g\n", diff(H * W, got, ref));
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		worst = fmax(worst, err[k] / size[k]);
+		worst = fmax(worst, off[k] / size[k]);
 	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
 		printf("# %g\n", worst);
 	OK(same && memcmp(img, again, H * pitch * sizeof *img) == 0,
@@ -284,8 +280,8 @@ static void fast(
 	free(dimg);
 	free(again);
 	ct_splat_free(&s);
-	ct_gs_grad_free(&grad);
-	ct_gs_grad_free(&one);
+	ct_gradient_free(&grad);
+	ct_gradient_free(&one);
 }
 
 /* Of one Gaussian: what is below the gate is gone, in both directions, the rest stays. */
@@ -297,25 +293,22 @@ static void gate(void)
 		.v = {0, 0.1, -2}};
 	const double p[3] = {4, -3, 2}, ln_s[3] = {2.1, 1.6, 1.8}, q[4] = {0.9, 0.3, -0.5, 0.4};
 	const float least = 0.4f;
-	size_t pitch = ct_dab_pitch(W), wrong = 0, gone = 0, kept = 0;
+	size_t pitch = ct_rasterise_pitch(W), wrong = 0, gone = 0, kept = 0;
 	float *img[2], *ones, quat[4] = {0.9f, 0.3f, -0.5f, 0.4f};
 	struct ct_gauss set = {.n = 1, .rot = {quat, quat + 1, quat + 2, quat + 3}};
-	struct ct_gs_grad grad = {0};
+	struct ct_gradient grad = {0};
 	struct ct_splat s = {0};
 	double sum = 0, mu = 0;
 	struct ct_camera c;
-	struct ct_foot f;
-	struct ct_blob b;
-	struct ct_err e;
+	struct ct_footprint f;
+	struct ct_gaussian b;
 
-	ct_blob_make(&b, p, ln_s, q, -0.25);
-	if (ct_camera_init(&c, &v, CT_CONE, H, W, &e) || ct_gs_grad_reserve(&grad, 1, &e) ||
-		ct_alloc(&ones, H * pitch, sizeof *ones, &e))
-		exit(1);
+	ct_gaussian_make(&b, p, ln_s, q, -0.25);
+	must(ct_camera_init(&c, &v, CT_CONE, H, W, &err) || ct_gradient_reserve(&grad, 1, &err) ||
+		ct_alloc(&ones, H * pitch, sizeof *ones, &err));
 	for (int k = 0; k < 2; k++) {
-		if (ct_alloc(&img[k], H * pitch, sizeof *ones, &e) ||
-			ct_splat_plan(&s, &c, 1, &b, NULL, &e))
-			exit(1);
+		must(ct_alloc(&img[k], H * pitch, sizeof *ones, &err) ||
+			ct_splat_plan(&s, &c, 1, &b, NULL, &err));
 		if (k)
 			ct_splat_gate(&s, (double)least);
 		ct_splat_draw(img[k], &s, NULL);
@@ -333,12 +326,11 @@ static void gate(void)
 	}
 	OK(wrong == 0 && gone > 20 && kept > 20, "the gate: %zu pixels gone, %zu kept, %zu wrong",
 		gone, kept, wrong);
-	ct_splat_back(&grad, &s, &b, &set, ones, NULL);
+	ct_splat_backward(&grad, &s, &b, &set, ones, NULL);
 	NEAR((double)grad.d[CT_GS_RAW][0] * -0.25 / sum, 1, 1e-4, "its gradient sees the same");
-	ct_foot_of(&f, &c, &b);
+	ct_footprint_ref_of(&f, &c, &b);
 	mu = 0.25 * f.mu;
-	if (ct_splat_plan(&s, &c, 1, &b, NULL, &e))
-		exit(1);
+	must(ct_splat_plan(&s, &c, 1, &b, NULL, &err));
 	ct_splat_gate(&s, 1.01 * mu);
 	ct_splat_draw(img[1], &s, NULL);
 	for (size_t i = 0; i < H * W; i++)
@@ -348,7 +340,7 @@ static void gate(void)
 	free(img[0]);
 	free(img[1]);
 	ct_splat_free(&s);
-	ct_gs_grad_free(&grad);
+	ct_gradient_free(&grad);
 }
 
 static void activations(void)
@@ -358,14 +350,19 @@ static void activations(void)
 	for (int a = CT_PRELU; a <= CT_SINE; a++)
 		for (double z = -1.21; z < 1.5; z += 0.17) {
 			enum ct_activation k = (enum ct_activation)a;
-			double n = (ct_act(k, 0.3, z + h) - ct_act(k, 0.3, z - h)) / (2 * h);
+			double n = (ct_activation_apply(k, 0.3, z + h) -
+					   ct_activation_apply(k, 0.3, z - h)) /
+				   (2 * h);
 
-			worst = fmax(worst, fabs(n - ct_act_slope(k, 0.3, z)));
-			n = (ct_act(k, 0.3 + h, z) - ct_act(k, 0.3 - h, z)) / (2 * h);
-			worst = fmax(worst, fabs(n - ct_act_dgamma(k, z)));
+			worst = fmax(worst, fabs(n - ct_activation_slope(k, 0.3, z)));
+			n = (ct_activation_apply(k, 0.3 + h, z) -
+				    ct_activation_apply(k, 0.3 - h, z)) /
+			    (2 * h);
+			worst = fmax(worst, fabs(n - ct_activation_dgamma(k, z)));
 			if (k != CT_RELU || z > 0)
-				back = fmax(
-					back, fabs(ct_act_inverse(k, 0.3, ct_act(k, 0.3, z)) - z));
+				back = fmax(back, fabs(ct_activation_inverse(k, 0.3,
+							       ct_activation_apply(k, 0.3, z)) -
+							  z));
 		}
 	OK(worst < 1e-8, "derivatives of the activations");
 	OK(back < 1e-12, "inverses of the activations");
@@ -375,10 +372,9 @@ int main(void)
 {
 	struct ct_par *par = NULL;
 	struct ct_gauss g = {0};
-	struct ct_blob *b = NULL;
+	struct ct_gaussian *b = NULL;
 	struct ct_camera c;
 	struct ct_view v = {.centre = {1, 0, 0}, .u = {0, 1, 0}, .v = {0, 0, 1}};
-	struct ct_err e;
 
 	differences(CT_CONE, false, 0.4, "cone");
 	differences(CT_CONE, true, -0.4, "cone, oblique detector, negative");
@@ -390,12 +386,14 @@ int main(void)
 	mass_and_peak(CT_PARALLEL);
 	line_integrals(CT_PARALLEL, 1e-6);
 	line_integrals(CT_CONE, 2e-2);
-	if (ct_par_alloc(&par, 4, &e) || crowd(&g, 700, &e) || ct_alloc(&b, g.n, sizeof *b, &e))
+	if (ct_par_alloc(&par, 4, &err) || crowd(&g, 700, &err) ||
+		ct_alloc(&b, g.n, sizeof *b, &err))
 		return 1;
-	ct_blobs(b, &g, par);
+	ct_gaussian_resolve(b, &g, par);
 	fast(CT_CONE, &g, b, par);
 	fast(CT_PARALLEL, &g, b, par);
-	OK(ct_camera_init(&c, &v, CT_FAN, 1, 8, &e) == -1 && e.code == CT_EGEOM, "fan is refused");
+	OK(ct_camera_init(&c, &v, CT_FAN, 1, 8, &err) == -1 && err.code == CT_EGEOM,
+		"fan is refused");
 	free(b);
 	ct_gauss_free(&g);
 	ct_par_free(par);

@@ -46,12 +46,8 @@ static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t
 	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0};
 	const struct ct_env env = {.par = par};
 	struct ct_dc dc = {0};
-	struct ct_err e = {0};
 
-	if (ct_dc_alloc(&dc, d, n, y, noise, par, &e) || fn(x, &dc, &rule, report, &env, &e)) {
-		printf("# %s\n", e.msg);
-		exit(1);
-	}
+	must(ct_dc_alloc(&dc, d, n, y, noise, par, &err) || fn(x, &dc, &rule, report, &env, &err));
 	ct_dc_free(&dc);
 }
 
@@ -98,7 +94,6 @@ static void test_box(void)
 	float *truth = volume(n), *y = volume(m), *x = volume(n), *back = volume(m);
 	struct ct_separable down, up;
 	struct ct_tv_report r;
-	struct ct_err e;
 	double before = 0, after = 0, off = 0;
 
 	for (size_t i = 0; i < count(n); i++) {
@@ -107,8 +102,7 @@ static void test_box(void)
 		truth[i] =
 			a >= 12 && a < 36 && b >= 8 && b < 28 && c >= 16 && c < 32 ? 1000 : -1000;
 	}
-	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
-		exit(1);
+	must(ct_degrade_plan(&down, &d, n, NULL, &err) || ct_dc_pinv_plan(&up, &d, n, NULL, &err));
 	ct_separable_apply(&down, y, truth, NULL);
 	ct_separable_apply(&up, x, y, NULL);
 	for (size_t i = 0; i < count(n); i++)
@@ -138,14 +132,12 @@ static void test_ramp(void)
 	float *truth = volume(n), *y = volume(m), *x = volume(n);
 	struct ct_separable down, up;
 	struct ct_tv_report r;
-	struct ct_err e;
 	double worst = 0, start = 0;
 
 	for (size_t i = 0; i < count(n); i++)
 		truth[i] = 10 * (float)(i % n[0]) - 7 * (float)(i / n[0] % n[1]) +
 			   3 * (float)(i / (n[0] * n[1]));
-	if (ct_degrade_plan(&down, &d, n, NULL, &e) || ct_dc_pinv_plan(&up, &d, n, NULL, &e))
-		exit(1);
+	must(ct_degrade_plan(&down, &d, n, NULL, &err) || ct_dc_pinv_plan(&up, &d, n, NULL, &err));
 	ct_separable_apply(&down, y, truth, NULL);
 	ct_separable_apply(&up, x, y, NULL);
 	for (size_t i = 0; i < count(n); i++)
@@ -197,10 +189,8 @@ static void test_threads(solver *fn, const char *name)
 	float *y = volume(m), *a = volume(n), *b = volume(n);
 	struct ct_par *par = NULL;
 	struct ct_tv_report r, q;
-	struct ct_err e;
 
-	if (ct_par_alloc(&par, 3, &e))
-		exit(1);
+	must(ct_par_alloc(&par, 3, &err));
 	ct_rng_normals(count(m), y, 5, 0, 0);
 	for (size_t i = 0; i < count(m); i++)
 		y[i] *= 300;
@@ -223,14 +213,12 @@ static void test_divergence(void)
 	float *x = volume(n), *y = volume(n);
 	struct ct_tv_report r;
 	struct ct_dc dc = {0};
-	struct ct_err e = {0};
 
 	x[77] = (float)INFINITY;
-	if (ct_dc_alloc(&dc, &one, n, y, 1, NULL, &e))
-		exit(1);
-	OK(ct_tv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC,
+	must(ct_dc_alloc(&dc, &one, n, y, 1, NULL, &err));
+	OK(ct_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"tv: infinity is an error");
-	OK(ct_htv(x, &dc, &rule, &r, &env, &e) < 0 && e.code == CT_ENUMERIC, "htv: likewise");
+	OK(ct_htv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC, "htv: likewise");
 	ct_dc_free(&dc);
 	free(x);
 	free(y);

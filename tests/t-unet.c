@@ -4,33 +4,10 @@
 #include "core/rng.h"
 #include "formats/format.h"
 #include "unet/unet.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static struct ct_err err;
-
-static float *draw(size_t n, uint64_t stream)
-{
-	float *x = malloc(n * sizeof *x);
-
-	if (!x)
-		exit(99);
-	ct_rng_normals(n, x, 11, stream, 0);
-	return x;
-}
-
-static double relative(size_t n, const float *got, const float *want)
-{
-	double d = 0, s = 0;
-
-	for (size_t i = 0; i < n; i++) {
-		d = fmax(d, fabs((double)got[i] - (double)want[i]));
-		s = fmax(s, fabs((double)want[i]));
-	}
-	return d / s;
-}
 
 static int read_gold(struct ct_tensors *w, const char *name)
 {
@@ -75,7 +52,7 @@ static void test_gold(const char *name)
 				OK(0, "%s: %s", name, err.msg);
 		ct_unet_plan_free(p);
 	}
-	NEAR(relative(count, out[0], y->data), 0, 1e-5, name);
+	NEAR(apart(count, out[0], y->data), 0, 1e-5, name);
 	OK(memcmp(out[0], out[1], count * sizeof **out) == 0, "%s: the same with training", name);
 	OK(memcmp(out[0], out[2], count * sizeof **out) == 0, "%s: the same one by one", name);
 	for (int k = 0; k < 3; k++)
@@ -194,15 +171,6 @@ static double along(struct ct_unet_plan *p, struct ct_unet *n, size_t ny, const 
 	return (f[0] - f[1]) / (2 * h);
 }
 
-static double dot(size_t n, const float *a, const float *b)
-{
-	double s = 0;
-
-	for (size_t i = 0; i < n; i++)
-		s += (double)a[i] * (double)b[i];
-	return s;
-}
-
 /* Every tensor's gradient, along its own direction; the direction is the gradient's sign, so
  * that the difference is far above rounding, mixed with noise, so that it is not only that. */
 static double worst_tensor(struct ct_unet_plan *p, struct ct_unet *n, size_t ny, const float *x,
@@ -213,7 +181,7 @@ static double worst_tensor(struct ct_unet_plan *p, struct ct_unet *n, size_t ny,
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *q = &n->graph.param[i];
 		const float *g = grads + q->offset;
-		float *d = draw(q->count, 100 + i);
+		float *d = normals(q->count, 11, 100 + i, 1);
 		double want, got, h, size;
 
 		for (size_t k = 0; k < q->count; k++)
@@ -258,9 +226,9 @@ static void test_gradient(const char *text)
 		exit(99);
 	nx = 2 * a.in_channels * pixels;
 	ny = 2 * a.out_channels * pixels;
-	x = draw(nx, 1);
-	weight = draw(ny, 2);
-	dir = draw(nx, 3);
+	x = normals(nx, 11, 1, 1);
+	weight = normals(ny, 11, 2, 1);
+	dir = normals(nx, 11, 3, 1);
 	dx = calloc(nx, sizeof *dx);
 	grads = calloc(n->graph.count, sizeof *grads);
 	if (!dx || !grads)

@@ -1,6 +1,7 @@
 /* chain.c: see chain.h. */
 #include "config.h"
 #include "cli/chain.h"
+#include "core/clock.h"
 #include "core/mem.h"
 
 #include <dirent.h>
@@ -13,7 +14,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 /* Where this program lies: the other commands lie beside it. */
@@ -254,19 +254,10 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	return 0;
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static int run_step(const struct ct_chain *c, struct ct_step *s, bool again,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct timespec nap = {.tv_nsec = 20000000};
-	double start = now();
+	double start = ct_clock_wall();
 	pid_t pid, got;
 	int status, asked = 0;
 
@@ -275,7 +266,7 @@ static int run_step(const struct ct_chain *c, struct ct_step *s, bool again,
 	while ((got = waitpid(pid, &status, WNOHANG)) == 0) {
 		if (ct_stopping(env) && !asked++)
 			kill(pid, SIGTERM);
-		nanosleep(&nap, NULL);
+		ct_clock_sleep(0.02);
 	}
 	if (got < 0)
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
@@ -288,7 +279,7 @@ static int run_step(const struct ct_chain *c, struct ct_step *s, bool again,
 				     : "stopped on request; --resume goes on");
 	if (WEXITSTATUS(status) != 0)
 		return ct_fail(e, (enum ct_code)WEXITSTATUS(status), "%s failed", s->tool);
-	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, now() - start);
+	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - start);
 	return 0;
 }
 

@@ -213,16 +213,11 @@ static int set_number(
 static int set_choice(
 	const struct ct_opt *o, int *p, const char *name, const char *s, struct ct_err *e)
 {
-	const char *w = o->arg;
+	int i = ct_words_find(o->arg, s);
 
-	for (int i = 0; *w; i++) {
-		size_t n = strcspn(w, "|");
-
-		if (strlen(s) == n && memcmp(s, w, n) == 0) {
-			*p = i;
-			return 0;
-		}
-		w += n + (w[n] == '|');
+	if (i >= 0) {
+		*p = i;
+		return 0;
 	}
 	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
 }

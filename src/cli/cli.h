@@ -9,6 +9,7 @@
 #define CT_CLI_CLI_H
 #include "core/env.h"
 #include "core/err.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -40,7 +41,8 @@ struct ct_opt {
 	{                                                                                          \
 		c, name, CT_TYPE_(S, f), offsetof(S, f), arg, help, lo, hi, false, false           \
 	}
-/* An int field that takes one of the words "a|b|c" and holds its index. */
+/* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
+ * index. */
 #define CT_CHOICE(S, f, c, name, words, help)                                                      \
 	{                                                                                          \
 		c, name, CT_T_INT, offsetof(S, f), words, help, 0, 0, true, false                  \

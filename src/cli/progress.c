@@ -1,18 +1,10 @@
 /* progress.c: see progress.h. */
 #include "config.h"
 #include "cli/progress.h"
+#include "core/clock.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 void ct_progress_clear(struct ct_progress *p)
 {
@@ -28,7 +20,7 @@ void ct_progress_draw(const struct ct_env *env, const char *what, size_t done, s
 
 	if (!p || !p->on || total == 0)
 		return;
-	t = now();
+	t = ct_clock_wall();
 	if (strcmp(p->what, what) != 0) {
 		snprintf(p->what, sizeof p->what, "%s", what);
 		p->start = t;

@@ -7,22 +7,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const names[] = {"prelu", "softplus", "relu", "sine"};
-
 const char *ct_activation_name(enum ct_activation a)
 {
-	return names[a];
+	return CT_WORD(CT_ACTIVATION_LIST, a);
 }
 
 int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *e)
 {
-	for (int i = 0; i < 4; i++)
-		if (strcmp(name, names[i]) == 0) {
-			*a = (enum ct_activation)i;
-			return 0;
-		}
-	return ct_fail(
-		e, CT_EINPUT, "activation '%.40s' is not prelu, softplus, relu or sine", name);
+	int i = ct_words_find(CT_WORDS(CT_ACTIVATION_LIST), name);
+
+	if (i < 0)
+		return ct_fail(e, CT_EINPUT, "activation '%.40s' is not one of %s", name,
+			CT_WORDS(CT_ACTIVATION_LIST));
+	*a = (enum ct_activation)i;
+	return 0;
 }
 
 enum { FIELDS = 11 };

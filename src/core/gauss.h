@@ -11,10 +11,16 @@
 #define CT_CORE_GAUSS_H
 #include "core/err.h"
 #include "core/meta.h"
+#include "core/words.h"
 
 #include <stddef.h>
 
-enum ct_activation { CT_PRELU, CT_SOFTPLUS, CT_RELU, CT_SINE };
+#define CT_ACTIVATION_LIST(X)                                                                      \
+	X(CT_PRELU, "prelu")                                                                       \
+	X(CT_SOFTPLUS, "softplus")                                                                 \
+	X(CT_RELU, "relu")                                                                         \
+	X(CT_SINE, "sine")
+enum ct_activation { CT_ACTIVATION_LIST(CT_WORD_VALUE) };
 
 struct ct_gauss {
 	size_t n, cap;
@@ -30,7 +36,9 @@ struct ct_gauss {
 	struct ct_meta meta;
 };
 
-const char *ct_activation_name(enum ct_activation a); /* prelu softplus relu sine */
+/* Its word. */
+const char *ct_activation_name(enum ct_activation a);
+/* CT_EINPUT for another word. */
 int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *e);
 /* Room for n more than none: capacity >= n, contents and n kept. */
 int ct_gauss_reserve(struct ct_gauss *g, size_t n, struct ct_err *e);

@@ -1,7 +1,8 @@
+libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
-libct_a_SOURCES += src/core/env.c src/core/env.h
+libct_a_SOURCES += src/core/env.c src/core/env.h src/core/linear.h
 libct_a_SOURCES += src/core/simd.c src/core/simd.h src/core/vec.h
 libct_a_SOURCES += src/core/par.c src/core/par.h
 libct_a_SOURCES += src/core/rng.c src/core/rng.h
@@ -9,4 +10,5 @@ libct_a_SOURCES += src/core/vol.c src/core/vol.h
 libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
+libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/slices.c src/core/slices.h

@@ -7,21 +7,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const beam_names[] = {"cone", "parallel", "fan"};
-
 const char *ct_beam_name(enum ct_beam b)
 {
-	return beam_names[b];
+	return CT_WORD(CT_BEAM_LIST, b);
 }
 
 int ct_beam_parse(enum ct_beam *b, const char *name, struct ct_err *e)
 {
-	for (int i = 0; i < 3; i++)
-		if (strcmp(name, beam_names[i]) == 0) {
-			*b = (enum ct_beam)i;
-			return 0;
-		}
-	return ct_fail(e, CT_EINPUT, "beam '%.40s' is not cone, parallel or fan", name);
+	int i = ct_words_find(CT_WORDS(CT_BEAM_LIST), name);
+
+	if (i < 0)
+		return ct_fail(e, CT_EINPUT, "beam '%.40s' is not one of %s", name,
+			CT_WORDS(CT_BEAM_LIST));
+	*b = (enum ct_beam)i;
+	return 0;
 }
 
 int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct ct_err *e)

@@ -14,10 +14,15 @@
 #define CT_CORE_STACK_H
 #include "core/err.h"
 #include "core/meta.h"
+#include "core/words.h"
 
 #include <stddef.h>
 
-enum ct_beam { CT_CONE, CT_PARALLEL, CT_FAN };
+#define CT_BEAM_LIST(X)                                                                            \
+	X(CT_CONE, "cone")                                                                         \
+	X(CT_PARALLEL, "parallel")                                                                 \
+	X(CT_FAN, "fan")
+enum ct_beam { CT_BEAM_LIST(CT_WORD_VALUE) };
 
 struct ct_view {
 	double source[3], centre[3], u[3], v[3]; /* mm */
@@ -32,7 +37,8 @@ struct ct_stack {
 	struct ct_meta meta;
 };
 
-const char *ct_beam_name(enum ct_beam b); /* "cone", "parallel", "fan" */
+/* Its word. */
+const char *ct_beam_name(enum ct_beam b);
 /* CT_EINPUT for another word. */
 int ct_beam_parse(enum ct_beam *b, const char *name, struct ct_err *e);
 /* Zeroed views, uninitialised data; *s must be zero. */

@@ -133,18 +133,49 @@ CT_INLINE void ct_f64_store(double *p, ct_f64 v)
 	memcpy(p, &v, sizeof v);
 }
 
-/* CT_F64_LANES floats as doubles, and back. */
+/* p[0], p[stride], p[2 stride] and so on. */
+CT_INLINE ct_f64 ct_f64_gather(const double *p, size_t stride)
+{
+#if CT_F64_LANES == 8
+	return (ct_f64){p[0], p[stride], p[2 * stride], p[3 * stride], p[4 * stride], p[5 * stride],
+		p[6 * stride], p[7 * stride]};
+#elif CT_F64_LANES == 4
+	return (ct_f64){p[0], p[stride], p[2 * stride], p[3 * stride]};
+#else
+	return (ct_f64){p[0], p[stride]};
+#endif
+}
+
+/* CT_F64_LANES floats as doubles, and back. Spelled out, since GCC 12 converts in halves, by way of
+ * memory. */
+CT_INLINE ct_f64 ct_f64_from(ct_f32h v)
+{
+#if defined(__AVX512F__)
+	return (ct_f64)_mm512_cvtps_pd((__m256)v);
+#elif defined(__AVX2__)
+	return (ct_f64)_mm256_cvtps_pd((__m128)v);
+#else
+	return __builtin_convertvector(v, ct_f64);
+#endif
+}
+
 CT_INLINE ct_f64 ct_f64_widen(const float *p)
 {
 	ct_f32h v;
 
 	memcpy(&v, p, sizeof v);
-	return __builtin_convertvector(v, ct_f64);
+	return ct_f64_from(v);
 }
 
 CT_INLINE void ct_f64_narrow(float *p, ct_f64 v)
 {
+#if defined(__AVX512F__)
+	const ct_f32h h = (ct_f32h)_mm512_cvtpd_ps((__m512d)v);
+#elif defined(__AVX2__)
+	const ct_f32h h = (ct_f32h)_mm256_cvtpd_ps((__m256d)v);
+#else
 	const ct_f32h h = __builtin_convertvector(v, ct_f32h);
+#endif
 
 	memcpy(p, &h, sizeof h);
 }
@@ -328,6 +359,24 @@ CT_INLINE float ct_expf(float x)
 	p = p * r + 1.0f;
 	p = p * r + 1.0f;
 	return p * scale;
+}
+
+/* ct_expf of every lane, the same bits. */
+CT_INLINE ct_f32 ct_f32_exp(ct_f32 x)
+{
+	const ct_f32 magic = ct_f32_set(12582912.0f);
+	const ct_f32 c = ct_f32_max(ct_f32_set(-87.0f), ct_f32_min(ct_f32_set(88.0f), x));
+	const ct_f32 t = c * 1.44269504f + magic, n = t - magic;
+	const ct_f32 r = (c - n * 0.693359375f) + n * 2.12194440e-4f;
+	ct_f32 p = r * 1.98412698e-4f + 1.38888889e-3f;
+
+	p = p * r + 8.33333333e-3f;
+	p = p * r + 4.16666667e-2f;
+	p = p * r + 1.66666667e-1f;
+	p = p * r + 0.5f;
+	p = p * r + 1.0f;
+	p = p * r + 1.0f;
+	return p * (ct_f32)(((ct_u32)t + 127u) << 23);
 }
 
 /* e^x, |x| <= 700 (as at the end beyond), to 4e-16 relative; likewise, up to r^13/13!. */

@@ -19,9 +19,9 @@ void ct_adamw_default(struct ct_adamw *a);
 void ct_adamw_step(const struct ct_adamw *a, uint64_t step, size_t n, float *p, float *m, float *v,
 	const float *g);
 /* mean = rate mean + (1 - rate) p. */
-void ct_ema_step(double rate, size_t n, float *mean, const float *p);
+void ct_adam_average(double rate, size_t n, float *mean, const float *p);
 /* g[i] = scale (g[i] + g[stride + i] + ... + g[(groups - 1) stride + i]), i < n, added in that
  * order; the sum of their squares. */
-double ct_grad_mean(size_t n, float *g, size_t groups, size_t stride, float scale);
+double ct_adam_gradient(size_t n, float *g, size_t groups, size_t stride, float scale);
 
 #endif

@@ -6,6 +6,8 @@
  *   x0  = (x - sqrt(1 - abar_t) eps(x, t)) / sqrt(abar_t)
  *   x0h = x0 - V^T diag(lam) V (x0 - A+ y)
  *   x   = a x0h + noise
+ * lam is the Sigma_t of the CT super-resolution paper, Lambda_t in the DDNM paper; with lam = 1 x0h
+ * is their A+ y + (I - A+ A) x0, the range-null step.
  * eta is the fraction of the noise that is fresh (z), q = sqrt(1 - eta^2) the rest; eta 0 is
  * the deterministic DDIM, and eta is not DDIM's own.
  *
@@ -23,10 +25,15 @@
  */
 #ifndef CT_DIFFUSION_DDNM_H
 #define CT_DIFFUSION_DDNM_H
+#include "core/words.h"
 #include "diffusion/measurement.h"
 #include "diffusion/schedule.h"
 
-enum ct_ddnm_rule { CT_DDNM, CT_DDNM_PLUS, CT_DDNM_SIMPLE };
+#define CT_DDNM_LIST(X)                                                                            \
+	X(CT_DDNM, "ddnm")                                                                         \
+	X(CT_DDNM_PLUS, "ddnm+")                                                                   \
+	X(CT_DDNM_SIMPLE, "simple")
+enum ct_ddnm_rule { CT_DDNM_LIST(CT_WORD_VALUE) };
 
 /* The prior: noise eps in x, both (channels, s h, s w), at timestep t. */
 typedef int ct_eps_fn(void *ctx, double t, const float *x, float *eps, struct ct_err *e);

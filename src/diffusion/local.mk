@@ -5,6 +5,7 @@ libct_a_SOURCES += src/diffusion/measurement.c src/diffusion/measurement.h
 libct_a_SOURCES += src/diffusion/schedule.c src/diffusion/schedule.h
 libct_a_SOURCES += src/diffusion/ddnm.c src/diffusion/ddnm.h
 libct_a_SOURCES += src/diffusion/adam.c src/diffusion/adam.h
+SIMD_SOURCES += src/diffusion/adam-step.c src/diffusion/adam-step.h
 libct_a_SOURCES += src/diffusion/patches.c src/diffusion/patches.h
 libct_a_SOURCES += src/diffusion/train.c src/diffusion/train.h
 libct_a_SOURCES += src/diffusion/superres.c src/diffusion/superres.h

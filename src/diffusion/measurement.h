@@ -10,9 +10,13 @@
  */
 #ifndef CT_DIFFUSION_MEASUREMENT_H
 #define CT_DIFFUSION_MEASUREMENT_H
+#include "core/words.h"
 #include "diffusion/matched.h"
 
-enum ct_operator_kind { CT_OP_MEAN, CT_OP_MATCHED };
+#define CT_OPERATOR_LIST(X)                                                                        \
+	X(CT_OP_MEAN, "mean")                                                                      \
+	X(CT_OP_MATCHED, "matched")
+enum ct_operator_kind { CT_OPERATOR_LIST(CT_WORD_VALUE) };
 
 struct ct_operator {
 	enum ct_operator_kind kind;

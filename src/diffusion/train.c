@@ -148,7 +148,7 @@ static void reduce_chunk(void *arg, size_t c, size_t worker)
 	struct ct_train *t = p->t;
 
 	(void)worker;
-	t->norm[c] = ct_grad_mean(chunk_size(t, c), t->grads + c * CHUNK, t->groups, t->n,
+	t->norm[c] = ct_adam_gradient(chunk_size(t, c), t->grads + c * CHUNK, t->groups, t->n,
 		(float)(1.0 / (double)t->o.batch));
 }
 
@@ -166,7 +166,7 @@ static void update_chunk(void *arg, size_t c, size_t worker)
 		for (size_t i = 0; i < n; i++)
 			g[i] *= (float)p->scale;
 	ct_adamw_step(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
-	ct_ema_step(p->ema, n, t->ema->param + at, t->net->param + at);
+	ct_adam_average(p->ema, n, t->ema->param + at, t->net->param + at);
 }
 
 uint64_t ct_train_steps(const struct ct_train *t)

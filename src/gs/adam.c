@@ -2,12 +2,13 @@
 #include "config.h"
 #include "gs/adam.h"
 #include "core/mem.h"
+#include "gs/adam-row.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-int ct_adam_reserve(struct ct_adam *a, size_t old, size_t n, struct ct_err *e)
+int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err *e)
 {
 	size_t cap = a->cap;
 
@@ -30,11 +31,11 @@ int ct_adam_reserve(struct ct_adam *a, size_t old, size_t n, struct ct_err *e)
 		return -1;
 	a->cap = cap;
 	for (size_t i = old; i < n; i++)
-		ct_adam_reset(a, i);
+		ct_gs_adam_reset(a, i);
 	return 0;
 }
 
-void ct_adam_free(struct ct_adam *a)
+void ct_gs_adam_free(struct ct_gs_adam *a)
 {
 	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 		free(a->m[k]);
@@ -43,10 +44,10 @@ void ct_adam_free(struct ct_adam *a)
 	free(a->steps);
 	free(a->screen);
 	free(a->seen);
-	*a = (struct ct_adam){0};
+	*a = (struct ct_gs_adam){0};
 }
 
-void ct_adam_reset(struct ct_adam *a, size_t i)
+void ct_gs_adam_reset(struct ct_gs_adam *a, size_t i)
 {
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
 		a->m[k][i] = a->v[k][i] = 0;
@@ -54,7 +55,7 @@ void ct_adam_reset(struct ct_adam *a, size_t i)
 	a->screen[i] = 0;
 }
 
-void ct_adam_move(struct ct_adam *a, size_t to, size_t from)
+void ct_gs_adam_move(struct ct_gs_adam *a, size_t to, size_t from)
 {
 	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 		a->m[k][to] = a->m[k][from];
@@ -66,44 +67,11 @@ void ct_adam_move(struct ct_adam *a, size_t to, size_t from)
 }
 
 struct job {
-	struct ct_adam *a;
+	struct ct_gs_adam *a;
 	struct ct_gauss *g;
-	const struct ct_gs_grad *grad;
+	const struct ct_gradient *grad;
 	const double *lr, *ln_s;
 };
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                             \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-enum { BLOCK = 16 };
-
-/* n parameters; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 - beta2^t). */
-static inline __attribute__((always_inline)) void step(size_t n, float *restrict x,
-	float *restrict m, float *restrict v, const float *restrict grad, const float *restrict c1,
-	const float *restrict c2, float lr)
-{
-	const float b1 = (float)CT_ADAM_BETA1, b2 = (float)CT_ADAM_BETA2, eps = (float)CT_ADAM_EPS;
-
-	for (size_t i = 0; i < n; i++) {
-		m[i] = b1 * m[i] + (1 - b1) * grad[i];
-		v[i] = b2 * v[i] + (1 - b2) * grad[i] * grad[i];
-		x[i] -= lr * c1[i] * m[i] / (sqrtf(v[i]) * c2[i] + eps);
-	}
-}
-
-CLONES static void steps(size_t n, float *restrict x, float *restrict m, float *restrict v,
-	const float *restrict grad, const float *restrict c1, const float *restrict c2, float lr)
-{
-	size_t i = 0;
-
-	for (; i + BLOCK <= n; i += BLOCK)
-		step(BLOCK, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
-	step(n - i, x + i, m + i, v + i, grad + i, c1 + i, c2 + i, lr);
-}
 
 static void some(void *arg, size_t chunk, size_t worker)
 {
@@ -121,14 +89,15 @@ static void some(void *arg, size_t chunk, size_t worker)
 			c1[i] = c1[i - 1];
 			c2[i] = c2[i - 1];
 		} else {
-			c1[i] = (float)(1 / (1 - pow(CT_ADAM_BETA1, (double)t)));
-			c2[i] = (float)(1 / sqrt(1 - pow(CT_ADAM_BETA2, (double)t)));
+			c1[i] = (float)(1 / (1 - pow(CT_GS_ADAM_BETA1, (double)t)));
+			c2[i] = (float)(1 / sqrt(1 - pow(CT_GS_ADAM_BETA2, (double)t)));
 		}
 		last = t;
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		steps(n, ct_gauss_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
-			j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
+		CT_SIMD(ct_adam_row_step)
+	(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
+		j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {
 		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];
 
@@ -137,7 +106,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 	}
 }
 
-void ct_adam_step(struct ct_adam *a, struct ct_gauss *g, const struct ct_gs_grad *grad,
+void ct_gs_adam_step(struct ct_gs_adam *a, struct ct_gauss *g, const struct ct_gradient *grad,
 	const double lr[static CT_GS_FIELDS], const double ln_s[static 2], struct ct_par *par)
 {
 	struct job j = {a, g, grad, lr, ln_s};
@@ -145,11 +114,11 @@ void ct_adam_step(struct ct_adam *a, struct ct_gauss *g, const struct ct_gs_grad
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
 }
 
-void ct_adam1_step(struct ct_adam1 *a, double *x, double grad, double lr)
+void ct_gs_adam_scalar_step(struct ct_gs_adam_scalar *a, double *x, double grad, double lr)
 {
 	a->steps++;
-	a->m = CT_ADAM_BETA1 * a->m + (1 - CT_ADAM_BETA1) * grad;
-	a->v = CT_ADAM_BETA2 * a->v + (1 - CT_ADAM_BETA2) * grad * grad;
-	*x -= lr * a->m / (1 - pow(CT_ADAM_BETA1, a->steps)) /
-	      (sqrt(a->v / (1 - pow(CT_ADAM_BETA2, a->steps))) + CT_ADAM_EPS);
+	a->m = CT_GS_ADAM_BETA1 * a->m + (1 - CT_GS_ADAM_BETA1) * grad;
+	a->v = CT_GS_ADAM_BETA2 * a->v + (1 - CT_GS_ADAM_BETA2) * grad * grad;
+	*x -= lr * a->m / (1 - pow(CT_GS_ADAM_BETA1, a->steps)) /
+	      (sqrt(a->v / (1 - pow(CT_GS_ADAM_BETA2, a->steps))) + CT_GS_ADAM_EPS);
 }

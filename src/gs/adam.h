@@ -11,13 +11,13 @@
 
 #include <stdint.h>
 
-#define CT_ADAM_BETA1 0.9
-#define CT_ADAM_BETA2 0.999
-#define CT_ADAM_EPS 1e-15
+#define CT_GS_ADAM_BETA1 0.9
+#define CT_GS_ADAM_BETA2 0.999
+#define CT_GS_ADAM_EPS 1e-15
 
 /* State beside the Gaussians, in their order: moments, steps, and what density control has seen
  * of them: sum of the screen gradients and how many. */
-struct ct_adam {
+struct ct_gs_adam {
 	size_t cap;
 	float *m[CT_GS_FIELDS], *v[CT_GS_FIELDS];
 	uint32_t *steps;
@@ -26,21 +26,21 @@ struct ct_adam {
 };
 
 /* Room for n; what is new (from `old` on) is zeroed. */
-int ct_adam_reserve(struct ct_adam *a, size_t old, size_t n, struct ct_err *e);
-void ct_adam_free(struct ct_adam *a);
+int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err *e);
+void ct_gs_adam_free(struct ct_gs_adam *a);
 /* Forget Gaussian i. */
-void ct_adam_reset(struct ct_adam *a, size_t i);
-void ct_adam_move(struct ct_adam *a, size_t to, size_t from);
+void ct_gs_adam_reset(struct ct_gs_adam *a, size_t i);
+void ct_gs_adam_move(struct ct_gs_adam *a, size_t to, size_t from);
 /* One step down grad (dL/draw, activation applied) with rates lr[] of the eleven parameters; then
  * ln s is kept within [ln_s[0], ln_s[1]]. */
-void ct_adam_step(struct ct_adam *a, struct ct_gauss *g, const struct ct_gs_grad *grad,
+void ct_gs_adam_step(struct ct_gs_adam *a, struct ct_gauss *g, const struct ct_gradient *grad,
 	const double lr[static CT_GS_FIELDS], const double ln_s[static 2], struct ct_par *par);
 
 /* The same for one number. */
-struct ct_adam1 {
+struct ct_gs_adam_scalar {
 	double m, v;
 	uint32_t steps;
 };
-void ct_adam1_step(struct ct_adam1 *a, double *x, double grad, double lr);
+void ct_gs_adam_scalar_step(struct ct_gs_adam_scalar *a, double *x, double grad, double lr);
 
 #endif

@@ -3,11 +3,11 @@
 #include "gs/fit.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/act.h"
-#include "gs/init.h"
-#include "gs/polish.h"
-#include "gs/stream.h"
-#include "gs/terms.h"
+#include "gs/activation.h"
+#include "gs/place.h"
+#include "gs/refit.h"
+#include "gs/random-stream.h"
+#include "gs/loss-total.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,13 +22,13 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.iterations = 5000,
 		.gaussians = 50000,
 		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
-		.haste = full ? 1 : 10,
+		.rate_factor = full ? 1 : 10,
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
 		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 ended 0.1 to 0.25 dB better
 		 * than 0 on a phantom, a chest and a torso, 0.15 not better than 0.05 */
-		.init_density = full || unsigned_density ? 0.15 : 0.05,
+		.start_density = full || unsigned_density ? 0.15 : 0.05,
 		.l1 = 1,
 		.res = full ? 0 : 1,
 		/* 2 ended 0.1 to 0.7 dB higher from clean projections, 0.4 to 0.6 lower from noisy
@@ -54,9 +54,9 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 
 void ct_fit_paper(struct ct_fit_options *o)
 {
-	o->begin = CT_BEGIN_BASE;
-	o->init_density = 0.15;
-	o->haste = 1;
+	o->place = CT_PLACE_BASE;
+	o->start_density = 0.15;
+	o->rate_factor = 1;
 }
 
 void ct_fit_compat(struct ct_fit_options *o)
@@ -116,22 +116,22 @@ static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 {
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
-	bool base = o->begin == CT_BEGIN_BASE || (o->begin == CT_BEGIN_AUTO && o->full);
+	bool base = o->place == CT_PLACE_BASE || (o->place == CT_PLACE_AUTO && o->full);
 	int rc;
 
-	if (!base && ct_init_field(&field, d->base, d->target, o->full ? NULL : d->base_projections,
-			     env, e)) {
-		if (o->begin != CT_BEGIN_AUTO || e->code != CT_EGEOM)
+	if (!base && ct_place_field(&field, d->base, d->target,
+			     o->full ? NULL : d->base_projections, env, e)) {
+		if (o->place != CT_PLACE_AUTO || e->code != CT_EGEOM)
 			return -1;
 		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
 		base = true;
-		f->unit = 1 / o->haste; /* not known: the published rate of density */
+		f->unit = 1 / o->rate_factor; /* not known: the published rate of density */
 	}
 	if (base)
-		return ct_init(&f->g, d->base, o->gaussians, o->init_density, o->compat ? -0.5 : 0,
-			ln_s, env, e);
-	f->unit = ct_init_typical(&field);
-	rc = ct_init_follow(&f->g, &field, o->gaussians, o->init_density, ln_s, env, e);
+		return ct_place_base(&f->g, d->base, o->gaussians, o->start_density,
+			o->compat ? -0.5 : 0, ln_s, env, e);
+	f->unit = ct_place_typical(&field);
+	rc = ct_place_residual(&f->g, &field, o->gaussians, o->start_density, ln_s, env, e);
 	ct_vol_free(&field);
 	return rc;
 }
@@ -154,7 +154,7 @@ static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 		f->error = 0;
 		return 0;
 	}
-	return place(f, d, ln_s, env, e) || ct_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
+	return place(f, d, ln_s, env, e) || ct_gs_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
 }
 
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
@@ -167,7 +167,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	ln_s[1] = log(o->s_most * f->extent);
 	f->g.activation = o->activation;
 	f->g.gamma = CT_GAMMA_INIT;
-	f->rule = (struct ct_density_rule){.grad = o->densify_grad,
+	f->rule = (struct ct_densify_rule){.grad = o->densify_grad,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
 		.ln_least = ln_s[0]};
@@ -186,7 +186,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 void ct_fit_free(struct ct_fit *f)
 {
 	ct_gauss_free(&f->g);
-	ct_adam_free(&f->adam);
+	ct_gs_adam_free(&f->adam);
 	free(f->blank);
 	free(f->point);
 	*f = (struct ct_fit){0};
@@ -194,16 +194,14 @@ void ct_fit_free(struct ct_fit *f)
 
 const char *ct_fit_end_name(enum ct_fit_end end)
 {
-	static const char *const name[] = {"no end", "iterations", "tolerance", "nothing to fit"};
-
-	return name[end];
+	return CT_WORD(CT_FIT_END_LIST, end);
 }
 
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative)
 {
 	*positive = *negative = 0;
 	for (size_t i = 0; i < g->n; i++) {
-		double rho = ct_act(g->activation, g->gamma, (double)g->raw[i]);
+		double rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
 
 		*positive += rho > 0;
 		*negative += rho < 0;
@@ -257,17 +255,17 @@ static int check_growth(
 				     iteration, l1, f->first_l1, f->blank[view]);
 }
 
-/* Error of the turn that this iteration ends, if it does, beside the number of Gaussians that
+/* Error of the epoch that this iteration ends, if it does, beside the number of Gaussians that
  * most of it had. */
-static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
+static int note_epoch(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
 {
 	float n = (float)f->g.n;
 
-	f->turn += l1;
+	f->epoch_l1 += l1;
 	if (iteration % views)
 		return 0;
-	f->error = f->turn / (double)views / f->residual;
-	f->turn = 0;
+	f->error = f->epoch_l1 / (double)views / f->residual;
+	f->epoch_l1 = 0;
 	if (!f->points || f->point[f->points - 1].gaussians < n ||
 		f->point[f->points - 1].gaussians > n) {
 		if (ct_grow(&f->point, &f->points_cap, f->points + 1, sizeof *f->point, e))
@@ -281,19 +279,19 @@ static int note_turn(struct ct_fit *f, size_t views, size_t iteration, double l1
 }
 
 /* The view of an iteration: its terms, and the gradient. */
-static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	struct ct_loss_terms *t, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
 	double l1;
 
-	if (ct_terms_view(w, t, f, d, k, env, e))
+	if (ct_loss_total_view(w, t, f, d, k, env, e))
 		return -1;
 	l1 = t->l1 * f->extent / 2; /* mm */
 	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
-		check_growth(f, l1, k, iteration, e) || note_turn(f, views, iteration, l1, e))
+		check_growth(f, l1, k, iteration, e) || note_epoch(f, views, iteration, l1, e))
 		return -1;
-	ct_density_note(&f->adam, f->g.n, &w->grad);
+	ct_densify_note(&f->adam, f->g.n, &w->grad);
 	return 0;
 }
 
@@ -307,39 +305,40 @@ static bool controls(const struct ct_fit_options *o, size_t iteration)
 	       iteration % o->densify_every == 0;
 }
 
-static void update(struct ct_fit *f, struct ct_terms *w, size_t iteration, const struct ct_env *env)
+static void update(
+	struct ct_fit *f, struct ct_loss_total *w, size_t iteration, const struct ct_env *env)
 {
 	const struct ct_fit_options *o = &f->opt;
 	const double ln_s[2] = {log(o->s_least * f->extent), log(o->s_most * f->extent)};
 	size_t steps = o->rate_steps ? o->rate_steps : o->iterations;
-	double lr[CT_GS_FIELDS], dgamma = ct_terms_chain(w, &f->g, env->par);
+	double lr[CT_GS_FIELDS], dgamma = ct_loss_total_chain(w, &f->g, env->par);
 
 	if (o->compat && (controls(o, iteration) || iteration == o->iterations))
 		return;
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		lr[k] = o->haste * rate(k < CT_GS_SCALE    ? &o->position
-					   : k < CT_GS_ROT ? &o->scaling
-					   : k < CT_GS_RAW ? &o->rotation
-							   : &o->density,
-					   iteration, steps);
+		lr[k] = o->rate_factor * rate(k < CT_GS_SCALE    ? &o->position
+						 : k < CT_GS_ROT ? &o->scaling
+						 : k < CT_GS_RAW ? &o->rotation
+								 : &o->density,
+						 iteration, steps);
 	for (size_t k = CT_GS_POS; k < CT_GS_SCALE; k++)
 		lr[k] *= f->extent / 2;
 	lr[CT_GS_RAW] *= f->unit;
-	ct_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
+	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
 	if (f->g.activation == CT_PRELU) {
-		ct_adam1_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
+		ct_gs_adam_scalar_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
 		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
 	}
 }
 
 static int control(struct ct_fit *f, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_density_count n;
+	struct ct_densify_count n;
 	uint32_t steps = f->adam.steps[0];
 
 	if (!controls(&f->opt, iteration))
 		return 0;
-	if (ct_density_control(&f->g, &f->adam, &f->rule, &n, env->seed, iteration, e))
+	if (ct_densify_control(&f->g, &f->adam, &f->rule, &n, env->seed, iteration, e))
 		return -1;
 	for (size_t i = 0; f->opt.compat && i < f->g.n; i++)
 		f->adam.steps[i] = steps; /* one count for all */
@@ -358,30 +357,30 @@ static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double l
 		f->first_loss = f->last_loss;
 }
 
-static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_terms *w,
+static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
-	const double l1 = o->l1 + o->res;
+	const struct ct_loss_weights weights = ct_loss_total_weights(f);
 	struct ct_loss_terms t = {0};
 
-	if (ct_terms_grow(w, f->g.n, e))
+	if (ct_loss_total_grow(w, f->g.n, e))
 		return -1;
-	ct_blobs(w->blob, &f->g, env->par);
+	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
 	if (view_of(f, d, w, &t, iteration, env, e) ||
-		(o->tv > 0 && ct_terms_tv(w, &t, f, d, iteration, env, e)) ||
+		(o->tv > 0 && ct_loss_total_tv(w, &t, f, d, iteration, env, e)) ||
 		check_term(t.tv, "TV", iteration, e) ||
-		(w->low.want && ct_terms_lowres(w, &t, f, iteration, env, e)) ||
+		(w->low.want && ct_loss_total_lowres(w, &t, f, iteration, env, e)) ||
 		check_term(t.lr, "LR", iteration, e))
 		return -1;
-	t.total = l1 * t.l1 + o->ssim * t.dssim + o->tv * t.tv + o->lr * t.lr;
+	ct_loss_total_sum(&t, &weights);
 	note_loss(f, d->target->views, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
 			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
-			iteration, t.total, l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
-			f->last_loss, f->g.n, f->g.gamma);
+			iteration, t.total, weights.l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr,
+			t.lr, f->last_loss, f->g.n, f->g.gamma);
 	update(f, w, iteration, env);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);
@@ -405,13 +404,13 @@ int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	size_t every = f->opt.checkpoint_every;
-	struct ct_terms w = {0};
+	struct ct_loss_total w = {0};
 	int rc = -1;
 
 	if (f->end == CT_FIT_EMPTY)
 		return 0;
 	f->end = CT_FIT_RUNNING;
-	if (ct_terms_alloc(&w, &f->opt, d, env->par, e))
+	if (ct_loss_total_alloc(&w, &f->opt, d, env->par, e))
 		goto out;
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;
@@ -431,15 +430,15 @@ int ct_fit_run(
 	else
 		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
 			f->g.step);
-	if (f->opt.polish && ct_polish(f, d, &w, env, e)) {
+	if (f->opt.refit && ct_refit_densities(f, d, &w, env, e)) {
 		struct ct_err why;
 
-		if (e->code == CT_ESTOP && save(f, &why)) /* to polish when continued */
+		if (e->code == CT_ESTOP && save(f, &why)) /* to refit when continued */
 			*e = why;
 		goto out;
 	}
 	rc = check_set(f, e);
 out:
-	ct_terms_free(&w);
+	ct_loss_total_free(&w);
 	return rc;
 }

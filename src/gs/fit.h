@@ -4,20 +4,20 @@
  *   x = base projection + sum of Gaussians (mode residual), or the sum alone (mode full)
  *   L = (l1 + res) mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV(base block + Gaussians)
  *
- * One view an iteration, drawn without replacement until all had their turn, and a random block of
- * 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
+ * One view an iteration, drawn without replacement until all were seen (an epoch), and a random
+ * block of 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
  * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
  * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
  * their bounded logistic parameter wherever s is far from its bounds, and is clamped there. The
  * rate of density is in units of the typical density of the residual that Gaussians begin from
  * (sum of squares / sum of sizes of its back-projection), or 1 if they begin from the base, as
  * published: there one step of 0.01 is more than all that is left on top of a good base. All rates
- * are times `haste`, made as they were for 30000 iterations; but for that of density where AUTO
- * ends at the base.
+ * are times `rate_factor`, made as they were for 30000 iterations; but for that of density where
+ * AUTO ends at the base.
  *
- * A run ends after `iterations`, or at the first turn through all views whose error is at most
- * `tolerance`; the error of a turn is the mean of |x - y| over it, measured on each view before its
- * step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
+ * A run ends after `iterations`, or at the first epoch whose error is at most
+ * `tolerance`; the error of an epoch is the mean of |x - y| over it, measured on each view before
+ * its step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
  * |y|). Where that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is
  * empty.
  *
@@ -32,8 +32,8 @@
 #include "core/tensors.h"
 #include "core/vol.h"
 #include "gs/adam.h"
-#include "gs/density.h"
-#include "gs/loss.h"
+#include "gs/densify.h"
+#include "gs/loss-image.h"
 #include "resolution/degrade.h"
 
 #include <stdbool.h>
@@ -49,20 +49,24 @@ struct ct_rate {
 
 /* Where Gaussians begin: where its projections say that the base is wrong, or where it is dense, as
  * published. AUTO: the former in mode residual, if filtered back-projection can invert the scan. */
-enum ct_fit_begin { CT_BEGIN_AUTO, CT_BEGIN_RESIDUAL, CT_BEGIN_BASE };
+#define CT_PLACE_LIST(X)                                                                           \
+	X(CT_PLACE_AUTO, "auto")                                                                   \
+	X(CT_PLACE_RESIDUAL, "residual")                                                           \
+	X(CT_PLACE_BASE, "base")
+enum ct_fit_place { CT_PLACE_LIST(CT_WORD_VALUE) };
 
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
-	bool full;           /* the whole volume instead of a residual */
-	double init_density; /* of the density where a Gaussian begins */
-	enum ct_fit_begin begin;
+	bool full;            /* the whole volume instead of a residual */
+	double start_density; /* of the density where a Gaussian begins */
+	enum ct_fit_place place;
 	double l1, res, ssim, tv, lr;
-	size_t rate_steps; /* iterations in which the rates fall; 0: all */
-	bool compat;       /* as R2-Gaussian's program behaves: ct_fit_compat */
-	double gate;       /* least contribution to a pixel, in the unit of L1; 0: none */
-	size_t polish;     /* iterations on the densities at the end */
-	double haste;      /* factor of the four rates */
+	size_t rate_steps;  /* iterations in which the rates fall; 0: all */
+	bool compat;        /* as R2-Gaussian's program behaves: ct_fit_compat */
+	double gate;        /* least contribution to a pixel, in the unit of L1; 0: none */
+	size_t refit;       /* iterations on the densities at the end */
+	double rate_factor; /* factor of the four rates */
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
 	double s_least, s_most;                            /* parts of the largest extent */
@@ -103,30 +107,35 @@ struct ct_fit_point {
 	float gaussians, error, iteration;
 };
 
-enum ct_fit_end { CT_FIT_RUNNING, CT_FIT_DONE, CT_FIT_ENOUGH, CT_FIT_EMPTY };
+#define CT_FIT_END_LIST(X)                                                                         \
+	X(CT_FIT_RUNNING, "no end")                                                                \
+	X(CT_FIT_DONE, "iterations")                                                               \
+	X(CT_FIT_ENOUGH, "tolerance")                                                              \
+	X(CT_FIT_EMPTY, "nothing to fit")
+enum ct_fit_end { CT_FIT_END_LIST(CT_WORD_VALUE) };
 
 struct ct_fit {
 	struct ct_fit_options opt;
 	struct ct_gauss g; /* g.step iterations are done */
-	struct ct_adam adam;
-	struct ct_adam1 gamma;
+	struct ct_gs_adam adam;
+	struct ct_gs_adam_scalar gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
 	double extent;                /* mm, largest of the grid */
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
 	double mean_weight;           /* of the pixels */
 	double unit;                  /* of the rate of density: the residual's typical density */
-	double first_l1, turn;        /* mm, mean |x - y| of iteration 1; sum of it in this turn */
-	double error;                 /* of the last turn; 1 before */
+	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
+	double error;                 /* of the last epoch; 1 before */
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
 	size_t points, points_cap;
 	enum ct_fit_end end;
-	struct ct_density_rule rule;
+	struct ct_densify_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
 	void *ctx;
 };
 
-/* Begin: the Gaussians of init.h. CT_EGEOM if the data do not belong together, CT_EINPUT. */
+/* Begin: the Gaussians of place.h. CT_EGEOM if the data do not belong together, CT_EINPUT. */
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);
@@ -134,17 +143,11 @@ void ct_fit_free(struct ct_fit *f);
  * has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
-/* "iterations", "tolerance", "nothing to fit". */
+/* Its words. */
 const char *ct_fit_end_name(enum ct_fit_end end);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */
 size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
-
-/* State as tensors, exact: all that ct_fit_run changes. `run` names the options, data and seed it
- * belongs to. t must be zero. */
-int ct_fit_pack(struct ct_tensors *t, const struct ct_fit *f, const char *run, struct ct_err *e);
-/* Into an initialised fit. CT_EINPUT if `run` differs or the state is not whole. */
-int ct_fit_unpack(struct ct_fit *f, const struct ct_tensors *t, const char *run, struct ct_err *e);
 
 #endif

@@ -1,16 +1,32 @@
-# Signed 3-D Gaussians.
-libct_a_SOURCES += src/gs/act.c src/gs/act.h
-libct_a_SOURCES += src/gs/blob.c src/gs/blob.h
-libct_a_SOURCES += src/gs/dab.c src/gs/dab.h
-libct_a_SOURCES += src/gs/wide.h src/gs/foot-impl.h src/gs/foot-wide.h src/gs/foot.c
-libct_a_SOURCES += src/gs/splat.c src/gs/splat_back.c src/gs/splat.h
-libct_a_SOURCES += src/gs/voxel.c src/gs/voxel.h
-libct_a_SOURCES += src/gs/stream.h
-libct_a_SOURCES += src/gs/loss.c src/gs/loss.h
+# The fit of signed 3-D Gaussians.
+libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
+libct_a_SOURCES += src/gs/fit-state.c src/gs/fit-state.h
+libct_a_SOURCES += src/gs/place.c src/gs/place.h src/gs/neighbours.c src/gs/neighbours.h
+libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
+libct_a_SOURCES += src/gs/refit.c src/gs/refit.h
+libct_a_SOURCES += src/gs/random-stream.h
+# A Gaussian, and its gradient.
+libct_a_SOURCES += src/gs/activation.c src/gs/activation.h
+libct_a_SOURCES += src/gs/gaussian.c src/gs/gaussian.h src/gs/gaussian-formulas.h
+SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h src/gs/gaussian-vec.h
+libct_a_SOURCES += src/gs/gradient.c src/gs/gradient.h
+# Projections and volumes of them.
+libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
+libct_a_SOURCES += src/gs/footprint-ref.c src/gs/footprint-ref.h src/gs/footprint-formulas.h
+libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
+SIMD_SOURCES += src/gs/splat-kernels.c src/gs/splat-kernels.h
+libct_a_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
+SIMD_SOURCES += src/gs/rasterise-add.c src/gs/rasterise-sums.c src/gs/rasterise-batch.h
+libct_a_SOURCES += src/gs/block.c src/gs/block.h
+libct_a_SOURCES += src/gs/voxelise.c src/gs/voxelise.h
+libct_a_SOURCES += src/gs/voxelise-ref.c src/gs/voxelise-ref.h
+# The loss.
+libct_a_SOURCES += src/gs/loss.h
+libct_a_SOURCES += src/gs/loss-total.c src/gs/loss-total.h
+libct_a_SOURCES += src/gs/loss-image.c src/gs/loss-image.h
+libct_a_SOURCES += src/gs/loss-tv.c src/gs/loss-tv.h
+libct_a_SOURCES += src/gs/loss-lowres.c src/gs/loss-lowres.h
+SIMD_SOURCES += src/gs/loss-row.c src/gs/loss-row.h
+# The optimiser.
 libct_a_SOURCES += src/gs/adam.c src/gs/adam.h
-libct_a_SOURCES += src/gs/density.c src/gs/density.h
-libct_a_SOURCES += src/gs/init.c src/gs/init.h
-libct_a_SOURCES += src/gs/lowres.c src/gs/lowres.h
-libct_a_SOURCES += src/gs/terms.c src/gs/terms.h
-libct_a_SOURCES += src/gs/polish.c src/gs/polish.h
-libct_a_SOURCES += src/gs/fit.c src/gs/state.c src/gs/fit.h
+SIMD_SOURCES += src/gs/adam-row.c src/gs/adam-row.h

@@ -40,7 +40,7 @@ static void select_nth(float *v, size_t n, size_t k)
 	}
 }
 
-double ct_quantile(float *v, size_t n, double q)
+double ct_certificate_quantile(float *v, size_t n, double q)
 {
 	double at = q * (double)(n - 1);
 	size_t k = (size_t)at;
@@ -78,7 +78,7 @@ static void summarise(struct ct_consistency *c, float *abs, const struct ct_vol 
 	}
 	c->rms = sqrt(square / (double)n);
 	c->mean = sum / (double)n;
-	c->p95 = ct_quantile(abs, n, 0.95);
+	c->p95 = ct_certificate_quantile(abs, n, 0.95);
 }
 
 int ct_consistency(struct ct_consistency *c, struct ct_vol *map, const struct ct_vol *lr,

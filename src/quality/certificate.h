@@ -29,6 +29,6 @@ int ct_consistency(struct ct_consistency *c, struct ct_vol *map, const struct ct
 	struct ct_err *e);
 /* Element at fraction q in [0, 1] of the sorted n > 0 values v, between two of them interpolated
  * linearly; v is reordered. Linear time on average. */
-double ct_quantile(float *v, size_t n, double q);
+double ct_certificate_quantile(float *v, size_t n, double q);
 
 #endif

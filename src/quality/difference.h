@@ -10,6 +10,7 @@
 struct ct_sums {
 	double count;                  /* voxels */
 	double square, abs, diff, max; /* of d: sum d^2, sum |d|, sum d, largest |d| */
+	double top;                    /* largest |value| of either, counted or not */
 	double mapped;                 /* sum of the squared difference of the mapped values */
 	double pairs[3], gradient[3];  /* sum (d of the next voxel - d)^2 along each axis */
 };

@@ -1,8 +1,11 @@
 # What is measured: PSNR, SSIM, differences, edges, the consistency certificate.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim-gradient.c src/quality/ssim.h
-libct_a_SOURCES += src/quality/lanes.h
-libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume-real.h src/quality/ssim-volume.h
+SIMD_SOURCES += src/quality/ssim-row.c src/quality/ssim-row.h
+SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
+libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume.h
+SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
+SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
 libct_a_SOURCES += src/quality/certificate.c src/quality/certificate.h
 libct_a_SOURCES += src/quality/edges.c src/quality/edges.h
 libct_a_SOURCES += src/quality/metrics.c src/quality/metrics.h

@@ -63,6 +63,10 @@ static int differences(struct ct_metrics *m, struct job *j, struct ct_err *e)
 		return -1;
 	if (!(s->count > 0))
 		return ct_fail(e, CT_EINPUT, "the mask is empty");
+	if (!j->rule->window) { /* clips nothing, but says how large the values are */
+		j->map.lo = -s->top;
+		j->map.hi = s->top;
+	}
 	m->voxels = (size_t)s->count;
 	m->psnr = psnr(j, s);
 	m->mae = s->abs / s->count;

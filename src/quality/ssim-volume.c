@@ -19,131 +19,100 @@
 #include "config.h"
 #include "quality/ssim-volume.h"
 #include "core/mem.h"
-#include "quality/lanes.h"
+#include "quality/ssim-block.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
-
-enum { MAPS = 4, R = CT_SSIM_TAPS / 2 };
-enum { TX = 128, PX = TX + 16, TZ = 8, CY = 16 }; /* PX >= TX + 2 R, CY >= 2 R */
-enum {
-	PRODUCTS = MAPS * (TZ + 2 * R) * PX,
-	ROWS = MAPS * TZ * PX,
-	LAYER = (CY + 2 * R) * TX,
-	CHUNK = TZ * MAPS * LAYER,
-	TILE = CY * TX,
-	SCRATCH = PRODUCTS + ROWS + CHUNK + (MAPS + 1) * TILE + TX
-};
 
 struct job {
-	const struct ct_ssim_rule *rule;
-	const struct ct_ssim_map *map;
+	struct ct_ssim_block b;
 	const struct ct_env *env;
-	int axis;
-	size_t n[3], radius[3], crop[3], block;
-	const float *ref, *test, *mask;
+	size_t block; /* slices of a task */
+	bool small;   /* float suffices */
 	void *scratch;
 	double *part; /* [task][2][len]; of slices across z the result itself */
 	size_t len;   /* n[axis], rounded up to whole tiles */
 	float *most;  /* of each slice */
 };
 
-struct place {
-	size_t x0, y0, z0, slices, rows;
-};
-
-#define REAL float
-#define NAME(x) float_##x
-#include "quality/ssim-volume-real.h"
-#undef REAL
-#undef NAME
-
-#define REAL double
-#define NAME(x) double_##x
-#include "quality/ssim-volume-real.h"
-#undef REAL
-#undef NAME
-
-CT_LANES_CLONES static float largest(const float *restrict v, size_t n)
-{
-	float most[CT_LANES_BLOCK] = {0};
-	size_t i = 0;
-
-	for (; i + CT_LANES_BLOCK <= n; i += CT_LANES_BLOCK)
-		for (size_t k = 0; k < CT_LANES_BLOCK; k++) {
-			float a = fabsf(v[i + k]);
-
-			most[k] = a > most[k] ? a : most[k];
-		}
-	for (; i < n; i++)
-		most[0] = fabsf(v[i]) > most[0] ? fabsf(v[i]) : most[0];
-	for (size_t k = 1; k < CT_LANES_BLOCK; k++)
-		most[0] = most[k] > most[0] ? most[k] : most[0];
-	return most[0];
-}
-
 static void find_largest(void *arg, size_t k, size_t worker)
 {
 	const struct job *j = arg;
-	size_t slice = j->n[0] * j->n[1];
-	float a = largest(j->ref + k * slice, slice), b = largest(j->test + k * slice, slice);
+	size_t slice = j->b.n[0] * j->b.n[1];
+	float a = CT_SIMD(ct_ssim_block_largest)(j->b.ref + k * slice, slice);
+	float b = CT_SIMD(ct_ssim_block_largest)(j->b.test + k * slice, slice);
 
 	(void)worker;
 	j->most[k] = a > b ? a : b;
 }
 
 /* Is no mapped value larger than twice the data range? */
-static int suits_float(bool *suits, struct job *j, struct ct_err *e)
+static int suits_float(struct job *j, struct ct_err *e)
 {
-	const struct ct_ssim_map *m = j->map;
-	double range = sqrt(j->rule->c1) / 0.01;
+	const struct ct_ssim_map *m = j->b.map;
+	double range = sqrt(j->b.rule->c1) / 0.01;
 	double most = fmax(fabs(m->lo - m->zero), fabs(m->hi - m->zero));
 
 	if (!isfinite(most)) { /* no window */
-		if (ct_alloc(&j->most, j->n[2], sizeof *j->most, e))
+		if (ct_alloc(&j->most, j->b.n[2], sizeof *j->most, e))
 			return -1;
-		ct_par_for(j->env->par, j->n[2], find_largest, j);
+		ct_par_for(j->env->par, j->b.n[2], find_largest, j);
 		most = 0;
-		for (size_t k = 0; k < j->n[2]; k++)
+		for (size_t k = 0; k < j->b.n[2]; k++)
 			most = fmax(most, (double)j->most[k] + fabs(m->zero));
 		free(j->most);
 	}
-	*suits = most * m->scale <= 2 * range;
+	j->small = most * m->scale <= 2 * range;
 	return 0;
+}
+
+static void run(void *arg, size_t task, size_t worker)
+{
+	const struct job *j = arg;
+	const size_t z = task * j->block, left = j->b.n[2] - z;
+	const size_t slices = left < j->block ? left : j->block, at = worker * CT_SSIM_SCRATCH;
+	double *part = j->part + (j->b.axis == 2 ? 0 : task * 2 * j->len);
+
+	if (ct_stopping(j->env))
+		return;
+	if (j->small)
+		CT_SIMD(ct_ssim_block_float)
+	(&j->b, z, slices, (float *)j->scratch + at, part, part + j->len);
+	else CT_SIMD(ct_ssim_block_double)(
+		&j->b, z, slices, (double *)j->scratch + at, part, part + j->len);
 }
 
 int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, int axis,
 	const size_t n[static 3], const float *ref, const float *test, const float *mask,
 	const struct ct_ssim_map *map, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.rule = rule,
-		.map = map,
+	struct job j = {.b = {.rule = rule,
+				.map = map,
+				.axis = axis,
+				.ref = ref,
+				.test = test,
+				.mask = mask},
 		.env = env,
-		.axis = axis,
-		.ref = ref,
-		.test = test,
-		.mask = mask,
-		.len = (n[axis] + TX - 1) / TX * TX};
+		.len = (n[axis] + CT_SSIM_TX - 1) / CT_SSIM_TX * CT_SSIM_TX};
 	size_t tasks, parts;
-	bool small;
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++) {
-		j.n[a] = n[a];
-		j.radius[a] = a == axis && rule->dims == 2 ? 0 : rule->radius;
-		j.crop[a] = a == axis && rule->dims == 2 ? 0 : rule->crop;
+		bool filtered = a != axis || rule->dims == 3;
+
+		j.b.n[a] = n[a];
+		j.b.radius[a] = filtered ? rule->radius : 0;
+		j.b.crop[a] = filtered ? rule->crop : 0;
 	}
-	j.block = j.radius[2] ? TZ : 1;
+	j.block = j.b.radius[2] ? CT_SSIM_TZ : 1;
 	tasks = (n[2] + j.block - 1) / j.block;
 	parts = axis == 2 ? 1 : tasks;
-	if (suits_float(&small, &j, e) ||
-		ct_alloc0(&j.part, parts * 2 * j.len, sizeof *j.part, e) ||
-		ct_alloc(&j.scratch, SCRATCH * ct_par_threads(env->par),
-			small ? sizeof(float) : sizeof(double), e))
+	if (suits_float(&j, e) || ct_alloc0(&j.part, parts * 2 * j.len, sizeof *j.part, e) ||
+		ct_alloc(&j.scratch, CT_SSIM_SCRATCH * ct_par_threads(env->par),
+			j.small ? sizeof(float) : sizeof(double), e))
 		goto out;
-	ct_par_for(env->par, tasks, small ? float_block : double_block, &j);
+	ct_par_for(env->par, tasks, run, &j);
 	for (size_t k = 0; k < n[axis]; k++)
 		sum[k] = count[k] = 0;
 	for (size_t t = 0; t < parts; t++)
@@ -156,9 +125,4 @@ out:
 	free(j.part);
 	free(j.scratch);
 	return rc;
-}
-
-void ct_ssim_clip_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map)
-{
-	double_clip(out, v, n, map->lo, map->hi, map->zero);
 }

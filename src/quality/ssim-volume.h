@@ -16,9 +16,6 @@ struct ct_ssim_map {
 	double lo, hi, zero, scale;
 };
 
-/* The first half of it: out = clip(v, lo, hi) - zero of n values. */
-void ct_ssim_clip_row(double *out, const float *v, size_t n, const struct ct_ssim_map *map);
-
 /* For each of the n[axis] slices across `axis` the sum of S over its pixels that count, and their
  * number, into sum and count. Pixels count that the rule does not crop and where mask (NULL:
  * everywhere) is not zero. With rule->dims == 3 the window is three-dimensional, crops all three

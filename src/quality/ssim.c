@@ -2,22 +2,17 @@
  *
  * One pass over the rows. A ring holds the last 11 rows of the four horizontally filtered maps
  * x, y, x^2 + y^2, xy (the variances only ever appear added), so memory is a few rows and stays
- * in cache. The gradient is in ssim-back.c.
+ * in cache. The gradient is in ssim-gradient.c.
  */
 #include "config.h"
 #include "quality/ssim.h"
+#include "quality/ssim-row.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
-enum { BLOCK = 16, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4 };
-
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
+enum { BLOCK = CT_SSIM_ROW, RADIUS = CT_SSIM_TAPS / 2, MAPS = 4 };
 
 struct work {
 	size_t wp, pitch;   /* width rounded up to BLOCK; of a padded row */
@@ -78,95 +73,37 @@ static void lay_out(struct work *k, size_t w, double *scratch)
 	k->ring = k->s + k->wp;
 }
 
-/* out[j] = sum_k tap[k] in[j + k], j < wp: `in` is padded by the radius on the left. Taps are
- * symmetric: their two ends are added first. */
-CLONES static void filter_row(double *restrict out, const double *restrict in, size_t wp,
-	size_t radius, const double *restrict tap)
+/* Map m of the row in the middle of a ring that ends with row `row`. */
+static void filter_column(const struct work *k, const struct ct_ssim_rule *r, size_t row, size_t m)
 {
-	for (size_t j = 0; j < wp; j += BLOCK) {
-		double acc[BLOCK];
+	const double *rows[CT_SSIM_TAPS];
 
-		for (size_t i = 0; i < BLOCK; i++)
-			acc[i] = tap[radius] * in[j + radius + i];
-		for (size_t k = 0; k < radius; k++)
-			for (size_t i = 0; i < BLOCK; i++)
-				acc[i] += tap[k] * (in[j + k + i] + in[j + 2 * radius - k + i]);
-		memcpy(out + j, acc, sizeof acc);
-	}
-}
-
-/* out[j] = sum_k tap[k] ring[(first + k) mod 11][j]; rows of the ring are `pitch` apart. */
-CLONES static void filter_column(double *restrict out, const double *restrict ring, size_t pitch,
-	size_t first, size_t wp, size_t radius, const double *restrict tap)
-{
-	const double *row[CT_SSIM_TAPS];
-
-	for (size_t k = 0; k <= 2 * radius; k++)
-		row[k] = ring + (first + k) % CT_SSIM_TAPS * pitch;
-	for (size_t j = 0; j < wp; j += BLOCK) {
-		double acc[BLOCK];
-
-		for (size_t i = 0; i < BLOCK; i++)
-			acc[i] = tap[radius] * row[radius][j + i];
-		for (size_t k = 0; k < radius; k++) {
-			const double *a = row[k] + j, *b = row[2 * radius - k] + j;
-
-			for (size_t i = 0; i < BLOCK; i++)
-				acc[i] += tap[k] * (a[i] + b[i]);
-		}
-		memcpy(out + j, acc, sizeof acc);
-	}
-}
-
-/* Products of one row of both images, behind RADIUS zeros that lay_out made. */
-CLONES static void load_row(struct work *k, size_t at, size_t w, const float *x, const float *y)
-{
-	for (size_t j = 0; j < w; j++) {
-		double a = (double)x[j], b = (double)y[j];
-
-		k->row[0][at + j] = a;
-		k->row[1][at + j] = b;
-		k->row[2][at + j] = a * a + b * b;
-		k->row[3][at + j] = a * b;
-	}
+	for (size_t i = 0; i <= 2 * r->radius; i++)
+		rows[i] = k->ring +
+			  ((row + CT_SSIM_TAPS - 2 * r->radius + i) % CT_SSIM_TAPS * MAPS + m) *
+				  k->wp;
+	CT_SIMD(ct_ssim_row_across)(k->mean[m], rows, k->wp, r->radius, r->tap);
 }
 
 /* Bring row r (beyond the image: zeros) into the ring, leave row r - radius in k->mean. */
 static void advance(struct work *k, const struct ct_ssim_rule *r, size_t row, size_t h, size_t w,
 	const float *x, const float *y)
 {
-	size_t pitch = MAPS * k->wp;
-	double *slot = k->ring + row % CT_SSIM_TAPS * pitch;
+	double *slot = k->ring + row % CT_SSIM_TAPS * MAPS * k->wp, *to[MAPS];
 
+	for (size_t m = 0; m < MAPS; m++)
+		to[m] = k->row[m] + r->radius; /* behind zeros that lay_out made */
 	if (row < h)
-		load_row(k, r->radius, w, x + row * w, y + row * w);
+		CT_SIMD(ct_ssim_row_load)(to, w, x + row * w, y + row * w);
 	for (size_t m = 0; m < MAPS; m++) {
 		if (row < h)
-			filter_row(slot + m * k->wp, k->row[m], k->wp, r->radius, r->tap);
-		else
-			memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
+			CT_SIMD(ct_ssim_row_along)
+		(slot + m * k->wp, k->row[m], k->wp, r->radius, r->tap);
+		else memset(slot + m * k->wp, 0, k->wp * sizeof *slot);
 	}
-	if (row < r->radius)
-		return;
 	/* Rows row - 2 radius .. row; those before the image are still zero in the ring. */
-	for (size_t m = 0; m < MAPS; m++)
-		filter_column(k->mean[m], k->ring + m * k->wp, pitch,
-			row + CT_SSIM_TAPS - 2 * r->radius, k->wp, r->radius, r->tap);
-}
-
-CLONES static void similarity(const struct work *k, const struct ct_ssim_rule *r)
-{
-	const double *restrict mx = k->mean[0], *restrict my = k->mean[1];
-	const double *restrict e2 = k->mean[2], *restrict exy = k->mean[3];
-	double *restrict s = k->s;
-
-	for (size_t j = 0; j < k->wp; j += BLOCK)
-		for (size_t i = j; i < j + BLOCK; i++) {
-			double xy = mx[i] * my[i], m2 = mx[i] * mx[i] + my[i] * my[i];
-
-			s[i] = (2 * xy + r->c1) * (2 * r->unbias * (exy[i] - xy) + r->c2) /
-			       ((m2 + r->c1) * (r->unbias * (e2[i] - m2) + r->c2));
-		}
+	for (size_t m = 0; m < MAPS && row >= r->radius; m++)
+		filter_column(k, r, row, m);
 }
 
 double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x, const float *y,
@@ -185,7 +122,7 @@ double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x,
 		advance(&k, r, row, h, w, x, y);
 		if (row < r->radius + r->crop || o >= h - r->crop)
 			continue;
-		similarity(&k, r);
+		CT_SIMD(ct_ssim_row_similarity)(k.s, (const double *const *)k.mean, k.wp, r);
 		for (size_t j = r->crop; j < w - r->crop; j++) {
 			double a = weight ? (double)weight[o * w + j] : 1.0;
 

@@ -25,17 +25,18 @@
  */
 #ifndef CT_QUALITY_SSIM_H
 #define CT_QUALITY_SSIM_H
+#include "core/words.h"
+
 #include <stddef.h>
 
-enum ct_ssim_kind {
-	CT_SSIM_R2,
-	CT_SSIM_SKIMAGE,
-	CT_SSIM_WANG,
-	CT_SSIM_SKIMAGE11,
-	CT_SSIM_3D,
-	CT_SSIM_3D_GAUSS,
-	CT_SSIM_KINDS
-};
+#define CT_SSIM_LIST(X)                                                                            \
+	X(CT_SSIM_R2, "r2")                                                                        \
+	X(CT_SSIM_SKIMAGE, "skimage")                                                              \
+	X(CT_SSIM_WANG, "wang")                                                                    \
+	X(CT_SSIM_SKIMAGE11, "skimage11")                                                          \
+	X(CT_SSIM_3D, "3d")                                                                        \
+	X(CT_SSIM_3D_GAUSS, "3d-gauss")
+enum ct_ssim_kind { CT_SSIM_LIST(CT_WORD_VALUE) CT_SSIM_KINDS };
 
 #define CT_SSIM_TAPS 11 /* longest window */
 

@@ -15,23 +15,19 @@
  */
 #ifndef CT_RECON_ITERATIVE_H
 #define CT_RECON_ITERATIVE_H
-#include "core/env.h"
+#include "core/linear.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
-enum ct_solver { CT_SIRT, CT_CGLS, CT_TV };
+#define CT_SOLVER_LIST(X)                                                                          \
+	X(CT_SIRT, "sirt")                                                                         \
+	X(CT_CGLS, "cgls")                                                                         \
+	X(CT_TV, "tv")
+enum ct_solver { CT_SOLVER_LIST(CT_WORD_VALUE) };
 
-/* p[m] = A x[n]; x[n] = A' p[m]. -1 stops the iteration. */
-struct ct_system {
-	size_t dim[3]; /* n = their product; TV differences run along them, first the fastest */
-	size_t m;
-	int (*forward)(void *ctx, float *p, const float *x, struct ct_err *e);
-	int (*adjoint)(void *ctx, float *x, const float *p, struct ct_err *e);
-	void *ctx;
-};
-
-struct ct_iterate_rule {
+struct ct_iterative_rule {
 	enum ct_solver solver;
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when |A x - b| / |b| is below */
@@ -39,16 +35,17 @@ struct ct_iterate_rule {
 	double mu;         /* TV only, >= 0 */
 };
 
-struct ct_iterate_report {
+struct ct_iterative_report {
 	size_t iterations;
 	double residual; /* |A x - b| / |b|, of the x before the last step for SIRT and TV */
 };
 
-/* x: where to start from, replaced by the solution. Memory beside x and b: SIRT 2 n + 2 m floats,
- * CGLS 2 n + 2 m, TV 5 n + 2 m. CT_ENUMERIC if it diverges, CT_EUSAGE for a rule that is none,
- * CT_ENOMEM, CT_ESTOP, or what the operators return. */
-int ct_iterate(float *x, const struct ct_system *a, const float *b,
-	const struct ct_iterate_rule *rule, struct ct_iterate_report *report,
+/* x: where to start from, replaced by the solution; dim: its axes, along which TV takes
+ * differences, first the fastest. Memory beside x and b: SIRT 2 n + 2 m floats, CGLS 2 n + 2 m, TV
+ * 5 n + 2 m. CT_ENUMERIC if it diverges, CT_EUSAGE for a rule that is none, CT_ENOMEM, CT_ESTOP, or
+ * what the operators return. */
+int ct_iterative_solve(float *x, const size_t dim[static 3], const struct ct_linear *a,
+	const float *b, const struct ct_iterative_rule *rule, struct ct_iterative_report *report,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

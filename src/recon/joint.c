@@ -2,14 +2,14 @@
 #include "config.h"
 #include "recon/joint.h"
 #include "core/mem.h"
+#include "solve/passes.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-	PIECE = 1 << 16, /* voxels of one task */
-	POWER = 5,       /* applications of P' W F P that measure its norm */
+	POWER = 5, /* applications of P' W F P that measure its norm */
 	SWEEPS = 8,
 	TRIES = 9, /* values of mu to choose from */
 	SUMS = 4,
@@ -28,6 +28,7 @@ enum {
  * overlap. Measured 1.2 to 1.3 and less; FISTA bears a step of 4/3 / L. */
 #define NORM_ALL 1.4
 #define NORM_HALF 1.2
+#define PATIENCE 1.2 /* the misfit grows by more: the norm was more */
 
 /* F: one less the mirrored average with the samples of sinc^2, whose transform is a triangle. */
 static int make_filter(struct ct_taps *t, size_t views, size_t w, struct ct_err *e)
@@ -61,8 +62,8 @@ static int make_filter(struct ct_taps *t, size_t views, size_t w, struct ct_err 
 int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t n[static 3],
 	const float *z, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_rays *r = j->rays;
-	size_t threads = ct_par_threads(env->par), m = 1, tasks, view = r->rows * r->cols;
+	const struct ct_linear *r = j->rays;
+	size_t threads = ct_par_threads(env->par), m = 1, view = r->part;
 	float *zero = NULL;
 	int rc = -1;
 
@@ -71,9 +72,7 @@ int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t 
 	for (int a = 0; a < 3; a++)
 		m *= ct_degrade_size(n[a], d->factor[a]);
 	j->n = n[0] * n[1] * n[2];
-	tasks = (j->n + PIECE - 1) / PIECE;
-	tasks = tasks < r->views ? r->views : tasks;
-	if (make_filter(&j->filter, r->views, r->cols, e) ||
+	if (make_filter(&j->filter, r->parts, j->cols, e) ||
 		ct_dc_alloc(&j->dc, d, n, z, 0, env->par, e) ||
 		ct_alloc0(&zero, m, sizeof *zero, e) ||
 		ct_dc_alloc(&j->null, d, n, zero, 0, env->par, e))
@@ -86,9 +85,9 @@ int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t 
 		ct_alloc(&j->ahead, j->n, sizeof(float), e) ||
 		ct_alloc(&j->g, j->n, sizeof(float), e) ||
 		ct_alloc0(&j->dual, CT_TV_DUAL * j->n, sizeof(float), e) ||
-		ct_alloc(&j->q, r->views * view, sizeof(float), e) ||
+		ct_alloc(&j->q, ct_linear_out(r), sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
-		ct_alloc(&j->sums, SUMS * tasks, sizeof(double), e))
+		ct_alloc(&j->sums, SUMS * r->parts, sizeof(double), e))
 		goto out;
 	rc = 0;
 out:
@@ -112,14 +111,11 @@ void ct_joint_free(struct ct_joint *j)
 	j->sums = NULL;
 }
 
-/* A pass over the voxels in pieces, or over the views of q, each of which adds to its sums. */
+/* The views of q, each of which adds to its sums. */
 struct pass {
 	struct ct_joint *j;
-	size_t fit, n; /* views to fit; elements */
-	double c;
-	bool data; /* q is what P makes of a volume, to be compared with y */
-	float *y;
-	const float *x;
+	size_t fit; /* views to fit */
+	bool data;  /* q is what P makes of a volume, to be compared with y */
 };
 
 /* Views below `fit`: q <- W^(1/2) F W^(1/2) (q - y), sum 0 the misfit. Others: sums 1 to 3 are
@@ -128,7 +124,7 @@ static void view_task(void *arg, size_t v, size_t worker)
 {
 	const struct pass *p = arg;
 	const struct ct_joint *j = p->j;
-	size_t n = j->rays->rows * j->rays->cols, from = v * n;
+	size_t n = j->rays->part, from = v * n;
 	double *taps = (double *)(void *)(j->scratch + worker * j->share), sum[SUMS] = {0};
 	float *row = (float *)(taps + j->taps), *q = j->q + from;
 
@@ -150,171 +146,123 @@ static void view_task(void *arg, size_t v, size_t worker)
 	memcpy(j->sums + SUMS * v, sum, sizeof sum);
 	if (v >= p->fit)
 		return;
-	ct_taps_apply(q, row, (const size_t[3]){j->rays->cols, j->rays->rows, 1}, 0, &j->filter,
-		taps, NULL);
+	ct_taps_apply(
+		q, row, (const size_t[3]){j->cols, n / j->cols, 1}, 0, &j->filter, taps, NULL);
 	for (size_t i = 0; i < n && j->weight; i++)
 		q[i] *= sqrtf(j->weight[from + i]);
 }
 
-static void gather(double total[SUMS], const struct ct_joint *j, size_t tasks)
+/* q <- W^(1/2) F W^(1/2) (q - y) of the views below `fit`, and what they and the others, below
+ * `views`, sum to. */
+static void weigh(struct ct_joint *j, size_t fit, size_t views, bool data, struct ct_par *par)
 {
-	memset(total, 0, SUMS * sizeof *total);
-	for (size_t i = 0; i < tasks; i++)
-		for (int s = 0; s < SUMS; s++)
-			total[s] += j->sums[SUMS * i + (size_t)s];
-}
-
-/* g <- P' W F (P x - y) of the views below `fit`; `all`: predict the others. */
-static int gradient(double total[SUMS], struct ct_joint *j, const float *x, size_t fit, bool all,
-	bool data, const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_rays *r = j->rays;
 	struct pass p = {.j = j, .fit = fit, .data = data};
-	size_t views = all ? r->views : fit;
 
-	if (r->forward(r->ctx, j->q, 0, views, x, e))
+	ct_par_for(par, views, view_task, &p);
+	memset(j->total, 0, sizeof j->total);
+	for (size_t v = 0; v < views; v++)
+		for (int s = 0; s < SUMS; s++)
+			j->total[s] += j->sums[SUMS * v + (size_t)s];
+}
+
+/* g <- P' W F (P x - y) of the views to be fitted; the others are predicted. */
+static int gradient(void *ctx, float *g, double *misfit, const float *x, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_joint *j = ctx;
+	const struct ct_linear *r = j->rays;
+
+	if (ct_linear_apply(r, j->q, x, env, e))
 		return -1;
-	ct_par_for(env->par, views, view_task, &p);
-	gather(total, j, views);
-	memset(j->g, 0, j->n * sizeof *j->g);
-	return r->adjoint(r->ctx, j->g, 0, fit, j->q, e);
-}
-
-static size_t piece(const struct pass *p, size_t i, size_t *from)
-{
-	*from = i * PIECE;
-	return p->n - *from < PIECE ? p->n - *from : PIECE;
-}
-
-/* y <- x + c y */
-static void advance(void *arg, size_t i, size_t worker)
-{
-	const struct pass *p = arg;
-	size_t from, n = piece(p, i, &from);
-	float c = (float)p->c;
-
-	(void)worker;
-	for (size_t k = from; k < from + n; k++)
-		p->y[k] = (p->x ? p->x[k] : 0.0f) + c * p->y[k];
-}
-
-/* y <- x + c (x - y), sum |x - y|^2 */
-static void extrapolate(void *arg, size_t i, size_t worker)
-{
-	const struct pass *p = arg;
-	size_t from, n = piece(p, i, &from);
-	float c = (float)p->c;
-	double sum[SUMS] = {0};
-
-	(void)worker;
-	for (size_t k = from; k < from + n; k++) {
-		float moved = p->x[k] - p->y[k];
-
-		sum[0] += (double)moved * (double)moved;
-		p->y[k] = p->x[k] + c * moved;
-	}
-	memcpy(p->j->sums + SUMS * i, sum, sizeof sum);
-}
-
-/* One of the two; RMS of its sum. */
-static double sweep(struct ct_joint *j, ct_par_fn *fn, float *y, const float *x, double c,
-	const struct ct_env *env)
-{
-	struct pass p = {.j = j, .n = j->n, .c = c, .y = y, .x = x};
-	size_t tasks = (j->n + PIECE - 1) / PIECE;
-	double total[SUMS] = {0};
-
-	memset(j->sums, 0, SUMS * tasks * sizeof *j->sums);
-	ct_par_for(env->par, tasks, fn, &p);
-	gather(total, j, tasks);
-	return sqrt(total[0] / (double)j->n);
+	weigh(j, j->fit, r->parts, true, env->par);
+	*misfit = j->total[0];
+	if (!isfinite(*misfit))
+		return ct_fail(e, CT_ENUMERIC, "iteration %zu diverged", j->at.done + 1);
+	return r->adjoint(r->ctx, g, j->fit, j->q, env, e);
 }
 
 /* Norm of P' W F P of the first quarter of the views, by the power method from P' W F gap within
  * what D does not see. x is not touched. */
 static int measure_norm(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
-	size_t quarter = (j->rays->views + 3) / 4, view = j->rays->rows * j->rays->cols;
-	struct pass p = {.j = j, .fit = quarter};
-	double total[SUMS], rms = 0;
+	const struct ct_linear *r = j->rays;
+	size_t quarter = (r->parts + 3) / 4;
+	double rms = 0;
 
-	memcpy(j->q, j->gap, quarter * view * sizeof *j->q);
-	ct_par_for(env->par, quarter, view_task, &p);
-	memset(j->g, 0, j->n * sizeof *j->g);
-	if (j->rays->adjoint(j->rays->ctx, j->g, 0, quarter, j->q, e))
-		return -1;
-	for (int k = 0; k <= POWER; k++) {
+	memcpy(j->q, j->gap, quarter * r->part * sizeof *j->q);
+	for (int k = 0;; k++) {
+		weigh(j, quarter, quarter, false, env->par);
+		if (r->adjoint(r->ctx, j->g, quarter, j->q, env, e))
+			return -1;
 		ct_dc_apply(&j->null, j->g, j->scratch, env->par);
 		memset(j->ahead, 0, j->n * sizeof *j->ahead);
-		rms = sweep(j, extrapolate, j->ahead, j->g, 0, env);
+		rms = ct_passes_lead(j->n, j->ahead, j->g, 0, env->par);
 		if (k == POWER || rms == 0)
 			break;
-		sweep(j, advance, j->ahead, NULL, 1 / rms, env);
-		if (gradient(total, j, j->ahead, quarter, false, false, env, e))
+		ct_passes_scale(j->n, j->ahead, 1 / rms, env->par);
+		if (r->forward(r->ctx, j->q, quarter, j->ahead, env, e))
 			return -1;
 	}
 	if (!isfinite(rms))
 		return ct_fail(e, CT_ENUMERIC, "projections are not finite");
-	j->at.norm = rms;
+	j->at.fista.norm = rms;
 	return 0;
 }
 
-/* The first step in data, where D allows it: RMS. x and ahead are the same before and after. */
-static void measure_first(struct ct_joint *j, const struct ct_env *env)
+/* The first step in data, `to`, where D allows it: RMS. x and ahead are the same before and after.
+ */
+static void measure_first(struct ct_joint *j, const float *to, const struct ct_env *env)
 {
-	memcpy(j->ahead, j->g, j->n * sizeof *j->g);
+	memcpy(j->ahead, to, j->n * sizeof *to);
 	ct_dc_apply(&j->dc, j->ahead, j->scratch, env->par);
-	j->at.first = sweep(j, extrapolate, j->ahead, j->x, 0, env);
+	j->at.first = ct_passes_lead(j->n, j->ahead, j->x, 0, env->par);
 	j->at.mu = fmax(HIGHEST * j->at.first, j->rule.mu);
 }
 
-/* One step of FISTA on the views below `fit`. Until the last of P is done the state stays as it
- * was: then is the time to stop. */
-static int step(double total[SUMS], struct ct_joint *j, size_t fit, const struct ct_env *env,
-	struct ct_err *e)
+static int near(void *ctx, float *x, const float *to, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_joint *j = ctx;
 	struct ct_joint_at *at = &j->at;
-	const bool all = fit == j->rays->views;
 	struct ct_tv_rule rule = {.iterations = SWEEPS};
-	struct ct_env quiet = {.par = env->par};
+	const struct ct_env quiet = {.par = env->par};
 	struct ct_tv_report report;
-	double next = (1 + sqrt(1 + 4 * at->momentum * at->momentum)) / 2, moved, norm = 0;
+	double norm = 0;
 
-	if (gradient(total, j, j->ahead, fit, !all, true, env, e))
-		return -1;
-	if (!isfinite(total[0]))
-		return ct_fail(e, CT_ENUMERIC, "iteration %zu diverged", at->done + 1);
-	if (at->misfit > 0 && total[0] > 1.2 * at->misfit) { /* the norm was more */
-		at->norm *= 1.5;
-		next = 1;
-	}
-	at->misfit = total[0];
-	sweep(j, advance, j->g, j->ahead, -1 / (at->norm * (all ? NORM_ALL : NORM_HALF)), env);
 	if (at->first == 0)
-		measure_first(j, env);
+		measure_first(j, to, env);
 	if (at->first == 0)
 		return 0;
-	memcpy(j->ahead, j->x, j->n * sizeof *j->x);
 	for (int a = 0; a < 3; a++) {
 		rule.weight[a] = j->rule.weight[a];
 		norm += j->dc.n[a] > 1 ? 4 * rule.weight[a] * rule.weight[a] : 0;
 	}
 	rule.step = at->mu * sqrt(norm);
-	if (ct_tv_near(j->x, &j->dc, &rule, &(struct ct_tv_near){j->g, at->mu, j->dual}, &report,
-		    &quiet, e))
+	return ct_tv_near(
+		x, &j->dc, &rule, &(struct ct_tv_near){to, at->mu, j->dual}, &report, &quiet, e);
+}
+
+/* One step of FISTA on the views below `fit`. Until the last of P is done the state stays as it
+ * was: then is the time to stop. */
+static int step(struct ct_joint *j, size_t fit, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_joint_at *at = &j->at;
+	const bool all = fit == j->rays->parts;
+	const struct ct_fista f = {j->n, j->x, j->ahead, j->g, PATIENCE, gradient, near, j};
+	double moved;
+
+	j->fit = fit;
+	if (ct_fista_step(&f, &at->fista, all ? NORM_ALL : NORM_HALF, &moved, env, e))
 		return -1;
-	moved = sweep(
-		j, extrapolate, j->ahead, j->x, next > 1 ? (at->momentum - 1) / next : 0, env);
-	at->momentum = next;
 	ct_log(env, CT_INFO, "%s %zu: mu %.4g, misfit %.4g, moved %.3g",
-		all ? "iteration" : "choice", at->done + 1, at->mu, sqrt(total[0]), moved);
+		all ? "iteration" : "choice", at->done + 1, at->mu, sqrt(j->total[0]), moved);
 	return 0;
 }
 
 /* Before the step whose sums these are, x came of mu: how well did it predict? */
-static bool judge(struct ct_joint *j, const double total[SUMS], double mu)
+static bool judge(struct ct_joint *j, double mu)
 {
 	struct ct_joint_at *at = &j->at;
+	const double *total = j->total;
 	double c = total[1] / total[3], cb = total[2] / total[3], off = 1 + c - 2 * cb;
 
 	at->trust = fmin(at->trust, c - 3 * cb);
@@ -328,13 +276,13 @@ static bool judge(struct ct_joint *j, const double total[SUMS], double mu)
 static int choose(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_joint_at *at = &j->at;
-	double total[SUMS], mu = at->mu / FALL; /* of the iteration before */
-	size_t fit = (j->rays->views + 1) / 2;
+	double mu = at->mu / FALL; /* of the iteration before */
+	size_t fit = (j->rays->parts + 1) / 2;
 	bool over;
 
-	if (step(total, j, fit, env, e))
+	if (step(j, fit, env, e))
 		return -1;
-	over = at->first == 0 || !(total[3] > 0) || (at->done > 0 && judge(j, total, mu)) ||
+	over = at->first == 0 || !(j->total[3] > 0) || (at->done > 0 && judge(j, mu)) ||
 	       ++at->done >= TRIES;
 	if (!over) {
 		at->mu *= FALL;
@@ -346,8 +294,8 @@ static int choose(struct ct_joint *j, const struct ct_env *env, struct ct_err *e
 		"projections predict each other: %.3f of the misfit is left, mu %.4g%s", at->best,
 		at->chosen, at->trusted ? "" : ": not trusted");
 	at->mu = fmax(at->chosen, at->first);
-	at->momentum = 1;
-	at->misfit = 0;
+	at->fista.momentum = 1;
+	at->fista.misfit = 0;
 	at->done = 0;
 	at->phase = at->trusted ? CT_JOINT_SOLVE : CT_JOINT_DONE;
 	memcpy(j->ahead, j->x, j->n * sizeof *j->x);
@@ -357,9 +305,8 @@ static int choose(struct ct_joint *j, const struct ct_env *env, struct ct_err *e
 static int solve(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_joint_at *at = &j->at;
-	double total[SUMS];
 
-	if (step(total, j, j->rays->views, env, e))
+	if (step(j, j->rays->parts, env, e))
 		return -1;
 	at->done++;
 	if (at->chosen == 0)
@@ -374,20 +321,20 @@ static int begin(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
 	if (measure_norm(j, env, e))
 		return -1;
-	j->at.momentum = j->at.best = 1;
+	j->at.fista.momentum = j->at.best = 1;
 	j->at.trust = 0;
 	j->at.trusted = true;
 	memcpy(j->ahead, j->x, j->n * sizeof *j->x);
-	j->at.phase = j->at.norm == 0 || j->rule.iterations == 0 ? CT_JOINT_DONE
-		      : j->rule.mu > 0 || j->rays->views < 4     ? CT_JOINT_SOLVE
-								 : CT_JOINT_CHOOSE;
+	j->at.phase = j->at.fista.norm == 0 || j->rule.iterations == 0 ? CT_JOINT_DONE
+		      : j->rule.mu > 0 || j->rays->parts < 4           ? CT_JOINT_SOLVE
+								       : CT_JOINT_CHOOSE;
 	return 0;
 }
 
 int ct_joint_run(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_joint_at *at = &j->at;
-	size_t tries = j->rule.mu > 0 || j->rays->views < 4 ? 0 : TRIES;
+	size_t tries = j->rule.mu > 0 || j->rays->parts < 4 ? 0 : TRIES;
 	int rc = 0;
 
 	while (rc == 0 && at->phase != CT_JOINT_DONE) {

@@ -34,21 +34,11 @@
  */
 #ifndef CT_RECON_JOINT_H
 #define CT_RECON_JOINT_H
+#include "core/linear.h"
 #include "resolution/consistency.h"
 #include "resolution/separable.h"
 #include "resolution/tv.h"
-
-/* -1 stops the solver. */
-struct ct_rays {
-	size_t views, rows, cols;
-	/* p[count][rows][cols] = the views [first, first + count) of x */
-	int (*forward)(
-		void *ctx, float *p, size_t first, size_t count, const float *x, struct ct_err *e);
-	/* x += their adjoint of p */
-	int (*adjoint)(
-		void *ctx, float *x, size_t first, size_t count, const float *p, struct ct_err *e);
-	void *ctx;
-};
+#include "solve/fista.h"
 
 struct ct_joint_rule {
 	double weight[3];  /* of TV, of each axis */
@@ -61,21 +51,22 @@ enum ct_joint_phase { CT_JOINT_NEW, CT_JOINT_CHOOSE, CT_JOINT_SOLVE, CT_JOINT_DO
 
 /* Where it is, between two iterations. */
 struct ct_joint_at {
-	size_t phase, done;  /* iterations of the phase */
-	double norm;         /* L, of a quarter of the views */
-	double first;        /* RMS of the first step */
-	double mu, momentum; /* of the next iteration */
-	double misfit;       /* |W^(1/2) (P ahead - y)|^2 before the last, of the views it used */
-	double best, chosen; /* least |c - b|^2 / |b|^2 so far, and its mu */
-	double trust;        /* least (|c|^2 - 3 <c, b>) / |b|^2 */
+	size_t phase, done;       /* iterations of the phase */
+	struct ct_fista_at fista; /* norm: of a quarter of the views; misfit: |W^(1/2) (P ahead -
+				     y)|^2, of the views it used */
+	double first;             /* RMS of the first step */
+	double mu;                /* of the next iteration */
+	double best, chosen;      /* least |c - b|^2 / |b|^2 so far, and its mu */
+	double trust;             /* least (|c|^2 - 3 <c, b>) / |b|^2 */
 	bool trusted;
 };
 
 struct ct_joint {
 	/* Borrowed; set before ct_joint_alloc. */
-	const struct ct_rays *rays;
-	const float *y, *gap; /* [views][rows][cols]; gap = y - P x0 */
-	const float *weight;  /* likewise, in [0, 1]; NULL: 1 */
+	const struct ct_linear *rays; /* P; a part is a view */
+	size_t cols;                  /* pixels of a detector row */
+	const float *y, *gap;         /* [views][rows][cols]; gap = y - P x0 */
+	const float *weight;          /* likewise, in [0, 1]; NULL: 1 */
 	struct ct_joint_rule rule;
 	/* Called between iterations; may be NULL. */
 	int (*save)(void *ctx, const struct ct_joint *j, struct ct_err *e);
@@ -83,10 +74,10 @@ struct ct_joint {
 	/* Owned. x is to be set to x0. */
 	float *x, *ahead, *dual; /* [n], [n], [3][n] */
 	struct ct_joint_at at;
-	float *g, *q, *scratch; /* gradient; projections; a view, rows of dc: of each worker */
-	double *sums;           /* of each view or piece */
-	size_t n, share, taps;
-	struct ct_dc dc, null; /* D x = z, D x = 0 */
+	float *g, *q, *scratch;     /* gradient; projections; a view, rows of dc: of each worker */
+	double *sums, total[4];     /* of each view; of all */
+	size_t n, share, taps, fit; /* fit: views to fit, the others being predicted */
+	struct ct_dc dc, null;      /* D x = z, D x = 0 */
 	struct ct_taps filter;
 };
 

@@ -20,17 +20,18 @@
 #ifndef CT_RECON_RAMP_H
 #define CT_RECON_RAMP_H
 #include "core/err.h"
+#include "core/words.h"
 
 #include <stddef.h>
 
-enum ct_filter_kind {
-	CT_FILTER_RAM_LAK,
-	CT_FILTER_SHEPP_LOGAN,
-	CT_FILTER_COSINE,
-	CT_FILTER_HAMMING,
-	CT_FILTER_HANN,
-	CT_FILTER_NONE,
-};
+#define CT_FILTER_LIST(X)                                                                          \
+	X(CT_FILTER_RAM_LAK, "ram-lak")                                                            \
+	X(CT_FILTER_SHEPP_LOGAN, "shepp-logan")                                                    \
+	X(CT_FILTER_COSINE, "cosine")                                                              \
+	X(CT_FILTER_HAMMING, "hamming")                                                            \
+	X(CT_FILTER_HANN, "hann")                                                                  \
+	X(CT_FILTER_NONE, "none")
+enum ct_filter_kind { CT_FILTER_LIST(CT_WORD_VALUE) };
 
 struct ct_filter {
 	size_t w, n;

@@ -364,7 +364,5 @@ int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double
 
 const char *ct_sampling_name(enum ct_sampling s)
 {
-	static const char *const name[] = {"unknown", "aliased", "sharp", "well"};
-
-	return name[s];
+	return CT_WORD(CT_SAMPLING_LIST, s);
 }

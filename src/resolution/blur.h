@@ -28,16 +28,17 @@
 #define CT_RESOLUTION_BLUR_H
 #include "core/vol.h"
 #include "core/par.h"
+#include "core/words.h"
 
 #include <stddef.h>
 
 /* What the blur means for who refines the axis. */
-enum ct_sampling {
-	CT_SAMPLING_UNKNOWN, /* fewer than 12 edges: nothing can be said */
-	CT_SAMPLING_ALIASED, /* aliasing >= 0.292, as P3: do not force consistency */
-	CT_SAMPLING_SHARP,   /* 0.141 to 0.292, as P2 */
-	CT_SAMPLING_WELL,    /* less, as P1 */
-};
+#define CT_SAMPLING_LIST(X)                                                                        \
+	X(CT_SAMPLING_UNKNOWN, "unknown") /* fewer than 12 edges: nothing can be said */           \
+	X(CT_SAMPLING_ALIASED, "aliased") /* aliasing >= 0.292, as P3: do not force consistency */ \
+	X(CT_SAMPLING_SHARP, "sharp")     /* 0.141 to 0.292, as P2 */                              \
+	X(CT_SAMPLING_WELL, "well")       /* less, as P1 */
+enum ct_sampling { CT_SAMPLING_LIST(CT_WORD_VALUE) };
 
 struct ct_estimate_axis {
 	double measured; /* standard deviation of the blur that the edges show, voxels of v, in
@@ -61,7 +62,7 @@ struct ct_estimate {
  * CT_ENOMEM. The result does not depend on the number of threads. */
 int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e);
-/* "unknown", "aliased", "sharp", "well". */
+/* Its word. */
 const char *ct_sampling_name(enum ct_sampling s);
 
 #endif

@@ -7,8 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const decimate_name[] = {"sinc", "point", "mean"};
-
 void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 {
 	static const double per_sigma[] = {2.3548, 4, 8};
@@ -265,7 +263,7 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 		ct_meta_setf(
 			m, e, "sigma", "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]))
 		return -1;
-	return ct_meta_set(m, "decimate", decimate_name[d->decimate], e);
+	return ct_meta_set(m, "decimate", CT_WORD(CT_DECIMATE_LIST, d->decimate), e);
 }
 
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e)
@@ -273,7 +271,7 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	struct ct_degrade got = {0};
 	const char *name = ct_meta_get(m, "decimate");
 	double factor[3];
-	int rc = ct_meta_numbers(m, "factor", 3, factor, e);
+	int rc = ct_meta_numbers(m, "factor", 3, factor, e), word = CT_DECIMATE_SINC;
 
 	if (rc)
 		return rc;
@@ -288,14 +286,10 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
 		got.factor[a] = factor[a];
 	}
-	for (int k = 0; name && k < 3; k++)
-		if (strcmp(name, decimate_name[k]) == 0) {
-			got.decimate = (enum ct_decimate)k;
-			*d = got;
-			return 0;
-		}
-	if (name)
-		return ct_fail(e, CT_EINPUT, "metadata decimate: '%.40s' is not known", name);
+	if (name && (word = ct_words_find(CT_WORDS(CT_DECIMATE_LIST), name)) < 0)
+		return ct_fail(e, CT_EINPUT, "metadata decimate: '%.40s' is not one of %s", name,
+			CT_WORDS(CT_DECIMATE_LIST));
+	got.decimate = (enum ct_decimate)word;
 	*d = got;
 	return 0;
 }

@@ -25,11 +25,16 @@
 #ifndef CT_RESOLUTION_DEGRADE_H
 #define CT_RESOLUTION_DEGRADE_H
 #include "core/meta.h"
+#include "core/words.h"
 #include "resolution/separable.h"
 
 #include <stdint.h>
 
-enum ct_decimate { CT_DECIMATE_SINC, CT_DECIMATE_POINT, CT_DECIMATE_MEAN };
+#define CT_DECIMATE_LIST(X)                                                                        \
+	X(CT_DECIMATE_SINC, "sinc")                                                                \
+	X(CT_DECIMATE_POINT, "point")                                                              \
+	X(CT_DECIMATE_MEAN, "mean")
+enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) };
 
 struct ct_degrade {
 	double factor[3]; /* >= 1 */

@@ -9,6 +9,7 @@
 #include "core/mem.h"
 #include "resolution/separable-rows.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -325,4 +326,32 @@ void ct_separable_apply(
 		n[axis] = s->t[axis].n_out;
 		in = to;
 	}
+}
+
+static int forward(void *ctx, float *y, size_t parts, const float *x, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_separable *pair = ctx;
+
+	(void)parts, (void)e;
+	ct_separable_apply(&pair[0], y, x, env->par);
+	return 0;
+}
+
+static int adjoint(void *ctx, float *x, size_t parts, const float *y, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_separable *pair = ctx;
+
+	(void)parts, (void)e;
+	ct_separable_apply(&pair[1], x, y, env->par);
+	return 0;
+}
+
+struct ct_linear ct_separable_linear(const struct ct_separable pair[static 2])
+{
+	const struct ct_taps *t = pair[0].t;
+
+	return (struct ct_linear){t[0].n_in * t[1].n_in * t[2].n_in, 1,
+		t[0].n_out * t[1].n_out * t[2].n_out, forward, adjoint, (void *)(uintptr_t)pair};
 }

@@ -18,12 +18,9 @@
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
 
-static const char *const method_name[] = {
-	"auto", "linear", "cubic", "bspline", "lanczos", "sinc", "dc", "tv", "htv"};
-
 const char *ct_refine_name(enum ct_refine method)
 {
-	return method_name[method];
+	return CT_WORD(CT_REFINE_LIST, method);
 }
 
 int ct_refine_aliasing(

@@ -17,22 +17,22 @@
 #define CT_RESOLUTION_UPSAMPLE_H
 #include "core/env.h"
 #include "core/vol.h"
+#include "core/words.h"
 #include "resolution/degrade.h"
 
 #define CT_REFINE_ALIAS 0.2
 
-enum ct_refine {
-	CT_REFINE_AUTO,
-	CT_REFINE_LINEAR,
-	CT_REFINE_CUBIC,
-	CT_REFINE_BSPLINE,
-	CT_REFINE_LANCZOS,
-	CT_REFINE_SINC,
-	CT_REFINE_DC,
-	CT_REFINE_TV,
-	CT_REFINE_HTV,
-	CT_REFINE_METHODS
-};
+#define CT_REFINE_LIST(X)                                                                          \
+	X(CT_REFINE_AUTO, "auto")                                                                  \
+	X(CT_REFINE_LINEAR, "linear")                                                              \
+	X(CT_REFINE_CUBIC, "cubic")                                                                \
+	X(CT_REFINE_BSPLINE, "bspline")                                                            \
+	X(CT_REFINE_LANCZOS, "lanczos")                                                            \
+	X(CT_REFINE_SINC, "sinc")                                                                  \
+	X(CT_REFINE_DC, "dc")                                                                      \
+	X(CT_REFINE_TV, "tv")                                                                      \
+	X(CT_REFINE_HTV, "htv")
+enum ct_refine { CT_REFINE_LIST(CT_WORD_VALUE) CT_REFINE_METHODS };
 
 struct ct_refine_rule {
 	enum ct_refine method;

@@ -5,7 +5,7 @@
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "gs/voxel.h"
+#include "gs/voxelise.h"
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
@@ -107,7 +107,7 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 {
 	size_t touch = 0;
 
-	if (ct_voxels_render(
+	if (ct_voxelise_render(
 		    vol->data, vol->n, (const double(*)[4])vol->affine, g, hu, &touch, env, e))
 		return -1;
 	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, g->n);

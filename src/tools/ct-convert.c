@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
+#include "formats/raw.h"
 #include "tools/convert.h"
 
 #include <math.h>
@@ -15,8 +16,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, by UID or place in the list"),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
-		"IN is voxels without a header, W fastest; TYPE is u8, i8, u16, i16, u32, i32, f32 or f64, with "
-		":be behind it if big-endian"),
+		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
+			CT_WORD_SPACE) ", with :be behind it if big-endian"),
 	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0, "voxel size of --raw, mm"),
 	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0,
 		"of --raw: HU are A times the stored value; of --scanner likewise"),
@@ -31,7 +32,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM"),
 	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
 		"cut or pad to NxNxN voxels about the body; 0 does not"),
-	CT_CHOICE(struct convert, type, 0, "type", "auto|i16|f32",
+	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
 	CT_ARG(struct convert, in, "IN",
 		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
@@ -69,7 +70,6 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	static const enum ct_nifti_type types[] = {CT_NIFTI_AUTO, CT_NIFTI_I16, CT_NIFTI_F32};
 	const struct convert *p = params;
 	struct ct_meta read = {0};
 	struct ct_vol v = {0};
@@ -91,7 +91,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = ct_nifti_write(p->out, &v, types[p->type], env, e);
+	rc = ct_nifti_write(p->out, &v, (enum ct_nifti_type)p->type, env, e);
 out:
 	ct_meta_free(&read);
 	ct_vol_free(&v);

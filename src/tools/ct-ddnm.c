@@ -1,10 +1,13 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "diffusion/prior.h"
+#include "resolution/upsample.h"
 #include "ddnm-picture.h"
 #include "ddnm-state.h"
 #include "prior-file.h"
@@ -13,7 +16,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+/* What becomes of the colours of a prior. */
+#define REDUCES(X)                                                                                 \
+	X(MEAN, "mean")                                                                            \
+	X(FIRST, "first")
+enum reduce { REDUCES(CT_WORD_VALUE) };
 
 struct params {
 	const char *in, *out, *prior, *init, *std, *travel;
@@ -26,7 +34,7 @@ static const struct params defaults = {.scale = 0,
 	.steps = 50,
 	.t_start = -1,
 	.samples = 1,
-	.sampler = 1,
+	.sampler = CT_DDNM_PLUS,
 	.eta = 0.99,
 	.sigma_y = NAN,
 	.sigma_det = NAN,
@@ -46,13 +54,13 @@ static const struct ct_opt opts[] = {
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
-	CT_CHOICE(struct params, op, 0, "operator", "mean|matched",
+	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_OPERATOR_LIST),
 		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
 		"and "
 		"the coarse grid leave of them (see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
-	CT_CHOICE(struct params, sampler, 0, "sampler", "ddnm|ddnm+|simple",
+	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
 	CT_OPT(struct params, init, 'i', "init", "FILE", 0, 0,
@@ -68,7 +76,7 @@ static const struct ct_opt opts[] = {
 		"end with the nearest projections that agree with IN exactly"),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
-	CT_CHOICE(struct params, channels, 0, "channel-reduce", "mean|first",
+	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours"),
 	CT_OPT(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.part, as if there had been no interruption"),
@@ -93,14 +101,12 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 {
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
-	static const char *const inverse[] = {"dc", "tv", "htv"}; /* what undid the blur */
 	const char *up = ct_meta_get(m, "upsample");
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
 	*sigma = 0;
-	for (size_t i = 0; up && i < sizeof inverse / sizeof *inverse; i++)
-		if (strcmp(up, inverse[i]) == 0)
-			return 0;
+	if (up && ct_words_find(CT_WORDS(CT_REFINE_LIST), up) >= CT_REFINE_DC)
+		return 0; /* the blur is undone */
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
 	if (ct_meta_numbers(m, "sigma", 3, voxels, e) < 0 ||
@@ -154,7 +160,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->s.rule = (enum ct_ddnm_rule)p->sampler;
 	j->s.op = (enum ct_operator_kind)p->op;
 	j->s.eta = p->eta;
-	j->s.first = p->channels == 1;
+	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
 	if (p->t_start >= 0 && !p->init)
 		return ct_fail(e, CT_EUSAGE, "--t-start needs --init");
@@ -226,18 +232,11 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 	return ct_prior_plan(&j->prior, workers, high, wide, e);
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Time one call of the network and tell what all would take. */
 static int estimate(struct job *j, struct ct_err *e)
 {
 	size_t n, calls, threads = ct_par_threads(j->env->par);
+	struct ct_cost cost;
 	float t = 500, *x = NULL, *y = NULL;
 	double start, once;
 	int rc = -1;
@@ -248,20 +247,18 @@ static int estimate(struct job *j, struct ct_err *e)
 	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc(&y, n, sizeof *y, e) ||
 		ct_unet_forward(j->prior.plan[0], y, x, &t, e)) /* the first is slower */
 		goto out;
-	start = now();
+	start = ct_clock_wall();
 	if (ct_unet_forward(j->prior.plan[0], y, x, &t, e))
 		goto out;
-	once = now() - start;
-	printf("network   %zux%zu, %zu calls of %.3f s\n", j->prior.wide, j->prior.high,
-		calls * j->in.views, once);
-	printf("time      %.0f s on %zu threads\n",
-		once * (double)calls * (double)j->in.views / (double)threads, threads);
-	printf("memory    %.0f MiB\n",
-		((double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
-			4.0 * (double)ct_stack_count(&j->out) * (j->p->init ? 2 : 1)) /
-			0x1p20);
-	printf("disk      %.0f MiB at most\n", 4.0 * (double)ct_stack_count(&j->out) / 0x1p20);
-	rc = 0;
+	once = ct_clock_wall() - start;
+	cost = (struct ct_cost){.disk = 4.0 * (double)ct_stack_count(&j->out)};
+	cost.seconds = once * (double)calls * (double)j->in.views / (double)threads;
+	cost.memory = (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
+		      cost.disk * (j->p->init ? 2 : 1);
+	cost.state = cost.disk;
+	snprintf(cost.work, sizeof cost.work, "%zu calls of %.3f s of the network of %zux%zu",
+		calls * j->in.views, once, j->prior.wide, j->prior.high);
+	rc = ct_cost_print(&cost, j->env, e);
 out:
 	free(x);
 	free(y);
@@ -270,14 +267,13 @@ out:
 
 static int write_outputs(struct job *j, struct ct_err *e)
 {
-	static const char *const ops[] = {"mean", "matched"};
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
 
 	ct_meta_drop(m, "coarsen");
 	ct_meta_drop(m, "pixel");
 	if (ct_meta_setf(m, e, "norm", "%.9g", j->s.norm) ||
-		ct_meta_set(m, "operator", ops[j->s.op], e) ||
+		ct_meta_set(m, "operator", CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
 		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||

@@ -8,6 +8,12 @@
 #include <math.h>
 #include <string.h>
 
+#define PROTOCOLS(X)                                                                               \
+	X(P1, "P1")                                                                                \
+	X(P2, "P2")                                                                                \
+	X(P3, "P3")
+enum protocol { PROTOCOLS(CT_WORD_VALUE) };
+
 struct params {
 	const char *in, *out, *factor, *sigma, *clip;
 	int protocol, decimate;
@@ -22,13 +28,13 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
 		"(needed)"),
-	CT_CHOICE(struct params, protocol, 'p', "protocol", "P1|P2|P3",
+	CT_CHOICE(struct params, protocol, 'p', "protocol", CT_WORDS(PROTOCOLS),
 		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
 		"S/8, point"),
 	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
 		"protocol's; one number is for the axes that are reduced"),
-	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
+	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how samples are taken at cell centres, in place of the protocol's: after the "
 		"ideal low-pass, as they are, or as means of cells"),
 	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
@@ -51,7 +57,7 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
 		d->factor[a] = x[a];
 	}
-	ct_degrade_protocol(d, p->protocol + 1);
+	ct_degrade_protocol(d, p->protocol - P1 + 1);
 	if (p->decimate >= 0)
 		d->decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)

@@ -20,22 +20,29 @@ struct params {
 	bool parker, nonnegative;
 };
 
-enum method { AUTO, FDK, FBP, SIRT, CGLS, TV };
-enum quantity { HU, DENSITY };
+/* Behind these the methods that iterate: ITERATE + enum ct_solver. */
+#define METHODS(X)                                                                                 \
+	X(AUTO, "auto")                                                                            \
+	X(FDK, "fdk")                                                                              \
+	X(FBP, "fbp")
+enum method { METHODS(CT_WORD_VALUE) ITERATE };
+#define QUANTITIES(X)                                                                              \
+	X(HU, "hu")                                                                                \
+	X(DENSITY, "density")
+enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
 static const struct params defaults = {.tv = 10};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections, EXR, or -"),
 	CT_ARG(struct params, out, "OUT", "the volume, NIfTI, or -"),
-	CT_CHOICE(struct params, method, 'm', "method", "auto|fdk|fbp|sirt|cgls|tv",
+	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
 		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
 		"for any geometry"),
 	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
-	CT_CHOICE(struct params, filter, 0, "filter",
-		"ram-lak|shepp-logan|cosine|hamming|hann|none",
+	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_FILTER_LIST),
 		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density"),
 	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
@@ -46,7 +53,7 @@ static const struct ct_opt opts[] = {
 		"weigh the rays of a short scan so that those seen twice count once"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
 		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv"),
-	CT_CHOICE(struct params, projector, 0, "projector", "siddon|joseph",
+	CT_CHOICE(struct params, projector, 0, "projector", CT_WORDS(CT_METHOD_LIST),
 		"of the iterative methods: voxels as boxes, or linear between their centres"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "X", 0, 1,
 		"stop when the residual |A x - b| / |b| is below"),
@@ -55,7 +62,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
-	CT_CHOICE(struct params, quantity, 0, "quantity", "hu|density", "what OUT holds"),
+	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
 	CT_OPT_END,
 };
 
@@ -68,11 +75,11 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", p->in, had);
 	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
-			p->method == FBP ? "fbp" : "fdk", p->in, ct_beam_name(in->beam));
-	if (p->method >= SIRT && (p->filter || p->parker || p->cutoff > 0))
+			CT_WORD(METHODS, p->method), p->in, ct_beam_name(in->beam));
+	if (p->method >= ITERATE && (p->filter || p->parker || p->cutoff > 0))
 		return ct_fail(e, CT_EUSAGE,
 			"--filter, --cutoff and --parker are not for iterative methods");
-	if (p->method == CGLS && p->nonnegative)
+	if (p->method == ITERATE + CT_CGLS && p->nonnegative)
 		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
 	if (p->filter == CT_FILTER_NONE && p->quantity == HU)
 		return ct_fail(e, CT_EUSAGE,
@@ -116,14 +123,14 @@ static int choose(
 
 	if (ct_window_choose(window, p->window, &in->meta, e))
 		return -1;
-	*how = (struct ct_fdk_how){.iterate = p->method >= SIRT,
+	*how = (struct ct_fdk_how){.iterate = p->method >= ITERATE,
 		.filter = (enum ct_filter_kind)p->filter,
 		.cutoff = p->cutoff,
 		.parker = p->parker,
 		.projector = p->projector};
 	if (!how->iterate)
 		return 0;
-	how->rule = (struct ct_iterate_rule){.solver = (enum ct_solver)(p->method - SIRT),
+	how->rule = (struct ct_iterative_rule){.solver = (enum ct_solver)(p->method - ITERATE),
 		.iterations = (size_t)p->iterations,
 		.tolerance = p->tolerance,
 		.nonnegative = p->nonnegative,
@@ -136,16 +143,9 @@ static int choose(
 static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
 	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
-	double seconds, bytes;
+	struct ct_cost cost;
 
-	if (ct_fdk_cost(&seconds, &bytes, grid, in, how, env, e))
-		return -1;
-	printf("volume    %zux%zux%zu from %zu views of %zux%zu\n", grid->n[0], grid->n[1],
-		grid->n[2], in->views, in->w, in->h);
-	printf("time      %.0f s on %zu threads\n", ceil(seconds), ct_par_threads(env->par));
-	printf("memory    %.0f MiB\n", bytes / 0x1p20);
-	printf("disk      %.0f MiB at most\n", 4 * (double)ct_vol_count(grid) / 0x1p20);
-	return 0;
+	return ct_fdk_cost(&cost, grid, in, how, env, e) ? -1 : ct_cost_print(&cost, env, e);
 }
 
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,

@@ -18,7 +18,8 @@ struct params {
 		max_rms;
 };
 
-#define ALL CT_SSIM_KINDS /* the last word of --ssim */
+#define AND_ALL(X) X(ALL, "all")
+enum { ALL = CT_SSIM_KINDS }; /* the last word of --ssim */
 #define NONE ((double)NAN)
 
 static const struct params defaults = {.ssim = -1,
@@ -44,7 +45,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, mask, 0, "mask", "FILE", 0, 0,
 		"count only voxels where FILE, on the same grid, is not zero"),
 	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
-	CT_CHOICE(struct params, ssim, 0, "ssim", "r2|skimage|wang|skimage11|3d|3d-gauss|all",
+	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
 		"which definition of SSIM; with --psnr none by default"),
 	CT_OPT(struct params, per_slice, 0, "per-slice", "CSV", 0, 0,
 		"write a line for every slice across each of the three axes to the file CSV"),

@@ -1,33 +1,37 @@
-/* ct-nabgs: fit signed Gaussians, or voxels, to projections, on top of a base volume. */
+/* ct-nabgs: fit signed Gaussians to projections, on top of a base volume. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/fit.h"
 #include "resolution/degrade.h"
-#include "tools/nabgs-data.h"
 #include "tools/nabgs-state.h"
-#include "tools/nabgs-voxels.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/scan-opts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <time.h>
+
+#define MODES(X)                                                                                   \
+	X(RESIDUAL, "residual")                                                                    \
+	X(FULL, "full")
+enum mode { MODES(CT_WORD_VALUE) };
 
 struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
-	double ssim, tv, lowres, rate, init, tolerance, lambda;
-	int begin, polish;
-	bool resume, compat, paper, voxels;
+	double ssim, tv, lowres, rate, init, tolerance;
+	int begin, refit;
+	bool resume, compat, paper;
 };
 
-enum { ITERATIONS = 5000 };
-
-static const struct params defaults = {.gaussians = 50000,
+static const struct params defaults = {.iterations = 5000,
+	.gaussians = 50000,
 	.most = 500000,
 	.every = 1000,
 	.ssim = NAN,
@@ -38,8 +42,7 @@ static const struct params defaults = {.gaussians = 50000,
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, "OUT",
-		"the Gaussians, PLY, or with --voxels the residual, NIfTI, or -"),
+	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or -"),
 	CT_OPT(struct params, base, 'b', "base", "VOLUME", 0, 0,
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
@@ -51,27 +54,21 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr, 0, "lr", "VOLUME", 0, 0,
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
 		"reduces to it; it, or else the base, says what operator made it"),
-	CT_OPT(struct params, voxels, 0, "voxels", NULL, 0, 0,
-		"solve for voxels instead: the volume of least total variation that agrees with IN "
-		"and reduces to LR; OUT is the residual in HU, NIfTI"),
-	CT_OPT(struct params, lambda, 0, "lambda-projections", "W", 0, 1e9,
-		"with --voxels: weight of IN against the variation, 1/HU; 0 chooses it by how well "
-		"the views predict each other"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
-	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 10000000,
-		"one view each (5000), or with --voxels all (15); 0 is these"),
+	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
+		"steps, of one view each"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "E", 0, 1,
-		"end as soon as the error of a turn through all views is at most E of the error "
+		"end as soon as the error of an epoch, a turn through all views, is at most E of the error "
 		"without Gaussians; 0 runs all iterations"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
 		"last iteration that clones, splits and prunes; 0 is the last of all"),
-	CT_CHOICE(struct params, activation, 'a', "activation", "prelu|softplus|relu|sine",
+	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
-	CT_CHOICE(struct params, mode, 'm', "mode", "residual|full",
+	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
 		"fit what IN has beyond the projections of the base, or all of it"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 0, 1024,
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
@@ -83,14 +80,14 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1)"),
 	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
-	CT_CHOICE(struct params, begin, 0, "init", "auto|residual|base",
+	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, polish, 0, "polish", "N", 0, 10000,
+	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
-		"density, and are not polished; what is given besides holds"),
+		"density, and are not refitted; what is given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
@@ -106,7 +103,7 @@ static const struct ct_opt opts[] = {
 struct job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct nabgs_data data;
+	struct ct_evidence data;
 	struct nabgs_state state;
 };
 
@@ -126,37 +123,29 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 		for (int a = 0; a < 3; a++)
 			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
 	}
-	ct_fit_defaults(o, scale, p->mode == 1, (enum ct_activation)p->activation);
+	ct_fit_defaults(o, scale, p->mode == FULL, (enum ct_activation)p->activation);
 	if (p->paper || p->compat)
 		ct_fit_paper(o);
 	if (p->compat)
 		ct_fit_compat(o);
-	o->iterations = (size_t)(p->iterations ? p->iterations : ITERATIONS);
+	o->iterations = (size_t)p->iterations;
 	o->gaussians = (size_t)p->gaussians;
 	o->max_gaussians = (size_t)p->most;
 	o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
-	o->polish = (size_t)p->polish;
-	if (p->begin != CT_BEGIN_AUTO)
-		o->begin = (enum ct_fit_begin)p->begin;
+	o->refit = (size_t)p->refit;
+	if (p->begin != CT_PLACE_AUTO)
+		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
 	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
 	if (!isnan(p->rate))
-		o->haste = p->rate;
+		o->rate_factor = p->rate;
 	if (!isnan(p->init))
-		o->init_density = p->init;
+		o->start_density = p->init;
 	return 0;
-}
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 /* Time from a few iterations of the real thing. */
@@ -166,33 +155,35 @@ static int estimate(
 	enum { TRIAL = 5 };
 	struct ct_env quiet = *j->env;
 	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
-	double each = (double)(sizeof(struct ct_blob) + sizeof(struct ct_dab) + 56 * sizeof(float));
+	double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
+			       56 * sizeof(float));
 	double fixed =
 		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)all, polish = (double)f->opt.polish;
-	double start = now(), time;
+	double visits = (double)all, refit = (double)f->opt.refit;
+	double start = ct_clock_wall();
+	struct ct_cost cost = {.memory = fixed + each * (double)most,
+		.disk = 44.0 * (double)most,
+		.state = 144.0 * (double)most};
 
 	quiet.progress = NULL;
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
-	f->opt.polish = 0;
+	f->opt.refit = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	if (polish > 0)
-		visits += (polish + 1) * (double)d->target->views;
-	time = (now() - start) / (double)f->opt.iterations * (n ? visits : 1);
-	printf("time %.0f s with %zu Gaussians, %.0f s with %zu\n"
-	       "memory %.0f MiB\ndisk %.1f MiB, states of %.1f MiB while it runs\n",
-		time, n, n ? time * (double)most / (double)n : 0, most,
-		(fixed + each * (double)most) / 1048576, 44.0 * (double)most / 1048576,
-		144.0 * (double)most / 1048576);
-	return 0;
+	if (refit > 0)
+		visits += (refit + 1) * (double)d->target->views;
+	cost.seconds = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
+	snprintf(cost.work, sizeof cost.work,
+		"%zu iterations with %zu Gaussians; with %zu it would be %.0f s", all, n, most,
+		n ? cost.seconds * (double)most / (double)n : 0);
+	return ct_cost_print(&cost, j->env, e);
 }
 
 static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 {
-	const struct nabgs_data *d = &j->data;
+	const struct ct_evidence *d = &j->data;
 	const struct params *p = j->p;
 	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta,
 		p->projections ? &d->base_proj.meta : NULL, p->std ? &d->weight.meta : NULL,
@@ -201,7 +192,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
 		ct_meta_set(m, "quantity", f->opt.full ? "density" : "residual", e) ||
-		ct_meta_set(m, "mode", f->opt.full ? "full" : "residual", e) ||
+		ct_meta_set(m, "mode", CT_WORD(MODES, p->mode), e) ||
 		ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, 5, in, e))
 		return -1;
@@ -210,7 +201,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 
 static int fit(struct job *j, struct ct_err *e)
 {
-	const bool full = j->p->mode == 1, kept = j->state.path != NULL;
+	const bool full = j->p->mode == FULL, kept = j->state.path != NULL;
 	const struct ct_fit_data d = {
 		.target = &j->data.in,
 		.base_projections = full ? NULL : &j->data.base_proj,
@@ -249,38 +240,6 @@ out:
 	return rc;
 }
 
-static bool ends(const char *name, const char *with)
-{
-	size_t n = strlen(name), m = strlen(with);
-
-	return n >= m && strcasecmp(name + n - m, with) == 0;
-}
-
-/* Options and names that are of the other method. */
-static int check_method(const struct params *p, struct ct_err *e)
-{
-	const struct params *d = &defaults;
-	const bool fit = p->gaussians != d->gaussians || p->most != d->most ||
-			 p->activation != d->activation || p->mode != d->mode ||
-			 p->scale != d->scale || p->densify_until != d->densify_until ||
-			 !isnan(p->ssim) || p->tv != d->tv || !isnan(p->init) ||
-			 p->tolerance != d->tolerance || p->lowres != d->lowres ||
-			 !isnan(p->rate) || p->begin != d->begin || p->polish != d->polish ||
-			 p->paper || p->compat;
-
-	if (p->voxels && fit)
-		return ct_fail(e, CT_EUSAGE, "options of Gaussians given with --voxels");
-	if (p->voxels ? ends(p->out, ".ply") : ends(p->out, ".nii") || ends(p->out, ".nii.gz"))
-		return ct_fail(e, CT_EUSAGE, "%s: %s", p->out,
-			p->voxels ? "--voxels writes NIfTI, not PLY"
-				  : "Gaussians are written as PLY; voxels need --voxels");
-	if (p->voxels && !p->lr)
-		return ct_fail(e, CT_EUSAGE, "--voxels wants --lr");
-	return p->voxels || p->lambda == 0
-		       ? 0
-		       : ct_fail(e, CT_EUSAGE, "--lambda-projections is for --voxels");
-}
-
 /* Before any work: options that contradict, and outputs that are in the way. */
 static int check(struct job *j, struct ct_err *e)
 {
@@ -291,16 +250,14 @@ static int check(struct job *j, struct ct_err *e)
 
 	if (!p->base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
-	if (check_method(p, e))
-		return -1;
 	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (p->lr && p->mode == 1)
+	if (p->lr && p->mode == FULL)
 		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
-	if (p->polish && p->activation != CT_PRELU)
-		return ct_fail(e, CT_EUSAGE, "--polish is for --activation=prelu");
+	if (p->refit && p->activation != CT_PRELU)
+		return ct_fail(e, CT_EUSAGE, "--refit is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
@@ -320,26 +277,19 @@ static int check(struct job *j, struct ct_err *e)
 	return p->resume ? 0 : ct_out_check(j->state.path, j->env, e);
 }
 
-static int solve(struct job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-	const struct nabgs_voxels how = {p->out, j->state.path, p->resume, p->lambda,
-		(size_t)p->iterations, (size_t)p->every};
-
-	return nabgs_voxels(&j->data, &how, j->env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.p = params, .env = env};
 	const struct params *p = params;
-	const struct nabgs_files files = {
-		p->in, p->base, p->projections, p->std, p->lr, p->window, p->mode == 1};
+	const bool full = p->mode == FULL;
+	const struct ct_evidence_files files = {
+		p->in, p->base, full ? NULL : p->projections, p->std, p->lr, p->window};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && nabgs_data_read(&j.data, &files, env, e) == 0)
-		rc = (p->voxels ? solve : fit)(&j, e);
-	nabgs_data_free(&j.data);
+	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &files, env, e) == 0 &&
+		ct_evidence_density(&j.data, &files, !full, env, e) == 0)
+		rc = fit(&j, e);
+	ct_evidence_free(&j.data);
 	nabgs_state_free(&j.state);
 	return rc;
 }

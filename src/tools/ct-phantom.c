@@ -22,12 +22,8 @@ static const struct params defaults = {.size = "128x128x128",
 	.oversample = 3,
 	.scan = CT_SCAN_DEFAULTS};
 
-static const char *const kinds[] = {
-	"ellipsoids", "shepp-logan", "sphere", "cube", "cylinder", "marks", "constant"};
-
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, kind, "KIND",
-		"ellipsoids, shepp-logan, sphere, cube, cylinder, marks or constant"),
+	CT_ARG(struct params, kind, "KIND", "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
 	CT_ARG(struct params, out, "OUT", "volume in HU, NIfTI; with --project EXR; or -"),
 	CT_OPT(struct params, size, 0, "size", "WxHxD", 0, 0, "voxels along x, y and z"),
 	CT_OPT(struct params, spacing, 0, "spacing", "MM[,MM,MM]", 0, 0, "size of a voxel"),
@@ -46,12 +42,13 @@ static const struct ct_opt opts[] = {
 
 static int kind_of(enum ct_phantom *kind, const char *name, struct ct_err *e)
 {
-	for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
-		if (strcmp(name, kinds[i]) == 0) {
-			*kind = (enum ct_phantom)i;
-			return 0;
-		}
-	return ct_fail(e, CT_EUSAGE, "KIND: no phantom '%.40s'", name);
+	int i = ct_words_find(CT_WORDS(CT_PHANTOM_LIST), name);
+
+	if (i < 0)
+		return ct_fail(e, CT_EUSAGE, "KIND: '%.40s' is not one of %s", name,
+			CT_WORDS(CT_PHANTOM_LIST));
+	*kind = (enum ct_phantom)i;
+	return 0;
 }
 
 /* Grid about the origin of the world, axes along it. */

@@ -18,9 +18,16 @@ struct params {
 	double photons, electronic, water;
 };
 
-enum quantity { BY_FILE, HU, DENSITY };
-enum pixel { POINT, MEAN, SINC };
-enum method { SIDDON, JOSEPH };
+#define QUANTITIES(X)                                                                              \
+	X(BY_FILE, "file")                                                                         \
+	X(HU, "hu")                                                                                \
+	X(DENSITY, "density")
+enum quantity { QUANTITIES(CT_WORD_VALUE) };
+#define PIXELS(X)                                                                                  \
+	X(POINT, "point")                                                                          \
+	X(MEAN, "mean")                                                                            \
+	X(SINC, "sinc")
+enum pixel { PIXELS(CT_WORD_VALUE) };
 
 static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
 
@@ -33,15 +40,15 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
-	CT_CHOICE(struct params, quantity, 0, "quantity", "file|hu|density",
+	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES),
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
-	CT_CHOICE(struct params, method, 'm', "method", "siddon|joseph",
+	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_METHOD_LIST),
 		"how rays are integrated: exact lengths in boxes of constant density, or linear "
 		"interpolation in the slices that a ray crosses"),
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
-	CT_CHOICE(struct params, pixel, 0, "pixel", "point|mean|sinc",
+	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(PIXELS),
 		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
 		"the "
 		"small ones, or the small ones cut at its Nyquist frequency"),
@@ -118,22 +125,20 @@ static int to_density(
 static int describe(struct ct_stack *s, const struct ct_vol *v, const struct params *p,
 	uint64_t seed, struct ct_err *e)
 {
-	static const char *const words[] = {"point", "mean", "sinc"};
-	static const char *const methods[] = {"siddon", "joseph"};
 	struct ct_meta *m = &s->meta;
 
 	for (size_t i = 0; i < v->meta.n; i++)
 		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
 			return -1;
 	if (p->coarsen > 1 && (ct_meta_setf(m, e, "coarsen", "%d", p->coarsen) ||
-				      ct_meta_set(m, "pixel", words[p->pixel], e)))
+				      ct_meta_set(m, "pixel", CT_WORD(PIXELS, p->pixel), e)))
 		return -1;
 	if (p->photons > 0 && (ct_meta_setf(m, e, "photons", "%.17g", p->photons) ||
 				      ct_meta_setf(m, e, "electronic", "%.17g", p->electronic) ||
 				      ct_meta_setf(m, e, "muWater", "%.17g", p->water) ||
 				      ct_meta_setf(m, e, "seed", "%llu", (unsigned long long)seed)))
 		return -1;
-	if (ct_meta_set(m, "method", methods[p->method], e))
+	if (ct_meta_set(m, "method", CT_WORD(CT_METHOD_LIST, p->method), e))
 		return -1;
 	return ct_meta_set(m, "quantity", "lineIntegral", e) || ct_scan_put_volume(m, v, e) ? -1
 											    : 0;
@@ -170,7 +175,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		.v = &in,
 		.out = out,
 		.rays = p->pixel == POINT ? out : &fine,
-		.method = p->method == JOSEPH ? CT_JOSEPH : CT_SIDDON,
+		.method = (enum ct_method)p->method,
 		.kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED,
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};

@@ -8,6 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define QUALITIES(X)                                                                               \
+	X(DRAFT, "draft")                                                                          \
+	X(FAST, "fast")                                                                            \
+	X(BALANCED, "balanced")                                                                    \
+	X(BEST, "best")
+enum quality { QUALITIES(CT_WORD_VALUE) };
+
 /* What a level of quality means for every step. Without views the operator is inverted and nothing
  * else: with the shipped prior that is the most accurate (README). */
 struct preset {
@@ -17,10 +24,10 @@ struct preset {
 };
 
 static const struct preset presets[] = {
-	{.tolerance = 1},
-	{.tolerance = 0.1},
-	{64, 2, 20, 2, 1500, 50000, 1.375, 0.1},
-	{100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
+	[DRAFT] = {.tolerance = 1},
+	[FAST] = {.tolerance = 0.1},
+	[BALANCED] = {64, 2, 20, 2, 1500, 50000, 1.375, 0.1},
+	[BEST] = {100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
 };
 static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
 
@@ -30,13 +37,13 @@ struct params {
 	bool paper, resume, dry_run;
 };
 
-static const struct params defaults = {.scale = 4, .quality = 1};
+static const struct params defaults = {.scale = 4, .quality = FAST};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG(struct params, out, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
-	CT_CHOICE(struct params, quality, 'Q', "quality", "draft|fast|balanced|best",
+	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft and fast invert the operator that made IN, balanced and best add what the "
 		"prior puts into projections; see DESCRIPTION"),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,

@@ -1,6 +1,8 @@
 /* ct-train: a diffusion prior from projections or radiographs. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -12,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *out;
@@ -97,14 +98,6 @@ struct job {
 	double loss;        /* summed since the last word */
 	size_t losses;
 };
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
 {
@@ -276,16 +269,17 @@ static int tell(struct job *j, double loss, struct ct_err *e)
 	j->losses++;
 	if (step % (unsigned)j->p->log_every == 0 || last) {
 		ct_log(&j->env, CT_INFO, "step %llu: loss %.5f, %.2f s a step", step,
-			j->loss / (double)j->losses, (now() - j->told) / (double)j->losses);
+			j->loss / (double)j->losses,
+			(ct_clock_wall() - j->told) / (double)j->losses);
 		j->loss = 0;
 		j->losses = 0;
-		j->told = now();
+		j->told = ct_clock_wall();
 	}
 	if (j->held.n && (step % (unsigned)j->p->validate_every == 0 || last)) {
 		if (ct_train_validate(j->train, &j->held, (size_t)j->p->validate_pieces, &held, e))
 			return -1;
 		ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", step, held);
-		j->told = now();
+		j->told = ct_clock_wall();
 	}
 	return 0;
 }
@@ -296,7 +290,7 @@ static int train(struct job *j, struct ct_err *e)
 	double loss;
 
 	while (ct_train_steps(j->train) < j->opts.steps && !ct_stopping(&j->env)) {
-		if (j->p->minutes > 0 && now() - j->start > 60 * j->p->minutes)
+		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
 			break;
 		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
 			return -1;
@@ -312,6 +306,7 @@ static int train(struct job *j, struct ct_err *e)
 /* What it would take; the time from two steps. */
 static int estimate(struct job *j, struct ct_err *e)
 {
+	struct ct_cost cost = {0};
 	double flops, loss, t;
 	size_t n;
 
@@ -319,18 +314,18 @@ static int estimate(struct job *j, struct ct_err *e)
 		ct_unet_flops(&j->arch, j->opts.patches.size, j->opts.patches.size, &flops, e) ||
 		ct_train_step(j->train, &loss, e))
 		return -1;
-	t = now();
+	t = ct_clock_wall();
 	if (ct_train_step(j->train, &loss, e))
 		return -1;
-	t = now() - t;
-	printf("%zu pictures, %zu parameters, %.1f GFLOP a step\n", j->data.n, n,
-		3e-9 * flops * (double)j->opts.batch);
-	printf("time    %.2f s a step, %.1f h for %d steps\n", t, t * j->p->steps / 3600,
-		j->p->steps);
-	printf("memory  %.1f GiB\n", ct_train_bytes(j->train) / 0x1p30);
-	printf("disk    %.1f MiB, and %.1f MiB of state\n",
-		(double)n * (j->p->half ? 2 : 4) / 0x1p20, (double)n * 16 / 0x1p20);
-	return 0;
+	t = ct_clock_wall() - t;
+	cost.seconds = t * j->p->steps;
+	cost.memory = ct_train_bytes(j->train);
+	cost.disk = (double)n * (j->p->half ? 2 : 4);
+	cost.state = (double)n * 16;
+	snprintf(cost.work, sizeof cost.work,
+		"%d steps of %.2f s and %.1f GFLOP on %zu pictures, %zu parameters", j->p->steps, t,
+		3e-9 * flops * (double)j->opts.batch, j->data.n, n);
+	return ct_cost_print(&cost, &j->env, e);
 }
 
 static int prepare(struct job *j, struct ct_err *e)
@@ -359,12 +354,12 @@ static int prepare(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = *env, .start = now()};
+	struct job j = {.p = params, .env = *env, .start = ct_clock_wall()};
 	int rc;
 
 	j.env.verbose++; /* the losses are news even without -v */
 	rc = prepare(&j, e);
-	j.told = now();
+	j.told = ct_clock_wall();
 	if (!rc)
 		rc = env->dry_run ? estimate(&j, e) : train(&j, e);
 	ct_train_free(j.train);

@@ -1,6 +1,8 @@
 /* ct-upsample: a CT on a finer grid over the same field of view. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "resolution/blur.h"
@@ -10,7 +12,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 struct params {
 	const char *in, *out, *factor, *sigma, *start;
@@ -28,8 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
-	CT_CHOICE(struct params, method, 'm', "method",
-		"auto|linear|cubic|bspline|lanczos|sinc|dc|tv|htv",
+	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
 		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
@@ -40,7 +40,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
-	CT_CHOICE(struct params, decimate, 0, "decimate", "sinc|point|mean",
+	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
@@ -175,22 +175,16 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 			r->residual);
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Refine the middle of IN, and say what all of it will take. */
 static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
-	static const double volumes[] = {2, 2, 2, 2, 2, 2, 3, 5, 9}; /* by enum ct_refine */
+	static const double volumes[CT_REFINE_METHODS] = {
+		[CT_REFINE_DC] = 3, [CT_REFINE_TV] = 5, [CT_REFINE_HTV] = 9}; /* else 2 */
 	struct ct_refine_rule some = *rule;
 	struct ct_refine_report did;
+	struct ct_cost cost;
 	struct ct_vol piece = {0}, out = {0};
 	double fine = 1, part = 1, begin, seconds;
 	ptrdiff_t start[3];
@@ -210,17 +204,18 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	some.start = NULL;
 	some.iterations = rule->iterations < TRIES ? rule->iterations : TRIES;
 	some.tolerance = 0;
-	begin = now();
+	begin = ct_clock_wall();
 	if (ct_refine(&out, &piece, &some, &did, env, e))
 		goto out;
-	seconds = (now() - begin) * part;
+	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
 		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
-	printf("method    %s\n", ct_refine_name(did.method));
-	printf("time      %.0f s on %zu threads\n", seconds, ct_par_threads(env->par));
-	printf("memory    %.0f MiB\n", 4 * fine * volumes[did.method] / 0x1p20);
-	printf("disk      %.0f MiB at most\n", 4 * fine / 0x1p20);
-	rc = 0;
+	cost = (struct ct_cost){.seconds = seconds,
+		.memory = 4 * fine * fmax(volumes[did.method], 2),
+		.disk = 4 * fine};
+	snprintf(
+		cost.work, sizeof cost.work, "%s of %.0f voxels", ct_refine_name(did.method), fine);
+	rc = ct_cost_print(&cost, env, e);
 out:
 	ct_vol_free(&piece);
 	ct_vol_free(&out);
@@ -254,7 +249,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
-	begin = now();
+	begin = ct_clock_wall();
 	if (env->dry_run ? expect(&in, &rule, env, e) : ct_refine(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
@@ -264,7 +259,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", in.n[0], in.n[1], in.n[2],
-		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), now() - begin);
+		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), ct_clock_wall() - begin);
 	report(env, &did);
 	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;

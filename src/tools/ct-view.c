@@ -28,7 +28,7 @@ static const struct ct_opt opts[] = {
 		"NIfTI volumes or EXR stacks, or -; the last one is the PNG to write, or -, unless "
 		"--output names it"),
 	CT_OPT(struct params, out, 'o', "output", "OUT", 0, 0, "PNG to write, or -"),
-	CT_CHOICE(struct params, plane, 'p', "plane", "axial|coronal|sagittal|all",
+	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(CT_PLANE_LIST, CT_SHEET_LIST),
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
 		"where to cut a volume: 0 most inferior, posterior, left; 1 most superior, "

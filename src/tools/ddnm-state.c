@@ -1,6 +1,7 @@
 /* ddnm-state.c: see ddnm-state.h. */
 #include "config.h"
 #include "ddnm-state.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "core/tensors.h"
 #include "formats/format.h"
@@ -8,18 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { EVERY = 60 };
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static const char *hash_of(const struct ct_meta *m)
 {
@@ -87,7 +79,7 @@ int ddnm_state_open(struct ddnm_state *s, const char *out_path, bool resume,
 	const struct ct_meta *prior, struct ct_stack *out, struct ct_stack *std,
 	const struct ct_env *env, struct ct_err *e)
 {
-	*s = (struct ddnm_state){.out = out, .std = std, .env = env, .last = now()};
+	*s = (struct ddnm_state){.out = out, .std = std, .env = env, .last = ct_clock_wall()};
 	if (ct_alloc0(&s->done, out->views, sizeof *s->done, e) ||
 		describe(s, p, in, init, prior, e))
 		return -1;
@@ -122,7 +114,7 @@ int ddnm_state_save(void *state, bool last, struct ct_err *e)
 	struct ct_tensor *t;
 	int rc = -1;
 
-	if (!s->path || (!last && now() - s->last < EVERY))
+	if (!s->path || (!last && ct_clock_wall() - s->last < EVERY))
 		return 0;
 	over.force = true;
 	if (ct_tensors_add(&w, "done", 1, &s->out->views, &t, e))
@@ -133,7 +125,7 @@ int ddnm_state_save(void *state, bool last, struct ct_err *e)
 		ct_meta_set(&w.meta, "run", s->run, e))
 		goto out;
 	rc = ct_tensors_write(s->path, &w, false, &over, e);
-	s->last = now();
+	s->last = ct_clock_wall();
 out:
 	ct_tensors_free(&w);
 	return rc;

@@ -1,24 +1,15 @@
 /* fdk-solve.c: see fdk-solve.h. */
 #include "config.h"
 #include "tools/fdk-solve.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "recon/fdk.h"
 #include "xray/project.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-enum { VIEWS = 64 }; /* that the projector takes between two looks whether to stop */
-
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* Say what the weights cannot mend. */
 static void warn(const struct ct_fdk *f, const struct ct_env *env)
@@ -61,72 +52,31 @@ out:
 	return rc;
 }
 
-struct pair {
-	struct ct_projector g;
-	const struct ct_env *env;
-};
-
-static int forward(void *ctx, float *p, const float *x, struct ct_err *e)
+static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
+	const struct ct_stack *in, const struct ct_fdk_how *how, struct ct_err *e)
 {
-	struct pair *q = ctx;
-	const struct ct_stack *s = q->g.scan;
-
-	ct_projector_load(&q->g, x, q->env->par);
-	for (size_t k = 0; k < s->views; k += VIEWS) {
-		size_t left = s->views - k;
-
-		if (ct_check_stop(q->env, e))
-			return -1;
-		ct_project(&q->g, k, left < VIEWS ? left : VIEWS, p + k * s->h * s->w, NULL,
-			q->env->par);
-	}
-	return 0;
-}
-
-static int adjoint(void *ctx, float *x, const float *p, struct ct_err *e)
-{
-	struct pair *q = ctx;
-	const struct ct_stack *s = q->g.scan;
-
-	memset(x, 0, q->g.n[0] * q->g.n[1] * q->g.n[2] * sizeof *x);
-	for (size_t k = 0; k < s->views; k += VIEWS) {
-		size_t left = s->views - k;
-
-		if (ct_check_stop(q->env, e))
-			return -1;
-		ct_project_adjoint(
-			&q->g, k, left < VIEWS ? left : VIEWS, x, p + k * s->h * s->w, q->env->par);
-	}
-	return 0;
-}
-
-static int make_pair(struct pair *q, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
-{
-	q->env = env;
-	if (ct_projector_init(&q->g, grid, in, e))
+	if (ct_projector_init(g, grid, in, e))
 		return -1;
-	q->g.method = (enum ct_method)how->projector;
-	return ct_projector_reserve(&q->g, e);
+	g->method = (enum ct_method)how->projector;
+	return ct_projector_reserve(g, e);
 }
 
 static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct pair pair = {0};
-	struct ct_system a = {
-		.m = ct_stack_count(in), .forward = forward, .adjoint = adjoint, .ctx = &pair};
-	struct ct_iterate_report report;
-	int rc = -1;
+	struct ct_projector g = {0};
+	struct ct_linear a;
+	struct ct_iterative_report report;
+	int rc;
 
-	if (make_pair(&pair, out, in, how, env, e))
+	if (make_projector(&g, out, in, how, e))
 		return -1;
-	memcpy(a.dim, out->n, sizeof a.dim);
-	rc = ct_iterate(out->data, &a, in->data, &how->rule, &report, env, e);
+	a = ct_project_linear(&g);
+	rc = ct_iterative_solve(out->data, out->n, &a, in->data, &how->rule, &report, env, e);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%zu iterations, residual %.5f", report.iterations,
 			report.residual);
-	ct_projector_free(&pair.g);
+	ct_projector_free(&g);
 	return rc;
 }
 
@@ -152,9 +102,8 @@ static struct ct_vol middle(const struct ct_vol *grid)
 	return part;
 }
 
-static int back_cost(double *seconds, double *bytes, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct ct_fdk_how *how, const struct ct_env *env,
-	struct ct_err *e)
+static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol part = middle(grid);
 	struct ct_fdk f = {0};
@@ -169,58 +118,61 @@ static int back_cost(double *seconds, double *bytes, const struct ct_vol *grid,
 	}
 	count = f.block < 8 ? f.block : 8;
 	ct_fdk_views(&f, 0, 1, part.data, env->par); /* the first is slower */
-	start = now();
+	start = ct_clock_wall();
 	ct_fdk_views(&f, 0, count, part.data, env->par);
-	*seconds = now() - start;
-	start = now();
+	cost->seconds = ct_clock_wall() - start;
+	start = ct_clock_wall();
 	ct_backproject(&f.back, 0, count, part.data, f.views, env->par);
-	start = now() - start; /* of the volume's part; the rest is of the views */
-	*seconds = (fmax(*seconds - start, 0) +
-			   start * (double)ct_vol_count(grid) / (double)ct_vol_count(&part)) *
-		   (double)in->views / (double)count;
-	*bytes = (double)ct_fdk_bytes(&f, ct_par_threads(env->par));
+	start = ct_clock_wall() - start; /* of the volume's part; the rest is of the views */
+	cost->seconds = (fmax(cost->seconds - start, 0) +
+				start * (double)ct_vol_count(grid) / (double)ct_vol_count(&part)) *
+			(double)in->views / (double)count;
+	cost->memory = (double)ct_fdk_bytes(&f, ct_par_threads(env->par));
 	free(part.data);
 	ct_fdk_free(&f);
 	return 0;
 }
 
-static int iterate_cost(double *seconds, double *bytes, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct ct_fdk_how *how, const struct ct_env *env,
-	struct ct_err *e)
+static int iterate_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	static const double volumes[] = {[CT_SIRT] = 2, [CT_CGLS] = 2, [CT_TV] = 5};
 	size_t n = ct_vol_count(grid), views = in->views < 2 ? in->views : 2;
-	struct pair pair = {0};
+	struct ct_projector g = {0};
 	float *x = NULL, *p = NULL;
 	double start;
 	int rc = -1;
 
-	if (make_pair(&pair, grid, in, how, env, e))
+	if (make_projector(&g, grid, in, how, e))
 		return -1;
 	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc0(&p, views * in->h * in->w, sizeof *p, e))
 		goto out;
-	ct_projector_load(&pair.g, x, env->par);
-	start = now();
-	ct_project(&pair.g, in->views / 3, views, p, NULL, env->par);
-	ct_project_adjoint(&pair.g, in->views / 3, views, x, p, env->par);
-	*seconds = (now() - start) * (double)in->views / (double)views *
-		   (double)(how->rule.iterations + 1);
-	*bytes = 4 * (volumes[how->rule.solver] * (double)n + 2 * (double)ct_stack_count(in)) +
-		 (double)ct_projector_bytes(&pair.g);
+	ct_projector_load(&g, x, env->par);
+	start = ct_clock_wall();
+	ct_project(&g, in->views / 3, views, p, NULL, env->par);
+	ct_project_adjoint(&g, in->views / 3, views, x, p, env->par);
+	cost->seconds = (ct_clock_wall() - start) * (double)in->views / (double)views *
+			(double)(how->rule.iterations + 1);
+	cost->memory =
+		4 * (volumes[how->rule.solver] * (double)n + 2 * (double)ct_stack_count(in)) +
+		(double)ct_projector_bytes(&g);
 	rc = 0;
 out:
 	free(x);
 	free(p);
-	ct_projector_free(&pair.g);
+	ct_projector_free(&g);
 	return rc;
 }
 
-int ct_fdk_cost(double *seconds, double *bytes, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct ct_fdk_how *how, const struct ct_env *env,
-	struct ct_err *e)
+int ct_fdk_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
-	if ((how->iterate ? iterate_cost : back_cost)(seconds, bytes, grid, in, how, env, e))
+	*cost = (struct ct_cost){0};
+	if ((how->iterate ? iterate_cost : back_cost)(cost, grid, in, how, env, e))
 		return -1;
-	*bytes += 4 * ((double)ct_vol_count(grid) + (double)ct_stack_count(in));
+	cost->memory += 4 * ((double)ct_vol_count(grid) + (double)ct_stack_count(in));
+	cost->disk = 4 * (double)ct_vol_count(grid);
+	snprintf(cost->work, sizeof cost->work, "%zux%zux%zu voxels from %zu views of %zux%zu",
+		grid->n[0], grid->n[1], grid->n[2], in->views, in->w, in->h);
 	return 0;
 }

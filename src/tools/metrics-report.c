@@ -10,12 +10,8 @@
 
 const char *ct_metrics_ssim_name(enum ct_ssim_kind kind)
 {
-	static const char *const name[CT_SSIM_KINDS] = {[CT_SSIM_R2] = "ssim-r2",
-		[CT_SSIM_SKIMAGE] = "ssim-skimage",
-		[CT_SSIM_WANG] = "ssim-wang",
-		[CT_SSIM_SKIMAGE11] = "ssim-skimage11",
-		[CT_SSIM_3D] = "ssim-3d",
-		[CT_SSIM_3D_GAUSS] = "ssim-3d-gauss"};
+#define NAME(value, word) [value] = "ssim-" word,
+	static const char *const name[] = {CT_SSIM_LIST(NAME)};
 
 	return name[kind];
 }

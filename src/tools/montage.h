@@ -10,11 +10,16 @@
 #define CT_TOOLS_MONTAGE_H
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
-enum ct_plane { CT_AXIAL, CT_CORONAL, CT_SAGITTAL };
+#define CT_PLANE_LIST(X)                                                                           \
+	X(CT_AXIAL, "axial")                                                                       \
+	X(CT_CORONAL, "coronal")                                                                   \
+	X(CT_SAGITTAL, "sagittal")
+enum ct_plane { CT_PLANE_LIST(CT_WORD_VALUE) CT_PLANES };
 
 /* Value of row r and column c: data[r step[0] + c step[1]], r < n[0], c < n[1]. Borrowed. */
 struct ct_slice {

@@ -24,22 +24,22 @@ static const char *input_of(const struct ct_meta *m)
 }
 
 /* What a state belongs to: all that can change the result. */
-int nabgs_state_name(struct nabgs_state *s, const struct nabgs_data *d,
+int nabgs_state_name(struct nabgs_state *s, const struct ct_evidence *d,
 	const struct ct_fit_options *o, const struct ct_env *env, struct ct_err *e)
 {
 	s->env = env;
 	if (asprintf(&s->run,
 		    "%s %s %s %s %s; window %.17g:%.17g; seed %llu; %zu iterations, %zu to %zu "
 		    "Gaussians until %zu, %s, %s, L1 %.17g, SSIM %.17g, TV %.17g, begin %.17g, "
-		    "scaling %.17g, tolerance %.17g, LR %.17g, begin %d, polish %zu, "
-		    "compat %d, haste %.17g",
+		    "scaling %.17g, tolerance %.17g, LR %.17g, begin %d, refit %zu, "
+		    "compat %d, rate_factor %.17g",
 		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
 		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
 		    (unsigned long long)env->seed, o->iterations, o->gaussians, o->max_gaussians,
 		    o->densify_until, ct_activation_name(o->activation),
-		    o->full ? "full" : "residual", o->l1 + o->res, o->ssim, o->tv, o->init_density,
-		    o->scaling.first, o->tolerance, o->lr, (int)o->begin, o->polish, (int)o->compat,
-		    o->haste) < 0) {
+		    o->full ? "full" : "residual", o->l1 + o->res, o->ssim, o->tv, o->start_density,
+		    o->scaling.first, o->tolerance, o->lr, (int)o->place, o->refit, (int)o->compat,
+		    o->rate_factor) < 0) {
 		s->run = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
@@ -54,7 +54,7 @@ int nabgs_state_save(void *ctx, const struct ct_fit *f, struct ct_err *e)
 	int rc = -1;
 
 	env.force = true; /* over the state before */
-	if (ct_fit_pack(&t, f, s->run, e) == 0)
+	if (ct_fit_state_pack(&t, f, s->run, e) == 0)
 		rc = ct_tensors_write(s->path, &t, false, &env, e);
 	ct_tensors_free(&t);
 	return rc;
@@ -68,7 +68,7 @@ int nabgs_state_resume(struct ct_fit *f, const struct nabgs_state *s, struct ct_
 	if (access(s->path, F_OK) != 0 && errno == ENOENT)
 		return 0;
 	if (ct_tensors_read(s->path, &t, e) == 0) {
-		rc = ct_fit_unpack(f, &t, s->run, e);
+		rc = ct_fit_state_unpack(f, &t, s->run, e);
 		if (rc)
 			ct_blame(e, s->path);
 		else

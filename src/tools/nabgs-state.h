@@ -1,8 +1,8 @@
 /* nabgs-state.h: the state of a fit in a file, so that it can be continued, and its report. */
 #ifndef CT_TOOLS_NABGS_STATE_H
 #define CT_TOOLS_NABGS_STATE_H
-#include "gs/fit.h"
-#include "tools/nabgs-data.h"
+#include "gs/fit-state.h"
+#include "tools/lib/evidence.h"
 
 #include <stdbool.h>
 
@@ -13,7 +13,7 @@ struct nabgs_state {
 };
 
 /* CT_ENOMEM. */
-int nabgs_state_name(struct nabgs_state *s, const struct nabgs_data *d,
+int nabgs_state_name(struct nabgs_state *s, const struct ct_evidence *d,
 	const struct ct_fit_options *o, const struct ct_env *env, struct ct_err *e);
 void nabgs_state_free(struct nabgs_state *s);
 /* ct_fit's save, ctx a struct nabgs_state; writes over the state before. */

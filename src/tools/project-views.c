@@ -1,12 +1,13 @@
 /* project-views.c: see project-views.h. */
 #include "config.h"
 #include "tools/project-views.h"
+#include "cli/cost.h"
+#include "core/clock.h"
 #include "core/mem.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* What a pass over the views needs. */
 struct pass {
@@ -97,42 +98,32 @@ out:
 	return rc;
 }
 
-static double now(void)
-{
-	struct timespec t;
-
-	clock_gettime(CLOCK_MONOTONIC, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
-	double start, load, once, volume = 4.0 * (double)ct_vol_count(j->v), size, memory;
+	double start, load, once, volume = 4.0 * (double)ct_vol_count(j->v);
+	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
 
 	if (open_pass(&p, j, e))
 		return -1;
-	start = now();
+	start = ct_clock_wall();
 	ct_projector_load(&p.g, j->v->data, env->par);
-	load = now() - start;
-	start = now();
+	load = ct_clock_wall() - start;
+	start = ct_clock_wall();
 	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
 		size_t k = out->views * (1 + 4 * i) / 8;
 
 		view(&p, k, ct_stack_view(out, k), env->par);
 	}
-	once = (now() - start) / (double)tries;
-	size = 4.0 * (double)ct_stack_count(out);
-	memory = volume * (double)passes + size +
-		 (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
-		 (double)ct_projector_bytes(&p.g);
+	once = (ct_clock_wall() - start) / (double)tries;
+	cost.seconds = ((double)out->views * once + load) * (double)passes;
+	cost.memory = volume * (double)passes + cost.disk +
+		      (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
+		      (double)ct_projector_bytes(&p.g);
 	close_pass(&p);
-	printf("views     %zu of %zux%zu pixels, %.3f s each\n", out->views, out->w, out->h, once);
-	printf("time      %.0f s on %zu threads\n",
-		((double)out->views * once + load) * (double)passes, ct_par_threads(env->par));
-	printf("memory    %.0f MiB\n", memory / 0x1p20);
-	printf("disk      %.0f MiB at most\n", size / 0x1p20);
-	return 0;
+	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",
+		out->views, out->w, out->h, once);
+	return ct_cost_print(&cost, env, e);
 }

@@ -11,7 +11,7 @@
 static size_t pictures(const struct ct_any *a, const struct ct_sheet_rule *r)
 {
 	if (a->kind == CT_KIND_VOLUME)
-		return r->plane == CT_ALL_PLANES ? 3 : 1;
+		return r->plane == CT_ALL_PLANES ? CT_PLANES : 1;
 	return a->stack.views < r->views ? a->stack.views : r->views;
 }
 

@@ -6,7 +6,9 @@
 
 #include <stdbool.h>
 
-enum { CT_ALL_PLANES = 3 };
+/* What a sheet may show besides one plane. */
+#define CT_SHEET_LIST(X) X(CT_ALL_PLANES, "all")
+enum { CT_ALL_PLANES = CT_PLANES };
 
 struct ct_sheet_rule {
 	int plane;                           /* of enum ct_plane, or CT_ALL_PLANES */

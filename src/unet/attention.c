@@ -1,14 +1,11 @@
 /* attention.c: see attention.h. */
-#pragma GCC optimize("O3")
 #include "config.h"
 #include "unet/attention.h"
 #include "unet/dnn.h"
-#include "unet/simd.h"
+#include "unet/softmax.h"
 
 #include <math.h>
 #include <string.h>
-
-enum { LANES = 16 };
 
 size_t ct_attn_scratch(const struct ct_attn *a, bool back)
 {
@@ -24,66 +21,16 @@ static void head_at(const struct ct_attn *a, size_t head, size_t at[3])
 		at[i] = a->legacy ? (3 * head + i) * a->width : i * c + head * a->width;
 }
 
-/* In place; sums in double over LANES partial sums. */
-CT_CLONES
-static void softmax(size_t rows, size_t n, float *w)
-{
-	for (size_t i = 0; i < rows; i++) {
-		float *row = w + i * n, top = row[0], part[LANES] = {0}, scale;
-		double sum = 0;
-		size_t j = 0;
-
-		for (size_t k = 1; k < n; k++)
-			top = row[k] > top ? row[k] : top;
-		for (; j + LANES <= n; j += LANES)
-			for (size_t l = 0; l < LANES; l++) {
-				row[j + l] = ct_expf(row[j + l] - top);
-				part[l] += row[j + l];
-			}
-		for (; j < n; j++) {
-			row[j] = ct_expf(row[j] - top);
-			sum += (double)row[j];
-		}
-		for (size_t l = 0; l < LANES; l++)
-			sum += (double)part[l];
-		scale = (float)(1.0 / sum);
-		for (j = 0; j < n; j++)
-			row[j] *= scale;
-	}
-}
-
-/* dw = w (dw - sum w dw) along rows. */
-CT_CLONES
-static void softmax_back(size_t rows, size_t n, float *restrict dw, const float *restrict w)
-{
-	for (size_t i = 0; i < rows; i++) {
-		float part[LANES] = {0}, mean;
-		double sum = 0;
-		size_t j = 0;
-
-		for (; j + LANES <= n; j += LANES)
-			for (size_t l = 0; l < LANES; l++)
-				part[l] += w[i * n + j + l] * dw[i * n + j + l];
-		for (; j < n; j++)
-			sum += (double)(w[i * n + j] * dw[i * n + j]);
-		for (size_t l = 0; l < LANES; l++)
-			sum += (double)part[l];
-		mean = (float)sum;
-		for (j = 0; j < n; j++)
-			dw[i * n + j] = w[i * n + j] * (dw[i * n + j] - mean);
-	}
-}
-
 /* W of `rows` queries from `first`. */
 static int weights(const struct ct_attn *a, const size_t at[3], size_t first, size_t rows, float *w,
 	const float *qkv, struct ct_err *e)
 {
 	const size_t row = 3 * a->heads * a->width;
 
-	if (ct_sgemm(false, true, rows, a->tokens, a->width, 1.0f / sqrtf((float)a->width),
+	if (ct_dnn_sgemm(false, true, rows, a->tokens, a->width, 1.0f / sqrtf((float)a->width),
 		    qkv + first * row + at[0], row, qkv + at[1], row, 0, w, a->tokens, e))
 		return -1;
-	softmax(rows, a->tokens, w);
+	CT_SIMD(ct_softmax)(rows, a->tokens, w);
 	return 0;
 }
 
@@ -99,8 +46,8 @@ int ct_attn_forward(
 			size_t n = t - i < CT_ATTN_BLOCK ? t - i : CT_ATTN_BLOCK;
 
 			if (weights(a, at, i, n, scratch, qkv, e) ||
-				ct_sgemm(false, false, n, a->width, t, 1, scratch, t, qkv + at[2],
-					row, 0, out + i * c + head * a->width, c, e))
+				ct_dnn_sgemm(false, false, n, a->width, t, 1, scratch, t,
+					qkv + at[2], row, 0, out + i * c + head * a->width, c, e))
 				return -1;
 		}
 	}
@@ -123,16 +70,16 @@ int ct_attn_back(const struct ct_attn *a, float *dqkv, const float *dout, const 
 			const float *d = dout + i * c + head * wd;
 
 			if (weights(a, at, i, n, w, qkv, e) ||
-				ct_sgemm(false, true, n, t, wd, 1, d, c, qkv + at[2], row, 0, dw, t,
-					e) ||
-				ct_sgemm(true, false, t, wd, n, 1, w, t, d, c, 1, dqkv + at[2], row,
-					e))
+				ct_dnn_sgemm(false, true, n, t, wd, 1, d, c, qkv + at[2], row, 0,
+					dw, t, e) ||
+				ct_dnn_sgemm(true, false, t, wd, n, 1, w, t, d, c, 1, dqkv + at[2],
+					row, e))
 				return -1;
-			softmax_back(n, t, dw, w);
-			if (ct_sgemm(false, false, n, wd, t, scale, dw, t, qkv + at[1], row, 1,
+			CT_SIMD(ct_softmax_back)(n, t, dw, w);
+			if (ct_dnn_sgemm(false, false, n, wd, t, scale, dw, t, qkv + at[1], row, 1,
 				    dqkv + i * row + at[0], row, e) ||
-				ct_sgemm(true, false, t, wd, n, scale, dw, t, qkv + i * row + at[0],
-					row, 1, dqkv + at[1], row, e))
+				ct_dnn_sgemm(true, false, t, wd, n, scale, dw, t,
+					qkv + i * row + at[0], row, 1, dqkv + at[1], row, e))
 				return -1;
 		}
 	}

@@ -1,149 +1,29 @@
-/* dnn.c: see dnn.h. Version 3 of oneDNN made memory descriptors opaque and dropped operation
- * descriptors; the few functions on top hide the difference. */
+/* dnn.c: see dnn.h. */
 #include "config.h"
-#include "unet/dnn.h"
 #include "core/mem.h"
+#include "core/simd.h"
+#include "unet/dnn-impl.h"
 
-#include <dnnl.h>
-#include <dnnl_debug.h>
 #ifdef _OPENMP
 #include <omp.h>
 #endif
 #include <stdlib.h>
-#include <string.h>
 
-#if DNNL_VERSION_MAJOR >= 3
-typedef dnnl_memory_desc_t desc;
-typedef const_dnnl_memory_desc_t cdesc;
-#else
-typedef dnnl_memory_desc_t *desc;
-typedef const dnnl_memory_desc_t *cdesc;
-#endif
-
-/* Weights in the order of one direction. */
-struct pack {
-	const float *plain;
-	float *data;
-	desc from, to;
-	dnnl_primitive_t reorder;
-};
-
-struct ct_dnn {
-	dnnl_engine_t engine;
-	size_t n, cap;
-	struct pack **pack; /* each stays where it is */
-};
-
-enum direction { FORWARD, BACK_DATA, BACK_WEIGHTS, DIRECTIONS };
-enum role { SRC, DST, WEIGHTS, BIAS, ADD, SCRATCH, ROLES };
-
-/* A primitive and its memories; the pointers are set at each call. */
-struct prim {
-	dnnl_primitive_t p;
-	int n;
-	dnnl_exec_arg_t arg[ROLES];
-	dnnl_memory_t mem[ROLES];
-	size_t scratch; /* bytes */
-	size_t weights; /* bytes of the weights in this direction's order */
-	struct pack *pack;
-};
-
-struct ct_conv {
-	struct ct_dnn *dnn;
-	struct ct_conv_shape s;
-	dnnl_stream_t stream;
-	struct prim dir[DIRECTIONS];
-	struct prim unpack; /* gradient of the weights, added to plain order */
-	desc src, dst, weights, plain, bias;
-};
-
-static int check(dnnl_status_t s, const char *what, struct ct_err *e)
+/* The library keeps to the instructions of ct_simd_level. It takes this before its first primitive
+ * only, and says no later. */
+static void cap_level(void)
 {
-	if (s == dnnl_success)
-		return 0;
-	return ct_fail(e, s == dnnl_out_of_memory ? CT_ENOMEM : CT_EFAIL, "oneDNN: %s: %s", what,
-		dnnl_status2str(s));
-}
+	const int level = ct_simd_level();
 
-static int desc_new(
-	desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e)
-{
-#if DNNL_VERSION_MAJOR >= 3
-	return check(dnnl_memory_desc_create_with_tag(d, rank, dims, dnnl_f32, tag), "layout", e);
-#else
-	if (ct_alloc0(d, 1, sizeof **d, e))
-		return -1;
-	return check(dnnl_memory_desc_init_by_tag(*d, rank, dims, dnnl_f32, tag), "layout", e);
-#endif
-}
-
-static int desc_copy(desc *d, cdesc from, struct ct_err *e)
-{
-#if DNNL_VERSION_MAJOR >= 3
-	return check(dnnl_memory_desc_clone(d, from), "layout", e);
-#else
-	if (ct_alloc0(d, 1, sizeof **d, e))
-		return -1;
-	**d = *from;
-	return 0;
-#endif
-}
-
-static void desc_free(desc d)
-{
-#if DNNL_VERSION_MAJOR >= 3
-	if (d)
-		dnnl_memory_desc_destroy(d);
-#else
-	free(d);
-#endif
-}
-
-/* The primitive descriptor of one direction; `hint` is that of the forward one. */
-static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum direction dir,
-	bool train, dnnl_primitive_desc_t hint, dnnl_primitive_attr_t attr, struct ct_err *e)
-{
-	const dnnl_dim_t step = (dnnl_dim_t)c->s.stride, edge = (dnnl_dim_t)c->s.k / 2;
-	/* with stride 2 an even image ends one pixel before the padding */
-	const dnnl_dim_t endh = edge - (step == 2 && c->s.h % 2 == 0 && edge);
-	const dnnl_dim_t endw = edge - (step == 2 && c->s.w % 2 == 0 && edge);
-	const dnnl_dims_t stride = {step, step}, none = {0, 0}, pl = {edge, edge},
-			  pr = {endh, endw};
-	const dnnl_alg_kind_t alg = dnnl_convolution_direct;
-	const dnnl_prop_kind_t kind = train ? dnnl_forward_training : dnnl_forward_inference;
-	dnnl_engine_t eng = c->dnn->engine;
-	dnnl_status_t s;
-
-#if DNNL_VERSION_MAJOR >= 3
-	if (dir == FORWARD)
-		s = dnnl_convolution_forward_primitive_desc_create(pd, eng, kind, alg, c->src,
-			c->weights, c->bias, c->dst, stride, none, pl, pr, attr);
-	else if (dir == BACK_DATA)
-		s = dnnl_convolution_backward_data_primitive_desc_create(
-			pd, eng, alg, c->src, c->weights, c->dst, stride, none, pl, pr, hint, attr);
-	else
-		s = dnnl_convolution_backward_weights_primitive_desc_create(pd, eng, alg, c->src,
-			c->weights, c->bias, c->dst, stride, none, pl, pr, hint, attr);
-#else
-	dnnl_convolution_desc_t d;
-
-	if (dir == FORWARD)
-		s = dnnl_dilated_convolution_forward_desc_init(
-			&d, kind, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
-	else if (dir == BACK_DATA)
-		s = dnnl_dilated_convolution_backward_data_desc_init(
-			&d, alg, c->src, c->weights, c->dst, stride, none, pl, pr);
-	else
-		s = dnnl_dilated_convolution_backward_weights_desc_init(
-			&d, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
-	if (s == dnnl_success)
-		s = dnnl_primitive_desc_create(pd, &d, attr, eng, hint);
-#endif
-	return check(s, "convolution", e);
+	if (level == 2)
+		(void)dnnl_set_max_cpu_isa(dnnl_cpu_isa_sse41);
+	else if (level == 3)
+		(void)dnnl_set_max_cpu_isa(dnnl_cpu_isa_avx2);
 }
 
 int ct_dnn_enter(void)
 {
+	cap_level();
 #ifdef _OPENMP
 	int was = omp_get_max_threads();
 
@@ -167,9 +47,10 @@ int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 {
 	struct ct_dnn *d;
 
+	cap_level();
 	if (ct_alloc0(&d, 1, sizeof *d, e))
 		return -1;
-	if (check(dnnl_engine_create(&d->engine, dnnl_cpu, 0), "engine", e)) {
+	if (ct_dnn_check(dnnl_engine_create(&d->engine, dnnl_cpu, 0), "engine", e)) {
 		free(d);
 		return -1;
 	}
@@ -177,14 +58,14 @@ int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 	return 0;
 }
 
-static void pack_free(struct pack *p)
+static void pack_free(struct ct_dnn_pack *p)
 {
 	if (!p)
 		return;
 	if (p->reorder)
 		dnnl_primitive_destroy(p->reorder);
-	desc_free(p->from);
-	desc_free(p->to);
+	ct_dnn_desc_free(p->from);
+	ct_dnn_desc_free(p->to);
 	free(p->data);
 	free(p);
 }
@@ -200,74 +81,15 @@ void ct_dnn_free(struct ct_dnn *d)
 	free(d);
 }
 
-/* A primitive that copies between orders; with `sum` it adds to what is there. */
-static int reorder_new(
-	dnnl_primitive_t *p, dnnl_engine_t eng, cdesc from, cdesc to, bool sum, struct ct_err *e)
-{
-	dnnl_primitive_attr_t attr = NULL;
-	dnnl_post_ops_t ops = NULL;
-	dnnl_primitive_desc_t pd = NULL;
-	int rc = -1;
-
-	if (check(dnnl_primitive_attr_create(&attr), "reorder", e) ||
-		check(dnnl_post_ops_create(&ops), "reorder", e))
-		goto out;
-#if DNNL_VERSION_MAJOR >= 3
-	if (sum && check(dnnl_post_ops_append_sum(ops, 1.0f, 0, dnnl_data_type_undef), "sum", e))
-		goto out;
-#else
-	if (sum && check(dnnl_post_ops_append_sum(ops, 1.0f), "sum", e))
-		goto out;
-#endif
-	if (check(dnnl_primitive_attr_set_post_ops(attr, ops), "reorder", e) ||
-		check(dnnl_reorder_primitive_desc_create(&pd, from, eng, to, eng, attr), "reorder",
-			e))
-		goto out;
-	rc = check(dnnl_primitive_create(p, pd), "reorder", e);
-out:
-	if (pd)
-		dnnl_primitive_desc_destroy(pd);
-	if (ops)
-		dnnl_post_ops_destroy(ops);
-	if (attr)
-		dnnl_primitive_attr_destroy(attr);
-	return rc;
-}
-
-/* dst = (or +=) src in another order. */
-static int reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream, cdesc from,
-	const float *src, cdesc to, float *dst, struct ct_err *e)
-{
-	dnnl_memory_t a = NULL, b = NULL;
-	union {
-		const float *in;
-		void *out;
-	} from_handle = {.in = src};
-	int rc = -1;
-
-	if (check(dnnl_memory_create(&a, from, eng, from_handle.out), "reorder", e) ||
-		check(dnnl_memory_create(&b, to, eng, dst), "reorder", e))
-		goto out;
-	const dnnl_exec_arg_t arg[2] = {{DNNL_ARG_FROM, a}, {DNNL_ARG_TO, b}};
-	rc = check(dnnl_primitive_execute(p, stream, 2, arg), "reorder", e);
-	if (!rc)
-		rc = check(dnnl_stream_wait(stream), "reorder", e);
-out:
-	if (a)
-		dnnl_memory_destroy(a);
-	if (b)
-		dnnl_memory_destroy(b);
-	return rc;
-}
-
-static int pack_run(struct ct_dnn *d, const struct pack *p, struct ct_err *e)
+static int pack_run(struct ct_dnn *d, const struct ct_dnn_pack *p, struct ct_err *e)
 {
 	dnnl_stream_t stream;
 	int was = ct_dnn_enter(), rc;
 
-	rc = check(dnnl_stream_create(&stream, d->engine, dnnl_stream_default_flags), "stream", e);
+	rc = ct_dnn_check(
+		dnnl_stream_create(&stream, d->engine, dnnl_stream_default_flags), "stream", e);
 	if (!rc) {
-		rc = reorder_run(
+		rc = ct_dnn_reorder_run(
 			p->reorder, d->engine, stream, p->from, p->plain, p->to, p->data, e);
 		dnnl_stream_destroy(stream);
 	}
@@ -305,24 +127,24 @@ int ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par, struct ct_err *e)
 	return rc;
 }
 
-/* The pack of these weights in this order, made if there is none. */
-static int pack_get(struct ct_dnn *d, const float *plain, cdesc from, cdesc to, struct pack **out,
-	struct ct_err *e)
+int ct_dnn_pack_get(struct ct_dnn *d, const float *plain, ct_dnn_cdesc from, ct_dnn_cdesc to,
+	struct ct_dnn_pack **out, struct ct_err *e)
 {
-	struct pack *p;
+	struct ct_dnn_pack *p;
 
 	for (size_t i = 0; i < d->n; i++)
 		if (d->pack[i]->plain == plain && dnnl_memory_desc_equal(d->pack[i]->to, to)) {
 			*out = d->pack[i];
 			return 0;
 		}
-	if (ct_grow(&d->pack, &d->cap, d->n + 1, sizeof(struct pack *), e) ||
+	if (ct_grow(&d->pack, &d->cap, d->n + 1, sizeof(struct ct_dnn_pack *), e) ||
 		ct_alloc0(&p, 1, sizeof *p, e))
 		return -1;
 	p->plain = plain;
-	if (desc_copy(&p->from, from, e) || desc_copy(&p->to, to, e) ||
+	if (ct_dnn_desc_copy(&p->from, from, e) || ct_dnn_desc_copy(&p->to, to, e) ||
 		ct_alloc0(&p->data, 1, dnnl_memory_desc_get_size(to), e) ||
-		reorder_new(&p->reorder, d->engine, from, to, false, e) || pack_run(d, p, e)) {
+		ct_dnn_reorder_new(&p->reorder, d->engine, from, to, false, e) ||
+		pack_run(d, p, e)) {
 		pack_free(p);
 		return -1;
 	}
@@ -331,241 +153,11 @@ static int pack_get(struct ct_dnn *d, const float *plain, cdesc from, cdesc to, 
 	return 0;
 }
 
-static int prim_arg(
-	struct prim *p, enum role role, int id, cdesc d, dnnl_engine_t eng, struct ct_err *e)
-{
-	if (check(dnnl_memory_create(&p->mem[role], d, eng, DNNL_MEMORY_NONE), "memory", e))
-		return -1;
-	p->arg[p->n++] = (dnnl_exec_arg_t){id, p->mem[role]};
-	return 0;
-}
-
-static void prim_free(struct prim *p)
-{
-	for (int i = 0; i < ROLES; i++)
-		if (p->mem[i])
-			dnnl_memory_destroy(p->mem[i]);
-	if (p->p)
-		dnnl_primitive_destroy(p->p);
-	*p = (struct prim){0};
-}
-
-static int prim_set(struct prim *p, enum role role, const void *data, struct ct_err *e)
-{
-	union {
-		const void *in;
-		void *out;
-	} handle = {.in = data};
-
-	if (!p->mem[role])
-		return 0;
-	return check(dnnl_memory_set_data_handle(p->mem[role], handle.out), "memory", e);
-}
-
-static int prim_run(struct prim *p, dnnl_stream_t stream, struct ct_err *e)
-{
-	if (check(dnnl_primitive_execute(p->p, stream, p->n, p->arg), "run", e))
-		return -1;
-	return check(dnnl_stream_wait(stream), "run", e);
-}
-
-static int attr_new(dnnl_primitive_attr_t *attr, cdesc add, struct ct_err *e)
-{
-	dnnl_post_ops_t ops;
-	int rc;
-
-	if (check(dnnl_primitive_attr_create(attr), "attributes", e))
-		return -1;
-	if (check(dnnl_primitive_attr_set_scratchpad_mode(*attr, dnnl_scratchpad_mode_user),
-		    "scratch", e))
-		return -1;
-	if (!add)
-		return 0;
-	if (check(dnnl_post_ops_create(&ops), "sum", e))
-		return -1;
-	rc = check(dnnl_post_ops_append_binary(ops, dnnl_binary_add, add), "sum", e);
-	if (!rc)
-		rc = check(dnnl_primitive_attr_set_post_ops(*attr, ops), "sum", e);
-	dnnl_post_ops_destroy(ops);
-	return rc;
-}
-
-static const int arg_id[DIRECTIONS][BIAS + 1] = {
-	[FORWARD] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_BIAS},
-	[BACK_DATA] = {DNNL_ARG_DIFF_SRC, DNNL_ARG_DIFF_DST, DNNL_ARG_WEIGHTS, 0},
-	[BACK_WEIGHTS] = {DNNL_ARG_SRC, DNNL_ARG_DIFF_DST, DNNL_ARG_DIFF_WEIGHTS,
-		DNNL_ARG_DIFF_BIAS},
-};
-
-/* The primitive of one direction from its descriptor, and its weights if it reads any. */
-static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t pd,
-	const float *weight, struct ct_err *e)
-{
-	struct prim *p = &c->dir[dir];
-	dnnl_engine_t eng = c->dnn->engine;
-	cdesc w = dnnl_primitive_desc_query_md(
-		pd, dir == BACK_WEIGHTS ? dnnl_query_diff_weights_md : dnnl_query_weights_md, 0);
-	cdesc scratch = dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0);
-	const int *id = arg_id[dir];
-
-	if (check(dnnl_primitive_create(&p->p, pd), "convolution", e) ||
-		prim_arg(p, SRC, id[SRC], c->src, eng, e) ||
-		prim_arg(p, DST, id[DST], c->dst, eng, e) ||
-		prim_arg(p, WEIGHTS, id[WEIGHTS], w, eng, e) ||
-		prim_arg(p, SCRATCH, DNNL_ARG_SCRATCHPAD, scratch, eng, e))
-		return -1;
-	if (id[BIAS] && prim_arg(p, BIAS, id[BIAS], c->bias, eng, e))
-		return -1;
-	if (dir == FORWARD && c->s.add &&
-		prim_arg(
-			p, ADD, DNNL_ARG_ATTR_MULTIPLE_POST_OP(0) | DNNL_ARG_SRC_1, c->dst, eng, e))
-		return -1;
-	p->scratch = dnnl_memory_desc_get_size(scratch);
-	p->weights = dnnl_memory_desc_get_size(w);
-	if (dir != BACK_WEIGHTS)
-		return pack_get(c->dnn, weight, c->plain, w, &p->pack, e) ||
-		       prim_set(p, WEIGHTS, p->pack->data, e);
-	if (reorder_new(&c->unpack.p, eng, w, c->plain, true, e) ||
-		prim_arg(&c->unpack, SRC, DNNL_ARG_FROM, w, eng, e))
-		return -1;
-	return prim_arg(&c->unpack, DST, DNNL_ARG_TO, c->plain, eng, e);
-}
-
-static int conv_build(struct ct_conv *c, const float *weight, bool train, struct ct_err *e)
-{
-	dnnl_primitive_attr_t attr = NULL, plain = NULL;
-	dnnl_primitive_desc_t pd[DIRECTIONS] = {NULL};
-	int rc = -1;
-
-	if (attr_new(&plain, NULL, e) || attr_new(&attr, c->s.add ? c->dst : NULL, e) ||
-		check(dnnl_stream_create(&c->stream, c->dnn->engine, dnnl_stream_default_flags),
-			"stream", e))
-		goto out;
-	for (int d = FORWARD; d < (train ? DIRECTIONS : BACK_DATA); d++)
-		if (conv_desc(&pd[d], c, (enum direction)d, train, pd[FORWARD],
-			    d == FORWARD ? attr : plain, e) ||
-			prim_new(c, (enum direction)d, pd[d], weight, e))
-			goto out;
-	rc = 0;
-out:
-	for (int d = 0; d < DIRECTIONS; d++)
-		if (pd[d])
-			dnnl_primitive_desc_destroy(pd[d]);
-	if (attr)
-		dnnl_primitive_attr_destroy(attr);
-	if (plain)
-		dnnl_primitive_attr_destroy(plain);
-	return rc;
-}
-
-int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s,
-	const float *weight, bool train, struct ct_err *e)
-{
-	const dnnl_dim_t h = (dnnl_dim_t)s->h, w = (dnnl_dim_t)s->w, step = (dnnl_dim_t)s->stride;
-	const dnnl_dim_t ci = (dnnl_dim_t)s->ci, co = (dnnl_dim_t)s->co, k = (dnnl_dim_t)s->k;
-	const dnnl_dims_t src = {1, ci, h, w};
-	const dnnl_dims_t dst = {1, co, (h + step - 1) / step, (w + step - 1) / step};
-	const dnnl_dims_t wd = {co, ci, k, k}, bd = {co};
-	struct ct_conv *c;
-	int was = ct_dnn_enter(), rc = -1;
-
-	if (ct_alloc0(&c, 1, sizeof *c, e))
-		goto out;
-	c->dnn = d;
-	c->s = *s;
-	rc = desc_new(&c->src, 4, src, dnnl_nhwc, e) || desc_new(&c->dst, 4, dst, dnnl_nhwc, e) ||
-	     desc_new(&c->weights, 4, wd, dnnl_format_tag_any, e) ||
-	     desc_new(&c->plain, 4, wd, dnnl_oihw, e) || desc_new(&c->bias, 1, bd, dnnl_a, e) ||
-	     conv_build(c, weight, train, e);
-	if (rc) {
-		ct_conv_free(c);
-		rc = -1;
-	} else {
-		*out = c;
-	}
-out:
-	ct_dnn_leave(was);
-	return rc;
-}
-
-void ct_conv_free(struct ct_conv *c)
-{
-	if (!c)
-		return;
-	for (int d = 0; d < DIRECTIONS; d++)
-		prim_free(&c->dir[d]);
-	prim_free(&c->unpack);
-	if (c->stream)
-		dnnl_stream_destroy(c->stream);
-	desc_free(c->src);
-	desc_free(c->dst);
-	desc_free(c->weights);
-	desc_free(c->plain);
-	desc_free(c->bias);
-	free(c);
-}
-
-static size_t align(size_t n)
-{
-	return (n + 63) / 64 * 64;
-}
-
-size_t ct_conv_scratch(const struct ct_conv *c)
-{
-	const struct prim *w = &c->dir[BACK_WEIGHTS];
-	size_t n = align(w->scratch) + align(w->weights) + align(c->s.co * sizeof(float));
-
-	for (int d = 0; d < DIRECTIONS; d++)
-		if (c->dir[d].scratch > n)
-			n = align(c->dir[d].scratch);
-	return n;
-}
-
-int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bias,
-	const float *add, void *scratch, struct ct_err *e)
-{
-	struct prim *p = &c->dir[FORWARD];
-
-	if (prim_set(p, SRC, x, e) || prim_set(p, DST, y, e) || prim_set(p, BIAS, bias, e) ||
-		prim_set(p, ADD, add, e) || prim_set(p, SCRATCH, scratch, e))
-		return -1;
-	return prim_run(p, c->stream, e);
-}
-
-int ct_conv_back_data(
-	struct ct_conv *c, float *dx, const float *dy, void *scratch, struct ct_err *e)
-{
-	struct prim *p = &c->dir[BACK_DATA];
-
-	if (prim_set(p, SRC, dx, e) || prim_set(p, DST, dy, e) || prim_set(p, SCRATCH, scratch, e))
-		return -1;
-	return prim_run(p, c->stream, e);
-}
-
-int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x, const float *dy,
-	void *scratch, struct ct_err *e)
-{
-	struct prim *p = &c->dir[BACK_WEIGHTS], *u = &c->unpack;
-	char *s = scratch;
-	void *packed = s + align(p->scratch), *bias = s + align(p->scratch) + align(p->weights);
-	const float *b = bias;
-
-	if (prim_set(p, SRC, x, e) || prim_set(p, DST, dy, e) || prim_set(p, WEIGHTS, packed, e) ||
-		prim_set(p, BIAS, bias, e) || prim_set(p, SCRATCH, scratch, e) ||
-		prim_run(p, c->stream, e))
-		return -1;
-	for (size_t i = 0; i < c->s.co; i++)
-		db[i] += b[i];
-	if (prim_set(u, SRC, packed, e) || prim_set(u, DST, dw, e))
-		return -1;
-	return prim_run(u, c->stream, e);
-}
-
-int ct_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, const float *a,
+int ct_dnn_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, const float *a,
 	size_t lda, const float *b, size_t ldb, float beta, float *c, size_t ldc, struct ct_err *e)
 {
-	return check(dnnl_sgemm(ta ? 'T' : 'N', tb ? 'T' : 'N', (dnnl_dim_t)m, (dnnl_dim_t)n,
-			     (dnnl_dim_t)k, alpha, a, (dnnl_dim_t)lda, b, (dnnl_dim_t)ldb, beta, c,
-			     (dnnl_dim_t)ldc),
+	return ct_dnn_check(dnnl_sgemm(ta ? 'T' : 'N', tb ? 'T' : 'N', (dnnl_dim_t)m, (dnnl_dim_t)n,
+				    (dnnl_dim_t)k, alpha, a, (dnnl_dim_t)lda, b, (dnnl_dim_t)ldb,
+				    beta, c, (dnnl_dim_t)ldc),
 		"matrix product", e);
 }

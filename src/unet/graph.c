@@ -44,7 +44,7 @@ static size_t image(struct build *b, size_t h, size_t w, size_t c)
 	return g->n_image++;
 }
 
-static size_t op(struct build *b, struct ct_op o, size_t h, size_t w, size_t c)
+static size_t op(struct build *b, struct ct_graph_op o, size_t h, size_t w, size_t c)
 {
 	struct ct_graph *g = b->g;
 
@@ -113,8 +113,12 @@ static size_t conv(
 	const struct ct_image s = b->g->image[x];
 
 	return op(b,
-		(struct ct_op){
-			.kind = CT_OP_CONV, .a = x, .b = add, .param = p, .k = k, .stride = stride},
+		(struct ct_graph_op){.kind = CT_GRAPH_CONV,
+			.a = x,
+			.b = add,
+			.param = p,
+			.k = k,
+			.stride = stride},
 		(s.h + stride - 1) / stride, (s.w + stride - 1) / stride, co);
 }
 
@@ -122,15 +126,18 @@ static size_t linear(struct build *b, const char *prefix, size_t x, size_t co)
 {
 	size_t p = weights(b, prefix, 2, co, b->g->image[x].c, 1, false);
 
-	return op(b, (struct ct_op){.kind = CT_OP_LINEAR, .a = x, .b = CT_NONE, .param = p}, 1, 1,
-		co);
+	return op(b,
+		(struct ct_graph_op){.kind = CT_GRAPH_LINEAR, .a = x, .b = CT_NONE, .param = p}, 1,
+		1, co);
 }
 
 static size_t norm(struct build *b, size_t x, size_t emb, size_t p, bool silu)
 {
 	const struct ct_image s = b->g->image[x];
 
-	return op(b, (struct ct_op){.kind = CT_OP_NORM, .a = x, .b = emb, .param = p, .silu = silu},
+	return op(b,
+		(struct ct_graph_op){
+			.kind = CT_GRAPH_NORM, .a = x, .b = emb, .param = p, .silu = silu},
 		s.h, s.w, s.c);
 }
 
@@ -142,7 +149,7 @@ static size_t resample(struct build *b, size_t x, int how)
 	if (how == 0)
 		return x;
 	return op(b,
-		(struct ct_op){.kind = how < 0 ? CT_OP_DOWN : CT_OP_UP,
+		(struct ct_graph_op){.kind = how < 0 ? CT_GRAPH_DOWN : CT_GRAPH_UP,
 			.a = x,
 			.b = CT_NONE,
 			.param = CT_NONE},
@@ -191,7 +198,7 @@ static size_t attention(struct build *b, const char *prefix, size_t x)
 	p = weights(b, sub, 3, 3 * s.c, s.c, 1, false);
 	h = conv(b, h, CT_NONE, p, 3 * s.c, 1, 1);
 	h = op(b,
-		(struct ct_op){.kind = CT_OP_ATTN,
+		(struct ct_graph_op){.kind = CT_GRAPH_ATTN,
 			.a = h,
 			.b = CT_NONE,
 			.param = CT_NONE,
@@ -225,12 +232,15 @@ static void time_embedding(struct build *b)
 	const size_t d = b->arch->model_channels;
 	size_t x;
 
-	x = op(b, (struct ct_op){.kind = CT_OP_EMBED, .a = CT_NONE, .b = CT_NONE, .param = CT_NONE},
+	x = op(b,
+		(struct ct_graph_op){
+			.kind = CT_GRAPH_EMBED, .a = CT_NONE, .b = CT_NONE, .param = CT_NONE},
 		1, 1, d);
 	for (int i = 0; i < 2; i++) {
 		x = linear(b, i ? "time_embed.2" : "time_embed.0", x, 4 * d);
 		x = op(b,
-			(struct ct_op){.kind = CT_OP_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},
+			(struct ct_graph_op){
+				.kind = CT_GRAPH_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},
 			1, 1, 4 * d);
 	}
 	b->emb = x;
@@ -271,8 +281,9 @@ static size_t concat(struct build *b, size_t x, size_t skip)
 {
 	const struct ct_image s = b->g->image[x];
 
-	return op(b, (struct ct_op){.kind = CT_OP_CONCAT, .a = x, .b = skip, .param = CT_NONE}, s.h,
-		s.w, s.c + b->g->image[skip].c);
+	return op(b,
+		(struct ct_graph_op){.kind = CT_GRAPH_CONCAT, .a = x, .b = skip, .param = CT_NONE},
+		s.h, s.w, s.c + b->g->image[skip].c);
 }
 
 static size_t up(struct build *b, size_t x, const size_t *stack, size_t depth)

@@ -10,24 +10,24 @@
 
 #define CT_NONE ((size_t)-1)
 
-enum ct_op_kind {
-	CT_OP_EMBED,  /* sinusoids of the timestep */
-	CT_OP_LINEAR, /* a: vector; param: weight, bias */
-	CT_OP_SILU,
-	CT_OP_CONV,   /* a, plus b if there is one; param: weight, bias */
-	CT_OP_NORM,   /* a, with the embedding b if there is one; param: gamma, beta */
-	CT_OP_UP,     /* nearest, twice the size */
-	CT_OP_DOWN,   /* mean of 2 x 2 */
-	CT_OP_CONCAT, /* channels of a, then of b */
-	CT_OP_ATTN,   /* a: qkv */
+enum ct_graph_kind {
+	CT_GRAPH_EMBED,  /* sinusoids of the timestep */
+	CT_GRAPH_LINEAR, /* a: vector; param: weight, bias */
+	CT_GRAPH_SILU,
+	CT_GRAPH_CONV,   /* a, plus b if there is one; param: weight, bias */
+	CT_GRAPH_NORM,   /* a, with the embedding b if there is one; param: gamma, beta */
+	CT_GRAPH_UP,     /* nearest, twice the size */
+	CT_GRAPH_DOWN,   /* mean of 2 x 2 */
+	CT_GRAPH_CONCAT, /* channels of a, then of b */
+	CT_GRAPH_ATTN,   /* a: qkv */
 };
 
 struct ct_image {
 	size_t h, w, c; /* vectors are 1 x 1 x c */
 };
 
-struct ct_op {
-	enum ct_op_kind kind;
+struct ct_graph_op {
+	enum ct_graph_kind kind;
 	size_t out, a, b; /* images; CT_NONE */
 	size_t param;     /* first of two, or CT_NONE */
 	size_t k, stride; /* convolution */
@@ -47,7 +47,7 @@ struct ct_param {
 struct ct_graph {
 	size_t n_image, cap_image, n_op, cap_op, n_param, cap_param;
 	struct ct_image *image; /* 0 is the input */
-	struct ct_op *op;
+	struct ct_graph_op *op;
 	struct ct_param *param;
 	size_t out;   /* the last image */
 	size_t count; /* of all parameters, floats */

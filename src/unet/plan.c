@@ -10,7 +10,10 @@
 #include "core/mem.h"
 #include "unet/arena.h"
 #include "unet/attention.h"
+#include "unet/conv.h"
+#include "unet/embed.h"
 #include "unet/layers.h"
+#include "unet/norm.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,18 +41,19 @@ struct ct_unet_plan {
 };
 
 /* Offset of the first (which 0) or second parameter of an operation that has them. */
-static size_t offset_of(const struct ct_unet_plan *p, const struct ct_op *o, size_t which)
+static size_t offset_of(const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
 {
 	return p->g.param[o->param + which].offset;
 }
 
 /* What an operation reads; the embedding reads no image. */
-static const struct ct_image *input_of(const struct ct_unet_plan *p, const struct ct_op *o)
+static const struct ct_image *input_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
 {
 	return &p->g.image[o->a == CT_NONE ? o->out : o->a];
 }
 
-static struct ct_norm norm_of(const struct ct_unet_plan *p, const struct ct_op *o, const float *e)
+static struct ct_norm norm_of(
+	const struct ct_unet_plan *p, const struct ct_graph_op *o, const float *e)
 {
 	const struct ct_image *s = &p->g.image[o->out];
 
@@ -64,7 +68,7 @@ static struct ct_norm norm_of(const struct ct_unet_plan *p, const struct ct_op *
 	};
 }
 
-static struct ct_attn attn_of(const struct ct_unet_plan *p, const struct ct_op *o)
+static struct ct_attn attn_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
 {
 	const struct ct_image *s = &p->g.image[o->out];
 
@@ -96,8 +100,8 @@ static int place_images(struct ct_unet_plan *p, struct ct_err *e)
 	if (ct_arena_take(&a, ct_image_count(&g->image[0]), &p->at[0], e))
 		goto out;
 	for (size_t i = 0; i < g->n_op; i++) {
-		const struct ct_op *o = &g->op[i];
-		bool in_place = !p->train && o->kind == CT_OP_NORM && last[o->a] == i;
+		const struct ct_graph_op *o = &g->op[i];
+		bool in_place = !p->train && o->kind == CT_GRAPH_NORM && last[o->a] == i;
 
 		if (in_place)
 			p->at[o->out] = p->at[o->a];
@@ -140,17 +144,18 @@ static int place_gradients(struct ct_unet_plan *p, struct ct_err *e)
 	if (ct_arena_take(&a, ct_image_count(&g->image[g->out]), &p->grad_at[g->out], e))
 		goto out;
 	for (size_t i = g->n_op; i-- > 0;) {
-		const struct ct_op *o = &g->op[i];
+		const struct ct_graph_op *o = &g->op[i];
 		struct flow *f = &p->flow[i];
 
 		if (o->a != CT_NONE && place_input(p, &a, o->a, &f->acc_a, e))
 			goto out;
-		if (o->kind == CT_OP_CONV && f->acc_a) {
+		if (o->kind == CT_GRAPH_CONV && f->acc_a) {
 			if (ct_arena_take(&a, ct_image_count(&g->image[o->a]), &f->tmp, e))
 				goto out;
 			ct_arena_give(&a, f->tmp);
 		}
-		f->moved = o->kind == CT_OP_CONV && o->b != CT_NONE && p->grad_at[o->b] == CT_NONE;
+		f->moved =
+			o->kind == CT_GRAPH_CONV && o->b != CT_NONE && p->grad_at[o->b] == CT_NONE;
 		if (f->moved)
 			p->grad_at[o->b] = p->grad_at[o->out];
 		else if (o->b != CT_NONE && place_input(p, &a, o->b, &f->acc_b, e))
@@ -167,20 +172,20 @@ out:
 
 static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 {
-	const struct ct_op *o = &p->g.op[i];
+	const struct ct_graph_op *o = &p->g.op[i];
 	struct ct_norm n;
 	struct ct_attn a;
 
 	switch (o->kind) {
-	case CT_OP_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
-	case CT_OP_NORM: n = norm_of(p, o, NULL); return ct_norm_scratch(&n);
-	case CT_OP_ATTN: a = attn_of(p, o); return ct_attn_scratch(&a, p->train);
-	case CT_OP_EMBED:
-	case CT_OP_LINEAR:
-	case CT_OP_SILU:
-	case CT_OP_UP:
-	case CT_OP_DOWN:
-	case CT_OP_CONCAT: break;
+	case CT_GRAPH_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
+	case CT_GRAPH_NORM: n = norm_of(p, o, NULL); return ct_norm_scratch(&n);
+	case CT_GRAPH_ATTN: a = attn_of(p, o); return ct_attn_scratch(&a, p->train);
+	case CT_GRAPH_EMBED:
+	case CT_GRAPH_LINEAR:
+	case CT_GRAPH_SILU:
+	case CT_GRAPH_UP:
+	case CT_GRAPH_DOWN:
+	case CT_GRAPH_CONCAT: break;
 	}
 	return 0;
 }
@@ -189,11 +194,11 @@ static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 {
 	for (size_t i = 0; i < p->g.n_op; i++) {
-		const struct ct_op *o = &p->g.op[i];
+		const struct ct_graph_op *o = &p->g.op[i];
 		const struct ct_image *in = input_of(p, o);
 		size_t n;
 
-		if (o->kind == CT_OP_CONV) {
+		if (o->kind == CT_GRAPH_CONV) {
 			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
 				o->k, o->stride, o->b != CT_NONE};
 
@@ -201,7 +206,7 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 				    p->net->param + offset_of(p, o, 0), p->train, e))
 				return -1;
 		}
-		if (o->kind == CT_OP_NORM) {
+		if (o->kind == CT_GRAPH_NORM) {
 			p->sum_at[i] = p->sums;
 			p->sums += 2 * in->c;
 		}
@@ -286,7 +291,7 @@ static float *image_at(const struct run *r, size_t image)
 static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 {
 	const struct ct_unet_plan *p = r->p;
-	const struct ct_op *o = &p->g.op[i];
+	const struct ct_graph_op *o = &p->g.op[i];
 	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
 	const float *x = image_at(r, o->a), *b = image_at(r, o->b);
@@ -295,24 +300,29 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_OP_EMBED: ct_embed(s->c, y, r->t); break;
-	case CT_OP_LINEAR:
-		ct_linear_forward(in->c, s->c, y, x, p->net->param + offset_of(p, o, 0),
+	case CT_GRAPH_EMBED: ct_embed(s->c, y, r->t); break;
+	case CT_GRAPH_LINEAR:
+		CT_SIMD(ct_layer_linear_forward)
+		(in->c, s->c, y, x, p->net->param + offset_of(p, o, 0),
 			p->net->param + offset_of(p, o, 1));
 		break;
-	case CT_OP_SILU: ct_silu_forward(s->c, y, x); break;
-	case CT_OP_CONV:
+	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_forward)(s->c, y, x); break;
+	case CT_GRAPH_CONV:
 		return ct_conv_forward(
 			p->conv[i], y, x, p->net->param + offset_of(p, o, 1), b, p->scratch, e);
-	case CT_OP_NORM:
+	case CT_GRAPH_NORM:
 		norm = norm_of(p, o, b);
 		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
 		ct_norm_forward(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
 		break;
-	case CT_OP_UP: ct_up_forward(in->h, in->w, in->c, y, x); break;
-	case CT_OP_DOWN: ct_down_forward(in->h, in->w, in->c, y, x); break;
-	case CT_OP_CONCAT: ct_concat_forward(s->h * s->w, in->c, s->c - in->c, y, x, b); break;
-	case CT_OP_ATTN: attn = attn_of(p, o); return ct_attn_forward(&attn, y, x, p->scratch, e);
+	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_forward)(in->h, in->w, in->c, y, x); break;
+	case CT_GRAPH_DOWN: CT_SIMD(ct_layer_down_forward)(in->h, in->w, in->c, y, x); break;
+	case CT_GRAPH_CONCAT:
+		CT_SIMD(ct_layer_concat_forward)(s->h * s->w, in->c, s->c - in->c, y, x, b);
+		break;
+	case CT_GRAPH_ATTN:
+		attn = attn_of(p, o);
+		return ct_attn_forward(&attn, y, x, p->scratch, e);
 	}
 	return 0;
 }
@@ -330,11 +340,12 @@ int ct_unet_forward(
 			.sum = p->sum + slot * p->sums,
 			.t = (double)t[k]};
 
-		ct_to_last(in->h * in->w, in->c, image_at(&r, 0), x + k * ct_image_count(in));
+		CT_SIMD(ct_layer_to_last)
+		(in->h * in->w, in->c, image_at(&r, 0), x + k * ct_image_count(in));
 		for (size_t i = 0; i < p->g.n_op && !rc; i++)
 			rc = forward_op(&r, i, e);
-		ct_to_first(out->h * out->w, out->c, y + k * ct_image_count(out),
-			image_at(&r, p->g.out));
+		CT_SIMD(ct_layer_to_first)
+		(out->h * out->w, out->c, y + k * ct_image_count(out), image_at(&r, p->g.out));
 	}
 	ct_dnn_leave(was);
 	return rc;
@@ -349,7 +360,7 @@ static float *grad_of(const struct run *r, size_t image)
 static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 {
 	struct ct_unet_plan *p = r->p;
-	const struct ct_op *o = &p->g.op[i];
+	const struct ct_graph_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
 	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	float *to = f->acc_a ? p->grad + f->tmp : da;
@@ -359,16 +370,17 @@ static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 		ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
 		return -1;
 	if (f->acc_a)
-		ct_take(ct_image_count(&p->g.image[o->a]), da, to, true);
+		CT_SIMD(ct_layer_take)(ct_image_count(&p->g.image[o->a]), da, to, true);
 	if (o->b != CT_NONE && !f->moved)
-		ct_take(ct_image_count(&p->g.image[o->b]), grad_of(r, o->b), dy, f->acc_b);
+		CT_SIMD(ct_layer_take)
+	(ct_image_count(&p->g.image[o->b]), grad_of(r, o->b), dy, f->acc_b);
 	return 0;
 }
 
 static void norm_back(const struct run *r, size_t i)
 {
 	struct ct_unet_plan *p = r->p;
-	const struct ct_op *o = &p->g.op[i];
+	const struct ct_graph_op *o = &p->g.op[i];
 	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
 	float *de = grad_of(r, o->b);
 
@@ -382,7 +394,7 @@ static void norm_back(const struct run *r, size_t i)
 static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 {
 	const struct ct_unet_plan *p = r->p;
-	const struct ct_op *o = &p->g.op[i];
+	const struct ct_graph_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
 	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
@@ -391,23 +403,27 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_OP_EMBED: break;
-	case CT_OP_LINEAR:
-		ct_linear_back(in->c, s->c, dx, r->grads + offset_of(p, o, 0),
-			r->grads + offset_of(p, o, 1), dy, x, p->net->param + offset_of(p, o, 0),
-			f->acc_a);
+	case CT_GRAPH_EMBED: break;
+	case CT_GRAPH_LINEAR:
+		CT_SIMD(ct_layer_linear_back)
+		(in->c, s->c, dx, r->grads + offset_of(p, o, 0), r->grads + offset_of(p, o, 1), dy,
+			x, p->net->param + offset_of(p, o, 0), f->acc_a);
 		break;
-	case CT_OP_SILU: ct_silu_back(s->c, dx, dy, x, f->acc_a); break;
-	case CT_OP_CONV: return conv_back(r, i, e);
-	case CT_OP_NORM: norm_back(r, i); break;
-	case CT_OP_UP: ct_up_back(in->h, in->w, in->c, dx, dy, f->acc_a); break;
-	case CT_OP_DOWN: ct_down_back(in->h, in->w, in->c, dx, dy, f->acc_a); break;
-	case CT_OP_CONCAT:
-		ct_concat_back(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
-		ct_concat_back(
-			s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy, f->acc_b);
+	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_back)(s->c, dx, dy, x, f->acc_a); break;
+	case CT_GRAPH_CONV: return conv_back(r, i, e);
+	case CT_GRAPH_NORM: norm_back(r, i); break;
+	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_back)(in->h, in->w, in->c, dx, dy, f->acc_a); break;
+	case CT_GRAPH_DOWN:
+		CT_SIMD(ct_layer_down_back)(in->h, in->w, in->c, dx, dy, f->acc_a);
 		break;
-	case CT_OP_ATTN: attn = attn_of(p, o); return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
+	case CT_GRAPH_CONCAT:
+		CT_SIMD(ct_layer_concat_back)(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
+		CT_SIMD(ct_layer_concat_back)
+		(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy, f->acc_b);
+		break;
+	case CT_GRAPH_ATTN:
+		attn = attn_of(p, o);
+		return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
 	}
 	return 0;
 }
@@ -424,13 +440,13 @@ int ct_unet_backward(
 			.sum = p->sum + k * p->sums,
 			.grads = grads};
 
-		ct_to_last(out->h * out->w, out->c, grad_of(&r, p->g.out),
-			dy + k * ct_image_count(out));
+		CT_SIMD(ct_layer_to_last)
+		(out->h * out->w, out->c, grad_of(&r, p->g.out), dy + k * ct_image_count(out));
 		for (size_t i = p->g.n_op; i-- > 0 && !rc;)
 			rc = backward_op(&r, i, e);
 		if (dx)
-			ct_to_first(
-				in->h * in->w, in->c, dx + k * ct_image_count(in), grad_of(&r, 0));
+			CT_SIMD(ct_layer_to_first)
+		(in->h * in->w, in->c, dx + k * ct_image_count(in), grad_of(&r, 0));
 	}
 	ct_dnn_leave(was);
 	return rc;

@@ -39,13 +39,13 @@ int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flop
 		return -1;
 	*flops = 0;
 	for (size_t i = 0; i < g.n_op; i++) {
-		const struct ct_op *o = &g.op[i];
+		const struct ct_graph_op *o = &g.op[i];
 		const struct ct_image *out = &g.image[o->out];
 		double n = (double)out->h * (double)out->w;
 
-		if (o->kind == CT_OP_CONV || o->kind == CT_OP_LINEAR)
+		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR)
 			*flops += 2 * n * (double)g.param[o->param].count;
-		if (o->kind == CT_OP_ATTN)
+		if (o->kind == CT_GRAPH_ATTN)
 			*flops += 4 * n * n * (double)out->c;
 	}
 	ct_graph_free(&g);

@@ -12,6 +12,7 @@
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 
 #include <stdint.h>
 
@@ -25,16 +26,17 @@ struct ct_shape {
 	double density;
 };
 
-enum ct_phantom {
-	CT_PH_ELLIPSOIDS,  /* a chest: body, lungs, heart, spine, ribs, vessels; the seed varies it
-			    */
-	CT_PH_SHEPP_LOGAN, /* the 3-D head of Kak and Slaney with the contrast of Toft */
-	CT_PH_SPHERE,
-	CT_PH_CUBE,
-	CT_PH_CYLINDER, /* upright */
-	CT_PH_MARKS,    /* a ball with six different bars towards R L A P S I */
-	CT_PH_CONSTANT, /* the whole grid */
-};
+#define CT_PHANTOM_LIST(X)                                                                         \
+	X(CT_PH_ELLIPSOIDS, "ellipsoids") /* a chest: body, lungs, heart, spine, ribs, vessels;    \
+					     the seed varies it */                                 \
+	X(CT_PH_SHEPP_LOGAN,                                                                       \
+		"shepp-logan") /* the 3-D head of Kak and Slaney with the contrast of Toft */      \
+	X(CT_PH_SPHERE, "sphere")                                                                  \
+	X(CT_PH_CUBE, "cube")                                                                      \
+	X(CT_PH_CYLINDER, "cylinder") /* upright */                                                \
+	X(CT_PH_MARKS, "marks")       /* a ball with six different bars towards R L A P S I */     \
+	X(CT_PH_CONSTANT, "constant") /* the whole grid */
+enum ct_phantom { CT_PHANTOM_LIST(CT_WORD_VALUE) };
 enum { CT_PH_MAX_SHAPES = 64 };
 
 /* Shapes of a phantom for a grid of `extent` mm about the world's origin; their number. Sized by

@@ -179,3 +179,43 @@ void ct_project_adjoint(const struct ct_projector *g, size_t first, size_t count
 	f.thickness = n > 512 ? n / 32 : 16;
 	ct_par_for(par, (n + f.thickness - 1) / f.thickness, adjoint_slab, &f);
 }
+
+enum { BLOCK = 64 }; /* views between two looks whether to stop */
+
+static int forward(void *ctx, float *p, size_t views, const float *x, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_projector *g = ctx;
+
+	ct_projector_load(g, x, env->par);
+	for (size_t k = 0; k < views; k += BLOCK) {
+		if (ct_check_stop(env, e))
+			return -1;
+		ct_project(g, k, views - k < BLOCK ? views - k : BLOCK,
+			p + k * g->scan->h * g->scan->w, NULL, env->par);
+	}
+	return 0;
+}
+
+static int adjoint(void *ctx, float *x, size_t views, const float *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_projector *g = ctx;
+
+	memset(x, 0, g->n[0] * g->n[1] * g->n[2] * sizeof *x);
+	for (size_t k = 0; k < views; k += BLOCK) {
+		if (ct_check_stop(env, e))
+			return -1;
+		ct_project_adjoint(g, k, views - k < BLOCK ? views - k : BLOCK, x,
+			p + k * g->scan->h * g->scan->w, env->par);
+	}
+	return 0;
+}
+
+struct ct_linear ct_project_linear(struct ct_projector *g)
+{
+	const struct ct_stack *s = g->scan;
+
+	return (struct ct_linear){
+		g->n[0] * g->n[1] * g->n[2], s->views, s->h * s->w, forward, adjoint, g};
+}

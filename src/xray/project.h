@@ -22,11 +22,16 @@
  */
 #ifndef CT_XRAY_PROJECT_H
 #define CT_XRAY_PROJECT_H
+#include "core/linear.h"
 #include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "core/words.h"
 
-enum ct_method { CT_SIDDON, CT_JOSEPH };
+#define CT_METHOD_LIST(X)                                                                          \
+	X(CT_SIDDON, "siddon")                                                                     \
+	X(CT_JOSEPH, "joseph")
+enum ct_method { CT_METHOD_LIST(CT_WORD_VALUE) };
 
 /* The pair of operators: one grid seen from one scan. */
 struct ct_projector {
@@ -64,5 +69,7 @@ void ct_project(const struct ct_projector *g, size_t first, size_t count, float 
  * order, in float. */
 void ct_project_adjoint(const struct ct_projector *g, size_t first, size_t count,
 	float *restrict vol, const float *restrict p, struct ct_par *par);
+/* Both as an operator whose parts are the views: g is borrowed. CT_ESTOP between a few of them. */
+struct ct_linear ct_project_linear(struct ct_projector *g);
 
 #endif

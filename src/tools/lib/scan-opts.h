@@ -24,7 +24,7 @@ struct ct_scan_opts {
 
 /* The rows for an option table of struct S with a field f of this type. */
 #define CT_SCAN_OPTS(S, f)                                                                                     \
-	CT_OPT(S, f.beam, 0, "beam", "cone|parallel|fan", 0, 0,                                                \
+	CT_OPT(S, f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST), 0, 0,                                             \
 		"shape of the beam (cone if nothing says otherwise)"),                                         \
 		CT_OPT(S, f.views, 'n', "views", "N", 0, 1000000,                                              \
 			"number of views; 0 stands for 100, or what --scanner says"),                          \

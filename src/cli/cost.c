@@ -1,0 +1,52 @@
+/* cost.c: see cost.h. */
+#include "config.h"
+#include "cli/cost.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+
+static int print_json(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e)
+{
+	json_t *o =
+		json_pack("{ss sf sI sI sI sI}", "work", c->work, "seconds", c->seconds, "threads",
+			(json_int_t)ct_par_threads(env->par), "memory-bytes", (json_int_t)c->memory,
+			"disk-bytes", (json_int_t)c->disk, "state-bytes", (json_int_t)c->state);
+
+	if (!o)
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
+	putchar('\n'); /* ct_cli_main checks standard output */
+	json_decref(o);
+	return 0;
+}
+
+/* Never less than the unit: what takes a moment takes "1 s". */
+static void print_time(double seconds)
+{
+	if (seconds < 7200)
+		printf("time      %.0f s", ceil(seconds));
+	else
+		printf("time      %.1f h", seconds / 3600);
+}
+
+static double mib(double bytes)
+{
+	return ceil(bytes / 0x1p20);
+}
+
+int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e)
+{
+	if (env->json)
+		return print_json(c, env, e);
+	if (*c->work)
+		printf("work      %s\n", c->work);
+	print_time(c->seconds);
+	printf(" on %zu threads\n", ct_par_threads(env->par));
+	printf("memory    %.0f MiB\n", mib(c->memory));
+	printf("disk      %.0f MiB", mib(c->disk));
+	if (c->state > 0)
+		printf(", and %.0f MiB of state until it is done", mib(c->state));
+	putchar('\n');
+	return 0;
+}

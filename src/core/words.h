@@ -1,0 +1,26 @@
+/* words.h: an enum and its words in one list, so that neither can drift from the other.
+ *
+ *   #define CT_BEAM_LIST(X) X(CT_CONE, "cone") X(CT_PARALLEL, "parallel")
+ *   enum ct_beam { CT_BEAM_LIST(CT_WORD_VALUE) };
+ *
+ * CT_WORDS(CT_BEAM_LIST) is the constant "cone|parallel", for a row of an option table (cli.h) and
+ * for ct_words_find; CT_WORD(CT_BEAM_LIST, b) the word of the value b. In prose: "one of"
+ * CT_BEAM_LIST(CT_WORD_SPACE). The values of a list count from 0.
+ */
+#ifndef CT_CORE_WORDS_H
+#define CT_CORE_WORDS_H
+
+#define CT_WORD_VALUE(value, word) value,
+#define CT_WORD_TEXT(value, word) word,
+#define CT_WORD_BAR(value, word) "|" word
+#define CT_WORD_SPACE(value, word) " " word
+
+#define CT_WORDS(list) (&list(CT_WORD_BAR)[1])
+/* With the words of a second list behind those of the first. */
+#define CT_WORDS_TWO(list, more) (&list(CT_WORD_BAR) more(CT_WORD_BAR)[1])
+#define CT_WORD(list, value) (((const char *const[]){list(CT_WORD_TEXT)})[value])
+
+/* Place of `word` in "a|b|c", from 0, or -1. */
+int ct_words_find(const char *words, const char *word);
+
+#endif

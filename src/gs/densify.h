@@ -1,0 +1,33 @@
+/* densify.h: adaptive density control, how many Gaussians and where: clone, split and prune by
+ * R2-Gaussian's rules with the paper's for signed densities.
+ *
+ * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
+ * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
+ * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
+ * for the activations that cannot be negative) and those whose centre is outside the grid.
+ */
+#ifndef CT_GS_DENSIFY_H
+#define CT_GS_DENSIFY_H
+#include "core/err.h"
+#include "gs/adam.h"
+#include "gs/voxelise.h"
+
+struct ct_densify_rule {
+	double grad;         /* threshold of the mean screen gradient */
+	double large;        /* mm: a longest axis above is split, not cloned */
+	size_t most;         /* Gaussians; what would go beyond is left as it is */
+	double ln_least;     /* least ln s of a child */
+	struct ct_block box; /* the grid whose box they live in */
+};
+
+struct ct_densify_count {
+	size_t cloned, split, pruned;
+};
+
+/* Screen gradients of one view into the statistics. */
+void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *grad);
+/* Apply; seed and iteration name the random numbers. Statistics start again. */
+int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_densify_rule *r,
+	struct ct_densify_count *count, uint64_t seed, size_t iteration, struct ct_err *e);
+
+#endif

@@ -1,0 +1,80 @@
+/* gaussian.c: see gaussian.h. */
+#include "config.h"
+#include "gs/gaussian.h"
+#include "gs/activation.h"
+#include "gs/gaussian-kernels.h"
+
+#include <math.h>
+
+#define NUM double
+#define MASK int
+#define PICK(m, a, b) ((m) ? (a) : (b))
+#define SQRT sqrt
+#define FN(name) ref_##name
+#include "gs/gaussian-formulas.h"
+
+float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
+{
+	return k < CT_GS_SCALE ? g->pos[k]
+	       : k < CT_GS_ROT ? g->scale[k - CT_GS_SCALE]
+	       : k < CT_GS_RAW ? g->rot[k - CT_GS_ROT]
+			       : g->raw;
+}
+
+void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
+	const double q[static 4], double rho)
+{
+	ref_rotation(b->a, q);
+	for (int k = 0; k < 3; k++) {
+		b->p[k] = p[k];
+		b->s[k] = exp(ln_s[k]);
+	}
+	b->rho = rho;
+}
+
+void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const double n[static 6],
+	const struct ct_gaussian *b, const double q[static 4])
+{
+	ref_gaussian_backward(dln_s, dq, n, b->s, q);
+}
+
+struct job {
+	struct ct_gaussian *b;
+	const struct ct_gauss *g;
+};
+
+static void some(void *arg, size_t chunk, size_t worker)
+{
+	const struct job *j = arg;
+	const struct ct_gauss *g = j->g;
+	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
+
+	(void)worker;
+	end = end < g->n ? end : g->n;
+	CT_SIMD(ct_gaussian_kernels_resolve)(j->b, g, first, end);
+	for (size_t i = first; i < end; i++)
+		j->b[i].rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
+}
+
+void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par)
+{
+	struct job j = {b, g};
+
+	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
+}
+
+void ct_gaussian_congruence(
+	double out[static 6], const double m[static 3][3], const double h[static 6])
+{
+	const double full[3][3] = {{h[0], h[1], h[2]}, {h[1], h[3], h[4]}, {h[2], h[4], h[5]}};
+	double hm[3][3];
+	size_t at = 0;
+
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++)
+			hm[r][c] =
+				full[r][0] * m[0][c] + full[r][1] * m[1][c] + full[r][2] * m[2][c];
+	for (int r = 0; r < 3; r++)
+		for (int c = r; c < 3; c++)
+			out[at++] = m[0][r] * hm[0][c] + m[1][r] * hm[1][c] + m[2][r] * hm[2][c];
+}

@@ -1,0 +1,53 @@
+/* gaussian.h: one Gaussian of the mixture, resolved to density, axes and lengths; in double.
+ *
+ * The density of a point is the sum over the mixture of
+ *
+ *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
+ *
+ * A = rotation of the normalised quaternion (w,x,y,z), p and s in mm; rho is the activation
+ * (activation.h) of the raw density. The set with its raw parameters is core/gauss.h. The mixture
+ * is summed in voxels by voxelise.h, its line integrals by splat.h.
+ */
+#ifndef CT_GS_GAUSSIAN_H
+#define CT_GS_GAUSSIAN_H
+#include "core/gauss.h"
+#include "core/par.h"
+
+/* Where the raw parameters of a Gaussian stand in a list of eleven. */
+enum ct_gs_field {
+	CT_GS_POS = 0,
+	CT_GS_SCALE = 3,
+	CT_GS_ROT = 6,
+	CT_GS_RAW = 10,
+	CT_GS_FIELDS = 11,
+};
+
+/* Gaussians that one task takes. Results do not depend on it; speed a little. */
+enum { CT_GS_CHUNK = 512 };
+
+struct ct_gaussian {
+	double p[3], a[3][3], s[3], rho;
+};
+
+/* Gradient of one Gaussian: density, position, shape (the N of ct_gaussian_backward), and of the
+ * centre of its projection (columns, rows). */
+struct ct_gaussian_gradient {
+	double rho, p[3], shape[6], m[2];
+};
+
+/* The k-th raw parameter of all Gaussians. */
+float *ct_gaussian_field(const struct ct_gauss *g, size_t k);
+void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
+	const double q[static 4], double rho);
+/* b[g->n], activation applied. */
+void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par);
+/* From N = diag(s) A^T dL/dSigma A diag(s) (symmetric: 00 01 02 11 12 22), which has no large terms
+ * that cancel, to the logarithms of the standard deviations and the quaternion q as it is stored.
+ */
+void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const double n[static 6],
+	const struct ct_gaussian *b, const double q[static 4]);
+/* out = M^T H M for H symmetric of 3x3 (00 01 02 11 12 22). */
+void ct_gaussian_congruence(
+	double out[static 6], const double m[static 3][3], const double h[static 6]);
+
+#endif

@@ -1,0 +1,129 @@
+/* loss-image.c: see loss-image.h. */
+#include "config.h"
+#include "gs/loss-image.h"
+#include "core/mem.h"
+#include "gs/loss-row.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { STRIP = 64 }; /* rows of a task */
+
+static size_t strips(const struct ct_loss_image *l)
+{
+	return (l->h + STRIP - 1) / STRIP;
+}
+
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e)
+{
+	*l = (struct ct_loss_image){.h = h, .w = w};
+	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
+	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
+		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
+		ct_loss_image_free(l);
+		return -1;
+	}
+	return 0;
+}
+
+void ct_loss_image_free(struct ct_loss_image *l)
+{
+	free(l->x);
+	free(l->y);
+	free(l->g);
+	free(l->part);
+	*l = (struct ct_loss_image){0};
+}
+
+struct job {
+	struct ct_loss_image *l;
+	float *dimg;
+	const float *img, *base, *y, *weight;
+	size_t pitch;
+	double ssim;
+	float scale, step;
+};
+
+/* A row; returns its sum of |x - y|. */
+static double row_of(const struct job *j, size_t r)
+{
+	const struct ct_loss_image *l = j->l;
+	const size_t at = r * l->w;
+	const struct ct_loss_row row = {.x = l->x + at,
+		.y = l->y + at,
+		.g = l->g + at,
+		.img = j->img + r * j->pitch,
+		.base = j->base ? j->base + at : NULL,
+		.want = j->y + at,
+		.weight = j->weight ? j->weight + at : NULL};
+
+	return CT_SIMD(ct_loss_row_l1)(&row, l->w, j->scale, j->step);
+}
+
+static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
+{
+	*first = strip * STRIP;
+	*end = *first + STRIP < l->h ? *first + STRIP : l->h;
+}
+
+static void l1_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss_image *l = j->l;
+	double sum = 0;
+	size_t r, end;
+
+	(void)worker;
+	for (rows(l, strip, &r, &end); r < end; r++)
+		sum += row_of(j, r);
+	l->part[2 * strip] = sum;
+}
+
+static void ssim_strip(void *arg, size_t strip, size_t worker)
+{
+	const struct job *j = arg;
+	struct ct_loss_image *l = j->l;
+	size_t r, end;
+
+	(void)worker;
+	rows(l, strip, &r, &end);
+	if (j->ssim != 0)
+		l->part[2 * strip + 1] = ct_ssim_back_rows(
+			&l->rule, l->h, l->w, r, end, l->g, l->x, l->y, j->weight, -j->ssim);
+	for (; r < end; r++) {
+		float *restrict to = j->dimg + r * j->pitch;
+		const float *restrict from = l->g + r * l->w;
+
+		for (size_t c = 0; c < l->w; c++)
+			to[c] = j->scale * from[c];
+		memset(to + l->w, 0, (j->pitch - l->w) * sizeof *to);
+	}
+}
+
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
+	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
+	const struct ct_loss_weights *k, struct ct_par *par)
+{
+	const double count = (double)l->h * (double)l->w * k->mean_weight;
+	double l1 = 0, less = 0;
+	struct job j = {.l = l,
+		.dimg = dimg,
+		.img = img,
+		.base = base,
+		.y = y,
+		.weight = weight,
+		.pitch = pitch,
+		.ssim = k->ssim / k->mean_weight,
+		.scale = (float)k->scale,
+		.step = (float)(k->l1 / count)};
+
+	ct_par_for(par, strips(l), l1_strip, &j);
+	ct_par_for(par, strips(l), ssim_strip, &j);
+	for (size_t i = 0; i < strips(l); i++) {
+		l1 += l->part[2 * i];
+		less += k->ssim == 0 ? 0 : l->part[2 * i + 1];
+	}
+	t->l1 = l1 / count;
+	t->dssim = less / count;
+}

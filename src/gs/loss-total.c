@@ -1,0 +1,204 @@
+/* loss-total.c: see loss-total.h. */
+#include "config.h"
+#include "gs/loss-total.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/activation.h"
+#include "gs/loss-tv.h"
+#include "gs/random-stream.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LOW_BLOCK = 12 }; /* coarse voxels along an axis that an iteration looks at */
+
+void ct_loss_total_free(struct ct_loss_total *w)
+{
+	free(w->gaussian);
+	ct_splat_free(&w->splat);
+	ct_voxelise_free(&w->vox);
+	ct_gradient_free(&w->grad);
+	ct_loss_image_free(&w->loss);
+	ct_loss_lowres_free(&w->low);
+	free(w->img);
+	free(w->dimg);
+	free(w->block);
+	free(w->dblock);
+	free(w->crop);
+	free(w->dgamma);
+	free(w->tv);
+	*w = (struct ct_loss_total){0};
+}
+
+static size_t least(size_t a, size_t b)
+{
+	return a < b ? a : b;
+}
+
+int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
+	const struct ct_fit_data *d, struct ct_par *par, struct ct_err *e)
+{
+	size_t h = d->target->h, n = o->tv_block, pitch = ct_rasterise_pitch(d->target->w);
+	size_t block = ct_rasterise_pitch(n) * n * n, low = 0;
+
+	if (d->lr && o->lr > 0) {
+		if (ct_loss_lowres_alloc(&w->low, d->lr, d->by, par, e))
+			return -1;
+		low = ct_rasterise_pitch(least(w->low.n[0], LOW_BLOCK)) *
+		      least(w->low.n[1], LOW_BLOCK) * least(w->low.n[2], LOW_BLOCK);
+	}
+	block = block > low ? block : low;
+	return ct_loss_image_init(&w->loss, h, d->target->w, e) ||
+			       ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
+			       ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
+			       ct_alloc(&w->block, block, sizeof(float), e) ||
+			       ct_alloc(&w->dblock, block, sizeof(float), e) ||
+			       ct_alloc(&w->crop, n * n * n, sizeof(float), e) ||
+			       ct_alloc(&w->tv, n, sizeof *w->tv, e)
+		       ? -1
+		       : 0;
+}
+
+int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
+{
+	return ct_grow(&w->gaussian, &w->gaussians, n, sizeof *w->gaussian, e) ||
+			       ct_gradient_reserve(&w->grad, n, e) ||
+			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
+				       sizeof *w->dgamma, e)
+		       ? -1
+		       : 0;
+}
+
+struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f)
+{
+	const struct ct_fit_options *o = &f->opt;
+
+	return (struct ct_loss_weights){.l1 = o->l1 + o->res,
+		.ssim = o->ssim,
+		.tv = o->tv,
+		.lr = o->lr,
+		.scale = 2 / f->extent,
+		.mean_weight = f->mean_weight};
+}
+
+void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k)
+{
+	t->total = k->l1 * t->l1 + k->ssim * t->dssim + k->tv * t->tv + k->lr * t->lr;
+}
+
+int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
+	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_stack *y = d->target;
+	struct ct_camera cam;
+
+	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
+		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, env->par, e))
+		return -1;
+	if (f->opt.gate > 0)
+		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);
+	ct_splat_draw(w->img, &w->splat, env->par);
+	return 0;
+}
+
+int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
+	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_loss_weights weights = ct_loss_total_weights(f);
+
+	if (ct_loss_total_project(w, f, d, k, env, e))
+		return -1;
+	ct_loss_image_gradient(&w->loss, t, w->dimg, w->img, ct_rasterise_pitch(d->target->w),
+		f->opt.full ? NULL : ct_stack_view(d->base_projections, k),
+		ct_stack_view(d->target, k), d->weight ? ct_stack_view(d->weight, k) : NULL,
+		&weights, env->par);
+	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, env->par);
+	return 0;
+}
+
+/* The block of n[] <= most voxels of a grid that this iteration looks at. */
+static void random_block(size_t first[static 3], size_t n[static 3], const size_t grid[static 3],
+	size_t most, uint64_t seed, uint64_t stream)
+{
+	for (size_t a = 0; a < 3; a++) {
+		n[a] = least(grid[a], most);
+		first[a] = (size_t)ct_rng_below(seed, stream, a, grid[a] - n[a] + 1);
+	}
+}
+
+int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
+	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_vol *base = d->base;
+	size_t n[3], first[3];
+	struct ct_block block;
+
+	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
+	if (ct_block_init(&block, base->affine, first, n, e) ||
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		return -1;
+	ct_voxelise_draw(w->block, &w->vox, env->par);
+	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
+		memcpy(w->crop + r * n[0],
+			base->data +
+				((first[2] + r / n[1]) * base->n[1] + first[1] + r % n[1]) *
+					base->n[0] +
+				first[0],
+			n[0] * sizeof *w->crop);
+	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
+		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
+	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+	return 0;
+}
+
+int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
+	size_t iteration, const struct ct_env *env, struct ct_err *e)
+{
+	size_t n[3], first[3];
+	struct ct_block block;
+
+	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
+	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
+		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		return -1;
+	ct_voxelise_draw(w->block, &w->vox, env->par);
+	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
+	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+	return 0;
+}
+
+struct chain {
+	const struct ct_gauss *g;
+	struct ct_loss_total *w;
+};
+
+/* A part of dL/dgamma. */
+static void chain_some(void *arg, size_t chunk, size_t worker)
+{
+	const struct chain *c = arg;
+	const struct ct_gauss *g = c->g;
+	float *d = c->w->grad.d[CT_GS_RAW];
+	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
+	double sum = 0;
+
+	(void)worker;
+	for (size_t i = first; i < end && i < g->n; i++) {
+		double z = (double)g->raw[i];
+
+		sum += (double)d[i] * ct_activation_dgamma(g->activation, z);
+		d[i] = (float)((double)d[i] * ct_activation_slope(g->activation, g->gamma, z));
+	}
+	c->w->dgamma[chunk] = sum;
+}
+
+double ct_loss_total_chain(struct ct_loss_total *w, const struct ct_gauss *g, struct ct_par *par)
+{
+	size_t chunks = (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK;
+	struct chain c = {g, w};
+	double dgamma = 0;
+
+	ct_par_for(par, chunks, chain_some, &c);
+	for (size_t i = 0; i < chunks; i++)
+		dgamma += w->dgamma[i];
+	return dgamma;
+}

@@ -1,0 +1,189 @@
+/* place.c: see place.h. */
+#include "config.h"
+#include "gs/place.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/activation.h"
+#include "gs/neighbours.h"
+#include "gs/random-stream.h"
+#include "recon/fdk.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static size_t candidates(const struct ct_vol *base)
+{
+	size_t n = ct_vol_count(base), found = 0;
+
+	for (size_t i = 0; i < n; i++)
+		found += base->data[i] > CT_PLACE_LEAST;
+	return found;
+}
+
+/* n of the candidates in the order of the grid, each with its chance (selection sampling). */
+static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size_t left,
+	double gain, double shift, uint64_t seed)
+{
+	size_t count = ct_vol_count(base), ordinal = 0;
+
+	g->n = 0;
+	for (size_t i = 0; i < count && g->n < n; i++) {
+		double u, mm[3];
+
+		if (!(base->data[i] > CT_PLACE_LEAST))
+			continue;
+		u = ct_rng_uniform(seed, CT_STREAM_PLACE, ordinal++);
+		if (u * (double)left-- >= (double)(n - g->n))
+			continue;
+		ct_vol_world(base,
+			(const double[]){(double)(i % base->n[0]) + shift,
+				(double)(i / base->n[0] % base->n[1]) + shift,
+				(double)(i / base->n[0] / base->n[1]) + shift},
+			mm);
+		for (int a = 0; a < 3; a++)
+			g->pos[a][g->n] = (float)mm[a];
+		for (int a = 0; a < 4; a++)
+			g->rot[a][g->n] = a == 0;
+		g->raw[g->n] = (float)ct_activation_inverse(
+			g->activation, g->gamma, gain * (double)base->data[i]);
+		g->n++;
+	}
+}
+
+/* Standard deviations from the neighbours; the grid. */
+static int finish(struct ct_gauss *g, const struct ct_vol *grid, const double ln_s[static 2],
+	const struct ct_env *env, struct ct_err *e)
+{
+	double *d2 = NULL, mm[3];
+
+	if (ct_alloc(&d2, g->n, sizeof *d2, e) ||
+		ct_neighbours_three(d2, g->n, g->pos, env->par, e)) {
+		free(d2);
+		return -1;
+	}
+	ct_vol_spacing(grid, mm);
+	for (size_t i = 0; i < g->n; i++) {
+		double s = log(d2[i] > 0 ? sqrt(d2[i]) : mm[0]);
+
+		for (int a = 0; a < 3; a++)
+			g->scale[a][i] = (float)fmax(ln_s[0], fmin(ln_s[1], s));
+	}
+	memcpy(g->grid, grid->n, sizeof g->grid);
+	memcpy(g->affine, grid->affine, sizeof g->affine);
+	free(d2);
+	return 0;
+}
+
+int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
+	double shift, const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
+{
+	size_t found = candidates(base);
+
+	if (found == 0)
+		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
+			(double)CT_PLACE_LEAST);
+	if (n > found) {
+		ct_log(env, CT_INFO,
+			"%zu Gaussians, not %zu: there are no more voxels of density "
+			"above %g",
+			found, n, (double)CT_PLACE_LEAST);
+		n = found;
+	}
+	if (ct_gauss_reserve(g, n, e))
+		return -1;
+	choose(g, base, n, found, gain, shift, env->seed);
+	return finish(g, base, ln_s, env, e);
+}
+
+/* Equal steps along the running sum of |field|, so that their number follows it everywhere; each
+ * anywhere in its voxel. */
+static void follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, double all,
+	double gain, uint64_t seed)
+{
+	size_t count = ct_vol_count(field);
+	double step = all / (double)n, next = step * ct_rng_uniform(seed, CT_STREAM_PLACE, 0);
+	double sum = 0;
+
+	g->n = 0;
+	for (size_t i = 0; i < count; i++) {
+		const size_t at[3] = {i % field->n[0], i / field->n[0] % field->n[1],
+			i / field->n[0] / field->n[1]};
+
+		sum += fabs((double)field->data[i]);
+		for (; g->n < n && next < sum; g->n++, next += step) {
+			double x[3], mm[3];
+
+			for (size_t a = 0; a < 3; a++)
+				x[a] = (double)at[a] - 0.5 +
+				       ct_rng_uniform(seed, CT_STREAM_JITTER + a, g->n);
+			ct_vol_world(field, x, mm);
+			for (int a = 0; a < 3; a++)
+				g->pos[a][g->n] = (float)mm[a];
+			for (int a = 0; a < 4; a++)
+				g->rot[a][g->n] = a == 0;
+			g->raw[g->n] = (float)ct_activation_inverse(
+				g->activation, g->gamma, gain * (double)field->data[i]);
+		}
+	}
+}
+
+double ct_place_typical(const struct ct_vol *field)
+{
+	double sum = 0, squares = 0;
+
+	for (size_t i = 0, n = ct_vol_count(field); i < n; i++) {
+		double x = fabs((double)field->data[i]);
+
+		sum += x;
+		squares += x * x;
+	}
+	return sum > 0 ? fmin(squares / sum, 1) : 1;
+}
+
+int ct_place_residual(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
+	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
+{
+	size_t count = ct_vol_count(field);
+	double all = 0;
+
+	for (size_t i = 0; i < count; i++)
+		all += fabs((double)field->data[i]);
+	if (!(all > 0) || !isfinite(all))
+		return ct_fail(e, CT_EINPUT, "there is no residual to follow");
+	if (ct_gauss_reserve(g, n, e))
+		return -1;
+	follow(g, field, n, all, gain, env->seed);
+	return finish(g, field, ln_s, env, e);
+}
+
+int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
+	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_stack left = {0};
+	struct ct_fdk f = {0};
+	size_t count = ct_stack_count(y);
+	int rc = -1;
+
+	if (ct_stack_like(&left, y, 1, e) || ct_vol_alloc(field, grid->n, e))
+		goto out;
+	memcpy(field->affine, grid->affine, sizeof field->affine);
+	memset(field->data, 0, ct_vol_count(field) * sizeof *field->data);
+	for (size_t i = 0; i < count; i++)
+		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
+	if (ct_fdk_alloc(&f, field, &left, CT_FILTER_HANN, 0, false, env->par, e))
+		goto out;
+	for (size_t k = 0; k < y->views; k += f.block) {
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_fdk_views(&f, k, y->views - k < f.block ? y->views - k : f.block, field->data,
+			env->par);
+	}
+	rc = 0;
+out:
+	ct_fdk_free(&f);
+	ct_stack_free(&left);
+	if (rc)
+		ct_vol_free(field);
+	return rc;
+}

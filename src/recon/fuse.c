@@ -1,0 +1,308 @@
+/* fuse.c: see fuse.h. */
+#include "config.h"
+#include "recon/fuse.h"
+#include "core/clock.h"
+#include "core/mem.h"
+#include "recon/band.h"
+#include "resolution/upsample.h"
+#include "xray/window.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double width(const struct ct_fuse *f)
+{
+	return f->window[1] - f->window[0];
+}
+
+/* Place of view k in an order whose every beginning is spread evenly: by its bits, reversed. */
+struct place {
+	uint64_t key;
+	size_t view;
+};
+
+static int compare(const void *a, const void *b)
+{
+	const struct place *p = a, *q = b;
+
+	return (p->key > q->key) - (p->key < q->key);
+}
+
+static int spread(struct place **out, size_t views, struct ct_err *e)
+{
+	if (ct_alloc(out, views, sizeof **out, e))
+		return -1;
+	for (size_t k = 0; k < views; k++) {
+		uint64_t key = 0;
+
+		for (int b = 0; b < 64; b++)
+			key |= ((uint64_t)k >> b & 1) << (63 - b);
+		(*out)[k] = (struct place){key, k};
+	}
+	qsort(*out, views, sizeof **out, compare);
+	return 0;
+}
+
+static int reorder(struct ct_stack *s, const struct place *order, struct ct_err *e)
+{
+	struct ct_stack to = {0};
+
+	if (!s->data)
+		return 0;
+	if (ct_stack_like(&to, s, 1, e)) {
+		ct_stack_free(&to);
+		return -1;
+	}
+	for (size_t k = 0; k < s->views; k++) {
+		to.view[k] = s->view[order[k].view];
+		memcpy(ct_stack_view(&to, k), ct_stack_view(s, order[k].view),
+			s->h * s->w * sizeof *s->data);
+	}
+	ct_stack_free(s);
+	*s = to;
+	return 0;
+}
+
+/* Views in order, and the projector of theirs. */
+static int arrange(struct ct_fuse *f, struct ct_err *e)
+{
+	struct place *order = NULL;
+	int rc = -1;
+
+	if (spread(&order, f->y->views, e) == 0 && reorder(f->y, order, e) == 0 &&
+		reorder(f->gap, order, e) == 0 && reorder(f->weight, order, e) == 0 &&
+		ct_projector_init(&f->g, f->base, f->y, e) == 0)
+		rc = ct_projector_reserve(&f->g, e);
+	f->rays = ct_project_linear(&f->g);
+	free(order);
+	return rc;
+}
+
+/* Frequency, cycles a pixel of a view, that the LR reaches; 0 if what it says is not a low band. */
+static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
+{
+	const struct ct_view *v = f->y->view;
+	double mm[3], middle[3], coarse = 0, pitch = 0, far = 0, near = 0;
+
+	*band = 0;
+	ct_vol_spacing(f->lack, mm);
+	ct_vol_centre(f->base, middle);
+	for (int a = 0; a < 3; a++) {
+		double aliasing;
+
+		if (ct_refine_aliasing(&aliasing, &f->by, f->base->n[a], a, e))
+			return -1;
+		if (aliasing > CT_REFINE_ALIAS)
+			return 0;
+		coarse = fmax(coarse, mm[a]);
+		far += (v->centre[a] - v->source[a]) * (v->centre[a] - v->source[a]);
+		near += (middle[a] - v->source[a]) * (middle[a] - v->source[a]);
+	}
+	for (int way = 0; way < 2; way++) {
+		const double *u = way ? v->v : v->u;
+
+		pitch = fmax(pitch, sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
+	}
+	if (f->y->beam != CT_PARALLEL && far > 0)
+		pitch *= sqrt(near / far);
+	*band = fmin(0.5, 0.5 * pitch / coarse);
+	return 0;
+}
+
+/* Have the projections nothing that those of the base have not? */
+static bool nothing(const struct ct_fuse *f)
+{
+	double gap = 0, all = 0;
+
+	for (size_t i = 0, n = ct_stack_count(f->y); i < n; i++) {
+		double a = (double)f->y->data[i], b = a - (double)f->gap->data[i];
+
+		gap += b * b;
+		all += a * a;
+	}
+	return gap <= 1e-12 * all;
+}
+
+/* P base where it is not given. */
+static int fill_gap(struct ct_fuse *f, struct ct_err *e)
+{
+	if (!f->gap->data && ct_stack_like(f->gap, f->y, 1, e))
+		return -1;
+	ct_meta_free(&f->gap->meta);
+	memcpy(f->gap->data, f->joint.q, ct_stack_count(f->y) * sizeof *f->gap->data);
+	return 0;
+}
+
+static void set_rule(struct ct_fuse *f)
+{
+	struct ct_joint *s = &f->joint;
+	double mm[3], least;
+
+	ct_vol_spacing(f->base, mm);
+	least = fmin(mm[0], fmin(mm[1], mm[2]));
+	for (int a = 0; a < 3; a++)
+		s->rule.weight[a] = least / mm[a];
+	s->rule.mu = f->lambda > 0 ? 1 / (f->lambda * width(f)) : 0;
+	s->rule.iterations = f->iterations;
+	s->rays = &f->rays;
+	s->cols = f->y->w;
+	s->y = f->y->data;
+	s->weight = f->weight->data;
+}
+
+int ct_fuse_alloc(struct ct_fuse *f, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t *n = f->base->n;
+	size_t count = ct_vol_count(f->base), m = ct_vol_count(f->lack);
+	struct ct_separable down = {0};
+	float *x = NULL, *z = NULL;
+	int rc = -1;
+
+	f->env = env;
+	if (arrange(f, e))
+		return -1;
+	set_rule(f);
+	if (ct_alloc(&x, count, sizeof *x, e) || ct_alloc(&z, m, sizeof *z, e) ||
+		ct_degrade_plan(&down, &f->by, n, env->par, e))
+		goto out;
+	ct_window_density(count, x, f->base->data, f->window);
+	ct_separable_apply(&down, z, x, env->par);
+	ct_separable_free(&down);
+	for (size_t i = 0; i < m; i++)
+		z[i] += f->lack->data[i];
+	if (ct_joint_alloc(&f->joint, &f->by, n, z, env, e) == 0) {
+		memcpy(f->joint.x, x, count * sizeof *x);
+		rc = 0;
+	}
+out:
+	ct_separable_free(&down);
+	free(x);
+	free(z);
+	return rc;
+}
+
+int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
+{
+	struct ct_joint *s = &f->joint;
+	struct ct_par *par = f->env->par;
+	float *y = f->y->data, *gap;
+	size_t n = ct_stack_count(f->y);
+	double band;
+
+	if (band_of(&band, f, e) || ct_linear_apply(&f->rays, s->q, s->x, f->env, e) ||
+		(!f->gap->data && fill_gap(f, e)))
+		return -1;
+	s->gap = gap = f->gap->data;
+	if (nothing(f)) {
+		s->at.phase = CT_JOINT_DONE;
+		s->at.trusted = true;
+		return 0;
+	}
+	for (size_t i = 0; i < n; i++)
+		y[i] += s->q[i] - gap[i];
+	ct_dc_apply(&s->dc, s->x, s->scratch, par);
+	if (ct_linear_apply(&f->rays, s->q, s->x, f->env, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		gap[i] = y[i] - s->q[i];
+	if (band > 0 && ct_band_clear(gap, f->y->views, f->y->h, f->y->w, band, par, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		y[i] = s->q[i] + gap[i];
+	return 0;
+}
+
+void ct_fuse_free(struct ct_fuse *f)
+{
+	ct_joint_free(&f->joint);
+	ct_projector_free(&f->g);
+	free(f->residual);
+	f->residual = NULL;
+}
+
+/* The residual in HU, of which D makes what is wanted: x - base, or nothing. */
+static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
+{
+	const struct ct_env *env = f->env;
+	struct ct_separable down = {0}, up = {0};
+	size_t n = ct_vol_count(f->base), m = ct_vol_count(f->lack);
+	float *want = NULL, *lo = NULL, *hi = NULL, *x = f->joint.x;
+	int rc = -1;
+
+	f->residual = x;
+	f->joint.x = NULL;
+	ct_joint_free(&f->joint);
+	if (ct_alloc(&want, m, sizeof *want, e) || ct_alloc(&lo, m, sizeof *lo, e) ||
+		ct_alloc(&hi, n, sizeof *hi, e) ||
+		ct_degrade_plan(&down, &f->by, f->base->n, env->par, e) ||
+		ct_dc_pinv_plan(&up, &f->by, f->base->n, env->par, e))
+		goto out;
+	ct_window_density(n, hi, f->base->data, f->window);
+	for (size_t i = 0; i < n; i++)
+		x[i] = keep ? (float)(width(f) * ((double)x[i] - (double)hi[i])) : 0;
+	for (size_t i = 0; i < m; i++)
+		want[i] = (float)(width(f) * (double)f->lack->data[i]);
+	ct_dc_exact(x, want, &down, &up, lo, hi, env->par);
+	rc = 0;
+out:
+	ct_separable_free(&down);
+	ct_separable_free(&up);
+	free(want);
+	free(lo);
+	free(hi);
+	return rc;
+}
+
+static void make_report(struct ct_fuse_report *r, const struct ct_fuse *f)
+{
+	const struct ct_joint_at *at = &f->joint.at;
+
+	*r = (struct ct_fuse_report){.prediction = at->first > 0 ? at->best : 1,
+		.verdict = at->first == 0  ? CT_FUSE_NOTHING
+			   : !at->trusted  ? CT_FUSE_DISTRUST
+			   : f->lambda > 0 ? CT_FUSE_TOLD
+					   : CT_FUSE_TRUST};
+	if (r->verdict < CT_FUSE_TRUST)
+		return;
+	r->lambda = 1 / (at->chosen * width(f));
+	r->iterations = at->done;
+}
+
+int ct_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct_err *e)
+{
+	if (ct_joint_run(&f->joint, f->env, e))
+		return -1;
+	make_report(report, f);
+	return settle(f, report->verdict >= CT_FUSE_TRUST, e);
+}
+
+int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_err *e)
+{
+	struct ct_joint *s = &f->joint;
+	const struct ct_env quiet = {.par = f->env->par};
+	struct ct_tv_rule rule = {{1, 1, 1}, 1, 1, 0};
+	struct ct_tv_report did;
+	const struct ct_linear *a = &f->rays;
+	size_t views = a->parts, some = views < 2 ? views : 2;
+	double steps = (double)s->rule.iterations, start = ct_clock_wall(), ahead, back, sweep;
+	const double choose = s->rule.mu > 0 ? 0 : 9;
+
+	if (a->forward(a->ctx, s->q, some, s->x, &quiet, e))
+		return -1;
+	ahead = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
+	if (a->adjoint(a->ctx, s->g, some, s->q, &quiet, e))
+		return -1;
+	back = (ct_clock_wall() - start) * (double)views / (double)some;
+	start = ct_clock_wall();
+	if (ct_tv_near(
+		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
+		return -1;
+	sweep = ct_clock_wall() - start;
+	*seconds = (steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +
+		   8 * (steps + choose) * sweep;
+	*bytes = 28.0 * (double)s->n + 20.0 * (double)ct_stack_count(f->y) +
+		 (double)ct_projector_bytes(&f->g);
+	return 0;
+}

@@ -1,0 +1,256 @@
+/* ct-fuse: one volume of a base, the low-resolution CT that it was made of, and projections. */
+#include "config.h"
+#include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "recon/fuse.h"
+#include "tools/fuse-state.h"
+#include "tools/lib/evidence.h"
+#include "tools/lib/scan-opts.h"
+
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct params {
+	const char *base, *lr, *in, *out, *projections, *std, *window, *residual;
+	int iterations, every;
+	double lambda;
+	bool resume;
+};
+
+static const struct params defaults = {.iterations = 15};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, base, "BASE", "the upsampled CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, lr, "LR",
+		"the low-resolution CT in HU, NIfTI, or -; it, or else BASE, says what operator "
+		"made it"),
+	CT_ARG(struct params, in, "PROJECTIONS", "of what OUT should be, EXR, or -"),
+	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_OPT(struct params, projections, 0, "base-projections", "STACK", 0, 0,
+		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
+	CT_OPT(struct params, std, 0, "std", "STACK", 0, 0,
+		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
+		"certain a pixel, the less it counts"),
+	CT_OPT(struct params, lambda, 0, "lambda-projections", "W", 0, 1e9,
+		"weight of PROJECTIONS against the variation, 1/HU; 0 chooses it by how well the "
+		"views predict each other"),
+	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
+		"iterations, of all views each"),
+	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
+	CT_OPT(struct params, residual, 0, "residual-out", "FILE", 0, 0,
+		"write what is added to BASE too, in HU, NIfTI"),
+	CT_OPT(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
+		"iterations between states in OUT.state; 0 writes one only when stopped"),
+	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
+		"continue from OUT.state if it is there"),
+	CT_OPT_END,
+};
+
+struct job {
+	const struct params *p;
+	const struct ct_env *env;
+	struct ct_evidence data;
+	struct ct_fuse fuse;
+	struct fuse_state state;
+};
+
+/* Before any work: options that contradict, and outputs that are in the way. */
+static int check(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	const char *const from[] = {p->in, p->base, p->projections, p->std, p->lr};
+	const bool stream = strcmp(p->out, "-") == 0;
+	int standard = 0;
+
+	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
+		standard += from[i] && strcmp(from[i], "-") == 0;
+	if (standard > 1)
+		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
+	if (stream && (p->resume || j->env->json))
+		return ct_fail(
+			e, CT_EUSAGE, "--%s wants OUT to be a file", p->resume ? "resume" : "json");
+	if (j->env->dry_run)
+		return 0;
+	if (ct_out_check(p->out, j->env, e) ||
+		(p->residual && ct_out_check(p->residual, j->env, e)))
+		return -1;
+	if (stream)
+		return 0;
+	if (asprintf(&j->state.path, "%s.state", p->out) < 0) {
+		j->state.path = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	}
+	return p->resume ? 0 : ct_out_check(j->state.path, j->env, e);
+}
+
+static const char *input_of(const struct ct_meta *m)
+{
+	const char *s = ct_meta_get(m, "input");
+
+	return s ? s : "-";
+}
+
+static int name_run(struct job *j, struct ct_err *e)
+{
+	const struct ct_evidence *d = &j->data;
+
+	j->state.env = j->env;
+	if (asprintf(&j->state.run,
+		    "voxels %s %s %s %s %s; window %.17g:%.17g; lambda %.17g, %d iterations",
+		    input_of(&d->in.meta), input_of(&d->base.meta), input_of(&d->base_proj.meta),
+		    input_of(&d->weight.meta), input_of(&d->lr.meta), d->window[0], d->window[1],
+		    j->p->lambda, j->p->iterations) >= 0)
+		return 0;
+	j->state.run = NULL;
+	return ct_fail(e, CT_ENOMEM, "no memory");
+}
+
+static int prepare(struct job *j, struct ct_err *e)
+{
+	struct ct_evidence *d = &j->data;
+	struct ct_fuse *f = &j->fuse;
+
+	*f = (struct ct_fuse){.base = &d->base,
+		.lack = &d->lr,
+		.by = d->by,
+		.y = &d->in,
+		.gap = &d->base_proj,
+		.weight = &d->weight,
+		.window = {d->window[0], d->window[1]},
+		.lambda = j->p->lambda,
+		.iterations = (size_t)j->p->iterations};
+	f->joint.rule.every = (size_t)j->p->every;
+	f->joint.save = fuse_state_save;
+	f->joint.ctx = &j->state;
+	return name_run(j, e) || ct_fuse_alloc(f, j->env, e) ? -1 : 0;
+}
+
+static int estimate(struct job *j, struct ct_err *e)
+{
+	const double volume = 4.0 * (double)ct_vol_count(&j->data.base);
+	struct ct_cost cost = {.disk = (j->p->residual ? 2 : 1) * volume, .state = 5 * volume};
+
+	if (ct_fuse_cost(&j->fuse, &cost.seconds, &cost.memory, e))
+		return -1;
+	snprintf(cost.work, sizeof cost.work, "%d iterations on %zu voxels and %zu views",
+		j->p->iterations, ct_vol_count(&j->data.base), j->data.in.views);
+	return ct_cost_print(&cost, j->env, e);
+}
+
+static int write_residual(
+	struct job *j, size_t n, const struct ct_meta *const *in, struct ct_err *e)
+{
+	struct ct_vol v = j->data.base;
+	int rc = -1;
+
+	v.meta = (struct ct_meta){0};
+	v.data = j->fuse.residual;
+	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
+		ct_window_put(&v.meta, j->data.window, e) == 0 &&
+		ct_meta_set(&v.meta, "quantity", "residual", e) == 0 &&
+		ct_meta_step(&v.meta, j->env, n, in, e) == 0)
+		rc = ct_vol_write(j->p->residual, &v, j->env, e);
+	ct_meta_free(&v.meta);
+	return rc;
+}
+
+/* The residual, and base + residual, no less than density 0. */
+static int write_all(struct job *j, struct ct_err *e)
+{
+	struct ct_evidence *d = &j->data;
+	const struct ct_meta *const in[] = {
+		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
+	const size_t n = sizeof in / sizeof *in;
+	const float low = (float)d->window[0];
+
+	if (j->p->residual && write_residual(j, n, in, e))
+		return -1;
+	for (size_t i = 0, count = ct_vol_count(&d->base); i < count; i++) {
+		float v = d->base.data[i] + j->fuse.residual[i];
+
+		d->base.data[i] = v < low ? low : v;
+	}
+	if (ct_meta_step(&d->base.meta, j->env, n, in, e))
+		return -1;
+	return ct_vol_write(j->p->out, &d->base, j->env, e);
+}
+
+static int report(const struct ct_fuse_report *r, const struct ct_env *env, struct ct_err *e)
+{
+	const char *verdict = CT_WORD(CT_FUSE_LIST, r->verdict);
+	json_t *o;
+
+	if (!env->json) {
+		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n", r->iterations,
+			r->lambda, verdict);
+		if (r->prediction < 1)
+			printf("prediction %.6g\n", r->prediction);
+		return 0;
+	}
+	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)r->iterations,
+		"lambda-projections", r->lambda, "projections", verdict, "prediction",
+		r->prediction);
+	if (!o)
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
+	putchar('\n'); /* ct_cli_main checks standard output */
+	json_decref(o);
+	return 0;
+}
+
+static int fuse(struct job *j, struct ct_err *e)
+{
+	struct ct_fuse_report r;
+
+	if (ct_fuse_begin(&j->fuse, e) ||
+		(j->p->resume && fuse_state_resume(&j->fuse.joint, &j->state, e)) ||
+		ct_fuse_run(&j->fuse, &r, e))
+		return -1;
+	if (r.verdict == CT_FUSE_DISTRUST)
+		ct_log(j->env, CT_WARN,
+			"projections do not predict each other: the base stays as it is "
+			"(--lambda-projections to insist)");
+	if (write_all(j, e))
+		return -1;
+	if (j->state.path)
+		remove(j->state.path);
+	return j->env->json || (j->state.path && j->env->verbose >= 0) ? report(&r, j->env, e) : 0;
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	const struct params *p = params;
+	struct job j = {.p = p, .env = env};
+	const struct ct_evidence_files files = {
+		p->in, p->base, p->projections, p->std, p->lr, p->window};
+	int rc = -1;
+
+	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &files, env, e) == 0 &&
+		prepare(&j, e) == 0)
+		rc = (env->dry_run ? estimate : fuse)(&j, e);
+	ct_fuse_free(&j.fuse);
+	ct_evidence_free(&j.data);
+	fuse_state_free(&j.state);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-fuse",
+	.brief = "Make one CT of an upsampled one, the scan it was made of, and projections.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_REPORTS | CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

@@ -1,0 +1,36 @@
+/* evidence.h: what a base volume is corrected by, from the files of ct-nabgs and ct-fuse. */
+#ifndef CT_TOOLS_LIB_EVIDENCE_H
+#define CT_TOOLS_LIB_EVIDENCE_H
+#include "core/env.h"
+#include "core/stack.h"
+#include "core/vol.h"
+#include "resolution/degrade.h"
+
+#include <stdbool.h>
+
+/* Paths; NULL: not given. */
+struct ct_evidence_files {
+	const char *in, *base, *projections, *std, *lr, *window;
+};
+
+struct ct_evidence {
+	struct ct_stack in;        /* density mm */
+	struct ct_stack base_proj; /* likewise, of the base */
+	struct ct_stack weight;    /* of each pixel, in (0, 1]; none without std */
+	struct ct_vol base;        /* as the file has it: HU, or density if there is no lr */
+	struct ct_vol lr;     /* what D of the residual must be: density (LR - D base); or none */
+	struct ct_degrade by; /* D, of lr */
+	double window[2];     /* HU */
+};
+
+/* Read and check all that is given; *d must be zero. Codes of the readers; CT_EINPUT, CT_EGEOM
+ * naming the file; CT_EUSAGE for a window that is none. */
+int ct_evidence_read(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e);
+/* The base to density, in [0, 1], and its projections if `project` and there are none yet.
+ * CT_EGEOM, CT_ENOMEM, CT_ESTOP. */
+int ct_evidence_density(struct ct_evidence *d, const struct ct_evidence_files *f, bool project,
+	const struct ct_env *env, struct ct_err *e);
+void ct_evidence_free(struct ct_evidence *d);
+
+#endif

@@ -1,0 +1,52 @@
+/* dnn-impl.h: what dnn.c, dnn-order.c and conv.c share.
+ *
+ * Version 3 of oneDNN made memory descriptors opaque and dropped operation descriptors; the few
+ * functions here hide the first.
+ */
+#ifndef CT_UNET_DNN_IMPL_H
+#define CT_UNET_DNN_IMPL_H
+#include "unet/dnn.h"
+
+#include <dnnl.h>
+
+#if DNNL_VERSION_MAJOR >= 3
+typedef dnnl_memory_desc_t ct_dnn_desc;
+typedef const_dnnl_memory_desc_t ct_dnn_cdesc;
+#else
+typedef dnnl_memory_desc_t *ct_dnn_desc;
+typedef const dnnl_memory_desc_t *ct_dnn_cdesc;
+#endif
+
+/* Weights in the order of one direction. */
+struct ct_dnn_pack {
+	const float *plain;
+	float *data;
+	ct_dnn_desc from, to;
+	dnnl_primitive_t reorder;
+};
+
+struct ct_dnn {
+	dnnl_engine_t engine;
+	size_t n, cap;
+	struct ct_dnn_pack **pack; /* each stays where it is */
+};
+
+/* CT_EFAIL or CT_ENOMEM with oneDNN's word for it. */
+int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e);
+
+/* Descriptors; NULL may be freed. */
+int ct_dnn_desc_new(
+	ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e);
+int ct_dnn_desc_copy(ct_dnn_desc *d, ct_dnn_cdesc from, struct ct_err *e);
+void ct_dnn_desc_free(ct_dnn_desc d);
+/* A primitive that copies between orders; with `sum` it adds to what is there. */
+int ct_dnn_reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
+	bool sum, struct ct_err *e);
+/* dst = (or +=) src in another order. */
+int ct_dnn_reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream,
+	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, float *dst, struct ct_err *e);
+/* The pack of these weights in this order, made if there is none. */
+int ct_dnn_pack_get(struct ct_dnn *d, const float *plain, ct_dnn_cdesc from, ct_dnn_cdesc to,
+	struct ct_dnn_pack **out, struct ct_err *e);
+
+#endif

@@ -1,0 +1,96 @@
+#!/bin/sh
+# ct-fuse: what it gains, what it keeps, when it leaves the base alone, states.
+. "$srcdir/tests/tap.sh"
+psnr() { ct-metrics "$1" "$2" | sed -n 's/^psnr //p'; }
+above() { awk "BEGIN {exit !($1 > $2)}"; } # above A B
+ct-phantom --size=32x32x32 --spacing=4 ellipsoids hr.nii
+ct-degrade -x 4 hr.nii lr.nii && ct-upsample lr.nii up.nii
+ct-project --views 20 hr.nii p.exr && ct-project --views 20 up.nii up.exr
+[ -s up.nii ] && [ -s up.exr ]; ok $? 'a scene to work on'
+
+exits 0 'solves' ct-fuse --residual-out=r.nii up.nii lr.nii p.exr out.nii
+has out '^projections trusted' 'trusts true projections'
+has out '^iterations 15' 'in fifteen iterations'
+above "$(psnr hr.nii out.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains 4 dB over the base'
+ct-info r.nii >info; grep -q '^quantity *residual' info; ok $? 'writes the residual'
+ct-compose up.nii r.nii same.nii && [ "$(psnr out.nii same.nii)" = inf ]
+ok $? 'which composes to the same'
+[ ! -e out.nii.state ]; ok $? 'no state is left'
+ct-compose --floor=-9999 up.nii r.nii raw.nii && ct-degrade -x 4 raw.nii back.nii
+[ "$(ct-metrics --json lr.nii back.nii | awk -F'[:,]' '/"max-hu"/ {print ($2 < 0.001)}')" = 1 ]
+ok $? 'and reduces to LR within 0.001 HU'
+exits 0 'JSON' ct-fuse --json up.nii lr.nii p.exr j.nii
+grep -q '"projections": "trusted"' out; ok $? 'with the verdict'
+exits 0 'a weight of our own' ct-fuse --lambda-projections=0.2 -n 10 up.nii lr.nii \
+	p.exr own.nii
+has out '^lambda-projections 0.2' 'is used'
+has out '^projections weighted as told' 'without a verdict'
+has out '^iterations 10' 'as is the number of iterations'
+above "$(psnr hr.nii own.nii)" "$(psnr hr.nii up.nii) + 2"; ok $? 'and gains, too'
+
+exits 0 'projections of the base' ct-fuse up.nii lr.nii up.exr none.nii
+has out '^projections nothing to solve' 'have nothing to add'
+ct-fuse -q --residual-out=zero.nii --base-projections=p.exr up.nii lr.nii p.exr zero-out.nii
+ct-info zero.nii | awk '/^(min|max) / {n += $2 < 0.001 && $2 > -0.001} END {exit n != 2}'
+ok $? 'nor have those that are given as the base: the residual is what LR lacks'
+ct-degrade -x 4 --sigma=1.5 up.nii own-lr.nii
+ct-fuse -q --residual-out=exact.nii up.nii own-lr.nii up.exr exact-out.nii
+ct-info exact.nii | awk '/^(min|max) / {n += $2 == 0} END {exit n != 2}'
+ok $? 'an LR of the base itself: zero to the last bit'
+
+# Errors that views do not share.
+ct-project --views 20 --photons=1000 up.nii noise.exr && ct-project --views 20 --photons=20000 hr.nii noisy.exr
+exits 0 'noise on the projections of the base' ct-fuse up.nii lr.nii noise.exr noise.nii
+has out '^projections not trusted' 'is not believed'
+above "$(psnr up.nii noise.nii | sed s/inf/999/)" 100; ok $? 'and leaves the base as it is'
+exits 0 'noise on those of the truth' ct-fuse up.nii lr.nii noisy.exr noisy.nii
+has out '^projections trusted' 'is worth it'
+above "$(psnr hr.nii noisy.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains 4 dB, too'
+ct-project --views 20 --start=77 hr.nii turned.exr
+exits 0 'another start of the arc' ct-fuse up.nii lr.nii turned.exr turned.nii
+above "$(psnr hr.nii turned.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains as much'
+
+mkdir one four
+(cd one && ct-fuse -q -t 1 ../up.nii ../lr.nii ../p.exr r.nii)
+(cd four && ct-fuse -q -t 4 ../up.nii ../lr.nii ../p.exr r.nii)
+cmp one/r.nii four/r.nii; ok $? '1 and 4 threads, same bytes'
+ct-fuse up.nii lr.nii - - <p.exr >s.nii 2>err && [ ! -s err ] && [ ! -e -.state ]; ok $? 'streams'
+[ "$(psnr out.nii s.nii)" = inf ]; ok $? 'to the same volume'
+
+mkdir whole stopped killed
+long() { cd "$1" && shift && exec ct-fuse -q -n 300 --checkpoint-every=5 "$@" \
+	../up.nii ../lr.nii ../p.exr r.nii; } # becomes the command: call it in a subshell
+(long whole); ok $? 'a longer run'
+for how in killed stopped; do
+	sig=9 want=137
+	[ $how = stopped ] && sig=15 want=75
+	(long $how) & pid=$!
+	while [ ! -e $how/r.nii.state ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
+	kill -$sig $pid; wait $pid 2>/dev/null; [ $? -eq $want ]; ok $? "$how: $want"
+	[ -e $how/r.nii.state ] && [ ! -e $how/r.nii ]; ok $? 'the state stays, no result'
+done
+(long killed) 2>err; [ $? -eq 4 ]; ok $? 'a state is not overwritten'
+exits 3 'a state of other options is refused' sh -c \
+	'cd stopped && ct-fuse -n 299 --resume ../up.nii ../lr.nii ../p.exr r.nii'
+(long killed --resume); ok $? 'resumes'
+cmp whole/r.nii killed/r.nii; ok $? 'to the same bytes'
+[ ! -e killed/r.nii.state ]; ok $? 'and removes the state'
+head -c 3000 stopped/r.nii.state >cut && mv cut stopped/r.nii.state
+(long stopped --resume) 2>err; [ $? -eq 3 ]; ok $? 'a broken state is refused'
+
+exits 0 'dry run' ct-fuse --dry-run up.nii lr.nii p.exr dry.nii
+grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 'says the cost'
+[ ! -e dry.nii ]; ok $? 'and makes nothing'
+
+exits 2 'one input from a pipe' ct-fuse - lr.nii - no.nii
+exits 2 'a state needs a file' ct-fuse --resume up.nii lr.nii p.exr -
+ct-phantom --size=24x32x32 --spacing=4 ellipsoids other.nii && ct-degrade -x 4 other.nii other-lr.nii
+exits 5 'an LR of another grid' ct-fuse up.nii other-lr.nii p.exr no.nii
+has err 'other-lr.nii' 'is named'
+ct-project --views 21 up.nii more.exr
+exits 5 'base projections of another scan' ct-fuse --base-projections=more.exr up.nii lr.nii \
+	p.exr no.nii
+exits 4 'does not overwrite' ct-fuse up.nii lr.nii p.exr out.nii
+exits 4 'nor the residual' ct-fuse --residual-out=r.nii up.nii lr.nii p.exr no.nii
+[ ! -e no.nii ] && [ ! -e no.nii.state ]; ok $? 'failures leave nothing'
+done_testing

@@ -1,0 +1,342 @@
+/* t-voxelise.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
+ */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "gs/footprint-ref.h"
+#include "gs/splat.h"
+#include "gs/voxelise-ref.h"
+#include "xray/project.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PARAMS = 11, NX = 17, NY = 15, NZ = 13, COUNT = NX * NY * NZ };
+
+/* Turned, mirrored, anisotropic. */
+static const double turned[3][4] = {{0, -2.2, 0, 14}, {1.8, 0, 0, -16}, {0, 0, 2.6, -17}};
+
+static bool fill(double *f, struct ct_voxel_gaussian *k, struct ct_gaussian *b,
+	const struct ct_block *block, const double x[PARAMS])
+{
+	ct_gaussian_make(b, x, x + 3, x + 6, x[10]);
+	memset(f, 0, COUNT * sizeof *f);
+	if (!ct_voxelise_gaussian(k, block, b))
+		return false;
+	ct_voxelise_ref_draw(f, block, k, INFINITY);
+	return true;
+}
+
+static double inner(const double *a, const double *b)
+{
+	double s = 0;
+
+	for (size_t i = 0; i < COUNT; i++)
+		s += a[i] * b[i];
+	return s;
+}
+
+static void differences(const double blur[static 3], const char *name)
+{
+	static double g[COUNT], f[COUNT];
+	const double at[PARAMS] = {1, -2, 3, 1.4, 1.8, 1.1, 0.9, 0.3, -0.5, 0.4, -0.7};
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double d[PARAMS], sums[10], worst = 0;
+	struct ct_gaussian_gradient fg;
+	struct ct_block block;
+	struct ct_voxel_gaussian k;
+	struct ct_gaussian b;
+
+	ct_block_init(&block, turned, zero, n, &err);
+	memcpy(block.blur, blur, sizeof block.blur);
+	for (size_t i = 0; i < COUNT; i++)
+		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
+	fill(f, &k, &b, &block, at);
+	ct_voxelise_ref_sums(sums, g, &block, &k, INFINITY);
+	ct_voxelise_backward_one(&fg, &block, &k, &b, sums);
+	memcpy(d, fg.p, sizeof fg.p);
+	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
+	d[10] = fg.rho;
+	for (int p = 0; p < PARAMS; p++) {
+		double h = p < 3 ? 2e-3 : 1e-3, y[4], x[PARAMS], num;
+
+		for (int i = 0; i < 4; i++) {
+			memcpy(x, at, sizeof x);
+			x[p] += h * (i < 2 ? i - 2 : i - 1);
+			fill(f, &k, &b, &block, x);
+			y[i] = inner(g, f);
+		}
+		num = (8 * (y[2] - y[1]) - (y[3] - y[0])) / (12 * h);
+		worst = fmax(worst, fabs(num - d[p]) / fmax(fabs(num), 1e-3 * fabs(d[10])));
+	}
+	if (!OK(worst < 1e-6, "%s: gradient against finite differences", name))
+		printf("# worst %g\n", worst);
+}
+
+static void crowd(struct ct_gauss *g, size_t n)
+{
+
+	must(ct_gauss_reserve(g, n, &err));
+	g->n = n;
+	g->gamma = 0.25;
+	for (size_t i = 0; i < n; i++) {
+		for (size_t a = 0; a < 3; a++) {
+			g->pos[a][i] = (float)(60 * ct_rng_uniform(3, a, i) - 30);
+			g->scale[a][i] = (float)(1.7 * ct_rng_uniform(3, 5 + a, i));
+		}
+		for (size_t a = 0; a < 4; a++)
+			g->rot[a][i] = ct_rng_normal(3, 10 + a, i);
+		g->raw[i] = ct_rng_normal(3, 20, i);
+	}
+}
+
+static const struct ct_env alone;
+
+static void fast(void)
+{
+	struct ct_env env = {0};
+	static double ref[COUNT], dref[COUNT];
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double worst = 0, peak = 0, off[PARAMS] = {0}, size[PARAMS] = {0};
+	struct ct_voxelise v = {0};
+	struct ct_gradient grad = {0};
+	struct ct_gauss g = {0};
+	struct ct_block block;
+	struct ct_gaussian *b;
+	struct ct_par *par;
+	float vol[COUNT] = {0}, again[COUNT] = {0}, *df;
+	size_t pitch = ct_rasterise_pitch(NX);
+
+	crowd(&g, 150);
+	must(ct_par_alloc(&par, 4, &err) || ct_alloc(&b, g.n, sizeof *b, &err) ||
+		ct_gradient_reserve(&grad, g.n, &err) ||
+		ct_alloc0(&df, NZ * NY * pitch, sizeof *df, &err) ||
+		ct_block_init(&block, turned, zero, n, &err));
+	env.par = par;
+	ct_gaussian_resolve(b, &g, par);
+	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err) == 0 && v.n > 50 && v.n < g.n,
+		"some Gaussians touch the block, some do not");
+	OK(ct_voxelise_add(vol, &v, 1, &env, &err) == 0, "voxelise");
+	ct_voxelise_add(again, &v, 1, &alone, &err);
+	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
+	for (size_t i = 0; i < COUNT; i++) {
+		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
+		dref[i] = (double)df[i / NX * pitch + i % NX];
+	}
+	for (size_t k = 0; k < PARAMS; k++)
+		memset(grad.d[k], 0, g.n * sizeof(float));
+	ct_voxelise_backward(&grad, &v, b, &g, df, par);
+	for (size_t at = 0; at < v.n; at++) {
+		size_t i = v.item[at].index;
+		double q[4], d[PARAMS], sums[10];
+		struct ct_gaussian_gradient fg;
+
+		ct_voxelise_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
+		ct_voxelise_backward_one(&fg, &block, &v.item[at], &b[i], sums);
+		for (int k = 0; k < 4; k++)
+			q[k] = (double)g.rot[k][i];
+		memcpy(d, fg.p, sizeof fg.p);
+		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
+		d[10] = fg.rho;
+		for (int k = 0; k < PARAMS; k++) {
+			off[k] = fmax(off[k], fabs(d[k] - (double)grad.d[k][i]));
+			size[k] = fmax(size[k], fabs(d[k]));
+		}
+	}
+	for (size_t i = 0; i < COUNT; i++) {
+		worst = fmax(worst, fabs((double)vol[i] - ref[i]));
+		peak = fmax(peak, fabs(ref[i]));
+	}
+	if (!OK(worst < 1e-5 * peak, "fast voxels equal the reference"))
+		printf("# %g of %g\n", worst, peak);
+	worst = 0;
+	for (int k = 0; k < PARAMS; k++)
+		worst = fmax(worst, off[k] / size[k]);
+	if (!OK(worst < 1e-5, "fast gradient equals the reference"))
+		printf("# %g\n", worst);
+	free(df);
+	free(b);
+	ct_voxelise_free(&v);
+	ct_gradient_free(&grad);
+	ct_gauss_free(&g);
+	ct_par_free(par);
+}
+
+/* A block of a grid holds the same values as the grid there. */
+static void blocks(void)
+{
+	static float whole[COUNT], part[6 * 5 * 4];
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ}, first[3] = {7, 3, 5}, m[3] = {6, 5, 4};
+	struct ct_voxelise v = {0};
+	struct ct_gauss g = {0};
+	struct ct_block block;
+	struct ct_gaussian *b;
+	double worst = 0;
+
+	crowd(&g, 150);
+	must(ct_alloc(&b, g.n, sizeof *b, &err));
+	ct_gaussian_resolve(b, &g, NULL);
+	ct_block_init(&block, turned, zero, n, &err);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
+	ct_voxelise_add(whole, &v, 2, &alone, &err);
+	ct_block_init(&block, turned, first, m, &err);
+	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
+	ct_voxelise_add(part, &v, 2, &alone, &err);
+	for (size_t i = 0; i < 6 * 5 * 4; i++) {
+		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
+
+		worst = fmax(worst, fabs((double)(part[i] - whole[(z * NY + y) * NX + x])));
+	}
+	OK(worst < 1e-5, "a block equals that part of the grid");
+	free(b);
+	ct_voxelise_free(&v);
+	ct_gauss_free(&g);
+}
+
+static void mass(void)
+{
+	const size_t zero[3] = {0}, n[3] = {48, 48, 48};
+	const double p[3] = {1, 2, -3}, l[3] = {1.0, 1.4, 0.8}, q[4] = {0.6, 0.2, -0.5, 0.3};
+	const double affine[3][4] = {{1, 0, 0, -24}, {0, 1, 0, -24}, {0, 0, 1, -24}};
+	double sum = 0, want, flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
+	struct ct_voxelise v = {0};
+	struct ct_block block;
+	struct ct_gaussian b;
+	float *vol;
+
+	must(ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &err));
+	ct_gaussian_make(&b, p, l, q, -0.3);
+	ct_block_init(&block, affine, zero, n, &err);
+	ct_voxelise_plan(&v, &block, 1, &b, NULL, &err);
+	ct_voxelise_add(vol, &v, 1, &alone, &err);
+	for (size_t i = 0; i < 48 * 48 * 48; i++)
+		sum += (double)vol[i];
+	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
+	/* outside d^T K d = 12 lie 0.738% (chi-squared, 3 degrees of freedom) */
+	NEAR(sum / want, 1 - 0.00738, 3e-4,
+		"the mass is that of the Gaussian, less the stated tail");
+	OK(ct_block_init(&block, flat, zero, n, &err) == -1 && err.code == CT_EGEOM,
+		"a flat grid is refused");
+	free(vol);
+	ct_voxelise_free(&v);
+}
+
+/* A blur moves no mass: the sum of the voxels stays, and the variance grows by it. */
+static void blur(void)
+{
+	static double f[2][COUNT];
+	const double x[PARAMS] = {1, -2, 3, 0.9, 1.1, 0.7, 0.9, 0.3, -0.5, 0.4, -0.7};
+	const double affine[3][4] = {{2, 0, 0, -16}, {0, 2, 0, -14}, {0, 0, 2, -12}};
+	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
+	double sum[2] = {0}, mean[2] = {0}, var[2] = {0};
+	struct ct_block block;
+	struct ct_voxel_gaussian k;
+	struct ct_gaussian b;
+
+	for (size_t s = 0; s < 2; s++) {
+		ct_block_init(&block, affine, zero, n, &err);
+		block.blur[1] = s ? 0.8 : 0;
+		fill(f[s], &k, &b, &block, x);
+		for (size_t i = 0; i < COUNT; i++) {
+			sum[s] += f[s][i];
+			mean[s] += f[s][i] * (double)(i / NX % NY);
+		}
+		mean[s] /= sum[s];
+		for (size_t i = 0; i < COUNT; i++)
+			var[s] += f[s][i] * pow((double)(i / NX % NY) - mean[s], 2) / sum[s];
+	}
+	NEAR(sum[1] / sum[0], 1, 1e-4, "a blur keeps the mass");
+	NEAR(var[1] - var[0], 0.8, 2e-3, "and adds its variance");
+}
+
+enum { PIXELS = 24 };
+
+/* RMS, as a part of the peak, of the image of a few Gaussians less the exact projections of their
+ * voxels of `mm`, both without an end. */
+static double off_voxels(const struct ct_stack *scan, double mm)
+{
+	static double want[PIXELS * PIXELS];
+	const size_t m = (size_t)lround(80 / mm), n[3] = {m, m, m}, zero[3] = {0};
+	double *field, sum = 0, peak = 0;
+	struct ct_projector pr;
+	struct ct_vol vol = {0};
+	struct ct_block block;
+	struct ct_camera c;
+
+	must(ct_vol_alloc(&vol, n, &err) || ct_alloc0(&field, m * m * m, sizeof *field, &err));
+	for (int a = 0; a < 3; a++) {
+		vol.affine[a][a] = mm;
+		vol.affine[a][3] = (mm - 80) / 2;
+	}
+	memset(want, 0, sizeof want);
+	must(ct_camera_init(&c, &scan->view[0], scan->beam, PIXELS, PIXELS, &err) ||
+		ct_block_init(&block, vol.affine, zero, n, &err));
+	for (size_t i = 0; i < 3; i++) {
+		double p[3], l[3], q[4];
+		struct ct_voxel_gaussian k;
+		struct ct_gaussian b;
+		struct ct_footprint f;
+
+		for (size_t a = 0; a < 3; a++) {
+			p[a] = 16 * ct_rng_uniform(6, a, i) - 8;
+			l[a] = log(4 + 3 * ct_rng_uniform(6, 3 + a, i));
+		}
+		for (size_t a = 0; a < 4; a++)
+			q[a] = (double)ct_rng_normal(6, 6 + a, i);
+		ct_gaussian_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
+		if (!ct_voxelise_gaussian(&k, &block, &b) || !ct_footprint_ref_of(&f, &c, &b))
+			exit(1);
+		ct_voxelise_ref_draw(field, &block, &k, INFINITY);
+		ct_footprint_ref_draw(want, &c, &f, b.rho, INFINITY);
+	}
+	for (size_t i = 0; i < m * m * m; i++)
+		vol.data[i] = (float)field[i];
+	must(ct_projector_init(&pr, &vol, scan, &err));
+	ct_project(&pr, 0, 1, scan->data, vol.data, NULL);
+	for (size_t i = 0; i < PIXELS * PIXELS; i++) {
+		sum += pow((double)scan->data[i] - want[i], 2);
+		peak = fmax(peak, fabs(want[i]));
+	}
+	free(field);
+	ct_vol_free(&vol);
+	return sqrt(sum / (PIXELS * PIXELS)) / peak;
+}
+
+/* A source so far that cone beam is nearly exact: what is left is the voxels, and goes with them.
+ */
+static void finer(enum ct_beam beam)
+{
+	static const double mm[] = {5, 2.5, 1.25, 0.625};
+	struct ct_stack scan = {0};
+	double off[4];
+
+	must(ct_stack_alloc(&scan, 1, PIXELS, PIXELS, &err));
+	scan.beam = beam;
+	scan.view[0] = (struct ct_view){.source = {-8000, 1000, 500},
+		.centre = {160, -20, -10},
+		.u = {0.25, 2, 0},
+		.v = {0, 0, -2}};
+	for (int i = 0; i < 4; i++)
+		off[i] = off_voxels(&scan, mm[i]);
+	if (!OK(off[1] < off[0] / 2 && off[2] < off[1] / 2 && off[3] < off[2] / 2 && off[3] < 2e-3,
+		    "projections are those of the voxels, the nearer the finer, %s",
+		    ct_beam_name(beam)))
+		printf("# %g %g %g %g\n", off[0], off[1], off[2], off[3]);
+	ct_stack_free(&scan);
+}
+
+int main(void)
+{
+	differences((const double[]){0, 0, 0}, "as it is");
+	differences((const double[]){0.7, 0, 2.5}, "blurred");
+	blur();
+	fast();
+	blocks();
+	mass();
+	finer(CT_CONE);
+	finer(CT_PARALLEL);
+	return tap_done();
+}
