@@ -36,6 +36,17 @@ static void parts(void)
 			same = same && out[i] == (i < n ? in[i] : 0);
 	}
 	OK(same, "the first n lanes are loaded and stored, and no others");
+	same = true;
+	for (size_t n = 0; n <= CT_F32_LANES; n++)
+		for (size_t i = 0; i < CT_F32_LANES; i++)
+			same = same && ct_i32_first(n)[i] == (i < n ? -1 : 0);
+	OK(same, "a mask of the first n lanes");
+	same = true;
+	for (size_t i = 0; i < CT_F32_LANES; i++)
+		same = same && ct_f32_slide(ct_f32_load(in), ct_f32_load(in + CT_F32_LANES))[i] ==
+				       in[CT_F32_LANES + i - 1];
+	OK(same, "the last lane slides in");
+	OK(signbit(ct_f32_set(-0.0f)[0]), "all lanes -0");
 	ct_f64_narrow(out, ct_f64_widen(in + 3) * 2.0);
 	same = true;
 	for (size_t i = 0; i < CT_F64_LANES; i++)
