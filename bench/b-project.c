@@ -93,7 +93,7 @@ static void adjoint(void *arg)
 }
 
 /* Multiply and add on eight registers' worth of numbers: the rate at which arithmetic comes. */
-CT_HOT static void arithmetic(void *arg)
+static void arithmetic(void *arg)
 {
 	float *x = arg;
 

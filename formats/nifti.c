@@ -217,6 +217,7 @@ static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *
 		float *out = v->data + done;
 
 		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
+		ct_mem_touch(out, n * sizeof *out);
 		if (take(s, as_is ? (void *)out : block, n * bytes, e))
 			return -1;
 		if (h->swap)

@@ -2,8 +2,12 @@
 #include "config.h"
 #include "core/mem.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err *e)
 {
@@ -43,6 +47,20 @@ int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e)
 	memset(p, 0, n * size);
 	memcpy(out, &p, sizeof p);
 	return 0;
+}
+
+void ct_mem_touch(void *p, size_t bytes)
+{
+#ifdef MADV_POPULATE_WRITE
+	const size_t page = 4096, begin = (uintptr_t)p % page;
+	const size_t whole = (begin + bytes) / page * page; /* from the page where p is */
+
+	if (whole > 0)
+		(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
+#else
+	(void)p;
+	(void)bytes;
+#endif
 }
 
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e)

@@ -22,6 +22,9 @@ int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err
 int ct_alloc(void *out, size_t n, size_t size, struct ct_err *e);
 /* The same, zeroed. */
 int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e);
+/* These bytes are about to be written: have the system make their pages ready, at less cost than one
+ * by one when they are first written. A hint; nothing changes. */
+void ct_mem_touch(void *p, size_t bytes);
 /* Grow *p (from malloc, realloc or NULL) to hold n elements; *cap is the count it holds now.
  * Grows geometrically; contents kept; on failure *p is untouched. */
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e);

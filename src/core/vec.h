@@ -58,12 +58,22 @@ typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 /* All lanes x. */
 CT_INLINE ct_f32 ct_f32_set(float x)
 {
-	return (ct_f32){0} + x;
+	return x - (ct_f32){0}; /* not +, which would make 0 of -0 */
 }
 
 CT_INLINE ct_f64 ct_f64_set(double x)
 {
-	return (ct_f64){0} + x;
+	return x - (ct_f64){0};
+}
+
+/* A mask of the first n lanes. */
+CT_INLINE ct_i32 ct_i32_first(size_t n)
+{
+	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+	ct_i32 v;
+
+	memcpy(&v, lane, sizeof v);
+	return v < (int32_t)n;
 }
 
 /* Whole vectors, and the first n <= lanes of one (the others 0, or not stored), at any address. */
@@ -86,7 +96,13 @@ CT_INLINE ct_f32 ct_f32_load_n(const float *p, size_t n)
 
 	if (n >= CT_F32_LANES)
 		return ct_f32_load(p);
+#if defined(__AVX512F__)
+	v = (ct_f32)_mm512_maskz_loadu_ps((__mmask16)((1u << n) - 1), p);
+#elif defined(__AVX2__)
+	v = (ct_f32)_mm256_maskload_ps(p, (__m256i)ct_i32_first(n));
+#else
 	memcpy(&v, p, n * sizeof *p);
+#endif
 	return v;
 }
 
@@ -95,7 +111,13 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 	if (n >= CT_F32_LANES)
 		ct_f32_store(p, v);
 	else
+#if defined(__AVX512F__)
+		_mm512_mask_storeu_ps(p, (__mmask16)((1u << n) - 1), (__m512)v);
+#elif defined(__AVX2__)
+		_mm256_maskstore_ps(p, (__m256i)ct_i32_first(n), (__m256)v);
+#else
 		memcpy(p, &v, n * sizeof *p);
+#endif
 }
 
 CT_INLINE ct_f64 ct_f64_load(const double *p)
@@ -156,6 +178,19 @@ CT_INLINE void ct_f64_narrow(float *p, ct_f64 v)
 #endif
 
 	memcpy(p, &h, sizeof h);
+}
+
+/* The last lane of `before`, and all but the last of v. */
+CT_INLINE ct_f32 ct_f32_slide(ct_f32 before, ct_f32 v)
+{
+#if CT_F32_LANES == 16
+	return __builtin_shufflevector(
+		before, v, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30);
+#elif CT_F32_LANES == 8
+	return __builtin_shufflevector(before, v, 7, 8, 9, 10, 11, 12, 13, 14);
+#else
+	return __builtin_shufflevector(before, v, 3, 4, 5, 6);
+#endif
 }
 
 /* Where the mask, all ones or all zeroes a lane, is set: yes; else no. */
@@ -229,6 +264,111 @@ CT_INLINE ct_f64 ct_f64_max(ct_f64 a, ct_f64 b)
 	return (ct_f64)_mm_max_pd((__m128d)a, (__m128d)b);
 #else
 	return ct_f64_pick((ct_i64)(a > b), a, b);
+#endif
+}
+
+CT_INLINE ct_i32 ct_i32_max(ct_i32 a, ct_i32 b)
+{
+#if defined(__AVX512F__)
+	return (ct_i32)_mm512_max_epi32((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+	return (ct_i32)_mm256_max_epi32((__m256i)a, (__m256i)b);
+#elif defined(__x86_64__)
+	return (ct_i32)_mm_max_epi32((__m128i)a, (__m128i)b);
+#else
+	return ((a > b) & a) | (~(a > b) & b);
+#endif
+}
+
+CT_INLINE ct_i32 ct_i32_min(ct_i32 a, ct_i32 b)
+{
+	return ~ct_i32_max(~a, ~b);
+}
+
+/* from, from + 1 and so on. */
+CT_INLINE ct_i32 ct_i32_count(int32_t from)
+{
+	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+	ct_i32 v;
+
+	memcpy(&v, lane, sizeof v);
+	return v + from;
+}
+
+/* t[at] of each lane, from tables of 1, 2 and 4 registers, which are read whole: `at` counts modulo
+ * their length. */
+CT_INLINE ct_f32 ct_f32_table(const float *t, ct_i32 at)
+{
+#if defined(__clang__)
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l] & (CT_F32_LANES - 1)];
+	return v;
+#else
+	return __builtin_shuffle(ct_f32_load(t), at);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_table2(const float *t, ct_i32 at)
+{
+#if defined(__clang__)
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l] & (2 * CT_F32_LANES - 1)];
+	return v;
+#else
+	return __builtin_shuffle(ct_f32_load(t), ct_f32_load(t + CT_F32_LANES), at);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_table4(const float *t, ct_i32 at)
+{
+	return ct_f32_pick((at & (2 * CT_F32_LANES)) != 0, ct_f32_table2(t + 2 * CT_F32_LANES, at),
+		ct_f32_table2(t, at));
+}
+
+/* t[at], from anywhere: much slower. */
+CT_INLINE ct_f32 ct_f32_gather(const float *t, ct_i32 at)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_i32gather_ps((__m512i)at, t, 4);
+#elif defined(__AVX2__)
+	return (ct_f32)_mm256_i32gather_ps(t, (__m256i)at, 4);
+#else
+	ct_f32 v;
+
+	for (int l = 0; l < CT_F32_LANES; l++)
+		v[l] = t[at[l]];
+	return v;
+#endif
+}
+
+/* *t0 = t[at], *t1 = t[at + 1]: read together where that is faster. */
+CT_INLINE void ct_f32_gather2(ct_f32 *t0, ct_f32 *t1, const float *t, ct_i32 at)
+{
+#if defined(__AVX2__) && !defined(__AVX512F__)
+	const __m256i even = _mm256_permute4x64_epi64((__m256i)at, 0xd8); /* 0 1 4 5, 2 3 6 7 */
+	const __m256 p = _mm256_castpd_ps(_mm256_i32gather_pd(
+		(const double *)(const void *)t, _mm256_castsi256_si128(even), 4));
+	const __m256 q = _mm256_castpd_ps(_mm256_i32gather_pd(
+		(const double *)(const void *)t, _mm256_extracti128_si256(even, 1), 4));
+
+	*t0 = (ct_f32)_mm256_shuffle_ps(p, q, 0x88);
+	*t1 = (ct_f32)_mm256_shuffle_ps(p, q, 0xdd);
+#elif defined(__x86_64__) && !defined(__AVX2__)
+	__m128 p = {0}, q = {0};
+
+	p = _mm_loadl_pi(p, (const __m64 *)(const void *)(t + at[0]));
+	p = _mm_loadh_pi(p, (const __m64 *)(const void *)(t + at[1]));
+	q = _mm_loadl_pi(q, (const __m64 *)(const void *)(t + at[2]));
+	q = _mm_loadh_pi(q, (const __m64 *)(const void *)(t + at[3]));
+	*t0 = (ct_f32)_mm_shuffle_ps(p, q, 0x88);
+	*t1 = (ct_f32)_mm_shuffle_ps(p, q, 0xdd);
+#else
+	*t0 = ct_f32_gather(t, at);
+	*t1 = ct_f32_gather(t + 1, at);
 #endif
 }
 

@@ -139,7 +139,7 @@ void ct_affine_rescale(double dst[3][4], const double src[3][4], const double fa
 		double shift = src[r][3];
 
 		for (int a = 0; a < 3; a++) {
-			shift += src[r][a] * (0.5 / factor[a] - 0.5);
+			shift += src[r][a] * ct_cell_index(ct_cell_centre(0) / factor[a]);
 			dst[r][a] = src[r][a] / factor[a];
 		}
 		dst[r][3] = shift;

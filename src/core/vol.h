@@ -37,9 +37,21 @@ int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e);
 int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e);
 /* CT_ENUMERIC naming the first voxel that is NaN or infinite. */
 int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e);
+/* Voxels are cells: along an axis voxel k reaches from k to k + 1. Where its centre is then, and
+ * the index, whole at centres, of such a place. Nothing else knows of the half voxel between. */
+static inline double ct_cell_centre(double k)
+{
+	return k + 0.5;
+}
+
+static inline double ct_cell_index(double at)
+{
+	return at - 0.5;
+}
+
 /* The affine of the cell-centred grid that `factor` per axis refines (factor 4: four times
- * as many voxels) or coarsens (1/4): the field of view stays. HR voxel k of an s-fold grid has its
- * centre at LR index (k + 0.5)/s - 0.5. The only place that knows this. dst may be src. */
+ * as many voxels) or coarsens (1/4): the field of view stays. Voxel k of an s-fold grid has its
+ * centre at index ct_cell_index(ct_cell_centre(k) / s) of the coarse one. dst may be src. */
 void ct_affine_rescale(double dst[3][4], const double src[3][4], const double factor[static 3]);
 
 #endif

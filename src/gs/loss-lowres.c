@@ -42,8 +42,9 @@ static int smooth_taps(struct ct_taps *t, size_t n, double v, struct ct_err *e)
 			for (size_t p = 1; p < n; p++) {
 				double f = M_PI * (double)p / (double)n;
 
-				sum += 2 * exp(-0.5 * v * f * f) * cos(f * ((double)i + 0.5)) *
-				       cos(f * ((double)k + 0.5));
+				sum += 2 * exp(-0.5 * v * f * f) *
+				       cos(f * ct_cell_centre((double)i)) *
+				       cos(f * ct_cell_centre((double)k));
 			}
 			ct_taps_add(t, i, k, sum / (double)n);
 		}

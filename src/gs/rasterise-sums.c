@@ -155,13 +155,13 @@ CT_INLINE void sums_steep(float a[8], const float *p, size_t pitch, size_t w, in
 }
 
 /* out[k] of each piece's Gaussian += its sums. */
-CT_INLINE void sums_batch(double *out, size_t stride, struct tally *t, const float *g, size_t pitch,
-	size_t w, struct batch *o)
+CT_INLINE void sums_batch(double *out, size_t stride, struct tally *t, const float *g, size_t skip,
+	size_t pitch, size_t w, struct batch *o)
 {
 	close_batch(o, w);
 	for (size_t i = 0; i < o->n; i++) {
 		const struct piece p = {o->y[i], o->lo[i], o->hi[i]};
-		const float *at = g + (size_t)o->r[i] * pitch;
+		const float *at = g + t->of[i] * skip + (size_t)o->r[i] * pitch;
 		const bool walks = gentle(o->d[i]);
 		float a[8];
 
@@ -188,8 +188,8 @@ CT_INLINE void sums_batch(double *out, size_t stride, struct tally *t, const flo
 	o->n = 0;
 }
 
-void CT_SIMD_HERE(ct_rasterise_sums)(double *out, size_t stride, const float *g, size_t pitch,
-	size_t w, size_t n, const struct ct_pixel_gaussian *all)
+void CT_SIMD_HERE(ct_rasterise_sums)(double *out, size_t stride, const float *g, size_t skip,
+	size_t pitch, size_t w, size_t n, const struct ct_pixel_gaussian *all)
 {
 	struct tally t;
 	struct batch o;
@@ -205,8 +205,8 @@ void CT_SIMD_HERE(ct_rasterise_sums)(double *out, size_t stride, const float *g,
 			push(&o, r, next - r, all + i);
 			r = next;
 			if (o.n == BATCH)
-				sums_batch(out, stride, &t, g, pitch, w, &o);
+				sums_batch(out, stride, &t, g, skip, pitch, w, &o);
 		}
 	}
-	sums_batch(out, stride, &t, g, pitch, w, &o);
+	sums_batch(out, stride, &t, g, skip, pitch, w, &o);
 }

@@ -51,9 +51,10 @@ CT_SIMD_DECLARE(void, ct_rasterise_add,
 	(float *img, size_t pitch, size_t w, size_t r0, size_t r1, size_t n, const uint32_t *item,
 		const struct ct_pixel_gaussian *d));
 /* s[6][stride]: for each of n Gaussians the sums of g e {1, x, y, x^2, x y, y^2}, g laid out as
- * img; what lies beyond column w must be finite. */
+ * img, that of each Gaussian `skip` floats after that of the one before (0: all have the same);
+ * what lies beyond column w must be finite. */
 CT_SIMD_DECLARE(void, ct_rasterise_sums,
-	(double *s, size_t stride, const float *g, size_t pitch, size_t w, size_t n,
+	(double *s, size_t stride, const float *g, size_t skip, size_t pitch, size_t w, size_t n,
 		const struct ct_pixel_gaussian *d));
 
 #endif

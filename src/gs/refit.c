@@ -3,6 +3,7 @@
 #include "gs/refit.h"
 #include "core/mem.h"
 #include "gs/activation.h"
+#include "solve/cg.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,15 +14,16 @@ struct refit {
 	const struct ct_fit_data *d;
 	struct ct_loss_total *w;
 	const struct ct_env *env;
-	double *x, *r, *p, *q, *unit; /* a number a Gaussian; unit: rho of an unknown 1 */
-	float *low, *dlow;            /* all coarse voxels, padded */
-	struct ct_block block;        /* of them */
+	struct ct_cg cg;       /* x: the unknowns, a number a Gaussian */
+	double *q, *unit;      /* A^T W A of the direction; rho of an unknown 1 */
+	float *low, *dlow;     /* all coarse voxels, padded */
+	struct ct_block block; /* of them */
 };
 
-static void set_density(const struct refit *s, const double *x)
+static void set_density(const struct refit *s, const float *x)
 {
 	for (size_t i = 0; i < s->f->g.n; i++)
-		s->w->gaussian[i].rho = x[i] * s->unit[i];
+		s->w->gaussian[i].rho = (double)x[i] * s->unit[i];
 }
 
 /* w->dimg = gain * (view k of what is drawn - want), want y without the base, or 0; times w. */
@@ -79,7 +81,7 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 }
 
 /* out = A^T W (A x - b), b = 0 unless `want`. */
-static int normal(const struct refit *s, double *out, const double *x, bool want, struct ct_err *e)
+static int normal(const struct refit *s, double *out, const float *x, bool want, struct ct_err *e)
 {
 	const struct ct_stack *y = s->d->target;
 	double c = 2 / s->f->extent, gain = c * c / (s->f->mean_weight * (double)ct_stack_count(y));
@@ -98,46 +100,49 @@ static int normal(const struct refit *s, double *out, const double *x, bool want
 	return s->w->low.want ? lowres(s, out, want, e) : 0;
 }
 
-static double dot(size_t n, const double *a, const double *b)
+static int along(
+	void *ctx, double *curve, const float *d, const struct ct_env *env, struct ct_err *e)
 {
-	double sum = 0;
+	const struct refit *s = ctx;
 
-	for (size_t i = 0; i < n; i++)
-		sum += a[i] * b[i];
-	return sum;
+	(void)env;
+	if (normal(s, s->q, d, false, e))
+		return -1;
+	*curve = 0;
+	for (size_t i = 0; i < s->cg.n; i++)
+		*curve += (double)d[i] * s->q[i];
+	return 0;
+}
+
+static int moved(void *ctx, float *slope, double alpha, const struct ct_env *env, struct ct_err *e)
+{
+	const struct refit *s = ctx;
+
+	(void)env, (void)e;
+	for (size_t i = 0; i < s->cg.n; i++)
+		slope[i] = (float)((double)slope[i] - alpha * s->q[i]);
+	return 0;
 }
 
 static int solve(struct refit *s, struct ct_err *e)
 {
-	size_t n = s->f->g.n, steps = s->f->opt.refit;
-	double rr, first;
+	size_t steps = s->f->opt.refit;
+	bool done = false;
+	double first;
 
-	if (normal(s, s->r, s->x, true, e))
+	if (normal(s, s->q, s->cg.x, true, e))
 		return -1;
-	for (size_t i = 0; i < n; i++)
-		s->p[i] = s->r[i] = -s->r[i];
-	first = rr = dot(n, s->r, s->r);
-	for (size_t k = 0; k < steps && rr > 0; k++) {
-		double pq, alpha, next;
-
+	for (size_t i = 0; i < s->cg.n; i++)
+		s->cg.s[i] = -(float)s->q[i];
+	ct_cg_begin(&s->cg, s->env->par);
+	first = s->cg.gamma;
+	for (size_t k = 0; k < steps && !done; k++) {
 		ct_progress(s->env, "densities", k, steps);
-		if (normal(s, s->q, s->p, false, e))
+		if (ct_cg_step(&s->cg, &done, s->env, e))
 			return -1;
-		pq = dot(n, s->p, s->q);
-		if (!(pq > 0) || !isfinite(pq))
-			break;
-		alpha = rr / pq;
-		for (size_t i = 0; i < n; i++) {
-			s->x[i] += alpha * s->p[i];
-			s->r[i] -= alpha * s->q[i];
-		}
-		next = dot(n, s->r, s->r);
-		for (size_t i = 0; i < n; i++)
-			s->p[i] = s->r[i] + next / rr * s->p[i];
-		rr = next;
 	}
 	ct_log(s->env, CT_INFO, "densities: %zu steps, gradient %.3g of what it was", steps,
-		first > 0 ? sqrt(rr / first) : 0);
+		first > 0 ? sqrt(s->cg.gamma / first) : 0);
 	return 0;
 }
 
@@ -163,12 +168,13 @@ static int measure(const struct refit *s, struct ct_err *e)
 static int alloc(struct refit *s, struct ct_err *e)
 {
 	const size_t zero[3] = {0}, *m = s->w->low.n;
-	double **const part[] = {&s->x, &s->r, &s->p, &s->q, &s->unit};
 	size_t n = s->f->g.n, low = ct_rasterise_pitch(m[0]) * m[1] * m[2];
 
-	for (size_t k = 0; k < sizeof part / sizeof *part; k++)
-		if (ct_alloc(part[k], n, sizeof(double), e))
-			return -1;
+	s->cg = (struct ct_cg){.n = n, .along = along, .moved = moved, .ctx = s};
+	if (ct_alloc(&s->cg.x, n, sizeof(float), e) || ct_alloc(&s->cg.d, n, sizeof(float), e) ||
+		ct_alloc(&s->cg.s, n, sizeof(float), e) || ct_alloc(&s->q, n, sizeof(double), e) ||
+		ct_alloc(&s->unit, n, sizeof(double), e))
+		return -1;
 	if (!s->w->low.want)
 		return 0;
 	return ct_loss_lowres_block(&s->block, &s->w->low, zero, m, e) ||
@@ -192,18 +198,18 @@ int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_
 		const double *l = w->gaussian[i].s;
 
 		s.unit[i] = pow(f->extent / 2, 2) / pow(l[0] * l[1] * l[2], 2.0 / 3);
-		s.x[i] = w->gaussian[i].rho / s.unit[i];
+		s.cg.x[i] = (float)(w->gaussian[i].rho / s.unit[i]);
 	}
 	if (solve(&s, e))
 		goto out;
 	for (size_t i = 0; i < g->n; i++)
-		g->raw[i] =
-			(float)ct_activation_inverse(g->activation, g->gamma, s.x[i] * s.unit[i]);
+		g->raw[i] = (float)ct_activation_inverse(
+			g->activation, g->gamma, (double)s.cg.x[i] * s.unit[i]);
 	rc = measure(&s, e);
 out:
-	free(s.x);
-	free(s.r);
-	free(s.p);
+	free(s.cg.x);
+	free(s.cg.d);
+	free(s.cg.s);
 	free(s.q);
 	free(s.unit);
 	free(s.low);

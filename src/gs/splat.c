@@ -182,7 +182,7 @@ static void backward_some(void *arg, size_t chunk, size_t worker)
 		for (size_t i = end - first; i < CT_GS_CHUNK; i++)
 			sums[k * CT_GS_CHUNK + i] = 0;
 	CT_SIMD(ct_rasterise_sums)
-	(sums, CT_GS_CHUNK, j->dimg, ct_rasterise_pitch(c->w), c->w, end - first,
+	(sums, CT_GS_CHUNK, j->dimg, 0, ct_rasterise_pitch(c->w), c->w, end - first,
 		j->s->footprint + first);
 	CT_SIMD(ct_splat_kernels_backward)(j->grad, j->s, j->b, j->set, first, end, sums);
 }

@@ -7,8 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Slices that one task fills; slabs between words of progress; Gaussians rendered at a time. */
-enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18 };
+/* Slices that one task fills; slabs between words of progress; Gaussians rendered at a time; in how
+ * many slices, or of how many Gaussians in a slice, they are drawn or summed together. */
+enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18, WAIT = 64 };
 
 static double dot(const double a[static 3], const double b[static 3])
 {
@@ -195,25 +196,42 @@ static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 	return true;
 }
 
-void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t first, size_t end)
+/* Slices [first, end), at most SLAB. What Gaussians are in a slice waits there until it is drawn
+ * together, in order of index. */
+static void draw_slab(float *out, const struct ct_voxelise *v, size_t first, size_t end)
 {
 	const struct ct_block *k = &v->block;
-	size_t slice = ct_voxelise_slice(k);
+	const size_t slice = ct_voxelise_slice(k), pitch = ct_rasterise_pitch(k->n[0]);
+	struct ct_pixel_gaussian wait[SLAB][WAIT];
+	size_t n[SLAB] = {0};
 
-	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t i = 0; i < v->n; i++) {
 		const struct ct_voxel_gaussian *b = &v->item[i];
-		size_t s0 = (size_t)b->slice[0], s1 = (size_t)b->slice[1];
+		size_t s = (size_t)b->slice[0] > first ? (size_t)b->slice[0] : first;
 
-		for (size_t s = s0 > first ? s0 : first; s < s1 && s < end; s++) {
-			struct ct_pixel_gaussian d;
+		for (; s < (size_t)b->slice[1] && s < end; s++) {
+			size_t at = s - first;
 
-			if (slice_of(&d, k, b, s))
-				CT_SIMD(ct_rasterise_add)
-			(out + (s - first) * slice, ct_rasterise_pitch(k->n[0]), k->n[0], 0,
-				k->n[1], 1, NULL, &d);
+			if (!slice_of(&wait[at][n[at]], k, b, s) || ++n[at] < WAIT)
+				continue;
+			CT_SIMD(ct_rasterise_add)
+			(out + at * slice, pitch, k->n[0], 0, k->n[1], WAIT, NULL, wait[at]);
+			n[at] = 0;
 		}
 	}
+	for (size_t at = 0; at < end - first; at++) {
+		CT_SIMD(ct_rasterise_add)
+		(out + at * slice, pitch, k->n[0], 0, k->n[1], n[at], NULL, wait[at]);
+	}
+}
+
+void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t first, size_t end)
+{
+	size_t slice = ct_voxelise_slice(&v->block);
+
+	memset(out, 0, (end - first) * slice * sizeof *out);
+	for (size_t s = first; s < end; s += SLAB)
+		draw_slab(out + (s - first) * slice, v, s, end - s < SLAB ? end : s + SLAB);
 }
 
 struct draw {
@@ -385,6 +403,33 @@ struct job {
 	const float *df;
 };
 
+/* s += moments of slices `first` on, at most WAIT. */
+static void sum_slices(
+	double s[static 10], const struct job *j, const struct ct_voxel_gaussian *b, size_t first)
+{
+	const struct ct_block *k = &j->v->block;
+	const size_t slice = ct_voxelise_slice(k), left = (size_t)b->slice[1] - first;
+	const size_t n = left < WAIT ? left : WAIT;
+	struct ct_pixel_gaussian d[WAIT];
+	double sums[6][WAIT];
+
+	for (size_t i = 0; i < n; i++)
+		if (!slice_of(&d[i], k, b, first + i))
+			d[i].first = d[i].end = 0;
+	CT_SIMD(ct_rasterise_sums)
+	(sums[0], WAIT, j->df + first * slice, slice, ct_rasterise_pitch(k->n[0]), k->n[0], n, d);
+	for (size_t i = 0; i < n; i++) {
+		double z = (double)(first + i) - b->m[2], fall = exp(-z * z / b->var[2] / 2);
+		double part[6];
+
+		if (d[i].first == d[i].end)
+			continue;
+		for (int m = 0; m < 6; m++)
+			part[m] = fall * sums[m][i];
+		gather(s, part, z);
+	}
+}
+
 static void one(void *arg, size_t at, size_t worker)
 {
 	const struct job *j = arg;
@@ -394,19 +439,8 @@ static void one(void *arg, size_t at, size_t worker)
 	struct ct_gaussian_gradient g;
 
 	(void)worker;
-	for (size_t sl = (size_t)b->slice[0]; sl < (size_t)b->slice[1]; sl++) {
-		double z = (double)sl - b->m[2], sums[6], fall = exp(-z * z / b->var[2] / 2);
-		struct ct_pixel_gaussian d;
-
-		if (!slice_of(&d, k, b, sl))
-			continue;
-		CT_SIMD(ct_rasterise_sums)
-		(sums, 1, j->df + sl * ct_voxelise_slice(k), ct_rasterise_pitch(k->n[0]), k->n[0],
-			1, &d);
-		for (int i = 0; i < 6; i++)
-			sums[i] *= fall;
-		gather(s, sums, z);
-	}
+	for (size_t first = (size_t)b->slice[0]; first < (size_t)b->slice[1]; first += WAIT)
+		sum_slices(s, j, b, first);
 	for (int a = 0; a < 4; a++)
 		q[a] = (double)j->set->rot[a][b->index];
 	ct_voxelise_backward_one(&g, k, b, &j->b[b->index], s);

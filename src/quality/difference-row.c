@@ -5,30 +5,16 @@
 
 enum { LANES = CT_F64_LANES };
 
-/* Where the voxels of a vector, and the neighbours of each, are; `below` and `behind` are 0 where
- * there are none, else 1. */
-struct place {
-	const float *ref, *test, *mask;
-	size_t down, next;
-	double below, behind;
-};
-
-struct sums {
-	struct ct_sum8 count, square, abs, diff, mapped, pairs[3], gradient[3];
-	ct_f64 max;
-	ct_f64 top;
-};
-
-/* d = test - ref of the voxels that are `at` voxels on. */
-CT_INLINE ct_f64 difference(const struct place *p, size_t at)
+/* d = test - ref. */
+CT_INLINE ct_f64 difference(const float *ref, const float *test)
 {
-	return ct_f64_widen(p->test + at) - ct_f64_widen(p->ref + at);
+	return ct_f64_widen(test) - ct_f64_widen(ref);
 }
 
-/* 1 where they count, else 0. */
-CT_INLINE ct_f64 weight(const struct place *p, size_t at)
+/* 1 where the mask is not 0, else 0. */
+CT_INLINE ct_f64 weight(const float *mask)
 {
-	const ct_i64 counts = ct_f64_widen(p->mask + at) != 0.0;
+	const ct_i64 counts = ct_f64_widen(mask) != 0.0;
 
 	return (ct_f64)(counts & (ct_i64)ct_f64_set(1));
 }
@@ -40,100 +26,6 @@ CT_INLINE ct_f64 clip(ct_f64 v, const struct ct_ssim_map *map)
 	return ct_f64_min(x, ct_f64_set(map->hi)) - map->zero;
 }
 
-/* The terms of LANES voxels, to part q of the sums. Without a mask count and pairs are not added
- * up. */
-CT_INLINE void add_some(struct sums *s, const size_t q, const struct place *p,
-	const struct ct_ssim_map *map, const bool masked)
-{
-	const ct_f64 ref = ct_f64_widen(p->ref), test = ct_f64_widen(p->test), d = test - ref;
-	const ct_f64 m = clip(test, map) - clip(ref, map);
-	const ct_f64 gi = difference(p, 1) - d, gj = difference(p, p->down) - d;
-	const ct_f64 gk = difference(p, p->next) - d;
-	ct_f64 wd = d, a;
-
-	if (masked) {
-		const ct_f64 w = weight(p, 0), pi = w * weight(p, 1);
-		const ct_f64 pj = w * (weight(p, p->down) * p->below);
-		const ct_f64 pk = w * (weight(p, p->next) * p->behind);
-
-		wd = w * d;
-		s->count.part[q] += w;
-		s->pairs[0].part[q] += pi;
-		s->pairs[1].part[q] += pj;
-		s->pairs[2].part[q] += pk;
-		s->mapped.part[q] += w * m * m;
-		s->gradient[0].part[q] += pi * gi * gi;
-		s->gradient[1].part[q] += pj * gj * gj;
-		s->gradient[2].part[q] += pk * gk * gk;
-	} else {
-		s->mapped.part[q] += m * m;
-		s->gradient[0].part[q] += gi * gi;
-		s->gradient[1].part[q] += gj * gj;
-		s->gradient[2].part[q] += gk * gk;
-	}
-	a = ct_f64_abs(wd);
-	s->square.part[q] += wd * d;
-	s->abs.part[q] += a;
-	s->diff.part[q] += wd;
-	s->max = ct_f64_max(a, s->max);
-	s->top = ct_f64_max(ct_f64_max(ct_f64_abs(ref), ct_f64_abs(test)), s->top);
-}
-
-CT_INLINE void add_eight(
-	struct sums *s, const struct place *at, const struct ct_ssim_map *map, const bool masked)
-{
-	struct place p = *at;
-
-#pragma GCC unroll 4
-	for (size_t q = 0; q < CT_SUM_PARTS; q++) {
-		add_some(s, q, &p, map, masked);
-		p.ref += LANES;
-		p.test += LANES;
-		p.mask += masked ? LANES : 0;
-	}
-}
-
-/* The last n <= CT_SUM_LANES voxels of a row, from a copy that ends in voxels that do not count. */
-static void add_last(
-	struct sums *s, const struct place *at, size_t n, const struct ct_ssim_map *map)
-{
-	enum { ROW = 2 * CT_SUM_LANES };
-	float ref[3 * ROW] = {0}, test[3 * ROW] = {0}, mask[3 * ROW] = {0};
-	const size_t from[3] = {0, at->down, at->next};
-	struct place p = *at;
-
-	for (size_t k = 0; k < 3; k++)
-		for (size_t i = 0; i < n; i++) {
-			ref[k * ROW + i] = at->ref[from[k] + i];
-			test[k * ROW + i] = at->test[from[k] + i];
-			mask[k * ROW + i] = at->mask ? at->mask[from[k] + i] : 1;
-		}
-	p.ref = ref;
-	p.test = test;
-	p.mask = mask;
-	p.down = ROW;
-	p.next = 2 * ROW;
-	add_eight(s, &p, map, true);
-}
-
-/* All voxels but the last ones; returns how many. */
-CT_INLINE size_t add_most(struct sums *s, const struct place *at, size_t n,
-	const struct ct_ssim_map *map, const bool masked)
-{
-	struct sums sum = *s; /* in registers */
-	struct place p = *at;
-	size_t i = 0;
-
-	for (; i + CT_SUM_LANES < n; i += CT_SUM_LANES) { /* each has a neighbour */
-		add_eight(&sum, &p, map, masked);
-		p.ref += CT_SUM_LANES;
-		p.test += CT_SUM_LANES;
-		p.mask += masked ? CT_SUM_LANES : 0;
-	}
-	*s = sum;
-	return i;
-}
-
 CT_INLINE double largest(ct_f64 v)
 {
 	double most = 0;
@@ -143,31 +35,174 @@ CT_INLINE double largest(ct_f64 v)
 	return most;
 }
 
-void CT_SIMD_HERE(ct_difference_row_sum)(
-	struct ct_sums *o, const struct ct_difference_row *r, const struct ct_ssim_map *map)
-{
-	const struct ct_difference_row row = *r;
-	const struct ct_ssim_map m = *map;
-	struct place p = {row.ref, row.test, row.mask, row.down, row.next, row.down ? 1 : 0,
-		row.next ? 1 : 0};
-	struct sums s = {0};
-	size_t done =
-		row.mask ? add_most(&s, &p, row.n, &m, true) : add_most(&s, &p, row.n, &m, false);
-	const double most = row.mask ? 0 : (double)done;
+struct sums {
+	struct ct_sum8 count, square, abs, diff, mapped;
+	ct_f64 max, top;
+};
 
-	p.ref += done;
-	p.test += done;
-	p.mask += row.mask ? done : 0;
-	add_last(&s, &p, row.n - done, &m);
-	o->count = ct_sum8_total(&s.count) + most;
+/* CT_SUM_LANES voxels from i on. Without a mask count is not added up. */
+CT_INLINE void sum_eight(struct sums *s, double *d, const float *ref, const float *test,
+	const float *mask, const struct ct_ssim_map *map, const bool masked)
+{
+#pragma GCC unroll 4
+	for (size_t q = 0; q < CT_SUM_PARTS; q++) {
+		const ct_f64 a = ct_f64_widen(ref + q * LANES), b = ct_f64_widen(test + q * LANES);
+		const ct_f64 delta = b - a, m = clip(b, map) - clip(a, map);
+		ct_f64 counted = delta, square = m * m;
+
+		if (masked) {
+			const ct_f64 w = weight(mask + q * LANES);
+
+			counted = w * delta;
+			square = w * m * m;
+			s->count.part[q] += w;
+		}
+		ct_f64_store(d + q * LANES, delta);
+		s->square.part[q] += counted * delta;
+		s->abs.part[q] += ct_f64_abs(counted);
+		s->diff.part[q] += counted;
+		s->mapped.part[q] += square;
+		s->max = ct_f64_max(ct_f64_abs(counted), s->max);
+		s->top = ct_f64_max(ct_f64_max(ct_f64_abs(a), ct_f64_abs(b)), s->top);
+	}
+}
+
+/* All but the last n % CT_SUM_LANES voxels; returns how many. */
+CT_INLINE size_t sum_most(struct sums *s, double *d, const struct ct_difference_row *r,
+	const struct ct_ssim_map *map, const bool masked)
+{
+	const size_t n = r->n / CT_SUM_LANES * CT_SUM_LANES;
+	const float *ref = r->ref, *test = r->test, *mask = r->mask;
+	const struct ct_ssim_map m = *map;
+	struct sums sum = *s; /* in registers */
+
+	for (size_t i = 0; i < n; i += CT_SUM_LANES)
+		sum_eight(&sum, d + i, ref + i, test + i, masked ? mask + i : NULL, &m, masked);
+	*s = sum;
+	return n;
+}
+
+void CT_SIMD_HERE(ct_difference_row_sum)(struct ct_sums *o, double *d,
+	const struct ct_difference_row *r, const struct ct_ssim_map *map)
+{
+	float ref[CT_SUM_LANES] = {0}, test[CT_SUM_LANES] = {0}, mask[CT_SUM_LANES] = {0};
+	struct sums s = {0};
+	const size_t done =
+		r->mask ? sum_most(&s, d, r, map, true) : sum_most(&s, d, r, map, false);
+
+	for (size_t i = done; i < r->n; i++) {
+		ref[i - done] = r->ref[i];
+		test[i - done] = r->test[i];
+		mask[i - done] = r->mask ? r->mask[i] : 1;
+	}
+	sum_eight(&s, d + done, ref, test, mask, map, true);
+	o->count = ct_sum8_total(&s.count) + (r->mask ? 0 : (double)done);
 	o->square = ct_sum8_total(&s.square);
 	o->abs = ct_sum8_total(&s.abs);
 	o->diff = ct_sum8_total(&s.diff);
 	o->mapped = ct_sum8_total(&s.mapped);
 	o->max = largest(s.max);
 	o->top = largest(s.top);
+}
+
+/* Where the voxels of a vector, and the neighbours of each, are. */
+struct place {
+	const double *d, *down;  /* of this row and the next */
+	const float *ref, *test; /* of the next slice */
+	const float *mask, *mask_down, *mask_next;
+	double under, behind; /* 0 if there is no next row, no next slice; else 1 */
+};
+
+struct pairs {
+	struct ct_sum8 pairs[3], gradient[3];
+};
+
+/* Without a mask pairs are not added up. */
+CT_INLINE void pair_eight(struct pairs *s, const struct place *p, size_t at, const bool masked)
+{
+#pragma GCC unroll 4
+	for (size_t q = 0; q < CT_SUM_PARTS; q++) {
+		const size_t i = at + q * LANES;
+		const ct_f64 d = ct_f64_load(p->d + i), gi = ct_f64_load(p->d + i + 1) - d;
+		const ct_f64 gj = ct_f64_load(p->down + i) - d;
+		const ct_f64 gk = difference(p->ref + i, p->test + i) - d;
+
+		if (masked) {
+			const ct_f64 w = weight(p->mask + i), pi = w * weight(p->mask + i + 1);
+			const ct_f64 pj = w * (weight(p->mask_down + i) * p->under);
+			const ct_f64 pk = w * (weight(p->mask_next + i) * p->behind);
+
+			s->pairs[0].part[q] += pi;
+			s->pairs[1].part[q] += pj;
+			s->pairs[2].part[q] += pk;
+			s->gradient[0].part[q] += pi * gi * gi;
+			s->gradient[1].part[q] += pj * gj * gj;
+			s->gradient[2].part[q] += pk * gk * gk;
+		} else {
+			s->gradient[0].part[q] += gi * gi;
+			s->gradient[1].part[q] += gj * gj;
+			s->gradient[2].part[q] += gk * gk;
+		}
+	}
+}
+
+/* All voxels but the last ones, so that each has a neighbour; returns how many. */
+CT_INLINE size_t pair_most(struct pairs *s, const struct place *at, size_t n, const bool masked)
+{
+	const size_t most = (n - 1) / CT_SUM_LANES * CT_SUM_LANES;
+	const struct place p = *at;
+	struct pairs sum = *s; /* in registers */
+
+	for (size_t i = 0; i < most; i += CT_SUM_LANES)
+		pair_eight(&sum, &p, i, masked);
+	*s = sum;
+	return most;
+}
+
+/* The last voxels, from a copy that ends in voxels that do not count. */
+static void pair_last(struct pairs *s, const struct place *at, size_t done, size_t n)
+{
+	enum { ROW = 2 * CT_SUM_LANES };
+	float ref[ROW] = {0}, test[ROW] = {0}, mask[3][ROW] = {{0}};
+	struct place p = *at;
+
+	for (size_t i = 0; done + i < n; i++) {
+		ref[i] = at->ref[done + i];
+		test[i] = at->test[done + i];
+		mask[0][i] = at->mask ? at->mask[done + i] : 1;
+		mask[1][i] = at->mask ? at->mask_down[done + i] : 1;
+		mask[2][i] = at->mask ? at->mask_next[done + i] : 1;
+	}
+	p.d += done;
+	p.down += done;
+	p.ref = ref;
+	p.test = test;
+	p.mask = mask[0];
+	p.mask_down = mask[1];
+	p.mask_next = mask[2];
+	pair_eight(s, &p, 0, true);
+}
+
+void CT_SIMD_HERE(ct_difference_row_pairs)(
+	struct ct_sums *o, const double *d, const double *down, const struct ct_difference_row *r)
+{
+	const struct place p = {.d = d,
+		.down = r->down ? down : d,
+		.ref = r->ref + r->next,
+		.test = r->test + r->next,
+		.mask = r->mask,
+		.mask_down = r->mask ? r->mask + r->down : NULL,
+		.mask_next = r->mask ? r->mask + r->next : NULL,
+		.under = r->down ? 1 : 0,
+		.behind = r->next ? 1 : 0};
+	struct pairs s = {0};
+	const size_t done =
+		r->mask ? pair_most(&s, &p, r->n, true) : pair_most(&s, &p, r->n, false);
+	const double most = r->mask ? 0 : (double)done;
+
+	pair_last(&s, &p, done, r->n);
 	o->pairs[0] = ct_sum8_total(&s.pairs[0]) + most;
-	o->pairs[1] = ct_sum8_total(&s.pairs[1]) + most * p.below;
+	o->pairs[1] = ct_sum8_total(&s.pairs[1]) + most * p.under;
 	o->pairs[2] = ct_sum8_total(&s.pairs[2]) + most * p.behind;
 	for (size_t a = 0; a < 3; a++)
 		o->gradient[a] = ct_sum8_total(&s.gradient[a]);

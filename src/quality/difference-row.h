@@ -4,16 +4,25 @@
 #include "core/simd.h"
 #include "quality/difference.h"
 
-/* n voxels of the row, of n > 0. What lies at an offset of `down` and `next` voxels is the next row
- * and the same row of the next slice; 0 where there is none. */
+/* n > 0 voxels of a row. What lies at an offset of `down` and `next` voxels is the next row and the
+ * same row of the next slice; 0 where there is none. */
 struct ct_difference_row {
 	size_t n, down, next;
 	const float *ref, *test, *mask; /* mask NULL: all count */
 };
 
-/* The sums of the row; `mapped` lacks the factor map->scale^2. */
+/* Numbers of test - ref of a row of n, which end in zeros. */
+#define CT_DIFFERENCE_PITCH(n) (((n) + 15) / 8 * 8)
+
+/* d = test - ref; and of the sums those that need no neighbour. `mapped` lacks the factor
+ * map->scale^2. */
 CT_SIMD_DECLARE(void, ct_difference_row_sum,
-	(struct ct_sums * s, const struct ct_difference_row *r, const struct ct_ssim_map *map));
+	(struct ct_sums * s, double *d, const struct ct_difference_row *r,
+		const struct ct_ssim_map *map));
+/* The other sums, from d of this row and of the next one, which is ignored if r->down is 0. */
+CT_SIMD_DECLARE(void, ct_difference_row_pairs,
+	(struct ct_sums * s, const double *d, const double *down,
+		const struct ct_difference_row *r));
 
 enum { CT_DIFFERENCE_COLUMNS = 7 };
 

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "quality/difference-row.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 enum { COLUMNS = CT_DIFFERENCE_COLUMNS };
@@ -18,6 +19,8 @@ struct job {
 	struct ct_sums *row;  /* [n[2]][n[1]], or NULL */
 	double *column;       /* [n[2]][COLUMNS][n[0]], or NULL */
 	unsigned char *above; /* [n[2]][n[0] + n[1]] */
+	double *scratch;      /* [worker][2][pitch]: differences of a row and the next */
+	size_t pitch;
 };
 
 static void add(struct ct_sums *t, const struct ct_sums *s)
@@ -35,33 +38,50 @@ static void add(struct ct_sums *t, const struct ct_sums *s)
 	}
 }
 
+/* The sums of row y of slice k that need no neighbour, and its differences. */
+static void sum_row(const struct job *j, struct ct_difference_row *r, struct ct_sums *s, double *d,
+	size_t y, size_t k)
+{
+	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0;
+
+	*r = (struct ct_difference_row){.n = n0,
+		.down = y + 1 < j->n[1] ? n0 : 0,
+		.next = k + 1 < j->n[2] ? n0 * j->n[1] : 0,
+		.ref = j->ref + at,
+		.test = j->test + at,
+		.mask = j->mask ? j->mask + at : NULL};
+	CT_SIMD(ct_difference_row_sum)(s, d, r, j->map);
+	s->mapped *= j->map->scale * j->map->scale;
+}
+
 static void slab(void *arg, size_t k, size_t worker)
 {
 	const struct job *j = arg;
 	const size_t n0 = j->n[0], n1 = j->n[1];
 	unsigned char *above = j->above + k * (n0 + n1);
-	struct ct_difference_row r = {.n = n0, .next = k + 1 < j->n[2] ? n0 * n1 : 0};
-	struct ct_sums sums;
+	double *d[2] = {
+		j->scratch + 2 * worker * j->pitch, j->scratch + (2 * worker + 1) * j->pitch};
+	struct ct_difference_row r[2];
+	struct ct_sums sums[2];
 
-	(void)worker;
 	if (ct_stopping(j->env))
 		return;
+	sum_row(j, &r[0], &sums[0], d[0], 0, k);
 	for (size_t y = 0; y < n1; y++) {
-		const size_t at = (k * n1 + y) * n0;
+		const size_t here = y % 2, next = !here;
 
-		r.down = y + 1 < n1 ? n0 : 0;
-		r.ref = j->ref + at;
-		r.test = j->test + at;
-		r.mask = j->mask ? j->mask + at : NULL;
-		CT_SIMD(ct_difference_row_sum)(&sums, &r, j->map);
-		sums.mapped *= j->map->scale * j->map->scale;
-		add(&j->slab[k], &sums);
+		if (y + 1 < n1)
+			sum_row(j, &r[next], &sums[next], d[next], y + 1, k);
+		CT_SIMD(ct_difference_row_pairs)(&sums[here], d[here], d[next], &r[here]);
+		add(&j->slab[k], &sums[here]);
 		if (j->row)
-			j->row[k * n1 + y] = sums;
+			j->row[k * n1 + y] = sums[here];
 		if (j->column)
 			CT_SIMD(ct_difference_row_columns)
-		(j->column + k * COLUMNS * n0, n0, &r, j->map);
-		above[n0 + y] = CT_SIMD(ct_difference_row_mark)(above, r.ref, n0, j->threshold);
+		(j->column + k * COLUMNS * n0, n0, &r[here], j->map);
+		if (isfinite(j->threshold))
+			above[n0 + y] = CT_SIMD(ct_difference_row_mark)(
+				above, r[here].ref, n0, j->threshold);
 	}
 }
 
@@ -114,7 +134,10 @@ static int set_up(struct job *j, struct ct_difference *d, bool slices, struct ct
 		if (ct_alloc0(&d->above[a], n[a], sizeof **d->above, e) ||
 			((a == 2 || slices) && ct_alloc0(&d->slice[a], n[a], sizeof **d->slice, e)))
 			return -1;
-	if (ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e))
+	j->pitch = CT_DIFFERENCE_PITCH(n[0]);
+	if (ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e) ||
+		ct_alloc0(&j->scratch, 2 * j->pitch * ct_par_threads(j->env->par),
+			sizeof *j->scratch, e))
 		return -1;
 	if (slices && (ct_alloc(&j->row, rows, sizeof *j->row, e) ||
 			      ct_alloc0(&j->column, COLUMNS * n[0] * n[2], sizeof *j->column, e)))
@@ -146,6 +169,7 @@ int ct_difference(struct ct_difference *d, const size_t n[static 3], const float
 	rc = 0;
 out:
 	free(j.above);
+	free(j.scratch);
 	free(j.row);
 	free(j.column);
 	return rc;

@@ -25,9 +25,10 @@ struct ct_difference {
 	bool *above[3];
 };
 
-/* mask (NULL: everywhere) not zero is what counts; `above` is of all voxels. Volumes are n voxels,
- * i fastest, finite. Does not depend on the number of threads. *d is to be freed, even on failure.
- * CT_ENOMEM, CT_ESTOP. */
+/* mask (NULL: everywhere) not zero is what counts; `above` is of all voxels, and not looked for if
+ * the threshold is infinite. Volumes are n voxels, i fastest; if a voxel of theirs is not finite,
+ * counted or not, neither is total.square. The mask is finite. Does not depend on the number of
+ * threads. *d is to be freed, even on failure. CT_ENOMEM, CT_ESTOP. */
 int ct_difference(struct ct_difference *d, const size_t n[static 3], const float *ref,
 	const float *test, const float *mask, const struct ct_ssim_map *map, double threshold,
 	bool slices, const struct ct_env *env, struct ct_err *e);

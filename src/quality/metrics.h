@@ -53,8 +53,8 @@ struct ct_metrics {
  * makes the 2-D definitions be evaluated across all three axes.
  *
  * CT_EGEOM if grids differ or the volume is smaller than the SSIM window, CT_EINPUT if nothing is
- * left to compare, CT_ENOMEM, CT_ESTOP. Volumes must be finite. The result does not depend on the
- * number of threads. */
+ * left to compare, CT_ENUMERIC if a voxel of ref or test is not finite, CT_ENOMEM, CT_ESTOP. The
+ * mask must be finite. The result does not depend on the number of threads. */
 int ct_metrics(struct ct_metrics *m, struct ct_metrics_slice *slice[3], const struct ct_vol *ref,
 	const struct ct_vol *test, const struct ct_vol *mask, const struct ct_metrics_rule *rule,
 	const struct ct_env *env, struct ct_err *e);

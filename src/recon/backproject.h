@@ -44,7 +44,17 @@ int ct_backprojector_widen(
 	struct ct_backprojector *b, size_t before, size_t after, struct ct_err *e);
 void ct_backprojector_free(struct ct_backprojector *b);
 /* Floats of one stored view. */
-size_t ct_backprojector_size(const struct ct_backprojector *b);
+static inline size_t ct_backprojector_size(const struct ct_backprojector *b)
+{
+	return (b->w + 2) * b->pitch;
+}
+
+/* Row m of the map of a view, at the voxel index x. */
+static inline double ct_backproject_map(const double m[4], const double x[3])
+{
+	return m[0] * x[0] + m[1] * x[1] + m[2] * x[2] + m[3];
+}
+
 /* Fill the frame of a stored view from its pixels. */
 void ct_backproject_frame(const struct ct_backprojector *b, float *view);
 /* vol[n2][n1][n0] += the views [first, first + count), stored one after the other at `views`. */

@@ -2,17 +2,11 @@
 #include "config.h"
 #include "recon/fdk-weights.h"
 #include "core/mem.h"
+#include "recon/fdk-cosine.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define HOT __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define HOT
-#endif
 
 #define OFF_CIRCLE 0.005 /* of the radius */
 #define OFF_ANGLE 0.01   /* rad */
@@ -428,28 +422,6 @@ static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, dou
 	return o->closed ? 0.5 : M_PI / o->arc;
 }
 
-/* weight[c] = share[c] times the cosine of the ray through (x[c], y) at the distance d. In pieces
- * of known length, so that square roots are taken eight at a time; share may be weight. */
-HOT static void cosine_row(size_t w, float *weight, const float *share_of, double foot,
-	double pitch, double y, double d)
-{
-	enum { N = 32 };
-	double r2 = d * d + y * y, cosine[N];
-
-	for (size_t from = 0; from < w; from += N) {
-		double first = (double)from - foot;
-		size_t n = w - from < N ? w - from : N;
-
-		for (int k = 0; k < N; k++) {
-			double x = (first + k) * pitch;
-
-			cosine[k] = d / sqrt(r2 + x * x);
-		}
-		for (size_t k = 0; k < n; k++)
-			weight[from + k] = (float)((double)share_of[from + k] * cosine[k]);
-	}
-}
-
 void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *weight)
 {
 	const struct ct_orbit_view *v = &o->view[view];
@@ -467,8 +439,8 @@ void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *
 		double y = ((double)r - v->foot[1]) * v->pitch[1];
 
 		if (!parallel)
-			cosine_row(o->w, weight + r * o->w, weight, v->foot[0], v->pitch[0], y,
-				v->distance);
+			CT_SIMD(ct_fdk_cosine)
+			(o->w, weight + r * o->w, weight, v->foot[0], v->pitch[0], y, v->distance);
 		else if (r > 0)
 			memcpy(weight + r * o->w, weight, o->w * sizeof *weight);
 	}

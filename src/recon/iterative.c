@@ -2,6 +2,7 @@
 #include "config.h"
 #include "recon/iterative.h"
 #include "core/mem.h"
+#include "recon/rof.h"
 #include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
@@ -159,77 +160,16 @@ out:
 	return rc;
 }
 
-/* The inner problem of TV, by planes: z = v + mu div p, p <- p + grad z / (12 mu), |p| <= 1. */
-struct dual {
+struct smooth {
 	struct run *r;
-	const size_t *dim;
-	float *z, *p[3];
-	const float *v;
-	float mu;
-	bool nonnegative;
+	struct ct_rof rof;
 };
-
-static void primal_plane(void *arg, size_t k, size_t worker)
-{
-	const struct dual *d = arg;
-	size_t w = d->dim[0], plane = w * d->dim[1];
-
-	(void)worker;
-	for (size_t j = 0; j < d->dim[1]; j++) {
-		size_t row = k * plane + j * w;
-		const float *restrict px = d->p[0] + row, *restrict py = d->p[1] + row,
-				      *restrict pz = d->p[2] + row;
-		const float *restrict v = d->v + row;
-		float *restrict z = d->z + row;
-
-		for (size_t i = 0; i < w; i++) { /* p is 0 at the last voxel of its axis */
-			float div = px[i] + py[i] + pz[i];
-
-			div -= i ? px[i - 1] : 0;
-			div -= j ? py[(ptrdiff_t)i - (ptrdiff_t)w] : 0;
-			div -= k ? pz[(ptrdiff_t)i - (ptrdiff_t)plane] : 0;
-			z[i] = v[i] + d->mu * div;
-		}
-		if (d->nonnegative)
-			for (size_t i = 0; i < w; i++)
-				z[i] = z[i] > 0 ? z[i] : 0;
-	}
-}
-
-static void dual_plane(void *arg, size_t k, size_t worker)
-{
-	const struct dual *d = arg;
-	size_t w = d->dim[0], plane = w * d->dim[1];
-	float step = 1 / (12 * d->mu);
-
-	(void)worker;
-	for (size_t j = 0; j < d->dim[1]; j++) {
-		size_t row = k * plane + j * w;
-		float *restrict px = d->p[0] + row, *restrict py = d->p[1] + row,
-				*restrict pz = d->p[2] + row;
-		const float *restrict z = d->z + row;
-		bool last_j = j + 1 == d->dim[1], last_k = k + 1 == d->dim[2];
-
-		for (size_t i = 0; i < w; i++) {
-			float gx = i + 1 < w ? z[i + 1] - z[i] : 0;
-			float gy = last_j ? 0 : z[i + w] - z[i];
-			float gz = last_k ? 0 : z[i + plane] - z[i];
-			float x = px[i] + step * gx, y = py[i] + step * gy, t = pz[i] + step * gz;
-			float len = sqrtf(x * x + y * y + t * t);
-			float scale = len > 1 ? 1 / len : 1;
-
-			px[i] = scale * x;
-			py[i] = scale * y;
-			pz[i] = scale * t;
-		}
-	}
-}
 
 /* g = A' R (A x - b), rows being -R. */
 static int slope(void *ctx, float *g, double *value, const float *x, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct run *r = ((struct dual *)ctx)->r;
+	struct run *r = ((struct smooth *)ctx)->r;
 
 	if (misfit(r->q, r, x, e))
 		return -1;
@@ -240,34 +180,27 @@ static int slope(void *ctx, float *g, double *value, const float *x, const struc
 
 static int denoise(void *ctx, float *x, const float *to, const struct ct_env *env, struct ct_err *e)
 {
-	struct dual *d = ctx;
+	const struct smooth *s = ctx;
 
 	(void)e;
-	d->z = x;
-	d->v = to;
-	for (int i = 0; i < INNER && d->mu > 0; i++) {
-		ct_par_for(env->par, d->dim[2], primal_plane, d);
-		ct_par_for(env->par, d->dim[2], dual_plane, d);
-	}
-	ct_par_for(env->par, d->dim[2], primal_plane, d);
+	ct_rof_solve(&s->rof, x, to, INNER, env->par);
 	return 0;
 }
 
 static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 {
 	struct ct_fista_at at = {.momentum = 1};
-	struct dual d = {
-		.r = r, .dim = dim, .mu = (float)r->rule->mu, .nonnegative = r->rule->nonnegative};
-	struct ct_fista f = {.n = r->n, .x = x, .gradient = slope, .near = denoise, .ctx = &d};
+	struct smooth s = {.r = r,
+		.rof = {.dim = {dim[0], dim[1], dim[2]},
+			.mu = (float)r->rule->mu,
+			.nonnegative = r->rule->nonnegative}};
+	struct ct_fista f = {.n = r->n, .x = x, .gradient = slope, .near = denoise, .ctx = &s};
 	double change;
-	float *p = NULL;
 	int rc = -1;
 
 	if (ct_alloc(&f.ahead, r->n, sizeof *f.ahead, e) || ct_alloc(&f.g, r->n, sizeof *f.g, e) ||
-		ct_alloc0(&p, 3 * r->n, sizeof *p, e))
+		ct_alloc0(&s.rof.p, 3 * r->n, sizeof *s.rof.p, e))
 		goto out;
-	for (size_t a = 0; a < 3; a++)
-		d.p[a] = p + a * r->n;
 	fill(f.g, r->n, 1);
 	fill(r->q, r->m, 1);
 	if (ct_linear_apply(r->a, r->rows, f.g, r->env, e) ||
@@ -278,17 +211,16 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 	at.norm = largest(f.g, r->n);
 	at.norm = at.norm > 0 ? at.norm : HUGE_VAL;
 	memcpy(f.ahead, x, r->n * sizeof *x);
-	for (; r->report->iterations < r->rule->iterations; r->report->iterations++) {
+	do {
 		if (begin(r, e) || ct_fista_step(&f, &at, 1, &change, r->env, e))
 			goto out;
-		if (r->report->residual < r->rule->tolerance)
-			break;
-	}
+	} while (++r->report->iterations < r->rule->iterations &&
+		 r->report->residual >= r->rule->tolerance);
 	rc = 0;
 out:
 	free(f.ahead);
 	free(f.g);
-	free(p);
+	free(s.rof.p);
 	return rc;
 }
 

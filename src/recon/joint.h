@@ -3,9 +3,9 @@
  *   min_x  TV(x) + |F^(1/2) W^(1/2) (P x - y)|^2 / (2 mu L)    subject to  D x = z
  *
  * P: rays of `views` views, any linear operator with its adjoint. W: weight of every pixel. D: the
- * operator of degrade.h; what it measures is fixed by z exactly (dc.h), TV as in tv.h. L: largest
- * eigenvalue of P' W F P among the volumes that D does not see, so that mu, in the unit of x, acts
- * as in denoising whatever the number and the lengths of the rays.
+ * operator of degrade.h; what it measures is fixed by z exactly (consistency.h), TV as in tv.h. L:
+ * largest eigenvalue of P' W F P among the volumes that D does not see, so that mu, in the unit of
+ * x, acts as in denoising whatever the number and the lengths of the rays.
  *
  * F filters detector rows of w pixels: a ramp up to f0 = min(1/2, 2 views/(pi w)) cycles a pixel
  * and flat beyond, at least 0.05. Parallel views over half a turn see a frequency below half of f0

@@ -2,93 +2,13 @@
 #include "config.h"
 #include "recon/ramp.h"
 #include "core/mem.h"
+#include "recon/ramp-fft.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define HOT __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define HOT
-#endif
-
-enum { LANES = CT_FILTER_ROWS / 2 };
-
-/* One point of eight complex rows: row l is the real part of lane l, row l + 8 the imaginary. */
-typedef double lanes __attribute__((vector_size(LANES * sizeof(double)), may_alias));
-struct point {
-	lanes re, im;
-};
-
-enum { INNER = 256 }; /* points that stay in the first cache */
-
-/* Transform in decimation of frequency, from halves of n/2 points down to halves of `least`, of all
- * blocks of n among the `all` points; output in bit-reversed order. tw: e^(-2 pi i k/(n step)). */
-HOT static void forward_stages(
-	size_t all, size_t n, size_t least, struct point *x, const double *tw, size_t step)
-{
-	for (size_t half = n / 2; half >= least; half /= 2, step *= 2)
-		for (size_t block = 0; block < all; block += 2 * half)
-			for (size_t k = 0; k < half; k++) {
-				struct point *a = x + block + k, *b = a + half;
-				double c = tw[2 * k * step], s = tw[2 * k * step + 1];
-				lanes re = a->re - b->re, im = a->im - b->im;
-
-				a->re += b->re;
-				a->im += b->im;
-				b->re = re * c - im * s;
-				b->im = re * s + im * c;
-			}
-}
-
-/* Its inverse times n, in decimation of time, from bit-reversed order; halves from `least` up. */
-HOT static void backward_stages(
-	size_t all, size_t n, size_t least, struct point *x, const double *tw, size_t step)
-{
-	step *= n / 2 / least;
-	for (size_t half = least; half < n; half *= 2, step /= 2)
-		for (size_t block = 0; block < all; block += 2 * half)
-			for (size_t k = 0; k < half; k++) {
-				struct point *a = x + block + k, *b = a + half;
-				double c = tw[2 * k * step], s = tw[2 * k * step + 1];
-				lanes re = b->re * c + b->im * s, im = b->im * c - b->re * s;
-
-				b->re = a->re - re;
-				b->im = a->im - im;
-				a->re += re;
-				a->im += im;
-			}
-}
-
-/* All stages; the short ones a part at a time that stays in the first cache. */
-static void forward(size_t n, struct point *x, const double *tw)
-{
-	size_t inner = n < INNER ? n : INNER;
-
-	forward_stages(n, n, inner, x, tw, 1);
-	for (size_t i = 0; i < n; i += inner)
-		forward_stages(inner, inner, 1, x + i, tw, n / inner);
-}
-
-static void backward(size_t n, struct point *x, const double *tw)
-{
-	size_t inner = n < INNER ? n : INNER;
-
-	for (size_t i = 0; i < n; i += inner)
-		backward_stages(inner, inner, 1, x + i, tw, n / inner);
-	backward_stages(n, n, inner, x, tw, 1);
-}
-
-HOT static void multiply(size_t n, struct point *x, const double *response)
-{
-	for (size_t i = 0; i < n; i++) {
-		x[i].re *= response[i];
-		x[i].im *= response[i];
-	}
-}
+enum { POINT = CT_FILTER_ROWS }; /* doubles of a point of the transform */
 
 /* f in cycles a sample of the cutoff. */
 static double window_at(enum ct_filter_kind kind, double f)
@@ -116,31 +36,31 @@ static size_t reversed(size_t i, size_t n)
 }
 
 /* The ramp's samples through the transform, times the window. x: scratch. */
-static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, struct point *x)
+static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, double *x)
 {
 	size_t n = f->n;
 
-	memset(x, 0, n * sizeof *x);
-	x[0].re += kind == CT_FILTER_NONE ? 1 : 0.25;
+	memset(x, 0, n * POINT * sizeof *x);
+	x[0] = kind == CT_FILTER_NONE ? 1 : 0.25; /* the real part of one row */
 	for (size_t m = 1; m <= n / 2 && kind != CT_FILTER_NONE; m += 2) {
 		double h = -1 / (M_PI * M_PI * (double)m * (double)m);
 
-		x[m].re += h;
-		x[n - m].re += m == n - m ? 0 : h;
+		x[m * POINT] = h;
+		x[(n - m) * POINT] = h;
 	}
-	forward(n, x, f->twiddle);
+	CT_SIMD(ct_fft_forward)(n, x, f->twiddle);
 	for (size_t i = 0; i < n; i++) {
 		size_t j = reversed(i, n);
 		double cycles = (double)(j <= n / 2 ? j : n - j) / (double)n;
 
-		f->response[i] = x[i].re[0] * window_at(kind, cycles / cutoff) / (double)n;
+		f->response[i] = x[i * POINT] * window_at(kind, cycles / cutoff) / (double)n;
 	}
 }
 
 int ct_filter_alloc(
 	struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w, struct ct_err *e)
 {
-	struct point *x = NULL;
+	double *x = NULL;
 
 	if (!(cutoff > 0 && cutoff <= 1))
 		return ct_fail(
@@ -152,7 +72,7 @@ int ct_filter_alloc(
 		f->n *= 2;
 	if (ct_alloc(&f->response, f->n, sizeof *f->response, e) ||
 		ct_alloc(&f->twiddle, f->n, sizeof *f->twiddle, e) ||
-		ct_alloc(&x, f->n, sizeof *x, e)) {
+		ct_alloc(&x, f->n, POINT * sizeof *x, e)) {
 		ct_filter_free(f);
 		return -1;
 	}
@@ -176,25 +96,14 @@ void ct_filter_free(struct ct_filter *f)
 
 size_t ct_filter_scratch(const struct ct_filter *f)
 {
-	return f->n * sizeof(struct point) / sizeof(double);
+	return f->n * POINT;
 }
 
 void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
 	const float *restrict in, const float *restrict weight, size_t at, size_t count,
 	double *restrict scratch)
 {
-	struct point *x = (struct point *)scratch;
-	size_t w = f->w;
-
-	memset(x, 0, f->n * sizeof *x);
-	for (size_t c = 0; c < count; c++)
-		for (size_t r = 0; r < rows; r++)
-			scratch[(at + c) * CT_FILTER_ROWS + r] =
-				(double)in[r * count + c] * (double)weight[r * count + c];
-	forward(f->n, x, f->twiddle);
-	multiply(f->n, x, f->response);
-	backward(f->n, x, f->twiddle);
-	for (size_t c = 0; c < w; c++)
-		for (size_t r = 0; r < rows; r++)
-			out[c * pitch + r] = (float)scratch[c * CT_FILTER_ROWS + r];
+	CT_SIMD(ct_fft_load)(f->n, scratch, in, weight, rows, at, count);
+	CT_SIMD(ct_fft_filter)(f->n, scratch, f->response, f->twiddle);
+	CT_SIMD(ct_fft_store)(f->w, out, pitch, scratch, rows);
 }

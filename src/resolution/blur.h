@@ -19,38 +19,10 @@
  * Safety. Anatomy is soft itself: edges show at least the blur, mostly more. Assuming too little
  * blur is safe for the solvers, too much is not. So `sigma` takes rho two standard errors lower,
  * subtracts what the truth on the finer grid would show too, and is shrunk:
- * sigma = 0.64 sqrt(low^2 - (0.6/factor)^2). The constants were fitted on nine CTs (without the z
- * axis of one, resampled from slices several voxels thick) to keep sigma below 1.1 times the truth
- * on about 19 of 20 axes; the limits of `sampling` were fitted on the same.
+ * sigma = 0.64 sqrt(low^2 - (0.6/factor)^2). Below -1100 HU is padding, not looked at.
  *
- * How good. Six other CTs (a chest, a head, a torso, a thorax phantom, and with two kernels a skull
- * phantom) were reduced 2, 3, 4, 8 and 1x1x4 times by the operators P1, P2, P3 of degrade.h, and
- * the 78 axes of each operator measured; truth for P3 and an even factor includes the mean of two:
- *
- *                       unknown  measured/truth 5%, median, 95%  sigma/truth median, 95%, worst
- *   P1, 0.425 voxel        5        1.09  1.20  1.42                0.69  0.80  0.92
- *   P2, 0.25              11        1.15  1.40  1.91                0.71  0.99  1.31
- *   P3, 0.125 to 0.28      7        0     0.98  1.77                0     0.87  0.90
- *
- * One axis of 211 was above 1.1. `aliasing` (5 to 95%) was 0.09-0.16 under P1, 0.19-0.32 under P2,
- * 0.30-0.63 under P3 when reduced 3, 4, 8 and 1x1x4 times, and `sampling` right on 42 of 55, 35 of
- * 49, 51 of 53 axes; the others were mostly called a class too sharp, which is safe, but two of P2
- * well and two of P3 sharp. Reduced twice, P2 and P3 cannot be told apart: P3 blurs more then, and
- * aliases what the scan hardly has. Perfect steps
- * are sharper than anatomy: those under P1 are called sharp.
- *
- * What it cannot tell: soft anatomy, surfaces oblique to thick slices, or slices thicker than their
- * spacing, from blur (then sigma can be too large: 1.8 times the truth on the z axis left out); a
- * sharpening kernel from less blur; the blur of an axis along which there are no step edges
- * (unknown, sigma 0). A volume masked to a constant, or clipped, has artificial edges that count as
- * sharp: safe. Below -1100 HU is padding, not looked at. White noise up to 60 HU, added to three
- * scans reduced 4 times, lowered sigma by up to 0.1 voxel, or left too few edges.
- *
- * Noise is assumed to vary within 3 voxels and to be about the same in all flat tissue. Where
- * hardly any tissue is flat, as in a scan reduced 4 times, `noise` is texture and ringing of the
- * low-pass: under P1 it was 1.1 to 2.7 times that of the scan before, of which little is left, and
- * 25 to 90 times for the skull phantom. White noise of 20 HU added to it
- * was then found as 24 to 27, of 60 HU as 67 to 69.
+ * Where the constants come from, how good the figures are, and what cannot be told from them:
+ * doc/blur-estimate.md.
  */
 #ifndef CT_RESOLUTION_BLUR_H
 #define CT_RESOLUTION_BLUR_H

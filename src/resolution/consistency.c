@@ -8,24 +8,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 64, NEWTON = 30 };
+enum { BLOCK = 64, NEWTON = 30, LINE = 16 };
 
 static size_t place(const struct ct_dc *dc, int a, size_t k)
 {
-	if (dc->same[a])
-		return k;
-	return a == 0 ? ct_basis_row_place(&dc->v[a], k) : ct_basis_place(&dc->v[a], k);
+	return dc->same[a] ? k : ct_cosine_place(&dc->v[a], k);
 }
 
 static int axis(struct ct_dc *dc, int a, const struct ct_factor *f, struct ct_err *e)
 {
-	size_t room = f->m;
-
-	if (!dc->same[a] && ct_basis_alloc(&dc->v[a], f->v, f->m, f->n, e))
+	if (!dc->same[a] && ct_cosine_alloc(&dc->v[a], f->v, f->m, f->n, e))
 		return -1;
-	if (a == 0)
-		room = dc->row = dc->same[a] ? CT_DENSE_ROW(f->m) : dc->v[a].row;
-	if (ct_alloc0(&dc->g[a], room, sizeof *dc->g[a], e))
+	if (ct_alloc(&dc->g[a], f->m, sizeof *dc->g[a], e))
 		return -1;
 	for (size_t k = 0; k < f->m; k++)
 		dc->g[a][place(dc, a, k)] = f->g[k];
@@ -56,8 +50,9 @@ static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
 				double g = f[0].g[i] * f[1].g[j] * f[2].g[k];
 
 				dc->lost += g == 0.0;
-				dc->want[place(dc, 2, k) * dc->plane + place(dc, 1, j) * dc->row +
-					 place(dc, 0, i)] =
+				dc->want[place(dc, 2, k) * dc->plane +
+					 place(dc, 1, j) * dc->stride[1] +
+					 place(dc, 0, i) * dc->stride[0]] =
 					g == 0.0 ? 0.0f : (float)((double)*in / g);
 			}
 	rc = 0;
@@ -106,13 +101,17 @@ int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[sta
 		if (axis(dc, a, &f[a], e))
 			goto out;
 	}
-	if (ct_size_mul(&dc->plane, dc->row, dc->m[1], "plane", e) ||
+	dc->stride[0] = dc->same[0] ? 1 : dc->m[1];
+	dc->stride[1] = dc->same[0] ? dc->m[0] : 1;
+	dc->tile = dc->same[2] ? 0 : ct_cosine_scratch(&dc->v[2]);
+	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) ||
 		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
 		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e) ||
 		ct_alloc0(&dc->want, count, sizeof(float), e) ||
 		ct_alloc0(&dc->had, count, sizeof(float), e) ||
 		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
 		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
 		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e) ||
 		target(dc, f, y, par, e))
 		goto out;
@@ -130,52 +129,67 @@ out:
 void ct_dc_free(struct ct_dc *dc)
 {
 	for (int a = 0; a < 3; a++) {
-		ct_basis_free(&dc->v[a]);
+		ct_cosine_free(&dc->v[a]);
 		free(dc->g[a]);
 	}
 	free(dc->want);
 	free(dc->had);
 	free(dc->coef);
 	free(dc->reduced);
+	free(dc->tiles);
 	free(dc->sums);
 	*dc = (struct ct_dc){0};
 }
 
+/* Floats of a tile for either axis of a plane, whole cache lines. */
+static size_t tile(const struct ct_dc *dc)
+{
+	size_t i = dc->same[0] ? 0 : ct_cosine_scratch(&dc->v[0]);
+	size_t j = dc->same[1] ? 0 : ct_cosine_scratch(&dc->v[1]);
+
+	return i > j ? i : j;
+}
+
 size_t ct_dc_scratch(const struct ct_dc *dc)
 {
-	return dc->n[1] * dc->row + (dc->same[0] ? 0 : ct_basis_scratch(&dc->v[0]));
+	size_t half = dc->m[1] * dc->n[0];
+
+	return tile(dc) + (half + LINE - 1) / LINE * LINE;
 }
 
 void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
 {
-	size_t row = dc->row;
-	float *out = dc->reduced + k * dc->plane, *wide = dc->same[1] ? out : scratch;
+	float *out = dc->reduced + k * dc->plane, *half = dc->same[0] ? out : scratch + tile(dc);
+	size_t n = dc->n[0];
 
-	if (dc->same[0])
-		for (size_t j = 0; j < dc->n[1]; j++) {
-			memcpy(wide + j * row, x + j * dc->n[0], dc->n[0] * sizeof *x);
-			memset(wide + j * row + dc->n[0], 0, (row - dc->n[0]) * sizeof *x);
-		}
-	else
-		ct_basis_analyse_rows(&dc->v[0], wide, x, dc->n[1], scratch + dc->n[1] * row);
 	if (!dc->same[1])
-		ct_basis_analyse(&dc->v[1], out, row, wide, row, row);
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], half, n, x, n, n, false, scratch);
+	else if (dc->same[0])
+		memcpy(out, x, dc->plane * sizeof *x);
+	else
+		half = NULL;
+	if (!dc->same[0])
+		CT_SIMD(ct_cosine_analyse)
+	(&dc->v[0], out, dc->m[1], half ? half : x, n, dc->m[1], true, scratch);
 }
 
 void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, float *scratch)
 {
-	size_t row = dc->row, n = dc->n[0];
-	const float *in = dc->reduced + k * dc->plane, *wide = dc->same[1] ? in : scratch;
+	const float *in = dc->reduced + k * dc->plane;
+	size_t n = dc->n[0];
 
+	if (!dc->same[0]) {
+		float *half = scratch + tile(dc);
+
+		CT_SIMD(ct_cosine_synthesise_turned)
+		(&dc->v[0], half, n, in, dc->m[1], dc->m[1], scratch);
+		in = half;
+	}
 	if (!dc->same[1])
-		ct_basis_synthesise(&dc->v[1], scratch, row, in, row, row);
-	if (!dc->same[0])
-		ct_basis_synthesise_rows(
-			&dc->v[0], out, x, wide, dc->n[1], scratch + dc->n[1] * row);
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, n, x, in, n, n, scratch);
 	else
-		for (size_t j = 0; j < dc->n[1]; j++)
-			for (size_t i = 0; i < n; i++)
-				out[j * n + i] = x[j * n + i] + wide[j * row + i];
+		for (size_t i = 0; i < n * dc->n[1]; i++)
+			out[i] = x[i] + in[i];
 }
 
 /* A column block of the planes of coefficients, and the squared gains of its columns. */
@@ -189,7 +203,9 @@ static void columns(struct columns *b, const struct ct_dc *dc, size_t block)
 	b->at = block * BLOCK;
 	b->n = dc->plane - b->at < BLOCK ? dc->plane - b->at : BLOCK;
 	for (size_t q = 0; q < b->n; q++) {
-		double g = dc->g[0][(b->at + q) % dc->row] * dc->g[1][(b->at + q) / dc->row];
+		size_t i = (b->at + q) / dc->stride[0] % dc->m[0];
+		size_t j = (b->at + q) / dc->stride[1] % dc->m[1];
+		double g = dc->g[0][i] * dc->g[1][j];
 
 		b->square[q] = g * g;
 	}
@@ -201,14 +217,12 @@ static void analyse(void *arg, size_t block, size_t worker)
 	struct ct_dc *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
 
-	(void)worker;
 	if (!dc->same[2])
-		ct_basis_analyse(
-			&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n);
-	else
-		for (size_t k = 0; k < dc->m[2]; k++)
-			memcpy(dc->coef + k * dc->plane + at, dc->reduced + k * dc->plane + at,
-				n * sizeof *dc->coef);
+		CT_SIMD(ct_cosine_analyse)
+	(&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n, false,
+		dc->tiles + worker * dc->tile);
+	else for (size_t k = 0; k < dc->m[2]; k++) memcpy(dc->coef + k * dc->plane + at,
+		dc->reduced + k * dc->plane + at, n * sizeof *dc->coef);
 }
 
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
@@ -241,7 +255,6 @@ static void synthesise(void *arg, size_t block, size_t worker)
 	struct columns c;
 	double moved = 0;
 
-	(void)worker;
 	columns(&c, dc, block);
 	for (size_t k = 0; k < dc->m[2]; k++)
 		for (size_t q = 0; q < c.n; q++) {
@@ -256,12 +269,11 @@ static void synthesise(void *arg, size_t block, size_t worker)
 		}
 	dc->sums[3 * block + 2] = moved;
 	if (!dc->same[2])
-		ct_basis_synthesise(
-			&dc->v[2], dc->reduced + c.at, dc->plane, dc->coef + c.at, dc->plane, c.n);
-	else
-		for (size_t k = 0; k < dc->m[2]; k++)
-			memcpy(dc->reduced + k * dc->plane + c.at, dc->coef + k * dc->plane + c.at,
-				c.n * sizeof *dc->coef);
+		CT_SIMD(ct_cosine_synthesise)
+	(&dc->v[2], dc->reduced + c.at, dc->plane, NULL, dc->coef + c.at, dc->plane, c.n,
+		dc->tiles + worker * dc->tile);
+	else for (size_t k = 0; k < dc->m[2]; k++) memcpy(dc->reduced + k * dc->plane + c.at,
+		dc->coef + k * dc->plane + c.at, c.n * sizeof *dc->coef);
 }
 
 static size_t blocks(const struct ct_dc *dc)

@@ -1,7 +1,7 @@
 /* consistency.h: data consistency: the volume nearest to x that a degradation D (degrade.h) maps to
  * y.
  *
- * With the singular value decomposition D = U^T G V of each axis (factor.h), V the three-axis
+ * With the singular value decomposition D = U^T G V of each axis (svd.h), V the three-axis
  * product of the V's, and c = V x the coefficients of x in the row space of D:
  *
  *   x <- x + V^T d,  d = c_y - c, c_y = G^-1 U y             |D x - y| = 0, the nearest such x
@@ -22,17 +22,19 @@
 
 struct ct_dc {
 	size_t n[3], m[3];
-	bool same[3];         /* axes that D leaves as they are */
-	struct ct_basis v[3]; /* of the others */
-	double *g[3];         /* in the order of the coefficients; zeros for padding along i */
-	size_t row, plane;    /* floats of a row of coefficients, and of a plane of m1 rows */
-	float *want, *had;    /* (m2,plane): c_y; c of the volume before the last step */
-	float *coef;          /* (m2,plane): work */
-	float *reduced;       /* (n2,plane): planes reduced, and then their corrections */
-	double *sums;         /* of the column blocks */
-	double bound, mu;     /* M noise^2, of which 0 is exact; multiplier found last */
-	double condition;     /* of D: product over the axes */
-	size_t lost;          /* coefficients that D does not measure */
+	bool same[3];            /* axes that D leaves as they are */
+	struct ct_cosine v[3];   /* of the others */
+	double *g[3];            /* in the order of the coefficients */
+	size_t stride[2], plane; /* of coefficients along i and j, of which one is 1; m0 m1 */
+	float *want, *had;       /* (m2,plane): c_y; c of the volume before the last step */
+	float *coef;             /* (m2,plane): work */
+	float *reduced;          /* (n2,plane): planes reduced, and then their corrections */
+	float *tiles;            /* work of each thread, of `tile` floats */
+	size_t tile;
+	double *sums;     /* of the column blocks */
+	double bound, mu; /* M noise^2, of which 0 is exact; multiplier found last */
+	double condition; /* of D: product over the axes */
+	size_t lost;      /* coefficients that D does not measure */
 };
 
 /* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of

@@ -2,129 +2,105 @@
 #include "config.h"
 #include "resolution/cosine.h"
 #include "core/mem.h"
-#include "resolution/fold.h"
 
+#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-enum { ROWS = 16 }; /* that are folded at a time */
+enum { LEAST = 16 }; /* functions of a part that is worth another fold */
 
-int ct_basis_alloc(struct ct_basis *b, const double *v, size_t m, size_t n, struct ct_err *e)
+/* Are functions 0, step, 2 step ... alternately even and odd about the middle of their first s
+ * samples? */
+static bool folds(const double *v, size_t m, size_t n, size_t step, size_t s)
 {
-	size_t half = (n + 1) / 2, count[2] = {(m + 1) / 2, m / 2}, wide = CT_DENSE_ROW(half);
-	size_t tall[2] = {CT_DENSE_ROW(count[0]), CT_DENSE_ROW(count[1])}, all;
+	for (size_t k = 0; k < m; k += step) {
+		double sign = k / step % 2 ? -1 : 1;
 
-	if (ct_size_mul(&all, m + tall[0] + tall[1], wide, "basis", e) ||
-		ct_alloc0(&b->v[0], all, sizeof *b->v[0], e))
+		for (size_t j = 0; j < s / 2; j++)
+			if (fabs(v[k * n + j] - sign * v[k * n + s - 1 - j]) > 1e-10)
+				return false;
+	}
+	return true;
+}
+
+/* Parts, first the odd functions of each fold in turn, then what is even to the last, reversed. */
+static void cut(struct ct_cosine *b, const double *v)
+{
+	size_t s = b->n, left = b->m, rows[CT_COSINE_PARTS], count[CT_COSINE_PARTS], folded = 0;
+
+	do {
+		rows[folded] = s / 2;
+		count[folded] = left / 2;
+		folded++;
+		s -= s / 2;
+		left -= left / 2;
+	} while (folded + 1 < CT_COSINE_PARTS && left >= LEAST &&
+		 b->n % ((size_t)1 << folded) == 0 && folds(v, b->m, b->n, (size_t)1 << folded, s));
+	b->parts = folded + 1;
+	b->rows[0] = s;
+	b->count[0] = left;
+	for (size_t p = 1; p < b->parts; p++) {
+		b->rows[p] = rows[folded - p];
+		b->count[p] = count[folded - p];
+	}
+}
+
+/* Function `index` of part p. */
+static size_t function(const struct ct_cosine *b, size_t p, size_t index)
+{
+	size_t step = (size_t)1 << (p ? b->parts - p : b->parts - 1);
+
+	return p ? step * index + step / 2 : step * index;
+}
+
+int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, struct ct_err *e)
+{
+	struct ct_cosine made = {.n = n, .m = m};
+	size_t all;
+	float *at;
+
+	cut(&made, v);
+	if (ct_size_mul(&all, 2 * m, n - n / 2, "basis", e) || ct_alloc0(&at, all, sizeof *at, e))
 		return -1;
-	b->n = n;
-	b->m = m;
-	b->half = half;
-	b->odd = tall[0];
-	b->row = tall[0] + tall[1];
-	b->v[1] = b->v[0] + count[0] * wide;
-	b->vt[0] = b->v[1] + count[1] * wide;
-	b->vt[1] = b->vt[0] + half * tall[0];
-	for (size_t k = 0; k < m; k++)
-		for (size_t j = 0; j < half; j++) {
-			float w = (float)v[k * n + j];
+	for (size_t p = 0; p < made.parts; p++) {
+		size_t rows = made.rows[p], count = made.count[p];
 
-			b->v[k % 2][k / 2 * wide + j] = w;
-			b->vt[k % 2][j * tall[k % 2] + k / 2] = w;
-		}
-	memcpy(b->count, count, sizeof count);
+		made.v[p] = at;
+		made.vt[p] = at + rows * count;
+		at += 2 * rows * count;
+		for (size_t k = 0; k < count; k++)
+			for (size_t r = 0; r < rows; r++) {
+				/* a difference stands opposite its first row */
+				size_t j = p ? rows - 1 - r : r;
+				float w = (float)v[function(&made, p, k) * n + j];
+
+				made.v[p][k * rows + r] = w;
+				made.vt[p][r * count + k] = w;
+			}
+	}
+	*b = made;
 	return 0;
 }
 
-void ct_basis_free(struct ct_basis *b)
+void ct_cosine_free(struct ct_cosine *b)
 {
 	free(b->v[0]);
-	*b = (struct ct_basis){0};
+	*b = (struct ct_cosine){0};
 }
 
-size_t ct_basis_place(const struct ct_basis *b, size_t k)
+size_t ct_cosine_place(const struct ct_cosine *b, size_t k)
 {
-	return k / 2 + k % 2 * b->count[0];
-}
+	size_t p = b->parts - 1, at = 0;
 
-size_t ct_basis_row_place(const struct ct_basis *b, size_t k)
-{
-	return k / 2 + k % 2 * b->odd;
-}
-
-void ct_basis_analyse(
-	const struct ct_basis *b, float *c, size_t ldc, float *x, size_t ldx, size_t w)
-{
-	size_t wide = CT_DENSE_ROW(b->half), pairs = b->n / 2;
-
-	for (size_t j = 0; j < pairs; j++) /* the difference, in row n-1-j: upwards */
-		CT_SIMD(ct_butterfly)(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
-	CT_SIMD(ct_dense)
-	(c, (ptrdiff_t)ldc, b->v[0], wide, x, (ptrdiff_t)ldx, b->count[0], w, b->half);
-	CT_SIMD(ct_dense)
-	(c + b->count[0] * ldc, (ptrdiff_t)ldc, b->v[1], wide, x + (b->n - 1) * ldx,
-		-(ptrdiff_t)ldx, b->count[1], w, pairs);
-}
-
-void ct_basis_synthesise(
-	const struct ct_basis *b, float *x, size_t ldx, const float *c, size_t ldc, size_t w)
-{
-	size_t pairs = b->n / 2;
-
-	CT_SIMD(ct_dense)
-	(x, (ptrdiff_t)ldx, b->vt[0], CT_DENSE_ROW(b->count[0]), c, (ptrdiff_t)ldc, b->half, w,
-		b->count[0]);
-	CT_SIMD(ct_dense)
-	(x + (b->n - 1) * ldx, -(ptrdiff_t)ldx, b->vt[1], CT_DENSE_ROW(b->count[1]),
-		c + b->count[0] * ldc, (ptrdiff_t)ldc, pairs, w, b->count[1]);
-	for (size_t j = 0; j < pairs; j++)
-		CT_SIMD(ct_butterfly)(x + j * ldx, x + (b->n - 1 - j) * ldx, w);
-}
-
-size_t ct_basis_scratch(const struct ct_basis *b)
-{
-	return 2 * ROWS * CT_DENSE_ROW(b->half);
-}
-
-void ct_basis_analyse_rows(
-	const struct ct_basis *b, float *c, const float *x, size_t h, float *scratch)
-{
-	size_t wide = CT_DENSE_ROW(b->half), tall[2] = {b->odd, b->row - b->odd};
-	float *odd = scratch + ROWS * wide;
-
-	for (size_t y = 0; y < h; y += ROWS) {
-		size_t rows = h - y < ROWS ? h - y : ROWS;
-
-		for (size_t r = 0; r < rows; r++)
-			CT_SIMD(ct_fold)
-			(scratch + r * wide, odd + r * wide, x + (y + r) * b->n, b->n);
-		CT_SIMD(ct_dense)
-		(c + y * b->row, (ptrdiff_t)b->row, scratch, wide, b->vt[0], (ptrdiff_t)tall[0],
-			rows, tall[0], b->half);
-		CT_SIMD(ct_dense)
-		(c + y * b->row + b->odd, (ptrdiff_t)b->row, odd, wide, b->vt[1],
-			(ptrdiff_t)tall[1], rows, tall[1], b->n / 2);
+	while (p > 0 && k % 2 == 0) {
+		k /= 2;
+		p--;
 	}
+	for (size_t q = 0; q < p; q++)
+		at += b->count[q];
+	return at + (p ? k / 2 : k);
 }
 
-void ct_basis_synthesise_rows(const struct ct_basis *b, float *out, const float *x, const float *c,
-	size_t h, float *scratch)
+size_t ct_cosine_scratch(const struct ct_cosine *b)
 {
-	size_t wide = CT_DENSE_ROW(b->half);
-	float *odd = scratch + ROWS * wide;
-
-	for (size_t y = 0; y < h; y += ROWS) {
-		size_t rows = h - y < ROWS ? h - y : ROWS;
-
-		CT_SIMD(ct_dense)
-		(scratch, (ptrdiff_t)wide, c + y * b->row, b->row, b->v[0], (ptrdiff_t)wide, rows,
-			b->half, b->count[0]);
-		CT_SIMD(ct_dense)
-		(odd, (ptrdiff_t)wide, c + y * b->row + b->odd, b->row, b->v[1], (ptrdiff_t)wide,
-			rows, b->n / 2, b->count[1]);
-		for (size_t r = 0; r < rows; r++)
-			CT_SIMD(ct_unfold_add)
-			(out + (y + r) * b->n, x + (y + r) * b->n, scratch + r * wide,
-				odd + r * wide, b->n);
-	}
+	return (b->n + b->m) * CT_COSINE_STRIP;
 }

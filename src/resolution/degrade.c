@@ -79,7 +79,7 @@ static int sinc_taps(struct ct_taps *t, size_t m, double s, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < m; i++)
 		for (size_t k = 0; k < n; k++) {
-			double a = (double)k + 0.5, c = cell_begin(i, m, s) + 0.5 * s;
+			double a = ct_cell_centre((double)k), c = cell_begin(i, m, s) + 0.5 * s;
 			double unit = M_PI / (double)n;
 
 			ct_taps_add(t, i, k,
@@ -96,7 +96,8 @@ static int point_taps(struct ct_taps *t, size_t m, double s, struct ct_err *e)
 	if (ct_taps_alloc(t, n, m, 2, e))
 		return -1;
 	for (size_t i = 0; i < m; i++) {
-		double at = cell_begin(i, m, s) + 0.5 * s - 0.5, low = floor(at + 1.0 / ROUND);
+		double at = ct_cell_index(cell_begin(i, m, s) + 0.5 * s),
+		       low = floor(at + 1.0 / ROUND);
 		double part = fmax(at - low, 0.0);
 		size_t k = (size_t)low;
 

@@ -1,27 +1,22 @@
 /* hessian-tv.c: see hessian-tv.h. Two passes over rows an iteration: the dual ascends along H of
  * the extrapolated volume, then the volume descends along its adjoint. */
 #include "config.h"
-#pragma GCC optimize("O3", "no-trapping-math") /* else square roots stay scalar */
 #include "core/mem.h"
+#include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
+#include "resolution/tv-row.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
-
-enum { II, JJ, KK, IJ, IK, JK, PARTS, MEASURE = 5 };
+enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5 };
 
 struct job {
 	float *x, *ahead; /* the volume; extrapolated, and then the next one */
 	float *q[PARTS];  /* the dual */
-	float *zero;      /* a row of zeros with one before and one after */
-	float *scratch;   /* of each worker: rows, and that of dc */
+	float *zero;      /* a row of zeros */
+	float *scratch;   /* of each worker: that of dc, and a row */
 	double *sums;     /* of each plane: variation, and squared movement */
 	struct ct_dc *dc;
 	size_t n[3], plane, share;
@@ -33,145 +28,51 @@ static size_t clamp(ptrdiff_t i, size_t n)
 	return i < 0 ? 0 : (size_t)i >= n ? n - 1 : (size_t)i;
 }
 
-/* Rows of the volume about (j,k): [1][1] is it, [0] and [2] its neighbours, itself at a border, so
- * that differences of what is outside vanish; `inner` tells which components exist. */
-struct around {
-	const float *x[3][3]; /* [k][j] */
-	bool inner[3];        /* JJ, KK interior; JK not at the last row or plane */
-	bool last_j, last_k;
-};
-
-static void look_around(struct around *a, const struct job *v, const float *x, size_t j, size_t k)
+static const float *row(const struct job *v, const float *x, ptrdiff_t j, ptrdiff_t k)
 {
-	for (int dk = -1; dk <= 1; dk++)
-		for (int dj = -1; dj <= 1; dj++)
-			a->x[dk + 1][dj + 1] = x + clamp((ptrdiff_t)k + dk, v->n[2]) * v->plane +
-					       clamp((ptrdiff_t)j + dj, v->n[1]) * v->n[0];
-	a->last_j = j + 1 == v->n[1];
-	a->last_k = k + 1 == v->n[2];
-	a->inner[0] = j > 0 && !a->last_j;
-	a->inner[1] = k > 0 && !a->last_k;
-	a->inner[2] = !a->last_j && !a->last_k;
+	return x + clamp(k, v->n[2]) * v->plane + clamp(j, v->n[1]) * v->n[0];
 }
 
-/* h[PARTS] <- H x along a row. */
-CLONES static void hessian_row(
-	float *const h[PARTS], const struct around *a, size_t n, const float weight[PARTS])
+/* Differences of what is outside vanish, as neighbours beyond a border are the voxel itself; what
+ * is left of a component at a border has no weight. */
+static struct ct_hessian_ascent ascent(const struct job *v, ptrdiff_t j, ptrdiff_t k)
 {
-	const float *x = a->x[1][1], *j0 = a->x[1][0], *j1 = a->x[1][2];
-	const float *k0 = a->x[0][1], *k1 = a->x[2][1], *jk = a->x[2][2];
-	float *ii = h[II], *jj = h[JJ], *kk = h[KK], *ij = h[IJ], *ik = h[IK], *hjk = h[JK];
-	float wii = weight[II], wjj = a->inner[0] ? weight[JJ] : 0.0f;
-	float wkk = a->inner[1] ? weight[KK] : 0.0f, wjk = a->inner[2] ? weight[JK] : 0.0f;
-	float wij = weight[IJ], wik = weight[IK];
+	const float *x = v->ahead;
+	bool last_j = j + 1 == (ptrdiff_t)v->n[1], last_k = k + 1 == (ptrdiff_t)v->n[2];
+	struct ct_hessian_ascent r = {.x = row(v, x, j, k),
+		.j0 = row(v, x, j - 1, k),
+		.j1 = row(v, x, j + 1, k),
+		.k0 = row(v, x, j, k - 1),
+		.k1 = row(v, x, j, k + 1),
+		.jk = row(v, x, j + 1, k + 1)};
 
-	ii[0] = ii[n - 1] = 0;
-#pragma GCC ivdep
-	for (size_t i = 1; i + 1 < n; i++)
-		ii[i] = wii * (x[i - 1] + x[i + 1] - 2.0f * x[i]);
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		jj[i] = wjj * (j0[i] + j1[i] - 2.0f * x[i]);
-		kk[i] = wkk * (k0[i] + k1[i] - 2.0f * x[i]);
-		hjk[i] = wjk * (jk[i] - j1[i] - k1[i] + x[i]);
-	}
-	ij[n - 1] = ik[n - 1] = 0;
-#pragma GCC ivdep
-	for (size_t i = 0; i + 1 < n; i++) {
-		ij[i] = wij * ((j1[i + 1] - j1[i]) - (x[i + 1] - x[i]));
-		ik[i] = wik * ((k1[i + 1] - k1[i]) - (x[i + 1] - x[i]));
-	}
-}
-
-/* q <- project onto |q|_F <= 1 of q + s h; norm <- |h|^2, work: a row. */
-CLONES static void ascend_row(
-	float *const q[PARTS], float *const h[PARTS], float *norm, float *work, size_t n, float s)
-{
-	memset(norm, 0, n * sizeof *norm);
-	memset(work, 0, n * sizeof *work);
 	for (int c = 0; c < PARTS; c++) {
-		float *p = q[c], *g = h[c];
-
-#pragma GCC ivdep
-		for (size_t i = 0; i < n; i++) {
-			norm[i] += g[i] * g[i];
-			p[i] += s * g[i];
-			work[i] += p[i] * p[i];
-		}
+		r.q[c] = v->q[c] + (size_t)k * v->plane + (size_t)j * v->n[0];
+		r.weight[c] = v->weight[c];
 	}
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++)
-		work[i] = work[i] > 1.0f ? work[i] : 1.0f;
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++)
-		work[i] = 1.0f / sqrtf(work[i]);
-	for (int c = 0; c < PARTS; c++) {
-		float *p = q[c];
-
-#pragma GCC ivdep
-		for (size_t i = 0; i < n; i++)
-			p[i] *= work[i];
-	}
+	if (j == 0 || last_j)
+		r.weight[JJ] = 0;
+	if (k == 0 || last_k)
+		r.weight[KK] = 0;
+	if (last_j || last_k)
+		r.weight[JK] = 0;
+	return r;
 }
 
 static void ascend(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
-	size_t n = j->n[0];
-	float *rows = j->scratch + worker * j->share + ct_dc_scratch(j->dc);
-	float *h[PARTS], *norm = rows + PARTS * n, *work = norm + n;
+	const struct job *v = arg;
+	float *square = v->scratch + worker * v->share + ct_dc_scratch(v->dc);
 	double sum = 0;
 
-	for (int c = 0; c < PARTS; c++)
-		h[c] = rows + (size_t)c * n;
-	for (size_t y = 0; y < j->n[1]; y++) {
-		size_t at = k * j->plane + y * n;
-		float *q[PARTS];
-		struct around a;
+	for (size_t j = 0; j < v->n[1]; j++) {
+		struct ct_hessian_ascent r = ascent(v, (ptrdiff_t)j, (ptrdiff_t)k);
 
-		for (int c = 0; c < PARTS; c++)
-			q[c] = j->q[c] + at;
-		look_around(&a, j, j->ahead, y, k);
-		hessian_row(h, &a, n, j->weight);
-		ascend_row(q, h, norm, work, n, j->s);
-		for (size_t i = 0; i < n; i++)
-			sum += sqrt((double)norm[i]);
+		r.square = square;
+		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s);
+		sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
 	}
-	j->sums[2 * k] = sum;
-}
-
-/* out = x - t H^T q along a row; q[c][k][j]: rows of component c below, before, here, after. Cross
- * components are zero at the last voxel, second ones at both ends, of their axes. */
-struct duals {
-	const float *ii, *jj[3], *kk[3], *ij[2], *ik[2], *jk[4];
-};
-
-CLONES static void descend_row(float *out, const float *x, const struct duals *d, size_t n,
-	const float weight[PARTS], float t)
-{
-	const float *ii = d->ii, *j0 = d->jj[0], *j1 = d->jj[1], *j2 = d->jj[2];
-	const float *k0 = d->kk[0], *k1 = d->kk[1], *k2 = d->kk[2];
-	const float *ij0 = d->ij[0], *ij1 = d->ij[1], *ik0 = d->ik[0], *ik1 = d->ik[1];
-	const float *jk = d->jk[0], *jkj = d->jk[1], *jkk = d->jk[2], *jkb = d->jk[3];
-	float wii = weight[II], wjj = weight[JJ], wkk = weight[KK];
-	float wij = weight[IJ], wik = weight[IK], wjk = weight[JK];
-
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		float g = wjj * (j0[i] + j2[i] - 2.0f * j1[i]) +
-			  wkk * (k0[i] + k2[i] - 2.0f * k1[i]) +
-			  wjk * ((jkb[i] - jkj[i]) - (jkk[i] - jk[i]));
-
-		g += wij * (ij1[i] - ij0[i]) + wik * (ik1[i] - ik0[i]) - 2.0f * wii * ii[i];
-		out[i] = x[i] - t * g;
-	}
-#pragma GCC ivdep
-	for (size_t i = 1; i < n; i++)
-		out[i] -= t * (wii * ii[i - 1] + wij * (ij0[i - 1] - ij1[i - 1]) +
-				      wik * (ik0[i - 1] - ik1[i - 1]));
-#pragma GCC ivdep
-	for (size_t i = 0; i + 1 < n; i++)
-		out[i] -= t * wii * ii[i + 1];
+	v->sums[2 * k] = sum;
 }
 
 /* Row (j,k) of component c, zeros outside. */
@@ -182,35 +83,44 @@ static const float *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t 
 	return v->q[c] + (size_t)k * v->plane + (size_t)j * v->n[0];
 }
 
+/* Cross components are zero at the last voxel, second ones at both ends, of their axes. */
+static struct ct_hessian_descent descent(const struct job *v, ptrdiff_t j, ptrdiff_t k)
+{
+	struct ct_hessian_descent r = {.ii = dual_row(v, II, j, k),
+		.jk = {dual_row(v, JK, j, k), dual_row(v, JK, j - 1, k), dual_row(v, JK, j, k - 1),
+			dual_row(v, JK, j - 1, k - 1)}};
+
+	for (int d = 0; d < 3; d++) {
+		r.jj[d] = dual_row(v, JJ, j + d - 1, k);
+		r.kk[d] = dual_row(v, KK, j, k + d - 1);
+	}
+	for (int d = 0; d < 2; d++) {
+		r.ij[d] = dual_row(v, IJ, j + d - 1, k);
+		r.ik[d] = dual_row(v, IK, j, k + d - 1);
+	}
+	memcpy(r.weight, v->weight, sizeof r.weight);
+	return r;
+}
+
 /* Plane k of the next volume before its correction, and reduced. */
 static void descend(void *arg, size_t plane, size_t worker)
 {
 	const struct job *v = arg;
-	ptrdiff_t k = (ptrdiff_t)plane;
 	size_t at = plane * v->plane;
+	float *scratch = v->scratch + worker * v->share, *step = scratch + ct_dc_scratch(v->dc);
 	double moved = 0;
 
-	for (ptrdiff_t j = 0; j < (ptrdiff_t)v->n[1]; j++) {
-		size_t row = at + (size_t)j * v->n[0];
-		struct duals d = {dual_row(v, II, j, k),
-			{dual_row(v, JJ, j - 1, k), dual_row(v, JJ, j, k),
-				dual_row(v, JJ, j + 1, k)},
-			{dual_row(v, KK, j, k - 1), dual_row(v, KK, j, k),
-				dual_row(v, KK, j, k + 1)},
-			{dual_row(v, IJ, j - 1, k), dual_row(v, IJ, j, k)},
-			{dual_row(v, IK, j, k - 1), dual_row(v, IK, j, k)},
-			{dual_row(v, JK, j, k), dual_row(v, JK, j - 1, k),
-				dual_row(v, JK, j, k - 1), dual_row(v, JK, j - 1, k - 1)}};
+	for (size_t j = 0; j < v->n[1]; j++) {
+		struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)plane);
 
-		descend_row(v->ahead + row, v->x + row, &d, v->n[0], v->weight, v->t);
-		for (size_t i = 0; i < v->n[0]; i++) {
-			double step = (double)v->ahead[row + i] - (double)v->x[row + i];
-
-			moved += step * step;
-		}
+		r.out = v->ahead + at + j * v->n[0];
+		r.step = step;
+		r.x = v->x + at + j * v->n[0];
+		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t);
+		moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
 	}
 	v->sums[2 * plane + 1] = moved;
-	ct_dc_reduce(v->dc, plane, v->ahead + at, v->scratch + worker * v->share);
+	ct_dc_reduce(v->dc, plane, v->ahead + at, scratch);
 }
 
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
@@ -248,7 +158,7 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 	j->t = (float)(rule->step / norm);
 	j->s = (float)(1 / (rule->step * norm));
 	j->plane = j->n[0] * j->n[1];
-	j->share = ct_dc_scratch(dc) + (PARTS + 2) * j->n[0];
+	j->share = ct_dc_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
 		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof(float), e) ||

@@ -1,6 +1,6 @@
 /* hessian-tv.h: the volume of least second-order variation among those that agree with the data.
  *
- *   min_x sum over voxels of |H x|_F   subject to  |D x - y| <= noise sqrt(M)     (dc.h)
+ *   min_x sum over voxels of |H x|_F   subject to  |D x - y| <= noise sqrt(M)     (consistency.h)
  *
  * H x the matrix of second differences w_a w_b d_a d_b x, |.|_F its Frobenius norm (Lefkimmiatis,
  * Bourquard, Unser, IEEE TIP 2012): a ramp costs nothing, so shading is not turned into steps and

@@ -1,15 +1,16 @@
 # The degradation D and its inverse: resampling, SVD, consistency, total variation, blur.
 libct_a_SOURCES += src/resolution/separable.c src/resolution/separable.h
+SIMD_SOURCES += src/resolution/separable-rows.c src/resolution/separable-rows.h
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h
 libct_a_SOURCES += src/resolution/crop.c src/resolution/crop.h
 libct_a_SOURCES += src/resolution/svd.c src/resolution/svd.h
-SIMD_SOURCES += src/resolution/dense.c src/resolution/dense.h
-SIMD_SOURCES += src/resolution/fold.c src/resolution/fold.h
+SIMD_SOURCES += src/resolution/cosine-strip.c
 libct_a_SOURCES += src/resolution/cosine.c src/resolution/cosine.h
 libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency.h
 libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
 libct_a_SOURCES += src/resolution/hessian-tv.c src/resolution/hessian-tv.h
+SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h

@@ -3,6 +3,7 @@
 #include "resolution/resample.h"
 #include "resolution/degrade.h"
 #include "core/mem.h"
+#include "core/vol.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -126,7 +127,8 @@ int ct_upsample_plan(struct ct_separable *s, const size_t n_in[static 3],
 				n_in[a], factor[a]);
 		n_out[a] = ct_degrade_cover(n_in[a], factor[a]);
 		step[a] = 1.0 / factor[a];
-		start[a] = (0.5 - 0.5 * ((double)n_out[a] - fine)) * step[a] - 0.5;
+		start[a] = ct_cell_index(
+			(ct_cell_centre(0) - 0.5 * ((double)n_out[a] - fine)) * step[a]);
 	}
 	return ct_resample_plan(s, n_in, n_out, start, step, interp, false, par, e);
 }

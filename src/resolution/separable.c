@@ -7,18 +7,13 @@
 #include "config.h"
 #include "resolution/separable.h"
 #include "core/mem.h"
+#include "resolution/separable-rows.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 32, ROWS = 16 };
-
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CLONES
-#endif
+enum { WIDTH = CT_SEPARABLE_WIDTH, ROWS = 16 };
 
 int ct_taps_alloc(struct ct_taps *t, size_t n_in, size_t n_out, size_t taps, struct ct_err *e)
 {
@@ -171,22 +166,6 @@ struct job {
 	size_t lines;  /* axis 0 only: how many */
 };
 
-/* out[r][i] = sum_q w[m + r][q] tile[first[m + r] + q][i], r < rows. */
-CLONES static void tile_rows(float *restrict out, const double *restrict tile,
-	const struct ct_taps *t, size_t m, size_t rows)
-{
-	for (size_t r = 0; r < rows; r++) {
-		const double *w = t->w + (m + r) * t->taps, *in = tile + t->first[m + r] * WIDTH;
-		double acc[WIDTH] = {0};
-
-		for (size_t q = 0; q < t->taps; q++)
-			for (size_t i = 0; i < WIDTH; i++)
-				acc[i] += w[q] * in[q * WIDTH + i];
-		for (size_t i = 0; i < WIDTH; i++)
-			out[r * WIDTH + i] = (float)acc[i];
-	}
-}
-
 /* Lines that are `inner` apart along the axis and contiguous across it. */
 static void across(void *arg, size_t task, size_t worker)
 {
@@ -203,7 +182,7 @@ static void across(void *arg, size_t task, size_t worker)
 	for (size_t m = 0; m < j->t->n_out; m += ROWS) {
 		size_t n = j->t->n_out - m < ROWS ? j->t->n_out - m : ROWS;
 
-		tile_rows(rows, tile, j->t, m, n);
+		CT_SIMD(ct_separable_rows)(rows, tile, j->t, m, n);
 		for (size_t r = 0; r < n; r++)
 			memcpy(out + (m + r) * j->inner, rows + r * WIDTH, width * sizeof *out);
 	}
@@ -231,7 +210,7 @@ static void along(void *arg, size_t task, size_t worker)
 	for (size_t m = 0; m < n_out; m += ROWS) {
 		size_t n = n_out - m < ROWS ? n_out - m : ROWS;
 
-		tile_rows(rows, tile, j->t, m, n);
+		CT_SIMD(ct_separable_rows)(rows, tile, j->t, m, n);
 		for (size_t i = 0; i < width; i++)
 			for (size_t r = 0; r < n; r++)
 				out[i * n_out + m + r] = rows[r * WIDTH + i];

@@ -1,6 +1,6 @@
 /* svd.h: singular value decomposition of an operator along one axis, and its pseudo-inverse.
  *
- * A table A (taps.h) of m rows and n columns is written
+ * A table A (separable.h) of m rows and n columns is written
  *
  *   A = U^T diag(g) V      U (m,m) orthogonal, V (m,n) orthonormal rows, g >= 0
  *   A+ = V^T diag(1/g) U

@@ -3,57 +3,68 @@
 #include "resolution/tv-row.h"
 #include "core/vec.h"
 
-#include <math.h>
+#include <stdbool.h>
 
-/* No two of the rows overlap. The loops are short and plain because the compiler makes vectors of
- * no others. */
+/* Voxels [i, i + m), m <= CT_F32_LANES, of which the last ends the row if `end`. */
+CT_INLINE void sweep(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left,
+	const float weight[3], float s, float t, const bool end, const bool measure)
+{
+	const ct_f32 x = ct_f32_load_n(r->x + i, m), one = ct_f32_set(1);
+	const ct_f32 next = end ? ct_f32_load_n(r->x + i + 1, m - 1) : ct_f32_load(r->x + i + 1);
+	const ct_f32 p0 = ct_f32_load_n(r->p[0] + i, m), p1 = ct_f32_load_n(r->p[1] + i, m);
+	const ct_f32 p2 = ct_f32_load_n(r->p[2] + i, m);
+	ct_f32 gi = weight[0] * (next - x), gj = weight[1] * (ct_f32_load_n(r->xj + i, m) - x);
+	ct_f32 gk = weight[2] * (ct_f32_load_n(r->xk + i, m) - x), qi, qj, qk, step;
+
+	if (end)
+		gi = ct_f32_pick(ct_i32_first(m - 1), gi, ct_f32_set(0));
+	qi = p0 + s * gi;
+	qj = p1 + s * gj;
+	qk = p2 + s * gk;
+	if (measure)
+		ct_f32_store_n(r->grad + i, gi * gi + gj * gj + gk * gk, m);
+	step = one / ct_f32_sqrt(ct_f32_max(qi * qi + qj * qj + qk * qk, one));
+	qi *= step;
+	qj *= step;
+	qk *= step;
+	ct_f32_store_n(r->p[0] + i, qi, m);
+	ct_f32_store_n(r->p[1] + i, qj, m);
+	ct_f32_store_n(r->p[2] + i, qk, m);
+	qi = weight[0] * (2.0f * qi - p0);
+	qj = weight[1] * (2.0f * qj - p1);
+	qk = weight[2] * (2.0f * qk - p2);
+	step = t * ((qi - ct_f32_slide(*left, qi)) + (qj - ct_f32_load_n(r->before + i, m)) +
+			   (qk - ct_f32_load_n(r->below + i, m))) +
+	       r->pull * (ct_f32_load_n(r->to + i, m) - x);
+	*left = qi;
+	ct_f32_store_n(r->after + i, qj, m);
+	ct_f32_store_n(r->below + i, qk, m);
+	ct_f32_store_n(r->out + i, x + step, m);
+	if (measure)
+		ct_f32_store_n(r->step + i, step, m);
+}
+
+CT_INLINE void row(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t,
+	const bool measure)
+{
+	ct_f32 left = ct_f32_set(0);
+	size_t i = 0;
+
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		sweep(r, i, CT_F32_LANES, &left, weight, s, t, false, measure);
+	sweep(r, i, n - i, &left, weight, s, t, true, measure);
+}
+
 void CT_SIMD_HERE(ct_tv_row_sweep)(
 	const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t)
 {
-	float *q0 = r->q[0] + 1, *q1 = r->q[1], *q2 = r->q[2];
-	float *p0 = r->p[0], *p1 = r->p[1], *p2 = r->p[2];
-	float *grad = r->grad, *step = r->step, *out = r->out;
-	float *below = r->below, *after = r->after;
-	const float *x = r->x, *xj = r->xj, *xk = r->xk;
-	const float *before = r->before, *left = r->q[0], *to = r->to;
-	float pull = r->pull;
-	float w0 = weight[0], w1 = weight[1], w2 = weight[2];
+	const struct ct_tv_row here = *r; /* so that no store can change it */
+	const float w[3] = {weight[0], weight[1], weight[2]};
 
-#pragma GCC ivdep
-	for (size_t i = 0; i + 1 < n; i++)
-		q0[i] = w0 * (x[i + 1] - x[i]);
-	q0[n - 1] = 0;
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		float gi = q0[i], gj = w1 * (xj[i] - x[i]), gk = w2 * (xk[i] - x[i]);
-		float qi = p0[i] + s * gi, qj = p1[i] + s * gj, qk = p2[i] + s * gk;
-		float square = qi * qi + qj * qj + qk * qk;
-
-		grad[i] = gi * gi + gj * gj + gk * gk;
-		step[i] = square > 1.0f ? square : 1.0f;
-		q0[i] = qi;
-		q1[i] = qj;
-		q2[i] = qk;
-	}
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		float shrink = 1.0f / sqrtf(step[i]);
-		float qi = shrink * q0[i], qj = shrink * q1[i], qk = shrink * q2[i];
-
-		q0[i] = w0 * (2.0f * qi - p0[i]);
-		after[i] = w1 * (2.0f * qj - p1[i]);
-		q2[i] = w2 * (2.0f * qk - p2[i]);
-		p0[i] = qi;
-		p1[i] = qj;
-		p2[i] = qk;
-	}
-#pragma GCC ivdep
-	for (size_t i = 0; i < n; i++) {
-		step[i] = t * ((q0[i] - left[i]) + (after[i] - before[i]) + (q2[i] - below[i])) +
-			  pull * (to[i] - x[i]);
-		out[i] = x[i] + step[i];
-		below[i] = q2[i];
-	}
+	if (r->grad)
+		row(&here, n, w, s, t, true);
+	else
+		row(&here, n, w, s, t, false);
 }
 
 enum { LANES = 16 }; /* partial sums, in a fixed order */
@@ -74,7 +85,7 @@ double CT_SIMD_HERE(ct_tv_row_roots)(float *v, size_t n)
 
 #pragma GCC ivdep
 	for (size_t i = 0; i < n; i++)
-		v[i] = sqrtf(v[i]);
+		v[i] = __builtin_sqrtf(v[i]);
 	for (size_t i = 0; i < n; i += LANES)
 		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
 			part[l] += (double)v[i + l];

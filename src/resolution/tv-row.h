@@ -7,11 +7,11 @@
 #include <stddef.h>
 
 /* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
- * k-component below (2 p' - p, replaced by this row's), the j-component of the row before, and
- * rows of work. No two of the rows overlap, but xj, xk and to may be x. */
+ * k-component below (2 p' - p, replaced by this row's), the j-component of the row before. No two
+ * of the rows overlap, but xj, xk and to may be x. */
 struct ct_tv_row {
 	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
-	float *q[3], *grad, *step;                  /* work; |grad x|^2, x' - x */
+	float *grad, *step; /* |grad x|^2 and x' - x of each voxel, both or neither NULL */
 	const float *x, *xj, *xk, *to;
 	float pull;
 };

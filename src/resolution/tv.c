@@ -20,7 +20,7 @@ enum { SLAB = 16, MEASURE = 5 };
 struct job {
 	float *x, *p[3];     /* the volume before its correction, and the dual */
 	float *first, *last; /* a plane of each slab */
-	float *scratch;      /* of each worker: three planes, seven rows, that of dc */
+	float *scratch;      /* of each worker: three planes, four rows, that of dc */
 	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
 	struct ct_dc *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
@@ -48,10 +48,9 @@ static void set_aside(void *arg, size_t slab, size_t worker)
 static void sweep_plane(const struct job *j, size_t k, const float *x, const float *xk,
 	float *below, float *rows, double *tv, double *moved)
 {
-	size_t n = j->n[0], pad = n + 1;
-	float *turn[2] = {rows, rows + pad};
+	size_t n = j->n[0];
+	float *turn[2] = {rows, rows + n};
 
-	rows[2 * pad] = 0;
 	memset(turn[1], 0, n * sizeof *rows);
 	for (size_t y = 0; y < j->n[1]; y++) {
 		size_t at = k * j->plane + y * n, up = y + 1 < j->n[1] ? n : 0;
@@ -60,9 +59,8 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, const flo
 			.below = below + y * n,
 			.before = turn[(y + 1) % 2],
 			.after = turn[y % 2],
-			.q = {rows + 2 * pad, rows + 3 * pad, rows + 4 * pad},
-			.grad = rows + 5 * pad,
-			.step = rows + 6 * pad,
+			.grad = j->measure ? rows + 2 * n : NULL,
+			.step = j->measure ? rows + 3 * n : NULL,
 			.x = x + y * n,
 			.xj = x + y * n + up,
 			.xk = xk + y * n,
@@ -193,7 +191,7 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 	j->s = (float)(1 / (rule->step * sqrt(square)));
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
-	j->share = ct_dc_scratch(dc) + 3 * j->plane + 7 * (j->n[0] + 1);
+	j->share = ct_dc_scratch(dc) + 3 * j->plane + 4 * j->n[0];
 	if (near)
 		draw(j, near);
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))

@@ -1,6 +1,6 @@
 /* tv.h: the volume of least total variation among those that agree with the data.
  *
- *   min_x TV(x)  subject to  |D x - y| <= noise sqrt(M)       (dc.h; noise 0: D x = y)
+ *   min_x TV(x)  subject to  |D x - y| <= noise sqrt(M)       (consistency.h; noise 0: D x = y)
  *   TV(x) = sum over voxels of sqrt(sum_a (w_a (x[i + e_a] - x[i]))^2)
  *
  * forward differences, none at the last voxel of an axis; w_a = smallest spacing / spacing of the

@@ -7,8 +7,8 @@
  *   DC     the B-spline, and its inconsistency taken off: x + D+ (y - D x)
  *   TV     least total variation of all x with D x = y (tv.h): edges stay sharp. Best where D
  *          keeps a clean low band; with aliased data it makes isolated points
- *   HTV    least second-order variation, likewise (htv.h): smooth surfaces, gentle with aliasing
- *   AUTO   TV, or HTV where D lets more than CT_REFINE_ALIAS of its weight through above the
+ *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
+ * aliasing AUTO   TV, or HTV where D lets more than CT_REFINE_ALIAS of its weight through above the
  * Nyquist frequency of the coarse grid; the B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.

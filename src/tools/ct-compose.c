@@ -82,7 +82,7 @@ static int regrid(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 				mm, cells, a);
 		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
 		step[a] = mm / old[a];
-		start[a] = 0.5 * step[a] - 0.5;
+		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
 		factor[a] = 1 / step[a];
 	}
 	if (ct_vol_alloc(&out, n, e) || ct_meta_copy(&out.meta, &v->meta, e) ||

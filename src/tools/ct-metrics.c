@@ -159,7 +159,15 @@ static int check_quantity(const struct ct_vol *v, const struct params *p, struct
 	return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window", p->ref, q);
 }
 
-/* All that needs a REF. */
+/* Says which file an error of ct_metrics is about. */
+static void blame(const struct params *p, const struct ct_vol *ref, struct ct_err *e)
+{
+	const bool of_ref = e->code == CT_ENUMERIC && ct_vol_check_finite(ref, e);
+
+	ct_blame(e, of_ref ? p->ref : p->test);
+}
+
+/* All that needs a REF. ct_metrics sees for itself whether the volumes are finite. */
 static int compare(struct ct_figures *f, const struct params *p, const struct ct_vol *test,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -171,12 +179,12 @@ static int compare(struct ct_figures *f, const struct params *p, const struct ct
 	struct ct_edges edges;
 	int rc = -1;
 
-	if (read_checked(&ref, p->ref, e) || check_quantity(&ref, p, e) ||
+	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, p, e) ||
 		(p->mask && read_checked(&mask, p->mask, e)) || rule_of(&rule, p, &ref, env, e))
 		goto out;
 	if (ct_metrics(&m, p->per_slice || p->per_axis ? slice : NULL, &ref, test, in, &rule, env,
 		    e)) {
-		ct_blame(e, p->test);
+		blame(p, &ref, e);
 		goto out;
 	}
 	ct_figures_metrics(f, &m, &rule);
@@ -285,7 +293,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, e) || check_outputs(&p, env, e) || read_checked(&test, p.test, e))
+	if (check(&p, e) || check_outputs(&p, env, e) ||
+		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
 	if ((p.ref && compare(&f, &p, &test, env, e)) ||
 		(p.consistency && certify(&f, &lr, &p, &test, env, e)))

@@ -7,17 +7,23 @@ enum { LANES = 16 }; /* partial sums */
 
 void CT_SIMD_HERE(ct_layer_silu_forward)(size_t n, float *y, const float *x)
 {
-	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] * ct_sigmoid(x[i]);
+	for (size_t i = 0; i < n; i += CT_F32_LANES) {
+		const ct_f32 v = ct_f32_load_n(x + i, n - i);
+
+		ct_f32_store_n(y + i, v * ct_f32_sigmoid(v), n - i);
+	}
 }
 
 void CT_SIMD_HERE(ct_layer_silu_back)(
 	size_t n, float *dx, const float *dy, const float *x, bool acc)
 {
-	for (size_t i = 0; i < n; i++) {
-		float s = ct_sigmoid(x[i]), d = dy[i] * s * (1.0f + x[i] * (1.0f - s));
+	for (size_t i = 0; i < n; i += CT_F32_LANES) {
+		const ct_f32 v = ct_f32_load_n(x + i, n - i), s = ct_f32_sigmoid(v);
+		ct_f32 d = ct_f32_load_n(dy + i, n - i) * s * (1.0f + v * (1.0f - s));
 
-		dx[i] = acc ? dx[i] + d : d;
+		if (acc)
+			d += ct_f32_load_n(dx + i, n - i);
+		ct_f32_store_n(dx + i, d, n - i);
 	}
 }
 

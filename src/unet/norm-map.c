@@ -53,27 +53,25 @@ void CT_SIMD_HERE(ct_norm_map)(
 void CT_SIMD_HERE(ct_norm_map_silu)(
 	size_t hw, size_t c, float *y, const float *x, const float *restrict ab)
 {
-	for (size_t i = 0; i < hw; i++) {
-		const float *xi = x + i * c;
-		float *yi = y + i * c;
+	for (size_t i = 0; i < hw; i++)
+		for (size_t j = 0; j < c; j += CT_F32_LANES) {
+			const ct_f32 z = ct_f32_load(ab + j) * ct_f32_load(x + i * c + j) +
+					 ct_f32_load(ab + c + j);
 
-#pragma GCC ivdep
-		for (size_t j = 0; j < c; j++) {
-			float z = ab[j] * xi[j] + ab[c + j];
-
-			yi[j] = z * ct_sigmoid(z);
+			ct_f32_store(y + i * c + j, z * ct_f32_sigmoid(z));
 		}
-	}
 }
 
 void CT_SIMD_HERE(ct_norm_map_slope)(
 	size_t hw, size_t c, float *restrict dy, const float *restrict x, const float *restrict ab)
 {
 	for (size_t i = 0; i < hw; i++)
-		for (size_t j = 0; j < c; j++) {
-			float z = ab[j] * x[i * c + j] + ab[c + j], s = ct_sigmoid(z);
+		for (size_t j = 0; j < c; j += CT_F32_LANES) {
+			const ct_f32 z = ct_f32_load(ab + j) * ct_f32_load(x + i * c + j) +
+					 ct_f32_load(ab + c + j);
+			const ct_f32 s = ct_f32_sigmoid(z), d = ct_f32_load(dy + i * c + j);
 
-			dy[i * c + j] *= s * (1.0f + z * (1.0f - s));
+			ct_f32_store(dy + i * c + j, d * (s * (1.0f + z * (1.0f - s))));
 		}
 }
 

@@ -1,4 +1,5 @@
-/* norm-map.h: what norm.c does to every value of an image [hw][c]. Kernels (core/simd.h). */
+/* norm-map.h: what norm.c does to every value of an image [hw][c], c a multiple of 16. Kernels
+ * (core/simd.h). */
 #ifndef CT_UNET_NORM_MAP_H
 #define CT_UNET_NORM_MAP_H
 #include "core/simd.h"
@@ -6,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* sums[c] = sum of a, sums[c..2c] = sum of a b, per channel; c is a multiple of 16. */
+/* sums[c] = sum of a, sums[c..2c] = sum of a b, per channel. */
 CT_SIMD_DECLARE(void, ct_norm_map_sums,
 	(size_t hw, size_t c, double *sums, const float *a, const float *b));
 /* y = z = ab[0..c] x + ab[c..2c], and y = z sigmoid(z). y may be x. */

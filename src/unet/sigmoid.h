@@ -4,9 +4,9 @@
 #include "core/vec.h"
 
 /* 1/(1 + e^-x). */
-CT_INLINE float ct_sigmoid(float x)
+CT_INLINE ct_f32 ct_f32_sigmoid(ct_f32 x)
 {
-	return 1.0f / (1.0f + ct_expf(-x));
+	return 1.0f / (1.0f + ct_f32_exp(-x));
 }
 
 #endif

@@ -384,7 +384,8 @@ static void forward_column(
 	if (usable && path_clip(&t, &c->box, g->method == CT_JOSEPH ? 0.5 : 0))
 		for (ptrdiff_t k = first_slab(&t, &c->box); pieces_next(&s, c, &t, &c->box, &k);)
 			for (size_t r = row; r < end; r += CT_PACKET)
-				ct_packet_sum(sum + (r - row), &s, &t.z, (double)r, c->first);
+				CT_SIMD(ct_packet_sum)
+				(sum + (r - row), &s, &t.z, (double)r, c->first);
 	for (size_t r = row; r < end; r++)
 		p[r * w + col] = usable && !apart(&t, c, r)
 					 ? (float)(sum[r - row] * scale_of(&t, r))
@@ -453,7 +454,7 @@ static void adjoint_column(const struct adjoint *f, const struct ct_box *box, si
 	}
 	if (usable && path_clip(&t, box, g->method == CT_JOSEPH ? 0.5 : 0))
 		for (ptrdiff_t i = first_slab(&t, box); pieces_next(&s, c, &t, box, &i);)
-			ct_packet_spread(c->first, &s, &t.z, row, end - row, value);
+			CT_SIMD(ct_packet_spread)(c->first, &s, &t.z, row, end - row, value);
 }
 
 static void adjoint_slab(void *arg, size_t i, size_t worker)

@@ -9,7 +9,8 @@
  * and spread have the same weights to the last bit.
  */
 #include "config.h"
-#include "xray/ray.h"
+#include "xray/joseph.h"
+#include "core/vec.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -30,7 +31,7 @@ struct minor {
 };
 
 /* Index of the base. */
-static CT_INLINE ptrdiff_t minor_at(
+CT_INLINE ptrdiff_t minor_at(
 	struct minor *m, const struct ct_box *box, int axis, double at, double slope)
 {
 	ptrdiff_t lo = box->lo[axis], hi = box->hi[axis] - 1;
@@ -46,8 +47,7 @@ static CT_INLINE ptrdiff_t minor_at(
 }
 
 /* Between which voxels the ray is at slice j, and the weights. */
-static CT_INLINE void between(
-	int32_t at[static 2], float w[static 2], const struct minor *m, double j)
+CT_INLINE void between(int32_t at[static 2], float w[static 2], const struct minor *m, double j)
 {
 	double y = m->y + m->slope * j, in = ct_least(ct_most(y, m->lo - 1), m->hi);
 	int32_t b = (int32_t)(in - (m->lo - 1)) + m->lo - 1, last = m->hi - 1, next = b + 1;
@@ -62,7 +62,7 @@ static CT_INLINE void between(
 }
 
 /* Slices k + j <= last, j < LANES; index of the base. */
-static CT_INLINE ptrdiff_t taps_at(struct taps *restrict t, const struct ct_box *box,
+CT_INLINE ptrdiff_t taps_at(struct taps *restrict t, const struct ct_box *box,
 	const struct ct_ray *r, ptrdiff_t k, ptrdiff_t last)
 {
 	double x = (double)k + 0.5;
@@ -95,7 +95,7 @@ static CT_INLINE ptrdiff_t taps_at(struct taps *restrict t, const struct ct_box 
 }
 
 /* First and last slice of the ray whose centre is in it. */
-static CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray *r, ptrdiff_t *last)
+CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray *r, ptrdiff_t *last)
 {
 	ptrdiff_t lo = box->lo[r->axis[0]], hi = box->hi[r->axis[0]] - 1;
 	double first = ceil(r->x0 - 0.5), end = floor(r->x1 - 0.5);
@@ -104,7 +104,7 @@ static CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray 
 	return first > (double)lo ? (ptrdiff_t)first : lo;
 }
 
-CT_HOT double ct_joseph_sum(
+double CT_SIMD_HERE(ct_joseph_sum)(
 	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	ptrdiff_t last, k = slices(box, r, &last);
@@ -121,7 +121,7 @@ CT_HOT double ct_joseph_sum(
 	return sum * r->scale;
 }
 
-CT_HOT void ct_joseph_spread(
+void CT_SIMD_HERE(ct_joseph_spread)(
 	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value)
 {
 	ptrdiff_t last, k = slices(box, r, &last);

@@ -1,45 +1,79 @@
-/* packet.c: see packet.h. */
+/* packet.c: see packet.h.
+ *
+ * The voxels, or rows, that the lanes of a vector need are neighbours: they lie in a table of one,
+ * two or four registers, from which a permutation picks those of each lane. */
 #include "config.h"
 #include "xray/packet.h"
+#include "core/vec.h"
 #include "xray/ray.h"
 
 #include <math.h>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#include <immintrin.h>
-#define WIDE 1
-#else
-#define WIDE 0
-#endif
-
 enum {
 	TABLE = 32, /* voxels of a column within reach of a packet */
-	AHEAD = 8   /* pieces whose voxels are called into the cache early */
+	AHEAD = 8,  /* pieces whose voxels are called into the cache early */
+	LANES = CT_F32_LANES,
+	PARTS = CT_PACKET / LANES /* vectors of a packet */
 };
+
+/* Where the lanes of a vector find their voxels: none counts; in a table of one register, or of
+ * two; anywhere within TABLE; or too far apart for float heights. */
+enum reach { NOTHING, ONE, TWO, SPARSE, FAR };
 
 /* The pieces as one packet sees them: heights at the ends of row 0, relative to voxel `base`, and
  * the step from row to row. */
 struct plan {
 	float z0[CT_PIECES], q0[CT_PIECES], z1[CT_PIECES], q1[CT_PIECES];
-	int32_t base[CT_PIECES], reach[CT_PIECES]; /* lowest voxel; voxels, 0: none that counts */
+	int32_t base[CT_PIECES], reach[CT_PIECES];
+	int32_t low[PARTS][CT_PIECES]; /* where the table of a part begins, above base */
 };
 
-static CT_INLINE double limited(double x, double n)
+CT_INLINE float least(float a, float b)
+{
+	return a < b ? a : b;
+}
+
+CT_INLINE float most(float a, float b)
+{
+	return a > b ? a : b;
+}
+
+CT_INLINE double limited(double x, double n)
 {
 	return ct_least(ct_most(x, -1000), n + 1000);
 }
 
-CT_HOT static void plan_packet(struct plan *restrict p, const struct ct_pieces *restrict s,
+/* The table of part k: span[m] becomes the voxels that it needs, where that is more. */
+CT_INLINE void plan_part(
+	struct plan *restrict p, int32_t span[restrict CT_PIECES], int k, const int32_t above)
+{
+	const float first = (float)(k * LANES), last = first + LANES - 1;
+	const int32_t end = TABLE - 2 * LANES; /* so that no table goes beyond TABLE */
+
+	for (size_t m = 0; m < CT_PIECES; m++) {
+		float a = p->z0[m] + first * p->q0[m], b = p->z0[m] + last * p->q0[m];
+		float c = p->z1[m] + first * p->q1[m], d = p->z1[m] + last * p->q1[m];
+		int32_t lo = (int32_t)least(least(a, b), least(c, d));
+		int32_t hi = (int32_t)most(most(a, b), most(c, d)) + 1 + above;
+
+		lo = lo < end ? lo : end;
+		p->low[k][m] = lo;
+		span[m] = hi - lo > span[m] ? hi - lo : span[m];
+	}
+}
+
+CT_INLINE void plan_packet(struct plan *restrict p, const struct ct_pieces *restrict s,
 	const struct ct_heights *h, double row)
 {
-	const double last = CT_PACKET - 1, n = h->n, half = h->joseph ? 0.5 : 0;
+	const double end = CT_PACKET - 1, n = h->n, half = h->joseph ? 0.5 : 0;
 	const double pa = h->pa - half, pb = h->pb, qa = h->qa, qb = h->qb;
 	const int32_t above = h->joseph;
+	int32_t reach[CT_PIECES], span[CT_PIECES] = {0};
 
 	for (size_t m = 0; m < CT_PIECES; m++) { /* a fixed number, so that it vectorises */
 		double q0 = qa + qb * s->x0[m], q1 = qa + qb * s->x1[m];
 		double a = pa + pb * s->x0[m] + row * q0, b = pa + pb * s->x1[m] + row * q1;
-		double c = a + last * q0, d = b + last * q1;
+		double c = a + end * q0, d = b + end * q1;
 		double lo = limited(ct_least(ct_least(a, b), ct_least(c, d)), n);
 		double hi = limited(ct_most(ct_most(a, b), ct_most(c, d)), n);
 		int32_t base = (int32_t)(lo + 1024) - 1024,
@@ -50,24 +84,32 @@ CT_HOT static void plan_packet(struct plan *restrict p, const struct ct_pieces *
 		p->z1[m] = (float)(b - base);
 		p->q1[m] = (float)q1;
 		p->base[m] = base;
-		p->reach[m] = top < s->lo[m] || base >= s->hi[m] ? 0 : top - base + 1;
+		reach[m] = top < s->lo[m] || base >= s->hi[m] ? 0 : top - base + 1;
+	}
+	for (int k = 0; k < PARTS; k++)
+		plan_part(p, span, k, above);
+	for (size_t m = 0; m < CT_PIECES; m++) {
+		int32_t how = span[m] <= LANES ? ONE : span[m] <= 2 * LANES ? TWO : SPARSE;
+
+		how = reach[m] > TABLE - 1 ? FAR : how;
+		p->reach[m] = reach[m] > 0 ? how : NOTHING;
 	}
 }
 
-static CT_INLINE float clamp01(float x)
+CT_INLINE float clamp01(float x)
 {
 	x = x > 0 ? x : 0;
 	return x < 1 ? x : 1;
 }
 
 /* Largest slope is 1; a ray without slope crosses nothing, whatever this number. */
-static CT_INLINE float inverse_of(double slope)
+CT_INLINE float inverse_of(double slope)
 {
 	return fabs(slope) < 1e-15 ? 1e15F : (float)(1 / slope);
 }
 
-/* Steps too wide for a table: heights in double, voxels fetched one by one. */
-CT_HOT static void piece_far(float *restrict acc, const struct ct_pieces *restrict s, size_t m,
+/* FAR: heights in double, voxels fetched one by one. */
+static void piece_far(float *restrict acc, const struct ct_pieces *restrict s, size_t m,
 	const struct ct_heights *h, double row, const float *restrict rise, const float *restrict f)
 {
 	double n = h->n, half = h->joseph ? 0.5 : 0;
@@ -91,118 +133,132 @@ CT_HOT static void piece_far(float *restrict acc, const struct ct_pieces *restri
 	}
 }
 
-/* All others. The same as sum_wide, in C. */
-CT_HOT static void piece_near(float *restrict acc, const struct ct_pieces *restrict s, size_t m,
-	const struct plan *restrict p, bool joseph, const float *restrict rise,
-	const float *restrict f)
+/* Those of a table of `reach` registers, from t on. */
+CT_INLINE ct_f32 lookup(const float *t, ct_i32 at, const enum reach reach)
 {
-	f += p->base[m];
-	for (int j = 0; j < CT_PACKET; j++) {
-		float z0 = p->z0[m] + (float)j * p->q0[m], z1 = p->z1[m] + (float)j * p->q1[m];
-		int32_t k0 = (int32_t)z0, k1 = (int32_t)z1, face = k0 > k1 ? k0 : k1;
-		float share, x, y;
+	return reach == ONE   ? ct_f32_table(t, at)
+	       : reach == TWO ? ct_f32_table2(t, at)
+			      : ct_f32_gather(t, at);
+}
 
-		k1 = joseph ? k0 + 1 : k1;
-		x = f[k0 & (TABLE - 1)];
-		y = f[k1 & (TABLE - 1)];
-		share = joseph ? 1 - (z0 - (float)k0)
-			       : clamp01(((float)face - z0) * rise[j] * s->inverse[m]);
-		acc[j] += s->weight[m] * (y + share * (x - y));
+CT_INLINE ct_f32 clamp01_all(ct_f32 x)
+{
+	return ct_f32_min(ct_f32_max(x, ct_f32_set(0)), ct_f32_set(1));
+}
+
+CT_INLINE ct_f32 lanes_from(int32_t first)
+{
+	return __builtin_convertvector(ct_i32_count(first), ct_f32);
+}
+
+CT_INLINE void piece_near(ct_f32 sum[PARTS], const struct ct_pieces *restrict s, size_t m,
+	const struct plan *restrict p, const ct_f32 rise[PARTS], const float *restrict vol,
+	const bool joseph, const enum reach reach)
+{
+	const ct_f32 inverse = ct_f32_set(s->inverse[m]), weight = ct_f32_set(s->weight[m]);
+	const float *f = vol + s->at[m] + p->base[m];
+
+#pragma GCC unroll 4
+	for (int k = 0; k < PARTS; k++) {
+		const ct_f32 lane = lanes_from(k * LANES);
+		const int32_t low = PARTS > 1 ? p->low[k][m] : 0;
+		const ct_f32 z0 = ct_f32_set(p->z0[m]) + lane * ct_f32_set(p->q0[m]);
+		const ct_i32 k0 = __builtin_convertvector(z0, ct_i32);
+		ct_i32 k1 = k0 + 1, face = k0;
+		ct_f32 share, x, y;
+
+		if (!joseph) {
+			k1 = __builtin_convertvector(
+				ct_f32_set(p->z1[m]) + lane * ct_f32_set(p->q1[m]), ct_i32);
+			face = ct_i32_max(k0, k1);
+		}
+		share = __builtin_convertvector(face, ct_f32);
+		if (joseph)
+			share = 1 - (z0 - share);
+		else
+			share = clamp01_all((share - z0) * rise[k] * inverse);
+		x = lookup(f + low, k0 - low, reach);
+		y = lookup(f + low, k1 - low, reach);
+		sum[k] += weight * (y + share * (x - y));
 	}
 }
 
-#if WIDE
-/* The voxels in reach lie in two registers, from which a permutation picks those of each ray. */
-__attribute__((target("avx512f"))) static void sum_wide(float *restrict acc,
-	const struct ct_pieces *restrict s, const struct plan *restrict p,
+static void packet_far(ct_f32 sum[PARTS], const struct ct_pieces *restrict s, size_t m,
 	const struct ct_heights *h, double row, const float *restrict rise,
 	const float *restrict vol)
 {
-	const __m512 lane = _mm512_set_ps(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
-	const __m512 zero = _mm512_setzero_ps(), one = _mm512_set1_ps(1);
-	const __m512 rises = _mm512_loadu_ps(rise);
-	__m512 sum = zero;
+	float acc[CT_PACKET];
 
+	for (int k = 0; k < PARTS; k++)
+		ct_f32_store(acc + k * LANES, sum[k]);
+	piece_far(acc, s, m, h, row, rise, vol + s->at[m]);
+	for (int k = 0; k < PARTS; k++)
+		sum[k] = ct_f32_load(acc + k * LANES);
+}
+
+CT_INLINE void sum_pieces(float acc[restrict CT_PACKET], const struct ct_pieces *restrict s,
+	const struct plan *restrict p, const struct ct_heights *h, double row,
+	const float *restrict rise, const float *restrict vol, const bool joseph)
+{
+	ct_f32 sum[PARTS], rises[PARTS];
+
+#pragma GCC unroll 4
+	for (int k = 0; k < PARTS; k++) {
+		sum[k] = ct_f32_set(0);
+		rises[k] = ct_f32_load(rise + k * LANES);
+	}
 	for (size_t m = 0; m < s->n; m++) {
-		const float *f = vol + s->at[m];
-		__m512 z0, z1, low, high, x, y, share;
-		__m512i k0, k1;
-
-		if (m + AHEAD < s->n && p->reach[m + AHEAD]) {
+		if (m + AHEAD < s->n && p->reach[m + AHEAD] != NOTHING) {
 			const float *next = vol + s->at[m + AHEAD] + p->base[m + AHEAD];
 
-			_mm_prefetch((const char *)next, _MM_HINT_T0);
-			_mm_prefetch((const char *)(next + CT_PACKET), _MM_HINT_T0);
+			__builtin_prefetch(next);
+			__builtin_prefetch(next + CT_PACKET);
 		}
-		if (p->reach[m] == 0)
-			continue;
-		if (p->reach[m] > TABLE - 1) {
-			_mm512_storeu_ps(acc, sum);
-			piece_far(acc, s, m, h, row, rise, f);
-			sum = _mm512_loadu_ps(acc);
-			continue;
+		if (p->reach[m] == ONE) {
+			piece_near(sum, s, m, p, rises, vol, joseph, ONE);
+		} else if (p->reach[m] == TWO) {
+			piece_near(sum, s, m, p, rises, vol, joseph, TWO);
+		} else if (p->reach[m] == SPARSE) {
+			piece_near(sum, s, m, p, rises, vol, joseph, SPARSE);
+		} else if (p->reach[m] == FAR) {
+			ct_f32 all[PARTS];
+
+			memcpy(all, sum, sizeof all);
+			packet_far(all, s, m, h, row, rise, vol);
+			memcpy(sum, all, sizeof all);
 		}
-		f += p->base[m];
-		low = _mm512_loadu_ps(f);
-		high = _mm512_loadu_ps(f + CT_PACKET);
-		z0 = _mm512_add_ps(
-			_mm512_set1_ps(p->z0[m]), _mm512_mul_ps(lane, _mm512_set1_ps(p->q0[m])));
-		k0 = _mm512_cvttps_epi32(z0);
-		x = _mm512_permutex2var_ps(low, k0, high);
-		if (h->joseph) {
-			k1 = _mm512_add_epi32(k0, _mm512_set1_epi32(1));
-			share = _mm512_sub_ps(one, _mm512_sub_ps(z0, _mm512_cvtepi32_ps(k0)));
-		} else {
-			z1 = _mm512_add_ps(_mm512_set1_ps(p->z1[m]),
-				_mm512_mul_ps(lane, _mm512_set1_ps(p->q1[m])));
-			k1 = _mm512_cvttps_epi32(z1);
-			share = _mm512_sub_ps(_mm512_cvtepi32_ps(_mm512_max_epi32(k0, k1)), z0);
-			share = _mm512_mul_ps(
-				_mm512_mul_ps(share, rises), _mm512_set1_ps(s->inverse[m]));
-			share = _mm512_min_ps(_mm512_max_ps(share, zero), one);
-		}
-		y = _mm512_permutex2var_ps(low, k1, high);
-		x = _mm512_add_ps(y, _mm512_mul_ps(share, _mm512_sub_ps(x, y)));
-		sum = _mm512_add_ps(sum, _mm512_mul_ps(_mm512_set1_ps(s->weight[m]), x));
 	}
-	_mm512_storeu_ps(acc, sum);
-}
-#endif
-
-static void sum_plain(float *restrict acc, const struct ct_pieces *restrict s,
-	const struct plan *restrict p, const struct ct_heights *h, double row,
-	const float *restrict rise, const float *restrict vol)
-{
-	for (size_t m = 0; m < s->n; m++)
-		if (p->reach[m] > TABLE - 1)
-			piece_far(acc, s, m, h, row, rise, vol + s->at[m]);
-		else if (p->reach[m] > 0)
-			piece_near(acc, s, m, p, h->joseph, rise, vol + s->at[m]);
+#pragma GCC unroll 4
+	for (int k = 0; k < PARTS; k++)
+		ct_f32_store(acc + k * LANES, sum[k]);
 }
 
-void ct_packet_sum(double sum[static CT_PACKET], const struct ct_pieces *restrict s,
+void CT_SIMD_HERE(ct_packet_sum)(double sum[static CT_PACKET], const struct ct_pieces *restrict s,
 	const struct ct_heights *h, double row, const float *restrict vol)
 {
-	float acc[CT_PACKET] = {0}, rise[CT_PACKET];
+	float acc[CT_PACKET], rise[CT_PACKET];
 	struct plan p;
 
 	plan_packet(&p, s, h, row);
 	for (int j = 0; j < CT_PACKET; j++)
 		rise[j] = inverse_of(h->s0 + (row + j) * h->s1);
-#if WIDE
-	if (__builtin_cpu_supports("avx512f"))
-		sum_wide(acc, s, &p, h, row, rise, vol);
+	if (h->joseph)
+		sum_pieces(acc, s, &p, h, row, rise, vol, true);
 	else
-#endif
-		sum_plain(acc, s, &p, h, row, rise, vol);
+		sum_pieces(acc, s, &p, h, row, rise, vol, false);
 	for (int j = 0; j < CT_PACKET; j++)
 		sum[j] += (double)acc[j];
 }
 
-enum { FRONT = 8, BEHIND = 2 * TABLE + 8 };
+enum {
+	FRONT = 8,
+	BEHIND = CT_ROWS + 2 * TABLE + 16,
+	BLOCKS = 8,                    /* of sixteen voxels, that are planned at once */
+	GROUP = PARTS < 2 ? PARTS : 2, /* vectors of voxels that go through the rows together */
+};
 
-/* Values and inverse slopes of the rows of a block, zeros around them: row r is at FRONT + r. Rows
- * are counted so that heights grow with them. */
+/* Values and inverse slopes of the rows of a packet's detector column, zeros around them: row r is
+ * at FRONT + r. Rows are counted so that heights grow with them. */
 struct rows {
 	float value[FRONT + CT_ROWS + BEHIND], rise[FRONT + CT_ROWS + BEHIND];
 	int32_t n;
@@ -210,186 +266,178 @@ struct rows {
 
 /* The piece as the spread sees it. */
 struct piece {
-	double p0, q0, p1, q1; /* heights of row r of the block: p + r q, q > 0 */
+	double p0, q0, p1, q1; /* heights of row r: p + r q, q > 0 */
 	double i0, i1;         /* 1/q */
 	float inverse, weight;
-	bool joseph;
 };
 
-/* What sixteen voxels from k on receive: voxel k + l, from rows row + first(l) and on. With
- * lane l, first(l) = floor(min(r0 + l g0, r1 + l g1)); row 0 of these is at height z above k. */
-struct block {
-	int32_t row, rounds;
-	float z, q, r0, r1, g0, g1;
+/* What sixteen voxels from k on receive: voxel k + l, from rows row + first(l) and on, so many
+ * rounds. With lane l, first(l) = floor(min(r0 + l/q0, r1 + l/q1)); row 0 of these is at height z
+ * above k. */
+struct blocks {
+	int32_t row[BLOCKS], rounds[BLOCKS];
+	float z[BLOCKS], r0[BLOCKS], r1[BLOCKS];
 };
 
-static CT_INLINE int32_t first_row(const struct block *b, int32_t l)
+/* Those from voxel k on; 0 rounds where no row reaches them. */
+CT_INLINE void plan_blocks(struct blocks *restrict b, const struct piece *restrict s, int32_t rows,
+	int32_t k, const bool joseph)
 {
-	float x = b->r0 + (float)l * b->g0, y = b->r1 + (float)l * b->g1, r = x < y ? x : y;
+	const double margin = joseph ? 0.5 : 0, last = CT_PACKET - 1, n = rows;
+	const double p0 = s->p0, q0 = s->q0, p1 = s->p1, i0 = s->i0, i1 = s->i1;
+	const double voxel = (1 + 2 * margin) * ct_most(i0, i1);
 
-	return (int32_t)((r > -4 ? r : -4) + 4) - 4;
+	for (int j = 0; j < BLOCKS; j++) {
+		double at = k + j * CT_PACKET;
+		double from0 = (at - margin - p0) * i0, from1 = (at - margin - p1) * i1;
+		double lead = ct_least(from0, from1), d0 = from0 - from1,
+		       d1 = d0 + last * (i0 - i1);
+		double wide = ct_most(fabs(d0), fabs(d1)) + voxel;
+		int32_t row = (int32_t)ct_least(ct_most(lead, -2), n);
+		int32_t rounds = (int32_t)ct_least(wide, n + 8) + 2;
+
+		b->row[j] = row;
+		b->rounds[j] = lead < n ? rounds : 0;
+		b->z[j] = (float)(p0 + row * q0 - at);
+		b->r0[j] = (float)(from0 - row);
+		b->r1[j] = (float)(from1 - row);
+	}
 }
 
-/* False if no row reaches them. */
-static CT_INLINE bool block_of(
-	struct block *b, const struct piece *s, const struct rows *rows, int32_t k)
+/* Entry `at` of a table of `registers` registers from t on; of t itself if 0. */
+CT_INLINE ct_f32 row_table(const float *t, ct_i32 at, const int registers)
 {
-	double margin = s->joseph ? 0.5 : 0, last = CT_PACKET - 1;
-	double from0 = (k - margin - s->p0) * s->i0, from1 = (k - margin - s->p1) * s->i1;
-	double lead = ct_least(from0, from1), d0 = from0 - from1, d1 = d0 + last * (s->i0 - s->i1);
-	double wide = ct_most(d0 < 0 ? -d0 : d0, d1 < 0 ? -d1 : d1) +
-		      (1 + 2 * margin) * ct_most(s->i0, s->i1);
-
-	if (lead >= rows->n)
-		return false;
-	b->row = (int32_t)ct_most(lead, -2);
-	b->rounds = (int32_t)ct_least(wide, rows->n + 8) + 2;
-	b->z = (float)(s->p0 + b->row * s->q0 - k);
-	b->q = (float)s->q0;
-	b->r0 = (float)(from0 - b->row);
-	b->r1 = (float)(from1 - b->row);
-	b->g0 = (float)s->i0;
-	b->g1 = (float)s->i1;
-	return true;
+	return registers == 1   ? ct_f32_table(t, at)
+	       : registers == 2 ? ct_f32_table2(t, at)
+	       : registers == 4 ? ct_f32_table4(t, at)
+				: ct_f32_gather(t, at);
 }
 
-CT_HOT static void spread_plain(
-	float *restrict acc, const struct block *b, const struct piece *s, const struct rows *rows)
+/* Vectors of voxels: `over` above row 0 of the block, met by rows from `dr` on. */
+struct group {
+	ct_f32 over[GROUP];
+	ct_i32 dr[GROUP];
+	int32_t row, rounds; /* row 0 of the block */
+	float q;             /* from row to row */
+};
+
+/* sum: what the voxels receive. From one row to the next it is the tables that move on, not the
+ * indices into them. */
+CT_INLINE void spread_rows(ct_f32 sum[GROUP], const struct group *g, const struct rows *rows,
+	float inverse, const bool joseph, const int registers)
 {
-	int32_t first[CT_PACKET];
+	const ct_i32 none = {0};
+	const float *v[GROUP], *r[GROUP];
+	ct_i32 at[GROUP];
+	ct_f32 row[GROUP];
 
-	for (int32_t l = 0; l < CT_PACKET; l++)
-		first[l] = first_row(b, l);
-	for (int32_t i = 0; i < b->rounds; i++)
-		for (int32_t l = 0; l < CT_PACKET; l++) {
-			int32_t dr = first[l] + i, r = b->row + dr;
-			float above = ((float)l - b->z) - (float)dr * b->q, w, x, y;
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		int32_t first = g->row + g->dr[k][0];
 
-			r = r > -1 ? r : -1;
-			r = (r < rows->n ? r : rows->n) + FRONT;
-			if (s->joseph) {
-				x = above + 0.5F;
-				x = 1 - (x < 0 ? -x : x);
-				w = x > 0 ? x : 0;
-			} else {
-				y = rows->rise[r] * s->inverse;
-				x = above * y;
-				w = clamp01(x + y) - clamp01(x);
-				w = w < 0 ? -w : w;
+		first = registers ? (first < rows->n ? first : rows->n) + FRONT : 0;
+		v[k] = rows->value + first;
+		r[k] = rows->rise + first;
+		at[k] = registers ? g->dr[k] - g->dr[k][0] : none;
+		row[k] = __builtin_convertvector(g->dr[k], ct_f32);
+		sum[k] = ct_f32_set(0);
+	}
+	for (int32_t i = 0; i < g->rounds; i++) {
+#pragma GCC unroll 2
+		for (int k = 0; k < GROUP; k++) {
+			const ct_f32 above = g->over[k] - row[k] * ct_f32_set(g->q);
+			const size_t on = registers ? (size_t)i : 0;
+			ct_f32 w, x, y;
+
+			if (!registers) {
+				at[k] = ct_i32_max(g->dr[k] + (g->row + i), none - 1);
+				at[k] = ct_i32_min(at[k], none + rows->n) + FRONT;
 			}
-			acc[l] += w * rows->value[r];
+			if (joseph) {
+				x = ct_f32_abs(above + 0.5F);
+				w = ct_f32_max(1 - x, ct_f32_set(0));
+			} else {
+				y = row_table(r[k] + on, at[k], registers) * inverse;
+				x = above * y;
+				w = ct_f32_abs(clamp01_all(x + y) - clamp01_all(x));
+			}
+			sum[k] += w * row_table(v[k] + on, at[k], registers);
+			row[k] += 1;
 		}
-}
-
-#if WIDE
-/* Entry `at` of the 64 in a, b, c, d; of the 32 in a, b if not wide. */
-__attribute__((target("avx512f"))) static CT_INLINE __m512 pick(
-	__m512 a, __m512 b, __m512 c, __m512 d, __m512i at, bool wide)
-{
-	__m512 low = _mm512_permutex2var_ps(a, at, b);
-
-	if (!wide)
-		return low;
-	return _mm512_mask_blend_ps(_mm512_cmpgt_epi32_mask(at, _mm512_set1_epi32(TABLE - 1)), low,
-		_mm512_permutex2var_ps(c, at, d));
-}
-
-/* The same as spread_plain, the rows in reach (64 at most, 32 if not wide) in registers. */
-__attribute__((target("avx512f"))) static CT_INLINE void spread_table(float *restrict f,
-	int32_t count, const struct block *b, const struct piece *s, const struct rows *rows,
-	bool joseph, bool wide)
-{
-	const __m512 lane = _mm512_set_ps(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
-	const __m512 zero = _mm512_setzero_ps(), one = _mm512_set1_ps(1), q = _mm512_set1_ps(b->q);
-	const __m512 four = _mm512_set1_ps(4), inverse = _mm512_set1_ps(s->inverse);
-	const __m512i step = _mm512_set1_epi32(1);
-	const __m512 over = _mm512_sub_ps(lane, _mm512_set1_ps(b->z));
-	__m512 x = _mm512_add_ps(_mm512_set1_ps(b->r0), _mm512_mul_ps(lane, _mm512_set1_ps(b->g0)));
-	__m512 y = _mm512_add_ps(_mm512_set1_ps(b->r1), _mm512_mul_ps(lane, _mm512_set1_ps(b->g1)));
-	__m512 sum = zero, above, w;
-	__m512i dr, at;
-	int32_t first = first_row(b, 0);
-	const float *v = rows->value + FRONT + b->row + first;
-	const float *r = rows->rise + FRONT + b->row + first;
-	__m512 v0 = _mm512_loadu_ps(v), v1 = _mm512_loadu_ps(v + 16), v2 = zero, v3 = zero;
-	__m512 r0 = _mm512_loadu_ps(r), r1 = _mm512_loadu_ps(r + 16), r2 = zero, r3 = zero;
-	__mmask16 valid = (__mmask16)((1U << count) - 1);
-
-	if (wide) {
-		v2 = _mm512_loadu_ps(v + 32);
-		v3 = _mm512_loadu_ps(v + 48);
-		r2 = _mm512_loadu_ps(r + 32);
-		r3 = _mm512_loadu_ps(r + 48);
 	}
-	x = _mm512_max_ps(_mm512_min_ps(x, y), _mm512_set1_ps(-4));
-	dr = _mm512_sub_epi32(_mm512_cvttps_epi32(_mm512_add_ps(x, four)), _mm512_set1_epi32(4));
-	at = _mm512_sub_epi32(dr, _mm512_set1_epi32(first));
-	for (int32_t i = 0; i < b->rounds; i++) {
-		above = _mm512_sub_ps(over, _mm512_mul_ps(_mm512_cvtepi32_ps(dr), q));
-		if (joseph) {
-			x = _mm512_abs_ps(_mm512_add_ps(above, _mm512_set1_ps(0.5F)));
-			w = _mm512_max_ps(_mm512_sub_ps(one, x), zero);
-		} else {
-			y = _mm512_mul_ps(pick(r0, r1, r2, r3, at, wide), inverse);
-			x = _mm512_mul_ps(above, y);
-			y = _mm512_min_ps(_mm512_max_ps(_mm512_add_ps(x, y), zero), one);
-			x = _mm512_min_ps(_mm512_max_ps(x, zero), one);
-			w = _mm512_abs_ps(_mm512_sub_ps(y, x));
-		}
-		sum = _mm512_add_ps(sum, _mm512_mul_ps(w, pick(v0, v1, v2, v3, at, wide)));
-		dr = _mm512_add_epi32(dr, step);
-		at = _mm512_add_epi32(at, step);
-	}
-	sum = _mm512_mul_ps(sum, _mm512_set1_ps(s->weight));
-	_mm512_mask_storeu_ps(f, valid, _mm512_add_ps(_mm512_maskz_loadu_ps(valid, f), sum));
 }
 
-/* False if more rows than 64 are in reach. */
-__attribute__((target("avx512f"))) static bool spread_wide(float *restrict f, int32_t count,
-	const struct block *b, const struct piece *s, const struct rows *rows)
+/* The voxels f of a block from lane `l` on, of which `count` are there. */
+CT_INLINE void spread_group(float *restrict f, const struct blocks *b, int j, const struct piece *s,
+	const struct rows *rows, int32_t l, int32_t count, const bool joseph)
 {
-	int32_t reach = first_row(b, CT_PACKET - 1) - first_row(b, 0) + b->rounds;
+	struct group g = {.row = b->row[j], .q = (float)s->q0};
+	ct_f32 sum[GROUP];
+	int32_t reach = 0, left;
 
-	if (reach > 2 * TABLE)
-		return false;
-	if (s->joseph)
-		spread_table(f, count, b, s, rows, true, reach > TABLE);
-	else if (reach > TABLE)
-		spread_table(f, count, b, s, rows, false, true);
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		const ct_f32 lane = lanes_from(l + k * LANES);
+		const ct_f32 x = b->r0[j] + lane * (float)s->i0, y = b->r1[j] + lane * (float)s->i1;
+		const ct_f32 lead = ct_f32_max(ct_f32_min(x, y), ct_f32_set(-4));
+		int32_t span;
+
+		g.over[k] = lane - b->z[j];
+		g.dr[k] = __builtin_convertvector(lead + 4, ct_i32) - 4;
+		span = g.dr[k][LANES - 1] - g.dr[k][0];
+		reach = span > reach ? span : reach;
+	}
+	left = rows->n - g.row - g.dr[0][0];
+	g.rounds = left < b->rounds[j] ? left : b->rounds[j];
+	if (reach < LANES)
+		spread_rows(sum, &g, rows, s->inverse, joseph, 1);
+	else if (reach < 2 * LANES)
+		spread_rows(sum, &g, rows, s->inverse, joseph, 2);
+	else if (reach < 4 * LANES)
+		spread_rows(sum, &g, rows, s->inverse, joseph, 4);
 	else
-		spread_table(f, count, b, s, rows, false, false);
-	return true;
-}
-#endif
+		spread_rows(sum, &g, rows, s->inverse, joseph, 0);
+#pragma GCC unroll 2
+	for (int k = 0; k < GROUP; k++) {
+		const ct_i32 valid = ct_i32_count(l + k * LANES) < count;
+		float *to = f + l + k * LANES;
 
-static CT_INLINE void spread_block(float *restrict f, const struct piece *s,
-	const struct rows *rows, int32_t k, int32_t count, bool wide)
+		sum[k] *= s->weight;
+		ct_f32_store(to, ct_f32_load(to) + (ct_f32)((ct_i32)sum[k] & valid));
+	}
+}
+
+/* The voxels of a piece that rows reach, sixteen after sixteen. Those of the piece `next` are
+ * called into the cache. */
+CT_INLINE void spread_piece(float *restrict f, const float *next, const struct piece *s,
+	const struct rows *rows, int32_t n, const bool joseph)
 {
-	float acc[CT_PACKET] = {0};
-	struct block b;
+	double margin = joseph ? 0.5 : 0, low = ct_least(s->p0, s->p1) - margin;
+	double high =
+		ct_most(s->p0 + (double)rows->n * s->q0, s->p1 + (double)rows->n * s->q1) + margin;
+	int32_t k = (int32_t)ct_most(limited(low, n), 0);
+	int32_t last = (int32_t)(limited(high, n) + 1024) - 1024;
 
-	if (!block_of(&b, s, rows, k))
-		return;
-#if WIDE
-	if (wide && spread_wide(f, count, &b, s, rows))
-		return;
-#endif
-	(void)wide;
-	spread_plain(acc, &b, s, rows);
-	for (int32_t l = 0; l < count; l++)
-		f[l] += acc[l] * s->weight;
+	last = last < n ? last : n - 1;
+	while (k <= last) {
+		struct blocks b;
+
+		plan_blocks(&b, s, rows->n, k, joseph);
+		for (int j = 0; j < BLOCKS && k <= last; j++, k += CT_PACKET) {
+			__builtin_prefetch(next + k);
+			for (int32_t l = 0; l < CT_PACKET && b.rounds[j]; l += GROUP * LANES)
+				spread_group(f + k, &b, j, s, rows, l, last - k + 1, joseph);
+		}
+	}
 }
 
-void ct_packet_spread(float *restrict vol, const struct ct_pieces *restrict s,
+void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces *restrict s,
 	const struct ct_heights *h, size_t row, size_t count, const float *restrict value)
 {
-	bool down = h->qa + h->qb * (s->n ? s->x0[0] : 0) < 0, wide = false;
-	double at = (double)(down ? row + count - 1 : row), margin = h->joseph ? 0.5 : 0, top;
+	bool down = h->qa + h->qb * (s->n ? s->x0[0] : 0) < 0;
+	double at = (double)(down ? row + count - 1 : row);
 	struct rows rows = {.n = (int32_t)count};
 
-#if WIDE
-	wide = __builtin_cpu_supports("avx512f");
-#endif
 	for (size_t i = 0; i < count; i++) {
 		size_t from = down ? count - 1 - i : i;
 
@@ -397,24 +445,20 @@ void ct_packet_spread(float *restrict vol, const struct ct_pieces *restrict s,
 		rows.rise[FRONT + i] = inverse_of(h->s0 + (double)(row + from) * h->s1);
 	}
 	for (size_t m = 0; m < s->n; m++) {
+		const float *next = vol + s->at[m + 1 < s->n ? m + 1 : m];
 		double q0 = h->qa + h->qb * s->x0[m], q1 = h->qa + h->qb * s->x1[m];
 		struct piece p = {.p0 = h->pa + h->pb * s->x0[m] + at * q0,
 			.p1 = h->pa + h->pb * s->x1[m] + at * q1,
 			.q0 = down ? -q0 : q0,
 			.q1 = down ? -q1 : q1,
 			.inverse = s->inverse[m],
-			.weight = s->weight[m],
-			.joseph = h->joseph};
-		int32_t k, last;
+			.weight = s->weight[m]};
 
 		p.i0 = 1 / p.q0;
 		p.i1 = 1 / p.q1;
-		k = (int32_t)ct_most(limited(ct_least(p.p0, p.p1) - margin, h->n), 0);
-		top = ct_most(p.p0 + (double)count * p.q0, p.p1 + (double)count * p.q1) + margin;
-		last = (int32_t)(limited(top, h->n) + 1024) - 1024;
-		last = last < h->n ? last : h->n - 1;
-		for (; k <= last; k += CT_PACKET)
-			spread_block(vol + s->at[m] + k, &p, &rows, k,
-				last - k < CT_PACKET ? last - k + 1 : CT_PACKET, wide);
+		if (h->joseph)
+			spread_piece(vol + s->at[m], next, &p, &rows, h->n, true);
+		else
+			spread_piece(vol + s->at[m], next, &p, &rows, h->n, false);
 	}
 }

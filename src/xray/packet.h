@@ -10,10 +10,12 @@
  * Siddon: piece [x0, x1] of one column: the share of the piece below the crossing belongs to one
  * voxel, the rest to the other. Joseph: at x0 = x1, between two voxel centres.
  *
- * The same arithmetic, operation by operation, in every instruction set. Pure; thread-safe.
+ * Pure kernels (core/simd.h).
  */
 #ifndef CT_XRAY_PACKET_H
 #define CT_XRAY_PACKET_H
+#include "core/simd.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -43,11 +45,14 @@ struct ct_heights {
 };
 
 /* sum[j] += pieces of rows row + j, j < CT_PACKET. vol as `at` counts, columns padded. */
-void ct_packet_sum(double sum[static CT_PACKET], const struct ct_pieces *restrict s,
-	const struct ct_heights *z, double row, const float *restrict vol);
+CT_SIMD_DECLARE(void, ct_packet_sum,
+	(double sum[static CT_PACKET], const struct ct_pieces *restrict s,
+		const struct ct_heights *z, double row, const float *restrict vol));
 /* vol += the transpose of rows [row, row + rows), rows <= CT_ROWS; value[r - row] holds their
- * values. Only voxels within [0, n). */
-void ct_packet_spread(float *restrict vol, const struct ct_pieces *restrict s,
-	const struct ct_heights *z, size_t row, size_t rows, const float *restrict value);
+ * values. Only voxels within [0, n) change; the padding behind them is read and written as it is.
+ */
+CT_SIMD_DECLARE(void, ct_packet_spread,
+	(float *restrict vol, const struct ct_pieces *restrict s, const struct ct_heights *z,
+		size_t row, size_t rows, const float *restrict value));
 
 #endif

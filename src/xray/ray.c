@@ -1,7 +1,9 @@
 /* ray.c: see ray.h. Which rays there are, and which of them meet what. */
 #include "config.h"
 #include "xray/ray.h"
+#include "xray/joseph.h"
 #include "xray/scan.h"
+#include "xray/siddon.h"
 
 #include <math.h>
 #include <string.h>
@@ -120,7 +122,8 @@ double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			sum += (joseph ? ct_joseph_sum : ct_siddon_sum)(vol, box, &r);
+			sum += (joseph ? CT_SIMD(ct_joseph_sum) : CT_SIMD(ct_siddon_sum))(
+				vol, box, &r);
 	return sum;
 }
 
@@ -134,5 +137,6 @@ void ct_pixel_spread(const struct ct_projector *g, size_t view, size_t row, size
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			(joseph ? ct_joseph_spread : ct_siddon_spread)(vol, box, &r, value);
+			(joseph ? CT_SIMD(ct_joseph_spread) : CT_SIMD(ct_siddon_spread))(
+				vol, box, &r, value);
 }

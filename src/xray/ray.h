@@ -1,19 +1,11 @@
 /* ray.h: rays in voxel units, one at a time: the geometry that project.c, columns.c and packet.c
- * share, and the sum and the spread along one ray (siddon.c, joseph.c). */
+ * share. */
 #ifndef CT_XRAY_RAY_H
 #define CT_XRAY_RAY_H
 #include "xray/project.h"
 
 #include <stdbool.h>
 #include <stddef.h>
-
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
-	!defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CT_HOT __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define CT_HOT
-#endif
-#define CT_INLINE inline __attribute__((always_inline))
 
 /* A box of voxels [lo, hi) in a volume; voxel (i,j,k) is at i stride[0] + j stride[1] + ... */
 struct ct_box {
@@ -36,12 +28,12 @@ struct ct_ray {
 };
 
 /* Not fmin and fmax: those are calls where they must care for NaN. */
-static CT_INLINE double ct_least(double a, double b)
+static inline __attribute__((always_inline)) double ct_least(double a, double b)
 {
 	return a < b ? a : b;
 }
 
-static CT_INLINE double ct_most(double a, double b)
+static inline __attribute__((always_inline)) double ct_most(double a, double b)
 {
 	return a > b ? a : b;
 }
@@ -64,13 +56,5 @@ double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_
 /* vol += its transpose times value, in the box. */
 void ct_pixel_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
 	const struct ct_box *box, double value);
-
-/* One ray: sum of weight times voxel, and its transpose. Joseph's voxels beyond the box are 0. */
-double ct_siddon_sum(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r);
-void ct_siddon_spread(
-	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value);
-double ct_joseph_sum(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r);
-void ct_joseph_spread(
-	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value);
 
 #endif

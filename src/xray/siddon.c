@@ -12,7 +12,8 @@
  * registers; voxels of different slabs differ, so the adjoint may write them in any order.
  */
 #include "config.h"
-#include "xray/ray.h"
+#include "xray/siddon.h"
+#include "core/vec.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -34,7 +35,7 @@ struct minor {
 };
 
 /* m's fields that stay for all blocks of a ray. */
-static CT_INLINE struct minor minor_of(const struct ct_box *box, int axis, double slope)
+CT_INLINE struct minor minor_of(const struct ct_box *box, int axis, double slope)
 {
 	bool still = fabs(slope) < 1e-30;
 
@@ -45,7 +46,7 @@ static CT_INLINE struct minor minor_of(const struct ct_box *box, int axis, doubl
 }
 
 /* Its place at a block that begins at `at`; the index of the base along the axis. */
-static CT_INLINE ptrdiff_t minor_at(
+CT_INLINE ptrdiff_t minor_at(
 	struct minor *m, const struct ct_box *box, int axis, double at, double slope)
 {
 	ptrdiff_t lo = box->lo[axis], hi = box->hi[axis] - 1;
@@ -59,8 +60,8 @@ static CT_INLINE ptrdiff_t minor_at(
 }
 
 /* The part [x0, x1] of a block, in slabs from its start; none beyond slab `end`. */
-static CT_INLINE void cut_block(struct cut *restrict out, float x0, float x1, int32_t end,
-	int32_t stride, const struct minor *b, const struct minor *c)
+CT_INLINE void cut_block(struct cut *restrict out, float x0, float x1, int32_t end, int32_t stride,
+	const struct minor *b, const struct minor *c)
 {
 	const struct minor p = *b, q = *c;
 	float pedge = (float)(p.up ? p.hi + 1 : p.lo), qedge = (float)(q.up ? q.hi + 1 : q.lo);
@@ -106,7 +107,7 @@ static CT_INLINE void cut_block(struct cut *restrict out, float x0, float x1, in
 }
 
 /* Cut the block of slabs from slab k; the index of its base voxel. */
-static CT_INLINE ptrdiff_t cut_at(struct cut *out, const struct ct_box *box, const struct ct_ray *r,
+CT_INLINE ptrdiff_t cut_at(struct cut *out, const struct ct_box *box, const struct ct_ray *r,
 	struct minor *b, struct minor *c, ptrdiff_t k)
 {
 	ptrdiff_t stride = box->stride[r->axis[0]], end = box->hi[r->axis[0]] - 1 - k;
@@ -131,7 +132,7 @@ static ptrdiff_t first_slab(const struct ct_box *box, const struct ct_ray *r)
 }
 
 /* Length times value over a block. One slab after another: emulated vector gathers are slower. */
-static CT_INLINE double block_sum(const float *f, const struct cut *c)
+CT_INLINE double block_sum(const float *f, const struct cut *c)
 {
 	double even = 0, odd = 0;
 
@@ -157,7 +158,7 @@ struct walk {
 };
 
 /* The base voxel of the next block, or -1 behind the last one. */
-static CT_INLINE ptrdiff_t walk_on(struct walk *w, const float *vol)
+CT_INLINE ptrdiff_t walk_on(struct walk *w, const float *vol)
 {
 	struct cut *cut = &w->cut[w->last ^= 1];
 	ptrdiff_t base;
@@ -171,7 +172,7 @@ static CT_INLINE ptrdiff_t walk_on(struct walk *w, const float *vol)
 	return base;
 }
 
-static CT_INLINE ptrdiff_t walk_start(
+CT_INLINE ptrdiff_t walk_start(
 	struct walk *w, const struct ct_box *box, const struct ct_ray *r, const float *vol)
 {
 	w->box = box;
@@ -183,7 +184,7 @@ static CT_INLINE ptrdiff_t walk_start(
 	return walk_on(w, vol);
 }
 
-CT_HOT double ct_siddon_sum(
+double CT_SIMD_HERE(ct_siddon_sum)(
 	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	struct walk w;
@@ -199,7 +200,7 @@ CT_HOT double ct_siddon_sum(
 	return total * r->scale;
 }
 
-CT_HOT void ct_siddon_spread(
+void CT_SIMD_HERE(ct_siddon_spread)(
 	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value)
 {
 	float x = (float)(value * r->scale);

@@ -1,0 +1,105 @@
+/* hessian-row.c: see hessian-row.h. */
+#include "config.h"
+#include "resolution/hessian-row.h"
+#include "core/vec.h"
+
+#include <stdbool.h>
+
+enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS };
+
+/* Voxels [i, i + m), m <= CT_F32_LANES; before them stands `left`. */
+CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_f32 *left, float s,
+	const bool begin, const bool end)
+{
+	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(1);
+	const ct_f32 x = ct_f32_load_n(r->x + i, m);
+	const ct_f32 j1 = ct_f32_load_n(r->j1 + i, m), k1 = ct_f32_load_n(r->k1 + i, m);
+	const size_t more = end ? m - 1 : m; /* that have a voxel after them */
+	const ct_f32 next = ct_f32_load_n(r->x + i + 1, more), ahead = next - x;
+	const float *w = r->weight;
+	ct_f32 h[PARTS], q[PARTS], square = zero, norm = zero;
+
+	h[II] = w[II] * (ct_f32_slide(*left, x) + next - 2.0f * x);
+	h[JJ] = w[JJ] * (ct_f32_load_n(r->j0 + i, m) + j1 - 2.0f * x);
+	h[KK] = w[KK] * (ct_f32_load_n(r->k0 + i, m) + k1 - 2.0f * x);
+	h[IJ] = w[IJ] * ((ct_f32_load_n(r->j1 + i + 1, more) - j1) - ahead);
+	h[IK] = w[IK] * ((ct_f32_load_n(r->k1 + i + 1, more) - k1) - ahead);
+	h[JK] = w[JK] * (ct_f32_load_n(r->jk + i, m) - j1 - k1 + x);
+	if (begin)
+		h[II] = ct_f32_pick(ct_i32_first(1), zero, h[II]);
+	if (end) {
+		const ct_i32 inside = ct_i32_first(m - 1);
+
+		h[II] = ct_f32_pick(inside, h[II], zero);
+		h[IJ] = ct_f32_pick(inside, h[IJ], zero);
+		h[IK] = ct_f32_pick(inside, h[IK], zero);
+	}
+#pragma GCC unroll 6
+	for (int c = 0; c < PARTS; c++) {
+		square += h[c] * h[c];
+		q[c] = ct_f32_load_n(r->q[c] + i, m) + s * h[c];
+		norm += q[c] * q[c];
+	}
+	norm = one / ct_f32_sqrt(ct_f32_max(norm, one));
+#pragma GCC unroll 6
+	for (int c = 0; c < PARTS; c++)
+		ct_f32_store_n(r->q[c] + i, q[c] * norm, m);
+	if (r->square)
+		ct_f32_store_n(r->square + i, square, m);
+	*left = x;
+}
+
+void CT_SIMD_HERE(ct_hessian_row_ascend)(const struct ct_hessian_ascent *row, size_t n, float s)
+{
+	const struct ct_hessian_ascent r = *row; /* so that no store can change it */
+	ct_f32 left = ct_f32_set(0);
+	size_t i = CT_F32_LANES;
+
+	if (n <= CT_F32_LANES) {
+		ascend(&r, 0, n, &left, s, true, true);
+		return;
+	}
+	ascend(&r, 0, CT_F32_LANES, &left, s, true, false);
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		ascend(&r, i, CT_F32_LANES, &left, s, false, false);
+	ascend(&r, i, n - i, &left, s, false, true);
+}
+
+/* Components ii, ij and ik of the voxels before. */
+struct before {
+	ct_f32 ii, ij, ik;
+};
+
+CT_INLINE void descend(const struct ct_hessian_descent *r, size_t i, size_t m, struct before *b,
+	float t, const bool end)
+{
+#define AT(row) ct_f32_load_n((row) + i, m)
+	const ct_f32 x = AT(r->x), ii = AT(r->ii);
+	const ct_f32 ij = AT(r->ij[1]) - AT(r->ij[0]), ik = AT(r->ik[1]) - AT(r->ik[0]);
+	const float *w = r->weight;
+	ct_f32 g = w[JJ] * (AT(r->jj[0]) + AT(r->jj[2]) - 2.0f * AT(r->jj[1])) +
+		   w[KK] * (AT(r->kk[0]) + AT(r->kk[2]) - 2.0f * AT(r->kk[1])) +
+		   w[JK] * ((AT(r->jk[3]) - AT(r->jk[1])) - (AT(r->jk[2]) - AT(r->jk[0])));
+	ct_f32 out;
+
+	g += w[IJ] * ij + w[IK] * ik - 2.0f * w[II] * ii;
+	out = x - t * g;
+	out -= t * (w[II] * ct_f32_slide(b->ii, ii) - w[IJ] * ct_f32_slide(b->ij, ij) -
+			   w[IK] * ct_f32_slide(b->ik, ik));
+	out -= t * w[II] * ct_f32_load_n(r->ii + i + 1, end ? m - 1 : m);
+	ct_f32_store_n(r->out + i, out, m);
+	ct_f32_store_n(r->step + i, out - x, m);
+	*b = (struct before){ii, ij, ik};
+#undef AT
+}
+
+void CT_SIMD_HERE(ct_hessian_row_descend)(const struct ct_hessian_descent *row, size_t n, float t)
+{
+	const struct ct_hessian_descent r = *row;
+	struct before b = {ct_f32_set(0), ct_f32_set(0), ct_f32_set(0)};
+	size_t i = 0;
+
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		descend(&r, i, CT_F32_LANES, &b, t, false);
+	descend(&r, i, n - i, &b, t, true);
+}

@@ -1,0 +1,182 @@
+/* Passes over vectors, FISTA and conjugate gradients on small dense problems. */
+#include "config.h"
+#include "solve/cg.h"
+#include "solve/fista.h"
+#include "solve/passes.h"
+#include "numbers.h"
+
+#include <string.h>
+
+enum { LONG = 200003 }; /* more than three pieces, and no whole vector */
+
+static void t_passes(void)
+{
+	float *x = normals(LONG, 1, 0, 1), *w = normals(LONG, 2, 0, 1), *y = normals(LONG, 3, 0, 1);
+	float *z = normals(LONG, 3, 0, 1);
+	struct ct_par *par = NULL;
+	double one, four, worst = 0, sum = 0;
+
+	must(ct_par_alloc(&par, 4, &err));
+	one = ct_passes_dot(LONG, x, w, NULL);
+	four = ct_passes_dot(LONG, x, w, par);
+	OK(one == four, "a sum of products: the same bytes with four threads");
+	NEAR(one, dot(LONG, x, w), 1e-9, "and right");
+	one = ct_passes_lead(LONG, y, x, 0.3, NULL);
+	four = ct_passes_lead(LONG, z, x, 0.3, par);
+	OK(one == four && memcmp(y, z, LONG * sizeof *y) == 0, "a movement, likewise");
+	ct_rng_normals(LONG, z, 3, 0, 0);
+	for (size_t i = 0; i < LONG; i++) {
+		float moved = x[i] - z[i];
+
+		sum += (double)moved * (double)moved;
+		worst = fmax(worst, fabs((double)y[i] - (double)(x[i] + 0.3f * moved)));
+	}
+	OK(worst == 0, "which goes where it should");
+	NEAR(one, sqrt(sum / LONG), 1e-12, "as far as it says");
+	ct_passes_advance(LONG, z, x, -2, par);
+	ct_passes_add(LONG, z, 0.5, x, par);
+	ct_passes_scale(LONG, z, 3, par);
+	ct_rng_normals(LONG, y, 3, 0, 0);
+	for (size_t i = 0; i < LONG; i++)
+		worst = fmax(
+			worst, fabs((double)z[i] - (double)(3 * (x[i] - 2 * y[i] + 0.5f * x[i]))));
+	OK(worst == 0, "sums and multiples");
+	ct_par_free(par);
+	free(x);
+	free(w);
+	free(y);
+	free(z);
+}
+
+/* A is (M, N), of normal numbers; b what it makes of `truth`. */
+enum { M = 40, N = 12 };
+struct dense {
+	float a[M * N], truth[N], b[M], r[M], q[M];
+};
+
+static void make(struct dense *d)
+{
+	ct_rng_normals(M * N, d->a, 7, 0, 0);
+	ct_rng_normals(N, d->truth, 8, 0, 0);
+	for (size_t i = 0; i < M; i++)
+		d->b[i] = (float)dot(N, d->a + i * N, d->truth);
+}
+
+/* g = A' r */
+static void back(const struct dense *d, float *g, const float *r)
+{
+	for (size_t k = 0; k < N; k++) {
+		double sum = 0;
+
+		for (size_t i = 0; i < M; i++)
+			sum += (double)d->a[i * N + k] * (double)r[i];
+		g[k] = (float)sum;
+	}
+}
+
+static int along(
+	void *ctx, double *curve, const float *dir, const struct ct_env *env, struct ct_err *e)
+{
+	struct dense *d = ctx;
+
+	(void)env, (void)e;
+	for (size_t i = 0; i < M; i++)
+		d->q[i] = (float)dot(N, d->a + i * N, dir);
+	*curve = dot(M, d->q, d->q);
+	return 0;
+}
+
+static int moved(void *ctx, float *s, double alpha, const struct ct_env *env, struct ct_err *e)
+{
+	struct dense *d = ctx;
+
+	(void)e;
+	ct_passes_add(M, d->r, -alpha, d->q, env->par);
+	back(d, s, d->r);
+	return 0;
+}
+
+static void t_cg(void)
+{
+	struct dense d;
+	float x[N] = {0}, dir[N], s[N];
+	struct ct_cg c = {N, x, dir, s, 0, along, moved, &d};
+	const struct ct_env env = {0};
+	bool done = false;
+
+	make(&d);
+	memcpy(d.r, d.b, sizeof d.r);
+	back(&d, s, d.r);
+	ct_cg_begin(&c, NULL);
+	for (int k = 0; k < N; k++)
+		must(ct_cg_step(&c, &done, &env, &err));
+	OK(apart(N, x, d.truth) < 1e-5,
+		"conjugate gradients solve in as many steps as unknowns (%.2g)",
+		apart(N, x, d.truth));
+	memset(s, 0, sizeof s);
+	ct_cg_begin(&c, NULL);
+	must(ct_cg_step(&c, &done, &env, &err));
+	OK(done, "and end where there is no slope");
+}
+
+static int slope(void *ctx, float *g, double *misfit, const float *x, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct dense *d = ctx;
+
+	(void)env, (void)e;
+	for (size_t i = 0; i < M; i++)
+		d->q[i] = (float)dot(N, d->a + i * N, x) - d->b[i];
+	*misfit = dot(M, d->q, d->q);
+	back(d, g, d->q);
+	return 0;
+}
+
+/* h: x >= 0 */
+static int clip(void *ctx, float *x, const float *to, const struct ct_env *env, struct ct_err *e)
+{
+	(void)ctx, (void)env, (void)e;
+	for (size_t k = 0; k < N; k++)
+		x[k] = to[k] > 0 ? to[k] : 0;
+	return 0;
+}
+
+/* At the least of f over x >= 0 the slope is 0 where x > 0, and not negative where x is 0. */
+static double optimality(struct dense *d, const float *x)
+{
+	float g[N];
+	double misfit, worst = 0;
+
+	slope(d, g, &misfit, x, NULL, NULL);
+	for (size_t k = 0; k < N; k++)
+		worst = fmax(worst, x[k] > 0 ? fabs((double)g[k]) : -(double)g[k]);
+	return worst;
+}
+
+static void t_fista(void)
+{
+	struct dense d;
+	const struct ct_env env = {0};
+
+	make(&d);
+	for (int wrong = 0; wrong < 2; wrong++) { /* L from the trace; far too small */
+		float x[N] = {0}, ahead[N] = {0}, g[N];
+		const struct ct_fista f = {N, x, ahead, g, wrong ? 1.2 : 0, slope, clip, &d};
+		struct ct_fista_at at = {wrong ? 5 : dot(M * N, d.a, d.a), 1, 0};
+		double change = 1;
+
+		for (int k = 0; k < 3000; k++)
+			must(ct_fista_step(&f, &at, 1, &change, &env, &err));
+		OK(optimality(&d, x) < 1e-4, "FISTA finds the least of x >= 0%s (%.2g)",
+			wrong ? ", though L was too small" : "", optimality(&d, x));
+		OK(change < 1e-6 && (wrong ? at.norm > 5 : at.norm < 1e4), "and stays there");
+	}
+}
+
+int main(void)
+{
+	t_passes();
+	t_cg();
+	t_fista();
+	return tap_done();
+}
