@@ -33,6 +33,10 @@ bad=$(sed -n 's/^#define \(CT_META_[A-Z_]*\) .*/\1/p' src/core/meta.h | while re
 	[ "$(grep -rlw "$k" src formats | wc -l)" -gt 1 ] || echo "$k"; done)
 [ -z "$bad" ]; ok $? 'and each of them is in use'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+bad=$(sed -n 's/^#define CT_META_[A-Z_]* "\(.*\)".*/\1/p' src/core/meta.h | while read -r k; do
+	grep -qw -- "${k%.}" man/ct-formats.5 || echo "$k"; done)
+[ -z "$bad" ]; ok $? 'and is explained in ct-formats(5)'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 only tests/t-core.c 'words of a choice stand in a list beside their enum' \
 	'^[^*]*"[a-z0-9+-]+(\|[a-z0-9+-]+)+"'
 only src/core/clock.c 'one file asks for the time' \
