@@ -54,8 +54,8 @@ for turn in range(int(os.environ.get("ROUNDS", "3"))):
     b.append(cpu(["plastimatch", "fdk", "-I", "peer", "-O", "peer.mha", "-r", "256 256 256",
                   "-z", "320 320 320"]))
 ratio = np.array(b) / np.array(a)
-print("CPU seconds: %.2f ct-fdk, %.2f plastimatch fdk, ratio %.1f [%.1f..%.1f]"
-      % (np.median(a), np.median(b), np.median(ratio), ratio.min(), ratio.max()))
+print("CPU seconds: %.2f ct-fdk (%s), %.2f plastimatch fdk, ratio %.1f [%.1f..%.1f]"
+      % (np.median(a), os.environ.get("CTSR_CPU", "highest level"), np.median(b), np.median(ratio), ratio.min(), ratio.max()))
 
 truth = np.asarray(nib.load("truth.nii").dataobj, float)
 ours = np.asarray(nib.load("ours.nii").dataobj, float)

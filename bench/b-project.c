@@ -1,5 +1,5 @@
 /* b-project: CPU time a voxel crossing of the projector, rays one at a time and sixteen at once,
- * forward and adjoint; and what the machine would need for the arithmetic alone.
+ * forward and adjoint, at the level of the processor that is in force (CTSR_CPU).
  *
  * b-project [VOLUME [WINDOW-LO]]: a volume in HU, density from WINDOW-LO to 3071 (-1024); else a
  * chest phantom of 256^3 voxels. The scan has 512x512 pixels and distances as 1000 : 1500. */
@@ -13,7 +13,7 @@
 
 #include <math.h>
 
-enum { VIEWS = 4, WIDTH = 128, ROUNDS = 1 << 21 };
+enum { VIEWS = 4 };
 
 struct side {
 	struct ct_projector g;
@@ -92,29 +92,6 @@ static void adjoint(void *arg)
 	ct_project_adjoint(&s->g, 0, VIEWS, s->vol, s->scan->data, NULL);
 }
 
-/* Multiply and add on eight registers' worth of numbers: the rate at which arithmetic comes. */
-static void arithmetic(void *arg)
-{
-	float *x = arg;
-
-	for (int i = 0; i < ROUNDS; i++)
-		for (int j = 0; j < WIDTH; j++)
-			x[j] = x[j] * 0.999F + 0.001F;
-}
-
-/* A piece of a column takes some twenty operations for each of its rays; there are about as many
- * pieces as crossings less those from slice to slice. */
-static void limit(void)
-{
-	static float x[WIDTH];
-	double t = 1e9;
-
-	for (int i = 0; i < BENCH_ROUNDS; i++)
-		t = fmin(t, bench_time(CLOCK_PROCESS_CPUTIME_ID, arithmetic, x));
-	printf("limit of the machine, twenty operations a crossing: %.3f ns\n",
-		20 * 1e9 * t / (2.0 * ROUNDS * WIDTH));
-}
-
 int main(int argc, char **argv)
 {
 	static const char *const names[] = {"Siddon", "Joseph"};
@@ -124,7 +101,7 @@ int main(int argc, char **argv)
 	struct ct_err e;
 	double n;
 
-	limit();
+	printf("kernels of level %d\n", ct_simd_level());
 	volume(&v, argc, argv);
 	ct_scan_default(&c, CT_CONE, &v);
 	c.views = VIEWS;

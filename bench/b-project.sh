@@ -60,8 +60,9 @@ for turn in range(int(os.environ.get("ROUNDS", "3"))):  # a view: what twenty mo
     x = (ours(22) - ours(2)) / 20
     y = (peer(22) - peer(2)) / 20
     a.append(x); b.append(y); ratio.append(y / x)
-print("CPU seconds a view: %.3f ct-project, %.3f plastimatch exact, ratio %.1f [%.1f..%.1f]"
-      % (np.median(a), np.median(b), np.median(ratio), min(ratio), max(ratio)))
+print("CPU seconds a view: %.3f ct-project (%s), %.3f plastimatch exact, ratio %.1f [%.1f..%.1f]"
+      % (np.median(a), os.environ.get("CTSR_CPU", "highest level"), np.median(b), np.median(ratio),
+         min(ratio), max(ratio)))
 
 def pfm(path):
     with open(path, "rb") as f:

@@ -168,6 +168,38 @@ static void sums(void)
 	OK(ct_sum8_total(&s) == want, "eight sums are added from the first to the last");
 }
 
+static void tables(void)
+{
+	enum { TABLE = 4 * CT_F32_LANES };
+	float t[TABLE + 1];
+	bool one = true, two = true, four = true, far = true, order = true;
+
+	for (int i = 0; i <= TABLE; i++)
+		t[i] = (float)(i * i);
+	for (int32_t first = 0; first < TABLE; first++) {
+		const ct_i32 at = (ct_i32_count(first) * 5) & (TABLE - 1);
+		const ct_f32 a = ct_f32_table(t, at), b = ct_f32_table2(t, at),
+			     c = ct_f32_table4(t, at), d = ct_f32_gather(t, at);
+		const ct_i32 more = ct_i32_max(at, ct_i32_count(first)),
+			     less = ct_i32_min(at, ct_i32_count(first));
+		ct_f32 e, f;
+
+		ct_f32_gather2(&e, &f, t, at);
+		for (int l = 0; l < CT_F32_LANES; l++) {
+			const int i = (first + l) * 5 % TABLE, j = first + l;
+
+			one = one && a[l] == t[i % CT_F32_LANES];
+			two = two && b[l] == t[i % (2 * CT_F32_LANES)];
+			four = four && c[l] == t[i];
+			far = far && d[l] == t[i] && e[l] == t[i] && f[l] == t[i + 1];
+			order = order && more[l] == (i > j ? i : j) && less[l] == (i < j ? i : j);
+		}
+	}
+	OK(one && two && four, "entries of tables of one, two and four registers");
+	OK(far, "entries from anywhere, and pairs of them");
+	OK(order, "the lesser and the greater whole number");
+}
+
 int main(void)
 {
 	if (!runs()) {
@@ -180,6 +212,7 @@ int main(void)
 		"registers of %d bytes", CT_VEC_BYTES);
 	parts();
 	elements();
+	tables();
 	fused();
 	exponentials();
 	sums();

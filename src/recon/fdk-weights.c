@@ -440,8 +440,7 @@ void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *
 
 		if (!parallel)
 			CT_SIMD(ct_fdk_cosine)
-			(o->w, weight + r * o->w, weight, v->foot[0], v->pitch[0], y, v->distance);
-		else if (r > 0)
-			memcpy(weight + r * o->w, weight, o->w * sizeof *weight);
+		(o->w, weight + r * o->w, weight, v->foot[0], v->pitch[0], y, v->distance);
+		else if (r > 0) memcpy(weight + r * o->w, weight, o->w * sizeof *weight);
 	}
 }

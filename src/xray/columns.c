@@ -385,7 +385,7 @@ static void forward_column(
 		for (ptrdiff_t k = first_slab(&t, &c->box); pieces_next(&s, c, &t, &c->box, &k);)
 			for (size_t r = row; r < end; r += CT_PACKET)
 				CT_SIMD(ct_packet_sum)
-				(sum + (r - row), &s, &t.z, (double)r, c->first);
+	(sum + (r - row), &s, &t.z, (double)r, c->first);
 	for (size_t r = row; r < end; r++)
 		p[r * w + col] = usable && !apart(&t, c, r)
 					 ? (float)(sum[r - row] * scale_of(&t, r))
