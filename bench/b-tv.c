@@ -14,7 +14,7 @@ enum { N = 256, FACTOR = 4, M = N / FACTOR, ITERATIONS = 30, VOLUMES = 4, BLOCK 
 
 struct side {
 	float *x, *y, *other;
-	struct ct_dc dc;
+	struct ct_consistency dc;
 	struct ct_env env;
 	struct ct_tv_rule rule;
 };
@@ -68,11 +68,11 @@ int main(void)
 		s.y[i] *= 300;
 	for (size_t i = 0; i < VOLUMES * count; i++)
 		s.other[i] = 1;
-	if (ct_dc_alloc(&s.dc, &d, n, s.y, 0, par, &e))
+	if (ct_consistency_alloc(&s.dc, &d, n, s.y, 0, par, &e))
 		return 1;
 	bench_against("tv, 256^3, 2 threads, a call of 30 iterations", solve, &s,
 		"to read and write 4 volumes 30 times", traffic, &s, CLOCK_MONOTONIC, 1e3, "ms");
-	ct_dc_free(&s.dc);
+	ct_consistency_free(&s.dc);
 	ct_par_free(par);
 	free(s.x);
 	free(s.y);

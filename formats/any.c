@@ -26,7 +26,7 @@ static uint32_t big(const unsigned char *p)
 	return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
 }
 
-enum ct_kind ct_sniff(const unsigned char *data, size_t n)
+enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 {
 	static const struct {
 		const char *magic;
@@ -75,26 +75,25 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 
 	if (ct_slurp(path, &data, &n, e))
 		return -1;
-	a->kind = ct_sniff(data, n);
+	a->kind = ct_any_sniff(data, n);
 	if (a->kind == CT_KIND_STACK)
-		rc = ct_exr_read_bytes(data, n, path, &a->stack, e);
+		rc = ct_bytes_read_exr(data, n, path, &a->stack, e);
 	else if (a->kind == CT_KIND_GAUSS)
-		rc = ct_ply_read_bytes(data, n, path, &a->gauss, e);
+		rc = ct_bytes_read_ply(data, n, path, &a->gauss, e);
 	else if (a->kind != CT_KIND_VOLUME && a->kind != CT_KIND_TENSORS)
 		refuse(path, a->kind, e);
 	else if (!(f = fmemopen(data, n, "rb")))
 		ct_fail(e, CT_ENOMEM, "%s: no memory", path);
 	else
-		rc = a->kind == CT_KIND_VOLUME
-			     ? ct_nifti_read_stream(f, path, &a->vol, e)
-			     : ct_safetensors_read_stream(f, path, &a->tensors, e);
+		rc = a->kind == CT_KIND_VOLUME ? ct_nifti_read_stream(f, path, &a->vol, e)
+					       : ct_bytes_read_safetensors(f, path, &a->tensors, e);
 	if (f)
 		fclose(f);
 	free(data);
 	return rc;
 }
 
-int ct_is_stack(const char *path, bool *stack, struct ct_err *e)
+int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e)
 {
 	unsigned char first[4];
 	FILE *f;
@@ -102,10 +101,10 @@ int ct_is_stack(const char *path, bool *stack, struct ct_err *e)
 	*stack = strcmp(path, "-") == 0;
 	if (*stack)
 		return 0;
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
-	*stack = ct_sniff(first, fread(first, 1, sizeof first, f)) == CT_KIND_STACK;
-	ct_in_close(f);
+	*stack = ct_any_sniff(first, fread(first, 1, sizeof first, f)) == CT_KIND_STACK;
+	ct_io_close(f);
 	return 0;
 }
 
@@ -119,11 +118,11 @@ int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 	/* a fifo is opened once and read once */
 	if (strcmp(path, "-") == 0 || (stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
 		return read_bytes(path, a, e);
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
 	n = fread(head, 1, sizeof head, f);
-	ct_in_close(f);
-	a->kind = ct_sniff(head, n);
+	ct_io_close(f);
+	a->kind = ct_any_sniff(head, n);
 	switch (a->kind) {
 	case CT_KIND_VOLUME: return ct_vol_read(path, &a->vol, e);
 	case CT_KIND_STACK: return ct_stack_read(path, &a->stack, e);

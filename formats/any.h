@@ -21,12 +21,12 @@ enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
 /* As many first bytes of a file tell all kinds apart. */
 enum { CT_SNIFF = 352 };
 
-enum ct_kind ct_sniff(const unsigned char *data, size_t n);
+enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);
 /* Its word. */
 const char *ct_kind_name(enum ct_kind kind);
 
 /* Is the file a stack, by its first bytes? "-" is taken for one. CT_EINPUT. */
-int ct_is_stack(const char *path, bool *stack, struct ct_err *e);
+int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e);
 
 struct ct_any {
 	enum ct_kind kind; /* one of volume, stack, gauss, tensors; that member is filled */

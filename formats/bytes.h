@@ -9,11 +9,11 @@
 
 #include <stdio.h>
 
-int ct_exr_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
+int ct_bytes_read_exr(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
 	struct ct_err *e);
-int ct_ply_read_bytes(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
+int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
 	struct ct_err *e);
 /* Never seeks. */
-int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
+int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
 
 #endif

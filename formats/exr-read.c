@@ -361,7 +361,7 @@ static int get_chunk(struct reader *d, const struct part *p, int y, size_t rows,
 		r = EXR_ERR_BAD_CHUNK_LEADER;
 	if (r == EXR_ERR_SUCCESS)
 		r = exr_read_chunk(d->c, p->index, &chunk, packed);
-	if (r == EXR_ERR_SUCCESS && ct_exr_unzip(bytes, n, packed, chunk.packed_size, scratch))
+	if (r == EXR_ERR_SUCCESS && ct_exr_zip_undo(bytes, n, packed, chunk.packed_size, scratch))
 		r = EXR_ERR_CORRUPT_CHUNK;
 	return r == EXR_ERR_SUCCESS ? 0 : lib_fail(d, p, r);
 }
@@ -454,7 +454,7 @@ static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
 	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
-int ct_exr_read_bytes(
+int ct_bytes_read_exr(
 	const unsigned char *data, size_t n, const char *name, struct ct_stack *s, struct ct_err *e)
 {
 	struct reader d = {.path = name,
@@ -485,7 +485,7 @@ int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
 	*s = (struct ct_stack){0};
 	if (ct_slurp(path, &data, &n, e))
 		return -1;
-	rc = ct_exr_read_bytes(data, n, path, s, e);
+	rc = ct_bytes_read_exr(data, n, path, s, e);
 	free(data);
 	return rc;
 }

@@ -80,7 +80,7 @@ static exr_result_t put_meta(exr_context_t c, const struct ct_meta *m)
 			continue;
 		if (len <= CT_EXR_NAME && !ct_exr_reserved(name))
 			r = exr_attr_set_string(c, 0, name, value);
-		else if (json_object_set_new(rest, key, ct_json_text(value)) != 0)
+		else if (json_object_set_new(rest, key, ct_text_json(value)) != 0)
 			r = EXR_ERR_OUT_OF_MEMORY;
 	}
 	if (r == EXR_ERR_SUCCESS && json_object_size(rest)) {

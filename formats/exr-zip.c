@@ -35,7 +35,7 @@ size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsign
 	return n;
 }
 
-int ct_exr_unzip(
+int ct_exr_zip_undo(
 	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch)
 {
 	const size_t half = (n + 1) / 2;

@@ -17,7 +17,7 @@ size_t ct_exr_zip_room(size_t n);
 size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsigned char *scratch);
 /* The n bytes at dst from the m of a chunk at src; scratch holds n. 0, or -1 if they are damaged:
  * not exactly n. */
-int ct_exr_unzip(
+int ct_exr_zip_undo(
 	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch);
 
 #endif

@@ -9,10 +9,10 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 	FILE *f;
 	int rc;
 
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
 	rc = ct_nifti_read_stream(f, path, v, e);
-	ct_in_close(f);
+	ct_io_close(f);
 	return rc;
 }
 

@@ -17,7 +17,7 @@ float ct_half_to_float(uint16_t h)
 	return sign * ldexpf(1024 + fraction, exponent - 25);
 }
 
-uint16_t ct_float_to_half(float x)
+uint16_t ct_half_from_float(float x)
 {
 	const uint16_t sign = signbit(x) ? 0x8000 : 0;
 	const float a = fabsf(x);
@@ -35,7 +35,7 @@ uint16_t ct_float_to_half(float x)
 	return (uint16_t)(sign | (((exponent + 14) << 10) + (int)scaled - 1024));
 }
 
-float ct_bfloat_to_float(uint16_t b)
+float ct_half_from_bfloat(uint16_t b)
 {
 	const uint32_t bits = (uint32_t)b << 16;
 	float x;

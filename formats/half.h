@@ -6,8 +6,8 @@
 /* Exact; NaN stays NaN. */
 float ct_half_to_float(uint16_t h);
 /* Round to nearest, ties to even; too large becomes infinity, NaN stays NaN. */
-uint16_t ct_float_to_half(float x);
+uint16_t ct_half_from_float(float x);
 /* Exact. */
-float ct_bfloat_to_float(uint16_t b);
+float ct_half_from_bfloat(uint16_t b);
 
 #endif

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-int ct_in_open(const char *path, FILE **f, struct ct_err *e)
+int ct_io_open(const char *path, FILE **f, struct ct_err *e)
 {
 	struct stat st;
 
@@ -27,7 +27,7 @@ int ct_in_open(const char *path, FILE **f, struct ct_err *e)
 	return 0;
 }
 
-void ct_in_close(FILE *f)
+void ct_io_close(FILE *f)
 {
 	if (f && f != stdin)
 		fclose(f);
@@ -40,7 +40,7 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 
 	*data = NULL;
 	*n = 0;
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
 	do {
 		if (ct_grow(data, &cap, *n + (*n > 65536 ? *n / 2 : 65536), 1, e))
@@ -52,10 +52,10 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 		ct_fail(e, CT_EINPUT, "%s: %s", path, strerror(errno));
 		goto fail;
 	}
-	ct_in_close(f);
+	ct_io_close(f);
 	return 0;
 fail:
-	ct_in_close(f);
+	ct_io_close(f);
 	free(*data);
 	*data = NULL;
 	return -1;

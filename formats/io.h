@@ -11,9 +11,9 @@
 
 /* Whole file (or standard input) into *data (free() it), at most CT_MAX_BYTES. CT_EINPUT. */
 int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e);
-/* Open for reading; "-" gives stdin. CT_EINPUT (a directory too). Close with ct_in_close. */
-int ct_in_open(const char *path, FILE **f, struct ct_err *e);
-void ct_in_close(FILE *f);
+/* Open for reading; "-" gives stdin. CT_EINPUT (a directory too). Close with ct_io_close. */
+int ct_io_open(const char *path, FILE **f, struct ct_err *e);
+void ct_io_close(FILE *f);
 
 struct ct_out {
 	FILE *f;

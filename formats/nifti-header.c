@@ -96,7 +96,7 @@ int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 		for (int version = 1; version <= 2; version++)
 			if (bits_of(raw, 4, big) == (version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
 				h->version = version;
-				h->swap = big != ct_host_is_big();
+				h->swap = big != ct_voxel_host_is_big();
 				return 0;
 			}
 	return ct_fail(e, CT_EINPUT, "not a NIfTI file");
@@ -134,7 +134,7 @@ static const char *odd_type(int type)
 
 int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 {
-	const bool big = h->swap != ct_host_is_big();
+	const bool big = h->swap != ct_voxel_host_is_big();
 	const size_t first = ct_nii_size(h) + 4;
 	size_t bytes;
 

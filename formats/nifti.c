@@ -385,7 +385,7 @@ static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *
 			ct_voxels_i16(n, block, v->data + at, false);
 		else
 			memcpy(block, v->data + at, n * bytes);
-		if (ct_host_is_big())
+		if (ct_voxel_host_is_big())
 			ct_voxels_swap(n, bytes, block);
 		if (ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e))
 			return -1;

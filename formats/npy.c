@@ -37,7 +37,7 @@ static int parse_type(struct header *h, const char *s, struct ct_err *e)
 		for (size_t i = 0; i < sizeof types / sizeof *types; i++)
 			if (strncmp(s + 2, types[i].name, 2) == 0 && s[4] == quote) {
 				h->type = types[i].type;
-				h->big = s[1] == '>' || (s[1] == '=' && ct_host_is_big());
+				h->big = s[1] == '>' || (s[1] == '=' && ct_voxel_host_is_big());
 				return 0;
 			}
 	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
@@ -134,7 +134,7 @@ static int read_numbers(FILE *f, const struct header *h, size_t total, double sl
 			ct_fail(e, CT_EINPUT, "truncated: shorter than its shape says");
 			goto out;
 		}
-		if (h->big != ct_host_is_big())
+		if (h->big != ct_voxel_host_is_big())
 			ct_voxels_swap(n, bytes, block);
 		ct_voxels_float(n, out + done, h->type, block, slope, inter);
 	}
@@ -153,7 +153,7 @@ int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3]
 	FILE *f;
 	int rc = -1;
 
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
 	if (read_header(&h, f, e) || ct_size_mul(&total, h.n[0], h.n[1], "shape", e) ||
 		ct_size_mul(&total, total, h.n[2], "shape", e) ||
@@ -166,6 +166,6 @@ int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3]
 		*data = out;
 		rc = 0;
 	}
-	ct_in_close(f);
+	ct_io_close(f);
 	return rc;
 }

@@ -315,7 +315,7 @@ static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
 	return ct_meta_input(&g->meta, path, CT_PLY_FIELDS + 1, piece, e);
 }
 
-int ct_ply_read_bytes(
+int ct_bytes_read_ply(
 	const unsigned char *data, size_t n, const char *name, struct ct_gauss *g, struct ct_err *e)
 {
 	struct reader d = {.path = name, .data = data, .n = n, .e = e};
@@ -348,7 +348,7 @@ int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
 	*g = (struct ct_gauss){0};
 	if (ct_slurp(path, &data, &n, e))
 		return -1;
-	rc = ct_ply_read_bytes(data, n, path, g, e);
+	rc = ct_bytes_read_ply(data, n, path, g, e);
 	free(data);
 	return rc;
 }

@@ -34,7 +34,7 @@ int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err 
 		word);
 }
 
-int ct_axes_parse(const char *option, const char *word, int world[3], int sign[3], struct ct_err *e)
+int ct_raw_axes(const char *option, const char *word, int world[3], int sign[3], struct ct_err *e)
 {
 	static const char letters[] = "RLAPSI";
 	int seen = 0;
@@ -66,7 +66,7 @@ static int read_voxels(
 			return ct_fail(e, CT_EINPUT, "%s",
 				ferror(f) ? strerror(errno)
 					  : "truncated: shorter than its dimensions and type say");
-		if (how->big != ct_host_is_big())
+		if (how->big != ct_voxel_host_is_big())
 			ct_voxels_swap(n, bytes, block);
 		ct_voxels_float(n, v->data + done, how->type, block, how->slope, how->inter);
 	}
@@ -93,7 +93,7 @@ int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, st
 	void *block = NULL;
 	int rc = -1;
 
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
 	if (ct_alloc(&block, BLOCK, 1, e) || ct_vol_alloc(v, how->n, e))
 		goto out;
@@ -106,7 +106,7 @@ int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, st
 		e);
 out:
 	free(block);
-	ct_in_close(f);
+	ct_io_close(f);
 	if (rc) {
 		ct_vol_free(v);
 		ct_blame(e, path);

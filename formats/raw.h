@@ -29,8 +29,7 @@ struct ct_raw {
 int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e);
 /* "LPS": the way each axis runs, one letter of each pair R/L, A/P, S/I. CT_EUSAGE naming the
  * option. */
-int ct_axes_parse(
-	const char *option, const char *word, int world[3], int sign[3], struct ct_err *e);
+int ct_raw_axes(const char *option, const char *word, int world[3], int sign[3], struct ct_err *e);
 /* A whole file (or "-"): its size must be exactly that of the voxels. The grid's centre is the
  * world's origin. *v must be zero. CT_EINPUT, CT_ENOMEM. */
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e);

@@ -230,7 +230,7 @@ static void convert(float *to, const unsigned char *from, size_t n, enum type ty
 	case F64: CONVERT(double, (float)x);
 	case F32: CONVERT(float, x);
 	case F16: CONVERT(uint16_t, ct_half_to_float(x));
-	case BF16: CONVERT(uint16_t, ct_bfloat_to_float(x));
+	case BF16: CONVERT(uint16_t, ct_half_from_bfloat(x));
 	case I64: CONVERT(int64_t, (float)x);
 	case I32: CONVERT(int32_t, (float)x);
 	case I16: CONVERT(int16_t, (float)x);
@@ -304,7 +304,7 @@ static int sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 	return rc;
 }
 
-int ct_safetensors_read_stream(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
+int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
 {
 	struct reader d = {.f = f, .path = name, .e = e};
 	int rc;
@@ -325,10 +325,10 @@ int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
 	int rc;
 
 	*w = (struct ct_tensors){0};
-	if (ct_in_open(path, &f, e))
+	if (ct_io_open(path, &f, e))
 		return -1;
-	rc = ct_safetensors_read_stream(f, path, w, e);
-	ct_in_close(f);
+	rc = ct_bytes_read_safetensors(f, path, w, e);
+	ct_io_close(f);
 	return rc;
 }
 
@@ -343,7 +343,7 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 	for (size_t i = 0; i < w->meta.n; i++)
 		if (strcmp(w->meta.pair[i].key, CT_META_INPUT) != 0) /* of the file that was read */
 			bad |= json_object_set_new(
-				meta, w->meta.pair[i].key, ct_json_text(w->meta.pair[i].value));
+				meta, w->meta.pair[i].key, ct_text_json(w->meta.pair[i].value));
 	if (json_object_size(meta))
 		bad |= json_object_set(all, "__metadata__", meta);
 	for (size_t i = 0; i < w->n; i++) {
@@ -383,7 +383,7 @@ static int put_data(struct ct_out *o, const struct ct_tensor *t, bool half, stru
 		size_t n = count - i < BLOCK ? count - i : BLOCK;
 
 		for (size_t k = 0; k < n; k++)
-			block[k] = ct_float_to_half(t->data[i + k]);
+			block[k] = ct_half_from_float(t->data[i + k]);
 		if (ct_put(o, block, n * sizeof *block, e))
 			return -1;
 	}

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-json_t *ct_json_text(const char *s)
+json_t *ct_text_json(const char *s)
 {
 	json_t *v = json_string(s);
 	char *plain;

@@ -5,6 +5,6 @@
 
 /* A JSON string of s. JSON is UTF-8; a history may name files that are not: then every byte
  * beyond ASCII becomes '?'. NULL: no memory. */
-json_t *ct_json_text(const char *s);
+json_t *ct_text_json(const char *s);
 
 #endif

@@ -21,7 +21,7 @@ size_t ct_voxel_bytes(int type)
 	}
 }
 
-bool ct_host_is_big(void)
+bool ct_voxel_host_is_big(void)
 {
 	const uint16_t one = 1;
 	unsigned char c;

@@ -21,7 +21,7 @@ enum ct_voxel {
 
 /* Bytes of one, or 0 for another code. */
 size_t ct_voxel_bytes(int type);
-bool ct_host_is_big(void);
+bool ct_voxel_host_is_big(void);
 /* Reverse the bytes of each of n numbers of 1, 2, 4 or 8 bytes. */
 void ct_voxels_swap(size_t n, size_t bytes, void *p);
 /* out = slope*in + inter for n numbers in the host's order, `in` aligned. */

@@ -16,32 +16,32 @@ int main(void)
 	ct_rng_normals(NY, y, 1, 2, 0);
 	memcpy(x0, x, sizeof x);
 
-	ct_box_up(H, W, S, up, y);
-	ct_box_down(H, W, S, ax, up);
+	ct_block_mean_pinv(H, W, S, up, y);
+	ct_block_mean_forward(H, W, S, ax, up);
 	NEAR(maxdiff(NY, ax, y), 0, 1e-7, "A A+ = I");
 
-	ct_box_down(H, W, S, ax, x);
+	ct_block_mean_forward(H, W, S, ax, x);
 	NEAR(dot(NY, ax, y), dot(NX, x, up) / (S * S), 1e-5, "<Ax, y> = <x, A+ y> / s^2");
 
-	ct_box_correct(H, W, S, 0.0f, x, y);
+	ct_block_mean_correct(H, W, S, 0.0f, x, y);
 	OK(memcmp(x, x0, sizeof x) == 0, "sigma 0 leaves x as it was");
 
-	ct_box_correct(H, W, S, 1.0f, x, y);
-	ct_box_down(H, W, S, ax, x);
+	ct_block_mean_correct(H, W, S, 1.0f, x, y);
+	ct_block_mean_forward(H, W, S, ax, x);
 	NEAR(maxdiff(NY, ax, y), 0, 1e-6, "sigma 1 makes A x = y");
 	NEAR((double)(x[1] - x[0]), (double)(x0[1] - x0[0]), 1e-6, "the null space is not touched");
 
-	ct_box_analyse(H, W, S, c, x);
+	ct_block_mean_analyse(H, W, S, c, x);
 	memset(up, 0, sizeof up);
-	ct_box_synth_add(H, W, S, up, c);
-	ct_box_analyse(H, W, S, d, up);
+	ct_block_mean_synth_add(H, W, S, up, c);
+	ct_block_mean_analyse(H, W, S, d, up);
 	for (int i = 0; i < NY; i++) {
 		cc += c[i] * c[i];
 		cd = fmax(cd, fabs(c[i] - d[i]));
 	}
 	NEAR(cd, 0, 1e-6, "analysis undoes synthesis");
 	NEAR(dot(NX, up, up) / cc, 1, 1e-6, "the block vectors are orthonormal");
-	ct_box_down(H, W, S, ax, x);
+	ct_block_mean_forward(H, W, S, ax, x);
 	NEAR((double)ax[7] * S, c[7], 1e-6, "coefficients are s times the means");
 	return tap_done();
 }

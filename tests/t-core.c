@@ -141,14 +141,14 @@ static void test_grids(void)
 	memcpy(v.affine, (double[3][4]){{0, -2, 0, 5}, {3, 0, 0, 6}, {0, 0, 4, 7}},
 		sizeof v.affine);
 	memcpy(w.affine, v.affine, sizeof w.affine);
-	ct_affine_rescale(w.affine, v.affine, f);
+	ct_vol_rescale_affine(w.affine, v.affine, f);
 	ct_vol_world(&w, first, p); /* HR voxel 0 has its centre at LR index 0.5/s - 0.5 */
 	for (int a = 0; a < 3; a++)
 		lr[a] = 0.5 / f[a] - 0.5;
 	ct_vol_world(&v, lr, q);
 	NEAR(fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]), 0, 1e-12,
 		"cell-centred refinement");
-	ct_affine_rescale(w.affine, w.affine, back);
+	ct_vol_rescale_affine(w.affine, w.affine, back);
 	OK(ct_vol_same_grid(&v, &w, &e) == 0, "coarsening undoes refining");
 	OK(ct_vol_check_grid(&v, &e) == 0, "a rotated grid is fine");
 	w.affine[0][3] += 0.1;

@@ -59,12 +59,12 @@ static void test_factor(void)
 {
 	for (size_t o = 0; o < sizeof operators / sizeof *operators; o++) {
 		struct ct_taps t = {0}, inverse = {0}, dd = {0}, ddd = {0};
-		struct ct_factor f = {0};
+		struct ct_svd f = {0};
 		double worst = 0, back = 0, *a, *b;
 
 		must(ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
 			     operators[o].decimate, &err) ||
-			ct_factor_alloc(&f, &t, &err) || ct_factor_pinv(&inverse, &f, &err) ||
+			ct_svd_alloc(&f, &t, &err) || ct_svd_pinv(&inverse, &f, &err) ||
 			ct_taps_product(&dd, &inverse, &t, &err) ||
 			ct_taps_product(&ddd, &t, &dd, &err));
 		a = dense(&t);
@@ -89,7 +89,7 @@ static void test_factor(void)
 		ct_taps_free(&inverse);
 		ct_taps_free(&dd);
 		ct_taps_free(&ddd);
-		ct_factor_free(&f);
+		ct_svd_free(&f);
 	}
 }
 
@@ -98,11 +98,10 @@ static void test_factor(void)
 static void test_singular_values(void)
 {
 	struct ct_taps t = {0};
-	struct ct_factor f = {0};
+	struct ct_svd f = {0};
 	double worst = 0;
 
-	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) ||
-		ct_factor_alloc(&f, &t, &err));
+	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
 	for (size_t k = 0; k < 16; k++) {
 		double q = (double)k / 128, want = exp(-2 * M_PI * M_PI * 1.7 * 1.7 * q * q) / 2;
 
@@ -111,13 +110,12 @@ static void test_singular_values(void)
 	OK(worst < 2e-3, "singular values of a Gaussian (%.2g)", worst);
 	NEAR(f.condition, exp(2 * M_PI * M_PI * 1.7 * 1.7 * 15 * 15 / (128.0 * 128)), 2e-3,
 		"condition");
-	ct_factor_free(&f);
+	ct_svd_free(&f);
 	ct_taps_free(&t);
-	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) ||
-		ct_factor_alloc(&f, &t, &err));
-	OK(f.lost > 0 && f.condition <= CT_FACTOR_LIMIT,
+	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
+	OK(f.lost > 0 && f.condition <= CT_SVD_LIMIT,
 		"a blur too wide to undo: %zu frequencies given up", f.lost);
-	ct_factor_free(&f);
+	ct_svd_free(&f);
 	ct_taps_free(&t);
 }
 
@@ -129,7 +127,7 @@ static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 1
 struct bench {
 	size_t n[3], m[3], voxels, samples;
 	struct ct_separable d;
-	struct ct_dc dc;
+	struct ct_consistency dc;
 	float *x, *start, *y, *dx, *scratch;
 };
 
@@ -148,15 +146,15 @@ static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
 	b->start = normals(b->voxels, 1, 0, 400);
 	b->y = normals(b->samples, 2, 0, 400);
 	b->dx = normals(b->samples, 3, 0, 400);
-	must(ct_dc_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &err) ||
-		ct_alloc(&b->scratch, ct_par_threads(par) * ct_dc_scratch(&b->dc), sizeof(float),
-			&err));
+	must(ct_consistency_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &err) ||
+		ct_alloc(&b->scratch, ct_par_threads(par) * ct_consistency_scratch(&b->dc),
+			sizeof(float), &err));
 }
 
 static void tear_down(struct bench *b)
 {
 	ct_separable_free(&b->d);
-	ct_dc_free(&b->dc);
+	ct_consistency_free(&b->dc);
 	free(b->x);
 	free(b->start);
 	free(b->y);
@@ -173,7 +171,7 @@ static void test_exact(void)
 		double off, inside = 0;
 
 		set_up(&b, c, 0, NULL);
-		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
 		off = rms(b.samples, b.dx, b.y) / rms(b.samples, b.y, NULL);
 		OK(off < 1e-5, "case %zu: D x = y after one step (%.2g)", c, off);
@@ -181,8 +179,8 @@ static void test_exact(void)
 		/* the nearest one: the same as x + D+ (y - D x) in double */
 		other = normals(b.voxels, 1, 0, 400);
 		hi = normals(b.voxels, 9, 0, 400);
-		must(ct_dc_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
-		ct_dc_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
+		must(ct_consistency_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
+		ct_consistency_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
 		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
 		for (size_t i = 0; i < b.voxels;
@@ -193,7 +191,7 @@ static void test_exact(void)
 		OK(rms(b.samples, b.dx, b.y) < 1e-5 * rms(b.samples, b.y, NULL) && isfinite(inside),
 			"case %zu: exact in double", c);
 		memcpy(other, b.x, b.voxels * sizeof *other);
-		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
 		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: twice is once (%.2g)", c, off);
 		free(other);
@@ -210,24 +208,24 @@ static void test_noise(void)
 		double miss, step, hard, moved;
 
 		set_up(&b, c, 100, NULL);
-		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
 		miss = rms(b.samples, b.dx, b.y);
 		NEAR(miss, 100, 0.01, "noise: the bound is met, and no more");
 		step = rms(b.voxels, b.x, b.start);
 		memcpy(b.start, b.x, b.voxels * sizeof *b.x);
-		ct_dc_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
 		OK(rms(b.voxels, b.x, b.start) < 1e-3 * step, "within the bound nothing moves");
 		/* the movement that the coefficients tell is that of the volume */
 		for (size_t i = 0; i < b.voxels; i++)
 			b.x[i] += (float)(300 * sin((double)i));
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_dc_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+			ct_consistency_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
 		step = rms(b.voxels, b.x, b.start);
-		moved = ct_dc_correct(&b.dc, NULL);
+		moved = ct_consistency_correct(&b.dc, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_dc_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.x + k * b.n[0] * b.n[1],
-				b.scratch);
+			ct_consistency_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
+				b.x + k * b.n[0] * b.n[1], b.scratch);
 		hard = rms(b.voxels, b.x, b.start);
 		NEAR(sqrt(step * step + moved / (double)b.voxels) / hard, 1, 1e-4,
 			"movement from coefficients");
@@ -243,8 +241,8 @@ static void test_threads(void)
 	must(ct_par_alloc(&par, 3, &err));
 	set_up(&a, 0, 50, NULL);
 	set_up(&b, 0, 50, par);
-	ct_dc_apply(&a.dc, a.x, a.scratch, NULL);
-	ct_dc_apply(&b.dc, b.x, b.scratch, par);
+	ct_consistency_apply(&a.dc, a.x, a.scratch, NULL);
+	ct_consistency_apply(&b.dc, b.x, b.scratch, par);
 	OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0, "1 and 3 threads, same bytes");
 	tear_down(&a);
 	tear_down(&b);
@@ -254,11 +252,11 @@ static void test_threads(void)
 static void test_refused(void)
 {
 	const size_t n[3] = {13, 8, 8};
-	struct ct_dc dc = {0};
+	struct ct_consistency dc = {0};
 	float y[12] = {0};
 
-	OK(ct_dc_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y, 0, NULL,
-		   &err) < 0 &&
+	OK(ct_consistency_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y,
+		   0, NULL, &err) < 0 &&
 			err.code == CT_EGEOM,
 		"a grid that the cells do not cover is refused");
 }

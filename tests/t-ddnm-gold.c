@@ -106,7 +106,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 {
 	struct ct_tensors w = {0};
 	struct ct_prior prior = {0};
-	struct ct_operator op = {0};
+	struct ct_measurement op = {0};
 	struct ct_schedule schedule;
 	const struct ct_tensor *y, *want;
 	size_t nt, n;
@@ -122,8 +122,8 @@ static void test(const struct ct_tensors *weights, const char *name)
 		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err) ||
 		ct_schedule_times(&times, &nt, (size_t)number(&w, "steps"),
 			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &err) ||
-		ct_op_alloc(&op, CT_OP_MEAN, y->dim[2], y->dim[3], (size_t)number(&w, "scale"), 0,
-			&err) ||
+		ct_measurement_alloc(&op, CT_MEASUREMENT_MEAN, y->dim[2], y->dim[3],
+			(size_t)number(&w, "scale"), 0, &err) ||
 		ct_alloc(&x, n, sizeof *x, &err)) {
 		printf("Bail out! %s\n", err.msg);
 		exit(99);
@@ -157,7 +157,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 	printf("# %s: relative error %.2g\n", name, worst / most);
 	free(x);
 	free(times);
-	ct_op_free(&op);
+	ct_measurement_free(&op);
 	ct_prior_free(&prior);
 	ct_tensors_free(&w);
 }

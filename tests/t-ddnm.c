@@ -26,7 +26,7 @@ static void opinions(double t, const float *x, float *eps)
 static int network(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
 	struct oracle *o = ctx;
-	double abar = ct_abar(o->schedule, (int)t);
+	double abar = ct_schedule_abar(o->schedule, (int)t);
 
 	(void)e;
 	if (o->answer)
@@ -47,11 +47,11 @@ static void supply(void *ctx, size_t draw, size_t n, float *z)
 }
 
 static struct ct_schedule schedule;
-static struct ct_operator mean, matched;
+static struct ct_measurement mean, matched;
 static double scratch[NX * 2];
 
 static struct ct_ddnm sampler(
-	struct oracle *o, const struct ct_operator *op, const int *t, size_t nt)
+	struct oracle *o, const struct ct_measurement *op, const int *t, size_t nt)
 {
 	return (struct ct_ddnm){.schedule = &schedule,
 		.t = t,
@@ -64,10 +64,10 @@ static struct ct_ddnm sampler(
 		.normals = supply};
 }
 
-static void down(const struct ct_operator *op, float *y, const float *x)
+static void down(const struct ct_measurement *op, float *y, const float *x)
 {
 	for (size_t c = 0; c < C; c++)
-		ct_op_forward(op, y + c * H * W, x + c * N, scratch);
+		ct_measurement_forward(op, y + c * H * W, x + c * N, scratch);
 }
 
 static void test_oracle(void)
@@ -108,7 +108,7 @@ static void test_ddim(void)
 	struct oracle o = {.schedule = &schedule};
 	struct ct_ddnm d = sampler(&o, &mean, t, 2);
 	struct ct_err e = {0};
-	double at = ct_abar(&schedule, 500), aj = ct_abar(&schedule, 400);
+	double at = ct_schedule_abar(&schedule, 500), aj = ct_schedule_abar(&schedule, 400);
 
 	supply(NULL, 0, NX, xt);
 	opinions(500, xt, eps);
@@ -159,11 +159,11 @@ static void plus_by_hand(const float *x0, const float *eps, const float *z, cons
 		d = sqrt(sig * sig - a * a * sy * sy * S * S);
 	for (int k = 0; k < 3; k++)
 		for (size_t c = 0; c < C; c++) {
-			ct_box_down(H, W, S, m + c * H * W, src[k] + c * N);
-			ct_box_up(H, W, S, dst[k] + c * N, m + c * H * W);
+			ct_block_mean_forward(H, W, S, m + c * H * W, src[k] + c * N);
+			ct_block_mean_pinv(H, W, S, dst[k] + c * N, m + c * H * W);
 		}
 	for (size_t c = 0; c < C; c++)
-		ct_box_up(H, W, S, py + c * N, y + c * H * W);
+		ct_block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
 	for (size_t i = 0; i < NX; i++) {
 		double x0h = (double)x0[i] - lam * ((double)p0[i] - (double)py[i]);
 		double free_z = sig * eta * ((double)z[i] - (double)pz[i]);
@@ -179,7 +179,7 @@ static void test_plus(void)
 	static float x[NX], y[NY], xt[NX], eps[NX], x0[NX], z[NX], want[NX];
 	struct oracle o = {.schedule = &schedule};
 	struct ct_err e = {0};
-	double at = ct_abar(&schedule, 400);
+	double at = ct_schedule_abar(&schedule, 400);
 
 	supply(NULL, 0, NX, xt);
 	supply(NULL, 1, NX, z);
@@ -190,7 +190,7 @@ static void test_plus(void)
 	for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
 		const int t[] = {400, ends[k]};
 		struct ct_ddnm d = sampler(&o, &mean, t, 2);
-		double aj = ct_abar(&schedule, ends[k]);
+		double aj = ct_schedule_abar(&schedule, ends[k]);
 
 		d.rule = CT_DDNM_PLUS;
 		d.sigma_y = 0.02; /* lam < 1 from timestep 20 on */
@@ -204,7 +204,7 @@ static void test_plus(void)
  * DDNM must reproduce the prior's spread in the null space. */
 static int gaussian(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
-	double abar = ct_abar(&schedule, (int)t), var = *(double *)ctx;
+	double abar = ct_schedule_abar(&schedule, (int)t), var = *(double *)ctx;
 
 	(void)e;
 	for (size_t i = 0; i < NX; i++)
@@ -229,7 +229,7 @@ static void test_spread(void)
 	OK(ct_ddnm(&d, x, y, NULL, &e) == 0, "a Gaussian prior");
 	down(&mean, m, x);
 	for (size_t c = 0; c < C; c++) {
-		ct_box_up(H, W, S, up, m + c * H * W);
+		ct_block_mean_pinv(H, W, S, up, m + c * H * W);
 		for (size_t i = 0; i < N; i++)
 			sum += pow((double)x[c * N + i] - (double)up[i], 2);
 	}
@@ -254,8 +254,8 @@ int main(void)
 	struct ct_err e = {0};
 
 	ct_schedule_default(&schedule);
-	if (ct_op_alloc(&mean, CT_OP_MEAN, H, W, S, 0, &e) ||
-		ct_op_alloc(&matched, CT_OP_MATCHED, H, W, S, 1.7, &e))
+	if (ct_measurement_alloc(&mean, CT_MEASUREMENT_MEAN, H, W, S, 0, &e) ||
+		ct_measurement_alloc(&matched, CT_MEASUREMENT_MATCHED, H, W, S, 1.7, &e))
 		exit(99);
 	test_oracle();
 	test_ddim();
@@ -263,7 +263,7 @@ int main(void)
 	test_plus();
 	test_spread();
 	test_nan();
-	ct_op_free(&mean);
-	ct_op_free(&matched);
+	ct_measurement_free(&mean);
+	ct_measurement_free(&matched);
 	return tap_done();
 }

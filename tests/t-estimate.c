@@ -21,12 +21,12 @@ static void alloc(struct ct_vol *v, size_t x, size_t y, size_t z)
 		exit(99);
 }
 
-static struct ct_estimate estimate(const struct ct_vol *v, const double factor[3])
+static struct ct_blur estimate(const struct ct_vol *v, const double factor[3])
 {
-	struct ct_estimate s;
+	struct ct_blur s;
 	struct ct_err e = {0};
 
-	if (ct_estimate_of(&s, v, factor, NULL, &e)) {
+	if (ct_blur_estimate(&s, v, factor, NULL, &e)) {
 		printf("# %s\n", e.msg);
 		exit(99);
 	}
@@ -78,7 +78,7 @@ static void test_closed_form(void)
 	for (int axis = 0; axis < 3; axis++)
 		for (int k = 0; k < 3; k++) {
 			struct ct_vol v;
-			struct ct_estimate s;
+			struct ct_blur s;
 			char name[80];
 
 			alloc(&v, 30, 32, 34);
@@ -101,7 +101,7 @@ static void test_closed_form(void)
 static void test_point(void)
 {
 	struct ct_vol v;
-	struct ct_estimate s;
+	struct ct_blur s;
 
 	alloc(&v, 30, 32, 34);
 	fill_bar(&v, 0, 0.125, false, 0);
@@ -120,7 +120,7 @@ static void test_noise(void)
 {
 	static const double sd[] = {5, 30};
 	struct ct_vol v;
-	struct ct_estimate s;
+	struct ct_blur s;
 
 	alloc(&v, 40, 42, 44);
 	for (int k = 0; k < 2; k++) {
@@ -167,7 +167,7 @@ static void test_protocols(void)
 		for (int p = 1; p <= 3; p++) {
 			struct ct_degrade d = {.decimate = CT_DECIMATE_SINC};
 			struct ct_separable s;
-			struct ct_estimate g;
+			struct ct_blur g;
 
 			memcpy(d.factor, factor[f], sizeof d.factor);
 			ct_degrade_protocol(&d, p);
@@ -193,7 +193,7 @@ static void test_degenerate(void)
 	static const size_t size[][3] = {{1, 1, 1}, {50, 1, 1}, {1, 1, 50}, {2, 2, 2}, {1, 40, 40},
 		{7, 7, 7}, {8, 8, 8}, {3, 100, 2}};
 	struct ct_vol v;
-	struct ct_estimate s;
+	struct ct_blur s;
 	struct ct_err e;
 
 	for (size_t k = 0; k < sizeof size / sizeof *size; k++) {
@@ -216,18 +216,18 @@ static void test_degenerate(void)
 	OK(s.axis[2].sampling == CT_SAMPLING_UNKNOWN, "one slice: nothing across it");
 	NEAR(s.axis[0].measured, 0.4247, 0.03, "the blur in it");
 	OK(s.noise > 2.4 && s.noise < 5, "and its noise, few blocks of which are flat");
-	OK(ct_estimate_of(&s, &v, (const double[3]){4, 0.5, 4}, NULL, &e) < 0 &&
+	OK(ct_blur_estimate(&s, &v, (const double[3]){4, 0.5, 4}, NULL, &e) < 0 &&
 			e.code == CT_EINPUT,
 		"a factor below 1");
 	v.data[100] = NAN;
-	OK(ct_estimate_of(&s, &v, four, NULL, &e) < 0 && e.code == CT_ENUMERIC, "NaN");
+	OK(ct_blur_estimate(&s, &v, four, NULL, &e) < 0 && e.code == CT_ENUMERIC, "NaN");
 	ct_vol_free(&v);
 }
 
 static void test_padding(void)
 {
 	struct ct_vol v;
-	struct ct_estimate s;
+	struct ct_blur s;
 
 	alloc(&v, 30, 32, 34);
 	fill_bar(&v, 0, 0.4247, true, 0);
@@ -243,14 +243,14 @@ static void test_padding(void)
 static void test_threads(void)
 {
 	struct ct_vol v;
-	struct ct_estimate one, many;
+	struct ct_blur one, many;
 	struct ct_par *par;
 	struct ct_err e;
 
 	alloc(&v, 30, 32, 34);
 	fill_bar(&v, 1, 0.3, true, 15);
 	one = estimate(&v, four);
-	if (ct_par_alloc(&par, 3, &e) || ct_estimate_of(&many, &v, four, par, &e))
+	if (ct_par_alloc(&par, 3, &e) || ct_blur_estimate(&many, &v, four, par, &e))
 		exit(99);
 	OK(memcmp(&one.axis[1], &many.axis[1], sizeof one.axis[1]) == 0 && one.noise == many.noise,
 		"three threads, the same bytes");

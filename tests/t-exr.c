@@ -350,11 +350,11 @@ static void test_zip(void)
 		m = ct_exr_zip(packed, in, n, scratch);
 		grown += m > n;
 		edge += m + 1 == n;
-		bad += m == 0 || ct_exr_unzip(back, n, packed, m, scratch) ||
+		bad += m == 0 || ct_exr_zip_undo(back, n, packed, m, scratch) ||
 		       memcmp(in, back, n) != 0;
 		if (m + 1 < n) /* a stream that ends early or holds more is damaged */
-			short_read += ct_exr_unzip(back, n, packed, m - 9, scratch) == 0 ||
-				      ct_exr_unzip(back, n - 1, packed, m, scratch) == 0;
+			short_read += ct_exr_zip_undo(back, n, packed, m - 9, scratch) == 0 ||
+				      ct_exr_zip_undo(back, n - 1, packed, m, scratch) == 0;
 	}
 	OK(bad == 0, "%d chunks come back", ROUNDS);
 	OK(grown == 0, "none is larger than its bytes");

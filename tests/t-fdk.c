@@ -41,17 +41,17 @@ static struct ct_stack fill(const struct ct_scan *scan)
 static void t_ramp(void)
 {
 	enum { W = 37, ROWS = 13, AT = 5, COUNT = 29 };
-	struct ct_filter f = {0};
+	struct ct_ramp f = {0};
 	float in[ROWS * COUNT], weight[ROWS * COUNT], out[W * ROWS];
 	double *scratch, worst = 0, dc;
 
-	must(ct_filter_alloc(&f, CT_FILTER_RAM_LAK, 1, W, &err));
-	scratch = aligned_alloc(64, ct_filter_scratch(&f) * sizeof *scratch);
+	must(ct_ramp_alloc(&f, CT_RAMP_RAM_LAK, 1, W, &err));
+	scratch = aligned_alloc(64, ct_ramp_scratch(&f) * sizeof *scratch);
 	for (size_t i = 0; i < ROWS * COUNT; i++) {
 		in[i] = (float)ct_rng_uniform(3, 1, i);
 		weight[i] = (float)ct_rng_uniform(3, 2, i) + 0.5F;
 	}
-	ct_filter_rows(&f, ROWS, out, ROWS, in, weight, AT, COUNT, scratch);
+	ct_ramp_rows(&f, ROWS, out, ROWS, in, weight, AT, COUNT, scratch);
 	for (int r = 0; r < ROWS; r++)
 		for (int c = 0; c < W; c++) {
 			double want = 0;
@@ -69,40 +69,40 @@ static void t_ramp(void)
 	dc = f.response[0] * (double)f.n;
 	OK(dc > 0 && dc < 1.0 / (double)f.n, "small, but not zero, at frequency zero");
 	free(scratch);
-	ct_filter_free(&f);
+	ct_ramp_free(&f);
 }
 
 /* Response of a window at half the Nyquist frequency and at it, relative to the ramp's. */
 static void t_windows(void)
 {
 	static const struct {
-		enum ct_filter_kind kind;
+		enum ct_ramp_kind kind;
 		double half, full;
 		const char *name;
-	} want[] = {{CT_FILTER_SHEPP_LOGAN, 0.90031632, 0.63661977, "shepp-logan"},
-		{CT_FILTER_COSINE, 0.70710678, 0, "cosine"},
-		{CT_FILTER_HAMMING, 0.54, 0.08, "hamming"}, {CT_FILTER_HANN, 0.5, 0, "hann"}};
-	struct ct_filter ramp = {0};
+	} want[] = {{CT_RAMP_SHEPP_LOGAN, 0.90031632, 0.63661977, "shepp-logan"},
+		{CT_RAMP_COSINE, 0.70710678, 0, "cosine"}, {CT_RAMP_HAMMING, 0.54, 0.08, "hamming"},
+		{CT_RAMP_HANN, 0.5, 0, "hann"}};
+	struct ct_ramp ramp = {0};
 
-	must(ct_filter_alloc(&ramp, CT_FILTER_RAM_LAK, 1, 64, &err));
+	must(ct_ramp_alloc(&ramp, CT_RAMP_RAM_LAK, 1, 64, &err));
 	for (size_t i = 0; i < sizeof want / sizeof *want; i++) {
-		struct ct_filter f = {0};
+		struct ct_ramp f = {0};
 		double r[2];
 
-		must(ct_filter_alloc(&f, want[i].kind, 1, 64, &err));
+		must(ct_ramp_alloc(&f, want[i].kind, 1, 64, &err));
 		r[0] = f.response[2] / ramp.response[2]; /* bit-reversed: n/4 */
 		r[1] = f.response[1] / ramp.response[1]; /* n/2 */
 		OK(fabs(r[0] - want[i].half) < 1e-8 && fabs(r[1] - want[i].full) < 1e-8,
 			"%s: %.5f at half the Nyquist frequency, %.5f at it", want[i].name, r[0],
 			r[1]);
-		ct_filter_free(&f);
-		must(ct_filter_alloc(&f, want[i].kind, 0.5, 64, &err));
+		ct_ramp_free(&f);
+		must(ct_ramp_alloc(&f, want[i].kind, 0.5, 64, &err));
 		OK(fabs(f.response[4] / ramp.response[4] - want[i].half) < 1e-8 &&
 				f.response[1] == 0 && f.response[5] == 0,
 			"%s: and so at a quarter if cut off at half", want[i].name);
-		ct_filter_free(&f);
+		ct_ramp_free(&f);
 	}
-	ct_filter_free(&ramp);
+	ct_ramp_free(&ramp);
 }
 
 /* Turn a grid by the unit quaternion (w,x,y,z). */
@@ -337,7 +337,7 @@ static void t_density(void)
 		scan.offset[0] = c->offset;
 		s = fill(&scan);
 		ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
-		must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, 0, c->parker, NULL, &err));
+		must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_RAM_LAK, 0, c->parker, NULL, &err));
 		for (size_t k = 0; k < s.views; k += f.block) {
 			size_t left = s.views - k;
 
@@ -356,7 +356,7 @@ static void refused(const struct ct_stack *s, const struct ct_vol *v, bool parke
 	const char *words, const char *name)
 {
 	struct ct_fdk f = {0};
-	int rc = ct_fdk_alloc(&f, v, s, CT_FILTER_RAM_LAK, 0, parker, NULL, &err);
+	int rc = ct_fdk_alloc(&f, v, s, CT_RAMP_RAM_LAK, 0, parker, NULL, &err);
 
 	OK(rc == -1 && err.code == CT_EGEOM && strstr(err.msg, words), "refused: %s", name);
 	if (rc == 0)
@@ -423,7 +423,7 @@ static void t_order(void)
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	size_t shapes = ct_phantom_make(CT_PH_CYLINDER, extent, 0.5, 0, shape);
 	struct ct_stack s = {0};
-	struct ct_orbit o = {0};
+	struct ct_fdk_weights o = {0};
 	double sum = 0, mean, sd;
 	struct ct_fdk f = {0};
 	struct ct_scan scan;
@@ -442,15 +442,15 @@ static void t_order(void)
 		s.view[k] = one.view[0];
 		ct_stack_free(&one);
 	}
-	must(ct_orbit_alloc(&o, &s, HUGE_VAL, false, &err));
+	must(ct_fdk_weights_alloc(&o, &s, HUGE_VAL, false, &err));
 	for (size_t k = 0; k < 200; k++)
 		sum += o.view[k].step;
 	NEAR(sum, 2 * M_PI, 1e-12, "uneven angles in any order: their arcs make a full turn");
 	NEAR(o.radius, scan.dso, 1e-9 * scan.dso, "radius of the orbit");
 	NEAR(hypot(o.centre[0], o.centre[1]), 0, 1e-9, "and its centre");
-	ct_orbit_free(&o);
+	ct_fdk_weights_free(&o);
 	ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
-	must(ct_fdk_alloc(&f, &v, &s, CT_FILTER_RAM_LAK, 0, false, NULL, &err));
+	must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_RAM_LAK, 0, false, NULL, &err));
 	ct_fdk_views(&f, 0, 200, v.data, NULL);
 	mean = inside(&v, 8, &sd);
 	OK(fabs(mean / 0.5 - 1) < 0.01 && sd < 0.01, "and the density: %.5f +- %.5f", mean, sd);
@@ -555,8 +555,8 @@ static void t_threads(void)
 
 		memset(a.data, 0, ct_vol_count(&a) * sizeof *a.data);
 		memset(b.data, 0, ct_vol_count(&b) * sizeof *b.data);
-		must(ct_fdk_alloc(&f, &a, &s, CT_FILTER_HANN, 0, false, NULL, &err));
-		must(ct_fdk_alloc(&g, &b, &s, CT_FILTER_HANN, 0, false, par, &err));
+		must(ct_fdk_alloc(&f, &a, &s, CT_RAMP_HANN, 0, false, NULL, &err));
+		must(ct_fdk_alloc(&g, &b, &s, CT_RAMP_HANN, 0, false, par, &err));
 		ct_fdk_views(&f, 0, 30, a.data, NULL);
 		ct_fdk_views(&g, 0, 30, b.data, par);
 		OK(memcmp(a.data, b.data, ct_vol_count(&a) * sizeof *a.data) == 0,

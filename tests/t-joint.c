@@ -109,7 +109,7 @@ static void make(struct problem *p, size_t views, size_t cols, double noise)
 			p->down[q][i] = (double)z[q];
 	}
 	down(p->z, p->truth);
-	must(ct_dc_pinv_plan(&up, &half, size, NULL, &err));
+	must(ct_consistency_pinv_plan(&up, &half, size, NULL, &err));
 	ct_separable_apply(&up, p->x0, p->z, NULL);
 	ct_separable_free(&up);
 	forward(&p->d, p->y, views, p->truth, NULL, &err);
@@ -287,7 +287,7 @@ static void test_variation(struct ct_env *env)
 	struct ct_joint_at at;
 	float x[N], few[N], other[N];
 	double mu = 2, best, start, third, worst = 0, unit = 0;
-	struct ct_dc null = {0};
+	struct ct_consistency null = {0};
 	float zero[M] = {0}, *scratch;
 
 	make(&p, 240, 1, 3);
@@ -299,8 +299,8 @@ static void test_variation(struct ct_env *env)
 	OK(best < third && third < 0.9 * start, "the objective falls: %.6g %.6g %.6g", start, third,
 		best);
 	OK(inconsistency(&p, x) < 1e-4, "and D x = z (%.2g)", inconsistency(&p, x));
-	must(ct_dc_alloc(&null, &half, size, zero, 0, NULL, &err));
-	scratch = malloc(ct_dc_scratch(&null) * sizeof *scratch);
+	must(ct_consistency_alloc(&null, &half, size, zero, 0, NULL, &err));
+	scratch = malloc(ct_consistency_scratch(&null) * sizeof *scratch);
 	for (uint64_t t = 0; t < 400; t++) {
 		float step[N];
 
@@ -309,7 +309,7 @@ static void test_variation(struct ct_env *env)
 				  : t == 1  ? p.truth[i] - x[i]
 				  : t < 200 ? (float)random_at(10000 + t * N + i)
 					    : (float)(i == (t - 200) % N);
-		ct_dc_apply(&null, step, scratch, NULL);
+		ct_consistency_apply(&null, step, scratch, NULL);
 		unit = 0;
 		for (size_t i = 0; i < N; i++)
 			unit += (double)step[i] * (double)step[i];
@@ -320,7 +320,7 @@ static void test_variation(struct ct_env *env)
 		}
 	}
 	OK(worst < 1e-6 * best, "nothing near is better (%.2g of %.6g)", worst, best);
-	ct_dc_free(&null);
+	ct_consistency_free(&null);
 	free(scratch);
 	free(p.d.a);
 }

@@ -16,7 +16,7 @@ static int forward(void *op, float *y, size_t parts, const float *x, const struc
 	static double t[NT];
 
 	(void)parts, (void)env, (void)e;
-	ct_op_forward(op, y, x, t);
+	ct_measurement_forward(op, y, x, t);
 	return 0;
 }
 
@@ -26,65 +26,65 @@ static int adjoint(void *op, float *x, size_t parts, const float *y, const struc
 	static double t[NT];
 
 	(void)parts, (void)env, (void)e;
-	ct_op_adjoint(op, x, y, t);
+	ct_measurement_adjoint(op, x, y, t);
 	return 0;
 }
 
-static void test_algebra(const struct ct_operator *op, const char *name)
+static void test_algebra(const struct ct_measurement *op, const char *name)
 {
 	static float x[NX], back[NX], y[NY], ax[NY], z[NY];
 	static double t[NT];
 	struct ct_linear a = {NX, 1, NY, forward, adjoint, (void *)(uintptr_t)op};
 
 	printf("# %s\n", name);
-	OK(ct_op_scratch(op) <= NT, "scratch");
+	OK(ct_measurement_scratch(op) <= NT, "scratch");
 	ct_rng_normals(NX, x, 1, 1, 0);
 	ct_rng_normals(NY, y, 1, 2, 0);
 	OK(adjoint_error(&a) < 1e-6, "<A x, y> = <x, A^T y>");
-	ct_op_forward(op, ax, x, t);
-	ct_op_pinv(op, back, ax, t);
-	ct_op_forward(op, z, back, t);
+	ct_measurement_forward(op, ax, x, t);
+	ct_measurement_pinv(op, back, ax, t);
+	ct_measurement_forward(op, z, back, t);
 	NEAR(maxdiff(NY, z, ax), 0, 2e-6, "A A+ A = A");
-	ct_op_correct(op, x, y, t);
-	ct_op_forward(op, ax, x, t);
-	ct_op_pinv(op, back, y, t);
-	ct_op_forward(op, z, back, t);
+	ct_measurement_correct(op, x, y, t);
+	ct_measurement_forward(op, ax, x, t);
+	ct_measurement_pinv(op, back, y, t);
+	ct_measurement_forward(op, z, back, t);
 	NEAR(maxdiff(NY, ax, z), 0, 5e-6, "the corrected x agrees with y");
 	memcpy(back, x, sizeof x);
-	ct_op_correct(op, x, y, t);
+	ct_measurement_correct(op, x, y, t);
 	NEAR(maxdiff(NX, x, back), 0, 5e-6, "a second correction changes nothing");
 }
 
 /* c S is U A x, so S^2 c comes from A^T A: the parts fit together. */
-static void test_svd(const struct ct_operator *op, const char *name)
+static void test_svd(const struct ct_measurement *op, const char *name)
 {
 	static float x[NX], y[NY], back[NX];
 	static double t[NT], c[NY], d[NY];
 	double bad = 0, norm = 0;
 
 	ct_rng_normals(NX, x, 3, 1, 0);
-	ct_op_analyse(op, c, x, t);
-	ct_op_forward(op, y, x, t);
-	ct_op_data(op, d, y, t);
+	ct_measurement_analyse(op, c, x, t);
+	ct_measurement_forward(op, y, x, t);
+	ct_measurement_data(op, d, y, t);
 	for (size_t i = 0; i < NY; i++)
-		if (ct_op_singular(op, i / W, i % W) > 0)
+		if (ct_measurement_singular(op, i / W, i % W) > 0)
 			bad = fmax(bad, fabs(c[i] - d[i]));
 	NEAR(bad, 0, 1e-3, name);
 	memset(back, 0, sizeof back);
-	ct_op_synth_add(op, back, c, t);
+	ct_measurement_synth_add(op, back, c, t);
 	for (size_t i = 0; i < NY; i++)
 		norm += c[i] * c[i];
 	NEAR(dot(NX, back, back) / norm, 1, 1e-6, "and the right vectors are orthonormal");
 }
 
-static void test_pictures(const struct ct_operator *op, double sigma)
+static void test_pictures(const struct ct_measurement *op, double sigma)
 {
 	static float x[NX], y[NY], want[NY];
 	static double t[NT];
 
 	for (size_t i = 0; i < NX; i++)
 		x[i] = 2.5f;
-	ct_op_forward(op, y, x, t);
+	ct_measurement_forward(op, y, x, t);
 	for (size_t i = 0; i < NY; i++)
 		want[i] = 2.5f;
 	NEAR(maxdiff(NY, y, want), 0, 1e-6, "a constant stays");
@@ -96,11 +96,11 @@ static void test_pictures(const struct ct_operator *op, double sigma)
 		want[i] =
 			(float)(exp(-2 * M_PI * M_PI * sigma * sigma * pow(4.0 / (2 * S * W), 2)) *
 				cos(M_PI * 4 * ((double)(i % W) + 0.5) / W));
-	ct_op_forward(op, y, x, t);
+	ct_measurement_forward(op, y, x, t);
 	NEAR(maxdiff(NY, y, want), 0, 5e-4, "a wave is sampled at the centres and weakened");
 	for (size_t i = 0; i < NX; i++)
 		x[i] = (float)cos(M_PI * (W + 3) * ((double)(i % (S * W)) + 0.5) / (S * W));
-	ct_op_forward(op, y, x, t);
+	ct_measurement_forward(op, y, x, t);
 	memset(want, 0, sizeof want);
 	NEAR(maxdiff(NY, y, want), 0, 1e-6, "nothing is aliased");
 }
@@ -112,17 +112,17 @@ static void test_gaussian(void)
 	static float x[N * S * N * S], y[N * N];
 	static double t[N * N * (S + 2)];
 	const double s0 = 5.0, sigma = 3.0, v = s0 * s0 + sigma * sigma, at = 50.3;
-	struct ct_operator op = {0};
+	struct ct_measurement op = {0};
 	struct ct_err e = {0};
 	double bad = 0;
 
-	if (ct_op_alloc(&op, CT_OP_MATCHED, N, N, S, sigma, &e))
+	if (ct_measurement_alloc(&op, CT_MEASUREMENT_MATCHED, N, N, S, sigma, &e))
 		exit(99);
 	for (size_t i = 0; i < N * S; i++)
 		for (size_t j = 0; j < N * S; j++)
 			x[i * N * S + j] = (float)exp(
 				-(pow((double)i - at, 2) + pow((double)j - at, 2)) / (2 * s0 * s0));
-	ct_op_forward(&op, y, x, t);
+	ct_measurement_forward(&op, y, x, t);
 	for (size_t i = 0; i < N; i++)
 		for (size_t j = 0; j < N;
 			j++) { /* coarse pixel j has its centre at s j + (s-1)/2 */
@@ -132,7 +132,7 @@ static void test_gaussian(void)
 						s0 * s0 / v * exp(-(p * p + q * q) / (2 * v))));
 		}
 	NEAR(bad, 0, 5e-4, "a Gaussian blurs as on paper");
-	ct_op_free(&op);
+	ct_measurement_free(&op);
 }
 
 /* One line through ct-degrade's table and through ours: the same operator. */
@@ -141,18 +141,18 @@ static void test_degrade(double sigma)
 	enum { N = 16 };
 	static float x[N * S * S], y[N];
 	static double t[N * (S + 2) * S];
-	struct ct_operator op = {0};
+	struct ct_measurement op = {0};
 	struct ct_taps taps = {0};
 	struct ct_err e = {0};
 	double bad = 0;
 
-	if (ct_op_alloc(&op, CT_OP_MATCHED, 1, N, S, sigma, &e) ||
+	if (ct_measurement_alloc(&op, CT_MEASUREMENT_MATCHED, 1, N, S, sigma, &e) ||
 		ct_degrade_taps(&taps, N * S, S, sigma, CT_DECIMATE_SINC, &e))
 		exit(99);
 	ct_rng_normals(N * S, x, 6, 0, 0);
 	for (size_t r = 1; r < S; r++) /* equal rows: the other axis has nothing to do */
 		memcpy(x + r * N * S, x, N * S * sizeof *x);
-	ct_op_forward(&op, y, x, t);
+	ct_measurement_forward(&op, y, x, t);
 	for (size_t i = 0; i < N; i++) {
 		double sum = 0;
 
@@ -162,18 +162,18 @@ static void test_degrade(double sigma)
 	}
 	NEAR(bad, 0, 1e-6, "what ct-degrade does to a line");
 	ct_taps_free(&taps);
-	ct_op_free(&op);
+	ct_measurement_free(&op);
 }
 
 int main(void)
 {
-	struct ct_operator mean = {0}, fine = {0}, wide = {0}, big = {0};
+	struct ct_measurement mean = {0}, fine = {0}, wide = {0}, big = {0};
 	struct ct_err e = {0};
 	size_t lost = 0;
 
-	if (ct_op_alloc(&mean, CT_OP_MEAN, H, W, S, 0, &e) ||
-		ct_op_alloc(&fine, CT_OP_MATCHED, H, W, S, 1.7, &e) ||
-		ct_op_alloc(&wide, CT_OP_MATCHED, H, W, S, 8, &e))
+	if (ct_measurement_alloc(&mean, CT_MEASUREMENT_MEAN, H, W, S, 0, &e) ||
+		ct_measurement_alloc(&fine, CT_MEASUREMENT_MATCHED, H, W, S, 1.7, &e) ||
+		ct_measurement_alloc(&wide, CT_MEASUREMENT_MATCHED, H, W, S, 8, &e))
 		exit(99);
 	test_algebra(&mean, "block mean");
 	test_svd(&mean, "block mean: coefficients of A+ A x");
@@ -182,16 +182,17 @@ int main(void)
 	test_pictures(&fine, 1.7);
 	test_algebra(&wide, "a blur that loses frequencies");
 	for (size_t i = 0; i < NY; i++)
-		lost += ct_op_singular(&wide, i / W, i % W) <= 0;
+		lost += ct_measurement_singular(&wide, i / W, i % W) <= 0;
 	OK(lost > 0 && lost < NY, "some are lost, not all");
 	test_gaussian();
 	test_degrade(S / 2.3548);
 	test_degrade(0.5);
 	test_degrade(0);
-	OK(ct_op_alloc(&big, CT_OP_MATCHED, 10, 5000, 4, 1, &e) && e.code == CT_EGEOM,
+	OK(ct_measurement_alloc(&big, CT_MEASUREMENT_MATCHED, 10, 5000, 4, 1, &e) &&
+			e.code == CT_EGEOM,
 		"a line too long is refused");
-	ct_op_free(&mean);
-	ct_op_free(&fine);
-	ct_op_free(&wide);
+	ct_measurement_free(&mean);
+	ct_measurement_free(&fine);
+	ct_measurement_free(&wide);
 	return tap_done();
 }

@@ -50,7 +50,7 @@ static void test_ramp(void)
 		struct ct_separable s;
 		double worst = 0;
 
-		must(ct_upsample_plan(&s, n, f, (enum ct_interp)mode, NULL, &err));
+		must(ct_resample_up_plan(&s, n, f, (enum ct_interp)mode, NULL, &err));
 		ct_separable_apply(&s, y, x, NULL);
 		for (size_t i = 0; i < 36 * 21 * 16; i++) {
 			const size_t at[3] = {i % 36, i / 36 % 21, i / (36 * 21)};
@@ -82,7 +82,7 @@ static void test_world(void)
 	double p[3], q[3], ijk[3];
 
 	memcpy(lo.affine, src, sizeof src);
-	ct_affine_rescale(hi.affine, src, f);
+	ct_vol_rescale_affine(hi.affine, src, f);
 	for (int a = 0; a < 3; a++)
 		ijk[a] = (hr[a] + 0.5) / f[a] - 0.5;
 	ct_vol_world(&lo, ijk, p);
@@ -147,7 +147,7 @@ static void test_identity(void)
 	for (int mode = CT_LINEAR; mode <= CT_LANCZOS; mode++) {
 		struct ct_separable s;
 
-		must(ct_upsample_plan(&s, n, f, (enum ct_interp)mode, NULL, &err));
+		must(ct_resample_up_plan(&s, n, f, (enum ct_interp)mode, NULL, &err));
 		memset(y, 0, 200 * sizeof *y);
 		ct_separable_apply(&s, y, x, NULL);
 		same &= memcmp(x, y, 200 * sizeof *x) == 0;

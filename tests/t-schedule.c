@@ -13,19 +13,20 @@ static void test_abar(void)
 	double least = 1;
 
 	ct_schedule_default(&s);
-	NEAR(ct_abar(&s, -1), 1, 0, "no noise before the first step");
-	NEAR(ct_abar(&s, 0), 0.9999, 1e-15, "abar 0");
-	NEAR(ct_abar(&s, 20), 0.9937354, 5e-8, "abar 20");
-	NEAR(ct_abar(&s, 500), 0.0777967, 5e-8, "abar 500");
-	NEAR(ct_abar(&s, 980), 5.90375e-5, 5e-11, "abar 980");
-	NEAR(ct_abar(&s, 999), 4.03583e-5, 5e-11, "abar 999");
+	NEAR(ct_schedule_abar(&s, -1), 1, 0, "no noise before the first step");
+	NEAR(ct_schedule_abar(&s, 0), 0.9999, 1e-15, "abar 0");
+	NEAR(ct_schedule_abar(&s, 20), 0.9937354, 5e-8, "abar 20");
+	NEAR(ct_schedule_abar(&s, 500), 0.0777967, 5e-8, "abar 500");
+	NEAR(ct_schedule_abar(&s, 980), 5.90375e-5, 5e-11, "abar 980");
+	NEAR(ct_schedule_abar(&s, 999), 4.03583e-5, 5e-11, "abar 999");
 	for (int t = 0; t < CT_TIMESTEPS; t++) {
-		least = fmin(least, ct_abar(&s, t - 1) - ct_abar(&s, t));
+		least = fmin(least, ct_schedule_abar(&s, t - 1) - ct_schedule_abar(&s, t));
 		beta[t] = (float)s.beta[t];
 	}
 	OK(least > 0, "abar falls");
 	OK(ct_schedule_betas(&f, beta, &e) == 0, "betas of a file");
-	NEAR(ct_abar(&f, 999) / ct_abar(&s, 999), 1, 1e-6, "give the same product");
+	NEAR(ct_schedule_abar(&f, 999) / ct_schedule_abar(&s, 999), 1, 1e-6,
+		"give the same product");
 	beta[17] = 1;
 	OK(ct_schedule_betas(&f, beta, &e) && e.code == CT_EINPUT, "a beta of 1 is refused");
 }

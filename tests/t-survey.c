@@ -11,15 +11,15 @@ static void test_range(void)
 {
 	static const float x[] = {1e7f + 1, NAN, 1e7f + 3, INFINITY, -INFINITY, 1e7f + 5},
 			   bad[] = {NAN, INFINITY};
-	struct ct_range r;
+	struct survey_range r;
 
-	ct_range_of(&r, 6, x);
+	survey_range_of(&r, 6, x);
 	OK(r.n == 6 && r.nan == 1 && r.inf == 2, "NaN and infinity are counted apart");
 	OK(r.min == 1e7 + 1 && r.max == 1e7 + 5 && r.mean == 1e7 + 3, "range and mean");
 	NEAR(r.sd, sqrt(8.0 / 3), 1e-12, "deviation, far from 0");
-	ct_range_of(&r, 2, bad);
+	survey_range_of(&r, 2, bad);
 	OK(isnan(r.min) && isnan(r.max) && isnan(r.mean) && isnan(r.sd), "nothing finite");
-	ct_range_of(&r, 0, NULL);
+	survey_range_of(&r, 0, NULL);
 	OK(r.n == 0 && isnan(r.mean), "nothing at all");
 }
 
@@ -47,11 +47,11 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 		.offset = {3, beam == CT_FAN ? 0 : -2},
 		.iso = {10, -20, 30}};
 	struct ct_stack s = {0};
-	struct ct_survey g;
+	struct survey g;
 	double far = 0;
 
 	fill(&s, &scan);
-	ct_survey_of(&g, &s);
+	survey_of(&g, &s);
 	NEAR(g.pitch[0] + g.pitch[1], 1.25, 1e-12, ct_beam_name(beam));
 	NEAR(g.size[0], 32, 1e-12, "detector width");
 	NEAR(g.angle[0], 20, 1e-12, "first angle");
@@ -70,12 +70,12 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 		NEAR(fabs(g.offset[1][0] - scan.offset[1]), 0, 1e-9, "offset along v");
 		s.view[0].source[2] += 5; /* one ray off: no longer all through one point */
 		s.view[0].centre[2] += 5;
-		ct_survey_of(&g, &s);
+		survey_of(&g, &s);
 		OK(g.miss > 3 && g.miss < 5, "a displaced view shows");
 	} else
 		OK(!g.has_iso, "parallel rays have no isocentre");
 	s.views = 1;
-	ct_survey_of(&g, &s);
+	survey_of(&g, &s);
 	OK(!g.has_iso && g.step == 0, "nor has one view");
 	ct_stack_free(&s);
 }
@@ -95,19 +95,19 @@ static void test_orientation(void)
 			for (int j = 0; j < 3; j++)
 				for (int a = 0; a < 3; a++)
 					m[a][j] = a == order[p][j] ? signs >> j & 1 ? 2 : -2 : 0.3;
-			ct_orientation(code, m);
+			survey_orientation(code, m);
 			for (int j = 0; j < 3; j++)
 				bad += code[j] != letters[order[p][j]][signs >> j & 1];
 		}
 	OK(bad == 0, "48 orientations have their letters");
-	ct_orientation(code, (const double[3][4]){{1, 1, 0}, {0, 0.5, 0}, {0, 0, 1}});
+	survey_orientation(code, (const double[3][4]){{1, 1, 0}, {0, 0.5, 0}, {0, 0, 1}});
 	OK(strcmp(code, "R?S") == 0, "two columns that share an axis");
 }
 
 static void test_gauss(void)
 {
 	struct ct_gauss g = {.activation = CT_PRELU, .gamma = 0.1};
-	struct ct_gauss_survey r;
+	struct survey_gauss r;
 	struct ct_err e;
 
 	if (ct_gauss_reserve(&g, 4, &e))
@@ -121,7 +121,7 @@ static void test_gauss(void)
 			g.rot[a][g.n] = 1;
 		g.raw[g.n] = (float)g.n - 1;
 	}
-	ct_gauss_survey_of(&r, &g);
+	survey_gauss_of(&r, &g);
 	OK(r.positive == 2 && r.negative == 1 && r.bad == 0, "signs");
 	OK(r.raw[0] == -1 && r.raw[1] == 2 && r.lo[1] == -3 && r.hi[0] == 3, "ranges");
 	NEAR(r.sigma[0], 0.5, 1e-6, "least deviation");
@@ -129,11 +129,11 @@ static void test_gauss(void)
 	NEAR(r.mean_sigma, cbrt(2), 1e-6, "geometric mean");
 	g.activation = CT_SOFTPLUS;
 	g.rot[2][3] = NAN;
-	ct_gauss_survey_of(&r, &g);
+	survey_gauss_of(&r, &g);
 	OK(r.positive == 3 && r.negative == 0 && r.bad == 1 && r.hi[0] == 2,
 		"softplus is positive, NaN is set apart");
 	g.n = 0;
-	ct_gauss_survey_of(&r, &g);
+	survey_gauss_of(&r, &g);
 	OK(isnan(r.mean_sigma) && isnan(r.lo[0]), "an empty set");
 	g.n = 4;
 	ct_gauss_free(&g);

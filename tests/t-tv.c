@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef int solver(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+typedef int solver(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 
 static float *volume(const size_t n[3])
@@ -45,10 +45,11 @@ static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t
 {
 	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0};
 	const struct ct_env env = {.par = par};
-	struct ct_dc dc = {0};
+	struct ct_consistency dc = {0};
 
-	must(ct_dc_alloc(&dc, d, n, y, noise, par, &err) || fn(x, &dc, &rule, report, &env, &err));
-	ct_dc_free(&dc);
+	must(ct_consistency_alloc(&dc, d, n, y, noise, par, &err) ||
+		fn(x, &dc, &rule, report, &env, &err));
+	ct_consistency_free(&dc);
 }
 
 static size_t count(const size_t n[3])
@@ -102,7 +103,8 @@ static void test_box(void)
 		truth[i] =
 			a >= 12 && a < 36 && b >= 8 && b < 28 && c >= 16 && c < 32 ? 1000 : -1000;
 	}
-	must(ct_degrade_plan(&down, &d, n, NULL, &err) || ct_dc_pinv_plan(&up, &d, n, NULL, &err));
+	must(ct_degrade_plan(&down, &d, n, NULL, &err) ||
+		ct_consistency_pinv_plan(&up, &d, n, NULL, &err));
 	ct_separable_apply(&down, y, truth, NULL);
 	ct_separable_apply(&up, x, y, NULL);
 	for (size_t i = 0; i < count(n); i++)
@@ -137,12 +139,13 @@ static void test_ramp(void)
 	for (size_t i = 0; i < count(n); i++)
 		truth[i] = 10 * (float)(i % n[0]) - 7 * (float)(i / n[0] % n[1]) +
 			   3 * (float)(i / (n[0] * n[1]));
-	must(ct_degrade_plan(&down, &d, n, NULL, &err) || ct_dc_pinv_plan(&up, &d, n, NULL, &err));
+	must(ct_degrade_plan(&down, &d, n, NULL, &err) ||
+		ct_consistency_pinv_plan(&up, &d, n, NULL, &err));
 	ct_separable_apply(&down, y, truth, NULL);
 	ct_separable_apply(&up, x, y, NULL);
 	for (size_t i = 0; i < count(n); i++)
 		start = fmax(start, fabs((double)x[i] - (double)truth[i]));
-	solve(ct_htv, x, &d, n, y, 0, 10000, &r, NULL);
+	solve(ct_hessian_tv, x, &d, n, y, 0, 10000, &r, NULL);
 	for (size_t i = 0; i < count(n); i++)
 		worst = fmax(worst, fabs((double)x[i] - (double)truth[i]));
 	OK(worst < 1 && worst < 0.01 * start, "htv: a ramp (%.2g HU, from %.3g)", worst, start);
@@ -212,14 +215,15 @@ static void test_divergence(void)
 	const struct ct_env env = {0};
 	float *x = volume(n), *y = volume(n);
 	struct ct_tv_report r;
-	struct ct_dc dc = {0};
+	struct ct_consistency dc = {0};
 
 	x[77] = (float)INFINITY;
-	must(ct_dc_alloc(&dc, &one, n, y, 1, NULL, &err));
+	must(ct_consistency_alloc(&dc, &one, n, y, 1, NULL, &err));
 	OK(ct_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"tv: infinity is an error");
-	OK(ct_htv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC, "htv: likewise");
-	ct_dc_free(&dc);
+	OK(ct_hessian_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
+		"htv: likewise");
+	ct_consistency_free(&dc);
 	free(x);
 	free(y);
 }
@@ -230,9 +234,9 @@ int main(void)
 	test_box();
 	test_ramp();
 	test_thin(ct_tv, "tv");
-	test_thin(ct_htv, "htv");
+	test_thin(ct_hessian_tv, "htv");
 	test_threads(ct_tv, "tv");
-	test_threads(ct_htv, "htv");
+	test_threads(ct_hessian_tv, "htv");
 	test_divergence();
 	return tap_done();
 }

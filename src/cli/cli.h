@@ -91,11 +91,11 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
 
 /* Values of options that are more than one number. CT_EUSAGE naming the option. */
 /* "a,b,c" (also "axbxc" with sep 'x'): exactly n numbers, or one that stands for all if spread. */
-int ct_parse_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
+int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
 	struct ct_err *e);
 /* "WxHxD": n positive integers. */
-int ct_parse_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e);
+int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e);
 /* "LO:HI", LO < HI. */
-int ct_parse_range(const char *option, const char *s, double v[2], struct ct_err *e);
+int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *e);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-int ct_parse_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
+int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
 	struct ct_err *e)
 {
 	const char *at = s;
@@ -36,11 +36,11 @@ int ct_parse_numbers(const char *option, const char *s, char sep, size_t n, bool
 	return 0;
 }
 
-int ct_parse_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e)
+int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e)
 {
 	double x[4];
 
-	if (n > 4 || ct_parse_numbers(option, s, 'x', n, false, x, e))
+	if (n > 4 || ct_cli_numbers(option, s, 'x', n, false, x, e))
 		return -1;
 	for (size_t i = 0; i < n; i++) {
 		if (!(x[i] >= 1 && x[i] <= 1e6) || x[i] != floor(x[i]))
@@ -50,9 +50,9 @@ int ct_parse_dims(const char *option, const char *s, size_t n, size_t *v, struct
 	return 0;
 }
 
-int ct_parse_range(const char *option, const char *s, double v[2], struct ct_err *e)
+int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *e)
 {
-	if (ct_parse_numbers(option, s, ':', 2, false, v, e))
+	if (ct_cli_numbers(option, s, ':', 2, false, v, e))
 		return -1;
 	if (!(v[0] < v[1]))
 		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is empty", option, s);

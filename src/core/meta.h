@@ -27,7 +27,7 @@ struct ct_env;
 /* word: what the values are, CT_QUANTITY_...; none: HU, or line integrals; every command that
  * makes another */
 #define CT_META_QUANTITY "quantity"
-/* "LO:HI", HU: that map to density 0 and 1; ct_window_put */
+/* "LO:HI", HU: that map to density 0 and 1; ct_scan_opts_put_window */
 #define CT_META_WINDOW "window"
 /* integer: of the last step that drew numbers; ct-phantom, ct-project, ct-ddnm, ct-nabgs */
 #define CT_META_SEED "seed"
@@ -40,8 +40,8 @@ struct ct_env;
 #define CT_META_DECIMATE "decimate"
 /* number, HU: standard deviation of the noise that was added; ct-degrade */
 #define CT_META_NOISE "noise"
-/* word of CT_REFINE_LIST: what brought the data to the fine grid: the factor is used up;
- * ct_refine */
+/* word of CT_UPSAMPLE_LIST: what brought the data to the fine grid: the factor is used up;
+ * ct_upsample */
 #define CT_META_UPSAMPLE "upsample"
 /* word of CT_PHANTOM_LIST: ct-phantom */
 #define CT_META_PHANTOM "phantom"
@@ -58,9 +58,9 @@ struct ct_env;
 #define CT_META_SCAN_START "scan.start"
 /* "X,Y,Z", mm: isocentre; ct_scan_fill */
 #define CT_META_SCAN_ISO "scan.iso"
-/* "X,Y,Z": voxels of the volume that was projected; ct_scan_put_volume */
+/* "X,Y,Z": voxels of the volume that was projected; ct_scan_opts_put_volume */
 #define CT_META_VOLUME_SIZE "volume.size"
-/* 12 numbers, mm: its affine, row after row; ct_scan_put_volume */
+/* 12 numbers, mm: its affine, row after row; ct_scan_opts_put_volume */
 #define CT_META_VOLUME_AFFINE "volume.affine"
 /* word of CT_METHOD_LIST: projector; ct-project */
 #define CT_META_METHOD "method"
@@ -75,7 +75,7 @@ struct ct_env;
 /* number, 1/mm: attenuation of water; ct-project */
 #define CT_META_MU_WATER "muWater"
 
-/* word of CT_OPERATOR_LIST: of the measurement; ct-ddnm */
+/* word of CT_MEASUREMENT_LIST: of the measurement; ct-ddnm */
 #define CT_META_OPERATOR "operator"
 /* number: value that the network saw as 1; ct-ddnm */
 #define CT_META_NORM "norm"

@@ -133,7 +133,7 @@ int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 	return 0;
 }
 
-void ct_affine_rescale(double dst[3][4], const double src[3][4], const double factor[static 3])
+void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const double factor[static 3])
 {
 	for (int r = 0; r < 3; r++) {
 		double shift = src[r][3];

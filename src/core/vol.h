@@ -52,6 +52,6 @@ static inline double ct_cell_index(double at)
 /* The affine of the cell-centred grid that `factor` per axis refines (factor 4: four times
  * as many voxels) or coarsens (1/4): the field of view stays. Voxel k of an s-fold grid has its
  * centre at index ct_cell_index(ct_cell_centre(k) / s) of the coarse one. dst may be src. */
-void ct_affine_rescale(double dst[3][4], const double src[3][4], const double factor[static 3]);
+void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const double factor[static 3]);
 
 #endif

@@ -19,21 +19,21 @@ static void block_add(size_t stride, size_t s, float *x, float d)
 			x[i * stride + j] += d;
 }
 
-void ct_box_down(size_t h, size_t w, size_t s, float *restrict y, const float *restrict x)
+void ct_block_mean_forward(size_t h, size_t w, size_t s, float *restrict y, const float *restrict x)
 {
 	for (size_t i = 0; i < h; i++)
 		for (size_t j = 0; j < w; j++)
 			y[i * w + j] = (float)block_mean(s * w, s, x + (i * w * s + j) * s);
 }
 
-void ct_box_up(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
+void ct_block_mean_pinv(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
 {
 	for (size_t i = 0; i < s * h; i++)
 		for (size_t j = 0; j < s * w; j++)
 			x[i * s * w + j] = y[i / s * w + j / s];
 }
 
-void ct_box_correct(
+void ct_block_mean_correct(
 	size_t h, size_t w, size_t s, float sigma, float *restrict x, const float *restrict y)
 {
 	for (size_t i = 0; i < h; i++)
@@ -45,14 +45,16 @@ void ct_box_correct(
 		}
 }
 
-void ct_box_analyse(size_t h, size_t w, size_t s, double *restrict c, const float *restrict x)
+void ct_block_mean_analyse(
+	size_t h, size_t w, size_t s, double *restrict c, const float *restrict x)
 {
 	for (size_t i = 0; i < h; i++)
 		for (size_t j = 0; j < w; j++)
 			c[i * w + j] = (double)s * block_mean(s * w, s, x + (i * w * s + j) * s);
 }
 
-void ct_box_synth_add(size_t h, size_t w, size_t s, float *restrict x, const double *restrict c)
+void ct_block_mean_synth_add(
+	size_t h, size_t w, size_t s, float *restrict x, const double *restrict c)
 {
 	for (size_t i = 0; i < h; i++)
 		for (size_t j = 0; j < w; j++)

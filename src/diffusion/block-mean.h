@@ -12,16 +12,19 @@
 #include <stddef.h>
 
 /* y = A x */
-void ct_box_down(size_t h, size_t w, size_t s, float *restrict y, const float *restrict x);
+void ct_block_mean_forward(
+	size_t h, size_t w, size_t s, float *restrict y, const float *restrict x);
 /* x = A+ y */
-void ct_box_up(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
+void ct_block_mean_pinv(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
 /* x <- x - sigma A+ (A x - y); sigma 1 makes A x = y. */
-void ct_box_correct(
+void ct_block_mean_correct(
 	size_t h, size_t w, size_t s, float sigma, float *restrict x, const float *restrict y);
 /* Coefficients of x on the right singular vectors, the blocks of constant 1/s: c = s A x, (h, w).
  */
-void ct_box_analyse(size_t h, size_t w, size_t s, double *restrict c, const float *restrict x);
+void ct_block_mean_analyse(
+	size_t h, size_t w, size_t s, double *restrict c, const float *restrict x);
 /* Its adjoint, added: x <- x + A+ c / s. */
-void ct_box_synth_add(size_t h, size_t w, size_t s, float *restrict x, const double *restrict c);
+void ct_block_mean_synth_add(
+	size_t h, size_t w, size_t s, float *restrict x, const double *restrict c);
 
 #endif

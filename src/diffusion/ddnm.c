@@ -34,7 +34,7 @@ static void work_free(struct work *w)
 
 static int work_alloc(struct work *w, const struct ct_ddnm *d, struct ct_err *e)
 {
-	const struct ct_operator *op = d->op;
+	const struct ct_measurement *op = d->op;
 	size_t doubles;
 
 	if (ct_size_mul(&w->m, op->h, op->w, "picture", e) ||
@@ -44,7 +44,7 @@ static int work_alloc(struct work *w, const struct ct_ddnm *d, struct ct_err *e)
 		return -1;
 	w->eps = w->x0 + w->all;
 	w->z = w->eps + w->all;
-	doubles = (d->channels + 3) * w->m + ct_op_scratch(op);
+	doubles = (d->channels + 3) * w->m + ct_measurement_scratch(op);
 	if (ct_alloc(&w->data, doubles, sizeof *w->data, e))
 		return -1;
 	w->c0 = w->data + d->channels * w->m;
@@ -56,7 +56,7 @@ static int work_alloc(struct work *w, const struct ct_ddnm *d, struct ct_err *e)
 
 static struct move move_to(const struct ct_ddnm *d, int j)
 {
-	double abar = ct_abar(d->schedule, j), q = sqrt(1.0 - d->eta * d->eta);
+	double abar = ct_schedule_abar(d->schedule, j), q = sqrt(1.0 - d->eta * d->eta);
 	struct move m = {.a = sqrt(abar),
 		.sig = sqrt(1.0 - abar),
 		.eta = d->eta,
@@ -95,7 +95,7 @@ static double measured(const struct move *m, double s, double c0, double cy, dou
 
 /* One channel: x becomes the state at the end of the move. */
 static void advance(
-	const struct ct_operator *op, const struct move *m, struct work *w, size_t c, float *x)
+	const struct ct_measurement *op, const struct move *m, struct work *w, size_t c, float *x)
 {
 	const float *x0 = w->x0 + c * w->n, *eps = w->eps + c * w->n, *z = w->z + c * w->n;
 	const double *cy = w->data + c * w->m;
@@ -103,29 +103,29 @@ static void advance(
 	for (size_t i = 0; i < w->n; i++)
 		x[i] = (float)(m->a * (double)x0[i] + m->fresh * (double)z[i] +
 			       m->kept * (double)eps[i]);
-	ct_op_analyse(op, w->c0, x0, w->t);
+	ct_measurement_analyse(op, w->c0, x0, w->t);
 	if (m->rule == CT_DDNM_PLUS) {
-		ct_op_analyse(op, w->cz, z, w->t);
-		ct_op_analyse(op, w->ce, eps, w->t);
+		ct_measurement_analyse(op, w->cz, z, w->t);
+		ct_measurement_analyse(op, w->ce, eps, w->t);
 	}
 	for (size_t i = 0; i < op->h; i++)
 		for (size_t j = 0; j < op->w; j++) {
 			size_t k = i * op->w + j;
-			double s = ct_op_singular(op, i, j);
+			double s = ct_measurement_singular(op, i, j);
 			bool plus = m->rule == CT_DDNM_PLUS;
 
 			w->c0[k] = s > 0 ? measured(m, s, w->c0[k], cy[k], plus ? w->cz[k] : 0,
 						   plus ? w->ce[k] : 0)
 					 : 0;
 		}
-	ct_op_synth_add(op, x, w->c0, w->t);
+	ct_measurement_synth_add(op, x, w->c0, w->t);
 }
 
 /* x0 from the network's eps. */
 static int estimate(
 	const struct ct_ddnm *d, struct work *w, int t, const float *x, struct ct_err *e)
 {
-	double abar = ct_abar(d->schedule, t), a = 1.0 / sqrt(abar), b = sqrt(1.0 - abar);
+	double abar = ct_schedule_abar(d->schedule, t), a = 1.0 / sqrt(abar), b = sqrt(1.0 - abar);
 
 	if (d->eps(d->eps_ctx, (double)t, x, w->eps, e))
 		return -1;
@@ -142,7 +142,8 @@ static int estimate(
 static void noised(
 	const struct ct_ddnm *d, const struct work *w, int t, float *x, const float *clean)
 {
-	double a = sqrt(ct_abar(d->schedule, t)), b = sqrt(1.0 - ct_abar(d->schedule, t));
+	double a = sqrt(ct_schedule_abar(d->schedule, t)),
+	       b = sqrt(1.0 - ct_schedule_abar(d->schedule, t));
 
 	for (size_t i = 0; i < w->all; i++)
 		x[i] = clean ? (float)(a * (double)clean[i] + b * (double)w->z[i]) : w->z[i];
@@ -156,7 +157,7 @@ int ct_ddnm(const struct ct_ddnm *d, float *x, const float *y, const float *init
 	if (work_alloc(&w, d, e))
 		goto out;
 	for (size_t c = 0; c < d->channels; c++)
-		ct_op_data(d->op, w.data + c * w.m, y + c * w.m, w.t);
+		ct_measurement_data(d->op, w.data + c * w.m, y + c * w.m, w.t);
 	d->normals(d->normals_ctx, 0, w.all, w.z);
 	noised(d, &w, d->t[0], x, init);
 	for (size_t k = 0; k + 1 < d->nt; k++) {

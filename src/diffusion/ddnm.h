@@ -46,7 +46,7 @@ struct ct_ddnm {
 	size_t nt;
 	enum ct_ddnm_rule rule;
 	double eta, sigma_y;
-	const struct ct_operator *op;
+	const struct ct_measurement *op;
 	size_t channels;
 	ct_eps_fn *eps;
 	void *eps_ctx;

@@ -5,145 +5,145 @@
 
 #include <string.h>
 
-int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, size_t w, size_t s,
-	double sigma, struct ct_err *e)
+int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
+	size_t w, size_t s, double sigma, struct ct_err *e)
 {
 	op->kind = kind;
 	op->h = h;
 	op->w = w;
 	op->s = s;
-	if (kind == CT_OP_MATCHED && (ct_axis_alloc(&op->rows, h, s, sigma, e) ||
-					     ct_axis_alloc(&op->cols, w, s, sigma, e))) {
-		ct_op_free(op);
+	if (kind == CT_MEASUREMENT_MATCHED && (ct_axis_alloc(&op->rows, h, s, sigma, e) ||
+						      ct_axis_alloc(&op->cols, w, s, sigma, e))) {
+		ct_measurement_free(op);
 		return -1;
 	}
 	return 0;
 }
 
-void ct_op_free(struct ct_operator *op)
+void ct_measurement_free(struct ct_measurement *op)
 {
 	ct_axis_free(&op->rows);
 	ct_axis_free(&op->cols);
-	*op = (struct ct_operator){0};
+	*op = (struct ct_measurement){0};
 }
 
 /* Coefficients, then what matched.h asks for. */
-size_t ct_op_scratch(const struct ct_operator *op)
+size_t ct_measurement_scratch(const struct ct_measurement *op)
 {
 	return 2 * op->h * op->w + op->h * op->w * op->s;
 }
 
-double ct_op_singular(const struct ct_operator *op, size_t i, size_t j)
+double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t j)
 {
 	double s = 1.0 / (double)op->s;
 
-	return op->kind == CT_OP_MEAN ? s : op->rows.g[i] * op->cols.g[j] * s;
+	return op->kind == CT_MEASUREMENT_MEAN ? s : op->rows.g[i] * op->cols.g[j] * s;
 }
 
-void ct_op_analyse(const struct ct_operator *op, double *restrict c, const float *restrict x,
-	double *restrict t)
+void ct_measurement_analyse(const struct ct_measurement *op, double *restrict c,
+	const float *restrict x, double *restrict t)
 {
-	if (op->kind == CT_OP_MEAN)
-		ct_box_analyse(op->h, op->w, op->s, c, x);
+	if (op->kind == CT_MEASUREMENT_MEAN)
+		ct_block_mean_analyse(op->h, op->w, op->s, c, x);
 	else
 		ct_matched_analyse(&op->rows, &op->cols, c, x, t);
 }
 
-void ct_op_synth_add(const struct ct_operator *op, float *restrict x, const double *restrict c,
-	double *restrict t)
+void ct_measurement_synth_add(const struct ct_measurement *op, float *restrict x,
+	const double *restrict c, double *restrict t)
 {
-	if (op->kind == CT_OP_MEAN)
-		ct_box_synth_add(op->h, op->w, op->s, x, c);
+	if (op->kind == CT_MEASUREMENT_MEAN)
+		ct_block_mean_synth_add(op->h, op->w, op->s, x, c);
 	else
 		ct_matched_synth_add(&op->rows, &op->cols, x, c, t);
 }
 
 /* c = U y */
-static void rotate(const struct ct_operator *op, double *restrict c, const float *restrict y,
+static void rotate(const struct ct_measurement *op, double *restrict c, const float *restrict y,
 	double *restrict t)
 {
-	if (op->kind == CT_OP_MATCHED)
+	if (op->kind == CT_MEASUREMENT_MATCHED)
 		ct_matched_data(&op->rows, &op->cols, c, y, t);
 	else
 		for (size_t i = 0; i < op->h * op->w; i++)
 			c[i] = (double)y[i];
 }
 
-void ct_op_data(const struct ct_operator *op, double *restrict c, const float *restrict y,
-	double *restrict t)
+void ct_measurement_data(const struct ct_measurement *op, double *restrict c,
+	const float *restrict y, double *restrict t)
 {
 	rotate(op, c, y, t);
 	for (size_t i = 0; i < op->h; i++)
 		for (size_t j = 0; j < op->w; j++) {
-			double s = ct_op_singular(op, i, j);
+			double s = ct_measurement_singular(op, i, j);
 
 			c[i * op->w + j] = s > 0 ? c[i * op->w + j] / s : 0.0;
 		}
 }
 
-static void scale(const struct ct_operator *op, double *c)
+static void scale(const struct ct_measurement *op, double *c)
 {
 	for (size_t i = 0; i < op->h; i++)
 		for (size_t j = 0; j < op->w; j++)
-			c[i * op->w + j] *= ct_op_singular(op, i, j);
+			c[i * op->w + j] *= ct_measurement_singular(op, i, j);
 }
 
-void ct_op_forward(const struct ct_operator *op, float *restrict y, const float *restrict x,
-	double *restrict t)
+void ct_measurement_forward(const struct ct_measurement *op, float *restrict y,
+	const float *restrict x, double *restrict t)
 {
 	double *c = t, *rest = t + op->h * op->w;
 
-	if (op->kind == CT_OP_MEAN) {
-		ct_box_down(op->h, op->w, op->s, y, x);
+	if (op->kind == CT_MEASUREMENT_MEAN) {
+		ct_block_mean_forward(op->h, op->w, op->s, y, x);
 		return;
 	}
-	ct_op_analyse(op, c, x, rest);
+	ct_measurement_analyse(op, c, x, rest);
 	scale(op, c);
 	ct_matched_undata(&op->rows, &op->cols, y, c, rest);
 }
 
-void ct_op_adjoint(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t)
+void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t)
 {
 	double *c = t, *rest = t + op->h * op->w;
 
 	rotate(op, c, y, rest);
 	scale(op, c);
 	memset(x, 0, op->h * op->s * op->w * op->s * sizeof *x);
-	ct_op_synth_add(op, x, c, rest);
+	ct_measurement_synth_add(op, x, c, rest);
 }
 
-void ct_op_pinv(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t)
+void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t)
 {
 	double *c = t, *rest = t + op->h * op->w;
 
-	if (op->kind == CT_OP_MEAN) {
-		ct_box_up(op->h, op->w, op->s, x, y);
+	if (op->kind == CT_MEASUREMENT_MEAN) {
+		ct_block_mean_pinv(op->h, op->w, op->s, x, y);
 		return;
 	}
-	ct_op_data(op, c, y, rest);
+	ct_measurement_data(op, c, y, rest);
 	memset(x, 0, op->h * op->s * op->w * op->s * sizeof *x);
-	ct_op_synth_add(op, x, c, rest);
+	ct_measurement_synth_add(op, x, c, rest);
 }
 
-void ct_op_correct(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t)
+void ct_measurement_correct(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t)
 {
 	size_t n = op->h * op->w;
 	double *c = t, *d = t + n, *rest = t + 2 * n;
 
-	if (op->kind == CT_OP_MEAN) {
-		ct_box_correct(op->h, op->w, op->s, 1.0f, x, y);
+	if (op->kind == CT_MEASUREMENT_MEAN) {
+		ct_block_mean_correct(op->h, op->w, op->s, 1.0f, x, y);
 		return;
 	}
-	ct_op_data(op, d, y, rest);
-	ct_op_analyse(op, c, x, rest);
+	ct_measurement_data(op, d, y, rest);
+	ct_measurement_analyse(op, c, x, rest);
 	for (size_t i = 0; i < op->h; i++)
 		for (size_t j = 0; j < op->w; j++) {
 			size_t k = i * op->w + j;
 
-			c[k] = ct_op_singular(op, i, j) > 0 ? d[k] - c[k] : 0.0;
+			c[k] = ct_measurement_singular(op, i, j) > 0 ? d[k] - c[k] : 0.0;
 		}
-	ct_op_synth_add(op, x, c, rest);
+	ct_measurement_synth_add(op, x, c, rest);
 }

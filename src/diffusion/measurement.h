@@ -2,56 +2,56 @@
  * given by its singular value decomposition A = U^T S V. What a diffusion sampler needs of A is
  * here once for both kinds:
  *
- *   CT_OP_MEAN     s-by-s block mean (box.h): U = I, S = 1/s, V = the normalised blocks
- *   CT_OP_MATCHED  Gaussian and sinc decimation (matched.h): S[i,j] = g_i g_j / s
+ *   CT_MEASUREMENT_MEAN     s-by-s block mean (box.h): U = I, S = 1/s, V = the normalised blocks
+ *   CT_MEASUREMENT_MATCHED  Gaussian and sinc decimation (matched.h): S[i,j] = g_i g_j / s
  *
- * Functions do not change the operator and are thread-safe; t is scratch of ct_op_scratch()
- * values.
+ * Functions do not change the operator and are thread-safe; t is scratch of
+ * ct_measurement_scratch() values.
  */
 #ifndef CT_DIFFUSION_MEASUREMENT_H
 #define CT_DIFFUSION_MEASUREMENT_H
 #include "core/words.h"
 #include "diffusion/matched.h"
 
-#define CT_OPERATOR_LIST(X)                                                                        \
-	X(CT_OP_MEAN, "mean")                                                                      \
-	X(CT_OP_MATCHED, "matched")
-enum ct_operator_kind { CT_OPERATOR_LIST(CT_WORD_VALUE) };
+#define CT_MEASUREMENT_LIST(X)                                                                     \
+	X(CT_MEASUREMENT_MEAN, "mean")                                                             \
+	X(CT_MEASUREMENT_MATCHED, "matched")
+enum ct_measurement_kind { CT_MEASUREMENT_LIST(CT_WORD_VALUE) };
 
-struct ct_operator {
-	enum ct_operator_kind kind;
+struct ct_measurement {
+	enum ct_measurement_kind kind;
 	size_t h, w, s;
 	struct ct_axis rows, cols; /* matched only */
 };
 
 /* sigma: Gaussian of the matched kind, fine pixels. CT_EGEOM for a size that is refused. *op zero.
  */
-int ct_op_alloc(struct ct_operator *op, enum ct_operator_kind kind, size_t h, size_t w, size_t s,
-	double sigma, struct ct_err *e);
-void ct_op_free(struct ct_operator *op);
-size_t ct_op_scratch(const struct ct_operator *op);
+int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
+	size_t w, size_t s, double sigma, struct ct_err *e);
+void ct_measurement_free(struct ct_measurement *op);
+size_t ct_measurement_scratch(const struct ct_measurement *op);
 /* Singular value of coefficient (i, j); 0 where nothing is measured. */
-double ct_op_singular(const struct ct_operator *op, size_t i, size_t j);
+double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t j);
 /* c = V x, c (h, w) */
-void ct_op_analyse(const struct ct_operator *op, double *restrict c, const float *restrict x,
-	double *restrict t);
+void ct_measurement_analyse(const struct ct_measurement *op, double *restrict c,
+	const float *restrict x, double *restrict t);
 /* x <- x + V^T c */
-void ct_op_synth_add(const struct ct_operator *op, float *restrict x, const double *restrict c,
-	double *restrict t);
+void ct_measurement_synth_add(const struct ct_measurement *op, float *restrict x,
+	const double *restrict c, double *restrict t);
 /* c = S+ U y: the coefficients of A+ y */
-void ct_op_data(const struct ct_operator *op, double *restrict c, const float *restrict y,
-	double *restrict t);
+void ct_measurement_data(const struct ct_measurement *op, double *restrict c,
+	const float *restrict y, double *restrict t);
 /* y = A x */
-void ct_op_forward(const struct ct_operator *op, float *restrict y, const float *restrict x,
-	double *restrict t);
+void ct_measurement_forward(const struct ct_measurement *op, float *restrict y,
+	const float *restrict x, double *restrict t);
 /* x = A^T y */
-void ct_op_adjoint(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t);
+void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t);
 /* x = A+ y */
-void ct_op_pinv(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t);
+void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t);
 /* x <- x - A+ (A x - y): the nearest picture that agrees with y */
-void ct_op_correct(const struct ct_operator *op, float *restrict x, const float *restrict y,
-	double *restrict t);
+void ct_measurement_correct(const struct ct_measurement *op, float *restrict x,
+	const float *restrict y, double *restrict t);
 
 #endif

@@ -38,7 +38,7 @@ int ct_schedule_betas(
 	return 0;
 }
 
-double ct_abar(const struct ct_schedule *s, int t)
+double ct_schedule_abar(const struct ct_schedule *s, int t)
 {
 	assert(t >= -1 && t < CT_TIMESTEPS);
 	return s->abar_[t + 1];

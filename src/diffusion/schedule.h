@@ -14,7 +14,7 @@ enum { CT_TIMESTEPS = 1000 };
 
 struct ct_schedule {
 	double beta[CT_TIMESTEPS];
-	double abar_[CT_TIMESTEPS + 1]; /* abar_[t + 1] is abar_t; use ct_abar */
+	double abar_[CT_TIMESTEPS + 1]; /* abar_[t + 1] is abar_t; use ct_schedule_abar */
 };
 
 /* beta_t = lo + (hi - lo) t/(T - 1). */
@@ -25,7 +25,7 @@ void ct_schedule_default(struct ct_schedule *s);
 int ct_schedule_betas(
 	struct ct_schedule *s, const float beta[static CT_TIMESTEPS], struct ct_err *e);
 /* abar_t, -1 <= t < CT_TIMESTEPS. */
-double ct_abar(const struct ct_schedule *s, int t);
+double ct_schedule_abar(const struct ct_schedule *s, int t);
 
 /* First timestep of a run of `steps` from pure noise: (T/steps)(steps - 1), 980 for 50 steps. */
 int ct_schedule_start(size_t steps);

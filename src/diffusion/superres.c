@@ -25,7 +25,7 @@ struct job {
 	const struct ct_denoiser *net;
 	const struct ct_stack *in, *init;
 	const struct ct_env *env;
-	struct ct_operator op;
+	struct ct_measurement op;
 	int *times;
 	size_t ntimes, calls; /* calls a sample */
 	size_t high, wide;    /* the network's picture */
@@ -55,7 +55,7 @@ struct ct_superres ct_superres_default(size_t scale)
 		.travel_length = 1,
 		.travel_repeat = 1,
 		.rule = CT_DDNM_PLUS,
-		.op = CT_OP_MEAN,
+		.op = CT_MEASUREMENT_MEAN,
 		.sigma_det = ct_superres_sigma_det(scale),
 		.eta = 0.99,
 		.sigma_y = ct_superres_sigma_y(scale)};
@@ -144,7 +144,7 @@ static size_t mirrored(size_t i, size_t n)
  * what is cut off there would be missing everywhere else. */
 static double range_of(const struct job *j, double v, double most)
 {
-	return j->p->op == CT_OP_MEAN ? fmin(fmax(v, 0.0), most) : v;
+	return j->p->op == CT_MEASUREMENT_MEAN ? fmin(fmax(v, 0.0), most) : v;
 }
 
 /* The network's picture dst (channels, high, wide) of a view src (h, w). */
@@ -245,7 +245,7 @@ static void run_task(void *arg, size_t i, size_t worker)
 	}
 	reduce(j, s->x);
 	if (p->final_consistency)
-		ct_op_correct(&j->op, s->x, s->y, s->t);
+		ct_measurement_correct(&j->op, s->x, s->y, s->t);
 	from_picture(j, j->result + i * j->h * j->w, s->x);
 }
 
@@ -298,7 +298,7 @@ static void job_free(struct job *j)
 	free(j->result);
 	free(j->err);
 	free(j->times);
-	ct_op_free(&j->op);
+	ct_measurement_free(&j->op);
 }
 
 static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
@@ -309,7 +309,7 @@ static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
 	if (times_of(p, &j->times, &j->ntimes, e))
 		return -1;
 	j->calls = count_calls(j->times, j->ntimes);
-	if (ct_op_alloc(&j->op, p->op, j->high / s, j->wide / s, s, p->sigma_det, e) ||
+	if (ct_measurement_alloc(&j->op, p->op, j->high / s, j->wide / s, s, p->sigma_det, e) ||
 		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e) ||
 		ct_alloc(&j->view, wave, sizeof *j->view, e) ||
 		ct_alloc0(&j->err, wave * p->samples, sizeof *j->err, e) ||
@@ -319,7 +319,7 @@ static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
 		struct seat *seat = &j->seat[k];
 
 		if (ct_alloc(&seat->x, all * 2 + all / (s * s), sizeof *seat->x, e) ||
-			ct_alloc(&seat->t, ct_op_scratch(&j->op), sizeof *seat->t, e))
+			ct_alloc(&seat->t, ct_measurement_scratch(&j->op), sizeof *seat->t, e))
 			return -1;
 		seat->init = seat->x + all;
 		seat->y = seat->init + all;
@@ -330,22 +330,22 @@ static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
 int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
 	const struct ct_stack *fine, struct ct_err *e)
 {
-	struct ct_operator op = {0};
+	struct ct_measurement op = {0};
 	double *t = NULL;
 	int rc = -1;
 
 	if (fine->views != in->views || fine->h != in->h * p->scale || fine->w != in->w * p->scale)
 		return ct_fail(e, CT_EGEOM, "%zux%zu pixels are not %zu times %zux%zu", fine->w,
 			fine->h, p->scale, in->w, in->h);
-	if (ct_op_alloc(&op, p->op, in->h, in->w, p->scale, p->sigma_det, e) ||
-		ct_alloc(&t, ct_op_scratch(&op), sizeof *t, e))
+	if (ct_measurement_alloc(&op, p->op, in->h, in->w, p->scale, p->sigma_det, e) ||
+		ct_alloc(&t, ct_measurement_scratch(&op), sizeof *t, e))
 		goto out;
 	for (size_t k = 0; k < in->views; k++)
-		ct_op_forward(&op, ct_stack_view(in, k), ct_stack_view(fine, k), t);
+		ct_measurement_forward(&op, ct_stack_view(in, k), ct_stack_view(fine, k), t);
 	rc = 0;
 out:
 	free(t);
-	ct_op_free(&op);
+	ct_measurement_free(&op);
 	return rc;
 }
 

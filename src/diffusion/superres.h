@@ -1,13 +1,13 @@
 /* superres.h: super-resolution of a projection stack with a diffusion prior, view by view.
  *
- * A view p (h, w), line integrals, becomes a picture of the network: p / norm, with CT_OP_MEAN
- * negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every channel. If the network
- * does not take s h by s w, the view is continued at the bottom and the right by reflection
- * (half-sample symmetry, whole low-resolution pixels) and the result is cut. The sampler (ddnm.h)
- * draws `samples` restorations with independent noise in every channel; each is reduced to one
- * channel, optionally corrected to agree with p once more, with CT_OP_MEAN clamped to [0, 1.05],
- * and multiplied by norm; their mean is the result. Noise is a function of (seed, view, sample,
- * move, channel, pixel) only.
+ * A view p (h, w), line integrals, becomes a picture of the network: p / norm, with
+ * CT_MEASUREMENT_MEAN negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every
+ * channel. If the network does not take s h by s w, the view is continued at the bottom and the
+ * right by reflection (half-sample symmetry, whole low-resolution pixels) and the result is cut.
+ * The sampler (ddnm.h) draws `samples` restorations with independent noise in every channel; each
+ * is reduced to one channel, optionally corrected to agree with p once more, with
+ * CT_MEASUREMENT_MEAN clamped to [0, 1.05], and multiplied by norm; their mean is the result. Noise
+ * is a function of (seed, view, sample, move, channel, pixel) only.
  */
 #ifndef CT_DIFFUSION_SUPERRES_H
 #define CT_DIFFUSION_SUPERRES_H
@@ -32,7 +32,7 @@ struct ct_superres {
 	int start;                           /* first timestep, from init; -1: from pure noise */
 	size_t travel_length, travel_repeat; /* as in schedule.h */
 	enum ct_ddnm_rule rule;
-	enum ct_operator_kind op;
+	enum ct_measurement_kind op;
 	double sigma_det;    /* Gaussian of the matched operator, fine pixels */
 	double eta, sigma_y; /* sigma_y on the scale of p / norm */
 	double norm;         /* > 0: line integral that is 1 in the picture */

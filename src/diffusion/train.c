@@ -64,8 +64,8 @@ static uint64_t stream(uint64_t sample, enum draw d)
 static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p, uint64_t seed,
 	uint64_t sample, int time, float *grads, double *loss, struct ct_err *e)
 {
-	const double keep = sqrt(ct_abar(&t->schedule, time));
-	const double add = sqrt(1.0 - ct_abar(&t->schedule, time));
+	const double keep = sqrt(ct_schedule_abar(&t->schedule, time));
+	const double add = sqrt(1.0 - ct_schedule_abar(&t->schedule, time));
 	const float when = (float)time;
 	double sum = 0;
 

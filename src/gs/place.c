@@ -171,7 +171,7 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 	memset(field->data, 0, ct_vol_count(field) * sizeof *field->data);
 	for (size_t i = 0; i < count; i++)
 		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
-	if (ct_fdk_alloc(&f, field, &left, CT_FILTER_HANN, 0, false, env->par, e))
+	if (ct_fdk_alloc(&f, field, &left, CT_RAMP_HANN, 0, false, env->par, e))
 		goto out;
 	for (size_t k = 0; k < y->views; k += f.block) {
 		if (ct_check_stop(env, e))

@@ -56,12 +56,12 @@ double ct_certificate_quantile(float *v, size_t n, double q)
 }
 
 /* Slice by slice, so that sums stay exact enough for any size. */
-static void summarise(struct ct_consistency *c, float *abs, const struct ct_vol *map)
+static void summarise(struct ct_certificate *c, float *abs, const struct ct_vol *map)
 {
 	size_t slice = map->n[0] * map->n[1], n = ct_vol_count(map);
 	double square = 0, sum = 0;
 
-	*c = (struct ct_consistency){.voxels = n};
+	*c = (struct ct_certificate){.voxels = n};
 	for (size_t k = 0; k < map->n[2]; k++) {
 		double s2 = 0, s = 0;
 
@@ -81,7 +81,7 @@ static void summarise(struct ct_consistency *c, float *abs, const struct ct_vol 
 	c->p95 = ct_certificate_quantile(abs, n, 0.95);
 }
 
-int ct_consistency(struct ct_consistency *c, struct ct_vol *map, const struct ct_vol *lr,
+int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)
 {

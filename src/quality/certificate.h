@@ -14,7 +14,7 @@
 #include "resolution/degrade.h"
 
 /* Of D(test) - lr, in HU. */
-struct ct_consistency {
+struct ct_certificate {
 	size_t voxels;
 	double max, p95;  /* of the absolute value; p95 interpolates order statistics */
 	double rms, mean; /* root of the mean square; signed mean */
@@ -24,7 +24,7 @@ struct ct_consistency {
  * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
  * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
  * three lr. */
-int ct_consistency(struct ct_consistency *c, struct ct_vol *map, const struct ct_vol *lr,
+int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e);
 /* Element at fraction q in [0, 1] of the sorted n > 0 values v, between two of them interpolated

@@ -65,8 +65,8 @@ static bool solve(int n, double m[3][3], double y[3], double x[3])
 }
 
 /* Axis from the detector's columns, and two directions at right angles to it. */
-static int find_axis(
-	struct ct_orbit *o, const struct ct_stack *s, double p[3], double q[3], struct ct_err *e)
+static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double p[3], double q[3],
+	struct ct_err *e)
 {
 	double sum[3] = {0}, v[3];
 	int least = 0;
@@ -97,7 +97,7 @@ static int find_axis(
 }
 
 /* Circle through the sources (least squares of x^2 + y^2 + ax + by + c) and their mean height. */
-static int find_circle(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
+static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3],
 	const double q[3], struct ct_err *e)
 {
 	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3], d[3];
@@ -150,7 +150,7 @@ static int find_circle(struct ct_orbit *o, const struct ct_stack *s, const doubl
 /* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
  * not say where it is: then it is before the middle of the detector. */
 static void find_pivot(
-	struct ct_orbit *o, const struct ct_stack *s, const double p[3], const double q[3])
+	struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3], const double q[3])
 {
 	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
 
@@ -179,12 +179,12 @@ static void find_pivot(
 }
 
 /* Angle, distances and foot of every view; the detector must face the axis. */
-static int find_views(struct ct_orbit *o, const struct ct_stack *s, const double p[3],
+static int find_views(struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3],
 	const double q[3], struct ct_err *e)
 {
 	for (size_t k = 0; k < s->views; k++) {
 		const struct ct_view *w = &s->view[k];
-		struct ct_orbit_view *v = &o->view[k];
+		struct ct_fdk_weights_view *v = &o->view[k];
 		double u[3], down[3], out[3], d[3], along[3], n[3];
 
 		unit(u, w->u);
@@ -233,7 +233,7 @@ static int by_angle(const void *a, const void *b)
 
 /* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open.
  */
-static int find_steps(struct ct_orbit *o, double period, struct ct_err *e)
+static int find_steps(struct ct_fdk_weights *o, double period, struct ct_err *e)
 {
 	struct turn *t;
 	size_t n = o->views, wide = 0, gaps = 0;
@@ -272,12 +272,12 @@ static int find_steps(struct ct_orbit *o, double period, struct ct_err *e)
 }
 
 /* Half the fan angle of the rays that count, rad. */
-static double fan_of(const struct ct_orbit *o, double radius)
+static double fan_of(const struct ct_fdk_weights *o, double radius)
 {
 	double fan = 0;
 
 	for (size_t k = 0; k < o->views; k++) {
-		const struct ct_orbit_view *v = &o->view[k];
+		const struct ct_fdk_weights_view *v = &o->view[k];
 		double edge = fmax(v->foot[0] + 0.5, (double)o->w - 0.5 - v->foot[0]);
 
 		fan = fmax(fan, atan(edge * v->pitch[0] / v->distance));
@@ -285,7 +285,7 @@ static double fan_of(const struct ct_orbit *o, double radius)
 	return radius < o->radius ? fmin(fan, asin(radius / o->radius)) : fan;
 }
 
-static int use_parker(struct ct_orbit *o, double radius, struct ct_err *e)
+static int use_parker(struct ct_fdk_weights *o, double radius, struct ct_err *e)
 {
 	double fan = fan_of(o, radius), rest = o->view[0].step / 2;
 
@@ -300,12 +300,12 @@ static int use_parker(struct ct_orbit *o, double radius, struct ct_err *e)
 }
 
 /* A detector that misses a part of the cylinder on one side and is not in the middle. */
-static void use_offset(struct ct_orbit *o, double radius)
+static void use_offset(struct ct_fdk_weights *o, double radius)
 {
 	double near = HUGE_VAL, far = HUGE_VAL, reach = 0;
 
 	for (size_t k = 0; k < o->views; k++) {
-		const struct ct_orbit_view *v = &o->view[k];
+		const struct ct_fdk_weights_view *v = &o->view[k];
 		double low = (v->foot[0] + 0.5) * v->pitch[0],
 		       high = ((double)o->w - 0.5 - v->foot[0]) * v->pitch[0];
 
@@ -327,7 +327,7 @@ static void use_offset(struct ct_orbit *o, double radius)
 	}
 }
 
-static int weigh(struct ct_orbit *o, double radius, bool parker, struct ct_err *e)
+static int weigh(struct ct_fdk_weights *o, double radius, bool parker, struct ct_err *e)
 {
 	if (find_steps(o, 2 * M_PI, e))
 		return -1;
@@ -355,12 +355,12 @@ static int weigh(struct ct_orbit *o, double radius, bool parker, struct ct_err *
 	return parker ? use_parker(o, radius, e) : 0;
 }
 
-int ct_orbit_alloc(struct ct_orbit *o, const struct ct_stack *scan, double radius, bool parker,
-	struct ct_err *e)
+int ct_fdk_weights_alloc(struct ct_fdk_weights *o, const struct ct_stack *scan, double radius,
+	bool parker, struct ct_err *e)
 {
 	double p[3], q[3];
 
-	*o = (struct ct_orbit){
+	*o = (struct ct_fdk_weights){
 		.beam = scan->beam, .views = scan->views, .w = scan->w, .h = scan->h};
 	if (ct_stack_check(scan, e) || ct_alloc0(&o->view, scan->views, sizeof *o->view, e))
 		return -1;
@@ -374,14 +374,14 @@ int ct_orbit_alloc(struct ct_orbit *o, const struct ct_stack *scan, double radiu
 		goto fail;
 	return 0;
 fail:
-	ct_orbit_free(o);
+	ct_fdk_weights_free(o);
 	return -1;
 }
 
-void ct_orbit_free(struct ct_orbit *o)
+void ct_fdk_weights_free(struct ct_fdk_weights *o)
 {
 	free(o->view);
-	*o = (struct ct_orbit){0};
+	*o = (struct ct_fdk_weights){0};
 }
 
 /* beta from the first view, g the ray's angle so that (beta + pi + 2 g, -g) is the same line. */
@@ -399,7 +399,8 @@ static double parker_weight(double beta, double g, double delta)
 
 /* The share of a ray at x mm from the foot, `side` of the detector that reaches far: so that both
  * rays of a line count 1. */
-static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, double x, double side)
+static double share(
+	const struct ct_fdk_weights *o, const struct ct_fdk_weights_view *v, double x, double side)
 {
 	bool parallel = o->beam == CT_PARALLEL;
 
@@ -422,9 +423,9 @@ static double share(const struct ct_orbit *o, const struct ct_orbit_view *v, dou
 	return o->closed ? 0.5 : M_PI / o->arc;
 }
 
-void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *weight)
+void ct_fdk_weights_of(const struct ct_fdk_weights *o, size_t view, bool plain, float *weight)
 {
-	const struct ct_orbit_view *v = &o->view[view];
+	const struct ct_fdk_weights_view *v = &o->view[view];
 	bool parallel = o->beam == CT_PARALLEL;
 	double side = v->foot[0] < ((double)o->w - 1) / 2 ? 1 : -1;
 	double pitch = parallel ? v->pitch[0] : v->pitch[0] * o->radius / v->distance;

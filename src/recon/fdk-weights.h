@@ -28,7 +28,7 @@
 
 enum ct_redundancy { CT_RAYS_EVEN, CT_RAYS_PARKER, CT_RAYS_OFFSET };
 
-struct ct_orbit_view {
+struct ct_fdk_weights_view {
 	double angle;    /* of the source about the axis, rad, in [0, 2 pi) */
 	double step;     /* the arc it counts for, rad */
 	double distance; /* source to detector plane, mm */
@@ -37,7 +37,7 @@ struct ct_orbit_view {
 			    from  the axis) to detector */
 };
 
-struct ct_orbit {
+struct ct_fdk_weights {
 	enum ct_beam beam;
 	double axis[3];   /* unit vector, against v */
 	double centre[3]; /* isocentre, mm */
@@ -51,20 +51,20 @@ struct ct_orbit {
 	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the
 			    filter makes of them belongs to the sum */
 	double sign;     /* of u against the direction of growing angles */
-	struct ct_orbit_view *view; /* owned, one a view */
+	struct ct_fdk_weights_view *view; /* owned, one a view */
 	size_t views, w, h;
 };
 
 /* Study the scan. `radius` (mm, INFINITY if unknown): of the cylinder about the axis that is to be
  * right; it need not be seen outside. parker: weigh an open scan so. *o must be zero. CT_EGEOM in
  * words for a scan that is refused, CT_ENOMEM. */
-int ct_orbit_alloc(struct ct_orbit *o, const struct ct_stack *scan, double radius, bool parker,
-	struct ct_err *e);
-void ct_orbit_free(struct ct_orbit *o);
+int ct_fdk_weights_alloc(struct ct_fdk_weights *o, const struct ct_stack *scan, double radius,
+	bool parker, struct ct_err *e);
+void ct_fdk_weights_free(struct ct_fdk_weights *o);
 /* weight[h][w]: what the pixels of a view are multiplied by before a ramp filter of unit pitch and
  * back-projection with 1/depth^2 (depth 1 at the centre) for the sum over views to be the density:
  * cosine of the ray, its share, the view's arc, the pitch at the centre. plain: without the pitch,
  * for no filter. */
-void ct_orbit_weights(const struct ct_orbit *o, size_t view, bool plain, float *weight);
+void ct_fdk_weights_of(const struct ct_fdk_weights *o, size_t view, bool plain, float *weight);
 
 #endif

@@ -17,7 +17,7 @@ static void corner(const size_t n[3], unsigned which, double out, double x[3])
 
 /* Of the cylinder about the orbit's axis that holds the grid. The axis is not known before the
  * orbit is studied, so the corners are kept to the line that a first study finds. */
-static double radius_about(const struct ct_orbit *o, const struct ct_vol *grid)
+static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *grid)
 {
 	double most = 0;
 
@@ -56,7 +56,7 @@ static int check_fan(const struct ct_fdk *f, struct ct_err *e)
 }
 
 /* Pixel at the centre over the smallest voxel across the axis. */
-static double voxel_cutoff(const struct ct_orbit *o, const struct ct_vol *grid)
+static double voxel_cutoff(const struct ct_fdk_weights *o, const struct ct_vol *grid)
 {
 	double pixel = HUGE_VAL, voxel = HUGE_VAL, mm[3];
 
@@ -70,7 +70,7 @@ static double voxel_cutoff(const struct ct_orbit *o, const struct ct_vol *grid)
 			voxel = fmin(voxel, mm[a]);
 	}
 	for (size_t k = 0; k < o->views; k++) {
-		const struct ct_orbit_view *v = &o->view[k];
+		const struct ct_fdk_weights_view *v = &o->view[k];
 
 		pixel = fmin(pixel, o->beam == CT_PARALLEL ? v->pitch[0]
 							   : v->pitch[0] * o->radius / v->distance);
@@ -79,10 +79,10 @@ static double voxel_cutoff(const struct ct_orbit *o, const struct ct_vol *grid)
 }
 
 int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
-	enum ct_filter_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e)
+	enum ct_ramp_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e)
 {
 	size_t threads = ct_par_threads(par), size;
-	struct ct_orbit first = {0};
+	struct ct_fdk_weights first = {0};
 	const size_t *widen = f->orbit.widen;
 	double radius;
 
@@ -90,25 +90,24 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 		return ct_fail(e, CT_EGEOM,
 			"rows of one pixel cannot be filtered; the iterative methods take them");
 	*f = (struct ct_fdk){.scan = scan, .kind = kind};
-	if (ct_orbit_alloc(&first, scan, INFINITY, false, e))
+	if (ct_fdk_weights_alloc(&first, scan, INFINITY, false, e))
 		return -1;
 	radius = radius_about(&first, grid);
-	ct_orbit_free(&first);
-	if (ct_orbit_alloc(&f->orbit, scan, radius, parker, e))
+	ct_fdk_weights_free(&first);
+	if (ct_fdk_weights_alloc(&f->orbit, scan, radius, parker, e))
 		goto fail;
 	f->cutoff = cutoff > 0 ? cutoff : voxel_cutoff(&f->orbit, grid);
 	if (ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
 		(scan->beam == CT_FAN && check_fan(f, e)) ||
 		ct_backprojector_widen(&f->back, widen[0], widen[1], e) ||
-		ct_filter_alloc(&f->filter, kind, f->cutoff, f->back.w, e))
+		ct_ramp_alloc(&f->filter, kind, f->cutoff, f->back.w, e))
 		goto fail;
 	size = ct_backprojector_size(&f->back);
 	f->block = BLOCK_BYTES / (size * sizeof *f->views);
 	f->block = f->block < 1 ? 1 : f->block > scan->views ? scan->views : f->block;
 	if (ct_alloc0(&f->views, f->block * size, sizeof *f->views, e) ||
 		ct_alloc(&f->weight, threads * scan->h * scan->w, sizeof *f->weight, e) ||
-		ct_alloc(&f->scratch, threads * ct_filter_scratch(&f->filter), sizeof *f->scratch,
-			e))
+		ct_alloc(&f->scratch, threads * ct_ramp_scratch(&f->filter), sizeof *f->scratch, e))
 		goto fail;
 	return 0;
 fail:
@@ -118,8 +117,8 @@ fail:
 
 void ct_fdk_free(struct ct_fdk *f)
 {
-	ct_orbit_free(&f->orbit);
-	ct_filter_free(&f->filter);
+	ct_fdk_weights_free(&f->orbit);
+	ct_ramp_free(&f->filter);
 	ct_backprojector_free(&f->back);
 	free(f->views);
 	free(f->weight);
@@ -140,14 +139,14 @@ static void filter_view(void *arg, size_t i, size_t worker)
 	size_t h = f->scan->h, w = f->scan->w, pitch = f->back.pitch;
 	float *out = f->views + i * ct_backprojector_size(&f->back);
 	float *weight = f->weight + worker * h * w;
-	double *scratch = f->scratch + worker * ct_filter_scratch(&f->filter);
+	double *scratch = f->scratch + worker * ct_ramp_scratch(&f->filter);
 	const float *in = ct_stack_view(f->scan, j->first + i);
 
-	ct_orbit_weights(&f->orbit, j->first + i, f->kind == CT_FILTER_NONE, weight);
-	for (size_t r = 0; r < h; r += CT_FILTER_ROWS) {
-		size_t rows = h - r < CT_FILTER_ROWS ? h - r : CT_FILTER_ROWS;
+	ct_fdk_weights_of(&f->orbit, j->first + i, f->kind == CT_RAMP_NONE, weight);
+	for (size_t r = 0; r < h; r += CT_RAMP_ROWS) {
+		size_t rows = h - r < CT_RAMP_ROWS ? h - r : CT_RAMP_ROWS;
 
-		ct_filter_rows(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w,
+		ct_ramp_rows(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w,
 			weight + r * w, f->orbit.widen[0], w, scratch);
 	}
 	ct_backproject_frame(&f->back, out);
@@ -166,7 +165,7 @@ size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads)
 {
 	return f->block * ct_backprojector_size(&f->back) * sizeof *f->views +
 	       threads * (f->scan->h * f->scan->w * sizeof *f->weight +
-				 ct_filter_scratch(&f->filter) * sizeof *f->scratch);
+				 ct_ramp_scratch(&f->filter) * sizeof *f->scratch);
 }
 
 size_t ct_fdk_truncated(const struct ct_fdk *f)

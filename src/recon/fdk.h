@@ -15,15 +15,15 @@
 
 struct ct_fdk {
 	const struct ct_stack *scan; /* borrowed */
-	struct ct_orbit orbit;
-	struct ct_filter filter;
+	struct ct_fdk_weights orbit;
+	struct ct_ramp filter;
 	struct ct_backprojector back;
-	enum ct_filter_kind kind;
+	enum ct_ramp_kind kind;
 	double cutoff;   /* of the filter, of the detector's Nyquist frequency */
 	size_t block;    /* views that are filtered, then back-projected, together */
 	float *views;    /* owned, [block] stored views */
 	float *weight;   /* owned, [threads][h][w] */
-	double *scratch; /* owned, [threads][ct_filter_scratch] */
+	double *scratch; /* owned, [threads][ct_ramp_scratch] */
 };
 
 /* Plan for the grid of `grid` (data may be NULL) from the stack `scan`. cutoff in (0, 1]; 0 stands
@@ -31,7 +31,7 @@ struct ct_fdk {
  * at most 1: finer detail would come back as aliases. CT_EGEOM in words for a scan that cannot be
  * inverted so, a fan whose plane the grid leaves; CT_ENOMEM. *f must be zero. */
 int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_stack *scan,
-	enum ct_filter_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e);
+	enum ct_ramp_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e);
 void ct_fdk_free(struct ct_fdk *f);
 /* vol[n2][n1][n0] += density from the views [first, first + count), count <= f->block, of the
  * stack's data; the sum over all views is the density. par: of no more threads than at

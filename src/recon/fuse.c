@@ -91,9 +91,9 @@ static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 	for (int a = 0; a < 3; a++) {
 		double aliasing;
 
-		if (ct_refine_aliasing(&aliasing, &f->by, f->base->n[a], a, e))
+		if (ct_upsample_aliasing(&aliasing, &f->by, f->base->n[a], a, e))
 			return -1;
-		if (aliasing > CT_REFINE_ALIAS)
+		if (aliasing > CT_UPSAMPLE_ALIAS)
 			return 0;
 		coarse = fmax(coarse, mm[a]);
 		far += (v->centre[a] - v->source[a]) * (v->centre[a] - v->source[a]);
@@ -201,7 +201,7 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
 	}
 	for (size_t i = 0; i < n; i++)
 		y[i] += s->q[i] - gap[i];
-	ct_dc_apply(&s->dc, s->x, s->scratch, par);
+	ct_consistency_apply(&s->dc, s->x, s->scratch, par);
 	if (ct_linear_apply(&f->rays, s->q, s->x, f->env, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
@@ -236,14 +236,14 @@ static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
 	if (ct_alloc(&want, m, sizeof *want, e) || ct_alloc(&lo, m, sizeof *lo, e) ||
 		ct_alloc(&hi, n, sizeof *hi, e) ||
 		ct_degrade_plan(&down, &f->by, f->base->n, env->par, e) ||
-		ct_dc_pinv_plan(&up, &f->by, f->base->n, env->par, e))
+		ct_consistency_pinv_plan(&up, &f->by, f->base->n, env->par, e))
 		goto out;
 	ct_window_density(n, hi, f->base->data, f->window);
 	for (size_t i = 0; i < n; i++)
 		x[i] = keep ? (float)(width(f) * ((double)x[i] - (double)hi[i])) : 0;
 	for (size_t i = 0; i < m; i++)
 		want[i] = (float)(width(f) * (double)f->lack->data[i]);
-	ct_dc_exact(x, want, &down, &up, lo, hi, env->par);
+	ct_consistency_exact(x, want, &down, &up, lo, hi, env->par);
 	rc = 0;
 out:
 	ct_separable_free(&down);

@@ -73,12 +73,12 @@ int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t 
 		m *= ct_degrade_size(n[a], d->factor[a]);
 	j->n = n[0] * n[1] * n[2];
 	if (make_filter(&j->filter, r->parts, j->cols, e) ||
-		ct_dc_alloc(&j->dc, d, n, z, 0, env->par, e) ||
+		ct_consistency_alloc(&j->dc, d, n, z, 0, env->par, e) ||
 		ct_alloc0(&zero, m, sizeof *zero, e) ||
-		ct_dc_alloc(&j->null, d, n, zero, 0, env->par, e))
+		ct_consistency_alloc(&j->null, d, n, zero, 0, env->par, e))
 		goto out;
 	j->taps = ct_taps_scratch(&j->filter, NULL);
-	j->share = ct_dc_scratch(&j->dc);
+	j->share = ct_consistency_scratch(&j->dc);
 	j->share = (2 * j->taps + view > j->share ? 2 * j->taps + view : j->share) + 1;
 	j->share += j->share % 2; /* doubles stand at its beginning */
 	if (ct_alloc(&j->x, j->n, sizeof(float), e) ||
@@ -104,8 +104,8 @@ void ct_joint_free(struct ct_joint *j)
 	free(j->q);
 	free(j->scratch);
 	free(j->sums);
-	ct_dc_free(&j->dc);
-	ct_dc_free(&j->null);
+	ct_consistency_free(&j->dc);
+	ct_consistency_free(&j->null);
 	ct_taps_free(&j->filter);
 	j->x = j->ahead = j->dual = j->g = j->q = j->scratch = NULL;
 	j->sums = NULL;
@@ -194,7 +194,7 @@ static int measure_norm(struct ct_joint *j, const struct ct_env *env, struct ct_
 		weigh(j, quarter, quarter, false, env->par);
 		if (r->adjoint(r->ctx, j->g, quarter, j->q, env, e))
 			return -1;
-		ct_dc_apply(&j->null, j->g, j->scratch, env->par);
+		ct_consistency_apply(&j->null, j->g, j->scratch, env->par);
 		memset(j->ahead, 0, j->n * sizeof *j->ahead);
 		rms = ct_passes_lead(j->n, j->ahead, j->g, 0, env->par);
 		if (k == POWER || rms == 0)
@@ -214,7 +214,7 @@ static int measure_norm(struct ct_joint *j, const struct ct_env *env, struct ct_
 static void measure_first(struct ct_joint *j, const float *to, const struct ct_env *env)
 {
 	memcpy(j->ahead, to, j->n * sizeof *to);
-	ct_dc_apply(&j->dc, j->ahead, j->scratch, env->par);
+	ct_consistency_apply(&j->dc, j->ahead, j->scratch, env->par);
 	j->at.first = ct_passes_lead(j->n, j->ahead, j->x, 0, env->par);
 	j->at.mu = fmax(HIGHEST * j->at.first, j->rule.mu);
 }

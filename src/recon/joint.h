@@ -77,7 +77,7 @@ struct ct_joint {
 	float *g, *q, *scratch;     /* gradient; projections; a view, rows of dc: of each worker */
 	double *sums, total[4];     /* of each view; of all */
 	size_t n, share, taps, fit; /* fit: views to fit, the others being predicted */
-	struct ct_dc dc, null;      /* D x = z, D x = 0 */
+	struct ct_consistency dc, null; /* D x = z, D x = 0 */
 	struct ct_taps filter;
 };
 

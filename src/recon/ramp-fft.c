@@ -9,9 +9,9 @@
 #include <stdbool.h>
 
 enum {
-	POINT = CT_FILTER_ROWS, /* doubles of a point */
-	ROWS = POINT / 2,       /* complex rows */
-	INNER = 256             /* points that stay in the first cache */
+	POINT = CT_RAMP_ROWS, /* doubles of a point */
+	ROWS = POINT / 2,     /* complex rows */
+	INNER = 256           /* points that stay in the first cache */
 };
 
 /* CT_F64_LANES rows of a point. */

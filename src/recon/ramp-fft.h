@@ -1,6 +1,6 @@
-/* ramp-fft.h: the discrete Fourier transform of CT_FILTER_ROWS detector rows at once, for ramp.c.
+/* ramp-fft.h: the discrete Fourier transform of CT_RAMP_ROWS detector rows at once, for ramp.c.
  *
- * x[n][CT_FILTER_ROWS]: point k of eight complex rows, first their real parts, which are rows 0 to
+ * x[n][CT_RAMP_ROWS]: point k of eight complex rows, first their real parts, which are rows 0 to
  * 7 of the detector, then the imaginary parts, rows 8 to 15. n is a power of two, at least 4;
  * tw[n/2][2] the cosine and sine of -2 pi k/n. Frequencies are in bit-reversed order. The same
  * arithmetic, operation by operation, at every level. Pure kernels (core/simd.h). */

@@ -8,20 +8,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINT = CT_FILTER_ROWS }; /* doubles of a point of the transform */
+enum { POINT = CT_RAMP_ROWS }; /* doubles of a point of the transform */
 
 /* f in cycles a sample of the cutoff. */
-static double window_at(enum ct_filter_kind kind, double f)
+static double window_at(enum ct_ramp_kind kind, double f)
 {
-	if (f > 0.5 && kind != CT_FILTER_NONE)
+	if (f > 0.5 && kind != CT_RAMP_NONE)
 		return 0;
 	switch (kind) {
-	case CT_FILTER_SHEPP_LOGAN: return f == 0 ? 1 : sin(M_PI * f) / (M_PI * f);
-	case CT_FILTER_COSINE: return cos(M_PI * f);
-	case CT_FILTER_HAMMING: return 0.54 + 0.46 * cos(2 * M_PI * f);
-	case CT_FILTER_HANN: return 0.5 + 0.5 * cos(2 * M_PI * f);
-	case CT_FILTER_RAM_LAK:
-	case CT_FILTER_NONE: break;
+	case CT_RAMP_SHEPP_LOGAN: return f == 0 ? 1 : sin(M_PI * f) / (M_PI * f);
+	case CT_RAMP_COSINE: return cos(M_PI * f);
+	case CT_RAMP_HAMMING: return 0.54 + 0.46 * cos(2 * M_PI * f);
+	case CT_RAMP_HANN: return 0.5 + 0.5 * cos(2 * M_PI * f);
+	case CT_RAMP_RAM_LAK:
+	case CT_RAMP_NONE: break;
 	}
 	return 1;
 }
@@ -36,13 +36,13 @@ static size_t reversed(size_t i, size_t n)
 }
 
 /* The ramp's samples through the transform, times the window. x: scratch. */
-static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff, double *x)
+static void respond(struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, double *x)
 {
 	size_t n = f->n;
 
 	memset(x, 0, n * POINT * sizeof *x);
-	x[0] = kind == CT_FILTER_NONE ? 1 : 0.25; /* the real part of one row */
-	for (size_t m = 1; m <= n / 2 && kind != CT_FILTER_NONE; m += 2) {
+	x[0] = kind == CT_RAMP_NONE ? 1 : 0.25; /* the real part of one row */
+	for (size_t m = 1; m <= n / 2 && kind != CT_RAMP_NONE; m += 2) {
 		double h = -1 / (M_PI * M_PI * (double)m * (double)m);
 
 		x[m * POINT] = h;
@@ -57,8 +57,8 @@ static void respond(struct ct_filter *f, enum ct_filter_kind kind, double cutoff
 	}
 }
 
-int ct_filter_alloc(
-	struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w, struct ct_err *e)
+int ct_ramp_alloc(
+	struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, size_t w, struct ct_err *e)
 {
 	double *x = NULL;
 
@@ -73,7 +73,7 @@ int ct_filter_alloc(
 	if (ct_alloc(&f->response, f->n, sizeof *f->response, e) ||
 		ct_alloc(&f->twiddle, f->n, sizeof *f->twiddle, e) ||
 		ct_alloc(&x, f->n, POINT * sizeof *x, e)) {
-		ct_filter_free(f);
+		ct_ramp_free(f);
 		return -1;
 	}
 	for (size_t k = 0; k < f->n / 2; k++) {
@@ -87,19 +87,19 @@ int ct_filter_alloc(
 	return 0;
 }
 
-void ct_filter_free(struct ct_filter *f)
+void ct_ramp_free(struct ct_ramp *f)
 {
 	free(f->response);
 	free(f->twiddle);
-	*f = (struct ct_filter){0};
+	*f = (struct ct_ramp){0};
 }
 
-size_t ct_filter_scratch(const struct ct_filter *f)
+size_t ct_ramp_scratch(const struct ct_ramp *f)
 {
 	return f->n * POINT;
 }
 
-void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
+void ct_ramp_rows(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
 	const float *restrict in, const float *restrict weight, size_t at, size_t count,
 	double *restrict scratch)
 {

@@ -24,34 +24,34 @@
 
 #include <stddef.h>
 
-#define CT_FILTER_LIST(X)                                                                          \
-	X(CT_FILTER_RAM_LAK, "ram-lak")                                                            \
-	X(CT_FILTER_SHEPP_LOGAN, "shepp-logan")                                                    \
-	X(CT_FILTER_COSINE, "cosine")                                                              \
-	X(CT_FILTER_HAMMING, "hamming")                                                            \
-	X(CT_FILTER_HANN, "hann")                                                                  \
-	X(CT_FILTER_NONE, "none")
-enum ct_filter_kind { CT_FILTER_LIST(CT_WORD_VALUE) };
+#define CT_RAMP_LIST(X)                                                                            \
+	X(CT_RAMP_RAM_LAK, "ram-lak")                                                              \
+	X(CT_RAMP_SHEPP_LOGAN, "shepp-logan")                                                      \
+	X(CT_RAMP_COSINE, "cosine")                                                                \
+	X(CT_RAMP_HAMMING, "hamming")                                                              \
+	X(CT_RAMP_HANN, "hann")                                                                    \
+	X(CT_RAMP_NONE, "none")
+enum ct_ramp_kind { CT_RAMP_LIST(CT_WORD_VALUE) };
 
-struct ct_filter {
+struct ct_ramp {
 	size_t w, n;
 	double *response; /* owned, [n], bit-reversed order, divided by n */
 	double *twiddle;  /* owned, [n/2][2]: cos, sin of -2 pi k/n */
 };
 
-enum { CT_FILTER_ROWS = 16 }; /* rows that go through together */
+enum { CT_RAMP_ROWS = 16 }; /* rows that go through together */
 
 /* For rows of w samples, 1 <= w <= 2^24; cutoff in (0, 1], of the Nyquist frequency. *f must be
  * zero. CT_EINPUT, CT_ENOMEM. */
-int ct_filter_alloc(
-	struct ct_filter *f, enum ct_filter_kind kind, double cutoff, size_t w, struct ct_err *e);
-void ct_filter_free(struct ct_filter *f);
-/* Doubles of scratch for ct_filter_rows, 64-byte aligned. */
-size_t ct_filter_scratch(const struct ct_filter *f);
-/* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_FILTER_ROWS rows: filtered and
+int ct_ramp_alloc(
+	struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, size_t w, struct ct_err *e);
+void ct_ramp_free(struct ct_ramp *f);
+/* Doubles of scratch for ct_ramp_rows, 64-byte aligned. */
+size_t ct_ramp_scratch(const struct ct_ramp *f);
+/* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_RAMP_ROWS rows: filtered and
  * transposed. Of the w samples of a row the `count` from `at` on are in[row*count + k] times
  * weight[row*count + k], the others zero; at + count <= w. Thread-safe with scratch of its own. */
-void ct_filter_rows(const struct ct_filter *f, size_t rows, float *restrict out, size_t pitch,
+void ct_ramp_rows(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
 	const float *restrict in, const float *restrict weight, size_t at, size_t count,
 	double *restrict scratch);
 

@@ -160,7 +160,7 @@ static double without(double sigma, double other)
 	return sigma > other ? sqrt(sigma * sigma - other * other) : 0;
 }
 
-static void conclude(struct ct_estimate_axis *out, const struct sums *s, double factor)
+static void conclude(struct ct_blur_axis *out, const struct sums *s, double factor)
 {
 	const double own = own_blur / factor, ratio = s->r1 / s->r0,
 		     square = s->r11 - 2 * ratio * s->r01 + ratio * ratio * s->r00,
@@ -177,8 +177,8 @@ static void conclude(struct ct_estimate_axis *out, const struct sums *s, double 
 						     : CT_SAMPLING_ALIASED;
 }
 
-static int measure_axis(struct ct_estimate_axis *out, const struct ct_vol *v, int axis,
-	double factor, double least, struct ct_par *par, struct ct_err *e)
+static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int axis, double factor,
+	double least, struct ct_par *par, struct ct_err *e)
 {
 	struct job j = {.x = v->data,
 		.stride = {1, v->n[0], v->n[0] * v->n[1]},
@@ -188,7 +188,7 @@ static int measure_axis(struct ct_estimate_axis *out, const struct ct_vol *v, in
 	struct sums all = {0};
 	size_t tasks;
 
-	*out = (struct ct_estimate_axis){.measured = (double)NAN, .aliasing = (double)NAN};
+	*out = (struct ct_blur_axis){.measured = (double)NAN, .aliasing = (double)NAN};
 	if (v->n[axis] < WINDOW + 1)
 		return 0;
 	memcpy(j.n, v->n, sizeof j.n);
@@ -344,12 +344,12 @@ static int measure_noise(double *out, const struct ct_vol *v, struct ct_err *e)
 	return 0;
 }
 
-int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double factor[static 3],
+int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e)
 {
 	double least;
 
-	*out = (struct ct_estimate){0};
+	*out = (struct ct_blur){0};
 	for (int a = 0; a < 3; a++)
 		if (!(factor[a] >= 1 && isfinite(factor[a])))
 			return ct_fail(e, CT_EINPUT, "a factor of %g along axis %d", factor[a], a);

@@ -40,7 +40,7 @@
 	X(CT_SAMPLING_WELL, "well")       /* less, as P1 */
 enum ct_sampling { CT_SAMPLING_LIST(CT_WORD_VALUE) };
 
-struct ct_estimate_axis {
+struct ct_blur_axis {
 	double measured; /* standard deviation of the blur that the edges show, voxels of v, in
 			    [0, 1]; NaN if unknown */
 	double sigma; /* the one that is safe to assume, voxels of v, <= measured; 0 if unknown */
@@ -50,8 +50,8 @@ struct ct_estimate_axis {
 	enum ct_sampling sampling;
 };
 
-struct ct_estimate {
-	struct ct_estimate_axis axis[3];
+struct ct_blur {
+	struct ct_blur_axis axis[3];
 	double noise; /* standard deviation, HU, of what is not linear over 3 voxels; 0 if none can
 			 be seen. Noise of longer scale is not in it. */
 };
@@ -60,7 +60,7 @@ struct ct_estimate {
  * voxels of the finer grid the blur to assume is axis[a].sigma * factor[a]. An axis of fewer than 8
  * voxels is unknown. CT_ENUMERIC for NaN and infinite voxels, CT_EINPUT for a factor below 1,
  * CT_ENOMEM. The result does not depend on the number of threads. */
-int ct_estimate_of(struct ct_estimate *out, const struct ct_vol *v, const double factor[static 3],
+int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e);
 /* Its word. */
 const char *ct_sampling_name(enum ct_sampling s);

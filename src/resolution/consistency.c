@@ -10,12 +10,12 @@
 
 enum { BLOCK = 64, NEWTON = 30, LINE = 16 };
 
-static size_t place(const struct ct_dc *dc, int a, size_t k)
+static size_t place(const struct ct_consistency *dc, int a, size_t k)
 {
 	return dc->same[a] ? k : ct_cosine_place(&dc->v[a], k);
 }
 
-static int axis(struct ct_dc *dc, int a, const struct ct_factor *f, struct ct_err *e)
+static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, struct ct_err *e)
 {
 	if (!dc->same[a] && ct_cosine_alloc(&dc->v[a], f->v, f->m, f->n, e))
 		return -1;
@@ -28,8 +28,8 @@ static int axis(struct ct_dc *dc, int a, const struct ct_factor *f, struct ct_er
 }
 
 /* c_y = G^-1 U y. */
-static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y, struct ct_par *par,
-	struct ct_err *e)
+static int target(struct ct_consistency *dc, const struct ct_svd f[3], const float *y,
+	struct ct_par *par, struct ct_err *e)
 {
 	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
@@ -37,7 +37,7 @@ static int target(struct ct_dc *dc, const struct ct_factor f[3], const float *y,
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
-		if (ct_factor_u(&t[a], &f[a], e))
+		if (ct_svd_u(&t[a], &f[a], e))
 			goto out;
 	if (ct_separable_plan(&s, t, par, e) ||
 		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
@@ -64,13 +64,13 @@ out:
 	return rc;
 }
 
-static int factors(struct ct_factor f[3], bool identity[3], const struct ct_degrade *d,
+static int factors(struct ct_svd f[3], bool identity[3], const struct ct_degrade *d,
 	const size_t n[3], struct ct_err *e)
 {
 	for (int a = 0; a < 3; a++) {
 		struct ct_taps t = {0};
 		int rc = ct_degrade_taps(&t, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
-			 ct_factor_alloc(&f[a], &t, e);
+			 ct_svd_alloc(&f[a], &t, e);
 
 		identity[a] = rc == 0 && ct_taps_is_identity(&t);
 		ct_taps_free(&t);
@@ -80,14 +80,15 @@ static int factors(struct ct_factor f[3], bool identity[3], const struct ct_degr
 	return 0;
 }
 
-int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[static 3],
-	const float *y, double noise, struct ct_par *par, struct ct_err *e)
+int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
+	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
+	struct ct_err *e)
 {
-	struct ct_factor f[3] = {{0}};
+	struct ct_svd f[3] = {{0}};
 	size_t count, reduced;
 	int rc = -1;
 
-	*dc = (struct ct_dc){.condition = 1};
+	*dc = (struct ct_consistency){.condition = 1};
 	if (factors(f, dc->same, d, n, e))
 		goto out;
 	for (int a = 0; a < 3; a++) {
@@ -120,13 +121,13 @@ int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[sta
 	rc = 0;
 out:
 	for (int a = 0; a < 3; a++)
-		ct_factor_free(&f[a]);
+		ct_svd_free(&f[a]);
 	if (rc)
-		ct_dc_free(dc);
+		ct_consistency_free(dc);
 	return rc;
 }
 
-void ct_dc_free(struct ct_dc *dc)
+void ct_consistency_free(struct ct_consistency *dc)
 {
 	for (int a = 0; a < 3; a++) {
 		ct_cosine_free(&dc->v[a]);
@@ -138,11 +139,11 @@ void ct_dc_free(struct ct_dc *dc)
 	free(dc->reduced);
 	free(dc->tiles);
 	free(dc->sums);
-	*dc = (struct ct_dc){0};
+	*dc = (struct ct_consistency){0};
 }
 
 /* Floats of a tile for either axis of a plane, whole cache lines. */
-static size_t tile(const struct ct_dc *dc)
+static size_t tile(const struct ct_consistency *dc)
 {
 	size_t i = dc->same[0] ? 0 : ct_cosine_scratch(&dc->v[0]);
 	size_t j = dc->same[1] ? 0 : ct_cosine_scratch(&dc->v[1]);
@@ -150,14 +151,14 @@ static size_t tile(const struct ct_dc *dc)
 	return i > j ? i : j;
 }
 
-size_t ct_dc_scratch(const struct ct_dc *dc)
+size_t ct_consistency_scratch(const struct ct_consistency *dc)
 {
 	size_t half = dc->m[1] * dc->n[0];
 
 	return tile(dc) + (half + LINE - 1) / LINE * LINE;
 }
 
-void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
+void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch)
 {
 	float *out = dc->reduced + k * dc->plane, *half = dc->same[0] ? out : scratch + tile(dc);
 	size_t n = dc->n[0];
@@ -173,7 +174,8 @@ void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch)
 	(&dc->v[0], out, dc->m[1], half ? half : x, n, dc->m[1], true, scratch);
 }
 
-void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, float *scratch)
+void ct_consistency_expand(
+	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch)
 {
 	const float *in = dc->reduced + k * dc->plane;
 	size_t n = dc->n[0];
@@ -198,7 +200,7 @@ struct columns {
 	double square[BLOCK];
 };
 
-static void columns(struct columns *b, const struct ct_dc *dc, size_t block)
+static void columns(struct columns *b, const struct ct_consistency *dc, size_t block)
 {
 	b->at = block * BLOCK;
 	b->n = dc->plane - b->at < BLOCK ? dc->plane - b->at : BLOCK;
@@ -214,7 +216,7 @@ static void columns(struct columns *b, const struct ct_dc *dc, size_t block)
 /* coef = V reduced, along k, for the columns of a block. */
 static void analyse(void *arg, size_t block, size_t worker)
 {
-	struct ct_dc *dc = arg;
+	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
 
 	if (!dc->same[2])
@@ -228,7 +230,7 @@ static void analyse(void *arg, size_t block, size_t worker)
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
 static void misfit(void *arg, size_t block, size_t worker)
 {
-	struct ct_dc *dc = arg;
+	struct ct_consistency *dc = arg;
 	struct columns c;
 	double s = 0, t = 0;
 
@@ -251,7 +253,7 @@ static void misfit(void *arg, size_t block, size_t worker)
 /* coef <- d, had <- c + d, and along k back into the reduced planes. */
 static void synthesise(void *arg, size_t block, size_t worker)
 {
-	struct ct_dc *dc = arg;
+	struct ct_consistency *dc = arg;
 	struct columns c;
 	double moved = 0;
 
@@ -276,13 +278,13 @@ static void synthesise(void *arg, size_t block, size_t worker)
 		dc->coef + k * dc->plane + c.at, c.n * sizeof *dc->coef);
 }
 
-static size_t blocks(const struct ct_dc *dc)
+static size_t blocks(const struct ct_consistency *dc)
 {
 	return (dc->plane + BLOCK - 1) / BLOCK;
 }
 
 /* The least mu >= 0 with S(mu) <= bound, by Newton's method on S^-1/2, nearly linear in mu. */
-static void multiplier(struct ct_dc *dc, struct ct_par *par)
+static void multiplier(struct ct_consistency *dc, struct ct_par *par)
 {
 	for (int step = 0; step < NEWTON; step++) {
 		double s = 0, t = 0, next;
@@ -300,7 +302,7 @@ static void multiplier(struct ct_dc *dc, struct ct_par *par)
 	}
 }
 
-double ct_dc_correct(struct ct_dc *dc, struct ct_par *par)
+double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par)
 {
 	double moved = 0;
 
@@ -314,7 +316,7 @@ double ct_dc_correct(struct ct_dc *dc, struct ct_par *par)
 }
 
 struct whole {
-	struct ct_dc *dc;
+	struct ct_consistency *dc;
 	float *x, *scratch;
 };
 
@@ -322,8 +324,8 @@ static void reduce_one(void *arg, size_t k, size_t worker)
 {
 	const struct whole *w = arg;
 
-	ct_dc_reduce(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
-		w->scratch + worker * ct_dc_scratch(w->dc));
+	ct_consistency_reduce(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
+		w->scratch + worker * ct_consistency_scratch(w->dc));
 }
 
 static void expand_one(void *arg, size_t k, size_t worker)
@@ -332,22 +334,22 @@ static void expand_one(void *arg, size_t k, size_t worker)
 
 	float *x = w->x + k * w->dc->n[0] * w->dc->n[1];
 
-	ct_dc_expand(w->dc, k, x, x, w->scratch + worker * ct_dc_scratch(w->dc));
+	ct_consistency_expand(w->dc, k, x, x, w->scratch + worker * ct_consistency_scratch(w->dc));
 }
 
-void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par)
+void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par)
 {
 	struct whole w = {dc, x, scratch};
 
 	ct_par_for(par, dc->n[2], reduce_one, &w);
-	ct_dc_correct(dc, par);
+	ct_consistency_correct(dc, par);
 	ct_par_for(par, dc->n[2], expand_one, &w);
 }
 
-int ct_dc_pinv_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
-	const struct ct_par *par, struct ct_err *e)
+int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
+	const size_t n[static 3], const struct ct_par *par, struct ct_err *e)
 {
-	struct ct_factor f[3] = {{0}};
+	struct ct_svd f[3] = {{0}};
 	struct ct_taps t[3] = {{0}};
 	bool identity[3];
 	int rc = -1;
@@ -356,18 +358,18 @@ int ct_dc_pinv_plan(struct ct_separable *s, const struct ct_degrade *d, const si
 	if (factors(f, identity, d, n, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
-		if (ct_factor_pinv(&t[a], &f[a], e))
+		if (ct_svd_pinv(&t[a], &f[a], e))
 			goto out;
 	rc = ct_separable_plan(s, t, par, e);
 out:
 	for (int a = 0; a < 3; a++) {
-		ct_factor_free(&f[a]);
+		ct_svd_free(&f[a]);
 		ct_taps_free(&t[a]);
 	}
 	return rc;
 }
 
-void ct_dc_exact(float *x, const float *y, const struct ct_separable *d,
+void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
 	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
 {
 	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;

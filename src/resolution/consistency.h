@@ -13,14 +13,14 @@
  * Planes (i,j) are the unit of work, so that a solver can do its own work on a plane while it is
  * in the cache: reduce planes to (m1,m0), correct all of them along k, expand them. All in float
  * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
- * D+ in double once at the end (ct_dc_pinv_plan).
+ * D+ in double once at the end (ct_consistency_pinv_plan).
  */
 #ifndef CT_RESOLUTION_CONSISTENCY_H
 #define CT_RESOLUTION_CONSISTENCY_H
 #include "resolution/cosine.h"
 #include "resolution/degrade.h"
 
-struct ct_dc {
+struct ct_consistency {
 	size_t n[3], m[3];
 	bool same[3];            /* axes that D leaves as they are */
 	struct ct_cosine v[3];   /* of the others */
@@ -39,30 +39,33 @@ struct ct_dc {
 
 /* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of
  * n. noise: HU, >= 0. Allocates *dc, which must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
-int ct_dc_alloc(struct ct_dc *dc, const struct ct_degrade *d, const size_t n[static 3],
-	const float *y, double noise, struct ct_par *par, struct ct_err *e);
+int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
+	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
+	struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
-void ct_dc_free(struct ct_dc *dc);
+void ct_consistency_free(struct ct_consistency *dc);
 
 /* Floats of scratch of the plane functions. */
-size_t ct_dc_scratch(const struct ct_dc *dc);
+size_t ct_consistency_scratch(const struct ct_consistency *dc);
 /* Plane k of dc->reduced from plane k of a volume, x (n1,n0). Thread-safe for different k. */
-void ct_dc_reduce(struct ct_dc *dc, size_t k, const float *x, float *scratch);
+void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch);
 /* out = x + plane k of the correction; out may be x. Thread-safe. */
-void ct_dc_expand(const struct ct_dc *dc, size_t k, float *out, const float *x, float *scratch);
+void ct_consistency_expand(
+	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch);
 /* Reduced planes of a volume x + step to the planes of its correction V^T d along i and j. Returns
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
  * |step + V^T d|^2 = |step|^2 + this. NaN in the first call. */
-double ct_dc_correct(struct ct_dc *dc, struct ct_par *par);
-/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_dc_scratch a thread.
+double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par);
+/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_consistency_scratch a
+ * thread.
  */
-void ct_dc_apply(struct ct_dc *dc, float *x, float *scratch, struct ct_par *par);
+void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par);
 
 /* D+ in double for volumes of n voxels. Allocates. */
-int ct_dc_pinv_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
-	const struct ct_par *par, struct ct_err *e);
+int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
+	const size_t n[static 3], const struct ct_par *par, struct ct_err *e);
 /* x <- x + D+ (y - D x). dplus and d are planned; lo and hi are work of the size of y and x. */
-void ct_dc_exact(float *x, const float *y, const struct ct_separable *d,
+void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
 	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par);
 
 #endif

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-void ct_body_centre(double c[3], const float *in, const size_t n[static 3], float above)
+void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float above)
 {
 	double sum[3] = {0}, count = 0;
 
@@ -27,7 +27,7 @@ void ct_body_centre(double c[3], const float *in, const size_t n[static 3], floa
 		c[d] = count > 0 ? sum[d] / count : ((double)n[d] - 1) / 2;
 }
 
-ptrdiff_t ct_window_start(size_t n, size_t m, double c)
+ptrdiff_t ct_crop_start(size_t n, size_t m, double c)
 {
 	double s = floor(c - ((double)m - 1) / 2 + 0.5);
 
@@ -56,14 +56,14 @@ void ct_crop(float *restrict out, const size_t m[static 3], const float *restric
 		}
 }
 
-void ct_affine_shift(double a[3][4], const double start[static 3])
+void ct_crop_affine(double a[3][4], const double start[static 3])
 {
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
 			a[r][3] += a[r][d] * start[d];
 }
 
-void ct_axes_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
+void ct_reorient_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
 	const int towards[static 3])
 {
 	static const int all[6][3] = {
@@ -87,7 +87,7 @@ void ct_axes_closest(int axis[3], int sign[3], const double a[3][4], const int w
 		sign[d] = a[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
 }
 
-void ct_reorder(float *restrict out, const float *restrict in, const size_t n[static 3],
+void ct_reorient(float *restrict out, const float *restrict in, const size_t n[static 3],
 	const int axis[static 3], const int sign[static 3])
 {
 	const size_t old[3] = {1, n[0], n[0] * n[1]};
@@ -109,7 +109,7 @@ void ct_reorder(float *restrict out, const float *restrict in, const size_t n[st
 		}
 }
 
-void ct_affine_reorder(double a[3][4], const size_t n[static 3], const int axis[static 3],
+void ct_reorient_affine(double a[3][4], const size_t n[static 3], const int axis[static 3],
 	const int sign[static 3])
 {
 	double old[3][4];

@@ -5,26 +5,26 @@
 
 /* Centre of mass, in voxel indices, of the voxels above a value, all of weight one; the centre of
  * the grid if there is none. */
-void ct_body_centre(double c[3], const float *in, const size_t n[static 3], float above);
+void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float above);
 /* First index of a window of m out of n samples, nearest to being centred at c: inside the axis
  * if m <= n, else the axis in its middle (negative). */
-ptrdiff_t ct_window_start(size_t n, size_t m, double c);
+ptrdiff_t ct_crop_start(size_t n, size_t m, double c);
 /* out[m] is in[n] from index start[] on, `pad` where there is none. */
 void ct_crop(float *restrict out, const size_t m[static 3], const float *restrict in,
 	const size_t n[static 3], const ptrdiff_t start[static 3], float pad);
 /* The affine of a grid that begins at index start[] of another. */
-void ct_affine_shift(double a[3][4], const double start[static 3]);
+void ct_crop_affine(double a[3][4], const double start[static 3]);
 
 /* For each axis of a new grid, whose directions are to be the three world axes
  * world[] (0 x, 1 y, 2 z) with towards[] +1 or -1: the axis of the old one closest to it,
  * and whether it runs backwards (-1). The choice of the largest sum of cosines. */
-void ct_axes_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
+void ct_reorient_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
 	const int towards[static 3]);
 /* out = in[n] with axis d being axis[d] of in, backwards if sign[d] is -1. */
-void ct_reorder(float *restrict out, const float *restrict in, const size_t n[static 3],
+void ct_reorient(float *restrict out, const float *restrict in, const size_t n[static 3],
 	const int axis[static 3], const int sign[static 3]);
 /* The affine to match, of the n[] samples before. */
-void ct_affine_reorder(double a[3][4], const size_t n[static 3], const int axis[static 3],
+void ct_reorient_affine(double a[3][4], const size_t n[static 3], const int axis[static 3],
 	const int sign[static 3]);
 
 #endif

@@ -210,7 +210,7 @@ void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[st
 		coarser[a] = 1.0 / d->factor[a];
 	}
 	shifted(cut, hi, begin);
-	ct_affine_rescale(lo, (const double(*)[4])cut, coarser);
+	ct_vol_rescale_affine(lo, (const double(*)[4])cut, coarser);
 }
 
 void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[static 3],
@@ -220,7 +220,7 @@ void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[st
 
 	for (int a = 0; a < 3; a++)
 		begin[a] = -cell_begin(0, m[a], factor[a]);
-	ct_affine_rescale(hi, lo, factor);
+	ct_vol_rescale_affine(hi, lo, factor);
 	shifted(hi, (const double(*)[4])hi, begin);
 }
 

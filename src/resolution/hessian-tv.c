@@ -18,7 +18,7 @@ struct job {
 	float *zero;      /* a row of zeros */
 	float *scratch;   /* of each worker: that of dc, and a row */
 	double *sums;     /* of each plane: variation, and squared movement */
-	struct ct_dc *dc;
+	struct ct_consistency *dc;
 	size_t n[3], plane, share;
 	float weight[PARTS], s, t;
 };
@@ -62,7 +62,7 @@ static struct ct_hessian_ascent ascent(const struct job *v, ptrdiff_t j, ptrdiff
 static void ascend(void *arg, size_t k, size_t worker)
 {
 	const struct job *v = arg;
-	float *square = v->scratch + worker * v->share + ct_dc_scratch(v->dc);
+	float *square = v->scratch + worker * v->share + ct_consistency_scratch(v->dc);
 	double sum = 0;
 
 	for (size_t j = 0; j < v->n[1]; j++) {
@@ -107,7 +107,8 @@ static void descend(void *arg, size_t plane, size_t worker)
 {
 	const struct job *v = arg;
 	size_t at = plane * v->plane;
-	float *scratch = v->scratch + worker * v->share, *step = scratch + ct_dc_scratch(v->dc);
+	float *scratch = v->scratch + worker * v->share,
+	      *step = scratch + ct_consistency_scratch(v->dc);
 	double moved = 0;
 
 	for (size_t j = 0; j < v->n[1]; j++) {
@@ -120,7 +121,7 @@ static void descend(void *arg, size_t plane, size_t worker)
 		moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
 	}
 	v->sums[2 * plane + 1] = moved;
-	ct_dc_reduce(v->dc, plane, v->ahead + at, scratch);
+	ct_consistency_reduce(v->dc, plane, v->ahead + at, scratch);
 }
 
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
@@ -129,7 +130,7 @@ static void extrapolate(void *arg, size_t k, size_t worker)
 	const struct job *j = arg;
 	float *x = j->x + k * j->plane, *next = j->ahead + k * j->plane;
 
-	ct_dc_expand(j->dc, k, next, next, j->scratch + worker * j->share);
+	ct_consistency_expand(j->dc, k, next, next, j->scratch + worker * j->share);
 	for (size_t i = 0; i < j->plane; i++) {
 		float now = next[i];
 
@@ -138,8 +139,8 @@ static void extrapolate(void *arg, size_t k, size_t worker)
 	}
 }
 
-static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *rule, size_t threads,
-	struct ct_err *e)
+static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	size_t threads, struct ct_err *e)
 {
 	const double *w = rule->weight;
 	const double part[PARTS] = {w[0] * w[0], w[1] * w[1], w[2] * w[2], M_SQRT2 * w[0] * w[1],
@@ -158,7 +159,7 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 	j->t = (float)(rule->step / norm);
 	j->s = (float)(1 / (rule->step * norm));
 	j->plane = j->n[0] * j->n[1];
-	j->share = ct_dc_scratch(dc) + j->n[0];
+	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
 		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof(float), e) ||
@@ -188,7 +189,7 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 
 	ct_par_for(par, j->n[2], ascend, j);
 	ct_par_for(par, j->n[2], descend, j);
-	moved = ct_dc_correct(j->dc, par);
+	moved = ct_consistency_correct(j->dc, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
 	for (size_t k = 0; k < j->n[2]; k++) {
 		variation += j->sums[2 * k];
@@ -198,8 +199,8 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 	report->change = isfinite(moved) ? sqrt(fmax(moved, 0) / count) : (double)NAN;
 }
 
-int ct_htv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
-	const struct ct_env *env, struct ct_err *e)
+int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.x = x};
 	int rc = -1;

@@ -16,7 +16,7 @@
 #include "resolution/tv.h"
 
 /* As ct_tv, whose weights, stopping rule and report it shares. */
-int ct_htv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
-	const struct ct_env *env, struct ct_err *e);
+int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 
 #endif

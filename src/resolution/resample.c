@@ -112,7 +112,7 @@ out:
 	return rc;
 }
 
-int ct_upsample_plan(struct ct_separable *s, const size_t n_in[static 3],
+int ct_resample_up_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const double factor[static 3], enum ct_interp interp, const struct ct_par *par,
 	struct ct_err *e)
 {

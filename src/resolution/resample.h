@@ -1,7 +1,7 @@
 /* resample.h: interpolation of a volume on another grid, separably.
  *
  * Cell-centred: voxel k of a grid s times as fine has its centre at index (k + 0.5)/s - 0.5 of
- * the coarse one, and both cover the same field (ct_affine_rescale). Beyond the border the last
+ * the coarse one, and both cover the same field (ct_vol_rescale_affine). Beyond the border the last
  * sample counts on, but the spline is continued by reflection about the face of that sample.
  */
 #ifndef CT_RESOLUTION_RESAMPLE_H
@@ -27,7 +27,7 @@ int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 	enum ct_interp interp, bool antialias, const struct ct_par *par, struct ct_err *e);
 /* The same for the grid `factor` >= 1 times as fine that covers the field: n_out is
  * ct_degrade_cover(n_in, factor), n_in * factor if that is whole (degrade.h). */
-int ct_upsample_plan(struct ct_separable *s, const size_t n_in[static 3],
+int ct_resample_up_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const double factor[static 3], enum ct_interp interp, const struct ct_par *par,
 	struct ct_err *e);
 

@@ -66,7 +66,7 @@ static void turn(size_t n, double *a, double *b, double c, double s)
 
 /* Rotate rows p and q of v, and of u with them, until they are at right angles (one-sided Jacobi,
  * Hestenes 1958). True if they were not. */
-static bool straighten(struct ct_factor *f, size_t p, size_t q)
+static bool straighten(struct ct_svd *f, size_t p, size_t q)
 {
 	double *x = f->v + p * f->n, *y = f->v + q * f->n;
 	double xx = dot(f->n, x, x), yy = dot(f->n, y, y), xy = dot(f->n, x, y);
@@ -82,7 +82,7 @@ static bool straighten(struct ct_factor *f, size_t p, size_t q)
 	return true;
 }
 
-static int orthogonalise(struct ct_factor *f, struct ct_err *e)
+static int orthogonalise(struct ct_svd *f, struct ct_err *e)
 {
 	for (int sweep = 0; sweep < SWEEPS; sweep++) {
 		bool more = false;
@@ -97,7 +97,7 @@ static int orthogonalise(struct ct_factor *f, struct ct_err *e)
 }
 
 /* g from the rows of v, which become unit vectors, or zero. */
-static int normalise(struct ct_factor *f, struct ct_err *e)
+static int normalise(struct ct_svd *f, struct ct_err *e)
 {
 	double most = 0, least = INFINITY;
 
@@ -108,7 +108,7 @@ static int normalise(struct ct_factor *f, struct ct_err *e)
 	if (!(most > 0) || !isfinite(most))
 		return ct_fail(e, CT_EINPUT, "an operator without weights");
 	for (size_t k = 0; k < f->m; k++) {
-		bool keep = f->g[k] * CT_FACTOR_LIMIT >= most;
+		bool keep = f->g[k] * CT_SVD_LIMIT >= most;
 
 		for (size_t j = 0; j < f->n; j++)
 			f->v[k * f->n + j] *= keep ? 1 / f->g[k] : 0;
@@ -120,11 +120,11 @@ static int normalise(struct ct_factor *f, struct ct_err *e)
 	return 0;
 }
 
-int ct_factor_alloc(struct ct_factor *f, const struct ct_taps *a, struct ct_err *e)
+int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
 {
 	size_t m = a->n_out, n = a->n_in, uu, vv;
 
-	*f = (struct ct_factor){.m = m, .n = n};
+	*f = (struct ct_svd){.m = m, .n = n};
 	if (m > n)
 		return ct_fail(e, CT_EINPUT, "an operator from %zu to %zu samples", n, m);
 	if (ct_size_mul(&uu, m, m, "operator", e) || ct_size_mul(&vv, m, n, "operator", e) ||
@@ -138,16 +138,16 @@ int ct_factor_alloc(struct ct_factor *f, const struct ct_taps *a, struct ct_err 
 		cosines(f->u, m);
 	transformed(f->v, f->u, a);
 	if (orthogonalise(f, e) || normalise(f, e)) {
-		ct_factor_free(f);
+		ct_svd_free(f);
 		return -1;
 	}
 	return 0;
 }
 
-void ct_factor_free(struct ct_factor *f)
+void ct_svd_free(struct ct_svd *f)
 {
 	free(f->u);
-	*f = (struct ct_factor){0};
+	*f = (struct ct_svd){0};
 }
 
 /* A full table of `rows` rows. */
@@ -159,17 +159,17 @@ static int table(struct ct_taps *t, size_t rows, size_t columns, const double *w
 	return 0;
 }
 
-int ct_factor_v(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+int ct_svd_v(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 {
 	return table(t, f->m, f->n, f->v, e);
 }
 
-int ct_factor_u(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 {
 	return table(t, f->m, f->m, f->u, e);
 }
 
-int ct_factor_pinv(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e)
+int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 {
 	if (ct_taps_alloc(t, f->m, f->n, f->m, e))
 		return -1;

@@ -10,7 +10,7 @@
  * off the diagonal (fractional factors, other tables) is rotated away by Jacobi's method. Rows of
  * U and V then belong to ascending frequencies, not to falling g. The identity keeps U = V = 1.
  *
- * Frequencies that A weakens by more than CT_FACTOR_LIMIT against the strongest count as not
+ * Frequencies that A weakens by more than CT_SVD_LIMIT against the strongest count as not
  * measured: g = 0 there and in A+, and the row of V is zero. So A+ amplifies no noise more than
  * that, A+ A A+ = A+ always, and A A+ A = A if none is lost.
  */
@@ -18,9 +18,9 @@
 #define CT_RESOLUTION_SVD_H
 #include "resolution/separable.h"
 
-#define CT_FACTOR_LIMIT 100.0
+#define CT_SVD_LIMIT 100.0
 
-struct ct_factor {
+struct ct_svd {
 	size_t m, n;
 	double *u, *g, *v; /* (m,m), (m), (m,n); owned, one block at u */
 	double condition;  /* largest / smallest g of those that are kept */
@@ -29,13 +29,13 @@ struct ct_factor {
 
 /* Factor *a, not all zero. Allocates *f, which must be zero. Costs m^2 n flops. CT_EINPUT,
  * CT_ENOMEM. */
-int ct_factor_alloc(struct ct_factor *f, const struct ct_taps *a, struct ct_err *e);
+int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
-void ct_factor_free(struct ct_factor *f);
+void ct_svd_free(struct ct_svd *f);
 /* The table of A+, n rows of m. Allocates. */
-int ct_factor_pinv(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e);
+int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e);
 /* The table of V, and of U, m rows. Allocates. */
-int ct_factor_v(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e);
-int ct_factor_u(struct ct_taps *t, const struct ct_factor *f, struct ct_err *e);
+int ct_svd_v(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e);
+int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e);
 
 #endif

@@ -22,7 +22,7 @@ struct job {
 	float *first, *last; /* a plane of each slab */
 	float *scratch;      /* of each worker: three planes, four rows, that of dc */
 	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
-	struct ct_dc *dc;
+	struct ct_consistency *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
 	float weight[3], s, t;
 	const float *to; /* drawn towards this, a part `pull` of the way an iteration; else x */
@@ -33,7 +33,7 @@ struct job {
 /* Corrected plane k of x. */
 static void load(const struct job *j, float *to, size_t k, float *scratch)
 {
-	ct_dc_expand(j->dc, k, to, j->x + k * j->plane, scratch);
+	ct_consistency_expand(j->dc, k, to, j->x + k * j->plane, scratch);
 }
 
 static void set_aside(void *arg, size_t slab, size_t worker)
@@ -79,7 +79,8 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 {
 	const struct job *j = arg;
 	size_t from = slab * SLAB, to = from + SLAB < j->n[2] ? from + SLAB : j->n[2];
-	float *scratch = j->scratch + worker * j->share, *below = scratch + ct_dc_scratch(j->dc);
+	float *scratch = j->scratch + worker * j->share,
+	      *below = scratch + ct_consistency_scratch(j->dc);
 	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
 	const float *x = j->first + slab * j->plane;
 	double tv = 0, moved = 0, skip = 0;
@@ -97,7 +98,7 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 		}
 		sweep_plane(j, k, x, xk, below, rows, &tv, whole ? &moved : &skip);
 		if (whole)
-			ct_dc_reduce(j->dc, k, j->x + k * j->plane, scratch);
+			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
 		x = xk;
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
@@ -119,14 +120,14 @@ static void mend(void *arg, size_t index, size_t worker)
 		moved += ((double)x[i] - (double)before[i]) * ((double)x[i] - (double)before[i]);
 	}
 	j->moved[slab] += moved;
-	ct_dc_reduce(j->dc, k, x, j->scratch + worker * j->share);
+	ct_consistency_reduce(j->dc, k, x, j->scratch + worker * j->share);
 }
 
 static void reduce_plane(void *arg, size_t k, size_t worker)
 {
 	const struct job *j = arg;
 
-	ct_dc_reduce(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
+	ct_consistency_reduce(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
 }
 
 static void expand_plane(void *arg, size_t k, size_t worker)
@@ -135,7 +136,7 @@ static void expand_plane(void *arg, size_t k, size_t worker)
 
 	float *x = j->x + k * j->plane;
 
-	ct_dc_expand(j->dc, k, x, x, j->scratch + worker * j->share);
+	ct_consistency_expand(j->dc, k, x, x, j->scratch + worker * j->share);
 }
 
 /* One iteration; leaves x before its correction, and the correction in dc. */
@@ -146,7 +147,7 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 	ct_par_for(par, j->slabs, set_aside, j);
 	ct_par_for(par, j->slabs, sweep_slab, j);
 	ct_par_for(par, j->slabs - 1, mend, j);
-	moved = ct_dc_correct(j->dc, par);
+	moved = ct_consistency_correct(j->dc, par);
 	if (!j->measure)
 		return;
 	for (size_t s = 0; s < j->slabs; s++) {
@@ -173,7 +174,7 @@ static void draw(struct job *j, const struct ct_tv_near *near)
 		j->p[a] = near->dual + a * count;
 }
 
-static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *rule,
+static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	const struct ct_tv_near *near, size_t threads, struct ct_err *e)
 {
 	double square = 0;
@@ -191,7 +192,7 @@ static int job_alloc(struct job *j, struct ct_dc *dc, const struct ct_tv_rule *r
 	j->s = (float)(1 / (rule->step * sqrt(square)));
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
-	j->share = ct_dc_scratch(dc) + 3 * j->plane + 4 * j->n[0];
+	j->share = ct_consistency_scratch(dc) + 3 * j->plane + 4 * j->n[0];
 	if (near)
 		draw(j, near);
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
@@ -219,13 +220,13 @@ static void job_free(struct job *j)
 	free(j->moved);
 }
 
-int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
-	const struct ct_env *env, struct ct_err *e)
+int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	return ct_tv_near(x, dc, rule, NULL, report, env, e);
 }
 
-int ct_tv_near(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -236,7 +237,7 @@ int ct_tv_near(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
 	if (job_alloc(&j, dc, rule, near, ct_par_threads(env->par), e))
 		goto out;
 	ct_par_for(env->par, j.n[2], reduce_plane, &j);
-	ct_dc_correct(dc, env->par);
+	ct_consistency_correct(dc, env->par);
 	rc = 0;
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
 		ct_progress(env, "iterations", it, rule->iterations);

@@ -34,7 +34,8 @@ struct ct_tv_rule {
 struct ct_tv_near {
 	const float *to; /* as x */
 	double mu;       /* > 0, in the unit of the values */
-	float *dual; /* (CT_TV_DUAL or CT_HTV_DUAL volumes) begin with it, leave the last there */
+	float *dual;     /* (CT_TV_DUAL or CT_HESSIAN_TV_DUAL volumes) begin with it, leave the last
+			    there */
 };
 
 enum { CT_TV_DUAL = 3 };
@@ -47,10 +48,10 @@ struct ct_tv_report {
 
 /* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if
  * it diverges, CT_ENOMEM, CT_ESTOP (x is then the volume so far). */
-int ct_tv(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule, struct ct_tv_report *report,
-	const struct ct_env *env, struct ct_err *e);
+int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 /* The same with `near` added. */
-int ct_tv_near(float *x, struct ct_dc *dc, const struct ct_tv_rule *rule,
+int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
 	struct ct_err *e);
 

@@ -18,12 +18,12 @@
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
 
-const char *ct_refine_name(enum ct_refine method)
+const char *ct_upsample_name(enum ct_upsample method)
 {
-	return CT_WORD(CT_REFINE_LIST, method);
+	return CT_WORD(CT_UPSAMPLE_LIST, method);
 }
 
-int ct_refine_aliasing(
+int ct_upsample_aliasing(
 	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e)
 {
 	struct ct_taps t = {0};
@@ -50,51 +50,51 @@ int ct_refine_aliasing(
 	return 0;
 }
 
-static int choose(struct ct_refine_report *r, const struct ct_refine_rule *rule, const size_t n[3],
-	struct ct_err *e)
+static int choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
+	const size_t n[3], struct ct_err *e)
 {
 	r->method = rule->method;
-	if (!rule->known && rule->method >= CT_REFINE_DC)
+	if (!rule->known && rule->method >= CT_UPSAMPLE_DC)
 		return ct_fail(e, CT_EUSAGE,
 			"method %s needs the operator that made the volume, which its file does not "
 			"say: give --sigma, or --estimate it",
-			ct_refine_name(rule->method));
+			ct_upsample_name(rule->method));
 	if (rule->known)
 		r->aliasing = 0;
 	for (int a = 0; rule->known && a < 3; a++) {
 		double share;
 
-		if (ct_refine_aliasing(&share, &rule->by, n[a], a, e))
+		if (ct_upsample_aliasing(&share, &rule->by, n[a], a, e))
 			return -1;
 		r->aliasing = fmax(r->aliasing, share);
 	}
-	if (rule->start && rule->method < CT_REFINE_DC && rule->method != CT_REFINE_AUTO)
+	if (rule->start && rule->method < CT_UPSAMPLE_DC && rule->method != CT_UPSAMPLE_AUTO)
 		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
-			ct_refine_name(rule->method));
-	if (rule->method == CT_REFINE_AUTO)
-		r->method = !rule->known                    ? CT_REFINE_BSPLINE
-			    : r->aliasing > CT_REFINE_ALIAS ? CT_REFINE_HTV
-							    : CT_REFINE_TV;
+			ct_upsample_name(rule->method));
+	if (rule->method == CT_UPSAMPLE_AUTO)
+		r->method = !rule->known                      ? CT_UPSAMPLE_BSPLINE
+			    : r->aliasing > CT_UPSAMPLE_ALIAS ? CT_UPSAMPLE_HTV
+							      : CT_UPSAMPLE_TV;
 	return 0;
 }
 
-static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_refine method,
+static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsample method,
 	const double factor[3], const struct ct_env *env, struct ct_err *e)
 {
-	static const enum ct_interp interp[] = {[CT_REFINE_LINEAR] = CT_LINEAR,
-		[CT_REFINE_CUBIC] = CT_CUBIC,
-		[CT_REFINE_BSPLINE] = CT_BSPLINE,
-		[CT_REFINE_LANCZOS] = CT_LANCZOS};
+	static const enum ct_interp interp[] = {[CT_UPSAMPLE_LINEAR] = CT_LINEAR,
+		[CT_UPSAMPLE_CUBIC] = CT_CUBIC,
+		[CT_UPSAMPLE_BSPLINE] = CT_BSPLINE,
+		[CT_UPSAMPLE_LANCZOS] = CT_LANCZOS};
 	struct ct_separable s = {0};
 	int rc;
 
-	if (method == CT_REFINE_SINC) {
+	if (method == CT_UPSAMPLE_SINC) {
 		struct ct_degrade band = {{factor[0], factor[1], factor[2]}, {0}, CT_DECIMATE_SINC};
 
-		rc = ct_dc_pinv_plan(&s, &band, hi->n, env->par, e);
+		rc = ct_consistency_pinv_plan(&s, &band, hi->n, env->par, e);
 	} else {
-		rc = ct_upsample_plan(&s, lo->n, factor,
-			method < CT_REFINE_SINC ? interp[method] : CT_BSPLINE, env->par, e);
+		rc = ct_resample_up_plan(&s, lo->n, factor,
+			method < CT_UPSAMPLE_SINC ? interp[method] : CT_BSPLINE, env->par, e);
 	}
 	if (rc == 0)
 		ct_separable_apply(&s, hi->data, lo->data, env->par);
@@ -114,7 +114,7 @@ static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const str
 	return ct_vol_same_grid(&want, y, e) ? ct_blame(e, "reduced") : 0;
 }
 
-int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
+int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
 	bool move, double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
@@ -127,10 +127,10 @@ int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_d
 		ct_alloc(&lo, m, sizeof *lo, e))
 		goto out;
 	if (move) {
-		if (ct_dc_pinv_plan(&up, d, x->n, env->par, e) ||
+		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e) ||
 			ct_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
 			goto out;
-		ct_dc_exact(x->data, y->data, &down, &up, lo, hi, env->par);
+		ct_consistency_exact(x->data, y->data, &down, &up, lo, hi, env->par);
 	}
 	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++)
@@ -158,15 +158,16 @@ static double deviation(const struct ct_vol *v)
 	return sqrt(square / (double)n);
 }
 
-static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
-	struct ct_refine_report *r, const struct ct_env *env, struct ct_err *e)
+static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
+	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
+	struct ct_err *e)
 {
-	bool first_order = r->method == CT_REFINE_TV;
+	bool first_order = r->method == CT_UPSAMPLE_TV;
 	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP) * deviation(lo),
 		.iterations = rule->iterations,
 		.tolerance = rule->tolerance};
 	struct ct_tv_report did;
-	struct ct_dc dc = {0};
+	struct ct_consistency dc = {0};
 	double mm[3], least;
 	int rc = -1;
 
@@ -176,23 +177,24 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo, const struct c
 		how.weight[a] = least / mm[a];
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
-	if (ct_dc_alloc(&dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
+	if (ct_consistency_alloc(
+		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
 		return -1;
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;
-	rc = (first_order ? ct_tv : ct_htv)(hi->data, &dc, &how, &did, env, e);
+	rc = (first_order ? ct_tv : ct_hessian_tv)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
-	ct_dc_free(&dc);
+	ct_consistency_free(&dc);
 	return rc;
 }
 
-static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
-	enum ct_refine method, const struct ct_env *env, struct ct_err *e)
+static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	enum ct_upsample method, const struct ct_env *env, struct ct_err *e)
 {
-	if (!rule->start || method < CT_REFINE_DC)
+	if (!rule->start || method < CT_UPSAMPLE_DC)
 		return interpolate(hi, lo, method, rule->by.factor, env, e);
 	if (ct_vol_same_grid(hi, rule->start, e))
 		return ct_blame(e, "the volume to start from");
@@ -200,13 +202,13 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ref
 	return 0;
 }
 
-int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
-	struct ct_refine_report *report, const struct ct_env *env, struct ct_err *e)
+int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	struct ct_upsample_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_degrade *d = &rule->by;
 	size_t n[3];
 
-	*report = (struct ct_refine_report){
+	*report = (struct ct_upsample_report){
 		.aliasing = (double)NAN, .condition = (double)NAN, .residual = (double)NAN};
 	for (int a = 0; a < 3; a++) {
 		if (!(d->factor[a] >= 1 && (double)lo->n[a] * d->factor[a] < 1e9))
@@ -216,15 +218,15 @@ int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine
 	}
 	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
 		ct_meta_copy(&hi->meta, &lo->meta, e) ||
-		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_refine_name(report->method), e))
+		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_upsample_name(report->method), e))
 		return -1;
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
-	if (report->method >= CT_REFINE_TV && regularise(hi, lo, rule, report, env, e))
+	if (report->method >= CT_UPSAMPLE_TV && regularise(hi, lo, rule, report, env, e))
 		return -1;
 	if (!rule->known)
 		return 0;
-	return ct_refine_settle(hi, lo, d, report->method >= CT_REFINE_DC && rule->noise == 0,
+	return ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,
 		&report->residual, env, e);
 }

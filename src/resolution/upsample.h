@@ -8,8 +8,8 @@
  *   TV     least total variation of all x with D x = y (tv.h): edges stay sharp. Best where D
  *          keeps a clean low band; with aliased data it makes isolated points
  *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
- * aliasing AUTO   TV, or HTV where D lets more than CT_REFINE_ALIAS of its weight through above the
- * Nyquist frequency of the coarse grid; the B-spline if there is no D
+ * aliasing AUTO   TV, or HTV where D lets more than CT_UPSAMPLE_ALIAS of its weight through above
+ * the Nyquist frequency of the coarse grid; the B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
@@ -20,22 +20,22 @@
 #include "core/words.h"
 #include "resolution/degrade.h"
 
-#define CT_REFINE_ALIAS 0.2
+#define CT_UPSAMPLE_ALIAS 0.2
 
-#define CT_REFINE_LIST(X)                                                                          \
-	X(CT_REFINE_AUTO, "auto")                                                                  \
-	X(CT_REFINE_LINEAR, "linear")                                                              \
-	X(CT_REFINE_CUBIC, "cubic")                                                                \
-	X(CT_REFINE_BSPLINE, "bspline")                                                            \
-	X(CT_REFINE_LANCZOS, "lanczos")                                                            \
-	X(CT_REFINE_SINC, "sinc")                                                                  \
-	X(CT_REFINE_DC, "dc")                                                                      \
-	X(CT_REFINE_TV, "tv")                                                                      \
-	X(CT_REFINE_HTV, "htv")
-enum ct_refine { CT_REFINE_LIST(CT_WORD_VALUE) CT_REFINE_METHODS };
+#define CT_UPSAMPLE_LIST(X)                                                                        \
+	X(CT_UPSAMPLE_AUTO, "auto")                                                                \
+	X(CT_UPSAMPLE_LINEAR, "linear")                                                            \
+	X(CT_UPSAMPLE_CUBIC, "cubic")                                                              \
+	X(CT_UPSAMPLE_BSPLINE, "bspline")                                                          \
+	X(CT_UPSAMPLE_LANCZOS, "lanczos")                                                          \
+	X(CT_UPSAMPLE_SINC, "sinc")                                                                \
+	X(CT_UPSAMPLE_DC, "dc")                                                                    \
+	X(CT_UPSAMPLE_TV, "tv")                                                                    \
+	X(CT_UPSAMPLE_HTV, "htv")
+enum ct_upsample { CT_UPSAMPLE_LIST(CT_WORD_VALUE) CT_UPSAMPLE_METHODS };
 
-struct ct_refine_rule {
-	enum ct_refine method;
+struct ct_upsample_rule {
+	enum ct_upsample method;
 	bool known; /* is `by` the operator, or only its factor? */
 	struct ct_degrade by;
 	double noise;      /* HU, >= 0 */
@@ -44,31 +44,31 @@ struct ct_refine_rule {
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 
-struct ct_refine_report {
-	enum ct_refine method; /* the one used */
-	double aliasing;       /* largest of the axes; NaN if D is not known */
-	double condition;      /* of D; NaN if not used */
-	size_t lost, measured; /* coefficients D loses, and keeps */
+struct ct_upsample_report {
+	enum ct_upsample method; /* the one used */
+	double aliasing;         /* largest of the axes; NaN if D is not known */
+	double condition;        /* of D; NaN if not used */
+	size_t lost, measured;   /* coefficients D loses, and keeps */
 	size_t iterations;
 	double objective; /* variation a voxel, HU */
 	double change;    /* RMS movement of the last iteration, HU */
 	double residual;  /* RMS of D x - y, HU; NaN if D is not known */
 };
 
-const char *ct_refine_name(enum ct_refine method);
+const char *ct_upsample_name(enum ct_upsample method);
 /* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
  * frequency of the coarse grid. */
-int ct_refine_aliasing(
+int ct_upsample_aliasing(
 	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e);
 /* x <- x + D+ (y - D x), in double, if `move`; *residual <- RMS of D x - y, HU. CT_EGEOM unless D
  * makes the grid of y of that of x. */
-int ct_refine_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
+int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
 	bool move, double *residual, const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for
  * a method that needs an operator without one, CT_EGEOM (also for a start on another grid),
  * CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. Memory beside lo and hi: interpolation one volume, DC two, TV
  * four, HTV seven. */
-int ct_refine(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_refine_rule *rule,
-	struct ct_refine_report *report, const struct ct_env *env, struct ct_err *e);
+int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	struct ct_upsample_report *report, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -35,15 +35,15 @@ int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 	int world[3], towards[3], axis[3], sign[3];
 	struct ct_vol w = {0};
 
-	if (ct_axes_parse("reorient", word, world, towards, e))
+	if (ct_raw_axes("reorient", word, world, towards, e))
 		return -1;
-	ct_axes_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
+	ct_reorient_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
 	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
 		permute(&v->meta, CT_META_SIGMA, axis, e) ||
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
-	ct_reorder(w.data, v->data, v->n, axis, sign);
-	ct_affine_reorder(v->affine, v->n, axis, sign);
+	ct_reorient(w.data, v->data, v->n, axis, sign);
+	ct_reorient_affine(v->affine, v->n, axis, sign);
 	replace(v, &w);
 	return 0;
 }
@@ -90,7 +90,7 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);
-	ct_affine_shift(v->affine, start);
+	ct_crop_affine(v->affine, start);
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
 			v->affine[r][d] *= mm / old[d];
@@ -115,15 +115,15 @@ int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 	double centre[3], first[3];
 	ptrdiff_t start[3];
 
-	ct_body_centre(centre, v->data, v->n, -500);
+	ct_crop_body(centre, v->data, v->n, -500);
 	for (int d = 0; d < 3; d++) {
-		start[d] = ct_window_start(v->n[d], n, centre[d]);
+		start[d] = ct_crop_start(v->n[d], n, centre[d]);
 		first[d] = (double)start[d];
 	}
 	if (ct_vol_alloc(&w, (const size_t[]){n, n, n}, e))
 		return -1;
 	ct_crop(w.data, w.n, v->data, v->n, start, AIR);
-	ct_affine_shift(v->affine, first);
+	ct_crop_affine(v->affine, first);
 	replace(v, &w);
 	return 0;
 }

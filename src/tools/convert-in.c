@@ -25,10 +25,10 @@ static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 	if (!p->spacing)
 		return ct_fail(e, CT_EUSAGE, "--raw needs --spacing");
 	snprintf(dims, sizeof dims, "%.*s", (int)(colon - p->raw), p->raw);
-	if (ct_parse_dims("raw", dims, 3, how.n, e) ||
+	if (ct_cli_dims("raw", dims, 3, how.n, e) ||
 		ct_raw_type(colon + 1, &how.type, &how.big, e) ||
-		ct_parse_numbers("spacing", p->spacing, ',', 3, true, how.spacing, e) ||
-		ct_axes_parse("orient", p->orient, how.world, how.sign, e))
+		ct_cli_numbers("spacing", p->spacing, ',', 3, true, how.spacing, e) ||
+		ct_raw_axes("orient", p->orient, how.world, how.sign, e))
 		return -1;
 	for (int d = 0; d < 3; d++)
 		if (!(how.spacing[d] > 0))

@@ -90,7 +90,7 @@ static int regrid(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
 		goto out;
 	ct_separable_apply(&op, out.data, v->data, env->par);
-	ct_affine_rescale(out.affine, (const double(*)[4])v->affine, factor);
+	ct_vol_rescale_affine(out.affine, (const double(*)[4])v->affine, factor);
 	ct_vol_free(v);
 	*v = out;
 	out = (struct ct_vol){0};
@@ -212,8 +212,8 @@ static int make_consistent(
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
 	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_refine_settle(out, &lr, &d, false, &before, env, e) ||
-		ct_refine_settle(out, &lr, &d, true, &after, env, e)) {
+		ct_upsample_settle(out, &lr, &d, false, &before, env, e) ||
+		ct_upsample_settle(out, &lr, &d, true, &after, env, e)) {
 		ct_blame(e, p->consistent);
 		goto out;
 	}
@@ -238,7 +238,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		read_all(&base, &from, p, e))
 		goto out;
 	mode = ct_meta_get(ct_any_meta(&from), CT_META_MODE);
-	if (ct_window_choose(window, p->window,
+	if (ct_scan_opts_window(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
 								    : &base.meta,
 		    e) ||

@@ -54,7 +54,7 @@ static const struct ct_opt opts[] = {
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
-	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_OPERATOR_LIST),
+	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
 		"and "
 		"the coarse grid leave of them (see DESCRIPTION)"),
@@ -106,7 +106,7 @@ static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct c
 	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
 
 	*sigma = 0;
-	if (up && ct_words_find(CT_WORDS(CT_REFINE_LIST), up) >= CT_REFINE_DC)
+	if (up && ct_words_find(CT_WORDS(CT_UPSAMPLE_LIST), up) >= CT_UPSAMPLE_DC)
 		return 0; /* the blur is undone */
 	*sigma = 0.8 * (double)scale / 4;
 	voxels[1] = voxels[2] = voxels[0];
@@ -160,7 +160,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->s.samples = (size_t)p->samples;
 	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
 	j->s.rule = (enum ct_ddnm_rule)p->sampler;
-	j->s.op = (enum ct_operator_kind)p->op;
+	j->s.op = (enum ct_measurement_kind)p->op;
 	j->s.eta = p->eta;
 	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
@@ -172,12 +172,13 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
 		j->s.sigma_det = p->sigma_det;
-	else if (j->s.op == CT_OP_MATCHED && blur(&j->s.sigma_det, &j->in, (size_t)scale, e))
+	else if (j->s.op == CT_MEASUREMENT_MATCHED &&
+		 blur(&j->s.sigma_det, &j->in, (size_t)scale, e))
 		return ct_blame(e, p->in);
 	if (p->travel) {
 		double v[2];
 
-		if (ct_parse_numbers("travel", p->travel, ',', 2, false, v, e))
+		if (ct_cli_numbers("travel", p->travel, ',', 2, false, v, e))
 			return -1;
 		if (!(v[0] >= 1 && v[0] <= 1000 && v[1] >= 1 && v[1] <= 1000))
 			return ct_fail(e, CT_EUSAGE, "--travel: '%s' is out of range", p->travel);
@@ -275,7 +276,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
 	if (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-		ct_meta_set(m, CT_META_OPERATOR, CT_WORD(CT_OPERATOR_LIST, j->s.op), e) ||
+		ct_meta_set(m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
 		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
 		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
@@ -331,7 +332,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px", j.out.views,
-		j.out.w, j.out.h, j.s.norm, j.s.op == CT_OP_MATCHED ? j.s.sigma_det : 0.0);
+		j.out.w, j.out.h, j.s.norm, j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);
 	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);

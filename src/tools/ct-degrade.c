@@ -50,7 +50,7 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 
 	if (!p->factor)
 		return ct_fail(e, CT_EUSAGE, "-x: how many times to reduce is missing");
-	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
+	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(x[a] >= 1 && x[a] <= 1024))
@@ -62,7 +62,7 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 		d->decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)
 		return 0;
-	if (ct_parse_numbers("sigma", p->sigma, ',', 3, true, d->sigma, e))
+	if (ct_cli_numbers("sigma", p->sigma, ',', 3, true, d->sigma, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(d->sigma[a] >= 0 && d->sigma[a] <= 1000))
@@ -81,7 +81,7 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 
 	if (!range)
 		return 0;
-	if (ct_parse_range("clip", range, r, e))
+	if (ct_cli_range("clip", range, r, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);

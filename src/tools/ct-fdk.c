@@ -42,7 +42,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
-	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_FILTER_LIST),
+	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
 		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density"),
 	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
@@ -82,7 +82,7 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 			"--filter, --cutoff and --parker are not for iterative methods");
 	if (p->method == ITERATE + CT_CGLS && p->nonnegative)
 		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
-	if (p->filter == CT_FILTER_NONE && p->quantity == HU)
+	if (p->filter == CT_RAMP_NONE && p->quantity == HU)
 		return ct_fail(e, CT_EUSAGE,
 			"--filter none gives no density, so no HU: add --quantity density");
 	return 0;
@@ -99,12 +99,12 @@ static int finish(
 	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
 	double window[2];
 
-	if (ct_window_choose(window, p->window, &in->meta, e) ||
+	if (ct_scan_opts_window(window, p->window, &in->meta, e) ||
 		ct_meta_copy(&out->meta, &in->meta, e))
 		return -1;
 	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
 		ct_meta_drop(&out->meta, gone[i]);
-	if (ct_window_put(&out->meta, window, e))
+	if (ct_scan_opts_put_window(&out->meta, window, e))
 		return -1;
 	if (p->quantity == DENSITY)
 		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
@@ -118,15 +118,15 @@ static int finish(
 
 /* The rule of the options. mu of TV is in HU, densities are not. */
 static int choose(
-	struct ct_fdk_how *how, const struct params *p, const struct ct_stack *in, struct ct_err *e)
+	struct fdk_how *how, const struct params *p, const struct ct_stack *in, struct ct_err *e)
 {
 	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
 	double window[2];
 
-	if (ct_window_choose(window, p->window, &in->meta, e))
+	if (ct_scan_opts_window(window, p->window, &in->meta, e))
 		return -1;
-	*how = (struct ct_fdk_how){.iterate = p->method >= ITERATE,
-		.filter = (enum ct_filter_kind)p->filter,
+	*how = (struct fdk_how){.iterate = p->method >= ITERATE,
+		.filter = (enum ct_ramp_kind)p->filter,
 		.cutoff = p->cutoff,
 		.parker = p->parker,
 		.projector = p->projector};
@@ -142,22 +142,22 @@ static int choose(
 	return 0;
 }
 
-static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+static int estimate(const struct ct_vol *grid, const struct ct_stack *in, const struct fdk_how *how,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_cost cost;
 
-	return ct_fdk_cost(&cost, grid, in, how, env, e) ? -1 : ct_cost_print(&cost, env, e);
+	return fdk_solve_cost(&cost, grid, in, how, env, e) ? -1 : ct_cost_print(&cost, env, e);
 }
 
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	if (ct_vol_alloc(out, grid->n, e))
 		return -1;
 	memcpy(out->affine, grid->affine, sizeof out->affine);
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
-	return ct_fdk_solve(out, in, how, env, e);
+	return fdk_solve(out, in, how, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -165,7 +165,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_stack in = {0};
 	struct ct_vol grid = {0}, out = {0};
-	struct ct_fdk_how how;
+	struct fdk_how how;
 	int rc = -1;
 
 	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_stack_read(p->in, &in, e))
@@ -174,8 +174,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (check_options(p, &in, e) || choose(&how, p, &in, e) ||
-		ct_fdk_grid(&grid, p->grid, &in, e))
+	if (check_options(p, &in, e) || choose(&how, p, &in, e) || fdk_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {

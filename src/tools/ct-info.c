@@ -29,13 +29,13 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
-	struct ct_estimate s;
+	struct ct_blur s;
 
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcmp(quantity, "HU") != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
-	if (ct_estimate_of(&s, &a->vol, factor, env->par, e))
+	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e))
 		return ct_blame(e, path);
-	return ct_report_estimate(o, &s, &a->vol, e);
+	return report_estimate(o, &s, &a->vol, e);
 }
 
 static int report(const struct params *p, const char *path, bool first, const struct ct_env *env,
@@ -45,13 +45,13 @@ static int report(const struct params *p, const char *path, bool first, const st
 	json_t *o = NULL;
 	double factor[3];
 
-	if (ct_parse_numbers("factor", p->factor, ',', 3, true, factor, e))
+	if (ct_cli_numbers("factor", p->factor, ',', 3, true, factor, e))
 		return -1;
 	for (int k = 0; k < 3; k++)
 		if (!(factor[k] >= 1 && factor[k] <= 1024))
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
 	if (ct_any_read(path, &a, e) == 0)
-		o = ct_report_make(&a, path, env->verbose > 0, e);
+		o = report_make(&a, path, env->verbose > 0, e);
 	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {
 		json_decref(o);
 		o = NULL;
@@ -62,7 +62,7 @@ static int report(const struct params *p, const char *path, bool first, const st
 	} else if (o) {
 		if (!first)
 			putchar('\n');
-		ct_report_print(stdout, o);
+		report_print(stdout, o);
 	}
 	ct_any_free(&a);
 	json_decref(o);

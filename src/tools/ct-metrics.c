@@ -127,7 +127,7 @@ static int rule_of(struct ct_metrics_rule *r, const struct params *p, const stru
 	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
 	double lohi[2] = {-512, 3071};
 
-	if (p->window && ct_parse_range("window", p->window, lohi, e))
+	if (p->window && ct_cli_range("window", p->window, lohi, e))
 		return -1;
 	*r = (struct ct_metrics_rule){
 		.window = !(p->range > 0), .lo = lohi[0], .hi = lohi[1], .range = p->range};
@@ -137,7 +137,7 @@ static int rule_of(struct ct_metrics_rule *r, const struct params *p, const stru
 		r->ssim[k] = ssim == k || (ssim == ALL && ct_metrics_fits(kind, ref->n));
 		if (ssim == ALL && !r->ssim[k])
 			ct_log(env, CT_WARN, "%s is left out: its window is larger than the volume",
-				ct_metrics_ssim_name(kind));
+				metrics_ssim_name(kind));
 	}
 	return 0;
 }
@@ -168,7 +168,7 @@ static void blame(const struct params *p, const struct ct_vol *ref, struct ct_er
 }
 
 /* All that needs a REF. ct_metrics sees for itself whether the volumes are finite. */
-static int compare(struct ct_figures *f, const struct params *p, const struct ct_vol *test,
+static int compare(struct metrics_figures *f, const struct params *p, const struct ct_vol *test,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_metrics_slice *slice[3] = {0};
@@ -187,16 +187,16 @@ static int compare(struct ct_figures *f, const struct params *p, const struct ct
 		blame(p, &ref, e);
 		goto out;
 	}
-	ct_figures_metrics(f, &m, &rule);
+	metrics_figures_metrics(f, &m, &rule);
 	if (p->edges) {
 		if (ct_edges(&edges, &ref, test, in, p->step, env, e)) {
 			ct_blame(e, p->ref);
 			goto out;
 		}
-		ct_figures_edges(f, &edges);
+		metrics_figures_edges(f, &edges);
 	}
-	if ((p->per_slice && ct_metrics_per_slice(p->per_slice, slice, ref.n, &rule, env, e)) ||
-		(p->per_axis && ct_metrics_per_axis(p->per_axis, &m, &ref, &rule, env, e)))
+	if ((p->per_slice && metrics_per_slice(p->per_slice, slice, ref.n, &rule, env, e)) ||
+		(p->per_axis && metrics_per_axis(p->per_axis, &m, &ref, &rule, env, e)))
 		goto out;
 	rc = 0;
 out:
@@ -208,12 +208,12 @@ out:
 }
 
 /* The certificate. lr stays, since the figures borrow words of its header. */
-static int certify(struct ct_figures *f, struct ct_vol *lr, const struct params *p,
+static int certify(struct metrics_figures *f, struct ct_vol *lr, const struct params *p,
 	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol map = {0};
 	struct ct_degrade d;
-	struct ct_consistency c;
+	struct ct_certificate c;
 	int rc = -1, known;
 
 	if (read_checked(lr, p->consistency, e))
@@ -225,11 +225,11 @@ static int certify(struct ct_figures *f, struct ct_vol *lr, const struct params 
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->consistency,
 			known > 0 ? "the header names no operator (factor, sigma, decimate)"
 				  : "is upsampled: give the CT that it was made of");
-	if (ct_consistency(&c, &map, lr, test, &d, env, e)) {
+	if (ct_certificate(&c, &map, lr, test, &d, env, e)) {
 		ct_blame(e, p->test);
 		goto out;
 	}
-	ct_figures_residual(f, &c, &lr->meta);
+	metrics_figures_residual(f, &c, &lr->meta);
 	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
 			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 			      ct_meta_step(&map.meta, env, 2,
@@ -242,27 +242,27 @@ out:
 	return rc;
 }
 
-static int at_least(const struct ct_figures *f, const char *name, double min, const char *test,
+static int at_least(const struct metrics_figures *f, const char *name, double min, const char *test,
 	struct ct_err *e)
 {
-	double v = ct_figures_get(f, name);
+	double v = metrics_figures_get(f, name);
 
 	if (isnan(min) || v >= min)
 		return 0;
 	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is below %g", test, name, v, min);
 }
 
-static int at_most(const struct ct_figures *f, const char *name, double max, const char *test,
+static int at_most(const struct metrics_figures *f, const char *name, double max, const char *test,
 	struct ct_err *e)
 {
-	double v = ct_figures_get(f, name);
+	double v = metrics_figures_get(f, name);
 
 	if (isnan(max) || v <= max)
 		return 0;
 	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is above %g", test, name, v, max);
 }
 
-static int judge(const struct ct_figures *f, const struct params *p, struct ct_err *e)
+static int judge(const struct metrics_figures *f, const struct params *p, struct ct_err *e)
 {
 	static const char *const gradient[] = {
 		"gradient-i-hu-mm", "gradient-j-hu-mm", "gradient-k-hu-mm"};
@@ -274,7 +274,7 @@ static int judge(const struct ct_figures *f, const struct params *p, struct ct_e
 		at_most(f, "residual-rms-hu", p->max_rms, p->test, e))
 		return -1;
 	for (int a = 0; a < 3; a++) /* an axis of one voxel has none */
-		if (!isnan(ct_figures_get(f, gradient[a])) &&
+		if (!isnan(metrics_figures_get(f, gradient[a])) &&
 			at_most(f, gradient[a], p->max_gradient, p->test, e))
 			return -1;
 	for (size_t i = 0; i < f->n; i++)
@@ -288,7 +288,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct params p = *(const struct params *)params;
 	struct ct_vol test = {0}, lr = {0};
-	struct ct_figures f = {0};
+	struct metrics_figures f = {0};
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
@@ -302,8 +302,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (is_stream(p.per_slice) || is_stream(p.per_axis) || is_stream(p.map))
 		; /* standard output is taken */
 	else if (!env->json)
-		ct_figures_text(&f);
-	else if (ct_figures_json(&f, e))
+		metrics_figures_text(&f);
+	else if (metrics_figures_json(&f, e))
 		goto out;
 	rc = judge(&f, &p, e);
 out:

@@ -57,8 +57,8 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 	size_t n[3];
 	double mm[3];
 
-	if (ct_parse_dims("size", p->size, 3, n, e) ||
-		ct_parse_numbers("spacing", p->spacing, ',', 3, true, mm, e))
+	if (ct_cli_dims("size", p->size, 3, n, e) ||
+		ct_cli_numbers("spacing", p->spacing, ',', 3, true, mm, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		if (!(mm[a] > 0))
@@ -75,7 +75,8 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_window_put(m, window, e) || ct_meta_set(m, CT_META_PHANTOM, p->kind, e) ||
+	return ct_scan_opts_put_window(m, window, e) ||
+			       ct_meta_set(m, CT_META_PHANTOM, p->kind, e) ||
 			       ct_meta_setf(
 				       m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed) ||
 			       ct_meta_step(m, env, 0, NULL, e)
@@ -127,7 +128,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	size_t n;
 	int rc = -1;
 
-	if (kind_of(&kind, p->kind, e) || ct_window_choose(window, p->window, NULL, e))
+	if (kind_of(&kind, p->kind, e) || ct_scan_opts_window(window, p->window, NULL, e))
 		return -1;
 	if (!p->project && ct_scan_opts_given(&p->scan))
 		return ct_fail(e, CT_EUSAGE, "options of a scan need --project");

@@ -66,7 +66,7 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 {
 	double deg[3], centre[3], after[3];
 
-	if (ct_parse_numbers("rotate", angles, ',', 3, false, deg, e))
+	if (ct_cli_numbers("rotate", angles, ',', 3, false, deg, e))
 		return -1;
 	ct_vol_centre(v, centre);
 	for (int axis = 0; axis < 3; axis++) {
@@ -104,7 +104,7 @@ static int to_density(
 			p->in, had);
 	if (had && p->quantity == BY_FILE)
 		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
-	if (ct_window_choose(window, p->window, &v->meta, e))
+	if (ct_scan_opts_window(window, p->window, &v->meta, e))
 		return -1;
 	if (p->photons > 0) {
 		if (ct_alloc(mu, n, sizeof **mu, e))
@@ -117,7 +117,7 @@ static int to_density(
 	if (!density)
 		ct_window_density(n, v->data, v->data, window);
 	if (!density || p->window)
-		return ct_window_put(&v->meta, window, e);
+		return ct_scan_opts_put_window(&v->meta, window, e);
 	return 0;
 }
 
@@ -142,7 +142,7 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	if (ct_meta_set(m, CT_META_METHOD, CT_WORD(CT_METHOD_LIST, p->method), e))
 		return -1;
 	return ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-			       ct_scan_put_volume(m, v, e)
+			       ct_scan_opts_put_volume(m, v, e)
 		       ? -1
 		       : 0;
 }
@@ -179,7 +179,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		.out = out,
 		.rays = p->pixel == POINT ? out : &fine,
 		.method = (enum ct_method)p->method,
-		.kind = p->pixel == MEAN ? CT_OP_MEAN : CT_OP_MATCHED,
+		.kind = p->pixel == MEAN ? CT_MEASUREMENT_MEAN : CT_MEASUREMENT_MATCHED,
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
 	float *mu = NULL;

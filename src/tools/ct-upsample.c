@@ -29,7 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
-	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
+	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_UPSAMPLE_LIST),
 		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
 		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
@@ -68,7 +68,7 @@ static int factor_of(struct ct_degrade *d, int known, const struct params *p,
 				: "does not say by how much it was reduced");
 	if (!p->factor)
 		return 0;
-	if (ct_parse_numbers("factor", p->factor, ',', 3, true, x, e))
+	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(x[a] >= 1 && x[a] <= 1024))
@@ -84,8 +84,8 @@ static int factor_of(struct ct_degrade *d, int known, const struct params *p,
 }
 
 /* The operator: of the file, or of the options; a contradiction is an error. */
-static int operator_of(
-	struct ct_refine_rule *r, const struct params *p, const struct ct_meta *m, struct ct_err *e)
+static int operator_of(struct ct_upsample_rule *r, const struct params *p, const struct ct_meta *m,
+	struct ct_err *e)
 {
 	bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator was used up */
 	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
@@ -103,7 +103,7 @@ static int operator_of(
 		r->by.decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)
 		return 0;
-	if (ct_parse_numbers("sigma", p->sigma, ',', 3, true, sigma, e))
+	if (ct_cli_numbers("sigma", p->sigma, ',', 3, true, sigma, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
 		if (!(sigma[a] >= 0 && sigma[a] <= 1000))
@@ -122,12 +122,12 @@ static int operator_of(
 /* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
  * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told
  * from texture, and too much noise assumed costs more than none. */
-static int measure(struct ct_refine_rule *r, const struct ct_vol *in, const struct params *p,
+static int measure(struct ct_upsample_rule *r, const struct ct_vol *in, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_estimate got;
+	struct ct_blur got;
 
-	if (ct_estimate_of(&got, in, r->by.factor, env->par, e))
+	if (ct_blur_estimate(&got, in, r->by.factor, env->par, e))
 		return ct_blame(e, p->in);
 	for (int a = 0; a < 3; a++) {
 		if (r->by.factor[a] <= 1)
@@ -145,13 +145,13 @@ static int measure(struct ct_refine_rule *r, const struct ct_vol *in, const stru
 	return 0;
 }
 
-static int rule_of(struct ct_refine_rule *r, const struct params *p, const struct ct_vol *in,
+static int rule_of(struct ct_upsample_rule *r, const struct params *p, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_meta *m = &in->meta;
 	double noise = 0;
 
-	*r = (struct ct_refine_rule){.method = (enum ct_refine)p->method,
+	*r = (struct ct_upsample_rule){.method = (enum ct_upsample)p->method,
 		.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC},
 		.iterations = (size_t)p->iterations,
 		.tolerance = p->tolerance};
@@ -163,13 +163,13 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, const struc
 	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
 }
 
-static void report(const struct ct_env *env, const struct ct_refine_report *r)
+static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 {
 	if (r->iterations)
 		ct_log(env, CT_INFO,
 			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved %.2g "
 			"HU",
-			ct_refine_name(r->method), r->condition, r->iterations, r->objective,
+			ct_upsample_name(r->method), r->condition, r->iterations, r->objective,
 			r->change);
 	if (!isnan(r->residual))
 		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS",
@@ -177,14 +177,14 @@ static void report(const struct ct_env *env, const struct ct_refine_report *r)
 }
 
 /* Refine the middle of IN, and say what all of it will take. */
-static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
+static int expect(const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
-	static const double volumes[CT_REFINE_METHODS] = {
-		[CT_REFINE_DC] = 3, [CT_REFINE_TV] = 5, [CT_REFINE_HTV] = 9}; /* else 2 */
-	struct ct_refine_rule some = *rule;
-	struct ct_refine_report did;
+	static const double volumes[CT_UPSAMPLE_METHODS] = {
+		[CT_UPSAMPLE_DC] = 3, [CT_UPSAMPLE_TV] = 5, [CT_UPSAMPLE_HTV] = 9}; /* else 2 */
+	struct ct_upsample_rule some = *rule;
+	struct ct_upsample_report did;
 	struct ct_cost cost;
 	struct ct_vol piece = {0}, out = {0};
 	double fine = 1, part = 1, begin, seconds;
@@ -206,7 +206,7 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	some.iterations = rule->iterations < TRIES ? rule->iterations : TRIES;
 	some.tolerance = 0;
 	begin = ct_clock_wall();
-	if (ct_refine(&out, &piece, &some, &did, env, e))
+	if (ct_upsample(&out, &piece, &some, &did, env, e))
 		goto out;
 	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
@@ -214,8 +214,8 @@ static int expect(const struct ct_vol *in, const struct ct_refine_rule *rule,
 	cost = (struct ct_cost){.seconds = seconds,
 		.memory = 4 * fine * fmax(volumes[did.method], 2),
 		.disk = 4 * fine};
-	snprintf(
-		cost.work, sizeof cost.work, "%s of %.0f voxels", ct_refine_name(did.method), fine);
+	snprintf(cost.work, sizeof cost.work, "%s of %.0f voxels", ct_upsample_name(did.method),
+		fine);
 	rc = ct_cost_print(&cost, env, e);
 out:
 	ct_vol_free(&piece);
@@ -241,8 +241,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_vol in = {0}, out = {0}, start = {0};
-	struct ct_refine_rule rule;
-	struct ct_refine_report did;
+	struct ct_upsample_rule rule;
+	struct ct_upsample_report did;
 	double begin;
 	int rc = -1;
 
@@ -251,7 +251,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	begin = ct_clock_wall();
-	if (env->dry_run ? expect(&in, &rule, env, e) : ct_refine(&out, &in, &rule, &did, env, e)) {
+	if (env->dry_run ? expect(&in, &rule, env, e)
+			 : ct_upsample(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
@@ -260,7 +261,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", in.n[0], in.n[1], in.n[2],
-		out.n[0], out.n[1], out.n[2], ct_refine_name(did.method), ct_clock_wall() - begin);
+		out.n[0], out.n[1], out.n[2], ct_upsample_name(did.method),
+		ct_clock_wall() - begin);
 	report(env, &did);
 	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;

@@ -21,14 +21,14 @@ struct params {
 enum { GAP = 4 }; /* pixels between tiles */
 
 static const struct params defaults = {
-	.zoom = 1, .slice = 0.5, .plane = CT_ALL_PLANES, .views = 12};
+	.zoom = 1, .slice = 0.5, .plane = SHEET_ALL_PLANES, .views = 12};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, "FILE",
 		"NIfTI volumes or EXR stacks, or -; the last one is the PNG to write, or -, unless "
 		"--output names it"),
 	CT_OPT(struct params, out, 'o', "output", "OUT", 0, 0, "PNG to write, or -"),
-	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(CT_PLANE_LIST, CT_SHEET_LIST),
+	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(MONTAGE_PLANE_LIST, SHEET_LIST),
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
 		"where to cut a volume: 0 most inferior, posterior, left; 1 most superior, "
@@ -47,18 +47,17 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-static int draw(
-	const struct ct_sheet *s, const char *out, const struct ct_env *env, struct ct_err *e)
+static int draw(const struct sheet *s, const char *out, const struct ct_env *env, struct ct_err *e)
 {
 	unsigned char *rgb = NULL, *png = NULL;
 	struct ct_out o = {0};
 	size_t h, w, n;
 	int rc = -1;
 
-	if (ct_montage_size(&h, &w, s->rows, s->cols, s->tile, s->mm, GAP, e) ||
+	if (montage_size(&h, &w, s->rows, s->cols, s->tile, s->mm, GAP, e) ||
 		ct_alloc(&rgb, h * w, 3, e))
 		return -1;
-	ct_montage_draw(rgb, h, w, s->rows, s->cols, s->tile, s->mm, GAP);
+	montage_draw(rgb, h, w, s->rows, s->cols, s->tile, s->mm, GAP);
 	if (ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
 		ct_out_open(&o, out, env, e) == 0 && ct_put(&o, png, n, e) == 0)
 		rc = ct_out_commit(&o, e);
@@ -85,17 +84,17 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 	return 0;
 }
 
-static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
-	const struct params *p, struct ct_err *e)
+static int rule_of(struct sheet_rule *r, double window[2], double error[2], const struct params *p,
+	struct ct_err *e)
 {
-	*r = (struct ct_sheet_rule){.plane = p->plane,
+	*r = (struct sheet_rule){.plane = p->plane,
 		.slice = p->slice,
 		.zoom = p->zoom,
 		.views = (size_t)p->views,
 		.error = p->error};
-	if (p->window && ct_parse_range("window", p->window, window, e))
+	if (p->window && ct_cli_range("window", p->window, window, e))
 		return -1;
-	if (p->error_window && ct_parse_range("error-window", p->error_window, error, e))
+	if (p->error_window && ct_cli_range("error-window", p->error_window, error, e))
 		return -1;
 	r->window = p->window ? window : NULL;
 	r->error_window = p->error_window ? error : NULL;
@@ -123,8 +122,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_any *a = NULL;
-	struct ct_sheet_rule rule;
-	struct ct_sheet s = {0};
+	struct sheet_rule rule;
+	struct sheet s = {0};
 	double window[2], error[2];
 	const char *out;
 	size_t n = 0;
@@ -133,12 +132,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (operands(p, &n, &out, e) || rule_of(&rule, window, error, p, e) ||
 		ct_out_check(out, env, e) || ct_alloc0(&a, n, sizeof *a, e))
 		return -1;
-	if (read_files(a, p, n, e) == 0 && ct_sheet_make(&s, n, a, &rule, e) == 0)
+	if (read_files(a, p, n, e) == 0 && sheet_make(&s, n, a, &rule, e) == 0)
 		rc = draw(&s, out, env, e);
 	for (size_t i = 0; i < n; i++)
 		ct_any_free(&a[i]);
 	free(a);
-	ct_sheet_free(&s);
+	sheet_free(&s);
 	return rc;
 }
 

@@ -85,7 +85,7 @@ int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {
 	bool exr;
 
-	if (ct_is_stack(path, &exr, e))
+	if (ct_any_is_stack(path, &exr, e))
 		return -1;
 	return exr ? ct_stack_read(path, s, e) : read_picture(path, s, e);
 }

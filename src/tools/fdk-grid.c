@@ -155,7 +155,7 @@ static void refine(struct ct_vol *grid, double most)
 		factor[a] = n / (double)grid->n[a];
 		grid->n[a] = (size_t)n;
 	}
-	ct_affine_rescale(grid->affine, (const double(*)[4])grid->affine, factor);
+	ct_vol_rescale_affine(grid->affine, (const double(*)[4])grid->affine, factor);
 }
 
 /* Keep the slice in the plane of the fan: through the source, along the row of pixels. */
@@ -194,8 +194,7 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 	return 0;
 }
 
-int ct_fdk_grid(
-	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
+int fdk_grid(struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
 {
 	char *end = NULL;
 	double n = option ? strtod(option, &end) : 0;

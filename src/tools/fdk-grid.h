@@ -12,7 +12,7 @@
  *   N         the same region in N voxels along its longest side
  * For a fan the one slice of it that lies in the plane of the fan. CT_EUSAGE, CT_EINPUT, CT_EGEOM.
  */
-int ct_fdk_grid(
+int fdk_grid(
 	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e);
 
 #endif

@@ -27,7 +27,7 @@ static void warn(const struct ct_fdk *f, const struct ct_env *env)
 			f->back.views);
 }
 
-static int back_project(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
+static int back_project(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_fdk f = {0};
@@ -53,7 +53,7 @@ out:
 }
 
 static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct ct_fdk_how *how, struct ct_err *e)
+	const struct ct_stack *in, const struct fdk_how *how, struct ct_err *e)
 {
 	if (ct_projector_init(g, grid, in, e))
 		return -1;
@@ -61,7 +61,7 @@ static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
 	return ct_projector_reserve(g, e);
 }
 
-static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
+static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_projector g = {0};
@@ -80,7 +80,7 @@ static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct c
 	return rc;
 }
 
-int ct_fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
+int fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
 	const struct ct_env *env, struct ct_err *e)
 {
 	return how->iterate ? iterate(out, in, how, env, e) : back_project(out, in, how, env, e);
@@ -103,7 +103,7 @@ static struct ct_vol middle(const struct ct_vol *grid)
 }
 
 static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol part = middle(grid);
 	struct ct_fdk f = {0};
@@ -134,7 +134,7 @@ static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const stru
 }
 
 static int iterate_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	static const double volumes[] = {[CT_SIRT] = 2, [CT_CGLS] = 2, [CT_TV] = 5};
 	size_t n = ct_vol_count(grid), views = in->views < 2 ? in->views : 2;
@@ -164,8 +164,8 @@ out:
 	return rc;
 }
 
-int ct_fdk_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e)
+int fdk_solve_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
 	*cost = (struct ct_cost){0};
 	if ((how->iterate ? iterate_cost : back_cost)(cost, grid, in, how, env, e))

@@ -8,10 +8,10 @@
 #include "recon/ramp.h"
 #include "recon/iterative.h"
 
-struct ct_fdk_how {
+struct fdk_how {
 	bool iterate;
-	enum ct_filter_kind filter; /* if not */
-	double cutoff;              /* 0: what the voxels can show */
+	enum ct_ramp_kind filter; /* if not */
+	double cutoff;            /* 0: what the voxels can show */
 	bool parker;
 	int projector;                 /* else an enum ct_method, */
 	struct ct_iterative_rule rule; /* and how */
@@ -19,10 +19,10 @@ struct ct_fdk_how {
 
 /* Density into the zeroed out->data, on its grid, from the stack. Codes of ct_fdk_alloc or
  * ct_iterative_solve. */
-int ct_fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct ct_fdk_how *how,
+int fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
 	const struct ct_env *env, struct ct_err *e);
 /* What that takes, timed on a few views; grid has no data. */
-int ct_fdk_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_fdk_how *how, const struct ct_env *env, struct ct_err *e);
+int fdk_solve_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *ct_metrics_ssim_name(enum ct_ssim_kind kind)
+const char *metrics_ssim_name(enum ct_ssim_kind kind)
 {
 #define NAME(value, word) [value] = "ssim-" word,
 	static const char *const name[] = {CT_SSIM_LIST(NAME)};
@@ -16,23 +16,24 @@ const char *ct_metrics_ssim_name(enum ct_ssim_kind kind)
 	return name[kind];
 }
 
-static struct ct_figure *append(struct ct_figures *f, const char *name, double v, int digits)
+static struct metrics_figure *append(
+	struct metrics_figures *f, const char *name, double v, int digits)
 {
-	struct ct_figure *o = &f->at[f->n];
+	struct metrics_figure *o = &f->at[f->n];
 
-	if (f->n < CT_FIGURES) /* the tables below are shorter */
+	if (f->n < METRICS_FIGURES) /* the tables below are shorter */
 		f->n++;
 	else
 		o--;
-	*o = (struct ct_figure){.name = name, .n = 1, .v = {v}, .digits = digits};
+	*o = (struct metrics_figure){.name = name, .n = 1, .v = {v}, .digits = digits};
 	return o;
 }
 
-void ct_figures_metrics(
-	struct ct_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r)
+void metrics_figures_metrics(
+	struct metrics_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r)
 {
 	if (r->window) {
-		struct ct_figure *w = append(f, "window", r->lo, -1);
+		struct metrics_figure *w = append(f, "window", r->lo, -1);
 
 		w->v[1] = r->hi;
 		w->n = 2;
@@ -43,7 +44,7 @@ void ct_figures_metrics(
 	append(f, "psnr", m->psnr, 6);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		if (r->ssim[k])
-			append(f, ct_metrics_ssim_name((enum ct_ssim_kind)k), m->ssim[k], 8);
+			append(f, metrics_ssim_name((enum ct_ssim_kind)k), m->ssim[k], 8);
 	append(f, "mae-hu", m->mae, 6);
 	append(f, "rmse-hu", m->rmse, 6);
 	append(f, "bias-hu", m->bias, 6);
@@ -53,7 +54,7 @@ void ct_figures_metrics(
 	append(f, "gradient-k-hu-mm", m->gradient[2], 6);
 }
 
-void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s)
+void metrics_figures_edges(struct metrics_figures *f, const struct ct_edges *s)
 {
 	append(f, "edges", (double)s->count, 0);
 	append(f, "edge-rise-ref-mm", s->ref.rise, 5);
@@ -64,8 +65,8 @@ void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s)
 	append(f, "mtf10-test", s->test.mtf10, 5);
 }
 
-void ct_figures_residual(
-	struct ct_figures *f, const struct ct_consistency *c, const struct ct_meta *lr)
+void metrics_figures_residual(
+	struct metrics_figures *f, const struct ct_certificate *c, const struct ct_meta *lr)
 {
 	static const char *const keys[] = {
 		CT_META_FACTOR, CT_META_SIGMA, CT_META_DECIMATE, CT_META_NOISE};
@@ -80,7 +81,7 @@ void ct_figures_residual(
 	append(f, "residual-mean-hu", c->mean, 6);
 }
 
-double ct_figures_get(const struct ct_figures *f, const char *name)
+double metrics_figures_get(const struct metrics_figures *f, const char *name)
 {
 	for (size_t i = 0; i < f->n; i++)
 		if (strcmp(f->at[i].name, name) == 0)
@@ -95,10 +96,10 @@ static void put_word(const char *s)
 		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
 }
 
-void ct_figures_text(const struct ct_figures *f)
+void metrics_figures_text(const struct metrics_figures *f)
 {
 	for (size_t i = 0; i < f->n; i++) {
-		const struct ct_figure *o = &f->at[i];
+		const struct metrics_figure *o = &f->at[i];
 
 		printf("%s ", o->name);
 		if (o->word)
@@ -117,14 +118,14 @@ void ct_figures_text(const struct ct_figures *f)
 	}
 }
 
-static json_t *number(const struct ct_figure *o, size_t k)
+static json_t *number(const struct metrics_figure *o, size_t k)
 {
 	if (!isfinite(o->v[k]))
 		return json_null();
 	return o->digits == 0 ? json_integer((json_int_t)o->v[k]) : json_real(o->v[k]);
 }
 
-static json_t *json_of(const struct ct_figure *o)
+static json_t *json_of(const struct metrics_figure *o)
 {
 	json_t *array;
 
@@ -140,7 +141,7 @@ static json_t *json_of(const struct ct_figure *o)
 	return array;
 }
 
-int ct_figures_json(const struct ct_figures *f, struct ct_err *e)
+int metrics_figures_json(const struct metrics_figures *f, struct ct_err *e)
 {
 	json_t *object = json_object();
 	bool bad = !object;
@@ -168,7 +169,7 @@ static void put_header(FILE *f, const char *columns, const struct ct_metrics_rul
 	fputs(columns, f);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		if (r->ssim[k])
-			fprintf(f, ",%s", ct_metrics_ssim_name((enum ct_ssim_kind)k));
+			fprintf(f, ",%s", metrics_ssim_name((enum ct_ssim_kind)k));
 	fputc('\n', f);
 }
 
@@ -181,7 +182,7 @@ static int finish(struct ct_out *o, struct ct_err *e)
 	return ct_out_commit(o, e);
 }
 
-int ct_metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
+int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -208,7 +209,7 @@ int ct_metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[
 	return finish(&o, e);
 }
 
-int ct_metrics_per_axis(const char *path, const struct ct_metrics *m, const struct ct_vol *v,
+int metrics_per_axis(const char *path, const struct ct_metrics *m, const struct ct_vol *v,
 	const struct ct_metrics_rule *r, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out o = {0};

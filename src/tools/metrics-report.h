@@ -7,10 +7,10 @@
 
 #include <stdbool.h>
 
-enum { CT_FIGURES = 48 };
+enum { METRICS_FIGURES = 48 };
 
 /* One line: up to three numbers, or a word. */
-struct ct_figure {
+struct metrics_figure {
 	const char *name, *word; /* word: borrowed, or NULL */
 	size_t n;
 	double v[3];
@@ -18,30 +18,30 @@ struct ct_figure {
 	int digits; /* behind the point; negative: as many as it takes */
 };
 
-struct ct_figures {
+struct metrics_figures {
 	size_t n;
-	struct ct_figure at[CT_FIGURES];
+	struct metrics_figure at[METRICS_FIGURES];
 };
 
 /* "ssim-r2" ... */
-const char *ct_metrics_ssim_name(enum ct_ssim_kind kind);
+const char *metrics_ssim_name(enum ct_ssim_kind kind);
 /* Append the figures of a comparison, of edges, and of a residual with the header it comes from. */
-void ct_figures_metrics(
-	struct ct_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r);
-void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s);
-void ct_figures_residual(
-	struct ct_figures *f, const struct ct_consistency *c, const struct ct_meta *lr);
+void metrics_figures_metrics(
+	struct metrics_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r);
+void metrics_figures_edges(struct metrics_figures *f, const struct ct_edges *s);
+void metrics_figures_residual(
+	struct metrics_figures *f, const struct ct_certificate *c, const struct ct_meta *lr);
 /* First number of a figure; NaN if there is none of the name. */
-double ct_figures_get(const struct ct_figures *f, const char *name);
+double metrics_figures_get(const struct metrics_figures *f, const char *name);
 /* To standard output: a line a figure, or an object in which what is not finite is null. */
-void ct_figures_text(const struct ct_figures *f);
-int ct_figures_json(const struct ct_figures *f, struct ct_err *e);
+void metrics_figures_text(const struct metrics_figures *f);
+int metrics_figures_json(const struct metrics_figures *f, struct ct_err *e);
 /* CSV, a header and a line a slice of the three axes, or a line an axis. What is not a number is
  * left empty. CT_EOUTPUT. */
-int ct_metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
+int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
 	struct ct_err *e);
-int ct_metrics_per_axis(const char *path, const struct ct_metrics *m, const struct ct_vol *v,
+int metrics_per_axis(const char *path, const struct ct_metrics *m, const struct ct_vol *v,
 	const struct ct_metrics_rule *r, const struct ct_env *env, struct ct_err *e);
 
 #endif

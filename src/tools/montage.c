@@ -30,7 +30,7 @@ static void nearest_axes(int axis[3], const struct ct_vol *v)
 /* World axes across a plane, down the rows and along the columns; both of those run to minus. */
 static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
 
-double ct_plane_position(const struct ct_vol *v, enum ct_plane plane, double at)
+double montage_position(const struct ct_vol *v, enum montage_plane plane, double at)
 {
 	const int w = world[plane][0];
 	double centre[3];
@@ -41,7 +41,8 @@ double ct_plane_position(const struct ct_vol *v, enum ct_plane plane, double at)
 	return centre[w] + (at - 0.5) * (double)v->n[axis[w]] * fabs(v->affine[w][axis[w]]);
 }
 
-int ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double mm)
+int montage_slice_volume(
+	struct montage_slice *s, const struct ct_vol *v, enum montage_plane plane, double mm)
 {
 	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
 	const int w = world[plane][0];
@@ -72,11 +73,11 @@ int ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane pl
 	return 0;
 }
 
-void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k)
+void montage_slice_view(struct montage_slice *s, const struct ct_stack *p, size_t k)
 {
 	const double *u = p->view[k].u, *v = p->view[k].v;
 
-	*s = (struct ct_slice){.data = ct_stack_view(p, k),
+	*s = (struct montage_slice){.data = ct_stack_view(p, k),
 		.step = {(ptrdiff_t)p->w, 1},
 		.n = {p->h, p->w},
 		.mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
@@ -85,12 +86,12 @@ void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k)
 		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];
 }
 
-static float at(const struct ct_slice *s, size_t r, size_t c)
+static float at(const struct montage_slice *s, size_t r, size_t c)
 {
 	return s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
 }
 
-void ct_slice_range(double range[static 2], const struct ct_slice *s)
+void montage_slice_range(double range[static 2], const struct montage_slice *s)
 {
 	for (size_t r = 0; r < s->n[0]; r++)
 		for (size_t c = 0; c < s->n[1]; c++) {
@@ -103,7 +104,7 @@ void ct_slice_range(double range[static 2], const struct ct_slice *s)
 		}
 }
 
-bool ct_slice_overlap(const struct ct_slice *a, const struct ct_slice *b)
+bool montage_slice_overlap(const struct montage_slice *a, const struct montage_slice *b)
 {
 	for (int i = 0; i < 2; i++) {
 		const double la = (double)a->n[i] * a->mm[i], lb = (double)b->n[i] * b->mm[i],
@@ -116,7 +117,7 @@ bool ct_slice_overlap(const struct ct_slice *a, const struct ct_slice *b)
 	return true;
 }
 
-static size_t side(const struct ct_slice *s, int i, double mm)
+static size_t side(const struct montage_slice *s, int i, double mm)
 {
 	double n = s->data ? rint((double)s->n[i] * s->mm[i] / mm) : 0;
 
@@ -124,7 +125,8 @@ static size_t side(const struct ct_slice *s, int i, double mm)
 }
 
 /* Height of row r (i = 0) or width of column r (i = 1) of the sheet. */
-static size_t band(int i, size_t r, size_t rows, size_t cols, const struct ct_tile *tile, double mm)
+static size_t band(
+	int i, size_t r, size_t rows, size_t cols, const struct montage_tile *tile, double mm)
 {
 	const size_t n = i ? rows : cols;
 	size_t most = 0;
@@ -137,7 +139,7 @@ static size_t band(int i, size_t r, size_t rows, size_t cols, const struct ct_ti
 	return most;
 }
 
-int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct ct_tile *tile,
+int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct montage_tile *tile,
 	double mm, size_t gap, struct ct_err *e)
 {
 	*h = (rows - 1) * gap;
@@ -168,7 +170,7 @@ static void colour(unsigned char rgb[3], double t, bool heat)
 }
 
 /* Row or column of a slice at `mm` from its first edge; -1 outside. */
-static ptrdiff_t index_of(const struct ct_slice *s, int i, double mm)
+static ptrdiff_t index_of(const struct montage_slice *s, int i, double mm)
 {
 	double k = floor(mm / s->mm[i]);
 
@@ -176,9 +178,9 @@ static ptrdiff_t index_of(const struct ct_slice *s, int i, double mm)
 }
 
 /* The value shown at (y, x) mm of a tile; t->window[0], black, where there is none. */
-static double shown(const struct ct_tile *t, double y, double x)
+static double shown(const struct montage_tile *t, double y, double x)
 {
-	const struct ct_slice *s = &t->slice, *m = &t->minus;
+	const struct montage_slice *s = &t->slice, *m = &t->minus;
 	const ptrdiff_t r = index_of(s, 0, y), c = index_of(s, 1, x);
 	ptrdiff_t mr, mc;
 
@@ -193,7 +195,7 @@ static double shown(const struct ct_tile *t, double y, double x)
 	return fabs((double)at(s, (size_t)r, (size_t)c) - (double)at(m, (size_t)mr, (size_t)mc));
 }
 
-static void draw(unsigned char *rgb, size_t w, const struct ct_tile *t, double mm)
+static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, double mm)
 {
 	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
 
@@ -206,8 +208,8 @@ static void draw(unsigned char *rgb, size_t w, const struct ct_tile *t, double m
 		}
 }
 
-void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
-	const struct ct_tile *tile, double mm, size_t gap)
+void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
+	const struct montage_tile *tile, double mm, size_t gap)
 {
 	size_t y = 0;
 
@@ -216,7 +218,7 @@ void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t
 		size_t x = 0;
 
 		for (size_t c = 0; c < cols; c++) {
-			const struct ct_tile *t = &tile[r * cols + c];
+			const struct montage_tile *t = &tile[r * cols + c];
 
 			if (t->slice.data)
 				draw(rgb + (y * w + x) * 3, w, t, mm);

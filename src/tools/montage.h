@@ -15,14 +15,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define CT_PLANE_LIST(X)                                                                           \
-	X(CT_AXIAL, "axial")                                                                       \
-	X(CT_CORONAL, "coronal")                                                                   \
-	X(CT_SAGITTAL, "sagittal")
-enum ct_plane { CT_PLANE_LIST(CT_WORD_VALUE) CT_PLANES };
+#define MONTAGE_PLANE_LIST(X)                                                                      \
+	X(MONTAGE_AXIAL, "axial")                                                                  \
+	X(MONTAGE_CORONAL, "coronal")                                                              \
+	X(MONTAGE_SAGITTAL, "sagittal")
+enum montage_plane { MONTAGE_PLANE_LIST(CT_WORD_VALUE) MONTAGE_PLANES };
 
 /* Value of row r and column c: data[r step[0] + c step[1]], r < n[0], c < n[1]. Borrowed. */
-struct ct_slice {
+struct montage_slice {
 	const float *data;
 	ptrdiff_t step[2];
 	size_t n[2];
@@ -32,32 +32,33 @@ struct ct_slice {
 
 /* World coordinate across the plane, mm, at `at` of [0, 1] of the volume: 0 is the most inferior,
  * posterior or left slice, 1 the most superior, anterior or right one. */
-double ct_plane_position(const struct ct_vol *v, enum ct_plane plane, double at);
+double montage_position(const struct ct_vol *v, enum montage_plane plane, double at);
 /* Slice of v across the axis of the plane at that world coordinate, for a rotated volume at that
  * of its middle. -1 if it misses the volume. */
-int ct_slice_volume(struct ct_slice *s, const struct ct_vol *v, enum ct_plane plane, double mm);
+int montage_slice_volume(
+	struct montage_slice *s, const struct ct_vol *v, enum montage_plane plane, double mm);
 /* View k of a stack, row 0 on top; origin from the middle of the detector. */
-void ct_slice_view(struct ct_slice *s, const struct ct_stack *p, size_t k);
+void montage_slice_view(struct montage_slice *s, const struct ct_stack *p, size_t k);
 /* Range of the finite values: range[0] > range[1] if there are none. Call with {INFINITY,
  * -INFINITY}, or with the range so far. */
-void ct_slice_range(double range[static 2], const struct ct_slice *s);
+void montage_slice_range(double range[static 2], const struct montage_slice *s);
 /* Do the two share at least half of the height and width of the smaller one? */
-bool ct_slice_overlap(const struct ct_slice *a, const struct ct_slice *b);
+bool montage_slice_overlap(const struct montage_slice *a, const struct montage_slice *b);
 
 /* A slice in grey from window[0] (black) to window[1] (white); with `minus`, |slice - minus| from
  * black over red and yellow to white, black where minus does not reach. NaN is blue. */
-struct ct_tile {
-	struct ct_slice slice; /* data NULL: an empty place */
-	struct ct_slice minus; /* data NULL: none */
+struct montage_tile {
+	struct montage_slice slice; /* data NULL: an empty place */
+	struct montage_slice minus; /* data NULL: none */
 	double window[2];
 };
 
 /* Size of the picture of rows x cols tiles (row after row) at `mm` a pixel, `gap` pixels between
  * them. CT_EINPUT if it is larger than 32768 a side. */
-int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct ct_tile *tile,
+int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct montage_tile *tile,
 	double mm, size_t gap, struct ct_err *e);
-/* rgb[(y*w + x)*3 + c], sRGB; h and w of ct_montage_size. */
-void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
-	const struct ct_tile *tile, double mm, size_t gap);
+/* rgb[(y*w + x)*3 + c], sRGB; h and w of montage_size. */
+void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
+	const struct montage_tile *tile, double mm, size_t gap);
 
 #endif

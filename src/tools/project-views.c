@@ -13,7 +13,7 @@
 struct pass {
 	const struct project_job *j;
 	struct ct_projector g;
-	struct ct_operator op;
+	struct ct_measurement op;
 	float *fine, *noise;
 	double *scratch;
 	bool direct;
@@ -22,7 +22,7 @@ struct pass {
 static void close_pass(struct pass *p)
 {
 	ct_projector_free(&p->g);
-	ct_op_free(&p->op);
+	ct_measurement_free(&p->op);
 	free(p->fine);
 	free(p->noise);
 	free(p->scratch);
@@ -45,10 +45,10 @@ static int open_pass(struct pass *p, const struct project_job *j, struct ct_err 
 	if (ct_projector_reserve(&p->g, e) ||
 		(j->mu && ct_alloc(&p->noise, out->h * out->w, sizeof *p->noise, e)) ||
 		(!p->direct &&
-			(ct_op_alloc(&p->op, j->kind, out->h, out->w, j->coarsen, 0, e) ||
+			(ct_measurement_alloc(&p->op, j->kind, out->h, out->w, j->coarsen, 0, e) ||
 				ct_alloc(&p->fine, rows_of(j) * j->rays->w, sizeof *p->fine, e) ||
-				ct_alloc(&p->scratch, ct_op_scratch(&p->op), sizeof *p->scratch,
-					e)))) {
+				ct_alloc(&p->scratch, ct_measurement_scratch(&p->op),
+					sizeof *p->scratch, e)))) {
 		close_pass(p);
 		return -1;
 	}
@@ -67,7 +67,7 @@ static void view(struct pass *p, size_t k, float *out, struct ct_par *par)
 	ct_project(&p->g, k, 1, p->fine, NULL, par);
 	for (size_t r = rays->h; r < rows_of(p->j); r++)
 		memcpy(p->fine + r * rays->w, p->fine, rays->w * sizeof *p->fine);
-	ct_op_forward(&p->op, out, p->fine, p->scratch);
+	ct_measurement_forward(&p->op, out, p->fine, p->scratch);
 }
 
 int project_views(const struct project_job *j, const struct ct_env *env, struct ct_err *e)

@@ -15,7 +15,7 @@ struct project_job {
 	const struct ct_stack *rays; /* rays that are followed; their data are not used */
 	struct ct_stack *out;        /* rays, or pixels of `coarsen` squared of them */
 	enum ct_method method;
-	enum ct_operator_kind kind; /* of coarse pixels */
+	enum ct_measurement_kind kind; /* of coarse pixels */
 	size_t coarsen;
 	struct ct_photons photons;
 	double unit; /* attenuation of a mm of density 1 */

@@ -66,9 +66,9 @@ static void put_affine(struct maker *m, const double affine[3][4])
 
 static void put_range(struct maker *m, size_t n, const float *x)
 {
-	struct ct_range r;
+	struct survey_range r;
 
-	ct_range_of(&r, n, x);
+	survey_range_of(&r, n, x);
 	put(m, "min", number(r.min));
 	put(m, "max", number(r.max));
 	put(m, "mean", number(r.mean));
@@ -87,22 +87,22 @@ static void put_volume(struct maker *m, const struct ct_vol *v)
 	ct_vol_centre(v, centre);
 	for (int a = 0; a < 3; a++)
 		extent[a] = mm[a] * (double)v->n[a];
-	ct_orientation(code, v->affine);
+	survey_orientation(code, v->affine);
 	put(m, "size", sizes(3, v->n));
 	put(m, "spacing-mm", numbers(3, mm));
 	put(m, "extent-mm", numbers(3, extent));
 	put(m, "centre-mm", numbers(3, centre));
 	put(m, "orientation", json_string(code));
 	put_affine(m, v->affine);
-	put(m, "quantity", ct_json_text(quantity ? quantity : "HU"));
+	put(m, "quantity", ct_text_json(quantity ? quantity : "HU"));
 	put_range(m, ct_vol_count(v), v->data);
 }
 
 static void put_stack(struct maker *m, const struct ct_stack *s)
 {
-	struct ct_survey g;
+	struct survey g;
 
-	ct_survey_of(&g, s);
+	survey_of(&g, s);
 	put(m, "views", count(s->views));
 	put(m, "size", sizes(2, (const size_t[]){s->w, s->h}));
 	put(m, "pitch-mm", numbers(2, g.pitch));
@@ -125,9 +125,9 @@ static void put_stack(struct maker *m, const struct ct_stack *s)
 
 static void put_gauss(struct maker *m, const struct ct_gauss *g)
 {
-	struct ct_gauss_survey s;
+	struct survey_gauss s;
 
-	ct_gauss_survey_of(&s, g);
+	survey_gauss_of(&s, g);
 	put(m, "gaussians", count(g->n));
 	put(m, "positive", count(s.positive));
 	put(m, "negative", count(s.negative));
@@ -154,16 +154,16 @@ static void put_tensors(struct maker *m, const struct ct_tensors *w, bool all)
 	for (size_t i = 0; i < w->n; i++) {
 		const struct ct_tensor *t = &w->t[i];
 		const size_t n = ct_tensor_count(t);
-		struct ct_range r;
+		struct survey_range r;
 
-		ct_range_of(&r, n, t->data);
+		survey_range_of(&r, n, t->data);
 		parameters += n;
 		bad += r.nan + r.inf;
 		if (all)
 			m->bad |=
 				json_array_append_new(list,
 					json_pack("{s:o,s:o,s:o,s:o,s:o}", "name",
-						ct_json_text(t->name), "shape",
+						ct_text_json(t->name), "shape",
 						sizes(t->rank, t->dim), "min", number(r.min), "max",
 						number(r.max), "mean", number(r.mean))) != 0;
 	}
@@ -182,7 +182,7 @@ static json_t *lines(const char *s)
 		const size_t n = strcspn(s, "\n");
 		char *line = strndup(s, n);
 
-		if (!line || json_array_append_new(a, ct_json_text(line)) != 0) {
+		if (!line || json_array_append_new(a, ct_text_json(line)) != 0) {
 			free(line);
 			json_decref(a);
 			return NULL;
@@ -202,7 +202,7 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 
 		if (strcmp(key, CT_META_INPUT) != 0 && strcmp(key, CT_META_HISTORY) != 0 &&
 			strncmp(key, "nifti.ext.", 10) != 0)
-			put(&rest, key, ct_json_text(value));
+			put(&rest, key, ct_text_json(value));
 	}
 	m->bad |= rest.bad;
 	if (json_object_size(rest.o))
@@ -213,13 +213,13 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 		put(m, "history", lines(ct_meta_get(meta, CT_META_HISTORY)));
 }
 
-json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
+json_t *report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
 {
 	const char *input = ct_meta_get(ct_any_meta(a), CT_META_INPUT),
 		   *hash = input ? strstr(input, " xxh3:") : NULL;
 	struct maker m = {.o = json_object()};
 
-	put(&m, "file", ct_json_text(path));
+	put(&m, "file", ct_text_json(path));
 	put(&m, "kind", json_string(ct_kind_name(a->kind)));
 	switch (a->kind) {
 	case CT_KIND_VOLUME: put_volume(&m, &a->vol); break;
@@ -232,7 +232,7 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	}
 	put_meta(&m, ct_any_meta(a));
 	if (hash)
-		put(&m, "hash", ct_json_text(hash + 1));
+		put(&m, "hash", ct_text_json(hash + 1));
 	if (m.bad) {
 		json_decref(m.o);
 		ct_fail(e, CT_ENOMEM, "%s: no memory for the report", path);
@@ -241,8 +241,8 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	return m.o;
 }
 
-int ct_report_estimate(
-	json_t *report, const struct ct_estimate *s, const struct ct_vol *v, struct ct_err *e)
+int report_estimate(
+	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e)
 {
 	struct maker m = {.o = report};
 	double measured[3], sigma[3], mm[3], aliasing[3];
@@ -352,7 +352,7 @@ static void print_object(FILE *f, const json_t *o, int indent)
 		print_member(f, key, v, indent);
 }
 
-void ct_report_print(FILE *f, const json_t *report)
+void report_print(FILE *f, const json_t *report)
 {
 	print_object(f, report, 0);
 }

@@ -8,39 +8,40 @@
 #include <string.h>
 
 /* Pictures of one file: planes of a volume, views of a stack. */
-static size_t pictures(const struct ct_any *a, const struct ct_sheet_rule *r)
+static size_t pictures(const struct ct_any *a, const struct sheet_rule *r)
 {
 	if (a->kind == CT_KIND_VOLUME)
-		return r->plane == CT_ALL_PLANES ? CT_PLANES : 1;
+		return r->plane == SHEET_ALL_PLANES ? MONTAGE_PLANES : 1;
 	return a->stack.views < r->views ? a->stack.views : r->views;
 }
 
 /* The k-th picture of a file, cut where the first file is; none leaves data NULL. */
-static void picture(struct ct_slice *s, const struct ct_any *a, const struct ct_any *first,
-	const struct ct_sheet_rule *r, size_t k)
+static void picture(struct montage_slice *s, const struct ct_any *a, const struct ct_any *first,
+	const struct sheet_rule *r, size_t k)
 {
 	const size_t n = pictures(a, r);
 
 	if (a->kind == CT_KIND_VOLUME) {
-		enum ct_plane p = (enum ct_plane)(r->plane == CT_ALL_PLANES ? (int)k : r->plane);
+		enum montage_plane p =
+			(enum montage_plane)(r->plane == SHEET_ALL_PLANES ? (int)k : r->plane);
 
-		if (ct_slice_volume(s, &a->vol, p, ct_plane_position(&first->vol, p, r->slice)))
-			*s = (struct ct_slice){0};
+		if (montage_slice_volume(s, &a->vol, p, montage_position(&first->vol, p, r->slice)))
+			*s = (struct montage_slice){0};
 	} else if (k < n)
-		ct_slice_view(s, &a->stack, k * a->stack.views / n);
+		montage_slice_view(s, &a->stack, k * a->stack.views / n);
 }
 
-static int place(struct ct_sheet *s, size_t n, const struct ct_any *file, size_t each,
-	const struct ct_sheet_rule *r, struct ct_err *e)
+static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t each,
+	const struct sheet_rule *r, struct ct_err *e)
 {
 	for (size_t k = 0; k < each; k++)
 		for (size_t i = 0; i < n; i++) {
-			struct ct_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
+			struct montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
 
 			picture(&t->slice, &file[i], &file[0], r, k);
 			if (!r->error || i == 0 || !t->slice.data || !first->slice.data)
 				continue;
-			if (!ct_slice_overlap(&t->slice, &first->slice))
+			if (!montage_slice_overlap(&t->slice, &first->slice))
 				return ct_fail(e, CT_EGEOM,
 					"file %zu does not cover the area of the first", i + 1);
 			t[each * n].slice = t->slice;
@@ -66,17 +67,17 @@ static void choose_window(double range[2], const struct ct_any *a)
 	}
 }
 
-static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct_sheet_rule *r)
+static void tone(struct sheet *s, const struct ct_any *first, const struct sheet_rule *r)
 {
 	double range[2] = {(double)INFINITY, -(double)INFINITY}, error[2], fine = (double)INFINITY;
 
 	for (size_t i = 0; i < s->rows * s->cols; i++) {
-		const struct ct_slice *slice = &s->tile[i].slice;
+		const struct montage_slice *slice = &s->tile[i].slice;
 
 		if (!slice->data)
 			continue;
 		fine = fmin(fine, fmin(slice->mm[0], slice->mm[1]));
-		ct_slice_range(range, slice);
+		montage_slice_range(range, slice);
 	}
 	s->mm = fine / r->zoom;
 	choose_window(range, first);
@@ -90,8 +91,8 @@ static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct
 		memcpy(s->tile[i].window, s->tile[i].minus.data ? error : range, sizeof range);
 }
 
-int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
-	const struct ct_sheet_rule *rule, struct ct_err *e)
+int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struct sheet_rule *rule,
+	struct ct_err *e)
 {
 	size_t each = 0;
 
@@ -112,8 +113,8 @@ int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
 	return 0;
 }
 
-void ct_sheet_free(struct ct_sheet *s)
+void sheet_free(struct sheet *s)
 {
 	free(s->tile);
-	*s = (struct ct_sheet){0};
+	*s = (struct sheet){0};
 }

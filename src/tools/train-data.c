@@ -75,7 +75,7 @@ static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	bool exr;
 
-	if (ct_is_stack(path, &exr, e))
+	if (ct_any_is_stack(path, &exr, e))
 		return -1;
 	return exr ? read_stack(s, path, e) : read_picture(s, path, e);
 }

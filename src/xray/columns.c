@@ -389,7 +389,7 @@ static void forward_column(
 	for (size_t r = row; r < end; r++)
 		p[r * w + col] = usable && !apart(&t, c, r)
 					 ? (float)(sum[r - row] * scale_of(&t, r))
-					 : (float)ct_pixel_sum(g, view, r, col, c->first, &c->box);
+					 : (float)ct_ray_sum(g, view, r, col, c->first, &c->box);
 }
 
 static void forward_task(void *arg, size_t i, size_t worker)
@@ -449,7 +449,7 @@ static void adjoint_column(const struct adjoint *f, const struct ct_box *box, si
 		bool alone = !usable || apart(&t, c, r);
 
 		if (alone)
-			ct_pixel_spread(g, view, r, col, c->first, box, (double)p[r * w]);
+			ct_ray_spread(g, view, r, col, c->first, box, (double)p[r * w]);
 		value[r - row] = alone ? 0 : (float)((double)p[r * w] * scale_of(&t, r));
 	}
 	if (usable && path_clip(&t, box, g->method == CT_JOSEPH ? 0.5 : 0))

@@ -103,7 +103,7 @@ static void forward_row(void *arg, size_t i, size_t worker)
 	if (at < row[0] || at >= row[1])
 		return;
 	for (size_t c = col[0]; c < col[1]; c++)
-		p[c] = (float)ct_pixel_sum(f->g, view, at, c, f->vol, &box);
+		p[c] = (float)ct_ray_sum(f->g, view, at, c, f->vol, &box);
 }
 
 void ct_project(const struct ct_projector *g, size_t first, size_t count, float *restrict p,
@@ -147,7 +147,7 @@ static void adjoint_slab(void *arg, size_t i, size_t worker)
 		ct_ray_shadow(f->g, f->first + v, &box, row, col);
 		for (size_t at = row[0]; at < row[1]; at++)
 			for (size_t c = col[0]; c < col[1]; c++)
-				ct_pixel_spread(f->g, f->first + v, at, c, f->vol, &box,
+				ct_ray_spread(f->g, f->first + v, at, c, f->vol, &box,
 					(double)f->p[(v * s->h + at) * s->w + c]);
 	}
 }

@@ -111,7 +111,7 @@ void ct_ray_shadow(const struct ct_projector *g, size_t view, const struct ct_bo
 	ct_view_shadow(g->scan, view, 8, (const double(*)[3])x, row, col);
 }
 
-double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_t col,
+double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t col,
 	const float *vol, const struct ct_box *box)
 {
 	bool joseph = g->method == CT_JOSEPH;
@@ -127,7 +127,7 @@ double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_
 	return sum;
 }
 
-void ct_pixel_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
+void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
 	const struct ct_box *box, double value)
 {
 	bool joseph = g->method == CT_JOSEPH;

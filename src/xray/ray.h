@@ -51,10 +51,10 @@ bool ct_ray_in_face(double slope, double at, size_t slabs);
 void ct_ray_shadow(const struct ct_projector *g, size_t view, const struct ct_box *box,
 	size_t row[2], size_t col[2]);
 /* The pixel's line integral through the box; vol is at voxel (0,0,0). */
-double ct_pixel_sum(const struct ct_projector *g, size_t view, size_t row, size_t col,
+double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t col,
 	const float *vol, const struct ct_box *box);
 /* vol += its transpose times value, in the box. */
-void ct_pixel_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
+void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
 	const struct ct_box *box, double value);
 
 #endif

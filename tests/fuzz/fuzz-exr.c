@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	struct ct_err e = {0};
 	float sum = 0;
 
-	if (ct_exr_read_bytes(data, size, "fuzz", &s, &e) == 0)
+	if (ct_bytes_read_exr(data, size, "fuzz", &s, &e) == 0)
 		for (size_t i = 0, n = ct_stack_count(&s); i < n; i++)
 			sum += s.data[i];
 	else if (s.data || s.view || e.code == CT_OK || e.msg[0] == '\0')

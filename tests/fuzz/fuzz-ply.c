@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	struct ct_gauss g = {0};
 	struct ct_err e = {0};
 
-	if (ct_ply_read_bytes(data, size, "fuzz", &g, &e) == 0)
+	if (ct_bytes_read_ply(data, size, "fuzz", &g, &e) == 0)
 		ct_gauss_check_finite(&g, &e); /* reads all of it */
 	else if (g.raw || g.meta.n || e.code == CT_OK || e.msg[0] == '\0')
 		abort();

@@ -20,7 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	f = fmemopen((void *)(uintptr_t)data, size, "rb");
 	if (!f)
 		return 0;
-	if (ct_safetensors_read_stream(f, "fuzz", &w, &e) == 0) {
+	if (ct_bytes_read_safetensors(f, "fuzz", &w, &e) == 0) {
 		for (size_t k = 0; k < w.n; k++)
 			for (size_t i = 0, n = ct_tensor_count(&w.t[k]); i < n; i++)
 				sum += w.t[k].data[i];

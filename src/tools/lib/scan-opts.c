@@ -15,7 +15,7 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 	if (o->det) {
 		bool both = strchr(o->det, 'x') != NULL;
 
-		if (ct_parse_dims("det", o->det, both ? 2 : 1, n, e))
+		if (ct_cli_dims("det", o->det, both ? 2 : 1, n, e))
 			return -1;
 		s->w = n[0];
 		s->h = both ? n[1] : s->beam == CT_FAN ? 1 : n[0];
@@ -31,12 +31,12 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 		s->pitch[0] = s->pitch[1] = side / (double)s->w;
 	}
 	if (o->pitch) {
-		if (ct_parse_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
+		if (ct_cli_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
 			return -1;
 		if (!(s->pitch[0] > 0 && s->pitch[1] > 0))
 			return ct_fail(e, CT_EUSAGE, "--pitch: '%s' is not positive", o->pitch);
 	}
-	return o->offset ? ct_parse_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
+	return o->offset ? ct_cli_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
 }
 
 static int make_scan(struct ct_scan *s, const struct ct_scan_opts *o, const struct ct_vol *grid,
@@ -112,7 +112,7 @@ int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const 
 	return make_scan(&s, o, grid, e) || ct_scan_fill(out, &s, e) ? -1 : 0;
 }
 
-int ct_window_choose(
+int ct_scan_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
 {
 	const char *had = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
@@ -120,13 +120,13 @@ int ct_window_choose(
 
 	window[0] = -1024;
 	window[1] = 3071;
-	if (had && ct_parse_range("window", had, window, e)) {
+	if (had && ct_cli_range("window", had, window, e)) {
 		e->code = CT_EINPUT;
 		return ct_blame(e, "metadata");
 	}
 	if (!option)
 		return 0;
-	if (ct_parse_range("window", option, asked, e))
+	if (ct_cli_range("window", option, asked, e))
 		return -1;
 	if (had && (asked[0] != window[0] || asked[1] != window[1]))
 		return ct_fail(e, CT_EUSAGE, "--window %s contradicts the window %s of the input",
@@ -136,12 +136,12 @@ int ct_window_choose(
 	return 0;
 }
 
-int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e)
+int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
 	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
 }
 
-int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
+int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
 {
 	const double(*a)[4] = v->affine;
 

@@ -58,13 +58,13 @@ int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const 
 bool ct_scan_opts_given(const struct ct_scan_opts *o);
 /* The density window: what the metadata says, else the option (NULL if not given), else -1024 to
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
-int ct_window_choose(
+int ct_scan_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
-int ct_window_put(struct ct_meta *m, const double window[2], struct ct_err *e);
+int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
 
 /* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to.
  */
-int ct_scan_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
+int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
 
 /* Fill in from a scanner file what it says: see scan-json.c. grid NULL: its lengths are mm. named,
  * zeroed or NULL: sizes and affine of the volume that the file names, in mm; still zero if none. */
