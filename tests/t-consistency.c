@@ -1,111 +1,301 @@
-/* The certificate: residuals that are known, order statistics, and grids that do not fit. */
+/* Singular values, pseudo-inverse and data consistency against algebra and closed forms. */
 #include "config.h"
+#include "core/mem.h"
 #include "core/rng.h"
-#include "quality/certificate.h"
-#include "tap.h"
+#include "resolution/consistency.h"
+#include "resolution/svd.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static const size_t fine[3] = {26, 21, 17};
-static const struct ct_degrade cells = {{4, 3, 2}, {1.1, 0.6, 0}, CT_DECIMATE_MEAN};
-
-static void make(struct ct_vol *hi, struct ct_vol *lo)
+/* The dense matrix of a table. */
+static double *dense(const struct ct_taps *t)
 {
-	struct ct_separable s = {0};
-	struct ct_err e;
-	size_t n[3];
+	double *a = calloc(t->n_out * t->n_in, sizeof *a);
 
-	*hi = *lo = (struct ct_vol){0};
-	if (ct_vol_alloc(hi, fine, &e) || ct_degrade_plan(&s, &cells, fine, NULL, &e))
+	if (!a)
 		exit(1);
-	for (size_t i = 0; i < ct_vol_count(hi); i++)
-		hi->data[i] = 500 * ct_rng_normal(1, 0, i);
-	for (int a = 0; a < 3; a++)
-		n[a] = s.t[a].n_out;
-	if (ct_vol_alloc(lo, n, &e))
-		exit(1);
-	ct_separable_apply(&s, lo->data, hi->data, NULL);
-	ct_degrade_affine(lo->affine, hi->affine, fine, &cells);
-	ct_separable_free(&s);
+	for (size_t m = 0; m < t->n_out; m++)
+		for (size_t q = 0; q < t->taps; q++)
+			a[m * t->n_in + t->first[m] + q] += t->w[m * t->taps + q];
+	return a;
 }
 
-static void test_residual(void)
+/* Largest deviation of the rows of v (m,n) from orthonormality; rows of zeros count as right. */
+static double skewness(const double *v, size_t m, size_t n)
 {
-	struct ct_vol hi, lo, map = {0};
-	struct ct_certificate c, d;
-	struct ct_env env = {0}, four = {0};
-	struct ct_err e;
-	size_t n;
-
-	make(&hi, &lo);
-	n = ct_vol_count(&lo);
-	OK(ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e) == 0, "runs");
-	OK(c.max == 0 && c.p95 == 0 && c.rms == 0 && c.mean == 0 && c.voxels == n,
-		"the volume that was degraded leaves nothing");
-	ct_vol_free(&map);
-	for (size_t i = 0; i < n; i++)
-		lo.data[i] -= i == 3 ? 20.0f : 1.0f;
-	ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e);
-	NEAR(c.max, 20, 1e-3, "the largest residual");
-	NEAR(c.p95, 1, 1e-3, "most are smaller");
-	NEAR(c.mean, 1 + 19.0 / (double)n, 1e-4, "the sign is degraded minus measured");
-	NEAR(c.rms, sqrt(1 + 399.0 / (double)n), 1e-4, "root mean square");
-	NEAR((double)map.data[3], 20, 1e-3, "the map says where");
-	OK(ct_vol_same_grid(&map, &lo, &e) == 0, "on the coarse grid");
-	if (ct_par_alloc(&four.par, 4, &e))
-		exit(1);
-	ct_vol_free(&map);
-	ct_certificate(&d, &map, &lo, &hi, &cells, &four, &e);
-	OK(memcmp(&c, &d, sizeof c) == 0, "1 and 4 threads, same bits");
-	ct_par_free(four.par);
-	ct_vol_free(&map);
-	lo.affine[0][3] += 1;
-	OK(ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e) < 0 && e.code == CT_EGEOM,
-		"a coarse grid elsewhere is refused");
-	ct_vol_free(&map);
-	ct_vol_free(&hi);
-	ct_vol_free(&lo);
-}
-
-static int ascending(const void *a, const void *b)
-{
-	float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
-
-/* Many ties, sorted, reversed, random: selection gives what sorting gives. */
-static void test_quantile(void)
-{
-	static const double q[] = {0, 0.05, 0.5, 0.95, 1};
-	static float v[1000], sorted[1000];
 	double worst = 0;
 
-	for (int kind = 0; kind < 4; kind++)
-		for (size_t n = 1; n <= 1000; n = n * 5 / 3 + 1)
-			for (size_t k = 0; k < 5; k++) {
-				double at = q[k] * (double)(n - 1), part = at - floor(at), want;
-				size_t lo = (size_t)at, hi = lo + 1 < n ? lo + 1 : lo;
+	for (size_t p = 0; p < m; p++)
+		for (size_t q = p; q < m; q++) {
+			double s = 0;
 
-				for (size_t i = 0; i < n; i++)
-					v[i] = kind == 0   ? (float)ct_rng_below(3, 0, i, 5)
-					       : kind == 1 ? (float)i
-					       : kind == 2 ? -(float)i
-							   : ct_rng_normal(4, 0, i);
-				memcpy(sorted, v, sizeof v);
-				qsort(sorted, n, sizeof *sorted, ascending);
-				want = (double)sorted[lo] +
-				       part * ((double)sorted[hi] - (double)sorted[lo]);
-				worst = fmax(
-					worst, fabs(ct_certificate_quantile(v, n, q[k]) - want));
+			for (size_t i = 0; i < n; i++)
+				s += v[p * n + i] * v[q * n + i];
+			if (p == q && s == 0.0)
+				continue;
+			worst = fmax(worst, fabs(s - (p == q)));
+		}
+	return worst;
+}
+
+static const struct {
+	const char *name;
+	size_t n;
+	double factor, sigma;
+	enum ct_decimate decimate;
+} operators[] = {{"P1", 64, 4, 1.6987, CT_DECIMATE_SINC}, {"P2", 60, 3, 0.75, CT_DECIMATE_SINC},
+	{"P3", 64, 4, 0.5, CT_DECIMATE_POINT}, {"mean", 35, 5, 0, CT_DECIMATE_MEAN},
+	{"mean and blur", 33, 3, 1.2, CT_DECIMATE_MEAN},
+	{"factor 2.5, sinc", 50, 2.5, 1.06, CT_DECIMATE_SINC},
+	{"factor 2.5, point", 50, 2.5, 0.6, CT_DECIMATE_POINT},
+	{"factor 3.75, mean", 75, 3.75, 0.9, CT_DECIMATE_MEAN},
+	{"factor 8/3, mean", 47, 8.0 / 3, 0.4, CT_DECIMATE_MEAN},
+	{"blur alone", 20, 1, 0.8, CT_DECIMATE_SINC}, {"identity", 9, 1, 0, CT_DECIMATE_SINC},
+	{"one cell", 4, 4, 1.7, CT_DECIMATE_SINC}};
+
+static void test_factor(void)
+{
+	for (size_t o = 0; o < sizeof operators / sizeof *operators; o++) {
+		struct ct_taps t = {0}, inverse = {0}, dd = {0}, ddd = {0};
+		struct ct_svd f = {0};
+		double worst = 0, back = 0, *a, *b;
+
+		must(ct_degrade_taps(&t, operators[o].n, operators[o].factor, operators[o].sigma,
+			     operators[o].decimate, &err) ||
+			ct_svd_alloc(&f, &t, &err) || ct_svd_pinv(&inverse, &f, &err) ||
+			ct_taps_product(&dd, &inverse, &t, &err) ||
+			ct_taps_product(&ddd, &t, &dd, &err));
+		a = dense(&t);
+		b = dense(&ddd);
+		for (size_t m = 0; m < f.m; m++)
+			for (size_t i = 0; i < f.n; i++) {
+				double s = 0;
+
+				for (size_t k = 0; k < f.m; k++)
+					s += f.u[k * f.m + m] * f.g[k] * f.v[k * f.n + i];
+				worst = fmax(worst, fabs(s - a[m * f.n + i]));
+				back = fmax(back, fabs(b[m * f.n + i] - a[m * f.n + i]));
 			}
-	OK(worst < 1e-6, "quantiles are those of the sorted values: %.1e", worst);
+		OK(f.lost == 0 && worst < 1e-11 && skewness(f.u, f.m, f.m) < 1e-11 &&
+				skewness(f.v, f.m, f.n) < 1e-11,
+			"%s: U^T G V, orthogonal (%.2g)", operators[o].name, worst);
+		OK(back < 1e-10, "%s: D D+ D = D (%.2g), condition %.3g", operators[o].name, back,
+			f.condition);
+		free(a);
+		free(b);
+		ct_taps_free(&t);
+		ct_taps_free(&inverse);
+		ct_taps_free(&dd);
+		ct_taps_free(&ddd);
+		ct_svd_free(&f);
+	}
+}
+
+/* Sinc decimation after a Gaussian: g_k is the Gaussian's transfer at k/(2n) cycles, over sqrt(s).
+ */
+static void test_singular_values(void)
+{
+	struct ct_taps t = {0};
+	struct ct_svd f = {0};
+	double worst = 0;
+
+	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
+	for (size_t k = 0; k < 16; k++) {
+		double q = (double)k / 128, want = exp(-2 * M_PI * M_PI * 1.7 * 1.7 * q * q) / 2;
+
+		worst = fmax(worst, fabs(f.g[k] / want - 1));
+	}
+	OK(worst < 2e-3, "singular values of a Gaussian (%.2g)", worst);
+	NEAR(f.condition, exp(2 * M_PI * M_PI * 1.7 * 1.7 * 15 * 15 / (128.0 * 128)), 2e-3,
+		"condition");
+	ct_svd_free(&f);
+	ct_taps_free(&t);
+	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
+	OK(f.lost > 0 && f.condition <= CT_SVD_LIMIT,
+		"a blur too wide to undo: %zu frequencies given up", f.lost);
+	ct_svd_free(&f);
+	ct_taps_free(&t);
+}
+
+static const struct ct_degrade cases[] = {{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC},
+	{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_MEAN}, {{3, 1, 2}, {0.4, 0, 0.3}, CT_DECIMATE_POINT},
+	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC}};
+static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 18, 9}};
+
+struct bench {
+	size_t n[3], m[3], voxels, samples;
+	struct ct_separable d;
+	struct ct_consistency dc;
+	float *x, *start, *y, *dx, *scratch;
+};
+
+static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
+{
+
+	*b = (struct bench){.voxels = 1, .samples = 1};
+	memcpy(b->n, sizes[c], sizeof b->n);
+	must(ct_degrade_plan(&b->d, &cases[c], b->n, par, &err));
+	for (int a = 0; a < 3; a++) {
+		b->m[a] = b->d.t[a].n_out;
+		b->voxels *= b->n[a];
+		b->samples *= b->m[a];
+	}
+	b->x = normals(b->voxels, 1, 0, 400);
+	b->start = normals(b->voxels, 1, 0, 400);
+	b->y = normals(b->samples, 2, 0, 400);
+	b->dx = normals(b->samples, 3, 0, 400);
+	must(ct_consistency_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &err) ||
+		ct_alloc(&b->scratch, ct_par_threads(par) * ct_consistency_scratch(&b->dc),
+			sizeof(float), &err));
+}
+
+static void tear_down(struct bench *b)
+{
+	ct_separable_free(&b->d);
+	ct_consistency_free(&b->dc);
+	free(b->x);
+	free(b->start);
+	free(b->y);
+	free(b->dx);
+	free(b->scratch);
+}
+
+static void test_exact(void)
+{
+	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+		struct ct_separable plus = {0};
+		struct bench b;
+		float *other, *hi;
+		double off, inside = 0;
+
+		set_up(&b, c, 0, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_separable_apply(&b.d, b.dx, b.x, NULL);
+		off = rms(b.samples, b.dx, b.y) / rms(b.samples, b.y, NULL);
+		OK(off < 1e-5, "case %zu: D x = y after one step (%.2g)", c, off);
+
+		/* the nearest one: the same as x + D+ (y - D x) in double */
+		other = normals(b.voxels, 1, 0, 400);
+		hi = normals(b.voxels, 9, 0, 400);
+		must(ct_consistency_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
+		ct_consistency_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
+		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
+		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
+		for (size_t i = 0; i < b.voxels;
+			i++) /* what is added is at right angles to the rest */
+			inside += ((double)b.x[i] - (double)b.start[i]) *
+				  ((double)other[i] - (double)b.x[i]);
+		ct_separable_apply(&b.d, b.dx, other, NULL);
+		OK(rms(b.samples, b.dx, b.y) < 1e-5 * rms(b.samples, b.y, NULL) && isfinite(inside),
+			"case %zu: exact in double", c);
+		memcpy(other, b.x, b.voxels * sizeof *other);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
+		OK(off < 1e-5, "case %zu: twice is once (%.2g)", c, off);
+		free(other);
+		free(hi);
+		ct_separable_free(&plus);
+		tear_down(&b);
+	}
+}
+
+static void test_noise(void)
+{
+	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+		struct bench b;
+		double miss, step, hard, moved;
+
+		set_up(&b, c, 100, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_separable_apply(&b.d, b.dx, b.x, NULL);
+		miss = rms(b.samples, b.dx, b.y);
+		NEAR(miss, 100, 0.01, "noise: the bound is met, and no more");
+		step = rms(b.voxels, b.x, b.start);
+		memcpy(b.start, b.x, b.voxels * sizeof *b.x);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		OK(rms(b.voxels, b.x, b.start) < 1e-3 * step, "within the bound nothing moves");
+		/* the movement that the coefficients tell is that of the volume */
+		for (size_t i = 0; i < b.voxels; i++)
+			b.x[i] += (float)(300 * sin((double)i));
+		for (size_t k = 0; k < b.n[2]; k++)
+			ct_consistency_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+		step = rms(b.voxels, b.x, b.start);
+		moved = ct_consistency_correct(&b.dc, NULL);
+		for (size_t k = 0; k < b.n[2]; k++)
+			ct_consistency_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
+				b.x + k * b.n[0] * b.n[1], b.scratch);
+		hard = rms(b.voxels, b.x, b.start);
+		NEAR(sqrt(step * step + moved / (double)b.voxels) / hard, 1, 1e-4,
+			"movement from coefficients");
+		tear_down(&b);
+	}
+}
+
+static void test_threads(void)
+{
+	struct ct_par *par = NULL;
+	struct bench a, b;
+
+	must(ct_par_alloc(&par, 3, &err));
+	set_up(&a, 0, 50, NULL);
+	set_up(&b, 0, 50, par);
+	ct_consistency_apply(&a.dc, a.x, a.scratch, NULL);
+	ct_consistency_apply(&b.dc, b.x, b.scratch, par);
+	OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0, "1 and 3 threads, same bytes");
+	tear_down(&a);
+	tear_down(&b);
+	ct_par_free(par);
+}
+
+static void test_refused(void)
+{
+	const size_t n[3] = {13, 8, 8};
+	struct ct_consistency dc = {0};
+	float y[12] = {0};
+
+	OK(ct_consistency_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y,
+		   0, NULL, &err) < 0 &&
+			err.code == CT_EGEOM,
+		"a grid that the cells do not cover is refused");
+}
+
+/* Twice through a fractional factor: cover, size, and where the grids lie. */
+static void test_fractions(void)
+{
+	static const double factor[] = {1, 1.5, 2, 2.5, 8.0 / 3, 3.75, 4, 7.3};
+	const double hi[3][4] = {{0, -2, 0, 7}, {1.5, 0, 0, -3}, {0, 0, 5, 11}};
+	double worst = 0;
+	int same = 1;
+
+	for (size_t f = 0; f < sizeof factor / sizeof *factor; f++)
+		for (size_t m = 1; m < 70; m++) {
+			size_t n = ct_degrade_cover(m, factor[f]);
+			const size_t n3[3] = {n, n, n}, m3[3] = {m, m, m};
+			struct ct_degrade d = {
+				{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC};
+			double lo[3][4], back[3][4];
+
+			same &= ct_degrade_size(n, factor[f]) == m;
+			ct_degrade_affine(lo, hi, n3, &d);
+			ct_degrade_refine(back, (const double(*)[4])lo, m3, d.factor);
+			for (int r = 0; r < 3; r++)
+				for (int a = 0; a < 4; a++)
+					worst = fmax(worst, fabs(back[r][a] - hi[r][a]));
+		}
+	OK(same, "the covering grid gives as many cells, for any factor");
+	OK(worst < 1e-9, "refining the grid undoes reducing it (%.2g)", worst);
 }
 
 int main(void)
 {
-	test_residual();
-	test_quantile();
+	test_factor();
+	test_singular_values();
+	test_exact();
+	test_noise();
+	test_threads();
+	test_refused();
+	test_fractions();
 	return tap_done();
 }

@@ -1,4 +1,5 @@
-/* t-lowres.c: the Gaussians on the coarse grid against D of the fine volume, and the gradient. */
+/* t-loss-lowres.c: the Gaussians on the coarse grid against D of the fine volume, and the gradient.
+ */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -2,8 +2,8 @@
  * given by its singular value decomposition A = U^T S V. What a diffusion sampler needs of A is
  * here once for both kinds:
  *
- *   CT_MEASUREMENT_MEAN     s-by-s block mean (box.h): U = I, S = 1/s, V = the normalised blocks
- *   CT_MEASUREMENT_MATCHED  Gaussian and sinc decimation (matched.h): S[i,j] = g_i g_j / s
+ *   CT_MEASUREMENT_MEAN     s-by-s block mean (block-mean.h): U = I, S = 1/s, V = the normalised
+ * blocks CT_MEASUREMENT_MATCHED  Gaussian and sinc decimation (matched.h): S[i,j] = g_i g_j / s
  *
  * Functions do not change the operator and are thread-safe; t is scratch of
  * ct_measurement_scratch() values.

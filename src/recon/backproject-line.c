@@ -226,9 +226,9 @@ static int nearer(const struct ct_bp_tile *j, size_t view)
 	return d[1] <= d[2] ? 1 : 2;
 }
 
-void CT_SIMD_HERE(ct_backproject_tile)(float acc[restrict CT_BP_TILE][CT_BP_TILE][CT_BP_SEGMENT],
-	const struct ct_bp_tile *j, size_t view, size_t count, const float *restrict from,
-	float *restrict blend)
+void CT_SIMD_HERE(ct_backproject_line_tile)(
+	float acc[restrict CT_BP_TILE][CT_BP_TILE][CT_BP_SEGMENT], const struct ct_bp_tile *j,
+	size_t view, size_t count, const float *restrict from, float *restrict blend)
 {
 	int fast = nearer(j, view), slow = 3 - fast;
 	struct places p[CT_BP_GROUP];

@@ -25,7 +25,7 @@ struct ct_bp_tile {
 
 /* acc += the views [view, view + count), count <= CT_BP_GROUP, stored from `from` on. blend: of
  * CT_BP_BLEND floats, with CT_BP_SLACK before and after it, of any value. */
-CT_SIMD_DECLARE(void, ct_backproject_tile,
+CT_SIMD_DECLARE(void, ct_backproject_line_tile,
 	(float acc[restrict CT_BP_TILE][CT_BP_TILE][CT_BP_SEGMENT], const struct ct_bp_tile *t,
 		size_t view, size_t count, const float *restrict from, float *restrict blend));
 

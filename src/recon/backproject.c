@@ -232,7 +232,7 @@ static void tile(void *arg, size_t task, size_t worker)
 	for (size_t view = 0; view < j->count; view += CT_BP_GROUP) {
 		size_t left = j->count - view;
 
-		CT_SIMD(ct_backproject_tile)
+		CT_SIMD(ct_backproject_line_tile)
 		(acc, &t, j->first + view, left < CT_BP_GROUP ? left : CT_BP_GROUP,
 			j->views + view * ct_backprojector_size(b), blend + CT_BP_SLACK);
 	}

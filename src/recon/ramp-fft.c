@@ -160,12 +160,12 @@ CT_INLINE void backward(size_t n, double *restrict x, const double *tw)
 	backward_stages(n, n, inner, x, tw, 1);
 }
 
-void CT_SIMD_HERE(ct_fft_forward)(size_t n, double *restrict x, const double *tw)
+void CT_SIMD_HERE(ct_ramp_fft_forward)(size_t n, double *restrict x, const double *tw)
 {
 	forward(n, x, tw);
 }
 
-void CT_SIMD_HERE(ct_fft_filter)(
+void CT_SIMD_HERE(ct_ramp_fft_filter)(
 	size_t n, double *restrict x, const double *restrict response, const double *tw)
 {
 	forward(n, x, tw);
@@ -175,7 +175,7 @@ void CT_SIMD_HERE(ct_fft_filter)(
 	backward(n, x, tw);
 }
 
-void CT_SIMD_HERE(ct_fft_load)(size_t n, double *restrict x, const float *restrict in,
+void CT_SIMD_HERE(ct_ramp_fft_load)(size_t n, double *restrict x, const float *restrict in,
 	const float *restrict weight, size_t rows, size_t at, size_t count)
 {
 	memset(x, 0, n * POINT * sizeof *x);
@@ -186,7 +186,7 @@ void CT_SIMD_HERE(ct_fft_load)(size_t n, double *restrict x, const float *restri
 				(double)in[r * count + c] * (double)weight[r * count + c];
 }
 
-void CT_SIMD_HERE(ct_fft_store)(
+void CT_SIMD_HERE(ct_ramp_fft_store)(
 	size_t w, float *restrict out, size_t pitch, const double *restrict x, size_t rows)
 {
 	if (rows == POINT) { /* of a known length */

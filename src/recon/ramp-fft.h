@@ -10,16 +10,16 @@
 #include "recon/ramp.h"
 
 /* x becomes its transform. */
-CT_SIMD_DECLARE(void, ct_fft_forward, (size_t n, double *restrict x, const double *tw));
+CT_SIMD_DECLARE(void, ct_ramp_fft_forward, (size_t n, double *restrict x, const double *tw));
 /* x becomes n times its convolution with the row whose transform is response[n], which is real. */
-CT_SIMD_DECLARE(void, ct_fft_filter,
+CT_SIMD_DECLARE(void, ct_ramp_fft_filter,
 	(size_t n, double *restrict x, const double *restrict response, const double *tw));
 /* Point at + c of row r is in[r*count + c] times weight[r*count + c], the others 0. */
-CT_SIMD_DECLARE(void, ct_fft_load,
+CT_SIMD_DECLARE(void, ct_ramp_fft_load,
 	(size_t n, double *restrict x, const float *restrict in, const float *restrict weight,
 		size_t rows, size_t at, size_t count));
 /* out[c*pitch + r]: point c of row r, of w points. */
-CT_SIMD_DECLARE(void, ct_fft_store,
+CT_SIMD_DECLARE(void, ct_ramp_fft_store,
 	(size_t w, float *restrict out, size_t pitch, const double *restrict x, size_t rows));
 
 #endif

@@ -48,7 +48,7 @@ static void respond(struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, do
 		x[m * POINT] = h;
 		x[(n - m) * POINT] = h;
 	}
-	CT_SIMD(ct_fft_forward)(n, x, f->twiddle);
+	CT_SIMD(ct_ramp_fft_forward)(n, x, f->twiddle);
 	for (size_t i = 0; i < n; i++) {
 		size_t j = reversed(i, n);
 		double cycles = (double)(j <= n / 2 ? j : n - j) / (double)n;
@@ -103,7 +103,7 @@ void ct_ramp_rows(const struct ct_ramp *f, size_t rows, float *restrict out, siz
 	const float *restrict in, const float *restrict weight, size_t at, size_t count,
 	double *restrict scratch)
 {
-	CT_SIMD(ct_fft_load)(f->n, scratch, in, weight, rows, at, count);
-	CT_SIMD(ct_fft_filter)(f->n, scratch, f->response, f->twiddle);
-	CT_SIMD(ct_fft_store)(f->w, out, pitch, scratch, rows);
+	CT_SIMD(ct_ramp_fft_load)(f->n, scratch, in, weight, rows, at, count);
+	CT_SIMD(ct_ramp_fft_filter)(f->n, scratch, f->response, f->twiddle);
+	CT_SIMD(ct_ramp_fft_store)(f->w, out, pitch, scratch, rows);
 }

@@ -1,4 +1,4 @@
-/* crop.h: the same voxels in another frame: cut, padded, or with other axes. No value changes. */
+/* crop.h: the same voxels in another frame: cut or padded. No value changes. */
 #ifndef CT_RESOLUTION_CROP_H
 #define CT_RESOLUTION_CROP_H
 #include <stddef.h>
@@ -14,17 +14,5 @@ void ct_crop(float *restrict out, const size_t m[static 3], const float *restric
 	const size_t n[static 3], const ptrdiff_t start[static 3], float pad);
 /* The affine of a grid that begins at index start[] of another. */
 void ct_crop_affine(double a[3][4], const double start[static 3]);
-
-/* For each axis of a new grid, whose directions are to be the three world axes
- * world[] (0 x, 1 y, 2 z) with towards[] +1 or -1: the axis of the old one closest to it,
- * and whether it runs backwards (-1). The choice of the largest sum of cosines. */
-void ct_reorient_closest(int axis[3], int sign[3], const double a[3][4], const int world[static 3],
-	const int towards[static 3]);
-/* out = in[n] with axis d being axis[d] of in, backwards if sign[d] is -1. */
-void ct_reorient(float *restrict out, const float *restrict in, const size_t n[static 3],
-	const int axis[static 3], const int sign[static 3]);
-/* The affine to match, of the n[] samples before. */
-void ct_reorient_affine(double a[3][4], const size_t n[static 3], const int axis[static 3],
-	const int sign[static 3]);
 
 #endif

@@ -4,6 +4,7 @@ SIMD_SOURCES += src/resolution/separable-rows.c src/resolution/separable-rows.h
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h
 libct_a_SOURCES += src/resolution/crop.c src/resolution/crop.h
+libct_a_SOURCES += src/resolution/reorient.c src/resolution/reorient.h
 libct_a_SOURCES += src/resolution/svd.c src/resolution/svd.h
 SIMD_SOURCES += src/resolution/cosine-strip.c
 libct_a_SOURCES += src/resolution/cosine.c src/resolution/cosine.h

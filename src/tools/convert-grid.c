@@ -3,6 +3,7 @@
 #include "formats/raw.h"
 #include "resolution/degrade.h"
 #include "resolution/crop.h"
+#include "resolution/reorient.h"
 #include "resolution/resample.h"
 #include "tools/convert.h"
 

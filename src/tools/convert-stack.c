@@ -7,6 +7,7 @@
 #include "formats/npy.h"
 #include "xray/scan.h"
 #include "tools/convert.h"
+#include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
 
 #include <stdlib.h>

@@ -1,3 +1,4 @@
-# What commands share: the options of a scan, and what corrects a base volume.
-libct_a_SOURCES += src/tools/lib/scan-opts.c src/tools/lib/scan-json.c src/tools/lib/scan-opts.h
+# What commands share: the options of a scan and scanner files, and what corrects a base volume.
+libct_a_SOURCES += src/tools/lib/scan-opts.c src/tools/lib/scan-opts.h
+libct_a_SOURCES += src/tools/lib/scan-json.c src/tools/lib/scan-json.h
 libct_a_SOURCES += src/tools/lib/evidence.c src/tools/lib/evidence.h

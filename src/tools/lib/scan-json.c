@@ -13,7 +13,7 @@
  */
 #include "config.h"
 #include "formats/io.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/scan-json.h"
 
 #include <jansson.h>
 #include <math.h>

@@ -1,5 +1,6 @@
 /* scan-opts.c: see scan-opts.h. */
 #include "config.h"
+#include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
 #include "formats/format.h"
 

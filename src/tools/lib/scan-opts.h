@@ -66,9 +66,4 @@ int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct
  */
 int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
 
-/* Fill in from a scanner file what it says: see scan-json.c. grid NULL: its lengths are mm. named,
- * zeroed or NULL: sizes and affine of the volume that the file names, in mm; still zero if none. */
-int ct_scan_json_read(struct ct_scan *s, const char *path, const struct ct_vol *grid,
-	struct ct_vol *named, struct ct_err *e);
-
 #endif
