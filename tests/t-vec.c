@@ -1,6 +1,6 @@
 /* t-vec.c: core/vec.h at the level that this program is compiled for, against plain C. */
 #include "config.h"
-#include "core/vec.h"
+#include "core/vec-exp.h"
 #include "tests/tap.h"
 
 #include <float.h>

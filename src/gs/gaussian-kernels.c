@@ -1,5 +1,6 @@
 /* gaussian-kernels.c: see gaussian-kernels.h. */
 #include "config.h"
+#include "core/vec-exp.h"
 #include "gs/gaussian-kernels.h"
 #include "gs/gaussian-vec.h"
 

@@ -11,7 +11,7 @@
  */
 #ifndef CT_GS_RASTERISE_BATCH_H
 #define CT_GS_RASTERISE_BATCH_H
-#include "core/vec.h"
+#include "core/vec-exp.h"
 #include "gs/rasterise.h"
 
 #include <math.h>

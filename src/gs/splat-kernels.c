@@ -1,5 +1,6 @@
 /* splat-kernels.c: see splat-kernels.h. */
 #include "config.h"
+#include "core/vec-exp.h"
 #include "gs/splat-kernels.h"
 #include "gs/gaussian-vec.h"
 

@@ -38,7 +38,8 @@ struct ct_consistency {
 };
 
 /* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of
- * n. noise: HU, >= 0. Allocates *dc, which must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+ * n. noise: HU, >= 0. `par` of all calls with dc is this one or has fewer threads. Allocates *dc,
+ * which must be zero. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
 int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
 	struct ct_err *e);

@@ -1,7 +1,7 @@
 /* softmax.c: see softmax.h. */
 #include "config.h"
 #include "unet/softmax.h"
-#include "core/vec.h"
+#include "core/vec-exp.h"
 
 enum { LANES = 16 }; /* partial sums */
 
