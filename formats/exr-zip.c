@@ -1,6 +1,7 @@
 /* exr-zip.c: see exr-zip.h. */
 #include "config.h"
 #include "formats/exr-zip.h"
+#include "formats/exr-bytes.h"
 
 #include <string.h>
 #include <zlib.h>
@@ -15,18 +16,9 @@ size_t ct_exr_zip_room(size_t n)
 
 size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsigned char *scratch)
 {
-	const size_t half = (n + 1) / 2;
 	uLongf m = compressBound(n);
-	unsigned char last = 0;
 
-	for (size_t i = 0; i < n; i++)
-		scratch[i % 2 ? half + i / 2 : i / 2] = src[i];
-	for (size_t i = 0; i < n; i++) {
-		unsigned char now = scratch[i];
-
-		scratch[i] = i ? (unsigned char)(now - last + 128) : now;
-		last = now;
-	}
+	CT_SIMD(ct_exr_bytes_split)(n, scratch, src);
 	if (compress2(dst, &m, scratch, n, LEVEL) != Z_OK)
 		return 0;
 	if (m < n)
@@ -38,7 +30,6 @@ size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsign
 int ct_exr_zip_undo(
 	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch)
 {
-	const size_t half = (n + 1) / 2;
 	uLongf got = n;
 
 	if (m == n) {
@@ -47,9 +38,6 @@ int ct_exr_zip_undo(
 	}
 	if (m > n || uncompress(scratch, &got, src, m) != Z_OK || got != n)
 		return -1;
-	for (size_t i = 1; i < n; i++)
-		scratch[i] = (unsigned char)(scratch[i - 1] + scratch[i] - 128);
-	for (size_t i = 0; i < n; i++)
-		dst[i] = scratch[i % 2 ? half + i / 2 : i / 2];
+	CT_SIMD(ct_exr_bytes_join)(n, dst, scratch);
 	return 0;
 }

@@ -9,6 +9,7 @@
  *	ct_f32 ct_i32 ct_u32        CT_F32_LANES of 4 bytes: 4, 8 or 16
  *	ct_f64 ct_i64               CT_F64_LANES of 8 bytes: 2, 4 or 8
  *	ct_f32h ct_i32h             CT_F64_LANES of 4 bytes: what ct_f64 converts to and from
+ *	ct_u8                       16 of a byte, at every level: AVX2 shifts bytes within 16
  *
  * Plain loops over restrict pointers become vectors too, here at -O3; they need nothing of this but
  * CT_SIMD_HERE. Nothing is contracted to a fused multiply-add but what says so.
@@ -54,6 +55,7 @@ typedef double ct_f64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef int64_t ct_i64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef float ct_f32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
+typedef unsigned char ct_u8 __attribute__((vector_size(16)));
 
 /* All lanes x. */
 CT_INLINE ct_f32 ct_f32_set(float x)
