@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define BLOCK_BYTES ((size_t)32 << 20)
+#define BLOCK_BYTES ((size_t)128 << 20)
 
 /* Corner `which` (bits: axes) of the voxel centres or, half a voxel out, of the grid. */
 static void corner(const size_t n[3], unsigned which, double out, double x[3])
