@@ -10,6 +10,7 @@
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
 #include "tools/lib/scan-opts.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -28,7 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, res, "RESIDUAL", "Gaussians, PLY, or HU to add, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
 	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
-		"least value of OUT (HU of density 0)"),
+		"least value of OUT (LO of the window)"),
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
 	CT_OPT(struct params, spacing, 's', "spacing", "MM", 1e-3, 1e6,
 		"render on voxels of MM in the box of BASE, which is interpolated (its own grid)"),
@@ -141,12 +142,17 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 static int read_all(
 	struct ct_vol *base, struct ct_any *res, const struct params *p, struct ct_err *e)
 {
+	const char *quantity;
+
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
 	if (ct_vol_read(p->base, base, e))
 		return -1;
 	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
 		return ct_blame(e, p->base);
+	quantity = ct_meta_get(&base->meta, CT_META_QUANTITY);
+	if (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0)
+		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not hu", p->base, quantity);
 	if (ct_any_read(p->res, res, e))
 		return -1;
 	if (res->kind != CT_KIND_GAUSS && res->kind != CT_KIND_VOLUME)
@@ -160,27 +166,19 @@ static int read_all(
 	return 0;
 }
 
-/* base = max(floor, base + gain res); with `full` Gaussians, which are the whole object, LO stands
- * for the base. */
+/* The fitted volume on the grid of the base; with `full` Gaussians, which are the whole object, LO
+ * stands for the base. */
 static void add(struct ct_vol *base, const struct ct_vol *res, bool full, const double window[2],
-	const struct params *p)
+	const struct params *p, const struct ct_env *env)
 {
-	const float low = (float)(isnan(p->floor) ? window[0] : p->floor);
-	const float gain = (float)p->gain, empty = (float)window[0];
-	size_t count = ct_vol_count(base);
+	const size_t count = ct_vol_count(base);
 
-	for (size_t i = 0; i < count; i++) {
-		float v = (full ? empty : base->data[i]) + gain * res->data[i];
-
-		base->data[i] = v < low ? low : v;
-	}
-}
-
-/* An empty set leaves the base as it is, to the last bit. */
-static bool nothing(const struct ct_any *from, const struct params *p, const char *mode)
-{
-	return from->kind == CT_KIND_GAUSS && from->gauss.n == 0 && isnan(p->floor) &&
-	       !(mode && strcmp(mode, "full") == 0);
+	if (full)
+		for (size_t i = 0; i < count; i++)
+			base->data[i] = (float)window[0];
+	ct_scan_opts_warn_above(base, p->base, window, env);
+	ct_window_add(count, base->data, res->data, p->gain, isnan(p->floor) ? window[0] : p->floor,
+		window);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,
@@ -245,8 +243,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		(!isnan(p->spacing) && regrid(&base, p->spacing, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
-	if (!nothing(&from, p, mode))
-		add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
+	add(&base, &res, mode && strcmp(mode, "full") == 0, window, p, env);
 	if (p->consistent && make_consistent(&base, p, env, e))
 		goto out;
 	if (ct_meta_step(&base.meta, env, 2,

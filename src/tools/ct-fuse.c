@@ -9,6 +9,7 @@
 #include "tools/fuse-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/scan-opts.h"
+#include "xray/window.h"
 
 #include <jansson.h>
 #include <stdio.h>
@@ -144,22 +145,19 @@ static int write_residual(
 	return rc;
 }
 
-/* The residual, and base + residual, no less than density 0. */
+/* The residual, and the volume that was fitted. */
 static int write_all(struct job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
 	const struct ct_meta *const in[] = {
 		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
 	const size_t n = sizeof in / sizeof *in;
-	const float low = (float)d->window[0];
 
 	if (j->p->residual && write_residual(j, n, in, e))
 		return -1;
-	for (size_t i = 0, count = ct_vol_count(&d->base); i < count; i++) {
-		float v = d->base.data[i] + j->fuse.residual[i];
-
-		d->base.data[i] = v < low ? low : v;
-	}
+	ct_scan_opts_warn_above(&d->base, j->p->base, d->window, j->env);
+	ct_window_add(
+		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e))
 		return -1;
 	return ct_vol_write(j->p->out, &d->base, j->env, e);

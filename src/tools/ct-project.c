@@ -88,8 +88,8 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
  * voxel, and that of a mm of density 1. */
-static int to_density(
-	struct ct_vol *v, float **mu, double *unit, const struct params *p, struct ct_err *e)
+static int to_density(struct ct_vol *v, float **mu, double *unit, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
 	const char *had = ct_meta_get(&v->meta, CT_META_QUANTITY);
@@ -114,8 +114,10 @@ static int to_density(
 		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
-	if (!density)
+	if (!density) {
+		ct_scan_opts_warn_above(v, p->in, window, env);
 		ct_window_density(n, v->data, v->data, window);
+	}
 	if (!density || p->window)
 		return ct_scan_opts_put_window(&v->meta, window, e);
 	return 0;
@@ -193,7 +195,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, e) ||
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, env, e) ||
 		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
 		goto out;

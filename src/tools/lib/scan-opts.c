@@ -3,6 +3,7 @@
 #include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
 #include "formats/format.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -140,6 +141,19 @@ int ct_scan_opts_window(
 int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
 	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
+}
+
+void ct_scan_opts_warn_above(
+	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
+{
+	float largest;
+	size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
+
+	if (above > 0)
+		ct_log(env, CT_WARN,
+			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
+			"--window keeps them)",
+			name, above, window[1], (double)largest, window[1]);
 }
 
 int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)

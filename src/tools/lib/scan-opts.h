@@ -61,6 +61,9 @@ bool ct_scan_opts_given(const struct ct_scan_opts *o);
 int ct_scan_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
 int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
+/* Say how much of a volume in HU, called `name`, is above the window, where its density ends. */
+void ct_scan_opts_warn_above(
+	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env);
 
 /* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to.
  */
