@@ -104,14 +104,33 @@ exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
 exits 2 'refit of a density with bounds' fit --refit=3 -a sine p.exr no.ply
 
 mkdir fast
-far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --rate=1000 "$@" \
-	../p.exr r.ply; } # a hundred times the rates it has
-(far) 2>err; [ $? -eq 6 ]; ok $? 'learning a hundred times too fast ends with 6'
+far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --paper \
+	--init=residual --rate=1000 "$@" ../p.exr r.ply; }
+(far) 2>err; [ $? -eq 6 ]; ok $? 'learning a thousand times too fast ends with 6'
 has err 'iteration [0-9]*: the [A-Z0-9a-z]* term' 'naming iteration and term'
 [ -e fast/r.ply.state ] && [ ! -e fast/r.ply ]; ok $? 'the last good state stays, and no result'
 cp fast/r.ply.state good
 (far --resume) 2>again; [ $? -eq 6 ] && cmp -s err again && cmp -s good fast/r.ply.state
 ok $? 'which is whole: from it on it ends the same'
+exits 0 'but without --paper' ct-nabgs -v -b up.nii -n 60 -g 1000 --rate=1000 p.exr slow.ply
+has err 'beginning anew with rates 0.25 times' 'begins anew, slower'
+awk '/^error / {exit !($2 < 1)}' out; ok $? 'and the error falls'
+
+# Easy scenes, at the default rates: one small thing without noise, and what stands beside a border.
+for kind in sphere marks cube; do
+	ct-phantom --size=16x16x16 --density=0.3 $kind easy.nii && ct-degrade -f -x 4 easy.nii easy-lr.nii &&
+		ct-upsample -f easy-lr.nii easy-up.nii && ct-project -f --views=20 easy.nii easy.exr
+	exits 0 "an easy scene: $kind" ct-nabgs -f -b easy-up.nii -n 60 -g 10000 easy.exr easy.ply
+	awk '/^error / {exit !($2 < 0.8)}' out; ok $? 'is fitted'
+	rm -f easy.nii
+done
+
+# The last iteration that adds and removes: 600 is the first that may.
+control() { ct-nabgs -f -b up.nii -n $1 -g 200 --densify-until=$2 p.exr until.ply |
+	sed -n 's/^gaussians //p'; }
+[ "$(control 601 599)" -eq 200 ]; ok $? 'until 599: nothing is cloned or pruned'
+[ "$(control 601 600)" -ne 200 ]; ok $? 'until 600: something is'
+[ "$(control 600 600)" -eq 200 ]; ok $? 'but at the last iteration nothing'
 
 exits 0 'full mode' fit -m full -a softplus p.exr full.ply
 has out '^negative 0' 'softplus has no negative density'

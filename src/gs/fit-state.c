@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 8 };
+enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 9 };
 
 static const char *const field_name[CT_GS_FIELDS] = {
 	"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "raw"};
@@ -39,7 +39,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 static double *scalar(struct ct_fit *f, size_t k)
 {
 	double *const s[SCALARS] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
-		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error};
+		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error, &f->pace};
 
 	return s[k];
 }

@@ -65,7 +65,8 @@ static const struct ct_opt opts[] = {
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
-		"last iteration that clones, splits and prunes; 0 is the last of all"),
+		"last iteration that may clone, split and prune, as every hundredth from 600 on does; "
+		"0 is the last but one"),
 	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
 	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
@@ -78,7 +79,8 @@ static const struct ct_opt opts[] = {
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
-		"times the published rates of learning (10; in mode full and with --paper 1)"),
+		"times the published rates of learning (10; in mode full and with --paper 1); but for "
+		"--paper they are lowered where they are too high"),
 	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
 	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
