@@ -410,20 +410,24 @@ static int save(const struct ct_fit *f, struct ct_err *e)
 	return check_set(f, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
 }
 
-/* After a divergence: begin anew, half as fast. */
+/* After a divergence, and if it can: begin anew, half as fast. */
 static int retreat(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit was = *f;
 	const struct ct_fit_options opt = f->opt;
 	const double pace = f->pace / 2;
+	const struct ct_err why = *e;
 
 	if (e->code != CT_ENUMERIC || !opt.adapt || pace < pow(2, -CT_FIT_RETREATS))
 		return -1;
 	ct_log(env, CT_INFO, "%s; beginning anew with rates %g times as high", e->msg, pace);
 	ct_fit_free(f);
-	if (ct_fit_init(f, &opt, d, env, e))
+	if (ct_fit_init(f, &opt, d, env, e)) {
+		if (e->code != CT_ESTOP)
+			*e = why;
 		return -1;
+	}
 	f->pace = pace;
 	f->save = was.save;
 	f->ctx = was.ctx;
