@@ -75,10 +75,10 @@ $(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 %/prior.exr: %/tv.nii %/tv.exr
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) --coarsen $(FACTOR) --pixel sinc $< $@.lr.exr
 	ct-ddnm -q -f -x $(FACTOR) --steps 2 --operator matched --sampler ddnm --eta 0 --init $*/tv.exr \
-		--t-start 20 --samples 4 --std $*/prior-std.exr $@.lr.exr $@; rm $@.lr.exr
+		--t-start 20 --samples 4 --std $*/prior-std.exr $@.lr.exr $@ && rm $@.lr.exr
 %/paper.exr: %/lr.nii
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) $< $@.lr.exr
-	ct-ddnm -q -f -x $(FACTOR) $@.lr.exr $@; rm $@.lr.exr
+	ct-ddnm -q -f -x $(FACTOR) $@.lr.exr $@ && rm $@.lr.exr
 
 # $(call row,COMMAND): its seconds, the PSNR and SSIM of the $@.nii that it makes, and the Gaussians in
 # $@.ply if it makes one.
