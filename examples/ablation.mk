@@ -74,7 +74,7 @@ $(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) $< $@
 %/prior.exr: %/tv.nii %/tv.exr
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) --coarsen $(FACTOR) --pixel sinc $< $@.lr.exr
-	ct-ddnm -q -f -x $(FACTOR) --steps 2 --operator matched --sampler ddnm --eta 0 --init $*/tv.exr \
+	ct-ddnm -q -f --steps 2 --sampler ddnm --eta 0 --init $*/tv.exr \
 		--t-start 20 --samples 4 --std $*/prior-std.exr $@.lr.exr $@; rm $@.lr.exr
 %/paper.exr: %/lr.nii
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) $< $@.lr.exr

@@ -3,7 +3,8 @@
 . "$srcdir/tests/tap.sh"
 ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 hr.nii && ct-degrade -q -x 4 hr.nii lr.nii &&
 	ct-upsample -q -x 4 lr.nii up.nii && ct-project -q --views 4 up.nii up.exr &&
-	ct-project -q --views 4 --coarsen 4 --pixel mean up.nii y.exr
+	ct-project -q --views 4 --coarsen 4 --pixel mean up.nii y.exr &&
+	ct-project -q --views 4 --coarsen 4 --pixel sinc up.nii sinc.exr
 ok $? 'a phantom, its upsampled self, and both projections'
 mkdir t1 t4 # the name of the output is in the history
 (cd t1 && ct-ddnm -t 1 -x 4 --steps 3 ../y.exr a.exr); ok $? 'super-resolves with the shipped prior'
@@ -13,7 +14,7 @@ cp t1/a.exr .
 ct-info a.exr | grep -q '32x32\|32 x 32'; ok $? 'the detector is four times finer'
 (cd t4 && ct-ddnm -t 1 -x 4 --steps 3 ../y.exr - | ct-info -) | grep -q 32; ok $? 'to a pipe'
 exits 0 'from projections of a better volume' ct-ddnm -q -x 4 --operator matched --sampler ddnm \
-	--init up.exr --t-start 20 --steps 2 --samples 2 --std s.exr y.exr d.exr
+	--init up.exr --t-start 20 --steps 2 --samples 2 --std s.exr sinc.exr d.exr
 [ -s s.exr ]; ok $? 'the deviation of the samples is written'
 # a picture, where pictures can be made and read
 if command -v ct-view >/dev/null && ct-view -q y.exr pic.png; then

@@ -22,6 +22,9 @@
 	X(MEAN, "mean")                                                                            \
 	X(FIRST, "first")
 enum reduce { REDUCES(CT_WORD_VALUE) };
+/* What IN measures: what it says, or one of CT_MEASUREMENT_LIST behind it. */
+#define BY_FILE(X) X(FILE_SAYS, "file")
+enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 
 struct params {
 	const char *in, *out, *prior, *init, *std, *travel;
@@ -46,7 +49,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, out, "OUT",
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
-		"times finer, along rows and columns; by default what IN says it was coarsened by"),
+		"times finer, along rows and columns; by default what IN says it was coarsened by, "
+		"else 4"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"diffusion prior, safetensors; by default the one that is installed"),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
@@ -54,10 +58,10 @@ static const struct ct_opt opts[] = {
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
-	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_MEASUREMENT_LIST),
-		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
-		"and "
-		"the coarse grid leave of them (see DESCRIPTION)"),
+	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
+		"what IN measures of the fine projections: what it says of its pixels, and else "
+		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
+		"(see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
@@ -145,22 +149,62 @@ static int norm_of(double *norm, double given, const struct ct_stack *in, struct
 	return 0;
 }
 
+/* By how much IN was coarsened: what it says; --scale where it says nothing. */
+static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	double coarsen = p->scale ? p->scale : 4;
+	int known = ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e);
+
+	if (known < 0)
+		return ct_blame(e, p->in);
+	if (!(coarsen >= 2 && coarsen <= 64) || coarsen != floor(coarsen))
+		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", p->in,
+			CT_META_COARSEN, coarsen);
+	if (p->scale && p->scale != (int)coarsen)
+		return ct_fail(e, CT_EUSAGE,
+			"--scale %d contradicts %s, which was coarsened %g times", p->scale, p->in,
+			coarsen);
+	*scale = (size_t)coarsen;
+	return 0;
+}
+
+/* What a pixel of IN measures: what it says; --operator where it says nothing, or that it was a
+ * ray, which neither of them is. */
+static int operator_of(enum ct_measurement_kind *op, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	const char *pixel = ct_meta_get(&j->in.meta, CT_META_PIXEL);
+	int known = pixel ? ct_words_find(CT_WORDS(CT_PIXEL_LIST), pixel) : CT_PIXEL_POINT;
+
+	if (known < 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s is '%.40s', not one of %s", p->in,
+			CT_META_PIXEL, pixel, CT_WORDS(CT_PIXEL_LIST));
+	*op = p->op == FILE_SAYS ? CT_MEASUREMENT_MEAN
+				 : (enum ct_measurement_kind)(p->op - FIRST_OPERATOR);
+	if (known == CT_PIXEL_POINT)
+		return 0;
+	if (p->op != FILE_SAYS && *op != ct_pixel_measures((enum ct_pixel)known))
+		return ct_fail(e, CT_EUSAGE, "--operator %s contradicts %s, whose pixels are %s",
+			CT_WORD(CT_MEASUREMENT_LIST, *op), p->in, pixel);
+	*op = ct_pixel_measures((enum ct_pixel)known);
+	return 0;
+}
+
 static int settle(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	double coarsen = 4;
-	int scale = p->scale;
+	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
+	size_t scale = 0;
 
-	if (!scale && ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
-		return ct_blame(e, p->in);
-	if (!scale)
-		scale = (int)fmin(fmax(coarsen, 2), 64);
-	j->s = ct_superres_default((size_t)scale);
+	if (scale_of(&scale, j, e) || operator_of(&op, j, e))
+		return -1;
+	j->s = ct_superres_default(scale);
 	j->s.steps = (size_t)p->steps;
 	j->s.samples = (size_t)p->samples;
 	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
 	j->s.rule = (enum ct_ddnm_rule)p->sampler;
-	j->s.op = (enum ct_measurement_kind)p->op;
+	j->s.op = op;
 	j->s.eta = p->eta;
 	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
@@ -172,8 +216,7 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
 		j->s.sigma_det = p->sigma_det;
-	else if (j->s.op == CT_MEASUREMENT_MATCHED &&
-		 blur(&j->s.sigma_det, &j->in, (size_t)scale, e))
+	else if (j->s.op == CT_MEASUREMENT_MATCHED && blur(&j->s.sigma_det, &j->in, scale, e))
 		return ct_blame(e, p->in);
 	if (p->travel) {
 		double v[2];

@@ -7,6 +7,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 struct params {
 	struct ct_list files;
@@ -31,7 +32,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 	struct ct_blur s;
 
-	if (a->kind != CT_KIND_VOLUME || (quantity && strcmp(quantity, "HU") != 0))
+	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e))
 		return ct_blame(e, path);

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis;
@@ -149,14 +150,21 @@ static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
 	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
 }
 
-/* HU is what the default window is about. */
-static int check_quantity(const struct ct_vol *v, const struct params *p, struct ct_err *e)
+/* HU is what the default window is about, and what a file is of that does not say. */
+static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
+	const struct params *p, struct ct_err *e)
 {
-	const char *q = ct_meta_get(&v->meta, CT_META_QUANTITY);
+	const char *r = ct_meta_get(&ref->meta, CT_META_QUANTITY),
+		   *t = ct_meta_get(&test->meta, CT_META_QUANTITY);
+	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0;
 
-	if (!q || strcmp(q, "HU") == 0 || p->window || p->range > 0)
-		return 0;
-	return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window", p->ref, q);
+	if (other && !p->window && !(p->range > 0))
+		return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window",
+			p->ref, r);
+	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
+		return ct_fail(e, CT_EINPUT, "%s holds %.40s, but %s %.40s", p->test, t, p->ref,
+			r ? r : CT_QUANTITY_HU);
+	return 0;
 }
 
 /* Says which file an error of ct_metrics is about. */
@@ -179,7 +187,7 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 	struct ct_edges edges;
 	int rc = -1;
 
-	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, p, e) ||
+	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
 		(p->mask && read_checked(&mask, p->mask, e)) || rule_of(&rule, p, &ref, env, e))
 		goto out;
 	if (ct_metrics(&m, p->per_slice || p->per_axis ? slice : NULL, &ref, test, in, &rule, env,

@@ -107,22 +107,38 @@ struct job {
 	struct ct_resume resume;
 };
 
-static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
+/* The factor that the files say, else --scale, else 4. */
+static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
-	size_t scale = (size_t)p->scale;
+	const char *who = p->base;
+	int known = ct_degrade_get(&j->data.base.meta, &d, e);
+	double most = 1;
 
-	if (scale == 0) {
-		int known = ct_degrade_get(&j->data.base.meta, &d, e);
-
-		if (known < 0)
-			return ct_blame(e, p->base);
-		if (known > 0 && ct_degrade_get(&j->data.in.meta, &d, e) < 0)
-			return ct_blame(e, p->in);
-		for (int a = 0; a < 3; a++)
-			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
+	if (known > 0) {
+		who = p->in;
+		known = ct_degrade_get(&j->data.in.meta, &d, e);
 	}
+	if (known < 0)
+		return ct_blame(e, who);
+	for (int a = 0; a < 3; a++)
+		most = fmax(most, d.factor[a]);
+	*scale = (size_t)(known > 0 && p->scale ? p->scale : lround(most));
+	if (p->scale && (size_t)p->scale != *scale)
+		return ct_fail(e, CT_EUSAGE,
+			"--scale %d contradicts %s, which was reduced %g times", p->scale, who,
+			most);
+	return 0;
+}
+
+static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	size_t scale = 0;
+
+	if (scale_of(&scale, j, e))
+		return -1;
 	ct_fit_defaults(o, scale, p->mode == FULL, (enum ct_activation)p->activation);
 	if (p->paper || p->compat)
 		ct_fit_paper(o);

@@ -23,11 +23,6 @@ struct params {
 	X(HU, CT_QUANTITY_HU)                                                                      \
 	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
-#define PIXELS(X)                                                                                  \
-	X(POINT, "point")                                                                          \
-	X(MEAN, "mean")                                                                            \
-	X(SINC, "sinc")
-enum pixel { PIXELS(CT_WORD_VALUE) };
 
 static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
 
@@ -48,7 +43,7 @@ static const struct ct_opt opts[] = {
 		"interpolation in the slices that a ray crosses"),
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
-	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(PIXELS),
+	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(CT_PIXEL_LIST),
 		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
 		"the "
 		"small ones, or the small ones cut at its Nyquist frequency"),
@@ -130,8 +125,9 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	for (size_t i = 0; i < v->meta.n; i++)
 		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
 			return -1;
-	if (p->coarsen > 1 && (ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
-				      ct_meta_set(m, CT_META_PIXEL, CT_WORD(PIXELS, p->pixel), e)))
+	if (p->coarsen > 1 &&
+		(ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
+			ct_meta_set(m, CT_META_PIXEL, CT_WORD(CT_PIXEL_LIST, p->pixel), e)))
 		return -1;
 	if (p->photons > 0 &&
 		(ct_meta_setf(m, e, CT_META_PHOTONS, "%.17g", p->photons) ||
@@ -177,9 +173,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct project_job j = {.name = p->in,
 		.v = &in,
 		.out = out,
-		.rays = p->pixel == POINT ? out : &fine,
+		.rays = p->pixel == CT_PIXEL_POINT ? out : &fine,
 		.method = (enum ct_method)p->method,
-		.kind = p->pixel == MEAN ? CT_MEASUREMENT_MEAN : CT_MEASUREMENT_MATCHED,
+		.kind = ct_pixel_measures((enum ct_pixel)p->pixel),
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
 	float *mu = NULL;

@@ -137,21 +137,24 @@ static int add_projections(struct ct_chain *c, const struct params *p, const str
 	       ct_chain_word(c, e, "%s", f->lr_proj);
 }
 
+static int add_seed(struct ct_chain *c, uint64_t seed, struct ct_err *e)
+{
+	return seed ? ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) : 0;
+}
+
 static int add_ddnm(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const struct files *f, uint64_t seed, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "-x%d", p->scale) ||
-		ct_chain_word(c, e, "--steps=%d", q->steps) ||
-		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
-		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
+		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)) || add_seed(c, seed, e))
 		return -1;
-	if (!p->paper &&
-		(ct_chain_word(c, e, "--operator=matched") ||
-			ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
-			ct_chain_word(c, e, "--init=%s", f->up_proj) ||
-			ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
-			ct_chain_word(c, e, "--samples=%d", q->samples)))
+	if (p->paper ? ct_chain_word(c, e, "-x%d", p->scale) ||
+				ct_chain_word(c, e, "--steps=%d", q->steps)
+		     : ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
+				ct_chain_word(c, e, "--steps=%d", q->steps) ||
+				ct_chain_word(c, e, "--init=%s", f->up_proj) ||
+				ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
+				ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
@@ -186,16 +189,18 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		ct_chain_word(c, e, "--scale=%d", p->scale) ||
-		ct_chain_word(c, e, "%s", p->paper ? "--paper" : "--rate=1") ||
-		(!p->paper && ct_chain_word(c, e, "--lambda-tv=0.2")) ||
-		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
-		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
+		(p->paper ? ct_chain_word(c, e, "--scale=%d", p->scale) ||
+					ct_chain_word(c, e, "--paper")
+			  : ct_chain_word(c, e, "--rate=1") ||
+					ct_chain_word(c, e, "--lambda-tv=0.2")) ||
+		add_seed(c, seed, e) || ct_chain_word(c, e, "%s", f->sr_proj) ||
+		ct_chain_word(c, e, "%s", f->res))
 		return -1;
-	if (ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, NULL) ||
+	if (ct_chain_add(c, e, false, p->out, "ct-compose", NULL) ||
 		(!p->paper && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
-	return ct_chain_word(c, e, "%s", p->out);
+	return ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->res) ||
+	       ct_chain_word(c, e, "%s", p->out);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

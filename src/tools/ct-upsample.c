@@ -46,8 +46,8 @@ static const struct ct_opt opts[] = {
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
 		"with dc, the nearest volume to it that agrees with IN"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
-		"standard deviation of the noise of IN, up to which tv and htv may depart from it "
-		"(what IN says, or 0)"),
+		"standard deviation of the noise of IN, if IN does not say, up to which tv and htv "
+		"may depart from it (0)"),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
 		"most iterations of tv and htv"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
@@ -133,7 +133,7 @@ static int measure(struct ct_upsample_rule *r, const struct ct_vol *in, const st
 		if (r->by.factor[a] <= 1)
 			continue;
 		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
-		if (got.axis[a].sampling == CT_SAMPLING_ALIASED)
+		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && p->decimate < 0)
 			r->by.decimate = CT_DECIMATE_POINT;
 		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
 		ct_log(env, CT_INFO,
@@ -150,6 +150,7 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 {
 	const struct ct_meta *m = &in->meta;
 	double noise = 0;
+	int said;
 
 	*r = (struct ct_upsample_rule){.method = (enum ct_upsample)p->method,
 		.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC},
@@ -157,8 +158,12 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 		.tolerance = p->tolerance};
 	if (operator_of(r, p, m, e))
 		return -1;
-	if (isnan(p->noise) && ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e) < 0)
+	said = ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e);
+	if (said < 0)
 		return ct_blame(e, p->in);
+	if (said == 0 && p->noise != noise && !isnan(p->noise))
+		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
+			p->noise, p->in, noise);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
 	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
 }

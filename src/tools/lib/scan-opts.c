@@ -129,9 +129,13 @@ int ct_scan_opts_window(
 		return 0;
 	if (ct_cli_range("window", option, asked, e))
 		return -1;
-	if (had && (asked[0] != window[0] || asked[1] != window[1]))
-		return ct_fail(e, CT_EUSAGE, "--window %s contradicts the window %s of the input",
-			option, had);
+	if (had && (asked[0] != window[0] || asked[1] != window[1])) {
+		const char *file = ct_meta_get(m, CT_META_INPUT); /* "NAME HASH" */
+		const char *end = file ? strrchr(file, ' ') : NULL;
+
+		return ct_fail(e, CT_EUSAGE, "--window %s contradicts %.*s, whose window is %s",
+			option, end ? (int)(end - file) : 9, end ? file : "the input", had);
+	}
 	window[0] = asked[0];
 	window[1] = asked[1];
 	return 0;
