@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/help.h"
+#include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "core/simd.h"
@@ -22,6 +23,8 @@ struct parser {
 	const struct ct_opt *operand; /* next one */
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
+	struct ct_given given;
+	bool *row; /* of given */
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -38,6 +41,14 @@ static int set_operand(struct parser *s, const char *a, struct ct_err *e)
 		return 0;
 	}
 	return ct_table_set(s->operand++, s->params, a, e);
+}
+
+static int take(
+	struct parser *s, const struct ct_opt *o, bool common, const char *value, struct ct_err *e)
+{
+	if (!common)
+		s->row[o - s->t->opts] = true;
+	return ct_table_set(o, common ? (void *)s->common : s->params, value, e);
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
@@ -62,7 +73,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
 		if (o->type != CT_T_FLAG && !val && !(val = argv[++*i]))
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
-		return ct_table_set(o, common ? (void *)s->common : s->params, val, e);
+		return take(s, o, common, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
 		o = ct_table_find(s->t, NULL, 0, *++a, &common);
@@ -74,7 +85,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			if (!val)
 				return ct_fail(e, CT_EUSAGE, "option '-%c' needs a value", *a);
 		}
-		if (ct_table_set(o, common ? (void *)s->common : s->params, val, e))
+		if (take(s, o, common, val, e))
 			return -1;
 	} while (more);
 	return 0;
@@ -101,8 +112,9 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
 						       (s->operand->type == CT_T_LIST && s->nlist)))
 		s->operand++;
-	return s->operand->type != CT_T_END ? ct_fail(e, CT_EUSAGE, "missing %s", s->operand->arg)
-					    : 0;
+	if (s->operand->type != CT_T_END)
+		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
+	return ct_modes_check(&s->given, s->params, e);
 }
 
 static size_t threads_wanted(int flag)
@@ -196,15 +208,17 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 	return text;
 }
 
-static int run(const struct ct_tool *t, const void *params, const struct ct_common *c, int argc,
-	char **argv, struct ct_err *e)
+static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
+	const struct ct_tool *t = s->t;
+	const struct ct_common *c = s->common;
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
 	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force,
 		.json = c->json,
 		.dry_run = c->dry_run,
 		.tool = t->name,
+		.given = &s->given,
 		.stop = &stop_asked,
 		.log = say,
 		.progress = ct_progress_draw,
@@ -219,11 +233,20 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 	history = history_of(t, argc, argv);
 	env.history = history;
 	catch_signals();
-	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
+	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(s->params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
 	free(history);
 	return rc;
+}
+
+static size_t rows_of(const struct ct_tool *t)
+{
+	size_t n = 1;
+
+	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
+		n++;
+	return n;
 }
 
 int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
@@ -236,7 +259,9 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	setlocale(LC_ALL, "C");
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
-	if (!s.params || !s.list)
+	s.row = calloc(rows_of(t), sizeof *s.row);
+	s.given = (struct ct_given){t, s.row};
+	if (!s.params || !s.list || !s.row)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
 		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
@@ -247,9 +272,10 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	else if (rc == 0 && common.mdoc)
 		ct_help_mdoc(t);
 	else if (rc == 0)
-		rc = run(t, s.params, &common, argc, argv, &e);
+		rc = run(&s, argc, argv, &e);
 	free(s.params);
 	free(s.list);
+	free(s.row);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
 	if (rc == 0)

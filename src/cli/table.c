@@ -113,12 +113,18 @@ static int set_choice(
 	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
 }
 
+const char *ct_table_operand(const struct ct_opt *o)
+{
+	return o->label ? o->label : o->arg;
+}
+
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
 {
 	void *p = (char *)params + o->at;
 	char name[60];
 
-	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "", o->name ? o->name : o->arg);
+	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "",
+		o->name ? o->name : ct_table_operand(o));
 	switch (o->type) {
 	case CT_T_FLAG: *(bool *)p = true; return 0;
 	case CT_T_STR: *(const char **)p = s; return 0;
@@ -133,6 +139,8 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 
 static void word_at(char *out, size_t room, const char *words, int index)
 {
+	if (index < 0)
+		words = NULL; /* none of them */
 	while (index-- > 0 && words) {
 		words = strchr(words, '|');
 		words = words ? words + 1 : NULL;

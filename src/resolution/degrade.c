@@ -293,36 +293,3 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	*d = got;
 	return 0;
 }
-
-static bool same(const struct ct_degrade *a, const struct ct_degrade *b)
-{
-	bool differ = a->decimate != b->decimate;
-
-	for (int k = 0; k < 3; k++)
-		differ |= fabs(a->factor[k] - b->factor[k]) > 1e-6 * a->factor[k] ||
-			  fabs(a->sigma[k] - b->sigma[k]) > 1e-6;
-	return !differ;
-}
-
-int ct_degrade_get_either(
-	const struct ct_meta *lr, const struct ct_meta *up, struct ct_degrade *d, struct ct_err *e)
-{
-	struct ct_degrade first, second;
-	int known = ct_degrade_get(up, &second, e),
-	    rc = known < 0 ? -1 : ct_degrade_get(lr, &first, e);
-
-	if (known < 0 || rc < 0)
-		return -1;
-	if (known == 0 && rc == 0 && !same(&first, &second))
-		return ct_fail(e, CT_EINPUT,
-			"was reduced %g,%g,%g times after a blur of %g,%g,%g (%s), but what was made "
-			"of it says %g,%g,%g times, %g,%g,%g (%s)",
-			first.factor[0], first.factor[1], first.factor[2], first.sigma[0],
-			first.sigma[1], first.sigma[2], CT_WORD(CT_DECIMATE_LIST, first.decimate),
-			second.factor[0], second.factor[1], second.factor[2], second.sigma[0],
-			second.sigma[1], second.sigma[2],
-			CT_WORD(CT_DECIMATE_LIST, second.decimate));
-	if (rc == 0 || known == 0)
-		*d = rc == 0 ? first : second;
-	return rc && known;
-}

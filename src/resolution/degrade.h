@@ -67,9 +67,5 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
  * missing sigma is 0, a missing decimate sinc. */
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e);
-/* The same from a low-resolution CT, or else from the volume `up` that was made of it; CT_EINPUT
- * also if both say, and not the same. */
-int ct_degrade_get_either(
-	const struct ct_meta *lr, const struct ct_meta *up, struct ct_degrade *d, struct ct_err *e);
 
 #endif

@@ -17,10 +17,6 @@ static int check(const struct convert *p, struct ct_err *e)
 {
 	size_t n = strlen(p->out);
 
-	if (p->raw || p->spacing || p->series || p->reorient || p->iso > 0 || p->cube || p->type)
-		return ct_fail(e, CT_EUSAGE,
-			"--scanner makes a stack: of the other options only "
-			"--slope and --intercept go with it");
 	if (strcmp(p->out, "-") != 0 && (n < 5 || strcmp(p->out + n - 4, ".exr") != 0))
 		return ct_fail(e, CT_EUSAGE, "%s: the name of a stack must end in .exr", p->out);
 	return 0;

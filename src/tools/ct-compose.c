@@ -206,7 +206,9 @@ static int make_consistent(
 
 	if (ct_vol_read(p->consistent, &lr, e))
 		goto out;
-	known = ct_degrade_get_either(&lr.meta, &out->meta, &d, e);
+	known = ct_degrade_get(&lr.meta, &d, e);
+	if (known > 0)
+		known = ct_degrade_get(&out->meta, &d, e);
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
 	if (known || ct_vol_check_finite(&lr, e) ||

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/modes.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -43,6 +44,10 @@ static const struct params defaults = {.scale = 0,
 	.sigma_det = NAN,
 	.norm = 0};
 
+/* Samplers that know noise, operators that may be one with a blur. */
+#define NOISY (CT_BIT(CT_DDNM_PLUS) | CT_BIT(CT_DDNM_SIMPLE))
+#define BLURRED (CT_BIT(FILE_SAYS) | CT_BIT(FIRST_OPERATOR + CT_MEASUREMENT_MATCHED))
+
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN",
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
@@ -57,25 +62,29 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
-		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
+		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)",
+		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
 	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
-		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
+		"blur of the matched operator, fine pixels; by default from the metadata of IN",
+		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED))),
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
 	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
-		"with --init: noise level to begin from, a timestep of 1000; -1 takes 60"),
+		"noise level to begin from, a timestep of 1000; -1 takes 60",
+		CT_WHEN(CT_IF(struct params, init))),
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all"),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
 	CT_OPT_IDLE(struct params, std, 0, "std", "FILE", 0, 0,
-		"also write the standard deviation of the samples, EXR"),
+		"also write the standard deviation of the samples, EXR",
+		CT_WHEN(CT_IF(struct params, samples))),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
@@ -194,11 +203,15 @@ static int operator_of(enum ct_measurement_kind *op, const struct job *j, struct
 static int settle(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
+	struct params now = *p;
 	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
 	size_t scale = 0;
 
 	if (scale_of(&scale, j, e) || operator_of(&op, j, e))
 		return -1;
+	now.op = FIRST_OPERATOR + (int)op;
+	if (ct_modes_check(j->env->given, &now, e))
+		return ct_blame(e, p->in);
 	j->s = ct_superres_default(scale);
 	j->s.steps = (size_t)p->steps;
 	j->s.samples = (size_t)p->samples;
@@ -208,10 +221,6 @@ static int settle(struct job *j, struct ct_err *e)
 	j->s.eta = p->eta;
 	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
-	if (p->t_start >= 0 && !p->init)
-		return ct_fail(e, CT_EUSAGE, "--t-start needs --init");
-	if (p->std && p->samples < 2)
-		return ct_fail(e, CT_EUSAGE, "--std needs --samples of 2 or more");
 	if (!isnan(p->sigma_y))
 		j->s.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
@@ -261,9 +270,12 @@ static int read_prior(struct job *j, struct ct_err *e)
 
 	if (prior_file_find(&path, j->p->prior, e) || ct_tensors_read(path, &w, e))
 		goto out;
-	rc = ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e)
-		     ? ct_blame(e, path)
-		     : 0;
+	if (ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e))
+		ct_blame(e, path);
+	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
+		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
+	else
+		rc = 0;
 out:
 	ct_tensors_free(&w);
 	free(path);

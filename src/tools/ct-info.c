@@ -22,7 +22,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
 		"measure the blur and the noise of each CT from the image"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"with -e, how many times finer the grid is that the blur is wanted for"),
+		"how many times finer the grid is that the blur is wanted for",
+		CT_WHEN(CT_IF(struct params, estimate))),
 	CT_OPT_END,
 };
 

@@ -47,13 +47,15 @@ static const struct ct_opt opts[] = {
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
-		"projections of the base in the geometry of IN, EXR (computed if not given)"),
+		"projections of the base in the geometry of IN, EXR (computed if not given)",
+		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
 	CT_INPUT(struct params, std, 0, "std", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
 	CT_INPUT(struct params, lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
-		"reduces to it; it, or else the base, says what operator made it"),
+		"reduces to it; it, or else the base, says what operator made it",
+		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
@@ -79,12 +81,14 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1)"),
-	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
+	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr",
+		CT_WHEN(CT_IF(struct params, lr))),
 	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
 	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
-		"at the end, so many steps of conjugate gradients on the densities and all views"),
+		"at the end, so many steps of conjugate gradients on the densities and all views",
+		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and are not refitted; what is given besides holds"),
@@ -94,7 +98,8 @@ static const struct ct_opt opts[] = {
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
 	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
-		"iterations between states in OUT.state; 0 writes one only when stopped"),
+		"iterations between states in OUT.state; 0 writes one only when stopped",
+		CT_WHEN(CT_IF_FILE(struct params, out))),
 	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
 		"continue from OUT.state if it is there"),
 	CT_OPT_END,
@@ -285,10 +290,6 @@ static int check(struct job *j, struct ct_err *e)
 		standard += from[i] && strcmp(from[i], "-") == 0;
 	if (standard > 1)
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (p->lr && p->mode == FULL)
-		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
-	if (p->refit && p->activation != CT_PRELU)
-		return ct_fail(e, CT_EUSAGE, "--refit is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);

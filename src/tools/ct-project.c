@@ -29,7 +29,7 @@ static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "volume in HU, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "projections, EXR, or -"),
-	CT_SCAN_OPTS(struct params, scan),
+	CT_SCAN_OPTS(struct params, scan, CT_ALWAYS),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
@@ -44,15 +44,16 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
 	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(CT_PIXEL_LIST),
-		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
-		"the "
-		"small ones, or the small ones cut at its Nyquist frequency"),
+		"what a large pixel is: one ray through its centre, the mean of the small ones, or "
+		"the small ones cut at its Nyquist frequency",
+		CT_WHEN(CT_IF(struct params, coarsen))),
 	CT_OPT(struct params, photons, 0, "photons", "I0", 0, 1e15,
 		"noise of a detector that counts, I0 photons a pixel being sent; 0: no noise"),
 	CT_OPT(struct params, electronic, 0, "electronic", "SD", 0, 1e12,
-		"standard deviation of the electronics, in photons, with --photons"),
-	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10,
-		"attenuation of water, with --photons"),
+		"standard deviation of the electronics, in photons",
+		CT_WHEN(CT_IF(struct params, photons))),
+	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
+		CT_WHEN(CT_IF(struct params, photons))),
 	CT_OPT_END,
 };
 
@@ -181,8 +182,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	float *mu = NULL;
 	int rc = -1;
 
-	if (p->electronic > 0 && !(p->photons > 0))
-		return ct_fail(e, CT_EUSAGE, "--electronic needs --photons");
 	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {

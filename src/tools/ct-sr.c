@@ -34,10 +34,15 @@ static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
 struct params {
 	const char *in, *out, *keep, *prior, *window;
 	int scale, quality, views, iterations, gaussians;
-	bool paper, resume, dry_run;
+	bool paper, release, resume, dry_run;
 };
 
 static const struct params defaults = {.scale = 4, .quality = FAST};
+
+/* What goes by way of projections. */
+#define PROJECTS                                                                                   \
+	CT_IF_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                       \
+		CT_IF(struct params, paper), CT_IF(struct params, release)
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
@@ -45,27 +50,33 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft and fast invert the operator that made IN, balanced and best add what the "
-		"prior puts into projections; see DESCRIPTION"),
+		"prior puts into projections; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
-		"the published method to the letter: LR projections on a coarser detector, sampling "
-		"from pure noise, average pooling"),
+		"the published method to the letter; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, release))),
+	CT_OPT(struct params, release, 0, "release", NULL, 0, 0,
+		"the published method as its authors' programs do it, where that differs from the "
+		"paper; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, paper))),
 	CT_OPT(struct params, keep, 'k', "keep", "DIR", 0, 0,
 		"leave the intermediate files and commands.sh, the script that makes them, in DIR"),
 	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
-		"go on with the run that --keep DIR holds"),
+		"go on with the run that --keep DIR holds", CT_WHEN(CT_IF(struct params, keep))),
 	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
 	CT_OPT(struct params, prior, 0, "prior", "FILE", 0, 0,
-		"diffusion prior; the one that is installed if not given"),
+		"diffusion prior; the one that is installed if not given", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
-		"HU that map to density 0 and 1 (default -1024:3071)"),
+		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release -512:3071)",
+		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, views, 0, "views", "N", 0, 10000,
-		"number of projections; 0 leaves it to --quality"),
+		"number of projections; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 0, 1000000,
-		"iterations of the Gaussian fit; 0 leaves it to --quality"),
+		"iterations of the Gaussian fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, gaussians, 0, "gaussians", "N", 0, 100000000,
-		"Gaussians at the start of the fit; 0 leaves it to --quality"),
+		"Gaussians at the start of the fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
@@ -210,13 +221,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct files f = {0};
 	int rc = -1;
 
-	if (!p->paper && presets[p->quality].views == 0 &&
-		(p->views || p->iterations || p->gaussians || p->prior))
-		return ct_fail(e, CT_EUSAGE,
-			"--views, --iterations, --gaussians and --prior are for --quality balanced or "
-			"best, or --paper");
-	if (p->resume && !p->keep)
-		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
 	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
 		return -1;
 	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||

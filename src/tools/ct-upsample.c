@@ -23,6 +23,10 @@ struct params {
 static const struct params defaults = {
 	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
 
+/* Methods that may come to iterate, and that invert the operator. */
+#define ITERATES (CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
+#define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
+
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, out, "OUT", "the CT on the finer grid, NIfTI, or -"),
@@ -39,19 +43,25 @@ static const struct ct_opt opts[] = {
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
-		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
+		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
+		"OUT says what was assumed",
+		CT_WHEN(CT_UNLESS(struct params, sigma))),
 	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
-		"with dc, the nearest volume to it that agrees with IN"),
+		"with dc, the nearest volume to it that agrees with IN",
+		CT_WHEN(CT_IF_WORD(struct params, method, INVERTS))),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
 		"standard deviation of the noise of IN, if IN does not say, up to which tv and htv "
-		"may depart from it (0)"),
+		"may depart from it (0)",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
-		"most iterations of tv and htv"),
+		"most iterations of tv and htv",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
-		"tv and htv stop when an iteration moves the volume by less than this, RMS"),
+		"tv and htv stop when an iteration moves the volume by less than this, RMS",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT_END,
 };
 

@@ -54,7 +54,9 @@ static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 
 	if (ct_vol_read(f->lr, &lr, e) || check_quantity(&lr.meta, CT_QUANTITY_HU, f->lr, e))
 		goto out;
-	known = ct_degrade_get_either(&lr.meta, &d->base.meta, &d->by, e);
+	known = ct_degrade_get(&lr.meta, &d->by, e);
+	if (known > 0)
+		known = ct_degrade_get(&d->base.meta, &d->by, e);
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", f->base);
 	if (known || ct_vol_check_finite(&lr, e) ||

@@ -25,8 +25,6 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 	if (!isnan(o->sampling)) {
 		size_t n16 = (size_t)ceil(o->sampling * (double)(s->w > s->h ? s->w : s->h) / 16);
 
-		if (o->det)
-			return ct_fail(e, CT_EUSAGE, "--det and --sampling exclude each other");
 		s->w = 16 * n16;
 		s->h = s->beam == CT_FAN ? 1 : s->w;
 		s->pitch[0] = s->pitch[1] = side / (double)s->w;
@@ -86,28 +84,11 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 	return 0;
 }
 
-static bool own_geometry(const struct ct_scan_opts *o)
-{
-	return o->beam || o->det || !isnan(o->sampling) || o->pitch || o->offset || o->scanner ||
-	       o->views || o->paper || !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) ||
-	       !isnan(o->dsd);
-}
-
-bool ct_scan_opts_given(const struct ct_scan_opts *o)
-{
-	return o->like || own_geometry(o);
-}
-
 int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
 	struct ct_err *e)
 {
 	struct ct_scan s;
 
-	if (o->like && own_geometry(o))
-		return ct_fail(
-			e, CT_EUSAGE, "--like brings the whole geometry: no other option for it");
-	if (o->paper && o->scanner)
-		return ct_fail(e, CT_EUSAGE, "--paper and --scanner are two geometries");
 	if (o->like)
 		return make_like(out, o->like, e);
 	return make_scan(&s, o, grid, e) || ct_scan_fill(out, &s, e) ? -1 : 0;
