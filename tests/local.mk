@@ -135,4 +135,4 @@ dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-resume.sh
-dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh
+dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh

@@ -35,6 +35,12 @@ exits 3 'a deviation is not a projection' ct-ddnm -x 4 s.exr n.exr
 exits 3 'projections are not a prior' ct-ddnm -x 4 --prior y.exr y.exr n.exr
 exits 3 'a prior of another architecture' ct-ddnm -x 4 --prior "$srcdir/tests/gold/unet-b.safetensors" y.exr n.exr
 has err 'unet-b' 'and it is named'
+printf '6\0\0\0\0\0\0\0{"x":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}\0\0\0\0' >plain.safetensors
+exits 3 'weights without metadata' ct-ddnm -x 4 --prior plain.safetensors y.exr n.exr
+has err 'plain.safetensors: not a diffusion prior: no metadata' 'are refused, and why'
+printf 'PK\003\004archive/data.pkl' >model.pt
+exits 3 'a checkpoint of guided diffusion' ct-ddnm -x 4 --prior model.pt y.exr n.exr
+has err 'model.pt' 'is refused'
 [ ! -e n.exr ] && [ ! -e n.exr.state ]; ok $? 'nothing is left after a failure'
 if [ -w /dev/full ]; then
 	exits 4 'a full disk' ct-ddnm -q -x 4 --steps 1 y.exr /dev/full

@@ -57,12 +57,13 @@ void ct_fit_paper(struct ct_fit_options *o)
 	o->place = CT_PLACE_BASE;
 	o->start_density = 0.15;
 	o->rate_factor = 1;
+	o->rate_steps = 30000;
+	o->densify_until = 15000;
 }
 
 void ct_fit_compat(struct ct_fit_options *o)
 {
 	o->compat = true;
-	o->rate_steps = 30000;
 	o->gate = o->full ? 1e-5 : 0;
 }
 

@@ -83,13 +83,14 @@ struct ct_fit_options {
  * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
-/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, and
- * the rates are as they stand. */
+/* The published settings where they differ, R2-Gaussian's defaults: Gaussians begin from 0.15 of
+ * the base's density, the rates are as they stand and fall over 30000 iterations however many there
+ * are, and the number of Gaussians changes before iteration 15000. */
 void ct_fit_paper(struct ct_fit_options *o);
 /* What the program of R2-Gaussian does beside: no step at iterations that control the number of
- * Gaussians nor at the last, one step count of Adam for old and new, rates that fall over 30000
- * iterations, centres that begin at the corners of voxels, and in mode full (where nothing is
- * negative) no contribution below 1e-5 to a pixel. */
+ * Gaussians nor at the last, one step count of Adam for old and new, centres that begin at the
+ * corners of voxels, and in mode full (where nothing is negative) no contribution below 1e-5 to a
+ * pixel. */
 void ct_fit_compat(struct ct_fit_options *o);
 
 /* What is fitted, borrowed. */

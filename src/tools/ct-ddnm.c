@@ -62,7 +62,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
-		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)",
+		"noise of IN where its largest value is 1 (0.0015, as published)",
 		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
 	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "

@@ -90,7 +90,7 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
-	return 0;
+	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
 
 static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,

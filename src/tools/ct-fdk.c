@@ -101,7 +101,7 @@ static int finish(
 {
 	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
 		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
-		CT_META_COARSEN, CT_META_PIXEL, CT_META_QUANTITY};
+		CT_META_COARSEN, CT_META_PIXEL, CT_META_OVERSHOOT, CT_META_QUANTITY};
 	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
 	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
 	double window[2];

@@ -67,7 +67,8 @@ static const struct ct_opt opts[] = {
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
-		"last iteration that clones, splits and prunes; 0 is the last of all"),
+		"last iteration that clones, splits and prunes; 0 is the last of all, with --paper at "
+		"most 15000"),
 	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
 	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
@@ -91,7 +92,8 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
-		"density, and are not refitted; what is given besides holds"),
+		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
+		"given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
@@ -152,7 +154,8 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->iterations = (size_t)p->iterations;
 	o->gaussians = (size_t)p->gaussians;
 	o->max_gaussians = (size_t)p->most;
-	o->densify_until = (size_t)p->densify_until;
+	if (p->densify_until)
+		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
 	o->refit = (size_t)p->refit;

@@ -16,6 +16,7 @@ struct params {
 	struct ct_scan_opts scan;
 	int quantity, method, coarsen, pixel;
 	double photons, electronic, water;
+	bool overshoot;
 };
 
 #define QUANTITIES(X)                                                                              \
@@ -32,6 +33,9 @@ static const struct ct_opt opts[] = {
 	CT_SCAN_OPTS(struct params, scan, CT_ALWAYS),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
+	CT_OPT(struct params, overshoot, 0, "overshoot", NULL, 0, 0,
+		"do not clip a volume that was clipped to the window before its resolution was "
+		"reduced, and says so (metadata clip): what it has beyond is overshoot"),
 	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
@@ -82,10 +86,32 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 	return 0;
 }
 
+/* Mark a volume whose overshoots are to be projected. */
+static int put_overshoot(struct ct_meta *m, bool density, const double window[2],
+	const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	const char *clip = ct_meta_get(m, CT_META_CLIP);
+	double to[2];
+
+	if (density)
+		return ct_fail(e, CT_EUSAGE, "--overshoot is for HU, and %s is density", p->in);
+	if (clip && ct_cli_range("clip", clip, to, e)) {
+		e->code = CT_EINPUT;
+		return ct_blame(e, p->in);
+	}
+	if (clip && to[0] == window[0] && to[1] == window[1])
+		return ct_meta_set(m, CT_META_OVERSHOOT, "yes", e);
+	ct_log(env, CT_WARN,
+		"%s does not say that it was clipped to %g:%g before its resolution was reduced: it "
+		"is clipped now",
+		p->in, window[0], window[1]);
+	return 0;
+}
+
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
  * voxel, and that of a mm of density 1. */
-static int to_density(
-	struct ct_vol *v, float **mu, double *unit, const struct params *p, struct ct_err *e)
+static int to_density(struct ct_vol *v, float **mu, double *unit, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
 	const char *had = ct_meta_get(&v->meta, CT_META_QUANTITY);
@@ -110,8 +136,12 @@ static int to_density(
 		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
+	if (p->overshoot && put_overshoot(&v->meta, density, window, p, env, e))
+		return -1;
 	if (!density)
-		ct_window_density(n, v->data, v->data, window);
+		(ct_meta_get(&v->meta, CT_META_OVERSHOOT)
+				? ct_window_density_open
+				: ct_window_density)(n, v->data, v->data, window);
 	if (!density || p->window)
 		return ct_scan_opts_put_window(&v->meta, window, e);
 	return 0;
@@ -188,7 +218,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, e) ||
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, env, e) ||
 		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
 		goto out;

@@ -4,9 +4,11 @@
 #include "cli/cli.h"
 #include "formats/io.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define QUALITIES(X)                                                                               \
 	X(DRAFT, "draft")                                                                          \
@@ -30,6 +32,13 @@ static const struct preset presets[] = {
 	[BEST] = {100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
 };
 static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
+#define PAPER_WINDOW "-512:3071"
+#define PAPER_SIGMA_Y 0.0015
+/* The release gives one for each factor that it was made for. */
+static double release_sigma_y(int scale)
+{
+	return scale <= 4 ? 0.001 : 0.0025;
+}
 
 struct params {
 	const char *in, *out, *keep, *prior, *window;
@@ -69,7 +78,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, prior, 0, "prior", "FILE", 0, 0,
 		"diffusion prior; the one that is installed if not given", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
-		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release -512:3071)",
+		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
+		")",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, views, 0, "views", "N", 0, 10000,
 		"number of projections; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
@@ -108,11 +118,16 @@ static void free_files(struct files *f)
 	free(f->res);
 }
 
+static bool published(const struct params *p)
+{
+	return p->paper || p->release;
+}
+
 static struct preset choose(const struct params *p)
 {
 	struct preset q = presets[p->quality];
 
-	if (p->paper)
+	if (published(p))
 		q = paper;
 	if (p->views)
 		q.views = p->views;
@@ -127,10 +142,13 @@ static struct preset choose(const struct params *p)
 static int add_project(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const char *output, struct ct_err *e)
 {
+	const char *window = p->window || !published(p) ? p->window : PAPER_WINDOW;
+
 	if (ct_chain_add(c, e, false, output, "ct-project", NULL) ||
 		ct_chain_word(c, e, "--views=%d", q->views) ||
 		(q->sampling > 0 && ct_chain_word(c, e, "--sampling=%g", q->sampling)) ||
-		(p->window && ct_chain_word(c, e, "--window=%s", p->window)))
+		(window && ct_chain_word(c, e, "--window=%s", window)) ||
+		(published(p) && ct_chain_word(c, e, "--overshoot")))
 		return -1;
 	return 0;
 }
@@ -141,10 +159,10 @@ static int add_projections(struct ct_chain *c, const struct params *p, const str
 	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
 		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
-	if (!p->paper && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
-				 ct_chain_word(c, e, "--pixel=sinc")))
+	if (!published(p) && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
+				     ct_chain_word(c, e, "--pixel=sinc")))
 		return -1;
-	return ct_chain_word(c, e, "%s", p->paper ? f->lr : f->up) ||
+	return ct_chain_word(c, e, "%s", published(p) ? f->lr : f->up) ||
 	       ct_chain_word(c, e, "%s", f->lr_proj);
 }
 
@@ -159,13 +177,16 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
 		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)) || add_seed(c, seed, e))
 		return -1;
-	if (p->paper ? ct_chain_word(c, e, "-x%d", p->scale) ||
-				ct_chain_word(c, e, "--steps=%d", q->steps)
-		     : ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
-				ct_chain_word(c, e, "--steps=%d", q->steps) ||
-				ct_chain_word(c, e, "--init=%s", f->up_proj) ||
-				ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
-				ct_chain_word(c, e, "--samples=%d", q->samples))
+	if (published(p)
+			? ct_chain_word(c, e, "-x%d", p->scale) ||
+				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
+				  ct_chain_word(c, e, "--sigma-y=%g",
+					  p->paper ? PAPER_SIGMA_Y : release_sigma_y(p->scale))
+			: ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
+				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
+				  ct_chain_word(c, e, "--init=%s", f->up_proj) ||
+				  ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
+				  ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
@@ -176,9 +197,9 @@ static int add_upsample(struct ct_chain *c, const struct params *p, const struct
 	if (ct_chain_add(c, e, false, output, "ct-upsample", NULL) ||
 		ct_chain_word(c, e, "-x%d", p->scale))
 		return -1;
-	if (p->paper ? ct_chain_word(c, e, "--method=cubic")
-		     : ct_chain_word(c, e, "--estimate") ||
-				ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
+	if (published(p) ? ct_chain_word(c, e, "--method=cubic")
+			 : ct_chain_word(c, e, "--estimate") ||
+				   ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
@@ -200,15 +221,15 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		(p->paper ? ct_chain_word(c, e, "--scale=%d", p->scale) ||
-					ct_chain_word(c, e, "--paper")
-			  : ct_chain_word(c, e, "--rate=1") ||
+		(published(p) ? ct_chain_word(c, e, "--scale=%d", p->scale) ||
+					ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
+			      : ct_chain_word(c, e, "--rate=1") ||
 					ct_chain_word(c, e, "--lambda-tv=0.2")) ||
 		add_seed(c, seed, e) || ct_chain_word(c, e, "%s", f->sr_proj) ||
 		ct_chain_word(c, e, "%s", f->res))
 		return -1;
 	if (ct_chain_add(c, e, false, p->out, "ct-compose", NULL) ||
-		(!p->paper && ct_chain_word(c, e, "--consistent=%s", f->lr)))
+		(!published(p) && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->res) ||
 	       ct_chain_word(c, e, "%s", p->out);
@@ -221,6 +242,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct files f = {0};
 	int rc = -1;
 
+	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
 	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
 		return -1;
 	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
@@ -239,7 +262,7 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-sr",
-	.brief = "Super-resolve a CT with a diffusion prior of X-rays: the whole chain.",
+	.brief = "Super-resolve a CT: invert the operator that made it, and more if asked.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,
