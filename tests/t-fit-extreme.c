@@ -113,6 +113,7 @@ static void rates(double times, size_t kinds, bool ends)
 	options(&o, 200);
 	o.checkpoint_every = 1;
 	ct_fit_paper(&o);
+	o.rate_steps = 0;
 	o.start_density = 0.05;
 	for (size_t i = 0; i < kinds; i++) {
 		struct ct_rate *r[] = {&o.density, &o.position, &o.scaling, &o.rotation};

@@ -116,6 +116,8 @@ ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
 ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
 exits 2 'a blur of means' ct-ddnm --sigma-det 2 mean.exr no.exr
 has err 'mean.exr: --sigma-det: needs --operator=' 'is refused by name'
+exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
+has err 'v.nii: --noise: needs --method=' 'is refused by name'
 exits 2 'colours of a grey prior' ct-ddnm --channel-reduce mean mean.exr no.exr
 has err 'channel-reduce: .* has no colours' 'is refused by name'
 if command -v ct-view >/dev/null; then

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/modes.h"
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -175,6 +176,13 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
 			p->noise, p->in, noise);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
+	if (p->method == CT_UPSAMPLE_AUTO && !r->known && !p->estimate) {
+		struct params now = *p;
+
+		now.method = CT_UPSAMPLE_BSPLINE;
+		if (ct_modes_check(env->given, &now, e))
+			return ct_blame(e, p->in);
+	}
 	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
 }
 
