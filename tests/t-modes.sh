@@ -128,4 +128,20 @@ fi
 exits 2 'a protocol of which nothing is left' ct-degrade -x 2 -p P1 --sigma 1 --decimate mean v.nii no.nii
 exits 2 'JSON beside a map' sh -c 'ct-metrics --json --consistency v.nii --map - v.nii v.nii >none.x'
 [ ! -e no.exr ] && [ ! -e no.png ] && [ ! -e no.nii ]; ok $? 'nothing was made'
+
+# every command of README and of the man pages is one that the command line takes; its files are not here
+mkdir docs && cd docs || exit 99
+for p in "$srcdir"/README.md "$srcdir"/man/*.in "$srcdir"/man/*.7; do
+	sed 's/\\e$/\\/; s/ *#.*//' "$p" | sed -e ':a' -e '/\\$/N; s/ *\\\n */ /; ta' |
+		sed -n 's/^\.Dl //; s/^    \(ct-\)/\1/; s/\\-/-/g; /^ct-[a-z]* /p'
+done | tr '|' '\n' | sed 's/&&/\n/g' | sed 's/^ *//; s/ >.*//' | grep '^ct-' | sort -u >../examples
+command -v ct-view >/dev/null || { grep -v '^ct-view' ../examples >../some; mv ../some ../examples; }
+[ "$(wc -l <../examples)" -gt 70 ]; ok $? 'the documents have examples'
+while read -r line; do
+	timeout 20 sh -c "$line" </dev/null >/dev/null 2>../err
+	[ $? -ne 2 ] || { echo "$line"; head -n 1 ../err; }
+done <../examples >../wrong
+[ ! -s ../wrong ]; ok $? 'that are command lines as they should be'
+sed 's/^/# /' ../wrong
+cd ..
 done_testing
