@@ -212,13 +212,14 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
 	const struct ct_tool *t = s->t;
 	const struct ct_common *c = s->common;
+	const void *params = s->params;
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
-	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose,
+	struct ct_env env = {.given = &s->given,
+		.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force,
 		.json = c->json,
 		.dry_run = c->dry_run,
 		.tool = t->name,
-		.given = &s->given,
 		.stop = &stop_asked,
 		.log = say,
 		.progress = ct_progress_draw,
@@ -233,7 +234,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	history = history_of(t, argc, argv);
 	env.history = history;
 	catch_signals();
-	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(s->params, &env, e);
+	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
 	free(history);

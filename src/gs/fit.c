@@ -54,11 +54,11 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 
 void ct_fit_paper(struct ct_fit_options *o)
 {
+	o->rate_steps = 30000; /* these two are R2-Gaussian's defaults */
+	o->densify_until = 14999;
 	o->place = CT_PLACE_BASE;
 	o->start_density = 0.15;
 	o->rate_factor = 1;
-	o->rate_steps = 30000;
-	o->densify_until = 15000;
 }
 
 void ct_fit_compat(struct ct_fit_options *o)

@@ -83,9 +83,8 @@ struct ct_fit_options {
  * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
-/* The published settings where they differ, R2-Gaussian's defaults: Gaussians begin from 0.15 of
- * the base's density, the rates are as they stand and fall over 30000 iterations however many there
- * are, and the number of Gaussians changes before iteration 15000. */
+/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, and
+ * the rates are as they stand. */
 void ct_fit_paper(struct ct_fit_options *o);
 /* What the program of R2-Gaussian does beside: no step at iterations that control the number of
  * Gaussians nor at the last, one step count of Adam for old and new, centres that begin at the

@@ -67,8 +67,7 @@ static const struct ct_opt opts[] = {
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
-		"last iteration that clones, splits and prunes; 0 is the last of all, with --paper at "
-		"most 15000"),
+		"last iteration that clones, splits and prunes; 0 is the last of all"),
 	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
 	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),

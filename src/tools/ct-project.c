@@ -86,26 +86,33 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 	return 0;
 }
 
-/* Mark a volume whose overshoots are to be projected. */
-static int put_overshoot(struct ct_meta *m, bool density, const double window[2],
+/* A volume in HU whose overshoots are to be projected becomes density, and says so. */
+static int take_overshoot(struct ct_vol *v, bool *density, const double window[2],
 	const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
-	const char *clip = ct_meta_get(m, CT_META_CLIP);
+	const char *clip = ct_meta_get(&v->meta, CT_META_CLIP);
+	const size_t n = ct_vol_count(v);
 	double to[2];
 
-	if (density)
+	if (*density)
 		return ct_fail(e, CT_EUSAGE, "--overshoot is for HU, and %s is density", p->in);
 	if (clip && ct_cli_range("clip", clip, to, e)) {
 		e->code = CT_EINPUT;
 		return ct_blame(e, p->in);
 	}
-	if (clip && to[0] == window[0] && to[1] == window[1])
-		return ct_meta_set(m, CT_META_OVERSHOOT, "yes", e);
-	ct_log(env, CT_WARN,
-		"%s does not say that it was clipped to %g:%g before its resolution was reduced: it "
-		"is clipped now",
-		p->in, window[0], window[1]);
-	return 0;
+	if (!clip || to[0] != window[0] || to[1] != window[1]) {
+		ct_log(env, CT_WARN,
+			"%s does not say that it was clipped to %g:%g before its resolution was "
+			"reduced: it is clipped now",
+			p->in, window[0], window[1]);
+		return 0;
+	}
+	ct_window_density_open(n, v->data, v->data, window);
+	*density = true;
+	return ct_scan_opts_put_window(&v->meta, window, e) ||
+			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
+		       ? -1
+		       : 0;
 }
 
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
@@ -128,6 +135,8 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
 	if (ct_scan_opts_window(window, p->window, &v->meta, e))
 		return -1;
+	if (p->overshoot && take_overshoot(v, &density, window, p, env, e))
+		return -1;
 	if (p->photons > 0) {
 		if (ct_alloc(mu, n, sizeof **mu, e))
 			return -1;
@@ -136,12 +145,8 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
-	if (p->overshoot && put_overshoot(&v->meta, density, window, p, env, e))
-		return -1;
 	if (!density)
-		(ct_meta_get(&v->meta, CT_META_OVERSHOOT)
-				? ct_window_density_open
-				: ct_window_density)(n, v->data, v->data, window);
+		ct_window_density(n, v->data, v->data, window);
 	if (!density || p->window)
 		return ct_scan_opts_put_window(&v->meta, window, e);
 	return 0;
