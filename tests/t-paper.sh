@@ -29,8 +29,8 @@ near 'release, PSNR' "$(db release.nii)" 25.016 0.01
 [ "$(figure min paper.nii | cut -d. -f1)" -ge -512 ]; ok $? 'nothing below density 0 is left'
 near 'release, projections of the scan, mean' "$(figure mean r/lr-proj.exr)" 4.245801 0.0001
 # the factor decides what the release takes
-ct-sr --release -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm -x8 .*--sigma-y=0.0025 ' 'release, 8-fold'
-ct-sr --paper -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm -x8 .*--sigma-y=0.0015 ' 'paper, 8-fold'
+ct-sr --release -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'release, 8-fold'
+ct-sr --paper -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
 has out '^ct-nabgs .*--scale=8 --paper ' 'with its rates'
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
