@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/io.h"
 #include "core/mem.h"
+#include "formats/temp.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -106,20 +107,15 @@ static int open_out(struct ct_out *o, const char *path, mode_t mode, struct ct_e
 		return -1;
 	}
 	o->path = strdup(path);
-	if (!o->path || asprintf(&o->tmp, "%s.XXXXXX", path) < 0) {
-		o->tmp = NULL;
+	if (!o->path) {
 		ct_out_abandon(o);
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	fd = mkstemp(o->tmp);
+	fd = ct_temp_open(path, mode, &o->tmp, e);
 	if (fd < 0) {
-		ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
-		free(o->tmp);
-		o->tmp = NULL;
 		ct_out_abandon(o);
 		return -1;
 	}
-	fchmod(fd, mode);
 	o->f = fdopen(fd, "wb");
 	if (!o->f) {
 		close(fd);
@@ -154,6 +150,7 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 {
 	const char *name = o->path ? o->path : "standard output";
 	int bad = fflush(o->f) != 0 || ferror(o->f);
+	int lock = o->tmp ? dup(fileno(o->f)) : -1; /* until it is renamed */
 
 	if (!bad && o->tmp)
 		bad = fsync(fileno(o->f)) != 0;
@@ -165,10 +162,13 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 		bad = rename(o->tmp, o->path) != 0;
 	if (bad)
 		ct_fail(e, CT_EOUTPUT, "%s: %s", name, strerror(errno));
-	else {
+	else if (o->tmp) {
+		ct_temp_forget(o->tmp);
 		free(o->tmp);
 		o->tmp = NULL;
 	}
+	if (lock >= 0)
+		close(lock);
 	ct_out_abandon(o);
 	return bad ? -1 : 0;
 }
@@ -178,7 +178,7 @@ void ct_out_abandon(struct ct_out *o)
 	if (o->f && o->path)
 		fclose(o->f);
 	if (o->tmp)
-		unlink(o->tmp);
+		ct_temp_remove(o->tmp);
 	free(o->tmp);
 	free(o->path);
 	*o = (struct ct_out){0};

@@ -40,7 +40,7 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h

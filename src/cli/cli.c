@@ -3,13 +3,13 @@
 #include "cli/cli.h"
 #include "cli/help.h"
 #include "cli/progress.h"
+#include "cli/stop.h"
 #include "cli/table.h"
 #include "core/simd.h"
 
 #include <errno.h>
 #include <locale.h>
 #include <sched.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -124,27 +124,6 @@ static size_t threads_wanted(int flag)
 	return 1;
 }
 
-static volatile sig_atomic_t stop_asked;
-
-static void on_signal(int sig)
-{
-	if (stop_asked) { /* asked twice: go now */
-		signal(sig, SIG_DFL);
-		raise(sig);
-	}
-	stop_asked = 1;
-}
-
-static void catch_signals(void)
-{
-	static const int sigs[] = {SIGINT, SIGTERM, SIGUSR1};
-	struct sigaction sa = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
-
-	sigemptyset(&sa.sa_mask);
-	for (size_t i = 0; i < sizeof sigs / sizeof *sigs; i++)
-		sigaction(sigs[i], &sa, NULL);
-}
-
 static void say(const struct ct_env *env, enum ct_level level, const char *text)
 {
 	ct_progress_clear(env->ctx);
@@ -169,6 +148,22 @@ static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
 	return NULL;
 }
 
+/* A word of the command, files by their names alone: where they lay is nobody's business and would
+ * make the same data differ. */
+static void put_history(FILE *f, const char *word)
+{
+	const char *equals = strchr(word, '='), *name = word;
+	const char *quote = strpbrk(word, " \t\n\"'\\$") ? "'" : "";
+
+	if (word[0] == '-' && word[1] == '-' && equals)
+		name = equals + 1;
+	fprintf(f, " %s%.*s", quote, (int)(name - word), word);
+	for (const char *s = name; *s; s++)
+		if (*s == '/' && s[1] && s[1] != '/')
+			name = s + 1;
+	fprintf(f, "%s%s", name, quote);
+}
+
 static char *history_of(const struct ct_tool *t, int argc, char **argv)
 {
 	char *text = NULL;
@@ -187,7 +182,7 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 			i += o->type != CT_T_FLAG && !strchr(argv[i], '=');
 			continue;
 		}
-		fprintf(f, strpbrk(argv[i], " \t\n\"'\\$") ? " '%s'" : " %s", argv[i]);
+		put_history(f, argv[i]);
 	}
 	if (fclose(f) != 0) {
 		free(text);
@@ -201,11 +196,11 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 {
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
 	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose,
-		.force = c->force,
+		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
 		.dry_run = c->dry_run,
 		.tool = t->name,
-		.stop = &stop_asked,
+		.stop = ct_stop_flag(),
 		.log = say,
 		.progress = ct_progress_draw,
 		.ctx = &bar};
@@ -218,7 +213,7 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
 	history = history_of(t, argc, argv);
 	env.history = history;
-	catch_signals();
+	ct_stop_catch(t->name);
 	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);

@@ -1,6 +1,7 @@
 /* resume.c: see resume.h. */
 #include "config.h"
 #include "cli/resume.h"
+#include "cli/stop.h"
 #include "cli/table.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -72,6 +73,8 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 	if (r->path && !wanted && !env->force && access(r->path, F_OK) == 0)
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: exists; --resume goes on from it, --force starts anew", r->path);
+	if (r->path)
+		ct_stop_hold();
 	if (ct_resume_value(r, e, WHICH, "%s %s", env->tool, PACKAGE_VERSION) ||
 		ct_resume_value(r, e, "--seed", "%llu", (unsigned long long)env->seed))
 		return -1;
@@ -168,12 +171,17 @@ int ct_resume_load(const struct ct_resume *r, struct ct_tensors *state, struct c
 
 int ct_resume_save(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
 {
+	int rc;
+
 	if (!r->path)
 		return 0;
 	for (size_t i = 0; i < r->key.n; i++)
 		if (ct_meta_set(&state->meta, r->key.pair[i].key, r->key.pair[i].value, e))
 			return -1;
-	return ct_tensors_write_private(r->path, state, e);
+	ct_stop_defer(true);
+	rc = ct_tensors_write_private(r->path, state, e);
+	ct_stop_defer(false);
+	return rc;
 }
 
 void ct_resume_done(const struct ct_resume *r)

@@ -4,7 +4,8 @@
  * is computed (enum ct_counts of their rows, and what is added here), and what the inputs hold. It
  * is refused, by the name of what differs, if any of these is another; an input of another name
  * that holds the same is the same. The state is for its owner alone, is never seen half-written,
- * and a run without --resume does not write over one unless it is forced.
+ * and a run without --resume does not write over one unless it is forced. A run that keeps one is
+ * stopped where it has saved it (stop.h).
  */
 #ifndef CT_CLI_RESUME_H
 #define CT_CLI_RESUME_H

@@ -3,6 +3,7 @@
 #include "cli/chain.h"
 #include "cli/cli.h"
 #include "formats/io.h"
+#include "tools/prior-file.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -69,12 +70,32 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-/* The files between the steps; paths owned by the chain's folder. */
+/* All files by name. */
 struct files {
-	char *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
+	char *in, *out, *keep, *prior, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
 };
 
-static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *e)
+/* A name that no command takes for an option; NULL if no memory. */
+static char *plain(const char *name)
+{
+	char *s = NULL;
+
+	return asprintf(&s, "%s%s", name[0] == '-' && name[1] ? "./" : "", name) < 0 ? NULL : s;
+}
+
+/* Those of the user; the prior is named only if there are projections for it. */
+static int name_given(struct files *f, const struct params *p, bool prior, struct ct_err *e)
+{
+	f->in = plain(p->in);
+	f->out = plain(p->out);
+	f->keep = p->keep ? plain(p->keep) : NULL;
+	if (!f->in || !f->out || (p->keep && !f->keep))
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	return prior ? prior_file_find(&f->prior, p->prior, e) : 0;
+}
+
+/* Those between the steps. */
+static int name_kept(struct files *f, const struct ct_chain *c, struct ct_err *e)
 {
 	f->lr = ct_chain_path(c, "lr.nii");
 	f->up = ct_chain_path(c, "up.nii");
@@ -89,6 +110,10 @@ static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *
 
 static void free_files(struct files *f)
 {
+	free(f->in);
+	free(f->out);
+	free(f->keep);
+	free(f->prior);
 	free(f->lr);
 	free(f->up);
 	free(f->up_proj);
@@ -144,7 +169,7 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 		ct_chain_word(c, e, "-x%d", p->scale) ||
 		ct_chain_word(c, e, "--steps=%d", q->steps) ||
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
-		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
+		ct_chain_word(c, e, "--prior=%s", f->prior))
 		return -1;
 	if (!p->paper &&
 		(ct_chain_word(c, e, "--operator=matched") ||
@@ -174,10 +199,13 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 {
 	struct preset q = choose(p);
 
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL))
+	ct_chain_source(c, f->in);
+	if (f->prior)
+		ct_chain_source(c, f->prior);
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL))
 		return -1;
 	if (q.views == 0)
-		return add_upsample(c, p, &q, f, p->out, e);
+		return add_upsample(c, p, &q, f, f->out, e);
 	if (add_upsample(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
 		add_ddnm(c, p, &q, f, seed, e))
 		return -1;
@@ -192,16 +220,16 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
 		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
 		return -1;
-	if (ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, NULL) ||
+	if (ct_chain_add(c, e, false, f->out, "ct-compose", f->up, f->res, NULL) ||
 		(!p->paper && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
-	return ct_chain_word(c, e, "%s", p->out);
+	return ct_chain_word(c, e, "%s", f->out);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_chain c = {0};
+	struct ct_chain c = {.folder.lock = -1};
 	struct files f = {0};
 	int rc = -1;
 
@@ -214,14 +242,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
 	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
 		return -1;
-	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
+	if (name_given(&f, p, choose(p).views > 0, e) ||
+		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) || name_kept(&f, &c, e) ||
 		plan(&c, p, &f, env->seed, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else
-		rc = ct_chain_run(&c, p->resume, env, e);
+	} else if (!p->resume || ct_chain_owns_output(&c) || ct_out_check(p->out, env, e) == 0)
+		rc = ct_chain_run(&c, env, e);
 out:
 	free_files(&f);
 	ct_chain_close(&c);
