@@ -1,6 +1,7 @@
 #!/bin/sh
 # A chain of commands by content: what is done again and what is not; one run a folder; signals.
 . "$srcdir/tests/tap.sh"
+ulimit -t 60 # what does not stop when it should is stopped
 for k in marks cube; do
 	ct-phantom -q --size 24x24x24 --spacing 4 $k hr.nii && ct-degrade -q -x 2 hr.nii $k.nii
 	mv hr.nii hr-$k.nii

@@ -1,6 +1,7 @@
 #!/bin/sh
 # States: one form for all commands; which runs may go on from one, and which may not.
 . "$srcdir/tests/tap.sh"
+ulimit -t 30 # a run that goes on where it should refuse ends, and the test fails
 ct-phantom --size 24x24x24 --spacing 4 marks hr.nii
 ct-phantom --size 24x24x24 --spacing 4 -s 1 marks seed.nii # the same, but says another seed
 ct-phantom --size 24x24x24 --spacing 4 cube other.nii

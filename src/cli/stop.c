@@ -111,5 +111,5 @@ void ct_stop_hold(void)
 
 void ct_stop_defer(bool on)
 {
-	deferred = on;
+	deferred = deferred + (on ? 1 : -1);
 }

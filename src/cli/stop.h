@@ -18,7 +18,7 @@ void ct_stop_catch(const char *tool);
 const volatile sig_atomic_t *ct_stop_flag(void);
 /* From here on the run ends by itself. */
 void ct_stop_hold(void);
-/* What is done between true and false takes as long as it takes. */
+/* What is done between true and false takes as long as it takes; they may be nested. */
 void ct_stop_defer(bool on);
 
 #endif

@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/resume.h"
+#include "cli/stop.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -235,9 +236,12 @@ static int write_state(const struct job *j, struct ct_err *e)
 
 static int checkpoint(const struct job *j, struct ct_err *e)
 {
-	if (j->resume.path && write_state(j, e))
-		return -1;
-	return write_prior(j, e);
+	int rc;
+
+	ct_stop_defer(true);
+	rc = (j->resume.path && write_state(j, e)) || write_prior(j, e) ? -1 : 0;
+	ct_stop_defer(false);
+	return rc;
 }
 
 /* What the course of the training depends on besides the options; how far it goes changes the rate
@@ -299,8 +303,11 @@ static int train(struct job *j, struct ct_err *e)
 	while (ct_train_steps(j->train) < j->opts.steps && !ct_stopping(&j->env)) {
 		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
 			break;
-		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
-			return -1;
+		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e)) {
+			if (e->code != CT_ESTOP)
+				return -1;
+			break; /* one that is given up has changed nothing */
+		}
 		ct_progress(&j->env, "training", ct_train_steps(j->train), j->opts.steps);
 		if (j->resume.path && ct_train_steps(j->train) % every == 0 && checkpoint(j, e))
 			return -1;
