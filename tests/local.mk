@@ -134,4 +134,4 @@ endif
 dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
-dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh
+dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-make.sh

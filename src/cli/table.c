@@ -16,7 +16,7 @@ static const struct ct_opt common_opts[] = {
 		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
 		"processors this process may use. The output is the same for any N"),
 	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
-		"overwrite existing output files"),
+		"overwrite existing output files, as in a rule of make"),
 	CT_OPT(struct ct_common, quiet, 'q', "quiet", NULL, 0, 0, "print errors only"),
 	CT_OPT(struct ct_common, verbose, 'v', "verbose", NULL, 0, 0, "print what is being done"),
 	CT_OPT(struct ct_common, help, 'h', "help", NULL, 0, 0, "print this help"),
