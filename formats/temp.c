@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,9 +17,9 @@
 #define MARK ".ct-XXXXXX"
 enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
 
-/* Where a signal handler finds them. */
+/* Where the thread finds them that ends the program. */
 static struct kept {
-	volatile bool used;
+	atomic_bool used;
 	char name[PATH_MAX];
 } kept[KEPT];
 

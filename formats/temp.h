@@ -16,7 +16,7 @@
 int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e);
 void ct_temp_remove(const char *tmp);
 void ct_temp_forget(const char *tmp);
-/* All of this process. Safe in a signal handler that ends it. */
+/* All of this process, from any thread, when it ends. */
 void ct_temp_remove_all(void);
 
 /* Take the lock of an open file for this process and those it forks: it goes when they are gone.

@@ -138,6 +138,7 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 {
 	char path[4096];
 
+	ct_stop_uncatch();
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
@@ -177,7 +178,7 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	return 0;
 }
 
-/* Told to stop until it does: a signal that comes before it listens is lost. */
+/* Told to stop until it does. */
 static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 {
 	pid_t got;

@@ -213,8 +213,8 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
 	history = history_of(t, argc, argv);
 	env.history = history;
-	ct_stop_catch(t->name);
-	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
+	rc = ct_stop_catch(t->name, e) || ct_par_alloc(&env.par, threads_wanted(c->threads), e) ||
+	     t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
 	free(history);

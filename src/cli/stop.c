@@ -1,102 +1,94 @@
-/* stop.c: see stop.h. What a signal finds has to be static; all of it is here and in
- * formats/temp.c. */
+/* stop.c: see stop.h. The signals are blocked everywhere and taken by a thread of their own: no
+ * kernel is interrupted, and what is done about them may be anything. */
 #include "config.h"
 #include "cli/stop.h"
 #include "core/clock.h"
-#include "core/err.h"
 #include "formats/temp.h"
 
-#include <string.h>
-#include <sys/time.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
 #include <unistd.h>
 
 #define LIMIT 1.0 /* seconds of CPU time, and of waiting */
-#define TICK 0.1
-enum { IDLE_TICKS = 10 };
+#define TICK 0.02
+#define IDLE 0.02 /* of a second's CPU time: less is waiting */
 
-static volatile sig_atomic_t asked, held, deferred;
-static const char *name;
-static double seen;       /* CPU time at the last tick */
-static volatile int idle; /* ticks without any */
-
-static void put(const char *s)
-{
-	size_t n = strlen(s);
-
-	while (n) {
-		ssize_t k = write(STDERR_FILENO, s, n);
-
-		if (k <= 0)
-			return;
-		s += k;
-		n -= (size_t)k;
-	}
-}
+static volatile sig_atomic_t asked;
+static atomic_int held, deferred;
+static const char *program;
 
 static void end_now(void)
 {
 	ct_temp_remove_all();
-	if (isatty(STDERR_FILENO))
-		put("\r\033[K");
-	put(name);
-	put(": stopped on request\n");
+	dprintf(STDERR_FILENO, "%s%s: stopped on request\n",
+		isatty(STDERR_FILENO) ? "\r\033[K" : "", program);
 	_exit(CT_ESTOP);
 }
 
-static struct timeval time_of(double s)
+/* The run ends by itself, or is ended. */
+static void wait_for_end(void)
 {
-	return (struct timeval){
-		.tv_sec = (time_t)s, .tv_usec = (suseconds_t)(1e6 * (s - (time_t)s))};
+	const double start = ct_clock_cpu();
+	double since = ct_clock_wall(), seen = start;
+
+	for (;;) {
+		const double now = ct_clock_cpu();
+
+		if (deferred || now - seen >= IDLE) {
+			since = ct_clock_wall();
+			seen = now;
+		}
+		if (!deferred && (now - start >= LIMIT || ct_clock_wall() - since >= LIMIT))
+			end_now();
+		ct_clock_sleep(TICK);
+	}
 }
 
-static void on_signal(int sig)
+static void signals(sigset_t *s)
 {
-	(void)sig;
+	sigemptyset(s);
+	sigaddset(s, SIGINT);
+	sigaddset(s, SIGTERM);
+	sigaddset(s, SIGUSR1);
+}
+
+static void *watch(void *unused)
+{
+	sigset_t s;
+	int sig;
+
+	(void)unused;
+	signals(&s);
+	while (sigwait(&s, &sig) != 0)
+		;
 	if (!held)
 		end_now();
-	if (asked)
-		return;
-	asked = 1;
-	seen = ct_clock_cpu();
-	setitimer(ITIMER_PROF, &(struct itimerval){time_of(TICK), time_of(LIMIT)}, NULL);
-	setitimer(ITIMER_REAL, &(struct itimerval){time_of(TICK), time_of(TICK)}, NULL);
+	__atomic_store_n(&asked, 1, __ATOMIC_RELAXED);
+	wait_for_end();
+	return NULL;
 }
 
-/* The second of CPU time is over. */
-static void on_limit(int sig)
+int ct_stop_catch(const char *tool, struct ct_err *e)
 {
-	(void)sig;
-	if (!deferred)
-		end_now();
+	pthread_t thread;
+	sigset_t s;
+
+	program = tool;
+	signals(&s);
+	pthread_sigmask(SIG_BLOCK, &s, NULL);
+	if (pthread_create(&thread, NULL, watch, NULL) != 0)
+		return ct_fail(e, CT_ENOMEM, "cannot start a thread");
+	pthread_detach(thread);
+	return 0;
 }
 
-static void on_tick(int sig)
+void ct_stop_uncatch(void)
 {
-	const double now = ct_clock_cpu();
+	sigset_t s;
 
-	(void)sig;
-	idle = now - seen < 0.01 * TICK && !deferred ? idle + 1 : 0;
-	seen = now;
-	if (idle >= IDLE_TICKS)
-		end_now();
-}
-
-static void catch (int sig, void (*fn)(int))
-{
-	struct sigaction sa = {.sa_handler = fn, .sa_flags = SA_RESTART};
-
-	sigfillset(&sa.sa_mask);
-	sigaction(sig, &sa, NULL);
-}
-
-void ct_stop_catch(const char *tool)
-{
-	name = tool;
-	catch (SIGALRM, on_tick);
-	catch (SIGPROF, on_limit);
-	catch (SIGINT, on_signal);
-	catch (SIGUSR1, on_signal);
-	catch (SIGTERM, on_signal);
+	signals(&s);
+	pthread_sigmask(SIG_UNBLOCK, &s, NULL);
 }
 
 const volatile sig_atomic_t *ct_stop_flag(void)
@@ -111,5 +103,5 @@ void ct_stop_hold(void)
 
 void ct_stop_defer(bool on)
 {
-	deferred = deferred + (on ? 1 : -1);
+	atomic_fetch_add(&deferred, on ? 1 : -1);
 }

@@ -9,11 +9,15 @@
  */
 #ifndef CT_CLI_STOP_H
 #define CT_CLI_STOP_H
+#include "core/err.h"
+
 #include <signal.h>
 #include <stdbool.h>
 
-/* Catch the signals, for a program of this name. */
-void ct_stop_catch(const char *tool);
+/* Catch the signals, for a program of this name, before it starts threads. CT_ENOMEM. */
+int ct_stop_catch(const char *tool, struct ct_err *e);
+/* As they were, in a process that is to become another program. */
+void ct_stop_uncatch(void);
 /* The flag, for env->stop. */
 const volatile sig_atomic_t *ct_stop_flag(void);
 /* From here on the run ends by itself. */
