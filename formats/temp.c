@@ -32,7 +32,7 @@ static void keep(const char *tmp)
 {
 	for (size_t i = 0; i < KEPT && strlen(tmp) < PATH_MAX; i++)
 		if (!kept[i].used) {
-			strcpy(kept[i].name, tmp);
+			snprintf(kept[i].name, PATH_MAX, "%s", tmp);
 			kept[i].used = true;
 			return;
 		}
