@@ -135,3 +135,6 @@ dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-resume.sh
+dist_check_SCRIPTS += tests/t-outputs.sh
+check_PROGRAMS += tests/t-rescue
+tests_t_rescue_SOURCES = tests/t-rescue.c

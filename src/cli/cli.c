@@ -1,6 +1,7 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/files.h"
 #include "cli/help.h"
 #include "cli/progress.h"
 #include "cli/table.h"
@@ -219,7 +220,8 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 	history = history_of(t, argc, argv);
 	env.history = history;
 	catch_signals();
-	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
+	rc = ct_files_check(t->opts, params, &env, e) ||
+	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
 	free(history);

@@ -30,6 +30,15 @@ enum ct_counts {
 	CT_COUNTS_NOT,     /* nothing: outputs, reports, when to save */
 };
 
+/* What a run does with the file that a row names: files.h. */
+enum ct_role {
+	CT_NO_FILE,
+	CT_READS,
+	CT_WRITES,
+	CT_REWRITES,     /* its own when it goes on: with --resume it may be there */
+	CT_READS_WRITES, /* of a list the last is written, unless another row names the output */
+};
+
 struct ct_opt {
 	char c;           /* short letter, or 0 */
 	const char *name; /* long name; NULL for an operand */
@@ -41,6 +50,7 @@ struct ct_opt {
 	bool choice;   /* int field: index of the word in arg */
 	bool optional; /* operand that may be absent */
 	enum ct_counts counts;
+	enum ct_role role;
 };
 
 #define CT_TYPE_(S, f)                                                                             \
@@ -56,16 +66,22 @@ struct ct_opt {
 /* One that decides nothing that is computed. */
 #define CT_OPT_IDLE(S, f, c, name, arg, from, to, help)                                            \
 	CT_ROW_(S, f, c, name, arg, help, .lo = from, .hi = to, .counts = CT_COUNTS_NOT)
-/* The name of an input. */
+/* The name of an input, of one that decides nothing that is computed, and of an output. */
 #define CT_INPUT(S, f, c, name, arg, help)                                                         \
-	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_CONTENT)
+	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_CONTENT, .role = CT_READS)
+#define CT_INPUT_IDLE(S, f, c, name, arg, help)                                                    \
+	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_NOT, .role = CT_READS)
+#define CT_OUTPUT(S, f, c, name, arg, help)                                                        \
+	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_NOT, .role = CT_WRITES)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
 #define CT_CHOICE(S, f, c, name, words, help) CT_ROW_(S, f, c, name, words, help, .choice = true)
-#define CT_ARG(S, f, arg, help) CT_ROW_(S, f, 0, NULL, arg, help, .counts = CT_COUNTS_NOT)
-/* Last operand that may be missing; a struct ct_list takes all that are left. */
-#define CT_ARG_MAYBE(S, f, arg, help)                                                              \
-	CT_ROW_(S, f, 0, NULL, arg, help, .optional = true, .counts = CT_COUNTS_NOT)
+/* An operand; a struct ct_list takes all that are left. */
+#define CT_ARG(S, f, what, arg, help)                                                              \
+	CT_ROW_(S, f, 0, NULL, arg, help, .counts = CT_COUNTS_NOT, .role = what)
+/* The last one, that may be missing. */
+#define CT_ARG_MAYBE(S, f, what, arg, help)                                                        \
+	CT_ROW_(S, f, 0, NULL, arg, help, .optional = true, .counts = CT_COUNTS_NOT, .role = what)
 #define CT_OPT_END                                                                                 \
 	{                                                                                          \
 		.type = CT_T_END                                                                   \

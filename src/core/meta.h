@@ -97,7 +97,8 @@ struct ct_env;
 
 /* numbers in hexadecimal: in the state of a fit; ct_fit_state_pack */
 #define CT_META_SCALARS "scalars"
-/* three integers: where the joint solver was, in its state; ct-fuse */
+/* integers: where the joint solver was, in its state; in that of a fit its end, and whether it is
+ * whole; states */
 #define CT_META_AT "at"
 /* integer: qform_code and sform_code, if not 1; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"

@@ -407,9 +407,8 @@ int ct_fit_run(
 	struct ct_loss_total w = {0};
 	int rc = -1;
 
-	if (f->end == CT_FIT_EMPTY)
+	if (f->end == CT_FIT_EMPTY || f->whole)
 		return 0;
-	f->end = CT_FIT_RUNNING;
 	if (ct_loss_total_alloc(&w, &f->opt, d, env->par, e))
 		goto out;
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
@@ -438,6 +437,7 @@ int ct_fit_run(
 		goto out;
 	}
 	rc = check_set(f, e);
+	f->whole = rc == 0;
 out:
 	ct_loss_total_free(&w);
 	return rc;

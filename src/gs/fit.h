@@ -129,6 +129,7 @@ struct ct_fit {
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
 	size_t points, points_cap;
 	enum ct_fit_end end;
+	bool whole; /* nothing is left to do */
 	struct ct_densify_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
@@ -139,8 +140,8 @@ struct ct_fit {
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);
-/* From f->g.step to the end. CT_ENUMERIC naming term and iteration if the loss is not finite or
- * has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
+/* From f->g.step to the end, unless it is whole. CT_ENUMERIC naming term and iteration if the loss
+ * is not finite or has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
 /* Its words. */

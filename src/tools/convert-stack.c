@@ -57,7 +57,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 	size_t n[3];
 	int rc = -1;
 
-	if (check(p, e) || ct_out_check(p->out, env, e))
+	if (check(p, e))
 		return -1;
 	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
 		scan_for(&scan, &named, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))

@@ -24,9 +24,10 @@ struct params {
 static const struct params defaults = {.floor = NAN, .gain = 1, .spacing = NAN};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, base, "BASE", "CT in HU, NIfTI, or -"),
-	CT_ARG(struct params, res, "RESIDUAL", "Gaussians, PLY, or HU to add, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, base, CT_READS, "BASE", "CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, res, CT_READS, "RESIDUAL",
+		"Gaussians, PLY, or HU to add, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT in HU, NIfTI, or -"),
 	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
 		"least value of OUT (HU of density 0)"),
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
@@ -34,10 +35,10 @@ static const struct ct_opt opts[] = {
 		"render on voxels of MM in the box of BASE, which is interpolated (its own grid)"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
-	CT_OPT(struct params, consistent, 0, "consistent", "LR", 0, 0,
+	CT_INPUT(struct params, consistent, 0, "consistent", "LR",
 		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
 		"else BASE, says what operator made it"),
-	CT_OPT(struct params, res_out, 0, "residual-out", "FILE", 0, 0,
+	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE",
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
 };
@@ -234,8 +235,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	double window[2];
 	int rc = -1;
 
-	if (ct_out_check(p->out, env, e) || (p->res_out && ct_out_check(p->res_out, env, e)) ||
-		read_all(&base, &from, p, e))
+	if (read_all(&base, &from, p, e))
 		goto out;
 	mode = ct_meta_get(ct_any_meta(&from), CT_META_MODE);
 	if (ct_scan_opts_window(window, p->window,

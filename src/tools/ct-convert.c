@@ -22,7 +22,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0,
 		"of --raw: HU are A times the stored value; of --scanner likewise"),
 	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "of --raw and --scanner: plus B"),
-	CT_OPT(struct convert, scanner, 0, "scanner", "FILE", 0, 0,
+	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
 		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
 		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
 	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
@@ -34,9 +34,9 @@ static const struct ct_opt opts[] = {
 		"cut or pad to NxNxN voxels about the body; 0 does not"),
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
-	CT_ARG(struct convert, in, "IN",
+	CT_ARG(struct convert, in, CT_READS, "IN",
 		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
-	CT_ARG(struct convert, out, "OUT",
+	CT_ARG(struct convert, out, CT_WRITES, "OUT",
 		"NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
 	CT_OPT_END,
 };
@@ -77,7 +77,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (check_name(p->out, e) || ct_out_check(p->out, env, e) || convert_read(p, &v, env, e))
+	if (check_name(p->out, e) || convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);

@@ -41,9 +41,9 @@ static const struct params defaults = {.scale = 0,
 	.norm = 0};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN",
+	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
-	CT_ARG(struct params, out, "OUT",
+	CT_ARG(struct params, out, CT_WRITES, "OUT",
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by"),
@@ -70,7 +70,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all"),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
-	CT_OPT_IDLE(struct params, std, 0, "std", "FILE", 0, 0,
+	CT_OUTPUT(struct params, std, 0, "std", "FILE",
 		"also write the standard deviation of the samples, EXR"),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
@@ -313,11 +313,12 @@ static int sample(struct job *j, struct ct_err *e)
 	net = ct_prior_denoiser(&j->prior);
 	rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
 		j->p->std ? &j->std : NULL, j->state.done, j->env, e);
-	if (rc == 0)
-		rc = write_outputs(j, e);
-	if (rc == 0)
-		ct_resume_done(&j->resume);
-	return rc;
+	if (rc)
+		return -1;
+	if (write_outputs(j, e))
+		return ddnm_state_rescue(&j->state, e);
+	ct_resume_done(&j->resume);
+	return 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -325,9 +326,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (!env->dry_run &&
-		(ct_out_check(j.p->out, env, e) || (j.p->std && ct_out_check(j.p->std, env, e))))
-		return -1;
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;

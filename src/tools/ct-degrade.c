@@ -23,8 +23,8 @@ struct params {
 static const struct params defaults = {.decimate = -1};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "CT, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "low-resolution CT, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
 		"(needed)"),
@@ -124,7 +124,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0};
 	int rc = -1;
 
-	if (operator_of(&d, p, e) || ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+	if (operator_of(&d, p, e) || ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);

@@ -34,12 +34,12 @@ enum quantity { QUANTITIES(CT_WORD_VALUE) };
 static const struct params defaults = {.tv = 10};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "projections, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the volume, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "projections, EXR, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the volume, NIfTI, or -"),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
 		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
 		"for any geometry"),
-	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
+	CT_INPUT(struct params, grid, 0, "grid", "N|FILE",
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
 	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
@@ -168,7 +168,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct fdk_how how;
 	int rc = -1;
 
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_stack_read(p->in, &in, e))
+	if (ct_stack_read(p->in, &in, e))
 		goto out;
 	if (ct_stack_check_finite(&in, e) || ct_stack_check(&in, e)) {
 		ct_blame(e, p->in);

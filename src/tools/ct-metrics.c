@@ -33,32 +33,32 @@ static const struct params defaults = {.ssim = -1,
 	.max_rms = NONE};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, first, "REF",
+	CT_ARG(struct params, first, CT_READS, "REF",
 		"the truth, NIfTI, or -; with --consistency and no TEST, what is judged"),
-	CT_ARG_MAYBE(
-		struct params, second, "TEST", "what is judged, NIfTI, or -, on the same grid"),
+	CT_ARG_MAYBE(struct params, second, CT_READS, "TEST",
+		"what is judged, NIfTI, or -, on the same grid"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"clip both to [LO, HI] HU and map to [0, 1] for PSNR and SSIM (default -512:3071)"),
 	CT_OPT(struct params, range, 0, "range", "R", 0, 1e9,
 		"PSNR and SSIM of the values as they are, with data range R, instead of a window; "
 		"0 uses the window"),
-	CT_OPT(struct params, mask, 0, "mask", "FILE", 0, 0,
+	CT_INPUT(struct params, mask, 0, "mask", "FILE",
 		"count only voxels where FILE, on the same grid, is not zero"),
 	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
 	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
 		"which definition of SSIM; with --psnr none by default"),
-	CT_OPT(struct params, per_slice, 0, "per-slice", "CSV", 0, 0,
+	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV",
 		"write a line for every slice across each of the three axes to the file CSV"),
-	CT_OPT(struct params, per_axis, 0, "per-axis", "CSV", 0, 0,
+	CT_OUTPUT(struct params, per_axis, 0, "per-axis", "CSV",
 		"write a line for each of the three axes to the file CSV"),
 	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
 		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %"),
 	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge"),
-	CT_OPT(struct params, consistency, 0, "consistency", "LR", 0, 0,
+	CT_INPUT(struct params, consistency, 0, "consistency", "LR",
 		"degrade TEST by the operator that the header of LR names, and report how far it "
 		"is "
 		"from LR"),
-	CT_OPT(struct params, map, 0, "map", "OUT", 0, 0,
+	CT_OUTPUT(struct params, map, 0, "map", "OUT",
 		"write that residual as a volume on the grid of LR, in HU"),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
 		"exit with status 3 if PSNR is lower"),
@@ -90,12 +90,6 @@ static int check(const struct params *p, struct ct_err *e)
 	const bool limits = !isnan(p->min_psnr) || !isnan(p->min_ssim) || !isnan(p->max_mae) ||
 			    !isnan(p->max_rmse) || !isnan(p->max_gradient);
 
-	if (is_stream(p->ref) + is_stream(p->test) + is_stream(p->mask) +
-			is_stream(p->consistency) >
-		1)
-		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (is_stream(p->per_slice) + is_stream(p->per_axis) + is_stream(p->map) > 1)
-		return ct_fail(e, CT_EUSAGE, "only one output can be standard output");
 	if (!p->ref && !p->consistency)
 		return ct_fail(e, CT_EUSAGE, "missing TEST");
 	if (!p->ref && (truth || limits))
@@ -108,16 +102,6 @@ static int check(const struct params *p, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
 	if (!p->consistency && (p->map || !isnan(p->max_residual) || !isnan(p->max_rms)))
 		return ct_fail(e, CT_EUSAGE, "--map and --max-residual need --consistency");
-	return 0;
-}
-
-static int check_outputs(const struct params *p, const struct ct_env *env, struct ct_err *e)
-{
-	const char *const out[] = {p->per_slice, p->per_axis, p->map};
-
-	for (size_t i = 0; i < sizeof out / sizeof *out; i++)
-		if (out[i] && ct_out_check(out[i], env, e))
-			return -1;
 	return 0;
 }
 
@@ -293,7 +277,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, e) || check_outputs(&p, env, e) ||
+	if (check(&p, e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
 	if ((p.ref && compare(&f, &p, &test, env, e)) ||

@@ -41,8 +41,8 @@ static const struct params defaults = {.iterations = 5000,
 	.init = NAN};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "projections to fit, EXR, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the Gaussians, PLY, or -"),
 	CT_INPUT(struct params, base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
@@ -246,8 +246,12 @@ static int fit(struct job *j, struct ct_err *e)
 		if (nabgs_state_load(&f, &j->resume, j->env, e))
 			goto out;
 	}
-	if (ct_fit_run(&f, &d, j->env, e) || write_set(&f, j, e))
+	if (ct_fit_run(&f, &d, j->env, e))
 		goto out;
+	if (write_set(&f, j, e)) {
+		nabgs_state_rescue(&j->resume, &f, e);
+		goto out;
+	}
 	ct_resume_done(&j->resume);
 	rc = j->env->json || (kept && j->env->verbose >= 0) ? nabgs_report(&f, j->env->json, e) : 0;
 out:
@@ -259,16 +263,9 @@ out:
 static int check(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	const char *const from[] = {p->in, p->base, p->projections, p->std, p->lr};
-	bool stream = strcmp(p->out, "-") == 0;
-	int standard = 0;
 
 	if (!p->base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
-	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
-		standard += from[i] && strcmp(from[i], "-") == 0;
-	if (standard > 1)
-		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
 	if (p->lr && p->mode == FULL)
 		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
 	if (p->refit && p->activation != CT_PRELU)
@@ -276,10 +273,8 @@ static int check(struct job *j, struct ct_err *e)
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
-	if (stream && j->env->json && !j->env->dry_run)
+	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
 		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
-	if (!j->env->dry_run && ct_out_check(p->out, j->env, e))
-		return -1;
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 

@@ -23,8 +23,9 @@ static const struct params defaults = {.size = "128x128x128",
 	.scan = CT_SCAN_DEFAULTS};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, kind, "KIND", "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
-	CT_ARG(struct params, out, "OUT", "volume in HU, NIfTI; with --project EXR; or -"),
+	CT_ARG(struct params, kind, CT_NO_FILE, "KIND", "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
+	CT_ARG(struct params, out, CT_WRITES, "OUT",
+		"volume in HU, NIfTI; with --project EXR; or -"),
 	CT_OPT(struct params, size, 0, "size", "WxHxD", 0, 0, "voxels along x, y and z"),
 	CT_OPT(struct params, spacing, 0, "spacing", "MM[,MM,MM]", 0, 0, "size of a voxel"),
 	CT_OPT(struct params, oversample, 0, "oversample", "N", 1, 16,
@@ -132,7 +133,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (!p->project && ct_scan_opts_given(&p->scan))
 		return ct_fail(e, CT_EUSAGE, "options of a scan need --project");
-	if (ct_out_check(p->out, env, e) || grid_of(&v, p, e))
+	if (grid_of(&v, p, e))
 		goto out;
 	ct_vol_spacing(&v, extent);
 	for (int a = 0; a < 3; a++)

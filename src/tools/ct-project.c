@@ -32,8 +32,8 @@ enum pixel { PIXELS(CT_WORD_VALUE) };
 static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "volume in HU, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "projections, EXR, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "projections, EXR, or -"),
 	CT_SCAN_OPTS(struct params, scan),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
@@ -187,7 +187,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (p->electronic > 0 && !(p->photons > 0))
 		return ct_fail(e, CT_EUSAGE, "--electronic needs --photons");
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_vol_read(p->in, &in, e))
+	if (ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {
 		ct_blame(e, p->in);

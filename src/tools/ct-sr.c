@@ -40,8 +40,9 @@ struct params {
 static const struct params defaults = {.scale = 4, .quality = FAST};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG(struct params, out, "OUT", "super-resolved CT, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN",
+		"low-resolution CT: NIfTI file, DICOM folder, or -"),
+	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft and fast invert the operator that made IN, balanced and best add what the "
@@ -56,7 +57,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
-	CT_OPT(struct params, prior, 0, "prior", "FILE", 0, 0,
+	CT_INPUT(struct params, prior, 0, "prior", "FILE",
 		"diffusion prior; the one that is installed if not given"),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
 		"HU that map to density 0 and 1 (default -1024:3071)"),
@@ -212,8 +213,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 			"best, or --paper");
 	if (p->resume && !p->keep)
 		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
-	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
-		return -1;
 	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
 		plan(&c, p, &f, env->seed, e))
 		goto out;

@@ -24,8 +24,8 @@ static const struct params defaults = {
 	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT on the finer grid, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
@@ -42,7 +42,7 @@ static const struct ct_opt opts[] = {
 		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
 	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
-	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
+	CT_INPUT(struct params, start, 0, "start", "FILE",
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
 		"with dc, the nearest volume to it that agrees with IN"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
@@ -246,8 +246,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	double begin;
 	int rc = -1;
 
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || read_inputs(&in, &start, p, e) ||
-		rule_of(&rule, p, &in, env, e))
+	if (read_inputs(&in, &start, p, e) || rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	begin = ct_clock_wall();

@@ -24,10 +24,10 @@ static const struct params defaults = {
 	.zoom = 1, .slice = 0.5, .plane = SHEET_ALL_PLANES, .views = 12};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, "FILE",
+	CT_ARG(struct params, files, CT_READS_WRITES, "FILE",
 		"NIfTI volumes or EXR stacks, or -; the last one is the PNG to write, or -, unless "
 		"--output names it"),
-	CT_OPT(struct params, out, 'o', "output", "OUT", 0, 0, "PNG to write, or -"),
+	CT_OUTPUT(struct params, out, 'o', "output", "OUT", "PNG to write, or -"),
 	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(MONTAGE_PLANE_LIST, SHEET_LIST),
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
@@ -130,7 +130,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (operands(p, &n, &out, e) || rule_of(&rule, window, error, p, e) ||
-		ct_out_check(out, env, e) || ct_alloc0(&a, n, sizeof *a, e))
+		ct_alloc0(&a, n, sizeof *a, e))
 		return -1;
 	if (read_files(a, p, n, e) == 0 && sheet_make(&s, n, a, &rule, e) == 0)
 		rc = draw(&s, out, env, e);

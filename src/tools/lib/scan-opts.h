@@ -45,10 +45,9 @@ struct ct_scan_opts {
 			"shift of the detector centre along u and v, mm (0,0)"),                               \
 		CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0,                                                     \
 			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume"),        \
-		CT_OPT(S, f.scanner, 0, "scanner", "FILE", 0, 0,                                               \
+		CT_INPUT(S, f.scanner, 0, "scanner", "FILE",                                                   \
 			"JSON scanner file as of R2-Gaussian and TIGRE; other options override it"),           \
-		CT_OPT(S, f.like, 0, "like", "STACK", 0, 0,                                                    \
-			"take the whole geometry from this stack")
+		CT_INPUT(S, f.like, 0, "like", "STACK", "take the whole geometry from this stack")
 
 /* Stack with the geometry that the options ask for around the grid, data uninitialised, metadata
  * keys scan.*. CT_EUSAGE for options, CT_EINPUT for files, CT_EGEOM. *out must be zero. */
