@@ -138,3 +138,5 @@ dist_check_SCRIPTS += tests/t-resume.sh
 dist_check_SCRIPTS += tests/t-outputs.sh
 check_PROGRAMS += tests/t-rescue
 tests_t_rescue_SOURCES = tests/t-rescue.c
+check_PROGRAMS += tests/t-hostile
+tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h

@@ -6,6 +6,7 @@
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "core/simd.h"
+#include "formats/inflate.h"
 
 #include <errno.h>
 #include <locale.h>
@@ -156,7 +157,8 @@ static void say(const struct ct_env *env, enum ct_level level, const char *text)
  */
 static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
 {
-	static const char *const names[] = {"quiet", "verbose", "force", "threads", "resume"};
+	static const char *const names[] = {
+		"quiet", "verbose", "force", "threads", "resume", "expand"};
 	const struct ct_opt *o = NULL;
 	bool common;
 
@@ -219,6 +221,7 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
 	history = history_of(t, argc, argv);
 	env.history = history;
+	ct_inflate_allow((unsigned)c->expand);
 	catch_signals();
 	rc = ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);

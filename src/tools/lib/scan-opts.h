@@ -26,7 +26,7 @@ struct ct_scan_opts {
 #define CT_SCAN_OPTS(S, f)                                                                                     \
 	CT_OPT(S, f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST), 0, 0,                                             \
 		"shape of the beam (cone if nothing says otherwise)"),                                         \
-		CT_OPT(S, f.views, 'n', "views", "N", 0, 1000000,                                              \
+		CT_OPT(S, f.views, 'n', "views", "N", 0, CT_MAX_VIEWS,                                         \
 			"number of views; 0 stands for 100, or what --scanner says"),                          \
 		CT_OPT(S, f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                   \
 			"angle over which the views are spread, its end left out (180)"),                      \
