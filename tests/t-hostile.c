@@ -16,7 +16,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-enum { SECONDS = 20, FREE_PARTS = CT_INFLATE_FREE >> 26 };
+enum { SECONDS = 15, FREE_PARTS = CT_INFLATE_FREE >> 26 };
 
 static struct ct_err e;
 
