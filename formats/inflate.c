@@ -9,6 +9,11 @@ void ct_inflate_allow(unsigned times)
 	allowed = times;
 }
 
+unsigned ct_inflate_allowed(void)
+{
+	return allowed;
+}
+
 int ct_inflate_check(uint64_t from, uint64_t to, struct ct_err *e)
 {
 	if (to <= CT_INFLATE_FREE || allowed == 0 || to / allowed <= from)

@@ -15,6 +15,7 @@ enum { CT_INFLATE_TIMES = 100 };
 
 /* Before anything is read, for all of the process: 0 allows anything. */
 void ct_inflate_allow(unsigned times);
+unsigned ct_inflate_allowed(void);
 /* May so many bytes become so many? CT_EINPUT. */
 int ct_inflate_check(uint64_t from, uint64_t to, struct ct_err *e);
 

@@ -51,6 +51,13 @@ twice 'also an input' ct-metrics -f a.nii up.nii --consistency lr.nii --map lr.n
 twice 'also an input' ct-fdk -f --grid a.nii a.exr a.nii
 twice 'also an input' ct-train -f a.exr a.exr
 twice 'also an input' ct-sr -f a.nii a.nii
+mkdir kept
+twice 'written between' ct-sr -x 2 -k kept a.nii kept/lr.nii
+twice 'written between' ct-sr -x 2 -k kept kept/up.nii out.nii
+twice 'written between' ct-sr -x 2 -k kept -Q best a.nii d/kept/residual.ply
+has err 'kept/residual.ply' 'which it names'
+ct-sr --dry-run --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
+ok $? 'ct-sr hands on how far IN may expand'
 twice 'also another output' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
 twice 'also another output' ct-ddnm -k 2 --std new.exr low.exr d/new.exr
 twice 'another output' ct-ddnm -k 2 --std new.exr.state low.exr new.exr

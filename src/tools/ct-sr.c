@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/cli.h"
+#include "formats/inflate.h"
 #include "formats/io.h"
 
 #include <stdio.h>
@@ -86,6 +87,17 @@ static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *
 	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res
 		       ? 0
 		       : ct_fail(e, CT_ENOMEM, "no memory");
+}
+
+/* IN and OUT are no files of the folder that holds those between them. */
+static int check_files(const struct files *f, const struct params *p, struct ct_err *e)
+{
+	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res};
+
+	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
+			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
+	return 0;
 }
 
 static void free_files(struct files *f)
@@ -175,7 +187,9 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 {
 	struct preset q = choose(p);
 
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL))
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL) ||
+		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
+			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())))
 		return -1;
 	if (q.views == 0)
 		return add_upsample(c, p, &q, f, p->out, e);
@@ -214,7 +228,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (p->resume && !p->keep)
 		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
 	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
-		plan(&c, p, &f, env->seed, e))
+		check_files(&f, p, e) || plan(&c, p, &f, env->seed, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
