@@ -3,16 +3,20 @@
 #define CT_SHIM_GUARD_H
 #include "core/err.h"
 
-/* Within a catch: what was thrown becomes a failure naming `what`. -1. */
-int guard_failed(struct ct_err *e, const char *what) noexcept;
+#include <exception>
+#include <new>
 
 /* f() returns 0 or -1 after ct_fail; what it throws becomes a failure naming `what`. */
 template <class F> int guard(struct ct_err *e, const char *what, F f) noexcept
 {
 	try {
 		return f();
+	} catch (const std::bad_alloc &) {
+		return ct_fail(e, CT_ENOMEM, "%s: no memory", what);
+	} catch (const std::exception &x) {
+		return ct_fail(e, CT_EFAIL, "%s: %s", what, x.what());
 	} catch (...) {
-		return guard_failed(e, what);
+		return ct_fail(e, CT_EFAIL, "%s: unknown exception", what);
 	}
 }
 

@@ -1,8 +1,8 @@
 # The only C++: each library behind a small C header. A tool that uses one is linked as C++:
 #   ct_x_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(VTK_LIBS) $(CT_LIBS)
-#   nodist_EXTRA_ct_x_SOURCES = src/tools/link-with-cxx.cc
+#   ct_x_SOURCES += src/tools/lib/libraries.cc
 noinst_LIBRARIES += libctshim.a
-libctshim_a_SOURCES = src/shim/guard.h src/shim/guard.cc
+libctshim_a_SOURCES = src/shim/guard.h
 libctshim_a_CPPFLAGS = $(AM_CPPFLAGS) $(OIIO_CFLAGS) $(VTK_CPPFLAGS)
 EXTRA_DIST += src/shim/image.h src/shim/image.cc
 if HAVE_OIIO

@@ -1,26 +1,13 @@
-/* guard.cc: see guard.h. */
+/* libraries.cc: too little memory for the libraries in C++ is a failure like others. Makes the
+ * linker one of C++, too. */
 #include "config.h"
-#include "shim/guard.h"
+#include "core/err.h"
 
 #include <cerrno>
 #include <cstdio>
 #include <exception>
-#include <new>
 #include <sys/mman.h>
 #include <unistd.h>
-
-int guard_failed(struct ct_err *e, const char *what) noexcept
-{
-	try {
-		throw;
-	} catch (const std::bad_alloc &) {
-		return ct_fail(e, CT_ENOMEM, "%s: no memory", what);
-	} catch (const std::exception &x) {
-		return ct_fail(e, CT_EFAIL, "%s: %s", what, x.what());
-	} catch (...) {
-		return ct_fail(e, CT_EFAIL, "%s: unknown exception", what);
-	}
-}
 
 [[noreturn]] static void end(const char *name, const char *why)
 {
@@ -31,11 +18,17 @@ int guard_failed(struct ct_err *e, const char *what) noexcept
 /* Libraries start threads while they are initialised, where no one can catch. */
 [[noreturn]] static void give_up()
 {
-	ct_err e = {};
+	const char *why = "a library gave up";
 
-	if (std::current_exception())
-		guard_failed(&e, "a library");
-	end(program_invocation_short_name, e.msg);
+	try {
+		if (std::current_exception())
+			throw;
+	} catch (const std::exception &x) {
+		end(program_invocation_short_name, x.what());
+	} catch (...) {
+		why = "a library threw something";
+	}
+	end(program_invocation_short_name, why);
 }
 
 /* Runs before the libraries are initialised, and so before a sanitizer is. Some of them do not look
