@@ -204,7 +204,10 @@ static void test_bombs(void)
 static void test_views(void)
 {
 	FILE *text = fopen("scan.json", "w");
+	struct ct_stack s = {0};
 
+	OK(ct_stack_alloc(&s, CT_MAX_VIEWS + 1, 1, 1, &e) == -1 && e.code == CT_EINPUT,
+		"a stack of too many views: %s", e.msg);
 	fprintf(text, "{\"mode\":\"cone\",\"DSO\":1000,\"DSD\":1500,\"nDetector\":[4,4],"
 		      "\"sDetector\":[40,40],\"nVoxel\":[4,4,4],\"sVoxel\":[16,16,16],"
 		      "\"numTrain\":65536}");

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/resume.h"
 #include "core/env.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <glob.h>
@@ -30,6 +31,23 @@ static int pack(struct ct_tensors *t, const void *work, struct ct_err *e)
 	return 0;
 }
 
+/* A file is for its owner alone until it has its name. */
+static void test_rights(void)
+{
+	struct ct_err e = {0};
+	struct ct_out o;
+	struct stat st;
+
+	umask(022);
+	OK(ct_out_open(&o, "x", NULL, &e) == 0 && stat(o.tmp, &st) == 0 &&
+			(st.st_mode & 0777) == 0600,
+		"a temporary file is for its owner");
+	OK(ct_put(&o, "x", 1, &e) == 0 && ct_out_commit(&o, &e) == 0 && stat("x", &st) == 0 &&
+			(st.st_mode & 0777) == 0644,
+		"and then for whom the mask says");
+	unlink("x");
+}
+
 int main(void)
 {
 	const struct ct_env env = {.tool = "ct-test"};
@@ -44,6 +62,7 @@ int main(void)
 	if (!mkdtemp(root) || chdir(root) || mkdir("d", 0777) || mkdir("tmp", 0777))
 		return 99;
 	setenv("TMPDIR", "tmp", 1);
+	test_rights();
 	OK(ct_resume_open(&r, "d/o", false, opts, &params, &env, &e) == 0, "a run begins");
 	OK(ct_resume_load(&r, &t, &e) == 1, "with no state");
 	if (rmdir("d"))
