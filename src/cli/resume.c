@@ -58,21 +58,30 @@ static int take_options(struct ct_resume *r, struct ct_err *e)
 	return 0;
 }
 
+static bool is_state(const char *path)
+{
+	struct ct_meta m = {0};
+	struct ct_err why;
+	bool is = ct_tensors_read_meta(path, &m, &why) == 0 && ct_meta_get(&m, RUN WHICH);
+
+	ct_meta_free(&m);
+	return is;
+}
+
 /* Is there no state, or one that the run goes on from or was told to forget? */
 static int may_replace(struct ct_resume *r, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_meta m = {0};
-
-	if (r->wanted || access(r->path, F_OK) != 0)
+	if (access(r->path, F_OK) != 0)
 		return 0;
-	if (!env->force)
-		return ct_fail(e, CT_EOUTPUT,
-			"%s: exists; --resume goes on from it, --force starts anew", r->path);
-	r->own = ct_tensors_read_meta(r->path, &m, e) == 0 && ct_meta_get(&m, RUN WHICH);
-	ct_meta_free(&m);
-	return r->own ? 0
-		      : ct_fail(e, CT_EOUTPUT,
-				"%s: is not the state of a run, so is not written over", r->path);
+	r->own = env->force && is_state(r->path);
+	if (r->wanted || r->own)
+		return 0;
+	return env->force
+		       ? ct_fail(e, CT_EOUTPUT,
+				 "%s: is not the state of a run, so is not written over", r->path)
+		       : ct_fail(e, CT_EOUTPUT,
+				 "%s: exists; --resume goes on from it, --force starts anew",
+				 r->path);
 }
 
 int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
