@@ -144,12 +144,14 @@ static void test_noise(void)
 	ct_vol_free(&v);
 }
 
-/* A chessboard, of which a linear function takes nothing away: the deviation of every block of
- * 4 x 4 x 4 is known, by the values that are free after a mean and a slope along each axis. */
+/* A chessboard of 0 and 1: the squares of a block of 3 x 3 x 3, 13 of one and 14 of the other, over
+ * the values that are free after a mean and a slope along each axis. The slopes are 0, but across
+ * two planes, of 5 ones and of 4. */
 static void test_chessboard(void)
 {
 	static const size_t size[][3] = {{20, 24, 16}, {40, 36, 1}, {40, 1, 36}, {2, 40, 24}};
-	static const double degrees[] = {64.0 / 60, 16.0 / 13, 16.0 / 13, 32.0 / 28};
+	static const double square[] = {14 * 13 / 27.0 / 23, 5 * 4 / 9.0 / 6, 5 * 4 / 9.0 / 6,
+		(9 * 9 / 18.0 - 1 / 18.0) / 14};
 
 	for (int k = 0; k < 4; k++) {
 		struct ct_vol v;
@@ -160,8 +162,7 @@ static void test_chessboard(void)
 
 			v.data[i] = (x + y % size[k][1] + y / size[k][1]) % 2 ? 60 : 20;
 		}
-		NEAR(estimate(&v, four).noise / 20, sqrt(degrees[k]), 1e-5,
-			"noise of a chessboard");
+		NEAR(estimate(&v, four).noise / 40, sqrt(square[k]), 1e-5, "noise of a chessboard");
 		ct_vol_free(&v);
 	}
 }
