@@ -2,8 +2,8 @@
 """Do the tests notice? Changes one line of src/ or formats/ at a time, builds, and runs the tests of
 its room until one fails. Prints the score, and what survived.
 
-    scripts/mutate.py [--seed N] [--count N] [--limit SECONDS] [--files GLOB] [--at FILE:LINE ...]
-                      [--jobs N] [--build DIR] [--dry-run]
+    scripts/mutate.py [--seed N] [--count N] [--limit SECONDS] [--files GLOB] [--at FILE:LINE ... [--each N]]
+                      [--minutes M] [--jobs N] [--build DIR] [--dry-run]
 
 Works on a copy in DIR (build-mutate), which later runs find built. A mutant that does not compile is
 drawn again; one that runs longer than the limit is noticed. --at takes the mutants of these lines
@@ -15,6 +15,7 @@ TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Tests that should notice a change, the quickest first; the first row that fits a file counts.
 MAP = [
     ('src/core/rng*', 't-core t-superres t-gsfit'),
+    ('src/core/par*', 't-core t-solve'),
     ('src/core/vec*', 't-vec-v3 t-vec-v4 t-vec-v2 t-splat t-voxelise t-project'),
     ('src/core/gauss*', 't-ply t-splat t-gsfit'),
     ('src/core/tensors*', 't-safetensors t-unet'),
@@ -24,8 +25,12 @@ MAP = [
     ('src/solve/*', 't-solve t-tv t-joint t-fdk t-consistency'),
     ('src/xray/photons*', 't-photons t-ct-project.sh'),
     ('src/xray/phantom*', 't-project t-fdk t-ct-project.sh t-ct-fdk.sh'),
+    ('src/xray/joseph*', 't-joseph t-columns'),
+    ('src/xray/window*', 't-joseph'),
     ('src/xray/columns*', 't-columns t-project t-joint'),
     ('src/xray/*', 't-project t-columns t-fdk t-ct-project.sh'),
+    ('src/recon/fdk*', 't-weights t-fdk t-ct-fdk.sh'),
+    ('src/recon/backproject*', 't-weights t-fdk'),
     ('src/recon/joint*', 't-joint t-ct-fuse.sh'),
     ('src/recon/fuse*', 't-joint t-ct-fuse.sh'),
     ('src/recon/rof*', 't-joint t-tv t-ct-fuse.sh'),
@@ -65,11 +70,14 @@ MAP = [
     ('src/gs/neighbours*', 't-gsfit'),
     ('src/gs/fit*', 't-density t-gsfit t-fit-extreme t-nabgs.sh'),
     ('src/gs/refit*', 't-gsfit t-fit-extreme'),
+    ('src/gs/splat*', 't-splat t-density t-gsfit'),
     ('src/gs/*', 't-splat t-voxelise t-extreme t-gsfit'),
+    ('src/cli/chain*', 't-sr.sh'),
     ('src/cli/*', 't-core t-all-tools.sh t-cost.sh t-resume.sh t-sr.sh'),
     ('src/shim/*', 't-dicom.sh t-convert.sh t-image t-view.sh'),
-    ('src/tools/lib/*', 't-ct-project.sh t-convert.sh t-scan.sh t-ct-fdk.sh'),
-    ('src/tools/convert*', 't-convert.sh t-dicom.sh t-exr-tools.sh'),
+    ('src/tools/lib/*', 't-ct-project.sh t-scan.sh t-ct-project.sh t-convert.sh t-ct-fdk.sh'),
+    ('src/tools/convert-stack*', 't-npy.sh'),
+    ('src/tools/convert*', 't-scan.sh t-convert.sh t-dicom.sh'),
     ('src/tools/survey*', 't-survey t-ct-metrics.sh'),
     ('src/tools/montage*', 't-montage t-view.sh'),
     ('src/tools/sheet*', 't-view.sh'),
@@ -81,17 +89,28 @@ MAP = [
     ('src/tools/fdk*', 't-ct-fdk.sh'),
     ('src/tools/fuse*', 't-ct-fuse.sh'),
     ('src/tools/metrics*', 't-ct-metrics.sh'),
-    ('src/tools/project*', 't-ct-project.sh'),
+    ('src/tools/project*', 't-ct-project.sh t-scan.sh'),
+    ('src/tools/ct-project*', 't-ct-project.sh t-scan.sh'),
     ('src/tools/ddnm*', 't-ct-ddnm.sh t-resume.sh'),
     ('src/tools/nabgs*', 't-nabgs.sh t-resume.sh'),
     ('src/tools/ct-compose*', 't-nabgs.sh t-ply-tools.sh'),
     ('src/tools/ct-convert*', 't-convert.sh'),
+    ('src/tools/ct-degrade*', 't-ct-degrade.sh'),
+    ('src/tools/ct-upsample*', 't-ct-upsample.sh'),
+    ('src/tools/ct-fdk*', 't-ct-fdk.sh'),
+    ('src/tools/ct-fuse*', 't-ct-fuse.sh'),
+    ('src/tools/ct-metrics*', 't-ct-metrics.sh'),
+    ('src/tools/ct-info*', 't-info.sh'),
+    ('src/tools/ct-view*', 't-view.sh'),
+    ('src/tools/ct-nabgs*', 't-nabgs.sh'),
+    ('src/tools/ct-ddnm*', 't-ct-ddnm.sh'),
     ('src/tools/*', 't-all-tools.sh'),
     ('formats/nifti*', 't-nifti t-convert.sh'),
     ('formats/exr*', 't-exr t-exr-tools.sh'),
     ('formats/ply*', 't-ply t-ply-tools.sh'),
     ('formats/safetensors*', 't-safetensors'),
     ('formats/npy*', 't-npy.sh'),
+    ('formats/io*', 't-convert.sh t-all-tools.sh t-nifti'),
     ('formats/*', 't-nifti t-exr t-ply t-safetensors t-all-tools.sh t-convert.sh'),
 ]
 # What is changed into what, outside strings and comments.
@@ -263,9 +282,10 @@ def chosen(o):
     for at in o.at:
         path, number, word = (at.split(':', 2) + [''])[:3]
         line = open(os.path.join(TOP, path)).read().split('\n')[int(number) - 1]
-        for m in mutants(line):
-            if word in m:
-                yield path, int(number), line, m
+        fit = [m for m in mutants(line) if word in m]
+        random.Random(o.seed).shuffle(fit)
+        for m in fit[:o.each or None]:
+            yield path, int(number), line, m
     if o.at:
         return
     places = list(candidates(o))
@@ -283,6 +303,7 @@ def main():
     p.add_argument('--minutes', type=float, default=0, help='begin no mutant after these')
     p.add_argument('--files', default='*', help='only files that match')
     p.add_argument('--at', nargs='*', default=[], metavar='FILE:LINE[:WORD]')
+    p.add_argument('--each', type=int, default=0, help='at most so many of each --at')
     p.add_argument('--jobs', type=int, default=os.cpu_count())
     p.add_argument('--build', default=os.path.join(TOP, 'build-mutate'))
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
