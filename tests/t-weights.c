@@ -207,18 +207,18 @@ static void fronts(void)
 	static const double dso[] = {15.9, 16.1};
 	struct ct_vol v = grid(8, (const double[]){4, 2, 2});
 
-	for (int side = 0; side < 4; side++)
+	for (int side = 0; side < 6; side++)
 		for (int k = 0; k < 2; k++) {
 			struct ct_backprojector b = {0};
 			struct ct_stack s = {0};
-			double far = dso[k] / (side < 2 ? 1 : 2), sign = side % 2 ? -1 : 1;
-			int axis = side < 2 ? 0 : 1, rc;
+			int axis = side / 2, rc;
+			double far = dso[k] / (axis ? 2 : 1), sign = side % 2 ? -1 : 1;
 
 			must(ct_stack_alloc(&s, 1, 4, 4, &err));
 			s.view[0].source[axis] = sign * far;
 			s.view[0].centre[axis] = -sign * 100;
-			s.view[0].u[1 - axis] = 30;
-			s.view[0].v[2] = 30;
+			s.view[0].u[(axis + 1) % 3] = 30;
+			s.view[0].v[(axis + 2) % 3] = 30;
 			rc = ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err);
 			OK(k ? rc == 0
 			     : rc != 0 && err.code == CT_EGEOM && strstr(err.msg, "in front"),
