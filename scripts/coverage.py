@@ -10,7 +10,7 @@ import argparse, collections, json, os, re, shutil, subprocess, sys
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
-def build(b, tests, run):
+def build(b, tests):
     os.makedirs(b, exist_ok=True)
     if not os.path.exists(b + '/Makefile'):
         cc = 'CC=ccache gcc' if shutil.which('ccache') else 'CC=gcc'
@@ -19,8 +19,6 @@ def build(b, tests, run):
                               stdout=subprocess.DEVNULL)
     jobs = '-j%d' % os.cpu_count()
     subprocess.check_call(['make', '-s', jobs], cwd=b, stdout=subprocess.DEVNULL)
-    if not run:
-        return
     for folder, _, names in os.walk(b):
         for name in names:
             if name.endswith('.gcda'):
@@ -57,7 +55,8 @@ def main():
     p.add_argument('--lines', action='store_true', help='print the lines that were not run')
     p.add_argument('--no-run', action='store_true', help='of the last run')
     o = p.parse_args()
-    build(os.path.abspath(o.build), o.tests, not o.no_run)
+    if not o.no_run:
+        build(os.path.abspath(o.build), o.tests)
     rows, run, all_lines = [], 0, 0
     for name, lines in counts(os.path.abspath(o.build)).items():
         done = sum(n > 0 for n in lines.values())

@@ -210,7 +210,8 @@ class Place:
             cc = 'CC=ccache gcc' if shutil.which('ccache') else 'CC=gcc'
             subprocess.check_call(['./bootstrap'], cwd=self.src, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL)
-            subprocess.check_call(['../src/configure', cc], cwd=self.b, stdout=subprocess.DEVNULL)
+            subprocess.check_call(['../src/configure', cc, 'CFLAGS=-O2', 'CXXFLAGS=-O2'], cwd=self.b,
+                                  stdout=subprocess.DEVNULL)
         subprocess.check_call(['make', '-s', '-j%d' % self.jobs], cwd=self.b,
                               stdout=subprocess.DEVNULL)
         make = open(self.b + '/Makefile').read()
