@@ -367,6 +367,18 @@ static void test_deviation(void)
 
 static void test_defaults(void)
 {
+	struct ct_stack in = {0}, out = {0};
+	struct ct_err e = {0};
+	double norm;
+
+	stacks(&in, &out, NULL);
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		in.data[i] = i == 7 ? 0.25f : -3;
+	OK(ct_superres_norm(&in, &norm, &e) == 0 && norm == 0.25, "the norm is the largest value");
+	in.data[7] = 0;
+	OK(ct_superres_norm(&in, &norm, &e) == -1 && e.code == CT_EINPUT, "which is more than 0");
+	ct_stack_free(&in);
+	ct_stack_free(&out);
 	NEAR(ct_superres_default(4).sigma_y, 0.001, 0, "sigma_y up to 4-fold");
 	NEAR(ct_superres_default(8).sigma_y, 0.0025, 0, "and beyond");
 	NEAR(ct_superres_default(8).sigma_det, 8 / 2.354820045, 1e-8, "a pixel's width at half");
