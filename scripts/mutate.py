@@ -145,6 +145,7 @@ def mutants(line):
     code, found = masked(line), []
     if DECLARATION.match(code) and not re.match(r'\s*(return|goto|else)\b', code):
         return []
+    code = re.sub(r'(= \{+)0|(\b(?:return|rc =) -)1\b', r'\1\2#', code)  # any other does as well
     for pattern, to in SWAPS:
         for m in re.finditer(pattern, code):
             found.append(line[:m.start()] + to + line[m.end():])
