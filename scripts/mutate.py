@@ -14,7 +14,7 @@ import argparse, fnmatch, os, random, re, shutil, signal, subprocess, sys, time
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Tests that should notice a change, the quickest first; the first row that fits a file counts.
 MAP = [
-    ('src/core/rng*', 't-core t-superres t-gsfit'),
+    ('src/core/rng*', 't-core t-training t-superres t-gsfit'),
     ('src/core/par*', 't-core t-solve'),
     ('src/core/vec*', 't-vec-v3 t-vec-v4 t-vec-v2 t-splat t-voxelise t-project'),
     ('src/core/gauss*', 't-ply t-splat t-gsfit'),

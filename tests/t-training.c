@@ -135,6 +135,20 @@ static void adamw(void)
 	NEAR(norm / squares, 1, 1e-5, "and their squares");
 }
 
+/* Normal numbers are Box and Muller's pairs: the first half of what draws a pair is its radius. */
+static void noise(void)
+{
+	double worst = 0;
+
+	for (uint64_t i = 0; i < 200; i++) {
+		double a = (double)ct_rng_normal(3, 4, 2 * i);
+		double b = (double)ct_rng_normal(3, 4, 2 * i + 1);
+
+		worst = fmax(worst, fabs(hypot(a, b) - sqrt(-2 * log(ct_rng_uniform(3, 4, i)))));
+	}
+	NEAR(worst, 0, 1e-6, "normal numbers by Box and Muller");
+}
+
 static void options(struct ct_train_opts *o, struct ct_unet_arch *a)
 {
 	ct_train_default(o);
@@ -273,6 +287,7 @@ int main(void)
 	pieces(false, true);
 	pieces(true, true);
 	adamw();
+	noise();
 	losses(&env);
 	warm_up(&env);
 	ct_par_free(env.par);
