@@ -7,16 +7,21 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 	CT_TOOLS='$(bin_PROGRAMS)'; unset CT_THREADS OMP_NUM_THREADS; \
 	export LC_ALL PATH srcdir builddir CT_TOOLS;
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
+# What takes long, and is no part of make check: see tests/long/all.sh and scripts/fuzz.sh. To choose:
+#   make check-long PARTS='kill=1000 full=100'    make fuzz FUZZ='--seconds 600 exr'
+check-long: all
+	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
+fuzz:
+	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
+.PHONY: check-long fuzz
+EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
+	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
-# A fuzz target fuzz-x is check_PROGRAMS += tests/fuzz/fuzz-x of fuzz-x.c and $(FUZZ_DRIVER).
-FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h
 check_PROGRAMS += tests/t-nifti
 tests_t_nifti_SOURCES = tests/t-nifti.c tests/nifti-make.h
-check_PROGRAMS += tests/fuzz/fuzz-nifti
-tests_fuzz_fuzz_nifti_SOURCES = tests/fuzz/fuzz-nifti.c tests/nifti-make.h $(FUZZ_DRIVER)
 check_PROGRAMS += tests/t-ssim
 tests_t_ssim_SOURCES = tests/t-ssim.c
 check_PROGRAMS += tests/t-resample
@@ -71,12 +76,6 @@ dist_check_SCRIPTS += tests/t-ply-tools.sh
 check_PROGRAMS += tests/t-loss tests/t-gsfit
 tests_t_loss_SOURCES = tests/t-loss.c
 tests_t_gsfit_SOURCES = tests/t-gsfit.c
-check_PROGRAMS += tests/fuzz/fuzz-exr
-tests_fuzz_fuzz_exr_SOURCES = tests/fuzz/fuzz-exr.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
-check_PROGRAMS += tests/fuzz/fuzz-ply
-tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
-check_PROGRAMS += tests/fuzz/fuzz-safetensors
-tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
 dist_check_SCRIPTS += tests/t-nabgs.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c
@@ -135,3 +134,6 @@ dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-resume.sh
+include tests/fuzz/local.mk
+check_PROGRAMS += tests/t-gauss-far
+tests_t_gauss_far_SOURCES = tests/t-gauss-far.c
