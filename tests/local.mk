@@ -135,5 +135,6 @@ check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-resume.sh
 include tests/fuzz/local.mk
+dist_check_SCRIPTS += tests/t-long.sh
 check_PROGRAMS += tests/t-gauss-far
 tests_t_gauss_far_SOURCES = tests/t-gauss-far.c

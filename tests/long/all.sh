@@ -1,6 +1,6 @@
 #!/bin/sh
-# all.sh [PART[=COUNT]...]: the parts of make check-long, all of them if none is named, and a table of what
-# was tried and what passed, in check-long.md of the present folder too.
+# all.sh [PART[=COUNT[,COMMAND]]...]: the parts of make check-long, all of them if none is named, and a table
+# of what was tried and what passed, in check-long.md of the present folder too.
 here=$(cd "$(dirname "$0")" && pwd)
 parts=${*:-kill full memory two threads sanitize fuzz}
 table=$PWD/check-long.md rows=$(mktemp)

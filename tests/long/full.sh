@@ -1,10 +1,10 @@
 #!/bin/sh
-# full.sh [OFFSETS]: every command that writes, with no file allowed to grow beyond each of OFFSETS (100)
+# full.sh [OFFSETS [COMMAND]]: every command that writes, with no file allowed to grow beyond each of OFFSETS (100)
 # sizes from 0 to all but the last byte of its output (RLIMIT_FSIZE, SIGXFSZ ignored: a write beyond it
 # fails as on a full disk). Status 4 and a message, no output, nothing beside it but a state; and then,
 # with room, the same result.
 . "$(dirname "$0")/lib.sh"
-offsets=${1:-100}
+offsets=${1:-100} only=${2:-}
 inputs
 mkdir out
 printf '\223NUMPY\001\0\106\0%-69s\n' "{'descr': '|u1', 'fortran_order': False, 'shape': (4, 8, 8), }" >views.npy
@@ -12,6 +12,7 @@ head -c 256 hr.nii >>views.npy
 echo '{"DSO": 500, "DSD": 1000, "nDetector": [8, 8], "sDetector": [80, 80], "numTrain": 4}' >scan.json
 writer() { # writer OUT COMMAND...: OUT among its words
 	out=$1; shift
+	[ -z "$only" ] || [ "$only" = "$1" ] || return
 	row "no room: $1 to ${out#out/}"
 	rm -rf out && mkdir out
 	"$@" >/dev/null 2>err || { tally 1 'does not run'; return; }

@@ -1,9 +1,9 @@
 #!/bin/sh
-# kill.sh [COUNT [SIGNAL]]: every command with a state, and ct-sr with all that it started, is stopped by
-# SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed: the same result as a run in one go,
-# nothing else left, and no file that cannot be read meanwhile.
+# kill.sh [COUNT [COMMAND]]: every command with a state, and ct-sr with all that it started, is stopped by
+# the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed: the same result as a run in
+# one go, nothing else left, and no file that cannot be read meanwhile.
 . "$(dirname "$0")/lib.sh"
-count=${1:-1000} signal=${2:-KILL}
+count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$stateful}
 inputs
 # strays: what is in the folder, but for the inputs, the output and what it may have beside it
 strays() { find . -mindepth 1 -maxdepth 1 ! -name out ! -name out.state ! -name out.keep ! -name err; }
@@ -54,9 +54,10 @@ lives() { # lives COMMAND KILLS
 		cd "$work" || exit 99
 	done
 }
-set -- $stateful
+# shellcheck disable=SC2086
+set -- $tools
 each=$((count / $#))
-for tool in $stateful; do
+for tool; do
 	row "SIG$signal, $tool"
 	lives "$tool" "$each"
 done
@@ -66,6 +67,7 @@ m=$(cut -d' ' -f1,2 "$work/strays" 2>/dev/null | wc -l)
 [ "$m" -gt "$n" ] && m=$n
 tally 0 '' $((n - m))
 [ "$m" -eq 0 ] || tally 1 "$(sed 's/\.[A-Za-z0-9]\{6\}$/.XXXXXX/' strays | sort | uniq -c | tr '\n' ';')" "$m"
+case " $tools " in *' ct-sr '*) ;; *) finish ;; esac
 row "SIG$signal of ct-sr alone, its children end"
 n=$((count / 50))
 while [ "$n" -gt 0 ]; do

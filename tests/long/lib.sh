@@ -1,5 +1,5 @@
 # lib.sh: what the parts of make check-long share; source it first. Each part is a script of its own:
-#   builddir=BUILD sh tests/long/PART.sh [COUNT]
+#   builddir=BUILD sh tests/long/PART.sh [COUNT [COMMAND]]
 # of the commands in BUILD, or else of those that are installed.
 # It prints what failed, and last a line "row|PART|WHAT|TRIED|PASSED" a row of the table.
 # shellcheck shell=sh disable=SC2034

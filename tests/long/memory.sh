@@ -1,13 +1,14 @@
 #!/bin/sh
-# memory.sh [LIMITS]: every command with LIMITS (24) limits of its memory (ulimit -v) from 64 MB up to where
+# memory.sh [LIMITS [COMMAND]]: every command with LIMITS (24) limits of its memory (ulimit -v) from 64 MB up to where
 # all have room: the right result, or status 7 and a message, and nothing left; never a crash. The
 # loader's own "error while loading shared libraries" counts as a message.
 . "$(dirname "$0")/lib.sh"
-limits=${1:-24}
+limits=${1:-24} only=${2:-}
 inputs
 mkdir out
 limited() { # limited OUT COMMAND...: with every limit
 	out=$1; shift
+	[ -z "$only" ] || [ "$only" = "$1" ] || return
 	row "little memory: $1 to ${out#out/}"
 	rm -rf out && mkdir out
 	"$@" >/dev/null 2>err || { tally 1 'does not run'; return; }

@@ -13,7 +13,7 @@ mkdir -p "$build" && cd "$build" || exit 99
 programs=
 for t in $tests; do programs="$programs tests/t-$t"; done
 # shellcheck disable=SC2086
-make -j"$(nproc)" all $programs >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
+{ make -j"$(nproc)" && make -j"$(nproc)" $programs; } >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
 printf 'called_from_lib:libgomp.so\ncalled_from_lib:libdnnl.so\nrace:libdnnl.so\nrace:libgomp.so\n' >"$work/quiet"
 export TSAN_OPTIONS="suppressions=$work/quiet:halt_on_error=1:exitcode=66"
 # Where the kernel spreads addresses wider than this compiler's runtime knows, it cannot begin.

@@ -1,9 +1,9 @@
 #!/bin/sh
-# two.sh [COUNT]: two processes with the inputs of two patients on one output, and two ct-sr on one
+# two.sh [COUNT [COMMAND]]: two processes with the inputs of two patients on one output, and two ct-sr on one
 # --keep folder, COUNT (100) times in all, the second begun up to half a run later. Each that ends with
 # status 0 has its own patient's result, what is left is whole, and at least one of the two succeeds.
 . "$(dirname "$0")/lib.sh"
-count=${1:-100}
+count=${1:-100} tools=${2:-$stateful}
 inputs
 race() { # race COMMAND TIMES
 	tool=$1 left=$2
@@ -54,9 +54,10 @@ race() { # race COMMAND TIMES
 		left=$((left - 1))
 	done
 }
-set -- $stateful
+# shellcheck disable=SC2086
+set -- $tools
 each=$((count / $#))
-for tool in $stateful; do
+for tool; do
 	row "two at once, $tool"
 	race "$tool" "$each"
 done
