@@ -28,9 +28,14 @@ echo 'for o; do :; done; $true "$@" || { s=$?; : >$o.abcdef; exit $s; }' | break
 fails 'is left' full 2 ct-degrade
 echo '$true "$@"; exit 0' | breaks ct-degrade
 fails 'status 0' full 2 ct-degrade
-passes memory 3 ct-degrade
-echo '[ "$(ulimit -v)" = unlimited ] || kill -ABRT $$; exec $true "$@"' | breaks ct-degrade
-fails 'status 134' memory 3 ct-degrade
+# a sanitizer takes all addresses
+if (ulimit -v 4000000 && exec ct-degrade --version) >/dev/null 2>&1; then
+	passes memory 3 ct-degrade
+	echo '[ "$(ulimit -v)" = unlimited ] || kill -ABRT $$; exec $true "$@"' | breaks ct-degrade
+	fails 'status 134' memory 3 ct-degrade
+else
+	skip 'memory' 'no room for a limit here'
+fi
 builddir=$builddir sh "$srcdir/tests/long/kill.sh" 3 ct-fuse >out 2>&1
 has out '^row|kill|SIGKILL, ct-fuse|3|3$' 'kill ct-fuse passes'
 echo 'case "$*" in *--resume*) exec $true "$@" -n 2 ;; esac; exec $true "$@"' | breaks ct-fuse

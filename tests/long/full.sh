@@ -13,7 +13,8 @@ echo '{"DSO": 500, "DSD": 1000, "nDetector": [8, 8], "sDetector": [80, 80], "num
 writer() { # writer OUT COMMAND...: OUT among its words
 	out=$1; shift
 	[ -z "$only" ] || [ "$only" = "$1" ] || return
-	row "no room: $1 to ${out#out/}"
+	case " $* " in *" --keep "*) label="$1 --keep" ;; *) label=$1 ;; esac
+	row "no room: $label to ${out#out/}"
 	rm -rf out && mkdir out
 	"$@" >/dev/null 2>err || { tally 1 'does not run'; return; }
 	size=$(stat -c %s "$out") want=$(content "$out") k=0

@@ -33,13 +33,12 @@ tally() { # tally STATUS WORDS [N]: N tries, one if not said, that passed if STA
 	fi
 }
 end_row() {
-	[ -n "${what_:-}" ] && echo "row|$part|$what_|$tried_|$passed_" >>"$work.rows"
+	[ -n "${what_:-}" ] && echo "row|$part|$what_|$tried_|$passed_" >>"$work/rows"
 	what_=
 }
 finish() {
 	end_row
-	cat "$work.rows"
-	rm -f "$work.rows"
+	cat "$work/rows"
 	exit $bad_
 }
 now() { echo $(($(date +%s%N) / 1000000)); }
