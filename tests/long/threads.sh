@@ -1,8 +1,7 @@
 #!/bin/sh
 # threads.sh [TEST...]: what uses threads, under ThreadSanitizer: the C tests of kernels, solvers and the
-# fit, and the
-# commands with four threads. Builds in build-thread. oneDNN and its OpenMP are not built for it, so what
-# happens inside them is not looked at. TEST: the name of a C test, without t-; "-" is none.
+# fit, and the commands with four threads. Builds in build-thread. oneDNN and its OpenMP are not built for
+# it, so what happens inside them is not looked at. TEST: the name of a C test, without t-; "-" is none.
 . "$(dirname "$0")/lib.sh"
 tests=${*:-core solve columns resample degrade consistency tv ssim ssim-volume metrics edges certificate splat
 	voxelise loss loss-lowres project photons fdk joint gsfit net-layers unet superres blur}
