@@ -11,6 +11,7 @@
 #include "formats/format.h"
 #include "formats/half.h"
 #include "formats/hash.h"
+#include "formats/inflate.h"
 #include "formats/io.h"
 #include "core/mem.h"
 
@@ -22,6 +23,7 @@
 #include <string.h>
 
 enum {
+	MOST_PAIRS = 1 << 14, /* of metadata, of all parts */
 	/* Deflate packs 1032 to 1 at best: a header that promises more lies. */
 	MOST_RATIO = 1100,
 	/* Largest picture, and largest array the library may ask for while it reads one. */
@@ -40,7 +42,7 @@ struct reader {
 	struct ct_exr_file file;
 	const char *path;
 	struct part *part;
-	size_t n;
+	size_t n, pairs; /* parts; metadata that were looked at */
 	struct ct_err *e;
 };
 
@@ -247,7 +249,15 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 		       : 0;
 }
 
-/* Keys of the JSON object; the first value of a key stays. */
+/* The first value of a key stays. */
+static int take_pair(struct reader *d, struct ct_meta *m, const char *key, const char *value)
+{
+	if (++d->pairs > MOST_PAIRS)
+		return ct_fail(d->e, CT_EINPUT, "%s: over %d metadata", d->path, MOST_PAIRS);
+	return !*key || ct_meta_get(m, key) ? 0 : ct_meta_set(m, key, value, d->e);
+}
+
+/* Keys of the JSON object. */
 static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
 {
 	json_error_t why;
@@ -261,8 +271,8 @@ static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
 			"%s: attribute " CT_EXR_META " is not a JSON object", d->path);
 	}
 	json_object_foreach (all, key, value)
-		if (rc == 0 && *key && json_is_string(value) && !ct_meta_get(m, key))
-			rc = ct_meta_set(m, key, json_string_value(value), d->e);
+		if (rc == 0 && json_is_string(value))
+			rc = take_pair(d, m, key, json_string_value(value));
 	json_decref(all);
 	return rc;
 }
@@ -283,13 +293,12 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 
 		if (exr_get_attribute_by_index(d->c, part, EXR_ATTR_LIST_FILE_ORDER, i, &a) !=
 				EXR_ERR_SUCCESS ||
-			a->type != EXR_ATTR_STRING || !a->string || !a->string->str)
-			continue;
-		if (strncmp(a->name, CT_EXR_PREFIX, sizeof CT_EXR_PREFIX - 1) != 0 ||
+			a->type != EXR_ATTR_STRING || !a->string || !a->string->str ||
+			strncmp(a->name, CT_EXR_PREFIX, sizeof CT_EXR_PREFIX - 1) != 0 ||
 			ct_exr_reserved(a->name))
 			continue;
 		key = a->name + sizeof CT_EXR_PREFIX - 1;
-		if (*key && !ct_meta_get(m, key) && ct_meta_set(m, key, a->string->str, d->e))
+		if (take_pair(d, m, key, a->string->str))
 			return -1;
 	}
 	text = get_string(d, part, CT_EXR_META);
@@ -419,7 +428,7 @@ static int check_sizes(struct reader *d, size_t *h, size_t *w)
 	if (count / MOST_RATIO > d->file.n / 2) /* a pixel has two bytes at least */
 		return ct_fail(d->e, CT_EINPUT, "%s: %zu views of %zux%zu in %zu bytes cannot be",
 			d->path, d->n, *w, *h, d->file.n);
-	return 0;
+	return ct_inflate_check(d->file.n, 2 * (uint64_t)count, d->e) ? ct_blame(d->e, d->path) : 0;
 }
 
 static int read_all(struct reader *d, struct ct_stack *s)

@@ -211,7 +211,7 @@ int ct_stack_write(
 	struct ct_out out = {0};
 	int rc = -1;
 
-	if (s->w > INT_MAX / 4 || s->h > INT_MAX || s->views > 1000000)
+	if (s->w > INT_MAX / 4 || s->h > INT_MAX)
 		return ct_fail(e, CT_EOUTPUT, "%s: %zu views of %zux%zu do not fit an EXR file",
 			path, s->views, s->w, s->h);
 	if (ct_stack_check(s, e))

@@ -31,6 +31,8 @@ int ct_gauss_write(
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e);
 int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
 	const struct ct_env *env, struct ct_err *e);
+/* The metadata alone, without a look at the numbers. */
+int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e);
 /* As F32, for the owner of the file alone, over what is there. */
 int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struct ct_err *e);
 

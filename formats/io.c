@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/io.h"
 #include "core/mem.h"
+#include "formats/temp.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -61,7 +62,8 @@ fail:
 	return -1;
 }
 
-int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e)
+/* May a file of this name be written, as far as what is there tells? */
+static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	struct stat st;
 
@@ -87,59 +89,132 @@ static mode_t usual_mode(void)
 	return 0666 & ~mask;
 }
 
-static int open_out(struct ct_out *o, const char *path, mode_t mode, struct ct_err *e)
+/* The file gets the rights of the one that it takes the place of, and its group, or else none for
+ * the group. */
+static int set_rights(const struct ct_out *o)
+{
+	const int fd = fileno(o->f);
+	mode_t mode = usual_mode();
+	struct stat st;
+
+	if (o->secret)
+		return 0;
+	if (stat(o->path, &st) == 0) {
+		mode = st.st_mode & 0777;
+		if (fchown(fd, st.st_uid, st.st_gid) != 0 && fchown(fd, (uid_t)-1, st.st_gid) != 0)
+			mode &= ~(mode_t)070;
+	}
+	return fchmod(fd, mode);
+}
+
+static int failed(struct ct_out *o, const char *path, struct ct_err *e)
+{
+	ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	ct_out_abandon(o);
+	return -1;
+}
+
+/* The name that is written: a symbolic link is followed, but not by a file for its owner alone. */
+static char *target(const char *path, bool secret)
+{
+	struct stat st;
+
+	return !secret && lstat(path, &st) == 0 && S_ISLNK(st.st_mode) ? realpath(path, NULL)
+								       : strdup(path);
+}
+
+static int open_out(struct ct_out *o, const char *path, bool secret, struct ct_err *e)
 {
 	struct stat st;
 	int fd;
 
+	*o = (struct ct_out){.secret = secret};
 	if (strcmp(path, "-") == 0) {
 		o->f = stdout;
 		return 0;
 	}
-	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode)) { /* a device or a fifo: no renaming */
+	o->path = target(path, secret);
+	if (!o->path)
+		return failed(o, path, e);
+	if (stat(o->path, &st) == 0 && !S_ISREG(st.st_mode)) { /* a device or a fifo: no renaming */
 		o->f = fopen(path, "wb");
-		o->path = strdup(path);
-		if (o->f && o->path)
-			return 0;
-		ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
-		ct_out_abandon(o);
-		return -1;
+		return o->f ? 0 : failed(o, path, e);
 	}
-	o->path = strdup(path);
-	if (!o->path || asprintf(&o->tmp, "%s.XXXXXX", path) < 0) {
-		o->tmp = NULL;
-		ct_out_abandon(o);
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	}
-	fd = mkstemp(o->tmp);
+	fd = ct_temp_open(o->path, 0600, &o->tmp, e);
 	if (fd < 0) {
-		ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
-		free(o->tmp);
-		o->tmp = NULL;
 		ct_out_abandon(o);
 		return -1;
 	}
-	fchmod(fd, mode);
 	o->f = fdopen(fd, "wb");
-	if (!o->f) {
-		close(fd);
-		ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
-		ct_out_abandon(o);
+	if (o->f)
+		return 0;
+	close(fd);
+	return failed(o, path, e);
+}
+
+/* Can a file be made there, and hold something? */
+static int try_out(const char *path, struct ct_err *e)
+{
+	static const char some[4096];
+	struct ct_out o;
+	struct stat st;
+
+	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+		return access(path, W_OK) == 0
+			       ? 0
+			       : ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	if (open_out(&o, path, false, e))
 		return -1;
-	}
+	if (fwrite(some, 1, sizeof some, o.f) != sizeof some || fflush(o.f) != 0)
+		return failed(&o, path, e);
+	ct_out_abandon(&o);
 	return 0;
+}
+
+int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	if (allowed(path, env, e))
+		return -1;
+	return strcmp(path, "-") == 0 ? 0 : try_out(path, e);
+}
+
+/* What names a file: itself, or if there is none its folder and its name there. */
+static bool place(const char *path, bool input, struct stat *st, const char **name)
+{
+	const char *slash = strrchr(path, '/');
+	char *folder;
+	bool known;
+
+	*name = "";
+	if (strcmp(path, "-") == 0)
+		return fstat(input ? STDIN_FILENO : STDOUT_FILENO, st) == 0 && S_ISREG(st->st_mode);
+	if (stat(path, st) == 0)
+		return S_ISREG(st->st_mode);
+	*name = slash ? slash + 1 : path;
+	folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
+	known = folder && stat(folder, st) == 0;
+	free(folder);
+	return known;
+}
+
+bool ct_out_same(const char *out, const char *path, bool input)
+{
+	const char *name, *other;
+	struct stat a, b;
+
+	return place(out, false, &a, &name) && place(path, input, &b, &other) &&
+	       a.st_dev == b.st_dev && a.st_ino == b.st_ino && strcmp(name, other) == 0;
 }
 
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	*o = (struct ct_out){0};
-	return ct_out_check(path, env, e) ? -1 : open_out(o, path, usual_mode(), e);
+	return allowed(path, env, e) ? -1 : open_out(o, path, false, e);
 }
 
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e)
 {
-	*o = (struct ct_out){0};
-	return open_out(o, path, 0600, e);
+	return open_out(o, path, true, e);
 }
 
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
@@ -154,9 +229,10 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 {
 	const char *name = o->path ? o->path : "standard output";
 	int bad = fflush(o->f) != 0 || ferror(o->f);
+	int lock = o->tmp ? dup(fileno(o->f)) : -1; /* until it is renamed */
 
 	if (!bad && o->tmp)
-		bad = fsync(fileno(o->f)) != 0;
+		bad = set_rights(o) != 0 || fsync(fileno(o->f)) != 0;
 	if (o->path) {
 		bad |= fclose(o->f) != 0;
 		o->f = NULL;
@@ -165,10 +241,13 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 		bad = rename(o->tmp, o->path) != 0;
 	if (bad)
 		ct_fail(e, CT_EOUTPUT, "%s: %s", name, strerror(errno));
-	else {
+	else if (o->tmp) {
+		ct_temp_forget(o->tmp);
 		free(o->tmp);
 		o->tmp = NULL;
 	}
+	if (lock >= 0)
+		close(lock);
 	ct_out_abandon(o);
 	return bad ? -1 : 0;
 }
@@ -178,7 +257,7 @@ void ct_out_abandon(struct ct_out *o)
 	if (o->f && o->path)
 		fclose(o->f);
 	if (o->tmp)
-		unlink(o->tmp);
+		ct_temp_remove(o->tmp);
 	free(o->tmp);
 	free(o->path);
 	*o = (struct ct_out){0};

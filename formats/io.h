@@ -7,6 +7,7 @@
 #define CT_FORMATS_IO_H
 #include "core/env.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 /* Whole file (or standard input) into *data (free() it), at most CT_MAX_BYTES. CT_EINPUT. */
@@ -18,21 +19,26 @@ void ct_io_close(FILE *f);
 struct ct_out {
 	FILE *f;
 	char *path, *tmp; /* NULL for standard output */
+	bool secret;      /* for its owner alone */
 };
 
-/* CT_EOUTPUT if the file exists and env->force is not set, if it is one of the inputs that env
- * names, or if standard output is a terminal. */
+/* CT_EOUTPUT if the file exists and env->force is not set, or if standard output is a terminal. A
+ * symbolic link is followed; the file that is overwritten hands on its rights. */
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
-/* The same for a file that its owner alone may read (mode 0600), over what is there. */
+/* The same for a file that its owner alone may read (mode 0600), in the place of what is there. */
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e);
-/* Flush, sync, rename. CT_EOUTPUT; the temporary file is gone either way. */
+/* Flush, sync, rename. CT_EOUTPUT; the temporary file, until then for its owner alone, is gone
+ * either way. */
 int ct_out_commit(struct ct_out *o, struct ct_err *e);
 /* Drop the output; legal after commit and on a zeroed struct. */
 void ct_out_abandon(struct ct_out *o);
 /* fwrite with CT_EOUTPUT and errno's words. */
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e);
-/* Is an output of this name allowed now (exists, --force)? Tools that work for minutes ask before.
- */
+/* Is an output of this name allowed now (exists, --force), and can a file be made there and hold
+ * something? Asked before the work: cli/files.h. CT_EOUTPUT. */
 int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e);
+/* Is the output `out` the same file as `path`, by whatever names, be they there or not? "-" of an
+ * input is the file that standard input is read from. */
+bool ct_out_same(const char *out, const char *path, bool input);
 
 #endif

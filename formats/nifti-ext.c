@@ -74,8 +74,8 @@ static json_t *ours(int ecode, const unsigned char *p, size_t bytes)
 	return o;
 }
 
-int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char *p, size_t bytes,
-	struct ct_err *e)
+int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const unsigned char *p,
+	size_t bytes, struct ct_err *e)
 {
 	json_t *o = ours(ecode, p, bytes), *value;
 	const char *key;
@@ -83,9 +83,10 @@ int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char 
 	int rc = 0, head;
 
 	if (o) {
-		if (json_object_size(o) > MAX_PAIRS)
-			rc = ct_fail(
-				e, CT_EINPUT, "extension %zu has more than %d pairs", k, MAX_PAIRS);
+		*pairs += json_object_size(o);
+		if (*pairs > MAX_PAIRS)
+			rc = ct_fail(e, CT_EINPUT, "more than %d pairs up to extension %zu",
+				MAX_PAIRS, k);
 		else
 			json_object_foreach (o, key, value)
 				if (!rc)

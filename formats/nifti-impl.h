@@ -32,9 +32,10 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 /* pixdim, quaternion, offset and rows of v's grid. CT_EGEOM if sheared. */
 int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, struct ct_err *e);
 
-/* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. */
-int ct_nii_ext_read(struct ct_meta *m, size_t k, int ecode, const unsigned char *p, size_t bytes,
-	struct ct_err *e);
+/* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. *pairs
+ * counts those of all extensions of a file. */
+int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const unsigned char *p,
+	size_t bytes, struct ct_err *e);
 /* All extensions of m, each padded to 16 bytes, in *p (free() it). */
 int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e);
 

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/hash.h"
+#include "formats/inflate.h"
 #include "formats/io.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
@@ -27,8 +28,10 @@ struct source {
 	z_stream z;
 	unsigned char *in; /* [BLOCK] compressed bytes */
 	unsigned char head[2];
-	size_t held, at; /* of head not yet given out; bytes given out so far */
-	uint64_t left;   /* no more than this can come, UINT64_MAX if unknown */
+	size_t held, at;           /* of head not yet given out; bytes given out so far */
+	uint64_t left;             /* no more than this can come, UINT64_MAX if unknown */
+	uint64_t size;             /* bytes of the file, UINT64_MAX if unknown */
+	uint64_t packed, unpacked; /* compressed bytes read so far, and what became of them */
 };
 
 static int read_error(const struct source *s, struct ct_err *e)
@@ -40,12 +43,12 @@ static int source_open(struct source *s, FILE *f, struct ct_err *e)
 {
 	off_t here = ftello(f), end;
 
-	*s = (struct source){.f = f, .left = UINT64_MAX};
+	*s = (struct source){.f = f, .left = UINT64_MAX, .size = UINT64_MAX};
 	if (here >= 0 && fseeko(f, 0, SEEK_END) == 0) {
 		end = ftello(f);
 		if (fseeko(f, here, SEEK_SET) != 0 || end < here)
 			return ct_fail(e, CT_EINPUT, "cannot seek: %s", strerror(errno));
-		s->left = (uint64_t)(end - here);
+		s->left = s->size = (uint64_t)(end - here);
 	}
 	s->held = fread(s->head, 1, 2, f);
 	if (s->held < 2)
@@ -64,6 +67,7 @@ static int source_open(struct source *s, FILE *f, struct ct_err *e)
 	memcpy(s->in, s->head, 2);
 	s->z.next_in = s->in;
 	s->z.avail_in = 2;
+	s->packed = 2;
 	s->held = 0;
 	return 0;
 }
@@ -73,6 +77,14 @@ static void source_close(struct source *s)
 	if (s->in)
 		inflateEnd(&s->z);
 	free(s->in);
+}
+
+/* The next block of the compressed file. */
+static void refill(struct source *s)
+{
+	s->z.next_in = s->in;
+	s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+	s->packed += s->z.avail_in;
 }
 
 /* Up to n bytes of the compressed file; fewer only at its end. */
@@ -85,8 +97,7 @@ static int inflate_some(
 		int z;
 
 		if (s->z.avail_in == 0) {
-			s->z.next_in = s->in;
-			s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+			refill(s);
 			if (s->z.avail_in == 0)
 				return read_error(s, e);
 		}
@@ -94,11 +105,12 @@ static int inflate_some(
 		s->z.avail_out = (uInt)want;
 		z = inflate(&s->z, Z_NO_FLUSH);
 		*got += want - s->z.avail_out;
+		s->unpacked += want - s->z.avail_out;
+		if (ct_inflate_check(s->packed, s->unpacked, e))
+			return -1;
 		if (z == Z_STREAM_END) { /* another member may follow; anything else is padding */
-			if (s->z.avail_in == 0) {
-				s->z.next_in = s->in;
-				s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
-			}
+			if (s->z.avail_in == 0)
+				refill(s);
 			s->ended = s->z.avail_in == 0 || s->z.next_in[0] != 0x1f;
 			if (!s->ended)
 				inflateReset(&s->z);
@@ -173,7 +185,7 @@ static int read_extensions(struct source *s, const struct ct_nii *h, struct ct_m
 {
 	const uint64_t start = (uint64_t)h->start;
 	unsigned char head[8], *p;
-	size_t total = 0;
+	size_t total = 0, pairs = 0;
 	int rc;
 
 	if (start > s->left)
@@ -198,7 +210,7 @@ static int read_extensions(struct source *s, const struct ct_nii *h, struct ct_m
 		if (ct_alloc(&p, (size_t)size, 1, e))
 			return -1;
 		rc = take(s, p, (size_t)size - 8, e) ||
-		     ct_nii_ext_read(m, k, code, p, (size_t)size - 8, e);
+		     ct_nii_ext_read(m, &pairs, k, code, p, (size_t)size - 8, e);
 		free(p);
 		if (rc)
 			return -1;
@@ -244,7 +256,7 @@ static int make_volume(
 	if (s->left != UINT64_MAX && count > s->left - (uint64_t)h->start)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
 			n[0], n[1], n[2], count);
-	if (ct_vol_alloc(v, n, e))
+	if ((s->gz && ct_inflate_check(s->size, count, e)) || ct_vol_alloc(v, n, e))
 		return -1;
 	v->meta = meta;
 	return 0;

@@ -22,6 +22,7 @@ struct reader {
 	uint64_t count, skip; /* vertices; bytes of elements before them */
 	size_t stride;
 	size_t offset[CT_PLY_FIELDS], properties;
+	size_t comments;          /* of ours */
 	bool format;              /* the line has been seen */
 	char type[CT_PLY_FIELDS]; /* letter of types[], 0: not there yet */
 	struct ct_err *e;
@@ -89,7 +90,7 @@ static int comment(struct reader *d, char *s, struct ct_meta *own_keys, struct c
 		return 0;
 	*value++ = '\0';
 	to = ct_ply_own(s) ? own_keys : meta;
-	if (to->n >= MOST_PROPERTIES)
+	if (++d->comments > MOST_PROPERTIES)
 		return ct_fail(d->e, CT_EINPUT, "%s: more than %d comments ct:KEY=VALUE", d->path,
 			MOST_PROPERTIES);
 	unescape(s);

@@ -332,6 +332,26 @@ int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
 	return rc;
 }
 
+int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e)
+{
+	struct reader d = {.path = path, .e = e};
+	const json_t *all;
+	int rc = -1;
+
+	*m = (struct ct_meta){0};
+	if (ct_io_open(path, &d.f, e))
+		return -1;
+	if (read_header(&d) == 0) {
+		all = json_object_get(d.header, "__metadata__");
+		rc = all ? read_meta(&d, all, m) : 0;
+	}
+	json_decref(d.header);
+	ct_io_close(d.f);
+	if (rc)
+		ct_meta_free(m);
+	return rc;
+}
+
 /* The header's JSON, padded with blanks to a multiple of 8 bytes. NULL: no memory. */
 static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 {

@@ -1,14 +1,17 @@
 #!/bin/sh
-# Installs with apt what the build needs; with `tests`, also what the tests compare with.
+# Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
+# make fuzz takes.
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libxxhash-dev libjansson-dev
 	libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libopenimageio-dev xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
 	openimageio-tools openexr plastimatch clang-format'
+fuzz='clang libclang-rt-dev'
 case ${1:-build} in
 build) want=$build ;;
 tests) want="$build $tests" ;;
-*) echo "usage: $0 [build|tests]" >&2; exit 2 ;;
+fuzz) want="$build $fuzz" ;;
+*) echo "usage: $0 [build|tests|fuzz]" >&2; exit 2 ;;
 esac
 missing=
 for p in $want; do

@@ -65,6 +65,7 @@ fi
 if has network; then
 	run ct-project -n 3 --coarsen 4 --pixel mean hr.nii low.exr
 	run ct-ddnm -n 5 -x 4 low.exr ddnm.exr
-	run ct-ddnm -n 5 -x 4 --operator matched --std std.exr -k 2 low.exr matched.exr
+	run ct-project -n 3 --coarsen 4 --pixel sinc hr.nii band.exr
+	run ct-ddnm -n 5 -x 4 --std std.exr -k 2 band.exr matched.exr
 fi
 sha256sum -- *.nii *.exr *.ply *.json *.txt 2>/dev/null

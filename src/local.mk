@@ -13,7 +13,7 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 	src/tools/convert-stack.c src/tools/convert.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
-nodist_EXTRA_ct_convert_SOURCES = src/tools/link-with-cxx.cc
+ct_convert_SOURCES += src/tools/lib/libraries.cc
 else
 ct_convert_LDADD = $(LDADD)
 endif
@@ -21,7 +21,7 @@ bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-data.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
-nodist_EXTRA_ct_train_SOURCES = src/tools/link-with-cxx.cc
+ct_train_SOURCES += src/tools/lib/libraries.cc
 else
 ct_train_LDADD = $(LDADD)
 endif
@@ -35,12 +35,12 @@ ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-stat
 	src/tools/prior-file.h
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
-nodist_EXTRA_ct_ddnm_SOURCES = src/tools/link-with-cxx.cc
+ct_ddnm_SOURCES += src/tools/lib/libraries.cc
 else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
@@ -48,7 +48,7 @@ if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
 	src/tools/montage.h
-nodist_EXTRA_ct_view_SOURCES = src/tools/link-with-cxx.cc
+ct_view_SOURCES += src/tools/lib/libraries.cc
 ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \

@@ -7,16 +7,21 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 	CT_TOOLS='$(bin_PROGRAMS)'; unset CT_THREADS OMP_NUM_THREADS; \
 	export LC_ALL PATH srcdir builddir CT_TOOLS;
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
+# What takes long, and is no part of make check: see tests/long/all.sh and scripts/fuzz.sh. To choose:
+#   make check-long PARTS='kill=1000 full=100'    make fuzz FUZZ='--seconds 600 exr'
+check-long: all
+	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
+fuzz:
+	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
+.PHONY: check-long fuzz
+EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
+	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-layers.sh
-# A fuzz target fuzz-x is check_PROGRAMS += tests/fuzz/fuzz-x of fuzz-x.c and $(FUZZ_DRIVER).
-FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h
 check_PROGRAMS += tests/t-nifti
 tests_t_nifti_SOURCES = tests/t-nifti.c tests/nifti-make.h
-check_PROGRAMS += tests/fuzz/fuzz-nifti
-tests_fuzz_fuzz_nifti_SOURCES = tests/fuzz/fuzz-nifti.c tests/nifti-make.h $(FUZZ_DRIVER)
 check_PROGRAMS += tests/t-ssim
 tests_t_ssim_SOURCES = tests/t-ssim.c
 check_PROGRAMS += tests/t-resample
@@ -56,37 +61,34 @@ check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
 dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
-EXTRA_DIST += tests/t-convert.py tests/t-dicom.py
+EXTRA_DIST += tests/t-convert.py tests/t-dicom.py tests/exr.py
 check_PROGRAMS += tests/t-exr
 tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr-tools.sh
-check_PROGRAMS += tests/t-project
+check_PROGRAMS += tests/t-project tests/t-joseph
+tests_t_joseph_SOURCES = tests/t-joseph.c
 tests_t_project_SOURCES = tests/t-project.c
-dist_check_SCRIPTS += tests/t-ct-project.sh
+dist_check_SCRIPTS += tests/t-ct-project.sh tests/t-scan.sh
 check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
 dist_check_SCRIPTS += tests/t-ply-tools.sh
-check_PROGRAMS += tests/t-loss tests/t-gsfit
+check_PROGRAMS += tests/t-loss tests/t-gsfit tests/t-density
+tests_t_density_SOURCES = tests/t-density.c
 tests_t_loss_SOURCES = tests/t-loss.c
 tests_t_gsfit_SOURCES = tests/t-gsfit.c
-check_PROGRAMS += tests/fuzz/fuzz-exr
-tests_fuzz_fuzz_exr_SOURCES = tests/fuzz/fuzz-exr.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
-check_PROGRAMS += tests/fuzz/fuzz-ply
-tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
-check_PROGRAMS += tests/fuzz/fuzz-safetensors
-tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c tests/fuzz/seed-file.h $(FUZZ_DRIVER)
-dist_check_SCRIPTS += tests/t-nabgs.sh
+dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-window.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c
 check_PROGRAMS += tests/t-unet
 tests_t_unet_SOURCES = tests/t-unet.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
-	tests/gold/ddnm-plus-x8-noisy.safetensors
+	tests/gold/ddnm-plus-x8-noisy.safetensors tests/gold/ddnm-travel.safetensors
 dist_check_SCRIPTS += tests/t-train.sh
-check_PROGRAMS += tests/t-superres
+check_PROGRAMS += tests/t-superres tests/t-training
+tests_t_training_SOURCES = tests/t-training.c
 tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
@@ -104,7 +106,7 @@ EXTRA_DIST += tests/t-image.c
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
-dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c
@@ -113,7 +115,8 @@ check_PROGRAMS += tests/t-joint
 tests_t_joint_SOURCES = tests/t-joint.c
 dist_check_SCRIPTS += tests/t-ct-fuse.sh
 dist_check_SCRIPTS += tests/t-ct-upsample.sh
-check_PROGRAMS += tests/t-fdk
+check_PROGRAMS += tests/t-fdk tests/t-weights
+tests_t_weights_SOURCES = tests/t-weights.c
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh
 dist_check_SCRIPTS += tests/t-cost.sh
@@ -134,4 +137,14 @@ endif
 dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
-dist_check_SCRIPTS += tests/t-resume.sh
+dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-make.sh
+dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh
+include tests/fuzz/local.mk
+dist_check_SCRIPTS += tests/t-long.sh
+check_PROGRAMS += tests/t-gauss-far
+tests_t_gauss_far_SOURCES = tests/t-gauss-far.c
+dist_check_SCRIPTS += tests/t-outputs.sh
+check_PROGRAMS += tests/t-rescue
+tests_t_rescue_SOURCES = tests/t-rescue.c
+check_PROGRAMS += tests/t-hostile
+tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h

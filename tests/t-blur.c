@@ -144,6 +144,29 @@ static void test_noise(void)
 	ct_vol_free(&v);
 }
 
+/* A chessboard of 0 and 1: the squares of a block of 3 x 3 x 3, 13 of one and 14 of the other, over
+ * the values that are free after a mean and a slope along each axis. The slopes are 0, but across
+ * two planes, of 5 ones and of 4. */
+static void test_chessboard(void)
+{
+	static const size_t size[][3] = {{20, 24, 16}, {40, 36, 1}, {40, 1, 36}, {2, 40, 24}};
+	static const double square[] = {14 * 13 / 27.0 / 23, 5 * 4 / 9.0 / 6, 5 * 4 / 9.0 / 6,
+		(9 * 9 / 18.0 - 1 / 18.0) / 14};
+
+	for (int k = 0; k < 4; k++) {
+		struct ct_vol v;
+
+		alloc(&v, size[k][0], size[k][1], size[k][2]);
+		for (size_t i = 0; i < ct_vol_count(&v); i++) {
+			size_t x = i % size[k][0], y = i / size[k][0];
+
+			v.data[i] = (x + y % size[k][1] + y / size[k][1]) % 2 ? 60 : 20;
+		}
+		NEAR(estimate(&v, four).noise / 40, sqrt(square[k]), 1e-5, "noise of a chessboard");
+		ct_vol_free(&v);
+	}
+}
+
 /* A ball, reduced by the operators themselves. */
 static void test_protocols(void)
 {
@@ -263,6 +286,7 @@ int main(void)
 	test_closed_form();
 	test_point();
 	test_noise();
+	test_chessboard();
 	test_protocols();
 	test_degenerate();
 	test_padding();

@@ -16,6 +16,16 @@ mv a.nii.gz misnamed.nii
 exits 0 'gzip is read whatever its name' ct-convert misnamed.nii c.nii
 tail -c 48 a.nii >va; tail -c 48 b.nii >vb; tail -c 48 c.nii >vc
 cmp -s va vb && cmp -s va vc; ok $? 'the voxels are the same'
+{ head -c 360 a.nii | gzip -c; tail -c +361 a.nii | gzip -c; } >two.nii.gz
+exits 0 'gzip of two members is read' ct-convert two.nii.gz two.nii
+tail -c 48 two.nii >vtwo; cmp -s va vtwo; ok $? 'the second like the first'
+{ gzip -c a.nii; head -c 700 /dev/zero; } >padded.nii.gz
+exits 0 'zeros after the last member are padding' ct-convert padded.nii.gz padded.nii
+{ head -c 360 a.nii | gzip -c; head -c 50 /dev/zero; tail -c +361 a.nii | gzip -c; } >broken.nii.gz
+exits 3 'not before it' ct-convert broken.nii.gz d.nii
+for mask in 027 000; do (umask $mask; ct-convert -f a.nii "mode$mask.nii"); done
+[ "$(stat -c %a mode027.nii)" = 640 ] && [ "$(stat -c %a mode000.nii)" = 666 ]
+ok $? 'what is written may be read by those that umask allows'
 exits 4 'an existing file is kept' ct-convert a.nii b.nii
 exits 0 '--force writes it' ct-convert -f a.nii b.nii
 exits 2 'a name of another format is refused' ct-convert a.nii a.mha

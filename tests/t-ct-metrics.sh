@@ -311,7 +311,7 @@ exits 6 'NaN is refused' ct-metrics --consistency lr.nii nan.nii
 exits 2 'one file needs --consistency' ct-metrics ref.nii
 has err 'missing TEST' 'and says so'
 exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii
-exits 2 'a map needs --consistency' ct-metrics --map m.nii ref.nii test.nii
+exits 2 'a map needs --consistency' ct-metrics --map map-none.nii ref.nii test.nii
 
 # Sharpness: a ball and slanted planes under Gaussians of known width.
 "$PY" - <<'PY'

@@ -7,6 +7,7 @@
 #include "diffusion/prior.h"
 #include "tap.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,8 +40,10 @@ static double number(const struct ct_tensors *w, const char *key)
 struct record {
 	const struct ct_tensors *w;
 	struct ct_denoiser net;
-	size_t r;
+	const int *times;
+	size_t r, edge;
 	double eta;
+	bool plus;
 	float eps[3 * 32 * 32];
 };
 
@@ -70,36 +73,45 @@ static void rotate_block(const struct record *k, float *z, const float *eps)
 		double vt = 0;
 
 		for (size_t j = 0; j < n; j++)
-			vt += basis(n, j, i) * (double)eps[j / r * 32 + j % r];
-		c[i] = (double)z[i / r * 32 + i % r];
+			vt += basis(n, j, i) * (double)eps[j / r * k->edge + j % r];
+		c[i] = (double)z[i / r * k->edge + i % r];
 		if (i)
-			c[i] += q * ((double)eps[i / r * 32 + i % r] - vt);
+			c[i] += q * ((double)eps[i / r * k->edge + i % r] - vt);
 	}
 	for (size_t i = 0; i < n; i++) {
 		double sum = 0;
 
 		for (size_t j = 0; j < n; j++)
 			sum += basis(n, i, j) * c[j];
-		z[i / r * 32 + i % r] = (float)sum;
+		z[i / r * k->edge + i % r] = (float)sum;
 	}
 }
 
-/* x_T is draw 0; noise[k] belongs to move k. */
+/* x_T is draw 0; noise[k] belongs to move k. Nothing is rotated on the way back in time. */
 static void recorded(void *ctx, size_t draw, size_t n, float *z)
 {
 	const struct record *k = ctx;
 	const struct ct_tensor *t = ct_tensors_find(k->w, draw ? "noise" : "x_T");
+	size_t edge = k->edge;
 
 	memcpy(z, t->data + (draw ? (draw - 1) * n : 0), n * sizeof *z);
-	if (!draw || strcmp(ct_meta_get(&k->w->meta, "plus"), "True") != 0)
+	if (!draw || !k->plus || k->times[draw] > k->times[draw - 1])
 		return;
-	for (size_t c = 0; c < 3; c++)
-		for (size_t y = 0; y < 32; y += k->r)
-			for (size_t x = 0; x < 32; x += k->r) {
-				size_t at = (c * 32 + y) * 32 + x;
+	for (size_t at = 0; at < 3 * edge * edge; at++)
+		if (at % edge % k->r == 0 && at / edge % k->r == 0)
+			rotate_block(k, z + at, k->eps + at);
+}
 
-				rotate_block(k, z + at, k->eps + at);
-			}
+/* Largest difference as a part of the largest value. */
+static double off(const struct ct_tensor *want, const float *x)
+{
+	double worst = 0, most = 0;
+
+	for (size_t i = 0; i < ct_tensor_count(want); i++) {
+		worst = fmax(worst, fabs((double)x[i] - (double)want->data[i]));
+		most = fmax(most, fabs((double)want->data[i]));
+	}
+	return worst / most;
 }
 
 static void test(const struct ct_tensors *weights, const char *name)
@@ -109,36 +121,36 @@ static void test(const struct ct_tensors *weights, const char *name)
 	struct ct_measurement op = {0};
 	struct ct_schedule schedule;
 	const struct ct_tensor *y, *want;
-	size_t nt, n;
+	size_t nt;
 	int *times;
 	float *x;
-	double worst = 0, most = 0;
 
 	gold(&w, name);
 	y = ct_tensors_find(&w, "y");
 	want = ct_tensors_find(&w, "out");
-	n = ct_tensor_count(want);
 	if (ct_prior_alloc(&prior, weights, &err) || ct_prior_plan(&prior, 1, 32, 32, &err) ||
 		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err) ||
 		ct_schedule_times(&times, &nt, (size_t)number(&w, "steps"),
 			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &err) ||
 		ct_measurement_alloc(&op, CT_MEASUREMENT_MEAN, y->dim[2], y->dim[3],
 			(size_t)number(&w, "scale"), 0, &err) ||
-		ct_alloc(&x, n, sizeof *x, &err)) {
+		ct_alloc(&x, ct_tensor_count(want), sizeof *x, &err)) {
 		printf("Bail out! %s\n", err.msg);
 		exit(99);
 	}
 	{
 		struct record k = {.w = &w,
 			.net = ct_prior_denoiser(&prior),
+			.times = times,
 			.r = (size_t)number(&w, "scale"),
-			.eta = number(&w, "eta")};
+			.edge = 32,
+			.eta = number(&w, "eta"),
+			.plus = strcmp(ct_meta_get(&w.meta, "plus"), "True") == 0};
 		struct ct_ddnm d = {.schedule = &schedule,
 			.t = times,
 			.nt = nt,
-			.rule = strcmp(ct_meta_get(&w.meta, "plus"), "True") == 0 ? CT_DDNM_PLUS
-										  : CT_DDNM,
-			.eta = number(&w, "eta"),
+			.rule = k.plus ? CT_DDNM_PLUS : CT_DDNM,
+			.eta = k.eta,
 			.sigma_y = number(&w, "sigma_y"),
 			.op = &op,
 			.channels = 3,
@@ -149,16 +161,75 @@ static void test(const struct ct_tensors *weights, const char *name)
 
 		OK(ct_ddnm(&d, x, y->data, NULL, &err) == 0, "%s runs", name);
 	}
-	for (size_t i = 0; i < n; i++) {
-		worst = fmax(worst, fabs((double)x[i] - (double)want->data[i]));
-		most = fmax(most, fabs((double)want->data[i]));
-	}
-	NEAR(worst / most, 0, 1e-4, name);
-	printf("# %s: relative error %.2g\n", name, worst / most);
+	NEAR(off(want, x), 0, 1e-4, name);
+	printf("# %s: relative error %.2g\n", name, off(want, x));
 	free(x);
 	free(times);
 	ct_measurement_free(&op);
 	ct_prior_free(&prior);
+	ct_tensors_free(&w);
+}
+
+/* A network without weights: eps = sqrt(1 - abar) x + 0.05 sqrt(abar) sin(3 x + i mod 7). */
+static int opinion(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	struct record *k = ctx;
+	struct ct_schedule schedule;
+	double abar;
+
+	if (ct_schedule_betas(&schedule, ct_tensors_find(k->w, "betas")->data, e))
+		return -1;
+	abar = ct_schedule_abar(&schedule, (int)t);
+	for (size_t i = 0; i < 3 * k->edge * k->edge; i++)
+		eps[i] = (float)(sqrt(1 - abar) * (double)x[i] +
+				 0.05 * sqrt(abar) * sin(3 * (double)x[i] + (double)(i % 7)));
+	memcpy(k->eps, eps, 3 * k->edge * k->edge * sizeof *eps);
+	return 0;
+}
+
+/* Two steps back in time, twice, every two steps. */
+static void travel(bool plus)
+{
+	struct ct_tensors w = {0};
+	struct ct_measurement op = {0};
+	struct ct_schedule schedule;
+	const struct ct_tensor *y;
+	struct record k = {.w = &w, .edge = 16, .plus = plus};
+	struct ct_ddnm d;
+	size_t nt;
+	int *times;
+	float x[3 * 16 * 16];
+	double error;
+
+	gold(&w, "ddnm-travel");
+	y = ct_tensors_find(&w, "y");
+	k.r = (size_t)number(&w, "scale");
+	k.eta = number(&w, "eta");
+	must(ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err));
+	must(ct_schedule_times(&times, &nt, 10, ct_schedule_start(10),
+		(size_t)number(&w, "travel_length"), (size_t)number(&w, "travel_repeat"), &err));
+	OK(nt - 1 == ct_tensors_find(&w, "noise")->dim[0], "as many moves as recorded: %zu",
+		nt - 1);
+	k.times = times;
+	must(ct_measurement_alloc(&op, CT_MEASUREMENT_MEAN, y->dim[2], y->dim[3], k.r, 0, &err));
+	d = (struct ct_ddnm){.schedule = &schedule,
+		.t = times,
+		.nt = nt,
+		.rule = plus ? CT_DDNM_PLUS : CT_DDNM,
+		.eta = k.eta,
+		.sigma_y = number(&w, "sigma_y"),
+		.op = &op,
+		.channels = 3,
+		.eps = opinion,
+		.eps_ctx = &k,
+		.normals = recorded,
+		.normals_ctx = &k};
+	OK(ct_ddnm(&d, x, y->data, NULL, &err) == 0, "time travel runs");
+	error = off(ct_tensors_find(&w, plus ? "out" : "out_plain"), x);
+	NEAR(error, 0, 1e-5, plus ? "DDNM+ travels in time as recorded" : "DDNM likewise");
+	printf("# relative error %.2g\n", error);
+	free(times);
+	ct_measurement_free(&op);
 	ct_tensors_free(&w);
 }
 
@@ -171,5 +242,7 @@ int main(void)
 	test(&weights, "ddnm-plus-x4");
 	test(&weights, "ddnm-plus-x8-noisy");
 	ct_tensors_free(&weights);
+	travel(true);
+	travel(false);
 	return tap_done();
 }

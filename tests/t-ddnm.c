@@ -173,6 +173,28 @@ static void plus_by_hand(const float *x0, const float *eps, const float *z, cons
 	}
 }
 
+/* The same of the simplified rule, one lam and one factor of the noise for all components. */
+static void simple_by_hand(const float *x0, const float *eps, const float *z, const float *y,
+	double abar, double sy, double eta, float *want)
+{
+	static float m[NY], p0[NX], py[NX];
+	double sig = sqrt(1 - abar * abar), ay = abar * sy, q = sqrt(1 - eta * eta);
+	double lam = sig < ay ? sig / ay : 1, gam = sig < ay ? 0 : sqrt(sig * sig - ay * ay);
+
+	for (size_t c = 0; c < C; c++) {
+		ct_block_mean_forward(H, W, S, m + c * H * W, x0 + c * N);
+		ct_block_mean_pinv(H, W, S, p0 + c * N, m + c * H * W);
+		ct_block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
+	}
+	for (size_t i = 0; i < NX; i++) {
+		double noise = eta * (double)z[i] + q * (double)eps[i];
+
+		want[i] = (float)(sqrt(abar) *
+					  ((double)x0[i] - lam * ((double)p0[i] - (double)py[i])) +
+				  gam * sqrt(1 - abar) * noise);
+	}
+}
+
 static void test_plus(void)
 {
 	static const int ends[] = {300, 20, 0, -1};
@@ -197,6 +219,10 @@ static void test_plus(void)
 		plus_by_hand(x0, eps, z, y, sqrt(aj), sqrt(1 - aj), 0.04, d.eta, want);
 		OK(ct_ddnm(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
 			"DDNM+ to timestep %d", ends[k]);
+		d.rule = CT_DDNM_SIMPLE;
+		simple_by_hand(x0, eps, z, y, aj, 0.04, d.eta, want);
+		OK(ct_ddnm(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
+			"simplified to timestep %d", ends[k]);
 	}
 }
 

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include <zlib.h>
 
 static const struct ct_env force = {.force = true};
 
@@ -108,6 +109,7 @@ struct odd {
 	const char *channel[2];
 	const char *skip; /* attribute left out of part 1 */
 	const char *bad;  /* value of its ct:detU */
+	const char *beam; /* its ct:beam, unless NULL */
 	bool other_size;
 };
 
@@ -131,7 +133,7 @@ static void put_part(
 	if (o->storage == EXR_STORAGE_TILED)
 		exr_set_tile_descriptor(c, part, 64, 64, EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN);
 	if (!o->skip || k != 1 || strcmp(o->skip, "ct:beam") != 0)
-		exr_attr_set_string(c, part, "ct:beam", "cone");
+		exr_attr_set_string(c, part, "ct:beam", o->beam && k == 1 ? o->beam : "cone");
 	exr_attr_set_double(c, part, "ct:angleDeg", v->angle);
 	for (int i = 0; i < 4; i++) {
 		snprintf(text, sizeof text, "%.17g,%.17g,%.17g", vec[i][0], vec[i][1], vec[i][2]);
@@ -288,6 +290,14 @@ static void test_odd(const char *path)
 	write_odd(path, &o, &s, order);
 	refused(path, "part 'view.0000' has no attribute ct:beam", CT_EINPUT, "missing beam");
 	o = plain;
+	o.beam = "parallel";
+	write_odd(path, &o, &s, order);
+	refused(path, "part 'view.0001' has a cone beam, part 'view.0000' a parallel beam",
+		CT_EINPUT, "two beams");
+	o.beam = "laser";
+	write_odd(path, &o, &s, order);
+	refused(path, "'laser'", CT_EINPUT, "no beam");
+	o = plain;
 	o.bad = "0,nan,0";
 	write_odd(path, &o, &s, order);
 	refused(path, "part 'view.0000': attribute ct:detU", CT_EINPUT, "NaN in the geometry");
@@ -339,6 +349,7 @@ static void test_zip(void)
 	enum { N = 700, ROUNDS = 3000 };
 	unsigned char in[N], back[N], scratch[N], *packed = malloc(ct_exr_zip_room(N));
 	size_t bad = 0, edge = 0, grown = 0, short_read = 0;
+	uLongf room = ct_exr_zip_room(N);
 
 	if (!packed)
 		exit(99);
@@ -353,13 +364,20 @@ static void test_zip(void)
 		bad += m == 0 || ct_exr_zip_undo(back, n, packed, m, scratch) ||
 		       memcmp(in, back, n) != 0;
 		if (m + 1 < n) /* a stream that ends early or holds more is damaged */
-			short_read += ct_exr_zip_undo(back, n, packed, m - 9, scratch) == 0 ||
-				      ct_exr_zip_undo(back, n - 1, packed, m, scratch) == 0;
+			short_read +=
+				ct_exr_zip_undo(back, n, packed, m - 9, scratch) == 0 ||
+				ct_exr_zip_undo(back, n - 1, packed, m, scratch) == 0 ||
+				(n < N && ct_exr_zip_undo(back, n + 1, packed, m, scratch) == 0);
 	}
 	OK(bad == 0, "%d chunks come back", ROUNDS);
 	OK(grown == 0, "none is larger than its bytes");
 	OK(edge > 0, "%zu are one byte from not shrinking", edge);
 	OK(short_read == 0, "damaged streams are noticed");
+	for (size_t i = 0; i < N; i++)
+		in[i] = (unsigned char)ct_rng_u32(2, 0, i);
+	must(compress(packed, &room, in, N) != Z_OK);
+	OK(room > N && ct_exr_zip_undo(back, N, packed, room, scratch) == -1,
+		"a chunk of %lu bytes for %d is none", room, N);
 	free(packed);
 }
 

@@ -113,6 +113,7 @@ static void rates(double times, size_t kinds, bool ends)
 	options(&o, 200);
 	o.checkpoint_every = 1;
 	ct_fit_paper(&o);
+	o.rate_steps = 0;
 	o.start_density = 0.05;
 	for (size_t i = 0; i < kinds; i++) {
 		struct ct_rate *r[] = {&o.density, &o.position, &o.scaling, &o.rotation};
@@ -233,6 +234,61 @@ static void mixed(void)
 	scene_free(&s);
 }
 
+/* Little to fit, without noise: a small ball alone, of which the base has half, by many Gaussians
+ * on top of each other at the default rates. */
+static void ball(void)
+{
+	const struct ct_env env = {.seed = 1};
+	struct ct_fit_options o;
+	struct scene s;
+	struct ct_fit f;
+
+	make(&s, 12, PIXELS);
+	for (size_t i = 0; i < N * N * N; i++) {
+		double x = (double)(i % N) - 11.5, y = (double)(i / N % N) - 11.5;
+		double z = (double)(i / N / N) - 11.5, r = x * x + y * y + z * z;
+
+		s.truth.data[i] = r < 1 ? 0.25F : 0;
+		s.base.data[i] = s.truth.data[i] / 2;
+	}
+	project(&s.target, &s.truth);
+	project(&s.base_proj, &s.base);
+	options(&o, 120);
+	o.gaussians = o.max_gaussians = 2000;
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
+	must(ct_fit_run(&f, &s.data, &env, &err));
+	OK(f.error < 0.5 && f.pace == 1, "a small ball alone: the error falls to %.2g, at pace %g",
+		f.error, f.pace);
+	ct_fit_free(&f);
+	scene_free(&s);
+}
+
+/* Where the first step is not what leaps: half as fast, until it ends well. */
+static void pace(void)
+{
+	const struct ct_env env = {.seed = 1};
+	struct ct_fit_options o;
+	struct kept k = {0};
+	struct scene s;
+	struct ct_fit f;
+
+	make(&s, 12, PIXELS);
+	options(&o, 200);
+	o.scaling.first *= 30;
+	o.scaling.last *= 30;
+	o.checkpoint_every = 50;
+	must(ct_fit_init(&f, &o, &s.data, &env, &err));
+	f.save = keep;
+	f.ctx = &k;
+	must(ct_fit_run(&f, &s.data, &env, &err));
+	OK(f.error < 0.8 && f.pace < 1 && f.g.step == 200,
+		"scales learnt 300 times too fast: begun anew at pace %g, the error falls to %.2g",
+		f.pace, f.error);
+	OK(k.saves >= 3 && k.finite && k.step == 150, "and checkpoints go on");
+	ct_fit_free(&f);
+	scene_free(&s);
+}
+
 int main(void)
 {
 	rates(100, 4, true);
@@ -243,5 +299,7 @@ int main(void)
 	little(12, 1, 0.9, "a detector of one pixel");
 	little(1, 1, 0.9, "one pixel of one view");
 	mixed();
+	ball();
+	pace();
 	return tap_done();
 }

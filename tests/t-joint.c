@@ -353,6 +353,59 @@ static void test_choice(struct ct_env *env)
 	free(p.d.a);
 }
 
+/* What the choice of mu goes by, from every volume between its steps: with b the gap and c = P (x -
+ * x0) of the views that are not fitted, least |c - b|^2 and |c|^2 - 3 <c, b>, both over |b|^2. */
+struct watched {
+	struct dense *d;
+	double best, trust;
+	size_t seen;
+};
+
+static int look_at(void *ctx, const struct ct_joint *j, struct ct_err *e)
+{
+	struct watched *o = ctx;
+	size_t views = j->rays->parts, part = j->rays->part;
+	float q[RAYS];
+	double bb = 0, cb = 0, cc = 0;
+
+	if (j->at.phase != CT_JOINT_CHOOSE)
+		return 0;
+	must(forward(o->d, q, views, j->ahead, NULL, e));
+	for (size_t r = (views + 1) / 2 * part; r < views * part; r++) {
+		double b = (double)j->gap[r], c = (double)q[r] - (double)j->y[r] + b;
+
+		bb += b * b;
+		cb += c * b;
+		cc += c * c;
+	}
+	o->best = fmin(o->best, (cc - 2 * cb) / bb + 1);
+	o->trust = fmin(o->trust, (cc - 3 * cb) / bb);
+	o->seen++;
+	return 0;
+}
+
+static void test_trust(struct ct_env *env)
+{
+	for (int k = 0; k < 2; k++) {
+		struct problem p;
+		struct watched o = {.d = &p.d, .best = 1};
+		struct ct_joint j;
+
+		make(&p, 40, 3, k ? 300 : 0.1);
+		j = solver(&p, 0, 1, env);
+		j.rule.every = 1;
+		j.save = look_at;
+		j.ctx = &o;
+		must(ct_joint_run(&j, env, &err));
+		OK(o.seen > 4 && fabs(j.at.best - o.best) < 1e-5 &&
+				fabs(j.at.trust - o.trust) < 1e-5,
+			"of %zu volumes the best prediction leaves %.4g, trust %.4g", o.seen,
+			o.best, o.trust);
+		ct_joint_free(&j);
+		free(p.d.a);
+	}
+}
+
 static void test_threads(struct ct_env *env)
 {
 	struct ct_env many = *env;
@@ -471,6 +524,7 @@ int main(void)
 	test_least_squares(&env);
 	test_variation(&env);
 	test_choice(&env);
+	test_trust(&env);
 	test_threads(&env);
 	test_resume(&env);
 	test_bad(&env);

@@ -166,6 +166,12 @@ static void test_refusals(void)
 		free(m.p);
 	}
 	make(&m, 1, false, 2, 1, small, 0);
+	put_int(&m, 72, 2, 16);
+	OK(refused(&m, CT_EINPUT, "bitpix is 16"), "a width that is not the type's is refused");
+	put_int(&m, 72, 2, 0);
+	OK(parse_made(&m, &v) == 0, "none is fine");
+	ct_vol_free(&v);
+	put_int(&m, 72, 2, 8);
 	memcpy(m.p + 344, "ni1", 4);
 	OK(refused(&m, CT_EINPUT, ".hdr/.img"), "a pair is refused");
 	memset(m.p + 344, 0, 4);

@@ -22,6 +22,9 @@ most = max(map(abs, rho))
 for r, v in zip(rows, rho):
 	p = min(max(abs(v) / most, 0.001), 0.999)
 	assert abs(r["opacity"] - math.log(p / (1 - p))) < 1e-3, (r, v)
+	shown = [0.5 + r["f_dc_%d" % k] / (2 * math.sqrt(math.pi)) for k in range(3)]
+	colour = (0.98, 0.62, 0.25) if v >= 0 else (0.25, 0.55, 0.98)
+	assert max(abs(a - b) for a, b in zip(shown, colour)) < 1e-5, (shown, v)
 	red, blue = (0.5 + 0.28209479 * r[k] for k in ("f_dc_0", "f_dc_2"))
 	assert 0 <= min(red, blue) and max(red, blue) <= 1 and (red > blue) == (v >= 0), r
 	assert r["nx"] == r["ny"] == r["nz"] == 0

@@ -1,6 +1,7 @@
 #!/bin/sh
 # States: one form for all commands; which runs may go on from one, and which may not.
 . "$srcdir/tests/tap.sh"
+ulimit -t 30
 ct-phantom --size 24x24x24 --spacing 4 marks hr.nii
 ct-phantom --size 24x24x24 --spacing 4 -s 1 marks seed.nii # the same, but says another seed
 ct-phantom --size 24x24x24 --spacing 4 cube other.nii
@@ -24,9 +25,10 @@ stopped() {
 	[ "$(stat -c %a "$out.state")" = 600 ]; ok $? 'that is for its owner'
 	cp "$out.state" before
 }
+brief() { (ulimit -t 8; exec "$@"); } # what goes on where it should refuse ends, and the test fails
 refused() { # refused WHERE TOOL ARGS...
 	where=$1; shift
-	exits 3 "$1 refuses another: $where" "$@" --resume "$out"
+	exits 3 "$1 refuses another: $where" brief "$@" --resume "$out"
 	has err "^$1: $out.state: is of a run where $where\$" 'and names it'
 	cmp -s before "$out.state"; ok $? 'and keeps the state'
 }
@@ -39,7 +41,7 @@ refused "--steps was '12', not '13'" ct-ddnm -x 4 -n 13 hr-low.exr
 refused "--seed was '0', not '1'" ct-ddnm -x 4 -n 12 -s 1 hr-low.exr
 refused "--sigma-y was 'nan', not '0.5'" ct-ddnm -x 4 -n 12 --sigma-y 0.5 hr-low.exr
 refused "--travel was '', not '2,2'" ct-ddnm -x 4 -n 12 --travel 2,2 hr-low.exr
-refused "--operator was 'mean', not 'matched'" ct-ddnm -x 4 -n 12 --operator matched hr-low.exr
+refused "--operator was 'file', not 'matched'" ct-ddnm -x 4 -n 12 --operator matched hr-low.exr
 refused "--final-consistency was 'no', not 'yes'" ct-ddnm -x 4 -n 12 --final-consistency hr-low.exr
 refused 'IN held something else' ct-ddnm -x 4 -n 12 other-low.exr
 refused "IN seed was '0', not '1'" ct-ddnm -x 4 -n 12 seed-low.exr
@@ -74,4 +76,10 @@ exits 3 'what is no state' "$@" --resume up.nii lr.nii hr.exr f/o
 has err 'is not the state of a run' 'is said to be none'
 exits 2 'a stream has none' ct-ddnm --resume hr-low.exr -
 has err 'resume wants OUT to be a file' 'and that is said'
+
+# one run an output, while it lives
+exits 4 'two runs into one output' flock two.exr.state.ct-locked ct-ddnm -n 2 -x 4 hr-low.exr two.exr
+has err 'two.exr.state: another run is making it' 'and that is said'
+[ ! -e two.exr ] && ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = two.exr ]
+ok $? 'one that is gone holds nothing, and nothing is left beside it'
 done_testing

@@ -3,6 +3,7 @@
 #include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
+#include "solve/vector.h"
 #include "numbers.h"
 
 #include <string.h>
@@ -173,10 +174,83 @@ static void t_fista(void)
 	}
 }
 
+/* Steps by the formula of fista.h, in double, on |A x - b|^2 / 2 with x >= 0: `patience` and an L
+ * that is far too small, so that it grows by half and the momentum ends, more than once. */
+static void t_fista_steps(void)
+{
+	struct dense d;
+	const struct ct_env env = {0};
+	const double stretch = 0.5;
+	float x[N] = {0}, ahead[N] = {0}, g[N];
+	const struct ct_fista f = {N, x, ahead, g, 1.1, slope, clip, &d};
+	struct ct_fista_at at = {8, 1, 0};
+	double X[N] = {0}, Y[N] = {0}, L = 8, t = 1, before = 0, worst = 0, moved, off = 0;
+	size_t grew = 0;
+
+	make(&d);
+	for (int k = 0; k < 25; k++) {
+		double r[M], misfit = 0, next = (1 + sqrt(1 + 4 * t * t)) / 2, was, sum = 0;
+
+		for (size_t i = 0; i < M; i++) {
+			r[i] = -(double)d.b[i];
+			for (size_t j = 0; j < N; j++)
+				r[i] += (double)d.a[i * N + j] * Y[j];
+			misfit += r[i] * r[i];
+		}
+		if (before > 0 && misfit > 1.1 * before) {
+			L *= 1.5;
+			next = 1;
+			grew++;
+		}
+		before = misfit;
+		for (size_t j = 0; j < N; j++) {
+			double slope_j = 0;
+
+			for (size_t i = 0; i < M; i++)
+				slope_j += (double)d.a[i * N + j] * r[i];
+			was = X[j];
+			X[j] = fmax(0, Y[j] - slope_j / (L * stretch));
+			sum += (X[j] - was) * (X[j] - was);
+			Y[j] = X[j] + (next > 1 ? (t - 1) / next : 0) * (X[j] - was);
+		}
+		t = next;
+		must(ct_fista_step(&f, &at, stretch, &moved, &env, &err));
+		off = fmax(off, fabs(at.norm / L - 1) + fabs(at.momentum / t - 1) +
+					fabs(moved / sqrt(sum / N) - 1));
+		for (size_t j = 0; j < N; j++)
+			worst = fmax(worst, fabs((double)x[j] - X[j]) / (1 + fabs(X[j])));
+	}
+	OK(grew > 2 && grew < 20, "L grew %zu times in 25 steps", grew);
+	if (!OK(off < 1e-3 && worst < 1e-3, "steps, L, momentum and movement by the formula"))
+		printf("# %g, %g\n", off, worst);
+}
+
+/* Kernels that no other test sees by themselves. */
+static void t_vectors(void)
+{
+	float y[5] = {2, 0.5f, 0.5000001f, 0, -4};
+	const float x[5] = {1, 2, 3, 4, 5}, w[5] = {1, -1, 0.5f, 2, 1};
+
+	ct_passes_run(CT_SIMD(ct_vector_invert), 5, &(struct ct_vector){.y = y, .c = 0.5}, NULL);
+	OK(y[0] == 0.5f && y[1] == 0 && fabsf(y[2] - 2) < 1e-5f && y[3] == 0 && y[4] == 0,
+		"one over what is more than the least");
+	for (int k = 0; k < 2; k++) {
+		float to[5] = {0.5f, 1, -2, 3, -7};
+
+		ct_passes_run(CT_SIMD(ct_vector_correct), 5,
+			&(struct ct_vector){.y = to, .x = x, .w = w, .c = k}, NULL);
+		OK(to[0] == 1.5f && to[1] == (k ? 0 : -1) && to[2] == (k ? 0 : -0.5f) &&
+				to[3] == 11 && to[4] == (k ? 0 : -2),
+			"y + w x%s", k ? ", not below 0" : "");
+	}
+}
+
 int main(void)
 {
 	t_passes();
 	t_cg();
 	t_fista();
+	t_fista_steps();
+	t_vectors();
 	return tap_done();
 }

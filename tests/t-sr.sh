@@ -19,20 +19,19 @@ ct-sr -q "$@" - - <lr.nii >pipe.nii; ok $? 'from a pipe to a pipe'
 ct-info pipe.nii >info.txt; ok $? 'and nothing but the volume comes out'
 exits 4 'an earlier run is not overwritten' ct-sr -q "$@" --keep k lr.nii sr2.nii
 exits 0 'a finished chain has nothing to do' ct-sr -q "$@" --keep k --resume lr.nii sr.nii
-# the kept script does the same by hand
-mkdir hand && cp -r k lr.nii hand/ && (cd hand && sed '2,$s/$/ --force --quiet/' k/commands.sh >go.sh && sh go.sh >/dev/null 2>&1)
-[ -s hand/sr.nii ]; ok $? 'commands.sh runs by hand'
 voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
-voxels sr.nii >a; voxels hand/sr.nii >b; cmp -s a b; ok $? 'and gives the same voxels'
+voxels sr.nii >a
 # interrupted in the middle, resumed
 ct-sr -q "$@" --keep i lr.nii cut.nii >/dev/null & pid=$!
-listens $pid; sleep 1; kill -TERM $pid; wait $pid; s=$?
-[ $s -eq 75 ] || [ $s -eq 0 ]; ok $? "SIGTERM stops the chain (status $s)"
-[ $s -eq 0 ] || [ ! -e cut.nii ]; ok $? 'no half-written output'
+while [ ! -s i/up.nii ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
+kill -TERM $pid; wait $pid; s=$?
+[ $s -eq 75 ]; ok $? "SIGTERM stops the chain (status $s)"
+[ ! -e cut.nii ]; ok $? 'no half-written output'
 exits 0 'resumes' ct-sr -q "$@" --keep i --resume lr.nii cut.nii
 voxels cut.nii >b; cmp -s a b; ok $? 'the same voxels after an interruption'
 exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.nii
-grep -q '^ct-nabgs' out; ok $? 'all of them'
+[ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose ' ]
+ok $? 'all of them'
 [ ! -e no.nii ]; ok $? 'and does nothing'
 for q in draft fast; do
 	exits 0 "$q" ct-sr -x 4 -Q $q lr.nii $q.nii
@@ -44,6 +43,8 @@ exits 0 'fast' ct-sr -x 4 plain.nii blind.nii
 exits 0 'balanced' ct-sr -q "$@" plain.nii blind2.nii
 exits 2 'fast takes no views' ct-sr --views 16 lr.nii no.nii
 exits 2 '--resume needs --keep' ct-sr --resume lr.nii no.nii
+exits 3 'a dry run of a file that is not there' ct-sr --dry-run none.nii no.nii
+has err 'none.nii: No such file' 'names it'
 printf junk >bad.nii
 exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
 [ ! -e no.nii ]; ok $? 'nothing is left'

@@ -18,7 +18,10 @@ struct net {
 	size_t n;
 	volatile sig_atomic_t *stop;
 	int *left;
+	float *first; /* what it was asked first, unless NULL */
 };
+
+static float *watched; /* of the next run's networks */
 
 /* Shrinks towards zero, differently at every pixel: any state is restored to something else. */
 static int network(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
@@ -26,6 +29,8 @@ static int network(void *ctx, double t, const float *x, float *eps, struct ct_er
 	const struct net *net = ctx;
 
 	(void)e;
+	if (net->first)
+		memcpy(net->first, x, net->n * sizeof *x);
 	for (size_t i = 0; i < net->n; i++)
 		eps[i] = 0.9f * x[i] + 0.1f * sinf(3 * x[i] + (float)(i % 7) + (float)t);
 	if (net->left && --*net->left == 0)
@@ -65,7 +70,7 @@ static int go(const struct ct_superres *p, const struct ct_stack *in, const stru
 {
 	volatile sig_atomic_t stop = 0;
 	struct ct_env env = {.seed = 3, .stop = &stop};
-	struct net net = {.stop = &stop, .left = left};
+	struct net net = {.stop = &stop, .left = left, .first = watched};
 	void *ctx[THREADS];
 	struct ct_denoiser d = {.schedule = &schedule,
 		.channels = CHANNELS,
@@ -250,6 +255,134 @@ static void test_init(void)
 	ct_stack_free(&none);
 }
 
+/* One view of h x w coarse pixels and one step from init at timestep 0: the network sees init
+ * beside a hundredth of noise, continued by reflection at its lower and right border. */
+static void reflected(size_t h, size_t w)
+{
+	enum { ROOM = CHANNELS * 64 * 64 };
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, init = {0}, out = {0};
+	static float seen[ROOM];
+	bool done[1] = {false};
+	struct ct_err e = {0};
+	size_t high, wide, fine_h = h * S, fine_w = w * S, n = 0, far = 0;
+	double sum = 0;
+
+	if (ct_stack_alloc(&in, 1, h, w, &e))
+		exit(99);
+	in.view[0] = (struct ct_view){{100, 0, 0}, {-50, 0, 0}, {0, 2, 0}, {0, 0, -2}, 0};
+	if (ct_stack_like(&init, &in, S, &e) || ct_stack_like(&out, &in, S, &e))
+		exit(99);
+	for (size_t i = 0; i < ct_stack_count(&init); i++)
+		init.data[i] = (float)(0.1 + 1.8 * ct_rng_uniform(4, 4, i));
+	p.start = 0;
+	p.steps = 1;
+	ct_superres_size(&p, MULTIPLE, h, w, &high, &wide);
+	watched = seen;
+	OK(high * wide <= ROOM / CHANNELS && go(&p, &in, &init, &out, NULL, done, 1, NULL, &e) == 0,
+		"%zu x %zu pixels as %zu x %zu", fine_h, fine_w, high, wide);
+	watched = NULL;
+	for (size_t i = 0; i < CHANNELS * high * wide; i++, n++) {
+		size_t y = i / wide % high % (2 * fine_h), x = i % wide % (2 * fine_w);
+		double d;
+
+		y = y < fine_h ? y : 2 * fine_h - 1 - y;
+		x = x < fine_w ? x : 2 * fine_w - 1 - x;
+		d = fabs((double)seen[i] - ((double)init.data[y * fine_w + x] - 1)); /* norm 2 */
+		far += d > 0.06; /* six deviations of the noise */
+		sum += d;
+	}
+	OK(far == 0 && sum < 0.02 * (double)n, "continued by reflection, %zu of %zu far off", far,
+		n);
+	ct_stack_free(&in);
+	ct_stack_free(&init);
+	ct_stack_free(&out);
+}
+
+/* Block means keep the picture within [0, 1.05] norm, as published; the matched operator does not.
+ */
+static void test_limits(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, out = {0};
+	struct ct_err e = {0};
+
+	stacks(&in, &out, NULL);
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		in.data[i] = i % 2 ? 3 : -1;
+	p.rule = CT_DDNM;
+	for (int k = 0; k < 2; k++) {
+		bool done[VIEWS] = {false};
+		float least = 9, most = -9;
+
+		p.op = k ? CT_MEASUREMENT_MATCHED : CT_MEASUREMENT_MEAN;
+		OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0, "beyond the limits");
+		for (size_t i = 0; i < ct_stack_count(&out); i++) {
+			least = fminf(least, out.data[i]);
+			most = fmaxf(most, out.data[i]);
+		}
+		if (k)
+			OK(least < -0.5f && most > 2.5f, "matched: to [%g, %g]", (double)least,
+				(double)most);
+		else
+			OK(least >= 0 && least <= 0 && fabs((double)most - 2.1) < 1e-6,
+				"mean: [%g, %g]", (double)least, (double)most);
+	}
+	ct_stack_free(&in);
+	ct_stack_free(&out);
+}
+
+/* From means of one, two and three samples the samples themselves, and so their deviation. */
+static void test_deviation(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, dev = {0}, mean[3] = {{0}};
+	struct ct_err e = {0};
+	double worst = 0, most = 0;
+
+	stacks(&in, &mean[0], &dev);
+	for (size_t k = 0; k < 3; k++) {
+		bool done[VIEWS] = {false};
+
+		if (k && ct_stack_like(&mean[k], &in, S, &e))
+			exit(99);
+		p.samples = k + 1;
+		OK(go(&p, &in, NULL, &mean[k], k == 2 ? &dev : NULL, done, 2, NULL, &e) == 0,
+			"%zu samples", k + 1);
+	}
+	for (size_t i = 0; i < ct_stack_count(&dev); i++) {
+		double one = (double)mean[0].data[i], two = 2 * (double)mean[1].data[i] - one;
+		double m = (double)mean[2].data[i], three = 3 * m - one - two;
+		double want = sqrt((pow(one - m, 2) + pow(two - m, 2) + pow(three - m, 2)) / 2);
+
+		worst = fmax(worst, fabs(want - (double)dev.data[i]));
+		most = fmax(most, want);
+	}
+	OK(worst < 1e-5 * most, "three samples' deviation, %g of %g off", worst, most);
+	ct_stack_free(&in);
+	ct_stack_free(&dev);
+	for (int k = 0; k < 3; k++)
+		ct_stack_free(&mean[k]);
+}
+
+static void test_defaults(void)
+{
+	struct ct_stack in = {0}, out = {0};
+	struct ct_err e = {0};
+	double norm;
+
+	stacks(&in, &out, NULL);
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		in.data[i] = i == 7 ? 0.25f : -3;
+	OK(ct_superres_norm(&in, &norm, &e) == 0 && norm == 0.25, "the norm is the largest value");
+	in.data[7] = 0;
+	OK(ct_superres_norm(&in, &norm, &e) == -1 && e.code == CT_EINPUT, "which is more than 0");
+	ct_stack_free(&in);
+	ct_stack_free(&out);
+	NEAR(ct_superres_default(8).sigma_y, 0.0015, 0, "sigma_y is the paper's");
+	NEAR(ct_superres_default(8).sigma_det, 8 / 2.354820045, 1e-8, "a pixel's width at half");
+}
+
 int main(void)
 {
 	ct_schedule_default(&schedule);
@@ -258,5 +391,10 @@ int main(void)
 	test_threads_and_samples();
 	test_resume();
 	test_init();
+	reflected(5, 6);
+	reflected(1, 7);
+	test_limits();
+	test_deviation();
+	test_defaults();
 	return tap_done();
 }

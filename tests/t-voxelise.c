@@ -94,9 +94,23 @@ static void crowd(struct ct_gauss *g, size_t n)
 
 static const struct ct_env alone;
 
+/* What was said last of the progress, and how often. */
+struct seen {
+	size_t done, total, times;
+};
+
+static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	struct seen *s = env->ctx;
+
+	(void)what;
+	*s = (struct seen){done, total, s->times + 1};
+}
+
 static void fast(void)
 {
-	struct ct_env env = {0};
+	struct seen seen = {0};
+	struct ct_env env = {.progress = watch, .ctx = &seen};
 	static double ref[COUNT], dref[COUNT];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double worst = 0, peak = 0, off[PARAMS] = {0}, size[PARAMS] = {0};
@@ -119,6 +133,7 @@ static void fast(void)
 	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
 	OK(ct_voxelise_add(vol, &v, 1, &env, &err) == 0, "voxelise");
+	OK(seen.times > 1 && seen.done == seen.total && seen.total > 0, "and say how far it is");
 	ct_voxelise_add(again, &v, 1, &alone, &err);
 	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
 	for (size_t i = 0; i < COUNT; i++) {

@@ -1,47 +1,66 @@
-/* chain.h: run the other commands one after the other, as make would.
+/* chain.h: run the other commands one after the other, as make would, but by content.
  *
- * The commands that are done stand in FOLDER/commands.sh, a script that can be run by hand. A
- * resumed chain skips the leading commands that stand there unchanged and whose output exists,
- * and drops the rest.
+ * FOLDER/commands.sh is the script that does the same by hand, from wherever it is called.
+ * FOLDER/step-N.state says what the N-th command was when it began, as the state of any run does
+ * (resume.h): its version, its words, and what the files hold that it reads; and when it was done,
+ * what its output held. A resumed chain leaves out the commands for which all of that is so; one
+ * that had begun and is the same goes on from its own state.
  */
 #ifndef CT_CLI_CHAIN_H
 #define CT_CLI_CHAIN_H
+#include "cli/folder.h"
 #include "core/env.h"
 
-enum { CT_CHAIN_ARGS = 64 };
+enum { CT_CHAIN_ARGS = 64, CT_CHAIN_SOURCES = 4 };
 
 struct ct_step {
-	const char *tool, *output; /* output: what it makes, for the check on resuming */
+	const char *tool, *output; /* output: what it makes */
 	size_t argc;
 	char *argv[CT_CHAIN_ARGS]; /* owned; argv[0] is the tool's name */
 	bool resumable;            /* knows --resume */
 };
 
 struct ct_chain {
-	char *folder, *tools; /* intermediate files; where the commands are */
-	bool temporary;       /* remove the folder when the chain is freed */
-	size_t n, cap, done;
+	struct ct_folder folder; /* of the intermediate files */
+	char *tools;             /* where the commands are */
+	bool resume;
+	size_t n, cap;
 	struct ct_step *step;
+	size_t sources;
+	const char *source[CT_CHAIN_SOURCES];
 	char *threads; /* value of --threads handed down */
 };
 
 /* Work in `folder` (made if missing; without resume it must not hold another chain, unless
- * env->force), or in a temporary one that is removed if NULL. */
-int ct_chain_open(struct ct_chain *c, const char *folder, bool resume, const struct ct_env *env,
-	struct ct_err *e);
+ * env->force), or in a temporary one that is removed if NULL. A dry one is only to be printed. */
+int ct_chain_open(struct ct_chain *c, const char *folder, bool resume, bool dry,
+	const struct ct_env *env, struct ct_err *e);
 /* FOLDER/name, owned by the caller; NULL if no memory. */
 char *ct_chain_path(const struct ct_chain *c, const char *name);
-/* Append a command: words up to a NULL; NULL output ends nothing. */
+/* `path`, borrowed, is a file that commands read and none makes. */
+void ct_chain_source(struct ct_chain *c, const char *path);
+/* Append a command: words up to a NULL; NULL output ends nothing. A word that is a source or the
+ * output of a command before, or "--option=" and one, names an input. */
 int ct_chain_add(struct ct_chain *c, struct ct_err *e, bool resumable, const char *output,
 	const char *tool, ...);
 /* One more word for the last command, printf-like. */
 int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
+/* Has the last command of this folder begun once, so that the output there is its own? */
+bool ct_chain_owns_output(const struct ct_chain *c);
 /* Run what is not done. The first command that fails ends it with that command's exit status;
- * the command has said why. SIGINT, SIGTERM and SIGUSR1 are passed on. */
-int ct_chain_run(struct ct_chain *c, bool resume, const struct ct_env *env, struct ct_err *e);
+ * the command has said why. SIGINT, SIGTERM and SIGUSR1 are passed on, and a command ends when
+ * this program is killed. */
+int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
 /* Write the commands that would run to f. */
 void ct_chain_print(const struct ct_chain *c, void *f);
 void ct_chain_close(struct ct_chain *c);
+
+/* For chain-run.c. The input that word k of step i names, or NULL. */
+const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
+/* Write FOLDER/commands.sh. CT_EOUTPUT, CT_ENOMEM. */
+int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
+/* FOLDER/step-N, owned by the caller. */
+char *ct_chain_step_path(const struct ct_chain *c, size_t i);
 
 #endif

@@ -1,15 +1,18 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/files.h"
 #include "cli/help.h"
+#include "cli/modes.h"
 #include "cli/progress.h"
+#include "cli/stop.h"
 #include "cli/table.h"
 #include "core/simd.h"
+#include "formats/inflate.h"
 
 #include <errno.h>
 #include <locale.h>
 #include <sched.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +25,8 @@ struct parser {
 	const struct ct_opt *operand; /* next one */
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
+	struct ct_given given;
+	bool *row; /* of given */
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -38,6 +43,14 @@ static int set_operand(struct parser *s, const char *a, struct ct_err *e)
 		return 0;
 	}
 	return ct_table_set(s->operand++, s->params, a, e);
+}
+
+static int take(
+	struct parser *s, const struct ct_opt *o, bool common, const char *value, struct ct_err *e)
+{
+	if (!common)
+		s->row[o - s->t->opts] = true;
+	return ct_table_set(o, common ? (void *)s->common : s->params, value, e);
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
@@ -62,7 +75,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
 		if (o->type != CT_T_FLAG && !val && !(val = argv[++*i]))
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
-		return ct_table_set(o, common ? (void *)s->common : s->params, val, e);
+		return take(s, o, common, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
 		o = ct_table_find(s->t, NULL, 0, *++a, &common);
@@ -74,7 +87,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			if (!val)
 				return ct_fail(e, CT_EUSAGE, "option '-%c' needs a value", *a);
 		}
-		if (ct_table_set(o, common ? (void *)s->common : s->params, val, e))
+		if (take(s, o, common, val, e))
 			return -1;
 	} while (more);
 	return 0;
@@ -101,8 +114,9 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
 						       (s->operand->type == CT_T_LIST && s->nlist)))
 		s->operand++;
-	return s->operand->type != CT_T_END ? ct_fail(e, CT_EUSAGE, "missing %s", s->operand->arg)
-					    : 0;
+	if (s->operand->type != CT_T_END)
+		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
+	return ct_modes_check(&s->given, s->params, e);
 }
 
 static size_t threads_wanted(int flag)
@@ -124,27 +138,6 @@ static size_t threads_wanted(int flag)
 	return 1;
 }
 
-static volatile sig_atomic_t stop_asked;
-
-static void on_signal(int sig)
-{
-	if (stop_asked) { /* asked twice: go now */
-		signal(sig, SIG_DFL);
-		raise(sig);
-	}
-	stop_asked = 1;
-}
-
-static void catch_signals(void)
-{
-	static const int sigs[] = {SIGINT, SIGTERM, SIGUSR1};
-	struct sigaction sa = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
-
-	sigemptyset(&sa.sa_mask);
-	for (size_t i = 0; i < sizeof sigs / sizeof *sigs; i++)
-		sigaction(sigs[i], &sa, NULL);
-}
-
 static void say(const struct ct_env *env, enum ct_level level, const char *text)
 {
 	ct_progress_clear(env->ctx);
@@ -155,7 +148,8 @@ static void say(const struct ct_env *env, enum ct_level level, const char *text)
  */
 static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
 {
-	static const char *const names[] = {"quiet", "verbose", "force", "threads", "resume"};
+	static const char *const names[] = {
+		"quiet", "verbose", "force", "threads", "resume", "expand"};
 	const struct ct_opt *o = NULL;
 	bool common;
 
@@ -167,6 +161,22 @@ static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
 		if (strcmp(o->name, names[k]) == 0)
 			return o;
 	return NULL;
+}
+
+/* A word of the command, files by their names alone: where they lay is nobody's business and would
+ * make the same data differ. */
+static void put_history(FILE *f, const char *word)
+{
+	const char *equals = strchr(word, '='), *name = word;
+	const char *quote = strpbrk(word, " \t\n\"'\\$") ? "'" : "";
+
+	if (word[0] == '-' && word[1] == '-' && equals)
+		name = equals + 1;
+	fprintf(f, " %s%.*s", quote, (int)(name - word), word);
+	for (const char *s = name; *s; s++)
+		if (*s == '/' && s[1] && s[1] != '/')
+			name = s + 1;
+	fprintf(f, "%s%s", name, quote);
 }
 
 static char *history_of(const struct ct_tool *t, int argc, char **argv)
@@ -187,7 +197,7 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 			i += o->type != CT_T_FLAG && !strchr(argv[i], '=');
 			continue;
 		}
-		fprintf(f, strpbrk(argv[i], " \t\n\"'\\$") ? " '%s'" : " %s", argv[i]);
+		put_history(f, argv[i]);
 	}
 	if (fclose(f) != 0) {
 		free(text);
@@ -196,16 +206,19 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 	return text;
 }
 
-static int run(const struct ct_tool *t, const void *params, const struct ct_common *c, int argc,
-	char **argv, struct ct_err *e)
+static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
+	const struct ct_tool *t = s->t;
+	const struct ct_common *c = s->common;
+	const void *params = s->params;
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
-	struct ct_env env = {.verbose = c->quiet ? -1 : c->verbose,
-		.force = c->force,
+	struct ct_env env = {.given = &s->given,
+		.verbose = c->quiet ? -1 : c->verbose,
+		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
 		.dry_run = c->dry_run,
 		.tool = t->name,
-		.stop = &stop_asked,
+		.stop = ct_stop_flag(),
 		.log = say,
 		.progress = ct_progress_draw,
 		.ctx = &bar};
@@ -218,12 +231,22 @@ static int run(const struct ct_tool *t, const void *params, const struct ct_comm
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
 	history = history_of(t, argc, argv);
 	env.history = history;
-	catch_signals();
-	rc = ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
+	ct_inflate_allow((unsigned)c->expand);
+	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
+	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
 	free(history);
 	return rc;
+}
+
+static size_t rows_of(const struct ct_tool *t)
+{
+	size_t n = 1;
+
+	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
+		n++;
+	return n;
 }
 
 int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
@@ -236,7 +259,9 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	setlocale(LC_ALL, "C");
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
-	if (!s.params || !s.list)
+	s.row = calloc(rows_of(t), sizeof *s.row);
+	s.given = (struct ct_given){t, s.row};
+	if (!s.params || !s.list || !s.row)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
 		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
@@ -247,9 +272,10 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	else if (rc == 0 && common.mdoc)
 		ct_help_mdoc(t);
 	else if (rc == 0)
-		rc = run(t, s.params, &common, argc, argv, &e);
+		rc = run(&s, argc, argv, &e);
 	free(s.params);
 	free(s.list);
+	free(s.row);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
 	if (rc == 0)

@@ -30,42 +30,113 @@ enum ct_counts {
 	CT_COUNTS_NOT,     /* nothing: outputs, reports, when to save */
 };
 
+/* A condition of the modes that an option belongs to: on another field of the params struct. */
+enum ct_when_kind {
+	CT_WHEN_ALWAYS, /* none */
+	CT_WHEN_SET,    /* the field is not at its default */
+	CT_WHEN_WORD,   /* it is a choice, and one of these words */
+	CT_WHEN_FILE,   /* it is an operand, and not a stream */
+	CT_WHEN_UNSET,  /* it is at its default: the two options exclude each other */
+	CT_WHEN_OTHER,  /* it is a choice, and none of these words */
+};
+struct ct_when {
+	enum ct_when_kind kind;
+	size_t at;      /* offset of the field */
+	unsigned words; /* bit i: the word of index i */
+};
+#define CT_ALWAYS                                                                                  \
+	{                                                                                          \
+		CT_WHEN_ALWAYS, 0, 0                                                               \
+	}
+#define CT_IF(S, f)                                                                                \
+	{                                                                                          \
+		CT_WHEN_SET, offsetof(S, f), 0                                                     \
+	}
+#define CT_IF_WORD(S, f, bits)                                                                     \
+	{                                                                                          \
+		CT_WHEN_WORD, offsetof(S, f), bits                                                 \
+	}
+#define CT_IF_FILE(S, f)                                                                           \
+	{                                                                                          \
+		CT_WHEN_FILE, offsetof(S, f), 0                                                    \
+	}
+#define CT_UNLESS(S, f)                                                                            \
+	{                                                                                          \
+		CT_WHEN_UNSET, offsetof(S, f), 0                                                   \
+	}
+#define CT_UNLESS_WORD(S, f, bits)                                                                 \
+	{                                                                                          \
+		CT_WHEN_OTHER, offsetof(S, f), bits                                                \
+	}
+#define CT_BIT(index) (1u << (index))
+enum { CT_WHENS = 4 };
+/* What a run does with the file that a row names: files.h. */
+enum ct_role {
+	CT_NO_FILE,
+	CT_READS,
+	CT_WRITES,
+	CT_REWRITES,     /* its own when it goes on: with --resume it may be there */
+	CT_READS_WRITES, /* of a list the last is written, unless another row names the output */
+};
+
 struct ct_opt {
 	char c;           /* short letter, or 0 */
 	const char *name; /* long name; NULL for an operand */
 	enum ct_type type;
-	size_t at;       /* offset in the params struct */
-	const char *arg; /* name of the value; for a choice the words: "linear|cubic" */
+	size_t at;         /* offset in the params struct */
+	const char *arg;   /* name of the value; for a choice the words: "linear|cubic" */
+	const char *label; /* name of an operand that is a choice */
 	const char *help;
 	double lo, hi; /* inclusive range of a number; lo == hi means any */
 	bool choice;   /* int field: index of the word in arg */
 	bool optional; /* operand that may be absent */
 	enum ct_counts counts;
+	/* Modes that take it (modes.h): any of the positive conditions if there are any, and all of
+	 * UNSET and OTHER. Where it would do nothing it is an error, and help and man page say so.
+	 */
+	struct ct_when when[CT_WHENS];
+	enum ct_role role;
 };
 
 #define CT_TYPE_(S, f)                                                                             \
 	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, \
 		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
-#define CT_ROW_(S, f, ch, nm, what, text, ...)                                                     \
+#define CT_ROW_(S, f, ch, nm, what, ...)                                                           \
 	{                                                                                          \
 		.c = ch, .name = nm, .type = CT_TYPE_(S, f), .at = offsetof(S, f), .arg = what,    \
-		.help = text, __VA_ARGS__                                                          \
+		__VA_ARGS__                                                                        \
 	}
-#define CT_OPT(S, f, c, name, arg, from, to, help)                                                 \
-	CT_ROW_(S, f, c, name, arg, help, .lo = from, .hi = to)
+/* Behind its help a row may say what modes take it: CT_WHEN(CT_IF(...), ...). */
+#define CT_WHEN(...) .when = {__VA_ARGS__}
+#define CT_OPT(S, f, c, name, arg, from, to, ...)                                                  \
+	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .help = __VA_ARGS__)
 /* One that decides nothing that is computed. */
-#define CT_OPT_IDLE(S, f, c, name, arg, from, to, help)                                            \
-	CT_ROW_(S, f, c, name, arg, help, .lo = from, .hi = to, .counts = CT_COUNTS_NOT)
-/* The name of an input. */
-#define CT_INPUT(S, f, c, name, arg, help)                                                         \
-	CT_ROW_(S, f, c, name, arg, help, .counts = CT_COUNTS_CONTENT)
+#define CT_OPT_IDLE(S, f, c, name, arg, from, to, ...)                                             \
+	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .counts = CT_COUNTS_NOT,                 \
+		.help = __VA_ARGS__)
+/* The name of an input, of one that decides nothing that is computed, and of an output. */
+#define CT_INPUT(S, f, c, name, arg, ...)                                                          \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_CONTENT, .role = CT_READS,                 \
+		.help = __VA_ARGS__)
+#define CT_INPUT_IDLE(S, f, c, name, arg, ...)                                                     \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_READS, .help = __VA_ARGS__)
+#define CT_OUTPUT(S, f, c, name, arg, ...)                                                         \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES, .help = __VA_ARGS__)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
-#define CT_CHOICE(S, f, c, name, words, help) CT_ROW_(S, f, c, name, words, help, .choice = true)
-#define CT_ARG(S, f, arg, help) CT_ROW_(S, f, 0, NULL, arg, help, .counts = CT_COUNTS_NOT)
-/* Last operand that may be missing; a struct ct_list takes all that are left. */
-#define CT_ARG_MAYBE(S, f, arg, help)                                                              \
-	CT_ROW_(S, f, 0, NULL, arg, help, .optional = true, .counts = CT_COUNTS_NOT)
+#define CT_CHOICE(S, f, c, name, words, ...)                                                       \
+	CT_ROW_(S, f, c, name, words, .choice = true, .help = __VA_ARGS__)
+/* An operand; a struct ct_list takes all that are left. */
+#define CT_ARG(S, f, what, arg, ...)                                                               \
+	CT_ROW_(S, f, 0, NULL, arg, .counts = CT_COUNTS_NOT, .role = what, .help = __VA_ARGS__)
+/* One that is a choice. */
+#define CT_ARG_CHOICE(S, f, lab, words, ...)                                                       \
+	CT_ROW_(S, f, 0, NULL, words, .label = lab, .choice = true, .counts = CT_COUNTS_NOT,       \
+		.help = __VA_ARGS__)
+/* The last one, that may be missing. */
+#define CT_ARG_MAYBE(S, f, what, arg, ...)                                                         \
+	CT_ROW_(S, f, 0, NULL, arg, .optional = true, .counts = CT_COUNTS_NOT, .role = what,       \
+		.help = __VA_ARGS__)
 #define CT_OPT_END                                                                                 \
 	{                                                                                          \
 		.type = CT_T_END                                                                   \

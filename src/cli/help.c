@@ -1,8 +1,10 @@
 /* help.c: see help.h. */
 #include "config.h"
 #include "cli/help.h"
+#include "cli/modes.h"
 #include "cli/table.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +26,7 @@ static void synopsis(const struct ct_tool *t)
 	printf("Usage: %s [OPTION]...", t->name);
 	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
 		if (!o->name)
-			printf(o->optional ? " [%s]%s" : " %s%s", o->arg,
+			printf(o->optional ? " [%s]%s" : " %s%s", ct_table_operand(o),
 				o->type == CT_T_LIST ? "..." : "");
 }
 
@@ -43,6 +45,19 @@ static void fold(size_t from, size_t at, const char *text)
 	}
 }
 
+/* Which modes take the option, on a line of its own. */
+static void put_modes(const struct ct_tool *t, const struct ct_opt *o, size_t from)
+{
+	char text[400], shown[420];
+
+	ct_modes_text(text, sizeof text, t, o);
+	if (!*text)
+		return;
+	snprintf(shown, sizeof shown, "[%s]", text);
+	printf("\n%*s", (int)from, "");
+	fold(from, from, shown);
+}
+
 void ct_help_print(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
@@ -55,7 +70,7 @@ void ct_help_print(const struct ct_tool *t)
 		int n;
 
 		if (!o->name)
-			snprintf(left, sizeof left, "  %s", o->arg);
+			snprintf(left, sizeof left, "  %s", ct_table_operand(o));
 		else
 			snprintf(left, sizeof left, "  %c%c%c --%s%s%s", o->c ? '-' : ' ',
 				o->c ? o->c : ' ', o->c ? ',' : ' ', o->name, o->arg ? "=" : "",
@@ -63,6 +78,7 @@ void ct_help_print(const struct ct_tool *t)
 		n = printf("%-25s", left);
 		fold(25, (size_t)n, o->help);
 		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
+		put_modes(t, o, 25);
 		putchar('\n');
 	}
 	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
@@ -79,6 +95,21 @@ static void sentences(const char *text)
 			text++;
 		} else
 			putchar(*text);
+}
+
+/* The same as a sentence. */
+static void put_modes_mdoc(const struct ct_tool *t, const struct ct_opt *o)
+{
+	char text[400];
+
+	ct_modes_text(text, sizeof text, t, o);
+	for (const char *c = text; *c; c++)
+		if (*c == '-')
+			fputs("\\-", stdout);
+		else
+			putchar(c == text ? toupper((unsigned char)*c) : *c);
+	if (*text)
+		puts(".");
 }
 
 void ct_help_mdoc(const struct ct_tool *t)
@@ -98,6 +129,7 @@ void ct_help_mdoc(const struct ct_tool *t)
 		sentences(o->help);
 		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
 		puts(".");
+		put_modes_mdoc(t, o);
 	}
 	puts(".El");
 }

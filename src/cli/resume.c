@@ -1,9 +1,12 @@
 /* resume.c: see resume.h. */
 #include "config.h"
 #include "cli/resume.h"
+#include "cli/files.h"
+#include "cli/stop.h"
 #include "cli/table.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/temp.h"
 
 #include <assert.h>
 #include <stdarg.h>
@@ -57,6 +60,32 @@ static int take_options(struct ct_resume *r, struct ct_err *e)
 	return 0;
 }
 
+static bool is_state(const char *path)
+{
+	struct ct_meta m = {0};
+	struct ct_err why;
+	bool is = ct_tensors_read_meta(path, &m, &why) == 0 && ct_meta_get(&m, RUN WHICH);
+
+	ct_meta_free(&m);
+	return is;
+}
+
+/* Is there no state, or one that the run goes on from or was told to forget? */
+static int may_replace(struct ct_resume *r, const struct ct_env *env, struct ct_err *e)
+{
+	if (access(r->path, F_OK) != 0)
+		return 0;
+	r->own = env->force && is_state(r->path);
+	if (r->wanted || r->own)
+		return 0;
+	return env->force
+		       ? ct_fail(e, CT_EOUTPUT,
+				 "%s: is not the state of a run, so is not written over", r->path)
+		       : ct_fail(e, CT_EOUTPUT,
+				 "%s: exists; --resume goes on from it, --force starts anew",
+				 r->path);
+}
+
 int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
 	const void *params, const struct ct_env *env, struct ct_err *e)
 {
@@ -69,9 +98,12 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 		r->path = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	if (r->path && !wanted && !env->force && access(r->path, F_OK) == 0)
-		return ct_fail(e, CT_EOUTPUT,
-			"%s: exists; --resume goes on from it, --force starts anew", r->path);
+	if (r->path && (ct_files_apart(opts, params, r->path, e) ||
+			       (r->claimed = ct_temp_claim(r->path, &r->claim, e)) < 0 ||
+			       may_replace(r, env, e)))
+		return -1;
+	if (r->path)
+		ct_stop_hold();
 	if (ct_resume_value(r, e, WHICH, "%s %s", env->tool, PACKAGE_VERSION) ||
 		ct_resume_value(r, e, "--seed", "%llu", (unsigned long long)env->seed))
 		return -1;
@@ -152,7 +184,7 @@ static int compare(const struct ct_resume *r, const struct ct_meta *state, struc
 	return 0;
 }
 
-int ct_resume_load(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
+int ct_resume_load(struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
 {
 	assert(complete(r));
 	if (!r->wanted || !r->path || access(r->path, F_OK) != 0)
@@ -163,27 +195,94 @@ int ct_resume_load(const struct ct_resume *r, struct ct_tensors *state, struct c
 		ct_tensors_free(state);
 		return -1;
 	}
+	r->own = true;
 	return 0;
 }
 
-int ct_resume_save(const struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
+static int write_to(const struct ct_resume *r, const char *path, ct_resume_pack *pack,
+	const void *work, struct ct_err *e)
 {
+	struct ct_tensors state = {0};
+	int rc = pack(&state, work, e);
+
+	for (size_t i = 0; i < r->key.n && rc == 0; i++)
+		rc = ct_meta_set(&state.meta, r->key.pair[i].key, r->key.pair[i].value, e);
+	if (rc == 0)
+		rc = ct_tensors_write_private(path, &state, e);
+	ct_tensors_free(&state);
+	return rc;
+}
+
+int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
+{
+	int rc;
+
 	if (!r->path)
 		return 0;
-	for (size_t i = 0; i < r->key.n; i++)
-		if (ct_meta_set(&state->meta, r->key.pair[i].key, r->key.pair[i].value, e))
-			return -1;
-	return ct_tensors_write_private(r->path, state, e);
+	if (!r->own && access(r->path, F_OK) == 0)
+		return ct_fail(
+			e, CT_EOUTPUT, "%s: was put there by another run meanwhile", r->path);
+	ct_stop_defer(true);
+	rc = write_to(r, r->path, pack, work, e);
+	r->own |= rc == 0;
+	ct_stop_defer(false);
+	return rc;
+}
+
+/* A name in the folder for temporary files, of a file that is made. NULL if it cannot be. */
+static char *elsewhere(const char *path)
+{
+	const char *tmp = getenv("TMPDIR"), *slash = strrchr(path, '/');
+	char *name = NULL;
+	int fd;
+
+	if (asprintf(&name, "%s/%s.XXXXXX", tmp && *tmp ? tmp : "/tmp", slash ? slash + 1 : path) <
+		0)
+		return NULL;
+	fd = mkstemp(name);
+	if (fd >= 0) {
+		close(fd);
+		return name;
+	}
+	free(name);
+	return NULL;
+}
+
+int ct_resume_rescue(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
+{
+	const struct ct_err why = *e;
+	struct ct_err other;
+	char *name;
+
+	if (!r->path)
+		return -1;
+	if (ct_resume_save(r, pack, work, &other) == 0)
+		return ct_fail(
+			e, why.code, "%.300s; the result is kept: --resume writes it", why.msg);
+	name = elsewhere(r->path);
+	if (name && write_to(r, name, pack, work, &other) == 0)
+		ct_fail(e, why.code,
+			"%.160s; the result is kept in %.120s: moved to %.120s, --resume writes it",
+			why.msg, name, r->path);
+	else if (name)
+		unlink(name);
+	free(name);
+	return -1;
 }
 
 void ct_resume_done(const struct ct_resume *r)
 {
-	if (r->path)
+	if (r->path && r->own)
 		unlink(r->path);
 }
 
 void ct_resume_close(struct ct_resume *r)
 {
+	if (r->claim) {
+		ct_temp_remove(r->claim);
+		close(r->claimed);
+	}
+	free(r->claim);
 	free(r->path);
 	ct_meta_free(&r->key);
 	*r = (struct ct_resume){0};

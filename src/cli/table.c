@@ -1,6 +1,7 @@
 /* table.c: see table.h. */
 #include "config.h"
 #include "cli/table.h"
+#include "formats/inflate.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -9,14 +10,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct ct_common ct_common_defaults = {.threads = 0, .seed = "0"};
+const struct ct_common ct_common_defaults = {.expand = CT_INFLATE_TIMES, .seed = "0"};
 
 static const struct ct_opt common_opts[] = {
 	CT_OPT(struct ct_common, threads, 't', "threads", "N", 0, 4096,
 		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
 		"processors this process may use. The output is the same for any N"),
+	CT_OPT(struct ct_common, expand, 0, "expand", "N", 0, 100000,
+		"refuse gzip and EXR files that become more than 1 GiB and N times as large; 0 refuses "
+		"none"),
 	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
-		"overwrite existing output files"),
+		"overwrite existing output files, as in a rule of make"),
 	CT_OPT(struct ct_common, quiet, 'q', "quiet", NULL, 0, 0, "print errors only"),
 	CT_OPT(struct ct_common, verbose, 'v', "verbose", NULL, 0, 0, "print what is being done"),
 	CT_OPT(struct ct_common, help, 'h', "help", NULL, 0, 0, "print this help"),
@@ -113,12 +117,18 @@ static int set_choice(
 	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
 }
 
+const char *ct_table_operand(const struct ct_opt *o)
+{
+	return o->label ? o->label : o->arg;
+}
+
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
 {
 	void *p = (char *)params + o->at;
 	char name[60];
 
-	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "", o->name ? o->name : o->arg);
+	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "",
+		o->name ? o->name : ct_table_operand(o));
 	switch (o->type) {
 	case CT_T_FLAG: *(bool *)p = true; return 0;
 	case CT_T_STR: *(const char **)p = s; return 0;
@@ -133,6 +143,8 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 
 static void word_at(char *out, size_t room, const char *words, int index)
 {
+	if (index < 0)
+		words = NULL; /* none of them */
 	while (index-- > 0 && words) {
 		words = strchr(words, '|');
 		words = words ? words + 1 : NULL;

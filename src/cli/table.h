@@ -7,7 +7,7 @@
 /* Where the options that every tool has are put. */
 struct ct_common {
 	bool help, version, mdoc, quiet, verbose, force, json, dry_run;
-	int threads;
+	int threads, expand;
 	const char *seed;
 };
 extern const struct ct_common ct_common_defaults;
@@ -18,6 +18,8 @@ const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *commo
  * one, or of the short name c if that is not 0; else NULL. */
 const struct ct_opt *ct_table_find(
 	const struct ct_tool *t, const char *name, size_t n, char c, bool *common);
+/* What an operand is called. */
+const char *ct_table_operand(const struct ct_opt *o);
 /* Parse s into the field of params. CT_EUSAGE naming the option. */
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e);
 /* The value in params as the command line would say it, numbers with `digits` significant ones;

@@ -26,7 +26,7 @@ void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t
 
 bool ct_stopping(const struct ct_env *env)
 {
-	return env && env->stop && *env->stop;
+	return env && env->stop && __atomic_load_n(env->stop, __ATOMIC_RELAXED);
 }
 
 int ct_check_stop(const struct ct_env *env, struct ct_err *e)

@@ -12,6 +12,7 @@
 enum ct_level { CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
+struct ct_given; /* cli/modes.h */
 struct ct_env {
 	struct ct_par *par; /* thread pool; NULL runs on the calling thread */
 	uint64_t seed;
@@ -20,6 +21,7 @@ struct ct_env {
 	bool json, dry_run;
 	const char *tool;                  /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */
+	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`; called from one thread at a time */

@@ -72,7 +72,7 @@ int ct_gauss_check_finite(const struct ct_gauss *g, struct ct_err *e)
 		float sum = g->raw[i];
 
 		for (int a = 0; a < 3; a++)
-			sum += g->pos[a][i] + g->scale[a][i];
+			sum += g->pos[a][i] + g->scale[a][i] + expf(g->scale[a][i]);
 		for (int a = 0; a < 4; a++)
 			sum += g->rot[a][i];
 		if (!isfinite(sum))

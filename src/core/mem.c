@@ -49,6 +49,21 @@ int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e)
 	return 0;
 }
 
+int ct_mem_room(size_t bytes, struct ct_err *e)
+{
+#ifdef __linux__
+	void *p = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+
+	if (p == MAP_FAILED)
+		return ct_fail(e, CT_ENOMEM, "no room for %zu bytes", bytes);
+	munmap(p, bytes);
+#else
+	(void)bytes;
+	(void)e;
+#endif
+	return 0;
+}
+
 void ct_mem_touch(void *p, size_t bytes)
 {
 #ifdef MADV_POPULATE_WRITE

@@ -40,6 +40,8 @@ struct ct_env;
 #define CT_META_DECIMATE "decimate"
 /* number, HU: standard deviation of the noise that was added; ct-degrade */
 #define CT_META_NOISE "noise"
+/* "LO:HI", HU: that the CT was clipped to before its resolution was reduced; ct-degrade */
+#define CT_META_CLIP "clip"
 /* word of CT_UPSAMPLE_LIST: what brought the data to the fine grid: the factor is used up;
  * ct_upsample */
 #define CT_META_UPSAMPLE "upsample"
@@ -64,6 +66,8 @@ struct ct_env;
 #define CT_META_VOLUME_AFFINE "volume.affine"
 /* word of CT_METHOD_LIST: projector; ct-project */
 #define CT_META_METHOD "method"
+/* word: yes: what the volume had beyond the window was projected too; ct-project */
+#define CT_META_OVERSHOOT "overshoot"
 /* integer: detector pixels that became one, along each side; ct-project */
 #define CT_META_COARSEN "coarsen"
 /* word: how: point, mean, sinc; ct-project */
@@ -97,7 +101,8 @@ struct ct_env;
 
 /* numbers in hexadecimal: in the state of a fit; ct_fit_state_pack */
 #define CT_META_SCALARS "scalars"
-/* three integers: where the joint solver was, in its state; ct-fuse */
+/* integers: where the joint solver was, in its state; in that of a fit its end, and whether it is
+ * whole; states */
 #define CT_META_AT "at"
 /* integer: qform_code and sform_code, if not 1; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"

@@ -29,6 +29,8 @@ int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct 
 
 	if (views == 0 || h == 0 || w == 0)
 		return ct_fail(e, CT_EINPUT, "empty stack: %zu views of %zux%zu", views, w, h);
+	if (views > CT_MAX_VIEWS)
+		return ct_fail(e, CT_EINPUT, "%zu views, more than %d", views, CT_MAX_VIEWS);
 	if (ct_size_mul(&count, views, h, "stack", e) ||
 		ct_size_mul(&count, count, w, "stack", e) ||
 		ct_alloc0(&s->view, views, sizeof *s->view, e))

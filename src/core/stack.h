@@ -24,6 +24,8 @@
 	X(CT_FAN, "fan")
 enum ct_beam { CT_BEAM_LIST(CT_WORD_VALUE) };
 
+enum { CT_MAX_VIEWS = 65535 };
+
 struct ct_view {
 	double source[3], centre[3], u[3], v[3]; /* mm */
 	double angle; /* degrees, for people; the vectors are the truth */

@@ -34,8 +34,6 @@ int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const si
 
 	if (rank > CT_MAX_RANK)
 		return ct_fail(e, CT_EINPUT, "tensor %.100s has %zu dimensions", name, rank);
-	if (ct_tensors_find(w, name))
-		return ct_fail(e, CT_EINPUT, "tensor %.100s appears twice", name);
 	for (size_t i = 0; i < rank; i++) {
 		t.dim[i] = dim[i];
 		if (ct_size_mul(&count, count, dim[i], name, e))

@@ -23,8 +23,8 @@ struct ct_tensors {
 void ct_tensors_free(struct ct_tensors *w);
 /* Product of the dimensions; 1 for rank 0. */
 size_t ct_tensor_count(const struct ct_tensor *t);
-/* Append a tensor of this shape, data uninitialised; *out borrowed until the next add. CT_EINPUT
- * for a name already there or a rank above CT_MAX_RANK. */
+/* Append a tensor of this shape, data uninitialised, of a name that is not there yet; *out borrowed
+ * until the next add. CT_EINPUT for a rank above CT_MAX_RANK. */
 int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
 	struct ct_tensor **out, struct ct_err *e);
 /* By name, or NULL. */

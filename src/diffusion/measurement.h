@@ -18,6 +18,20 @@
 	X(CT_MEASUREMENT_MATCHED, "matched")
 enum ct_measurement_kind { CT_MEASUREMENT_LIST(CT_WORD_VALUE) };
 
+/* What a coarse pixel is of the fine ones under it: a ray through its centre, which is no function
+ * of them, their mean, or they cut at its Nyquist frequency. */
+#define CT_PIXEL_LIST(X)                                                                           \
+	X(CT_PIXEL_POINT, "point")                                                                 \
+	X(CT_PIXEL_MEAN, "mean")                                                                   \
+	X(CT_PIXEL_SINC, "sinc")
+enum ct_pixel { CT_PIXEL_LIST(CT_WORD_VALUE) };
+
+/* The operator that makes such pixels; of a ray the mean, which is taken for it. */
+static inline enum ct_measurement_kind ct_pixel_measures(enum ct_pixel pixel)
+{
+	return pixel == CT_PIXEL_SINC ? CT_MEASUREMENT_MATCHED : CT_MEASUREMENT_MEAN;
+}
+
 struct ct_measurement {
 	enum ct_measurement_kind kind;
 	size_t h, w, s;

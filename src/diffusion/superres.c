@@ -58,12 +58,7 @@ struct ct_superres ct_superres_default(size_t scale)
 		.op = CT_MEASUREMENT_MEAN,
 		.sigma_det = ct_superres_sigma_det(scale),
 		.eta = 0.99,
-		.sigma_y = ct_superres_sigma_y(scale)};
-}
-
-double ct_superres_sigma_y(size_t scale)
-{
-	return scale <= 4 ? 0.001 : 0.0025;
+		.sigma_y = 0.0015};
 }
 
 double ct_superres_sigma_det(size_t scale)

@@ -45,11 +45,9 @@ struct ct_superres {
 	void *save_ctx;
 };
 
-/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y of the scale; norm 0.
+/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y 0.0015; norm 0.
  */
 struct ct_superres ct_superres_default(size_t scale);
-/* 0.001 up to 4-fold, 0.0025 above. */
-double ct_superres_sigma_y(size_t scale);
 /* A Gaussian whose width at half height is one coarse pixel: s/2.3548. */
 double ct_superres_sigma_det(size_t scale);
 /* Largest value of a stack. CT_EINPUT if it is not positive. */

@@ -96,8 +96,9 @@ static void train_group(void *arg, size_t g, size_t worker)
 		uint64_t sample = t->step * t->o.batch + k;
 		int time = (int)ct_rng_below(t->o.seed, stream(sample, TIME), 0, CT_TIMESTEPS);
 
-		if (sample_loss(t, &t->bench[worker], p, t->o.seed, sample, time, grads,
-			    &p->loss[k], &p->err[g]))
+		if (ct_check_stop(t->env, &p->err[g]) ||
+			sample_loss(t, &t->bench[worker], p, t->o.seed, sample, time, grads,
+				&p->loss[k], &p->err[g]))
 			return;
 	}
 }
@@ -107,8 +108,9 @@ static void test_group(void *arg, size_t k, size_t worker)
 	struct pass *p = arg;
 	int time = (int)((2 * k + 1) * CT_TIMESTEPS / (2 * p->count));
 
-	sample_loss(p->t, &p->t->bench[worker], p, ~p->t->o.seed, k, time, NULL, &p->loss[k],
-		&p->err[k]);
+	if (ct_check_stop(p->t->env, &p->err[k]) == 0)
+		sample_loss(p->t, &p->t->bench[worker], p, ~p->t->o.seed, k, time, NULL,
+			&p->loss[k], &p->err[k]);
 }
 
 static int run_pass(struct pass *p, ct_par_fn *fn, double *loss, struct ct_err *e)

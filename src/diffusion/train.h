@@ -41,7 +41,7 @@ uint64_t ct_train_steps(const struct ct_train *t); /* done so far */
 double ct_train_bytes(const struct ct_train *t);
 double ct_train_rate(const struct ct_train *t); /* learning rate of the next step */
 /* One step; *loss is its mean over the batch. CT_ENUMERIC naming the step if loss or gradient
- * are not finite: the weights are those before it. */
+ * are not finite, CT_ESTOP if asked to stop: the weights are those before it. */
 int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e);
 /* Mean loss of the averaged weights over `n` pieces of other pictures, the timesteps spread evenly,
  * noise and pieces the same in every call. */

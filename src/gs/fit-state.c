@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 8 };
+enum { STATES = 3 * CT_GS_FIELDS + 3, SCALARS = 9 };
 
 static const char *const field_name[CT_GS_FIELDS] = {
 	"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "raw"};
@@ -39,7 +39,7 @@ static void array_of(struct ct_fit *f, size_t k, char name[40], float **x, uint3
 static double *scalar(struct ct_fit *f, size_t k)
 {
 	double *const s[SCALARS] = {&f->g.gamma, &f->gamma.m, &f->gamma.v, &f->first_loss,
-		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error};
+		&f->last_loss, &f->first_l1, &f->epoch_l1, &f->error, &f->pace};
 
 	return s[k];
 }
@@ -98,12 +98,27 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *scalar(&f, k));
 	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
-		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps))
+		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps) ||
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole))
 		goto fail;
 	return 0;
 fail:
 	ct_tensors_free(t);
 	return -1;
+}
+
+/* Whether the iterations have ended, and all of the fit. */
+static int get_end(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
+{
+	const char *at = ct_meta_get(&t->meta, CT_META_AT);
+	int end, whole;
+
+	if (!at || sscanf(at, "%d %d", &end, &whole) != 2 || end < CT_FIT_RUNNING ||
+		end >= CT_FIT_EMPTY)
+		return ct_fail(e, CT_EINPUT, "the state does not say whether the fit has ended");
+	f->end = (enum ct_fit_end)end;
+	f->whole = whole != 0;
+	return 0;
 }
 
 static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
@@ -157,5 +172,5 @@ int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_
 				count[i] = (uint32_t)in->data[i];
 		}
 	}
-	return unpack_points(f, t, e) || get_scalars(f, t, e) ? -1 : 0;
+	return unpack_points(f, t, e) || get_scalars(f, t, e) || get_end(f, t, e) ? -1 : 0;
 }

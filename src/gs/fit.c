@@ -23,6 +23,7 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.gaussians = 50000,
 		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
 		.rate_factor = full ? 1 : 10,
+		.adapt = true,
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
@@ -54,15 +55,17 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 
 void ct_fit_paper(struct ct_fit_options *o)
 {
+	o->rate_steps = 30000; /* these two are R2-Gaussian's defaults */
+	o->densify_until = 14999;
 	o->place = CT_PLACE_BASE;
 	o->start_density = 0.15;
 	o->rate_factor = 1;
+	o->adapt = false;
 }
 
 void ct_fit_compat(struct ct_fit_options *o)
 {
 	o->compat = true;
-	o->rate_steps = 30000;
 	o->gate = o->full ? 1e-5 : 0;
 }
 
@@ -117,6 +120,7 @@ static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
 	bool base = o->place == CT_PLACE_BASE || (o->place == CT_PLACE_AUTO && o->full);
+	double cover;
 	int rc;
 
 	if (!base && ct_place_field(&field, d->base, d->target,
@@ -132,6 +136,9 @@ static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 			o->compat ? -0.5 : 0, ln_s, env, e);
 	f->unit = ct_place_typical(&field);
 	rc = ct_place_residual(&f->g, &field, o->gaussians, o->start_density, ln_s, env, e);
+	cover = ct_place_cover(&f->g, &field) * o->rate_factor * o->density.first;
+	if (rc == 0 && o->adapt && f->unit * cover > CT_FIT_STEP)
+		f->unit = CT_FIT_STEP / cover;
 	ct_vol_free(&field);
 	return rc;
 }
@@ -162,7 +169,8 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 {
 	double ln_s[2];
 
-	*f = (struct ct_fit){.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = 1};
+	*f = (struct ct_fit){
+		.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = 1, .pace = 1};
 	ln_s[0] = log(o->s_least * f->extent);
 	ln_s[1] = log(o->s_most * f->extent);
 	f->g.activation = o->activation;
@@ -247,7 +255,7 @@ static int check_growth(
 
 	if (iteration == 1)
 		f->first_l1 = l1;
-	worst = CT_FIT_WORST * fmax(f->first_l1, f->blank[view]);
+	worst = CT_FIT_WORST * fmax(f->first_l1, fmax(f->blank[view], f->residual));
 	return l1 <= worst ? 0
 			   : ct_fail(e, CT_ENUMERIC,
 				     "iteration %zu: the L1 term of the loss has diverged: mean "
@@ -299,9 +307,11 @@ static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
  * gradient to step along; nor does it step at the end. */
 static bool controls(const struct ct_fit_options *o, size_t iteration)
 {
-	size_t until = o->densify_until ? o->densify_until : o->iterations;
+	size_t last = o->iterations - 1; /* what is new at the end learns nothing */
 
-	return o->densify_every && iteration > o->densify_from && iteration < until &&
+	if (o->densify_until && o->densify_until < last)
+		last = o->densify_until;
+	return o->densify_every && iteration > o->densify_from && iteration <= last &&
 	       iteration % o->densify_every == 0;
 }
 
@@ -316,11 +326,12 @@ static void update(
 	if (o->compat && (controls(o, iteration) || iteration == o->iterations))
 		return;
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		lr[k] = o->rate_factor * rate(k < CT_GS_SCALE    ? &o->position
-						 : k < CT_GS_ROT ? &o->scaling
-						 : k < CT_GS_RAW ? &o->rotation
-								 : &o->density,
-						 iteration, steps);
+		lr[k] = f->pace * o->rate_factor *
+			rate(k < CT_GS_SCALE    ? &o->position
+				: k < CT_GS_ROT ? &o->scaling
+				: k < CT_GS_RAW ? &o->rotation
+						: &o->density,
+				iteration, steps);
 	for (size_t k = CT_GS_POS; k < CT_GS_SCALE; k++)
 		lr[k] *= f->extent / 2;
 	lr[CT_GS_RAW] *= f->unit;
@@ -400,6 +411,31 @@ static int save(const struct ct_fit *f, struct ct_err *e)
 	return check_set(f, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
 }
 
+/* After a divergence, and if it can: begin anew, half as fast. */
+static int retreat(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_fit was = *f;
+	const struct ct_fit_options opt = f->opt;
+	const double pace = f->pace / 2;
+	const struct ct_err why = *e;
+
+	if (e->code != CT_ENUMERIC || !opt.adapt || pace < pow(2, -CT_FIT_RETREATS))
+		return -1;
+	ct_log(env, CT_INFO, "%s; beginning anew with rates %g times as high", e->msg, pace);
+	ct_fit_free(f);
+	if (ct_fit_init(f, &opt, d, env, e)) {
+		if (e->code != CT_ESTOP)
+			*e = why;
+		return -1;
+	}
+	f->pace = pace;
+	f->save = was.save;
+	f->ctx = was.ctx;
+	f->end = CT_FIT_RUNNING;
+	return 0;
+}
+
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
@@ -407,9 +443,8 @@ int ct_fit_run(
 	struct ct_loss_total w = {0};
 	int rc = -1;
 
-	if (f->end == CT_FIT_EMPTY)
+	if (f->end == CT_FIT_EMPTY || f->whole)
 		return 0;
-	f->end = CT_FIT_RUNNING;
 	if (ct_loss_total_alloc(&w, &f->opt, d, env->par, e))
 		goto out;
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
@@ -421,8 +456,11 @@ int ct_fit_run(
 			goto out;
 		}
 		if (iterate(f, d, &w, it, env, e) ||
-			(every && it % every == 0 && it < f->opt.iterations && save(f, e)))
-			goto out;
+			(every && it % every == 0 && it < f->opt.iterations && save(f, e))) {
+			if (retreat(f, d, env, e))
+				goto out;
+			continue;
+		}
 		ct_progress(env, "fit", it, f->opt.iterations);
 	}
 	if (f->end == CT_FIT_RUNNING)
@@ -438,6 +476,7 @@ int ct_fit_run(
 		goto out;
 	}
 	rc = check_set(f, e);
+	f->whole = rc == 0;
 out:
 	ct_loss_total_free(&w);
 	return rc;

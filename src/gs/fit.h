@@ -15,6 +15,11 @@
  * are times `rate_factor`, made as they were for 30000 iterations; but for that of density where
  * AUTO ends at the base.
  *
+ * With `adapt` that unit is no more than lets the first step, of all Gaussians in one direction,
+ * add CT_FIT_STEP times what the residual has in all: a few Gaussians on top of each other, where
+ * that is one small thing, would leap over it. And a fit that diverges begins anew with rates half
+ * as high, CT_FIT_RETREATS times.
+ *
  * A run ends after `iterations`, or at the first epoch whose error is at most
  * `tolerance`; the error of an epoch is the mean of |x - y| over it, measured on each view before
  * its step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
@@ -40,8 +45,12 @@
 
 /* Residual that counts as none, as a part of the projections: the rounding of their floats. */
 #define CT_FIT_NOTHING 1e-6
-/* L1 of a view above this many times what it was at first, or without Gaussians: diverged. */
+/* L1 of a view above this many times what it was at first, or without Gaussians in it or in the
+ * mean of all views: diverged. */
 #define CT_FIT_WORST 10.0
+/* Of 22 scenes of 32^3 those above 9 diverged or nearly; a head of 128^3 has 2.6, a chest 2.2. */
+#define CT_FIT_STEP 6.0
+#define CT_FIT_RETREATS 10
 
 struct ct_rate {
 	double first, last;
@@ -67,10 +76,13 @@ struct ct_fit_options {
 	double gate;        /* least contribution to a pixel, in the unit of L1; 0: none */
 	size_t refit;       /* iterations on the densities at the end */
 	double rate_factor; /* factor of the four rates */
+	bool adapt;         /* bound the first step, begin anew where a fit diverges */
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
-	double s_least, s_most;                            /* parts of the largest extent */
-	size_t densify_from, densify_every, densify_until; /* until 0: iterations */
+	double s_least, s_most; /* parts of the largest extent */
+	/* multiples of `every` after `from`, `until` included (0: all), but not the last iteration
+	 */
+	size_t densify_from, densify_every, densify_until;
 	double densify_grad, densify_large; /* the latter a part of the largest extent */
 	size_t tv_block;
 	size_t log_every, checkpoint_every; /* 0: never */
@@ -83,13 +95,13 @@ struct ct_fit_options {
  * 0.05, so that positions and shapes learn from the first step. */
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a);
 
-/* The published settings where they differ: Gaussians begin from 0.15 of the base's density, and
- * the rates are as they stand. */
+/* The published settings where they differ: Gaussians begin from 0.15 of the base's density,
+ * the rates are as they stand and do not adapt. */
 void ct_fit_paper(struct ct_fit_options *o);
 /* What the program of R2-Gaussian does beside: no step at iterations that control the number of
- * Gaussians nor at the last, one step count of Adam for old and new, rates that fall over 30000
- * iterations, centres that begin at the corners of voxels, and in mode full (where nothing is
- * negative) no contribution below 1e-5 to a pixel. */
+ * Gaussians nor at the last, one step count of Adam for old and new, centres that begin at the
+ * corners of voxels, and in mode full (where nothing is negative) no contribution below 1e-5 to a
+ * pixel. */
 void ct_fit_compat(struct ct_fit_options *o);
 
 /* What is fitted, borrowed. */
@@ -124,11 +136,13 @@ struct ct_fit {
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
 	double mean_weight;           /* of the pixels */
 	double unit;                  /* of the rate of density: the residual's typical density */
+	double pace;                  /* factor of all rates: a half for each new beginning */
 	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
 	double error;                 /* of the last epoch; 1 before */
 	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
 	size_t points, points_cap;
 	enum ct_fit_end end;
+	bool whole; /* nothing is left to do */
 	struct ct_densify_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
@@ -139,8 +153,9 @@ struct ct_fit {
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);
-/* From f->g.step to the end. CT_ENUMERIC naming term and iteration if the loss is not finite or
- * has diverged (CT_FIT_WORST), CT_ESTOP after a last save when asked to stop. */
+/* From f->g.step to the end, unless it is whole. CT_ENUMERIC naming term and iteration if the loss
+ * is not finite or has diverged (CT_FIT_WORST) and beginning anew does not help, CT_ESTOP after a
+ * last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
 /* Its words. */

@@ -141,6 +141,19 @@ double ct_place_typical(const struct ct_vol *field)
 	return sum > 0 ? fmin(squares / sum, 1) : 1;
 }
 
+double ct_place_cover(const struct ct_gauss *g, const struct ct_vol *field)
+{
+	double all = 0, mass = 0, mm[3];
+
+	ct_vol_spacing(field, mm);
+	for (size_t i = 0, n = ct_vol_count(field); i < n; i++)
+		all += fabs((double)field->data[i]) * mm[0] * mm[1] * mm[2];
+	for (size_t i = 0; i < g->n; i++)
+		mass += pow(2 * M_PI, 1.5) * exp((double)g->scale[0][i] + (double)g->scale[1][i] +
+						     (double)g->scale[2][i]);
+	return all > 0 ? mass / all : 0;
+}
+
 int ct_place_residual(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
 	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
 {

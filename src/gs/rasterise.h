@@ -24,6 +24,10 @@
 #define CT_GS_CUT 6.0
 /* Columns that rows have beyond their width, at least: whole vectors are read and written. */
 enum { CT_RASTERISE_BEYOND = 16 };
+/* What is drawn has its centre less than this many pixels away, so that a float tells columns
+ * apart, and variances below this many square pixels, so that a float can hold them and theirs. */
+#define CT_RASTERISE_FAR 8e6
+#define CT_RASTERISE_WIDE 1e30
 /* Rows that are drawn together. */
 enum { CT_RASTERISE_ROWS = 32 };
 

@@ -39,16 +39,17 @@ CT_INLINE void pixels_of(struct ct_pixel_gaussian *o, size_t n, const struct ct_
 	const ct_f64 zero = {0}, cut = ct_f64_set(2 * CT_GS_CUT);
 	const ct_f64 reach_x = ct_f64_sqrt(cut * f->cov[0]), reach_y = ct_f64_sqrt(cut * f->cov[2]);
 	const ct_f64 kx = 0.5 / f->cond, ky = 0.5 / f->cov[2], ss = f->slope * f->slope;
-	const ct_f64 x = clamp(f->m[0], -1e8, 1e8), y = clamp(f->m[1], -1e8, 1e8);
+	const double far = CT_RASTERISE_FAR, most = 1e38, least = 0.5 / CT_RASTERISE_WIDE;
+	const ct_f64 x = clamp(f->m[0], -far, far), y = clamp(f->m[1], -far, far);
 	const ct_f64 col = ct_f64_floor(x), row = ct_f64_floor(y);
-	const double w = (double)c->w - 1, h = (double)c->h - 1, most = 1e38;
+	const double w = (double)c->w - 1, h = (double)c->h - 1;
 	const ct_f64 top = clamp(-ct_f64_floor(reach_y - y), 0, h + 1);
 	const ct_f64 end = clamp(ct_f64_floor(y + reach_y), -1, h) + 1;
 	int32_t whole[4][CT_F64_LANES];
 	float part[FLOATS][CT_F64_LANES];
 
-	ok &= (x + reach_x >= 0) & (x - reach_x <= w) & (x > -1e8) & (x < 1e8) & (y > -1e8) &
-	      (y < 1e8) & (kx < most) & (ky < most);
+	ok &= (x + reach_x >= 0) & (x - reach_x <= w) & (x > -far) & (x < far) & (y > -far) &
+	      (y < far) & (kx < most) & (ky < most) & (kx > least) & (ky > least);
 	to_int(whole[0], ct_f64_pick(ok, col, zero));
 	to_int(whole[1], ct_f64_pick(ok, row, zero));
 	to_int(whole[2], ct_f64_pick(ok, top, zero));

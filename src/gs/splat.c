@@ -66,7 +66,7 @@ static int list(struct ct_splat *s, size_t chunks, struct ct_par *par, struct ct
 		}
 	}
 	s->start[s->bands] = total;
-	if (ct_grow(&s->item, &s->items, total, sizeof *s->item, e))
+	if (ct_grow(&s->item, &s->items, total ? total : 1, sizeof *s->item, e))
 		return -1;
 	ct_par_for(par, chunks, list_some, s);
 	return 0;

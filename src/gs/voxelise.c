@@ -54,7 +54,7 @@ bool ct_voxelise_gaussian(
 			c[r][a] = dot(row[r], row[a]) + (r == a ? k->blur[r] : 0);
 		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
 		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
-			    fabs(o->m[r]) < 1e8))
+			    fabs(o->m[r]) < CT_RASTERISE_FAR && c[r][r] < CT_RASTERISE_WIDE))
 			return false;
 		if (r == 2) {
 			o->slice[0] = (int32_t)fmax(0, ceil(o->m[2] - reach));
@@ -171,7 +171,7 @@ static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach, fall = exp(-spent);
 	double low, high, ratio;
 
-	if (!(rest > 0) || !(fabs(row) < 1e8) || !(fabs(col) < 1e8))
+	if (!(rest > 0) || !(fabs(row) < CT_RASTERISE_FAR) || !(fabs(col) < CT_RASTERISE_FAR))
 		return false;
 	reach = sqrt(2 * rest * b->var[1]);
 	low = fmax(0, ceil(row - reach));

@@ -51,7 +51,8 @@ struct ct_fuse {
 	struct ct_linear rays;
 	struct ct_projector g;
 	const struct ct_env *env;
-	float *residual; /* HU, on the grid of base, after ct_fuse_run */
+	float *residual; /* HU, on the grid of base, after ct_fuse_run, which leaves it if it is
+			    there */
 };
 
 /* Make ready. *f is zero but for what is to be set. CT_EGEOM, CT_EINPUT, CT_EUSAGE for a rule that

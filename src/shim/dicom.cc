@@ -1,6 +1,7 @@
 /* dicom.cc: see dicom.h. */
 #include "config.h"
 #include "shim/dicom.h"
+#include "shim/apart.h"
 #include "shim/guard.h"
 #include "shim/fragments.h"
 
@@ -202,6 +203,13 @@ template <class T> void copy(const T *in, size_t n, float *out)
 		out[i] = static_cast<float>(in[i]);
 }
 
+/* Does vtk-dicom itself read the numbers? */
+bool is_plain(const std::string &syntax)
+{
+	return syntax == "1.2.840.10008.1.2" || syntax == "1.2.840.10008.1.2.1" ||
+	       syntax == "1.2.840.10008.1.2.2";
+}
+
 int decode(const char *path, const ct_slice *s, float *out, ct_err *e)
 {
 	const size_t n = s->columns * s->rows;
@@ -267,9 +275,13 @@ extern "C" int ct_dicom_pixels(const struct ct_slice *s, float *out, struct ct_e
 
 		if (!look(s->path, m, p))
 			return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s->path);
-		if (mended.check(s->path, m->Get(DC::TransferSyntaxUID).AsString(),
-			    static_cast<uint64_t>(p->GetFileOffset()), e))
+		const std::string syntax = m->Get(DC::TransferSyntaxUID).AsString();
+		if (mended.check(s->path, syntax, static_cast<uint64_t>(p->GetFileOffset()), e))
 			return -1;
-		return decode(mended.path(s->path).c_str(), s, out, e);
+		const std::string path = mended.path(s->path);
+		if (is_plain(syntax))
+			return decode(path.c_str(), s, out, e);
+		return apart(out, s->columns * s->rows, s->path, e,
+			[&](float *to, ct_err *why) { return decode(path.c_str(), s, to, why); });
 	});
 }

@@ -2,7 +2,8 @@
  *
  * A picture that a decoder gives up on, or a file that ends early, is an error here, never a
  * picture of zeros. A JPEG 2000 stream whose last tile-part states a length that runs past its
- * end is decoded to its end-of-codestream mark instead.
+ * end is decoded to its end-of-codestream mark instead. Compressed pictures are decoded in a
+ * process of their own, since the decoders are known to die of damaged ones.
  */
 #ifndef CT_SHIM_DICOM_H
 #define CT_SHIM_DICOM_H

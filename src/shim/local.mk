@@ -1,6 +1,6 @@
 # The only C++: each library behind a small C header. A tool that uses one is linked as C++:
 #   ct_x_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(VTK_LIBS) $(CT_LIBS)
-#   nodist_EXTRA_ct_x_SOURCES = src/tools/link-with-cxx.cc
+#   ct_x_SOURCES += src/tools/lib/libraries.cc
 noinst_LIBRARIES += libctshim.a
 libctshim_a_SOURCES = src/shim/guard.h
 libctshim_a_CPPFLAGS = $(AM_CPPFLAGS) $(OIIO_CFLAGS) $(VTK_CPPFLAGS)
@@ -9,8 +9,8 @@ if HAVE_OIIO
 libctshim_a_SOURCES += src/shim/image.h src/shim/image.cc
 endif
 EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
-EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc
+EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc
 if HAVE_VTK
 libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
-libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc
+libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc
 endif

@@ -106,10 +106,7 @@ int convert_read(
 	bool folder;
 
 	if (p->raw)
-		return p->series ? ct_fail(e, CT_EUSAGE, "--series is for DICOM, not for --raw")
-				 : read_raw(p, v, e);
-	if (p->spacing || p->slope != 1 || p->inter != 0)
-		return ct_fail(e, CT_EUSAGE, "--spacing, --slope and --intercept need --raw");
+		return read_raw(p, v, e);
 	if (is_dicom(p->in, &folder))
 		return read_dicom(p, folder, v, env, e);
 	if (p->series)

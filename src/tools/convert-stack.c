@@ -17,10 +17,6 @@ static int check(const struct convert *p, struct ct_err *e)
 {
 	size_t n = strlen(p->out);
 
-	if (p->raw || p->spacing || p->series || p->reorient || p->iso > 0 || p->cube || p->type)
-		return ct_fail(e, CT_EUSAGE,
-			"--scanner makes a stack: of the other options only "
-			"--slope and --intercept go with it");
 	if (strcmp(p->out, "-") != 0 && (n < 5 || strcmp(p->out + n - 4, ".exr") != 0))
 		return ct_fail(e, CT_EUSAGE, "%s: the name of a stack must end in .exr", p->out);
 	return 0;
@@ -57,7 +53,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 	size_t n[3];
 	int rc = -1;
 
-	if (check(p, e) || ct_out_check(p->out, env, e))
+	if (check(p, e))
 		return -1;
 	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
 		scan_for(&scan, &named, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))

@@ -10,6 +10,7 @@
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
 #include "tools/lib/scan-opts.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,20 +25,21 @@ struct params {
 static const struct params defaults = {.floor = NAN, .gain = 1, .spacing = NAN};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, base, "BASE", "CT in HU, NIfTI, or -"),
-	CT_ARG(struct params, res, "RESIDUAL", "Gaussians, PLY, or HU to add, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, base, CT_READS, "BASE", "CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, res, CT_READS, "RESIDUAL",
+		"Gaussians, PLY, or HU to add, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT in HU, NIfTI, or -"),
 	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
-		"least value of OUT (HU of density 0)"),
+		"least value of OUT (LO of the window)"),
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
 	CT_OPT(struct params, spacing, 's', "spacing", "MM", 1e-3, 1e6,
 		"render on voxels of MM in the box of BASE, which is interpolated (its own grid)"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
-	CT_OPT(struct params, consistent, 0, "consistent", "LR", 0, 0,
+	CT_INPUT(struct params, consistent, 0, "consistent", "LR",
 		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
 		"else BASE, says what operator made it"),
-	CT_OPT(struct params, res_out, 0, "residual-out", "FILE", 0, 0,
+	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE",
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
 };
@@ -141,12 +143,17 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 static int read_all(
 	struct ct_vol *base, struct ct_any *res, const struct params *p, struct ct_err *e)
 {
+	const char *quantity;
+
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
 	if (ct_vol_read(p->base, base, e))
 		return -1;
 	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
 		return ct_blame(e, p->base);
+	quantity = ct_meta_get(&base->meta, CT_META_QUANTITY);
+	if (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0)
+		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not hu", p->base, quantity);
 	if (ct_any_read(p->res, res, e))
 		return -1;
 	if (res->kind != CT_KIND_GAUSS && res->kind != CT_KIND_VOLUME)
@@ -160,27 +167,24 @@ static int read_all(
 	return 0;
 }
 
-/* base = max(floor, base + gain res); with `full` Gaussians, which are the whole object, LO stands
- * for the base. */
-static void add(struct ct_vol *base, const struct ct_vol *res, bool full, const double window[2],
-	const struct params *p)
+/* The fitted volume on the grid of the base; with `full` Gaussians, which are the whole object, LO
+ * stands for the base. Where the fit was to projections with overshoots, the base kept its own. */
+static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_meta *of,
+	const double window[2], const struct params *p, const struct ct_env *env)
 {
-	const float low = (float)(isnan(p->floor) ? window[0] : p->floor);
-	const float gain = (float)p->gain, empty = (float)window[0];
-	size_t count = ct_vol_count(base);
+	static const double open[2] = {-HUGE_VAL, HUGE_VAL};
+	const char *mode = ct_meta_get(of, CT_META_MODE);
+	const bool full = mode && strcmp(mode, "full") == 0,
+		   whole = ct_meta_get(of, CT_META_OVERSHOOT) != NULL;
+	const size_t count = ct_vol_count(base);
 
-	for (size_t i = 0; i < count; i++) {
-		float v = (full ? empty : base->data[i]) + gain * res->data[i];
-
-		base->data[i] = v < low ? low : v;
-	}
-}
-
-/* An empty set leaves the base as it is, to the last bit. */
-static bool nothing(const struct ct_any *from, const struct params *p, const char *mode)
-{
-	return from->kind == CT_KIND_GAUSS && from->gauss.n == 0 && isnan(p->floor) &&
-	       !(mode && strcmp(mode, "full") == 0);
+	if (full)
+		for (size_t i = 0; i < count; i++)
+			base->data[i] = (float)window[0];
+	if (!whole)
+		ct_scan_opts_warn_above(base, p->base, window, env);
+	ct_window_add(count, base->data, res->data, p->gain, isnan(p->floor) ? window[0] : p->floor,
+		whole ? open : window);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,
@@ -230,14 +234,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_vol base = {0}, res = {0};
 	struct ct_any from = {0};
-	const char *mode;
 	double window[2];
 	int rc = -1;
 
-	if (ct_out_check(p->out, env, e) || (p->res_out && ct_out_check(p->res_out, env, e)) ||
-		read_all(&base, &from, p, e))
+	if (read_all(&base, &from, p, e))
 		goto out;
-	mode = ct_meta_get(ct_any_meta(&from), CT_META_MODE);
 	if (ct_scan_opts_window(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
 								    : &base.meta,
@@ -245,8 +246,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		(!isnan(p->spacing) && regrid(&base, p->spacing, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
-	if (!nothing(&from, p, mode))
-		add(&base, &res, mode && strcmp(mode, "full") == 0, window, p);
+	add(&base, &res, ct_any_meta(&from), window, p, env);
 	if (p->consistent && make_consistent(&base, p, env, e))
 		goto out;
 	if (ct_meta_step(&base.meta, env, 2,

@@ -14,29 +14,39 @@ static const struct convert defaults = {.orient = "LPS", .slope = 1, .iso = (dou
 
 static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
-		"take this series of a DICOM folder, by UID or place in the list"),
+		"take this series of a DICOM folder, by UID or place in the list",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
 		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
-			CT_WORD_SPACE) ", with :be behind it if big-endian"),
-	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0, "voxel size of --raw, mm"),
+			CT_WORD_SPACE) ", with :be behind it if big-endian",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0, "voxel size, mm",
+		CT_WHEN(CT_IF(struct convert, raw))),
 	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0,
-		"of --raw: HU are A times the stored value; of --scanner likewise"),
-	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "of --raw and --scanner: plus B"),
-	CT_OPT(struct convert, scanner, 0, "scanner", "FILE", 0, 0,
+		"HU, or line integrals, are A times the stored value",
+		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, scanner))),
+	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "plus B",
+		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, scanner))),
+	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
 		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
 		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
 	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
-		"where the axes of --raw run, one letter each of R/L, A/P, S/I"),
+		"where the axes run, one letter each of R/L, A/P, S/I",
+		CT_WHEN(CT_IF(struct convert, raw))),
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
-		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can"),
-	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM"),
+		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
-		"cut or pad to NxNxN voxels about the body; 0 does not"),
+		"cut or pad to NxNxN voxels about the body; 0 does not",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
-		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds"),
-	CT_ARG(struct convert, in, "IN",
+		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_ARG(struct convert, in, CT_READS, "IN",
 		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
-	CT_ARG(struct convert, out, "OUT",
+	CT_ARG(struct convert, out, CT_WRITES, "OUT",
 		"NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
 	CT_OPT_END,
 };
@@ -77,7 +87,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (check_name(p->out, e) || ct_out_check(p->out, env, e) || convert_read(p, &v, env, e))
+	if (check_name(p->out, e) || convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);

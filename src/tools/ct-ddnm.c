@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/modes.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -22,6 +23,9 @@
 	X(MEAN, "mean")                                                                            \
 	X(FIRST, "first")
 enum reduce { REDUCES(CT_WORD_VALUE) };
+/* What IN measures: what it says, or one of CT_MEASUREMENT_LIST behind it. */
+#define BY_FILE(X) X(FILE_SAYS, "file")
+enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 
 struct params {
 	const char *in, *out, *prior, *init, *std, *travel;
@@ -40,38 +44,47 @@ static const struct params defaults = {.scale = 0,
 	.sigma_det = NAN,
 	.norm = 0};
 
+/* Samplers that know noise, operators that may be one with a blur. */
+#define NOISY (CT_BIT(CT_DDNM_PLUS) | CT_BIT(CT_DDNM_SIMPLE))
+#define BLURRED (CT_BIT(FILE_SAYS) | CT_BIT(FIRST_OPERATOR + CT_MEASUREMENT_MATCHED))
+
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN",
+	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
-	CT_ARG(struct params, out, "OUT",
+	CT_ARG(struct params, out, CT_WRITES, "OUT",
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
-		"times finer, along rows and columns; by default what IN says it was coarsened by"),
+		"times finer, along rows and columns; by default what IN says it was coarsened by, "
+		"else 4"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"diffusion prior, safetensors; by default the one that is installed"),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
 		"fraction of the noise that is drawn anew in every step"),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
-		"noise of IN where its largest value is 1 (0.001 up to 4-fold, 0.0025 above)"),
-	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS(CT_MEASUREMENT_LIST),
-		"what IN measures of the fine projections: means of S x S pixels, or what a blur "
-		"and "
-		"the coarse grid leave of them (see DESCRIPTION)"),
+		"noise of IN where its largest value is 1 (0.0015, as published)",
+		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
+	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
+		"what IN measures of the fine projections: what it says of its pixels, and else "
+		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
+		"(see DESCRIPTION)"),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
-		"blur of the matched operator, fine pixels; by default from the metadata of IN"),
+		"blur of the matched operator, fine pixels; by default from the metadata of IN",
+		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED))),
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
 		"exact consistency, consistency within the noise of IN, or the latter in its "
 		"simplified form"),
 	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
-		"with --init: noise level to begin from, a timestep of 1000; -1 takes 60"),
+		"noise level to begin from, a timestep of 1000; -1 takes 60",
+		CT_WHEN(CT_IF(struct params, init))),
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all"),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
-	CT_OPT_IDLE(struct params, std, 0, "std", "FILE", 0, 0,
-		"also write the standard deviation of the samples, EXR"),
+	CT_OUTPUT(struct params, std, 0, "std", "FILE",
+		"also write the standard deviation of the samples, EXR",
+		CT_WHEN(CT_IF(struct params, samples))),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly"),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
@@ -145,35 +158,74 @@ static int norm_of(double *norm, double given, const struct ct_stack *in, struct
 	return 0;
 }
 
+/* By how much IN was coarsened: what it says; --scale where it says nothing. */
+static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	double coarsen = p->scale ? p->scale : 4;
+	int known = ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e);
+
+	if (known < 0)
+		return ct_blame(e, p->in);
+	if (!(coarsen >= 2 && coarsen <= 64) || coarsen != floor(coarsen))
+		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", p->in,
+			CT_META_COARSEN, coarsen);
+	if (p->scale && p->scale != (int)coarsen)
+		return ct_fail(e, CT_EUSAGE,
+			"--scale %d contradicts %s, which was coarsened %g times", p->scale, p->in,
+			coarsen);
+	*scale = (size_t)coarsen;
+	return 0;
+}
+
+/* What a pixel of IN measures: what it says; --operator where it says nothing, or that it was a
+ * ray, which neither of them is. */
+static int operator_of(enum ct_measurement_kind *op, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	const char *pixel = ct_meta_get(&j->in.meta, CT_META_PIXEL);
+	int known = pixel ? ct_words_find(CT_WORDS(CT_PIXEL_LIST), pixel) : CT_PIXEL_POINT;
+
+	if (known < 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s is '%.40s', not one of %s", p->in,
+			CT_META_PIXEL, pixel, CT_WORDS(CT_PIXEL_LIST));
+	*op = p->op == FILE_SAYS ? CT_MEASUREMENT_MEAN
+				 : (enum ct_measurement_kind)(p->op - FIRST_OPERATOR);
+	if (known == CT_PIXEL_POINT)
+		return 0;
+	if (p->op != FILE_SAYS && *op != ct_pixel_measures((enum ct_pixel)known))
+		return ct_fail(e, CT_EUSAGE, "--operator %s contradicts %s, whose pixels are %s",
+			CT_WORD(CT_MEASUREMENT_LIST, *op), p->in, pixel);
+	*op = ct_pixel_measures((enum ct_pixel)known);
+	return 0;
+}
+
 static int settle(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	double coarsen = 4;
-	int scale = p->scale;
+	struct params now = *p;
+	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
+	size_t scale = 0;
 
-	if (!scale && ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
+	if (scale_of(&scale, j, e) || operator_of(&op, j, e))
+		return -1;
+	now.op = FIRST_OPERATOR + (int)op;
+	if (ct_modes_check(j->env->given, &now, e))
 		return ct_blame(e, p->in);
-	if (!scale)
-		scale = (int)fmin(fmax(coarsen, 2), 64);
-	j->s = ct_superres_default((size_t)scale);
+	j->s = ct_superres_default(scale);
 	j->s.steps = (size_t)p->steps;
 	j->s.samples = (size_t)p->samples;
 	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
 	j->s.rule = (enum ct_ddnm_rule)p->sampler;
-	j->s.op = (enum ct_measurement_kind)p->op;
+	j->s.op = op;
 	j->s.eta = p->eta;
 	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
-	if (p->t_start >= 0 && !p->init)
-		return ct_fail(e, CT_EUSAGE, "--t-start needs --init");
-	if (p->std && p->samples < 2)
-		return ct_fail(e, CT_EUSAGE, "--std needs --samples of 2 or more");
 	if (!isnan(p->sigma_y))
 		j->s.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
 		j->s.sigma_det = p->sigma_det;
-	else if (j->s.op == CT_MEASUREMENT_MATCHED &&
-		 blur(&j->s.sigma_det, &j->in, (size_t)scale, e))
+	else if (j->s.op == CT_MEASUREMENT_MATCHED && blur(&j->s.sigma_det, &j->in, scale, e))
 		return ct_blame(e, p->in);
 	if (p->travel) {
 		double v[2];
@@ -218,9 +270,12 @@ static int read_prior(struct job *j, struct ct_err *e)
 
 	if (prior_file_find(&path, j->p->prior, e) || ct_tensors_read(path, &w, e))
 		goto out;
-	rc = ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e)
-		     ? ct_blame(e, path)
-		     : 0;
+	if (ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e))
+		ct_blame(e, path);
+	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
+		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
+	else
+		rc = 0;
 out:
 	ct_tensors_free(&w);
 	free(path);
@@ -313,11 +368,12 @@ static int sample(struct job *j, struct ct_err *e)
 	net = ct_prior_denoiser(&j->prior);
 	rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
 		j->p->std ? &j->std : NULL, j->state.done, j->env, e);
-	if (rc == 0)
-		rc = write_outputs(j, e);
-	if (rc == 0)
-		ct_resume_done(&j->resume);
-	return rc;
+	if (rc)
+		return -1;
+	if (write_outputs(j, e))
+		return ddnm_state_rescue(&j->state, e);
+	ct_resume_done(&j->resume);
+	return 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -325,9 +381,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (!env->dry_run &&
-		(ct_out_check(j.p->out, env, e) || (j.p->std && ct_out_check(j.p->std, env, e))))
-		return -1;
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;

@@ -1,6 +1,7 @@
 /* ct-degrade: the low-resolution CT that a stated operator makes of a CT. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/modes.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "resolution/degrade.h"
@@ -23,8 +24,8 @@ struct params {
 static const struct params defaults = {.decimate = -1};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "CT, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "low-resolution CT, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
 		"(needed)"),
@@ -44,7 +45,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_err *e)
+static int operator_of(struct ct_degrade *d, const struct params *p, const struct ct_given *given,
+	struct ct_err *e)
 {
 	double x[3];
 
@@ -57,6 +59,9 @@ static int operator_of(struct ct_degrade *d, const struct params *p, struct ct_e
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
 		d->factor[a] = x[a];
 	}
+	if (p->sigma && p->decimate >= 0 && ct_modes_given(given, "protocol"))
+		return ct_fail(
+			e, CT_EUSAGE, "--protocol: --sigma and --decimate leave nothing of it");
 	ct_degrade_protocol(d, p->protocol - P1 + 1);
 	if (p->decimate >= 0)
 		d->decimate = (enum ct_decimate)p->decimate;
@@ -85,7 +90,7 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
-	return 0;
+	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
 
 static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
@@ -124,7 +129,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0};
 	int rc = -1;
 
-	if (operator_of(&d, p, e) || ct_out_check(p->out, env, e) || ct_vol_read(p->in, &in, e))
+	if (operator_of(&d, p, env->given, e) || ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);

@@ -31,35 +31,47 @@ enum method { METHODS(CT_WORD_VALUE) ITERATE };
 	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
+#define FILTERS (CT_BIT(AUTO) | CT_BIT(FDK) | CT_BIT(FBP))
+#define SOLVER(kind) CT_BIT(ITERATE + (kind))
+#define ITERATES (SOLVER(CT_SIRT) | SOLVER(CT_CGLS) | SOLVER(CT_TV))
+
 static const struct params defaults = {.tv = 10};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "projections, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the volume, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "projections, EXR, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the volume, NIfTI, or -"),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
 		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
 		"for any geometry"),
-	CT_OPT(struct params, grid, 0, "grid", "N|FILE", 0, 0,
+	CT_INPUT(struct params, grid, 0, "grid", "N|FILE",
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
 	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
 		"window of the ramp filter; none "
-		"leaves the ramp out too, and needs --quantity density"),
+		"leaves the ramp out too, and needs --quantity density",
+		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS))),
 	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
 		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
 		"for "
-		"that of the voxels"),
+		"that of the voxels",
+		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS),
+			CT_UNLESS_WORD(struct params, filter, CT_BIT(CT_RAMP_NONE)))),
 	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
-		"weigh the rays of a short scan so that those seen twice count once"),
+		"weigh the rays of a short scan so that those seen twice count once",
+		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS))),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
-		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv"),
+		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_CHOICE(struct params, projector, 0, "projector", CT_WORDS(CT_METHOD_LIST),
-		"of the iterative methods: voxels as boxes, or linear between their centres"),
+		"voxels as boxes, or linear between their centres",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "X", 0, 1,
-		"stop when the residual |A x - b| / |b| is below"),
-	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0,
-		"sirt and tv: no density below 0"),
-	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation"),
+		"stop when the residual |A x - b| / |b| is below",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
+	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0, "no density below 0",
+		CT_WHEN(CT_IF_WORD(struct params, method, SOLVER(CT_SIRT) | SOLVER(CT_TV)))),
+	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation",
+		CT_WHEN(CT_IF_WORD(struct params, method, SOLVER(CT_TV)))),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
 	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
@@ -77,11 +89,6 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
 			CT_WORD(METHODS, p->method), p->in, ct_beam_name(in->beam));
-	if (p->method >= ITERATE && (p->filter || p->parker || p->cutoff > 0))
-		return ct_fail(e, CT_EUSAGE,
-			"--filter, --cutoff and --parker are not for iterative methods");
-	if (p->method == ITERATE + CT_CGLS && p->nonnegative)
-		return ct_fail(e, CT_EUSAGE, "--nonnegative is not for cgls");
 	if (p->filter == CT_RAMP_NONE && p->quantity == HU)
 		return ct_fail(e, CT_EUSAGE,
 			"--filter none gives no density, so no HU: add --quantity density");
@@ -94,7 +101,7 @@ static int finish(
 {
 	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
 		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
-		CT_META_COARSEN, CT_META_PIXEL, CT_META_QUANTITY};
+		CT_META_COARSEN, CT_META_PIXEL, CT_META_OVERSHOOT, CT_META_QUANTITY};
 	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
 	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
 	double window[2];
@@ -168,7 +175,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct fdk_how how;
 	int rc = -1;
 
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_stack_read(p->in, &in, e))
+	if (ct_stack_read(p->in, &in, e))
 		goto out;
 	if (ct_stack_check_finite(&in, e) || ct_stack_check(&in, e)) {
 		ct_blame(e, p->in);

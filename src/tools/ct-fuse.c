@@ -9,6 +9,7 @@
 #include "tools/fuse-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/scan-opts.h"
+#include "xray/window.h"
 
 #include <jansson.h>
 #include <stdio.h>
@@ -25,12 +26,12 @@ struct params {
 static const struct params defaults = {.iterations = 15};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, base, "BASE", "the upsampled CT in HU, NIfTI, or -"),
-	CT_ARG(struct params, lr, "LR",
+	CT_ARG(struct params, base, CT_READS, "BASE", "the upsampled CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, lr, CT_READS, "LR",
 		"the low-resolution CT in HU, NIfTI, or -; it, or else BASE, says what operator "
 		"made it"),
-	CT_ARG(struct params, in, "PROJECTIONS", "of what OUT should be, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT in HU, NIfTI, or -"),
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
 	CT_INPUT(struct params, std, 0, "std", "STACK",
@@ -43,10 +44,11 @@ static const struct ct_opt opts[] = {
 		"iterations, of all views each"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
-	CT_OPT_IDLE(struct params, residual, 0, "residual-out", "FILE", 0, 0,
+	CT_OUTPUT(struct params, residual, 0, "residual-out", "FILE",
 		"write what is added to BASE too, in HU, NIfTI"),
 	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
-		"iterations between states in OUT.state; 0 writes one only when stopped"),
+		"iterations between states in OUT.state; 0 writes one only when stopped",
+		CT_WHEN(CT_IF_FILE(struct params, out))),
 	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
 		"continue from OUT.state if it is there"),
 	CT_OPT_END,
@@ -64,19 +66,9 @@ struct job {
 static int check(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	const char *const from[] = {p->in, p->base, p->projections, p->std, p->lr};
-	const bool stream = strcmp(p->out, "-") == 0;
-	int standard = 0;
 
-	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
-		standard += from[i] && strcmp(from[i], "-") == 0;
-	if (standard > 1)
-		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (stream && j->env->json && !j->env->dry_run)
+	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
 		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
-	if (!j->env->dry_run && (ct_out_check(p->out, j->env, e) ||
-					(p->residual && ct_out_check(p->residual, j->env, e))))
-		return -1;
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 
@@ -144,22 +136,19 @@ static int write_residual(
 	return rc;
 }
 
-/* The residual, and base + residual, no less than density 0. */
+/* The residual, and the volume that was fitted. */
 static int write_all(struct job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
 	const struct ct_meta *const in[] = {
 		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
 	const size_t n = sizeof in / sizeof *in;
-	const float low = (float)d->window[0];
 
 	if (j->p->residual && write_residual(j, n, in, e))
 		return -1;
-	for (size_t i = 0, count = ct_vol_count(&d->base); i < count; i++) {
-		float v = d->base.data[i] + j->fuse.residual[i];
-
-		d->base.data[i] = v < low ? low : v;
-	}
+	ct_scan_opts_warn_above(&d->base, j->p->base, d->window, j->env);
+	ct_window_add(
+		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e))
 		return -1;
 	return ct_vol_write(j->p->out, &d->base, j->env, e);
@@ -192,7 +181,7 @@ static int fuse(struct job *j, struct ct_err *e)
 {
 	struct ct_fuse_report r;
 
-	if (ct_fuse_begin(&j->fuse, e) || fuse_state_load(&j->fuse.joint, &j->resume, j->env, e) ||
+	if (ct_fuse_begin(&j->fuse, e) || fuse_state_load(&j->fuse, &j->resume, j->env, e) ||
 		ct_fuse_run(&j->fuse, &r, e))
 		return -1;
 	if (r.verdict == CT_FUSE_DISTRUST)
@@ -200,7 +189,7 @@ static int fuse(struct job *j, struct ct_err *e)
 			"projections do not predict each other: the base stays as it is "
 			"(--lambda-projections to insist)");
 	if (write_all(j, e))
-		return -1;
+		return fuse_state_rescue(&j->resume, &j->fuse, e);
 	ct_resume_done(&j->resume);
 	return j->env->json || (j->resume.path && j->env->verbose >= 0) ? report(&r, j->env, e) : 0;
 }

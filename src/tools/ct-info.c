@@ -7,6 +7,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 struct params {
 	struct ct_list files;
@@ -17,11 +18,12 @@ struct params {
 static const struct params defaults = {.factor = "4"};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, "FILE", "NIfTI, EXR, PLY or safetensors, or -"),
+	CT_ARG(struct params, files, CT_READS, "FILE", "NIfTI, EXR, PLY or safetensors, or -"),
 	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
 		"measure the blur and the noise of each CT from the image"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"with -e, how many times finer the grid is that the blur is wanted for"),
+		"how many times finer the grid is that the blur is wanted for",
+		CT_WHEN(CT_IF(struct params, estimate))),
 	CT_OPT_END,
 };
 
@@ -31,7 +33,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 	struct ct_blur s;
 
-	if (a->kind != CT_KIND_VOLUME || (quantity && strcmp(quantity, "HU") != 0))
+	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e))
 		return ct_blame(e, path);

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis;
@@ -33,47 +34,63 @@ static const struct params defaults = {.ssim = -1,
 	.max_rms = NONE};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, first, "REF",
+	CT_ARG(struct params, first, CT_READS, "REF",
 		"the truth, NIfTI, or -; with --consistency and no TEST, what is judged"),
-	CT_ARG_MAYBE(
-		struct params, second, "TEST", "what is judged, NIfTI, or -, on the same grid"),
+	CT_ARG_MAYBE(struct params, second, CT_READS, "TEST",
+		"what is judged, NIfTI, or -, on the same grid"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
-		"clip both to [LO, HI] HU and map to [0, 1] for PSNR and SSIM (default -512:3071)"),
+		"clip both to [LO, HI] HU and map to [0, 1] for PSNR and SSIM (default -512:3071)",
+		CT_WHEN(CT_IF(struct params, second), CT_UNLESS(struct params, range))),
 	CT_OPT(struct params, range, 0, "range", "R", 0, 1e9,
 		"PSNR and SSIM of the values as they are, with data range R, instead of a window; "
-		"0 uses the window"),
-	CT_OPT(struct params, mask, 0, "mask", "FILE", 0, 0,
-		"count only voxels where FILE, on the same grid, is not zero"),
-	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too"),
+		"0 uses the window",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_INPUT(struct params, mask, 0, "mask", "FILE",
+		"count only voxels where FILE, on the same grid, is not zero",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
-		"which definition of SSIM; with --psnr none by default"),
-	CT_OPT(struct params, per_slice, 0, "per-slice", "CSV", 0, 0,
-		"write a line for every slice across each of the three axes to the file CSV"),
-	CT_OPT(struct params, per_axis, 0, "per-axis", "CSV", 0, 0,
-		"write a line for each of the three axes to the file CSV"),
+		"which definition of SSIM; with --psnr none by default",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV",
+		"write a line for every slice across each of the three axes to the file CSV",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OUTPUT(struct params, per_axis, 0, "per-axis", "CSV",
+		"write a line for each of the three axes to the file CSV",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
-		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %"),
-	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge"),
-	CT_OPT(struct params, consistency, 0, "consistency", "LR", 0, 0,
+		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge",
+		CT_WHEN(CT_IF(struct params, edges))),
+	CT_INPUT(struct params, consistency, 0, "consistency", "LR",
 		"degrade TEST by the operator that the header of LR names, and report how far it "
 		"is "
 		"from LR"),
-	CT_OPT(struct params, map, 0, "map", "OUT", 0, 0,
-		"write that residual as a volume on the grid of LR, in HU"),
+	CT_OUTPUT(struct params, map, 0, "map", "OUT",
+		"write that residual as a volume on the grid of LR, in HU",
+		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
-		"exit with status 3 if PSNR is lower"),
+		"exit with status 3 if PSNR is lower", CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
-		"exit with status 3 if SSIM (each one printed) is lower"),
+		"exit with status 3 if SSIM (each one printed) is lower",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, max_mae, 0, "max-mae", "HU", 0, 0,
-		"exit with status 3 if the mean absolute error is higher"),
+		"exit with status 3 if the mean absolute error is higher",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, max_rmse, 0, "max-rmse", "HU", 0, 0,
-		"exit with status 3 if the root mean square error is higher"),
+		"exit with status 3 if the root mean square error is higher",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, max_gradient, 0, "max-gradient", "HU/MM", 0, 0,
-		"exit with status 3 if the gradient error along any axis is higher"),
+		"exit with status 3 if the gradient error along any axis is higher",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, max_residual, 0, "max-residual", "HU", 0, 0,
-		"exit with status 3 if the largest residual of --consistency is higher"),
+		"exit with status 3 if the largest residual of --consistency is higher",
+		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, max_rms, 0, "max-residual-rms", "HU", 0, 0,
-		"exit with status 3 if the root mean square residual is higher"),
+		"exit with status 3 if the root mean square residual is higher",
+		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT_END,
 };
 
@@ -83,41 +100,16 @@ static bool is_stream(const char *path)
 }
 
 /* What only makes sense beside something else. */
-static int check(const struct params *p, struct ct_err *e)
+static int check(const struct params *p, bool json, struct ct_err *e)
 {
-	const bool truth = p->mask || p->window || p->range > 0 || p->psnr || p->ssim >= 0 ||
-			   p->per_slice || p->per_axis || p->edges;
-	const bool limits = !isnan(p->min_psnr) || !isnan(p->min_ssim) || !isnan(p->max_mae) ||
-			    !isnan(p->max_rmse) || !isnan(p->max_gradient);
+	const bool taken = is_stream(p->per_slice) || is_stream(p->per_axis) || is_stream(p->map);
 
-	if (is_stream(p->ref) + is_stream(p->test) + is_stream(p->mask) +
-			is_stream(p->consistency) >
-		1)
-		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (is_stream(p->per_slice) + is_stream(p->per_axis) + is_stream(p->map) > 1)
-		return ct_fail(e, CT_EUSAGE, "only one output can be standard output");
 	if (!p->ref && !p->consistency)
 		return ct_fail(e, CT_EUSAGE, "missing TEST");
-	if (!p->ref && (truth || limits))
-		return ct_fail(e, CT_EUSAGE,
-			"one file and --consistency: what else is asked for "
-			"needs a REF");
-	if (p->window && p->range > 0)
-		return ct_fail(e, CT_EUSAGE, "--window and --range exclude each other");
+	if (taken && json)
+		return ct_fail(e, CT_EUSAGE, "--json: standard output is taken");
 	if (p->psnr && p->ssim < 0 && !isnan(p->min_ssim))
 		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
-	if (!p->consistency && (p->map || !isnan(p->max_residual) || !isnan(p->max_rms)))
-		return ct_fail(e, CT_EUSAGE, "--map and --max-residual need --consistency");
-	return 0;
-}
-
-static int check_outputs(const struct params *p, const struct ct_env *env, struct ct_err *e)
-{
-	const char *const out[] = {p->per_slice, p->per_axis, p->map};
-
-	for (size_t i = 0; i < sizeof out / sizeof *out; i++)
-		if (out[i] && ct_out_check(out[i], env, e))
-			return -1;
 	return 0;
 }
 
@@ -149,14 +141,21 @@ static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
 	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
 }
 
-/* HU is what the default window is about. */
-static int check_quantity(const struct ct_vol *v, const struct params *p, struct ct_err *e)
+/* HU is what the default window is about, and what a file is of that does not say. */
+static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
+	const struct params *p, struct ct_err *e)
 {
-	const char *q = ct_meta_get(&v->meta, CT_META_QUANTITY);
+	const char *r = ct_meta_get(&ref->meta, CT_META_QUANTITY),
+		   *t = ct_meta_get(&test->meta, CT_META_QUANTITY);
+	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0;
 
-	if (!q || strcmp(q, "HU") == 0 || p->window || p->range > 0)
-		return 0;
-	return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window", p->ref, q);
+	if (other && !p->window && !(p->range > 0))
+		return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window",
+			p->ref, r);
+	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
+		return ct_fail(e, CT_EINPUT, "%s holds %.40s, but %s %.40s", p->test, t, p->ref,
+			r ? r : CT_QUANTITY_HU);
+	return 0;
 }
 
 /* Says which file an error of ct_metrics is about. */
@@ -179,7 +178,7 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 	struct ct_edges edges;
 	int rc = -1;
 
-	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, p, e) ||
+	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
 		(p->mask && read_checked(&mask, p->mask, e)) || rule_of(&rule, p, &ref, env, e))
 		goto out;
 	if (ct_metrics(&m, p->per_slice || p->per_axis ? slice : NULL, &ref, test, in, &rule, env,
@@ -293,7 +292,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, e) || check_outputs(&p, env, e) ||
+	if (check(&p, env->json, e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
 	if ((p.ref && compare(&f, &p, &test, env, e)) ||

@@ -41,19 +41,21 @@ static const struct params defaults = {.iterations = 5000,
 	.init = NAN};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, "OUT", "the Gaussians, PLY, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "projections to fit, EXR, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the Gaussians, PLY, or -"),
 	CT_INPUT(struct params, base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
-		"projections of the base in the geometry of IN, EXR (computed if not given)"),
+		"projections of the base in the geometry of IN, EXR (computed if not given)",
+		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
 	CT_INPUT(struct params, std, 0, "std", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
 	CT_INPUT(struct params, lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
-		"reduces to it; it, or else the base, says what operator made it"),
+		"reduces to it; it, or else the base, says what operator made it",
+		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
@@ -65,7 +67,8 @@ static const struct ct_opt opts[] = {
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
-		"last iteration that clones, splits and prunes; 0 is the last of all"),
+		"last iteration that may clone, split and prune, as every hundredth from 600 on does; "
+		"0 is the last but one"),
 	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
 	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
@@ -78,23 +81,28 @@ static const struct ct_opt opts[] = {
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
-		"times the published rates of learning (10; in mode full and with --paper 1)"),
-	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr"),
+		"times the published rates of learning (10; in mode full and with --paper 1); but for "
+		"--paper they are lowered where they are too high"),
+	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr",
+		CT_WHEN(CT_IF(struct params, lr))),
 	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
 	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
-		"at the end, so many steps of conjugate gradients on the densities and all views"),
+		"at the end, so many steps of conjugate gradients on the densities and all views",
+		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
-		"density, and are not refitted; what is given besides holds"),
+		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
+		"given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
 	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
-		"iterations between states in OUT.state; 0 writes one only when stopped"),
+		"iterations between states in OUT.state; 0 writes one only when stopped",
+		CT_WHEN(CT_IF_FILE(struct params, out))),
 	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
 		"continue from OUT.state if it is there"),
 	CT_OPT_END,
@@ -107,22 +115,38 @@ struct job {
 	struct ct_resume resume;
 };
 
-static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
+/* The factor that the files say, else --scale, else 4. */
+static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
-	size_t scale = (size_t)p->scale;
+	const char *who = p->base;
+	int known = ct_degrade_get(&j->data.base.meta, &d, e);
+	double most = 1;
 
-	if (scale == 0) {
-		int known = ct_degrade_get(&j->data.base.meta, &d, e);
-
-		if (known < 0)
-			return ct_blame(e, p->base);
-		if (known > 0 && ct_degrade_get(&j->data.in.meta, &d, e) < 0)
-			return ct_blame(e, p->in);
-		for (int a = 0; a < 3; a++)
-			scale = d.factor[a] > (double)scale ? (size_t)lround(d.factor[a]) : scale;
+	if (known > 0) {
+		who = p->in;
+		known = ct_degrade_get(&j->data.in.meta, &d, e);
 	}
+	if (known < 0)
+		return ct_blame(e, who);
+	for (int a = 0; a < 3; a++)
+		most = fmax(most, d.factor[a]);
+	*scale = (size_t)(known > 0 && p->scale ? p->scale : lround(most));
+	if (p->scale && (size_t)p->scale != *scale)
+		return ct_fail(e, CT_EUSAGE,
+			"--scale %d contradicts %s, which was reduced %g times", p->scale, who,
+			most);
+	return 0;
+}
+
+static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	size_t scale = 0;
+
+	if (scale_of(&scale, j, e))
+		return -1;
 	ct_fit_defaults(o, scale, p->mode == FULL, (enum ct_activation)p->activation);
 	if (p->paper || p->compat)
 		ct_fit_paper(o);
@@ -131,7 +155,8 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	o->iterations = (size_t)p->iterations;
 	o->gaussians = (size_t)p->gaussians;
 	o->max_gaussians = (size_t)p->most;
-	o->densify_until = (size_t)p->densify_until;
+	if (p->densify_until)
+		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
 	o->refit = (size_t)p->refit;
@@ -246,8 +271,12 @@ static int fit(struct job *j, struct ct_err *e)
 		if (nabgs_state_load(&f, &j->resume, j->env, e))
 			goto out;
 	}
-	if (ct_fit_run(&f, &d, j->env, e) || write_set(&f, j, e))
+	if (ct_fit_run(&f, &d, j->env, e))
 		goto out;
+	if (write_set(&f, j, e)) {
+		nabgs_state_rescue(&j->resume, &f, e);
+		goto out;
+	}
 	ct_resume_done(&j->resume);
 	rc = j->env->json || (kept && j->env->verbose >= 0) ? nabgs_report(&f, j->env->json, e) : 0;
 out:
@@ -259,27 +288,14 @@ out:
 static int check(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	const char *const from[] = {p->in, p->base, p->projections, p->std, p->lr};
-	bool stream = strcmp(p->out, "-") == 0;
-	int standard = 0;
 
 	if (!p->base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
-	for (size_t i = 0; i < sizeof from / sizeof *from; i++)
-		standard += from[i] && strcmp(from[i], "-") == 0;
-	if (standard > 1)
-		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
-	if (p->lr && p->mode == FULL)
-		return ct_fail(e, CT_EUSAGE, "--lr is for --mode=residual");
-	if (p->refit && p->activation != CT_PRELU)
-		return ct_fail(e, CT_EUSAGE, "--refit is for --activation=prelu");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
 			p->gaussians);
-	if (stream && j->env->json && !j->env->dry_run)
+	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
 		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
-	if (!j->env->dry_run && ct_out_check(p->out, j->env, e))
-		return -1;
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 

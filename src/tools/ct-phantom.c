@@ -9,10 +9,10 @@
 #include <string.h>
 
 struct params {
-	const char *kind, *out, *size, *spacing, *window;
+	const char *out, *size, *spacing, *window;
 	struct ct_scan_opts scan;
 	double density;
-	int oversample;
+	int kind, oversample;
 	bool project;
 };
 
@@ -22,34 +22,30 @@ static const struct params defaults = {.size = "128x128x128",
 	.oversample = 3,
 	.scan = CT_SCAN_DEFAULTS};
 
+#define OF_ONE_DENSITY                                                                             \
+	(CT_BIT(CT_PH_SPHERE) | CT_BIT(CT_PH_CUBE) | CT_BIT(CT_PH_CYLINDER) |                      \
+		CT_BIT(CT_PH_CONSTANT))
+
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, kind, "KIND", "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
-	CT_ARG(struct params, out, "OUT", "volume in HU, NIfTI; with --project EXR; or -"),
+	CT_ARG_CHOICE(struct params, kind, "KIND", CT_WORDS(CT_PHANTOM_LIST),
+		"one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
+	CT_ARG(struct params, out, CT_WRITES, "OUT",
+		"volume in HU, NIfTI; with --project EXR; or -"),
 	CT_OPT(struct params, size, 0, "size", "WxHxD", 0, 0, "voxels along x, y and z"),
 	CT_OPT(struct params, spacing, 0, "spacing", "MM[,MM,MM]", 0, 0, "size of a voxel"),
 	CT_OPT(struct params, oversample, 0, "oversample", "N", 1, 16,
-		"mean of N x N x N points a voxel; 1 takes its centre"),
+		"mean of N x N x N points a voxel; 1 takes its centre",
+		CT_WHEN(CT_UNLESS(struct params, project))),
 	CT_OPT(struct params, density, 0, "density", "X", 1e-6, 1,
-		"density of sphere, cube, cylinder and constant; 0.25 is water in the default "
-		"window"),
+		"density of the shape; 0.25 is water in the default window",
+		CT_WHEN(CT_IF_WORD(struct params, kind, OF_ONE_DENSITY))),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071)"),
 	CT_OPT(struct params, project, 'p', "project", NULL, 0, 0,
 		"write the exact projections of the shapes, not voxels, in the scan that follows"),
-	CT_SCAN_OPTS(struct params, scan),
+	CT_SCAN_OPTS(struct params, scan, CT_IF(struct params, project)),
 	CT_OPT_END,
 };
-
-static int kind_of(enum ct_phantom *kind, const char *name, struct ct_err *e)
-{
-	int i = ct_words_find(CT_WORDS(CT_PHANTOM_LIST), name);
-
-	if (i < 0)
-		return ct_fail(e, CT_EUSAGE, "KIND: '%.40s' is not one of %s", name,
-			CT_WORDS(CT_PHANTOM_LIST));
-	*kind = (enum ct_phantom)i;
-	return 0;
-}
 
 /* Grid about the origin of the world, axes along it. */
 static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
@@ -76,7 +72,8 @@ static int put_meta(struct ct_meta *m, const struct params *p, const double wind
 	const struct ct_env *env, struct ct_err *e)
 {
 	return ct_scan_opts_put_window(m, window, e) ||
-			       ct_meta_set(m, CT_META_PHANTOM, p->kind, e) ||
+			       ct_meta_set(
+				       m, CT_META_PHANTOM, CT_WORD(CT_PHANTOM_LIST, p->kind), e) ||
 			       ct_meta_setf(
 				       m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed) ||
 			       ct_meta_step(m, env, 0, NULL, e)
@@ -123,21 +120,18 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	struct ct_vol v = {0};
-	enum ct_phantom kind = CT_PH_ELLIPSOIDS;
 	double window[2], extent[3];
 	size_t n;
 	int rc = -1;
 
-	if (kind_of(&kind, p->kind, e) || ct_scan_opts_window(window, p->window, NULL, e))
+	if (ct_scan_opts_window(window, p->window, NULL, e))
 		return -1;
-	if (!p->project && ct_scan_opts_given(&p->scan))
-		return ct_fail(e, CT_EUSAGE, "options of a scan need --project");
-	if (ct_out_check(p->out, env, e) || grid_of(&v, p, e))
+	if (grid_of(&v, p, e))
 		goto out;
 	ct_vol_spacing(&v, extent);
 	for (int a = 0; a < 3; a++)
 		extent[a] *= (double)v.n[a];
-	n = ct_phantom_make(kind, extent, p->density, env->seed, shape);
+	n = ct_phantom_make((enum ct_phantom)p->kind, extent, p->density, env->seed, shape);
 	rc = p->project ? write_projections(&v, n, shape, window, p, env, e)
 			: write_voxels(&v, n, shape, window, p, env, e);
 out:

@@ -16,6 +16,7 @@ struct params {
 	struct ct_scan_opts scan;
 	int quantity, method, coarsen, pixel;
 	double photons, electronic, water;
+	bool overshoot;
 };
 
 #define QUANTITIES(X)                                                                              \
@@ -23,20 +24,18 @@ struct params {
 	X(HU, CT_QUANTITY_HU)                                                                      \
 	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
-#define PIXELS(X)                                                                                  \
-	X(POINT, "point")                                                                          \
-	X(MEAN, "mean")                                                                            \
-	X(SINC, "sinc")
-enum pixel { PIXELS(CT_WORD_VALUE) };
 
 static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "volume in HU, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "projections, EXR, or -"),
-	CT_SCAN_OPTS(struct params, scan),
+	CT_ARG(struct params, in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "projections, EXR, or -"),
+	CT_SCAN_OPTS(struct params, scan, CT_ALWAYS),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
+	CT_OPT(struct params, overshoot, 0, "overshoot", NULL, 0, 0,
+		"do not clip a volume that was clipped to the window before its resolution was "
+		"reduced, and says so (metadata clip): what it has beyond is overshoot"),
 	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
@@ -48,16 +47,17 @@ static const struct ct_opt opts[] = {
 		"interpolation in the slices that a ray crosses"),
 	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
-	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(PIXELS),
-		"with --coarsen, what a large pixel is: one ray through its centre, the mean of "
-		"the "
-		"small ones, or the small ones cut at its Nyquist frequency"),
+	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(CT_PIXEL_LIST),
+		"what a large pixel is: one ray through its centre, the mean of the small ones, or "
+		"the small ones cut at its Nyquist frequency",
+		CT_WHEN(CT_IF(struct params, coarsen))),
 	CT_OPT(struct params, photons, 0, "photons", "I0", 0, 1e15,
 		"noise of a detector that counts, I0 photons a pixel being sent; 0: no noise"),
 	CT_OPT(struct params, electronic, 0, "electronic", "SD", 0, 1e12,
-		"standard deviation of the electronics, in photons, with --photons"),
-	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10,
-		"attenuation of water, with --photons"),
+		"standard deviation of the electronics, in photons",
+		CT_WHEN(CT_IF(struct params, photons))),
+	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
+		CT_WHEN(CT_IF(struct params, photons))),
 	CT_OPT_END,
 };
 
@@ -86,10 +86,39 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 	return 0;
 }
 
+/* A volume in HU whose overshoots are to be projected becomes density, and says so. */
+static int take_overshoot(struct ct_vol *v, bool *density, const double window[2],
+	const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	const char *clip = ct_meta_get(&v->meta, CT_META_CLIP);
+	const size_t n = ct_vol_count(v);
+	double to[2];
+
+	if (*density)
+		return ct_fail(e, CT_EUSAGE, "--overshoot is for HU, and %s is density", p->in);
+	if (clip && ct_cli_range("clip", clip, to, e)) {
+		e->code = CT_EINPUT;
+		return ct_blame(e, p->in);
+	}
+	if (!clip || to[0] != window[0] || to[1] != window[1]) {
+		ct_log(env, CT_WARN,
+			"%s does not say that it was clipped to %g:%g before its resolution was "
+			"reduced: it is clipped now",
+			p->in, window[0], window[1]);
+		return 0;
+	}
+	ct_window_density_open(n, v->data, v->data, window);
+	*density = true;
+	return ct_scan_opts_put_window(&v->meta, window, e) ||
+			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
+		       ? -1
+		       : 0;
+}
+
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
  * voxel, and that of a mm of density 1. */
-static int to_density(
-	struct ct_vol *v, float **mu, double *unit, const struct params *p, struct ct_err *e)
+static int to_density(struct ct_vol *v, float **mu, double *unit, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
 	const char *had = ct_meta_get(&v->meta, CT_META_QUANTITY);
@@ -106,6 +135,8 @@ static int to_density(
 		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
 	if (ct_scan_opts_window(window, p->window, &v->meta, e))
 		return -1;
+	if (p->overshoot && take_overshoot(v, &density, window, p, env, e))
+		return -1;
 	if (p->photons > 0) {
 		if (ct_alloc(mu, n, sizeof **mu, e))
 			return -1;
@@ -114,8 +145,10 @@ static int to_density(
 		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
-	if (!density)
+	if (!density) {
+		ct_scan_opts_warn_above(v, p->in, window, env);
 		ct_window_density(n, v->data, v->data, window);
+	}
 	if (!density || p->window)
 		return ct_scan_opts_put_window(&v->meta, window, e);
 	return 0;
@@ -130,8 +163,9 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	for (size_t i = 0; i < v->meta.n; i++)
 		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
 			return -1;
-	if (p->coarsen > 1 && (ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
-				      ct_meta_set(m, CT_META_PIXEL, CT_WORD(PIXELS, p->pixel), e)))
+	if (p->coarsen > 1 &&
+		(ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
+			ct_meta_set(m, CT_META_PIXEL, CT_WORD(CT_PIXEL_LIST, p->pixel), e)))
 		return -1;
 	if (p->photons > 0 &&
 		(ct_meta_setf(m, e, CT_META_PHOTONS, "%.17g", p->photons) ||
@@ -177,23 +211,21 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct project_job j = {.name = p->in,
 		.v = &in,
 		.out = out,
-		.rays = p->pixel == POINT ? out : &fine,
+		.rays = p->pixel == CT_PIXEL_POINT ? out : &fine,
 		.method = (enum ct_method)p->method,
-		.kind = p->pixel == MEAN ? CT_MEASUREMENT_MEAN : CT_MEASUREMENT_MATCHED,
+		.kind = ct_pixel_measures((enum ct_pixel)p->pixel),
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
 	float *mu = NULL;
 	int rc = -1;
 
-	if (p->electronic > 0 && !(p->photons > 0))
-		return ct_fail(e, CT_EUSAGE, "--electronic needs --photons");
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || ct_vol_read(p->in, &in, e))
+	if (ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, e) ||
+	if ((p->rotate && rotate(&in, p->rotate, e)) || to_density(&in, &mu, &j.unit, p, env, e) ||
 		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)))
 		goto out;

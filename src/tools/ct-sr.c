@@ -2,11 +2,15 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/cli.h"
+#include "formats/inflate.h"
 #include "formats/io.h"
+#include "tools/prior-file.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define QUALITIES(X)                                                                               \
 	X(DRAFT, "draft")                                                                          \
@@ -30,51 +34,91 @@ static const struct preset presets[] = {
 	[BEST] = {100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
 };
 static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
+#define PAPER_WINDOW "-512:3071"
+#define PAPER_SIGMA_Y 0.0015
+/* The release gives one for each factor that it was made for. */
+static double release_sigma_y(int scale)
+{
+	return scale <= 4 ? 0.001 : 0.0025;
+}
 
 struct params {
 	const char *in, *out, *keep, *prior, *window;
 	int scale, quality, views, iterations, gaussians;
-	bool paper, resume, dry_run;
+	bool paper, release, resume, dry_run;
 };
 
 static const struct params defaults = {.scale = 4, .quality = FAST};
 
+/* What goes by way of projections. */
+#define PROJECTS                                                                                   \
+	CT_IF_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                       \
+		CT_IF(struct params, paper), CT_IF(struct params, release)
+
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG(struct params, out, "OUT", "super-resolved CT, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN",
+		"low-resolution CT: NIfTI file, DICOM folder, or -"),
+	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft and fast invert the operator that made IN, balanced and best add what the "
-		"prior puts into projections; see DESCRIPTION"),
+		"prior puts into projections; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
-		"the published method to the letter: LR projections on a coarser detector, sampling "
-		"from pure noise, average pooling"),
+		"the published method to the letter; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, release))),
+	CT_OPT(struct params, release, 0, "release", NULL, 0, 0,
+		"the published method as its authors' programs do it, where that differs from the "
+		"paper; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct params, paper))),
 	CT_OPT(struct params, keep, 'k', "keep", "DIR", 0, 0,
 		"leave the intermediate files and commands.sh, the script that makes them, in DIR"),
 	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
-		"go on with the run that --keep DIR holds"),
+		"go on with the run that --keep DIR holds", CT_WHEN(CT_IF(struct params, keep))),
 	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
-	CT_OPT(struct params, prior, 0, "prior", "FILE", 0, 0,
-		"diffusion prior; the one that is installed if not given"),
+	CT_INPUT(struct params, prior, 0, "prior", "FILE",
+		"diffusion prior; the one that is installed if not given", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
-		"HU that map to density 0 and 1 (default -1024:3071)"),
+		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
+		")",
+		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, views, 0, "views", "N", 0, 10000,
-		"number of projections; 0 leaves it to --quality"),
+		"number of projections; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 0, 1000000,
-		"iterations of the Gaussian fit; 0 leaves it to --quality"),
+		"iterations of the Gaussian fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, gaussians, 0, "gaussians", "N", 0, 100000000,
-		"Gaussians at the start of the fit; 0 leaves it to --quality"),
+		"Gaussians at the start of the fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
-/* The files between the steps; paths owned by the chain's folder. */
+/* All files by name. */
 struct files {
-	char *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
+	char *in, *out, *keep, *prior, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
 };
 
-static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *e)
+/* A name that no command takes for an option; NULL if no memory. */
+static char *plain(const char *name)
+{
+	char *s = NULL;
+
+	return asprintf(&s, "%s%s", name[0] == '-' && name[1] ? "./" : "", name) < 0 ? NULL : s;
+}
+
+/* Those of the user; the prior is named only if there are projections for it. */
+static int name_given(struct files *f, const struct params *p, bool prior, struct ct_err *e)
+{
+	f->in = plain(p->in);
+	f->out = plain(p->out);
+	f->keep = p->keep ? plain(p->keep) : NULL;
+	if (!f->in || !f->out || (p->keep && !f->keep))
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	return prior ? prior_file_find(&f->prior, p->prior, e) : 0;
+}
+
+/* Those between the steps. */
+static int name_kept(struct files *f, const struct ct_chain *c, struct ct_err *e)
 {
 	f->lr = ct_chain_path(c, "lr.nii");
 	f->up = ct_chain_path(c, "up.nii");
@@ -87,8 +131,23 @@ static int name_files(struct files *f, const struct ct_chain *c, struct ct_err *
 		       : ct_fail(e, CT_ENOMEM, "no memory");
 }
 
+/* IN and OUT are no files of the folder that holds those between them. */
+static int check_files(const struct files *f, const struct params *p, struct ct_err *e)
+{
+	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res};
+
+	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
+			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
+	return 0;
+}
+
 static void free_files(struct files *f)
 {
+	free(f->in);
+	free(f->out);
+	free(f->keep);
+	free(f->prior);
 	free(f->lr);
 	free(f->up);
 	free(f->up_proj);
@@ -97,11 +156,16 @@ static void free_files(struct files *f)
 	free(f->res);
 }
 
+static bool published(const struct params *p)
+{
+	return p->paper || p->release;
+}
+
 static struct preset choose(const struct params *p)
 {
 	struct preset q = presets[p->quality];
 
-	if (p->paper)
+	if (published(p))
 		q = paper;
 	if (p->views)
 		q.views = p->views;
@@ -116,10 +180,13 @@ static struct preset choose(const struct params *p)
 static int add_project(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const char *output, struct ct_err *e)
 {
+	const char *window = p->window || !published(p) ? p->window : PAPER_WINDOW;
+
 	if (ct_chain_add(c, e, false, output, "ct-project", NULL) ||
 		ct_chain_word(c, e, "--views=%d", q->views) ||
 		(q->sampling > 0 && ct_chain_word(c, e, "--sampling=%g", q->sampling)) ||
-		(p->window && ct_chain_word(c, e, "--window=%s", p->window)))
+		(window && ct_chain_word(c, e, "--window=%s", window)) ||
+		(published(p) && ct_chain_word(c, e, "--overshoot")))
 		return -1;
 	return 0;
 }
@@ -130,28 +197,34 @@ static int add_projections(struct ct_chain *c, const struct params *p, const str
 	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
 		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
-	if (!p->paper && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
-				 ct_chain_word(c, e, "--pixel=sinc")))
+	if (!published(p) && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
+				     ct_chain_word(c, e, "--pixel=sinc")))
 		return -1;
-	return ct_chain_word(c, e, "%s", p->paper ? f->lr : f->up) ||
+	return ct_chain_word(c, e, "%s", published(p) ? f->lr : f->up) ||
 	       ct_chain_word(c, e, "%s", f->lr_proj);
+}
+
+static int add_seed(struct ct_chain *c, uint64_t seed, struct ct_err *e)
+{
+	return seed ? ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) : 0;
 }
 
 static int add_ddnm(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const struct files *f, uint64_t seed, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "-x%d", p->scale) ||
-		ct_chain_word(c, e, "--steps=%d", q->steps) ||
-		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
-		(p->prior && ct_chain_word(c, e, "--prior=%s", p->prior)))
+		ct_chain_word(c, e, "--prior=%s", f->prior) || add_seed(c, seed, e))
 		return -1;
-	if (!p->paper &&
-		(ct_chain_word(c, e, "--operator=matched") ||
-			ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
-			ct_chain_word(c, e, "--init=%s", f->up_proj) ||
-			ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
-			ct_chain_word(c, e, "--samples=%d", q->samples)))
+	if (published(p)
+			? ct_chain_word(c, e, "-x%d", p->scale) ||
+				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
+				  ct_chain_word(c, e, "--sigma-y=%g",
+					  p->paper ? PAPER_SIGMA_Y : release_sigma_y(p->scale))
+			: ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
+				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
+				  ct_chain_word(c, e, "--init=%s", f->up_proj) ||
+				  ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
+				  ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
@@ -162,9 +235,9 @@ static int add_upsample(struct ct_chain *c, const struct params *p, const struct
 	if (ct_chain_add(c, e, false, output, "ct-upsample", NULL) ||
 		ct_chain_word(c, e, "-x%d", p->scale))
 		return -1;
-	if (p->paper ? ct_chain_word(c, e, "--method=cubic")
-		     : ct_chain_word(c, e, "--estimate") ||
-				ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
+	if (published(p) ? ct_chain_word(c, e, "--method=cubic")
+			 : ct_chain_word(c, e, "--estimate") ||
+				   ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
@@ -174,10 +247,15 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 {
 	struct preset q = choose(p);
 
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", p->in, f->lr, NULL))
+	ct_chain_source(c, f->in);
+	if (f->prior)
+		ct_chain_source(c, f->prior);
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
+		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
+			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())))
 		return -1;
 	if (q.views == 0)
-		return add_upsample(c, p, &q, f, p->out, e);
+		return add_upsample(c, p, &q, f, f->out, e);
 	if (add_upsample(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
 		add_ddnm(c, p, &q, f, seed, e))
 		return -1;
@@ -186,42 +264,38 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		ct_chain_word(c, e, "--scale=%d", p->scale) ||
-		ct_chain_word(c, e, "%s", p->paper ? "--paper" : "--rate=1") ||
-		(!p->paper && ct_chain_word(c, e, "--lambda-tv=0.2")) ||
-		ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) ||
-		ct_chain_word(c, e, "%s", f->sr_proj) || ct_chain_word(c, e, "%s", f->res))
+		(published(p) ? ct_chain_word(c, e, "--scale=%d", p->scale) ||
+					ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
+			      : ct_chain_word(c, e, "--rate=1") ||
+					ct_chain_word(c, e, "--lambda-tv=0.2")) ||
+		add_seed(c, seed, e) || ct_chain_word(c, e, "%s", f->sr_proj) ||
+		ct_chain_word(c, e, "%s", f->res))
 		return -1;
-	if (ct_chain_add(c, e, false, p->out, "ct-compose", f->up, f->res, NULL) ||
-		(!p->paper && ct_chain_word(c, e, "--consistent=%s", f->lr)))
+	if (ct_chain_add(c, e, false, f->out, "ct-compose", NULL) ||
+		(!published(p) && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
-	return ct_chain_word(c, e, "%s", p->out);
+	return ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->res) ||
+	       ct_chain_word(c, e, "%s", f->out);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_chain c = {0};
+	struct ct_chain c = {.folder.lock = -1};
 	struct files f = {0};
 	int rc = -1;
 
-	if (!p->paper && presets[p->quality].views == 0 &&
-		(p->views || p->iterations || p->gaussians || p->prior))
-		return ct_fail(e, CT_EUSAGE,
-			"--views, --iterations, --gaussians and --prior are for --quality balanced or "
-			"best, or --paper");
-	if (p->resume && !p->keep)
-		return ct_fail(e, CT_EUSAGE, "--resume needs --keep DIR");
-	if (!p->resume && !p->dry_run && ct_out_check(p->out, env, e))
-		return -1;
-	if (ct_chain_open(&c, p->keep, p->resume, env, e) || name_files(&f, &c, e) ||
-		plan(&c, p, &f, env->seed, e))
+	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
+	if (name_given(&f, p, choose(p).views > 0, e) ||
+		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) || name_kept(&f, &c, e) ||
+		check_files(&f, p, e) || plan(&c, p, &f, env->seed, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else
-		rc = ct_chain_run(&c, p->resume, env, e);
+	} else if (!p->resume || ct_chain_owns_output(&c) || ct_out_check(p->out, env, e) == 0)
+		rc = ct_chain_run(&c, env, e);
 out:
 	free_files(&f);
 	ct_chain_close(&c);
@@ -230,7 +304,7 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-sr",
-	.brief = "Super-resolve a CT with a diffusion prior of X-rays: the whole chain.",
+	.brief = "Super-resolve a CT: invert the operator that made it, and more if asked.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,

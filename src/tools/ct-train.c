@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/resume.h"
+#include "cli/stop.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -40,9 +41,10 @@ static const struct params defaults = {
 };
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, out, "OUT",
+	CT_ARG(struct params, out, CT_REWRITES, "OUT",
 		"the prior (safetensors), its state beside it in OUT.state"),
-	CT_ARG(struct params, data, "DATA", "EXR stacks, pictures (PNG, TIFF), folders of them"),
+	CT_ARG(struct params, data, CT_READS, "DATA",
+		"EXR stacks, pictures (PNG, TIFF), folders of them"),
 	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
 		"shape of the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
 		"attention_resolutions=8 (downsampling factors), in_channels, out_channels and "
@@ -69,16 +71,16 @@ static const struct ct_opt opts[] = {
 		"rate of the running average of the weights, which is the prior: the smaller of X "
 		"and "
 		"(1 + step)/(10 + step)"),
-	CT_OPT_IDLE(struct params, validate, 0, "validate", "DATA", 0, 0,
+	CT_INPUT_IDLE(struct params, validate, 0, "validate", "DATA",
 		"also tell the loss on pictures that are not trained on"),
-	CT_OPT_IDLE(
-		struct params, validate_every, 0, "validate-every", "N", 1, 2e9, "every N steps"),
-	CT_OPT_IDLE(
-		struct params, validate_pieces, 0, "validate-pieces", "N", 1, 65536, "on N pieces"),
+	CT_OPT_IDLE(struct params, validate_every, 0, "validate-every", "N", 1, 2e9,
+		"every N steps", CT_WHEN(CT_IF(struct params, validate))),
+	CT_OPT_IDLE(struct params, validate_pieces, 0, "validate-pieces", "N", 1, 65536,
+		"on N pieces", CT_WHEN(CT_IF(struct params, validate))),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_IDLE(struct params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
-		"write OUT and OUT.state every N steps"),
+		"write OUT and OUT.state every N steps", CT_WHEN(CT_IF_FILE(struct params, out))),
 	CT_OPT_IDLE(struct params, log_every, 0, "log-every", "N", 1, 2e9,
 		"tell the loss every N steps"),
 	CT_OPT_IDLE(struct params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
@@ -224,20 +226,36 @@ out:
 	return rc;
 }
 
-static int write_state(const struct job *j, struct ct_err *e)
+static int pack(struct ct_tensors *w, const void *training, struct ct_err *e)
 {
-	struct ct_tensors w = {0};
-	int rc = ct_train_save(j->train, &w, e) || ct_resume_save(&j->resume, &w, e) ? -1 : 0;
+	return ct_train_save(training, w, e);
+}
 
-	ct_tensors_free(&w);
+static int checkpoint(struct job *j, struct ct_err *e)
+{
+	int rc;
+
+	ct_stop_defer(true);
+	rc = ct_resume_save(&j->resume, pack, j->train, e) || write_prior(j, e) ? -1 : 0;
+	ct_stop_defer(false);
 	return rc;
 }
 
-static int checkpoint(const struct job *j, struct ct_err *e)
+/* The last checkpoint: where one of the two files cannot be written, the other one is. */
+static int finish(struct job *j, struct ct_err *e)
 {
-	if (j->resume.path && write_state(j, e))
-		return -1;
-	return write_prior(j, e);
+	struct ct_err why;
+	int kept, rc;
+
+	ct_stop_defer(true);
+	kept = ct_resume_save(&j->resume, pack, j->train, &why);
+	rc = write_prior(j, e);
+	if (rc)
+		ct_resume_rescue(&j->resume, pack, j->train, e);
+	else if (kept)
+		*e = why;
+	ct_stop_defer(false);
+	return rc || kept ? -1 : 0;
 }
 
 /* What the course of the training depends on besides the options; how far it goes changes the rate
@@ -254,11 +272,14 @@ static int name_run(struct job *j, struct ct_err *e)
 	return j->p->cosine ? ct_resume_value(&j->resume, e, "--steps", "%d", j->p->steps) : 0;
 }
 
-static int load_state(struct job *j, struct ct_err *e)
+static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
 	int rc = ct_resume_load(&j->resume, &w, e);
 
+	if (rc > 0 && j->p->resume && !asked->dry_run &&
+		ct_out_check(j->p->out, asked, e)) /* OUT is another's */
+		rc = -1;
 	if (rc == 0 && ct_train_restore(j->train, &w, e))
 		rc = ct_blame(e, j->resume.path);
 	ct_tensors_free(&w);
@@ -299,13 +320,16 @@ static int train(struct job *j, struct ct_err *e)
 	while (ct_train_steps(j->train) < j->opts.steps && !ct_stopping(&j->env)) {
 		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
 			break;
-		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e))
-			return -1;
+		if (ct_train_step(j->train, &loss, e) || tell(j, loss, e)) {
+			if (e->code != CT_ESTOP)
+				return -1;
+			break; /* one that is given up has changed nothing */
+		}
 		ct_progress(&j->env, "training", ct_train_steps(j->train), j->opts.steps);
 		if (j->resume.path && ct_train_steps(j->train) % every == 0 && checkpoint(j, e))
 			return -1;
 	}
-	if (checkpoint(j, e))
+	if (finish(j, e))
 		return -1;
 	return ct_check_stop(&j->env, e);
 }
@@ -335,18 +359,17 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, &j->env, e);
 }
 
-static int prepare(struct job *j, struct ct_err *e)
+static int prepare(struct job *j, const struct ct_env *asked, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (ct_resume_open(&j->resume, p->out, p->resume, opts, p, &j->env, e) ||
-		(!j->env.dry_run && !p->resume && ct_out_check(p->out, &j->env, e)))
+	if (ct_resume_open(&j->resume, p->out, p->resume, opts, p, &j->env, e))
 		return -1;
 	j->env.force = true; /* its own files, from now on */
 	if (settle(j, e) || read_data(j, e) ||
 		ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e))
 		return -1;
-	return name_run(j, e) || load_state(j, e) ? -1 : 0;
+	return name_run(j, e) || load_state(j, asked, e) ? -1 : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -355,7 +378,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc;
 
 	j.env.verbose++; /* the losses are news even without -v */
-	rc = prepare(&j, e);
+	rc = prepare(&j, env, e);
 	j.told = ct_clock_wall();
 	if (!rc)
 		rc = env->dry_run ? estimate(&j, e) : train(&j, e);

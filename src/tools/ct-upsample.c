@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/modes.h"
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -23,9 +24,13 @@ struct params {
 static const struct params defaults = {
 	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
 
+/* Methods that may come to iterate, and that invert the operator. */
+#define ITERATES (CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
+#define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
+
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, "IN", "low-resolution CT, NIfTI, or -"),
-	CT_ARG(struct params, out, "OUT", "the CT on the finer grid, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
@@ -39,19 +44,25 @@ static const struct ct_opt opts[] = {
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
-		"assume, and decimation by points if an axis looks aliased; OUT says what was assumed"),
+		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
+		"OUT says what was assumed",
+		CT_WHEN(CT_UNLESS(struct params, sigma))),
 	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
-	CT_OPT(struct params, start, 0, "start", "FILE", 0, 0,
+	CT_INPUT(struct params, start, 0, "start", "FILE",
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
-		"with dc, the nearest volume to it that agrees with IN"),
+		"with dc, the nearest volume to it that agrees with IN",
+		CT_WHEN(CT_IF_WORD(struct params, method, INVERTS))),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
-		"standard deviation of the noise of IN, up to which tv and htv may depart from it "
-		"(what IN says, or 0)"),
+		"standard deviation of the noise of IN, if IN does not say, up to which tv and htv "
+		"may depart from it (0)",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
-		"most iterations of tv and htv"),
+		"most iterations of tv and htv",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
-		"tv and htv stop when an iteration moves the volume by less than this, RMS"),
+		"tv and htv stop when an iteration moves the volume by less than this, RMS",
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT_END,
 };
 
@@ -133,7 +144,7 @@ static int measure(struct ct_upsample_rule *r, const struct ct_vol *in, const st
 		if (r->by.factor[a] <= 1)
 			continue;
 		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
-		if (got.axis[a].sampling == CT_SAMPLING_ALIASED)
+		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && p->decimate < 0)
 			r->by.decimate = CT_DECIMATE_POINT;
 		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
 		ct_log(env, CT_INFO,
@@ -150,6 +161,7 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 {
 	const struct ct_meta *m = &in->meta;
 	double noise = 0;
+	int said;
 
 	*r = (struct ct_upsample_rule){.method = (enum ct_upsample)p->method,
 		.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC},
@@ -157,9 +169,20 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 		.tolerance = p->tolerance};
 	if (operator_of(r, p, m, e))
 		return -1;
-	if (isnan(p->noise) && ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e) < 0)
+	said = ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e);
+	if (said < 0)
 		return ct_blame(e, p->in);
+	if (said == 0 && p->noise != noise && !isnan(p->noise))
+		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
+			p->noise, p->in, noise);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
+	if (p->method == CT_UPSAMPLE_AUTO && !r->known && !p->estimate) {
+		struct params now = *p;
+
+		now.method = CT_UPSAMPLE_BSPLINE;
+		if (ct_modes_check(env->given, &now, e))
+			return ct_blame(e, p->in);
+	}
 	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
 }
 
@@ -246,8 +269,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	double begin;
 	int rc = -1;
 
-	if ((!env->dry_run && ct_out_check(p->out, env, e)) || read_inputs(&in, &start, p, e) ||
-		rule_of(&rule, p, &in, env, e))
+	if (read_inputs(&in, &start, p, e) || rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	begin = ct_clock_wall();

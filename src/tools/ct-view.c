@@ -1,6 +1,7 @@
 /* ct-view: slices and projections side by side in a PNG. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/modes.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/io.h"
@@ -24,10 +25,10 @@ static const struct params defaults = {
 	.zoom = 1, .slice = 0.5, .plane = SHEET_ALL_PLANES, .views = 12};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, "FILE",
+	CT_ARG(struct params, files, CT_READS_WRITES, "FILE",
 		"NIfTI volumes or EXR stacks, or -; the last one is the PNG to write, or -, unless "
 		"--output names it"),
-	CT_OPT(struct params, out, 'o', "output", "OUT", 0, 0, "PNG to write, or -"),
+	CT_OUTPUT(struct params, out, 'o', "output", "OUT", "PNG to write, or -"),
 	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(MONTAGE_PLANE_LIST, SHEET_LIST),
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
@@ -43,7 +44,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, error, 'e', "error", NULL, 0, 0,
 		"add maps of the absolute difference to the first file"),
 	CT_OPT(struct params, error_window, 0, "error-window", "LO:HI", 0, 0,
-		"differences drawn black and white (default 0 to a quarter of the window)"),
+		"differences drawn black and white (default 0 to a quarter of the window)",
+		CT_WHEN(CT_IF(struct params, error))),
 	CT_OPT_END,
 };
 
@@ -65,6 +67,19 @@ static int draw(const struct sheet *s, const char *out, const struct ct_env *env
 	free(png);
 	free(rgb);
 	return rc;
+}
+
+/* Of the options, those for volumes or for stacks alone. */
+static int check_kind(const struct ct_any *a, const struct ct_given *given, struct ct_err *e)
+{
+	static const char *const of_volume[] = {"plane", "slice", NULL}, *const of_stack[] = {
+										 "views", NULL};
+
+	for (const char *const *o = a->kind == CT_KIND_STACK ? of_volume : of_stack; *o; o++)
+		if (ct_modes_given(given, *o))
+			return ct_fail(
+				e, CT_EUSAGE, "--%s is not for a %s", *o, ct_kind_name(a->kind));
+	return 0;
 }
 
 static int read_files(struct ct_any *a, const struct params *p, size_t n, struct ct_err *e)
@@ -130,9 +145,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (operands(p, &n, &out, e) || rule_of(&rule, window, error, p, e) ||
-		ct_out_check(out, env, e) || ct_alloc0(&a, n, sizeof *a, e))
+		ct_alloc0(&a, n, sizeof *a, e))
 		return -1;
-	if (read_files(a, p, n, e) == 0 && sheet_make(&s, n, a, &rule, e) == 0)
+	if (read_files(a, p, n, e) == 0 && check_kind(a, env->given, e) == 0 &&
+		sheet_make(&s, n, a, &rule, e) == 0)
 		rc = draw(&s, out, env, e);
 	for (size_t i = 0; i < n; i++)
 		ct_any_free(&a[i]);

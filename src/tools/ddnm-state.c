@@ -33,7 +33,7 @@ static int unpack(struct ddnm_state *s, const struct ct_tensors *w, struct ct_st
 	return 0;
 }
 
-int ddnm_state_open(struct ddnm_state *s, const struct ct_resume *run, struct ct_stack *out,
+int ddnm_state_open(struct ddnm_state *s, struct ct_resume *run, struct ct_stack *out,
 	struct ct_stack *std, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
@@ -63,26 +63,31 @@ static int put(struct ct_tensors *w, const char *name, const struct ct_stack *s,
 	return 0;
 }
 
+static int pack(struct ct_tensors *w, const void *state, struct ct_err *e)
+{
+	const struct ddnm_state *s = state;
+	struct ct_tensor *t;
+
+	if (ct_tensors_add(w, "done", 1, &s->out->views, &t, e))
+		return -1;
+	for (size_t k = 0; k < s->out->views; k++)
+		t->data[k] = s->done[k] ? 1.0f : 0.0f;
+	return put(w, "views", s->out, e) || (s->std && put(w, "deviation", s->std, e)) ? -1 : 0;
+}
+
 int ddnm_state_save(void *state, bool last, struct ct_err *e)
 {
 	struct ddnm_state *s = state;
-	struct ct_tensors w = {0};
-	struct ct_tensor *t;
-	int rc = -1;
 
-	if (!s->run->path || (!last && ct_clock_wall() - s->last < EVERY))
+	if (!last && ct_clock_wall() - s->last < EVERY)
 		return 0;
-	if (ct_tensors_add(&w, "done", 1, &s->out->views, &t, e))
-		goto out;
-	for (size_t k = 0; k < s->out->views; k++)
-		t->data[k] = s->done[k] ? 1.0f : 0.0f;
-	if (put(&w, "views", s->out, e) || (s->std && put(&w, "deviation", s->std, e)))
-		goto out;
-	rc = ct_resume_save(s->run, &w, e);
 	s->last = ct_clock_wall();
-out:
-	ct_tensors_free(&w);
-	return rc;
+	return ct_resume_save(s->run, pack, s, e);
+}
+
+int ddnm_state_rescue(const struct ddnm_state *s, struct ct_err *e)
+{
+	return ct_resume_rescue(s->run, pack, s, e);
 }
 
 void ddnm_state_close(struct ddnm_state *s)

@@ -1,10 +1,13 @@
 /* fuse-state.c: see fuse-state.h. */
 #include "config.h"
 #include "tools/fuse-state.h"
+#include "core/mem.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define RESULT "residual"
 
 enum { SCALARS = 8, COUNTS = 3, VOLUMES = 3 };
 
@@ -26,81 +29,126 @@ static float *volume(const struct ct_joint *j, size_t k, const char **name, size
 	return at[k];
 }
 
-int fuse_state_save(void *run, const struct ct_joint *j, struct ct_err *e)
+static int pack_at(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
 {
 	struct ct_joint_at at = j->at;
-	struct ct_tensors t = {0};
 	char key[24];
-	int rc = -1;
 
-	if (ct_meta_setf(&t.meta, e, CT_META_AT, "%zu %zu %d", at.phase, at.done, (int)at.trusted))
-		goto out;
+	if (ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d", at.phase, at.done, (int)at.trusted))
+		return -1;
 	for (size_t k = 0; k < SCALARS; k++) {
 		snprintf(key, sizeof key, "scalar.%zu", k);
-		if (ct_meta_setf(&t.meta, e, key, "%a", *scalar(&at, k)))
-			goto out;
+		if (ct_meta_setf(&t->meta, e, key, "%a", *scalar(&at, k)))
+			return -1;
 	}
-	for (size_t k = 0; k < VOLUMES; k++) {
-		struct ct_tensor *to;
-		const char *name;
-		size_t count;
-		const float *from = volume(j, k, &name, &count);
-
-		if (ct_tensors_add(&t, name, 1, &count, &to, e))
-			goto out;
-		memcpy(to->data, from, count * sizeof *from);
-	}
-	rc = ct_resume_save(run, &t, e);
-out:
-	ct_tensors_free(&t);
-	return rc;
+	return 0;
 }
 
-static int unpack(struct ct_joint *j, const struct ct_tensors *t, struct ct_err *e)
+static int put(struct ct_tensors *t, const char *name, size_t n, const float *x, struct ct_err *e)
 {
-	const char *at = ct_meta_get(&t->meta, CT_META_AT);
-	struct ct_joint_at *to = &j->at;
+	struct ct_tensor *to;
+
+	if (ct_tensors_add(t, name, 1, &n, &to, e))
+		return -1;
+	memcpy(to->data, x, n * sizeof *x);
+	return 0;
+}
+
+static int pack(struct ct_tensors *t, const void *joint, struct ct_err *e)
+{
+	const struct ct_joint *j = joint;
+
+	for (size_t k = 0; k < VOLUMES; k++) {
+		const char *name;
+		size_t n;
+		const float *x = volume(j, k, &name, &n);
+
+		if (put(t, name, n, x, e))
+			return -1;
+	}
+	return pack_at(t, j, e);
+}
+
+static int pack_result(struct ct_tensors *t, const void *fuse, struct ct_err *e)
+{
+	const struct ct_fuse *f = fuse;
+
+	return put(t, RESULT, f->joint.n, f->residual, e) || pack_at(t, &f->joint, e) ? -1 : 0;
+}
+
+int fuse_state_save(void *run, const struct ct_joint *j, struct ct_err *e)
+{
+	return ct_resume_save(run, pack, j, e);
+}
+
+int fuse_state_rescue(struct ct_resume *run, const struct ct_fuse *f, struct ct_err *e)
+{
+	return ct_resume_rescue(run, pack_result, f, e);
+}
+
+static int get_at(struct ct_joint_at *to, const struct ct_meta *m)
+{
+	const char *at = ct_meta_get(m, CT_META_AT);
 	char key[24];
 	int trusted;
 
 	if (!at || sscanf(at, "%zu %zu %d", &to->phase, &to->done, &trusted) != COUNTS ||
 		to->phase > CT_JOINT_DONE)
-		goto broken;
+		return -1;
 	to->trusted = trusted != 0;
 	for (size_t k = 0; k < SCALARS; k++) {
 		const char *v;
 		char *end;
 
 		snprintf(key, sizeof key, "scalar.%zu", k);
-		v = ct_meta_get(&t->meta, key);
+		v = ct_meta_get(m, key);
 		if (!v)
-			goto broken;
+			return -1;
 		*scalar(to, k) = strtod(v, &end);
 		if (*end || end == v)
-			goto broken;
+			return -1;
+	}
+	return 0;
+}
+
+static int get(float *x, const struct ct_tensors *t, const char *name, size_t n)
+{
+	const struct ct_tensor *from = ct_tensors_find(t, name);
+
+	if (!from || ct_tensor_count(from) != n)
+		return -1;
+	memcpy(x, from->data, n * sizeof *x);
+	return 0;
+}
+
+static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
+{
+	struct ct_joint *j = &f->joint;
+	int bad = get_at(&j->at, &t->meta);
+
+	if (ct_tensors_find(t, RESULT)) {
+		if (ct_alloc(&f->residual, j->n, sizeof *f->residual, e))
+			return -1;
+		bad |= j->at.phase != CT_JOINT_DONE || get(f->residual, t, RESULT, j->n);
+		return bad ? ct_fail(e, CT_EINPUT, "is not the state of such a run") : 0;
 	}
 	for (size_t k = 0; k < VOLUMES; k++) {
 		const char *name;
-		size_t count;
-		float *x = volume(j, k, &name, &count);
-		const struct ct_tensor *from = ct_tensors_find(t, name);
+		size_t n;
+		float *x = volume(j, k, &name, &n);
 
-		if (!from || ct_tensor_count(from) != count)
-			goto broken;
-		memcpy(x, from->data, count * sizeof *x);
+		bad |= get(x, t, name, n);
 	}
-	return 0;
-broken:
-	return ct_fail(e, CT_EINPUT, "is not the state of such a run");
+	return bad ? ct_fail(e, CT_EINPUT, "is not the state of such a run") : 0;
 }
 
 int fuse_state_load(
-	struct ct_joint *j, const struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
+	struct ct_fuse *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_tensors t = {0};
 	int rc = ct_resume_load(run, &t, e);
 
-	if (rc == 0 && unpack(j, &t, e))
+	if (rc == 0 && unpack(f, &t, e))
 		rc = ct_blame(e, run->path);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: continuing", run->path);

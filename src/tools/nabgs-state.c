@@ -5,17 +5,23 @@
 #include <jansson.h>
 #include <stdio.h>
 
+static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
+{
+	return ct_fit_state_pack(t, fit, e);
+}
+
 int nabgs_state_save(void *run, const struct ct_fit *f, struct ct_err *e)
 {
-	struct ct_tensors t = {0};
-	int rc = ct_fit_state_pack(&t, f, e) || ct_resume_save(run, &t, e) ? -1 : 0;
+	return ct_resume_save(run, pack, f, e);
+}
 
-	ct_tensors_free(&t);
-	return rc;
+int nabgs_state_rescue(struct ct_resume *run, const struct ct_fit *f, struct ct_err *e)
+{
+	return f->end == CT_FIT_EMPTY ? -1 : ct_resume_rescue(run, pack, f, e);
 }
 
 int nabgs_state_load(
-	struct ct_fit *f, const struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
+	struct ct_fit *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_tensors t = {0};
 	int rc = ct_resume_load(run, &t, e);

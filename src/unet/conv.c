@@ -149,7 +149,7 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	ct_dnn_cdesc scratch = dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0);
 	const int *id = arg_id[dir];
 
-	if (ct_dnn_check(dnnl_primitive_create(&p->p, pd), "convolution", e) ||
+	if (ct_dnn_primitive(&p->p, pd, "convolution", e) ||
 		prim_arg(p, SRC, id[SRC], c->src, eng, e) ||
 		prim_arg(p, DST, id[DST], c->dst, eng, e) ||
 		prim_arg(p, WEIGHTS, id[WEIGHTS], w, eng, e) ||

@@ -34,6 +34,10 @@ struct ct_dnn {
 /* CT_EFAIL or CT_ENOMEM with oneDNN's word for it. */
 int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e);
 
+/* Make a primitive; CT_ENOMEM if not ROOM bytes are to be had: the library writes its code without
+ * a look whether there was memory for it. */
+int ct_dnn_primitive(
+	dnnl_primitive_t *p, dnnl_primitive_desc_t pd, const char *what, struct ct_err *e);
 /* Descriptors; NULL may be freed. */
 int ct_dnn_desc_new(
 	ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e);

@@ -73,7 +73,7 @@ int ct_dnn_reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, ct_dnn_cdesc from
 		ct_dnn_check(dnnl_reorder_primitive_desc_create(&pd, from, eng, to, eng, attr),
 			"reorder", e))
 		goto out;
-	rc = ct_dnn_check(dnnl_primitive_create(p, pd), "reorder", e);
+	rc = ct_dnn_primitive(p, pd, "reorder", e);
 out:
 	if (pd)
 		dnnl_primitive_desc_destroy(pd);

@@ -58,6 +58,16 @@ int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 	return 0;
 }
 
+int ct_dnn_primitive(
+	dnnl_primitive_t *p, dnnl_primitive_desc_t pd, const char *what, struct ct_err *e)
+{
+	enum { ROOM = 1 << 26 };
+
+	if (ct_mem_room(ROOM, e))
+		return -1;
+	return ct_dnn_check(dnnl_primitive_create(p, pd), what, e);
+}
+
 static void pack_free(struct ct_dnn_pack *p)
 {
 	if (!p)

@@ -2,6 +2,8 @@
 #include "config.h"
 #include "xray/window.h"
 
+#include <math.h>
+
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2])
 {
 	double lo = window[0], width = window[1] - window[0];
@@ -14,10 +16,45 @@ void ct_window_density(size_t n, float *dst, const float *src, const double wind
 	}
 }
 
+void ct_window_density_open(size_t n, float *dst, const float *src, const double window[static 2])
+{
+	double lo = window[0], width = window[1] - window[0];
+
+	for (size_t i = 0; i < n; i++)
+		dst[i] = (float)(((double)src[i] - lo) / width);
+}
+
 void ct_window_hu(size_t n, float *dst, const float *src, const double window[static 2])
 {
 	double lo = window[0], width = window[1] - window[0];
 
 	for (size_t i = 0; i < n; i++)
 		dst[i] = (float)(lo + (double)src[i] * width);
+}
+
+void ct_window_add(size_t n, float *base, const float *res, double gain, double floor,
+	const double window[static 2])
+{
+	const float least = (float)floor, hi = (float)window[1], g = (float)gain;
+	const float lo = floor < window[0] ? least : (float)window[0];
+
+	for (size_t i = 0; i < n; i++) {
+		float v = base[i] > lo ? base[i] : lo;
+
+		v = (v < hi ? v : hi) + g * res[i];
+		base[i] = v < least ? least : v;
+	}
+}
+
+size_t ct_window_above(size_t n, const float *src, const double window[static 2], float *largest)
+{
+	const float hi = (float)window[1];
+	size_t above = 0;
+
+	*largest = -HUGE_VALF;
+	for (size_t i = 0; i < n; i++) {
+		above += src[i] > hi;
+		*largest = src[i] > *largest ? src[i] : *largest;
+	}
+	return above;
 }

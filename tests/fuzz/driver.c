@@ -1,13 +1,19 @@
-/* Replays a fuzz target: its own seeds, or the files named, each with ROUNDS mutations drawn
- * from a fixed linear congruential generator. A crash or a sanitizer report is the failure. */
+/* Replays a fuzz target: its own seeds with mutations drawn from a fixed linear congruential
+ * generator, and the files of its corpus; or the files that are named. A crash or a sanitizer
+ * report is the failure.
+ *   fuzz-x [FILE...]         replay
+ *   fuzz-x --seeds FOLDER    write the seeds there; also of the target that libFuzzer drives */
 #include "config.h"
 #include "driver.h"
 #include "../tap.h"
 
+#include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 1500, ROOM = 256 };
+size_t fuzz_taken;
+
+enum { ROOM = 256, MOST_FILE = 1 << 20 };
 
 static uint64_t lcg(uint64_t *s)
 {
@@ -59,8 +65,10 @@ static void replay(const unsigned char *seed, size_t n, const char *name)
 {
 	uint64_t state = n;
 
+	fuzz_taken = 0;
 	LLVMFuzzerTestOneInput(seed, n);
-	for (int round = 0; round < ROUNDS; round++) {
+	OK(fuzz_taken > 0, "%s is taken", name);
+	for (int round = 0; round < fuzz_rounds; round++) {
 		unsigned char *p = malloc(n + ROOM), *exact;
 		size_t size;
 
@@ -72,36 +80,98 @@ static void replay(const unsigned char *seed, size_t n, const char *name)
 		LLVMFuzzerTestOneInput(exact ? exact : p, size);
 		free(exact ? exact : p);
 	}
-	OK(1, "%s and %d mutations of its %zu bytes", name, ROUNDS, n);
+	OK(1, "%s and %d mutations of its %zu bytes", name, fuzz_rounds, n);
 }
 
-static unsigned char *load(const char *path, size_t *n)
+static void replay_file(const char *path)
 {
-	unsigned char *p = malloc(1 << 20);
+	unsigned char *p = malloc(MOST_FILE), *exact;
 	FILE *f = fopen(path, "rb");
+	size_t n;
 
 	if (!p || !f)
 		exit(99);
-	*n = fread(p, 1, 1 << 20, f);
+	n = fread(p, 1, MOST_FILE, f);
 	fclose(f);
-	return p;
+	exact = realloc(p, n ? n : 1);
+	LLVMFuzzerTestOneInput(exact ? exact : p, n);
+	free(exact ? exact : p);
 }
 
+/* tests/fuzz/corpus/x of the target fuzz-x. */
+static void replay_corpus(const char *target)
+{
+	const char *top = getenv("srcdir"), *name = strrchr(target, '/');
+	char folder[3000], path[4000];
+	struct dirent *x;
+	size_t files = 0;
+	DIR *d;
+
+	name = name ? name + 1 : target;
+	name += strncmp(name, "fuzz-", 5) == 0 ? 5 : 0;
+	snprintf(folder, sizeof folder, "%s/tests/fuzz/corpus/%s", top ? top : ".", name);
+	d = opendir(folder);
+	while (d && (x = readdir(d)))
+		if (x->d_name[0] != '.') {
+			snprintf(path, sizeof path, "%s/%s", folder, x->d_name);
+			replay_file(path);
+			files++;
+		}
+	if (d)
+		closedir(d);
+	OK(files > 0, "%zu files of %s", files, folder);
+}
+
+static void write_seeds(const char *folder)
+{
+	unsigned char *p;
+	char path[4000];
+	size_t n;
+
+	for (size_t k = 0; (n = fuzz_seed(k, &p)) > 0; k++) {
+		FILE *f;
+
+		snprintf(path, sizeof path, "%s/seed-%zu", folder, k);
+		f = fopen(path, "wb");
+		if (!f || fwrite(p, 1, n, f) != n || fclose(f))
+			exit(99);
+		free(p);
+	}
+}
+
+#ifdef CT_FUZZER /* libFuzzer has main */
+int LLVMFuzzerInitialize(int *argc, char ***argv);
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+	if (*argc == 3 && strcmp((*argv)[1], "--seeds") == 0) {
+		write_seeds((*argv)[2]);
+		exit(0);
+	}
+	(void)replay, (void)replay_corpus, (void)tap_done;
+	return 0;
+}
+#else
 int main(int argc, char **argv)
 {
 	unsigned char *p;
 	char name[40];
 	size_t n;
 
+	if (argc == 3 && strcmp(argv[1], "--seeds") == 0) {
+		write_seeds(argv[2]);
+		return 0;
+	}
 	for (int i = 1; i < argc; i++) {
-		p = load(argv[i], &n);
-		replay(p, n, argv[i]);
-		free(p);
+		replay_file(argv[i]);
+		OK(1, "%s", argv[i]);
 	}
 	for (size_t k = 0; argc < 2 && (n = fuzz_seed(k, &p)) > 0; k++) {
 		snprintf(name, sizeof name, "seed %zu", k);
 		replay(p, n, name);
 		free(p);
 	}
+	if (argc < 2)
+		replay_corpus(argv[0]);
 	return tap_done();
 }
+#endif

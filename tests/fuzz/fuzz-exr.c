@@ -7,6 +7,8 @@
 
 #include <stdlib.h>
 
+const int fuzz_rounds = 1500;
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_stack s = {0};
@@ -18,8 +20,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 			sum += s.data[i];
 	else if (s.data || s.view || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
-	if (sum > 1e30f) /* so that the pixels are read */
-		e.code = CT_OK;
+	fuzz_taken += e.code == CT_OK && !(sum > 1e38f); /* so that the numbers are read */
 	ct_stack_free(&s);
 	return 0;
 }

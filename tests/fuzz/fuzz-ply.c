@@ -3,20 +3,59 @@
 #include "driver.h"
 #include "formats/bytes.h"
 #include "formats/format.h"
+#include "gs/splat.h"
+#include "gs/voxelise.h"
 #include "seed-file.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+const int fuzz_rounds = 1500;
+
+enum { SIDE = 8, MOST = 200 };
+
+/* Put them on voxels and into a view. */
+static void draw(const struct ct_gauss *g)
+{
+	static const double eye[3][4] = {{1, 0, 0, -4}, {0, 1, 0, -4}, {0, 0, 1, -4}};
+	static const struct ct_view view = {
+		.source = {-500}, .centre = {500}, .u = {0, 2, 0}, .v = {0, 0, -2}};
+	const size_t zero[3] = {0}, n[3] = {SIDE, SIDE, SIDE};
+	struct ct_gaussian b[MOST];
+	struct ct_voxelise v = {0};
+	struct ct_splat s = {0};
+	struct ct_block block;
+	struct ct_camera c;
+	struct ct_err e = {0};
+	float *out;
+
+	if (g->n > MOST || ct_block_init(&block, eye, zero, n, &e) ||
+		ct_camera_init(&c, &view, CT_CONE, SIDE, SIDE, &e))
+		return;
+	out = malloc(ct_voxelise_slice(&block) * SIDE * sizeof *out);
+	if (!out)
+		return;
+	ct_gaussian_resolve(b, g, NULL);
+	if (ct_voxelise_plan(&v, &block, g->n, b, NULL, &e) == 0)
+		ct_voxelise_draw(out, &v, NULL);
+	if (ct_splat_plan(&s, &c, g->n, b, NULL, &e) == 0)
+		ct_splat_draw(out, &s, NULL);
+	ct_voxelise_free(&v);
+	ct_splat_free(&s);
+	free(out);
+}
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_gauss g = {0};
 	struct ct_err e = {0};
 
-	if (ct_bytes_read_ply(data, size, "fuzz", &g, &e) == 0)
-		ct_gauss_check_finite(&g, &e); /* reads all of it */
-	else if (g.raw || g.meta.n || e.code == CT_OK || e.msg[0] == '\0')
+	if (ct_bytes_read_ply(data, size, "fuzz", &g, &e) == 0) {
+		ct_gauss_check_finite(&g, &e);
+		draw(&g);
+	} else if (g.raw || g.meta.n || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
+	fuzz_taken += g.n > 0;
 	ct_gauss_free(&g);
 	return 0;
 }

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+const int fuzz_rounds = 1500;
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_tensors w = {0};
@@ -26,8 +28,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 				sum += w.t[k].data[i];
 	} else if (w.t || w.meta.n || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
-	if (sum > 1e30f) /* so that the values are read */
-		e.code = CT_OK;
+	fuzz_taken += e.code == CT_OK && !(sum > 1e38f); /* so that the numbers are read */
 	fclose(f);
 	ct_tensors_free(&w);
 	return 0;

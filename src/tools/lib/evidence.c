@@ -164,6 +164,8 @@ int ct_evidence_density(struct ct_evidence *d, const struct ct_evidence_files *f
 	const struct ct_env *env, struct ct_err *e)
 {
 	if (!is_density(d))
-		ct_window_density(ct_vol_count(&d->base), d->base.data, d->base.data, d->window);
+		(ct_meta_get(&d->in.meta, CT_META_OVERSHOOT) ? ct_window_density_open
+							     : ct_window_density)(
+			ct_vol_count(&d->base), d->base.data, d->base.data, d->window);
 	return project && !f->projections ? project_base(d, f, env, e) : 0;
 }

@@ -142,8 +142,9 @@ static int read_scan(
 		numbers(r, "startAngle", 1, &s->start, e) < 0 ||
 		numbers(r, "numTrain", 1, &views, e) < 0 || sizes(s, r, unit, e))
 		return -1;
-	if (views != 0 && !(views >= 1 && views <= 1e6 && views == floor(views)))
-		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g", r->path, views);
+	if (views != 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
+		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g is not a number of views up to %d",
+			r->path, views, CT_MAX_VIEWS);
 	s->views = views != 0 ? (size_t)views : s->views;
 	s->dso *= unit;
 	s->dsd *= unit;

@@ -3,6 +3,7 @@
 #include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
 #include "formats/format.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,8 +26,6 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 	if (!isnan(o->sampling)) {
 		size_t n16 = (size_t)ceil(o->sampling * (double)(s->w > s->h ? s->w : s->h) / 16);
 
-		if (o->det)
-			return ct_fail(e, CT_EUSAGE, "--det and --sampling exclude each other");
 		s->w = 16 * n16;
 		s->h = s->beam == CT_FAN ? 1 : s->w;
 		s->pitch[0] = s->pitch[1] = side / (double)s->w;
@@ -86,28 +85,11 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 	return 0;
 }
 
-static bool own_geometry(const struct ct_scan_opts *o)
-{
-	return o->beam || o->det || !isnan(o->sampling) || o->pitch || o->offset || o->scanner ||
-	       o->views || o->paper || !isnan(o->arc) || !isnan(o->start) || !isnan(o->dso) ||
-	       !isnan(o->dsd);
-}
-
-bool ct_scan_opts_given(const struct ct_scan_opts *o)
-{
-	return o->like || own_geometry(o);
-}
-
 int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
 	struct ct_err *e)
 {
 	struct ct_scan s;
 
-	if (o->like && own_geometry(o))
-		return ct_fail(
-			e, CT_EUSAGE, "--like brings the whole geometry: no other option for it");
-	if (o->paper && o->scanner)
-		return ct_fail(e, CT_EUSAGE, "--paper and --scanner are two geometries");
 	if (o->like)
 		return make_like(out, o->like, e);
 	return make_scan(&s, o, grid, e) || ct_scan_fill(out, &s, e) ? -1 : 0;
@@ -129,9 +111,13 @@ int ct_scan_opts_window(
 		return 0;
 	if (ct_cli_range("window", option, asked, e))
 		return -1;
-	if (had && (asked[0] != window[0] || asked[1] != window[1]))
-		return ct_fail(e, CT_EUSAGE, "--window %s contradicts the window %s of the input",
-			option, had);
+	if (had && (asked[0] != window[0] || asked[1] != window[1])) {
+		const char *file = ct_meta_get(m, CT_META_INPUT); /* "NAME HASH" */
+		const char *end = file ? strrchr(file, ' ') : NULL;
+
+		return ct_fail(e, CT_EUSAGE, "--window %s contradicts %.*s, whose window is %s",
+			option, end ? (int)(end - file) : 9, end ? file : "the input", had);
+	}
 	window[0] = asked[0];
 	window[1] = asked[1];
 	return 0;
@@ -140,6 +126,19 @@ int ct_scan_opts_window(
 int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
 	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
+}
+
+void ct_scan_opts_warn_above(
+	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
+{
+	float largest;
+	size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
+
+	if (above > 0)
+		ct_log(env, CT_WARN,
+			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
+			"--window keeps them)",
+			name, above, window[1], (double)largest, window[1]);
 }
 
 int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)

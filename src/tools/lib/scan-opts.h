@@ -22,45 +22,59 @@ struct ct_scan_opts {
 		.sampling = (double)NAN                                                            \
 	}
 
-/* The rows for an option table of struct S with a field f of this type. */
-#define CT_SCAN_OPTS(S, f)                                                                                     \
-	CT_OPT(S, f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST), 0, 0,                                             \
-		"shape of the beam (cone if nothing says otherwise)"),                                         \
-		CT_OPT(S, f.views, 'n', "views", "N", 0, 1000000,                                              \
-			"number of views; 0 stands for 100, or what --scanner says"),                          \
-		CT_OPT(S, f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                   \
-			"angle over which the views are spread, its end left out (180)"),                      \
-		CT_OPT(S, f.start, 0, "start", "DEG", -1e6, 1e6, "angle of the first view (0)"),               \
-		CT_OPT(S, f.dso, 0, "dso", "MM", 1e-6, 1e8,                                                    \
-			"source to isocentre (1000 F/256, F the largest extent of the volume)"),               \
-		CT_OPT(S, f.dsd, 0, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)"),                \
-		CT_OPT(S, f.det, 0, "det", "WxH", 0, 0,                                                        \
-			"detector columns and rows; one number for both, or for the one row of a fan (the "    \
-			"largest dimension of the volume)"),                                                   \
-		CT_OPT(S, f.sampling, 0, "sampling", "X", 0.01, 100,                                           \
-			"instead: X pixels a voxel of the largest dimension, rounded up to a multiple of 16"), \
-		CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0,                                                \
-			"size of a pixel along u and v (the detector's side over its pixels)"),                \
-		CT_OPT(S, f.offset, 0, "offset", "U,V", 0, 0,                                                  \
-			"shift of the detector centre along u and v, mm (0,0)"),                               \
-		CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0,                                                     \
-			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume"),        \
-		CT_OPT(S, f.scanner, 0, "scanner", "FILE", 0, 0,                                               \
-			"JSON scanner file as of R2-Gaussian and TIGRE; other options override it"),           \
-		CT_OPT(S, f.like, 0, "like", "STACK", 0, 0,                                                    \
-			"take the whole geometry from this stack")
+#define CT_SCAN_IF(S, f, ...) CT_WHEN(CT_UNLESS(S, f.like), __VA_ARGS__)
+/* The rows for an option table of struct S with a field f of this type; `if_` is a condition of the
+ * whole, CT_IF(...) or CT_ALWAYS. */
+#define CT_SCAN_OPTS(S, f, if_)                                                                               \
+	CT_OPT(S, f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST), 0, 0,                                            \
+		"shape of the beam (cone if nothing says otherwise)", CT_SCAN_IF(S, f, if_)),                 \
+		CT_OPT(S, f.views, 'n', "views", "N", 0, CT_MAX_VIEWS,                                        \
+			"number of views; 0 stands for 100, or what --scanner says",                          \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                  \
+			"angle over which the views are spread, its end left out (180)",                      \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.start, 0, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",               \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.dso, 0, "dso", "MM", 1e-6, 1e8,                                                   \
+			"source to isocentre (1000 F/256, F the largest extent of the volume)",               \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.dsd, 0, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)",                \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.det, 0, "det", "WxH", 0, 0,                                                       \
+			"detector columns and rows; one number for both, or for the one row of a fan (the "   \
+			"largest dimension of the volume)",                                                   \
+			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.sampling))),                        \
+		CT_OPT(S, f.sampling, 0, "sampling", "X", 0.01, 100,                                          \
+			"instead: X pixels a voxel of the largest dimension, rounded up to a multiple of 16", \
+			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.det))),                             \
+		CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0,                                               \
+			"size of a pixel along u and v (the detector's side over its pixels)",                \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.offset, 0, "offset", "U,V", 0, 0,                                                 \
+			"shift of the detector centre along u and v, mm (0,0)",                               \
+			CT_SCAN_IF(S, f, if_)),                                                               \
+		CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0,                                                    \
+			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume",        \
+			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.scanner))),                         \
+		CT_INPUT(S, f.scanner, 0, "scanner", "FILE",                                                  \
+			"JSON scanner file as of R2-Gaussian and TIGRE; other options override it",           \
+			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.paper))),                           \
+		CT_INPUT(S, f.like, 0, "like", "STACK", "take the whole geometry from this stack",            \
+			CT_WHEN(if_))
 
 /* Stack with the geometry that the options ask for around the grid, data uninitialised, metadata
  * keys scan.*. CT_EUSAGE for options, CT_EINPUT for files, CT_EGEOM. *out must be zero. */
 int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
 	struct ct_err *e);
-/* Is any of them given? */
-bool ct_scan_opts_given(const struct ct_scan_opts *o);
 /* The density window: what the metadata says, else the option (NULL if not given), else -1024 to
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
 int ct_scan_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
 int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
+/* Say how much of a volume in HU, called `name`, is above the window, where its density ends. */
+void ct_scan_opts_warn_above(
+	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env);
 
 /* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to.
  */

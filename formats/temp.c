@@ -1,0 +1,188 @@
+/* temp.c: see temp.h. */
+#include "config.h"
+#include "formats/temp.h"
+#include "core/clock.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define MARK ".ct-XXXXXX"
+#define CLAIM ".ct-locked" /* like one of those */
+#define PATIENCE 2.0       /* seconds: who looks whether it is stale has it for a moment */
+enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
+
+/* Where the thread finds them that ends the program. */
+static struct kept {
+	atomic_bool used;
+	char name[PATH_MAX];
+} kept[KEPT];
+
+bool ct_temp_lock(int fd)
+{
+	return flock(fd, LOCK_EX | LOCK_NB) == 0;
+}
+
+static void keep(const char *tmp)
+{
+	for (size_t i = 0; i < KEPT && strlen(tmp) < PATH_MAX; i++)
+		if (!kept[i].used) {
+			snprintf(kept[i].name, PATH_MAX, "%s", tmp);
+			kept[i].used = true;
+			return;
+		}
+}
+
+void ct_temp_forget(const char *tmp)
+{
+	for (size_t i = 0; i < KEPT; i++)
+		if (kept[i].used && strcmp(kept[i].name, tmp) == 0)
+			kept[i].used = false;
+}
+
+void ct_temp_remove(const char *tmp)
+{
+	unlink(tmp);
+	ct_temp_forget(tmp);
+}
+
+void ct_temp_remove_all(void)
+{
+	for (size_t i = 0; i < KEPT; i++)
+		if (kept[i].used)
+			unlink(kept[i].name);
+}
+
+static bool marked(const char *name, const char *base, size_t n)
+{
+	const size_t len = strlen(name);
+
+	return len >= n + MARKED && strncmp(name, base, n) == 0 &&
+	       strncmp(name + len - MARKED, MARK, MARKED - RANDOM) == 0 &&
+	       !name[len - RANDOM +
+		       strspn(name + len - RANDOM, "abcdefghijklmnopqrstuvwxyz"
+						   "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+						   "0123456789")];
+}
+
+static void remove_stale(int folder, const char *name)
+{
+	struct stat st;
+	int fd = openat(folder, name, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+
+	if (fd < 0)
+		return;
+	if (fstat(fd, &st) == 0 && S_ISREG(st.st_mode) && st.st_uid == geteuid() &&
+		ct_temp_lock(fd))
+		unlinkat(folder, name, 0);
+	close(fd);
+}
+
+/* What killed processes left of this name. */
+static void sweep(const char *path)
+{
+	const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+	char folder[PATH_MAX] = ".";
+	struct dirent *x;
+	DIR *d;
+
+	if (slash && (size_t)(slash - path) + 2 > sizeof folder)
+		return;
+	if (slash)
+		snprintf(folder, sizeof folder, "%.*s", (int)(slash - path) + 1, path);
+	d = opendir(folder);
+	while (d && (x = readdir(d)))
+		if (marked(x->d_name, base, strlen(base)))
+			remove_stale(dirfd(d), x->d_name);
+	if (d)
+		closedir(d);
+}
+
+/* One that nobody swept away before it was locked. */
+static int make(char *tmp)
+{
+	struct stat st;
+
+	for (int i = 0; i < TRIES; i++) {
+		int fd;
+
+		memcpy(tmp + strlen(tmp) - RANDOM, MARK + MARKED - RANDOM, RANDOM);
+		fd = mkostemp(tmp, O_CLOEXEC);
+		if (fd < 0)
+			return -1;
+		keep(tmp);
+		ct_temp_lock(fd);
+		if (fstat(fd, &st) == 0 && st.st_nlink > 0)
+			return fd;
+		ct_temp_forget(tmp);
+		close(fd);
+	}
+	errno = EAGAIN;
+	return -1;
+}
+
+int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e)
+{
+	int fd;
+
+	sweep(path);
+	if (asprintf(tmp, "%s" MARK, path) < 0) {
+		*tmp = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	fd = make(*tmp);
+	if (fd >= 0) {
+		fchmod(fd, mode);
+		return fd;
+	}
+	ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	free(*tmp);
+	*tmp = NULL;
+	return -1;
+}
+
+/* The lock of the file `tmp`, and the file still of that name; else -1, errno EWOULDBLOCK if
+ * another has it. Where there are no locks, it is taken. */
+static int claim(const char *tmp)
+{
+	struct stat st;
+	int fd = open(tmp, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
+
+	if (fd < 0)
+		return -1;
+	if ((ct_temp_lock(fd) || errno != EWOULDBLOCK) && fstat(fd, &st) == 0 && st.st_nlink > 0) {
+		keep(tmp);
+		return fd;
+	}
+	close(fd);
+	errno = EWOULDBLOCK;
+	return -1;
+}
+
+int ct_temp_claim(const char *path, char **tmp, struct ct_err *e)
+{
+	const double start = ct_clock_wall();
+	int fd;
+
+	if (asprintf(tmp, "%s" CLAIM, path) < 0) {
+		*tmp = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	while ((fd = claim(*tmp)) < 0 && errno == EWOULDBLOCK && ct_clock_wall() - start < PATIENCE)
+		ct_clock_sleep(0.05);
+	if (fd >= 0)
+		return fd;
+	ct_fail(e, CT_EOUTPUT, "%s: %s", path,
+		errno == EWOULDBLOCK ? "another run is making it" : strerror(errno));
+	free(*tmp);
+	*tmp = NULL;
+	return -1;
+}

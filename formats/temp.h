@@ -1,0 +1,30 @@
+/* temp.h: the files that are not yet what they are to become.
+ *
+ * PATH.ct-XXXXXX beside PATH, locked by the process that writes it. One whose process was killed
+ * has no lock: the next that is made of the same PATH removes it, and those of files whose names
+ * begin like it, such as its state.
+ */
+#ifndef CT_FORMATS_TEMP_H
+#define CT_FORMATS_TEMP_H
+#include "core/err.h"
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+/* A file for PATH, empty, open for writing: its descriptor and name, to be freed after
+ * ct_temp_remove or, when it is renamed, ct_temp_forget. CT_EOUTPUT naming PATH, CT_ENOMEM. */
+int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e);
+void ct_temp_remove(const char *tmp);
+void ct_temp_forget(const char *tmp);
+/* All of this process, from any thread, when it ends. */
+void ct_temp_remove_all(void);
+
+/* For the one run that makes PATH: PATH.ct-locked, locked; as above. CT_EOUTPUT naming PATH, also
+ * if another run has it (and does not end within two seconds), CT_ENOMEM. */
+int ct_temp_claim(const char *path, char **tmp, struct ct_err *e);
+
+/* Take the lock of an open file for this process and those it forks: it goes when they are gone.
+ * False if another has it, or there is none on such a file system. */
+bool ct_temp_lock(int fd);
+
+#endif

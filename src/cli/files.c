@@ -1,0 +1,122 @@
+/* files.c: see files.h. */
+#include "config.h"
+#include "cli/files.h"
+#include "formats/io.h"
+
+#include <string.h>
+
+/* The files of a run, one after the other. */
+struct walk {
+	const struct ct_opt *opt; /* row of the file */
+	const void *params;
+	size_t next; /* in the list of that row */
+	bool last_written;
+	bool output;
+	const char *path;
+};
+
+static const void *field(const struct ct_opt *o, const void *params)
+{
+	return (const char *)params + o->at;
+}
+
+/* Is this flag, if the command has it, given? */
+static bool given(const struct ct_opt *opts, const void *params, const char *name)
+{
+	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
+		if (o->type == CT_T_FLAG && o->name && strcmp(o->name, name) == 0)
+			return *(const bool *)field(o, params);
+	return false;
+}
+
+/* Does an option name the output, so that the operands are all inputs? */
+static bool named(const struct ct_opt *opts, const void *params)
+{
+	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
+		if (o->role == CT_WRITES && *(const char *const *)field(o, params))
+			return true;
+	return false;
+}
+
+static struct walk begin(const struct ct_opt *opts, const void *params)
+{
+	return (struct walk){.opt = opts, .params = params, .last_written = !named(opts, params)};
+}
+
+/* The next file, or NULL behind the last one. */
+static const char *step(struct walk *w)
+{
+	for (; w->opt->type != CT_T_END; w->opt++, w->next = 0) {
+		const struct ct_opt *o = w->opt;
+		const void *at = field(o, w->params);
+		const bool list = o->type == CT_T_LIST;
+		const size_t n = list ? ((const struct ct_list *)at)->n : 1;
+
+		if (o->role == CT_NO_FILE || w->next >= n)
+			continue;
+		w->path =
+			list ? ((const struct ct_list *)at)->v[w->next] : *(const char *const *)at;
+		w->next++;
+		w->output =
+			o->role == CT_WRITES || o->role == CT_REWRITES ||
+			(o->role == CT_READS_WRITES && w->last_written && n > 1 && w->next == n);
+		if (w->path)
+			return w->path;
+	}
+	return NULL;
+}
+
+int ct_files_apart(
+	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e)
+{
+	for (struct walk w = begin(opts, params); step(&w);)
+		if (ct_out_same(path, w.path, !w.output))
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: would be written over %s, %s of the same run", path, w.path,
+				w.output ? "another output" : "an input");
+	return 0;
+}
+
+/* Is the output of `w` none of the files before it, and no input? */
+static int apart(const struct ct_opt *opts, const struct walk *w, struct ct_err *e)
+{
+	for (struct walk o = begin(opts, w->params); step(&o);) {
+		if (o.opt == w->opt && o.next == w->next) /* itself */
+			continue;
+		if (ct_out_same(w->path, o.path, !o.output))
+			return ct_fail(e, CT_EOUTPUT, "%s: is also %s, %s", w->path,
+				o.output ? "another output" : "an input", o.path);
+	}
+	return 0;
+}
+
+/* Standard input and output serve once each. */
+static int check_streams(const struct ct_opt *opts, const void *params, struct ct_err *e)
+{
+	size_t streams[2] = {0};
+
+	for (struct walk w = begin(opts, params); step(&w);)
+		streams[w.output] += strcmp(w.path, "-") == 0;
+	if (streams[0] > 1)
+		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
+	if (streams[1] > 1)
+		return ct_fail(e, CT_EUSAGE, "only one output can be standard output");
+	return 0;
+}
+
+int ct_files_check(
+	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	if (check_streams(opts, params, e))
+		return -1;
+	if (env->dry_run || given(opts, params, "dry-run"))
+		return 0;
+	for (struct walk w = begin(opts, params); step(&w);) {
+		struct ct_env own = *env;
+
+		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
+		if (w.output && (apart(opts, &w, e) || ct_out_check(w.path, &own, e)))
+			return -1;
+	}
+	return 0;
+}

@@ -1,0 +1,15 @@
+/* files.h: the files of a run, as the rows of its option table name them (enum ct_role). */
+#ifndef CT_CLI_FILES_H
+#define CT_CLI_FILES_H
+#include "cli/cli.h"
+
+/* Before any work: each output can be written now, and is none of the inputs and no other output;
+ * of a dry run nothing is asked of outputs. Standard input and output serve once each. CT_EOUTPUT
+ * naming the file, CT_EUSAGE. */
+int ct_files_check(
+	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e);
+/* The same of one more file that the run writes: that it is none of those. */
+int ct_files_apart(
+	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e);
+
+#endif

@@ -1,0 +1,28 @@
+/* stop.h: what SIGINT, SIGTERM and SIGUSR1 do: end the program, soon and with status 75.
+ *
+ * A program that has nothing to save ends at once, wherever it is; its temporary files are gone.
+ * One that keeps a state holds: the signal raises a flag (env->stop), and the run ends by itself,
+ * its state saved. It has one second of CPU time for what comes before the saving, and may not
+ * wait for longer than a second (for a pipe that nobody writes into): else it is ended, with the
+ * state that it saved last. To be asked again, by whatever signal, changes nothing: a terminal
+ * and a batch system signal the whole group, and ct-sr passes on what it was told.
+ */
+#ifndef CT_CLI_STOP_H
+#define CT_CLI_STOP_H
+#include "core/err.h"
+
+#include <signal.h>
+#include <stdbool.h>
+
+/* Catch the signals, for a program of this name, before it starts threads. CT_ENOMEM. */
+int ct_stop_catch(const char *tool, struct ct_err *e);
+/* As they were, in a process that is to become another program. */
+void ct_stop_uncatch(void);
+/* The flag, for env->stop. */
+const volatile sig_atomic_t *ct_stop_flag(void);
+/* From here on the run ends by itself. */
+void ct_stop_hold(void);
+/* What is done between true and false takes as long as it takes; they may be nested. */
+void ct_stop_defer(bool on);
+
+#endif

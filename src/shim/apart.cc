@@ -1,0 +1,94 @@
+/* apart.cc: see apart.h. */
+#include "config.h"
+#include "shim/apart.h"
+#include "shim/guard.h"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace
+{
+
+/* What the child leaves for its parent, the numbers behind it. */
+struct Result {
+	ct_err err;
+	int rc;
+	alignas(64) float out[1];
+};
+
+const int died = -2;
+
+/* Alone, silent, and with the usual ends. */
+void settle(pid_t parent)
+{
+	const struct rlimit minute = {60, 60}, none = {0, 0};
+	const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+
+	prctl(PR_SET_PDEATHSIG, SIGKILL);
+	if (getppid() != parent)
+		_exit(1);
+	for (int s : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU})
+		std::signal(s, SIG_DFL);
+	setrlimit(RLIMIT_CPU, &minute);
+	setrlimit(RLIMIT_CORE, &none);
+	if (null >= 0) {
+		dup2(null, STDOUT_FILENO);
+		dup2(null, STDERR_FILENO);
+	}
+}
+
+int wait_for(pid_t child)
+{
+	int status = 0;
+
+	while (waitpid(child, &status, 0) < 0)
+		if (errno != EINTR)
+			return -1;
+	return status;
+}
+
+} // namespace
+
+int apart(float *out, size_t n, const char *what, ct_err *e,
+	const std::function<int(float *, ct_err *)> &f)
+{
+	const size_t bytes = sizeof(Result) + n * sizeof *out;
+	const pid_t parent = getpid();
+	void *room =
+		mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	Result *r = static_cast<Result *>(room);
+	pid_t child = -1;
+	int status, rc;
+
+	if (room == MAP_FAILED)
+		return ct_fail(e, CT_ENOMEM, "%s: no memory to decode it", what);
+	r->rc = died;
+	child = fork();
+	if (child == 0) {
+		settle(parent);
+		r->rc = guard(&r->err, what, [&] { return f(r->out, &r->err); });
+		_exit(0);
+	}
+	status = child > 0 ? wait_for(child) : 0;
+	rc = r->rc;
+	if (child < 0)
+		rc = ct_fail(e, CT_ENOMEM, "%s: no process to decode it: %s", what,
+			std::strerror(errno));
+	else if (rc == died)
+		rc = ct_fail(e, CT_EINPUT, "%s: damaged: its decoder dies of it (status %d)", what,
+			status);
+	else if (rc)
+		*e = r->err;
+	else
+		std::memcpy(out, r->out, n * sizeof *out);
+	munmap(room, bytes);
+	return rc;
+}

@@ -1,0 +1,50 @@
+/* libraries.cc: too little memory for the libraries in C++ is a failure like others. Makes the
+ * linker one of C++, too. */
+#include "config.h"
+#include "core/err.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <sys/mman.h>
+#include <unistd.h>
+
+[[noreturn]] static void end(const char *name, const char *why)
+{
+	std::fprintf(stderr, "%s: not enough memory, or another resource: %s\n", name, why);
+	_exit(CT_ENOMEM);
+}
+
+/* Libraries start threads while they are initialised, where no one can catch. */
+[[noreturn]] static void give_up()
+{
+	const char *why = "a library gave up";
+
+	try {
+		if (std::current_exception())
+			throw;
+	} catch (const std::exception &x) {
+		end(program_invocation_short_name, x.what());
+	} catch (...) {
+		why = "a library threw something";
+	}
+	end(program_invocation_short_name, why);
+}
+
+/* Runs before the libraries are initialised, and so before a sanitizer is. Some of them do not look
+ * whether there is memory: there has to be. */
+__attribute__((no_sanitize("address", "undefined"))) static void before_all(
+	int, char **argv, char **)
+{
+	const size_t need = (size_t)64 << 20;
+	void *const p =
+		mmap(nullptr, need, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+
+	if (p == MAP_FAILED)
+		end(argv[0], "the libraries need 64 MiB to begin with");
+	munmap(p, need);
+	std::set_terminate(give_up);
+}
+
+__attribute__((section(".preinit_array"), used)) static void (*const first)(
+	int, char **, char **) = before_all;

@@ -1,0 +1,39 @@
+/* Hostile pictures: refused, or grey values in [0, 1]. OpenImageIO decodes. */
+#include "config.h"
+#include "driver.h"
+#include "mem-file.h"
+#include "shim/image.h"
+
+const int fuzz_rounds = 0;
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	struct ct_err e = {0};
+	float *gray = NULL;
+	size_t w = 0, h = 0;
+
+	if (ct_image_read(mem_file(data, size, 0), &w, &h, &gray, &e) == 0) {
+		for (size_t i = 0; i < w * h; i++)
+			if (!(gray[i] >= 0 && gray[i] <= 1))
+				abort();
+	} else if (gray || e.code == CT_OK || e.msg[0] == '\0')
+		abort();
+	fuzz_taken += gray != NULL;
+	free(gray);
+	return 0;
+}
+
+size_t fuzz_seed(size_t k, unsigned char **data)
+{
+	unsigned char px[48];
+	struct ct_err e = {0};
+	size_t n;
+
+	if (k > 1)
+		return 0;
+	for (size_t i = 0; i < sizeof px; i++)
+		px[i] = (unsigned char)(i * 5);
+	if (ct_image_encode_png(data, &n, 4, 4, k ? 3 : 1, px, &e))
+		exit(99);
+	return n;
+}

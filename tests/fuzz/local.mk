@@ -1,0 +1,49 @@
+# A fuzz target for every reader, state and metadata: fuzz-x.c, corpus/x. make check replays the corpus and
+# mutates the seeds; scripts/fuzz.sh looks for more with libFuzzer.
+FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h tests/fuzz/mem-file.h tests/fuzz/seed-file.h \
+	tests/fuzz/state-run.h
+EXTRA_DIST += tests/fuzz/corpus tests/fuzz/make-dicom.py scripts/fuzz.sh
+FUZZ_TARGETS =
+check_PROGRAMS += $(FUZZ_TARGETS)
+FUZZ_TARGETS += tests/fuzz/fuzz-nifti
+tests_fuzz_fuzz_nifti_SOURCES = tests/fuzz/fuzz-nifti.c tests/nifti-make.h $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-exr
+tests_fuzz_fuzz_exr_SOURCES = tests/fuzz/fuzz-exr.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-ply
+tests_fuzz_fuzz_ply_SOURCES = tests/fuzz/fuzz-ply.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-safetensors
+tests_fuzz_fuzz_safetensors_SOURCES = tests/fuzz/fuzz-safetensors.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-npy
+tests_fuzz_fuzz_npy_SOURCES = tests/fuzz/fuzz-npy.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-raw
+tests_fuzz_fuzz_raw_SOURCES = tests/fuzz/fuzz-raw.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-scan-json
+tests_fuzz_fuzz_scan_json_SOURCES = tests/fuzz/fuzz-scan-json.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-meta
+tests_fuzz_fuzz_meta_SOURCES = tests/fuzz/fuzz-meta.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-prior
+tests_fuzz_fuzz_prior_SOURCES = tests/fuzz/fuzz-prior.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-state-ddnm
+tests_fuzz_fuzz_state_ddnm_SOURCES = tests/fuzz/fuzz-state-ddnm.c src/tools/ddnm-state.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-state-fuse
+tests_fuzz_fuzz_state_fuse_SOURCES = tests/fuzz/fuzz-state-fuse.c src/tools/fuse-state.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-state-nabgs
+tests_fuzz_fuzz_state_nabgs_SOURCES = tests/fuzz/fuzz-state-nabgs.c src/tools/nabgs-state.c $(FUZZ_DRIVER)
+FUZZ_TARGETS += tests/fuzz/fuzz-state-train
+tests_fuzz_fuzz_state_train_SOURCES = tests/fuzz/fuzz-state-train.c $(FUZZ_DRIVER)
+if HAVE_VTK
+FUZZ_TARGETS += tests/fuzz/fuzz-dicom
+tests_fuzz_fuzz_dicom_SOURCES = tests/fuzz/fuzz-dicom.c $(FUZZ_DRIVER)
+nodist_EXTRA_tests_fuzz_fuzz_dicom_SOURCES = tests/link-with-cxx.cc
+tests_fuzz_fuzz_dicom_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += tests/fuzz/fuzz-dicom.c
+endif
+if HAVE_OIIO
+FUZZ_TARGETS += tests/fuzz/fuzz-image
+tests_fuzz_fuzz_image_SOURCES = tests/fuzz/fuzz-image.c $(FUZZ_DRIVER)
+nodist_EXTRA_tests_fuzz_fuzz_image_SOURCES = tests/link-with-cxx.cc
+tests_fuzz_fuzz_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += tests/fuzz/fuzz-image.c
+endif

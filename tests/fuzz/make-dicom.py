@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Writes the DICOM seeds of tests/fuzz/corpus/dicom into a folder: one small synthetic picture in every
+transfer syntax that pydicom and gdcmconv (Debian: libgdcm-tools) can write.
+
+  make-dicom.py FOLDER
+"""
+import os
+import subprocess
+import sys
+
+import numpy as np
+from pydicom.dataset import FileDataset, FileMetaDataset
+from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian
+
+WAYS = {"rle": "--rle", "jpeg": "--jpeg", "jpegls": "--jpegls", "j2k": "--j2k"}
+
+
+def write(path, bits, side=12):
+    meta = FileMetaDataset()
+    meta.MediaStorageSOPClassUID = CTImageStorage
+    meta.MediaStorageSOPInstanceUID = "1.2.3.4.5"
+    meta.TransferSyntaxUID = ExplicitVRLittleEndian
+    d = FileDataset(path, {}, file_meta=meta, preamble=b"\0" * 128)
+    d.is_little_endian, d.is_implicit_VR = True, False
+    d.SOPClassUID, d.SOPInstanceUID = CTImageStorage, "1.2.3.4.5"
+    d.Modality, d.PatientID, d.SeriesInstanceUID = "CT", "synthetic", "1.2.3"
+    d.FrameOfReferenceUID, d.StudyInstanceUID = "1.2.4", "1.2.5"
+    d.SeriesNumber = d.InstanceNumber = 1
+    d.Rows = d.Columns = side
+    d.SamplesPerPixel, d.PhotometricInterpretation = 1, "MONOCHROME2"
+    d.BitsAllocated, d.BitsStored, d.HighBit = (8, 8, 7) if bits == 8 else (16, bits, bits - 1)
+    d.PixelRepresentation = int(bits == 16)
+    d.PixelSpacing, d.ImagePositionPatient = [0.5, 0.75], [1, 2, 3]
+    d.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+    d.RescaleSlope, d.RescaleIntercept = 1, -1024
+    y, x = np.mgrid[:side, :side]
+    d.PixelData = ((x * 13 + y * y * 7) % 251).astype("u1" if bits == 8 else "<u2").tobytes()
+    d.save_as(path, write_like_original=False)
+
+
+def main(folder):
+    os.makedirs(folder, exist_ok=True)
+    for bits in (8, 12, 16):
+        plain = os.path.join(folder, "plain-%d" % bits)
+        write(plain, bits)
+        for name, way in WAYS.items():
+            out = os.path.join(folder, "%s-%d" % (name, bits))
+            subprocess.run(["gdcmconv", way, plain, out], check=False, capture_output=True)
+
+
+main(sys.argv[1])

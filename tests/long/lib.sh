@@ -1,0 +1,73 @@
+# lib.sh: what the parts of make check-long share; source it first. Each part is a script of its own:
+#   builddir=BUILD sh tests/long/PART.sh [COUNT [COMMAND]]
+# of the commands in BUILD, or else of those that are installed.
+# It prints what failed, and last a line "row|PART|WHAT|TRIED|PASSED" a row of the table.
+# shellcheck shell=sh disable=SC2034
+part=$(basename "$0" .sh)
+: "${srcdir:=$(cd "$(dirname "$0")/../.." && pwd)}"
+srcdir=$(cd "$srcdir" && pwd)
+[ -z "${builddir:-}" ] || PATH=$(cd "$builddir" && pwd):$PATH
+command -v ct-sr >/dev/null || { echo "$0: no ct-sr; say builddir=FOLDER" >&2; exit 99; }
+work=$(mktemp -d) && cd "$work" || exit 99
+trap 'rm -rf "$work"' EXIT
+trap 'exit 75' INT TERM HUP
+bad_=0
+# random N: sets R to a number from 0 to N - 1, the same sequence in every run
+seed_=${SEED:-1}
+random() {
+	seed_=$(((seed_ * 1103515245 + 12345) & 2147483647))
+	R=$((seed_ / 8 % $1))
+}
+row() { # row WHAT: begin one
+	end_row
+	what_=$1 tried_=0 passed_=0
+}
+tally() { # tally STATUS WORDS [N]: N tries, one if not said, that passed if STATUS is 0
+	tried_=$((tried_ + ${3:-1}))
+	if [ "$1" -eq 0 ]; then
+		passed_=$((passed_ + ${3:-1}))
+	else
+		bad_=1
+		echo "# $part: $what_: $2"
+		[ ! -s err ] || sed 's/^/#   /' err | tail -n 4
+	fi
+}
+end_row() {
+	[ -n "${what_:-}" ] && echo "row|$part|$what_|$tried_|$passed_" >>"$work/rows"
+	what_=
+}
+finish() {
+	end_row
+	cat "$work/rows"
+	exit $bad_
+}
+now() { echo $(($(date +%s%N) / 1000000)); }
+sleep_ms() { sleep "$(($1 / 1000)).$(printf %03d $(($1 % 1000)))"; }
+# The hash of what a file says, not of its bytes: a history holds the names of files.
+said() { ct-info "$1" 2>/dev/null | sed -n 's/^hash *//p' | grep .; }
+content() { said "$1" || cksum <"$1"; }
+# Small inputs of every command, in the present folder.
+inputs() {
+	ct-phantom -q --size 24x24x24 --spacing 4 marks hr.nii
+	ct-phantom -q --size 24x24x24 --spacing 4 cube other.nii
+	for v in hr other; do
+		ct-degrade -q -x 2 $v.nii $v-lr.nii
+		ct-degrade -q -x 4 $v.nii $v-lr4.nii
+		ct-upsample -q -x 2 -m linear $v-lr.nii $v-up.nii
+		ct-project -q -n 20 $v.nii $v.exr
+		ct-project -q -n 12 --coarsen 4 $v.nii $v-low.exr
+	done
+	ct-nabgs -q -n 40 -g 200 --max-gaussians 200 -b hr-up.nii hr.exr residual.ply >/dev/null
+	[ -s residual.ply ] || { echo "$part: the inputs could not be made" >&2; exit 99; }
+}
+# command NAME INPUT OUT: the words of a run with a state, on the inputs hr or other, in $line
+command_() {
+	case $1 in
+	ct-ddnm) line="ct-ddnm -q -t 2 -x 4 -n 4 $2-low.exr $3" ;;
+	ct-nabgs) line="ct-nabgs -q -t 2 -b $2-up.nii -n 300 -g 300 --max-gaussians 300 --checkpoint-every 20 $2.exr $3" ;;
+	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
+	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
+	ct-sr) line="ct-sr -q -t 2 -x 4 -Q balanced --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
+	esac
+}
+stateful='ct-ddnm ct-nabgs ct-fuse ct-train ct-sr'

@@ -1,0 +1,147 @@
+#!/bin/sh
+# An option that the chosen mode does not use is an error, before anything is read; help and man page
+# say which modes take it.
+. "$srcdir/tests/tap.sh"
+: >tried
+no() { # no TOOL OPTION ARGS...: the option is refused by name
+	tool=$1 opt=$2; shift
+	echo "$tool $opt" >>tried
+	case $opt in --*=*) ;; *) shift; set -- "$opt" "$@" ;; esac
+	case $tool in
+	ct-phantom) set -- "$@" ellipsoids none.x ;;
+	ct-fuse) set -- "$@" none.x none.x none.x none.x ;;
+	ct-metrics|ct-info) set -- "$@" none.x ;;
+	ct-view) set -- "$@" none.x none.png ;;
+	ct-train) set -- "$@" none.x none.x ;;
+	*) set -- "$@" none.x none.x ;;
+	esac
+	exits 2 "$tool $*" "$tool" "$@"
+	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
+}
+command -v ct-view >/dev/null && no ct-view --error-window=0:1
+no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
+no ct-convert --raw=8x8x8:i16 --scanner s.json
+no ct-convert --spacing=1
+no ct-convert --slope=2
+no ct-convert --intercept=0
+no ct-convert --orient=LPS
+no ct-convert --reorient=RAS --scanner s.json
+no ct-convert --iso=1 --scanner s.json
+no ct-convert --cube=8 --scanner s.json
+no ct-convert --type=i16 --scanner s.json
+for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
+	--scanner=s.json --like=none.x --beam=fan; do
+	no ct-phantom $o
+	[ $o = --like=none.x ] || no ct-project $o --like none.x
+done
+no ct-phantom --oversample=1 --project
+no ct-phantom --density=0.5
+no ct-project --det=8 --sampling 1
+no ct-project --paper --scanner s.json
+no ct-project --pixel=mean
+no ct-project --pixel=mean --coarsen 1
+no ct-project --electronic=3
+no ct-project --mu-water=0.02
+no ct-upsample --estimate --sigma 1
+for m in linear cubic bspline lanczos sinc; do
+	no ct-upsample --start=none.x -m $m
+	for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
+done
+for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m dc; done
+for m in auto fdk fbp; do
+	for o in --iterations=3 --projector=joseph --tolerance=0.1 --nonnegative --tv=10; do
+		no ct-fdk $o -m $m
+	done
+done
+for m in sirt cgls tv; do
+	for o in --filter=hann --cutoff=0.5 --parker; do no ct-fdk $o -m $m; done
+done
+no ct-fdk --cutoff=0.5 --filter none --quantity density
+no ct-fdk --nonnegative -m cgls
+no ct-fdk --tv=3 -m sirt
+no ct-ddnm --sigma-y=0.1 --sampler ddnm
+no ct-ddnm --sigma-det=2 --operator mean
+no ct-ddnm --t-start=9
+no ct-ddnm --std=sd.exr
+no ct-ddnm --std=sd.exr --samples 1
+no ct-train --validate-every=3
+no ct-train --validate-pieces=3
+echo ct-train --checkpoint-every >>tried
+exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
+has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
+no ct-nabgs --base-projections=/nonexistent -b none.x -m full
+no ct-nabgs --lr=none.x -b none.x -m full
+no ct-nabgs --lambda-lr=0.2 -b none.x
+no ct-nabgs --refit=3 -b none.x -a sine
+for t in 'ct-nabgs -b none.x' ct-fuse; do
+	echo "${t%% *} --checkpoint-every" >>tried
+	case $t in ct-fuse) in='none.x none.x none.x' ;; *) in=none.x ;; esac
+	# shellcheck disable=SC2086
+	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
+	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
+done
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges \
+	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
+	no ct-metrics $o --consistency none.x
+done
+no ct-metrics --edge-step=100
+no ct-metrics --map=m.nii
+no ct-metrics --max-residual=1
+no ct-metrics --max-residual-rms=1
+no ct-info --factor=2
+no ct-sr --resume
+for q in draft fast; do
+	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x; do no ct-sr $o -Q $q; done
+done
+for p in --paper --release; do no ct-sr --quality=best $p; done
+no ct-sr --paper --release
+echo ct-sr --release >>tried # the error names one of the two
+
+# every option that help says belongs to some modes was tried
+for t in $CT_TOOLS; do
+	"$t" --help | awk -v t="$t" '/^  (-[a-zA-Z],|   ) --/ {match($0, /--[a-z0-9-]+/); o = substr($0, RSTART, RLENGTH)}
+		/^ +\[(needs|not with) / {print t, o}' | sort -u
+done >limited
+sed 's/=.*//' tried | sort -u >done
+[ "$(wc -l <limited)" -gt 60 ]; ok $? 'help says which modes take an option'
+bad=$(sort limited | comm -23 - done)
+[ -z "$bad" ]; ok $? 'and each of them is tried here'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+ct-fdk --help >out; has out '\[needs --method=sirt|tv\]' 'words of a choice'
+ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man page too'
+[ ! -e none.x ]; ok $? 'nothing was made'
+
+# what a mode is only the files say
+ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
+ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
+exits 2 'a blur of means' ct-ddnm --sigma-det 2 mean.exr no.exr
+has err 'mean.exr: --sigma-det: needs --operator=' 'is refused by name'
+exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
+has err 'v.nii: --noise: needs --method=' 'is refused by name'
+exits 2 'colours of a grey prior' ct-ddnm --channel-reduce mean mean.exr no.exr
+has err 'channel-reduce: .* has no colours' 'is refused by name'
+if command -v ct-view >/dev/null; then
+	exits 2 'a slice of projections' ct-view --slice 0.5 mean.exr no.png
+	exits 2 'views of a volume' ct-view --views 3 v.nii no.png
+	has err '^ct-view: --views' 'is refused by name'
+fi
+exits 2 'a protocol of which nothing is left' ct-degrade -x 2 -p P1 --sigma 1 --decimate mean v.nii no.nii
+exits 2 'JSON beside a map' sh -c 'ct-metrics --json --consistency v.nii --map - v.nii v.nii >none.x'
+[ ! -e no.exr ] && [ ! -e no.png ] && [ ! -e no.nii ]; ok $? 'nothing was made'
+
+# every command of README and of the man pages is one that the command line takes; its files are not here
+mkdir docs && cd docs || exit 99
+for p in "$srcdir"/README.md "$srcdir"/man/*.in "$srcdir"/man/*.7; do
+	sed 's/\\e$/\\/; s/ *#.*//' "$p" | sed -e ':a' -e '/\\$/N; s/ *\\\n */ /; ta' |
+		sed -n 's/^\.Dl //; s/^    \(ct-\)/\1/; s/\\-/-/g; /^ct-[a-z]* /p'
+done | tr '|' '\n' | sed 's/&&/\n/g' | sed 's/^ *//; s/ >.*//' | grep '^ct-' | sort -u >../examples
+command -v ct-view >/dev/null || { grep -v '^ct-view' ../examples >../some; mv ../some ../examples; }
+[ "$(wc -l <../examples)" -gt 70 ]; ok $? 'the documents have examples'
+while read -r line; do
+	timeout 20 sh -c "$line" </dev/null >/dev/null 2>../err
+	[ $? -ne 2 ] || { echo "$line"; head -n 1 ../err; }
+done <../examples >../wrong
+[ ! -s ../wrong ]; ok $? 'that are command lines as they should be'
+sed 's/^/# /' ../wrong
+cd ..
+done_testing

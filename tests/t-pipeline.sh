@@ -1,0 +1,39 @@
+#!/bin/sh
+# The pipeline of README.md and of ct-pipeline(7) is what ct-sr runs, and is run here as it stands
+# there, on a small phantom with fewer views, Gaussians and iterations.
+. "$srcdir/tests/tap.sh"
+# The lines from ct-convert to ct-compose of a text, one command a line, nothing else.
+commands() {
+	sed -n '/^ *ct-convert scan/,/^ *ct-compose/p' "$1" | sed 's/ *#.*//; s/\\e$/\\/' |
+		sed -e ':a' -e '/\\$/N; s/ *\\\n */ /; ta' | sed 's/^ *//; /^$/d'
+}
+commands "$srcdir/README.md" >readme
+commands "$srcdir/man/ct-pipeline.7" >page
+[ "$(wc -l <readme)" -eq 7 ]; ok $? 'README has a pipeline'
+cmp -s readme page; ok $? 'and ct-pipeline(7) the same'
+mkdir scan
+ct-sr --dry-run --quality balanced --keep . scan/ hr.nii | sed 's,\./,,g; s, --prior=[^ ]*,,' >runs
+cmp -s readme runs; ok $? 'which is what ct-sr runs'
+diff readme runs | sed 's/^/# /'
+
+ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 truth.nii && ct-degrade -q -x 4 truth.nii scan.nii
+ok $? 'a scan'
+few='s/--views=[0-9]*/--views=16/; s/--iterations=[0-9]*/--iterations=200/; s/--gaussians=[0-9]*/--gaussians=4000/'
+sed "s,scan/,scan.nii,; $few" readme >script
+sh -e script >/dev/null 2>err; ok $? 'the text runs'
+sed 's/^/# /' err
+ct-sr -q -Q balanced --views 16 --iterations 200 --gaussians 4000 scan.nii sr.nii; ok $? 'so does ct-sr'
+voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
+voxels hr.nii >a; voxels sr.nii >b
+[ "$(wc -c <a)" -eq 131072 ] && cmp -s a b; ok $? 'to the same voxels'
+ct-upsample -q -m cubic scan.nii cubic.nii
+db() { ct-metrics "$@" | awk '/^psnr/ {print $2}'; }
+awk "BEGIN {exit !($(db truth.nii hr.nii) > $(db truth.nii cubic.nii) + 2)}"
+ok $? "2 dB better than cubic: $(db truth.nii hr.nii), $(db truth.nii cubic.nii)"
+# the projections are better than those that they begin with, seen through their reconstruction
+ct-project -q --views=16 --sampling=1.375 truth.nii truth-proj.exr
+for s in truth up sr; do ct-fdk -q -m cgls -n 8 --quantity density $s-proj.exr $s-rec.nii; done
+of() { db --psnr --range 1 truth-rec.nii "$1-rec.nii"; }
+awk "BEGIN {exit !($(of sr) > $(of up))}"
+ok $? "the projections are better than those they begin with: $(of sr), $(of up) dB"
+done_testing

@@ -1,0 +1,78 @@
+#!/bin/sh
+# SIGINT, SIGTERM, SIGUSR1: every command ends soon, with status 75, and leaves nothing but its state.
+. "$srcdir/tests/tap.sh"
+ulimit -t 60
+ct-phantom -q --size 32x32x32 --spacing 4 marks hr.nii
+ct-degrade -q -x 4 hr.nii lr.nii
+ct-upsample -q -x 4 -m linear lr.nii up.nii
+ct-project -q -n 8 hr.nii p.exr
+
+# Waiting for a pipe that says nothing.
+mkfifo pipe
+waits() { # waits SIGNAL TOOL ARGS...
+	sig=$1; shift
+	"$@" 2>err & pid=$!
+	listens $pid
+	exec 9>pipe # is opened when the other end is, which is what it waits for next
+	kill -$sig $pid
+	for i in $(seq 150); do kill -0 $pid 2>/dev/null || break; sleep 0.1; done
+	kill -KILL $pid 2>/dev/null
+	wait $pid; got=$?
+	exec 9>&-
+	[ $got -eq 75 ]; ok $? "$1 waits for a pipe: SIG$sig ends it (status $got)"
+	[ "$(tail -n 1 err)" = "$1: stopped on request" ]; ok $? 'and it says so'
+	[ -z "$(ls new* 2>/dev/null)" ]; ok $? 'and leaves nothing'
+}
+waits TERM ct-convert pipe new.nii
+waits TERM ct-degrade -x 2 pipe new.nii
+waits INT ct-upsample -x 2 pipe new.nii
+waits USR1 ct-project pipe new.exr
+waits TERM ct-fdk pipe new.nii
+waits INT ct-ddnm -x 4 pipe new.exr
+waits TERM ct-nabgs -b pipe p.exr new.ply
+waits TERM ct-fuse up.nii pipe p.exr new.nii
+waits TERM ct-compose pipe up.nii new.nii
+waits INT ct-metrics pipe hr.nii
+waits TERM ct-info pipe
+waits TERM ct-train new.safetensors pipe
+waits INT ct-sr -x 2 pipe new.nii
+
+# At work: how much CPU time goes by between the signal and the end.
+used() { awk '{print ($14 + $15) / '"$(getconf CLK_TCK)"'}' /proc/$1/stat 2>/dev/null; }
+spent() { # of all that has ended, into $now
+	times >times # not in a subshell
+	now=$(tail -n 1 times | awk '{split($0, v, /[ms ]+/); print v[1]*60 + v[2] + v[3]*60 + v[4]}')
+}
+works() { # works SECONDS TOOL ARGS...: it is told to stop when it has worked so long
+	after=$1; shift
+	spent; start=$now
+	"$@" 2>err & pid=$!
+	while at=$(used $pid) && awk "BEGIN {exit !($at < $after)}"; do sleep 0.02; done
+	kill -TERM $pid; wait $pid; got=$?
+	spent
+	[ $got -eq 75 ]; ok $? "$1 at work: stopped (status $got)"
+	awk "BEGIN {exit !($now - $start - $at < 2.5)}"; ok $? "after $(awk "BEGIN {print $now - $start - $at}") s of CPU time"
+	ls new*.ct-* >/dev/null 2>&1; [ $? -ne 0 ]; ok $? 'nothing half-written stays'
+}
+ct-phantom -q --size 128x128x128 --spacing 2 ellipsoids big.nii
+ct-degrade -q -x 4 big.nii big-lr.nii
+ct-upsample -q -x 4 -m linear big-lr.nii big-up.nii
+ct-project -q -n 20 --sampling 1.5 big.nii big.exr
+works 0.4 ct-upsample -x 4 --estimate --tolerance 1e-6 --iterations 100000 big-lr.nii new.nii
+[ ! -e new.nii ]; ok $? 'no output'
+works 2 ct-nabgs -q -n 100000 -b big-up.nii -g 20000 big.exr new.ply
+[ -s new.ply.state ]; ok $? 'and the state is there'
+works 2 ct-train -q --steps 100000 new.safetensors big.exr
+[ -s new.safetensors.state ] && [ -s new.safetensors ]; ok $? 'and the state, and the prior of then'
+
+# What killed runs leave is removed by the next that makes the same file, and nothing else is.
+exits 0 'a volume' ct-convert -q hr.nii out.nii.gz
+: >out.nii.gz.ct-Ab3xY9; : >out.nii.gz.state.ct-000000; : >out.nii.gz.ct-mine
+: >out.nii.gz.ct-locked; : >other.nii.ct-Ab3xY9; ln -s hr.nii out.nii.gz.ct-linked; : >out.nii.gz.ct-Ab3x.9
+exec 8>out.nii.gz.ct-locked; flock 8
+exits 0 'again' ct-convert -q -f hr.nii out.nii.gz
+[ "$(ls -d out.* other* | tr '\n' ' ')" = \
+	'other.nii.ct-Ab3xY9 out.nii.gz out.nii.gz.ct-Ab3x.9 out.nii.gz.ct-linked out.nii.gz.ct-locked out.nii.gz.ct-mine ' ]
+ok $? 'stale files are gone, others are not'
+ls -d out.* other* | sed 's/^/# /'
+done_testing

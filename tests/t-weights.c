@@ -1,0 +1,245 @@
+/* t-weights.c: how much each ray of a filtered back-projection counts, against what the weights are
+ * for: both rays along a line count 1 together, whichever way the scan turns. The filter's cutoff,
+ * and where a volume is in front of the source. */
+#include "config.h"
+#include "recon/backproject.h"
+#include "recon/fdk.h"
+#include "xray/scan.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct ct_vol grid(size_t n, const double mm[3])
+{
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, (const size_t[]){n, n, n}, &err));
+	for (int a = 0; a < 3; a++) {
+		v.affine[a][a] = mm[a];
+		v.affine[a][3] = -mm[a] * ((double)n - 1) / 2;
+	}
+	return v;
+}
+
+/* Half the fan is atan(0.2), 11.3 degrees, at the outermost pixel's centre. */
+static struct ct_scan circle(enum ct_beam beam, size_t views, double arc)
+{
+	return (struct ct_scan){.beam = beam,
+		.views = views,
+		.arc = arc,
+		.start = 20,
+		.dso = 300,
+		.dsd = 500,
+		.w = 41,
+		.h = beam == CT_FAN ? 1 : 3,
+		.pitch = {5, 5}};
+}
+
+/* share[views][w] in the middle row: what is left without pitch, cosine and arc of the view. */
+static double *shares(struct ct_fdk_weights *o, const struct ct_scan *scan, bool parker)
+{
+	struct ct_stack s = {0};
+	double *share;
+	float *weight;
+
+	*o = (struct ct_fdk_weights){0};
+	must(ct_scan_fill(&s, scan, &err) || ct_fdk_weights_alloc(o, &s, 40, parker, &err));
+	share = malloc(scan->views * scan->w * sizeof *share);
+	weight = malloc(scan->h * scan->w * sizeof *weight);
+	if (!share || !weight)
+		exit(99);
+	for (size_t k = 0; k < scan->views; k++) {
+		ct_fdk_weights_of(o, k, true, weight);
+		for (size_t c = 0; c < scan->w; c++) {
+			double x = ((double)c - 20) * 5 + scan->offset[0];
+			double cosine = scan->beam == CT_PARALLEL ? 1 : 500 / hypot(500, x);
+
+			share[k * scan->w + c] = (double)weight[scan->h / 2 * scan->w + c] /
+						 (cosine * o->view[k].step);
+		}
+	}
+	free(weight);
+	ct_stack_free(&s);
+	return share;
+}
+
+/* Where on the circle, in views from the first, the other ray along the line of (view, column)
+ * starts: the line's second meeting with the circle of the sources. */
+static double partner(const struct ct_scan *scan, double view, double col)
+{
+	double a = (scan->start + view * scan->arc / (double)scan->views) * M_PI / 180;
+	double s[2] = {300 * cos(a), 300 * sin(a)}, x = (col - 20) * 5;
+	double d[2] = {-500 * cos(a) - x * sin(a), -500 * sin(a) + x * cos(a)};
+	double t = -2 * (s[0] * d[0] + s[1] * d[1]) / (d[0] * d[0] + d[1] * d[1]);
+	double b = atan2(s[1] + t * d[1], s[0] + t * d[0]) * 180 / M_PI - scan->start;
+
+	b *= scan->arc < 0 ? -1 : 1;
+	return (b - 360 * floor(b / 360)) * (double)scan->views / fabs(scan->arc);
+}
+
+/* Parker's weights, forwards and backwards: a line that is seen twice counts 1, one seen once too.
+ */
+static void parker(enum ct_beam beam, double arc)
+{
+	struct ct_scan scan = circle(beam, 288, arc);
+	struct ct_fdk_weights o;
+	double *share, worst = 0, once = 0, end = 0;
+	size_t twice = 0, n = scan.views;
+
+	share = shares(&o, &scan, true);
+	for (size_t k = 0; k < n; k++)
+		for (size_t c = 0; c < scan.w; c++) {
+			double p = partner(&scan, (double)k, (double)c), all, f;
+			double mine = share[k * scan.w + c];
+			size_t i = (size_t)p;
+
+			if (p > (double)n + 2) { /* beyond the scan */
+				once = fmax(once, fabs(mine - 1));
+				continue;
+			}
+			if (p < 2 || p > (double)n - 3)
+				continue;
+			f = p - (double)i; /* the line meets the mirrored column */
+			all = mine + (1 - f) * share[i * scan.w + scan.w - 1 - c] +
+			      f * share[(i + 1) * scan.w + scan.w - 1 - c];
+			worst = fmax(worst, fabs(all - 1));
+			twice++;
+		}
+	for (size_t c = 0; c < scan.w; c++)
+		end = fmax(end, fabs(share[c] - share[(n - 1) * scan.w + scan.w - 1 - c]));
+	OK(o.redundancy == CT_RAYS_PARKER && !o.closed, "%s over %g degrees is open",
+		ct_beam_name(beam), arc);
+	if (!OK(worst < 0.01 && twice > 1000, "%zu rays of lines seen twice: 1 together", twice))
+		printf("# %g off\n", worst);
+	if (!OK(once < 0.01, "a line seen once counts 1"))
+		printf("# %g off\n", once);
+	if (!OK(end < 1e-5, "the scan ends as it begins"))
+		printf("# %g\n", end);
+	free(share);
+	ct_fdk_weights_free(&o);
+}
+
+/* Without Parker each ray counts the same, all views pi together. */
+static void even(enum ct_beam beam, double arc, bool closed)
+{
+	struct ct_scan scan = circle(beam, 90, arc);
+	struct ct_fdk_weights o;
+	double *share = shares(&o, &scan, false), sum = 0, worst = 0;
+
+	for (size_t k = 0; k < scan.views; k++) {
+		sum += share[k * scan.w + 20] * o.view[k].step;
+		for (size_t c = 0; c < scan.w; c++)
+			worst = fmax(worst, fabs(share[k * scan.w + c] - share[20]));
+	}
+	OK(o.closed == closed && o.redundancy == CT_RAYS_EVEN, "%s over %g degrees: %s",
+		ct_beam_name(beam), arc, closed ? "closed" : "open");
+	NEAR(sum, M_PI, 1e-5, "half a turn together");
+	NEAR(worst, 0, 1e-6, "whatever the ray");
+	free(share);
+	ct_fdk_weights_free(&o);
+}
+
+/* A detector to one side: where both sides see, they count 1 together, else 1. */
+static void offset(double mm)
+{
+	struct ct_scan scan = circle(CT_FAN, 90, 360);
+	struct ct_fdk_weights o;
+	double *share, worst = 0;
+	size_t both = 0, alone = 0;
+
+	scan.offset[0] = mm;
+	share = shares(&o, &scan, false);
+	for (size_t c = 0; c < scan.w; c++) {
+		double x = ((double)c - 20) * 5 + mm, other = (-x - mm) / 5 + 20;
+		size_t k = (size_t)fmax(0, other + 0.5);
+
+		if (other > -1e-6 && other < (double)scan.w - 1 + 1e-6) {
+			worst = fmax(worst, fabs(share[c] + share[k] - 1));
+			both++;
+		} else {
+			worst = fmax(worst, fabs(share[c] - 1));
+			alone++;
+		}
+	}
+	OK(o.redundancy == CT_RAYS_OFFSET && both > 3 && alone > 3,
+		"a detector off by %g mm: %zu columns see twice, %zu once", mm, both, alone);
+	NEAR(worst, 0, 1e-5, "1 together");
+	OK(mm > 0 ? share[1] < share[8] : share[39] < share[32], "less at the near edge");
+	free(share);
+	ct_fdk_weights_free(&o);
+}
+
+static double cutoff(enum ct_beam beam, const double mm[3], double pitch)
+{
+	struct ct_vol v = grid(8, mm);
+	struct ct_scan scan = circle(beam, 90, 360);
+	struct ct_stack s = {0};
+	struct ct_fdk f = {0};
+	double got;
+
+	scan.pitch[0] = pitch;
+	must(ct_scan_fill(&s, &scan, &err) ||
+		ct_fdk_alloc(&f, &v, &s, CT_RAMP_RAM_LAK, 0, false, NULL, &err));
+	got = f.cutoff;
+	ct_fdk_free(&f);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+	return got;
+}
+
+/* What voxels can show: pixel at the centre / smallest voxel across the axis, z. */
+static void cutoffs(void)
+{
+	const double cube[3] = {4, 4, 4}, flat[3] = {4, 6, 1}, tall[3] = {8, 6, 20};
+
+	NEAR(cutoff(CT_CONE, cube, 5), 0.75, 1e-6, "pixels of 5 mm, 3 at the centre, voxels of 4");
+	NEAR(cutoff(CT_CONE, flat, 5), 0.75, 1e-6, "voxels along the axis do not count");
+	NEAR(cutoff(CT_CONE, tall, 5), 0.5, 1e-6, "nor if they are long");
+	NEAR(cutoff(CT_CONE, cube, 10), 1, 1e-9, "no more than all there is");
+	NEAR(cutoff(CT_PARALLEL, tall, 5), 5.0 / 6, 1e-6, "parallel pixels are not smaller");
+}
+
+/* Faces of voxels at -16 and 16 mm along the ray, -8 and 8 mm on the other axes. */
+static void fronts(void)
+{
+	static const double dso[] = {15.9, 16.1};
+	struct ct_vol v = grid(8, (const double[]){4, 2, 2});
+
+	for (int side = 0; side < 6; side++)
+		for (int k = 0; k < 2; k++) {
+			struct ct_backprojector b = {0};
+			struct ct_stack s = {0};
+			int axis = side / 2, rc;
+			double far = dso[k] / (axis ? 2 : 1), sign = side % 2 ? -1 : 1;
+
+			must(ct_stack_alloc(&s, 1, 4, 4, &err));
+			s.view[0].source[axis] = sign * far;
+			s.view[0].centre[axis] = -sign * 100;
+			s.view[0].u[(axis + 1) % 3] = 30;
+			s.view[0].v[(axis + 2) % 3] = 30;
+			rc = ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err);
+			OK(k ? rc == 0
+			     : rc != 0 && err.code == CT_EGEOM && strstr(err.msg, "in front"),
+				"a source at %g mm on axis %d is %s", sign * far, axis,
+				k ? "outside" : "refused");
+			ct_backprojector_free(&b);
+			ct_stack_free(&s);
+		}
+	ct_vol_free(&v);
+}
+
+int main(void)
+{
+	parker(CT_CONE, 230);
+	parker(CT_FAN, -215);
+	even(CT_CONE, 360, true);
+	even(CT_CONE, 240, false);
+	even(CT_FAN, 300, false);
+	offset(60);
+	offset(-45);
+	cutoffs();
+	fronts();
+	return tap_done();
+}
