@@ -141,6 +141,10 @@ dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t
 dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh
 include tests/fuzz/local.mk
 dist_check_SCRIPTS += tests/t-long.sh
+check_PROGRAMS += tests/t-cosine
+tests_t_cosine_SOURCES = tests/t-cosine.c
+check_PROGRAMS += tests/t-rof
+tests_t_rof_SOURCES = tests/t-rof.c
 check_PROGRAMS += tests/t-gauss-far
 tests_t_gauss_far_SOURCES = tests/t-gauss-far.c
 dist_check_SCRIPTS += tests/t-outputs.sh

@@ -103,4 +103,9 @@ if command -v oiiotool >/dev/null 2>&1; then
 else
 	skip 'quantity, window, grid, distance, middle of a sphere' 'no oiiotool'
 fi
+
+for beam in parallel fan; do
+	ct-project -q -f --beam $beam -n 3 --det 24 --coarsen 4 m.nii coarse.exr && ct-info coarse.exr >out
+	has out "^beam  *$beam\$" "--coarsen leaves the beam: $beam"
+done
 done_testing

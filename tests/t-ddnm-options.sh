@@ -73,6 +73,8 @@ is 'flat("whole.exr") == flat("same.exr") and 10.5 < max(flat("same.exr")) <= 1.
 	'0 is the largest of IN'
 
 ct-project -q --views 2 --coarsen 4 --pixel sinc hr.nii sinc.exr
+ct-ddnm -v -n 1 --sampler ddnm sinc.exr told.exr 2>err
+has err 'operator of blur 0.6 px' '--sigma-det: what a coarse voxel is at the detector, of itself'
 for m in 0.5 2; do ct-ddnm -q -n 4 --sampler ddnm --sigma-det $m sinc.exr "m$m.exr"; done
 is 'rough("m2.exr") > 1.05 * rough("m0.5.exr")' '--sigma-det: the wider the blur, the more is to be undone'
 

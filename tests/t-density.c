@@ -319,6 +319,26 @@ static void scene(struct scene *s, const struct ct_env *env)
 		s->target.data[i] = s->base_proj.data[i] + 0.3f;
 }
 
+/* Of the published table: rates at the beginning and the end; scale and rotation ten times lower
+ * from 8-fold on. */
+static void published(void)
+{
+	for (size_t scale = 4; scale <= 8; scale += 4) {
+		const double fine = scale < 8 ? 1 : 0.1;
+		struct ct_fit_options o;
+		double off = 0;
+
+		ct_fit_defaults(&o, scale, false, CT_PRELU);
+		const struct ct_rate rate[4] = {o.position, o.density, o.scaling, o.rotation};
+		const double first[4] = {2e-4, 1e-2, 5e-3 * fine, 1e-3 * fine};
+
+		for (int k = 0; k < 4; k++)
+			off = fmax(off, fmax(fabs(rate[k].first / first[k] - 1),
+						fabs(rate[k].last / rate[k].first - 0.1)));
+		OK(off < 1e-12 && o.gamma_rate == 1e-3, "%zu-fold: the published rates", scale);
+	}
+}
+
 /* Adam's first step is its rate, whatever the gradient: that of iteration 1 of ten. */
 static void rates(struct scene *s, const struct ct_env *env)
 {
@@ -395,6 +415,7 @@ int main(void)
 	screen();
 	places();
 	adam();
+	published();
 	scene(&s, &env);
 	rates(&s, &env);
 	ct_vol_free(&s.base);

@@ -17,6 +17,16 @@ for s in axial reversed las sagittal coronal oblique padded; do
 	exits 0 "$s is read" ct-convert $s $s.nii
 	"$PY" "$srcdir/tests/t-dicom.py" check $s $s.nii; ok $? "$s: every voxel is where it was, in HU"
 done
+if command -v gdcmconv >/dev/null; then
+	for way in rle jpeg jpegls j2k; do
+		mkdir axial-$way
+		for f in axial/*; do gdcmconv --$way "$f" "axial-$way/${f#axial/}" 2>/dev/null; done
+		exits 0 "compressed by $way it is read" ct-convert axial-$way $way.nii
+		"$PY" "$srcdir/tests/t-dicom.py" check axial $way.nii; ok $? 'and every voxel is the same'
+	done
+else
+	skip 'compressed series' 'no gdcmconv'
+fi
 exits 0 'a file stands for its series' ct-convert two/a3.dcm three.nii
 "$PY" "$srcdir/tests/t-dicom.py" check axial three.nii; ok $? 'and nothing else'
 exits 5 'two series are refused' ct-convert two d.nii

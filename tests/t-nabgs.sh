@@ -20,6 +20,8 @@ has out '^positive [1-9]' 'and positive ones'
 above "$(sed -n 's/^first-loss //p' out)" "$(awk '/^last-loss/ {print 2 * $2}' out)"
 ok $? 'the loss falls to less than half'
 [ ! -e res.ply.state ]; ok $? 'no state is left'
+ct-info --json res.ply | tr -d ' \n' | grep -q '"affine":\[\[4.0,0.0,0.0,-62.0\],\[0.0,4.0'
+ok $? 'the set says on which grid'
 exits 0 'composes' ct-compose --residual-out=r.nii up.nii res.ply out.nii
 above "$(psnr hr.nii out.nii)" "$(psnr hr.nii up.nii) + 2"; ok $? 'gains 2 dB over the base'
 above "$(psnr hr.nii up.nii)" "$(ct-compose -g -1 up.nii res.ply - | psnr hr.nii -) + 2"

@@ -22,6 +22,9 @@ has out 'volume.affine *10,0,0,-15,0,10,0,-20,0,0,5,-12.5' 'and where they are'
 sed 's/\[4, 5, 6\]/[4, 5.5, 6]/' grid.json >half.json
 exits 3 'half a voxel' ct-convert --scanner half.json a.npy b.exr
 has err 'nVoxel' 'says so'
+sed 's/\[40, 50/[0, 50/' grid.json >flat.json
+exits 3 'a grid without width' ct-convert --scanner flat.json a.npy b.exr
+has err 'a voxel of 0 mm' 'says so'
 ct-convert --scanner scan.json - - <a.npy >pipe.exr 2>e; [ -s pipe.exr ]; ok $? 'in a pipe'
 exits 2 'not to a volume' ct-convert --scanner scan.json a.npy a.nii
 exits 2 'nor resampled' ct-convert --scanner scan.json --iso 1 a.npy b.exr

@@ -75,4 +75,15 @@ exits 0 'again' ct-convert -q -f hr.nii out.nii.gz
 	'other.nii.ct-Ab3xY9 out.nii.gz out.nii.gz.ct-Ab3x.9 out.nii.gz.ct-linked out.nii.gz.ct-locked out.nii.gz.ct-mine ' ]
 ok $? 'stale files are gone, others are not'
 ls -d out.* other* | sed 's/^/# /'
+# Progress: on a terminal, and nowhere else.
+few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --max-gaussians 300 $* p.exr bar.ply"; }
+if command -v script >/dev/null; then
+	script -qec "$(few)" /dev/null </dev/null >term
+	tr '\r' '\n' <term | grep -q 'ct-nabgs: fit 20/20'; ok $? 'a terminal is told how far the work is'
+	script -qec "$(few -q)" /dev/null </dev/null >term
+	grep -q 'ct-nabgs: fit' term; [ $? -eq 1 ]; ok $? 'but not with -q'
+else
+	skip 'progress' 'no script'
+fi
+$(few) >out 2>err; [ $? -eq 0 ] && ! grep -q 'fit ' out err; ok $? 'nor is a file'
 done_testing
