@@ -155,6 +155,7 @@ def mutants(line):
     if DECLARATION.match(code) and not re.match(r'\s*(return|goto|else)\b', code):
         return []
     code = re.sub(r'(= \{+)0|(\b(?:return|rc =) -)1\b', r'\1\2#', code)  # any other does as well
+    code = re.sub(r'\[(static )?\d+\](?= = \{|,|\)|;)', lambda m: '#' * len(m.group(0)), code)  # room
     for pattern, to in SWAPS:
         for m in re.finditer(pattern, code):
             found.append(line[:m.start()] + to + line[m.end():])
@@ -163,7 +164,7 @@ def mutants(line):
     m = CONDITION.search(code)
     if m:
         found.append('%s!(%s)%s' % (line[:m.start(2)], line[m.start(2):m.end(2)], line[m.end(2):]))
-    if DELETE.match(code) and not re.match(r'\s*(return|free|goto)\b', code):
+    if DELETE.match(code) and not re.match(r'\s*(return|goto|\w*(free|close|destroy|munmap))\b', code):
         found.append(re.match(r'\s*', line).group(0) + ';')
     return found
 
