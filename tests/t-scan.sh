@@ -48,6 +48,10 @@ same roff.exr r-z.exr 'and so is the turn'
 ct-project -q -n 3 --arc 150 --start -20 m.nii back.exr
 same back.exr r-z.exr 'a turn about z is a scan that starts as much earlier'
 
+# a scan about a volume far from the world's origin is inverted like one that is not
+for v in m off; do ct-project -q -f -n 30 --arc 360 $v.nii whole.exr; ct-fdk -q --grid $v.nii whole.exr $v-fdk.nii; done
+tail -c 55296 m-fdk.nii >there; tail -c 55296 off-fdk.nii | cmp -s - there; ok $? 'FDK knows where the orbit is'
+
 # offsets: the volume is away from the isocentre, the detector from the middle; v up, rows down. Lengths
 # are in units of 48 mm here.
 cat >off.json <<'JSON'
