@@ -77,13 +77,13 @@ ok $? 'stale files are gone, others are not'
 ls -d out.* other* | sed 's/^/# /'
 # Progress: on a terminal, and nowhere else.
 few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --max-gaussians 300 $* p.exr bar.ply"; }
-if command -v script >/dev/null; then
+if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
 	script -qec "$(few)" /dev/null </dev/null >term
 	tr '\r' '\n' <term | grep -q 'ct-nabgs: fit 20/20'; ok $? 'a terminal is told how far the work is'
 	script -qec "$(few -q)" /dev/null </dev/null >term
 	grep -q 'ct-nabgs: fit' term; [ $? -eq 1 ]; ok $? 'but not with -q'
 else
-	skip 'progress' 'no script'
+	skip 'progress on a terminal' 'no script, or no terminals'
 fi
 $(few) >out 2>err; [ $? -eq 0 ] && ! grep -q 'fit ' out err; ok $? 'nor is a file'
 done_testing
