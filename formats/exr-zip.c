@@ -3,25 +3,29 @@
 #include "formats/exr-zip.h"
 #include "formats/exr-bytes.h"
 
+#include <libdeflate.h>
 #include <string.h>
-#include <zlib.h>
 
-/* zlib's level: projections in float hardly shrink further above it, and it takes less time. */
+/* libdeflate's level: projections in float hardly shrink further above it, and it takes less time.
+ */
 enum { LEVEL = 2 };
 
 size_t ct_exr_zip_room(size_t n)
 {
-	return compressBound(n);
+	return libdeflate_zlib_compress_bound(NULL, n);
 }
 
 size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsigned char *scratch)
 {
-	uLongf m = compressBound(n);
+	struct libdeflate_compressor *z = libdeflate_alloc_compressor(LEVEL);
+	size_t m;
 
-	CT_SIMD(ct_exr_bytes_split)(n, scratch, src);
-	if (compress2(dst, &m, scratch, n, LEVEL) != Z_OK)
+	if (!z)
 		return 0;
-	if (m < n)
+	CT_SIMD(ct_exr_bytes_split)(n, scratch, src);
+	m = libdeflate_zlib_compress(z, scratch, n, dst, ct_exr_zip_room(n));
+	libdeflate_free_compressor(z);
+	if (m > 0 && m < n)
 		return m;
 	memcpy(dst, src, n);
 	return n;
@@ -30,13 +34,19 @@ size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsign
 int ct_exr_zip_undo(
 	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch)
 {
-	uLongf got = n;
+	struct libdeflate_decompressor *z;
+	enum libdeflate_result r;
 
 	if (m == n) {
 		memcpy(dst, src, n);
 		return 0;
 	}
-	if (m > n || uncompress(scratch, &got, src, m) != Z_OK || got != n)
+	z = m < n ? libdeflate_alloc_decompressor() : NULL;
+	if (!z)
+		return -1;
+	r = libdeflate_zlib_decompress(z, src, m, scratch, n, NULL);
+	libdeflate_free_decompressor(z);
+	if (r != LIBDEFLATE_SUCCESS)
 		return -1;
 	CT_SIMD(ct_exr_bytes_join)(n, dst, scratch);
 	return 0;

@@ -2,8 +2,9 @@
 # Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
 # make fuzz takes.
 set -e
-build='gcc g++ make autoconf automake pkg-config zlib1g-dev libxxhash-dev libjansson-dev
-	libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libopenimageio-dev xz-utils time'
+build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
+	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libopenimageio-dev
+	xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
 	openimageio-tools openexr plastimatch libgdcm-tools clang-format'
 fuzz='clang libclang-rt-dev'
