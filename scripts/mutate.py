@@ -3,7 +3,7 @@
 run this line, the quickest first, until one fails. Prints the score, and what survived.
 
     scripts/mutate.py [--seed N] [--count N] [--files GLOB] [--at FILE:LINE[:WORD] ... [--each N]]
-                      [--also "t-x t-y.sh"] [--minutes M] [--jobs N] [--build DIR] [--coverage DIR]
+                      [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N] [--build DIR] [--coverage DIR]
                       [--dry-run]
 
 Which test runs which line is known from make coverage (build-coverage/lines.json), which is to be of
@@ -78,10 +78,10 @@ def code_lines(path):
 class Place:
     """A copy of the sources, its build, and what is known of the tests."""
 
-    def __init__(self, build, coverage, jobs):
+    def __init__(self, build, coverage, jobs, budget):
         known = json.load(open(os.path.join(coverage, 'lines.json')))
         self.files, self.tests, self.sane = known['files'], known['tests'], {}
-        self.src = os.path.join(build, 'src')
+        self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
         self.suite = Suite(self.src, os.path.join(build, 'b'), '-O2', jobs)
         self.there = set(self.suite.names())
@@ -115,7 +115,10 @@ class Place:
         at = self.statement(path, number)
         seconds = {name: t['seconds'] for name, t in self.tests.items() if name in self.there and
                    (at in t['lines'].get(path, ()) if at else path in t['lines'])}
-        return also + [t for t in sorted(seconds, key=seconds.get) if t not in also]
+        rest = [t for t in sorted(seconds, key=seconds.get) if t not in also]
+        while self.budget and sum(seconds[t] for t in rest) > self.budget:
+            rest.pop()
+        return also + rest
 
     def limit(self, name):
         return 20 + 5 * self.tests.get(name, {'seconds': 30})['seconds']
@@ -195,6 +198,8 @@ def main():
     p.add_argument('--files', default='*', help='only files that match')
     p.add_argument('--at', nargs='*', default=[], metavar='FILE:LINE[:WORD]')
     p.add_argument('--each', type=int, default=0, help='at most so many of each --at')
+    p.add_argument('--budget', type=float, default=0,
+                   help='leave out the slowest tests of a line beyond so many seconds (of make coverage)')
     p.add_argument('--also', default='', help='tests to run first')
     p.add_argument('--jobs', type=int, default=os.cpu_count())
     p.add_argument('--build', default=os.path.join(TOP, 'build-mutate'))
@@ -202,7 +207,8 @@ def main():
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
     o = p.parse_args()
     died, alive, began = 0, [], time.time()
-    place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs)
+    place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs,
+                                         o.budget)
     for path, number, line, changed in chosen(o):
         if not o.at and died + len(alive) >= o.count or \
                 o.minutes and time.time() - began > 60 * o.minutes:
