@@ -3,8 +3,8 @@
 run this line, the quickest first, until one fails. Prints the score, and what survived.
 
     scripts/mutate.py [--seed N] [--count N] [--files GLOB] [--at FILE:LINE[:WORD] ... [--each N]]
-                      [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N] [--build DIR] [--coverage DIR]
-                      [--dry-run]
+                      [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N]
+                      [--build DIR] [--coverage DIR] [--dry-run]
 
 Which test runs which line is known from make coverage (build-coverage/lines.json), which is to be of
 these sources. Works on a copy in DIR (build-mutate), which later runs find built. A mutant that does
@@ -48,7 +48,7 @@ def mutants(line):
     code, found = masked(line), []
     if DECLARATION.match(code) and not re.match(r'\s*(return|goto|else)\b', code):
         return []
-    code = re.sub(r'(= \{+)0|(\b(?:return|rc =) -)1\b', r'\1\2#', code)  # any other does as well
+    code = re.sub(r'(= \{+)0|((?:\breturn|\brc =|[?:]) -)1\b', r'\1\2#', code)  # any other does as well
     code = re.sub(r'\[(static )?\d+\](?= = \{|,|\)|;)', lambda m: '#' * len(m.group(0)), code)  # room
     for pattern, to in SWAPS:
         for m in re.finditer(pattern, code):
@@ -58,7 +58,7 @@ def mutants(line):
     m = CONDITION.search(code)
     if m:
         found.append('%s!(%s)%s' % (line[:m.start(2)], line[m.start(2):m.end(2)], line[m.end(2):]))
-    if DELETE.match(code) and not re.match(r'\s*(return|goto|\w*(free|close|destroy|munmap))\b', code):
+    if DELETE.match(code) and not re.match(r'\s*(return|goto|\w*(free|close|destroy|munmap|decref))\b', code):
         found.append(re.match(r'\s*', line).group(0) + ';')
     return found
 
