@@ -31,7 +31,8 @@ def lines_of(b, found):
 
 def notes(b):
     return [os.path.join(where, name) for where, _, names in os.walk(b) for name in names
-            if name.endswith('.gcno') and 'conftest' not in name and not re.search(r'/(tests|bench|by)(/|$)', where[len(b):])]
+            if name.endswith('.gcno') and 'conftest' not in name and
+            not re.search(r'/(tests|bench|by)(/|$)', where[len(b):])]
 
 
 def beside(b, folder, all_of_them):
