@@ -152,3 +152,7 @@ check_PROGRAMS += tests/t-rescue
 tests_t_rescue_SOURCES = tests/t-rescue.c
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h
+check_PROGRAMS += tests/t-fit-state tests/t-fit tests/t-refit
+tests_t_fit_state_SOURCES = tests/t-fit-state.c
+tests_t_fit_SOURCES = tests/t-fit.c
+tests_t_refit_SOURCES = tests/t-refit.c
