@@ -156,3 +156,6 @@ check_PROGRAMS += tests/t-fit-state tests/t-fit tests/t-refit
 tests_t_fit_state_SOURCES = tests/t-fit-state.c
 tests_t_fit_SOURCES = tests/t-fit.c
 tests_t_refit_SOURCES = tests/t-refit.c
+check_PROGRAMS += tests/t-place tests/t-loss-total
+tests_t_place_SOURCES = tests/t-place.c
+tests_t_loss_total_SOURCES = tests/t-loss-total.c
