@@ -437,6 +437,7 @@ static void adam_many(void)
 		}
 		for (size_t i = 0; i < n; i++)
 			a.steps[i] = (uint32_t)(i / 300 * 100 + i % 11 / 10);
+		OK(a.cap >= n, "room for all");
 		ct_gs_adam_step(&a, &g, &grad, lr, ln_s, par);
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			for (size_t i = 0; i < n; i++) {
@@ -452,6 +453,7 @@ static void adam_many(void)
 		ct_gauss_free(&g);
 		ct_gs_adam_free(&a);
 	}
+	OK(grad.cap >= MANY && grad.d[CT_GS_RAW] && grad.screen, "room for the gradient");
 	OK(worst < 1e-4, "a step of many, each of its age: off by %g", worst);
 	x = 0;
 	ct_gs_adam_scalar_step(&one, &x, 1e-15, 1);

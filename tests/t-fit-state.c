@@ -71,6 +71,11 @@ static int unpack(struct ct_fit *to, const struct ct_tensors *t)
 	return ct_fit_state_unpack(to, t, &err);
 }
 
+static bool same_floats(const struct ct_tensors *t, const char *name, const float *x)
+{
+	return memcmp(ct_tensors_find(t, name)->data, x, N * sizeof *x) == 0;
+}
+
 static void and_back(void)
 {
 	for (int bare = 0; bare < 2; bare++) {
@@ -88,6 +93,13 @@ static void and_back(void)
 		must(unpack(&to, &t));
 		OK(same(&f, &to), "packed and unpacked: the same, %s a curve",
 			bare ? "without" : "with");
+		OK(same_floats(&t, "y.m", f.adam.m[1]) &&
+				same_floats(&t, "scale_2.v", f.adam.v[5]) &&
+				same_floats(&t, "rot_0", f.g.rot[0]) &&
+				same_floats(&t, "screen", f.adam.screen) &&
+				ct_tensors_find(&t, "steps")->data[1] == 16777215 &&
+				ct_tensors_find(&t, "seen")->data[1] == 3,
+			"by name");
 		OK(t.n == SETS * CT_GS_FIELDS + 3 + (bare ? 0 : 1), "in %zu tensors", t.n);
 		ct_fit_free(&f);
 		ct_fit_free(&to);

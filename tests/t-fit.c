@@ -663,6 +663,10 @@ static void stopped(struct scene *s)
 	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_ESTOP && !f.whole &&
 			seen.saves == 1 && seen.step[0] == 2,
 		"a stop in the refit keeps what was");
+	seen.fail = 2;
+	seen.code = CT_EINPUT;
+	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_EINPUT && !f.whole,
+		"if that fails it says so");
 	seen.stop = 0;
 	env.progress = NULL;
 	OK(ct_fit_run(&f, &s->data, &env, &err) == 0 && f.whole && f.error < 1, "and goes on");

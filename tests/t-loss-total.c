@@ -336,6 +336,7 @@ static void chain(void)
 			must(ct_loss_total_grow(&w[k], g.n, &err));
 			for (size_t i = 0; i < g.n; i++)
 				w[k].grad.d[CT_GS_RAW][i] = ct_rng_normal(8, 1, i);
+			w[k].dgamma[g.n / CT_GS_CHUNK] = 5; /* of a chunk that may not be */
 			got[k] = ct_loss_total_chain(&w[k], &g, k ? par : NULL);
 		}
 		for (size_t i = 0; i < g.n; i++) {
