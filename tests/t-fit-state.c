@@ -61,7 +61,7 @@ static bool same(struct ct_fit *a, struct ct_fit *b)
 	return ok && memcmp(a->adam.steps, b->adam.steps, N * sizeof(uint32_t)) == 0 &&
 	       memcmp(a->adam.seen, b->adam.seen, N * sizeof(uint32_t)) == 0 &&
 	       memcmp(a->adam.screen, b->adam.screen, N * sizeof(float)) == 0 &&
-	       memcmp(a->point, b->point, a->points * sizeof *a->point) == 0;
+	       (a->points == 0 || memcmp(a->point, b->point, a->points * sizeof *a->point) == 0);
 }
 
 /* Into a fit that has begun otherwise. */
