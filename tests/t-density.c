@@ -569,6 +569,13 @@ static void rates(struct scene *s, const struct ct_env *env)
 			printf("# %g, not %g\n", most, want);
 		ct_fit_free(&f);
 	}
+	must(ct_fit_init(&f, &o, &d, env, &err));
+	f.g.scale[0][0] = -30;
+	f.g.scale[2][1] = 30;
+	must(ct_fit_run(&f, &d, env, &err));
+	NEAR((double)f.g.scale[0][0], log(5e-4 * 32), 1e-6, "no smaller than the least");
+	NEAR((double)f.g.scale[2][1], log(0.5 * 32), 1e-6, "nor larger than the most");
+	ct_fit_free(&f);
 	o.gamma_rate = 0.01;
 	must(ct_fit_init(&f, &o, &d, env, &err));
 	for (size_t i = 0; i < f.g.n; i += 2)

@@ -375,9 +375,9 @@ static void render(void)
 		g.pos[1][i] = out ? 50 : late;
 		g.pos[2][i] = late;
 		for (int k = 0; k < 3; k++)
-			g.scale[k][i] = late ? -1.5f : -1;
+			g.scale[k][i] = !late ? -1 : k ? -1.5f : -1.1f;
 		for (int k = 0; k < 4; k++)
-			g.rot[k][i] = k == (late ? 2 : 0);
+			g.rot[k][i] = k == 0 || (late && k == 3); /* long along y */
 		g.raw[i] = late ? 5 : 0.25f;
 	}
 	for (size_t i = 0; i < 36; i++)
@@ -387,8 +387,9 @@ static void render(void)
 	for (size_t i = 0; i < 36; i++) {
 		const double x = (double)(i % 9), y = (double)(i / 9 % 2), z = (double)(i / 18);
 		const double q = (x * x + y * y + z * z) / 2 * exp(2);
-		const double r =
-			((8 - x) * (8 - x) + (1 - y) * (1 - y) + (1 - z) * (1 - z)) / 2 * exp(3);
+		const double r = (((8 - x) * (8 - x) + (1 - z) * (1 - z)) * exp(3) +
+					 (1 - y) * (1 - y) * exp(2.2)) /
+				 2;
 
 		off = fmax(off, fabs((double)vol[i] - 1 - 2 * 64 * 0.25 * (q < 6 ? exp(-q) : 0) -
 					2 * 3 * 5 * (r < 6 ? exp(-r) : 0)));
