@@ -23,10 +23,19 @@ static void volume(struct ct_vol *v, size_t a, size_t b, size_t c, const double 
 
 static void test_places(void)
 {
-	struct ct_vol v;
+	struct ct_vol v = {0};
 	double mm[3];
 	bool unit = true;
 
+	for (int a = 0; a < 3; a++) {
+		size_t n[3] = {1, 1, 1};
+
+		n[a] = 0;
+		unit = unit && ct_vol_alloc(&v, n, &err) < 0 && err.code == CT_EINPUT && !v.data;
+	}
+	OK(unit, "no volume of nothing");
+	volume(&v, 1, 1, 1, NULL);
+	ct_vol_free(&v);
 	volume(&v, 4, 6, 8, NULL);
 	for (int i = 0; i < 12; i++)
 		unit = unit && v.affine[i / 4][i % 4] == (i / 4 == i % 4);
@@ -122,8 +131,21 @@ static void test_same_grid(void)
 		size = size && ct_vol_same_grid(&a, &b, &err) < 0 && strstr(err.msg, "5x9x17 and");
 	}
 	OK(size, "nor of another size");
+	for (int d = 0; d < 3; d++) { /* of 2x2x2, at the first corner or the last alone */
+		for (int k = 0; k < 4; k++) {
+			const double part = 1e-3 * 0.5 * (k / 2 ? 1 : 0.8);
+
+			for (int i = 0; i < 3; i++)
+				a.n[i] = b.n[i] = 2;
+			memcpy(b.affine, a.affine, sizeof b.affine);
+			b.affine[d][3] += (k % 2 ? -0.7 : 1.1) * part;
+			for (int i = 0; i < 3; i++)
+				b.affine[d][i] += (k % 2 ? 0.6 : -0.6) * part;
+			size = size && (ct_vol_same_grid(&a, &b, &err) < 0) == (k / 2);
+		}
+	}
+	OK(size, "at whatever corner");
 	b.affine[1][3] = (double)NAN;
-	b.n[2]--;
 	OK(ct_vol_same_grid(&a, &b, &err) < 0, "nor where nobody knows");
 }
 
@@ -341,6 +363,11 @@ static void test_like(void)
 	OK(t.h == 1 && t.w == 1, "down to one pixel");
 	ct_stack_free(&t);
 	ct_stack_free(&s);
+	OK(ct_beam_parse(&s.beam, "fan", &err) == 0 && s.beam == CT_FAN &&
+			ct_beam_parse(&s.beam, "cone", &err) == 0 && s.beam == CT_CONE &&
+			strcmp(ct_beam_name(CT_FAN), "fan") == 0,
+		"beams have words");
+	OK(ct_beam_parse(&s.beam, "con", &err) < 0 && err.code == CT_EINPUT, "and no others");
 	for (size_t k = 0; k < 4; k++)
 		none = none &&
 		       ct_stack_alloc(&t,
