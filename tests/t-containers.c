@@ -225,18 +225,21 @@ static void test_views(void)
 		finite = finite && no_view(&s, 2, "not finite");
 	}
 	OK(finite, "a view that is not finite, wherever");
-	for (int a = 0; a < 3; a++) /* a unit apart by 1e-7, and by 1e-5 */
-		for (int k = 0; k < 2; k++) {
+	for (int a = 0; a < 3; a++)           /* apart by 0.8e-6, and by 1.3e-6 */
+		for (int k = 0; k < 4; k++) { /* pixels of 1 mm and 0.05 mm */
+			const double u = k / 2 ? 0.05 : 1, v = k / 2 ? 1 : 0.05;
+
 			s.view[2] = was;
 			for (int b = 0; b < 3; b++) {
-				s.view[2].u[b] = b == a;
-				s.view[2].v[b] = b == a             ? -1
-						 : b == (a + 1) % 3 ? (k ? 1e-5 : 1e-7)
-								    : 0;
+				s.view[2].u[b] = u * (b == a);
+				s.view[2].v[b] =
+					v * (b == a                    ? -1
+						    : b == (a + 1) % 3 ? (k % 2 ? 1.3e-6 : 0.8e-6)
+								       : 0);
 				s.view[2].source[b] = was.centre[b] + (b == (a + 2) % 3);
 			}
 			flat = flat &&
-			       (k ? ct_stack_check(&s, &err) == 0 : no_view(&s, 2, "parallel"));
+			       (k % 2 ? ct_stack_check(&s, &err) == 0 : no_view(&s, 2, "parallel"));
 		}
 	for (int k = 0; k < 2; k++) {
 		s.view[2] = was;
@@ -322,6 +325,9 @@ static void test_same_views(void)
 	OK(same && other, "views are the same within a thousandth of a pixel");
 	stack(&a);
 	stack(&b);
+	b.view[0].centre[1] += 1;
+	OK(ct_stack_same(&a, &b, &err) < 0 && strstr(err.msg, "view 0"), "the first one too");
+	b.view[0].centre[1] -= 1;
 	b.beam = CT_FAN;
 	OK(ct_stack_same(&a, &b, &err) < 0 && strstr(err.msg, "cone and fan"), "beams differ");
 	b.beam = a.beam;
