@@ -351,7 +351,7 @@ static void test_noise(void)
 {
 	enum { N = 200000 };
 	float *a = calloc(N, sizeof *a), *b = calloc(N, sizeof *b);
-	double sum = 0, squares = 0;
+	double sum = 0, squares = 0, worst = 0;
 	struct ct_par *par = NULL;
 
 	if (!a || !b || ct_par_alloc(&par, 4, &err))
@@ -359,6 +359,9 @@ static void test_noise(void)
 	ct_degrade_noise(a, N, 11, 5, NULL);
 	ct_degrade_noise(b, N, 11, 5, par);
 	OK(memcmp(a, b, N * sizeof *a) == 0, "noise: 1 and 4 threads, same bytes");
+	for (size_t i = 0; i < N; i++)
+		worst = fmax(worst, fabs((double)a[i] - 11 * (double)ct_rng_normal(5, 0, i)));
+	OK(worst < 1e-5, "number i for value i");
 	for (size_t i = 0; i < N; i++) {
 		sum += (double)a[i];
 		squares += (double)a[i] * (double)a[i];
