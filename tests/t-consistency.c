@@ -99,7 +99,8 @@ static void test_singular_values(void)
 {
 	struct ct_taps t = {0};
 	struct ct_svd f = {0};
-	double worst = 0;
+	double worst = 0, most, least;
+	size_t lost = 0;
 
 	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
 	for (size_t k = 0; k < 16; k++) {
@@ -115,6 +116,19 @@ static void test_singular_values(void)
 	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
 	OK(f.lost > 0 && f.condition <= CT_SVD_LIMIT,
 		"a blur too wide to undo: %zu frequencies given up", f.lost);
+	most = least = f.g[0];
+	for (size_t k = 0; k < f.m; k++) {
+		double length = 0;
+
+		for (size_t i = 0; i < f.n; i++)
+			length += f.v[k * f.n + i] * f.v[k * f.n + i];
+		lost += f.g[k] == 0.0;
+		worst = fmax(worst, fabs(length - (f.g[k] != 0.0)));
+		most = fmax(most, f.g[k]);
+		least = f.g[k] > 0 ? fmin(least, f.g[k]) : least;
+	}
+	OK(lost == f.lost && fabs(f.condition * least / most - 1) < 1e-12 && worst < 2e-3,
+		"of which nothing is left");
 	ct_svd_free(&f);
 	ct_taps_free(&t);
 }

@@ -162,6 +162,12 @@ static double lower(double d, double how)
 	return how * rise(d, 0) / 2000;
 }
 
+/* 360 HU, from plateau to plateau 300. */
+static double gentle(double d, double how)
+{
+	return 180 * (1 + erf(d / sqrt(2.0) / how));
+}
+
 /* Of the 64 columns of a slanted plane, or an upright one. */
 static size_t edges(double f(double d, double how), double how, bool upright)
 {
@@ -197,6 +203,8 @@ static void test_what_is_none(void)
 	OK(edges(crooked, 0.53, true) == 64 && edges(crooked, 0.46, true) == 0 &&
 			edges(crooked, 0.4, true) == 0,
 		"nor what is not half way near where it is steepest");
+	OK(edges(gentle, 3.7, false) == 64 && edges(gentle, 3.95, false) == 0,
+		"nor what does not take an eighth of the step a voxel");
 }
 
 /* More candidates than are looked at; and as few as tell nothing. */

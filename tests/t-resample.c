@@ -352,8 +352,159 @@ static void test_refused(void)
 		"and grids");
 }
 
+/* The dense matrix of a table, in a; the table must lie within its samples. */
+static bool dense(double a[12][12], const struct ct_taps *t)
+{
+	bool inside = true;
+
+	memset(a, 0, 144 * sizeof **a);
+	for (size_t m = 0; m < t->n_out; m++) {
+		inside = inside && t->first[m] + t->taps <= t->n_in;
+		for (size_t q = 0; q < t->taps; q++)
+			a[m][t->first[m] + q] += t->w[m * t->taps + q];
+	}
+	return inside;
+}
+
+/* n_out rows of `taps` weights, anywhere; beyond the diagonal, so that the first columns are used
+ * by late rows only. */
+static void anywhere(struct ct_taps *t, size_t n_in, size_t n_out, size_t taps, uint64_t seed)
+{
+	must(ct_taps_alloc(t, n_in, n_out, taps, &err));
+	for (size_t m = 0; m < n_out; m++) {
+		ct_taps_place(t, m, (ptrdiff_t)ct_rng_below(seed, 0, m, n_in) - 1);
+		for (size_t q = 0; q < taps; q++)
+			t->w[m * taps + q] = (double)ct_rng_normal(seed, 1, m * taps + q);
+	}
+}
+
+/* Largest number of columns from the first to the last that is not 0, of n rows of 12; of the
+ * transposed if `turned`. */
+static size_t widest(double a[12][12], size_t n, bool turned)
+{
+	size_t most = 1;
+
+	for (size_t i = 0; i < n; i++) {
+		size_t lo = 12, hi = 0;
+
+		for (size_t k = 0; k < 12; k++)
+			if ((turned ? a[k][i] : a[i][k]) != 0.0) {
+				lo = k < lo ? k : lo;
+				hi = k + 1;
+			}
+		most = hi > lo && hi - lo > most ? hi - lo : most;
+	}
+	return most;
+}
+
+static void test_algebra(void)
+{
+	double a[12][12], b[12][12], c[12][12], worst = 0;
+	bool inside = true, narrow = true, turned = true;
+
+	for (uint64_t k = 0; k < 200; k++) {
+		struct ct_taps ta = {0}, tb = {0}, tc = {0}, tt = {0};
+		const size_t n = 4 + k % 9, m = 3 + k % 7, p = 2 + k % 5;
+
+		anywhere(&ta, m, p, 1 + k % 3, 2 * k);
+		anywhere(&tb, n, m, 1 + k % 4, 2 * k + 1);
+		must(ct_taps_product(&tc, &ta, &tb, &err) || ct_taps_transpose(&tt, &tb, &err));
+		inside = inside && dense(a, &ta) && dense(b, &tb) && dense(c, &tc);
+		narrow = narrow && tc.taps == widest(c, p, false);
+		for (size_t i = 0; i < p; i++)
+			for (size_t j = 0; j < n; j++) {
+				for (size_t q = 0; q < m; q++)
+					c[i][j] -= a[i][q] * b[q][j];
+				worst = fmax(worst, fabs(c[i][j]));
+			}
+		inside = inside && dense(c, &tt);
+		narrow = narrow && tt.taps == widest(b, n, true);
+		for (size_t i = 0; i < n; i++)
+			for (size_t j = 0; j < m; j++)
+				turned = turned && c[i][j] == b[j][i];
+		ct_taps_free(&ta);
+		ct_taps_free(&tb);
+		ct_taps_free(&tc);
+		ct_taps_free(&tt);
+	}
+	OK(inside && worst < 1e-12, "products of tables (%.2g)", worst);
+	OK(turned, "and transposed ones");
+	OK(narrow, "no wider than they must be");
+}
+
+static void test_is_identity(void)
+{
+	struct ct_taps t = {0};
+	bool other = true;
+
+	must(ct_taps_identity(&t, 7, &err));
+	OK(ct_taps_is_identity(&t), "the identity");
+	for (size_t m = 0; m < 7; m++) {
+		t.w[m] = 1.0000001;
+		other = other && !ct_taps_is_identity(&t);
+		t.w[m] = 1;
+		t.first[m] = m ? m - 1 : 1;
+		other = other && !ct_taps_is_identity(&t);
+		t.first[m] = m;
+	}
+	t.n_out = 6;
+	OK(other && !ct_taps_is_identity(&t), "and what is not, in any row");
+	ct_taps_free(&t);
+	must(ct_taps_alloc(&t, 3, 3, 3, &err));
+	for (size_t m = 0; m < 3; m++)
+		t.w[4 * m] = 1;
+	OK(ct_taps_is_identity(&t), "of zeros and ones too");
+	t.w[7] = 1e-300;
+	OK(!ct_taps_is_identity(&t), "not of nearly zeros");
+	ct_taps_free(&t);
+	OK(ct_taps_reflect(-1, 4) == 0 && ct_taps_reflect(-4, 4) == 3 &&
+			ct_taps_reflect(-5, 4) == 3 && ct_taps_reflect(4, 4) == 3 &&
+			ct_taps_reflect(7, 4) == 0 && ct_taps_reflect(8, 4) == 0 &&
+			ct_taps_reflect(-13, 4) == 3 && ct_taps_reflect(2, 4) == 2,
+		"reflected as often as need be");
+}
+
+/* First what shrinks the most; among equals the slowest axis. Axes that stay take no pass. */
+static void test_order(void)
+{
+	static const size_t size[6][2] = {{6, 6}, {12, 6}, {8, 4}, {6, 12}, {4, 10}, {9, 6}};
+	bool order = true;
+
+	for (int k = 0; k < 216; k++) {
+		const int kind[3] = {k % 6, k / 6 % 6, k / 36};
+		struct ct_separable s;
+		struct ct_taps t[3] = {{0}};
+		double last = 0;
+		int passes = 0;
+
+		for (int a = 0; a < 3; a++) {
+			if (kind[a] == 0)
+				must(ct_taps_identity(&t[a], 6, &err));
+			else
+				anywhere(&t[a], size[kind[a]][0], size[kind[a]][1], 2, 5);
+			passes += kind[a] > 0;
+		}
+		must(ct_separable_plan(&s, t, NULL, &err));
+		order = order && s.passes == passes;
+		for (int p = 0; p < s.passes; p++) {
+			const size_t *n = size[kind[s.order[p]]];
+			const double grows = (double)n[1] / (double)n[0];
+
+			order = order && kind[s.order[p]] > 0 &&
+				(grows > last || (grows >= last && s.order[p] < s.order[p - 1]));
+			last = grows;
+		}
+		ct_separable_free(&s);
+	}
+	OK(order, "passes: shrink first, grow last");
+}
+
 int main(void)
 {
+	test_algebra();
+	test_is_identity();
+	test_order();
+
 	test_definition();
 	test_fractions();
 	test_refused();
