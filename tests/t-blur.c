@@ -442,6 +442,21 @@ static void test_figures(void)
 	}
 }
 
+/* An edge wider than any that is told apart. */
+static void test_wide(void)
+{
+	static const double d[] = {0.13, 0.14, 0.15, 0.16, 0.15, 0.14, 0.13};
+	struct ct_blur s;
+	struct ct_vol v;
+
+	alloc(&v, 20, 12, 14);
+	fill_lines(&v, 0, d, NULL, 7, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].edges == 120, "wide edges: %zu", s.axis[0].edges);
+	NEAR(s.axis[0].measured, 1, 1e-9, "a sample at most");
+	ct_vol_free(&v);
+}
+
 /* Eleven edges tell nothing, twelve do. */
 static void test_few(void)
 {
@@ -477,6 +492,7 @@ int main(void)
 	test_conditions();
 	test_lean();
 	test_figures();
+	test_wide();
 	test_few();
 	test_closed_form();
 	test_point();

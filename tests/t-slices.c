@@ -445,7 +445,10 @@ static void test_picks(void)
 	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 &&
 			strstr(err.msg, "3 series of different patients; --series"),
 		"of two patients");
-	snprintf(s[1].patient, sizeof s[1].patient, "%s", s[0].patient);
+	s[1].patient[0] = 0;
+	snprintf(s[0].patient, sizeof s[0].patient, "B");
+	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
+		"the first");
 	snprintf(s[6].patient, sizeof s[6].patient, "B");
 	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
 		"whoever is the other");
