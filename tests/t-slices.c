@@ -84,6 +84,9 @@ static void test_orientations(void)
 			ok = s[k].path[1] == '0' + k;
 		OK(ok, "%s: in order along the normal", c[i].name);
 		OK(ok && right(s, affine), "%s: pixels are where DICOM puts them", c[i].name);
+		for (int r = 0; r < 12 && ok; r++)
+			ok = affine[r / 4][r % 4] != 0.0 || !signbit(affine[r / 4][r % 4]);
+		OK(ok, "%s: no negative zero", c[i].name);
 	}
 }
 
