@@ -10,6 +10,7 @@
 #include "core/words.h"
 #include "tap.h"
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -298,6 +299,27 @@ static void square(void *arg, size_t i, size_t worker)
 	((uint64_t *)arg)[i] += (uint64_t)i * i;
 }
 
+/* Which thread a worker is, as far as is known. */
+struct faces {
+	pthread_t thread[4];
+	bool known[4], other[4], beyond;
+};
+
+static void look(void *arg, size_t i, size_t worker)
+{
+	struct faces *f = arg;
+
+	(void)i;
+	if (worker >= 4) {
+		f->beyond = true;
+		return;
+	}
+	if (f->known[worker] && !pthread_equal(f->thread[worker], pthread_self()))
+		f->other[worker] = true;
+	f->thread[worker] = pthread_self();
+	f->known[worker] = true;
+}
+
 static void nested(void *arg, size_t i, size_t worker)
 {
 	(void)worker;
@@ -310,6 +332,7 @@ static void test_par(void)
 	static uint64_t a[N], sums[100];
 	struct ct_err e = {0};
 	struct ct_par *p = NULL;
+	struct faces f = {0};
 	void *both[2];
 	size_t bad = 0;
 
@@ -319,6 +342,11 @@ static void test_par(void)
 	for (size_t i = 0; i < N; i++)
 		bad += a[i] != 100 * (uint64_t)i * i;
 	OK(bad == 0, "every index ran once a loop");
+	for (int round = 0; round < 200; round++)
+		ct_par_for(p, 100, look, &f);
+	OK(f.known[0] && !f.beyond && !f.other[0] && !f.other[1] && !f.other[2] && !f.other[3],
+		"a worker is one thread, the caller the first");
+	OK(pthread_equal(f.thread[0], pthread_self()), "who works, too");
 	both[0] = p;
 	both[1] = sums;
 	ct_par_for(p, 10, nested, both);

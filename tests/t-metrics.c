@@ -237,6 +237,7 @@ static void test_edges_of_it(void)
 			    flat[3] = {7, 7, 6};
 	struct ct_metrics_slice mark, *slice[3] = {&mark, &mark, &mark};
 	struct ct_metrics_rule plain = protocol;
+	bool none = true;
 	struct ct_vol a, b, mask;
 	struct ct_metrics m;
 	struct ct_env env = {0};
@@ -247,6 +248,7 @@ static void test_edges_of_it(void)
 	make(&mask, 3, 0);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		plain.ssim[k] = false;
+	memset(&m, 0, sizeof m);
 	b.data[77] = NAN;
 	OK(ct_metrics(&m, slice, &a, &b, NULL, &plain, &env, &e) < 0 && e.code == CT_ENUMERIC &&
 			strstr(e.msg, "voxel (7,2,0)"),
@@ -259,6 +261,9 @@ static void test_edges_of_it(void)
 			slice[2][2].voxels == 1 && slice[2][2].mae == m.mae &&
 			isnan(slice[2][3].mae) && isnan(m.gradient[0]) && isnan(m.ssim[0]),
 		"one voxel tells its error");
+	for (int k = 0; k < 3 * CT_SSIM_KINDS; k++)
+		none = none && isnan(m.ssim_axis[k / 3][k % 3]);
+	OK(none, "and what nobody asked for is no number");
 	for (int k = 0; k < 3; k++)
 		free(slice[k]);
 	slice[0] = &mark;
