@@ -323,6 +323,7 @@ static size_t lines(int axis, const double *d, int count, double base)
 
 static void test_conditions(void)
 {
+	static const double rim[] = {0.01, 0, 0, 1};
 	static const double noisy[][1] = {{0.401}, {0.399}};
 	static const double large[] = {0.151}, small[] = {0.149}, back[] = {0, 1, 0, -0.13},
 			    away[] = {-0.155, 0, 1, 0, 0}, down[] = {-0.3, -1, -0.2},
@@ -341,6 +342,8 @@ static void test_conditions(void)
 		OK(lines(axis, large, 1, -1099) == 156 && lines(axis, large, 1, -1101) == 0 &&
 				lines(axis, down, 3, 401) == 156 && lines(axis, down, 3, 399) == 0,
 			"not from padding, or to it");
+		OK(lines(axis, rim, 4, -1099) == 156 && lines(axis, rim, 4, -1105) == 0,
+			"nor where the window begins in it");
 	}
 }
 
