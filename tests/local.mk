@@ -87,8 +87,9 @@ EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
 	tests/gold/ddnm-plus-x8-noisy.safetensors tests/gold/ddnm-travel.safetensors
 dist_check_SCRIPTS += tests/t-train.sh
-check_PROGRAMS += tests/t-superres tests/t-training
-tests_t_training_SOURCES = tests/t-training.c
+check_PROGRAMS += tests/t-superres tests/t-training tests/t-train-state
+tests_t_training_SOURCES = tests/t-training.c tests/training.h
+tests_t_train_state_SOURCES = tests/t-train-state.c tests/training.h
 tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
