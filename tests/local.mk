@@ -108,6 +108,15 @@ tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/t-image.c
 endif
+if HAVE_VTK
+check_PROGRAMS += tests/t-apart tests/t-fragments
+tests_t_apart_SOURCES = tests/t-apart.cc
+tests_t_apart_LDADD = libctshim.a libct.a $(CT_LIBS)
+tests_t_fragments_SOURCES = tests/t-fragments.cc
+tests_t_fragments_LDADD = libctshim.a libct.a $(CT_LIBS)
+else
+EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
+endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
 dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh

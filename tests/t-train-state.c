@@ -72,6 +72,10 @@ static void resumed(const struct ct_env *env)
 	must(ct_train_save(u, &one, &err));
 	must(ct_train_save(t, &two, &err));
 	OK(same_state(&one, &two) && !same_state(&one, &state), "and so is the next step");
+	must(ct_train_validate(t, &s, 2, &want, &err));
+	must(ct_train_restore(u, &two, &err));
+	must(ct_train_validate(u, &s, 2, &got, &err));
+	OK(want == got, "whose average is the one that is validated");
 	ct_tensors_free(&state);
 	ct_tensors_free(&one);
 	ct_tensors_free(&two);
