@@ -48,6 +48,8 @@ static void numbers()
 		usleep(100000);
 		return 0;
 	});
+	if (getpid() != parent) /* not even it comes back */
+		kill(parent, SIGKILL);
 	setitimer(ITIMER_REAL, &never, nullptr);
 	sigaction(SIGALRM, &was, nullptr);
 	for (int i = 0; i < N; i++)
@@ -59,7 +61,8 @@ static void numbers()
 /* Alone, silent, with a minute of the processor, no core, and the usual ends of signals. */
 static void limits()
 {
-	const int was = dup(STDOUT_FILENO), words = open("words", O_RDWR | O_CREAT | O_TRUNC, 0600);
+	const int was = dup(STDOUT_FILENO), also = dup(STDERR_FILENO);
+	const int words = open("words", O_RDWR | O_CREAT | O_TRUNC, 0600);
 	struct rlimit core, minute;
 	struct stat s = {};
 	int rc;
@@ -68,7 +71,8 @@ static void limits()
 	signal(SIGABRT, SIG_IGN);
 	fflush(stdout);
 	dup2(words, STDOUT_FILENO);
-	rc = apart(out, 5, "limits", &err, [](float *to, ct_err *) {
+	dup2(words, STDERR_FILENO);
+	rc = apart(out, 6, "limits", &err, [](float *to, ct_err *) {
 		struct rlimit cpu, none;
 		int sig = 0;
 
@@ -83,16 +87,19 @@ static void limits()
 		to[2] = static_cast<float>(sig);
 		to[3] = signal(SIGSEGV, SIG_DFL) == SIG_DFL;
 		to[4] = signal(SIGABRT, SIG_DFL) == SIG_DFL;
+		to[5] = static_cast<float>(cpu.rlim_max);
 		return 0;
 	});
 	dup2(was, STDOUT_FILENO);
+	dup2(also, STDERR_FILENO);
 	fstat(words, &s);
 	close(words);
 	close(was);
+	close(also);
 	unlink("words");
 	OK(rc == 0 && s.st_size == 0, "it is silent");
-	OK(out[0] == 60 && out[1] == 0 && out[2] == SIGKILL, "%g s, %g of core, signal %g",
-		(double)out[0], (double)out[1], (double)out[2]);
+	OK(out[0] == 60 && out[5] == 60 && out[1] == 0 && out[2] == SIGKILL,
+		"%g s, %g of core, signal %g", (double)out[0], (double)out[1], (double)out[2]);
 	OK(out[3] == 1 && out[4] == 1, "and dies of what one dies of");
 	getrlimit(RLIMIT_CPU, &minute);
 	getrlimit(RLIMIT_CORE, &core);
