@@ -81,8 +81,9 @@ tests_t_gsfit_SOURCES = tests/t-gsfit.c
 dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-window.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c
-check_PROGRAMS += tests/t-unet
+check_PROGRAMS += tests/t-unet tests/t-arch
 tests_t_unet_SOURCES = tests/t-unet.c
+tests_t_arch_SOURCES = tests/t-arch.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
 	tests/gold/ddnm-plus-x8-noisy.safetensors tests/gold/ddnm-travel.safetensors
