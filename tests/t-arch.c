@@ -175,6 +175,9 @@ static void metadata(void)
 	int refused = 0;
 
 	ct_unet_arch_default(&a);
+	OK(a.image_size == 64 && a.in_channels == 1 && a.out_channels == 1 && a.levels == 4 &&
+			a.model_channels == 32 && a.channel_mult[1] == 2 && a.channel_mult[2] == 3,
+		"the default");
 	a.attentions = 2;
 	a.attention[0] = 2;
 	a.attention[1] = 4;
