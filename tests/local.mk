@@ -152,3 +152,7 @@ check_PROGRAMS += tests/t-rescue
 tests_t_rescue_SOURCES = tests/t-rescue.c
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h
+check_PROGRAMS += tests/t-options
+tests_t_options_SOURCES = tests/t-options.c tests/capture.h
+check_PROGRAMS += tests/t-help
+tests_t_help_SOURCES = tests/t-help.c tests/capture.h
