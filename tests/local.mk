@@ -156,3 +156,5 @@ check_PROGRAMS += tests/t-options
 tests_t_options_SOURCES = tests/t-options.c tests/capture.h
 check_PROGRAMS += tests/t-help
 tests_t_help_SOURCES = tests/t-help.c tests/capture.h
+check_PROGRAMS += tests/t-files
+tests_t_files_SOURCES = tests/t-files.c tests/scratch.h
