@@ -269,8 +269,7 @@ static const struct ct_opt few_opts[] = {
 	CT_ARG_MAYBE(struct params, in, CT_NO_FILE, "IN", ""),
 	CT_OPT_END,
 };
-static const struct ct_tool few_tool = {
-	"ct-t", "Test.", few_opts, &defaults, sizeof defaults, note, 0};
+static struct ct_tool few_tool = {"ct-t", "Test.", few_opts, &defaults, sizeof defaults, note, 0};
 
 static int call_few(int argc, ...)
 {
@@ -303,9 +302,14 @@ static void test_operands(void)
 	OK(call_few(3, "red", "in", "on") == CT_EUSAGE &&
 			strncmp(shown.err, "ct-t: extra operand 'on'\n", 25) == 0,
 		"no more than there are");
-	OK(call_few(1, "--seed=1") == CT_EUSAGE && call_few(1, "--json") == CT_EUSAGE &&
-			call_few(1, "--dry-run") == CT_EUSAGE && runs == 0,
-		"a command has no seed, report and cost unless it says so");
+	for (unsigned k = 0; k < 8; k++) {
+		few_tool.flags =
+			(k & 1 ? CT_SEEDED : 0) | (k & 2 ? CT_REPORTS : 0) | (k & 4 ? CT_LONG : 0);
+		OK((call_few(2, "--seed=1", "-h") == 0) == ((k & 1) != 0) &&
+				(call_few(2, "--json", "-h") == 0) == ((k & 2) != 0) &&
+				(call_few(2, "--dry-run", "-h") == 0) == ((k & 4) != 0),
+			"a command has a seed, a report, a cost if it says so: %u", k);
+	}
 }
 
 static void test_lists(void)
