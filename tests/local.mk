@@ -158,3 +158,5 @@ check_PROGRAMS += tests/t-help
 tests_t_help_SOURCES = tests/t-help.c tests/capture.h
 check_PROGRAMS += tests/t-files
 tests_t_files_SOURCES = tests/t-files.c tests/scratch.h
+check_PROGRAMS += tests/t-chain-run
+tests_t_chain_run_SOURCES = tests/t-chain-run.c tests/capture.h tests/scratch.h
