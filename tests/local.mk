@@ -160,3 +160,7 @@ check_PROGRAMS += tests/t-files
 tests_t_files_SOURCES = tests/t-files.c tests/scratch.h
 check_PROGRAMS += tests/t-chain-run
 tests_t_chain_run_SOURCES = tests/t-chain-run.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-state
+tests_t_state_SOURCES = tests/t-state.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-signals
+tests_t_signals_SOURCES = tests/t-signals.c tests/scratch.h

@@ -1,9 +1,11 @@
-/* --help, the OPTIONS of a man page, which modes take an option, what a run costs: to the letter.
+/* --help, the OPTIONS of a man page, which modes take an option, what a run costs and
+ * how far it is: to the letter.
  */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/modes.h"
+#include "cli/progress.h"
 #include "cli/table.h"
 #include "capture.h"
 
@@ -156,6 +158,51 @@ static void test_cost(void)
 		"as JSON");
 }
 
+static const char *draws(struct ct_progress *p, const char *what, size_t done, size_t total)
+{
+	const struct ct_env env = {.tool = "ct-t", .ctx = p};
+
+	capture_begin(&shown);
+	ct_progress_draw(&env, what, done, total);
+	capture_end(&shown);
+	return shown.err;
+}
+
+static void test_progress(void)
+{
+	struct ct_progress p = {.on = true}, off = {.on = false};
+	const struct ct_env none = {.tool = "ct-t"};
+	const double hour = 3600;
+	const char *left;
+
+	OK(is_text(draws(&p, "fit", 2, 8), "\r\033[Kct-t: fit 2/8") && p.drawn, "the first line");
+	OK(is_text(draws(&p, "fit", 3, 8), ""), "the next is drawn later");
+	p.last -= 0.25;
+	p.start -= 61.5 * 3 / 5; /* so long for 3 of 6: 5 - 2 are done, 3 left */
+	left = draws(&p, "fit", 5, 8);
+	OK(strncmp(left, "\r\033[Kct-t: fit 5/8, 0:", 21) == 0 && atoi(left + 21) >= 36 &&
+			atoi(left + 21) < 50,
+		"with the time that is left: %s", left + 4);
+	p.last -= hour;
+	p.start -= 2 * hour;
+	left = draws(&p, "fit", 6, 8); /* 4 of 6 in two hours and half a minute */
+	OK(strncmp(left, "\r\033[Kct-t: fit 6/8, 60:", 22) == 0 && atoi(left + 22) >= 18 &&
+			atoi(left + 22) < 40,
+		"in minutes: %s", left + 4);
+	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "other work begins anew");
+	OK(is_text(draws(&p, "scan", 2, 2), "\r\033[Kct-t: scan 2/2\r\033[K") && !p.drawn,
+		"what is done is wiped");
+	OK(is_text(draws(&p, "none", 0, 0), "") && is_text(draws(&off, "fit", 1, 2), ""),
+		"nothing of nothing, nor where it is off");
+	capture_begin(&shown);
+	ct_progress_draw(&none, "fit", 1, 2);
+	ct_progress_clear(&p);
+	p.drawn = true;
+	ct_progress_clear(&p);
+	capture_end(&shown);
+	OK(is_text(shown.err, "\r\033[K") && !p.drawn, "a line is wiped once");
+}
+
 static int nothing(const void *p, const struct ct_env *env, struct ct_err *e)
 {
 	(void)p;
@@ -291,5 +338,6 @@ int main(void)
 	test_help();
 	test_modes();
 	test_cost();
+	test_progress();
 	return tap_done();
 }
