@@ -4,6 +4,7 @@
 #define CT_TESTS_CAPTURE_H
 #include "tap.h"
 
+#include <stdbool.h>
 #include <string.h>
 #include <unistd.h>
 

@@ -164,3 +164,5 @@ check_PROGRAMS += tests/t-state
 tests_t_state_SOURCES = tests/t-state.c tests/capture.h tests/scratch.h
 check_PROGRAMS += tests/t-signals
 tests_t_signals_SOURCES = tests/t-signals.c tests/scratch.h
+check_PROGRAMS += tests/t-scan-file
+tests_t_scan_file_SOURCES = tests/t-scan-file.c tests/capture.h tests/scratch.h

@@ -349,6 +349,7 @@ static bool goes(const char *folder, const char *where)
 static void test_script(void)
 {
 	char here[200], cd[300];
+	struct ct_chain c;
 
 	if (mkdir("w w", 0777) || chdir("w w") || mkdir("d", 0777) || !getcwd(here, sizeof here))
 		exit(99);
@@ -362,6 +363,13 @@ static void test_script(void)
 	if (symlink("w12", "../ww") || mkdir("../w12", 0777))
 		exit(99);
 	OK(goes("../ww", cd), "a folder beside, of a name that begins like this: by its name");
+	must(begin(&c, "../ww", true));
+	if (mkdir("../gone", 0777) || chdir("../gone") || rmdir("../gone"))
+		exit(99);
+	OK(ct_chain_write(&c, &env, &e) == -1 && e.code == CT_EOUTPUT &&
+			is_text(e.msg, "../ww: No such file or directory"),
+		"no folder to go to");
+	ct_chain_close(&c);
 }
 
 int main(void)
