@@ -166,3 +166,5 @@ check_PROGRAMS += tests/t-signals
 tests_t_signals_SOURCES = tests/t-signals.c tests/scratch.h
 check_PROGRAMS += tests/t-scan-file
 tests_t_scan_file_SOURCES = tests/t-scan-file.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-evidence
+tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h

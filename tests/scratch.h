@@ -1,4 +1,4 @@
-/* scratch.h: a folder for the files of a test, where it works. */
+/* scratch.h: a folder for the files of a test, where it works, and which goes when it ends. */
 #ifndef CT_TESTS_SCRATCH_H
 #define CT_TESTS_SCRATCH_H
 #include "tap.h"
@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 static char scratch_path[] = "/tmp/ctsr-test.XXXXXX";
+static pid_t scratch_owner; /* not what it forks */
 
 __attribute__((unused)) static int scratch_remove(
 	const char *path, const struct stat *st, int type, struct FTW *at)
@@ -22,7 +23,7 @@ __attribute__((unused)) static int scratch_remove(
 
 static void scratch_end(void)
 {
-	if (chdir("/") == 0)
+	if (getpid() == scratch_owner && chdir("/") == 0)
 		nftw(scratch_path, scratch_remove, 20, FTW_DEPTH | FTW_PHYS);
 }
 
@@ -30,7 +31,9 @@ static void scratch_begin(void)
 {
 	if (!mkdtemp(scratch_path) || chdir(scratch_path))
 		exit(99);
+	scratch_owner = getpid();
 	umask(022);
+	atexit(scratch_end);
 }
 
 __attribute__((unused)) static void put_bytes(const char *path, const void *data, size_t n)

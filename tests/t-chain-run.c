@@ -399,6 +399,5 @@ int main(void)
 	test_orphan();
 	test_words();
 	test_script();
-	scratch_end();
 	return tap_done();
 }

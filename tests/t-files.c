@@ -330,6 +330,5 @@ int main(void)
 	test_content();
 	test_temporary();
 	test_folder();
-	scratch_end();
 	return tap_done();
 }

@@ -405,6 +405,5 @@ int main(void)
 	test_like();
 	test_window();
 	test_above();
-	scratch_end();
 	return tap_done();
 }

@@ -1,6 +1,8 @@
 /* How a run ends that is told to: at once, where it has saved its state, or soon in any case. Each
  * case is a process, all at the same time. */
 #include "config.h"
+#include "cli/chain.h"
+#include "cli/resume.h"
 #include "cli/stop.h"
 #include "core/clock.h"
 #include "core/err.h"
@@ -122,6 +124,39 @@ static void saves(void)
 	_exit(0);
 }
 
+static int pack(struct ct_tensors *t, const void *work, struct ct_err *e)
+{
+	(void)t;
+	(void)work;
+	(void)e;
+	return 0;
+}
+
+/* Has saved, and does not any more. */
+static void saved(void)
+{
+	char path[] = "of-a-run.state";
+	struct ct_resume r = {.path = path, .own = true};
+	struct ct_err e;
+
+	if (ct_resume_save(&r, pack, NULL, &e))
+		_exit(1);
+	waits();
+}
+
+/* Has run a command, and does not any more. */
+static void ran(void)
+{
+	const struct ct_env env = {.verbose = -1};
+	struct ct_chain c;
+	struct ct_err e;
+
+	if (ct_chain_open(&c, "chain", false, false, &env, &e) ||
+		ct_chain_add(&c, &e, false, "-", "true", NULL) || ct_chain_run(&c, &env, &e))
+		_exit(1);
+	waits();
+}
+
 /* What it starts is told by the signals again. */
 static void starts(void)
 {
@@ -153,6 +188,8 @@ static const struct plan {
 	{"one that works on ends soon", works, CT_ESTOP, 0.9, 0.95, 3},
 	{"one that works a little is let alone", works_a_little, 0, 2.4, 0.4, 1},
 	{"one that saves is waited for", saves, CT_ESTOP, 2.4, 1.2, 4},
+	{"one that has saved", saved, CT_ESTOP, 0.9, 0, 0.5},
+	{"one that has run a command", ran, CT_ESTOP, 0.9, 0, 0.5},
 	{"signals are free again", starts, 0, 0, 0, 0.5},
 };
 enum { N = sizeof plans / sizeof *plans };
@@ -229,6 +266,5 @@ int main(void)
 	OK(is_there("saved"), "what is being saved is saved");
 	OK(glob("half*", 0, NULL, &found) == GLOB_NOMATCH, "nothing half-written stays");
 	globfree(&found);
-	scratch_end();
 	return tap_done();
 }

@@ -338,6 +338,5 @@ int main(void)
 	test_none();
 	test_rescue();
 	test_complete();
-	scratch_end();
 	return tap_done();
 }
