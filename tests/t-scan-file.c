@@ -61,8 +61,11 @@ static void test_unit(void)
 		   &grid, NULL) == 0 &&
 			same(s.offset[0], 12) && same(s.offset[1], -24) && same(s.iso[0], 10 - 6) &&
 			same(s.iso[1], 20 + 12) && same(s.iso[2], 30 - 14.4) && same(s.arc, 270) &&
-			same(s.start, 10) && s.views == 25,
+			same(s.start, 10) && s.views == 25 && same(s.dso, 240) && same(s.dsd, 336),
 		"offsets, angles, views");
+	OK(parse(&s, "{" BASE SIZE ", \"totalAngle\": 270}", &grid, NULL) == 0 &&
+			same(s.arc, 270) && same(s.start, 0),
+		"an arc begins at 0");
 	OK(parse(&s, "{\"kind\": 1, \"scanner\": {" BASE SIZE "}}", &grid, NULL) == 0 &&
 			same(s.dso, 240),
 		"in an object");
