@@ -168,3 +168,7 @@ check_PROGRAMS += tests/t-scan-file
 tests_t_scan_file_SOURCES = tests/t-scan-file.c tests/capture.h tests/scratch.h
 check_PROGRAMS += tests/t-evidence
 tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h
+if HAVE_OIIO
+check_PROGRAMS += tests/t-libraries
+tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
+endif

@@ -151,8 +151,8 @@ static void test_cost(void)
 	OK(costs((struct ct_cost){"w", 7200, 0, 0, 0}, false,
 		   "work      w\ntime      2.0 h on 1 threads\nmemory    0 MiB\ndisk      0 MiB\n"),
 		"then hours");
-	OK(costs((struct ct_cost){"w", 9000.5, 1e13, 12, 7}, true,
-		   "{\n  \"work\": \"w\",\n  \"seconds\": 9000.5,\n  \"threads\": 1,\n"
+	OK(costs((struct ct_cost){"w", 90001.26, 1e13, 12, 7}, true,
+		   "{\n  \"work\": \"w\",\n  \"seconds\": 90001.3,\n  \"threads\": 1,\n"
 		   "  \"memory-bytes\": 10000000000000,\n  \"disk-bytes\": 12,\n"
 		   "  \"state-bytes\": 7\n}\n"),
 		"as JSON");
