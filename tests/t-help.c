@@ -108,7 +108,14 @@ static const char *taken(struct params p)
 static void test_modes(void)
 {
 	const char abc[] = "abc", *const abd[] = {"abd"};
+	bool row[sizeof mode_opts / sizeof *mode_opts];
+	const struct ct_given given = {&mode_tool, row};
+	struct ct_err e = {0};
 
+	memset(row, true, sizeof row);
+	OK(ct_modes_check(&given, &defaults, &e) == -1 && e.code == CT_EUSAGE &&
+			is_text(e.msg, "--a: needs --flag"),
+		"the first that is not taken is told");
 	TAKES("jmo", (void)0);
 	TAKES("ajlo", p.flag = false);
 	TAKES("blno", p.n = 4);
@@ -156,6 +163,37 @@ static void test_cost(void)
 		   "  \"memory-bytes\": 10000000000000,\n  \"disk-bytes\": 12,\n"
 		   "  \"state-bytes\": 7\n}\n"),
 		"as JSON");
+}
+
+/* The value of the field, as the command line would say it. */
+static const char *text_is(size_t at, enum ct_type type, const char *words, struct params p)
+{
+	static char text[40];
+	const struct ct_opt o = {.type = type, .at = at, .arg = words, .choice = words != NULL};
+
+	ct_table_text(text, sizeof text, &o, &p, 3);
+	return text;
+}
+#define TEXT(f, type, words, ...)                                                                  \
+	text_is(offsetof(P, f), type, words, (struct params){.f = __VA_ARGS__})
+
+static void test_text(void)
+{
+	OK(is_text(TEXT(flag, CT_T_FLAG, NULL, true), "yes") &&
+			is_text(TEXT(flag, CT_T_FLAG, NULL, false), "no") &&
+			is_text(TEXT(n, CT_T_INT, NULL, -12), "-12") &&
+			is_text(TEXT(x, CT_T_REAL, NULL, 0.12345), "0.123") &&
+			is_text(TEXT(text, CT_T_STR, NULL, "a b"), "a b") &&
+			is_text(TEXT(text, CT_T_STR, NULL, NULL), "") &&
+			is_text(TEXT(more, CT_T_LIST, NULL, {0}), ""),
+		"values in words");
+	OK(is_text(TEXT(word, CT_T_INT, "red|green|blue", 0), "red") &&
+			is_text(TEXT(word, CT_T_INT, "red|green|blue", 1), "green") &&
+			is_text(TEXT(word, CT_T_INT, "red|green|blue", 2), "blue") &&
+			is_text(TEXT(word, CT_T_INT, "red|green|blue", 3), "") &&
+			is_text(TEXT(word, CT_T_INT, "red|green|blue", 9), "") &&
+			is_text(TEXT(word, CT_T_INT, "red|green|blue", -1), ""),
+		"a choice, or none of them");
 }
 
 static const char *draws(struct ct_progress *p, const char *what, size_t done, size_t total)
@@ -339,5 +377,6 @@ int main(void)
 	test_modes();
 	test_cost();
 	test_progress();
+	test_text();
 	return tap_done();
 }

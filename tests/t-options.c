@@ -6,6 +6,7 @@
 #include "formats/inflate.h"
 #include "capture.h"
 
+#include <fcntl.h>
 #include <sched.h>
 
 struct params {
@@ -53,6 +54,16 @@ static int note(const void *params, const struct ct_env *e, struct ct_err *why)
 	ct_log(e, CT_INFO, "step");
 	runs++;
 	return 0;
+}
+
+static int draw(const void *params, const struct ct_env *e, struct ct_err *why)
+{
+	(void)params;
+	(void)why;
+	ct_progress(e, "fit", 1, 3);
+	ct_log(e, CT_WARN, "beware");
+	ct_progress(e, "scan", 1, 3);
+	return -1; /* without a word */
 }
 
 static const struct ct_tool tool = {.name = "ct-t",
@@ -312,6 +323,63 @@ static void test_operands(void)
 	}
 }
 
+static void test_full(void)
+{
+	char name[] = "ct-t", word[] = "--help", *argv[] = {name, word, NULL};
+	int rc, fd = open("/dev/full", O_WRONLY);
+
+	if (fd < 0)
+		return;
+	capture_begin(&shown);
+	dup2(fd, STDOUT_FILENO);
+	rc = ct_cli_main(&tool, 2, argv);
+	clearerr(stdout);
+	capture_end(&shown);
+	close(fd);
+	OK(rc == CT_EOUTPUT &&
+			is_text(shown.err, "ct-t: standard output: No space left on device\n"),
+		"a full disk");
+}
+
+/* What a terminal is shown while a command runs. */
+static void test_terminal(void)
+{
+	static const struct ct_tool drawing = {
+		"ct-t", "Test.", few_opts, &defaults, sizeof defaults, draw, 0};
+	const char *const want = "\r\033[Kct-t: fit 1/3\r\033[Kct-t: warning: beware\r\n"
+				 "\r\033[Kct-t: scan 1/3\r\033[Kct-t: \r\n";
+	char name[] = "ct-t", word[] = "red", quiet[] = "-q", text[400] = "";
+	char *argv[] = {name, word, NULL, NULL};
+	int rc, err_was = dup(STDERR_FILENO), fd = posix_openpt(O_RDWR | O_NOCTTY), tty = -1;
+
+	if (fd >= 0 && grantpt(fd) == 0 && unlockpt(fd) == 0)
+		tty = open(ptsname(fd), O_RDWR | O_NOCTTY);
+	if (tty < 0) {
+		OK(true, "a terminal # skip there are none");
+		return;
+	}
+	dup2(tty, STDERR_FILENO);
+	rc = ct_cli_main(&drawing, 2, argv);
+	argv[2] = quiet;
+	rc |= ct_cli_main(&drawing, 3, argv) << 8;
+	dup2(err_was, STDERR_FILENO);
+	fcntl(fd, F_SETFL, O_NONBLOCK);
+	for (size_t n = 0; n < sizeof text - 1;) {
+		ssize_t more = read(fd, text + n, sizeof text - 1 - n);
+
+		if (more <= 0)
+			break;
+		n += (size_t)more;
+		text[n] = '\0';
+	}
+	OK(strncmp(text, want, strlen(want)) == 0, "a terminal is shown how far the work is");
+	OK(strcmp(text + strlen(want), "ct-t: \r\n") == 0, "but not if that is not asked");
+	OK(rc == (CT_EFAIL | CT_EFAIL << 8), "who fails without a word fails");
+	close(tty);
+	close(fd);
+	close(err_was);
+}
+
 static void test_lists(void)
 {
 	struct ct_err e = {0};
@@ -366,5 +434,7 @@ int main(void)
 	test_operands();
 	test_lists();
 	test_threads();
+	test_full();
+	test_terminal();
 	return tap_done();
 }
