@@ -6,6 +6,7 @@
 #include "core/clock.h"
 #include "scratch.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <sys/time.h>
 #include <sys/wait.h>
@@ -218,6 +219,23 @@ static void test_failures(void)
 	stop = 0;
 }
 
+/* The commands lie where this program does. */
+static void test_place(void)
+{
+	struct ct_chain c;
+	char own[500];
+
+	must(ct_chain_open(&c, NULL, false, true, &env, &err));
+	snprintf(own, sizeof own, "%s%s", c.tools, program_invocation_short_name);
+	OK(c.tools[0] == '/' && access(own, X_OK) == 0, "commands lie beside each other");
+	OK(!is_there(c.folder.path), "a dry chain has no folder");
+	ct_chain_close(&c);
+	must(begin(&c, NULL, false));
+	must(ct_chain_add(&c, &err, true, "b", "copy", "a", "b", NULL));
+	OK(run(&c) == 0 && is_text(text_of("log"), "copy a b --force --threads 1 --verbose\n"),
+		"in a temporary folder nothing is gone on from");
+}
+
 static void test_reports(void)
 {
 	OK(one_step("f", "say", "x") == 0 && is_text(shown.out, "") &&
@@ -393,6 +411,7 @@ int main(void)
 	test_untold();
 	test_begun();
 	test_failures();
+	test_place();
 	test_reports();
 	test_stop();
 	remove("pid");
