@@ -284,7 +284,7 @@ static void test_stop(void)
 static void test_orphan(void)
 {
 	pid_t pid = fork();
-	int left_over = 0;
+	pid_t left_over;
 
 	if (pid == 0) {
 		one_step("o", "wait", "x");
@@ -292,7 +292,7 @@ static void test_orphan(void)
 	}
 	for (int i = 0; i < 500 && !*text_of("pid"); i++)
 		ct_clock_sleep(0.02);
-	left_over = atoi(text_of("pid"));
+	left_over = (pid_t)strtol(text_of("pid"), NULL, 10);
 	kill(pid, SIGKILL);
 	waitpid(pid, NULL, 0);
 	for (int i = 0; i < 250 && is_there("pid") && kill(left_over, 0) == 0; i++)

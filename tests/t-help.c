@@ -9,6 +9,9 @@
 #include "cli/table.h"
 #include "capture.h"
 
+#define COLOURS(X) X(RED, "red") X(GREEN, "green") X(BLUE, "blue")
+enum colour { COLOURS(CT_WORD_VALUE) };
+
 struct params {
 	bool flag, other;
 	int n, word;
@@ -23,7 +26,7 @@ static struct capture shown;
 static const struct ct_opt opts[] = {
 	CT_ARG(P, in, CT_READS, "IN", "what is read"),
 	CT_ARG(P, more, CT_READS, "MORE", "what else"),
-	CT_ARG_CHOICE(P, word, "COLOUR", "red|green|blue", "its colour"),
+	CT_ARG_CHOICE(P, word, "COLOUR", CT_WORDS(COLOURS), "its colour"),
 	CT_ARG_MAYBE(P, out, CT_WRITES, "OUT", "what is written"),
 	CT_OPT(P, flag, 'a', "flag", NULL, 0, 0, "a flag. It stands for nothing. E.g. this"),
 	CT_OPT(P, n, 'n', "number", "N", 1, 9,
@@ -34,7 +37,7 @@ static const struct ct_opt opts[] = {
 			CT_UNLESS(P, text), CT_IF(P, path))),
 	CT_OPT(P, none, 0, "none", "X", 0, 0, "none",
 		CT_WHEN(CT_UNLESS(P, flag), CT_UNLESS_WORD(P, word, CT_BIT(1)))),
-	CT_CHOICE(P, word, 'w', "word", "red|green|blue", "a word"),
+	CT_CHOICE(P, word, 'w', "word", CT_WORDS(COLOURS), "a word"),
 	CT_OPT(P, text, 0, "text", "S", 0, 0, "text", CT_WHEN(CT_IF(P, more), CT_IF(P, none))),
 	CT_OPT(P, path, 0, "a-long-name-of-a-path", "FILE", 0, 0,
 		"a word-that-is-longer-than-any-line-has-room-for-and-so-has-one-of-its-own end",
@@ -54,7 +57,7 @@ static const struct ct_opt mode_opts[] = {
 	CT_OPT(P, none, 0, "none", "X", 0, 0, ""),
 	CT_OPT(P, text, 0, "text", "S", 0, 0, ""),
 	CT_OPT(P, path, 0, "path", "S", 0, 0, ""),
-	CT_CHOICE(P, word, 0, "word", "red|green|blue", ""),
+	CT_CHOICE(P, word, 0, "word", CT_WORDS(COLOURS), ""),
 	ROW("a", CT_IF(P, flag)),
 	ROW("b", CT_IF(P, n)),
 	ROW("c", CT_IF(P, x)),
@@ -187,12 +190,12 @@ static void test_text(void)
 			is_text(TEXT(text, CT_T_STR, NULL, NULL), "") &&
 			is_text(TEXT(more, CT_T_LIST, NULL, {0}), ""),
 		"values in words");
-	OK(is_text(TEXT(word, CT_T_INT, "red|green|blue", 0), "red") &&
-			is_text(TEXT(word, CT_T_INT, "red|green|blue", 1), "green") &&
-			is_text(TEXT(word, CT_T_INT, "red|green|blue", 2), "blue") &&
-			is_text(TEXT(word, CT_T_INT, "red|green|blue", 3), "") &&
-			is_text(TEXT(word, CT_T_INT, "red|green|blue", 9), "") &&
-			is_text(TEXT(word, CT_T_INT, "red|green|blue", -1), ""),
+	OK(is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), 0), "red") &&
+			is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), 1), "green") &&
+			is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), 2), "blue") &&
+			is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), 3), "") &&
+			is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), 9), "") &&
+			is_text(TEXT(word, CT_T_INT, CT_WORDS(COLOURS), -1), ""),
 		"a choice, or none of them");
 }
 
@@ -218,14 +221,14 @@ static void test_progress(void)
 	p.last -= 0.25;
 	p.start -= 61.5 * 3 / 5; /* so long for 3 of 6: 5 - 2 are done, 3 left */
 	left = draws(&p, "fit", 5, 8);
-	OK(strncmp(left, "\r\033[Kct-t: fit 5/8, 0:", 21) == 0 && atoi(left + 21) >= 36 &&
-			atoi(left + 21) < 50,
+	OK(strncmp(left, "\r\033[Kct-t: fit 5/8, 0:", 21) == 0 &&
+			strtol(left + 21, NULL, 10) >= 36 && strtol(left + 21, NULL, 10) < 50,
 		"with the time that is left: %s", left + 4);
 	p.last -= hour;
 	p.start -= 2 * hour;
 	left = draws(&p, "fit", 6, 8); /* 4 of 6 in two hours and half a minute */
-	OK(strncmp(left, "\r\033[Kct-t: fit 6/8, 60:", 22) == 0 && atoi(left + 22) >= 18 &&
-			atoi(left + 22) < 40,
+	OK(strncmp(left, "\r\033[Kct-t: fit 6/8, 60:", 22) == 0 &&
+			strtol(left + 22, NULL, 10) >= 18 && strtol(left + 22, NULL, 10) < 40,
 		"in minutes: %s", left + 4);
 	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "other work begins anew");
 	OK(is_text(draws(&p, "scan", 2, 2), "\r\033[Kct-t: scan 2/2\r\033[K") && !p.drawn,

@@ -9,6 +9,9 @@
 #include <fcntl.h>
 #include <sched.h>
 
+#define COLOURS(X) X(RED, "red") X(GREEN, "green") X(BLUE, "blue")
+enum colour { COLOURS(CT_WORD_VALUE) };
+
 struct params {
 	bool alpha;
 	int n, any, word;
@@ -25,7 +28,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, any, 0, "any", "N", 0, 0, ""),
 	CT_OPT(struct params, x, 'x', "xray", "X", -1.5, 2.5, ""),
 	CT_OPT(struct params, real, 0, "real", "X", 0, 0, ""),
-	CT_CHOICE(struct params, word, 'w', "word", "red|green|blue", ""),
+	CT_CHOICE(struct params, word, 'w', "word", CT_WORDS(COLOURS), ""),
 	CT_ARG(struct params, rest, CT_NO_FILE, "REST", ""),
 	CT_OPT_END,
 };
@@ -49,7 +52,7 @@ static int note(const void *params, const struct ct_env *e, struct ct_err *why)
 	snprintf(history, sizeof history, "%s", e->history);
 	rest[0] = '\0';
 	for (size_t i = 0; i < got.rest.n; i++)
-		strcat(strcat(rest, got.rest.v[i]), ";");
+		snprintf(rest + strlen(rest), sizeof rest - strlen(rest), "%s;", got.rest.v[i]);
 	ct_log(e, CT_WARN, "beware");
 	ct_log(e, CT_INFO, "step");
 	runs++;
@@ -77,12 +80,12 @@ static const struct ct_tool tool = {.name = "ct-t",
 /* The command with these words, in which a semicolon is a blank; its status. */
 static int call(const char *words)
 {
-	char text[400], *argv[40], name[] = "ct-t";
+	char text[400], *argv[40], *at, name[] = "ct-t";
 	int argc = 1, rc;
 
 	snprintf(text, sizeof text, "%s", words);
 	argv[0] = name;
-	for (char *w = strtok(text, " "); w; w = strtok(NULL, " ")) {
+	for (char *w = strtok_r(text, " ", &at); w; w = strtok_r(NULL, " ", &at)) {
 		for (char *s = w; *s; s++)
 			*s = *s == ';' ? ' ' : *s;
 		argv[argc++] = w;
@@ -276,7 +279,7 @@ static void test_history(void)
 
 /* Operands that are a choice, and that may be missing. */
 static const struct ct_opt few_opts[] = {
-	CT_ARG_CHOICE(struct params, word, "COLOUR", "red|green|blue", ""),
+	CT_ARG_CHOICE(struct params, word, "COLOUR", CT_WORDS(COLOURS), ""),
 	CT_ARG_MAYBE(struct params, in, CT_NO_FILE, "IN", ""),
 	CT_OPT_END,
 };

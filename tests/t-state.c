@@ -10,6 +10,9 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#define COLOURS(X) X(RED, "red") X(GREEN, "green") X(BLUE, "blue")
+enum colour { COLOURS(CT_WORD_VALUE) };
+
 struct params {
 	const char *in, *mask, *name, *out;
 	int n, word;
@@ -23,7 +26,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(P, name, 0, "name", "S", 0, 0, ""),
 	CT_OPT(P, n, 'n', "n", "N", 0, 9, ""),
 	CT_OPT(P, x, 'x', "x", "X", 0, 0, ""),
-	CT_CHOICE(P, word, 0, "word", "red|green|blue", ""),
+	CT_CHOICE(P, word, 0, "word", CT_WORDS(COLOURS), ""),
 	CT_OPT(P, flag, 0, "flag", NULL, 0, 0, ""),
 	CT_OPT_IDLE(P, idle, 0, "idle", NULL, 0, 0, ""),
 	CT_ARG(P, out, CT_WRITES, "OUT", ""),
