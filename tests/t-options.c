@@ -429,6 +429,10 @@ static void test_lists(void)
 
 int main(void)
 {
+	for (const char *const *s = (const char *const[]){"MAKELEVEL", "CT_THREADS",
+		     "OMP_NUM_THREADS", "SLURM_CPUS_PER_TASK", NULL};
+		*s; s++)
+		unsetenv(*s);
 	test_ways();
 	test_values();
 	test_seed();
