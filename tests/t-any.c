@@ -22,9 +22,10 @@ static const char *const names[] = {
 /* It needs just these n bytes, each as it is: shorter or with any bit changed it is nothing. */
 static int exactly(const unsigned char *p, size_t n, enum ct_kind kind)
 {
-	unsigned char b[64] = {0};
+	unsigned char b[64];
 	int bad = 0;
 
+	memset(b, 0xff, sizeof b);
 	memcpy(b, p, n);
 	bad += ct_any_sniff(b, n) != kind || ct_any_sniff(b, sizeof b) != kind;
 	bad += ct_any_sniff(b, n - 1) != CT_KIND_UNKNOWN;

@@ -99,6 +99,31 @@ static int write_to(const char *path, const char *text, const struct ct_env *env
 	return ct_put(&o, text, strlen(text), &err) || ct_out_commit(&o, &err) ? -1 : 0;
 }
 
+/* A file is closed, standard input is not. */
+static void test_close(void)
+{
+	const int next = dup(0);
+	unsigned char *data;
+	size_t n;
+	FILE *f;
+
+	close(next);
+	save("three", "abc", 3);
+	must(ct_slurp("three", &data, &n, &err));
+	free(data);
+	if (!freopen("three", "rb", stdin) || ct_io_open("-", &f, &err))
+		exit(99);
+	OK(f == stdin && fgetc(f) == 'a', "standard input is open");
+	ct_io_close(f);
+	OK(fgetc(stdin) == 'b', "and stays so");
+	OK(says(ct_io_open(".", &f, &err), CT_EINPUT, "folder"), "a folder is none");
+	ct_io_close(NULL);
+	must(ct_io_open("three", &f, &err));
+	OK(fileno(f) == next, "all else was closed");
+	ct_io_close(f);
+	unlink("three");
+}
+
 static void test_names(void)
 {
 	struct stat a, b;
@@ -147,7 +172,12 @@ static void test_rights(void)
 		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 12 &&
 				st.st_gid == 34 && mode_of("a") == 0664,
 			"and its owner");
-		if (seteuid(65534))
+		if (chown("a", 12, getegid()) || chmod("a", 0664) || seteuid(65534))
+			exit(99);
+		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 65534 &&
+				st.st_gid == getegid() && mode_of("a") == 0664,
+			"or its group");
+		if (seteuid(0) || chown("a", 12, 34) || seteuid(65534))
 			exit(99);
 		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 65534 &&
 				mode_of("a") == 0604,
@@ -434,6 +464,7 @@ int main(void)
 	if (!mkdtemp(dir) || chdir(dir))
 		return 99;
 	test_slurp();
+	test_close();
 	test_names();
 	test_rights();
 	test_ends();

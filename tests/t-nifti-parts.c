@@ -46,14 +46,10 @@ static int kept(const struct made *m, const char *key, const char *value)
 	const char *got;
 	int ok;
 
-	if (parse(m->p, m->n, &v)) {
-		printf("# %s\n", err.msg);
+	if (parse(m->p, m->n, &v))
 		return 0;
-	}
 	got = ct_meta_get(&v.meta, key);
 	ok = got && value ? strcmp(got, value) == 0 : !got && !value;
-	if (!ok)
-		printf("# %s is %s\n", key, got ? got : "not there");
 	ct_vol_free(&v);
 	return ok;
 }
@@ -162,7 +158,6 @@ static int pairs(int first, int second)
 static void test_sizes(void)
 {
 	struct made m;
-	char text[8 * 1100];
 
 	OK(pairs(4000, 96) == 4097, "4096 pairs, and the hash");
 	OK(pairs(4000, 97) == 0 && strstr(err.msg, "more than 4096 pairs up to extension 1"),
@@ -188,8 +183,8 @@ static void test_sizes(void)
 		make(&m, 1, false, 2, 1, small, (size_t)count * 8);
 		for (int k = 0; k < count; k++)
 			put_ext(&m, 352 + 8 * (size_t)k, 8, 4, "");
-		snprintf(text, sizeof text, "extension 1024");
-		OK(count == 1024 ? kept(&m, "nifti.ext.1023", "4 ") : refused(&m, CT_EINPUT, text),
+		OK(count == 1024 ? kept(&m, "nifti.ext.1023", "4 ")
+				 : refused(&m, CT_EINPUT, "extension 1024"),
 			"%d extensions", count);
 		free(m.p);
 	}
@@ -253,7 +248,7 @@ static double number(const unsigned char *p, size_t at, size_t bytes, bool real)
 	return real ? (double)f : (double)u;
 }
 
-/* Every field of a header that is written, and where the extensions lie. */
+/* Every field of a header, and where extensions lie. */
 static void test_header(void)
 {
 	struct ct_vol v;
@@ -365,7 +360,7 @@ static void test_foreign(void)
 		must(ct_meta_set(&v.meta, "nifti.ext.3", c[i].kept, &err) ||
 			ct_vol_write("f.nii", &v, &force, &err));
 		p = load("f.nii", &n);
-		OK(number(p, 352, 4, false) == (len ? 16 : 16) &&
+		OK(number(p, 352, 4, false) == 16 &&
 				(int32_t)(uint32_t)number(p, 356, 4, false) == c[i].code &&
 				memcmp(p + 360, want, 8) == 0 && n == 352 + 16 + 16,
 			"extension %s", c[i].kept);
@@ -615,7 +610,7 @@ static size_t put_member(unsigned char *out, size_t size, const unsigned char *p
 	return (size_t)(o - out);
 }
 
-/* Members that end about where a block of the file does: the first two bytes, then whole blocks. */
+/* Members that end where a block of the file does: the first two bytes, then whole blocks. */
 static void test_members(void)
 {
 	static const int side[3] = {100, 100, 40};
