@@ -13,6 +13,7 @@
 #include <glob.h>
 #include <poll.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -353,6 +354,10 @@ static void test_temp(void)
 		"but nothing else");
 	OK(there("d/p.ct-locked"), "nor what is in use");
 	must(ct_temp_open("d/p", 0600, &first, &err) < 0);
+	must(ct_temp_open("d/p", 0600, &tmp, &err) < 0);
+	OK(there(first), "what is in use is not swept");
+	ct_temp_remove(tmp);
+	free(tmp);
 	ct_temp_open("p", 0600, &tmp, &err);
 	OK(there(first) && there(tmp) && !there("p.ct-abcdef"), "in this folder, too");
 	ct_temp_remove_all();
@@ -365,17 +370,29 @@ static void test_temp(void)
 	OK(system("rm -r d") == 0 && count("p*") == 0, "and nothing is left");
 }
 
+/* Seconds of the processor so far. */
+static double busy(void)
+{
+	struct rusage u;
+
+	getrusage(RUSAGE_SELF, &u);
+	return (double)(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+	       (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
+}
+
 /* A file that others may not have, until we end. */
 static void test_claim(void)
 {
 	char *tmp, *again;
 	int fd = ct_temp_claim("c", &tmp, &err), status = 0;
 	pid_t child;
+	const double before = busy();
 
 	OK(fd >= 0 && strcmp(tmp, "c.ct-locked") == 0 && mode_of(tmp) == 0600, "one run has it");
 	OK(says(ct_temp_claim("c", &again, &err), CT_EOUTPUT, "c: another run is making it") &&
 			!again,
 		"and no other");
+	OK(busy() - before < 0.7, "who waits rests");
 	child = fork(); /* shares the lock */
 	if (child == 0)
 		_exit(poll(NULL, 0, 300) != 0);
