@@ -185,6 +185,9 @@ static void test_hostile(void)
 	refused(LE "element vertex -1\nend_header\n", "count '-1'");
 	refused(LE "element vertex 1e9\nend_header\n", "count '1e9'");
 	refused(LE "element vertex 1\nelement vertex 1\nend_header\n", "two elements");
+	refused(LE "element vertex 1\nproperty float y\nproperty float z\n" SHAPE
+		   "property float density\nend_header\n",
+		"property x");
 	refused(LE "element vertex 1\n" POINT "end_header\n", "no vertex property scale_0");
 	refused(LE "element vertex 1\n" POINT SHAPE "end_header\n", "of colours");
 	refused(LE "element vertex 1\nproperty list uchar int x\nend_header\n", "lists");
@@ -224,7 +227,7 @@ static void test_comments(void)
 		"comment ct:activation=relu\ncomment ct:plain=v=w\ncomment ct:a\\x3db=1\n"
 		"comment ct:line=a\\nb\\\\n\ncomment ct:hex=\\x41\\x7a\\xe4\ncomment ct:cut=\\x4\n"
 		"comment ct:end=\\\ncomment ct:odd=\\q\ncomment ct:=no key\ncomment ct:no value\n"
-		"comment ct:\\x00=nothing\ncomment\ncomment other\nobj_info\n"
+		"comment ct:\\x00=nothing\ncomment\ncomment other\ncomment ct-x=1\nobj_info\n"
 		"comment ct:grid=3,4,5\ncomment ct:affine=1,2,3,4,5,6,7,8,9,10,11,12\n"
 		"comment ct:step=9007199254740992\ncomment ct:gamma=0.25\ncomment ct:units=mm\n" ALL(
 			"5");
