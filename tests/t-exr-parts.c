@@ -265,32 +265,56 @@ static void refused(const char *path, const struct how *o, const char *words)
 	is_refused(path, words);
 }
 
+/* The file with the bytes `is` behind each of the n that are `was`; how often that was. */
+static size_t patch(
+	const char *path, const char *was, size_t n, size_t at, const char *is, size_t m)
+{
+	char p[1 << 16];
+	size_t size, found = 0;
+	FILE *f = fopen(path, "r+b");
+
+	if (!f)
+		exit(99);
+	size = fread(p, 1, sizeof p, f);
+	for (size_t i = 0; i + n <= size; i++)
+		if (memcmp(p + i, was, n) == 0) {
+			memcpy(p + i + at, is, m);
+			found++;
+		}
+	rewind(f);
+	if (fwrite(p, 1, size, f) != size || fclose(f) != 0)
+		exit(99);
+	return found;
+}
+
 /* The channel Y of each part is of every third pixel along x (axis 0) or y. */
 static void test_sampling(const char *path)
 {
 	static const char channel[] = "Y\0\2\0\0\0\1\0\0\0\1\0\0\0\1\0\0";
 	const struct how o = {.codec = EXR_COMPRESSION_NONE};
-	char p[1 << 16];
 
 	for (size_t axis = 0; axis < 2; axis++) {
-		size_t n, parts = 0;
-		FILE *f;
-
 		make(path, &o);
-		f = fopen(path, "r+b");
-		if (!f)
-			exit(99);
-		n = fread(p, 1, sizeof p, f);
-		for (size_t i = 0; i + sizeof channel <= n; i++)
-			if (memcmp(p + i, channel, sizeof channel) == 0) {
-				p[i + 10 + 4 * axis] = 3;
-				parts++;
-			}
-		rewind(f);
-		if (fwrite(p, 1, n, f) != n || fclose(f) != 0)
-			exit(99);
-		OK(parts == PARTS, "%zu parts have a channel", parts);
+		OK(patch(path, channel, sizeof channel, 10 + 4 * axis, "\3", 1) == PARTS,
+			"the parts have a channel");
 		is_refused(path, "subsampled channel");
+	}
+}
+
+/* The first row of the first part: of another place, of another length. */
+static void test_chunks(const char *path)
+{
+	static const char row[12] = "\0\0\0\0\0\0\0\0\x24\0\0\0";
+	const struct how o = {.codec = EXR_COMPRESSION_NONE};
+	const struct {
+		size_t at;
+		char is;
+	} c[] = {{0, 1}, {4, 1}, {4, H}, {8, 0x23}, {8, 0x25}, {8, 0x70}, {10, 1}};
+
+	for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
+		make(path, &o);
+		OK(patch(path, row, sizeof row, c[i].at, &c[i].is, 1) == 1, "there is a first row");
+		is_refused(path, "");
 	}
 }
 
@@ -482,6 +506,25 @@ static void test_hash(const char *path)
 	ct_stack_free(&s);
 }
 
+static void count_views(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	size_t *seen = env->ctx;
+
+	if (strcmp(what, "writing") == 0 && done == *seen && total == 2)
+		++*seen;
+}
+
+static void test_progress(const char *path)
+{
+	size_t seen = 0;
+	const struct ct_env env = {.force = true, .progress = count_views, .ctx = &seen};
+	struct ct_stack s;
+
+	fill(&s);
+	OK(ct_stack_write(path, &s, &env, &err) == 0 && seen == 2, "each view is told");
+	ct_stack_free(&s);
+}
+
 static void test_limits(const char *path)
 {
 	struct ct_stack s = {.views = 1, .h = 1, .w = ((size_t)1 << 29) + 1};
@@ -519,9 +562,11 @@ int main(void)
 	test_layouts(path);
 	test_refusals(path);
 	test_sampling(path);
+	test_chunks(path);
 	test_meta(path);
 	test_keys(path);
 	test_hash(path);
+	test_progress(path);
 	test_limits(path);
 	unlink(path);
 	return tap_done();

@@ -202,6 +202,19 @@ static void test_version(void)
 	unlink("v.nii");
 }
 
+static void test_stop(void)
+{
+	const volatile sig_atomic_t stop = 1;
+	const struct ct_env env = {.force = true, .stop = &stop};
+	struct ct_vol v;
+
+	make_volume(&v, 2, 2, 2);
+	OK(ct_vol_write("s.nii.gz", &v, &env, &err) == -1 && err.code == CT_ESTOP &&
+			access("s.nii.gz", F_OK) != 0,
+		"who is told to stop leaves no file");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	char dir[] = "/tmp/t-nifti-blocks.XXXXXX";
@@ -212,6 +225,7 @@ int main(void)
 	test_members();
 	test_long();
 	test_version();
+	test_stop();
 	if (chdir("/") != 0 || rmdir(dir) != 0)
 		OK(0, "%s is left empty", dir);
 	return tap_done();

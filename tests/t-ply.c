@@ -325,7 +325,7 @@ static int many(int comments, int properties)
 /* What the header of a file says, and what viewers see. */
 static void test_written(enum ct_activation activation)
 {
-	static const float z[] = {-2, -0.5f, 0, 0.001f, 0.75f, 2, 31, 40, -40};
+	static const float z[] = {40, -2, -0.5f, 0, 0.001f, 0.75f, 2, 31, -40};
 	enum { N = sizeof z / sizeof *z };
 	struct ct_err e = {0};
 	struct ct_gauss g;
