@@ -315,13 +315,49 @@ static void test_chunks(const char *path)
 		make(path, &o);
 		OK(patch(path, row, sizeof row, c[i].at, &c[i].is, 1) == 1, "there is a first row");
 		is_refused(path, "");
+		OK(!strstr(err.msg, exr_get_default_error_message(EXR_ERR_BAD_CHUNK_LEADER)),
+			"in the library's own words");
 	}
+}
+
+/* The library's first complaint is the one that is kept. */
+static void test_complaint(const char *path)
+{
+	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+	struct ct_exr_file f = {0}, g = {0};
+	exr_context_t c;
+
+	init.user_data = &f;
+	if (exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, &init) != EXR_ERR_SUCCESS)
+		exit(99);
+	ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, "one");
+	ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, "two");
+	OK(strcmp(f.msg, "one") == 0, "the first is kept");
+	for (int i = 0; i < 2; i++) {
+		f = g;
+		ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, i ? "" : NULL);
+		OK(strcmp(f.msg, exr_get_default_error_message(EXR_ERR_CORRUPT_CHUNK)) == 0,
+			"no words are what is usual");
+	}
+	exr_finish(&c);
 }
 
 static void bad_angle(exr_context_t c, int k)
 {
 	if (k == 3)
 		exr_attr_set_string(c, k, "ct:angleDeg", "1,2");
+}
+
+static void other_u(exr_context_t c, int k)
+{
+	exr_attr_set_double(c, k, "ct:detU", 1);
+}
+
+static void other_v(exr_context_t c, int k)
+{
+	const exr_attr_v3d_t v = {{{0, (double)INFINITY, 1}}};
+
+	exr_attr_set_v3d(c, k, "ct:detV", &v);
 }
 
 static void newer(exr_context_t c, int k)
@@ -348,6 +384,12 @@ static void test_refusals(const char *path)
 	o.detu = NULL;
 	o.skip = "ct:source";
 	refused(path, &o, "part 'view.0000' has no attribute ct:source");
+	o.skip = "ct:detU";
+	o.more = other_u;
+	refused(path, &o, "attribute ct:detU is not three finite numbers");
+	o.skip = "ct:detV";
+	o.more = other_v;
+	refused(path, &o, "attribute ct:detV is not three finite numbers");
 	o.skip = NULL;
 	o.more = bad_angle;
 	refused(path, &o, "part 'view.0003': attribute ct:angleDeg is not a finite number");
@@ -563,6 +605,7 @@ int main(void)
 	test_refusals(path);
 	test_sampling(path);
 	test_chunks(path);
+	test_complaint(path);
 	test_meta(path);
 	test_keys(path);
 	test_hash(path);

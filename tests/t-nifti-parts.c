@@ -174,6 +174,13 @@ static void test_sizes(void)
 	m.p[348] = 0;
 	OK(kept(&m, "nifti.ext.0", NULL), "none if the header says so");
 	free(m.p);
+	for (int big = 0; big < 2; big++) { /* either end of a size may be 0 */
+		make(&m, 1, big, 2, 1, small, 256 + 8);
+		put_ext(&m, 352, 256, 4, "");
+		put_ext(&m, 352 + 256, 8, 5, "");
+		OK(kept(&m, "nifti.ext.1", "5 "), "a second one");
+		free(m.p);
+	}
 	for (int count = 1024; count <= 1025; count++) {
 		make(&m, 1, false, 2, 1, small, (size_t)count * 8);
 		for (int k = 0; k < count; k++)

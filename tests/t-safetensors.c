@@ -226,6 +226,10 @@ static void test_hostile(void)
 	refused(ONE("F32", "[1]", "[4,0]"), 4, "data_offsets");
 	refused(ONE("F32", "[1]", "[-4,0]"), 4, "data_offsets");
 	refused(ONE("F32", "[1]", "[0]"), 4, "data_offsets");
+	refused(ONE("F32", "[0]", "[0,\"0\"]"), 4, "data_offsets");
+	refused(ONE("F32", "[0]", "[\"0\",0]"), 4, "data_offsets");
+	refused(ONE("F32", "[1]", "[0,4,8]"), 4, "data_offsets");
+	refused(ONE("F32", "1", "[0,4]"), 4, "shape");
 	refused(ONE("F32", "[1,1,1,1,1,1,1,1,1]", "[0,4]"), 4, "at most 8");
 	refused(ONE("F32", "[4294967296,4294967296]", "[0,0]"), 4, "overflows");
 	refused(ONE("F64", "[4611686018427387904]", "[0,0]"), 4, "overflows");
