@@ -283,7 +283,8 @@ static void test_same(void)
 	if (fd < 0 || dup2(fd, STDOUT_FILENO) < 0)
 		exit(99);
 	whole = ct_out_same("-", "d/a", true) && ct_out_same("d/a", "-", false);
-	piped = ct_out_same("-", "a", true);
+	piped = ct_out_same("-", "a", true) || !freopen("/dev/null", "wb", stdout) ||
+		ct_out_same("-", "-", true);
 	if (dup2(out, STDOUT_FILENO) < 0)
 		exit(99);
 	OK(whole && !piped, "standard output");
@@ -380,6 +381,22 @@ static double busy(void)
 	       (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
 }
 
+/* As many as a run has at once go with it. */
+static void test_many(void)
+{
+	enum { AT_ONCE = 16 };
+	char *tmp[AT_ONCE];
+
+	for (int i = 0; i < AT_ONCE; i++)
+		close(ct_temp_open("m", 0600, tmp + i, &err));
+	ct_temp_remove_all();
+	OK(count("m.ct-*") == 0, "%d temporary files go at once", AT_ONCE);
+	for (int i = 0; i < AT_ONCE; i++) {
+		ct_temp_forget(tmp[i]);
+		free(tmp[i]);
+	}
+}
+
 /* A file that others may not have, until we end. */
 static void test_claim(void)
 {
@@ -474,9 +491,19 @@ static void test_text(void)
 	}
 }
 
+/* The next file that is opened. */
+static int next_file(void)
+{
+	const int fd = dup(STDIN_FILENO);
+
+	close(fd);
+	return fd;
+}
+
 int main(void)
 {
 	char dir[] = "/tmp/t-io.XXXXXX", clean[64];
+	const int next = next_file();
 
 	if (!mkdtemp(dir) || chdir(dir))
 		return 99;
@@ -489,7 +516,9 @@ int main(void)
 	test_same();
 	test_terminal();
 	test_temp();
+	test_many();
 	test_claim();
+	OK(next_file() == next, "all files are closed");
 	test_hash();
 	test_inflate();
 	test_text();

@@ -64,14 +64,14 @@ static void test_blocks(void)
 		text[i] = (char)('a' + ct_rng_u32(3, 0, i) % 26);
 	text[3 * BLOCK - 1] = '\0';
 	must(ct_meta_set(&v.meta, "history", text, &err));
-	for (int real = 0; real < 3; real++)
+	for (int real = 0; real < 4; real++)
 		for (int i = 0; i < 2; i++) {
 			for (size_t k = 0; k < 300000; k++)
 				v.data[k] = real == 1
 						    ? ct_rng_normal(1, 2, k)
 						    : (float)(ct_rng_u32(1, 2, k) % 60000) - 30000;
-			if (real == 2) /* behind the first block of them */
-				v.data[299999] = 0.5f;
+			if (real > 1) /* the last, behind the first block, or the first */
+				v.data[real == 2 ? 299999 : 0] = 0.5f;
 			OK(ct_vol_write(names[i], &v, &force, &err) == 0 &&
 					ct_vol_read(names[i], &w, &err) == 0 &&
 					memcmp(v.data, w.data, 300000 * sizeof *v.data) == 0 &&

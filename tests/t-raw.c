@@ -149,6 +149,11 @@ static void test_voxels(void)
 			       (may && in[i] == floorf(in[i]));
 		}
 	}
+	for (int i = 0; i < 131; i++)
+		in[i] = (float)(0.1 * i);
+	bad += !ct_voxels_i16(131, back, in, false) || ct_voxels_i16(131, back, in, true);
+	for (int i = 0; i < 131; i++)
+		bad += (float)back[i] != rintf(in[i]);
 	OK(bad == 0, "numbers to int16");
 	ct_voxels_float(1, out, CT_V_I64, &odd, 1, 0);
 	OK(out[0] == 0x1.000002p62f, "int64 is rounded once");
