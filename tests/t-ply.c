@@ -397,7 +397,7 @@ static void test_hash(void)
 
 	fill(&g, 3);
 	for (int i = 0; i <= 35; i++) {
-		float *x = NULL;
+		float *x = NULL, was = 0;
 
 		if (i && i <= 33) {
 			const int k = (i - 1) / 3;
@@ -407,7 +407,8 @@ static void test_hash(void)
 				    : k < 10 ? g.rot[k - 6]
 					     : g.raw) +
 			    (i - 1) % 3;
-			*x += 1;
+			was = *x;
+			*x = was + 1;
 		}
 		if (i == 34)
 			g.gamma = 0.2;
@@ -419,7 +420,7 @@ static void test_hash(void)
 		same_hash += i && strcmp(hash[0], hash[1]) == 0;
 		ct_gauss_free(&h);
 		if (x)
-			*x -= 1;
+			*x = was;
 		if (i == 34)
 			g.gamma = 0.1;
 	}
