@@ -384,12 +384,193 @@ static void t_weights(enum ct_beam beam, double arc, double pixels, bool plain)
 	ct_fdk_weights_free(&w);
 }
 
+/* 5 x 4 x 6 voxels along the axes of the world, about `middle`. */
+static struct ct_vol grid_of(const double middle[3], double scale)
+{
+	static const double mm[3] = {1, 1.3, 0.8};
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, (const size_t[]){5, 4, 6}, &err));
+	for (int a = 0; a < 3; a++) {
+		v.affine[a][a] = scale * mm[a];
+		v.affine[a][3] = middle[a] - scale * mm[a] * ((double)v.n[a] - 1) / 2;
+	}
+	return v;
+}
+
+static void corner(const struct ct_vol *v, unsigned k, double out, double x[3])
+{
+	for (int a = 0; a < 3; a++)
+		x[a] = v->affine[a][3] +
+		       v->affine[a][a] * (k >> a & 1 ? (double)v->n[a] - 1 + out : -out);
+}
+
+/* How far from the axis the grid reaches. */
+static double reach(const struct ct_vol *v, const struct orbit *o)
+{
+	double most = 0;
+
+	for (unsigned k = 0; k < 8; k++) {
+		double x[3], in[2] = {0};
+
+		corner(v, k, 0.5, x);
+		for (int i = 0; i < 2; i++)
+			for (int r = 0; r < 3; r++)
+				in[i] += (x[r] - o->centre[r]) * o->frame[i][r];
+		most = fmax(most, hypot(in[0], in[1]));
+	}
+	return most;
+}
+
+/* A detector that misses a part counts as one to the side: by the cylinder about the orbit's axis
+ * that holds the grid, whichever corner of it is farthest. */
+static void t_cylinder(void)
+{
+	struct orbit o = orbit_of(CT_PARALLEL, 20, 360);
+	struct ct_stack s;
+	size_t right = 0;
+
+	o.offset[0] = 4.2; /* 13.8 mm are left */
+	s = stack_of(&o);
+	for (unsigned k = 0; k < 8; k++)
+		for (int over = -1; over <= 1; over += 2) {
+			double middle[3], scale = 2.2;
+			struct ct_fdk f = {0};
+			struct ct_vol v = {0};
+
+			for (int i = 0; i < 40; i++) { /* it grows with the scale */
+				for (int a = 0; a < 3; a++)
+					middle[a] = o.centre[a] + (k >> a & 1 ? 1.5 : -1.5);
+				ct_vol_free(&v);
+				v = grid_of(middle, scale);
+				scale *= (13.8 + 0.05 * over) / reach(&v, &o);
+			}
+			must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 1, false, NULL, &err));
+			right += (f.orbit.redundancy == CT_RAYS_OFFSET) == (over > 0);
+			ct_fdk_free(&f);
+			ct_vol_free(&v);
+		}
+	OK(right == 16, "the cylinder that holds a grid: %zu of 16", right);
+	ct_stack_free(&s);
+}
+
+/* Column and row of a world point. */
+static void seen_at(const struct ct_stack *s, size_t view, const double x[3], double at[2])
+{
+	const struct ct_view *v = &s->view[view];
+	double u = hypot(hypot(v->u[0], v->u[1]), v->u[2]);
+	double w = hypot(hypot(v->v[0], v->v[1]), v->v[2]), n[3], near = 0, all = 0;
+
+	for (int r = 0; r < 3; r++) {
+		int i = (r + 1) % 3, j = (r + 2) % 3;
+
+		n[r] = v->u[i] * v->v[j] - v->u[j] * v->v[i];
+		near += n[r] * (x[r] - v->source[r]);
+		all += n[r] * (v->centre[r] - v->source[r]);
+	}
+	at[0] = ((double)s->w - 1) / 2;
+	at[1] = ((double)s->h - 1) / 2;
+	for (int r = 0; r < 3; r++) {
+		double p = v->source[r] + all / near * (x[r] - v->source[r]) - v->centre[r];
+
+		at[0] += p * v->u[r] / (u * u);
+		at[1] += p * v->v[r] / (w * w);
+	}
+}
+
+/* Views that do not see all voxel centres; a fan sees those within half a row of its plane. */
+static void t_seen(void)
+{
+	struct orbit o = orbit_of(CT_CONE, 24, 360), fan = orbit_of(CT_FAN, 24, 360);
+	struct ct_stack s, flat;
+	size_t right = 0, some = 0, sliced = 0, refuse = 0;
+
+	o.offset[0] = 1;
+	o.h = 9;
+	o.w = 8;
+	s = stack_of(&o);
+	fan.pitch[1] = 12;
+	flat = stack_of(&fan);
+	for (unsigned k = 0; k < 60; k++) {
+		const double middle[3] = {o.centre[0] + 4 * cos(1.0 + k),
+			o.centre[1] + 4 * cos(2.0 + 3 * k), o.centre[2] + 4 * cos(3.0 + 5 * k)};
+		struct ct_vol v = grid_of(middle, 0.2 + 0.02 * k), w = grid_of(middle, 0.2);
+		struct ct_fdk f = {0};
+		size_t want = 0;
+		bool out = false;
+		int rc;
+
+		for (size_t view = 0; view < 24; view++) {
+			bool off = false;
+
+			for (unsigned c = 0; c < 8; c++) {
+				double x[3], at[2];
+
+				corner(&v, c, 0, x);
+				seen_at(&s, view, x, at);
+				off |= at[0] < -0.5 || at[0] > 7.5 || at[1] < -0.5 || at[1] > 8.5;
+				corner(&w, c, 0, x);
+				seen_at(&flat, view, x, at);
+				out |= fabs(at[1]) > 0.5;
+			}
+			want += off;
+		}
+		must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 1, false, NULL, &err));
+		right += ct_fdk_truncated(&f) == want;
+		some += want > 0 && want < 24;
+		ct_fdk_free(&f);
+		rc = ct_fdk_alloc(&f, &w, &flat, CT_RAMP_HANN, 1, false, NULL, &err);
+		sliced += (rc != 0) == out;
+		refuse += out;
+		ct_fdk_free(&f);
+		ct_vol_free(&v);
+		ct_vol_free(&w);
+	}
+	OK(right == 60 && some > 20, "views that miss voxels: %zu of 60 right, %zu some", right,
+		some);
+	OK(sliced == 60 && refuse > 10 && refuse < 50, "grids in a fan: %zu of 60, %zu refused",
+		sliced, refuse);
+	ct_stack_free(&s);
+	ct_stack_free(&flat);
+}
+
+/* What it takes, and how many views go together. */
+static void t_bytes(void)
+{
+	struct orbit o = orbit_of(CT_CONE, 9, 360);
+	struct ct_fdk f = {0};
+	struct ct_stack s;
+	struct ct_vol v;
+	size_t one;
+
+	o.w = 2000;
+	o.h = 2010;
+	o.pitch[0] = o.pitch[1] = 0.02;
+	s = stack_of(&o);
+	v = grid_of(o.centre, 1);
+	must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 1, false, NULL, &err));
+	one = (2002 * f.back.pitch) * 4;
+	OK(f.back.pitch % 16 == 0 && f.back.pitch > 16 + 2010 + 15 &&
+			f.back.pitch <= 16 + 2010 + 31,
+		"columns of %zu", f.back.pitch);
+	OK(f.block == (128 << 20) / one && f.block == 8, "128 MiB: %zu views together", f.block);
+	OK(ct_fdk_bytes(&f, 0) == f.block * one, "bytes of views");
+	OK(ct_fdk_bytes(&f, 3) - ct_fdk_bytes(&f, 0) == 3 * (2000 * 2010 * 4 + 4096 * 16 * 8),
+		"and of each thread");
+	ct_fdk_free(&f);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	for (int beam = CT_CONE; beam <= CT_FAN; beam++) {
 		t_found((enum ct_beam)beam, 1);
 		t_found((enum ct_beam)beam, -1);
 	}
+	t_cylinder();
+	t_seen();
+	t_bytes();
 	t_gap(2.4, true);
 	t_gap(2.6, false);
 	t_limits();
