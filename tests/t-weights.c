@@ -8,6 +8,7 @@
 #include "tap.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -230,6 +231,67 @@ static void fronts(void)
 	ct_vol_free(&v);
 }
 
+/* Lines of voxels along the detector's columns: axis 2, tilted by so many radians about x, of so
+ * many mm. Depth and column must not drift, rows be no more than 14 apart. */
+static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool line)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, mm});
+	struct ct_scan scan = circle(beam, 8, 360);
+	struct ct_backprojector b = {0};
+	struct ct_stack s = {0};
+
+	v.affine[1][2] = -sin(tilt) * mm;
+	v.affine[2][2] = cos(tilt) * mm;
+	v.affine[1][1] = cos(tilt) * 4;
+	v.affine[2][1] = sin(tilt) * 4;
+	scan.pitch[0] = pitch;
+	scan.pitch[1] = 1;
+	scan.start = 0;
+	must(ct_scan_fill(&s, &scan, &err) ||
+		ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
+	OK(b.line == (line ? 2 : -1), "%s, tilted by %.3g, %g mm: %s", ct_beam_name(beam), tilt, mm,
+		line ? "lines" : "no lines");
+	ct_backprojector_free(&b);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
+/* Offsets within a view are 32 bits; what is no grid or no view. */
+static void refusals(void)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, 4}), none = v;
+	struct ct_scan scan = circle(CT_CONE, 4, 360);
+	struct ct_backprojector b = {0};
+	const double origin[3] = {0};
+	struct ct_stack s = {0};
+	size_t most;
+
+	must(ct_scan_fill(&s, &scan, &err) || ct_backprojector_alloc(&b, &v, &s, origin, &err));
+	most = (size_t)INT32_MAX / b.pitch - 3;
+	ct_backprojector_free(&b);
+	s.w = most;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) == 0, "%zu columns", most);
+	OK(ct_backprojector_widen(&b, 0, 0, &err) == 0, "and none more");
+	OK(ct_backprojector_widen(&b, 1, 0, &err) && err.code == CT_EINPUT, "one more: %s",
+		err.msg);
+	ct_backprojector_free(&b);
+	s.w = most + 1;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EINPUT,
+		"nor with it to begin with");
+	s.w = 4;
+	s.h = INT32_MAX / 4 + 1;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EINPUT, "rows: %s",
+		err.msg);
+	s.h = 3;
+	none.affine[1][1] = 0;
+	OK(ct_backprojector_alloc(&b, &none, &s, origin, &err) && err.code == CT_EGEOM, "%s",
+		err.msg);
+	s.view[2].u[0] = NAN;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EGEOM, "%s", err.msg);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	parker(CT_CONE, 230);
@@ -241,5 +303,12 @@ int main(void)
 	offset(-45);
 	cutoffs();
 	fronts();
+	lines(CT_PARALLEL, 0.93e-5, 4, 3, true); /* 1e-4 pixels of 3 mm over 32 mm */
+	lines(CT_PARALLEL, 0.95e-5, 4, 3, false);
+	lines(CT_CONE, 0.85e-6, 4, 5, true); /* 1e-7 of 300 mm over 32 mm */
+	lines(CT_CONE, 1.1e-6, 4, 5, false);
+	lines(CT_PARALLEL, 0, 13.9, 5, true);
+	lines(CT_PARALLEL, 0, 14.1, 5, false);
+	refusals();
 	return tap_done();
 }
