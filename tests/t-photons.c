@@ -106,13 +106,14 @@ static void t_draws(void)
 {
 	static const struct {
 		double mean, sum;
-	} draws[] = {{0.3, -2371.5}, {5, -9402}, {29.5, -16871.5}, {30.5, -684.5}, {75, -5944},
-		{3e3, -53704}, {1e7, -769687}};
+	} draws[] = {{0.3, -2371.5}, {5, -9402}, {29.5, -16871.5}, {30.5, -684.5}, {30.25, 137312.25},
+		{75, -5944}, {3e3, -53704}, {1e7, -769687}};
 
 	for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
+		uint64_t n = i == 4 ? 1000000 : 3000; /* the series is seldom asked */
 		double sum = 0;
 
-		for (uint64_t k = 0; k < 3000; k++)
+		for (uint64_t k = 0; k < n; k++)
 			sum += (double)(k % 97 + 1) *
 			       (ct_photons_poisson(draws[i].mean, 5, k) - draws[i].mean);
 		NEAR(sum, draws[i].sum, 1e-6, "what a seed draws");
