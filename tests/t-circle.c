@@ -110,9 +110,15 @@ static void t_defaults(void)
 	ct_scan_paper(&scan, CT_CONE, &v);
 	OK(scan.dso == 1000 && scan.dsd == 1500 && fabs(scan.pitch[0] * 30 - 512) < 1e-9,
 		"the paper's");
+	v.n[0] = v.n[1] = v.n[2] = 1;
+	v.affine[2][2] = 0.1;
+	v.affine[0][0] = v.affine[1][1] = 0.3;
+	ct_scan_default(&scan, CT_PARALLEL, &v);
+	OK(scan.w == 1 && fabs(scan.pitch[0] - 0.3 * sqrt(2)) < 1e-12, "one small voxel");
+	v.n[0] = v.n[1] = v.n[2] = 8;
 	v.affine[2][2] = 30; /* tall: 240 mm */
 	ct_scan_default(&scan, CT_PARALLEL, &v);
-	NEAR(scan.pitch[1] * 30, 240, 1e-9, "or as high");
+	NEAR(scan.pitch[1] * 8, 240, 1e-9, "or as high");
 	ct_vol_free(&v);
 }
 
@@ -147,7 +153,7 @@ static void t_refused(void)
 			&bad.iso[1], &bad.iso[2]};
 
 		*x[i] = i % 2 ? INFINITY : -INFINITY;
-		refused(&bad, "not finite");
+		refused(&bad, "scan geometry is not finite");
 	}
 	good.beam = CT_FAN;
 	refused(&good, "one detector row, not 30");

@@ -534,6 +534,30 @@ static void t_seen(void)
 	ct_stack_free(&flat);
 }
 
+/* The finest pixel of any view counts, here 1.5 mm for 3 and for 2 mm voxels. */
+static void t_finest(void)
+{
+	struct orbit o = orbit_of(CT_PARALLEL, 24, 360);
+	struct ct_stack s = stack_of(&o);
+	struct ct_vol v = grid_of(o.centre, 2);
+
+	for (size_t k = 0; k < 25; k += 8) {
+		struct ct_fdk f = {0};
+
+		for (int r = 0; r < 3 && k < 24; r++)
+			s.view[k == 16 ? 23 : k].u[r] /= 2;
+		for (int r = 0; r < 3 && k == 24; r++)
+			v.affine[r][r] *= 0.5;
+		must(ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 0, false, NULL, &err));
+		NEAR(f.cutoff, k < 24 ? 1.5 / 1.6 : 1, 1e-9, "cutoff by the finest pixel");
+		ct_fdk_free(&f);
+		for (int r = 0; r < 3 && k < 24; r++)
+			s.view[k == 16 ? 23 : k].u[r] *= 2;
+	}
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
 /* What it takes, and how many views go together. */
 static void t_bytes(void)
 {
@@ -570,6 +594,7 @@ int main(void)
 	}
 	t_cylinder();
 	t_seen();
+	t_finest();
 	t_bytes();
 	t_gap(2.4, true);
 	t_gap(2.6, false);
