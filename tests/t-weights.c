@@ -4,6 +4,7 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "recon/fdk.h"
+#include "recon/ramp.h"
 #include "xray/scan.h"
 #include "tap.h"
 
@@ -292,6 +293,50 @@ static void refusals(void)
 	ct_vol_free(&v);
 }
 
+/* Rows of the ramp filter against the sum that it is; nothing is written beyond them. */
+static void filtered(size_t w, size_t rows)
+{
+	size_t at = w / 5, count = w - at - 3, pitch = rows + 2;
+	float *in = malloc(rows * count * sizeof *in), *weight = malloc(rows * count * sizeof *in);
+	float *out = malloc(w * pitch * sizeof *out);
+	struct ct_ramp f = {0};
+	double *scratch, worst = 0;
+	bool beyond = false;
+
+	must(ct_ramp_alloc(&f, CT_RAMP_RAM_LAK, 1, w, &err));
+	scratch = aligned_alloc(64, ct_ramp_scratch(&f) * sizeof *scratch);
+	for (size_t i = 0; i < rows * count; i++) {
+		in[i] = (float)cos(1.0 + (double)(i * i % 1000));
+		weight[i] = 0.5F + (float)(i % 7);
+	}
+	for (size_t i = 0; i < w * pitch; i++)
+		out[i] = 77;
+	ct_ramp_rows(&f, rows, out, pitch, in, weight, at, count, scratch);
+	for (size_t c = 0; c < w; c++) {
+		for (size_t r = 0; r < rows; r++) {
+			double sum = 0;
+
+			for (size_t k = 0; k < count; k++) {
+				double m = (double)c - (double)(at + k);
+				double h = m == 0            ? 0.25
+					   : fmod(m, 2) == 0 ? 0
+							     : -1 / (M_PI * M_PI * m * m);
+
+				sum += h * (double)in[r * count + k] *
+				       (double)weight[r * count + k];
+			}
+			worst = fmax(worst, fabs(sum - (double)out[c * pitch + r]));
+		}
+		beyond |= out[c * pitch + rows] != 77 || out[c * pitch + rows + 1] != 77;
+	}
+	OK(worst < 1e-5 && !beyond, "%zu rows of %zu, filtered (%.2g)", rows, w, worst);
+	ct_ramp_free(&f);
+	free(scratch);
+	free(in);
+	free(weight);
+	free(out);
+}
+
 int main(void)
 {
 	parker(CT_CONE, 230);
@@ -310,5 +355,11 @@ int main(void)
 	lines(CT_PARALLEL, 0, 13.9, 5, true);
 	lines(CT_PARALLEL, 0, 14.1, 5, false);
 	refusals();
+	filtered(20, 16);
+	filtered(60, 7);
+	filtered(150, 16);
+	filtered(300, 3);
+	filtered(600, 16);
+	filtered(1100, 1);
 	return tap_done();
 }
