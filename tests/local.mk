@@ -119,7 +119,7 @@ check_PROGRAMS += tests/t-fdk tests/t-weights
 tests_t_weights_SOURCES = tests/t-weights.c
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh
-dist_check_SCRIPTS += tests/t-cost.sh tests/t-limits.sh tests/t-sr-plan.sh
+dist_check_SCRIPTS += tests/t-cost.sh tests/t-cost-figures.sh tests/t-limits.sh tests/t-sr-plan.sh
 # The vectors at each level.
 if SIMD_LEVELS
 check_PROGRAMS += tests/t-vec-v2 tests/t-vec-v3 tests/t-vec-v4
