@@ -95,7 +95,7 @@ tests_t_blur_SOURCES = tests/t-blur.c
 check_PROGRAMS += tests/t-survey tests/t-montage
 tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
-dist_check_SCRIPTS += tests/t-info.sh tests/t-view.sh
+dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
 tests_t_image_SOURCES = tests/t-image.c
