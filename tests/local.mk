@@ -92,8 +92,14 @@ tests_t_training_SOURCES = tests/t-training.c
 tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
+# An index beyond the end of an array stops these.
+BOUNDS = -fsanitize=bounds -fsanitize-undefined-trap-on-error
 check_PROGRAMS += tests/t-survey tests/t-montage tests/t-fdk-grid
-tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c
+tests_t_survey_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
+	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
 dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh

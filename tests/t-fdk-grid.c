@@ -3,6 +3,7 @@
 #include "config.h"
 #include "numbers.h"
 #include "tools/fdk-grid.h"
+#include "tools/lib/scan-opts.h"
 #include "xray/scan.h"
 
 #include <stdlib.h>
@@ -25,21 +26,24 @@ static void cross3(double out[3], const double a[3], const double b[3])
 	out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* Scans with nothing regular about them: every vector of every view is moved a little. */
-static void make(struct ct_stack *s, enum ct_beam beam, size_t views)
+/* Scans with nothing regular about them: every vector of every view is moved a little. Lengths are
+ * times size. */
+static void make(struct ct_stack *s, enum ct_beam beam, size_t views, double size)
 {
 	const struct ct_scan scan = {.beam = beam,
 		.views = views,
 		.arc = 300,
 		.start = 20,
-		.dso = 700,
-		.dsd = 1100,
+		.dso = 700 * size,
+		.dsd = 1100 * size,
 		.w = 64,
-		.h = beam == CT_FAN ? 1 : 48,
-		.pitch = {0.5, 0.75},
-		.offset = {3, beam == CT_FAN ? 0 : -2},
-		.iso = {10, -20, 30}};
-	float *by = normals(12 * views, 3, (uint64_t)beam, 1);
+		.h = beam == CT_FAN ? 1
+		     : views % 2    ? 20
+				    : 48, /* low, or high */
+		.pitch = {0.5 * size, 0.75 * size},
+		.offset = {3 * size, beam == CT_FAN ? 0 : -2 * size},
+		.iso = {10 * size, -20 * size, 30 * size}};
+	float *by = normals(12 * views, 3, (uint64_t)beam, size);
 
 	must(ct_scan_fill(s, &scan, &err));
 	for (size_t k = 0; k < views && beam != CT_FAN; k++)
@@ -133,14 +137,14 @@ static double finest(const double x[3], const struct ct_stack *s)
 	return least;
 }
 
-static void test_cube(enum ct_beam beam, size_t views)
+static void test_cube(enum ct_beam beam, size_t views, double size)
 {
 	struct ct_stack s = {0};
 	struct ct_vol g = {0};
 	double x[3], r, n;
 	size_t uphill = 0, bad = 0;
 
-	make(&s, beam, views);
+	make(&s, beam, views, size);
 	must(fdk_grid(&g, NULL, &s, &err));
 	for (int a = 0; a < 3; a++) /* a fan's slice is cut from the cube */
 		x[a] = g.affine[a][3] + g.affine[a][a] * ((double)g.n[a] - 1) / 2;
@@ -148,7 +152,7 @@ static void test_cube(enum ct_beam beam, size_t views)
 		for (int sign = -1; sign <= 1; sign += 2) {
 			double y[3] = {x[0], x[1], x[2]};
 
-			y[a] += sign * 1e-3;
+			y[a] += sign * 1e-3 * size;
 			uphill += apart_from(y, &s) > apart_from(x, &s);
 		}
 	OK(beam == CT_FAN || uphill == 6, "%s: where the central rays meet", ct_beam_name(beam));
@@ -157,12 +161,12 @@ static void test_cube(enum ct_beam beam, size_t views)
 	NEAR((double)g.n[0], n, 0.5, "as many voxels as pixels there");
 	for (int a = 0; a < 3; a++)
 		for (int b = 0; b < 3; b++)
-			bad += fabs(g.affine[a][b] - (a == b ? 2 * r / n : 0)) > 1e-9;
+			bad += fabs(g.affine[a][b] - (a == b ? 2 * r / n : 0)) > 1e-9 * size;
 	OK(bad == 0, "of the size that the views see: %g mm", 2 * r);
 	OK(g.n[1] == g.n[0] && g.n[2] == (beam == CT_FAN ? 1 : g.n[0]), "a cube, or its slice");
-	NEAR(g.affine[0][3], x[0] - r + r / n, 1e-9, "its first voxel");
+	NEAR(g.affine[0][3], x[0] - r + r / n, 1e-9 * size, "its first voxel");
 	if (beam == CT_FAN)
-		NEAR(x[2], 30, 1e-9, "the slice is where the fan is");
+		NEAR(x[2], 30 * size, 1e-9, "the slice is where the fan is");
 	ct_stack_free(&s);
 }
 
@@ -195,7 +199,7 @@ static void test_projected(void)
 	struct ct_stack s = {0};
 	struct ct_vol g = {0};
 
-	make(&s, CT_CONE, 30);
+	make(&s, CT_CONE, 30, 1);
 	say(&s, "40,30,20", TURNED);
 	must(fdk_grid(&g, NULL, &s, &err));
 	OK(g.n[0] == 40 && g.n[1] == 30 && g.n[2] == 20 && memcmp(g.affine, want, sizeof want) == 0,
@@ -217,7 +221,7 @@ static void test_number(void)
 	struct ct_stack s = {0};
 	struct ct_vol old = {0};
 
-	make(&s, CT_CONE, 30);
+	make(&s, CT_CONE, 30, 1);
 	say(&s, "40,30,20", TURNED);
 	must(fdk_grid(&old, NULL, &s, &err));
 	for (size_t k = 0; k < sizeof most / sizeof *most; k++) {
@@ -256,7 +260,7 @@ static void test_one_direction(void)
 	struct ct_stack s = {0};
 	struct ct_vol g = {0};
 
-	make(&s, CT_CONE, 2);
+	make(&s, CT_CONE, 2, 1);
 	s.view[1] = s.view[0];
 	fails(CT_EGEOM, NULL, &s, "two views of one direction");
 	for (int a = 0; a < 3; a++) { /* the same from the other side */
@@ -264,6 +268,9 @@ static void test_one_direction(void)
 		s.view[1].u[a] = -s.view[0].u[a];
 	}
 	fails(CT_EGEOM, NULL, &s, "and of the opposite one");
+	s.view[1] = s.view[0];
+	s.view[1].source[0] += 0.01;
+	fails(CT_EGEOM, NULL, &s, "and nearly so");
 	s.view[1] = s.view[0];
 	s.view[1].source[0] += 20;
 	OK(fdk_grid(&g, NULL, &s, &err) == 0, "a degree apart will do");
@@ -273,47 +280,64 @@ static void test_one_direction(void)
 	ct_stack_free(&s);
 }
 
-/* The voxels' first axis is z, 4 mm each, tilted a little; the fan is at 30 mm. */
-static void test_fan(void)
+static void test_pixel(void)
 {
+	const struct ct_scan scan = {.beam = CT_CONE,
+		.views = 30,
+		.arc = 360,
+		.dso = 700,
+		.dsd = 1100,
+		.w = 1,
+		.h = 1,
+		.pitch = {5, 5}};
 	struct ct_stack s = {0};
-	struct ct_vol whole = {
-		.n = {9, 20, 30}, .affine = {{-0.1, 2, 0, 0}, {0, 0, 3, 0}, {4, 0.05, 0, 0}}};
-	double off = 0;
+	struct ct_vol g = {0};
 
-	make(&s, CT_FAN, 40);
-	for (int a = 0; a < 3; a++) /* the middle of the grid at the isocentre */
-		whole.affine[a][3] = (double[]){10, -20, 27}[a] - 4 * whole.affine[a][0] -
-				     9.5 * whole.affine[a][1] - 14.5 * whole.affine[a][2];
-	for (double up = -22; up <= 26; up += 3) {
-		struct ct_vol g = whole;
-		double k,
-			at = up + 4 * whole.affine[2][0]; /* of the source above the first voxel */
+	must(ct_scan_fill(&s, &scan, &err));
+	must(fdk_grid(&g, NULL, &s, &err));
+	OK(g.n[0] == 1 && g.n[1] == 1 && g.n[2] == 1, "one pixel sees one voxel");
+	NEAR(g.affine[0][0], 5 * 700.0 / 1100, 0.01, "of its size");
+	NEAR(fabs(g.affine[0][3]) + fabs(g.affine[1][3]) + fabs(g.affine[2][3]), 0, 1e-9,
+		"in the middle");
+	ct_stack_free(&s);
+}
+
+/* A grid of voxels of these sizes, of which one axis is nearly z; the fan is at z = 30. */
+static void test_fan(const double mm[3], int across, double sign)
+{
+	const double c = cos(0.05), d = sin(0.05);
+	const int x = (across + 1) % 3, y = (across + 2) % 3;
+	struct ct_stack s = {0};
+	struct ct_vol whole = {.n = {9, 9, 9}};
+	double axes[3][3] = {{0}}, off = 0;
+
+	axes[0][across] = -sign * d * mm[across];
+	axes[2][across] = sign * c * mm[across];
+	axes[0][x] = c * mm[x];
+	axes[2][x] = d * mm[x];
+	axes[1][y] = mm[y];
+	make(&s, CT_FAN, 40, 1);
+	for (int r = 0; r < 3; r++)
+		memcpy(whole.affine[r], axes[r], sizeof axes[r]);
+	for (double k = -2.3; k < 11; k += 0.37) { /* the source is k voxels from the first */
+		struct ct_vol g = {0};
 		char text[400];
 
-		/* the source lies at 30; its height above the first voxel is in steps of 4 mm */
-		for (int a = 0; a < 3; a++)
-			g.affine[a][3] = whole.affine[a][3];
-		g.affine[2][3] = 30 - at;
-		k = at / 4;
-		snprintf(text, sizeof text,
-			"%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g",
-			g.affine[0][0], g.affine[0][1], g.affine[0][2], g.affine[0][3],
-			g.affine[1][0], g.affine[1][1], g.affine[1][2], g.affine[1][3],
-			g.affine[2][0], g.affine[2][1], g.affine[2][2], g.affine[2][3]);
-		say(&s, "9,20,30", text);
+		for (int r = 0; r < 3; r++)
+			whole.affine[r][3] = s.view[0].source[r] - k * axes[r][across];
+		ct_meta_free(&s.meta);
+		must(ct_scan_opts_put_volume(&s.meta, &whole, &err));
+		snprintf(text, sizeof text, "a fan at %g of 9 slices", k);
 		if (k < -0.5 || k > 8.5) {
-			fails(CT_EGEOM, NULL, &s, "a fan beside the volume");
+			fails(CT_EGEOM, NULL, &s, text);
 			continue;
 		}
-		memset(&g.n, 0, sizeof g.n);
 		must(fdk_grid(&g, NULL, &s, &err));
-		off = fmax(off, g.n[0] == 1 && g.n[1] == 20 && g.n[2] == 30 ? 0 : 1);
-		for (int a = 0; a < 3; a++)
-			off = fmax(
-				off, fabs(g.affine[a][3] - (a == 2 ? 30 - at : whole.affine[a][3]) -
-					     k * whole.affine[a][0]));
-		off = fmax(off, fabs(g.affine[2][3] - 30));
+		for (int a = 0; a < 3; a++) {
+			off = fmax(off, g.n[a] == (a == across ? 1 : 9) ? 0 : 1);
+			off = fmax(off, fabs(g.affine[a][3] - s.view[0].source[a]));
+			off = fmax(off, memcmp(g.affine[a], axes[a], sizeof axes[a]) ? 1 : 0);
+		}
 	}
 	NEAR(off, 0, 1e-9, "the slice in the plane of the fan, across the axis that it cuts");
 	ct_stack_free(&s);
@@ -321,12 +345,20 @@ static void test_fan(void)
 
 int main(void)
 {
-	test_cube(CT_CONE, 37);
-	test_cube(CT_PARALLEL, 23);
-	test_cube(CT_FAN, 41);
+	test_cube(CT_CONE, 37, 1);
+	test_cube(CT_CONE, 36, 1);
+	test_cube(CT_CONE, 36, 0.01); /* a fifth of a mm */
+	test_cube(CT_PARALLEL, 23, 1);
+	test_cube(CT_PARALLEL, 23, 0.01);
+	test_cube(CT_FAN, 41, 1);
+	test_cube(CT_FAN, 41, 0.01);
 	test_projected();
 	test_number();
 	test_one_direction();
-	test_fan();
+	test_pixel();
+	test_fan((const double[3]){4, 2, 3}, 0, 1);
+	test_fan((const double[3]){0.5, 4, 0.5}, 1, -1);
+	test_fan((const double[3]){20, 20, 2}, 2, 1);
+	test_fan((const double[3]){20, 2, 20}, 1, 1);
 	return tap_done();
 }
