@@ -86,7 +86,7 @@ tests_t_unet_SOURCES = tests/t-unet.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
 	tests/gold/ddnm-plus-x8-noisy.safetensors tests/gold/ddnm-travel.safetensors
-dist_check_SCRIPTS += tests/t-train.sh
+dist_check_SCRIPTS += tests/t-train.sh tests/t-train-options.sh
 check_PROGRAMS += tests/t-superres tests/t-training
 tests_t_training_SOURCES = tests/t-training.c
 tests_t_superres_SOURCES = tests/t-superres.c
