@@ -131,14 +131,58 @@ EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' words >some; mv some words; }
 { cat words; awk '{print $1, $2, $5}' limits; } | sort >want
 for t in $CT_TOOLS; do
-	"$t" --help | awk -v t="$t" 'function tell() {if (o) print t, o, d}
+	"$t" --help >"help-$t"
+	awk -v t="$t" 'function tell() {if (o) print t, o, d}
 		/^  (-[a-zA-Z],|   ) --/ {tell(); match($0, /--[a-z0-9-]+/); o = substr($0, RSTART + 2, RLENGTH - 2); d = "-"}
 		match($0, /\(default [^ )]*\)$/) {d = substr($0, RSTART + 9, RLENGTH - 10)}
-		/^Exit/ {tell()}'
+		/^Exit/ {tell()}' "help-$t"
 done | sort >says
 while read -r line; do
 	grep -qxF -- "$line" says || echo "$line"
 done <want >wrong
 [ ! -s wrong ]; ok $? 'what is not given is what help says'
 sed 's/^/# /' wrong
+# all options and their letters, in order; those of every command come last
+cat >options <<'EOF'
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
+ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
+ct-convert --cube --type
+ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler i--init
+ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
+ct-ddnm s--seed --dry-run
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
+ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
+ct-fdk --nonnegative --tv w--window --quantity --dry-run
+ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
+ct-fuse --checkpoint-every --resume --json --dry-run
+ct-info e--estimate x--factor --json
+ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
+ct-metrics --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
+ct-metrics --max-residual --max-residual-rms --json
+ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
+ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
+ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
+ct-nabgs --checkpoint-every --resume s--seed --json --dry-run
+ct-phantom --size --spacing --oversample --density w--window p--project --beam n--views --arc
+ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
+ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
+ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
+ct-project --photons --electronic --mu-water s--seed --dry-run
+ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --window --views
+ct-sr --iterations --gaussians s--seed
+ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
+ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
+ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
+ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
+ct-upsample --tolerance --dry-run
+ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
+EOF
+command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
+awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want
+for t in $CT_TOOLS; do
+	sed -n "s/^  -\([^-]\), --\([a-z0-9-]*\).*/$t \1--\2/p; s/^  ....--\([a-z0-9-]*\).*/$t --\1/p" "help-$t" |
+		sed '/ t--threads$/,$d'
+done | sort -s -k1,1 >says
+cmp -s want says; ok $? 'options and their letters'
+diff want says | sed 's/^/# /'
 done_testing
