@@ -102,7 +102,7 @@ tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib
 	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
-dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh
+dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
 tests_t_image_SOURCES = tests/t-image.c
