@@ -125,7 +125,7 @@ dist_check_SCRIPTS += tests/t-ct-upsample.sh tests/t-upsample-operator.sh
 check_PROGRAMS += tests/t-fdk tests/t-weights
 tests_t_weights_SOURCES = tests/t-weights.c
 tests_t_fdk_SOURCES = tests/t-fdk.c
-dist_check_SCRIPTS += tests/t-ct-fdk.sh
+dist_check_SCRIPTS += tests/t-ct-fdk.sh tests/t-verbose.sh
 dist_check_SCRIPTS += tests/t-cost.sh tests/t-cost-figures.sh tests/t-limits.sh tests/t-sr-plan.sh
 # The vectors at each level.
 if SIMD_LEVELS
