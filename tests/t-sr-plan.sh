@@ -93,4 +93,18 @@ done
 : >k/up.nii
 exits 4 'as is IN' ct-sr -Q draft --keep=k k/up.nii o.nii
 has err 'k/up.nii: is written between IN and OUT' 'and that is said'
+
+# the prior is looked for beside the command, and in share beside its bin
+mkdir -p x/bin x/share/ctsr; cp "$(command -v ct-sr)" x/bin
+where() { x/bin/ct-sr --dry-run -Q best lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
+at=$(cd x/bin && pwd -P)
+if [ -z "$(where)" ]; then
+	has err '^ct-sr: no prior is installed at /.*prior.safetensors; --prior names one$' 'no prior'
+else
+	skip 'no prior' 'one is installed'
+fi
+: >x/share/ctsr/prior.safetensors
+[ "$(where)" = "$at/../share/ctsr/prior.safetensors" ]; ok $? 'a prior in share'
+: >x/bin/prior.safetensors
+[ "$(where)" = "$at/prior.safetensors" ]; ok $? 'one beside the command comes first'
 done_testing
