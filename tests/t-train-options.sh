@@ -78,6 +78,17 @@ for c in '' --cosine; do
 done
 has err "steps was '4', not '7'" 'which is said'
 
+# a state of which one tensor has another name
+python3 - <<'END'
+b = open('plain.safetensors.state', 'rb').read()
+n = int.from_bytes(b[:8], 'little')
+head = b[8:8 + n]
+at = head.index(b'weight"', head.index(b'"dtype"') - 60) if b'weight"' in head else -1
+open('plain.safetensors.state', 'wb').write(b[:8] + head[:at] + b'weighx' + head[at + 6:] + b[8 + n:])
+END
+exits 3 'a broken state' ct-train -a $net -p 8 -b 2 -n 9 --lr 1e-3 --resume plain.safetensors a.exr
+has err '^ct-train: plain.safetensors.state: ' 'is named'
+
 no() { exits 2 "$1 is refused: $3" ct-train -a "$1" --scales "$2" no.safetensors a.exr; has err "$3" 'in words'; }
 no colour 1 '"colour" is not KEY=VALUE'
 no in_channels=1,colour=3 1 'there is no "colour"'
