@@ -162,9 +162,9 @@ static void test_bands(void)
 {
 	static const float ramp[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, flat[12] = {0};
 	const struct montage_slice low = {ramp, {3, 1}, {1, 3}, {2, 1}, {0, 0}},
-				   high = {ramp, {3, 1}, {4, 3}, {2, 1}, {0, 0}},
+				   high = {ramp, {3, 1}, {4, 3}, {2, 1}, {3, 5}},
 				   wide = {ramp, {6, 1}, {2, 6}, {2, 1}, {0, 0}},
-				   left = {flat, {3, 1}, {4, 3}, {2, 1}, {2, -1}};
+				   left = {flat, {3, 1}, {4, 3}, {2, 1}, {5, 4}};
 	const struct montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
 		{.slice = low, .window = {1, 2}}, {.slice = wide, .window = {5, 25}},
 		{.slice = high, .minus = left, .window = {0, 33}}, {.window = {0, 1}},
