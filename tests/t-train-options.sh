@@ -80,11 +80,12 @@ has err "steps was '4', not '7'" 'which is said'
 
 # a state of which one tensor has another name
 python3 - <<'END'
+import re
 b = open('plain.safetensors.state', 'rb').read()
-n = int.from_bytes(b[:8], 'little')
-head = b[8:8 + n]
-at = head.index(b'weight"', head.index(b'"dtype"') - 60) if b'weight"' in head else -1
-open('plain.safetensors.state', 'wb').write(b[:8] + head[:at] + b'weighx' + head[at + 6:] + b[8 + n:])
+n = 8 + int.from_bytes(b[:8], 'little')
+head, found = re.subn(rb'.("\s*:\s*{\s*"dtype")', rb'~\1', b[8:n], count=1)
+assert found == 1
+open('plain.safetensors.state', 'wb').write(b[:8] + head + b[n:])
 END
 exits 3 'a broken state' ct-train -a $net -p 8 -b 2 -n 9 --lr 1e-3 --resume plain.safetensors a.exr
 has err '^ct-train: plain.safetensors.state: ' 'is named'
