@@ -68,7 +68,6 @@ static int source_open(struct source *s, FILE *f, struct ct_err *e)
 	s->z.next_in = s->in;
 	s->z.avail_in = 2;
 	s->packed = 2;
-	s->held = 0;
 	return 0;
 }
 
@@ -246,7 +245,6 @@ static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *
 static int make_volume(
 	const struct source *s, const struct ct_nii *h, struct ct_vol *v, struct ct_err *e)
 {
-	struct ct_meta meta = v->meta;
 	size_t n[3], count;
 
 	if (ct_nii_dims(h, n, e) || ct_size_mul(&count, n[0], n[1], "dimensions", e) ||
@@ -256,10 +254,9 @@ static int make_volume(
 	if (s->left != UINT64_MAX && count > s->left - (uint64_t)h->start)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
 			n[0], n[1], n[2], count);
-	if ((s->gz && ct_inflate_check(s->size, count, e)) || ct_vol_alloc(v, n, e))
+	if (s->gz && ct_inflate_check(s->size, count, e))
 		return -1;
-	v->meta = meta;
-	return 0;
+	return ct_vol_alloc(v, n, e);
 }
 
 /* What stands before the voxels in the hash: sizes and geometry. */

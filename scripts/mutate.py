@@ -9,13 +9,15 @@ run this line, the quickest first, until one fails. Prints the score, and what s
 Which test runs which line is known from make coverage (build-coverage/lines.json), which is to be of
 these sources. Works on a copy in DIR (build-mutate), which later runs find built. A mutant that does
 not compile is drawn again; a test that runs five times as long as it should has noticed; a test that
-fails without the change, too, has not. A line that no test runs lives. --at takes the mutants of these
+fails without the change, too, has not. An index beyond an array of known size counts as noticed (the
+copy is built with -fsanitize=bounds). A line that no test runs lives. --at takes the mutants of these
 lines instead of random ones, or just those whose changed line holds WORD; --also runs these tests first.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
 from suite import Suite, TOP
 
 GROUP = 6  # tests built at a time
+FLAGS = '-O2 -fsanitize=bounds -fsanitize-undefined-trap-on-error'  # a loop past an array is noticed
 # What is changed into what, outside strings and comments.
 SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\*(?=\s)', '/'),
          (r'(?<=\s)/(?=\s)', '*'), (r'(?<=\s)<(?=\s)', '<='), (r'(?<=\s)<=(?=\s)', '<'),
@@ -83,7 +85,7 @@ class Place:
         self.files, self.tests, self.sane = known['files'], known['tests'], {}
         self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
-        self.suite = Suite(self.src, os.path.join(build, 'b'), '-O2', jobs)
+        self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
         self.there = set(self.suite.names())
 
     def copy(self):

@@ -19,7 +19,20 @@ EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
+check_PROGRAMS += tests/t-containers tests/t-difference tests/t-frames tests/t-upsample tests/t-tv-steps
+tests_t_containers_SOURCES = tests/t-containers.c
+tests_t_difference_SOURCES = tests/t-difference.c
+tests_t_frames_SOURCES = tests/t-frames.c
+tests_t_upsample_SOURCES = tests/t-upsample.c
+tests_t_tv_steps_SOURCES = tests/t-tv-steps.c
 dist_check_SCRIPTS += tests/t-layers.sh
+check_PROGRAMS += tests/t-any tests/t-io tests/t-raw
+tests_t_raw_SOURCES = tests/t-raw.c tests/nifti-make.h
+tests_t_any_SOURCES = tests/t-any.c
+tests_t_io_SOURCES = tests/t-io.c
+check_PROGRAMS += tests/t-nifti-parts tests/t-nifti-blocks
+tests_t_nifti_blocks_SOURCES = tests/t-nifti-blocks.c tests/nifti-make.h
+tests_t_nifti_parts_SOURCES = tests/t-nifti-parts.c tests/nifti-make.h
 check_PROGRAMS += tests/t-nifti
 tests_t_nifti_SOURCES = tests/t-nifti.c tests/nifti-make.h
 check_PROGRAMS += tests/t-ssim
@@ -38,7 +51,7 @@ check_PROGRAMS += tests/t-splat
 tests_t_splat_SOURCES = tests/t-splat.c
 check_PROGRAMS += tests/t-loss-lowres
 tests_t_loss_lowres_SOURCES = tests/t-loss-lowres.c
-check_PROGRAMS += tests/t-voxelise
+
 check_PROGRAMS += tests/t-voxelise tests/t-extreme tests/t-fit-extreme
 tests_t_fit_extreme_SOURCES = tests/t-fit-extreme.c
 tests_t_extreme_SOURCES = tests/t-extreme.c
@@ -50,6 +63,15 @@ check_PROGRAMS += tests/t-schedule
 tests_t_schedule_SOURCES = tests/t-schedule.c
 check_PROGRAMS += tests/t-photons
 tests_t_photons_SOURCES = tests/t-photons.c
+check_PROGRAMS += tests/t-phantom
+tests_t_phantom_SOURCES = tests/t-phantom.c
+check_PROGRAMS += tests/t-orbit
+tests_t_orbit_SOURCES = tests/t-orbit.c
+check_PROGRAMS += tests/t-fuse tests/t-iterative
+tests_t_fuse_SOURCES = tests/t-fuse.c
+tests_t_iterative_SOURCES = tests/t-iterative.c
+check_PROGRAMS += tests/t-circle
+tests_t_circle_SOURCES = tests/t-circle.c
 check_PROGRAMS += tests/t-columns
 tests_t_columns_SOURCES = tests/t-columns.c
 check_PROGRAMS += tests/t-block-mean tests/t-matched
@@ -62,7 +84,8 @@ tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
 dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
 EXTRA_DIST += tests/t-convert.py tests/t-dicom.py tests/exr.py
-check_PROGRAMS += tests/t-exr
+check_PROGRAMS += tests/t-exr tests/t-exr-parts
+tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c
 dist_check_SCRIPTS += tests/t-exr-tools.sh
 check_PROGRAMS += tests/t-project tests/t-joseph
@@ -78,24 +101,37 @@ check_PROGRAMS += tests/t-loss tests/t-gsfit tests/t-density
 tests_t_density_SOURCES = tests/t-density.c
 tests_t_loss_SOURCES = tests/t-loss.c
 tests_t_gsfit_SOURCES = tests/t-gsfit.c
-dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-window.sh
+dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-window.sh tests/t-compose.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c
-check_PROGRAMS += tests/t-unet
+check_PROGRAMS += tests/t-unet tests/t-arch
 tests_t_unet_SOURCES = tests/t-unet.c
+tests_t_arch_SOURCES = tests/t-arch.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
 	tests/gold/ddnm-plus-x8-noisy.safetensors tests/gold/ddnm-travel.safetensors
-dist_check_SCRIPTS += tests/t-train.sh
+check_PROGRAMS += tests/t-train-state
+tests_t_training_SOURCES = tests/t-training.c tests/training.h
+tests_t_train_state_SOURCES = tests/t-train-state.c tests/training.h
+dist_check_SCRIPTS += tests/t-train.sh tests/t-train-options.sh
 check_PROGRAMS += tests/t-superres tests/t-training
-tests_t_training_SOURCES = tests/t-training.c
 tests_t_superres_SOURCES = tests/t-superres.c
+check_PROGRAMS += tests/t-superres-runs tests/t-prior
+tests_t_superres_runs_SOURCES = tests/t-superres-runs.c
+tests_t_prior_SOURCES = tests/t-prior.c
 check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
-check_PROGRAMS += tests/t-survey tests/t-montage
+# An index beyond the end of an array stops these.
+BOUNDS = -fsanitize=bounds -fsanitize-undefined-trap-on-error
+check_PROGRAMS += tests/t-survey tests/t-montage tests/t-fdk-grid
+tests_t_survey_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
+	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
-dist_check_SCRIPTS += tests/t-info.sh tests/t-view.sh
+dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
 tests_t_image_SOURCES = tests/t-image.c
@@ -103,6 +139,15 @@ nodist_EXTRA_tests_t_image_SOURCES = tests/link-with-cxx.cc
 tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/t-image.c
+endif
+if HAVE_VTK
+check_PROGRAMS += tests/t-apart tests/t-fragments
+tests_t_apart_SOURCES = tests/t-apart.cc
+tests_t_apart_LDADD = libctshim.a libct.a $(CT_LIBS)
+tests_t_fragments_SOURCES = tests/t-fragments.cc
+tests_t_fragments_LDADD = libctshim.a libct.a $(CT_LIBS)
+else
+EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
@@ -114,12 +159,12 @@ tests_t_tv_SOURCES = tests/t-tv.c
 check_PROGRAMS += tests/t-joint
 tests_t_joint_SOURCES = tests/t-joint.c
 dist_check_SCRIPTS += tests/t-ct-fuse.sh
-dist_check_SCRIPTS += tests/t-ct-upsample.sh
+dist_check_SCRIPTS += tests/t-ct-upsample.sh tests/t-upsample-operator.sh
 check_PROGRAMS += tests/t-fdk tests/t-weights
 tests_t_weights_SOURCES = tests/t-weights.c
 tests_t_fdk_SOURCES = tests/t-fdk.c
-dist_check_SCRIPTS += tests/t-ct-fdk.sh
-dist_check_SCRIPTS += tests/t-cost.sh
+dist_check_SCRIPTS += tests/t-ct-fdk.sh tests/t-verbose.sh
+dist_check_SCRIPTS += tests/t-cost.sh tests/t-cost-figures.sh tests/t-limits.sh tests/t-sr-plan.sh
 # The vectors at each level.
 if SIMD_LEVELS
 check_PROGRAMS += tests/t-vec-v2 tests/t-vec-v3 tests/t-vec-v4
@@ -152,3 +197,30 @@ check_PROGRAMS += tests/t-rescue
 tests_t_rescue_SOURCES = tests/t-rescue.c
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h
+check_PROGRAMS += tests/t-fit-state tests/t-fit tests/t-refit
+tests_t_fit_state_SOURCES = tests/t-fit-state.c
+tests_t_fit_SOURCES = tests/t-fit.c
+tests_t_refit_SOURCES = tests/t-refit.c
+check_PROGRAMS += tests/t-place tests/t-loss-total
+tests_t_place_SOURCES = tests/t-place.c
+tests_t_loss_total_SOURCES = tests/t-loss-total.c
+check_PROGRAMS += tests/t-options
+tests_t_options_SOURCES = tests/t-options.c tests/capture.h
+check_PROGRAMS += tests/t-help
+tests_t_help_SOURCES = tests/t-help.c tests/capture.h
+check_PROGRAMS += tests/t-files
+tests_t_files_SOURCES = tests/t-files.c tests/scratch.h
+check_PROGRAMS += tests/t-chain-run
+tests_t_chain_run_SOURCES = tests/t-chain-run.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-state
+tests_t_state_SOURCES = tests/t-state.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-signals
+tests_t_signals_SOURCES = tests/t-signals.c tests/scratch.h
+check_PROGRAMS += tests/t-scan-file
+tests_t_scan_file_SOURCES = tests/t-scan-file.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-evidence
+tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h
+if HAVE_OIIO
+check_PROGRAMS += tests/t-libraries
+tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
+endif

@@ -7,6 +7,7 @@
 #include "tap.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -281,8 +282,221 @@ static void test_threads(void)
 	ct_vol_free(&v);
 }
 
+/* Lines along `axis` that all hold the differences d[0..count) around their middle, from `base` on,
+ * scaled by 1000; of every second line, `other` if there is one. */
+static void fill_lines(
+	struct ct_vol *v, int axis, const double *d, const double *other, int count, double base)
+{
+	size_t at[3], i = 0;
+
+	for (at[2] = 0; at[2] < v->n[2]; at[2]++)
+		for (at[1] = 0; at[1] < v->n[1]; at[1]++)
+			for (at[0] = 0; at[0] < v->n[0]; at[0]++) {
+				const size_t block = (at[(axis + 1) % 3] + at[(axis + 2) % 3]) % 2;
+				const double *use = other && block ? other : d;
+				double value = base;
+
+				for (int k = 0; k < count; k++)
+					value += at[axis] > v->n[axis] / 2 - (size_t)count / 2 +
+									 (size_t)k
+							 ? 1000 * use[k]
+							 : 0;
+				v->data[i++] = (float)value;
+			}
+}
+
+/* How many lines have an edge, of 12 x 13. */
+static size_t lines(int axis, const double *d, int count, double base)
+{
+	size_t n[3], edges;
+	struct ct_vol v;
+
+	n[axis] = 16;
+	n[(axis + 1) % 3] = 14;
+	n[(axis + 2) % 3] = 15;
+	alloc(&v, n[0], n[1], n[2]);
+	fill_lines(&v, axis, d, NULL, count, base);
+	edges = estimate(&v, four).axis[axis].edges;
+	ct_vol_free(&v);
+	return edges;
+}
+
+static void test_conditions(void)
+{
+	static const double rim[] = {0.01, 0, 0, 1};
+	static const double noisy[][1] = {{0.401}, {0.399}};
+	static const double large[] = {0.151}, small[] = {0.149}, back[] = {0, 1, 0, -0.13},
+			    away[] = {-0.155, 0, 1, 0, 0}, down[] = {-0.3, -1, -0.2},
+			    even[] = {0.5, 0.6, 0.4};
+
+	for (int axis = 0; axis < 3; axis++) {
+		if (axis > 0) /* along the first a block that holds the step counts as noise */
+			OK(lines(axis, large, 1, 0) == 156 && lines(axis, small, 1, 0) == 0,
+				"axis %d: steps of 150 HU", axis);
+		OK(lines(0, noisy[0], 1, 0) == 156 && lines(0, noisy[1], 1, 0) == 0,
+			"of 400 HU where there is noise");
+		OK(lines(axis, back, 4, 0) == 156 && lines(axis, away, 5, 0) == 0,
+			"that go one way");
+		OK(lines(axis, down, 3, 500) == 156 && lines(axis, even, 3, 0) == 156,
+			"down or up");
+		OK(lines(axis, large, 1, -1099) == 156 && lines(axis, large, 1, -1101) == 0 &&
+				lines(axis, down, 3, 401) == 156 && lines(axis, down, 3, 399) == 0,
+			"not from padding, or to it");
+		OK(lines(axis, rim, 4, -1099) == 156 && lines(axis, rim, 4, -1105) == 0,
+			"nor where the window begins in it");
+	}
+}
+
+/* A plane that leans: across it there is more change than along an axis, or less. */
+static void test_lean(void)
+{
+	for (int k = 0; k < 4; k++) {
+		const double lean = k % 2 ? 1.15 : 0.85;
+		struct ct_blur s;
+		struct ct_vol v;
+		size_t i = 0;
+
+		alloc(&v, 40, 20, 20);
+		for (int z = 0; z < 20; z++)
+			for (int y = 0; y < 20; y++)
+				for (int x = 0; x < 40; x++)
+					v.data[i++] =
+						(float)(500 *
+							erf((x - 20.3 -
+								    lean * ((k / 2 ? z : y) - 10)) /
+								0.7));
+		s = estimate(&v, four);
+		OK((s.axis[0].edges > 100) == (k % 2 == 0) &&
+				(s.axis[k / 2 ? 2 : 1].edges > 100) == (k % 2) &&
+				s.axis[k / 2 ? 1 : 2].edges == 0,
+			"an edge belongs to the axis along which it is steepest (%zu, %zu)",
+			s.axis[0].edges, s.axis[k / 2 ? 2 : 1].edges);
+		ct_vol_free(&v);
+	}
+}
+
+/* r(1)/r(0) of an edge that is blurred by sigma, by many more points. */
+static double ratio(double sigma)
+{
+	double sum[2] = {0};
+
+	for (int i = 0; i < 4000; i++) {
+		const double t = M_PI * (i + 0.5) / 8000,
+			     s = pow(sin(t) / t, 2) * exp(-4 * t * t * sigma * sigma);
+
+		sum[0] += s;
+		sum[1] += s * cos(2 * t);
+	}
+	return sum[1] / sum[0];
+}
+
+static double sigma_of(double r)
+{
+	double lo = 0, hi = 1;
+
+	for (int k = 0; k < 30; k++)
+		*(ratio((lo + hi) / 2) < r ? &lo : &hi) = (lo + hi) / 2;
+	return lo;
+}
+
+/* Of lines whose differences are known all figures are sums of a few terms. */
+static void test_figures(void)
+{
+	static const double kinds[][3] = {{0.1, 0.8, 0.1}, {0.17, 0.66, 0.17}, {0.125, 0.75, 0.125},
+		{0.15, 0.6, 0.25}, {0.126, 0.748, 0.126}, {0.1715, 0.657, 0.1715},
+		{0.1735, 0.653, 0.1735}};
+	static const double factor[] = {4, 1.5, 2, 8, 1, 4, 4};
+
+	for (int k = 0; k < 14; k++) {
+		const double *d[2] = {kinds[k % 7], kinds[k < 7 ? k : (k + 3) % 7]},
+			     f = factor[k % 7];
+		double r0[2] = {0}, r1[2] = {0}, re, im, power = 0, rho, error, measured, sharp;
+		struct ct_blur s;
+		struct ct_vol v;
+
+		for (int h = 0; h < 2; h++) {
+			re = im = 0;
+			for (int q = 0; q < 3; q++) {
+				r0[h] += d[h][q] * d[h][q];
+				r1[h] += q ? d[h][q] * d[h][q - 1] : 0;
+				re += d[h][q] * cos(0.8 * M_PI * q);
+				im += d[h][q] * sin(0.8 * M_PI * q);
+			}
+			power += (re * re + im * im) / 2;
+		}
+		rho = (r1[0] + r1[1]) / (r0[0] + r0[1]);
+		error = sqrt((pow(r1[0] - rho * r0[0], 2) + pow(r1[1] - rho * r0[1], 2)) * 60) /
+			(60 * (r0[0] + r0[1]));
+		measured = sigma_of(rho);
+		sharp = sigma_of(rho - 2 * error);
+		alloc(&v, 14, 12, 14); /* 120 lines inside */
+		fill_lines(&v, 0, d[0], d[1], 3, 0);
+		s = estimate(&v, (const double[3]){f, f, f});
+		OK(s.axis[0].edges == 120 && fabs(s.axis[0].measured - measured) < 1e-3,
+			"lines %d: blur %.4f", k, s.axis[0].measured);
+		NEAR(s.axis[0].sigma, 0.64 * sqrt(fmax(0, sharp * sharp - pow(0.6 / f, 2))), 2e-3,
+			"to assume");
+		NEAR(s.axis[0].aliasing, power, 1e-5, "power");
+		OK(s.axis[0].sampling == (power < 0.141          ? CT_SAMPLING_WELL
+						 : power < 0.292 ? CT_SAMPLING_SHARP
+								 : CT_SAMPLING_ALIASED),
+			"sampling");
+		ct_vol_free(&v);
+	}
+}
+
+/* An edge wider than any that is told apart. */
+static void test_wide(void)
+{
+	static const double d[] = {0.13, 0.14, 0.15, 0.16, 0.15, 0.14, 0.13};
+	struct ct_blur s;
+	struct ct_vol v;
+
+	alloc(&v, 20, 12, 14);
+	fill_lines(&v, 0, d, NULL, 7, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].edges == 120, "wide edges: %zu", s.axis[0].edges);
+	NEAR(s.axis[0].measured, 1, 1e-9, "a sample at most");
+	ct_vol_free(&v);
+}
+
+/* Eleven edges tell nothing, twelve do. */
+static void test_few(void)
+{
+	static const double d[] = {0.1, 0.8, 0.1};
+	struct ct_blur s;
+	struct ct_vol v;
+
+	alloc(&v, 14, 13, 3);
+	fill_lines(&v, 0, d, NULL, 3, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].edges == 11 && isnan(s.axis[0].measured) &&
+			s.axis[0].sampling == CT_SAMPLING_UNKNOWN,
+		"eleven edges");
+	ct_vol_free(&v);
+	alloc(&v, 14, 12, 1);
+	fill_lines(&v, 0, d, NULL, 3, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].edges == 10, "ten in a slice of twelve lines");
+	ct_vol_free(&v);
+	alloc(&v, 9, 6, 5); /* the shortest lines */
+	fill_lines(&v, 0, d, NULL, 3, 0);
+	s = estimate(&v, four);
+	OK(s.axis[0].edges == 12 && s.axis[0].measured > 0, "twelve");
+	ct_vol_free(&v);
+	alloc(&v, 7, 9, 9);
+	fill_lines(&v, 0, d, NULL, 3, 0);
+	OK(estimate(&v, four).axis[0].edges == 0, "of a line too short none");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
+	test_conditions();
+	test_lean();
+	test_figures();
+	test_wide();
+	test_few();
 	test_closed_form();
 	test_point();
 	test_noise();

@@ -2,6 +2,7 @@
  * Joseph's method against sums done another way. */
 #include "config.h"
 #include "core/rng.h"
+#include "xray/columns.h"
 #include "xray/phantom.h"
 #include "xray/project.h"
 #include "xray/scan.h"
@@ -131,6 +132,7 @@ static void t_extremes(void)
 		{"one slice", {40, 40, 1}, {1, 1, 1}, 0.9, {0, 0.2}, 20, CT_CONE},
 		{"one column", {1, 1, 60}, {1, 1, 1}, 0.9, {0.2, 0}, 64, CT_CONE},
 		{"thin slices, steep rays", {30, 30, 160}, {2, 2, 0.15}, 1.1, {0, 9}, 60, CT_CONE},
+		{"steeper ones, to both sides", {9, 8, 60}, {2, 2, 0.1}, 0.9, {0, 0}, 60, CT_CONE},
 		{"rays in faces", {16, 16, 16}, {1, 1, 1}, 1, {0, 0}, 17, CT_PARALLEL},
 		{"rays through centres", {16, 16, 16}, {1, 1, 1}, 1, {0, 0}, 16, CT_PARALLEL},
 		{"beside the volume", {16, 16, 16}, {1, 1, 1}, 1, {0, 400}, 16, CT_CONE}};
@@ -203,6 +205,138 @@ static void t_empty(void)
 	ct_vol_free(&v);
 	free(x);
 	free(y);
+}
+
+/* Turn a grid and its views about the origin. */
+static void turn(struct ct_vol *v, struct ct_stack *s)
+{
+	static const double to[3][3] = {{0.36, -0.8, 0.48}, {0.48, 0.6, 0.64}, {-0.8, 0, 0.6}};
+
+	for (size_t k = 0; k < 4 + 4 * s->views; k++) {
+		struct ct_view *w = k < 4 ? NULL : &s->view[k / 4 - 1];
+		double *at = !w           ? NULL
+			     : k % 4 == 0 ? w->source
+			     : k % 4 == 1 ? w->centre
+			     : k % 4 == 2 ? w->u
+					  : w->v;
+		double was[3];
+
+		for (int r = 0; r < 3; r++)
+			was[r] = at ? at[r] : v->affine[r][k];
+		for (int r = 0; r < 3; r++)
+			*(at ? &at[r] : &v->affine[r][k]) =
+				to[r][0] * was[0] + to[r][1] * was[1] + to[r][2] * was[2];
+	}
+}
+
+/* Along which axis of the grid the detector columns run, in all views; a detector of few rows is
+ * not worth it. Columns that lean by 1e-7 voxels over the detector still do. */
+static void t_axis(void)
+{
+	static const int to[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+	static const size_t n[3] = {6, 9, 12};
+	static const double mm[3] = {1, 2, 0.5};
+	static const int want[3] = {2, 0, 1};
+
+	for (int o = 0; o < 3; o++)
+		for (size_t h = 7; h < 9; h++) {
+			struct ct_vol v = grid(n, mm, to[o], o == 1);
+			struct ct_scan scan = scan_of(CT_CONE, &v, 4, 5, h, 1);
+			struct ct_stack s = {0};
+			struct ct_projector g;
+
+			must(ct_scan_fill(&s, &scan, &err));
+			turn(&v, &s);
+			must(ct_projector_init(&g, &v, &s, &err));
+			OK(ct_columns_axis(&g) == (h < 8 ? -1 : want[o]), "%zu rows along axis %d",
+				h, want[o]);
+			for (size_t k = 0; k < 4 && h == 8; k += 3)
+				for (int lean = 0; lean < 4; lean++) {
+					struct ct_view was = s.view[k];
+					double mine = 0.9e-7 / 8, *f = s.view[k].v;
+
+					mine = lean % 2 ? 1.1e-7 / 8 : mine;
+					for (int r = 0; r < 3;
+						r++) /* of the thickest voxels, 2 mm */
+						f[r] += mine *
+							(lean < 2 ? v.affine[r][o]
+								  : v.affine[r][(o + 1) % 3]);
+					OK(ct_columns_axis(&g) == (lean % 2 ? -1 : want[o]),
+						"view %zu leans by %.3g", k, mine);
+					s.view[k] = was;
+				}
+			if (h == 8) { /* a view that lies on its side */
+				memcpy(s.view[0].v, s.view[0].u, sizeof s.view[0].v);
+				OK(ct_columns_axis(&g) == -1, "one on its side");
+			}
+			must(ct_projector_reserve(&g, &err));
+			OK(ct_projector_bytes(&g) == 0 && !g.columns, "nothing is reserved");
+			ct_stack_free(&s);
+			ct_vol_free(&v);
+		}
+}
+
+/* Room for columns of [n] voxels with 32 zeros behind, and two numbers for each. */
+static void t_room(void)
+{
+	static const int to[3] = {0, 1, 2};
+	struct ct_vol v = grid((const size_t[]){6, 9, 12}, (const double[]){1, 1, 1}, to, false);
+	struct ct_scan scan = scan_of(CT_CONE, &v, 4, 5, 8, 1);
+	struct ct_stack s = {0};
+	struct ct_projector g;
+
+	must(ct_scan_fill(&s, &scan, &err) || ct_projector_init(&g, &v, &s, &err) ||
+		ct_projector_reserve(&g, &err));
+	OK(ct_projector_bytes(&g) == 54 * (44 * 4 + 8), "%zu bytes", ct_projector_bytes(&g));
+	ct_projector_free(&g);
+	must(ct_projector_init(&g, &v, &s, &err));
+	g.n[0] = 1525190; /* offsets within a row of columns are 32 bits: 44 x 2^26 / 44 */
+	OK(ct_columns_axis(&g) == 2, "a row of 2^26 numbers");
+	g.n[0] = 1525202;
+	OK(ct_columns_axis(&g) == -1, "and no more");
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
+/* A source that shines away from the volume sees nothing of it, from all sides; one that shines at
+ * it does. */
+static void t_behind(void)
+{
+	static const int to[3] = {0, 1, 2};
+	struct ct_vol v = grid((const size_t[]){6, 9, 12}, (const double[]){1, 1, 1}, to, false);
+	struct ct_scan scan = scan_of(CT_CONE, &v, 8, 12, 14, 1);
+	struct ct_stack s = {0}, t = {0};
+
+	scan.arc = 360;
+	must(ct_scan_fill(&s, &scan, &err) || ct_scan_fill(&t, &scan, &err));
+	for (size_t k = 0; k < 8; k++)
+		for (int a = 0; a < 3; a++) {
+			t.view[k].source[a] *= -1;
+			t.view[k].centre[a] = t.view[k].source[a] * 1.7;
+		}
+	for (int how = 0; how < 4; how++) {
+		struct ct_projector g, away;
+		float *x = calloc(ct_vol_count(&v), sizeof *x);
+
+		must(ct_projector_init(&g, &v, &s, &err) || ct_projector_init(&away, &v, &t, &err));
+		g.method = away.method = how % 2 ? CT_JOSEPH : CT_SIDDON;
+		if (how > 1)
+			must(ct_projector_reserve(&g, &err) || ct_projector_reserve(&away, &err));
+		ct_project(&g, 0, 8, s.data, v.data, NULL);
+		ct_project(&away, 0, 8, t.data, v.data, NULL);
+		ct_project_adjoint(&away, 0, 8, x, s.data, NULL);
+		OK(maxdiff(ct_stack_count(&s), s.data, NULL) > 1, "in front of the source");
+		OK(maxdiff(ct_stack_count(&t), t.data, NULL) == 0 &&
+				maxdiff(ct_vol_count(&v), x, NULL) == 0,
+			"%s, %s: nothing behind it", methods[how % 2],
+			how > 1 ? "many at once" : "one at a time");
+		ct_projector_free(&g);
+		ct_projector_free(&away);
+		free(x);
+	}
+	ct_stack_free(&s);
+	ct_stack_free(&t);
+	ct_vol_free(&v);
 }
 
 /* Interpolate a grid with unit axes at a world point, two axes only; 0 beyond it. */
@@ -327,6 +461,9 @@ int main(void)
 	t_same();
 	t_extremes();
 	t_empty();
+	t_axis();
+	t_room();
+	t_behind();
 	t_joseph();
 	t_order();
 	return tap_done();

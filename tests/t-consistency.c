@@ -93,13 +93,45 @@ static void test_factor(void)
 	}
 }
 
+/* A table without any symmetry. */
+static void test_any_table(void)
+{
+	struct ct_taps t = {0};
+	struct ct_svd f = {0};
+	double worst = 0, *a;
+
+	must(ct_taps_alloc(&t, 11, 6, 11, &err));
+	for (size_t i = 0; i < 66; i++)
+		t.w[i] = (double)ct_rng_normal(9, 0, i);
+	must(ct_svd_alloc(&f, &t, &err));
+	a = dense(&t);
+	for (size_t i = 0; i < 66; i++) {
+		double s = 0;
+
+		for (size_t k = 0; k < 6; k++)
+			s += f.u[k * 6 + i / 11] * f.g[k] * f.v[k * 11 + i % 11];
+		worst = fmax(worst, fabs(s - a[i]));
+	}
+	OK(worst < 1e-11 && skewness(f.u, 6, 6) < 1e-11 && skewness(f.v, 6, 11) < 1e-11,
+		"any table is factored (%.2g)", worst);
+	free(a);
+	ct_svd_free(&f);
+	t.n_in = 5;
+	OK(ct_svd_alloc(&f, &t, &err) < 0 && err.code == CT_EINPUT, "but for one that refines");
+	t.n_in = 11;
+	memset(t.w, 0, 66 * sizeof *t.w);
+	OK(ct_svd_alloc(&f, &t, &err) < 0 && err.code == CT_EINPUT && !f.u, "or one of zeros");
+	ct_taps_free(&t);
+}
+
 /* Sinc decimation after a Gaussian: g_k is the Gaussian's transfer at k/(2n) cycles, over sqrt(s).
  */
 static void test_singular_values(void)
 {
 	struct ct_taps t = {0};
 	struct ct_svd f = {0};
-	double worst = 0;
+	double worst = 0, most, least;
+	size_t lost = 0;
 
 	must(ct_degrade_taps(&t, 64, 4, 1.7, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
 	for (size_t k = 0; k < 16; k++) {
@@ -115,6 +147,19 @@ static void test_singular_values(void)
 	must(ct_degrade_taps(&t, 64, 4, 6, CT_DECIMATE_SINC, &err) || ct_svd_alloc(&f, &t, &err));
 	OK(f.lost > 0 && f.condition <= CT_SVD_LIMIT,
 		"a blur too wide to undo: %zu frequencies given up", f.lost);
+	most = least = f.g[0];
+	for (size_t k = 0; k < f.m; k++) {
+		double length = 0;
+
+		for (size_t i = 0; i < f.n; i++)
+			length += f.v[k * f.n + i] * f.v[k * f.n + i];
+		lost += f.g[k] == 0.0;
+		worst = fmax(worst, fabs(length - (f.g[k] != 0.0)));
+		most = fmax(most, f.g[k]);
+		least = f.g[k] > 0 ? fmin(least, f.g[k]) : least;
+	}
+	OK(lost == f.lost && fabs(f.condition * least / most - 1) < 1e-12 && worst < 2e-3,
+		"of which nothing is left");
 	ct_svd_free(&f);
 	ct_taps_free(&t);
 }
@@ -291,6 +336,7 @@ static void test_fractions(void)
 int main(void)
 {
 	test_factor();
+	test_any_table();
 	test_singular_values();
 	test_exact();
 	test_noise();

@@ -52,6 +52,22 @@ exits 4 'a folder that is not there' ct-convert a.nii none/d.nii
 printf '\000\000\300\177\000\000\200\077' >nan.raw
 exits 6 'NaN is refused' ct-convert --raw 2x1x1:f32 --spacing 1 nan.raw d.nii
 ls -A | grep -q '^d\.nii'; [ $? -eq 1 ]; ok $? 'nor a temporary one'
+no() { exits 2 "$1" ct-convert $2 a.raw d.nii; has err "$3" "$3"; } # no NAME ARGS WORDS
+no 'raw without a type' '--raw 4x3x2 --spacing 1' "'4x3x2' is not WxHxD:TYPE"
+no 'no size' '--raw 4x3x2:i16 --spacing 1,0,1' 'spacing: 1,0,1 is not positive'
+no 'nothing left' '--raw 4x3x2:i16 --spacing 1 --slope 0' 'slope 0 leaves nothing'
+for f in .nii .nii.gz nii; do exits 2 "$f is no name" ct-convert a.nii $f; done
+exits 0 'what is no file needs no name' ct-convert -f a.nii /dev/null
+# three numbers of the operator go with their axes, and go where voxels change
+ct-phantom -q --size 24x24x24 --spacing 2,3,6 sphere p.nii && ct-degrade -q -x 4,2,1 p.nii q.nii
+ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  factor  *1,4,2$' 'factors'
+has info '^  sigma  *0,1.69865806,0.84932903$' 'and blurs'; has info '^orientation  *SRA$' 'with their axes'
+ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
+! grep -q '^  \(factor\|sigma\|decimate\)' info; ok $? 'none of other voxels'; has info '^size  *10 14 29$' 'as many as fit'
+has info '^centre-mm  *0 0 0$' 'about the same centre'
+ct-phantom -q --size 8x8x8 --spacing 4 ellipsoids p4.nii; ct-convert -q --iso 4 p4.nii same.nii
+[ "$(tail -c 2048 p4.nii | cksum)" = "$(tail -c 2048 same.nii | cksum)" ]; ok $? '--iso of the same size changes nothing'
+exits 2 'too many voxels' ct-convert --iso 0.0001 --cube 8 q.nii d.nii; has err 'iso 0.0001 makes .* voxels along an axis' 'says so'
 if command -v nifti_tool >/dev/null 2>&1; then
 	nifti_tool -check_hdr -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: header'
 	nifti_tool -check_nim -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: image'

@@ -10,9 +10,12 @@
 #include "core/words.h"
 #include "tap.h"
 
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 static void test_sizes(void)
 {
@@ -25,6 +28,111 @@ static void test_sizes(void)
 	OK(ct_vol_alloc(&v, big, &e) && e.code == CT_EINPUT, "a petabyte is refused");
 	OK(ct_vol_alloc(&v, none, &e) && e.code == CT_EINPUT, "an empty volume is refused");
 	OK(v.data == NULL, "nothing was allocated");
+}
+
+/* What is not linear in its own words: sizes at their limits, and arrays that grow. */
+static void test_arrays(void)
+{
+	struct ct_err e = {0};
+	int *a = NULL;
+	size_t cap = 0, size = 0;
+	char *p = NULL;
+	bool kept = true;
+
+	OK(ct_size_mul(&size, 6, 7, "x", &e) == 0 && size == 42, "a product of sizes");
+	OK(ct_size_mul(&size, SIZE_MAX / 2 + 1, 2, "this", &e) < 0 && strstr(e.msg, "this: size"),
+		"one that overflows is named");
+	OK(ct_alloc(&p, CT_MAX_BYTES / 8 + 1, 8, &e) < 0 && e.code == CT_EINPUT && !p,
+		"an array larger than any is refused");
+	OK(ct_alloc(&p, SIZE_MAX / 8 + 2, 8, &e) < 0 && e.code == CT_EINPUT && !p,
+		"and one whose size overflows");
+	for (size_t n = 0; n < 300; n++) {
+		must(ct_alloc0(&p, n, 1, &e));
+		kept = kept && (uintptr_t)p % 64 == 0;
+		for (size_t i = 0; i < n; i++)
+			kept = kept && p[i] == 0;
+		free(p);
+	}
+	OK(kept, "arrays begin at whole cache lines, with zeroes if asked for");
+	must(ct_grow(&a, &cap, 5, sizeof *a, &e));
+	OK(cap == 5, "room for five");
+	for (int i = 0; i < 5; i++)
+		a[i] = 3 * i;
+	must(ct_grow(&a, &cap, 6, sizeof *a, &e));
+	OK(cap == 7, "it grows by half");
+	must(ct_grow(&a, &cap, 7, sizeof *a, &e) || ct_grow(&a, &cap, 2, sizeof *a, &e));
+	OK(cap == 7, "not while there is room");
+	must(ct_grow(&a, &cap, 1000, sizeof *a, &e));
+	for (int i = 0; i < 5; i++)
+		kept = kept && a[i] == 3 * i;
+	OK(cap == 1000 && kept, "or by more, and keeps what was there");
+	OK(ct_grow(&a, &cap, CT_MAX_BYTES / sizeof *a + 1, sizeof *a, &e) < 0 &&
+			e.code == CT_EINPUT && cap == 1000,
+		"within the limit");
+	free(a);
+	OK(ct_mem_room(1 << 20, &e) == 0, "a mebibyte is to be had");
+}
+
+static void test_errors(void)
+{
+	struct ct_err e = {0};
+	char many[700];
+
+	OK(ct_fail(&e, CT_EGEOM, "%d\x1b[7m\t \x1f~\x7f\xc3\xa4", 5) == -1 && e.code == CT_EGEOM &&
+			strcmp(e.msg, "5?[7m? ?~?\xc3\xa4") == 0,
+		"nothing in a message steers a terminal");
+	memset(many, 'x', sizeof many - 1);
+	many[sizeof many - 1] = 0;
+	ct_fail(&e, CT_EINPUT, "why");
+	OK(ct_blame(&e, "what") == -1 && strcmp(e.msg, "what: why") == 0 && e.code == CT_EINPUT,
+		"blame stands in front");
+	ct_fail(&e, CT_EINPUT, "%s", many);
+	ct_blame(&e, many);
+	OK(strlen(e.msg) == 200 + 2 + 290 && e.msg[200] == ':',
+		"as much of it as there is room for");
+}
+
+static char heard[200];
+static volatile sig_atomic_t stop;
+
+static void hear(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	snprintf(heard, sizeof heard, "%d %d %s", env->verbose, (int)level, text);
+}
+
+static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	snprintf(heard, sizeof heard, "%d %s %zu of %zu", env->verbose, what, done, total);
+}
+
+static void test_env(void)
+{
+	struct ct_env env = {.log = hear, .progress = watch, .stop = &stop};
+	struct ct_err e = {0};
+	bool right = true;
+
+	for (env.verbose = -1; env.verbose <= 3; env.verbose++)
+		for (int level = CT_WARN; level <= CT_DEBUG; level++) {
+			char want[40] = "";
+
+			heard[0] = 0;
+			ct_log(&env, (enum ct_level)level, "%s %d", "x", 7);
+			if (level <= env.verbose)
+				snprintf(want, sizeof want, "%d %d x 7", env.verbose, level);
+			right = right && strcmp(heard, want) == 0;
+		}
+	OK(right, "words are heard up to their level");
+	ct_progress(&env, "work", 3, 9);
+	OK(strcmp(heard, "4 work 3 of 9") == 0, "progress is passed on");
+	OK(!ct_stopping(&env) && ct_check_stop(&env, &e) == 0, "nobody asks to stop");
+	stop = 1;
+	OK(ct_stopping(&env) && ct_check_stop(&env, &e) < 0 && e.code == CT_ESTOP, "somebody does");
+	env = (struct ct_env){0};
+	ct_log(&env, CT_WARN, "to nobody");
+	ct_log(NULL, CT_WARN, "to nobody");
+	ct_progress(&env, "work", 1, 2);
+	ct_progress(NULL, "work", 1, 2);
+	OK(!ct_stopping(&env) && !ct_stopping(NULL), "and without ears nothing happens");
 }
 
 static void test_meta(void)
@@ -52,8 +160,103 @@ static void test_meta(void)
 	OK(ct_meta_get(&copy, "input") == NULL, "the step's own input key is gone");
 	ct_meta_drop(&m, "factor");
 	OK(ct_meta_get(&m, "factor") == NULL && m.n == 2, "drop");
+	OK(strcmp(ct_meta_get(&m, "sigma"), "nan") == 0 &&
+			strcmp(ct_meta_get(&m, "input"), "a.nii xxh3:00") == 0,
+		"the others stay");
+	ct_meta_drop(&m, "none");
+	OK(m.n == 2, "what is not there is not dropped");
+	OK(ct_meta_set(&m, "", "x", &e) < 0 && e.code == CT_EINPUT, "a key has a name");
+	OK(ct_meta_setf(&m, &e, "seed", "%d %s", 5, "x") == 0 &&
+			strcmp(ct_meta_get(&m, "seed"), "5 x") == 0 && m.n == 3 &&
+			ct_meta_setf(&m, &e, "seed", "6") == 0 && m.n == 3 &&
+			strcmp(ct_meta_get(&m, "seed"), "6") == 0,
+		"a value is replaced");
 	ct_meta_free(&m);
 	ct_meta_free(&copy);
+}
+
+/* What is a list of three numbers? */
+static void test_numbers(void)
+{
+	static const struct {
+		const char *text;
+		int rc;
+	} c[] = {{"1,2,3", 0}, {"7", 0}, {"-1e3,.5,+4", 0}, {"1,2", -1}, {"1,2,3,", -1},
+		{"1,2,3,4", -1}, {"1,,3", -1}, {"", -1}, {",", -1}, {"7,", -1}, {"7 ", -1},
+		{"1,2,x", -1}, {"1,2,3x", -1}, {"1;2;3", -1}, {"inf", -1}, {"1,1e999,2", -1},
+		{"x", -1}};
+	struct ct_err e = {0};
+	struct ct_meta m = {0};
+
+	for (size_t k = 0; k < sizeof c / sizeof *c; k++) {
+		double v[3] = {0};
+
+		must(ct_meta_set(&m, "sigma", c[k].text, &e));
+		OK(ct_meta_numbers(&m, "sigma", 3, v, &e) == c[k].rc &&
+				(c[k].rc == 0 || e.code == CT_EINPUT),
+			"'%s' is %s list of three numbers", c[k].text, c[k].rc ? "no" : "a");
+	}
+	ct_meta_free(&m);
+}
+
+static const char *history(size_t n, const struct ct_meta *const *in, const char *command)
+{
+	static struct ct_meta m;
+	const struct ct_env env = {.history = command};
+	struct ct_err e = {0};
+
+	must(ct_meta_step(&m, &env, n, in, &e));
+	return ct_meta_get(&m, CT_META_HISTORY);
+}
+
+static void test_history(void)
+{
+	struct ct_err e = {0};
+	struct ct_meta a = {0}, b = {0}, none = {0};
+
+	must(ct_meta_set(&a, CT_META_INPUT, "a.nii xxh3:0a", &e) ||
+		ct_meta_set(&b, CT_META_INPUT, "b.nii xxh3:0b", &e));
+	OK(strcmp(history(0, NULL, "ct-phantom 1"), "ct-phantom 1") == 0, "the first command");
+	OK(strcmp(history(2, (const struct ct_meta *const[]){&a, &b}, "ct-y"),
+		   "ct-phantom 1\nct-y # a.nii xxh3:0a b.nii xxh3:0b") == 0,
+		"a line each, inputs behind a #");
+	OK(strcmp(history(4, (const struct ct_meta *const[]){NULL, &none, &b, &a}, NULL),
+		   "ct-phantom 1\nct-y # a.nii xxh3:0a b.nii xxh3:0b\n"
+		   "ctsr # b.nii xxh3:0b a.nii xxh3:0a") == 0,
+		"also if the first has no name");
+	ct_meta_free(&a);
+	ct_meta_free(&b);
+}
+
+/* By their definition, from blocks of Philox, with words that are all different. */
+static void test_uniform(void)
+{
+	const uint64_t seed = 0x123456789abcdef1, stream = 0xfedcba9876543212;
+	bool words = true, reals = true, below = true, normal = true;
+
+	for (uint64_t i = 0xffffffff; i < 0x10000000fu; i++) {
+		const uint32_t in[4] = {(uint32_t)i, (uint32_t)(i >> 32), 0x76543212, 0xfedcba98},
+			       key[2] = {0x9abcdef1, 0x12345678};
+		uint32_t r[4];
+		double x;
+
+		ct_philox(r, in, key);
+		x = ((double)r[0] / 0x1p32 + (double)r[1]) / 0x1p32;
+		for (uint64_t h = 0; h < 2; h++) { /* Box and Muller */
+			const double y = ((double)r[2] / 0x1p32 + (double)r[3]) / 0x1p32;
+			const double z = sqrt(-2 * log(x)) * cos(2 * M_PI * (y - 0.25 * (double)h));
+
+			normal = normal &&
+				 fabs((double)ct_rng_normal(seed, stream, 2 * i + h) - z) < 1e-6;
+		}
+		words = words && ct_rng_u32(seed, stream, i) == r[0];
+		reals = reals && fabs(ct_rng_uniform(seed, stream, i) - x) <= 0x1p-53;
+		for (uint64_t n = 1; n < 1000; n *= 3)
+			below = below &&
+				(double)ct_rng_below(seed, stream, i, n) == floor(x * (double)n);
+	}
+	OK(normal, "normal numbers, two of a block");
+	OK(words && reals && below, "whole numbers, and numbers below 1 and below n");
 }
 
 static void test_rng(void)
@@ -96,6 +299,27 @@ static void square(void *arg, size_t i, size_t worker)
 	((uint64_t *)arg)[i] += (uint64_t)i * i;
 }
 
+/* Which thread a worker is, as far as is known. */
+struct faces {
+	pthread_t thread[4];
+	bool known[4], other[4], beyond;
+};
+
+static void look(void *arg, size_t i, size_t worker)
+{
+	struct faces *f = arg;
+
+	(void)i;
+	if (worker >= 4) {
+		f->beyond = true;
+		return;
+	}
+	if (f->known[worker] && !pthread_equal(f->thread[worker], pthread_self()))
+		f->other[worker] = true;
+	f->thread[worker] = pthread_self();
+	f->known[worker] = true;
+}
+
 static void nested(void *arg, size_t i, size_t worker)
 {
 	(void)worker;
@@ -108,6 +332,7 @@ static void test_par(void)
 	static uint64_t a[N], sums[100];
 	struct ct_err e = {0};
 	struct ct_par *p = NULL;
+	struct faces f = {0};
 	void *both[2];
 	size_t bad = 0;
 
@@ -117,6 +342,11 @@ static void test_par(void)
 	for (size_t i = 0; i < N; i++)
 		bad += a[i] != 100 * (uint64_t)i * i;
 	OK(bad == 0, "every index ran once a loop");
+	for (int round = 0; round < 200; round++)
+		ct_par_for(p, 100, look, &f);
+	OK(f.known[0] && !f.beyond && !f.other[0] && !f.other[1] && !f.other[2] && !f.other[3],
+		"a worker is one thread, the caller the first");
+	OK(pthread_equal(f.thread[0], pthread_self()), "who works, too");
 	both[0] = p;
 	both[1] = sums;
 	ct_par_for(p, 10, nested, both);
@@ -126,6 +356,9 @@ static void test_par(void)
 	ct_par_free(p);
 	ct_par_for(NULL, N, square, a);
 	OK(a[3] == 909, "no pool runs on the caller");
+	must(ct_par_alloc(&p, 0, &e));
+	OK(ct_par_threads(p) == 1 && ct_par_threads(NULL) == 1, "one thread at least");
+	ct_par_free(p);
 }
 
 static void test_grids(void)
@@ -206,6 +439,23 @@ static void test_words(void)
 		"no part of one");
 }
 
+/* Seconds of the processor, as the system counts them for another purpose. */
+static double used(void)
+{
+	struct rusage r;
+
+	getrusage(RUSAGE_SELF, &r);
+	return (double)(r.ru_utime.tv_sec + r.ru_stime.tv_sec) +
+	       (double)(r.ru_utime.tv_usec + r.ru_stime.tv_usec) / 1e6;
+}
+
+static void test_seconds(void)
+{
+	while (used() < 0.1)
+		;
+	NEAR(ct_clock_cpu(), used(), 0.03, "seconds are seconds");
+}
+
 static void test_clock(void)
 {
 	double wall = ct_clock_wall(), cpu = ct_clock_cpu(), before;
@@ -222,9 +472,16 @@ static void test_clock(void)
 int main(void)
 {
 	test_clock();
+	test_seconds();
 	test_words();
 	test_sizes();
+	test_arrays();
+	test_errors();
+	test_env();
 	test_meta();
+	test_numbers();
+	test_history();
+	test_uniform();
 	test_rng();
 	test_par();
 	test_grids();

@@ -72,6 +72,9 @@ run whole.exr --norm 0; run same.exr
 is 'flat("whole.exr") == flat("same.exr") and 10.5 < max(flat("same.exr")) <= 1.0501 * NORM' \
 	'0 is the largest of IN'
 
+run e0.exr --eta 0; run e99.exr --eta 0.99
+is 'flat("e99.exr") == flat("same.exr") and rms(flat("e0.exr"), flat("same.exr")) > 1e-3 * NORM' '--eta: 0.99 by default'
+
 ct-project -q --views 2 --coarsen 4 --pixel sinc hr.nii sinc.exr
 ct-ddnm -v -n 1 --sampler ddnm sinc.exr told.exr 2>err
 has err 'operator of blur 0.6 px' '--sigma-det: what a coarse voxel is at the detector, of itself'

@@ -14,7 +14,8 @@ enum { C = 2, H = 3, W = 5, S = 4, NY = C * H * W, N = H * W * S * S, NX = C * N
 struct oracle {
 	const struct ct_schedule *schedule;
 	const float *answer; /* NULL: a network with opinions of its own */
-	size_t calls, nan_at;
+	size_t calls, nan_at, nan;
+	float *second; /* what it is asked at its second call, unless NULL */
 };
 
 static void opinions(double t, const float *x, float *eps)
@@ -36,7 +37,9 @@ static int network(void *ctx, double t, const float *x, float *eps, struct ct_er
 	else
 		opinions(t, x, eps);
 	if (++o->calls == o->nan_at)
-		eps[7] = NAN;
+		eps[o->nan] = NAN;
+	if (o->second && o->calls == 2)
+		memcpy(o->second, x, NX * sizeof *x);
 	return 0;
 }
 
@@ -263,15 +266,49 @@ static void test_spread(void)
 	free(t);
 }
 
-static void test_nan(void)
+static size_t drawn;
+
+/* As supply; draws come in their order. */
+static void in_order(void *ctx, size_t draw, size_t n, float *z)
+{
+	if (draw == drawn)
+		drawn++;
+	supply(ctx, draw, n, z);
+}
+
+/* Back in time: the estimate, noised again with a draw of its own. */
+static void test_travel(void)
+{
+	static const int t[] = {400, 300, 350, -1};
+	static float x[NX], y[NY], xt[NX], eps[NX], z[NX], want[NX], seen[NX];
+	struct oracle o = {.schedule = &schedule, .second = seen};
+	struct ct_ddnm d = sampler(&o, &mean, t, 4);
+	double at = ct_schedule_abar(&schedule, 400), back = ct_schedule_abar(&schedule, 350);
+
+	supply(NULL, 0, NX, xt);
+	supply(NULL, 2, NX, z);
+	opinions(400, xt, eps);
+	for (size_t i = 0; i < NX; i++) {
+		double x0 = ((double)xt[i] - sqrt(1 - at) * (double)eps[i]) / sqrt(at);
+
+		want[i] = (float)(sqrt(back) * x0 + sqrt(1 - back) * (double)z[i]);
+	}
+	d.normals = in_order;
+	OK(ct_ddnm(&d, x, y, NULL, &err) == 0 && o.calls == 2 && drawn == 4, "time travel");
+	NEAR(maxdiff(NX, seen, want), 0, 5e-6, "goes back with the network's own estimate");
+}
+
+/* In the first value, in one between and in the last. */
+static void test_nan(size_t at)
 {
 	static const int t[] = {40, 20, 0, -1};
 	static float x[NX], y[NY];
-	struct oracle o = {.schedule = &schedule, .nan_at = 2};
+	struct oracle o = {.schedule = &schedule, .nan_at = 2, .nan = at};
 	struct ct_ddnm d = sampler(&o, &mean, t, 4);
 	struct ct_err e = {0};
 
-	OK(ct_ddnm(&d, x, y, NULL, &e) && e.code == CT_ENUMERIC && strstr(e.msg, "timestep 20"),
+	OK(ct_ddnm(&d, x, y, NULL, &e) && e.code == CT_ENUMERIC && strstr(e.msg, "timestep 20") &&
+			o.calls == 2,
 		"NaN from the network: %s", e.msg);
 }
 
@@ -288,7 +325,10 @@ int main(void)
 	test_consistent();
 	test_plus();
 	test_spread();
-	test_nan();
+	test_travel();
+	test_nan(0);
+	test_nan(7);
+	test_nan(NX - 1);
 	ct_measurement_free(&mean);
 	ct_measurement_free(&matched);
 	return tap_done();

@@ -6,6 +6,7 @@
 #include "resolution/degrade.h"
 #include "numbers.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,6 +26,142 @@ static int line(float *y, const float *x, size_t n, size_t s, double sigma, enum
 	free(scratch);
 	ct_taps_free(&t);
 	return rc;
+}
+
+/* Row i of D over the n voxels of an axis, from the definition in degrade.h: decimation of the N in
+ * the middle, and then the Gaussian of each of them. */
+static void defined(double *row, size_t i, size_t n, double s, double sigma, enum ct_decimate how)
+{
+	const size_t m = (size_t)floor((double)n / s + 1e-9),
+		     N = (size_t)ceil((double)m * s - 1e-9);
+	const ptrdiff_t reach = (ptrdiff_t)floor(4 * sigma + 0.5), last = (ptrdiff_t)N - 1;
+	const double from = ((double)N - (double)m * s) / 2 + (double)i * s, mid = from + s / 2;
+	double total = 0;
+
+	memset(row, 0, n * sizeof *row);
+	for (ptrdiff_t d = -reach; d <= reach; d++)
+		total += sigma > 0 ? exp(-(double)(d * d) / (2 * sigma * sigma)) : 1;
+	for (size_t k = 0; k < N; k++) {
+		double w = 0;
+
+		if (m == N)
+			w = k == i;
+		else if (how == CT_DECIMATE_MEAN)
+			w = fmax(0, fmin((double)k + 1, from + s) - fmax((double)k, from)) / s;
+		else if (how == CT_DECIMATE_POINT)
+			w = fmax(0, 1 - fabs((double)k + 0.5 - mid));
+		else
+			for (size_t p = 0; p < m; p++)
+				w += (p ? 2.0 : 1.0) / (double)N *
+				     cos(M_PI * (double)p * ((double)k + 0.5) / (double)N) *
+				     cos(M_PI * (double)p * mid / (double)N);
+		for (ptrdiff_t d = -reach; d <= reach; d++) {
+			ptrdiff_t at = (ptrdiff_t)k + d;
+
+			while (at < 0 || at > last)
+				at = at < 0 ? -1 - at : 2 * last + 1 - at;
+			row[(size_t)at + (n - N) / 2] +=
+				w / total *
+				(sigma > 0 ? exp(-(double)(d * d) / (2 * sigma * sigma)) : 1);
+		}
+	}
+}
+
+static void test_definition(void)
+{
+	static const double factor[] = {1, 1.5, 2, 2.5, 3, 8.0 / 3, 4, 3.7},
+			    sigma[] = {0, 0.1, 0.4, 1.1, 2.34};
+	static const size_t size[] = {4, 9, 17, 26};
+	double row[26], worst = 0;
+	size_t n_out = 0;
+
+	for (size_t c = 0; c < 8 * 5 * 4 * 3; c++) {
+		const double s = factor[c % 8], g = sigma[c / 8 % 5];
+		const size_t n = size[c / 40 % 4];
+		const enum ct_decimate how = (enum ct_decimate)(c / 160);
+		struct ct_taps t = {0};
+
+		must(ct_degrade_taps(&t, n, s, g, how, &err));
+		n_out += t.n_in == n && t.n_out == (size_t)((double)n / s + 1e-9);
+		for (size_t i = 0; i < t.n_out; i++) {
+			defined(row, i, n, s, g, how);
+			for (size_t q = 0; q < t.taps; q++)
+				row[t.first[i] + q] -= t.w[i * t.taps + q];
+			for (size_t k = 0; k < n; k++)
+				worst = fmax(worst, fabs(row[k]));
+		}
+		ct_taps_free(&t);
+	}
+	OK(n_out == 480 && worst < 1e-9, "rows as they are defined, fractions of voxels too (%.2g)",
+		worst);
+	OK(ct_degrade_size(30, 30 / (10 - 0.8e-6)) == 10 &&
+			ct_degrade_size(30, 30 / (10 - 1.2e-6)) == 9 &&
+			ct_degrade_cover(10, 3.00000008) == 30 &&
+			ct_degrade_cover(10, 3.00000012) == 31,
+		"a factor in decimals counts as whole when it nearly is");
+}
+
+/* Where the first cell lies, of fractions of voxels too: voxels of 2, 0.5 and 3 mm, turned. */
+static void test_place(void)
+{
+	const double hi[3][4] = {{1.2, -0.4, 0, 10}, {1.6, 0.3, 0, 20}, {0, 0, 3, 30}};
+	const struct ct_degrade d = {{2.5, 3, 1.5}, {0}, CT_DECIMATE_MEAN};
+	const size_t n[3] = {
+		14, 10, 5}; /* 5 cells in 13; 3 in 9; 3 in 5, each a part from the edge */
+	const double first[3] = {0 + 0.25 + 1.25 - 0.5, 0 + 1.5 - 0.5, 0 + 0.25 + 0.75 - 0.5};
+	struct ct_vol a = {0}, b = {0};
+	double p[3], q[3], mm[3];
+
+	memcpy(a.affine, hi, sizeof hi);
+	ct_degrade_affine(b.affine, hi, n, &d);
+	ct_vol_world(&a, first, p);
+	ct_vol_world(&b, (const double[3]){0, 0, 0}, q);
+	ct_vol_spacing(&b, mm);
+	OK(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]) < 1e-12, "the first cell's centre");
+	OK(fabs(mm[0] - 5) + fabs(mm[1] - 1.5) + fabs(mm[2] - 4.5) < 1e-12, "and sizes");
+}
+
+static void test_limits(void)
+{
+	static const char *const bad[][3] = {{"1e7", "0", "factor"}, {"4,4,0.9", "0", "factor"},
+		{"4", "-0.1", "sigma"}, {"4", "1,1,2e4", "sigma"}, {"4", "x", "sigma"},
+		{"x", "0", "factor"}};
+	struct ct_degrade d = {{2, 1.5, 1}, {0}, CT_DECIMATE_MEAN}, got = {0};
+	struct ct_taps t = {0};
+	struct ct_meta m = {0};
+	bool refused = true;
+
+	for (int p = 1; p <= 2; p++) {
+		const double per = p == 1 ? 2.3548 : 4;
+
+		ct_degrade_protocol(&d, p);
+		OK(fabs(d.sigma[0] - 2 / per) + fabs(d.sigma[1] - 1.5 / per) < 1e-12 &&
+				d.sigma[2] == 0 && d.decimate == CT_DECIMATE_SINC,
+			"P%d", p);
+	}
+	OK(ct_degrade_taps(&t, 9, 0.99, 0, d.decimate, &err) < 0 && err.code == CT_EINPUT &&
+			ct_degrade_taps(&t, 9, 2e6, 0, d.decimate, &err) < 0 &&
+			err.code == CT_EINPUT &&
+			ct_degrade_taps(&t, 9, 10, 0, d.decimate, &err) < 0 && err.code == CT_EGEOM,
+		"factors that are none");
+	OK(ct_degrade_taps(&t, 9, 2, -0.1, d.decimate, &err) < 0 && err.code == CT_EINPUT &&
+			ct_degrade_taps(&t, 9, 2, 2e4, d.decimate, &err) < 0 &&
+			err.code == CT_EINPUT,
+		"and widths");
+	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+		must(ct_meta_set(&m, "factor", bad[k][0], &err) ||
+			ct_meta_set(&m, "sigma", bad[k][1], &err));
+		refused = refused && ct_degrade_get(&m, &got, &err) < 0 && err.code == CT_EINPUT &&
+			  strstr(err.msg, bad[k][2]) && got.factor[0] == 0;
+	}
+	OK(refused, "in metadata too");
+	must(ct_meta_set(&m, "factor", "1,2,1000", &err));
+	ct_meta_drop(&m, "sigma");
+	got.sigma[1] = 7;
+	OK(ct_degrade_get(&m, &got, &err) == 0 && got.factor[2] == 1000 && got.sigma[1] == 0 &&
+			got.decimate == CT_DECIMATE_SINC,
+		"without blur if none is told");
+	ct_meta_free(&m);
 }
 
 static void test_constant(void)
@@ -214,7 +351,7 @@ static void test_noise(void)
 {
 	enum { N = 200000 };
 	float *a = calloc(N, sizeof *a), *b = calloc(N, sizeof *b);
-	double sum = 0, squares = 0;
+	double sum = 0, squares = 0, worst = 0;
 	struct ct_par *par = NULL;
 
 	if (!a || !b || ct_par_alloc(&par, 4, &err))
@@ -222,6 +359,9 @@ static void test_noise(void)
 	ct_degrade_noise(a, N, 11, 5, NULL);
 	ct_degrade_noise(b, N, 11, 5, par);
 	OK(memcmp(a, b, N * sizeof *a) == 0, "noise: 1 and 4 threads, same bytes");
+	for (size_t i = 0; i < N; i++)
+		worst = fmax(worst, fabs((double)a[i] - 11 * (double)ct_rng_normal(5, 0, i)));
+	OK(worst < 1e-5, "number i for value i");
 	for (size_t i = 0; i < N; i++) {
 		sum += (double)a[i];
 		squares += (double)a[i] * (double)a[i];
@@ -235,6 +375,9 @@ static void test_noise(void)
 
 int main(void)
 {
+	test_definition();
+	test_place();
+	test_limits();
 	test_constant();
 	test_exact();
 	test_frequencies();

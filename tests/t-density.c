@@ -7,6 +7,7 @@
 #include "gs/densify.h"
 #include "gs/fit.h"
 #include "gs/place.h"
+#include "gs/random-stream.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -96,6 +97,134 @@ static void pruned(enum ct_activation activation)
 		"and those whose density counts");
 	ct_gauss_free(&g);
 	ct_gs_adam_free(&a);
+}
+
+/* For softplus the density counts: that of raw -12 is 6e-6, of -11 1.7e-5. */
+static void positive(void)
+{
+	struct ct_densify_rule r = rule();
+	struct ct_densify_count c;
+	struct ct_gauss g;
+	struct ct_gs_adam a;
+
+	set(&g, &a, 3);
+	g.activation = CT_SOFTPLUS;
+	g.raw[0] = -12;
+	g.raw[1] = -11;
+	must(ct_densify_control(&g, &a, &r, &c, 1, 600, &err));
+	OK(c.pruned == 1 && g.n == 2 && g.raw[0] == -11, "a density that is next to none");
+	g.raw[0] = g.raw[1] = -12;
+	OK(ct_densify_control(&g, &a, &r, &c, 1, 600, &err) == -1 && err.code == CT_ENUMERIC &&
+			g.n == 0,
+		"none is left: %s", err.msg);
+	ct_gauss_free(&g);
+	ct_gs_adam_free(&a);
+}
+
+/* Those that stay take all with them: parameters, moments, steps. */
+static void moved(void)
+{
+	struct ct_densify_rule r = rule();
+	struct ct_densify_count c;
+	struct ct_gauss g;
+	struct ct_gs_adam a;
+	size_t wrong = 0;
+
+	set(&g, &a, 7);
+	for (size_t i = 0; i < 7; i++) {
+		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+			ct_gaussian_field(&g, k)[i] = 0.5f + 0.1f * (float)(k + i);
+			a.m[k][i] = (float)(100 + 10 * k + i);
+			a.v[k][i] = (float)(300 + 10 * k + i);
+		}
+		a.steps[i] = 40 + (uint32_t)i;
+		a.screen[i] = 0.1f;
+		a.seen[i] = 1;
+		g.raw[i] = i == 2 || i == 4 || i == 5 ? 0 : 1 + (float)i;
+	}
+	must(ct_densify_control(&g, &a, &r, &c, 1, 600, &err));
+	for (size_t i = 0; i < g.n && i < 4; i++) {
+		const size_t from = (const size_t[]){0, 1, 3, 6}[i];
+
+		for (size_t k = 0; k < CT_GS_RAW; k++)
+			wrong += ct_gaussian_field(&g, k)[i] != 0.5f + 0.1f * (float)(k + from);
+		for (size_t k = 0; k < CT_GS_FIELDS; k++)
+			wrong += a.m[k][i] != (float)(100 + 10 * k + from) ||
+				 a.v[k][i] != (float)(300 + 10 * k + from);
+		wrong += a.steps[i] != 40 + from || a.seen[i] != 0 || fabsf(a.screen[i]) > 0;
+	}
+	OK(g.n == 4 && c.pruned == 3 && wrong == 0, "what stays keeps all that it has");
+	a.screen[1] = 7;
+	a.seen[1] = 8;
+	ct_gs_adam_move(&a, 0, 1);
+	OK(a.screen[0] == 7 && a.seen[0] == 8 && a.steps[0] == 41, "and what was seen of it");
+	ct_gs_adam_reset(&a, 1);
+	OK(fabsf(a.screen[1]) + fabsf(a.m[3][1]) + fabsf(a.v[4][1]) <= 0 &&
+			a.seen[1] + a.steps[1] == 0,
+		"until it is forgotten");
+	ct_gauss_free(&g);
+	ct_gs_adam_free(&a);
+}
+
+/* Up to the most, in order; children are drawn from their parent, by its axes, their widths kept
+ * above the least; the same draws as ever. */
+static void born(void)
+{
+	static const size_t parent[] = {0, 1, 3};
+	struct ct_densify_rule r = rule();
+	struct ct_densify_count c;
+	struct ct_gauss g, was;
+	struct ct_gs_adam a, b;
+	double off = 0, wide = 0;
+
+	for (int k = 0; k < 2; k++) {
+		set(k ? &was : &g, k ? &b : &a, 6);
+		for (size_t i = 0; i < 6; i++)
+			for (size_t f = 0; f < CT_GS_RAW; f++)
+				ct_gaussian_field(k ? &was : &g, f)[i] =
+					f < CT_GS_SCALE || f >= CT_GS_ROT
+						? 0.3f * ct_rng_normal(1, f, i)
+						: 0.2f + 0.1f * (float)(f - CT_GS_SCALE);
+	}
+	for (size_t i = 0; i < 6; i++)
+		a.screen[i] = i == 2 ? 0 : 9;
+	r.most = 9; /* three of the five that would */
+	r.ln_least = 0.3 - log(1.6);
+	must(ct_densify_control(&g, &a, &r, &c, 77, 600, &err));
+	OK(g.n == 9 && c.split == 3 && c.cloned == 0 && g.raw[4] == 0.1f && g.raw[3] == 0.05f,
+		"the first three of those that would be split");
+	for (size_t k = 0; k < 3; k++) {
+		const size_t i = parent[k], child[2] = {i, 6 + k};
+		struct ct_gaussian m;
+		double p[3], l[3], q[4];
+
+		for (int f = 0; f < 4; f++) {
+			q[f] = (double)was.rot[f][i];
+			if (f < 3) {
+				p[f] = (double)was.pos[f][i];
+				l[f] = (double)was.scale[f][i];
+			}
+		}
+		ct_gaussian_make(&m, p, l, q, 0);
+		for (size_t n = 0; n < 2; n++)
+			for (int f = 0; f < 3; f++) {
+				double at = p[f];
+
+				for (size_t x = 0; x < 3; x++)
+					at += m.a[f][x] * m.s[x] *
+					      (double)ct_rng_normal(
+						      77, CT_STREAM_SPLIT + 600, 6 * i + 3 * n + x);
+				off = fmax(off, fabs((double)g.pos[f][child[n]] - at));
+				wide = fmax(wide, fabs((double)g.scale[f][child[n]] -
+							  fmax(l[f] - log(1.6), r.ln_least)));
+			}
+	}
+	OK(off < 1e-5, "children are drawn from their parent");
+	OK(wide < 1e-6, "1.6 times smaller, but not below the least");
+	ct_gauss_free(&g);
+	ct_gauss_free(&was);
+	ct_gs_adam_free(&a);
+	ct_gs_adam_free(&b);
 }
 
 /* Parallel beam: the gradient by position is that on the screen over the pixel's size. */
@@ -282,6 +411,63 @@ static void adam(void)
 	ct_gs_adam_free(&a);
 }
 
+/* Many, in chunks and with threads, against one number at a time; a gradient as small as epsilon
+ * makes half a step. */
+static void adam_many(void)
+{
+	enum { MANY = 2 * CT_GS_CHUNK + 5 };
+	const double lr[CT_GS_FIELDS] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.1};
+	const double ln_s[2] = {-99, 99};
+	struct ct_gs_adam_scalar one = {0};
+	struct ct_gradient grad = {0};
+	struct ct_par *par;
+	struct ct_gauss g;
+	struct ct_gs_adam a;
+	double worst = 0, x = 0;
+
+	must(ct_par_alloc(&par, 3, &err) || ct_gradient_reserve(&grad, MANY, &err));
+	for (size_t n = CT_GS_CHUNK; n <= MANY; n += MANY - CT_GS_CHUNK) {
+		set(&g, &a, n);
+		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+			ct_rng_normals(n, a.m[k], 1, k, 0);
+			ct_rng_normals(n, ct_gaussian_field(&g, k), 2, k, 0);
+			ct_rng_normals(n, grad.d[k], 3, k, 0);
+			for (size_t i = 0; i < n; i++)
+				a.v[k][i] = 1 + (float)(i % 3);
+		}
+		for (size_t i = 0; i < n; i++)
+			a.steps[i] = (uint32_t)(i / 300 * 100 + i % 11 / 10);
+		OK(a.cap >= n, "room for all");
+		ct_gs_adam_step(&a, &g, &grad, lr, ln_s, par);
+		for (size_t k = 0; k < CT_GS_FIELDS; k++)
+			for (size_t i = 0; i < n; i++) {
+				struct ct_gs_adam_scalar t = {(double)ct_rng_normal(1, k, i),
+					1 + (double)(i % 3),
+					(uint32_t)(i / 300 * 100 + i % 11 / 10)};
+
+				x = (double)ct_rng_normal(2, k, i);
+				ct_gs_adam_scalar_step(
+					&t, &x, (double)ct_rng_normal(3, k, i), lr[k]);
+				worst = fmax(worst, fabs(x - (double)ct_gaussian_field(&g, k)[i]));
+			}
+		ct_gauss_free(&g);
+		ct_gs_adam_free(&a);
+	}
+	OK(grad.cap >= MANY && grad.d[CT_GS_RAW] && grad.screen, "room for the gradient");
+	OK(worst < 1e-4, "a step of many, each of its age: off by %g", worst);
+	x = 0;
+	ct_gs_adam_scalar_step(&one, &x, 1e-15, 1);
+	NEAR(x, -0.5, 1e-9, "half a step of one number");
+	set(&g, &a, 1);
+	grad.d[0][0] = 1e-15f;
+	ct_gs_adam_step(&a, &g, &grad, lr, ln_s, NULL);
+	NEAR((double)g.pos[0][0], -0.05, 1e-5, "and of a set");
+	ct_gauss_free(&g);
+	ct_gs_adam_free(&a);
+	ct_gradient_free(&grad);
+	ct_par_free(par);
+}
+
 enum { N = 16, VIEWS = 3 };
 
 struct scene {
@@ -383,6 +569,13 @@ static void rates(struct scene *s, const struct ct_env *env)
 			printf("# %g, not %g\n", most, want);
 		ct_fit_free(&f);
 	}
+	must(ct_fit_init(&f, &o, &d, env, &err));
+	f.g.scale[0][0] = -30;
+	f.g.scale[2][1] = 30;
+	must(ct_fit_run(&f, &d, env, &err));
+	NEAR((double)f.g.scale[0][0], log(5e-4 * 32), 1e-6, "no smaller than the least");
+	NEAR((double)f.g.scale[2][1], log(0.5 * 32), 1e-6, "nor larger than the most");
+	ct_fit_free(&f);
 	o.gamma_rate = 0.01;
 	must(ct_fit_init(&f, &o, &d, env, &err));
 	for (size_t i = 0; i < f.g.n; i += 2)
@@ -412,9 +605,13 @@ int main(void)
 	thresholds();
 	pruned(CT_PRELU);
 	pruned(CT_RELU);
+	positive();
+	moved();
+	born();
 	screen();
 	places();
 	adam();
+	adam_many();
 	published();
 	scene(&s, &env);
 	rates(&s, &env);

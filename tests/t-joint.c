@@ -406,6 +406,117 @@ static void test_trust(struct ct_env *env)
 	}
 }
 
+/* The first step of the solution: of g = F P' W (P x0 - y), made consistent. */
+static int look_first(void *ctx, const struct ct_joint *j, struct ct_err *e)
+{
+	double *at = ctx;
+
+	(void)e;
+	at[0] = j->at.first;
+	at[1] = j->at.mu;
+	return 0;
+}
+
+static void test_first(struct ct_env *env)
+{
+	struct problem p;
+	struct ct_consistency dc = {0};
+	struct ct_joint j;
+	double at[2] = {0}, want;
+	float g[N], q[RAYS], *scratch;
+
+	make(&p, 240, 1, 3);
+	p.z[3] += 5; /* x0 is not consistent */
+	j = solver(&p, 1e-3, 1, env);
+	j.rule.every = 1;
+	j.save = look_first;
+	j.ctx = at;
+	must(ct_joint_run(&j, env, &err));
+	forward(&p.d, q, 240, p.x0, NULL, &err);
+	for (size_t r = 0; r < RAYS; r++) /* pixels alone: F is 0.05 */
+		q[r] = 0.05F * (q[r] - p.y[r]);
+	adjoint(&p.d, g, 240, q, NULL, &err);
+	for (size_t i = 0; i < N; i++)
+		g[i] = p.x0[i] - g[i] / (float)(1.4 * j.at.fista.norm);
+	must(ct_consistency_alloc(&dc, &half, size, p.z, 0, NULL, &err));
+	scratch = malloc(ct_consistency_scratch(&dc) * sizeof *scratch);
+	ct_consistency_apply(&dc, g, scratch, NULL);
+	want = rms(N, g, p.x0);
+	NEAR(at[0] / want, 1, 1e-4, "RMS of the first step");
+	NEAR(at[1] / want, 1.6 * 0.85, 2e-4, "mu falls from 1.6 of it by 0.85 a step");
+	ct_consistency_free(&dc);
+	free(scratch);
+	ct_joint_free(&j);
+	free(p.d.a);
+}
+
+/* When mu is chosen the solution starts anew from where the choice ended. */
+static int look_chosen(void *ctx, const struct ct_joint *j, struct ct_err *e)
+{
+	size_t *seen = ctx;
+
+	(void)e;
+	seen[0] += j->at.phase == CT_JOINT_CHOOSE;
+	if (j->at.phase == CT_JOINT_SOLVE && seen[1]++ == 0)
+		seen[2] = j->at.done == 0 && j->at.fista.momentum == 1 && j->at.fista.misfit == 0 &&
+			  memcmp(j->ahead, j->x, N * sizeof *j->x) == 0 &&
+			  j->at.mu >= j->at.first && j->at.mu >= j->at.chosen;
+	return 0;
+}
+
+static void test_chosen(struct ct_env *env)
+{
+	struct problem p;
+	size_t seen[3] = {0};
+	struct ct_joint j;
+
+	make(&p, 40, 3, 0.1);
+	j = solver(&p, 0, 7, env);
+	j.rule.every = 1;
+	j.save = look_chosen;
+	j.ctx = seen;
+	must(ct_joint_run(&j, env, &err));
+	OK(seen[2] && seen[1] == 7, "the solution starts anew, %zu times 7 steps", seen[1]);
+	OK(seen[0] > 2 && seen[0] <= 9 && j.at.done == 7, "after %zu looks at mu", seen[0]);
+	ct_joint_free(&j);
+	ct_joint_free(&j); /* legal */
+	free(p.d.a);
+}
+
+/* F of a row of w pixels: one less 0.95 of the mirrored mean with the samples of sinc^2. */
+static void test_filter(struct ct_env *env, size_t views, size_t w)
+{
+	struct ct_linear rays = {N, views, w, forward, adjoint, NULL};
+	float zero[M] = {0}, *row = normals(w, 1, 1, 1), *got = calloc(w, sizeof *got);
+	double f0 = fmin(0.5, 2 * (double)views / (M_PI * (double)w)), sum = 0, worst = 0, *scratch;
+	ptrdiff_t most = (ptrdiff_t)fmin(floor(2 / f0), (double)w - 1), n = (ptrdiff_t)w;
+	struct ct_joint j = {.rays = &rays, .cols = w, .rule = {{1, 1, 1}, 1, 1, 0}};
+
+	must(ct_joint_alloc(&j, &half, size, zero, env, &err));
+	scratch = malloc(j.taps * sizeof *scratch);
+	ct_taps_apply(got, row, (const size_t[3]){w, 1, 1}, 0, &j.filter, scratch, NULL);
+	for (ptrdiff_t k = -most; k <= most; k++)
+		sum += k ? pow(sin(M_PI * f0 * (double)k) / (M_PI * f0 * (double)k), 2) : 1;
+	for (ptrdiff_t m = 0; m < n; m++) {
+		double want = (double)row[m];
+
+		for (ptrdiff_t k = -most; k <= most; k++) {
+			ptrdiff_t at = m + k < 0    ? -1 - m - k
+				       : m + k >= n ? 2 * n - 1 - m - k
+						    : m + k;
+			double x = M_PI * f0 * (double)k;
+
+			want -= 0.95 / sum * (k ? pow(sin(x) / x, 2) : 1) * (double)row[at];
+		}
+		worst = fmax(worst, fabs(want - (double)got[m]));
+	}
+	NEAR(worst, 0, 1e-5, "the filter of a row");
+	ct_joint_free(&j);
+	free(scratch);
+	free(row);
+	free(got);
+}
+
 static void test_threads(struct ct_env *env)
 {
 	struct ct_env many = *env;
@@ -525,6 +636,11 @@ int main(void)
 	test_variation(&env);
 	test_choice(&env);
 	test_trust(&env);
+	test_first(&env);
+	test_chosen(&env);
+	test_filter(&env, 6, 50);
+	test_filter(&env, 200, 50);
+	test_filter(&env, 2, 9);
 	test_threads(&env);
 	test_resume(&env);
 	test_bad(&env);

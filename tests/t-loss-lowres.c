@@ -146,6 +146,133 @@ static void gradient(struct ct_gauss *g, const struct ct_degrade *d)
 	ct_vol_free(&lr);
 }
 
+/* The variance in coarse voxels that stands for each way of sampling, and the voxels that count. */
+static void blurs(void)
+{
+	static const struct {
+		double factor, sigma;
+		enum ct_decimate by;
+		double blur;
+	} row[] = {{1, 0, CT_DECIMATE_SINC, 0}, {1, 0.7, CT_DECIMATE_SINC, 0.49},
+		{1, 0, CT_DECIMATE_MEAN, 0}, {1, 0.5, CT_DECIMATE_MEAN, 0.25},
+		{1, 0.5, CT_DECIMATE_POINT, 0.25}, {2, 0, CT_DECIMATE_MEAN, 0.0625},
+		{3, 1.5, CT_DECIMATE_MEAN, 0.25 + 2 / 27.0}, {2, 0, CT_DECIMATE_POINT, 0.0625},
+		{4, 2, CT_DECIMATE_POINT, 0.25 + 1 / 64.0}, {3, 0, CT_DECIMATE_POINT, 0},
+		{5, 1, CT_DECIMATE_POINT, 0.04}, {1.6, 0.8, CT_DECIMATE_POINT, 0.25 + 0.25 / 2.56},
+		{2.4, 1.2, CT_DECIMATE_POINT, 0.25 + 0.25 / 5.76},
+		{1.4, 0.7, CT_DECIMATE_POINT, 0.25}, {2.6, 1.3, CT_DECIMATE_POINT, 0.25},
+		{4, 4, CT_DECIMATE_SINC, 1}, {4, 2, CT_DECIMATE_SINC, 0.4666012941},
+		{2, 0, CT_DECIMATE_SINC, 0.4666012941}};
+	struct ct_vol lr = {0};
+
+	must(ct_vol_alloc(&lr, (const size_t[]){9, 5, 7}, &err));
+	for (size_t i = 0; i < 9 * 5 * 7; i++)
+		lr.data[i] = ct_rng_normal(1, 0, i);
+	for (size_t k = 0; k < sizeof row / sizeof *row; k++)
+		for (int a = 0; a < 3; a++) {
+			struct ct_degrade d = {{1, 1, 1}, {0}, row[k].by};
+			const size_t lost = row[k].blur > 0 ? 2 : 0;
+			struct ct_loss_lowres o = {0};
+			const size_t *f = o.first, *n = o.n;
+			struct ct_block block;
+			size_t wrong = 0;
+
+			d.factor[a] = row[k].factor;
+			d.sigma[a] = row[k].sigma;
+			must(ct_loss_lowres_alloc(&o, &lr, &d, NULL, &err));
+			must(ct_loss_lowres_block(&block, &o, (const size_t[]){1, 0, 1},
+				(const size_t[]){2, 1, 2}, &err));
+			for (int c = 0; c < 3; c++)
+				wrong += f[c] != (c == a ? lost : 0) ||
+					 n[c] != lr.n[c] - 2 * f[c] ||
+					 fabs(block.world[c] - (double)(f[c] + (c != 1))) > 1e-12 ||
+					 fabs(block.blur[c] - (c == a ? row[k].blur : 0)) > 1e-6;
+			for (size_t i = 0; row[k].by != CT_DECIMATE_SINC && i < n[0] * n[1] * n[2];
+				i++)
+				wrong += fabsf(o.want[i] - lr.data[((f[2] + i / n[0] / n[1]) * 5 +
+									   f[1] + i / n[0] % n[1]) *
+									   9 +
+								   f[0] + i % n[0]]) > 0;
+			OK(wrong == 0, "%g-fold, %g, kind %d, axis %d", row[k].factor, row[k].sigma,
+				(int)row[k].by, a);
+			ct_loss_lowres_free(&o);
+		}
+	ct_vol_free(&lr);
+}
+
+/* A sinc's side is blurred on: every cosine of the grid by its factor. */
+static void cosines(void)
+{
+	const size_t m[3] = {9, 11, 8};
+	const struct ct_degrade d = {{4, 2, 3}, {1, 0, 0.6}, CT_DECIMATE_SINC};
+	struct ct_vol lr = {0};
+
+	must(ct_vol_alloc(&lr, m, &err));
+	for (size_t p = 0; p < 8; p += p ? 3 : 1) {
+		struct ct_loss_lowres o = {0};
+		double gain = 1, off = 0;
+
+		for (size_t i = 0; i < ct_vol_count(&lr); i++) {
+			const size_t at[3] = {i % m[0], i / m[0] % m[1], i / m[0] / m[1]};
+			double v = 1;
+
+			for (int a = 0; a < 3; a++)
+				v *= cos(M_PI * (double)p * ((double)at[a] + 0.5) / (double)m[a]);
+			lr.data[i] = (float)v;
+		}
+		must(ct_loss_lowres_alloc(&o, &lr, &d, NULL, &err));
+		for (int a = 0; a < 3; a++) {
+			double more = 0.4666012941 - pow(d.sigma[a] / d.factor[a], 2);
+
+			gain *= exp(-more / 2 * pow(M_PI * (double)p / (double)m[a], 2));
+		}
+		for (size_t i = 0; i < o.n[0] * o.n[1] * o.n[2]; i++) {
+			const size_t at =
+				((2 + i / o.n[0] / o.n[1]) * m[1] + 2 + i / o.n[0] % o.n[1]) *
+					m[0] +
+				2 + i % o.n[0];
+
+			off = fmax(off, fabs((double)o.want[i] - gain * (double)lr.data[at]));
+		}
+		OK(off < 1e-6, "cosine %zu: %g times", p, gain);
+		ct_loss_lowres_free(&o);
+	}
+	ct_vol_free(&lr);
+}
+
+/* The mean difference in a block, and a sign for each voxel. */
+static void signs(void)
+{
+	const size_t first[3] = {2, 1, 3}, n[3] = {5, 3, 4}, pitch = ct_rasterise_pitch(5);
+	struct ct_loss_lowres o = {.n = {9, 5, 8}};
+	float *f, *df;
+	double sum = 0, got;
+	size_t wrong = 0;
+
+	must(ct_alloc(&o.want, 360, sizeof(float), &err) ||
+		ct_alloc(&f, pitch * 12, sizeof *f, &err) ||
+		ct_alloc(&df, pitch * 12, sizeof *df, &err));
+	for (size_t i = 0; i < 360; i++)
+		o.want[i] = (float)(int)(2 * ct_rng_normal(1, 0, i));
+	for (size_t i = 0; i < pitch * 12; i++) {
+		f[i] = (float)(int)(2 * ct_rng_normal(1, 1, i));
+		df[i] = 9;
+	}
+	got = ct_loss_lowres_gradient(df, f, &o, first, n, 1.2);
+	for (size_t i = 0; i < pitch * 12; i++) {
+		const size_t x = i % pitch, y = i / pitch % 3, z = i / pitch / 3;
+		float d = x < 5 ? f[i] - o.want[((z + 3) * 5 + y + 1) * 9 + x + 2] : 0;
+
+		sum += fabs((double)d) / 60;
+		wrong += fabsf(df[i] - 0.02f * (float)((d > 0) - (d < 0))) > 1e-7f;
+	}
+	NEAR(got, sum, 1e-9, "the mean difference in a block");
+	OK(wrong == 0, "its gradient: a sign");
+	free(f);
+	free(df);
+	ct_loss_lowres_free(&o);
+}
+
 int main(void)
 {
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
@@ -178,5 +305,8 @@ int main(void)
 	ct_loss_lowres_free(&o);
 	ct_vol_free(&tiny);
 	ct_gauss_free(&g);
+	blurs();
+	cosines();
+	signs();
 	return tap_done();
 }

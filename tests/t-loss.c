@@ -156,6 +156,117 @@ static void tv(void)
 	free(waste);
 }
 
+/* Of an image of several strips: every pixel of the gradient of L1, and SSIM by its definition. */
+static void strips(void)
+{
+	enum { HH = 129, WW = 21 };
+	static float base[HH * WW], y[HH * WW], w[HH * WW], sx[HH * WW], sy[HH * WW];
+	static double room[1 << 16];
+	const size_t pitch = ct_rasterise_pitch(WW);
+	struct ct_loss_weights k = {1.5, 0.5, 0, 0, 0.25, 0};
+	struct ct_loss_terms t;
+	struct ct_loss_image l;
+	float *img, *d;
+
+	must(ct_loss_image_init(&l, HH, WW, &err) ||
+		ct_alloc(&img, HH * pitch, sizeof *img, &err) ||
+		ct_alloc(&d, HH * pitch, sizeof *d, &err) || ct_ssim_scratch(WW) > 1 << 16);
+	for (size_t i = 0; i < HH * pitch; i++)
+		img[i] = ct_rng_normal(6, 0, i);
+	for (size_t i = 0; i < HH * WW; i++) {
+		base[i] = (float)(i % 5);
+		y[i] = i % 7 ? base[i] + ct_rng_normal(6, 1, i)
+			     : base[i] + img[i / WW * pitch + i % WW]; /* no error, no slope */
+		w[i] = (float)ct_rng_uniform(6, 2, i);
+	}
+	for (int way = 0; way < 8; way++) { /* base, weights, SSIM */
+		double sum = 0, off = 0, pad = 0;
+
+		k.mean_weight = way & 2 ? 0.5 : 1;
+		k.ssim = way & 4 ? 0 : 0.5;
+		for (size_t i = 0; i < HH * pitch; i++)
+			d[i] = 9;
+		ct_loss_image_gradient(&l, &t, d, img, pitch, way & 1 ? base : NULL, y,
+			way & 2 ? w : NULL, &k, NULL);
+		for (size_t r = 0; r < HH; r++)
+			for (size_t c = 0; c < pitch; c++) {
+				const size_t i = r * WW + c;
+				double want, step;
+
+				if (c >= WW) {
+					pad = fmax(pad, fabs((double)d[r * pitch + c]));
+					continue;
+				}
+				sx[i] = 0.25f * (img[r * pitch + c] + (way & 1 ? base[i] : 0));
+				sy[i] = 0.25f * y[i];
+				want = (double)sx[i] - (double)sy[i];
+				step = way & 2 ? (double)w[i] : 1;
+				sum += step * fabs(want);
+				step *= 0.25 * 1.5 / (HH * WW * k.mean_weight);
+				want = want > 0 ? step : want < 0 ? -step : 0;
+				off = fmax(off, fabs((double)d[r * pitch + c] - want));
+			}
+		NEAR(t.l1 / (sum / (HH * WW) / k.mean_weight), 1, 1e-6, "L1 of several strips");
+		OK(pad <= 0, "nothing beyond the columns");
+		if (way & 4)
+			OK(off < 1e-9 && fabs(t.dssim) <= 0, "the sign of every pixel, no SSIM");
+		else if (!(way & 2))
+			NEAR(t.dssim, 1 - ct_ssim(&l.rule, HH, WW, sx, sy, NULL, room), 1e-5,
+				"SSIM");
+	}
+	free(img);
+	free(d);
+	ct_loss_image_free(&l);
+}
+
+/* The gradient of every voxel: a sign for each of its neighbours; none where two are equal. */
+static void tv_signs(bool with_base, size_t x, size_t y, size_t z)
+{
+	const size_t n[3] = {x, y, z}, pitch = ct_rasterise_pitch(x), count = x * y * z;
+	const size_t step[3] = {1, x, x * y};
+	const double pairs = (double)((x - 1) * y * z + x * (y - 1) * z + x * y * (z - 1));
+	double sum = 0, got, off = 0, pad = 0, *part;
+	float *f, *d, *b;
+
+	must(ct_alloc(&f, pitch * y * z, sizeof *f, &err) ||
+		ct_alloc(&d, pitch * y * z, sizeof *d, &err) ||
+		ct_alloc(&b, count, sizeof *b, &err) || ct_alloc(&part, z, sizeof *part, &err));
+	for (size_t i = 0; i < pitch * y * z; i++) {
+		f[i] = (float)(int)(2 * ct_rng_normal(7, 0, i));
+		d[i] = 9;
+	}
+	for (size_t i = 0; i < count; i++)
+		b[i] = (float)(int)(2 * ct_rng_normal(7, 1, i));
+	got = ct_loss_tv_gradient(d, part, f, pitch, with_base ? b : NULL, n, 0.6, NULL);
+	for (size_t i = 0; i < count; i++) {
+		const size_t at[3] = {i % x, i / x % y, i / x / y};
+		const float v = f[i / x * pitch + i % x] + (with_base ? b[i] : 0);
+		double want = 0;
+
+		for (int a = 0; a < 3; a++)
+			for (int to = -1; to < 2; to += 2) {
+				const size_t j = to < 0 ? i - step[a] : i + step[a];
+				float u;
+
+				if (to < 0 ? at[a] == 0 : at[a] + 1 == n[a])
+					continue;
+				u = f[j / x * pitch + j % x] + (with_base ? b[j] : 0);
+				want += (v > u) - (v < u);
+				sum += fabs((double)(v - u)) / 2;
+			}
+		off = fmax(off, fabs((double)d[i / x * pitch + i % x] - want * 0.6 / pairs));
+	}
+	for (size_t i = 0; i < pitch * y * z; i++)
+		pad = fmax(pad, i % pitch < x ? 0 : fabs((double)d[i]));
+	OK(off < 1e-6 * 0.6 && pad <= 0 && fabs(got - sum / pairs) < 1e-6,
+		"TV of %zu x %zu x %zu %s a base: every voxel", x, y, z,
+		with_base ? "with" : "without");
+	free(f);
+	free(d);
+	free(b);
+	free(part);
+}
+
 /* Images of several strips and a block of several slices: four threads, the bytes of one. */
 static void threads(void)
 {
@@ -196,6 +307,13 @@ int main(void)
 	image(true);
 	same_weights();
 	tv();
+	strips();
+	for (int k = 0; k < 2; k++) {
+		tv_signs(k, 35, 5, 4);
+		tv_signs(k, 16, 1, 3);
+		tv_signs(k, 17, 6, 1);
+		tv_signs(k, 1, 4, 5);
+	}
 	threads();
 	return tap_done();
 }

@@ -165,6 +165,53 @@ static void test_degrade(double sigma)
 	ct_measurement_free(&op);
 }
 
+/* Coefficients of frequencies that are not measured are 0, whatever y has there. */
+static void test_lost(const struct ct_measurement *op)
+{
+	static double t[NT], c[NY];
+	static float y[NY];
+	size_t lost = 0, other = 0;
+
+	ct_rng_normals(NY, y, 7, 0, 0);
+	ct_measurement_data(op, c, y, t);
+	for (size_t i = 0; i < NY; i++) {
+		double s = ct_measurement_singular(op, i / W, i % W);
+
+		lost += s <= 0;
+		other += (s <= 0) != (fabs(c[i]) <= 0);
+	}
+	OK(lost > 0 && lost < NY && other == 0, "%zu of %d are lost, no data of these", lost, NY);
+}
+
+/* Rows longer than what is summed at once. */
+static void test_wide(void)
+{
+	enum { M = 80, N = M * S };
+	static float x[S * N], y[M], back[M];
+	static double t[M * (S + 2)];
+	struct ct_measurement op = {0};
+	struct ct_err e = {0};
+
+	if (ct_measurement_alloc(&op, CT_MEASUREMENT_MATCHED, 1, M, S, 1.7, &e))
+		exit(99);
+	ct_rng_normals(M, y, 8, 0, 0);
+	ct_measurement_pinv(&op, x, y, t);
+	ct_measurement_forward(&op, back, x, t);
+	NEAR(maxdiff(M, back, y), 0, 2e-5, "A A+ y = y of 320 pixels a row");
+	ct_measurement_free(&op);
+	OK(!op.h && !op.rows.u && !op.rows.n && !op.cols.u && !op.cols.n, "nothing is left");
+}
+
+static void test_refused(size_t h, size_t w, size_t s, double sigma, enum ct_code code)
+{
+	struct ct_measurement op = {0};
+	struct ct_err e = {0};
+
+	OK(ct_measurement_alloc(&op, CT_MEASUREMENT_MATCHED, h, w, s, sigma, &e) == -1 &&
+			e.code == code,
+		"%zu x %zu by %zu, sigma %g: %s", w, h, s, sigma, e.msg);
+}
+
 int main(void)
 {
 	struct ct_measurement mean = {0}, fine = {0}, wide = {0}, big = {0};
@@ -184,6 +231,18 @@ int main(void)
 	for (size_t i = 0; i < NY; i++)
 		lost += ct_measurement_singular(&wide, i / W, i % W) <= 0;
 	OK(lost > 0 && lost < NY, "some are lost, not all");
+	test_lost(&wide);
+	test_wide();
+	test_refused(0, 4, 2, 1, CT_EGEOM);
+	test_refused(4, 0, 2, 1, CT_EGEOM);
+	test_refused(4, 4, 0, 1, CT_EGEOM);
+	test_refused(4, 1025, 1, 1, CT_EGEOM);
+	test_refused(4, 4, 2, -0.1, CT_EUSAGE);
+	test_refused(4, 4, 2, 10001, CT_EUSAGE);
+	test_refused(4, 4, 2, NAN, CT_EUSAGE);
+	OK(ct_measurement_alloc(&big, CT_MEASUREMENT_MATCHED, 1024, 1, 1, 0, &e) == 0,
+		"the longest line");
+	ct_measurement_free(&big);
 	test_gaussian();
 	test_degrade(S / 2.3548);
 	test_degrade(0.5);

@@ -230,8 +230,60 @@ static void test_slices(void)
 	ct_vol_free(&b);
 }
 
+/* Volumes that are not finite or too small leave no slices behind; one voxel is enough. */
+static void test_edges_of_it(void)
+{
+	static const size_t thin[3] = {7, 7, 1}, small[3] = {7, 6, 9}, cube[3] = {7, 7, 7},
+			    flat[3] = {7, 7, 6};
+	struct ct_metrics_slice mark, *slice[3] = {&mark, &mark, &mark};
+	struct ct_metrics_rule plain = protocol;
+	bool none = true;
+	struct ct_vol a, b, mask;
+	struct ct_metrics m;
+	struct ct_env env = {0};
+	struct ct_err e;
+
+	make(&a, 1, 0);
+	make(&b, 2, 50);
+	make(&mask, 3, 0);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		plain.ssim[k] = false;
+	memset(&m, 0, sizeof m);
+	b.data[77] = NAN;
+	OK(ct_metrics(&m, slice, &a, &b, NULL, &plain, &env, &e) < 0 && e.code == CT_ENUMERIC &&
+			strstr(e.msg, "voxel (7,2,0)"),
+		"a voxel that is not finite is named");
+	OK(!slice[0] && !slice[1] && !slice[2], "and no slices are left");
+	b.data[77] = 1;
+	for (size_t i = 0; i < N; i++)
+		mask.data[i] = i == 2 * NX * NY + 5;
+	OK(ct_metrics(&m, slice, &a, &b, &mask, &plain, &env, &e) == 0 && m.voxels == 1 &&
+			slice[2][2].voxels == 1 && slice[2][2].mae == m.mae &&
+			isnan(slice[2][3].mae) && isnan(m.gradient[0]) && isnan(m.ssim[0]),
+		"one voxel tells its error");
+	for (int k = 0; k < 3 * CT_SSIM_KINDS; k++)
+		none = none && isnan(m.ssim_axis[k / 3][k % 3]);
+	OK(none, "and what nobody asked for is no number");
+	for (int k = 0; k < 3; k++)
+		free(slice[k]);
+	slice[0] = &mark;
+	b.n[1]++;
+	OK(ct_metrics(&m, slice, &a, &b, NULL, &plain, &env, &e) < 0 && !slice[0],
+		"nor of another grid");
+	b.n[1]--;
+	OK(ct_metrics_fits(CT_SSIM_SKIMAGE, thin) && !ct_metrics_fits(CT_SSIM_3D, thin) &&
+			!ct_metrics_fits(CT_SSIM_SKIMAGE, small) &&
+			ct_metrics_fits(CT_SSIM_R2, small) && ct_metrics_fits(CT_SSIM_3D, cube) &&
+			!ct_metrics_fits(CT_SSIM_3D, flat) && !ct_metrics_fits(CT_SSIM_WANG, cube),
+		"which windows fit");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	ct_vol_free(&mask);
+}
+
 int main(void)
 {
+	test_edges_of_it();
 	test_offset();
 	test_range();
 	test_mask();

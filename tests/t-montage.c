@@ -138,6 +138,56 @@ static void test_draw(void)
 		"an absurd zoom is refused: %s", e.msg);
 }
 
+/* What two slices share is compared with half of the smaller one, along either side. */
+static void test_overlap(void)
+{
+	const struct montage_slice big = {NULL, {8, 1}, {4, 8}, {2, 3}, {0, 0}}; /* 8 x 24 mm */
+	static const double at[][2] = {
+		{0, 0}, {6.9, 22.4}, {7.1, 0}, {0, 22.6}, {-0.9, -1.4}, {-1.1, 0}, {0, -1.6}};
+	static const bool good[] = {true, true, false, false, true, false, false};
+
+	for (size_t k = 0; k < sizeof good / sizeof *good; k++) {
+		const struct montage_slice small = {/* 2 x 3 mm */
+			NULL, {6, 1}, {4, 6}, {0.5, 0.5}, {at[k][0], at[k][1]}};
+
+		OK(montage_slice_overlap(&small, &big) == good[k] &&
+				montage_slice_overlap(&big, &small) == good[k],
+			"a small one at %g, %g", at[k][0], at[k][1]);
+	}
+}
+
+/* Rows and columns are as large as the largest tile in them; a map of differences compares what is
+ * at one place; windows need not begin at 0. */
+static void test_bands(void)
+{
+	static const float ramp[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, flat[12] = {0};
+	const struct montage_slice low = {ramp, {3, 1}, {1, 3}, {2, 1}, {0, 0}},
+				   high = {ramp, {3, 1}, {4, 3}, {2, 1}, {3, 5}},
+				   wide = {ramp, {6, 1}, {2, 6}, {2, 1}, {0, 0}},
+				   left = {flat, {3, 1}, {4, 3}, {2, 1}, {5, 4}};
+	const struct montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
+		{.slice = low, .window = {1, 2}}, {.slice = wide, .window = {5, 25}},
+		{.slice = high, .minus = left, .window = {0, 33}}, {.window = {0, 1}},
+		{.slice = low, .window = {0, 2}}};
+	unsigned char rgb[40 * 40 * 3];
+	struct ct_err e = {0};
+	size_t h = 0, w = 0;
+
+	OK(montage_size(&h, &w, 2, 3, tile, 1, 1, &e) == 0 && h == 4 + 8 + 1 && w == 3 + 3 + 6 + 2,
+		"bands: %zu x %zu", w, h);
+	montage_draw(rgb, h, w, 2, 3, tile, 1, 1);
+	OK(is(pixel(rgb, w, 0, 1), 70, 70, 70), "11 of 40");
+	OK(is(pixel(rgb, w, 0, 10), 0, 0, 0) && is(pixel(rgb, w, 3, 8), 13, 13, 13) &&
+			is(pixel(rgb, w, 2, 12), 64, 64, 64),
+		"of another window, in its column");
+	OK(is(pixel(rgb, w, 5, 0), 0, 0, 0) && is(pixel(rgb, w, 7, 0), 70, 0, 0) &&
+			is(pixel(rgb, w, 7, 1), 93, 0, 0) && is(pixel(rgb, w, 7, 2), 0, 0, 0) &&
+			is(pixel(rgb, w, 9, 1), 162, 0, 0),
+		"differences where both are");
+	OK(is(pixel(rgb, w, 5, 9), 128, 128, 128) && is(pixel(rgb, w, 7, 9), 0, 0, 0),
+		"a tile below the widest");
+}
+
 static void test_range(void)
 {
 	static const float x[4] = {NAN, 3, -INFINITY, -2};
@@ -152,6 +202,8 @@ int main(void)
 {
 	test_orientation();
 	test_draw();
+	test_overlap();
+	test_bands();
 	test_range();
 	return tap_done();
 }

@@ -387,11 +387,11 @@ static void test_writing(void)
 	size_t bad = 0;
 
 	ct_rng_normals(4 * 40, z, 1, 2, 0);
-	for (size_t i = 0; i < 48; i++) {
+	for (size_t i = 0; i < 56; i++) {
 		double q[4];
 
 		for (size_t k = 0; k < 4; k++)
-			q[k] = i < 8 ? special[i][k] : (double)z[4 * (i - 8) + k];
+			q[k] = i < 16 ? special[i / 2][k] : (double)z[4 * (i - 16) + k];
 		bad += !agrees(q, i % 2 ? 1 : -1, &off);
 		worst = fmax(worst, off);
 	}

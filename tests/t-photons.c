@@ -101,6 +101,41 @@ static void t_attenuation(void)
 	free(a);
 }
 
+/* Published figures name a seed: its counts stay what they were. */
+static void t_draws(void)
+{
+	static const struct {
+		double mean, sum;
+	} draws[] = {{0.3, -2371.5}, {5, -9402}, {29.5, -16871.5}, {30.5, -684.5},
+		{30.25, 137312.25}, {75, -5944}, {3e3, -53704}, {1e7, -769687}};
+
+	for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
+		uint64_t n = i == 4 ? 1000000 : 3000; /* the series is seldom asked */
+		double sum = 0;
+
+		for (uint64_t k = 0; k < n; k++)
+			sum += (double)(k % 97 + 1) *
+			       (ct_photons_poisson(draws[i].mean, 5, k) - draws[i].mean);
+		NEAR(sum, draws[i].sum, 1e-6, "what a seed draws");
+	}
+}
+
+/* Fewer than one photon counts as one, from where the electronics make it less, too. */
+static void t_least(void)
+{
+	struct ct_photons how = {.i0 = 20, .water = 0.02, .seed = 2, .electronic = 10};
+	size_t one = 0, less = 0;
+
+	for (uint64_t k = 0; k < 2000; k++) {
+		float a = 3, p = 0;
+
+		ct_photons_add(1, &p, &a, 1, &how, k);
+		one += fabs((double)p + 3 - log(20)) < 1e-5;
+		less += (double)p + 3 > log(20) + 1e-5;
+	}
+	OK(one > 500 && one < 1500 && less == 0, "%zu of 2000 read as one photon", one);
+}
+
 static void t_mu(void)
 {
 	float hu[] = {0, -1000, 1000, -1024, 500}, mu[5];
@@ -117,6 +152,8 @@ int main(void)
 	t_moments();
 	t_distribution();
 	t_attenuation();
+	t_draws();
+	t_least();
 	t_mu();
 	return tap_done();
 }

@@ -185,6 +185,9 @@ static void test_hostile(void)
 	refused(LE "element vertex -1\nend_header\n", "count '-1'");
 	refused(LE "element vertex 1e9\nend_header\n", "count '1e9'");
 	refused(LE "element vertex 1\nelement vertex 1\nend_header\n", "two elements");
+	refused(LE "element vertex 1\nproperty float y\nproperty float z\n" SHAPE
+		   "property float density\nend_header\n",
+		"property x");
 	refused(LE "element vertex 1\n" POINT "end_header\n", "no vertex property scale_0");
 	refused(LE "element vertex 1\n" POINT SHAPE "end_header\n", "of colours");
 	refused(LE "element vertex 1\nproperty list uchar int x\nend_header\n", "lists");
@@ -201,7 +204,228 @@ static void test_hostile(void)
 	refused(LE "comment ct:activation=relu\n" ALL("9223372036854775807"), "do not fit");
 	refused(LE "comment ct:activation=relu\n" ALL("18446744073709551615"), "count");
 	refused(LE "element a 9223372036854775807\nproperty double f\n" ALL("1"), "overflow");
+	refused(LE "comment ct:activation=relu\ncomment ct:step=9007199254740994\n" ALL("1"),
+		"step");
+	refused(LE "comment ct:activation=relu\ncomment ct:step=-1\n" ALL("1"), "step");
+	refused(LE "comment ct:activation=relu\ncomment ct:gamma=0\n" ALL("1"), "ct:gamma");
+	refused(LE "comment ct:activation=relu\ncomment ct:gamma=x\n" ALL("1"), "gamma");
+	refused(LE "comment ct:activation=relu\ncomment ct:affine=1,2,3\n" ALL("1"), "affine");
+	refused(LE "commentary\n" ALL("1"), "header line 'commentary'");
+	refused(LE "element vertex 1 \nproperty float\nend_header\n", "'property float'");
+	refused(LE "element vertex 9223372036854775808\nend_header\n", "count");
+	refused(LE "element vertex 0\nelement a 1\nelement vertex 0\n", "two elements");
+	refused(LE "element a 9223372036854775807\nproperty char f\nelement b 9223372036854775807\n"
+		   "property char f\nelement c 9\nproperty char f\n" ALL("1"),
+		"overflow");
 	refused(LE "element a 99\nproperty double f\n" ALL("1"), "do not fit");
+}
+
+/* Comments of others: what they say, and what is no comment of ours. */
+static void test_comments(void)
+{
+	static const char text[] = LE
+		"comment ct:activation=relu\ncomment ct:plain=v=w\ncomment ct:a\\x3db=1\n"
+		"comment ct:line=a\\nb\\\\n\ncomment ct:hex=\\x41\\x7a\\xe4\ncomment ct:cut=\\x4\n"
+		"comment ct:end=\\\ncomment ct:odd=\\q\ncomment ct:=no key\ncomment ct:no value\n"
+		"comment ct:\\x00=nothing\ncomment\ncomment other\ncomment ct-x=1\nobj_info\n"
+		"comment ct:grid=3,4,5\ncomment ct:affine=1,2,3,4,5,6,7,8,9,10,11,12\n"
+		"comment ct:step=9007199254740992\ncomment ct:gamma=0.25\ncomment ct:units=mm\n" ALL(
+			"5");
+	static const char *const want[][2] = {{"plain", "v=w"}, {"a=b", "1"}, {"line", "a\nb\\n"},
+		{"hex", "Az\xe4"}, {"cut", "\\x4"}, {"end", "\\"}, {"odd", "\\q"}};
+	static const unsigned char data[5 * 44];
+	struct ct_err e = {0};
+	struct ct_gauss g;
+	size_t bad = 0;
+
+	save(text, sizeof text - 1, data, sizeof data);
+	OK(ct_gauss_read(path, &g, &e) == 0 && g.n == 5, "five that just fit %s", e.msg);
+	for (size_t i = 0; i < sizeof want / sizeof *want; i++) {
+		const char *v = ct_meta_get(&g.meta, want[i][0]);
+
+		OK(v && strcmp(v, want[i][1]) == 0, "comment ct:%s", want[i][0]);
+	}
+	OK(g.meta.n == 8, "no more than these and the hash");
+	for (int i = 0; i < 12; i++)
+		bad += g.affine[i / 4][i % 4] != i + 1;
+	OK(bad == 0 && g.grid[0] == 3 && g.grid[1] == 4 && g.grid[2] == 5, "grid");
+	OK(g.step == (size_t)1 << 53 && g.gamma == 0.25 && g.activation == CT_RELU, "step, gamma");
+	ct_gauss_free(&g);
+}
+
+/* Every type, in a vertex and before it. */
+static void test_types(void)
+{
+	static const struct {
+		const char *name, *alias;
+		size_t bytes;
+		unsigned char is[8]; /* 3 */
+	} c[] = {{"char", "int8", 1, {3}}, {"uchar", "uint8", 1, {3}}, {"short", "int16", 2, {3}},
+		{"ushort", "uint16", 2, {3}}, {"int", "int32", 4, {3}}, {"uint", "uint32", 4, {3}},
+		{"float", "float32", 4, {0, 0, 0x40, 0x40}},
+		{"double", "float64", 8, {0, 0, 0, 0, 0, 0, 8, 0x40}}};
+	struct ct_err e = {0};
+
+	for (size_t i = 0; i < 2 * sizeof c / sizeof *c; i++) {
+		const char *type = i % 2 ? c[i / 2].alias : c[i / 2].name;
+		const size_t bytes = c[i / 2].bytes;
+		unsigned char data[200] = {0};
+		char head[900];
+		struct ct_gauss g;
+
+		snprintf(head, sizeof head,
+			LE "comment ct:activation=sine\nelement a 3\nproperty %s b\nelement c 2\n"
+			   "property uchar d\nelement vertex 2\nproperty %s x\nproperty float y\n"
+			   "property float z\n" SHAPE "property %s density\nend_header\n",
+			type, type, type);
+		for (size_t k = 0; k < 2; k++) {
+			unsigned char *at = data + 3 * bytes + 2 + k * (2 * bytes + 36);
+
+			memcpy(at, c[i / 2].is, bytes);
+			memcpy(at + bytes + 36, c[i / 2].is, bytes);
+		}
+		save(head, strlen(head), data, 3 * bytes + 2 + 2 * (2 * bytes + 36));
+		OK(ct_gauss_read(path, &g, &e) == 0 && g.n == 2 && g.pos[0][0] == 3 &&
+				g.pos[0][1] == 3 && g.raw[0] == 3 && g.raw[1] == 3 &&
+				g.pos[1][1] == 0 && g.rot[3][1] == 0,
+			"type %s %s", type, e.msg);
+		ct_gauss_free(&g);
+		save(head, strlen(head), data, 3 * bytes + 2 + 2 * (2 * bytes + 36) - 1);
+		OK(ct_gauss_read(path, &g, &e) == -1 && strstr(e.msg, "do not fit"), "a byte less");
+	}
+}
+
+/* So many comments of ours and properties, none of them needed. */
+static int many(int comments, int properties)
+{
+	char *text = NULL;
+	size_t n;
+	FILE *f = open_memstream(&text, &n);
+	struct ct_err e = {0};
+	struct ct_gauss g;
+	int rc;
+
+	fprintf(f, LE "comment ct:activation=relu\n");
+	for (int i = 1; i < comments; i++)
+		fprintf(f, "comment ct:k=v\n");
+	fprintf(f, "element vertex 0\n" POINT SHAPE "property float density\n");
+	for (int i = 11; i < properties; i++)
+		fprintf(f, "property char what\n");
+	fprintf(f, "end_header\n");
+	fclose(f);
+	save(text, n, NULL, 0);
+	free(text);
+	rc = ct_gauss_read(path, &g, &e);
+	if (rc)
+		return strstr(e.msg, "more than 4096") ? -1 : 1;
+	ct_gauss_free(&g);
+	return 0;
+}
+
+/* What the header of a file says, and what viewers see. */
+static void test_written(enum ct_activation activation)
+{
+	static const float z[] = {40, -2, -0.5f, 0, 0.001f, 0.75f, 2, 31, -40};
+	enum { N = sizeof z / sizeof *z };
+	struct ct_err e = {0};
+	struct ct_gauss g;
+	double rho[N], most = 0, worst = 0;
+	unsigned char *p, *at;
+	float row[18];
+	size_t n;
+
+	fill(&g, N);
+	g.activation = activation;
+	g.grid[0] = activation == CT_RELU ? 0 : 7;
+	for (int i = 0; i < N; i++) {
+		const double x = (double)z[i];
+
+		g.raw[i] = z[i];
+		rho[i] = activation == CT_SOFTPLUS ? log(1 + exp(x))
+			 : activation == CT_RELU   ? fmax(x, 0)
+			 : activation == CT_SINE   ? sin(x)
+			 : x > 0                   ? x
+						   : 0.1 * x;
+		most = fmax(most, fabs(rho[i]));
+	}
+	ct_meta_set(&g.meta, "input", "of another file", &e);
+	ct_meta_set(&g.meta, "\x1f=\x7f~", "= \x1f\x7f~", &e);
+	if (ct_gauss_write(path, &g, &force, &e))
+		exit(99);
+	p = load(&n);
+	at = p + n - N * sizeof row;
+	p[n - N * sizeof row - 1] = '\0';
+	OK(strstr((char *)p, "comment ct:\\x1f\\x3d\\x7f~== \\x1f\\x7f~\n") != NULL, "escapes");
+	OK(strstr((char *)p, "comment ct:\\x73tep=metadata") != NULL, "a name that is ours");
+	OK(!strstr((char *)p, "of another file"), "no hash of another file");
+	OK(!strstr((char *)p, "comment ct:grid=") == (activation == CT_RELU) &&
+			!strstr((char *)p, "comment ct:affine=") == (activation == CT_RELU),
+		"a grid if there is one");
+	OK(strstr((char *)p, "\nelement vertex 9\nproperty float x\n") != NULL, "so many");
+	for (int i = 0; i < N; i++) {
+		const double s = fmin(fmax(fabs(rho[i]) / most, 0.001), 0.999);
+
+		memcpy(row, at + (size_t)i * sizeof row, sizeof row);
+		worst = fmax(worst, fabs((double)row[9] - log(s / (1 - s))));
+		for (int k = 0; k < 3; k++) {
+			const double warm[] = {0.98, 0.62, 0.25}, cold[] = {0.25, 0.55, 0.98};
+
+			worst = fmax(worst, fabs((double)row[6 + k] * 0.28209479177 + 0.5 -
+						    (rho[i] < 0 ? cold : warm)[k]));
+			worst = fmax(worst, fabs((double)row[3 + k]));
+		}
+	}
+	NEAR(worst, 0, 1e-3, "opacity and colours");
+	free(p);
+	memset(g.raw, 0, N * sizeof *g.raw);
+	g.activation = CT_RELU;
+	if (ct_gauss_write(path, &g, &force, &e))
+		exit(99);
+	p = load(&n);
+	memcpy(row, p + n - sizeof row, sizeof row);
+	NEAR((double)row[9], log(0.001 / 0.999), 1e-4, "nothing is hardly seen");
+	free(p);
+	ct_gauss_free(&g);
+}
+
+static void test_hash(void)
+{
+	struct ct_err e = {0};
+	struct ct_gauss g, h;
+	char hash[2][100];
+	size_t same_hash = 0;
+
+	fill(&g, 3);
+	for (int i = 0; i <= 35; i++) {
+		float *x = NULL, was = 0;
+
+		if (i && i <= 33) {
+			const int k = (i - 1) / 3;
+
+			x = (k < 3           ? g.pos[k]
+				    : k < 6  ? g.scale[k - 3]
+				    : k < 10 ? g.rot[k - 6]
+					     : g.raw) +
+			    (i - 1) % 3;
+			was = *x;
+			*x = was + 1;
+		}
+		if (i == 34)
+			g.gamma = 0.2;
+		if (i == 35)
+			g.activation = CT_SINE;
+		if (ct_gauss_write(path, &g, &force, &e) || ct_gauss_read(path, &h, &e))
+			exit(99);
+		snprintf(hash[i > 0], sizeof hash[0], "%s", ct_meta_get(&h.meta, "input"));
+		same_hash += i && strcmp(hash[0], hash[1]) == 0;
+		ct_gauss_free(&h);
+		if (x)
+			*x = was;
+		if (i == 34)
+			g.gamma = 0.1;
+	}
+	OK(same_hash == 0, "each number changes the hash");
+	ct_gauss_free(&g);
 }
 
 static void test_cut(void)
@@ -246,6 +470,13 @@ int main(int argc, char **argv)
 	test_round_trip(1, CT_SINE);
 	test_round_trip(2500, CT_SOFTPLUS);
 	test_foreign();
+	test_comments();
+	test_types();
+	OK(many(4096, 11) == 0 && many(4097, 11) == -1, "4096 comments");
+	OK(many(1, 4096) == 0 && many(1, 4097) == -1, "4096 properties");
+	for (int a = CT_PRELU; a <= CT_SINE; a++)
+		test_written((enum ct_activation)a);
+	test_hash();
 	test_hostile();
 	test_cut();
 	unlink(path);

@@ -1,6 +1,7 @@
 /* safetensors: every dtype, bit-exact round trips, damaged and hostile headers. */
 #include "config.h"
 #include "core/rng.h"
+#include "formats/bytes.h"
 #include "formats/format.h"
 #include "formats/half.h"
 #include "tap.h"
@@ -9,6 +10,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const struct ct_env force = {.force = true};
@@ -140,7 +142,8 @@ static void test_round_trip(void)
 
 static void test_types(void)
 {
-	static const struct {
+	enum { TYPES = 13 };
+	static const struct __attribute__((packed)) {
 		double f64[2];
 		int64_t i64[2];
 		float f32[2];
@@ -149,19 +152,24 @@ static void test_types(void)
 		int16_t i16[2];
 		int8_t i8[2];
 		uint8_t u8[2], truth[2];
+		uint16_t u16[2];
+		uint32_t u32[2];
+		uint64_t u64[2];
 	} data = {{0.5, -3}, {7, -9}, {1.25f, -2}, {70000, -70000}, {0x3c00, 0xc000},
-		{0x3f80, 0xc040}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
-	static const float want[10][2] = {{0.5f, -3}, {7, -9}, {1.25f, -2}, {70000, -70000},
-		{1, -2}, {1, -3}, {300, -300}, {100, -100}, {200, 3}, {1, 0}};
-	static const char *const names[] = {
-		"F64", "I64", "F32", "I32", "F16", "BF16", "I16", "I8", "U8", "BOOL"};
-	static const int bytes[] = {8, 8, 4, 4, 2, 2, 2, 1, 1, 1};
+		{0x3f80, 0xc040}, {300, -300}, {100, -100}, {200, 3}, {2, 0}, {65535, 3},
+		{UINT32_C(4294967040), 4}, {UINT64_C(1) << 63, 5}};
+	static const float want[TYPES][2] = {{0.5f, -3}, {7, -9}, {1.25f, -2}, {70000, -70000},
+		{1, -2}, {1, -3}, {300, -300}, {100, -100}, {200, 3}, {1, 0}, {65535, 3},
+		{4294967040.0f, 4}, {0x1p63f, 5}};
+	static const char *const names[] = {"F64", "I64", "F32", "I32", "F16", "BF16", "I16", "I8",
+		"U8", "BOOL", "U16", "U32", "U64"};
+	static const int bytes[] = {8, 8, 4, 4, 2, 2, 2, 1, 1, 1, 2, 4, 8};
 	struct ct_err e = {0};
 	struct ct_tensors w;
 	char header[2000] = "{";
 	size_t at = 0, used = 1;
 
-	for (int i = 9; i >= 0; i--) { /* the header in the opposite order of the data */
+	for (int i = TYPES - 1; i >= 0; i--) { /* the header in the opposite order of the data */
 		at = 0;
 		for (int k = 0; k < i; k++)
 			at += 2 * (size_t)bytes[k];
@@ -169,9 +177,9 @@ static void test_types(void)
 			"\"%s\":{\"dtype\":\"%s\",\"shape\":[2],\"data_offsets\":[%zu,%zu]}%s",
 			names[i], names[i], at, at + 2 * (size_t)bytes[i], i ? "," : "}  ");
 	}
-	save(header, &data, 2 * (8 + 8 + 4 + 4 + 2 + 2 + 2 + 1 + 1 + 1));
-	OK(ct_tensors_read(path, &w, &e) == 0 && w.n == 10, "ten types %s", e.msg);
-	for (size_t i = 0; i < 10 && w.n == 10; i++)
+	save(header, &data, sizeof data);
+	OK(ct_tensors_read(path, &w, &e) == 0 && w.n == TYPES, "all types %s", e.msg);
+	for (size_t i = 0; i < TYPES && w.n == TYPES; i++)
 		OK(strcmp(w.t[i].name, names[i]) == 0 && w.t[i].data[0] == want[i][0] &&
 				w.t[i].data[1] == want[i][1],
 			"%s", names[i]);
@@ -218,6 +226,10 @@ static void test_hostile(void)
 	refused(ONE("F32", "[1]", "[4,0]"), 4, "data_offsets");
 	refused(ONE("F32", "[1]", "[-4,0]"), 4, "data_offsets");
 	refused(ONE("F32", "[1]", "[0]"), 4, "data_offsets");
+	refused(ONE("F32", "[0]", "[0,\"0\"]"), 4, "data_offsets");
+	refused(ONE("F32", "[0]", "[\"0\",0]"), 4, "data_offsets");
+	refused(ONE("F32", "[1]", "[0,4,8]"), 4, "data_offsets");
+	refused(ONE("F32", "1", "[0,4]"), 4, "shape");
 	refused(ONE("F32", "[1,1,1,1,1,1,1,1,1]", "[0,4]"), 4, "at most 8");
 	refused(ONE("F32", "[4294967296,4294967296]", "[0,0]"), 4, "overflows");
 	refused(ONE("F64", "[4611686018427387904]", "[0,0]"), 4, "overflows");
@@ -226,6 +238,201 @@ static void test_hostile(void)
 		"\"y\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[4,8]}}",
 		8, "overlaps");
 	refused("{\"x\":{},\"x\":{}}", 8, "duplicate");
+}
+
+/* Tensors in any order, with bytes between them that none owns; from a file and from a stream. */
+static void test_order(void)
+{
+	static const char header[] =
+		"{\"late\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[20000,20008]},"
+		"\"first\":{\"dtype\":\"U8\",\"shape\":[3],\"data_offsets\":[0,3]},"
+		"\"none\":{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]},"
+		"\"also\":{\"dtype\":\"F32\",\"shape\":[4,0],\"data_offsets\":[0,0]},"
+		"\"cube\":{\"dtype\":\"U8\",\"shape\":[1,1,1,1,1,1,1,2],\"data_offsets\":[3,5]}}";
+	static const char *const names[] = {"none", "also", "first", "cube", "late"};
+	unsigned char data[20008] = {1, 2, 3, 4, 5};
+	struct ct_err e = {0};
+	struct ct_tensors w;
+	size_t n, bad = 0;
+	unsigned char *p;
+	char cat[100];
+	FILE *f;
+
+	memcpy(data + 20000, &(float[2]){6, 7}, 8);
+	save(header, data, sizeof data);
+	p = load(&n);
+	snprintf(cat, sizeof cat, "cat %s", path);
+	for (int stream = 0; stream < 3; stream++) {
+		w = (struct ct_tensors){0};
+		f = stream < 2 ? fmemopen(p, n, "rb") : popen(cat, "r");
+		OK((stream ? ct_bytes_read_safetensors(f, "x", &w, &e)
+			   : ct_tensors_read(path, &w, &e)) == 0 &&
+				w.n == 5,
+			"five tensors %s", e.msg);
+		for (size_t i = 0; i < w.n; i++)
+			bad += strcmp(w.t[i].name, names[i]) != 0;
+		OK(bad == 0, "in the order of their bytes");
+		OK(w.n == 5 && w.t[2].data[0] == 1 && w.t[2].data[2] == 3 && w.t[3].data[1] == 5 &&
+				w.t[4].data[0] == 6 && w.t[4].data[1] == 7,
+			"wherever they are");
+		OK(w.n == 5 && w.t[3].rank == 8 && w.t[3].dim[7] == 2 && w.t[1].dim[0] == 4,
+			"their shapes");
+		ct_tensors_free(&w);
+		if (stream < 2)
+			fclose(f);
+		else
+			pclose(f);
+	}
+	for (size_t cut = 0; cut < 3; cut++) {
+		static const size_t lost[] = {1, 9, 20008};
+		static const char *const words[] = {"x: tensor 'late': the file ends inside",
+			"x: ends before its tensors do", "x: tensor 'first': the file ends inside"};
+
+		w = (struct ct_tensors){0};
+		f = fmemopen(p, n - lost[cut], "rb");
+		OK(ct_bytes_read_safetensors(f, "x", &w, &e) == -1 && e.code == CT_EINPUT &&
+				strstr(e.msg, words[cut]) && !w.t,
+			"a stream without the last %zu bytes: %s", lost[cut], e.msg);
+		fclose(f);
+	}
+	free(p);
+}
+
+/* The header that is written, to the letter. */
+static void test_header(void)
+{
+	char left[100];
+	static const char want[] =
+		"{\"__metadata__\":{\"k\":\"v\"},\"x\":{\"dtype\":\"F32\",\"shape\":[3,1],"
+		"\"data_offsets\":[0,12]},\"y\":{\"dtype\":\"F32\",\"shape\":[],"
+		"\"data_offsets\":[12,16]}}";
+	struct ct_err e = {0};
+	struct ct_tensors w = {0};
+	size_t n, bad = 0;
+
+	add(&w, "x", 2, (size_t[]){3, 1});
+	add(&w, "y", 0, NULL);
+	ct_meta_set(&w.meta, "input", "of another", &e);
+	for (size_t len = 0; len < 9; len++) {
+		char value[10] = {0}, text[200];
+		unsigned char *p;
+		size_t size;
+
+		memset(value, 'v', len + 1);
+		ct_meta_set(&w.meta, "k", value, &e);
+		snprintf(text, sizeof text, "%.22s%s%s", want, value, strchr(want, 'v') + 1);
+		size = (strlen(text) + 7) / 8 * 8;
+		bad += ct_tensors_write(path, &w, false, &force, &e) != 0;
+		p = load(&n);
+		bad += n != 8 + size + 16 || p[0] != size || p[1] != 0 ||
+		       memcmp(p + 8, text, strlen(text)) != 0;
+		for (size_t i = 8 + strlen(text); i < 8 + size && n > 8 + size; i++)
+			bad += p[i] != ' ';
+		free(p);
+	}
+	OK(bad == 0, "the header of a file");
+	ct_meta_free(&w.meta);
+	OK(ct_tensors_write(path, &w, true, &force, &e) == 0, "without metadata, as halves");
+	free(load(&n));
+	OK(n == 8 + 112 + 8, "%zu bytes", n);
+	ct_tensors_free(&w);
+	add(&w, "not \xff UTF-8", 1, (size_t[]){1});
+	OK(ct_tensors_write(path, &w, false, &force, &e) == -1 && e.code == CT_EOUTPUT &&
+			strstr(e.msg, "not UTF-8"),
+		"a name that is no text: %s", e.msg);
+	snprintf(left, sizeof left, "! ls %s.ct-* 2>/dev/null", path);
+	OK(system(left) == 0, "leaves no file");
+	ct_tensors_free(&w);
+}
+
+/* The metadata alone; so many keys and no more. */
+static void test_meta(void)
+{
+	struct ct_err e = {0};
+	struct ct_tensors w;
+	struct ct_meta m;
+
+	save("{\"__metadata__\":{\"a\":\"1\",\"\":\"no key\",\"b\":\"2\"}}", NULL, 0);
+	OK(ct_tensors_read_meta(path, &m, &e) == 0 && m.n == 2 &&
+			strcmp(ct_meta_get(&m, "b"), "2") == 0,
+		"metadata alone %s", e.msg);
+	ct_meta_free(&m);
+	OK(ct_tensors_read(path, &w, &e) == 0 && w.n == 0 && w.meta.n == 3, "or with no tensors");
+	ct_tensors_free(&w);
+	save("{\"__metadata__\":{\"a\":\"1\",\"b\":2}}", NULL, 0);
+	OK(ct_tensors_read_meta(path, &m, &e) == -1 && e.code == CT_EINPUT && m.n == 0, "%s",
+		e.msg);
+	save("{}", NULL, 0);
+	OK(ct_tensors_read_meta(path, &m, &e) == 0 && m.n == 0, "none");
+	save("{", NULL, 0);
+	OK(ct_tensors_read_meta(path, &m, &e) == -1 && strstr(e.msg, "header of 1 bytes"), "less");
+	OK(ct_tensors_read_meta("/no/such", &m, &e) == -1 && e.code == CT_EINPUT, "no file");
+	for (int count = 4096; count <= 4097; count++) {
+		char *text = NULL;
+		size_t n;
+		FILE *f = open_memstream(&text, &n);
+
+		for (int i = 0; i < count; i++)
+			fprintf(f, "%s\"%d\":\"\"", i ? "," : "{\"__metadata__\":{", i);
+		fprintf(f, "}}");
+		fclose(f);
+		save(text, NULL, 0);
+		free(text);
+		OK(ct_tensors_read_meta(path, &m, &e) == (count == 4096 ? 0 : -1), "%d keys",
+			count);
+		ct_meta_free(&m);
+	}
+}
+
+/* For its owner alone, over what is there. */
+static void test_private(void)
+{
+	struct ct_err e = {0};
+	struct ct_tensors w = {0}, v;
+	struct stat st;
+
+	add(&w, "x", 1, (size_t[]){3});
+	chmod(path, 0644);
+	OK(ct_tensors_write_private(path, &w, &e) == 0 && stat(path, &st) == 0 &&
+			(st.st_mode & 0777) == 0600,
+		"a private file");
+	OK(ct_tensors_read(path, &v, &e) == 0 && same(&w, &v), "holds them, too");
+	ct_tensors_free(&v);
+	ct_tensors_free(&w);
+}
+
+/* The hash is of names, shapes and each number. */
+static void test_hash(void)
+{
+	struct ct_err e = {0};
+	struct ct_tensors w = {0}, v;
+	char hash[2][100];
+	size_t alike = 0;
+
+	add(&w, "ab", 2, (size_t[]){2, 3});
+	add(&w, "c", 1, (size_t[]){1});
+	for (int i = 0; i <= 9; i++) {
+		float *x = i && i <= 6 ? w.t[0].data + i - 1 : i == 7 ? w.t[1].data : NULL;
+		const float was = x ? *x : 0;
+
+		if (x)
+			*x = was + 1;
+		if (i == 8)
+			w.t[0].dim[0] = 3, w.t[0].dim[1] = 2;
+		if (i == 9)
+			w.t[1].name[0] = 'd';
+		if (ct_tensors_write(path, &w, false, &force, &e) || ct_tensors_read(path, &v, &e))
+			exit(99);
+		snprintf(hash[i > 0], sizeof hash[0], "%s", ct_meta_get(&v.meta, "input"));
+		alike += i && strcmp(hash[0], hash[1]) == 0;
+		ct_tensors_free(&v);
+		if (x)
+			*x = was;
+		if (i == 8)
+			w.t[0].dim[0] = 2, w.t[0].dim[1] = 3;
+	}
+	OK(alike == 0, "each name, shape and number changes the hash");
+	ct_tensors_free(&w);
 }
 
 static void test_cut(void)
@@ -289,6 +496,11 @@ int main(int argc, char **argv)
 	test_half();
 	test_round_trip();
 	test_types();
+	test_order();
+	test_header();
+	test_meta();
+	test_private();
+	test_hash();
 	test_hostile();
 	test_cut();
 	unlink(path);

@@ -4,6 +4,7 @@
 #include "tap.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static void test_abar(void)
 {
@@ -29,6 +30,10 @@ static void test_abar(void)
 		"give the same product");
 	beta[17] = 1;
 	OK(ct_schedule_betas(&f, beta, &e) && e.code == CT_EINPUT, "a beta of 1 is refused");
+	beta[17] = 0;
+	OK(ct_schedule_betas(&f, beta, &e) && strstr(e.msg, "beta 17 is 0"), "%s", e.msg);
+	beta[0] = NAN;
+	OK(ct_schedule_betas(&f, beta, &e) && strstr(e.msg, "beta 0 is"), "%s", e.msg);
 }
 
 static void test_times(void)
@@ -62,8 +67,25 @@ static void test_times(void)
 	OK(ct_schedule_times(&t, &n, 9, 8, 3, 2, &e) == 0 && n == 22, "travel of three");
 	OK(t[5] == 3 && t[8] == 6 && t[14] == 0 && t[17] == 3, "turns after three steps");
 	free(t);
-	OK(ct_schedule_times(&t, &n, 5, 3, 1, 1, &e) && e.code == CT_EUSAGE && !t,
-		"more steps than timesteps");
+	OK(ct_schedule_times(&t, &n, 1, 0, 1, 1, &e) == 0 && n == 2 && t[0] == 0 && t[1] == -1,
+		"one step of one timestep");
+	free(t);
+	OK(ct_schedule_times(&t, &n, 1000, 999, 1, 1, &e) == 0 && n == 1001 && t[0] == 999,
+		"a thousand of a thousand");
+	free(t);
+	OK(ct_schedule_times(&t, &n, 1, 77, 1, 1, &e) == 0 && n == 2 && t[0] == 77,
+		"a single step is from the first timestep");
+	free(t);
+	OK(ct_schedule_start(1) == 0, "which is 0 of a whole run");
+	OK(ct_schedule_times(&t, &n, 1, -1, 1, 1, &e) && e.code == CT_EUSAGE &&
+			strcmp(e.msg, "timestep -1 is outside [0, 999]") == 0,
+		"%s", e.msg);
+	OK(ct_schedule_times(&t, &n, 0, 3, 1, 1, &e) && e.code == CT_EUSAGE, "no steps");
+	OK(ct_schedule_times(&t, &n, 5, 8, 1, 0, &e) && e.code == CT_EUSAGE, "never there");
+	OK(ct_schedule_times(&t, &n, 5, 8, 1, 1001, &e) && e.code == CT_EUSAGE, "too often");
+	OK(ct_schedule_times(&t, &n, 5, 3, 1, 1, &e) && e.code == CT_EUSAGE && !t &&
+			strcmp(e.msg, "5 steps do not fit into 4 timesteps") == 0,
+		"%s", e.msg);
 	OK(ct_schedule_times(&t, &n, 5, 1000, 1, 1, &e) && e.code == CT_EUSAGE, "no timestep 1000");
 	OK(ct_schedule_times(&t, &n, 5, 900, 0, 2, &e) && e.code == CT_EUSAGE, "no travel of 0");
 }

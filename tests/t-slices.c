@@ -4,6 +4,7 @@
 #include "core/vol.h"
 #include "tap.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,6 +84,9 @@ static void test_orientations(void)
 			ok = s[k].path[1] == '0' + k;
 		OK(ok, "%s: in order along the normal", c[i].name);
 		OK(ok && right(s, affine), "%s: pixels are where DICOM puts them", c[i].name);
+		for (int r = 0; r < 12 && ok; r++)
+			ok = affine[r / 4][r % 4] != 0.0 || !signbit(affine[r / 4][r % 4]);
+		OK(ok, "%s: no negative zero", c[i].name);
 	}
 }
 
@@ -195,11 +199,296 @@ static void test_hu(void)
 	OK(px[0] == -1024 && px[1] == -1000 && px[2] == -400, "rescale and padding");
 }
 
+static const double X[3] = {1, 0, 0}, Y[3] = {0, 1, 0};
+
+static bool passes(struct ct_slice s[N])
+{
+	double affine[3][4];
+	bool ok = ct_slices_grid(s, N, affine, &err) == 0;
+
+	if (!ok)
+		printf("# %s\n", err.msg);
+	return ok;
+}
+
+/* What all slices share: pixels between 1e-6 mm and 10 m, axes of length 1 at right angles. */
+static void test_axes(void)
+{
+	struct ct_slice s[N];
+	bool size = true, unit = true, right = true;
+
+	for (int i = 0; i < 2; i++)
+		for (int k = 0; k < 4; k++) {
+			stack(s, X, Y, 2);
+			for (int j = 0; j < N; j++) {
+				s[j].pitch[!i] = 1;
+				s[j].pitch[i] = (const double[]){0.9e-6, 1.1e4, 2e-6, 0.9e4}[k];
+			}
+			size = size && (k < 2 ? refuses(s, CT_EGEOM, "PixelSpacing") : passes(s));
+		}
+	OK(size, "pixels of a size that pixels have");
+	for (int i = 0; i < 2; i++)
+		for (int k = 0; k < 4; k++) {
+			const double f = (const double[]){1.0006, 0.9994, 1.0004, 0.9996}[k];
+
+			stack(s, X, Y, 2);
+			for (int j = 0; j < N; j++)
+				(i ? s[j].down : s[j].across)[i] = f;
+			unit = unit && (k < 2 ? refuses(s, CT_EGEOM, "unit vectors") : passes(s));
+		}
+	OK(unit, "axes of length 1 within 5e-4");
+	for (int k = 0; k < 4; k++) {
+		stack(s, X, Y, 2);
+		for (int j = 0; j < N; j++)
+			s[j].across[1] = (const double[]){1.1e-4, -1.1e-4, 0.9e-4, -0.9e-4}[k];
+		right = right && (k < 2 ? refuses(s, CT_EGEOM, "right angles") : passes(s));
+	}
+	OK(right, "at right angles within 1e-4");
+}
+
+/* The slice in the middle differs from the others. */
+static void test_pairs(void)
+{
+	struct ct_slice s[N];
+	bool same = true, other = true, pitch = true;
+
+	for (int i = 0; i < 12; i++) {
+		const double off = (i % 2 ? -1 : 1) * 1e-4;
+		const int a = i / 2 % 3, down = i / 6;
+
+		for (int k = 0; k < 2;
+			k++) { /* the other axis stays at a right angle to this one */
+			stack(s, X, Y, 2);
+			for (int j = 0; j < N; j++)
+				s[j].pitch[0] = s[j].pitch[1] = 5;
+			(down ? s[3].down : s[3].across)[a] += (k ? 1.1 : 0.9) * off;
+			if (a == !down)
+				(down ? s[3].across : s[3].down)[!a] -= 0.8 * off;
+			if (k)
+				other = other && refuses(s, CT_EGEOM, "mixed orientations");
+			else
+				same = same && passes(s);
+		}
+	}
+	OK(same && other, "one orientation within 1e-4, in each number");
+	for (int i = 0; i < 8; i++) {
+		stack(s, X, Y, 2);
+		s[3].pitch[i % 2] *= 1 + (i & 2 ? 0.9e-4 : 1.1e-4) * (i & 4 ? 1 : -1);
+		pitch = pitch && (i & 2 ? passes(s) : refuses(s, CT_EGEOM, "mixed pixel sizes"));
+	}
+	OK(pitch, "one pixel size within 1e-4");
+	stack(s, X, Y, 2);
+	s[3].columns = 4;
+	OK(refuses(s, CT_EGEOM, "mixed matrices: 5x4"), "as many columns");
+}
+
+static void test_scale(void)
+{
+	static const double wrong[] = {0, (double)INFINITY, (double)NAN};
+	struct ct_slice s[N];
+	bool scale = true, place = true;
+
+	for (int k = 0; k < 5; k++) {
+		stack(s, X, Y, 2);
+		*(k < 3 ? &s[5].slope : &s[5].intercept) = wrong[k < 3 ? k : k - 2];
+		scale = scale && refuses(s, CT_EINPUT, "RescaleSlope");
+	}
+	OK(scale, "values that mean something");
+	for (int i = 0; i < 3; i++) {
+		stack(s, X, Y, 2);
+		s[2].position[i] = (double)INFINITY;
+		place = place && refuses(s, CT_EGEOM, "ImagePositionPatient is not");
+	}
+	stack(s, X, Y, 2);
+	s[2].placed = false;
+	OK(place && refuses(s, CT_EGEOM, "no ImagePosition"), "and are somewhere");
+	OK(ct_slices_grid(s, 0, NULL, &err) < 0 && strstr(err.msg, "no file"), "no slice");
+}
+
+/* Slice s0 first, whatever came first. */
+static void ordered(struct ct_slice s[N], double gap)
+{
+	struct ct_slice old[N];
+
+	stack(old, X, Y, gap);
+	for (int k = 0; k < N; k++)
+		s[old[k].path[1] - '0'] = old[k];
+}
+
+static void test_drift(void)
+{
+	struct ct_slice s[N];
+	bool straight = true, slip = true, cover = true;
+
+	for (int i = 0; i < 16; i++) { /* 0.1 of 0.5 mm, of one slice or growing */
+		const int along = i % 2, all = i / 2 % 2;
+		const double off = (i / 4 % 2 ? 0.051 : 0.049) * (i / 8 ? -1 : 1);
+
+		ordered(s, 2);
+		for (int k = 0; k < N; k++)
+			s[k].position[along] += all ? off * k / (N - 1) : k == 3 ? off : 0;
+		if (i / 4 % 2)
+			slip = slip && refuses(s, CT_EGEOM, "tilted");
+		else
+			straight = straight && passes(s);
+	}
+	OK(straight && slip, "a stack is straight within a tenth of a pixel");
+	ordered(s, 2);
+	for (int k = 0; k < N; k++)
+		s[k].position[1] += k;
+	OK(refuses(s, CT_EGEOM,
+		   "by 6 mm over 12 mm (26.6 degrees), and gaps along the normal run from 2 to 2 mm"),
+		"what a tilt says");
+	for (int i = 0; i < 4; i++) { /* 5 % of the gap: of 1 mm */
+		ordered(s, 1);
+		s[3].position[2] += (i / 2 ? 0.052 : 0.048) * (i % 2 ? -1 : 1);
+		cover = cover &&
+			(i / 2 ? refuses(s, CT_EGEOM, "uneven slices: gaps run from 0.948 to 1.052")
+			       : passes(s));
+	}
+	OK(cover, "slices are even within 5 %%");
+	for (int i = 0; i < 2; i++) {
+		ordered(s, 2);
+		s[4].position[2] = s[3].position[2] + (i ? 1.1e-3 : 0.9e-3);
+		cover = cover && refuses(s, CT_EGEOM, i ? "uneven" : "one place: s3 and s4");
+	}
+	ordered(s, 2);
+	s[5].position[2] = s[6].position[2];
+	OK(cover && refuses(s, CT_EGEOM, "one place: s5 and s6"), "and 1 um apart at least");
+}
+
+/* All behind slice 2 are moved away, by what makes its gap `gap`. */
+static const char *gapped(double gap, double least)
+{
+	struct ct_slice s[N];
+	double affine[3][4];
+
+	ordered(s, 2);
+	for (int k = 3; k < N; k++)
+		s[k].position[2] += gap - 2;
+	for (int k = 1; k < N; k++)
+		s[k].position[2] += least - 2;
+	return ct_slices_grid(s, N, affine, &err) == 0 ? "" : err.msg;
+}
+
+static bool says(double gap, double least, const char *what)
+{
+	return strstr(gapped(gap, least), what) != NULL;
+}
+
+static void test_gaps(void)
+{
+	OK(says(6, 2, "2 slices are missing: spacing is 2 mm, but 6 mm between s2 and s3"),
+		"two slices are missing");
+	OK(says(3.84, 2, "1 slices are missing") && says(4.16, 2, "1 slices are missing"),
+		"or nearly one");
+	OK(says(3.76, 2, "uneven") && says(4.24, 2, "uneven") && says(5, 2, "uneven") &&
+			says(2.9, 2, "uneven"),
+		"or no whole number");
+	OK(says(4, 1.92, "missing") && says(4, 1.88, "uneven"),
+		"of slices that are even but for that");
+}
+
+static void test_order(void)
+{
+	enum { M = 60 };
+	static struct ct_slice s[M];
+	static char path[M][8];
+	bool order = true;
+	size_t runs = 0;
+
+	for (int k = 0; k < M; k++) {
+		const int t = k * 37 % M; /* from a table of all, shuffled */
+
+		snprintf(path[k], sizeof path[k], "p%d", t % 2);
+		s[k] = (struct ct_slice){
+			.path = path[k], .number = t / 20 - 1, .instance = t / 2 % 5 - 2};
+		snprintf(s[k].series, sizeof s[k].series, "%d.%d", t / 10 % 2, 2 - t / 20);
+	}
+	ct_slices_group(s, M);
+	for (int k = 0; k < M; k++)
+		order = order && s[k].number == k / 20 - 1 && s[k].series[0] == '0' + k / 10 % 2 &&
+			s[k].instance == k / 2 % 5 - 2 && s[k].path[1] == '0' + k % 2;
+	OK(order, "by number, series, instance and file");
+	for (size_t k = 0; k < M; k += ct_slices_count(s, M, k))
+		runs += ct_slices_count(s, M, k) == 10;
+	OK(runs == 6, "six series");
+}
+
+static void test_picks(void)
+{
+	struct ct_slice s[N];
+	size_t first = 9, count = 9;
+	bool none = true;
+
+	ordered(s, 2);
+	for (int k = 0; k < N; k++) {
+		s[k].number = k / 3;
+		snprintf(s[k].series, sizeof s[k].series, "1.%d", k / 3);
+	}
+	OK(ct_slices_pick(s, N, "2", &first, &count, &err) == 0 && first == 3 && count == 3 &&
+			ct_slices_pick(s, N, "3", &first, &count, &err) == 0 && first == 6 &&
+			count == 1,
+		"the second and the third series");
+	for (int k = 0; k < 6; k++) {
+		static const char *const no[] = {"0", "4", "", "2x", "1.", "-1"};
+
+		none = none && ct_slices_pick(s, N, no[k], &first, &count, &err) < 0 &&
+		       err.code == CT_EUSAGE && strstr(err.msg, "among the 3 series");
+	}
+	OK(none, "and no others");
+	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 &&
+			strstr(err.msg, "mixed: 3 series; --series"),
+		"three series");
+	snprintf(s[1].patient, sizeof s[1].patient, "b");
+	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 &&
+			strstr(err.msg, "3 series of different patients; --series"),
+		"of two patients");
+	s[1].patient[0] = 0;
+	snprintf(s[0].patient, sizeof s[0].patient, "B");
+	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
+		"the first");
+	snprintf(s[6].patient, sizeof s[6].patient, "B");
+	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
+		"whoever is the other");
+}
+
+static void test_padding(void)
+{
+	struct ct_slice s = {.columns = 3, .rows = 2, .slope = 2, .intercept = 1, .padded = true};
+	bool right = true;
+
+	for (int turned = 0; turned < 3; turned++) {
+		float px[7] = {-6, -5, -1, 3, 4, 900, 77};
+
+		s.padding[turned == 1] = 3;
+		s.padding[turned != 1] = -5;
+		s.padded = turned < 2;
+		ct_slice_hu(&s, px);
+		for (int k = 0; k < 6; k++) {
+			const float was = (const float[]){-6, -5, -1, 3, 4, 900}[k];
+
+			right = right &&
+				px[k] == (s.padded && was >= -5 && was <= 3 ? -1024 : 2 * was + 1);
+		}
+		right = right && px[6] == 77;
+	}
+	OK(right, "padding from one value to another, in either order");
+}
+
 int main(void)
 {
 	test_orientations();
 	test_refusals();
 	test_series();
 	test_hu();
+	test_axes();
+	test_pairs();
+	test_scale();
+	test_drift();
+	test_gaps();
+	test_order();
+	test_picks();
+	test_padding();
 	return tap_done();
 }

@@ -97,20 +97,32 @@ static int moved(void *ctx, float *s, double alpha, const struct ct_env *env, st
 	return 0;
 }
 
+static double odd_curve;
+
+static int odd(void *ctx, double *curve, const float *d, const struct ct_env *env, struct ct_err *e)
+{
+	(void)ctx, (void)d, (void)env, (void)e;
+	*curve = odd_curve;
+	return 0;
+}
+
 static void t_cg(void)
 {
 	struct dense d;
 	float x[N] = {0}, dir[N], s[N];
 	struct ct_cg c = {N, x, dir, s, 0, along, moved, &d};
 	const struct ct_env env = {0};
-	bool done = false;
+	bool done = false, goes_on = true;
 
 	make(&d);
 	memcpy(d.r, d.b, sizeof d.r);
 	back(&d, s, d.r);
 	ct_cg_begin(&c, NULL);
-	for (int k = 0; k < N; k++)
+	for (int k = 0; k < N; k++) {
 		must(ct_cg_step(&c, &done, &env, &err));
+		goes_on = goes_on && !done;
+	}
+	OK(goes_on, "every step goes down");
 	OK(apart(N, x, d.truth) < 1e-5,
 		"conjugate gradients solve in as many steps as unknowns (%.2g)",
 		apart(N, x, d.truth));
@@ -118,6 +130,19 @@ static void t_cg(void)
 	ct_cg_begin(&c, NULL);
 	must(ct_cg_step(&c, &done, &env, &err));
 	OK(done, "and end where there is no slope");
+	for (int k = 0; k < 3; k++) {
+		float was[N];
+
+		memcpy(was, x, sizeof x);
+		for (size_t i = 0; i < N; i++)
+			s[i] = 1;
+		ct_cg_begin(&c, NULL);
+		c.along = odd;
+		odd_curve = k == 0 ? 0 : k == 1 ? -1 : (double)INFINITY;
+		done = false;
+		OK(ct_cg_step(&c, &done, &env, &err) == 0 && done && memcmp(was, x, sizeof x) == 0,
+			"and where there is no curvature, %g", odd_curve);
+	}
 }
 
 static int slope(void *ctx, float *g, double *misfit, const float *x, const struct ct_env *env,
@@ -230,8 +255,27 @@ static void t_vectors(void)
 {
 	float y[5] = {2, 0.5f, 0.5000001f, 0, -4};
 	const float x[5] = {1, 2, 3, 4, 5}, w[5] = {1, -1, 0.5f, 2, 1};
+	const float more[2][9] = {
+		{1, 2, 3, 4, 5, NAN, NAN, NAN, NAN}, {1, 1, 2, 1, 1, NAN, NAN, NAN, NAN}};
+	float z[5] = {8, 7, 6, 5, 4};
+	double rest = 0;
 
-	ct_passes_run(CT_SIMD(ct_vector_invert), 5, &(struct ct_vector){.y = y, .c = 0.5}, NULL);
+	OK(ct_passes_dot(5, more[0], more[1], NULL) == 18, "nothing behind the end counts");
+	rest += ct_passes_run(
+		CT_SIMD(ct_vector_times), 5, &(struct ct_vector){.y = z, .w = w}, NULL);
+	OK(z[0] == 8 && z[1] == -7 && z[2] == 3 && z[3] == 10 && z[4] == 4, "w y");
+	rest += ct_passes_run(
+		CT_SIMD(ct_vector_less), 5, &(struct ct_vector){.y = z, .x = x}, NULL);
+	OK(z[0] == -7 && z[1] == 9 && z[2] == 0 && z[3] == -6 && z[4] == 1, "x - y");
+	rest += ct_passes_run(
+			CT_SIMD(ct_vector_invert), 5, &(struct ct_vector){.y = y, .c = 0.5}, NULL) +
+		ct_passes_run(
+			CT_SIMD(ct_vector_scale), 5, &(struct ct_vector){.y = z, .c = 2}, NULL) +
+		ct_passes_run(CT_SIMD(ct_vector_add), 5, &(struct ct_vector){z, x, NULL, 2}, NULL) +
+		ct_passes_run(
+			CT_SIMD(ct_vector_advance), 5, &(struct ct_vector){z, x, NULL, 2}, NULL) +
+		ct_passes_run(CT_SIMD(ct_vector_correct), 5, &(struct ct_vector){z, x, w, 0}, NULL);
+	OK(rest == 0, "what sums nothing returns 0");
 	OK(y[0] == 0.5f && y[1] == 0 && fabsf(y[2] - 2) < 1e-5f && y[3] == 0 && y[4] == 0,
 		"one over what is more than the least");
 	for (int k = 0; k < 2; k++) {

@@ -284,6 +284,212 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 	ct_gradient_free(&one);
 }
 
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* from + t d = centre + a u + b v, by Cramer's rule. */
+static void meet(double ab[2], const struct ct_view *v, const double from[3], const double d[3])
+{
+	double r[3], m[3][3], det[4];
+
+	for (int a = 0; a < 3; a++)
+		r[a] = from[a] - v->centre[a];
+	for (int k = 0; k < 4; k++) {
+		const double *col[3] = {k == 1 ? r : v->u, k == 2 ? r : v->v, k == 3 ? r : d};
+
+		for (int a = 0; a < 3; a++)
+			for (int c = 0; c < 3; c++)
+				m[a][c] = col[c][a];
+		det[k] = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+			 m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+			 m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+	}
+	ab[0] = det[1] / det[0];
+	ab[1] = det[2] / det[0];
+}
+
+/* Where rays through points meet the detector, seen from its front and from its back. */
+static void camera(enum ct_beam beam, bool back)
+{
+	const struct ct_view v = {.source = {-300, 20, 30},
+		.centre = {250, 10, -8},
+		.u = {0.3, back ? -2 : 2, 0.3},
+		.v = {0.1, 0.2, -2.5}};
+	double worst = 0, depth, plane, ray[3], unit[3];
+	struct ct_camera c;
+
+	must(ct_camera_init(&c, &v, beam, H, W, &err));
+	for (int a = 0; a < 3; a++) {
+		ray[a] = v.centre[a] - v.source[a];
+		unit[a] = v.u[(a + 1) % 3] * v.v[(a + 2) % 3] - v.u[(a + 2) % 3] * v.v[(a + 1) % 3];
+	}
+	plane = dot(unit, ray) / sqrt(dot(unit, unit)); /* from the source, signed */
+	OK((plane < 0) == !back, "a detector's %s", back ? "back" : "front");
+	for (uint64_t i = 0; i < 20; i++) {
+		double p[3], d[3], o[3], dir[3], ab[2], z;
+
+		for (uint64_t a = 0; a < 3; a++) {
+			p[a] = 60 * ct_rng_uniform(4, a, i) - 30;
+			o[a] = p[a] - c.origin[a];
+			dir[a] = beam == CT_CONE ? p[a] - v.source[a] : ray[a];
+			d[a] = p[a] - v.source[a];
+		}
+		meet(ab, &v, p, dir);
+		z = beam == CT_CONE ? dot(c.n, o) : 1;
+		depth = dot(unit, d) / sqrt(dot(unit, unit)) * (plane < 0 ? -1 : 1);
+		if (beam == CT_CONE)
+			worst = fmax(worst, fabs(z - depth));
+		worst = fmax(worst, fabs(c.c[0] + dot(c.map[0], o) / z - (W - 1) / 2.0 - ab[0]));
+		worst = fmax(worst, fabs(c.c[1] + dot(c.map[1], o) / z - (H - 1) / 2.0 - ab[1]));
+	}
+	OK(worst < 1e-10 && c.h == H && c.w == W && c.cone == (beam == CT_CONE),
+		"columns, rows and depth, %s", ct_beam_name(beam));
+	if (beam == CT_CONE)
+		NEAR(c.near, 0.02 * fabs(plane), 1e-12, "what is near");
+	else
+		NEAR(fabs(dot(c.n, ray)), sqrt(dot(ray, ray)), 1e-9, "along the rays");
+}
+
+/* One Gaussian beside the image, at its edges and within, near the source: pixels and gradients
+ * are those of the plain sums, and none where nothing is drawn. */
+static void edges(enum ct_beam beam, const double p[3], const double ln_s[3], bool seen)
+{
+	static double ref[H * W], g[H * W];
+	const struct ct_view v = {
+		.source = {-300, 0, 0}, .centre = {300, 0, 0}, .u = {0, 1, 0}, .v = {0, 0, 1}};
+	const size_t pitch = ct_rasterise_pitch(W);
+	double q[4], d[CT_GS_FIELDS] = {0}, sums[6], size = 0, off = 0, least = 0, sum = 0;
+	float quat[4] = {0.9f, 0.3f, -0.5f, 0.4f}, *img, *dimg;
+	struct ct_gauss set = {.n = 1, .rot = {quat, quat + 1, quat + 2, quat + 3}};
+	struct ct_gradient grad = {0};
+	struct ct_gaussian_gradient fg;
+	struct ct_splat s = {0};
+	struct ct_footprint f;
+	struct ct_gaussian b;
+	struct ct_camera c;
+
+	for (int k = 0; k < 4; k++)
+		q[k] = (double)quat[k];
+	ct_gaussian_make(&b, p, ln_s, q, 0.5);
+	must(ct_camera_init(&c, &v, beam, H, W, &err) || ct_gradient_reserve(&grad, 1, &err) ||
+		ct_alloc(&img, H * pitch, sizeof *img, &err) ||
+		ct_alloc0(&dimg, H * pitch, sizeof *img, &err) ||
+		ct_splat_plan(&s, &c, 1, &b, NULL, &err));
+	for (size_t i = 0; i < H * W; i++) {
+		dimg[i / W * pitch + i % W] = 1 + 0.1f * ct_rng_normal(7, 0, i);
+		g[i] = (double)dimg[i / W * pitch + i % W];
+		ref[i] = 0;
+	}
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		grad.d[k][0] = 9;
+	ct_splat_draw(img, &s, NULL);
+	ct_splat_backward(&grad, &s, &b, &set, dimg, NULL);
+	if (ct_footprint_ref_of(&f, &c, &b)) {
+		ct_footprint_ref_draw(ref, &c, &f, b.rho, CT_GS_CUT);
+		ct_footprint_ref_sums(sums, g, &c, &f, CT_GS_CUT);
+		ct_footprint_ref_backward(&fg, &f, &c, &b, sums);
+		memcpy(d, fg.p, sizeof fg.p);
+		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, q);
+		d[10] = fg.rho;
+	}
+	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+		size = fmax(size, fabs(d[k]));
+		off = fmax(off, fabs(d[k] - (double)grad.d[k][0]));
+	}
+	for (size_t i = 0; i < H * W; i++) {
+		double x = fabs((double)img[i / W * pitch + i % W] - ref[i]);
+
+		sum += fabs(ref[i]);
+		/* a pixel on the ellipse itself may fall on either side */
+		least += x > 1e-5 * b.rho * f.mu && ref[i] > 0.003 * b.rho * f.mu;
+		off = fmax(off, 0);
+	}
+	if (!OK(least <= 0 && off <= 2e-4 * size + (sum > 0 ? 0.02 * b.rho * f.mu : 0) &&
+			    (sum > 0) == seen && (sum > 0 || off <= 0),
+		    "%s at %g %g %g", seen ? "seen" : "not seen", p[0], p[1], p[2]))
+		printf("# off by %g of %g, %g pixels, sum %g\n", off, size, least, sum);
+	OK((sum > 0) == (grad.screen[0] >= 0), "and so the gradient says");
+	free(img);
+	free(dimg);
+	ct_splat_free(&s);
+	ct_gradient_free(&grad);
+}
+
+/* Half the image is 28 by 20; the ellipse reaches 3.46 deviations. */
+static void all_edges(void)
+{
+	const double s = 2, ln_s[3] = {log(s), log(s), log(s)}, reach = s * sqrt(12);
+	const double small[3] = {-1, -1, -1};
+
+	for (int side = -1; side < 2; side += 2) {
+		for (double x = 0.3; x < 1; x += 0.3) {
+			edges(CT_PARALLEL, (const double[]){0, side * (27.5 + reach - x), 3.2},
+				ln_s, true);
+			edges(CT_PARALLEL, (const double[]){0, 3.2, side * (19.5 + reach - x)},
+				ln_s, true);
+			edges(CT_PARALLEL, (const double[]){0, side * (27.5 + reach + x), 3.2},
+				ln_s, false);
+			edges(CT_PARALLEL, (const double[]){0, 3.2, side * (19.5 + reach + x)},
+				ln_s, false);
+		}
+		edges(CT_PARALLEL, (const double[]){0, side * 27.5, side * 19.5}, ln_s, true);
+		edges(CT_PARALLEL, (const double[]){0, side * 27.9, -side * 19.9}, ln_s, true);
+	}
+	edges(CT_CONE, (const double[]){-300 + 12.1, 0.1, 0.1}, small, true); /* 2% of 600 */
+	edges(CT_CONE, (const double[]){-300 + 11.9, 0.1, 0.1}, small, false);
+	edges(CT_CONE, (const double[]){-312.1, 0.1, 0.1}, small, false);
+}
+
+/* Nine thousand in one place are nine thousand times one, in several groups; a view that is taller
+ * than two bands. */
+static void many(void)
+{
+	enum { MANY = 9001, TALL = 70, WIDE = 9 };
+	const struct ct_view v = {
+		.source = {-300, 0, 0}, .centre = {300, 0, 0}, .u = {0, 1, 0}, .v = {0, 0, 1}};
+	const double p[3] = {1, 0.3, -0.4}, ln_s[3] = {2, 1, 2.5}, q[4] = {1, 0.1, 0, 0};
+	const size_t pitch = ct_rasterise_pitch(WIDE);
+	struct ct_splat s = {0};
+	struct ct_gaussian *b;
+	double off = 0, most = 0;
+	struct ct_camera c;
+	float *img[2];
+
+	must(ct_alloc(&b, MANY, sizeof *b, &err) ||
+		ct_camera_init(&c, &v, CT_PARALLEL, TALL, WIDE, &err));
+	for (size_t i = 0; i < MANY; i++)
+		ct_gaussian_make(&b[i], p, ln_s, q, 0.7);
+	for (int k = 0; k < 2; k++) {
+		must(ct_alloc(&img[k], TALL * pitch, sizeof **img, &err) ||
+			ct_splat_plan(&s, &c, k ? MANY : 1, b, NULL, &err));
+		ct_splat_draw(img[k], &s, NULL);
+	}
+	for (size_t i = 0; i < TALL * pitch; i++) {
+		if (i % pitch >= WIDE)
+			continue;
+		off = fmax(off, fabs((double)img[1][i] / MANY - (double)img[0][i]));
+		most = fmax(most, (double)img[0][i]);
+	}
+	OK(most > 0 && off < 3e-4 * most, "%d in one place: off by %g of %g", MANY, off, most);
+	OK(ct_splat_plan(&s, &c, (size_t)UINT32_MAX + 1, b, NULL, &err) == -1 &&
+			err.code == CT_EINPUT,
+		"too many: %s", err.msg);
+	/* a gate that cuts nothing changes nothing, not even of what is not seen */
+	b[1].p[1] = 900;
+	must(ct_splat_plan(&s, &c, 3, b, NULL, &err));
+	ct_splat_draw(img[0], &s, NULL);
+	ct_splat_gate(&s, (double)s.footprint[0].amp * exp(-6.5));
+	OK(s.footprint[1].first == s.footprint[1].end, "what is not seen stays so");
+	ct_splat_draw(img[1], &s, NULL);
+	OK(memcmp(img[0], img[1], TALL * pitch * sizeof **img) == 0, "a gate that is low enough");
+	free(img[0]);
+	free(img[1]);
+	free(b);
+	ct_splat_free(&s);
+}
+
 /* Of one Gaussian: what is below the gate is gone, in both directions, the rest stays. */
 static void gate(void)
 {
@@ -368,6 +574,25 @@ static void activations(void)
 	OK(back < 1e-12, "inverses of the activations");
 }
 
+/* Kinks, ends, and what is out of reach. */
+static void limits(void)
+{
+	const double tiny = CT_ACTIVATION_LEAST;
+
+	OK(ct_activation_slope(CT_RELU, 0.3, 0) == 1 && ct_activation_slope(CT_PRELU, 0.3, 0) == 1,
+		"at a kink the slope from above");
+	OK(ct_activation_apply(CT_SOFTPLUS, 0.3, 1000) == 1000 &&
+			ct_activation_apply(CT_RELU, 0.3, -2) <= 0 &&
+			ct_activation_apply(CT_RELU, 0.3, -2) >= 0,
+		"far from zero");
+	NEAR(ct_activation_inverse(CT_SOFTPLUS, 0.3, 800), 800, 0, "and back");
+	NEAR(ct_activation_inverse(CT_SOFTPLUS, 0.3, -1), log(expm1(tiny)), 1e-9,
+		"softplus is never less than nothing");
+	NEAR(ct_activation_inverse(CT_RELU, 0.3, -1), tiny, 0, "nor relu");
+	NEAR(ct_activation_inverse(CT_SINE, 0.3, 2), M_PI / 2, 1e-15, "no sine above 1");
+	NEAR(ct_activation_inverse(CT_SINE, 0.3, -2), -M_PI / 2, 1e-15, "or below -1");
+}
+
 int main(void)
 {
 	struct ct_par *par = NULL;
@@ -380,7 +605,12 @@ int main(void)
 	differences(CT_CONE, true, -0.4, "cone, oblique detector, negative");
 	differences(CT_PARALLEL, false, 0.4, "parallel");
 	differences(CT_PARALLEL, true, -0.4, "parallel, oblique detector, negative");
+	for (int k = 0; k < 4; k++)
+		camera(k & 1 ? CT_CONE : CT_PARALLEL, k & 2);
+	all_edges();
+	many();
 	activations();
+	limits();
 	gate();
 	mass_and_peak(CT_CONE);
 	mass_and_peak(CT_PARALLEL);

@@ -63,8 +63,11 @@ static void test_slices(enum ct_ssim_kind kind, int axis, bool masked)
 	if (ct_ssim_volume(
 		    sum, count, &r, axis, size, ref, test, masked ? mask : NULL, &map, &env, &e))
 		exit(1);
-	for (size_t k = 0; k < size[axis]; k++)
-		worst = fmax(worst, fabs(sum[k] / count[k] - by_slices(&r, axis, k, masked)));
+	for (size_t k = 0; k < size[axis]; k++) {
+		double off = fabs(sum[k] / count[k] - by_slices(&r, axis, k, masked));
+
+		worst = off >= 0 ? fmax(worst, off) : HUGE_VAL;
+	}
 	OK(worst < 1e-5, "definition %d across axis %d%s: %.1e", (int)kind, axis,
 		masked ? ", masked" : "", worst);
 }
@@ -127,6 +130,31 @@ static void test_solid(enum ct_ssim_kind kind, bool masked)
 		worst);
 }
 
+/* Values that are many times the data range are compared in double. */
+static void test_large(void)
+{
+	static const struct ct_ssim_map wide = {-4e5, 4e5, 0, 4};
+	static float x[NX * NY], y[NX * NY];
+	static double sum[NZ], count[NZ], scratch[40000];
+	const struct ct_env env = {0};
+	struct ct_ssim_rule r;
+	struct ct_err e;
+	double worst = 0;
+
+	ct_ssim_rule(&r, CT_SSIM_WANG, 1e5);
+	if (ct_ssim_volume(sum, count, &r, 2, size, ref, test, NULL, &wide, &env, &e))
+		exit(1);
+	for (size_t k = 0; k < NZ; k++) {
+		for (size_t i = 0; i < NX * NY; i++) {
+			x[i] = 4 * ref[k * NX * NY + i];
+			y[i] = 4 * test[k * NX * NY + i];
+		}
+		worst = fmax(
+			worst, fabs(sum[k] / count[k] - ct_ssim(&r, NY, NX, x, y, NULL, scratch)));
+	}
+	OK(worst < 1e-11, "beyond twice the data range: %.1e", worst);
+}
+
 static void test_threads(void)
 {
 	static double sum[NX], count[NX], sum4[NX], count4[NX];
@@ -164,6 +192,7 @@ int main(void)
 		test_solid(CT_SSIM_3D, masked);
 		test_solid(CT_SSIM_3D_GAUSS, masked);
 	}
+	test_large();
 	test_threads();
 	ct_ssim_rule(&r, CT_SSIM_R2, 1);
 	OK(ct_ssim_volume(sum, count, &r, 2, size, ref, test, NULL, &map, &stopped, &e) < 0 &&

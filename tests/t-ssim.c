@@ -65,6 +65,39 @@ static double direct(
 	return sum / count;
 }
 
+/* The constants and windows of each definition, as they are published. */
+static void test_rules(void)
+{
+	static const struct {
+		enum ct_ssim_kind kind;
+		int dims;
+		size_t radius, crop;
+		double unbias;
+		bool box;
+	} want[] = {{CT_SSIM_R2, 2, 5, 0, 1, false}, {CT_SSIM_SKIMAGE, 2, 3, 3, 49 / 48.0, true},
+		{CT_SSIM_WANG, 2, 5, 5, 1, false}, {CT_SSIM_SKIMAGE11, 2, 5, 5, 121 / 120.0, true},
+		{CT_SSIM_3D, 3, 3, 3, 343 / 342.0, true}, {CT_SSIM_3D_GAUSS, 3, 5, 5, 1, false}};
+
+	for (size_t k = 0; k < sizeof want / sizeof *want; k++) {
+		struct ct_ssim_rule r;
+		double worst = 0;
+
+		ct_ssim_rule(&r, want[k].kind, 200);
+		OK(r.dims == want[k].dims && r.radius == want[k].radius && r.crop == want[k].crop,
+			"definition %zu: its window", k);
+		OK(fabs(r.c1 - 4) < 1e-12 && fabs(r.c2 - 36) < 1e-12 &&
+				fabs(r.unbias - want[k].unbias) < 1e-15,
+			"and constants");
+		for (size_t q = 0; q <= 2 * r.radius; q++) {
+			const double d = (double)q - (double)r.radius;
+
+			worst = fmax(worst, fabs(r.tap[q] / r.tap[r.radius] -
+						    (want[k].box ? 1 : exp(-d * d / 4.5))));
+		}
+		OK(worst < 1e-15, "and weights");
+	}
+}
+
 static void test_value(void)
 {
 	static const char *const name[] = {"R2", "SKIMAGE", "WANG"};
@@ -172,6 +205,7 @@ static void test_parts(void)
 
 int main(void)
 {
+	test_rules();
 	test_value();
 	test_parts();
 	test_gradient();

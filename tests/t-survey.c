@@ -80,6 +80,57 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 	ct_stack_free(&s);
 }
 
+/* x of a frame that is turned about every axis. */
+static void turn(double x[3])
+{
+	static const double r[3][3] = {{0.36, 0.48, -0.8}, {-0.8, 0.6, 0}, {0.48, 0.64, 0.6}};
+	const double old[3] = {x[0], x[1], x[2]};
+
+	for (int a = 0; a < 3; a++)
+		x[a] = r[a][0] * old[0] + r[a][1] * old[1] + r[a][2] * old[2];
+}
+
+/* A scan in any frame is the same scan. */
+static void test_turned(void)
+{
+	const struct ct_scan scan = {.beam = CT_CONE,
+		.views = 33,
+		.arc = 200,
+		.dso = 700,
+		.dsd = 1100,
+		.w = 64,
+		.h = 48,
+		.pitch = {0.5, 0.75},
+		.offset = {3, -2},
+		.iso = {10, -20, 30}};
+	double iso[3] = {10, -20, 30}, far = 0;
+	struct ct_stack s = {0};
+	struct survey g;
+
+	fill(&s, &scan);
+	for (size_t k = 0; k < s.views; k++) {
+		turn(s.view[k].source);
+		turn(s.view[k].centre);
+		turn(s.view[k].u);
+		turn(s.view[k].v);
+	}
+	turn(iso);
+	survey_of(&g, &s);
+	OK(g.has_iso, "an isocentre in any frame");
+	for (int a = 0; a < 3; a++)
+		far = fmax(far, fabs(g.iso[a] - iso[a]));
+	NEAR(far, 0, 1e-8, "where it is");
+	NEAR(fmax(fabs(g.dso[0] - 700), fabs(g.dso[1] - 700)), 0, 1e-8, "source to isocentre");
+	NEAR(fmax(fabs(g.dsd[0] - 1100), fabs(g.dsd[1] - 1100)), 0, 1e-8, "source to detector");
+	NEAR(fmax(fabs(g.offset[0][0] - 3), fabs(g.offset[1][1] + 2)), 0, 1e-8, "offsets");
+	for (size_t k = 0; k < s.views; k++)
+		for (int a = 0; a < 3; a++)
+			s.view[k].u[a] = -s.view[k].u[a];
+	survey_of(&g, &s);
+	NEAR(g.dsd[0], 1100, 1e-8, "seen from behind, too");
+	ct_stack_free(&s);
+}
+
 static void test_orientation(void)
 {
 	static const int order[6][3] = {
@@ -132,6 +183,19 @@ static void test_gauss(void)
 	survey_gauss_of(&r, &g);
 	OK(r.positive == 3 && r.negative == 0 && r.bad == 1 && r.hi[0] == 2,
 		"softplus is positive, NaN is set apart");
+	for (int a = 0; a < 3; a++) {
+		float *const x[] = {&g.pos[a][0], &g.scale[a][1], &g.rot[a + 1][2], &g.raw[a]};
+
+		for (int k = 0; k < 4; k++) {
+			const float was = *x[k];
+
+			g.rot[2][3] = 1;
+			*x[k] = NAN;
+			survey_gauss_of(&r, &g);
+			OK(r.bad == 1, "NaN %d along axis %d", k, a);
+			*x[k] = was;
+		}
+	}
 	g.n = 0;
 	survey_gauss_of(&r, &g);
 	OK(isnan(r.mean_sigma) && isnan(r.lo[0]), "an empty set");
@@ -146,6 +210,7 @@ int main(void)
 	test_scan(CT_CONE, 180, 100);
 	test_scan(CT_FAN, 200, 40);
 	test_scan(CT_PARALLEL, 180, 10);
+	test_turned();
 	test_orientation();
 	test_gauss();
 	return tap_done();

@@ -1,31 +1,14 @@
 /* Training against its formulas written out: pieces of pictures, the loss of a step and of a
  * validation, AdamW, the average of the weights. */
 #include "config.h"
-#include "core/mem.h"
-#include "diffusion/patches.h"
 #include "diffusion/schedule.h"
-#include "diffusion/train.h"
 #include "numbers.h"
+#include "training.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIZE = 8, PIECE = 0, TIME = 1, NOISE = 2, DRAWS = 3 };
-
-/* Value of a pixel: no two pieces, mirrored or not, are alike. */
-static float value(size_t row, size_t col)
-{
-	return (float)(0.1 + 0.01 * (double)row + 0.001 * (double)(col * col % 97));
-}
-
-static void picture(struct ct_pictures *s, size_t h, size_t w)
-{
-	float *px = malloc(h * w * sizeof *px);
-
-	for (size_t i = 0; px && i < h * w; i++)
-		px[i] = value(i / w, i % w);
-	must(!px || ct_pictures_add(s, h, w, px, "a picture", &err));
-}
+enum { PIECE = 0, TIME = 1, NOISE = 2, DRAWS = 3 };
 
 /* Is x the area means of f x f pixels from (row, col) on, mirrored by bit 0, turned over by bit 1?
  */
@@ -149,18 +132,6 @@ static void noise(void)
 	NEAR(worst, 0, 1e-6, "normal numbers by Box and Muller");
 }
 
-static void options(struct ct_train_opts *o, struct ct_unet_arch *a)
-{
-	ct_train_default(o);
-	o->patches.size = SIZE;
-	o->batch = 3;
-	o->seed = 17;
-	o->adam.lr = 0.02;
-	ct_unet_arch_default(a);
-	a->levels = 1;
-	a->num_res_blocks = 1;
-}
-
 /* Loss of one sample, from the weights, by train.h. */
 static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s,
 	const struct ct_tensors *weights, uint64_t seed, uint64_t sample, int time)
@@ -277,6 +248,128 @@ static void warm_up(const struct ct_env *env)
 	ct_pictures_free(&s);
 }
 
+/* The gradient of a step's batch, mean over its samples, by train.h; free() it. */
+static float *gradient(const struct ct_train_opts *o, const struct ct_unet_arch *a,
+	const struct ct_pictures *s, const struct ct_tensor *param, uint64_t step)
+{
+	enum { N = SIZE * SIZE };
+	struct ct_unet *net = NULL;
+	struct ct_unet_plan *plan = NULL;
+	struct ct_schedule schedule;
+	float x[N], z[N], eps[N], *g = calloc(ct_tensor_count(param), sizeof *g);
+
+	ct_schedule_default(&schedule);
+	must(!g || ct_unet_init(&net, a, 1, &err));
+	memcpy(net->param, param->data, net->graph.count * sizeof *net->param);
+	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, true, &err));
+	for (uint64_t k = 0; k < o->batch; k++) {
+		uint64_t at = (step * o->batch + k) * DRAWS;
+		int time = (int)ct_rng_below(o->seed, at + TIME, 0, CT_TIMESTEPS);
+		double abar = ct_schedule_abar(&schedule, time);
+		float when = (float)time;
+
+		ct_patches_draw(&o->patches, s, x, o->seed, at + PIECE);
+		ct_rng_normals(N, z, o->seed, at + NOISE, 0);
+		for (int i = 0; i < N; i++)
+			x[i] = (float)(sqrt(abar) * (double)x[i] + sqrt(1 - abar) * (double)z[i]);
+		must(ct_unet_forward(plan, eps, x, &when, &err));
+		for (int i = 0; i < N; i++)
+			eps[i] = 2 * (eps[i] - z[i]) / (float)(N * o->batch);
+		must(ct_unet_backward(plan, g, NULL, eps, &err));
+	}
+	ct_unet_plan_free(plan);
+	ct_unet_free(net);
+	return g;
+}
+
+/* A step of the warm-up between two states, written out: the moments from the gradient, the weights
+ * from the moments. */
+static void step_by_hand(const struct ct_train_opts *o, const struct ct_tensors *before,
+	const struct ct_tensors *after, uint64_t step, const float *g, double scale)
+{
+	const struct ct_tensor *p = vector(before, "param"), *q = vector(after, "param");
+	const struct ct_tensor *m = vector(before, "adam.m"), *n = vector(after, "adam.m");
+	const struct ct_tensor *v = vector(before, "adam.v"), *w = vector(after, "adam.v");
+	const struct ct_adamw *a = &o->adam;
+	double lr = a->lr * ((double)step + 1) / (double)o->warmup;
+	double one = 1 - pow(a->beta1, (double)step + 1), two = 1 - pow(a->beta2, (double)step + 1);
+	double first = 0, second = 0, weights = 0, most = 0;
+
+	for (size_t i = 0; i < ct_tensor_count(p); i++) {
+		double d = scale * (double)g[i], mean = (double)n->data[i] / one;
+		double root = sqrt((double)w->data[i] / two);
+		double want =
+			(1 - lr * a->decay) * (double)p->data[i] - lr * mean / (root + a->eps);
+
+		most = fmax(most, fabs(d));
+		first = fmax(first, fabs(a->beta1 * (double)m->data[i] + (1 - a->beta1) * d -
+					    (double)n->data[i]));
+		second = fmax(second, fabs(a->beta2 * (double)v->data[i] + (1 - a->beta2) * d * d -
+					      (double)w->data[i]));
+		weights = fmax(weights, fabs(want - (double)q->data[i]));
+	}
+	NEAR(first / most, 0, 2e-5, "the first moment has the batch's gradient, each sample once");
+	NEAR(second / (most * most), 0, 2e-5, "the second its square");
+	NEAR(weights, 0, 1e-5, "and the weights go by Adam");
+}
+
+/* Nine samples in eight groups, more parameters than one chunk has, without and with a clip. */
+static void steps(const struct ct_env *env)
+{
+	struct ct_train_opts o;
+	struct ct_unet_arch a;
+	struct ct_pictures s = {0};
+	double loss, norm = 0;
+
+	picture(&s, 20, 24);
+	for (int clip = 0; clip < 2; clip++) {
+		struct ct_train *t = NULL;
+		struct ct_tensors before = {0}, after = {0};
+		float *g;
+
+		options(&o, &a);
+		o.batch = 9;
+		o.warmup = 6;
+		o.adam.decay = 0.1;
+		o.adam.eps = 1e-3; /* no weight whose gradient is rounding alone moves */
+		o.clip = clip ? norm / 3 : 0;
+		must(ct_train_alloc(&t, &a, &o, &s, env, &err));
+		for (int k = 0; k < 3; k++)
+			must(ct_train_step(t, &loss, &err));
+		must(ct_train_save(t, &before, &err));
+		must(ct_train_step(t, &loss, &err));
+		must(ct_train_save(t, &after, &err));
+		g = gradient(&o, &a, &s, vector(&before, "param"), 3);
+		norm = sqrt(dot(ct_tensor_count(vector(&before, "param")), g, g));
+		OK(!clip || o.clip < 0.7 * norm, "clip %g of %g", o.clip, norm);
+		step_by_hand(&o, &before, &after, 3, g, clip ? o.clip / norm : 1);
+		free(g);
+		ct_tensors_free(&before);
+		ct_tensors_free(&after);
+		ct_train_free(t);
+	}
+	ct_pictures_free(&s);
+}
+
+static void bad_pictures(void)
+{
+	static const float bad[] = {-1e-6f, 1.000001f, NAN};
+	struct ct_pictures s = {0};
+
+	for (int k = 0; k < 3; k++) {
+		float *px = calloc(6, sizeof *px);
+
+		must(!px);
+		px[k == 2 ? 0 : 5] = bad[k];
+		OK(ct_pictures_add(&s, 2, 3, px, "x.png", &err) == -1 && err.code == CT_ENUMERIC &&
+				strstr(err.msg, k == 2 ? "x.png: row 0, column 0 is"
+						       : "x.png: row 1, column 2 is"),
+			"%s", err.msg);
+	}
+	OK(s.n == 0, "no picture");
+	ct_pictures_free(&s);
+}
+
 int main(void)
 {
 	struct ct_env env = {0};
@@ -290,6 +383,8 @@ int main(void)
 	noise();
 	losses(&env);
 	warm_up(&env);
+	steps(&env);
+	bad_pictures();
 	ct_par_free(env.par);
 	return tap_done();
 }

@@ -207,6 +207,121 @@ static void test_threads(solver *fn, const char *name)
 	free(b);
 }
 
+/* Root of the sum of the squared second differences at voxel `at`, with weights w; none where a
+ * neighbour is missing. */
+static double bend(const double *x, const size_t n[3], const size_t at[3], const double w[3])
+{
+	const size_t step[3] = {1, n[0], n[0] * n[1]};
+	const double *p = x + at[0] + at[1] * step[1] + at[2] * step[2];
+	double sum = 0;
+
+	for (int a = 0; a < 3; a++) {
+		if (at[a] > 0 && at[a] + 1 < n[a])
+			sum += pow(w[a] * w[a] * (*(p - step[a]) - 2 * *p + p[step[a]]), 2);
+		for (int b = a + 1; b < 3; b++)
+			if (at[a] + 1 < n[a] && at[b] + 1 < n[b])
+				sum += 2 * pow(w[a] * w[b] *
+							   (p[step[a] + step[b]] - p[step[a]] -
+								   p[step[b]] + *p),
+						   2);
+	}
+	return sqrt(sum);
+}
+
+static double slope(const double *x, const size_t n[3], const size_t at[3], const double w[3])
+{
+	const size_t step[3] = {1, n[0], n[0] * n[1]};
+	const double *p = x + at[0] + at[1] * step[1] + at[2] * step[2];
+	double sum = 0;
+
+	for (int a = 0; a < 3; a++)
+		sum += at[a] + 1 < n[a] ? pow(w[a] * (p[step[a]] - *p), 2) : 0;
+	return sqrt(sum);
+}
+
+/* What the sixth iteration says: of the volume before it (htv: as it is extrapolated), and how far
+ * it went. Three slabs of planes. */
+static void test_report(void)
+{
+	enum { N = 11 * 6 * 36 };
+	const struct ct_tv_rule rule = {{0.5, 1, 0.8}, 60, 0, 0};
+	const struct ct_degrade d = {{1, 2, 3}, {0.4, 0.9, 1.3}, CT_DECIMATE_SINC};
+	const struct ct_env env = {0};
+	const size_t n[3] = {11, 6, 36}, m[3] = {11, 3, 12};
+	float *y = volume(m), *x[3];
+
+	ct_rng_normals(count(m), y, 8, 0, 0);
+	for (size_t i = 0; i < count(m); i++)
+		y[i] *= 100;
+	for (int htv = 0; htv < 2; htv++) {
+		static double ahead[N];
+		double sum = 0, moved = 0;
+		struct ct_tv_report r;
+
+		for (size_t k = 0; k < 3; k++) { /* after 4, 5 and 6 iterations */
+			struct ct_tv_rule some = rule;
+			struct ct_consistency dc = {0};
+
+			some.iterations = 4 + k;
+			x[k] = volume(n);
+			must(ct_consistency_alloc(&dc, &d, n, y, 20, NULL, &err) ||
+				(htv ? ct_hessian_tv : ct_tv)(x[k], &dc, &some, &r, &env, &err));
+			ct_consistency_free(&dc);
+		}
+		for (size_t i = 0; i < N; i++) {
+			ahead[i] = (double)x[1][i] + (htv ? (double)x[1][i] - (double)x[0][i] : 0);
+			moved += pow((double)x[2][i] - (double)x[1][i], 2);
+		}
+		for (size_t i = 0; i < N; i++) {
+			const size_t at[3] = {i % n[0], i / n[0] % n[1], i / (n[0] * n[1])};
+
+			sum += (htv ? bend : slope)(ahead, n, at, rule.weight);
+		}
+		OK(r.iterations == 6 && fabs(r.objective * N / sum - 1) < 1e-5, "%s: its variation",
+			htv ? "htv" : "tv");
+		OK(fabs(r.change / sqrt(moved / N) - 1) < 1e-4, "and movement (%g, off %.2g)",
+			r.change, fabs(r.change / sqrt(moved / N) - 1));
+		for (size_t k = 0; k < 3; k++)
+			free(x[k]);
+	}
+	free(y);
+}
+
+static size_t told;
+
+static void tell(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	(void)env, (void)what, (void)total;
+	told += done == told;
+}
+
+/* It ends when an iteration moves less than the tolerance, of every fifth. */
+static void test_tolerance(void)
+{
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const size_t n[3] = {8, 8, 8};
+	const struct ct_env env = {.progress = tell};
+
+	for (int htv = 0; htv < 2; htv++)
+		for (int k = 0; k < 2; k++) {
+			const struct ct_tv_rule rule = {{1, 1, 1}, 50, 23, k ? 1e9 : 0};
+			struct ct_consistency dc = {0};
+			struct ct_tv_report r;
+			float *x = volume(n), *y = volume(n);
+
+			told = 0;
+			for (size_t i = 0; i < count(n); i++)
+				y[i] = i % 3 ? 100 : -50;
+			must(ct_consistency_alloc(&dc, &one, n, y, 20, NULL, &err) ||
+				(htv ? ct_hessian_tv : ct_tv)(x, &dc, &rule, &r, &env, &err));
+			OK(r.iterations == (k ? 5 : 23) && told == (k ? 5 : 24),
+				"%s: %zu iterations", htv ? "htv" : "tv", r.iterations);
+			ct_consistency_free(&dc);
+			free(x);
+			free(y);
+		}
+}
+
 static void test_divergence(void)
 {
 	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
@@ -237,6 +352,8 @@ int main(void)
 	test_thin(ct_hessian_tv, "htv");
 	test_threads(ct_tv, "tv");
 	test_threads(ct_hessian_tv, "htv");
+	test_report();
+	test_tolerance();
 	test_divergence();
 	return tap_done();
 }

@@ -286,9 +286,14 @@ static void test_refusals(void)
 	t->name[0] = 'n';
 	refused(&w, CT_EINPUT, "no tensor middle_block.1.qkv.weight [192,64,1]", "a name");
 	t->name[0] = 'm';
-	t->data[5] = NAN;
-	refused(&w, CT_ENUMERIC, "middle_block.1.qkv.weight", "a value");
-	t->data[5] = 0;
+	for (size_t k = 0; k < 192 * 64; k += 192 * 64 - 1) { /* the first, and the last */
+		t->data[k] = NAN;
+		refused(&w, CT_ENUMERIC,
+			k ? "middle_block.1.qkv.weight: value 12287"
+			  : "middle_block.1.qkv.weight: value 0 is",
+			"a value");
+		t->data[k] = 0;
+	}
 	if (ct_meta_set(&w.meta, "channel_mult", "[1, 1, 1]", &err))
 		exit(99);
 	refused(&w, CT_EINPUT, "input_blocks.7.0.in_layers.2.weight", "another architecture");

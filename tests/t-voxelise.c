@@ -9,6 +9,7 @@
 #include "xray/project.h"
 #include "tap.h"
 
+#include <signal.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -180,6 +181,223 @@ static void fast(void)
 	ct_par_free(par);
 }
 
+/* Through more slices than are summed or drawn together, and out of the block on all sides. */
+static void tall(const double blur[static 3])
+{
+	enum { X = 6, Y = 5, Z = 300, ALL = X * Y * Z, MANY = 40 };
+	static const double lean[3][4] = {
+		{1, 0.2, 0, -3}, {-0.1, 1.2, 0.3, -3}, {0, 0.1, 0.5, -80}};
+	static double ref[ALL], dref[ALL];
+	static float vol[ALL];
+	const size_t zero[3] = {0}, n[3] = {X, Y, Z}, pitch = ct_rasterise_pitch(X);
+	double off = 0, peak = 0, part = 0, sure = 0;
+	struct ct_voxelise v = {0};
+	struct ct_gradient grad = {0};
+	struct ct_gaussian b[MANY];
+	struct ct_gauss g = {0};
+	struct ct_block block;
+	volatile sig_atomic_t stop = 1;
+	const struct ct_env halted = {.stop = &stop};
+	float *df;
+
+	crowd(&g, MANY);
+	for (size_t i = 0; i < MANY; i++) {
+		g.pos[0][i] *= 0.15f;
+		g.pos[1][i] *= 0.15f;
+		g.pos[2][i] = 2.8f * g.pos[2][i];
+		g.scale[2][i] = i % 4 ? 3.2f : 0.5f;
+		g.rot[0][i] = 1;
+		for (int k = 1; k < 4; k++)
+			g.rot[k][i] *= 0.1f;
+	}
+	must(ct_block_init(&block, lean, zero, n, &err) ||
+		ct_alloc0(&df, pitch * Y * Z, sizeof *df, &err) ||
+		ct_gradient_reserve(&grad, MANY, &err));
+	memcpy(block.blur, blur, sizeof block.blur);
+	memset(ref, 0, sizeof ref);
+	memset(vol, 0, sizeof vol);
+	ct_gaussian_resolve(b, &g, NULL);
+	must(ct_voxelise_plan(&v, &block, MANY, b, NULL, &err) ||
+		ct_voxelise_add(vol, &v, -0.5, &alone, &err));
+	for (size_t i = 0; i < ALL; i++) {
+		df[i / X * pitch + i % X] = 0.2f + ct_rng_normal(9, 0, i);
+		dref[i] = (double)df[i / X * pitch + i % X];
+	}
+	for (size_t k = 0; k < PARAMS; k++)
+		memset(grad.d[k], 0, MANY * sizeof(float));
+	ct_voxelise_backward(&grad, &v, b, &g, df, NULL);
+	for (size_t i = 0; i < MANY; i++) {
+		double q[4], d[PARAMS] = {0}, sums[10], size = 0;
+		struct ct_gaussian_gradient fg;
+		struct ct_voxel_gaussian k;
+
+		for (int a = 0; a < 4; a++)
+			q[a] = (double)g.rot[a][i];
+		if (ct_voxelise_gaussian(&k, &block, &b[i])) {
+			ct_voxelise_ref_draw(ref, &block, &k, CT_GS_CUT);
+			ct_voxelise_ref_sums(sums, dref, &block, &k, CT_GS_CUT);
+			ct_voxelise_backward_one(&fg, &block, &k, &b[i], sums);
+			memcpy(d, fg.p, sizeof fg.p);
+			ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
+			d[10] = fg.rho;
+		}
+		for (int a = 0; a < PARAMS; a++)
+			size = fmax(size, fabs(d[a]));
+		for (int a = 0; a < PARAMS; a++)
+			part = fmax(part, fabs(d[a] - (double)grad.d[a][i]) / fmax(size, 1e-9));
+	}
+	for (size_t i = 0; i < ALL; i++) {
+		off = fmax(off, fabs((double)vol[i] + ref[i] / 2));
+		peak = fmax(peak, fabs(ref[i]));
+		sure += fabs(ref[i]) > 0;
+	}
+	OK(peak > 0 && off < 1e-5 * peak && sure > 1000, "a tall block: off by %g of %g", off,
+		peak);
+	OK(part < 1e-4, "and its gradient, by %g", part);
+	OK(ct_voxelise_add(vol, &v, 1, &halted, &err) == -1 && err.code == CT_ESTOP,
+		"it can be stopped");
+	OK(ct_voxelise_plan(&v, &block, (size_t)UINT32_MAX + 1, b, NULL, &err) == -1 &&
+			err.code == CT_EINPUT,
+		"too many: %s", err.msg);
+	free(df);
+	ct_voxelise_free(&v);
+	ct_gradient_free(&grad);
+	ct_gauss_free(&g);
+}
+
+/* The plain sums end with the block. */
+static void plain(void)
+{
+	const double eye[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+	const double p[3] = {1, 1, 2}, ln_s[3] = {1, 1, 1}, q[4] = {1, 0, 0, 0};
+	const size_t zero[3] = {0}, n[3] = {3, 2, 3};
+	double out[19] = {0}, g[19], s[10], want = 0;
+	struct ct_voxel_gaussian k;
+	struct ct_block block;
+	struct ct_gaussian b;
+
+	must(ct_block_init(&block, eye, zero, n, &err));
+	ct_gaussian_make(&b, p, ln_s, q, 1);
+	OK(ct_voxelise_gaussian(&k, &block, &b), "it touches the block");
+	ct_voxelise_ref_draw(out, &block, &k, CT_GS_CUT);
+	for (size_t i = 0; i < 19; i++)
+		g[i] = i < 18 ? 1 : 1e9;
+	ct_voxelise_ref_sums(s, g, &block, &k, CT_GS_CUT);
+	for (size_t i = 0; i < 18; i++)
+		want += out[i];
+	OK(fabs(out[18]) <= 0 && want > 0 && fabs(s[0] / want - 1) < 1e-12,
+		"nothing beyond it counts");
+}
+
+/* One Gaussian at the faces of the block, on either side: who is found is who is seen. */
+static void faces(double blur)
+{
+	const double eye[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+	const size_t first[3] = {3, 4, 5}, n[3] = {6, 5, 7};
+	const double reach = sqrt(12 * (0.25 + blur)), q[4] = {1, 0, 0, 0};
+	const double ln_s[3] = {log(0.5), log(0.5), log(0.5)};
+	struct ct_voxelise v = {0};
+	struct ct_block block;
+	size_t wrong = 0;
+
+	must(ct_block_init(&block, eye, first, n, &err));
+	for (int a = 0; a < 3; a++)
+		block.blur[a] = blur;
+	for (int axis = 0; axis < 3; axis++)
+		for (int side = 0; side < 2; side++)
+			for (int in = 0; in < 2; in++) {
+				const double edge =
+					(double)(first[axis] + (side ? n[axis] - 1 : 0));
+				double p[3] = {5, 6, 7};
+				struct ct_voxel_gaussian k;
+				struct ct_gaussian b;
+
+				p[axis] = edge + (side ? 1 : -1) * (reach + (in ? -0.05 : 0.05));
+				ct_gaussian_make(&b, p, ln_s, q, 0.5);
+				must(ct_voxelise_plan(&v, &block, 1, &b, NULL, &err));
+				wrong += v.n != (size_t)in;
+				if (ct_voxelise_gaussian(&k, &block, &b) != in)
+					wrong++;
+				if (in && (k.slice[0] < 0 || k.slice[1] > 7 ||
+						  k.slice[0] >= k.slice[1]))
+					wrong++;
+			}
+	OK(wrong == 0, "faces of a block, blur %g: %zu wrong", blur, wrong);
+	ct_voxelise_free(&v);
+}
+
+/* The block itself: the inverse of a leaning affine, nothing left of what was there. */
+static void block_of(void)
+{
+	const double lean[3][4] = {{1, 0.2, -0.4, -3}, {-0.1, 1.2, 0.3, 7}, {0.6, 0.1, 0.5, -80}};
+	double huge[3][4] = {{1e200, 0, 0, 0}, {0, 1e200, 0, 0}, {0, 0, 1e-5, 0}}, off = 0;
+	const size_t first[3] = {3, 4, 5}, n[3] = {6, 5, 7};
+	struct ct_block k;
+
+	memset(&k, 1, sizeof k);
+	must(ct_block_init(&k, lean, first, n, &err));
+	for (int r = 0; r < 3; r++) {
+		double at = lean[r][3];
+
+		for (int c = 0; c < 3; c++) {
+			double sum = 0;
+
+			for (int m = 0; m < 3; m++)
+				sum += k.inv[r][m] * lean[m][c];
+			off = fmax(off, fabs(sum - (r == c)));
+			at += lean[r][c] * (double)first[c];
+		}
+		off = fmax(off, fabs(k.world[r] - at) + fabs(k.blur[r]));
+	}
+	OK(off < 1e-12 && memcmp(k.n, n, sizeof n) == 0, "a block of a leaning grid");
+	OK(ct_block_init(&k, huge, first, n, &err) == -1 && err.code == CT_EGEOM,
+		"not of one without end");
+}
+
+/* More than are rendered at a time: those of the second part are elsewhere. */
+static void render(void)
+{
+	enum { PART = 1 << 18, MANY = PART + 3 };
+	const double affine[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+	const size_t n[3] = {9, 2, 2};
+	float vol[36];
+	struct ct_gauss g = {0};
+	double off = 0;
+	size_t touch = 0;
+
+	must(ct_gauss_reserve(&g, MANY, &err));
+	g.n = MANY;
+	g.gamma = 1;
+	for (size_t i = 0; i < MANY; i++) {
+		const bool late = i >= PART, out = i % 4096 && !late;
+
+		g.pos[0][i] = late ? 8 : 0;
+		g.pos[1][i] = out ? 50 : late;
+		g.pos[2][i] = late;
+		for (int k = 0; k < 3; k++)
+			g.scale[k][i] = !late ? -1 : k ? -1.5f : -1.1f;
+		for (int k = 0; k < 4; k++)
+			g.rot[k][i] = k == 0 || (late && k == 3); /* long along y */
+		g.raw[i] = late ? 5 : 0.25f;
+	}
+	for (size_t i = 0; i < 36; i++)
+		vol[i] = 1;
+	must(ct_voxelise_render(vol, n, affine, &g, 2, &touch, &alone, &err));
+	OK(touch == 64 + 3, "%zu touch the grid", touch);
+	for (size_t i = 0; i < 36; i++) {
+		const double x = (double)(i % 9), y = (double)(i / 9 % 2), z = (double)(i / 18);
+		const double q = (x * x + y * y + z * z) / 2 * exp(2);
+		const double r = (((8 - x) * (8 - x) + (1 - z) * (1 - z)) * exp(3) +
+					 (1 - y) * (1 - y) * exp(2.2)) /
+				 2;
+
+		off = fmax(off, fabs((double)vol[i] - 1 - 2 * 64 * 0.25 * (q < 6 ? exp(-q) : 0) -
+					2 * 3 * 5 * (r < 6 ? exp(-r) : 0)));
+	}
+	OK(off < 1e-4, "both parts are added: off by %g", off);
+	ct_gauss_free(&g);
+}
+
 /* A block of a grid holds the same values as the grid there. */
 static void blocks(void)
 {
@@ -349,6 +567,13 @@ int main(void)
 	differences((const double[]){0.7, 0, 2.5}, "blurred");
 	blur();
 	fast();
+	tall((const double[]){0, 0, 0});
+	tall((const double[]){0.5, 0.2, 1});
+	plain();
+	faces(0);
+	faces(0.6);
+	block_of();
+	render();
 	blocks();
 	mass();
 	finer(CT_CONE);

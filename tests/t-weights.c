@@ -4,10 +4,12 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "recon/fdk.h"
+#include "recon/ramp.h"
 #include "xray/scan.h"
 #include "tap.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -230,6 +232,111 @@ static void fronts(void)
 	ct_vol_free(&v);
 }
 
+/* Lines of voxels along the detector's columns: axis 2, tilted by so many radians about x, of so
+ * many mm. Depth and column must not drift, rows be no more than 14 apart. */
+static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool line)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, mm});
+	struct ct_scan scan = circle(beam, 8, 360);
+	struct ct_backprojector b = {0};
+	struct ct_stack s = {0};
+
+	v.affine[1][2] = -sin(tilt) * mm;
+	v.affine[2][2] = cos(tilt) * mm;
+	v.affine[1][1] = cos(tilt) * 4;
+	v.affine[2][1] = sin(tilt) * 4;
+	scan.pitch[0] = pitch;
+	scan.pitch[1] = 1;
+	scan.start = 0;
+	must(ct_scan_fill(&s, &scan, &err) ||
+		ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
+	OK(b.line == (line ? 2 : -1), "%s, tilted by %.3g, %g mm: %s", ct_beam_name(beam), tilt, mm,
+		line ? "lines" : "no lines");
+	ct_backprojector_free(&b);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
+/* Offsets within a view are 32 bits; what is no grid or no view. */
+static void refusals(void)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, 4}), none = v;
+	struct ct_scan scan = circle(CT_CONE, 4, 360);
+	struct ct_backprojector b = {0};
+	const double origin[3] = {0};
+	struct ct_stack s = {0};
+	size_t most;
+
+	must(ct_scan_fill(&s, &scan, &err) || ct_backprojector_alloc(&b, &v, &s, origin, &err));
+	most = (size_t)INT32_MAX / b.pitch - 3;
+	ct_backprojector_free(&b);
+	s.w = most;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) == 0, "%zu columns", most);
+	OK(ct_backprojector_widen(&b, 0, 0, &err) == 0, "and none more");
+	OK(ct_backprojector_widen(&b, 1, 0, &err) && err.code == CT_EINPUT, "one more: %s",
+		err.msg);
+	ct_backprojector_free(&b);
+	s.w = most + 1;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EINPUT,
+		"nor with it to begin with");
+	s.w = 4;
+	s.h = INT32_MAX / 4 + 1;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EINPUT, "rows: %s",
+		err.msg);
+	s.h = 3;
+	none.affine[1][1] = 0;
+	OK(ct_backprojector_alloc(&b, &none, &s, origin, &err) && err.code == CT_EGEOM, "%s",
+		err.msg);
+	s.view[2].u[0] = NAN;
+	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EGEOM, "%s", err.msg);
+	ct_stack_free(&s);
+	ct_vol_free(&v);
+}
+
+/* Rows of the ramp filter against the sum that it is; nothing is written beyond them. */
+static void filtered(size_t w, size_t rows)
+{
+	size_t at = w / 5, count = w - at - 3, pitch = rows + 2;
+	float *in = malloc(rows * count * sizeof *in), *weight = malloc(rows * count * sizeof *in);
+	float *out = malloc(w * pitch * sizeof *out);
+	struct ct_ramp f = {0};
+	double *scratch, worst = 0;
+	bool beyond = false;
+
+	must(ct_ramp_alloc(&f, CT_RAMP_RAM_LAK, 1, w, &err));
+	scratch = aligned_alloc(64, ct_ramp_scratch(&f) * sizeof *scratch);
+	for (size_t i = 0; i < rows * count; i++) {
+		in[i] = (float)cos(1.0 + (double)(i * i % 1000));
+		weight[i] = 0.5F + (float)(i % 7);
+	}
+	for (size_t i = 0; i < w * pitch; i++)
+		out[i] = 77;
+	ct_ramp_rows(&f, rows, out, pitch, in, weight, at, count, scratch);
+	for (size_t c = 0; c < w; c++) {
+		for (size_t r = 0; r < rows; r++) {
+			double sum = 0;
+
+			for (size_t k = 0; k < count; k++) {
+				double m = (double)c - (double)(at + k);
+				double h = m == 0            ? 0.25
+					   : fmod(m, 2) == 0 ? 0
+							     : -1 / (M_PI * M_PI * m * m);
+
+				sum += h * (double)in[r * count + k] *
+				       (double)weight[r * count + k];
+			}
+			worst = fmax(worst, fabs(sum - (double)out[c * pitch + r]));
+		}
+		beyond |= out[c * pitch + rows] != 77 || out[c * pitch + rows + 1] != 77;
+	}
+	OK(worst < 1e-5 && !beyond, "%zu rows of %zu, filtered (%.2g)", rows, w, worst);
+	ct_ramp_free(&f);
+	free(scratch);
+	free(in);
+	free(weight);
+	free(out);
+}
+
 int main(void)
 {
 	parker(CT_CONE, 230);
@@ -241,5 +348,18 @@ int main(void)
 	offset(-45);
 	cutoffs();
 	fronts();
+	lines(CT_PARALLEL, 0.93e-5, 4, 3, true); /* 1e-4 pixels of 3 mm over 32 mm */
+	lines(CT_PARALLEL, 0.95e-5, 4, 3, false);
+	lines(CT_CONE, 0.85e-6, 4, 5, true); /* 1e-7 of 300 mm over 32 mm */
+	lines(CT_CONE, 1.1e-6, 4, 5, false);
+	lines(CT_PARALLEL, 0, 13.9, 5, true);
+	lines(CT_PARALLEL, 0, 14.1, 5, false);
+	refusals();
+	filtered(20, 16);
+	filtered(60, 7);
+	filtered(150, 16);
+	filtered(300, 3);
+	filtered(600, 16);
+	filtered(1100, 1);
 	return tap_done();
 }

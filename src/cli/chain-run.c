@@ -171,8 +171,10 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	argv[n++] = force;
 	argv[n++] = threads;
 	argv[n++] = c->threads;
-	if (env->verbose != 0)
-		argv[n++] = env->verbose < 0 ? quiet : verbose;
+	if (env->verbose < 0)
+		argv[n++] = quiet;
+	if (env->verbose > 0)
+		argv[n++] = verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
 	argv[n] = NULL;

@@ -144,23 +144,36 @@ static void say(const struct ct_env *env, enum ct_level level, const char *text)
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
 }
 
-/* The option that argument `a` is, if it cannot change the result and so stays out of the history.
- */
-static const struct ct_opt *idle_option(const struct ct_tool *t, const char *a)
+static bool is_idle(const struct ct_opt *o)
 {
 	static const char *const names[] = {
 		"quiet", "verbose", "force", "threads", "resume", "expand"};
-	const struct ct_opt *o = NULL;
-	bool common;
 
-	if (a[0] == '-' && a[1] == '-' && a[2])
-		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0, &common);
-	else if (a[0] == '-' && a[1] && !a[2])
-		o = ct_table_find(t, NULL, 0, a[1], &common);
 	for (size_t k = 0; o && k < sizeof names / sizeof *names; k++)
 		if (strcmp(o->name, names[k]) == 0)
-			return o;
-	return NULL;
+			return true;
+	return false;
+}
+
+/* How many words, from the argument `a` on, are options that cannot change the result and so stay
+ * out of the history. */
+static int idle_words(const struct ct_tool *t, const char *a)
+{
+	const struct ct_opt *o;
+	bool common;
+
+	if (a[0] != '-' || a[1] == '\0')
+		return 0;
+	if (a[1] == '-') {
+		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0, &common);
+		return !is_idle(o) ? 0 : o->type == CT_T_FLAG || strchr(a, '=') ? 1 : 2;
+	}
+	do { /* -fq, -t2, -ft 2 */
+		o = ct_table_find(t, NULL, 0, *++a, &common);
+		if (!is_idle(o))
+			return 0;
+	} while (o->type == CT_T_FLAG && a[1]);
+	return o->type == CT_T_FLAG || a[1] ? 1 : 2;
 }
 
 /* A word of the command, files by their names alone: where they lay is nobody's business and would
@@ -190,14 +203,13 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 		return NULL;
 	fprintf(f, "%s %s", t->name, PACKAGE_VERSION);
 	for (int i = 1; i < argc; i++) {
-		const struct ct_opt *o = only_operands ? NULL : idle_option(t, argv[i]);
+		int skip = only_operands ? 0 : idle_words(t, argv[i]);
 
 		only_operands |= strcmp(argv[i], "--") == 0;
-		if (o) {
-			i += o->type != CT_T_FLAG && !strchr(argv[i], '=');
-			continue;
-		}
-		put_history(f, argv[i]);
+		if (skip == 0)
+			put_history(f, argv[i]);
+		else
+			i += skip - 1;
 	}
 	if (fclose(f) != 0) {
 		free(text);

@@ -93,21 +93,17 @@ void ct_meta_drop(struct ct_meta *m, const char *key)
 
 int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e)
 {
-	const char *s = ct_meta_get(m, key), *at = s;
+	const char *s = ct_meta_get(m, key), *at = s; /* behind the last number */
 	size_t got = 0;
 
 	if (!s)
 		return 1;
-	for (char *end; got < n; at = end + 1) {
-		double x = strtod(at, &end);
+	for (char *end; got < n && (got == 0 || *at == ','); got++, at = end) {
+		const char *from = at + (got > 0);
 
-		if (end == at || !isfinite(x) || (*end && *end != ','))
+		v[got] = strtod(from, &end);
+		if (end == from || !isfinite(v[got]))
 			break;
-		v[got++] = x;
-		if (!*end) {
-			at = end;
-			break;
-		}
 	}
 	if (got == 1 && !*at)
 		for (; got < n; got++)
@@ -130,6 +126,7 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	const struct ct_meta *const *in, struct ct_err *e)
 {
 	const char *old = ct_meta_get(dst, CT_META_HISTORY);
+	const char *before = " # ";
 	char *text = NULL;
 	size_t len;
 	FILE *f = open_memstream(&text, &len);
@@ -143,8 +140,10 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	for (size_t i = 0; i < n; i++) {
 		const char *name = in[i] ? ct_meta_get(in[i], CT_META_INPUT) : NULL;
 
-		if (name)
-			fprintf(f, "%s%s", i ? " " : " # ", name);
+		if (!name)
+			continue;
+		fprintf(f, "%s%s", before, name);
+		before = " ";
 	}
 	if (fclose(f) != 0)
 		ct_fail(e, CT_ENOMEM, "no memory for metadata");

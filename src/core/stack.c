@@ -83,11 +83,11 @@ int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 			if (!isfinite(w->source[a] + w->centre[a] + u[a] + v[a]))
 				return ct_fail(e, CT_EGEOM, "view %zu: geometry is not finite", k);
 		}
-		if (!(norm(n) > 1e-6 * norm(u) * norm(v)) || !(norm(n) > 0))
+		if (!(norm(n) > 1e-6 * norm(u) * norm(v)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: detector axes are parallel or zero", k);
 		along = (d[0] * n[0] + d[1] * n[1] + d[2] * n[2]) / norm(n);
-		if (!(fabs(along) > 1e-6 * norm(d)) || !(norm(d) > 0))
+		if (!(fabs(along) > 1e-6 * norm(d)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: source lies in the detector plane", k);
 	}

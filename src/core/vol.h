@@ -19,7 +19,7 @@ struct ct_vol {
 	struct ct_meta meta;
 };
 
-/* Data of n voxels, uninitialised, identity affine; *v must be zero. */
+/* Data of n voxels, uninitialised, identity affine; *v must be zero but for its metadata. */
 int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_vol_free(struct ct_vol *v);

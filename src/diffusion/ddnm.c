@@ -25,11 +25,10 @@ struct move {
 	double lam;             /* of the rules that have one for all components */
 };
 
-static void work_free(struct work *w)
+static void work_free(const struct work *w)
 {
 	free(w->x0);
 	free(w->data);
-	*w = (struct work){0};
 }
 
 static int work_alloc(struct work *w, const struct ct_ddnm *d, struct ct_err *e)

@@ -133,8 +133,6 @@ static int run_pass(struct pass *p, ct_par_fn *fn, double *loss, struct ct_err *
 out:
 	free(p->loss);
 	free(p->err);
-	p->loss = NULL;
-	p->err = NULL;
 	return rc;
 }
 

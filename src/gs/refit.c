@@ -72,8 +72,7 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 				(s->low[r * pitch + i] - (want ? o->want[r * o->n[0] + i] : 0));
 		memset(s->dlow + r * pitch + o->n[0], 0, (pitch - o->n[0]) * sizeof(float));
 	}
-	for (int a = 0; a < CT_GS_FIELDS; a++)
-		memset(s->w->grad.d[a], 0, s->f->g.n * sizeof(float));
+	memset(s->w->grad.d[CT_GS_RAW], 0, s->f->g.n * sizeof(float)); /* all that is gathered */
 	ct_voxelise_backward(
 		&s->w->grad, &s->w->vox, s->w->gaussian, &s->f->g, s->dlow, s->env->par);
 	gather(s, out);

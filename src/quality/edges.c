@@ -315,10 +315,11 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 		low += spread[k] / (double)(n / 4);
 		high += spread[n - 1 - k] / (double)(n / 4);
 	}
+	while (b + 2 < n && spread[b] <= low + 0.1 * (high - low))
+		b++;
 	while (b > 0 && spread[b] > low + 0.1 * (high - low))
 		b--;
 	at[0] = crossing(spread, b, low + 0.1 * (high - low));
-	b = n / 2;
 	while (b + 2 < n && spread[b + 1] < low + 0.9 * (high - low))
 		b++;
 	at[1] = crossing(spread, b, low + 0.9 * (high - low));

@@ -3,8 +3,6 @@
 #include "quality/ssim-block.h"
 #include "core/vec.h"
 
-#include <math.h>
-
 enum {
 	MAPS = CT_SSIM_MAPS,
 	R = CT_SSIM_TAPS / 2,
@@ -57,23 +55,3 @@ CT_INLINE ct_f64 double_terms(const double *a, const double *b)
 #define MAX ct_f64_max
 #define BLOCK ct_ssim_block_double
 #include "quality/ssim-block-real.h"
-
-float CT_SIMD_HERE(ct_ssim_block_largest)(const float *v, size_t n)
-{
-	enum { WIDE = 4 * CT_F32_LANES };
-	ct_f32 most[4] = {{0}};
-	float largest = 0;
-	size_t i = 0;
-
-	for (; i + WIDE <= n; i += WIDE)
-#pragma GCC unroll 4
-		for (size_t k = 0; k < 4; k++)
-			most[k] = ct_f32_max(
-				ct_f32_abs(ct_f32_load(v + i + k * CT_F32_LANES)), most[k]);
-	for (; i < n; i++)
-		largest = fabsf(v[i]) > largest ? fabsf(v[i]) : largest;
-	for (size_t k = 0; k < 4; k++)
-		for (size_t l = 0; l < CT_F32_LANES; l++)
-			largest = most[k][l] > largest ? most[k][l] : largest;
-	return largest;
-}

@@ -39,7 +39,5 @@ CT_SIMD_DECLARE(void, ct_ssim_block_float,
 CT_SIMD_DECLARE(void, ct_ssim_block_double,
 	(const struct ct_ssim_block *b, size_t z0, size_t slices, double *scratch, double *sum,
 		double *count));
-/* The largest |v| of n values. */
-CT_SIMD_DECLARE(float, ct_ssim_block_largest, (const float *v, size_t n));
 
 #endif

@@ -33,38 +33,15 @@ struct job {
 	void *scratch;
 	double *part; /* [task][2][len]; of slices across z the result itself */
 	size_t len;   /* n[axis], rounded up to whole tiles */
-	float *most;  /* of each slice */
 };
 
-static void find_largest(void *arg, size_t k, size_t worker)
-{
-	const struct job *j = arg;
-	size_t slice = j->b.n[0] * j->b.n[1];
-	float a = CT_SIMD(ct_ssim_block_largest)(j->b.ref + k * slice, slice);
-	float b = CT_SIMD(ct_ssim_block_largest)(j->b.test + k * slice, slice);
-
-	(void)worker;
-	j->most[k] = a > b ? a : b;
-}
-
 /* Is no mapped value larger than twice the data range? */
-static int suits_float(struct job *j, struct ct_err *e)
+static bool suits_float(const struct ct_ssim_rule *rule, const struct ct_ssim_map *m)
 {
-	const struct ct_ssim_map *m = j->b.map;
-	double range = sqrt(j->b.rule->c1) / 0.01;
+	double range = sqrt(rule->c1) / 0.01;
 	double most = fmax(fabs(m->lo - m->zero), fabs(m->hi - m->zero));
 
-	if (!isfinite(most)) { /* no window */
-		if (ct_alloc(&j->most, j->b.n[2], sizeof *j->most, e))
-			return -1;
-		ct_par_for(j->env->par, j->b.n[2], find_largest, j);
-		most = 0;
-		for (size_t k = 0; k < j->b.n[2]; k++)
-			most = fmax(most, (double)j->most[k] + fabs(m->zero));
-		free(j->most);
-	}
-	j->small = most * m->scale <= 2 * range;
-	return 0;
+	return most * m->scale <= 2 * range;
 }
 
 static void run(void *arg, size_t task, size_t worker)
@@ -108,7 +85,8 @@ int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, 
 	j.block = j.b.radius[2] ? CT_SSIM_TZ : 1;
 	tasks = (n[2] + j.block - 1) / j.block;
 	parts = axis == 2 ? 1 : tasks;
-	if (suits_float(&j, e) || ct_alloc0(&j.part, parts * 2 * j.len, sizeof *j.part, e) ||
+	j.small = suits_float(rule, map);
+	if (ct_alloc0(&j.part, parts * 2 * j.len, sizeof *j.part, e) ||
 		ct_alloc(&j.scratch, CT_SSIM_SCRATCH * ct_par_threads(env->par),
 			j.small ? sizeof(float) : sizeof(double), e))
 		goto out;

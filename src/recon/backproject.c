@@ -91,13 +91,12 @@ static bool lines_along(const struct ct_backprojector *b, int axis)
 		const double(*m)[4] = (const double(*)[4])b->map[k];
 
 		for (unsigned corner = 0; corner < 8; corner++) {
-			double x[3], depth, col;
+			double x[3], depth;
 
 			for (int a = 0; a < 3; a++)
 				x[a] = corner >> a & 1 ? (double)b->n[a] - 1 : 0;
 			depth = ct_backproject_map(m[2], x);
-			col = ct_backproject_map(m[0], x) / depth;
-			if (!(fabs(m[0][axis] - col * m[2][axis]) * n <= 1e-4 * depth) ||
+			if (!(fabs(m[0][axis]) * n <= 1e-4 * depth) ||
 				!(fabs(m[2][axis]) * n <= 1e-7 * depth) ||
 				!(fabs(m[1][axis]) <= (CT_BP_LONGEST - 1) * depth))
 				return false;

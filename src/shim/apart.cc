@@ -65,13 +65,12 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 	void *room =
 		mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
 	Result *r = static_cast<Result *>(room);
-	pid_t child = -1;
 	int status, rc;
 
 	if (room == MAP_FAILED)
 		return ct_fail(e, CT_ENOMEM, "%s: no memory to decode it", what);
 	r->rc = died;
-	child = fork();
+	const pid_t child = fork();
 	if (child == 0) {
 		settle(parent);
 		r->rc = guard(&r->err, what, [&] { return f(r->out, &r->err); });

@@ -85,7 +85,7 @@ bool framed(const Bytes &b, unsigned first, uint64_t *end)
 enum { SOT = 0xff90, EOC = 0xffd9 };
 
 /* Follow the tile-parts of a JPEG 2000 stream that ends at `end`. 0: sound; 1: the length at *psot
- * of the last one runs past the end; -1: lost the thread. */
+ * of the last one runs past the end; -1: lost the thread, or there is none. *psot must be 0. */
 int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 {
 	uint64_t at = 2;
@@ -104,7 +104,7 @@ int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 			return -1;
 		at += size;
 	}
-	return at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
+	return *psot > 0 && at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
 }
 
 bool is_one_of(const std::string &s, std::initializer_list<const char *> tails)

@@ -10,16 +10,14 @@
 				      */
 #define ELECTRONIC ((uint64_t)0x70680001 << 32)
 
-/* log k! for k >= 0: Stirling's series, shifted up where it is not exact enough. */
+/* log k! by Stirling's series: within 2e-8 from k = 8 on, 3e-3 at 0, where the means that need it
+ * never draw. */
 static double log_factorial(double k)
 {
-	double shift = 1, x = k + 1, y;
+	double x = k + 1;
 
-	while (x < 10)
-		shift *= x++;
-	y = 1 / (x * x);
-	return (x - 0.5) * log(x) - x + 0.91893853320467274178 - log(shift) +
-	       (1.0 / 12 - y * (1.0 / 360 - y * (1.0 / 1260 - y / 1680))) / x;
+	return (x - 0.5) * log(x) - x + 0.91893853320467274178 +
+	       (1.0 / 12 - 1.0 / 360 / (x * x)) / x;
 }
 
 static double by_inversion(double mean, uint64_t seed, uint64_t index)

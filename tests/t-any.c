@@ -1,0 +1,233 @@
+/* What a file is, by its first bytes; each of our kinds by name, from a pipe and from standard
+ * input.
+ */
+#include "config.h"
+#include "formats/any.h"
+#include "formats/format.h"
+#include "tap.h"
+
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static const struct ct_env force = {.force = true};
+static const char *const names[] = {
+	[CT_KIND_VOLUME] = "v.nii",
+	[CT_KIND_STACK] = "s.exr",
+	[CT_KIND_GAUSS] = "g.ply",
+	[CT_KIND_TENSORS] = "t.safetensors",
+};
+
+/* It needs just these n bytes, each as it is: shorter or with any bit changed it is nothing. */
+static int exactly(const unsigned char *p, size_t n, enum ct_kind kind)
+{
+	unsigned char b[64];
+	int bad = 0;
+
+	memset(b, 0xff, sizeof b);
+	memcpy(b, p, n);
+	bad += ct_any_sniff(b, n) != kind || ct_any_sniff(b, sizeof b) != kind;
+	bad += ct_any_sniff(b, n - 1) != CT_KIND_UNKNOWN;
+	for (size_t i = 0; i < 8 * n; i++) {
+		b[i / 8] ^= (unsigned char)(1u << i % 8);
+		bad += ct_any_sniff(b, n) != CT_KIND_UNKNOWN;
+		b[i / 8] ^= (unsigned char)(1u << i % 8);
+	}
+	return bad == 0;
+}
+
+static void test_magic(void)
+{
+	static const struct {
+		const char *p;
+		size_t n;
+		enum ct_kind kind;
+	} c[] = {{"\x76\x2f\x31\x01", 4, CT_KIND_STACK}, {"ply\n", 4, CT_KIND_GAUSS},
+		{"ply\r", 4, CT_KIND_GAUSS}, {"\x1f\x8b", 2, CT_KIND_VOLUME},
+		{"\x89PNG", 4, CT_KIND_PICTURE}, {"II*", 4, CT_KIND_PICTURE},
+		{"MM\0*", 4, CT_KIND_PICTURE}, {"\xff\xd8\xff", 3, CT_KIND_PICTURE},
+		{"\x5c\x01\0\0", 4, CT_KIND_VOLUME}, {"\x1c\x02\0\0", 4, CT_KIND_VOLUME},
+		{"\0\0\x01\x5c", 4, CT_KIND_VOLUME}, {"\0\0\x02\x1c", 4, CT_KIND_VOLUME}};
+
+	for (size_t i = 0; i < sizeof c / sizeof *c; i++)
+		OK(exactly((const unsigned char *)c[i].p, c[i].n, c[i].kind),
+			"%s by just the first %zu bytes, case %zu", ct_kind_name(c[i].kind), c[i].n,
+			i);
+}
+
+static enum ct_kind with_header(uint64_t length, char first, size_t n)
+{
+	unsigned char b[16] = {0};
+
+	for (int i = 0; i < 8; i++)
+		b[i] = (unsigned char)(length >> 8 * i);
+	b[8] = (unsigned char)first;
+	return ct_any_sniff(b, n);
+}
+
+static void test_sniff(void)
+{
+	unsigned char b[140] = {0};
+	int bad = 0;
+
+	memcpy(b + 128, "DICM", 4);
+	OK(ct_any_sniff(b, 132) == CT_KIND_DICOM && ct_any_sniff(b, 140) == CT_KIND_DICOM, "DICOM");
+	OK(ct_any_sniff(b, 131) == CT_KIND_UNKNOWN, "not without its last letter");
+	OK(with_header(2, '{', 9) == CT_KIND_TENSORS, "tensors");
+	OK(with_header(UINT32_MAX, '{', 16) == CT_KIND_TENSORS, "with a long header");
+	OK(with_header(348, '{', 9) == CT_KIND_TENSORS, "or of a length like NIfTI's");
+	OK(with_header(2, '{', 8) == CT_KIND_UNKNOWN, "not without the brace");
+	OK(with_header(2, '[', 9) == CT_KIND_UNKNOWN, "nor with another");
+	OK(with_header(1, '{', 9) == CT_KIND_UNKNOWN, "nor a header that holds nothing");
+	for (int bit = 32; bit < 64; bit++)
+		bad += with_header(UINT64_C(1) << bit, '{', 9) != CT_KIND_UNKNOWN;
+	OK(bad == 0, "nor one of four gigabytes");
+	OK(strcmp(ct_kind_name(CT_KIND_GAUSS), "Gaussians") == 0, "a kind has a name");
+}
+
+/* One of each kind, told apart by what it holds. */
+static void write_all(void)
+{
+	struct ct_any a = {0};
+	struct ct_tensor *t;
+	const size_t n[3] = {2, 3, 4}, dim = 5;
+
+	must(ct_vol_alloc(&a.vol, n, &err) || ct_stack_alloc(&a.stack, 1, 2, 3, &err) ||
+		ct_gauss_reserve(&a.gauss, 3, &err) ||
+		ct_tensors_add(&a.tensors, "w", 1, &dim, &t, &err));
+	for (size_t i = 0; i < 24; i++)
+		a.vol.data[i] = (float)i;
+	for (int i = 0; i < 3; i++)
+		a.vol.affine[i][i] = 1;
+	a.stack.view[0] = (struct ct_view){.source = {0, 100, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
+	memset(a.stack.data, 0, 6 * sizeof *a.stack.data);
+	memset(t->data, 0, dim * sizeof *t->data);
+	a.gauss.activation = CT_RELU;
+	a.gauss.gamma = 1;
+	must(ct_vol_write("v.nii", &a.vol, &force, &err) ||
+		ct_stack_write("s.exr", &a.stack, &force, &err) ||
+		ct_gauss_write("g.ply", &a.gauss, &force, &err) ||
+		ct_tensors_write("t.safetensors", &a.tensors, false, &force, &err));
+	ct_any_free(&a);
+	OK(!a.vol.data && !a.stack.data && !a.gauss.raw && !a.tensors.t, "all is freed");
+}
+
+static bool holds(const struct ct_any *a, enum ct_kind kind, const char *name)
+{
+	const struct ct_meta *m = kind == CT_KIND_VOLUME  ? &a->vol.meta
+				  : kind == CT_KIND_STACK ? &a->stack.meta
+				  : kind == CT_KIND_GAUSS ? &a->gauss.meta
+							  : &a->tensors.meta;
+	const char *input = ct_meta_get(ct_any_meta(a), CT_META_INPUT);
+
+	return a->kind == kind && ct_any_meta(a) == m && input &&
+	       strncmp(input, name, strlen(name)) == 0 &&
+	       !a->vol.data == (kind != CT_KIND_VOLUME) &&
+	       !a->stack.data == (kind != CT_KIND_STACK) &&
+	       !a->gauss.raw == (kind != CT_KIND_GAUSS) &&
+	       !a->tensors.t == (kind != CT_KIND_TENSORS);
+}
+
+/* The bytes of a file into a fifo. */
+static pid_t feed(const char *file)
+{
+	const pid_t child = fork();
+
+	if (child)
+		return child;
+	execlp("sh", "sh", "-c", "exec cat \"$0\" >fifo", file, (char *)NULL);
+	_exit(127);
+}
+
+static void test_read(enum ct_kind kind)
+{
+	struct ct_any a = {0};
+	int status;
+	pid_t child;
+
+	OK(ct_any_read(names[kind], &a, &err) == 0 && holds(&a, kind, names[kind]), "%s, by name",
+		names[kind]);
+	ct_any_free(&a);
+	OK(a.kind == CT_KIND_UNKNOWN, "and nothing more");
+	child = feed(names[kind]);
+	OK(ct_any_read("fifo", &a, &err) == 0 && holds(&a, kind, "fifo"), "from a pipe");
+	ct_any_free(&a);
+	waitpid(child, &status, 0);
+	if (!freopen(names[kind], "rb", stdin))
+		exit(99);
+	OK(ct_any_read("-", &a, &err) == 0 && holds(&a, kind, "- "), "from standard input");
+	ct_any_free(&a);
+}
+
+static void save(const char *path, const void *p, size_t n)
+{
+	FILE *f = fopen(path, "wb");
+
+	if (!f || fwrite(p, 1, n, f) != n || fclose(f) != 0)
+		exit(99);
+}
+
+/* By name and from standard input, with the words. */
+static void refused(const char *path, const char *words)
+{
+	const char *const ways[] = {path, "-"};
+	struct ct_any a = {0};
+	char want[100];
+
+	if (!freopen(path, "rb", stdin))
+		exit(99);
+	for (int i = 0; i < 2; i++) {
+		err = (struct ct_err){0};
+		snprintf(want, sizeof want, "%s: %s", ways[i], words);
+		OK(ct_any_read(ways[i], &a, &err) == -1 && err.code == CT_EINPUT &&
+				strcmp(err.msg, want) == 0,
+			"refused: %s", err.msg);
+	}
+}
+
+static void test_refusals(void)
+{
+	char dicom[400] = {0};
+	struct ct_any a = {0};
+
+	memcpy(dicom + 128, "DICM", 4);
+	save("x", dicom, sizeof dicom);
+	refused("x", "DICOM; ct-convert makes a volume of a series");
+	save("x", "\x89PNG\r\n", 6);
+	refused("x", "a picture");
+	save("x", "hello", 5);
+	refused("x", "not a NIfTI, EXR, PLY or safetensors file");
+	save("x", "", 0);
+	refused("x", "not a NIfTI, EXR, PLY or safetensors file");
+	OK(ct_any_read("none", &a, &err) == -1 && err.code == CT_EINPUT, "no file: %s", err.msg);
+}
+
+static void test_is_stack(void)
+{
+	bool stack = false;
+
+	OK(ct_any_is_stack("-", &stack, &err) == 0 && stack, "standard input is taken for a stack");
+	OK(ct_any_is_stack("v.nii", &stack, &err) == 0 && !stack, "a volume is none");
+	OK(ct_any_is_stack("s.exr", &stack, &err) == 0 && stack, "a stack is one");
+	save("x", "\x76\x2f\x31", 3);
+	OK(ct_any_is_stack("x", &stack, &err) == 0 && !stack, "three bytes are none");
+	OK(ct_any_is_stack("none", &stack, &err) == -1 && err.code == CT_EINPUT, "nor is no file");
+}
+
+int main(void)
+{
+	char dir[] = "/tmp/t-any.XXXXXX", clean[64];
+
+	if (!mkdtemp(dir) || chdir(dir) || mkfifo("fifo", 0600))
+		return 99;
+	test_magic();
+	test_sniff();
+	write_all();
+	for (int kind = CT_KIND_VOLUME; kind <= CT_KIND_TENSORS; kind++)
+		test_read((enum ct_kind)kind);
+	test_refusals();
+	test_is_stack();
+	snprintf(clean, sizeof clean, "rm -r %s", dir);
+	return system(clean) ? 99 : tap_done();
+}

@@ -1,0 +1,160 @@
+/* What runs in a process of its own: its numbers, failures, exceptions and deaths; its limits. */
+#include "config.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+extern "C" {
+#include "tap.h"
+}
+#include "shim/apart.h"
+#include "shim/guard.h"
+
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { N = 1000 };
+
+static float out[N];
+
+static void nothing(int)
+{
+}
+
+/* A picture comes back whole, though a signal interrupts the wait for it. */
+static void numbers()
+{
+	struct sigaction act = {}, was = {};
+	struct itimerval soon = {}, never = {};
+	const pid_t parent = getpid();
+	int wrong = 0, rc;
+
+	act.sa_handler = nothing; /* without SA_RESTART */
+	sigaction(SIGALRM, &act, &was);
+	soon.it_value.tv_usec = soon.it_interval.tv_usec = 20000;
+	setitimer(ITIMER_REAL, &soon, nullptr);
+	rc = apart(out, N, "a picture", &err, [&](float *to, ct_err *) {
+		for (int i = 0; i < N; i++)
+			to[i] = static_cast<float>(i + (getpid() == parent ? N : 0));
+		poll(nullptr, 0, 100);
+		return 0;
+	});
+	if (getpid() != parent) /* not even it comes back */
+		kill(parent, SIGKILL);
+	setitimer(ITIMER_REAL, &never, nullptr);
+	sigaction(SIGALRM, &was, nullptr);
+	for (int i = 0; i < N; i++)
+		wrong += out[i] != static_cast<float>(i);
+	OK(rc == 0 && wrong == 0, "%d numbers from another process", N);
+	OK(waitpid(-1, nullptr, WNOHANG) == -1, "which is waited for");
+}
+
+/* Alone, silent, with a minute of the processor, no core, and the usual ends of signals. */
+static void limits()
+{
+	const int was = dup(STDOUT_FILENO), also = dup(STDERR_FILENO);
+	const int words = open("words", O_RDWR | O_CREAT | O_TRUNC, 0600);
+	struct rlimit core, minute;
+	struct stat s = {};
+	int rc;
+
+	signal(SIGSEGV, nothing);
+	signal(SIGABRT, SIG_IGN);
+	fflush(stdout);
+	dup2(words, STDOUT_FILENO);
+	dup2(words, STDERR_FILENO);
+	rc = apart(out, 6, "limits", &err, [](float *to, ct_err *) {
+		struct rlimit cpu, none;
+		int sig = 0;
+
+		printf("words\n");
+		fflush(stdout);
+		fprintf(stderr, "words\n");
+		getrlimit(RLIMIT_CPU, &cpu);
+		getrlimit(RLIMIT_CORE, &none);
+		prctl(PR_GET_PDEATHSIG, &sig);
+		to[0] = static_cast<float>(cpu.rlim_cur);
+		to[1] = static_cast<float>(none.rlim_max);
+		to[2] = static_cast<float>(sig);
+		to[3] = signal(SIGSEGV, SIG_DFL) == SIG_DFL;
+		to[4] = signal(SIGABRT, SIG_DFL) == SIG_DFL;
+		to[5] = static_cast<float>(cpu.rlim_max);
+		return 0;
+	});
+	dup2(was, STDOUT_FILENO);
+	dup2(also, STDERR_FILENO);
+	fstat(words, &s);
+	close(words);
+	close(was);
+	close(also);
+	unlink("words");
+	OK(rc == 0 && s.st_size == 0, "it is silent");
+	OK(out[0] == 60 && out[5] == 60 && out[1] == 0 && out[2] == SIGKILL,
+		"%g s, %g of core, signal %g", (double)out[0], (double)out[1], (double)out[2]);
+	OK(out[3] == 1 && out[4] == 1, "and dies of what one dies of");
+	getrlimit(RLIMIT_CPU, &minute);
+	getrlimit(RLIMIT_CORE, &core);
+	OK(minute.rlim_cur != 60 && signal(SIGSEGV, SIG_DFL) == nothing, "its parent does not");
+	signal(SIGABRT, SIG_DFL);
+}
+
+static void failed(const char *what, ct_code code, const char *word,
+	const std::function<int(float *, ct_err *)> &f)
+{
+	int rc;
+
+	memset(&err, 0, sizeof err);
+	out[0] = 7;
+	rc = apart(out, 1, "x.dcm", &err, f);
+	OK(rc && err.code == code && strstr(err.msg, word) && out[0] == 7, "%s: %s", what, err.msg);
+}
+
+static void failures()
+{
+	failed("a failure", CT_EGEOM, "no picture of 5",
+		[](float *, ct_err *e) { return ct_fail(e, CT_EGEOM, "no picture of %d", 5); });
+	failed("no memory", CT_ENOMEM, "x.dcm",
+		[](float *, ct_err *) -> int { throw std::bad_alloc(); });
+	failed("an exception", CT_EFAIL, "x.dcm: why",
+		[](float *, ct_err *) -> int { throw std::runtime_error("why"); });
+	failed("a death", CT_EINPUT, "x.dcm: damaged: its decoder dies of it (status 9)",
+		[](float *to, ct_err *) {
+			to[0] = 1;
+			raise(SIGKILL);
+			return 0;
+		});
+	failed("an exit", CT_EINPUT, "x.dcm: damaged", [](float *, ct_err *) -> int { _exit(0); });
+}
+
+static void guarded()
+{
+	OK(guard(&err, "y", [] { return 0; }) == 0, "nothing thrown");
+	OK(guard(&err, "y", []() -> int { throw std::bad_alloc(); }) == -1 &&
+			err.code == CT_ENOMEM && strstr(err.msg, "y: no memory"),
+		"%s", err.msg);
+	OK(guard(&err, "y", []() -> int { throw std::runtime_error("why"); }) == -1 &&
+			err.code == CT_EFAIL && strstr(err.msg, "y: why"),
+		"%s", err.msg);
+	OK(guard(&err, "y", []() -> int { throw 5; }) == -1 && err.code == CT_EFAIL &&
+			strstr(err.msg, "y: unknown"),
+		"%s", err.msg);
+}
+
+int main()
+{
+	numbers();
+	limits();
+	failures();
+	guarded();
+	return tap_done();
+}

@@ -1,0 +1,107 @@
+#!/bin/sh
+# What --dry-run tells of memory and disk is the size of what is held; the time is that of what was tried,
+# as many times as it is to be done.
+. "$srcdir/tests/tap.sh"
+cost() { "$@" --dry-run >out 2>err || cat err; } # cost TOOL ARGS...
+mib() { sed -n "s/^$1  *\([0-9]*\) MiB.*/\1/p" out; }
+state() { sed -n 's/^disk .* and \([0-9]*\) MiB of state.*/\1/p' out; }
+seconds() { sed -n 's/^time  *\([0-9.]*\) s .*/\1/p; s/^time  *\([0-9.]*\) h .*/\1 * 3600/p' out; }
+is() { # is NAME EXPRESSION: awk says so
+	awk "BEGIN {exit !($2)}"; ok $? "$1 ($(echo "$2" | tr -s "\n\t " " "))"
+}
+ct-phantom -q --size 128x128x128 --oversample 1 sphere big.nii && # 8 MiB
+	ct-degrade -q -x 2 big.nii lr.nii && ct-upsample -q -m linear lr.nii up.nii &&
+	ct-phantom -q --size 64x64x64 --oversample 1 sphere mid.nii && # 1 MiB
+	ct-phantom -q -p -n 640 --det 16 --size 64x64x64 sphere low.exr &&
+	ct-phantom -q -p -n 640 --det 64 --size 64x64x64 sphere high.exr && # 10 MiB
+	ct-phantom -q -p -n 8192 --det 4 --size 64x64x64 sphere many.exr &&
+	ct-project -q -n 16 --det 64 big.nii p.exr
+ok $? 'volumes and projections'
+
+# the volumes of 8 MiB that each method holds
+for m in linear=2 dc=3 tv=5 htv=9; do
+	cost ct-upsample -t 1 -m ${m%=*} lr.nii no.nii
+	is "ct-upsample -m ${m%=*}" "$(mib memory) == ${m#*=} * 8 && $(mib disk) == 8"
+done
+is 'it takes longer than the piece that was tried' "$(seconds) > 1"
+all=$(seconds); cost ct-upsample -t 1 -m htv --iterations 100000 lr.nii no.nii
+is 'more iterations than it usually takes do not' "$(seconds) < 20 * $all"
+
+# of a projector all that is not the volumes and projections is of its own
+cost ct-project -t 1 -n 64 big.nii no.exr; few=$(mib memory) own=$(($(mib memory) - 12))
+is 'ct-project' "$(mib disk) == 4 && $own >= 0 && $own < 20"
+cost ct-project -t 1 -n 6400 big.nii no.exr
+is '100 times the views' "$(mib disk) == 400 && $(mib memory) == $few + 396 && $(seconds) > 1"
+cost ct-project -t 1 -n 64 --photons 1e4 big.nii no.exr
+is '--photons: the attenuation too' "$(mib disk) == 4 && $(mib memory) == $few + 8"
+cost ct-project -t 1 -n 512 --coarsen 8 --pixel mean big.nii no.exr; mean=$(mib memory)
+is '--coarsen' "$(mib disk) == 1"
+cost ct-project -t 1 -n 512 --coarsen 8 big.nii no.exr
+is '--pixel mean: the fine ones too, 32 MiB' "$mean - $(mib memory) >= 31 && $mean - $(mib memory) <= 36"
+
+cost ct-fdk -t 1 high.exr no.nii --grid 64; small=$(mib memory)
+is 'ct-fdk' "$(mib disk) == 1 && $small >= 11 && $small < 40"
+cost ct-fdk -t 1 high.exr no.nii --grid 256
+is 'on 64 MiB' "$(mib disk) == 64 && $(mib memory) - $small == 63"
+cost ct-fdk -t 1 --grid 64 many.exr no.nii
+is 'of many views' "$(seconds) > 1"
+for m in sirt=2 cgls=2 tv=5; do
+	cost ct-fdk -t 1 -m ${m%=*} --grid 128 p.exr no.nii # 8 MiB, and 0.25
+	is "ct-fdk -m ${m%=*}" "$(mib disk) == 8 && $(mib memory) >= ${m#*=} * 8 + 8 + 0.75 &&
+		$(mib memory) < ${m#*=} * 8 + 8 + 0.75 + 1 + $own"
+done
+cost ct-fdk -t 1 -m sirt -n 1 --grid 64 high.exr no.nii; one=$(seconds)
+cost ct-fdk -t 1 -m sirt -n 1000000 --grid 64 high.exr no.nii
+is 'a million iterations' "$(seconds) > 1000 * $one"
+
+calls() { sed -n 's/^work  *\([0-9]*\) calls of \([0-9.]*\) s .*/\1 \2/p' out; }
+told() { # told SAMPLES THREADS: the time of 3 * SAMPLES calls a view
+	# shellcheck disable=SC2046
+	set -- "$@" $(calls)
+	is "the time of $3 calls" "$3 == 3 * 640 * $1 && $(seconds) * $2 - $3 * $4 < $3 * 0.00051 + 2 * $2 &&
+		$3 * $4 - $(seconds) * $2 < $3 * 0.00051 + 2 * $2"
+}
+cost ct-ddnm -t 1 -x 4 -n 3 low.exr no.exr; one=$(mib memory)
+is 'ct-ddnm' "$(mib disk) == 10 && $(state) == 10 && $one > 10 && $one < 40"
+told 1 1
+cost ct-ddnm -t 4 -x 4 -n 3 -k 2 low.exr no.exr; told 2 4
+is 'a plan a thread' "$(mib memory) >= 10 + 4 * ($one - 11) && $(mib memory) <= 10 + 4 * ($one - 10)"
+cost ct-ddnm -t 1 -x 4 -n 3 --init high.exr low.exr no.exr
+is 'and what it begins from' "$(mib memory) == $one + 10 && $(mib disk) == 10 && $(state) == 10"
+
+net=model_channels=32,channel_mult=1:2
+cost ct-train -a $net -p 32 -b 1 no.safetensors p.exr; flop=$(sed -n 's/.* and \([0-9.]*\) GFLOP.*/\1/p' out)
+n=$(sed -n 's/.* \([0-9]*\) parameters$/\1/p' out)
+is 'ct-train' "$(mib disk) == int($n / 2 ^ 18) + 1 && $(state) == int($n / 2 ^ 16) + 1 && $n > 700000"
+each=$(sed -n 's/^work .* steps of \([0-9.]*\) s .*/\1/p' out)
+is '10000 steps' "$(seconds) <= 10000 * ($each + 0.0051) && $(seconds) >= 10000 * ($each - 0.0051)"
+cost ct-train -a $net -p 32 -b 5 --half no.safetensors p.exr
+is 'half of it' "$(mib disk) == int($n / 2 ^ 19) + 1 && $(state) == int($n / 2 ^ 16) + 1"
+more=$(sed -n 's/.* and \([0-9.]*\) GFLOP.*/\1/p' out)
+is '5 times the work a step' "$more < 5 * $flop + 0.3 && $more > 5 * $flop - 0.3 && $flop > 1 && $flop < 3"
+
+# to the byte
+json() { sed -n "s/^  \"$1\": \"\{0,1\}\([^,\"]*\).*/\1/p" out; }
+pixels=$((16 * 64 * 64)) voxels=$((128 * 128 * 128))
+set -- -t 1 --json -b up.nii -n 1 -g 50
+cost ct-nabgs "$@" --max-gaussians 100 p.exr no.ply
+is 'ct-nabgs' "$(json disk-bytes) == 4400 && $(json state-bytes) == 14400"
+few=$(json memory-bytes) each=408 # bytes of a Gaussian, of one in a view, and of 56 floats
+is 'its memory' "$few == 4 * (2 * $voxels + 3 * $pixels) + 100 * $each"
+cost ct-nabgs "$@" --max-gaussians 1000000 p.exr no.ply; once=$(json seconds)
+is 'of 1000000' "$(json disk-bytes) == 44000000 && $(json memory-bytes) - $few == 999900 * $each"
+cost ct-nabgs "$@" --max-gaussians 1000000 --refit 10000 p.exr no.ply
+would=$(json work | sed -n 's/.* it would be \([0-9]*\) s$/\1/p')
+is 'a refit is that of all views, many times' "$(json seconds) > 1000 * $once"
+is 'and more Gaussians take longer' "$would > 19000 * $(json seconds) && $would < 21000 * $(json seconds)"
+cost ct-nabgs -t 1 --json -b up.nii -n 10000000 -g 50 --max-gaussians 100 p.exr no.ply
+is 'as do more iterations' "$(json seconds) > 100000 * $once"
+cost ct-nabgs -t 1 --json -b up.nii -n 5 -g 50 --max-gaussians 100 p.exr no.ply
+is 'five are tried' "$(json seconds) < 100 * $once"
+for r in '' --residual-out=r.nii; do
+	cost ct-fuse -t 1 --json $r up.nii lr.nii p.exr no.nii
+	is "ct-fuse $r" "$(json disk-bytes) == 4 * $voxels * (1 + (\"$r\" != \"\")) && $(json state-bytes) == 20 * $voxels"
+done
+is 'its memory' "$(json memory-bytes) > 20 * $voxels && $(json memory-bytes) < 60 * $voxels"
+[ "$(echo no.*)" = 'no.*' ] && [ ! -e r.nii ]; ok $? 'and nothing is made'
+done_testing

@@ -1,0 +1,147 @@
+/* Sums over voxels, of the whole and of every slice, against plain loops. */
+#include "config.h"
+#include "numbers.h"
+#include "quality/difference.h"
+
+#include <string.h>
+
+enum { MOST = 41 * 7 * 5 };
+
+static const struct ct_ssim_map map = {-300, 900, -250, 1.0 / 700};
+static float ref[MOST], test[MOST], mask[MOST];
+
+static double mapped(float v)
+{
+	return (fmin(fmax((double)v, map.lo), map.hi) - map.zero) * map.scale;
+}
+
+/* The sums of the voxels whose index along axis a is k; of all if a is 3. */
+static struct ct_sums plain(const size_t n[3], bool masked, int a, size_t k)
+{
+	const size_t step[3] = {1, n[0], n[0] * n[1]};
+	struct ct_sums s = {0};
+
+	for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
+		const size_t at[3] = {i % n[0], i / n[0] % n[1], i / step[2]};
+		const double d = (double)test[i] - (double)ref[i];
+
+		if (a < 3 && at[a] != k)
+			continue;
+		s.top = fmax(s.top, fmax(fabs((double)ref[i]), fabs((double)test[i])));
+		if (masked && mask[i] == 0.0f)
+			continue;
+		s.count++;
+		s.square += d * d;
+		s.abs += fabs(d);
+		s.diff += d;
+		s.max = fmax(s.max, fabs(d));
+		s.mapped += pow(mapped(test[i]) - mapped(ref[i]), 2);
+		for (int b = 0; b < 3; b++) {
+			const size_t j = i + step[b];
+
+			if (at[b] + 1 == n[b] || (masked && mask[j] == 0.0f))
+				continue;
+			s.pairs[b]++;
+			s.gradient[b] += pow((double)test[j] - (double)ref[j] - d, 2);
+		}
+	}
+	return s;
+}
+
+static bool near(double a, double b)
+{
+	return fabs(a - b) <= 1e-10 * (1 + fabs(b));
+}
+
+/* Are they the same? Of slices across an axis only what they have. */
+static bool same(const struct ct_sums *s, struct ct_sums want, int axis)
+{
+	bool ok = s->count == want.count && near(s->square, want.square) &&
+		  near(s->abs, want.abs) && near(s->diff, want.diff) &&
+		  near(s->mapped, want.mapped);
+
+	if (axis > 0)
+		ok = ok && s->max == want.max && s->top == want.top;
+	for (int b = 0; b < 3; b++)
+		if (axis == 3 || b == axis)
+			ok = ok && s->pairs[b] == want.pairs[b] &&
+			     near(s->gradient[b], want.gradient[b]);
+	return ok;
+}
+
+static bool any_above(const size_t n[3], int a, size_t k, float threshold)
+{
+	const size_t step[3] = {1, n[0], n[0] * n[1]};
+
+	for (size_t i = 0; i < n[0] * n[1] * n[2]; i++)
+		if (i / step[a] % n[a] == k && ref[i] > threshold)
+			return true;
+	return false;
+}
+
+static void compare(const size_t n[3], bool masked, bool slices)
+{
+	const struct ct_env env = {0};
+	const double threshold = slices ? 1150 : HUGE_VAL;
+	struct ct_difference d;
+	bool whole, parts = true, above = true;
+	size_t seen = 0;
+
+	must(ct_difference(
+		&d, n, ref, test, masked ? mask : NULL, &map, threshold, slices, &env, &err));
+	whole = same(&d.total, plain(n, masked, 3, 0), 3);
+	for (int a = 0; a < 3; a++) {
+		parts = parts && (a == 2 || slices) == (d.slice[a] != NULL);
+		for (size_t k = 0; k < n[a]; k++) {
+			if (d.slice[a])
+				parts = parts && same(&d.slice[a][k], plain(n, masked, a, k), a);
+			above = above && d.above[a][k] == any_above(n, a, k, (float)threshold);
+			seen += d.above[a][k];
+		}
+	}
+	OK(whole && parts, "%zux%zux%zu%s%s: all sums", n[0], n[1], n[2], masked ? ", masked" : "",
+		slices ? ", slices" : "");
+	OK(above && (seen > 0) == slices && seen < n[0] + n[1] + n[2],
+		"and slices with a voxel above the threshold: %zu", seen);
+	ct_difference_free(&d);
+}
+
+/* What is not finite shows, even where the mask is 0. */
+static void test_not_finite(void)
+{
+	const size_t n[3] = {11, 2, 2};
+	const struct ct_env env = {0};
+	struct ct_difference d;
+	bool shows = true;
+
+	memset(mask, 0, sizeof mask);
+	mask[3] = 1;
+	for (size_t i = 0; i < 44; i++) {
+		float *v = i % 3 ? ref : test, was = v[i];
+
+		v[i] = i % 2 ? NAN : INFINITY;
+		must(ct_difference(&d, n, ref, test, mask, &map, HUGE_VAL, false, &env, &err));
+		shows = shows && !isfinite(d.total.square);
+		ct_difference_free(&d);
+		v[i] = was;
+	}
+	OK(shows, "a voxel that is not finite is seen, counted or not");
+}
+
+int main(void)
+{
+	static const size_t sizes[][3] = {
+		{41, 7, 5}, {40, 3, 4}, {8, 2, 9}, {9, 1, 3}, {1, 6, 5}, {7, 5, 1}, {17, 1, 1}};
+
+	for (size_t i = 0; i < MOST; i++) {
+		ref[i] = 400 * ct_rng_normal(1, 0, i);
+		test[i] = ref[i] + 90 * ct_rng_normal(2, 0, i) - 20;
+		mask[i] = ct_rng_below(3, 0, i, 3) ? (i % 2 ? 0.5f : -2) : 0;
+	}
+	ref[0] = 1200; /* so that some slice of each size is above */
+	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
+		for (int k = 0; k < 4; k++)
+			compare(sizes[s], k % 2, k / 2);
+	test_not_finite();
+	return tap_done();
+}

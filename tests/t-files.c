@@ -1,0 +1,334 @@
+/* The files of a run: which may be one and the same, what a file or folder holds, whose folder it
+ * is.
+ */
+#include "config.h"
+#include "cli/content.h"
+#include "cli/files.h"
+#include "cli/folder.h"
+#include "core/clock.h"
+#include "core/meta.h"
+#include "formats/hash.h"
+#include "formats/temp.h"
+#include "scratch.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+
+struct params {
+	const char *in, *in2, *out, *out2, *again;
+	struct ct_list list;
+	bool resume, dry;
+};
+#define P struct params
+static const struct ct_opt opts[] = {
+	CT_ARG(P, in, CT_READS, "IN", ""),
+	CT_OPT(P, resume, 0, "resume", NULL, 0, 0, ""),
+	CT_INPUT(P, in2, 0, "in2", "FILE", ""),
+	CT_OUTPUT(P, out, 'o', "out", "FILE", ""),
+	CT_OUTPUT(P, out2, 0, "out2", "FILE", ""),
+	CT_OPT(P, dry, 0, "dry-run", NULL, 0, 0, ""),
+	CT_ARG(P, again, CT_REWRITES, "AGAIN", ""),
+	CT_ARG(P, list, CT_READS_WRITES, "FILES", ""),
+	CT_OPT_END,
+};
+static struct ct_err e;
+
+static bool clear(struct params p)
+{
+	const struct ct_env env = {0};
+
+	e = (struct ct_err){0};
+	return ct_files_check(opts, &p, &env, &e) == 0;
+}
+
+/* Refused with these words? */
+static bool refused(struct params p, enum ct_code code, const char *words)
+{
+	bool is = !clear(p) && e.code == code && strstr(e.msg, words);
+
+	if (!is)
+		printf("# %s\n", e.msg);
+	return is;
+}
+#define LIST(...)                                                                                  \
+	{                                                                                          \
+		sizeof((const char *const[]){__VA_ARGS__}) / sizeof(char *), (const char *const[]) \
+		{                                                                                  \
+			__VA_ARGS__                                                                \
+		}                                                                                  \
+	}
+
+static void test_apart(void)
+{
+	put_text("a", "a");
+	put_text("b", "b");
+	OK(clear((P){0}), "no files");
+	OK(clear((P){.in = "a", .in2 = "a"}), "an input may be read twice");
+	OK(clear((P){.in = "a", .out = "x", .out2 = "y", .again = "z"}), "new outputs");
+	OK(refused((P){.in = "a", .out = "./a"}, CT_EOUTPUT, "./a: is also an input, a"),
+		"an output that is an input");
+	OK(refused((P){.in = "b", .in2 = "a", .out = "a"}, CT_EOUTPUT, "a: is also an input, a"),
+		"whichever");
+	OK(refused((P){.out = "x", .out2 = "x"}, CT_EOUTPUT, "x: is also another output, x"),
+		"two outputs");
+	OK(refused((P){.out = "x", .again = "x"}, CT_EOUTPUT, "another output"), "of any kind");
+	OK(refused((P){.again = "x", .out2 = "x"}, CT_EOUTPUT, "another output"), "in any order");
+	OK(refused((P){.out = "b"}, CT_EOUTPUT, "b: exists"), "an output that is there");
+	OK(refused((P){.out = "b", .resume = true}, CT_EOUTPUT, "b: exists"), "also with --resume");
+	OK(refused((P){.again = "b"}, CT_EOUTPUT, "b: exists"), "a run's own one too");
+	OK(clear((P){.again = "b", .resume = true}), "but for --resume");
+	OK(clear((P){.in = "a", .out = "a", .dry = true}), "nothing is asked of a dry run");
+	OK(ct_files_check(
+		   opts, &(P){.in = "a", .out = "a"}, &(struct ct_env){.dry_run = true}, &e) == 0,
+		"of either kind");
+	OK(ct_files_check(opts, &(P){.out = "b"}, &(struct ct_env){.force = true}, &e) == 0,
+		"it may be there if forced");
+}
+
+static void test_list(void)
+{
+	OK(clear((P){.list = LIST("a")}), "a list of one is read");
+	OK(clear((P){.list = LIST("a", "a", "x")}), "of a list the last is written");
+	OK(refused((P){.list = LIST("a", "b")}, CT_EOUTPUT, "b: exists"), "and may not be there");
+	OK(refused((P){.list = LIST("a", "b", "a")}, CT_EOUTPUT, "a: is also an input, a"),
+		"nor be one of those before");
+	OK(clear((P){.list = LIST("a", "b"), .out = "x"}), "unless another row names the output");
+	OK(refused((P){.list = LIST("b", "a"), .out = "a"}, CT_EOUTPUT, "a: is also an input, a"),
+		"which none of the list is");
+	OK(refused((P){.list = LIST("a", "-"), .out = "-", .out2 = "-"}, CT_EUSAGE,
+		   "only one output can be standard output"),
+		"one output is a stream");
+	OK(refused((P){.in = "-", .list = LIST("-", "x")}, CT_EUSAGE,
+		   "only one input can be standard input"),
+		"and one input");
+	OK(refused((P){.list = LIST("-", "-", "x"), .dry = true}, CT_EUSAGE, "only one input"),
+		"also of a dry run");
+	OK(clear((P){.in = "-", .out = "-", .dry = true}), "one of each serves");
+}
+
+static void test_more(void)
+{
+	const P p = {.in = "a", .out = "x"};
+
+	OK(ct_files_apart(opts, &p, "y", &e) == 0, "one more file");
+	OK(ct_files_apart(opts, &p, "./a", &e) &&
+			strcmp(e.msg, "./a: would be written over a, an input of the same run") ==
+				0,
+		"%s", e.msg);
+	OK(ct_files_apart(opts, &p, "x", &e) && e.code == CT_EOUTPUT &&
+			strcmp(e.msg,
+				"x: would be written over x, another output of the same run") == 0,
+		"%s", e.msg);
+}
+
+/* Is what a path holds those bytes, by the hash? */
+static bool holds(const char *path, const char *name, const void *data, size_t bytes)
+{
+	const struct ct_env env = {0};
+	struct ct_meta is = {0}, want = {0};
+	struct ct_piece piece = {data, bytes};
+	const char *a, *b;
+	bool same;
+
+	must(ct_content_read(&is, path, &env, &err) || ct_meta_input(&want, name, 1, &piece, &err));
+	a = ct_meta_get(&is, CT_META_INPUT);
+	b = ct_meta_get(&want, CT_META_INPUT);
+	same = a && strcmp(a, b) == 0 && is.n == 1;
+	ct_meta_free(&is);
+	ct_meta_free(&want);
+	return same;
+}
+
+static bool holds_nothing(const char *path)
+{
+	const struct ct_env env = {0};
+	struct ct_meta m = {0};
+	bool none = ct_content_read(&m, path, &env, &e) == 0 && m.n == 0;
+
+	ct_meta_free(&m);
+	return none;
+}
+
+static void test_content(void)
+{
+	const size_t n = (5 << 19) + 3;
+	unsigned char *big = malloc(n);
+	volatile sig_atomic_t stop = 1;
+	const struct ct_env stopped = {.stop = &stop};
+	struct ct_meta m = {0};
+
+	if (!big || mkdir("f", 0777) || mkdir("f/k", 0777) || mkfifo("pipe", 0600) ||
+		mkfifo("f/pipe", 0600) || mkdir("round", 0777) || symlink(".", "round/z"))
+		exit(99);
+	for (size_t i = 0; i < n; i++)
+		big[i] = (unsigned char)(i * i >> 7);
+	put_bytes("big", big, n);
+	OK(holds("big", "big", big, n), "a file is its bytes, however long");
+	OK(holds("./b", "b", "b", 1), "by the last part of its name");
+	put_text("empty", "");
+	OK(holds("empty", "empty", "", 0), "an empty one has none");
+	put_text("f/n", "n");
+	put_text("f/a", "aa");
+	put_text("f/k/z", "z");
+	put_text("f/k/b", "");
+	put_text("f/k/.h", "h");
+	OK(holds("f", "f", "aahzn", 5), "a folder those of its files by their names");
+	put_text("round/a", "x");
+	OK(holds("round", "round", "xxxxxxxxxxxxxxxx", 16), "as deep as 16 folders");
+	OK(holds_nothing("-") && holds_nothing("none") && holds_nothing("pipe"),
+		"what cannot be read twice is not read");
+	OK(ct_content_read(&m, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && m.n == 0,
+		"who is told to stop does");
+	e = (struct ct_err){0};
+	OK(ct_content_read(&m, "f", &stopped, &e) == -1 && e.code == CT_ESTOP && m.n == 0,
+		"in a folder too");
+	free(big);
+}
+
+static void make_folder(const char *name, const char *file, const char *text)
+{
+	char path[100];
+
+	if (mkdir(name, 0777))
+		exit(99);
+	snprintf(path, sizeof path, "%s/%s", name, file);
+	put_text(path, text);
+}
+
+static void test_temporary(void)
+{
+	struct ct_folder f, g;
+	char path[100], *name;
+
+	setenv("TMPDIR", "", 1);
+	OK(ct_folder_open(&f, NULL, true, &e) == 0 && strcmp(f.path, "/tmp/ct-sr.XXXXXX") == 0 &&
+			!f.temporary && f.lock == -1,
+		"a dry one is named");
+	ct_folder_close(&f);
+	unsetenv("TMPDIR");
+	OK(ct_folder_open(&f, NULL, true, &e) == 0 && strcmp(f.path, "/tmp/ct-sr.XXXXXX") == 0,
+		"where temporary files go");
+	ct_folder_close(&f);
+	if (mkdir("tmp", 0777) || symlink("../kept", "tmp/ct-sr.link"))
+		exit(99);
+	setenv("TMPDIR", "tmp", 1);
+	make_folder("kept", "temporary", "");
+	make_folder("tmp/ct-sr.stale", "temporary", "");
+	put_text("tmp/ct-sr.stale/more", "");
+	put_text("tmp/ct-sr.stale/.more", "");
+	make_folder("tmp/ct-sr.kept", "lock", "");
+	make_folder("tmp/ct-sx.other", "temporary", "");
+	put_text("tmp/ct-sr.file", "");
+	if (mkdir("tmp/ct-sr.trick", 0777) || symlink("../../a", "tmp/ct-sr.trick/temporary"))
+		exit(99);
+	if (geteuid() == 0) {
+		make_folder("tmp/ct-sr.theirs", "temporary", "");
+		if (chown("tmp/ct-sr.theirs", 1, 1))
+			exit(99);
+	}
+	OK(ct_folder_open(&f, NULL, false, &e) == 0 && f.temporary && f.lock >= 0 &&
+			strncmp(f.path, "tmp/ct-sr.", 10) == 0 && rights_of(f.path) == 0700,
+		"a temporary folder");
+	OK(!is_there("tmp/ct-sr.stale"), "one that was left is removed");
+	OK(is_there("tmp/ct-sr.kept/lock") && is_there("tmp/ct-sx.other/temporary") &&
+			is_there("tmp/ct-sr.file") && is_there("kept/temporary") &&
+			is_there("tmp/ct-sr.trick/temporary") && is_there("tmp/ct-sr.link") &&
+			(geteuid() != 0 || is_there("tmp/ct-sr.theirs/temporary")),
+		"and nothing that is another's");
+	name = ct_folder_file(&f, "temporary");
+	OK(rights_of(name) == 0600, "its lock is its owner's");
+	OK(ct_folder_open(&g, NULL, false, &e) == 0 && is_there(name), "one in use stays");
+	snprintf(path, sizeof path, "%s", g.path);
+	ct_folder_close(&g);
+	OK(!is_there(path) && is_there(name) && !g.path && g.lock == -1 && !g.temporary,
+		"one that is closed goes");
+	ct_folder_close(&f);
+	OK(!is_there(name), "the other as well");
+	setenv("TMPDIR", "nowhere", 1);
+	OK(ct_folder_open(&f, NULL, false, &e) == -1 && e.code == CT_EOUTPUT &&
+			strstr(e.msg, "No such file"),
+		"%s", e.msg);
+	ct_folder_close(&f);
+	free(name);
+}
+
+/* Holds the lock of `path` for a while from now on. */
+static pid_t keep_locked(const char *path, double seconds)
+{
+	int ready[2];
+	pid_t pid;
+	char byte = 0;
+
+	if (pipe(ready))
+		exit(99);
+	pid = fork();
+	if (pid == 0) {
+		if (!ct_temp_lock(open(path, O_RDWR)) || write(ready[1], &byte, 1) != 1)
+			_exit(1);
+		ct_clock_sleep(seconds);
+		_exit(0);
+	}
+	close(ready[1]);
+	if (read(ready[0], &byte, 1) != 1)
+		exit(99);
+	close(ready[0]);
+	return pid;
+}
+
+static void test_folder(void)
+{
+	struct ct_folder f, none = {0};
+	const int fd = open("a", O_RDONLY);
+	double start;
+	pid_t pid;
+
+	OK(ct_folder_open(&f, "d", true, &e) == 0 && !is_there("d"), "a dry folder is not made");
+	ct_folder_close(&f);
+	OK(ct_folder_open(&f, "d", false, &e) == 0 && rights_of("d") == 0755 && !f.temporary &&
+			rights_of("d/lock") == 0600 && strcmp(f.path, "d") == 0,
+		"another is, and locked");
+	ct_folder_close(&f);
+	OK(f.lock == -1 && !f.path && is_there("d/lock"), "and stays");
+	pid = keep_locked("d/lock", 0.3);
+	OK(ct_folder_open(&f, "d", false, &e) == 0 && f.lock >= 0, "what ends soon is waited for");
+	ct_folder_close(&f);
+	waitpid(pid, NULL, 0);
+	pid = keep_locked("d/lock", 60);
+	start = ct_clock_wall();
+	OK(ct_folder_open(&f, "d", false, &e) == -1 && e.code == CT_EOUTPUT &&
+			strcmp(e.msg, "d: another run works in it") == 0,
+		"what does not is another run");
+	OK(ct_clock_wall() - start < 20, "which is told soon");
+	ct_folder_close(&f);
+	kill(pid, SIGKILL);
+	waitpid(pid, NULL, 0);
+	OK(ct_folder_open(&f, "a", false, &e) == -1 &&
+			strcmp(e.msg, "a/lock: Not a directory") == 0,
+		"%s", e.msg);
+	ct_folder_close(&f);
+	OK(ct_folder_open(&f, "x/y", false, &e) == -1 &&
+			strcmp(e.msg, "x/y: No such file or directory") == 0,
+		"%s", e.msg);
+	ct_folder_close(&f);
+	if (mkdir("l", 0777) || symlink("../a", "l/lock"))
+		exit(99);
+	OK(ct_folder_open(&f, "l", false, &e) == -1, "a lock is no link");
+	ct_folder_close(&f);
+	none.lock = fd;
+	ct_folder_close(&none);
+	OK(none.lock == -1 && fcntl(fd, F_GETFD) != -1, "zeroes may be closed, and close nothing");
+	close(fd);
+}
+
+int main(void)
+{
+	alarm(60); /* what would read a pipe waits */
+	scratch_begin();
+	test_apart();
+	test_list();
+	test_more();
+	test_content();
+	test_temporary();
+	test_folder();
+	return tap_done();
+}

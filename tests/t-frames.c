@@ -1,0 +1,203 @@
+/* The same voxels in another frame: axes in another order or direction, and cut or padded. */
+#include "config.h"
+#include "core/rng.h"
+#include "core/vol.h"
+#include "resolution/crop.h"
+#include "resolution/reorient.h"
+#include "tap.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+enum { A = 5, B = 4, C = 3, N = A * B * C };
+
+static const size_t size[3] = {A, B, C};
+static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+
+/* A grid of spacings 2, 0.5 and 7 mm, its axes a little off world axes order[] with signs of the
+ * bits of `turned`. */
+static void grid(double a[3][4], const int order[3], int turned)
+{
+	static const double mm[3] = {2, 0.5, 7};
+	static const double lean[3][3] = {{0.9, 0.3, -0.3}, {-0.3, 0.9, 0.2}, {0.3, -0.2, 0.9}};
+
+	for (int d = 0; d < 3; d++)
+		for (int r = 0; r < 3; r++)
+			a[order[r]][d] = (turned >> d & 1 ? -1 : 1) * mm[d] * lean[r][d];
+	for (int r = 0; r < 3; r++)
+		a[r][3] = 10 * r - 7;
+}
+
+/* Every voxel keeps its place in the world: those hold their number in the old order. */
+static bool stays(const double old[3][4], const int axis[3], const int sign[3])
+{
+	struct ct_vol was = {.n = {A, B, C}}, is = {0};
+	float in[N], out[N];
+	double worst = 0;
+
+	for (size_t i = 0; i < N; i++)
+		in[i] = (float)i;
+	memcpy(was.affine, old, sizeof was.affine);
+	memcpy(is.affine, old, sizeof is.affine);
+	ct_reorient(out, in, size, axis, sign);
+	ct_reorient_affine(is.affine, size, axis, sign);
+	for (int d = 0; d < 3; d++)
+		is.n[d] = size[axis[d]];
+	for (size_t i = 0; i < N; i++) {
+		const size_t j = (size_t)out[i];
+		double p[3], q[3];
+
+		ct_vol_world(&is,
+			(const double[3]){(double)(i % is.n[0]), (double)(i / is.n[0] % is.n[1]),
+				(double)(i / (is.n[0] * is.n[1]))},
+			p);
+		ct_vol_world(&was,
+			(const double[3]){
+				(double)(j % A), (double)(j / A % B), (double)(j / (A * B))},
+			q);
+		worst = fmax(worst, fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]));
+	}
+	return worst < 1e-9;
+}
+
+static void test_reorient(void)
+{
+	bool closest = true, place = true, ahead = true;
+
+	for (int k = 0; k < 6 * 8 * 8 * 6; k++) {
+		const int *order = orders[k % 6], *world = orders[k / 384], turned = k / 6 % 8;
+		int axis[3], sign[3], towards[3];
+		double a[3][4], b[3][4];
+
+		for (int d = 0; d < 3; d++)
+			towards[d] = k / 48 % 8 >> d & 1 ? -1 : 1;
+		grid(a, order, turned);
+		ct_reorient_closest(axis, sign, a, world, towards);
+		for (int d = 0; d < 3; d++)
+			closest = closest && order[axis[d]] == world[d];
+		memcpy(b, a, sizeof b);
+		ct_reorient_affine(b, size, axis, sign);
+		for (int d = 0; d < 3; d++)
+			ahead = ahead && b[world[d]][d] * towards[d] > 0;
+		place = place && stays(a, axis, sign);
+	}
+	OK(closest, "the axis closest to each of the world's");
+	OK(ahead, "in the direction that is asked for");
+	OK(place, "and no voxel moves");
+}
+
+/* Axes between those of the world: the largest sum of cosines of all six orders. */
+static void test_between(void)
+{
+	bool best = true;
+
+	for (uint64_t k = 0; k < 500; k++) {
+		const int towards[3] = {1, 1, 1};
+		int axis[3], sign[3];
+		double a[3][4] = {{0}}, sum = 0, most = 0;
+
+		for (int i = 0; i < 9; i++)
+			a[i / 3][i % 3] = (double)ct_rng_normal(1, k, (uint64_t)i) * pow(3, i % 3);
+		ct_reorient_closest(axis, sign, (const double(*)[4])a, orders[0], towards);
+		for (int p = 0; p < 7; p++) {
+			const int *o = p < 6 ? orders[p] : axis;
+
+			sum = 0;
+			for (int d = 0; d < 3; d++)
+				sum += fabs(a[d][o[d]]) /
+				       sqrt(a[0][o[d]] * a[0][o[d]] + a[1][o[d]] * a[1][o[d]] +
+					       a[2][o[d]] * a[2][o[d]]);
+			most = fmax(most, sum);
+		}
+		best = best && sum > most - 1e-8;
+		for (int d = 0; d < 3; d++)
+			best = best && sign[d] == (a[d][axis[d]] < 0 ? -1 : 1);
+	}
+	OK(best, "oblique axes: the largest sum of cosines");
+}
+
+static void test_body(void)
+{
+	float in[N];
+	double c[3], want[3] = {0}, n = 0;
+
+	for (size_t i = 0; i < N; i++) {
+		in[i] = (float)ct_rng_below(2, 0, i, 4); /* 0 to 3 */
+		if (in[i] > 1) {
+			n++;
+			want[0] += (double)(i % A);
+			want[1] += (double)(i / A % B);
+			want[2] += (double)(i / (A * B));
+		}
+	}
+	ct_crop_body(c, in, size, 1);
+	OK(fabs(c[0] - want[0] / n) + fabs(c[1] - want[1] / n) + fabs(c[2] - want[2] / n) < 1e-12,
+		"the middle of what is above a value");
+	ct_crop_body(c, in, size, 3);
+	OK(c[0] == 2 && c[1] == 1.5 && c[2] == 1, "of all if nothing is");
+}
+
+static void test_start(void)
+{
+	bool nearest = true, middle = true;
+
+	for (size_t n = 1; n < 9; n++)
+		for (size_t m = 1; m < 14; m++)
+			for (double c = -3.2; c < 12; c += 0.3) {
+				const ptrdiff_t s = ct_crop_start(n, m, c);
+				const double off = fabs((double)s + ((double)m - 1) / 2 - c);
+
+				if (m >= n) /* as much before as behind, or one less */
+					middle = middle && s <= 0 && (size_t)-s == (m - n) / 2;
+				for (ptrdiff_t t = 0; t + (ptrdiff_t)m <= (ptrdiff_t)n; t++)
+					nearest = nearest && s >= 0 &&
+						  s + (ptrdiff_t)m <= (ptrdiff_t)n &&
+						  off <= fabs((double)t + ((double)m - 1) / 2 - c) +
+								  1e-9;
+			}
+	OK(nearest, "a window within the axis, nearest to a place");
+	OK(middle, "a wider one has the axis in its middle");
+}
+
+static void test_crop(void)
+{
+	static const size_t m[3] = {4, 7, 2};
+	bool same = true, place = true;
+	float in[N], out[4 * 7 * 2];
+
+	for (size_t i = 0; i < N; i++)
+		in[i] = (float)i + 1;
+	for (ptrdiff_t s = -4; s < 6; s++) {
+		const ptrdiff_t start[3] = {s, -2, s - 2};
+		struct ct_vol was = {0}, is = {0};
+		double p[3], q[3];
+
+		ct_crop(out, m, in, size, start, -9);
+		for (size_t i = 0; i < 56; i++) {
+			const ptrdiff_t x = (ptrdiff_t)(i % 4) + start[0],
+					y = (ptrdiff_t)(i / 4 % 7) + start[1],
+					z = (ptrdiff_t)(i / 28) + start[2];
+			const bool inside = x >= 0 && x < A && y >= 0 && y < B && z >= 0 && z < C;
+
+			same = same && out[i] == (inside ? (float)(x + A * y + A * B * z + 1) : -9);
+		}
+		grid(was.affine, orders[3], 2);
+		grid(is.affine, orders[3], 2);
+		ct_crop_affine(is.affine, (const double[3]){(double)s, -2, (double)s - 2});
+		ct_vol_world(&is, (const double[3]){1, 2, 3}, p);
+		ct_vol_world(&was, (const double[3]){(double)s + 1, 0, (double)s + 1}, q);
+		place = place && fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < 1e-9;
+	}
+	OK(same, "what is there, and padding where nothing is");
+	OK(place, "at the same place");
+}
+
+int main(void)
+{
+	test_reorient();
+	test_between();
+	test_body();
+	test_start();
+	test_crop();
+	return tap_done();
+}

@@ -1,0 +1,530 @@
+/* Bytes in and out: whole files, names and rights of outputs, temporary files, hashes, expansion.
+ */
+#include "config.h"
+#include "core/meta.h"
+#include "formats/hash.h"
+#include "formats/inflate.h"
+#include "formats/io.h"
+#include "formats/temp.h"
+#include "formats/text.h"
+#include "tap.h"
+
+#include <fcntl.h>
+#include <glob.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+static const struct ct_env force = {.force = true};
+
+static void save(const char *path, const void *p, size_t n)
+{
+	FILE *f = fopen(path, "wb");
+
+	if (!f || fwrite(p, 1, n, f) != n || fclose(f) != 0)
+		exit(99);
+}
+
+static bool there(const char *path)
+{
+	return access(path, F_OK) == 0;
+}
+
+static unsigned mode_of(const char *path)
+{
+	struct stat st;
+
+	return stat(path, &st) == 0 ? (unsigned)st.st_mode & 07777 : 0;
+}
+
+/* How many names match. */
+static size_t count(const char *pattern)
+{
+	glob_t g;
+	size_t n = glob(pattern, 0, NULL, &g) == 0 ? g.gl_pathc : 0;
+
+	globfree(&g);
+	return n;
+}
+
+/* Fails with the code and the words. */
+static bool says(int rc, enum ct_code code, const char *words)
+{
+	const bool good = rc == -1 && err.code == code && strstr(err.msg, words);
+
+	if (!good)
+		printf("# %d, code %d: %s\n", rc, (int)err.code, err.msg);
+	err = (struct ct_err){0};
+	return good;
+}
+
+static void test_slurp(void)
+{
+	static const size_t sizes[] = {0, 1, 65535, 65536, 65537, 200000, 1000000};
+	unsigned char *p = malloc(1000000), *data;
+	size_t n;
+
+	if (!p)
+		exit(99);
+	for (size_t i = 0; i < 1000000; i++)
+		p[i] = (unsigned char)(i * 7919 >> 5);
+	for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+		save("whole", p, sizes[i]);
+		OK(ct_slurp("whole", &data, &n, &err) == 0 && n == sizes[i] &&
+				memcmp(data, p, n) == 0,
+			"%zu bytes are read", sizes[i]);
+		free(data);
+	}
+	free(p);
+	OK(says(ct_slurp("none", &data, &n, &err), CT_EINPUT, "none: No such") && !data,
+		"not what is not there");
+	OK(says(ct_slurp(".", &data, &n, &err), CT_EINPUT, ".: is a folder") && !data && n == 0,
+		"nor a folder");
+	if (there("/proc/self/mem")) /* nothing is mapped at 0 */
+		OK(says(ct_slurp("/proc/self/mem", &data, &n, &err), CT_EINPUT, "mem: ") && !data,
+			"nor what cannot be read");
+	unlink("whole");
+}
+
+static int write_to(const char *path, const char *text, const struct ct_env *env)
+{
+	struct ct_out o;
+
+	if (ct_out_open(&o, path, env, &err))
+		return -1;
+	return ct_put(&o, text, strlen(text), &err) || ct_out_commit(&o, &err) ? -1 : 0;
+}
+
+/* A file is closed, standard input is not. */
+static void test_close(void)
+{
+	const int next = dup(0);
+	unsigned char *data;
+	size_t n;
+	FILE *f;
+
+	close(next);
+	save("three", "abc", 3);
+	must(ct_slurp("three", &data, &n, &err));
+	free(data);
+	if (!freopen("three", "rb", stdin) || ct_io_open("-", &f, &err))
+		exit(99);
+	OK(f == stdin && fgetc(f) == 'a', "standard input is open");
+	ct_io_close(f);
+	OK(fgetc(stdin) == 'b', "and stays so");
+	OK(says(ct_io_open(".", &f, &err), CT_EINPUT, "folder"), "a folder is none");
+	ct_io_close(NULL);
+	must(ct_io_open("three", &f, &err));
+	OK(fileno(f) == next, "all else was closed");
+	ct_io_close(f);
+	unlink("three");
+}
+
+static void test_names(void)
+{
+	struct stat a, b;
+	struct ct_out o;
+
+	OK(write_to("a", "one", NULL) == 0 && count("a.ct-*") == 0, "a file is made");
+	OK(says(write_to("a", "two", NULL), CT_EOUTPUT, "a: exists; --force"),
+		"kept without force");
+	OK(write_to("a", "three", &force) == 0 && stat("a", &a) == 0 && a.st_size == 5, "or not");
+	OK(says(write_to(".", "x", &force), CT_EOUTPUT, ".: is a folder"), "a folder is kept");
+	OK(says(write_to("none/a", "x", &force), CT_EOUTPUT, "none/a: "), "no folder, no file");
+	if (symlink("a", "link"))
+		exit(99);
+	OK(write_to("link", "seven77", &force) == 0 && stat("a", &a) == 0 && a.st_size == 7 &&
+			lstat("link", &b) == 0 && S_ISLNK(b.st_mode),
+		"a link is followed");
+	OK(ct_out_open_private(&o, "link", &err) == 0 && ct_put(&o, "s", 1, &err) == 0 &&
+			ct_out_commit(&o, &err) == 0 && lstat("link", &b) == 0 &&
+			S_ISREG(b.st_mode) && b.st_size == 1 && mode_of("link") == 0600 &&
+			stat("a", &a) == 0 && a.st_size == 7,
+		"but not by what its owner alone may read");
+	OK(write_to("/dev/null", "x", NULL) == 0 && count("/dev/null.ct-*") == 0, "a device");
+	if (there("/dev/full"))
+		OK(says(write_to("/dev/full", "x", NULL), CT_EOUTPUT, "/dev/full: No space"),
+			"a full one");
+	unlink("a");
+	unlink("link");
+}
+
+static void test_rights(void)
+{
+	struct stat st;
+
+	umask(027);
+	OK(write_to("a", "x", NULL) == 0 && write_to("b", "x", NULL) == 0 && mode_of("a") == 0640 &&
+			mode_of("b") == 0640,
+		"a file is for whom the mask says, the second like the first");
+	umask(022);
+	if (chmod("a", 0751))
+		exit(99);
+	OK(write_to("a", "y", &force) == 0 && mode_of("a") == 0751,
+		"one that was there keeps rights");
+	if (geteuid() == 0) {
+		if (chown("a", 12, 34) || chmod("a", 0664) || chmod(".", 0777))
+			exit(99);
+		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 12 &&
+				st.st_gid == 34 && mode_of("a") == 0664,
+			"and its owner");
+		if (chown("a", 12, getegid()) || chmod("a", 0664) || seteuid(65534))
+			exit(99);
+		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 65534 &&
+				st.st_gid == getegid() && mode_of("a") == 0664,
+			"or its group");
+		if (seteuid(0) || chown("a", 12, 34) || seteuid(65534))
+			exit(99);
+		OK(write_to("a", "z", &force) == 0 && stat("a", &st) == 0 && st.st_uid == 65534 &&
+				mode_of("a") == 0604,
+			"or gives none to a group that is another");
+		if (seteuid(0))
+			exit(99);
+	}
+	unlink("a");
+	unlink("b");
+}
+
+static void test_ends(void)
+{
+	struct ct_out o;
+	char name[100];
+
+	OK(ct_out_open(&o, "a", NULL, &err) == 0 && ct_put(&o, "x", 1, &err) == 0 && there(o.tmp) &&
+			!there("a"),
+		"until the end there is a temporary file");
+	ct_out_abandon(&o);
+	OK(!o.f && !o.path && !o.tmp && count("a*") == 0, "and none if it is abandoned");
+	ct_out_abandon(&o);
+	if (ct_out_open(&o, "a", NULL, &err) || mkdir("a", 0777))
+		exit(99);
+	OK(says(ct_out_commit(&o, &err), CT_EOUTPUT, "a: ") && count("a.ct-*") == 0,
+		"a folder that comes between is an error");
+	rmdir("a");
+	if (ct_out_open(&o, "a", NULL, &err))
+		exit(99);
+	snprintf(name, sizeof name, "%s", o.tmp);
+	OK(ct_out_commit(&o, &err) == 0 && !o.f && !o.tmp && there("a") && !there(name), "an end");
+	save(name, "", 0);
+	ct_temp_remove_all();
+	OK(there(name), "its name is forgotten");
+	unlink(name);
+	unlink("a");
+	if (ct_out_open(&o, "a", NULL, &err))
+		exit(99);
+	ct_temp_remove_all();
+	OK(!there(o.tmp), "what is not at its end goes when the program does");
+	ct_out_abandon(&o);
+	OK(ct_out_open(&o, "-", NULL, &err) == 0 && o.f == stdout && ct_out_commit(&o, &err) == 0 &&
+			fileno(stdout) == STDOUT_FILENO,
+		"standard output stays open");
+}
+
+static void test_check(void)
+{
+	OK(ct_out_check("a", NULL, &err) == 0 && count("a*") == 0, "a file could be made");
+	save("a", "x", 1);
+	OK(says(ct_out_check("a", NULL, &err), CT_EOUTPUT, "exists"), "but not where one is");
+	OK(ct_out_check("a", &force, &err) == 0 && count("a*") == 1 && there("a"), "without force");
+	OK(ct_out_check("-", NULL, &err) == 0 && ct_out_check("/dev/null", NULL, &err) == 0,
+		"standard output and a device");
+	OK(says(ct_out_check("none/a", NULL, &err), CT_EOUTPUT, "none/a: "),
+		"nor without a folder");
+	if (geteuid() == 0 && mkfifo("fifo", 0400) == 0) {
+		const pid_t child = fork();
+		int status = 0;
+
+		if (child == 0) /* access() asks for the real user */
+			_exit(setuid(65534) || ct_out_check("fifo", NULL, &err) != -1 ||
+				err.code != CT_EOUTPUT);
+		waitpid(child, &status, 0);
+		OK(status == 0, "nor into what may not be written");
+		unlink("fifo");
+	}
+	unlink("a");
+}
+
+static void test_same(void)
+{
+	const int out = dup(STDOUT_FILENO);
+	bool whole, piped;
+	int fd;
+
+	if (mkdir("d", 0777) || symlink("d", "e"))
+		exit(99);
+	save("a", "x", 1);
+	save("d/a", "x", 1);
+	if (link("a", "hard") || symlink("a", "soft") || out < 0)
+		exit(99);
+	OK(ct_out_same("a", "./a", true) && ct_out_same("hard", "a", true) &&
+			ct_out_same("a", "soft", false),
+		"one file of many names");
+	OK(!ct_out_same("a", "d/a", true) && !ct_out_same("a", "b", false) &&
+			!ct_out_same("b", "a", false),
+		"two files");
+	OK(ct_out_same("b", "./b", false) && ct_out_same("d/b", "e/b", false), "one to come");
+	OK(!ct_out_same("b", "c", false) && !ct_out_same("b", "d/b", false) &&
+			!ct_out_same("none/b", "none/b", false) && !ct_out_same("d/b", "c", false),
+		"two to come, or none");
+	OK(!ct_out_same("/dev/null", "/dev/null", true), "a device is no file");
+	if (!freopen("a", "rb", stdin))
+		exit(99);
+	OK(ct_out_same("a", "-", true) && !ct_out_same("d/a", "-", true), "standard input");
+	if (!freopen("/dev/null", "rb", stdin))
+		exit(99);
+	OK(!ct_out_same("/dev/null", "-", true), "that is no file");
+	fd = open("d/a", O_WRONLY);
+	fflush(stdout);
+	if (fd < 0 || dup2(fd, STDOUT_FILENO) < 0)
+		exit(99);
+	whole = ct_out_same("-", "d/a", true) && ct_out_same("d/a", "-", false);
+	piped = ct_out_same("-", "a", true) || !freopen("/dev/null", "wb", stdout) ||
+		ct_out_same("-", "-", true);
+	if (dup2(out, STDOUT_FILENO) < 0)
+		exit(99);
+	OK(whole && !piped, "standard output");
+	close(out);
+	close(fd);
+	if (system("rm -r a d e hard soft"))
+		exit(99);
+}
+
+/* Nothing binary on a terminal. */
+static void test_terminal(void)
+{
+	const int out = dup(STDOUT_FILENO), pty = posix_openpt(O_RDWR | O_NOCTTY);
+	int fd, rc = 0;
+
+	if (pty < 0 || grantpt(pty) || unlockpt(pty) ||
+		(fd = open(ptsname(pty), O_RDWR | O_NOCTTY)) < 0) {
+		OK(1, "binary data to a terminal # skip no terminals");
+		return;
+	}
+	fflush(stdout);
+	if (dup2(fd, STDOUT_FILENO) < 0)
+		exit(99);
+	rc = ct_out_check("-", NULL, &err);
+	if (dup2(out, STDOUT_FILENO) < 0)
+		exit(99);
+	OK(says(rc, CT_EOUTPUT, "to a terminal"), "no binary data to a terminal");
+	close(out);
+	close(fd);
+	close(pty);
+}
+
+static void test_temp(void)
+{
+	enum { MANY = 40 };
+	char *tmp, *first;
+	int fd, held[3];
+
+	if (mkdir("d", 0777))
+		exit(99);
+	save("d/p.ct-abcXYZ", "", 0);
+	save("d/p.state.ct-012345", "", 0);
+	save("d/p.ct-abcde", "", 0);
+	save("d/p.ct-abcd.f", "", 0);
+	save("d/p.ct.abcdef", "", 0);
+	save("d/q.ct-abcdef", "", 0);
+	save("d/p.ct-locked", "", 0);
+	save("p.ct-abcdef", "", 0);
+	if (symlink("q.ct-abcdef", "d/p.ct-linked") || (fd = open("d/p.ct-locked", O_RDWR)) < 0)
+		exit(99);
+	if (!ct_temp_lock(fd)) {
+		OK(1, "temporary files # skip no locks here");
+		return;
+	}
+	for (int i = 0; i < MANY; i++) { /* as many as there are, one after the other */
+		int f = ct_temp_open("d/p", 0640, &tmp, &err);
+
+		if (f < 0 || mode_of(tmp) != 0640 || strncmp(tmp, "d/p.ct-", 7) != 0 ||
+			strlen(tmp) != 13 || strcmp(tmp + 7, "XXXXXX") == 0)
+			OK(0, "a temporary file: %s", err.msg);
+		close(f);
+		ct_temp_remove(tmp);
+		free(tmp);
+	}
+	OK(!there("d/p.ct-abcXYZ") && !there("d/p.state.ct-012345"), "what others left is swept");
+	OK(there("d/p.ct-abcde") && there("d/p.ct-abcd.f") && there("d/p.ct.abcdef") &&
+			there("d/q.ct-abcdef") && there("d/p.ct-linked") && there("p.ct-abcdef"),
+		"but nothing else");
+	OK(there("d/p.ct-locked"), "nor what is in use");
+	held[0] = ct_temp_open("d/p", 0600, &first, &err);
+	held[1] = ct_temp_open("d/p", 0600, &tmp, &err);
+	OK(there(first), "what is in use is not swept");
+	ct_temp_remove(tmp);
+	free(tmp);
+	held[2] = ct_temp_open("p", 0600, &tmp, &err);
+	OK(there(first) && there(tmp) && !there("p.ct-abcdef"), "in this folder, too");
+	ct_temp_remove_all();
+	OK(!there(first) && !there(tmp), "all of this process go at once");
+	ct_temp_forget(first);
+	ct_temp_forget(tmp);
+	free(first);
+	free(tmp);
+	close(fd);
+	for (int i = 0; i < 3; i++)
+		must(close(held[i]));
+	OK(system("rm -r d") == 0 && count("p*") == 0, "and nothing is left");
+}
+
+/* Seconds of the processor so far. */
+static double busy(void)
+{
+	struct rusage u;
+
+	getrusage(RUSAGE_SELF, &u);
+	return (double)(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+	       (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec) * 1e-6;
+}
+
+/* As many as a run has at once go with it. */
+static void test_many(void)
+{
+	enum { AT_ONCE = 16 };
+	char *tmp[AT_ONCE];
+
+	for (int i = 0; i < AT_ONCE; i++)
+		close(ct_temp_open("m", 0600, tmp + i, &err));
+	ct_temp_remove_all();
+	OK(count("m.ct-*") == 0, "%d temporary files go at once", AT_ONCE);
+	for (int i = 0; i < AT_ONCE; i++) {
+		ct_temp_forget(tmp[i]);
+		free(tmp[i]);
+	}
+}
+
+/* A file that others may not have, until we end. */
+static void test_claim(void)
+{
+	char *tmp, *again;
+	int fd = ct_temp_claim("c", &tmp, &err), status = 0;
+	pid_t child;
+	const double before = busy();
+
+	OK(fd >= 0 && strcmp(tmp, "c.ct-locked") == 0 && mode_of(tmp) == 0600, "one run has it");
+	OK(says(ct_temp_claim("c", &again, &err), CT_EOUTPUT, "c: another run is making it") &&
+			!again,
+		"and no other");
+	OK(busy() - before < 0.7, "who waits rests");
+	child = fork(); /* shares the lock */
+	if (child == 0)
+		_exit(poll(NULL, 0, 300) != 0);
+	close(fd);
+	fd = ct_temp_claim("c", &again, &err);
+	OK(fd >= 0 && waitpid(child, &status, 0) == child, "who ends soon is waited for");
+	close(fd);
+	ct_temp_remove(tmp);
+	OK(!there(tmp), "nothing is left");
+	free(tmp);
+	free(again);
+	OK(says(ct_temp_claim("none/c", &tmp, &err), CT_EOUTPUT, "none/c: No such"), "no folder");
+	if (symlink("x", "l.ct-locked"))
+		exit(99);
+	OK(says(ct_temp_claim("l", &tmp, &err), CT_EOUTPUT, "l: ") && !there("x"),
+		"a link is not followed");
+	unlink("l.ct-locked");
+}
+
+static bool input_is(const struct ct_meta *m, const char *name, const void *p, size_t n)
+{
+	const XXH128_hash_t h = XXH3_128bits(p, n);
+	char want[100];
+
+	snprintf(want, sizeof want, "%s xxh3:%016llx%016llx", name, (unsigned long long)h.high64,
+		(unsigned long long)h.low64);
+	return strcmp(ct_meta_get(m, CT_META_INPUT), want) == 0;
+}
+
+static void test_hash(void)
+{
+	static const struct {
+		const char *path, *name;
+	} c[] = {{"a", "a"}, {"a/", "a"}, {"/", ""}, {"/a", "a"}, {"b/a//", "a"}};
+	unsigned char p[3000];
+	struct ct_meta m = {0};
+	const struct ct_piece piece[] = {{p, 1}, {p + 1, 1000}, {p + 1001, 1999}};
+
+	for (size_t i = 0; i < sizeof p; i++)
+		p[i] = (unsigned char)(i * 7919 >> 4);
+	for (size_t i = 0; i < sizeof c / sizeof *c; i++)
+		OK(ct_meta_input(&m, c[i].path, 3, piece, &err) == 0 &&
+				input_is(&m, c[i].name, p, sizeof p),
+			"%s", ct_meta_get(&m, CT_META_INPUT));
+	ct_meta_free(&m);
+}
+
+static void test_inflate(void)
+{
+	const uint64_t much = CT_INFLATE_FREE;
+
+	OK(ct_inflate_allowed() == 100, "a hundred times is usual");
+	OK(ct_inflate_check(0, much, &err) == 0, "so much comes of any file");
+	OK(says(ct_inflate_check(1, much + 1, &err), CT_EINPUT, "over 100 times"), "not more");
+	OK(ct_inflate_check(much, 100 * much + 99, &err) == 0 &&
+			ct_inflate_check(much, 100 * much + 100, &err) == -1,
+		"unless it is a hundredth");
+	ct_inflate_allow(7);
+	OK(ct_inflate_allowed() == 7 && ct_inflate_check(much, 7 * much + 6, &err) == 0 &&
+			ct_inflate_check(much, 7 * much + 7, &err) == -1,
+		"or what is said");
+	ct_inflate_allow(0);
+	OK(ct_inflate_check(1, UINT64_MAX, &err) == 0, "or nothing is");
+	ct_inflate_allow(CT_INFLATE_TIMES);
+}
+
+static void test_text(void)
+{
+	static const struct {
+		const char *in, *out;
+	} c[] = {{"plain \x7f", "plain \x7f"}, {"\xc3\xa4", "\xc3\xa4"}, {"a\x80\xff z", "a?? z"},
+		{"", ""}, {"\x7f\xc3", "\x7f?"}};
+
+	for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
+		json_t *v = ct_text_json(c[i].in);
+
+		OK(v && strcmp(json_string_value(v), c[i].out) == 0, "text %zu", i);
+		json_decref(v);
+	}
+}
+
+/* How many are open. */
+static int open_files(void)
+{
+	int n = 0;
+
+	for (int fd = 0; fd < 256; fd++)
+		n += fcntl(fd, F_GETFD) >= 0;
+	return n;
+}
+
+int main(void)
+{
+	char dir[] = "/tmp/t-io.XXXXXX", clean[64];
+	const int files = open_files();
+
+	if (!mkdtemp(dir) || chdir(dir))
+		return 99;
+	test_slurp();
+	test_close();
+	test_names();
+	test_rights();
+	test_ends();
+	test_check();
+	test_same();
+	test_terminal();
+	test_temp();
+	test_many();
+	test_claim();
+	OK(open_files() == files, "all files are closed");
+	test_hash();
+	test_inflate();
+	test_text();
+	snprintf(clean, sizeof clean, "rmdir %s", dir);
+	return system(clean) ? 99 : tap_done();
+}

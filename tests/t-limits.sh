@@ -1,0 +1,188 @@
+#!/bin/sh
+# What every option that is a number may be, and what it is where it is not given.
+. "$srcdir/tests/tap.sh"
+cat >limits <<'EOF'
+ct-compose floor -1000000 1000000 -
+ct-compose gain -1000 1000 1
+ct-compose spacing 0.001 1000000 -
+ct-convert iso 0.0001 1000 -
+ct-convert cube 0 4096 0
+ct-convert slope - any 1
+ct-convert intercept - any 0
+ct-ddnm scale 2 64 0
+ct-ddnm steps 1 1000 50
+ct-ddnm eta 0 1 0.99
+ct-ddnm sigma-y 0 1 -
+ct-ddnm sigma-det 0 1000 -
+ct-ddnm t-start -1 999 -1
+ct-ddnm samples 1 65535 1
+ct-ddnm norm 0 1e30 0
+ct-degrade noise 0 1000000 0
+ct-fdk cutoff 0 1 0
+ct-fdk iterations 0 1000000 0
+ct-fdk tolerance 0 1 0
+ct-fdk tv 0 1000000 10
+ct-fuse lambda-projections 0 1000000000 0
+ct-fuse iterations 1 10000000 15
+ct-fuse checkpoint-every 0 10000000 0
+ct-metrics range 0 1000000000 0
+ct-metrics edge-step 0.000001 1000000 300
+ct-metrics min-psnr - any -
+ct-metrics min-ssim - any -
+ct-metrics max-mae - any -
+ct-metrics max-rmse - any -
+ct-metrics max-gradient - any -
+ct-metrics max-residual - any -
+ct-metrics max-residual-rms - any -
+ct-nabgs iterations 1 10000000 5000
+ct-nabgs tolerance 0 1 0
+ct-nabgs gaussians 1 16000000 50000
+ct-nabgs max-gaussians 1 16000000 500000
+ct-nabgs densify-until 0 10000000 0
+ct-nabgs scale 0 1024 0
+ct-nabgs lambda-ssim 0 1000000 -
+ct-nabgs lambda-tv 0 1000000 0.05
+ct-nabgs rate 0.001 1000 -
+ct-nabgs lambda-lr 0 1000000 0.1
+ct-nabgs refit 0 10000 0
+ct-nabgs init-density-scale 0 1 -
+ct-nabgs checkpoint-every 0 10000000 1000
+ct-phantom oversample 1 16 3
+ct-phantom density 0.000001 1 0.25
+ct-project coarsen 1 4096 1
+ct-project photons 0 1e15 0
+ct-project electronic 0 1e12 0
+ct-project mu-water 0.000001 10 0.02
+ct-sr scale 2 16 4
+ct-sr views 0 10000 0
+ct-sr iterations 0 1000000 0
+ct-sr gaussians 0 100000000 0
+ct-train patch 4 4096 64
+ct-train batch 1 65536 16
+ct-train steps 0 2000000000 10000
+ct-train minutes 0 1000000 0
+ct-train lr 0 1 0.0001
+ct-train warmup 0 1000000000 0
+ct-train decay 0 10 0
+ct-train clip 0 1000000000 0
+ct-train ema 0 0.9999999 0.9999
+ct-train validate-every 1 2000000000 500
+ct-train validate-pieces 1 65536 64
+ct-train checkpoint-every 1 2000000000 1000
+ct-train log-every 1 2000000000 50
+ct-upsample noise 0 1000000 -
+ct-upsample iterations 1 100000 300
+ct-upsample tolerance 0 1000000 0.1
+ct-view slice 0 1 0.5
+ct-view views 1 10000 12
+ct-view zoom 0.015625 64 1
+EOF
+for t in ct-phantom ct-project; do
+	cat <<EOF
+$t views 0 65535 0
+$t arc -1000000 1000000 -
+$t start -1000000 1000000 -
+$t dso 0.000001 100000000 -
+$t dsd 0.000001 100000000 -
+$t sampling 0.01 100 -
+EOF
+done >>limits
+command -v ct-view >/dev/null || { grep -v '^ct-view' limits >some; mv some limits; }
+
+# Just beyond, the error names both ends.
+awk '$4 != "any" {x = $4 < 1e10 && $4 == int($4) ? $4 + 1 : 1.5 * $4
+	printf "%s %s %.12g %s: --%s: %g is outside [%g, %g]\n", $1, $2, x, $1, $2, x, $3, $4}' limits >beyond
+while read -r tool opt x want; do
+	got=$("$tool" --"$opt"="$x" 2>&1)
+	case $got in "$want"*) ;; *) printf '%s\n' "$got" | head -n 1 ;; esac
+done <beyond >wrong
+[ ! -s wrong ]; ok $? 'a number beyond its limits is refused'
+sed 's/^/# /' wrong
+
+# what help says that an option is by default, and the options that are no numbers
+cat >words <<'EOF'
+ct-convert orient LPS
+ct-convert type auto
+ct-ddnm operator file
+ct-ddnm sampler ddnm+
+ct-ddnm channel-reduce mean
+ct-degrade protocol P1
+ct-degrade decimate -
+ct-fdk method auto
+ct-fdk filter ram-lak
+ct-fdk projector siddon
+ct-fdk quantity hu
+ct-info factor 4
+ct-metrics ssim -
+ct-nabgs activation prelu
+ct-nabgs mode residual
+ct-nabgs init auto
+ct-phantom size 128x128x128
+ct-phantom spacing 2
+ct-project quantity file
+ct-project method siddon
+ct-project pixel point
+ct-sr quality fast
+ct-train scales 1
+ct-upsample method auto
+ct-upsample decimate -
+ct-view plane all
+EOF
+command -v ct-view >/dev/null || { grep -v '^ct-view' words >some; mv some words; }
+{ cat words; awk '{print $1, $2, $5}' limits; } | sort >want
+for t in $CT_TOOLS; do
+	"$t" --help >"help-$t"
+	awk -v t="$t" 'function tell() {if (o) print t, o, d}
+		/^  (-[a-zA-Z],|   ) --/ {tell(); match($0, /--[a-z0-9-]+/); o = substr($0, RSTART + 2, RLENGTH - 2); d = "-"}
+		match($0, /\(default [^ )]*\)$/) {d = substr($0, RSTART + 9, RLENGTH - 10)}
+		/^Exit/ {tell()}' "help-$t"
+done | sort >says
+while read -r line; do
+	grep -qxF -- "$line" says || echo "$line"
+done <want >wrong
+[ ! -s wrong ]; ok $? 'what is not given is what help says'
+sed 's/^/# /' wrong
+# all options and their letters, in order; those of every command come last
+cat >options <<'EOF'
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
+ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
+ct-convert --cube --type
+ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler i--init
+ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
+ct-ddnm s--seed --dry-run
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
+ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
+ct-fdk --nonnegative --tv w--window --quantity --dry-run
+ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
+ct-fuse --checkpoint-every --resume --json --dry-run
+ct-info e--estimate x--factor --json
+ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
+ct-metrics --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
+ct-metrics --max-residual --max-residual-rms --json
+ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
+ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
+ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
+ct-nabgs --checkpoint-every --resume s--seed --json --dry-run
+ct-phantom --size --spacing --oversample --density w--window p--project --beam n--views --arc
+ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
+ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
+ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
+ct-project --photons --electronic --mu-water s--seed --dry-run
+ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --window --views
+ct-sr --iterations --gaussians s--seed
+ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
+ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
+ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
+ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
+ct-upsample --tolerance --dry-run
+ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
+EOF
+command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
+awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want
+for t in $CT_TOOLS; do
+	sed -n "s/^  -\([^-]\), --\([a-z0-9-]*\).*/$t \1--\2/p; s/^  ....--\([a-z0-9-]*\).*/$t --\1/p" "help-$t" |
+		sed '/ t--threads$/,$d'
+done | sort -s -k1,1 >says
+cmp -s want says; ok $? 'options and their letters'
+diff want says | sed 's/^/# /'
+done_testing

@@ -1,0 +1,109 @@
+/* A prior from its weights: what its metadata may say, and its network as the sampler sees it. */
+#include "config.h"
+#include "diffusion/prior.h"
+#include "tap.h"
+
+#include <string.h>
+
+enum { SIDE = 8 };
+
+/* Weights of a network of three levels that answers something. */
+static void weights(struct ct_tensors *w, size_t in, size_t out)
+{
+	struct ct_unet_arch a;
+	struct ct_unet *n = NULL;
+
+	ct_unet_arch_default(&a);
+	a.levels = 3;
+	a.channel_mult[1] = a.channel_mult[2] = 1;
+	a.in_channels = in;
+	a.out_channels = out;
+	must(ct_unet_init(&n, &a, 3, &err));
+	for (size_t i = 0; i < n->graph.count; i++)
+		n->param[i] += 0.01f * (float)(i % 7);
+	must(ct_unet_tensors(n, n->param, w, &err));
+	ct_unet_free(n);
+}
+
+/* Of these words the first is that of a prior of ours. */
+static void words(struct ct_tensors *w, const char *key, const char *good, const char *bad)
+{
+	struct ct_prior p = {0};
+
+	must(ct_meta_set(&w->meta, key, good, &err));
+	OK(ct_prior_alloc(&p, w, &err) == 0, "%s %s", key, good);
+	ct_prior_free(&p);
+	must(ct_meta_set(&w->meta, key, bad, &err));
+	OK(ct_prior_alloc(&p, w, &err) == -1 && err.code == CT_EINPUT && strstr(err.msg, key) &&
+			strstr(err.msg, bad),
+		"%s", err.msg);
+	ct_prior_free(&p);
+	ct_meta_drop(&w->meta, key);
+}
+
+static void metadata(void)
+{
+	struct ct_tensors w = {0}, odd = {0};
+	struct ct_prior p = {0};
+
+	weights(&w, 1, 1);
+	words(&w, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "a map");
+	words(&w, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "zzz");
+	words(&w, CT_META_BETA_SCHEDULE, "linear", "cosine");
+	words(&w, CT_META_BETA_SCHEDULE, "linear", "quadratic");
+	ct_tensors_free(&w);
+	weights(&odd, 1, 2);
+	OK(ct_prior_alloc(&p, &odd, &err) == -1 && err.code == CT_EINPUT &&
+			strstr(err.msg, "1 channels in and 2 out"),
+		"%s", err.msg);
+	ct_prior_free(&p);
+	ct_tensors_free(&odd);
+}
+
+/* Every worker's network gives what the network gives, at any size that it was planned for. */
+static void network(void)
+{
+	enum { CHANNELS = 2, MOST = CHANNELS * SIDE * SIDE * 2 };
+	struct ct_tensors w = {0};
+	struct ct_prior p = {0};
+	struct ct_denoiser d;
+	const float when = 37;
+	float x[MOST], y[MOST], want[MOST];
+
+	weights(&w, CHANNELS, CHANNELS);
+	must(ct_prior_alloc(&p, &w, &err));
+	OK(p.channels == CHANNELS && p.multiple == 4, "two channels, sides of multiples of 4");
+	NEAR(ct_schedule_abar(&p.schedule, 500), 0.0777967, 5e-8, "the schedule");
+	for (size_t i = 0; i < MOST; i++)
+		x[i] = sinf((float)i);
+	for (size_t k = 1; k < 3; k++) {
+		const size_t n = CHANNELS * SIDE * SIDE * k;
+		struct ct_unet_plan *plan = NULL;
+
+		must(ct_unet_plan_alloc(&plan, p.unet, 1, SIDE, k * SIDE, false, &err));
+		must(ct_unet_forward(plan, want, x, &when, &err));
+		ct_unet_plan_free(plan);
+		must(ct_prior_plan(&p, k, SIDE, k * SIDE, &err));
+		d = ct_prior_denoiser(&p);
+		OK(p.workers == k && p.high == SIDE && p.wide == k * SIDE && d.channels == 2 &&
+				d.multiple == 4 && d.schedule == &p.schedule,
+			"planned for %zu", k);
+		for (size_t i = 0; i < k; i++)
+			OK(d.eps(d.ctx[i], (double)when, x, y, &err) == 0 &&
+					memcmp(y, want, n * sizeof *y) == 0 && y[0] != y[1],
+				"worker %zu of %zu", i, k);
+	}
+	OK(ct_prior_plan(&p, 1, SIDE, SIDE + 2, &err) == -1 && err.code == CT_EGEOM,
+		"not for a size that does not halve");
+	ct_prior_free(&p);
+	OK(!p.unet && !p.plan && !p.ctx && !p.workers && !p.channels, "nothing is left");
+	ct_prior_free(&p);
+	ct_tensors_free(&w);
+}
+
+int main(void)
+{
+	metadata();
+	network();
+	return tap_done();
+}

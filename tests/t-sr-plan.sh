@@ -1,0 +1,110 @@
+#!/bin/sh
+# ct-sr --dry-run: the commands of every level of quality, of the published method, and of its options,
+# with all their numbers.
+. "$srcdir/tests/tap.sh"
+: >lr.nii; : >p.safetensors # a dry run reads neither
+plan() { # plan NAME ARGS...: the commands are those of standard input
+	name=$1; shift
+	sed 's/@/ T\//g' >want
+	ct-sr --dry-run "$@" >out 2>err && sed "s|${TMPDIR:-/tmp}/ct-sr.XXXXXX/|T/|g; s|--prior=[^ ]*/prior|--prior=PRIOR|" out >got
+	cmp -s want got; ok $? "$name"
+	cmp -s want got || diff want got | sed 's/^/# /'
+}
+plan 'draft' -Q draft lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii o.nii
+EOF
+plan 'fast, which is the default' lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=0.1@lr.nii o.nii
+EOF
+plan 'balanced' -Q balanced lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=0.1@lr.nii@up.nii
+ct-project --views=64 --sampling=1.375@up.nii@up-proj.exr
+ct-project --views=64 --sampling=1.375 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
+ct-ddnm --prior=PRIOR.safetensors --sampler=ddnm --eta=0 --steps=2 --init=T/up-proj.exr --t-start=20 --samples=2@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=1500 --gaussians=50000 --rate=1 --lambda-tv=0.2@sr-proj.exr@residual.ply
+ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
+EOF
+plan 'best, with a seed' -Q best -x 2 -s 7 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x2 --estimate --tolerance=0.02@lr.nii@up.nii
+ct-project --views=100 --sampling=1.5@up.nii@up-proj.exr
+ct-project --views=100 --sampling=1.5 --coarsen=2 --pixel=sinc@up.nii@lr-proj.exr
+ct-ddnm --prior=PRIOR.safetensors --seed=7 --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=5000 --gaussians=100000 --rate=1 --lambda-tv=0.2 --seed=7@sr-proj.exr@residual.ply
+ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
+EOF
+plan 'the paper' --paper lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --method=cubic@lr.nii@up.nii
+ct-project --views=100 --window=-512:3071 --overshoot@up.nii@up-proj.exr
+ct-project --views=100 --window=-512:3071 --overshoot@lr.nii@lr-proj.exr
+ct-ddnm --prior=PRIOR.safetensors -x4 --steps=50 --sigma-y=0.0015@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=5000 --gaussians=50000 --scale=4 --paper@sr-proj.exr@residual.ply
+ct-compose@up.nii@residual.ply o.nii
+EOF
+plan 'the release, between its factors' --release -x 5 -s 3 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x5 --method=cubic@lr.nii@up.nii
+ct-project --views=100 --window=-512:3071 --overshoot@up.nii@up-proj.exr
+ct-project --views=100 --window=-512:3071 --overshoot@lr.nii@lr-proj.exr
+ct-ddnm --prior=PRIOR.safetensors --seed=3 -x5 --steps=50 --sigma-y=0.0025@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=5000 --gaussians=50000 --scale=5 --r2-compat --seed=3@sr-proj.exr@residual.ply
+ct-compose@up.nii@residual.ply o.nii
+EOF
+ct-sr --release --dry-run lr.nii o.nii >out; has out ' -x4 --steps=50 --sigma-y=0.001 ' 'and at 4-fold'
+plan 'what is given holds' -Q best --window=-9:99 --views=3 --iterations=4 --gaussians=6 \
+	--prior=p.safetensors --keep=T --expand=7 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii --expand=7
+ct-upsample -x4 --estimate --tolerance=0.02@lr.nii@up.nii
+ct-project --views=3 --sampling=1.5 --window=-9:99@up.nii@up-proj.exr
+ct-project --views=3 --sampling=1.5 --window=-9:99 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
+ct-ddnm --prior=p.safetensors --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=4 --gaussians=6 --rate=1 --lambda-tv=0.2@sr-proj.exr@residual.ply
+ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
+EOF
+plan 'of the paper too' --paper --window=-9:99 --prior=p.safetensors lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --method=cubic@lr.nii@up.nii
+ct-project --views=100 --window=-9:99 --overshoot@up.nii@up-proj.exr
+ct-project --views=100 --window=-9:99 --overshoot@lr.nii@lr-proj.exr
+ct-ddnm --prior=p.safetensors -x4 --steps=50 --sigma-y=0.0015@lr-proj.exr@sr-proj.exr
+ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=5000 --gaussians=50000 --scale=4 --paper@sr-proj.exr@residual.ply
+ct-compose@up.nii@residual.ply o.nii
+EOF
+
+# names that would be taken for options, streams, and files of the folder between the steps
+plan 'a stream is a stream' -Q draft - - <<'EOF'
+ct-convert -@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii -
+EOF
+: >-a.nii
+plan 'a dash before a name' -Q draft -- -a.nii -o.nii <<'EOF'
+ct-convert ./-a.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii ./-o.nii
+EOF
+mkdir k
+for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply; do
+	exits 4 "OUT is k/$f" ct-sr -Q draft --keep=k lr.nii "k/$f"
+	has err "k/$f: is written between IN and OUT" 'which is of the steps'
+done
+: >k/up.nii
+exits 4 'as is IN' ct-sr -Q draft --keep=k k/up.nii o.nii
+has err 'k/up.nii: is written between IN and OUT' 'and that is said'
+
+# the prior is looked for beside the command, and in share beside its bin
+mkdir -p x/bin x/share/ctsr; cp "$(command -v ct-sr)" x/bin
+where() { x/bin/ct-sr --dry-run -Q best lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
+at=$(cd x/bin && pwd -P)
+if [ -z "$(where)" ]; then
+	has err '^ct-sr: no prior is installed at /.*prior.safetensors; --prior names one$' 'no prior'
+else
+	skip 'no prior' 'one is installed'
+fi
+: >x/share/ctsr/prior.safetensors
+[ "$(where)" = "$at/../share/ctsr/prior.safetensors" ]; ok $? 'a prior in share'
+: >x/bin/prior.safetensors
+[ "$(where)" = "$at/prior.safetensors" ]; ok $? 'one beside the command comes first'
+done_testing

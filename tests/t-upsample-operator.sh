@@ -1,0 +1,90 @@
+#!/bin/sh
+# ct-upsample: the operator that the file, the options or the edges say, what OUT says of it, and the limits
+# of all of them; those of ct-degrade, ct-info and ct-phantom too.
+. "$srcdir/tests/tap.sh"
+command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
+says() { # says FILE FACTOR SIGMA DECIMATE METHOD: exactly, or to 6 digits
+	ct-info "$1" | awk -v want="$2 $3 $4 $5" '/^  (factor|sigma|decimate|upsample) / {v[$1] = $2}
+		function all(s,  n, p, i, t) {if (s == "-") return ""; n = split(s, p, ","); for (i = 1; i <= n; i++) t = t sprintf("%.6g,", p[i]); return t}
+		END {split(want, w, " "); exit !(all(v["factor"]) == all(w[1]) && all(v["sigma"]) == all(w[2]) &&
+			(v["decimate"] "-") ~ "^" w[3] "-?$" && (v["upsample"] "-") ~ "^" w[4] "-?$")}'
+	ok $? "$1 says $2 $3 $4 $5"
+	ct-info "$1" | sed -n 's/^  \(factor\|sigma\|decimate\|upsample\) /# &/p'
+}
+bare() { # bare FILE N MM: its voxels without a word
+	ct-convert -q --type f32 "$1" - | tail -c $(($2 * $2 * $2 * 4)) >raw
+	ct-convert -q --raw "$2x$2x$2:f32" --spacing "$3" --orient RAS raw "bare-$1"
+}
+ct-phantom -q --size 96x96x96 --spacing 1 sphere hi.nii
+for p in P1 P3; do ct-degrade -q -x 3 -p $p hi.nii $p.nii; bare $p.nii 32 3; done
+up() { ct-upsample -f -v --iterations 3 "$@" >out 2>err; } # up ARGS...
+
+# on edges: as ct-info does, in voxels of OUT; an axis that is not refined has none
+python3 - <<'END'
+import json, subprocess
+o = json.loads(subprocess.check_output(['ct-info', '--json', '-e', '-x', '3', 'bare-P1.nii']))
+open('sigma', 'w').write(','.join('%.9g' % (3 * s) for s in o['blur-lr-voxels']))
+open('told', 'w').writelines('ct-upsample: axis %d: blur %.3g, assumed %.3g voxels of OUT, well, %d edges\n' %
+    (a, 3 * o['blur-seen-voxels'][a], 3 * o['blur-lr-voxels'][a], o['edges'][a]) for a in range(3))
+open('told', 'a').write('ct-upsample: noise or texture %.3g HU\n' % o['noise-hu'])
+END
+s=$(cat sigma); first=${s%%,*}
+up -x 3 --estimate bare-P1.nii e.nii; says e.nii 3,3,3 "$s" sinc tv
+head -n 4 err | cmp -s - told; ok $? 'and tells what it saw'
+up -x 3,3,1 --estimate bare-P1.nii e.nii; says e.nii 3,3,1 "${s%,*},0" sinc tv
+! grep -q 'axis 2' err; ok $? 'nothing of what is not refined'
+up -x 3 --estimate bare-P3.nii e.nii; says e.nii 3,3,3 0,0,0 point htv
+up -x 3 --estimate --decimate mean bare-P3.nii e.nii; says e.nii 3,3,3 0,0,0 mean htv
+up -x 3 --estimate --decimate mean bare-P1.nii e.nii; says e.nii 3,3,3 "$s" mean tv
+awk "BEGIN {exit !($first > 0.7 && $first < 1.3)}"; ok $? "near the 1.27 that made it, and not above: $first"
+up -x 3 --estimate P1.nii e.nii; says e.nii 3,3,3 1.27399354,1.27399354,1.27399354 sinc tv
+! grep -q 'axis 0' err; ok $? 'a file that says its operator is not measured'
+ct-phantom -q --size 12x12x12 --spacing 3 constant flat.nii; bare flat.nii 12 3
+ct-upsample -q -x 3 --estimate bare-flat.nii e.nii -f; says e.nii 3,3,3 0,0,0 sinc bspline
+
+# of options
+ct-upsample -q -f -m dc -x 3,2,1 --sigma 0.7 bare-P1.nii o.nii; says o.nii 3,2,1 0.7,0.7,0 sinc dc
+ct-upsample -q -f -m dc -x 3,2,1 --sigma 0.7,0.6,0.5 --decimate point bare-P1.nii o.nii; says o.nii 3,2,1 0.7,0.6,0.5 point dc
+ct-upsample -q -f -m dc -x 3 --sigma 0 bare-P1.nii o.nii; says o.nii 3,3,3 0,0,0 sinc dc
+ct-upsample -q -f -x 3 bare-P1.nii o.nii; says o.nii - - - bspline
+ct-upsample -q -f -m dc -x 3 --sigma 1.2739935 --decimate sinc P1.nii o.nii; says o.nii 3,3,3 1.27399354,1.27399354,1.27399354 sinc dc
+no() { # no CODE WORDS COMMAND...
+	code=$1 words=$2; shift 2
+	exits "$code" "$*" "$@" no.nii; has err "$words" "$words"
+}
+no 2 '-x is missing, and bare-P1.nii does not say by how much it was reduced' ct-upsample bare-P1.nii
+no 2 '-x is missing, and o.nii is upsampled already' ct-upsample o.nii
+no 2 'contradicts P1.nii, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00001 P1.nii
+no 2 'sigma 1.27398 contradicts P1.nii, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii
+for x in 0.99 1025 1,1,0.5; do no 2 '-x: .* is outside \[1, 1024\]' ct-upsample -x $x bare-P1.nii; done
+for x in -0.1 1001 1,1,-1; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-upsample -x 3 --sigma=$x bare-P1.nii; done
+exits 0 'no refinement at all' ct-upsample -x 1 -m linear bare-P1.nii one.nii
+exits 0 'the factor to its digits' ct-upsample -f -m linear -x 3.000001 P1.nii o.nii
+
+# the noise that IN says, and what may be said of it
+ct-degrade -q -x 3 --noise 5 hi.nii noisy.nii
+no 2 'noise 4 contradicts noisy.nii, whose noise is 5 HU' ct-upsample --noise 4 noisy.nii
+exits 0 'the same is none' ct-upsample -f --noise 5 --iterations 3 noisy.nii o.nii
+ct-info noisy.nii | grep -Eq '^  noise +5$'; ok $? 'ct-degrade says its noise'
+ct-degrade -q -x 1 noisy.nii again.nii; ! ct-info again.nii | grep -q '^  noise'; ok $? 'and not that of what it was given'
+
+# a start is gone on from, in voxels and in history
+ct-upsample -q -f -m linear P1.nii start.nii
+exits 0 'a start' ct-upsample -f -m dc --start start.nii P1.nii o.nii
+ct-info o.nii | grep -q ' P1.nii xxh3:.* start.nii xxh3:'; ok $? 'is in the history'
+
+# ct-degrade: the operator that is asked for, to its limits
+# shellcheck disable=SC2086
+deg() { want=$1; shift; ct-degrade -q -f "$@" hi.nii d.nii; set -- $want; says d.nii "$1" "$2" "$3" -; }
+deg '4,4,4 1.69865806,1.69865806,1.69865806 sinc' -x 4
+deg '4,4,1 1,1,0 sinc' -x 4,4,1 -p P2
+deg '4,2,1 0.5,0.25,0 point' -x 4,2,1 -p P3
+deg '4,4,1 0.9,0.9,0 point' -x 4,4,1 -p P3 --sigma 0.9
+deg '4,4,1 0.9,0.8,0.7 mean' -x 4,4,1 --sigma 0.9,0.8,0.7 --decimate mean
+ct-degrade -q -x 3 --clip=-100:20.5 hi.nii clip.nii
+ct-info clip.nii | grep -Eq '^  clip +-100:20.5$'; ok $? 'the clip is said'
+for x in 0.99 1025; do no 2 '-x: .* is outside \[1, 1024\]' ct-degrade -x $x hi.nii; done
+for x in -0.1 1001; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-degrade -x 3 --sigma=$x hi.nii; done
+exits 2 'ct-info -x 1025' ct-info -e -x 1025 hi.nii; has err 'outside \[1, 1024\]' 'is refused'
+exits 2 'ct-phantom --spacing 0' ct-phantom --spacing 0 --size 4x4x4 sphere no.nii; has err 'is not positive' 'is refused'
+done_testing
