@@ -342,7 +342,8 @@ static void test_par(void)
 	for (size_t i = 0; i < N; i++)
 		bad += a[i] != 100 * (uint64_t)i * i;
 	OK(bad == 0, "every index ran once a loop");
-	for (int round = 0; round < 200; round++)
+	/* on a busy machine others may be quicker than the caller, but not always */
+	for (int round = 0; round < 200 || (!f.known[0] && round < 200000); round++)
 		ct_par_for(p, 100, look, &f);
 	OK(f.known[0] && !f.beyond && !f.other[0] && !f.other[1] && !f.other[2] && !f.other[3],
 		"a worker is one thread, the caller the first");
