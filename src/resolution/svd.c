@@ -2,13 +2,11 @@
 #include "config.h"
 #include "resolution/svd.h"
 #include "core/mem.h"
+#include "solve/jacobi.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define SMALL 1e-13 /* of the diagonal: nothing to rotate away */
-enum { SWEEPS = 60 };
 
 /* Orthonormal DCT-II of m points, u (m,m); the phase is reduced exactly, in integers. */
 static void cosines(double *u, size_t m)
@@ -45,64 +43,13 @@ static void transformed(double *v, const double *u, const struct ct_taps *a)
 		}
 }
 
-static double dot(size_t n, const double *a, const double *b)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < n; i++)
-		sum += a[i] * b[i];
-	return sum;
-}
-
-static void turn(size_t n, double *a, double *b, double c, double s)
-{
-	for (size_t i = 0; i < n; i++) {
-		double x = a[i], y = b[i];
-
-		a[i] = c * x - s * y;
-		b[i] = s * x + c * y;
-	}
-}
-
-/* Rotate rows p and q of v, and of u with them, until they are at right angles (one-sided Jacobi,
- * Hestenes 1958). True if they were not. */
-static bool straighten(struct ct_svd *f, size_t p, size_t q)
-{
-	double *x = f->v + p * f->n, *y = f->v + q * f->n;
-	double xx = dot(f->n, x, x), yy = dot(f->n, y, y), xy = dot(f->n, x, y);
-	double zeta, t, c;
-
-	if (fabs(xy) <= SMALL * sqrt(xx * yy) || xy == 0.0)
-		return false;
-	zeta = (yy - xx) / (2 * xy);
-	t = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1 + zeta * zeta));
-	c = 1 / sqrt(1 + t * t);
-	turn(f->n, x, y, c, c * t);
-	turn(f->m, f->u + p * f->m, f->u + q * f->m, c, c * t);
-	return true;
-}
-
-static int orthogonalise(struct ct_svd *f, struct ct_err *e)
-{
-	for (int sweep = 0; sweep < SWEEPS; sweep++) {
-		bool more = false;
-
-		for (size_t p = 0; p + 1 < f->m; p++)
-			for (size_t q = p + 1; q < f->m; q++)
-				more |= straighten(f, p, q);
-		if (!more)
-			return 0;
-	}
-	return ct_fail(e, CT_ENUMERIC, "an operator of %zu rows cannot be factored", f->m);
-}
-
 /* g from the rows of v, which become unit vectors, or zero. */
 static int normalise(struct ct_svd *f, struct ct_err *e)
 {
 	double most = 0, least = INFINITY;
 
 	for (size_t k = 0; k < f->m; k++) {
-		f->g[k] = sqrt(dot(f->n, f->v + k * f->n, f->v + k * f->n));
+		f->g[k] = sqrt(ct_jacobi_dot(f->n, f->v + k * f->n, f->v + k * f->n));
 		most = fmax(most, f->g[k]);
 	}
 	if (!(most > 0) || !isfinite(most))
@@ -137,7 +84,7 @@ int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
 	else
 		cosines(f->u, m);
 	transformed(f->v, f->u, a);
-	if (orthogonalise(f, e) || normalise(f, e)) {
+	if (ct_jacobi(f->m, f->n, f->v, f->u, e) || normalise(f, e)) {
 		ct_svd_free(f);
 		return -1;
 	}

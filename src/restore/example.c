@@ -1,0 +1,140 @@
+/* example.c: see example.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "resolution/resample.h"
+#include "resolution/upsample.h"
+#include "restore/example.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LEAST = 6, ITERATIONS = 300 }; /* cells along an axis; of the solver */
+#define STREAM ((uint64_t)1 << 40)
+
+static double uniform(
+	const struct ct_example_rule *r, uint64_t index, uint64_t k, double a, double b)
+{
+	return a + (b - a) * ct_rng_uniform(r->seed, STREAM + index, k);
+}
+
+/* The cube: a place and phase at random. 1 if there is no room. */
+static int cube(struct ct_vol *out, const struct ct_vol *v, const struct ct_example_rule *r,
+	uint64_t index, struct ct_err *e)
+{
+	const double scale = exp(uniform(r, index, 0, log(r->scale[0]), log(r->scale[1])));
+	struct ct_separable s = {0};
+	size_t n[3];
+	double start[3], step[3];
+
+	for (int a = 0; a < 3; a++) {
+		double room = (double)v->n[a] / scale;
+
+		n[a] = room < (double)r->side ? (size_t)room : r->side;
+		n[a] = n[a] / r->factor * r->factor;
+		if (n[a] < LEAST * r->factor)
+			return 1;
+		step[a] = scale;
+		start[a] = 0.5 * (scale - 1) + uniform(r, index, (uint64_t)a + 1, 0,
+						       (double)v->n[a] - scale * (double)n[a]);
+	}
+	if (ct_vol_alloc(out, n, e) ||
+		ct_resample_plan(&s, v->n, n, start, step, CT_CUBIC, true, NULL, e))
+		return -1;
+	ct_separable_apply(&s, out->data, v->data, NULL);
+	ct_separable_free(&s);
+	return 0;
+}
+
+/* A scanner at random: sampled well, hardly, or thick slices; P1 to P3 are among them. */
+static void scanner(
+	struct ct_degrade *d, struct ct_regime *g, const struct ct_example_rule *r, uint64_t index)
+{
+	const double kind = uniform(r, index, 4, 0, 1), s = (double)r->factor;
+
+	d->decimate = kind < 0.5   ? CT_DECIMATE_SINC
+		      : kind < 0.9 ? CT_DECIMATE_POINT
+				   : CT_DECIMATE_MEAN;
+	g->decimate = d->decimate;
+	g->sigma = d->decimate == CT_DECIMATE_SINC    ? uniform(r, index, 5, 0.22, 0.5)
+		   : d->decimate == CT_DECIMATE_POINT ? uniform(r, index, 5, 0.12, 0.35)
+						      : uniform(r, index, 5, 0, 0.3);
+	for (int a = 0; a < 3; a++) {
+		d->factor[a] = r->coarse[a] ? s : 1;
+		d->sigma[a] = r->coarse[a] ? g->sigma * s : 0;
+	}
+	g->noise = fmax(uniform(r, index, 6, -r->noise, r->noise), 0);
+}
+
+static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_degrade *d,
+	const struct ct_example_rule *r, double noise, uint64_t index, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
+		.known = true,
+		.by = *d,
+		.noise = noise,
+		.iterations = ITERATIONS,
+		.tolerance = 0.05};
+	struct ct_upsample_report report;
+	struct ct_separable down = {0};
+	struct ct_vol lo = {0};
+	size_t m[3];
+	int rc = -1;
+
+	for (int a = 0; a < 3; a++)
+		m[a] = ct_degrade_size(truth->n[a], d->factor[a]);
+	if (ct_vol_alloc(&lo, m, e) || ct_degrade_plan(&down, d, truth->n, NULL, e))
+		goto out;
+	ct_separable_apply(&down, lo.data, truth->data, NULL);
+	if (noise > 0)
+		ct_degrade_noise(lo.data, ct_vol_count(&lo), noise, r->seed + index, NULL);
+	rc = ct_upsample(base, &lo, &rule, &report, env, e);
+out:
+	ct_separable_free(&down);
+	ct_vol_free(&lo);
+	return rc;
+}
+
+int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
+	const struct ct_example_rule *rule, uint64_t index, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_env alone = {.stop = env->stop};
+	struct ct_vol truth = {0}, base = {0};
+	struct ct_degrade d;
+	size_t count;
+	double square = 0;
+	int rc = cube(&truth, v, rule, index, e);
+
+	if (rc)
+		goto out;
+	rc = -1;
+	scanner(&d, &p->regime, rule, index);
+	if (solve(&base, &truth, &d, rule, p->regime.noise, index, &alone, e))
+		goto out;
+	count = ct_vol_count(&truth);
+	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, e))
+		goto out;
+	p->rest = p->base + count;
+	memcpy(p->base, base.data, count * sizeof *p->base);
+	for (size_t i = 0; i < count; i++) {
+		p->rest[i] = truth.data[i] - base.data[i];
+		square += (double)p->rest[i] * (double)p->rest[i];
+	}
+	p->variance = fmax(square / (double)count, 1);
+	memcpy(p->n, truth.n, sizeof p->n);
+	memcpy(p->coarse, rule->coarse, sizeof p->coarse);
+	rc = 0;
+out:
+	ct_vol_free(&truth);
+	ct_vol_free(&base);
+	return rc;
+}
+
+void ct_example_free(struct ct_example *p)
+{
+	free(p->base);
+	*p = (struct ct_example){0};
+}

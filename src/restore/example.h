@@ -1,0 +1,26 @@
+/* example.h: training pairs (learn.h) from volumes: a cube of one at a random scale, place and
+ * phase, degraded as a random scanner would, noise included, and solved by the product's own
+ * solver. */
+#ifndef CT_RESTORE_EXAMPLE_H
+#define CT_RESTORE_EXAMPLE_H
+#include "core/env.h"
+#include "core/vol.h"
+#include "restore/learn.h"
+
+struct ct_example_rule {
+	size_t side;   /* of a cube, voxels at most */
+	size_t factor; /* of the coarse axes */
+	bool coarse[3];
+	double scale[2]; /* voxels of a cube are so many of the volume's, from .. to */
+	double noise;    /* HU, at most; half of the pairs have none */
+	uint64_t seed;
+};
+
+/* Pair number `index` from the volume v (HU). Allocates base and rest, one block at base. 0, -1, or
+ * 1 if the volume is too small for it. */
+int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
+	const struct ct_example_rule *rule, uint64_t index, const struct ct_env *env,
+	struct ct_err *e);
+void ct_example_free(struct ct_example *p);
+
+#endif

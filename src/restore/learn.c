@@ -1,0 +1,312 @@
+/* learn.c: see learn.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "diffusion/adam.h"
+#include "restore/learn-impl.h"
+#include "restore/silu.h"
+#include "unet/dnn.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PIECE = CT_LEARN_PIECE, TRIES = 400 * PIECE, DRAWS = 5 };
+
+static bool usable(const struct ct_example *p, int axis, bool swap)
+{
+	const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+
+	return swap ? p->coarse[u] && p->coarse[v] : p->coarse[u] != p->coarse[v];
+}
+
+/* A cell of a slice at random, draw q of a stream: false if its pair has no such slices. */
+static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis, size_t at[3],
+	const struct ct_learn *l, const struct ct_example *pairs, size_t n, uint64_t stream,
+	uint64_t q)
+{
+	const uint64_t seed = l->rule.seed;
+	const struct ct_example *p = &pairs[ct_rng_below(seed, stream, DRAWS * q, n)];
+	const size_t cell = l->r.shape.cell;
+
+	*axis = (int)ct_rng_below(seed, stream, DRAWS * q + 1, 3);
+	*pair = p;
+	if (!usable(p, *axis, l->r.shape.swap))
+		return false;
+	ct_slicing_of(s, p->base, p->n, *axis, p->coarse);
+	if (s->n[0] < cell || s->n[1] < cell)
+		return false;
+	at[2] = ct_rng_below(seed, stream, DRAWS * q + 2, s->n[2]);
+	at[0] = ct_rng_below(seed, stream, DRAWS * q + 3, s->n[0] / cell * (s->n[1] / cell));
+	at[1] = at[0] / (s->n[0] / cell) * cell;
+	at[0] = at[0] % (s->n[0] / cell) * cell;
+	return true;
+}
+
+int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
+	size_t n, uint64_t stream, struct ct_err *e)
+{
+	const size_t count = ct_patch_count(&l->r.shape), out = ct_regressor_out(&l->r);
+	size_t row = 0, at[3];
+
+	for (uint64_t q = 0; q < TRIES && row < PIECE; q++) {
+		struct ct_patch_pose pose;
+		const struct ct_example *p;
+		struct ct_slicing s;
+		double keep;
+		int axis;
+
+		if (!aim(&s, &p, &axis, at, l, pairs, n, stream, q) ||
+			!ct_patch_cut(
+				d->w.patch + row * count, &pose, &s, &l->r.shape, &l->turns, at))
+			continue;
+		keep = fmin((double)pose.s / CT_LEARN_FULL, 1);
+		if (ct_rng_uniform(l->rule.seed, stream, DRAWS * q + 4) >= keep)
+			continue;
+		ct_regressor_tell(ct_regressor_told(&d->w, &l->r, row), &pose, &p->regime, at[2],
+			p->coarse[axis] ? l->r.shape.cell : 1);
+		s.x = p->rest;
+		ct_patch_cell(d->target + row * out, &s, &l->r.shape, &l->turns, &pose, at);
+		d->weight[row++] = (float)((double)pose.s * (double)pose.s / keep / p->variance);
+	}
+	if (row < PIECE)
+		return ct_fail(e, CT_EINPUT, "hardly a patch of the volumes is not flat");
+	return ct_regressor_see(&l->r, &d->w, PIECE, e);
+}
+
+/* Sums over a piece of weight |h - r|^2 and weight |r|^2; d->w.out becomes weight (h - r). */
+static void errors(struct ct_learn_side *d, size_t out)
+{
+	d->loss = d->whole = 0;
+	for (size_t i = 0; i < PIECE; i++)
+		for (size_t j = 0; j < out; j++) {
+			float *h = d->w.out + i * out + j, r = d->target[i * out + j];
+			float miss = *h - r, w = d->weight[i];
+
+			d->loss += (double)(w * miss * miss);
+			d->whole += (double)(w * r * r);
+			*h = w * miss;
+		}
+}
+
+/* grad (rows,columns) = d^T in, and its bias, of n rows. */
+static int outer(float *grad, float *bias, const float *d, const float *in, size_t rows,
+	size_t columns, struct ct_err *e)
+{
+	memset(bias, 0, rows * sizeof *bias);
+	for (size_t i = 0; i < PIECE; i++)
+		for (size_t j = 0; j < rows; j++)
+			bias[j] += d[i * rows + j];
+	return ct_dnn_sgemm(
+		true, false, rows, columns, PIECE, 1, d, rows, in, columns, 0, grad, columns, e);
+}
+
+/* d_in (n,columns) = d matrix, times the derivative of the layer there. */
+static int back(float *d_in, const float *d, const float *matrix, size_t rows, size_t columns,
+	const float *h, const float *a, struct ct_err *e)
+{
+	if (ct_dnn_sgemm(false, false, PIECE, columns, rows, 1, d, rows, matrix, columns, 0, d_in,
+		    columns, e))
+		return -1;
+	CT_SIMD(ct_silu_rows_back)(PIECE * columns, d_in, h, a);
+	return 0;
+}
+
+static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
+{
+	const struct ct_regressor *r = &l->r;
+	const size_t f = ct_regressor_features(r), out = ct_regressor_out(r), wide = r->width;
+	const size_t *at = r->at;
+	const struct ct_regressor_work *w = &d->w;
+
+	return outer(g + at[CT_PART_LINEAR], g + at[CT_PART_LINEAR_BIAS], w->out, w->feature, out,
+		       f, e) ||
+			       outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out,
+				       wide, e) ||
+			       back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->h2, w->a2,
+				       e) ||
+			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
+				       wide, e) ||
+			       back(d->d1, d->d2, l->all + at[CT_PART_2], wide, wide, w->h1, w->a1,
+				       e) ||
+			       outer(g + at[CT_PART_1], g + at[CT_PART_1_BIAS], d->d1, w->feature,
+				       wide, f, e)
+		       ? -1
+		       : 0;
+}
+
+static void step_piece(void *arg, size_t piece, size_t worker)
+{
+	struct ct_learn *l = arg;
+	struct ct_learn_side *d = &l->side[worker];
+	const size_t pieces = l->rule.batch / PIECE;
+	const int was = ct_dnn_enter();
+	struct ct_err e = {0};
+
+	if (ct_learn_draw(l, d, l->pairs, l->n, CT_LEARN_STREAM + l->steps * pieces + piece, &e) ||
+		ct_regressor_think(&l->r, l->all, &d->w, PIECE, &e))
+		l->failed[piece] = e;
+	else {
+		errors(d, ct_regressor_out(&l->r));
+		l->sums[2 * piece] = d->loss;
+		l->sums[2 * piece + 1] = d->whole;
+		if (gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], &e))
+			l->failed[piece] = e;
+	}
+	ct_dnn_leave(was);
+}
+
+int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
+{
+	const size_t pieces = l->rule.batch / PIECE, n = l->r.at[CT_PARTS];
+	struct ct_adamw adam = {0};
+	double sum = 0, whole = 0, average;
+
+	memset(l->failed, 0, pieces * sizeof *l->failed);
+	ct_par_for(l->env.par, pieces, step_piece, l);
+	for (size_t p = 0; p < pieces; p++) {
+		if (l->failed[p].code) {
+			*e = l->failed[p];
+			return -1;
+		}
+		sum += l->sums[2 * p];
+		whole += l->sums[2 * p + 1];
+	}
+	*loss = sum / whole;
+	if (!isfinite(sum))
+		return ct_fail(e, CT_ENUMERIC, "the loss of step %llu is not finite",
+			(unsigned long long)l->steps + 1);
+	ct_adam_gradient(n, l->grad, pieces, n, (float)(1 / whole));
+	ct_adamw_default(&adam);
+	adam.lr = l->rule.rate * 0.5 * (1 + cos(M_PI * (double)l->steps / (double)l->rule.steps));
+	adam.decay = l->rule.decay;
+	l->steps++;
+	ct_adamw_step(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
+	average = fmin(l->rule.average, (1 + (double)l->steps) / (10 + (double)l->steps));
+	ct_adam_average(average, n, l->r.all, l->all);
+	return 0;
+}
+
+uint64_t ct_learn_steps(const struct ct_learn *l)
+{
+	return l->steps;
+}
+
+const struct ct_regressor *ct_learn_result(const struct ct_learn *l)
+{
+	return &l->r;
+}
+
+struct check {
+	struct ct_learn *l;
+	const struct ct_example *pairs;
+	size_t n;
+};
+
+static void check_piece(void *arg, size_t piece, size_t worker)
+{
+	const struct check *c = arg;
+	struct ct_learn *l = c->l;
+	struct ct_learn_side *d = &l->side[worker];
+	const int was = ct_dnn_enter();
+
+	if (ct_learn_draw(l, d, c->pairs, c->n, CT_LEARN_CHECK_STREAM + piece, &l->failed[piece]) ==
+			0 &&
+		ct_regressor_think(&l->r, l->r.all, &d->w, PIECE, &l->failed[piece]) == 0) {
+		errors(d, ct_regressor_out(&l->r));
+		l->sums[2 * piece] = d->loss;
+		l->sums[2 * piece + 1] = d->whole;
+	}
+	ct_dnn_leave(was);
+}
+
+int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
+	struct ct_err *e)
+{
+	struct check c = {l, pairs, n};
+	double sum = 0, whole = 0;
+
+	memset(l->failed, 0, CT_LEARN_PIECES * sizeof *l->failed);
+	ct_par_for(l->env.par, CT_LEARN_PIECES, check_piece, &c);
+	for (size_t p = 0; p < CT_LEARN_PIECES; p++) {
+		if (l->failed[p].code) {
+			*e = l->failed[p];
+			return -1;
+		}
+		sum += l->sums[2 * p];
+		whole += l->sums[2 * p + 1];
+	}
+	*gain = 1 - sum / whole;
+	return 0;
+}
+
+static int side_alloc(struct ct_learn_side *d, const struct ct_regressor *r, struct ct_err *e)
+{
+	if (ct_regressor_work_alloc(&d->w, r, PIECE, e) ||
+		ct_alloc(&d->target, PIECE * (ct_regressor_out(r) + 1 + 2 * r->width),
+			sizeof *d->target, e))
+		return -1;
+	d->weight = d->target + PIECE * ct_regressor_out(r);
+	d->d1 = d->weight + PIECE;
+	d->d2 = d->d1 + PIECE * r->width;
+	return 0;
+}
+
+int ct_learn_alloc(struct ct_learn **out, const struct ct_regressor *r,
+	const struct ct_learn_rule *rule, const struct ct_example *pairs, size_t n,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const size_t threads = ct_par_threads(env->par), pieces = rule->batch / PIECE;
+	struct ct_learn *l;
+	size_t all;
+
+	if (n < 1 || pieces < 1 || pieces > CT_LEARN_PIECES)
+		return ct_fail(e, CT_EINPUT,
+			"training takes at least one pair, and %d to %d patches a step", PIECE,
+			PIECE * CT_LEARN_PIECES);
+	if (ct_alloc0(&l, 1, sizeof *l, e))
+		return -1;
+	*out = l;
+	l->rule = *rule;
+	l->env = *env;
+	l->pairs = pairs;
+	l->n = n;
+	l->r = (struct ct_regressor){
+		.shape = r->shape, .components = r->components, .width = r->width};
+	if (ct_patch_turns_alloc(&l->turns, &r->shape, e) || ct_regressor_alloc(&l->r, e))
+		goto fail;
+	all = l->r.at[CT_PARTS];
+	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
+		ct_alloc0(&l->side, threads, sizeof *l->side, e) ||
+		ct_alloc0(&l->failed, CT_LEARN_PIECES, sizeof *l->failed, e) ||
+		ct_alloc0(&l->sums, 2 * CT_LEARN_PIECES, sizeof *l->sums, e))
+		goto fail;
+	l->moment = l->all + all;
+	l->grad = l->moment + 2 * all;
+	l->sides = threads;
+	for (size_t t = 0; t < threads; t++)
+		if (side_alloc(&l->side[t], &l->r, e))
+			goto fail;
+	return 0;
+fail:
+	ct_learn_free(l);
+	*out = NULL;
+	return -1;
+}
+
+void ct_learn_free(struct ct_learn *l)
+{
+	if (!l)
+		return;
+	for (size_t t = 0; t < l->sides; t++) {
+		ct_regressor_work_free(&l->side[t].w);
+		free(l->side[t].target);
+	}
+	ct_patch_turns_free(&l->turns);
+	ct_regressor_free(&l->r);
+	free(l->all);
+	free(l->side);
+	free(l->failed);
+	free(l->sums);
+	free(l);
+}

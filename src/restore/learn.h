@@ -1,0 +1,58 @@
+/* learn.h: training of a regressor (regressor.h) on pairs of volumes.
+ *
+ * A pair is what a solver made of an LR scan, and what it lacks of the truth. Patches are drawn at
+ * random from all pairs, slices of all axes that a coarse one crosses, in proportion to their s (up
+ * to CT_LEARN_FULL HU), and weighted so that each pair counts by the share of its residual's
+ * energy: the loss is the mean of (h - r)^2 / var(r) of a pair over all its cells.
+ *
+ *   begin   mean, principal components (of the covariance plus 1e-4 of its largest eigenvalue) and
+ *           the linear part (least squares, ridge 1e-3) from the first CT_LEARN_BEGIN patches
+ *   step    one step of AdamW on all weights but these; the answer is a running average of them
+ *
+ * Draws are functions of (seed, number of the draw): the same bytes with any number of threads, and
+ * after a stop.
+ */
+#ifndef CT_RESTORE_LEARN_H
+#define CT_RESTORE_LEARN_H
+#include "core/env.h"
+#include "restore/regressor.h"
+
+#define CT_LEARN_FULL 300.0
+enum { CT_LEARN_BEGIN = 1 << 16 };
+
+struct ct_example {
+	size_t n[3];
+	float *base, *rest; /* HU; rest = truth - base; owned by whoever made them */
+	bool coarse[3];     /* axes of factor `cell`; the others are of factor 1 */
+	struct ct_regime regime;
+	double variance; /* of rest */
+};
+
+struct ct_learn_rule {
+	uint64_t seed, steps;
+	size_t batch;                /* patches a step, a multiple of CT_LEARN_PIECE */
+	double rate, decay, average; /* AdamW's, falling along a half cosine; of the running mean */
+};
+enum { CT_LEARN_PIECE = 256 };
+
+struct ct_learn;
+
+/* On n pairs, which must outlive it, a regressor of the shape and sizes of *r. CT_ENOMEM,
+ * CT_EINPUT. */
+int ct_learn_alloc(struct ct_learn **out, const struct ct_regressor *r,
+	const struct ct_learn_rule *rule, const struct ct_example *pairs, size_t n,
+	const struct ct_env *env, struct ct_err *e);
+void ct_learn_free(struct ct_learn *l);
+/* Before the first step. CT_EINPUT if there is hardly a patch that is not flat, CT_ENUMERIC. */
+int ct_learn_begin(struct ct_learn *l, struct ct_err *e);
+/* One step; *loss <- the mean over the batch. CT_ENUMERIC if it is not finite. */
+int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e);
+uint64_t ct_learn_steps(const struct ct_learn *l);
+/* The part of the residual's energy of these pairs that the average of the weights removes, by
+ * patches of them: 1 - loss(h) / loss(0). Not while a step runs. */
+int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
+	struct ct_err *e);
+/* The regressor with the averaged weights, borrowed. */
+const struct ct_regressor *ct_learn_result(const struct ct_learn *l);
+
+#endif

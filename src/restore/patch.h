@@ -1,0 +1,76 @@
+/* patch.h: what a slice shows around one of its cells, in the form that the regressor learns.
+ *
+ * A cell is a square of `cell` x `cell` fine pixels of a slice: what became one pixel of the LR
+ * slice. Its patch is the square of `side` pixels about it, in `depth` slices about its own (the
+ * border repeated). Patches are made alike before they are looked at:
+ *
+ *   level    mu, the mean of the cell and the pixels about it, and s, the standard deviation of the
+ *            patch: x = (patch - mu) / s. A patch with s <= CT_PATCH_FLAT says nothing
+ *   pose     mirrored so that its first moments (over twice the cell) are positive, and, where the
+ *            two axes of the slice are equals, swapped so that the larger one lies along u
+ *
+ * What is predicted for the cell is undone the same way. Pure; thread-safe.
+ */
+#ifndef CT_RESTORE_PATCH_H
+#define CT_RESTORE_PATCH_H
+#include "core/err.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define CT_PATCH_FLAT 10.0f /* HU */
+
+enum { CT_PATCH_SIDE = 40, CT_PATCH_DEPTH = 5, CT_PATCH_CELL = 8, CT_PATCH_POSES = 16 };
+
+struct ct_patch_shape {
+	size_t cell, side, depth; /* side - cell even, depth odd, within the limits above */
+	bool swap;                /* are the two axes of a slice equals? */
+};
+
+/* The slices of a volume across one of its axes: u and v are the other two, u the faster. */
+struct ct_slicing {
+	const float *x;
+	size_t n[3], stride[3]; /* along u, v and across */
+};
+
+/* How a patch was made alike. */
+struct ct_patch_pose {
+	float mu, s;
+	unsigned turn; /* 1: u mirrored, 2: v, 4: across, 8: swapped */
+};
+
+/* Values of a patch. */
+static inline size_t ct_patch_count(const struct ct_patch_shape *p)
+{
+	return p->side * p->side * p->depth;
+}
+
+/* Slices across `axis`. If only one of the other two is coarse, it is v. */
+void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
+	const bool coarse[static 3]);
+/* Where each value of a patch, and of a cell, is found in one that is turned: at[turn][i] is the
+ * place in the slices of value i. */
+struct ct_patch_turns {
+	uint16_t *patch, *cell; /* [CT_PATCH_POSES][count]; owned, one block at patch */
+};
+int ct_patch_turns_alloc(
+	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e);
+void ct_patch_turns_free(struct ct_patch_turns *t);
+
+/* The patch about the cell whose first pixel is at[0], at[1] of slice at[2]; false if it is flat,
+ * and out is then not written. */
+bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
+	const size_t at[static 3]);
+/* The values of a volume (of the same slicing) in the cell there, over s, in the pose. */
+void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
+	const struct ct_patch_turns *t, const struct ct_patch_pose *pose,
+	const size_t at[static 3]);
+/* Its inverse: add s times the values in the pose to a volume of that slicing. Thread-safe for
+ * different cells. */
+void ct_patch_put(float *to, const float *in, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
+	const struct ct_patch_pose *pose, const size_t at[static 3]);
+
+#endif

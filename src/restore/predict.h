@@ -1,0 +1,30 @@
+/* predict.h: what a volume lacks, by a regressor (regressor.h) on its slices.
+ *
+ * Every slice across an axis whose other two axes are ones that the regressor knows (both coarse,
+ * or one coarse and one fine) is cut into cells; what is predicted for a voxel is the mean over the
+ * axes. Cells whose patch is flat are 0 and cost nothing but the look.
+ */
+#ifndef CT_RESTORE_PREDICT_H
+#define CT_RESTORE_PREDICT_H
+#include "core/env.h"
+#include "restore/regressor.h"
+
+/* A volume of n voxels that a solver made from an LR scan with factor 1 or r->shape.cell on each
+ * axis. */
+struct ct_scene {
+	const float *x;
+	size_t n[3];
+	bool coarse[3];
+	struct ct_regime regime;
+};
+
+/* Axes across which the regressor takes slices of it. */
+size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const struct ct_scene *s);
+/* h (n voxels, HU) <- the mean over the axes of `axes` that are usable; *looked, if not NULL, the
+ * cells that were not flat, of *cells. The same bytes for any number of threads. CT_EGEOM if there
+ * is no usable axis or an axis is shorter than a cell; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
+int ct_predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
+	const bool axes[static 3], size_t *looked, size_t *cells, const struct ct_env *env,
+	struct ct_err *e);
+
+#endif
