@@ -224,3 +224,5 @@ if HAVE_OIIO
 check_PROGRAMS += tests/t-libraries
 tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
 endif
+check_PROGRAMS += tests/t-restore
+tests_t_restore_SOURCES = tests/t-restore.c

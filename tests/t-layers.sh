@@ -10,17 +10,18 @@ may() { # may FOLDER ALLOWED-REGEX
 may src/core 'core'
 may src/solve 'core|solve'
 may src/xray 'core|xray'
-may src/resolution 'core|resolution'
+may src/resolution 'core|solve|resolution'
 may src/quality 'core|resolution|quality'
 may src/recon 'core|solve|xray|resolution|recon'
 may src/unet 'core|unet'
 may src/diffusion 'core|unet|diffusion'
+may src/restore 'core|solve|resolution|unet|diffusion|restore'
 may src/gs 'core|solve|xray|resolution|recon|quality|gs'
 may src/cli 'core|formats|cli'
 may src/shim 'core|shim'
 may formats 'core|formats'
 bad=$(cd "$srcdir" && grep -nE '\b(printf|fprintf|puts|perror|exit|abort|getenv) *\(' src/core/*.c src/solve/*.c src/xray/*.c src/resolution/*.c src/quality/*.c src/recon/*.c src/unet/*.c \
-	src/diffusion/*.c src/gs/*.c formats/*.c src/shim/*.cc |
+	src/diffusion/*.c src/restore/*.c src/gs/*.c formats/*.c src/shim/*.cc |
 	grep -v 'fprintf(f,')
 [ -z "$bad" ]; ok $? 'nothing prints, exits or reads the environment below the command line'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'

@@ -6,32 +6,32 @@
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "resolution/blur.h"
 #include "resolution/upsample.h"
 #include "resolution/crop.h"
+#include "tools/lib/lowres.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 struct params {
-	const char *in, *out, *factor, *sigma, *start;
-	int method, decimate, iterations;
-	bool estimate;
-	double noise, tolerance;
+	struct lowres lr;
+	const char *out, *start;
+	int method, iterations;
+	double tolerance;
 };
 
 static const struct params defaults = {
-	.decimate = -1, .iterations = 300, .tolerance = 0.1, .noise = (double)NAN};
+	.lr = {.decimate = -1, .noise = (double)NAN}, .iterations = 300, .tolerance = 0.1};
 
 /* Methods that may come to iterate, and that invert the operator. */
 #define ITERATES (CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
 #define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
-	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_UPSAMPLE_LIST),
@@ -39,21 +39,21 @@ static const struct ct_opt opts[] = {
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
 		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
 		"aliases, and bspline if it is not known"),
-	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
-	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
+	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
 		"OUT says what was assumed",
-		CT_WHEN(CT_UNLESS(struct params, sigma))),
-	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
+		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
+	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
 		"let dc, tv and htv begin with this volume on the grid of OUT, not the B-spline: "
 		"with dc, the nearest volume to it that agrees with IN",
 		CT_WHEN(CT_IF_WORD(struct params, method, INVERTS))),
-	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+	CT_OPT(struct params, lr.noise, 0, "noise", "HU", 0, 1e6,
 		"standard deviation of the noise of IN, if IN does not say, up to which tv and htv "
 		"may depart from it (0)",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
@@ -66,124 +66,27 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-/* The factors of -x, or of the file; a contradiction is an error. */
-static int factor_of(struct ct_degrade *d, int known, const struct params *p,
-	const struct ct_meta *m, struct ct_err *e)
-{
-	double x[3];
-
-	if (!p->factor && known > 0)
-		return ct_fail(e, CT_EUSAGE, "-x is missing, and %s %s", p->in,
-			ct_meta_get(m, CT_META_UPSAMPLE)
-				? "is upsampled already"
-				: "does not say by how much it was reduced");
-	if (!p->factor)
-		return 0;
-	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
-		return -1;
-	for (int a = 0; a < 3; a++) {
-		if (!(x[a] >= 1 && x[a] <= 1024))
-			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
-		if (known == 0 && fabs(x[a] - d->factor[a]) > 1e-6 * x[a])
-			return ct_fail(e, CT_EUSAGE,
-				"-x %s contradicts %s, which was reduced %g,%g,%g times", p->factor,
-				p->in, d->factor[0], d->factor[1], d->factor[2]);
-		if (known > 0)
-			d->factor[a] = x[a];
-	}
-	return 0;
-}
-
-/* The operator: of the file, or of the options; a contradiction is an error. */
-static int operator_of(struct ct_upsample_rule *r, const struct params *p, const struct ct_meta *m,
-	struct ct_err *e)
-{
-	bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator was used up */
-	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
-	double sigma[3];
-
-	if (known < 0)
-		return ct_blame(e, p->in);
-	if (factor_of(&r->by, known, p, m, e))
-		return -1;
-	r->known = known == 0 || p->sigma;
-	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
-		return ct_fail(
-			e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
-	if (p->decimate >= 0)
-		r->by.decimate = (enum ct_decimate)p->decimate;
-	if (!p->sigma)
-		return 0;
-	if (ct_cli_numbers("sigma", p->sigma, ',', 3, true, sigma, e))
-		return -1;
-	for (int a = 0; a < 3; a++) {
-		if (!(sigma[a] >= 0 && sigma[a] <= 1000))
-			return ct_fail(e, CT_EUSAGE, "--sigma: %g is outside [0, 1000]", sigma[a]);
-		if (r->by.factor[a] == 1 && !strchr(p->sigma, ','))
-			sigma[a] = 0;
-		if (known == 0 && fabs(sigma[a] - r->by.sigma[a]) > 1e-6)
-			return ct_fail(e, CT_EUSAGE,
-				"--sigma %s contradicts %s, which was blurred by %g,%g,%g",
-				p->sigma, p->in, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
-		r->by.sigma[a] = sigma[a];
-	}
-	return 0;
-}
-
-/* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
- * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told
- * from texture, and too much noise assumed costs more than none. */
-static int measure(struct ct_upsample_rule *r, const struct ct_vol *in, const struct params *p,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_blur got;
-
-	if (ct_blur_estimate(&got, in, r->by.factor, env->par, e))
-		return ct_blame(e, p->in);
-	for (int a = 0; a < 3; a++) {
-		if (r->by.factor[a] <= 1)
-			continue;
-		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
-		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && p->decimate < 0)
-			r->by.decimate = CT_DECIMATE_POINT;
-		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
-		ct_log(env, CT_INFO,
-			"axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
-			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
-			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
-	}
-	ct_log(env, CT_INFO, "noise or texture %.3g HU", got.noise);
-	return 0;
-}
-
 static int rule_of(struct ct_upsample_rule *r, const struct params *p, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_meta *m = &in->meta;
-	double noise = 0;
-	int said;
+	struct lowres_is is;
 
+	if (lowres_find(&is, &p->lr, in, env, e))
+		return -1;
 	*r = (struct ct_upsample_rule){.method = (enum ct_upsample)p->method,
-		.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC},
+		.known = is.known,
+		.by = is.by,
+		.noise = is.noise,
 		.iterations = (size_t)p->iterations,
 		.tolerance = p->tolerance};
-	if (operator_of(r, p, m, e))
-		return -1;
-	said = ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e);
-	if (said < 0)
-		return ct_blame(e, p->in);
-	if (said == 0 && p->noise != noise && !isnan(p->noise))
-		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
-			p->noise, p->in, noise);
-	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
-	if (p->method == CT_UPSAMPLE_AUTO && !r->known && !p->estimate) {
+	if (p->method == CT_UPSAMPLE_AUTO && !is.known && !p->lr.estimate) {
 		struct params now = *p;
 
 		now.method = CT_UPSAMPLE_BSPLINE;
 		if (ct_modes_check(env->given, &now, e))
-			return ct_blame(e, p->in);
+			return ct_blame(e, p->lr.in);
 	}
-	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
+	return 0;
 }
 
 static void report(const struct ct_env *env, const struct ct_upsample_report *r)
@@ -249,10 +152,10 @@ out:
 static int read_inputs(
 	struct ct_vol *in, struct ct_vol *start, const struct params *p, struct ct_err *e)
 {
-	if (ct_vol_read(p->in, in, e))
+	if (ct_vol_read(p->lr.in, in, e))
 		return -1;
 	if (ct_vol_check_finite(in, e))
-		return ct_blame(e, p->in);
+		return ct_blame(e, p->lr.in);
 	if (!p->start)
 		return 0;
 	if (ct_vol_read(p->start, start, e))
@@ -275,7 +178,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	begin = ct_clock_wall();
 	if (env->dry_run ? expect(&in, &rule, env, e)
 			 : ct_upsample(&out, &in, &rule, &did, env, e)) {
-		ct_blame(e, p->in);
+		ct_blame(e, p->lr.in);
 		goto out;
 	}
 	if (env->dry_run) {
@@ -286,7 +189,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		out.n[0], out.n[1], out.n[2], ct_upsample_name(did.method),
 		ct_clock_wall() - begin);
 	report(env, &did);
-	if ((rule.known || p->estimate) && ct_degrade_put(&out.meta, &rule.by, e))
+	if ((rule.known || p->lr.estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 2,

@@ -1,0 +1,190 @@
+/* restore.c: see restore.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "resolution/consistency.h"
+#include "resolution/upsample.h"
+#include "restore/predict.h"
+#include "restore/restore.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
+{
+	static const char *const kinds[] = {"", "thick-"};
+	char name[40], tensor[64];
+
+	for (size_t s = 2; s <= CT_PATCH_CELL; s++)
+		for (size_t k = 0; k < 2 && p->n < CT_SLICE_PRIOR_MOST; k++) {
+			struct ct_regressor *r = &p->r[p->n];
+
+			snprintf(name, sizeof name, "%s%zu", kinds[k], s);
+			snprintf(tensor, sizeof tensor, "%s.shape", name);
+			if (!ct_tensors_find(w, tensor))
+				continue;
+			p->n++;
+			if (ct_regressor_get(r, w, name, e))
+				return -1;
+			if (r->shape.cell != s || r->shape.swap != (k == 0))
+				return ct_fail(
+					e, CT_EINPUT, "tensor \"%s\" is of other slices", tensor);
+		}
+	return p->n ? 0 : ct_fail(e, CT_EINPUT, "no tensor \"4.shape\": no prior of slices");
+}
+
+void ct_slice_prior_free(struct ct_slice_prior *p)
+{
+	for (size_t i = 0; i < p->n; i++)
+		ct_regressor_free(&p->r[i]);
+	p->n = 0;
+}
+
+/* The scan as the prior sees it: false if its factors are not one whole number, or 1. */
+static bool scene_of(struct ct_scene *s, size_t *factor, const struct ct_degrade *d)
+{
+	double sigma = 0, most = fmax(d->factor[0], fmax(d->factor[1], d->factor[2]));
+	int coarse = 0;
+
+	*factor = (size_t)most;
+	for (int a = 0; a < 3; a++) {
+		s->coarse[a] = d->factor[a] > 1;
+		if (s->coarse[a] && (d->factor[a] != most || most != floor(most)))
+			return false;
+		sigma += s->coarse[a] ? d->sigma[a] / most : 0;
+		coarse += s->coarse[a];
+	}
+	s->regime.decimate = d->decimate;
+	s->regime.sigma = coarse ? sigma / coarse : 0;
+	return coarse > 0;
+}
+
+bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d)
+{
+	struct ct_scene s = {0};
+	size_t factor;
+	bool axes[3];
+
+	if (!scene_of(&s, &factor, d))
+		return false;
+	for (size_t i = 0; i < p->n; i++)
+		if (p->r[i].shape.cell == factor && ct_predict_axes(axes, &p->r[i], &s))
+			return true;
+	return false;
+}
+
+/* h <- the mean over all slices that a regressor of the prior knows; work is as large. */
+static int expect(float *h, float *work, const struct ct_scene *s, size_t factor,
+	const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
+	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t count = s->n[0] * s->n[1] * s->n[2];
+	double used = 0;
+
+	for (size_t i = 0; i < p->n; i++) {
+		double axes = 0;
+		bool can[3];
+
+		if (p->r[i].shape.cell != factor)
+			continue;
+		ct_predict_axes(can, &p->r[i], s);
+		for (int a = 0; a < 3; a++)
+			axes += can[a] && rule->axes[a];
+		if (axes == 0.0)
+			continue;
+		if (ct_predict(used > 0 ? work : h, s, &p->r[i], rule->axes, &report->looked,
+			    &report->cells, env, e))
+			return -1;
+		for (size_t v = 0; used > 0 && v < count; v++)
+			h[v] = (float)(((double)h[v] * used + (double)work[v] * axes) /
+				       (used + axes));
+		used += axes;
+	}
+	return used > 0 ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
+}
+
+/* x += w h over the block of s^3 voxels at `at`; the sum of (w h)^2. */
+static double add(struct ct_vol *x, const float *h, const size_t at[3], size_t s,
+	const struct ct_restore_rule *rule)
+{
+	size_t to[3], count = 0;
+	double square = 0, w = rule->weight;
+
+	for (int a = 0; a < 3; a++)
+		to[a] = at[a] + s < x->n[a] ? at[a] + s : x->n[a];
+	for (size_t k = at[2]; k < to[2]; k++)
+		for (size_t j = at[1]; j < to[1]; j++)
+			for (size_t i = at[0]; i < to[0]; i++, count++) {
+				double v = (double)h[(k * x->n[1] + j) * x->n[0] + i];
+
+				square += v * v;
+			}
+	if (rule->cap > 0)
+		w /= 1 + square / (double)count / (rule->cap * rule->cap);
+	for (size_t k = at[2]; k < to[2]; k++)
+		for (size_t j = at[1]; j < to[1]; j++)
+			for (size_t i = at[0]; i < to[0]; i++) {
+				size_t v = (k * x->n[1] + j) * x->n[0] + i;
+
+				x->data[v] += (float)(w * (double)h[v]);
+			}
+	return w * w * square;
+}
+
+/* The nearest volume that agrees with lo, exactly or up to its noise. */
+static int agree(struct ct_vol *x, const struct ct_vol *lo, const struct ct_restore_rule *rule,
+	double *residual, const struct ct_env *env, struct ct_err *e)
+{
+	const bool noisy = rule->noise > 0;
+
+	if (noisy) {
+		struct ct_consistency dc = {0};
+		float *scratch = NULL;
+		int rc = -1;
+
+		if (ct_consistency_alloc(
+			    &dc, &rule->by, x->n, lo->data, rule->noise, env->par, e) == 0 &&
+			ct_alloc(&scratch, ct_par_threads(env->par) * ct_consistency_scratch(&dc),
+				sizeof *scratch, e) == 0) {
+			ct_consistency_apply(&dc, x->data, scratch, env->par);
+			rc = 0;
+		}
+		free(scratch);
+		ct_consistency_free(&dc);
+		if (rc)
+			return -1;
+	}
+	return ct_upsample_settle(x, lo, &rule->by, !noisy, residual, env, e);
+}
+
+int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_prior *prior,
+	const struct ct_restore_rule *rule, struct ct_restore_report *report,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_scene s = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}};
+	const size_t count = ct_vol_count(x);
+	size_t factor, at[3];
+	double square = 0;
+	float *h;
+	int rc = -1;
+
+	*report = (struct ct_restore_report){0};
+	if (!scene_of(&s, &factor, &rule->by))
+		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
+			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
+	s.regime.noise = rule->noise;
+	if (ct_alloc(&h, 2 * count, sizeof *h, e))
+		return -1;
+	if (expect(h, h + count, &s, factor, prior, rule, report, env, e))
+		goto out;
+	for (at[2] = 0; at[2] < x->n[2]; at[2] += factor)
+		for (at[1] = 0; at[1] < x->n[1]; at[1] += factor)
+			for (at[0] = 0; at[0] < x->n[0]; at[0] += factor)
+				square += add(x, h, at, factor, rule);
+	report->added = sqrt(square / (double)count);
+	rc = agree(x, lo, rule, &report->residual, env, e);
+out:
+	free(h);
+	return rc;
+}

@@ -1,0 +1,50 @@
+/* restore.h: a volume that a solver made of an LR scan, and what the slice prior adds.
+ *
+ *   h   what the prior expects the volume to lack (predict.h)
+ *   w   W / (1 + h2 / cap^2), h2 the mean of h^2 over the s^3 voxels about it: large corrections
+ * are those of scenes unlike the training's, so they are made with caution x   base + w h, and then
+ * the nearest volume that D maps to the LR scan: exactly, or, if that has noise, up to it
+ *
+ * The prior is a set of regressors: "S" for slices whose two axes are S times coarser, "thick-S"
+ * for those with one such axis.
+ */
+#ifndef CT_RESTORE_RESTORE_H
+#define CT_RESTORE_RESTORE_H
+#include "core/env.h"
+#include "core/vol.h"
+#include "restore/regressor.h"
+
+enum { CT_SLICE_PRIOR_MOST = 16 };
+
+struct ct_slice_prior {
+	size_t n;
+	struct ct_regressor r[CT_SLICE_PRIOR_MOST];
+};
+
+/* The regressors of w. CT_EINPUT naming what does not fit. *p must be zero. */
+int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
+void ct_slice_prior_free(struct ct_slice_prior *p);
+/* Does it know slices of scans that d made? */
+bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d);
+
+struct ct_restore_rule {
+	struct ct_degrade by;
+	double noise;       /* HU of the LR scan */
+	double weight, cap; /* W; HU, 0 none */
+	bool axes[3];       /* slices across these */
+};
+
+struct ct_restore_report {
+	size_t cells, looked; /* cells of slices, and those that were not flat */
+	double added;         /* RMS of w h, HU */
+	double residual;      /* RMS of D x - y, HU */
+};
+
+/* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
+ * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
+ * and lo: two volumes. */
+int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_prior *prior,
+	const struct ct_restore_rule *rule, struct ct_restore_report *report,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

@@ -1,0 +1,118 @@
+/* lowres.c: see lowres.h. */
+#include "config.h"
+#include "cli/cli.h"
+#include "formats/io.h"
+#include "resolution/blur.h"
+#include "tools/lib/lowres.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The factors of -x, or of the file; a contradiction is an error. */
+static int factor_of(struct ct_degrade *d, int known, const struct lowres *p,
+	const struct ct_meta *m, struct ct_err *e)
+{
+	double x[3];
+
+	if (!p->factor && known > 0)
+		return ct_fail(e, CT_EUSAGE, "-x is missing, and %s %s", p->in,
+			ct_meta_get(m, CT_META_UPSAMPLE)
+				? "is upsampled already"
+				: "does not say by how much it was reduced");
+	if (!p->factor)
+		return 0;
+	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(x[a] >= 1 && x[a] <= 1024))
+			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
+		if (known == 0 && fabs(x[a] - d->factor[a]) > 1e-6 * x[a])
+			return ct_fail(e, CT_EUSAGE,
+				"-x %s contradicts %s, which was reduced %g,%g,%g times", p->factor,
+				p->in, d->factor[0], d->factor[1], d->factor[2]);
+		if (known > 0)
+			d->factor[a] = x[a];
+	}
+	return 0;
+}
+
+/* The operator: of the file, or of the options; a contradiction is an error. */
+static int operator_of(
+	struct lowres_is *r, const struct lowres *p, const struct ct_meta *m, struct ct_err *e)
+{
+	bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator was used up */
+	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
+	double sigma[3];
+
+	if (known < 0)
+		return ct_blame(e, p->in);
+	if (factor_of(&r->by, known, p, m, e))
+		return -1;
+	r->known = known == 0 || p->sigma;
+	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
+		return ct_fail(
+			e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
+	if (p->decimate >= 0)
+		r->by.decimate = (enum ct_decimate)p->decimate;
+	if (!p->sigma)
+		return 0;
+	if (ct_cli_numbers("sigma", p->sigma, ',', 3, true, sigma, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(sigma[a] >= 0 && sigma[a] <= 1000))
+			return ct_fail(e, CT_EUSAGE, "--sigma: %g is outside [0, 1000]", sigma[a]);
+		if (r->by.factor[a] == 1 && !strchr(p->sigma, ','))
+			sigma[a] = 0;
+		if (known == 0 && fabs(sigma[a] - r->by.sigma[a]) > 1e-6)
+			return ct_fail(e, CT_EUSAGE,
+				"--sigma %s contradicts %s, which was blurred by %g,%g,%g",
+				p->sigma, p->in, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
+		r->by.sigma[a] = sigma[a];
+	}
+	return 0;
+}
+
+/* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
+ * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told
+ * from texture, and too much noise assumed costs more than none. */
+static int measure(struct lowres_is *r, const struct ct_vol *in, const struct lowres *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_blur got;
+
+	if (ct_blur_estimate(&got, in, r->by.factor, env->par, e))
+		return ct_blame(e, p->in);
+	for (int a = 0; a < 3; a++) {
+		if (r->by.factor[a] <= 1)
+			continue;
+		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
+		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && p->decimate < 0)
+			r->by.decimate = CT_DECIMATE_POINT;
+		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
+		ct_log(env, CT_INFO,
+			"axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
+			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
+			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
+	}
+	ct_log(env, CT_INFO, "noise or texture %.3g HU", got.noise);
+	return 0;
+}
+
+int lowres_find(struct lowres_is *r, const struct lowres *p, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	double noise = 0;
+	int said;
+
+	*r = (struct lowres_is){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC}};
+	if (operator_of(r, p, &in->meta, e))
+		return -1;
+	said = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
+	if (said < 0)
+		return ct_blame(e, p->in);
+	if (said == 0 && p->noise != noise && !isnan(p->noise))
+		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
+			p->noise, p->in, noise);
+	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
+	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
+}

@@ -1,0 +1,29 @@
+/* lowres.h: what is known of a low-resolution scan: the operator that made it, from its metadata,
+ * from options, or measured on its edges; and its noise. A contradiction between the file and the
+ * options is an error. */
+#ifndef CT_TOOLS_LIB_LOWRES_H
+#define CT_TOOLS_LIB_LOWRES_H
+#include "core/env.h"
+#include "core/vol.h"
+#include "resolution/degrade.h"
+
+/* What the command line says, field for option. */
+struct lowres {
+	const char *in, *factor, *sigma;
+	int decimate; /* enum ct_decimate, -1 if not said */
+	bool estimate;
+	double noise; /* NaN if not said */
+};
+
+struct lowres_is {
+	struct ct_degrade by;
+	bool known; /* the operator, not only its factor */
+	double noise;
+};
+
+/* CT_EUSAGE for contradictions, for a factor that nothing says and for one of a file that was
+ * refined already; CT_EINPUT for metadata that is wrong. */
+int lowres_find(struct lowres_is *r, const struct lowres *p, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

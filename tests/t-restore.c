@@ -1,0 +1,523 @@
+/* The slice prior: patches, the regressor, its training, and what a volume gets from it. */
+#include "config.h"
+#include "core/rng.h"
+#include "core/vol.h"
+#include "resolution/upsample.h"
+#include "restore/example.h"
+#include "restore/learn.h"
+#include "restore/predict.h"
+#include "restore/restore.h"
+#include "solve/jacobi.h"
+#include "tests/tap.h"
+#include "unet/dnn.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { N = 24, COUNT = N * N * N };
+static const size_t n3[3] = {N, N, N};
+static const bool all[3] = {true, true, true};
+
+/* Smooth noise of some 300 HU. */
+static void texture(float *x, const size_t n[3], uint64_t seed)
+{
+	const size_t count = n[0] * n[1] * n[2];
+	float *t = calloc(count, sizeof *t);
+
+	ct_rng_normals(count, x, seed, 5, 0);
+	for (int round = 0; round < 2; round++) {
+		memcpy(t, x, count * sizeof *t);
+		for (size_t i = 0; i < count; i++) {
+			size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+			size_t step[3] = {1, n[0], n[0] * n[1]};
+			float sum = 0;
+
+			for (int a = 0; a < 3; a++) {
+				sum += t[at[a] ? i - step[a] : i];
+				sum += t[at[a] + 1 < n[a] ? i + step[a] : i];
+			}
+			x[i] = t[i] + 0.5f * sum;
+		}
+	}
+	for (size_t i = 0; i < count; i++)
+		x[i] = 30 * x[i] + 40;
+	free(t);
+}
+
+/* x mirrored and swapped: out(i,j,k) = x at the place that `turn` says (1, 2, 4 mirror, 8 swaps).
+ */
+static void turned(float *out, const float *x, unsigned turn)
+{
+	for (size_t i = 0; i < COUNT; i++) {
+		size_t u = i % N, v = i / N % N, w = i / N / N, t;
+
+		if (turn & 8) {
+			t = u;
+			u = v;
+			v = t;
+		}
+		u = turn & 1 ? N - 1 - u : u;
+		v = turn & 2 ? N - 1 - v : v;
+		w = turn & 4 ? N - 1 - w : w;
+		out[i] = x[(w * N + v) * N + u];
+	}
+}
+
+static double farthest(const float *a, const float *b, size_t n)
+{
+	double most = 0;
+
+	for (size_t i = 0; i < n; i++)
+		most = fmax(most, fabs((double)a[i] - (double)b[i]));
+	return most;
+}
+
+static void patches(void)
+{
+	const struct ct_patch_shape shape = {4, 10, 3, true};
+	const size_t at[3] = {8, 12, 11};
+	float x[COUNT], y[COUNT], a[300], b[300], cell[16], back[COUNT] = {0};
+	struct ct_patch_turns t = {0};
+	struct ct_patch_pose pose, other;
+	struct ct_slicing s;
+	double worst = 0, mean = 0, mid = 0, square = 0;
+
+	texture(x, n3, 1);
+	must(ct_patch_turns_alloc(&t, &shape, &err));
+	ct_slicing_of(&s, x, n3, 2, all);
+	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a patch of a texture is not flat");
+	for (size_t i = 0; i < 300; i++)
+		mean += (double)a[i] / 300;
+	for (size_t i = 0; i < 300; i++)
+		square += pow((double)a[i] - mean, 2) / 300;
+	for (size_t j = 7; j < 13; j++)
+		for (size_t i = 7; i < 13; i++)
+			mid += (double)x[(11 * N + j + 4) * N + i] / 36;
+	NEAR(square, 1, 1e-4, "its standard deviation is 1");
+	NEAR((double)pose.mu, mid, 1e-3, "0 is the mean of the cell and the pixels about it");
+	for (unsigned turn = 0; turn < CT_PATCH_POSES; turn++) {
+		size_t p[3] = {turn & 8 ? at[1] : at[0], turn & 8 ? at[0] : at[1], at[2]};
+
+		turned(y, x, turn);
+		p[0] = turn & (turn & 8 ? 2 : 1) ? N - 4 - p[0] : p[0];
+		p[1] = turn & (turn & 8 ? 1 : 2) ? N - 4 - p[1] : p[1];
+		p[2] = turn & 4 ? N - 1 - p[2] : p[2];
+		ct_slicing_of(&s, y, n3, 2, all);
+		if (!ct_patch_cut(b, &other, &s, &shape, &t, p))
+			worst = NAN;
+		worst = fmax(worst, farthest(a, b, 300));
+	}
+	OK(worst < 1e-5, "mirrored and swapped it looks the same (%g)", worst);
+	ct_slicing_of(&s, x, n3, 1, all);
+	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a slice across another axis");
+	ct_patch_cell(cell, &s, &shape, &t, &pose, at);
+	ct_patch_put(back, cell, &s, &shape, &t, &pose, at);
+	worst = mid = 0;
+	for (size_t i = 0; i < COUNT; i++) {
+		bool in = i % N >= 8 && i % N < 12 && i / N / N >= 12 && i / N / N < 16 &&
+			  i / N % N == 11;
+
+		worst = fmax(worst, fabs((double)back[i] - (in ? (double)x[i] : 0)));
+	}
+	OK(worst < 1e-3, "a cell that is turned is put back where it was (%g)", worst);
+	for (size_t i = 0; i < COUNT; i++)
+		y[i] = 7 + x[i] / 1000;
+	ct_slicing_of(&s, y, n3, 0, all);
+	OK(!ct_patch_cut(a, &pose, &s, &shape, &t, at), "a patch of less than 10 HU is flat");
+	ct_patch_turns_free(&t);
+	for (int k = 0; k < 5; k++) {
+		const struct ct_patch_shape bad[] = {{4, 11, 1, true}, {4, 10, 2, true},
+			{9, 19, 1, true}, {4, 42, 1, true}, {4, 4, 1, true}};
+
+		OK(ct_patch_turns_alloc(&t, &bad[k], &err) == -1 && err.code == CT_EINPUT,
+			"shape %d is refused", k);
+	}
+}
+
+/* A covariance of known eigenvectors: of rows of a rotation, with eigenvalues 1, 4, 9, ... */
+static void eigenvectors(void)
+{
+	enum { M = 7 };
+	double v[M * M], u[M * M] = {0}, a[M * M], length[M], worst = 0, sum = 0;
+
+	for (size_t i = 0; i < M * M; i++)
+		a[i] = v[i] = (double)ct_rng_normal(3, 0, i);
+	for (size_t i = 0; i < M; i++)
+		u[i * M + i] = 1;
+	must(ct_jacobi(M, M, v, u, &err));
+	for (size_t p = 0; p < M; p++)
+		for (size_t q = 0; q < M; q++) {
+			double uu = ct_jacobi_dot(M, u + p * M, u + q * M), ua = 0;
+			double vv = ct_jacobi_dot(M, v + p * M, v + q * M);
+
+			for (size_t k = 0; k < M; k++)
+				ua += u[p * M + k] * a[k * M + q];
+			worst = fmax(worst, fabs(uu - (p == q)) + fabs(ua - v[p * M + q]));
+			worst = fmax(worst, p == q ? 0 : fabs(vv));
+			length[p] = p == q ? vv : length[p];
+		}
+	OK(worst < 1e-12, "rows at right angles by rotations (%g)", worst);
+	for (size_t i = 0; i < M * M; i++)
+		sum += a[i] * a[i];
+	for (size_t p = 0; p < M; p++)
+		sum -= length[p];
+	NEAR(sum, 0, 1e-12, "that keep the sum of squares");
+}
+
+static double silu(double x)
+{
+	return x / (1 + exp(-x));
+}
+
+/* The network in double. */
+static void twin(double *out, const struct ct_regressor *r, const float *patch, const float *told)
+{
+	const size_t n = ct_patch_count(&r->shape), f = ct_regressor_features(r), w = r->width;
+	double feature[64], h1[64], h2[64];
+
+	for (size_t k = 0; k < r->components; k++) {
+		feature[k] = 0;
+		for (size_t i = 0; i < n; i++)
+			feature[k] += (double)r->basis[k * n + i] *
+				      ((double)patch[i] - (double)r->mean[i]);
+	}
+	for (size_t k = 0; k < CT_REGRESSOR_TOLD; k++)
+		feature[r->components + k] = (double)told[k];
+	for (size_t k = 0; k < w; k++) {
+		h1[k] = (double)r->all[r->at[CT_PART_1_BIAS] + k];
+		for (size_t i = 0; i < f; i++)
+			h1[k] += (double)r->all[r->at[CT_PART_1] + k * f + i] * feature[i];
+		h1[k] = silu(h1[k]);
+	}
+	for (size_t k = 0; k < w; k++) {
+		h2[k] = (double)r->all[r->at[CT_PART_2_BIAS] + k];
+		for (size_t i = 0; i < w; i++)
+			h2[k] += (double)r->all[r->at[CT_PART_2] + k * w + i] * h1[i];
+		h2[k] = silu(h2[k]);
+	}
+	for (size_t k = 0; k < ct_regressor_out(r); k++) {
+		out[k] = (double)r->all[r->at[CT_PART_LINEAR_BIAS] + k] +
+			 (double)r->all[r->at[CT_PART_3_BIAS] + k];
+		for (size_t i = 0; i < f; i++)
+			out[k] += (double)r->all[r->at[CT_PART_LINEAR] + k * f + i] * feature[i];
+		for (size_t i = 0; i < w; i++)
+			out[k] += (double)r->all[r->at[CT_PART_3] + k * w + i] * h2[i];
+	}
+}
+
+static void random_regressor(struct ct_regressor *r)
+{
+	const size_t n = ct_patch_count(&r->shape);
+
+	must(ct_regressor_alloc(r, &err));
+	ct_rng_normals(n + r->components * n, r->mean, 4, 0, 0);
+	ct_rng_normals(r->at[CT_PARTS], r->all, 4, 1, 0);
+	for (size_t i = 0; i < n + r->components * n; i++)
+		r->mean[i] *= 0.1f;
+	for (size_t i = 0; i < r->at[CT_PARTS]; i++)
+		r->all[i] *= 0.2f;
+}
+
+static void network(void)
+{
+	struct ct_regressor r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21}, q = {0};
+	struct ct_regressor_work w = {0};
+	struct ct_tensors t = {0};
+	double want[4], worst = 0;
+	float patch[5 * 36];
+	int was;
+
+	random_regressor(&r);
+	must(ct_regressor_work_alloc(&w, &r, 5, &err));
+	ct_rng_normals(5 * 36, patch, 6, 0, 0);
+	memcpy(w.patch, patch, sizeof patch);
+	for (size_t i = 0; i < 5; i++)
+		ct_rng_normals(CT_REGRESSOR_TOLD, ct_regressor_told(&w, &r, i), 6, 1, 50 * i);
+	was = ct_dnn_enter();
+	must(ct_regressor_run(&r, &w, 5, &err));
+	ct_dnn_leave(was);
+	for (size_t i = 0; i < 5; i++) {
+		twin(want, &r, patch + 36 * i, ct_regressor_told(&w, &r, i));
+		for (size_t k = 0; k < 4; k++)
+			worst = fmax(worst, fabs(want[k] - (double)w.out[4 * i + k]));
+	}
+	OK(worst < 1e-5, "the network is what it says (%g)", worst);
+	must(ct_regressor_put(&r, &t, "2", &err));
+	must(ct_regressor_get(&q, &t, "2", &err));
+	OK(q.shape.cell == 2 && q.shape.side == 6 && q.shape.depth == 1 && q.shape.swap &&
+			q.components == 9 && q.width == 21 &&
+			memcmp(q.all, r.all, r.at[CT_PARTS] * sizeof *r.all) == 0 &&
+			memcmp(q.mean, r.mean, (36 + 9 * 36) * sizeof *r.mean) == 0,
+		"and comes back from its tensors");
+	ct_regressor_free(&q);
+	ct_tensors_find(&t, "2.w2")->data[3] = NAN;
+	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && err.code == CT_ENUMERIC &&
+			strstr(err.msg, "2.w2"),
+		"a NaN among them is named");
+	ct_regressor_free(&q);
+	ct_tensors_find(&t, "2.w3")->dim[1] = 20;
+	ct_tensors_find(&t, "2.w2")->data[3] = 0;
+	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && strstr(err.msg, "2.w3"),
+		"and another shape");
+	ct_regressor_free(&q);
+	ct_tensors_find(&t, "2.shape")->data[1] = 7;
+	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && err.code == CT_EINPUT,
+		"and a patch that none can be");
+	ct_regressor_free(&q);
+	ct_tensors_free(&t);
+	ct_regressor_work_free(&w);
+	ct_regressor_free(&r);
+}
+
+/* Pairs whose rest is known of the base: `law` 0: its Laplacian in the slice, 1: not linear in
+ * that. */
+static void lessons(struct ct_example *e, size_t n, int law)
+{
+	for (size_t q = 0; q < n; q++) {
+		float *x = calloc(2 * COUNT, sizeof *x);
+		double square = 0;
+
+		texture(x, n3, 100 + q);
+		for (size_t i = 0; i < COUNT; i++) {
+			size_t u = i % N, v = i / N % N;
+			float d = x[u + 1 < N ? i + 1 : i] + x[u ? i - 1 : i] - 4 * x[i];
+
+			d += x[v + 1 < N ? i + N : i] + x[v ? i - N : i];
+			x[COUNT + i] = law ? fabsf(d) - 0.3f * d : -0.4f * d;
+			square += (double)x[COUNT + i] * (double)x[COUNT + i];
+		}
+		e[q] = (struct ct_example){.n = {N, N, N},
+			.base = x,
+			.rest = x + COUNT,
+			.coarse = {true, true, false},
+			.variance = square / COUNT};
+	}
+}
+
+static struct ct_learn *school(const struct ct_example *e, size_t n, size_t steps,
+	const struct ct_env *env, double gain[2])
+{
+	const struct ct_regressor r = {.shape = {2, 8, 1, true}, .components = 64, .width = 32};
+	const struct ct_learn_rule rule = {.seed = 9,
+		.steps = steps ? steps : 1,
+		.batch = 2 * CT_LEARN_PIECE,
+		.rate = 3e-3,
+		.decay = 1e-2,
+		.average = 0.98};
+	struct ct_learn *l;
+	double loss;
+
+	must(ct_learn_alloc(&l, &r, &rule, e, n - 1, env, &err));
+	must(ct_learn_begin(l, &err));
+	must(ct_learn_gain(l, e + n - 1, 1, &gain[0], &err));
+	while (ct_learn_steps(l) < steps)
+		must(ct_learn_step(l, &loss, &err));
+	must(ct_learn_gain(l, e + n - 1, 1, &gain[1], &err));
+	return l;
+}
+
+static void learning(void)
+{
+	enum { PAIRS = 4, STEPS = 300 };
+	struct ct_example e[PAIRS];
+	struct ct_env one = {0}, three = {0};
+	struct ct_learn *a, *b;
+	const struct ct_regressor *ra, *rb;
+	double gain[2], again[2];
+
+	must(ct_par_alloc(&three.par, 3, &err));
+	lessons(e, PAIRS, 0);
+	a = school(e, PAIRS, 0, &three, gain);
+	OK(gain[0] > 0.97, "what is linear is known before the first step (%.4f)", gain[0]);
+	ct_learn_free(a);
+	for (size_t q = 0; q < PAIRS; q++)
+		free(e[q].base);
+	lessons(e, PAIRS, 1);
+	a = school(e, PAIRS, STEPS, &three, gain);
+	b = school(e, PAIRS, STEPS, &one, again);
+	OK(gain[0] < 0.8 && gain[1] > 0.95, "what is not is learned (%.3f, %.3f)", gain[0],
+		gain[1]);
+	ra = ct_learn_result(a);
+	rb = ct_learn_result(b);
+	OK(memcmp(ra->all, rb->all, ra->at[CT_PARTS] * sizeof *ra->all) == 0 && gain[1] == again[1],
+		"with any number of threads the same");
+	ct_learn_free(a);
+	ct_learn_free(b);
+	for (size_t q = 0; q < PAIRS; q++)
+		memset(e[q].base, 0, COUNT * sizeof(float));
+	OK(ct_learn_alloc(&a,
+		   ra =
+			   &(struct ct_regressor){
+				   .shape = {2, 8, 1, true}, .components = 8, .width = 8},
+		   &(struct ct_learn_rule){.steps = 1, .batch = CT_LEARN_PIECE}, e, PAIRS, &one,
+		   &err) == 0 &&
+			ct_learn_begin(a, &err) == -1 && err.code == CT_EINPUT,
+		"of flat volumes nothing is learned");
+	ct_learn_free(a);
+	for (size_t q = 0; q < PAIRS; q++)
+		free(e[q].base);
+	ct_par_free(three.par);
+}
+
+static void prediction(void)
+{
+	struct ct_regressor r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
+	struct ct_env one = {0}, three = {0};
+	struct ct_scene s = {.n = {N, N, N}, .coarse = {true, true, true}};
+	float x[COUNT], y[COUNT], a[COUNT], b[COUNT], c[COUNT];
+	size_t looked = 0, cells = 0;
+	bool axes[3];
+	double worst = 0, most = 0;
+
+	must(ct_par_alloc(&three.par, 3, &err));
+	random_regressor(&r);
+	texture(x, n3, 11);
+	s.x = x;
+	must(ct_predict(a, &s, &r, all, &looked, &cells, &three, &err));
+	must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+	OK(memcmp(a, b, sizeof a) == 0, "a prediction with any number of threads is the same");
+	OK(looked == cells && cells == 2 * 3 * N * 36, "and looks at all cells of three axes (%zu)",
+		cells);
+	for (unsigned turn = 0; turn < CT_PATCH_POSES; turn++) {
+		turned(y, x, turn);
+		s.x = y;
+		must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+		turned(c, a, turn);
+		worst = fmax(worst, farthest(b, c, COUNT));
+	}
+	for (size_t i = 0; i < COUNT; i++)
+		most = fmax(most, fabs((double)a[i]));
+	OK(worst < 1e-3 * most && most > 1, "of a scene that is turned it is turned (%g of %g)",
+		worst, most);
+	for (int k = 0; k < 3; k++) {
+		const bool only[3] = {k == 0, k == 1, k == 2};
+
+		s.x = x;
+		must(ct_predict(k ? c : b, &s, &r, only, &looked, &cells, &one, &err));
+		for (size_t i = 0; k && i < COUNT; i++)
+			b[i] += c[i];
+	}
+	for (size_t i = 0; i < COUNT; i++)
+		b[i] /= 3;
+	OK(farthest(a, b, COUNT) < 1e-4 * most, "it is the mean of the axes");
+	memset(y, 0, sizeof y);
+	s.x = y;
+	looked = 0;
+	must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+	memset(c, 0, sizeof c);
+	OK(looked == 0 && memcmp(b, c, sizeof b) == 0, "nothing is added to what is flat");
+	s.coarse[0] = s.coarse[1] = false;
+	OK(ct_predict_axes(axes, &r, &s) == 0 &&
+			ct_predict(b, &s, &r, all, &looked, &cells, &one, &err) == -1 &&
+			err.code == CT_EGEOM,
+		"thick slices are not for a prior of squares");
+	r.shape.swap = false;
+	OK(ct_predict_axes(axes, &r, &s) == 2 && axes[0] && axes[1] && !axes[2],
+		"but for one of slices of which one axis is coarse");
+	ct_regressor_free(&r);
+	ct_par_free(three.par);
+}
+
+static void examples(void)
+{
+	const struct ct_example_rule rule = {.side = 24,
+		.factor = 4,
+		.coarse = {true, true, true},
+		.scale = {1, 1.2},
+		.seed = 5};
+	const size_t n[3] = {40, 36, 34}, little[3] = {40, 20, 34};
+	struct ct_vol v = {0};
+	struct ct_env env = {0};
+	struct ct_example a = {0}, b = {0};
+	double sum = 0;
+
+	must(ct_vol_alloc(&v, n, &err));
+	texture(v.data, n, 21);
+	must(ct_example_alloc(&a, &v, &rule, 3, &env, &err));
+	must(ct_example_alloc(&b, &v, &rule, 3, &env, &err));
+	OK(a.n[0] == 24 && a.n[1] == 24 && a.n[2] == 24 &&
+			memcmp(a.base, b.base, 2 * COUNT * sizeof *a.base) == 0,
+		"an example is made again, to the byte");
+	for (size_t i = 0; i < COUNT; i++)
+		sum += (double)a.rest[i] * (double)a.rest[i] / COUNT;
+	NEAR(a.variance, sum, 1e-6 * sum, "its variance is that of the rest");
+	ct_example_free(&b);
+	must(ct_example_alloc(&b, &v, &rule, 4, &env, &err));
+	OK(memcmp(a.base, b.base, COUNT * sizeof *a.base) != 0 &&
+			a.regime.sigma != b.regime.sigma, /* NOLINT: drawn numbers */
+		"and another is another");
+	ct_example_free(&a);
+	ct_example_free(&b);
+	v.n[1] = little[1];
+	OK(ct_example_alloc(&a, &v, &rule, 3, &env, &err) == 1, "a volume may be too small");
+	ct_vol_free(&v);
+}
+
+static void restoring(void)
+{
+	struct ct_slice_prior p = {.n = 1};
+	struct ct_env env = {0};
+	struct ct_restore_rule rule = {.weight = 0.5, .axes = {true, true, true}};
+	struct ct_upsample_rule up = {.method = CT_UPSAMPLE_SINC};
+	struct ct_upsample_report did;
+	struct ct_restore_report got;
+	struct ct_separable down = {0};
+	struct ct_vol truth = {0}, lo = {0}, x = {0}, y = {0};
+	const size_t m[3] = {N / 4, N / 4, N / 4};
+	double sum = 0;
+
+	p.r[0] = (struct ct_regressor){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
+	random_regressor(&p.r[0]);
+	must(ct_vol_alloc(&truth, n3, &err));
+	must(ct_vol_alloc(&lo, m, &err));
+	texture(truth.data, n3, 31);
+	rule.by = (struct ct_degrade){.factor = {4, 4, 4}};
+	ct_degrade_protocol(&rule.by, 1);
+	must(ct_degrade_plan(&down, &rule.by, n3, NULL, &err));
+	ct_separable_apply(&down, lo.data, truth.data, NULL);
+	up.by = rule.by;
+	must(ct_upsample(&x, &lo, &up, &did, &env, &err));
+	must(ct_vol_alloc(&y, n3, &err));
+	memcpy(y.data, x.data, COUNT * sizeof *x.data);
+	OK(ct_slice_prior_knows(&p, &rule.by), "a prior knows scans of its factor");
+	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	for (size_t i = 0; i < COUNT; i++)
+		sum += pow((double)x.data[i] - (double)y.data[i], 2) / COUNT;
+	OK(got.added > 1 && sum > 1, "it adds something (%.3g HU)", got.added);
+	OK(got.residual < 1e-2, "that the scan agrees with (%.2g HU)", got.residual);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.cap = got.added / 100;
+	sum = got.added;
+	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added < sum / 20, "with caution less (%.3g HU)", got.added);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.noise = 200;
+	rule.cap = 0;
+	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
+		"and as far off as the noise allows (%.3g)", got.residual);
+	rule.by.factor[2] = 3;
+	OK(!ct_slice_prior_knows(&p, &rule.by) &&
+			ct_restore(&x, &lo, &p, &rule, &got, &env, &err) == -1 &&
+			err.code == CT_EGEOM,
+		"other factors are refused");
+	ct_separable_free(&down);
+	ct_vol_free(&truth);
+	ct_vol_free(&lo);
+	ct_vol_free(&x);
+	ct_vol_free(&y);
+	ct_slice_prior_free(&p);
+}
+
+int main(void)
+{
+	patches();
+	eigenvectors();
+	network();
+	learning();
+	prediction();
+	examples();
+	restoring();
+	return tap_done();
+}
