@@ -18,7 +18,8 @@ else
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train-data.c src/tools/train-data.h
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
+	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 ct_train_SOURCES += src/tools/lib/libraries.cc

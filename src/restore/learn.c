@@ -310,3 +310,73 @@ void ct_learn_free(struct ct_learn *l)
 	free(l->sums);
 	free(l);
 }
+
+/* The vectors of a state: the weights and their two moments. */
+static int vector_put(
+	struct ct_tensors *w, const char *name, const float *v, size_t n, struct ct_err *e)
+{
+	struct ct_tensor *t;
+
+	if (ct_tensors_add(w, name, 1, &n, &t, e))
+		return -1;
+	memcpy(t->data, v, n * sizeof *v);
+	return 0;
+}
+
+static int vector_get(
+	float *v, const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e)
+{
+	const struct ct_tensor *t = ct_tensors_find(w, name);
+
+	if (!t || t->rank != 1 || t->dim[0] != n)
+		return ct_fail(e, CT_EINPUT,
+			"not the state of this training: tensor %s does not have %zu values", name,
+			n);
+	for (size_t i = 0; i < n; i++)
+		if (!isfinite(t->data[i]))
+			return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", name, i,
+				(double)t->data[i]);
+	memcpy(v, t->data, n * sizeof *v);
+	return 0;
+}
+
+int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e)
+{
+	const size_t n = l->r.at[CT_PARTS];
+
+	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
+		ct_regressor_put(&l->r, w, "average", e) ||
+		vector_put(w, "weights", l->all, n, e) ||
+		vector_put(w, "moments", l->moment, 2 * n, e)) {
+		ct_tensors_free(w);
+		return -1;
+	}
+	return 0;
+}
+
+int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
+{
+	const size_t n = l->r.at[CT_PARTS], inputs = ct_patch_count(&l->r.shape);
+	struct ct_regressor r = {0};
+	double step;
+	int rc = -1;
+
+	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
+		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
+	if (ct_regressor_get(&r, w, "average", e))
+		goto out;
+	if (r.at[CT_PARTS] != n || r.components != l->r.components ||
+		memcmp(&r.shape, &l->r.shape, sizeof r.shape) != 0) {
+		ct_fail(e, CT_EINPUT, "not the state of this training: another regressor");
+		goto out;
+	}
+	if (vector_get(l->all, w, "weights", n, e) || vector_get(l->moment, w, "moments", 2 * n, e))
+		goto out;
+	memcpy(l->r.all, r.all, n * sizeof *r.all);
+	memcpy(l->r.mean, r.mean, (inputs + r.components * inputs) * sizeof *r.mean);
+	l->steps = (uint64_t)step;
+	rc = 0;
+out:
+	ct_regressor_free(&r);
+	return rc;
+}

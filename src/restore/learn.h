@@ -52,6 +52,10 @@ uint64_t ct_learn_steps(const struct ct_learn *l);
  * patches of them: 1 - loss(h) / loss(0). Not while a step runs. */
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
 	struct ct_err *e);
+/* All that a training which goes on needs, and back, into one of the same rule and examples.
+ * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
+int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);
+int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e);
 /* The regressor with the averaged weights, borrowed. */
 const struct ct_regressor *ct_learn_result(const struct ct_learn *l);
 

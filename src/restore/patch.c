@@ -35,16 +35,23 @@ static void places(uint16_t *at, size_t side, size_t depth, unsigned turn)
 			}
 }
 
-int ct_patch_turns_alloc(
-	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e)
+int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 {
-	const size_t count = ct_patch_count(shape), cell = shape->cell * shape->cell;
-
 	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->depth % 2 == 0 ||
 		shape->cell < 2 || shape->cell > CT_PATCH_CELL || shape->side < shape->cell + 2 ||
 		(shape->side - shape->cell) % 2)
 		return ct_fail(e, CT_EINPUT, "no patch has cell %zu, side %zu and depth %zu",
 			shape->cell, shape->side, shape->depth);
+	return 0;
+}
+
+int ct_patch_turns_alloc(
+	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e)
+{
+	const size_t count = ct_patch_count(shape), cell = shape->cell * shape->cell;
+
+	if (ct_patch_shape_check(shape, e))
+		return -1;
 	if (ct_alloc(&t->patch, CT_PATCH_POSES * (count + cell), sizeof *t->patch, e))
 		return -1;
 	t->cell = t->patch + CT_PATCH_POSES * count;

@@ -28,6 +28,8 @@ int ct_regressor_alloc(struct ct_regressor *r, struct ct_err *e)
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
 	size_t at = 0, dim[2];
 
+	if (ct_patch_shape_check(&r->shape, e))
+		return -1;
 	if (k < 1 || k > n || r->width < 1 || r->width > 8192)
 		return ct_fail(e, CT_EINPUT,
 			"no regressor has %zu components of %zu values and %zu neurons", k, n,

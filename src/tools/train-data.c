@@ -85,33 +85,58 @@ static int visible(const struct dirent *d)
 	return d->d_name[0] != '.';
 }
 
-static int read_folder(struct ct_pictures *s, const char *path, struct ct_err *e)
+static int name_add(
+	struct train_names *names, const char *folder, const char *name, struct ct_err *e)
 {
-	struct dirent **names;
-	int n = scandir(path, &names, visible, alphasort), rc = 0;
+	char *path = NULL;
+	struct stat st;
+
+	if (asprintf(&path, "%s/%s", folder, name) < 0)
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (stat(path, &st) == 0 && S_ISREG(st.st_mode))
+		names->path[names->n++] = path;
+	else
+		free(path);
+	return 0;
+}
+
+int train_data_names(struct train_names *names, const char *path, struct ct_err *e)
+{
+	struct dirent **found = NULL;
+	struct stat st;
+	bool folder = stat(path, &st) == 0 && S_ISDIR(st.st_mode);
+	int n = folder ? scandir(path, &found, visible, alphasort) : 1, rc;
 
 	if (n < 0)
 		return ct_fail(e, CT_EINPUT, "%s: cannot be read", path);
-	for (int i = 0; i < n; i++) {
-		char file[4096];
-		struct stat st;
-		int used = snprintf(file, sizeof file, "%s/%s", path, names[i]->d_name);
-
-		if (!rc && (used < 0 || (size_t)used >= sizeof file))
-			rc = ct_fail(e, CT_EINPUT, "%s: a name in it is too long", path);
-		if (!rc && stat(file, &st) == 0 && S_ISREG(st.st_mode))
-			rc = read_file(s, file, e);
-		free(names[i]);
+	rc = ct_alloc0(&names->path, (size_t)n + 1, sizeof(char *), e);
+	if (rc == 0 && !folder) {
+		names->path[0] = strdup(path);
+		names->n = names->path[0] != NULL;
+		rc = names->n ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	free(names);
+	for (int i = 0; folder && i < n; i++) {
+		if (rc == 0)
+			rc = name_add(names, path, found[i]->d_name, e);
+		free(found[i]);
+	}
+	free(found);
 	return rc;
+}
+
+void train_names_free(struct train_names *names)
+{
+	for (size_t i = 0; i < names->n; i++)
+		free(names->path[i]);
+	free(names->path);
+	*names = (struct train_names){0};
 }
 
 int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e)
 {
 	const size_t first = s->n;
+	struct train_names names = {0};
 	struct ct_piece *piece;
-	struct stat st;
 	char name[256];
 	size_t len = strlen(path);
 	int rc;
@@ -119,8 +144,10 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 	while (len > 1 && path[len - 1] == '/')
 		len--;
 	snprintf(name, sizeof name, "%.*s", len < 255 ? (int)len : 255, path);
-	rc = stat(path, &st) == 0 && S_ISDIR(st.st_mode) ? read_folder(s, path, e)
-							 : read_file(s, path, e);
+	rc = train_data_names(&names, path, e);
+	for (size_t i = 0; rc == 0 && i < names.n; i++)
+		rc = read_file(s, names.path[i], e);
+	train_names_free(&names);
 	if (rc)
 		return -1;
 	if (s->n == first)

@@ -11,4 +11,12 @@
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
 
+/* The files that `path` names: itself, or what a folder holds, in the order of their names. */
+struct train_names {
+	char **path; /* owned */
+	size_t n;
+};
+int train_data_names(struct train_names *names, const char *path, struct ct_err *e);
+void train_names_free(struct train_names *names);
+
 #endif

@@ -1,0 +1,194 @@
+/* train-pictures.c: ct-train on pictures: a noise predictor, the prior of a sampler. */
+#include "config.h"
+#include "core/mem.h"
+#include "diffusion/prior.h"
+#include "diffusion/train.h"
+#include "tools/train-data.h"
+#include "tools/train.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct job {
+	const struct train_params *p;
+	struct ct_env env;
+	struct ct_unet_arch arch;
+	struct ct_train_opts opts;
+	struct ct_pictures data, held;
+	struct ct_train *train;
+};
+
+static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
+{
+	while (text && *text) {
+		size_t len = strcspn(text, ",");
+		char item[200], *value;
+		int rc;
+
+		if (len >= sizeof item)
+			return ct_fail(e, CT_EUSAGE, "--arch: an item is too long");
+		memcpy(item, text, len);
+		item[len] = '\0';
+		text += len + (text[len] == ',');
+		value = strchr(item, '=');
+		if (!value)
+			return ct_fail(e, CT_EUSAGE, "--arch: \"%s\" is not KEY=VALUE", item);
+		*value++ = '\0';
+		rc = ct_unet_arch_set(a, item, value, e);
+		if (rc > 0)
+			return ct_fail(e, CT_EUSAGE, "--arch: there is no \"%s\"", item);
+		if (rc)
+			return -1;
+	}
+	return ct_unet_arch_check(a, e);
+}
+
+static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e)
+{
+	p->scales = 0;
+	while (p->scales < 8) {
+		char *end;
+		unsigned long v = strtoul(text, &end, 10);
+
+		if (end == text || v < 1 || v > 64)
+			break;
+		p->scale[p->scales++] = v;
+		if (!*end)
+			return 0;
+		if (*end != ',')
+			break;
+		text = end + 1;
+	}
+	return ct_fail(e, CT_EUSAGE, "--scales: up to 8 whole numbers from 1 to 64, with commas");
+}
+
+static int settle(struct job *j, struct ct_err *e)
+{
+	const struct train_params *p = j->p;
+	struct ct_train_opts *o = &j->opts;
+
+	ct_unet_arch_default(&j->arch);
+	j->arch.image_size = p->patch ? (size_t)p->patch : 64;
+	ct_train_default(o);
+	if (parse_arch(&j->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
+		return -1;
+	o->patches.size = j->arch.image_size;
+	o->patches.channels = j->arch.in_channels;
+	o->patches.flip_h = !p->no_flip;
+	o->patches.flip_v = p->flip_vertical;
+	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
+	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
+	o->batch = p->batch ? (size_t)p->batch : 16;
+	o->steps = (uint64_t)p->steps;
+	o->warmup = (uint64_t)p->warmup;
+	o->cosine = p->cosine;
+	o->ema = isnan(p->ema) ? 0.9999 : p->ema;
+	o->clip = p->clip;
+	o->seed = j->env.seed;
+	return 0;
+}
+
+static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
+{
+	const struct ct_list *d = &j->p->data;
+	struct ct_meta held = {0};
+	int rc;
+
+	for (size_t i = 0; i < d->n; i++)
+		if (train_data_read(&j->data, d->v[i], &data->input[i], e))
+			return -1;
+	if (!j->p->validate)
+		return 0;
+	rc = train_data_read(&j->held, j->p->validate, &held, e);
+	ct_meta_free(&held);
+	return rc ? rc : ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
+}
+
+static uint64_t steps(const void *it)
+{
+	return ct_train_steps(((const struct job *)it)->train);
+}
+
+static int step(void *it, double *loss, struct ct_err *e)
+{
+	return ct_train_step(((struct job *)it)->train, loss, e);
+}
+
+static int held(void *it, double *loss, struct ct_err *e)
+{
+	struct job *j = it;
+
+	return ct_train_validate(j->train, &j->held, (size_t)j->p->validate_pieces, loss, e);
+}
+
+static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
+{
+	return ct_train_save(((const struct job *)it)->train, w, e);
+}
+
+static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
+{
+	return ct_train_restore(((struct job *)it)->train, w, e);
+}
+
+static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
+{
+	return ct_train_result(((const struct job *)it)->train, w, e) ||
+			       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
+		       ? -1
+		       : 0;
+}
+
+static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
+{
+	const struct job *j = it;
+	const size_t size = j->opts.patches.size;
+	double flops;
+	size_t n;
+
+	if (ct_unet_param_count(&j->arch, &n, e) || ct_unet_flops(&j->arch, size, size, &flops, e))
+		return -1;
+	c->memory = ct_train_bytes(j->train);
+	c->disk = (double)n * (j->p->half ? 2 : 4);
+	c->state = (double)n * 16;
+	snprintf(c->work, sizeof c->work,
+		"%d steps of %.2f s and %.1f GFLOP on %zu pictures, %zu parameters", j->p->steps,
+		seconds, 3e-9 * flops * (double)j->opts.batch, j->data.n, n);
+	return 0;
+}
+
+static void done(void *it)
+{
+	struct job *j = it;
+
+	ct_train_free(j->train);
+	ct_pictures_free(&j->data);
+	ct_pictures_free(&j->held);
+	free(j);
+}
+
+int train_pictures(struct train_subject *s, struct train_data *data, const struct train_params *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct job *j;
+
+	if (ct_alloc0(&j, 1, sizeof *j, e))
+		return -1;
+	j->p = p;
+	j->env = *env;
+	*s = (struct train_subject){.it = j,
+		.steps = steps,
+		.step = step,
+		.held = p->validate ? held : NULL,
+		.save = save,
+		.restore = restore,
+		.result = result,
+		.cost = cost,
+		.free = done};
+	return settle(j, e) || read_data(j, data, e) ||
+			       ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e)
+		       ? -1
+		       : 0;
+}

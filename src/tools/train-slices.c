@@ -1,0 +1,308 @@
+/* train-slices.c: ct-train on volumes: a regressor of slices, the prior of ct-restore. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/vol.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "restore/example.h"
+#include "restore/learn.h"
+#include "tools/train-data.h"
+#include "tools/train.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Examples of a set of volumes. */
+struct lessons {
+	struct ct_example *example;
+	size_t n, room;
+};
+
+struct job {
+	const struct train_params *p;
+	struct ct_env env;
+	struct ct_example_rule rule;
+	double bytes[2]; /* HU of the bytes 0 and 255; NaN: there are none */
+	struct lessons data, held;
+	struct ct_learn *learn;
+	char name[40]; /* of the regressor */
+};
+
+/* Volumes of bytes become HU by --bytes; what cannot be HU is refused. */
+static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct ct_err *e)
+{
+	const size_t n = ct_vol_count(v);
+	float least = INFINITY, most = -INFINITY;
+	bool whole = true;
+
+	for (size_t i = 0; i < n; i++) {
+		least = fminf(least, v->data[i]);
+		most = fmaxf(most, v->data[i]);
+		whole = whole && v->data[i] == floorf(v->data[i]);
+	}
+	if (!(most > least))
+		return ct_fail(e, CT_EINPUT, "%s: all of it is %g", path, (double)least);
+	if (least < 0)
+		return 0;
+	if (!whole || most > 255 || isnan(j->bytes[0]))
+		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
+			(double)least, (double)most,
+			whole && most <= 255 ? "; --bytes says what bytes are" : "");
+	for (size_t i = 0; i < n; i++)
+		v->data[i] = (float)(j->bytes[0] +
+				     (double)v->data[i] / 255 * (j->bytes[1] - j->bytes[0]));
+	return 0;
+}
+
+/* Volumes in memory at a time: their examples are made together. */
+struct group {
+	struct job *j;
+	const struct ct_vol *v;
+	struct ct_example *example;
+	int *rc;
+	uint64_t first;
+	struct ct_err *e;
+};
+
+static void make(void *arg, size_t i, size_t worker)
+{
+	struct group *g = arg;
+
+	(void)worker;
+	g->rc[i] = ct_example_alloc(
+		&g->example[i], g->v, &g->j->rule, g->first + i, &g->j->env, &g->e[i]);
+}
+
+/* Add the examples of a volume. */
+static int add(struct job *j, struct lessons *l, const struct ct_vol *v, uint64_t first, size_t n,
+	struct ct_err *e)
+{
+	struct group g = {.j = j, .v = v, .first = first};
+	int rc = -1;
+
+	if (ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
+		goto out;
+	g.example = l->example + l->n;
+	ct_par_for(j->env.par, n, make, &g);
+	rc = ct_check_stop(&j->env, e);
+	for (size_t i = 0, kept = 0; i < n; i++) {
+		if (g.rc[i] < 0 && rc == 0) {
+			*e = g.e[i];
+			rc = -1;
+		}
+		if (g.rc[i] == 0) {
+			struct ct_example made = g.example[i];
+
+			g.example[i] = (struct ct_example){0};
+			g.example[kept++] = made;
+			l->n++;
+		}
+	}
+out:
+	free(g.rc);
+	free(g.e);
+	return rc;
+}
+
+static int learn_from(struct job *j, struct lessons *l, const char *path, uint64_t first,
+	struct ct_meta *meta, struct ct_err *e)
+{
+	struct train_names names = {0};
+	struct ct_piece *piece = NULL;
+	const size_t each = (size_t)j->p->cubes;
+	struct ct_example *more;
+	int rc = -1;
+
+	if (train_data_names(&names, path, e) || ct_alloc0(&piece, names.n + 1, sizeof *piece, e))
+		goto out;
+	more = realloc(l->example, (l->n + names.n * each) * sizeof *more);
+	if (!more) {
+		ct_fail(e, CT_ENOMEM, "no memory for %zu examples", names.n * each);
+		goto out;
+	}
+	l->example = more;
+	memset(more + l->n, 0, names.n * each * sizeof *more);
+	for (size_t i = 0; i < names.n; i++) {
+		struct ct_vol v = {0};
+
+		ct_progress(&j->env, "examples", i, names.n);
+		if (ct_vol_read(names.path[i], &v, e) || ct_vol_check_finite(&v, e) ||
+			to_hu(j, &v, names.path[i], e) ||
+			add(j, l, &v, first + i * each, each, e)) {
+			ct_vol_free(&v);
+			goto out;
+		}
+		piece[i].data = strdup(ct_meta_get(&v.meta, CT_META_INPUT));
+		piece[i].bytes = piece[i].data ? strlen(piece[i].data) : 0;
+		ct_vol_free(&v);
+	}
+	rc = ct_meta_input(meta, path, names.n, piece, e);
+out:
+	for (size_t i = 0; piece && i < names.n; i++)
+		free((void *)(uintptr_t)piece[i].data);
+	free(piece);
+	train_names_free(&names);
+	return rc;
+}
+
+static int settle(struct job *j, struct ct_err *e)
+{
+	const struct train_params *p = j->p;
+
+	j->bytes[0] = (double)NAN;
+	if (p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, j->bytes, e))
+		return -1;
+	j->rule = (struct ct_example_rule){.side = (size_t)p->cube,
+		.factor = (size_t)p->factor,
+		.coarse = {!p->thick, !p->thick, true},
+		.scale = {1.1, 2.3},
+		.noise = p->noise,
+		.seed = j->env.seed};
+	snprintf(j->name, sizeof j->name, "%s%d", p->thick ? "thick-" : "", p->factor);
+	return 0;
+}
+
+static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
+{
+	struct ct_meta held = {0};
+	int rc;
+
+	for (size_t i = 0; i < j->p->data.n; i++)
+		if (learn_from(j, &j->data, j->p->data.v[i], (uint64_t)i << 20, &data->input[i], e))
+			return -1;
+	if (j->data.n == 0)
+		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->data.v[0]);
+	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
+	if (!j->p->validate)
+		return 0;
+	rc = learn_from(j, &j->held, j->p->validate, (uint64_t)1 << 36, &held, e);
+	ct_meta_free(&held);
+	if (rc == 0 && j->held.n == 0)
+		rc = ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
+	return rc;
+}
+
+static int start(struct job *j, struct ct_err *e)
+{
+	const struct train_params *p = j->p;
+	const struct ct_regressor r = {
+		.shape = {(size_t)p->factor, p->patch ? (size_t)p->patch : 3 * (size_t)p->factor,
+			(size_t)p->depth, !p->thick},
+		.components = (size_t)p->components,
+		.width = (size_t)p->width};
+	const struct ct_learn_rule rule = {.seed = j->env.seed,
+		.steps = p->steps ? (uint64_t)p->steps : 1,
+		.batch = p->batch ? (size_t)p->batch : 4 * CT_LEARN_PIECE,
+		.rate = isnan(p->lr) ? 1e-3 : p->lr,
+		.decay = isnan(p->decay) ? 1e-2 : p->decay,
+		.average = isnan(p->ema) ? 0.999 : p->ema};
+
+	if (rule.batch % CT_LEARN_PIECE)
+		return ct_fail(e, CT_EUSAGE, "--batch: no multiple of %d", CT_LEARN_PIECE);
+	return ct_learn_alloc(&j->learn, &r, &rule, j->data.example, j->data.n, &j->env, e);
+}
+
+static uint64_t steps(const void *it)
+{
+	return ct_learn_steps(((const struct job *)it)->learn);
+}
+
+static int step(void *it, double *loss, struct ct_err *e)
+{
+	struct ct_learn *l = ((struct job *)it)->learn;
+
+	if (ct_learn_steps(l) == 0 && ct_learn_begin(l, e))
+		return -1;
+	return ct_learn_step(l, loss, e);
+}
+
+static int held(void *it, double *loss, struct ct_err *e)
+{
+	struct job *j = it;
+	double gain;
+
+	if (ct_learn_gain(j->learn, j->held.example, j->held.n, &gain, e))
+		return -1;
+	*loss = 1 - gain;
+	return 0;
+}
+
+static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
+{
+	return ct_learn_save(((const struct job *)it)->learn, w, e);
+}
+
+static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
+{
+	return ct_learn_restore(((struct job *)it)->learn, w, e);
+}
+
+static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
+{
+	const struct job *j = it;
+
+	return ct_regressor_put(ct_learn_result(j->learn), w, j->name, e) ||
+			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
+				       (unsigned long long)ct_learn_steps(j->learn))
+		       ? -1
+		       : 0;
+}
+
+static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
+{
+	const struct job *j = it;
+	const struct ct_regressor *r = ct_learn_result(j->learn);
+	const size_t inputs = ct_patch_count(&r->shape);
+	const double n = (double)(r->at[CT_PARTS] + inputs * (1 + r->components));
+
+	(void)e;
+	for (size_t i = 0; i < j->data.n; i++)
+		c->memory += 8.0 * (double)j->data.example[i].n[0] *
+			     (double)j->data.example[i].n[1] * (double)j->data.example[i].n[2];
+	c->disk = n * (j->p->half ? 2 : 4);
+	c->state = n * 16;
+	snprintf(c->work, sizeof c->work, "%d steps of %.2g s on %zu examples, %.0f parameters",
+		j->p->steps, seconds, j->data.n, n);
+	return 0;
+}
+
+static void lessons_free(struct lessons *l)
+{
+	for (size_t i = 0; i < l->n; i++)
+		ct_example_free(&l->example[i]);
+	free(l->example);
+}
+
+static void done(void *it)
+{
+	struct job *j = it;
+
+	ct_learn_free(j->learn);
+	lessons_free(&j->data);
+	lessons_free(&j->held);
+	free(j);
+}
+
+int train_slices(struct train_subject *s, struct train_data *data, const struct train_params *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct job *j;
+
+	if (ct_alloc0(&j, 1, sizeof *j, e))
+		return -1;
+	j->p = p;
+	j->env = *env;
+	*s = (struct train_subject){.it = j,
+		.steps = steps,
+		.step = step,
+		.held = p->validate ? held : NULL,
+		.save = save,
+		.restore = restore,
+		.result = result,
+		.cost = cost,
+		.free = done};
+	return settle(j, e) || read_data(j, data, e) || start(j, e) ? -1 : 0;
+}
