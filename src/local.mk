@@ -71,3 +71,5 @@ prior.safetensors: src/prior/prior.safetensors
 bin_PROGRAMS += ct-fdk
 ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
 	src/tools/fdk-solve.h
+bin_PROGRAMS += ct-restore
+ct_restore_SOURCES = src/tools/ct-restore.c src/tools/prior-file.c src/tools/prior-file.h

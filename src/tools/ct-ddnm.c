@@ -268,7 +268,7 @@ static int read_prior(struct job *j, struct ct_err *e)
 	char *path = NULL;
 	int rc = -1;
 
-	if (prior_file_find(&path, j->p->prior, e) || ct_tensors_read(path, &w, e))
+	if (prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) || ct_tensors_read(path, &w, e))
 		goto out;
 	if (ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e))
 		ct_blame(e, path);

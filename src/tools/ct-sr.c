@@ -114,7 +114,7 @@ static int name_given(struct files *f, const struct params *p, bool prior, struc
 	f->keep = p->keep ? plain(p->keep) : NULL;
 	if (!f->in || !f->out || (p->keep && !f->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	return prior ? prior_file_find(&f->prior, p->prior, e) : 0;
+	return prior ? prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e) : 0;
 }
 
 /* Those between the steps. */

@@ -7,11 +7,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#define NAME "prior.safetensors"
-
-int prior_file_find(char **path, const char *given, struct ct_err *e)
+int prior_file_find(char **path, const char *given, const char *name, struct ct_err *e)
 {
-	static const char *const places[] = {"/" NAME, "/../share/ctsr/" NAME};
+	static const char *const places[] = {"", "/../share/ctsr"};
 	char self[4000];
 	ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
 	char *slash;
@@ -26,7 +24,7 @@ int prior_file_find(char **path, const char *given, struct ct_err *e)
 	if (slash)
 		*slash = '\0';
 	for (size_t k = 0; slash && k < sizeof places / sizeof *places; k++) {
-		if (asprintf(path, "%s%s", self, places[k]) < 0) {
+		if (asprintf(path, "%s%s/%s", self, places[k], name) < 0) {
 			*path = NULL;
 			return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 		}
@@ -35,9 +33,14 @@ int prior_file_find(char **path, const char *given, struct ct_err *e)
 		free(*path);
 		*path = NULL;
 	}
-	if (access(CT_DATADIR "/" NAME, R_OK) == 0)
-		*path = strdup(CT_DATADIR "/" NAME);
-	return *path ? 0
-		     : ct_fail(e, CT_EINPUT, "no prior is installed at %s; --prior names one",
-			       CT_DATADIR "/" NAME);
+	if (asprintf(path, "%s/%s", CT_DATADIR, name) < 0) {
+		*path = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	if (access(*path, R_OK) == 0)
+		return 0;
+	ct_fail(e, CT_EINPUT, "no prior is installed at %s; --prior names one", *path);
+	free(*path);
+	*path = NULL;
+	return -1;
 }

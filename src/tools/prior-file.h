@@ -3,9 +3,13 @@
 #define CT_TOOLS_PRIOR_FILE_H
 #include "core/err.h"
 
-/* Path of the prior in use, to be freed: `given`, or if NULL the first of prior.safetensors beside
+/* Of pictures, for ct-ddnm, and of slices, for ct-restore. */
+#define PRIOR_PICTURES "prior.safetensors"
+#define PRIOR_SLICES "slices.safetensors"
+
+/* Path of the prior in use, to be freed: `given`, or if NULL the first file of that name beside
  * the running program (a build folder), ../share/ctsr/ from there, and the folder of the
  * installation. CT_EINPUT if there is none. */
-int prior_file_find(char **path, const char *given, struct ct_err *e);
+int prior_file_find(char **path, const char *given, const char *name, struct ct_err *e);
 
 #endif

@@ -1,0 +1,254 @@
+/* ct-restore: what a prior of slices adds to a refined CT. */
+#include "config.h"
+#include "cli/cli.h"
+#include "cli/cost.h"
+#include "core/clock.h"
+#include "formats/format.h"
+#include "formats/io.h"
+#include "resolution/crop.h"
+#include "resolution/upsample.h"
+#include "restore/restore.h"
+#include "tools/lib/lowres.h"
+#include "tools/prior-file.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct params {
+	struct lowres lr;
+	const char *out, *start, *prior, *axes;
+	double weight, cap;
+};
+
+static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)NAN},
+	.axes = "xyz",
+	.weight = 1,
+	.cap = (double)NAN};
+
+static const struct ct_opt opts[] = {
+	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
+	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN says "
+		"it was reduced by if not given, and that one if it is"),
+	CT_INPUT(struct params, start, 0, "start", "FILE",
+		"what the prior is to add to, a volume on the grid of OUT; by default what "
+		"ct-upsample makes of IN"),
+	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
+		"prior of slices, safetensors; by default the one that is installed"),
+	CT_OPT(struct params, weight, 'w', "weight", "W", 0, 10,
+		"take W times what the prior expects"),
+	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
+		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 250 by default, "
+		"and none where the operator aliases"),
+	CT_OPT(struct params, axes, 'a', "axes", "xyz", 0, 0,
+		"look at the slices across these axes"),
+	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
+		"voxels of OUT; one number is for the axes that are refined"),
+	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
+		"measure the blur of IN on its edges, if it does not say it",
+		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
+	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
+		"how IN was sampled, if IN does not say (sinc)"),
+	CT_OPT(struct params, lr.noise, 0, "noise", "HU", 0, 1e6,
+		"standard deviation of the noise of IN, if IN does not say, up to which OUT may "
+		"depart from it (0)"),
+	CT_OPT_END,
+};
+
+struct job {
+	const struct params *p;
+	const struct ct_env *env;
+	struct ct_vol in, out;
+	struct ct_meta start, prior_meta;
+	struct ct_slice_prior prior;
+	struct lowres_is is;
+	struct ct_restore_rule rule;
+};
+
+static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
+{
+	for (int a = 0; a < 3; a++)
+		axes[a] = false;
+	for (const char *c = text; *c; c++) {
+		const char *at = strchr("xyz", *c);
+
+		if (!at)
+			return ct_fail(e, CT_EUSAGE, "--axes: '%c' is not x, y or z", *c);
+		axes[at - "xyz"] = true;
+	}
+	return *text ? 0 : ct_fail(e, CT_EUSAGE, "--axes: none of x, y and z");
+}
+
+static int read_prior(struct job *j, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	char *path;
+	int rc = -1;
+
+	if (prior_file_find(&path, j->p->prior, PRIOR_SLICES, e))
+		return -1;
+	if (ct_tensors_read(path, &w, e))
+		goto out;
+	rc = ct_slice_prior_alloc(&j->prior, &w, e) ? ct_blame(e, path) : 0;
+	j->prior_meta = w.meta;
+	w.meta = (struct ct_meta){0};
+out:
+	ct_tensors_free(&w);
+	free(path);
+	return rc;
+}
+
+static int settle(struct job *j, struct ct_err *e)
+{
+	double aliasing = 0;
+
+	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e))
+		return -1;
+	if (!j->is.known)
+		return ct_fail(e, CT_EUSAGE,
+			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
+	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
+		return ct_fail(e, CT_EGEOM, "%s: the prior knows no factors %g,%g,%g", j->p->lr.in,
+			j->is.by.factor[0], j->is.by.factor[1], j->is.by.factor[2]);
+	for (int a = 0; a < 3; a++) {
+		double share = 0;
+
+		if (j->is.by.factor[a] > 1 &&
+			ct_upsample_aliasing(&share, &j->is.by,
+				ct_degrade_cover(j->in.n[a], j->is.by.factor[a]), a, e))
+			return -1;
+		aliasing = fmax(aliasing, share);
+	}
+	j->rule.by = j->is.by;
+	j->rule.noise = j->is.noise;
+	j->rule.weight = j->p->weight;
+	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliasing > CT_UPSAMPLE_ALIAS ? 0 : 250;
+	return parse_axes(j->rule.axes, j->p->axes, e);
+}
+
+/* What the prior adds to, by the solver. */
+static int refine(struct job *j, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
+		.known = true,
+		.by = j->is.by,
+		.noise = j->is.noise,
+		.iterations = 300,
+		.tolerance = 0.1};
+	struct ct_upsample_report did;
+
+	return ct_upsample(&j->out, &j->in, &rule, &did, j->env, e) ? ct_blame(e, j->p->lr.in) : 0;
+}
+
+/* ... or as it is given. */
+static int begin(struct job *j, struct ct_err *e)
+{
+	if (!j->p->start)
+		return refine(j, e);
+	if (ct_vol_read(j->p->start, &j->out, e))
+		return -1;
+	j->start = j->out.meta;
+	j->out.meta = (struct ct_meta){0};
+	return ct_vol_check_finite(&j->out, e) ? ct_blame(e, j->p->start) : 0;
+}
+
+/* Restore the middle of IN, and say what all of it will take. */
+static int expect(struct job *j, struct ct_err *e)
+{
+	enum { PIECE = 16 };
+	struct ct_restore_report did;
+	struct ct_vol whole = j->in, piece = {0};
+	struct ct_cost cost = {0};
+	double fine = 1, part = 1, start;
+	ptrdiff_t from[3];
+	size_t n[3];
+	int rc = -1;
+
+	for (int a = 0; a < 3; a++) {
+		n[a] = whole.n[a] < PIECE ? whole.n[a] : PIECE;
+		from[a] = (ptrdiff_t)(whole.n[a] - n[a]) / 2;
+		part *= (double)whole.n[a] / (double)n[a];
+		fine *= (double)ct_degrade_cover(whole.n[a], j->is.by.factor[a]);
+	}
+	if (ct_vol_alloc(&piece, n, e))
+		return -1;
+	memcpy(piece.affine, whole.affine, sizeof piece.affine);
+	ct_crop(piece.data, n, whole.data, whole.n, from, 0);
+	j->in = piece;
+	start = ct_clock_wall();
+	if (refine(j, e) == 0 &&
+		ct_restore(&j->out, &j->in, &j->prior, &j->rule, &did, j->env, e) == 0) {
+		cost.seconds = (ct_clock_wall() - start) * part;
+		cost.memory = 4 * fine * 9; /* of htv, the most */
+		cost.disk = 4 * fine;
+		snprintf(cost.work, sizeof cost.work, "slices of %.0f voxels", fine);
+		rc = ct_cost_print(&cost, j->env, e);
+	}
+	j->in = whole;
+	ct_vol_free(&piece);
+	return rc;
+}
+
+static int work(struct job *j, struct ct_err *e)
+{
+	struct ct_restore_report did;
+	const double start = ct_clock_wall();
+
+	if (begin(j, e))
+		return -1;
+	if (ct_restore(&j->out, &j->in, &j->prior, &j->rule, &did, j->env, e))
+		return ct_blame(e, j->p->start ? j->p->start : j->p->lr.in);
+	ct_log(j->env, CT_INFO,
+		"%zu of %zu cells are not flat, added %.3g HU RMS, agrees with IN within %.3g HU RMS, "
+		"%.1f s",
+		did.looked, did.cells, did.added, did.residual, ct_clock_wall() - start);
+	if (ct_degrade_put(&j->out.meta, &j->is.by, e) || ct_check_stop(j->env, e) ||
+		ct_meta_step(&j->out.meta, j->env, 3,
+			(const struct ct_meta *const[]){
+				&j->in.meta, j->p->start ? &j->start : NULL, &j->prior_meta},
+			e))
+		return -1;
+	return ct_vol_write(j->p->out, &j->out, j->env, e);
+}
+
+static int run(const void *params, const struct ct_env *env, struct ct_err *e)
+{
+	struct job j = {.p = params, .env = env};
+	int rc = -1;
+
+	if (read_prior(&j, e) || ct_vol_read(j.p->lr.in, &j.in, e))
+		goto out;
+	if (ct_vol_check_finite(&j.in, e)) {
+		ct_blame(e, j.p->lr.in);
+		goto out;
+	}
+	if (settle(&j, e))
+		goto out;
+	rc = env->dry_run ? expect(&j, e) : work(&j, e);
+out:
+	ct_slice_prior_free(&j.prior);
+	ct_meta_free(&j.prior_meta);
+	ct_meta_free(&j.start);
+	ct_vol_free(&j.in);
+	ct_vol_free(&j.out);
+	return rc;
+}
+
+static const struct ct_tool tool = {
+	.name = "ct-restore",
+	.brief = "Add what a prior of slices expects a refined CT to lack.",
+	.opts = opts,
+	.defaults = &defaults,
+	.size = sizeof defaults,
+	.run = run,
+	.flags = CT_LONG,
+};
+
+int main(int argc, char **argv)
+{
+	return ct_cli_main(&tool, argc, argv);
+}

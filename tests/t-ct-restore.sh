@@ -1,0 +1,73 @@
+#!/bin/sh
+# ct-train --slices and ct-restore: a prior of phantoms makes other phantoms better, agrees with the scan,
+# is resumed to the same bytes, and what does not fit is refused.
+. "$srcdir/tests/tap.sh"
+psnr() { ct-metrics -q --json "$1" "$2" | sed -n 's/.*"psnr": \([-0-9.]*\).*/\1/p'; }
+
+mkdir scans
+for k in 1 2 3; do ct-phantom -q -s $k --size 72x64x56 ellipsoids scans/$k.nii; done
+ct-phantom -q -s 9 --size 56x48x40 ellipsoids truth.nii
+ct-degrade -q -x 4 truth.nii lo.nii
+ct-upsample -q lo.nii up.nii
+small='--slices -s 2 --cubes 3 --cube 48 --noise 0 --width 48 --components 60 -b 512 -n 60'
+
+# shellcheck disable=SC2086
+exits 0 'trains' ct-train $small --log-every 20 --validate truth.nii --validate-every 30 p.safetensors scans
+awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < a+0 && b+0 > 0)}' err
+ok $? 'the loss falls'
+awk '/step 60: held/{a=$6} END{exit !(a+0 > 0 && a+0 < 0.97)}' err
+ok $? 'something is known of a phantom that was not trained on'
+# shellcheck disable=SC2086
+{
+ct-train -q $small -t 1 --minutes 0.00001 q.safetensors scans
+ct-info q.safetensors >info
+ct-train -q $small -t 3 --resume q.safetensors scans
+}
+! grep -q 'step.*60' info && cmp p.safetensors.state q.safetensors.state
+ok $? 'interrupted, resumed, other threads: same bytes'
+# shellcheck disable=SC2086
+exits 3 'another rule cannot resume' ct-train $small --depth 1 --resume p.safetensors scans
+has err "depth was '3', not '1'" 'and says why'
+exits 2 'an option of pictures is refused' ct-train --slices --no-flip x.safetensors scans
+exits 2 'one of slices without them' ct-train --depth 3 x.safetensors scans
+if python_with nibabel; then
+	"$PY" - <<'E2'
+import nibabel as n, numpy as np
+v = n.load('truth.nii')
+n.save(n.Nifti1Image(np.clip(np.round(v.get_fdata() / 20 + 60), 0, 255).astype('i2'), v.affine), 'bytes.nii')
+E2
+	# shellcheck disable=SC2086
+	exits 3 'bytes are no HU' ct-train $small x.safetensors bytes.nii
+	has err -- '--bytes' 'unless it is said what they are'
+fi
+
+exits 0 'restores' ct-restore -v -p p.safetensors lo.nii hr.nii
+a=$(psnr truth.nii up.nii) b=$(psnr truth.nii hr.nii)
+awk "BEGIN{exit !($b > $a + 0.1)}"; ok $? "a phantom is better for it ($a, $b dB)"
+ct-degrade -q -x 4 hr.nii again.nii
+r=$(ct-metrics -q --json lo.nii again.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
+awk "BEGIN{exit !($r < 0.01)}"; ok $? "and agrees with the scan ($r HU)"
+mkdir one three
+CT_THREADS=1 ct-restore -q -p p.safetensors --start up.nii lo.nii one/o.nii
+CT_THREADS=3 ct-restore -q -p p.safetensors --start up.nii lo.nii three/o.nii
+cmp one/o.nii three/o.nii; ok $? 'any number of threads: same bytes'
+ct-restore -q -w 0 -p p.safetensors lo.nii none.nii
+r=$(ct-metrics -q --json up.nii none.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
+awk "BEGIN{exit !($r < 0.01)}"; ok $? "with weight 0 it is what the solver makes ($r HU)"
+ct-restore -q -p p.safetensors --axes z lo.nii z.nii
+r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
+awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
+exits 2 'an axis that there is not' ct-restore -p p.safetensors --axes xw lo.nii x.nii
+
+ct-degrade -q -x 2 truth.nii two.nii
+exits 5 'other factors are refused' ct-restore -p p.safetensors two.nii x.nii
+has err 'the prior knows no factors 2,2,2' 'in words'
+exits 3 'a volume is no prior' ct-restore -p up.nii lo.nii x.nii
+exits 3 'nor is a prior of pictures' ct-restore -p "$builddir/prior.safetensors" lo.nii x.nii
+has err 'no prior of slices' 'in words'
+exits 5 'nor is a volume on another grid one to start from' \
+	ct-restore -p p.safetensors --start truth.nii two.nii x.nii
+exits 5 'or that of the coarse one' ct-restore -p p.safetensors --start lo.nii lo.nii x.nii
+exits 0 'it tells what it will take' ct-restore --dry-run -p p.safetensors lo.nii x.nii
+[ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
+done_testing
