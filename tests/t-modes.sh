@@ -64,6 +64,13 @@ no ct-ddnm --sigma-det=2 --operator mean
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
+no ct-restore --estimate --sigma 1
+for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --depth=1 --components=9 --width=9; do
+	no ct-train $o
+done
+for o in --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
+	no ct-train $o --slices
+done
 no ct-train --validate-every=3
 no ct-train --validate-pieces=3
 echo ct-train --checkpoint-every >>tried
