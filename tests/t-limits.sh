@@ -57,15 +57,25 @@ ct-sr scale 2 16 4
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
-ct-train patch 4 4096 64
-ct-train batch 1 65536 16
+ct-restore weight 0 10 1
+ct-restore cap 0 1000000 -
+ct-restore noise 0 1000000 -
+ct-train factor 2 8 4
+ct-train cubes 1 100000 8
+ct-train cube 24 512 96
+ct-train noise 0 1000 30
+ct-train depth 1 5 3
+ct-train components 1 4096 160
+ct-train width 1 8192 512
+ct-train patch 4 4096 0
+ct-train batch 1 65536 0
 ct-train steps 0 2000000000 10000
 ct-train minutes 0 1000000 0
-ct-train lr 0 1 0.0001
+ct-train lr 0 1 -
 ct-train warmup 0 1000000000 0
-ct-train decay 0 10 0
+ct-train decay 0 10 -
 ct-train clip 0 1000000000 0
-ct-train ema 0 0.9999999 0.9999
+ct-train ema 0 0.9999999 -
 ct-train validate-every 1 2000000000 500
 ct-train validate-pieces 1 65536 64
 ct-train checkpoint-every 1 2000000000 1000
@@ -123,6 +133,8 @@ ct-project quantity file
 ct-project method siddon
 ct-project pixel point
 ct-sr quality fast
+ct-restore axes xyz
+ct-restore decimate -
 ct-train scales 1
 ct-upsample method auto
 ct-upsample decimate -
@@ -168,8 +180,11 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
+ct-restore x--factor --start p--prior w--weight --cap a--axes --sigma --estimate --decimate
+ct-restore --noise --dry-run
 ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --window --views
 ct-sr --iterations --gaussians s--seed
+ct-train --slices x--factor --thick --cubes --cube --noise --bytes --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
