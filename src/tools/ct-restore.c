@@ -37,7 +37,7 @@ static const struct ct_opt opts[] = {
 		"what the prior is to add to, a volume on the grid of OUT; by default what "
 		"ct-upsample makes of IN"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
-		"prior of slices, safetensors; by default the one that is installed"),
+		"prior of slices, safetensors; by default slices.safetensors where it is installed"),
 	CT_OPT(struct params, weight, 'w', "weight", "W", 0, 10,
 		"take W times what the prior expects"),
 	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
