@@ -12,6 +12,7 @@ not compile is drawn again; a test that runs five times as long as it should has
 fails without the change, too, has not. An index beyond an array of known size counts as noticed (the
 copy is built with -fsanitize=bounds). A line that no test runs lives. --at takes the mutants of these
 lines instead of random ones, or just those whose changed line holds WORD; --also runs these tests first.
+A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
 from suite import Suite, TOP

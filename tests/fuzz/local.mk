@@ -47,3 +47,5 @@ tests_fuzz_fuzz_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/fuzz/fuzz-image.c
 endif
+FUZZ_TARGETS += tests/fuzz/fuzz-slices
+tests_fuzz_fuzz_slices_SOURCES = tests/fuzz/fuzz-slices.c $(FUZZ_DRIVER)
