@@ -234,6 +234,25 @@ static void says(const struct orbit *o, int way, double much, double want)
 	ct_stack_free(&s);
 }
 
+/* The first view and the last are looked at, too. */
+static void t_ends(void)
+{
+	struct orbit o = orbit_of(CT_CONE, VIEWS, 360);
+
+	for (size_t k = 0; k < VIEWS; k += VIEWS - 1) {
+		struct ct_stack s = stack_of(&o);
+		struct ct_fdk_weights w = {0};
+		char words[20];
+
+		snprintf(words, sizeof words, "view %zu", k);
+		change(&s.view[k], &o, 2, 0.02);
+		OK(ct_fdk_weights_alloc(&w, &s, 10, false, &err) == -1 && strstr(err.msg, words),
+			"columns that lean in %s are refused", words);
+		ct_fdk_weights_free(&w);
+		ct_stack_free(&s);
+	}
+}
+
 static void t_messages(void)
 {
 	struct orbit o = orbit_of(CT_CONE, VIEWS, 360);
@@ -603,6 +622,7 @@ int main(void)
 	t_gap(2.6, false);
 	t_limits();
 	t_messages();
+	t_ends();
 	t_arcs();
 	t_backwards();
 	t_offset();
