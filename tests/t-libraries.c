@@ -39,12 +39,12 @@ static void begin_again(long mib)
 	_exit(1);
 }
 
-static void with_little(void)
+__attribute__((unused)) static void with_little(void)
 {
 	begin_again(40);
 }
 
-static void with_enough(void)
+__attribute__((unused)) static void with_enough(void)
 {
 	begin_again(200);
 }
