@@ -134,10 +134,13 @@ static void cylinder(const struct job *j, const struct fit *f, visit_fn *fn, voi
 	double reach = REACH * j->voxel, lateral = LATERAL * j->voxel;
 	int half[3];
 
-	for (int a = 0; a < 3; a++)
-		half[a] = (int)((reach * fabs(f->normal[a]) +
-					lateral * sqrt(fmax(0, 1 - f->normal[a] * f->normal[a]))) /
-				j->mm[a]);
+	for (int a = 0; a < 3; a++) {
+		double far = (reach * fabs(f->normal[a]) +
+				     lateral * sqrt(fmax(0, 1 - f->normal[a] * f->normal[a]))) /
+			     j->mm[a];
+
+		half[a] = far > 0 ? (int)fmin(far, (double)j->ref->n[a]) : 0; /* or no normal */
+	}
 	for (int z = -half[2]; z <= half[2]; z++)
 		for (int y = -half[1]; y <= half[1]; y++)
 			for (int x = -half[0]; x <= half[0]; x++) {
