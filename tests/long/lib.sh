@@ -3,6 +3,7 @@
 # of the commands in BUILD, or else of those that are installed.
 # It prints what failed, and last a line "row|PART|WHAT|TRIED|PASSED" a row of the table.
 # shellcheck shell=sh disable=SC2034
+unset MAKELEVEL # a command that make runs overwrites
 part=$(basename "$0" .sh)
 : "${srcdir:=$(cd "$(dirname "$0")/../.." && pwd)}"
 srcdir=$(cd "$srcdir" && pwd)
