@@ -497,6 +497,9 @@ static void restoring(void)
 	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
+	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;
+	OK(ct_restore(&x, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
+		"a prior that gives what is no number is found out");
 	rule.by.factor[2] = 3;
 	OK(!ct_slice_prior_knows(&p, &rule.by) &&
 			ct_restore(&x, &lo, &p, &rule, &got, &env, &err) == -1 &&

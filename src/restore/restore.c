@@ -183,6 +183,10 @@ int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_
 			for (at[0] = 0; at[0] < x->n[0]; at[0] += factor)
 				square += add(x, h, at, factor, rule);
 	report->added = sqrt(square / (double)count);
+	if (!isfinite(square)) {
+		ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");
+		goto out;
+	}
 	rc = agree(x, lo, rule, &report->residual, env, e);
 out:
 	free(h);
