@@ -1,4 +1,4 @@
-# Accuracy on CTs of your own: what every method of ct-upsample makes of a scan that was reduced.
+# Accuracy on CTs of your own: what every method of ct-upsample, and ct-sr, make of a scan that was reduced.
 #
 #   make -f examples/accuracy.mk VOLUMES='chest.nii.gz head.nii.gz'
 #
@@ -11,7 +11,7 @@ VOLUMES =
 CUBE = 128
 FACTORS = 4 8
 PROTOCOLS = P1 P2 P3
-METHODS = linear cubic bspline sinc dc tv htv auto
+METHODS = linear cubic bspline sinc dc tv htv auto ct-sr
 WINDOW = -1024:3071
 OUT = accuracy
 TIME = /usr/bin/time
@@ -55,7 +55,7 @@ $(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(eval $(call reduce,$(p),$(f)))
 
 define refine
 $(OUT)/$(1)/$(2).row: $(OUT)/$(1)/lr.nii $(OUT)/$(dir $(1))hr.nii
-	@$(TIME) -o $$@.time -f '%e %M' ct-upsample -q -f -m $(2) $$< $$@.nii
+	@$(TIME) -o $$@.time -f '%e %M' $(if $(filter ct-sr,$(2)),ct-sr -q -f -x $(lastword $(subst x, ,$(1))),ct-upsample -q -f -m $(2)) $$< $$@.nii
 	@ct-metrics -w $(WINDOW) $(OUT)/$(dir $(1))hr.nii $$@.nii | awk '$$$$1 == "psnr" || $$$$1 == "ssim-r2" \
 		{printf "%s ", $$$$2}' | cat - $$@.time >$$@.part
 	@rm $$@.nii $$@.time; mv $$@.part $$@

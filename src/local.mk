@@ -19,6 +19,7 @@ ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
+	src/tools/train-cache.c src/tools/train-cache.h \
 	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -61,13 +62,16 @@ bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
-# The shipped prior; its copy beside the programs serves a build folder.
-pkgdata_DATA = src/prior/prior.safetensors
-EXTRA_DIST += src/prior/prior.safetensors src/prior/make-prior.sh src/prior/README.md
-noinst_DATA = prior.safetensors
-CLEANFILES += prior.safetensors
+# The shipped priors; their copies beside the programs serve a build folder.
+pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors
+EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/make-prior.sh \
+	src/prior/make-slices.sh src/prior/README.md
+noinst_DATA = prior.safetensors slices.safetensors
+CLEANFILES += prior.safetensors slices.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@
+slices.safetensors: src/prior/slices.safetensors
+	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk
 ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
 	src/tools/fdk-solve.h

@@ -339,4 +339,29 @@ sed 's/^/# /' log
 exits 5 'too small for edges' ct-metrics --psnr --edges tiny.nii tiny.nii
 exits 0 'no edges' ct-metrics --psnr --edges --edge-step 5000 sharp.nii soft.nii
 has out '^mtf50-ref nan$' 'no figures'
+
+# structures, through the command
+head -c 55296 /dev/zero >zero.raw
+ct-convert -q --raw 24x24x24:f32 --spacing 2 zero.raw water.nii
+ct-metrics --structures water.nii water.nii >out
+[ "$(grep -E '^(soft|struct|false|missed)' out | tr '\n' ' ')" = "soft-tissue-cm3 110.592 structures-bright 0 structures-dark 0 false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 " ]
+ok $? 'water is soft tissue without structures'
+if python_with nibabel; then
+	"$PY" - <<'E2'
+import nibabel as n, numpy as np
+v = n.load('water.nii'); x = v.get_fdata()
+i, j, k = np.mgrid[:24, :24, :24]
+x += 100 * np.exp(-((i - 12) ** 2 + (j - 12) ** 2 + (k - 12) ** 2) / 8)
+n.save(n.Nifti1Image(x.astype('f4'), v.affine), 'blob.nii')
+E2
+	got() { ct-metrics --json "$@" | tr ',' '\n' | sed -n 's/.*"\(false-[a-z]*\|missed-[a-z]*\)": \([0-9]*\).*/\1 \2/p' | tr '\n' ' '; }
+	[ "$(got --structures water.nii blob.nii)" = 'false-bright 1 false-dark 0 missed-bright 0 missed-dark 0 ' ]
+	ok $? 'a blob that the truth does not have is false'
+	[ "$(got --structures blob.nii water.nii)" = 'false-bright 0 false-dark 0 missed-bright 1 missed-dark 0 ' ]
+	ok $? 'and missed the other way'
+	[ "$(got --structures --blob-step=99 water.nii blob.nii)" = 'false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 ' ]
+	ok $? 'unless it is faint'
+	[ "$(got --structures --blob-sigma=0.4 --blob-step=69 water.nii blob.nii)" = 'false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 ' ]
+	ok $? 'or large beside what is looked for'
+fi
 done_testing

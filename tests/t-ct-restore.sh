@@ -26,6 +26,24 @@ ct-train -q $small -t 3 --resume q.safetensors scans
 ! grep -q 'step.*60' info && cmp p.safetensors.state q.safetensors.state
 ok $? 'interrupted, resumed, other threads: same bytes'
 # shellcheck disable=SC2086
+{
+ct-train -q $small --cache kept -f --validate truth.nii c.safetensors scans
+ls kept >made
+ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
+cmp p.safetensors.state c.safetensors.state && cmp c.safetensors.state d.safetensors.state; ok $? 'with a cache: the same bytes, made and found'
+[ "$(wc -l <made)" -ge 9 ] && [ "$(ls kept)" = "$(cat made)" ]; ok $? 'which holds an example a file'
+for f in kept/*; do head -c 3000 "$f" >t; mv t "$f"; break; done
+ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
+cmp c.safetensors.state d.safetensors.state; ok $? 'a damaged one is made anew'
+ct-train -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
+ct-restore -q -p p.safetensors lo.nii a.nii && ct-restore -q -p two.safetensors lo.nii b.nii
+ct-metrics --json a.nii b.nii | grep -q '"max-hu": 0[,.]'; ok $? 'with another prior: the same of its factor'
+}
+# shellcheck disable=SC2086
+exits 3 'what is to stay is a prior, too' ct-train $small --with truth.nii x.safetensors scans
+# shellcheck disable=SC2086
+exits 4 'a cache that cannot be' ct-train $small --cache /dev/null x.safetensors scans
+# shellcheck disable=SC2086
 exits 3 'another rule cannot resume' ct-train $small --depth 1 --resume p.safetensors scans
 has err "depth was '3', not '1'" 'and says why'
 exits 2 'an option of pictures is refused' ct-train --slices --no-flip x.safetensors scans
@@ -59,15 +77,30 @@ r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
 exits 2 'an axis that there is not' ct-restore -p p.safetensors --axes xw lo.nii x.nii
 
+exits 0 'tells the error it expects' ct-restore -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
+ct-metrics --json x.nii one/o.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives the same'
+ct-metrics --std e.nii truth.nii x.nii >out
+awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.5 && h > 4 * l)}' out
+ok $? "which is about the one there is ($(grep std-all out))"
+rm x.nii
 ct-degrade -q -x 2 truth.nii two.nii
 exits 5 'other factors are refused' ct-restore -p p.safetensors two.nii x.nii
 has err 'the prior knows no factors 2,2,2' 'in words'
+exits 0 'and known to a prior of both' ct-restore -q -p two.safetensors two.nii y.nii
 exits 3 'a volume is no prior' ct-restore -p up.nii lo.nii x.nii
 exits 3 'nor is a prior of pictures' ct-restore -p "$builddir/prior.safetensors" lo.nii x.nii
 has err 'no prior of slices' 'in words'
 exits 5 'nor is a volume on another grid one to start from' \
 	ct-restore -p p.safetensors --start truth.nii two.nii x.nii
 exits 5 'or that of the coarse one' ct-restore -p p.safetensors --start lo.nii lo.nii x.nii
+ct-convert -q --type f32 lo.nii - | tail -c 6720 >lo.raw # 14x12x10
+ct-convert -q --raw 14x12x10:f32 --spacing 8 lo.raw plain.nii
+exits 2 'a scan that does not say how it was made' ct-restore -x 4 -p p.safetensors plain.nii x.nii
+ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >flat.raw
+ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
+exits 0 'or whose edges do not say it' ct-restore --estimate -x 4 -p p.safetensors flat.nii w.nii
+has err 'flat.nii: its edges do not tell how it was reduced: nothing is added' 'is refined alone'
+exits 3 'and tells no error' ct-restore --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
 exits 0 'it tells what it will take' ct-restore --dry-run -p p.safetensors lo.nii x.nii
 [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 done_testing

@@ -27,6 +27,8 @@ ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
 ct-metrics edge-step 0.000001 1000000 300
+ct-metrics blob-sigma 0.3 100 1.5
+ct-metrics blob-step 0.001 1000000 15
 ct-metrics min-psnr - any -
 ct-metrics min-ssim - any -
 ct-metrics max-mae - any -
@@ -58,6 +60,9 @@ ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
 ct-restore weight 0 10 1
+ct-restore tolerance 0 1000000 0.1
+ct-restore doubt 0 1000 -
+ct-restore gate 0 1000000 -
 ct-restore cap 0 1000000 -
 ct-restore noise 0 1000000 -
 ct-train factor 2 8 4
@@ -169,7 +174,7 @@ ct-fuse --base-projections --std --lambda-projections n--iterations w--window --
 ct-fuse --checkpoint-every --resume --json --dry-run
 ct-info e--estimate x--factor --json
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
-ct-metrics --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
+ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
 ct-metrics --max-residual --max-residual-rms --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
@@ -180,11 +185,11 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
-ct-restore x--factor --start p--prior w--weight --cap a--axes --sigma --estimate --decimate
+ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
 ct-restore --noise --dry-run
-ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --window --views
+ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --window --views
 ct-sr --iterations --gaussians s--seed
-ct-train --slices x--factor --thick --cubes --cube --noise --bytes --depth --components --width
+ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run

@@ -65,7 +65,8 @@ no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 no ct-restore --estimate --sigma 1
-for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --depth=1 --components=9 --width=9; do
+no ct-restore --tolerance=1 --start none.x
+for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
 	no ct-train $o
 done
 for o in --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
@@ -87,11 +88,13 @@ for t in 'ct-nabgs -b none.x' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges \
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --structures --std=none.x \
 	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
 	no ct-metrics $o --consistency none.x
 done
 no ct-metrics --edge-step=100
+no ct-metrics --blob-sigma=1
+no ct-metrics --blob-step=9
 no ct-metrics --map=m.nii
 no ct-metrics --max-residual=1
 no ct-metrics --max-residual-rms=1
@@ -102,6 +105,9 @@ for q in draft fast; do
 done
 for p in --paper --release; do no ct-sr --quality=best $p; done
 no ct-sr --paper --release
+no ct-sr --slices=none.x -Q draft
+no ct-sr --slices=none.x --paper
+no ct-sr --slices=none.x --release
 echo ct-sr --release >>tried # the error names one of the two
 
 # every option that help says belongs to some modes was tried

@@ -112,7 +112,7 @@ static void patches(void)
 	ct_slicing_of(&s, x, n3, 1, all);
 	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a slice across another axis");
 	ct_patch_cell(cell, &s, &shape, &t, &pose, at);
-	ct_patch_put(back, cell, &s, &shape, &t, &pose, at);
+	ct_patch_put(back, NULL, cell, &s, &shape, &t, &pose, at);
 	worst = mid = 0;
 	for (size_t i = 0; i < COUNT; i++) {
 		bool in = i % N >= 8 && i % N < 12 && i / N / N >= 12 && i / N / N < 16 &&
@@ -224,7 +224,7 @@ static void network(void)
 	struct ct_regressor r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21}, q = {0};
 	struct ct_regressor_work w = {0};
 	struct ct_tensors t = {0};
-	double want[4], worst = 0;
+	double want[5], worst = 0;
 	float patch[5 * 36];
 	int was;
 
@@ -239,8 +239,8 @@ static void network(void)
 	ct_dnn_leave(was);
 	for (size_t i = 0; i < 5; i++) {
 		twin(want, &r, patch + 36 * i, ct_regressor_told(&w, &r, i));
-		for (size_t k = 0; k < 4; k++)
-			worst = fmax(worst, fabs(want[k] - (double)w.out[4 * i + k]));
+		for (size_t k = 0; k < 5; k++)
+			worst = fmax(worst, fabs(want[k] - (double)w.out[5 * i + k]));
 	}
 	OK(worst < 1e-5, "the network is what it says (%g)", worst);
 	must(ct_regressor_put(&r, &t, "2", &err));
@@ -360,6 +360,20 @@ static void learning(void)
 	ct_par_free(three.par);
 }
 
+/* The mean over the axes, into h, which is written over. */
+static int mean(float *h, const struct ct_scene *s, const struct ct_regressor *r,
+	const bool axes[3], size_t *looked, size_t *cells, const struct ct_env *env)
+{
+	struct ct_guess g = {.h = h};
+
+	memset(h, 0, COUNT * sizeof *h);
+	if (ct_predict(&g, s, r, axes, looked, cells, env, &err))
+		return -1;
+	for (size_t i = 0; i < COUNT; i++)
+		h[i] /= (float)g.axes;
+	return 0;
+}
+
 static void prediction(void)
 {
 	struct ct_regressor r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
@@ -374,15 +388,15 @@ static void prediction(void)
 	random_regressor(&r);
 	texture(x, n3, 11);
 	s.x = x;
-	must(ct_predict(a, &s, &r, all, &looked, &cells, &three, &err));
-	must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+	must(mean(a, &s, &r, all, &looked, &cells, &three));
+	must(mean(b, &s, &r, all, &looked, &cells, &one));
 	OK(memcmp(a, b, sizeof a) == 0, "a prediction with any number of threads is the same");
 	OK(looked == cells && cells == 2 * 3 * N * 36, "and looks at all cells of three axes (%zu)",
 		cells);
 	for (unsigned turn = 0; turn < CT_PATCH_POSES; turn++) {
 		turned(y, x, turn);
 		s.x = y;
-		must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+		must(mean(b, &s, &r, all, &looked, &cells, &one));
 		turned(c, a, turn);
 		worst = fmax(worst, farthest(b, c, COUNT));
 	}
@@ -394,7 +408,7 @@ static void prediction(void)
 		const bool only[3] = {k == 0, k == 1, k == 2};
 
 		s.x = x;
-		must(ct_predict(k ? c : b, &s, &r, only, &looked, &cells, &one, &err));
+		must(mean(k ? c : b, &s, &r, only, &looked, &cells, &one));
 		for (size_t i = 0; k && i < COUNT; i++)
 			b[i] += c[i];
 	}
@@ -404,13 +418,12 @@ static void prediction(void)
 	memset(y, 0, sizeof y);
 	s.x = y;
 	looked = 0;
-	must(ct_predict(b, &s, &r, all, &looked, &cells, &one, &err));
+	must(mean(b, &s, &r, all, &looked, &cells, &one));
 	memset(c, 0, sizeof c);
 	OK(looked == 0 && memcmp(b, c, sizeof b) == 0, "nothing is added to what is flat");
 	s.coarse[0] = s.coarse[1] = false;
 	OK(ct_predict_axes(axes, &r, &s) == 0 &&
-			ct_predict(b, &s, &r, all, &looked, &cells, &one, &err) == -1 &&
-			err.code == CT_EGEOM,
+			mean(b, &s, &r, all, &looked, &cells, &one) == -1 && err.code == CT_EGEOM,
 		"thick slices are not for a prior of squares");
 	r.shape.swap = false;
 	OK(ct_predict_axes(axes, &r, &s) == 2 && axes[0] && axes[1] && !axes[2],
@@ -419,13 +432,29 @@ static void prediction(void)
 	ct_par_free(three.par);
 }
 
+static void thick_slices(const struct ct_example_rule *rule)
+{
+	struct ct_example_rule thick = *rule;
+	struct ct_example p = {0};
+	size_t along[3] = {0}, three = 0;
+	bool one = true;
+
+	thick.thick = true;
+	for (uint64_t i = 0; i < 90; i++) {
+		ct_example_regime(&p, &thick, i);
+		one = one && p.coarse[0] + p.coarse[1] + p.coarse[2] == 1;
+		for (int a = 0; a < 3; a++)
+			along[a] += p.coarse[a];
+		ct_example_regime(&p, rule, i);
+		three += p.coarse[0] && p.coarse[1] && p.coarse[2];
+	}
+	OK(one && along[0] > 15 && along[1] > 15 && along[2] > 15 && three == 90,
+		"thick slices lie across any axis (%zu %zu %zu)", along[0], along[1], along[2]);
+}
+
 static void examples(void)
 {
-	const struct ct_example_rule rule = {.side = 24,
-		.factor = 4,
-		.coarse = {true, true, true},
-		.scale = {1, 1.2},
-		.seed = 5};
+	const struct ct_example_rule rule = {.side = 24, .factor = 4, .scale = {1, 1.2}, .seed = 5};
 	const size_t n[3] = {40, 36, 34}, little[3] = {40, 20, 34};
 	struct ct_vol v = {0};
 	struct ct_env env = {0};
@@ -434,6 +463,7 @@ static void examples(void)
 
 	must(ct_vol_alloc(&v, n, &err));
 	texture(v.data, n, 21);
+	thick_slices(&rule);
 	must(ct_example_alloc(&a, &v, &rule, 3, &env, &err));
 	must(ct_example_alloc(&b, &v, &rule, 3, &env, &err));
 	OK(a.n[0] == 24 && a.n[1] == 24 && a.n[2] == 24 &&
@@ -452,6 +482,50 @@ static void examples(void)
 	v.n[1] = little[1];
 	OK(ct_example_alloc(&a, &v, &rule, 3, &env, &err) == 1, "a volume may be too small");
 	ct_vol_free(&v);
+}
+
+/* The same everywhere if the spread is only its bias, and as it is calibrated. */
+static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rule,
+	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
+{
+	struct ct_regressor *r = &p->r[0];
+	const size_t f = ct_regressor_features(r), last = ct_regressor_out(r) - 1;
+	const struct ct_regressor was = *r;
+	struct ct_restore_report got;
+	struct ct_env env = {0};
+	float *std = malloc(COUNT * sizeof *std), *v = malloc(2 * COUNT * sizeof *v);
+	struct ct_scene s = {.x = y->data,
+		.n = {N, N, N},
+		.coarse = {true, true, true},
+		.regime = {.sigma = rule->by.sigma[0] / 4, .noise = rule->noise}};
+	size_t looked = 0, cells = 0, low = 0, high = 0;
+	double most = 0;
+
+	memset(r->all + r->at[CT_PART_LINEAR] + last * f, 0, f * sizeof *r->all);
+	memset(r->all + r->at[CT_PART_3] + last * r->width, 0, r->width * sizeof *r->all);
+	r->all[r->at[CT_PART_LINEAR_BIAS] + last] = -1;
+	r->all[r->at[CT_PART_3_BIAS] + last] = 0;
+	memset(v, 0, 2 * COUNT * sizeof *v);
+	must(ct_predict(&(struct ct_guess){.h = v + COUNT, .v = v}, &s, r, all, &looked, &cells,
+		&env, &err));
+	r->spread[0] = 4;
+	r->spread[1] = 9;
+	r->spread[2] = 0.25f;
+	memcpy(x->data, y->data, COUNT * sizeof *x->data);
+	must(ct_restore(x, std, lo, p, rule, &got, &env, &err));
+	for (size_t i = 0; i < COUNT; i++) {
+		const double want =
+			sqrt(4 * (double)v[i] / 3 + 9 + 0.25 * rule->noise * rule->noise);
+
+		most = fmax(most, fabs((double)std[i] / want - 1));
+		low += v[i] > 0 && v[i] < 30 * expf(-1);
+		high += v[i] > 3e3f * expf(-1);
+	}
+	OK(most < 1e-5, "the expected error is that of the slices, calibrated (%.2g)", most);
+	OK(high > 0 && low < COUNT, "which is the larger the more a patch varies");
+	memcpy(r->spread, was.spread, sizeof r->spread);
+	free(std);
+	free(v);
 }
 
 static void restoring(void)
@@ -481,7 +555,7 @@ static void restoring(void)
 	must(ct_vol_alloc(&y, n3, &err));
 	memcpy(y.data, x.data, COUNT * sizeof *x.data);
 	OK(ct_slice_prior_knows(&p, &rule.by), "a prior knows scans of its factor");
-	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		sum += pow((double)x.data[i] - (double)y.data[i], 2) / COUNT;
 	OK(got.added > 1 && sum > 1, "it adds something (%.3g HU)", got.added);
@@ -489,20 +563,38 @@ static void restoring(void)
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.cap = got.added / 100;
 	sum = got.added;
-	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.added < sum / 20, "with caution less (%.3g HU)", got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.cap = 0;
+	rule.gate = 100 * sum;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added < sum / 20, "and likewise where there is little (%.3g HU)", got.added);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.gate = 0;
+	rule.doubt = 1000;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added < sum / 20, "or the axes do not agree (%.3g HU)", got.added);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.axes[1] = rule.axes[2] = false;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added > sum, "which one axis does with itself (%.3g HU)", got.added);
+	rule.axes[1] = rule.axes[2] = true;
+	rule.doubt = 0;
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.gate = 0;
 	rule.noise = 200;
 	rule.cap = 0;
-	must(ct_restore(&x, &lo, &p, &rule, &got, &env, &err));
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
+	expected_error(&p, &rule, &lo, &y, &x);
 	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;
-	OK(ct_restore(&x, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
+	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
 	rule.by.factor[2] = 3;
 	OK(!ct_slice_prior_knows(&p, &rule.by) &&
-			ct_restore(&x, &lo, &p, &rule, &got, &env, &err) == -1 &&
+			ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM,
 		"other factors are refused");
 	ct_separable_free(&down);

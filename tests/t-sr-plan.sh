@@ -6,7 +6,7 @@
 plan() { # plan NAME ARGS...: the commands are those of standard input
 	name=$1; shift
 	sed 's/@/ T\//g' >want
-	ct-sr --dry-run "$@" >out 2>err && sed "s|${TMPDIR:-/tmp}/ct-sr.XXXXXX/|T/|g; s|--prior=[^ ]*/prior|--prior=PRIOR|" out >got
+	ct-sr --dry-run "$@" >out 2>err && sed "s|${TMPDIR:-/tmp}/ct-sr.XXXXXX/|T/|g; s|--prior=[^ ]*/prior|--prior=PRIOR|; s|--prior=[^ ]*/slices|--prior=SLICES|" out >got
 	cmp -s want got; ok $? "$name"
 	cmp -s want got || diff want got | sed 's/^/# /'
 }
@@ -16,11 +16,18 @@ ct-upsample -x4 --estimate --tolerance=1@lr.nii o.nii
 EOF
 plan 'fast, which is the default' lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
-ct-upsample -x4 --estimate --tolerance=0.1@lr.nii o.nii
+ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii o.nii
 EOF
+plan 'a factor that the prior knows no slices of' -x 5 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x5 --estimate --tolerance=0.1@lr.nii o.nii
+EOF
+has err 'slices.safetensors knows no scans 5 times coarser: nothing is added' 'which is said'
+exits 3 'a prior of pictures has no slices' ct-sr --dry-run --slices "$builddir/prior.safetensors" lr.nii o.nii
+has err 'prior.safetensors: .*no prior of slices' 'in words'
 plan 'balanced' -Q balanced lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
-ct-upsample -x4 --estimate --tolerance=0.1@lr.nii@up.nii
+ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii@up.nii
 ct-project --views=64 --sampling=1.375@up.nii@up-proj.exr
 ct-project --views=64 --sampling=1.375 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
 ct-ddnm --prior=PRIOR.safetensors --sampler=ddnm --eta=0 --steps=2 --init=T/up-proj.exr --t-start=20 --samples=2@lr-proj.exr@sr-proj.exr
@@ -29,7 +36,7 @@ ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
 EOF
 plan 'best, with a seed' -Q best -x 2 -s 7 lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
-ct-upsample -x2 --estimate --tolerance=0.02@lr.nii@up.nii
+ct-restore --prior=SLICES.safetensors -x2 --estimate --tolerance=0.02@lr.nii@up.nii
 ct-project --views=100 --sampling=1.5@up.nii@up-proj.exr
 ct-project --views=100 --sampling=1.5 --coarsen=2 --pixel=sinc@up.nii@lr-proj.exr
 ct-ddnm --prior=PRIOR.safetensors --seed=7 --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
@@ -58,7 +65,7 @@ ct-sr --release --dry-run lr.nii o.nii >out; has out ' -x4 --steps=50 --sigma-y=
 plan 'what is given holds' -Q best --window=-9:99 --views=3 --iterations=4 --gaussians=6 \
 	--prior=p.safetensors --keep=T --expand=7 lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii --expand=7
-ct-upsample -x4 --estimate --tolerance=0.02@lr.nii@up.nii
+ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.02@lr.nii@up.nii
 ct-project --views=3 --sampling=1.5 --window=-9:99@up.nii@up-proj.exr
 ct-project --views=3 --sampling=1.5 --window=-9:99 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
 ct-ddnm --prior=p.safetensors --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
@@ -96,7 +103,7 @@ has err 'k/up.nii: is written between IN and OUT' 'and that is said'
 
 # the prior is looked for beside the command, and in share beside its bin
 mkdir -p x/bin x/share/ctsr; cp "$(command -v ct-sr)" x/bin
-where() { x/bin/ct-sr --dry-run -Q best lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
+where() { x/bin/ct-sr --dry-run -Q best --slices "$builddir/slices.safetensors" lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
 at=$(cd x/bin && pwd -P)
 if [ -z "$(where)" ]; then
 	has err '^ct-sr: no prior is installed at /.*prior.safetensors; --prior names one$' 'no prior'

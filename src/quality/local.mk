@@ -9,3 +9,5 @@ SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
 libct_a_SOURCES += src/quality/certificate.c src/quality/certificate.h
 libct_a_SOURCES += src/quality/edges.c src/quality/edges.h
 libct_a_SOURCES += src/quality/metrics.c src/quality/metrics.h
+libct_a_SOURCES += src/quality/calibration.c src/quality/calibration.h
+libct_a_SOURCES += src/quality/structures.c src/quality/structures.h

@@ -44,37 +44,39 @@ static int cube(struct ct_vol *out, const struct ct_vol *v, const struct ct_exam
 		return -1;
 	ct_separable_apply(&s, out->data, v->data, NULL);
 	ct_separable_free(&s);
+	if (r->clip[1] > r->clip[0] && uniform(r, index, 7, 0, 1) < 0.5)
+		for (size_t i = 0; i < n[0] * n[1] * n[2]; i++)
+			out->data[i] =
+				fminf(fmaxf(out->data[i], (float)r->clip[0]), (float)r->clip[1]);
 	return 0;
 }
 
-/* A scanner at random: sampled well, hardly, or thick slices; P1 to P3 are among them. */
-static void scanner(
-	struct ct_degrade *d, struct ct_regime *g, const struct ct_example_rule *r, uint64_t index)
+/* A scanner at random: sampled well, hardly, or by the mean; P1 to P3 are among them. */
+void ct_example_regime(struct ct_example *p, const struct ct_example_rule *r, uint64_t index)
 {
-	const double kind = uniform(r, index, 4, 0, 1), s = (double)r->factor;
+	struct ct_regime *g = &p->regime;
+	const int axis = (int)uniform(r, index, 8, 0, 3);
+	const double kind = uniform(r, index, 4, 0, 1);
 
-	d->decimate = kind < 0.5   ? CT_DECIMATE_SINC
+	g->decimate = kind < 0.5   ? CT_DECIMATE_SINC
 		      : kind < 0.9 ? CT_DECIMATE_POINT
 				   : CT_DECIMATE_MEAN;
-	g->decimate = d->decimate;
-	g->sigma = d->decimate == CT_DECIMATE_SINC    ? uniform(r, index, 5, 0.22, 0.5)
-		   : d->decimate == CT_DECIMATE_POINT ? uniform(r, index, 5, 0.12, 0.35)
+	g->sigma = g->decimate == CT_DECIMATE_SINC    ? uniform(r, index, 5, 0.22, 0.5)
+		   : g->decimate == CT_DECIMATE_POINT ? uniform(r, index, 5, 0.12, 0.35)
 						      : uniform(r, index, 5, 0, 0.3);
-	for (int a = 0; a < 3; a++) {
-		d->factor[a] = r->coarse[a] ? s : 1;
-		d->sigma[a] = r->coarse[a] ? g->sigma * s : 0;
-	}
 	g->noise = fmax(uniform(r, index, 6, -r->noise, r->noise), 0);
+	for (int a = 0; a < 3; a++)
+		p->coarse[a] = !r->thick || a == axis;
 }
 
-static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_degrade *d,
-	const struct ct_example_rule *r, double noise, uint64_t index, const struct ct_env *env,
-	struct ct_err *e)
+static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_regime *g,
+	const bool coarse[3], const struct ct_example_rule *r, uint64_t index,
+	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
+	struct ct_degrade d = {.decimate = g->decimate};
+	struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
 		.known = true,
-		.by = *d,
-		.noise = noise,
+		.noise = g->noise,
 		.iterations = ITERATIONS,
 		.tolerance = 0.05};
 	struct ct_upsample_report report;
@@ -83,18 +85,32 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 	size_t m[3];
 	int rc = -1;
 
-	for (int a = 0; a < 3; a++)
-		m[a] = ct_degrade_size(truth->n[a], d->factor[a]);
-	if (ct_vol_alloc(&lo, m, e) || ct_degrade_plan(&down, d, truth->n, NULL, e))
+	for (int a = 0; a < 3; a++) {
+		d.factor[a] = coarse[a] ? (double)r->factor : 1;
+		d.sigma[a] = coarse[a] ? g->sigma * d.factor[a] : 0;
+		m[a] = ct_degrade_size(truth->n[a], d.factor[a]);
+	}
+	rule.by = d;
+	if (ct_vol_alloc(&lo, m, e) || ct_degrade_plan(&down, &d, truth->n, NULL, e))
 		goto out;
 	ct_separable_apply(&down, lo.data, truth->data, NULL);
-	if (noise > 0)
-		ct_degrade_noise(lo.data, ct_vol_count(&lo), noise, r->seed + index, NULL);
+	if (g->noise > 0)
+		ct_degrade_noise(lo.data, ct_vol_count(&lo), g->noise, r->seed + index, NULL);
 	rc = ct_upsample(base, &lo, &rule, &report, env, e);
 out:
 	ct_separable_free(&down);
 	ct_vol_free(&lo);
 	return rc;
+}
+
+void ct_example_weigh(struct ct_example *p)
+{
+	const size_t count = p->n[0] * p->n[1] * p->n[2];
+	double square = 0;
+
+	for (size_t i = 0; i < count; i++)
+		square += (double)p->rest[i] * (double)p->rest[i];
+	p->variance = fmax(square / (double)count, 1);
 }
 
 int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
@@ -103,29 +119,24 @@ int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 {
 	const struct ct_env alone = {.stop = env->stop};
 	struct ct_vol truth = {0}, base = {0};
-	struct ct_degrade d;
 	size_t count;
-	double square = 0;
 	int rc = cube(&truth, v, rule, index, e);
 
 	if (rc)
 		goto out;
 	rc = -1;
-	scanner(&d, &p->regime, rule, index);
-	if (solve(&base, &truth, &d, rule, p->regime.noise, index, &alone, e))
+	ct_example_regime(p, rule, index);
+	if (solve(&base, &truth, &p->regime, p->coarse, rule, index, &alone, e))
 		goto out;
 	count = ct_vol_count(&truth);
 	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, e))
 		goto out;
 	p->rest = p->base + count;
 	memcpy(p->base, base.data, count * sizeof *p->base);
-	for (size_t i = 0; i < count; i++) {
+	for (size_t i = 0; i < count; i++)
 		p->rest[i] = truth.data[i] - base.data[i];
-		square += (double)p->rest[i] * (double)p->rest[i];
-	}
-	p->variance = fmax(square / (double)count, 1);
 	memcpy(p->n, truth.n, sizeof p->n);
-	memcpy(p->coarse, rule->coarse, sizeof p->coarse);
+	ct_example_weigh(p);
 	rc = 0;
 out:
 	ct_vol_free(&truth);

@@ -8,11 +8,12 @@
 #include "restore/learn.h"
 
 struct ct_example_rule {
-	size_t side;   /* of a cube, voxels at most */
-	size_t factor; /* of the coarse axes */
-	bool coarse[3];
+	size_t side;     /* of a cube, voxels at most */
+	size_t factor;   /* of the coarse axes */
+	bool thick;      /* along one axis at random, else along all three */
 	double scale[2]; /* voxels of a cube are so many of the volume's, from .. to */
 	double noise;    /* HU, at most; half of the pairs have none */
+	double clip[2];  /* HU that half of them are clipped to; NaN: none */
 	uint64_t seed;
 };
 
@@ -21,6 +22,10 @@ struct ct_example_rule {
 int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 	const struct ct_example_rule *rule, uint64_t index, const struct ct_env *env,
 	struct ct_err *e);
+/* Set what made the LR scan of that pair, and the axes along which it is coarse. */
+void ct_example_regime(struct ct_example *p, const struct ct_example_rule *rule, uint64_t index);
+/* Set the variance of a pair whose rest is there. */
+void ct_example_weigh(struct ct_example *p);
 void ct_example_free(struct ct_example *p);
 
 #endif

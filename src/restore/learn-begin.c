@@ -11,8 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FLOOR 1e-4 /* of the largest eigenvalue, added to all */
-#define RIDGE 1e-3 /* of the mean of the diagonal */
+#define FLOOR 1e-4     /* of the largest eigenvalue, added to all */
+#define RIDGE 1e-3     /* of the mean of the diagonal */
+#define SPREAD (-3.0f) /* where the logarithm of a cell's error begins */
 enum { PIECE = CT_LEARN_PIECE, GROUP = 8, POWERS = 50 };
 
 /* Products of the rows of a piece, of n columns: those of x with x and y with weights. */
@@ -28,7 +29,7 @@ static void rows(float *to, const struct ct_learn_side *d, const struct sums *s)
 {
 	const struct ct_regressor *r = &s->l->r;
 	const size_t m = s->solve ? ct_regressor_features(r) : ct_patch_count(&r->shape);
-	const size_t out = s->solve ? ct_regressor_out(r) : 0;
+	const size_t out = s->solve ? ct_regressor_cell(r) : 0;
 	const float *from = s->solve ? d->w.feature : d->w.patch;
 
 	for (size_t i = 0; i < PIECE; i++, to += s->n) {
@@ -170,7 +171,7 @@ out:
 /* Least squares from the sums (f + 1 + out)^2 of the features, 1 and the targets. */
 static int linear(struct ct_regressor *r, double *sum, struct ct_err *e)
 {
-	const size_t f = ct_regressor_features(r), out = ct_regressor_out(r), ld = f + 1 + out;
+	const size_t f = ct_regressor_features(r), out = ct_regressor_cell(r), ld = f + 1 + out;
 	double trace = 0;
 
 	for (size_t i = 0; i < f; i++)
@@ -194,6 +195,7 @@ static int linear(struct ct_regressor *r, double *sum, struct ct_err *e)
 			r->all[r->at[CT_PART_LINEAR] + o * f + i] = (float)b[i];
 		r->all[r->at[CT_PART_LINEAR_BIAS] + o] = (float)b[f];
 	}
+	r->all[r->at[CT_PART_LINEAR_BIAS] + out] = SPREAD;
 	return 0;
 }
 
@@ -216,7 +218,7 @@ int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 {
 	struct ct_regressor *r = &l->r;
 	const size_t n = ct_patch_count(&r->shape) + 1;
-	const size_t m = ct_regressor_features(r) + 1 + ct_regressor_out(r);
+	const size_t m = ct_regressor_features(r) + 1 + ct_regressor_cell(r);
 	double *sum;
 	int rc;
 

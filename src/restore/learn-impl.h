@@ -12,7 +12,7 @@ enum { CT_LEARN_PIECES = 64 };
 /* Work of a thread: CT_LEARN_PIECE patches. */
 struct ct_learn_side {
 	struct ct_regressor_work w;
-	float *target, *weight; /* (piece,out), (piece); owned, one block at target */
+	float *target, *weight; /* (piece,cell), (piece); owned, one block at target */
 	float *d1, *d2;         /* (piece,width) */
 	double loss, whole;
 };

@@ -46,7 +46,7 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
 	size_t n, uint64_t stream, struct ct_err *e)
 {
-	const size_t count = ct_patch_count(&l->r.shape), out = ct_regressor_out(&l->r);
+	const size_t count = ct_patch_count(&l->r.shape), cell = ct_regressor_cell(&l->r);
 	size_t row = 0, at[3];
 
 	for (uint64_t q = 0; q < TRIES && row < PIECE; q++) {
@@ -66,7 +66,7 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 		ct_regressor_tell(ct_regressor_told(&d->w, &l->r, row), &pose, &p->regime, at[2],
 			p->coarse[axis] ? l->r.shape.cell : 1);
 		s.x = p->rest;
-		ct_patch_cell(d->target + row * out, &s, &l->r.shape, &l->turns, &pose, at);
+		ct_patch_cell(d->target + row * cell, &s, &l->r.shape, &l->turns, &pose, at);
 		d->weight[row++] = (float)((double)pose.s * (double)pose.s / keep / p->variance);
 	}
 	if (row < PIECE)
@@ -74,19 +74,33 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 	return ct_regressor_see(&l->r, &d->w, PIECE, e);
 }
 
-/* Sums over a piece of weight |h - r|^2 and weight |r|^2; d->w.out becomes weight (h - r). */
-static void errors(struct ct_learn_side *d, size_t out)
+/* Sums over a piece of weight |h - r|^2 and weight |r|^2; d->w.out becomes weight (h - r), and the
+ * slope of the loss of the last. */
+static void errors(struct ct_learn_side *d, size_t cell)
 {
 	d->loss = d->whole = 0;
-	for (size_t i = 0; i < PIECE; i++)
-		for (size_t j = 0; j < out; j++) {
-			float *h = d->w.out + i * out + j, r = d->target[i * out + j];
-			float miss = *h - r, w = d->weight[i];
+	for (size_t i = 0; i < PIECE; i++) {
+		float *h = d->w.out + i * (cell + 1), w = d->weight[i], square = 0, surprise;
+
+		for (size_t j = 0; j < cell; j++) {
+			float r = d->target[i * cell + j], miss = h[j] - r;
 
 			d->loss += (double)(w * miss * miss);
 			d->whole += (double)(w * r * r);
-			*h = w * miss;
+			square += miss * miss;
+			h[j] = w * miss;
 		}
+		surprise = square / (float)cell * expf(-h[cell]);
+		h[cell] = 1 - fminf(surprise, CT_LEARN_SURPRISE);
+	}
+}
+
+/* The spread learns from the layers, and they not from it. */
+static int forget_spread(struct ct_learn_side *d, size_t out)
+{
+	for (size_t i = 0; i < PIECE; i++)
+		d->w.out[i * out + out - 1] = 0;
+	return 0;
 }
 
 /* grad (rows,columns) = d^T in, and its bias, of n rows. */
@@ -123,6 +137,7 @@ static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g,
 		       f, e) ||
 			       outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out,
 				       wide, e) ||
+			       forget_spread(d, out) ||
 			       back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->h2, w->a2,
 				       e) ||
 			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
@@ -147,7 +162,7 @@ static void step_piece(void *arg, size_t piece, size_t worker)
 		ct_regressor_think(&l->r, l->all, &d->w, PIECE, &e))
 		l->failed[piece] = e;
 	else {
-		errors(d, ct_regressor_out(&l->r));
+		errors(d, ct_regressor_cell(&l->r));
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 		if (gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], &e))
@@ -213,7 +228,7 @@ static void check_piece(void *arg, size_t piece, size_t worker)
 	if (ct_learn_draw(l, d, c->pairs, c->n, CT_LEARN_CHECK_STREAM + piece, &l->failed[piece]) ==
 			0 &&
 		ct_regressor_think(&l->r, l->r.all, &d->w, PIECE, &l->failed[piece]) == 0) {
-		errors(d, ct_regressor_out(&l->r));
+		errors(d, ct_regressor_cell(&l->r));
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 	}
@@ -243,10 +258,10 @@ int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, 
 static int side_alloc(struct ct_learn_side *d, const struct ct_regressor *r, struct ct_err *e)
 {
 	if (ct_regressor_work_alloc(&d->w, r, PIECE, e) ||
-		ct_alloc(&d->target, PIECE * (ct_regressor_out(r) + 1 + 2 * r->width),
+		ct_alloc(&d->target, PIECE * (ct_regressor_cell(r) + 1 + 2 * r->width),
 			sizeof *d->target, e))
 		return -1;
-	d->weight = d->target + PIECE * ct_regressor_out(r);
+	d->weight = d->target + PIECE * ct_regressor_cell(r);
 	d->d1 = d->weight + PIECE;
 	d->d2 = d->d1 + PIECE * r->width;
 	return 0;
@@ -372,6 +387,7 @@ int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_e
 	}
 	if (vector_get(l->all, w, "weights", n, e) || vector_get(l->moment, w, "moments", 2 * n, e))
 		goto out;
+	memcpy(l->r.spread, r.spread, sizeof r.spread);
 	memcpy(l->r.all, r.all, n * sizeof *r.all);
 	memcpy(l->r.mean, r.mean, (inputs + r.components * inputs) * sizeof *r.mean);
 	l->steps = (uint64_t)step;

@@ -9,6 +9,9 @@
  *           the linear part (least squares, ridge 1e-3) from the first CT_LEARN_BEGIN patches
  *   step    one step of AdamW on all weights but these; the answer is a running average of them
  *
+ * The last output, the logarithm u of a cell's mean square error v, has the loss u + v / e^u, and
+ * moves no weight but its own; v counts as at most CT_LEARN_SURPRISE e^u.
+ *
  * Draws are functions of (seed, number of the draw): the same bytes with any number of threads, and
  * after a stop.
  */
@@ -18,6 +21,7 @@
 #include "restore/regressor.h"
 
 #define CT_LEARN_FULL 300.0
+#define CT_LEARN_SURPRISE 20.0f
 enum { CT_LEARN_BEGIN = 1 << 16 };
 
 struct ct_example {
@@ -52,6 +56,9 @@ uint64_t ct_learn_steps(const struct ct_learn *l);
  * patches of them: 1 - loss(h) / loss(0). Not while a step runs. */
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
 	struct ct_err *e);
+/* Find r->spread on these pairs, not the ones of the training. Codes of ct_predict. */
+int ct_learn_calibrate(
+	struct ct_learn *l, const struct ct_example *pairs, size_t n, struct ct_err *e);
 /* All that a training which goes on needs, and back, into one of the same rule and examples.
  * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);

@@ -193,12 +193,27 @@ void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch
 		out[i] = s->x[place_of(s, shape, t->cell + pose->turn * n, at, i)] / pose->s;
 }
 
-void ct_patch_put(float *to, const float *in, const struct ct_slicing *s,
+void ct_patch_put(float *to, float *square, const float *in, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
 	const struct ct_patch_pose *pose, const size_t at[static 3])
 {
 	const size_t n = shape->cell * shape->cell;
 
-	for (size_t i = 0; i < n; i++)
-		to[place_of(s, shape, t->cell + pose->turn * n, at, i)] += in[i] * pose->s;
+	for (size_t i = 0; i < n; i++) {
+		const size_t place = place_of(s, shape, t->cell + pose->turn * n, at, i);
+		const float v = in[i] * pose->s;
+
+		to[place] += v;
+		if (square)
+			square[place] += v * v;
+	}
+}
+
+void ct_patch_fill(float *to, float value, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const size_t at[static 3])
+{
+	for (size_t j = 0; j < shape->cell; j++)
+		for (size_t i = 0; i < shape->cell; i++)
+			to[(at[0] + i) * s->stride[0] + (at[1] + j) * s->stride[1] +
+				at[2] * s->stride[2]] += value;
 }

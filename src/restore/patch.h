@@ -69,10 +69,14 @@ bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicin
 void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
 	const struct ct_patch_turns *t, const struct ct_patch_pose *pose,
 	const size_t at[static 3]);
-/* Its inverse: add s times the values in the pose to a volume of that slicing. Thread-safe for
- * different cells. */
-void ct_patch_put(float *to, const float *in, const struct ct_slicing *s,
+/* Its inverse: add s times the values in the pose to a volume of that slicing, and their squares to
+ * another, if it is not NULL. Thread-safe for different cells. */
+void ct_patch_put(float *to, float *square, const float *in, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
 	const struct ct_patch_pose *pose, const size_t at[static 3]);
+
+/* Add the same value to all of the cell. */
+void ct_patch_fill(float *to, float value, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const size_t at[static 3]);
 
 #endif

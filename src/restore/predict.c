@@ -4,6 +4,7 @@
 #include "restore/predict.h"
 #include "unet/dnn.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,7 +23,7 @@ struct job {
 	struct ct_patch_turns turns;
 	struct ct_slicing s;
 	struct side *side;
-	float *h;
+	struct ct_guess *g;
 	bool coarse; /* the axis across */
 	const struct ct_env *env;
 };
@@ -49,9 +50,18 @@ static void flush(struct job *j, struct side *d)
 		return;
 	if (ct_regressor_run(j->r, &d->w, d->rows, &d->failed))
 		return;
-	for (size_t i = 0; i < d->rows; i++)
-		ct_patch_put(j->h, d->w.out + i * out, &j->s, &j->r->shape, &j->turns, &d->pose[i],
+	for (size_t i = 0; i < d->rows; i++) {
+		const struct ct_patch_pose *pose = &d->pose[i];
+		const float *said = d->w.out + i * out;
+
+		ct_patch_put(j->g->h, j->g->square, said, &j->s, &j->r->shape, &j->turns, pose,
 			d->at[i]);
+		if (j->g->v)
+			ct_patch_fill(j->g->v,
+				j->r->spread[0] * pose->s * pose->s *
+					expf(fminf(said[out - 1], 20)),
+				&j->s, &j->r->shape, d->at[i]);
+	}
 	d->looked += d->rows;
 	d->rows = 0;
 }
@@ -112,12 +122,12 @@ static int sides(struct job *j, size_t threads, struct ct_err *e)
 	return 0;
 }
 
-int ct_predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
+int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_regressor *r,
 	const bool axes[static 3], size_t *looked, size_t *cells, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const size_t threads = ct_par_threads(env->par), count = s->n[0] * s->n[1] * s->n[2];
-	struct job j = {.r = r, .scene = s, .h = h, .env = env};
+	const size_t threads = ct_par_threads(env->par);
+	struct job j = {.r = r, .scene = s, .g = g, .env = env};
 	bool can[3];
 	size_t used = 0, done = 0;
 	int rc = -1;
@@ -129,7 +139,6 @@ int ct_predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
 		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
 	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e))
 		goto out;
-	memset(h, 0, count * sizeof *h);
 	for (int a = 0; a < 3; a++)
 		if (can[a] && axes[a]) {
 			ct_progress(env, "axes", done++, used);
@@ -137,8 +146,7 @@ int ct_predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
 				goto out;
 		}
 	ct_progress(env, "axes", used, used);
-	for (size_t i = 0; i < count; i++)
-		h[i] /= (float)used;
+	g->axes += used;
 	for (size_t t = 0; t < threads; t++) {
 		*looked += j.side[t].looked;
 		*cells += j.side[t].cells;

@@ -20,10 +20,18 @@ struct ct_scene {
 
 /* Axes across which the regressor takes slices of it. */
 size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const struct ct_scene *s);
-/* h (n voxels, HU) <- the mean over the axes of `axes` that are usable; *looked, if not NULL, the
- * cells that were not flat, of *cells. The same bytes for any number of threads. CT_EGEOM if there
- * is no usable axis or an axis is shorter than a cell; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
-int ct_predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
+/* Sums over slices of several axes, n voxels each; square and v may be NULL. */
+struct ct_guess {
+	float *h;      /* HU, what is expected */
+	float *square; /* HU^2, of what each axis expects */
+	float *v;      /* HU^2, what each says of its error, times spread[0] (regressor.h) */
+	size_t axes;   /* that were added */
+};
+
+/* Add those of the axes of `axes` that are usable; *looked += the cells that were not flat, of
+ * *cells. The same bytes for any number of threads. CT_EGEOM if there is no usable axis or an axis
+ * is shorter than a cell; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
+int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_regressor *r,
 	const bool axes[static 3], size_t *looked, size_t *cells, const struct ct_env *env,
 	struct ct_err *e);
 

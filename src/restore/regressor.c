@@ -44,6 +44,7 @@ int ct_regressor_alloc(struct ct_regressor *r, struct ct_err *e)
 		ct_alloc0(&r->all, at, sizeof *r->all, e))
 		return -1;
 	r->basis = r->mean + n;
+	r->spread[0] = 1;
 	return 0;
 }
 
@@ -66,6 +67,7 @@ void ct_regressor_tell(float told[static CT_REGRESSOR_TOLD], const struct ct_pat
 	told[4] = regime->decimate == CT_DECIMATE_POINT ? 1 : 0;
 	told[5] = regime->decimate == CT_DECIMATE_MEAN ? 1 : 0;
 	told[6] = (float)regime->noise / 15;
+	told[7] = tanhf(pose->mu / 500);
 }
 
 int ct_regressor_work_alloc(
@@ -190,7 +192,8 @@ int ct_regressor_put(
 
 	if (put(w, name, "shape", 1, (const size_t[]){SHAPES}, shape, e) ||
 		put(w, name, "mean", 1, &count, r->mean, e) ||
-		put(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e))
+		put(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e) ||
+		put(w, name, "spread", 1, (const size_t[]){CT_SPREADS}, r->spread, e))
 		return -1;
 	for (int p = 0; p < CT_PARTS; p++) {
 		size_t dim[2];
@@ -222,8 +225,13 @@ int ct_regressor_get(
 		return -1;
 	count = ct_patch_count(&r->shape);
 	if (get(w, name, "mean", 1, &count, r->mean, e) ||
-		get(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e))
+		get(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e) ||
+		get(w, name, "spread", 1, (const size_t[]){CT_SPREADS}, r->spread, e))
 		return -1;
+	for (int i = 0; i < CT_SPREADS; i++)
+		if (r->spread[i] < 0)
+			return ct_fail(e, CT_EINPUT, "tensor \"%s.spread\": value %d is %g", name,
+				i, (double)r->spread[i]);
 	for (int p = 0; p < CT_PARTS; p++) {
 		size_t dim[2];
 

@@ -6,8 +6,9 @@
  *   out = W f + b + W3 a(W2 a(W1 f + b1) + b2) + b3,   a(t) = t / (1 + e^-t)
  *
  * is the mean of (truth - base) / s over what such a cell may hold: a conditional expectation, not
- * a sample. Weights are learned by learn.h. Rows are patches; matrices by oneDNN (unet/dnn.h), on
- * the calling thread: between ct_dnn_enter and ct_dnn_leave.
+ * a sample; and, last, the logarithm of the mean square that is then still missing, over s^2.
+ * Weights are learned by learn.h. Rows are patches; matrices by oneDNN (unet/dnn.h), on the calling
+ * thread: between ct_dnn_enter and ct_dnn_leave.
  */
 #ifndef CT_RESTORE_REGRESSOR_H
 #define CT_RESTORE_REGRESSOR_H
@@ -15,7 +16,7 @@
 #include "resolution/degrade.h"
 #include "restore/patch.h"
 
-enum { CT_REGRESSOR_TOLD = 7 };
+enum { CT_REGRESSOR_TOLD = 8 };
 
 /* What made the LR scan, along the coarse axes of a slice. */
 struct ct_regime {
@@ -37,10 +38,16 @@ enum ct_regressor_part {
 	CT_PARTS
 };
 
+/* The square of the expected error of a voxel, HU^2: spread[0] v + spread[1] + spread[2] noise^2, v
+ * the mean over the axes of what the cells say (0 where a cell is flat), noise that of the LR scan.
+ * Found on held-out volumes; 1, 0, 0 before. */
+enum { CT_SPREADS = 3 };
+
 struct ct_regressor {
 	struct ct_patch_shape shape;
 	size_t components, width; /* K, neurons of a hidden layer */
 	float *mean, *basis;      /* (inputs), (K,inputs); owned, one block at mean */
+	float spread[CT_SPREADS]; /* what the error is, of what the slices say: see below */
 	float *all;               /* owned */
 	size_t at[CT_PARTS + 1];  /* of each part in `all`, and the count of all */
 };
@@ -50,9 +57,15 @@ static inline size_t ct_regressor_features(const struct ct_regressor *r)
 	return r->components + CT_REGRESSOR_TOLD;
 }
 
-static inline size_t ct_regressor_out(const struct ct_regressor *r)
+/* Values of a cell, and those of `out`, the spread among them. */
+static inline size_t ct_regressor_cell(const struct ct_regressor *r)
 {
 	return r->shape.cell * r->shape.cell;
+}
+
+static inline size_t ct_regressor_out(const struct ct_regressor *r)
+{
+	return ct_regressor_cell(r) + 1;
 }
 
 /* shape, components and width are set; the rest is allocated, zero. CT_EINPUT, CT_ENOMEM. */

@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LEAST 1e-6 /* HU^2, of an expected error */
+
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
 {
 	static const char *const kinds[] = {"", "thick-"};
@@ -74,62 +76,88 @@ bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrad
 	return false;
 }
 
-/* h <- the mean over all slices that a regressor of the prior knows; work is as large. */
-static int expect(float *h, float *work, const struct ct_scene *s, size_t factor,
+/* What all regressors expect that know slices of the scene; std, if not NULL, from their sums v. */
+static int expect(struct ct_guess *g, float *std, const struct ct_scene *s, size_t factor,
 	const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t count = s->n[0] * s->n[1] * s->n[2];
-	double used = 0;
+	double floor = 0;
 
 	for (size_t i = 0; i < p->n; i++) {
-		double axes = 0;
+		const struct ct_regressor *r = &p->r[i];
+		const size_t before = g->axes;
 		bool can[3];
 
-		if (p->r[i].shape.cell != factor)
+		if (r->shape.cell != factor)
 			continue;
-		ct_predict_axes(can, &p->r[i], s);
-		for (int a = 0; a < 3; a++)
-			axes += can[a] && rule->axes[a];
-		if (axes == 0.0)
+		ct_predict_axes(can, r, s);
+		if (!((can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) ||
+			    (can[2] && rule->axes[2])))
 			continue;
-		if (ct_predict(used > 0 ? work : h, s, &p->r[i], rule->axes, &report->looked,
-			    &report->cells, env, e))
+		if (ct_predict(g, s, r, rule->axes, &report->looked, &report->cells, env, e))
 			return -1;
-		for (size_t v = 0; used > 0 && v < count; v++)
-			h[v] = (float)(((double)h[v] * used + (double)work[v] * axes) /
-				       (used + axes));
-		used += axes;
+		floor += (double)(g->axes - before) *
+			 ((double)r->spread[1] +
+				 (double)r->spread[2] * s->regime.noise * s->regime.noise);
 	}
-	return used > 0 ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
+	if (g->axes == 0)
+		return ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
+	for (size_t i = 0; std && i < count; i++)
+		std[i] = (float)sqrt(fmax(((double)std[i] + floor) / (double)g->axes, LEAST));
+	return 0;
+}
+
+/* Sums of squares over a block of voxels: of what is expected, and of how far the axes are from it.
+ */
+struct block {
+	double count, square, apart;
+};
+
+static double weight_of(const struct block *b, const struct ct_restore_rule *rule)
+{
+	const double square = b->square / b->count;
+	const double least = rule->gate * rule->gate + rule->doubt * b->apart / b->count;
+	double w = rule->weight;
+
+	if (least > 0)
+		w *= square / (square + least);
+	return rule->cap > 0 ? w / (1 + square / (rule->cap * rule->cap)) : w;
 }
 
 /* x += w h over the block of s^3 voxels at `at`; the sum of (w h)^2. */
-static double add(struct ct_vol *x, const float *h, const size_t at[3], size_t s,
+static double add(struct ct_vol *x, const struct ct_guess *g, const size_t at[3], size_t s,
 	const struct ct_restore_rule *rule)
 {
-	size_t to[3], count = 0;
-	double square = 0, w = rule->weight;
+	const double axes = (double)g->axes;
+	struct block b = {0};
+	size_t to[3];
+	double w;
 
 	for (int a = 0; a < 3; a++)
 		to[a] = at[a] + s < x->n[a] ? at[a] + s : x->n[a];
 	for (size_t k = at[2]; k < to[2]; k++)
 		for (size_t j = at[1]; j < to[1]; j++)
-			for (size_t i = at[0]; i < to[0]; i++, count++) {
-				double v = (double)h[(k * x->n[1] + j) * x->n[0] + i];
+			for (size_t i = at[0]; i < to[0]; i++) {
+				const size_t v = (k * x->n[1] + j) * x->n[0] + i;
+				const double h = (double)g->h[v] / axes;
 
-				square += v * v;
+				b.count++;
+				b.square += h * h;
+				if (g->square && axes > 1)
+					b.apart += fmax(
+						((double)g->square[v] - axes * h * h) / (axes - 1),
+						0);
 			}
-	if (rule->cap > 0)
-		w /= 1 + square / (double)count / (rule->cap * rule->cap);
+	w = weight_of(&b, rule);
 	for (size_t k = at[2]; k < to[2]; k++)
 		for (size_t j = at[1]; j < to[1]; j++)
 			for (size_t i = at[0]; i < to[0]; i++) {
-				size_t v = (k * x->n[1] + j) * x->n[0] + i;
+				const size_t v = (k * x->n[1] + j) * x->n[0] + i;
 
-				x->data[v] += (float)(w * (double)h[v]);
+				x->data[v] += (float)(w * (double)g->h[v] / axes);
 			}
-	return w * w * square;
+	return w * w * b.square;
 }
 
 /* The nearest volume that agrees with lo, exactly or up to its noise. */
@@ -158,15 +186,15 @@ static int agree(struct ct_vol *x, const struct ct_vol *lo, const struct ct_rest
 	return ct_upsample_settle(x, lo, &rule->by, !noisy, residual, env, e);
 }
 
-int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_prior *prior,
-	const struct ct_restore_rule *rule, struct ct_restore_report *report,
-	const struct ct_env *env, struct ct_err *e)
+int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
+	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
+	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_scene s = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}};
 	const size_t count = ct_vol_count(x);
 	size_t factor, at[3];
 	double square = 0;
-	float *h;
+	struct ct_guess g = {.v = std};
 	int rc = -1;
 
 	*report = (struct ct_restore_report){0};
@@ -174,14 +202,17 @@ int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
 	s.regime.noise = rule->noise;
-	if (ct_alloc(&h, 2 * count, sizeof *h, e))
+	if (ct_alloc0(&g.h, (rule->doubt > 0 ? 2 : 1) * count, sizeof *g.h, e))
 		return -1;
-	if (expect(h, h + count, &s, factor, prior, rule, report, env, e))
+	g.square = rule->doubt > 0 ? g.h + count : NULL;
+	if (std)
+		memset(std, 0, count * sizeof *std);
+	if (expect(&g, std, &s, factor, prior, rule, report, env, e))
 		goto out;
 	for (at[2] = 0; at[2] < x->n[2]; at[2] += factor)
 		for (at[1] = 0; at[1] < x->n[1]; at[1] += factor)
 			for (at[0] = 0; at[0] < x->n[0]; at[0] += factor)
-				square += add(x, h, at, factor, rule);
+				square += add(x, &g, at, factor, rule);
 	report->added = sqrt(square / (double)count);
 	if (!isfinite(square)) {
 		ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");
@@ -189,6 +220,6 @@ int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_
 	}
 	rc = agree(x, lo, rule, &report->residual, env, e);
 out:
-	free(h);
+	free(g.h);
 	return rc;
 }

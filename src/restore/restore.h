@@ -1,9 +1,12 @@
 /* restore.h: a volume that a solver made of an LR scan, and what the slice prior adds.
  *
  *   h   what the prior expects the volume to lack (predict.h)
- *   w   W / (1 + h2 / cap^2), h2 the mean of h^2 over the s^3 voxels about it: large corrections
- * are those of scenes unlike the training's, so they are made with caution x   base + w h, and then
- * the nearest volume that D maps to the LR scan: exactly, or, if that has noise, up to it
+ *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2), h2 the mean of h^2 over the s^3 voxels
+ *       about it and a2 that of the variance among the axes: large corrections are those of
+ *       scenes unlike the training's, small ones and those on which slices of different axes do
+ *       not agree are as often wrong, so all three are made with caution
+ *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
+ *       has noise, up to it
  *
  * The prior is a set of regressors: "S" for slices whose two axes are S times coarser, "thick-S"
  * for those with one such axis.
@@ -29,9 +32,9 @@ bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrad
 
 struct ct_restore_rule {
 	struct ct_degrade by;
-	double noise;       /* HU of the LR scan */
-	double weight, cap; /* W; HU, 0 none */
-	bool axes[3];       /* slices across these */
+	double noise;                    /* HU of the LR scan */
+	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
+	bool axes[3];                    /* slices across these */
 };
 
 struct ct_restore_report {
@@ -42,9 +45,10 @@ struct ct_restore_report {
 
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
- * and lo: two volumes. */
-int ct_restore(struct ct_vol *x, const struct ct_vol *lo, const struct ct_slice_prior *prior,
-	const struct ct_restore_rule *rule, struct ct_restore_report *report,
-	const struct ct_env *env, struct ct_err *e);
+ * and lo: one volume, and one more if there is doubt. std, if not NULL, becomes the expected error
+ * of each voxel, HU (regressor.h). */
+int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
+	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
+	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e);
 
 #endif

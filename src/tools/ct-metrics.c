@@ -11,12 +11,12 @@
 #include <strings.h>
 
 struct params {
-	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis;
+	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std;
 	const char *ref, *test; /* the operands by what they are; ref may be NULL */
-	bool psnr, edges;
+	bool psnr, edges, structures;
 	int ssim;
-	double range, step, min_psnr, min_ssim, max_mae, max_rmse, max_gradient, max_residual,
-		max_rms;
+	double range, step, blob, contrast, min_psnr, min_ssim, max_mae, max_rmse, max_gradient,
+		max_residual, max_rms;
 };
 
 #define AND_ALL(X) X(ALL, "all")
@@ -25,6 +25,8 @@ enum { ALL = CT_SSIM_KINDS }; /* the last word of --ssim */
 
 static const struct params defaults = {.ssim = -1,
 	.step = 300,
+	.blob = 1.5,
+	.contrast = 15,
 	.min_psnr = NONE,
 	.min_ssim = NONE,
 	.max_mae = NONE,
@@ -64,6 +66,18 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge",
 		CT_WHEN(CT_IF(struct params, edges))),
+	CT_OPT(struct params, structures, 0, "structures", NULL, 0, 0,
+		"count the blobs in soft tissue that TEST shows and REF does not, and the reverse",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, blob, 0, "blob-sigma", "V", 0.3, 100,
+		"their size: standard deviation of a Gaussian, voxels",
+		CT_WHEN(CT_IF(struct params, structures))),
+	CT_OPT(struct params, contrast, 0, "blob-step", "HU", 1e-3, 1e6, "their least contrast",
+		CT_WHEN(CT_IF(struct params, structures))),
+	CT_INPUT(struct params, std, 0, "std", "FILE",
+		"compare the error with the one that FILE expects at each voxel, in HU: by tenths of "
+		"it, voxels, expected and actual root mean square, shares within one and two of it",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_INPUT(struct params, consistency, 0, "consistency", "LR",
 		"degrade TEST by the operator that the header of LR names, and report how far it "
 		"is "
@@ -166,6 +180,22 @@ static void blame(const struct params *p, const struct ct_vol *ref, struct ct_er
 	ct_blame(e, of_ref ? p->ref : p->test);
 }
 
+static int expectation(struct metrics_figures *f, const struct params *p, const struct ct_vol *ref,
+	const struct ct_vol *test, const struct ct_vol *mask, struct ct_err *e)
+{
+	struct ct_calibration c;
+	struct ct_vol std = {0};
+	int rc = -1;
+
+	if (ct_vol_read(p->std, &std, e) == 0) {
+		rc = ct_calibration(&c, ref, test, &std, mask, e) ? ct_blame(e, p->std) : 0;
+		if (rc == 0)
+			metrics_figures_calibration(f, &c);
+	}
+	ct_vol_free(&std);
+	return rc;
+}
+
 /* All that needs a REF. ct_metrics sees for itself whether the volumes are finite. */
 static int compare(struct metrics_figures *f, const struct params *p, const struct ct_vol *test,
 	const struct ct_env *env, struct ct_err *e)
@@ -176,6 +206,7 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 	struct ct_metrics_rule rule;
 	struct ct_metrics m;
 	struct ct_edges edges;
+	struct ct_structures blobs;
 	int rc = -1;
 
 	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
@@ -194,6 +225,15 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 		}
 		metrics_figures_edges(f, &edges);
 	}
+	if (p->structures) {
+		if (ct_structures(&blobs, &ref, test, in, p->blob, p->contrast, env, e)) {
+			ct_blame(e, p->ref);
+			goto out;
+		}
+		metrics_figures_structures(f, &blobs, &ref);
+	}
+	if (p->std && expectation(f, p, &ref, test, in, e))
+		goto out;
 	if ((p->per_slice && metrics_per_slice(p->per_slice, slice, ref.n, &rule, env, e)) ||
 		(p->per_axis && metrics_per_axis(p->per_axis, &m, &ref, &rule, env, e)))
 		goto out;

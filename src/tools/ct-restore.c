@@ -18,28 +18,42 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *start, *prior, *axes;
-	double weight, cap;
+	const char *out, *std, *start, *prior, *axes;
+	double weight, doubt, gate, cap, tolerance;
 };
 
 static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)NAN},
 	.axes = "xyz",
 	.weight = 1,
+	.tolerance = 0.1,
+	.doubt = (double)NAN,
+	.gate = (double)NAN,
 	.cap = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
+	CT_OUTPUT(struct params, std, 0, "std", "FILE",
+		"also write the error that is expected at each voxel, HU, NIfTI"),
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN says "
 		"it was reduced by if not given, and that one if it is"),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
 		"what the prior is to add to, a volume on the grid of OUT; by default what "
 		"ct-upsample makes of IN"),
+	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
+		"stop the solver when an iteration moves the volume by less than HU RMS",
+		CT_WHEN(CT_UNLESS(struct params, start))),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"prior of slices, safetensors; by default slices.safetensors where it is installed"),
 	CT_OPT(struct params, weight, 'w', "weight", "W", 0, 10,
 		"take W times what the prior expects"),
+	CT_OPT(struct params, doubt, 0, "doubt", "X", 0, 1000,
+		"take less of it where slices across different axes do not agree, X times as much; "
+		"0.8 by default, and 0 where the operator aliases or IN has noise"),
+	CT_OPT(struct params, gate, 0, "gate", "HU", 0, 1e6,
+		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
+		"the operator aliases or IN has noise"),
 	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
 		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 250 by default, "
 		"and none where the operator aliases"),
@@ -62,11 +76,12 @@ static const struct ct_opt opts[] = {
 struct job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct ct_vol in, out;
+	struct ct_vol in, out, std;
 	struct ct_meta start, prior_meta;
 	struct ct_slice_prior prior;
 	struct lowres_is is;
 	struct ct_restore_rule rule;
+	bool alone; /* the solver: nothing tells what the prior is to know */
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -102,15 +117,27 @@ out:
 	return rc;
 }
 
+/* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
 	double aliasing = 0;
+	bool aliases;
 
 	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e))
 		return -1;
-	if (!j->is.known)
+	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
+	if (!j->is.known && (j->p->start || j->p->std))
+		return ct_fail(e, CT_EINPUT,
+			"%s: its edges do not tell how it was reduced: --sigma", j->p->lr.in);
+	j->alone = !j->is.known;
+	if (j->alone) {
+		ct_log(j->env, CT_WARN,
+			"%s: its edges do not tell how it was reduced: nothing is added",
+			j->p->lr.in);
+		return 0;
+	}
 	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
 		return ct_fail(e, CT_EGEOM, "%s: the prior knows no factors %g,%g,%g", j->p->lr.in,
 			j->is.by.factor[0], j->is.by.factor[1], j->is.by.factor[2]);
@@ -126,7 +153,10 @@ static int settle(struct job *j, struct ct_err *e)
 	j->rule.by = j->is.by;
 	j->rule.noise = j->is.noise;
 	j->rule.weight = j->p->weight;
-	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliasing > CT_UPSAMPLE_ALIAS ? 0 : 250;
+	aliases = aliasing > CT_UPSAMPLE_ALIAS;
+	j->rule.doubt = !isnan(j->p->doubt) ? j->p->doubt : aliases || j->is.noise > 0 ? 0 : 0.8;
+	j->rule.gate = !isnan(j->p->gate) ? j->p->gate : aliases || j->is.noise > 0 ? 0 : 15;
+	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliases ? 0 : 250;
 	return parse_axes(j->rule.axes, j->p->axes, e);
 }
 
@@ -134,11 +164,11 @@ static int settle(struct job *j, struct ct_err *e)
 static int refine(struct job *j, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
-		.known = true,
+		.known = j->is.known,
 		.by = j->is.by,
 		.noise = j->is.noise,
 		.iterations = 300,
-		.tolerance = 0.1};
+		.tolerance = j->p->tolerance};
 	struct ct_upsample_report did;
 
 	return ct_upsample(&j->out, &j->in, &rule, &did, j->env, e) ? ct_blame(e, j->p->lr.in) : 0;
@@ -180,8 +210,8 @@ static int expect(struct job *j, struct ct_err *e)
 	ct_crop(piece.data, n, whole.data, whole.n, from, 0);
 	j->in = piece;
 	start = ct_clock_wall();
-	if (refine(j, e) == 0 &&
-		ct_restore(&j->out, &j->in, &j->prior, &j->rule, &did, j->env, e) == 0) {
+	if (refine(j, e) == 0 && (j->alone || ct_restore(&j->out, NULL, &j->in, &j->prior, &j->rule,
+						      &did, j->env, e) == 0)) {
 		cost.seconds = (ct_clock_wall() - start) * part;
 		cost.memory = 4 * fine * 9; /* of htv, the most */
 		cost.disk = 4 * fine;
@@ -193,25 +223,45 @@ static int expect(struct job *j, struct ct_err *e)
 	return rc;
 }
 
-static int work(struct job *j, struct ct_err *e)
+/* What the prior adds. */
+static int add(struct job *j, struct ct_err *e)
 {
 	struct ct_restore_report did;
 	const double start = ct_clock_wall();
 
-	if (begin(j, e))
+	if (j->p->std && ct_vol_alloc(&j->std, j->out.n, e))
 		return -1;
-	if (ct_restore(&j->out, &j->in, &j->prior, &j->rule, &did, j->env, e))
+	if (ct_restore(&j->out, j->std.data, &j->in, &j->prior, &j->rule, &did, j->env, e))
 		return ct_blame(e, j->p->start ? j->p->start : j->p->lr.in);
 	ct_log(j->env, CT_INFO,
 		"%zu of %zu cells are not flat, added %.3g HU RMS, agrees with IN within %.3g HU RMS, "
 		"%.1f s",
 		did.looked, did.cells, did.added, did.residual, ct_clock_wall() - start);
-	if (ct_degrade_put(&j->out.meta, &j->is.by, e) || ct_check_stop(j->env, e) ||
-		ct_meta_step(&j->out.meta, j->env, 3,
-			(const struct ct_meta *const[]){
-				&j->in.meta, j->p->start ? &j->start : NULL, &j->prior_meta},
-			e))
+	return 0;
+}
+
+/* What it was made of. */
+static int tell(struct job *j, struct ct_meta *m, struct ct_err *e)
+{
+	return ct_meta_step(m, j->env, 3,
+		(const struct ct_meta *const[]){
+			&j->in.meta, j->p->start ? &j->start : NULL, &j->prior_meta},
+		e);
+}
+
+static int work(struct job *j, struct ct_err *e)
+{
+	if (begin(j, e) || (!j->alone && add(j, e)))
 		return -1;
+	if (ct_degrade_put(&j->out.meta, &j->is.by, e) || ct_check_stop(j->env, e) ||
+		tell(j, &j->out.meta, e))
+		return -1;
+	if (j->p->std) {
+		memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);
+		if (ct_meta_set(&j->std.meta, CT_META_QUANTITY, "expected error", e) ||
+			tell(j, &j->std.meta, e) || ct_vol_write(j->p->std, &j->std, j->env, e))
+			return -1;
+	}
 	return ct_vol_write(j->p->out, &j->out, j->env, e);
 }
 
@@ -235,6 +285,7 @@ out:
 	ct_meta_free(&j.start);
 	ct_vol_free(&j.in);
 	ct_vol_free(&j.out);
+	ct_vol_free(&j.std);
 	return rc;
 }
 

@@ -2,8 +2,10 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/cli.h"
+#include "formats/format.h"
 #include "formats/inflate.h"
 #include "formats/io.h"
+#include "restore/restore.h"
 #include "tools/prior-file.h"
 
 #include <errno.h>
@@ -19,8 +21,8 @@
 	X(BEST, "best")
 enum quality { QUALITIES(CT_WORD_VALUE) };
 
-/* What a level of quality means for every step. Without views the operator is inverted and nothing
- * else: with the shipped prior that is the most accurate (README). */
+/* What a level of quality means for every step. Without views there are no projections: with the
+ * shipped prior of them that is the most accurate (README). */
 struct preset {
 	int views, steps, t_start, samples, iterations, gaussians;
 	double sampling;  /* detector pixels a voxel; 0 the published 1 */
@@ -43,7 +45,7 @@ static double release_sigma_y(int scale)
 }
 
 struct params {
-	const char *in, *out, *keep, *prior, *window;
+	const char *in, *out, *keep, *prior, *slices, *window;
 	int scale, quality, views, iterations, gaussians;
 	bool paper, release, resume, dry_run;
 };
@@ -61,8 +63,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
-		"draft and fast invert the operator that made IN, balanced and best add what the "
-		"prior puts into projections; see DESCRIPTION",
+		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
+		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
 		CT_WHEN(CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published method to the letter; see DESCRIPTION",
@@ -78,8 +80,13 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
+	CT_INPUT(struct params, slices, 0, "slices", "FILE",
+		"prior of slices; the one that is installed if not given",
+		CT_WHEN(CT_UNLESS_WORD(struct params, quality, CT_BIT(DRAFT)),
+			CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_INPUT(struct params, prior, 0, "prior", "FILE",
-		"diffusion prior; the one that is installed if not given", CT_WHEN(PROJECTS)),
+		"diffusion prior of projections; the one that is installed if not given",
+		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
 		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
 		")",
@@ -93,9 +100,14 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
+static bool published(const struct params *p)
+{
+	return p->paper || p->release;
+}
+
 /* All files by name. */
 struct files {
-	char *in, *out, *keep, *prior, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
+	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
 };
 
 /* A name that no command takes for an option; NULL if no memory. */
@@ -106,14 +118,46 @@ static char *plain(const char *name)
 	return asprintf(&s, "%s%s", name[0] == '-' && name[1] ? "./" : "", name) < 0 ? NULL : s;
 }
 
-/* Those of the user; the prior is named only if there are projections for it. */
-static int name_given(struct files *f, const struct params *p, bool prior, struct ct_err *e)
+/* NULL in f->slices if they do not know the factor: the solver is alone then. */
+static int know(struct files *f, const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	const double s = p->scale;
+	const struct ct_degrade by = {.factor = {s, s, s}};
+	struct ct_slice_prior prior = {0};
+	struct ct_tensors w = {0};
+	int rc = -1;
+
+	if (ct_tensors_read(f->slices, &w, e))
+		goto out;
+	if (ct_slice_prior_alloc(&prior, &w, e)) {
+		ct_blame(e, f->slices);
+		goto out;
+	}
+	rc = 0;
+	if (ct_slice_prior_knows(&prior, &by))
+		goto out;
+	ct_log(env, CT_WARN, "%s knows no scans %d times coarser: nothing is added", f->slices,
+		p->scale);
+	free(f->slices);
+	f->slices = NULL;
+out:
+	ct_slice_prior_free(&prior);
+	ct_tensors_free(&w);
+	return rc;
+}
+
+/* Those of the user; a prior is named only if something is left to it. */
+static int name_given(struct files *f, const struct params *p, bool prior, const struct ct_env *env,
+	struct ct_err *e)
 {
 	f->in = plain(p->in);
 	f->out = plain(p->out);
 	f->keep = p->keep ? plain(p->keep) : NULL;
 	if (!f->in || !f->out || (p->keep && !f->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
+	if (p->quality != DRAFT && !published(p) &&
+		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) || know(f, p, env, e)))
+		return -1;
 	return prior ? prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e) : 0;
 }
 
@@ -148,17 +192,13 @@ static void free_files(struct files *f)
 	free(f->out);
 	free(f->keep);
 	free(f->prior);
+	free(f->slices);
 	free(f->lr);
 	free(f->up);
 	free(f->up_proj);
 	free(f->lr_proj);
 	free(f->sr_proj);
 	free(f->res);
-}
-
-static bool published(const struct params *p)
-{
-	return p->paper || p->release;
 }
 
 static struct preset choose(const struct params *p)
@@ -229,10 +269,12 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
 
-static int add_upsample(struct ct_chain *c, const struct params *p, const struct preset *q,
+/* The solver, and the prior of slices if it has one to add. */
+static int add_refine(struct ct_chain *c, const struct params *p, const struct preset *q,
 	const struct files *f, const char *output, struct ct_err *e)
 {
-	if (ct_chain_add(c, e, false, output, "ct-upsample", NULL) ||
+	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
+		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
 		ct_chain_word(c, e, "-x%d", p->scale))
 		return -1;
 	if (published(p) ? ct_chain_word(c, e, "--method=cubic")
@@ -250,13 +292,15 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 	ct_chain_source(c, f->in);
 	if (f->prior)
 		ct_chain_source(c, f->prior);
+	if (f->slices)
+		ct_chain_source(c, f->slices);
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
 		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
 			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())))
 		return -1;
 	if (q.views == 0)
-		return add_upsample(c, p, &q, f, f->out, e);
-	if (add_upsample(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
+		return add_refine(c, p, &q, f, f->out, e);
+	if (add_refine(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
 		add_ddnm(c, p, &q, f, seed, e))
 		return -1;
 	if (ct_chain_add(c, e, true, f->res, "ct-nabgs", NULL) ||
@@ -287,7 +331,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
-	if (name_given(&f, p, choose(p).views > 0, e) ||
+	if (name_given(&f, p, choose(p).views > 0, env, e) ||
 		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) || name_kept(&f, &c, e) ||
 		check_files(&f, p, e) || plan(&c, p, &f, env->seed, e))
 		goto out;
@@ -304,7 +348,7 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-sr",
-	.brief = "Super-resolve a CT: invert the operator that made it, and more if asked.",
+	.brief = "Super-resolve a CT: invert the operator that made it, add what a prior knows.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,

@@ -37,7 +37,7 @@ static const struct ct_opt opts[] = {
 		"for scans whose coarse voxels are S fine ones",
 		CT_WHEN(CT_IF(struct train_params, slices))),
 	CT_OPT(struct train_params, thick, 0, "thick", NULL, 0, 0,
-		"for thick slices: coarse along one axis only",
+		"for thick slices: coarse along one axis only, any in training",
 		CT_WHEN(CT_IF(struct train_params, slices))),
 	CT_OPT(struct train_params, cubes, 0, "cubes", "N", 1, 100000,
 		"examples made of every CT, each at a place, scale and phase of its own",
@@ -49,6 +49,15 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct train_params, slices))),
 	CT_OPT(struct train_params, bytes, 0, "bytes", "A:B", 0, 0,
 		"volumes of bytes are no HU: 0 stands for A HU, 255 for B",
+		CT_WHEN(CT_IF(struct train_params, slices))),
+	CT_OPT(struct train_params, window, 0, "window", "LO:HI", 0, 0,
+		"clip half of the examples to LO to HI HU, as CTs of a window are",
+		CT_WHEN(CT_IF(struct train_params, slices))),
+	CT_INPUT_IDLE(struct train_params, with, 0, "with", "FILE",
+		"a prior of slices whose other nets, for other factors, OUT holds too",
+		CT_WHEN(CT_IF(struct train_params, slices))),
+	CT_OPT_IDLE(struct train_params, cache, 0, "cache", "DIR", 0, 0,
+		"keep the examples in the folder DIR, for the next training with the same ones",
 		CT_WHEN(CT_IF(struct train_params, slices))),
 	CT_OPT(struct train_params, depth, 0, "depth", "N", 1, 5,
 		"slices of a patch, an odd number", CT_WHEN(CT_IF(struct train_params, slices))),
@@ -133,6 +142,7 @@ out:
 	for (size_t i = 0; data.input && i < data.n; i++)
 		ct_meta_free(&data.input[i]);
 	free(data.input);
+	ct_meta_free(&data.with);
 	ct_resume_close(&resume);
 	return rc;
 }

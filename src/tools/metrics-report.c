@@ -81,6 +81,46 @@ void metrics_figures_residual(
 	append(f, "residual-mean-hu", c->mean, 6);
 }
 
+void metrics_figures_structures(
+	struct metrics_figures *f, const struct ct_structures *s, const struct ct_vol *v)
+{
+	double spacing[3];
+
+	ct_vol_spacing(v, spacing);
+	append(f, "soft-tissue-cm3", (double)s->soft * spacing[0] * spacing[1] * spacing[2] / 1000,
+		3);
+	append(f, "structures-bright", (double)s->is[0], 0);
+	append(f, "structures-dark", (double)s->is[1], 0);
+	append(f, "false-bright", (double)s->falsely[0], 0);
+	append(f, "false-dark", (double)s->falsely[1], 0);
+	append(f, "missed-bright", (double)s->missed[0], 0);
+	append(f, "missed-dark", (double)s->missed[1], 0);
+}
+
+static void calibration_row(
+	struct metrics_figures *f, const char *name, const struct ct_calibration_row *r)
+{
+	struct metrics_figure *o = append(f, name, (double)r->voxels, -1);
+
+	o->v[1] = r->expected;
+	o->v[2] = r->actual;
+	o->v[3] = r->within[0];
+	o->v[4] = r->within[1];
+	o->n = 5;
+	o->mark = ' ';
+}
+
+void metrics_figures_calibration(struct metrics_figures *f, const struct ct_calibration *c)
+{
+	static const char *const names[CT_CALIBRATION_ROWS] = {"std-1", "std-2", "std-3", "std-4",
+		"std-5", "std-6", "std-7", "std-8", "std-9", "std-10"};
+
+	for (int k = 0; k < CT_CALIBRATION_ROWS; k++)
+		if (c->row[k].voxels)
+			calibration_row(f, names[k], &c->row[k]);
+	calibration_row(f, "std-all", &c->all);
+}
+
 double metrics_figures_get(const struct metrics_figures *f, const char *name)
 {
 	for (size_t i = 0; i < f->n; i++)

@@ -1,19 +1,21 @@
 /* metrics-report.h: the figures of ct-metrics: in what order, under what names, and how written. */
 #ifndef CT_TOOLS_METRICS_REPORT_H
 #define CT_TOOLS_METRICS_REPORT_H
+#include "quality/calibration.h"
 #include "quality/certificate.h"
 #include "quality/edges.h"
 #include "quality/metrics.h"
+#include "quality/structures.h"
 
 #include <stdbool.h>
 
-enum { METRICS_FIGURES = 48 };
+enum { METRICS_FIGURES = 64 };
 
-/* One line: up to three numbers, or a word. */
+/* One line: up to five numbers, or a word. */
 struct metrics_figure {
 	const char *name, *word; /* word: borrowed, or NULL */
 	size_t n;
-	double v[3];
+	double v[5];
 	char mark;  /* between the numbers */
 	int digits; /* behind the point; negative: as many as it takes */
 };
@@ -31,6 +33,9 @@ void metrics_figures_metrics(
 void metrics_figures_edges(struct metrics_figures *f, const struct ct_edges *s);
 void metrics_figures_residual(
 	struct metrics_figures *f, const struct ct_certificate *c, const struct ct_meta *lr);
+void metrics_figures_structures(
+	struct metrics_figures *f, const struct ct_structures *s, const struct ct_vol *v);
+void metrics_figures_calibration(struct metrics_figures *f, const struct ct_calibration *c);
 /* First number of a figure; NaN if there is none of the name. */
 double metrics_figures_get(const struct metrics_figures *f, const char *name);
 /* To standard output: a line a figure, or an object in which what is not finite is null. */

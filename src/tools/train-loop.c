@@ -22,10 +22,11 @@ struct job {
 	size_t losses;
 };
 
-/* "NAME hash; NAME hash" of all DATA. */
+/* "NAME hash; NAME hash" of all DATA, and those of the prior that OUT holds too. */
 static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 {
-	size_t size = 1, used = 0;
+	const char *with = ct_meta_get(&d->with, CT_META_DATASET);
+	size_t size = 1 + (with ? strlen(with) + 2 : 0), used = 0;
 
 	for (size_t i = 0; i < d->n; i++)
 		size += strlen(ct_meta_get(&d->input[i], CT_META_INPUT)) + 2;
@@ -34,6 +35,8 @@ static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 	for (size_t i = 0; i < d->n; i++)
 		used += (size_t)snprintf(*out + used, size - used, "%s%s", i ? "; " : "",
 			ct_meta_get(&d->input[i], CT_META_INPUT));
+	if (with && strcmp(with, *out) != 0)
+		snprintf(*out + used, size - used, "; %s", with);
 	return 0;
 }
 
@@ -45,13 +48,14 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	char *text = NULL;
 	int rc = -1;
 
-	if (ct_alloc(&in, n, sizeof(struct ct_meta *), e) || dataset(&text, j->data, e))
+	if (ct_alloc(&in, n + 1, sizeof(struct ct_meta *), e) || dataset(&text, j->data, e))
 		goto out;
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->data->input[i];
+	in[n] = &j->data->with;
 	if (j->s->result(j->s->it, &w, e) || ct_meta_set(&w.meta, CT_META_DATASET, text, e) ||
 		(j->p->licence && ct_meta_set(&w.meta, CT_META_LICENCE, j->p->licence, e)) ||
-		ct_meta_step(&w.meta, &j->env, n, in, e))
+		ct_meta_step(&w.meta, &j->env, n + 1, in, e))
 		goto out;
 	rc = ct_tensors_write(j->p->out, &w, j->p->half, &j->env, e);
 out:

@@ -7,6 +7,8 @@
 #include "formats/io.h"
 #include "restore/example.h"
 #include "restore/learn.h"
+#include "restore/restore.h"
+#include "tools/train-cache.h"
 #include "tools/train-data.h"
 #include "tools/train.h"
 
@@ -25,7 +27,8 @@ struct job {
 	const struct train_params *p;
 	struct ct_env env;
 	struct ct_example_rule rule;
-	double bytes[2]; /* HU of the bytes 0 and 255; NaN: there are none */
+	double bytes[2];        /* HU of the bytes 0 and 255; NaN: there are none */
+	struct ct_tensors with; /* the regressors that OUT holds besides */
 	struct lessons data, held;
 	struct ct_learn *learn;
 	char name[40]; /* of the regressor */
@@ -72,8 +75,8 @@ static void make(void *arg, size_t i, size_t worker)
 	struct group *g = arg;
 
 	(void)worker;
-	g->rc[i] = ct_example_alloc(
-		&g->example[i], g->v, &g->j->rule, g->first + i, &g->j->env, &g->e[i]);
+	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes,
+		&g->j->rule, g->first + i, &g->j->env, &g->e[i]);
 }
 
 /* Add the examples of a volume. */
@@ -155,14 +158,35 @@ static int settle(struct job *j, struct ct_err *e)
 	j->bytes[0] = (double)NAN;
 	if (p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, j->bytes, e))
 		return -1;
+	if (p->cache && train_cache_open(p->cache, e))
+		return -1;
 	j->rule = (struct ct_example_rule){.side = (size_t)p->cube,
 		.factor = (size_t)p->factor,
-		.coarse = {!p->thick, !p->thick, true},
+		.thick = p->thick,
 		.scale = {1.1, 2.3},
 		.noise = p->noise,
+		.clip = {(double)NAN, (double)NAN},
 		.seed = j->env.seed};
+	if (p->window && ct_cli_range("window", p->window, j->rule.clip, e))
+		return -1;
 	snprintf(j->name, sizeof j->name, "%s%d", p->thick ? "thick-" : "", p->factor);
 	return 0;
+}
+
+/* What is to stay of another prior, which has to be one. */
+static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
+{
+	struct ct_slice_prior p = {0};
+	int rc = -1;
+
+	if (!j->p->with)
+		return 0;
+	if (ct_tensors_read(j->p->with, &j->with, e) == 0)
+		rc = ct_slice_prior_alloc(&p, &j->with, e) ? ct_blame(e, j->p->with) : 0;
+	data->with = j->with.meta;
+	j->with.meta = (struct ct_meta){0};
+	ct_slice_prior_free(&p);
+	return rc;
 }
 
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
@@ -240,11 +264,38 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_learn_restore(((struct job *)it)->learn, w, e);
 }
 
+/* The regressors of --with, but for the one that is trained. */
+static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *e)
+{
+	const size_t own = strlen(j->name);
+
+	for (size_t i = 0; i < j->with.n; i++) {
+		const struct ct_tensor *from = &j->with.t[i];
+		struct ct_tensor *to;
+
+		if (strncmp(from->name, j->name, own) == 0 && from->name[own] == '.')
+			continue;
+		if (ct_tensors_add(w, from->name, from->rank, from->dim, &to, e))
+			return -1;
+		memcpy(to->data, from->data, ct_tensor_count(from) * sizeof *to->data);
+	}
+	return 0;
+}
+
+/* What the error is of what the slices say, at the end. */
+static int calibrate(const struct job *j, struct ct_err *e)
+{
+	return j->held.n && ct_learn_steps(j->learn) == (uint64_t)j->p->steps
+		       ? ct_learn_calibrate(j->learn, j->held.example, j->held.n, e)
+		       : 0;
+}
+
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct job *j = it;
 
-	return ct_regressor_put(ct_learn_result(j->learn), w, j->name, e) ||
+	return calibrate(j, e) || ct_regressor_put(ct_learn_result(j->learn), w, j->name, e) ||
+			       add_others(w, j, e) ||
 			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
 				       (unsigned long long)ct_learn_steps(j->learn))
 		       ? -1
@@ -283,6 +334,7 @@ static void done(void *it)
 	ct_learn_free(j->learn);
 	lessons_free(&j->data);
 	lessons_free(&j->held);
+	ct_tensors_free(&j->with);
 	free(j);
 }
 
@@ -304,5 +356,6 @@ int train_slices(struct train_subject *s, struct train_data *data, const struct 
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return settle(j, e) || read_data(j, data, e) || start(j, e) ? -1 : 0;
+	return settle(j, e) || read_with(j, data, e) || read_data(j, data, e) || start(j, e) ? -1
+											     : 0;
 }

@@ -1,0 +1,20 @@
+#!/bin/sh
+# Remakes slices.safetensors, the shipped prior of slices:
+#   make-slices.sh CT_FOLDER HELD_FOLDER WORK OUT.safetensors
+# CT_FOLDER holds NIfTI volumes in HU, and micro-CT in bytes, which become HU by --bytes; HELD_FOLDER those
+# of other patients, on which the nets are judged and their expected error is calibrated. The examples stay
+# in WORK. The same machine and version give the same bytes.
+set -e
+ct=$1 held=$2 work=$3 out=$4
+mkdir -p "$work"
+net() { # net NAME ct-train options: one more net beside those that there are
+	name=$1; shift
+	ct-train -f --half --slices -s 1 --bytes=-1000:2570 --window=-512:3071 --cache "$work/examples" \
+		--validate "$held" --validate-every 1000 --checkpoint-every 1000000 ${with:+--with "$with"} \
+		"$@" "$work/$name.safetensors" "$ct"
+	with=$work/$name.safetensors
+}
+net 4 -x 4 --cubes 24 --cube 80 --depth 5 --components 240 --width 640 -n 8000
+net 2 -x 2 -p 12 --cubes 8 --cube 64 --depth 5 --components 200 --width 512 -n 5000
+net 3 -x 3 -p 13 --cubes 8 --cube 72 --depth 5 --components 200 --width 512 -n 5000
+cp "$with" "$out"

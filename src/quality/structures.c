@@ -1,0 +1,112 @@
+/* structures.c: see structures.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "quality/structures.h"
+#include "resolution/degrade.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define OUTER (10.0 / 3)
+
+static int blur(
+	float *out, const struct ct_vol *v, double sigma, struct ct_par *par, struct ct_err *e)
+{
+	const struct ct_degrade d = {.factor = {1, 1, 1}, .sigma = {sigma, sigma, sigma}};
+	struct ct_separable s = {0};
+
+	if (ct_degrade_plan(&s, &d, v->n, par, e))
+		return -1;
+	ct_separable_apply(&s, out, v->data, par);
+	ct_separable_free(&s);
+	return 0;
+}
+
+/* d <- the difference of Gaussians; soft, if not NULL, <- where both are near water. */
+static int band(float *d, float *work, unsigned char *soft, const struct ct_vol *v, double sigma,
+	struct ct_par *par, struct ct_err *e)
+{
+	const size_t n = ct_vol_count(v);
+
+	if (blur(d, v, sigma, par, e) || blur(work, v, OUTER * sigma, par, e))
+		return -1;
+	for (size_t i = 0; i < n; i++) {
+		if (soft)
+			soft[i] = fabsf(d[i]) < CT_STRUCTURES_SOFT &&
+				  fabsf(work[i]) < CT_STRUCTURES_SOFT;
+		d[i] -= work[i];
+	}
+	return 0;
+}
+
+/* The largest of sign d over the neighbours of voxel i, itself left out. */
+static float about(const float *d, const size_t n[static 3], size_t i, float sign)
+{
+	float most = -INFINITY;
+
+	for (size_t q = 0; q < 27; q++) {
+		const size_t at = i + q % 3 + q / 3 % 3 * n[0] + q / 9 * n[0] * n[1] -
+				  (1 + n[0] + n[0] * n[1]);
+
+		if (q != 13)
+			most = fmaxf(most, sign * d[at]);
+	}
+	return most;
+}
+
+/* The structures of a, those of them that b does not have, in the voxels that count. */
+static void count(size_t *is, size_t *alone, const float *a, const float *b,
+	const unsigned char *soft, const size_t n[static 3], float sign, float t)
+{
+	for (size_t k = 1; k + 1 < n[2]; k++)
+		for (size_t j = 1; j + 1 < n[1]; j++)
+			for (size_t i = 1; i + 1 < n[0]; i++) {
+				const size_t v = (k * n[1] + j) * n[0] + i;
+
+				if (!soft[v] || !(sign * a[v] > t) ||
+					!(sign * a[v] > about(a, n, v, sign)))
+					continue;
+				(*is)++;
+				*alone += fmaxf(sign * b[v], about(b, n, v, sign)) < t / 2;
+			}
+}
+
+int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
+	const struct ct_vol *mask, double sigma, double t, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const size_t n = ct_vol_count(ref);
+	unsigned char *soft;
+	float *d, *b, *work;
+	int rc = -1;
+
+	*s = (struct ct_structures){0};
+	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
+		ct_alloc(&d, 3 * n, sizeof *d, e))
+		return -1;
+	b = d + n;
+	work = b + n;
+	if (ct_alloc(&soft, n, 1, e))
+		goto out;
+	if (band(d, work, soft, ref, sigma, env->par, e) ||
+		band(b, work, NULL, test, sigma, env->par, e))
+		goto out_soft;
+	for (size_t i = 0; i < n; i++) {
+		soft[i] = soft[i] && (!mask || mask->data[i] != 0);
+		s->soft += soft[i];
+	}
+	for (int k = 0; k < 2; k++) {
+		const float sign = k ? -1 : 1;
+		size_t all = 0;
+
+		count(&s->is[k], &s->missed[k], d, b, soft, ref->n, sign, (float)t);
+		count(&all, &s->falsely[k], b, d, soft, ref->n, sign, (float)t);
+	}
+	rc = 0;
+out_soft:
+	free(soft);
+out:
+	free(d);
+	return rc;
+}

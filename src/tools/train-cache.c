@@ -1,0 +1,123 @@
+/* train-cache.c: see train-cache.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "tools/train-cache.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+int train_cache_open(const char *folder, struct ct_err *e)
+{
+	if (mkdir(folder, 0700) && errno != EEXIST)
+		return ct_fail(e, CT_EOUTPUT, "%s: %s", folder, strerror(errno));
+	return 0;
+}
+
+/* All that makes an example, but the name of its volume. */
+static int name_of(char **key, char **path, const char *folder, const struct ct_vol *v,
+	const double bytes[static 2], const struct ct_example_rule *r, uint64_t index,
+	struct ct_err *e)
+{
+	const char *held = strrchr(ct_meta_get(&v->meta, CT_META_INPUT), ' ');
+	struct ct_meta m = {0};
+	int rc = -1;
+
+	*path = NULL;
+	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu", PACKAGE_VERSION,
+		    held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
+		    r->thick ? "thick" : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
+		    r->clip[1], (unsigned long long)r->seed, (unsigned long long)index) < 0) {
+		*key = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	}
+	if (ct_meta_input(&m, "example", 1, &(struct ct_piece){*key, strlen(*key)}, e))
+		goto out;
+	if (asprintf(path, "%s/%s.safetensors", folder,
+		    strrchr(ct_meta_get(&m, CT_META_INPUT), ':') + 1) < 0) {
+		*path = NULL;
+		ct_fail(e, CT_ENOMEM, "no memory");
+		goto out;
+	}
+	rc = 0;
+out:
+	ct_meta_free(&m);
+	return rc;
+}
+
+/* False if the file is not there, damaged, or of another key. */
+static bool read_back(struct ct_example *p, const char *path, const char *key,
+	const struct ct_example_rule *r, uint64_t index)
+{
+	struct ct_tensors w = {0};
+	const struct ct_tensor *t;
+	const char *said;
+	struct ct_err e;
+	size_t count;
+	bool ok = false;
+
+	if (ct_tensors_read(path, &w, &e))
+		return false;
+	t = ct_tensors_find(&w, "base,rest");
+	said = ct_meta_get(&w.meta, CT_META_DATASET);
+	if (!t || t->rank != 4 || t->dim[0] != 2 || !said || strcmp(said, key) != 0)
+		goto out;
+	count = t->dim[1] * t->dim[2] * t->dim[3];
+	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, &e))
+		goto out;
+	p->rest = p->base + count;
+	memcpy(p->base, t->data, 2 * count * sizeof *p->base);
+	for (int a = 0; a < 3; a++)
+		p->n[a] = t->dim[3 - a];
+	ct_example_regime(p, r, index);
+	ct_example_weigh(p);
+	ok = true;
+out:
+	ct_tensors_free(&w);
+	return ok;
+}
+
+static int keep(const char *path, const char *key, const struct ct_example *p, struct ct_err *e)
+{
+	const size_t dim[4] = {2, p->n[2], p->n[1], p->n[0]};
+	struct ct_tensors w = {0};
+	struct ct_tensor *t;
+	int rc = -1;
+
+	if (ct_meta_set(&w.meta, CT_META_DATASET, key, e) == 0 &&
+		ct_tensors_add(&w, "base,rest", 4, dim, &t, e) == 0) {
+		memcpy(t->data, p->base, ct_tensor_count(t) * sizeof *t->data);
+		rc = ct_tensors_write_private(path, &w, e);
+	}
+	ct_tensors_free(&w);
+	return rc;
+}
+
+int train_cache_example(struct ct_example *p, const char *folder, const struct ct_vol *v,
+	const double bytes[static 2], const struct ct_example_rule *rule, uint64_t index,
+	const struct ct_env *env, struct ct_err *e)
+{
+	char *key = NULL, *path = NULL;
+	int rc = -1;
+
+	if (!folder)
+		return ct_example_alloc(p, v, rule, index, env, e);
+	if (name_of(&key, &path, folder, v, bytes, rule, index, e))
+		goto out;
+	rc = 0;
+	if (read_back(p, path, key, rule, index))
+		goto out;
+	rc = ct_example_alloc(p, v, rule, index, env, e);
+	if (rc == 0 && keep(path, key, p, e)) {
+		ct_example_free(p);
+		rc = -1;
+	}
+out:
+	free(key);
+	free(path);
+	return rc;
+}
