@@ -1,7 +1,7 @@
 /* A prior from its weights: what its metadata may say, and its network as the sampler sees it. */
 #include "config.h"
 #include "diffusion/prior.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <string.h>
 
@@ -60,6 +60,33 @@ static void metadata(void)
 	ct_tensors_free(&odd);
 }
 
+/* The derivative of sum(weight eps) along a direction, within 1e-2 by differences in float. */
+static void derivative(struct ct_prior *p, float when, float *x)
+{
+	enum { CHANNELS = 2, COUNT = CHANNELS * SIDE * SIDE };
+	struct ct_denoiser d;
+	float weight[COUNT], dir[COUNT], dx[COUNT], eps[COUNT], was[COUNT];
+	double f[2], h = 1e-3;
+
+	must(ct_prior_plan(p, 2, SIDE, SIDE, true, &err));
+	d = ct_prior_denoiser(p);
+	for (size_t i = 0; i < COUNT; i++)
+		weight[i] = cosf(3 * (float)i);
+	memcpy(was, x, sizeof was);
+	must(d.eps(d.ctx[1], 900, weight, eps, &err)); /* of another time and picture */
+	must(d.back(d.ctx[1], (double)when, x, dx, weight, &err));
+	for (size_t i = 0; i < COUNT; i++)
+		dir[i] = (dx[i] > 0 ? 1 : -1) + 0.5f * sinf(5 * (float)i);
+	for (int k = 0; k < 2; k++) {
+		for (size_t i = 0; i < COUNT; i++)
+			x[i] = was[i] + (float)(k ? -h : h) * dir[i];
+		must(d.eps(d.ctx[0], (double)when, x, eps, &err));
+		f[k] = dot(COUNT, weight, eps);
+	}
+	memcpy(x, was, sizeof was);
+	NEAR((f[0] - f[1]) / (2 * h) / dot(COUNT, dx, dir), 1, 1e-2, "its derivative is the slope");
+}
+
 /* Every worker's network gives what the network gives, at any size that it was planned for. */
 static void network(void)
 {
@@ -83,7 +110,7 @@ static void network(void)
 		must(ct_unet_plan_alloc(&plan, p.unet, 1, SIDE, k * SIDE, false, &err));
 		must(ct_unet_forward(plan, want, x, &when, &err));
 		ct_unet_plan_free(plan);
-		must(ct_prior_plan(&p, k, SIDE, k * SIDE, &err));
+		must(ct_prior_plan(&p, k, SIDE, k * SIDE, false, &err));
 		d = ct_prior_denoiser(&p);
 		OK(p.workers == k && p.high == SIDE && p.wide == k * SIDE && d.channels == 2 &&
 				d.multiple == 4 && d.schedule == &p.schedule,
@@ -93,7 +120,8 @@ static void network(void)
 					memcmp(y, want, n * sizeof *y) == 0 && y[0] != y[1],
 				"worker %zu of %zu", i, k);
 	}
-	OK(ct_prior_plan(&p, 1, SIDE, SIDE + 2, &err) == -1 && err.code == CT_EGEOM,
+	derivative(&p, when, x);
+	OK(ct_prior_plan(&p, 1, SIDE, SIDE + 2, false, &err) == -1 && err.code == CT_EGEOM,
 		"not for a size that does not halve");
 	ct_prior_free(&p);
 	OK(!p.unet && !p.plan && !p.ctx && !p.workers && !p.channels, "nothing is left");

@@ -249,6 +249,12 @@ static void test_gradient(const char *text)
 	OK(ct_unet_backward(p, grads, NULL, weight, &err) == 0 &&
 			fabs(dot(n->graph.count, grads, grads) - 4 * want) < 1e-4 * want,
 		"gradients are added to");
+	/* and without those of the weights, the image's to the byte */
+	loss(p, ny, x, weight);
+	must(ct_unet_backward(p, grads, dx, weight, &err));
+	OK(ct_unet_backward(p, NULL, dir, weight, &err) == 0 &&
+			memcmp(dir, dx, nx * sizeof *dx) == 0,
+		"the image's gradient alone");
 	free(x);
 	free(weight);
 	free(dir);

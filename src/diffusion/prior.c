@@ -44,6 +44,13 @@ static int predict(void *ctx, double t, const float *x, float *eps, struct ct_er
 	return ct_unet_forward(ctx, eps, x, &at, e);
 }
 
+/* The forward pass is repeated: what it kept belongs to another timestep of the chain by now. */
+static int predict_back(
+	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
+{
+	return predict(ctx, t, x, dx, e) || ct_unet_backward(ctx, NULL, dx, deps, e) ? -1 : 0;
+}
+
 static void drop_plans(struct ct_prior *p)
 {
 	for (size_t k = 0; p->plan && k < p->workers; k++)
@@ -55,7 +62,8 @@ static void drop_plans(struct ct_prior *p)
 	p->workers = 0;
 }
 
-int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, struct ct_err *e)
+int ct_prior_plan(
+	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e)
 {
 	drop_plans(p);
 	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e) ||
@@ -63,7 +71,7 @@ int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, 
 		return -1;
 	p->workers = workers;
 	for (size_t k = 0; k < workers; k++) {
-		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, false, e))
+		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, back, e))
 			return -1;
 		p->ctx[k] = p->plan[k];
 	}
@@ -78,6 +86,7 @@ struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
 		.channels = p->channels,
 		.multiple = p->multiple,
 		.eps = predict,
+		.back = predict_back,
 		.ctx = p->ctx};
 }
 

@@ -280,7 +280,7 @@ struct run {
 	float *act;
 	double *sum;
 	double t;
-	float *grads; /* of the parameters */
+	float *grads; /* of the parameters, or NULL */
 };
 
 static float *image_at(const struct run *r, size_t image)
@@ -356,6 +356,12 @@ static float *grad_of(const struct run *r, size_t image)
 	return image == CT_NONE ? NULL : r->p->grad + r->p->grad_at[image];
 }
 
+/* Gradient of the first (which 0) or second parameter, NULL where it is not asked for. */
+static float *param_grad(const struct run *r, const struct ct_graph_op *o, size_t which)
+{
+	return r->grads ? r->grads + offset_of(r->p, o, which) : NULL;
+}
+
 /* Weights first: afterwards dy may become the gradient of what was added. */
 static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 {
@@ -365,9 +371,10 @@ static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	float *to = f->acc_a ? p->grad + f->tmp : da;
 
-	if (ct_conv_back_weights(p->conv[i], r->grads + offset_of(p, o, 0),
-		    r->grads + offset_of(p, o, 1), image_at(r, o->a), dy, p->scratch, e) ||
-		ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
+	if (r->grads && ct_conv_back_weights(p->conv[i], param_grad(r, o, 0), param_grad(r, o, 1),
+				image_at(r, o->a), dy, p->scratch, e))
+		return -1;
+	if (ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
 		return -1;
 	if (f->acc_a)
 		CT_SIMD(ct_layer_take)(ct_image_count(&p->g.image[o->a]), da, to, true);
@@ -382,13 +389,19 @@ static void norm_back(const struct run *r, size_t i)
 	struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
 	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
-	float *de = grad_of(r, o->b);
+	float *de = r->grads ? grad_of(r, o->b) : NULL;
 
 	if (de && !p->flow[i].acc_b)
 		memset(de, 0, p->g.image[o->b].c * sizeof *de);
-	ct_norm_back(&n, grad_of(r, o->a), r->grads + offset_of(p, o, 0),
-		r->grads + offset_of(p, o, 1), de, grad_of(r, o->out), image_at(r, o->a),
-		r->sum + p->sum_at[i], p->flow[i].acc_a, p->scratch);
+	ct_norm_back(&n, grad_of(r, o->a), param_grad(r, o, 0), param_grad(r, o, 1), de,
+		grad_of(r, o->out), image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a,
+		p->scratch);
+}
+
+/* The path of the timestep, which has no part in the gradient to the picture. */
+static bool is_embedding(enum ct_graph_kind kind)
+{
+	return kind == CT_GRAPH_EMBED || kind == CT_GRAPH_LINEAR || kind == CT_GRAPH_SILU;
 }
 
 static int backward_op(const struct run *r, size_t i, struct ct_err *e)
@@ -402,12 +415,14 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	float *dx = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	struct ct_attn attn;
 
+	if (!r->grads && is_embedding(o->kind))
+		return 0;
 	switch (o->kind) {
 	case CT_GRAPH_EMBED: break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_back)
-		(in->c, s->c, dx, r->grads + offset_of(p, o, 0), r->grads + offset_of(p, o, 1), dy,
-			x, p->net->param + offset_of(p, o, 0), f->acc_a);
+		(in->c, s->c, dx, param_grad(r, o, 0), param_grad(r, o, 1), dy, x,
+			p->net->param + offset_of(p, o, 0), f->acc_a);
 		break;
 	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_back)(s->c, dx, dy, x, f->acc_a); break;
 	case CT_GRAPH_CONV: return conv_back(r, i, e);

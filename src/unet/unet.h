@@ -60,8 +60,8 @@ size_t ct_unet_plan_bytes(const struct ct_unet_plan *p);
 /* y[batch][out][h][w] from x[batch][in][h][w] at timesteps t[batch]. */
 int ct_unet_forward(
 	struct ct_unet_plan *p, float *y, const float *x, const float *t, struct ct_err *e);
-/* From dy = d loss / d y of the last forward: grads[graph.count] added to; dx[batch][in][h][w]
- * written unless NULL. */
+/* From dy = d loss / d y of the last forward: grads[graph.count] added to unless NULL, which saves
+ * their work; dx[batch][in][h][w] written unless NULL. */
 int ct_unet_backward(
 	struct ct_unet_plan *p, float *grads, float *dx, const float *dy, struct ct_err *e);
 
