@@ -10,10 +10,13 @@ ct-convert cube 0 4096 0
 ct-convert slope - any 1
 ct-convert intercept - any 0
 ct-ddnm scale 2 64 0
-ct-ddnm steps 1 1000 50
-ct-ddnm eta 0 1 0.99
+ct-ddnm steps 1 1000 0
+ct-ddnm eta 0 1 -
 ct-ddnm sigma-y 0 1 -
 ct-ddnm sigma-det 0 1000 -
+ct-ddnm guidance 0 1e+09 2000
+ct-ddnm iterations 1 1000000 100
+ct-ddnm rate 0 1000 0.001
 ct-ddnm t-start -1 999 -1
 ct-ddnm samples 1 65535 1
 ct-ddnm norm 0 1e30 0
@@ -115,6 +118,7 @@ ct-convert orient LPS
 ct-convert type auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
+ct-ddnm gradient network
 ct-ddnm channel-reduce mean
 ct-degrade protocol P1
 ct-degrade decimate -
@@ -159,7 +163,8 @@ cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
 ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
 ct-convert --cube --type
-ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler i--init
+ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler
+ct-ddnm --guidance --iterations --rate --gradient i--init
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed

@@ -60,6 +60,15 @@ no ct-fdk --cutoff=0.5 --filter none --quantity density
 no ct-fdk --nonnegative -m cgls
 no ct-fdk --tv=3 -m sirt
 no ct-ddnm --sigma-y=0.1 --sampler ddnm
+for o in --guidance=9 --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o; no ct-ddnm $o --sampler ddim; done
+no ct-ddnm --guidance=9 --sampler bird
+for o in --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o --sampler gdp; done
+for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm --eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
+for o in --prior=p.x --steps=9 --operator=mean --sigma-det=2 --t-start=9 --travel=2,2 --samples=2 --norm=1 \
+	--channel-reduce=first; do
+	no ct-ddnm $o --sampler none --init none.x
+done
+no ct-ddnm --final-consistency --sampler none
 no ct-ddnm --sigma-det=2 --operator mean
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr

@@ -310,6 +310,24 @@ static void test_twins(void)
 	}
 }
 
+/* A chain knows nothing of the one before it in the same workspace. */
+static void test_again(void)
+{
+	static const int t[] = {600, 300, 0, -1};
+	static float a[NX], b[NX], y[NY];
+	struct ct_sampler s = sampler(CT_SAMPLER_DPM, &mean, t, 4);
+	struct ct_draw w = {0};
+
+	must(ct_draw_alloc(&w, &s, y, &err));
+	for (int k = 0; k < 2; k++) {
+		supply(NULL, 0, NX, w.z);
+		ct_draw_begin(&w, k ? b : a, NULL);
+		must(ct_draw_run(&w, k ? b : a, NULL, &err));
+	}
+	OK(memcmp(a, b, sizeof a) == 0, "a second chain is as the first");
+	ct_draw_free(&w);
+}
+
 /* sum(weight x) at the end of a chain that begins with w->z. */
 static double end_of(struct ct_draw *w, const float *init, const float *weight, float *trail)
 {
@@ -528,6 +546,7 @@ int main(void)
 	test_trajectory(CT_SAMPLER_GDP, 0);
 	test_trajectory(CT_SAMPLER_BIRD, 0);
 	test_twins();
+	test_again();
 	test_gradient(false, false);
 	test_gradient(true, false);
 	test_gradient(false, true);
