@@ -158,7 +158,7 @@ EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
-dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c

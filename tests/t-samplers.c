@@ -195,12 +195,13 @@ static void paper_estimate(
 		eps[i] = opinion(s->t[k], p->x, i);
 	for (size_t i = 0; i < NX; i++)
 		p->x0[i] = (p->x[i] - sqrt(1 - at) * eps[i]) / sqrt(at);
-	block_means(m, p->x0);
 	if (s->how.rule == CT_SAMPLER_BIRD)
 		return;
 	for (size_t i = 0; i < NX; i++)
-		p->x0[i] = s->how.rule == CT_SAMPLER_GDP ? fmax(-1, fmin(1, p->x0[i]))
-							 : p->x0[i] - held(m, y, i);
+		p->x0[i] = fmax(-1, fmin(1, p->x0[i]));
+	block_means(m, p->x0);
+	for (size_t i = 0; s->how.rule != CT_SAMPLER_GDP && i < NX; i++)
+		p->x0[i] -= held(m, y, i);
 	for (size_t i = 0; s->how.rule == CT_SAMPLER_GDP && i < NX; i++) {
 		double was = p->x0[i], f[2];
 

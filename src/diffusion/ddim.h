@@ -2,11 +2,12 @@
  * DPM-Solver++(2M), GDP and the chain of BIRD (sampler.h).
  *
  * With a, sig of the timestep that a move goes to, a', sig' of that it leaves:
- *   DDIM   a x0 + sqrt(sig^2 - d^2) (x - a' x0) / sig' + d z, d = eta (sig / sig') sqrt(1 -
- * a'^2/a^2) GDP    the mean of DDIM with eta 1, and sqrt(1 - a'^2/a^2) z, if the move is not the
- * last DPM    (sig / sig') x + a (1 - exp(-h)) ((1 + 1/(2 r)) x0 - 1/(2 r) before), h the growth of
- *          lam = log(a / sig) and r h that of the move before; without before x0, and in the
- *          last move, whose h is infinite
+ *   DDIM   a x0 + sqrt(sig^2 - d^2) (x - a' x0) / sig' + d z,
+ *          d = eta (sig / sig') sqrt(1 - a'^2 / a^2)
+ *   GDP    the mean of DDIM with eta 1, and sqrt(1 - a'^2 / a^2) z, unless it is the last move
+ *   DPM    (sig / sig') x + a (1 - exp(-h)) ((1 + 1/(2 r)) x0 - 1/(2 r) before),
+ *          h the growth of log(a / sig) and r h that of the move before; x0 alone in the brackets
+ *          where nothing is known from before, and in the last move, whose h is infinite
  */
 #ifndef CT_DIFFUSION_DDIM_H
 #define CT_DIFFUSION_DDIM_H

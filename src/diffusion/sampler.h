@@ -13,18 +13,27 @@
  *                      fraction of the noise that is fresh. The last x agrees with y exactly
  *   CT_SAMPLER_PLUS    DDNM+: the same within the noise sigma_y of y
  *   CT_SAMPLER_SIMPLE  DDNM+ as the authors' --simplified
- * Step rules, ddim.h: x = some of x, some of x0h, some of z. Going back in time they noise x0h.
+ *
+ * Step rules, ddim.h: x = some of x, some of x0h, some of z, where x0 is clipped to [-1, 1] before
+ * it is held, as guided diffusion does (Dhariwal, Nichol, 2021): where there is little but noise a
+ * small error of eps is a large one of x0, and a chain that draws no noise anew does not forget it.
+ * Going back in time they noise x0h.
  *   CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising diffusion implicit models, ICLR 2021, eq. 12
- * with the deviation of eq. 16, eta times that of DDPM, on x0h CT_SAMPLER_DDPM    Ho, Jain, Abbeel:
- * Denoising diffusion probabilistic models, 2020, eq. 6 and 7 on x0h, which is algorithm 1 of DDNM:
- * CT_SAMPLER_DDIM with eta 1 CT_SAMPLER_DPM     DPM-Solver++(2M), Lu et al., 2022, algorithm 2, on
- * x0h CT_SAMPLER_GDP     Generative diffusion prior, Fei et al., CVPR 2023, algorithm 2: x0 is
- * clipped to [-1, 1] and not held; from the mean of DDPM, of variance beta, is taken guidance times
- * the gradient, to x0, of the mean (A+ A x0 - A+ y)^2, pictures taken from 0 to 1. The mean is over
- * the picture: of n values a move takes off guidance / (2 n) of the error An optimiser, bird.h.
+ *                      with the deviation of eq. 16, eta times that of DDPM
+ *   CT_SAMPLER_DDPM    Ho, Jain, Abbeel: Denoising diffusion probabilistic models, 2020, eq. 6
+ *                      and 7, which is algorithm 1 of DDNM: CT_SAMPLER_DDIM with eta 1
+ *   CT_SAMPLER_DPM     DPM-Solver++(2M), Lu et al., 2022, algorithm 2
+ *   CT_SAMPLER_GDP     Generative diffusion prior, Fei et al., CVPR 2023, algorithm 2: x0 is not
+ *                      held; from the mean of DDPM, of variance beta, is taken guidance times the
+ *                      gradient, to x0, of the mean (A+ A x0 - A+ y)^2, pictures taken from 0 to
+ *                      1. That mean is over the picture: of n values a move takes off
+ *                      guidance / (2 n) of the error
+ *
+ * An optimiser, bird.h.
  *   CT_SAMPLER_BIRD    Blind image restoration via fast diffusion inversion, Chihaoui, Lemkhenter,
  *                      Favaro, NeurIPS 2024, of a known A: Adam on the noise that the deterministic
- *                      DDIM begins with, which stays on its sphere, until A x is y
+ *                      DDIM begins with, which stays on its sphere, until A x is y; x0 as it is
+ *
  * And CT_SAMPLER_NONE, which asks no network and is no chain: superres.h.
  *
  * Pictures are in [-1, 1], y too. Channels are restored together by the network and apart by A.
