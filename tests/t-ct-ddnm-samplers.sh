@@ -12,7 +12,6 @@ on='of the network of 32x32'
 # What a sampler is asked for, of 2 views of y.exr, and what that costs.
 : >results
 while IFS='|' read -r options cost; do
-	echo "ct-ddnm --sampler $options" >now
 	set -f; set -- --sampler $options; set +f
 	mkdir t1 t4 whole cut # the name of the output is in the history
 	(cd t1 && ct-ddnm -q -t 1 "$@" --travel 2,2 --samples 2 ../y.exr a.exr); ok $? "$options"
