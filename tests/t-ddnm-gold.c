@@ -114,9 +114,9 @@ static double off(const struct ct_tensor *want, const float *x)
 	return worst / most;
 }
 
-static void test(const struct ct_tensors *weights, const char *name)
+static void test(const char *name)
 {
-	struct ct_tensors w = {0};
+	struct ct_tensors w = {0}, weights = {0};
 	struct ct_prior prior = {0};
 	struct ct_measurement op = {0};
 	struct ct_schedule schedule;
@@ -125,10 +125,11 @@ static void test(const struct ct_tensors *weights, const char *name)
 	int *times;
 	float *x;
 
+	gold(&weights, "unet-a");
 	gold(&w, name);
 	y = ct_tensors_find(&w, "y");
 	want = ct_tensors_find(&w, "out");
-	if (ct_prior_alloc(&prior, weights, &err) || ct_prior_plan(&prior, 1, 32, 32, &err) ||
+	if (ct_prior_alloc(&prior, &weights, &err) || ct_prior_plan(&prior, 1, 32, 32, &err) ||
 		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err) ||
 		ct_schedule_times(&times, &nt, (size_t)number(&w, "steps"),
 			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &err) ||
@@ -168,6 +169,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 	ct_measurement_free(&op);
 	ct_prior_free(&prior);
 	ct_tensors_free(&w);
+	ct_tensors_free(&weights);
 }
 
 /* A network without weights: eps = sqrt(1 - abar) x + 0.05 sqrt(abar) sin(3 x + i mod 7). */
@@ -235,13 +237,9 @@ static void travel(bool plus)
 
 int main(void)
 {
-	struct ct_tensors weights = {0};
-
-	gold(&weights, "unet-a");
-	test(&weights, "ddnm-plain-x4");
-	test(&weights, "ddnm-plus-x4");
-	test(&weights, "ddnm-plus-x8-noisy");
-	ct_tensors_free(&weights);
+	test("ddnm-plain-x4");
+	test("ddnm-plus-x4");
+	test("ddnm-plus-x8-noisy");
 	travel(true);
 	travel(false);
 	return tap_done();

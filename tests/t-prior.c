@@ -26,35 +26,36 @@ static void weights(struct ct_tensors *w, size_t in, size_t out)
 }
 
 /* Of these words the first is that of a prior of ours. */
-static void words(struct ct_tensors *w, const char *key, const char *good, const char *bad)
+static void words(const char *key, const char *good, const char *bad)
 {
+	struct ct_tensors w = {0};
 	struct ct_prior p = {0};
 
-	must(ct_meta_set(&w->meta, key, good, &err));
-	OK(ct_prior_alloc(&p, w, &err) == 0, "%s %s", key, good);
-	ct_prior_free(&p);
-	must(ct_meta_set(&w->meta, key, bad, &err));
-	OK(ct_prior_alloc(&p, w, &err) == -1 && err.code == CT_EINPUT && strstr(err.msg, key) &&
+	weights(&w, 1, 1);
+	must(ct_meta_set(&w.meta, key, bad, &err));
+	OK(ct_prior_alloc(&p, &w, &err) == -1 && err.code == CT_EINPUT && strstr(err.msg, key) &&
 			strstr(err.msg, bad),
 		"%s", err.msg);
+	must(ct_meta_set(&w.meta, key, good, &err));
+	OK(ct_prior_alloc(&p, &w, &err) == 0, "%s %s", key, good);
 	ct_prior_free(&p);
-	ct_meta_drop(&w->meta, key);
+	ct_tensors_free(&w);
 }
 
 static void metadata(void)
 {
-	struct ct_tensors w = {0}, odd = {0};
+	struct ct_tensors odd = {0};
 	struct ct_prior p = {0};
 
-	weights(&w, 1, 1);
-	words(&w, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "a map");
-	words(&w, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "zzz");
-	words(&w, CT_META_BETA_SCHEDULE, "linear", "cosine");
-	words(&w, CT_META_BETA_SCHEDULE, "linear", "quadratic");
-	ct_tensors_free(&w);
-	weights(&odd, 1, 2);
+	words(CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "a map");
+	words(CT_META_INTENSITY_MAP, CT_PRIOR_MAP, "zzz");
+	words(CT_META_BETA_SCHEDULE, "linear", "cosine");
+	words(CT_META_BETA_SCHEDULE, "linear", "quadratic");
+	words(CT_META_DIFFUSION_STEPS, "1000", "4000");
+	words(CT_META_DIFFUSION_STEPS, "1000", "many");
+	weights(&odd, 1, 3);
 	OK(ct_prior_alloc(&p, &odd, &err) == -1 && err.code == CT_EINPUT &&
-			strstr(err.msg, "1 channels in and 2 out"),
+			strstr(err.msg, "1 channels in and 3 out"),
 		"%s", err.msg);
 	ct_prior_free(&p);
 	ct_tensors_free(&odd);

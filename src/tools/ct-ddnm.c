@@ -11,6 +11,7 @@
 #include "resolution/upsample.h"
 #include "tools/ddnm-picture.h"
 #include "tools/ddnm-state.h"
+#include "tools/prior-arch.h"
 #include "tools/prior-file.h"
 
 #include <math.h>
@@ -28,13 +29,14 @@ enum reduce { REDUCES(CT_WORD_VALUE) };
 enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 
 struct params {
-	const char *in, *out, *prior, *init, *std, *travel;
-	int scale, steps, t_start, samples, op, sampler, channels;
+	const char *in, *out, *prior, *arch, *init, *std, *travel;
+	int scale, label, steps, t_start, samples, op, sampler, channels;
 	double eta, sigma_y, sigma_det, norm;
 	bool final_consistency, resume;
 };
 
 static const struct params defaults = {.scale = 0,
+	.label = -1,
 	.steps = 50,
 	.t_start = -1,
 	.samples = 1,
@@ -57,7 +59,14 @@ static const struct ct_opt opts[] = {
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
 		"else 4"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
-		"diffusion prior, safetensors; by default the one that is installed"),
+		"diffusion prior, safetensors or PyTorch; by default the one that is installed"),
+	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
+		"what the prior is, where its file does not say it, in the words of ct-train "
+		"--arch; see DESCRIPTION",
+		CT_WHEN(CT_IF(struct params, prior))),
+	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
+		"class to draw, of a prior that is conditioned on classes; -1: it is not",
+		CT_WHEN(CT_IF(struct params, prior))),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
 		"fraction of the noise that is drawn anew in every step"),
@@ -262,15 +271,30 @@ static int read_inputs(struct job *j, struct ct_err *e)
 	return 0;
 }
 
+/* The class that is asked for is one that the prior wants. */
+static int classify(struct job *j, struct ct_err *e)
+{
+	const size_t n = j->prior.unet->arch.num_classes;
+
+	if (j->p->label >= 0)
+		return ct_prior_classify(&j->prior, (size_t)j->p->label, e);
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
+		 : 0;
+}
+
 static int read_prior(struct job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
+	struct ct_meta arch = {0};
 	char *path = NULL;
 	int rc = -1;
 
-	if (prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) || ct_tensors_read(path, &w, e))
+	if (prior_arch_parse(&arch, j->p->arch, e) ||
+		prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) ||
+		ct_tensors_read(path, &w, e))
 		goto out;
-	if (ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e))
+	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
+		ct_meta_copy(&j->prior_meta, &w.meta, e) || classify(j, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
 		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
@@ -278,6 +302,7 @@ static int read_prior(struct job *j, struct ct_err *e)
 		rc = 0;
 out:
 	ct_tensors_free(&w);
+	ct_meta_free(&arch);
 	free(path);
 	return rc;
 }
