@@ -9,13 +9,14 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
 # What takes long, and is no part of make check: see tests/long/all.sh and scripts/fuzz.sh. To choose:
 #   make check-long PARTS='kill=1000 full=100'    make fuzz FUZZ='--seconds 600 exr'
-check-long: all
+check-long: all tests/t-pt
 	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
 fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
 .PHONY: check-long fuzz
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
-	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh
+	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
+	tests/long/network.sh tests/long/network.py
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c

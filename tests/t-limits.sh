@@ -10,6 +10,7 @@ ct-convert cube 0 4096 0
 ct-convert slope - any 1
 ct-convert intercept - any 0
 ct-ddnm scale 2 64 0
+ct-ddnm class -1 65535 -1
 ct-ddnm steps 1 1000 50
 ct-ddnm eta 0 1 0.99
 ct-ddnm sigma-y 0 1 -
@@ -54,6 +55,7 @@ ct-project photons 0 1e15 0
 ct-project electronic 0 1e12 0
 ct-project mu-water 0.000001 10 0.02
 ct-sr scale 2 16 4
+ct-sr class -1 65535 -1
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
@@ -159,8 +161,8 @@ cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
 ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
 ct-convert --cube --type
-ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler i--init
-ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
+ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
+ct-ddnm i--init --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
@@ -182,8 +184,8 @@ ct-project --scanner --like w--window --overshoot --rotate --quantity m--method 
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore x--factor --start p--prior w--weight --cap a--axes --sigma --estimate --decimate
 ct-restore --noise --dry-run
-ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --window --views
-ct-sr --iterations --gaussians s--seed
+ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --prior --arch --class
+ct-sr --window --views --iterations --gaussians s--seed
 ct-train --slices x--factor --thick --cubes --cube --noise --bytes --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces

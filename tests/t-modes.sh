@@ -61,6 +61,8 @@ no ct-fdk --nonnegative -m cgls
 no ct-fdk --tv=3 -m sirt
 no ct-ddnm --sigma-y=0.1 --sampler ddnm
 no ct-ddnm --sigma-det=2 --operator mean
+no ct-ddnm --arch=num_heads=1
+no ct-ddnm --class=1
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
@@ -98,7 +100,7 @@ no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
 for q in draft fast; do
-	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x; do no ct-sr $o -Q $q; done
+	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do no ct-sr $o -Q $q; done
 done
 for p in --paper --release; do no ct-sr --quality=best $p; done
 no ct-sr --paper --release

@@ -1,7 +1,7 @@
 /* A prior from its weights: what its metadata may say, and its network as the sampler sees it. */
 #include "config.h"
 #include "diffusion/prior.h"
-#include "tap.h"
+#include "numbers.h"
 
 #include <string.h>
 
@@ -94,6 +94,7 @@ static void network(void)
 					memcmp(y, want, n * sizeof *y) == 0 && y[0] != y[1],
 				"worker %zu of %zu", i, k);
 	}
+	OK(ct_prior_classify(&p, 0, &err) == -1 && err.code == CT_EUSAGE, "%s", err.msg);
 	OK(ct_prior_plan(&p, 1, SIDE, SIDE + 2, &err) == -1 && err.code == CT_EGEOM,
 		"not for a size that does not halve");
 	ct_prior_free(&p);
@@ -102,9 +103,42 @@ static void network(void)
 	ct_tensors_free(&w);
 }
 
+/* Of a network that also learns variances the first half of the channels out. */
+static void variances(void)
+{
+	enum { N = SIDE * SIDE };
+	struct ct_tensors w = {0};
+	struct ct_prior p = {0};
+	struct ct_unet *n = NULL;
+	struct ct_unet_plan *plan = NULL;
+	struct ct_denoiser d;
+	const float when = 37;
+	float x[2 * N], y[2 * N], want[4 * N];
+
+	for (int i = 0; i < 2 * N; i++)
+		x[i] = sinf((float)i);
+	weights(&w, 2, 4);
+	must(ct_unet_alloc(&n, &w, &err));
+	must(ct_unet_plan_alloc(&plan, n, 1, SIDE, SIDE, false, &err));
+	must(ct_unet_forward(plan, want, x, &when, &err));
+	ct_unet_plan_free(plan);
+	ct_unet_free(n);
+	ct_tensors_free(&w);
+	weights(&w, 2, 4);
+	must(ct_prior_alloc(&p, &w, &err));
+	must(ct_prior_plan(&p, 1, SIDE, SIDE, &err));
+	d = ct_prior_denoiser(&p);
+	must(d.eps(d.ctx[0], (double)when, x, y, &err));
+	NEAR(apart(2 * N, y, want), 0, 1e-6, "noise of a network that also learns variances");
+	OK(d.channels == 2 && apart(2 * N, y, want + 2 * N) > 0.1, "and not the variances");
+	ct_prior_free(&p);
+	ct_tensors_free(&w);
+}
+
 int main(void)
 {
 	metadata();
+	variances();
 	network();
 	return tap_done();
 }
