@@ -385,6 +385,15 @@ static void hostile_pickles(void)
 		{"X\xff\xff\xff\xff", "ends inside it"}, {"X\x09\x09", "ends inside it"},
 		{"\x8c\x09zz", "ends inside it"}, {"K", "BININT1 at byte 0: the pickle ends"},
 		{"\x8a\x09zzzzzzzzz", "more than 8 bytes"}, {"\x8a\x08zz", "ends inside it"},
+		{"(\x8c\7storageccollections\nOrderedDict\n\x8c\1"
+		 "0\x8c\3cpuK\2tQ",
+			"not a storage"},
+		{"ctorch._utils\n_rebuild_tensor_v2\n((\x8c\7storagectorch\nFloatStorage\n\x8c\1"
+		 "0\x8c\3cpuK\2tQK\1K\2\x85)\x89NtR",
+			"too many sizes, or of other strides"},
+		{"ctorch._utils\n_rebuild_tensor_v2\n((\x8c\7storagectorch\nFloatStorage\n\x8c\1"
+		 "0\x8c\3cpuK\2tQ\x8a\1\xff))\x89NtR",
+			"not a tensor with"},
 		{"G123", "ends inside it"},
 		{"\x95"
 		 "123",
