@@ -130,7 +130,7 @@ static void variances(void)
 	d = ct_prior_denoiser(&p);
 	must(d.eps(d.ctx[0], (double)when, x, y, &err));
 	NEAR(apart(2 * N, y, want), 0, 1e-6, "noise of a network that also learns variances");
-	OK(d.channels == 2 && apart(2 * N, y, want + 2 * N) > 0.1, "and not the variances");
+	OK(d.channels == 2 && apart(2 * N, y, want + 2 * N) > 1e-4, "and not the variances");
 	ct_prior_free(&p);
 	ct_tensors_free(&w);
 }

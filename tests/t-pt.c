@@ -524,12 +524,12 @@ static int tool(int argc, char **argv)
 		printf("\n");
 	}
 	if (argc > 3) {
-		side = (size_t)atoi(argv[5]);
+		side = strtoul(argv[5], NULL, 10);
 		pixels = side * side;
 		must(prior_arch_parse(&m, words, &err));
 		must(prior_arch_add(&w.meta, &m, &err));
 		must(ct_unet_alloc(&net, &w, &err));
-		net->label = (size_t)atoi(argv[4]);
+		net->label = strtoul(argv[4], NULL, 10);
 		must(ct_unet_plan_alloc(&p, net, 1, side, side, false, &err));
 		x = malloc(net->arch.in_channels * pixels * sizeof *x);
 		y = malloc(net->arch.out_channels * pixels * sizeof *y);

@@ -25,18 +25,19 @@ static int check_meta(const struct ct_meta *m, struct ct_err *e)
 	return 0;
 }
 
-/* Only the first half of the channels out is noise. */
-static int drop_variance(struct ct_tensors *w, size_t channels, struct ct_err *e)
+/* Of a network that also learns variances only the first half of the channels out is noise. */
+static int drop_variance(struct ct_tensors *w, struct ct_unet_arch *a, struct ct_err *e)
 {
 	static const char *const last[] = {"out.2.weight", "out.2.bias"};
 
 	for (size_t i = 0; i < 2; i++) {
 		struct ct_tensor *t = ct_tensors_find(w, last[i]);
 
-		if (t && t->rank && t->dim[0] == 2 * channels)
-			t->dim[0] = channels;
+		if (t && t->rank && t->dim[0] == a->out_channels)
+			t->dim[0] = a->in_channels;
 	}
-	return ct_meta_setf(&w->meta, e, "out_channels", "%zu", channels);
+	a->out_channels = a->in_channels;
+	return ct_unet_arch_to_meta(a, &w->meta, e);
 }
 
 int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
@@ -44,9 +45,9 @@ int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
 	struct ct_unet_arch a;
 
 	if (check_meta(&w->meta, e) || ct_unet_arch_of(&a, w, e) ||
-		(a.out_channels == 2 * a.in_channels && drop_variance(w, a.in_channels, e)))
+		(a.out_channels == 2 * a.in_channels && drop_variance(w, &a, e)))
 		return -1;
-	if (a.out_channels != a.in_channels && a.out_channels != 2 * a.in_channels)
+	if (a.out_channels != a.in_channels)
 		return ct_fail(e, CT_EINPUT,
 			"%zu channels in and %zu out: not a predictor of noise", a.in_channels,
 			a.out_channels);

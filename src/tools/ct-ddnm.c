@@ -337,8 +337,7 @@ static int estimate(struct job *j, struct ct_err *e)
 	cost = (struct ct_cost){.disk = 4.0 * (double)ct_stack_count(&j->out)};
 	cost.seconds = once * (double)calls * (double)j->in.views / (double)threads;
 	cost.memory = (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
-		      cost.disk * (j->p->init ? 2 : 1) +
-		      4.0 * (double)j->prior.unet->graph.count;
+		      cost.disk * (j->p->init ? 2 : 1) + 4.0 * (double)j->prior.unet->graph.count;
 	cost.state = cost.disk;
 	snprintf(cost.work, sizeof cost.work, "%zu calls of %.3f s of the network of %zux%zu",
 		calls * j->in.views, once, j->prior.wide, j->prior.high);
