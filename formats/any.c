@@ -26,6 +26,11 @@ static uint32_t big(const unsigned char *p)
 	return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
 }
 
+bool ct_any_is_tar(const unsigned char *data, size_t n)
+{
+	return n >= 262 && memcmp(data + 257, "ustar", 5) == 0;
+}
+
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 {
 	static const struct {
@@ -35,13 +40,16 @@ enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 	} known[] = {{"\x76\x2f\x31\x01", 4, CT_KIND_STACK}, {"ply\n", 4, CT_KIND_GAUSS},
 		{"ply\r", 4, CT_KIND_GAUSS}, {"\x1f\x8b", 2, CT_KIND_VOLUME},
 		{"\x89PNG", 4, CT_KIND_PICTURE}, {"II*", 4, CT_KIND_PICTURE},
-		{"MM\0*", 4, CT_KIND_PICTURE}, {"\xff\xd8\xff", 3, CT_KIND_PICTURE}};
+		{"MM\0*", 4, CT_KIND_PICTURE}, {"\xff\xd8\xff", 3, CT_KIND_PICTURE},
+		{"PK\3\4", 4, CT_KIND_TENSORS}, {"\x80\2\x8a\n", 4, CT_KIND_TENSORS}};
 
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
 		if (n >= known[i].n && memcmp(data, known[i].magic, known[i].n) == 0)
 			return known[i].kind;
 	if (n >= 132 && memcmp(data + 128, "DICM", 4) == 0)
 		return CT_KIND_DICOM;
+	if (ct_any_is_tar(data, n))
+		return CT_KIND_TENSORS; /* of PyTorch before 1.6, which its reader says */
 	if (n >= 9 && data[8] == '{' && little(data, 8) >= 2 && little(data, 8) < UINT64_C(1) << 32)
 		return CT_KIND_TENSORS;
 	if (n >= 4 && (little(data, 4) == 348 || little(data, 4) == 540 || big(data) == 348 ||
@@ -62,7 +70,7 @@ static int refuse(const char *path, enum ct_kind kind, struct ct_err *e)
 			e, CT_EINPUT, "%s: DICOM; ct-convert makes a volume of a series", path);
 	return ct_fail(e, CT_EINPUT, "%s: %s", path,
 		kind == CT_KIND_PICTURE ? "a picture"
-					: "not a NIfTI, EXR, PLY or safetensors file");
+					: "not a NIfTI, EXR, PLY, safetensors or PyTorch file");
 }
 
 /* Standard input and other streams: in memory first. */
@@ -86,7 +94,7 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 		ct_fail(e, CT_ENOMEM, "%s: no memory", path);
 	else
 		rc = a->kind == CT_KIND_VOLUME ? ct_nifti_read_stream(f, path, &a->vol, e)
-					       : ct_bytes_read_safetensors(f, path, &a->tensors, e);
+					       : ct_bytes_read_tensors(f, path, &a->tensors, e);
 	if (f)
 		fclose(f);
 	free(data);

@@ -14,7 +14,7 @@
 	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip */                                    \
 	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
 	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
-	X(CT_KIND_TENSORS, "tensors") /* safetensors */                                            \
+	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \
 	X(CT_KIND_DICOM, "DICOM")     /* told apart only to say so */                              \
 	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
 enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
@@ -22,6 +22,8 @@ enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
 enum { CT_SNIFF = 352 };
 
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);
+/* A tar archive. */
+bool ct_any_is_tar(const unsigned char *data, size_t n);
 /* Its word. */
 const char *ct_kind_name(enum ct_kind kind);
 

@@ -15,5 +15,11 @@ int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, str
 	struct ct_err *e);
 /* Never seeks. */
 int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
+/* A checkpoint of PyTorch; seeks. */
+int ct_bytes_read_pt(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
+/* Either, by its first bytes; seeks. */
+int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
+/* Set their key "input": the last thing that a reader does. */
+int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e);
 
 #endif

@@ -1,8 +1,14 @@
-/* format.c: volumes by name. See format.h. */
+/* format.c: volumes and tensors by name. See format.h. */
 #include "config.h"
+#include "formats/any.h"
+#include "formats/bytes.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
@@ -20,4 +26,47 @@ int ct_vol_write(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	return ct_nifti_write(path, v, CT_NIFTI_AUTO, env, e);
+}
+
+int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
+{
+	unsigned char head[CT_SNIFF];
+	size_t n = fread(head, 1, sizeof head, f);
+
+	rewind(f);
+	if (n >= 4 && memcmp(head, "PK\3\4", 4) == 0)
+		return ct_bytes_read_pt(f, name, w, e);
+	if (n >= 4 && (memcmp(head, "\x80\2\x8a\n", 4) == 0 || ct_any_is_tar(head, n)))
+		return ct_fail(e, CT_EINPUT,
+			"%s: a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew",
+			name);
+	return ct_bytes_read_safetensors(f, name, w, e);
+}
+
+int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+{
+	unsigned char *data = NULL;
+	struct stat st;
+	FILE *f = NULL;
+	size_t n;
+	int rc = -1;
+
+	*w = (struct ct_tensors){0};
+	if (strcmp(path, "-") == 0 ||
+		(stat(path, &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode))) {
+		if (ct_slurp(path, &data, &n, e))
+			return -1;
+		f = fmemopen(data, n, "rb");
+		if (!f)
+			ct_fail(e, n ? CT_ENOMEM : CT_EINPUT, "%s: %s", path,
+				n ? "no memory" : "is empty");
+	} else if (ct_io_open(path, &f, e)) {
+		return -1;
+	}
+	if (f) {
+		rc = ct_bytes_read_tensors(f, path, w, e);
+		ct_io_close(f);
+	}
+	free(data);
+	return rc;
 }

@@ -12,6 +12,7 @@
 #include "formats/half.h"
 #include "formats/hash.h"
 #include "formats/io.h"
+#include "formats/number.h"
 #include "formats/text.h"
 #include "core/mem.h"
 
@@ -23,35 +24,28 @@
 #include <string.h>
 #include <sys/stat.h>
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
-
 enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, MOST_META = 4096, BLOCK = 8192 };
 
-enum type { F64, F32, F16, BF16, I64, I32, I16, I8, U64, U32, U16, U8, BOOL, TYPES };
-
-static const struct {
-	const char *name;
-	size_t bytes;
-} types[TYPES] = {
-	[F64] = {"F64", 8},
-	[F32] = {"F32", 4},
-	[F16] = {"F16", 2},
-	[BF16] = {"BF16", 2},
-	[I64] = {"I64", 8},
-	[I32] = {"I32", 4},
-	[I16] = {"I16", 2},
-	[I8] = {"I8", 1},
-	[U64] = {"U64", 8},
-	[U32] = {"U32", 4},
-	[U16] = {"U16", 2},
-	[U8] = {"U8", 1},
-	[BOOL] = {"BOOL", 1},
+static const char *const types[CT_NUMBERS] = {
+	[CT_NUMBER_F64] = "F64",
+	[CT_NUMBER_F32] = "F32",
+	[CT_NUMBER_F16] = "F16",
+	[CT_NUMBER_BF16] = "BF16",
+	[CT_NUMBER_I64] = "I64",
+	[CT_NUMBER_I32] = "I32",
+	[CT_NUMBER_I16] = "I16",
+	[CT_NUMBER_I8] = "I8",
+	[CT_NUMBER_U64] = "U64",
+	[CT_NUMBER_U32] = "U32",
+	[CT_NUMBER_U16] = "U16",
+	[CT_NUMBER_U8] = "U8",
+	[CT_NUMBER_BOOL] = "BOOL",
 };
 
 /* One entry of the header. */
 struct entry {
 	const char *name; /* borrowed from the JSON */
-	enum type type;
+	enum ct_number type;
 	size_t rank, dim[CT_MAX_RANK], count;
 	uint64_t begin, end; /* bytes, from the end of the header */
 	size_t order;
@@ -147,10 +141,10 @@ static int read_entry(struct reader *d, const char *name, const json_t *v, struc
 	size_t bytes;
 
 	t->name = name;
-	for (t->type = F64; type && t->type < TYPES; t->type++)
-		if (strcmp(type, types[t->type].name) == 0)
+	for (t->type = 0; type && t->type < CT_NUMBERS; t->type++)
+		if (strcmp(type, types[t->type]) == 0)
 			break;
-	if (!type || t->type == TYPES)
+	if (!type || t->type == CT_NUMBERS)
 		return bad(d, name, "dtype %.20s is not known", type ? type : "(none)");
 	if (!json_is_array(shape) || json_array_size(shape) > CT_MAX_RANK)
 		return bad(d, name, "shape is not a list of at most %d sizes", CT_MAX_RANK);
@@ -165,7 +159,7 @@ static int read_entry(struct reader *d, const char *name, const json_t *v, struc
 		if (__builtin_mul_overflow(t->count, t->dim[i], &t->count))
 			return bad(d, name, "shape overflows");
 	}
-	if (__builtin_mul_overflow(t->count, types[t->type].bytes, &bytes))
+	if (__builtin_mul_overflow(t->count, ct_number_bytes(t->type), &bytes))
 		return bad(d, name, "shape overflows");
 	if (json_array_size(at) != 2 || get_size(json_array_get(at, 0), &t->begin) ||
 		get_size(json_array_get(at, 1), &t->end) || t->begin > t->end)
@@ -216,34 +210,6 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 	return 0;
 }
 
-#define CONVERT(T, expr)                                                                           \
-	for (size_t i = 0; i < n; i++) {                                                           \
-		T x;                                                                               \
-		memcpy(&x, from + i * sizeof x, sizeof x);                                         \
-		to[i] = (expr);                                                                    \
-	}                                                                                          \
-	break
-
-static void convert(float *to, const unsigned char *from, size_t n, enum type type)
-{
-	switch (type) {
-	case F64: CONVERT(double, (float)x);
-	case F32: CONVERT(float, x);
-	case F16: CONVERT(uint16_t, ct_half_to_float(x));
-	case BF16: CONVERT(uint16_t, ct_half_from_bfloat(x));
-	case I64: CONVERT(int64_t, (float)x);
-	case I32: CONVERT(int32_t, (float)x);
-	case I16: CONVERT(int16_t, (float)x);
-	case I8: CONVERT(int8_t, (float)x);
-	case U64: CONVERT(uint64_t, (float)x);
-	case U32: CONVERT(uint32_t, (float)x);
-	case U16: CONVERT(uint16_t, (float)x);
-	case U8: CONVERT(uint8_t, (float)x);
-	case BOOL: CONVERT(uint8_t, x ? 1.0f : 0.0f);
-	case TYPES: break;
-	}
-}
-
 /* Bytes of the stream that no tensor owns. */
 static int skip(struct reader *d, uint64_t n)
 {
@@ -266,7 +232,7 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 
 	for (size_t k = 0; k < d->n; k++) {
 		const struct entry *t = &d->entry[k];
-		const size_t bytes = types[t->type].bytes;
+		const size_t bytes = ct_number_bytes(t->type);
 		struct ct_tensor *out;
 
 		if (skip(d, t->begin - at))
@@ -278,14 +244,14 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 
 			if (fread(block, bytes, n, d->f) != n)
 				return bad(d, t->name, "the file ends inside it");
-			convert(out->data + i, block, n, t->type);
+			ct_number_to_float(out->data + i, block, n, t->type);
 		}
 		at = t->end;
 	}
 	return 0;
 }
 
-static int sign(struct ct_tensors *w, const char *path, struct ct_err *e)
+int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 {
 	struct ct_piece *piece;
 	int rc;
@@ -309,26 +275,14 @@ int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, s
 	struct reader d = {.f = f, .path = name, .e = e};
 	int rc;
 
-	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) || sign(w, name, e)
+	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
+			     ct_tensors_sign(w, name, e)
 		     ? -1
 		     : 0;
 	json_decref(d.header);
 	free(d.entry);
 	if (rc)
 		ct_tensors_free(w);
-	return rc;
-}
-
-int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
-{
-	FILE *f;
-	int rc;
-
-	*w = (struct ct_tensors){0};
-	if (ct_io_open(path, &f, e))
-		return -1;
-	rc = ct_bytes_read_safetensors(f, path, w, e);
-	ct_io_close(f);
 	return rc;
 }
 

@@ -58,6 +58,12 @@ def read(name):
     return views
 
 
+def size(name):
+    """Columns and rows of the first view."""
+    x0, y0, x1, y1 = struct.unpack('<4i', header(open(name, 'rb').read(), 8)[0]['dataWindow'])
+    return x1 - x0 + 1, y1 - y0 + 1
+
+
 if __name__ == '__main__':
     a, b = (sum(read(name), []) for name in sys.argv[1:3])
     most, worst = max(map(abs, a)), max(abs(x - y) for x, y in zip(a, b))

@@ -9,13 +9,14 @@ AM_TESTS_ENVIRONMENT = LC_ALL=C; PATH='$(abs_top_builddir)':$$PATH; srcdir='$(ab
 TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
 # What takes long, and is no part of make check: see tests/long/all.sh and scripts/fuzz.sh. To choose:
 #   make check-long PARTS='kill=1000 full=100'    make fuzz FUZZ='--seconds 600 exr'
-check-long: all
+check-long: all tests/t-pt
 	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
 fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
 .PHONY: check-long fuzz
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
-	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh
+	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
+	tests/long/network.sh tests/long/network.py
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
@@ -82,6 +83,8 @@ tests_t_block_mean_SOURCES = tests/t-block-mean.c
 tests_t_matched_SOURCES = tests/t-matched.c
 check_PROGRAMS += tests/t-ddnm
 tests_t_ddnm_SOURCES = tests/t-ddnm.c
+check_PROGRAMS += tests/t-samplers
+tests_t_samplers_SOURCES = tests/t-samplers.c
 check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
@@ -97,6 +100,10 @@ tests_t_project_SOURCES = tests/t-project.c
 dist_check_SCRIPTS += tests/t-ct-project.sh tests/t-scan.sh
 check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
+check_PROGRAMS += tests/t-pt
+tests_t_pt_SOURCES = tests/t-pt.c tests/pt-make.h src/tools/prior-arch.c
+dist_check_SCRIPTS += tests/t-pt.sh
+EXTRA_DIST += tests/t-pt.py
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
 dist_check_SCRIPTS += tests/t-ply-tools.sh
@@ -158,7 +165,7 @@ EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
-dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c

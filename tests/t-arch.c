@@ -19,13 +19,14 @@ static int set(struct ct_unet_arch *a, const char *key, const char *value)
 static void counts(void)
 {
 	static const char *const keys[] = {"image_size", "in_channels", "model_channels",
-		"out_channels", "num_res_blocks", "num_heads", "num_head_channels"};
+		"out_channels", "num_res_blocks", "num_heads", "num_head_channels", "num_classes"};
 	struct ct_unet_arch a;
 
 	ct_unet_arch_default(&a);
-	for (size_t i = 0; i < 7; i++) {
+	for (size_t i = 0; i < 8; i++) {
 		size_t *const fields[] = {&a.image_size, &a.in_channels, &a.model_channels,
-			&a.out_channels, &a.num_res_blocks, &a.num_heads, &a.num_head_channels};
+			&a.out_channels, &a.num_res_blocks, &a.num_heads, &a.num_head_channels,
+			&a.num_classes};
 		bool heads = i == 6;
 		int good = set(&a, keys[i], "17") == 0 && *fields[i] == 17;
 
@@ -201,7 +202,7 @@ static void metadata(void)
 			   strstr(err.msg, needed[i]);
 		must(ct_meta_set(&m, needed[i], was, &err));
 	}
-	OK(refused == 9, "nine are needed");
+	OK(refused == 9 && ct_unet_arch_is_whole(&m), "nine are needed");
 	ct_meta_drop(&m, "image_size");
 	ct_meta_drop(&m, "num_heads");
 	ct_meta_drop(&m, "num_head_channels");
@@ -211,6 +212,69 @@ static void metadata(void)
 			b.model_channels == 64 && b.attentions == 2,
 		"the others need not be there");
 	ct_meta_free(&m);
+}
+
+/* A network without its metadata but for the heads, which no tensor tells. */
+static void told_by_tensors(const char *const *item)
+{
+	struct ct_unet_arch a, b;
+	struct ct_unet *n = NULL;
+	struct ct_tensors w = {0};
+	struct ct_meta want = {0};
+	char name[300] = "";
+
+	ct_unet_arch_default(&a);
+	for (const char *const *s = item; *s; s += 2) {
+		must(ct_unet_arch_set(&a, s[0], s[1], &err));
+		snprintf(name + strlen(name), sizeof name - strlen(name), " %s=%s", s[0], s[1]);
+	}
+	must(ct_unet_init(&n, &a, 1, &err));
+	must(ct_unet_tensors(n, n->param, &w, &err));
+	must(ct_meta_copy(&want, &w.meta, &err));
+	for (size_t i = 0; i < want.n; i++)
+		if (strncmp(want.pair[i].key, "num_head", 8) != 0)
+			ct_meta_drop(&w.meta, want.pair[i].key);
+	OK(!ct_unet_arch_is_whole(&w.meta) && ct_unet_arch_of(&b, &w, &err) == 0, "read:%s %s",
+		name, err.msg);
+	ct_meta_free(&w.meta);
+	must(ct_unet_arch_to_meta(&b, &w.meta, &err));
+	for (size_t i = 0; i < want.n; i++)
+		if (strcmp(want.pair[i].value, w.meta.pair[i].value) != 0)
+			OK(0, "%s is %s, not %s", want.pair[i].key, w.meta.pair[i].value,
+				want.pair[i].value);
+	ct_meta_drop(&w.meta, "num_heads");
+	ct_meta_drop(&w.meta, "num_head_channels");
+	ct_meta_drop(&w.meta, "model_channels");
+	OK(ct_unet_arch_of(&b, &w, &err) == -1 && err.code == CT_EINPUT &&
+			strstr(err.msg, "num_head_channels or num_heads"),
+		"not the heads");
+	ct_meta_free(&want);
+	ct_tensors_free(&w);
+	ct_unet_free(n);
+}
+
+static void tensors(void)
+{
+	static const char *const plain[] = {NULL};
+	static const char *const deep[] = {"channel_mult", "[0.5, 1, 1, 2, 2, 4, 4]",
+		"model_channels", "64", "attention_resolutions", "[16, 32, 64]", "num_res_blocks",
+		"2", "in_channels", "3", "out_channels", "6", NULL};
+	static const char *const classes[] = {"num_classes", "10", "num_heads", "2",
+		"num_head_channels", "-1", "attention_resolutions", "[1, 2]", NULL};
+	static const char *const convolved[] = {"resblock_updown", "False", "num_res_blocks", "3",
+		"use_scale_shift_norm", "False", "attention_resolutions", "[2, 4]", NULL};
+	static const char *const bare[] = {"resblock_updown", "False", "conv_resample", "False",
+		"num_res_blocks", "2", "attention_resolutions", "[8]", NULL};
+	static const char *const one[] = {"channel_mult", "[1]", "resblock_updown", "False", NULL};
+	static const char *const *const all[] = {plain, deep, classes, convolved, bare, one};
+	struct ct_tensors w = {0};
+	struct ct_unet_arch a;
+
+	for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+		told_by_tensors(all[i]);
+	OK(ct_unet_arch_of(&a, &w, &err) == -1 && err.code == CT_EINPUT &&
+			strstr(err.msg, "not a diffusion prior: no metadata"),
+		"%s", err.msg);
 }
 
 /* Uniform within 1/sqrt(fan in), gains of one, and zeros where a branch begins as nothing. */
@@ -274,6 +338,7 @@ int main(void)
 	limits();
 	heads();
 	metadata();
+	tensors();
 	untrained();
 	sizes();
 	return tap_done();

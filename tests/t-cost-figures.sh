@@ -62,10 +62,10 @@ told() { # told SAMPLES THREADS: the time of 3 * SAMPLES calls a view
 		$3 * $4 - $(seconds) * $2 < $3 * 0.00051 + 2 * $2"
 }
 cost ct-ddnm -t 1 -x 4 -n 3 low.exr no.exr; one=$(mib memory)
-is 'ct-ddnm' "$(mib disk) == 10 && $(state) == 10 && $one > 10 && $one < 40"
+is 'ct-ddnm' "$(mib disk) == 10 && $(state) == 10 && $one > 26 && $one < 56" # 16 of weights
 told 1 1
 cost ct-ddnm -t 4 -x 4 -n 3 -k 2 low.exr no.exr; told 2 4
-is 'a plan a thread' "$(mib memory) >= 10 + 4 * ($one - 11) && $(mib memory) <= 10 + 4 * ($one - 10)"
+is 'a plan a thread' "$(mib memory) >= 25 + 4 * ($one - 27) && $(mib memory) <= 26 + 4 * ($one - 25)"
 cost ct-ddnm -t 1 -x 4 -n 3 --init high.exr low.exr no.exr
 is 'and what it begins from' "$(mib memory) == $one + 10 && $(mib disk) == 10 && $(state) == 10"
 

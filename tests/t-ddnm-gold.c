@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"
-#include "diffusion/ddnm.h"
+#include "diffusion/sampler.h"
 #include "diffusion/prior.h"
 #include "tap.h"
 
@@ -114,9 +114,9 @@ static double off(const struct ct_tensor *want, const float *x)
 	return worst / most;
 }
 
-static void test(const struct ct_tensors *weights, const char *name)
+static void test(const char *name)
 {
-	struct ct_tensors w = {0};
+	struct ct_tensors w = {0}, weights = {0};
 	struct ct_prior prior = {0};
 	struct ct_measurement op = {0};
 	struct ct_schedule schedule;
@@ -125,10 +125,12 @@ static void test(const struct ct_tensors *weights, const char *name)
 	int *times;
 	float *x;
 
+	gold(&weights, "unet-a");
 	gold(&w, name);
 	y = ct_tensors_find(&w, "y");
 	want = ct_tensors_find(&w, "out");
-	if (ct_prior_alloc(&prior, weights, &err) || ct_prior_plan(&prior, 1, 32, 32, &err) ||
+	if (ct_prior_alloc(&prior, &weights, &err) ||
+		ct_prior_plan(&prior, 1, 32, 32, false, &err) ||
 		ct_schedule_betas(&schedule, ct_tensors_find(&w, "betas")->data, &err) ||
 		ct_schedule_times(&times, &nt, (size_t)number(&w, "steps"),
 			ct_schedule_start((size_t)number(&w, "steps")), 1, 1, &err) ||
@@ -146,12 +148,12 @@ static void test(const struct ct_tensors *weights, const char *name)
 			.edge = 32,
 			.eta = number(&w, "eta"),
 			.plus = strcmp(ct_meta_get(&w.meta, "plus"), "True") == 0};
-		struct ct_ddnm d = {.schedule = &schedule,
+		struct ct_sampler d = {.schedule = &schedule,
 			.t = times,
 			.nt = nt,
-			.rule = k.plus ? CT_DDNM_PLUS : CT_DDNM,
-			.eta = k.eta,
-			.sigma_y = number(&w, "sigma_y"),
+			.how.rule = k.plus ? CT_SAMPLER_PLUS : CT_SAMPLER_DDNM,
+			.how.eta = k.eta,
+			.how.sigma_y = number(&w, "sigma_y"),
 			.op = &op,
 			.channels = 3,
 			.eps = remember,
@@ -159,7 +161,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 			.normals = recorded,
 			.normals_ctx = &k};
 
-		OK(ct_ddnm(&d, x, y->data, NULL, &err) == 0, "%s runs", name);
+		OK(ct_sampler_draw(&d, x, y->data, NULL, &err) == 0, "%s runs", name);
 	}
 	NEAR(off(want, x), 0, 1e-4, name);
 	printf("# %s: relative error %.2g\n", name, off(want, x));
@@ -168,6 +170,7 @@ static void test(const struct ct_tensors *weights, const char *name)
 	ct_measurement_free(&op);
 	ct_prior_free(&prior);
 	ct_tensors_free(&w);
+	ct_tensors_free(&weights);
 }
 
 /* A network without weights: eps = sqrt(1 - abar) x + 0.05 sqrt(abar) sin(3 x + i mod 7). */
@@ -195,7 +198,7 @@ static void travel(bool plus)
 	struct ct_schedule schedule;
 	const struct ct_tensor *y;
 	struct record k = {.w = &w, .edge = 16, .plus = plus};
-	struct ct_ddnm d;
+	struct ct_sampler d;
 	size_t nt;
 	int *times;
 	float x[3 * 16 * 16];
@@ -212,19 +215,19 @@ static void travel(bool plus)
 		nt - 1);
 	k.times = times;
 	must(ct_measurement_alloc(&op, CT_MEASUREMENT_MEAN, y->dim[2], y->dim[3], k.r, 0, &err));
-	d = (struct ct_ddnm){.schedule = &schedule,
+	d = (struct ct_sampler){.schedule = &schedule,
 		.t = times,
 		.nt = nt,
-		.rule = plus ? CT_DDNM_PLUS : CT_DDNM,
-		.eta = k.eta,
-		.sigma_y = number(&w, "sigma_y"),
+		.how.rule = plus ? CT_SAMPLER_PLUS : CT_SAMPLER_DDNM,
+		.how.eta = k.eta,
+		.how.sigma_y = number(&w, "sigma_y"),
 		.op = &op,
 		.channels = 3,
 		.eps = opinion,
 		.eps_ctx = &k,
 		.normals = recorded,
 		.normals_ctx = &k};
-	OK(ct_ddnm(&d, x, y->data, NULL, &err) == 0, "time travel runs");
+	OK(ct_sampler_draw(&d, x, y->data, NULL, &err) == 0, "time travel runs");
 	error = off(ct_tensors_find(&w, plus ? "out" : "out_plain"), x);
 	NEAR(error, 0, 1e-5, plus ? "DDNM+ travels in time as recorded" : "DDNM likewise");
 	printf("# relative error %.2g\n", error);
@@ -235,13 +238,9 @@ static void travel(bool plus)
 
 int main(void)
 {
-	struct ct_tensors weights = {0};
-
-	gold(&weights, "unet-a");
-	test(&weights, "ddnm-plain-x4");
-	test(&weights, "ddnm-plus-x4");
-	test(&weights, "ddnm-plus-x8-noisy");
-	ct_tensors_free(&weights);
+	test("ddnm-plain-x4");
+	test("ddnm-plus-x4");
+	test("ddnm-plus-x8-noisy");
 	travel(true);
 	travel(false);
 	return tap_done();

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "diffusion/block-mean.h"
-#include "diffusion/ddnm.h"
+#include "diffusion/sampler.h"
 #include "numbers.h"
 
 #include <stdlib.h>
@@ -53,15 +53,15 @@ static struct ct_schedule schedule;
 static struct ct_measurement mean, matched;
 static double scratch[NX * 2];
 
-static struct ct_ddnm sampler(
+static struct ct_sampler sampler(
 	struct oracle *o, const struct ct_measurement *op, const int *t, size_t nt)
 {
-	return (struct ct_ddnm){.schedule = &schedule,
+	return (struct ct_sampler){.schedule = &schedule,
 		.t = t,
 		.nt = nt,
 		.op = op,
 		.channels = C,
-		.eta = 0.85,
+		.how.eta = 0.85,
 		.eps = network,
 		.eps_ctx = o,
 		.normals = supply};
@@ -75,7 +75,8 @@ static void down(const struct ct_measurement *op, float *y, const float *x)
 
 static void test_oracle(void)
 {
-	static const enum ct_ddnm_rule rules[] = {CT_DDNM, CT_DDNM_PLUS, CT_DDNM_SIMPLE};
+	static const enum ct_sampler_rule rules[] = {
+		CT_SAMPLER_DDNM, CT_SAMPLER_PLUS, CT_SAMPLER_SIMPLE};
 	static const char *const names[] = {"ddnm", "ddnm+", "simplified"};
 	static float x[NX], y[NY], answer[NX];
 	struct oracle o = {.schedule = &schedule, .answer = answer};
@@ -88,14 +89,14 @@ static void test_oracle(void)
 		exit(99);
 	for (int op = 0; op < 2; op++)
 		for (int r = 0; r < 3; r++) {
-			struct ct_ddnm d = sampler(&o, op ? &matched : &mean, t, nt);
+			struct ct_sampler d = sampler(&o, op ? &matched : &mean, t, nt);
 			int rc;
 
-			d.rule = rules[r];
-			d.sigma_y = 0.01;
+			d.how.rule = rules[r];
+			d.how.sigma_y = 0.01;
 			o.calls = 0;
 			down(d.op, y, answer);
-			rc = ct_ddnm(&d, x, y, NULL, &e);
+			rc = ct_sampler_draw(&d, x, y, NULL, &e);
 			OK(rc == 0 && maxdiff(NX, x, answer) < 2e-5,
 				"%s, %s: who knows the answer gets it", names[r],
 				op ? "matched" : "mean");
@@ -109,7 +110,7 @@ static void test_ddim(void)
 	static const int t[] = {500, 400};
 	static float x[NX], y[NY], xt[NX], eps[NX], x0[NX], want[NX];
 	struct oracle o = {.schedule = &schedule};
-	struct ct_ddnm d = sampler(&o, &mean, t, 2);
+	struct ct_sampler d = sampler(&o, &mean, t, 2);
 	struct ct_err e = {0};
 	double at = ct_schedule_abar(&schedule, 500), aj = ct_schedule_abar(&schedule, 400);
 
@@ -120,8 +121,8 @@ static void test_ddim(void)
 		want[i] = (float)(sqrt(aj) * (double)x0[i] + sqrt(1 - aj) * (double)eps[i]);
 	}
 	down(&mean, y, x0);
-	d.eta = 0;
-	OK(ct_ddnm(&d, x, y, NULL, &e) == 0, "one move");
+	d.how.eta = 0;
+	OK(ct_sampler_draw(&d, x, y, NULL, &e) == 0, "one move");
 	NEAR(maxdiff(NX, x, want), 0, 2e-6, "eta 0 is DDIM where y has nothing to add");
 }
 
@@ -138,9 +139,9 @@ static void test_consistent(void)
 	if (ct_schedule_times(&t, &nt, 5, 300, 1, 1, &e))
 		exit(99);
 	for (int op = 0; op < 2; op++) {
-		struct ct_ddnm d = sampler(&o, op ? &matched : &mean, t, nt);
+		struct ct_sampler d = sampler(&o, op ? &matched : &mean, t, nt);
 
-		OK(ct_ddnm(&d, x, y, op ? init : NULL, &e) == 0, "a run");
+		OK(ct_sampler_draw(&d, x, y, op ? init : NULL, &e) == 0, "a run");
 		down(d.op, ax, x);
 		NEAR(maxdiff(NY, ax, y), 0, 2e-5, op ? "A x = y, matched" : "A x = y, mean");
 	}
@@ -214,17 +215,17 @@ static void test_plus(void)
 		x0[i] = (float)(((double)xt[i] - sqrt(1 - at) * (double)eps[i]) / sqrt(at));
 	for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
 		const int t[] = {400, ends[k]};
-		struct ct_ddnm d = sampler(&o, &mean, t, 2);
+		struct ct_sampler d = sampler(&o, &mean, t, 2);
 		double aj = ct_schedule_abar(&schedule, ends[k]);
 
-		d.rule = CT_DDNM_PLUS;
-		d.sigma_y = 0.02; /* lam < 1 from timestep 20 on */
-		plus_by_hand(x0, eps, z, y, sqrt(aj), sqrt(1 - aj), 0.04, d.eta, want);
-		OK(ct_ddnm(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
+		d.how.rule = CT_SAMPLER_PLUS;
+		d.how.sigma_y = 0.02; /* lam < 1 from timestep 20 on */
+		plus_by_hand(x0, eps, z, y, sqrt(aj), sqrt(1 - aj), 0.04, d.how.eta, want);
+		OK(ct_sampler_draw(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
 			"DDNM+ to timestep %d", ends[k]);
-		d.rule = CT_DDNM_SIMPLE;
-		simple_by_hand(x0, eps, z, y, aj, 0.04, d.eta, want);
-		OK(ct_ddnm(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
+		d.how.rule = CT_SAMPLER_SIMPLE;
+		simple_by_hand(x0, eps, z, y, aj, 0.04, d.how.eta, want);
+		OK(ct_sampler_draw(&d, x, y, NULL, &e) == 0 && maxdiff(NX, x, want) < 5e-6,
 			"simplified to timestep %d", ends[k]);
 	}
 }
@@ -245,17 +246,17 @@ static void test_spread(void)
 {
 	static float x[NX], y[NY], m[NY], up[N];
 	double var = 0.09, sum = 0;
-	struct ct_ddnm d = sampler(NULL, &mean, NULL, 0);
+	struct ct_sampler d = sampler(NULL, &mean, NULL, 0);
 	struct ct_err e = {0};
 	int *t;
 
 	d.eps = gaussian;
 	d.eps_ctx = &var;
-	d.eta = 0; /* deterministic: the flow carries N(0, 1) to the prior */
+	d.how.eta = 0; /* deterministic: the flow carries N(0, 1) to the prior */
 	if (ct_schedule_times(&t, &d.nt, 500, 998, 1, 1, &e))
 		exit(99);
 	d.t = t;
-	OK(ct_ddnm(&d, x, y, NULL, &e) == 0, "a Gaussian prior");
+	OK(ct_sampler_draw(&d, x, y, NULL, &e) == 0, "a Gaussian prior");
 	down(&mean, m, x);
 	for (size_t c = 0; c < C; c++) {
 		ct_block_mean_pinv(H, W, S, up, m + c * H * W);
@@ -282,7 +283,7 @@ static void test_travel(void)
 	static const int t[] = {400, 300, 350, -1};
 	static float x[NX], y[NY], xt[NX], eps[NX], z[NX], want[NX], seen[NX];
 	struct oracle o = {.schedule = &schedule, .second = seen};
-	struct ct_ddnm d = sampler(&o, &mean, t, 4);
+	struct ct_sampler d = sampler(&o, &mean, t, 4);
 	double at = ct_schedule_abar(&schedule, 400), back = ct_schedule_abar(&schedule, 350);
 
 	supply(NULL, 0, NX, xt);
@@ -294,7 +295,7 @@ static void test_travel(void)
 		want[i] = (float)(sqrt(back) * x0 + sqrt(1 - back) * (double)z[i]);
 	}
 	d.normals = in_order;
-	OK(ct_ddnm(&d, x, y, NULL, &err) == 0 && o.calls == 2 && drawn == 4, "time travel");
+	OK(ct_sampler_draw(&d, x, y, NULL, &err) == 0 && o.calls == 2 && drawn == 4, "time travel");
 	NEAR(maxdiff(NX, seen, want), 0, 5e-6, "goes back with the network's own estimate");
 }
 
@@ -304,11 +305,11 @@ static void test_nan(size_t at)
 	static const int t[] = {40, 20, 0, -1};
 	static float x[NX], y[NY];
 	struct oracle o = {.schedule = &schedule, .nan_at = 2, .nan = at};
-	struct ct_ddnm d = sampler(&o, &mean, t, 4);
+	struct ct_sampler d = sampler(&o, &mean, t, 4);
 	struct ct_err e = {0};
 
-	OK(ct_ddnm(&d, x, y, NULL, &e) && e.code == CT_ENUMERIC && strstr(e.msg, "timestep 20") &&
-			o.calls == 2,
+	OK(ct_sampler_draw(&d, x, y, NULL, &e) && e.code == CT_ENUMERIC &&
+			strstr(e.msg, "timestep 20") && o.calls == 2,
 		"NaN from the network: %s", e.msg);
 }
 

@@ -10,10 +10,14 @@ ct-convert cube 0 4096 0
 ct-convert slope - any 1
 ct-convert intercept - any 0
 ct-ddnm scale 2 64 0
-ct-ddnm steps 1 1000 50
-ct-ddnm eta 0 1 0.99
+ct-ddnm class -1 65535 -1
+ct-ddnm steps 1 1000 0
+ct-ddnm eta 0 1 -
 ct-ddnm sigma-y 0 1 -
 ct-ddnm sigma-det 0 1000 -
+ct-ddnm guidance 0 1e+09 2000
+ct-ddnm iterations 1 1000000 100
+ct-ddnm rate 0 1000 0.001
 ct-ddnm t-start -1 999 -1
 ct-ddnm samples 1 65535 1
 ct-ddnm norm 0 1e30 0
@@ -56,6 +60,7 @@ ct-project photons 0 1e15 0
 ct-project electronic 0 1e12 0
 ct-project mu-water 0.000001 10 0.02
 ct-sr scale 2 16 4
+ct-sr class -1 65535 -1
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
@@ -120,6 +125,7 @@ ct-convert orient LPS
 ct-convert type auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
+ct-ddnm gradient network
 ct-ddnm channel-reduce mean
 ct-degrade protocol P1
 ct-degrade decimate -
@@ -164,7 +170,8 @@ cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
 ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
 ct-convert --cube --type
-ct-ddnm x--scale p--prior n--steps e--eta --sigma-y --operator --sigma-det --sampler i--init
+ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
+ct-ddnm --guidance --iterations --rate --gradient i--init
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
@@ -187,8 +194,8 @@ ct-project --scanner --like w--window --overshoot --rotate --quantity m--method 
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
 ct-restore --noise --dry-run
-ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --window --views
-ct-sr --iterations --gaussians s--seed
+ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr --window --views --iterations --gaussians s--seed
 ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces

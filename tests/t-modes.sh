@@ -60,7 +60,18 @@ no ct-fdk --cutoff=0.5 --filter none --quantity density
 no ct-fdk --nonnegative -m cgls
 no ct-fdk --tv=3 -m sirt
 no ct-ddnm --sigma-y=0.1 --sampler ddnm
+for o in --guidance=9 --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o; no ct-ddnm $o --sampler ddim; done
+no ct-ddnm --guidance=9 --sampler bird
+for o in --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o --sampler gdp; done
+for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm --eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
+for o in --prior=p.x --steps=9 --operator=mean --sigma-det=2 --t-start=9 --travel=2,2 --samples=2 --norm=1 \
+	--channel-reduce=first; do
+	no ct-ddnm $o --sampler none --init none.x
+done
+no ct-ddnm --final-consistency --sampler none
 no ct-ddnm --sigma-det=2 --operator mean
+no ct-ddnm --arch=num_heads=1
+no ct-ddnm --class=1
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
@@ -101,7 +112,7 @@ no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
 for q in draft fast; do
-	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x; do no ct-sr $o -Q $q; done
+	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do no ct-sr $o -Q $q; done
 done
 for p in --paper --release; do no ct-sr --quality=best $p; done
 no ct-sr --paper --release

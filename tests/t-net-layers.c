@@ -416,7 +416,7 @@ static void test_conv(const char *name, struct ct_conv_shape s)
 	int was = ct_dnn_enter(), rc;
 
 	draw(&l);
-	rc = ct_dnn_alloc(&d, &err) || ct_conv_alloc(&c, d, &s, in_f[1], true, &err);
+	rc = ct_dnn_alloc(&d, &err) || ct_conv_alloc(&c, d, &s, 0, in_f[1], true, &err);
 	if (!rc) {
 		scratch = aligned_alloc(64, (ct_conv_scratch(c) / 64 + 1) * 64);
 		rc = conv_run(c, &l, scratch);

@@ -122,7 +122,7 @@ static void progress(void)
 {
 	struct ct_superres p = params();
 	bool done[VIEWS] = {true, false, false, true, false};
-	size_t calls = 0;
+	size_t calls = 0, gradients = 0;
 
 	again();
 	p.samples = 3;
@@ -131,17 +131,21 @@ static void progress(void)
 		"%zu times from %zu to %zu of %zu", run.told, run.first, run.last, run.total);
 	OK(run.saved == 3 && run.ended == 0 && done[1] && done[2] && done[4],
 		"saved after every view");
-	OK(ct_superres_calls(&p, &calls, &err) == 0 && calls == 12, "%zu calls a view", calls);
+	OK(ct_superres_calls(&p, &calls, &gradients, &err) == 0 && calls == 12, "%zu calls a view",
+		calls);
 	p.travel_length = p.travel_repeat = 2;
-	OK(ct_superres_calls(&p, &calls, &err) == 0 && calls == 3 * (4 + 2),
+	OK(ct_superres_calls(&p, &calls, &gradients, &err) == 0 && calls == 3 * (4 + 2),
 		"%zu calls with time travel", calls);
 	p.steps = 1000;
 	p.samples = p.travel_repeat = 1;
-	OK(ct_superres_calls(&p, &calls, &err) == 0 && calls == 1000, "a thousand steps");
+	OK(ct_superres_calls(&p, &calls, &gradients, &err) == 0 && calls == 1000,
+		"a thousand steps");
 	p.steps = 1001;
-	OK(ct_superres_calls(&p, &calls, &err) == -1 && err.code == CT_EUSAGE, "not one more");
+	OK(ct_superres_calls(&p, &calls, &gradients, &err) == -1 && err.code == CT_EUSAGE,
+		"not one more");
 	p.steps = 0;
-	OK(ct_superres_calls(&p, &calls, &err) == -1 && err.code == CT_EUSAGE, "nor none");
+	OK(ct_superres_calls(&p, &calls, &gradients, &err) == -1 && err.code == CT_EUSAGE,
+		"nor none");
 }
 
 /* The third sample of the first view that is not done. */
@@ -202,20 +206,20 @@ static void options(void)
 	for (int k = 0; k < 3; k++) {
 		memset(done, 0, sizeof done);
 		again();
-		p.eta = k;
-		p.sigma_y = 0;
+		p.how.eta = k;
+		p.how.sigma_y = 0;
 		p.norm = 0.5;
 		OK((go(&p, NULL, done, 1) == 0) == (k < 2), "eta %d", k);
 	}
 	p = params();
-	p.eta = -0.01;
+	p.how.eta = -0.01;
 	refused(p, CT_EUSAGE, "eta");
-	p.eta = 1.5;
+	p.how.eta = 1.5;
 	refused(p, CT_EUSAGE, "eta");
-	p.eta = NAN;
+	p.how.eta = NAN;
 	refused(p, CT_EUSAGE, "eta");
 	p = params();
-	p.sigma_y = -0.01;
+	p.how.sigma_y = -0.01;
 	refused(p, CT_EUSAGE, "noise");
 	p = params();
 	p.norm = 0;
@@ -254,9 +258,9 @@ static void defaults(void)
 	const struct ct_superres p = ct_superres_default(4);
 
 	OK(p.scale == 4 && p.steps == 50 && p.samples == 1 && p.start == -1 && p.norm == 0 &&
-			p.eta == 0.99,
+			p.how.eta == 0.99,
 		"50 steps from pure noise, one sample");
-	OK(p.travel_length == 1 && p.travel_repeat == 1 && p.rule == CT_DDNM_PLUS &&
+	OK(p.travel_length == 1 && p.travel_repeat == 1 && p.how.rule == CT_SAMPLER_PLUS &&
 			p.op == CT_MEASUREMENT_MEAN && !p.first && !p.final_consistency && !p.save,
 		"DDNM+ with block means and no time travel");
 }

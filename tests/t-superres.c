@@ -139,7 +139,7 @@ static void test_measured(void)
 	stacks(&back, &unused, NULL);
 	for (size_t i = 0; i < ct_stack_count(&in); i++)
 		in.data[i] = 0.8f + 0.2f * in.data[i]; /* far enough from 0 and 2 */
-	p.rule = CT_DDNM;
+	p.how.rule = CT_SAMPLER_DDNM;
 	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0, "plain DDNM: %s", e.msg);
 	OK(ct_superres_measure(&p, &back, &out, &e) == 0, "measured again");
 	for (size_t i = 0; i < ct_stack_count(&in); i++)
@@ -150,8 +150,8 @@ static void test_measured(void)
 	OK(free_blocks > 50, "%zu of %d blocks without a clamped pixel", free_blocks,
 		VIEWS * H * W);
 	NEAR(worst, 0, 2e-6, "there the view's pixels are the block means, in its own units");
-	p.rule = CT_DDNM_PLUS;
-	p.sigma_y = 0.1;
+	p.how.rule = CT_SAMPLER_PLUS;
+	p.how.sigma_y = 0.1;
 	p.final_consistency = true;
 	memset(done, 0, sizeof done);
 	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0 &&
@@ -312,7 +312,7 @@ static void test_limits(void)
 	stacks(&in, &out, NULL);
 	for (size_t i = 0; i < ct_stack_count(&in); i++)
 		in.data[i] = i % 2 ? 3 : -1;
-	p.rule = CT_DDNM;
+	p.how.rule = CT_SAMPLER_DDNM;
 	for (int k = 0; k < 2; k++) {
 		bool done[VIEWS] = {false};
 		float least = 9, most = -9;
@@ -381,7 +381,7 @@ static void test_defaults(void)
 	OK(ct_superres_norm(&in, &norm, &e) == -1 && e.code == CT_EINPUT, "which is more than 0");
 	ct_stack_free(&in);
 	ct_stack_free(&out);
-	NEAR(ct_superres_default(8).sigma_y, 0.0015, 0, "sigma_y is the paper's");
+	NEAR(ct_superres_default(8).how.sigma_y, 0.0015, 0, "sigma_y is the paper's");
 	NEAR(ct_superres_default(8).sigma_det, 8 / 2.354820045, 1e-8, "a pixel's width at half");
 }
 

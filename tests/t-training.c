@@ -137,6 +137,7 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 	const struct ct_tensors *weights, uint64_t seed, uint64_t sample, int time)
 {
 	enum { N = SIZE * SIZE };
+	struct ct_unet_arch a;
 	struct ct_unet *net = NULL;
 	struct ct_unet_plan *plan = NULL;
 	struct ct_schedule schedule;
@@ -145,7 +146,9 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 
 	ct_schedule_default(&schedule);
 	abar = ct_schedule_abar(&schedule, time);
-	must(ct_unet_alloc(&net, weights, &err));
+	must(ct_unet_arch_from_meta(&a, &weights->meta, &err));
+	must(ct_unet_init(&net, &a, 1, &err));
+	must(ct_unet_flatten(net, net->param, weights, &err));
 	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, false, &err));
 	ct_patches_draw(&o->patches, s, x0, seed, sample * DRAWS + PIECE);
 	ct_rng_normals(N, z, seed, sample * DRAWS + NOISE, 0);

@@ -115,6 +115,7 @@ static const char *const shapes[] = {
 	"use_new_attention_order=True,num_head_channels=-1,num_heads=2,num_res_blocks=2",
 	"channel_mult=1:1,use_scale_shift_norm=True,resblock_updown=False,conv_resample=False,"
 	"in_channels=3,out_channels=2",
+	"channel_mult=1:1,num_classes=3",
 };
 
 static int parse(struct ct_unet_arch *a, const char *text)
@@ -219,6 +220,7 @@ static void test_gradient(const char *text)
 		OK(0, "%s: %s", text, err.msg);
 		return;
 	}
+	n->label = a.num_classes ? a.num_classes - 1 : 0;
 	/* nothing may be zero, or its partner has no gradient */
 	for (size_t i = 0; i < n->graph.count; i++)
 		n->param[i] += 0.05f * ct_rng_normal(4, 0, i);
@@ -249,6 +251,12 @@ static void test_gradient(const char *text)
 	OK(ct_unet_backward(p, grads, NULL, weight, &err) == 0 &&
 			fabs(dot(n->graph.count, grads, grads) - 4 * want) < 1e-4 * want,
 		"gradients are added to");
+	/* and without those of the weights, the image's to the byte */
+	loss(p, ny, x, weight);
+	must(ct_unet_backward(p, grads, dx, weight, &err));
+	OK(ct_unet_backward(p, NULL, dir, weight, &err) == 0 &&
+			memcmp(dir, dx, nx * sizeof *dx) == 0,
+		"the image's gradient alone");
 	free(x);
 	free(weight);
 	free(dir);
@@ -258,7 +266,7 @@ static void test_gradient(const char *text)
 	ct_unet_free(n);
 }
 
-static void refused(const struct ct_tensors *w, int code, const char *word, const char *what)
+static void refused(struct ct_tensors *w, int code, const char *word, const char *what)
 {
 	struct ct_unet *n = NULL;
 	int rc = ct_unet_alloc(&n, w, &err);
@@ -303,17 +311,20 @@ static void test_refusals(void)
 	if (ct_meta_set(&w.meta, "channel_mult", "[1, 1, x]", &err))
 		exit(99);
 	refused(&w, CT_EINPUT, "channel_mult", "words for numbers");
-	ct_meta_drop(&w.meta, "channel_mult");
-	refused(&w, CT_EINPUT, "channel_mult", "no architecture");
-	if (ct_meta_set(&w.meta, "channel_mult", "1,1,2", &err) || ct_unet_alloc(&n, &w, &err))
+	if (ct_meta_set(&w.meta, "channel_mult", "1,1,2", &err) ||
+		ct_tensors_add(&w, "label_emb.weight", 1, &two, &t, &err))
 		exit(99);
+	t->data[0] = t->data[1] = 0;
+	refused(&w, CT_EINPUT, "label_emb.weight", "classes that the metadata deny");
+	if (ct_meta_set(&w.meta, "num_classes", "2", &err))
+		exit(99);
+	refused(&w, CT_EINPUT, "label_emb.weight is [2]", "or that have no embedding");
+	ct_meta_drop(&w.meta, "num_classes");
+	t->name[0] = 'n';
+	must(ct_unet_alloc(&n, &w, &err));
 	OK(ct_unet_plan_alloc(&p, n, 1, 24, 42, false, &err) == -1 && err.code == CT_EGEOM,
 		"a size that does not halve: %s", err.msg);
 	ct_unet_free(n);
-	if (ct_tensors_add(&w, "label_emb.weight", 1, &two, &t, &err))
-		exit(99);
-	t->data[0] = t->data[1] = 0;
-	refused(&w, CT_EINPUT, "label_emb.weight", "classes");
 	ct_tensors_free(&w);
 }
 
@@ -335,14 +346,65 @@ static void test_round_trip(void)
 		OK(0, "%s", err.msg);
 	for (size_t i = 0; i < back.n; i++)
 		same += strcmp(back.pair[i].value, w.meta.pair[i].value) == 0;
-	OK(same == 13 && back.n == 13 && m->arch.num_heads == 2 && m->arch.levels == 2 &&
+	OK(same == 14 && back.n == 14 && m->arch.num_heads == 2 && m->arch.levels == 2 &&
 			m->arch.channel_mult[1] == 2 && m->arch.use_new_attention_order,
 		"the architecture survives its metadata");
-	OK(memcmp(n->param, m->param, n->graph.count * sizeof *n->param) == 0, "so do the weights");
+	same = 0;
+	for (size_t i = 0; i < n->graph.n_param; i++)
+		same += memcmp(n->at[i], m->at[i], n->graph.param[i].count * sizeof(float)) == 0;
+	OK(same == n->graph.n_param, "so do the weights");
 	ct_unet_free(n);
 	ct_unet_free(m);
 	ct_meta_free(&back);
 	ct_tensors_free(&w);
+}
+
+/* What a network with moved weights gives, whatever was planned before: it keeps them in the order
+ * of its first plan alone. */
+static void test_moved(void)
+{
+	enum { PIXELS = 96, CLASSES = 3 };
+	struct ct_unet_arch a;
+	struct ct_unet *n[2] = {NULL};
+	struct ct_unet_plan *p = NULL;
+	struct ct_tensors w = {0};
+	const float t = 300;
+	float *x = normals(PIXELS, 11, 1, 1), y[2][CLASSES][PIXELS], dx[2][PIXELS], *grads;
+	size_t held = 0;
+
+	must(parse(&a, shapes[3]));
+	must(ct_unet_init(&n[0], &a, 3, &err));
+	for (size_t i = 0; i < n[0]->graph.count; i++)
+		n[0]->param[i] += 0.05f * ct_rng_normal(4, 0, i);
+	must(ct_unet_tensors(n[0], n[0]->param, &w, &err));
+	must(ct_unet_alloc(&n[1], &w, &err));
+	ct_tensors_free(&w);
+	grads = calloc(n[0]->graph.count, sizeof *grads);
+	if (!grads)
+		exit(99);
+	for (int k = 0; k < 2; k++) {
+		must(ct_unet_plan_alloc(&p, n[k], 1, 16, 16, false, &err));
+		ct_unet_plan_free(p);
+		must(ct_unet_plan_alloc(&p, n[k], 1, 8, 12, true, &err));
+		for (size_t c = 0; c < CLASSES; c++) {
+			n[k]->label = c;
+			must(ct_unet_forward(p, y[k][c], x, &t, &err));
+		}
+		must(ct_unet_backward(p, grads, dx[k], x, &err));
+		ct_unet_plan_free(p);
+	}
+	OK(memcmp(y[0], y[1], sizeof y[0]) == 0 && memcmp(dx[0], dx[1], sizeof dx[0]) == 0,
+		"the same forward and backward with moved weights");
+	OK(memcmp(y[0][0], y[0][1], sizeof y[0][0]) != 0 &&
+			memcmp(y[0][1], y[0][2], sizeof y[0][0]) != 0,
+		"another answer for every class");
+	for (size_t i = 0; i < n[1]->graph.n_param; i++)
+		held += n[1]->at[i] && n[1]->graph.param[i].rank > 2;
+	OK(held == 0, "weights of convolutions are held once");
+	free(x);
+	free(grads);
+	ct_unet_free(n[0]);
+	ct_unet_free(n[1]);
 }
 
 int main(void)
@@ -352,6 +414,7 @@ int main(void)
 	test_counts();
 	for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++)
 		test_gradient(shapes[i]);
+	test_moved();
 	test_refusals();
 	test_round_trip();
 	return tap_done();

@@ -94,6 +94,8 @@ struct ct_env;
 #define CT_META_INTENSITY_MAP "intensity_map"
 /* word: of the variances of a prior: linear; ct_train_result */
 #define CT_META_BETA_SCHEDULE "beta_schedule"
+/* integer: timesteps of a prior, 1000 if it is not there; those who publish one */
+#define CT_META_DIFFUSION_STEPS "diffusion_steps"
 /* integer: of a prior, or two in the state of a fit; ct_train_result, states */
 #define CT_META_STEP "step"
 /* number: rate of the average of the weights; ct_train_result */

@@ -10,30 +10,65 @@ static int check_meta(const struct ct_meta *m, struct ct_err *e)
 {
 	const char *map = ct_meta_get(m, CT_META_INTENSITY_MAP),
 		   *beta = ct_meta_get(m, CT_META_BETA_SCHEDULE);
+	double steps = CT_TIMESTEPS;
 
 	if (map && strcmp(map, CT_PRIOR_MAP) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "intensity_map is \"%.80s\", not \"%s\"", map, CT_PRIOR_MAP);
 	if (beta && strcmp(beta, "linear") != 0)
 		return ct_fail(e, CT_EINPUT, "beta_schedule is \"%.80s\", not linear", beta);
+	if (ct_meta_numbers(m, CT_META_DIFFUSION_STEPS, 1, &steps, e) < 0)
+		return -1;
+	if (steps != CT_TIMESTEPS)
+		return ct_fail(e, CT_EINPUT, "%s is %g, not %d", CT_META_DIFFUSION_STEPS, steps,
+			CT_TIMESTEPS);
 	return 0;
 }
 
-int ct_prior_alloc(struct ct_prior *p, const struct ct_tensors *w, struct ct_err *e)
+/* Of a network that also learns variances only the first half of the channels out is noise. */
+static int drop_variance(struct ct_tensors *w, struct ct_unet_arch *a, struct ct_err *e)
 {
-	const struct ct_unet_arch *a;
+	static const char *const last[] = {"out.2.weight", "out.2.bias"};
 
-	if (check_meta(&w->meta, e) || ct_unet_alloc(&p->unet, w, e))
+	for (size_t i = 0; i < 2; i++) {
+		struct ct_tensor *t = ct_tensors_find(w, last[i]);
+
+		if (t && t->rank && t->dim[0] == a->out_channels)
+			t->dim[0] = a->in_channels;
+	}
+	a->out_channels = a->in_channels;
+	return ct_unet_arch_to_meta(a, &w->meta, e);
+}
+
+int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
+{
+	struct ct_unet_arch a;
+
+	if (check_meta(&w->meta, e) || ct_unet_arch_of(&a, w, e) ||
+		(a.out_channels == 2 * a.in_channels && drop_variance(w, &a, e)))
 		return -1;
-	a = &p->unet->arch;
-	/* a network that also learns variances has twice the channels out */
-	if (a->in_channels != a->out_channels)
+	if (a.out_channels != a.in_channels)
 		return ct_fail(e, CT_EINPUT,
-			"%zu channels in and %zu out: not a predictor of noise", a->in_channels,
-			a->out_channels);
-	p->channels = a->in_channels;
-	p->multiple = (size_t)1 << (a->levels - 1);
+			"%zu channels in and %zu out: not a predictor of noise", a.in_channels,
+			a.out_channels);
+	if (ct_unet_alloc(&p->unet, w, e))
+		return -1;
+	p->channels = a.in_channels;
+	p->multiple = (size_t)1 << (a.levels - 1);
 	ct_schedule_default(&p->schedule);
+	return 0;
+}
+
+int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e)
+{
+	const size_t n = p->unet->arch.num_classes;
+
+	if (label >= n)
+		return ct_fail(e, CT_EUSAGE,
+			n ? "the prior has classes 0 to %zu, not %zu"
+			  : "the prior is not conditioned on classes",
+			n - 1, label);
+	p->unet->label = label;
 	return 0;
 }
 
@@ -42,6 +77,13 @@ static int predict(void *ctx, double t, const float *x, float *eps, struct ct_er
 	float at = (float)t;
 
 	return ct_unet_forward(ctx, eps, x, &at, e);
+}
+
+/* The forward pass is repeated: what it kept belongs to another timestep of the chain by now. */
+static int predict_back(
+	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
+{
+	return predict(ctx, t, x, dx, e) || ct_unet_backward(ctx, NULL, dx, deps, e) ? -1 : 0;
 }
 
 static void drop_plans(struct ct_prior *p)
@@ -55,7 +97,8 @@ static void drop_plans(struct ct_prior *p)
 	p->workers = 0;
 }
 
-int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, struct ct_err *e)
+int ct_prior_plan(
+	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e)
 {
 	drop_plans(p);
 	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e) ||
@@ -63,7 +106,7 @@ int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, 
 		return -1;
 	p->workers = workers;
 	for (size_t k = 0; k < workers; k++) {
-		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, false, e))
+		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, back, e))
 			return -1;
 		p->ctx[k] = p->plan[k];
 	}
@@ -78,6 +121,7 @@ struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
 		.channels = p->channels,
 		.multiple = p->multiple,
 		.eps = predict,
+		.back = predict_back,
 		.ctx = p->ctx};
 }
 

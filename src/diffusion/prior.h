@@ -18,12 +18,17 @@ struct ct_prior {
 	void **ctx;                 /* [workers], for struct ct_denoiser */
 };
 
-/* Network of the weights w. CT_EINPUT naming what does not fit: another architecture or channels in
- * and out, an intensity map or noise schedule that is not ours. *p must be zero. Priors that state
- * neither are taken for linear betas and our map. */
-int ct_prior_alloc(struct ct_prior *p, const struct ct_tensors *w, struct ct_err *e);
-/* Workspaces for pictures of high x wide. CT_ENOMEM, CT_EGEOM. */
-int ct_prior_plan(struct ct_prior *p, size_t workers, size_t high, size_t wide, struct ct_err *e);
+/* Network of the weights w, which are moved into it (ct_unet_alloc); of one that also learns
+ * variances, and so has twice the channels out, without them. CT_EINPUT naming what does not fit:
+ * another architecture or channels in and out, an intensity map or noise schedule that is not ours.
+ * *p must be zero. Priors that state neither are taken for linear betas and our map. */
+int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e);
+/* The class to predict for: CT_EUSAGE unless the prior is conditioned on more than that many. */
+int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e);
+/* Workspaces for pictures of high x wide, with `back` for the derivative too. CT_ENOMEM, CT_EGEOM.
+ */
+int ct_prior_plan(
+	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e);
 /* For ct_superres; valid while p is and until the next plan. */
 struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p);
 void ct_prior_free(struct ct_prior *p);

@@ -7,12 +7,14 @@
 #include "diffusion/superres.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "diffusion/bilinear.h"
 
 #include <math.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* What one worker needs: x (channels, high, wide), init as x, y (channels, high/s, wide/s). */
 struct seat {
@@ -27,7 +29,7 @@ struct job {
 	const struct ct_env *env;
 	struct ct_measurement op;
 	int *times;
-	size_t ntimes, calls; /* calls a sample */
+	size_t ntimes, calls; /* calls a view, of the network and of its derivative */
 	size_t high, wide;    /* the network's picture */
 	size_t h, w;          /* the result */
 	struct seat *seat;    /* [threads] */
@@ -54,11 +56,9 @@ struct ct_superres ct_superres_default(size_t scale)
 		.start = -1,
 		.travel_length = 1,
 		.travel_repeat = 1,
-		.rule = CT_DDNM_PLUS,
+		.how = ct_sampler_default(CT_SAMPLER_PLUS),
 		.op = CT_MEASUREMENT_MEAN,
-		.sigma_det = ct_superres_sigma_det(scale),
-		.eta = 0.99,
-		.sigma_y = 0.0015};
+		.sigma_det = ct_superres_sigma_det(scale)};
 }
 
 double ct_superres_sigma_det(size_t scale)
@@ -116,14 +116,21 @@ static size_t count_calls(const int *t, size_t n)
 	return calls;
 }
 
-int ct_superres_calls(const struct ct_superres *p, size_t *calls, struct ct_err *e)
+int ct_superres_calls(
+	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e)
 {
-	size_t n;
+	bool fits = p->how.rule == CT_SAMPLER_BIRD;
+	size_t n, chain;
 	int *t;
 
+	*calls = *gradients = 0;
+	if (p->how.rule == CT_SAMPLER_NONE)
+		return 0;
 	if (times_of(p, &t, &n, e))
 		return -1;
-	*calls = p->samples * count_calls(t, n);
+	chain = p->samples * count_calls(t, n);
+	*calls = chain * (fits ? p->how.iterations : 1);
+	*gradients = fits && !p->how.frozen ? chain * (p->how.iterations - 1) : 0;
 	free(t);
 	return 0;
 }
@@ -181,19 +188,42 @@ static void from_picture(const struct job *j, float *dst, const float *x)
 		}
 }
 
-static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+static int may_go_on(const struct draw *d, struct ct_err *e)
 {
-	struct draw *d = ctx;
-	struct job *j = d->job;
-	size_t done;
-
-	if (atomic_load(&j->failed))
+	if (atomic_load(&d->job->failed))
 		return ct_fail(e, CT_ESTOP, "given up");
-	if (ct_check_stop(j->env, e) || j->net->eps(j->net->ctx[d->worker], t, x, eps, e))
-		return -1;
-	done = atomic_fetch_add(&j->evaluated, 1) + 1;
+	return ct_check_stop(d->job->env, e);
+}
+
+static void count(const struct draw *d)
+{
+	struct job *j = d->job;
+	size_t done = atomic_fetch_add(&j->evaluated, 1) + 1;
+
 	if (d->worker == 0)
 		ct_progress(j->env, "sampling", done, j->total);
+}
+
+static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	const struct draw *d = ctx;
+	const struct ct_denoiser *net = d->job->net;
+
+	if (may_go_on(d, e) || net->eps(net->ctx[d->worker], t, x, eps, e))
+		return -1;
+	count(d);
+	return 0;
+}
+
+static int differentiate(
+	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
+{
+	const struct draw *d = ctx;
+	const struct ct_denoiser *net = d->job->net;
+
+	if (may_go_on(d, e) || net->back(net->ctx[d->worker], t, x, dx, deps, e))
+		return -1;
+	count(d);
 	return 0;
 }
 
@@ -211,15 +241,14 @@ static void run_task(void *arg, size_t i, size_t worker)
 	const struct ct_superres *p = j->p;
 	struct seat *s = &j->seat[worker];
 	struct draw draw = {j, j->view[i / p->samples], i % p->samples, worker};
-	struct ct_ddnm d = {.schedule = j->net->schedule,
+	struct ct_sampler d = {.schedule = j->net->schedule,
 		.t = j->times,
 		.nt = j->ntimes,
-		.rule = p->rule,
-		.eta = p->eta,
-		.sigma_y = p->sigma_y,
+		.how = p->how,
 		.op = &j->op,
 		.channels = j->net->channels,
 		.eps = evaluate,
+		.back = differentiate,
 		.eps_ctx = &draw,
 		.normals = normals,
 		.normals_ctx = &draw};
@@ -231,7 +260,7 @@ static void run_task(void *arg, size_t i, size_t worker)
 	if (j->init)
 		to_picture(j, j->high, j->wide, s->init, j->h, j->w,
 			ct_stack_view(j->init, draw.view));
-	if (ct_ddnm(&d, s->x, s->y, j->init ? s->init : NULL, &j->err[i])) {
+	if (ct_sampler_draw(&d, s->x, s->y, j->init ? s->init : NULL, &j->err[i])) {
 		snprintf(name, sizeof name, "view %zu", draw.view);
 		if (j->err[i].code != CT_ESTOP)
 			ct_blame(&j->err[i], name);
@@ -301,9 +330,11 @@ static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
 	const struct ct_superres *p = j->p;
 	size_t s = p->scale, all = j->net->channels * j->high * j->wide;
 
-	if (times_of(p, &j->times, &j->ntimes, e))
+	size_t gradients;
+
+	if (times_of(p, &j->times, &j->ntimes, e) || ct_superres_calls(p, &j->calls, &gradients, e))
 		return -1;
-	j->calls = count_calls(j->times, j->ntimes);
+	j->calls += gradients;
 	if (ct_measurement_alloc(&j->op, p->op, j->high / s, j->wide / s, s, p->sigma_det, e) ||
 		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e) ||
 		ct_alloc(&j->view, wave, sizeof *j->view, e) ||
@@ -348,11 +379,18 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 	const struct ct_stack *init, const struct ct_stack *out, const struct ct_stack *deviation,
 	struct ct_err *e)
 {
-	if (!(p->norm > 0) || p->scale == 0 || p->samples == 0 || p->samples > UINT16_MAX ||
-		!(p->eta >= 0 && p->eta <= 1) || !(p->sigma_y >= 0))
+	const struct ct_sampler_how *how = &p->how;
+
+	if (!(p->norm > 0 || how->rule == CT_SAMPLER_NONE) || p->scale == 0 || p->samples == 0 ||
+		p->samples > UINT16_MAX || !(how->eta >= 0 && how->eta <= 1) ||
+		!(how->sigma_y >= 0))
 		return ct_fail(e, CT_EUSAGE,
 			"norm %g, scale %zu, %zu samples, eta %g or sigma_y %g is out of range",
-			p->norm, p->scale, p->samples, p->eta, p->sigma_y);
+			p->norm, p->scale, p->samples, how->eta, how->sigma_y);
+	if (!(how->guidance >= 0) || how->iterations == 0 || !(how->rate >= 0))
+		return ct_fail(e, CT_EUSAGE,
+			"guidance %g, %zu iterations or rate %g is out of range", how->guidance,
+			how->iterations, how->rate);
 	if (deviation && p->samples < 2)
 		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
 	if (out->views != in->views || out->h != in->h * p->scale || out->w != in->w * p->scale)
@@ -402,6 +440,21 @@ static int run_waves(struct job *j, size_t wave, struct ct_stack *out, struct ct
 	return 0;
 }
 
+/* CT_SAMPLER_NONE. */
+static void start_pictures(const struct ct_superres *p, const struct ct_stack *in,
+	const struct ct_stack *init, struct ct_stack *out, bool *done)
+{
+	for (size_t k = 0; k < in->views; k++) {
+		float *x = ct_stack_view(out, k);
+
+		if (init)
+			memcpy(x, ct_stack_view(init, k), out->h * out->w * sizeof *x);
+		else
+			ct_bilinear(in->h, in->w, p->scale, x, ct_stack_view(in, k));
+		done[k] = true;
+	}
+}
+
 int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
@@ -419,14 +472,18 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 
 	if (check(p, in, init, out, deviation, e))
 		return -1;
+	if (p->how.rule == CT_SAMPLER_NONE) {
+		start_pictures(p, in, init, out, done);
+		return 0;
+	}
 	ct_superres_size(p, net->multiple, in->h, in->w, &j.high, &j.wide);
 	wave = j.threads / gcd(j.threads, p->samples);
 	for (size_t k = 0; k < in->views; k++)
 		finished += done[k];
 	rc = job_alloc(&j, wave, e);
 	if (rc == 0) {
-		atomic_store(&j.evaluated, finished * p->samples * j.calls);
-		j.total = in->views * p->samples * j.calls;
+		atomic_store(&j.evaluated, finished * j.calls);
+		j.total = in->views * j.calls;
 		rc = run_waves(&j, wave, out, deviation, done, e);
 	}
 	job_free(&j);

@@ -4,16 +4,19 @@
  * CT_MEASUREMENT_MEAN negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every
  * channel. If the network does not take s h by s w, the view is continued at the bottom and the
  * right by reflection (half-sample symmetry, whole low-resolution pixels) and the result is cut.
- * The sampler (ddnm.h) draws `samples` restorations with independent noise in every channel; each
- * is reduced to one channel, optionally corrected to agree with p once more, with
+ * The sampler (sampler.h) draws `samples` restorations with independent noise in every channel;
+ * each is reduced to one channel, optionally corrected to agree with p once more, with
  * CT_MEASUREMENT_MEAN clamped to [0, 1.05], and multiplied by norm; their mean is the result. Noise
  * is a function of (seed, view, sample, move, channel, pixel) only.
+ *
+ * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
+ * the view on the finer grid (bilinear.h).
  */
 #ifndef CT_DIFFUSION_SUPERRES_H
 #define CT_DIFFUSION_SUPERRES_H
 #include "core/env.h"
 #include "core/stack.h"
-#include "diffusion/ddnm.h"
+#include "diffusion/sampler.h"
 
 #include <stdbool.h>
 
@@ -21,8 +24,9 @@
 struct ct_denoiser {
 	const struct ct_schedule *schedule;
 	size_t channels;
-	size_t multiple;  /* height and width must be multiples of this */
-	ct_eps_fn *eps;   /* for pictures of ct_superres_size() */
+	size_t multiple; /* height and width must be multiples of this */
+	ct_eps_fn *eps;  /* for pictures of ct_superres_size() */
+	ct_eps_back_fn *back;
 	void *const *ctx; /* [ct_par_threads] */
 };
 
@@ -31,12 +35,11 @@ struct ct_superres {
 	size_t steps, samples;
 	int start;                           /* first timestep, from init; -1: from pure noise */
 	size_t travel_length, travel_repeat; /* as in schedule.h */
-	enum ct_ddnm_rule rule;
+	struct ct_sampler_how how;           /* sigma_y on the scale of p / norm */
 	enum ct_measurement_kind op;
-	double sigma_det;    /* Gaussian of the matched operator, fine pixels */
-	double eta, sigma_y; /* sigma_y on the scale of p / norm */
-	double norm;         /* > 0: line integral that is 1 in the picture */
-	bool first;          /* keep the first channel instead of the mean */
+	double sigma_det; /* Gaussian of the matched operator, fine pixels */
+	double norm;      /* > 0: line integral that is 1 in the picture */
+	bool first;       /* keep the first channel instead of the mean */
 	bool final_consistency;
 	/* Called by the calling thread after some views are finished (done[k], out and deviation
 	 * hold them), and with last = true before ct_superres returns CT_ESTOP. May be NULL.
@@ -55,8 +58,10 @@ int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e);
 /* The picture the network is given for views of (h, w). */
 void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, size_t w,
 	size_t *high, size_t *wide);
-/* Evaluations of the network a view. CT_EUSAGE if steps and start do not fit. */
-int ct_superres_calls(const struct ct_superres *p, size_t *calls, struct ct_err *e);
+/* Evaluations of the network, and of its derivative, a view. CT_EUSAGE if steps and start do not
+ * fit. */
+int ct_superres_calls(
+	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e);
 /* in = A fine, view by view: the measurement that a fine stack (s h, s w) would have given. in is
  * allocated, with fine's geometry at 1/s. CT_EGEOM, CT_ENOMEM. */
 int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
@@ -65,7 +70,8 @@ int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
  * NULL (standard deviation of the samples, samples >= 2): views of (s h, s w), allocated. done
  * [views]: views that out and deviation hold already are skipped; set as views are
  * finished. CT_ENUMERIC naming the view; CT_ESTOP if env->stop is raised: what is done is in out.
- * The result does not depend on the threads of env->par, nor on what was done before. */
+ * The result does not depend on the threads of env->par, nor on what was done before. NONE needs no
+ * net. */
 int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e);

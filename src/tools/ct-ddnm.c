@@ -3,7 +3,6 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/modes.h"
-#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -11,6 +10,8 @@
 #include "resolution/upsample.h"
 #include "tools/ddnm-picture.h"
 #include "tools/ddnm-state.h"
+#include "tools/ddnm-time.h"
+#include "tools/prior-arch.h"
 #include "tools/prior-file.h"
 
 #include <math.h>
@@ -27,25 +28,38 @@ enum reduce { REDUCES(CT_WORD_VALUE) };
 #define BY_FILE(X) X(FILE_SAYS, "file")
 enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 
+/* What the noise is fitted through: the network too, or the chain alone. */
+#define GRADIENTS(X)                                                                               \
+	X(NETWORK, "network")                                                                      \
+	X(CHAIN, "chain")
+enum gradient { GRADIENTS(CT_WORD_VALUE) };
+
 struct params {
-	const char *in, *out, *prior, *init, *std, *travel;
-	int scale, steps, t_start, samples, op, sampler, channels;
-	double eta, sigma_y, sigma_det, norm;
+	const char *in, *out, *prior, *arch, *init, *std, *travel;
+	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
+	double eta, sigma_y, sigma_det, norm, guidance, rate;
 	bool final_consistency, resume;
 };
 
 static const struct params defaults = {.scale = 0,
-	.steps = 50,
+	.label = -1,
 	.t_start = -1,
 	.samples = 1,
-	.sampler = CT_DDNM_PLUS,
-	.eta = 0.99,
+	.sampler = CT_SAMPLER_PLUS,
+	.eta = NAN,
+	.guidance = 2000,
+	.iterations = 100,
+	.rate = 1e-3,
 	.sigma_y = NAN,
 	.sigma_det = NAN,
 	.norm = 0};
 
+/* Samplers that draw noise anew or not, that ask a network, and that are fitted. */
+#define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
+#define WITH_NETWORK CT_UNLESS_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_NONE))
+#define FITTED CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise, operators that may be one with a blur. */
-#define NOISY (CT_BIT(CT_DDNM_PLUS) | CT_BIT(CT_DDNM_SIMPLE))
+#define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
 #define BLURRED (CT_BIT(FILE_SAYS) | CT_BIT(FIRST_OPERATOR + CT_MEASUREMENT_MATCHED))
 
 static const struct ct_opt opts[] = {
@@ -57,40 +71,64 @@ static const struct ct_opt opts[] = {
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
 		"else 4"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
-		"diffusion prior, safetensors; by default the one that is installed"),
-	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000, "calls of the network a sample"),
+		"diffusion prior, safetensors or PyTorch; by default the one that is installed",
+		CT_WHEN(WITH_NETWORK)),
+	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
+		"what the prior is, where its file does not say it, in the words of ct-train "
+		"--arch; see DESCRIPTION",
+		CT_WHEN(CT_IF(struct params, prior))),
+	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
+		"class to draw, of a prior that is conditioned on classes; -1: it is not",
+		CT_WHEN(CT_IF(struct params, prior))),
+	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000,
+		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
+		CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
-		"fraction of the noise that is drawn anew in every step"),
+		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
+		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
+		CT_WHEN(CT_IF_WORD(struct params, sampler, STOCHASTIC))),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.0015, as published)",
 		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
 	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
-		"(see DESCRIPTION)"),
+		"(see DESCRIPTION)",
+		CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED))),
-	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_DDNM_LIST),
-		"exact consistency, consistency within the noise of IN, or the latter in its "
-		"simplified form"),
+		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED), WITH_NETWORK)),
+	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
+		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
+	CT_OPT(struct params, guidance, 0, "guidance", "X", 0, 1e9,
+		"of gdp: how far a step follows the gradient of the error, as published",
+		CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_GDP)))),
+	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 1000000,
+		"of bird: chains, after each of which but the last the noise is fitted", FITTED),
+	CT_OPT(struct params, rate, 0, "rate", "X", 0, 1000,
+		"of bird: how far a value of the noise goes in a chain, about", FITTED),
+	CT_CHOICE(struct params, gradient, 0, "gradient", CT_WORDS(GRADIENTS),
+		"of bird: through the network too, or its output taken for constant", FITTED),
 	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
-		CT_WHEN(CT_IF(struct params, init))),
+		CT_WHEN(CT_IF(struct params, init), WITH_NETWORK)),
 	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
-		"after every L steps go back, R times in all"),
-	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view"),
+		"after every L steps go back, R times in all", CT_WHEN(WITH_NETWORK)),
+	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
+		CT_WHEN(WITH_NETWORK)),
 	CT_OUTPUT(struct params, std, 0, "std", "FILE",
 		"also write the standard deviation of the samples, EXR",
 		CT_WHEN(CT_IF(struct params, samples))),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
-		"end with the nearest projections that agree with IN exactly"),
+		"end with the nearest projections that agree with IN exactly",
+		CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
-		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture"),
+		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
+		CT_WHEN(WITH_NETWORK)),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
-		"of a prior with colours"),
+		"of a prior with colours", CT_WHEN(WITH_NETWORK)),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
@@ -107,6 +145,11 @@ struct job {
 	struct ct_resume resume;
 	struct ddnm_state state;
 };
+
+static bool asks(const struct job *j)
+{
+	return j->p->sampler != CT_SAMPLER_NONE;
+}
 
 /* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
  * little less is assumed, since too much blur assumed costs more than too little; where no blur
@@ -213,16 +256,21 @@ static int settle(struct job *j, struct ct_err *e)
 	if (ct_modes_check(j->env->given, &now, e))
 		return ct_blame(e, p->in);
 	j->s = ct_superres_default(scale);
-	j->s.steps = (size_t)p->steps;
+	j->s.how = ct_sampler_default((enum ct_sampler_rule)p->sampler);
+	j->s.steps = p->steps ? (size_t)p->steps : ct_sampler_steps(j->s.how.rule);
 	j->s.samples = (size_t)p->samples;
 	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
-	j->s.rule = (enum ct_ddnm_rule)p->sampler;
+	j->s.how.guidance = p->guidance;
+	j->s.how.iterations = (size_t)p->iterations;
+	j->s.how.rate = p->rate;
+	j->s.how.frozen = p->gradient == CHAIN;
 	j->s.op = op;
-	j->s.eta = p->eta;
 	j->s.first = p->channels == FIRST;
 	j->s.final_consistency = p->final_consistency;
+	if (!isnan(p->eta))
+		j->s.how.eta = p->eta;
 	if (!isnan(p->sigma_y))
-		j->s.sigma_y = p->sigma_y;
+		j->s.how.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
 		j->s.sigma_det = p->sigma_det;
 	else if (j->s.op == CT_MEASUREMENT_MATCHED && blur(&j->s.sigma_det, &j->in, scale, e))
@@ -237,7 +285,7 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.travel_length = (size_t)v[0];
 		j->s.travel_repeat = (size_t)v[1];
 	}
-	if (norm_of(&j->s.norm, p->norm, &j->in, e))
+	if (asks(j) && norm_of(&j->s.norm, p->norm, &j->in, e))
 		return ct_blame(e, p->in);
 	return 0;
 }
@@ -262,15 +310,32 @@ static int read_inputs(struct job *j, struct ct_err *e)
 	return 0;
 }
 
+/* The class that is asked for is one that the prior wants. */
+static int classify(struct job *j, struct ct_err *e)
+{
+	const size_t n = j->prior.unet->arch.num_classes;
+
+	if (j->p->label >= 0)
+		return ct_prior_classify(&j->prior, (size_t)j->p->label, e);
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
+		 : 0;
+}
+
 static int read_prior(struct job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
+	struct ct_meta arch = {0};
 	char *path = NULL;
 	int rc = -1;
 
-	if (prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) || ct_tensors_read(path, &w, e))
+	if (!asks(j))
+		return 0;
+	if (prior_arch_parse(&arch, j->p->arch, e) ||
+		prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) ||
+		ct_tensors_read(path, &w, e))
 		goto out;
-	if (ct_prior_alloc(&j->prior, &w, e) || ct_meta_copy(&j->prior_meta, &w.meta, e))
+	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
+		ct_meta_copy(&j->prior_meta, &w.meta, e) || classify(j, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
 		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
@@ -278,49 +343,52 @@ static int read_prior(struct job *j, struct ct_err *e)
 		rc = 0;
 out:
 	ct_tensors_free(&w);
+	ct_meta_free(&arch);
 	free(path);
 	return rc;
 }
 
 static int plan(struct job *j, size_t workers, struct ct_err *e)
 {
+	const struct ct_sampler_how *how = &j->s.how;
 	size_t high, wide;
 
 	ct_superres_size(&j->s, j->prior.multiple, j->in.h, j->in.w, &high, &wide);
-	return ct_prior_plan(&j->prior, workers, high, wide, e);
+	return ct_prior_plan(
+		&j->prior, workers, high, wide, how->rule == CT_SAMPLER_BIRD && !how->frozen, e);
 }
 
 /* Time one call of the network and tell what all would take. */
 static int estimate(struct job *j, struct ct_err *e)
 {
-	size_t n, calls, threads = ct_par_threads(j->env->par);
-	struct ct_cost cost;
-	float t = 500, *x = NULL, *y = NULL;
-	double start, once;
-	int rc = -1;
+	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(&j->out)};
+	size_t calls, gradients, threads = ct_par_threads(j->env->par), room = sizeof cost.work;
+	double once, slope, views = (double)j->in.views, chain;
 
-	if (ct_superres_calls(&j->s, &calls, e) || plan(j, 1, e))
-		return -1;
-	n = j->prior.channels * j->prior.high * j->prior.wide;
-	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc(&y, n, sizeof *y, e) ||
-		ct_unet_forward(j->prior.plan[0], y, x, &t, e)) /* the first is slower */
-		goto out;
-	start = ct_clock_wall();
-	if (ct_unet_forward(j->prior.plan[0], y, x, &t, e))
-		goto out;
-	once = ct_clock_wall() - start;
-	cost = (struct ct_cost){.disk = 4.0 * (double)ct_stack_count(&j->out)};
-	cost.seconds = once * (double)calls * (double)j->in.views / (double)threads;
-	cost.memory = (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
-		      cost.disk * (j->p->init ? 2 : 1);
 	cost.state = cost.disk;
-	snprintf(cost.work, sizeof cost.work, "%zu calls of %.3f s of the network of %zux%zu",
+	cost.memory = cost.disk * (j->p->init ? 2 : 1);
+	if (ct_superres_calls(&j->s, &calls, &gradients, e))
+		return -1;
+	if (!asks(j)) {
+		snprintf(cost.work, room, "%zu calls of a network", calls);
+		return ct_cost_print(&cost, j->env, e);
+	}
+	if (plan(j, 1, e) || ddnm_time(&j->prior, gradients > 0, &once, &slope, e))
+		return -1;
+	cost.seconds = (once * (double)calls + slope * (double)gradients) * views / (double)threads;
+	cost.memory += (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
+		       4.0 * (double)j->prior.unet->graph.count;
+	snprintf(cost.work, room, "%zu calls of %.3f s of the network of %zux%zu",
 		calls * j->in.views, once, j->prior.wide, j->prior.high);
-	rc = ct_cost_print(&cost, j->env, e);
-out:
-	free(x);
-	free(y);
-	return rc;
+	if (gradients)
+		snprintf(cost.work + strlen(cost.work), room - strlen(cost.work),
+			", %zu of %.3f s of its derivative", gradients * j->in.views, slope);
+	if (j->s.how.rule == CT_SAMPLER_BIRD) { /* every picture of a chain is kept */
+		chain = (double)calls / (double)(j->s.samples * j->s.how.iterations);
+		cost.memory += chain * (double)threads * 4.0 *
+			       (double)(j->prior.channels * j->prior.high * j->prior.wide);
+	}
+	return ct_cost_print(&cost, j->env, e);
 }
 
 static int write_outputs(struct job *j, struct ct_err *e)
@@ -330,10 +398,13 @@ static int write_outputs(struct job *j, struct ct_err *e)
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-		ct_meta_set(m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
-		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed) ||
-		ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
+	if (asks(j) &&
+		(ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+			ct_meta_set(
+				m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
+			ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed)))
+		return -1;
+	if (ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
 				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
 					      CT_QUANTITY_DEVIATION, e) ||
@@ -360,7 +431,7 @@ static int sample(struct job *j, struct ct_err *e)
 	struct ct_denoiser net;
 	int rc;
 
-	if (plan(j, ct_par_threads(j->env->par), e) || name_run(j, e) ||
+	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
 	j->s.save = ddnm_state_save;
@@ -384,8 +455,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
-	ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px", j.out.views,
-		j.out.w, j.out.h, j.s.norm, j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);
+	if (asks(&j))
+		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
+			j.out.views, j.out.w, j.out.h, j.s.norm,
+			j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);
 	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);

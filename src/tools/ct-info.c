@@ -18,7 +18,8 @@ struct params {
 static const struct params defaults = {.factor = "4"};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, CT_READS, "FILE", "NIfTI, EXR, PLY or safetensors, or -"),
+	CT_ARG(struct params, files, CT_READS, "FILE",
+		"NIfTI, EXR, PLY, safetensors or PyTorch, or -"),
 	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
 		"measure the blur and the noise of each CT from the image"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,

@@ -45,12 +45,12 @@ static double release_sigma_y(int scale)
 }
 
 struct params {
-	const char *in, *out, *keep, *prior, *slices, *window;
-	int scale, quality, views, iterations, gaussians;
+	const char *in, *out, *keep, *prior, *slices, *arch, *window;
+	int scale, label, quality, views, iterations, gaussians;
 	bool paper, release, resume, dry_run;
 };
 
-static const struct params defaults = {.scale = 4, .quality = FAST};
+static const struct params defaults = {.scale = 4, .label = -1, .quality = FAST};
 
 /* What goes by way of projections. */
 #define PROJECTS                                                                                   \
@@ -86,6 +86,12 @@ static const struct ct_opt opts[] = {
 			CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_INPUT(struct params, prior, 0, "prior", "FILE",
 		"diffusion prior of projections; the one that is installed if not given",
+		CT_WHEN(PROJECTS)),
+	CT_OPT(struct params, arch, 0, "arch", "KEY=VALUE,...", 0, 0,
+		"what that prior is, where its file does not say it, as ct-ddnm takes it",
+		CT_WHEN(PROJECTS)),
+	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
+		"class to draw, of a prior that is conditioned on classes; -1: it is not",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
 		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
@@ -253,7 +259,9 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 	const struct files *f, uint64_t seed, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "--prior=%s", f->prior) || add_seed(c, seed, e))
+		ct_chain_word(c, e, "--prior=%s", f->prior) || add_seed(c, seed, e) ||
+		(p->arch && ct_chain_word(c, e, "--arch=%s", p->arch)) ||
+		(p->label >= 0 && ct_chain_word(c, e, "--class=%d", p->label)))
 		return -1;
 	if (published(p)
 			? ct_chain_word(c, e, "-x%d", p->scale) ||

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "diffusion/prior.h"
 #include "diffusion/train.h"
+#include "tools/prior-arch.h"
 #include "tools/train-data.h"
 #include "tools/train.h"
 
@@ -22,27 +23,13 @@ struct job {
 
 static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
 {
-	while (text && *text) {
-		size_t len = strcspn(text, ",");
-		char item[200], *value;
-		int rc;
+	struct ct_meta m = {0};
+	int rc = prior_arch_parse(&m, text, e) || prior_arch_set(a, &m, e) ? -1 : 0;
 
-		if (len >= sizeof item)
-			return ct_fail(e, CT_EUSAGE, "--arch: an item is too long");
-		memcpy(item, text, len);
-		item[len] = '\0';
-		text += len + (text[len] == ',');
-		value = strchr(item, '=');
-		if (!value)
-			return ct_fail(e, CT_EUSAGE, "--arch: \"%s\" is not KEY=VALUE", item);
-		*value++ = '\0';
-		rc = ct_unet_arch_set(a, item, value, e);
-		if (rc > 0)
-			return ct_fail(e, CT_EUSAGE, "--arch: there is no \"%s\"", item);
-		if (rc)
-			return -1;
-	}
-	return ct_unet_arch_check(a, e);
+	ct_meta_free(&m);
+	if (rc == 0 && a->num_classes)
+		return ct_fail(e, CT_EUSAGE, "--arch num_classes: pictures have no classes");
+	return rc;
 }
 
 static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e)

@@ -29,6 +29,7 @@ static const struct key {
 	{"use_new_attention_order", TRUTH, offsetof(struct ct_unet_arch, use_new_attention_order),
 		true},
 	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false},
+	{"num_classes", COUNT, offsetof(struct ct_unet_arch, num_classes), false},
 };
 
 enum { KEYS = sizeof keys / sizeof *keys };
@@ -139,6 +140,14 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 		return ok ? 0 : ct_fail(e, CT_EINPUT, "architecture: %s is \"%.100s\"", key, value);
 	}
 	return 1;
+}
+
+bool ct_unet_arch_is_whole(const struct ct_meta *meta)
+{
+	for (size_t i = 0; i < KEYS; i++)
+		if (keys[i].needed && !ct_meta_get(meta, keys[i].name))
+			return false;
+	return true;
 }
 
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)

@@ -3,6 +3,7 @@
 #define CT_UNET_ARCH_H
 #include "core/err.h"
 #include "core/meta.h"
+#include "core/tensors.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -20,6 +21,7 @@ struct ct_unet_arch {
 	size_t attention[CT_UNET_LEVELS]; /* downsampling factors 1, 2, 4.. that have attention */
 	size_t num_heads;                 /* used when num_head_channels is 0 */
 	size_t num_head_channels;
+	size_t num_classes; /* that it is conditioned on; 0: it is not */
 	bool use_scale_shift_norm, resblock_updown, use_new_attention_order, conv_resample;
 };
 
@@ -28,10 +30,17 @@ void ct_unet_arch_default(struct ct_unet_arch *a);
 /* Keys of the metadata as guided diffusion names its arguments: "image_size", "in_channels",
  * "model_channels", "out_channels", "num_res_blocks", "attention_resolutions" (downsampling
  * factors), "channel_mult", "num_heads", "num_head_channels" (-1: use num_heads),
- * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample". Lists are
+ * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample",
+ * "num_classes" (0: not conditioned). Lists are
  * "[1, 2]", "1,2" or "1:2"; truths True or False. CT_EINPUT naming the key. */
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e);
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e);
+/* Does the metadata state all that a network cannot be built without? */
+bool ct_unet_arch_is_whole(const struct ct_meta *meta);
+/* The same of a network, and what its metadata do not state from the names and shapes of its
+ * tensors, which tell all but the heads of attention (without num_heads and num_head_channels it is
+ * CT_EINPUT) and the order of their channels (taken for guided diffusion's default). */
+int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e);
 /* One key as above, from its words: the command line's way. 1 if there is no such key. */
 int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value, struct ct_err *e);
 /* CT_EINPUT unless every channel count is a multiple of 32 within the limits and the heads divide

@@ -139,7 +139,7 @@ static const int arg_id[DIRECTIONS][BIAS + 1] = {
 };
 
 /* The primitive of one direction from its descriptor, and its weights if it reads any. */
-static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t pd,
+static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t pd, size_t key,
 	const float *weight, struct ct_err *e)
 {
 	struct prim *p = &c->dir[dir];
@@ -164,7 +164,7 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	p->scratch = dnnl_memory_desc_get_size(scratch);
 	p->weights = dnnl_memory_desc_get_size(w);
 	if (dir != BACK_WEIGHTS)
-		return ct_dnn_pack_get(c->dnn, weight, c->plain, w, &p->pack, e) ||
+		return ct_dnn_pack_get(c->dnn, key, weight, c->plain, w, &p->pack, e) ||
 		       prim_set(p, WEIGHTS, p->pack->data, e);
 	if (ct_dnn_reorder_new(&c->unpack.p, eng, w, c->plain, true, e) ||
 		prim_arg(&c->unpack, SRC, DNNL_ARG_FROM, w, eng, e))
@@ -172,7 +172,8 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	return prim_arg(&c->unpack, DST, DNNL_ARG_TO, c->plain, eng, e);
 }
 
-static int conv_build(struct ct_conv *c, const float *weight, bool train, struct ct_err *e)
+static int conv_build(
+	struct ct_conv *c, size_t key, const float *weight, bool train, struct ct_err *e)
 {
 	dnnl_primitive_attr_t attr = NULL, plain = NULL;
 	dnnl_primitive_desc_t pd[DIRECTIONS] = {NULL};
@@ -186,7 +187,7 @@ static int conv_build(struct ct_conv *c, const float *weight, bool train, struct
 	for (int d = FORWARD; d < (train ? DIRECTIONS : BACK_DATA); d++)
 		if (conv_desc(&pd[d], c, (enum direction)d, train, pd[FORWARD],
 			    d == FORWARD ? attr : plain, e) ||
-			prim_new(c, (enum direction)d, pd[d], weight, e))
+			prim_new(c, (enum direction)d, pd[d], key, weight, e))
 			goto out;
 	rc = 0;
 out:
@@ -200,7 +201,7 @@ out:
 	return rc;
 }
 
-int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s,
+int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s, size_t key,
 	const float *weight, bool train, struct ct_err *e)
 {
 	const dnnl_dim_t h = (dnnl_dim_t)s->h, w = (dnnl_dim_t)s->w, step = (dnnl_dim_t)s->stride;
@@ -219,7 +220,7 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 	     ct_dnn_desc_new(&c->dst, 4, dst, dnnl_nhwc, e) ||
 	     ct_dnn_desc_new(&c->weights, 4, wd, dnnl_format_tag_any, e) ||
 	     ct_dnn_desc_new(&c->plain, 4, wd, dnnl_oihw, e) ||
-	     ct_dnn_desc_new(&c->bias, 1, bd, dnnl_a, e) || conv_build(c, weight, train, e);
+	     ct_dnn_desc_new(&c->bias, 1, bd, dnnl_a, e) || conv_build(c, key, weight, train, e);
 	if (rc) {
 		ct_conv_free(c);
 		rc = -1;

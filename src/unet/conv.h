@@ -17,9 +17,10 @@ struct ct_conv_shape {
 	bool add;      /* another image is added to the output */
 };
 
-/* `weight` is borrowed for the life of *d. With `train`, the backward directions too. CT_EFAIL with
- * oneDNN's word for it. */
-int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s,
+/* `weight`, called `key` in *d, is borrowed for the life of *d if ct_dnn_refresh is to
+ * be called, and else for the call; NULL stands for that of an earlier call. With `train`, the
+ * backward directions too. CT_EFAIL with oneDNN's word for it. */
+int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s, size_t key,
 	const float *weight, bool train, struct ct_err *e);
 void ct_conv_free(struct ct_conv *c);
 /* Bytes of scratch, 64-byte aligned, that the calls below need. */

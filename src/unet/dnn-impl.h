@@ -19,7 +19,8 @@ typedef const dnnl_memory_desc_t *ct_dnn_cdesc;
 
 /* Weights in the order of one direction. */
 struct ct_dnn_pack {
-	const float *plain;
+	size_t key;         /* of the weights */
+	const float *plain; /* what they were made of */
 	float *data;
 	ct_dnn_desc from, to;
 	dnnl_primitive_t reorder;
@@ -49,8 +50,9 @@ int ct_dnn_reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, ct_dnn_cdesc from
 /* dst = (or +=) src in another order. */
 int ct_dnn_reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream,
 	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, float *dst, struct ct_err *e);
-/* The pack of these weights in this order, made if there is none. */
-int ct_dnn_pack_get(struct ct_dnn *d, const float *plain, ct_dnn_cdesc from, ct_dnn_cdesc to,
-	struct ct_dnn_pack **out, struct ct_err *e);
+/* The pack of weights called `key` in this order, made if there is none: of `plain`, or if that is
+ * NULL of the pack in another order that there must be. */
+int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,
+	ct_dnn_cdesc to, struct ct_dnn_pack **out, struct ct_err *e);
 
 #endif

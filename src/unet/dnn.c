@@ -137,19 +137,28 @@ int ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par, struct ct_err *e)
 	return rc;
 }
 
-int ct_dnn_pack_get(struct ct_dnn *d, const float *plain, ct_dnn_cdesc from, ct_dnn_cdesc to,
-	struct ct_dnn_pack **out, struct ct_err *e)
+int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,
+	ct_dnn_cdesc to, struct ct_dnn_pack **out, struct ct_err *e)
 {
-	struct ct_dnn_pack *p;
+	struct ct_dnn_pack *p, *other = NULL;
 
-	for (size_t i = 0; i < d->n; i++)
-		if (d->pack[i]->plain == plain && dnnl_memory_desc_equal(d->pack[i]->to, to)) {
+	for (size_t i = 0; i < d->n; i++) {
+		if (d->pack[i]->key != key)
+			continue;
+		if (dnnl_memory_desc_equal(d->pack[i]->to, to)) {
 			*out = d->pack[i];
 			return 0;
 		}
+		other = d->pack[i];
+	}
+	if (!plain) {
+		plain = other->data;
+		from = other->to;
+	}
 	if (ct_grow(&d->pack, &d->cap, d->n + 1, sizeof(struct ct_dnn_pack *), e) ||
 		ct_alloc0(&p, 1, sizeof *p, e))
 		return -1;
+	p->key = key;
 	p->plain = plain;
 	if (ct_dnn_desc_copy(&p->from, from, e) || ct_dnn_desc_copy(&p->to, to, e) ||
 		ct_alloc0(&p->data, 1, dnnl_memory_desc_get_size(to), e) ||

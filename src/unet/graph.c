@@ -227,6 +227,17 @@ static size_t change(struct build *b, const char *prefix, const char *what, size
 	return conv(b, x, CT_NONE, weights(b, sub, 4, c, c, 3, false), c, 3, 1);
 }
 
+/* x plus the embedding of the class. */
+static size_t label(struct build *b, size_t x)
+{
+	const size_t p = b->g->n_param, c = b->g->image[x].c;
+
+	param(b, "label_emb", "weight",
+		(struct ct_param){.rank = 2, .dim = {b->arch->num_classes, c}, .zero = true});
+	return op(b, (struct ct_graph_op){.kind = CT_GRAPH_LABEL, .a = x, .b = CT_NONE, .param = p},
+		1, 1, c);
+}
+
 static void time_embedding(struct build *b)
 {
 	const size_t d = b->arch->model_channels;
@@ -238,6 +249,8 @@ static void time_embedding(struct build *b)
 		1, 1, d);
 	for (int i = 0; i < 2; i++) {
 		x = linear(b, i ? "time_embed.2" : "time_embed.0", x, 4 * d);
+		if (i && b->arch->num_classes)
+			x = label(b, x);
 		x = op(b,
 			(struct ct_graph_op){
 				.kind = CT_GRAPH_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},

@@ -14,6 +14,7 @@ enum ct_graph_kind {
 	CT_GRAPH_EMBED,  /* sinusoids of the timestep */
 	CT_GRAPH_LINEAR, /* a: vector; param: weight, bias */
 	CT_GRAPH_SILU,
+	CT_GRAPH_LABEL,  /* a, plus the row of param that the class says */
 	CT_GRAPH_CONV,   /* a, plus b if there is one; param: weight, bias */
 	CT_GRAPH_NORM,   /* a, with the embedding b if there is one; param: gamma, beta */
 	CT_GRAPH_UP,     /* nearest, twice the size */
@@ -29,7 +30,7 @@ struct ct_image {
 struct ct_graph_op {
 	enum ct_graph_kind kind;
 	size_t out, a, b; /* images; CT_NONE */
-	size_t param;     /* first of two, or CT_NONE */
+	size_t param;     /* first of two, or the only one, or CT_NONE */
 	size_t k, stride; /* convolution */
 	size_t heads;     /* attention */
 	bool silu;        /* normalisation */

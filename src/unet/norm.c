@@ -91,8 +91,10 @@ static void group_back(const struct ct_norm *n, size_t g, float *pqr, float *dga
 		channel_map(n, i, &gain, &offset);
 		s1 += gain * d[i];
 		s2 += gain * dg;
-		dgamma[i] += (float)(dg * s);
-		dbeta[i] += (float)(d[i] * s);
+		if (dgamma) {
+			dgamma[i] += (float)(dg * s);
+			dbeta[i] += (float)(d[i] * s);
+		}
 		if (de && n->scale_shift) {
 			de[i] += (float)(dg * (double)n->gamma[i] + d[i] * (double)n->beta[i]);
 			de[c + i] += (float)d[i];

@@ -33,7 +33,8 @@ void ct_norm_forward(
 	const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab);
 /* Floats of scratch that the backward needs. */
 size_t ct_norm_scratch(const struct ct_norm *n);
-/* dx[hw][c]; dgamma, dbeta [c] added to; de as e, added to (or NULL). dy is overwritten. */
+/* dx[hw][c]; dgamma, dbeta [c] added to (or both NULL); de as e, added to (or NULL). dy is
+ * overwritten. */
 void ct_norm_back(const struct ct_norm *n, float *dx, float *dgamma, float *dbeta, float *de,
 	float *dy, const float *x, const double *sums, bool acc, float *scratch);
 

@@ -40,10 +40,23 @@ struct ct_unet_plan {
 	size_t scratch_count;
 };
 
-/* Offset of the first (which 0) or second parameter of an operation that has them. */
+/* The first (which 0) or second parameter of an operation that has them, and its place in a flat
+ * vector. */
+static const float *param_of(
+	const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
+{
+	return p->net->at[o->param + which];
+}
+
 static size_t offset_of(const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
 {
 	return p->g.param[o->param + which].offset;
+}
+
+/* Where the row of the class begins. */
+static size_t label_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
+{
+	return p->net->label * p->g.image[o->out].c;
 }
 
 /* What an operation reads; the embedding reads no image. */
@@ -60,8 +73,8 @@ static struct ct_norm norm_of(
 	return (struct ct_norm){
 		.hw = s->h * s->w,
 		.c = s->c,
-		.gamma = p->net->param + offset_of(p, o, 0),
-		.beta = p->net->param + offset_of(p, o, 1),
+		.gamma = param_of(p, o, 0),
+		.beta = param_of(p, o, 1),
 		.e = e,
 		.scale_shift = p->net->arch.use_scale_shift_norm,
 		.silu = o->silu,
@@ -183,6 +196,7 @@ static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 	case CT_GRAPH_EMBED:
 	case CT_GRAPH_LINEAR:
 	case CT_GRAPH_SILU:
+	case CT_GRAPH_LABEL:
 	case CT_GRAPH_UP:
 	case CT_GRAPH_DOWN:
 	case CT_GRAPH_CONCAT: break;
@@ -202,9 +216,10 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
 				o->k, o->stride, o->b != CT_NONE};
 
-			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s,
-				    p->net->param + offset_of(p, o, 0), p->train, e))
+			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
+				    p->train, e))
 				return -1;
+			ct_unet_forget(p->net, o->param);
 		}
 		if (o->kind == CT_GRAPH_NORM) {
 			p->sum_at[i] = p->sums;
@@ -280,7 +295,7 @@ struct run {
 	float *act;
 	double *sum;
 	double t;
-	float *grads; /* of the parameters */
+	float *grads; /* of the parameters, or NULL */
 };
 
 static float *image_at(const struct run *r, size_t image)
@@ -303,13 +318,15 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	case CT_GRAPH_EMBED: ct_embed(s->c, y, r->t); break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_forward)
-		(in->c, s->c, y, x, p->net->param + offset_of(p, o, 0),
-			p->net->param + offset_of(p, o, 1));
+		(in->c, s->c, y, x, param_of(p, o, 0), param_of(p, o, 1));
 		break;
 	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_forward)(s->c, y, x); break;
+	case CT_GRAPH_LABEL:
+		CT_SIMD(ct_layer_take)(s->c, y, x, false);
+		CT_SIMD(ct_layer_take)(s->c, y, param_of(p, o, 0) + label_of(p, o), true);
+		break;
 	case CT_GRAPH_CONV:
-		return ct_conv_forward(
-			p->conv[i], y, x, p->net->param + offset_of(p, o, 1), b, p->scratch, e);
+		return ct_conv_forward(p->conv[i], y, x, param_of(p, o, 1), b, p->scratch, e);
 	case CT_GRAPH_NORM:
 		norm = norm_of(p, o, b);
 		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
@@ -356,6 +373,12 @@ static float *grad_of(const struct run *r, size_t image)
 	return image == CT_NONE ? NULL : r->p->grad + r->p->grad_at[image];
 }
 
+/* Gradient of the first (which 0) or second parameter, NULL where it is not asked for. */
+static float *param_grad(const struct run *r, const struct ct_graph_op *o, size_t which)
+{
+	return r->grads ? r->grads + offset_of(r->p, o, which) : NULL;
+}
+
 /* Weights first: afterwards dy may become the gradient of what was added. */
 static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 {
@@ -365,9 +388,10 @@ static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	float *to = f->acc_a ? p->grad + f->tmp : da;
 
-	if (ct_conv_back_weights(p->conv[i], r->grads + offset_of(p, o, 0),
-		    r->grads + offset_of(p, o, 1), image_at(r, o->a), dy, p->scratch, e) ||
-		ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
+	if (r->grads && ct_conv_back_weights(p->conv[i], param_grad(r, o, 0), param_grad(r, o, 1),
+				image_at(r, o->a), dy, p->scratch, e))
+		return -1;
+	if (ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
 		return -1;
 	if (f->acc_a)
 		CT_SIMD(ct_layer_take)(ct_image_count(&p->g.image[o->a]), da, to, true);
@@ -382,13 +406,19 @@ static void norm_back(const struct run *r, size_t i)
 	struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
 	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
-	float *de = grad_of(r, o->b);
+	float *de = r->grads ? grad_of(r, o->b) : NULL;
 
 	if (de && !p->flow[i].acc_b)
 		memset(de, 0, p->g.image[o->b].c * sizeof *de);
-	ct_norm_back(&n, grad_of(r, o->a), r->grads + offset_of(p, o, 0),
-		r->grads + offset_of(p, o, 1), de, grad_of(r, o->out), image_at(r, o->a),
-		r->sum + p->sum_at[i], p->flow[i].acc_a, p->scratch);
+	ct_norm_back(&n, grad_of(r, o->a), param_grad(r, o, 0), param_grad(r, o, 1), de,
+		grad_of(r, o->out), image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a,
+		p->scratch);
+}
+
+/* The path of the timestep, which has no part in the gradient to the picture. */
+static bool is_embedding(enum ct_graph_kind kind)
+{
+	return kind == CT_GRAPH_EMBED || kind == CT_GRAPH_LINEAR || kind == CT_GRAPH_SILU;
 }
 
 static int backward_op(const struct run *r, size_t i, struct ct_err *e)
@@ -402,14 +432,22 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	float *dx = grad_of(r, o->a), *dy = grad_of(r, o->out);
 	struct ct_attn attn;
 
+	if (!r->grads && is_embedding(o->kind))
+		return 0;
 	switch (o->kind) {
 	case CT_GRAPH_EMBED: break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_back)
-		(in->c, s->c, dx, r->grads + offset_of(p, o, 0), r->grads + offset_of(p, o, 1), dy,
-			x, p->net->param + offset_of(p, o, 0), f->acc_a);
+		(in->c, s->c, dx, param_grad(r, o, 0), param_grad(r, o, 1), dy, x,
+			param_of(p, o, 0), f->acc_a);
 		break;
 	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_back)(s->c, dx, dy, x, f->acc_a); break;
+	case CT_GRAPH_LABEL:
+		CT_SIMD(ct_layer_take)(s->c, dx, dy, f->acc_a);
+		if (r->grads)
+			CT_SIMD(ct_layer_take)
+		(s->c, param_grad(r, o, 0) + label_of(p, o), dy, true);
+		break;
 	case CT_GRAPH_CONV: return conv_back(r, i, e);
 	case CT_GRAPH_NORM: norm_back(r, i); break;
 	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_back)(in->h, in->w, in->c, dx, dy, f->acc_a); break;

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -78,24 +79,35 @@ static int check_tensor(const struct ct_param *p, const struct ct_tensor *t, str
 		want);
 }
 
+/* The tensor of a parameter: its shape and its numbers are right. CT_EINPUT, CT_ENUMERIC. */
+static int find_tensor(struct ct_tensor **t, const struct ct_param *p, const struct ct_tensors *w,
+	struct ct_err *e)
+{
+	*t = ct_tensors_find(w, p->name);
+	if (check_tensor(p, *t, e))
+		return -1;
+	for (size_t k = 0; k < p->count; k++)
+		if (!isfinite((*t)->data[k]))
+			return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", p->name, k,
+				(double)(*t)->data[k]);
+	return 0;
+}
+
 int ct_unet_flatten(
 	const struct ct_unet *n, float *flat, const struct ct_tensors *w, struct ct_err *e)
 {
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
-		const struct ct_tensor *t = ct_tensors_find(w, p->name);
+		struct ct_tensor *t;
 
-		if (check_tensor(p, t, e))
+		if (find_tensor(&t, p, w, e))
 			return -1;
 		memcpy(flat + p->offset, t->data, p->count * sizeof *flat);
-		for (size_t k = 0; k < p->count; k++)
-			if (!isfinite(t->data[k]))
-				return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g",
-					p->name, k, (double)t->data[k]);
 	}
 	return 0;
 }
 
+/* Without weights. */
 static int unet_new(struct ct_unet **out, const struct ct_unet_arch *a, struct ct_err *e)
 {
 	struct ct_unet *n;
@@ -104,7 +116,7 @@ static int unet_new(struct ct_unet **out, const struct ct_unet_arch *a, struct c
 		return -1;
 	n->arch = *a;
 	if (list_parameters(&n->graph, a, e) || ct_dnn_alloc(&n->dnn, e) ||
-		ct_alloc(&n->param, n->graph.count, sizeof *n->param, e)) {
+		ct_alloc0(&n->at, n->graph.n_param, sizeof(float *), e)) {
 		ct_unet_free(n);
 		return -1;
 	}
@@ -112,21 +124,28 @@ static int unet_new(struct ct_unet **out, const struct ct_unet_arch *a, struct c
 	return 0;
 }
 
-int ct_unet_alloc(struct ct_unet **out, const struct ct_tensors *w, struct ct_err *e)
+int ct_unet_alloc(struct ct_unet **out, struct ct_tensors *w, struct ct_err *e)
 {
 	struct ct_unet_arch a;
+	struct ct_tensor *t;
 	struct ct_unet *n;
 
-	if (ct_unet_arch_from_meta(&a, &w->meta, e))
+	if (ct_unet_arch_of(&a, w, e))
 		return -1;
-	if (ct_tensors_find(w, "label_emb.weight"))
+	if (a.num_classes == 0 && ct_tensors_find(w, "label_emb.weight"))
 		return ct_fail(e, CT_EINPUT,
-			"tensor label_emb.weight: a prior conditioned on classes is not supported");
+			"tensor label_emb.weight: the architecture of the metadata has no classes");
 	if (unet_new(&n, &a, e))
 		return -1;
-	if (ct_unet_flatten(n, n->param, w, e)) {
-		ct_unet_free(n);
-		return -1;
+	for (size_t i = 0; i < n->graph.n_param; i++)
+		if (find_tensor(&t, &n->graph.param[i], w, e)) {
+			ct_unet_free(n);
+			return -1;
+		}
+	for (size_t i = 0; i < n->graph.n_param; i++) {
+		t = ct_tensors_find(w, n->graph.param[i].name);
+		n->at[i] = t->data;
+		t->data = NULL;
 	}
 	*out = n;
 	return 0;
@@ -139,12 +158,17 @@ int ct_unet_init(
 
 	if (unet_new(&n, a, e))
 		return -1;
+	if (ct_alloc(&n->param, n->graph.count, sizeof *n->param, e)) {
+		ct_unet_free(n);
+		return -1;
+	}
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
 		double bound = p->fan_in && !p->zero ? 1.0 / sqrt((double)p->fan_in) : 0.0;
 
+		n->at[i] = n->param + p->offset;
 		for (size_t k = 0; k < p->count; k++)
-			n->param[p->offset + k] =
+			n->at[i][k] =
 				p->gamma ? 1.0f
 				: bound == 0.0
 					? 0.0f
@@ -158,14 +182,26 @@ void ct_unet_free(struct ct_unet *n)
 {
 	if (!n)
 		return;
+	for (size_t i = 0; n->at && !n->param && i < n->graph.n_param; i++)
+		free(n->at[i]);
 	ct_dnn_free(n->dnn);
 	ct_graph_free(&n->graph);
+	free(n->at);
 	free(n->param);
 	free(n);
 }
 
+void ct_unet_forget(struct ct_unet *n, size_t i)
+{
+	if (n->param)
+		return;
+	free(n->at[i]);
+	n->at[i] = NULL;
+}
+
 int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e)
 {
+	assert(n->param);
 	return ct_dnn_refresh(n->dnn, par, e);
 }
 

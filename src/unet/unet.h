@@ -19,7 +19,10 @@
 struct ct_unet {
 	struct ct_unet_arch arch;
 	struct ct_graph graph; /* for its list of parameters */
-	float *param;          /* [graph.count]; after a change call ct_unet_changed */
+	float *param;          /* [graph.count] of one to be trained; after a change call
+				* ct_unet_changed */
+	float **at;   /* [graph.n_param] every parameter: in param, or if that is NULL owned */
+	size_t label; /* the class, of one that is conditioned: below arch.num_classes */
 	struct ct_dnn *dnn;
 };
 
@@ -31,15 +34,19 @@ int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *
 int ct_unet_flops(
 	const struct ct_unet_arch *a, size_t h, size_t w, double *flops, struct ct_err *e);
 
-/* Network of the architecture in the metadata of `w` with its weights, which are copied. Every name
- * and shape is checked: CT_EINPUT naming the tensor and both shapes. Tensors of other names are
- * ignored, but a class embedding is refused. CT_ENUMERIC for a weight that is not finite. */
-int ct_unet_alloc(struct ct_unet **out, const struct ct_tensors *w, struct ct_err *e);
+/* Network of the architecture of `w` (ct_unet_arch_of) with its weights, which are moved: the data
+ * of the tensors that it has become NULL. It is to be run, not trained: weights of a convolution
+ * are held once, in the order that oneDNN likes, from the first plan on. Every name and shape is
+ * checked: CT_EINPUT naming the tensor and both shapes. Tensors of other names are ignored, but of
+ * a class embedding that the metadata deny. CT_ENUMERIC for a weight that is not finite. */
+int ct_unet_alloc(struct ct_unet **out, struct ct_tensors *w, struct ct_err *e);
 /* Untrained: PyTorch's defaults (uniform within 1/sqrt(fan in)), the last convolution of every
- * residual branch and of the network zero, gains one. */
+ * residual branch and of the network and the embedding of classes zero, gains one. */
 int ct_unet_init(
 	struct ct_unet **out, const struct ct_unet_arch *a, uint64_t seed, struct ct_err *e);
 void ct_unet_free(struct ct_unet *n);
+/* A plan holds weight number i in an order of its own: one that is to be run needs it no more. */
+void ct_unet_forget(struct ct_unet *n, size_t i);
 /* The parameters have been written to. No plan may run meanwhile. */
 int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
 /* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero. */
@@ -60,8 +67,8 @@ size_t ct_unet_plan_bytes(const struct ct_unet_plan *p);
 /* y[batch][out][h][w] from x[batch][in][h][w] at timesteps t[batch]. */
 int ct_unet_forward(
 	struct ct_unet_plan *p, float *y, const float *x, const float *t, struct ct_err *e);
-/* From dy = d loss / d y of the last forward: grads[graph.count] added to; dx[batch][in][h][w]
- * written unless NULL. */
+/* From dy = d loss / d y of the last forward: grads[graph.count] added to unless NULL, which saves
+ * their work; dx[batch][in][h][w] written unless NULL. */
 int ct_unet_backward(
 	struct ct_unet_plan *p, float *grads, float *dx, const float *dy, struct ct_err *e);
 

@@ -1,0 +1,487 @@
+/* pickle.c: the stack machine; see pickle.h. Instructions are those of Python's pickle, protocols 2
+ * to 5. */
+#include "config.h"
+#include "formats/pickle-impl.h"
+#include "core/mem.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_VALUES = 1 << 20 };
+
+struct run {
+	const unsigned char *data;
+	size_t n, at, begin; /* begin: of the instruction */
+	struct ct_pickle_values v;
+	size_t *stack, *mark, *memo; /* values; heights of the stack; values + 1 */
+	size_t n_stack, cap_stack, n_mark, cap_mark, n_memo, cap_memo;
+	const char *path, *name; /* name: of the instruction */
+	size_t arg;              /* its: bytes of what follows, or parts of a tuple */
+	struct ct_err *e;
+};
+
+static int bad(const struct run *r, const char *why)
+{
+	return ct_fail(r->e, CT_EINPUT, "%s: %s at byte %zu: %s", r->path, r->name, r->begin, why);
+}
+
+/* The next n bytes, or NULL. */
+static const unsigned char *take(struct run *r, size_t n)
+{
+	const unsigned char *p = r->data + r->at;
+
+	if (n > r->n - r->at) {
+		bad(r, "the pickle ends inside it");
+		return NULL;
+	}
+	r->at += n;
+	return p;
+}
+
+/* A whole number of n bytes, signed if it has 4 or more. */
+static int take_number(struct run *r, size_t n, int64_t *x)
+{
+	const unsigned char *p = take(r, n);
+	uint64_t u = 0;
+
+	if (!p)
+		return -1;
+	for (size_t i = n; i-- > 0;)
+		u = u << 8 | p[i];
+	*x = n == 4 ? (int32_t)u : (int64_t)u;
+	return 0;
+}
+
+static int push(struct run *r, size_t value)
+{
+	if (ct_grow(&r->stack, &r->cap_stack, r->n_stack + 1, sizeof *r->stack, r->e))
+		return -1;
+	r->stack[r->n_stack++] = value;
+	return 0;
+}
+
+static int push_new(struct run *r, struct ct_pickle_value value)
+{
+	struct ct_pickle_values *v = &r->v;
+
+	if (v->n_value == MOST_VALUES)
+		return bad(r, "too many values");
+	if (ct_grow(&v->value, &v->cap_value, v->n_value + 1, sizeof *v->value, r->e))
+		return -1;
+	v->value[v->n_value] = value;
+	return push(r, v->n_value++);
+}
+
+/* What no mark keeps. */
+static size_t height(const struct run *r)
+{
+	return r->n_stack - (r->n_mark ? r->mark[r->n_mark - 1] : 0);
+}
+
+static int pop(struct run *r, size_t *value)
+{
+	if (height(r) == 0)
+		return bad(r, "nothing is on the stack");
+	*value = r->stack[--r->n_stack];
+	return 0;
+}
+
+/* The values above the last mark, which is dropped: *n of them, still behind the end of the stack.
+ */
+static int pop_mark(struct run *r, size_t *n)
+{
+	if (r->n_mark == 0)
+		return bad(r, "there is no mark");
+	*n = height(r);
+	r->n_mark--;
+	r->n_stack -= *n;
+	return 0;
+}
+
+static struct ct_pickle_value *value(const struct run *r, size_t i)
+{
+	return &r->v.value[i];
+}
+
+static int protocol(struct run *r)
+{
+	const unsigned char *p = take(r, 1);
+
+	if (!p)
+		return -1;
+	return *p >= 2 && *p <= 5 ? 0 : bad(r, "not a protocol from 2 to 5");
+}
+
+static int frame(struct run *r)
+{
+	return take(r, 8) ? 0 : -1;
+}
+
+static int plain(struct run *r)
+{
+	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_PLAIN});
+}
+
+static int real(struct run *r)
+{
+	return take(r, 8) ? plain(r) : -1;
+}
+
+static int integer(struct run *r)
+{
+	int64_t x;
+
+	return take_number(r, r->arg, &x)
+		       ? -1
+		       : push_new(r,
+				 (struct ct_pickle_value){.kind = CT_PICKLE_INTEGER, .number = x});
+}
+
+/* LONG1: its length, then so many bytes in two's complement. */
+static int long1(struct run *r)
+{
+	const unsigned char *n = take(r, 1), *p = n ? take(r, *n) : NULL;
+	uint64_t x = 0;
+
+	if (!p)
+		return -1;
+	if (*n > 8)
+		return bad(r, "a number of more than 8 bytes");
+	for (size_t i = *n; i-- > 0;)
+		x = x << 8 | p[i];
+	if (*n && *n < 8 && p[*n - 1] & 0x80)
+		x |= UINT64_MAX << 8 * *n;
+	return push_new(
+		r, (struct ct_pickle_value){.kind = CT_PICKLE_INTEGER, .number = (int64_t)x});
+}
+
+static int text(struct run *r)
+{
+	const unsigned char *p;
+	int64_t n;
+
+	if (take_number(r, r->arg, &n))
+		return -1;
+	if (n < 0 || (uint64_t)n > r->n)
+		return bad(r, "the pickle ends inside it");
+	p = take(r, (size_t)n);
+	return p ? push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_TEXT,
+				       .text = (const char *)p,
+				       .length = (size_t)n})
+		 : -1;
+}
+
+static int mark(struct run *r)
+{
+	if (ct_grow(&r->mark, &r->cap_mark, r->n_mark + 1, sizeof *r->mark, r->e))
+		return -1;
+	r->mark[r->n_mark++] = r->n_stack;
+	return 0;
+}
+
+/* A tuple of the n values behind the end of the stack. */
+static int make_tuple(struct run *r, size_t n)
+{
+	struct ct_pickle_values *v = &r->v;
+	const size_t first = v->n_part;
+
+	if (ct_grow(&v->part, &v->cap_part, first + n + 1, sizeof *v->part, r->e))
+		return -1;
+	if (n)
+		memcpy(v->part + first, r->stack + r->n_stack, n * sizeof *v->part);
+	v->n_part += n;
+	return push_new(
+		r, (struct ct_pickle_value){.kind = CT_PICKLE_TUPLE, .first = first, .n = n});
+}
+
+static int tuple(struct run *r)
+{
+	size_t n = 0;
+
+	return pop_mark(r, &n) ? -1 : make_tuple(r, n);
+}
+
+static int tuple_of(struct run *r)
+{
+	if (height(r) < r->arg)
+		return bad(r, "too little is on the stack");
+	r->n_stack -= r->arg;
+	return make_tuple(r, r->arg);
+}
+
+static int list(struct run *r)
+{
+	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_LIST});
+}
+
+static int dict(struct run *r)
+{
+	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_DICT});
+}
+
+/* What is on top must be of this kind. */
+static int top(struct run *r, enum ct_pickle_kind kind, const char *why, size_t *it)
+{
+	if (height(r) == 0)
+		return bad(r, "nothing is on the stack");
+	*it = r->stack[r->n_stack - 1];
+	return value(r, *it)->kind == kind ? 0 : bad(r, why);
+}
+
+static int append(struct run *r)
+{
+	size_t x;
+
+	return pop(r, &x) || top(r, CT_PICKLE_LIST, "not to a list", &x) ? -1 : 0;
+}
+
+static int appends(struct run *r)
+{
+	size_t n = 0, x;
+
+	return pop_mark(r, &n) || top(r, CT_PICKLE_LIST, "not to a list", &x) ? -1 : 0;
+}
+
+static int put_pair(struct run *r, size_t to, size_t key, size_t x)
+{
+	struct ct_pickle_values *v = &r->v;
+	struct ct_pickle_value *d = value(r, to);
+	const size_t at = v->n_pair ? v->n_pair : 1;
+
+	if (ct_grow(&v->pair, &v->cap_pair, at + 1, sizeof *v->pair, r->e))
+		return -1;
+	v->pair[at] = (struct ct_pickle_pair){key, x, 0};
+	v->n_pair = at + 1;
+	if (d->first)
+		v->pair[d->n].next = at;
+	else
+		d->first = at;
+	d->n = at;
+	return 0;
+}
+
+static int set_item(struct run *r)
+{
+	size_t x, key, to;
+
+	return pop(r, &x) || pop(r, &key) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to) ||
+			       put_pair(r, to, key, x)
+		       ? -1
+		       : 0;
+}
+
+static int set_items(struct run *r)
+{
+	size_t n = 0, to;
+
+	if (pop_mark(r, &n) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to))
+		return -1;
+	if (n % 2)
+		return bad(r, "a key without a value");
+	for (size_t i = 0; i < n; i += 2)
+		if (put_pair(r, to, r->stack[r->n_stack + i], r->stack[r->n_stack + i + 1]))
+			return -1;
+	return 0;
+}
+
+/* Attributes of an ordered dictionary: none that matters. */
+static int build(struct run *r)
+{
+	size_t state, to;
+
+	return pop(r, &state) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to) ? -1 : 0;
+}
+
+static int find_global(struct run *r, const char *module, size_t nm, const char *name, size_t nn)
+{
+	struct ct_pickle_value x;
+
+	if (ct_pickle_value_global(&x, module, nm, name, nn))
+		return push_new(r, x);
+	return ct_fail(r->e, CT_EINPUT,
+		"%s: %s at byte %zu: %.*s.%.*s is nothing that a dictionary of tensors needs",
+		r->path, r->name, r->begin, (int)(nm < 80 ? nm : 80), module,
+		(int)(nn < 80 ? nn : 80), name);
+}
+
+/* GLOBAL: two lines. */
+static int global(struct run *r)
+{
+	const unsigned char *line[2], *end;
+	size_t n[2];
+
+	for (int i = 0; i < 2; i++) {
+		line[i] = r->data + r->at;
+		end = memchr(line[i], '\n', r->n - r->at);
+		if (!end)
+			return bad(r, "the pickle ends inside it");
+		n[i] = (size_t)(end - line[i]);
+		r->at += n[i] + 1;
+	}
+	return find_global(r, (const char *)line[0], n[0], (const char *)line[1], n[1]);
+}
+
+static int stack_global(struct run *r)
+{
+	const struct ct_pickle_value *m, *n;
+	size_t module, name;
+
+	if (pop(r, &name) || pop(r, &module))
+		return -1;
+	m = value(r, module);
+	n = value(r, name);
+	if (m->kind != CT_PICKLE_TEXT || n->kind != CT_PICKLE_TEXT)
+		return bad(r, "not of two words");
+	return find_global(r, m->text, m->length, n->text, n->length);
+}
+
+static int storage(struct run *r)
+{
+	struct ct_pickle_value x;
+	const char *why;
+	size_t it;
+
+	if (pop(r, &it))
+		return -1;
+	why = ct_pickle_value_storage(&x, &r->v, value(r, it));
+	return why ? bad(r, why) : push_new(r, x);
+}
+
+static int reduce(struct run *r)
+{
+	struct ct_pickle_value x;
+	size_t function, arguments;
+	const char *why;
+
+	if (pop(r, &arguments) || pop(r, &function))
+		return -1;
+	why = ct_pickle_value_call(&x, &r->v, value(r, function), value(r, arguments));
+	return why ? bad(r, why) : push_new(r, x);
+}
+
+static int remember(struct run *r, uint64_t at)
+{
+	size_t it = 0, was = r->n_memo;
+
+	if (at > r->n)
+		return bad(r, "remembers more than it can have made");
+	if (height(r) == 0)
+		return bad(r, "nothing is on the stack");
+	it = r->stack[r->n_stack - 1];
+	if (at >= was) {
+		if (ct_grow(&r->memo, &r->cap_memo, (size_t)at + 1, sizeof *r->memo, r->e))
+			return -1;
+		r->n_memo = (size_t)at + 1;
+		memset(r->memo + was, 0, (r->n_memo - was) * sizeof *r->memo);
+	}
+	r->memo[at] = it + 1;
+	return 0;
+}
+
+static int put_at(struct run *r)
+{
+	int64_t at;
+
+	return take_number(r, r->arg, &at) ? -1 : remember(r, (uint64_t)at);
+}
+
+static int memoize(struct run *r)
+{
+	return remember(r, r->n_memo);
+}
+
+static int get_at(struct run *r)
+{
+	int64_t at;
+
+	if (take_number(r, r->arg, &at))
+		return -1;
+	if ((uint64_t)at >= r->n_memo || r->memo[at] == 0)
+		return bad(r, "nothing is remembered there");
+	return push(r, r->memo[at] - 1);
+}
+
+/* By their first byte. */
+static const struct {
+	const char *name;
+	int (*run)(struct run *r);
+	size_t arg;
+} instructions[256] = {
+	['('] = {"MARK", mark, 0},
+	['G'] = {"BINFLOAT", real, 0},
+	['J'] = {"BININT", integer, 4},
+	['K'] = {"BININT1", integer, 1},
+	['M'] = {"BININT2", integer, 2},
+	['N'] = {"NONE", plain, 0},
+	['Q'] = {"BINPERSID", storage, 0},
+	['R'] = {"REDUCE", reduce, 0},
+	['X'] = {"BINUNICODE", text, 4},
+	['a'] = {"APPEND", append, 0},
+	['b'] = {"BUILD", build, 0},
+	['c'] = {"GLOBAL", global, 0},
+	['e'] = {"APPENDS", appends, 0},
+	['h'] = {"BINGET", get_at, 1},
+	['j'] = {"LONG_BINGET", get_at, 4},
+	['q'] = {"BINPUT", put_at, 1},
+	['r'] = {"LONG_BINPUT", put_at, 4},
+	['s'] = {"SETITEM", set_item, 0},
+	['t'] = {"TUPLE", tuple, 0},
+	['u'] = {"SETITEMS", set_items, 0},
+	['}'] = {"EMPTY_DICT", dict, 0},
+	[']'] = {"EMPTY_LIST", list, 0},
+	[')'] = {"EMPTY_TUPLE", tuple_of, 0},
+	[0x80] = {"PROTO", protocol, 0},
+	[0x85] = {"TUPLE1", tuple_of, 1},
+	[0x86] = {"TUPLE2", tuple_of, 2},
+	[0x87] = {"TUPLE3", tuple_of, 3},
+	[0x88] = {"NEWTRUE", plain, 0},
+	[0x89] = {"NEWFALSE", plain, 0},
+	[0x8a] = {"LONG1", long1, 0},
+	[0x8c] = {"SHORT_BINUNICODE", text, 1},
+	[0x93] = {"STACK_GLOBAL", stack_global, 0},
+	[0x94] = {"MEMOIZE", memoize, 0},
+	[0x95] = {"FRAME", frame, 0},
+};
+
+/* To the end, which leaves one value. */
+static int execute(struct run *r, size_t *root)
+{
+	unsigned char code = 0;
+
+	while (r->at < r->n && (code = r->data[r->at]) != '.') {
+		r->begin = r->at++;
+		r->name = instructions[code].name;
+		r->arg = instructions[code].arg;
+		if (!r->name) {
+			r->name = ct_pickle_value_refused(code);
+			return bad(r, "a dictionary of tensors needs no such instruction");
+		}
+		if (instructions[code].run(r))
+			return -1;
+	}
+	if (r->at == r->n)
+		return ct_fail(r->e, CT_EINPUT, "%s: ends without STOP", r->path);
+	if (r->n_mark || r->n_stack != 1)
+		return ct_fail(r->e, CT_EINPUT, "%s: leaves more or less than one value", r->path);
+	*root = r->stack[0];
+	return 0;
+}
+
+int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, const char *path,
+	struct ct_err *e)
+{
+	struct run r = {.data = data, .n = n, .path = path, .e = e};
+	size_t root = 0;
+	int rc;
+
+	rc = execute(&r, &root) || ct_pickle_values_tensors(p, &r.v, root, path, e) ? -1 : 0;
+	free(r.stack);
+	free(r.mark);
+	free(r.memo);
+	free(r.v.value);
+	free(r.v.part);
+	free(r.v.pair);
+	if (rc)
+		ct_pickle_free(p);
+	return rc;
+}

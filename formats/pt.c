@@ -1,0 +1,271 @@
+/* pt.c: named tensors in a checkpoint of PyTorch (torch.save since 1.6):
+ *
+ *   a zip archive of stored members under one folder:
+ *   data.pkl    a pickle of the dictionary; where a tensor should be, the name of its storage
+ *   data/NAME   the numbers of a storage
+ *   byteorder   "little"; not in old ones
+ *
+ * The pickle is read as pickle.h says, never executed. A tensor that is a part of its storage, or
+ * goes through it in another order, is gathered.
+ */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/bytes.h"
+#include "formats/pickle.h"
+#include "formats/zip.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_PICKLE = 1 << 24, BLOCK = 8192 };
+
+struct reader {
+	struct ct_zip zip;
+	struct ct_pickle pickle;
+	const char *path;
+	char *folder; /* of the members, with its slash */
+	float *storage;
+	struct ct_err *e;
+};
+
+static int bad(const struct reader *d, const struct ct_pickle_tensor *t, const char *why)
+{
+	return ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, t->name, why);
+}
+
+/* The member of this name in the folder; NULL if there is none. */
+static const struct ct_zip_member *member(const struct reader *d, const char *sub, const char *name)
+{
+	const struct ct_zip_member *m;
+	char *full;
+
+	if (asprintf(&full, "%s%s%s", d->folder, sub, name) < 0)
+		return NULL;
+	m = ct_zip_find(&d->zip, full);
+	free(full);
+	return m;
+}
+
+/* The folder: where the one data.pkl is. */
+static int find_folder(struct reader *d)
+{
+	static const char name[] = "data.pkl";
+	const size_t length = sizeof name - 1;
+	size_t found = 0;
+
+	for (size_t i = 0; i < d->zip.n; i++) {
+		const char *s = d->zip.member[i].name;
+		const size_t n = strlen(s);
+
+		if (n < length || strcmp(s + n - length, name) != 0 ||
+			(n > length && s[n - length - 1] != '/') || found++)
+			continue;
+		d->folder = strndup(s, n - length);
+		if (!d->folder)
+			return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
+	}
+	return found == 1 ? 0
+			  : ct_fail(d->e, CT_EINPUT,
+				    "%s: a zip with %zu data.pkl in it: no checkpoint of PyTorch",
+				    d->path, found);
+}
+
+static int check_order(struct reader *d)
+{
+	const struct ct_zip_member *m = member(d, "", "byteorder");
+	char word[7] = "";
+
+	if (!m)
+		return 0;
+	if (m->size >= sizeof word || ct_zip_begin(&d->zip, m, d->e) ||
+		ct_zip_take(&d->zip, word, (size_t)m->size, d->e) || ct_zip_end(&d->zip, d->e) ||
+		strcmp(word, "little") != 0)
+		return ct_fail(d->e, CT_EINPUT, "%s: byteorder is not little", d->path);
+	return 0;
+}
+
+static int read_pickle(struct reader *d)
+{
+	const struct ct_zip_member *m = member(d, "", "data.pkl");
+	unsigned char *data = NULL;
+	char *label = NULL;
+	int rc = -1;
+
+	if (!m)
+		return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
+	if (m->size > MOST_PICKLE)
+		return ct_fail(d->e, CT_EINPUT, "%s: %.100s has %llu bytes, more than %d", d->path,
+			m->name, (unsigned long long)m->size, MOST_PICKLE);
+	if (asprintf(&label, "%s: %.100s", d->path, m->name) < 0) {
+		label = NULL;
+		ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
+	} else if (ct_alloc(&data, (size_t)m->size, 1, d->e) == 0 &&
+		   ct_zip_begin(&d->zip, m, d->e) == 0 &&
+		   ct_zip_take(&d->zip, data, (size_t)m->size, d->e) == 0 &&
+		   ct_zip_end(&d->zip, d->e) == 0) {
+		rc = ct_pickle_read(&d->pickle, data, (size_t)m->size, label, d->e);
+	}
+	free(label);
+	free(data);
+	return rc;
+}
+
+/* How many numbers a tensor has: all in its storage, and no more than that has. */
+static int check_tensor(const struct reader *d, const struct ct_pickle_tensor *t, uint64_t *count)
+{
+	uint64_t last = t->offset, step;
+
+	*count = 1;
+	for (size_t i = 0; i < t->rank; i++)
+		if (__builtin_mul_overflow(*count, t->dim[i], count))
+			return bad(d, t, "size overflows");
+	for (size_t i = 0; i < t->rank && *count; i++)
+		if (__builtin_mul_overflow(t->dim[i] - 1, t->stride[i], &step) ||
+			__builtin_add_overflow(last, step, &last))
+			return bad(d, t, "stride overflows");
+	if (*count > t->length)
+		return bad(d, t, "size is more than its storage holds");
+	if (*count ? last >= t->length : last > t->length)
+		return bad(d, t, "offset, size and stride lead out of its storage");
+	return 0;
+}
+
+/* All tensors in the order of the dictionary, without their numbers. Several may share a storage,
+ * but they are no more than the file could hold. */
+static int add_tensors(struct reader *d, struct ct_tensors *w)
+{
+	uint64_t total = 0, count;
+
+	for (size_t i = 0; i < d->pickle.n; i++) {
+		const struct ct_pickle_tensor *t = &d->pickle.tensor[i];
+		struct ct_tensor *out;
+		size_t dim[CT_MAX_RANK];
+
+		if (check_tensor(d, t, &count))
+			return -1;
+		total += count;
+		if (total > d->zip.size)
+			return bad(d, t,
+				"with it the tensors hold more numbers than the file has bytes");
+		for (size_t k = 0; k < t->rank; k++)
+			dim[k] = (size_t)t->dim[k];
+		if (ct_tensors_add(w, t->name, t->rank, dim, &out, d->e))
+			return ct_blame(d->e, d->path);
+	}
+	return 0;
+}
+
+/* The numbers of the storage of t. */
+static int read_storage(struct reader *d, const struct ct_pickle_tensor *t)
+{
+	const struct ct_zip_member *m = member(d, "data/", t->storage);
+	const size_t bytes = ct_number_bytes(t->type);
+	unsigned char block[BLOCK * 8];
+	uint64_t size;
+
+	free(d->storage);
+	d->storage = NULL;
+	if (!m)
+		return ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': there is no %sdata/%.80s",
+			d->path, t->name, d->folder, t->storage);
+	if (__builtin_mul_overflow(t->length, bytes, &size) || size != m->size)
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: tensor '%.80s': %.100s has %llu bytes, not %llu numbers of %zu",
+			d->path, t->name, m->name, (unsigned long long)m->size,
+			(unsigned long long)t->length, bytes);
+	if (ct_alloc(&d->storage, (size_t)t->length, sizeof *d->storage, d->e) ||
+		ct_zip_begin(&d->zip, m, d->e))
+		return -1;
+	for (size_t i = 0; i < t->length; i += BLOCK) {
+		size_t n = t->length - i < BLOCK ? (size_t)t->length - i : BLOCK;
+
+		if (ct_zip_take(&d->zip, block, n * bytes, d->e))
+			return -1;
+		ct_number_to_float(d->storage + i, block, n, t->type);
+	}
+	return ct_zip_end(&d->zip, d->e);
+}
+
+static bool is_contiguous(const struct ct_pickle_tensor *t)
+{
+	uint64_t step = 1;
+
+	for (size_t i = t->rank; i-- > 0; step *= t->dim[i])
+		if (t->dim[i] != 1 && t->stride[i] != step)
+			return false;
+	return true;
+}
+
+/* The numbers of the axes from `axis` on; the end of what was written. */
+static float *gather(float *out, const float *from, const struct ct_pickle_tensor *t, size_t axis)
+{
+	if (axis == t->rank) {
+		*out = *from;
+		return out + 1;
+	}
+	for (uint64_t i = 0; i < t->dim[axis]; i++)
+		out = gather(out, from + i * t->stride[axis], t, axis + 1);
+	return out;
+}
+
+static int by_storage(const void *a, const void *b)
+{
+	const struct ct_pickle_tensor *const *p = a, *const *q = b;
+	const int order = strcmp((*p)->storage, (*q)->storage);
+
+	return order ? order : (*p > *q) - (*p < *q);
+}
+
+/* Storage by storage, each read once. */
+static int fill(struct reader *d, struct ct_tensors *w)
+{
+	const struct ct_pickle_tensor *const tensor = d->pickle.tensor, **t;
+	int rc = -1;
+
+	if (ct_alloc(&t, d->pickle.n, sizeof *t, d->e))
+		return -1;
+	for (size_t i = 0; i < d->pickle.n; i++)
+		t[i] = &tensor[i];
+	qsort(t, d->pickle.n, sizeof *t, by_storage);
+	for (size_t i = 0; i < d->pickle.n; i++) {
+		struct ct_tensor *out = &w->t[t[i] - tensor];
+
+		if (i == 0 || strcmp(t[i]->storage, t[i - 1]->storage) != 0) {
+			if (read_storage(d, t[i]))
+				goto out;
+		} else if (t[i]->type != t[i - 1]->type || t[i]->length != t[i - 1]->length) {
+			bad(d, t[i], "its storage has another type or length elsewhere");
+			goto out;
+		}
+		if (is_contiguous(t[i]))
+			memcpy(out->data, d->storage + t[i]->offset,
+				ct_tensor_count(out) * sizeof *out->data);
+		else if (ct_tensor_count(out))
+			gather(out->data, d->storage + t[i]->offset, t[i], 0);
+	}
+	rc = 0;
+out:
+	free(t);
+	return rc;
+}
+
+int ct_bytes_read_pt(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
+{
+	struct reader d = {.path = name, .e = e};
+	int rc;
+
+	rc = ct_zip_open(&d.zip, f, name, e) || find_folder(&d) || check_order(&d) ||
+			     read_pickle(&d) || add_tensors(&d, w) || fill(&d, w) ||
+			     ct_tensors_sign(w, name, e)
+		     ? -1
+		     : 0;
+	ct_zip_free(&d.zip);
+	ct_pickle_free(&d.pickle);
+	free(d.folder);
+	free(d.storage);
+	if (rc)
+		ct_tensors_free(w);
+	return rc;
+}

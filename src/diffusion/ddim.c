@@ -1,0 +1,83 @@
+/* ddim.c: see ddim.h. */
+#include "config.h"
+#include "diffusion/ddim.h"
+
+#include <math.h>
+
+/* Growth of log(a / sig) in move k. */
+static double growth(const struct ct_sampler *s, size_t k)
+{
+	double from = ct_schedule_abar(s->schedule, s->t[k]),
+	       to = ct_schedule_abar(s->schedule, s->t[k + 1]);
+
+	return 0.5 * log(to / (1.0 - to) * (1.0 - from) / from);
+}
+
+static struct ct_ddim multistep(const struct ct_sampler *s, size_t k, bool known)
+{
+	double from = ct_schedule_abar(s->schedule, s->t[k]),
+	       to = ct_schedule_abar(s->schedule, s->t[k + 1]), h, more, take;
+
+	if (to == 1.0)
+		return (struct ct_ddim){.x0 = 1};
+	h = growth(s, k);
+	take = -sqrt(to) * expm1(-h);
+	more = known ? 0.5 * h / growth(s, k - 1) : 0.0;
+	return (struct ct_ddim){.x = sqrt((1.0 - to) / (1.0 - from)),
+		.x0 = take * (1.0 + more),
+		.before = -take * more};
+}
+
+static struct ct_ddim single(const struct ct_sampler *s, size_t k, double eta)
+{
+	double from = ct_schedule_abar(s->schedule, s->t[k]),
+	       to = ct_schedule_abar(s->schedule, s->t[k + 1]), left = 1.0 - to,
+	       fresh = eta * eta * left / (1.0 - from) * (1.0 - from / to),
+	       x = sqrt((left - fresh) / (1.0 - from));
+
+	return (struct ct_ddim){.x = x, .x0 = sqrt(to) - sqrt(from) * x, .z = sqrt(fresh)};
+}
+
+struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known)
+{
+	struct ct_ddim m;
+
+	switch (s->how.rule) {
+	case CT_SAMPLER_DPM: return multistep(s, k, known);
+	case CT_SAMPLER_DDIM: return single(s, k, s->how.eta);
+	case CT_SAMPLER_DDPM: return single(s, k, 1);
+	case CT_SAMPLER_GDP:
+		m = single(s, k, 1);
+		if (m.z > 0)
+			m.z = sqrt(1.0 - ct_schedule_abar(s->schedule, s->t[k]) /
+						 ct_schedule_abar(s->schedule, s->t[k + 1]));
+		return m;
+	case CT_SAMPLER_DDNM:
+	case CT_SAMPLER_PLUS:
+	case CT_SAMPLER_SIMPLE:
+	case CT_SAMPLER_BIRD:
+	case CT_SAMPLER_NONE: break;
+	}
+	return single(s, k, 0);
+}
+
+void ct_ddim_step(struct ct_draw *w, size_t k, float *x)
+{
+	const struct ct_sampler *s = w->s;
+	const struct ct_ddim m = ct_ddim_weights(s, k, w->known);
+	const bool bird = s->how.rule == CT_SAMPLER_BIRD, guided = s->how.rule == CT_SAMPLER_GDP,
+		   held = !guided && !bird;
+
+	for (size_t i = 0; !bird && i < w->all; i++)
+		w->x0[i] = fminf(fmaxf(w->x0[i], -1.0f), 1.0f);
+	for (size_t c = 0; held && c < s->channels; c++)
+		ct_draw_pull(w, c, 1.0, w->x0, w->x0);
+	for (size_t i = 0; i < w->all; i++) {
+		double before = m.before != 0.0 ? m.before * (double)w->before[i] : 0.0;
+
+		x[i] = (float)(m.x * (double)x[i] + m.x0 * (double)w->x0[i] + before +
+			       m.z * (double)w->z[i]);
+	}
+	for (size_t c = 0; guided && c < s->channels; c++)
+		ct_draw_pull(w, c, s->how.guidance / (2.0 * (double)w->all), x, w->x0);
+}

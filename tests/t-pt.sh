@@ -1,0 +1,70 @@
+#!/bin/sh
+# Checkpoints that PyTorch wrote: the numbers and the networks in them; ct-info and ct-ddnm take them.
+. "$srcdir/tests/tap.sh"
+python_with torch || { echo '1..0 # SKIP no PyTorch'; exit 0; }
+pt=$builddir/tests/t-pt
+first=in_channels=3,out_channels=6,num_res_blocks=2,channel_mult=1:2,attention_resolutions=2,num_classes=5,num_head_channels=16
+second=num_res_blocks=2,channel_mult=1:1:2,attention_resolutions=4,resblock_updown=False,use_scale_shift_norm=False,num_head_channels=32,use_new_attention_order=True
+"$pt" shapes $first >first && "$pt" shapes $second >second && "$PY" "$srcdir/tests/t-pt.py" save . first second 2>err
+ok $? 'PyTorch writes'
+sed 's/^/# /' err
+same() { # same KEY NAME COMMAND...: what it prints are the numbers of KEY
+	key_=$1 name_=$2; shift 2
+	"$@" >out 2>err && "$PY" "$srcdir/tests/t-pt.py" compare want.json "$key_" <out; ok $? "$name_"
+	sed 's/^/# /' err
+}
+for p in 2 4; do
+	same plain "every type and stride, protocol $p" "$pt" read plain-$p.pt
+	same state "the state of a network, protocol $p" "$pt" read state-$p.pt
+	same nested "in a checkpoint, protocol $p" "$pt" read nested-$p.pt
+done
+for label in 0 3; do
+	same net0-$label "a network of class $label" "$pt" answer net0.pt num_head_channels=16 $label 16
+done
+same net1-0 'a network of the other kind' "$pt" answer net1.pt num_head_channels=32,use_new_attention_order=True 0 16
+same net1-0 'from all its words' "$pt" answer net1.pt model_channels=32,in_channels=1,out_channels=1,conv_resample=True,$second 0 16
+! "$pt" answer net1.pt num_head_channels=32 0 16 | "$PY" "$srcdir/tests/t-pt.py" compare want.json net1-0 >/dev/null
+ok $? 'the order of attention matters'
+
+exits 0 'ct-info lists them' ct-info -v nested-2.pt
+has out '^  1.running_var  shape 3  min 1' 'with shape and range'
+exits 0 'from a pipe' sh -c 'cat plain-2.pt | ct-info -'
+has out '^tensors *16' 'too'
+exits 3 'a checkpoint of before 1.6' ct-info old.pt
+has err 'old.pt: a checkpoint of PyTorch before 1.6' 'is refused in words'
+exits 3 'one that would run a command' ct-info evil.pt
+has err 'evil.pt: .*data.pkl: GLOBAL at byte .*: posix.system' 'is refused by name'
+[ ! -e executed ]; ok $? 'and runs none'
+
+ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 v.nii &&
+	ct-project -q --views 2 --coarsen 4 --pixel mean v.nii y.exr || exit 99
+draw() { ct-ddnm -f -q --steps 2 "$@" y.exr o.exr; }
+exits 3 'heads that no tensor tells' draw --prior net1.pt
+has err 'net1.pt: architecture: tensors do not tell num_head_channels' 'are asked for'
+exits 0 'with them' draw --prior net1.pt --arch num_head_channels=32,use_new_attention_order=True
+mv o.exr new.exr
+exits 0 'in the other order' draw --prior net1.pt --arch num_head_channels=32,beta_schedule=linear,diffusion_steps=1000
+! cmp -s o.exr new.exr; ok $? 'the result is another'
+exits 3 'a channel too many' draw --prior net1.pt --arch num_head_channels=32,in_channels=3
+has err 'net1.pt: .*in 3.* 1 out\|net1.pt: 3 channels in and 1 out' 'is told'
+exits 3 'a level too many' draw --prior net1.pt --arch num_head_channels=32,channel_mult=1:1:2:2
+has err 'net1.pt: no tensor' 'is told'
+exits 3 'other betas' draw --prior net1.pt --arch num_head_channels=32,beta_schedule=cosine
+has err 'beta_schedule is "cosine"' 'are refused'
+exits 2 'no such word' draw --prior net1.pt --arch colour=3
+has err 'there is no "colour"' 'is refused'
+exits 2 'no word' draw --prior net1.pt --arch 32
+exits 2 'a class of none' draw --prior net1.pt --arch num_head_channels=32 --class 0
+has err 'net1.pt: the prior is not conditioned on classes' 'is refused'
+exits 2 'no class' draw --prior net0.pt --arch num_head_channels=16
+has err 'net0.pt: is conditioned on 5 classes' 'is asked for'
+exits 2 'too high a class' draw --prior net0.pt --arch num_head_channels=16 --class 5
+has err 'net0.pt: the prior has classes 0 to 4' 'is refused'
+exits 0 'a class, colours, and variances' draw --prior net0.pt --arch num_head_channels=16 --class 3
+mv o.exr class3.exr
+exits 0 'another class' draw --prior net0.pt --arch num_head_channels=16 --class 4
+! cmp -s o.exr class3.exr; ok $? 'is another result'
+# the same as safetensors that state it all
+exits 2 'words against the file' ct-ddnm -f -q --steps 2 --prior "$builddir/prior.safetensors" --arch model_channels=64 y.exr o.exr
+has err 'arch model_channels=64 contradicts the file: 32' 'are refused'
+done_testing
