@@ -231,3 +231,5 @@ tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/li
 endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c
+check_PROGRAMS += tests/t-learn
+tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
