@@ -13,9 +13,10 @@ object of the library and the commands: no test can notice (it is not compiled o
 Not drawn are the size of an array and a number that adds to the room of an allocation, the range in the
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
 error. A test that runs five times as long as it should has noticed; one that fails without the change,
-too, has not. An index beyond an array of known size counts as noticed (the
-copy is built with -fsanitize=bounds). A line that no test runs lives. --at takes the mutants of these
-lines instead of random ones, or just those whose changed line holds WORD; --also runs these tests first.
+too, has not. An index beyond an array of known size counts as noticed (the copy is built with
+-fsanitize=bounds). A line that no test runs is left to those that run the nearest one above it. --at
+takes the mutants of these lines instead of random ones, or just those whose changed line holds WORD;
+--also runs these tests first.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
@@ -170,20 +171,20 @@ class Place:
         every = [open(os.path.join(self.suite.b, o), 'rb').read() for o in objects]
         return hashlib.sha256(b''.join(hashlib.sha256(o).digest() for o in every)).hexdigest()
 
-    def statement(self, path, number):
-        """The line that counts for this one: where its statement begins; None in a table, whose lines
-        are no code."""
-        code = set(self.files.get(path, {'code': ()})['code'])
+    def runners(self, path, number):
+        """The tests that run this line; if none does, or it is no code, the nearest one above it in
+        its function; of a table, whose lines are no code, those that run anything of the file."""
         rows = open(os.path.join(self.src, path)).read().split('\n')
-        while number > 0 and number not in code and not rows[number - 1].startswith(('}', '{')):
+        while number > 0 and not rows[number - 1].startswith(('}', '{')):
+            found = [n for n, t in self.tests.items() if number in t['lines'].get(path, ())]
+            if found:
+                return found
             number -= 1
-        return number if number in code else None
+        return [n for n, t in self.tests.items() if path in t['lines']]
 
     def tests_of(self, path, number, also):
-        """Those that run this line, or anything of the file if it is no code, the quickest first."""
-        at = self.statement(path, number)
-        seconds = {name: t['seconds'] for name, t in self.tests.items() if name in self.there and
-                   (at in t['lines'].get(path, ()) if at else path in t['lines'])}
+        """Those that run this line, the quickest first."""
+        seconds = {n: self.tests[n]['seconds'] for n in self.runners(path, number) if n in self.there}
         rest = [t for t in sorted(seconds, key=seconds.get) if t not in also]
         while self.budget and sum(seconds[t] for t in rest) > self.budget:
             rest.pop()
