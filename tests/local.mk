@@ -233,3 +233,5 @@ check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c
 check_PROGRAMS += tests/t-learn
 tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
+check_PROGRAMS += tests/t-frees
+tests_t_frees_SOURCES = tests/t-frees.c
