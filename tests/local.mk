@@ -235,3 +235,5 @@ check_PROGRAMS += tests/t-learn
 tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
 check_PROGRAMS += tests/t-frees
 tests_t_frees_SOURCES = tests/t-frees.c
+check_PROGRAMS += tests/t-slice-prior
+tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
