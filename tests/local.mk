@@ -237,4 +237,4 @@ check_PROGRAMS += tests/t-frees
 tests_t_frees_SOURCES = tests/t-frees.c
 check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
-dist_check_SCRIPTS += tests/t-defaults.sh
+dist_check_SCRIPTS += tests/t-defaults.sh tests/t-train-slices.sh
