@@ -57,7 +57,8 @@ static void test_round_trip(size_t channels)
 	gray = NULL;
 #ifndef __SANITIZE_ADDRESS__ /* OpenImageIO jumps out of libpng over its own strings: a leak */
 	save(png, n / 2);
-	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT && in_words(e.msg, path),
+	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+			in_words(e.msg, path),
 		"half a file: %s", e.msg);
 	free(gray);
 #endif
