@@ -5,7 +5,7 @@ command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 weights() { python3 -c 'import sys
 b = open(sys.argv[1], "rb").read()
 sys.stdout.buffer.write(b[8 + int.from_bytes(b[:8], "little"):])' "$1.safetensors"; }
-same() { weights "$1" >1; weights "$2" >2; [ -s 1 ] && cmp -s 1 2; } # same A B: the same weights
+same() { weights "$1" >w1; weights "$2" >w2; [ -s w1 ] && cmp -s w1 w2; } # same A B: the same weights
 mkdir scans
 for k in 1 2; do ct-phantom -q -s $k --size 40x40x40 ellipsoids scans/$k.nii; done
 ct-phantom -q -s 9 --size 40x40x40 ellipsoids held.nii
