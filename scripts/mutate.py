@@ -15,9 +15,9 @@ row of an option that is no number (cli/table.c asks numbers only), and which ot
 error. A test that runs five times as long as it should has noticed; one that fails without the change,
 too, has not. An index beyond an array of known size counts as noticed (the copy is built with
 -fsanitize=bounds), and with --sanitize one beyond any: the copy is built as scripts/check.sh --sanitize
-does, which takes several times as long. A line that no test runs is left to those that run the nearest one above it. --at
-takes the mutants of these lines instead of random ones, or just those whose changed line holds WORD;
---also runs these tests first.
+does, which takes several times as long. A line that no test runs is left to those that run the nearest
+one above it. --at takes the mutants of these lines instead of random ones, or just that which is WORD, or
+those that hold it; --also runs these tests first.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
@@ -254,7 +254,8 @@ def chosen(o):
     for at in o.at:
         path, number, word = (at.split(':', 2) + [''])[:3]
         line = open(os.path.join(TOP, path)).read().split('\n')[int(number) - 1]
-        fit = [m for m in mutants(line) if word in m]
+        all_of_it = mutants(line)
+        fit = [m for m in all_of_it if m.strip() == word] or [m for m in all_of_it if word in m]
         random.Random(o.seed).shuffle(fit)
         for m in fit[:o.each or None]:
             yield path, int(number), line, m
