@@ -4,7 +4,7 @@ run this line, the quickest first, until one fails. Prints the score, and what s
 
     scripts/mutate.py [--seed N] [--count N] [--files GLOB] [--at FILE:LINE[:WORD] ... [--each N]]
                       [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N]
-                      [--build DIR] [--coverage DIR] [--sanitize] [--dry-run]
+                      [--build DIR] [--coverage DIR] [--dry-run]
 
 Which test runs which line is known from make coverage (build-coverage/lines.json), which is to be of
 these sources. Works on a copy in DIR (build-mutate), which later runs find built. Drawn again, and told
@@ -14,10 +14,9 @@ Not drawn are the size of an array and a number that adds to the room of an allo
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
 error. A test that runs five times as long as it should has noticed; one that fails without the change,
 too, has not. An index beyond an array of known size counts as noticed (the copy is built with
--fsanitize=bounds), and with --sanitize one beyond any: the copy is built as scripts/check.sh --sanitize
-does, which takes several times as long. A line that no test runs is left to those that run the nearest
-one above it. --at takes the mutants of these lines instead of random ones, or just that which is WORD, or
-those that hold it; --also runs these tests first.
+-fsanitize=bounds). A line that no test runs is left to those that run the nearest one above it. --at
+takes the mutants of these lines instead of random ones, or just that which is WORD, or those that hold it;
+--also runs these tests first.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
@@ -26,7 +25,6 @@ from suite import Suite, TOP
 GROUP = 4  # tests built at a time
 TOOLS = 8  # seconds to link all tools, for a test in shell
 FLAGS = '-O2 -fsanitize=bounds -fsanitize-undefined-trap-on-error'  # a loop past an array is noticed
-SANITIZE = '-O1 -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all'
 # What is changed into what, outside strings and comments.
 SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\*(?=\s)', '/'),
          (r'(?<=\s)/(?=\s)', '*'), (r'(?<=\s)<(?=\s)', '<='), (r'(?<=\s)<=(?=\s)', '<'),
@@ -129,12 +127,12 @@ def code_lines(path):
 class Place:
     """A copy of the sources, its build, and what is known of the tests."""
 
-    def __init__(self, build, coverage, jobs, budget, sanitize):
+    def __init__(self, build, coverage, jobs, budget):
         known = json.load(open(os.path.join(coverage, 'lines.json')))
         self.files, self.tests, self.sane = known['files'], known['tests'], {}
-        self.src, self.budget, self.slow = os.path.join(build, 'src'), budget, 3 if sanitize else 1
+        self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
-        self.suite = Suite(self.src, os.path.join(build, 'b'), SANITIZE if sanitize else FLAGS, jobs)
+        self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
         self.there = set(self.suite.names())
         self.parts, self.plain = self.objects(), {}
 
@@ -194,7 +192,7 @@ class Place:
         return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
 
     def limit(self, name):
-        return 20 + 5 * self.slow * self.tests.get(name, {'seconds': 30})['seconds']
+        return 20 + 5 * self.tests.get(name, {'seconds': 30})['seconds']
 
     def fails(self, name):
         return self.suite.test(name, self.limit(name)) not in (0, 77)
@@ -283,12 +281,11 @@ def main():
     p.add_argument('--jobs', type=int, default=os.cpu_count())
     p.add_argument('--build', default=os.path.join(TOP, 'build-mutate'))
     p.add_argument('--coverage', default=os.path.join(TOP, 'build-coverage'))
-    p.add_argument('--sanitize', action='store_true', help='build as scripts/check.sh --sanitize does')
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
     o = p.parse_args()
     died, alive, again, began = 0, [], 0, time.time()
     place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs,
-                                         o.budget, o.sanitize)
+                                         o.budget)
     for path, number, line, changed in chosen(o):
         if not o.at and died + len(alive) >= o.count or \
                 o.minutes and time.time() - began > 60 * o.minutes:
