@@ -7,17 +7,23 @@ run this line, the quickest first, until one fails. Prints the score, and what s
                       [--build DIR] [--coverage DIR] [--dry-run]
 
 Which test runs which line is known from make coverage (build-coverage/lines.json), which is to be of
-these sources. Works on a copy in DIR (build-mutate), which later runs find built. A mutant that does
-not compile is drawn again; a test that runs five times as long as it should has noticed; a test that
-fails without the change, too, has not. An index beyond an array of known size counts as noticed (the
-copy is built with -fsanitize=bounds). A line that no test runs lives. --at takes the mutants of these
-lines instead of random ones, or just those whose changed line holds WORD; --also runs these tests first.
+these sources. Works on a copy in DIR (build-mutate), which later runs find built. Drawn again, and told
+at the end, is a mutant that does not compile, or of which the compiler makes the same bytes in every
+object of the library and the commands: no test can notice (it is not compiled on this machine, too).
+Not drawn are the size of an array and a number that adds to the room of an allocation, the range in the
+row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
+error. A test that runs five times as long as it should has noticed; one that fails without the change,
+too, has not. An index beyond an array of known size counts as noticed (the copy is built with
+-fsanitize=bounds). A line that no test runs is left to those that run the nearest one above it. --at
+takes the mutants of these lines instead of random ones, or just that which is WORD, or those that hold it;
+--also runs these tests first.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
 from suite import Suite, TOP
 
-GROUP = 6  # tests built at a time
+GROUP = 4  # tests built at a time
+TOOLS = 8  # seconds to link all tools, for a test in shell
 FLAGS = '-O2 -fsanitize=bounds -fsanitize-undefined-trap-on-error'  # a loop past an array is noticed
 # What is changed into what, outside strings and comments.
 SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\*(?=\s)', '/'),
@@ -30,6 +36,10 @@ SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\
 NUMBER = re.compile(r'(?<![\w.\]])(\d+\.\d*(?:e-?\d+)?|\d+)(?=f?\b)(?![\w.]*x)')
 DELETE = re.compile(r'^\s*[\w>\[\].()*-]+(\s*[-+*/|&]?=\s.*|\+\+|--|\(.*\));$')
 DECLARATION = re.compile(r'^\s*(const |static |volatile |struct \w+ |enum \w+ |unsigned |\w+ )+[^=(]*;$')
+ROOM = re.compile(r'\b(?:ct_alloc0?|malloc|calloc|realloc)\(')
+# A row of an option table: the structure, the field, the least and the most.
+ROW = re.compile(r'CT_OPT(?:_IDLE)?\(\s*struct (\w+), (\w+),\s*(?:0|\'.\'),\s*(?:"[^"]*"|NULL),'
+                 r'\s*(?:"[^"]*"|NULL),\s*(\S+,\s\S+),')
 CONDITION = re.compile(r'\b(if|while) \((.*)\)(\s*\{)?$')
 
 
@@ -46,9 +56,45 @@ def masked(line):
     return re.sub(r'/\*.*?\*/', lambda m: ' ' * len(m.group(0)), line)
 
 
-def mutants(line):
-    """All changed versions of a line of code."""
-    code, found = masked(line), []
+def roomy(code):
+    """The code, with the numbers that add to an allocation blanked."""
+    for at in ROOM.finditer(code):
+        end, depth = at.end(), 1
+        while end < len(code) and depth:
+            depth += {'(': 1, ')': -1}.get(code[end], 0)
+            end += 1
+        inside = re.sub(r'(?:(?<=[+*,] )|^)\d+\b(?![.\w])', lambda m: '#' * len(m.group(0)), code[at.end():end])
+        code = code[:at.end()] + inside + code[end:]
+    return code
+
+
+def unasked(path):
+    """line -> columns of the ranges in rows of options that are no number."""
+    text, found = open(os.path.join(TOP, path)).read(), {}
+    for row in ROW.finditer(text):
+        body = struct(row.group(1), path)
+        declared = [d for d in body.split(';') if re.search(r'\b%s\b' % row.group(2), d)]
+        if declared and not re.match(r'\s*(int|double)\b', declared[0]):
+            for at in range(*row.span(3)):
+                line = text.count('\n', 0, at)
+                found.setdefault(line + 1, set()).add(at - text.rfind('\n', 0, at) - 1)
+    return found
+
+
+def struct(name, path):
+    """What is between the braces of a structure, of this file or a header."""
+    headers = subprocess.check_output(['git', 'ls-files', 'src/*.h'], cwd=TOP, text=True).split()
+    for p in [path] + headers:
+        m = re.search(r'\bstruct %s\s*\{(.*?)\n\}' % name, open(os.path.join(TOP, p)).read(), re.S)
+        if m:
+            return re.sub(r'/\*.*?\*/', '', m.group(1), flags=re.S)
+    return ''
+
+
+def mutants(line, still=()):
+    """All changed versions of a line of code, but for the columns of `still`."""
+    code, found = roomy(masked(line)), []
+    code = ''.join('#' if at in still else c for at, c in enumerate(code))
     if DECLARATION.match(code) and not re.match(r'\s*(return|goto|else)\b', code):
         return []
     code = re.sub(r'(= \{+)0|((?:\breturn|\brc =|[?:]) -)1\b', r'\1\2#', code)  # any other does as well
@@ -88,6 +134,7 @@ class Place:
         self.copy()
         self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
         self.there = set(self.suite.names())
+        self.parts, self.plain = self.objects(), {}
 
     def copy(self):
         names = subprocess.check_output(['git', 'ls-files', '-z'], cwd=TOP).decode().split('\0')
@@ -104,24 +151,45 @@ class Place:
             shutil.copy2(os.path.join(TOP, name), to)
             os.utime(to)
 
-    def statement(self, path, number):
-        """The line that counts for this one: where its statement begins; None in a table, whose lines
-        are no code."""
-        code = set(self.files.get(path, {'code': ()})['code'])
+    def objects(self):
+        """file -> objects of the library and the commands that are made of it."""
+        found, b = {}, self.suite.b
+        for where, _, names in os.walk(b):
+            if not re.match(r'/(src|formats)/.*\.deps$', where[len(b):]):
+                continue
+            for name in names:
+                rule = open(os.path.join(where, name)).read().split('\n\n')[0].replace('\\\n', ' ')
+                target, _, needs = rule.partition(':')
+                for n in set(needs.split()):
+                    found.setdefault(os.path.relpath(os.path.join(b, n), self.src), set()).add(target)
+        return found
+
+    def compiled(self, path):
+        """What the compiler makes of a file, as a digest; None if it does not compile."""
+        objects = sorted(self.parts.get(path, ()))
+        if objects and not self.suite.build(objects):
+            return None
+        every = [open(os.path.join(self.suite.b, o), 'rb').read() for o in objects]
+        return hashlib.sha256(b''.join(hashlib.sha256(o).digest() for o in every)).hexdigest()
+
+    def runners(self, path, number):
+        """The tests that run this line; if none does, or it is no code, the nearest one above it in
+        its function; of a table, whose lines are no code, those that run anything of the file."""
         rows = open(os.path.join(self.src, path)).read().split('\n')
-        while number > 0 and number not in code and not rows[number - 1].startswith(('}', '{')):
+        while number > 0 and not rows[number - 1].startswith(('}', '{')):
+            found = [n for n, t in self.tests.items() if number in t['lines'].get(path, ())]
+            if found:
+                return found
             number -= 1
-        return number if number in code else None
+        return [n for n, t in self.tests.items() if path in t['lines']]
 
     def tests_of(self, path, number, also):
-        """Those that run this line, or anything of the file if it is no code, the quickest first."""
-        at = self.statement(path, number)
-        seconds = {name: t['seconds'] for name, t in self.tests.items() if name in self.there and
-                   (at in t['lines'].get(path, ()) if at else path in t['lines'])}
+        """Those that run this line, the quickest first, and what takes all tools later."""
+        seconds = {n: self.tests[n]['seconds'] for n in self.runners(path, number) if n in self.there}
         rest = [t for t in sorted(seconds, key=seconds.get) if t not in also]
         while self.budget and sum(seconds[t] for t in rest) > self.budget:
             rest.pop()
-        return also + rest
+        return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
 
     def limit(self, name):
         return 20 + 5 * self.tests.get(name, {'seconds': 30})['seconds']
@@ -150,19 +218,22 @@ class Place:
         return True, None
 
     def try_line(self, path, number, line, also):
-        """(does it compile, the test that notices)."""
+        """(does it compile into something else, the test that notices)."""
         whole, tests = os.path.join(self.src, path), self.tests_of(path, number, also)
+        if path not in self.plain:
+            self.plain[path] = self.compiled(path)
         was = open(whole).read()
         rows = was.split('\n')
         rows[number - 1] = line
         while True:
             try:
                 open(whole, 'w').write('\n'.join(rows))
-                compiles, by = self.first_to_fail(tests)
+                changes = self.compiled(path) not in (None, self.plain[path])
+                changes, by = self.first_to_fail(tests) if changes else (False, None)
             finally:
                 open(whole, 'w').write(was)
             if not by or self.passes(by):
-                return compiles, by
+                return changes, by
             tests = tests[tests.index(by) + 1:]
 
 
@@ -170,9 +241,11 @@ def candidates(o):
     names = subprocess.check_output(['git', 'ls-files', 'src', 'formats'], cwd=TOP).decode().split()
     for path in names:
         if re.search(r'\.(c|h|cc)$', path) and fnmatch.fnmatch(path, o.files):
+            still = unasked(path)
             for number, line in code_lines(os.path.join(TOP, path)):
-                if mutants(line):
-                    yield path, number, line
+                found = mutants(line, still.get(number, ()))
+                if found:
+                    yield path, number, line, found
 
 
 def chosen(o):
@@ -180,7 +253,8 @@ def chosen(o):
     for at in o.at:
         path, number, word = (at.split(':', 2) + [''])[:3]
         line = open(os.path.join(TOP, path)).read().split('\n')[int(number) - 1]
-        fit = [m for m in mutants(line) if word in m]
+        all_of_it = mutants(line)
+        fit = [m for m in all_of_it if m.strip() == word] or [m for m in all_of_it if word in m]
         random.Random(o.seed).shuffle(fit)
         for m in fit[:o.each or None]:
             yield path, int(number), line, m
@@ -189,8 +263,8 @@ def chosen(o):
     places = list(candidates(o))
     rng = random.Random(o.seed)
     while places:
-        path, number, line = places.pop(rng.randrange(len(places)))
-        yield path, number, line, rng.choice(mutants(line))
+        path, number, line, found = places.pop(rng.randrange(len(places)))
+        yield path, number, line, rng.choice(found)
 
 
 def main():
@@ -209,7 +283,7 @@ def main():
     p.add_argument('--coverage', default=os.path.join(TOP, 'build-coverage'))
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
     o = p.parse_args()
-    died, alive, began = 0, [], time.time()
+    died, alive, again, began = 0, [], 0, time.time()
     place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs,
                                          o.budget)
     for path, number, line, changed in chosen(o):
@@ -220,8 +294,9 @@ def main():
             died += 1
             print('%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip()))
             continue
-        compiles, by = place.try_line(path, number, changed, o.also.split())
-        if not compiles:
+        changes, by = place.try_line(path, number, changed, o.also.split())
+        if not changes:
+            again += 1
             continue
         died += by is not None
         if by is None:
@@ -230,7 +305,8 @@ def main():
                                      'by ' + by if by else ''), flush=True)
     total = died + len(alive)
     if total and not o.dry_run:
-        print('%d of %d mutants died: %.0f%% (seed %d)' % (died, total, 100 * died / total, o.seed))
+        print('%d of %d mutants died: %.0f%% (seed %d); %d drawn again' %
+              (died, total, 100 * died / total, o.seed, again))
         print('survivors:\n' + '\n'.join(alive) if alive else 'no survivor')
     return 0
 

@@ -240,3 +240,12 @@ tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/li
 endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c
+check_PROGRAMS += tests/t-learn
+tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
+check_PROGRAMS += tests/t-frees
+tests_t_frees_SOURCES = tests/t-frees.c
+check_PROGRAMS += tests/t-arena
+tests_t_arena_SOURCES = tests/t-arena.c
+check_PROGRAMS += tests/t-slice-prior
+tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
+dist_check_SCRIPTS += tests/t-train-slices.sh

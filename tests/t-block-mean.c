@@ -9,7 +9,7 @@ enum { H = 3, W = 5, S = 4, NY = H * W, NX = NY * S * S };
 
 int main(void)
 {
-	float x[NX], x0[NX], up[NX], y[NY], ax[NY];
+	float x[NX], x0[NX], up[NX], y[NY], ax[NY + 1];
 	double c[NY], d[NY], cc = 0, cd = 0;
 
 	ct_rng_normals(NX, x, 1, 1, 0);
@@ -20,7 +20,9 @@ int main(void)
 	ct_block_mean_forward(H, W, S, ax, up);
 	NEAR(maxdiff(NY, ax, y), 0, 1e-7, "A A+ = I");
 
+	ax[NY] = 7;
 	ct_block_mean_forward(H, W, S, ax, x);
+	OK(ax[NY] == 7, "no more than (h,w) is written"); /* NOLINT: as it was */
 	NEAR(dot(NY, ax, y), dot(NX, x, up) / (S * S), 1e-5, "<Ax, y> = <x, A+ y> / s^2");
 
 	ct_block_mean_correct(H, W, S, 0.0f, x, y);

@@ -15,6 +15,7 @@ static struct ct_err e;
 static struct capture shown;
 static char said[4000]; /* through the log */
 static volatile sig_atomic_t stop;
+static pid_t self; /* this process */
 
 static void note(const struct ct_env *env, enum ct_level level, const char *text)
 {
@@ -60,6 +61,10 @@ static int run(struct ct_chain *c)
 	capture_begin(&shown);
 	rc = ct_chain_run(c, &env, &e);
 	capture_end(&shown);
+	if (getpid() != self) { /* one that was to become a command */
+		put_text("stray", "");
+		_exit(CT_EFAIL);
+	}
 	ct_chain_close(c);
 	return rc;
 }
@@ -203,6 +208,7 @@ static void test_failures(void)
 			is_text(e.msg, "nope failed") &&
 			is_text(shown.err, "ct-t: nope: No such file or directory\n"),
 		"one that is not there");
+	OK(!is_there("stray"), "nothing goes on in its place");
 	setenv("PATH", "elsewhere:/bin:/usr/bin", 1);
 	OK(one_step("f", "far", "x") == 0, "one that lies elsewhere");
 	put_text("stop", "75");
@@ -392,6 +398,7 @@ static void test_script(void)
 
 int main(void)
 {
+	self = getpid();
 	scratch_begin();
 	if (mkdir("bin", 0777) || mkdir("elsewhere", 0777))
 		return 99;

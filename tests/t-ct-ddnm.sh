@@ -22,6 +22,11 @@ if command -v ct-view >/dev/null && ct-view -q y.exr pic.png; then
 	exits 0 'a picture' ct-ddnm -q -x 2 --steps 2 pic.png big.png
 	head -c 4 big.png | grep -q PNG; ok $? 'becomes a picture'
 	exits 0 'or a stack' ct-ddnm -q -x 2 --steps 2 pic.png big.exr
+	{ printf 'P5\n8 8\n255\n'; printf '%064d' 0; } >zero.pgm
+	{ printf 'P5\n8 8\n255\n'; printf '%064d' 1; } >one.pgm
+	for p in zero one; do ct-ddnm -q -x 2 --steps 1 $p.pgm $p.exr; done
+	hash() { ct-info $1.exr | sed -n "s/.* $1.pgm \(xxh3:[0-9a-f]*\).*/\1/p"; }
+	[ -n "$(hash zero)" ] && [ "$(hash zero)" != "$(hash one)" ]; ok $? 'which says of what, to the last pixel'
 	exits 2 'line integrals are no picture' ct-ddnm -q -x 4 --steps 2 y.exr y.png
 else
 	ok 0 'a picture # skip no ct-view'

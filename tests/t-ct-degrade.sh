@@ -49,6 +49,9 @@ done
 cmp -s t1.nii t4.nii; ok $? '1 and 4 threads, same bytes'
 ct-degrade -x 3 --noise 11 -s 6 - - <hr.nii | ct-upsample - - | cmp -s - t1.nii
 [ $? -eq 1 ]; ok $? 'another seed, other noise'
+ct-degrade -x 3 --noise 11 hr.nii noisy.nii && ct-degrade -x 2 noisy.nii twice.nii
+[ "$(ct-info noisy.nii twice.nii | awk '/noise/ {print $2}' | head -n 1)" = 11 ]; ok $? 'noise is told'
+ct-info twice.nii >out; ! grep -q '^  *[a-z.]*noise ' out; ok $? 'and not when it was reduced again'
 
 for p in P1 P2 P3; do ct-degrade -f -x 4,4,2 -p $p --clip -300:600 hr.nii $p.nii; done
 ct-degrade -x 4,4,2 --sigma 0.8 --decimate mean hr.nii mean.nii

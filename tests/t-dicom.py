@@ -89,6 +89,7 @@ def make():
         write("twice/%d.dcm" % k, "axial", k, "1.2.3.10")
         write("patients/%d.dcm" % k, "axial", k, "1.2.3.11", PatientID="PQ"[k // 5])
         write("matrices/%d.dcm" % k, "axial", k, "1.2.3.12")
+        write("frames/%d.dcm" % k, "axial", k, "1.2.3.17", FrameOfReferenceUID="1.2.3.9.%d" % (k // 8))
         write("mr/%d.dcm" % k, "axial", k, "1.2.3.13", Modality="MR")
         write("cutoff/%d.dcm" % k, "axial", k, "1.2.3.14")
         write("norescale/%d.dcm" % k, "axial", k, "1.2.3.15", RescaleSlope=None)

@@ -27,6 +27,12 @@ if command -v gdcmconv >/dev/null; then
 else
 	skip 'compressed series' 'no gdcmconv'
 fi
+exits 0 'a frame of its own for the last slice' ct-convert frames frames.nii
+has err 'several frames of reference' 'is told'
+"$PY" "$srcdir/tests/t-dicom.py" check axial frames.nii; ok $? 'and taken to be the same'
+exits 0 'one frame' ct-convert -f axial axial.nii
+! grep -q frames err; ok $? 'is not told'
+ct-info axial.nii >out; has out '^  ct-convert .* # axial xxh3:[0-9a-f]*$' 'what it was made of is in its history'
 exits 0 'a file stands for its series' ct-convert two/a3.dcm three.nii
 "$PY" "$srcdir/tests/t-dicom.py" check axial three.nii; ok $? 'and nothing else'
 exits 5 'two series are refused' ct-convert two d.nii

@@ -3,6 +3,8 @@
 #include "shim/image.h"
 #include "tap.h"
 
+#include <ctype.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -15,6 +17,15 @@ static void save(const unsigned char *p, size_t n)
 
 	if (!f || fwrite(p, 1, n, f) != n || fclose(f) != 0)
 		exit(99);
+}
+
+/* "FILE: Words": the library's, from their first letter to the end of the line. */
+static bool in_words(const char *msg, const char *file)
+{
+	const size_t n = strlen(file);
+
+	return strncmp(msg, file, n) == 0 && strncmp(msg + n, ": ", 2) == 0 &&
+	       isupper((unsigned char)msg[n + 2]) && isalpha((unsigned char)msg[n + 3]);
 }
 
 static void test_round_trip(size_t channels)
@@ -46,7 +57,8 @@ static void test_round_trip(size_t channels)
 	gray = NULL;
 #ifndef __SANITIZE_ADDRESS__ /* OpenImageIO jumps out of libpng over its own strings: a leak */
 	save(png, n / 2);
-	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT && strstr(e.msg, path),
+	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+			in_words(e.msg, path),
 		"half a file: %s", e.msg);
 	free(gray);
 #endif
@@ -61,9 +73,10 @@ static void test_bad(void)
 	float *gray = NULL;
 	size_t w, h, n;
 
-	OK(ct_image_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT,
+	OK(ct_image_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+			in_words(e.msg, "/dev/null"),
 		"no picture: %s", e.msg);
-	OK(ct_image_read("/no/such.png", &w, &h, &gray, &e) < 0 && strstr(e.msg, "/no/such.png"),
+	OK(ct_image_read("/no/such.png", &w, &h, &gray, &e) < 0 && in_words(e.msg, "/no/such.png"),
 		"no file: %s", e.msg);
 	OK(ct_image_encode_png(&png, &n, 0, 1, 1, px, &e) < 0, "no pixels: %s", e.msg);
 	OK(ct_image_encode_png(&png, &n, 1, 1, 2, px, &e) < 0, "two channels: %s", e.msg);

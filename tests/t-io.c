@@ -426,6 +426,11 @@ static void test_claim(void)
 	OK(!there(tmp), "nothing is left");
 	free(tmp);
 	free(again);
+	fd = ct_temp_claim("c", &tmp, &err);
+	ct_temp_remove_all();
+	OK(fd >= 0 && !there(tmp), "nor by who is told to end at once");
+	close(fd);
+	free(tmp);
 	OK(says(ct_temp_claim("none/c", &tmp, &err), CT_EOUTPUT, "none/c: No such"), "no folder");
 	if (symlink("x", "l.ct-locked"))
 		exit(99);

@@ -119,6 +119,10 @@ done <beyond >wrong
 [ ! -s wrong ]; ok $? 'a number beyond its limits is refused'
 sed 's/^/# /' wrong
 
+awk '$4 == "any" {print $1, $2}' limits | while read -r tool opt; do
+	for x in -1e12 0.4 1e12; do "$tool" --"$opt"=$x; done
+done 2>&1 | grep outside; [ $? -eq 1 ]; ok $? 'one without limits has none'
+
 # what help says that an option is by default, and the options that are no numbers
 cat >words <<'EOF'
 ct-convert orient LPS

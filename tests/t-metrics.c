@@ -230,6 +230,41 @@ static void test_slices(void)
 	ct_vol_free(&b);
 }
 
+/* Slices across the first two axes have an SSIM where a window fits, if slices are asked for. */
+static void test_thin(void)
+{
+	struct ct_metrics_rule rule = protocol;
+	struct ct_metrics_slice *slice[3];
+	struct ct_vol a, b;
+	struct ct_metrics m, no;
+	struct ct_env env = {0};
+	struct ct_err e;
+
+	make(&a, 1, 0);
+	make(&b, 2, 50);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		rule.ssim[k] = k == CT_SSIM_WANG || k == CT_SSIM_SKIMAGE;
+	a.n[2] = b.n[2] = 8; /* 7 voxels fit, 11 do not */
+	OK(ct_metrics(&m, slice, &a, &b, NULL, &rule, &env, &e) == 0 &&
+			ct_metrics(&no, NULL, &a, &b, NULL, &rule, &env, &e) == 0,
+		"a thin volume");
+	OK(m.ssim[CT_SSIM_WANG] > 0 && isnan(m.ssim_axis[CT_SSIM_WANG][0]) &&
+			isnan(m.ssim_axis[CT_SSIM_WANG][1]) &&
+			isnan(slice[0][3].ssim[CT_SSIM_WANG]),
+		"no large window across its other axes");
+	OK(m.ssim_axis[CT_SSIM_SKIMAGE][0] > 0 && m.ssim_axis[CT_SSIM_SKIMAGE][1] > 0 &&
+			slice[1][3].ssim[CT_SSIM_SKIMAGE] > 0,
+		"but a small one");
+	OK(no.ssim[CT_SSIM_SKIMAGE] == m.ssim[CT_SSIM_SKIMAGE] && /* NOLINT: the same sum */
+			isnan(no.ssim_axis[CT_SSIM_SKIMAGE][0]) &&
+			isnan(no.ssim_axis[CT_SSIM_SKIMAGE][1]),
+		"which none asks for without slices");
+	for (int k = 0; k < 3; k++)
+		free(slice[k]);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
 /* Volumes that are not finite or too small leave no slices behind; one voxel is enough. */
 static void test_edges_of_it(void)
 {
@@ -290,5 +325,6 @@ int main(void)
 	test_threads();
 	test_axes();
 	test_slices();
+	test_thin();
 	return tap_done();
 }

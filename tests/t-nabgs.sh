@@ -134,8 +134,20 @@ control() { ct-nabgs -f -b up.nii -n $1 -g 200 --densify-until=$2 p.exr until.pl
 [ "$(control 601 600)" -ne 200 ]; ok $? 'until 600: something is'
 [ "$(control 600 600)" -eq 200 ]; ok $? 'but at the last iteration nothing'
 
+ct-project -q -n 20 --coarsen 4 --pixel mean hr.nii y.exr && ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr fine.exr
+exits 0 'with all there is' ct-nabgs -q -b up.nii -n 1 -g 100 --max-gaussians 100 -s 77 \
+	--base-projections up.exr --std s.exr --lr lr.nii fine.exr all.ply
+ct-info all.ply >out
+has out '^  mode  *residual$' 'the set says its mode'
+has out '^  seed  *77$' 'the seed'
+has out '^  window  *-1024:3071$' 'the window'
+has out '^  quantity  *residual$' 'that it is no density'
+has out '^  ct-nabgs .* # fine.exr xxh3:[0-9a-f]* up.nii xxh3:[0-9a-f]* up.exr xxh3:[0-9a-f]* s.exr xxh3:[0-9a-f]* lr.nii xxh3:[0-9a-f]*$' \
+	'and what it is of'
 exits 0 'full mode' fit -m full -a softplus p.exr full.ply
 has out '^negative 0' 'softplus has no negative density'
+ct-info full.ply >out; has out '^  mode  *full$' 'it says its mode'
+has out '^  quantity  *density$' 'and that it is a density'
 exits 0 'full mode composes' ct-compose up.nii full.ply f.nii
 above "$(psnr hr.nii f.nii)" 20; ok $? 'without the base: from nothing to 20 dB'
 exits 0 'dry run' fit --dry-run p.exr dry.ply
@@ -160,6 +172,7 @@ exits 6 'NaN in the base' ct-nabgs -b nan.nii p.exr no.ply
 has err 'nan.nii: voxel (31,31,31) is NaN' 'with its place'
 ct-phantom --size=8x8x8 --density=0.01 constant thin.nii
 exits 3 'nothing to begin from' ct-nabgs -b thin.nii -m full p.exr no.ply
+has err '^ct-nabgs: thin.nii: the base has no voxel of density above 0.05$' 'and why'
 [ ! -e no.ply ] && [ ! -e no.ply.state ]; ok $? 'failures leave nothing'
 
 exits 6 'compose: NaN in the base' ct-compose nan.nii res.ply no.nii

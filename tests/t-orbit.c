@@ -170,6 +170,8 @@ static void change(struct ct_view *v, const struct orbit *o, int way, double muc
 		} else if (way == 1) { /* higher */
 			v->source[r] += much * 400 * n;
 			v->centre[r] += much * 400 * n;
+		} else if (way == 5) { /* the source alone */
+			v->source[r] += much * 400 * n;
 		} else if (way == 2) {
 			v->v[r] = -o->pitch[1] * (cos(much) * n + sin(much) * u);
 		} else if (way == 3) {
@@ -255,8 +257,9 @@ static void t_ends(void)
 
 static void t_messages(void)
 {
-	struct orbit o = orbit_of(CT_CONE, VIEWS, 360);
+	struct orbit o = orbit_of(CT_CONE, VIEWS, 360), flat = orbit_of(CT_PARALLEL, VIEWS, 360);
 
+	says(&flat, 5, 0.5, 15.95); /* atan(200 / 700) */
 	says(&o, 0, 0.1, 361);
 	says(&o, 1, 0.1, 40);
 	says(&o, 2, 0.2, 11.46);

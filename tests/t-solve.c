@@ -253,11 +253,12 @@ static void t_fista_steps(void)
 /* Kernels that no other test sees by themselves. */
 static void t_vectors(void)
 {
-	float y[5] = {2, 0.5f, 0.5000001f, 0, -4};
-	const float x[5] = {1, 2, 3, 4, 5}, w[5] = {1, -1, 0.5f, 2, 1};
+	/* of 5, and what is behind */
+	float y[6] = {2, 0.5f, 0.5000001f, 0, -4, 77};
+	const float x[6] = {1, 2, 3, 4, 5, 6}, w[6] = {1, -1, 0.5f, 2, 1, 3};
 	const float more[2][9] = {
 		{1, 2, 3, 4, 5, NAN, NAN, NAN, NAN}, {1, 1, 2, 1, 1, NAN, NAN, NAN, NAN}};
-	float z[5] = {8, 7, 6, 5, 4};
+	float z[6] = {8, 7, 6, 5, 4, 77};
 	double rest = 0;
 
 	OK(ct_passes_dot(5, more[0], more[1], NULL) == 18, "nothing behind the end counts");
@@ -278,13 +279,14 @@ static void t_vectors(void)
 	OK(rest == 0, "what sums nothing returns 0");
 	OK(y[0] == 0.5f && y[1] == 0 && fabsf(y[2] - 2) < 1e-5f && y[3] == 0 && y[4] == 0,
 		"one over what is more than the least");
+	OK(y[5] == 77 && z[5] == 77, "what is behind stays");
 	for (int k = 0; k < 2; k++) {
-		float to[5] = {0.5f, 1, -2, 3, -7};
+		float to[6] = {0.5f, 1, -2, 3, -7, -77};
 
 		ct_passes_run(CT_SIMD(ct_vector_correct), 5,
 			&(struct ct_vector){.y = to, .x = x, .w = w, .c = k}, NULL);
 		OK(to[0] == 1.5f && to[1] == (k ? 0 : -1) && to[2] == (k ? 0 : -0.5f) &&
-				to[3] == 11 && to[4] == (k ? 0 : -2),
+				to[3] == 11 && to[4] == (k ? 0 : -2) && to[5] == -77,
 			"y + w x%s", k ? ", not below 0" : "");
 	}
 }

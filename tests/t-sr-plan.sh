@@ -100,6 +100,10 @@ done
 : >k/up.nii
 exits 4 'as is IN' ct-sr -Q draft --keep=k k/up.nii o.nii
 has err 'k/up.nii: is written between IN and OUT' 'and that is said'
+exits 4 'standard input may be one of them' ct-sr -Q draft --keep=k - o.nii <k/up.nii
+has err 'k/up.nii: is written between IN and OUT' 'and that is said'
+ct-sr -Q draft --keep=k lr.nii - >>k/up.nii 2>err; [ $? -eq 4 ]; ok $? 'or standard output'
+has err 'k/up.nii: is written between IN and OUT' 'and that is said'
 
 # the prior is looked for beside the command, and in share beside its bin
 mkdir -p x/bin x/share/ctsr; cp "$(command -v ct-sr)" x/bin

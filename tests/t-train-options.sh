@@ -57,6 +57,8 @@ has err 'dark.exr: no value is above 0' 'is named'
 mkdir -p f/below && cp a.exr f/0.exr && cp b.exr f/1.exr && cp b.exr f/.hidden && cp b.exr f/below
 train both both.safetensors a.exr b.exr; train folder folder.safetensors f/
 is 're.fullmatch("a.exr xxh3:([0-9a-f]{32}); b.exr xxh3:([0-9a-f]{32})", meta("both", "dataset")) is not None' 'two DATA by name and hash'
+train alone alone.safetensors b.exr
+is 'meta("both", "dataset") == meta("plain", "dataset") + "; " + meta("alone", "dataset")' 'the hash that each has alone'
 is 're.fullmatch("f xxh3:[0-9a-f]{32}", meta("folder", "dataset")) is not None' 'a folder by its name'
 is 'weights("both") == weights("folder")' 'which is what is in it, by name, nothing hidden and nothing below'
 is 'meta("plain", "licence") is None and meta("plain", "step") == "7" and meta("plain", "image_size") == "8"' 'step and size'

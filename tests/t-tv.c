@@ -325,7 +325,7 @@ static void test_tolerance(void)
 static void test_divergence(void)
 {
 	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
-	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0};
+	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0}, none = {{1, 1, 1}, 50, 0, 0};
 	const size_t n[3] = {8, 8, 8};
 	const struct ct_env env = {0};
 	float *x = volume(n), *y = volume(n);
@@ -337,6 +337,14 @@ static void test_divergence(void)
 	OK(ct_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"tv: infinity is an error");
 	OK(ct_hessian_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
+		"htv: likewise");
+	memset(&r, 0x55, sizeof r);
+	OK(ct_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 && r.objective == 0 &&
+			r.change == 0,
+		"tv: a report of no iterations is of zeroes");
+	memset(&r, 0x55, sizeof r);
+	OK(ct_hessian_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 &&
+			r.objective == 0 && r.change == 0,
 		"htv: likewise");
 	ct_consistency_free(&dc);
 	free(x);

@@ -109,7 +109,6 @@ static int place_images(struct ct_unet_plan *p, struct ct_err *e)
 		if (g->op[i].b != CT_NONE)
 			last[g->op[i].b] = i;
 	}
-	last[g->out] = CT_NONE;
 	if (ct_arena_take(&a, ct_image_count(&g->image[0]), &p->at[0], e))
 		goto out;
 	for (size_t i = 0; i < g->n_op; i++) {

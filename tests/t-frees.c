@@ -1,0 +1,103 @@
+/* What has a _free is one of zeroes afterwards, and a _free of zeroes is legal. */
+#include "config.h"
+#include "cli/resume.h"
+#include "core/gauss.h"
+#include "core/par.h"
+#include "core/tensors.h"
+#include "core/vol.h"
+#include "diffusion/matched.h"
+#include "diffusion/measurement.h"
+#include "diffusion/patches.h"
+#include "diffusion/prior.h"
+#include "diffusion/train.h"
+#include "formats/any.h"
+#include "formats/io.h"
+#include "gs/adam.h"
+#include "gs/fit.h"
+#include "gs/gradient.h"
+#include "gs/loss-image.h"
+#include "gs/loss-lowres.h"
+#include "gs/loss-total.h"
+#include "gs/splat.h"
+#include "gs/voxelise.h"
+#include "quality/difference.h"
+#include "recon/fdk.h"
+#include "resolution/consistency.h"
+#include "resolution/cosine.h"
+#include "resolution/separable.h"
+#include "resolution/svd.h"
+#include "restore/example.h"
+#include "restore/restore.h"
+#include "tap.h"
+#include "unet/arena.h"
+#include "unet/unet.h"
+#include "xray/project.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+static bool zeroes(const void *p, size_t n)
+{
+	const unsigned char *c = p;
+
+	for (size_t i = 0; i < n; i++)
+		if (c[i])
+			return false;
+	return true;
+}
+
+/* Two times: what the first one left must be legal, too. */
+#define FREED(type, by)                                                                            \
+	do {                                                                                       \
+		static struct type x;                                                              \
+                                                                                                   \
+		by(&x);                                                                            \
+		by(&x);                                                                            \
+		OK(zeroes(&x, sizeof x), #by);                                                     \
+	} while (0)
+
+int main(void)
+{
+	FREED(ct_gauss, ct_gauss_free);
+	FREED(ct_meta, ct_meta_free);
+	FREED(ct_stack, ct_stack_free);
+	FREED(ct_tensors, ct_tensors_free);
+	FREED(ct_vol, ct_vol_free);
+	FREED(ct_axis, ct_axis_free);
+	FREED(ct_measurement, ct_measurement_free);
+	FREED(ct_pictures, ct_pictures_free);
+	FREED(ct_prior, ct_prior_free);
+	FREED(ct_gs_adam, ct_gs_adam_free);
+	FREED(ct_fit, ct_fit_free);
+	FREED(ct_gradient, ct_gradient_free);
+	FREED(ct_loss_image, ct_loss_image_free);
+	FREED(ct_loss_lowres, ct_loss_lowres_free);
+	FREED(ct_loss_total, ct_loss_total_free);
+	FREED(ct_splat, ct_splat_free);
+	FREED(ct_voxelise, ct_voxelise_free);
+	FREED(ct_difference, ct_difference_free);
+	FREED(ct_fdk_weights, ct_fdk_weights_free);
+	FREED(ct_fdk, ct_fdk_free);
+	FREED(ct_ramp, ct_ramp_free);
+	FREED(ct_consistency, ct_consistency_free);
+	FREED(ct_cosine, ct_cosine_free);
+	FREED(ct_taps, ct_taps_free);
+	FREED(ct_separable, ct_separable_free);
+	FREED(ct_svd, ct_svd_free);
+	FREED(ct_example, ct_example_free);
+	FREED(ct_patch_turns, ct_patch_turns_free);
+	FREED(ct_regressor, ct_regressor_free);
+	FREED(ct_regressor_work, ct_regressor_work_free);
+	FREED(ct_slice_prior, ct_slice_prior_free);
+	FREED(ct_arena, ct_arena_free);
+	FREED(ct_graph, ct_graph_free);
+	FREED(ct_projector, ct_projector_free);
+	FREED(ct_resume, ct_resume_close);
+	FREED(ct_out, ct_out_abandon);
+	FREED(ct_any, ct_any_free);
+	ct_par_free(NULL);
+	ct_train_free(NULL);
+	ct_unet_free(NULL);
+	ct_unet_plan_free(NULL);
+	return tap_done();
+}

@@ -1,0 +1,609 @@
+/* The slice prior against twins: patches by their definition, a prediction cell by cell, what is
+ * restored from what is predicted, and examples of volumes whose values say where they are. */
+#include "config.h"
+#include "core/vol.h"
+#include "numbers.h"
+#include "resolution/consistency.h"
+#include "resolution/upsample.h"
+#include "restore/example.h"
+#include "restore/predict.h"
+#include "restore/restore.h"
+#include "unet/dnn.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+static struct ct_env env;
+
+/* Value (u, v, w) of slices across an axis, held at the borders. */
+static double value(const float *x, const size_t n[3], int axis, const bool coarse[3], ptrdiff_t u,
+	ptrdiff_t v, ptrdiff_t w)
+{
+	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+	const int first = coarse[a] && !coarse[b] ? b : a, second = a + b - first;
+	ptrdiff_t at[3] = {0};
+
+	at[first] = u;
+	at[second] = v;
+	at[axis] = w;
+	for (int k = 0; k < 3; k++) {
+		at[k] = at[k] < 0 ? 0 : at[k];
+		at[k] = at[k] >= (ptrdiff_t)n[k] ? (ptrdiff_t)n[k] - 1 : at[k];
+	}
+	return (double)x[((size_t)at[2] * n[1] + (size_t)at[1]) * n[0] + (size_t)at[0]];
+}
+
+/* The largest error of a patch and its pose; NaN if the turn is another. */
+static double patch_error(const float *x, const size_t n[3], int axis, const bool coarse[3],
+	const struct ct_patch_shape *shape, const struct ct_patch_turns *t, const size_t at[3])
+{
+	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
+	const ptrdiff_t cell = (ptrdiff_t)shape->cell, margin = (side - cell) / 2;
+	const ptrdiff_t about = 2 * cell < side ? 2 * cell : side, from = (side - about) / 2;
+	static float got[40 * 40 * 5];
+	double p[5][40][40], mu = 0, mean = 0, square = 0, x1 = 0, y1 = 0, z1 = 0, worst = 0;
+	const double all = (double)(side * side * depth);
+	struct ct_patch_pose pose;
+	struct ct_slicing s;
+	unsigned turn;
+
+	for (ptrdiff_t k = 0; k < depth; k++)
+		for (ptrdiff_t j = 0; j < side; j++)
+			for (ptrdiff_t i = 0; i < side; i++) {
+				p[k][j][i] =
+					value(x, n, axis, coarse, (ptrdiff_t)at[0] - margin + i,
+						(ptrdiff_t)at[1] - margin + j,
+						(ptrdiff_t)at[2] - depth / 2 + k);
+				mean += p[k][j][i] / all;
+			}
+	for (ptrdiff_t j = margin - 1; j <= margin + cell; j++)
+		for (ptrdiff_t i = margin - 1; i <= margin + cell; i++)
+			mu += p[depth / 2][j][i] / (double)((cell + 2) * (cell + 2));
+	for (ptrdiff_t k = 0; k < depth; k++)
+		for (ptrdiff_t j = 0; j < side; j++)
+			for (ptrdiff_t i = 0; i < side; i++)
+				square += pow(p[k][j][i] - mean, 2) / all;
+	for (ptrdiff_t k = 0; k < depth; k++)
+		for (ptrdiff_t j = from; j < from + about; j++)
+			for (ptrdiff_t i = from; i < from + about; i++) {
+				const double d = p[k][j][i] - mu, middle = (double)(side - 1) / 2;
+
+				x1 += d * ((double)i - middle);
+				y1 += d * ((double)j - middle);
+				z1 += d * ((double)k - (double)(depth - 1) / 2);
+			}
+	turn = (x1 < 0) | (unsigned)(y1 < 0) << 1 | (unsigned)(z1 < 0) << 2 |
+	       (unsigned)(shape->swap && fabs(y1) > fabs(x1)) << 3;
+	ct_slicing_of(&s, x, n, axis, coarse);
+	if (!ct_patch_cut(got, &pose, &s, shape, t, at) || pose.turn != turn)
+		return (double)NAN;
+	worst = fmax(fabs((double)pose.mu - mu), fabs((double)pose.s - sqrt(square)));
+	for (ptrdiff_t k = 0; k < depth; k++)
+		for (ptrdiff_t j = 0; j < side; j++)
+			for (ptrdiff_t i = 0; i < side; i++) {
+				ptrdiff_t u = turn & 8 ? j : i, v = turn & 8 ? i : j, w = k;
+				double want;
+
+				u = turn & 1 ? side - 1 - u : u;
+				v = turn & 2 ? side - 1 - v : v;
+				w = turn & 4 ? depth - 1 - w : w;
+				want = (p[w][v][u] - mu) / sqrt(square);
+				worst = fmax(
+					worst, fabs(want - (double)got[(k * side + j) * side + i]));
+			}
+	return worst;
+}
+
+static void patches(void)
+{
+	static const struct ct_patch_shape shapes[] = {
+		{2, 6, 1, true}, {3, 5, 5, false}, {8, 40, 3, true}, {4, 10, 3, false}};
+	static const bool coarse[][3] = {{true, true, true}, {true, false, false},
+		{false, true, false}, {false, false, true}};
+	const size_t n[3] = {13, 17, 11};
+	float *x = normals(13 * 17 * 11, 21, 0, 200);
+	double worst = 0;
+
+	for (size_t k = 0; k < 4; k++) {
+		struct ct_patch_turns t = {0};
+
+		must(ct_patch_turns_alloc(&t, &shapes[k], &err));
+		for (int axis = 0; axis < 3; axis++)
+			for (uint64_t q = 0; q < 40; q++) {
+				struct ct_slicing s;
+				size_t at[3];
+				double error;
+
+				ct_slicing_of(&s, x, n, axis, coarse[q % 4]);
+				for (int a = 0; a < 3; a++)
+					at[a] = ct_rng_below(22, k, 3 * q + (uint64_t)a,
+						s.n[a] - (a < 2 ? shapes[k].cell - 1 : 0));
+				error = patch_error(x, n, axis, coarse[q % 4], &shapes[k], &t, at);
+				worst = error <= worst ? worst : error;
+			}
+		ct_patch_turns_free(&t);
+	}
+	NEAR(worst, 0, 1e-3, "patches, levels, spreads and turns, inside and at borders");
+	free(x);
+}
+
+static void shapes(void)
+{
+	static const struct ct_patch_shape good[] = {{2, 4, 1, true}, {8, 40, 5, true},
+		{8, 10, 3, false}},
+					   bad[] = {{1, 5, 1, true}, {9, 11, 1, true},
+						   {8, 42, 1, true}, {2, 4, 7, true},
+						   {2, 4, 0, true}, {2, 4, 2, true},
+						   {3, 4, 1, true}, {2, 5, 1, true}};
+	char words[80];
+
+	for (size_t k = 0; k < sizeof good / sizeof *good; k++)
+		OK(ct_patch_shape_check(&good[k], &err) == 0, "a shape at the limits");
+	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+		snprintf(words, sizeof words, "no patch has cell %zu, side %zu and depth %zu",
+			bad[k].cell, bad[k].side, bad[k].depth);
+		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT &&
+				strcmp(err.msg, words) == 0,
+			"%s", err.msg);
+	}
+}
+
+static void random_regressor(
+	struct ct_regressor *r, uint64_t seed, size_t cell, size_t side, size_t depth, bool swap)
+{
+	size_t n;
+
+	*r = (struct ct_regressor){
+		.shape = {cell, side, depth, swap}, .components = 9, .width = 13};
+	n = ct_patch_count(&r->shape);
+	must(ct_regressor_alloc(r, &err));
+	ct_rng_normals(10 * n, r->mean, seed, 0, 0);
+	ct_rng_normals(r->at[CT_PARTS], r->all, seed, 1, 0);
+	for (size_t i = 0; i < 10 * n; i++)
+		r->mean[i] *= 0.1f;
+	for (size_t i = 0; i < r->at[CT_PARTS]; i++)
+		r->all[i] *= 0.2f;
+}
+
+/* One cell after the other; the mean over the axes. Returns how many axes. */
+static size_t predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
+	const bool axes[3], size_t *looked, size_t *cells)
+{
+	const size_t cell = r->shape.cell, all = s->n[0] * s->n[1] * s->n[2];
+	struct ct_regressor_work w = {0};
+	struct ct_patch_turns t = {0};
+	const int was = ct_dnn_enter();
+	size_t used = 0;
+
+	*looked = *cells = 0;
+	memset(h, 0, all * sizeof *h);
+	must(ct_patch_turns_alloc(&t, &r->shape, &err));
+	must(ct_regressor_work_alloc(&w, r, 1, &err));
+	for (int axis = 0; axis < 3; axis++) {
+		const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+		struct ct_slicing of;
+		size_t at[3];
+
+		if (!axes[axis] || (r->shape.swap ? !s->coarse[u] || !s->coarse[v]
+						  : s->coarse[u] == s->coarse[v]))
+			continue;
+		used++;
+		ct_slicing_of(&of, s->x, s->n, axis, s->coarse);
+		for (at[2] = 0; at[2] < of.n[2]; at[2]++)
+			for (at[1] = 0; at[1] + cell <= of.n[1]; at[1] += cell)
+				for (at[0] = 0; at[0] + cell <= of.n[0]; at[0] += cell) {
+					struct ct_patch_pose pose;
+
+					++*cells;
+					if (!ct_patch_cut(w.patch, &pose, &of, &r->shape, &t, at))
+						continue;
+					++*looked;
+					ct_regressor_tell(ct_regressor_told(&w, r, 0), &pose,
+						&s->regime, at[2], s->coarse[axis] ? cell : 1);
+					must(ct_regressor_run(r, &w, 1, &err));
+					ct_patch_put(h, NULL, w.out, &of, &r->shape, &t, &pose, at);
+				}
+	}
+	for (size_t i = 0; i < all; i++)
+		h[i] /= (float)used;
+	ct_dnn_leave(was);
+	ct_patch_turns_free(&t);
+	ct_regressor_work_free(&w);
+	return used;
+}
+
+static void prediction(void)
+{
+	static const bool coarse[][3] = {{true, true, true}, {false, false, true},
+		{true, false, false}, {true, true, false}};
+	const size_t n[3] = {14, 11, 9}, all = 14 * 11 * 9;
+	float *x = normals(all, 31, 0, 150), *h = malloc(2 * all * sizeof *h);
+	double worst = 0;
+	bool same = true;
+
+	if (!h)
+		exit(99);
+	for (size_t i = 0; i < all / 3 * 2; i++) /* some of it is flat */
+		x[i] = 40;
+	for (size_t k = 0; k < 8; k++) {
+		struct ct_scene s = {.x = x,
+			.n = {n[0], n[1], n[2]},
+			.regime = {.sigma = 0.4, .noise = 7, .decimate = CT_DECIMATE_POINT}};
+		struct ct_guess g = {.h = h + all};
+		const bool swap = k < 4;
+		const bool axes[3] = {true, k != 1, true};
+		struct ct_regressor r;
+		size_t looked = 0, cells = 0, want[2];
+		bool can[3];
+
+		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
+		random_regressor(&r, 32, 3, 7, 3, swap);
+		if (ct_predict_axes(can, &r, &s) > 0) {
+			predict(h, &s, &r, axes, &want[0], &want[1]);
+			memset(h + all, 0, all * sizeof *h);
+			must(ct_predict(&g, &s, &r, axes, &looked, &cells, &env, &err));
+			for (size_t i = 0; i < all; i++)
+				h[all + i] /= (float)g.axes;
+			worst = fmax(worst, apart(all, h + all, h));
+			same = same && looked == want[0] && cells == want[1] && looked < cells;
+		}
+		ct_regressor_free(&r);
+	}
+	NEAR(worst, 0, 1e-5, "a prediction is that of all cells, one by one");
+	OK(same, "which are counted");
+	free(x);
+	free(h);
+}
+
+/* A scan of noise, and what a solver made of it. */
+struct scan {
+	struct ct_degrade by;
+	struct ct_vol lo, x;
+};
+
+static void scan_of(struct scan *s, double fx, double fy, double fz)
+{
+	const size_t n[3] = {24, 20, 16};
+	struct ct_separable down = {0};
+	struct ct_vol truth = {0};
+	size_t m[3];
+
+	*s = (struct scan){.by = {.factor = {fx, fy, fz}, .decimate = CT_DECIMATE_MEAN}};
+	for (int a = 0; a < 3; a++) {
+		s->by.sigma[a] = s->by.factor[a] > 1 ? 0.8 + 0.4 * a : 0;
+		m[a] = ct_degrade_size(n[a], s->by.factor[a]);
+	}
+	must(ct_vol_alloc(&truth, n, &err));
+	must(ct_vol_alloc(&s->lo, m, &err));
+	must(ct_vol_alloc(&s->x, n, &err));
+	ct_rng_normals(24 * 20 * 16, truth.data, 41, 0, 0);
+	for (size_t i = 0; i < 24 * 20 * 16; i++)
+		truth.data[i] *= 100;
+	ct_rng_normals(24 * 20 * 16, s->x.data, 41, 1, 0);
+	for (size_t i = 0; i < 24 * 20 * 16; i++)
+		s->x.data[i] = truth.data[i] + 50 * s->x.data[i];
+	for (int a = 0; a < 3; a++)
+		s->x.affine[a][a] = 1;
+	ct_degrade_affine(s->lo.affine, s->x.affine, n, &s->by);
+	must(ct_degrade_plan(&down, &s->by, n, NULL, &err));
+	ct_separable_apply(&down, s->lo.data, truth.data, NULL);
+	ct_separable_free(&down);
+	ct_vol_free(&truth);
+}
+
+/* The same from its parts. */
+static void twin(float *out, double *added, const struct scan *s, const struct ct_slice_prior *p,
+	const struct ct_restore_rule *rule)
+{
+	enum { ALL = 24 * 20 * 16 };
+	struct ct_scene scene = {
+		.x = s->x.data, .n = {24, 20, 16}, .regime = {.noise = rule->noise}};
+	struct ct_vol x = s->x;
+	float *h = calloc(2 * ALL, sizeof *h);
+	double used = 0, square = 0, residual, most = 1, coarse = 0;
+	size_t looked, cells;
+
+	if (!h)
+		exit(99);
+	for (int a = 0; a < 3; a++) {
+		scene.coarse[a] = s->by.factor[a] > 1;
+		coarse += scene.coarse[a];
+		most = fmax(most, s->by.factor[a]);
+		scene.regime.sigma += s->by.sigma[a];
+	}
+	scene.regime.sigma /= coarse * most;
+	scene.regime.decimate = s->by.decimate;
+	for (size_t k = 0; k < p->n; k++) {
+		double axes;
+
+		if ((double)p->r[k].shape.cell != most)
+			continue;
+		axes = (double)predict(h + ALL, &scene, &p->r[k], rule->axes, &looked, &cells);
+		for (size_t i = 0; axes > 0 && i < ALL; i++)
+			h[i] += (float)axes * h[ALL + i];
+		used += axes;
+	}
+	for (size_t i = 0; i < ALL; i++)
+		h[i] /= (float)used;
+	memcpy(out, s->x.data, ALL * sizeof *out);
+	for (size_t i = 0; i < ALL; i++) {
+		const size_t f = (size_t)most;
+		const size_t at[3] = {i % 24 / f * f, i / 24 % 20 / f * f, i / 24 / 20 / f * f};
+		double mean = 0, count = 0, w = rule->weight;
+
+		for (size_t k = at[2]; k < at[2] + f && k < 16; k++)
+			for (size_t j = at[1]; j < at[1] + f && j < 20; j++)
+				for (size_t v = at[0]; v < at[0] + f && v < 24; v++) {
+					mean += pow((double)h[(k * 20 + j) * 24 + v], 2);
+					count++;
+				}
+		if (rule->gate > 0)
+			w *= mean / (mean + count * rule->gate * rule->gate);
+		if (rule->cap > 0)
+			w /= 1 + mean / count / (rule->cap * rule->cap);
+		out[i] += (float)(w * (double)h[i]);
+		square += pow(w * (double)h[i], 2) / ALL;
+	}
+	*added = sqrt(square);
+	x.data = out;
+	if (rule->noise > 0) {
+		struct ct_consistency dc = {0};
+		float *scratch;
+
+		must(ct_consistency_alloc(&dc, &s->by, x.n, s->lo.data, rule->noise, NULL, &err));
+		must(!(scratch = malloc(ct_consistency_scratch(&dc) * sizeof *scratch)));
+		ct_consistency_apply(&dc, out, scratch, NULL);
+		free(scratch);
+		ct_consistency_free(&dc);
+	} else {
+		must(ct_upsample_settle(&x, &s->lo, &s->by, true, &residual, &env, &err));
+	}
+	free(h);
+}
+
+static void restoring(void)
+{
+	enum { ALL = 24 * 20 * 16 };
+	static const double factors[][3] = {{4, 4, 4}, {1, 1, 4}, {4, 4, 1}, {2, 2, 2}, {4, 1, 1}};
+	struct ct_slice_prior p = {.n = 4};
+	float *want = malloc(ALL * sizeof *want);
+
+	if (!want)
+		exit(99);
+	random_regressor(&p.r[0], 51, 4, 8, 1, true);
+	random_regressor(&p.r[1], 52, 4, 6, 3, true);
+	random_regressor(&p.r[2], 53, 4, 8, 1, false);
+	random_regressor(&p.r[3], 54, 2, 6, 1, true);
+	for (int k = 0; k < 8; k++) {
+		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
+			.cap = k == 5 ? 30 : 0,
+			.gate = k == 3 || k == 5 ? 40 : 0,
+			.noise = k == 6 ? 25 : 0,
+			.axes = {k != 7, true, k != 7}};
+		struct ct_restore_report got;
+		struct scan s;
+		double added;
+
+		scan_of(&s, factors[k % 5][0], factors[k % 5][1], factors[k % 5][2]);
+		rule.by = s.by;
+		OK(ct_slice_prior_knows(&p, &rule.by), "factors %g,%g,%g are known", s.by.factor[0],
+			s.by.factor[1], s.by.factor[2]);
+		twin(want, &added, &s, &p, &rule);
+		must(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err));
+		OK(apart(ALL, s.x.data, want) < 1e-5 && fabs(got.added / added - 1) < 1e-4 &&
+				added > 1,
+			"what is restored is what its parts say (%g, %g of %g)",
+			apart(ALL, s.x.data, want), got.added, added);
+		OK(rule.noise > 0 ? got.residual < 25.1 && got.residual > 20
+				  : got.residual < 1e-3 && got.looked > 100 &&
+					    got.cells >= got.looked,
+			"as near to the scan as it should be (%g)", got.residual);
+		ct_vol_free(&s.x);
+		ct_vol_free(&s.lo);
+	}
+	free(want);
+	ct_slice_prior_free(&p);
+	OK(p.n == 0 && !p.r[3].all, "a prior is freed");
+}
+
+static void knowing(void)
+{
+	static const double known[][3] = {{3, 3, 3}, {3, 3, 1}, {1, 3, 3}, {5, 1, 1}, {1, 5, 5}},
+			    unknown[][3] = {{1, 1, 1}, {3, 1, 1}, {5, 5, 5}, {3, 3, 2},
+				    {3.5, 3.5, 3.5}, {4, 4, 4}, {2.5, 1, 1}};
+	struct ct_slice_prior p = {0}, q = {0};
+	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
+	struct ct_restore_report got;
+	struct ct_regressor a, b;
+	struct ct_tensors w = {0}, none = {0};
+	struct scan s;
+	bool right = true;
+
+	random_regressor(&a, 61, 3, 5, 1, true);
+	random_regressor(&b, 62, 5, 7, 1, false);
+	must(ct_regressor_put(&a, &w, "3", &err));
+	must(ct_regressor_put(&b, &w, "thick-5", &err));
+	must(ct_slice_prior_alloc(&p, &w, &err));
+	OK(p.n == 2 && p.r[0].shape.cell == 3 && p.r[1].shape.cell == 5 && p.r[0].shape.swap &&
+			!p.r[1].shape.swap,
+		"a prior of two regressors");
+	for (size_t k = 0; k < 12; k++) {
+		struct ct_degrade d = {.decimate = CT_DECIMATE_POINT};
+
+		memcpy(d.factor, k < 5 ? known[k] : unknown[k - 5], sizeof d.factor);
+		right = right && ct_slice_prior_knows(&p, &d) == (k < 5);
+	}
+	OK(right, "it knows its factors and no others");
+	scan_of(&s, 5, 5, 5);
+	rule.by = s.by;
+	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&
+			err.code == CT_EGEOM &&
+			strcmp(err.msg, "the prior knows no slices of such a scan") == 0,
+		"%s", err.msg);
+	rule.by.factor[1] = 2.5;
+	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&
+			err.code == CT_EGEOM &&
+			strcmp(err.msg, "the prior knows no factors 5,2.5,5") == 0,
+		"%s", err.msg);
+	ct_vol_free(&s.x);
+	ct_vol_free(&s.lo);
+	must(ct_regressor_put(&a, &w, "thick-3", &err));
+	OK(ct_slice_prior_alloc(&q, &w, &err) == -1 && err.code == CT_EINPUT &&
+			strcmp(err.msg, "tensor \"thick-3.shape\" is of other slices") == 0,
+		"%s", err.msg);
+	ct_slice_prior_free(&q);
+	OK(ct_slice_prior_alloc(&q, &none, &err) == -1 && err.code == CT_EINPUT &&
+			strcmp(err.msg, "no tensor \"4.shape\": no prior of slices") == 0,
+		"%s", err.msg);
+	ct_slice_prior_free(&p);
+	ct_regressor_free(&a);
+	ct_regressor_free(&b);
+	ct_tensors_free(&w);
+}
+
+/* A volume that is 10 times its index along an axis. */
+static void ramp(struct ct_vol *v, int axis)
+{
+	for (size_t i = 0; i < ct_vol_count(v); i++) {
+		const size_t at[3] = {i % v->n[0], i / v->n[0] % v->n[1], i / v->n[0] / v->n[1]};
+
+		v->data[i] = 10 * (float)at[axis];
+	}
+}
+
+/* The low-resolution scan of base + c rest of an example. */
+static float *reduced(const struct ct_example *p, float c, const struct ct_degrade *d, size_t *m)
+{
+	const size_t n = p->n[0] * p->n[1] * p->n[2];
+	struct ct_separable s = {0};
+	float *x = malloc(n * sizeof *x), *lo = malloc(n * sizeof *lo);
+
+	if (!x || !lo)
+		exit(99);
+	for (size_t i = 0; i < n; i++)
+		x[i] = p->base[i] + c * p->rest[i];
+	must(ct_degrade_plan(&s, d, p->n, NULL, &err));
+	*m = s.t[0].n_out * s.t[1].n_out * s.t[2].n_out;
+	ct_separable_apply(&s, lo, x, NULL);
+	ct_separable_free(&s);
+	free(x);
+	return lo;
+}
+
+static void examples(void)
+{
+	enum { EXAMPLES = 90 };
+	const struct ct_example_rule rule = {
+		.side = 14, .factor = 2, .scale = {1, 1.5}, .noise = 30, .seed = 5};
+	const size_t size[3] = {40, 17, 30};
+	struct ct_vol v = {0};
+	double low[3] = {1, 1, 1}, high[3] = {0}, steps = 0, miss = 0, noise = 0, apart_by = 0;
+	double sigma[3][2] = {{9, 0}, {9, 0}, {9, 0}};
+	size_t kind[3] = {0}, made = 0, quiet = 0, odd = 0, small = 0;
+
+	must(ct_vol_alloc(&v, size, &err));
+	for (uint64_t index = 0; index < EXAMPLES; index++) {
+		double step[3], start[3];
+		struct ct_example p = {0};
+		int rc = 0;
+
+		for (int a = 0; a < 3 && rc == 0; a++) {
+			size_t along[3], first, last;
+
+			ct_example_free(&p);
+			ramp(&v, a);
+			rc = ct_example_alloc(&p, &v, &rule, index, &env, &err);
+			if (rc)
+				break;
+			along[0] = 1;
+			along[1] = p.n[0];
+			along[2] = p.n[0] * p.n[1];
+			first = ((p.n[2] / 2) * p.n[1] + p.n[1] / 2) * p.n[0] + p.n[0] / 2 -
+				(p.n[a] / 2 - 3) * along[a];
+			last = first + (p.n[a] - 7) * along[a];
+			start[a] = (double)(p.base[first] + p.rest[first]) / 10;
+			step[a] = ((double)(p.base[last] + p.rest[last]) / 10 - start[a]) /
+				  (double)(p.n[a] - 7);
+			start[a] -= 3 * step[a];
+		}
+		small += rc == 1;
+		if (rc == 0) {
+			const double s = step[0];
+			struct ct_degrade d = {.factor = {2, 2, 2}, .decimate = p.regime.decimate};
+			const enum ct_decimate by = p.regime.decimate;
+			const size_t n = p.n[0] * p.n[1] * p.n[2];
+			size_t m;
+			float *is, *was;
+			double square = 0;
+
+			made++;
+			steps += log(s) / log(1.5);
+			for (int a = 0; a < 3; a++) {
+				const double least = 0.5 * (s - 1),
+					     room = (double)size[a] - s * (double)p.n[a],
+					     at = (start[a] - least) / room;
+				const double fit = fmin((double)size[a] / s, 14);
+
+				miss = fmax(miss, fabs(step[a] - s));
+				odd += p.n[a] != (size_t)(fit / 2) * 2 &&
+				       fabs(remainder(fit, 2)) > 0.1;
+				if (room > 1) { /* a ramp is followed to some hundredths */
+					low[a] = fmin(low[a], at);
+					high[a] = fmax(high[a], at);
+				}
+				d.sigma[a] = 2 * p.regime.sigma;
+				odd += !p.coarse[a];
+			}
+			odd += !(s > 0.99 && s < 1.51);
+			kind[by]++;
+			sigma[by][0] = fmin(sigma[by][0], p.regime.sigma);
+			sigma[by][1] = fmax(sigma[by][1], p.regime.sigma);
+			quiet += p.regime.noise == 0;
+			noise = fmax(noise, p.regime.noise);
+			is = reduced(&p, 0, &d, &m);
+			was = reduced(&p, 1, &d, &m);
+			if (p.regime.noise > 0)
+				ct_degrade_noise(was, m, p.regime.noise, rule.seed + index, NULL);
+			apart_by = fmax(apart_by, rms(m, is, was) / (0.71 * p.regime.noise + 0.01));
+			free(is);
+			free(was);
+			for (size_t i = 0; i < n; i++)
+				square += pow((double)p.rest[i], 2) / (double)n;
+			odd += !(fabs(p.variance - fmax(square, 1)) < 1e-6 * p.variance);
+		}
+		ct_example_free(&p);
+	}
+	OK(small > 5 && made > 50 && small + made == EXAMPLES, "%zu of %d do not fit", small,
+		EXAMPLES);
+	NEAR(miss, 0, 0.02, "cubes, whose steps are the same along all axes");
+	OK(odd == 0, "cells, places, coarse axes, variances (%zu are wrong)", odd);
+	for (int a = 0; a < 3; a++)
+		OK(low[a] > -0.06 && low[a] < 0.12 && high[a] > 0.88 && high[a] < 1.06,
+			"places of axis %d: from %.2f to %.2f", a, low[a], high[a]);
+	NEAR(steps / (double)made, 0.43, 0.1, "any scale that fits");
+	OK(kind[CT_DECIMATE_SINC] * 10 > 3 * made && kind[CT_DECIMATE_SINC] * 10 < 7 * made &&
+			kind[CT_DECIMATE_POINT] * 10 > 2 * made && kind[CT_DECIMATE_MEAN] > 1 &&
+			kind[CT_DECIMATE_MEAN] * 10 < 3 * made,
+		"scanners of three kinds (%zu, %zu, %zu)", kind[0], kind[1], kind[2]);
+	OK(sigma[0][0] > 0.22 && sigma[0][0] < 0.27 && sigma[0][1] > 0.45 && sigma[0][1] < 0.5 &&
+			sigma[1][0] > 0.12 && sigma[1][0] < 0.16 && sigma[1][1] > 0.31 &&
+			sigma[1][1] < 0.35 && sigma[2][0] >= 0 && sigma[2][1] < 0.3 &&
+			sigma[2][1] - sigma[2][0] > 0.1,
+		"their blur: %.3f to %.3f, %.3f to %.3f, %.3f to %.3f", sigma[0][0], sigma[0][1],
+		sigma[1][0], sigma[1][1], sigma[2][0], sigma[2][1]);
+	OK(quiet * 3 > made && quiet * 3 < 2 * made && noise < 30 && noise > 24,
+		"half without noise (%zu of %zu), others up to %.1f HU", quiet, made, noise);
+	OK(apart_by < 1, "the base agrees with the scan that was made (%g)", apart_by);
+	ct_vol_free(&v);
+}
+
+int main(void)
+{
+	patches();
+	shapes();
+	prediction();
+	restoring();
+	knowing();
+	examples();
+	return tap_done();
+}
