@@ -15,6 +15,9 @@ bench: $(bin_PROGRAMS) $(BENCH_C)
 	@$(AM_TESTS_ENVIRONMENT) for b in $(BENCH); do \
 		case $$b in *.sh) $(SHELL) '$(srcdir)'/$$b ;; *) ./$$b ;; esac || exit 1; \
 	done
+EXTRA_PROGRAMS += bench/b-restore
+bench_b_restore_SOURCES = bench/b-restore.c bench/bench.h
+BENCH_C += bench/b-restore
 EXTRA_PROGRAMS += bench/b-tv
 bench_b_tv_SOURCES = bench/b-tv.c bench/bench.h
 BENCH_C += bench/b-tv

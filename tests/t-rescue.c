@@ -77,7 +77,7 @@ int main(void)
 	ct_fail(&e, CT_EOUTPUT, "d/o: No such file or directory");
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 && e.code == CT_EOUTPUT,
 		"its folder goes; the failure stays one");
-	snprintf(pattern, sizeof pattern, "tmp/o.state.*");
+	snprintf(pattern, sizeof pattern, "tmp/kept.*.o.state");
 	OK(glob(pattern, 0, NULL, &found) == 0 && found.gl_pathc == 1, "the result is kept");
 	OK(strstr(e.msg, "d/o: No such") == e.msg && strstr(e.msg, found.gl_pathv[0]),
 		"and where is said: %s", e.msg);

@@ -1,5 +1,6 @@
 /* resume.c: see resume.h. */
 #include "config.h"
+#include "cli/keep.h"
 #include "cli/resume.h"
 #include "cli/files.h"
 #include "cli/stop.h"
@@ -229,25 +230,6 @@ int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, 
 	return rc;
 }
 
-/* A name in the folder for temporary files, of a file that is made. NULL if it cannot be. */
-static char *elsewhere(const char *path)
-{
-	const char *tmp = getenv("TMPDIR"), *slash = strrchr(path, '/');
-	char *name = NULL;
-	int fd;
-
-	if (asprintf(&name, "%s/%s.XXXXXX", tmp && *tmp ? tmp : "/tmp", slash ? slash + 1 : path) <
-		0)
-		return NULL;
-	fd = mkstemp(name);
-	if (fd >= 0) {
-		close(fd);
-		return name;
-	}
-	free(name);
-	return NULL;
-}
-
 int ct_resume_rescue(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
 {
 	const struct ct_err why = *e;
@@ -259,7 +241,7 @@ int ct_resume_rescue(struct ct_resume *r, ct_resume_pack *pack, const void *work
 	if (ct_resume_save(r, pack, work, &other) == 0)
 		return ct_fail(
 			e, why.code, "%.300s; the result is kept: --resume writes it", why.msg);
-	name = elsewhere(r->path);
+	name = ct_keep_name(r->path);
 	if (name && write_to(r, name, pack, work, &other) == 0)
 		ct_fail(e, why.code,
 			"%.160s; the result is kept in %.120s: moved to %.120s, --resume writes it",

@@ -3,7 +3,7 @@
 #   make-slices.sh CT_FOLDER HELD_FOLDER WORK OUT.safetensors
 # CT_FOLDER holds NIfTI volumes in HU, and micro-CT in bytes, which become HU by --bytes; HELD_FOLDER those
 # of other patients, on which the nets are judged and their expected error is calibrated. The examples stay
-# in WORK. The same machine and version give the same bytes.
+# in WORK. The same machine and version give the same bytes, but for names of files in the history.
 set -e
 ct=$1 held=$2 work=$3 out=$4
 mkdir -p "$work"

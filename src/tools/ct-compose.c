@@ -1,6 +1,7 @@
 /* ct-compose: a base volume and a residual, of Gaussians or of voxels, make the final CT. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/keep.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/format.h"
@@ -253,7 +254,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		    (const struct ct_meta *const[]){&base.meta, ct_any_meta(&from)}, e) ||
 		(p->res_out && write_residual(&res, &from, p, env, e)))
 		goto out;
-	rc = ct_vol_write(p->out, &base, env, e);
+	rc = ct_keep_vol(p->out, &base, env, e);
 out:
 	ct_vol_free(&base);
 	ct_vol_free(&res);

@@ -1,6 +1,7 @@
 /* ct-fdk: a volume from projections: filtered back-projection, or iteration. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "xray/project.h"
@@ -194,7 +195,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rc = finish(&out, &in, p, e) ||
 				     ct_meta_step(&out.meta, env, 1,
 					     (const struct ct_meta *const[]){&in.meta}, e) ||
-				     ct_vol_write(p->out, &out, env, e)
+				     ct_keep_vol(p->out, &out, env, e)
 			     ? -1
 			     : 0;
 out:

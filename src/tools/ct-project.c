@@ -1,5 +1,6 @@
 /* ct-project: X-ray projections of a volume: exact line integrals of its density. */
 #include "config.h"
+#include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "xray/window.h"
@@ -239,7 +240,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (project_views(&j, env, e) || describe(out, &in, p, env->seed, e) ||
 		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
 		goto out;
-	rc = ct_stack_write(p->out, out, env, e);
+	rc = ct_keep_stack(p->out, out, env, e);
 out:
 	free(mu);
 	ct_vol_free(&in);

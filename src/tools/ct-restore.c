@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/keep.h"
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -262,7 +263,7 @@ static int work(struct job *j, struct ct_err *e)
 			tell(j, &j->std.meta, e) || ct_vol_write(j->p->std, &j->std, j->env, e))
 			return -1;
 	}
-	return ct_vol_write(j->p->out, &j->out, j->env, e);
+	return ct_keep_vol(j->p->out, &j->out, j->env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

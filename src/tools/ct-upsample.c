@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/keep.h"
 #include "cli/modes.h"
 #include "core/clock.h"
 #include "formats/format.h"
@@ -196,7 +197,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 			(const struct ct_meta *const[]){&in.meta, p->start ? &start.meta : NULL},
 			e))
 		goto out;
-	rc = ct_vol_write(p->out, &out, env, e);
+	rc = ct_keep_vol(p->out, &out, env, e);
 out:
 	ct_vol_free(&start);
 	ct_vol_free(&in);

@@ -1,0 +1,68 @@
+/* keep.c: see keep.h. */
+#include "config.h"
+#include "cli/keep.h"
+#include "formats/format.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+char *ct_keep_name(const char *path)
+{
+	const char *tmp = getenv("TMPDIR"), *slash = strrchr(path, '/');
+	const char *base = slash ? slash + 1 : path;
+	char *name = NULL;
+	int fd;
+
+	if (asprintf(&name, "%s/kept.XXXXXX.%s", tmp && *tmp ? tmp : "/tmp", base) < 0)
+		return NULL;
+	fd = mkstemps(name, (int)strlen(base) + 1);
+	if (fd >= 0) {
+		close(fd);
+		return name;
+	}
+	free(name);
+	return NULL;
+}
+
+/* One of the two. */
+static int put(const char *path, const struct ct_vol *v, const struct ct_stack *s,
+	const struct ct_env *env, struct ct_err *e)
+{
+	return v ? ct_vol_write(path, v, env, e) : ct_stack_write(path, s, env, e);
+}
+
+static int keep(const char *path, const struct ct_vol *v, const struct ct_stack *s,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_env over = *env;
+	struct ct_err why, other;
+	char *name;
+
+	if (put(path, v, s, env, e) == 0)
+		return 0;
+	if (e->code != CT_EOUTPUT || strcmp(path, "-") == 0)
+		return -1;
+	why = *e;
+	over.force = true;
+	name = ct_keep_name(path);
+	if (name && put(name, v, s, &over, &other) == 0)
+		ct_fail(e, why.code, "%.240s; the result is kept in %.160s", why.msg, name);
+	else if (name)
+		unlink(name);
+	free(name);
+	return -1;
+}
+
+int ct_keep_vol(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	return keep(path, v, NULL, env, e);
+}
+
+int ct_keep_stack(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
+{
+	return keep(path, NULL, s, env, e);
+}

@@ -1,0 +1,19 @@
+/* keep.h: the end of a command without a state: its result is written, or kept elsewhere. */
+#ifndef CT_CLI_KEEP_H
+#define CT_CLI_KEEP_H
+#include "core/env.h"
+#include "core/stack.h"
+#include "core/vol.h"
+
+/* Write the volume (or the stack) to `path`. If that cannot be (CT_EOUTPUT), and the path is no
+ * stream, it is written to the folder for temporary files, for its owner alone, and *e says where;
+ * -1 all the same. */
+int ct_keep_vol(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+int ct_keep_stack(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e);
+/* A new name for the file `path` in the folder for temporary files (TMPDIR), of a file that is
+ * made, for its owner alone; to be freed. NULL if it cannot be. */
+char *ct_keep_name(const char *path);
+
+#endif
