@@ -9,7 +9,7 @@ ct=$1 held=$2 work=$3 out=$4
 mkdir -p "$work"
 net() { # net NAME ct-train options: one more net beside those that there are
 	name=$1; shift
-	ct-train -f --half --slices -s 1 --bytes=-1000:2570 --window=-512:3071 --cache "$work/examples" \
+	ct-train -f --half --licence Apache-2.0 --slices -s 1 --bytes=-1000:2570 --window=-512:3071 --cache "$work/examples" \
 		--validate "$held" --validate-every 1000 --checkpoint-every 1000000 ${with:+--with "$with"} \
 		"$@" "$work/$name.safetensors" "$ct"
 	with=$work/$name.safetensors
