@@ -78,7 +78,7 @@ exits 0 'a dash before all names' ct-sr -q -x 2 -Q draft --keep=-k -- -marks.nii
 
 # One run a folder; what a run starts ends with it.
 fits() { # until ct-nabgs is at work
-	for i in $(seq 600); do
+	for i in $(seq 1800); do
 		grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1 && return
 		kill -0 $1 2>/dev/null || return
 		sleep 0.1
@@ -94,6 +94,7 @@ kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the whole grou
 setsid "$@" --resume marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 grep -q continuing err1; ok $? 'from which it goes on'
+grep -q continuing err1 || sed 's/^/# /' err1
 cp g/residual.ply.state before
 kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'however often it is told'
 [ -s g/residual.ply.state ] && ! cmp -s before g/residual.ply.state; ok $? 'and the state is the last'
