@@ -286,9 +286,9 @@ static void test_rescue(void)
 		"if it can be packed");
 	r.own = false; /* another has put it there */
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 && e.code == CT_EGEOM &&
-			strncmp(e.msg, "why; the result is kept in tmp/o.state.", 39) == 0 &&
+			strstr(e.msg, "why; the result is kept in tmp/kept.") == e.msg &&
 			strstr(e.msg, ": moved to o.state, --resume writes it") &&
-			some("tmp/o.state.*"),
+			some("tmp/kept.*.o.state"),
 		"or elsewhere");
 	setenv("TMPDIR", "nowhere", 1);
 	ct_fail(&e, CT_EGEOM, "why");
@@ -296,12 +296,12 @@ static void test_rescue(void)
 		"if there is an elsewhere");
 	setenv("TMPDIR", "", 1);
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 &&
-			strstr(e.msg, "kept in /tmp/o.state.") != NULL,
+			strstr(e.msg, "kept in /tmp/kept.") != NULL,
 		"which is /tmp if nothing else is said");
-	if (strstr(e.msg, "/tmp/o.state.")) {
-		char name[20];
+	if (strstr(e.msg, "/tmp/kept.")) {
+		char name[25];
 
-		snprintf(name, sizeof name, "%.19s", strstr(e.msg, "/tmp/o.state."));
+		snprintf(name, sizeof name, "%.24s", strstr(e.msg, "/tmp/kept."));
 		OK(remove(name) == 0, "%s", name);
 	}
 	ct_resume_close(&r);
