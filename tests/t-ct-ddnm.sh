@@ -58,8 +58,12 @@ ct-project -q --views 40 --coarsen 4 --pixel mean up.nii many.exr
 mkdir whole cut
 (cd whole && ct-ddnm -q -x 4 --steps 12 ../many.exr o.exr); ok $? 'many views'
 cd cut || exit 99
-ct-ddnm -q -x 4 --steps 12 ../many.exr o.exr & pid=$!
-listens $pid; kill -TERM $pid; wait $pid; s=$?
+for i in 1 2 3 4 5; do # a machine may be busy for as long as all of it takes
+	rm -f o.exr
+	ct-ddnm -q -x 4 --steps 12 ../many.exr o.exr & pid=$!
+	listens $pid; kill -TERM $pid; wait $pid; s=$?
+	[ -s o.exr.state ] && break
+done
 [ $s -eq 75 ]; ok $? "SIGTERM stops it (status $s)"
 [ -s o.exr.state ] && [ ! -e o.exr ]; ok $? 'finished views are saved'
 exits 3 'other options cannot resume' ct-ddnm -q -x 4 --steps 7 --resume ../many.exr o.exr
