@@ -30,11 +30,13 @@ ct-upsample -q -m cubic scan.nii cubic.nii
 db() { ct-metrics "$@" | awk '/^psnr/ {print $2}'; }
 awk "BEGIN {exit !($(db truth.nii hr.nii) > $(db truth.nii cubic.nii) + 2)}"
 ok $? "2 dB better than cubic: $(db truth.nii hr.nii), $(db truth.nii cubic.nii)"
-# the projections are as good as those that they begin with, seen through their reconstruction; another
-# operator than the one that made them loses dB
+# the projections are better than those that they begin with, seen through their reconstruction, where the
+# solver is alone: beyond what the prior of slices adds that of projections finds nothing
+sed 's/^ct-restore/ct-upsample/; /^ct-nabgs/,$d; s/^ct-[a-z]*/& -f/' script >alone && sh -e alone >/dev/null 2>err; ok $? 'without the prior of slices'
+sed 's/^/# /' err
 ct-project -q --views=16 --sampling=1.375 truth.nii truth-proj.exr
 for s in truth up sr; do ct-fdk -q -m cgls -n 8 --quantity density $s-proj.exr $s-rec.nii; done
 of() { db --psnr --range 1 truth-rec.nii "$1-rec.nii"; }
-awk "BEGIN {exit !($(of sr) > $(of up) - 0.2)}"
-ok $? "the projections are as good as those they begin with: $(of sr), $(of up) dB"
+awk "BEGIN {exit !($(of sr) > $(of up))}"
+ok $? "the projections are better than those they begin with: $(of sr), $(of up) dB"
 done_testing
