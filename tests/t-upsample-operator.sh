@@ -26,7 +26,7 @@ o = json.loads(subprocess.check_output(['ct-info', '--json', '-e', '-x', '3', 'b
 open('sigma', 'w').write(','.join('%.9g' % (3 * s) for s in o['blur-lr-voxels']))
 open('told', 'w').writelines('ct-upsample: axis %d: blur %.3g, assumed %.3g voxels of OUT, well, %d edges\n' %
     (a, 3 * o['blur-seen-voxels'][a], 3 * o['blur-lr-voxels'][a], o['edges'][a]) for a in range(3))
-open('told', 'a').write('ct-upsample: noise or texture %.3g HU\n' % o['noise-hu'])
+open('told', 'a').write('ct-upsample: noise or texture %.3g HU, assumed %.3g\n' % (o['noise-hu'], o['noise-sure-hu']))
 END
 s=$(cat sigma); first=${s%%,*}
 up -x 3 --estimate bare-P1.nii e.nii; says e.nii 3,3,3 "$s" sinc tv

@@ -64,7 +64,7 @@ static const struct ct_opt opts[] = {
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
-		"measure the blur of IN on its edges, if it does not say it",
+		"measure the blur of IN on its edges, and its noise, if it does not say them",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
@@ -254,8 +254,10 @@ static int work(struct job *j, struct ct_err *e)
 {
 	if (begin(j, e) || (!j->alone && add(j, e)))
 		return -1;
-	if (ct_degrade_put(&j->out.meta, &j->is.by, e) || ct_check_stop(j->env, e) ||
-		tell(j, &j->out.meta, e))
+	if (ct_degrade_put(&j->out.meta, &j->is.by, e) ||
+		(j->is.noise > 0 &&
+			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
+		ct_check_stop(j->env, e) || tell(j, &j->out.meta, e))
 		return -1;
 	if (j->p->std) {
 		memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);

@@ -46,7 +46,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
-		"OUT says what was assumed",
+		"and its noise, if neither it nor --noise says it; OUT says what was assumed",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
@@ -191,6 +191,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_clock_wall() - begin);
 	report(env, &did);
 	if ((rule.known || p->lr.estimate) && ct_degrade_put(&out.meta, &rule.by, e))
+		goto out;
+	if (did.iterations && rule.noise > 0 &&
+		ct_meta_setf(&out.meta, e, CT_META_NOISE, "%.9g", rule.noise))
 		goto out;
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 2,

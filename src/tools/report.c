@@ -266,6 +266,7 @@ int report_estimate(
 			ct_sampling_name(s->axis[2].sampling)));
 	put(&m, "edges", sizes(3, edges));
 	put(&m, "noise-hu", number(s->noise));
+	put(&m, "noise-sure-hu", number(s->sure));
 	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
 }
 
