@@ -19,6 +19,7 @@ ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
+	src/tools/train-best.c src/tools/train-best.h \
 	src/tools/train-cache.c src/tools/train-cache.h \
 	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
 	src/tools/prior-arch.c src/tools/prior-arch.h

@@ -251,3 +251,4 @@ tests_t_arena_SOURCES = tests/t-arena.c
 check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
+dist_check_SCRIPTS += tests/t-patience.sh

@@ -88,6 +88,7 @@ ct-train clip 0 1000000000 0
 ct-train ema 0 0.9999999 -
 ct-train validate-every 1 2000000000 500
 ct-train validate-pieces 1 65536 64
+ct-train patience 0 1000000 0
 ct-train checkpoint-every 1 2000000000 1000
 ct-train log-every 1 2000000000 50
 ct-upsample noise 0 1000000 -
@@ -202,7 +203,7 @@ ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices 
 ct-sr --window --views --iterations --gaussians s--seed
 ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
-ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
+ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
 ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --dry-run

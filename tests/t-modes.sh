@@ -85,6 +85,7 @@ for o in --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3
 done
 no ct-train --validate-every=3
 no ct-train --validate-pieces=3
+no ct-train --patience=3
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'

@@ -98,6 +98,9 @@ struct ct_env;
 #define CT_META_DIFFUSION_STEPS "diffusion_steps"
 /* integer: of a prior, or two in the state of a fit; ct_train_result, states */
 #define CT_META_STEP "step"
+/* numbers: the least held-out loss, its step, the last step that was judged, and how many since
+ * were no better: in the state of a training; train_best_put */
+#define CT_META_BEST "best"
 /* number: rate of the average of the weights; ct_train_result */
 #define CT_META_EMA "ema"
 

@@ -109,6 +109,10 @@ static const struct ct_opt opts[] = {
 		"every N steps", CT_WHEN(CT_IF(struct train_params, validate))),
 	CT_OPT_IDLE(struct train_params, validate_pieces, 0, "validate-pieces", "N", 1, 65536,
 		"on N pieces", CT_WHEN(CT_IF(struct train_params, validate))),
+	CT_OPT_IDLE(struct train_params, patience, 0, "patience", "N", 0, 1e6,
+		"write the weights of the least loss there, and stop when N times in a row it was no "
+		"less; 0: write the last, and do not",
+		CT_WHEN(CT_IF(struct train_params, validate))),
 	CT_OPT_IDLE(struct train_params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_IDLE(struct train_params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
@@ -143,6 +147,7 @@ out:
 		ct_meta_free(&data.input[i]);
 	free(data.input);
 	ct_meta_free(&data.with);
+	ct_meta_free(&data.held);
 	ct_resume_close(&resume);
 	return rc;
 }

@@ -80,17 +80,14 @@ static int settle(struct job *j, struct ct_err *e)
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct ct_list *d = &j->p->data;
-	struct ct_meta held = {0};
-	int rc;
-
 	for (size_t i = 0; i < d->n; i++)
 		if (train_data_read(&j->data, d->v[i], &data->input[i], e))
 			return -1;
 	if (!j->p->validate)
 		return 0;
-	rc = train_data_read(&j->held, j->p->validate, &held, e);
-	ct_meta_free(&held);
-	return rc ? rc : ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
+	if (train_data_read(&j->held, j->p->validate, &data->held, e))
+		return -1;
+	return ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
 }
 
 static uint64_t steps(const void *it)

@@ -191,9 +191,6 @@ static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 {
-	struct ct_meta held = {0};
-	int rc;
-
 	for (size_t i = 0; i < j->p->data.n; i++)
 		if (learn_from(j, &j->data, j->p->data.v[i], (uint64_t)i << 20, &data->input[i], e))
 			return -1;
@@ -202,11 +199,10 @@ static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
 	if (!j->p->validate)
 		return 0;
-	rc = learn_from(j, &j->held, j->p->validate, (uint64_t)1 << 36, &held, e);
-	ct_meta_free(&held);
-	if (rc == 0 && j->held.n == 0)
-		rc = ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
-	return rc;
+	if (learn_from(j, &j->held, j->p->validate, (uint64_t)1 << 36, &data->held, e))
+		return -1;
+	return j->held.n ? 0
+			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
 }
 
 static int start(struct job *j, struct ct_err *e)
@@ -282,24 +278,40 @@ static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *
 	return 0;
 }
 
-/* What the error is of what the slices say, at the end. */
-static int calibrate(const struct job *j, struct ct_err *e)
+/* What the error is of what the slices say. */
+static int calibrate(const struct job *j, struct ct_tensors *w, struct ct_err *e)
 {
-	return j->held.n && ct_learn_steps(j->learn) == (uint64_t)j->p->steps
-		       ? ct_learn_calibrate(j->learn, j->held.example, j->held.n, e)
-		       : 0;
+	struct ct_regressor r = {0};
+	char name[60];
+	int rc = -1;
+
+	snprintf(name, sizeof name, "%s.spread", j->name);
+	if (ct_regressor_get(&r, w, j->name, e) == 0 &&
+		ct_learn_calibrate(&r, j->held.example, j->held.n, &j->env, e) == 0) {
+		memcpy(ct_tensors_find(w, name)->data, r.spread, sizeof r.spread);
+		rc = 0;
+	}
+	ct_regressor_free(&r);
+	return rc;
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct job *j = it;
 
-	return calibrate(j, e) || ct_regressor_put(ct_learn_result(j->learn), w, j->name, e) ||
-			       add_others(w, j, e) ||
-			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
-				       (unsigned long long)ct_learn_steps(j->learn))
-		       ? -1
-		       : 0;
+	if (ct_regressor_put(ct_learn_result(j->learn), w, j->name, e))
+		return -1;
+	return ct_meta_setf(
+		&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)ct_learn_steps(j->learn));
+}
+
+static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *e)
+{
+	const struct job *j = it;
+
+	if (last && j->held.n && calibrate(j, w, e))
+		return -1;
+	return add_others(w, j, e);
 }
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
@@ -354,6 +366,7 @@ int train_slices(struct train_subject *s, struct train_data *data, const struct 
 		.save = save,
 		.restore = restore,
 		.result = result,
+		.seal = seal,
 		.cost = cost,
 		.free = done};
 	return settle(j, e) || read_with(j, data, e) || read_data(j, data, e) || start(j, e) ? -1
