@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/par.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -37,6 +38,7 @@ static void drain(struct ct_par *p, size_t id)
 		if (i >= p->n)
 			return;
 		p->fn(p->arg, i, id);
+		ct_room_trim();
 	}
 }
 
@@ -116,8 +118,10 @@ size_t ct_par_threads(const struct ct_par *p)
 void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg)
 {
 	if (!p || p->threads == 1 || n < 2 || atomic_flag_test_and_set(&p->busy)) {
-		for (size_t i = 0; i < n; i++)
+		for (size_t i = 0; i < n; i++) {
 			fn(arg, i, 0);
+			ct_room_trim();
+		}
 		return;
 	}
 	pthread_mutex_lock(&p->lock);

@@ -35,6 +35,7 @@ struct ct_restore_rule {
 	double noise;                    /* HU of the LR scan */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
 	bool axes[3];                    /* slices across these */
+	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */
 };
 
 struct ct_restore_report {
@@ -43,9 +44,15 @@ struct ct_restore_report {
 	double residual;      /* RMS of D x - y, HU */
 };
 
+/* Planes of a volume of n voxels, whole cells of them, that the prior can look at within `bytes` of
+ * memory, those about them included; at least as many as it has to. */
+size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *d,
+	const size_t n[static 3], double bytes);
+
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
- * and lo: one volume, and one more if there is doubt. std, if not NULL, becomes the expected error
+ * and lo: one volume, of room.h. Of all planes that are in hand: one more, and another if there is
+ * doubt. std, if not NULL, becomes the expected error
  * of each voxel, HU (regressor.h). */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
