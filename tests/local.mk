@@ -252,3 +252,6 @@ check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
+check_PROGRAMS += tests/t-room
+tests_t_room_SOURCES = tests/t-room.c
+dist_check_SCRIPTS += tests/t-memory.sh

@@ -2,6 +2,9 @@
 # ct-train --slices and ct-restore: a prior of phantoms makes other phantoms better, agrees with the scan,
 # is resumed to the same bytes, and what does not fit is refused.
 . "$srcdir/tests/tap.sh"
+cmp_() { # the voxels of two volumes: none is apart
+	ct-metrics --json "$1.nii" "$2.nii" | grep -q '"max-hu": 0[,.]'
+}
 psnr() { ct-metrics -q --json "$1" "$2" | sed -n 's/.*"psnr": \([-0-9.]*\).*/\1/p'; }
 
 mkdir scans
@@ -72,6 +75,20 @@ cmp one/o.nii three/o.nii; ok $? 'any number of threads: same bytes'
 ct-restore -q -w 0 -p p.safetensors lo.nii none.nii
 r=$(ct-metrics -q --json up.nii none.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r < 0.01)}"; ok $? "with weight 0 it is what the solver makes ($r HU)"
+w() { out=$1; shift; ct-restore -q -f -p p.safetensors --start up.nii "$@" lo.nii $out.nii; } # w OUT ARGS...
+far() { ct-metrics -q --json $1.nii $2.nii | sed -n 's/.*"rmse-hu": \([0-9.e-]*\).*/\1/p'; } # far A B
+w auto -w auto; cmp_ auto one/o; ok $? 'by default the weight is auto'
+w full -w 1; w none --doubt 0 --gate 0 --cap 0; cmp_ full none; ok $? 'a weight goes without caution'
+! cmp_ full auto; ok $? 'which auto has'
+w careful -w 1 --doubt 0.8 --gate 15 --cap 250; cmp_ careful auto; ok $? 'unless it is asked for'
+w half -w 0.5; a=$(far up half) b=$(far up full)
+awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
+for x in -0.1 10.1; do
+	exits 2 "a weight of $x" ct-restore -p p.safetensors --weight=$x lo.nii x.nii
+	has err "^ct-restore: --weight: $x is outside \[0, 10\]" 'is refused'
+done
+exits 2 'no weight' ct-restore -p p.safetensors -w much lo.nii x.nii
+has err "^ct-restore: --weight: 'much' is not 1 number" 'is refused'
 ct-restore -q -p p.safetensors --axes z lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'

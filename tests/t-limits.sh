@@ -64,7 +64,6 @@ ct-sr class -1 65535 -1
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
-ct-restore weight 0 10 1
 ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
@@ -150,6 +149,7 @@ ct-project method siddon
 ct-project pixel point
 ct-sr quality fast
 ct-restore axes xyz
+ct-restore weight auto
 ct-restore decimate -
 ct-train scales 1
 ct-upsample method auto
@@ -198,7 +198,7 @@ ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
-ct-restore --noise --dry-run
+ct-restore --noise --memory --dry-run
 ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed
 ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
@@ -206,7 +206,7 @@ ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
 ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --dry-run
+ct-upsample --tolerance --memory --dry-run
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

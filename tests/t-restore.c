@@ -528,6 +528,37 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	free(v);
 }
 
+/* Slab by slab it is the same as at once, each cell looked at once. */
+static void slabs(const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
+	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
+{
+	struct ct_restore_rule by = *rule;
+	struct ct_restore_report whole, got;
+	struct ct_env env = {0};
+	float *want = malloc(3 * COUNT * sizeof *want), *std = want + COUNT, *had = std + COUNT;
+	const double plane = 4.0 * N * N * sizeof(float);
+
+	by.doubt = 0.8;
+	memcpy(x->data, y->data, COUNT * sizeof *x->data);
+	must(ct_restore(x, std, lo, p, &by, &whole, &env, &err));
+	memcpy(want, x->data, COUNT * sizeof *want);
+	for (by.slab = 4; by.slab < N; by.slab += 4) {
+		memcpy(x->data, y->data, COUNT * sizeof *x->data);
+		must(ct_restore(x, had, lo, p, &by, &got, &env, &err));
+		OK(farthest(x->data, want, COUNT) < 1e-3 && farthest(had, std, COUNT) < 1e-3,
+			"%zu planes at a time: within %.2g HU, %.2g of the error", by.slab,
+			farthest(x->data, want, COUNT), farthest(had, std, COUNT));
+		OK(got.cells == whole.cells && got.looked == whole.looked &&
+				fabs(got.added / whole.added - 1) < 1e-6,
+			"each cell is looked at once");
+	}
+	OK(ct_restore_slab(p, &rule->by, n3, 1e9) == 0, "all planes where there is room");
+	OK(ct_restore_slab(p, &rule->by, n3, 1) == 4, "at least those that are looked at");
+	OK(ct_restore_slab(p, &rule->by, n3, 17 * plane) == 8,
+		"whole cells beside those about them");
+	free(want);
+}
+
 static void restoring(void)
 {
 	struct ct_slice_prior p = {.n = 1};
@@ -589,6 +620,7 @@ static void restoring(void)
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
 	expected_error(&p, &rule, &lo, &y, &x);
+	slabs(&p, &rule, &lo, &y, &x);
 	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;
 	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
