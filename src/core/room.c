@@ -59,11 +59,6 @@ static int file_open(void)
 	char *name = NULL;
 	int fd = -1;
 
-#ifdef O_TMPFILE
-	fd = open(room.dir, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-	if (fd >= 0)
-		return fd;
-#endif
 	if (asprintf(&name, "%s/ct-room-XXXXXX", room.dir) < 0)
 		return -1;
 	fd = mkostemp(name, O_CLOEXEC);
