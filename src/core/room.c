@@ -83,6 +83,9 @@ static int map_file(void **out, size_t bytes, struct ct_err *e)
 	if (p == MAP_FAILED)
 		return ct_fail(e, CT_EOUTPUT, "%s: no room for %zu MiB: %s", room.dir, bytes >> 20,
 			strerror(why));
+	/* large pages would make one that is touched a thousand, to be held and written back */
+	(void)madvise(p, bytes, MADV_NOHUGEPAGE);
+	(void)madvise(p, bytes, MADV_RANDOM);
 	*out = p;
 	return 0;
 }
