@@ -440,6 +440,13 @@ static void thick_slices(const struct ct_example_rule *rule)
 	bool one = true;
 
 	thick.thick = true;
+	for (uint64_t i = 0; i < 60; i++) {
+		thick.soft[1] = true;
+		ct_example_regime(&p, &thick, i);
+		one = one && p.coarse[0] + p.coarse[2] == 1 && !p.coarse[1];
+	}
+	OK(one, "thick slices do not lie across an axis without detail");
+	thick.soft[1] = false;
 	for (uint64_t i = 0; i < 90; i++) {
 		ct_example_regime(&p, &thick, i);
 		one = one && p.coarse[0] + p.coarse[1] + p.coarse[2] == 1;
@@ -450,6 +457,28 @@ static void thick_slices(const struct ct_example_rule *rule)
 	}
 	OK(one && along[0] > 15 && along[1] > 15 && along[2] > 15 && three == 90,
 		"thick slices lie across any axis (%zu %zu %zu)", along[0], along[1], along[2]);
+}
+
+/* Noise is sharp, and soft along the axis along which it is smoothed. */
+static void soft_axes(void)
+{
+	enum { SIDE = 20 };
+	const size_t n[3] = {SIDE, SIDE, SIDE}, step[3] = {1, SIDE, SIDE * SIDE};
+	struct ct_vol v = {0};
+	bool soft[3], right = true;
+
+	must(ct_vol_alloc(&v, n, &err));
+	for (int axis = -1; axis < 3; axis++) {
+		ct_rng_normals(ct_vol_count(&v), v.data, 3, 1, 0);
+		for (int twice = 0; axis >= 0 && twice < 2; twice++)
+			for (size_t i = 0; i + step[axis] < ct_vol_count(&v); i++)
+				v.data[i] += v.data[i + step[axis]];
+		ct_example_soft(soft, &v);
+		for (int a = 0; a < 3; a++)
+			right = right && soft[a] == (a == axis);
+	}
+	OK(right, "a volume is soft along the axis along which it is smoothed");
+	ct_vol_free(&v);
 }
 
 static void examples(void)
@@ -464,6 +493,7 @@ static void examples(void)
 	must(ct_vol_alloc(&v, n, &err));
 	texture(v.data, n, 21);
 	thick_slices(&rule);
+	soft_axes();
 	must(ct_example_alloc(&a, &v, &rule, 3, &env, &err));
 	must(ct_example_alloc(&b, &v, &rule, 3, &env, &err));
 	OK(a.n[0] == 24 && a.n[1] == 24 && a.n[2] == 24 &&

@@ -64,6 +64,7 @@ static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct
 struct group {
 	struct job *j;
 	const struct ct_vol *v;
+	struct ct_example_rule rule;
 	struct ct_example *example;
 	int *rc;
 	uint64_t first;
@@ -75,19 +76,20 @@ static void make(void *arg, size_t i, size_t worker)
 	struct group *g = arg;
 
 	(void)worker;
-	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes,
-		&g->j->rule, g->first + i, &g->j->env, &g->e[i]);
+	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes, &g->rule,
+		g->first + i, &g->j->env, &g->e[i]);
 }
 
 /* Add the examples of a volume. */
 static int add(struct job *j, struct lessons *l, const struct ct_vol *v, uint64_t first, size_t n,
 	struct ct_err *e)
 {
-	struct group g = {.j = j, .v = v, .first = first};
+	struct group g = {.j = j, .v = v, .rule = j->rule, .first = first};
 	int rc = -1;
 
 	if (ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
 		goto out;
+	ct_example_soft(g.rule.soft, v);
 	g.example = l->example + l->n;
 	ct_par_for(j->env.par, n, make, &g);
 	rc = ct_check_stop(&j->env, e);
@@ -110,8 +112,24 @@ out:
 	return rc;
 }
 
-static int learn_from(struct job *j, struct lessons *l, const char *path, uint64_t first,
-	struct ct_meta *meta, struct ct_err *e)
+/* Where the numbers of its examples begin: by what it holds, so that they are the same ones beside
+ * any others. */
+static int first_of(uint64_t *first, const struct ct_vol *v, struct ct_err *e)
+{
+	const struct ct_piece all = {v->data, ct_vol_count(v) * sizeof *v->data};
+	struct ct_meta m = {0};
+	char digits[9] = "";
+	int rc = ct_meta_input(&m, "", 1, &all, e);
+
+	if (rc == 0)
+		memcpy(digits, strrchr(ct_meta_get(&m, CT_META_INPUT), ':') + 1, 8);
+	*first = strtoull(digits, NULL, 16) << 20;
+	ct_meta_free(&m);
+	return rc;
+}
+
+static int learn_from(
+	struct job *j, struct lessons *l, const char *path, struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
 	struct ct_piece *piece = NULL;
@@ -130,11 +148,12 @@ static int learn_from(struct job *j, struct lessons *l, const char *path, uint64
 	memset(more + l->n, 0, names.n * each * sizeof *more);
 	for (size_t i = 0; i < names.n; i++) {
 		struct ct_vol v = {0};
+		uint64_t first;
 
 		ct_progress(&j->env, "examples", i, names.n);
 		if (ct_vol_read(names.path[i], &v, e) || ct_vol_check_finite(&v, e) ||
-			to_hu(j, &v, names.path[i], e) ||
-			add(j, l, &v, first + i * each, each, e)) {
+			to_hu(j, &v, names.path[i], e) || first_of(&first, &v, e) ||
+			add(j, l, &v, first, each, e)) {
 			ct_vol_free(&v);
 			goto out;
 		}
@@ -195,14 +214,14 @@ static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 	int rc;
 
 	for (size_t i = 0; i < j->p->data.n; i++)
-		if (learn_from(j, &j->data, j->p->data.v[i], (uint64_t)i << 20, &data->input[i], e))
+		if (learn_from(j, &j->data, j->p->data.v[i], &data->input[i], e))
 			return -1;
 	if (j->data.n == 0)
 		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->data.v[0]);
 	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
 	if (!j->p->validate)
 		return 0;
-	rc = learn_from(j, &j->held, j->p->validate, (uint64_t)1 << 36, &held, e);
+	rc = learn_from(j, &j->held, j->p->validate, &held, e);
 	ct_meta_free(&held);
 	if (rc == 0 && j->held.n == 0)
 		rc = ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
