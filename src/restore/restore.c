@@ -125,21 +125,20 @@ static double weight_of(const struct block *b, const struct ct_restore_rule *rul
 	return rule->cap > 0 ? w / (1 + square / (rule->cap * rule->cap)) : w;
 }
 
-/* x += w h over the block of s^3 voxels at `at`; the sum of (w h)^2. */
-static double add(struct ct_vol *x, const struct ct_guess *g, const size_t at[3], size_t s,
-	const struct ct_restore_rule *rule)
+/* Of the block of s^3 voxels at `at`. */
+static struct block block_of(
+	const struct ct_guess *g, const size_t n[static 3], const size_t at[static 3], size_t s)
 {
 	const double axes = (double)g->axes;
 	struct block b = {0};
 	size_t to[3];
-	double w;
 
 	for (int a = 0; a < 3; a++)
-		to[a] = at[a] + s < x->n[a] ? at[a] + s : x->n[a];
+		to[a] = at[a] + s < n[a] ? at[a] + s : n[a];
 	for (size_t k = at[2]; k < to[2]; k++)
 		for (size_t j = at[1]; j < to[1]; j++)
 			for (size_t i = at[0]; i < to[0]; i++) {
-				const size_t v = (k * x->n[1] + j) * x->n[0] + i;
+				const size_t v = (k * n[1] + j) * n[0] + i;
 				const double h = (double)g->h[v] / axes;
 
 				b.count++;
@@ -149,15 +148,80 @@ static double add(struct ct_vol *x, const struct ct_guess *g, const size_t at[3]
 						((double)g->square[v] - axes * h * h) / (axes - 1),
 						0);
 			}
-	w = weight_of(&b, rule);
-	for (size_t k = at[2]; k < to[2]; k++)
-		for (size_t j = at[1]; j < to[1]; j++)
-			for (size_t i = at[0]; i < to[0]; i++) {
-				const size_t v = (k * x->n[1] + j) * x->n[0] + i;
+	return b;
+}
 
-				x->data[v] += (float)(w * (double)g->h[v] / axes);
+/* Of the m blocks of s voxels along an axis, that whose centre is the last one at voxel i or before
+ * it; *part: how much of the way to the next it is. */
+static size_t between(double *part, size_t i, size_t s, size_t m)
+{
+	const double at = ((double)i + 0.5) / (double)s - 0.5;
+	const double within = fmin(fmax(at, 0), (double)(m - 1));
+
+	*part = within - floor(within);
+	return (size_t)within;
+}
+
+/* x += w h, the weights w of the blocks (m of them) linear between their centres; the sum of
+ * (w h)^2. `row` holds m[0] values. */
+static double add(struct ct_vol *x, const struct ct_guess *g, const float *w, float *row,
+	const size_t m[static 3], size_t s)
+{
+	const double axes = (double)g->axes;
+	double sum = 0, part[3];
+
+	for (size_t k = 0; k < x->n[2]; k++)
+		for (size_t j = 0; j < x->n[1]; j++) {
+			float *to = x->data + (k * x->n[1] + j) * x->n[0];
+			const float *h = g->h + (to - x->data);
+			const size_t c = between(&part[2], k, s, m[2]);
+			const size_t b = between(&part[1], j, s, m[1]);
+			const size_t up = part[2] > 0 ? m[0] * m[1] : 0,
+				     on = part[1] > 0 ? m[0] : 0;
+
+			for (size_t a = 0; a < m[0]; a++) {
+				const float *q = w + (c * m[1] + b) * m[0] + a;
+
+				row[a] = (float)((1 - part[2]) * ((1 - part[1]) * (double)q[0] +
+									 part[1] * (double)q[on]) +
+						 part[2] * ((1 - part[1]) * (double)q[up] +
+								   part[1] * (double)q[up + on]));
 			}
-	return w * w * b.square;
+			for (size_t i = 0; i < x->n[0]; i++) {
+				const size_t a = between(&part[0], i, s, m[0]);
+				const double next = part[0] > 0 ? (double)row[a + 1] : 0;
+				const double more =
+					((1 - part[0]) * (double)row[a] + part[0] * next) *
+					(double)h[i] / axes;
+
+				to[i] += (float)more;
+				sum += more * more;
+			}
+		}
+	return sum;
+}
+
+/* What is expected, by the weights of its blocks; *square: the sum of its squares. */
+static int add_all(double *square, struct ct_vol *x, const struct ct_guess *g, size_t s,
+	const struct ct_restore_rule *rule, struct ct_err *e)
+{
+	const size_t m[3] = {(x->n[0] + s - 1) / s, (x->n[1] + s - 1) / s, (x->n[2] + s - 1) / s};
+	float *w, *to;
+
+	if (ct_alloc(&w, m[0] * m[1] * m[2] + m[0], sizeof *w, e))
+		return -1;
+	to = w;
+	for (size_t k = 0; k < m[2]; k++)
+		for (size_t j = 0; j < m[1]; j++)
+			for (size_t i = 0; i < m[0]; i++) {
+				const struct block b = block_of(
+					g, x->n, (const size_t[3]){i * s, j * s, k * s}, s);
+
+				*to++ = (float)weight_of(&b, rule);
+			}
+	*square = add(x, g, w, to, m, s);
+	free(w);
+	return 0;
 }
 
 /* The nearest volume that agrees with lo, exactly or up to its noise. */
@@ -192,7 +256,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 {
 	struct ct_scene s = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}};
 	const size_t count = ct_vol_count(x);
-	size_t factor, at[3];
+	size_t factor;
 	double square = 0;
 	struct ct_guess g = {.v = std};
 	int rc = -1;
@@ -209,10 +273,8 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 		memset(std, 0, count * sizeof *std);
 	if (expect(&g, std, &s, factor, prior, rule, report, env, e))
 		goto out;
-	for (at[2] = 0; at[2] < x->n[2]; at[2] += factor)
-		for (at[1] = 0; at[1] < x->n[1]; at[1] += factor)
-			for (at[0] = 0; at[0] < x->n[0]; at[0] += factor)
-				square += add(x, &g, at, factor, rule);
+	if (add_all(&square, x, &g, factor, rule, e))
+		goto out;
 	report->added = sqrt(square / (double)count);
 	if (!isfinite(square)) {
 		ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");

@@ -1,10 +1,11 @@
 /* restore.h: a volume that a solver made of an LR scan, and what the slice prior adds.
  *
  *   h   what the prior expects the volume to lack (predict.h)
- *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2), h2 the mean of h^2 over the s^3 voxels
- *       about it and a2 that of the variance among the axes: large corrections are those of
- *       scenes unlike the training's, small ones and those on which slices of different axes do
- *       not agree are as often wrong, so all three are made with caution
+ *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2) at the centres of blocks of s^3 voxels,
+ *       linear between them; h2 is the mean of h^2 over the block and a2 that of the variance
+ *       among the axes: large corrections are those of scenes unlike the training's, small ones
+ *       and those on which slices of different axes do not agree are as often wrong, so all
+ *       three are made with caution
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, up to it
  *

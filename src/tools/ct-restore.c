@@ -51,7 +51,7 @@ static const struct ct_opt opts[] = {
 		"take W times what the prior expects"),
 	CT_OPT(struct params, doubt, 0, "doubt", "X", 0, 1000,
 		"take less of it where slices across different axes do not agree, X times as much; "
-		"0.8 by default, and 0 where the operator aliases or IN has noise"),
+		"1.2 by default, and 0 where the operator aliases or IN has noise"),
 	CT_OPT(struct params, gate, 0, "gate", "HU", 0, 1e6,
 		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
 		"the operator aliases or IN has noise"),
@@ -155,7 +155,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->rule.noise = j->is.noise;
 	j->rule.weight = j->p->weight;
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
-	j->rule.doubt = !isnan(j->p->doubt) ? j->p->doubt : aliases || j->is.noise > 0 ? 0 : 0.8;
+	j->rule.doubt = !isnan(j->p->doubt) ? j->p->doubt : aliases || j->is.noise > 0 ? 0 : 1.2;
 	j->rule.gate = !isnan(j->p->gate) ? j->p->gate : aliases || j->is.noise > 0 ? 0 : 15;
 	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliases ? 0 : 250;
 	return parse_axes(j->rule.axes, j->p->axes, e);
