@@ -101,6 +101,20 @@ ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
 exits 0 'or whose edges do not say it' ct-restore --estimate -x 4 -p p.safetensors flat.nii w.nii
 has err 'flat.nii: its edges do not tell how it was reduced: nothing is added' 'is refined alone'
 exits 3 'and tells no error' ct-restore --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
+
+# thick slices, by the prior that is shipped
+known=$builddir/slices.safetensors
+ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean truth.nii thick.nii && ct-upsample -q thick.nii thin.nii
+exits 0 'slices four times as thick' ct-restore -q -p "$known" thick.nii thin-p.nii
+awk "BEGIN{exit !($(psnr truth.nii thin-p.nii) > $(psnr truth.nii thin.nii) + 0.5)}"
+ok $? "gain ($(psnr truth.nii thin.nii), $(psnr truth.nii thin-p.nii) dB)"
+ct-degrade -q -x 1,1,4 truth.nii well.nii && ct-upsample -q well.nii up-well.nii
+exits 0 'those that are well sampled' ct-restore -f -p "$known" well.nii well-p.nii
+has err 'well.nii: thick slices that are well sampled lack little: nothing is added$' 'are refined alone'
+ct-metrics --json up-well.nii well-p.nii | grep -q '"max-hu": 0[,.]'; ok $? 'to what the solver makes'
+exits 3 'are not added to' ct-restore --start up-well.nii -p "$known" well.nii x.nii
+exits 0 'unless it is asked for' ct-restore -q -w 1 --start up-well.nii -p "$known" well.nii well-w.nii
+! ct-metrics --json up-well.nii well-w.nii | grep -q '"max-hu": 0[,.]'; ok $? 'which is something else'
 exits 0 'it tells what it will take' ct-restore --dry-run -p p.safetensors lo.nii x.nii
 [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 done_testing

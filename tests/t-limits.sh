@@ -64,7 +64,7 @@ ct-sr class -1 65535 -1
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
-ct-restore weight 0 10 1
+ct-restore weight 0 10 -
 ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -

@@ -25,7 +25,7 @@ struct params {
 
 static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)NAN},
 	.axes = "xyz",
-	.weight = 1,
+	.weight = (double)NAN,
 	.tolerance = 0.1,
 	.doubt = (double)NAN,
 	.gate = (double)NAN,
@@ -48,7 +48,8 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"prior of slices, safetensors; by default slices.safetensors where it is installed"),
 	CT_OPT(struct params, weight, 'w', "weight", "W", 0, 10,
-		"take W times what the prior expects"),
+		"take W times what the prior expects; 1 by default, and nothing of thick slices (one "
+		"axis refined) that are well sampled"),
 	CT_OPT(struct params, doubt, 0, "doubt", "X", 0, 1000,
 		"take less of it where slices across different axes do not agree, X times as much; "
 		"1.2 by default, and 0 where the operator aliases or IN has noise"),
@@ -118,10 +119,21 @@ out:
 	return rc;
 }
 
+/* The solver alone will do. */
+static int leave(struct job *j, const char *why, const char *option, struct ct_err *e)
+{
+	if (j->p->start || j->p->std)
+		return ct_fail(e, CT_EINPUT, "%s: %s: %s", j->p->lr.in, why, option);
+	ct_log(j->env, CT_WARN, "%s: %s: nothing is added", j->p->lr.in, why);
+	j->alone = true;
+	return 0;
+}
+
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
 	double aliasing = 0;
+	int coarse = 0;
 	bool aliases;
 
 	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e))
@@ -129,16 +141,8 @@ static int settle(struct job *j, struct ct_err *e)
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	if (!j->is.known && (j->p->start || j->p->std))
-		return ct_fail(e, CT_EINPUT,
-			"%s: its edges do not tell how it was reduced: --sigma", j->p->lr.in);
-	j->alone = !j->is.known;
-	if (j->alone) {
-		ct_log(j->env, CT_WARN,
-			"%s: its edges do not tell how it was reduced: nothing is added",
-			j->p->lr.in);
-		return 0;
-	}
+	if (!j->is.known)
+		return leave(j, "its edges do not tell how it was reduced", "--sigma", e);
 	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
 		return ct_fail(e, CT_EGEOM, "%s: the prior knows no factors %g,%g,%g", j->p->lr.in,
 			j->is.by.factor[0], j->is.by.factor[1], j->is.by.factor[2]);
@@ -150,11 +154,14 @@ static int settle(struct job *j, struct ct_err *e)
 				ct_degrade_cover(j->in.n[a], j->is.by.factor[a]), a, e))
 			return -1;
 		aliasing = fmax(aliasing, share);
+		coarse += j->is.by.factor[a] > 1;
 	}
 	j->rule.by = j->is.by;
 	j->rule.noise = j->is.noise;
-	j->rule.weight = j->p->weight;
+	j->rule.weight = isnan(j->p->weight) ? 1 : j->p->weight;
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
+	if (coarse == 1 && !aliases && isnan(j->p->weight))
+		return leave(j, "thick slices that are well sampled lack little", "--weight", e);
 	j->rule.doubt = !isnan(j->p->doubt) ? j->p->doubt : aliases || j->is.noise > 0 ? 0 : 1.2;
 	j->rule.gate = !isnan(j->p->gate) ? j->p->gate : aliases || j->is.noise > 0 ? 0 : 15;
 	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliases ? 0 : 250;
