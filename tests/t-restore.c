@@ -558,6 +558,54 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	free(v);
 }
 
+/* How far voxel i is from the centre of block b of four, in blocks; beyond the first and the last
+ * centre as there. */
+static double away(size_t i, size_t b)
+{
+	const double at = fmin(fmax((double)i, 1.5), N - 2.5);
+
+	return fmin(fabs(at - (4 * (double)b + 1.5)) / 4, 1);
+}
+
+/* RMS of what is to be added to y: weights by the definition, between the centres by tents. */
+static double added(
+	const struct ct_slice_prior *p, const struct ct_restore_rule *rule, const struct ct_vol *y)
+{
+	enum { M = N / 4 };
+	struct ct_scene s = {.x = y->data,
+		.n = {N, N, N},
+		.coarse = {true, true, true},
+		.regime = {.sigma = rule->by.sigma[0] / 4}};
+	struct ct_guess g = {.h = calloc(2 * COUNT, sizeof(float))};
+	struct ct_env env = {0};
+	double w[M * M * M] = {0}, square[M * M * M] = {0}, apart[M * M * M] = {0}, sum = 0;
+	size_t looked = 0, cells = 0;
+
+	g.square = g.h + COUNT;
+	must(ct_predict(&g, &s, &p->r[0], rule->axes, &looked, &cells, &env, &err));
+	for (size_t i = 0; i < COUNT; i++) {
+		const size_t b = (i / N / N / 4 * M + i / N % N / 4) * M + i % N / 4;
+		const double h = (double)g.h[i] / 3;
+
+		square[b] += h * h / 64;
+		apart[b] += fmax((double)g.square[i] - 3 * h * h, 0) / 2 / 64;
+	}
+	for (size_t b = 0; b < (size_t)M * M * M; b++)
+		w[b] = rule->weight * square[b] /
+		       (square[b] + rule->doubt * apart[b] + rule->gate * rule->gate) /
+		       (1 + square[b] / (rule->cap * rule->cap));
+	for (size_t i = 0; i < COUNT; i++) {
+		double at = 0;
+
+		for (size_t b = 0; b < (size_t)M * M * M; b++)
+			at += w[b] * (1 - away(i % N, b % M)) * (1 - away(i / N % N, b / M % M)) *
+			      (1 - away(i / N / N, b / M / M));
+		sum += pow(at * (double)g.h[i] / 3, 2) / COUNT;
+	}
+	free(g.h);
+	return sqrt(sum);
+}
+
 static void restoring(void)
 {
 	struct ct_slice_prior p = {.n = 1};
@@ -610,6 +658,13 @@ static void restoring(void)
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.added > sum, "which one axis does with itself (%.3g HU)", got.added);
 	rule.axes[1] = rule.axes[2] = true;
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.doubt = 0.8;
+	rule.gate = 0.5 * sum;
+	rule.cap = 4 * sum;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	NEAR(got.added, added(&p, &rule, &y), 1e-5 * got.added,
+		"weights are those of blocks, linear between their centres");
 	rule.doubt = 0;
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.gate = 0;
