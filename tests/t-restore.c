@@ -558,8 +558,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	free(v);
 }
 
-/* How far voxel i is from the centre of block b of four, in blocks; beyond the first and the last
- * centre as there. */
+/* How far voxel i is from the centre of block b of four, in blocks; beyond the last as there. */
 static double away(size_t i, size_t b)
 {
 	const double at = fmin(fmax((double)i, 1.5), N - 2.5);
@@ -665,11 +664,9 @@ static void restoring(void)
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	NEAR(got.added, added(&p, &rule, &y), 1e-5 * got.added,
 		"weights are those of blocks, linear between their centres");
-	rule.doubt = 0;
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
-	rule.gate = 0;
+	rule.doubt = rule.gate = rule.cap = 0;
 	rule.noise = 200;
-	rule.cap = 0;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
