@@ -1,5 +1,6 @@
 /* t-gsfit.c: a residual made of known signed Gaussians is found again from its projections. */
 #include "config.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/fit-state.h"
@@ -7,6 +8,7 @@
 #include "gs/place.h"
 #include "gs/refit.h"
 #include "xray/project.h"
+#include "alarm.h"
 #include "tap.h"
 
 #include <signal.h>
@@ -244,6 +246,55 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 	ct_tensors_free(&st.state);
 	ct_fit_free(&whole);
 	ct_fit_free(&alone);
+	ct_fit_free(&part);
+}
+
+/* Stopped again and again, at any time, and continued from what was saved: the same bytes. */
+static void any_time(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = {
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
+	struct ct_env timed = *env;
+	struct stopper st = {0};
+	struct ct_fit_options o;
+	struct ct_fit whole, part;
+	size_t stops = 0, within = 0;
+	double start, each;
+	int rc;
+
+	options(&o, CT_PRELU);
+	o.iterations = 240;
+	o.densify_from = 0; /* and where their number changes */
+	o.densify_every = 20;
+	o.checkpoint_every = 0;
+	o.refit = 2;
+	must(ct_fit_init(&whole, &o, &d, env, &err));
+	start = ct_clock_wall();
+	must(ct_fit_run(&whole, &d, env, &err));
+	each = (ct_clock_wall() - start) / (double)o.iterations;
+	timed.stop = &alarm_rang;
+	do {
+		size_t from;
+
+		must(ct_fit_init(&part, &o, &d, env, &err));
+		if (st.state.n)
+			must(ct_fit_state_unpack(&part, &st.state, &err));
+		part.save = keep;
+		part.ctx = &st;
+		from = part.g.step;
+		alarm_in(1e-6 + 12 * each * ct_rng_uniform(5, 1, stops));
+		rc = ct_fit_run(&part, &d, &timed, &err);
+		alarm_in(0);
+		within += rc && part.g.step > from;
+		stops += rc != 0;
+		if (rc)
+			ct_fit_free(&part);
+	} while (rc && err.code == CT_ESTOP && stops < 2000);
+	OK(rc == 0 && within > 5 && same(&whole, &part) &&
+			memcmp(&whole.error, &part.error, sizeof whole.error) == 0,
+		"stopped %zu times at any time: the same bytes", stops);
+	ct_tensors_free(&st.state);
+	ct_fit_free(&whole);
 	ct_fit_free(&part);
 }
 
@@ -584,6 +635,7 @@ int main(void)
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);
+	any_time(&s, &env);
 	not_finite(&s, &env);
 	ct_vol_free(&s.base);
 	ct_stack_free(&s.base_proj);

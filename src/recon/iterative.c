@@ -103,10 +103,11 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 	invert(r, r->rows, r->m);
 	invert(r, cols, r->n);
 	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
-	for (; r->report->iterations < r->rule->iterations; r->report->iterations++) {
+	for (;; r->report->iterations++) {
 		if (begin(r, e) || misfit(r->q, r, x, e))
 			goto out;
-		if (r->report->residual < r->rule->tolerance)
+		if (r->report->residual < r->rule->tolerance ||
+			r->report->iterations >= r->rule->iterations)
 			break;
 		weigh(r);
 		if (ct_linear_adjoint(r->a, g, r->q, r->env, e))
@@ -223,7 +224,7 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 		if (r->report->residual < r->rule->tolerance)
 			break;
 	}
-	rc = 0;
+	rc = misfit(r->q, r, x, e);
 out:
 	free(f.ahead);
 	free(f.g);

@@ -253,7 +253,8 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 			rc = ct_check_stop(env, e);
 	}
 	ct_progress(env, "iterations", rule->iterations, rule->iterations);
-	ct_par_for(env->par, j.n[2], expand_plane, &j);
+	if (rc == 0 || !near)
+		ct_par_for(env->par, j.n[2], expand_plane, &j);
 out:
 	job_free(&j);
 	return rc;
