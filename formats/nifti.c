@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/hash.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "formats/io.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"

@@ -3,8 +3,10 @@ import os
 import sys
 
 import numpy as np
+from pydicom import dcmread
 from pydicom.dataset import FileDataset, FileMetaDataset
-from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
+from pydicom.encaps import encapsulate
+from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, RLELossless, generate_uid
 
 COLUMNS, ROWS, SLICES = 12, 10, 9
 GAP, PITCH = 2.5, (0.75, 0.5)  # PixelSpacing: between rows, between columns
@@ -74,6 +76,16 @@ def write(path, name, k, series, position=None, **tags):
     d.save_as(path, write_like_original=False)
 
 
+def bomb(path, k):
+    """A picture that says it is large, in RLE: 9 of them are a gigabyte."""
+    write(path, "axial", k, "1.2.3.18", Rows=8000, Columns=8000)
+    d = dcmread(path)
+    d.file_meta.TransferSyntaxUID = RLELossless
+    d.PixelData = encapsulate([b"\2" + b"\0" * 3 + b"\x40" + b"\0" * 3 + b"\x80" + b"\0" * 55 + b"\x81\0" * 64])
+    d["PixelData"].VR, d["PixelData"].is_undefined_length = "OB", True
+    d.save_as(path, write_like_original=False)
+
+
 def make():
     for name in (*AXES, "reversed", "padded"):
         for k in range(SLICES):
@@ -93,6 +105,7 @@ def make():
         write("mr/%d.dcm" % k, "axial", k, "1.2.3.13", Modality="MR")
         write("cutoff/%d.dcm" % k, "axial", k, "1.2.3.14")
         write("norescale/%d.dcm" % k, "axial", k, "1.2.3.15", RescaleSlope=None)
+        bomb("bomb/%d.dcm" % k, k)
     write("twice/again.dcm", "axial", 3, "1.2.3.10")
     write("matrices/8.dcm", "axial", 8, "1.2.3.12", Rows=5, PixelData=b"\0" * (2 * 5 * COLUMNS))
     with open("cutoff/4.dcm", "r+b") as f:

@@ -52,6 +52,7 @@ refused 5 matrices 'matrices'
 refused 3 mr "modality is 'MR'"
 refused 3 cutoff 'cannot be decoded\|damaged\|truncated'
 refused 3 norescale 'RescaleSlope'
+refused 3 bomb '1152000000 or more.*--expand'
 [ ! -e d.nii ]; ok $? 'no file is left'
 exits 3 'a DICOM file without a picture' ct-convert nopicture/x.dcm d.nii
 done_testing

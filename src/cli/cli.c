@@ -8,7 +8,7 @@
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "core/simd.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 
 #include <errno.h>
 #include <locale.h>

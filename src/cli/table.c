@@ -1,7 +1,7 @@
 /* table.c: see table.h. */
 #include "config.h"
 #include "cli/table.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -17,7 +17,7 @@ static const struct ct_opt common_opts[] = {
 		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
 		"processors this process may use. The output is the same for any N"),
 	CT_OPT(struct ct_common, expand, 0, "expand", "N", 0, 100000,
-		"refuse gzip and EXR files that become more than 1 GiB and N times as large; 0 refuses "
+		"refuse compressed files that become more than 1 GiB and N times as large; 0 refuses "
 		"none"),
 	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
 		"overwrite existing output files, as in a rule of make"),

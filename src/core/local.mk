@@ -1,5 +1,6 @@
 libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
+libct_a_SOURCES += src/core/inflate.c src/core/inflate.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
 libct_a_SOURCES += src/core/env.c src/core/env.h src/core/linear.h

@@ -29,7 +29,8 @@ struct ct_slice {
 	bool scaled;        /* has RescaleSlope and RescaleIntercept */
 	double slope, intercept;
 	bool padded;
-	double padding[2]; /* stored values from, to that are no measurement */
+	double padding[2];     /* stored values from, to that are no measurement */
+	double bytes, claimed; /* of the file; of its pictures, by what it says of them */
 };
 
 /* Order by series number, then UID, then instance. */

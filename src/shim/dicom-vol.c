@@ -1,9 +1,11 @@
 /* dicom-vol.c: a series to a volume. See dicom.h. */
 #include "config.h"
 #include "core/env.h"
+#include "core/inflate.h"
 #include "core/vol.h"
 #include "shim/dicom.h"
 
+#include <math.h>
 #include <string.h>
 
 static void list(const struct ct_slice *s, size_t n, const struct ct_env *env)
@@ -27,6 +29,20 @@ static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env 
 				"positions are taken to be in one");
 			return;
 		}
+}
+
+/* Pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
+static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
+{
+	double from = 0, to = 0;
+
+	for (size_t k = 0; k < n; k++) {
+		from += s[k].bytes;
+		to += s[k].claimed;
+	}
+	return ct_inflate_check((uint64_t)fmin(from, 1e18), (uint64_t)fmin(to, 1e18), e)
+		       ? ct_blame(e, s->path)
+		       : 0;
 }
 
 static int fill(
@@ -61,7 +77,8 @@ int ct_dicom_read(const char *const *paths, size_t n, const char *which, struct 
 	if (ct_slices_pick(s, total, which, &first, &count, e)) {
 		list(s, total, env);
 		ct_blame(e, paths[0]);
-	} else if (ct_slices_grid(s + first, count, v->affine, e) == 0) {
+	} else if (check_size(s + first, count, e) == 0 &&
+		   ct_slices_grid(s + first, count, v->affine, e) == 0) {
 		v->n[2] = count;
 		warn_frames(s + first, count, env);
 		rc = fill(v, s + first, env, e);

@@ -107,6 +107,10 @@ void describe(vtkDICOMMetaData *m, ct_slice *s)
 	s->columns = count_of(m->Get(DC::Columns), 0);
 	s->rows = count_of(m->Get(DC::Rows), 0);
 	s->frames = count_of(m->Get(DC::NumberOfFrames), 1);
+	s->claimed = static_cast<double>(s->columns) * static_cast<double>(s->rows) *
+		     static_cast<double>(s->frames) *
+		     static_cast<double>(count_of(m->Get(DC::SamplesPerPixel), 1)) *
+		     static_cast<double>((count_of(m->Get(DC::BitsAllocated), 16) + 7) / 8);
 	s->placed = numbers(m->Get(DC::ImagePositionPatient), s->position, 3) &&
 		    numbers(m->Get(DC::ImageOrientationPatient), iop, 6) &&
 		    numbers(m->Get(DC::PixelSpacing), spacing, 2);
@@ -171,6 +175,7 @@ int add(Found &found, const std::string &path, bool named, ct_err *e)
 					  : "a DICOM file without a picture");
 	}
 	describe(m, &s);
+	s.bytes = static_cast<double>(fs::file_size(path));
 	s.path = strdup(path.c_str());
 	if (!s.path)
 		throw std::bad_alloc();

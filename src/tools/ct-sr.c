@@ -3,7 +3,7 @@
 #include "cli/chain.h"
 #include "cli/cli.h"
 #include "formats/format.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "formats/io.h"
 #include "restore/restore.h"
 #include "tools/prior-file.h"
