@@ -104,13 +104,13 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 	invert(r, cols, r->n);
 	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
 	for (;; r->report->iterations++) {
-		if (begin(r, e) || misfit(r->q, r, x, e))
+		if (misfit(r->q, r, x, e))
 			goto out;
 		if (r->report->residual < r->rule->tolerance ||
 			r->report->iterations >= r->rule->iterations)
 			break;
 		weigh(r);
-		if (ct_linear_adjoint(r->a, g, r->q, r->env, e))
+		if (begin(r, e) || ct_linear_adjoint(r->a, g, r->q, r->env, e))
 			goto out;
 		ct_passes_run(CT_SIMD(ct_vector_correct), r->n, &step, r->env->par);
 	}
