@@ -12,11 +12,13 @@ at the end, is a mutant that does not compile, or of which the compiler makes th
 object of the library and the commands: no test can notice (it is not compiled on this machine, too).
 Not drawn are the size of an array and a number that adds to the room of an allocation, the range in the
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
-error. A test that runs five times as long as it should has noticed; one that fails without the change,
-too, has not. An index beyond an array of known size counts as noticed (the copy is built with
--fsanitize=bounds). A line that no test runs is left to those that run the nearest one above it. --at
-takes the mutants of these lines instead of random ones, or just that which is WORD, or those that hold it;
---also runs these tests first.
+error. A test has noticed that fails twice with the change and passes without it (one that took two or
+three attempts to pass is to fail as often and once more), takes five times the CPU it should, or hangs; one
+that came to no end for want of CPU leaves the mutant unknown, which is not counted. An index beyond an array
+of known size counts as noticed (the copy is built with -fsanitize=bounds). A line that no test runs is left
+to those that run the nearest one above it. --at takes the mutants of these lines instead of random ones, or
+just that which is WORD, or those that hold it; --also runs these tests first.
+A survivor that doc/mutation.md lists is known to change nothing that is computed, and told apart.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
@@ -129,7 +131,7 @@ class Place:
 
     def __init__(self, build, coverage, jobs, budget):
         known = json.load(open(os.path.join(coverage, 'lines.json')))
-        self.files, self.tests, self.sane = known['files'], known['tests'], {}
+        self.files, self.tests, self.attempts = known['files'], known['tests'], {}
         self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
         self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
@@ -191,31 +193,34 @@ class Place:
             rest.pop()
         return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
 
-    def limit(self, name):
-        return 20 + 5 * self.tests.get(name, {'seconds': 30})['seconds']
-
     def fails(self, name):
-        return self.suite.test(name, self.limit(name)) not in (0, 77)
+        """Does it? It is 'unknown' if that was not told in time."""
+        status, _ = self.suite.test(name, 5 + 5 * self.tests.get(name, {'seconds': 30})['seconds'])
+        return status if status == 'unknown' else status not in (0, 77)
 
-    def passes(self, name):
-        """Does the test pass without a change? Asked once."""
-        if name not in self.sane:
-            self.suite.make([name])
-            self.sane[name] = not self.fails(name)
-            if not self.sane[name]:
-                print('# %s fails without a change: not counted' % name)
-        return self.sane[name]
+    def sane(self, name):
+        """How many attempts does the test take to pass without a change? 0 if three are too few."""
+        self.suite.make([name])
+        found = [i for i in range(1, 4) if self.fails(name) is False][:1]
+        if not found:
+            print('# %s fails without a change: not counted' % name, flush=True)
+        return found[0] if found else 0
 
-    def first_to_fail(self, tests):
-        """(does it compile, the first test to fail) with what is changed."""
+    def first_to_notice(self, tests):
+        """(does it compile, the first test to notice or, if one is, 'unknown') with what is changed."""
+        unknown = None
         for i in range(0, len(tests), GROUP):
-            group = [t for t in tests[i:i + GROUP] if self.sane.get(t, True)]
+            group = [t for t in tests[i:i + GROUP] if self.attempts.get(t, 1)]
             if not self.suite.make(group):
                 return False, None
             for t in group:
-                if self.fails(t):
+                told = [self.fails(t)]
+                while told[-1] is True and len(told) <= self.attempts.get(t, 1):
+                    told.append(self.fails(t))
+                if all(told) and 'unknown' not in told:
                     return True, t
-        return True, None
+                unknown = 'unknown' if 'unknown' in told else unknown
+        return True, unknown
 
     def try_line(self, path, number, line, also):
         """(does it compile into something else, the test that notices)."""
@@ -229,12 +234,22 @@ class Place:
             try:
                 open(whole, 'w').write('\n'.join(rows))
                 changes = self.compiled(path) not in (None, self.plain[path])
-                changes, by = self.first_to_fail(tests) if changes else (False, None)
+                changes, by = self.first_to_notice(tests) if changes else (False, None)
             finally:
                 open(whole, 'w').write(was)
-            if not by or self.passes(by):
+            if by in (None, 'unknown') or by in self.attempts:
                 return changes, by
-            tests = tests[tests.index(by) + 1:]
+            self.attempts[by] = self.sane(by)
+            if self.attempts[by] == 1:
+                return changes, by
+            tests = tests[tests.index(by):]
+
+
+def equivalents():
+    """(path, changed line) -> why it changes nothing, of the list in doc/mutation.md."""
+    text = open(os.path.join(TOP, 'doc/mutation.md')).read()
+    return {(path, line): ' '.join(why.split()) for path, line, why in
+            re.findall(r'^- `([^`]+)` `([^`]+)`: ((?:.+\n)+?)(?=^- |^$)', text + '\n', re.M)}
 
 
 def candidates(o):
@@ -283,31 +298,39 @@ def main():
     p.add_argument('--coverage', default=os.path.join(TOP, 'build-coverage'))
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
     o = p.parse_args()
-    died, alive, again, began = 0, [], 0, time.time()
+    died, alive, equal, unknown, again, began = 0, [], [], [], 0, time.time()
     place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs,
                                          o.budget)
+    known = equivalents()
     for path, number, line, changed in chosen(o):
-        if not o.at and died + len(alive) >= o.count or \
+        if not o.at and died + len(alive) + len(equal) >= o.count or \
                 o.minutes and time.time() - began > 60 * o.minutes:
             break
+        text = '%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip())
         if o.dry_run:
             died += 1
-            print('%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip()))
+            print(text)
             continue
         changes, by = place.try_line(path, number, changed, o.also.split())
         if not changes:
             again += 1
             continue
-        died += by is not None
-        if by is None:
-            alive.append('%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip()))
-        print('%s %s:%d: %s   %s' % ('died' if by else 'LIVES', path, number, changed.strip(),
-                                     'by ' + by if by else ''), flush=True)
-    total = died + len(alive)
+        why = known.get((path, changed.strip()))
+        died += by not in (None, 'unknown')
+        if by == 'unknown':
+            unknown.append(text)
+        elif by is None:
+            (equal if why else alive).append('%s%s' % (text, why and '\n    ' + why or ''))
+        print('%s %s:%d: %s   %s' % ('unknown' if by == 'unknown' else 'died' if by else 'same' if why else
+                                     'LIVES', path, number, changed.strip(), 'by ' + by if by else ''),
+              flush=True)
+    total = died + len(alive) + len(equal)
     if total and not o.dry_run:
-        print('%d of %d mutants died: %.0f%% (seed %d); %d drawn again' %
-              (died, total, 100 * died / total, o.seed, again))
-        print('survivors:\n' + '\n'.join(alive) if alive else 'no survivor')
+        print('%d of %d mutants died: %.0f%% (seed %d); %d changed nothing: %.0f%% of the others; %d unknown; '
+              '%d drawn again' % (died, total, 100 * died / total, o.seed, len(equal),
+                                  100 * died / max(1, total - len(equal)), len(unknown), again))
+        for what, which in ('survivors', alive), ('survivors that change nothing', equal), ('unknown', unknown):
+            print('\n'.join([what + ':'] + which) if which else 'no ' + what)
     return 0
 
 
