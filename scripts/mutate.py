@@ -12,9 +12,9 @@ at the end, is a mutant that does not compile, or of which the compiler makes th
 object of the library and the commands: no test can notice (it is not compiled on this machine, too).
 Not drawn are the size of an array and a number that adds to the room of an allocation, the range in the
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
-error. A test has noticed that fails twice with the change and passes without it (one that took two or
-three attempts to pass is to fail as often and once more), takes five times the CPU it should, or hangs; one
-that came to no end for want of CPU leaves the mutant unknown, which is not counted. An index beyond an array
+error. A test has noticed that fails with the change and passes without it (one that waits is to fail
+twice, and one that took two or three attempts to pass as often and once more), takes five times the CPU it
+should, or hangs; one that came to no end for want of CPU leaves the mutant unknown, which is not counted. An index beyond an array
 of known size counts as noticed (the copy is built with -fsanitize=bounds). A line that no test runs is left
 to those that run the nearest one above it. --at takes the mutants of these lines instead of random ones, or
 just that which is WORD, or those that hold it; --also runs these tests first.
@@ -42,6 +42,7 @@ ROOM = re.compile(r'\b(?:ct_alloc0?|malloc|calloc|realloc)\(')
 # A row of an option table: the structure, the field, the least and the most.
 ROW = re.compile(r'CT_OPT(?:_IDLE)?\(\s*struct (\w+), (\w+),\s*(?:0|\'.\'),\s*(?:"[^"]*"|NULL),'
                  r'\s*(?:"[^"]*"|NULL),\s*(\S+,\s\S+),')
+WAITS = re.compile(r'\b(sleep|kill|usleep|nanosleep|alarm|seconds)\b')  # a test that a busy machine may fail
 CONDITION = re.compile(r'\b(if|while) \((.*)\)(\s*\{)?$')
 
 
@@ -131,9 +132,12 @@ class Place:
 
     def __init__(self, build, coverage, jobs, budget):
         known = json.load(open(os.path.join(coverage, 'lines.json')))
-        self.files, self.tests, self.attempts = known['files'], known['tests'], {}
+        self.files, self.tests = known['files'], known['tests']
         self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
+        self.kept, self.attempts = os.path.join(build, 'attempts.json'), {}
+        if os.path.exists(self.kept):
+            self.attempts = {k: n for k, (of, n) in json.load(open(self.kept)).items() if of == self.digest(k)}
         self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
         self.there = set(self.suite.names())
         self.parts, self.plain = self.objects(), {}
@@ -193,18 +197,37 @@ class Place:
             rest.pop()
         return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
 
+    def text(self, name):
+        """That of a test."""
+        whole = os.path.join(self.src, 'tests', name)
+        found = [p for p in (whole, whole + '.c', whole + '.cc') if os.path.exists(p)]
+        return open(found[0]).read() if found else ''
+
+    def digest(self, name):
+        """Of the sources and a test."""
+        every = ''.join(f['digest'] for f in self.files.values()) + self.text(name)
+        return hashlib.sha256(every.encode()).hexdigest()
+
     def fails(self, name):
         """Does it? It is 'unknown' if that was not told in time."""
         status, _ = self.suite.test(name, 5 + 5 * self.tests.get(name, {'seconds': 30})['seconds'])
         return status if status == 'unknown' else status not in (0, 77)
 
-    def sane(self, name):
+    def ask(self, name):
         """How many attempts does the test take to pass without a change? 0 if three are too few."""
         self.suite.make([name])
-        found = [i for i in range(1, 4) if self.fails(name) is False][:1]
-        if not found:
+        self.attempts[name] = next((i for i in range(1, 4) if self.fails(name) is False), 0)
+        if not self.attempts[name]:
             print('# %s fails without a change: not counted' % name, flush=True)
-        return found[0] if found else 0
+        json.dump({k: (self.digest(k), n) for k, n in self.attempts.items()}, open(self.kept, 'w'))
+
+    def notices(self, name):
+        """Does it fail as often as tells something? 'unknown' if that is not known."""
+        for _ in range(1 + max(self.attempts.get(name, 1) - 1, WAITS.search(self.text(name)) is not None)):
+            fails = self.fails(name)
+            if fails is not True:
+                return fails
+        return True
 
     def first_to_notice(self, tests):
         """(does it compile, the first test to notice or, if one is, 'unknown') with what is changed."""
@@ -214,12 +237,10 @@ class Place:
             if not self.suite.make(group):
                 return False, None
             for t in group:
-                told = [self.fails(t)]
-                while told[-1] is True and len(told) <= self.attempts.get(t, 1):
-                    told.append(self.fails(t))
-                if all(told) and 'unknown' not in told:
+                notices = self.notices(t)
+                if notices is True:
                     return True, t
-                unknown = 'unknown' if 'unknown' in told else unknown
+                unknown = notices or unknown
         return True, unknown
 
     def try_line(self, path, number, line, also):
@@ -239,7 +260,7 @@ class Place:
                 open(whole, 'w').write(was)
             if by in (None, 'unknown') or by in self.attempts:
                 return changes, by
-            self.attempts[by] = self.sane(by)
+            self.ask(by)
             if self.attempts[by] == 1:
                 return changes, by
             tests = tests[tests.index(by):]
