@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Do the tests notice? Changes one line of src/ or formats/ at a time, builds, and runs the tests that
-run this line, the quickest first, until one fails. Prints the score, and what survived.
+run this line, first those that run most of its file in the least time, until one fails. Prints the score,
+and what survived.
 
     scripts/mutate.py [--seed N] [--count N] [--files GLOB] [--at FILE:LINE[:WORD] ... [--each N]]
                       [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N]
@@ -14,10 +15,10 @@ Not drawn are the size of an array and a number that adds to the room of an allo
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
 error. A test has noticed that fails with the change and passes without it (one that waits is to fail
 twice, and one that took two or three attempts to pass as often and once more), takes five times the CPU it
-should, or hangs; one that came to no end for want of CPU leaves the mutant unknown, which is not counted. An index beyond an array
-of known size counts as noticed (the copy is built with -fsanitize=bounds). A line that no test runs is left
-to those that run the nearest one above it. --at takes the mutants of these lines instead of random ones, or
-just that which is WORD, or those that hold it; --also runs these tests first.
+should, or hangs; one that came to no end for want of CPU leaves the mutant unknown, which is not counted. An
+index beyond an array of known size counts as noticed (the copy is built with -fsanitize=bounds). A line that
+no test runs is left to those that run the nearest one above it. --at takes the mutants of these lines
+instead of random ones, or just that which is WORD, or those that hold it; --also runs these tests first.
 A survivor that doc/mutation.md lists is known to change nothing that is computed, and told apart.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
@@ -25,7 +26,7 @@ import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys
 from suite import Suite, TOP
 
 GROUP = 4  # tests built at a time
-TOOLS = 8  # seconds to link all tools, for a test in shell
+TOOLS, LINK = 4, .5  # seconds to link all tools, for a test in shell; or one
 FLAGS = '-O2 -fsanitize=bounds -fsanitize-undefined-trap-on-error'  # a loop past an array is noticed
 # What is changed into what, outside strings and comments.
 SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\*(?=\s)', '/'),
@@ -190,12 +191,13 @@ class Place:
         return [n for n, t in self.tests.items() if path in t['lines']]
 
     def tests_of(self, path, number, also):
-        """Those that run this line, the quickest first, and what takes all tools later."""
-        seconds = {n: self.tests[n]['seconds'] for n in self.runners(path, number) if n in self.there}
-        rest = [t for t in sorted(seconds, key=seconds.get) if t not in also]
-        while self.budget and sum(seconds[t] for t in rest) > self.budget:
-            rest.pop()
-        return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
+        """Those that run this line, first those that run most of its file in the least time."""
+        cost = {n: self.tests[n]['seconds'] + (TOOLS if n.endswith('.sh') else LINK)
+                for n in self.runners(path, number) if n in self.there and n not in also}
+        tests = sorted(cost, key=lambda n: cost[n] / len(self.tests[n]['lines'].get(path, [0])))
+        while self.budget and len(tests) > 1 and sum(cost[t] for t in tests) > self.budget:
+            tests.pop()
+        return also + tests
 
     def text(self, name):
         """That of a test."""
@@ -312,7 +314,7 @@ def main():
     p.add_argument('--at', nargs='*', default=[], metavar='FILE:LINE[:WORD]')
     p.add_argument('--each', type=int, default=0, help='at most so many of each --at')
     p.add_argument('--budget', type=float, default=0,
-                   help='leave out the slowest tests of a line beyond so many seconds (of make coverage)')
+                   help='leave out the last tests of a line beyond so many seconds (of make coverage)')
     p.add_argument('--also', default='', help='tests to run first')
     p.add_argument('--jobs', type=int, default=os.cpu_count())
     p.add_argument('--build', default=os.path.join(TOP, 'build-mutate'))
