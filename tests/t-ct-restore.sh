@@ -32,9 +32,10 @@ ls kept >made
 ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp p.safetensors.state c.safetensors.state && cmp c.safetensors.state d.safetensors.state; ok $? 'with a cache: the same bytes, made and found'
 [ "$(wc -l <made)" -ge 9 ] && [ "$(ls kept)" = "$(cat made)" ]; ok $? 'which holds an example a file'
-for f in kept/*; do head -c 3000 "$f" >t; mv t "$f"; break; done
+set -- kept/*; head -c 3000 "$1" >t
+while [ $# -gt 1 ]; do mv "$2" "$1"; shift; done; mv t "$1"
 ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
-cmp c.safetensors.state d.safetensors.state; ok $? 'a damaged one is made anew'
+cmp c.safetensors.state d.safetensors.state; ok $? 'damaged ones, and ones of another name, are made anew'
 ct-train -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
 ct-restore -q -p p.safetensors lo.nii a.nii && ct-restore -q -p two.safetensors lo.nii b.nii
 ct-metrics --json a.nii b.nii | grep -q '"max-hu": 0[,.]'; ok $? 'with another prior: the same of its factor'

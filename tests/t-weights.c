@@ -257,6 +257,32 @@ static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool 
 	ct_vol_free(&v);
 }
 
+/* The rows of the voxels next to the source are the farthest apart, wherever it is. */
+static void nearest(void)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, 4});
+
+	for (int side = 0; side < 6; side++)
+		for (int k = 0; k < 2; k++) {
+			struct ct_backprojector b = {0};
+			struct ct_stack s = {0};
+			int axis = side / 2, along = (axis + 2) % 3;
+			double sign = side % 2 ? -1 : 1, pitch = k ? 0.7 : 0.58;
+
+			must(ct_stack_alloc(&s, 1, 4, 4, &err));
+			s.view[0].source[axis] = sign * 100;
+			s.view[0].centre[axis] = -sign * 100;
+			s.view[0].u[(axis + 1) % 3] = 4;
+			s.view[0].v[along] = pitch;
+			must(ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
+			OK(b.line == (k ? along : -1), "rows of %g mm, a source at %g on axis %d",
+				pitch, sign * 100, axis);
+			ct_backprojector_free(&b);
+			ct_stack_free(&s);
+		}
+	ct_vol_free(&v);
+}
+
 /* Offsets within a view are 32 bits; what is no grid or no view. */
 static void refusals(void)
 {
@@ -354,6 +380,7 @@ int main(void)
 	lines(CT_CONE, 1.1e-6, 4, 5, false);
 	lines(CT_PARALLEL, 0, 13.9, 5, true);
 	lines(CT_PARALLEL, 0, 14.1, 5, false);
+	nearest();
 	refusals();
 	filtered(20, 16);
 	filtered(60, 7);
