@@ -159,16 +159,18 @@ class Place:
             os.utime(to)
 
     def objects(self):
-        """file -> objects of the library and the commands that are made of it."""
-        found, b = {}, self.suite.b
+        """file -> objects of the library and the commands that are made of it; and back, their sources."""
+        found, b, self.sources = {}, self.suite.b, {}
         for where, _, names in os.walk(b):
             if not re.match(r'/(src|formats)/.*\.deps$', where[len(b):]):
                 continue
             for name in names:
                 rule = open(os.path.join(where, name)).read().split('\n\n')[0].replace('\\\n', ' ')
                 target, _, needs = rule.partition(':')
-                for n in set(needs.split()):
-                    found.setdefault(os.path.relpath(os.path.join(b, n), self.src), set()).add(target)
+                needs = [os.path.relpath(os.path.join(b, n), self.src) for n in needs.split()]
+                self.sources[target] = (needs + [''])[0]
+                for n in needs:
+                    found.setdefault(n, set()).add(target)
         return found
 
     def compiled(self, path):
@@ -181,20 +183,23 @@ class Place:
 
     def runners(self, path, number):
         """The tests that run this line; if none does, or it is no code, the nearest one above it in
-        its function; of a table, whose lines are no code, those that run anything of the file."""
+        its function; of a table, whose lines are no code, those that run anything of the file; of a header
+        without code, of the files that include it."""
         rows = open(os.path.join(self.src, path)).read().split('\n')
         while number > 0 and not rows[number - 1].startswith(('}', '{')):
             found = [n for n, t in self.tests.items() if number in t['lines'].get(path, ())]
             if found:
                 return found
             number -= 1
-        return [n for n, t in self.tests.items() if path in t['lines']]
+        found = [n for n, t in self.tests.items() if t['lines'].get(path)]
+        made = {self.sources[o] for o in self.parts.get(path, ())}
+        return found or [n for n, t in self.tests.items() if made & t['lines'].keys()]
 
     def tests_of(self, path, number, also):
         """Those that run this line, first those that run most of its file in the least time."""
         cost = {n: self.tests[n]['seconds'] + (TOOLS if n.endswith('.sh') else LINK)
                 for n in self.runners(path, number) if n in self.there and n not in also}
-        tests = sorted(cost, key=lambda n: cost[n] / len(self.tests[n]['lines'].get(path, [0])))
+        tests = sorted(cost, key=lambda n: cost[n] / (1 + len(self.tests[n]['lines'].get(path, ()))))
         while self.budget and len(tests) > 1 and sum(cost[t] for t in tests) > self.budget:
             tests.pop()
         return also + tests
