@@ -103,5 +103,6 @@ exits 0 'or whose edges do not say it' ct-restore --estimate -x 4 -p p.safetenso
 has err 'flat.nii: its edges do not tell how it was reduced: nothing is added' 'is refined alone'
 exits 3 'and tells no error' ct-restore --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
 exits 0 'it tells what it will take' ct-restore --dry-run -p p.safetensors lo.nii x.nii
+awk '$1 == "time" {s = $2; u = $3} END {exit !(s > 0 && s < 1000 && u == "s")}' out; ok $? 'which is no more than the scan, all of which was tried'
 [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 done_testing

@@ -70,6 +70,16 @@ errors = sum(q != (0, 0, 0) for y in range(132, 172) for q in p[y][44:84])
 assert 20 < errors < 400, errors
 assert all(p[y][44 + x] == p[y ^ 1][44 + (x ^ 1)] for y in range(40) for x in range(40))
 END
+if [ "$python" = yes ]; then # 10 m to the left
+	python3 -c 'import struct
+b = bytearray(open("lr.nii", "rb").read())
+for at in 268, 292: b[at:at + 4] = struct.pack("<f", 1e4)
+open("far.nii", "wb").write(b)'
+	exits 5 'no error where they do not meet' ct-view -e -p axial v.nii lr.nii far.nii m.png
+	has err '^ct-view: file 3 does not cover the area of the first$' 'which is named'
+else
+	skip 'volumes apart' 'no python3'
+fi
 ct-project --views 10 --det 24x20 v.nii p.exr || exit 99
 exits 0 'projections' ct-view --views 5 p.exr p.png
 run 'five in three columns' <<'END'
