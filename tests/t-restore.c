@@ -571,10 +571,15 @@ static void restoring(void)
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.added < sum / 20, "and likewise where there is little (%.3g HU)", got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.gate = sum / 10;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added < sum && got.added > sum / 2, "of which little is taken (%.3g HU)", got.added);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.gate = 0;
 	rule.doubt = 1000;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
-	OK(got.added < sum / 20, "or the axes do not agree (%.3g HU)", got.added);
+	OK(got.added < sum / 1000 && got.added > sum / 10000, "or the axes do not agree (%.3g HU)",
+		got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.axes[1] = rule.axes[2] = false;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
