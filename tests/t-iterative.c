@@ -238,6 +238,11 @@ static void t_tolerance(enum ct_solver solver)
 	must(ct_iterative_solve(y, dim, &rays, b, &rule, &other, &env, &err));
 	OK(other.iterations == (solver == CT_SIRT ? 4 : 5) && other.residual < rule.tolerance,
 		"stops after %zu, at %.5g", other.iterations, other.residual);
+	rule.tolerance = report.residual;
+	memset(x, 0, sizeof x);
+	must(ct_iterative_solve(x, dim, &rays, b, &rule, &report, &env, &err));
+	OK(report.iterations == other.iterations + 1,
+		"and later at what it was, which is not below");
 }
 
 static void refused(
