@@ -274,10 +274,10 @@ class Place:
 
 
 def equivalents():
-    """(path, changed line) -> why it changes nothing, of the list in doc/mutation.md."""
+    """(path, line, changed line) -> why it changes nothing, of the list in doc/mutation.md."""
     text = open(os.path.join(TOP, 'doc/mutation.md')).read()
-    return {(path, line): ' '.join(why.split()) for path, line, why in
-            re.findall(r'^- `([^`]+)` `([^`]+)`: ((?:.+\n)+?)(?=^- |^$)', text + '\n', re.M)}
+    return {m[:3]: ' '.join(m[3].split()) for m in
+            re.findall(r'^- `(.+?)`:\s+`(.+?)`\s+->\s+`(.+?)`:\s+((?:.+\n)+?)(?=- |\n|\Z)', text, re.M)}
 
 
 def candidates(o):
@@ -343,7 +343,7 @@ def main():
         if not changes:
             again += 1
             continue
-        why = known.get((path, changed.strip()))
+        why = known.get((path, line.strip(), changed.strip()))
         died += by not in (None, 'unknown')
         if by == 'unknown':
             unknown.append(text)

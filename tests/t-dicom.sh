@@ -36,7 +36,7 @@ ct-info axial.nii >out; has out '^  ct-convert .* # axial xxh3:[0-9a-f]*$' 'what
 exits 0 'a file stands for its series' ct-convert two/a3.dcm three.nii
 "$PY" "$srcdir/tests/t-dicom.py" check axial three.nii; ok $? 'and nothing else'
 exits 5 'two series are refused' ct-convert two d.nii
-has err 'series 2: 9 CT 12x10' 'and listed'
+has err "series 2: 9 CT 12x10 'synthetic'" 'and listed'
 exits 0 'one of them is taken' ct-convert --series 1 two first.nii
 exits 2 'one that is not there' ct-convert --series 7 two d.nii
 refused() { # refused CODE FOLDER WORD
