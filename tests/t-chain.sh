@@ -96,7 +96,7 @@ fits $pid
 grep -q continuing err1; ok $? 'from which it goes on'
 grep -q continuing err1 || sed 's/^/# /' err1
 cp g/residual.ply.state before
-kill -TERM $pid; kill -INT $pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'however often it alone is told'
+kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'however often it is told'
 [ -s g/residual.ply.state ] && ! cmp -s before g/residual.ply.state; ok $? 'and the state is the last'
 setsid "$@" --resume marks.nii g.nii 2>err1 & pid=$!
 fits $pid
