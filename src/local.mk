@@ -14,7 +14,9 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
+ct_convert_SOURCES += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h
 else
+EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train

@@ -11,4 +11,3 @@ libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
-libct_a_SOURCES += src/core/slices.c src/core/slices.h

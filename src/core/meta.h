@@ -106,12 +106,16 @@ struct ct_env;
 /* integers: where the joint solver was, in its state; in that of a fit its end, and whether it is
  * whole; states */
 #define CT_META_AT "at"
+/* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
+ * interpolated; ct-convert */
+#define CT_META_FILLED "filled"
 /* integer: qform_code and sform_code, if not 1; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 
 /* The values of quantity: of volumes HU, density, HU or density to be added; of stacks density x
  * mm, grey values in [0, 1], standard deviations. */
 #define CT_QUANTITY_HU "hu"
+#define CT_QUANTITY_OTHER "other" /* of no unit that is known here */
 #define CT_QUANTITY_DENSITY "density"
 #define CT_QUANTITY_RESIDUAL "residual"
 #define CT_QUANTITY_LINE_INTEGRAL "lineIntegral"

@@ -5,9 +5,7 @@
 #include "formats/hash.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
-#ifdef HAVE_VTK
-#include "shim/dicom.h"
-#endif
+#include "tools/dicom-series.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,33 +57,40 @@ static bool is_dicom(const char *path, bool *folder)
 }
 
 #ifdef HAVE_VTK
-/* A file stands for the series it belongs to, in its folder. */
+/* One file stands for the series it belongs to, in its folder; several are taken as they are. */
 static int read_dicom(const struct convert *p, bool folder, struct ct_vol *v,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const char *slash = strrchr(p->in, '/'), *series = p->series;
-	char *where = folder || !slash
-			      ? strdup(folder ? p->in : ".")
-			      : strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
-	struct ct_slice *one = NULL;
-	size_t n = 0;
+	const size_t n = p->files.n - 1;
+	const char *slash = strrchr(p->in, '/');
+	struct series_rule rule = {.which = p->series,
+		.tilt = (enum ct_tilt)p->tilt,
+		.gaps = (enum ct_gaps)p->gaps,
+		.units = (enum series_units)p->units,
+		.skip_damaged = p->skip_damaged};
+	char *where =
+		!slash ? strdup(".") : strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
+	char *member = NULL;
 	int rc = -1;
 
-	if (!where)
+	if (!where || asprintf(&member, "%s%s%s", where, slash == p->in ? "" : "/",
+			      slash ? slash + 1 : p->in) < 0) {
+		free(where);
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (!folder && !series) {
-		if (ct_dicom_scan(&p->in, 1, &one, &n, e))
-			goto out;
-		series = one[0].series;
 	}
-	rc = ct_dicom_read((const char *const[]){where}, 1, series, v, env, e);
+	if (n > 1 || folder)
+		rc = series_read(p->files.v, n, &rule, v, env, e);
+	else {
+		if (!p->series)
+			rule.member = member;
+		rc = series_read((const char *const[]){where}, 1, &rule, v, env, e);
+	}
 	if (!rc)
 		rc = ct_meta_input(&v->meta, p->in, 2,
 			(const struct ct_piece[]){{v->affine, sizeof v->affine},
 				{v->data, ct_vol_count(v) * sizeof *v->data}},
 			e);
-out:
-	ct_dicom_free(one, n);
+	free(member);
 	free(where);
 	return rc;
 }
@@ -109,7 +114,18 @@ int convert_read(
 		return read_raw(p, v, e);
 	if (is_dicom(p->in, &folder))
 		return read_dicom(p, folder, v, env, e);
+	if (p->files.n > 2)
+		return ct_fail(
+			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
 	if (p->series)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return ct_vol_read(p->in, v, e);
+}
+
+int convert_units(const struct convert *p, struct ct_vol *v, struct ct_err *e)
+{
+	if (p->units == SERIES_UNITS_AUTO)
+		return 0;
+	return ct_meta_set(&v->meta, CT_META_QUANTITY,
+		p->units == SERIES_UNITS_HU ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e);
 }

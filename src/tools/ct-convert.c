@@ -5,6 +5,7 @@
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
+#include "tools/dicom-series.h"
 
 #include <math.h>
 #include <string.h>
@@ -16,6 +17,21 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, by UID or place in the list",
 		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
+		"DICOM of a tilted gantry: move the slices in their planes to a grid at right angles; keep "
+		"them, with a sheared affine; or refuse it",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+		"DICOM slices at uneven spacing: resample them along their normal; interpolate missing "
+		"slices too; or refuse both",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
+		"go on without DICOM files that are damaged or unreadable, and say which",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(SERIES_UNITS_LIST),
+		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
+		"it says; or others, which are kept as they are",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
 		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
 			CT_WORD_SPACE) ", with :be behind it if big-endian",
@@ -44,10 +60,9 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_ARG(struct convert, in, CT_READS, "IN",
-		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
-	CT_ARG(struct convert, out, CT_WRITES, "OUT",
-		"NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
+	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
+		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
+		"write, .nii, .nii.gz or -; with --scanner .exr"),
 	CT_OPT_END,
 };
 
@@ -80,11 +95,16 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const struct convert *p = params;
+	struct convert own = *(const struct convert *)params;
+	const struct convert *p = &own;
 	struct ct_meta read = {0};
 	struct ct_vol v = {0};
 	int rc = -1;
 
+	if (p->files.n < 2)
+		return ct_fail(e, CT_EUSAGE, "missing OUT");
+	own.in = p->files.v[0];
+	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
 	if (check_name(p->out, e) || convert_read(p, &v, env, e))
@@ -93,7 +113,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_meta_copy(&read, &v.meta, e) ||
+	if (ct_meta_copy(&read, &v.meta, e) || convert_units(p, &v, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
