@@ -380,7 +380,8 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 	h->bits = i16 ? 16 : 32;
 	h->start = (double)(ct_nii_size(h) + 4 + ext);
 	h->slope = 1;
-	h->qform = h->sform = code >= 1 && code <= 5 ? (double)code : 1;
+	h->sform = code >= 1 && code <= 5 ? (double)code : 1;
+	h->qform = h->sheared ? 0 : h->sform;
 }
 
 static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *block,
@@ -402,7 +403,7 @@ static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *
 	return 0;
 }
 
-int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type,
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
 	unsigned char raw[CT_NII_MAX + 4] = {0}, *ext = NULL;
@@ -416,7 +417,7 @@ int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type 
 
 	if (ct_alloc(&block, BLOCK, 1, e))
 		return -1;
-	if (ct_nii_set_affine(&h, v, e) || choose_type(v, type, block, &i16, e) ||
+	if (ct_nii_set_affine(&h, v, shear, e) || choose_type(v, type, block, &i16, e) ||
 		ct_nii_ext_write(&v->meta, &ext, &bytes, e)) {
 		ct_blame(e, path);
 		goto out;

@@ -36,7 +36,8 @@ def place(name, k, j, i):
             + np.multiply.outer(k, normal) * GAP)
 
 
-def write(path, name, k, series, position=None, **tags):
+def write(path, name, k, series, position=None, at=None, **tags):
+    """Slice k; its values are those of place(name, k, ...), or of at(j, i)."""
     across, down = axes(name)
     meta = FileMetaDataset()
     meta.MediaStorageSOPClassUID = CTImageStorage
@@ -58,7 +59,7 @@ def write(path, name, k, series, position=None, **tags):
     d.ImagePositionPatient = ["%.10g" % v for v in first]
     # every slice has a scale of its own
     d.RescaleSlope, d.RescaleIntercept = (1, -1024) if k % 2 else (0.5, -k)
-    hu = value(place(name, k, j, i))
+    hu = value(at(j, i) if at else place(name, k, j, i))
     stored = np.rint((hu - float(d.RescaleIntercept)) / float(d.RescaleSlope)).astype("<i2")
     if name == "padded":
         d.add_new(0x00280120, "US", 65536 - 2000)  # the other sign's VR, as scanners do

@@ -126,7 +126,10 @@ done 2>&1 | grep outside; [ $? -eq 1 ]; ok $? 'one without limits has none'
 # what help says that an option is by default, and the options that are no numbers
 cat >words <<'EOF'
 ct-convert orient LPS
+ct-convert gaps resample
+ct-convert tilt rectify
 ct-convert type auto
+ct-convert units auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
 ct-ddnm gradient network
@@ -172,7 +175,8 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
-ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
+ct-convert --series --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
+ct-convert --orient --reorient --iso
 ct-convert --cube --type
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init

@@ -20,6 +20,10 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 }
 command -v ct-view >/dev/null && no ct-view --error-window=0:1
 no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
+no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
+no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
+no ct-convert --skip-damaged --skip-damaged --scanner s.json
+no ct-convert --units=hu --scanner s.json
 no ct-convert --raw=8x8x8:i16 --scanner s.json
 no ct-convert --spacing=1
 no ct-convert --slope=2

@@ -112,6 +112,8 @@ static int plane(struct work *w, size_t k, float *out, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < area; i++)
 		out[i] = a == b ? a[i] : (float)((1 - part) * (double)a[i] + part * (double)b[i]);
+	for (int i = 0; i < 2 && a != b && w->l->moved; i++) /* what both cover */
+		blank(w, w->l->shift[pair[i]], out);
 	return 0;
 }
 

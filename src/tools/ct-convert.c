@@ -121,7 +121,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = ct_nifti_write(p->out, &v, (enum ct_nifti_type)p->type, env, e);
+	rc = ct_nifti_write(
+		p->out, &v, (enum ct_nifti_type)p->type, p->tilt == CT_TILT_SHEAR, env, e);
 out:
 	ct_meta_free(&read);
 	ct_vol_free(&v);
