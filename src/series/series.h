@@ -14,7 +14,8 @@
 	X(CT_PICTURE_LOCALIZER, "localizer")                                                       \
 	X(CT_PICTURE_CAPTURE, "screen capture or dose page")                                       \
 	X(CT_PICTURE_OTHER, "other modality")                                                      \
-	X(CT_PICTURE_COPY, "repeated") /* of a picture at the same place, SOPInstanceUID and all */
+	X(CT_PICTURE_COPY, "repeated") /* of a picture at the same place, SOPInstanceUID and all   \
+					*/
 enum ct_picture { CT_PICTURE_LIST(CT_WORD_VALUE) };
 
 struct ct_series {
