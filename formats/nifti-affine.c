@@ -99,7 +99,7 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 	const double mm = mm_per_unit(h);
 
 	memset(a, 0, 3 * sizeof a[0]);
-	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 1;
+	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 0;
 	if (h->sform > 0)
 		memcpy(a, h->srow, sizeof h->srow);
 	for (int i = 0; i < 3 && !(h->sform > 0); i++)

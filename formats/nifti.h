@@ -8,7 +8,8 @@
  *
  * Extensions: ours is of ecode 6, a JSON object whose keys all begin with "ct:", one a pair of
  * the metadata. Any other is kept as the pair "nifti.ext.N" = "ECODE BASE64" and written again.
- * A qform/sform code other than 1 is kept as the pair "nifti.code". Text that is not UTF-8 is
+ * A qform/sform code other than 1 is kept as the pair "nifti.code", 0 if there is neither, and
+ * written again, 0 as 1. Text that is not UTF-8 is
  * written with U+FFFD for the bytes in error.
  */
 #ifndef CT_FORMATS_NIFTI_H

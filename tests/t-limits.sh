@@ -130,6 +130,13 @@ ct-convert gaps resample
 ct-convert tilt rectify
 ct-convert type auto
 ct-convert units auto
+ct-compose units auto
+ct-degrade units auto
+ct-fuse units auto
+ct-nabgs units auto
+ct-restore units auto
+ct-sr units auto
+ct-upsample units auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
 ct-ddnm gradient network
@@ -174,7 +181,7 @@ done <want >wrong
 sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
-ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
 ct-convert --series --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
 ct-convert --orient --reorient --iso
 ct-convert --cube --type
@@ -182,11 +189,11 @@ ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator -
 ct-ddnm --guidance --iterations --rate --gradient i--init
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
-ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
 ct-fdk --nonnegative --tv w--window --quantity --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
-ct-fuse --checkpoint-every --resume --json --dry-run
+ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info e--estimate x--factor --json
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
@@ -194,22 +201,22 @@ ct-metrics --max-residual --max-residual-rms --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
-ct-nabgs --checkpoint-every --resume s--seed --json --dry-run
+ct-nabgs --checkpoint-every --resume s--seed --json --dry-run --units
 ct-phantom --size --spacing --oversample --density w--window p--project --beam n--views --arc
 ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
-ct-restore --noise --dry-run
-ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
-ct-sr --window --views --iterations --gaussians s--seed
+ct-restore --noise --dry-run --units
+ct-sr x--scale --series Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
 ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --dry-run
+ct-upsample --tolerance --dry-run --units
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

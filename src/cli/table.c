@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/table.h"
 #include "formats/inflate.h"
+#include "formats/units.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -34,6 +35,11 @@ static const struct ct_opt json_opt =
 static const struct ct_opt dry_opt = CT_OPT(struct ct_common, dry_run, 0, "dry-run", NULL, 0, 0,
 	"print the time, memory and disk expected, and do nothing");
 
+static const struct ct_opt units_opt = CT_CHOICE(struct ct_common, units, 0, "units",
+	CT_WORDS(CT_UNITS_LIST),
+	"what the values of a CT are: what its file says, and what cannot be HU is refused; HU, "
+	"whatever it says; or others, which are taken as they are");
+
 const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common)
 {
 	const struct ct_opt *o = t->opts;
@@ -49,6 +55,8 @@ const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *commo
 		return &json_opt;
 	if ((t->flags & CT_LONG) && k-- == 0)
 		return &dry_opt;
+	if ((t->flags & CT_IN_HU) && k-- == 0)
+		return &units_opt;
 	for (o = common_opts; o->type != CT_T_END; o++)
 		if (k-- == 0)
 			return o;

@@ -109,7 +109,7 @@ struct ct_env;
 /* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
  * interpolated; ct-convert */
 #define CT_META_FILLED "filled"
-/* integer: qform_code and sform_code, if not 1; NIfTI */
+/* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 
 /* The values of quantity: of volumes HU, density, HU or density to be added; of stacks density x

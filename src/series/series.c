@@ -229,13 +229,14 @@ int ct_series_pick(const struct ct_series *list, size_t n, const struct ct_slice
 		return ct_fail(e, CT_EUSAGE,
 			"--series %s: %zu series have this UID; take one by its place in the list",
 			which, found);
-	if (!found && n == 1) {
-		*pick = 0;
+	if (!found && n == 1 && list->role == CT_PICTURE_OTHER) {
+		*pick = 0; /* what it is tells why it is refused */
 		return 0;
 	}
 	if (!found)
-		return ct_fail(
-			e, CT_EINPUT, "no series of CT slices among %zu; --series takes any", n);
+		return ct_fail(e, CT_EINPUT,
+			"no series of CT slices among %zu: %s; --series takes any", n,
+			ct_picture_word(list->role));
 	return ct_fail(e, CT_EGEOM, "mixed: %zu series%s; --series takes one of them", found,
 		two_patients(list, n, s) ? " of different patients" : "");
 }

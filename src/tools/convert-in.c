@@ -66,7 +66,7 @@ static int read_dicom(const struct convert *p, bool folder, struct ct_vol *v,
 	struct series_rule rule = {.which = p->series,
 		.tilt = (enum ct_tilt)p->tilt,
 		.gaps = (enum ct_gaps)p->gaps,
-		.units = (enum series_units)p->units,
+		.units = (enum ct_units)p->units,
 		.skip_damaged = p->skip_damaged};
 	char *where =
 		!slash ? strdup(".") : strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
@@ -120,12 +120,4 @@ int convert_read(
 	if (p->series)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return ct_vol_read(p->in, v, e);
-}
-
-int convert_units(const struct convert *p, struct ct_vol *v, struct ct_err *e)
-{
-	if (p->units == SERIES_UNITS_AUTO)
-		return 0;
-	return ct_meta_set(&v->meta, CT_META_QUANTITY,
-		p->units == SERIES_UNITS_HU ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e);
 }

@@ -17,8 +17,6 @@ struct convert {
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* Note what --units says of the values. */
-int convert_units(const struct convert *p, struct ct_vol *v, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */

@@ -28,7 +28,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
 		"go on without DICOM files that are damaged or unreadable, and say which",
 		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
-	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(SERIES_UNITS_LIST),
+	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
 		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
 		"it says; or others, which are kept as they are",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
@@ -93,6 +93,15 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 		v->n[1], v->n[2], mm[0], mm[1], mm[2], (double)lo, (double)hi);
 }
 
+static void warn_place(const struct ct_vol *v, const char *path, const struct ct_env *env)
+{
+	const char *code = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
+
+	if (code && strcmp(code, "0") == 0)
+		ct_log(env, CT_WARN,
+			"%s: neither sform nor qform: where the voxels lie is not known", path);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
@@ -113,7 +122,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_meta_copy(&read, &v.meta, e) || convert_units(p, &v, e) ||
+	warn_place(&v, p->in, env);
+	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||

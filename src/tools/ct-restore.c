@@ -6,6 +6,7 @@
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "resolution/crop.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
@@ -180,7 +181,7 @@ static int begin(struct job *j, struct ct_err *e)
 {
 	if (!j->p->start)
 		return refine(j, e);
-	if (ct_vol_read(j->p->start, &j->out, e))
+	if (ct_vol_read_hu(j->p->start, &j->out, e))
 		return -1;
 	j->start = j->out.meta;
 	j->out.meta = (struct ct_meta){0};
@@ -271,7 +272,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (read_prior(&j, e) || ct_vol_read(j.p->lr.in, &j.in, e))
+	if (read_prior(&j, e) || ct_vol_read_hu(j.p->lr.in, &j.in, e))
 		goto out;
 	if (ct_vol_check_finite(&j.in, e)) {
 		ct_blame(e, j.p->lr.in);
@@ -297,7 +298,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_LONG,
+	.flags = CT_LONG | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

@@ -4,6 +4,7 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/inflate.h"
+#include "formats/units.h"
 #include "formats/io.h"
 #include "restore/restore.h"
 #include "tools/prior-file.h"
@@ -45,7 +46,7 @@ static double release_sigma_y(int scale)
 }
 
 struct params {
-	const char *in, *out, *keep, *prior, *slices, *arch, *window;
+	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series;
 	int scale, label, quality, views, iterations, gaussians;
 	bool paper, release, resume, dry_run;
 };
@@ -62,6 +63,8 @@ static const struct ct_opt opts[] = {
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
+	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
+		"take this series of a DICOM folder, as ct-convert does"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
 		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
@@ -304,7 +307,11 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_source(c, f->slices);
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
 		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
-			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())))
+			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())) ||
+		(ct_units_said() != CT_UNITS_AUTO &&
+			ct_chain_word(
+				c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, ct_units_said()))) ||
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
 		return -1;
 	if (q.views == 0)
 		return add_refine(c, p, &q, f, f->out, e);
@@ -361,7 +368,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED,
+	.flags = CT_SEEDED | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

@@ -7,6 +7,7 @@
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "resolution/upsample.h"
 #include "resolution/crop.h"
 #include "tools/lib/lowres.h"
@@ -153,13 +154,13 @@ out:
 static int read_inputs(
 	struct ct_vol *in, struct ct_vol *start, const struct params *p, struct ct_err *e)
 {
-	if (ct_vol_read(p->lr.in, in, e))
+	if (ct_vol_read_hu(p->lr.in, in, e))
 		return -1;
 	if (ct_vol_check_finite(in, e))
 		return ct_blame(e, p->lr.in);
 	if (!p->start)
 		return 0;
-	if (ct_vol_read(p->start, start, e))
+	if (ct_vol_read_hu(p->start, start, e))
 		return -1;
 	return ct_vol_check_finite(start, e) ? ct_blame(e, p->start) : 0;
 }
@@ -212,7 +213,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_LONG,
+	.flags = CT_LONG | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

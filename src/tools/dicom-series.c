@@ -183,14 +183,14 @@ static void hint(struct ct_err *e, const char *words)
 	snprintf(e->msg + at, sizeof e->msg - at, "%s", words);
 }
 
-static int check_values(struct ct_slice *s, size_t n, enum series_units units, struct ct_err *e)
+static int check_values(struct ct_slice *s, size_t n, enum ct_units units, struct ct_err *e)
 {
 	for (size_t k = 0; k < n; k++) {
-		if (units == SERIES_UNITS_AUTO && ct_slice_check_hu(&s[k], e)) {
-			hint(e, " (--units says otherwise)");
+		if (units == CT_UNITS_AUTO && ct_slice_check_hu(&s[k], e)) {
+			hint(e, " (but see --units)");
 			return -1;
 		}
-		if (units != SERIES_UNITS_AUTO && !s[k].scaled) {
+		if (units != CT_UNITS_AUTO && !s[k].scaled) {
 			s[k].scaled = true;
 			s[k].slope = 1;
 			s[k].intercept = 0;
@@ -204,7 +204,7 @@ static int check_values(struct ct_slice *s, size_t n, enum series_units units, s
 static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct series_rule *rule,
 	size_t *failed, const struct ct_env *env, struct ct_err *e)
 {
-	struct reader r = {.s = s, .none = rule->units == SERIES_UNITS_OTHER ? 0 : NONE_HU};
+	struct reader r = {.s = s, .none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
 	const struct ct_restack_source from = {read_slice, &r};
 	struct ct_layout l = {0};
 	int rc = -1;
@@ -319,7 +319,7 @@ int series_read(const char *const *paths, size_t n, const struct series_rule *ru
 		goto out;
 	series_account(&set, pick, l->count - count, env);
 	rc = ct_meta_set(&v->meta, CT_META_QUANTITY,
-		rule->units == SERIES_UNITS_OTHER ? CT_QUANTITY_OTHER : CT_QUANTITY_HU, e);
+		rule->units == CT_UNITS_OTHER ? CT_QUANTITY_OTHER : CT_QUANTITY_HU, e);
 out:
 	if (rc)
 		ct_vol_free(v);

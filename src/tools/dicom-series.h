@@ -4,22 +4,17 @@
 #define CT_TOOLS_DICOM_SERIES_H
 #include "core/env.h"
 #include "core/vol.h"
+#include "formats/units.h"
 #include "series/census.h"
 #include "series/layout.h"
 #include "series/series.h"
-
-#define SERIES_UNITS_LIST(X)                                                                       \
-	X(SERIES_UNITS_AUTO, "auto") /* HU, or refused */                                          \
-	X(SERIES_UNITS_HU, "hu")     /* HU, whatever the file says */                              \
-	X(SERIES_UNITS_OTHER, "other")
-enum series_units { SERIES_UNITS_LIST(CT_WORD_VALUE) };
 
 struct series_rule {
 	const char *which;  /* as for ct_series_pick */
 	const char *member; /* or the series of this file, as the scan names it */
 	enum ct_tilt tilt;
 	enum ct_gaps gaps;
-	enum series_units units;
+	enum ct_units units;
 	bool skip_damaged;
 };
 
