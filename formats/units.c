@@ -30,6 +30,8 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
 	float lo = INFINITY, hi = -INFINITY;
+	size_t soft = 0;
+	bool shifted;
 
 	if (quantity && strcmp(quantity, CT_QUANTITY_OTHER) == 0)
 		return ct_fail(e, CT_EINPUT,
@@ -40,12 +42,13 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 		if (isfinite(v->data[i])) {
 			lo = fminf(lo, v->data[i]);
 			hi = fmaxf(hi, v->data[i]);
+			soft += v->data[i] >= 900 && v->data[i] <= 1150;
 		}
-	if (!(lo < hi) || !((lo >= -2 && hi <= 10) || (lo >= 0 && hi > 1000)))
+	shifted = lo >= 0 && hi > 1000 && soft >= ct_vol_count(v) / 10;
+	if (!(lo < hi) || !((lo >= -2 && hi <= 10) || shifted))
 		return 0;
 	return ct_fail(e, CT_EINPUT, "values from %g to %g are not HU%s (but see %s)", (double)lo,
-		(double)hi,
-		hi > 1000 ? ": nothing is below water, as if 1000 or more was added" : "", option);
+		(double)hi, shifted ? ": they are as if 1000 or 1024 was added" : "", option);
 }
 
 int ct_vol_read_hu(const char *path, struct ct_vol *v, struct ct_err *e)

@@ -21,7 +21,8 @@ enum ct_units ct_units_said(void);
 /* Note in the metadata what was said; nothing for auto. */
 int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
 /* CT_EINPUT if the metadata say "other", or do not say and the voxels that are numbers lie in
- * [-2, 10], but are not all the same, or none is below 0 and one above 1000. The message
+ * [-2, 10], but are not all the same; or if none is below 0, one is above 1000 and a tenth of them
+ * lie in [900, 1150], where 1000 or 1024 more than HU puts what is soft in a body. The message
  * names the option that says otherwise. */
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
 /* ct_vol_read of what is to be HU: with what was said noted, or checked if nothing was. */

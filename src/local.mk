@@ -14,9 +14,13 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
-ct_convert_SOURCES += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h
+DICOM_SOURCES = src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
+ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
+	src/tools/survey.h
 else
-EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h
+EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
@@ -50,6 +54,12 @@ ct_sr_SOURCES = src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
+if HAVE_VTK
+ct_info_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
+ct_info_SOURCES += src/tools/lib/libraries.cc $(DICOM_SOURCES)
+else
+ct_info_LDADD = $(LDADD)
+endif
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \

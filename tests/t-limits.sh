@@ -182,9 +182,9 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
-ct-convert --series --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
 ct-convert --orient --reorient --iso
-ct-convert --cube --type
+ct-convert --cube --type --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
@@ -194,7 +194,7 @@ ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --t
 ct-fdk --nonnegative --tv w--window --quantity --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
 ct-fuse --checkpoint-every --resume --json --dry-run --units
-ct-info e--estimate x--factor --json
+ct-info --series e--estimate x--factor --json
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
 ct-metrics --max-residual --max-residual-rms --json

@@ -24,6 +24,7 @@ no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
 no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
 no ct-convert --skip-damaged --skip-damaged --scanner s.json
 no ct-convert --units=hu --scanner s.json
+no ct-convert --inspect --inspect --raw 8x8x8:i16 --spacing 1
 no ct-convert --raw=8x8x8:i16 --scanner s.json
 no ct-convert --spacing=1
 no ct-convert --slope=2

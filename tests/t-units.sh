@@ -6,7 +6,7 @@ for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121
 	printf "\\$(printf %03o "$v")\\000"
 done >a.raw
 make() { ct-convert -q --raw 4x3x2:i16 --spacing 1,2,3 --slope "$2" --intercept "$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
-make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make one 1 0; make tissue 1 -60
+make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
 no() { # no FILE WORDS COMMAND...
@@ -15,7 +15,7 @@ no() { # no FILE WORDS COMMAND...
 }
 no unit 'but see --units' $u unit.nii o.nii
 no both 'but see --units' $u both.nii o.nii
-no plus 'nothing is below water.*--units' $u plus.nii o.nii
+no plus 'as if 1000 or 1024 was added.*--units' $u plus.nii o.nii
 no unit '--units' ct-degrade -q -x 2 unit.nii o.nii
 no unit '--units' ct-restore -q -x 2 unit.nii o.nii
 no plus '--units' ct-compose -q plus.nii plus.nii o.nii
@@ -26,7 +26,7 @@ ct-project -q --views 2 --det 4x4 p.nii s.exr
 no unit '--units' ct-nabgs -q --base unit.nii s.exr o.ply
 exits 3 'ct-sr' ct-sr -q -x 2 unit.nii o.nii; has err 'values from 0 to 0.984 are not HU' 'too'
 [ ! -e o.nii ]; ok $? 'no file is left'
-for f in hu crop one tissue; do exits 0 "$f may be HU" $u -f $f.nii o.nii; done
+for f in hu crop bone one tissue; do exits 0 "$f may be HU" $u -f $f.nii o.nii; done
 exits 0 '--units hu' $u -f --units hu unit.nii o.nii
 ct-info o.nii >info; has info '^quantity  *hu$' 'is noted'
 exits 0 'and believed from then on' $u -f o.nii oo.nii

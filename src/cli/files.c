@@ -29,7 +29,8 @@ static bool given(const struct ct_opt *opts, const void *params, const char *nam
 	return false;
 }
 
-/* Does an option name the output, so that the operands are all inputs? */
+/* Does an option name the output, so that the operands are all inputs? (So they are where there is
+ * no output, with --inspect.) */
 static bool named(const struct ct_opt *opts, const void *params)
 {
 	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
@@ -40,7 +41,9 @@ static bool named(const struct ct_opt *opts, const void *params)
 
 static struct walk begin(const struct ct_opt *opts, const void *params)
 {
-	return (struct walk){.opt = opts, .params = params, .last_written = !named(opts, params)};
+	return (struct walk){.opt = opts,
+		.params = params,
+		.last_written = !named(opts, params) && !given(opts, params, "inspect")};
 }
 
 /* The next file, or NULL behind the last one. */

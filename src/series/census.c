@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 void ct_census_free(struct ct_census *c)
 {
@@ -14,6 +15,8 @@ void ct_census_free(struct ct_census *c)
 		free(c->slice[i].path);
 	free(c->file);
 	free(c->slice);
+	if (c->store)
+		close(c->store - 1);
 	memset(c, 0, sizeof *c);
 }
 

@@ -27,6 +27,7 @@ struct ct_census {
 	struct ct_file *file;
 	struct ct_slice *slice; /* of all pictures */
 	size_t files, slices;
+	int store; /* descriptor + 1 of what was unpacked; 0: none */
 };
 
 void ct_census_free(struct ct_census *c);

@@ -17,10 +17,12 @@ enum { CT_SLICE_TEXT = 72 }; /* bytes of a text, its end included */
 /* What a file says of one picture. Texts are empty and numbers NaN, or 0 where they are integers,
  * if it does not say. */
 struct ct_slice {
-	char *path;    /* owned by whoever made the array */
-	size_t file;   /* its place in the census */
-	size_t frame;  /* the picture's place in its file, from 0 */
-	size_t frames; /* pictures of the file */
+	char *path;  /* owned by whoever made the array */
+	size_t file; /* its place in the census */
+	int store;   /* descriptor + 1 of what holds it, if that is no file of its own, */
+	long long begin, bytes; /* and where */
+	size_t frame;           /* the picture's place in its file, from 0 */
+	size_t frames;          /* pictures of the file */
 	char series[CT_SLICE_TEXT], study[CT_SLICE_TEXT],
 		object[CT_SLICE_TEXT],                    /* Series-, Study-, SOPInstanceUID */
 		space[CT_SLICE_TEXT],                     /* FrameOfReferenceUID */

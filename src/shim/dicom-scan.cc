@@ -3,7 +3,9 @@
 #include "shim/dicom-tags.h"
 #include "shim/dicom.h"
 #include "shim/guard.h"
+#include "shim/held.h"
 
+#include <vtkDICOMItem.h>
 #include <vtkDICOMUtilities.h>
 #include <vtkNew.h>
 
@@ -14,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <set>
 #include <string>
 #include <vector>
@@ -29,6 +32,7 @@ struct Found {
 	std::vector<ct_file> file;
 	std::vector<ct_slice> slice;
 	std::set<std::string> folders; /* been there */
+	Store store;
 
 	~Found()
 	{
@@ -75,45 +79,117 @@ bool cut_off(vtkDICOMMetaData *m, vtkDICOMParser *p)
 		       static_cast<double>(p->GetPixelDataVL()) < size);
 }
 
-void add_picture(Found &found, const std::string &path, vtkDICOMMetaData *m)
+/* What is parsed: a file, or a part of the store. */
+struct Source {
+	std::string shown; /* what it is called */
+	const char *path;
+	bool stored;
+	uint64_t begin, size;
+};
+
+void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m)
 {
 	const size_t frames = count_frames(m);
 
 	if (frames == 0 || frames > 1 << 16)
-		return note(found, path, CT_FILE_DAMAGED, "NumberOfFrames is absurd");
-	note(found, path, CT_FILE_PICTURE, "", m->Get(DC::SeriesInstanceUID).AsString());
+		return note(found, from.shown, CT_FILE_DAMAGED, "NumberOfFrames is absurd");
+	note(found, from.shown, CT_FILE_PICTURE, "", m->Get(DC::SeriesInstanceUID).AsString());
 	for (size_t k = 0; k < frames; k++) {
 		ct_slice s = {};
 
 		describe_frame(m, k, &s);
+		s.store = from.stored ? found.store.descriptor() + 1 : 0;
+		s.begin = static_cast<long long>(from.begin);
+		s.bytes = static_cast<long long>(from.size);
 		found.slice.reserve(found.slice.size() + 1);
 		s.file = found.file.size() - 1;
-		s.path = copy_of(path);
+		s.path = copy_of(from.shown);
 		found.slice.push_back(s);
 	}
 }
 
-void add_dicom(Found &found, const std::string &path)
+/* Files that a DICOMDIR lists and that are not there. */
+void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
+{
+	const vtkDICOMValue &records = m->Get(DC::DirectoryRecordSequence);
+	const fs::path folder = fs::path(path).parent_path();
+	std::string series;
+
+	for (size_t i = 0; i < records.GetNumberOfValues(); i++) {
+		const vtkDICOMItem &item = records.GetSequenceData()[i];
+		const vtkDICOMValue &id = item.Get(DC::ReferencedFileID);
+		std::error_code bad;
+		fs::path file = folder;
+
+		if (item.Get(DC::SeriesInstanceUID).IsValid())
+			series = item.Get(DC::SeriesInstanceUID).AsString();
+		for (size_t k = 0; k < id.GetNumberOfValues(); k++)
+			file /= id.GetString(static_cast<unsigned>(k));
+		if (id.GetNumberOfValues() > 0 && !fs::exists(fs::symlink_status(file, bad)))
+			note(found, file.string(), CT_FILE_UNREADABLE,
+				"listed in " + path + ", but not there", series);
+	}
+}
+
+void add_dicom(Found &found, const Source &from)
 {
 	vtkNew<vtkDICOMMetaData> m;
 	vtkNew<vtkDICOMParser> p;
-	const bool parsed = parse_header(path, m, p);
+	const bool parsed = parse_header(from.path, m, p);
 	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
 
 	if (!parsed)
-		return note(found, path, CT_FILE_DAMAGED, "its header cannot be read", series);
+		return note(
+			found, from.shown, CT_FILE_DAMAGED, "its header cannot be read", series);
 	if (!p->GetPixelDataFound()) {
-		if (!may_hold_picture(m))
-			return note(found, path, CT_FILE_BARE, "", series);
-		return note(found, path, CT_FILE_DAMAGED, "its picture is missing", series);
+		if (may_hold_picture(m))
+			return note(found, from.shown, CT_FILE_DAMAGED, "its picture is missing",
+				series);
+		note(found, from.shown, CT_FILE_BARE, "", series);
+		if (!from.stored)
+			add_missing(found, from.shown, m);
+		return;
 	}
 	if (cut_off(m, p))
-		return note(
-			found, path, CT_FILE_DAMAGED, "truncated: its picture is cut off", series);
-	add_picture(found, path, m);
+		return note(found, from.shown, CT_FILE_DAMAGED, "truncated: its picture is cut off",
+			series);
+	add_picture(found, from, m);
 }
 
-void add(Found &found, const std::string &path)
+/* What is held and deflated is parsed once it is inflated, the rest as it is. */
+void add_held(Found &found, const Source &from)
+{
+	const uint64_t end = found.store.size();
+
+	if (!inflate_dicom(from.path, found.store))
+		return add_dicom(found, from);
+	const uint64_t size = found.store.size() - end;
+	const Held plain(found.store.descriptor(), end, size);
+
+	add_dicom(found, {from.shown, plain.path(), true, end, size});
+}
+
+/* The files in an archive; `single`: only of one file that is compressed. */
+bool add_archive(Found &found, const std::string &path, bool single)
+{
+	return unpack(path, single, found.store, [&](const Member &m) {
+		const std::string shown = m.name.empty() ? path : path + "/" + m.name;
+
+		if (!m.trouble.empty())
+			return note(found, shown, CT_FILE_DAMAGED, m.trouble);
+		if (m.size == 0)
+			return note(found, shown, CT_FILE_DAMAGED, "it is empty");
+		if (!m.dicom)
+			return note(found, shown, m.zeros ? CT_FILE_DAMAGED : CT_FILE_FOREIGN,
+				m.zeros ? "it holds zeros" : "");
+		const Held held(found.store.descriptor(), m.begin, m.size);
+
+		add_held(found, {shown, held.path(), true, m.begin, m.size});
+	});
+}
+
+/* `named` by the user: archives are opened, and not only what is compressed alone. */
+void add_file(Found &found, const std::string &path, bool named)
 {
 	std::error_code bad;
 	std::vector<char> head(4096);
@@ -126,13 +202,25 @@ void add(Found &found, const std::string &path)
 	if (!fs::is_regular_file(path, bad))
 		return note(found, path, CT_FILE_FOREIGN, "no file");
 	if (vtkDICOMUtilities::IsDICOMFile(path.c_str()))
-		return add_dicom(found, path);
+		return add_held(found, {path, path.c_str(), false, 0, 0});
 	in.open(path, std::ios::binary);
 	in.read(head.data(), static_cast<std::streamsize>(head.size()));
 	head.resize(static_cast<size_t>(in.gcount()));
 	if (std::all_of(head.begin(), head.end(), [](char c) { return c == 0; }))
 		return note(found, path, CT_FILE_DAMAGED, "it holds zeros");
+	if ((named || (head.size() > 2 && head[0] == '\x1f' && head[1] == '\x8b')) &&
+		add_archive(found, path, !named))
+		return;
 	note(found, path, CT_FILE_FOREIGN);
+}
+
+void add(Found &found, const std::string &path, bool named)
+{
+	try {
+		add_file(found, path, named);
+	} catch (const std::runtime_error &x) { /* deflated data, or no room to unpack */
+		note(found, path, CT_FILE_DAMAGED, x.what());
+	}
 }
 
 void walk(Found &found, const std::string &folder)
@@ -153,7 +241,7 @@ void walk(Found &found, const std::string &folder)
 		if (fs::is_directory(name, bad))
 			walk(found, name);
 		else
-			add(found, name);
+			add(found, name, false);
 }
 
 int scan(const char *path, Found &found, ct_err *e)
@@ -165,7 +253,7 @@ int scan(const char *path, Found &found, ct_err *e)
 	if (fs::is_directory(path, bad))
 		walk(found, path);
 	else
-		add(found, path);
+		add(found, path, true);
 	return 0;
 }
 
@@ -197,6 +285,7 @@ extern "C" int ct_dicom_scan(
 		c->slice = hand_over(found.slice);
 		c->slices = found.slice.size();
 		found.slice.clear();
+		c->store = found.store.release() + 1;
 		return 0;
 	});
 }

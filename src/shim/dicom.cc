@@ -4,6 +4,7 @@
 #include "shim/apart.h"
 #include "shim/dicom-tags.h"
 #include "shim/guard.h"
+#include "shim/held.h"
 #include "shim/fragments.h"
 
 #include <vtkDICOMMetaData.h>
@@ -96,14 +97,15 @@ extern "C" int ct_dicom_pixels(const struct ct_slice *s, float *out, struct ct_e
 		vtkNew<vtkDICOMMetaData> m;
 		vtkNew<vtkDICOMParser> p;
 		Mended mended;
+		const Held held(*s);
 
-		if (!parse_header(s->path, m, p) || !p->GetPixelDataFound())
+		if (!parse_header(held.path(), m, p) || !p->GetPixelDataFound())
 			return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s->path);
 		const std::string syntax = m->Get(DC::TransferSyntaxUID).AsString();
-		if (mended.check(s->path, syntax, static_cast<uint64_t>(p->GetFileOffset()),
+		if (mended.check(held.path(), syntax, static_cast<uint64_t>(p->GetFileOffset()),
 			    s->frames, e))
 			return -1;
-		const std::string path = mended.path(s->path);
+		const std::string path = mended.path(held.path());
 		if (is_plain(syntax))
 			return decode(path.c_str(), s, out, e);
 		return apart(out, s->columns * s->rows * s->frames, s->path, e,

@@ -11,12 +11,14 @@ struct convert {
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units;
-	bool skip_damaged;
+	bool skip_damaged, inspect;
 };
 
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* Print what is in the DICOM files and folders p->files. */
+int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */

@@ -17,6 +17,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, by UID or place in the list",
 		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0,
+		"print what is in the DICOM files or folders FILE, and write nothing",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
 	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
 		"DICOM of a tilted gantry: move the slices in their planes to a grid at right angles; keep "
 		"them, with a sheared affine; or refuse it",
@@ -110,6 +113,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol v = {0};
 	int rc = -1;
 
+	if (p->inspect)
+		return convert_inspect(p, env, e);
+	if (env->json)
+		return ct_fail(e, CT_EUSAGE, "--json: needs --inspect");
 	if (p->files.n < 2)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
@@ -143,7 +150,7 @@ int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
 		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
-		sizeof defaults, run, 0};
+		sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);
 }

@@ -244,28 +244,6 @@ static void set_aside(struct series_set *set, struct ct_series *l, size_t count,
 	*e = (struct ct_err){0};
 }
 
-static int choose(const struct series_set *set, const struct series_rule *rule, size_t *pick,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_slice *s = set->census.slice;
-
-	for (size_t k = 0; k < set->n && rule->member; k++)
-		for (size_t i = 0; i < set->list[k].count; i++)
-			if (strcmp(s[set->list[k].first + i].path, rule->member) == 0) {
-				*pick = k;
-				return 0;
-			}
-	if (ct_series_pick(set->list, set->n, s, rule->which, pick, e) == 0)
-		return 0;
-	for (size_t k = 0; k < set->n; k++) {
-		char line[400];
-
-		series_line(set, k, line, sizeof line);
-		ct_log(env, CT_WARN, "%s", line);
-	}
-	return -1;
-}
-
 /* What is the matter where there is no picture at all? */
 static int nothing(const struct series_set *set, const char *path, struct ct_err *e)
 {
@@ -284,6 +262,22 @@ static int nothing(const struct series_set *set, const char *path, struct ct_err
 		c->files, f->path, CT_WORD(CT_FILE_LIST, f->state), f->why[0] ? ": " : "", f->why);
 }
 
+int series_choose(const struct series_set *set, const char *path, const struct series_rule *rule,
+	size_t *pick, struct ct_err *e)
+{
+	const struct ct_slice *s = set->census.slice;
+
+	if (set->n == 0)
+		return nothing(set, path, e);
+	for (size_t k = 0; k < set->n && rule->member; k++)
+		for (size_t i = 0; i < set->list[k].count; i++)
+			if (strcmp(s[set->list[k].first + i].path, rule->member) == 0) {
+				*pick = k;
+				return 0;
+			}
+	return ct_series_pick(set->list, set->n, s, rule->which, pick, e) ? ct_blame(e, path) : 0;
+}
+
 int series_read(const char *const *paths, size_t n, const struct series_rule *rule,
 	struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
@@ -294,12 +288,13 @@ int series_read(const char *const *paths, size_t n, const struct series_rule *ru
 
 	if (series_open(&set, paths, n, e))
 		goto out;
-	if (set.n == 0) {
-		nothing(&set, paths[0], e);
-		goto out;
-	}
-	if (choose(&set, rule, &pick, env, e)) {
-		ct_blame(e, paths[0]);
+	if (series_choose(&set, paths[0], rule, &pick, e)) {
+		for (size_t k = 0; k < set.n; k++) {
+			char line[400];
+
+			series_line(&set, k, line, sizeof line);
+			ct_log(env, CT_WARN, "%s", line);
+		}
 		goto out;
 	}
 	l = &set.list[pick];

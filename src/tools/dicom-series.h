@@ -29,6 +29,10 @@ int series_open(struct series_set *set, const char *const *paths, size_t n, stru
 void series_close(struct series_set *set);
 /* What series `pick` is made of, in one line for a list. */
 void series_line(const struct series_set *set, size_t pick, char *out, size_t room);
+/* The series of the rule. CT_EINPUT if there is none at all, saying what is the matter; else as
+ * ct_series_pick. */
+int series_choose(const struct series_set *set, const char *path, const struct series_rule *rule,
+	size_t *pick, struct ct_err *e);
 /* How the files are used if series `pick` is: one line in the log if not all are, with -v one line
  * a file. `without` slices at the end of the series are not. */
 void series_account(

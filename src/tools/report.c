@@ -284,7 +284,7 @@ static void print_scalar(FILE *f, const json_t *v)
 	else if (json_is_real(v))
 		fprintf(f, "%.7g", json_real_value(v));
 	else
-		fputs("none", f);
+		fputs(json_is_true(v) ? "yes" : json_is_false(v) ? "no" : "none", f);
 }
 
 static bool is_flat(const json_t *array)
