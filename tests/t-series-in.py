@@ -58,7 +58,8 @@ def enhanced(path, order):
 
 def make():
     for k in range(N):
-        write("s/%02d.dcm" % k, "axial", k, "1.5.1")
+        write("s/%02d.dcm" % k, "axial", k, "1.5.1", PatientName="P", StudyDate="20200101", StudyTime="120000",
+              StudyID="1", ImageType=["ORIGINAL", "PRIMARY", "AXIAL"])
     headless()
     enhanced("enhanced/e.dcm", [(5 * k) % N for k in range(N)])
 

@@ -59,7 +59,9 @@ else
 	head -c 300 z/04.dcm.gz >cut.gz; mv cut.gz z/04.dcm.gz
 	exits 3 'a slice that is cut off' ct-convert z d.nii; has err 'z/04.dcm.gz: damaged' 'is told'
 	printf 'PK\3\4 no zip' >no.zip; exits 3 'no archive' ct-convert no.zip d.nii; has err 'no.zip' 'is named'
-	ls "${TMPDIR:-/tmp}" | grep -q ctsr; [ $? -eq 1 ]; ok $? 'nothing is left behind'
+	mkdir tmp; TMPDIR=$PWD/tmp exits 0 'in TMPDIR' ct-convert -f a.tar o.nii
+	[ -z "$(ls -A tmp)" ]; ok $? 'nothing is left behind'
+	TMPDIR=$PWD/none ct-convert -f a.tar d.nii 2>err; [ $? -eq 3 ] && grep -q 'no TMPDIR to unpack in' err; ok $? 'a TMPDIR that is not there is told'
 fi
 exits 0 'NIfTI in gzip is no archive' sh -c 'ct-convert s.nii s.nii.gz && ct-convert -f s.nii.gz o.nii'
 # DICOMDIR

@@ -45,8 +45,11 @@ void Store::add(const void *data, size_t n)
 	const char *p = static_cast<const char *>(data);
 
 	if (fd < 0) {
-		const std::string folder = std::filesystem::temp_directory_path().string();
+		std::error_code bad;
+		const std::string folder = std::filesystem::temp_directory_path(bad).string();
 
+		if (bad)
+			throw std::runtime_error("no TMPDIR to unpack in: " + bad.message());
 		fd = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
 		if (fd < 0)
 			fail(folder);
@@ -119,6 +122,11 @@ bool looks_like_dicom(const unsigned char *p, size_t n)
 namespace
 {
 
+std::string trouble_of(archive *a)
+{
+	return archive_error_string(a) ? archive_error_string(a) : "damaged archive";
+}
+
 void keep(archive *a, Member &m, Store &store)
 {
 	std::vector<unsigned char> block(1 << 16);
@@ -139,7 +147,7 @@ void keep(archive *a, Member &m, Store &store)
 		m.size = store.size() - m.begin;
 	}
 	if (n < 0)
-		m.trouble = archive_error_string(a) ? archive_error_string(a) : "damaged archive";
+		m.trouble = trouble_of(a);
 }
 
 } // namespace
@@ -158,8 +166,10 @@ bool unpack(const std::string &path, bool single, Store &store,
 		archive_read_support_format_tar(a.get());
 	}
 	archive_read_support_format_raw(a.get());
-	if (archive_read_open_filename(a.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
-		return false;
+	if (archive_read_open_filename(a.get(), path.c_str(), 1 << 16) != ARCHIVE_OK) {
+		each({"", trouble_of(a.get()), store.size(), 0, false, false});
+		return true;
+	}
 	while ((rc = archive_read_next_header(a.get(), &entry)) == ARCHIVE_OK ||
 		rc == ARCHIVE_WARN) {
 		const bool raw = archive_format(a.get()) == ARCHIVE_FORMAT_RAW;
@@ -176,10 +186,10 @@ bool unpack(const std::string &path, bool single, Store &store,
 		if (!m.trouble.empty())
 			return true;
 	}
-	if (rc != ARCHIVE_EOF && any)
-		each({"", archive_error_string(a.get()) ? archive_error_string(a.get()) : "damaged",
-			store.size(), 0, false, false});
-	return any;
+	if (rc == ARCHIVE_EOF || (!any && archive_filter_count(a.get()) < 2))
+		return any;
+	each({"", trouble_of(a.get()), store.size(), 0, false, false});
+	return true;
 }
 #else
 bool unpack(const std::string &, bool, Store &, const std::function<void(const Member &)> &)
