@@ -89,6 +89,17 @@ has err 'InstanceNumber 7 is followed by 10 (numbers/07.dcm)' 'are told'
 exits 0 'pictures that were announced' ct-convert announced announced.nii
 has err 'ImagesInAcquisition is 20, but 16 slices are here' 'are told too'
 
+# an oracle
+if command -v dcm2niix >/dev/null; then
+	exits 0 'constant slope' ct-convert phases/0 c.nii; dcm2niix -z n -f d2n -o . phases/0 >/dev/null 2>&1
+	"$PY" -c 'import sys, nibabel as n, numpy as np
+a, b = (n.as_closest_canonical(n.load(f)) for f in ("c.nii", "d2n.nii"))
+sys.exit(not (np.array_equal(a.get_fdata(), b.get_fdata()) and np.abs(a.affine - b.affine).max() < 1e-4))'
+	ok $? 'voxels and affine are those of dcm2niix'
+else
+	skip 'voxels and affine are those of dcm2niix' 'no dcm2niix'
+fi
+
 # files by name
 exits 0 'files' ct-convert ok/*.dcm files.nii; py check files.nii; ok $? 'are taken as they are'
 exits 0 'some of them' ct-convert ok/0[0-4].dcm some.nii; py check some.nii 5; ok $? 'and no others'
