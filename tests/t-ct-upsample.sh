@@ -72,7 +72,7 @@ save('line.nii', (100 * i)[:, :1, :1])
 PY
 	for v in constant range impulse slice line; do
 		case $v in slice) x=4,4,1 ;; line) x=4,1,1 ;; *) x=4 ;; esac
-		ct-degrade -x $x $v.nii $v-lr.nii
+		ct-degrade --units hu -x $x $v.nii $v-lr.nii
 		for m in auto htv; do
 			ct-upsample -m $m -f $v-lr.nii $v-up.nii && ct-degrade -f -x $x $v-up.nii again.nii
 			a=$(psnr $v-lr.nii again.nii)
