@@ -21,6 +21,7 @@ bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
 	src/tools/train-cache.c src/tools/train-cache.h \
 	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
+	src/tools/train-pairs.c src/tools/train-pairs.h \
 	src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -35,7 +36,7 @@ ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
 	src/tools/ddnm-time.c src/tools/ddnm-time.h \
-	src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
+	src/tools/ddnm-input.c src/tools/ddnm-input.h src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
 	src/tools/prior-file.h src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)

@@ -7,6 +7,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "diffusion/bilinear.h"
+#include "diffusion/mirror.h"
 #include "diffusion/waves.h"
 
 #include <math.h>
@@ -92,7 +93,7 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 	*wide = (w + m - 1) / m * m * p->scale;
 }
 
-static int times_of(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
+int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
 {
 	if (p->steps == 0 || p->steps > CT_TIMESTEPS)
 		return ct_fail(
@@ -111,6 +112,12 @@ static size_t count_calls(const int *t, size_t n)
 	return calls;
 }
 
+void ct_superres_normals(uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z)
+{
+	ct_rng_normals(
+		n, z, seed, (uint64_t)view << 40 | (uint64_t)sample << 24 | (uint64_t)draw, 0);
+}
+
 int ct_superres_calls(
 	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e)
 {
@@ -121,20 +128,13 @@ int ct_superres_calls(
 	*calls = *gradients = 0;
 	if (p->how.rule == CT_SAMPLER_NONE)
 		return 0;
-	if (times_of(p, &t, &n, e))
+	if (ct_superres_times(p, &t, &n, e))
 		return -1;
 	chain = p->samples * count_calls(t, n);
 	*calls = chain * (fits ? p->how.iterations : 1);
 	*gradients = fits && !p->how.frozen ? chain * (p->how.iterations - 1) : 0;
 	free(t);
 	return 0;
-}
-
-/* Index of a line of n pixels continued by reflection: ... 1 0 | 0 1 ... n-1 | n-1 ... */
-static size_t mirrored(size_t i, size_t n)
-{
-	i %= 2 * n;
-	return i < n ? i : 2 * n - 1 - i;
 }
 
 /* The published method keeps pictures within [0, 1.05]; a band-limited one overshoots at edges, and
@@ -150,7 +150,8 @@ static void to_picture(const struct job *j, size_t high, size_t wide, float *dst
 {
 	for (size_t y = 0; y < high; y++)
 		for (size_t x = 0; x < wide; x++) {
-			double v = (double)src[mirrored(y, h) * w + mirrored(x, w)] / j->p->norm;
+			double v = (double)src[ct_mirror_index(y, h) * w + ct_mirror_index(x, w)] /
+				   j->p->norm;
 
 			v = range_of(j, v, HUGE_VAL);
 			for (size_t c = 0; c < j->net->channels; c++)
@@ -209,9 +210,8 @@ static int differentiate(
 static void normals(void *ctx, size_t draw, size_t n, float *z)
 {
 	const struct draw *d = ctx;
-	uint64_t stream = (uint64_t)d->view << 40 | (uint64_t)d->sample << 24 | (uint64_t)draw;
 
-	ct_rng_normals(n, z, d->job->env->seed, stream, 0);
+	ct_superres_normals(d->job->env->seed, d->view, d->sample, draw, n, z);
 }
 
 static int draw_view(
@@ -293,7 +293,7 @@ static int job_alloc(struct job *j, struct ct_err *e)
 		.ctx = j,
 		.save = p->save,
 		.save_ctx = p->save_ctx};
-	if (times_of(p, &j->times, &j->ntimes, e) ||
+	if (ct_superres_times(p, &j->times, &j->ntimes, e) ||
 		ct_superres_calls(p, &j->waves.calls, &gradients, e))
 		return -1;
 	j->waves.calls += gradients;

@@ -103,6 +103,8 @@ static int name_run(struct job *j, struct ct_err *e)
 		if (ct_resume_input(j->resume, name, &j->data->input[i], e))
 			return -1;
 	}
+	if (ct_resume_input(j->resume, "--base", j->p->base ? &j->data->base : NULL, e))
+		return -1;
 	return j->p->cosine || j->p->slices
 		       ? ct_resume_value(j->resume, e, "--steps", "%d", j->p->steps)
 		       : 0;

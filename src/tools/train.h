@@ -9,7 +9,7 @@
 struct train_params {
 	const char *out;
 	struct ct_list data;
-	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with;
+	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with, *base;
 	int patch, batch, steps, warmup, validate_every, validate_pieces, checkpoint_every,
 		log_every;
 	double lr, decay, ema, clip, minutes;
@@ -40,6 +40,7 @@ struct train_data {
 	size_t n;
 	struct ct_meta *input; /* owned, and what is in it */
 	struct ct_meta with;   /* of another prior that OUT holds too; owned */
+	struct ct_meta base;   /* of --base; owned */
 };
 
 /* Read DATA and make the subject, before its first step. */
