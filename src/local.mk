@@ -21,7 +21,7 @@ bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
 	src/tools/train-cache.c src/tools/train-cache.h \
 	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
-	src/tools/train-pairs.c src/tools/train-pairs.h \
+	src/tools/train-pairs.c src/tools/train-pairs.h src/tools/ddnm-input.c src/tools/ddnm-input.h \
 	src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -66,13 +66,15 @@ ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-stat
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
 # The shipped priors; their copies beside the programs serve a build folder.
-pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors
-EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/make-prior.sh \
-	src/prior/make-slices.sh src/prior/README.md
-noinst_DATA = prior.safetensors slices.safetensors
-CLEANFILES += prior.safetensors slices.safetensors
+pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
+EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors \
+	src/prior/make-prior.sh src/prior/make-slices.sh src/prior/make-residual.sh src/prior/README.md
+noinst_DATA = prior.safetensors slices.safetensors residual.safetensors
+CLEANFILES += prior.safetensors slices.safetensors residual.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@
+residual.safetensors: src/prior/residual.safetensors
+	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/residual.safetensors $@
 slices.safetensors: src/prior/slices.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk

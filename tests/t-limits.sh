@@ -175,7 +175,7 @@ ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
 ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
 ct-convert --cube --type
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
-ct-ddnm --guidance --iterations --rate --gradient i--init
+ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
@@ -200,7 +200,7 @@ ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate
 ct-restore --noise --dry-run
 ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed
-ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
+ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run

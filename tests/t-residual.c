@@ -63,9 +63,9 @@ static struct ct_superres rule(size_t steps, size_t samples)
 	return p;
 }
 
-static int go(const struct ct_residual *r, const struct ct_superres *p, struct net *net,
-	size_t multiple, const struct ct_stack *b, struct ct_stack *out, struct ct_stack *dev,
-	bool *done, size_t threads)
+static int go(const struct ct_residual *r, double weight, const struct ct_superres *p,
+	struct net *net, size_t multiple, const struct ct_stack *b, struct ct_stack *out,
+	struct ct_stack *dev, bool *done, size_t threads)
 {
 	struct ct_env env = {.seed = 3};
 	void *ctx[THREADS] = {net, net, net, net};
@@ -77,7 +77,7 @@ static int go(const struct ct_residual *r, const struct ct_superres *p, struct n
 	int rc;
 
 	must(ct_par_alloc(&env.par, threads, &err));
-	rc = ct_residual_draw(r, p, &d, b, out, dev, done, &env, &err);
+	rc = ct_residual_draw(r, weight, p, &d, b, out, dev, done, &env, &err);
 	ct_par_free(env.par);
 	return rc;
 }
@@ -134,7 +134,7 @@ static void test_hold(void)
 /* A stack with an octave of a known RMS, and as much below and above it. */
 static void test_missing(void)
 {
-	const struct ct_residual r = {S, 0.25, 1};
+	const struct ct_residual r = {S, 0.25, 1, 1};
 	struct ct_stack b = {0};
 	double rms, m;
 
@@ -159,7 +159,7 @@ static void test_missing(void)
 
 static void test_answer(void)
 {
-	struct ct_residual r = {S, 0.5, 0.75};
+	const struct ct_residual r = {S, 0.5, 0, 0};
 	struct ct_residual_frame f = {0};
 	struct ct_stack b = {0}, out = {0}, dev = {0}, more = {0};
 	struct ct_superres p = rule(4, SAMPLES);
@@ -167,14 +167,15 @@ static void test_answer(void)
 	float *truth = normals(N, 2, 1, 1), *z = normals(N, 2, 2, 1), told[N], held[N], seen[2 * N],
 	      *big;
 	struct net net = {N, truth, 0, seen};
-	double m, *t, worst = 0, mean[N] = {0}, sq[N] = {0};
+	double m, most, *t, worst = 0, mean[N] = {0}, sq[N] = {0};
 
 	stack(&b);
 	must(ct_stack_like(&out, &b, 1, &err) || ct_stack_like(&dev, &b, 1, &err) ||
 		ct_stack_like(&more, &b, 1, &err) || ct_residual_missing(&m, &r, &b, &err) ||
 		ct_residual_frame_alloc(&f, S, H, W, &err));
 	t = calloc(ct_residual_frame_scratch(&f), sizeof *t);
-	must(go(&r, &p, &net, 4, &b, &out, &dev, done, 2));
+	must(go(&r, 0.75, &p, &net, 4, &b, &out, &dev, done, 1));
+	net.seen = NULL;
 	memcpy(told, truth, sizeof told);
 	ct_residual_hold(&f, told, t);
 	for (size_t k = 0; k < VIEWS; k++)
@@ -188,14 +189,18 @@ static void test_answer(void)
 	for (size_t i = 0; i < VIEWS * N; i++)
 		more.data[i] = out.data[i] - b.data[i];
 	OK(share(more.data, H / 2, W / 2) < 1e-9, "and what is known stays");
-	NEAR(share(seen + N, H / 4, W / 4), 0, 1e-12, "the network sees detail");
+	must(ct_superres_norm(&b, &most, &err));
+	for (size_t i = 0; i < N; i++)
+		held[i] = (float)(2 * (double)b.data[(VIEWS - 1) * N + i] / most - 1);
+	NEAR(maxdiff(N, seen, held), 0, 1e-6, "the network sees what it adds to, from 0 to 1");
+	NEAR(share(seen + N, H / 4, W / 4), 0, 1e-12, "and its detail");
 	NEAR(sqrt(dot(N, seen + N, seen + N) / N), m > 0 ? 2 : 0, 0.6, "in units of the octave");
 
 	/* half of the state beside it: one step, whose mean and spread are those of the noise */
 	p = rule(1, SAMPLES);
 	net.part = 0.5;
 	memset(done, 0, sizeof done);
-	must(go(&r, &p, &net, 4, &b, &out, &dev, done, 3));
+	must(go(&r, 0.75, &p, &net, 4, &b, &out, &dev, done, 3));
 	for (size_t s = 0; s < SAMPLES; s++) {
 		ct_superres_normals(3, 1, s, 0, N, z);
 		for (size_t i = 0; i < N; i++)
@@ -216,29 +221,34 @@ static void test_answer(void)
 	}
 	OK(worst < 1e-4 * m, "mean and spread of samples (worst %.2g of %.2g)", worst, m);
 
+	/* other samplers, which clip elsewhere: a step is the same */
+	p.how = ct_sampler_default(CT_SAMPLER_DDIM);
+	memcpy(more.data, dev.data, VIEWS * N * sizeof *dev.data);
+	memset(done, 0, sizeof done);
+	must(go(&r, 0.75, &p, &net, 4, &b, &out, &dev, done, 3));
+	OK(apart(VIEWS * N, dev.data, more.data) < 1e-5, "nothing is clipped by ddim");
+
 	/* the answer is that of the first step, however many follow */
 	p = rule(5, SAMPLES);
 	memset(done, 0, sizeof done);
 	done[0] = true;
 	memcpy(more.data, b.data, VIEWS * N * sizeof *b.data);
-	must(go(&r, &p, &net, 4, &b, &more, NULL, done, 1));
+	must(go(&r, 0.75, &p, &net, 4, &b, &more, NULL, done, 1));
 	OK(memcmp(more.data + N, out.data + N, (VIEWS - 1) * N * sizeof *out.data) == 0,
 		"the answer does not depend on later steps, nor on threads");
 	OK(memcmp(more.data, b.data, N * sizeof *b.data) == 0,
 		"views that are done are left alone");
 
-	r.weight = 0;
 	memset(done, 0, sizeof done);
-	must(go(&r, &p, &net, 4, &b, &out, NULL, done, 2));
+	must(go(&r, 0, &p, &net, 4, &b, &out, NULL, done, 2));
 	OK(memcmp(out.data, b.data, VIEWS * N * sizeof *b.data) == 0, "a weight of 0 adds nothing");
 
 	/* a network that wants larger pictures: they are continued, and what is known stays all the
 	 * same */
-	r.weight = 1;
 	big = normals(32 * 32, 2, 3, 1);
 	net = (struct net){32 * 32, big, 0, NULL};
 	memset(done, 0, sizeof done);
-	must(go(&r, &p, &net, 16, &b, &out, NULL, done, 2));
+	must(go(&r, 1, &p, &net, 16, &b, &out, NULL, done, 2));
 	for (size_t i = 0; i < VIEWS * N; i++)
 		more.data[i] = out.data[i] - b.data[i];
 	OK(rms(N, more.data, NULL) > 0.5 * m && share(more.data, H / 2, W / 2) < 1e-9,
@@ -246,13 +256,13 @@ static void test_answer(void)
 	free(big);
 
 	p.how.rule = CT_SAMPLER_PLUS;
-	OK(go(&r, &p, &net, 4, &b, &out, NULL, done, 1) && err.code == CT_EUSAGE,
+	OK(go(&r, 1, &p, &net, 4, &b, &out, NULL, done, 1) && err.code == CT_EUSAGE,
 		"samplers that do not hold are refused");
 	p = rule(1, 1);
-	OK(go(&r, &p, &net, 4, &b, &out, &dev, done, 1) && err.code == CT_EUSAGE,
+	OK(go(&r, 1, &p, &net, 4, &b, &out, &dev, done, 1) && err.code == CT_EUSAGE,
 		"one sample has no deviation");
 	p.scale = 2;
-	OK(go(&r, &p, &net, 4, &b, &out, NULL, done, 1) && err.code == CT_EUSAGE,
+	OK(go(&r, 1, &p, &net, 4, &b, &out, NULL, done, 1) && err.code == CT_EUSAGE,
 		"another factor is refused");
 	ct_residual_frame_free(&f);
 	ct_stack_free(&b);
@@ -266,15 +276,16 @@ static void test_answer(void)
 
 static void test_metadata(void)
 {
-	const struct ct_residual r = {4, 0.375, 0.5};
+	const struct ct_residual r = {4, 0.375, 0.5, 0.25};
 	struct ct_residual back;
 	struct ct_meta m = {0};
 
 	OK(ct_residual_get(&back, &m, &err) == 1, "another prior is none");
 	must(ct_residual_put(&r, &m, &err));
 	must(ct_residual_get(&back, &m, &err));
-	OK(back.factor == 4 && back.missing == 0.375 && back.weight == 0.5, "metadata and back");
-	must(ct_meta_set(&m, CT_META_WEIGHT, "1.5", &err));
+	OK(back.factor == 4 && back.missing == 0.375 && back.sampled == 0.5 && back.aliased == 0.25,
+		"metadata and back");
+	must(ct_meta_set(&m, CT_META_WEIGHT, "0.5,1.5", &err));
 	OK(ct_residual_get(&back, &m, &err) == -1 && err.code == CT_EINPUT, "a weight above 1");
 	must(ct_residual_put(&r, &m, &err));
 	ct_meta_drop(&m, CT_META_MISSING);

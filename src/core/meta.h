@@ -84,10 +84,11 @@ struct ct_env;
 #define CT_META_OPERATOR "operator"
 /* number: value that the network saw as 1; ct-ddnm */
 #define CT_META_NORM "norm"
-/* number: of a prior, what is missing for each part of the octave that is known; ct_residual_put; of
- * projections, in their unit: the RMS that was taken to be missing; ct-ddnm */
+/* number: of a prior, what is missing for each part of the octave that is known; ct_residual_put;
+ * of projections, in their unit: the RMS that was taken to be missing; ct-ddnm */
 #define CT_META_MISSING "missing"
-/* number, 0 to 1: of such a prior, that of what it expects; ct_residual_put */
+/* "W,A", 0 to 1: of such a prior, the weight of what it expects of scans that were well sampled,
+ * and of others; ct_residual_put */
 #define CT_META_WEIGHT "weight"
 /* word: of the fit: residual, full; ct-nabgs */
 #define CT_META_MODE "mode"

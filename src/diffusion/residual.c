@@ -12,20 +12,23 @@
 int ct_residual_get(struct ct_residual *r, const struct ct_meta *m, struct ct_err *e)
 {
 	const char *map = ct_meta_get(m, CT_META_INTENSITY_MAP);
-	double factor = 0;
+	double factor = 0, weight[2] = {-1, -1};
 
 	*r = (struct ct_residual){0};
 	if (!map || strcmp(map, CT_RESIDUAL_MAP) != 0)
 		return 1;
 	if (ct_meta_numbers(m, CT_META_COARSEN, 1, &factor, e) ||
 		ct_meta_numbers(m, CT_META_MISSING, 1, &r->missing, e) ||
-		ct_meta_numbers(m, CT_META_WEIGHT, 1, &r->weight, e) ||
+		ct_meta_numbers(m, CT_META_WEIGHT, 2, weight, e) ||
 		!(factor >= 3 && factor <= 64 && factor == floor(factor)) ||
-		!(r->missing > 0 && r->missing < 1e6) || !(r->weight >= 0 && r->weight <= 1))
+		!(r->missing > 0 && r->missing < 1e6) || !(weight[0] >= 0 && weight[0] <= 1) ||
+		!(weight[1] >= 0 && weight[1] <= 1))
 		return ct_fail(e, CT_EINPUT,
 			"%s, %s or %s: a prior of what is missing states all three",
 			CT_META_COARSEN, CT_META_MISSING, CT_META_WEIGHT);
 	r->factor = (size_t)factor;
+	r->sampled = weight[0];
+	r->aliased = weight[1];
 	return 0;
 }
 
@@ -34,7 +37,8 @@ int ct_residual_put(const struct ct_residual *r, struct ct_meta *m, struct ct_er
 	return ct_meta_set(m, CT_META_INTENSITY_MAP, CT_RESIDUAL_MAP, e) ||
 			       ct_meta_setf(m, e, CT_META_COARSEN, "%zu", r->factor) ||
 			       ct_meta_setf(m, e, CT_META_MISSING, "%.6g", r->missing) ||
-			       ct_meta_setf(m, e, CT_META_WEIGHT, "%.6g", r->weight)
+			       ct_meta_setf(
+				       m, e, CT_META_WEIGHT, "%.6g,%.6g", r->sampled, r->aliased)
 		       ? -1
 		       : 0;
 }
@@ -136,6 +140,7 @@ struct seat {
 
 struct job {
 	const struct ct_residual *r;
+	double weight;
 	const struct ct_superres *p;
 	const struct ct_denoiser *net;
 	const struct ct_stack *b;
@@ -252,7 +257,7 @@ static void collect(void *arg, size_t first, size_t view)
 	}
 	ct_residual_hold(&j->view, j->told, j->t); /* what was cut off of it is missing */
 	for (size_t i = 0; i < n; i++)
-		out[i] = (float)((double)b[i] + j->r->weight * m * (double)j->told[i]);
+		out[i] = (float)((double)b[i] + j->weight * m * (double)j->told[i]);
 }
 
 static int check(const struct job *j, struct ct_err *e)
@@ -323,11 +328,12 @@ static void job_free(struct job *j)
 	ct_residual_frame_free(&j->view);
 }
 
-int ct_residual_draw(const struct ct_residual *r, const struct ct_superres *p,
+int ct_residual_draw(const struct ct_residual *r, double weight, const struct ct_superres *p,
 	const struct ct_denoiser *net, const struct ct_stack *b, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.r = r,
+		.weight = weight,
 		.p = p,
 		.net = net,
 		.b = b,

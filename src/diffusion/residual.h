@@ -13,8 +13,9 @@
  *          eps = sqrt(1 - abar) x + sqrt(abar) v for the samplers, which hold r by A = V, y = 0
  *   out    b + weight m (mean of the samples), where each sample stands for what was expected when
  *          nothing but noise was known of it: the same mean without the spread that is drawn.
- *          weight, at most 1, is what the prior is worth on data that it was not trained on. The
- *          deviation of the samples, times m, is what remains unknown
+ *          weight, at most 1, is what the prior is worth on data that it was not trained on, of
+ *          scans that were well sampled and of others. The deviation of the samples, times m, is
+ *          what remains unknown
  */
 #ifndef CT_DIFFUSION_RESIDUAL_H
 #define CT_DIFFUSION_RESIDUAL_H
@@ -30,9 +31,9 @@
 enum { CT_RESIDUAL_PLANES = 3 };
 
 struct ct_residual {
-	size_t factor;  /* s >= 3: of 2 nothing is missing */
-	double missing; /* > 0 */
-	double weight;  /* 0 to 1 */
+	size_t factor;           /* s >= 3: of 2 nothing is missing */
+	double missing;          /* > 0 */
+	double sampled, aliased; /* weights, 0 to 1 */
 };
 
 /* From the metadata of a prior, and to them. 1 if they are of another one, CT_EINPUT. */
@@ -67,10 +68,10 @@ int ct_residual_missing(
 /* Those that do what is wanted here. */
 bool ct_residual_draws(enum ct_sampler_rule rule);
 
-/* out, and deviation if not NULL, of b, as ct_superres() of p, of which norm, op and what goes with
- * them do not count, nor init. CT_EUSAGE for another sampler or factor. net takes
- * CT_RESIDUAL_PLANES and tells velocities. */
-int ct_residual_draw(const struct ct_residual *r, const struct ct_superres *p,
+/* out, and deviation if not NULL, of b and this weight, as ct_superres() of p, of which norm, op
+ * and what goes with them do not count, nor init. CT_EUSAGE for another sampler or factor. net
+ * takes CT_RESIDUAL_PLANES and tells velocities. */
+int ct_residual_draw(const struct ct_residual *r, double weight, const struct ct_superres *p,
 	const struct ct_denoiser *net, const struct ct_stack *b, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e);
 

@@ -2,7 +2,7 @@
 # Remakes residual.safetensors, the shipped prior of what projections of a refined CT lack:
 #   make-residual.sh CT_FOLDER HELD_FOLDER WORK OUT.safetensors [ct-train options...]
 # The folders hold NIfTI volumes in HU, HELD_FOLDER those of other patients, on which the prior is judged and
-# its weight found. WORK keeps the pairs: projections of the truth, and of what ct-restore makes of it when it
+# its weights found. WORK keeps the pairs: projections of the truth, and of what ct-restore makes of it when it
 # is reduced; they are made once.
 set -e
 ct=$1 held=$2 work=$3 out=$4
@@ -31,5 +31,5 @@ mkdir -p "$work"
 pairs "$held" "$work/held"
 pairs "$ct" "$work/ct"
 mkdir -p "$work/base"
-ln -sf "$PWD/$work"/*/base/*.exr "$work/base/" 2>/dev/null || ln -sf "$work"/*/base/*.exr "$work/base/"
+cp "$work"/*/base/*.exr "$work/base"
 exec ct-train -f --half --licence Apache-2.0 --base "$work/base" --validate "$work/held/truth" "$@" "$out" "$work/ct/truth"

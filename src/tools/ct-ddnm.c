@@ -152,7 +152,7 @@ struct job {
 	struct ct_superres s;
 	struct ct_resume resume;
 	struct ddnm_state state;
-	double missing; /* with --base-projections */
+	double missing, weight; /* with --base-projections */
 };
 
 static bool asks(const struct job *j)
@@ -424,7 +424,7 @@ static int sample(struct job *j, struct ct_err *e)
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);
 	if (j->p->base)
-		rc = ct_residual_draw(&j->prior.residual, &j->s, &net, &j->init, &j->out,
+		rc = ct_residual_draw(&j->prior.residual, j->weight, &j->s, &net, &j->init, &j->out,
 			j->p->std ? &j->std : NULL, j->state.done, j->env, e);
 	else
 		rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
@@ -437,6 +437,19 @@ static int sample(struct job *j, struct ct_err *e)
 	return 0;
 }
 
+/* What is missing, and the weight of what is expected of it. */
+static int weigh(struct job *j, struct ct_err *e)
+{
+	const struct ct_residual *r = &j->prior.residual;
+	bool aliases;
+
+	if (ct_residual_missing(&j->missing, r, &j->init, e) ||
+		ddnm_input_aliases(&aliases, &j->init, e))
+		return ct_blame(e, j->p->base);
+	j->weight = aliases ? r->aliased : r->sampled;
+	return 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.p = params, .env = env};
@@ -446,12 +459,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
 	if (j.p->base) {
-		if (ct_residual_missing(&j.missing, &j.prior.residual, &j.init, e)) {
-			ct_blame(e, j.p->base);
+		if (weigh(&j, e))
 			goto out;
-		}
-		ct_log(env, CT_INFO, "%zu views of %zux%zu lack %g RMS, of which %g is told",
-			j.out.views, j.out.w, j.out.h, j.missing, j.prior.residual.weight);
+		ct_log(env, CT_INFO, "%zu views of %zux%zu lack %g RMS, weight %g", j.out.views,
+			j.out.w, j.out.h, j.missing, j.weight);
 	} else if (asks(&j))
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
 			j.out.views, j.out.w, j.out.h, j.s.norm,

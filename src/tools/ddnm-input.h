@@ -3,6 +3,8 @@
 #define CT_TOOLS_DDNM_INPUT_H
 #include "core/stack.h"
 
+#include <stdbool.h>
+
 /* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
  * little less is assumed, since too much blur assumed costs more than too little; where no blur
  * is known, that of a quarter of a coarse voxel. */
@@ -13,5 +15,8 @@ int ddnm_input_norm(double *norm, double given, const struct ct_stack *in, struc
  * CT_EINPUT, and CT_EUSAGE for another one given, naming `path`. */
 int ddnm_input_scale(
 	size_t *scale, int given, const struct ct_stack *in, const char *path, struct ct_err *e);
+/* Was the scan whose refined volume was projected sampled so that it aliases, or is that not known?
+ */
+int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e);
 
 #endif

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/hash.h"
+#include "tools/ddnm-input.h"
 #include "tools/train-data.h"
 
 #include <math.h>
@@ -11,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EVERY = 8 }; /* view, of those that are weighed */
+enum { EVERY = 8 };       /* view, of those that are weighed */
+#define LEAST (1.0 / 500) /* part of the squared error: what takes off less is taken for chance */
 
 static const char *last_part(const char *path)
 {
@@ -209,8 +211,8 @@ static int share_of(struct share *s, const struct ct_prior *prior, const struct 
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_denoiser net = ct_prior_denoiser(prior);
-	const struct ct_residual whole = {prior->residual.factor, prior->residual.missing, 1};
-	struct ct_superres how = ct_superres_default(whole.factor);
+	const struct ct_residual *r = &prior->residual;
+	struct ct_superres how = ct_superres_default(r->factor);
 	struct ct_stack out = {0};
 	const size_t n = p->base.h * p->base.w;
 	bool *done = NULL;
@@ -224,7 +226,7 @@ static int share_of(struct share *s, const struct ct_prior *prior, const struct 
 		goto out;
 	for (size_t k = 0; k < p->base.views; k++)
 		done[k] = k % EVERY != 0;
-	if (ct_residual_draw(&whole, &how, &net, &p->base, &out, NULL, done, env, e))
+	if (ct_residual_draw(r, 1, &how, &net, &p->base, &out, NULL, done, env, e))
 		goto out;
 	for (size_t k = 0; k < p->base.views; k += EVERY)
 		for (size_t i = k * n; i < (k + 1) * n; i++) {
@@ -255,36 +257,37 @@ static int plan(struct ct_prior *prior, const struct train_pair *p, const struct
 		       : ct_prior_plan(prior, ct_par_threads(env->par), high, wide, false, e);
 }
 
-int train_pairs_weigh(struct ct_residual *r, double *gain, const struct train_pairs *s,
+int train_pairs_weigh(struct ct_residual *r, const struct train_pairs *s,
 	struct ct_tensors *weights, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_prior prior = {0};
 	struct ct_env quiet = {.par = env->par, .stop = env->stop, .seed = env->seed};
-	struct share *share = NULL;
-	double least = 1;
-	int rc = -1;
+	int rc = ct_prior_alloc(&prior, weights, e);
 
-	*gain = 0;
-	if (ct_alloc(&share, s->n, sizeof *share, e) || ct_prior_alloc(&prior, weights, e))
-		goto out;
-	for (size_t i = 0; i < s->n; i++) {
-		if (plan(&prior, &s->pair[i], env, e) ||
-			share_of(&share[i], &prior, &s->pair[i], &quiet, e)) {
-			ct_blame(e, s->pair[i].name);
-			goto out;
-		}
-		ct_log(env, CT_INFO, "%s: %.4f octaves missing, best weight %.3f",
-			last_part(s->pair[i].name), s->pair[i].lack / s->pair[i].octave,
-			share[i].both / share[i].told);
-		least = share[i].told > 0 ? fmin(least, share[i].both / share[i].told) : 0;
+	r->sampled = r->aliased = 1;
+	for (size_t i = 0; rc == 0 && i < s->n; i++) {
+		const struct train_pair *p = &s->pair[i];
+		double best, part, *least;
+		struct share share = {0};
+		bool aliases;
+
+		rc = plan(&prior, p, env, e) || share_of(&share, &prior, p, &quiet, e) ||
+				     ddnm_input_aliases(&aliases, &p->base, e)
+			     ? ct_blame(e, p->name)
+			     : 0;
+		if (rc)
+			break;
+		best = share.told > 0 ? share.both / share.told : 0;
+		part = best * share.both / share.lack;
+		least = aliases ? &r->aliased : &r->sampled;
+		*least = part < LEAST ? 0 : fmax(0, fmin(*least, best));
+		ct_log(env, CT_INFO,
+			"%s: %.4f octaves missing, best weight %.3f, which takes off %.3f %%",
+			last_part(p->name), p->lack / p->octave, best, 100 * part);
 	}
-	r->weight = fmax(least, 0);
-	for (size_t i = 0; i < s->n; i++)
-		*gain += r->weight * (2 * share[i].both - r->weight * share[i].told) /
-			 share[i].lack / (double)s->n;
-	rc = 0;
-out:
-	free(share);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "weight %.3f of scans that are well sampled, %.3f of others",
+			r->sampled, r->aliased);
 	ct_prior_free(&prior);
 	return rc;
 }

@@ -30,10 +30,10 @@ double train_pairs_missing(const struct train_pairs *s);
 /* Planes of all views: what is missing, and the condition (residual.h). */
 int train_pairs_pictures(struct ct_pictures *to, const struct train_pairs *s,
 	const struct ct_residual *r, struct ct_err *e);
-/* What the prior of these weights, which are moved, is worth on every eighth view: r->weight
- * becomes the least of the stacks' own best weights, so that none of them loses, and *gain the part
- * of what is missing that it then takes off, the mean of all stacks. */
-int train_pairs_weigh(struct ct_residual *r, double *gain, const struct train_pairs *s,
+/* What the prior of these weights, which are moved, is worth on every eighth view: both weights of
+ * r become the least of the best ones of the stacks that they are for, so that none of them loses,
+ * if there are such stacks, and are told. */
+int train_pairs_weigh(struct ct_residual *r, const struct train_pairs *s,
 	struct ct_tensors *weights, const struct ct_env *env, struct ct_err *e);
 
 #endif

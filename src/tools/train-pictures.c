@@ -93,7 +93,7 @@ static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
 	struct ct_meta held = {0};
 	int rc = 0;
 
-	*r = (struct ct_residual){.factor = (size_t)p->factor, .weight = 1};
+	*r = (struct ct_residual){.factor = (size_t)p->factor, .sampled = 1, .aliased = 1};
 	if (r->factor < 3)
 		return ct_fail(e, CT_EUSAGE,
 			"--factor %d: what is below twice the Nyquist frequency is known: all",
@@ -163,20 +163,15 @@ static int weigh(const struct job *j, struct ct_residual *r, struct ct_err *e)
 {
 	struct ct_env env = j->env;
 	struct ct_tensors w = {0};
-	double gain;
 	int rc;
 
 	env.verbose++; /* as train-loop.c has it */
 	if (!j->held_pairs.n || ct_train_steps(j->train) != (uint64_t)j->p->steps)
 		return 0;
 	rc = ct_train_result(j->train, &w, e) || ct_residual_put(r, &w.meta, e) ||
-	     train_pairs_weigh(r, &gain, &j->held_pairs, &w, &env, e);
+	     train_pairs_weigh(r, &j->held_pairs, &w, &env, e);
 	ct_tensors_free(&w);
-	if (rc)
-		return -1;
-	ct_log(&env, CT_INFO, "weight %.3f: %.2f %% of what is missing is told", r->weight,
-		100 * gain);
-	return 0;
+	return rc ? -1 : 0;
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
