@@ -56,7 +56,7 @@ twice 'written between' ct-sr -x 2 -k kept a.nii kept/lr.nii
 cp a.nii kept/up.nii
 twice 'written between' ct-sr -x 2 -k kept kept/up.nii out.nii
 rm kept/up.nii
-twice 'written between' ct-sr -x 2 -k kept -Q best a.nii d/kept/residual.ply
+twice 'written between' ct-sr -x 4 -k kept -Q best a.nii d/kept/residual.ply
 has err 'kept/residual.ply' 'which it names'
 ct-sr --dry-run --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
