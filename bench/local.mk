@@ -30,3 +30,8 @@ BENCH_SH += bench/b-upsample.sh
 EXTRA_PROGRAMS += bench/b-gs
 bench_b_gs_SOURCES = bench/b-gs.c bench/gs-limit.h bench/gs-plain.c bench/gs-plain.h bench/bench.h
 BENCH_C += bench/b-gs
+EXTRA_PROGRAMS += bench/unet-calls
+bench_unet_calls_SOURCES = bench/unet-calls.c bench/bench.h
+BENCH_SH += bench/b-unet.sh
+EXTRA_DIST += bench/unet-torch.py
+bench: bench/unet-calls

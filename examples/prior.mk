@@ -2,10 +2,12 @@
 #
 #   make -f examples/prior.mk VOLUMES='chest.nii.gz head.nii.gz' PRIOR=slices.safetensors
 #
-# cuts a cube from each, clips it to CLIP, reduces it as each of CASES says (PROTOCOL:FACTOR:NOISE in HU),
-# refines it with the solver alone and with the prior, and prints a table: PSNR (dB) and SSIM (2-D, mean
-# of three axes) in WINDOW of cubic interpolation, of the solver, of the prior's volume, what the prior
-# gains over both, and its seconds. Files stay in OUT.
+# cuts a cube from each, clips it to CLIP, reduces it as each of CASES says (PROTOCOL:FACTOR:NOISE: P1, P2,
+# P3 or mean, which is the mean of coarse voxels; S or X,Y,Z; HU), refines it with the solver alone and with
+# the prior, and prints a table: PSNR (dB) and SSIM (2-D, mean of three axes) in WINDOW of cubic
+# interpolation, of the solver, of the prior's volume, and what the prior gains over both; false structures
+# of the three (ct-metrics --structures) and the rise of their edges (mm, --edges); the prior's seconds.
+# Files stay in OUT. CUBE is to be a multiple of the factors.
 VOLUMES =
 PRIOR =
 CUBE = 128
@@ -17,6 +19,7 @@ OUT = prior
 TIME = /usr/bin/time
 
 stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
+sampled = $(if $(filter mean,$(1)),--sigma 0 --decimate mean,-p $(1))
 part = $(word $(2),$(subst :, ,$(1)))
 NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
 DIRS = $(foreach n,$(NAMES),$(foreach c,$(CASES),$(n)/$(subst :,-,$(c))))
@@ -25,34 +28,33 @@ all: $(OUT)/table
 	@cat $<
 
 $(OUT)/table: $(DIRS:%=$(OUT)/%/row)
-	@{ printf '%-36s %-8s %13s %13s %13s %12s %12s %7s\n' scan case cubic solver prior 'over cubic' \
-		'over solver' seconds; \
+	@{ printf '%-36s %-12s %13s %13s %13s %12s %12s %13s %17s %7s\n' scan case cubic solver prior \
+		'over cubic' 'over solver' false 'rise, mm' seconds; \
 	for d in $(DIRS); do \
-		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-8s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %6.1f\n", \
-			n, c, $$1, $$2, $$3, $$4, $$5, $$6, $$5 - $$1, $$6 - $$2, $$5 - $$3, $$6 - $$4, $$7}' \
-			$(OUT)/$$d/row; \
+		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-12s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %4d %4d %3d %5.2f %5.2f %5.2f %7.1f\n", \
+			n, c, $$1, $$2, $$5, $$6, $$9, $$10, $$9 - $$1, $$10 - $$2, $$9 - $$5, $$10 - $$6, \
+			$$3, $$7, $$11, $$4, $$8, $$12, $$13}' $(OUT)/$$d/row; \
 	done; } >$@
 
 define scan
 $(OUT)/$(call stem,$(1))/hr.nii: $(1)
 	@mkdir -p $$(@D)
-	ct-convert -q -f --cube $(CUBE) $$< $$@
+	ct-convert -q --cube $(CUBE) $$< - | ct-degrade -q -f -x 1 --clip=$(CLIP) - $$@
 endef
 $(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 
 define reduce
 $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii: $(OUT)/$(1)/hr.nii
 	@mkdir -p $$(@D)
-	ct-degrade -q -f -x $(call part,$(2),2) -p $(call part,$(2),1) --noise $(call part,$(2),3) \
-		--clip=$(CLIP) $$< $$@
+	ct-degrade -q -f -x $(call part,$(2),2) $(call sampled,$(call part,$(2),1)) --noise $(call part,$(2),3) $$< $$@
 $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 	ct-upsample -q -f -m cubic $$< $$(@D)/cubic.nii
 	ct-upsample -q -f $$< $$(@D)/solver.nii
 	$(TIME) -o $$(@D)/time -f %e ct-restore -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
 	@for m in cubic solver prior; do \
-		ct-metrics -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | \
-			awk '$$$$1 == "psnr" || $$$$1 == "ssim-r2" {printf "%s ", $$$$2}'; \
-	done | cat - $$(@D)/time >$$@.part
+		ct-metrics -w $(WINDOW) --structures --edges $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
+			END {print is["psnr"], is["ssim-r2"], is["false-bright"] + is["false-dark"], is["edge-rise-test-mm"] + 0}'; \
+	done | cat - $$(@D)/time | tr '\n' ' ' >$$@.part
 	@mv $$@.part $$@
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(eval $(call reduce,$(n),$(c)))))

@@ -11,7 +11,7 @@
 #include "formats/format.h"
 #include "formats/half.h"
 #include "formats/hash.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "formats/io.h"
 #include "core/mem.h"
 

@@ -25,7 +25,7 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 int ct_vol_write(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_nifti_write(path, v, CT_NIFTI_AUTO, env, e);
+	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
 }
 
 int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)

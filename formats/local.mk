@@ -1,9 +1,10 @@
-libct_a_SOURCES += formats/io.c formats/io.h formats/inflate.c formats/inflate.h
+libct_a_SOURCES += formats/io.c formats/io.h
 libct_a_SOURCES += formats/temp.c formats/temp.h
 libct_a_SOURCES += formats/format.h
 libct_a_SOURCES += formats/hash.c formats/hash.h formats/hash-impl.h
 SIMD_SOURCES += formats/hash-add.c
 libct_a_SOURCES += formats/format.c
+libct_a_SOURCES += formats/units.c formats/units.h
 libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
 libct_a_SOURCES += formats/voxels.c formats/voxels.h

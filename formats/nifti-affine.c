@@ -99,7 +99,7 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 	const double mm = mm_per_unit(h);
 
 	memset(a, 0, 3 * sizeof a[0]);
-	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 1;
+	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 0;
 	if (h->sform > 0)
 		memcpy(a, h->srow, sizeof h->srow);
 	for (int i = 0; i < 3 && !(h->sform > 0); i++)
@@ -124,13 +124,29 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 	return 0;
 }
 
-int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, struct ct_err *e)
+static void set_rows(struct ct_nii *h, const struct ct_vol *v, const double mm[3])
+{
+	for (int i = 0; i < 3; i++)
+		h->pixdim[i + 1] = mm[i];
+	memcpy(h->srow, v->affine, sizeof h->srow);
+	h->units = 2;
+}
+
+int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, struct ct_err *e)
 {
 	double mm[3], q[3][3], r[3][3], worst = 0;
 
-	if (ct_vol_check_grid(v, e))
-		return -1;
 	ct_vol_spacing(v, mm);
+	if (ct_vol_check_grid(v, e)) {
+		h->sheared =
+			shear && mm[0] > 0 && mm[1] > 0 && mm[2] > 0 && mm[0] + mm[1] + mm[2] < 1e6;
+		if (!h->sheared)
+			return -1;
+		*e = (struct ct_err){0};
+		set_rows(h, v, mm);
+		h->pixdim[0] = 1;
+		return 0;
+	}
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)
 			q[i][j] = r[i][j] = v->affine[i][j] / mm[j];
@@ -149,11 +165,8 @@ int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, struct ct_err *e
 	for (int i = 0; i < 3; i++)
 		q[i][2] *= h->pixdim[0];
 	quaternion(h->quat, q);
-	for (int i = 0; i < 3; i++) {
-		h->pixdim[i + 1] = mm[i];
+	for (int i = 0; i < 3; i++)
 		h->shift[i] = v->affine[i][3];
-	}
-	memcpy(h->srow, v->affine, sizeof h->srow);
-	h->units = 2;
+	set_rows(h, v, mm);
 	return 0;
 }

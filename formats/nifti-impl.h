@@ -14,6 +14,7 @@ struct ct_nii {
 	int version; /* 1 or 2 */
 	bool swap;   /* the file has the other byte order */
 	double dim[8], type, bits, pixdim[8], start, slope, inter;
+	bool sheared; /* sform alone */
 	double qform, sform, quat[3], shift[3], srow[3][4], units;
 };
 
@@ -29,8 +30,9 @@ int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e);
 
 /* Voxel to world millimetres, and its code. CT_EGEOM. */
 int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_err *e);
-/* pixdim, quaternion, offset and rows of v's grid. CT_EGEOM if sheared. */
-int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, struct ct_err *e);
+/* pixdim, quaternion, offset and rows of v's grid. CT_EGEOM if sheared, unless `shear` allows it.
+ */
+int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, struct ct_err *e);
 
 /* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. *pairs
  * counts those of all extensions of a file. */

@@ -1,8 +1,9 @@
 /* nifti.c: volumes in and out as streams. See nifti.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "formats/hash.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "formats/io.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
@@ -237,6 +238,7 @@ static int read_voxels(struct source *s, const struct ct_nii *h, struct ct_vol *
 			ct_voxels_float(
 				n, out, (enum ct_voxel)(int)h->type, block, h->slope, h->inter);
 		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
+		ct_room_trim();
 	}
 	return 0;
 }
@@ -357,9 +359,11 @@ static int choose_type(const struct ct_vol *v, enum ct_nifti_type type, int16_t 
 	const size_t total = ct_vol_count(v), step = BLOCK / sizeof *block;
 
 	*i16 = type != CT_NIFTI_F32;
-	for (size_t at = 0; at < total && *i16; at += step)
+	for (size_t at = 0; at < total && *i16; at += step) {
 		*i16 = ct_voxels_i16(total - at < step ? total - at : step, block, v->data + at,
 			type == CT_NIFTI_AUTO);
+		ct_room_trim();
+	}
 	return type == CT_NIFTI_I16 && !*i16 ? ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16")
 					     : 0;
 }
@@ -380,7 +384,8 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 	h->bits = i16 ? 16 : 32;
 	h->start = (double)(ct_nii_size(h) + 4 + ext);
 	h->slope = 1;
-	h->qform = h->sform = code >= 1 && code <= 5 ? (double)code : 1;
+	h->sform = code >= 1 && code <= 5 ? (double)code : 1;
+	h->qform = h->sheared ? 0 : h->sform;
 }
 
 static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *block,
@@ -398,11 +403,12 @@ static int write_voxels(struct sink *s, const struct ct_vol *v, bool i16, void *
 			ct_voxels_swap(n, bytes, block);
 		if (ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e))
 			return -1;
+		ct_room_trim();
 	}
 	return 0;
 }
 
-int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type,
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
 	unsigned char raw[CT_NII_MAX + 4] = {0}, *ext = NULL;
@@ -416,7 +422,7 @@ int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type 
 
 	if (ct_alloc(&block, BLOCK, 1, e))
 		return -1;
-	if (ct_nii_set_affine(&h, v, e) || choose_type(v, type, block, &i16, e) ||
+	if (ct_nii_set_affine(&h, v, shear, e) || choose_type(v, type, block, &i16, e) ||
 		ct_nii_ext_write(&v->meta, &ext, &bytes, e)) {
 		ct_blame(e, path);
 		goto out;

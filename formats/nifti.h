@@ -8,7 +8,8 @@
  *
  * Extensions: ours is of ecode 6, a JSON object whose keys all begin with "ct:", one a pair of
  * the metadata. Any other is kept as the pair "nifti.ext.N" = "ECODE BASE64" and written again.
- * A qform/sform code other than 1 is kept as the pair "nifti.code". Text that is not UTF-8 is
+ * A qform/sform code other than 1 is kept as the pair "nifti.code", 0 if there is neither, and
+ * written again, 0 as 1. Text that is not UTF-8 is
  * written with U+FFFD for the bytes in error.
  */
 #ifndef CT_FORMATS_NIFTI_H
@@ -31,8 +32,8 @@ enum ct_nifti_type { CT_NIFTI_LIST(CT_WORD_VALUE) };
 int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
 /* NIfTI-1, or NIfTI-2 if a dimension is above 32767; gzip if the name ends in .gz. sform is the
  * affine; qform its nearest rotation, the codes equal. CT_EGEOM if the two would disagree by more
- * than 0.05 voxel (shear). CT_EOUTPUT; CT_ENOMEM. */
-int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type,
+ * than 0.05 voxel, unless `shear` allows it: then qform_code is 0. CT_EOUTPUT; CT_ENOMEM. */
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -6,7 +6,7 @@ counts once.
 
     scripts/coverage.py [--build DIR] [--tests "t-x t-y.sh"] [--lines] [--no-run]
 """
-import argparse, concurrent.futures, hashlib, json, os, re, shutil, subprocess, sys, time
+import argparse, concurrent.futures, hashlib, json, os, re, shutil, subprocess, sys
 from suite import Suite, TOP
 
 FLAGS = '-O1 --coverage -fprofile-update=single'  # that a counter is not 0 is sure with threads, too
@@ -52,15 +52,13 @@ def measure(suite, name, known):
     """Runs a test; what it ran goes into known."""
     folder = os.path.join(suite.b, 'by', name)
     shutil.rmtree(folder, ignore_errors=True)
-    began = time.time()
-    status = suite.test(name, 900, GCOV_PREFIX=folder)
-    seconds = time.time() - began
+    status, seconds = suite.test(name, 900, GCOV_PREFIX=folder)
     ran = lines_of(suite.b, beside(suite.b, folder, False))
     shutil.rmtree(folder, ignore_errors=True)
     known[name] = {'seconds': round(seconds, 2),
                    'lines': {f: [k for k, yes in of.items() if yes] for f, of in ran.items()}}
     if status not in (0, 77):
-        print('%s: %s' % (name, 'out of time' if status == 'time' else 'fails'), flush=True)
+        print('%s: %s' % (name, status if isinstance(status, str) else 'fails'), flush=True)
 
 
 def every(b):

@@ -3,10 +3,10 @@
 # make fuzz takes.
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
-	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libopenimageio-dev
+	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev libopenimageio-dev
 	xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
-	openimageio-tools openexr plastimatch libgdcm-tools clang-format'
+	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dcm2niix clang-format'
 fuzz='clang libclang-rt-dev'
 case ${1:-build} in
 build) want=$build ;;

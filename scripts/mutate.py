@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Do the tests notice? Changes one line of src/ or formats/ at a time, builds, and runs the tests that
-run this line, the quickest first, until one fails. Prints the score, and what survived.
+run this line, first those that run most of its file in the least time, until one fails. Prints the score,
+and what survived.
 
     scripts/mutate.py [--seed N] [--count N] [--files GLOB] [--at FILE:LINE[:WORD] ... [--each N]]
                       [--also "t-x t-y.sh"] [--budget SECONDS] [--minutes M] [--jobs N]
@@ -12,18 +13,20 @@ at the end, is a mutant that does not compile, or of which the compiler makes th
 object of the library and the commands: no test can notice (it is not compiled on this machine, too).
 Not drawn are the size of an array and a number that adds to the room of an allocation, the range in the
 row of an option that is no number (cli/table.c asks numbers only), and which other number stands for an
-error. A test that runs five times as long as it should has noticed; one that fails without the change,
-too, has not. An index beyond an array of known size counts as noticed (the copy is built with
--fsanitize=bounds). A line that no test runs is left to those that run the nearest one above it. --at
-takes the mutants of these lines instead of random ones, or just that which is WORD, or those that hold it;
---also runs these tests first.
+error. A test has noticed that fails with the change and passes without it (one that waits is to fail
+twice, and one that took two or three attempts to pass as often and once more), takes five times the CPU it
+should, or hangs; one that came to no end for want of CPU leaves the mutant unknown, which is not counted. An
+index beyond an array of known size counts as noticed (the copy is built with -fsanitize=bounds). A line that
+no test runs is left to those that run the nearest one above it. --at takes the mutants of these lines
+instead of random ones, or just that which is WORD, or those that hold it; --also runs these tests first.
+A survivor that doc/mutation.md lists is known to change nothing that is computed, and told apart.
 A broken program may do anything, such as to empty /tmp: run it where nothing of value lies.
 """
 import argparse, fnmatch, hashlib, json, os, random, re, shutil, subprocess, sys, time
 from suite import Suite, TOP
 
 GROUP = 4  # tests built at a time
-TOOLS = 8  # seconds to link all tools, for a test in shell
+TOOLS, LINK = 4, .5  # seconds to link all tools, for a test in shell; or one
 FLAGS = '-O2 -fsanitize=bounds -fsanitize-undefined-trap-on-error'  # a loop past an array is noticed
 # What is changed into what, outside strings and comments.
 SWAPS = [(r'(?<=\s)\+(?=\s)', '-'), (r'(?<=[\w)\]]\s)-(?=\s)', '+'), (r'(?<=\s)\*(?=\s)', '/'),
@@ -40,6 +43,7 @@ ROOM = re.compile(r'\b(?:ct_alloc0?|malloc|calloc|realloc)\(')
 # A row of an option table: the structure, the field, the least and the most.
 ROW = re.compile(r'CT_OPT(?:_IDLE)?\(\s*struct (\w+), (\w+),\s*(?:0|\'.\'),\s*(?:"[^"]*"|NULL),'
                  r'\s*(?:"[^"]*"|NULL),\s*(\S+,\s\S+),')
+WAITS = re.compile(r'\b(sleep|kill|usleep|nanosleep|alarm|seconds)\b')  # a test that a busy machine may fail
 CONDITION = re.compile(r'\b(if|while) \((.*)\)(\s*\{)?$')
 
 
@@ -129,9 +133,12 @@ class Place:
 
     def __init__(self, build, coverage, jobs, budget):
         known = json.load(open(os.path.join(coverage, 'lines.json')))
-        self.files, self.tests, self.sane = known['files'], known['tests'], {}
+        self.files, self.tests = known['files'], known['tests']
         self.src, self.budget = os.path.join(build, 'src'), budget
         self.copy()
+        self.kept, self.attempts = os.path.join(build, 'attempts.json'), {}
+        if os.path.exists(self.kept):
+            self.attempts = {k: n for k, (of, n) in json.load(open(self.kept)).items() if of == self.digest(k)}
         self.suite = Suite(self.src, os.path.join(build, 'b'), FLAGS, jobs)
         self.there = set(self.suite.names())
         self.parts, self.plain = self.objects(), {}
@@ -152,16 +159,18 @@ class Place:
             os.utime(to)
 
     def objects(self):
-        """file -> objects of the library and the commands that are made of it."""
-        found, b = {}, self.suite.b
+        """file -> objects of the library and the commands that are made of it; and back, their sources."""
+        found, b, self.sources = {}, self.suite.b, {}
         for where, _, names in os.walk(b):
             if not re.match(r'/(src|formats)/.*\.deps$', where[len(b):]):
                 continue
             for name in names:
                 rule = open(os.path.join(where, name)).read().split('\n\n')[0].replace('\\\n', ' ')
                 target, _, needs = rule.partition(':')
-                for n in set(needs.split()):
-                    found.setdefault(os.path.relpath(os.path.join(b, n), self.src), set()).add(target)
+                needs = [os.path.relpath(os.path.join(b, n), self.src) for n in needs.split()]
+                self.sources[target] = (needs + [''])[0]
+                for n in needs:
+                    found.setdefault(n, set()).add(target)
         return found
 
     def compiled(self, path):
@@ -174,48 +183,72 @@ class Place:
 
     def runners(self, path, number):
         """The tests that run this line; if none does, or it is no code, the nearest one above it in
-        its function; of a table, whose lines are no code, those that run anything of the file."""
+        its function; of a table, whose lines are no code, those that run anything of the file; of a header
+        without code, of the files that include it."""
         rows = open(os.path.join(self.src, path)).read().split('\n')
         while number > 0 and not rows[number - 1].startswith(('}', '{')):
             found = [n for n, t in self.tests.items() if number in t['lines'].get(path, ())]
             if found:
                 return found
             number -= 1
-        return [n for n, t in self.tests.items() if path in t['lines']]
+        found = [n for n, t in self.tests.items() if t['lines'].get(path)]
+        made = {self.sources[o] for o in self.parts.get(path, ())}
+        return found or [n for n, t in self.tests.items() if made & t['lines'].keys()]
 
     def tests_of(self, path, number, also):
-        """Those that run this line, the quickest first, and what takes all tools later."""
-        seconds = {n: self.tests[n]['seconds'] for n in self.runners(path, number) if n in self.there}
-        rest = [t for t in sorted(seconds, key=seconds.get) if t not in also]
-        while self.budget and sum(seconds[t] for t in rest) > self.budget:
-            rest.pop()
-        return also + sorted(rest, key=lambda t: seconds[t] + TOOLS * t.endswith('.sh'))
+        """Those that run this line, first those that run most of its file in the least time."""
+        cost = {n: self.tests[n]['seconds'] + (TOOLS if n.endswith('.sh') else LINK)
+                for n in self.runners(path, number) if n in self.there and n not in also}
+        tests = sorted(cost, key=lambda n: cost[n] / (1 + len(self.tests[n]['lines'].get(path, ()))))
+        while self.budget and len(tests) > 1 and sum(cost[t] for t in tests) > self.budget:
+            tests.pop()
+        return also + tests
 
-    def limit(self, name):
-        return 20 + 5 * self.tests.get(name, {'seconds': 30})['seconds']
+    def text(self, name):
+        """That of a test."""
+        whole = os.path.join(self.src, 'tests', name)
+        found = [p for p in (whole, whole + '.c', whole + '.cc') if os.path.exists(p)]
+        return open(found[0]).read() if found else ''
+
+    def digest(self, name):
+        """Of the sources and a test."""
+        every = ''.join(f['digest'] for f in self.files.values()) + self.text(name)
+        return hashlib.sha256(every.encode()).hexdigest()
 
     def fails(self, name):
-        return self.suite.test(name, self.limit(name)) not in (0, 77)
+        """Does it? It is 'unknown' if that was not told in time."""
+        status, _ = self.suite.test(name, 5 + 5 * self.tests.get(name, {'seconds': 30})['seconds'])
+        return status if status == 'unknown' else status not in (0, 77)
 
-    def passes(self, name):
-        """Does the test pass without a change? Asked once."""
-        if name not in self.sane:
-            self.suite.make([name])
-            self.sane[name] = not self.fails(name)
-            if not self.sane[name]:
-                print('# %s fails without a change: not counted' % name)
-        return self.sane[name]
+    def ask(self, name):
+        """How many attempts does the test take to pass without a change? 0 if three are too few."""
+        self.suite.make([name])
+        self.attempts[name] = next((i for i in range(1, 4) if self.fails(name) is False), 0)
+        if not self.attempts[name]:
+            print('# %s fails without a change: not counted' % name, flush=True)
+        json.dump({k: (self.digest(k), n) for k, n in self.attempts.items()}, open(self.kept, 'w'))
 
-    def first_to_fail(self, tests):
-        """(does it compile, the first test to fail) with what is changed."""
+    def notices(self, name):
+        """Does it fail as often as tells something? 'unknown' if that is not known."""
+        for _ in range(1 + max(self.attempts.get(name, 1) - 1, WAITS.search(self.text(name)) is not None)):
+            fails = self.fails(name)
+            if fails is not True:
+                return fails
+        return True
+
+    def first_to_notice(self, tests):
+        """(does it compile, the first test to notice or, if one is, 'unknown') with what is changed."""
+        unknown = None
         for i in range(0, len(tests), GROUP):
-            group = [t for t in tests[i:i + GROUP] if self.sane.get(t, True)]
+            group = [t for t in tests[i:i + GROUP] if self.attempts.get(t, 1)]
             if not self.suite.make(group):
                 return False, None
             for t in group:
-                if self.fails(t):
+                notices = self.notices(t)
+                if notices is True:
                     return True, t
-        return True, None
+                unknown = notices or unknown
+        return True, unknown
 
     def try_line(self, path, number, line, also):
         """(does it compile into something else, the test that notices)."""
@@ -229,12 +262,22 @@ class Place:
             try:
                 open(whole, 'w').write('\n'.join(rows))
                 changes = self.compiled(path) not in (None, self.plain[path])
-                changes, by = self.first_to_fail(tests) if changes else (False, None)
+                changes, by = self.first_to_notice(tests) if changes else (False, None)
             finally:
                 open(whole, 'w').write(was)
-            if not by or self.passes(by):
+            if by in (None, 'unknown') or by in self.attempts:
                 return changes, by
-            tests = tests[tests.index(by) + 1:]
+            self.ask(by)
+            if self.attempts[by] == 1:
+                return changes, by
+            tests = tests[tests.index(by):]
+
+
+def equivalents():
+    """(path, line, changed line) -> why it changes nothing, of the list in doc/mutation.md."""
+    text = open(os.path.join(TOP, 'doc/mutation.md')).read()
+    return {m[:3]: ' '.join(m[3].split()) for m in
+            re.findall(r'^- `(.+?)`:\s+`(.+?)`\s+->\s+`(.+?)`:\s+((?:.+\n)+?)(?=- |\n|\Z)', text, re.M)}
 
 
 def candidates(o):
@@ -276,38 +319,46 @@ def main():
     p.add_argument('--at', nargs='*', default=[], metavar='FILE:LINE[:WORD]')
     p.add_argument('--each', type=int, default=0, help='at most so many of each --at')
     p.add_argument('--budget', type=float, default=0,
-                   help='leave out the slowest tests of a line beyond so many seconds (of make coverage)')
+                   help='leave out the last tests of a line beyond so many seconds (of make coverage)')
     p.add_argument('--also', default='', help='tests to run first')
     p.add_argument('--jobs', type=int, default=os.cpu_count())
     p.add_argument('--build', default=os.path.join(TOP, 'build-mutate'))
     p.add_argument('--coverage', default=os.path.join(TOP, 'build-coverage'))
     p.add_argument('--dry-run', action='store_true', help='print the mutants')
     o = p.parse_args()
-    died, alive, again, began = 0, [], 0, time.time()
+    died, alive, equal, unknown, again, began = 0, [], [], [], 0, time.time()
     place = None if o.dry_run else Place(os.path.abspath(o.build), os.path.abspath(o.coverage), o.jobs,
                                          o.budget)
+    known = equivalents()
     for path, number, line, changed in chosen(o):
-        if not o.at and died + len(alive) >= o.count or \
+        if not o.at and died + len(alive) + len(equal) >= o.count or \
                 o.minutes and time.time() - began > 60 * o.minutes:
             break
+        text = '%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip())
         if o.dry_run:
             died += 1
-            print('%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip()))
+            print(text)
             continue
         changes, by = place.try_line(path, number, changed, o.also.split())
         if not changes:
             again += 1
             continue
-        died += by is not None
-        if by is None:
-            alive.append('%s:%d: %s\n    -> %s' % (path, number, line.strip(), changed.strip()))
-        print('%s %s:%d: %s   %s' % ('died' if by else 'LIVES', path, number, changed.strip(),
-                                     'by ' + by if by else ''), flush=True)
-    total = died + len(alive)
+        why = known.get((path, line.strip(), changed.strip()))
+        died += by not in (None, 'unknown')
+        if by == 'unknown':
+            unknown.append(text)
+        elif by is None:
+            (equal if why else alive).append('%s%s' % (text, why and '\n    ' + why or ''))
+        print('%s %s:%d: %s   %s' % ('unknown' if by == 'unknown' else 'died' if by else 'same' if why else
+                                     'LIVES', path, number, changed.strip(), 'by ' + by if by else ''),
+              flush=True)
+    total = died + len(alive) + len(equal)
     if total and not o.dry_run:
-        print('%d of %d mutants died: %.0f%% (seed %d); %d drawn again' %
-              (died, total, 100 * died / total, o.seed, again))
-        print('survivors:\n' + '\n'.join(alive) if alive else 'no survivor')
+        print('%d of %d mutants died: %.0f%% (seed %d); %d changed nothing: %.0f%% of the others; %d unknown; '
+              '%d drawn again' % (died, total, 100 * died / total, o.seed, len(equal),
+                                  100 * died / max(1, total - len(equal)), len(unknown), again))
+        for what, which in ('survivors', alive), ('survivors that change nothing', equal), ('unknown', unknown):
+            print('\n'.join([what + ':'] + which) if which else 'no ' + what)
     return 0
 
 

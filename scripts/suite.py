@@ -1,20 +1,53 @@
 """suite.py: the tests of a build folder, run one at a time outside of make check. Used by
-coverage.py and mutate.py."""
-import os, re, shutil, signal, subprocess
+coverage.py and mutate.py. A machine with other work makes a test wait, so that its limit is in seconds
+of CPU, its own and its children's."""
+import os, re, shutil, signal, subprocess, time
 
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+TICKS = os.sysconf('SC_CLK_TCK')
+IDLE = 60   # seconds in a row in which nothing of a session ran or wanted to: it hangs
+WALL = 900  # seconds after which nobody knows
 
 
-def run(command, limit, **kw):
-    """Exit status; 'time' if it ran out of it."""
+def session(leader):
+    """pid -> (state, CPU seconds, its ended children's too) of what is in a session."""
+    found = {}
+    for pid in filter(str.isdigit, os.listdir('/proc')):
+        try:
+            of = open('/proc/%s/stat' % pid).read().rpartition(')')[2].split()
+        except OSError:
+            continue
+        if int(of[3]) == leader:
+            found[int(pid)] = of[0], sum(map(int, of[11:15])) / TICKS
+    return found
+
+
+def run(command, limit=float('inf'), **kw):
+    """(exit status, CPU seconds); the status is 'time' if they are more than the limit, 'hangs', or
+    'unknown' if neither was told in time."""
     p = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                          stdin=subprocess.DEVNULL, start_new_session=True, **kw)
-    try:
-        return p.wait(limit)
-    except subprocess.TimeoutExpired:
-        os.killpg(p.pid, signal.SIGKILL)
-        p.wait()
-        return 'time'
+    began = looked = woke = time.time()
+    spent, status = 0, None
+    while status is None:
+        pid, code, usage = os.wait4(p.pid, os.WNOHANG)
+        if pid:
+            p.returncode = os.waitstatus_to_exitcode(code)
+            return p.returncode, usage.ru_utime + usage.ru_stime
+        now = time.time()
+        time.sleep(min(.25, .01 + (now - began) / 20))
+        if now - looked < 1:
+            continue
+        there, looked, before = session(p.pid), now, spent
+        spent = sum(cpu for _, cpu in there.values())
+        if spent != before or any(state in 'RD' for state, _ in there.values()):
+            woke = now
+        status = ('time' if spent > limit else 'hangs' if now - woke > IDLE else
+                  'unknown' if limit < float('inf') and now - began > WALL else None)
+    for pid in session(p.pid):
+        os.kill(pid, signal.SIGKILL)
+    p.wait()
+    return status, spent
 
 
 class Suite:
@@ -57,9 +90,9 @@ class Suite:
 
     def build(self, targets):
         """Did make make them?"""
-        return run(['make', '-s', '-j%d' % self.jobs] + targets, 900, cwd=self.b) == 0
+        return run(['make', '-s', '-j%d' % self.jobs] + targets, cwd=self.b)[0] == 0
 
     def test(self, name, limit, **env):
-        """Exit status of a test that is built; 'time'."""
+        """Exit status, or why there is none, and CPU seconds of a test that is built."""
         command = ['sh', self.src + '/tests/' + name] if name.endswith('.sh') else ['tests/' + name]
         return run(command, limit, cwd=self.b, env=dict(self.env, **env))

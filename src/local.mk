@@ -14,13 +14,21 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
+DICOM_SOURCES = src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
+ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
+	src/tools/survey.h
 else
+EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
+	src/tools/train-best.c src/tools/train-best.h \
 	src/tools/train-cache.c src/tools/train-cache.h \
 	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
+	src/tools/train-pairs.c src/tools/train-pairs.h src/tools/ddnm-input.c src/tools/ddnm-input.h \
 	src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -35,7 +43,7 @@ ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
 	src/tools/ddnm-time.c src/tools/ddnm-time.h \
-	src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
+	src/tools/ddnm-input.c src/tools/ddnm-input.h src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
 	src/tools/prior-file.h src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -48,6 +56,12 @@ ct_sr_SOURCES = src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
+if HAVE_VTK
+ct_info_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
+ct_info_SOURCES += src/tools/lib/libraries.cc $(DICOM_SOURCES)
+else
+ct_info_LDADD = $(LDADD)
+endif
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
@@ -65,13 +79,15 @@ ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-stat
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
 # The shipped priors; their copies beside the programs serve a build folder.
-pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors
-EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/make-prior.sh \
-	src/prior/make-slices.sh src/prior/README.md
-noinst_DATA = prior.safetensors slices.safetensors
-CLEANFILES += prior.safetensors slices.safetensors
+pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
+EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors \
+	src/prior/make-prior.sh src/prior/make-slices.sh src/prior/make-residual.sh src/prior/README.md
+noinst_DATA = prior.safetensors slices.safetensors residual.safetensors
+CLEANFILES += prior.safetensors slices.safetensors residual.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@
+residual.safetensors: src/prior/residual.safetensors
+	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/residual.safetensors $@
 slices.safetensors: src/prior/slices.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk

@@ -17,7 +17,7 @@ fuzz:
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py
-EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h
+EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 check_PROGRAMS += tests/t-containers tests/t-difference tests/t-frames tests/t-upsample tests/t-tv-steps
@@ -88,8 +88,8 @@ tests_t_samplers_SOURCES = tests/t-samplers.c
 check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
-dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh
-EXTRA_DIST += tests/t-convert.py tests/t-dicom.py tests/exr.py
+dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh tests/t-series.sh tests/t-tilt.sh tests/t-units.sh tests/t-series-in.sh tests/t-inspect.sh
+EXTRA_DIST += tests/t-convert.py tests/t-dicom.py tests/exr.py tests/dicom.py tests/t-series.py tests/t-tilt.py tests/t-series-in.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c
@@ -124,6 +124,8 @@ check_PROGRAMS += tests/t-train-state
 tests_t_training_SOURCES = tests/t-training.c tests/training.h
 tests_t_train_state_SOURCES = tests/t-train-state.c tests/training.h
 dist_check_SCRIPTS += tests/t-train.sh tests/t-train-options.sh
+check_PROGRAMS += tests/t-residual
+tests_t_residual_SOURCES = tests/t-residual.c
 check_PROGRAMS += tests/t-superres tests/t-training
 tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-superres-runs tests/t-prior
@@ -165,7 +167,7 @@ EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
-dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-residual.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c
@@ -241,7 +243,9 @@ check_PROGRAMS += tests/t-libraries
 tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
 endif
 check_PROGRAMS += tests/t-restore
-tests_t_restore_SOURCES = tests/t-restore.c
+tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h
+check_PROGRAMS += tests/t-example
+tests_t_example_SOURCES = tests/t-example.c tests/texture.h
 check_PROGRAMS += tests/t-learn
 tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
 check_PROGRAMS += tests/t-frees
@@ -251,3 +255,7 @@ tests_t_arena_SOURCES = tests/t-arena.c
 check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
+dist_check_SCRIPTS += tests/t-patience.sh
+check_PROGRAMS += tests/t-room
+tests_t_room_SOURCES = tests/t-room.c
+dist_check_SCRIPTS += tests/t-memory.sh

@@ -7,6 +7,7 @@
 extern "C" {
 #include "tap.h"
 }
+#include "core/inflate.h"
 #include "shim/apart.h"
 #include "shim/guard.h"
 
@@ -16,6 +17,7 @@ extern "C" {
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -123,9 +125,9 @@ static void failures()
 {
 	failed("a failure", CT_EGEOM, "no picture of 5",
 		[](float *, ct_err *e) { return ct_fail(e, CT_EGEOM, "no picture of %d", 5); });
-	failed("no memory", CT_ENOMEM, "x.dcm",
+	failed("no memory", CT_ENOMEM, "x.dcm: no memory: its decoder has 1024 MB (--expand)",
 		[](float *, ct_err *) -> int { throw std::bad_alloc(); });
-	failed("an exception", CT_EFAIL, "x.dcm: why",
+	failed("an exception", CT_EINPUT, "x.dcm: damaged: why",
 		[](float *, ct_err *) -> int { throw std::runtime_error("why"); });
 	failed("a death", CT_EINPUT, "x.dcm: damaged: its decoder dies of it (status 9)",
 		[](float *to, ct_err *) {
@@ -134,6 +136,29 @@ static void failures()
 			return 0;
 		});
 	failed("an exit", CT_EINPUT, "x.dcm: damaged", [](float *, ct_err *) -> int { _exit(0); });
+}
+
+/* Pages of so many MB, or none. */
+static int take(float *to, size_t mb)
+{
+	void *room = mmap(nullptr, mb << 20, PROT_READ | PROT_WRITE,
+		MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+
+	to[0] = room != MAP_FAILED;
+	return 0;
+}
+
+/* A stream may say of itself that it is large, whatever the file around it says. */
+static void memory()
+{
+	apart(out, 1, "x.dcm", &err, [](float *to, ct_err *) { return take(to, 900); });
+	OK(out[0] == 1, "900 MB are there");
+	apart(out, 1, "x.dcm", &err, [](float *to, ct_err *) { return take(to, 1100); });
+	OK(out[0] == 0, "1100 are not");
+	ct_inflate_allow(0);
+	apart(out, 1, "x.dcm", &err, [](float *to, ct_err *) { return take(to, 1100); });
+	OK(out[0] == 1, "unless any growth is allowed");
+	ct_inflate_allow(CT_INFLATE_TIMES);
 }
 
 static void guarded()
@@ -155,6 +180,7 @@ int main()
 	numbers();
 	limits();
 	failures();
+	memory();
 	guarded();
 	return tap_done();
 }

@@ -134,6 +134,7 @@ static void test_noise(void)
 		v.data[i] = 40 + 20 * ct_rng_normal(6, 0, i);
 	s = estimate(&v, four);
 	NEAR(s.noise, 20, 1.5, "nothing but noise");
+	NEAR(s.sure, sqrt(20 * 20 - 6 * 6), 0.5, "all of it, but for what texture may be");
 	OK(s.axis[0].edges + s.axis[1].edges + s.axis[2].edges == 0, "has no edges");
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
 		v.data[i] += (float)(i % 40) * 30;
@@ -142,6 +143,24 @@ static void test_noise(void)
 		if (i % 4 < 3 && i / (40 * 42) > 10)
 			v.data[i] = i / (40 * 42) > 30 ? -2000 : -1024;
 	NEAR(estimate(&v, four).noise, 20, 1.5, "nor are air and padding");
+	ct_vol_free(&v);
+}
+
+/* Noise is everywhere; where a part of the tissue is flat, the rest is texture. */
+static void test_texture(void)
+{
+	struct ct_vol v;
+	struct ct_blur s;
+
+	alloc(&v, 40, 40, 40);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 40 + (i / (40 * 40) < 3 ? 9 : 30) * ct_rng_normal(6, 0, i);
+	s = estimate(&v, four);
+	NEAR(s.noise, 30, 2, "what most of it shows");
+	NEAR(s.sure, 10.9, 0.5, "and that much, of a twentieth, is sure");
+	for (size_t i = 0; i < 3 * 40 * 40; i++)
+		v.data[i] = 40 + 3 * ct_rng_normal(6, 1, i);
+	OK(estimate(&v, four).sure == 0, "what texture may be is not");
 	ct_vol_free(&v);
 }
 
@@ -164,6 +183,8 @@ static void test_chessboard(void)
 			v.data[i] = (x + y % size[k][1] + y / size[k][1]) % 2 ? 60 : 20;
 		}
 		NEAR(estimate(&v, four).noise / 40, sqrt(square[k]), 1e-5, "noise of a chessboard");
+		NEAR(estimate(&v, four).sure, sqrt(1600 * square[k] - 36), 1e-4,
+			"sure is never more");
 		ct_vol_free(&v);
 	}
 }
@@ -500,6 +521,7 @@ int main(void)
 	test_closed_form();
 	test_point();
 	test_noise();
+	test_texture();
 	test_chessboard();
 	test_protocols();
 	test_degenerate();

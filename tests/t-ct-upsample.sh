@@ -67,12 +67,12 @@ save('constant.nii', np.full((n, n, n), -1000))
 save('range.nii', np.where((i // 8 + j // 8 + k // 8) % 2, 32767, -32768))
 impulse = np.zeros((n, n, n)); impulse[8, 8, 8] = 3000
 save('impulse.nii', impulse)
-save('slice.nii', (100 * i)[:, :, :1], (1, 1, 5))
-save('line.nii', (100 * i)[:, :1, :1])
+save('slice.nii', (100 * i - 1100)[:, :, :1], (1, 1, 5))
+save('line.nii', (100 * i - 1100)[:, :1, :1])
 PY
 	for v in constant range impulse slice line; do
 		case $v in slice) x=4,4,1 ;; line) x=4,1,1 ;; *) x=4 ;; esac
-		ct-degrade -x $x $v.nii $v-lr.nii
+		ct-degrade --units hu -x $x $v.nii $v-lr.nii
 		for m in auto htv; do
 			ct-upsample -m $m -f $v-lr.nii $v-up.nii && ct-degrade -f -x $x $v-up.nii again.nii
 			a=$(psnr $v-lr.nii again.nii)

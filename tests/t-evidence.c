@@ -261,7 +261,7 @@ static void put_files(void)
 	put_lr("plain.nii", 0, BASE_HU + 60, NULL);
 	put_lr("nanlr.nii", 0, NAN, "2,2,2");
 	put_lr("badlr.nii", 0, 0, "two");
-	put_lr("shifted.nii", 1, 0, "2,2,2");
+	put_lr("shifted.nii", 1, BASE_HU + 60, "2,2,2");
 	put_stack("in.exr", 2, 1, NULL, NULL);
 	put_stack("proj.exr", 2, 10, "quantity", "LINEINTEGRAL");
 	put_stack("dev.exr", 2, 1, "quantity", "deviation");

@@ -302,6 +302,28 @@ static void test_pixel(void)
 	ct_stack_free(&s);
 }
 
+/* Two views that look along x and y; the stack holds no pixels. */
+static void test_size(void)
+{
+	struct ct_stack s = {0};
+	struct ct_vol g = {0};
+
+	must(ct_stack_alloc(&s, 2, 1, 1, &err));
+	s.beam = CT_PARALLEL;
+	for (int k = 0; k < 2; k++) {
+		s.view[k].source[k] = -500;
+		s.view[k].centre[k] = 500;
+		s.view[k].u[1 - k] = s.view[k].v[2] = 1;
+	}
+	s.w = s.h = 1 << 20;
+	OK(fdk_grid(&g, NULL, &s, &err) == 0 && g.n[1] == 1 << 20, "as large as 2^20");
+	s.w = s.h = (1 << 20) + 1;
+	fails(CT_EGEOM, NULL, &s, "and no larger");
+	s.w = s.h = 0;
+	fails(CT_EGEOM, NULL, &s, "nor nothing");
+	ct_stack_free(&s);
+}
+
 /* A grid of voxels of these sizes, of which one axis is nearly z; the fan is at z = 30. */
 static void test_fan(const double mm[3], int across, double sign)
 {
@@ -356,6 +378,7 @@ int main(void)
 	test_number();
 	test_one_direction();
 	test_pixel();
+	test_size();
 	test_fan((const double[3]){4, 2, 3}, 0, 1);
 	test_fan((const double[3]){0.5, 4, 0.5}, 1, -1);
 	test_fan((const double[3]){20, 20, 2}, 2, 1);

@@ -59,7 +59,7 @@ static int check(
 		.write(reinterpret_cast<const char *>(file.data()),
 			static_cast<std::streamsize>(file.size()));
 	memset(&err, 0, sizeof err);
-	rc = m.check(path, syntax, OFFSET, &err);
+	rc = m.check(path, syntax, OFFSET, 1, &err);
 	if (mended) {
 		std::ifstream in(m.path(path), std::ios::binary);
 

@@ -1,5 +1,6 @@
 /* t-gsfit.c: a residual made of known signed Gaussians is found again from its projections. */
 #include "config.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/fit-state.h"
@@ -7,6 +8,7 @@
 #include "gs/place.h"
 #include "gs/refit.h"
 #include "xray/project.h"
+#include "alarm.h"
 #include "tap.h"
 
 #include <signal.h>
@@ -190,13 +192,14 @@ static bool same(const struct ct_fit *a, const struct ct_fit *b)
 struct stopper {
 	struct ct_tensors state;
 	volatile sig_atomic_t stop;
-	size_t at;
+	size_t at, kept;
 };
 
 static int keep(void *ctx, const struct ct_fit *f, struct ct_err *e)
 {
 	struct stopper *s = ctx;
 
+	s->kept = f->g.step;
 	ct_tensors_free(&s->state);
 	return ct_fit_state_pack(&s->state, f, e);
 }
@@ -244,6 +247,65 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 	ct_tensors_free(&st.state);
 	ct_fit_free(&whole);
 	ct_fit_free(&alone);
+	ct_fit_free(&part);
+}
+
+/* Stopped again and again, at any time, and continued from what was saved: the same bytes. Where
+ * densities are solved for, which begins anew, mostly near its end. */
+static void any_time(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = {
+		.target = &s->target, .base_projections = &s->base_proj, .base = &s->base};
+	struct ct_env timed = *env;
+	struct stopper st = {0};
+	struct ct_fit_options o;
+	struct ct_fit whole, part;
+	size_t stops = 0, within = 0;
+	double start, each, solving;
+	bool kept = true;
+	int rc;
+
+	options(&o, CT_PRELU);
+	o.iterations = 120;
+	o.densify_from = 0; /* and where their number changes */
+	o.densify_every = 20;
+	o.checkpoint_every = 0;
+	must(ct_fit_init(&whole, &o, &d, env, &err));
+	start = ct_clock_wall();
+	must(ct_fit_run(&whole, &d, env, &err));
+	each = (ct_clock_wall() - start) / (double)o.iterations;
+	whole.opt.refit = o.refit = 2;
+	whole.whole = false;
+	start = ct_clock_wall();
+	must(ct_fit_run(&whole, &d, env, &err));
+	solving = ct_clock_wall() - start;
+	timed.stop = &alarm_rang;
+	do {
+		double u = ct_rng_uniform(5, 1, stops);
+		size_t from;
+
+		must(ct_fit_init(&part, &o, &d, env, &err));
+		if (st.state.n)
+			must(ct_fit_state_unpack(&part, &st.state, &err));
+		part.save = keep;
+		part.ctx = &st;
+		st.kept = SIZE_MAX;
+		from = part.g.step;
+		alarm_in(1e-6 + (from < o.iterations ? 12 * each * u : solving * (0.8 + 0.25 * u)));
+		rc = ct_fit_run(&part, &d, &timed, &err);
+		alarm_in(0);
+		within += rc && part.g.step > from;
+		kept &= !rc || st.kept == part.g.step;
+		stops += rc != 0;
+		if (rc)
+			ct_fit_free(&part);
+	} while (rc && err.code == CT_ESTOP && stops < 2000);
+	OK(rc == 0 && within > 5 && kept, "stopped %zu times, its state kept", stops);
+	OK(rc == 0 && same(&whole, &part) &&
+			memcmp(&whole.error, &part.error, sizeof whole.error) == 0,
+		"at any time: the same bytes");
+	ct_tensors_free(&st.state);
+	ct_fit_free(&whole);
 	ct_fit_free(&part);
 }
 
@@ -584,6 +646,7 @@ int main(void)
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);
+	any_time(&s, &env);
 	not_finite(&s, &env);
 	ct_vol_free(&s.base);
 	ct_stack_free(&s.base_proj);

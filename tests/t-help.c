@@ -274,7 +274,7 @@ static int call(const struct ct_tool *t, const char *word)
 	"  -t, --threads=N         use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS,\n"           \
 	"                          SLURM_CPUS_PER_TASK, then the processors this process\n"        \
 	"                          may use. The output is the same for any N (default 0)\n"        \
-	"      --expand=N          refuse gzip and EXR files that become more than 1 GiB\n"        \
+	"      --expand=N          refuse compressed files that become more than 1 GiB\n"          \
 	"                          and N times as large; 0 refuses none (default 100)\n"           \
 	"  -f, --force             overwrite existing output files, as in a rule of make\n"        \
 	"  -q, --quiet             print errors only\n"                                            \
@@ -351,7 +351,7 @@ static const char page[] =
 	"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the processors this process may use.\n"
 	"The output is the same for any N (default 0).\n"
 	".It Fl \\-expand Ns = Ns Ar N\n"
-	"refuse gzip and EXR files that become more than 1 GiB and N times as large; 0 refuses none (default 100).\n"
+	"refuse compressed files that become more than 1 GiB and N times as large; 0 refuses none (default 100).\n"
 	".It Fl f , Fl \\-force\n"
 	"overwrite existing output files, as in a rule of make.\n"
 	".It Fl q , Fl \\-quiet\n"

@@ -7,7 +7,7 @@
 #include "core/vol.h"
 #include "formats/bytes.h"
 #include "formats/format.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "nifti-make.h"
 #include "tap.h"
 

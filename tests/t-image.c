@@ -1,5 +1,6 @@
 /* Pictures through OpenImageIO: what is encoded is read again; damaged files. */
 #include "config.h"
+#include "core/inflate.h"
 #include "shim/image.h"
 #include "tap.h"
 
@@ -8,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include <zlib.h>
 
 static char path[] = "/tmp/t-image-XXXXXX.png";
 
@@ -82,6 +84,36 @@ static void test_bad(void)
 	OK(ct_image_encode_png(&png, &n, 1, 1, 2, px, &e) < 0, "two channels: %s", e.msg);
 }
 
+static void put_u32(unsigned char *to, uint32_t x)
+{
+	for (int k = 0; k < 4; k++)
+		to[k] = (unsigned char)(x >> (24 - 8 * k));
+}
+
+/* A small file that says it is a large picture is refused before it is decoded, unless allowed. */
+static void test_bomb(void)
+{
+	unsigned char px[3] = {0}, *png = NULL;
+	struct ct_err e = {0};
+	float *gray = NULL;
+	size_t w, h, n;
+
+	if (ct_image_encode_png(&png, &n, 1, 1, 3, px, &e))
+		exit(99);
+	put_u32(png + 16, 16000); /* width and height, and the checksum of their chunk */
+	put_u32(png + 20, 16000);
+	put_u32(png + 29, (uint32_t)crc32(0, png + 12, 17));
+	save(png, n);
+	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+			strstr(e.msg, "--expand") && strstr(e.msg, "3072000000"),
+		"3 GB of pixels in a small file: %s", e.msg);
+	ct_inflate_allow(0);
+	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && !strstr(e.msg, "--expand"),
+		"allowed, it is decoded: %s", e.msg);
+	ct_inflate_allow(CT_INFLATE_TIMES);
+	free(png);
+}
+
 int main(void)
 {
 	int fd = mkstemps(path, 4);
@@ -92,6 +124,7 @@ int main(void)
 	test_round_trip(1);
 	test_round_trip(3);
 	test_bad();
+	test_bomb();
 	unlink(path);
 	return tap_done();
 }

@@ -100,5 +100,5 @@ has err 'not a NIfTI, EXR, PLY, safetensors or PyTorch' 'is refused'
 : >empty
 exits 3 'an empty file' ct-info empty
 exits 3 'an empty pipe' ct-info - </dev/null
-exits 3 'a folder' ct-info .
+mkdir none; exits 3 'an empty folder' ct-info none
 done_testing

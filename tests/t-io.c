@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/meta.h"
 #include "formats/hash.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "formats/io.h"
 #include "formats/temp.h"
 #include "formats/text.h"

@@ -1,9 +1,11 @@
 /* The joint solver against dense solutions. */
 #include "config.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "recon/band.h"
 #include "recon/joint.h"
+#include "alarm.h"
 #include "numbers.h"
 
 #include <stdlib.h>
@@ -541,8 +543,49 @@ static int save(void *ctx, const struct ct_joint *j, struct ct_err *e)
 	memcpy(to->x, j->x, N * sizeof *to->x);
 	memcpy(to->ahead, j->ahead, N * sizeof *to->x);
 	memcpy(to->dual, j->dual, CT_TV_DUAL * N * sizeof *to->x);
+	if (j->at.fista.next > 0)
+		memcpy(to->g, j->g, N * sizeof *to->x);
 	to->at = j->at;
 	return 0;
+}
+
+/* Stopped at any time, also between the sweeps of a proximal point, it goes on to the same bytes.
+ */
+static void test_any_time(struct ct_env *env)
+{
+	struct ct_env timed = *env;
+	struct problem p;
+	struct ct_joint_at at;
+	float whole[N];
+	size_t within = 0, stopped = 0, other = 0;
+	double start = ct_clock_wall(), length;
+
+	make(&p, 40, 3, 0.1);
+	run(whole, &p, 0, 6, &at, env);
+	length = ct_clock_wall() - start;
+	timed.stop = &alarm_rang;
+	for (uint64_t k = 0; k < 2000 && within < 8; k++) {
+		struct ct_joint a = solver(&p, 0, 6, env), b = solver(&p, 0, 6, env);
+		int rc;
+
+		a.save = save;
+		a.ctx = &b;
+		alarm_in(1e-6 + length * ct_rng_uniform(11, 1, k));
+		rc = ct_joint_run(&a, &timed, &err);
+		alarm_in(0);
+		if (rc) {
+			stopped++;
+			within += b.at.fista.next > 0;
+			other += err.code != CT_ESTOP || ct_joint_run(&b, env, &err) ||
+				 memcmp(b.x, whole, sizeof whole) != 0;
+		}
+		ct_joint_free(&a);
+		ct_joint_free(&b);
+	}
+	OK(within == 8 && !other,
+		"stopped %zu times at any time, %zu within a proximal point: same bytes", stopped,
+		within);
+	free(p.d.a);
 }
 
 /* Stopped in any of its calls of P it goes on to the same bytes. */
@@ -642,6 +685,7 @@ int main(void)
 	test_filter(&env, 200, 50);
 	test_filter(&env, 2, 9);
 	test_threads(&env);
+	test_any_time(&env);
 	test_resume(&env);
 	test_bad(&env);
 	test_band();

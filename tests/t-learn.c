@@ -394,16 +394,17 @@ static void step(struct ct_learn *l, double *m, double *v, uint64_t number)
 	}
 	for (size_t i = 0; i < n; i++) {
 		const double g = (double)l->grad[i];
-		double want;
+		double want, mean_want;
 
 		m[i] = 0.9 * m[i] + 0.1 * g;
 		v[i] = 0.999 * v[i] + 0.001 * g * g;
 		want = (double)was[i] * (1 - rate * 0.3) -
 		       rate * m[i] / (1 - pow(0.9, (double)number)) /
 			       (sqrt(v[i] / (1 - pow(0.999, (double)number))) + 1e-8);
-		worst = fmax(worst, fabs(want - (double)l->all[i]));
-		drift = fmax(drift, fabs(mean * (double)average[i] +
-					    (1 - mean) * (double)l->all[i] - (double)l->r.all[i]));
+		mean_want = mean * (double)average[i] + (1 - mean) * (double)l->all[i];
+		worst = fmax(worst, fabs(want - (double)l->all[i]) / fmax(1, fabs(want)));
+		drift = fmax(
+			drift, fabs(mean_want - (double)l->r.all[i]) / fmax(1, fabs(mean_want)));
 	}
 	NEAR(worst, 0, 1e-5, "AdamW at a rate that falls along a half cosine");
 	NEAR(drift, 0, 1e-6, "and the running average");
@@ -430,6 +431,9 @@ static void stepping(void)
 	n = l->r.at[CT_PARTS];
 	ct_rng_normals(n - l->r.at[CT_PART_3], l->all + l->r.at[CT_PART_3], 3, 3, 0);
 	ct_rng_normals(11, l->all + l->r.at[CT_PART_1_BIAS], 3, 4, 0);
+	/* so heavy that it would be seen if the layers learned from the spread */
+	for (size_t i = spread_of(l, CT_PART_3); i < l->r.at[CT_PART_3 + 1]; i++)
+		l->all[i] *= 10000;
 	m = calloc(2 * n, sizeof *m);
 	if (!m)
 		exit(99);

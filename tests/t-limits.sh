@@ -64,7 +64,6 @@ ct-sr class -1 65535 -1
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
-ct-restore weight 0 10 1
 ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
@@ -88,6 +87,7 @@ ct-train clip 0 1000000000 0
 ct-train ema 0 0.9999999 -
 ct-train validate-every 1 2000000000 500
 ct-train validate-pieces 1 65536 64
+ct-train patience 0 1000000 0
 ct-train checkpoint-every 1 2000000000 1000
 ct-train log-every 1 2000000000 50
 ct-upsample noise 0 1000000 -
@@ -126,7 +126,17 @@ done 2>&1 | grep outside; [ $? -eq 1 ]; ok $? 'one without limits has none'
 # what help says that an option is by default, and the options that are no numbers
 cat >words <<'EOF'
 ct-convert orient LPS
+ct-convert gaps resample
+ct-convert tilt rectify
 ct-convert type auto
+ct-convert units auto
+ct-compose units auto
+ct-degrade units auto
+ct-fuse units auto
+ct-nabgs units auto
+ct-restore units auto
+ct-sr units auto
+ct-upsample units auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
 ct-ddnm gradient network
@@ -149,6 +159,7 @@ ct-project method siddon
 ct-project pixel point
 ct-sr quality fast
 ct-restore axes xyz
+ct-restore weight auto
 ct-restore decimate -
 ct-train scales 1
 ct-upsample method auto
@@ -171,41 +182,42 @@ done <want >wrong
 sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
-ct-compose --floor g--gain s--spacing w--window --consistent --residual-out
-ct-convert --series --raw --spacing --slope --intercept --scanner --orient --reorient --iso
-ct-convert --cube --type
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
+ct-convert --orient --reorient --iso
+ct-convert --cube --type --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
-ct-ddnm --guidance --iterations --rate --gradient i--init
+ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
 ct-ddnm s--seed --dry-run
-ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
 ct-fdk --nonnegative --tv w--window --quantity --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
-ct-fuse --checkpoint-every --resume --json --dry-run
-ct-info e--estimate x--factor --json
+ct-fuse --checkpoint-every --resume --json --dry-run --units
+ct-info --series e--estimate x--factor --json
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
 ct-metrics --max-residual --max-residual-rms --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
-ct-nabgs --checkpoint-every --resume s--seed --json --dry-run
+ct-nabgs --checkpoint-every --resume s--seed --json --dry-run --units
 ct-phantom --size --spacing --oversample --density w--window p--project --beam n--views --arc
 ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
-ct-restore --noise --dry-run
-ct-sr x--scale Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
-ct-sr --window --views --iterations --gaussians s--seed
-ct-train --slices x--factor --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
+ct-restore --noise --memory --dry-run --units
+ct-sr x--scale --series Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr --window --views --iterations --gaussians s--seed --units
+ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
-ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces
+ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
 ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --dry-run
+ct-upsample --tolerance --memory --dry-run --units
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

@@ -20,6 +20,11 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 }
 command -v ct-view >/dev/null && no ct-view --error-window=0:1
 no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
+no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
+no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
+no ct-convert --skip-damaged --skip-damaged --scanner s.json
+no ct-convert --units=hu --scanner s.json
+no ct-convert --inspect --inspect --raw 8x8x8:i16 --spacing 1
 no ct-convert --raw=8x8x8:i16 --scanner s.json
 no ct-convert --spacing=1
 no ct-convert --slope=2
@@ -69,6 +74,11 @@ for o in --prior=p.x --steps=9 --operator=mean --sigma-det=2 --t-start=9 --trave
 	no ct-ddnm $o --sampler none --init none.x
 done
 no ct-ddnm --final-consistency --sampler none
+no ct-ddnm --base-projections=none.x --sampler none
+for o in --init=none.x --class=1 --operator=mean --sigma-det=2 --final-consistency --norm=1 --channel-reduce=first; do
+	no ct-ddnm $o --base-projections none.x --prior p.x
+done
+no ct-ddnm --t-start=9 --base-projections none.x
 no ct-ddnm --sigma-det=2 --operator mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
@@ -80,11 +90,14 @@ no ct-restore --tolerance=1 --start none.x
 for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
 	no ct-train $o
 done
-for o in --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
+no ct-train --scales=1 --base none
+for o in --base=none --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
 	no ct-train $o --slices
 done
 no ct-train --validate-every=3
 no ct-train --validate-pieces=3
+no ct-train --patience=3
+no ct-train --patience=3 --validate none --base none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
@@ -116,6 +129,7 @@ for q in draft fast; do
 done
 for p in --paper --release; do no ct-sr --quality=best $p; done
 no ct-sr --paper --release
+for q in balanced best; do no ct-sr --class=1 -Q $q; done
 no ct-sr --slices=none.x -Q draft
 no ct-sr --slices=none.x --paper
 no ct-sr --slices=none.x --release

@@ -424,7 +424,7 @@ static void test_choice(void)
 
 		for (size_t i = 0; i < 8; i++)
 			v.data[i] = i == 5 ? cases[c].x : 7;
-		if (ct_nifti_write("c.nii", &v, cases[c].type, &env, &err) == 0) {
+		if (ct_nifti_write("c.nii", &v, cases[c].type, false, &env, &err) == 0) {
 			f = fopen("c.nii", "rb");
 			if (!f || fread(head, 1, sizeof head, f) != sizeof head)
 				exit(99);

@@ -3,7 +3,7 @@
 #include "cli/cli.h"
 #include "cli/modes.h"
 #include "cli/stop.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 #include "capture.h"
 
 #include <fcntl.h>

@@ -56,7 +56,7 @@ twice 'written between' ct-sr -x 2 -k kept a.nii kept/lr.nii
 cp a.nii kept/up.nii
 twice 'written between' ct-sr -x 2 -k kept kept/up.nii out.nii
 rm kept/up.nii
-twice 'written between' ct-sr -x 2 -k kept -Q best a.nii d/kept/residual.ply
+twice 'written between' ct-sr -x 4 -k kept -Q best a.nii d/kept/residual.ply
 has err 'kept/residual.ply' 'which it names'
 ct-sr --dry-run --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
@@ -125,4 +125,13 @@ chmod 664 o.nii; exits 0 'and again' ct-upsample -f -x 2 -m linear lr.nii o.nii
 mkdir far; cp up.nii far/o.nii; ln -s far/o.nii l.nii
 exits 0 'over a link' ct-upsample -f -x 2 -m cubic lr.nii l.nii
 [ -L l.nii ] && ! cmp -s up.nii far/o.nii; ok $? 'which is followed'
+# a name of a format that no command writes
+ct-phantom -q --size 8x8x8 --spacing 4 sphere names.nii
+for end in dcm mha nii.zst NRRD npy; do
+	for c in 'ct-convert names.nii' 'ct-degrade -x 2 names.nii' 'ct-upsample -x 2 names.nii' 'ct-project --views 2 names.nii' \
+		'ct-phantom sphere' 'ct-sr -x 2 names.nii' 'ct-restore -x 2 names.nii'; do
+		$c "x.$end" 2>err; [ $? -eq 2 ] && grep -q "x.$end: no command writes" err && [ ! -e "x.$end" ]
+		ok $? "${c%% *} writes no .$end"
+	done
+done
 done_testing

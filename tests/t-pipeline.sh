@@ -30,13 +30,12 @@ ct-upsample -q -m cubic scan.nii cubic.nii
 db() { ct-metrics "$@" | awk '/^psnr/ {print $2}'; }
 awk "BEGIN {exit !($(db truth.nii hr.nii) > $(db truth.nii cubic.nii) + 2)}"
 ok $? "2 dB better than cubic: $(db truth.nii hr.nii), $(db truth.nii cubic.nii)"
-# the projections are better than those that they begin with, seen through their reconstruction, where the
-# solver is alone: beyond what the prior of slices adds that of projections finds nothing
-sed 's/^ct-restore/ct-upsample/; /^ct-nabgs/,$d; s/^ct-[a-z]*/& -f/' script >alone && sh -e alone >/dev/null 2>err; ok $? 'without the prior of slices'
+# the scan is well sampled: its projections stay what they are, and so does the volume
+hash() { ct-info "$1" | awk '$1 == "hash" {print $2}'; }
+[ -n "$(hash up-proj.exr)" ] && [ "$(hash up-proj.exr)" = "$(hash sr-proj.exr)" ]; ok $? 'nothing is added to projections of a well sampled scan'
+# of one that aliases something is
+ct-degrade -q -f -p P3 -x 4 truth.nii scan.nii
+sed '/^ct-nabgs/,$d; s/^ct-[a-z]*/& -f/' script >first && sh -e first >/dev/null 2>err; ok $? 'the same of one that aliases'
 sed 's/^/# /' err
-ct-project -q --views=16 --sampling=1.375 truth.nii truth-proj.exr
-for s in truth up sr; do ct-fdk -q -m cgls -n 8 --quantity density $s-proj.exr $s-rec.nii; done
-of() { db --psnr --range 1 truth-rec.nii "$1-rec.nii"; }
-awk "BEGIN {exit !($(of sr) > $(of up))}"
-ok $? "the projections are better than those they begin with: $(of sr), $(of up) dB"
+[ -n "$(hash up-proj.exr)" ] && [ "$(hash up-proj.exr)" != "$(hash sr-proj.exr)" ]; ok $? 'something is added'
 done_testing

@@ -11,7 +11,7 @@ import torch.nn.functional as F
 
 
 class Net:
-    """eps(x, t, label) of a state dictionary; what its names do not tell is given."""
+    """eps(x, t, label), t of each or of all, of a state dictionary; what its names do not tell is given."""
 
     def __init__(self, sd, width, legacy, scale_shift, updown):
         self.sd, self.width, self.legacy, self.ss, self.updown = sd, width, legacy, scale_shift, updown
@@ -77,8 +77,8 @@ class Net:
 
     def __call__(self, x, t, label, blocks):
         sd, d = self.sd, self.sd['time_embed.0.weight'].shape[1]
-        f = t * torch.exp(-math.log(10000) * torch.arange(d // 2) / (d // 2))
-        emb = torch.cat([torch.cos(f), torch.sin(f)])[None]
+        f = torch.as_tensor(t).reshape(-1, 1) * torch.exp(-math.log(10000) * torch.arange(d // 2) / (d // 2))
+        emb = torch.cat([torch.cos(f), torch.sin(f)], 1)
         emb = self.linear('time_embed.2', F.silu(self.linear('time_embed.0', emb)))
         if 'label_emb.weight' in sd:
             emb = emb + sd['label_emb.weight'][label][None]
@@ -166,7 +166,8 @@ def compare(file, key):
     sys.exit(wrong != [] or len(got) != len(want))
 
 
-if sys.argv[1] == 'save':
-    save(sys.argv[2], sys.argv[3:])
-else:
-    compare(*sys.argv[2:])
+if __name__ == '__main__':
+    if sys.argv[1] == 'save':
+        save(sys.argv[2], sys.argv[3:])
+    else:
+        compare(*sys.argv[2:])

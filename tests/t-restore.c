@@ -9,6 +9,7 @@
 #include "restore/restore.h"
 #include "solve/jacobi.h"
 #include "tests/tap.h"
+#include "texture.h"
 #include "unet/dnn.h"
 
 #include <stdbool.h>
@@ -18,32 +19,6 @@
 enum { N = 24, COUNT = N * N * N };
 static const size_t n3[3] = {N, N, N};
 static const bool all[3] = {true, true, true};
-
-/* Smooth noise of some 300 HU. */
-static void texture(float *x, const size_t n[3], uint64_t seed)
-{
-	const size_t count = n[0] * n[1] * n[2];
-	float *t = calloc(count, sizeof *t);
-
-	ct_rng_normals(count, x, seed, 5, 0);
-	for (int round = 0; round < 2; round++) {
-		memcpy(t, x, count * sizeof *t);
-		for (size_t i = 0; i < count; i++) {
-			size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-			size_t step[3] = {1, n[0], n[0] * n[1]};
-			float sum = 0;
-
-			for (int a = 0; a < 3; a++) {
-				sum += t[at[a] ? i - step[a] : i];
-				sum += t[at[a] + 1 < n[a] ? i + step[a] : i];
-			}
-			x[i] = t[i] + 0.5f * sum;
-		}
-	}
-	for (size_t i = 0; i < count; i++)
-		x[i] = 30 * x[i] + 40;
-	free(t);
-}
 
 /* x mirrored and swapped: out(i,j,k) = x at the place that `turn` says (1, 2, 4 mirror, 8 swaps).
  */
@@ -432,58 +407,6 @@ static void prediction(void)
 	ct_par_free(three.par);
 }
 
-static void thick_slices(const struct ct_example_rule *rule)
-{
-	struct ct_example_rule thick = *rule;
-	struct ct_example p = {0};
-	size_t along[3] = {0}, three = 0;
-	bool one = true;
-
-	thick.thick = true;
-	for (uint64_t i = 0; i < 90; i++) {
-		ct_example_regime(&p, &thick, i);
-		one = one && p.coarse[0] + p.coarse[1] + p.coarse[2] == 1;
-		for (int a = 0; a < 3; a++)
-			along[a] += p.coarse[a];
-		ct_example_regime(&p, rule, i);
-		three += p.coarse[0] && p.coarse[1] && p.coarse[2];
-	}
-	OK(one && along[0] > 15 && along[1] > 15 && along[2] > 15 && three == 90,
-		"thick slices lie across any axis (%zu %zu %zu)", along[0], along[1], along[2]);
-}
-
-static void examples(void)
-{
-	const struct ct_example_rule rule = {.side = 24, .factor = 4, .scale = {1, 1.2}, .seed = 5};
-	const size_t n[3] = {40, 36, 34}, little[3] = {40, 20, 34};
-	struct ct_vol v = {0};
-	struct ct_env env = {0};
-	struct ct_example a = {0}, b = {0};
-	double sum = 0;
-
-	must(ct_vol_alloc(&v, n, &err));
-	texture(v.data, n, 21);
-	thick_slices(&rule);
-	must(ct_example_alloc(&a, &v, &rule, 3, &env, &err));
-	must(ct_example_alloc(&b, &v, &rule, 3, &env, &err));
-	OK(a.n[0] == 24 && a.n[1] == 24 && a.n[2] == 24 &&
-			memcmp(a.base, b.base, 2 * COUNT * sizeof *a.base) == 0,
-		"an example is made again, to the byte");
-	for (size_t i = 0; i < COUNT; i++)
-		sum += (double)a.rest[i] * (double)a.rest[i] / COUNT;
-	NEAR(a.variance, sum, 1e-6 * sum, "its variance is that of the rest");
-	ct_example_free(&b);
-	must(ct_example_alloc(&b, &v, &rule, 4, &env, &err));
-	OK(memcmp(a.base, b.base, COUNT * sizeof *a.base) != 0 &&
-			a.regime.sigma != b.regime.sigma, /* NOLINT: drawn numbers */
-		"and another is another");
-	ct_example_free(&a);
-	ct_example_free(&b);
-	v.n[1] = little[1];
-	OK(ct_example_alloc(&a, &v, &rule, 3, &env, &err) == 1, "a volume may be too small");
-	ct_vol_free(&v);
-}
-
 /* The same everywhere if the spread is only its bias, and as it is calibrated. */
 static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rule,
 	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
@@ -526,6 +449,85 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	memcpy(r->spread, was.spread, sizeof r->spread);
 	free(std);
 	free(v);
+}
+
+/* Slab by slab it is the same as at once, each cell looked at once. */
+static void slabs(const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
+	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
+{
+	struct ct_restore_rule by = *rule;
+	struct ct_restore_report whole, got;
+	struct ct_env env = {0};
+	float *want = malloc(3 * COUNT * sizeof *want), *std = want + COUNT, *had = std + COUNT;
+	const double plane = 4.0 * N * N * sizeof(float);
+
+	by.doubt = 0.8;
+	memcpy(x->data, y->data, COUNT * sizeof *x->data);
+	must(ct_restore(x, std, lo, p, &by, &whole, &env, &err));
+	memcpy(want, x->data, COUNT * sizeof *want);
+	for (by.slab = 4; by.slab < N; by.slab += 4) {
+		memcpy(x->data, y->data, COUNT * sizeof *x->data);
+		must(ct_restore(x, had, lo, p, &by, &got, &env, &err));
+		OK(farthest(x->data, want, COUNT) < 1e-3 && farthest(had, std, COUNT) < 1e-3,
+			"%zu planes at a time: within %.2g HU, %.2g of the error", by.slab,
+			farthest(x->data, want, COUNT), farthest(had, std, COUNT));
+		OK(got.cells == whole.cells && got.looked == whole.looked &&
+				fabs(got.added / whole.added - 1) < 1e-6,
+			"each cell is looked at once");
+	}
+	OK(ct_restore_slab(p, &rule->by, n3, 1e9) == 0, "all planes where there is room");
+	OK(ct_restore_slab(p, &rule->by, n3, 1) == 4, "at least those that are looked at");
+	OK(ct_restore_slab(p, &rule->by, n3, 17 * plane) == 8,
+		"whole cells beside those about them");
+	free(want);
+}
+
+/* How far voxel i is from the centre of block b of four, in blocks; beyond the first and the last
+ * centre as there. */
+static double away(size_t i, size_t b)
+{
+	const double at = fmin(fmax((double)i, 1.5), N - 2.5);
+
+	return fmin(fabs(at - (4 * (double)b + 1.5)) / 4, 1);
+}
+
+/* RMS of what is to be added to y: weights by the definition, between the centres by tents. */
+static double added(
+	const struct ct_slice_prior *p, const struct ct_restore_rule *rule, const struct ct_vol *y)
+{
+	enum { M = N / 4 };
+	struct ct_scene s = {.x = y->data,
+		.n = {N, N, N},
+		.coarse = {true, true, true},
+		.regime = {.sigma = rule->by.sigma[0] / 4}};
+	struct ct_guess g = {.h = calloc(2 * COUNT, sizeof(float))};
+	struct ct_env env = {0};
+	double w[M * M * M] = {0}, square[M * M * M] = {0}, apart[M * M * M] = {0}, sum = 0;
+	size_t looked = 0, cells = 0;
+
+	g.square = g.h + COUNT;
+	must(ct_predict(&g, &s, &p->r[0], rule->axes, &looked, &cells, &env, &err));
+	for (size_t i = 0; i < COUNT; i++) {
+		const size_t b = (i / N / N / 4 * M + i / N % N / 4) * M + i % N / 4;
+		const double h = (double)g.h[i] / 3;
+
+		square[b] += h * h / 64;
+		apart[b] += fmax((double)g.square[i] - 3 * h * h, 0) / 2 / 64;
+	}
+	for (size_t b = 0; b < (size_t)M * M * M; b++)
+		w[b] = rule->weight * square[b] /
+		       (square[b] + rule->doubt * apart[b] + rule->gate * rule->gate) /
+		       (1 + square[b] / (rule->cap * rule->cap));
+	for (size_t i = 0; i < COUNT; i++) {
+		double at = 0;
+
+		for (size_t b = 0; b < (size_t)M * M * M; b++)
+			at += w[b] * (1 - away(i % N, b % M)) * (1 - away(i / N % N, b / M % M)) *
+			      (1 - away(i / N / N, b / M / M));
+		sum += pow(at * (double)g.h[i] / 3, 2) / COUNT;
+	}
+	free(g.h);
+	return sqrt(sum);
 }
 
 static void restoring(void)
@@ -571,15 +573,27 @@ static void restoring(void)
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.added < sum / 20, "and likewise where there is little (%.3g HU)", got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.gate = sum / 10;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	OK(got.added < sum && got.added > sum / 2, "of which little is taken (%.3g HU)", got.added);
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.gate = 0;
 	rule.doubt = 1000;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
-	OK(got.added < sum / 20, "or the axes do not agree (%.3g HU)", got.added);
+	OK(got.added < sum / 1000 && got.added > sum / 10000, "or the axes do not agree (%.3g HU)",
+		got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.axes[1] = rule.axes[2] = false;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.added > sum, "which one axis does with itself (%.3g HU)", got.added);
 	rule.axes[1] = rule.axes[2] = true;
+	memcpy(x.data, y.data, COUNT * sizeof *x.data);
+	rule.doubt = 0.8;
+	rule.gate = 0.5 * sum;
+	rule.cap = 4 * sum;
+	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
+	NEAR(got.added, added(&p, &rule, &y), 1e-5 * got.added,
+		"weights are those of blocks, linear between their centres");
 	rule.doubt = 0;
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.gate = 0;
@@ -589,6 +603,7 @@ static void restoring(void)
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
 	expected_error(&p, &rule, &lo, &y, &x);
+	slabs(&p, &rule, &lo, &y, &x);
 	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;
 	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
@@ -612,7 +627,6 @@ int main(void)
 	network();
 	learning();
 	prediction();
-	examples();
 	restoring();
 	return tap_done();
 }

@@ -291,6 +291,50 @@ static void scan_of(struct scan *s, double fx, double fy, double fz)
 	ct_vol_free(&truth);
 }
 
+/* Of the block of f^3 voxels from `at` on. */
+static double block_weight(
+	const float *h, const size_t at[3], size_t f, const struct ct_restore_rule *rule)
+{
+	double mean = 0, count = 0, w = rule->weight;
+
+	for (size_t k = at[2]; k < at[2] + f && k < 16; k++)
+		for (size_t j = at[1]; j < at[1] + f && j < 20; j++)
+			for (size_t v = at[0]; v < at[0] + f && v < 24; v++) {
+				mean += pow((double)h[(k * 20 + j) * 24 + v], 2);
+				count++;
+			}
+	if (rule->gate > 0)
+		w *= mean / (mean + count * rule->gate * rule->gate);
+	return rule->cap > 0 ? w / (1 + mean / count / (rule->cap * rule->cap)) : w;
+}
+
+/* Linear between the centres of blocks: every block counts by its hat, and the first and the last
+ * beyond their centres too. */
+static double weight_at(
+	const float *h, const size_t at[3], size_t f, const struct ct_restore_rule *rule)
+{
+	static const size_t n[3] = {24, 20, 16};
+	double sum = 0;
+
+	for (size_t k = 0; k < n[2]; k += f)
+		for (size_t j = 0; j < n[1]; j += f)
+			for (size_t i = 0; i < n[0]; i += f) {
+				const size_t from[3] = {i, j, k};
+				double hat = 1;
+
+				for (int a = 0; a < 3; a++) {
+					const double last = floor((double)(n[a] - 1) / (double)f);
+					const double c = ((double)at[a] + 0.5) / (double)f - 0.5;
+					const double to = (double)(from[a] / f);
+
+					hat *= fmax(0, 1 - fabs(fmin(fmax(c, 0), last) - to));
+				}
+				if (hat > 0)
+					sum += hat * block_weight(h, from, f, rule);
+			}
+	return sum;
+}
+
 /* The same from its parts. */
 static void twin(float *out, double *added, const struct scan *s, const struct ct_slice_prior *p,
 	const struct ct_restore_rule *rule)
@@ -327,20 +371,9 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 		h[i] /= (float)used;
 	memcpy(out, s->x.data, ALL * sizeof *out);
 	for (size_t i = 0; i < ALL; i++) {
-		const size_t f = (size_t)most;
-		const size_t at[3] = {i % 24 / f * f, i / 24 % 20 / f * f, i / 24 / 20 / f * f};
-		double mean = 0, count = 0, w = rule->weight;
+		const size_t at[3] = {i % 24, i / 24 % 20, i / 24 / 20};
+		const double w = weight_at(h, at, (size_t)most, rule);
 
-		for (size_t k = at[2]; k < at[2] + f && k < 16; k++)
-			for (size_t j = at[1]; j < at[1] + f && j < 20; j++)
-				for (size_t v = at[0]; v < at[0] + f && v < 24; v++) {
-					mean += pow((double)h[(k * 20 + j) * 24 + v], 2);
-					count++;
-				}
-		if (rule->gate > 0)
-			w *= mean / (mean + count * rule->gate * rule->gate);
-		if (rule->cap > 0)
-			w /= 1 + mean / count / (rule->cap * rule->cap);
 		out[i] += (float)(w * (double)h[i]);
 		square += pow(w * (double)h[i], 2) / ALL;
 	}

@@ -1,7 +1,8 @@
 /* From slices to a grid: order, affine, and what is refused. */
 #include "config.h"
-#include "core/slices.h"
 #include "core/vol.h"
+#include "series/layout.h"
+#include "series/series.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -11,6 +12,21 @@
 enum { N = 7 };
 
 static char paths[N][8];
+
+/* The affine of slices that need nothing done to them. */
+static int grid(struct ct_slice *s, size_t n, double affine[3][4], struct ct_err *e)
+{
+	struct ct_layout l = {0};
+	int rc = ct_layout_survey(&l, s, n, e) ||
+				 ct_layout_grid(&l, s, CT_TILT_ERROR, CT_GAPS_ERROR, e)
+			 ? -1
+			 : 0;
+
+	if (!rc)
+		memcpy(affine, l.affine, sizeof l.affine);
+	ct_layout_free(&l);
+	return rc;
+}
 
 /* A stack of N slices, `gap` mm apart along the normal, in a shuffled order. */
 static void stack(struct ct_slice s[N], const double across[3], const double down[3], double gap)
@@ -28,6 +44,7 @@ static void stack(struct ct_slice s[N], const double across[3], const double dow
 			.columns = 5,
 			.rows = 4,
 			.frames = 1,
+			.samples = 1,
 			.placed = true,
 			.pitch = {0.5, 0.75},
 			.scaled = true,
@@ -79,7 +96,7 @@ static void test_orientations(void)
 		int ok;
 
 		stack(s, c[i].across, c[i].down, 2.5);
-		ok = ct_slices_grid(s, N, affine, &err) == 0;
+		ok = grid(s, N, affine, &err) == 0;
 		for (int k = 0; k < N && ok; k++)
 			ok = s[k].path[1] == '0' + k;
 		OK(ok, "%s: in order along the normal", c[i].name);
@@ -93,8 +110,7 @@ static void test_orientations(void)
 static int refuses(struct ct_slice s[N], enum ct_code code, const char *word)
 {
 	double affine[3][4];
-	int ok = ct_slices_grid(s, N, affine, &err) != 0 && err.code == code &&
-		 strstr(err.msg, word);
+	int ok = grid(s, N, affine, &err) != 0 && err.code == code && strstr(err.msg, word);
 
 	if (!ok)
 		printf("# %s\n", err.msg);
@@ -110,7 +126,7 @@ static void test_refusals(void)
 
 	stack(s, x, y, 2);
 	s[4].position[2] += 0.05;
-	OK(ct_slices_grid(s, N, affine, &err) == 0, "rounded positions pass");
+	OK(grid(s, N, affine, &err) == 0, "rounded positions pass");
 	stack(s, x, y, 2);
 	for (int k = 0; k < N; k++)
 		s[k].position[2] += s[k].path[1] >= '5' ? 2 : 0;
@@ -129,9 +145,6 @@ static void test_refusals(void)
 	}
 	OK(refuses(s, CT_EGEOM, "17.2 degrees"), "a tilted gantry, with the angle");
 	stack(s, x, y, 2);
-	snprintf(s[3].patient, sizeof s[3].patient, "other");
-	OK(refuses(s, CT_EGEOM, "patients"), "two patients");
-	stack(s, x, y, 2);
 	s[3].rows = 6;
 	OK(refuses(s, CT_EGEOM, "5x4"), "two matrices");
 	stack(s, x, y, 2);
@@ -144,11 +157,15 @@ static void test_refusals(void)
 	s[3].scaled = false;
 	OK(refuses(s, CT_EINPUT, "Rescale"), "no rescale");
 	stack(s, x, y, 2);
+	OK(ct_slice_check_hu(s, &err) == 0, "CT is in HU");
+	snprintf(s[0].unit, sizeof s[0].unit, "MGML");
+	OK(ct_slice_check_hu(s, &err) && err.code == CT_EINPUT && strstr(err.msg, "'MGML'"),
+		"unless RescaleType says otherwise");
 	snprintf(s[2].modality, sizeof s[2].modality, "MR");
-	OK(refuses(s, CT_EINPUT, "MR"), "not CT");
+	OK(ct_slice_check_hu(&s[2], &err) && strstr(err.msg, "'MR'"), "not CT");
 	stack(s, x, y, 2);
-	s[3].frames = 30;
-	OK(refuses(s, CT_EINPUT, "30 frames"), "multi-frame");
+	s[3].samples = 3;
+	OK(refuses(s, CT_EINPUT, "SamplesPerPixel is 3"), "a picture in colour");
 	stack(s, x, y, 2);
 	s[0].pitch[0] = 0;
 	OK(refuses(s, CT_EGEOM, "PixelSpacing"), "pixels of no size");
@@ -156,33 +173,7 @@ static void test_refusals(void)
 	s[0].position[1] = (double)NAN;
 	OK(refuses(s, CT_EGEOM, "ImagePosition"), "a position that is no number");
 	stack(s, x, y, 2);
-	OK(ct_slices_grid(s, 1, affine, &err) && err.code == CT_EGEOM, "one slice is no volume");
-}
-
-static void test_series(void)
-{
-	static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
-	struct ct_slice s[N];
-	size_t first, count;
-
-	stack(s, x, y, 2);
-	ct_slices_group(s, N);
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) == 0 && first == 0 && count == N,
-		"the only series");
-	for (int k = 0; k < 3; k++) {
-		snprintf(s[2 * k].series, sizeof s[k].series, "1.1");
-		s[2 * k].number = 9;
-	}
-	ct_slices_group(s, N);
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) && err.code == CT_EGEOM,
-		"two series are refused");
-	OK(ct_slices_pick(s, N, "1.1", &first, &count, &err) == 0 && first == 4 && count == 3,
-		"by UID");
-	OK(ct_slices_pick(s, N, "1", &first, &count, &err) == 0 && first == 0 && count == 4,
-		"by number");
-	OK(ct_slices_pick(s, N, "3", &first, &count, &err) && err.code == CT_EUSAGE, "no third");
-	OK(ct_slices_pick(s, 0, NULL, &first, &count, &err) && err.code == CT_EINPUT,
-		"none at all");
+	OK(grid(s, 1, affine, &err) && err.code == CT_EGEOM, "one slice is no volume");
 }
 
 static void test_hu(void)
@@ -195,7 +186,7 @@ static void test_hu(void)
 		.padding = {-2000, -1500}};
 	float px[3] = {-1800, 0, 300};
 
-	ct_slice_hu(&s, px);
+	ct_slice_scale(&s, -1024, px);
 	OK(px[0] == -1024 && px[1] == -1000 && px[2] == -400, "rescale and padding");
 }
 
@@ -204,7 +195,7 @@ static const double X[3] = {1, 0, 0}, Y[3] = {0, 1, 0};
 static bool passes(struct ct_slice s[N])
 {
 	double affine[3][4];
-	bool ok = ct_slices_grid(s, N, affine, &err) == 0;
+	bool ok = grid(s, N, affine, &err) == 0;
 
 	if (!ok)
 		printf("# %s\n", err.msg);
@@ -302,7 +293,7 @@ static void test_scale(void)
 	stack(s, X, Y, 2);
 	s[2].placed = false;
 	OK(place && refuses(s, CT_EGEOM, "no ImagePosition"), "and are somewhere");
-	OK(ct_slices_grid(s, 0, NULL, &err) < 0 && strstr(err.msg, "no file"), "no slice");
+	OK(grid(s, 0, NULL, &err) < 0 && strstr(err.msg, "no file"), "no slice");
 }
 
 /* Slice s0 first, whatever came first. */
@@ -368,7 +359,7 @@ static const char *gapped(double gap, double least)
 		s[k].position[2] += gap - 2;
 	for (int k = 1; k < N; k++)
 		s[k].position[2] += least - 2;
-	return ct_slices_grid(s, N, affine, &err) == 0 ? "" : err.msg;
+	return grid(s, N, affine, &err) == 0 ? "" : err.msg;
 }
 
 static bool says(double gap, double least, const char *what)
@@ -389,68 +380,172 @@ static void test_gaps(void)
 		"of slices that are even but for that");
 }
 
-static void test_order(void)
+/* Slices as they are listed: "2:abc 1:d" is two series, of slices a, b, c and d. */
+static const char *listed(struct ct_slice *s, size_t n)
 {
-	enum { M = 60 };
-	static struct ct_slice s[M];
-	static char path[M][8];
-	bool order = true;
-	size_t runs = 0;
+	static char text[400];
+	struct ct_series *l = NULL;
+	size_t series = 0, at = 0;
 
-	for (int k = 0; k < M; k++) {
-		const int t = k * 37 % M; /* from a table of all, shuffled */
-
-		snprintf(path[k], sizeof path[k], "p%d", t % 2);
-		s[k] = (struct ct_slice){
-			.path = path[k], .number = t / 20 - 1, .instance = t / 2 % 5 - 2};
-		snprintf(s[k].series, sizeof s[k].series, "%d.%d", t / 10 % 2, 2 - t / 20);
+	text[0] = '\0';
+	if (ct_series_list(s, n, &l, &series, &err))
+		return "failed";
+	for (size_t k = 0; k < series; k++) {
+		at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", k ? " " : "",
+			l[k].role == CT_PICTURE_SLICES      ? ""
+			: l[k].role == CT_PICTURE_LOCALIZER ? "L"
+			: l[k].role == CT_PICTURE_CAPTURE   ? "C"
+			: l[k].role == CT_PICTURE_OTHER     ? "O"
+							    : "=");
+		for (size_t i = 0; i < l[k].count; i++)
+			at += (size_t)snprintf(
+				text + at, sizeof text - at, "%s", s[l[k].first + i].path + 1);
+		if (l[k].moment[0])
+			at += (size_t)snprintf(text + at, sizeof text - at, "(%s)", l[k].moment);
 	}
-	ct_slices_group(s, M);
-	for (int k = 0; k < M; k++)
-		order = order && s[k].number == k / 20 - 1 && s[k].series[0] == '0' + k / 10 % 2 &&
-			s[k].instance == k / 2 % 5 - 2 && s[k].path[1] == '0' + k % 2;
-	OK(order, "by number, series, instance and file");
-	for (size_t k = 0; k < M; k += ct_slices_count(s, M, k))
-		runs += ct_slices_count(s, M, k) == 10;
-	OK(runs == 6, "six series");
+	free(l);
+	return text;
+}
+
+static bool lists(struct ct_slice *s, const char *what)
+{
+	const char *is = listed(s, N);
+
+	if (strcmp(is, what) != 0)
+		printf("# %s\n", is);
+	return strcmp(is, what) == 0;
+}
+
+/* N slices at four places: 0 1 2 3 0 1 2. */
+static void folded(struct ct_slice s[N])
+{
+	ordered(s, 2);
+	for (int k = 0; k < N; k++) {
+		s[k].position[2] = s[k % 4].position[2];
+		s[k].instance = k + 1;
+		s[k].moment = s[k].phase = s[k].trigger = s[k].acquired = s[k].made = (double)NAN;
+	}
+}
+
+static void test_series(void)
+{
+	struct ct_slice s[N];
+
+	stack(s, X, Y, 2);
+	OK(lists(s, "0123456"), "one series, in order of place");
+	stack(s, X, Y, 2);
+	for (int k = 0; k < N; k++)
+		s[k].number = s[k].path[1] % 2 ? 3 : 4;
+	OK(lists(s, "0123456"), "numbers alone make no series of one UID");
+	ordered(s, 2);
+	for (int k = 0; k < N; k++) {
+		s[k].number = 9 - k / 3;
+		snprintf(s[k].series, sizeof s[k].series, "1.%d", k / 3);
+	}
+	OK(lists(s, "6 345 012"), "series in order of number");
+	ordered(s, 2);
+	snprintf(s[2].patient, sizeof s[2].patient, "other");
+	s[5].rows = 9;
+	s[3].pitch[0] = 0.6;
+	s[4].placed = false;
+	OK(lists(s, "016 2 3 4 5"), "patient, matrix, pixel size and place divide");
+	ordered(s, 2);
+	snprintf(s[0].type, sizeof s[0].type, "ORIGINAL\\PRIMARY\\LOCALIZER\\X");
+	snprintf(s[1].storage, sizeof s[1].storage, "1.2.840.10008.5.1.4.1.1.7");
+	s[2].samples = 3;
+	snprintf(s[3].modality, sizeof s[3].modality, "MR");
+	snprintf(s[4].type, sizeof s[4].type, "LOCALIZER\\PRIMARY\\AXIAL");
+	OK(lists(s, "456 L0 C12 O3"), "kinds of pictures");
+}
+
+static void test_moments(void)
+{
+	struct ct_slice s[N];
+
+	folded(s);
+	OK(lists(s, "0415263"), "nothing tells them apart");
+	folded(s);
+	for (int k = 0; k < N; k++) {
+		s[k].acquisition = 3 - k / 4;
+		s[k].position[2] += k / 4 ? 9e-4 : 0; /* one place is one within 1 um */
+	}
+	OK(lists(s, "456(AcquisitionNumber 2) 0123(AcquisitionNumber 3)"), "an acquisition each");
+	folded(s);
+	for (int k = 0; k < N; k++) {
+		s[k].acquisition = k + 1; /* each its own: no help */
+		s[k].trigger = k / 4 ? 700 : 20;
+	}
+	OK(lists(s, "0123(TriggerTime 20) 456(TriggerTime 700)"), "a phase of the heart each");
+	folded(s);
+	s[3].position[2] = s[6].position[2] + 100;
+	for (int k = 0; k < N; k++)
+		s[k].made = k;
+	OK(lists(s, "0415263"), "times alone, but not as many everywhere");
+	folded(s);
+	for (int k = 0; k < N; k++)
+		s[k].position[2] = s[k / 7].position[2] + (k % 2) * 10;
+	for (int k = 0; k < N; k++)
+		s[k].acquired = 10 - k;
+	OK(strcmp(listed(s, 6), "45(AcquisitionTime from 6) 23(AcquisitionTime from 8) "
+				"01(AcquisitionTime from 10)") == 0,
+		"times in order, as many everywhere");
+	folded(s);
+	for (int k = 0; k < N; k++)
+		snprintf(s[k].object, sizeof s[k].object, "1.%d", k % 4);
+	OK(lists(s, "0123 =456"), "objects that are there twice");
+}
+
+static bool picks(struct ct_slice *s, const char *which, size_t want)
+{
+	struct ct_series *l = NULL;
+	size_t n = 0, pick = 99;
+	bool ok = ct_series_list(s, N, &l, &n, &err) == 0 &&
+		  ct_series_pick(l, n, s, which, &pick, &err) == 0 && pick == want;
+
+	free(l);
+	return ok;
 }
 
 static void test_picks(void)
 {
+	static const char *const no[] = {"0", "4", "", "2x", "1.", "-1"};
 	struct ct_slice s[N];
-	size_t first = 9, count = 9;
 	bool none = true;
 
 	ordered(s, 2);
+	OK(picks(s, NULL, 0) && picks(s, "1.2", 0) && picks(s, "1", 0), "the only series");
 	for (int k = 0; k < N; k++) {
 		s[k].number = k / 3;
 		snprintf(s[k].series, sizeof s[k].series, "1.%d", k / 3);
 	}
-	OK(ct_slices_pick(s, N, "2", &first, &count, &err) == 0 && first == 3 && count == 3 &&
-			ct_slices_pick(s, N, "3", &first, &count, &err) == 0 && first == 6 &&
-			count == 1,
-		"the second and the third series");
-	for (int k = 0; k < 6; k++) {
-		static const char *const no[] = {"0", "4", "", "2x", "1.", "-1"};
-
-		none = none && ct_slices_pick(s, N, no[k], &first, &count, &err) < 0 &&
-		       err.code == CT_EUSAGE && strstr(err.msg, "among the 3 series");
-	}
+	OK(picks(s, "2", 1) && picks(s, "3", 2) && picks(s, "1.1", 1), "by place and by UID");
+	for (int k = 0; k < 6; k++)
+		none = none && !picks(s, no[k], 0) && err.code == CT_EUSAGE &&
+		       strstr(err.msg, "among the 3 series");
 	OK(none, "and no others");
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 &&
+	OK(!picks(s, NULL, 0) && err.code == CT_EGEOM &&
 			strstr(err.msg, "mixed: 3 series; --series"),
 		"three series");
+	for (int k = 0; k < 6; k++)
+		snprintf(s[k].type, sizeof s[k].type, "ORIGINAL\\PRIMARY\\%s",
+			k / 3 ? "AXIAL" : "LOCALIZER");
+	snprintf(s[6].modality, sizeof s[6].modality, "MR");
+	OK(picks(s, NULL, 1) && picks(s, "1.0", 0) && picks(s, "1.2", 2),
+		"the only one of slices; others by name");
+	ordered(s, 2);
 	snprintf(s[1].patient, sizeof s[1].patient, "b");
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 &&
-			strstr(err.msg, "3 series of different patients; --series"),
+	OK(!picks(s, NULL, 0) && strstr(err.msg, "2 series of different patients; --series"),
 		"of two patients");
-	s[1].patient[0] = 0;
-	snprintf(s[0].patient, sizeof s[0].patient, "B");
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
-		"the first");
-	snprintf(s[6].patient, sizeof s[6].patient, "B");
-	OK(ct_slices_pick(s, N, NULL, &first, &count, &err) < 0 && strstr(err.msg, "patients"),
-		"whoever is the other");
+	OK(!picks(s, "1.2", 0) && err.code == CT_EUSAGE &&
+			strstr(err.msg, "2 series have this UID"),
+		"and one UID");
+	ordered(s, 2);
+	for (int k = 0; k < N; k++)
+		snprintf(s[k].modality, sizeof s[k].modality, k < 3 ? "MR" : "PT");
+	OK(picks(s, NULL, 0), "all there is");
+	s[0].rows = 9;
+	OK(!picks(s, NULL, 0) && err.code == CT_EINPUT && strstr(err.msg, "no series of CT slices"),
+		"none of slices");
 }
 
 static void test_padding(void)
@@ -464,7 +559,7 @@ static void test_padding(void)
 		s.padding[turned == 1] = 3;
 		s.padding[turned != 1] = -5;
 		s.padded = turned < 2;
-		ct_slice_hu(&s, px);
+		ct_slice_scale(&s, -1024, px);
 		for (int k = 0; k < 6; k++) {
 			const float was = (const float[]){-6, -5, -1, 3, 4, 900}[k];
 
@@ -487,7 +582,7 @@ int main(void)
 	test_scale();
 	test_drift();
 	test_gaps();
-	test_order();
+	test_moments();
 	test_picks();
 	test_padding();
 	return tap_done();

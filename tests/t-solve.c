@@ -188,7 +188,7 @@ static void t_fista(void)
 	for (int wrong = 0; wrong < 2; wrong++) { /* L from the trace; far too small */
 		float x[N] = {0}, ahead[N] = {0}, g[N];
 		const struct ct_fista f = {N, x, ahead, g, wrong ? 1.2 : 0, slope, clip, &d};
-		struct ct_fista_at at = {wrong ? 5 : dot(M * N, d.a, d.a), 1, 0};
+		struct ct_fista_at at = {.norm = wrong ? 5 : dot(M * N, d.a, d.a), .momentum = 1};
 		double change = 1;
 
 		for (int k = 0; k < 3000; k++)
@@ -208,7 +208,7 @@ static void t_fista_steps(void)
 	const double stretch = 0.5;
 	float x[N] = {0}, ahead[N] = {0}, g[N];
 	const struct ct_fista f = {N, x, ahead, g, 1.1, slope, clip, &d};
-	struct ct_fista_at at = {8, 1, 0};
+	struct ct_fista_at at = {.norm = 8, .momentum = 1};
 	double X[N] = {0}, Y[N] = {0}, L = 8, t = 1, before = 0, worst = 0, moved, off = 0;
 	size_t grew = 0;
 
@@ -248,6 +248,54 @@ static void t_fista_steps(void)
 	OK(grew > 2 && grew < 20, "L grew %zu times in 25 steps", grew);
 	if (!OK(off < 1e-3 && worst < 1e-3, "steps, L, momentum and movement by the formula"))
 		printf("# %g, %g\n", off, worst);
+}
+
+/* Asked to stop as often as a step lets it: clip, but every other call has no time for it. */
+struct busy {
+	struct dense d;
+	size_t slopes, clips;
+};
+
+static int slope_counted(void *ctx, float *g, double *misfit, const float *x,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct busy *b = ctx;
+
+	b->slopes++;
+	return slope(&b->d, g, misfit, x, env, e);
+}
+
+static int clip_later(
+	void *ctx, float *x, const float *to, const struct ct_env *env, struct ct_err *e)
+{
+	struct busy *b = ctx;
+
+	return ++b->clips % 2 ? ct_fail(e, CT_ESTOP, "later") : clip(ctx, x, to, env, e);
+}
+
+/* A step that is left off before its proximal point goes on with that: the same bytes. */
+static void t_fista_left(void)
+{
+	struct busy b = {0};
+	const struct ct_env env = {0};
+	float x[2][N] = {{0}}, ahead[2][N] = {{0}}, g[2][N];
+	struct ct_fista_at at[2] = {{.norm = 8, .momentum = 1}, {.norm = 8, .momentum = 1}};
+	const struct ct_fista f = {N, x[0], ahead[0], g[0], 1.1, slope, clip, &b.d};
+	const struct ct_fista left = {N, x[1], ahead[1], g[1], 1.1, slope_counted, clip_later, &b};
+	double moved[2];
+	bool stops = true, same = true;
+
+	make(&b.d);
+	for (int k = 0; k < 25; k++) {
+		must(ct_fista_step(&f, &at[0], 0.5, &moved[0], &env, &err));
+		stops &= ct_fista_step(&left, &at[1], 0.5, &moved[1], &env, &err) == -1 &&
+			 at[1].next > 0;
+		must(ct_fista_step(&left, &at[1], 0.5, &moved[1], &env, &err));
+		same &= memcmp(x[0], x[1], sizeof x[0]) == 0 &&
+			memcmp(ahead[0], ahead[1], sizeof x[0]) == 0 &&
+			memcmp(&at[0], &at[1], sizeof at[0]) == 0 && moved[0] == moved[1];
+	}
+	OK(stops && same && b.slopes == 25, "left off, a step goes on: %zu slopes", b.slopes);
 }
 
 /* Kernels that no other test sees by themselves. */
@@ -297,6 +345,7 @@ int main(void)
 	t_cg();
 	t_fista();
 	t_fista_steps();
+	t_fista_left();
 	t_vectors();
 	return tap_done();
 }

@@ -2,11 +2,12 @@
 # ct-sr --dry-run: the commands of every level of quality, of the published method, and of its options,
 # with all their numbers.
 . "$srcdir/tests/tap.sh"
-: >lr.nii; : >p.safetensors # a dry run reads neither
+: >lr.nii # a dry run does not read it
+cp "$builddir/residual.safetensors" p.safetensors
 plan() { # plan NAME ARGS...: the commands are those of standard input
 	name=$1; shift
 	sed 's/@/ T\//g' >want
-	ct-sr --dry-run "$@" >out 2>err && sed "s|${TMPDIR:-/tmp}/ct-sr.XXXXXX/|T/|g; s|--prior=[^ ]*/prior|--prior=PRIOR|; s|--prior=[^ ]*/slices|--prior=SLICES|" out >got
+	ct-sr --dry-run "$@" >out 2>err && sed "s|${TMPDIR:-/tmp}/ct-sr.XXXXXX/|T/|g; s|--prior=[^ ]*/prior|--prior=PRIOR|; s|--prior=[^ ]*/slices|--prior=SLICES|; s|--prior=[^ ]*/residual|--prior=RESIDUAL|" out >got
 	cmp -s want got; ok $? "$name"
 	cmp -s want got || diff want got | sed 's/^/# /'
 }
@@ -30,19 +31,26 @@ ct-convert lr.nii@lr.nii
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii@up.nii
 ct-project --views=64 --sampling=1.375@up.nii@up-proj.exr
 ct-project --views=64 --sampling=1.375 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
-ct-ddnm --prior=PRIOR.safetensors --sampler=ddnm --eta=0 --steps=2 --init=T/up-proj.exr --t-start=20 --samples=2@lr-proj.exr@sr-proj.exr
+ct-ddnm --prior=RESIDUAL.safetensors --base-projections=T/up-proj.exr --samples=2@lr-proj.exr@sr-proj.exr
 ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=1500 --gaussians=50000 --rate=1 --lambda-tv=0.2@sr-proj.exr@residual.ply
 ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
 EOF
-plan 'best, with a seed' -Q best -x 2 -s 7 lr.nii o.nii <<'EOF'
+plan 'best, with a seed' -Q best -s 7 lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
-ct-restore --prior=SLICES.safetensors -x2 --estimate --tolerance=0.02@lr.nii@up.nii
+ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.02@lr.nii@up.nii
 ct-project --views=100 --sampling=1.5@up.nii@up-proj.exr
-ct-project --views=100 --sampling=1.5 --coarsen=2 --pixel=sinc@up.nii@lr-proj.exr
-ct-ddnm --prior=PRIOR.safetensors --seed=7 --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
+ct-project --views=100 --sampling=1.5 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
+ct-ddnm --prior=RESIDUAL.safetensors --seed=7 --base-projections=T/up-proj.exr --samples=4@lr-proj.exr@sr-proj.exr
 ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=5000 --gaussians=100000 --rate=1 --lambda-tv=0.2 --seed=7@sr-proj.exr@residual.ply
 ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
 EOF
+plan 'a factor whose projections it does not know' -Q balanced -x 2 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-restore --prior=SLICES.safetensors -x2 --estimate --tolerance=0.1@lr.nii o.nii
+EOF
+has err 'residual.safetensors knows scans 4 times coarser, not 2: there are no projections' 'which is said'
+exits 2 'a prior that is not conditional' ct-sr --dry-run -Q best --prior "$builddir/prior.safetensors" lr.nii o.nii
+has err 'prior.safetensors: is not conditional, as --quality best wants it' 'is refused by name'
 plan 'the paper' --paper lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-upsample -x4 --method=cubic@lr.nii@up.nii
@@ -68,7 +76,7 @@ ct-convert lr.nii@lr.nii --expand=7
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.02@lr.nii@up.nii
 ct-project --views=3 --sampling=1.5 --window=-9:99@up.nii@up-proj.exr
 ct-project --views=3 --sampling=1.5 --window=-9:99 --coarsen=4 --pixel=sinc@up.nii@lr-proj.exr
-ct-ddnm --prior=p.safetensors --sampler=ddnm --eta=0 --steps=4 --init=T/up-proj.exr --t-start=20 --samples=4@lr-proj.exr@sr-proj.exr
+ct-ddnm --prior=p.safetensors --base-projections=T/up-proj.exr --samples=4@lr-proj.exr@sr-proj.exr
 ct-nabgs --base=T/up.nii --base-projections=T/up-proj.exr --iterations=4 --gaussians=6 --rate=1 --lambda-tv=0.2@sr-proj.exr@residual.ply
 ct-compose --consistent=T/lr.nii@up.nii@residual.ply o.nii
 EOF
@@ -107,7 +115,7 @@ has err 'k/up.nii: is written between IN and OUT' 'and that is said'
 
 # the prior is looked for beside the command, and in share beside its bin
 mkdir -p x/bin x/share/ctsr; cp "$(command -v ct-sr)" x/bin
-where() { x/bin/ct-sr --dry-run -Q best --slices "$builddir/slices.safetensors" lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
+where() { x/bin/ct-sr --dry-run --paper lr.nii o.nii 2>err | sed -n 's/^ct-ddnm --prior=\([^ ]*\) .*/\1/p'; }
 at=$(cd x/bin && pwd -P)
 if [ -z "$(where)" ]; then
 	has err '^ct-sr: no prior is installed at /.*prior.safetensors; --prior names one$' 'no prior'

@@ -46,6 +46,11 @@ is 'weights("other") == weights("plain")' 'not so defaults, nor a clip and an av
 run one -n 1 --warmup 10; run tenth -n 1 -l 1e-4
 is 'weights("one") == weights("tenth")' '--warmup 10: the first step at a tenth of the rate'
 
+ct-train -a $net -p 8 -b 2 -n 51 --lr 1e-3 often.safetensors a.exr 2>often.log
+is '[s for s, _ in losses("often")] == [50, 51]' 'every 50 steps if nothing is said'
+train colour colour.safetensors a.exr -n 1 -a "$net,in_channels=3,out_channels=3"
+is 'len(weights("colour")) > len(weights("plain"))' 'three channels, all of them the picture'
+
 # the same but for a power of two: a stack is seen as parts of its largest value
 for d in 0.25 0.5; do train d$d d$d.safetensors d$d.exr; done
 is 'weights("d0.25") == weights("d0.5")' 'twice the density is the same picture'

@@ -27,7 +27,10 @@ for o in '-p 8' '-b 512' '-l 2e-3' '--decay 10' '-e 0.1' '--noise 30' '--thick' 
 done
 run thick --thick; ct-info -v thick.safetensors >out; has out '^  *thick-2.shape' 'one of slices with one coarse axis'
 ct-train $small one.safetensors scans/1.nii scans/2.nii 2>one.log; ok $? 'trains on files'
-! same plain one; ok $? 'whose examples are others'
+same plain one; ok $? 'whose examples are the same'
+run kept -f --cache kept; ls kept >was
+ct-train $small --cache kept two.safetensors scans/2.nii 2>two.log; ls kept >is
+[ "$(wc -l <was)" -ge 3 ] && cmp was is; ok $? 'whatever stands beside a file'
 run seen --validate held.nii --validate-every 1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? 'tells what it knows of others'
 cmp plain.safetensors.state seen.safetensors.state; ok $? 'and learns nothing from them but what to expect'

@@ -5,7 +5,9 @@
 #include "resolution/hessian-tv.h"
 #include "resolution/tv.h"
 
+#include <signal.h>
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = 37 * 5 * 19, PARTS = 6, STEPS = 4 };
@@ -193,6 +195,61 @@ static void compare(const size_t size[3], int kind)
 	free(dual);
 }
 
+static volatile sig_atomic_t halt;
+
+static void halt_at(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	(void)what, (void)total;
+	if (done == *(size_t *)env->ctx)
+		halt = 1;
+}
+
+/* Stopped after any of its iterations, then continued with those that are left: the same bytes. */
+static void left_off(void)
+{
+	const size_t size[3] = {9, 6, 36};
+	const struct ct_degrade half = {{3, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC};
+	enum { ALL = 8, COUNT = 9 * 6 * 36 };
+	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, ALL, 0};
+	float *z = normals(COUNT / 12, 21, 0, 100), *to = normals(COUNT, 22, 0, 60);
+	float *start = normals(COUNT, 23, 0, 60), *got[2], *dual[2];
+	struct ct_consistency dc = {0};
+	bool stops = true, same = true;
+
+	must(ct_consistency_alloc(&dc, &half, size, z, 0, NULL, &err));
+	for (size_t at = 0; at < ALL; at++) {
+		struct ct_env env = {.progress = halt_at, .stop = &halt, .ctx = &at};
+		struct ct_tv_report r;
+
+		for (int k = 0; k < 2; k++) {
+			got[k] =
+				memcpy(malloc(COUNT * sizeof(float)), start, COUNT * sizeof(float));
+			dual[k] = calloc(3 * COUNT, sizeof(float));
+		}
+		rule.iterations = ALL;
+		must(ct_tv_near(got[0], &dc, &rule, &(struct ct_tv_near){to, 25, dual[0]}, &r,
+			&(struct ct_env){0}, &err));
+		stops &= ct_tv_near(got[1], &dc, &rule, &(struct ct_tv_near){to, 25, dual[1]}, &r,
+				 &env, &err) == -1 &&
+			 err.code == CT_ESTOP && r.iterations == at + 1;
+		halt = 0;
+		rule.iterations = ALL - r.iterations;
+		must(ct_tv_near(got[1], &dc, &rule, &(struct ct_tv_near){to, 25, dual[1]}, &r,
+			&(struct ct_env){0}, &err));
+		same &= memcmp(got[0], got[1], COUNT * sizeof(float)) == 0 &&
+			memcmp(dual[0], dual[1], 3 * COUNT * sizeof(float)) == 0;
+		for (int k = 0; k < 2; k++) {
+			free(got[k]);
+			free(dual[k]);
+		}
+	}
+	OK(stops && same, "left off between iterations, it goes on");
+	ct_consistency_free(&dc);
+	free(z);
+	free(to);
+	free(start);
+}
+
 int main(void)
 {
 	static const size_t sizes[][3] = {
@@ -201,5 +258,6 @@ int main(void)
 	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
 		for (int kind = 0; kind < 3; kind++)
 			compare(sizes[s], kind);
+	left_off();
 	return tap_done();
 }

@@ -26,7 +26,7 @@ o = json.loads(subprocess.check_output(['ct-info', '--json', '-e', '-x', '3', 'b
 open('sigma', 'w').write(','.join('%.9g' % (3 * s) for s in o['blur-lr-voxels']))
 open('told', 'w').writelines('ct-upsample: axis %d: blur %.3g, assumed %.3g voxels of OUT, well, %d edges\n' %
     (a, 3 * o['blur-seen-voxels'][a], 3 * o['blur-lr-voxels'][a], o['edges'][a]) for a in range(3))
-open('told', 'a').write('ct-upsample: noise or texture %.3g HU\n' % o['noise-hu'])
+open('told', 'a').write('ct-upsample: noise or texture %.3g HU, assumed %.3g\n' % (o['noise-hu'], o['noise-sure-hu']))
 END
 s=$(cat sigma); first=${s%%,*}
 up -x 3 --estimate bare-P1.nii e.nii; says e.nii 3,3,3 "$s" sinc tv
@@ -66,6 +66,19 @@ ct-degrade -q -x 3 --noise 5 hi.nii noisy.nii
 no 2 'noise 4 contradicts noisy.nii, whose noise is 5 HU' ct-upsample --noise 4 noisy.nii
 exits 0 'the same is none' ct-upsample -f --noise 5 --iterations 3 noisy.nii o.nii
 ct-info noisy.nii | grep -Eq '^  noise +5$'; ok $? 'ct-degrade says its noise'
+# and the noise that nothing says
+noise() { ct-info "$1" | awk '$1 == "noise" {print $2}'; }
+ct-degrade -q -f -x 3 --noise 20 hi.nii loud.nii; bare loud.nii 32 3
+ct-info -e -x 3 bare-loud.nii >out; sure=$(awk '$1 == "noise-sure-hu" {print $2}' out)
+awk "BEGIN {exit !($sure > 18 && $sure < 21)}"; ok $? "about 20 HU: $sure"
+up -x 3 --estimate bare-loud.nii e.nii; awk "BEGIN {d = $(noise e.nii) - $sure; exit !(d * d < 1e-8)}"
+ok $? '--estimate assumes it, and OUT says so'
+ct-upsample -q -f -x 3 --estimate --noise 3 --iterations 3 bare-loud.nii o.nii
+[ "$(noise o.nii)" = 3 ]; ok $? 'unless --noise says another'
+! cmp -s e.nii o.nii; ok $? 'which is another volume'
+up -x 3 --estimate --noise 0 bare-loud.nii e.nii; [ -z "$(noise e.nii)" ]; ok $? 'or none'
+ct-restore -q -f -x 3 --estimate bare-loud.nii r.nii; awk "BEGIN {d = $(noise r.nii) - $sure; exit !(d * d < 1e-8)}"
+ok $? 'so does ct-restore'
 ct-degrade -q -x 1 noisy.nii again.nii; ! ct-info again.nii | grep -q '^  noise'; ok $? 'and not that of what it was given'
 
 # a start is gone on from, in voxels and in history

@@ -257,6 +257,69 @@ static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool 
 	ct_vol_free(&v);
 }
 
+/* The rows of the voxels next to the source are the farthest apart, wherever it is. */
+static void nearest(void)
+{
+	struct ct_vol v = grid(8, (const double[]){4, 4, 4});
+
+	for (int side = 0; side < 6; side++)
+		for (int k = 0; k < 2; k++) {
+			struct ct_backprojector b = {0};
+			struct ct_stack s = {0};
+			int axis = side / 2, along = (axis + 2) % 3;
+			double sign = side % 2 ? -1 : 1, pitch = k ? 0.7 : 0.58;
+
+			must(ct_stack_alloc(&s, 1, 4, 4, &err));
+			s.view[0].source[axis] = sign * 100;
+			s.view[0].centre[axis] = -sign * 100;
+			s.view[0].u[(axis + 1) % 3] = 4;
+			s.view[0].v[along] = pitch;
+			must(ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
+			OK(b.line == (k ? along : -1), "rows of %g mm, a source at %g on axis %d",
+				pitch, sign * 100, axis);
+			ct_backprojector_free(&b);
+			ct_stack_free(&s);
+		}
+	ct_vol_free(&v);
+}
+
+/* A scan a thousandth of the size: the same weights, if it turns far enough for the grid alone. */
+static void small(void)
+{
+	double *w[2], worst = 0;
+
+	for (int k = 0; k < 2; k++) {
+		const double size = k ? 1e-3 : 1;
+		struct ct_vol v = grid(8, (const double[]){9 * size, 9 * size, 9 * size});
+		struct ct_scan scan = circle(CT_CONE, 40, 199.8);
+		struct ct_stack s = {0};
+		struct ct_fdk f = {0};
+		float weight[3 * 41];
+
+		scan.dso *= size;
+		scan.dsd *= size;
+		scan.pitch[0] = scan.pitch[1] = 5 * size;
+		must(ct_scan_fill(&s, &scan, &err) ||
+			ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 0, true, NULL, &err));
+		w[k] = malloc(40 * 41 * sizeof **w);
+		if (!w[k])
+			exit(99);
+		for (size_t i = 0; i < 40; i++) {
+			ct_fdk_weights_of(&f.orbit, i, true, weight);
+			for (size_t c = 0; c < 41; c++)
+				w[k][i * 41 + c] = (double)weight[41 + c];
+		}
+		ct_fdk_free(&f);
+		ct_stack_free(&s);
+		ct_vol_free(&v);
+	}
+	for (size_t i = 0; i < 40 * 41; i++)
+		worst = fmax(worst, fabs(w[1][i] - w[0][i]));
+	NEAR(worst, 0, 1e-6, "a small scan has the weights of a large one");
+	free(w[0]);
+	free(w[1]);
+}
+
 /* Offsets within a view are 32 bits; what is no grid or no view. */
 static void refusals(void)
 {
@@ -354,6 +417,8 @@ int main(void)
 	lines(CT_CONE, 1.1e-6, 4, 5, false);
 	lines(CT_PARALLEL, 0, 13.9, 5, true);
 	lines(CT_PARALLEL, 0, 14.1, 5, false);
+	nearest();
+	small();
 	refusals();
 	filtered(20, 16);
 	filtered(60, 7);

@@ -8,7 +8,8 @@
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "core/simd.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
+#include "formats/units.h"
 
 #include <errno.h>
 #include <locale.h>
@@ -244,6 +245,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	history = history_of(t, argc, argv);
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
+	ct_units_say((enum ct_units)c->units);
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);

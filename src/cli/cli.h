@@ -2,8 +2,8 @@
  *
  * The type of an option is deduced from the field of the tool's params struct and its default
  * is read from the tool's defaults, so neither can drift. ct_cli_main owns the common options
- * (-h -q -v -t -f --version, and -s --json --dry-run where the tool declares them), the thread
- * pool, signals, progress, the error line and the exit status.
+ * (-h -q -v -t -f --version, and -s --json --dry-run --units where the tool declares them), the
+ * thread pool, signals, progress, the error line and the exit status.
  */
 #ifndef CT_CLI_CLI_H
 #define CT_CLI_CLI_H
@@ -146,6 +146,7 @@ enum ct_tool_flags {
 	CT_SEEDED = 1,  /* has -s/--seed */
 	CT_REPORTS = 2, /* has --json */
 	CT_LONG = 4,    /* has --dry-run */
+	CT_IN_HU = 8,   /* has --units */
 };
 
 struct ct_tool {

@@ -4,6 +4,7 @@
 #include "formats/io.h"
 
 #include <string.h>
+#include <strings.h>
 
 /* The files of a run, one after the other. */
 struct walk {
@@ -29,7 +30,8 @@ static bool given(const struct ct_opt *opts, const void *params, const char *nam
 	return false;
 }
 
-/* Does an option name the output, so that the operands are all inputs? */
+/* Does an option name the output, so that the operands are all inputs? (So they are where there is
+ * no output, with --inspect.) */
 static bool named(const struct ct_opt *opts, const void *params)
 {
 	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
@@ -40,7 +42,9 @@ static bool named(const struct ct_opt *opts, const void *params)
 
 static struct walk begin(const struct ct_opt *opts, const void *params)
 {
-	return (struct walk){.opt = opts, .params = params, .last_written = !named(opts, params)};
+	return (struct walk){.opt = opts,
+		.params = params,
+		.last_written = !named(opts, params) && !given(opts, params, "inspect")};
 }
 
 /* The next file, or NULL behind the last one. */
@@ -104,6 +108,20 @@ static int check_streams(const struct ct_opt *opts, const void *params, struct c
 	return 0;
 }
 
+/* A name that ends as that of a format which no command writes would be a lie. */
+static int check_name(const char *path, struct ct_err *e)
+{
+	static const char *const others[] = {"dcm", "dicom", "ima", "mha", "mhd", "nrrd", "nhdr",
+		"hdr", "img", "mgz", "npy", "npz", "raw", "mat", "h5", "pt", "zst", "xz", "bz2",
+		"zip", "tar", "tgz"};
+	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+
+	for (size_t i = 0; dot && i < sizeof others / sizeof *others; i++)
+		if (strcasecmp(dot + 1, others[i]) == 0)
+			return ct_fail(e, CT_EUSAGE, "%s: no command writes .%s", path, others[i]);
+	return 0;
+}
+
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e)
 {
@@ -115,7 +133,8 @@ int ct_files_check(
 		struct ct_env own = *env;
 
 		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
-		if (w.output && (apart(opts, &w, e) || ct_out_check(w.path, &own, e)))
+		if (w.output && (check_name(w.path, e) || apart(opts, &w, e) ||
+					ct_out_check(w.path, &own, e)))
 			return -1;
 	}
 	return 0;

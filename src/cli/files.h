@@ -5,7 +5,8 @@
 
 /* Before any work: each output can be written now, and is none of the inputs and no other output;
  * of a dry run nothing is asked of outputs. Standard input and output serve once each. CT_EOUTPUT
- * naming the file, CT_EUSAGE. */
+ * naming the file, CT_EUSAGE, also for a name of a format that no
+ * command writes. */
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e);
 /* The same of one more file that the run writes: that it is none of those. */

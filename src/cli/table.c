@@ -1,7 +1,8 @@
 /* table.c: see table.h. */
 #include "config.h"
 #include "cli/table.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
+#include "formats/units.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -17,7 +18,7 @@ static const struct ct_opt common_opts[] = {
 		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
 		"processors this process may use. The output is the same for any N"),
 	CT_OPT(struct ct_common, expand, 0, "expand", "N", 0, 100000,
-		"refuse gzip and EXR files that become more than 1 GiB and N times as large; 0 refuses "
+		"refuse compressed files that become more than 1 GiB and N times as large; 0 refuses "
 		"none"),
 	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
 		"overwrite existing output files, as in a rule of make"),
@@ -34,6 +35,11 @@ static const struct ct_opt json_opt =
 static const struct ct_opt dry_opt = CT_OPT(struct ct_common, dry_run, 0, "dry-run", NULL, 0, 0,
 	"print the time, memory and disk expected, and do nothing");
 
+static const struct ct_opt units_opt = CT_CHOICE(struct ct_common, units, 0, "units",
+	CT_WORDS(CT_UNITS_LIST),
+	"what the values of a CT are: what its file says, and what cannot be HU is refused; HU, "
+	"whatever it says; or others, which are taken as they are");
+
 const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common)
 {
 	const struct ct_opt *o = t->opts;
@@ -49,6 +55,8 @@ const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *commo
 		return &json_opt;
 	if ((t->flags & CT_LONG) && k-- == 0)
 		return &dry_opt;
+	if ((t->flags & CT_IN_HU) && k-- == 0)
+		return &units_opt;
 	for (o = common_opts; o->type != CT_T_END; o++)
 		if (k-- == 0)
 			return o;

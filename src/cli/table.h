@@ -7,7 +7,7 @@
 /* Where the options that every tool has are put. */
 struct ct_common {
 	bool help, version, mdoc, quiet, verbose, force, json, dry_run;
-	int threads, expand;
+	int threads, expand, units;
 	const char *seed;
 };
 extern const struct ct_common ct_common_defaults;

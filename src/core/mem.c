@@ -70,8 +70,7 @@ void ct_mem_touch(void *p, size_t bytes)
 	const size_t page = 4096, begin = (uintptr_t)p % page;
 	const size_t whole = (begin + bytes) / page * page; /* from the page where p is */
 
-	if (whole > 0)
-		(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
+	(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
 #else
 	(void)p;
 	(void)bytes;

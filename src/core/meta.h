@@ -68,7 +68,8 @@ struct ct_env;
 #define CT_META_METHOD "method"
 /* word: yes: what the volume had beyond the window was projected too; ct-project */
 #define CT_META_OVERSHOOT "overshoot"
-/* integer: detector pixels that became one, along each side; ct-project */
+/* integer: detector pixels that became one, along each side; ct-project; of a prior of what is
+ * missing, coarse ones of the scans that it knows; ct_residual_put */
 #define CT_META_COARSEN "coarsen"
 /* word: how: point, mean, sinc; ct-project */
 #define CT_META_PIXEL "pixel"
@@ -83,6 +84,12 @@ struct ct_env;
 #define CT_META_OPERATOR "operator"
 /* number: value that the network saw as 1; ct-ddnm */
 #define CT_META_NORM "norm"
+/* number: of a prior, what is missing for each part of the octave that is known; ct_residual_put;
+ * of projections, in their unit: the RMS that was taken to be missing; ct-ddnm */
+#define CT_META_MISSING "missing"
+/* "W,A", 0 to 1: of such a prior, the weight of what it expects of scans that were well sampled,
+ * and of others; ct_residual_put */
+#define CT_META_WEIGHT "weight"
 /* word: of the fit: residual, full; ct-nabgs */
 #define CT_META_MODE "mode"
 
@@ -98,6 +105,9 @@ struct ct_env;
 #define CT_META_DIFFUSION_STEPS "diffusion_steps"
 /* integer: of a prior, or two in the state of a fit; ct_train_result, states */
 #define CT_META_STEP "step"
+/* numbers: the least held-out loss, its step, the last step that was judged, and how many since
+ * were no better: in the state of a training; train_best_put */
+#define CT_META_BEST "best"
 /* number: rate of the average of the weights; ct_train_result */
 #define CT_META_EMA "ema"
 
@@ -106,12 +116,16 @@ struct ct_env;
 /* integers: where the joint solver was, in its state; in that of a fit its end, and whether it is
  * whole; states */
 #define CT_META_AT "at"
-/* integer: qform_code and sform_code, if not 1; NIfTI */
+/* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
+ * interpolated; ct-convert */
+#define CT_META_FILLED "filled"
+/* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 
 /* The values of quantity: of volumes HU, density, HU or density to be added; of stacks density x
  * mm, grey values in [0, 1], standard deviations. */
 #define CT_QUANTITY_HU "hu"
+#define CT_QUANTITY_OTHER "other" /* of no unit that is known here */
 #define CT_QUANTITY_DENSITY "density"
 #define CT_QUANTITY_RESIDUAL "residual"
 #define CT_QUANTITY_LINE_INTEGRAL "lineIntegral"

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/par.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -24,19 +25,26 @@ struct ct_par {
 	bool quit;
 	atomic_flag busy;
 	atomic_size_t next;
+	const volatile sig_atomic_t *stop; /* or NULL */
 	size_t n;
 	ct_par_fn *fn;
 	void *arg;
 };
+
+static bool stopping(const struct ct_par *p)
+{
+	return p && p->stop && __atomic_load_n(p->stop, __ATOMIC_RELAXED);
+}
 
 static void drain(struct ct_par *p, size_t id)
 {
 	for (;;) {
 		size_t i = atomic_fetch_add_explicit(&p->next, 1, memory_order_relaxed);
 
-		if (i >= p->n)
+		if (i >= p->n || stopping(p))
 			return;
 		p->fn(p->arg, i, id);
+		ct_room_trim();
 	}
 }
 
@@ -116,8 +124,10 @@ size_t ct_par_threads(const struct ct_par *p)
 void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg)
 {
 	if (!p || p->threads == 1 || n < 2 || atomic_flag_test_and_set(&p->busy)) {
-		for (size_t i = 0; i < n; i++)
+		for (size_t i = 0; i < n && !stopping(p); i++) {
 			fn(arg, i, 0);
+			ct_room_trim();
+		}
 		return;
 	}
 	pthread_mutex_lock(&p->lock);
@@ -135,4 +145,10 @@ void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg)
 		pthread_cond_wait(&p->done, &p->lock);
 	pthread_mutex_unlock(&p->lock);
 	atomic_flag_clear(&p->busy);
+}
+
+void ct_par_heed(struct ct_par *p, const volatile sig_atomic_t *stop)
+{
+	if (p)
+		p->stop = stop;
 }

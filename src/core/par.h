@@ -7,6 +7,7 @@
 #define CT_CORE_PAR_H
 #include "core/err.h"
 
+#include <signal.h>
 #include <stddef.h>
 
 struct ct_par;
@@ -23,5 +24,8 @@ size_t ct_par_threads(const struct ct_par *p);
  * inside a task, or while the pool is busy, runs on the calling thread as worker 0: give a
  * nested loop scratch of its own. */
 void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg);
+/* From now on loops end early when *stop is not 0: tasks that have not begun are left out. For a
+ * caller that then throws away all that they made. NULL: every loop is whole, as at first. */
+void ct_par_heed(struct ct_par *p, const volatile sig_atomic_t *stop);
 
 #endif

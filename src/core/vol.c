@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/vol.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +16,7 @@ int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "empty volume %zux%zux%zu", n[0], n[1], n[2]);
 	if (ct_size_mul(&count, n[0], n[1], "volume", e) ||
 		ct_size_mul(&count, count, n[2], "volume", e) ||
-		ct_alloc(&v->data, count, sizeof *v->data, e))
+		ct_room_alloc(&v->data, count, sizeof *v->data, e))
 		return -1;
 	memcpy(v->n, n, sizeof v->n);
 	memset(v->affine, 0, sizeof v->affine);
@@ -26,7 +27,7 @@ int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
 
 void ct_vol_free(struct ct_vol *v)
 {
-	free(v->data);
+	ct_room_free(v->data);
 	ct_meta_free(&v->meta);
 	*v = (struct ct_vol){0};
 }
@@ -124,6 +125,8 @@ int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 			sum += lane[k];
 		if (isnan(sum))
 			break;
+		if (at % (BLOCK * 64) == 0)
+			ct_room_trim();
 	}
 	for (; at < n; at++)
 		if (!isfinite(v->data[at]))

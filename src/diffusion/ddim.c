@@ -67,9 +67,10 @@ void ct_ddim_step(struct ct_draw *w, size_t k, float *x)
 	const struct ct_ddim m = ct_ddim_weights(s, k, w->known);
 	const bool bird = s->how.rule == CT_SAMPLER_BIRD, guided = s->how.rule == CT_SAMPLER_GDP,
 		   held = !guided && !bird;
+	const float range = (float)s->how.range;
 
 	for (size_t i = 0; !bird && i < w->all; i++)
-		w->x0[i] = fminf(fmaxf(w->x0[i], -1.0f), 1.0f);
+		w->x0[i] = fminf(fmaxf(w->x0[i], -range), range);
 	for (size_t c = 0; held && c < s->channels; c++)
 		ct_draw_pull(w, c, 1.0, w->x0, w->x0);
 	for (size_t i = 0; i < w->all; i++) {

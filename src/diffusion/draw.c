@@ -16,7 +16,7 @@ int ct_draw_alloc(struct ct_draw *w, const struct ct_sampler *s, const float *y,
 
 	w->s = s;
 	if (ct_size_mul(&w->m, op->h, op->w, "picture", e) ||
-		ct_size_mul(&w->n, w->m, op->s * op->s, "picture", e) ||
+		ct_size_mul(&w->n, op->high, op->wide, "picture", e) ||
 		ct_size_mul(&w->all, w->n, s->channels, "picture", e) ||
 		ct_alloc(&w->floats, w->all, 4 * sizeof *w->floats, e))
 		return -1;
@@ -77,6 +77,13 @@ void ct_draw_begin(const struct ct_draw *w, float *x, const float *init)
 		memcpy(x, w->z, w->all * sizeof *x);
 }
 
+static void keep_first(const struct ct_draw *w)
+{
+	memcpy(w->s->first, w->x0, w->all * sizeof *w->x0);
+	for (size_t c = 0; c < w->s->channels; c++)
+		ct_draw_pull(w, c, 1.0, w->s->first, w->x0);
+}
+
 int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 {
 	const struct ct_sampler *s = w->s;
@@ -97,6 +104,8 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 		w->x0 = last;
 		if (estimate(w, s->t[k], x, e))
 			return -1;
+		if (k == 0 && s->first)
+			keep_first(w);
 		s->normals(s->normals_ctx, k + 1, w->all, w->z);
 		if (s->how.rule <= CT_SAMPLER_SIMPLE)
 			ct_ddnm_step(w, k, x);

@@ -3,7 +3,7 @@
 #define CT_DIFFUSION_DRAW_H
 #include "diffusion/sampler.h"
 
-/* One channel is n = s h s w values, m = h w coefficients. */
+/* One channel is n values, the fine pixels of the operator, and m = h w coefficients. */
 struct ct_draw {
 	const struct ct_sampler *s;
 	size_t n, m, all;             /* all = channels * n */

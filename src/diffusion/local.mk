@@ -13,5 +13,7 @@ libct_a_SOURCES += src/diffusion/adam.c src/diffusion/adam.h
 SIMD_SOURCES += src/diffusion/adam-step.c src/diffusion/adam-step.h
 libct_a_SOURCES += src/diffusion/patches.c src/diffusion/patches.h
 libct_a_SOURCES += src/diffusion/train.c src/diffusion/train.h
+libct_a_SOURCES += src/diffusion/waves.c src/diffusion/waves.h
 libct_a_SOURCES += src/diffusion/superres.c src/diffusion/superres.h
+libct_a_SOURCES += src/diffusion/residual.c src/diffusion/residual.h src/diffusion/mirror.h
 libct_a_SOURCES += src/diffusion/prior.c src/diffusion/prior.h

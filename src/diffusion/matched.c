@@ -41,23 +41,23 @@ static void responses(size_t n, size_t m, double sigma, double *g)
 	}
 }
 
-int ct_axis_alloc(struct ct_axis *a, size_t n, size_t s, double sigma, struct ct_err *e)
+int ct_axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, struct ct_err *e)
 {
-	if (n == 0 || s == 0 || n > CT_MATCHED_MAX || s > CT_MATCHED_MAX)
+	if (n == 0 || fine < n || n > CT_MATCHED_MAX || fine / n > CT_MATCHED_MAX)
 		return ct_fail(e, CT_EGEOM,
 			"the matched operator takes up to %d low-resolution pixels a line, not %zu",
 			CT_MATCHED_MAX, n);
 	if (!(sigma >= 0 && sigma <= 1e4))
 		return ct_fail(e, CT_EUSAGE, "a blur of %g pixels", sigma);
-	if (ct_alloc(&a->u, n * n + n * n * s + n, sizeof *a->u, e))
+	if (ct_alloc(&a->u, n * n + n * fine + n, sizeof *a->u, e))
 		return -1;
 	a->n = n;
-	a->s = s;
+	a->fine = fine;
 	a->v = a->u + n * n;
-	a->g = a->v + n * n * s;
+	a->g = a->v + n * fine;
 	cosines(n, n, a->u);
-	cosines(n, n * s, a->v);
-	responses(n, n * s, sigma, a->g);
+	cosines(n, fine, a->v);
+	responses(n, fine, sigma, a->g);
 	return 0;
 }
 
@@ -135,19 +135,19 @@ static void left_back_add(size_t n, size_t m, size_t w, float *restrict x, const
 void ct_matched_analyse(const struct ct_axis *rows, const struct ct_axis *cols, double *restrict c,
 	const float *restrict x, double *restrict t)
 {
-	size_t h = rows->n, w = cols->n, wide = w * cols->s;
+	size_t h = rows->n, w = cols->n, wide = cols->fine;
 
-	left(h, h * rows->s, wide, t, rows->v, x);
+	left(h, rows->fine, wide, t, rows->v, x);
 	right(h, wide, w, c, t, cols->v);
 }
 
 void ct_matched_synth_add(const struct ct_axis *rows, const struct ct_axis *cols, float *restrict x,
 	const double *restrict c, double *restrict t)
 {
-	size_t h = rows->n, w = cols->n, wide = w * cols->s;
+	size_t h = rows->n, w = cols->n, wide = cols->fine;
 
 	right_back(h, wide, w, t, c, cols->v);
-	left_back_add(h, h * rows->s, wide, x, rows->v, t);
+	left_back_add(h, rows->fine, wide, x, rows->v, t);
 }
 
 void ct_matched_data(const struct ct_axis *rows, const struct ct_axis *cols, double *restrict c,

@@ -1,10 +1,10 @@
 /* matched.h: Gaussian blur and centred sinc decimation of one axis, with its pseudo-inverse,
  * through the singular value decomposition that this operator has in closed form.
  *
- * A line of N = s n pixels, mirrored at its edges (half-sample symmetry), is blurred with a
+ * A line of N pixels, mirrored at its edges (half-sample symmetry), is blurred with a
  * Gaussian of `sigma` fine pixels, cut at the Nyquist frequency of the coarse grid, and sampled at
- * the centres of the n coarse pixels. All three are diagonal in the cosine bases of the two
- * grids, which are cell-centred as our grids are:
+ * the centres of the n coarse pixels, N = s n; s need not be whole. All three are diagonal in the
+ * cosine bases of the two grids, which are cell-centred as our grids are:
  *
  *   A = U^T diag(g / sqrt(s)) V,   A+ = V^T diag(sqrt(s) / g) U
  *   U[k][j] = sqrt(c_k / n) cos(pi k (j + 1/2) / n)     (n, n) orthogonal; c_0 = 1, else 2
@@ -28,16 +28,16 @@
 enum { CT_MATCHED_MAX = 1024 }; /* largest n: the bases are stored */
 
 struct ct_axis {
-	size_t n, s;
-	double *u, *v, *g; /* (n, n), (n, s n), (n); owned, one block at u */
+	size_t n, fine;    /* coarse and fine pixels, n <= fine */
+	double *u, *v, *g; /* (n, n), (n, fine), (n); owned, one block at u */
 };
 
 /* sigma in [0, 1e4], else CT_EUSAGE. CT_EGEOM if n > CT_MATCHED_MAX. *a must be zero. */
-int ct_axis_alloc(struct ct_axis *a, size_t n, size_t s, double sigma, struct ct_err *e);
+int ct_axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, struct ct_err *e);
 void ct_axis_free(struct ct_axis *a);
 
-/* For pictures x (s h, s w), y (h, w), coefficients c (h, w), h = rows->n, w = cols->n; t is
- * scratch of h s w values. Pure, thread-safe. */
+/* For pictures x (rows->fine, cols->fine), y (h, w), coefficients c (h, w), h = rows->n, w =
+ * cols->n; t is scratch of h cols->fine values. Pure, thread-safe. */
 /* c = V_rows x V_cols^T */
 void ct_matched_analyse(const struct ct_axis *rows, const struct ct_axis *cols, double *restrict c,
 	const float *restrict x, double *restrict t);

@@ -8,12 +8,21 @@
 int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
 	size_t w, size_t s, double sigma, struct ct_err *e)
 {
-	op->kind = kind;
-	op->h = h;
-	op->w = w;
-	op->s = s;
-	if (kind == CT_MEASUREMENT_MATCHED && (ct_axis_alloc(&op->rows, h, s, sigma, e) ||
-						      ct_axis_alloc(&op->cols, w, s, sigma, e))) {
+	*op = (struct ct_measurement){kind, h, w, s, s * h, s * w, {0}, {0}};
+	if (kind == CT_MEASUREMENT_MATCHED &&
+		(ct_axis_alloc(&op->rows, h, op->high, sigma, e) ||
+			ct_axis_alloc(&op->cols, w, op->wide, sigma, e))) {
+		ct_measurement_free(op);
+		return -1;
+	}
+	return 0;
+}
+
+int ct_measurement_band(
+	struct ct_measurement *op, size_t h, size_t w, size_t high, size_t wide, struct ct_err *e)
+{
+	*op = (struct ct_measurement){CT_MEASUREMENT_MATCHED, h, w, 1, high, wide, {0}, {0}};
+	if (ct_axis_alloc(&op->rows, h, high, 0, e) || ct_axis_alloc(&op->cols, w, wide, 0, e)) {
 		ct_measurement_free(op);
 		return -1;
 	}
@@ -30,7 +39,7 @@ void ct_measurement_free(struct ct_measurement *op)
 /* Coefficients, then what matched.h asks for. */
 size_t ct_measurement_scratch(const struct ct_measurement *op)
 {
-	return 2 * op->h * op->w + op->h * op->w * op->s;
+	return 2 * op->h * op->w + op->h * op->wide;
 }
 
 double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t j)
@@ -109,7 +118,7 @@ void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 
 	rotate(op, c, y, rest);
 	scale(op, c);
-	memset(x, 0, op->h * op->s * op->w * op->s * sizeof *x);
+	memset(x, 0, op->high * op->wide * sizeof *x);
 	ct_measurement_synth_add(op, x, c, rest);
 }
 
@@ -123,7 +132,7 @@ void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
 		return;
 	}
 	ct_measurement_data(op, c, y, rest);
-	memset(x, 0, op->h * op->s * op->w * op->s * sizeof *x);
+	memset(x, 0, op->high * op->wide * sizeof *x);
 	ct_measurement_synth_add(op, x, c, rest);
 }
 

@@ -4,8 +4,19 @@
 #include "core/mem.h"
 #include "core/rng.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static int add(struct ct_pictures *s, struct ct_picture p, struct ct_err *e)
+{
+	if (ct_grow(&s->picture, &s->cap, s->n + 1, sizeof *s->picture, e)) {
+		free(p.px);
+		return -1;
+	}
+	s->picture[s->n++] = p;
+	return 0;
+}
 
 int ct_pictures_add(
 	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e)
@@ -17,12 +28,20 @@ int ct_pictures_add(
 			free(px);
 			return -1;
 		}
-	if (ct_grow(&s->picture, &s->cap, s->n + 1, sizeof *s->picture, e)) {
-		free(px);
-		return -1;
-	}
-	s->picture[s->n++] = (struct ct_picture){h, w, px};
-	return 0;
+	return add(s, (struct ct_picture){1, h, w, px}, e);
+}
+
+int ct_pictures_add_planes(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
+	const char *name, struct ct_err *e)
+{
+	for (size_t i = 0; i < planes * h * w; i++)
+		if (!isfinite(px[i])) {
+			ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g", name, i / w % h,
+				i % w, (double)px[i]);
+			free(px);
+			return -1;
+		}
+	return add(s, (struct ct_picture){planes, h, w, px}, e);
 }
 
 void ct_pictures_free(struct ct_pictures *s)
@@ -56,13 +75,13 @@ int ct_patches_check(
 		what, s->n, p->size, p->size);
 }
 
-static float area_mean(const struct ct_picture *pic, size_t row, size_t col, size_t s)
+static float area_mean(const float *px, size_t w, size_t s)
 {
 	double sum = 0;
 
 	for (size_t i = 0; i < s; i++)
 		for (size_t j = 0; j < s; j++)
-			sum += (double)pic->px[(row + i) * pic->w + col + j];
+			sum += (double)px[i * w + j];
 	return (float)(sum / (double)(s * s));
 }
 
@@ -84,12 +103,17 @@ void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, fl
 	col = ct_rng_below(seed, index, draw++, pic->w - n * f + 1);
 	mirror = p->flip_h && ct_rng_below(seed, index, draw++, 2);
 	turn = p->flip_v && ct_rng_below(seed, index, draw++, 2);
-	for (size_t i = 0; i < n; i++)
-		for (size_t j = 0; j < n; j++) {
-			size_t to = (turn ? n - 1 - i : i) * n + (mirror ? n - 1 - j : j);
+	for (size_t c = 0; c < pic->planes; c++)
+		for (size_t i = 0; i < n; i++)
+			for (size_t j = 0; j < n; j++) {
+				const size_t to =
+					(turn ? n - 1 - i : i) * n + (mirror ? n - 1 - j : j);
+				const float *at =
+					pic->px + (c * pic->h + row + i * f) * pic->w + col + j * f;
+				const float v = area_mean(at, pic->w, f);
 
-			x[to] = 2.0f * area_mean(pic, row + i * f, col + j * f, f) - 1.0f;
-		}
-	for (size_t c = 1; c < p->channels; c++)
+				x[c * n * n + to] = p->planes ? v : 2.0f * v - 1.0f;
+			}
+	for (size_t c = pic->planes; c < p->channels; c++)
 		memcpy(x + c * n * n, x, n * n * sizeof *x);
 }

@@ -2,6 +2,7 @@
 #ifndef CT_DIFFUSION_PRIOR_H
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
+#include "diffusion/residual.h"
 #include "diffusion/superres.h"
 #include "unet/unet.h"
 
@@ -11,8 +12,10 @@
 struct ct_prior {
 	struct ct_unet *unet;
 	struct ct_schedule schedule;
-	size_t channels, multiple; /* of pictures; sides are multiples of the latter */
-	size_t high, wide;         /* size the workspaces are made for */
+	size_t channels, multiple;   /* of pictures; sides are multiples of the latter */
+	struct ct_residual residual; /* factor 0 unless it is one of what is missing (residual.h):
+				      * channels are then CT_RESIDUAL_PLANES, and it tells one */
+	size_t high, wide;           /* size the workspaces are made for */
 	size_t workers;
 	struct ct_unet_plan **plan; /* [workers] */
 	void **ctx;                 /* [workers], for struct ct_denoiser */
@@ -20,7 +23,8 @@ struct ct_prior {
 
 /* Network of the weights w, which are moved into it (ct_unet_alloc); of one that also learns
  * variances, and so has twice the channels out, without them. CT_EINPUT naming what does not fit:
- * another architecture or channels in and out, an intensity map or noise schedule that is not ours.
+ * another architecture or channels in and out, an intensity map or noise schedule that is none of
+ * ours.
  * *p must be zero. Priors that state neither are taken for linear betas and our map. */
 int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e);
 /* The class to predict for: CT_EUSAGE unless the prior is conditioned on more than that many. */
@@ -29,7 +33,7 @@ int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e);
  */
 int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e);
-/* For ct_superres; valid while p is and until the next plan. */
+/* For ct_superres, or ct_residual_draw; valid while p is and until the next plan. */
 struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p);
 void ct_prior_free(struct ct_prior *p);
 

@@ -13,7 +13,8 @@ struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
 		.sigma_y = 0.0015,
 		.guidance = 2000,
 		.iterations = 100,
-		.rate = 1e-3};
+		.rate = 1e-3,
+		.range = 1};
 }
 
 size_t ct_sampler_steps(enum ct_sampler_rule rule)

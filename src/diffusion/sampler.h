@@ -14,12 +14,11 @@
  *   CT_SAMPLER_PLUS    DDNM+: the same within the noise sigma_y of y
  *   CT_SAMPLER_SIMPLE  DDNM+ as the authors' --simplified
  *
- * Step rules, ddim.h: x = some of x, some of x0h, some of z, where x0 is clipped to [-1, 1] before
- * it is held, as guided diffusion does (Dhariwal, Nichol, 2021): where there is little but noise a
- * small error of eps is a large one of x0, and a chain that draws no noise anew does not forget it.
- * Going back in time they noise x0h.
- *   CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising diffusion implicit models, ICLR 2021, eq. 12
- *                      with the deviation of eq. 16, eta times that of DDPM
+ * Step rules, ddim.h: x = some of x, some of x0h, some of z, where x0 is clipped to its range, [-1,
+ * 1], before it is held, as guided diffusion does (Dhariwal, Nichol, 2021): where there is little
+ * but noise a small error of eps is a large one of x0, and a chain that draws no noise anew does
+ * not forget it. Going back in time they noise x0h. CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising
+ * diffusion implicit models, ICLR 2021, eq. 12 with the deviation of eq. 16, eta times that of DDPM
  *   CT_SAMPLER_DDPM    Ho, Jain, Abbeel: Denoising diffusion probabilistic models, 2020, eq. 6
  *                      and 7, which is algorithm 1 of DDNM: CT_SAMPLER_DDIM with eta 1
  *   CT_SAMPLER_DPM     DPM-Solver++(2M), Lu et al., 2022, algorithm 2
@@ -74,6 +73,7 @@ struct ct_sampler_how {
 	size_t iterations; /* BIRD: chains, >= 1; after all but the last the noise is moved */
 	double rate;       /* BIRD: of Adam */
 	bool frozen;       /* BIRD: eps taken for constant, and no derivative of the network */
+	double range;      /* of the step rules: |x0| <= range, 1 unless it is HUGE_VAL */
 };
 
 struct ct_sampler {
@@ -88,6 +88,7 @@ struct ct_sampler {
 	void *eps_ctx;
 	ct_normals_fn *normals;
 	void *normals_ctx;
+	float *first; /* as x; gets what is expected at the first timestep, held; may be NULL */
 };
 
 /* As published: eta 0.99 and sigma_y 0.0015 (the CT super-resolution paper), DDIM's eta 0; guidance

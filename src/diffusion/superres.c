@@ -1,18 +1,17 @@
 /* superres.c: see superres.h.
  *
- * A task is one sample of one view. Tasks run in waves of whole views that fill all threads;
- * samples are added in order after the wave.
+ * Samples are drawn as waves.h says, and added in order.
  */
 #include "config.h"
 #include "diffusion/superres.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "diffusion/bilinear.h"
+#include "diffusion/mirror.h"
+#include "diffusion/waves.h"
 
 #include <math.h>
-#include <stdatomic.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,17 +28,14 @@ struct job {
 	const struct ct_env *env;
 	struct ct_measurement op;
 	int *times;
-	size_t ntimes, calls; /* calls a view, of the network and of its derivative */
-	size_t high, wide;    /* the network's picture */
-	size_t h, w;          /* the result */
-	struct seat *seat;    /* [threads] */
+	size_t ntimes;
+	size_t high, wide; /* the network's picture */
+	size_t h, w;       /* the result */
+	struct seat *seat; /* [threads] */
 	size_t threads;
-	size_t *view;       /* [wave] views of this wave */
-	float *result;      /* [wave * samples] pictures (h, w) */
-	struct ct_err *err; /* [wave * samples] */
-	atomic_bool failed;
-	atomic_size_t evaluated;
-	size_t total;
+	float *result; /* [places] pictures (h, w) */
+	struct ct_stack *out, *deviation;
+	struct ct_waves waves;
 };
 
 /* A sample being drawn: what the callbacks of the sampler see. */
@@ -97,7 +93,7 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 	*wide = (w + m - 1) / m * m * p->scale;
 }
 
-static int times_of(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
+int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
 {
 	if (p->steps == 0 || p->steps > CT_TIMESTEPS)
 		return ct_fail(
@@ -116,6 +112,12 @@ static size_t count_calls(const int *t, size_t n)
 	return calls;
 }
 
+void ct_superres_normals(uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z)
+{
+	ct_rng_normals(
+		n, z, seed, (uint64_t)view << 40 | (uint64_t)sample << 24 | (uint64_t)draw, 0);
+}
+
 int ct_superres_calls(
 	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e)
 {
@@ -126,20 +128,13 @@ int ct_superres_calls(
 	*calls = *gradients = 0;
 	if (p->how.rule == CT_SAMPLER_NONE)
 		return 0;
-	if (times_of(p, &t, &n, e))
+	if (ct_superres_times(p, &t, &n, e))
 		return -1;
 	chain = p->samples * count_calls(t, n);
 	*calls = chain * (fits ? p->how.iterations : 1);
 	*gradients = fits && !p->how.frozen ? chain * (p->how.iterations - 1) : 0;
 	free(t);
 	return 0;
-}
-
-/* Index of a line of n pixels continued by reflection: ... 1 0 | 0 1 ... n-1 | n-1 ... */
-static size_t mirrored(size_t i, size_t n)
-{
-	i %= 2 * n;
-	return i < n ? i : 2 * n - 1 - i;
 }
 
 /* The published method keeps pictures within [0, 1.05]; a band-limited one overshoots at edges, and
@@ -155,7 +150,8 @@ static void to_picture(const struct job *j, size_t high, size_t wide, float *dst
 {
 	for (size_t y = 0; y < high; y++)
 		for (size_t x = 0; x < wide; x++) {
-			double v = (double)src[mirrored(y, h) * w + mirrored(x, w)] / j->p->norm;
+			double v = (double)src[ct_mirror_index(y, h) * w + ct_mirror_index(x, w)] /
+				   j->p->norm;
 
 			v = range_of(j, v, HUGE_VAL);
 			for (size_t c = 0; c < j->net->channels; c++)
@@ -188,31 +184,15 @@ static void from_picture(const struct job *j, float *dst, const float *x)
 		}
 }
 
-static int may_go_on(const struct draw *d, struct ct_err *e)
-{
-	if (atomic_load(&d->job->failed))
-		return ct_fail(e, CT_ESTOP, "given up");
-	return ct_check_stop(d->job->env, e);
-}
-
-static void count(const struct draw *d)
-{
-	struct job *j = d->job;
-	size_t done = atomic_fetch_add(&j->evaluated, 1) + 1;
-
-	if (d->worker == 0)
-		ct_progress(j->env, "sampling", done, j->total);
-}
-
 static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
 	const struct draw *d = ctx;
 	const struct ct_denoiser *net = d->job->net;
 
-	if (may_go_on(d, e) || net->eps(net->ctx[d->worker], t, x, eps, e))
-		return -1;
-	count(d);
-	return 0;
+	return ct_waves_call(&d->job->waves, d->worker, e) ||
+			       net->eps(net->ctx[d->worker], t, x, eps, e)
+		       ? -1
+		       : 0;
 }
 
 static int differentiate(
@@ -221,26 +201,26 @@ static int differentiate(
 	const struct draw *d = ctx;
 	const struct ct_denoiser *net = d->job->net;
 
-	if (may_go_on(d, e) || net->back(net->ctx[d->worker], t, x, dx, deps, e))
-		return -1;
-	count(d);
-	return 0;
+	return ct_waves_call(&d->job->waves, d->worker, e) ||
+			       net->back(net->ctx[d->worker], t, x, dx, deps, e)
+		       ? -1
+		       : 0;
 }
 
 static void normals(void *ctx, size_t draw, size_t n, float *z)
 {
 	const struct draw *d = ctx;
-	uint64_t stream = (uint64_t)d->view << 40 | (uint64_t)d->sample << 24 | (uint64_t)draw;
 
-	ct_rng_normals(n, z, d->job->env->seed, stream, 0);
+	ct_superres_normals(d->job->env->seed, d->view, d->sample, draw, n, z);
 }
 
-static void run_task(void *arg, size_t i, size_t worker)
+static int draw_view(
+	void *arg, size_t place, size_t view, size_t sample, size_t worker, struct ct_err *e)
 {
 	struct job *j = arg;
 	const struct ct_superres *p = j->p;
 	struct seat *s = &j->seat[worker];
-	struct draw draw = {j, j->view[i / p->samples], i % p->samples, worker};
+	struct draw draw = {j, view, sample, worker};
 	struct ct_sampler d = {.schedule = j->net->schedule,
 		.t = j->times,
 		.nt = j->ntimes,
@@ -252,32 +232,27 @@ static void run_task(void *arg, size_t i, size_t worker)
 		.eps_ctx = &draw,
 		.normals = normals,
 		.normals_ctx = &draw};
-	char name[40];
 
-	if (atomic_load(&j->failed))
-		return;
-	to_picture(j, j->op.h, j->op.w, s->y, j->in->h, j->in->w, ct_stack_view(j->in, draw.view));
+	to_picture(j, j->op.h, j->op.w, s->y, j->in->h, j->in->w, ct_stack_view(j->in, view));
 	if (j->init)
-		to_picture(j, j->high, j->wide, s->init, j->h, j->w,
-			ct_stack_view(j->init, draw.view));
-	if (ct_sampler_draw(&d, s->x, s->y, j->init ? s->init : NULL, &j->err[i])) {
-		snprintf(name, sizeof name, "view %zu", draw.view);
-		if (j->err[i].code != CT_ESTOP)
-			ct_blame(&j->err[i], name);
-		atomic_store(&j->failed, true);
-		return;
-	}
+		to_picture(j, j->high, j->wide, s->init, j->h, j->w, ct_stack_view(j->init, view));
+	if (ct_sampler_draw(&d, s->x, s->y, j->init ? s->init : NULL, e))
+		return -1;
 	reduce(j, s->x);
 	if (p->final_consistency)
 		ct_measurement_correct(&j->op, s->x, s->y, s->t);
-	from_picture(j, j->result + i * j->h * j->w, s->x);
+	from_picture(j, j->result + place * j->h * j->w, s->x);
+	return 0;
 }
 
-/* Mean and, if asked, standard deviation of the samples of the v-th view of the wave. */
-static void collect(const struct job *j, size_t v, float *mean, float *dev)
+/* Mean and, if asked, standard deviation of the samples of a view. */
+static void collect(void *arg, size_t first, size_t view)
 {
+	const struct job *j = arg;
 	size_t n = j->h * j->w, k = j->p->samples;
-	const float *r = j->result + v * k * n;
+	const float *r = j->result + first * n;
+	float *mean = ct_stack_view(j->out, view),
+	      *dev = j->deviation ? ct_stack_view(j->deviation, view) : NULL;
 
 	for (size_t i = 0; i < n; i++) {
 		double sum = 0.0, sq = 0.0, m;
@@ -293,24 +268,6 @@ static void collect(const struct job *j, size_t v, float *mean, float *dev)
 	}
 }
 
-/* The first real failure of the wave; a sample given up because of another is not one. */
-static int wave_failed(const struct job *j, size_t tasks, struct ct_err *e)
-{
-	const struct ct_err *stop = NULL;
-
-	if (!atomic_load(&j->failed))
-		return 0;
-	for (size_t i = 0; i < tasks; i++) {
-		if (j->err[i].code == CT_ESTOP)
-			stop = &j->err[i];
-		else if (j->err[i].code != CT_OK) {
-			*e = j->err[i];
-			return -1;
-		}
-	}
-	return stop ? ct_fail(e, CT_ESTOP, "stopped on request") : 0;
-}
-
 static void job_free(struct job *j)
 {
 	for (size_t k = 0; j->seat && k < j->threads; k++) {
@@ -318,28 +275,32 @@ static void job_free(struct job *j)
 		free(j->seat[k].t);
 	}
 	free(j->seat);
-	free(j->view);
 	free(j->result);
-	free(j->err);
 	free(j->times);
 	ct_measurement_free(&j->op);
 }
 
-static int job_alloc(struct job *j, size_t wave, struct ct_err *e)
+static int job_alloc(struct job *j, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
-	size_t s = p->scale, all = j->net->channels * j->high * j->wide;
+	size_t s = p->scale, all = j->net->channels * j->high * j->wide, gradients;
 
-	size_t gradients;
-
-	if (times_of(p, &j->times, &j->ntimes, e) || ct_superres_calls(p, &j->calls, &gradients, e))
+	j->waves = (struct ct_waves){.env = j->env,
+		.views = j->in->views,
+		.samples = p->samples,
+		.draw = draw_view,
+		.collect = collect,
+		.ctx = j,
+		.save = p->save,
+		.save_ctx = p->save_ctx};
+	if (ct_superres_times(p, &j->times, &j->ntimes, e) ||
+		ct_superres_calls(p, &j->waves.calls, &gradients, e))
 		return -1;
-	j->calls += gradients;
+	j->waves.calls += gradients;
 	if (ct_measurement_alloc(&j->op, p->op, j->high / s, j->wide / s, s, p->sigma_det, e) ||
 		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e) ||
-		ct_alloc(&j->view, wave, sizeof *j->view, e) ||
-		ct_alloc0(&j->err, wave * p->samples, sizeof *j->err, e) ||
-		ct_alloc(&j->result, wave * p->samples, j->h * j->w * sizeof *j->result, e))
+		ct_alloc(
+			&j->result, ct_waves_places(&j->waves), j->h * j->w * sizeof *j->result, e))
 		return -1;
 	for (size_t k = 0; k < j->threads; k++) {
 		struct seat *seat = &j->seat[k];
@@ -401,45 +362,6 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 	return 0;
 }
 
-/* The next unfinished views from *at on, at most `wave`. */
-static size_t next_wave(struct job *j, const bool *done, size_t *at, size_t wave)
-{
-	size_t n = 0;
-
-	for (; *at < j->in->views && n < wave; ++*at)
-		if (!done[*at])
-			j->view[n++] = *at;
-	return n;
-}
-
-static int run_waves(struct job *j, size_t wave, struct ct_stack *out, struct ct_stack *deviation,
-	bool *done, struct ct_err *e)
-{
-	const struct ct_superres *p = j->p;
-	size_t n, at = 0;
-
-	while ((n = next_wave(j, done, &at, wave)) > 0) {
-		ct_par_for(j->env->par, n * p->samples, run_task, j);
-		if (wave_failed(j, n * p->samples, e)) {
-			struct ct_err other = {0};
-
-			if (e->code == CT_ESTOP && p->save && p->save(p->save_ctx, true, &other))
-				*e = other;
-			return -1;
-		}
-		for (size_t v = 0; v < n; v++) {
-			size_t k = j->view[v];
-
-			collect(j, v, ct_stack_view(out, k),
-				deviation ? ct_stack_view(deviation, k) : NULL);
-			done[k] = true;
-		}
-		if (p->save && p->save(p->save_ctx, false, e))
-			return -1;
-	}
-	return 0;
-}
-
 /* CT_SAMPLER_NONE. */
 static void start_pictures(const struct ct_superres *p, const struct ct_stack *in,
 	const struct ct_stack *init, struct ct_stack *out, bool *done)
@@ -466,8 +388,9 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		.env = env,
 		.h = in->h * p->scale,
 		.w = in->w * p->scale,
-		.threads = ct_par_threads(env->par)};
-	size_t wave, finished = 0;
+		.threads = ct_par_threads(env->par),
+		.out = out,
+		.deviation = deviation};
 	int rc;
 
 	if (check(p, in, init, out, deviation, e))
@@ -477,15 +400,9 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		return 0;
 	}
 	ct_superres_size(p, net->multiple, in->h, in->w, &j.high, &j.wide);
-	wave = j.threads / gcd(j.threads, p->samples);
-	for (size_t k = 0; k < in->views; k++)
-		finished += done[k];
-	rc = job_alloc(&j, wave, e);
-	if (rc == 0) {
-		atomic_store(&j.evaluated, finished * j.calls);
-		j.total = in->views * j.calls;
-		rc = run_waves(&j, wave, out, deviation, done, e);
-	}
+	rc = job_alloc(&j, e);
+	if (rc == 0)
+		rc = ct_waves_run(&j.waves, done, e);
 	job_free(&j);
 	return rc;
 }

@@ -19,6 +19,7 @@
 #include "diffusion/sampler.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* The network as the sampler sees it. ctx[k] belongs to worker k; one evaluation is one thread. */
 struct ct_denoiser {
@@ -58,6 +59,11 @@ int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e);
 /* The picture the network is given for views of (h, w). */
 void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, size_t w,
 	size_t *high, size_t *wide);
+/* The timesteps of a chain (schedule.h); free() them. CT_EUSAGE if steps and start do not fit. */
+int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e);
+/* The noise of a move of a sample. */
+void ct_superres_normals(
+	uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z);
 /* Evaluations of the network, and of its derivative, a view. CT_EUSAGE if steps and start do not
  * fit. */
 int ct_superres_calls(

@@ -286,21 +286,30 @@ static int note_epoch(struct ct_fit *f, size_t views, size_t iteration, double l
 	return 0;
 }
 
-/* The view of an iteration: its terms, and the gradient. */
-static int view_of(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
-	struct ct_loss_terms *t, size_t iteration, const struct ct_env *env, struct ct_err *e)
+/* The terms of an iteration, and the gradient. f stays as it is: to be left off anywhere. */
+static int terms(const struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
+	struct ct_loss_terms *t, size_t view, size_t iteration, const struct ct_env *env,
+	struct ct_err *e)
 {
-	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
-	double l1;
+	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
+	return ct_loss_total_view(w, t, f, d, view, env, e) ||
+			       (f->opt.tv > 0 && ct_loss_total_tv(w, t, f, d, iteration, env, e)) ||
+			       (w->low.want && ct_loss_total_lowres(w, t, f, iteration, env, e))
+		       ? -1
+		       : 0;
+}
 
-	if (ct_loss_total_view(w, t, f, d, k, env, e))
-		return -1;
-	l1 = t->l1 * f->extent / 2; /* mm */
-	if (check_term(t->l1, "L1", iteration, e) || check_term(t->dssim, "SSIM", iteration, e) ||
-		check_growth(f, l1, k, iteration, e) || note_epoch(f, views, iteration, l1, e))
-		return -1;
-	ct_densify_note(&f->adam, f->g.n, &w->grad);
-	return 0;
+/* The same, or CT_ESTOP soon when asked to stop. */
+static int terms_unless_stopped(const struct ct_fit *f, const struct ct_fit_data *d,
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t view, size_t iteration,
+	const struct ct_env *env, struct ct_err *e)
+{
+	int rc;
+
+	ct_par_heed(env->par, env->stop);
+	rc = terms(f, d, w, t, view, iteration, env, e);
+	ct_par_heed(env->par, NULL);
+	return ct_check_stop(env, e) || rc ? -1 : 0;
 }
 
 /* R2-Gaussian's program makes its parameters anew when it controls their number, and then has no
@@ -373,19 +382,21 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 {
 	const struct ct_fit_options *o = &f->opt;
 	const struct ct_loss_weights weights = ct_loss_total_weights(f);
+	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
 	struct ct_loss_terms t = {0};
+	double l1;
 
-	if (ct_loss_total_grow(w, f->g.n, e))
+	if (ct_loss_total_grow(w, f->g.n, e) ||
+		terms_unless_stopped(f, d, w, &t, k, iteration, env, e))
 		return -1;
-	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
-	if (view_of(f, d, w, &t, iteration, env, e) ||
-		(o->tv > 0 && ct_loss_total_tv(w, &t, f, d, iteration, env, e)) ||
-		check_term(t.tv, "TV", iteration, e) ||
-		(w->low.want && ct_loss_total_lowres(w, &t, f, iteration, env, e)) ||
-		check_term(t.lr, "LR", iteration, e))
+	l1 = t.l1 * f->extent / 2; /* mm */
+	if (check_term(t.l1, "L1", iteration, e) || check_term(t.dssim, "SSIM", iteration, e) ||
+		check_term(t.tv, "TV", iteration, e) || check_term(t.lr, "LR", iteration, e) ||
+		check_growth(f, l1, k, iteration, e) || note_epoch(f, views, iteration, l1, e))
 		return -1;
+	ct_densify_note(&f->adam, f->g.n, &w->grad);
 	ct_loss_total_sum(&t, &weights);
-	note_loss(f, d->target->views, iteration, t.total);
+	note_loss(f, views, iteration, t.total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
@@ -457,7 +468,7 @@ int ct_fit_run(
 		}
 		if (iterate(f, d, &w, it, env, e) ||
 			(every && it % every == 0 && it < f->opt.iterations && save(f, e))) {
-			if (retreat(f, d, env, e))
+			if (e->code != CT_ESTOP && retreat(f, d, env, e))
 				goto out;
 			continue;
 		}

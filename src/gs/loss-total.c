@@ -93,7 +93,8 @@ int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
-		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, env->par, e))
+		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, env->par, e) ||
+		ct_check_stop(env, e))
 		return -1;
 	if (f->opt.gate > 0)
 		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);

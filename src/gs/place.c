@@ -186,12 +186,9 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
 	if (ct_fdk_alloc(&f, field, &left, CT_RAMP_HANN, 0, false, env->par, e))
 		goto out;
-	for (size_t k = 0; k < y->views; k += f.block) {
+	for (size_t k = 0; k < y->views; k = ct_fdk_add(&f, k, field->data, env->par))
 		if (ct_check_stop(env, e))
 			goto out;
-		ct_fdk_views(&f, k, y->views - k < f.block ? y->views - k : f.block, field->data,
-			env->par);
-	}
 	rc = 0;
 out:
 	ct_fdk_free(&f);

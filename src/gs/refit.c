@@ -160,6 +160,8 @@ static int measure(const struct refit *s, struct ct_err *e)
 		for (size_t i = 0; i < y->h * y->w; i++)
 			sum += fabs((double)s->w->dimg[i / y->w * pitch + i % y->w]);
 	}
+	if (ct_check_stop(s->env, e))
+		return -1;
 	s->f->error = sum / s->f->mean_weight / (double)ct_stack_count(y) / s->f->residual;
 	return 0;
 }
@@ -199,13 +201,21 @@ int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_
 		s.unit[i] = pow(f->extent / 2, 2) / pow(l[0] * l[1] * l[2], 2.0 / 3);
 		s.cg.x[i] = (float)(w->gaussian[i].rho / s.unit[i]);
 	}
-	if (solve(&s, e))
+	ct_par_heed(env->par, env->stop);
+	rc = solve(&s, e);
+	if (ct_check_stop(env, e) || rc) {
+		rc = -1;
 		goto out;
+	}
+	memcpy(s.cg.d, g->raw, g->n * sizeof *g->raw);
 	for (size_t i = 0; i < g->n; i++)
 		g->raw[i] = (float)ct_activation_inverse(
 			g->activation, g->gamma, (double)s.cg.x[i] * s.unit[i]);
 	rc = measure(&s, e);
+	if (rc) /* as they were, to be refitted */
+		memcpy(g->raw, s.cg.d, g->n * sizeof *g->raw);
 out:
+	ct_par_heed(env->par, NULL);
 	free(s.cg.x);
 	free(s.cg.d);
 	free(s.cg.s);

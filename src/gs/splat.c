@@ -34,7 +34,6 @@ static void plan_some(void *arg, size_t chunk, size_t worker)
 	(void)worker;
 	CT_SIMD(ct_splat_kernels_project)
 	(s->footprint + first, &s->cam, p->b + first, end - first);
-	memset(count, 0, s->bands * sizeof *count);
 	for (size_t i = first; i < end; i++)
 		for (int32_t k = s->footprint[i].first / BAND; k * BAND < s->footprint[i].end; k++)
 			count[k]++;
@@ -89,6 +88,7 @@ int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n,
 	s->n = n;
 	s->bands = bands;
 	s->cam = *c;
+	memset(s->place, 0, chunks * bands * sizeof *s->place); /* where the loop is left off */
 	ct_par_for(par, chunks, plan_some, &p);
 	return list(s, chunks, par, e);
 }

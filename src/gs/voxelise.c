@@ -146,6 +146,7 @@ int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
 	v->n = 0;
 	for (int r = 0; r < 3; r++)
 		s.norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
+	memset(v->found, 0, chunks * sizeof *v->found); /* where the loop is left off */
 	ct_par_for(par, chunks, search_some, &s);
 	for (size_t c = 0; c < chunks; c++) {
 		memmove(v->hit + total, v->hit + c * CT_GS_CHUNK, v->found[c] * sizeof *v->hit);

@@ -18,4 +18,5 @@ net 4 -x 4 --cubes 24 --cube 80 --depth 5 --components 240 --width 640 -n 8000
 net 2 -x 2 -p 12 --cubes 8 --cube 64 --depth 5 --components 200 --width 512 -n 5000
 net 3 -x 3 -p 13 --cubes 8 --cube 72 --depth 5 --components 200 --width 512 -n 5000
 net 8 -x 8 --cubes 10 --cube 96 --depth 3 --components 240 --width 512 -n 5000
+net thick-4 --thick -x 4 -p 12 --cubes 10 --cube 80 --depth 5 --components 200 --width 512 -n 5000
 cp "$with" "$out"

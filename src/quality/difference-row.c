@@ -21,9 +21,7 @@ CT_INLINE ct_f64 weight(const float *mask)
 
 CT_INLINE ct_f64 clip(ct_f64 v, const struct ct_ssim_map *map)
 {
-	const ct_f64 x = ct_f64_max(v, ct_f64_set(map->lo));
-
-	return ct_f64_min(x, ct_f64_set(map->hi)) - map->zero;
+	return ct_f64_min(ct_f64_max(v, ct_f64_set(map->lo)), ct_f64_set(map->hi));
 }
 
 CT_INLINE double largest(ct_f64 v)
@@ -211,8 +209,7 @@ void CT_SIMD_HERE(ct_difference_row_pairs)(
 CT_INLINE double clipped(double v, const struct ct_ssim_map *map)
 {
 	v = v > map->lo ? v : map->lo;
-	v = v < map->hi ? v : map->hi;
-	return v - map->zero;
+	return v < map->hi ? v : map->hi;
 }
 
 /* Columns [first, end); the last column of a row has no neighbour. */

@@ -161,6 +161,14 @@ void ct_fdk_views(
 	ct_backproject(&f->back, first, count, vol, f->views, par);
 }
 
+size_t ct_fdk_add(struct ct_fdk *f, size_t first, float *restrict vol, struct ct_par *par)
+{
+	const size_t left = f->scan->views - first, count = left < f->block ? left : f->block;
+
+	ct_fdk_views(f, first, count, vol, par);
+	return first + count;
+}
+
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads)
 {
 	return f->block * ct_backprojector_size(&f->back) * sizeof *f->views +

@@ -38,6 +38,8 @@ void ct_fdk_free(struct ct_fdk *f);
  * ct_fdk_alloc. */
 void ct_fdk_views(
 	struct ct_fdk *f, size_t first, size_t count, float *restrict vol, struct ct_par *par);
+/* The same from as many views as go together, from `first` on; which one is next. */
+size_t ct_fdk_add(struct ct_fdk *f, size_t first, float *restrict vol, struct ct_par *par);
 /* Bytes that the plan holds. */
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads);
 /* Views in which a part of the grid falls outside the detector: what they miss counts as zero. */

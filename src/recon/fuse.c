@@ -221,31 +221,42 @@ void ct_fuse_free(struct ct_fuse *f)
 	f->residual = NULL;
 }
 
-/* The residual in HU, of which D makes what is wanted: x - base, or nothing. */
+/* The residual in HU, of which D makes what is wanted: x - base, or nothing. x stays for a state.
+ */
 static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
 {
 	const struct ct_env *env = f->env;
 	struct ct_separable down = {0}, up = {0};
 	size_t n = ct_vol_count(f->base), m = ct_vol_count(f->lack);
-	float *want = NULL, *lo = NULL, *hi = NULL, *x = f->joint.x;
+	float *want = NULL, *lo = NULL, *hi = NULL, *r = NULL, *x = f->joint.x;
 	int rc = -1;
 
-	f->residual = x;
 	f->joint.x = NULL;
 	ct_joint_free(&f->joint);
+	f->joint.x = x;
 	if (ct_alloc(&want, m, sizeof *want, e) || ct_alloc(&lo, m, sizeof *lo, e) ||
-		ct_alloc(&hi, n, sizeof *hi, e) ||
+		ct_alloc(&hi, n, sizeof *hi, e) || ct_alloc(&r, n, sizeof *r, e) ||
 		ct_degrade_plan(&down, &f->by, f->base->n, env->par, e) ||
 		ct_consistency_pinv_plan(&up, &f->by, f->base->n, env->par, e))
 		goto out;
 	ct_window_density(n, hi, f->base->data, f->window);
 	for (size_t i = 0; i < n; i++)
-		x[i] = keep ? (float)(width(f) * ((double)x[i] - (double)hi[i])) : 0;
+		r[i] = keep ? (float)(width(f) * ((double)x[i] - (double)hi[i])) : 0;
 	for (size_t i = 0; i < m; i++)
 		want[i] = (float)(width(f) * (double)f->lack->data[i]);
-	ct_consistency_exact(x, want, &down, &up, lo, hi, env->par);
+	ct_par_heed(env->par, env->stop);
+	ct_consistency_exact(r, want, &down, &up, lo, hi, env->par);
+	ct_par_heed(env->par, NULL);
+	if (ct_check_stop(env, e)) {
+		if (f->joint.save)
+			f->joint.save(f->joint.ctx, &f->joint, e);
+		goto out;
+	}
+	f->residual = r;
+	r = NULL;
 	rc = 0;
 out:
+	free(r);
 	ct_separable_free(&down);
 	ct_separable_free(&up);
 	free(want);

@@ -103,13 +103,14 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 	invert(r, r->rows, r->m);
 	invert(r, cols, r->n);
 	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
-	for (; r->report->iterations < r->rule->iterations; r->report->iterations++) {
-		if (begin(r, e) || misfit(r->q, r, x, e))
+	for (;; r->report->iterations++) {
+		if (misfit(r->q, r, x, e))
 			goto out;
-		if (r->report->residual < r->rule->tolerance)
+		if (r->report->residual < r->rule->tolerance ||
+			r->report->iterations >= r->rule->iterations)
 			break;
 		weigh(r);
-		if (ct_linear_adjoint(r->a, g, r->q, r->env, e))
+		if (begin(r, e) || ct_linear_adjoint(r->a, g, r->q, r->env, e))
 			goto out;
 		ct_passes_run(CT_SIMD(ct_vector_correct), r->n, &step, r->env->par);
 	}
@@ -223,7 +224,7 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 		if (r->report->residual < r->rule->tolerance)
 			break;
 	}
-	rc = 0;
+	rc = misfit(r->q, r, x, e);
 out:
 	free(f.ahead);
 	free(f.g);

@@ -30,14 +30,14 @@ enum ct_solver { CT_SOLVER_LIST(CT_WORD_VALUE) };
 struct ct_iterative_rule {
 	enum ct_solver solver;
 	size_t iterations; /* at most */
-	double tolerance;  /* stop when |A x - b| / |b| is below */
+	double tolerance;  /* stop when |A x - b| / |b| is below; TV: of the x that it steps from */
 	bool nonnegative;  /* keep x >= 0; not for CGLS */
 	double mu;         /* TV only, >= 0 */
 };
 
 struct ct_iterative_report {
 	size_t iterations;
-	double residual; /* |A x - b| / |b|, of the x before the last step for SIRT and TV */
+	double residual; /* |A x - b| / |b| */
 };
 
 /* x: where to start from, replaced by the solution; dim: its axes, along which TV takes

@@ -10,7 +10,6 @@
 
 enum {
 	POWER = 5, /* applications of P' W F P that measure its norm */
-	SWEEPS = 8,
 	TRIES = 9, /* values of mu to choose from */
 	SUMS = 4,
 };
@@ -159,10 +158,10 @@ static void weigh(struct ct_joint *j, size_t fit, size_t views, bool data, struc
 	struct pass p = {.j = j, .fit = fit, .data = data};
 
 	ct_par_for(par, views, view_task, &p);
-	memset(j->total, 0, sizeof j->total);
+	memset(j->at.total, 0, sizeof j->at.total);
 	for (size_t v = 0; v < views; v++)
 		for (int s = 0; s < SUMS; s++)
-			j->total[s] += j->sums[SUMS * v + (size_t)s];
+			j->at.total[s] += j->sums[SUMS * v + (size_t)s];
 }
 
 /* g <- P' W F (P x - y) of the views to be fitted; the others are predicted. */
@@ -171,14 +170,21 @@ static int gradient(void *ctx, float *g, double *misfit, const float *x, const s
 {
 	struct ct_joint *j = ctx;
 	const struct ct_linear *r = j->rays;
+	int rc;
 
-	if (ct_linear_apply(r, j->q, x, env, e))
+	ct_par_heed(env->par, env->stop);
+	rc = ct_linear_apply(r, j->q, x, env, e);
+	if (rc == 0) {
+		weigh(j, j->fit, r->parts, true, env->par);
+		rc = r->adjoint(r->ctx, g, j->fit, j->q, env, e);
+	}
+	ct_par_heed(env->par, NULL);
+	if (ct_check_stop(env, e) || rc)
 		return -1;
-	weigh(j, j->fit, r->parts, true, env->par);
-	*misfit = j->total[0];
-	if (!isfinite(*misfit))
-		return ct_fail(e, CT_ENUMERIC, "iteration %zu diverged", j->at.done + 1);
-	return r->adjoint(r->ctx, g, j->fit, j->q, env, e);
+	*misfit = j->at.total[0];
+	return isfinite(*misfit)
+		       ? 0
+		       : ct_fail(e, CT_ENUMERIC, "iteration %zu diverged", j->at.done + 1);
 }
 
 /* Norm of P' W F P of the first quarter of the views, by the power method from P' W F gap within
@@ -223,10 +229,11 @@ static int near(void *ctx, float *x, const float *to, const struct ct_env *env, 
 {
 	struct ct_joint *j = ctx;
 	struct ct_joint_at *at = &j->at;
-	struct ct_tv_rule rule = {.iterations = SWEEPS};
-	const struct ct_env quiet = {.par = env->par};
+	struct ct_tv_rule rule = {.iterations = CT_JOINT_SWEEPS - at->sweeps};
+	const struct ct_env quiet = {.par = env->par, .stop = env->stop};
 	struct ct_tv_report report;
 	double norm = 0;
+	int rc;
 
 	if (at->first == 0)
 		measure_first(j, to, env);
@@ -237,12 +244,13 @@ static int near(void *ctx, float *x, const float *to, const struct ct_env *env, 
 		norm += j->dc.n[a] > 1 ? 4 * rule.weight[a] * rule.weight[a] : 0;
 	}
 	rule.step = at->mu * sqrt(norm);
-	return ct_tv_near(
+	rc = ct_tv_near(
 		x, &j->dc, &rule, &(struct ct_tv_near){to, at->mu, j->dual}, &report, &quiet, e);
+	at->sweeps = rc == 0 ? 0 : at->sweeps + report.iterations;
+	return rc;
 }
 
-/* One step of FISTA on the views below `fit`. Until the last of P is done the state stays as it
- * was: then is the time to stop. */
+/* One step of FISTA on the views below `fit`. */
 static int step(struct ct_joint *j, size_t fit, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_joint_at *at = &j->at;
@@ -254,7 +262,7 @@ static int step(struct ct_joint *j, size_t fit, const struct ct_env *env, struct
 	if (ct_fista_step(&f, &at->fista, all ? NORM_ALL : NORM_HALF, &moved, env, e))
 		return -1;
 	ct_log(env, CT_INFO, "%s %zu: mu %.4g, misfit %.4g, moved %.3g",
-		all ? "iteration" : "choice", at->done + 1, at->mu, sqrt(j->total[0]), moved);
+		all ? "iteration" : "choice", at->done + 1, at->mu, sqrt(j->at.total[0]), moved);
 	return 0;
 }
 
@@ -262,7 +270,7 @@ static int step(struct ct_joint *j, size_t fit, const struct ct_env *env, struct
 static bool judge(struct ct_joint *j, double mu)
 {
 	struct ct_joint_at *at = &j->at;
-	const double *total = j->total;
+	const double *total = j->at.total;
 	double c = total[1] / total[3], cb = total[2] / total[3], off = 1 + c - 2 * cb;
 
 	at->trust = fmin(at->trust, c - 3 * cb);
@@ -282,7 +290,7 @@ static int choose(struct ct_joint *j, const struct ct_env *env, struct ct_err *e
 
 	if (step(j, fit, env, e))
 		return -1;
-	over = at->first == 0 || !(j->total[3] > 0) || (at->done > 0 && judge(j, mu)) ||
+	over = at->first == 0 || !(j->at.total[3] > 0) || (at->done > 0 && judge(j, mu)) ||
 	       ++at->done >= TRIES;
 	if (!over) {
 		at->mu *= FALL;
@@ -319,7 +327,12 @@ static int solve(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 
 static int begin(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
-	if (measure_norm(j, env, e))
+	int rc;
+
+	ct_par_heed(env->par, env->stop);
+	rc = measure_norm(j, env, e);
+	ct_par_heed(env->par, NULL);
+	if (ct_check_stop(env, e) || rc)
 		return -1;
 	j->at.fista.momentum = j->at.best = 1;
 	j->at.trust = 0;

@@ -30,7 +30,8 @@
  *
  * Memory: six volumes (x and the work), one set of projections beside y, gap and weight; dc's.
  * Sums are double and in index order of fixed pieces: the same bytes for any number of threads, and
- * for a run that was stopped and continued from x, ahead, dual and `at`.
+ * for a run that was stopped and continued from x, ahead, dual and `at`. It stops soon: projections
+ * that are left off are begun anew, and a proximal point goes on with the sweeps that are left.
  */
 #ifndef CT_RECON_JOINT_H
 #define CT_RECON_JOINT_H
@@ -39,6 +40,8 @@
 #include "resolution/separable.h"
 #include "resolution/tv.h"
 #include "solve/fista.h"
+
+enum { CT_JOINT_SWEEPS = 8 }; /* of tv.h, a proximal point */
 
 struct ct_joint_rule {
 	double weight[3];  /* of TV, of each axis */
@@ -49,7 +52,7 @@ struct ct_joint_rule {
 
 enum ct_joint_phase { CT_JOINT_NEW, CT_JOINT_CHOOSE, CT_JOINT_SOLVE, CT_JOINT_DONE };
 
-/* Where it is, between two iterations. */
+/* Where it is, between two iterations, or where fista.next says so between two sweeps of one. */
 struct ct_joint_at {
 	size_t phase, done;       /* iterations of the phase */
 	struct ct_fista_at fista; /* norm: of a quarter of the views; misfit: |W^(1/2) (P ahead -
@@ -59,6 +62,8 @@ struct ct_joint_at {
 	double best, chosen;      /* least |c - b|^2 / |b|^2 so far, and its mu */
 	double trust;             /* least (|c|^2 - 3 <c, b>) / |b|^2 */
 	bool trusted;
+	double total[4]; /* of all views, joint.c */
+	size_t sweeps;   /* done of those of a proximal point that was left off */
 };
 
 struct ct_joint {
@@ -68,14 +73,14 @@ struct ct_joint {
 	const float *y, *gap;         /* [views][rows][cols]; gap = y - P x0 */
 	const float *weight;          /* likewise, in [0, 1]; NULL: 1 */
 	struct ct_joint_rule rule;
-	/* Called between iterations; may be NULL. */
+	/* Called between iterations, and when stopped; may be NULL. */
 	int (*save)(void *ctx, const struct ct_joint *j, struct ct_err *e);
 	void *ctx;
 	/* Owned. x is to be set to x0. */
 	float *x, *ahead, *dual; /* [n], [n], [3][n] */
 	struct ct_joint_at at;
 	float *g, *q, *scratch;     /* gradient; projections; a view, rows of dc: of each worker */
-	double *sums, total[4];     /* of each view; of all */
+	double *sums;               /* of each view */
 	size_t n, share, taps, fit; /* fit: views to fit, the others being predicted */
 	struct ct_consistency dc, null; /* D x = z, D x = 0 */
 	struct ct_taps filter;
@@ -86,8 +91,8 @@ struct ct_joint {
 int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t n[static 3],
 	const float *z, const struct ct_env *env, struct ct_err *e);
 void ct_joint_free(struct ct_joint *j);
-/* Start, or go on from x, ahead, dual and at. CT_ENUMERIC naming the iteration if it diverges;
- * CT_ESTOP after save; what the operators and save return. */
+/* Start, or go on from x, ahead, dual and at, and where at.fista.next says so g. CT_ENUMERIC naming
+ * the iteration if it diverges; CT_ESTOP after save; what the operators and save return. */
 int ct_joint_run(struct ct_joint *j, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -19,6 +19,7 @@ enum {
 
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
 static const double padding = -1100, air = -850;                            /* HU */
+static const double texture = 6; /* HU that blocks of scans without noise show */
 static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
 static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
@@ -223,13 +224,19 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int ax
 	return 0;
 }
 
+/* Of a block of m[0] x m[1] x m[2] values that a linear function was fitted to. */
+static double free_values(const size_t m[3])
+{
+	return (double)(m[0] * m[1] * m[2]) - 1 - (m[0] > 1) - (m[1] > 1) - (m[2] > 1);
+}
+
 /* Deviation of the m[0] x m[1] x m[2] block at x from its best linear function; -1 if it is air,
  * or constant for the greater part. */
 static double block_sd(const float *x, const size_t m[3], const size_t stride[3])
 {
 	const double first = (double)x[0];
 	double sum = 0, square = 0, slope[3] = {0}, last = first;
-	size_t count = m[0] * m[1] * m[2], free_values = count - 1, same = 0;
+	size_t count = m[0] * m[1] * m[2], same = 0;
 
 	for (size_t k = 0; k < m[2]; k++)
 		for (size_t q = 0; q < m[1]; q++)
@@ -254,9 +261,8 @@ static double block_sd(const float *x, const size_t m[3], const size_t stride[3]
 		if (m[a] < 2)
 			continue;
 		square -= slope[a] * slope[a] / ((double)count * (n * n - 1) / 12);
-		free_values--;
 	}
-	return square > 0 ? sqrt(square / (double)free_values) : -1;
+	return square > 0 ? sqrt(square / free_values(m)) : -1;
 }
 
 static int by_value(const void *a, const void *b)
@@ -306,6 +312,26 @@ static double common_sd(float *sd, size_t n)
 	return near ? sqrt(sum / (double)near) : 0;
 }
 
+/* The deviation of which blocks with so many free values show less once in 50 times, in units of
+ * the noise: the root of chi^2 per value, by Wilson and Hilferty. */
+static double seldom_less(double free_values)
+{
+	const double var = 2 / (9 * free_values), cube = 1 - var - 2.0537 * sqrt(var);
+
+	return sqrt(cube * cube * cube);
+}
+
+/* Noise is everywhere: there is no more of it than the flattest blocks show. n sorted values. */
+static double sure_sd(const float *sd, size_t n, double free_values, double noise)
+{
+	double most;
+
+	if (n < 16)
+		return 0;
+	most = fmin((double)sd[n / 50] / seldom_less(free_values), noise);
+	return most > texture ? sqrt(most * most - texture * texture) : 0;
+}
+
 static size_t places(const struct ct_vol *v, const size_t m[3], size_t step)
 {
 	size_t n = 1;
@@ -315,7 +341,7 @@ static size_t places(const struct ct_vol *v, const size_t m[3], size_t step)
 	return n;
 }
 
-static int measure_noise(double *out, const struct ct_vol *v, struct ct_err *e)
+static int measure_noise(struct ct_blur *out, const struct ct_vol *v, struct ct_err *e)
 {
 	const size_t stride[3] = {1, v->n[0], v->n[0] * v->n[1]};
 	size_t m[3], step = 2, n = 0;
@@ -323,7 +349,6 @@ static int measure_noise(double *out, const struct ct_vol *v, struct ct_err *e)
 
 	for (int a = 0; a < 3; a++)
 		m[a] = v->n[a] < BLOCK ? v->n[a] : BLOCK;
-	*out = 0;
 	if (m[0] * m[1] * m[2] < BLOCK * BLOCK) /* a line */
 		return 0;
 	while (places(v, m, step) > MOST_BLOCKS)
@@ -339,7 +364,8 @@ static int measure_noise(double *out, const struct ct_vol *v, struct ct_err *e)
 				if (s > 0)
 					sd[n++] = (float)s;
 			}
-	*out = common_sd(sd, n);
+	out->noise = common_sd(sd, n);
+	out->sure = sure_sd(sd, n, free_values(m), out->noise);
 	free(sd);
 	return 0;
 }
@@ -353,7 +379,7 @@ int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double f
 	for (int a = 0; a < 3; a++)
 		if (!(factor[a] >= 1 && isfinite(factor[a])))
 			return ct_fail(e, CT_EINPUT, "a factor of %g along axis %d", factor[a], a);
-	if (ct_vol_check_finite(v, e) || measure_noise(&out->noise, v, e))
+	if (ct_vol_check_finite(v, e) || measure_noise(out, v, e))
 		return -1;
 	least = fmin(fmax(step_least, steps_of_noise * out->noise), step_most);
 	for (int a = 0; a < 3; a++)

@@ -54,6 +54,8 @@ struct ct_blur {
 	struct ct_blur_axis axis[3];
 	double noise; /* standard deviation, HU, of what is not linear over 3 voxels; 0 if none can
 			 be seen. Noise of longer scale is not in it. */
+	double sure;  /* that much of it is noise, HU: 49 of 50 blocks show more, and 6 HU of what
+			 they show may be texture and ringing. <= noise */
 };
 
 /* Measure v, in HU, which will be refined factor[a] >= 1 times (whole or not) along axis a; in

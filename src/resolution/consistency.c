@@ -2,13 +2,14 @@
 #include "config.h"
 #include "resolution/consistency.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "resolution/svd.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 64, NEWTON = 30, LINE = 16 };
+enum { BLOCK = 64, NEWTON = 30, LINE = 16, MANY = 1 << 18 };
 
 static size_t place(const struct ct_consistency *dc, int a, size_t k)
 {
@@ -40,7 +41,7 @@ static int target(struct ct_consistency *dc, const struct ct_svd f[3], const flo
 		if (ct_svd_u(&t[a], &f[a], e))
 			goto out;
 	if (ct_separable_plan(&s, t, par, e) ||
-		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
+		ct_room_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;
 	ct_separable_apply(&s, c, y, par);
 	in = c;
@@ -60,7 +61,7 @@ out:
 	for (int a = 0; a < 3; a++)
 		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
-	free(c);
+	ct_room_free(c);
 	return rc;
 }
 
@@ -108,10 +109,10 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) ||
 		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
 		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e) ||
-		ct_alloc0(&dc->want, count, sizeof(float), e) ||
-		ct_alloc0(&dc->had, count, sizeof(float), e) ||
-		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
-		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+		ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
+		ct_room_alloc0(&dc->had, count, sizeof(float), e) ||
+		ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
+		ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
 		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
 		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e) ||
 		target(dc, f, y, par, e))
@@ -133,10 +134,10 @@ void ct_consistency_free(struct ct_consistency *dc)
 		ct_cosine_free(&dc->v[a]);
 		free(dc->g[a]);
 	}
-	free(dc->want);
-	free(dc->had);
-	free(dc->coef);
-	free(dc->reduced);
+	ct_room_free(dc->want);
+	ct_room_free(dc->had);
+	ct_room_free(dc->coef);
+	ct_room_free(dc->reduced);
 	free(dc->tiles);
 	free(dc->sums);
 	*dc = (struct ct_consistency){0};
@@ -379,6 +380,11 @@ void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d
 	for (size_t i = 0; i < m; i++)
 		lo[i] = (float)((double)y[i] - (double)lo[i]);
 	ct_separable_apply(dplus, hi, lo, par);
-	for (size_t i = 0; i < n; i++)
-		x[i] += hi[i];
+	for (size_t at = 0; at < n; at += MANY) {
+		const size_t end = n - at < MANY ? n : at + MANY;
+
+		for (size_t i = at; i < end; i++)
+			x[i] += hi[i];
+		ct_room_trim();
+	}
 }

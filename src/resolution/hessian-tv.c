@@ -2,6 +2,7 @@
  * the extrapolated volume, then the volume descends along its adjoint. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
@@ -161,23 +162,30 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	j->plane = j->n[0] * j->n[1];
 	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
-		ct_alloc(&j->ahead, count, sizeof(float), e) ||
+		ct_room_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
-		if (ct_alloc0(&j->q[c], count, sizeof(float), e))
+		if (ct_room_alloc0(&j->q[c], count, sizeof(float), e))
 			return -1;
-	memcpy(j->ahead, j->x, count * sizeof *j->x);
 	return 0;
+}
+
+static void begin_plane(void *arg, size_t k, size_t worker)
+{
+	const struct job *j = arg;
+
+	(void)worker;
+	memcpy(j->ahead + k * j->plane, j->x + k * j->plane, j->plane * sizeof *j->x);
 }
 
 static void job_free(struct job *j)
 {
 	for (int c = 0; c < PARTS; c++)
-		free(j->q[c]);
-	free(j->ahead);
+		ct_room_free(j->q[c]);
+	ct_room_free(j->ahead);
 	free(j->zero);
 	free(j->scratch);
 	free(j->sums);
@@ -208,6 +216,7 @@ int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *
 	*report = (struct ct_tv_report){0};
 	if (job_alloc(&j, dc, rule, ct_par_threads(env->par), e))
 		goto out;
+	ct_par_for(env->par, j.n[2], begin_plane, &j);
 	rc = 0;
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
 		bool first = it == 0; /* how far the start was from consistency is not known */

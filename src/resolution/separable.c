@@ -7,6 +7,7 @@
 #include "config.h"
 #include "resolution/separable.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "resolution/separable-rows.h"
 
 #include <stdint.h>
@@ -275,7 +276,7 @@ int ct_separable_plan(
 		n[s->order[pass]] = s->t[s->order[pass]].n_out;
 		if (ct_size_mul(&count, n[0], n[1], "volume", e) ||
 			ct_size_mul(&count, count, n[2], "volume", e) ||
-			ct_alloc(&s->tmp[pass], count, sizeof *s->tmp[pass], e))
+			ct_room_alloc(&s->tmp[pass], count, sizeof *s->tmp[pass], e))
 			goto fail;
 	}
 	return 0;
@@ -288,8 +289,8 @@ void ct_separable_free(struct ct_separable *s)
 {
 	for (int a = 0; a < 3; a++)
 		ct_taps_free(&s->t[a]);
-	free(s->tmp[0]);
-	free(s->tmp[1]);
+	ct_room_free(s->tmp[0]);
+	ct_room_free(s->tmp[1]);
 	free(s->scratch);
 	*s = (struct ct_separable){0};
 }

@@ -9,6 +9,7 @@
 #include "config.h"
 #include "resolution/tv.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "resolution/tv-row.h"
 
 #include <math.h>
@@ -100,6 +101,7 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 		if (whole)
 			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
 		x = xk;
+		ct_room_trim();
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
 	j->tv[slab] = tv;
@@ -198,10 +200,10 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
 	for (int a = 0; a < CT_TV_DUAL && !near; a++)
-		if (ct_alloc0(&j->p[a], count, sizeof(float), e))
+		if (ct_room_alloc0(&j->p[a], count, sizeof(float), e))
 			return -1;
-	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
-		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
+	if (ct_room_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
+		ct_room_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->tv, j->slabs, sizeof(double), e) ||
 		ct_alloc(&j->moved, j->slabs, sizeof(double), e))
@@ -212,9 +214,9 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 static void job_free(struct job *j)
 {
 	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
-		free(j->p[a]);
-	free(j->first);
-	free(j->last);
+		ct_room_free(j->p[a]);
+	ct_room_free(j->first);
+	ct_room_free(j->last);
 	free(j->scratch);
 	free(j->tv);
 	free(j->moved);
@@ -253,7 +255,8 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 			rc = ct_check_stop(env, e);
 	}
 	ct_progress(env, "iterations", rule->iterations, rule->iterations);
-	ct_par_for(env->par, j.n[2], expand_plane, &j);
+	if (rc == 0 || !near)
+		ct_par_for(env->par, j.n[2], expand_plane, &j);
 out:
 	job_free(&j);
 	return rc;

@@ -50,7 +50,8 @@ struct ct_tv_report {
  * it diverges, CT_ENOMEM, CT_ESTOP (x is then the volume so far). */
 int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
-/* The same with `near` added. */
+/* The same with `near` added. CT_ESTOP: x, before its correction, and the dual are such that a call
+ * with the iterations that are left, report->iterations less, makes the same bytes. */
 int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
 	struct ct_err *e);

@@ -1,7 +1,7 @@
 /* upsample.c: see upsample.h. */
 #include "config.h"
 #include "resolution/upsample.h"
-#include "core/mem.h"
+#include "core/room.h"
 #include "resolution/consistency.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/resample.h"
@@ -124,11 +124,11 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	int rc = -1;
 
 	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
-		ct_alloc(&lo, m, sizeof *lo, e))
+		ct_room_alloc(&lo, m, sizeof *lo, e))
 		goto out;
 	if (move) {
 		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e) ||
-			ct_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
+			ct_room_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
 			goto out;
 		ct_consistency_exact(x->data, y->data, &down, &up, lo, hi, env->par);
 	}
@@ -140,8 +140,8 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 out:
 	ct_separable_free(&down);
 	ct_separable_free(&up);
-	free(hi);
-	free(lo);
+	ct_room_free(hi);
+	ct_room_free(lo);
 	return rc;
 }
 
@@ -198,7 +198,13 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 		return interpolate(hi, lo, method, rule->by.factor, env, e);
 	if (ct_vol_same_grid(hi, rule->start, e))
 		return ct_blame(e, "the volume to start from");
-	memcpy(hi->data, rule->start->data, ct_vol_count(hi) * sizeof *hi->data);
+	for (size_t k = 0; k < hi->n[2]; k++) {
+		const size_t plane = hi->n[0] * hi->n[1];
+
+		memcpy(hi->data + k * plane, rule->start->data + k * plane,
+			plane * sizeof *hi->data);
+		ct_room_trim();
+	}
 	return 0;
 }
 

@@ -3,7 +3,7 @@
  * said there; no part is negative. */
 #include "config.h"
 #include "core/mem.h"
-#include "restore/learn-impl.h"
+#include "restore/learn.h"
 #include "restore/predict.h"
 
 #include <math.h>
@@ -49,15 +49,15 @@ static void solve(float x[N], double a[N][N], const double b[N])
 		x[j] = (float)at[j];
 }
 
-int ct_learn_calibrate(
-	struct ct_learn *l, const struct ct_example *pairs, size_t n, struct ct_err *e)
+int ct_learn_calibrate(struct ct_regressor *r, const struct ct_example *pairs, size_t n,
+	const struct ct_env *asked, struct ct_err *e)
 {
 	static const bool all[3] = {true, true, true};
-	const struct ct_env env = {.par = l->env.par, .stop = l->env.stop};
+	const struct ct_env env = {.par = asked->par, .stop = asked->stop};
 	double a[N][N] = {{0}}, b[N] = {0};
 	size_t looked, cells;
 
-	l->r.spread[0] = 1;
+	r->spread[0] = 1;
 	for (size_t i = 0; i < n; i++) {
 		const struct ct_example *p = &pairs[i];
 		const struct ct_scene s = {.x = p->base,
@@ -71,13 +71,13 @@ int ct_learn_calibrate(
 		if (ct_alloc0(&g.h, 2 * count, sizeof *g.h, e))
 			return -1;
 		g.v = g.h + count;
-		rc = ct_predict(&g, &s, &l->r, all, &looked, &cells, &env, e);
+		rc = ct_predict(&g, &s, r, all, &looked, &cells, &env, e);
 		if (rc == 0)
 			gather(a, b, p, &g);
 		free(g.h);
 		if (rc)
 			return -1;
 	}
-	solve(l->r.spread, a, b);
+	solve(r->spread, a, b);
 	return 0;
 }

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define SHARP (2.0 / 3)
 enum { LEAST = 6, ITERATIONS = 300 }; /* cells along an axis; of the solver */
 #define STREAM ((uint64_t)1 << 40)
 
@@ -51,16 +52,58 @@ static int cube(struct ct_vol *out, const struct ct_vol *v, const struct ct_exam
 	return 0;
 }
 
-/* A scanner at random: sampled well, hardly, or by the mean; P1 to P3 are among them. */
+/* Mean squares of the second differences along an axis over those of the first. */
+static double detail(const struct ct_vol *v, int axis)
+{
+	const size_t step = axis == 0 ? 1 : axis == 1 ? v->n[0] : v->n[0] * v->n[1];
+	const size_t count = ct_vol_count(v), n = v->n[axis];
+	double first = 0, second = 0;
+
+	for (size_t i = 0; i < count; i++) {
+		const size_t at = i / step % n;
+		double d, before;
+
+		if (at + 1 >= n || at == 0)
+			continue;
+		d = (double)v->data[i + step] - (double)v->data[i];
+		before = (double)v->data[i] - (double)v->data[i - step];
+		first += d * d;
+		second += (d - before) * (d - before);
+	}
+	return first > 0 ? second / first : 0;
+}
+
+void ct_example_soft(bool soft[static 3], const struct ct_vol *v)
+{
+	const double d[3] = {detail(v, 0), detail(v, 1), detail(v, 2)};
+	const double most = fmax(d[0], fmax(d[1], d[2]));
+
+	for (int a = 0; a < 3; a++)
+		soft[a] = d[a] < SHARP * most;
+}
+
+/* Number k of the axes that are not soft. */
+static int pick(const bool soft[3], int k)
+{
+	int a = 0;
+
+	while (soft[a] || k-- > 0)
+		a++;
+	return a;
+}
+
+/* A scanner at random: sampled well, hardly, or by the mean, as thick slices often are; P1 to P3
+ * are among them. */
 void ct_example_regime(struct ct_example *p, const struct ct_example_rule *r, uint64_t index)
 {
 	struct ct_regime *g = &p->regime;
-	const int axis = (int)uniform(r, index, 8, 0, 3);
+	const int axes = 3 - r->soft[0] - r->soft[1] - r->soft[2];
+	const int axis = pick(r->soft, (int)uniform(r, index, 8, 0, axes));
 	const double kind = uniform(r, index, 4, 0, 1);
 
-	g->decimate = kind < 0.5   ? CT_DECIMATE_SINC
-		      : kind < 0.9 ? CT_DECIMATE_POINT
-				   : CT_DECIMATE_MEAN;
+	g->decimate = kind < (r->thick ? 0.4 : 0.5)   ? CT_DECIMATE_SINC
+		      : kind < (r->thick ? 0.6 : 0.9) ? CT_DECIMATE_POINT
+						      : CT_DECIMATE_MEAN;
 	g->sigma = g->decimate == CT_DECIMATE_SINC    ? uniform(r, index, 5, 0.22, 0.5)
 		   : g->decimate == CT_DECIMATE_POINT ? uniform(r, index, 5, 0.12, 0.35)
 						      : uniform(r, index, 5, 0, 0.3);

@@ -10,13 +10,17 @@
 struct ct_example_rule {
 	size_t side;     /* of a cube, voxels at most */
 	size_t factor;   /* of the coarse axes */
-	bool thick;      /* along one axis at random, else along all three */
+	bool thick;      /* along one axis at random that is not soft, else along all three */
+	bool soft[3];    /* axes along which the volume has no detail to learn from */
 	double scale[2]; /* voxels of a cube are so many of the volume's, from .. to */
 	double noise;    /* HU, at most; half of the pairs have none */
 	double clip[2];  /* HU that half of them are clipped to; NaN: none */
 	uint64_t seed;
 };
 
+/* Axes along which v is soft: its second differences, relative to its first, are below two thirds
+ * of the largest of the three. Scans of thick slices have detail in plane only. */
+void ct_example_soft(bool soft[static 3], const struct ct_vol *v);
 /* Pair number `index` from the volume v (HU). Allocates base and rest, one block at base. 0, -1, or
  * 1 if the volume is too small for it. */
 int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,

@@ -57,8 +57,8 @@ uint64_t ct_learn_steps(const struct ct_learn *l);
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
 	struct ct_err *e);
 /* Find r->spread on these pairs, not the ones of the training. Codes of ct_predict. */
-int ct_learn_calibrate(
-	struct ct_learn *l, const struct ct_example *pairs, size_t n, struct ct_err *e);
+int ct_learn_calibrate(struct ct_regressor *r, const struct ct_example *pairs, size_t n,
+	const struct ct_env *env, struct ct_err *e);
 /* All that a training which goes on needs, and back, into one of the same rule and examples.
  * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);

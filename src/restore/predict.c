@@ -25,6 +25,7 @@ struct job {
 	struct side *side;
 	struct ct_guess *g;
 	bool coarse; /* the axis across */
+	int last;    /* the last axis of the volume, among u, v and across */
 	const struct ct_env *env;
 };
 
@@ -70,6 +71,8 @@ static void look(struct job *j, struct side *d, const size_t at[static 3])
 {
 	const size_t count = ct_patch_count(&j->r->shape), i = d->rows;
 
+	if (j->scene->to && (at[j->last] < j->scene->from || at[j->last] >= j->scene->to))
+		return;
 	d->cells++;
 	if (!ct_patch_cut(d->w.patch + i * count, &d->pose[i], &j->s, &j->r->shape, &j->turns, at))
 		return;
@@ -103,6 +106,9 @@ static int across(struct job *j, int axis, struct ct_err *e)
 
 	ct_slicing_of(&j->s, j->scene->x, j->scene->n, axis, j->scene->coarse);
 	j->coarse = j->scene->coarse[axis];
+	j->last = 0;
+	while (j->last < 2 && j->s.stride[j->last] != j->scene->n[0] * j->scene->n[1])
+		j->last++;
 	ct_par_for(j->env->par, j->s.n[2], slice, j);
 	for (size_t t = 0; t < threads; t++)
 		if (j->side[t].failed.code) {

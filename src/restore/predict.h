@@ -16,6 +16,7 @@ struct ct_scene {
 	size_t n[3];
 	bool coarse[3];
 	struct ct_regime regime;
+	size_t from, to; /* planes of the last axis whose cells are looked at; 0, 0: all */
 };
 
 /* Axes across which the regressor takes slices of it. */

@@ -1,10 +1,11 @@
 /* restore.h: a volume that a solver made of an LR scan, and what the slice prior adds.
  *
  *   h   what the prior expects the volume to lack (predict.h)
- *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2), h2 the mean of h^2 over the s^3 voxels
- *       about it and a2 that of the variance among the axes: large corrections are those of
- *       scenes unlike the training's, small ones and those on which slices of different axes do
- *       not agree are as often wrong, so all three are made with caution
+ *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2) at the centres of blocks of s^3 voxels,
+ *       linear between them; h2 is the mean of h^2 over the block and a2 that of the variance
+ *       among the axes: large corrections are those of scenes unlike the training's, small ones
+ *       and those on which slices of different axes do not agree are as often wrong, so all
+ *       three are made with caution
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, up to it
  *
@@ -35,6 +36,7 @@ struct ct_restore_rule {
 	double noise;                    /* HU of the LR scan */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
 	bool axes[3];                    /* slices across these */
+	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */
 };
 
 struct ct_restore_report {
@@ -43,9 +45,15 @@ struct ct_restore_report {
 	double residual;      /* RMS of D x - y, HU */
 };
 
+/* Planes of a volume of n voxels, whole cells of them, that the prior can look at within `bytes` of
+ * memory, those about them included; at least as many as it has to. */
+size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *d,
+	const size_t n[static 3], double bytes);
+
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
- * and lo: one volume, and one more if there is doubt. std, if not NULL, becomes the expected error
+ * and lo: one volume, of room.h. Of all planes that are in hand: one more, and another if there is
+ * doubt. std, if not NULL, becomes the expected error
  * of each voxel, HU (regressor.h). */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,

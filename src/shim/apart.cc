@@ -2,9 +2,13 @@
 #include "config.h"
 #include "shim/apart.h"
 #include "shim/guard.h"
+extern "C" {
+#include "core/inflate.h"
+}
 
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 
 #include <fcntl.h>
@@ -26,8 +30,32 @@ struct Result {
 
 const int died = -2;
 
+/* What the decoder of n numbers may take beside what there is, whatever the stream says of itself.
+ */
+size_t most_memory(size_t n)
+{
+	return CT_INFLATE_FREE + 8 * n * sizeof(float);
+}
+
+void limit_memory(size_t n)
+{
+	unsigned long data = 0;
+	FILE *f = ct_inflate_allowed() ? std::fopen("/proc/self/statm", "r") : nullptr;
+
+	if (!f)
+		return;
+	if (std::fscanf(f, "%*u %*u %*u %*u %*u %lu", &data) == 1) {
+		const rlim_t most =
+			data * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + most_memory(n);
+		const struct rlimit limit = {most, most};
+
+		setrlimit(RLIMIT_DATA, &limit);
+	}
+	std::fclose(f);
+}
+
 /* Alone, silent, and with the usual ends. */
-void settle(pid_t parent)
+void settle(pid_t parent, size_t n)
 {
 	const struct rlimit minute = {60, 60}, none = {0, 0};
 	const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -38,6 +66,7 @@ void settle(pid_t parent)
 	for (int s : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGXCPU})
 		std::signal(s, SIG_DFL);
 	setrlimit(RLIMIT_CPU, &minute);
+	limit_memory(n);
 	setrlimit(RLIMIT_CORE, &none);
 	if (null >= 0) {
 		dup2(null, STDOUT_FILENO);
@@ -72,7 +101,7 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 	r->rc = died;
 	const pid_t child = fork();
 	if (child == 0) {
-		settle(parent);
+		settle(parent, n);
 		r->rc = guard(&r->err, what, [&] { return f(r->out, &r->err); });
 		_exit(0);
 	}
@@ -84,6 +113,12 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 	else if (rc == died)
 		rc = ct_fail(e, CT_EINPUT, "%s: damaged: its decoder dies of it (status %d)", what,
 			status);
+	else if (rc && r->err.code == CT_ENOMEM)
+		rc = ct_fail(e, CT_ENOMEM, "%s: no memory: its decoder has %zu MB (--expand)", what,
+			most_memory(n) >> 20);
+	else if (rc && r->err.code == CT_EFAIL) /* thrown */
+		rc = ct_fail(
+			e, CT_EINPUT, "%s: damaged%.300s", what, r->err.msg + std::strlen(what));
 	else if (rc)
 		*e = r->err;
 	else

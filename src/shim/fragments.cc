@@ -142,7 +142,8 @@ std::string Mended::path(const char *original) const
 	return fd < 0 ? original : "/proc/self/fd/" + std::to_string(fd);
 }
 
-int Mended::check(const char *path, const std::string &syntax, uint64_t offset, ct_err *e)
+int Mended::check(
+	const char *path, const std::string &syntax, uint64_t offset, size_t frames, ct_err *e)
 {
 	const bool jpeg = is_one_of(syntax, {"50", "51", "57", "70", "80", "81"});
 	const bool jpeg2000 = is_one_of(syntax, {"90", "91", "201", "202", "203"});
@@ -160,7 +161,7 @@ int Mended::check(const char *path, const std::string &syntax, uint64_t offset, 
 	if ((jpeg && !framed(s.bytes, 0xffd8, &end)) ||
 		(jpeg2000 && !framed(s.bytes, 0xff4f, &end)))
 		return ct_fail(e, CT_EINPUT, "%s: the compressed picture has no end mark", path);
-	if (!jpeg2000)
+	if (!jpeg2000 || frames > 1)
 		return 0;
 	state = tile_parts(s.bytes, end, &psot);
 	if (state < 0)

@@ -19,9 +19,10 @@ class Mended
 	Mended(const Mended &) = delete;
 	Mended &operator=(const Mended &) = delete;
 	~Mended();
-	/* The picture at byte `offset` of a file of that transfer syntax. 0, or -1 with CT_EINPUT.
-	 */
-	int check(const char *path, const std::string &syntax, uint64_t offset, ct_err *e);
+	/* The picture, or that many, at byte `offset` of a file of that transfer syntax. 0, or -1
+	 * with CT_EINPUT. */
+	int check(const char *path, const std::string &syntax, uint64_t offset, size_t frames,
+		ct_err *e);
 	/* The file to decode instead. */
 	std::string path(const char *original) const;
 

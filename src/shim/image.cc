@@ -3,6 +3,7 @@
 #include "shim/image.h"
 #include "shim/guard.h"
 extern "C" {
+#include "core/inflate.h"
 #include "core/mem.h"
 }
 
@@ -55,6 +56,9 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	float *px = nullptr;
 	if (nw > most_pixels / nh)
 		return ct_fail(e, CT_EINPUT, "%s: a picture of %zux%zu is too large", path, nw, nh);
+	if (ct_inflate_check(OIIO::Filesystem::file_size(path),
+		    (uint64_t)nw * nh * (uint64_t)s.nchannels * sizeof *px, e))
+		return ct_blame(e, path);
 	if (ct_size_mul(&count, nw, nh, path, e) || ct_alloc(&px, count, sizeof *px, e))
 		return ct_blame(e, path);
 	std::vector<float> row(nw * (size_t)s.nchannels);

@@ -8,9 +8,11 @@ EXTRA_DIST += src/shim/image.h src/shim/image.cc
 if HAVE_OIIO
 libctshim_a_SOURCES += src/shim/image.h src/shim/image.cc
 endif
-EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
+EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h \
+	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc
 EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc
 if HAVE_VTK
-libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-vol.c
+libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h \
+	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc
 libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc
 endif

@@ -79,9 +79,10 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 	for (int d = 0; d < 3; d++) {
 		const double step = mm / old[d], n = (double)v->n[d], want = floor(n / step + 0.5);
 
-		if (want > 1e6)
-			return ct_fail(
-				e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+		if (want > 1e6) {
+			ct_fail(e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+			goto out;
+		}
 		m[d] = want < 1 ? 1 : (size_t)want;
 		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
 		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)

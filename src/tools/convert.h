@@ -1,19 +1,24 @@
 /* convert.h: the parts of ct-convert. */
 #ifndef CT_TOOLS_CONVERT_H
 #define CT_TOOLS_CONVERT_H
+#include "cli/cli.h"
 #include "core/env.h"
 #include "core/vol.h"
 
 struct convert {
-	const char *in, *out;
+	struct ct_list files; /* the last is OUT */
+	const char *in, *out; /* the first and the last of them, for what reads one */
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
-	int cube, type;
+	int cube, type, tilt, gaps, units;
+	bool skip_damaged, inspect;
 };
 
-/* Read whatever p->in is. */
+/* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* Print what is in the DICOM files and folders p->files. */
+int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */

@@ -6,6 +6,7 @@
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "gs/voxelise.h"
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
@@ -148,7 +149,7 @@ static int read_all(
 
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
-	if (ct_vol_read(p->base, base, e))
+	if (ct_vol_read_hu(p->base, base, e))
 		return -1;
 	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
 		return ct_blame(e, p->base);
@@ -209,7 +210,7 @@ static int make_consistent(
 	double before, after;
 	int rc = -1, known;
 
-	if (ct_vol_read(p->consistent, &lr, e))
+	if (ct_vol_read_hu(p->consistent, &lr, e))
 		goto out;
 	known = ct_degrade_get(&lr.meta, &d, e);
 	if (known > 0)
@@ -269,6 +270,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
+	.flags = CT_IN_HU,
 };
 
 int main(int argc, char **argv)

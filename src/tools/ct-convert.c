@@ -5,6 +5,7 @@
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
+#include "tools/dicom-series.h"
 
 #include <math.h>
 #include <string.h>
@@ -16,6 +17,24 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, by UID or place in the list",
 		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0,
+		"print what is in the DICOM files or folders FILE, and write nothing",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
+		"DICOM of a tilted gantry: move the slices in their planes to a grid at right angles; keep "
+		"them, with a sheared affine; or refuse it",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+		"DICOM slices at uneven spacing: resample them along their normal; interpolate missing "
+		"slices too; or refuse both",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
+		"go on without DICOM files that are damaged or unreadable, and say which",
+		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
+		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
+		"it says; or others, which are kept as they are",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
 		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
 			CT_WORD_SPACE) ", with :be behind it if big-endian",
@@ -44,10 +63,9 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_ARG(struct convert, in, CT_READS, "IN",
-		"DICOM folder or file, NIfTI file, -, raw voxels, or .npy"),
-	CT_ARG(struct convert, out, CT_WRITES, "OUT",
-		"NIfTI to write: .nii, .nii.gz, or -; with --scanner .exr"),
+	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
+		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
+		"write, .nii, .nii.gz or -; with --scanner .exr"),
 	CT_OPT_END,
 };
 
@@ -78,13 +96,31 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 		v->n[1], v->n[2], mm[0], mm[1], mm[2], (double)lo, (double)hi);
 }
 
+static void warn_place(const struct ct_vol *v, const char *path, const struct ct_env *env)
+{
+	const char *code = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
+
+	if (code && strcmp(code, "0") == 0)
+		ct_log(env, CT_WARN,
+			"%s: neither sform nor qform: where the voxels lie is not known", path);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const struct convert *p = params;
+	struct convert own = *(const struct convert *)params;
+	const struct convert *p = &own;
 	struct ct_meta read = {0};
 	struct ct_vol v = {0};
 	int rc = -1;
 
+	if (p->inspect)
+		return convert_inspect(p, env, e);
+	if (env->json)
+		return ct_fail(e, CT_EUSAGE, "--json: needs --inspect");
+	if (p->files.n < 2)
+		return ct_fail(e, CT_EUSAGE, "missing OUT");
+	own.in = p->files.v[0];
+	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
 	if (check_name(p->out, e) || convert_read(p, &v, env, e))
@@ -93,7 +129,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_meta_copy(&read, &v.meta, e) ||
+	warn_place(&v, p->in, env);
+	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
@@ -101,7 +138,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = ct_nifti_write(p->out, &v, (enum ct_nifti_type)p->type, env, e);
+	rc = ct_nifti_write(
+		p->out, &v, (enum ct_nifti_type)p->type, p->tilt == CT_TILT_SHEAR, env, e);
 out:
 	ct_meta_free(&read);
 	ct_vol_free(&v);
@@ -112,7 +150,7 @@ int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
 		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
-		sizeof defaults, run, 0};
+		sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);
 }

@@ -7,7 +7,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "diffusion/prior.h"
-#include "resolution/upsample.h"
+#include "tools/ddnm-input.h"
 #include "tools/ddnm-picture.h"
 #include "tools/ddnm-state.h"
 #include "tools/ddnm-time.h"
@@ -35,7 +35,7 @@ enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 enum gradient { GRADIENTS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *prior, *arch, *init, *std, *travel;
+	const char *in, *out, *prior, *arch, *init, *base, *std, *travel;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
 	double eta, sigma_y, sigma_det, norm, guidance, rate;
 	bool final_consistency, resume;
@@ -54,9 +54,11 @@ static const struct params defaults = {.scale = 0,
 	.sigma_det = NAN,
 	.norm = 0};
 
-/* Samplers that draw noise anew or not, that ask a network, and that are fitted. */
+/* Samplers that draw noise anew or not, that ask a network, and that are fitted; and what is drawn
+ * as a whole, not as what projections lack. */
 #define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
 #define WITH_NETWORK CT_UNLESS_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_NONE))
+#define FROM_NOTHING CT_UNLESS(struct params, base)
 #define FITTED CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise, operators that may be one with a blur. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
@@ -79,9 +81,10 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, prior))),
 	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
-		CT_WHEN(CT_IF(struct params, prior))),
+		CT_WHEN(CT_IF(struct params, prior), FROM_NOTHING)),
 	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000,
-		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
+		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10, and with "
+		"--base-projections 10",
 		CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
@@ -94,10 +97,10 @@ static const struct ct_opt opts[] = {
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED), WITH_NETWORK)),
+		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED), WITH_NETWORK, FROM_NOTHING)),
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
 	CT_OPT(struct params, guidance, 0, "guidance", "X", 0, 1e9,
@@ -110,7 +113,12 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, gradient, 0, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
 	CT_INPUT(struct params, init, 'i', "init", "FILE",
-		"begin from these projections, of the geometry of OUT, instead of pure noise"),
+		"begin from these projections, of the geometry of OUT, instead of pure noise",
+		CT_WHEN(FROM_NOTHING)),
+	CT_INPUT(struct params, base, 'b', "base-projections", "STACK",
+		"projections of a refined CT, of the geometry of OUT: add what a prior that is "
+		"conditional on them expects them to lack (see DESCRIPTION)",
+		CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
 		CT_WHEN(CT_IF(struct params, init), WITH_NETWORK)),
@@ -123,12 +131,12 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, samples))),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
-		"of a prior with colours", CT_WHEN(WITH_NETWORK)),
+		"of a prior with colours", CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
@@ -138,87 +146,18 @@ static const struct ct_opt opts[] = {
 struct job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct ct_stack in, init, out, std;
+	struct ct_stack in, init, out, std; /* init: --init or --base-projections */
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
 	struct ct_superres s;
 	struct ct_resume resume;
 	struct ddnm_state state;
+	double missing, weight; /* with --base-projections */
 };
 
 static bool asks(const struct job *j)
 {
 	return j->p->sampler != CT_SAMPLER_NONE;
-}
-
-/* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
- * little less is assumed, since too much blur assumed costs more than too little; where no blur
- * is known, that of a quarter of a coarse voxel. */
-static int blur(double *sigma, const struct ct_stack *in, size_t scale, struct ct_err *e)
-{
-	const struct ct_view *w = &in->view[0];
-	const struct ct_meta *m = &in->meta;
-	const char *up = ct_meta_get(m, CT_META_UPSAMPLE);
-	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
-
-	*sigma = 0;
-	if (up && ct_words_find(CT_WORDS(CT_UPSAMPLE_LIST), up) >= CT_UPSAMPLE_DC)
-		return 0; /* the blur is undone */
-	*sigma = 0.8 * (double)scale / 4;
-	voxels[1] = voxels[2] = voxels[0];
-	if (ct_meta_numbers(m, CT_META_SIGMA, 3, voxels, e) < 0 ||
-		ct_meta_numbers(m, CT_META_SCAN_DSO, 1, &dso, e) < 0 ||
-		ct_meta_numbers(m, CT_META_SCAN_DSD, 1, &dsd, e) < 0)
-		return -1;
-	switch (ct_meta_numbers(m, CT_META_VOLUME_AFFINE, 12, a, e)) {
-	case 0: break;
-	case 1: return 0;
-	default: return -1;
-	}
-	mm = hypot(hypot(a[0], a[4]), a[8]);
-	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;
-	*sigma = 0.8 * (voxels[0] + voxels[1] + voxels[2]) / 3 * mm *
-		 (in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
-	return 0;
-}
-
-/* What the network sees as 1: `given`, or if that is 0 what suits the stack. */
-static int norm_of(double *norm, double given, const struct ct_stack *in, struct ct_err *e)
-{
-	const char *quantity = ct_meta_get(&in->meta, CT_META_QUANTITY);
-
-	if (quantity && strcmp(quantity, CT_QUANTITY_LINE_INTEGRAL) != 0 &&
-		strcmp(quantity, CT_QUANTITY_INTENSITY) != 0)
-		return ct_fail(
-			e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
-	*norm = given;
-	if (given > 0)
-		return 0;
-	if (ct_superres_norm(in, norm, e))
-		return -1;
-	if (quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0)
-		*norm = fmax(*norm, 1.0);
-	return 0;
-}
-
-/* By how much IN was coarsened: what it says; --scale where it says nothing. */
-static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-	double coarsen = p->scale ? p->scale : 4;
-	int known = ct_meta_numbers(&j->in.meta, CT_META_COARSEN, 1, &coarsen, e);
-
-	if (known < 0)
-		return ct_blame(e, p->in);
-	if (!(coarsen >= 2 && coarsen <= 64) || coarsen != floor(coarsen))
-		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", p->in,
-			CT_META_COARSEN, coarsen);
-	if (p->scale && p->scale != (int)coarsen)
-		return ct_fail(e, CT_EUSAGE,
-			"--scale %d contradicts %s, which was coarsened %g times", p->scale, p->in,
-			coarsen);
-	*scale = (size_t)coarsen;
-	return 0;
 }
 
 /* What a pixel of IN measures: what it says; --operator where it says nothing, or that it was a
@@ -243,6 +182,28 @@ static int operator_of(enum ct_measurement_kind *op, const struct job *j, struct
 	return 0;
 }
 
+/* What is missing is drawn by samplers that hold what they draw, from pure noise; without a
+ * deviation of the samples only what they expect first counts. */
+static int settle_base(struct job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+	static const char *const chain[] = {"steps", "eta", "travel"};
+
+	for (size_t i = 0; !p->std && i < sizeof chain / sizeof *chain; i++)
+		if (ct_modes_given(j->env->given, chain[i]))
+			return ct_fail(e, CT_EUSAGE, "--%s: with --base-projections it needs --std",
+				chain[i]);
+	if (!ct_modes_given(j->env->given, "sampler")) {
+		j->s.how = ct_sampler_default(CT_SAMPLER_DDNM);
+		j->s.how.eta = 0;
+	} else if (!ct_residual_draws(j->s.how.rule))
+		return ct_fail(e, CT_EUSAGE, "--sampler %s: not with --base-projections",
+			CT_WORD(CT_SAMPLER_LIST, j->s.how.rule));
+	j->s.start = CT_TIMESTEPS - 1;
+	j->s.steps = !p->std ? 1 : p->steps ? (size_t)p->steps : 10;
+	return 0;
+}
+
 static int settle(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
@@ -250,7 +211,7 @@ static int settle(struct job *j, struct ct_err *e)
 	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
 	size_t scale = 0;
 
-	if (scale_of(&scale, j, e) || operator_of(&op, j, e))
+	if (ddnm_input_scale(&scale, p->scale, &j->in, p->in, e) || operator_of(&op, j, e))
 		return -1;
 	now.op = FIRST_OPERATOR + (int)op;
 	if (ct_modes_check(j->env->given, &now, e))
@@ -258,8 +219,11 @@ static int settle(struct job *j, struct ct_err *e)
 	j->s = ct_superres_default(scale);
 	j->s.how = ct_sampler_default((enum ct_sampler_rule)p->sampler);
 	j->s.steps = p->steps ? (size_t)p->steps : ct_sampler_steps(j->s.how.rule);
+	if (p->base && settle_base(j, e))
+		return -1;
 	j->s.samples = (size_t)p->samples;
-	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
+	if (!p->base)
+		j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
 	j->s.how.guidance = p->guidance;
 	j->s.how.iterations = (size_t)p->iterations;
 	j->s.how.rate = p->rate;
@@ -273,7 +237,8 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.how.sigma_y = p->sigma_y;
 	if (!isnan(p->sigma_det))
 		j->s.sigma_det = p->sigma_det;
-	else if (j->s.op == CT_MEASUREMENT_MATCHED && blur(&j->s.sigma_det, &j->in, scale, e))
+	else if (j->s.op == CT_MEASUREMENT_MATCHED &&
+		 ddnm_input_blur(&j->s.sigma_det, &j->in, scale, e))
 		return ct_blame(e, p->in);
 	if (p->travel) {
 		double v[2];
@@ -285,7 +250,7 @@ static int settle(struct job *j, struct ct_err *e)
 		j->s.travel_length = (size_t)v[0];
 		j->s.travel_repeat = (size_t)v[1];
 	}
-	if (asks(j) && norm_of(&j->s.norm, p->norm, &j->in, e))
+	if (asks(j) && !p->base && ddnm_input_norm(&j->s.norm, p->norm, &j->in, e))
 		return ct_blame(e, p->in);
 	return 0;
 }
@@ -293,6 +258,7 @@ static int settle(struct job *j, struct ct_err *e)
 static int read_inputs(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
+	const char *start = p->base ? p->base : p->init;
 
 	if (ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e))
 		return -1;
@@ -301,12 +267,12 @@ static int read_inputs(struct job *j, struct ct_err *e)
 	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
 		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
 		return -1;
-	if (!p->init)
+	if (!start)
 		return 0;
-	if (ct_stack_read(p->init, &j->init, e))
+	if (ct_stack_read(start, &j->init, e))
 		return -1;
 	if (ct_stack_check_finite(&j->init, e) || ct_stack_same(&j->init, &j->out, e))
-		return ct_blame(e, p->init);
+		return ct_blame(e, start);
 	return 0;
 }
 
@@ -321,6 +287,22 @@ static int classify(struct job *j, struct ct_err *e)
 		 : 0;
 }
 
+/* The prior is of the kind that the options want, and of IN. */
+static int suits(const struct job *j, struct ct_err *e)
+{
+	const size_t factor = j->prior.residual.factor;
+
+	if (factor && !j->p->base)
+		return ct_fail(
+			e, CT_EUSAGE, "is conditional: --base-projections states what it adds to");
+	if (j->p->base && !factor)
+		return ct_fail(e, CT_EUSAGE, "is not conditional, as --base-projections wants it");
+	return factor && factor != j->s.scale
+		       ? ct_fail(e, CT_EUSAGE, "knows scans %zu times coarser, %s is %zu times",
+				 factor, j->p->in, j->s.scale)
+		       : 0;
+}
+
 static int read_prior(struct job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
@@ -331,11 +313,12 @@ static int read_prior(struct job *j, struct ct_err *e)
 	if (!asks(j))
 		return 0;
 	if (prior_arch_parse(&arch, j->p->arch, e) ||
-		prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) ||
+		prior_file_find(
+			&path, j->p->prior, j->p->base ? PRIOR_RESIDUAL : PRIOR_PICTURES, e) ||
 		ct_tensors_read(path, &w, e))
 		goto out;
 	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
-		ct_meta_copy(&j->prior_meta, &w.meta, e) || classify(j, e))
+		ct_meta_copy(&j->prior_meta, &w.meta, e) || suits(j, e) || classify(j, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
 		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
@@ -366,7 +349,7 @@ static int estimate(struct job *j, struct ct_err *e)
 	double once, slope, views = (double)j->in.views, chain;
 
 	cost.state = cost.disk;
-	cost.memory = cost.disk * (j->p->init ? 2 : 1);
+	cost.memory = cost.disk * (j->init.data ? 2 : 1);
 	if (ct_superres_calls(&j->s, &calls, &gradients, e))
 		return -1;
 	if (!asks(j)) {
@@ -398,13 +381,14 @@ static int write_outputs(struct job *j, struct ct_err *e)
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if (asks(j) &&
-		(ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-			ct_meta_set(
-				m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
-			ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed)))
+	if (j->p->base ? ct_meta_setf(m, e, CT_META_MISSING, "%.6g", j->missing)
+		       : asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+					    ct_meta_set(m, CT_META_OPERATOR,
+						    CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e)))
 		return -1;
-	if (ct_meta_step(m, j->env, j->p->init ? 3 : 2, in, e) ||
+	if ((asks(j) &&
+		    ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed)) ||
+		ct_meta_step(m, j->env, j->init.data ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
 				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
 					      CT_QUANTITY_DEVIATION, e) ||
@@ -420,6 +404,8 @@ static int name_run(struct job *j, struct ct_err *e)
 			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
 			       ct_resume_input(&j->resume, "--init",
 				       j->p->init ? &j->init.meta : NULL, e) ||
+			       ct_resume_input(&j->resume, "--base-projections",
+				       j->p->base ? &j->init.meta : NULL, e) ||
 			       ct_resume_value(&j->resume, e, "--std", "%s",
 				       j->p->std ? "given" : "not given")
 		       ? -1
@@ -437,13 +423,30 @@ static int sample(struct job *j, struct ct_err *e)
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);
-	rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
-		j->p->std ? &j->std : NULL, j->state.done, j->env, e);
+	if (j->p->base)
+		rc = ct_residual_draw(&j->prior.residual, j->weight, &j->s, &net, &j->init, &j->out,
+			j->p->std ? &j->std : NULL, j->state.done, j->env, e);
+	else
+		rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
+			j->p->std ? &j->std : NULL, j->state.done, j->env, e);
 	if (rc)
 		return -1;
 	if (write_outputs(j, e))
 		return ddnm_state_rescue(&j->state, e);
 	ct_resume_done(&j->resume);
+	return 0;
+}
+
+/* What is missing, and the weight of what is expected of it. */
+static int weigh(struct job *j, struct ct_err *e)
+{
+	const struct ct_residual *r = &j->prior.residual;
+	bool aliases;
+
+	if (ct_residual_missing(&j->missing, r, &j->init, e) ||
+		ddnm_input_aliases(&aliases, &j->init, e))
+		return ct_blame(e, j->p->base);
+	j->weight = aliases ? r->aliased : r->sampled;
 	return 0;
 }
 
@@ -455,7 +458,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
-	if (asks(&j))
+	if (j.p->base) {
+		if (weigh(&j, e))
+			goto out;
+		ct_log(env, CT_INFO, "%zu views of %zux%zu lack %g RMS, weight %g", j.out.views,
+			j.out.w, j.out.h, j.missing, j.weight);
+	} else if (asks(&j))
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
 			j.out.views, j.out.w, j.out.h, j.s.norm,
 			j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);

@@ -4,6 +4,7 @@
 #include "cli/modes.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "resolution/degrade.h"
 
 #include <math.h>
@@ -129,7 +130,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0};
 	int rc = -1;
 
-	if (operator_of(&d, p, env->given, e) || ct_vol_read(p->in, &in, e))
+	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);
@@ -160,7 +161,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED,
+	.flags = CT_SEEDED | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

@@ -3,15 +3,19 @@
 #include "cli/cli.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
+#ifdef HAVE_VTK
+#include "tools/dicom-inspect.h"
+#endif
 #include "tools/report.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 struct params {
 	struct ct_list files;
-	const char *factor;
+	const char *factor, *series;
 	bool estimate;
 };
 
@@ -19,7 +23,9 @@ static const struct params defaults = {.factor = "4"};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, CT_READS, "FILE",
-		"NIfTI, EXR, PLY, safetensors or PyTorch, or -"),
+		"NIfTI, EXR, PLY, safetensors or PyTorch, a DICOM folder, or -"),
+	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
+		"of a DICOM folder: the series that decides the exit status"),
 	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
 		"measure the blur and the noise of each CT from the image"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
@@ -41,6 +47,15 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	return report_estimate(o, &s, &a->vol, e);
 }
 
+#ifdef HAVE_VTK
+static bool is_folder(const char *path)
+{
+	struct stat st;
+
+	return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
+}
+#endif
+
 static int report(const struct params *p, const char *path, bool first, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -53,6 +68,15 @@ static int report(const struct params *p, const char *path, bool first, const st
 	for (int k = 0; k < 3; k++)
 		if (!(factor[k] >= 1 && factor[k] <= 1024))
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
+#ifdef HAVE_VTK
+	if (is_folder(path)) {
+		const struct series_rule rule = {.which = p->series};
+
+		if (!first && !env->json)
+			putchar('\n');
+		return inspect_print(&path, 1, &rule, env, e);
+	}
+#endif
 	if (ct_any_read(path, &a, e) == 0)
 		o = report_make(&a, path, env->verbose > 0, e);
 	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {

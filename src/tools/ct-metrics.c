@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "tools/metrics-report.h"
 
 #include <math.h>
@@ -169,6 +170,12 @@ static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
 	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
 		return ct_fail(e, CT_EINPUT, "%s holds %.40s, but %s %.40s", p->test, t, p->ref,
 			r ? r : CT_QUANTITY_HU);
+	if (!p->window && !(p->range > 0)) {
+		if (ct_units_check(ref, "--range or --window", e))
+			return ct_blame(e, p->ref);
+		if (ct_units_check(test, "--range or --window", e))
+			return ct_blame(e, p->test);
+	}
 	return 0;
 }
 

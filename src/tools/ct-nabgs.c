@@ -323,7 +323,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED | CT_REPORTS | CT_LONG,
+	.flags = CT_SEEDED | CT_REPORTS | CT_LONG | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

@@ -3,6 +3,7 @@
 #include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "xray/window.h"
 #include "core/mem.h"
 #include "tools/project-views.h"
@@ -222,7 +223,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (ct_vol_read(p->in, &in, e))
 		goto out;
-	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e)) {
+	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e) ||
+		(p->quantity == BY_FILE && ct_units_check(&in, "--quantity", e))) {
 		ct_blame(e, p->in);
 		goto out;
 	}

@@ -3,9 +3,12 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/keep.h"
+#include "cli/memory.h"
 #include "core/clock.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "resolution/crop.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
@@ -19,13 +22,13 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *std, *start, *prior, *axes;
-	double weight, doubt, gate, cap, tolerance;
+	const char *out, *std, *start, *prior, *axes, *weight, *memory;
+	double doubt, gate, cap, tolerance;
 };
 
 static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)NAN},
 	.axes = "xyz",
-	.weight = 1,
+	.weight = "auto",
 	.tolerance = 0.1,
 	.doubt = (double)NAN,
 	.gate = (double)NAN,
@@ -47,32 +50,37 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_UNLESS(struct params, start))),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"prior of slices, safetensors; by default slices.safetensors where it is installed"),
-	CT_OPT(struct params, weight, 'w', "weight", "W", 0, 10,
-		"take W times what the prior expects"),
+	CT_OPT(struct params, weight, 'w', "weight", "W|auto", 0, 0,
+		"take W times what the prior expects, from 0 to 10, and all of it with the same trust; "
+		"auto: once, with the caution of --doubt, --gate and --cap, and nothing of thick slices "
+		"(one axis refined) that are well sampled"),
 	CT_OPT(struct params, doubt, 0, "doubt", "X", 0, 1000,
 		"take less of it where slices across different axes do not agree, X times as much; "
-		"0.8 by default, and 0 where the operator aliases or IN has noise"),
+		"1.2 by default, and 0 where the operator aliases or IN has noise, and with a weight"),
 	CT_OPT(struct params, gate, 0, "gate", "HU", 0, 1e6,
 		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
-		"the operator aliases or IN has noise"),
+		"the operator aliases or IN has noise, and with a weight"),
 	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
 		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 250 by default, "
-		"and none where the operator aliases"),
+		"and none where the operator aliases, and with a weight"),
 	CT_OPT(struct params, axes, 'a', "axes", "xyz", 0, 0,
 		"look at the slices across these axes"),
 	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
-		"measure the blur of IN on its edges, if it does not say it",
+		"measure the blur of IN on its edges, and its noise, if it does not say them",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, lr.noise, 0, "noise", "HU", 0, 1e6,
 		"standard deviation of the noise of IN, if IN does not say, up to which OUT may "
 		"depart from it (0)"),
+	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
+
+#define PRIOR 67108864.0 /* bytes, of its nets and what looks through them */
 
 struct job {
 	const struct params *p;
@@ -118,27 +126,66 @@ out:
 	return rc;
 }
 
+/* What an option says, or else the default where there is caution. */
+static double caution(double said, bool careful, double usual)
+{
+	return !isnan(said) ? said : careful ? usual : 0;
+}
+
+/* The weight, and whether there is caution by default. */
+static int parse_weight(double *weight, bool *careful, const char *text, struct ct_err *e)
+{
+	*weight = 1;
+	*careful = strcmp(text, "auto") == 0;
+	if (*careful)
+		return 0;
+	if (ct_cli_numbers("weight", text, ',', 1, false, weight, e))
+		return -1;
+	return *weight >= 0 && *weight <= 10
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE, "--weight: %g is outside [0, 10]", *weight);
+}
+
+/* The slabs, of memory that is enough. */
+static int settle_memory(struct job *j, struct ct_err *e)
+{
+	size_t n[3], bytes;
+
+	if (!j->p->memory)
+		return 0;
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
+	if (ct_memory_bytes(&bytes, j->p->memory, e) ||
+		ct_memory_check(j->p->memory, n, PRIOR, j->env, e))
+		return -1;
+	j->rule.slab = ct_restore_slab(&j->prior, &j->is.by, n, (double)bytes / 4);
+	return 0;
+}
+
+/* The solver alone will do. */
+static int leave(struct job *j, const char *why, const char *option, struct ct_err *e)
+{
+	if (j->p->start || j->p->std)
+		return ct_fail(e, CT_EINPUT, "%s: %s: %s", j->p->lr.in, why, option);
+	ct_log(j->env, CT_WARN, "%s: %s: nothing is added", j->p->lr.in, why);
+	j->alone = true;
+	return 0;
+}
+
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
 	double aliasing = 0;
-	bool aliases;
+	bool aliases, careful;
+	int coarse = 0;
 
 	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	if (!j->is.known && (j->p->start || j->p->std))
-		return ct_fail(e, CT_EINPUT,
-			"%s: its edges do not tell how it was reduced: --sigma", j->p->lr.in);
-	j->alone = !j->is.known;
-	if (j->alone) {
-		ct_log(j->env, CT_WARN,
-			"%s: its edges do not tell how it was reduced: nothing is added",
-			j->p->lr.in);
-		return 0;
-	}
+	if (!j->is.known)
+		return leave(j, "its edges do not tell how it was reduced", "--sigma", e);
 	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
 		return ct_fail(e, CT_EGEOM, "%s: the prior knows no factors %g,%g,%g", j->p->lr.in,
 			j->is.by.factor[0], j->is.by.factor[1], j->is.by.factor[2]);
@@ -150,14 +197,19 @@ static int settle(struct job *j, struct ct_err *e)
 				ct_degrade_cover(j->in.n[a], j->is.by.factor[a]), a, e))
 			return -1;
 		aliasing = fmax(aliasing, share);
+		coarse += j->is.by.factor[a] > 1;
 	}
 	j->rule.by = j->is.by;
 	j->rule.noise = j->is.noise;
-	j->rule.weight = j->p->weight;
+	if (parse_weight(&j->rule.weight, &careful, j->p->weight, e) || settle_memory(j, e))
+		return -1;
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
-	j->rule.doubt = !isnan(j->p->doubt) ? j->p->doubt : aliases || j->is.noise > 0 ? 0 : 0.8;
-	j->rule.gate = !isnan(j->p->gate) ? j->p->gate : aliases || j->is.noise > 0 ? 0 : 15;
-	j->rule.cap = !isnan(j->p->cap) ? j->p->cap : aliases ? 0 : 250;
+	if (coarse == 1 && !aliases && careful)
+		return leave(j, "thick slices that are well sampled lack little", "--weight", e);
+	careful = careful && !aliases;
+	j->rule.doubt = caution(j->p->doubt, careful && j->is.noise == 0, 1.2);
+	j->rule.gate = caution(j->p->gate, careful && j->is.noise == 0, 15);
+	j->rule.cap = caution(j->p->cap, careful, 250);
 	return parse_axes(j->rule.axes, j->p->axes, e);
 }
 
@@ -180,7 +232,7 @@ static int begin(struct job *j, struct ct_err *e)
 {
 	if (!j->p->start)
 		return refine(j, e);
-	if (ct_vol_read(j->p->start, &j->out, e))
+	if (ct_vol_read_hu(j->p->start, &j->out, e))
 		return -1;
 	j->start = j->out.meta;
 	j->out.meta = (struct ct_meta){0};
@@ -214,7 +266,7 @@ static int expect(struct job *j, struct ct_err *e)
 	if (refine(j, e) == 0 && (j->alone || ct_restore(&j->out, NULL, &j->in, &j->prior, &j->rule,
 						      &did, j->env, e) == 0)) {
 		cost.seconds = (ct_clock_wall() - start) * part;
-		cost.memory = 4 * fine * 9; /* of htv, the most */
+		ct_memory_cost(&cost.memory, &cost.state, 4 * fine * 9, j->p->memory); /* of htv */
 		cost.disk = 4 * fine;
 		snprintf(cost.work, sizeof cost.work, "slices of %.0f voxels", fine);
 		rc = ct_cost_print(&cost, j->env, e);
@@ -254,8 +306,10 @@ static int work(struct job *j, struct ct_err *e)
 {
 	if (begin(j, e) || (!j->alone && add(j, e)))
 		return -1;
-	if (ct_degrade_put(&j->out.meta, &j->is.by, e) || ct_check_stop(j->env, e) ||
-		tell(j, &j->out.meta, e))
+	if (ct_degrade_put(&j->out.meta, &j->is.by, e) ||
+		(j->is.noise > 0 &&
+			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
+		ct_check_stop(j->env, e) || tell(j, &j->out.meta, e))
 		return -1;
 	if (j->p->std) {
 		memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);
@@ -271,7 +325,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (read_prior(&j, e) || ct_vol_read(j.p->lr.in, &j.in, e))
+	if (ct_memory_open(j.p->memory, j.p->out, e) || read_prior(&j, e) ||
+		ct_vol_read_hu(j.p->lr.in, &j.in, e))
 		goto out;
 	if (ct_vol_check_finite(&j.in, e)) {
 		ct_blame(e, j.p->lr.in);
@@ -287,6 +342,7 @@ out:
 	ct_vol_free(&j.in);
 	ct_vol_free(&j.out);
 	ct_vol_free(&j.std);
+	ct_room_close();
 	return rc;
 }
 
@@ -297,7 +353,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_LONG,
+	.flags = CT_LONG | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

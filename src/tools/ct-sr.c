@@ -2,8 +2,10 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/cli.h"
+#include "diffusion/residual.h"
 #include "formats/format.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
+#include "formats/units.h"
 #include "formats/io.h"
 #include "restore/restore.h"
 #include "tools/prior-file.h"
@@ -22,9 +24,9 @@
 enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What a level of quality means for every step. Without views there are no projections: with the
- * shipped prior of them that is the most accurate (README). */
+ * shipped prior of them that is as accurate (README). */
 struct preset {
-	int views, steps, t_start, samples, iterations, gaussians;
+	int views, samples, iterations, gaussians;
 	double sampling;  /* detector pixels a voxel; 0 the published 1 */
 	double tolerance; /* of ct-upsample, HU */
 };
@@ -32,12 +34,13 @@ struct preset {
 static const struct preset presets[] = {
 	[DRAFT] = {.tolerance = 1},
 	[FAST] = {.tolerance = 0.1},
-	[BALANCED] = {64, 2, 20, 2, 1500, 50000, 1.375, 0.1},
-	[BEST] = {100, 4, 20, 4, 5000, 100000, 1.5, 0.02},
+	[BALANCED] = {64, 2, 1500, 50000, 1.375, 0.1},
+	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02},
 };
-static const struct preset paper = {100, 50, 0, 1, 5000, 50000, 0, 0};
+static const struct preset paper = {100, 1, 5000, 50000, 0, 0};
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
+#define PAPER_STEPS 50
 /* The release gives one for each factor that it was made for. */
 static double release_sigma_y(int scale)
 {
@@ -45,23 +48,25 @@ static double release_sigma_y(int scale)
 }
 
 struct params {
-	const char *in, *out, *keep, *prior, *slices, *arch, *window;
+	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series;
 	int scale, label, quality, views, iterations, gaussians;
 	bool paper, release, resume, dry_run;
 };
 
 static const struct params defaults = {.scale = 4, .label = -1, .quality = FAST};
 
+/* What has another prior than one of what projections lack. */
+#define PUBLISHED CT_IF(struct params, paper), CT_IF(struct params, release)
 /* What goes by way of projections. */
-#define PROJECTS                                                                                   \
-	CT_IF_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                       \
-		CT_IF(struct params, paper), CT_IF(struct params, release)
+#define PROJECTS CT_IF_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)), PUBLISHED
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
+	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
+		"take this series of a DICOM folder, as ct-convert does"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
 		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
@@ -85,14 +90,15 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_UNLESS_WORD(struct params, quality, CT_BIT(DRAFT)),
 			CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
 	CT_INPUT(struct params, prior, 0, "prior", "FILE",
-		"diffusion prior of projections; the one that is installed if not given",
+		"diffusion prior of projections, or with --quality of what projections lack; the "
+		"one that is installed if not given",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, arch, 0, "arch", "KEY=VALUE,...", 0, 0,
 		"what that prior is, where its file does not say it, as ct-ddnm takes it",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
-		CT_WHEN(PROJECTS)),
+		CT_WHEN(PUBLISHED)),
 	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
 		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
 		")",
@@ -152,9 +158,35 @@ out:
 	return rc;
 }
 
+/* NULL in f->prior if what projections lack is not known of the factor: there are none then. */
+static int know_lack(
+	struct files *f, const struct params *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_residual prior;
+	struct ct_tensors w = {0};
+	int rc = ct_tensors_read(f->prior, &w, e);
+
+	if (rc == 0) {
+		rc = ct_residual_get(&prior, &w.meta, e);
+		if (rc > 0)
+			ct_fail(e, CT_EUSAGE, "is not conditional, as --quality %s wants it",
+				CT_WORD(QUALITIES, p->quality));
+		if (rc)
+			rc = ct_blame(e, f->prior);
+	}
+	ct_tensors_free(&w);
+	if (rc || prior.factor == (size_t)p->scale)
+		return rc;
+	ct_log(env, CT_WARN, "%s knows scans %zu times coarser, not %d: there are no projections",
+		f->prior, prior.factor, p->scale);
+	free(f->prior);
+	f->prior = NULL;
+	return 0;
+}
+
 /* Those of the user; a prior is named only if something is left to it. */
-static int name_given(struct files *f, const struct params *p, bool prior, const struct ct_env *env,
-	struct ct_err *e)
+static int name_given(struct files *f, const struct params *p, bool projects,
+	const struct ct_env *env, struct ct_err *e)
 {
 	f->in = plain(p->in);
 	f->out = plain(p->out);
@@ -164,7 +196,13 @@ static int name_given(struct files *f, const struct params *p, bool prior, const
 	if (p->quality != DRAFT && !published(p) &&
 		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) || know(f, p, env, e)))
 		return -1;
-	return prior ? prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e) : 0;
+	if (!projects)
+		return 0;
+	if (published(p))
+		return prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e);
+	return prior_file_find(&f->prior, p->prior, PRIOR_RESIDUAL, e) || know_lack(f, p, env, e)
+		       ? -1
+		       : 0;
 }
 
 /* Those between the steps. */
@@ -263,16 +301,12 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 		(p->arch && ct_chain_word(c, e, "--arch=%s", p->arch)) ||
 		(p->label >= 0 && ct_chain_word(c, e, "--class=%d", p->label)))
 		return -1;
-	if (published(p)
-			? ct_chain_word(c, e, "-x%d", p->scale) ||
-				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
-				  ct_chain_word(c, e, "--sigma-y=%g",
-					  p->paper ? PAPER_SIGMA_Y : release_sigma_y(p->scale))
-			: ct_chain_word(c, e, "--sampler=ddnm") || ct_chain_word(c, e, "--eta=0") ||
-				  ct_chain_word(c, e, "--steps=%d", q->steps) ||
-				  ct_chain_word(c, e, "--init=%s", f->up_proj) ||
-				  ct_chain_word(c, e, "--t-start=%d", q->t_start) ||
-				  ct_chain_word(c, e, "--samples=%d", q->samples))
+	if (published(p) ? ct_chain_word(c, e, "-x%d", p->scale) ||
+				   ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
+				   ct_chain_word(c, e, "--sigma-y=%g",
+					   p->paper ? PAPER_SIGMA_Y : release_sigma_y(p->scale))
+			 : ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
+				   ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
@@ -304,9 +338,13 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_source(c, f->slices);
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
 		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
-			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())))
+			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())) ||
+		(ct_units_said() != CT_UNITS_AUTO &&
+			ct_chain_word(
+				c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, ct_units_said()))) ||
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
 		return -1;
-	if (q.views == 0)
+	if (!f->prior)
 		return add_refine(c, p, &q, f, f->out, e);
 	if (add_refine(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
 		add_ddnm(c, p, &q, f, seed, e))
@@ -361,7 +399,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED,
+	.flags = CT_SEEDED | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

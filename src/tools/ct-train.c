@@ -35,7 +35,11 @@ static const struct ct_opt opts[] = {
 		"train a prior of the slices of CTs, for ct-restore, not one of pictures"),
 	CT_OPT(struct train_params, factor, 'x', "factor", "S", 2, 8,
 		"for scans whose coarse voxels are S fine ones",
-		CT_WHEN(CT_IF(struct train_params, slices))),
+		CT_WHEN(CT_IF(struct train_params, slices), CT_IF(struct train_params, base))),
+	CT_INPUT(struct train_params, base, 0, "base", "FOLDER",
+		"train a prior of what projections of refined CTs lack: DATA are projections of "
+		"the truth, and beside each is one of the same name in FOLDER",
+		CT_WHEN(CT_UNLESS(struct train_params, slices))),
 	CT_OPT(struct train_params, thick, 0, "thick", NULL, 0, 0,
 		"for thick slices: coarse along one axis only, any in training",
 		CT_WHEN(CT_IF(struct train_params, slices))),
@@ -75,7 +79,8 @@ static const struct ct_opt opts[] = {
 		"train on pieces of N x N pixels, or patches of slices; by default 64, and three cells of slices"),
 	CT_OPT(struct train_params, scales, 0, "scales", "A,B,...", 0, 0,
 		"cut pieces from pictures reduced A, B, ... times, at random",
-		CT_WHEN(CT_UNLESS(struct train_params, slices))),
+		CT_WHEN(CT_UNLESS(struct train_params, slices),
+			CT_UNLESS(struct train_params, base))),
 	CT_OPT(struct train_params, no_flip, 0, "no-flip", NULL, 0, 0,
 		"do not mirror left-right at random",
 		CT_WHEN(CT_UNLESS(struct train_params, slices))),
@@ -109,6 +114,11 @@ static const struct ct_opt opts[] = {
 		"every N steps", CT_WHEN(CT_IF(struct train_params, validate))),
 	CT_OPT_IDLE(struct train_params, validate_pieces, 0, "validate-pieces", "N", 1, 65536,
 		"on N pieces", CT_WHEN(CT_IF(struct train_params, validate))),
+	CT_OPT_IDLE(struct train_params, patience, 0, "patience", "N", 0, 1e6,
+		"write the weights of the least loss there, and stop when N times in a row it was no "
+		"less; 0: write the last, and do not",
+		CT_WHEN(CT_IF(struct train_params, validate),
+			CT_UNLESS(struct train_params, base))),
 	CT_OPT_IDLE(struct train_params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_IDLE(struct train_params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
@@ -143,6 +153,8 @@ out:
 		ct_meta_free(&data.input[i]);
 	free(data.input);
 	ct_meta_free(&data.with);
+	ct_meta_free(&data.held);
+	ct_meta_free(&data.base);
 	ct_resume_close(&resume);
 	return rc;
 }

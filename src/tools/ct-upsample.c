@@ -3,10 +3,13 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/keep.h"
+#include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/clock.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "resolution/upsample.h"
 #include "resolution/crop.h"
 #include "tools/lib/lowres.h"
@@ -17,7 +20,7 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *start;
+	const char *out, *start, *memory;
 	int method, iterations;
 	double tolerance;
 };
@@ -46,7 +49,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
-		"OUT says what was assumed",
+		"and its noise, if neither it nor --noise says it; OUT says what was assumed",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
@@ -64,6 +67,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"tv and htv stop when an iteration moves the volume by less than this, RMS",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
+	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -104,7 +108,7 @@ static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 }
 
 /* Refine the middle of IN, and say what all of it will take. */
-static int expect(const struct ct_vol *in, const struct ct_upsample_rule *rule,
+static int expect(const struct ct_vol *in, const struct ct_upsample_rule *rule, const char *memory,
 	const struct ct_env *env, struct ct_err *e)
 {
 	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
@@ -138,9 +142,8 @@ static int expect(const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	seconds = (ct_clock_wall() - begin) * part;
 	if (did.iterations)
 		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
-	cost = (struct ct_cost){.seconds = seconds,
-		.memory = 4 * fine * fmax(volumes[did.method], 2),
-		.disk = 4 * fine};
+	cost = (struct ct_cost){.seconds = seconds, .disk = 4 * fine};
+	ct_memory_cost(&cost.memory, &cost.state, 4 * fine * fmax(volumes[did.method], 2), memory);
 	snprintf(cost.work, sizeof cost.work, "%s of %.0f voxels", ct_upsample_name(did.method),
 		fine);
 	rc = ct_cost_print(&cost, env, e);
@@ -153,15 +156,25 @@ out:
 static int read_inputs(
 	struct ct_vol *in, struct ct_vol *start, const struct params *p, struct ct_err *e)
 {
-	if (ct_vol_read(p->lr.in, in, e))
+	if (ct_vol_read_hu(p->lr.in, in, e))
 		return -1;
 	if (ct_vol_check_finite(in, e))
 		return ct_blame(e, p->lr.in);
 	if (!p->start)
 		return 0;
-	if (ct_vol_read(p->start, start, e))
+	if (ct_vol_read_hu(p->start, start, e))
 		return -1;
 	return ct_vol_check_finite(start, e) ? ct_blame(e, p->start) : 0;
+}
+
+static int enough(const struct params *p, const struct ct_vol *in,
+	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
+{
+	size_t n[3];
+
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
+	return ct_memory_check(p->memory, n, 0, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -173,11 +186,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	double begin;
 	int rc = -1;
 
-	if (read_inputs(&in, &start, p, e) || rule_of(&rule, p, &in, env, e))
+	if (ct_memory_open(p->memory, p->out, e) || read_inputs(&in, &start, p, e) ||
+		rule_of(&rule, p, &in, env, e) || enough(p, &in, &rule, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	begin = ct_clock_wall();
-	if (env->dry_run ? expect(&in, &rule, env, e)
+	if (env->dry_run ? expect(&in, &rule, p->memory, env, e)
 			 : ct_upsample(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->lr.in);
 		goto out;
@@ -192,6 +206,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	report(env, &did);
 	if ((rule.known || p->lr.estimate) && ct_degrade_put(&out.meta, &rule.by, e))
 		goto out;
+	if (did.iterations && rule.noise > 0 &&
+		ct_meta_setf(&out.meta, e, CT_META_NOISE, "%.9g", rule.noise))
+		goto out;
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out.meta, env, 2,
 			(const struct ct_meta *const[]){&in.meta, p->start ? &start.meta : NULL},
@@ -202,6 +219,7 @@ out:
 	ct_vol_free(&start);
 	ct_vol_free(&in);
 	ct_vol_free(&out);
+	ct_room_close();
 	return rc;
 }
 
@@ -212,7 +230,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_LONG,
+	.flags = CT_LONG | CT_IN_HU,
 };
 
 int main(int argc, char **argv)

@@ -141,7 +141,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct sheet s = {0};
 	double window[2], error[2];
 	const char *out;
-	size_t n = 0;
+	size_t n;
 	int rc = -1;
 
 	if (operands(p, &n, &out, e) || rule_of(&rule, window, error, p, e) ||

@@ -110,7 +110,7 @@ static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct
 		return -1;
 	r = seen_radius(scan, x, &mm);
 	n = ceil(2 * r / mm);
-	if (!(r > 0 && mm > 0 && n >= 1 && n <= 1 << 20))
+	if (!(n >= 1 && n <= 1 << 20))
 		return ct_fail(e, CT_EGEOM,
 			"the views do not say how large the object is: name a volume with --grid");
 	for (int a = 0; a < 3; a++) {

@@ -37,13 +37,10 @@ static int back_project(struct ct_vol *out, const struct ct_stack *in, const str
 		return -1;
 	warn(&f, env);
 	ct_log(env, CT_INFO, "filter to %.3g of the Nyquist frequency", f.cutoff);
-	for (size_t k = 0; k < in->views; k += f.block) {
-		size_t left = in->views - k;
-
+	for (size_t k = 0; k < in->views; k = ct_fdk_add(&f, k, out->data, env->par)) {
 		ct_progress(env, "views", k, in->views);
 		if (ct_check_stop(env, e))
 			goto out;
-		ct_fdk_views(&f, k, left < f.block ? left : f.block, out->data, env->par);
 	}
 	ct_progress(env, "views", in->views, in->views);
 	rc = 0;

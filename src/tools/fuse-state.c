@@ -9,20 +9,28 @@
 
 #define RESULT "residual"
 
-enum { SCALARS = 8, COUNTS = 3, VOLUMES = 3 };
+enum { SCALARS = 13, COUNTS = 4, VOLUMES = 4 };
 
 static double *scalar(struct ct_joint_at *a, size_t k)
 {
 	double *const s[SCALARS] = {&a->fista.norm, &a->first, &a->mu, &a->fista.momentum,
-		&a->fista.misfit, &a->best, &a->chosen, &a->trust};
+		&a->fista.misfit, &a->best, &a->chosen, &a->trust, &a->fista.next, &a->total[0],
+		&a->total[1], &a->total[2], &a->total[3]};
 
 	return s[k];
 }
 
+/* What a state holds of the volumes: x alone when it is done, and what x is to be near to if that
+ * is being looked for. */
+static size_t volumes(const struct ct_joint_at *at)
+{
+	return at->phase == CT_JOINT_DONE ? 1 : at->fista.next > 0 ? VOLUMES : VOLUMES - 1;
+}
+
 static float *volume(const struct ct_joint *j, size_t k, const char **name, size_t *count)
 {
-	static const char *const names[VOLUMES] = {"x", "ahead", "dual"};
-	float *const at[VOLUMES] = {j->x, j->ahead, j->dual};
+	static const char *const names[VOLUMES] = {"x", "ahead", "dual", "to"};
+	float *const at[VOLUMES] = {j->x, j->ahead, j->dual, j->g};
 
 	*name = names[k];
 	*count = k == 2 ? CT_TV_DUAL * j->n : j->n;
@@ -34,7 +42,8 @@ static int pack_at(struct ct_tensors *t, const struct ct_joint *j, struct ct_err
 	struct ct_joint_at at = j->at;
 	char key[24];
 
-	if (ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d", at.phase, at.done, (int)at.trusted))
+	if (ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d %zu", at.phase, at.done,
+		    (int)at.trusted, at.sweeps))
 		return -1;
 	for (size_t k = 0; k < SCALARS; k++) {
 		snprintf(key, sizeof key, "scalar.%zu", k);
@@ -58,7 +67,7 @@ static int pack(struct ct_tensors *t, const void *joint, struct ct_err *e)
 {
 	const struct ct_joint *j = joint;
 
-	for (size_t k = 0; k < VOLUMES; k++) {
+	for (size_t k = 0; k < volumes(&j->at); k++) {
 		const char *name;
 		size_t n;
 		const float *x = volume(j, k, &name, &n);
@@ -92,8 +101,10 @@ static int get_at(struct ct_joint_at *to, const struct ct_meta *m)
 	char key[24];
 	int trusted;
 
-	if (!at || sscanf(at, "%zu %zu %d", &to->phase, &to->done, &trusted) != COUNTS ||
-		to->phase > CT_JOINT_DONE)
+	if (!at ||
+		sscanf(at, "%zu %zu %d %zu", &to->phase, &to->done, &trusted, &to->sweeps) !=
+			COUNTS ||
+		to->phase > CT_JOINT_DONE || to->sweeps > CT_JOINT_SWEEPS)
 		return -1;
 	to->trusted = trusted != 0;
 	for (size_t k = 0; k < SCALARS; k++) {
@@ -132,7 +143,7 @@ static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *
 		bad |= j->at.phase != CT_JOINT_DONE || get(f->residual, t, RESULT, j->n);
 		return bad ? ct_fail(e, CT_EINPUT, "is not the state of such a run") : 0;
 	}
-	for (size_t k = 0; k < VOLUMES; k++) {
+	for (size_t k = 0; k < volumes(&j->at); k++) {
 		const char *name;
 		size_t n;
 		float *x = volume(j, k, &name, &n);

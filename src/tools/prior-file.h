@@ -3,8 +3,9 @@
 #define CT_TOOLS_PRIOR_FILE_H
 #include "core/err.h"
 
-/* Of pictures, for ct-ddnm, and of slices, for ct-restore. */
+/* Of pictures and of what projections lack, for ct-ddnm, and of slices, for ct-restore. */
 #define PRIOR_PICTURES "prior.safetensors"
+#define PRIOR_RESIDUAL "residual.safetensors"
 #define PRIOR_SLICES "slices.safetensors"
 
 /* Path of the prior in use, to be freed: `given`, or if NULL the first file of that name beside

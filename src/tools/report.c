@@ -266,6 +266,7 @@ int report_estimate(
 			ct_sampling_name(s->axis[2].sampling)));
 	put(&m, "edges", sizes(3, edges));
 	put(&m, "noise-hu", number(s->noise));
+	put(&m, "noise-sure-hu", number(s->sure));
 	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
 }
 
@@ -284,7 +285,7 @@ static void print_scalar(FILE *f, const json_t *v)
 	else if (json_is_real(v))
 		fprintf(f, "%.7g", json_real_value(v));
 	else
-		fputs("none", f);
+		fputs(json_is_true(v) ? "yes" : json_is_false(v) ? "no" : "none", f);
 }
 
 static bool is_flat(const json_t *array)

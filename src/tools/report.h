@@ -11,7 +11,7 @@
 
 /* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
 json_t *report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
-/* Add the estimate of v to the object: "blur-..." as three numbers, "noise-hu". CT_ENOMEM. */
+/* Add the estimate of v to the object: "blur-..." as three numbers, "noise-...". CT_ENOMEM. */
 int report_estimate(
 	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e);
 /* The object as lines "name value", indented. Control characters become '?': what a file says of

@@ -23,6 +23,8 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 	const double bytes[static 2], const struct ct_example_rule *r, uint64_t index,
 	struct ct_err *e)
 {
+	const char axes[] = {
+		r->soft[0] ? '-' : 'x', r->soft[1] ? '-' : 'y', r->soft[2] ? '-' : 'z', 0};
 	const char *held = strrchr(ct_meta_get(&v->meta, CT_META_INPUT), ' ');
 	struct ct_meta m = {0};
 	int rc = -1;
@@ -30,7 +32,7 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 	*path = NULL;
 	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu", PACKAGE_VERSION,
 		    held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
-		    r->thick ? "thick" : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
+		    r->thick ? axes : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
 		    r->clip[1], (unsigned long long)r->seed, (unsigned long long)index) < 0) {
 		*key = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "tools/train-best.h"
 #include "tools/train.h"
 
 #include <stdio.h>
@@ -17,8 +18,9 @@ struct job {
 	const struct train_params *p;
 	struct ct_resume *resume;
 	struct ct_env env;
-	double start, told; /* seconds */
-	double loss;        /* summed since the last word */
+	struct train_best best; /* where it is judged */
+	double start, told;     /* seconds */
+	double loss;            /* summed since the last word */
 	size_t losses;
 };
 
@@ -40,6 +42,21 @@ static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 	return 0;
 }
 
+/* Is it done: all steps, or no patience left? */
+static bool ended(const struct job *j)
+{
+	return j->s->steps(j->s->it) >= (uint64_t)j->p->steps ||
+	       (j->p->patience && j->best.worse >= (uint64_t)j->p->patience);
+}
+
+/* What OUT holds, but for what it was made of. */
+static int prior(const struct job *j, struct ct_tensors *w, struct ct_err *e)
+{
+	if (j->s->result(j->s->it, w, e) || train_best_take(&j->best, w, e))
+		return -1;
+	return j->s->seal ? j->s->seal(j->s->it, w, ended(j), e) : 0;
+}
+
 static int write_prior(const struct job *j, struct ct_err *e)
 {
 	const size_t n = j->data->n;
@@ -53,7 +70,7 @@ static int write_prior(const struct job *j, struct ct_err *e)
 	for (size_t i = 0; i < n; i++)
 		in[i] = &j->data->input[i];
 	in[n] = &j->data->with;
-	if (j->s->result(j->s->it, &w, e) || ct_meta_set(&w.meta, CT_META_DATASET, text, e) ||
+	if (prior(j, &w, e) || ct_meta_set(&w.meta, CT_META_DATASET, text, e) ||
 		(j->p->licence && ct_meta_set(&w.meta, CT_META_LICENCE, j->p->licence, e)) ||
 		ct_meta_step(&w.meta, &j->env, n + 1, in, e))
 		goto out;
@@ -65,12 +82,19 @@ out:
 	return rc;
 }
 
+static int pack(struct ct_tensors *state, const void *work, struct ct_err *e)
+{
+	const struct job *j = work;
+
+	return j->s->save(state, j->s->it, e) || train_best_put(&j->best, state, e) ? -1 : 0;
+}
+
 static int checkpoint(struct job *j, struct ct_err *e)
 {
 	int rc;
 
 	ct_stop_defer(true);
-	rc = ct_resume_save(j->resume, j->s->save, j->s->it, e) || write_prior(j, e) ? -1 : 0;
+	rc = ct_resume_save(j->resume, pack, j, e) || write_prior(j, e) ? -1 : 0;
 	ct_stop_defer(false);
 	return rc;
 }
@@ -82,10 +106,10 @@ static int finish(struct job *j, struct ct_err *e)
 	int kept, rc;
 
 	ct_stop_defer(true);
-	kept = ct_resume_save(j->resume, j->s->save, j->s->it, &why);
+	kept = ct_resume_save(j->resume, pack, j, &why);
 	rc = write_prior(j, e);
 	if (rc)
-		ct_resume_rescue(j->resume, j->s->save, j->s->it, e);
+		ct_resume_rescue(j->resume, pack, j, e);
 	else if (kept)
 		*e = why;
 	ct_stop_defer(false);
@@ -93,7 +117,7 @@ static int finish(struct job *j, struct ct_err *e)
 }
 
 /* What the course of the training depends on besides the options; how far it goes changes the rate
- * of learning only if that falls to the end. */
+ * of learning only if that falls to the end, and what is held out only if it is judged by that. */
 static int name_run(struct job *j, struct ct_err *e)
 {
 	for (size_t i = 0; i < j->data->n; i++) {
@@ -103,6 +127,14 @@ static int name_run(struct job *j, struct ct_err *e)
 		if (ct_resume_input(j->resume, name, &j->data->input[i], e))
 			return -1;
 	}
+	if (ct_resume_input(j->resume, "--base", j->p->base ? &j->data->base : NULL, e))
+		return -1;
+	if (j->p->patience && (ct_resume_input(j->resume, "--validate", &j->data->held, e) ||
+				      ct_resume_value(j->resume, e, "--validate-every", "%d",
+					      j->p->validate_every) ||
+				      ct_resume_value(j->resume, e, "--validate-pieces", "%d",
+					      j->p->validate_pieces)))
+		return -1;
 	return j->p->cosine || j->p->slices
 		       ? ct_resume_value(j->resume, e, "--steps", "%d", j->p->steps)
 		       : 0;
@@ -116,18 +148,40 @@ static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *
 	if (rc > 0 && j->p->resume && !asked->dry_run &&
 		ct_out_check(j->p->out, asked, e)) /* OUT is another's */
 		rc = -1;
-	if (rc == 0 && j->s->restore(j->s->it, &w, e))
+	if (rc == 0 && (j->s->restore(j->s->it, &w, e) || train_best_get(&j->best, &w, e)))
 		rc = ct_blame(e, j->resume->path);
 	ct_tensors_free(&w);
 	return rc < 0 ? -1 : 0;
 }
 
-/* The words after a step: the loss, and the one on held-out data, when it is time. */
-static int tell(struct job *j, double loss, struct ct_err *e)
+/* The loss on held-out data, when it is time. */
+static int judge(struct job *j, struct ct_err *e)
+{
+	const uint64_t step = j->s->steps(j->s->it);
+	struct ct_tensors w = {0};
+	double held;
+	int rc;
+
+	if (!j->s->held || step == 0 || step == j->best.seen ||
+		(step % (unsigned)j->p->validate_every && step != (uint64_t)j->p->steps))
+		return 0;
+	if (j->s->held(j->s->it, &held, e))
+		return -1;
+	ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", (unsigned long long)step, held);
+	j->told = ct_clock_wall();
+	if (!j->p->patience)
+		return 0;
+	rc = j->s->result(j->s->it, &w, e) || train_best_judge(&j->best, held, step, &w, e) ? -1
+											    : 0;
+	ct_tensors_free(&w);
+	return rc;
+}
+
+/* The loss, after a step, when it is time. */
+static void tell(struct job *j, double loss)
 {
 	const unsigned long long step = j->s->steps(j->s->it);
 	const bool last = step == (unsigned long long)j->p->steps;
-	double held;
 
 	j->loss += loss;
 	j->losses++;
@@ -139,24 +193,30 @@ static int tell(struct job *j, double loss, struct ct_err *e)
 		j->losses = 0;
 		j->told = ct_clock_wall();
 	}
-	if (j->s->held && (step % (unsigned)j->p->validate_every == 0 || last)) {
-		if (j->s->held(j->s->it, &held, e))
-			return -1;
-		ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", step, held);
-		j->told = ct_clock_wall();
-	}
-	return 0;
+}
+
+/* One step, and what is to be said after it. */
+static int step(struct job *j, struct ct_err *e)
+{
+	double loss;
+
+	if (j->s->step(j->s->it, &loss, e))
+		return -1;
+	tell(j, loss);
+	return judge(j, e);
 }
 
 static int train(struct job *j, struct ct_err *e)
 {
 	const uint64_t every = (uint64_t)j->p->checkpoint_every, all = (uint64_t)j->p->steps;
-	double loss;
 
-	while (j->s->steps(j->s->it) < all && !ct_stopping(&j->env)) {
+	if (j->p->patience && judge(j, e) &&
+		e->code != CT_ESTOP) /* a stop may have come before it */
+		return -1;
+	while (!ended(j) && !ct_stopping(&j->env)) {
 		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
 			break;
-		if (j->s->step(j->s->it, &loss, e) || tell(j, loss, e)) {
+		if (step(j, e)) {
 			if (e->code != CT_ESTOP)
 				return -1;
 			break; /* one that is given up has changed nothing */
@@ -165,6 +225,9 @@ static int train(struct job *j, struct ct_err *e)
 		if (j->resume->path && j->s->steps(j->s->it) % every == 0 && checkpoint(j, e))
 			return -1;
 	}
+	if (j->best.v)
+		ct_log(&j->env, CT_INFO, "step %llu: the best, held-out loss %.5f",
+			(unsigned long long)j->best.step, j->best.loss);
 	if (finish(j, e))
 		return -1;
 	return ct_check_stop(&j->env, e);
@@ -185,6 +248,10 @@ static int estimate(struct job *j, struct ct_err *e)
 	cost.seconds = t * j->p->steps;
 	if (j->s->cost(j->s->it, t, &cost, e))
 		return -1;
+	if (j->p->patience) { /* the best beside the last */
+		cost.memory += cost.state / 4;
+		cost.state += cost.state / 4;
+	}
 	return ct_cost_print(&cost, &j->env, e);
 }
 
@@ -192,11 +259,14 @@ int train_loop(struct train_subject *s, const struct train_data *data, struct ct
 	const struct train_params *p, const struct ct_env *asked, struct ct_err *e)
 {
 	struct job j = {.s = s, .data = data, .p = p, .resume = resume, .env = *asked};
+	int rc;
 
 	j.env.verbose++;    /* the losses are news even without -v */
 	j.env.force = true; /* its own files, from now on */
 	j.start = j.told = ct_clock_wall();
-	if (name_run(&j, e) || load_state(&j, asked, e))
-		return -1;
-	return asked->dry_run ? estimate(&j, e) : train(&j, e);
+	rc = name_run(&j, e) || load_state(&j, asked, e) ? -1
+	     : asked->dry_run                            ? estimate(&j, e)
+							 : train(&j, e);
+	train_best_free(&j.best);
+	return rc;
 }

@@ -1,10 +1,12 @@
-/* train-pictures.c: ct-train on pictures: a noise predictor, the prior of a sampler. */
+/* train-pictures.c: ct-train on pictures: a noise predictor, the prior of a sampler; and on pairs
+ * of projections, of what one of each lacks. */
 #include "config.h"
 #include "core/mem.h"
 #include "diffusion/prior.h"
 #include "diffusion/train.h"
 #include "tools/prior-arch.h"
 #include "tools/train-data.h"
+#include "tools/train-pairs.h"
 #include "tools/train.h"
 
 #include <math.h>
@@ -18,6 +20,8 @@ struct job {
 	struct ct_unet_arch arch;
 	struct ct_train_opts opts;
 	struct ct_pictures data, held;
+	struct train_pairs held_pairs;
+	struct ct_residual residual; /* with --base */
 	struct ct_train *train;
 };
 
@@ -58,11 +62,14 @@ static int settle(struct job *j, struct ct_err *e)
 
 	ct_unet_arch_default(&j->arch);
 	j->arch.image_size = p->patch ? (size_t)p->patch : 64;
+	if (p->base)
+		j->arch.in_channels = CT_RESIDUAL_PLANES;
 	ct_train_default(o);
 	if (parse_arch(&j->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
 		return -1;
 	o->patches.size = j->arch.image_size;
 	o->patches.channels = j->arch.in_channels;
+	o->patches.planes = o->residual = p->base != NULL;
 	o->patches.flip_h = !p->no_flip;
 	o->patches.flip_v = p->flip_vertical;
 	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
@@ -77,20 +84,48 @@ static int settle(struct job *j, struct ct_err *e)
 	return 0;
 }
 
+/* Of --base: all pairs, then their pictures, which are in units of what is missing. */
+static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
+{
+	const struct train_params *p = j->p;
+	struct ct_residual *r = &j->residual;
+	struct train_pairs pairs = {0};
+	struct ct_meta held = {0};
+	int rc = 0;
+
+	*r = (struct ct_residual){.factor = (size_t)p->factor, .sampled = 1, .aliased = 1};
+	if (r->factor < 3)
+		return ct_fail(e, CT_EUSAGE,
+			"--factor %d: what is below twice the Nyquist frequency is known: all",
+			p->factor);
+	for (size_t i = 0; rc == 0 && i < p->data.n; i++)
+		rc = train_pairs_read(&pairs, p->data.v[i], p->base, r->factor, &data->input[i], e);
+	if (rc == 0) {
+		r->missing = train_pairs_missing(&pairs);
+		rc = train_pairs_input(&pairs, p->base, &data->base, e) ||
+		     train_pairs_pictures(&j->data, &pairs, r, e);
+	}
+	train_pairs_free(&pairs);
+	if (rc || !p->validate)
+		return rc ? -1 : 0;
+	rc = train_pairs_read(&j->held_pairs, p->validate, p->base, r->factor, &held, e) ||
+	     train_pairs_pictures(&j->held, &j->held_pairs, r, e) ||
+	     ct_patches_check(&j->opts.patches, &j->held, p->validate, e);
+	ct_meta_free(&held);
+	return rc ? -1 : 0;
+}
+
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct ct_list *d = &j->p->data;
-	struct ct_meta held = {0};
-	int rc;
-
 	for (size_t i = 0; i < d->n; i++)
 		if (train_data_read(&j->data, d->v[i], &data->input[i], e))
 			return -1;
 	if (!j->p->validate)
 		return 0;
-	rc = train_data_read(&j->held, j->p->validate, &held, e);
-	ct_meta_free(&held);
-	return rc ? rc : ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
+	if (train_data_read(&j->held, j->p->validate, &data->held, e))
+		return -1;
+	return ct_patches_check(&j->opts.patches, &j->held, j->p->validate, e);
 }
 
 static uint64_t steps(const void *it)
@@ -120,10 +155,34 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_train_restore(((struct job *)it)->train, w, e);
 }
 
+/* At the end, what the prior is worth. */
+static int weigh(const struct job *j, struct ct_residual *r, struct ct_err *e)
+{
+	struct ct_env env = j->env;
+	struct ct_tensors w = {0};
+	int rc;
+
+	env.verbose++; /* as train-loop.c has it */
+	if (!j->held_pairs.n || ct_train_steps(j->train) != (uint64_t)j->p->steps)
+		return 0;
+	rc = ct_train_result(j->train, &w, e) || ct_residual_put(r, &w.meta, e) ||
+	     train_pairs_weigh(r, &j->held_pairs, &w, &env, e);
+	ct_tensors_free(&w);
+	return rc ? -1 : 0;
+}
+
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_train_result(((const struct job *)it)->train, w, e) ||
-			       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
+	const struct job *j = it;
+	struct ct_residual r = j->residual;
+
+	if (!j->p->base)
+		return ct_train_result(j->train, w, e) ||
+				       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
+			       ? -1
+			       : 0;
+	return weigh(j, &r, e) || ct_train_result(j->train, w, e) ||
+			       ct_residual_put(&r, &w->meta, e)
 		       ? -1
 		       : 0;
 }
@@ -153,6 +212,7 @@ static void done(void *it)
 	ct_train_free(j->train);
 	ct_pictures_free(&j->data);
 	ct_pictures_free(&j->held);
+	train_pairs_free(&j->held_pairs);
 	free(j);
 }
 
@@ -174,7 +234,7 @@ int train_pictures(struct train_subject *s, struct train_data *data, const struc
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return settle(j, e) || read_data(j, data, e) ||
+	return settle(j, e) || (p->base ? read_pairs : read_data)(j, data, e) ||
 			       ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e)
 		       ? -1
 		       : 0;

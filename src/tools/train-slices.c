@@ -64,6 +64,7 @@ static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct
 struct group {
 	struct job *j;
 	const struct ct_vol *v;
+	struct ct_example_rule rule;
 	struct ct_example *example;
 	int *rc;
 	uint64_t first;
@@ -75,19 +76,20 @@ static void make(void *arg, size_t i, size_t worker)
 	struct group *g = arg;
 
 	(void)worker;
-	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes,
-		&g->j->rule, g->first + i, &g->j->env, &g->e[i]);
+	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes, &g->rule,
+		g->first + i, &g->j->env, &g->e[i]);
 }
 
 /* Add the examples of a volume. */
 static int add(struct job *j, struct lessons *l, const struct ct_vol *v, uint64_t first, size_t n,
 	struct ct_err *e)
 {
-	struct group g = {.j = j, .v = v, .first = first};
+	struct group g = {.j = j, .v = v, .rule = j->rule, .first = first};
 	int rc = -1;
 
 	if (ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
 		goto out;
+	ct_example_soft(g.rule.soft, v);
 	g.example = l->example + l->n;
 	ct_par_for(j->env.par, n, make, &g);
 	rc = ct_check_stop(&j->env, e);
@@ -110,8 +112,24 @@ out:
 	return rc;
 }
 
-static int learn_from(struct job *j, struct lessons *l, const char *path, uint64_t first,
-	struct ct_meta *meta, struct ct_err *e)
+/* Where the numbers of its examples begin: by what it holds, so that they are the same ones beside
+ * any others. */
+static int first_of(uint64_t *first, const struct ct_vol *v, struct ct_err *e)
+{
+	const struct ct_piece all = {v->data, ct_vol_count(v) * sizeof *v->data};
+	struct ct_meta m = {0};
+	char digits[9] = "";
+	int rc = ct_meta_input(&m, "", 1, &all, e);
+
+	if (rc == 0)
+		memcpy(digits, strrchr(ct_meta_get(&m, CT_META_INPUT), ':') + 1, 8);
+	*first = strtoull(digits, NULL, 16) << 20;
+	ct_meta_free(&m);
+	return rc;
+}
+
+static int learn_from(
+	struct job *j, struct lessons *l, const char *path, struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
 	struct ct_piece *piece = NULL;
@@ -130,11 +148,12 @@ static int learn_from(struct job *j, struct lessons *l, const char *path, uint64
 	memset(more + l->n, 0, names.n * each * sizeof *more);
 	for (size_t i = 0; i < names.n; i++) {
 		struct ct_vol v = {0};
+		uint64_t first;
 
 		ct_progress(&j->env, "examples", i, names.n);
 		if (ct_vol_read(names.path[i], &v, e) || ct_vol_check_finite(&v, e) ||
-			to_hu(j, &v, names.path[i], e) ||
-			add(j, l, &v, first + i * each, each, e)) {
+			to_hu(j, &v, names.path[i], e) || first_of(&first, &v, e) ||
+			add(j, l, &v, first, each, e)) {
 			ct_vol_free(&v);
 			goto out;
 		}
@@ -191,22 +210,18 @@ static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 {
-	struct ct_meta held = {0};
-	int rc;
-
 	for (size_t i = 0; i < j->p->data.n; i++)
-		if (learn_from(j, &j->data, j->p->data.v[i], (uint64_t)i << 20, &data->input[i], e))
+		if (learn_from(j, &j->data, j->p->data.v[i], &data->input[i], e))
 			return -1;
 	if (j->data.n == 0)
 		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->data.v[0]);
 	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
 	if (!j->p->validate)
 		return 0;
-	rc = learn_from(j, &j->held, j->p->validate, (uint64_t)1 << 36, &held, e);
-	ct_meta_free(&held);
-	if (rc == 0 && j->held.n == 0)
-		rc = ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
-	return rc;
+	if (learn_from(j, &j->held, j->p->validate, &data->held, e))
+		return -1;
+	return j->held.n ? 0
+			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
 }
 
 static int start(struct job *j, struct ct_err *e)
@@ -282,24 +297,40 @@ static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *
 	return 0;
 }
 
-/* What the error is of what the slices say, at the end. */
-static int calibrate(const struct job *j, struct ct_err *e)
+/* What the error is of what the slices say. */
+static int calibrate(const struct job *j, struct ct_tensors *w, struct ct_err *e)
 {
-	return j->held.n && ct_learn_steps(j->learn) == (uint64_t)j->p->steps
-		       ? ct_learn_calibrate(j->learn, j->held.example, j->held.n, e)
-		       : 0;
+	struct ct_regressor r = {0};
+	char name[60];
+	int rc = -1;
+
+	snprintf(name, sizeof name, "%s.spread", j->name);
+	if (ct_regressor_get(&r, w, j->name, e) == 0 &&
+		ct_learn_calibrate(&r, j->held.example, j->held.n, &j->env, e) == 0) {
+		memcpy(ct_tensors_find(w, name)->data, r.spread, sizeof r.spread);
+		rc = 0;
+	}
+	ct_regressor_free(&r);
+	return rc;
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct job *j = it;
 
-	return calibrate(j, e) || ct_regressor_put(ct_learn_result(j->learn), w, j->name, e) ||
-			       add_others(w, j, e) ||
-			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
-				       (unsigned long long)ct_learn_steps(j->learn))
-		       ? -1
-		       : 0;
+	if (ct_regressor_put(ct_learn_result(j->learn), w, j->name, e))
+		return -1;
+	return ct_meta_setf(
+		&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)ct_learn_steps(j->learn));
+}
+
+static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *e)
+{
+	const struct job *j = it;
+
+	if (last && j->held.n && calibrate(j, w, e))
+		return -1;
+	return add_others(w, j, e);
 }
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
@@ -354,6 +385,7 @@ int train_slices(struct train_subject *s, struct train_data *data, const struct 
 		.save = save,
 		.restore = restore,
 		.result = result,
+		.seal = seal,
 		.cost = cost,
 		.free = done};
 	return settle(j, e) || read_with(j, data, e) || read_data(j, data, e) || start(j, e) ? -1

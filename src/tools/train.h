@@ -9,9 +9,9 @@
 struct train_params {
 	const char *out;
 	struct ct_list data;
-	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with;
-	int patch, batch, steps, warmup, validate_every, validate_pieces, checkpoint_every,
-		log_every;
+	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with, *base;
+	int patch, batch, steps, warmup, validate_every, validate_pieces, patience,
+		checkpoint_every, log_every;
 	double lr, decay, ema, clip, minutes;
 	bool cosine, no_flip, flip_vertical, resume, half;
 	bool slices, thick;
@@ -28,8 +28,10 @@ struct train_subject {
 	int (*held)(void *it, double *loss, struct ct_err *e); /* on held-out data; may be NULL */
 	ct_resume_pack *save;
 	int (*restore)(void *it, const struct ct_tensors *w, struct ct_err *e);
-	/* The prior, its own metadata included. */
+	/* What was learned, its own metadata included. */
 	int (*result)(const void *it, struct ct_tensors *w, struct ct_err *e);
+	/* What else the prior needs, when it is written; `last`: for the last time. May be NULL. */
+	int (*seal)(const void *it, struct ct_tensors *w, bool last, struct ct_err *e);
 	/* What all of it takes, but seconds, of which one step takes some. */
 	int (*cost)(const void *it, double seconds, struct ct_cost *cost, struct ct_err *e);
 	void (*free)(void *it);
@@ -40,6 +42,8 @@ struct train_data {
 	size_t n;
 	struct ct_meta *input; /* owned, and what is in it */
 	struct ct_meta with;   /* of another prior that OUT holds too; owned */
+	struct ct_meta held;   /* of --validate; owned */
+	struct ct_meta base;   /* of --base; owned */
 };
 
 /* Read DATA and make the subject, before its first step. */

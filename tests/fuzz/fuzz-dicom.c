@@ -2,6 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "mem-file.h"
+#include "series/series.h"
 #include "shim/dicom.h"
 
 const int fuzz_rounds = 0;
@@ -12,10 +13,12 @@ static void decode(const struct ct_slice *s)
 {
 	struct ct_err e = {0};
 	float *out, sum = 0;
-	size_t n = s->rows * s->columns;
+	size_t n;
 
-	if (s->rows == 0 || s->columns == 0 || n > MOST)
+	if (s->rows == 0 || s->columns == 0 || s->rows > MOST / s->columns ||
+		s->frames > MOST / (s->rows * s->columns))
 		return;
+	n = s->rows * s->columns * s->frames;
 	out = malloc(n * sizeof *out);
 	if (!out)
 		return;
@@ -31,16 +34,23 @@ static void decode(const struct ct_slice *s)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	const char *path = mem_file(data, size, 0);
-	struct ct_slice *s = NULL;
+	struct ct_census c = {0};
+	struct ct_series *list = NULL;
 	struct ct_err e = {0};
-	size_t n = 0;
+	size_t n = 0, pictures = 0;
 
-	if (ct_dicom_scan(&path, 1, &s, &n, &e) == 0)
-		for (size_t k = 0; k < n; k++)
-			decode(&s[k]);
-	else if (s || e.code == CT_OK || e.msg[0] == '\0')
+	if (ct_dicom_scan(&path, 1, &c, &e))
 		abort();
-	ct_dicom_free(s, n);
+	for (size_t k = 0; k < c.files; k++)
+		pictures += c.file[k].state == CT_FILE_PICTURE;
+	if (c.files == 0 || (c.slices > 0) != (pictures > 0))
+		abort();
+	if (ct_series_list(c.slice, c.slices, &list, &n, &e) || (n > 0) != (c.slices > 0))
+		abort();
+	for (size_t k = 0; k < n; k++)
+		decode(&c.slice[list[k].first]);
+	free(list);
+	ct_census_free(&c);
 	return 0;
 }
 

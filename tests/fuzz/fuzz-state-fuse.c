@@ -68,7 +68,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	return 0;
 }
 
-/* A solver that has begun, and one that has not. */
+/* A solver that has not begun, one that has, and one within a proximal point. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
 	struct ct_env env = {0};
@@ -77,7 +77,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	struct ct_joint j;
 	size_t n;
 
-	if (k > 1)
+	if (k > 2)
 		return 0;
 	solver(&j);
 	if (k && ct_joint_run(&j, &env, &e))
@@ -85,7 +85,11 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	for (size_t i = 0; !k && i < N; i++) /* all of it is set */
 		j.ahead[i] = j.dual[i] = j.dual[N + i] = j.dual[2 * N + i] = 0;
 	j.at.phase = k ? CT_JOINT_SOLVE : CT_JOINT_NEW;
-	j.at.done = k;
+	j.at.done = k > 0;
+	for (size_t i = 0; k == 2 && i < N; i++)
+		j.g[i] = j.x[i];
+	j.at.sweeps = k == 2 ? 3 : 0;
+	j.at.fista.next = k == 2 ? 1.5 : 0;
 	state_run(&run, seed_path());
 	n = seed_file(data, fuse_state_save(&run, &j, &e));
 	ct_resume_close(&run);

@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
 """Writes the DICOM seeds of tests/fuzz/corpus/dicom into a folder: one small synthetic picture in every
-transfer syntax that pydicom and gdcmconv (Debian: libgdcm-tools) can write.
+transfer syntax that pydicom and gdcmconv (Debian: libgdcm-tools) can write, deflated, and in archives.
 
   make-dicom.py FOLDER
 """
+import gzip
 import os
 import subprocess
 import sys
+import tarfile
+import zipfile
 
 import numpy as np
 from pydicom.dataset import FileDataset, FileMetaDataset
-from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian
+from pydicom import dcmread
+from pydicom.uid import CTImageStorage, DeflatedExplicitVRLittleEndian, ExplicitVRLittleEndian
 
 WAYS = {"rle": "--rle", "jpeg": "--jpeg", "jpegls": "--jpegls", "j2k": "--j2k"}
 
@@ -38,6 +42,20 @@ def write(path, bits, side=12):
     d.save_as(path, write_like_original=False)
 
 
+def pack(folder, plain):
+    """Deflated, in gzip, zip and tar."""
+    d = dcmread(plain)
+    d.file_meta.TransferSyntaxUID = DeflatedExplicitVRLittleEndian
+    d.save_as(os.path.join(folder, "deflated"), write_like_original=False)
+    with open(plain, "rb") as f, open(os.path.join(folder, "gzip"), "wb") as g:
+        g.write(gzip.compress(f.read(), mtime=0))
+    with zipfile.ZipFile(os.path.join(folder, "zip"), "w", zipfile.ZIP_DEFLATED) as z:
+        z.write(plain, "a/1.dcm")
+        z.writestr("notes.txt", "hello")
+    with tarfile.open(os.path.join(folder, "tar"), "w") as z:
+        z.add(plain, "a/1.dcm")
+
+
 def main(folder):
     os.makedirs(folder, exist_ok=True)
     for bits in (8, 12, 16):
@@ -46,6 +64,7 @@ def main(folder):
         for name, way in WAYS.items():
             out = os.path.join(folder, "%s-%d" % (name, bits))
             subprocess.run(["gdcmconv", way, plain, out], check=False, capture_output=True)
+    pack(folder, os.path.join(folder, "plain-12"))
 
 
 main(sys.argv[1])

@@ -1,9 +1,9 @@
 #!/bin/sh
-# kill.sh [COUNT [COMMAND]]: every command with a state, and ct-sr with all that it started, is stopped by
-# the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed: the same result as a run in
-# one go, nothing else left, and no file that cannot be read meanwhile.
+# kill.sh [COUNT [COMMAND]]: every command with a state, ct-restore, and ct-sr with all that it started, is
+# stopped by the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed (ct-restore: run
+# again): the same result as a run in one go, nothing else left, and no file that cannot be read meanwhile.
 . "$(dirname "$0")/lib.sh"
-count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$stateful}
+count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$lasting}
 inputs
 # strays: what is in the folder, but for the inputs, the output and what it may have beside it
 strays() { find . -mindepth 1 -maxdepth 1 ! -name out ! -name out.state ! -name out.keep ! -name err; }
@@ -38,13 +38,13 @@ lives() { # lives COMMAND KILLS
 				[ ! -e $f ] || said $f >/dev/null || broken="$f cannot be read"
 			done
 			[ "$got" -ne 0 ] || break
-			again=--resume
+			again=$(again_of "$tool")
 			# done but for the removal of its state: nothing is left to resume
 			[ "$tool" != ct-train ] && [ -e out ] && [ "$(said out)" = "$want" ] && break
 		done
 		if [ -z "$broken" ] && { [ ! -e out ] || [ "$tool" = ct-train ]; }; then
 			# shellcheck disable=SC2086
-			timeout 300 $line --resume >/dev/null 2>err || broken="--resume ended with $?"
+			timeout 300 $line $(again_of "$tool") >/dev/null 2>err || broken="$(again_of "$tool") ended with $?"
 		fi
 		[ -n "$broken" ] || [ "$(said out)" = "$want" ] || broken='another result'
 		[ -n "$broken" ]; tally $((1 - $?)) "$broken after $done_ of $kills" "$done_"
@@ -56,7 +56,7 @@ lives() { # lives COMMAND KILLS
 }
 # shellcheck disable=SC2086
 set -- $tools
-each=$((count / $#))
+each=$(((count + $# - 1) / $#))
 for tool; do
 	row "SIG$signal, $tool"
 	lives "$tool" "$each"

@@ -11,7 +11,7 @@ limited() { # limited OUT COMMAND...: with every limit
 	[ -z "$only" ] || [ "$only" = "$1" ] || return
 	row "little memory: $1 to ${out#out/}"
 	rm -rf out && mkdir out
-	"$@" >/dev/null 2>err || { tally 1 'does not run'; return; }
+	"$@" >stdout 2>err || { tally 1 'does not run'; return; }
 	want=$(content "$out") k=0 enough=0
 	while [ "$k" -lt "$limits" ]; do
 		rm -rf out && mkdir out
@@ -42,5 +42,9 @@ limited out/o.exr ct-ddnm -q -t 2 -x 4 -n 2 hr-low.exr out/o.exr
 limited out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --max-gaussians 200 hr.exr out/o.ply
 limited out/o.nii ct-fuse -q -t 2 -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
 limited out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 3 out/o.safetensors hr.exr
+limited out/o.nii ct-restore -q -t 2 -x 2 hr-lr.nii out/o.nii
+limited out/s.nii ct-restore -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
+limited out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
+limited stdout ct-info --estimate hr.nii
 if command -v ct-view >/dev/null; then limited out/o.png ct-view -q -t 2 hr.nii out/o.png; fi
 finish

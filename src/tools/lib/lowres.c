@@ -73,9 +73,8 @@ static int operator_of(
 }
 
 /* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
- * has one way of decimation. The noise is told but not used: on a reduced scan it cannot be told
- * from texture, and too much noise assumed costs more than none. */
-static int measure(struct lowres_is *r, const struct ct_vol *in, const struct lowres *p,
+ * has one way of decimation. Of the noise only what is sure: the rest may be texture. */
+static int measure(struct lowres_is *r, bool noise, const struct ct_vol *in, const struct lowres *p,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_blur got;
@@ -94,7 +93,9 @@ static int measure(struct lowres_is *r, const struct ct_vol *in, const struct lo
 			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
 			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
 	}
-	ct_log(env, CT_INFO, "noise or texture %.3g HU", got.noise);
+	if (noise)
+		r->noise = got.sure;
+	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.noise, r->noise);
 	return 0;
 }
 
@@ -114,5 +115,5 @@ int lowres_find(struct lowres_is *r, const struct lowres *p, const struct ct_vol
 		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
 			p->noise, p->in, noise);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
-	return p->estimate && !r->known ? measure(r, in, p, env, e) : 0;
+	return p->estimate && !r->known ? measure(r, said && isnan(p->noise), in, p, env, e) : 0;
 }

@@ -1,6 +1,6 @@
 /* inflate.c: see inflate.h. */
 #include "config.h"
-#include "formats/inflate.h"
+#include "core/inflate.h"
 
 static unsigned allowed = CT_INFLATE_TIMES; /* written once, before threads and readers */
 

@@ -1,0 +1,49 @@
+#!/bin/sh
+# What a prior of slices knows of patients that it was not trained on:
+#
+#   examples/leave-one-out.sh CT_FOLDER WORK [FILE...]
+#
+# leaves each FILE (all HU volumes of the folder, by default) out, LEAVE of them at a time, trains a small
+# prior on the others, and prints what part of the residual's energy is left on those that were left out
+# (ct-train --validate), and of the middle of each the PSNR (dB) of the solver and what ct-restore adds to it,
+# well sampled and nearly aliased. Examples are made once and stay in WORK.
+set -e
+ct=$1 work=$2
+shift 2
+: "${LEAVE:=1}" "${SIDE:=64}" "${CLIP:=-512:3071}"
+: "${TRAIN:=--bytes=-1000:2570 --cubes 6 --cube 72 --depth 3 --components 160 --width 384 -n 1000 -s 1}"
+[ $# -gt 0 ] || for f in "$ct"/*; do
+	if ct-info --json "$f" | grep -q '"min": -'; then set -- "$@" "$f"; fi
+done
+psnr() { ct-metrics -w "$CLIP" "$it/hr.nii" "$1" | awk '$1 == "psnr" {print $2}'; }
+gains() { # gains PROTOCOL: of $it/hr.nii
+	ct-degrade -q -f -x 4 -p "$1" "$it/hr.nii" "$it/lr.nii"
+	ct-upsample -q -f "$it/lr.nii" "$it/up.nii"
+	ct-restore -q -f -p "$d/prior.safetensors" --start "$it/up.nii" "$it/lr.nii" "$it/sr.nii"
+	echo "$(psnr "$it/up.nii")" "$(psnr "$it/sr.nii")"
+}
+mkdir -p "$work"
+printf '%-44s %6s %7s %6s %7s %6s\n' 'left out' loss P1 adds P3 adds
+while [ $# -gt 0 ]; do
+	d=$work/$(basename "$1" | sed 's/\.nii.*//')
+	rm -rf "$d"
+	mkdir -p "$d/others" "$d/held"
+	for f in "$ct"/*; do ln -s "$(realpath "$f")" "$d/others"; done
+	left=$LEAVE
+	while [ "$left" -gt 0 ] && [ $# -gt 0 ]; do
+		mv "$d/others/$(basename "$1")" "$d/held"
+		left=$((left - 1))
+		shift
+	done
+	# shellcheck disable=SC2086
+	ct-train -f --slices $TRAIN --window="$CLIP" --cache "$work/examples" --log-every 1000000 --validate-every 1000000 \
+		--checkpoint-every 1000000 --validate "$d/held" "$d/prior.safetensors" "$d/others" 2>"$d/log"
+	loss=$(sed -n 's/.*held-out loss //p' "$d/log")
+	for f in "$d/held"/*; do
+		it=$d/$(basename "$f" | sed 's/\.nii.*//')
+		mkdir "$it"
+		ct-convert -q --cube "$SIDE" "$f" - | ct-degrade -q -x 1 --clip="$CLIP" - "$it/hr.nii"
+		echo "$(basename "$it") $loss $(gains P1) $(gains P3)" |
+			awk '{printf "%-44s %6.3f %7.2f %+6.2f %7.2f %+6.2f\n", $1, $2, $3, $4 - $3, $5, $6 - $5}'
+	done
+done

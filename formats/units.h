@@ -1,0 +1,31 @@
+/* units.h: are the values of a volume Hounsfield units?
+ *
+ * What computes in HU reads a volume through here. A file that says what its values are is
+ * believed; of others the range tells those that cannot be HU. The user has the last word
+ * (--units).
+ */
+#ifndef CT_FORMATS_UNITS_H
+#define CT_FORMATS_UNITS_H
+#include "core/vol.h"
+#include "core/words.h"
+
+#define CT_UNITS_LIST(X)                                                                           \
+	X(CT_UNITS_AUTO, "auto")                                                                   \
+	X(CT_UNITS_HU, "hu") /* whatever the file says */                                          \
+	X(CT_UNITS_OTHER, "other")
+enum ct_units { CT_UNITS_LIST(CT_WORD_VALUE) };
+
+/* What the user says of the volumes that this process reads; the command line does, once. */
+void ct_units_say(enum ct_units units);
+enum ct_units ct_units_said(void);
+/* Note in the metadata what was said; nothing for auto. */
+int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
+/* CT_EINPUT if the metadata say "other", or do not say and the voxels that are numbers lie in
+ * [-2, 10], but are not all the same; or if none is below 0, one is above 1000 and a tenth of them
+ * lie in [900, 1150], where 1000 or 1024 more than HU puts what is soft in a body. The message
+ * names the option that says otherwise. */
+int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
+/* ct_vol_read of what is to be HU: with what was said noted, or checked if nothing was. */
+int ct_vol_read_hu(const char *path, struct ct_vol *v, struct ct_err *e);
+
+#endif

@@ -1,0 +1,76 @@
+/* memory.c: see memory.h. */
+#include "config.h"
+#include "cli/memory.h"
+#include "core/room.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MIB 1048576.0
+#define BASE (64 * MIB) /* the program, libraries, what is read ahead */
+enum { PLANES = 16 };   /* that a thread has in hand, or works in */
+
+int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
+{
+	static const char units[] = "KMGT";
+	const size_t number = strspn(text, "0123456789.");
+	const char *unit = text[number] ? strchr(units, text[number]) : NULL;
+	char *end;
+	double value = strtod(text, &end);
+
+	if (number == 0 || end != text + number || !unit || text[number + 1])
+		return ct_fail(
+			e, CT_EUSAGE, "--memory: '%.80s' is no size such as 600M or 2G", text);
+	value = ldexp(value, 10 * (int)(unit - units + 1));
+	if (!(value < 0x1p50))
+		return ct_fail(e, CT_EUSAGE, "--memory: %.80s is beyond any memory", text);
+	*bytes = (size_t)value;
+	return 0;
+}
+
+int ct_memory_open(const char *text, const char *out, struct ct_err *e)
+{
+	const char *tmp = getenv("TMPDIR"), *slash = strrchr(out, '/');
+	size_t bytes;
+	char *dir;
+	int rc;
+
+	if (!text)
+		return 0;
+	if (ct_memory_bytes(&bytes, text, e))
+		return -1;
+	dir = strcmp(out, "-") == 0 ? strdup(tmp && *tmp ? tmp : "/tmp")
+	      : slash               ? strndup(out, (size_t)(slash - out) + 1)
+				    : strdup(".");
+	rc = dir ? ct_room_open(dir, bytes, e) : ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	free(dir);
+	return rc;
+}
+
+int ct_memory_check(const char *text, const size_t n[static 3], double fixed,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double planes = PLANES * 4.0 * (double)n[0] * (double)n[1];
+	const double least = BASE + fixed + planes * (double)ct_par_threads(env->par);
+	size_t bytes;
+
+	if (!text || ct_memory_bytes(&bytes, text, e))
+		return text ? -1 : 0;
+	return (double)bytes >= least ? 0
+				      : ct_fail(e, CT_ENOMEM, "--memory %s: this takes %.0fM", text,
+						ceil(least / MIB));
+}
+
+void ct_memory_cost(double *memory, double *disk, double bytes, const char *text)
+{
+	struct ct_err e;
+	size_t most;
+
+	*memory = bytes;
+	*disk = 0;
+	if (!text || ct_memory_bytes(&most, text, &e) || bytes <= (double)most)
+		return;
+	*memory = (double)most;
+	*disk = bytes;
+}

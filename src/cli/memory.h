@@ -1,0 +1,24 @@
+/* memory.h: the option --memory: how much of it a command takes, the rest in files (core/room.h).
+ */
+#ifndef CT_CLI_MEMORY_H
+#define CT_CLI_MEMORY_H
+#include "cli/cli.h"
+
+#define CT_MEMORY(S, f)                                                                             \
+	CT_OPT_IDLE(S, f, 0, "memory", "SIZE", 0, 0,                                                \
+		"take no more memory than this, 600M or 2G, and for what does not fit disk beside " \
+		"OUT, or in TMPDIR if OUT is a stream; the result is the same, later")
+
+/* Bytes of "600M", "1.5G": a number and K, M, G or T, powers of 1024. CT_EUSAGE. */
+int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
+/* Open a room of `text` before anything is read; nothing if it is NULL. CT_EUSAGE for another word.
+ */
+int ct_memory_open(const char *text, const char *out, struct ct_err *e);
+/* CT_ENOMEM if that is too little for volumes of n voxels, of which a thread has some planes in
+ * hand, and for `fixed` bytes that are no volumes. */
+int ct_memory_check(const char *text, const size_t n[static 3], double fixed,
+	const struct ct_env *env, struct ct_err *e);
+/* What a run of so many bytes in volumes takes of memory, and of disk until it is done. */
+void ct_memory_cost(double *memory, double *disk, double bytes, const char *text);
+
+#endif

@@ -1,0 +1,360 @@
+/* layout.c: see layout.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "series/layout.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Unit vectors at right angles nearest to across and down, and their product. */
+static void axes(const struct ct_slice *s, double a[3], double d[3], double u[3])
+{
+	double p[3], q[3], pp, qq;
+
+	for (int i = 0; i < 3; i++) {
+		p[i] = s->across[i] + s->down[i];
+		q[i] = s->across[i] - s->down[i];
+	}
+	pp = sqrt(2 * dot(p, p));
+	qq = sqrt(2 * dot(q, q));
+	for (int i = 0; i < 3; i++) {
+		a[i] = p[i] / pp + q[i] / qq;
+		d[i] = p[i] / pp - q[i] / qq;
+	}
+	u[0] = a[1] * d[2] - a[2] * d[1];
+	u[1] = a[2] * d[0] - a[0] * d[2];
+	u[2] = a[0] * d[1] - a[1] * d[0];
+}
+
+void ct_layout_free(struct ct_layout *l)
+{
+	free(l->at);
+	free(l->shift);
+	free(l->lost);
+	memset(l, 0, sizeof *l);
+}
+
+void ct_layout_middle(const struct ct_slice *s, double mm[3])
+{
+	const double i = ((double)s->columns - 1) / 2 * s->pitch[0],
+		     j = ((double)s->rows - 1) / 2 * s->pitch[1];
+
+	for (int r = 0; r < 3; r++)
+		mm[r] = (r < 2 ? -1 : 1) * (s->position[r] + i * s->across[r] + j * s->down[r]);
+}
+
+/* Why are these no pictures of one stack? */
+static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct ct_err *e)
+{
+	if (ct_slice_parallel(a, b))
+		return 0;
+	if (a->columns != b->columns || a->rows != b->rows)
+		return ct_fail(e, CT_EGEOM, "mixed matrices: %zux%zu in %s and %zux%zu in %s",
+			a->columns, a->rows, a->path, b->columns, b->rows, b->path);
+	for (int i = 0; i < 2; i++)
+		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
+			return ct_fail(e, CT_EGEOM,
+				"mixed pixel sizes: %g mm in %s and %g mm in %s", a->pitch[i],
+				a->path, b->pitch[i], b->path);
+	return ct_fail(e, CT_EGEOM,
+		"mixed orientations: rows along (%.4f,%.4f,%.4f) in %s and (%.4f,%.4f,%.4f) in %s",
+		a->across[0], a->across[1], a->across[2], a->path, b->across[0], b->across[1],
+		b->across[2], b->path);
+}
+
+struct place {
+	double at; /* mm along the normal */
+	size_t from;
+};
+
+static int by_place(const void *p, const void *q)
+{
+	const struct place *a = p, *b = q;
+
+	return a->at != b->at ? (a->at > b->at) - (a->at < b->at)
+			      : (a->from > b->from) - (a->from < b->from);
+}
+
+static int by_value(const void *p, const void *q)
+{
+	const double a = *(const double *)p, b = *(const double *)q;
+
+	return (a > b) - (a < b);
+}
+
+/* Put the slices in order of their place along u; l->at gets the places, the first at 0. */
+static int sort(struct ct_layout *l, struct ct_slice *s, const double u[3], struct ct_err *e)
+{
+	const size_t n = l->slices;
+	struct place *p = NULL;
+	struct ct_slice *old = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&p, n, sizeof *p, e) || ct_alloc(&old, n, sizeof *old, e))
+		goto out;
+	for (size_t k = 0; k < n; k++)
+		p[k] = (struct place){dot(s[k].position, u), k};
+	memcpy(old, s, n * sizeof *s);
+	qsort(p, n, sizeof *p, by_place);
+	for (size_t k = 0; k < n; k++) {
+		s[k] = old[p[k].from];
+		l->at[k] = p[k].at - p[0].at;
+	}
+	rc = 0;
+out:
+	free(p);
+	free(old);
+	return rc;
+}
+
+/* Gaps in order of size, in place of `gap`. */
+static void measure(struct ct_layout *l, const struct ct_slice *s, double *gap)
+{
+	const size_t n = l->slices;
+	struct ct_spread *r = &l->spread;
+	double step;
+
+	r->length = l->at[n - 1];
+	step = r->length / (double)(n - 1);
+	for (size_t k = 1; k < n; k++) {
+		gap[k - 1] = l->at[k] - l->at[k - 1];
+		if (gap[k - 1] < 1e-3 && !r->twice)
+			r->twice = k;
+	}
+	qsort(gap, n - 1, sizeof *gap, by_value);
+	r->least = gap[0];
+	r->mid = gap[(n - 1) / 2];
+	r->most = gap[n - 2];
+	for (size_t k = 1; k < n; k++) {
+		const double along = r->length > 0 ? l->at[k] / r->length : 0;
+		double side = 0, bend = 0;
+
+		r->uneven = fmax(r->uneven, fabs(l->at[k] - (double)k * step));
+		for (int d = 0; d < 2; d++) {
+			const double x = l->shift[k][d] * s->pitch[d],
+				     end = l->shift[n - 1][d] * s->pitch[d];
+
+			side += x * x;
+			bend += (x - along * end) * (x - along * end);
+		}
+		r->side = fmax(r->side, sqrt(side));
+		r->bend = fmax(r->bend, sqrt(bend));
+		r->slip = sqrt(side);
+	}
+	r->tilt = atan2(r->slip, r->length) * 180 / 3.14159265358979324;
+	for (size_t k = 1; k < n && ct_layout_uneven(l); k++) {
+		const double times = (l->at[k] - l->at[k - 1]) / r->mid;
+
+		if (r->least > 0.95 * r->mid && times > 1.5 && fabs(times - round(times)) < 0.1 &&
+			times < 1e6)
+			r->missing += l->lost[k] = (size_t)round(times) - 1;
+	}
+}
+
+int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct ct_err *e)
+{
+	double a[3], d[3], u[3], *gap = NULL;
+	int rc = -1;
+
+	memset(l, 0, sizeof *l);
+	if (n < 2)
+		return ct_fail(e, CT_EGEOM, "%s: one slice is no volume", n ? s->path : "no file");
+	for (size_t k = 0; k < n; k++)
+		if (ct_slice_check(&s[k], e) || check_pair(&s[0], &s[k], e))
+			return -1;
+	axes(s, a, d, u);
+	l->slices = n;
+	if (ct_alloc0(&l->at, n, sizeof *l->at, e) ||
+		ct_alloc0(&l->shift, n, sizeof *l->shift, e) ||
+		ct_alloc0(&l->lost, n, sizeof *l->lost, e) || ct_alloc(&gap, n, sizeof *gap, e) ||
+		sort(l, s, u, e))
+		goto out;
+	for (size_t k = 0; k < n; k++) {
+		double by[3];
+
+		for (int r = 0; r < 3; r++)
+			by[r] = s[k].position[r] - s[0].position[r];
+		l->shift[k][0] = dot(by, a) / s->pitch[0];
+		l->shift[k][1] = dot(by, d) / s->pitch[1];
+	}
+	measure(l, s, gap);
+	rc = 0;
+out:
+	free(gap);
+	if (rc)
+		ct_layout_free(l);
+	return rc;
+}
+
+bool ct_layout_tilted(const struct ct_layout *l, const struct ct_slice *s)
+{
+	return l->spread.side > 0.1 * fmin(s->pitch[0], s->pitch[1]);
+}
+
+bool ct_layout_uneven(const struct ct_layout *l)
+{
+	return l->spread.uneven > 0.05 * l->spread.length / (double)(l->slices - 1);
+}
+
+static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_tilt tilt,
+	enum ct_gaps gaps, struct ct_err *e)
+{
+	const struct ct_spread *r = &l->spread;
+	const bool tilted = ct_layout_tilted(l, s), uneven = ct_layout_uneven(l);
+
+	if (r->twice)
+		return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s",
+			s[r->twice - 1].path, s[r->twice].path);
+	if (tilted && tilt == CT_TILT_ERROR)
+		return ct_fail(e, CT_EGEOM,
+			"tilted gantry: slices drift sideways by %.4g mm over %.4g mm (%.1f degrees), and "
+			"gaps along the normal run from %.4g to %.4g mm",
+			r->slip, r->length, r->tilt, r->least, r->most);
+	for (size_t k = 1; k < l->slices && gaps != CT_GAPS_FILL; k++)
+		if (l->lost[k])
+			return ct_fail(e, CT_EGEOM,
+				"%zu slices are missing: spacing is %.4g mm, but %.4g mm between %s and %s",
+				r->missing, r->mid, l->at[k] - l->at[k - 1], s[k - 1].path,
+				s[k].path);
+	if (uneven && gaps == CT_GAPS_ERROR)
+		return ct_fail(e, CT_EGEOM, "uneven slices: gaps run from %.4g to %.4g mm",
+			r->least, r->most);
+	if (tilted && tilt == CT_TILT_SHEAR &&
+		(uneven || r->bend > 0.1 * fmin(s->pitch[0], s->pitch[1])))
+		return ct_fail(e, CT_EGEOM,
+			"no sheared grid: the slices are uneven (gaps from %.4g to %.4g mm) or off a straight "
+			"line (by %.4g mm)",
+			r->least, r->most, r->bend);
+	return 0;
+}
+
+/* The smallest gap that a tenth of all have, within 5%. */
+static double common_gap(const struct ct_layout *l)
+{
+	const size_t n = l->slices;
+	double best = l->spread.most;
+
+	for (size_t k = 1; k < n; k++) {
+		const double g = l->at[k] - l->at[k - 1];
+		size_t count = 0;
+
+		for (size_t j = 1; j < n && g < best; j++)
+			count += fabs(l->at[j] - l->at[j - 1] - g) <= 0.05 * g;
+		if (count * 10 >= n - 1 && g < best)
+			best = g;
+	}
+	return best;
+}
+
+/* Planes of the grid along the normal. */
+static int planes(struct ct_layout *l, struct ct_err *e)
+{
+	const struct ct_spread *r = &l->spread;
+	double count;
+
+	l->even = !ct_layout_uneven(l);
+	l->near = r->missing ? 0.05 : 1e-3;
+	if (l->even)
+		count = (double)l->slices;
+	else if (r->missing)
+		count = round(r->length / r->mid) + 1;
+	else
+		count = ceil(r->length / common_gap(l) - 0.05) + 1;
+	if (!(count < 1e5))
+		return ct_fail(e, CT_EGEOM,
+			"uneven slices: gaps from %.4g to %.4g mm over %.4g mm would make %.0f planes",
+			r->least, r->most, r->length, count);
+	l->n[2] = (size_t)count;
+	l->step = r->length / (count - 1);
+	return 0;
+}
+
+/* Make the shifts those from the grid's first column and row, which the affine begins at. */
+static int widen(struct ct_layout *l, const struct ct_slice *s, double low[2], struct ct_err *e)
+{
+	const size_t size[2] = {s->columns, s->rows};
+
+	l->moved = false;
+	for (int d = 0; d < 2; d++) {
+		double high = 0;
+
+		low[d] = 0;
+		for (size_t k = 0; k < l->slices; k++) {
+			low[d] = fmin(low[d], l->shift[k][d]);
+			high = fmax(high, l->shift[k][d]);
+		}
+		if (high - low[d] < 0.01) /* rounding */
+			low[d] = high = 0;
+		if (!(high - low[d] < 4 * (double)size[d]))
+			return ct_fail(e, CT_EGEOM,
+				"tilted gantry: slices drift sideways by %.4g mm over %.4g mm, more than four "
+				"times their own size",
+				l->spread.slip, l->spread.length);
+		for (size_t k = 0; k < l->slices; k++)
+			l->shift[k][d] = high - low[d] > 0 ? l->shift[k][d] - low[d] : 0;
+		l->n[d] =
+			size[d] + (size_t)ceil(high - low[d] - 0.01 > 0 ? high - low[d] - 0.01 : 0);
+		l->moved |= high - low[d] > 0;
+	}
+	return 0;
+}
+
+int ct_layout_grid(struct ct_layout *l, const struct ct_slice *s, enum ct_tilt tilt,
+	enum ct_gaps gaps, struct ct_err *e)
+{
+	double a[3], d[3], u[3], low[2] = {0};
+	const struct ct_slice *end = &s[l->slices - 1];
+	const bool tilted = ct_layout_tilted(l, s);
+
+	if (refuse(l, s, tilt, gaps, e) || planes(l, e))
+		return -1;
+	axes(s, a, d, u);
+	l->n[0] = s->columns;
+	l->n[1] = s->rows;
+	if (tilted && tilt == CT_TILT_RECTIFY) {
+		if (widen(l, s, low, e))
+			return -1;
+	} else
+		memset(l->shift, 0, l->slices * sizeof *l->shift);
+	for (int r = 0; r < 3; r++) {
+		const double ras = r < 2 ? -1 : 1; /* LPS to RAS */
+
+		l->affine[r][0] = ras * a[r] * s->pitch[0];
+		l->affine[r][1] = ras * d[r] * s->pitch[1];
+		l->affine[r][2] = ras * u[r] * l->step;
+		if (tilted && tilt == CT_TILT_SHEAR)
+			l->affine[r][2] =
+				ras * (end->position[r] - s->position[r]) / (double)(l->slices - 1);
+		l->affine[r][3] =
+			ras * s->position[r] + low[0] * l->affine[r][0] + low[1] * l->affine[r][1];
+		for (int c = 0; c < 4; c++)
+			l->affine[r][c] += 0.0; /* no negative zero */
+	}
+	return 0;
+}
+
+double ct_layout_between(const struct ct_layout *l, size_t k, size_t pair[2])
+{
+	const double z = (double)k * l->step;
+	size_t a = 0;
+
+	pair[0] = pair[1] = k;
+	if (l->even)
+		return 0;
+	while (a + 2 < l->slices && l->at[a + 1] <= z)
+		a++;
+	pair[0] = a;
+	pair[1] = a + 1;
+	for (size_t i = a; i < a + 2; i++)
+		if (fabs(l->at[i] - z) <= l->near * l->step) {
+			pair[0] = pair[1] = i;
+			return 0;
+		}
+	return (z - l->at[a]) / (l->at[a + 1] - l->at[a]);
+}

@@ -1,0 +1,68 @@
+/* layout.h: from the places of slices to a grid, by geometry alone.
+ *
+ * The grid is RAS+: i along a row, j down the columns, k along the normal of the slices, which are
+ * put in that order. Its axes are at right angles, unless a tilted stack is kept as it is.
+ */
+#ifndef CT_SERIES_LAYOUT_H
+#define CT_SERIES_LAYOUT_H
+#include "core/words.h"
+#include "series/slice.h"
+
+#define CT_TILT_LIST(X)                                                                            \
+	X(CT_TILT_RECTIFY, "rectify") /* each slice is moved in its plane */                       \
+	X(CT_TILT_SHEAR, "shear")     /* kept, with an affine that is sheared */                   \
+	X(CT_TILT_ERROR, "error")
+enum ct_tilt { CT_TILT_LIST(CT_WORD_VALUE) };
+#define CT_GAPS_LIST(X)                                                                            \
+	X(CT_GAPS_RESAMPLE, "resample") /* uneven spacing is; missing slices are an error */       \
+	X(CT_GAPS_FILL, "fill")         /* and those are interpolated */                           \
+	X(CT_GAPS_ERROR, "error")
+enum ct_gaps { CT_GAPS_LIST(CT_WORD_VALUE) };
+
+/* What the places of a stack say, in mm. */
+struct ct_spread {
+	double length, least, mid,
+		most;  /* from the first to the last slice; gaps and their median */
+	double uneven; /* largest distance of a slice along the normal from where even ones would be
+			*/
+	double slip, tilt; /* of the last slice sideways, and the angle in degrees */
+	double side,
+		bend; /* largest distance sideways: from the first slice's, from a straight line */
+	size_t missing; /* slices, where gaps are multiples of the others */
+	size_t twice;   /* slices `twice` - 1 and `twice` are at one place, if above 0 */
+};
+
+/* Owns what it points to; zeroes are empty. */
+struct ct_layout {
+	struct ct_spread spread;
+	size_t n[3], slices;
+	double affine[3][4];
+	double step;        /* mm between the planes of the grid */
+	double *at;         /* [slices] mm along the normal, from 0 */
+	double (*shift)[2]; /* [slices] columns and rows of the grid before the slice's first pixel
+			     */
+	size_t *lost;       /* [slices] slices missing before this one */
+	bool moved;         /* a shift is not 0 */
+	bool even;          /* plane k of the grid is slice k */
+	double near;        /* of step: a plane as near to a slice is that slice */
+};
+
+/* Sort n slices along their normal and say how they lie. The slices are parallel
+ * (ct_slice_parallel) and pass ct_slice_check; CT_EGEOM if not, or if there are fewer than two. */
+int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct ct_err *e);
+/* The grid of what was surveyed. Uneven is more than 5% of the spacing, tilted more than 0.1 pixel
+ * sideways. The spacing of uneven slices is the smallest gap that a tenth of them have, or what is
+ * nearest to it and leads from the first slice to the last. CT_EGEOM, with the numbers, for slices
+ * at one place and what the rules call an error. */
+int ct_layout_grid(struct ct_layout *l, const struct ct_slice *s, enum ct_tilt tilt,
+	enum ct_gaps gaps, struct ct_err *e);
+bool ct_layout_tilted(const struct ct_layout *l, const struct ct_slice *s);
+bool ct_layout_uneven(const struct ct_layout *l);
+void ct_layout_free(struct ct_layout *l);
+/* Slices on either side of plane k, and the part of the second, in [0, 1); both are the same if the
+ * plane is that slice. */
+double ct_layout_between(const struct ct_layout *l, size_t k, size_t pair[2]);
+/* RAS mm of the middle of slice k. */
+void ct_layout_middle(const struct ct_slice *s, double mm[3]);
+
+#endif

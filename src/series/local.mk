@@ -1,0 +1,7 @@
+# Slices of DICOM series: files, groups, order, grids; no DICOM in here.
+libct_a_SOURCES += src/series/slice.c src/series/slice.h
+libct_a_SOURCES += src/series/census.c src/series/census.h
+libct_a_SOURCES += src/series/moment.c src/series/moment.h
+libct_a_SOURCES += src/series/series.c src/series/series.h
+libct_a_SOURCES += src/series/layout.c src/series/layout.h
+libct_a_SOURCES += src/series/restack.c src/series/restack.h

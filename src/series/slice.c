@@ -1,0 +1,103 @@
+/* slice.c: see slice.h. */
+#include "config.h"
+#include "series/slice.h"
+
+#include <math.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+void ct_slice_normal(const struct ct_slice *s, double n[3])
+{
+	const double *a = s->across, *d = s->down;
+
+	n[0] = a[1] * d[2] - a[2] * d[1];
+	n[1] = a[2] * d[0] - a[0] * d[2];
+	n[2] = a[0] * d[1] - a[1] * d[0];
+}
+
+int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
+{
+	if (!s->placed)
+		return ct_fail(e, CT_EGEOM,
+			"%s: no ImagePositionPatient, ImageOrientationPatient or PixelSpacing",
+			s->path);
+	if (s->samples != 1)
+		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
+			s->path, s->samples);
+	if (!s->scaled || !isfinite(s->slope) || !isfinite(s->intercept) || s->slope == 0)
+		return ct_fail(e, CT_EINPUT,
+			"%s: no usable RescaleSlope and RescaleIntercept: the HU are not known",
+			s->path);
+	for (int i = 0; i < 2; i++)
+		if (!(s->pitch[i] > 1e-6 && s->pitch[i] < 1e4))
+			return ct_fail(
+				e, CT_EGEOM, "%s: PixelSpacing is %g mm", s->path, s->pitch[i]);
+	if (!(fabs(dot(s->across, s->across) - 1) <= 1e-3 &&
+		    fabs(dot(s->down, s->down) - 1) <= 1e-3 &&
+		    fabs(dot(s->across, s->down)) <= 1e-4))
+		return ct_fail(e, CT_EGEOM,
+			"%s: ImageOrientationPatient is not two unit vectors at right angles",
+			s->path);
+	for (int i = 0; i < 3; i++)
+		if (!isfinite(s->position[i]))
+			return ct_fail(
+				e, CT_EGEOM, "%s: ImagePositionPatient is not finite", s->path);
+	return 0;
+}
+
+bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
+{
+	if (a->columns != b->columns || a->rows != b->rows || a->placed != b->placed)
+		return false;
+	for (int i = 0; i < 3 && a->placed; i++)
+		if (!(fabs(a->across[i] - b->across[i]) <= 1e-4) ||
+			!(fabs(a->down[i] - b->down[i]) <= 1e-4))
+			return false;
+	for (int i = 0; i < 2 && a->placed; i++)
+		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
+			return false;
+	return true;
+}
+
+bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)
+{
+	const char *at = s->type;
+	const size_t n = strlen(word);
+
+	for (; k > 0 && at; k--) {
+		at = strchr(at, '\\');
+		at = at ? at + 1 : NULL;
+	}
+	return at && strncmp(at, word, n) == 0 && (at[n] == '\\' || at[n] == '\0');
+}
+
+void ct_slice_scale(const struct ct_slice *s, float none, float *x)
+{
+	const size_t n = s->columns * s->rows;
+	const double lo = s->padded ? fmin(s->padding[0], s->padding[1]) : (double)INFINITY;
+	const double hi = s->padded ? fmax(s->padding[0], s->padding[1]) : -(double)INFINITY;
+
+	for (size_t i = 0; i < n; i++) {
+		const double v = (double)x[i];
+
+		x[i] = v >= lo && v <= hi ? none : (float)(s->slope * v + s->intercept);
+	}
+}
+
+int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)
+{
+	static const char *const none[] = {
+		"", "HU", "US"}; /* US: unspecified, which for CT are HU */
+
+	if (strcmp(s->modality, "CT") != 0)
+		return ct_fail(e, CT_EINPUT, "%s: modality is '%s', not CT", s->path, s->modality);
+	for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+		if (strcmp(s->unit, none[i]) == 0)
+			return 0;
+	return ct_fail(
+		e, CT_EINPUT, "%s: RescaleType is '%s': the values are not HU", s->path, s->unit);
+}

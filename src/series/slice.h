@@ -1,0 +1,69 @@
+/* slice.h: one picture of a DICOM series: what its header says, and what must hold of it.
+ *
+ * DICOM speaks of the patient in LPS+ millimetres.
+ */
+#ifndef CT_SERIES_SLICE_H
+#define CT_SERIES_SLICE_H
+#include "core/err.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CT_SLICE_TEXT = 72 }; /* bytes of a text, its end included */
+
+/* What a file says of one picture. Texts are empty and numbers NaN, or 0 where they are integers,
+ * if it does not say. */
+struct ct_slice {
+	char *path;  /* owned by whoever made the array */
+	size_t file; /* its place in the census */
+	int store;   /* descriptor + 1 of what holds it, if that is no file of its own, */
+	long long begin, bytes; /* and where */
+	size_t frame;           /* the picture's place in its file, from 0 */
+	size_t frames;          /* pictures of the file */
+	char series[CT_SLICE_TEXT], study[CT_SLICE_TEXT],
+		object[CT_SLICE_TEXT],                    /* Series-, Study-, SOPInstanceUID */
+		space[CT_SLICE_TEXT],                     /* FrameOfReferenceUID */
+		patient[CT_SLICE_TEXT];                   /* PatientID */
+	char modality[20], about[CT_SLICE_TEXT];          /* SeriesDescription */
+	char storage[CT_SLICE_TEXT], type[CT_SLICE_TEXT]; /* SOPClassUID, ImageType */
+	char unit[20], kernel[CT_SLICE_TEXT];             /* RescaleType, ConvolutionKernel */
+	int number, instance, acquisition; /* SeriesNumber, InstanceNumber, AcquisitionNumber */
+	int announced;                     /* ImagesInAcquisition */
+	/* TemporalPosition, nominal phase of the heart in %, TriggerTime in ms, acquisition and
+	 * content time in s of the day */
+	double moment, phase, trigger, acquired, made;
+	double kvp, thickness, tilt; /* kV, SliceThickness in mm, GantryDetectorTilt in degrees */
+	size_t columns, rows, samples;
+	double on_disk, claimed; /* bytes of its part of the file, and of its numbers unpacked */
+	bool placed;             /* has position, orientation and pixel spacing */
+	double position[3];      /* of the centre of the first pixel, LPS mm */
+	double across[3];        /* unit vector along a row: towards the next column */
+	double down[3];          /* unit vector along a column: towards the next row */
+	double pitch[2];         /* mm between columns, mm between rows */
+	bool scaled;             /* has RescaleSlope and RescaleIntercept */
+	double slope, intercept;
+	bool padded;
+	double padding[2]; /* stored values from, to that are no measurement */
+};
+
+/* The vector across x down. */
+void ct_slice_normal(const struct ct_slice *s, double n[3]);
+/* CT_EGEOM unless it is placed, by unit vectors at right angles and pixels that have a size;
+ * CT_EINPUT unless it has one usable scale. */
+int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
+/* Is b parallel to a, of the same matrix and pixel size? */
+bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
+/* How ImageType's value `k`, from 0, begins: is it `word`? */
+bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
+/* Stored values of a slice to those that its scale makes of them; padding becomes `none`. */
+void ct_slice_scale(const struct ct_slice *s, float none, float *x);
+/* CT_EINPUT, with the field that says so, unless the values are HU. */
+int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

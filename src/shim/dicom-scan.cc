@@ -1,0 +1,293 @@
+/* dicom-scan.cc: every file below some paths, and what it is. See dicom.h. */
+#include "config.h"
+#include "shim/dicom-tags.h"
+#include "shim/dicom.h"
+#include "shim/guard.h"
+#include "shim/held.h"
+
+#include <vtkDICOMItem.h>
+#include <vtkDICOMUtilities.h>
+#include <vtkNew.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+struct Found {
+	std::vector<ct_file> file;
+	std::vector<ct_slice> slice;
+	std::set<std::string> folders; /* been there */
+	Store store;
+
+	~Found()
+	{
+		for (ct_file &f : file)
+			std::free(f.path);
+		for (ct_slice &s : slice)
+			std::free(s.path);
+	}
+};
+
+char *copy_of(const std::string &s)
+{
+	char *p = strdup(s.c_str());
+
+	if (!p)
+		throw std::bad_alloc();
+	return p;
+}
+
+void note(Found &found, const std::string &path, ct_file_state state, const std::string &why = "",
+	const std::string &series = "")
+{
+	ct_file f = {};
+
+	f.state = state;
+	std::snprintf(f.why, sizeof f.why, "%s", why.c_str());
+	std::snprintf(f.series, sizeof f.series, "%s", series.c_str());
+	found.file.reserve(found.file.size() + 1);
+	f.path = copy_of(path);
+	found.file.push_back(f);
+}
+
+/* Are the numbers of a picture that is not compressed all there? */
+bool cut_off(vtkDICOMMetaData *m, vtkDICOMParser *p)
+{
+	const double size = m->Get(DC::Rows).AsDouble() * m->Get(DC::Columns).AsDouble() *
+			    static_cast<double>(count_frames(m)) *
+			    std::max(1.0, m->Get(DC::SamplesPerPixel).AsDouble()) *
+			    (m->Get(DC::BitsAllocated).AsInt() / 8);
+
+	return p->GetPixelDataVL() != 0xffffffff &&
+	       (static_cast<double>(p->GetFileSize() - p->GetFileOffset()) <
+			       static_cast<double>(p->GetPixelDataVL()) ||
+		       static_cast<double>(p->GetPixelDataVL()) < size);
+}
+
+/* What is parsed: a file, or a part of the store. */
+struct Source {
+	std::string shown; /* what it is called */
+	const char *path;
+	bool stored;
+	uint64_t begin, size;
+};
+
+void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m)
+{
+	const size_t frames = count_frames(m);
+
+	if (frames == 0 || frames > 1 << 16)
+		return note(found, from.shown, CT_FILE_DAMAGED, "NumberOfFrames is absurd");
+	note(found, from.shown, CT_FILE_PICTURE, "", m->Get(DC::SeriesInstanceUID).AsString());
+	const double size = static_cast<double>(from.stored ? from.size : fs::file_size(from.path));
+	for (size_t k = 0; k < frames; k++) {
+		ct_slice s = {};
+
+		describe_frame(m, k, &s);
+		s.store = from.stored ? found.store.descriptor() + 1 : 0;
+		s.begin = static_cast<long long>(from.begin);
+		s.bytes = static_cast<long long>(from.size);
+		s.on_disk = size / static_cast<double>(frames);
+		found.slice.reserve(found.slice.size() + 1);
+		s.file = found.file.size() - 1;
+		s.path = copy_of(from.shown);
+		found.slice.push_back(s);
+	}
+}
+
+/* Files that a DICOMDIR lists and that are not there. */
+void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
+{
+	const vtkDICOMValue &records = m->Get(DC::DirectoryRecordSequence);
+	const fs::path folder = fs::path(path).parent_path();
+	std::string series;
+
+	for (size_t i = 0; i < records.GetNumberOfValues(); i++) {
+		const vtkDICOMItem &item = records.GetSequenceData()[i];
+		const vtkDICOMValue &id = item.Get(DC::ReferencedFileID);
+		std::error_code bad;
+		fs::path file = folder;
+
+		if (item.Get(DC::SeriesInstanceUID).IsValid())
+			series = item.Get(DC::SeriesInstanceUID).AsString();
+		for (size_t k = 0; k < id.GetNumberOfValues(); k++)
+			file /= id.GetString(static_cast<unsigned>(k));
+		if (id.GetNumberOfValues() > 0 && !fs::exists(fs::symlink_status(file, bad)))
+			note(found, file.string(), CT_FILE_UNREADABLE,
+				"listed in " + path + ", but not there", series);
+	}
+}
+
+void add_dicom(Found &found, const Source &from)
+{
+	vtkNew<vtkDICOMMetaData> m;
+	vtkNew<vtkDICOMParser> p;
+	const bool parsed = parse_header(from.path, m, p);
+	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
+
+	if (!parsed)
+		return note(
+			found, from.shown, CT_FILE_DAMAGED, "its header cannot be read", series);
+	if (!p->GetPixelDataFound()) {
+		if (may_hold_picture(m))
+			return note(found, from.shown, CT_FILE_DAMAGED, "its picture is missing",
+				series);
+		note(found, from.shown, CT_FILE_BARE, "", series);
+		if (!from.stored)
+			add_missing(found, from.shown, m);
+		return;
+	}
+	if (cut_off(m, p))
+		return note(found, from.shown, CT_FILE_DAMAGED, "truncated: its picture is cut off",
+			series);
+	add_picture(found, from, m);
+}
+
+/* What is held and deflated is parsed once it is inflated, the rest as it is. */
+void add_held(Found &found, const Source &from)
+{
+	const uint64_t end = found.store.size();
+
+	if (!inflate_dicom(from.path, found.store))
+		return add_dicom(found, from);
+	const uint64_t size = found.store.size() - end;
+	const Held plain(found.store.descriptor(), end, size);
+
+	add_dicom(found, {from.shown, plain.path(), true, end, size});
+}
+
+/* The files in an archive; `single`: only of one file that is compressed. */
+bool add_archive(Found &found, const std::string &path, bool single)
+{
+	return unpack(path, single, found.store, [&](const Member &m) {
+		const std::string shown = m.name.empty() ? path : path + "/" + m.name;
+
+		if (!m.trouble.empty())
+			return note(found, shown, CT_FILE_DAMAGED, m.trouble);
+		if (m.size == 0)
+			return note(found, shown, CT_FILE_DAMAGED, "it is empty");
+		if (!m.dicom)
+			return note(found, shown, m.zeros ? CT_FILE_DAMAGED : CT_FILE_FOREIGN,
+				m.zeros ? "it holds zeros" : "");
+		const Held held(found.store.descriptor(), m.begin, m.size);
+
+		add_held(found, {shown, held.path(), true, m.begin, m.size});
+	});
+}
+
+/* `named` by the user: archives are opened, and not only what is compressed alone. */
+void add_file(Found &found, const std::string &path, bool named)
+{
+	std::error_code bad;
+	std::vector<char> head(4096);
+	std::ifstream in;
+
+	if (fs::is_regular_file(path, bad) && fs::file_size(path, bad) == 0)
+		return note(found, path, CT_FILE_DAMAGED, "it is empty");
+	if (access(path.c_str(), R_OK) != 0)
+		return note(found, path, CT_FILE_UNREADABLE, std::strerror(errno));
+	if (!fs::is_regular_file(path, bad))
+		return note(found, path, CT_FILE_FOREIGN, "no file");
+	if (vtkDICOMUtilities::IsDICOMFile(path.c_str()))
+		return add_held(found, {path, path.c_str(), false, 0, 0});
+	in.open(path, std::ios::binary);
+	in.read(head.data(), static_cast<std::streamsize>(head.size()));
+	head.resize(static_cast<size_t>(in.gcount()));
+	if (std::all_of(head.begin(), head.end(), [](char c) { return c == 0; }))
+		return note(found, path, CT_FILE_DAMAGED, "it holds zeros");
+	if ((named || (head.size() > 2 && head[0] == '\x1f' && head[1] == '\x8b')) &&
+		add_archive(found, path, !named))
+		return;
+	note(found, path, CT_FILE_FOREIGN);
+}
+
+void add(Found &found, const std::string &path, bool named)
+{
+	try {
+		add_file(found, path, named);
+	} catch (const std::runtime_error &x) { /* deflated data, or no room to unpack */
+		note(found, path, CT_FILE_DAMAGED, x.what());
+	}
+}
+
+void walk(Found &found, const std::string &folder)
+{
+	std::error_code bad;
+	std::vector<std::string> names;
+	const std::string real = fs::canonical(folder, bad).string();
+
+	if (!found.folders.insert(real).second)
+		return; /* a link led here once more */
+	fs::directory_iterator all(folder, bad), end;
+	if (bad)
+		return note(found, folder + "/", CT_FILE_UNREADABLE, bad.message());
+	for (; all != end && !bad; all.increment(bad))
+		names.push_back(all->path().string());
+	std::sort(names.begin(), names.end()); /* a folder has no order */
+	for (const std::string &name : names)
+		if (fs::is_directory(name, bad))
+			walk(found, name);
+		else
+			add(found, name, false);
+}
+
+int scan(const char *path, Found &found, ct_err *e)
+{
+	std::error_code bad;
+
+	if (!fs::exists(fs::symlink_status(path, bad)))
+		return ct_fail(e, CT_EINPUT, "%s: %s", path, std::strerror(ENOENT));
+	if (fs::is_directory(path, bad))
+		walk(found, path);
+	else
+		add(found, path, true);
+	return 0;
+}
+
+template <class T> T *hand_over(std::vector<T> &v)
+{
+	T *out = static_cast<T *>(std::calloc(v.size() + 1, sizeof(T)));
+
+	if (!out)
+		throw std::bad_alloc();
+	std::copy(v.begin(), v.end(), out);
+	return out;
+}
+
+} // namespace
+
+extern "C" int ct_dicom_scan(
+	const char *const *paths, size_t n, struct ct_census *c, struct ct_err *e)
+{
+	*c = {};
+	return guard(e, n ? paths[0] : "no path", [&] {
+		Found found;
+
+		for (size_t i = 0; i < n; i++)
+			if (scan(paths[i], found, e))
+				return -1;
+		c->file = hand_over(found.file);
+		c->files = found.file.size();
+		found.file.clear(); /* the paths have a new owner */
+		c->slice = hand_over(found.slice);
+		c->slices = found.slice.size();
+		found.slice.clear();
+		c->store = found.store.release() + 1;
+		return 0;
+	});
+}

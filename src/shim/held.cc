@@ -1,0 +1,275 @@
+/* held.cc: see held.h. */
+#include "config.h"
+#include "shim/held.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/sendfile.h>
+#include <unistd.h>
+#include <zlib.h>
+#ifdef HAVE_LIBARCHIVE
+#include <archive.h>
+#include <archive_entry.h>
+#include <memory>
+#endif
+
+namespace
+{
+
+const uint64_t most = UINT64_C(1) << 36; /* bytes of all that is unpacked */
+
+[[noreturn]] void fail(const std::string &what)
+{
+	throw std::runtime_error(what + ": " + std::strerror(errno));
+}
+
+} // namespace
+
+Store::~Store()
+{
+	if (fd >= 0)
+		close(fd);
+}
+
+void Store::add(const void *data, size_t n)
+{
+	const char *p = static_cast<const char *>(data);
+
+	if (fd < 0) {
+		std::error_code bad;
+		const std::string folder = std::filesystem::temp_directory_path(bad).string();
+
+		if (bad)
+			throw std::runtime_error("no TMPDIR to unpack in: " + bad.message());
+		fd = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+		if (fd < 0)
+			fail(folder);
+	}
+	if (n > most - end)
+		throw std::runtime_error("more than 64 GiB when unpacked");
+	while (n > 0) {
+		const ssize_t done = pwrite(fd, p, n, static_cast<off_t>(end));
+
+		if (done <= 0)
+			fail("unpacking");
+		p += done;
+		n -= static_cast<size_t>(done);
+		end += static_cast<uint64_t>(done);
+	}
+}
+
+int Store::release()
+{
+	const int was = fd;
+
+	fd = -1;
+	return was;
+}
+
+void Held::hold(int store, uint64_t begin, uint64_t size)
+{
+	off_t from = static_cast<off_t>(begin);
+
+	fd = memfd_create("ctsr-held", MFD_CLOEXEC);
+	if (fd < 0)
+		fail("memory");
+	name = "/proc/self/fd/" + std::to_string(fd);
+	while (size > 0) {
+		const ssize_t n = sendfile(fd, store, &from, std::min<uint64_t>(size, 1 << 30));
+
+		if (n <= 0)
+			fail("memory");
+		size -= static_cast<uint64_t>(n);
+	}
+}
+
+Held::Held(int store, uint64_t begin, uint64_t size)
+{
+	hold(store, begin, size);
+}
+
+Held::Held(const ct_slice &s)
+{
+	if (s.store)
+		hold(s.store - 1, static_cast<uint64_t>(s.begin), static_cast<uint64_t>(s.bytes));
+	else
+		name = s.path;
+}
+
+Held::~Held()
+{
+	if (fd >= 0)
+		close(fd);
+}
+
+bool looks_like_dicom(const unsigned char *p, size_t n)
+{
+	if (n >= 132 && std::memcmp(p + 128, "DICM", 4) == 0)
+		return true;
+	return n >= 8 && (p[0] == 2 || p[0] == 8) && p[1] == 0 && p[3] == 0;
+}
+
+#ifdef HAVE_LIBARCHIVE
+namespace
+{
+
+std::string trouble_of(archive *a)
+{
+	return archive_error_string(a) ? archive_error_string(a) : "damaged archive";
+}
+
+void keep(archive *a, Member &m, Store &store)
+{
+	std::vector<unsigned char> block(1 << 16);
+	size_t held = 0;
+	la_ssize_t n;
+
+	while (held < 4096 &&
+		(n = archive_read_data(a, block.data() + held, block.size() - held)) > 0)
+		held += static_cast<size_t>(n);
+	m.dicom = looks_like_dicom(block.data(), held);
+	m.zeros = std::all_of(
+		block.data(), block.data() + held, [](unsigned char c) { return c == 0; });
+	m.size = held;
+	if (n >= 0 && m.dicom) {
+		store.add(block.data(), held);
+		while ((n = archive_read_data(a, block.data(), block.size())) > 0)
+			store.add(block.data(), static_cast<size_t>(n));
+		m.size = store.size() - m.begin;
+	}
+	if (n < 0)
+		m.trouble = trouble_of(a);
+}
+
+} // namespace
+
+bool unpack(const std::string &path, bool single, Store &store,
+	const std::function<void(const Member &)> &each)
+{
+	const std::unique_ptr<archive, int (*)(archive *)> a(archive_read_new(), archive_read_free);
+	archive_entry *entry;
+	bool any = false;
+	int rc;
+
+	archive_read_support_filter_all(a.get());
+	if (!single) {
+		archive_read_support_format_zip(a.get());
+		archive_read_support_format_tar(a.get());
+	}
+	archive_read_support_format_raw(a.get());
+	if (archive_read_open_filename(a.get(), path.c_str(), 1 << 16) != ARCHIVE_OK) {
+		each({"", trouble_of(a.get()), store.size(), 0, false, false});
+		return true;
+	}
+	while ((rc = archive_read_next_header(a.get(), &entry)) == ARCHIVE_OK ||
+		rc == ARCHIVE_WARN) {
+		const bool raw = archive_format(a.get()) == ARCHIVE_FORMAT_RAW;
+		const char *name = archive_entry_pathname(entry);
+		Member m = {raw || !name ? "" : name, "", store.size(), 0, false, false};
+
+		if (raw && archive_filter_count(a.get()) < 2)
+			return false; /* not compressed: no archive */
+		if (!raw && archive_entry_filetype(entry) != AE_IFREG)
+			continue;
+		any = true;
+		keep(a.get(), m, store);
+		each(m);
+		if (!m.trouble.empty())
+			return true;
+	}
+	if (rc == ARCHIVE_EOF || (!any && archive_filter_count(a.get()) < 2))
+		return any;
+	each({"", trouble_of(a.get()), store.size(), 0, false, false});
+	return true;
+}
+#else
+bool unpack(const std::string &, bool, Store &, const std::function<void(const Member &)> &)
+{
+	return false;
+}
+#endif
+
+namespace
+{
+
+/* Where the data set begins behind the group of the file's meta information, whose syntax lies at
+ * *syntax; 0 if there is none. */
+size_t data_begin(const std::vector<unsigned char> &b, size_t *syntax)
+{
+	size_t at = 132;
+
+	if (b.size() < 140 || std::memcmp(b.data() + 128, "DICM", 4) != 0)
+		return 0;
+	for (*syntax = 0; at + 8 <= b.size() && b[at] == 2 && b[at + 1] == 0;) {
+		const bool wide = std::memcmp(&b[at + 4], "OB", 2) == 0 ||
+				  std::memcmp(&b[at + 4], "UN", 2) == 0;
+		size_t size = b[at + 6] | b[at + 7] << 8, head = 8;
+
+		if (wide) {
+			if (at + 12 > b.size())
+				return 0;
+			size = b[at + 8] | b[at + 9] << 8 | b[at + 10] << 16 |
+			       static_cast<size_t>(b[at + 11]) << 24;
+			head = 12;
+		}
+		if (size > b.size() - at - head)
+			return 0;
+		if (b[at + 2] == 0x10 && b[at + 3] == 0 && size == 22)
+			*syntax = at + head;
+		at += head + size;
+	}
+	return *syntax ? at : 0;
+}
+
+} // namespace
+
+bool inflate_dicom(const char *path, Store &store)
+{
+	static const char deflated[] = "1.2.840.10008.1.2.1.99",
+			  plain[] = "1.2.840.10008.1.2.1\0\0";
+	std::vector<unsigned char> file, block(1 << 18);
+	std::ifstream in(path, std::ios::binary);
+	size_t begin, syntax;
+	z_stream z = {};
+	int rc;
+
+	file.resize(4096);
+	in.read(reinterpret_cast<char *>(file.data()), 4096);
+	file.resize(static_cast<size_t>(in.gcount()));
+	begin = data_begin(file, &syntax);
+	if (begin == 0 || std::memcmp(&file[syntax], deflated, 22) != 0)
+		return false;
+	in.clear();
+	file.insert(
+		file.end(), std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+	std::memcpy(&file[syntax], plain, 22);
+	store.add(file.data(), begin);
+	if (inflateInit2(&z, -15) != Z_OK)
+		throw std::bad_alloc();
+	z.next_in = file.data() + begin;
+	z.avail_in = static_cast<uInt>(file.size() - begin);
+	try {
+		do {
+			z.next_out = block.data();
+			z.avail_out = static_cast<uInt>(block.size());
+			rc = inflate(&z, Z_NO_FLUSH);
+			store.add(block.data(), block.size() - z.avail_out);
+		} while (rc == Z_OK && (z.avail_in > 0 || z.avail_out == 0));
+	} catch (...) {
+		inflateEnd(&z);
+		throw;
+	}
+	inflateEnd(&z);
+	if (rc != Z_STREAM_END)
+		throw std::runtime_error("truncated: the deflated data end early");
+	return true;
+}

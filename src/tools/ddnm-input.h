@@ -1,0 +1,22 @@
+/* ddnm-input.h: what the input of ct-ddnm says of itself. */
+#ifndef CT_TOOLS_DDNM_INPUT_H
+#define CT_TOOLS_DDNM_INPUT_H
+#include "core/stack.h"
+
+#include <stdbool.h>
+
+/* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
+ * little less is assumed, since too much blur assumed costs more than too little; where no blur
+ * is known, that of a quarter of a coarse voxel. */
+int ddnm_input_blur(double *sigma, const struct ct_stack *in, size_t scale, struct ct_err *e);
+/* What the network sees as 1: `given`, or if that is 0 what suits the stack. */
+int ddnm_input_norm(double *norm, double given, const struct ct_stack *in, struct ct_err *e);
+/* By how much it was coarsened: what it says; `given`, or if that is 0 4, where it says nothing.
+ * CT_EINPUT, and CT_EUSAGE for another one given, naming `path`. */
+int ddnm_input_scale(
+	size_t *scale, int given, const struct ct_stack *in, const char *path, struct ct_err *e);
+/* Was the scan whose refined volume was projected sampled so that it aliases, or is that not known?
+ */
+int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e);
+
+#endif

@@ -1,0 +1,136 @@
+/* dicom-account.c: what became of every file; see dicom-series.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "shim/dicom.h"
+#include "tools/dicom-series.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+int series_open(struct series_set *set, const char *const *paths, size_t n, struct ct_err *e)
+{
+	if (ct_dicom_scan(paths, n, &set->census, e))
+		return -1;
+	return ct_series_list(set->census.slice, set->census.slices, &set->list, &set->n, e);
+}
+
+void series_close(struct series_set *set)
+{
+	ct_census_free(&set->census);
+	free(set->list);
+	memset(set, 0, sizeof *set);
+}
+
+void series_line(const struct series_set *set, size_t pick, char *out, size_t room)
+{
+	const struct ct_series *l = &set->list[pick];
+	const struct ct_slice *s = &set->census.slice[l->first];
+	const char *role = l->role == CT_PICTURE_SLICES ? "" : ct_picture_word(l->role);
+
+	snprintf(out, room, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", pick + 1, l->count,
+		s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "", role,
+		*l->moment ? ", " : "", l->moment);
+}
+
+enum {
+	OTHER_SERIES = CT_PICTURE_COPY + 1,
+	STATES,
+	USED = STATES + CT_FILE_UNREADABLE + 1,
+	REASONS
+};
+
+static const char *reason_word(int reason)
+{
+	if (reason == OTHER_SERIES)
+		return "of another series";
+	return reason >= STATES ? CT_WORD(CT_FILE_LIST, reason - STATES)
+				: ct_picture_word((enum ct_picture)reason);
+}
+
+/* Why each file is not used, if so. */
+static void judge(const struct series_set *set, size_t pick, size_t without, int *reason)
+{
+	const struct ct_census *c = &set->census;
+
+	for (size_t i = 0; i < c->files; i++)
+		reason[i] = STATES + (int)c->file[i].state;
+	for (size_t k = 0; k < set->n; k++) {
+		const struct ct_series *l = &set->list[k];
+
+		for (size_t i = 0; i < l->count; i++) {
+			int *r = &reason[c->slice[l->first + i].file];
+
+			if (k == pick && i + without < l->count)
+				*r = USED;
+			else if (*r != STATES + CT_FILE_PICTURE)
+				continue; /* used, or damaged after all */
+			else if (k == pick)
+				*r = CT_PICTURE_COPY;
+			else
+				*r = l->role == CT_PICTURE_SLICES ? OTHER_SERIES : (int)l->role;
+		}
+	}
+}
+
+void series_account(
+	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env)
+{
+	const struct ct_census *c = &set->census;
+	size_t count[REASONS] = {0}, at = 0;
+	struct ct_err e = {0};
+	char text[300] = "";
+	int *reason;
+
+	if (ct_alloc(&reason, c->files, sizeof *reason, &e))
+		return;
+	judge(set, pick, without, reason);
+	for (size_t i = 0; i < c->files; i++) {
+		const struct ct_file *f = &c->file[i];
+
+		count[reason[i]]++;
+		if (reason[i] != USED)
+			ct_log(env, CT_INFO, "%s: not used: %s%s%s", f->path,
+				reason_word(reason[i]), f->why[0] ? ": " : "", f->why);
+	}
+	for (int r = 0; r < USED; r++)
+		if (count[r] && at < sizeof text)
+			at += (size_t)snprintf(text + at, sizeof text - at, "%s%zu %s",
+				at ? ", " : ": ", count[r], reason_word(r));
+	ct_log(env, count[USED] < c->files ? CT_WARN : CT_INFO, "%zu of %zu file%s used%s",
+		count[USED], c->files, c->files == 1 ? "" : "s", text);
+	free(reason);
+}
+
+int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_census *c = &set->census;
+	const struct ct_slice *s = &c->slice[set->list[pick].first];
+	const struct ct_file *first = NULL;
+	size_t count = 0;
+
+	for (size_t i = 0; i < c->files; i++) {
+		const struct ct_file *f = &c->file[i];
+
+		if (!ct_file_may_belong(f, s))
+			continue;
+		first = count++ ? first : f;
+		if (skip)
+			ct_log(env, CT_WARN, "%s: skipped: %s%s%s", f->path,
+				CT_WORD(CT_FILE_LIST, f->state), f->why[0] ? ": " : "", f->why);
+	}
+	if (count == 0 || skip)
+		return 0;
+	ct_fail(e, CT_EINPUT, "%s: %s%s%s", first->path, CT_WORD(CT_FILE_LIST, first->state),
+		first->why[0] ? ": " : "", first->why);
+	if (count > 1)
+		return ct_fail(e, CT_EINPUT,
+			"%s: %s%s%s, and %zu more that may be of the series; --skip-damaged goes on without",
+			first->path, CT_WORD(CT_FILE_LIST, first->state), first->why[0] ? ": " : "",
+			first->why, count - 1);
+	return ct_fail(e, CT_EINPUT,
+		"%s: %s%s%s; it may be of the series; --skip-damaged goes on without it",
+		first->path, CT_WORD(CT_FILE_LIST, first->state), first->why[0] ? ": " : "",
+		first->why);
+}

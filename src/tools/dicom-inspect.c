@@ -1,0 +1,255 @@
+/* dicom-inspect.c: see dicom-inspect.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "shim/dicom.h"
+#include "tools/dicom-inspect.h"
+#include "tools/report.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static json_t *text(const char *s)
+{
+	json_t *v = json_string(s);
+
+	return v ? v : json_string("(not UTF-8)");
+}
+
+static json_t *number(double x)
+{
+	return isfinite(x) ? json_real(x) : json_null();
+}
+
+static void put_text(json_t *o, const char *key, const char *s, json_t *missing, const char *field)
+{
+	if (*s)
+		json_object_set_new(o, key, text(s));
+	else if (field)
+		json_array_append_new(missing, json_string(field));
+}
+
+static void put_number(json_t *o, const char *key, double x, json_t *missing, const char *field)
+{
+	if (isfinite(x))
+		json_object_set_new(o, key, json_real(x));
+	else
+		json_array_append_new(missing, json_string(field));
+}
+
+static json_t *pair(double a, double b)
+{
+	return json_pack("[o,o]", number(a), number(b));
+}
+
+/* How many files are what, and what is the matter with them. */
+static json_t *files_of(const struct series_set *set)
+{
+	static const char *const words[] = {CT_FILE_LIST(CT_WORD_TEXT)};
+	size_t count[sizeof words / sizeof *words] = {0};
+	json_t *o = json_object();
+
+	json_object_set_new(o, "files", json_integer((json_int_t)set->census.files));
+	for (size_t i = 0; i < set->census.files; i++)
+		count[set->census.file[i].state]++;
+	for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+		if (count[k])
+			json_object_set_new(o, words[k], json_integer((json_int_t)count[k]));
+	return o;
+}
+
+static json_t *trouble_of(const struct series_set *set)
+{
+	json_t *list = json_array();
+
+	for (size_t i = 0; i < set->census.files; i++) {
+		const struct ct_file *f = &set->census.file[i];
+
+		if (f->state == CT_FILE_DAMAGED || f->state == CT_FILE_UNREADABLE)
+			json_array_append_new(list,
+				json_pack("{s:o,s:s,s:o}", "file", text(f->path), "state",
+					CT_WORD(CT_FILE_LIST, f->state), "why", text(f->why)));
+	}
+	return list;
+}
+
+static json_t *gaps_of(const struct ct_layout *l, const struct ct_slice *s)
+{
+	json_t *list = json_array();
+
+	for (size_t k = 1; k < l->slices; k++)
+		if (l->lost[k]) {
+			double a[3], b[3];
+
+			ct_layout_middle(&s[k - 1], a);
+			ct_layout_middle(&s[k], b);
+			json_array_append_new(
+				list, json_pack("{s:i,s:[f,f,f],s:[f,f,f]}", "missing",
+					      (int)l->lost[k], "after-mm", a[0], a[1], a[2],
+					      "before-mm", b[0], b[1], b[2]));
+		}
+	return list;
+}
+
+/* Least and largest value of the slices that can be decoded; the failure of the first that cannot.
+ */
+static int range_of(double range[2], const struct ct_slice *s, size_t n, const struct ct_env *env,
+	struct ct_err *e)
+{
+	float *px = NULL;
+	size_t area;
+	int rc = -1;
+
+	range[0] = (double)INFINITY;
+	range[1] = -(double)INFINITY;
+	for (size_t k = 0; k < n; k++) {
+		if (s[k].frame)
+			continue; /* with the first of its file */
+		if (ct_check_stop(env, e) ||
+			ct_size_mul(&area, s[k].columns * s[k].rows, s[k].frames, s[k].path, e))
+			goto out;
+		free(px);
+		px = NULL;
+		if (ct_alloc(&px, area, sizeof *px, e) || ct_dicom_pixels(&s[k], px, e))
+			goto out;
+		for (size_t f = 0; f < s[k].frames; f++)
+			ct_slice_scale(&s[k], NAN, px + f * (area / s[k].frames));
+		for (size_t i = 0; i < area; i++) {
+			range[0] = fmin(range[0], (double)px[i]);
+			range[1] = fmax(range[1], (double)px[i]);
+		}
+		ct_progress(env, "looking", k + 1, n);
+	}
+	rc = 0;
+out:
+	free(px);
+	return rc;
+}
+
+/* What would be made of the series, and with what remarks. */
+static void judge(json_t *o, struct ct_slice *s, size_t n, const struct series_rule *rule,
+	const struct ct_env *env, struct ct_err *e)
+{
+	json_t *remarks = json_array();
+	struct ct_layout l = {0};
+	double range[2];
+	bool fit;
+
+	if (ct_layout_survey(&l, s, n, e) == 0) {
+		const struct ct_spread *r = &l.spread;
+
+		json_object_set_new(o, "spacing-mm", pair(s->pitch[0], s->pitch[1]));
+		json_object_set_new(o, "gap-mm", json_pack("[f,f,f]", r->least, r->mid, r->most));
+		json_object_set_new(
+			o, "tilt-deg", json_real(ct_layout_tilted(&l, s) ? r->tilt : 0));
+		json_object_set_new(o, "gaps", gaps_of(&l, s));
+		if (ct_layout_tilted(&l, s))
+			json_array_append_new(remarks, json_string("tilted gantry"));
+		if (ct_layout_uneven(&l) && !r->missing)
+			json_array_append_new(remarks, json_string("uneven slices"));
+		if (n < 8)
+			json_array_append_new(remarks, json_string("few slices"));
+	}
+	fit = l.slices && (rule->units != CT_UNITS_AUTO || ct_slice_check_hu(s, e) == 0) &&
+	      range_of(range, s, n, env, e) == 0;
+	if (fit)
+		json_object_set_new(o, "range", pair(range[0], range[1]));
+	fit = fit && ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) == 0;
+	if (fit)
+		json_object_set_new(
+			o, "grid", json_pack("[i,i,i]", (int)l.n[0], (int)l.n[1], (int)l.n[2]));
+	json_object_set_new(o, "fit", json_boolean(fit));
+	if (!fit)
+		json_object_set_new(o, "why-not", text(e->msg));
+	json_object_set_new(o, "remarks", remarks);
+	ct_layout_free(&l);
+}
+
+/* *e stays zero if the series is fit. */
+static json_t *series_of(const struct series_set *set, size_t k, const struct series_rule *rule,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_series *l = &set->list[k];
+	struct ct_slice *s = set->census.slice + l->first;
+	json_t *o = json_object(), *missing = json_array();
+
+	json_object_set_new(o, "series", json_integer((json_int_t)k + 1));
+	json_object_set_new(o, "kind", json_string(ct_picture_word(l->role)));
+	json_object_set_new(o, "slices", json_integer((json_int_t)l->count));
+	json_object_set_new(o, "size", json_pack("[i,i]", (int)s->columns, (int)s->rows));
+	put_text(o, "uid", s->series, missing, "SeriesInstanceUID");
+	put_text(o, "description", s->about, missing, "SeriesDescription");
+	put_text(o, "modality", s->modality, missing, "Modality");
+	put_text(o, "moment", l->moment, missing, NULL);
+	put_text(o, "kernel", s->kernel, missing, "ConvolutionKernel");
+	put_number(o, "kvp", s->kvp, missing, "KVP");
+	put_number(o, "thickness-mm", s->thickness, missing, "SliceThickness");
+	put_text(o, "unit", s->unit, missing, "RescaleType");
+	put_text(o, "frame-of-reference", s->space, missing, "FrameOfReferenceUID");
+	if (!s->placed)
+		json_array_append_new(missing, json_string("ImagePositionPatient"));
+	if (!s->scaled)
+		json_array_append_new(missing, json_string("RescaleSlope"));
+	json_object_set_new(
+		o, "padding", s->padded ? pair(s->padding[0], s->padding[1]) : json_null());
+	json_object_set_new(o, "missing-fields", missing);
+	if (l->role == CT_PICTURE_SLICES || l->role == CT_PICTURE_OTHER)
+		judge(o, s, l->count, rule, env, e);
+	else {
+		ct_fail(e, CT_EINPUT, "%s: no slices: %s", s->path, ct_picture_word(l->role));
+		json_object_set_new(o, "fit", json_false());
+	}
+	return o;
+}
+
+/* why[k] is why series k is not fit. */
+static void print(const struct series_set *set, const char *path, const struct series_rule *rule,
+	struct ct_err *why, const struct ct_env *env)
+{
+	json_t *list = json_array(), *counts = files_of(set), *all, *o;
+	size_t k;
+
+	for (k = 0; k < set->n; k++)
+		json_array_append_new(list, series_of(set, k, rule, env, &why[k]));
+	all = json_pack("{s:o,s:s}", "file", text(path), "kind", "DICOM");
+	json_object_update(all, counts);
+	json_object_set_new(all, "trouble", trouble_of(set));
+	json_decref(counts);
+	if (env->json) {
+		json_object_set(all, "series", list);
+		json_dumpf(all, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
+		putchar('\n'); /* ct_cli_main checks standard output */
+	} else {
+		report_print(stdout, all);
+		json_array_foreach (list, k, o) {
+			putchar('\n');
+			report_print(stdout, o);
+		}
+	}
+	json_decref(list);
+	json_decref(all);
+}
+
+int inspect_print(const char *const *paths, size_t n, const struct series_rule *rule,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct series_set set = {0};
+	struct ct_err *why = NULL;
+	size_t pick;
+	int rc = -1;
+
+	if (series_open(&set, paths, n, e) || ct_alloc0(&why, set.n, sizeof *why, e))
+		goto out;
+	print(&set, paths[0], rule, why, env);
+	if (series_choose(&set, paths[0], rule, &pick, e) ||
+		series_whole(&set, pick, rule->skip_damaged, env, e))
+		goto out;
+	*e = why[pick];
+	rc = e->code == CT_OK ? 0 : -1;
+out:
+	free(why);
+	series_close(&set);
+	return rc;
+}

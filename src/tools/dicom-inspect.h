@@ -1,0 +1,11 @@
+/* dicom-inspect.h: what is in a folder of DICOM files, before anything is made of it. */
+#ifndef CT_TOOLS_DICOM_INSPECT_H
+#define CT_TOOLS_DICOM_INSPECT_H
+#include "tools/dicom-series.h"
+
+/* Print the files and series of the paths, as text or, with env->json, as one JSON document. 0 if
+ * series_read would take the series of the rule; else its failure, behind the report. */
+int inspect_print(const char *const *paths, size_t n, const struct series_rule *rule,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

@@ -1,0 +1,340 @@
+/* dicom-series.c: from files to a volume. See dicom-series.h. */
+#include "config.h"
+#include "core/inflate.h"
+#include "core/mem.h"
+#include "series/moment.h"
+#include "series/restack.h"
+#include "shim/dicom.h"
+#include "tools/dicom-series.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NONE_HU = -1024 }; /* what no pixel covers */
+
+/* The slices that are read, and the pictures of the last file of several. */
+struct reader {
+	const struct ct_slice *s;
+	float none;
+	const char *path;
+	float *frames;
+	size_t failed; /* the slice that could not be decoded */
+};
+
+static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
+{
+	struct reader *r = ctx;
+	const struct ct_slice *s = &r->s[k];
+	const size_t area = s->columns * s->rows;
+	size_t all;
+
+	r->failed = k;
+	if (s->frames == 1) {
+		if (ct_dicom_pixels(s, px, e))
+			return -1;
+	} else {
+		if (!r->path || strcmp(r->path, s->path) != 0) {
+			free(r->frames);
+			r->frames = NULL;
+			r->path = NULL;
+			if (ct_size_mul(&all, area, s->frames, s->path, e) ||
+				ct_alloc(&r->frames, all, sizeof *r->frames, e) ||
+				ct_dicom_pixels(s, r->frames, e))
+				return -1;
+			r->path = s->path;
+		}
+		memcpy(px, r->frames + s->frame * area, area * sizeof *px);
+	}
+	ct_slice_scale(s, r->none, px);
+	return 0;
+}
+
+/* Put the slices that repeat the one before them, number by number, behind the others. */
+static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
+{
+	const size_t area = s->columns * s->rows;
+	struct reader r = {.s = s, .none = NONE_HU};
+	struct ct_slice *again = NULL;
+	float *a = NULL, *b = NULL;
+	size_t copies = 0;
+	int rc = -1;
+
+	*kept = 0;
+	if (ct_alloc(&a, area, sizeof *a, e) || ct_alloc(&b, area, sizeof *b, e) ||
+		ct_alloc(&again, n, sizeof *again, e))
+		goto out;
+	for (size_t k = 0; k < n; k++) {
+		bool same = *kept && s[k].placed && ct_moment_together(&s[*kept - 1], &s[k]);
+
+		if (same) {
+			if (read_slice(&r, *kept - 1, a, e) || read_slice(&r, k, b, e))
+				goto out;
+			same = memcmp(a, b, area * sizeof *a) == 0;
+		}
+		if (same)
+			again[copies++] = s[k];
+		else
+			s[(*kept)++] = s[k];
+	}
+	memcpy(s + *kept, again, copies * sizeof *s);
+	rc = 0;
+out:
+	free(r.frames);
+	free(a);
+	free(b);
+	free(again);
+	return rc;
+}
+
+/* Some converters give every slice a frame of its own. */
+static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env *env)
+{
+	for (size_t k = 1; k < n; k++)
+		if (strcmp(s[k].space, s[0].space) != 0) {
+			ct_log(env, CT_WARN,
+				"slices of one series name several frames of reference; their "
+				"positions are taken to be in one");
+			return;
+		}
+}
+
+/* Numbers that are left out where no place is, and pictures that were announced. */
+static void warn_numbers(
+	const struct ct_slice *s, const struct ct_layout *l, const struct ct_env *env)
+{
+	const size_t n = l->slices;
+	const int way = s[n - 1].instance > s[0].instance ? 1 : -1;
+	int step = 0;
+
+	for (size_t k = 1; k < n; k++) {
+		const int by = way * (s[k].instance - s[k - 1].instance);
+
+		if (by <= 0 || s[k].frames > 1)
+			return; /* they do not follow the places */
+		step = step == 0 || by < step ? by : step;
+	}
+	for (size_t k = 1; k < n; k++) {
+		const int by = way * (s[k].instance - s[k - 1].instance);
+
+		if (by > step && by % step == 0 && !l->lost[k])
+			ct_log(env, CT_WARN,
+				"InstanceNumber %d is followed by %d (%s): slices may be missing, though "
+				"no place is",
+				s[k - 1].instance, s[k].instance, s[k].path);
+	}
+	if (s->announced > 0 && (size_t)s->announced > n && s->acquisition == s[n - 1].acquisition)
+		ct_log(env, CT_WARN, "ImagesInAcquisition is %d, but %zu slices are here",
+			s->announced, n);
+}
+
+static void warn_grid(const struct ct_slice *s, const struct ct_layout *l, const struct ct_env *env)
+{
+	const struct ct_spread *r = &l->spread;
+
+	if (l->moved)
+		ct_log(env, CT_WARN,
+			"tilted by %.2f degrees: slices are moved in their planes, %.4g mm over %.4g mm",
+			r->tilt, r->slip, r->length);
+	else if (ct_layout_tilted(l, s))
+		ct_log(env, CT_WARN, "tilted by %.2f degrees: the affine is sheared", r->tilt);
+	if (!l->even)
+		ct_log(env, CT_WARN,
+			"gaps run from %.4g to %.4g mm: %zu slices are resampled to %zu planes, %.6g mm "
+			"apart",
+			r->least, r->most, l->slices, l->n[2], l->step);
+	for (size_t k = 1; k < l->slices; k++)
+		if (l->lost[k]) {
+			double a[3], b[3];
+
+			ct_layout_middle(&s[k - 1], a);
+			ct_layout_middle(&s[k], b);
+			ct_log(env, CT_WARN,
+				"gap: %zu missing between %.6g,%.6g,%.6g and %.6g,%.6g,%.6g mm, "
+				"interpolated",
+				l->lost[k], a[0], a[1], a[2], b[0], b[1], b[2]);
+		}
+}
+
+/* The gaps that were filled, into the metadata. */
+static int mark(
+	struct ct_vol *v, const struct ct_slice *s, const struct ct_layout *l, struct ct_err *e)
+{
+	char text[400] = "";
+	size_t at = 0;
+
+	for (size_t k = 1; k < l->slices; k++)
+		if (l->lost[k] && at < sizeof text - 80) {
+			double a[3], b[3];
+
+			ct_layout_middle(&s[k - 1], a);
+			ct_layout_middle(&s[k], b);
+			at += (size_t)snprintf(text + at, sizeof text - at,
+				"%s%.6g,%.6g,%.6g:%.6g,%.6g,%.6g", at ? " " : "", a[0], a[1], a[2],
+				b[0], b[1], b[2]);
+		}
+	return at ? ct_meta_set(&v->meta, CT_META_FILLED, text, e) : 0;
+}
+
+/* Words behind a message. */
+static void hint(struct ct_err *e, const char *words)
+{
+	const size_t at = strlen(e->msg);
+
+	snprintf(e->msg + at, sizeof e->msg - at, "%s", words);
+}
+
+static int check_values(struct ct_slice *s, size_t n, enum ct_units units, struct ct_err *e)
+{
+	for (size_t k = 0; k < n; k++) {
+		if (units == CT_UNITS_AUTO && ct_slice_check_hu(&s[k], e)) {
+			hint(e, " (but see --units)");
+			return -1;
+		}
+		if (units != CT_UNITS_AUTO && !s[k].scaled) {
+			s[k].scaled = true;
+			s[k].slope = 1;
+			s[k].intercept = 0;
+		}
+	}
+	return 0;
+}
+
+/* Pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
+static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
+{
+	double from = 0, to = 0;
+
+	for (size_t k = 0; k < n; k++) {
+		from += s[k].on_disk;
+		to += s[k].claimed;
+	}
+	return ct_inflate_check((uint64_t)fmin(from, 1e18), (uint64_t)fmin(to, 1e18), e)
+		       ? ct_blame(e, s->path)
+		       : 0;
+}
+
+/* The slices, in any order, to a volume; *failed is the slice, of their new order, that could not
+ * be decoded, or n. */
+static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct series_rule *rule,
+	size_t *failed, const struct ct_env *env, struct ct_err *e)
+{
+	struct reader r = {.s = s, .none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
+	const struct ct_restack_source from = {read_slice, &r};
+	struct ct_layout l = {0};
+	int rc = -1;
+
+	*failed = n;
+	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) ||
+		ct_vol_alloc(v, l.n, e))
+		goto out;
+	memcpy(v->affine, l.affine, sizeof v->affine);
+	rc = ct_restack_fill(v->data, &l, s, r.none, &from, env, e);
+	if (rc) {
+		*failed = e->code == CT_EINPUT ? r.failed : n;
+		goto out;
+	}
+	warn_frames(s, n, env);
+	warn_numbers(s, &l, env);
+	warn_grid(s, &l, env);
+	rc = mark(v, s, &l, e);
+out:
+	free(r.frames);
+	ct_layout_free(&l);
+	return rc;
+}
+
+/* A slice that cannot be decoded goes to the end, and its file is damaged. */
+static void set_aside(struct series_set *set, struct ct_series *l, size_t count, size_t k,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_slice *s = set->census.slice + l->first, bad = s[k];
+	struct ct_file *f = &set->census.file[bad.file];
+
+	ct_log(env, CT_WARN, "skipped: %s", e->msg);
+	f->state = CT_FILE_DAMAGED;
+	snprintf(f->why, sizeof f->why, "%s", "the picture cannot be decoded");
+	memmove(s + k, s + k + 1, (count - k - 1) * sizeof *s);
+	s[count - 1] = bad;
+	*e = (struct ct_err){0};
+}
+
+/* What is the matter where there is no picture at all? */
+static int nothing(const struct series_set *set, const char *path, struct ct_err *e)
+{
+	const struct ct_census *c = &set->census;
+	const struct ct_file *f = NULL;
+
+	for (size_t i = 0; i < c->files; i++)
+		if (!f || c->file[i].state > f->state)
+			f = &c->file[i];
+	if (!f)
+		return ct_fail(e, CT_EINPUT, "%s: no files in this folder", path);
+	if (c->files == 1)
+		return ct_fail(e, CT_EINPUT, "%s: %s%s%s", f->path, CT_WORD(CT_FILE_LIST, f->state),
+			f->why[0] ? ": " : "", f->why);
+	return ct_fail(e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s: %s%s%s", path,
+		c->files, f->path, CT_WORD(CT_FILE_LIST, f->state), f->why[0] ? ": " : "", f->why);
+}
+
+int series_choose(const struct series_set *set, const char *path, const struct series_rule *rule,
+	size_t *pick, struct ct_err *e)
+{
+	const struct ct_slice *s = set->census.slice;
+
+	if (set->n == 0)
+		return nothing(set, path, e);
+	for (size_t k = 0; k < set->n && rule->member; k++)
+		for (size_t i = 0; i < set->list[k].count; i++)
+			if (strcmp(s[set->list[k].first + i].path, rule->member) == 0) {
+				*pick = k;
+				return 0;
+			}
+	return ct_series_pick(set->list, set->n, s, rule->which, pick, e) ? ct_blame(e, path) : 0;
+}
+
+int series_read(const char *const *paths, size_t n, const struct series_rule *rule,
+	struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	struct series_set set = {0};
+	struct ct_series *l;
+	size_t pick, count, failed = 0;
+	int rc = -1;
+
+	if (series_open(&set, paths, n, e))
+		goto out;
+	if (series_choose(&set, paths[0], rule, &pick, e)) {
+		for (size_t k = 0; k < set.n; k++) {
+			char line[400];
+
+			series_line(&set, k, line, sizeof line);
+			ct_log(env, CT_WARN, "%s", line);
+		}
+		goto out;
+	}
+	l = &set.list[pick];
+	if (series_whole(&set, pick, rule->skip_damaged, env, e) ||
+		check_values(set.census.slice + l->first, l->count, rule->units, e) ||
+		part_repeats(set.census.slice + l->first, l->count, &count, e) ||
+		check_size(set.census.slice + l->first, count, e))
+		goto out;
+	while ((rc = assemble(v, set.census.slice + l->first, count, rule, &failed, env, e)) != 0 &&
+		failed < count && rule->skip_damaged) {
+		ct_vol_free(v);
+		set_aside(&set, l, count, failed, env, e);
+		count--;
+	}
+	if (rc && failed < count)
+		hint(e, "; --skip-damaged goes on without it");
+	if (rc)
+		goto out;
+	series_account(&set, pick, l->count - count, env);
+	rc = ct_meta_set(&v->meta, CT_META_QUANTITY,
+		rule->units == CT_UNITS_OTHER ? CT_QUANTITY_OTHER : CT_QUANTITY_HU, e);
+out:
+	if (rc)
+		ct_vol_free(v);
+	series_close(&set);
+	return rc;
+}

@@ -1,0 +1,72 @@
+#!/bin/sh
+# What cannot be HU is refused by what computes in HU; the user has the last word.
+. "$srcdir/tests/tap.sh"
+for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121 122 123; do
+	# shellcheck disable=SC2059
+	printf "\\$(printf %03o "$v")\\000"
+done >a.raw
+make() { ct-convert -q --raw 4x3x2:i16 --spacing 1,2,3 --slope "$2" --intercept "$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
+make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
+ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
+u='ct-upsample -q -x 2 --method linear'
+no() { # no FILE WORDS COMMAND...
+	f=$1 w=$2; shift 2
+	exits 3 "$1: $f" "$@"; has err "$f.nii: values from .* are not HU.*$w" 'says which and why'
+}
+no unit 'but see --units' $u unit.nii o.nii
+no both 'but see --units' $u both.nii o.nii
+no plus 'as if 1000 or 1024 was added.*--units' $u plus.nii o.nii
+no unit '--units' ct-degrade -q -x 2 unit.nii o.nii
+no unit '--units' ct-restore -q -x 2 unit.nii o.nii
+no plus '--units' ct-compose -q plus.nii plus.nii o.nii
+no unit '--quantity' ct-project -q --views 2 unit.nii o.exr
+no unit '--range or --window' ct-metrics unit.nii unit.nii
+no plus '--range or --window' ct-metrics hu.nii plus.nii
+ct-project -q --views 2 --det 4x4 p.nii s.exr
+no unit '--units' ct-nabgs -q --base unit.nii s.exr o.ply
+exits 3 'ct-sr' ct-sr -q -x 2 unit.nii o.nii; has err 'values from 0 to 0.984 are not HU' 'too'
+[ ! -e o.nii ]; ok $? 'no file is left'
+for f in hu crop bone one tissue; do exits 0 "$f may be HU" $u -f $f.nii o.nii; done
+exits 0 '--units hu' $u -f --units hu unit.nii o.nii
+ct-info o.nii >info; has info '^quantity  *hu$' 'is noted'
+exits 0 'and believed from then on' $u -f o.nii oo.nii
+exits 0 '--units other' $u -f --units other unit.nii o.nii; ct-info o.nii >info; has info '^quantity  *other$' 'is noted'
+exits 3 'and believed' $u -f o.nii oo.nii; has err 'o.nii: its values are not HU, says its metadata' 'says so'
+exits 0 'ct-convert notes it' ct-convert --units hu unit.nii said.nii; exits 0 'once' $u -f said.nii o.nii
+exits 0 'ct-convert copies what is not HU' ct-convert unit.nii copy.nii
+exits 0 'a range is given' ct-metrics --range 1 unit.nii unit.nii
+exits 0 'or a window' ct-metrics --window 0:1 unit.nii unit.nii
+exits 0 'density is what the user says' ct-project -q --quantity density --views 2 --det 4x4 unit.nii p.exr
+exits 0 'ct-sr hands it on' ct-sr -q --dry-run --units hu --series 2 unit.nii new.nii
+has out 'ct-convert .*--units=hu --series=2' 'to ct-convert'
+# neither sform nor qform: bytes 252 to 255 of the header
+cp hu.nii lost.nii; printf '\0\0\0\0' | dd of=lost.nii bs=1 seek=252 conv=notrunc 2>/dev/null
+exits 0 'no sform, no qform' ct-convert lost.nii found.nii
+has err 'lost.nii: neither sform nor qform: where the voxels lie is not known' 'is told'
+ct-info lost.nii >info; has info '^  nifti.code  *0$' 'and shown'
+ct-info found.nii >info; ! grep -q 'nifti.code' info; ok $? 'what is written has a place'
+if python_with pydicom && ! ct-convert "$dir_" d.nii 2>&1 | grep -q with-vtk; then
+	PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" - <<'END'
+from dicom import write
+for name, tags in {"mgml": {"RescaleType": "MGML"}, "zeff": {"RescaleType": "Z_EFF"}, "hu": {"RescaleType": "HU"},
+                   "us": {"RescaleType": "US"}, "pt": {"Modality": "PT", "RescaleType": "BQML"},
+                   "mr": {"Modality": "MR", "RescaleSlope": None},
+                   "sc": {"SOPClassUID": "1.2.840.10008.5.1.4.1.1.7"}}.items():
+    for k in range(4):
+        write("d-%s/%d.dcm" % (name, k), "axial", k, "1.4.1", **tags)
+END
+	for s in hu us; do exits 0 "RescaleType of $s" ct-convert d-$s d-$s.nii; done
+	for s in mgml:MGML zeff:Z_EFF; do
+		exits 3 "${s%:*}" ct-convert d-${s%:*} no.nii; has err "RescaleType is '${s#*:}': the values are not HU (but see --units)" 'is refused'
+	done
+	for s in mr pt; do exits 3 $s ct-convert d-$s no.nii; has err "modality is '.*', not CT (but see --units)" 'is refused'; done
+	exits 0 'MR, as it is' ct-convert --units other d-mr mr.nii; ct-info mr.nii >info; has info '^quantity  *other$' 'is marked'
+	exits 3 'and refused' $u mr.nii no.nii
+	exits 3 'secondary capture' ct-convert d-sc no.nii
+	has err 'no series of CT slices among 1: screen capture or dose page; --series takes any' 'is refused'
+	exits 0 'by name alone' ct-convert --series 1 d-sc sc.nii
+else
+	skip 'DICOM units' 'no pydicom, or built without vtk-dicom'
+fi
+[ ! -e no.nii ]; ok $? 'no file is left by failures'
+done_testing
