@@ -1,6 +1,6 @@
 #!/bin/sh
 # sanitize.sh [TEST...]: the tests under AddressSanitizer, LeakSanitizer and UBSan, C programs and shell tests, whose
-# commands are built likewise; all of them, or TEST as in t-core or t-sr.sh. Builds in build-sanitize. Any
+# commands are built likewise; all of them, or TEST as in t-core, fuzz/fuzz-ply or t-sr.sh. Builds in build-sanitize. Any
 # report of any process is a failure, also where a test expects its command to fail.
 . "$(dirname "$0")/lib.sh"
 build=$srcdir/build-sanitize
@@ -10,7 +10,7 @@ mkdir -p "$build" && cd "$build" || exit 99
 	{ tail -n 20 configure.log; exit 1; }
 make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
 say() { make -s --eval="say: ; @echo \$($1)" say; }
-tests=${*:-$(for t in $(say TESTS); do echo "${t##*/}"; done)}
+tests=${*:-$(for t in $(say TESTS); do echo "${t#tests/}"; done)}
 programs=$(for t in $tests; do case $t in (*.sh) ;; (*) echo "tests/$t" ;; esac; done)
 called=$(cat "$srcdir"/tests/*.sh | grep -o 'builddir"*/tests/t-[a-z-]*' | sed 's/.*tests/tests/' | sort -u)
 # shellcheck disable=SC2086
