@@ -19,6 +19,7 @@ static bool kept(const char *pattern)
 {
 	struct stat st;
 
+	globfree(&found);
 	return glob(pattern, 0, NULL, &found) == 0 && found.gl_pathc == 1 &&
 	       strstr(err.msg, found.gl_pathv[0]) && stat(found.gl_pathv[0], &st) == 0 &&
 	       (st.st_mode & 0777) == 0600;

@@ -88,7 +88,8 @@ int ct_splat_plan(struct ct_splat *s, const struct ct_camera *c, size_t n,
 	s->n = n;
 	s->bands = bands;
 	s->cam = *c;
-	memset(s->place, 0, chunks * bands * sizeof *s->place); /* where the loop is left off */
+	if (n) /* where the loop is left off */
+		memset(s->place, 0, chunks * bands * sizeof *s->place);
 	ct_par_for(par, chunks, plan_some, &p);
 	return list(s, chunks, par, e);
 }
