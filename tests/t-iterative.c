@@ -241,8 +241,9 @@ static void t_tolerance(enum ct_solver solver)
 	rule.tolerance = report.residual;
 	memset(x, 0, sizeof x);
 	must(ct_iterative_solve(x, dim, &rays, b, &rule, &report, &env, &err));
-	/* that of TV is of another volume, the one that is written */
-	OK(solver == CT_TV || report.iterations == other.iterations + 1,
+	/* TV looks at the volume that it steps from, and reports that of the one it writes */
+	OK(solver == CT_TV ? report.iterations >= other.iterations
+			   : report.iterations == other.iterations + 1,
 		"and later at what it was, which is not below");
 }
 
