@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <sys/stat.h>
 
 static const struct convert defaults = {.orient = "LPS", .slope = 1, .iso = (double)NAN};
 
@@ -69,19 +68,6 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-/* A name that promises another format is a mistake. */
-static int check_name(const char *path, struct ct_err *e)
-{
-	const size_t n = strlen(path);
-	struct stat st;
-
-	if (strcmp(path, "-") == 0 || (n > 4 && strcmp(path + n - 4, ".nii") == 0) ||
-		(n > 7 && strcmp(path + n - 7, ".nii.gz") == 0) ||
-		(stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
-		return 0;
-	return ct_fail(e, CT_EUSAGE, "%s: the name of OUT must end in .nii or .nii.gz", path);
-}
-
 static void say(const struct ct_vol *v, const struct ct_env *env)
 {
 	float lo = v->data[0], hi = lo;
@@ -123,7 +109,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (check_name(p->out, e) || convert_read(p, &v, env, e))
+	if (convert_check_name(p->out, e) || convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);
@@ -138,8 +124,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = ct_nifti_write(
-		p->out, &v, (enum ct_nifti_type)p->type, p->tilt == CT_TILT_SHEAR, env, e);
+	rc = convert_write(p, &v, env, e);
 out:
 	ct_meta_free(&read);
 	ct_vol_free(&v);
