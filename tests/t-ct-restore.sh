@@ -102,14 +102,18 @@ awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii
 ct-degrade -q -x 2 truth.nii two.nii
-exits 5 'other factors are refused' ct-restore -p p.safetensors two.nii x.nii
-has err 'the prior knows no factors 2,2,2' 'in words'
+exits 5 'other factors are refused' ct-restore -w 1 -p p.safetensors two.nii x.nii
+has err 'two.nii: the prior knows no factors 2,2,2$' 'in words'
+exits 0 'or left to the solver' ct-restore -p p.safetensors two.nii x.nii
+has err 'two.nii: the prior knows no factors 2,2,2: nothing is added$' 'which is said'
+ct-upsample -q two.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
+rm x.nii
 exits 0 'and known to a prior of both' ct-restore -q -p two.safetensors two.nii y.nii
 exits 3 'a volume is no prior' ct-restore -p up.nii lo.nii x.nii
 exits 3 'nor is a prior of pictures' ct-restore -p "$builddir/prior.safetensors" lo.nii x.nii
 has err 'no prior of slices' 'in words'
 exits 5 'nor is a volume on another grid one to start from' \
-	ct-restore -p p.safetensors --start truth.nii two.nii x.nii
+	ct-restore -p p.safetensors --start two.nii lo.nii x.nii
 exits 5 'or that of the coarse one' ct-restore -p p.safetensors --start lo.nii lo.nii x.nii
 ct-convert -q --type f32 lo.nii - | tail -c 6720 >lo.raw # 14x12x10
 ct-convert -q --raw 14x12x10:f32 --spacing 8 lo.raw plain.nii

@@ -137,6 +137,74 @@ static void test_body(void)
 	OK(c[0] == 2 && c[1] == 1.5 && c[2] == 1, "of all if nothing is");
 }
 
+/* The box of the largest region, by spreading labels until nothing changes. */
+static void spread(size_t from[3], size_t to[3], const float *in, const size_t n[3], float above)
+{
+	const size_t all = n[0] * n[1] * n[2];
+	size_t label[5 * 4 * 4], count[5 * 4 * 4] = {0}, best = all;
+	bool again = true;
+
+	for (size_t i = 0; i < all; i++)
+		label[i] = i;
+	while (again) {
+		again = false;
+		for (size_t i = 0; i < all; i++)
+			for (int d = 0; d < 3; d++) {
+				const size_t step = d == 0 ? 1 : d == 1 ? n[0] : n[0] * n[1];
+				const size_t at = i / step % n[d], j = i + step;
+
+				if (at + 1 == n[d] || !(in[i] > above) || !(in[j] > above) ||
+					label[i] == label[j])
+					continue;
+				if (label[i] < label[j])
+					label[j] = label[i];
+				else
+					label[i] = label[j];
+				again = true;
+			}
+	}
+	for (size_t i = 0; i < all; i++)
+		count[label[i]] += in[i] > above;
+	for (size_t i = 0; i < all; i++)
+		if (count[i] > (best < all ? count[best] : 0))
+			best = i;
+	for (int d = 0; d < 3; d++) {
+		from[d] = best < all ? n[d] : 0;
+		to[d] = best < all ? 0 : n[d];
+	}
+	for (size_t i = 0; i < all && best < all; i++)
+		for (int d = 0; d < 3 && label[i] == best; d++) {
+			const size_t step = d == 0 ? 1 : d == 1 ? n[0] : n[0] * n[1];
+			const size_t at = i / step % n[d];
+
+			from[d] = at < from[d] ? at : from[d];
+			to[d] = at + 1 > to[d] ? at + 1 : to[d];
+		}
+}
+
+static void test_region(void)
+{
+	static const size_t n[3] = {5, 4, 4};
+	float in[5 * 4 * 4];
+	size_t from[3], to[3], wfrom[3], wto[3];
+	bool same = true, inside = true;
+	struct ct_err e;
+
+	for (uint64_t t = 0; t < 3000; t++) {
+		const uint32_t least = (uint32_t)(t % 5); /* dense to empty */
+
+		for (size_t i = 0; i < 80; i++)
+			in[i] = (float)ct_rng_below(3, t, i, 5);
+		spread(wfrom, wto, in, n, (float)least);
+		same = same && ct_crop_region(from, to, in, n, (float)least, &e) == 0 &&
+		       memcmp(from, wfrom, sizeof from) == 0 && memcmp(to, wto, sizeof to) == 0;
+		for (int d = 0; d < 3; d++)
+			inside = inside && from[d] < to[d] && to[d] <= n[d];
+	}
+	OK(same, "the box of the largest region that touches by faces");
+	OK(inside, "is not empty and in the grid");
+}
+
 static void test_start(void)
 {
 	bool nearest = true, middle = true;
@@ -197,6 +265,7 @@ int main(void)
 	test_reorient();
 	test_between();
 	test_body();
+	test_region();
 	test_start();
 	test_crop();
 	return tap_done();

@@ -59,8 +59,8 @@ ct-project coarsen 1 4096 1
 ct-project photons 0 1e15 0
 ct-project electronic 0 1e12 0
 ct-project mu-water 0.000001 10 0.02
-ct-sr scale 2 16 4
 ct-sr class -1 65535 -1
+ct-sr noise 0 1000000 -
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
@@ -184,7 +184,7 @@ sed 's/^/# /' wrong
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
 ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
-ct-convert --orient --reorient --iso
+ct-convert --orient --reorient --crop --iso
 ct-convert --cube --type --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
@@ -208,15 +208,15 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
-ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
+ct-restore --std x--factor --spacing --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --dry-run --units
-ct-sr x--scale --series Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr x--scale --spacing --series --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
-ct-upsample x--factor m--method --sigma --estimate --decimate --start --noise --iterations
+ct-upsample x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --dry-run --units
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF

@@ -131,6 +131,12 @@ for p in --paper --release; do no ct-sr --quality=best $p; done
 no ct-sr --paper --release
 for q in balanced best; do no ct-sr --class=1 -Q $q; done
 no ct-sr --slices=none.x -Q draft
+for o in --spacing=1 --memory=1G; do for p in --paper --release '-Q balanced'; do no ct-sr $o $p; done; done
+for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
+no ct-sr --spacing=1 -x 2
+no ct-upsample --spacing=1 -x 2
+no ct-restore --spacing=1 -x 2
+no ct-convert --crop=auto --scanner none.x
 no ct-sr --slices=none.x --paper
 no ct-sr --slices=none.x --release
 echo ct-sr --release >>tried # the error names one of the two

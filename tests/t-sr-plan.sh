@@ -19,11 +19,26 @@ plan 'fast, which is the default' lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii o.nii
 EOF
-plan 'a factor that the prior knows no slices of' -x 5 lr.nii o.nii <<'EOF'
+plan 'factors of the axes' -x 1,1,4.5 lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
-ct-upsample -x5 --estimate --tolerance=0.1@lr.nii o.nii
+ct-restore --prior=SLICES.safetensors -x1,1,4.5 --estimate --tolerance=0.1@lr.nii o.nii
 EOF
-has err 'slices.safetensors knows no scans 5 times coarser: nothing is added' 'which is said'
+plan 'voxels that are aimed at, a box, the operator, memory' -Q draft --spacing .5,.5,1 --crop auto --sigma 2 --decimate mean \
+	--noise 3.5 --memory 2G lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii --crop=auto
+ct-upsample --spacing=.5,.5,1 --memory=2G --sigma=2 --decimate=mean --noise=3.5 --tolerance=1@lr.nii o.nii
+EOF
+plan 'and of fast' --spacing 1 --sigma 2 lr.nii o.nii <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-restore --prior=SLICES.safetensors --spacing=1 --sigma=2 --tolerance=0.1@lr.nii o.nii
+EOF
+for x in 0.5 17 1,1,17 2,2 a; do exits 2 "-x $x" ct-sr --dry-run -x $x lr.nii o.nii; done
+exits 2 'nothing to refine' ct-sr --dry-run -x 1 lr.nii o.nii
+has err 'scale: 1 refines nothing' 'in words'
+for q in '-Q balanced' --paper; do for x in 2.5 1,1,4; do
+	exits 2 "$q with factors that projections do not take" ct-sr --dry-run $q -x $x lr.nii o.nii
+	has err "scale: projections take one whole number for all axes, not $x" 'in words'
+done; done
 exits 3 'a prior of pictures has no slices' ct-sr --dry-run --slices "$builddir/prior.safetensors" lr.nii o.nii
 has err 'prior.safetensors: .*no prior of slices' 'in words'
 plan 'balanced' -Q balanced lr.nii o.nii <<'EOF'

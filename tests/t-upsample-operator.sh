@@ -58,6 +58,16 @@ no 2 'contradicts P1.nii, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00
 no 2 'sigma 1.27398 contradicts P1.nii, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii
 for x in 0.99 1025 1,1,0.5; do no 2 '-x: .* is outside \[1, 1024\]' ct-upsample -x $x bare-P1.nii; done
 for x in -0.1 1001 1,1,-1; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-upsample -x 3 --sigma=$x bare-P1.nii; done
+# voxels that are aimed at: bare-P1.nii has 3 mm
+ct-upsample -q -f -m linear -x 3 bare-P1.nii o.nii
+exits 0 'voxels of 1 mm' ct-upsample -m linear --spacing 1 bare-P1.nii mm.nii
+cmp -s o.nii mm.nii || ct-metrics --json o.nii mm.nii | grep -q '"max-hu": 0[,.]'; ok $? 'are a third of 3'
+exits 0 'an axis that is as fine' ct-upsample -m linear --spacing 4,2,3 bare-P1.nii mm2.nii
+ct-info --json mm2.nii | tr -d ' \n' | grep -q '"size":\[32,48,32\],"spacing-mm":\[3.0,2.0,3.0\]'; ok $? 'stays as it is'
+exits 0 'spacing that the file agrees with' ct-upsample -m linear --spacing 1 P1.nii mm3.nii
+no 2 'spacing 1.01 contradicts P1.nii, which was reduced 3,3,3 times' ct-upsample --spacing 1.01 P1.nii
+no 2 'spacing: -1 is not positive' ct-upsample --spacing=1,-1,1 bare-P1.nii
+no 2 'spacing: 0.002 mm is 1/1500 of a voxel, below 1/1024' ct-upsample --spacing 0.002 bare-P1.nii
 exits 0 'no refinement at all' ct-upsample -x 1 -m linear bare-P1.nii one.nii
 exits 0 'the factor to its digits' ct-upsample -f -m linear -x 3.000001 P1.nii o.nii
 

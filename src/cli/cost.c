@@ -1,6 +1,7 @@
 /* cost.c: see cost.h. */
 #include "config.h"
 #include "cli/cost.h"
+#include "cli/progress.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -22,12 +23,12 @@ static int print_json(const struct ct_cost *c, const struct ct_env *env, struct 
 }
 
 /* Never less than the unit: what takes a moment takes "1 s". */
-static void print_time(double seconds)
+static void print_time(FILE *f, double seconds)
 {
 	if (seconds < 7200)
-		printf("time      %.0f s", ceil(seconds));
+		fprintf(f, "%.0f s", ceil(seconds));
 	else
-		printf("time      %.1f h", seconds / 3600);
+		fprintf(f, "%.1f h", seconds / 3600);
 }
 
 static double mib(double bytes)
@@ -41,7 +42,8 @@ int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_e
 		return print_json(c, env, e);
 	if (*c->work)
 		printf("work      %s\n", c->work);
-	print_time(c->seconds);
+	printf("time      ");
+	print_time(stdout, c->seconds);
 	printf(" on %zu threads\n", ct_par_threads(env->par));
 	printf("memory    %.0f MiB\n", mib(c->memory));
 	printf("disk      %.0f MiB", mib(c->disk));
@@ -49,4 +51,22 @@ int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_e
 		printf(", and %.0f MiB of state until it is done", mib(c->state));
 	putchar('\n');
 	return 0;
+}
+
+bool ct_cost_heard(const struct ct_env *env)
+{
+	const struct ct_progress *p = env->ctx;
+
+	return p && p->on;
+}
+
+void ct_cost_say(const struct ct_cost *c, const struct ct_env *env)
+{
+	if (!ct_cost_heard(env))
+		return;
+	ct_progress_clear(env->ctx);
+	fprintf(stderr, "%s: %s: about ", env->tool, c->work);
+	print_time(stderr, c->seconds);
+	fprintf(stderr, " on %zu threads, %.0f MiB of memory, %.0f of disk\n",
+		ct_par_threads(env->par), mib(c->memory), mib(c->disk + c->state));
 }

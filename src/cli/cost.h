@@ -14,5 +14,9 @@ struct ct_cost {
 /* To standard output: lines "work", "time", "memory" and "disk", or with env->json an object of
  * "work", "seconds", "threads", "memory-bytes", "disk-bytes" and "state-bytes". CT_ENOMEM. */
 int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e);
+/* The same in a line on standard error, where progress is shown; nothing elsewhere. */
+void ct_cost_say(const struct ct_cost *c, const struct ct_env *env);
+/* Is ct_cost_say heard? */
+bool ct_cost_heard(const struct ct_env *env);
 
 #endif

@@ -4,6 +4,7 @@
 #include "core/room.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,6 +30,23 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 	return 0;
 }
 
+/* Most of what is free, which others may take, too. */
+#define SHARE 0.8
+
+const char *ct_memory_choose(
+	char own[static 32], const char *given, double need, const struct ct_env *env)
+{
+	const double bytes = ct_memory_free("");
+
+	if (given || bytes <= 0 || need <= bytes)
+		return given;
+	snprintf(own, 32, "%.0fM", fmax(floor(SHARE * bytes / MIB), 1));
+	ct_log(env, CT_WARN,
+		"takes %.0f MiB of memory, and %.0f are free: --memory %s, the rest in files",
+		ceil(need / MIB), floor(bytes / MIB), own);
+	return own;
+}
+
 int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 {
 	const char *tmp = getenv("TMPDIR"), *slash = strrchr(out, '/');
@@ -36,7 +54,7 @@ int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 	char *dir;
 	int rc;
 
-	if (!text)
+	if (!text || ct_room_is_open())
 		return 0;
 	if (ct_memory_bytes(&bytes, text, e))
 		return -1;

@@ -4,15 +4,23 @@
 #define CT_CLI_MEMORY_H
 #include "cli/cli.h"
 
-#define CT_MEMORY(S, f)                                                                             \
-	CT_OPT_IDLE(S, f, 0, "memory", "SIZE", 0, 0,                                                \
-		"take no more memory than this, 600M or 2G, and for what does not fit disk beside " \
-		"OUT, or in TMPDIR if OUT is a stream; the result is the same, later")
+#define CT_MEMORY(S, f)                                                                                     \
+	CT_OPT_IDLE(S, f, 0, "memory", "SIZE", 0, 0,                                                        \
+		"take no more memory than this, 600M or 2G, and for what does not fit disk beside "         \
+		"OUT, or in TMPDIR if OUT is a stream; the result is the same, later; what is free if not " \
+		"given")
 
 /* Bytes of "600M", "1.5G": a number and K, M, G or T, powers of 1024. CT_EUSAGE. */
 int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
-/* Open a room of `text` before anything is read; nothing if it is NULL. CT_EUSAGE for another word.
+/* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
+ * the process is in. `root` is "" but for tests. 0 if nothing tells. */
+double ct_memory_free(const char *root);
+/* What --memory is to be of a run that takes `need` bytes: as it is given; or, if that is NULL and
+ * they are not free, most of what is, with a warning that says so; or NULL. `own` holds the text.
  */
+const char *ct_memory_choose(
+	char own[static 32], const char *given, double need, const struct ct_env *env);
+/* Open a room of `text`, if it is not open; nothing if it is NULL. CT_EUSAGE for another word. */
 int ct_memory_open(const char *text, const char *out, struct ct_err *e);
 /* CT_ENOMEM if that is too little for volumes of n voxels, of which a thread has some planes in
  * hand, and for `fixed` bytes that are no volumes. */

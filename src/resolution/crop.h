@@ -1,11 +1,17 @@
 /* crop.h: the same voxels in another frame: cut or padded. No value changes. */
 #ifndef CT_RESOLUTION_CROP_H
 #define CT_RESOLUTION_CROP_H
+#include "core/err.h"
+
 #include <stddef.h>
 
 /* Centre of mass, in voxel indices, of the voxels above a value, all of weight one; the centre of
  * the grid if there is none. */
 void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float above);
+/* The box from .. to, its ends not included, of the largest region of voxels above a value that
+ * touch by faces, the first of equals; all of the grid if there is none. CT_ENOMEM. */
+int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n[static 3],
+	float above, struct ct_err *e);
 /* First index of a window of m out of n samples, nearest to being centred at c: inside the axis
  * if m <= n, else the axis in its middle (negative). */
 ptrdiff_t ct_crop_start(size_t n, size_t m, double c);

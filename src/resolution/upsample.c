@@ -50,8 +50,16 @@ int ct_upsample_aliasing(
 	return 0;
 }
 
-static int choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
-	const size_t n[3], struct ct_err *e)
+int ct_upsample_volumes(enum ct_upsample method)
+{
+	return method == CT_UPSAMPLE_HTV  ? 8
+	       : method == CT_UPSAMPLE_TV ? 5
+	       : method == CT_UPSAMPLE_DC ? 3
+					  : 2;
+}
+
+int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
+	const size_t n[static 3], struct ct_err *e)
 {
 	r->method = rule->method;
 	if (!rule->known && rule->method >= CT_UPSAMPLE_DC)
@@ -222,7 +230,7 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 				lo->n[a], d->factor[a]);
 		n[a] = ct_degrade_cover(lo->n[a], d->factor[a]);
 	}
-	if (choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
+	if (ct_upsample_choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
 		ct_meta_copy(&hi->meta, &lo->meta, e) ||
 		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_upsample_name(report->method), e))
 		return -1;

@@ -56,6 +56,12 @@ struct ct_upsample_report {
 };
 
 const char *ct_upsample_name(enum ct_upsample method);
+/* r->method and r->aliasing of what the rule makes on a grid of n voxels. CT_EUSAGE for a method
+ * that needs an operator without one. */
+int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
+	const size_t n[static 3], struct ct_err *e);
+/* Volumes of the size of the result that a method has in memory, that one included. */
+int ct_upsample_volumes(enum ct_upsample method);
 /* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
  * frequency of the coarse grid. */
 int ct_upsample_aliasing(
@@ -66,8 +72,7 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	bool move, double *residual, const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for
  * a method that needs an operator without one, CT_EGEOM (also for a start on another grid),
- * CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. Memory beside lo and hi: interpolation one volume, DC two, TV
- * four, HTV seven. */
+ * CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */
 int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	struct ct_upsample_report *report, const struct ct_env *env, struct ct_err *e);
 

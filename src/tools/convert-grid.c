@@ -1,5 +1,6 @@
 /* convert-grid.c: what ct-convert does to the grid. */
 #include "config.h"
+#include "core/room.h"
 #include "formats/raw.h"
 #include "resolution/degrade.h"
 #include "resolution/crop.h"
@@ -13,11 +14,12 @@
 
 enum { AIR = -1024 }; /* HU */
 
-static void replace(struct ct_vol *v, struct ct_vol *with)
+void convert_replace(struct ct_vol *v, struct ct_vol *with)
 {
-	free(v->data);
+	ct_room_free(v->data);
 	v->data = with->data;
 	memcpy(v->n, with->n, sizeof v->n);
+	with->data = NULL;
 }
 
 /* The key's three numbers go with their axes. */
@@ -45,7 +47,7 @@ int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 		return -1;
 	ct_reorient(w.data, v->data, v->n, axis, sign);
 	ct_reorient_affine(v->affine, v->n, axis, sign);
-	replace(v, &w);
+	convert_replace(v, &w);
 	return 0;
 }
 
@@ -96,8 +98,7 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
 			v->affine[r][d] *= mm / old[d];
-	replace(v, &w);
-	w.data = NULL;
+	convert_replace(v, &w);
 	ct_meta_drop(
 		&v->meta, CT_META_FACTOR); /* the voxels are no longer what a degradation left */
 	ct_meta_drop(&v->meta, CT_META_SIGMA);
@@ -126,6 +127,6 @@ int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 		return -1;
 	ct_crop(w.data, w.n, v->data, v->n, start, AIR);
 	ct_crop_affine(v->affine, first);
-	replace(v, &w);
+	convert_replace(v, &w);
 	return 0;
 }

@@ -54,6 +54,11 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
 		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
+		"keep this box: voxels of the three axes, counted from 0, HI not included, or with mm "
+		"behind it RAS+ mm; an end that is left out is that of the scan; auto is the largest "
+		"region above -500 HU and 10 mm about it",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
@@ -118,6 +123,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
+		(p->crop && convert_crop(&v, p->crop, env, e)) ||
 		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))

@@ -9,9 +9,9 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/crop.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
+#include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 #include "tools/prior-file.h"
 
@@ -42,6 +42,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN says "
 		"it was reduced by if not given, and that one if it is"),
+	LOWRES_SPACING(struct params, lr),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
 		"what the prior is to add to, a volume on the grid of OUT; by default what "
 		"ct-upsample makes of IN"),
@@ -81,6 +82,7 @@ static const struct ct_opt opts[] = {
 };
 
 #define PRIOR 67108864.0 /* bytes, of its nets and what looks through them */
+enum { VOLUMES = 5 };    /* in memory while it looks */
 
 struct job {
 	const struct params *p;
@@ -91,6 +93,8 @@ struct job {
 	struct lowres_is is;
 	struct ct_restore_rule rule;
 	bool alone; /* the solver: nothing tells what the prior is to know */
+	const char *memory;
+	char own[32];
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -146,19 +150,52 @@ static int parse_weight(double *weight, bool *careful, const char *text, struct 
 		       : ct_fail(e, CT_EUSAGE, "--weight: %g is outside [0, 10]", *weight);
 }
 
+static struct ct_upsample_rule solver_of(const struct job *j)
+{
+	return (struct ct_upsample_rule){.method = CT_UPSAMPLE_AUTO,
+		.known = j->is.known,
+		.by = j->is.by,
+		.noise = j->is.noise,
+		.iterations = 300,
+		.tolerance = j->p->tolerance};
+}
+
+/* Bytes of volumes: those of the solver, or of what looks for what is lacking. */
+static int need_of(double *bytes, const struct job *j, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = solver_of(j);
+	struct ct_upsample_report r;
+	size_t n[3];
+	int volumes = VOLUMES;
+
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
+	if (ct_upsample_choose(&r, &rule, n, e))
+		return -1;
+	if (!j->p->start && ct_upsample_volumes(r.method) > volumes)
+		volumes = ct_upsample_volumes(r.method);
+	*bytes = PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes;
+	return 0;
+}
+
 /* The slabs, of memory that is enough. */
 static int settle_memory(struct job *j, struct ct_err *e)
 {
-	size_t n[3], bytes;
+	size_t n[3], most;
+	double bytes;
 
-	if (!j->p->memory)
-		return 0;
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
-	if (ct_memory_bytes(&bytes, j->p->memory, e) ||
-		ct_memory_check(j->p->memory, n, PRIOR, j->env, e))
+	if (need_of(&bytes, j, e))
 		return -1;
-	j->rule.slab = ct_restore_slab(&j->prior, &j->is.by, n, (double)bytes / 4);
+	j->memory = ct_memory_choose(j->own, j->p->memory, bytes, j->env);
+	if (!j->memory)
+		return 0;
+	if (ct_memory_bytes(&most, j->memory, e) ||
+		ct_memory_check(j->memory, n, PRIOR, j->env, e) ||
+		ct_memory_open(j->memory, j->p->out, e))
+		return -1;
+	j->rule.slab = ct_restore_slab(&j->prior, &j->is.by, n, (double)most / 4);
 	return 0;
 }
 
@@ -170,6 +207,16 @@ static int leave(struct job *j, const char *why, const char *option, struct ct_e
 	ct_log(j->env, CT_WARN, "%s: %s: nothing is added", j->p->lr.in, why);
 	j->alone = true;
 	return 0;
+}
+
+/* No net is for the factors. */
+static int unknown(struct job *j, bool careful, struct ct_err *e)
+{
+	const double *x = j->is.by.factor;
+	char why[120];
+
+	snprintf(why, sizeof why, "the prior knows no factors %g,%g,%g", x[0], x[1], x[2]);
+	return careful ? leave(j, why, "-x", e) : ct_fail(e, CT_EGEOM, "%s: %s", j->p->lr.in, why);
 }
 
 /* The operator, and what the weights are for it. */
@@ -184,11 +231,6 @@ static int settle(struct job *j, struct ct_err *e)
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	if (!j->is.known)
-		return leave(j, "its edges do not tell how it was reduced", "--sigma", e);
-	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
-		return ct_fail(e, CT_EGEOM, "%s: the prior knows no factors %g,%g,%g", j->p->lr.in,
-			j->is.by.factor[0], j->is.by.factor[1], j->is.by.factor[2]);
 	for (int a = 0; a < 3; a++) {
 		double share = 0;
 
@@ -203,6 +245,10 @@ static int settle(struct job *j, struct ct_err *e)
 	j->rule.noise = j->is.noise;
 	if (parse_weight(&j->rule.weight, &careful, j->p->weight, e) || settle_memory(j, e))
 		return -1;
+	if (!j->is.known)
+		return leave(j, "its edges do not tell how it was reduced", "--sigma", e);
+	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
+		return unknown(j, careful, e);
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
 	if (coarse == 1 && !aliases && careful)
 		return leave(j, "thick slices that are well sampled lack little", "--weight", e);
@@ -216,12 +262,7 @@ static int settle(struct job *j, struct ct_err *e)
 /* What the prior adds to, by the solver. */
 static int refine(struct job *j, struct ct_err *e)
 {
-	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
-		.known = j->is.known,
-		.by = j->is.by,
-		.noise = j->is.noise,
-		.iterations = 300,
-		.tolerance = j->p->tolerance};
+	const struct ct_upsample_rule rule = solver_of(j);
 	struct ct_upsample_report did;
 
 	return ct_upsample(&j->out, &j->in, &rule, &did, j->env, e) ? ct_blame(e, j->p->lr.in) : 0;
@@ -239,41 +280,81 @@ static int begin(struct job *j, struct ct_err *e)
 	return ct_vol_check_finite(&j->out, e) ? ct_blame(e, j->p->start) : 0;
 }
 
-/* Restore the middle of IN, and say what all of it will take. */
-static int expect(struct job *j, struct ct_err *e)
+/* CPU seconds of what the prior adds to a piece. */
+static int try(double *cpu, struct job *j, const double at[3], size_t fine, struct ct_err *e)
 {
-	enum { PIECE = 16 };
+	const struct ct_upsample_rule rule = {
+		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = j->is.by};
 	struct ct_restore_report did;
-	struct ct_vol whole = j->in, piece = {0};
-	struct ct_cost cost = {0};
-	double fine = 1, part = 1, start;
-	ptrdiff_t from[3];
-	size_t n[3];
+	struct ct_upsample_report up;
+	struct ct_vol piece = {0}, x = {0};
+	double begin;
 	int rc = -1;
 
-	for (int a = 0; a < 3; a++) {
-		n[a] = whole.n[a] < PIECE ? whole.n[a] : PIECE;
-		from[a] = (ptrdiff_t)(whole.n[a] - n[a]) / 2;
-		part *= (double)whole.n[a] / (double)n[a];
-		fine *= (double)ct_degrade_cover(whole.n[a], j->is.by.factor[a]);
-	}
-	if (ct_vol_alloc(&piece, n, e))
-		return -1;
-	memcpy(piece.affine, whole.affine, sizeof piece.affine);
-	ct_crop(piece.data, n, whole.data, whole.n, from, 0);
-	j->in = piece;
-	start = ct_clock_wall();
-	if (refine(j, e) == 0 && (j->alone || ct_restore(&j->out, NULL, &j->in, &j->prior, &j->rule,
-						      &did, j->env, e) == 0)) {
-		cost.seconds = (ct_clock_wall() - start) * part;
-		ct_memory_cost(&cost.memory, &cost.state, 4 * fine * 9, j->p->memory); /* of htv */
-		cost.disk = 4 * fine;
-		snprintf(cost.work, sizeof cost.work, "slices of %.0f voxels", fine);
-		rc = ct_cost_print(&cost, j->env, e);
-	}
-	j->in = whole;
+	if (expect_piece(&piece, &j->in, j->is.by.factor, fine, at, e) ||
+		ct_upsample(&x, &piece, &rule, &up, j->env, e))
+		goto out;
+	begin = ct_clock_cpu();
+	rc = ct_restore(&x, NULL, &piece, &j->prior, &j->rule, &did, j->env, e);
+	*cpu += ct_clock_cpu() - begin;
+out:
 	ct_vol_free(&piece);
+	ct_vol_free(&x);
 	return rc;
+}
+
+/* ... to IN, from pieces of all parts of it, since what is flat takes no time. */
+static int expect_added(double *cpu, struct job *j, bool whole, struct ct_err *e)
+{
+	enum { PIECE = 64, PARTS = 8 };
+	static const double low = 0.2, high = 0.8;
+	double part = 1, sum = 0;
+
+	if (whole)
+		return try(cpu, j, (const double[3]){0}, SIZE_MAX / 2, e);
+	for (int k = 0; k < PARTS; k++)
+		if (try(&sum, j,
+			    (const double[3]){
+				    k & 1 ? high : low, k & 2 ? high : low, k & 4 ? high : low},
+			    PIECE, e))
+			return -1;
+	for (int a = 0; a < 3; a++)
+		part *= fmax((double)j->in.n[a] / ceil(PIECE / j->is.by.factor[a]), 1);
+	*cpu += sum * part / PARTS;
+	return 0;
+}
+
+static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = solver_of(j);
+	struct expect x = {.fine = expect_fine(&j->in, j->is.by.factor)};
+	double bytes;
+
+	if (need_of(&bytes, j, e) ||
+		(!j->p->start && expect_upsample(&x, &j->in, &rule, j->env, e)) ||
+		(!j->alone && expect_added(&x.cpu, j, x.whole, e)))
+		return -1;
+	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(j->env->par),
+		.disk = (j->p->std ? 8 : 4) * x.fine};
+	ct_memory_cost(&cost->memory, &cost->state, bytes, j->memory);
+	snprintf(cost->work, sizeof cost->work, "slices of %.0f voxels", x.fine);
+	return 0;
+}
+
+/* Somebody who looks on hears it before it is long. */
+static int tell_cost(struct job *j, struct ct_err *e)
+{
+	struct ct_cost cost;
+
+	if (!j->env->dry_run &&
+		(!ct_cost_heard(j->env) || expect_fine(&j->in, j->is.by.factor) < EXPECT_LONG))
+		return 0;
+	if (expect(&cost, j, e))
+		return -1;
+	if (j->env->dry_run)
+		return ct_cost_print(&cost, j->env, e);
+	ct_cost_say(&cost, j->env);
+	return 0;
 }
 
 /* What the prior adds. */
@@ -334,7 +415,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	}
 	if (settle(&j, e))
 		goto out;
-	rc = env->dry_run ? expect(&j, e) : work(&j, e);
+	rc = tell_cost(&j, e) || (!env->dry_run && work(&j, e)) ? -1 : 0;
 out:
 	ct_slice_prior_free(&j.prior);
 	ct_meta_free(&j.prior_meta);

@@ -7,10 +7,12 @@
 #include "core/inflate.h"
 #include "formats/units.h"
 #include "formats/io.h"
+#include "resolution/degrade.h"
 #include "restore/restore.h"
 #include "tools/prior-file.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,15 +31,17 @@ struct preset {
 	int views, samples, iterations, gaussians;
 	double sampling;  /* detector pixels a voxel; 0 the published 1 */
 	double tolerance; /* of ct-upsample, HU */
+	int scale;        /* of projections; 0: there are none */
 };
 
 static const struct preset presets[] = {
 	[DRAFT] = {.tolerance = 1},
 	[FAST] = {.tolerance = 0.1},
-	[BALANCED] = {64, 2, 1500, 50000, 1.375, 0.1},
-	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02},
+	[BALANCED] = {64, 2, 1500, 50000, 1.375, 0.1, 0},
+	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02, 0},
 };
-static const struct preset paper = {100, 1, 5000, 50000, 0, 0};
+static const struct preset paper = {100, 1, 5000, 50000, 0, 0, 0};
+#define FACTOR "4"
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
 #define PAPER_STEPS 50
@@ -48,13 +52,22 @@ static double release_sigma_y(int scale)
 }
 
 struct params {
-	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series;
-	int scale, label, quality, views, iterations, gaussians;
+	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series, *crop;
+	const char *factor, *spacing, *sigma, *memory;
+	double noise;
+	int decimate, label, quality, views, iterations, gaussians;
 	bool paper, release, resume, dry_run;
 };
 
-static const struct params defaults = {.scale = 4, .label = -1, .quality = FAST};
+static const struct params defaults = {
+	.noise = (double)NAN, .decimate = -1, .label = -1, .quality = FAST};
 
+/* What makes no projections. */
+#define VOLUMES                                                                                    \
+	CT_UNLESS_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                   \
+		CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release)
+/* What inverts the operator. */
+#define INVERTS CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release)
 /* What has another prior than one of what projections lack. */
 #define PUBLISHED CT_IF(struct params, paper), CT_IF(struct params, release)
 /* What goes by way of projections. */
@@ -64,9 +77,30 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
-	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
+	CT_OPT(struct params, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
+		"refine every axis S times, or the three axes X, Y, Z times, from 1 to 16; need not be "
+		"whole where there are no projections; 4 if neither this nor --spacing is given"),
+	CT_OPT(struct params, spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,
+		"refine to voxels of MM, or of X, Y, Z mm along the three axes, in place of -x; an axis "
+		"that is as fine stays as it is",
+		CT_WHEN(VOLUMES, CT_UNLESS(struct params, factor))),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, as ct-convert does"),
+	CT_OPT(struct params, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
+		"refine this box of IN, as ct-convert cuts it"),
+	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+		"the blur that made IN, in voxels of OUT, as ct-upsample takes it; measured if neither "
+		"this nor IN says it",
+		CT_WHEN(INVERTS)),
+	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
+		"how IN was sampled, if IN does not say (sinc)", CT_WHEN(INVERTS)),
+	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+		"standard deviation of the noise of IN; measured if neither this nor IN says it",
+		CT_WHEN(INVERTS)),
+	CT_OPT(struct params, memory, 0, "memory", "SIZE", 0, 0,
+		"take no more memory than this, 600M or 2G, and disk beside OUT for what does not fit; "
+		"what is free if not given",
+		CT_WHEN(VOLUMES)),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
 		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
@@ -130,37 +164,23 @@ static char *plain(const char *name)
 	return asprintf(&s, "%s%s", name[0] == '-' && name[1] ? "./" : "", name) < 0 ? NULL : s;
 }
 
-/* NULL in f->slices if they do not know the factor: the solver is alone then. */
-static int know(struct files *f, const struct params *p, const struct ct_env *env, struct ct_err *e)
+/* A prior of slices, before the time is spent that comes before it. */
+static int check_slices(const char *path, struct ct_err *e)
 {
-	const double s = p->scale;
-	const struct ct_degrade by = {.factor = {s, s, s}};
 	struct ct_slice_prior prior = {0};
 	struct ct_tensors w = {0};
-	int rc = -1;
+	int rc = ct_tensors_read(path, &w, e);
 
-	if (ct_tensors_read(f->slices, &w, e))
-		goto out;
-	if (ct_slice_prior_alloc(&prior, &w, e)) {
-		ct_blame(e, f->slices);
-		goto out;
-	}
-	rc = 0;
-	if (ct_slice_prior_knows(&prior, &by))
-		goto out;
-	ct_log(env, CT_WARN, "%s knows no scans %d times coarser: nothing is added", f->slices,
-		p->scale);
-	free(f->slices);
-	f->slices = NULL;
-out:
+	if (rc == 0 && ct_slice_prior_alloc(&prior, &w, e))
+		rc = ct_blame(e, path);
 	ct_slice_prior_free(&prior);
 	ct_tensors_free(&w);
 	return rc;
 }
 
 /* NULL in f->prior if what projections lack is not known of the factor: there are none then. */
-static int know_lack(
-	struct files *f, const struct params *p, const struct ct_env *env, struct ct_err *e)
+static int know_lack(struct files *f, const struct params *p, int scale, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct ct_residual prior;
 	struct ct_tensors w = {0};
@@ -175,18 +195,18 @@ static int know_lack(
 			rc = ct_blame(e, f->prior);
 	}
 	ct_tensors_free(&w);
-	if (rc || prior.factor == (size_t)p->scale)
+	if (rc || prior.factor == (size_t)scale)
 		return rc;
 	ct_log(env, CT_WARN, "%s knows scans %zu times coarser, not %d: there are no projections",
-		f->prior, prior.factor, p->scale);
+		f->prior, prior.factor, scale);
 	free(f->prior);
 	f->prior = NULL;
 	return 0;
 }
 
 /* Those of the user; a prior is named only if something is left to it. */
-static int name_given(struct files *f, const struct params *p, bool projects,
-	const struct ct_env *env, struct ct_err *e)
+static int name_given(struct files *f, const struct params *p, int scale, const struct ct_env *env,
+	struct ct_err *e)
 {
 	f->in = plain(p->in);
 	f->out = plain(p->out);
@@ -194,13 +214,15 @@ static int name_given(struct files *f, const struct params *p, bool projects,
 	if (!f->in || !f->out || (p->keep && !f->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	if (p->quality != DRAFT && !published(p) &&
-		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) || know(f, p, env, e)))
+		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) ||
+			check_slices(f->slices, e)))
 		return -1;
-	if (!projects)
+	if (scale == 0)
 		return 0;
 	if (published(p))
 		return prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e);
-	return prior_file_find(&f->prior, p->prior, PRIOR_RESIDUAL, e) || know_lack(f, p, env, e)
+	return prior_file_find(&f->prior, p->prior, PRIOR_RESIDUAL, e) ||
+			       know_lack(f, p, scale, env, e)
 		       ? -1
 		       : 0;
 }
@@ -245,7 +267,31 @@ static void free_files(struct files *f)
 	free(f->res);
 }
 
-static struct preset choose(const struct params *p)
+/* The factors; one whole number for all axes where there are projections. */
+static int choose_scale(struct preset *q, const struct params *p, struct ct_err *e)
+{
+	double x[3];
+
+	if (p->spacing)
+		return 0;
+	if (ct_cli_numbers("scale", p->factor ? p->factor : FACTOR, ',', 3, true, x, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		if (!(x[a] >= 1 && x[a] <= 16))
+			return ct_fail(e, CT_EUSAGE, "--scale: %g is outside [1, 16]", x[a]);
+	if (x[0] == 1 && x[1] == 1 && x[2] == 1)
+		return ct_fail(e, CT_EUSAGE, "--scale: 1 refines nothing");
+	if (q->views == 0)
+		return 0;
+	q->scale = (int)x[0];
+	return x[0] == x[1] && x[0] == x[2] && x[0] == q->scale
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE,
+				 "--scale: projections take one whole number for all axes, not %s",
+				 p->factor);
+}
+
+static int choose(struct preset *chosen, const struct params *p, struct ct_err *e)
 {
 	struct preset q = presets[p->quality];
 
@@ -257,7 +303,8 @@ static struct preset choose(const struct params *p)
 		q.iterations = p->iterations;
 	if (p->gaussians)
 		q.gaussians = p->gaussians;
-	return q;
+	*chosen = q;
+	return choose_scale(chosen, p, e);
 }
 
 /* ct-project with what both stacks share. */
@@ -281,7 +328,7 @@ static int add_projections(struct ct_chain *c, const struct params *p, const str
 	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
 		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
-	if (!published(p) && (ct_chain_word(c, e, "--coarsen=%d", p->scale) ||
+	if (!published(p) && (ct_chain_word(c, e, "--coarsen=%d", q->scale) ||
 				     ct_chain_word(c, e, "--pixel=sinc")))
 		return -1;
 	return ct_chain_word(c, e, "%s", published(p) ? f->lr : f->up) ||
@@ -301,14 +348,27 @@ static int add_ddnm(struct ct_chain *c, const struct params *p, const struct pre
 		(p->arch && ct_chain_word(c, e, "--arch=%s", p->arch)) ||
 		(p->label >= 0 && ct_chain_word(c, e, "--class=%d", p->label)))
 		return -1;
-	if (published(p) ? ct_chain_word(c, e, "-x%d", p->scale) ||
+	if (published(p) ? ct_chain_word(c, e, "-x%d", q->scale) ||
 				   ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
 				   ct_chain_word(c, e, "--sigma-y=%g",
-					   p->paper ? PAPER_SIGMA_Y : release_sigma_y(p->scale))
+					   p->paper ? PAPER_SIGMA_Y : release_sigma_y(q->scale))
 			 : ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 				   ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
+}
+
+/* What is said of how IN was made; the rest is measured. */
+static int add_operator(
+	struct ct_chain *c, const struct params *p, const struct preset *q, struct ct_err *e)
+{
+	if ((p->sigma ? ct_chain_word(c, e, "--sigma=%s", p->sigma)
+		      : ct_chain_word(c, e, "--estimate")) ||
+		(p->decimate >= 0 && ct_chain_word(c, e, "--decimate=%s",
+					     CT_WORD(CT_DECIMATE_LIST, p->decimate))) ||
+		(!isnan(p->noise) && ct_chain_word(c, e, "--noise=%g", p->noise)))
+		return -1;
+	return ct_chain_word(c, e, "--tolerance=%g", q->tolerance);
 }
 
 /* The solver, and the prior of slices if it has one to add. */
@@ -317,20 +377,18 @@ static int add_refine(struct ct_chain *c, const struct params *p, const struct p
 {
 	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
-		ct_chain_word(c, e, "-x%d", p->scale))
+		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
+			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : FACTOR)) ||
+		(p->memory && ct_chain_word(c, e, "--memory=%s", p->memory)))
 		return -1;
-	if (published(p) ? ct_chain_word(c, e, "--method=cubic")
-			 : ct_chain_word(c, e, "--estimate") ||
-				   ct_chain_word(c, e, "--tolerance=%g", q->tolerance))
+	if (published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
-static int plan(struct ct_chain *c, const struct params *p, const struct files *f, uint64_t seed,
-	struct ct_err *e)
+static int plan(struct ct_chain *c, const struct params *p, struct preset q, const struct files *f,
+	uint64_t seed, struct ct_err *e)
 {
-	struct preset q = choose(p);
-
 	ct_chain_source(c, f->in);
 	if (f->prior)
 		ct_chain_source(c, f->prior);
@@ -342,7 +400,8 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		(ct_units_said() != CT_UNITS_AUTO &&
 			ct_chain_word(
 				c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, ct_units_said()))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
+		(p->crop && ct_chain_word(c, e, "--crop=%s", p->crop)))
 		return -1;
 	if (!f->prior)
 		return add_refine(c, p, &q, f, f->out, e);
@@ -354,7 +413,7 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		(published(p) ? ct_chain_word(c, e, "--scale=%d", p->scale) ||
+		(published(p) ? ct_chain_word(c, e, "--scale=%d", q.scale) ||
 					ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
 			      : ct_chain_word(c, e, "--rate=1") ||
 					ct_chain_word(c, e, "--lambda-tv=0.2")) ||
@@ -373,13 +432,16 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_chain c = {.folder.lock = -1};
 	struct files f = {0};
+	struct preset q;
 	int rc = -1;
 
+	if (choose(&q, p, e))
+		return -1;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
-	if (name_given(&f, p, choose(p).views > 0, env, e) ||
+	if (name_given(&f, p, q.scale, env, e) ||
 		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) || name_kept(&f, &c, e) ||
-		check_files(&f, p, e) || plan(&c, p, &f, env->seed, e))
+		check_files(&f, p, e) || plan(&c, p, q, &f, env->seed, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);

@@ -11,7 +11,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #include "resolution/upsample.h"
-#include "resolution/crop.h"
+#include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 
 #include <math.h>
@@ -38,6 +38,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
+	LOWRES_SPACING(struct params, lr),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_UPSAMPLE_LIST),
 		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
@@ -107,50 +108,36 @@ static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 			r->residual);
 }
 
-/* Refine the middle of IN, and say what all of it will take. */
-static int expect(const struct ct_vol *in, const struct ct_upsample_rule *rule, const char *memory,
-	const struct ct_env *env, struct ct_err *e)
+/* Bytes of memory that volumes take. */
+static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsample_rule *rule,
+	struct ct_err *e)
 {
-	enum { PIECE = 24, TRIES = 10, USUAL = 100 };
-	static const double volumes[CT_UPSAMPLE_METHODS] = {
-		[CT_UPSAMPLE_DC] = 3, [CT_UPSAMPLE_TV] = 5, [CT_UPSAMPLE_HTV] = 9}; /* else 2 */
-	struct ct_upsample_rule some = *rule;
-	struct ct_upsample_report did;
-	struct ct_cost cost;
-	struct ct_vol piece = {0}, out = {0};
-	double fine = 1, part = 1, begin, seconds;
-	ptrdiff_t start[3];
+	struct ct_upsample_report r;
 	size_t n[3];
-	int rc = -1;
 
-	for (int a = 0; a < 3; a++) {
-		n[a] = in->n[a] < PIECE ? in->n[a] : PIECE;
-		start[a] = (ptrdiff_t)(in->n[a] - n[a]) / 2;
-		part *= (double)in->n[a] / (double)n[a];
-		fine *= (double)ct_degrade_cover(in->n[a], rule->by.factor[a]);
-	}
-	if (ct_vol_alloc(&piece, n, e))
-		goto out;
-	memcpy(piece.affine, in->affine, sizeof piece.affine);
-	ct_crop(piece.data, n, in->data, in->n, start, 0);
-	some.start = NULL;
-	some.iterations = rule->iterations < TRIES ? rule->iterations : TRIES;
-	some.tolerance = 0;
-	begin = ct_clock_wall();
-	if (ct_upsample(&out, &piece, &some, &did, env, e))
-		goto out;
-	seconds = (ct_clock_wall() - begin) * part;
-	if (did.iterations)
-		seconds *= fmin((double)rule->iterations, USUAL) / (double)did.iterations;
-	cost = (struct ct_cost){.seconds = seconds, .disk = 4 * fine};
-	ct_memory_cost(&cost.memory, &cost.state, 4 * fine * fmax(volumes[did.method], 2), memory);
-	snprintf(cost.work, sizeof cost.work, "%s of %.0f voxels", ct_upsample_name(did.method),
-		fine);
-	rc = ct_cost_print(&cost, env, e);
-out:
-	ct_vol_free(&piece);
-	ct_vol_free(&out);
-	return rc;
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
+	if (ct_upsample_choose(&r, rule, n, e))
+		return -1;
+	*bytes = 4 * expect_fine(in, rule->by.factor) * ct_upsample_volumes(r.method);
+	return 0;
+}
+
+static int expect(struct ct_cost *cost, const struct ct_vol *in,
+	const struct ct_upsample_rule *rule, const char *memory, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct expect x;
+	double bytes;
+
+	if (need_of(&bytes, in, rule, e) || expect_upsample(&x, in, rule, env, e))
+		return -1;
+	*cost = (struct ct_cost){
+		.seconds = x.cpu / (double)ct_par_threads(env->par), .disk = 4 * x.fine};
+	ct_memory_cost(&cost->memory, &cost->state, bytes, memory);
+	snprintf(cost->work, sizeof cost->work, "%s of %.0f voxels", ct_upsample_name(x.method),
+		x.fine);
+	return 0;
 }
 
 static int read_inputs(
@@ -167,14 +154,53 @@ static int read_inputs(
 	return ct_vol_check_finite(start, e) ? ct_blame(e, p->start) : 0;
 }
 
-static int enough(const struct params *p, const struct ct_vol *in,
-	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
+/* The memory of a run, and what it will take if that is long and somebody looks on. */
+static int settle_memory(char own[static 32], const char **memory, const struct params *p,
+	const struct ct_vol *in, const struct ct_upsample_rule *rule, const struct ct_env *env,
+	struct ct_err *e)
 {
+	struct ct_cost cost;
+	double bytes;
 	size_t n[3];
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
-	return ct_memory_check(p->memory, n, 0, env, e);
+	if (need_of(&bytes, in, rule, e))
+		return ct_blame(e, p->lr.in);
+	*memory = ct_memory_choose(own, p->memory, bytes, env);
+	if (ct_memory_check(*memory, n, 0, env, e) || ct_memory_open(*memory, p->out, e))
+		return -1;
+	if (env->dry_run || !ct_cost_heard(env) || expect_fine(in, rule->by.factor) < EXPECT_LONG)
+		return 0;
+	if (expect(&cost, in, rule, *memory, env, e))
+		return ct_blame(e, p->lr.in);
+	ct_cost_say(&cost, env);
+	return 0;
+}
+
+static int tell_cost(const struct ct_vol *in, const struct ct_upsample_rule *rule,
+	const char *memory, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_cost cost;
+
+	return expect(&cost, in, rule, memory, env, e) || ct_cost_print(&cost, env, e) ? -1 : 0;
+}
+
+static int write_out(const struct params *p, struct ct_vol *out, const struct ct_vol *in,
+	const struct ct_vol *start, const struct ct_upsample_rule *rule, bool iterated,
+	const struct ct_env *env, struct ct_err *e)
+{
+	if ((rule->known || p->lr.estimate) && ct_degrade_put(&out->meta, &rule->by, e))
+		return -1;
+	if (iterated && rule->noise > 0 &&
+		ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", rule->noise))
+		return -1;
+	if (ct_check_stop(env, e) ||
+		ct_meta_step(&out->meta, env, 2,
+			(const struct ct_meta *const[]){&in->meta, p->start ? &start->meta : NULL},
+			e))
+		return -1;
+	return ct_keep_vol(p->out, out, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -183,15 +209,19 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0}, start = {0};
 	struct ct_upsample_rule rule;
 	struct ct_upsample_report did;
+	const char *memory = NULL;
+	char own[32];
 	double begin;
 	int rc = -1;
 
 	if (ct_memory_open(p->memory, p->out, e) || read_inputs(&in, &start, p, e) ||
-		rule_of(&rule, p, &in, env, e) || enough(p, &in, &rule, env, e))
+		rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	begin = ct_clock_wall();
-	if (env->dry_run ? expect(&in, &rule, p->memory, env, e)
+	if (settle_memory(own, &memory, p, &in, &rule, env, e))
+		goto out;
+	if (env->dry_run ? tell_cost(&in, &rule, memory, env, e)
 			 : ct_upsample(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->lr.in);
 		goto out;
@@ -204,17 +234,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		out.n[0], out.n[1], out.n[2], ct_upsample_name(did.method),
 		ct_clock_wall() - begin);
 	report(env, &did);
-	if ((rule.known || p->lr.estimate) && ct_degrade_put(&out.meta, &rule.by, e))
-		goto out;
-	if (did.iterations && rule.noise > 0 &&
-		ct_meta_setf(&out.meta, e, CT_META_NOISE, "%.9g", rule.noise))
-		goto out;
-	if (ct_check_stop(env, e) ||
-		ct_meta_step(&out.meta, env, 2,
-			(const struct ct_meta *const[]){&in.meta, p->start ? &start.meta : NULL},
-			e))
-		goto out;
-	rc = ct_keep_vol(p->out, &out, env, e);
+	rc = write_out(p, &out, &in, &start, &rule, did.iterations > 0, env, e);
 out:
 	ct_vol_free(&start);
 	ct_vol_free(&in);

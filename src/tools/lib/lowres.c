@@ -8,28 +8,61 @@
 #include <math.h>
 #include <string.h>
 
-/* The factors of -x, or of the file; a contradiction is an error. */
+/* From the voxels of v to those aimed at. Whole numbers come out whole. */
+static int factor_to(double x[3], const char *spacing, const struct ct_vol *v, struct ct_err *e)
+{
+	double mm[3], want[3];
+
+	if (ct_cli_numbers("spacing", spacing, ',', 3, true, want, e))
+		return -1;
+	ct_vol_spacing(v, mm);
+	for (int a = 0; a < 3; a++) {
+		if (!(want[a] > 0))
+			return ct_fail(e, CT_EUSAGE, "--spacing: %g is not positive", want[a]);
+		x[a] = fmax(mm[a] / want[a], 1);
+		if (fabs(x[a] - nearbyint(x[a])) < 1e-4 * x[a])
+			x[a] = nearbyint(x[a]);
+		if (x[a] > 1024)
+			return ct_fail(e, CT_EUSAGE,
+				"--spacing: %g mm is 1/%.0f of a voxel, below 1/1024", want[a],
+				x[a]);
+	}
+	return 0;
+}
+
+/* Those of -x. */
+static int factor_said(double x[3], const char *factor, struct ct_err *e)
+{
+	if (ct_cli_numbers("factor", factor, ',', 3, true, x, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		if (!(x[a] >= 1 && x[a] <= 1024))
+			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
+	return 0;
+}
+
+/* The factors of -x or --spacing, or of the file; a contradiction is an error. */
 static int factor_of(struct ct_degrade *d, int known, const struct lowres *p,
-	const struct ct_meta *m, struct ct_err *e)
+	const struct ct_vol *v, struct ct_err *e)
 {
 	double x[3];
 
-	if (!p->factor && known > 0)
+	if (!p->factor && !p->spacing && known > 0)
 		return ct_fail(e, CT_EUSAGE, "-x is missing, and %s %s", p->in,
-			ct_meta_get(m, CT_META_UPSAMPLE)
+			ct_meta_get(&v->meta, CT_META_UPSAMPLE)
 				? "is upsampled already"
 				: "does not say by how much it was reduced");
-	if (!p->factor)
+	if (!p->factor && !p->spacing)
 		return 0;
-	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
+	if (p->spacing ? factor_to(x, p->spacing, v, e) : factor_said(x, p->factor, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(x[a] >= 1 && x[a] <= 1024))
-			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
-		if (known == 0 && fabs(x[a] - d->factor[a]) > 1e-6 * x[a])
+		if (known == 0 && fabs(x[a] - d->factor[a]) > (p->spacing ? 1e-4 : 1e-6) * x[a])
 			return ct_fail(e, CT_EUSAGE,
-				"-x %s contradicts %s, which was reduced %g,%g,%g times", p->factor,
-				p->in, d->factor[0], d->factor[1], d->factor[2]);
+				"%s %s contradicts %s, which was reduced %g,%g,%g times",
+				p->spacing ? "--spacing" : "-x",
+				p->spacing ? p->spacing : p->factor, p->in, d->factor[0],
+				d->factor[1], d->factor[2]);
 		if (known > 0)
 			d->factor[a] = x[a];
 	}
@@ -38,15 +71,16 @@ static int factor_of(struct ct_degrade *d, int known, const struct lowres *p,
 
 /* The operator: of the file, or of the options; a contradiction is an error. */
 static int operator_of(
-	struct lowres_is *r, const struct lowres *p, const struct ct_meta *m, struct ct_err *e)
+	struct lowres_is *r, const struct lowres *p, const struct ct_vol *v, struct ct_err *e)
 {
+	const struct ct_meta *m = &v->meta;
 	bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator was used up */
 	int known = done ? 1 : ct_degrade_get(m, &r->by, e);
 	double sigma[3];
 
 	if (known < 0)
 		return ct_blame(e, p->in);
-	if (factor_of(&r->by, known, p, m, e))
+	if (factor_of(&r->by, known, p, v, e))
 		return -1;
 	r->known = known == 0 || p->sigma;
 	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
@@ -106,7 +140,7 @@ int lowres_find(struct lowres_is *r, const struct lowres *p, const struct ct_vol
 	int said;
 
 	*r = (struct lowres_is){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC}};
-	if (operator_of(r, p, &in->meta, e))
+	if (operator_of(r, p, in, e))
 		return -1;
 	said = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
 	if (said < 0)

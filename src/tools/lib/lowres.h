@@ -3,13 +3,21 @@
  * options is an error. */
 #ifndef CT_TOOLS_LIB_LOWRES_H
 #define CT_TOOLS_LIB_LOWRES_H
+#include "cli/cli.h"
 #include "core/env.h"
 #include "core/vol.h"
 #include "resolution/degrade.h"
 
+/* The voxels that are aimed at, instead of a factor. */
+#define LOWRES_SPACING(S, f)                                                                              \
+	CT_OPT(S, f.spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,                                              \
+		"refine to voxels of MM, or of X, Y, Z mm along the three axes, in place of -x; an axis " \
+		"that is as fine stays as it is",                                                         \
+		CT_WHEN(CT_UNLESS(S, f.factor)))
+
 /* What the command line says, field for option. */
 struct lowres {
-	const char *in, *factor, *sigma;
+	const char *in, *factor, *spacing, *sigma;
 	int decimate; /* enum ct_decimate, -1 if not said */
 	bool estimate;
 	double noise; /* NaN if not said */

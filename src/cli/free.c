@@ -1,0 +1,108 @@
+/* free.c: how much memory there is to take; see memory.h. */
+#include "config.h"
+#include "cli/memory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME = 4096 };
+
+/* The number behind `key` in a file, or its first if key is ""; infinite for "max", NaN if the file
+ * does not say. */
+static double number_in(const char *path, const char *key)
+{
+	FILE *f = fopen(path, "re");
+	double value = (double)NAN;
+	char line[256];
+
+	while (f && isnan(value) && fgets(line, sizeof line, f)) {
+		const size_t n = strlen(key);
+		char *end;
+
+		if (strncmp(line, key, n) != 0)
+			continue;
+		value = strncmp(line + n, "max", 3) == 0 ? (double)INFINITY
+							 : strtod(line + n, &end);
+	}
+	if (f)
+		fclose(f);
+	return value;
+}
+
+/* What a group leaves: what is read from files and not used counts as free. */
+static double left(const char *group, const char *limit, const char *used, const char *inactive)
+{
+	char path[NAME + 64];
+	double most, now, cached;
+
+	snprintf(path, sizeof path, "%s/%s", group, limit);
+	most = number_in(path, "");
+	snprintf(path, sizeof path, "%s/%s", group, used);
+	now = number_in(path, "");
+	snprintf(path, sizeof path, "%s/memory.stat", group);
+	cached = number_in(path, inactive);
+	if (isnan(most) || isnan(now))
+		return (double)INFINITY;
+	return fmax(most - now + (isnan(cached) ? 0 : cached), 0);
+}
+
+/* The least of a group and those that it is in; `path` is shortened to nothing. */
+static double left_above(const char *mount, char *path, bool second)
+{
+	double least = (double)INFINITY;
+
+	for (;;) {
+		char group[NAME];
+		char *slash;
+
+		if (snprintf(group, sizeof group, "%s%s", mount, path) >= (int)sizeof group)
+			return least;
+		least = fmin(least,
+			second ? left(group, "memory.max", "memory.current", "inactive_file ")
+			       : left(group, "memory.limit_in_bytes", "memory.usage_in_bytes",
+					 "total_inactive_file "));
+		slash = strrchr(path, '/');
+		if (!slash)
+			return least;
+		*slash = '\0';
+	}
+}
+
+/* "0::/a/b" is version 2, "4:memory:/a/b" version 1. */
+static double left_of_groups(const char *root)
+{
+	char name[NAME], line[NAME], mount[NAME];
+	double least = (double)INFINITY;
+	FILE *f;
+
+	snprintf(name, sizeof name, "%s/proc/self/cgroup", root);
+	f = fopen(name, "re");
+	while (f && fgets(line, sizeof line, f)) {
+		char *kind = strchr(line, ':'), *path = kind ? strchr(kind + 1, ':') : NULL;
+		const bool second = path == kind + 1;
+
+		if (!path || (!second && strncmp(kind, ":memory:", 8) != 0))
+			continue;
+		path++;
+		path[strcspn(path, "\n")] = '\0';
+		snprintf(mount, sizeof mount, "%.2000s/sys/fs/cgroup%s", root,
+			second ? "" : "/memory");
+		least = fmin(least, left_above(mount, path, second));
+	}
+	if (f)
+		fclose(f);
+	return least;
+}
+
+double ct_memory_free(const char *root)
+{
+	char name[NAME];
+	double machine;
+
+	snprintf(name, sizeof name, "%s/proc/meminfo", root);
+	machine = 1024 * number_in(name, "MemAvailable:");
+	machine = fmin(isnan(machine) ? (double)INFINITY : machine, left_of_groups(root));
+	return isinf(machine) ? 0 : machine;
+}

@@ -1,0 +1,27 @@
+/* expect.h: what refining a scan will take, from the work that pieces of it take: processor time,
+ * so that other work on the machine does not count. */
+#ifndef CT_TOOLS_LIB_EXPECT_H
+#define CT_TOOLS_LIB_EXPECT_H
+#include "resolution/upsample.h"
+
+#define EXPECT_LONG 5e7 /* voxels of a result that is long in coming */
+
+struct expect {
+	enum ct_upsample method;
+	double cpu;  /* seconds of all threads together */
+	double fine; /* voxels of the result */
+	bool whole;  /* the scan is so small that all of it was refined */
+};
+
+/* Of ct_upsample. A small scan is refined as a whole; of a larger one two pieces of its middle: one
+ * to the end, for the number of iterations, one too large for any cache for the time of each. */
+int expect_upsample(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
+	const struct ct_env *env, struct ct_err *e);
+/* The coarse voxels of a piece about the place `at`, each in [0, 1], of the axes, of as many as
+ * make `fine` voxels along an axis, or fewer. The rest of *piece but the affine is empty. */
+int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
+	const double at[3], struct ct_err *e);
+/* Of so many voxels altogether. */
+double expect_fine(const struct ct_vol *in, const double factor[3]);
+
+#endif
