@@ -8,6 +8,8 @@ ct_upsample_SOURCES = src/tools/ct-upsample.c
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h
+bin_PROGRAMS += ct-merge
+ct_merge_SOURCES = src/tools/ct-merge.c
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
 	src/tools/convert-grid.c src/tools/convert-crop.c \

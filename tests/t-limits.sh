@@ -69,6 +69,7 @@ ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
 ct-restore cap 0 1000000 -
 ct-restore noise 0 1000000 -
+ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
 ct-train cubes 1 100000 8
 ct-train cube 24 512 96
@@ -188,7 +189,7 @@ ct-convert --orient --reorient --crop --iso
 ct-convert --cube --type --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
-ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce r--resume
+ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
 ct-ddnm s--seed --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
@@ -196,6 +197,7 @@ ct-fdk --nonnegative --tv w--window --quantity --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
+ct-merge --memory
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
 ct-metrics --max-residual --max-residual-rms --json
@@ -208,8 +210,8 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
-ct-restore --std x--factor --spacing --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
-ct-restore --noise --memory --dry-run --units
+ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
+ct-restore --noise --memory --brick --dry-run --units
 ct-sr x--scale --spacing --series --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
@@ -217,7 +219,7 @@ ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
 ct-upsample x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --memory --dry-run --units
+ct-upsample --tolerance --memory --brick --dry-run --units
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

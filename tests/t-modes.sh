@@ -135,6 +135,8 @@ for o in --spacing=1 --memory=1G; do for p in --paper --release '-Q balanced'; d
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
 no ct-upsample --spacing=1 -x 2
+for t in ct-upsample ct-restore; do no $t --tolerance=1 --brick 1/2; done
+no ct-restore --iterations=9 --start none.x
 no ct-restore --spacing=1 -x 2
 no ct-convert --crop=auto --scanner none.x
 no ct-sr --slices=none.x --paper

@@ -153,7 +153,7 @@ out:
 	return rc;
 }
 
-static double deviation(const struct ct_vol *v)
+double ct_upsample_spread(const struct ct_vol *v)
 {
 	size_t n = ct_vol_count(v);
 	double mean = 0, square = 0;
@@ -171,7 +171,8 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	struct ct_err *e)
 {
 	bool first_order = r->method == CT_UPSAMPLE_TV;
-	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP) * deviation(lo),
+	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP) *
+					 (rule->spread > 0 ? rule->spread : ct_upsample_spread(lo)),
 		.iterations = rule->iterations,
 		.tolerance = rule->tolerance};
 	struct ct_tv_report did;

@@ -41,6 +41,8 @@ struct ct_upsample_rule {
 	double noise;      /* HU, >= 0 */
 	size_t iterations; /* TV, HTV: at most */
 	double tolerance;  /* TV, HTV: stop when an iteration moves less than this, HU RMS */
+	double spread; /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
+			  lo */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 
@@ -55,6 +57,8 @@ struct ct_upsample_report {
 	double residual;  /* RMS of D x - y, HU; NaN if D is not known */
 };
 
+/* Standard deviation of the values, HU. */
+double ct_upsample_spread(const struct ct_vol *v);
 const char *ct_upsample_name(enum ct_upsample method);
 /* r->method and r->aliasing of what the rule makes on a grid of n voxels. CT_EUSAGE for a method
  * that needs an operator without one. */

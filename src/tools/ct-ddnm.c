@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/modes.h"
+#include "cli/part.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -35,7 +36,7 @@ enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 enum gradient { GRADIENTS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *prior, *arch, *init, *base, *std, *travel;
+	const char *in, *out, *prior, *arch, *init, *base, *std, *travel, *views;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
 	double eta, sigma_y, sigma_det, norm, guidance, rate;
 	bool final_consistency, resume;
@@ -137,6 +138,8 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours", CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
+	CT_OPT(struct params, views, 0, "views", "A:B", 0, 0,
+		"make views A to B alone, counted from 0, B not included, for ct-merge to join"),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
@@ -152,34 +155,13 @@ struct job {
 	struct ct_superres s;
 	struct ct_resume resume;
 	struct ddnm_state state;
+	struct ct_part part;    /* the views to make */
 	double missing, weight; /* with --base-projections */
 };
 
 static bool asks(const struct job *j)
 {
 	return j->p->sampler != CT_SAMPLER_NONE;
-}
-
-/* What a pixel of IN measures: what it says; --operator where it says nothing, or that it was a
- * ray, which neither of them is. */
-static int operator_of(enum ct_measurement_kind *op, const struct job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-	const char *pixel = ct_meta_get(&j->in.meta, CT_META_PIXEL);
-	int known = pixel ? ct_words_find(CT_WORDS(CT_PIXEL_LIST), pixel) : CT_PIXEL_POINT;
-
-	if (known < 0)
-		return ct_fail(e, CT_EINPUT, "%s: %s is '%.40s', not one of %s", p->in,
-			CT_META_PIXEL, pixel, CT_WORDS(CT_PIXEL_LIST));
-	*op = p->op == FILE_SAYS ? CT_MEASUREMENT_MEAN
-				 : (enum ct_measurement_kind)(p->op - FIRST_OPERATOR);
-	if (known == CT_PIXEL_POINT)
-		return 0;
-	if (p->op != FILE_SAYS && *op != ct_pixel_measures((enum ct_pixel)known))
-		return ct_fail(e, CT_EUSAGE, "--operator %s contradicts %s, whose pixels are %s",
-			CT_WORD(CT_MEASUREMENT_LIST, *op), p->in, pixel);
-	*op = ct_pixel_measures((enum ct_pixel)known);
-	return 0;
 }
 
 /* What is missing is drawn by samplers that hold what they draw, from pure noise; without a
@@ -211,7 +193,8 @@ static int settle(struct job *j, struct ct_err *e)
 	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
 	size_t scale = 0;
 
-	if (ddnm_input_scale(&scale, p->scale, &j->in, p->in, e) || operator_of(&op, j, e))
+	if (ddnm_input_scale(&scale, p->scale, &j->in, p->in, e) ||
+		ddnm_input_operator(&op, p->op - FIRST_OPERATOR, &j->in, p->in, e))
 		return -1;
 	now.op = FIRST_OPERATOR + (int)op;
 	if (ct_modes_check(j->env->given, &now, e))
@@ -266,6 +249,9 @@ static int read_inputs(struct job *j, struct ct_err *e)
 		return ct_blame(e, p->in);
 	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
 		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
+		return -1;
+	j->part = (struct ct_part){CT_PART_VIEWS, 0, j->in.views, j->in.views};
+	if (p->views && ct_part_range(&j->part, "views", p->views, j->in.views, e))
 		return -1;
 	if (!start)
 		return 0;
@@ -346,7 +332,7 @@ static int estimate(struct job *j, struct ct_err *e)
 {
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(&j->out)};
 	size_t calls, gradients, threads = ct_par_threads(j->env->par), room = sizeof cost.work;
-	double once, slope, views = (double)j->in.views, chain;
+	double once, slope, views = (double)(j->part.to - j->part.from), chain;
 
 	cost.state = cost.disk;
 	cost.memory = cost.disk * (j->init.data ? 2 : 1);
@@ -362,10 +348,11 @@ static int estimate(struct job *j, struct ct_err *e)
 	cost.memory += (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
 		       4.0 * (double)j->prior.unet->graph.count;
 	snprintf(cost.work, room, "%zu calls of %.3f s of the network of %zux%zu",
-		calls * j->in.views, once, j->prior.wide, j->prior.high);
+		calls * (j->part.to - j->part.from), once, j->prior.wide, j->prior.high);
 	if (gradients)
 		snprintf(cost.work + strlen(cost.work), room - strlen(cost.work),
-			", %zu of %.3f s of its derivative", gradients * j->in.views, slope);
+			", %zu of %.3f s of its derivative",
+			gradients * (j->part.to - j->part.from), slope);
 	if (j->s.how.rule == CT_SAMPLER_BIRD) { /* every picture of a chain is kept */
 		chain = (double)calls / (double)(j->s.samples * j->s.how.iterations);
 		cost.memory += chain * (double)threads * 4.0 *
@@ -374,27 +361,42 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, j->env, e);
 }
 
+/* Say which views of s are written. */
+static int put_part(struct job *j, struct ct_stack *s, struct ct_err *e)
+{
+	const struct ct_stack some = ct_stack_some(s, j->part.from, j->part.to);
+
+	return ct_part_put(&s->meta, &j->part, &j->resume, some.data, ct_stack_count(&some), e);
+}
+
 static int write_outputs(struct job *j, struct ct_err *e)
 {
+	const struct params *p = j->p;
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
+	struct ct_stack out, std;
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if (j->p->base ? ct_meta_setf(m, e, CT_META_MISSING, "%.6g", j->missing)
-		       : asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-					    ct_meta_set(m, CT_META_OPERATOR,
-						    CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e)))
+	if (p->base ? ct_meta_setf(m, e, CT_META_MISSING, "%.6g", j->missing)
+		    : asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+					 ct_meta_set(m, CT_META_OPERATOR,
+						 CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e)))
 		return -1;
 	if ((asks(j) &&
 		    ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed)) ||
 		ct_meta_step(m, j->env, j->init.data ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
 				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
-					      CT_QUANTITY_DEVIATION, e) ||
-				      ct_stack_write(j->p->std, &j->std, j->env, e))))
+					      CT_QUANTITY_DEVIATION, e))))
 		return -1;
-	return ddnm_picture_write(j->p->out, &j->out, j->env, e);
+	if (p->views && (put_part(j, &j->out, e) || (p->std && put_part(j, &j->std, e))))
+		return -1;
+	out = ct_stack_some(&j->out, j->part.from, j->part.to);
+	std = ct_stack_some(&j->std, j->part.from, j->part.to);
+	if (p->std && ct_stack_write(p->std, &std, j->env, e))
+		return -1;
+	return ddnm_picture_write(p->out, &out, j->env, e);
 }
 
 /* What the views depend on besides the options; --std because its sums are kept. */
@@ -420,6 +422,8 @@ static int sample(struct job *j, struct ct_err *e)
 	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
+	for (size_t k = 0; k < j->out.views; k++)
+		j->state.done[k] |= k < j->part.from || k >= j->part.to;
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);

@@ -11,6 +11,7 @@
 #include "formats/units.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
+#include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 #include "tools/prior-file.h"
@@ -22,7 +23,8 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *std, *start, *prior, *axes, *weight, *memory;
+	const char *out, *std, *start, *prior, *axes, *weight, *memory, *brick;
+	int iterations;
 	double doubt, gate, cap, tolerance;
 };
 
@@ -30,6 +32,7 @@ static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)N
 	.axes = "xyz",
 	.weight = "auto",
 	.tolerance = 0.1,
+	.iterations = 300,
 	.doubt = (double)NAN,
 	.gate = (double)NAN,
 	.cap = (double)NAN};
@@ -48,7 +51,9 @@ static const struct ct_opt opts[] = {
 		"ct-upsample makes of IN"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"stop the solver when an iteration moves the volume by less than HU RMS",
-		CT_WHEN(CT_UNLESS(struct params, start))),
+		CT_WHEN(CT_UNLESS(struct params, start), CT_UNLESS(struct params, brick))),
+	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
+		"most iterations of the solver", CT_WHEN(CT_UNLESS(struct params, start))),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
 		"prior of slices, safetensors; by default slices.safetensors where it is installed"),
 	CT_OPT(struct params, weight, 'w', "weight", "W|auto", 0, 0,
@@ -78,6 +83,7 @@ static const struct ct_opt opts[] = {
 		"standard deviation of the noise of IN, if IN does not say, up to which OUT may "
 		"depart from it (0)"),
 	CT_MEMORY(struct params, memory),
+	BRICK(struct params, brick),
 	CT_OPT_END,
 };
 
@@ -95,6 +101,9 @@ struct job {
 	bool alone; /* the solver: nothing tells what the prior is to know */
 	const char *memory;
 	char own[32];
+	struct brick brick; /* with --brick */
+	struct ct_resume key;
+	double spread;
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -156,8 +165,9 @@ static struct ct_upsample_rule solver_of(const struct job *j)
 		.known = j->is.known,
 		.by = j->is.by,
 		.noise = j->is.noise,
-		.iterations = 300,
-		.tolerance = j->p->tolerance};
+		.iterations = (size_t)j->p->iterations,
+		.tolerance = j->p->brick ? 0 : j->p->tolerance,
+		.spread = j->spread};
 }
 
 /* Bytes of volumes: those of the solver, or of what looks for what is lacking. */
@@ -219,6 +229,27 @@ static int unknown(struct job *j, bool careful, struct ct_err *e)
 	return careful ? leave(j, why, "-x", e) : ct_fail(e, CT_EGEOM, "%s: %s", j->p->lr.in, why);
 }
 
+/* Of the scan what a slab takes. */
+static int cut(struct job *j, struct ct_err *e)
+{
+	const char *start = j->p->start;
+
+	if (start && (ct_vol_read_hu(start, &j->out, e)))
+		return -1;
+	if (ct_resume_open(&j->key, "-", false, opts, j->p, j->env, e) ||
+		ct_resume_input(&j->key, "IN", &j->in.meta, e) ||
+		ct_resume_input(&j->key, "--prior", &j->prior_meta, e) ||
+		ct_resume_input(&j->key, "--start", start ? &j->out.meta : NULL, e) ||
+		ct_resume_value(&j->key, e, "--std", "%s", j->p->std ? "given" : "not given"))
+		return -1;
+	j->spread = ct_upsample_spread(&j->in);
+	if (brick_find(&j->brick, j->p->brick, &j->in, &j->is.by, e))
+		return ct_blame(e, j->p->lr.in);
+	if (start && brick_cut_fine(&j->out, &j->in, &j->brick, e))
+		return ct_blame(e, start);
+	return brick_cut(&j->in, &j->brick, e);
+}
+
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
@@ -226,7 +257,7 @@ static int settle(struct job *j, struct ct_err *e)
 	bool aliases, careful;
 	int coarse = 0;
 
-	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e))
+	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || (j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
@@ -273,7 +304,7 @@ static int begin(struct job *j, struct ct_err *e)
 {
 	if (!j->p->start)
 		return refine(j, e);
-	if (ct_vol_read_hu(j->p->start, &j->out, e))
+	if (!j->out.data && ct_vol_read_hu(j->p->start, &j->out, e))
 		return -1;
 	j->start = j->out.meta;
 	j->out.meta = (struct ct_meta){0};
@@ -383,6 +414,17 @@ static int tell(struct job *j, struct ct_meta *m, struct ct_err *e)
 		e);
 }
 
+/* Of what was made the slab. */
+static int trim(struct job *j, struct ct_err *e)
+{
+	if (brick_trim(&j->out, &j->brick, e) || brick_put(&j->out, &j->brick, &j->key, e))
+		return -1;
+	return j->p->std && (brick_trim(&j->std, &j->brick, e) ||
+				    brick_put(&j->std, &j->brick, &j->key, e))
+		       ? -1
+		       : 0;
+}
+
 static int work(struct job *j, struct ct_err *e)
 {
 	if (begin(j, e) || (!j->alone && add(j, e)))
@@ -392,8 +434,11 @@ static int work(struct job *j, struct ct_err *e)
 			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
 		ct_check_stop(j->env, e) || tell(j, &j->out.meta, e))
 		return -1;
-	if (j->p->std) {
+	if (j->p->std)
 		memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);
+	if (j->p->brick && trim(j, e))
+		return -1;
+	if (j->p->std) {
 		if (ct_meta_set(&j->std.meta, CT_META_QUANTITY, "expected error", e) ||
 			tell(j, &j->std.meta, e) || ct_vol_write(j->p->std, &j->std, j->env, e))
 			return -1;
@@ -423,6 +468,7 @@ out:
 	ct_vol_free(&j.in);
 	ct_vol_free(&j.out);
 	ct_vol_free(&j.std);
+	ct_resume_close(&j.key);
 	ct_room_close();
 	return rc;
 }

@@ -11,6 +11,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #include "resolution/upsample.h"
+#include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 
@@ -20,7 +21,7 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *start, *memory;
+	const char *out, *start, *memory, *brick;
 	int method, iterations;
 	double tolerance;
 };
@@ -67,8 +68,10 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"tv and htv stop when an iteration moves the volume by less than this, RMS",
-		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES),
+			CT_UNLESS(struct params, brick))),
 	CT_MEMORY(struct params, memory),
+	BRICK(struct params, brick),
 	CT_OPT_END,
 };
 
@@ -84,7 +87,7 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 		.by = is.by,
 		.noise = is.noise,
 		.iterations = (size_t)p->iterations,
-		.tolerance = p->tolerance};
+		.tolerance = p->brick ? 0 : p->tolerance};
 	if (p->method == CT_UPSAMPLE_AUTO && !is.known && !p->lr.estimate) {
 		struct params now = *p;
 
@@ -178,6 +181,23 @@ static int settle_memory(char own[static 32], const char **memory, const struct 
 	return 0;
 }
 
+/* Of the inputs what a slab takes. */
+static int cut(struct brick *b, struct ct_resume *key, struct ct_vol *in, struct ct_vol *start,
+	struct ct_upsample_rule *rule, const struct params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	if (ct_resume_open(key, "-", false, opts, p, env, e) ||
+		ct_resume_input(key, "IN", &in->meta, e) ||
+		ct_resume_input(key, "--start", p->start ? &start->meta : NULL, e))
+		return -1;
+	rule->spread = ct_upsample_spread(in);
+	if (brick_find(b, p->brick, in, &rule->by, e))
+		return ct_blame(e, p->lr.in);
+	if (p->start && brick_cut_fine(start, in, b, e))
+		return ct_blame(e, p->start);
+	return brick_cut(in, b, e);
+}
+
 static int tell_cost(const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const char *memory, const struct ct_env *env, struct ct_err *e)
 {
@@ -188,7 +208,8 @@ static int tell_cost(const struct ct_vol *in, const struct ct_upsample_rule *rul
 
 static int write_out(const struct params *p, struct ct_vol *out, const struct ct_vol *in,
 	const struct ct_vol *start, const struct ct_upsample_rule *rule, bool iterated,
-	const struct ct_env *env, struct ct_err *e)
+	const struct brick *brick, const struct ct_resume *key, const struct ct_env *env,
+	struct ct_err *e)
 {
 	if ((rule->known || p->lr.estimate) && ct_degrade_put(&out->meta, &rule->by, e))
 		return -1;
@@ -198,7 +219,8 @@ static int write_out(const struct params *p, struct ct_vol *out, const struct ct
 	if (ct_check_stop(env, e) ||
 		ct_meta_step(&out->meta, env, 2,
 			(const struct ct_meta *const[]){&in->meta, p->start ? &start->meta : NULL},
-			e))
+			e) ||
+		(brick && (brick_trim(out, brick, e) || brick_put(out, brick, key, e))))
 		return -1;
 	return ct_keep_vol(p->out, out, env, e);
 }
@@ -209,6 +231,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0}, start = {0};
 	struct ct_upsample_rule rule;
 	struct ct_upsample_report did;
+	struct brick brick;
+	struct ct_resume key = {0};
 	const char *memory = NULL;
 	char own[32];
 	double begin;
@@ -218,6 +242,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
+	if (p->brick && cut(&brick, &key, &in, &start, &rule, p, env, e))
+		goto out;
 	begin = ct_clock_wall();
 	if (settle_memory(own, &memory, p, &in, &rule, env, e))
 		goto out;
@@ -234,11 +260,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		out.n[0], out.n[1], out.n[2], ct_upsample_name(did.method),
 		ct_clock_wall() - begin);
 	report(env, &did);
-	rc = write_out(p, &out, &in, &start, &rule, did.iterations > 0, env, e);
+	rc = write_out(p, &out, &in, &start, &rule, did.iterations > 0, p->brick ? &brick : NULL,
+		&key, env, e);
 out:
 	ct_vol_free(&start);
 	ct_vol_free(&in);
 	ct_vol_free(&out);
+	ct_resume_close(&key);
 	ct_room_close();
 	return rc;
 }

@@ -81,3 +81,22 @@ int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e
 	*aliases = by.decimate != CT_DECIMATE_SINC;
 	return 0;
 }
+
+int ddnm_input_operator(enum ct_measurement_kind *op, int given, const struct ct_stack *in,
+	const char *path, struct ct_err *e)
+{
+	const char *pixel = ct_meta_get(&in->meta, CT_META_PIXEL);
+	int known = pixel ? ct_words_find(CT_WORDS(CT_PIXEL_LIST), pixel) : CT_PIXEL_POINT;
+
+	if (known < 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s is '%.40s', not one of %s", path,
+			CT_META_PIXEL, pixel, CT_WORDS(CT_PIXEL_LIST));
+	*op = given < 0 ? CT_MEASUREMENT_MEAN : (enum ct_measurement_kind)given;
+	if (known == CT_PIXEL_POINT)
+		return 0;
+	if (given >= 0 && *op != ct_pixel_measures((enum ct_pixel)known))
+		return ct_fail(e, CT_EUSAGE, "--operator %s contradicts %s, whose pixels are %s",
+			CT_WORD(CT_MEASUREMENT_LIST, *op), path, pixel);
+	*op = ct_pixel_measures((enum ct_pixel)known);
+	return 0;
+}

@@ -2,5 +2,6 @@
 libct_a_SOURCES += src/tools/lib/scan-opts.c src/tools/lib/scan-opts.h
 libct_a_SOURCES += src/tools/lib/scan-json.c src/tools/lib/scan-json.h
 libct_a_SOURCES += src/tools/lib/evidence.c src/tools/lib/evidence.h
+libct_a_SOURCES += src/tools/lib/brick.c src/tools/lib/brick.h
 libct_a_SOURCES += src/tools/lib/expect.c src/tools/lib/expect.h
 libct_a_SOURCES += src/tools/lib/lowres.c src/tools/lib/lowres.h

@@ -1,0 +1,39 @@
+/* brick.h: one of M slabs of a scan, refined on its own, with so much about it that the rest does
+ * not matter.
+ *
+ * That holds along an axis that is not refined, or that was sampled by points or means: there a
+ * voxel depends on what is near. Sampling after the ideal low-pass (sinc) makes every voxel of a
+ * row depend on all others. Slabs are along z if they can be, else along y, else along x. */
+#ifndef CT_TOOLS_LIB_BRICK_H
+#define CT_TOOLS_LIB_BRICK_H
+#include "cli/part.h"
+#include "core/vol.h"
+#include "resolution/degrade.h"
+
+#define BRICK(S, f)                                                                                          \
+	CT_OPT(S, f, 0, "brick", "N/M", 0, 0,                                                                \
+		"make slab N of M alone, for ct-merge to join, in --iterations; of a scan that has an axis " \
+		"that is not refined, or that was sampled by points or means")
+
+struct brick {
+	int axis;
+	size_t factor;
+	size_t from, to, of; /* coarse voxels of the axis, to not included */
+	size_t lo, hi;       /* with those about it */
+};
+
+/* Slab N of M of `text` "N/M". CT_EUSAGE for another text, and more slabs than there are places to
+ * cut; CT_EGEOM if no axis can be cut. */
+int brick_find(struct brick *b, const char *text, const struct ct_vol *in,
+	const struct ct_degrade *by, struct ct_err *e);
+/* In place: of the scan the slab and what is about it; of the result the slab. CT_ENOMEM. */
+int brick_cut(struct ct_vol *in, const struct brick *b, struct ct_err *e);
+/* ... and of a volume on the grid of the result of `in`, which is not cut yet. CT_EGEOM. */
+int brick_cut_fine(
+	struct ct_vol *fine, const struct ct_vol *in, const struct brick *b, struct ct_err *e);
+int brick_trim(struct ct_vol *out, const struct brick *b, struct ct_err *e);
+/* Note in the metadata of the trimmed result which part it is, of what run. */
+int brick_put(
+	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e);
+
+#endif

@@ -1,0 +1,85 @@
+#!/bin/sh
+# Parts: slabs of ct-upsample and ct-restore, views of ct-ddnm; and ct-merge, which joins them.
+. "$srcdir/tests/tap.sh"
+hash() { ct-info --json "$1" | sed -n 's/.*"hash": "\(.*\)".*/\1/p'; }
+near() { ct-metrics --json "$1" "$2" | sed -n 's/.*"max-hu": \([0-9.e+-]*\).*/\1/p' | awk -v m="$3" '{exit !($1 < m)}'; }
+ct-phantom -q --size 48x64x96 ellipsoids hr.nii
+ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii
+ct-degrade -q -x 4 -p P3 hr.nii point.nii && ct-degrade -q -x 4 hr.nii sinc.nii
+
+# slabs along y: z is refined by means, so it could be z; of the sinc only x and y
+for f in thick point; do
+	ct-upsample -q -f --iterations 40 --tolerance 0 $f.nii whole.nii
+	for n in 1 2 3; do exits 0 "$f, slab $n of 3" ct-upsample -q -f --iterations 40 --brick $n/3 $f.nii part$n.nii; done
+	exits 0 'joined' ct-merge -f part2.nii part3.nii part1.nii merged.nii
+	near whole.nii merged.nii 0.5; ok $? 'make the whole'
+	[ "$(ct-info --json merged.nii | grep -c '"part')" = 0 ]; ok $? 'which is no part'
+done
+ct-info --json part2.nii | tr -d ' \n' | grep -q '"part":"2,32,64,96"'; ok $? 'a part says which it is'
+ct-upsample -q --brick 3/3 -t 1 --iterations 40 point.nii again.nii 
+[ "$(hash again.nii)" = "$(hash part3.nii)" ]; ok $? 'made again it is the same'
+exits 5 'a scan that cannot be cut' ct-upsample --brick 1/2 sinc.nii x.nii
+has err '^ct-upsample: sinc.nii: --brick: every voxel depends on all others' 'is refused in words'
+ct-degrade -q -x 1,1,4 hr.nii s.nii
+ct-upsample -q --brick 1/2 --iterations 9 s.nii s1.nii
+ct-info --json s1.nii | tr -d ' \n' | grep -q '"part":"1,0,32,64"'; ok $? 'sampled by sinc along z it is cut along y'
+for b in 0/2 3/2 1 1/2x a/b 1/7; do
+	exits 2 "--brick $b" ct-upsample --brick $b point.nii x.nii
+	has err 'brick: ' 'in words'
+done
+exits 2 'an end that is not one for all' ct-upsample --brick 1/2 --tolerance 1 point.nii x.nii
+
+# of a volume to start from, and of a prior
+ct-upsample -q -m bspline thick.nii start.nii
+ct-upsample -q -f -m dc --start start.nii thick.nii whole.nii
+for n in 1 2; do ct-upsample -q -f -m dc --start start.nii --brick $n/2 thick.nii part$n.nii || exit 99; done
+exits 0 'begun with a volume' ct-merge -f part1.nii part2.nii merged.nii
+near whole.nii merged.nii 0.01; ok $? 'the whole again'
+p=$builddir/slices.safetensors
+ct-restore -q -f -p "$p" --iterations 30 --tolerance 0 --std wstd.nii thick.nii whole.nii
+for n in 1 2; do
+	ct-restore -q -f -p "$p" --iterations 30 --std std$n.nii --brick $n/2 thick.nii part$n.nii; ok $? "restored, slab $n"
+done
+ct-merge -q -f part1.nii part2.nii merged.nii && near whole.nii merged.nii 5; ok $? 'and joined'
+ct-merge -q -f std1.nii std2.nii merged.nii && near wstd.nii merged.nii 5; ok $? 'the error to expect, too'
+
+# what is missing, damaged, or of another run
+for n in 1 2 3; do ct-upsample -q -f --iterations 5 --brick $n/3 point.nii part$n.nii || exit 99; done
+rm -f x.nii
+exits 5 'a slab that is missing' ct-merge part1.nii part3.nii x.nii
+has err '^ct-merge: voxels 32:64 of 96 are in none of the parts$' 'is named'
+exits 5 'the last' ct-merge part1.nii part2.nii x.nii
+has err '^ct-merge: voxels 64:96 of 96 are in none of the parts$' 'too'
+exits 3 'a file that is not there' ct-merge part1.nii none.nii x.nii
+has err '^ct-merge: none.nii: ' 'is named'
+exits 5 'one twice' ct-merge part1.nii part2.nii part1.nii x.nii
+has err '^ct-merge: part1.nii: holds 0:32 of what part1.nii holds$' 'is named'
+cp part2.nii bad.nii && printf '\1' | dd of=bad.nii bs=1 seek=$(($(wc -c <bad.nii) - 700)) conv=notrunc 2>err
+exits 3 'a damaged one' ct-merge part1.nii bad.nii part3.nii x.nii
+has err '^ct-merge: bad.nii: is damaged' 'is named'
+head -c 9000 part2.nii >cut.nii
+exits 3 'one cut off' ct-merge part1.nii cut.nii part3.nii x.nii
+has err '^ct-merge: cut.nii: ' 'is named'
+exits 3 'what is no part' ct-merge part1.nii point.nii x.nii
+has err '^ct-merge: point.nii: is no part' 'in words'
+ct-upsample -q -f --iterations 6 --brick 2/3 point.nii other.nii
+exits 5 'another run' ct-merge part1.nii other.nii part3.nii x.nii
+has err '^ct-merge: other.nii: is of another run than part1.nii$' 'in words'
+exits 2 'no part' ct-merge x.nii
+[ ! -e x.nii ]; ok $? 'and nothing is written of any'
+
+# views
+ct-project -q --views 6 --pitch 8 --det 16x16 hr.nii in.exr
+d() { ct-ddnm -q -f --steps 2 --samples 2 -x 2 -p "$builddir/prior.safetensors" "$@"; }
+d --std wstd.exr in.exr whole.exr; ok $? 'all views'
+d --views 0:4 --std std1.exr in.exr a.exr && d --views 4:6 -t 1 --std std2.exr in.exr b.exr; ok $? 'two parts'
+[ "$(ct-info --json a.exr | tr -d ' \n' | sed 's/.*"views":\([0-9]*\).*/\1/')" = 4 ]; ok $? 'of as many'
+exits 0 'joined' ct-merge b.exr a.exr merged.exr
+ct-merge -q std1.exr std2.exr mstd.exr
+[ "$(hash merged.exr)" = "$(hash whole.exr)" ]; ok $? 'the same values'
+[ "$(hash mstd.exr)" = "$(hash wstd.exr)" ]; ok $? 'and deviations'
+exits 5 'views that are missing' ct-merge b.exr x.exr
+has err '^ct-merge: views 0:4 of 6 are in none of the parts$' 'are named'
+exits 5 'a stack is no slab' ct-merge part1.nii a.exr x.nii
+for v in 4:4 5:7 -1:2 0.5:2 3; do exits 2 "--views=$v" ct-ddnm --views=$v -x 2 -p "$builddir/prior.safetensors" in.exr x.exr; done
+done_testing
