@@ -210,7 +210,7 @@ ct-project --scanner --like w--window --overshoot --rotate --quantity m--method 
 ct-project --photons --electronic --mu-water s--seed --dry-run
 ct-restore --std x--factor --start --tolerance p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --dry-run --units
-ct-sr x--scale --series Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr x--scale --series --tilt --gaps --skip-damaged Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr

@@ -8,6 +8,7 @@
 #include "formats/units.h"
 #include "formats/io.h"
 #include "restore/restore.h"
+#include "series/layout.h"
 #include "tools/prior-file.h"
 
 #include <errno.h>
@@ -47,10 +48,14 @@ static double release_sigma_y(int scale)
 	return scale <= 4 ? 0.001 : 0.0025;
 }
 
+/* Those of ct-convert, without a sheared grid, which nothing behind it takes. */
+#define TILTS(X) X(RECTIFY, "rectify") X(REFUSE, "error")
+enum { TILTS(CT_WORD_VALUE) };
+
 struct params {
 	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series;
-	int scale, label, quality, views, iterations, gaussians;
-	bool paper, release, resume, dry_run;
+	int scale, label, quality, views, iterations, gaussians, tilt, gaps;
+	bool paper, release, resume, dry_run, skip_damaged;
 };
 
 static const struct params defaults = {.scale = 4, .label = -1, .quality = FAST};
@@ -67,6 +72,12 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, as ct-convert does"),
+	CT_CHOICE(struct params, tilt, 0, "tilt", CT_WORDS(TILTS),
+		"DICOM of a tilted gantry: put it right, as ct-convert does, or refuse it"),
+	CT_CHOICE(struct params, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+		"DICOM slices that are uneven or missing, as for ct-convert"),
+	CT_OPT(struct params, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
+		"go on without DICOM files that are damaged, as ct-convert does"),
 	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
 		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
@@ -326,6 +337,24 @@ static int add_refine(struct ct_chain *c, const struct params *p, const struct p
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
+/* From what IN is to a volume. */
+static int add_convert(
+	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
+{
+	const unsigned expand = ct_inflate_allowed();
+	const enum ct_units units = ct_units_said();
+
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
+		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
+		(units != CT_UNITS_AUTO &&
+			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
+		(p->tilt && ct_chain_word(c, e, "--tilt=%s", CT_WORD(TILTS, p->tilt))) ||
+		(p->gaps && ct_chain_word(c, e, "--gaps=%s", CT_WORD(CT_GAPS_LIST, p->gaps))))
+		return -1;
+	return p->skip_damaged ? ct_chain_word(c, e, "--skip-damaged") : 0;
+}
+
 static int plan(struct ct_chain *c, const struct params *p, const struct files *f, uint64_t seed,
 	struct ct_err *e)
 {
@@ -336,13 +365,7 @@ static int plan(struct ct_chain *c, const struct params *p, const struct files *
 		ct_chain_source(c, f->prior);
 	if (f->slices)
 		ct_chain_source(c, f->slices);
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
-		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
-			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())) ||
-		(ct_units_said() != CT_UNITS_AUTO &&
-			ct_chain_word(
-				c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, ct_units_said()))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
+	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)
 		return add_refine(c, p, &q, f, f->out, e);
