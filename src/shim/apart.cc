@@ -6,10 +6,12 @@ extern "C" {
 #include "core/inflate.h"
 }
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -125,4 +127,66 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 		std::memcpy(out, r->out, n * sizeof *out);
 	munmap(room, bytes);
 	return rc;
+}
+
+namespace
+{
+
+enum { AWAY = 4096 }; /* of the pictures from the marks: the bytes of as many */
+
+} // namespace
+
+Ahead::~Ahead()
+{
+	if (room)
+		munmap(room, bytes);
+}
+
+const float *Ahead::get(size_t i) const
+{
+	const char *mark = static_cast<const char *>(room);
+
+	if (i >= most || !mark[i])
+		return nullptr;
+	return reinterpret_cast<const float *>(mark + AWAY) + i * size;
+}
+
+void Ahead::make(size_t count, size_t n, size_t processes,
+	const std::function<int(size_t, float *, ct_err *)> &f)
+{
+	const pid_t parent = getpid();
+	std::vector<pid_t> child;
+
+	count = std::min<size_t>(count, AWAY);
+	if (room)
+		munmap(room, bytes);
+	bytes = AWAY + count * n * sizeof(float);
+	room = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	most = count;
+	size = n;
+	if (room == MAP_FAILED) {
+		room = nullptr;
+		most = 0;
+		return;
+	}
+	char *const mark = static_cast<char *>(room);
+	child.reserve(processes);
+	for (size_t p = 0; p < processes; p++) {
+		const pid_t id = fork();
+
+		if (id > 0)
+			child.push_back(id);
+		if (id != 0)
+			continue;
+		settle(parent, n);
+		for (size_t i = p; i < count; i += processes) {
+			float *out = reinterpret_cast<float *>(mark + AWAY) + i * n;
+			ct_err e = {};
+
+			mark[i] = guard(&e, "", [&] { return f(i, out, &e); }) == 0;
+		}
+		_exit(0);
+	}
+	for (pid_t id : child)
+		wait_for(id);
 }

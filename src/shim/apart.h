@@ -14,4 +14,24 @@
 int apart(float *out, size_t n, const char *what, ct_err *e,
 	const std::function<int(float *, ct_err *)> &f);
 
+/* Pictures of n numbers each that are made ahead, by several such processes at a time. */
+class Ahead
+{
+      public:
+	Ahead() = default;
+	Ahead(const Ahead &) = delete;
+	Ahead &operator=(const Ahead &) = delete;
+	~Ahead();
+	/* Picture i by f(i, out, e), i below `count`, in as many processes; those that fail, for
+	 * any reason, are not made. */
+	void make(size_t count, size_t n, size_t processes,
+		const std::function<int(size_t, float *, ct_err *)> &f);
+	/* Picture i, or NULL if it was not made. */
+	const float *get(size_t i) const;
+
+      private:
+	void *room = nullptr;
+	size_t bytes = 0, most = 0, size = 0;
+};
+
 #endif
