@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <vector>
 
 /* f(out, e) fills out[n] and returns 0, or -1 after ct_fail. It runs in a copy of this process,
  * whose words go nowhere: if that dies, throws, or takes a minute of the processor, it is CT_EINPUT
@@ -13,6 +14,10 @@
  * says that there is a limit. */
 int apart(float *out, size_t n, const char *what, ct_err *e,
 	const std::function<int(float *, ct_err *)> &f);
+
+/* Which of f(0) to f(n - 1) throw, or kill the copy of this process in which they run, one after
+ * the other. Empty if there is no process or memory for that. */
+std::vector<bool> deadly(size_t n, const std::function<void(size_t)> &f);
 
 /* Pictures of n numbers each that are made ahead, by several such processes at a time. */
 class Ahead
