@@ -13,6 +13,7 @@ extern "C" {
 #include <cstring>
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -190,10 +191,13 @@ void Ahead::make(size_t count, size_t n, size_t processes,
 	std::vector<pid_t> child;
 
 	count = std::min<size_t>(count, AWAY);
-	if (room)
-		munmap(room, bytes);
-	bytes = AWAY + count * n * sizeof(float);
-	room = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	if (!room || bytes < AWAY + count * n * sizeof(float)) {
+		if (room)
+			munmap(room, bytes);
+		bytes = AWAY + count * n * sizeof(float);
+		room = mmap(
+			nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	}
 	most = count;
 	size = n;
 	if (room == MAP_FAILED) {
@@ -202,6 +206,7 @@ void Ahead::make(size_t count, size_t n, size_t processes,
 		return;
 	}
 	char *const mark = static_cast<char *>(room);
+	std::memset(mark, 0, AWAY);
 	child.reserve(processes);
 	for (size_t p = 0; p < processes; p++) {
 		const pid_t id = fork();
@@ -211,6 +216,8 @@ void Ahead::make(size_t count, size_t n, size_t processes,
 		if (id != 0)
 			continue;
 		settle(parent, n);
+		mallopt(M_MMAP_THRESHOLD, 1 << 28); /* what one picture took the next one takes */
+		mallopt(M_TRIM_THRESHOLD, 1 << 28);
 		for (size_t i = p; i < count; i += processes) {
 			float *out = reinterpret_cast<float *>(mark + AWAY) + i * n;
 			ct_err e = {};

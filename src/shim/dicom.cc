@@ -78,7 +78,7 @@ extern "C" int ct_dicom_source_read(
 	return guard(e, s->path, [&] {
 		if (!src->made(k) && src->open(*s, e))
 			return -1;
-		if (!src->made(k) && src->file.plain())
+		if (!src->made(k) && !src->file.foreign())
 			return src->file.read(*s, out, e);
 		if (!src->made(k) && k - src->begin >= src->count && k + 1 < src->n)
 			src->make(k);

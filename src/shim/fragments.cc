@@ -73,38 +73,25 @@ int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 	return *psot > 0 && at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
 }
 
-/* Does the run-length coded segment make n bytes? */
-bool fills(const unsigned char *p, const unsigned char *end, size_t n)
+/* The n bytes of a run-length coded segment, `step` apart; false if it makes fewer. */
+bool unpack(
+	const unsigned char *p, const unsigned char *end, size_t n, size_t step, unsigned char *out)
 {
-	size_t made = 0;
-
-	while (made < n && p < end) {
+	while (n > 0 && p < end) {
 		const size_t code = *p++, bytes = code < 128 ? code + 1 : 1;
 
 		if (code == 128)
 			continue;
 		if (bytes > static_cast<size_t>(end - p))
 			return false;
-		p += bytes;
-		made += code < 128 ? bytes : 257 - code;
+		for (size_t k = code < 128 ? bytes : 257 - code; k > 0 && n > 0; k--, n--) {
+			*out = *p;
+			out += step;
+			p += code < 128;
+		}
+		p += code >= 128;
 	}
-	return made >= n;
-}
-
-/* A header of 64 bytes: how many segments, one a byte of a pixel, and where each begins. */
-bool is_whole_rle(const Bytes &b, size_t pixels, size_t bytes)
-{
-	if (b.size() < 64 || le(b.data(), 4) != bytes || bytes > 15)
-		return false;
-	for (size_t k = 0; k < bytes; k++) {
-		const uint64_t from = le(&b[4 + 4 * k], 4),
-			       next = k + 1 < bytes ? le(&b[8 + 4 * k], 4) : b.size();
-
-		if (from < 64 || next < from || next > b.size() ||
-			!fills(b.data() + from, b.data() + next, pixels))
-			return false;
-	}
-	return true;
+	return n == 0;
 }
 
 } // namespace
@@ -167,19 +154,34 @@ int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding codi
 	return 0;
 }
 
-int check_picture(Bytes &b, Coding coding, size_t pixels, size_t bytes, const char *what, ct_err *e)
+int unpack_rle(Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e)
+{
+	bool whole = b.size() >= 64 && le(b.data(), 4) == bytes;
+
+	out.resize(pixels * bytes);
+	for (size_t k = 0; k < bytes && whole; k++) { /* the highest byte comes first */
+		const uint64_t from = le(&b[4 + 4 * k], 4),
+			       next = k + 1 < bytes ? le(&b[8 + 4 * k], 4) : b.size();
+
+		whole = from >= 64 && next >= from && next <= b.size() &&
+			unpack(b.data() + from, b.data() + next, pixels, bytes,
+				out.data() + bytes - 1 - k);
+	}
+	if (!whole)
+		return ct_fail(e, CT_EINPUT,
+			"%s: damaged: its run-length code does not make %zu pixels of %zu bytes",
+			what, pixels, bytes);
+	return 0;
+}
+
+int check_jpeg(Bytes &b, Coding coding, const char *what, ct_err *e)
 {
 	uint64_t end = b.size(), psot = 0;
 	int state;
 
-	if (coding == Coding::rle && !is_whole_rle(b, pixels, bytes))
-		return ct_fail(e, CT_EINPUT,
-			"%s: damaged: its run-length code does not make %zu pixels of %zu bytes",
-			what, pixels, bytes);
-	if ((coding == Coding::jpeg && !framed(b, 0xffd8, &end)) ||
-		(coding == Coding::jpeg2000 && !framed(b, 0xff4f, &end)))
+	if (!framed(b, coding == Coding::jpeg ? 0xffd8 : 0xff4f, &end))
 		return ct_fail(e, CT_EINPUT, "%s: the compressed picture has no end mark", what);
-	if (coding != Coding::jpeg2000)
+	if (coding == Coding::jpeg)
 		return 0;
 	state = tile_parts(b, end, &psot);
 	if (state < 0)

@@ -29,11 +29,15 @@ using Parts = std::vector<Part>;
  * with CT_EINPUT naming `what` if they are cut off, or are not so many pictures. */
 int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding coding, size_t frames,
 	const char *what, ct_err *e);
-/* Is that the whole stream of a picture of so many pixels, `bytes` each? 0, or -1 with CT_EINPUT.
+/* Numbers of so many bytes, at most 15, little-endian, from a run-length coded picture (RLE: a
+ * header of 64 bytes, then a segment for each byte of a number). 0, or -1 with CT_EINPUT if it does
+ * not make all of them. */
+int unpack_rle(
+	Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e);
+/* Is that the whole stream of a picture in JPEG or JPEG 2000? 0, or -1 with CT_EINPUT.
  *
  * The one repair: the last tile-part of a JPEG 2000 stream may state a length (Psot) beyond the
  * end, where 0 means "up to the end". */
-int check_picture(
-	Bytes &b, Coding coding, size_t pixels, size_t bytes, const char *what, ct_err *e);
+int check_jpeg(Bytes &b, Coding coding, const char *what, ct_err *e);
 
 #endif

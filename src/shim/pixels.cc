@@ -208,34 +208,32 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 	if (coding == Coding::other)
 		return ct_fail(e, CT_EINPUT, "%s: TransferSyntaxUID %s is not one that is read",
 			s.path, syntax.c_str());
-	return plain() ? 0 : list_pictures(pictures, fd, offset, coding, s.frames, s.path, e);
+	pictures.clear();
+	if (coding == Coding::plain || coding == Coding::big_endian)
+		return 0;
+	return list_pictures(pictures, fd, offset, coding, s.frames, s.path, e);
 }
 
-int PixelFile::get(const Part &p, unsigned char *to, ct_err *e)
+/* These bytes of the file, into raw. */
+int PixelFile::get(const Parts &parts, ct_err *e)
 {
-	uint64_t done = 0;
+	raw.clear();
+	for (const Part &p : parts) {
+		uint64_t done = raw.size();
 
-	while (done < p.size) {
-		const ssize_t n =
-			pread(fd, to + done, p.size - done, static_cast<off_t>(p.from + done));
+		raw.resize(done + p.size);
+		for (uint64_t from = p.from; done < raw.size();) {
+			const ssize_t n = pread(
+				fd, raw.data() + done, raw.size() - done, static_cast<off_t>(from));
 
-		if (n <= 0)
-			return ct_fail(e, CT_EINPUT, "%s: %s", name.c_str(),
-				n ? std::strerror(errno) : "truncated: its picture is cut off");
-		done += static_cast<uint64_t>(n);
+			if (n <= 0)
+				return ct_fail(e, CT_EINPUT, "%s: %s", name.c_str(),
+					n ? std::strerror(errno)
+					  : "truncated: its picture is cut off");
+			done += static_cast<uint64_t>(n);
+			from += static_cast<uint64_t>(n);
+		}
 	}
-	return 0;
-}
-
-int PixelFile::read_plain(const ct_slice &s, float *out, ct_err *e)
-{
-	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(allocated) / 8;
-
-	raw.resize(n * bytes);
-	if (get({offset + s.frame * raw.size(), raw.size()}, raw.data(), e))
-		return -1;
-	(coding == Coding::big_endian ? widen_any<true> : widen_any<false>)(raw.data(), n, bytes,
-		stored, is_signed, out);
 	return 0;
 }
 
@@ -272,22 +270,13 @@ Bytes PixelFile::alone(const ct_slice &s, const Bytes &stream) const
 	return d.bytes;
 }
 
-int PixelFile::read_coded(const ct_slice &s, float *out, ct_err *e)
+int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 {
-	uint64_t size = 0;
 	int copy, rc;
 
-	raw.clear();
-	for (const Part &p : pictures[s.frame]) {
-		raw.resize(size + p.size);
-		if (get(p, raw.data() + size, e))
-			return -1;
-		size += p.size;
-	}
-	if (check_picture(
-		    raw, coding, s.rows * s.columns, static_cast<size_t>(allocated) / 8, s.path, e))
+	if (check_jpeg(raw, coding, s.path, e))
 		return -1;
-	raw.resize(size + size % 2);
+	raw.resize(raw.size() + raw.size() % 2);
 	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
 	if (copy < 0 || write_all(copy, alone(s, raw)))
 		rc = ct_fail(
@@ -301,5 +290,20 @@ int PixelFile::read_coded(const ct_slice &s, float *out, ct_err *e)
 
 int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 {
-	return plain() ? read_plain(s, out, e) : read_coded(s, out, e);
+	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(allocated) / 8;
+
+	if (get(pictures.empty() ? Parts{{offset + s.frame * n * bytes, n * bytes}}
+				 : pictures[s.frame],
+		    e))
+		return -1;
+	if (foreign())
+		return decode_jpeg(s, out, e);
+	if (coding == Coding::rle) {
+		if (unpack_rle(unpacked, raw, n, bytes, s.path, e))
+			return -1;
+		raw.swap(unpacked);
+	}
+	(coding == Coding::big_endian ? widen_any<true> : widen_any<false>)(raw.data(), n, bytes,
+		stored, is_signed, out);
+	return 0;
 }

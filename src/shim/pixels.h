@@ -21,18 +21,17 @@ class PixelFile
 	{
 		return fd >= 0 && name == s.path && begin == s.begin;
 	}
-	/* Are its numbers not compressed? */
-	bool plain() const
+	/* Does a library decode it? Then reading may kill the process: see apart.h. */
+	bool foreign() const
 	{
-		return coding == Coding::plain || coding == Coding::big_endian;
+		return coding == Coding::jpeg || coding == Coding::jpeg2000;
 	}
-	/* Stored values of the slice. What is not plain may kill the process: see apart.h. */
+	/* Stored values of the slice. */
 	int read(const ct_slice &s, float *out, ct_err *e);
 
       private:
-	int read_plain(const ct_slice &s, float *out, ct_err *e);
-	int read_coded(const ct_slice &s, float *out, ct_err *e);
-	int get(const Part &p, unsigned char *to, ct_err *e);
+	int decode_jpeg(const ct_slice &s, float *out, ct_err *e);
+	int get(const Parts &parts, ct_err *e);
 	Bytes alone(const ct_slice &s, const Bytes &stream) const;
 
 	std::unique_ptr<Held> held;
@@ -44,7 +43,7 @@ class PixelFile
 	int allocated = 0, stored = 0; /* bits of a number */
 	bool is_signed = false;
 	std::vector<Parts> pictures; /* of what is compressed */
-	Bytes raw;
+	Bytes raw, unpacked;
 };
 
 #endif
