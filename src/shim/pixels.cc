@@ -154,6 +154,21 @@ class DataSet
 	}
 };
 
+/* Does PixelData begin at the offset, behind its tag? Not FloatPixelData or DoubleFloatPixelData.
+ */
+bool is_pixel_data(int fd, uint64_t offset)
+{
+	static const unsigned char little[] = {0xe0, 0x7f, 0x10, 0x00},
+				   big[] = {0x7f, 0xe0, 0x00, 0x10};
+	unsigned char b[12]; /* tag, type and length; or a tag and a length */
+
+	if (offset < sizeof b ||
+		pread(fd, b, sizeof b, static_cast<off_t>(offset - sizeof b)) != sizeof b)
+		return false;
+	return std::memcmp(b, little, 4) == 0 || std::memcmp(b + 4, little, 4) == 0 ||
+	       std::memcmp(b, big, 4) == 0 || std::memcmp(b + 4, big, 4) == 0;
+}
+
 int write_all(int fd, const Bytes &b)
 {
 	size_t done = 0;
@@ -200,6 +215,9 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 	if (s.samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
 			s.path, s.samples);
+	if (!is_pixel_data(fd, offset))
+		return ct_fail(
+			e, CT_EINPUT, "%s: no PixelData: other pictures are not read", s.path);
 	if (allocated != 8 && allocated != 16 && allocated != 32)
 		return ct_fail(e, CT_EINPUT, "%s: BitsAllocated is %d, not 8, 16 or 32", s.path,
 			allocated);
