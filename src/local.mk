@@ -10,17 +10,21 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
-	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert.h
+	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert-dicom.c src/tools/convert.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
 DICOM_SOURCES = src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
+ct_convert_SOURCES += src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
+	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h
 ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
 else
 EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
-	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
+	src/tools/dicom-inspect.c src/tools/dicom-inspect.h src/tools/dicom-image.c \
+	src/tools/dicom-image.h src/tools/dicom-policy.c src/tools/dicom-policy.h \
+	src/tools/dicom-derive.c src/tools/dicom-derive.h
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train

@@ -91,6 +91,38 @@ static enum form form_of(const char *path)
 	return NOT_DICOM;
 }
 
+bool convert_is_dicom(const char *path)
+{
+	return form_of(path) != NOT_DICOM;
+}
+
+int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
+	struct ct_err *e)
+{
+	const char *in = paths[0], *slash = strrchr(in, '/');
+	const enum form form = form_of(in);
+
+	*f = (struct convert_from){.paths = paths, .n = n, .which = which};
+	if (form != FILE_OF_SERIES || n > 1)
+		return form == NOT_DICOM;
+	f->folder[0] = slash ? strndup(in, slash == in ? 1 : (size_t)(slash - in)) : strdup(".");
+	if (!f->folder[0] || asprintf(&f->member, "%s%s%s", f->folder[0], slash == in ? "" : "/",
+				     slash ? slash + 1 : in) < 0) {
+		f->member = NULL;
+		convert_from_free(f);
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	f->paths = (const char *const *)f->folder;
+	return 0;
+}
+
+void convert_from_free(struct convert_from *f)
+{
+	free(f->folder[0]);
+	free(f->member);
+	f->folder[0] = f->member = NULL;
+}
+
 #ifdef HAVE_VTK
 static struct series_rule rule_of(const struct convert *p)
 {
@@ -108,37 +140,24 @@ int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct
 	return inspect_print(p->files.v, p->files.n, &rule, env, e);
 }
 
-/* One file stands for the series it belongs to, in its folder; several are taken as they are. */
-static int read_dicom(const struct convert *p, enum form form, struct ct_vol *v,
-	const struct ct_env *env, struct ct_err *e)
+static int read_dicom(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t n = p->files.n - 1;
-	const char *slash = strrchr(p->in, '/');
 	struct series_rule rule = rule_of(p);
-	char *where =
-		!slash ? strdup(".") : strndup(p->in, slash == p->in ? 1 : (size_t)(slash - p->in));
-	char *member = NULL;
-	int rc = -1;
+	struct convert_from from;
+	int rc;
 
-	if (!where || asprintf(&member, "%s%s%s", where, slash == p->in ? "" : "/",
-			      slash ? slash + 1 : p->in) < 0) {
-		free(where);
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	}
-	if (n > 1 || form != FILE_OF_SERIES)
-		rc = series_read(p->files.v, n, &rule, v, env, e);
-	else {
-		if (!p->series)
-			rule.member = member;
-		rc = series_read((const char *const[]){where}, 1, &rule, v, env, e);
-	}
+	if (convert_from(&from, p->files.v, p->files.n - 1, p->series, e))
+		return -1;
+	if (!p->series)
+		rule.member = from.member;
+	rc = series_read(from.paths, from.n, &rule, v, env, e);
 	if (!rc)
 		rc = ct_meta_input(&v->meta, p->in, 2,
 			(const struct ct_piece[]){{v->affine, sizeof v->affine},
 				{v->data, ct_vol_count(v) * sizeof *v->data}},
 			e);
-	free(member);
-	free(where);
+	convert_from_free(&from);
 	return rc;
 }
 #else
@@ -149,10 +168,9 @@ int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct
 		p->files.v[0]);
 }
 
-static int read_dicom(const struct convert *p, enum form form, struct ct_vol *v,
-	const struct ct_env *env, struct ct_err *e)
+static int read_dicom(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	(void)form;
 	(void)v;
 	(void)env;
 	return ct_fail(e, CT_EINPUT, "%s: this build reads no DICOM (configure --with-vtk)", p->in);
@@ -162,17 +180,14 @@ static int read_dicom(const struct convert *p, enum form form, struct ct_vol *v,
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	enum form form;
-
 	if (p->raw)
 		return read_raw(p, v, e);
-	form = form_of(p->in);
-	if (form != NOT_DICOM)
-		return read_dicom(p, form, v, env, e);
+	if (convert_is_dicom(p->in))
+		return read_dicom(p, v, env, e);
 	if (p->files.n > 2)
 		return ct_fail(
 			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
-	if (p->series)
+	if (p->series && !p->template)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return ct_vol_read(p->in, v, e);
 }

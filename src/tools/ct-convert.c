@@ -1,4 +1,4 @@
-/* ct-convert: DICOM, raw and NIfTI to NIfTI; projections of numpy to a stack. */
+/* ct-convert: DICOM, raw and NIfTI to NIfTI and DICOM; projections of numpy to a stack. */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/io.h"
@@ -62,9 +62,18 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_INPUT(struct convert, template, 0, "template", "DICOM",
+		"folder or file of the series that DICOM of OUT belongs to: patient, study and space are "
+		"its own; IN, if that is DICOM",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
+		"take everything from DICOM of OUT that tells who the patient is",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
 		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
-		"write, .nii, .nii.gz or -; with --scanner .exr"),
+		"write, .nii, .nii.gz or -, or DICOM: a folder for a series, .dcm for one file; with "
+		"--scanner .exr",
+		.dicom = CONVERT_OWN),
 	CT_OPT_END,
 };
 

@@ -1,0 +1,163 @@
+/* dicom-write.cc: see dicom-write.h. */
+#include "config.h"
+#include "shim/dicom-write.h"
+#include "shim/dicom-tags.h"
+#include "shim/guard.h"
+#include "shim/held.h"
+
+#include <vtkDICOMCompiler.h>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMParser.h>
+#include <vtkDICOMSequence.h>
+#include <vtkDICOMTagPath.h>
+#include <vtkErrorCode.h>
+#include <vtkNew.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+struct ct_dicom_file {
+	std::string path;
+	vtkNew<vtkDICOMMetaData> m;
+	vtkNew<vtkDICOMCompiler> c;
+};
+
+namespace
+{
+
+vtkDICOMDictEntry entry(const std::string &keyword)
+{
+	vtkDICOMDictEntry found = vtkDICOMDictionary::FindDictEntry(keyword.c_str());
+
+	if (!found.IsValid())
+		throw std::runtime_error("no element is called " + keyword);
+	return found;
+}
+
+/* "SEQUENCE.ITEM.KEYWORD" of any depth, and the keyword alone. */
+vtkDICOMTagPath path_of(const std::string &text, std::string &last)
+{
+	vtkDICOMTagPath path;
+	unsigned item = 0;
+
+	for (size_t from = 0;;) {
+		const size_t dot = text.find('.', from);
+
+		last = text.substr(from, dot - from);
+		path = from == 0 ? vtkDICOMTagPath(entry(last).GetTag())
+				 : vtkDICOMTagPath(path, item, entry(last).GetTag());
+		if (dot == std::string::npos)
+			return path;
+		from = text.find('.', dot + 1) + 1;
+		item = static_cast<unsigned>(std::stoul(text.substr(dot + 1)));
+	}
+}
+
+vtkDICOMValue value_of(vtkDICOMVR vr, const std::string &text)
+{
+	if (vr == vtkDICOMVR::SQ)
+		return vtkDICOMSequence(0);
+	if (vr == vtkDICOMVR::AT)
+		return vtkDICOMValue(vr, entry(text).GetTag());
+	if (vr == vtkDICOMVR::XS) /* the pixels are signed */
+		vr = vtkDICOMVR::SS;
+	return vtkDICOMValue(vr, text);
+}
+
+void set_all(vtkDICOMMetaData *m, const ct_header *h)
+{
+	for (size_t i = 0; i < h->n; i++) {
+		std::string keyword;
+		const vtkDICOMTagPath path = path_of(h->element[i].path, keyword);
+
+		m->Set(path, value_of(entry(keyword).GetVR(), h->element[i].text));
+	}
+}
+
+int lost(const ct_dicom_file *f, ct_err *e)
+{
+	const bool full = f->c->GetErrorCode() == vtkErrorCode::OutOfDiskSpaceError;
+
+	return ct_fail(e, CT_EOUTPUT, "%s: %s", f->path.c_str(),
+		errno != 0 ? std::strerror(errno)
+		: full     ? std::strerror(ENOSPC)
+			   : "cannot be written");
+}
+
+} // namespace
+
+extern "C" int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, size_t n,
+	const char *const *keyword, struct ct_err *e)
+{
+	return guard(e, s->path, [&] {
+		vtkNew<vtkDICOMMetaData> m;
+		vtkNew<vtkDICOMParser> p;
+		const Held held(*s);
+
+		if (!parse_header(held.path(), m, p))
+			return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s->path);
+		for (size_t i = 0; i < n; i++) {
+			const vtkDICOMValue &v = m->Get(entry(keyword[i]).GetTag());
+			const std::string text = v.IsValid() ? v.AsString() : std::string();
+
+			if (!text.empty() &&
+				ct_header_put(h, e, "", keyword[i], "%s", text.c_str()))
+				return -1;
+		}
+		return 0;
+	});
+}
+
+extern "C" int ct_dicom_open(struct ct_dicom_file **out, const char *path,
+	const struct ct_header *all, const struct ct_header *own, const char *uid, struct ct_err *e)
+{
+	*out = nullptr;
+	return guard(e, path, [&] {
+		ct_dicom_file *f = new ct_dicom_file;
+		vtkDICOMCompiler *c = f->c;
+
+		*out = f;
+		f->path = path;
+		vtkObject::GlobalWarningDisplayOff();
+		set_all(f->m, all);
+		set_all(f->m, own);
+		f->m->Set(DC::PixelData, vtkDICOMValue(vtkDICOMVR::OW)); /* follows */
+		c->SetMetaData(f->m);
+		c->SetFileName(path);
+		c->SetSOPInstanceUID(f->m->Get(DC::SOPInstanceUID).GetCharData());
+		c->SetSeriesInstanceUID(f->m->Get(DC::SeriesInstanceUID).GetCharData());
+		c->SetStudyInstanceUID(f->m->Get(DC::StudyInstanceUID).GetCharData());
+		c->SetImplementationClassUID(uid);
+		c->SetImplementationVersionName("CTSR");
+		errno = 0;
+		c->WriteHeader();
+		return c->GetErrorCode() != 0 ? lost(f, e) : 0;
+	});
+}
+
+extern "C" int ct_dicom_put(struct ct_dicom_file *f, const int16_t *px, size_t n, struct ct_err *e)
+{
+	return guard(e, f->path.c_str(), [&] {
+		errno = 0;
+		f->c->WriteFrame(reinterpret_cast<const unsigned char *>(px),
+			static_cast<vtkIdType>(n * sizeof *px));
+		return f->c->GetErrorCode() != 0 ? lost(f, e) : 0;
+	});
+}
+
+extern "C" int ct_dicom_close(struct ct_dicom_file *f, struct ct_err *e)
+{
+	int rc = 0;
+
+	if (f)
+		rc = guard(e, f->path.c_str(), [&] {
+			errno = 0;
+			f->c->Close();
+			return f->c->GetErrorCode() != 0 ? lost(f, e) : 0;
+		});
+	delete f;
+	return rc;
+}

@@ -1,0 +1,134 @@
+/* dicom-derive.c: see dicom-derive.h. */
+#include "config.h"
+#include "tools/dicom-derive.h"
+#include "tools/dicom-policy.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+bool derive_resampled(const struct image *im)
+{
+	const struct ct_vol *v = im->v;
+	struct ct_slice own = {0};
+
+	if (im->n == 0)
+		return ct_meta_get(&v->meta, CT_META_UPSAMPLE) != NULL;
+	ct_slice_place(&own, v->affine, 0);
+	return ct_meta_get(&v->meta, CT_META_UPSAMPLE) || im->n != v->n[2] ||
+	       fabs(own.pitch[0] - im->source[0].pitch[0]) > 1e-4 * own.pitch[0] ||
+	       fabs(own.pitch[1] - im->source[0].pitch[1]) > 1e-4 * own.pitch[1];
+}
+
+int derive_put(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e)
+{
+	const bool resampled = derive_resampled(im);
+	const char *line = ct_meta_get(&im->v->meta, CT_META_HISTORY);
+	char text[900];
+	size_t at = (size_t)snprintf(text, sizeof text, "ctsr %s:", PACKAGE_VERSION);
+
+	while (line && *line && at < sizeof text - 80) {
+		const size_t n = strcspn(line, "\n"), word = strcspn(line, " \n");
+
+		at += (size_t)snprintf(
+			text + at, sizeof text - at, " %.*s", word > 40 ? 40 : (int)word, line);
+		line += n + (line[n] == '\n');
+	}
+	return ct_header_put(h, e, in, "DerivationDescription", "%s", text) ||
+			       ct_header_code(h, e, in, "DerivationCodeSequence",
+				       resampled ? "113085" : "113091", "DCM",
+				       resampled
+					       ? "Spatial resampling"
+					       : "Spatially-related frames extracted from the volume")
+		       ? -1
+		       : 0;
+}
+
+/* Item `in` that names a slice. */
+static int put_reference(struct ct_header *h, const struct image *im, const char *in,
+	const struct ct_slice *s, struct ct_err *e)
+{
+	char uid[CT_UID_TEXT];
+
+	snprintf(uid, sizeof uid, "%.64s", s->object);
+	return (im->deid && policy_uid(uid, s->object, e)) ||
+			       ct_header_put(h, e, in, "ReferencedSOPClassUID", "%s", s->storage) ||
+			       ct_header_put(h, e, in, "ReferencedSOPInstanceUID", "%s", uid)
+		       ? -1
+		       : 0;
+}
+
+static int put_source(struct ct_header *h, const struct image *im, const char *in, size_t item,
+	const struct ct_slice *s, struct ct_err *e)
+{
+	char at[200];
+
+	snprintf(at, sizeof at, "%sSourceImageSequence.%zu.", in, item);
+	if (put_reference(h, im, at, s, e) ||
+		ct_header_code(h, e, at, "PurposeOfReferenceCodeSequence", "121322", "DCM",
+			"Source image for image processing operation"))
+		return -1;
+	return s->frames > 1 ? ct_header_put(h, e, at, "ReferencedFrameNumber", "%zu", s->frame + 1)
+			     : 0;
+}
+
+int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *e)
+{
+	static const char study[] = "SourceImageEvidenceSequence.0.";
+	static const char series[] = "SourceImageEvidenceSequence.0.ReferencedSeriesSequence.0.";
+	char at[160], uid[CT_UID_TEXT];
+	size_t item = 0;
+
+	if (im->n == 0)
+		return 0;
+	snprintf(uid, sizeof uid, "%.64s", im->source[0].series);
+	if ((im->deid && policy_uid(uid, im->source[0].series, e)) ||
+		ct_header_put(h, e, series, "SeriesInstanceUID", "%s", uid) ||
+		ct_header_put(h, e, study, "StudyInstanceUID", "%s",
+			ct_header_get(&im->head, "StudyInstanceUID")))
+		return -1;
+	for (size_t i = 0; i < im->n; i++) {
+		if (i > 0 && strcmp(im->source[i].object, im->source[i - 1].object) == 0)
+			continue; /* another frame */
+		snprintf(at, sizeof at, "%sReferencedSOPSequence.%zu.", series, item++);
+		if (put_reference(h, im, at, &im->source[i], e))
+			return -1;
+	}
+	return 0;
+}
+
+int derive_sources(
+	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e)
+{
+	double normal[3], other[3], mm[3], below = -INFINITY, above = INFINITY, side = 0;
+	struct ct_slice own = {0};
+	size_t item = 0;
+
+	if (im->n == 0)
+		return 0;
+	ct_slice_place(&own, im->v->affine, k);
+	ct_slice_normal(&own, normal);
+	ct_slice_normal(&im->source[0], other);
+	ct_vol_spacing(im->v, mm);
+	for (int d = 0; d < 3; d++)
+		side += normal[d] * other[d];
+	for (int pass = 0; pass < 2; pass++)
+		for (size_t i = 0; i < im->n; i++) {
+			const struct ct_slice *s = &im->source[i];
+			double at = 0;
+
+			for (int d = 0; d < 3; d++)
+				at += normal[d] * (s->position[d] - own.position[d]);
+			if (fabs(at) < 1e-3)
+				at = 0;
+			if (pass == 0) {
+				below = at <= 0 ? fmax(below, at) : below;
+				above = at >= 0 ? fmin(above, at) : above;
+			} else if (fabs(side) < 0.999 || at == below || at == above ||
+				   fabs(at) <= mm[2] / 2) {
+				if (put_source(h, im, in, item++, s, e))
+					return -1;
+			}
+		}
+	return 0;
+}
