@@ -42,55 +42,57 @@ static char *target(const char *path)
 }
 
 /* Is the folder empty, or may it be replaced? */
-static int replaceable(const char *path, const char *own, bool force, struct ct_err *e)
+static int replaceable(const struct ct_out_folder *f, const char *own, bool force, struct ct_err *e)
 {
-	DIR *d = opendir(path);
+	DIR *d = opendir(f->path);
 	struct dirent *x;
 	int rc = 0;
 
 	if (!d)
-		return failed(path, e);
+		return failed(f->name, e);
 	while (rc == 0 && (x = readdir(d))) {
 		if (strcmp(x->d_name, ".") == 0 || strcmp(x->d_name, "..") == 0)
 			continue;
 		if (!force)
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds files; --force replaces a series that was written here",
-				path);
+				f->name);
 		else if (fnmatch(own, x->d_name, 0) != 0)
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds %.100s, which is not of a series that was written "
 				"here: will not replace it",
-				path, x->d_name);
+				f->name, x->d_name);
 	}
 	closedir(d);
 	return rc;
 }
 
-static int allowed(const char *path, const char *own, const struct ct_env *env, struct ct_err *e)
+static int allowed(
+	const struct ct_out_folder *f, const char *own, const struct ct_env *env, struct ct_err *e)
 {
 	char up[PATH_MAX];
 	struct stat st, above;
 
-	if (stat(path, &st) != 0)
-		return errno == ENOENT ? 0 : failed(path, e);
+	if (stat(f->path, &st) != 0)
+		return errno == ENOENT ? 0 : failed(f->name, e);
 	if (!S_ISDIR(st.st_mode))
-		return ct_fail(e, CT_EOUTPUT, "%s: is no folder", path);
-	snprintf(up, sizeof up, "%s/..", path);
+		return ct_fail(e, CT_EOUTPUT, "%s: is no folder", f->name);
+	snprintf(up, sizeof up, "%s/..", f->path);
 	if (stat(up, &above) == 0 && (above.st_dev != st.st_dev || above.st_ino == st.st_ino))
 		return ct_fail(e, CT_EOUTPUT,
-			"%s: a file system begins here; name a folder in it, that is made", path);
-	return replaceable(path, own, env->force, e);
+			"%s: a file system begins here; name a folder in it, which is made",
+			f->name);
+	return replaceable(f, own, env->force, e);
 }
 
 int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *own,
 	const struct ct_env *env, struct ct_err *e)
 {
-	*f = (struct ct_out_folder){.lock = -1};
+	*f = (struct ct_out_folder){.name = path, .lock = -1};
 	f->path = target(path);
 	if (!f->path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (allowed(f->path, own, env, e) == 0)
+	if (allowed(f, own, env, e) == 0)
 		f->lock = ct_temp_folder(f->path, &f->tmp, e);
 	if (f->lock >= 0)
 		return 0;
@@ -168,7 +170,7 @@ int ct_out_folder_commit(struct ct_out_folder *f, struct ct_err *e)
 	if (!bad && rename(f->tmp, f->path) != 0)
 		bad = (errno != ENOTEMPTY && errno != EEXIST) || exchange(f) != 0;
 	if (bad)
-		failed(f->path, e);
+		failed(f->name, e);
 	ct_out_folder_abandon(f);
 	return bad ? -1 : 0;
 }

@@ -11,7 +11,8 @@
 #include <stdbool.h>
 
 struct ct_out_folder {
-	char *path, *tmp; /* files are made in tmp */
+	const char *name; /* as it was given, borrowed */
+	char *path, *tmp; /* without links; files are made in tmp */
 	int lock;
 };
 

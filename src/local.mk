@@ -10,7 +10,8 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
-	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert-dicom.c src/tools/convert.h
+	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert-dicom.c src/tools/convert.h \
+	src/tools/dicom-form.c src/tools/dicom-form.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
@@ -56,7 +57,7 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
+ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h

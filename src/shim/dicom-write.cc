@@ -20,7 +20,7 @@
 #include <string>
 
 struct ct_dicom_file {
-	std::string path;
+	std::string name;
 	vtkNew<vtkDICOMMetaData> m;
 	vtkNew<vtkDICOMCompiler> c;
 };
@@ -81,7 +81,7 @@ int lost(const ct_dicom_file *f, ct_err *e)
 {
 	const bool full = f->c->GetErrorCode() == vtkErrorCode::OutOfDiskSpaceError;
 
-	return ct_fail(e, CT_EOUTPUT, "%s: %s", f->path.c_str(),
+	return ct_fail(e, CT_EOUTPUT, "%s: %s", f->name.c_str(),
 		errno != 0 ? std::strerror(errno)
 		: full     ? std::strerror(ENOSPC)
 			   : "cannot be written");
@@ -111,16 +111,16 @@ extern "C" int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, si
 	});
 }
 
-extern "C" int ct_dicom_open(struct ct_dicom_file **out, const char *path,
+extern "C" int ct_dicom_open(struct ct_dicom_file **out, const char *path, const char *name,
 	const struct ct_header *all, const struct ct_header *own, const char *uid, struct ct_err *e)
 {
 	*out = nullptr;
-	return guard(e, path, [&] {
+	return guard(e, name, [&] {
 		ct_dicom_file *f = new ct_dicom_file;
 		vtkDICOMCompiler *c = f->c;
 
 		*out = f;
-		f->path = path;
+		f->name = name;
 		vtkObject::GlobalWarningDisplayOff();
 		set_all(f->m, all);
 		set_all(f->m, own);
@@ -140,7 +140,7 @@ extern "C" int ct_dicom_open(struct ct_dicom_file **out, const char *path,
 
 extern "C" int ct_dicom_put(struct ct_dicom_file *f, const int16_t *px, size_t n, struct ct_err *e)
 {
-	return guard(e, f->path.c_str(), [&] {
+	return guard(e, f->name.c_str(), [&] {
 		errno = 0;
 		f->c->WriteFrame(reinterpret_cast<const unsigned char *>(px),
 			static_cast<vtkIdType>(n * sizeof *px));
@@ -153,7 +153,7 @@ extern "C" int ct_dicom_close(struct ct_dicom_file *f, struct ct_err *e)
 	int rc = 0;
 
 	if (f)
-		rc = guard(e, f->path.c_str(), [&] {
+		rc = guard(e, f->name.c_str(), [&] {
 			errno = 0;
 			f->c->Close();
 			return f->c->GetErrorCode() != 0 ? lost(f, e) : 0;

@@ -21,9 +21,10 @@ int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, size_t n,
 
 struct ct_dicom_file;
 /* Make the file, or empty what is there, and write the elements of both lists; the second counts
- * where both have one. `uid` names the program. CT_EOUTPUT. */
-int ct_dicom_open(struct ct_dicom_file **f, const char *path, const struct ct_header *all,
-	const struct ct_header *own, const char *uid, struct ct_err *e);
+ * where both have one. `name` is what messages call it, `uid` the program's. CT_EOUTPUT. */
+int ct_dicom_open(struct ct_dicom_file **f, const char *path, const char *name,
+	const struct ct_header *all, const struct ct_header *own, const char *uid,
+	struct ct_err *e);
 /* Pixels of a picture, n; as many pictures as NumberOfFrames says, or one. CT_EOUTPUT. */
 int ct_dicom_put(struct ct_dicom_file *f, const int16_t *px, size_t n, struct ct_err *e);
 /* CT_EOUTPUT if not all was written; f is gone either way. Legal on NULL. */

@@ -9,6 +9,7 @@
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
 #include "shim/dicom-write.h"
+#include "tools/dicom-form.h"
 #include "tools/dicom-image.h"
 #include "tools/dicom-policy.h"
 #include "tools/dicom-series.h"
@@ -32,7 +33,7 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 	int rc = -1, found;
 
 	found = p->template ? convert_from(&from, &p->template, 1,
-				      convert_is_dicom(p->in) ? NULL : p->series, e)
+				      dicom_form_of(p->in) != NOT_DICOM ? NULL : p->series, e)
 			    : convert_from(&from, p->files.v, p->files.n - 1, p->series, e);
 	if (found) {
 		if (found > 0 && p->template)
@@ -113,9 +114,9 @@ static void date_of_source(char out[20])
 		strftime(out, 20, "%Y%m%d%H%M%S", &tm);
 }
 
-/* Pictures from k to end, into one file. */
-static int write_file(const char *path, const struct image *im, size_t k, size_t end,
-	const struct ct_env *env, struct ct_err *e)
+/* Pictures from k to end, into one file; messages call it `name`. */
+static int write_file(const char *path, const char *name, const struct image *im, size_t k,
+	size_t end, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t area = im->v->n[0] * im->v->n[1];
 	struct ct_dicom_file *f = NULL;
@@ -126,7 +127,7 @@ static int write_file(const char *path, const struct image *im, size_t k, size_t
 	int rc = -1;
 
 	if (ct_alloc(&px, area, sizeof *px, e) || image_program(uid, e) ||
-		image_own(&own, im, k, e) || ct_dicom_open(&f, path, &im->head, &own, uid, e))
+		image_own(&own, im, k, e) || ct_dicom_open(&f, path, name, &im->head, &own, uid, e))
 		goto out;
 	for (; k < end; k++) {
 		ct_voxels_i16(area, px, im->v->data + k * area, false);
@@ -157,7 +158,7 @@ static int write_series(
 			rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
 			break;
 		}
-		rc = write_file(path, im, k, k + 1, env, e);
+		rc = write_file(path, p->out, im, k, k + 1, env, e);
 		ct_progress(env, "writing", k + 1, im->v->n[2]);
 		free(path);
 	}
@@ -175,7 +176,7 @@ static int write_frames(
 
 	if (ct_out_open(&out, p->out, env, e))
 		return -1;
-	rc = write_file(out.tmp ? out.tmp : out.path, im, 0, im->v->n[2], env, e);
+	rc = write_file(out.tmp ? out.tmp : out.path, p->out, im, 0, im->v->n[2], env, e);
 	if (rc == 0)
 		rc = ct_out_commit(&out, e);
 	ct_out_abandon(&out);

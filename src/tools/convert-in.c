@@ -1,18 +1,16 @@
 /* convert-in.c: what ct-convert reads. */
 #include "config.h"
 #include "cli/cli.h"
-#include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
+#include "tools/dicom-form.h"
 #include "tools/dicom-inspect.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <zlib.h>
 
 static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {
@@ -38,69 +36,11 @@ static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 	return ct_raw_read(p->in, &how, v, e);
 }
 
-enum form { NOT_DICOM, FOLDER, FILE_OF_SERIES, ARCHIVE };
-
-/* What a zip, tar or compressed file begins with, but for gzip. */
-static bool is_archive(const unsigned char *p, size_t n)
-{
-	static const struct {
-		const char *magic;
-		size_t n;
-	} known[] = {{"PK\3\4", 4}, {"BZh", 3}, {"\3757zXZ", 5}, {"\x28\xb5\x2f\xfd", 4}};
-
-	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-		if (n >= known[i].n && memcmp(p, known[i].magic, known[i].n) == 0)
-			return true;
-	return ct_any_is_tar(p, n);
-}
-
-/* Does the gzip file hold something else than NIfTI? */
-static bool is_other_gzip(const char *path)
-{
-	unsigned char head[4];
-	gzFile f = gzopen(path, "rb");
-	const int n = f ? gzread(f, head, sizeof head) : 0;
-
-	if (f)
-		gzclose(f);
-	return n == sizeof head && ct_any_sniff(head, sizeof head) != CT_KIND_VOLUME;
-}
-
-/* By content, of a folder or a regular file. Never reads from a pipe. */
-static enum form form_of(const char *path)
-{
-	unsigned char head[CT_SNIFF];
-	struct stat st;
-	size_t n;
-	FILE *f;
-
-	if (strcmp(path, "-") == 0 || stat(path, &st) != 0)
-		return NOT_DICOM;
-	if (S_ISDIR(st.st_mode))
-		return FOLDER;
-	f = S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
-	n = f ? fread(head, 1, sizeof head, f) : 0;
-	if (f)
-		fclose(f);
-	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
-		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]))
-		return FILE_OF_SERIES; /* with or without its preamble */
-	if (is_archive(head, n) ||
-		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
-		return ARCHIVE;
-	return NOT_DICOM;
-}
-
-bool convert_is_dicom(const char *path)
-{
-	return form_of(path) != NOT_DICOM;
-}
-
 int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
 	struct ct_err *e)
 {
 	const char *in = paths[0], *slash = strrchr(in, '/');
-	const enum form form = form_of(in);
+	const enum dicom_form form = dicom_form_of(in);
 
 	*f = (struct convert_from){.paths = paths, .n = n, .which = which};
 	if (form != FILE_OF_SERIES || n > 1)
@@ -182,7 +122,7 @@ int convert_read(
 {
 	if (p->raw)
 		return read_raw(p, v, e);
-	if (convert_is_dicom(p->in))
+	if (dicom_form_of(p->in) != NOT_DICOM)
 		return read_dicom(p, v, env, e);
 	if (p->files.n > 2)
 		return ct_fail(

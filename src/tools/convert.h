@@ -44,8 +44,6 @@ int convert_dicom(const struct convert *p, const struct ct_vol *v, const struct 
 	struct ct_err *e);
 /* Names of the files of a series that is written, as for fnmatch. */
 #define CONVERT_OWN "ctsr[0-9]*.dcm"
-/* Is it a folder, a DICOM file or an archive? By content, never of a pipe. */
-bool convert_is_dicom(const char *path);
 /* The series of n paths that `which` names: several are taken as they are, one file stands for the
  * series it belongs to, in its folder. 1 if the first is not DICOM. CT_ENOMEM. */
 int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,

@@ -1,6 +1,8 @@
 /* ct-convert: DICOM, raw and NIfTI to NIfTI and DICOM; projections of numpy to a stack. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/files.h"
+#include "cli/modes.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
@@ -100,6 +102,22 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 			"%s: neither sform nor qform: where the voxels lie is not known", path);
 }
 
+/* What OUT is, its name says. */
+static int check_mode(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	const bool dicom = ct_files_is_dicom(p->out);
+
+	if (p->scanner)
+		return 0;
+	if (p->template && !dicom)
+		return ct_fail(e, CT_EUSAGE, "--template: needs OUT to be DICOM");
+	if (p->deid && !dicom)
+		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
+	if (dicom && ct_modes_given(env->given, "type"))
+		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
+	return 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
@@ -116,6 +134,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
 	own.out = p->files.v[p->files.n - 1];
+	if (check_mode(p, env, e))
+		return -1;
 	if (p->scanner)
 		return convert_stack(p, env, e);
 	if (convert_check_name(p->out, e) || convert_read(p, &v, env, e))

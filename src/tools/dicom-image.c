@@ -96,7 +96,7 @@ static const char *unit(const struct image *im)
 {
 	const char *quantity = ct_meta_get(&im->v->meta, CT_META_QUANTITY);
 
-	return quantity && strcmp(quantity, CT_QUANTITY_OTHER) == 0 ? "US" : "HU";
+	return quantity && strcmp(quantity, CT_QUANTITY_OTHER) == 0 ? "OTHER" : "HU";
 }
 
 /* What a hash of `what`, k and the content says. */
