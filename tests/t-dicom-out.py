@@ -18,7 +18,7 @@ WHO = dict(
     PatientAddress="SECRETSTREET", StudyDate="20010203", StudyTime="111213.5", SeriesDate="20010204",
     SeriesTime="121314.5", AcquisitionDate="20010205", AcquisitionTime="131415.5",
     ContentDate="20010206", ContentTime="141516.5", AccessionNumber="ACC4711",
-    ReferringPhysicianName="Ref^Doctor", PerformingPhysicianName="Perf^Doctor",
+    ReferringPhysicianName="R\u00e9f^Doctor", PerformingPhysicianName="Perf^Doctor",
     OperatorsName="Op^Erator", StudyID="STUDY4712", StudyDescription="SECRETSTUDY",
     SeriesDescription="SECRETSERIES", ProtocolName="SECRETPROTOCOL", InstitutionName="SECRETHOSPITAL",
     InstitutionAddress="SECRETTOWN", StationName="STATION77", DeviceSerialNumber="SERIAL77",
@@ -44,7 +44,7 @@ def make():
     """The folder `template`: nine slices, exposures that differ, private elements."""
     for k in range(dicom.SLICES):
         path = "template/%02d.dcm" % k
-        tags = {**WHO, **NOBODY, **STALE}
+        tags = {**WHO, **NOBODY, **STALE, "SpecificCharacterSet": "ISO_IR 100"}
         dicom.write(path, "axial", k, tags.pop("SeriesInstanceUID"), **tags, Exposure=100 + k,
                     PatientSex="F", SeriesNumber=7, SOPInstanceUID="1.2.840.4711.9.%d" % k)
         d = pydicom.dcmread(path)

@@ -121,6 +121,7 @@ room() { # room OUT SIZE: with no file allowed to grow to SIZE, the words go thr
 if command -v prlimit >/dev/null; then
 	{ room full/ "$(stat -c %s first/ctsr0001.dcm)"; room full.dcm "$(stat -c %s one.dcm)"; } >wrong 2>&1
 	[ ! -s wrong ]; ok $? 'no room: status 4, and nothing is left'; sed 's/^/# /' wrong
+	(trap '' XFSZ; prlimit --fsize=100 ct-convert -qf w.nii first/ 2>/dev/null); [ "$(sum first)" = "$(sum again)" ]; ok $? 'what was there stays'
 else
 	skip 'no room' 'no prlimit'
 fi
@@ -170,7 +171,15 @@ fi
 exits 0 'no template' ct-convert -v t.nii none/; has err 'none/: of no patient and no study.*--template' 'says so'
 mkdir two; cp template/* two; cp first/* two; exits 5 'two series' ct-convert --template two iso.nii x/; has err 'series' 'are one too many'
 exits 0 '--series' ct-convert --template two --series 1.2.840.4711.3 iso.nii two.dcm; py kept two.dcm; ok $? 'takes one'
+"$PY" -c 'import nibabel
+v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
+exits 5 'a volume beside the template' ct-convert --template template far.nii x/; has err 'template/.*not of one space' 'is of another'
+cp -r template mr; "$PY" -c 'import glob, pydicom
+for f in glob.glob("mr/*"): d = pydicom.dcmread(f); d.Modality = "MR"; d.save_as(f)'
+exits 3 'one of another modality' ct-convert --units other mr x/; has err "mr/.*modality is 'MR'" 'is not written as CT'
 [ ! -e x ]; ok $? 'nothing is made'
+exits 0 'from one file to files' ct-convert -q iso.dcm from-one/; clean 'of frames' from-one/ctsr0002.dcm
+ct-convert -qf from-one back.nii; ct-convert -q iso.dcm b.nii; [ "$(voxels back.nii)" = "$(voxels b.nii)" ]; ok $? 'are the same'
 
 # the chain
 ct-sr -q -x 2 -Q draft template sr/ 2>err; ok $? 'ct-sr from DICOM to DICOM'

@@ -117,6 +117,9 @@ static int check_name(const char *path, struct ct_err *e)
 		"zip", "tar", "tgz"};
 	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
 
+	if (dot && strcasecmp(dot, ".dcm") == 0)
+		return ct_fail(
+			e, CT_EUSAGE, "%s: this command writes no DICOM; ct-convert does", path);
 	for (size_t i = 0; dot && i < sizeof others / sizeof *others; i++)
 		if (strcasecmp(dot + 1, others[i]) == 0)
 			return ct_fail(e, CT_EUSAGE, "%s: no command writes .%s", path, others[i]);

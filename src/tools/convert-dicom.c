@@ -9,6 +9,7 @@
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
 #include "shim/dicom-write.h"
+#include "tools/dicom-derive.h"
 #include "tools/dicom-form.h"
 #include "tools/dicom-image.h"
 #include "tools/dicom-policy.h"
@@ -39,7 +40,7 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 		if (found > 0 && p->template)
 			found = ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
 		else if (found > 0)
-			ct_log(env, CT_INFO,
+			ct_log(env, CT_WARN,
 				"%s: of no patient and no study, and in a space of its own: --template "
 				"names the series that it belongs to",
 				p->out);
@@ -53,7 +54,7 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
-	rc = policy_read(&im->from, im->source, im->n, e);
+	rc = derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
 out:
 	convert_from_free(&from);
 	return rc;

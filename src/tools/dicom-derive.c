@@ -7,6 +7,51 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Widen the box by the corners of a picture. */
+static void widen(double box[3][2], const struct ct_slice *s, size_t columns, size_t rows)
+{
+	for (int corner = 0; corner < 4; corner++)
+		for (int d = 0; d < 3; d++) {
+			const double i = corner & 1 ? (double)(columns - 1) * s->pitch[0] : 0;
+			const double j = corner & 2 ? (double)(rows - 1) * s->pitch[1] : 0;
+			const double x = s->position[d] + i * s->across[d] + j * s->down[d];
+
+			box[d][0] = fmin(box[d][0], x);
+			box[d][1] = fmax(box[d][1], x);
+		}
+}
+
+int derive_check(const struct image *im, struct ct_err *e)
+{
+	const double none[2] = {INFINITY, -INFINITY};
+	const size_t last = im->v->n[2] - 1;
+	double theirs[3][2], own[3][2];
+	struct ct_slice s = {0};
+
+	for (int d = 0; d < 3; d++) {
+		memcpy(theirs[d], none, sizeof none);
+		memcpy(own[d], none, sizeof none);
+	}
+	for (size_t i = 0; i < im->n; i++) {
+		if (strcmp(im->source[i].modality, "CT") != 0)
+			return ct_fail(e, CT_EINPUT,
+				"%s: modality is '%s', and DICOM is written of CT",
+				im->source[i].path, im->source[i].modality);
+		if (im->source[i].placed)
+			widen(theirs, &im->source[i], im->source[i].columns, im->source[i].rows);
+	}
+	for (size_t k = 0; k <= last; k += last ? last : 1) {
+		ct_slice_place(&s, im->v->affine, k);
+		widen(own, &s, im->v->n[0], im->v->n[1]);
+	}
+	for (int d = 0; d < 3; d++)
+		if (own[d][0] > theirs[d][1] || theirs[d][0] > own[d][1])
+			return ct_fail(e, CT_EGEOM,
+				"%s: its slices lie beside the volume: they are not of one space",
+				im->source[0].path);
+	return 0;
+}
+
 bool derive_resampled(const struct image *im)
 {
 	const struct ct_vol *v = im->v;

@@ -3,6 +3,9 @@
 #define CT_TOOLS_DICOM_DERIVE_H
 #include "tools/dicom-image.h"
 
+/* CT_EINPUT unless the slices are of CT, CT_EGEOM if the volume lies beside them: then it is of
+ * another patient, or in another space. */
+int derive_check(const struct image *im, struct ct_err *e);
 /* Are there other voxels than in the slices, as far as is known? */
 bool derive_resampled(const struct image *im);
 /* The commands that made the volume, by their names alone: those of files may name a patient. */

@@ -291,6 +291,7 @@ static int put_frames(struct ct_header *h, const struct image *im, struct ct_err
 static int put_head(struct ct_header *h, const struct image *im, struct ct_err *e)
 {
 	const char *number = from(im, "SeriesNumber");
+	const long before = number ? strtol(number, NULL, 10) : 0;
 
 	if (policy_take(h, &im->from, im->deid, im->frames, e) || PUT(h, common, e) ||
 		(im->frames ? put_frames(h, im, e) : PUT(h, single, e)) || put_pixels(h, im, e) ||
@@ -298,8 +299,8 @@ static int put_head(struct ct_header *h, const struct image *im, struct ct_err *
 		(!im->frames && derive_put(h, im, "", e)) || put_dates(h, im, e) ||
 		(im->deid && put_deid(h, e)) ||
 		ct_header_put(h, e, "", "ManufacturerModelName", "%s", im->tool) ||
-		ct_header_put(
-			h, e, "", "SeriesNumber", "%d", number ? atoi(number) % 1000000 + 1000 : 1))
+		ct_header_put(h, e, "", "SeriesNumber", "%ld",
+			number && before > 0 && before < 1000000 ? before + 1000 : 1))
 		return -1;
 	if (!im->frames && !from(im, "BodyPartExamined") && !from(im, "Laterality") &&
 		ct_header_put(h, e, "", "Laterality", "%s", ""))
