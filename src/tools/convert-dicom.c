@@ -23,41 +23,34 @@
 
 enum { LONGEST_SIDE = 65535 };
 
-/* The series that the volume comes from, or that --template names; or none. */
-static int read_template(struct image *im, struct series_set *set, const struct convert *p,
-	const struct ct_env *env, struct ct_err *e)
+/* Where the template is: 0, or 1 if there is none. */
+static int find_template(struct convert_from *from, const struct convert *p, struct ct_err *e)
 {
-	struct convert_from from = {0};
-	struct series_rule rule = {0};
+	const bool dicom = !p->raw && dicom_form_of(p->in) != NOT_DICOM;
+
+	if (!p->template)
+		return dicom ? convert_from(from, p->files.v, p->files.n - 1, p->series, e) : 1;
+	if (dicom_form_of(p->template) == NOT_DICOM)
+		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
+	return convert_from(from, &p->template, 1, dicom ? NULL : p->series, e);
+}
+
+/* The slices that the volume comes from, and what they say. */
+static int read_template(
+	struct image *im, struct series_set *set, const struct convert_from *from, struct ct_err *e)
+{
+	const struct series_rule rule = {
+		.which = from->which, .member = from->which ? NULL : from->member};
 	const struct ct_series *l;
 	size_t pick;
-	int rc = -1, found;
 
-	found = p->template ? convert_from(&from, &p->template, 1,
-				      dicom_form_of(p->in) != NOT_DICOM ? NULL : p->series, e)
-			    : convert_from(&from, p->files.v, p->files.n - 1, p->series, e);
-	if (found) {
-		if (found > 0 && p->template)
-			found = ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
-		else if (found > 0)
-			ct_log(env, CT_WARN,
-				"%s: of no patient and no study, and in a space of its own: --template "
-				"names the series that it belongs to",
-				p->out);
-		return found > 0 ? 0 : -1;
-	}
-	rule.which = from.which;
-	rule.member = from.which ? NULL : from.member;
-	if (series_open(set, from.paths, from.n, e) ||
-		series_choose(set, from.paths[0], &rule, &pick, e))
-		goto out;
+	if (series_open(set, from->paths, from->n, e) ||
+		series_choose(set, from->paths[0], &rule, &pick, e))
+		return -1;
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
-	rc = derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
-out:
-	convert_from_free(&from);
-	return rc;
+	return derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
 }
 
 static int check_size(
@@ -189,15 +182,22 @@ static int write_dicom(
 {
 	struct image im = {
 		.v = v, .frames = !ct_out_folder_named(p->out), .deid = p->deid, .tool = env->tool};
+	struct convert_from from = {0};
 	struct series_set set = {0};
 	const char *burned;
 	char date[20];
-	int rc = -1;
+	int rc = -1, none;
 
 	date_of_source(date);
 	im.date = *date ? date : NULL;
-	if (check_size(p, v, im.frames, e) || check_values(v, env, e) ||
-		read_template(&im, &set, p, env, e) || image_head(&im, e))
+	none = find_template(&from, p, e);
+	if (none > 0)
+		ct_log(env, CT_WARN,
+			"%s: of no patient and no study, and in a space of its own: --template names "
+			"the series that it belongs to",
+			p->out);
+	if (none < 0 || check_size(p, v, im.frames, e) || check_values(v, env, e) ||
+		(none == 0 && read_template(&im, &set, &from, e)) || image_head(&im, e))
 		goto out;
 	burned = ct_header_get(&im.head, "BurnedInAnnotation");
 	if (p->deid && burned && strcmp(burned, "YES") == 0)
@@ -206,6 +206,7 @@ static int write_dicom(
 out:
 	image_free(&im);
 	series_close(&set);
+	convert_from_free(&from);
 	return rc;
 }
 #else
