@@ -155,9 +155,16 @@ def removed(path):
 
 
 def nearest(path):
-    """Of slices of half the distance: on a source slice that one, between two both."""
-    seen = [len(pydicom.dcmread(f).SourceImageSequence) for f in files(path)]
-    assert set(seen) <= {1, 2} and seen.count(1) >= 2 and seen.count(2) > 2, seen
+    """Of slices of half the distance: between two of the source both, outside the last one."""
+    seen = [[s.ReferencedSOPInstanceUID[-1] for s in pydicom.dcmread(f).SourceImageSequence] for f in files(path)]
+    between = [[str(k), str(k + 1)] for k in range(dicom.SLICES - 1) for _ in (0, 1)]
+    assert [sorted(s) for s in seen] == [["0"], *between, [str(dicom.SLICES - 1)]], seen
+
+
+def alone(path):
+    """Of slices in the same places: each is of that one."""
+    seen = [[s.ReferencedSOPInstanceUID[-1] for s in pydicom.dcmread(f).SourceImageSequence] for f in files(path)]
+    assert seen == [[str(k)] for k in range(dicom.SLICES)], seen
 
 
 def oblique():

@@ -156,6 +156,7 @@ done
 for d in own folder iso iso.dcm; do py kept $d; ok $? "$d: patient, study, space and scan are the template's, what is stale is not"; done
 for d in own--deid folder--deid iso--deid iso--deid.dcm; do py removed $d; ok $? "$d: nothing of it tells who that is"; done
 py nearest iso; ok $? 'each slice names those that it lies between'
+py alone own; ok $? 'or the one that it was'
 grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
 mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm

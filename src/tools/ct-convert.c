@@ -163,8 +163,8 @@ out:
 int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
-		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
-		sizeof defaults, run, CT_REPORTS};
+		"read DICOM, raw voxels, NIfTI or projections of numpy; write NIfTI or DICOM", opts,
+		&defaults, sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);
 }
