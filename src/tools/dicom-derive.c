@@ -75,8 +75,9 @@ int derive_put(struct ct_header *h, const struct image *im, const char *in, stru
 	while (line && *line && at < sizeof text - 80) {
 		const size_t n = strcspn(line, "\n"), word = strcspn(line, " \n");
 
-		at += (size_t)snprintf(
-			text + at, sizeof text - at, " %.*s", word > 40 ? 40 : (int)word, line);
+		if (word < 40 && strncmp(line, "ct-", 3) == 0)
+			at += (size_t)snprintf(
+				text + at, sizeof text - at, " %.*s", (int)word, line);
 		line += n + (line[n] == '\n');
 	}
 	return ct_header_put(h, e, in, "DerivationDescription", "%s", text) ||
@@ -142,38 +143,48 @@ int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *
 	return 0;
 }
 
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* How far slice s is from a plane, along its normal: 0 if on it. */
+static double distance(
+	const struct ct_slice *s, const struct ct_slice *plane, const double normal[3])
+{
+	const double at = dot(normal, s->position) - dot(normal, plane->position);
+
+	return fabs(at) < 1e-3 ? 0 : at;
+}
+
 int derive_sources(
 	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e)
 {
-	double normal[3], other[3], mm[3], below = -INFINITY, above = INFINITY, side = 0;
+	double normal[3], theirs[3], mm[3], below = -INFINITY, above = INFINITY;
 	struct ct_slice own = {0};
 	size_t item = 0;
+	bool parallel;
 
 	if (im->n == 0)
 		return 0;
 	ct_slice_place(&own, im->v->affine, k);
 	ct_slice_normal(&own, normal);
-	ct_slice_normal(&im->source[0], other);
+	ct_slice_normal(&im->source[0], theirs);
+	parallel = fabs(dot(normal, theirs)) > 0.999;
 	ct_vol_spacing(im->v, mm);
-	for (int d = 0; d < 3; d++)
-		side += normal[d] * other[d];
-	for (int pass = 0; pass < 2; pass++)
-		for (size_t i = 0; i < im->n; i++) {
-			const struct ct_slice *s = &im->source[i];
-			double at = 0;
+	for (size_t i = 0; i < im->n; i++) {
+		const double at = distance(&im->source[i], &own, normal);
 
-			for (int d = 0; d < 3; d++)
-				at += normal[d] * (s->position[d] - own.position[d]);
-			if (fabs(at) < 1e-3)
-				at = 0;
-			if (pass == 0) {
-				below = at <= 0 ? fmax(below, at) : below;
-				above = at >= 0 ? fmin(above, at) : above;
-			} else if (fabs(side) < 0.999 || at == below || at == above ||
-				   fabs(at) <= mm[2] / 2) {
-				if (put_source(h, im, in, item++, s, e))
-					return -1;
-			}
-		}
+		below = at <= 0 ? fmax(below, at) : below;
+		above = at >= 0 ? fmin(above, at) : above;
+	}
+	for (size_t i = 0; i < im->n; i++) {
+		const double at = distance(&im->source[i], &own, normal);
+
+		if (parallel && at != below && at != above && fabs(at) > mm[2] / 2)
+			continue;
+		if (put_source(h, im, in, item++, &im->source[i], e))
+			return -1;
+	}
 	return 0;
 }
