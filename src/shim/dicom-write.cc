@@ -7,17 +7,19 @@
 
 #include <vtkDICOMCompiler.h>
 #include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
 #include <vtkDICOMSequence.h>
-#include <vtkDICOMTagPath.h>
 #include <vtkErrorCode.h>
 #include <vtkNew.h>
 
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 struct ct_dicom_file {
 	std::string name;
@@ -37,25 +39,6 @@ vtkDICOMDictEntry entry(const std::string &keyword)
 	return found;
 }
 
-/* "SEQUENCE.ITEM.KEYWORD" of any depth, and the keyword alone. */
-vtkDICOMTagPath path_of(const std::string &text, std::string &last)
-{
-	vtkDICOMTagPath path;
-	unsigned item = 0;
-
-	for (size_t from = 0;;) {
-		const size_t dot = text.find('.', from);
-
-		last = text.substr(from, dot - from);
-		path = from == 0 ? vtkDICOMTagPath(entry(last).GetTag())
-				 : vtkDICOMTagPath(path, item, entry(last).GetTag());
-		if (dot == std::string::npos)
-			return path;
-		from = text.find('.', dot + 1) + 1;
-		item = static_cast<unsigned>(std::stoul(text.substr(dot + 1)));
-	}
-}
-
 vtkDICOMValue value_of(vtkDICOMVR vr, const std::string &text)
 {
 	if (vr == vtkDICOMVR::SQ)
@@ -67,13 +50,53 @@ vtkDICOMValue value_of(vtkDICOMVR vr, const std::string &text)
 	return vtkDICOMValue(vr, text);
 }
 
-void set_all(vtkDICOMMetaData *m, const ct_header *h)
-{
-	for (size_t i = 0; i < h->n; i++) {
-		std::string keyword;
-		const vtkDICOMTagPath path = path_of(h->element[i].path, keyword);
+/* Elements by keyword, and the items of sequences. */
+struct Tree {
+	std::map<std::string, std::string> text;
+	std::map<std::string, std::vector<Tree>> items;
 
-		m->Set(path, value_of(entry(keyword).GetVR(), h->element[i].text));
+	/* "KEYWORD", or "SEQUENCE.ITEM.KEYWORD" of any depth. */
+	void put(const std::string &path, const std::string &value)
+	{
+		const size_t dot = path.find('.');
+
+		if (dot == std::string::npos) {
+			text[path] = value;
+			return;
+		}
+		std::vector<Tree> &in = items[path.substr(0, dot)];
+		const size_t end = path.find('.', dot + 1), k = std::stoul(path.substr(dot + 1));
+
+		if (in.size() <= k)
+			in.resize(k + 1);
+		in[k].put(path.substr(end + 1), value);
+	}
+
+	void put(const ct_header *h)
+	{
+		for (size_t i = 0; i < h->n; i++)
+			put(h->element[i].path, h->element[i].text);
+	}
+};
+
+/* Into the metadata of a file, or an item. */
+template <class T> void fill(T *to, const Tree &tree)
+{
+	for (const auto &x : tree.text) {
+		const vtkDICOMDictEntry known = entry(x.first);
+
+		to->Set(known.GetTag(), value_of(known.GetVR(), x.second));
+	}
+	for (const auto &x : tree.items) {
+		vtkDICOMSequence all(static_cast<unsigned>(x.second.size()));
+
+		for (size_t i = 0; i < x.second.size(); i++) {
+			vtkDICOMItem item;
+
+			fill(&item, x.second[i]);
+			all.SetItem(i, item);
+		}
+		to->Set(entry(x.first).GetTag(), vtkDICOMValue(all));
 	}
 }
 
@@ -118,12 +141,14 @@ extern "C" int ct_dicom_open(struct ct_dicom_file **out, const char *path, const
 	return guard(e, name, [&] {
 		ct_dicom_file *f = new ct_dicom_file;
 		vtkDICOMCompiler *c = f->c;
+		Tree tree;
 
 		*out = f;
 		f->name = name;
 		vtkObject::GlobalWarningDisplayOff();
-		set_all(f->m, all);
-		set_all(f->m, own);
+		tree.put(all);
+		tree.put(own);
+		fill(f->m.Get(), tree);
 		f->m->Set(DC::PixelData, vtkDICOMValue(vtkDICOMVR::OW)); /* follows */
 		c->SetMetaData(f->m);
 		c->SetFileName(path);
