@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/room.h"
+#include "formats/ends.h"
 #include "formats/hash.h"
 #include "core/inflate.h"
 #include "formats/io.h"
@@ -314,9 +315,7 @@ struct sink {
 
 static int sink_open(struct sink *s, const char *path, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t len = strlen(path);
-
-	*s = (struct sink){.gz = len > 3 && strcmp(path + len - 3, ".gz") == 0};
+	*s = (struct sink){.gz = ct_ends_match(path, "gz")};
 	if (s->gz && ct_alloc(&s->buf, BLOCK, 1, e))
 		return -1;
 	if (s->gz && deflateInit2(&s->z, 1, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK) {

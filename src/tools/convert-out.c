@@ -4,22 +4,6 @@
 #include "series/layout.h"
 #include "tools/convert.h"
 
-#include <string.h>
-#include <sys/stat.h>
-
-/* A name that promises another format is a mistake. */
-int convert_check_name(const char *path, struct ct_err *e)
-{
-	const size_t n = strlen(path);
-	struct stat st;
-
-	if (strcmp(path, "-") == 0 || (n > 4 && strcmp(path + n - 4, ".nii") == 0) ||
-		(n > 7 && strcmp(path + n - 7, ".nii.gz") == 0) ||
-		(stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
-		return 0;
-	return ct_fail(e, CT_EUSAGE, "%s: the name of OUT must end in .nii or .nii.gz", path);
-}
-
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {

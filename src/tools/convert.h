@@ -17,8 +17,6 @@ struct convert {
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* CT_EUSAGE if the name promises a format that is not written. */
-int convert_check_name(const char *path, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
 /* Print what is in the DICOM files and folders p->files. */

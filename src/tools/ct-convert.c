@@ -62,7 +62,8 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
+	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
+		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK, CT_ENDS_VOLUME),
 		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
 		"write, .nii, .nii.gz or -; with --scanner .exr"),
 	CT_OPT_END,
@@ -109,7 +110,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (convert_check_name(p->out, e) || convert_read(p, &v, env, e))
+	if (convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);

@@ -63,7 +63,8 @@ static const struct params defaults = {.scale = 4, .label = -1, .quality = FAST}
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
+	CT_ARG_OUT(struct params, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME,
+		"super-resolved CT, NIfTI, or -"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 16, "refine every axis S times"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, as ct-convert does"),
