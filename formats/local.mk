@@ -8,6 +8,7 @@ libct_a_SOURCES += formats/format.c
 libct_a_SOURCES += formats/units.c formats/units.h
 libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
+libct_a_SOURCES += formats/source.c formats/source.h formats/sink.c formats/sink.h
 libct_a_SOURCES += formats/voxels.c formats/voxels.h
 libct_a_SOURCES += formats/raw.c formats/raw.h
 libct_a_SOURCES += formats/npy.c formats/npy.h
