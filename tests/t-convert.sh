@@ -28,7 +28,7 @@ for mask in 027 000; do (umask $mask; ct-convert -f a.nii "mode$mask.nii"); done
 ok $? 'what is written may be read by those that umask allows'
 exits 4 'an existing file is kept' ct-convert a.nii b.nii
 exits 0 '--force writes it' ct-convert -f a.nii b.nii
-exits 2 'a name of another format is refused' ct-convert a.nii a.mha
+exits 2 'a name of another format is refused' ct-convert a.nii a.mgz
 # shellcheck disable=SC2086
 exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16 --spacing 1 long.raw d.nii'
 exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16 --spacing 1 a.raw d.nii

@@ -1,12 +1,51 @@
 /* convert-out.c: what ct-convert writes. */
 #include "config.h"
+#include "cli/files.h"
+#include "cli/modes.h"
+#include "formats/ends.h"
+#include "formats/headed.h"
+#include "formats/io.h"
 #include "formats/nifti.h"
 #include "series/layout.h"
 #include "tools/convert.h"
 
+#include <stdlib.h>
+
+static bool is_headed(const char *path)
+{
+	return ct_ends_match(path, CT_ENDS_HEADED);
+}
+
+/* Of two files the second is in no row of the options. */
+static int check_beside(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	char *data;
+	int rc = ct_headed_beside(&data, p->out, p->compress, e);
+
+	if (data)
+		rc = ct_files_apart(env->given->tool->opts, p, data, e) ||
+				     ct_out_check(data, env, e)
+			     ? -1
+			     : 0;
+	free(data);
+	return rc;
+}
+
+int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	if (p->compress && !is_headed(p->out))
+		return ct_fail(e, CT_EUSAGE,
+			"--compress: %s is NIfTI, which is compressed if its name ends in .gz",
+			p->out);
+	return is_headed(p->out) ? check_beside(p, env, e) : 0;
+}
+
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_nifti_write(
-		p->out, v, (enum ct_nifti_type)p->type, p->tilt == CT_TILT_SHEAR, env, e);
+	const enum ct_nifti_type type = (enum ct_nifti_type)p->type;
+
+	if (is_headed(p->out))
+		return ct_headed_write(p->out, v, type, p->compress, env, e);
+	return ct_nifti_write(p->out, v, type, p->tilt == CT_TILT_SHEAR, env, e);
 }

@@ -11,12 +11,14 @@ struct convert {
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units;
-	bool skip_damaged, inspect;
+	bool skip_damaged, inspect, compress;
 };
 
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* CT_EUSAGE for options that OUT has no use for, CT_EOUTPUT for files that cannot be written. */
+int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
 /* Print what is in the DICOM files and folders p->files. */

@@ -1,6 +1,8 @@
-/* ct-convert: DICOM, raw and NIfTI to NIfTI; projections of numpy to a stack. */
+/* ct-convert: DICOM, raw, NIfTI, MetaImage and NRRD to each of the last three; projections of numpy
+ * to a stack. */
 #include "config.h"
 #include "cli/cli.h"
+#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
@@ -62,10 +64,14 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
+		"compress the voxels of MetaImage or NRRD; NIfTI is by its name",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
-		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK, CT_ENDS_VOLUME),
-		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
-		"write, .nii, .nii.gz or -; with --scanner .exr"),
+		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
+			CT_ENDS_VOLUME "|" CT_ENDS_HEADED),
+		"IN: a DICOM folder, file or files, NIfTI, MetaImage, NRRD, -, raw voxels, or .npy; then OUT: "
+		"NIfTI to write, MetaImage or NRRD by its name, or - for NIfTI; with --scanner EXR"),
 	CT_OPT_END,
 };
 
@@ -89,7 +95,8 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 
 	if (code && strcmp(code, "0") == 0)
 		ct_log(env, CT_WARN,
-			"%s: neither sform nor qform: where the voxels lie is not known", path);
+			"%s: its header does not say where the voxels lie: that is not known",
+			path);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -110,7 +117,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (convert_read(p, &v, env, e))
+	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);
@@ -135,8 +142,8 @@ out:
 int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
-		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
-		sizeof defaults, run, CT_REPORTS};
+		"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy", opts,
+		&defaults, sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);
 }
