@@ -14,11 +14,12 @@ ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/con
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
-DICOM_SOURCES = src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+DICOM_SOURCES = src/tools/sidecar.c src/tools/sidecar.h src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
 ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
 else
+ct_convert_SOURCES += src/tools/sidecar.c src/tools/sidecar.h
 EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
 ct_convert_LDADD = $(LDADD)

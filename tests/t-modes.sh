@@ -35,6 +35,8 @@ no ct-convert --iso=1 --scanner s.json
 no ct-convert --cube=8 --scanner s.json
 no ct-convert --type=i16 --scanner s.json
 no ct-convert --compress --compress --scanner s.json
+no ct-convert --sidecar=x.json --scanner s.json
+no ct-convert --sidecar=x.json --inspect
 for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none.x --beam=fan; do
 	no ct-phantom $o

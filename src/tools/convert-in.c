@@ -98,7 +98,8 @@ static struct series_rule rule_of(const struct convert *p)
 		.tilt = (enum ct_tilt)p->tilt,
 		.gaps = (enum ct_gaps)p->gaps,
 		.units = (enum ct_units)p->units,
-		.skip_damaged = p->skip_damaged};
+		.skip_damaged = p->skip_damaged,
+		.about = p->about};
 }
 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)

@@ -5,12 +5,16 @@
 #include "core/env.h"
 #include "core/vol.h"
 
+#include <jansson.h>
+
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units;
+	const char *sidecar;
+	json_t *about; /* what goes into it */
 	bool skip_damaged, inspect, compress;
 };
 

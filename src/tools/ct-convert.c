@@ -8,6 +8,7 @@
 #include "formats/raw.h"
 #include "tools/convert.h"
 #include "tools/dicom-series.h"
+#include "tools/sidecar.h"
 
 #include <math.h>
 #include <string.h>
@@ -67,6 +68,10 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
 		"compress the voxels of MetaImage or NRRD; NIfTI is by its name",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
+		"also write what is known of the volume, as JSON with the names of BIDS, and which slice of "
+		"which file is where; nothing in it names the patient",
+		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
 		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
 			CT_ENDS_VOLUME "|" CT_ENDS_HEADED),
@@ -117,7 +122,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.out = p->files.v[p->files.n - 1];
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e))
+	if (p->sidecar && !(own.about = json_object())) {
+		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
+		goto out;
+	}
+	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
+		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);
@@ -132,8 +142,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = convert_write(p, &v, env, e);
+	rc = convert_write(p, &v, env, e) ||
+			     (p->sidecar && sidecar_write(p->sidecar, p->about, &v, env, e))
+		     ? -1
+		     : 0;
 out:
+	json_decref(own.about);
 	ct_meta_free(&read);
 	ct_vol_free(&v);
 	return rc;
