@@ -10,7 +10,7 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
-	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert.h
+	src/tools/convert-grid.c src/tools/convert-stack.c src/tools/convert-radiograph.c src/tools/convert.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc

@@ -56,15 +56,14 @@ check() { # check TOOL ROW ENDS EXTRA...: no others
 }
 while read -r tool row text; do
 	words() { echo " $1" | sed 's/,/ /g; s/ or / /g; s/ \.\([a-z]\)/ \1/g'; }
-	case $text in
-	*' with '*', else '*)
+	while case $text in *' with '*', else '*) ;; *) false ;; esac; do
 		opt=${text#* with }; opt=${opt%%, else*}
-		value=$("$tool" --help | sed -n "s/^  .. *$opt\(=\).*/\1s.json/p")
+		value=$("$tool" --help | sed -n "s/^  .. *$opt=\(.*|\)\{0,1\}\([^ ]*\).*/=\2/p")
 		# shellcheck disable=SC2046,SC2086
 		check "$tool" "$row" "$(words "${text%% with *}")" $opt$value
-		check "$tool" "$row" "$(words "${text#*, else }")" ;;
-	*) check "$tool" "$row" "$(words "$text")" ;;
-	esac
+		text=${text#*, else }
+	done
+	check "$tool" "$row" "$(words "$text")"
 done <rows
 ct-phantom -q --size 4x4x4 cube plain.nii
 exits 2 'a dry run too' ct-upsample --dry-run -x 2 plain.nii up.mha

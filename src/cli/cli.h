@@ -87,7 +87,7 @@ struct ct_ends {
 	const char *ends;
 	struct ct_when when;
 };
-enum { CT_ENDINGS = 2 };
+enum { CT_ENDINGS = 3 };
 
 struct ct_opt {
 	char c;           /* short letter, or 0 */

@@ -38,7 +38,7 @@ static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 	return ct_raw_read(p->in, &how, v, e);
 }
 
-enum form { NOT_DICOM, FOLDER, FILE_OF_SERIES, ARCHIVE };
+enum form { NOT_DICOM, FOLDER, FILE_OF_SERIES, ARCHIVE, PICTURE };
 
 /* What a zip, tar or compressed file begins with, but for gzip. */
 static bool is_archive(const unsigned char *p, size_t n)
@@ -85,6 +85,8 @@ static enum form form_of(const char *path)
 	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
 		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]))
 		return FILE_OF_SERIES; /* with or without its preamble */
+	if (ct_any_sniff(head, n) == CT_KIND_PICTURE)
+		return PICTURE;
 	if (is_archive(head, n) ||
 		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
 		return ARCHIVE;
@@ -168,12 +170,15 @@ int convert_read(
 	if (p->raw)
 		return read_raw(p, v, e);
 	form = form_of(p->in);
-	if (form != NOT_DICOM)
+	if (form != NOT_DICOM && form != PICTURE)
 		return read_dicom(p, form, v, env, e);
 	if (p->files.n > 2)
 		return ct_fail(
 			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
 	if (p->series)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
-	return ct_vol_read(p->in, v, e);
+	return form == PICTURE
+		       ? ct_fail(e, CT_EINPUT,
+				 "%s: a picture; ct-ddnm and ct-train read it as it is", p->in)
+		       : ct_vol_read(p->in, v, e);
 }

@@ -7,12 +7,18 @@
 
 #include <jansson.h>
 
+#define CONVERT_RADIOGRAPH_LIST(X)                                                                 \
+	X(CONVERT_VOLUME, "no")                                                                    \
+	X(CONVERT_INTENSITY, "intensity")                                                          \
+	X(CONVERT_INTEGRAL, "integral")
+enum convert_radiograph { CONVERT_RADIOGRAPH_LIST(CT_WORD_VALUE) };
+
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner;
 	double slope, inter, iso;
-	int cube, type, tilt, gaps, units;
+	int cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
 	json_t *about; /* what goes into it */
 	bool skip_damaged, inspect, compress;
@@ -29,6 +35,9 @@ int convert_write(const struct convert *p, const struct ct_vol *v, const struct 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* One plane, to a stack of one view, where the plane lies. CT_EGEOM, CT_EINPUT. */
+int convert_radiograph(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
 int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);

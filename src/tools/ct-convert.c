@@ -36,7 +36,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
 		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
 		"it says; or others, which are kept as they are",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
 		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
 			CT_WORD_SPACE) ", with :be behind it if big-endian",
@@ -51,32 +51,38 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
 		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
 		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
+	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
+		"IN is one plane, and OUT a stack of this one view, where the plane lies: of grey values from 0 "
+		"to 1, or of line integrals",
+		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
 	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
 		"where the axes run, one letter each of R/L, A/P, S/I",
 		CT_WHEN(CT_IF(struct convert, raw))),
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
 		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
 		"cut or pad to NxNxN voxels about the body; 0 does not",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
 		"compress the voxels of MetaImage or NRRD; NIfTI is by its name",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
 		"also write what is known of the volume, as JSON with the names of BIDS, and which slice of "
 		"which file is where; nothing in it names the patient",
-		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
+			CT_UNLESS(struct convert, inspect))),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
 		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
-			CT_ENDS_VOLUME "|" CT_ENDS_HEADED),
+			CT_ENDS_IF(CT_IF(struct convert, radiograph), CT_ENDS_STACK,
+				CT_ENDS_VOLUME "|" CT_ENDS_HEADED)),
 		"IN: a DICOM folder, file or files, NIfTI, MetaImage, NRRD, -, raw voxels, or .npy; then OUT: "
-		"NIfTI to write, MetaImage or NRRD by its name, or - for NIfTI; with --scanner EXR"),
+		"NIfTI to write, MetaImage or NRRD by its name, or - for NIfTI; with --scanner or --radiograph EXR"),
 	CT_OPT_END,
 };
 
@@ -131,6 +137,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);
+		goto out;
+	}
+	if (p->radiograph) {
+		rc = convert_radiograph(p, &v, env, e);
 		goto out;
 	}
 	warn_place(&v, p->in, env);
