@@ -165,7 +165,7 @@ static int make_volume(const struct ct_source *s, const struct ct_stored *how, c
 		ct_size_mul(&count, count, n[2], "dimensions", e) ||
 		ct_size_mul(&count, count, ct_voxel_bytes((int)how->type), "voxels", e))
 		return -1;
-	if (s->left != UINT64_MAX && (s->left < s->at || count > s->left - s->at))
+	if (s->left != UINT64_MAX && (count > s->left - s->at))
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
 			n[0], n[1], n[2], count);
 	if (s->packed && ct_inflate_check(s->size, count, e))

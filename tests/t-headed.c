@@ -128,6 +128,12 @@ static void test_refused(void)
 		{MHB "HeaderSize = -2\n" HERE, "HeaderSize: -2", CT_EINPUT},
 		{MHB "HeaderSize = 4\nCompressedData = True\n" HERE, "of compressed data",
 			CT_EINPUT},
+		{MHB "HeaderSize = 1e300\n" HERE, "HeaderSize: 1e+300", CT_EINPUT},
+		{MHB "HeaderSize = -1\nDimSize = 8 5 2\n" HERE, "truncated file", CT_EINPUT},
+		{NRA "spacings: 1 1 1\nencoding: gzip\nbyte skip: -1\n\n", "byte skip: -1",
+			CT_EINPUT},
+		{NRB "byte skip: 1e300\n\n", "byte skip: 1e+300", CT_EINPUT},
+		{NRB "data file: a:=b\n\n", "a:=b: No such file", CT_EINPUT},
 		{MHB "ElementType = MET_LONG\n" HERE, "ElementType: MET_LONG is no number",
 			CT_EINPUT},
 		{MHB "DimSize = 4 3 -2\n" HERE, "DimSize: -2 is no number of voxels", CT_EINPUT},
@@ -233,6 +239,10 @@ static void test_taken(void)
 		"what says nothing");
 	OK(taken(NRB "\n", 24) && taken(NRB "units: \"mm\" \"mm\" \"\"\nspace:=x\n\n", 24),
 		"NRRD too");
+	OK(taken("NRRD0004\r\ndimension: 3\r\ntype: uchar\r\nsizes: 4 3 2\r\nencoding: raw\r\n"
+		 "spacings: 1 1 1\r\n\r\n",
+		   24),
+		"with the line ends of other systems");
 	OK(taken(MHB "HeaderSize = 6\nElementDataFile = beside.raw\n", 0),
 		"a file beside it, and what to skip");
 	OK(taken(MHB "HeaderSize = -1\nElementDataFile = beside.raw\n", 0), "all but its end");
@@ -242,6 +252,33 @@ static void test_taken(void)
 	OK(parse(MHB "ElementDataFile = beside.raw\n", strlen(MHB) + 29, "-", &v) == -1 &&
 			strstr(e.msg, "nothing is beside standard input"),
 		"but not of a stream");
+}
+
+/* A header takes no more memory than this, whatever it says. */
+static void test_long(void)
+{
+	enum { FIELD = 200000 };
+	struct ct_vol v = {0};
+	char *p = malloc(8 * FIELD);
+	size_t n = 0;
+
+	if (!p)
+		exit(99);
+	n += (size_t)sprintf(p, MHB);
+	for (int k = 0; k < 6; k++) {
+		n += (size_t)sprintf(p + n, "Field%d = ", k);
+		memset(p + n, 'a', FIELD);
+		p[n + FIELD] = '\n';
+		n += FIELD + 1;
+	}
+	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "a header of more than"), "many bytes");
+	memset(p + strlen(MHB), 'a', 2 * FIELD);
+	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "is no text"), "a line of too many");
+	n = (size_t)sprintf(p, MHB);
+	for (int k = 0; k < 5000; k++)
+		n += (size_t)sprintf(p + n, "F%d = %d\n", k, k);
+	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "a header of more than"), "many fields");
+	free(p);
 }
 
 /* Axis x of the spaces of NRRD, and of none. */
@@ -330,6 +367,7 @@ int main(void)
 	test_prefixes();
 	test_refused();
 	test_taken();
+	test_long();
 	test_spaces();
 	test_write();
 	return tap_done();
