@@ -181,16 +181,22 @@ static int write_one(const char *path, struct what *w, const struct ct_env *env,
 	return ct_sink_close(&s, rc, e);
 }
 
-/* The voxels, then what describes them. */
+/* Neither is there before both are whole. */
 static int write_two(const char *path, const char *data, struct what *w, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct ct_sink s;
+	struct ct_sink voxels, header;
+	int rc;
 
-	if (ct_sink_open(&s, data, env, e) || ct_sink_close(&s, put_voxels(&s, w, env, e), e) ||
-		ct_sink_open(&s, path, env, e))
+	if (ct_sink_open(&voxels, data, env, e))
 		return -1;
-	return ct_sink_close(&s, put_header(&s, w, e), e);
+	if (put_voxels(&voxels, w, env, e) || ct_sink_open(&header, path, env, e))
+		return ct_sink_close(&voxels, -1, e);
+	rc = put_header(&header, w, e);
+	if (rc == 0 && fflush(header.out.f) != 0)
+		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	rc = ct_sink_close(&voxels, rc, e);
+	return ct_sink_close(&header, rc, e);
 }
 
 int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool packed,

@@ -175,10 +175,20 @@ int ct_headed_file(struct ct_headed *h, const char *key, const char *file, struc
 	return 0;
 }
 
+/* In the folder of the header `name`. */
+static int path_beside(char **path, const char *name, const char *file, struct ct_err *e)
+{
+	const char *slash = strrchr(name, '/');
+
+	if (asprintf(path, "%.*s%s", slash ? (int)(slash - name) + 1 : 0, name, file) >= 0)
+		return 0;
+	*path = NULL;
+	return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+}
+
 /* The file beside the header `name`. */
 static int open_beside(FILE **f, const char *name, const char *file, struct ct_err *e)
 {
-	const char *slash = strrchr(name, '/');
 	struct stat st;
 	char *path;
 	int rc;
@@ -186,8 +196,8 @@ static int open_beside(FILE **f, const char *name, const char *file, struct ct_e
 	if (strcmp(name, "-") == 0)
 		return ct_fail(e, CT_EINPUT,
 			"the voxels are in %s, and nothing is beside standard input", file);
-	if (asprintf(&path, "%.*s%s", slash ? (int)(slash - name) + 1 : 0, name, file) < 0)
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (path_beside(&path, name, file, e))
+		return -1;
 	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
 		rc = ct_fail(e, CT_EINPUT, "%s: is no file of voxels", path);
 	else
@@ -251,6 +261,28 @@ static int read_fields(
 		rc = *nrrd ? ct_headed_nrrd_fields(f, h, m, e)
 			   : ct_headed_mha_fields(f, line, h, m, e);
 	free(line);
+	return rc;
+}
+
+int ct_headed_source(char **data, const char *path, struct ct_err *e)
+{
+	struct ct_headed h = {.stored = {.slope = 1}};
+	struct ct_meta none = {0};
+	struct ct_err any = {0};
+	struct stat st;
+	bool nrrd = false;
+	FILE *f;
+	int rc = 0;
+
+	*data = NULL;
+	f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
+	if (f && read_fields(f, &h, &none, &nrrd, &any) == 0 &&
+		(nrrd ? ct_headed_nrrd_parse : ct_headed_mha_parse)(&h, &any) == 0 && h.file)
+		rc = path_beside(data, path, h.file, e);
+	if (f)
+		fclose(f);
+	ct_meta_free(&none);
+	ct_meta_free(&h.field);
 	return rc;
 }
 

@@ -37,6 +37,9 @@ int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct
  * that is sheared; CT_EOUTPUT; CT_ENOMEM. */
 int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool packed,
 	const struct ct_env *env, struct ct_err *e);
+/* The file that the header of a file says its voxels are in, to be freed; NULL if there is none, or
+ * no such header. CT_ENOMEM. */
+int ct_headed_source(char **data, const char *path, struct ct_err *e);
 /* The file of the voxels beside the header that is named, to be freed: "x.raw" of "x.mhd"; NULL
  * where they are behind the header. CT_ENOMEM. */
 int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *e);

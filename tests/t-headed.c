@@ -264,9 +264,9 @@ static void test_long(void)
 
 	if (!p)
 		exit(99);
-	n += (size_t)sprintf(p, MHB);
+	n += (size_t)snprintf(p, 8 * FIELD, MHB);
 	for (int k = 0; k < 6; k++) {
-		n += (size_t)sprintf(p + n, "Field%d = ", k);
+		n += (size_t)snprintf(p + n, 8 * FIELD - n, "Field%d = ", k);
 		memset(p + n, 'a', FIELD);
 		p[n + FIELD] = '\n';
 		n += FIELD + 1;
@@ -274,9 +274,9 @@ static void test_long(void)
 	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "a header of more than"), "many bytes");
 	memset(p + strlen(MHB), 'a', 2 * FIELD);
 	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "is no text"), "a line of too many");
-	n = (size_t)sprintf(p, MHB);
+	n = (size_t)snprintf(p, 8 * FIELD, MHB);
 	for (int k = 0; k < 5000; k++)
-		n += (size_t)sprintf(p + n, "F%d = %d\n", k, k);
+		n += (size_t)snprintf(p + n, 8 * FIELD - n, "F%d = %d\n", k, k);
 	OK(parse(p, n, "x", &v) == -1 && strstr(e.msg, "a header of more than"), "many fields");
 	free(p);
 }

@@ -19,7 +19,7 @@ exits 3 'a header without its file' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
 has err 'nothing is beside standard input' 'says so'
 
 # outputs that are two files
-exits 4 'the second one is there' ct-convert -v a.nii xmhd.nhdr
+exits 4 'the second one is there' ct-convert a.nii xmhd.nhdr
 has err 'xmhd.raw: exists; --force overwrites it' 'and is told'
 exits 0 'unless forced' ct-convert -f a.nii xmhd.nhdr
 printf '\001\002\003\004\005\006\007\010' >r.raw; cp r.raw was.raw
@@ -30,6 +30,14 @@ ln -s /dev/full full.mha; ln -s /dev/full p.raw
 exits 4 'no room' ct-convert a.nii full.mha
 exits 4 'no room for the voxels' ct-convert a.nii p.mhd
 [ ! -e p.mhd ]; ok $? 'then there is no header'
+ln -s /dev/full q.mhd
+exits 4 'no room for the header' ct-convert a.nii q.mhd
+[ ! -e q.raw ]; ok $? 'then there are no voxels'
+cp xmhd.raw was.raw
+exits 4 'the voxels of the input' ct-convert -f xmhd.mhd xmhd.nhdr
+has err 'xmhd.raw: would be written over the voxels of xmhd.mhd, an input' 'are not written over'
+cmp -s xmhd.raw was.raw; ok $? 'and are as they were'
+exits 0 'packed ones are others' ct-convert -f --compress xmhd.mhd xmhd.nhdr
 exits 4 'what is no file cannot be gone back in' ct-convert --compress a.nii full.mha
 exits 2 'NIfTI is compressed by its name' ct-convert --compress a.nii d.nii
 has err 'compressed if its name ends in .gz' 'which is told'

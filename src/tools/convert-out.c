@@ -16,13 +16,28 @@ static bool is_headed(const char *path)
 	return ct_ends_match(path, CT_ENDS_HEADED);
 }
 
+/* The voxels of an input may lie in a file of their own, too. */
+static int check_source(const char *data, const char *input, struct ct_err *e)
+{
+	char *source;
+	int rc = ct_headed_source(&source, input, e);
+
+	if (source && ct_out_same(data, source, true))
+		rc = ct_fail(e, CT_EOUTPUT, "%s: would be written over the voxels of %s, an input",
+			data, input);
+	free(source);
+	return rc;
+}
+
 /* Of two files the second is in no row of the options. */
 static int check_beside(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
 	char *data;
 	int rc = ct_headed_beside(&data, p->out, p->compress, e);
 
-	if (data)
+	for (size_t i = 0; data && rc == 0 && i + 1 < p->files.n; i++)
+		rc = check_source(data, p->files.v[i], e);
+	if (data && rc == 0)
 		rc = ct_files_apart(env->given->tool->opts, p, data, e) ||
 				     ct_out_check(data, env, e)
 			     ? -1
