@@ -68,6 +68,7 @@ ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
 ct-restore cap 0 1000000 -
+ct-restore steps 0 10 -
 ct-restore noise 0 1000000 -
 ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
@@ -130,6 +131,7 @@ ct-convert orient LPS
 ct-convert gaps resample
 ct-convert tilt rectify
 ct-convert type auto
+ct-convert radiograph no
 ct-convert units auto
 ct-compose units auto
 ct-degrade units auto
@@ -184,9 +186,9 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
-ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --json
+ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
@@ -210,9 +212,9 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
-ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
+ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --brick --dry-run --units
-ct-sr x--scale --spacing --series --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr

@@ -15,6 +15,17 @@ plan 'draft' -Q draft lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-upsample -x4 --estimate --tolerance=1@lr.nii o.nii
 EOF
+mkdir scan
+plan 'DICOM in and out' -Q draft --series 2 scan out/ <<'EOF'
+ct-convert scan@lr.nii --series=2
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu --template=scan --series=2@sr.nii out/
+EOF
+plan 'DICOM out' -Q draft lr.nii o.dcm <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu@sr.nii o.dcm
+EOF
 plan 'fast, which is the default' lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii o.nii
@@ -116,9 +127,16 @@ ct-convert ./-a.nii@lr.nii
 ct-upsample -x4 --estimate --tolerance=1@lr.nii ./-o.nii
 EOF
 mkdir k
-for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply; do
+for f in lr.nii up.nii; do
 	exits 4 "OUT is k/$f" ct-sr -Q draft --keep=k lr.nii "k/$f"
 	has err "k/$f: is written between IN and OUT" 'which is of the steps'
+done
+for f in up-proj.exr lr-proj.exr sr-proj.exr residual.ply; do
+	: >"k/$f"
+	ln -s "$f" k/link.nii
+	exits 4 "OUT is k/$f" ct-sr -f -Q draft --keep=k lr.nii k/link.nii
+	has err "k/$f: is written between IN and OUT" 'which is of the steps, by whatever name'
+	rm k/link.nii "k/$f"
 done
 : >k/up.nii
 exits 4 'as is IN' ct-sr -Q draft --keep=k k/up.nii o.nii

@@ -1,10 +1,12 @@
 /* files.c: see files.h. */
 #include "config.h"
 #include "cli/files.h"
+#include "cli/modes.h"
+#include "cli/table.h"
 #include "formats/io.h"
+#include "formats/out-folder.h"
 
 #include <string.h>
-#include <strings.h>
 
 /* The files of a run, one after the other. */
 struct walk {
@@ -63,6 +65,7 @@ static const char *step(struct walk *w)
 		w->next++;
 		w->output =
 			o->role == CT_WRITES || o->role == CT_REWRITES ||
+			o->role == CT_WRITES_BESIDE ||
 			(o->role == CT_READS_WRITES && w->last_written && n > 1 && w->next == n);
 		if (w->path)
 			return w->path;
@@ -108,18 +111,58 @@ static int check_streams(const struct ct_opt *opts, const void *params, struct c
 	return 0;
 }
 
-/* A name that ends as that of a format which no command writes would be a lie. */
-static int check_name(const char *path, struct ct_err *e)
+/* What names of this row end in. */
+static const char *ends_of(const struct ct_opt *o, const struct ct_tool *t, const void *params)
 {
-	static const char *const others[] = {"dcm", "dicom", "ima", "mha", "mhd", "nrrd", "nhdr",
-		"hdr", "img", "mgz", "npy", "npz", "raw", "mat", "h5", "pt", "zst", "xz", "bz2",
-		"zip", "tar", "tgz"};
-	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+	const struct ct_ends *x = o->ends;
 
-	for (size_t i = 0; dot && i < sizeof others / sizeof *others; i++)
-		if (strcasecmp(dot + 1, others[i]) == 0)
-			return ct_fail(e, CT_EUSAGE, "%s: no command writes .%s", path, others[i]);
+	while (x + 1 < o->ends + CT_ENDINGS && x[1].ends && !ct_modes_hold(&x->when, t, params))
+		x++;
+	return x->ends;
+}
+
+/* May the output have that name? */
+static bool may_end(const struct ct_opt *o, const char *path, const char *ends)
+{
+	if (o->dicom && ct_files_is_dicom(path))
+		return ct_ends_match("a." CT_ENDS_DICOM, ends);
+	return !ct_ends_known(path) || ct_ends_match(path, ends);
+}
+
+int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e)
+{
+	for (struct walk w = begin(t->opts, params); step(&w);) {
+		const char *ends = w.output ? ends_of(w.opt, t, params) : NULL;
+		char text[200];
+
+		if (!w.output || may_end(w.opt, w.path, ends))
+			continue;
+		ct_ends_text(text, sizeof text, ends);
+		return ct_fail(e, CT_EUSAGE, "%s: %s%s is written as %s", w.path,
+			w.opt->name ? "--" : "",
+			w.opt->name ? w.opt->name : ct_table_operand(w.opt), text);
+	}
 	return 0;
+}
+
+bool ct_files_is_dicom(const char *path)
+{
+	const size_t n = strlen(path);
+
+	return ct_out_folder_named(path) || (n > 4 && strcasecmp(path + n - 4, ".dcm") == 0);
+}
+
+/* A series in a folder that is read would be read with it the next time. */
+static int check_dicom(
+	const struct ct_opt *opts, const struct walk *w, const struct ct_env *env, struct ct_err *e)
+{
+	for (struct walk o = begin(opts, w->params); step(&o);)
+		if (!o.output && ct_out_folder_named(o.path) &&
+			ct_out_folder_holds(o.path, w->path))
+			return ct_fail(e, CT_EOUTPUT, "%s: lies in %s, an input", w->path, o.path);
+	if (ct_out_folder_named(w->path))
+		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
+	return apart(opts, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;
 }
 
 int ct_files_check(
@@ -133,8 +176,10 @@ int ct_files_check(
 		struct ct_env own = *env;
 
 		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
-		if (w.output && (check_name(w.path, e) || apart(opts, &w, e) ||
-					ct_out_check(w.path, &own, e)))
+		if (w.output && w.opt->dicom && ct_files_is_dicom(w.path)) {
+			if (check_dicom(opts, &w, &own, e))
+				return -1;
+		} else if (w.output && (apart(opts, &w, e) || ct_out_check(w.path, &own, e)))
 			return -1;
 	}
 	return 0;

@@ -52,7 +52,7 @@ int ct_upsample_aliasing(
 
 int ct_upsample_volumes(enum ct_upsample method)
 {
-	return method == CT_UPSAMPLE_HTV  ? 8
+	return method == CT_UPSAMPLE_HTV  ? 9
 	       : method == CT_UPSAMPLE_TV ? 5
 	       : method == CT_UPSAMPLE_DC ? 3
 					  : 2;

@@ -5,26 +5,48 @@
 #include "core/env.h"
 #include "core/vol.h"
 
+#include <jansson.h>
+
+#define CONVERT_RADIOGRAPH_LIST(X)                                                                 \
+	X(CONVERT_VOLUME, "no")                                                                    \
+	X(CONVERT_INTENSITY, "intensity")                                                          \
+	X(CONVERT_INTEGRAL, "integral")
+enum convert_radiograph { CONVERT_RADIOGRAPH_LIST(CT_WORD_VALUE) };
+
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
-	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop;
+	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop, *template;
 	double slope, inter, iso;
-	int cube, type, tilt, gaps, units;
-	bool skip_damaged, inspect;
+	int cube, type, tilt, gaps, units, radiograph;
+	const char *sidecar;
+	json_t *about; /* what goes into it */
+	bool skip_damaged, inspect, compress, deid;
+};
+
+/* Where a DICOM series is looked for. */
+struct convert_from {
+	const char *const *paths;
+	size_t n;
+	const char *which; /* as in series_rule; */
+	char *member;      /* likewise, owned */
+	char *folder[1];   /* owned: where the member lies */
 };
 
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* CT_EUSAGE if the name promises a format that is not written. */
-int convert_check_name(const char *path, struct ct_err *e);
+/* CT_EUSAGE for options that OUT has no use for, CT_EOUTPUT for files that cannot be written. */
+int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
 /* Print what is in the DICOM files and folders p->files. */
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* One plane, to a stack of one view, where the plane lies. CT_EGEOM, CT_EINPUT. */
+int convert_radiograph(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
 int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
@@ -33,5 +55,16 @@ int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, s
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);
 /* The data and size of `with`, which is empty then. */
 void convert_replace(struct ct_vol *v, struct ct_vol *with);
+
+/* To DICOM: a series in a folder, or one file of all slices. */
+int convert_dicom(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
+/* Names of the files of a series that is written, as for fnmatch. */
+#define CONVERT_OWN "ctsr[0-9]*.dcm"
+/* The series of n paths that `which` names: several are taken as they are, one file stands for the
+ * series it belongs to, in its folder. 1 if the first is not DICOM. CT_ENOMEM. */
+int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
+	struct ct_err *e);
+void convert_from_free(struct convert_from *f);
 
 #endif
