@@ -37,8 +37,14 @@ const char *ct_memory_choose(
 	char own[static 32], const char *given, double need, const struct ct_env *env)
 {
 	const double bytes = ct_memory_free("");
+	const bool is_free = bytes <= 0 || need <= bytes;
+	struct ct_err e;
+	size_t most;
 
-	if (given || bytes <= 0 || need <= bytes)
+	if (given && is_free && ct_memory_bytes(&most, given, &e) == 0 &&
+		need + BASE <= (double)most)
+		return NULL;
+	if (given || is_free)
 		return given;
 	snprintf(own, 32, "%.0fM", fmax(floor(SHARE * bytes / MIB), 1));
 	ct_log(env, CT_WARN,

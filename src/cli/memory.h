@@ -15,9 +15,9 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
 /* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
  * the process is in. `root` is "" but for tests. 0 if nothing tells. */
 double ct_memory_free(const char *root);
-/* What --memory is to be of a run that takes `need` bytes: as it is given; or, if that is NULL and
- * they are not free, most of what is, with a warning that says so; or NULL. `own` holds the text.
- */
+/* The bound of a run that takes `need` bytes: NULL if it needs none, as they are free and within
+ * what is given; what is given; or, if nothing is, most of what is free, with a warning that says
+ * so. `own` holds the text. */
 const char *ct_memory_choose(
 	char own[static 32], const char *given, double need, const struct ct_env *env);
 /* Open a room of `text`, if it is not open; nothing if it is NULL. CT_EUSAGE for another word. */

@@ -190,7 +190,8 @@ static int need_of(double *bytes, const struct job *j, struct ct_err *e)
 		return -1;
 	if (!j->p->start && ct_upsample_volumes(r.method) > volumes)
 		volumes = ct_upsample_volumes(r.method);
-	*bytes = PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes;
+	*bytes = PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes +
+		 4 * (double)ct_vol_count(&j->in);
 	return 0;
 }
 
@@ -205,8 +206,10 @@ static int settle_memory(struct job *j, struct ct_err *e)
 	if (need_of(&bytes, j, e))
 		return -1;
 	j->memory = ct_memory_choose(j->own, j->p->memory, bytes, j->env);
-	if (!j->memory)
+	if (!j->memory) {
+		ct_room_close();
 		return 0;
+	}
 	if (ct_memory_bytes(&most, j->memory, e) ||
 		ct_memory_check(j->memory, n, PRIOR, j->env, e) ||
 		ct_memory_open(j->memory, j->p->out, e))

@@ -123,7 +123,9 @@ static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsam
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
 	if (ct_upsample_choose(&r, rule, n, e))
 		return -1;
-	*bytes = 4 * expect_fine(in, rule->by.factor) * ct_upsample_volumes(r.method);
+	*bytes = 4 * expect_fine(in, rule->by.factor) *
+			 (ct_upsample_volumes(r.method) + (rule->start != NULL)) +
+		 4 * (double)ct_vol_count(in);
 	return 0;
 }
 
@@ -172,6 +174,8 @@ static int settle_memory(char own[static 32], const char **memory, const struct 
 	if (need_of(&bytes, in, rule, e))
 		return ct_blame(e, p->lr.in);
 	*memory = ct_memory_choose(own, p->memory, bytes, env);
+	if (!*memory)
+		ct_room_close();
 	if (ct_memory_check(*memory, n, 0, env, e) || ct_memory_open(*memory, p->out, e))
 		return -1;
 	if (env->dry_run || !ct_cost_heard(env) || expect_fine(in, rule->by.factor) < EXPECT_LONG)
