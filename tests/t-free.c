@@ -73,9 +73,9 @@ static void test_choose(void)
 	OK(ct_memory_choose(own, NULL, 1e6, &env) == NULL && !*said, "what fits has no bound");
 	t = ct_memory_choose(own, "3G", 1e18, &env);
 	OK(t && strcmp(t, "3G") == 0 && !*said, "what is given holds");
-	t = ct_memory_choose(own, "1G", 9e8, &env);
+	t = ct_memory_choose(own, "1G", 9.1e8, &env);
 	OK(t == NULL && !*said, "and is no bound if all is within it");
-	t = ct_memory_choose(own, "1G", 1.02e9, &env);
+	t = ct_memory_choose(own, "1G", 9.2e8, &env);
 	OK(t && strcmp(t, "1G") == 0, "with some for the rest of the program");
 	t = ct_memory_choose(own, NULL, 1e15, &env);
 	OK(t == own && ct_memory_bytes(&bytes, t, &e) == 0, "what does not fit has one");

@@ -32,6 +32,8 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 
 /* Most of what is free, which others may take, too. */
 #define SHARE 0.8
+/* What is expected may be somewhat more in the end. */
+#define SPARE 1.1
 
 const char *ct_memory_choose(
 	char own[static 32], const char *given, double need, const struct ct_env *env)
@@ -42,7 +44,7 @@ const char *ct_memory_choose(
 	size_t most;
 
 	if (given && is_free && ct_memory_bytes(&most, given, &e) == 0 &&
-		need + BASE <= (double)most)
+		SPARE * need + BASE <= (double)most)
 		return NULL;
 	if (given || is_free)
 		return given;
