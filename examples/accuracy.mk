@@ -62,6 +62,6 @@ $(OUT)/$(1)/$(2).row: $(OUT)/$(1)/lr.nii $(OUT)/$(dir $(1))hr.nii
 endef
 $(foreach c,$(CASES),$(foreach m,$(sort $(METHODS) cubic),$(eval $(call refine,$(c),$(m)))))
 
-.PHONY: all
+.PHONY: all $(OUT)/table
 .DELETE_ON_ERROR:
 .SECONDARY:

@@ -59,6 +59,6 @@ $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(eval $(call reduce,$(n),$(c)))))
 
-.PHONY: all
+.PHONY: all $(OUT)/table
 .DELETE_ON_ERROR:
 .SECONDARY:

@@ -79,9 +79,10 @@ awk "BEGIN{exit !($r < 0.01)}"; ok $? "with weight 0 it is what the solver makes
 w() { out=$1; shift; ct-restore -q -f -p p.safetensors --start up.nii "$@" lo.nii $out.nii; } # w OUT ARGS...
 far() { ct-metrics -q --json $1.nii $2.nii | sed -n 's/.*"rmse-hu": \([0-9.e-]*\).*/\1/p'; } # far A B
 w auto -w auto; cmp_ auto one/o; ok $? 'by default the weight is auto'
-w full -w 1; w none --doubt 0 --gate 0 --cap 0; cmp_ full none; ok $? 'a weight goes without caution'
+w full -w 1; w none --doubt 0 --gate 0 --cap 0 --steps 0; cmp_ full none; ok $? 'a weight goes without caution'
 ! cmp_ full auto; ok $? 'which auto has'
-w careful -w 1 --doubt 1.2 --gate 15 --cap 250; cmp_ careful auto; ok $? 'unless it is asked for'
+w careful -w 1 --doubt 1.2 --gate 15 --cap 250 --steps 0.05; cmp_ careful auto; ok $? 'unless it is asked for'
+w soft --steps 0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
 w half -w 0.5; a=$(far up half) b=$(far up full)
 awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
 for x in -0.1 10.1; do

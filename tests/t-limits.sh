@@ -68,6 +68,7 @@ ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
 ct-restore cap 0 1000000 -
+ct-restore steps 0 10 -
 ct-restore noise 0 1000000 -
 ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
@@ -210,7 +211,7 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water s--seed --dry-run
-ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap a--axes --sigma --estimate --decimate
+ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --brick --dry-run --units
 ct-sr x--scale --spacing --series --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units

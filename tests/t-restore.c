@@ -463,7 +463,12 @@ static void slabs(const struct ct_slice_prior *p, const struct ct_restore_rule *
 
 	by.doubt = 0.8;
 	memcpy(x->data, y->data, COUNT * sizeof *x->data);
+	must(ct_restore(x, NULL, lo, p, &by, &got, &env, &err));
+	by.steps = 1;
+	memcpy(x->data, y->data, COUNT * sizeof *x->data);
 	must(ct_restore(x, std, lo, p, &by, &whole, &env, &err));
+	OK(whole.added < got.added - 1e-3, "less is added where there are steps (%.4g of %.4g)",
+		whole.added, got.added);
 	memcpy(want, x->data, COUNT * sizeof *want);
 	for (by.slab = 4; by.slab < N; by.slab += 4) {
 		memcpy(x->data, y->data, COUNT * sizeof *x->data);
@@ -476,8 +481,8 @@ static void slabs(const struct ct_slice_prior *p, const struct ct_restore_rule *
 			"each cell is looked at once");
 	}
 	OK(ct_restore_slab(p, &rule->by, n3, 1e9) == 0, "all planes where there is room");
-	OK(ct_restore_slab(p, &rule->by, n3, 1) == 4, "at least those that are looked at");
-	OK(ct_restore_slab(p, &rule->by, n3, 17 * plane) == 8,
+	OK(ct_restore_slab(p, &rule->by, n3, 1) == 8, "at least those that are looked at");
+	OK(ct_restore_slab(p, &rule->by, n3, 29 * plane) == 12,
 		"whole cells beside those about them");
 	free(want);
 }

@@ -8,6 +8,7 @@
 #include "restore/example.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
+#include "restore/steps.h"
 #include "unet/dnn.h"
 
 #include <stdbool.h>
@@ -370,12 +371,17 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 	for (size_t i = 0; i < ALL; i++)
 		h[i] /= (float)used;
 	memcpy(out, s->x.data, ALL * sizeof *out);
+	memcpy(h + ALL, h, ALL * sizeof *h);
+	if (rule->steps > 0)
+		ct_steps_keep(h + ALL,
+			&(struct ct_steps){s->x.data, {24, 20, 16}, (size_t)most, rule->steps}, 0,
+			16, NULL);
 	for (size_t i = 0; i < ALL; i++) {
 		const size_t at[3] = {i % 24, i / 24 % 20, i / 24 / 20};
 		const double w = weight_at(h, at, (size_t)most, rule);
 
-		out[i] += (float)(w * (double)h[i]);
-		square += pow(w * (double)h[i], 2) / ALL;
+		out[i] += (float)(w * (double)h[ALL + i]);
+		square += pow(w * (double)h[ALL + i], 2) / ALL;
 	}
 	*added = sqrt(square);
 	x.data = out;
@@ -411,6 +417,7 @@ static void restoring(void)
 		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
 			.cap = k == 5 ? 30 : 0,
 			.gate = k == 3 || k == 5 ? 40 : 0,
+			.steps = k == 0 || k == 3 ? 1 : 0,
 			.noise = k == 6 ? 25 : 0,
 			.axes = {k != 7, true, k != 7}};
 		struct ct_restore_report got;

@@ -5,4 +5,5 @@ SIMD_SOURCES += src/restore/silu.c src/restore/silu.h
 libct_a_SOURCES += src/restore/learn.c src/restore/learn-begin.c src/restore/calibrate.c src/restore/learn.h src/restore/learn-impl.h
 libct_a_SOURCES += src/restore/example.c src/restore/example.h
 libct_a_SOURCES += src/restore/predict.c src/restore/predict.h
+libct_a_SOURCES += src/restore/steps.c src/restore/steps.h
 libct_a_SOURCES += src/restore/restore.c src/restore/restore.h

@@ -6,6 +6,7 @@
 #include "resolution/upsample.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
+#include "restore/steps.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -232,10 +233,10 @@ static int agree(struct ct_vol *x, const struct ct_vol *lo, const struct ct_rest
 	return ct_upsample_settle(x, lo, &rule->by, !noisy, residual, env, e);
 }
 
-/* Planes about a cell that a look at it takes in, whole cells, at least one. */
+/* Planes about a cell that a look at it takes in, whole cells. */
 static size_t reach(const struct ct_slice_prior *p, size_t factor)
 {
-	size_t most = 0;
+	size_t most = ct_steps_reach(factor);
 
 	for (size_t i = 0; i < p->n; i++) {
 		const struct ct_patch_shape *s = &p->r[i].shape;
@@ -245,7 +246,7 @@ static size_t reach(const struct ct_slice_prior *p, size_t factor)
 			most = beside > across ? (beside > most ? beside : most)
 					       : (across > most ? across : most);
 	}
-	return most > factor ? (most + factor - 1) / factor * factor : factor;
+	return (most + factor - 1) / factor * factor;
 }
 
 size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *d,
@@ -293,9 +294,13 @@ static void copy_planes(float *to, const float *from, size_t planes, size_t plan
 	}
 }
 
-/* Add what is expected in the planes k0 to k1, and in the half of a cell below that was left. */
-static void add(struct slabs *s, const struct ct_guess *g, size_t low, size_t k0, size_t k1)
+/* Add what is expected of the scene in the planes k0 to k1, and in the half of a cell below that
+ * was left. */
+static void add(struct slabs *s, const struct ct_guess *g, const struct ct_scene *scene, size_t low,
+	size_t k0, size_t k1)
 {
+	const struct ct_steps steps = {
+		scene->x, {scene->n[0], scene->n[1], scene->n[2]}, s->factor, s->rule->steps};
 	const size_t *n = s->x->n, f = s->factor, half = f / 2, layer = s->w.m[0] * s->w.m[1];
 	const size_t from = k0 ? k0 - half : 0, to = k1 < n[2] ? k1 - half : n[2];
 	float *w = s->w.w + (k0 ? layer : 0);
@@ -309,6 +314,8 @@ static void add(struct slabs *s, const struct ct_guess *g, size_t low, size_t k0
 
 				*w++ = (float)weight_of(&b, s->rule);
 			}
+	if (steps.limit > 0)
+		ct_steps_keep(g->h, &steps, k0 - low, k1 - low, s->env->par);
 	if (k0)
 		copy_planes(g->h + (from - low) * s->plane, s->kept, half, s->plane);
 	for (size_t k = from; k < to; k++)
@@ -363,7 +370,7 @@ static int slab(struct slabs *s, size_t k0, size_t k1, struct ct_err *e)
 		deviate(g.v, all, &g, floor);
 	if (g.v && !whole)
 		copy_planes(s->std + k0 * plane, g.v + (k0 - low) * plane, k1 - k0, plane);
-	add(s, &g, low, k0, k1);
+	add(s, &g, &scene, low, k0, k1);
 	return 0;
 }
 

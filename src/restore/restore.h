@@ -6,6 +6,7 @@
  *       among the axes: large corrections are those of scenes unlike the training's, small ones
  *       and those on which slices of different axes do not agree are as often wrong, so all
  *       three are made with caution
+ *   h   again: but for what of it would soften a plain step of the base (steps.h)
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, up to it
  *
@@ -35,6 +36,7 @@ struct ct_restore_rule {
 	struct ct_degrade by;
 	double noise;                    /* HU of the LR scan */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
+	double steps;                    /* their limit (steps.h), 0 none */
 	bool axes[3];                    /* slices across these */
 	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */
 };

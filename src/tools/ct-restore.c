@@ -25,7 +25,7 @@ struct params {
 	struct lowres lr;
 	const char *out, *std, *start, *prior, *axes, *weight, *memory, *brick;
 	int iterations;
-	double doubt, gate, cap, tolerance;
+	double doubt, gate, cap, steps, tolerance;
 };
 
 static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)NAN},
@@ -35,7 +35,8 @@ static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)N
 	.iterations = 300,
 	.doubt = (double)NAN,
 	.gate = (double)NAN,
-	.cap = (double)NAN};
+	.cap = (double)NAN,
+	.steps = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
@@ -67,8 +68,12 @@ static const struct ct_opt opts[] = {
 		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
 		"the operator aliases or IN has noise, and with a weight"),
 	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
-		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 250 by default, "
-		"and none where the operator aliases, and with a weight"),
+		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 62.5 times the "
+		"factor by default, and none where the operator aliases, and with a weight"),
+	CT_OPT(struct params, steps, 0, "steps", "X", 0, 10,
+		"leave out what would only soften a step of the volume between two plateaus that "
+		"vary by less than X of it; 0: nothing; 0.05 by default, and 0 where the operator "
+		"aliases, and with a weight"),
 	CT_OPT(struct params, axes, 'a', "axes", "xyz", 0, 0,
 		"look at the slices across these axes"),
 	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
@@ -253,7 +258,7 @@ static int cut(struct job *j, struct ct_err *e)
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
-	double aliasing = 0;
+	double aliasing = 0, most = 1;
 	bool aliases, careful;
 	int coarse = 0;
 
@@ -270,6 +275,7 @@ static int settle(struct job *j, struct ct_err *e)
 				ct_degrade_cover(j->in.n[a], j->is.by.factor[a]), a, e))
 			return -1;
 		aliasing = fmax(aliasing, share);
+		most = fmax(most, j->is.by.factor[a]);
 		coarse += j->is.by.factor[a] > 1;
 	}
 	j->rule.by = j->is.by;
@@ -286,7 +292,8 @@ static int settle(struct job *j, struct ct_err *e)
 	careful = careful && !aliases;
 	j->rule.doubt = caution(j->p->doubt, careful && j->is.noise == 0, 1.2);
 	j->rule.gate = caution(j->p->gate, careful && j->is.noise == 0, 15);
-	j->rule.cap = caution(j->p->cap, careful, 250);
+	j->rule.steps = caution(j->p->steps, careful, 0.05);
+	j->rule.cap = caution(j->p->cap, careful, 62.5 * most);
 	return parse_axes(j->rule.axes, j->p->axes, e);
 }
 

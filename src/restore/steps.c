@@ -1,0 +1,122 @@
+/* steps.c: see steps.h. */
+#include "config.h"
+#include "restore/patch.h"
+#include "restore/steps.h"
+
+#include <math.h>
+
+#define LEAST 5.0 /* HU, of plateaus, and of u */
+
+enum { MOST = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_CELL };
+
+struct job {
+	const struct ct_steps *s;
+	float *h;
+	size_t from, to;
+};
+
+/* The nearest voxel to p. */
+static double look(const struct ct_steps *s, const double p[3])
+{
+	size_t at[3];
+
+	for (int a = 0; a < 3; a++)
+		at[a] = (size_t)fmin(fmax(p[a] + 0.5, 0), (double)(s->n[a] - 1));
+	return (double)s->x[(at[2] * s->n[1] + at[1]) * s->n[0] + at[0]];
+}
+
+/* The mean of the voxels from 3/4 to 3/2 of a block along `along` of p; *variance += theirs. */
+static double plateau(
+	double *variance, const struct ct_steps *s, const size_t at[3], const double along[3])
+{
+	const size_t near = (3 * s->s + 3) / 4, far = ct_steps_reach(s->s);
+	double count = (double)(far - near + 1), sum = 0, square = 0;
+
+	for (size_t t = near; t <= far; t++) {
+		const double p[3] = {(double)at[0] + (double)t * along[0],
+			(double)at[1] + (double)t * along[1], (double)at[2] + (double)t * along[2]};
+		const double v = look(s, p);
+
+		sum += v;
+		square += v * v;
+	}
+	*variance += fmax(square / count - sum / count * (sum / count), 0);
+	return sum / count;
+}
+
+/* p of a voxel, and u. */
+static double plain(double *u, const struct ct_steps *s, const size_t at[3])
+{
+	const size_t stride[3] = {1, s->n[0], s->n[0] * s->n[1]};
+	const float *x = s->x + at[0] + at[1] * stride[1] + at[2] * stride[2];
+	double up[3], down[3], length = 0, variance = 0, step;
+
+	*u = 0;
+	for (int a = 0; a < 3; a++) {
+		const double on = (double)(at[a] + 1 < s->n[a] ? x[stride[a]] : *x);
+		const double back = (double)(at[a] > 0 ? *(x - stride[a]) : *x);
+
+		*u += on + back - 2 * (double)*x;
+		up[a] = (on - back) / 2;
+		length += up[a] * up[a];
+	}
+	if (length < LEAST * LEAST)
+		return 0;
+	for (int a = 0; a < 3; a++) {
+		up[a] /= sqrt(length);
+		down[a] = -up[a];
+	}
+	step = plateau(&variance, s, at, up);
+	step -= plateau(&variance, s, at, down);
+	if (step <= 0)
+		return 0;
+	return step * step / (step * step + (variance + LEAST * LEAST) / (s->limit * s->limit));
+}
+
+/* The block of which the first voxel is `first`. */
+static void block(const struct job *j, const size_t first[3])
+{
+	const size_t *n = j->s->n, s = j->s->s;
+	const size_t end[3] = {first[0] + s < n[0] ? first[0] + s : n[0],
+		first[1] + s < n[1] ? first[1] + s : n[1],
+		first[2] + s < j->to ? first[2] + s : j->to};
+	double pu[MOST], hu = 0, uu = 0;
+	size_t count = 0, at[3];
+
+	for (at[2] = first[2]; at[2] < end[2]; at[2]++)
+		for (at[1] = first[1]; at[1] < end[1]; at[1]++)
+			for (at[0] = first[0]; at[0] < end[0]; at[0]++) {
+				double u, p = plain(&u, j->s, at);
+
+				pu[count++] = p * u;
+				hu += p * u * (double)j->h[(at[2] * n[1] + at[1]) * n[0] + at[0]];
+				uu += p * u * u + LEAST * LEAST;
+			}
+	if (hu <= 0)
+		return;
+	count = 0;
+	for (at[2] = first[2]; at[2] < end[2]; at[2]++)
+		for (at[1] = first[1]; at[1] < end[1]; at[1]++)
+			for (at[0] = first[0]; at[0] < end[0]; at[0]++)
+				j->h[(at[2] * n[1] + at[1]) * n[0] + at[0]] -=
+					(float)(hu / uu * pu[count++]);
+}
+
+static void row(void *arg, size_t task, size_t worker)
+{
+	const struct job *j = arg;
+	const size_t s = j->s->s, rows = (j->s->n[1] + s - 1) / s;
+
+	(void)worker;
+	for (size_t i = 0; i < j->s->n[0]; i += s)
+		block(j, (const size_t[3]){i, task % rows * s, j->from + task / rows * s});
+}
+
+void ct_steps_keep(
+	float *h, const struct ct_steps *steps, size_t from, size_t to, struct ct_par *par)
+{
+	struct job j = {steps, h, from, to};
+	const size_t s = steps->s;
+
+	ct_par_for(par, (steps->n[1] + s - 1) / s * ((to - from + s - 1) / s), row, &j);
+}

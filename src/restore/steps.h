@@ -1,0 +1,35 @@
+/* steps.h: plain steps, which an expectation is not to soften.
+ *
+ * Where nothing aliases, least variation finds a step between two plateaus as sharp as it was. The
+ * mean over all that such a place may hold is a blurred one, for other scans were blurred there. Of
+ * an expectation h about a volume x, in each block of s^3 voxels, stays
+ *
+ *   h - c p u,   u = the Laplacian of x, p = how plain a step is there,
+ *   c = max(0, sum p h u / sum (p u^2 + HU^2 of rounding))
+ *
+ * along u a step diffuses: c < 0 sharpens it, and stays, as does what moves it, which is at right
+ * angles to u. p = d^2 / (d^2 + (v + 5^2 HU^2) / limit^2): d is how much higher the voxels 3/4 s to
+ * 3/2 s up the slope of x are than those as far below, v the variance of the two plateaus.
+ */
+#ifndef CT_RESTORE_STEPS_H
+#define CT_RESTORE_STEPS_H
+#include "core/par.h"
+
+struct ct_steps {
+	const float *x; /* n voxels */
+	size_t n[3], s; /* s: at most CT_PATCH_CELL */
+	double limit;
+};
+
+/* Voxels from an edge that are looked at. */
+static inline size_t ct_steps_reach(size_t s)
+{
+	return s + s / 2;
+}
+
+/* h, n voxels, becomes h - c p u in the planes from .. to, whole blocks of them. The same bytes for
+ * any number of threads. */
+void ct_steps_keep(
+	float *h, const struct ct_steps *steps, size_t from, size_t to, struct ct_par *par);
+
+#endif
