@@ -15,6 +15,8 @@ AXES = {
     "sagittal": ((0, 1, 0), (0, 0, -1)),
     "coronal": ((1, 0, 0), (0, 0, -1)),
     "oblique": ((0.8, 0.6, 0), (-0.36, 0.48, 0.8)),
+    "feet": ((-1, 0, 0), (0, 1, 0)),  # feet first, supine
+    "prone": ((-1, 0, 0), (0, -1, 0)),
 }
 
 
@@ -36,8 +38,9 @@ def place(name, k, j, i):
             + np.multiply.outer(k, normal) * GAP)
 
 
-def write(path, name, k, series, position=None, at=None, **tags):
-    """Slice k; its values are those of place(name, k, ...), or of at(j, i)."""
+def write(path, name, k, series, position=None, at=None, scale=None, **tags):
+    """Slice k; its values are those of place(name, k, ...), or of at(j, i); every slice has a scale of its own, or
+    `scale`."""
     across, down = axes(name)
     meta = FileMetaDataset()
     meta.MediaStorageSOPClassUID = CTImageStorage
@@ -57,8 +60,7 @@ def write(path, name, k, series, position=None, at=None, **tags):
     j, i = np.meshgrid(np.arange(ROWS), np.arange(COLUMNS), indexing="ij")
     first = place(name, k, 0, 0) if position is None else position
     d.ImagePositionPatient = ["%.10g" % v for v in first]
-    # every slice has a scale of its own
-    d.RescaleSlope, d.RescaleIntercept = (1, -1024) if k % 2 else (0.5, -k)
+    d.RescaleSlope, d.RescaleIntercept = scale or ((1, -1024) if k % 2 else (0.5, -k))
     hu = value(at(j, i) if at else place(name, k, j, i))
     stored = np.rint((hu - float(d.RescaleIntercept)) / float(d.RescaleSlope)).astype("<i2")
     if name == "padded":

@@ -175,6 +175,65 @@ static void guarded()
 		"%s", err.msg);
 }
 
+/* Pictures ahead, in other processes: those that cannot be made are not there, the others are. */
+static void ahead()
+{
+	enum { COUNT = 11 };
+	const pid_t parent = getpid();
+	int good = 0, again = 0;
+	Ahead a;
+
+	OK(a.get(0) == nullptr, "nothing is ahead at first");
+	for (size_t processes : {1, 2, 3, 20}) {
+		a.make(COUNT, N, processes, [&](size_t i, float *to, ct_err *e) {
+			if (i == 2)
+				return ct_fail(e, CT_EINPUT, "no");
+			if (i == 4)
+				throw std::runtime_error("no");
+			if (i == COUNT - 1)
+				abort(); /* and what this process was to make next */
+			for (int k = 0; k < N; k++)
+				to[k] = static_cast<float>(
+					static_cast<int>(i) + (getpid() == parent ? N : 0));
+			return 0;
+		});
+		for (size_t i = 0; i < COUNT + 2; i++) {
+			const float *px = a.get(i);
+
+			if (i == 2 || i == 4 || i >= COUNT - 1)
+				again += px == nullptr;
+			else
+				good += px && px[0] == static_cast<float>(i) &&
+					px[N - 1] == static_cast<float>(i);
+		}
+		OK(waitpid(-1, nullptr, WNOHANG) == -1, "%zu processes are waited for", processes);
+	}
+	OK(good == 4 * (COUNT - 3), "%d pictures are made", good);
+	OK(again == 4 * 5, "%d are not", again);
+}
+
+/* Which of many kill: each of them is found, and what is behind it is tried. */
+static void killers()
+{
+	const auto none = deadly(0, [](size_t) {});
+	const auto all = deadly(5, [](size_t) { abort(); });
+	const auto some = deadly(5000, [](size_t i) {
+		if (i == 0 || i == 4999)
+			abort();
+		if (i == 4095)
+			throw std::runtime_error("no");
+		if (i == 4096)
+			raise(SIGKILL);
+	});
+	size_t count = 0;
+
+	for (bool k : some)
+		count += k;
+	OK(none.empty() && all == std::vector<bool>(5, true), "none, and all of them");
+	OK(some.size() == 5000 && count == 4 && some[0] && some[4095] && some[4096] && some[4999],
+		"%zu of 5000", count);
+}
+
 int main()
 {
 	numbers();
@@ -182,5 +241,7 @@ int main()
 	failures();
 	memory();
 	guarded();
+	ahead();
+	killers();
 	return tap_done();
 }

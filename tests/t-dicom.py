@@ -19,6 +19,19 @@ def bomb(path, k):
     d.save_as(path, write_like_original=False)
 
 
+def short_run(path, to):
+    """One slice in RLE whose second segment, the lower bytes, ends early: the end marks are right."""
+    d = dcmread(path)
+    high, low = (bytes(v) for v in np.frombuffer(d.PixelData, ">u2").view("u1").reshape(-1, 2)[:, ::-1].T)
+    code = lambda b: b"".join(bytes([len(c) - 1]) + c for c in (b[i:i + 128] for i in range(0, len(b), 128)))
+    first, second = code(high), code(low[:-30])
+    head = np.array([2, 64, 64 + len(first)] + 13 * [0], "<u4").tobytes()
+    d.file_meta.TransferSyntaxUID = RLELossless
+    d.PixelData = encapsulate([head + first + second])
+    d["PixelData"].VR, d["PixelData"].is_undefined_length = "OB", True
+    d.save_as(to, write_like_original=False)
+
+
 def make():
     for name in (*AXES, "reversed", "padded"):
         for k in range(SLICES):
@@ -37,12 +50,22 @@ def make():
         write("frames/%d.dcm" % k, "axial", k, "1.2.3.17", FrameOfReferenceUID="1.2.3.9.%d" % (k // 8))
         write("mr/%d.dcm" % k, "axial", k, "1.2.3.13", Modality="MR")
         write("cutoff/%d.dcm" % k, "axial", k, "1.2.3.14")
+        write("shortrun/%d.dcm" % k, "axial", k, "1.2.3.19")
+        write("syntax/%d.dcm" % k, "axial", k, "1.2.3.20")
+        write("float/%d.dcm" % k, "axial", k, "1.2.3.21", BitsAllocated=32, BitsStored=32, HighBit=31,
+              FloatPixelData=b"\0" * (4 * ROWS * COLUMNS), PixelData=None)
         write("norescale/%d.dcm" % k, "axial", k, "1.2.3.15", RescaleSlope=None)
         bomb("bomb/%d.dcm" % k, k)
     write("twice/again.dcm", "axial", 3, "1.2.3.10")
     write("matrices/8.dcm", "axial", 8, "1.2.3.12", Rows=5, PixelData=b"\0" * (2 * 5 * COLUMNS))
     with open("cutoff/4.dcm", "r+b") as f:
         f.truncate(os.path.getsize("cutoff/4.dcm") - 100)
+    short_run("shortrun/4.dcm", "shortrun/4.dcm")
+    d = dcmread("syntax/4.dcm")
+    d.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.4.58"
+    d.PixelData = encapsulate([d.PixelData])
+    d["PixelData"].VR, d["PixelData"].is_undefined_length = "OB", True
+    d.save_as("syntax/4.dcm", write_like_original=False)
     write("nopicture/x.dcm", "axial", 0, "1.2.3.16", PixelData=None)
     with open("axial/notes.txt", "w") as f:
         f.write("not DICOM\n")

@@ -1,4 +1,5 @@
-/* Compressed pictures in fragments: whole, cut off, without an end, and the one that is mended. */
+/* Compressed pictures in fragments: whole, cut off, without an end, many, and the one that is
+ * mended. */
 #include "config.h"
 #include <math.h>
 #include <stdarg.h>
@@ -11,12 +12,9 @@ extern "C" {
 
 #include <cstring>
 #include <fstream>
-#include <iterator>
-#include <vector>
 
+#include <fcntl.h>
 #include <unistd.h>
-
-using Bytes = std::vector<unsigned char>;
 
 static char path[] = "/tmp/t-fragments-XXXXXX";
 
@@ -47,27 +45,42 @@ static Bytes item(const Bytes &b, unsigned char tag = 0x00)
 
 static const Bytes table = item({0, 0, 0, 0}), end = item({}, 0xdd);
 
-/* 0 and the file to decode in *mended, or the code of the failure. */
-static int check(
-	const char *syntax, const Bytes &picture, const char *word = "", Bytes *mended = nullptr)
+enum { PIXELS = 6 }; /* of a picture, 2 bytes each */
+
+/* 0 and the streams to decode, one after another, in *streams; or the code of the failure. */
+static int check(const char *syntax, const Bytes &picture, const char *word = "",
+	Bytes *streams = nullptr, size_t frames = 1)
 {
 	const Bytes file = Bytes(OFFSET, 0x11) + picture;
-	Mended m;
-	int rc;
+	const Coding coding = coding_of(syntax);
+	std::vector<Parts> list;
+	Bytes all;
+	int rc, fd;
 
 	std::ofstream(path, std::ios::binary)
 		.write(reinterpret_cast<const char *>(file.data()),
 			static_cast<std::streamsize>(file.size()));
 	memset(&err, 0, sizeof err);
-	rc = m.check(path, syntax, OFFSET, 1, &err);
-	if (mended) {
-		std::ifstream in(m.path(path), std::ios::binary);
+	fd = open(path, O_RDONLY);
+	rc = list_pictures(list, fd, OFFSET, coding, frames, path, &err);
+	close(fd);
+	for (size_t k = 0; k < list.size() && rc == 0; k++) {
+		Bytes one;
 
-		*mended = Bytes(
-			(std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-		if (rc == 0 && m.path(path) == path)
-			mended->clear();
+		for (const Part &p : list[k])
+			one.insert(one.end(), file.begin() + static_cast<ptrdiff_t>(p.from),
+				file.begin() + static_cast<ptrdiff_t>(p.from + p.size));
+		if (coding == Coding::rle) {
+			Bytes numbers;
+
+			rc = unpack_rle(numbers, one, PIXELS, 2, path, &err);
+			one = numbers;
+		} else
+			rc = check_jpeg(one, coding, path, &err);
+		all = all + one;
 	}
+	if (streams)
+		*streams = all;
 	if (rc)
 		return strstr(err.msg, path) && strstr(err.msg, word) ? static_cast<int>(err.code)
 								      : -1;
@@ -115,11 +128,89 @@ static void lengths()
 	OK(check(syntaxes[0], long_one, "truncated") == CT_EINPUT, "by far");
 	OK(check(syntaxes[0], table + end, "truncated") == CT_EINPUT, "no fragment");
 	OK(check(syntaxes[0], {}, "truncated") == CT_EINPUT, "nothing");
-	OK(check(rle, table + item({1, 2}) + end) == 0, "RLE has no marks");
-	OK(check(rle, table + item({1, 2}), "truncated") == CT_EINPUT, "but an end");
-	OK(check("1.2.840.10008.1.2.1", {}) == 0 && check("1.2.840.10008.1.2.4.500", {}) == 0 &&
-			check("2.2.840.10008.1.2.4.50", {}) == 0,
-		"others are not looked at");
+	int known = 0;
+
+	for (const char *name : syntaxes)
+		known += coding_of(name) == Coding::jpeg;
+	for (const char *name : j2k)
+		known += coding_of(name) == Coding::jpeg2000;
+	OK(known == 11 && coding_of(rle) == Coding::rle &&
+			coding_of("1.2.840.10008.1.2") == Coding::plain &&
+			coding_of("1.2.840.10008.1.2.1") == Coding::plain &&
+			coding_of("1.2.840.10008.1.2.2") == Coding::big_endian,
+		"what is read");
+	OK(coding_of("1.2.840.10008.1.2.4.500") == Coding::other &&
+			coding_of("2.2.840.10008.1.2.4.50") == Coding::other &&
+			coding_of("1.2.840.10008.1.2.4") == Coding::other &&
+			coding_of("") == Coding::other,
+		"and what is not");
+}
+
+/* Run-length code of two segments. */
+static Bytes coded(const Bytes &a, const Bytes &b, unsigned char count = 2)
+{
+	Bytes head(64, 0);
+
+	head[0] = count;
+	head[4] = 64;
+	head[8] = static_cast<unsigned char>(64 + a.size());
+	return head + a + b;
+}
+
+static void run_lengths()
+{
+	const Bytes all = {0xfb, 7}, literal = {5, 1, 2, 3, 4, 5, 6},
+		    two = {0xfe, 7, 128, 2, 1, 2, 3};
+	const auto rc = [](const Bytes &b) {
+		return check(rle, table + item(b) + end, "damaged: its run-length code");
+	};
+	const Bytes mixed = {1, 7, 2, 7, 3, 7, 4, 1, 5, 2, 6, 3},
+		    nines = {1, 9, 2, 9, 3, 9, 4, 9, 5, 9, 6, 9};
+	Bytes far = coded(all, all), back = far, got;
+
+	OK(check(rle, table + item(coded(two, literal)) + end, "", &got) == 0 && got == mixed,
+		"RLE, the upper bytes and the lower ones");
+	OK(check(rle, table + item(coded({0xf0, 9}, literal)) + end, "", &got) == 0 && got == nines,
+		"a run that is too long is cut");
+	OK(rc(coded(all, literal + Bytes{0})) == 0, "and padded");
+	OK(rc(coded(all, {5, 1, 2, 3, 4, 5})) == CT_EINPUT, "numbers that are cut off");
+	OK(rc(coded({0xfc, 7}, all)) == CT_EINPUT, "a run too few in the first segment");
+	OK(rc(coded(all, {0xfc, 7})) == CT_EINPUT, "in the second");
+	OK(rc(coded(all, {0xfb})) == CT_EINPUT, "a run of nothing");
+	OK(rc(coded(all, all, 1)) == CT_EINPUT && rc(coded(all, all, 3)) == CT_EINPUT,
+		"other segments than a pixel has bytes");
+	far[8] = 200;
+	back[8] = 63;
+	OK(rc(far) == CT_EINPUT && rc(back) == CT_EINPUT && rc({1, 2}) == CT_EINPUT,
+		"segments that begin elsewhere");
+	OK(check(rle, table + item(coded(all, all)), "truncated") == CT_EINPUT, "no end");
+}
+
+/* Fragments as pictures. */
+static void many()
+{
+	const Bytes a = {0xff, 0xd8, 0xff, 1, 0xff, 0xd9}, b = {0xff, 0xd8, 0xff, 2, 3, 4},
+		    c = {5, 6, 0xff, 0xd9}, run = coded({0xfb, 7}, {0xfb, 8}),
+		    numbers = {8, 7, 8, 7, 8, 7, 8, 7, 8, 7, 8, 7};
+	const Bytes cut = {0xff, 0xd8, 0xff, 9};
+	const char *const jpeg = syntaxes[3];
+	Bytes got;
+
+	OK(check(jpeg, table + item(a) + item(b) + item(c) + end, "", &got, 2) == 0 &&
+			got == a + b + c,
+		"two pictures in three fragments");
+	OK(check(jpeg, table + item(a) + item(b) + item(c) + end, "2 compressed pictures", &got,
+		   3) == CT_EINPUT,
+		"and not three");
+	OK(check(jpeg, table + item(a) + item(cut) + item(a) + end, "no end mark", &got, 3) ==
+			CT_EINPUT,
+		"one of them cut off");
+	OK(check(rle, table + item(run) + item(run) + end, "", &got, 2) == 0 &&
+			got == numbers + numbers,
+		"a fragment of RLE is a picture");
+	OK(check(rle, table + item(run) + item(run) + end, "2 compressed pictures", &got, 3) ==
+			CT_EINPUT,
+		"and only that");
 }
 
 /* A tile-part of `extra` bytes behind its header; the length that it states. */
@@ -137,18 +228,14 @@ static const Bytes eoc = {0xff, 0xd9};
 
 static void sound()
 {
-	const Bytes padded = head + part(20, 6) + eoc + Bytes(3, 0);
+	const Bytes parts[] = {head + part(20, 6) + eoc, head + part(14, 0) + part(0, 9) + eoc,
+		head + part(20, 6) + eoc + Bytes(3, 0)};
 	Bytes m;
 	int good = 0;
 
-	for (const char *s : j2k) {
-		good += check(s, table + item(head + part(20, 6) + eoc) + end, "", &m) == 0 &&
-			m.empty();
-		good += check(s, table + item(head + part(14, 0) + part(0, 9) + eoc) + end, "",
-				&m) == 0 &&
-			m.empty();
-		good += check(s, table + item(padded) + end, "", &m) == 0 && m.empty();
-	}
+	for (const char *s : j2k)
+		for (const Bytes &b : parts)
+			good += check(s, table + item(b) + end, "", &m) == 0 && m == b;
 	OK(good == 15, "JPEG 2000, whole: %d, as they are", good);
 	OK(check(j2k[0], table + item(head + part(13, 6) + eoc) + end, "tile-part") == CT_EINPUT,
 		"a tile-part shorter than its header");
@@ -172,17 +259,11 @@ static void mended()
 
 		for (size_t cut = 1; cut < bad.size(); cut++, cuts++) {
 			const auto at = static_cast<ptrdiff_t>(cut);
-			const auto split = [&](const Bytes &b) {
-				return Bytes(OFFSET, 0x11) + table +
-				       item(Bytes(b.begin(), b.begin() + at)) +
-				       item(Bytes(b.begin() + at, b.end())) + end;
-			};
-			const Bytes file = split(bad);
+			const Bytes file = table + item(Bytes(bad.begin(), bad.begin() + at)) +
+					   item(Bytes(bad.begin() + at, bad.end())) + end;
 			Bytes m;
 
-			same += check(j2k[cut % 5], Bytes(file.begin() + OFFSET, file.end()), "",
-					&m) == 0 &&
-				m == split(want);
+			same += check(j2k[cut % 5], file, "", &m) == 0 && m == want;
 		}
 		OK(same == cuts, "a length of %u is mended: %d of %d", size, same, cuts);
 	}
@@ -197,6 +278,8 @@ int main()
 	close(fd);
 	frames();
 	lengths();
+	run_lengths();
+	many();
 	sound();
 	mended();
 	unlink(path);

@@ -62,6 +62,12 @@ else
 	mkdir tmp; TMPDIR=$PWD/tmp exits 0 'in TMPDIR' ct-convert -f a.tar o.nii
 	[ -z "$(ls -A tmp)" ]; ok $? 'nothing is left behind'
 	TMPDIR=$PWD/none ct-convert -f a.tar d.nii 2>err; [ $? -eq 3 ] && grep -q 'no TMPDIR to unpack in' err; ok $? 'a TMPDIR that is not there is told'
+	"$PY" -c 'import gzip, sys
+with open("s/03.dcm", "rb") as f, gzip.open("bomb.gz", "wb", 1) as to:
+    to.write(f.read(300))
+    for _ in range(1030): to.write(bytes(1 << 20))'
+	exits 3 'a gigabyte of zeros' ct-convert bomb.gz d.nii; has err 'compressed bytes become .*times as many (--expand)' 'is refused for that'
+	exits 3 'with --expand 0' ct-convert --expand 0 bomb.gz d.nii; ! grep -q expand err; ok $? 'for what it is'
 fi
 exits 0 'NIfTI in gzip is no archive' sh -c 'ct-convert s.nii s.nii.gz && ct-convert -f s.nii.gz o.nii'
 # DICOMDIR

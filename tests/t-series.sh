@@ -25,7 +25,7 @@ damaged() {
 	py check d.nii 16 0 5; ok $? 'the others are in place'
 	rm -f d.nii
 }
-for c in empty cut100 cut300 pixels dangling text loop; do cp -r ok "bad-$c"; done
+for c in empty cut100 cut300 pixels dangling text loop kills; do cp -r ok "bad-$c"; done
 : >bad-empty/05.dcm; damaged bad-empty 'damaged: it is empty'
 head -c 100 ok/05.dcm >bad-cut100/05.dcm; damaged bad-cut100 'damaged: it holds zeros'
 head -c 300 ok/05.dcm >bad-cut300/05.dcm; damaged bad-cut300 'damaged: '
@@ -33,6 +33,7 @@ head -c -20 ok/05.dcm >bad-pixels/05.dcm; damaged bad-pixels 'damaged: truncated
 ln -sf nowhere bad-dangling/05.dcm; damaged bad-dangling 'unreadable: No such file'
 ln -sf 05.dcm bad-loop/05.dcm; damaged bad-loop 'unreadable: Too many levels'
 echo hello >bad-text/05.dcm; damaged bad-text 'not DICOM'
+cp "$srcdir/tests/fuzz/corpus/dicom/found-length" bad-kills/05.dcm; damaged bad-kills 'damaged: ' # an assertion of the parser
 if [ "$(id -u)" -ne 0 ]; then
 	cp -r ok bad-mode; chmod 000 bad-mode/05.dcm; damaged bad-mode 'unreadable: Permission denied'
 	cp -r ok bad-folder; mkdir bad-folder/sub; chmod 000 bad-folder/sub

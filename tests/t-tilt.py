@@ -1,5 +1,6 @@
-"""Stacks that are no grid. make; check FILE ORIENTATION COVERED: every voxel that a slice covers holds what
-stands at its place in the patient, and so many do; the affine is orthonormal."""
+"""Stacks that are no grid. make; check FILE COVERED: every voxel that a slice covers holds what
+stands at its place in the patient, and so many do; the affine is orthonormal. itk FILE MHA: it is what ITK made of
+it, which knows LPS."""
 import sys
 
 import nibabel as nib
@@ -64,9 +65,26 @@ def sheared(path):
     assert np.abs(ras[0, 0, -1] - corner * [-1, -1, 1]).max() < 1e-4
 
 
+def itk(path, mha):
+    with open(mha, "rb") as f:
+        head = {}
+        while "ElementDataFile" not in head:
+            key, _, text = f.readline().decode().partition(" = ")
+            head[key] = text.split()
+        data = np.frombuffer(f.read(), "<f4").reshape([int(n) for n in head["DimSize"]], order="F")
+    image, a = nib.load(path), np.eye(4)
+    number = lambda key: np.array(head[key], float)
+    a[:3, :3] = number("TransformMatrix").reshape(3, 3).T * number("ElementSpacing")
+    a[:3, 3] = number("Offset")
+    assert head["ElementType"] == ["MET_FLOAT"] and np.array_equal(data, image.get_fdata(dtype=np.float32))
+    assert np.abs(np.diag([-1, -1, 1, 1]) @ a - image.affine).max() < 1e-4, a
+
+
 if sys.argv[1] == "make":
     make()
 elif sys.argv[1] == "sheared":
     sheared(sys.argv[2])
+elif sys.argv[1] == "itk":
+    itk(*sys.argv[2:])
 else:
     check(sys.argv[2], float(sys.argv[3]))

@@ -34,6 +34,21 @@ size filled.nii '12 10 12'; py check filled.nii 1; ok $? 'every voxel is where i
 has info '^  filled  *37.25,-28.375,137.5:37.25,-28.375,142.5 37.25,' 'the file says so'
 exits 0 'tilted, too' ct-convert --gaps fill leanmissing lean.nii; size lean.nii '12 21 10'
 py check lean.nii 0.462; ok $? 'every voxel is where it was'
+# other readers: nifti_tool, and plastimatch, which is built on ITK
+for s in axial sagittal oblique uneven both; do
+	if command -v nifti_tool >/dev/null; then
+		nifti_tool -check_hdr -check_nim -infiles $s.nii >check 2>&1
+		[ "$(grep -c 'IS GOOD' check)" -eq 2 ]; ok $? "$s: nifti_tool finds no fault"
+	else
+		skip "$s: nifti_tool" 'no nifti_tool'
+	fi
+	if command -v plastimatch >/dev/null; then
+		plastimatch convert --input $s.nii --output-img $s.mha --output-type float >/dev/null 2>&1
+		py itk $s.nii $s.mha; ok $? "$s: ITK reads the same voxels at the same places"
+	else
+		skip "$s: ITK" 'no plastimatch'
+	fi
+done
 exits 5 '--tilt error' ct-convert --tilt error lean-axial d.nii; has err 'tilted gantry.* (20.0 degrees)' 'says so'
 exits 5 '--gaps error' ct-convert --gaps error uneven d.nii; has err 'uneven slices: gaps run from 2 to 5 mm' 'says so'
 exits 0 '--tilt shear' ct-convert --tilt shear lean-axial shear.nii; has err 'tilted by 20.00 degrees: the affine is sheared' 'says so'

@@ -9,6 +9,7 @@ make() { ct-convert -q --raw 4x3x2:i16 --spacing 1,2,3 --slope "$2" --intercept 
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
+train='ct-train -q --slices -x 2 --cubes 1 --cube 24 -n 1 no.safetensors'
 no() { # no FILE WORDS COMMAND...
 	f=$1 w=$2; shift 2
 	exits 3 "$1: $f" "$@"; has err "$f.nii: values from .* are not HU.*$w" 'says which and why'
@@ -32,13 +33,18 @@ ct-info o.nii >info; has info '^quantity  *hu$' 'is noted'
 exits 0 'and believed from then on' $u -f o.nii oo.nii
 exits 0 '--units other' $u -f --units other unit.nii o.nii; ct-info o.nii >info; has info '^quantity  *other$' 'is noted'
 exits 3 'and believed' $u -f o.nii oo.nii; has err 'o.nii: its values are not HU, says its metadata' 'says so'
+exits 0 'other values below 0' ct-convert -q --units other hu.nii other.nii
+exits 3 'teach nothing either' $train other.nii; has err 'other.nii: its values are not HU, says .*ct-convert --units' 'and why'
 exits 0 'ct-convert notes it' ct-convert --units hu unit.nii said.nii; exits 0 'once' $u -f said.nii o.nii
 exits 0 'ct-convert copies what is not HU' ct-convert unit.nii copy.nii
 exits 0 'a range is given' ct-metrics --range 1 unit.nii unit.nii
 exits 0 'or a window' ct-metrics --window 0:1 unit.nii unit.nii
 exits 0 'density is what the user says' ct-project -q --quantity density --views 2 --det 4x4 unit.nii p.exr
 exits 0 'ct-sr hands it on' ct-sr -q --dry-run --units hu --series 2 unit.nii new.nii
-has out 'ct-convert .*--units=hu --series=2' 'to ct-convert'
+has out 'ct-convert .*--units=hu --series=2$' 'to ct-convert'
+exits 0 'and what DICOM is to become' ct-sr -q --dry-run --tilt error --gaps fill --skip-damaged unit.nii new.nii
+has out 'ct-convert .*--tilt=error --gaps=fill --skip-damaged$' 'too'
+exits 3 'what is to teach is HU' $train unit.nii; has err 'unit.nii: values from 0 to 0.984 are not HU$' 'or refused'
 # neither sform nor qform: bytes 252 to 255 of the header
 cp hu.nii lost.nii; printf '\0\0\0\0' | dd of=lost.nii bs=1 seek=252 conv=notrunc 2>/dev/null
 exits 0 'no sform, no qform' ct-convert lost.nii found.nii

@@ -6,12 +6,14 @@ extern "C" {
 #include "core/inflate.h"
 }
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -29,6 +31,8 @@ struct Result {
 };
 
 const int died = -2;
+
+enum { AWAY = 4096 }; /* pictures or files at a time; their marks are as far from what is marked */
 
 /* What the decoder of n numbers may take beside what there is, whatever the stream says of itself.
  */
@@ -125,4 +129,103 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 		std::memcpy(out, r->out, n * sizeof *out);
 	munmap(room, bytes);
 	return rc;
+}
+
+std::vector<bool> deadly(size_t n, const std::function<void(size_t)> &f)
+{
+	const pid_t parent = getpid();
+	std::vector<bool> is(n);
+	void *room = mmap(
+		nullptr, sizeof(size_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	volatile size_t *at = static_cast<volatile size_t *>(room); /* the one at work */
+
+	if (room == MAP_FAILED)
+		return {};
+	for (size_t begin = 0; begin < n;) {
+		const size_t end = std::min(begin + AWAY, n); /* in a minute of the processor */
+
+		*at = begin;
+		const pid_t child = fork();
+		if (child == 0) {
+			settle(parent, 0);
+			for (; *at < end; *at = *at + 1) {
+				ct_err e = {};
+
+				if (guard(&e, "", [&] { return f(*at), 0; }))
+					_exit(1);
+			}
+			_exit(0);
+		}
+		if (child < 0) {
+			is.clear();
+			break;
+		}
+		wait_for(child);
+		begin = *at;
+		if (begin < end)
+			is[begin++] = true;
+	}
+	munmap(room, sizeof(size_t));
+	return is;
+}
+
+Ahead::~Ahead()
+{
+	if (room)
+		munmap(room, bytes);
+}
+
+const float *Ahead::get(size_t i) const
+{
+	const char *mark = static_cast<const char *>(room);
+
+	if (i >= most || !mark[i])
+		return nullptr;
+	return reinterpret_cast<const float *>(mark + AWAY) + i * size;
+}
+
+void Ahead::make(size_t count, size_t n, size_t processes,
+	const std::function<int(size_t, float *, ct_err *)> &f)
+{
+	const pid_t parent = getpid();
+	std::vector<pid_t> child;
+
+	count = std::min<size_t>(count, AWAY);
+	if (!room || bytes < AWAY + count * n * sizeof(float)) {
+		if (room)
+			munmap(room, bytes);
+		bytes = AWAY + count * n * sizeof(float);
+		room = mmap(
+			nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	}
+	most = count;
+	size = n;
+	if (room == MAP_FAILED) {
+		room = nullptr;
+		most = 0;
+		return;
+	}
+	char *const mark = static_cast<char *>(room);
+	std::memset(mark, 0, AWAY);
+	child.reserve(processes);
+	for (size_t p = 0; p < processes; p++) {
+		const pid_t id = fork();
+
+		if (id > 0)
+			child.push_back(id);
+		if (id != 0)
+			continue;
+		settle(parent, n);
+		mallopt(M_MMAP_THRESHOLD, 1 << 28); /* what one picture took the next one takes */
+		mallopt(M_TRIM_THRESHOLD, 1 << 28);
+		for (size_t i = p; i < count; i += processes) {
+			float *out = reinterpret_cast<float *>(mark + AWAY) + i * n;
+			ct_err e = {};
+
+			mark[i] = guard(&e, "", [&] { return f(i, out, &e); }) == 0;
+		}
+		_exit(0);
+	}
+	for (pid_t id : child)
+		wait_for(id);
 }

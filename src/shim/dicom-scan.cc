@@ -1,5 +1,6 @@
 /* dicom-scan.cc: every file below some paths, and what it is. See dicom.h. */
 #include "config.h"
+#include "shim/apart.h"
 #include "shim/dicom-tags.h"
 #include "shim/dicom.h"
 #include "shim/guard.h"
@@ -16,6 +17,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 #include <set>
 #include <string>
@@ -31,7 +33,8 @@ namespace fs = std::filesystem;
 struct Found {
 	std::vector<ct_file> file;
 	std::vector<ct_slice> slice;
-	std::set<std::string> folders; /* been there */
+	std::set<std::string> folders;     /* been there */
+	std::map<std::string, bool> kills; /* does its header kill the parser? of what was tried */
 	Store store;
 
 	~Found()
@@ -133,10 +136,40 @@ void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 	}
 }
 
+/* Hostile headers end in an assertion of vtk-dicom; these are tried elsewhere, before. */
+void try_headers(Found &found, const std::vector<std::string> &paths)
+{
+	const std::vector<bool> kills = deadly(paths.size(), [&](size_t i) {
+		std::error_code bad;
+		vtkNew<vtkDICOMMetaData> m;
+		vtkNew<vtkDICOMParser> p;
+
+		if (fs::is_regular_file(paths[i], bad) &&
+			vtkDICOMUtilities::IsDICOMFile(paths[i].c_str()))
+			parse_header(paths[i], m, p);
+	});
+
+	if (kills.size() != paths.size())
+		throw std::bad_alloc();
+	for (size_t i = 0; i < paths.size(); i++)
+		found.kills[paths[i]] = kills[i];
+}
+
+/* `from` was not yet tried, if it lies in a store. */
+bool is_deadly(Found &found, const Source &from)
+{
+	if (from.stored || found.kills.count(from.path) == 0)
+		try_headers(found, {from.path});
+	return found.kills[from.path];
+}
+
 void add_dicom(Found &found, const Source &from)
 {
 	vtkNew<vtkDICOMMetaData> m;
 	vtkNew<vtkDICOMParser> p;
+
+	if (is_deadly(found, from))
+		return note(found, from.shown, CT_FILE_DAMAGED, "its header kills the parser");
 	const bool parsed = parse_header(from.path, m, p);
 	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
 
@@ -239,6 +272,7 @@ void walk(Found &found, const std::string &folder)
 	for (; all != end && !bad; all.increment(bad))
 		names.push_back(all->path().string());
 	std::sort(names.begin(), names.end()); /* a folder has no order */
+	try_headers(found, names);
 	for (const std::string &name : names)
 		if (fs::is_directory(name, bad))
 			walk(found, name);

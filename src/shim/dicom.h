@@ -3,7 +3,8 @@
  * A picture that a decoder gives up on, or a file that ends early, is an error here, never a
  * picture of zeros. A JPEG 2000 stream whose last tile-part states a length that runs past its
  * end is decoded to its end-of-codestream mark instead. Compressed pictures are decoded in a
- * process of their own, since the decoders are known to die of damaged ones.
+ * process of their own, since the decoders are known to die of damaged ones. One picture is in
+ * memory at a time, or a few that are decoded ahead, however many a file has.
  */
 #ifndef CT_SHIM_DICOM_H
 #define CT_SHIM_DICOM_H
@@ -18,9 +19,17 @@ extern "C" {
 /* Every file among the paths, and below them where they are folders, and what the DICOM pictures in
  * them say. CT_EINPUT for a path that is not there. *c must be zero. */
 int ct_dicom_scan(const char *const *paths, size_t n, struct ct_census *c, struct ct_err *e);
-/* Stored values of all pictures of the file that s is of, into out[frames*rows*columns], row by
- * row. CT_EINPUT. */
+/* Stored values of the picture into out[rows*columns], row by row. CT_EINPUT. */
 int ct_dicom_pixels(const struct ct_slice *s, float *out, struct ct_err *e);
+
+/* The pictures of n slices, best asked for in order: what is compressed is decoded ahead, by so
+ * many processes at a time. The slices must outlive it. */
+struct ct_dicom_source;
+int ct_dicom_source_open(struct ct_dicom_source **src, const struct ct_slice *s, size_t n,
+	size_t processes, struct ct_err *e);
+/* ct_dicom_pixels of slice k. */
+int ct_dicom_source_read(struct ct_dicom_source *src, size_t k, float *out, struct ct_err *e);
+void ct_dicom_source_close(struct ct_dicom_source *src); /* may be NULL */
 
 #ifdef __cplusplus
 }

@@ -3,42 +3,20 @@
 #include "shim/fragments.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
-#include <vector>
+#include <cstddef>
+#include <initializer_list>
 
-#include <sys/mman.h>
 #include <unistd.h>
 
 namespace
 {
 
-using Bytes = std::vector<unsigned char>;
-
-struct Stream {
-	Bytes bytes;                /* the fragments, one after another */
-	std::vector<uint64_t> from; /* where in the file each fragment begins */
-	std::vector<uint64_t> upto; /* where in `bytes` each ends */
-
-	uint64_t in_file(uint64_t at) const
-	{
-		size_t k = 0;
-		uint64_t begin = 0;
-
-		for (; at >= upto[k]; k++)
-			begin = upto[k];
-		return from[k] + at - begin;
-	}
-};
-
-unsigned le(const Bytes &b, uint64_t at, int n)
+unsigned le(const unsigned char *p, int n)
 {
 	unsigned u = 0;
 
 	for (int i = 0; i < n; i++)
-		u |= static_cast<unsigned>(b[at + i]) << 8 * i;
+		u |= static_cast<unsigned>(p[i]) << 8 * i;
 	return u;
 }
 
@@ -51,26 +29,14 @@ unsigned be(const Bytes &b, uint64_t at, int n)
 	return u;
 }
 
-/* The fragments of the picture, without the offset table; false if they run past the file. */
-bool gather(const Bytes &file, uint64_t at, Stream &s)
+/* Does the stream of a picture begin in a fragment that begins so? */
+bool begins(const unsigned char *p, uint64_t n, Coding coding)
 {
-	for (bool table = true; at + 8 <= file.size(); table = false) {
-		const unsigned tag = le(file, at, 2) << 16 | le(file, at + 2, 2);
-		const uint64_t size = le(file, at + 4, 4);
-
-		at += 8;
-		if (tag == 0xfffee0dd)
-			return true;
-		if (tag != 0xfffee000 || size > file.size() - at)
-			return false;
-		if (!table && size) {
-			s.from.push_back(at);
-			s.bytes.insert(s.bytes.end(), file.begin() + at, file.begin() + at + size);
-			s.upto.push_back(s.bytes.size());
-		}
-		at += size;
-	}
-	return false;
+	if (coding == Coding::rle)
+		return true;
+	if (coding == Coding::jpeg)
+		return n >= 3 && p[0] == 0xff && p[1] == 0xd8 && p[2] == 0xff;
+	return n >= 4 && p[0] == 0xff && p[1] == 0x4f && p[2] == 0xff && p[3] == 0x51;
 }
 
 /* Begins with the mark, and ends with FF D9 but for padding. */
@@ -107,72 +73,120 @@ int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 	return *psot > 0 && at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
 }
 
-bool is_one_of(const std::string &s, std::initializer_list<const char *> tails)
+/* The n bytes of a run-length coded segment, `step` apart; false if it makes fewer. */
+bool unpack(
+	const unsigned char *p, const unsigned char *end, size_t n, size_t step, unsigned char *out)
 {
-	const std::string jpeg = "1.2.840.10008.1.2.4.";
+	while (n > 0 && p < end) {
+		const size_t code = *p++, bytes = code < 128 ? code + 1 : 1;
 
-	return s.compare(0, jpeg.size(), jpeg) == 0 &&
-	       std::find(tails.begin(), tails.end(), s.substr(jpeg.size())) != tails.end();
-}
-
-int write_all(int fd, const Bytes &b)
-{
-	size_t done = 0;
-
-	while (done < b.size()) {
-		const ssize_t n = write(fd, b.data() + done, b.size() - done);
-
-		if (n <= 0)
-			return -1;
-		done += static_cast<size_t>(n);
+		if (code == 128)
+			continue;
+		if (bytes > static_cast<size_t>(end - p))
+			return false;
+		for (size_t k = code < 128 ? bytes : 257 - code; k > 0 && n > 0; k--, n--) {
+			*out = *p;
+			out += step;
+			p += code < 128;
+		}
+		p += code >= 128;
 	}
-	return 0;
+	return n == 0;
 }
 
 } // namespace
 
-Mended::~Mended()
+Coding coding_of(const std::string &syntax)
 {
-	if (fd >= 0)
-		close(fd);
+	static const std::string native = "1.2.840.10008.1.2", coded = native + ".4.";
+	const auto is = [&](const std::string &head, std::initializer_list<const char *> tails) {
+		return syntax.compare(0, head.size(), head) == 0 &&
+		       std::find(tails.begin(), tails.end(), syntax.substr(head.size())) !=
+			       tails.end();
+	};
+
+	if (is(native, {"", ".1"}))
+		return Coding::plain;
+	if (is(native, {".2"}))
+		return Coding::big_endian;
+	if (is(native, {".5"}))
+		return Coding::rle;
+	if (is(coded, {"50", "51", "57", "70", "80", "81"}))
+		return Coding::jpeg;
+	if (is(coded, {"90", "91", "201", "202", "203"}))
+		return Coding::jpeg2000;
+	return Coding::other;
 }
 
-std::string Mended::path(const char *original) const
+int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding coding, size_t frames,
+	const char *what, ct_err *e)
 {
-	return fd < 0 ? original : "/proc/self/fd/" + std::to_string(fd);
+	const off_t end = lseek(fd, 0, SEEK_END);
+	const uint64_t size = end < 0 ? 0 : static_cast<uint64_t>(end);
+	bool whole = false;
+
+	list.clear();
+	for (bool table = true; offset + 8 <= size && !whole; table = false) {
+		unsigned char head[12] = {0};
+
+		if (pread(fd, head, sizeof head, static_cast<off_t>(offset)) < 8)
+			break;
+		const unsigned tag = le(head, 2) << 16 | le(head + 2, 2);
+		const uint64_t n = le(head + 4, 4);
+
+		offset += 8;
+		whole = tag == 0xfffee0dd;
+		if (whole || tag != 0xfffee000 || n > size - offset)
+			break;
+		if (!table && n > 0) {
+			if (list.empty() || (frames > 1 && begins(head + 8, n, coding)))
+				list.emplace_back();
+			list.back().push_back({offset, n});
+		}
+		offset += n;
+	}
+	if (!whole || list.empty())
+		return ct_fail(
+			e, CT_EINPUT, "%s: truncated: the compressed picture is cut off", what);
+	if (list.size() != frames)
+		return ct_fail(e, CT_EINPUT, "%s: %zu compressed pictures, NumberOfFrames is %zu",
+			what, list.size(), frames);
+	return 0;
 }
 
-int Mended::check(
-	const char *path, const std::string &syntax, uint64_t offset, size_t frames, ct_err *e)
+int unpack_rle(Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e)
 {
-	const bool jpeg = is_one_of(syntax, {"50", "51", "57", "70", "80", "81"});
-	const bool jpeg2000 = is_one_of(syntax, {"90", "91", "201", "202", "203"});
-	Stream s;
-	uint64_t end, psot = 0;
+	bool whole = b.size() >= 64 && le(b.data(), 4) == bytes;
+
+	out.resize(pixels * bytes);
+	for (size_t k = 0; k < bytes && whole; k++) { /* the highest byte comes first */
+		const uint64_t from = le(&b[4 + 4 * k], 4),
+			       next = k + 1 < bytes ? le(&b[8 + 4 * k], 4) : b.size();
+
+		whole = from >= 64 && next >= from && next <= b.size() &&
+			unpack(b.data() + from, b.data() + next, pixels, bytes,
+				out.data() + bytes - 1 - k);
+	}
+	if (!whole)
+		return ct_fail(e, CT_EINPUT,
+			"%s: damaged: its run-length code does not make %zu pixels of %zu bytes",
+			what, pixels, bytes);
+	return 0;
+}
+
+int check_jpeg(Bytes &b, Coding coding, const char *what, ct_err *e)
+{
+	uint64_t end = b.size(), psot = 0;
 	int state;
 
-	if (!jpeg && !jpeg2000 && syntax != "1.2.840.10008.1.2.5")
-		return 0; /* not encapsulated: the reader counts the bytes */
-	std::ifstream in(path, std::ios::binary);
-	Bytes file((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-	if (!gather(file, offset, s) || s.bytes.empty())
-		return ct_fail(
-			e, CT_EINPUT, "%s: truncated: the compressed picture is cut off", path);
-	if ((jpeg && !framed(s.bytes, 0xffd8, &end)) ||
-		(jpeg2000 && !framed(s.bytes, 0xff4f, &end)))
-		return ct_fail(e, CT_EINPUT, "%s: the compressed picture has no end mark", path);
-	if (!jpeg2000 || frames > 1)
+	if (!framed(b, coding == Coding::jpeg ? 0xffd8 : 0xff4f, &end))
+		return ct_fail(e, CT_EINPUT, "%s: the compressed picture has no end mark", what);
+	if (coding == Coding::jpeg)
 		return 0;
-	state = tile_parts(s.bytes, end, &psot);
+	state = tile_parts(b, end, &psot);
 	if (state < 0)
-		return ct_fail(e, CT_EINPUT, "%s: JPEG 2000 tile-part lengths are wrong", path);
-	if (state == 0)
-		return 0;
-	for (uint64_t i = 0; i < 4; i++)
-		file[s.in_file(psot + i)] = 0;
-	fd = memfd_create("ctsr-dicom", MFD_CLOEXEC);
-	if (fd < 0 || write_all(fd, file))
-		return ct_fail(e, CT_ENOMEM, "%s: no memory for a corrected copy: %s", path,
-			std::strerror(errno));
+		return ct_fail(e, CT_EINPUT, "%s: JPEG 2000 tile-part lengths are wrong", what);
+	if (state > 0)
+		std::fill_n(b.begin() + static_cast<ptrdiff_t>(psot), 4, 0);
 	return 0;
 }

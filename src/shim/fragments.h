@@ -1,33 +1,43 @@
-/* fragments.h: is a compressed DICOM picture whole? (For the .cc files of this folder only.) */
+/* fragments.h: is a compressed DICOM picture whole? (For the .cc files of this folder only.)
+ *
+ * Decoders fill what is missing with grey and do not tell, so the stream is checked before them:
+ * its fragments must end with a sequence delimiter inside the file, a JPEG stream with its own end
+ * mark, and each segment of RLE must make as many bytes as the picture has pixels. (DICOM PS3.5
+ * annexes A.4 and G; ITU-T T.81 and T.800 annex A for the marks.)
+ */
 #ifndef CT_SHIM_FRAGMENTS_H
 #define CT_SHIM_FRAGMENTS_H
 #include "core/err.h"
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
-/* Decoders fill what is missing with grey and do not tell, so the stream is checked before them:
- * its fragments must end with a sequence delimiter inside the file, and the stream with its own
- * end mark. (DICOM PS3.5 annex A.4; ITU-T T.81 and T.800 annex A for the marks.)
+/* How the numbers of a transfer syntax lie; `other` is none that is read. */
+enum class Coding { plain, big_endian, jpeg, jpeg2000, rle, other };
+Coding coding_of(const std::string &syntax);
+
+using Bytes = std::vector<unsigned char>;
+
+/* Bytes of a file. */
+struct Part {
+	uint64_t from, size;
+};
+using Parts = std::vector<Part>;
+
+/* The fragments of each picture of a compressed file, in which they begin at `offset`. 0, or -1
+ * with CT_EINPUT naming `what` if they are cut off, or are not so many pictures. */
+int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding coding, size_t frames,
+	const char *what, ct_err *e);
+/* Numbers of so many bytes, at most 15, little-endian, from a run-length coded picture (RLE: a
+ * header of 64 bytes, then a segment for each byte of a number). 0, or -1 with CT_EINPUT if it does
+ * not make all of them. */
+int unpack_rle(
+	Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e);
+/* Is that the whole stream of a picture in JPEG or JPEG 2000? 0, or -1 with CT_EINPUT.
  *
  * The one repair: the last tile-part of a JPEG 2000 stream may state a length (Psot) beyond the
- * end, where 0 means "up to the end". The corrected file lives in memory, at path(). */
-class Mended
-{
-      public:
-	Mended() = default;
-	Mended(const Mended &) = delete;
-	Mended &operator=(const Mended &) = delete;
-	~Mended();
-	/* The picture, or that many, at byte `offset` of a file of that transfer syntax. 0, or -1
-	 * with CT_EINPUT. */
-	int check(const char *path, const std::string &syntax, uint64_t offset, size_t frames,
-		ct_err *e);
-	/* The file to decode instead. */
-	std::string path(const char *original) const;
-
-      private:
-	int fd = -1;
-};
+ * end, where 0 means "up to the end". */
+int check_jpeg(Bytes &b, Coding coding, const char *what, ct_err *e);
 
 #endif

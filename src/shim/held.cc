@@ -1,5 +1,6 @@
 /* held.cc: see held.h. */
 #include "config.h"
+#include "core/inflate.h"
 #include "shim/held.h"
 
 #include <algorithm>
@@ -25,8 +26,6 @@
 namespace
 {
 
-const uint64_t most = UINT64_C(1) << 36; /* bytes of all that is unpacked */
-
 [[noreturn]] void fail(const std::string &what)
 {
 	throw std::runtime_error(what + ": " + std::strerror(errno));
@@ -43,6 +42,7 @@ Store::~Store()
 void Store::add(const void *data, size_t n)
 {
 	const char *p = static_cast<const char *>(data);
+	ct_err e = {};
 
 	if (fd < 0) {
 		std::error_code bad;
@@ -54,8 +54,8 @@ void Store::add(const void *data, size_t n)
 		if (fd < 0)
 			fail(folder);
 	}
-	if (n > most - end)
-		throw std::runtime_error("more than 64 GiB when unpacked");
+	if (ct_inflate_check(packed, end + n, &e))
+		throw std::runtime_error(e.msg);
 	while (n > 0) {
 		const ssize_t done = pwrite(fd, p, n, static_cast<off_t>(end));
 
@@ -160,6 +160,7 @@ bool unpack(const std::string &path, bool single, Store &store,
 	bool any = false;
 	int rc;
 
+	store.unpacks(std::filesystem::file_size(path));
 	archive_read_support_filter_all(a.get());
 	if (!single) {
 		archive_read_support_format_zip(a.get());
@@ -252,6 +253,7 @@ bool inflate_dicom(const char *path, Store &store)
 	file.insert(
 		file.end(), std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
 	std::memcpy(&file[syntax], plain, 22);
+	store.unpacks(file.size());
 	store.add(file.data(), begin);
 	if (inflateInit2(&z, -15) != Z_OK)
 		throw std::bad_alloc();

@@ -9,7 +9,8 @@
 #include <string>
 
 /* A file without a name, where what was unpacked lies one behind the other. Made when it is needed,
- * in TMPDIR; it is gone with the last descriptor. Throws std::runtime_error. */
+ * in TMPDIR; it is gone with the last descriptor. Throws std::runtime_error, also if it becomes
+ * larger than what it comes from may (core/inflate.h). */
 class Store
 {
       public:
@@ -18,6 +19,11 @@ class Store
 	Store &operator=(const Store &) = delete;
 	~Store();
 	void add(const void *data, size_t n);
+	/* What is added next comes of a file of so many bytes. */
+	void unpacks(uint64_t bytes)
+	{
+		packed += bytes;
+	}
 	/* Forget what was added behind `begin`. */
 	void drop(uint64_t begin)
 	{
@@ -36,7 +42,7 @@ class Store
 
       private:
 	int fd = -1;
-	uint64_t end = 0;
+	uint64_t end = 0, packed = 0;
 };
 
 /* A name under which a library can open `size` bytes from `begin` of a store, as long as it lives.

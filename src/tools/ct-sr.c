@@ -9,6 +9,7 @@
 #include "formats/io.h"
 #include "resolution/degrade.h"
 #include "restore/restore.h"
+#include "series/layout.h"
 #include "tools/prior-file.h"
 
 #include <errno.h>
@@ -51,12 +52,16 @@ static double release_sigma_y(int scale)
 	return scale <= 4 ? 0.001 : 0.0025;
 }
 
+/* Those of ct-convert, without a sheared grid, which nothing behind it takes. */
+#define TILTS(X) X(RECTIFY, "rectify") X(REFUSE, "error")
+enum { TILTS(CT_WORD_VALUE) };
+
 struct params {
 	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series, *crop;
 	const char *factor, *spacing, *sigma, *memory;
 	double noise;
-	int decimate, label, quality, views, iterations, gaussians;
-	bool paper, release, resume, dry_run;
+	int decimate, label, quality, views, iterations, gaussians, tilt, gaps;
+	bool paper, release, resume, dry_run, skip_damaged;
 };
 
 static const struct params defaults = {
@@ -86,6 +91,12 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(VOLUMES, CT_UNLESS(struct params, factor))),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, as ct-convert does"),
+	CT_CHOICE(struct params, tilt, 0, "tilt", CT_WORDS(TILTS),
+		"DICOM of a tilted gantry: put it right, as ct-convert does, or refuse it"),
+	CT_CHOICE(struct params, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+		"DICOM slices that are uneven or missing, as for ct-convert"),
+	CT_OPT(struct params, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
+		"go on without DICOM files that are damaged, as ct-convert does"),
 	CT_OPT(struct params, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
 		"refine this box of IN, as ct-convert cuts it"),
 	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
@@ -386,6 +397,25 @@ static int add_refine(struct ct_chain *c, const struct params *p, const struct p
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
+/* From what IN is to a volume. */
+static int add_convert(
+	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
+{
+	const unsigned expand = ct_inflate_allowed();
+	const enum ct_units units = ct_units_said();
+
+	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
+		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
+		(units != CT_UNITS_AUTO &&
+			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
+		(p->crop && ct_chain_word(c, e, "--crop=%s", p->crop)) ||
+		(p->tilt && ct_chain_word(c, e, "--tilt=%s", CT_WORD(TILTS, p->tilt))) ||
+		(p->gaps && ct_chain_word(c, e, "--gaps=%s", CT_WORD(CT_GAPS_LIST, p->gaps))))
+		return -1;
+	return p->skip_damaged ? ct_chain_word(c, e, "--skip-damaged") : 0;
+}
+
 static int plan(struct ct_chain *c, const struct params *p, struct preset q, const struct files *f,
 	uint64_t seed, struct ct_err *e)
 {
@@ -394,14 +424,7 @@ static int plan(struct ct_chain *c, const struct params *p, struct preset q, con
 		ct_chain_source(c, f->prior);
 	if (f->slices)
 		ct_chain_source(c, f->slices);
-	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
-		(ct_inflate_allowed() != CT_INFLATE_TIMES &&
-			ct_chain_word(c, e, "--expand=%u", ct_inflate_allowed())) ||
-		(ct_units_said() != CT_UNITS_AUTO &&
-			ct_chain_word(
-				c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, ct_units_said()))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
-		(p->crop && ct_chain_word(c, e, "--crop=%s", p->crop)))
+	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)
 		return add_refine(c, p, &q, f, f->out, e);

@@ -98,24 +98,20 @@ static json_t *gaps_of(const struct ct_layout *l, const struct ct_slice *s)
 static int range_of(double range[2], const struct ct_slice *s, size_t n, const struct ct_env *env,
 	struct ct_err *e)
 {
+	const size_t area = s->columns * s->rows;
+	struct ct_dicom_source *from = NULL;
 	float *px = NULL;
-	size_t area;
 	int rc = -1;
 
 	range[0] = (double)INFINITY;
 	range[1] = -(double)INFINITY;
+	if (ct_alloc(&px, area, sizeof *px, e) ||
+		ct_dicom_source_open(&from, s, n, ct_par_threads(env->par), e))
+		goto out;
 	for (size_t k = 0; k < n; k++) {
-		if (s[k].frame)
-			continue; /* with the first of its file */
-		if (ct_check_stop(env, e) ||
-			ct_size_mul(&area, s[k].columns * s[k].rows, s[k].frames, s[k].path, e))
+		if (ct_check_stop(env, e) || ct_dicom_source_read(from, k, px, e))
 			goto out;
-		free(px);
-		px = NULL;
-		if (ct_alloc(&px, area, sizeof *px, e) || ct_dicom_pixels(&s[k], px, e))
-			goto out;
-		for (size_t f = 0; f < s[k].frames; f++)
-			ct_slice_scale(&s[k], NAN, px + f * (area / s[k].frames));
+		ct_slice_scale(&s[k], NAN, px);
 		for (size_t i = 0; i < area; i++) {
 			range[0] = fmin(range[0], (double)px[i]);
 			range[1] = fmax(range[1], (double)px[i]);
@@ -124,6 +120,7 @@ static int range_of(double range[2], const struct ct_slice *s, size_t n, const s
 	}
 	rc = 0;
 out:
+	ct_dicom_source_close(from);
 	free(px);
 	return rc;
 }

@@ -14,64 +14,61 @@
 
 enum { NONE_HU = -1024 }; /* what no pixel covers */
 
-/* The slices that are read, and the pictures of the last file of several. */
+/* The slices that are read. */
 struct reader {
 	const struct ct_slice *s;
+	struct ct_dicom_source *from;
 	float none;
-	const char *path;
-	float *frames;
 	size_t failed; /* the slice that could not be decoded */
 };
 
 static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 {
 	struct reader *r = ctx;
-	const struct ct_slice *s = &r->s[k];
-	const size_t area = s->columns * s->rows;
-	size_t all;
 
 	r->failed = k;
-	if (s->frames == 1) {
-		if (ct_dicom_pixels(s, px, e))
-			return -1;
-	} else {
-		if (!r->path || strcmp(r->path, s->path) != 0) {
-			free(r->frames);
-			r->frames = NULL;
-			r->path = NULL;
-			if (ct_size_mul(&all, area, s->frames, s->path, e) ||
-				ct_alloc(&r->frames, all, sizeof *r->frames, e) ||
-				ct_dicom_pixels(s, r->frames, e))
-				return -1;
-			r->path = s->path;
-		}
-		memcpy(px, r->frames + s->frame * area, area * sizeof *px);
-	}
-	ct_slice_scale(s, r->none, px);
+	if (ct_dicom_source_read(r->from, k, px, e))
+		return -1;
+	ct_slice_scale(&r->s[k], r->none, px);
 	return 0;
+}
+
+/* Are the values of a and b the same? -1 if one of them cannot be read. */
+static int is_repeated(const struct ct_slice *a, const struct ct_slice *b, struct ct_err *e)
+{
+	const size_t area = a->columns * a->rows;
+	float *px = NULL, *qx = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&px, area, sizeof *px, e) || ct_alloc(&qx, area, sizeof *qx, e) ||
+		ct_dicom_pixels(a, px, e) || ct_dicom_pixels(b, qx, e))
+		goto out;
+	ct_slice_scale(a, NONE_HU, px);
+	ct_slice_scale(b, NONE_HU, qx);
+	rc = memcmp(px, qx, area * sizeof *px) == 0;
+out:
+	free(px);
+	free(qx);
+	return rc;
 }
 
 /* Put the slices that repeat the one before them, number by number, behind the others. */
 static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
 {
-	const size_t area = s->columns * s->rows;
-	struct reader r = {.s = s, .none = NONE_HU};
 	struct ct_slice *again = NULL;
-	float *a = NULL, *b = NULL;
 	size_t copies = 0;
-	int rc = -1;
 
 	*kept = 0;
-	if (ct_alloc(&a, area, sizeof *a, e) || ct_alloc(&b, area, sizeof *b, e) ||
-		ct_alloc(&again, n, sizeof *again, e))
-		goto out;
+	if (ct_alloc(&again, n, sizeof *again, e))
+		return -1;
 	for (size_t k = 0; k < n; k++) {
-		bool same = *kept && s[k].placed && ct_moment_together(&s[*kept - 1], &s[k]);
+		int same = 0;
 
-		if (same) {
-			if (read_slice(&r, *kept - 1, a, e) || read_slice(&r, k, b, e))
-				goto out;
-			same = memcmp(a, b, area * sizeof *a) == 0;
+		if (*kept && s[k].placed && ct_moment_together(&s[*kept - 1], &s[k]))
+			same = is_repeated(&s[*kept - 1], &s[k], e);
+		if (same < 0) {
+			free(again);
+			return -1;
 		}
 		if (same)
 			again[copies++] = s[k];
@@ -79,13 +76,8 @@ static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_er
 			s[(*kept)++] = s[k];
 	}
 	memcpy(s + *kept, again, copies * sizeof *s);
-	rc = 0;
-out:
-	free(r.frames);
-	free(a);
-	free(b);
 	free(again);
-	return rc;
+	return 0;
 }
 
 /* Some converters give every slice a frame of its own. */
@@ -227,7 +219,8 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 
 	*failed = n;
 	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) ||
-		ct_vol_alloc(v, l.n, e))
+		ct_vol_alloc(v, l.n, e) ||
+		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
 	memcpy(v->affine, l.affine, sizeof v->affine);
 	rc = ct_restack_fill(v->data, &l, s, r.none, &from, env, e);
@@ -240,7 +233,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_grid(s, &l, env);
 	rc = mark(v, s, &l, e);
 out:
-	free(r.frames);
+	ct_dicom_source_close(r.from);
 	ct_layout_free(&l);
 	return rc;
 }

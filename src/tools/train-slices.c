@@ -5,6 +5,7 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/restore.h"
@@ -34,30 +35,30 @@ struct job {
 	char name[40]; /* of the regressor */
 };
 
-/* Volumes of bytes become HU by --bytes; what cannot be HU is refused. */
+/* Volumes of bytes become HU by --bytes; what is not HU, or cannot be, is refused. */
 static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
 	float least = INFINITY, most = -INFINITY;
-	bool whole = true;
+	bool bytes = true;
 
 	for (size_t i = 0; i < n; i++) {
 		least = fminf(least, v->data[i]);
 		most = fmaxf(most, v->data[i]);
-		whole = whole && v->data[i] == floorf(v->data[i]);
+		bytes = bytes && v->data[i] == floorf(v->data[i]);
 	}
+	bytes = bytes && least >= 0 && most <= 255;
 	if (!(most > least))
 		return ct_fail(e, CT_EINPUT, "%s: all of it is %g", path, (double)least);
-	if (least < 0)
-		return 0;
-	if (!whole || most > 255 || isnan(j->bytes[0]))
-		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
-			(double)least, (double)most,
-			whole && most <= 255 ? "; --bytes says what bytes are" : "");
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < n && bytes && !isnan(j->bytes[0]); i++)
 		v->data[i] = (float)(j->bytes[0] +
 				     (double)v->data[i] / 255 * (j->bytes[1] - j->bytes[0]));
-	return 0;
+	if (bytes && !isnan(j->bytes[0]))
+		return 0;
+	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
+		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
+			(double)least, (double)most, bytes ? "; --bytes says what bytes are" : "");
+	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
 }
 
 /* Volumes in memory at a time: their examples are made together. */

@@ -15,10 +15,9 @@ static void decode(const struct ct_slice *s)
 	float *out, sum = 0;
 	size_t n;
 
-	if (s->rows == 0 || s->columns == 0 || s->rows > MOST / s->columns ||
-		s->frames > MOST / (s->rows * s->columns))
+	if (s->rows == 0 || s->columns == 0 || s->rows > MOST / s->columns)
 		return;
-	n = s->rows * s->columns * s->frames;
+	n = s->rows * s->columns;
 	out = malloc(n * sizeof *out);
 	if (!out)
 		return;

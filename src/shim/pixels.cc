@@ -1,0 +1,327 @@
+/* pixels.cc: see pixels.h. */
+#include "config.h"
+#include "shim/pixels.h"
+#include "shim/dicom-tags.h"
+
+#include <vtkDICOMReader.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace
+{
+
+/* vtk-dicom does not look at what its decoder answers: a picture that was given up on is memory
+ * as it was. So the buffer is painted first, and paint that is all there is left is a failure. */
+class Reader : public vtkDICOMReader
+{
+      public:
+	static Reader *New();
+	vtkTypeMacro(Reader, vtkDICOMReader);
+	bool undecoded = false;
+
+      protected:
+	bool ReadFileDelegated(
+		const char *path, int index, unsigned char *buffer, vtkIdType size) override
+	{
+		const unsigned char paint = 0xa5;
+
+		std::fill_n(buffer, size, paint);
+		if (!vtkDICOMReader::ReadFileDelegated(path, index, buffer, size))
+			undecoded = true;
+		else
+			undecoded = std::all_of(
+				buffer, buffer + size, [](unsigned char c) { return c == paint; });
+		return !undecoded;
+	}
+};
+vtkStandardNewMacro(Reader)
+
+	template <class T>
+	void copy(const T *in, size_t n, float *out)
+{
+	for (size_t i = 0; i < n; i++)
+		out[i] = static_cast<float>(in[i]);
+}
+
+/* The one grey picture of a file. */
+int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
+{
+	vtkNew<Reader> r;
+	vtkImageData *image;
+	int dims[3];
+
+	r->SetFileName(path);
+	r->AutoRescaleOff();
+	r->SortingOff();
+	r->SetMemoryRowOrderToFileNative();
+	r->Update();
+	if (r->GetErrorCode() != 0 || r->undecoded)
+		return ct_fail(e, CT_EINPUT, "%s: the picture cannot be decoded", s.path);
+	image = r->GetOutput();
+	image->GetDimensions(dims);
+	if (static_cast<size_t>(dims[0]) != s.columns || static_cast<size_t>(dims[1]) != s.rows ||
+		dims[2] != 1 || image->GetNumberOfScalarComponents() != 1)
+		return ct_fail(e, CT_EINPUT, "%s: not a grey picture of %zux%zu", s.path, s.columns,
+			s.rows);
+	switch (image->GetScalarType()) {
+		vtkTemplateMacro(copy(
+			static_cast<VTK_TT *>(image->GetScalarPointer()), s.columns * s.rows, out));
+	default: return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s.path);
+	}
+	return 0;
+}
+
+/* n numbers, little-endian unless `big`, of which the lower `bits` count; what lies above them, in
+ * old files, is something else. */
+template <class T, bool big>
+void widen(const unsigned char *p, size_t n, int bits, bool is_signed, float *out)
+{
+	const T mask = static_cast<T>(~UINT64_C(0) >> (64 - bits)),
+		sign = static_cast<T>(is_signed ? UINT64_C(1) << (bits - 1) : 0);
+
+	for (size_t i = 0; i < n; i++) {
+		T u = 0;
+
+		for (size_t b = 0; b < sizeof(T); b++)
+			u = static_cast<T>(u | static_cast<T>(p[i * sizeof(T) + b])
+						       << 8 * (big ? sizeof(T) - 1 - b : b));
+		u &= mask;
+		out[i] = static_cast<float>(static_cast<int64_t>(static_cast<T>(u ^ sign)) -
+					    static_cast<int64_t>(sign));
+	}
+}
+
+template <bool big>
+void widen_any(const unsigned char *p, size_t n, size_t bytes, int bits, bool is_signed, float *out)
+{
+	(bytes == 1          ? widen<uint8_t, big>
+		: bytes == 2 ? widen<uint16_t, big>
+			     : widen<uint32_t, big>)(p, n, bits, is_signed, out);
+}
+
+/* A DICOM data set, explicit and little-endian, element by element. */
+class DataSet
+{
+      public:
+	Bytes bytes;
+
+	void little(uint64_t x, int n)
+	{
+		for (int i = 0; i < n; i++)
+			bytes.push_back(static_cast<unsigned char>(x >> 8 * i));
+	}
+	void add(const Bytes &b)
+	{
+		bytes.insert(bytes.end(), b.begin(), b.end());
+	}
+	void tag(unsigned group, unsigned element, const char *vr)
+	{
+		little(group, 2);
+		little(element, 2);
+		add(Bytes(vr, vr + 2));
+	}
+	/* Of group 0028. */
+	void number(unsigned element, uint64_t x)
+	{
+		tag(0x28, element, "US");
+		little(2, 2);
+		little(x, 2);
+	}
+	void text(unsigned group, unsigned element, const char *vr, std::string s)
+	{
+		if (s.size() % 2)
+			s += *vr == 'U' ? '\0' : ' ';
+		tag(group, element, vr);
+		little(s.size(), 2);
+		add(Bytes(s.begin(), s.end()));
+	}
+	void item(unsigned element, const Bytes &b)
+	{
+		little(0xfffe, 2);
+		little(element, 2);
+		little(b.size(), 4);
+		add(b);
+	}
+};
+
+/* Does PixelData begin at the offset, behind its tag? Not FloatPixelData or DoubleFloatPixelData.
+ */
+bool is_pixel_data(int fd, uint64_t offset)
+{
+	static const unsigned char little[] = {0xe0, 0x7f, 0x10, 0x00},
+				   big[] = {0x7f, 0xe0, 0x00, 0x10};
+	unsigned char b[12]; /* tag, type and length; or a tag and a length */
+
+	if (offset < sizeof b ||
+		pread(fd, b, sizeof b, static_cast<off_t>(offset - sizeof b)) != sizeof b)
+		return false;
+	return std::memcmp(b, little, 4) == 0 || std::memcmp(b + 4, little, 4) == 0 ||
+	       std::memcmp(b, big, 4) == 0 || std::memcmp(b + 4, big, 4) == 0;
+}
+
+int write_all(int fd, const Bytes &b)
+{
+	size_t done = 0;
+
+	while (done < b.size()) {
+		const ssize_t n = write(fd, b.data() + done, b.size() - done);
+
+		if (n <= 0)
+			return -1;
+		done += static_cast<size_t>(n);
+	}
+	return 0;
+}
+
+} // namespace
+
+PixelFile::~PixelFile()
+{
+	if (fd >= 0)
+		close(fd);
+}
+
+int PixelFile::open(const ct_slice &s, ct_err *e)
+{
+	vtkNew<vtkDICOMMetaData> m;
+	vtkNew<vtkDICOMParser> p;
+
+	if (fd >= 0)
+		close(fd);
+	held.reset(new Held(s));
+	name = s.path;
+	begin = s.begin;
+	fd = ::open(held->path(), O_RDONLY | O_CLOEXEC);
+	if (fd < 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s", s.path, std::strerror(errno));
+	if (!parse_header(held->path(), m, p) || !p->GetPixelDataFound())
+		return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s.path);
+	syntax = m->Get(DC::TransferSyntaxUID).AsString();
+	coding = syntax.empty() ? Coding::plain : coding_of(syntax);
+	offset = static_cast<uint64_t>(p->GetFileOffset());
+	allocated = m->Get(DC::BitsAllocated).AsInt();
+	stored = m->Get(DC::BitsStored).AsInt();
+	is_signed = m->Get(DC::PixelRepresentation).AsInt() != 0;
+	if (s.samples != 1)
+		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
+			s.path, s.samples);
+	if (!is_pixel_data(fd, offset))
+		return ct_fail(
+			e, CT_EINPUT, "%s: no PixelData: other pictures are not read", s.path);
+	if (allocated != 8 && allocated != 16 && allocated != 32)
+		return ct_fail(e, CT_EINPUT, "%s: BitsAllocated is %d, not 8, 16 or 32", s.path,
+			allocated);
+	if (stored < 1 || stored > allocated)
+		stored = allocated;
+	if (coding == Coding::other)
+		return ct_fail(e, CT_EINPUT, "%s: TransferSyntaxUID %s is not one that is read",
+			s.path, syntax.c_str());
+	pictures.clear();
+	if (coding == Coding::plain || coding == Coding::big_endian)
+		return 0;
+	return list_pictures(pictures, fd, offset, coding, s.frames, s.path, e);
+}
+
+/* These bytes of the file, into raw. */
+int PixelFile::get(const Parts &parts, ct_err *e)
+{
+	raw.clear();
+	for (const Part &p : parts) {
+		uint64_t done = raw.size();
+
+		raw.resize(done + p.size);
+		for (uint64_t from = p.from; done < raw.size();) {
+			const ssize_t n = pread(
+				fd, raw.data() + done, raw.size() - done, static_cast<off_t>(from));
+
+			if (n <= 0)
+				return ct_fail(e, CT_EINPUT, "%s: %s", name.c_str(),
+					n ? std::strerror(errno)
+					  : "truncated: its picture is cut off");
+			done += static_cast<uint64_t>(n);
+			from += static_cast<uint64_t>(n);
+		}
+	}
+	return 0;
+}
+
+/* A file of that picture alone, with what a decoder has to know of it. */
+Bytes PixelFile::alone(const ct_slice &s, const Bytes &stream) const
+{
+	static const char ct[] = "1.2.840.10008.5.1.4.1.1.2";
+	DataSet meta, d;
+
+	meta.text(2, 2, "UI", ct);
+	meta.text(2, 3, "UI", "1.2");
+	meta.text(2, 0x10, "UI", syntax);
+	d.add(Bytes(128, 0));
+	d.add({'D', 'I', 'C', 'M'});
+	d.tag(2, 0, "UL");
+	d.little(4, 2);
+	d.little(meta.bytes.size(), 4);
+	d.add(meta.bytes);
+	d.text(8, 0x16, "UI", ct);
+	d.text(8, 0x18, "UI", "1.2");
+	d.number(2, 1); /* SamplesPerPixel */
+	d.text(0x28, 4, "CS", "MONOCHROME2");
+	d.number(0x10, s.rows);
+	d.number(0x11, s.columns);
+	d.number(0x100, static_cast<uint64_t>(allocated));
+	d.number(0x101, static_cast<uint64_t>(stored));
+	d.number(0x102, static_cast<uint64_t>(stored - 1));
+	d.number(0x103, is_signed);
+	d.tag(0x7fe0, 0x10, "OB");
+	d.little(0xffffffff0000, 6); /* no length: a table, the stream, the end */
+	d.item(0xe000, {});
+	d.item(0xe000, stream);
+	d.item(0xe0dd, {});
+	return d.bytes;
+}
+
+int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
+{
+	int copy, rc;
+
+	if (check_jpeg(raw, coding, s.path, e))
+		return -1;
+	raw.resize(raw.size() + raw.size() % 2);
+	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
+	if (copy < 0 || write_all(copy, alone(s, raw)))
+		rc = ct_fail(
+			e, CT_ENOMEM, "%s: no memory for a copy: %s", s.path, std::strerror(errno));
+	else
+		rc = decode(("/proc/self/fd/" + std::to_string(copy)).c_str(), s, out, e);
+	if (copy >= 0)
+		close(copy);
+	return rc;
+}
+
+int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
+{
+	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(allocated) / 8;
+
+	if (get(pictures.empty() ? Parts{{offset + s.frame * n * bytes, n * bytes}}
+				 : pictures[s.frame],
+		    e))
+		return -1;
+	if (foreign())
+		return decode_jpeg(s, out, e);
+	if (coding == Coding::rle) {
+		if (unpack_rle(unpacked, raw, n, bytes, s.path, e))
+			return -1;
+		raw.swap(unpacked);
+	}
+	(coding == Coding::big_endian ? widen_any<true> : widen_any<false>)(raw.data(), n, bytes,
+		stored, is_signed, out);
+	return 0;
+}

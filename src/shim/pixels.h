@@ -1,0 +1,49 @@
+/* pixels.h: the pictures of one DICOM file, each by itself. (For the .cc files of this folder
+ * only.) */
+#ifndef CT_SHIM_PIXELS_H
+#define CT_SHIM_PIXELS_H
+#include "shim/fragments.h"
+#include "shim/held.h"
+
+#include <memory>
+
+class PixelFile
+{
+      public:
+	PixelFile() = default;
+	PixelFile(const PixelFile &) = delete;
+	PixelFile &operator=(const PixelFile &) = delete;
+	~PixelFile();
+	/* The file of that slice. 0, or -1 after ct_fail; throws std::runtime_error. */
+	int open(const ct_slice &s, ct_err *e);
+	/* Is that the slice's file? */
+	bool is_of(const ct_slice &s) const
+	{
+		return fd >= 0 && name == s.path && begin == s.begin;
+	}
+	/* Does a library decode it? Then reading may kill the process: see apart.h. */
+	bool foreign() const
+	{
+		return coding == Coding::jpeg || coding == Coding::jpeg2000;
+	}
+	/* Stored values of the slice. */
+	int read(const ct_slice &s, float *out, ct_err *e);
+
+      private:
+	int decode_jpeg(const ct_slice &s, float *out, ct_err *e);
+	int get(const Parts &parts, ct_err *e);
+	Bytes alone(const ct_slice &s, const Bytes &stream) const;
+
+	std::unique_ptr<Held> held;
+	int fd = -1;
+	std::string name, syntax;
+	long long begin = 0;
+	Coding coding = Coding::other;
+	uint64_t offset = 0;           /* of the first picture */
+	int allocated = 0, stored = 0; /* bits of a number */
+	bool is_signed = false;
+	std::vector<Parts> pictures; /* of what is compressed */
+	Bytes raw, unpacked;
+};
+
+#endif

@@ -1,0 +1,49 @@
+#!/bin/sh
+# Clean series in many orientations and encodings: voxel for voxel and place for place what pydicom and dcm2niix read.
+. "$srcdir/tests/tap.sh"
+mkdir empty
+ct-convert empty e.nii 2>err
+if grep -q 'with-vtk' err; then skip 'series' 'built without vtk-dicom'; done_testing; fi
+if ! python_with pydicom || ! "$PY" -c 'import nibabel'; then skip 'series' 'no pydicom or no nibabel'; done_testing; fi
+py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-series-peers.py" "$@"; }
+# agree WORD NAME PAIR...: a line for each pair
+agree() {
+	how=$1 name=$2; shift 2
+	py "$how" "$@" >log 2>&1; ok $? "$name"; sed 's/^/# /' log
+}
+mkdir s && cd s && py make; ok $? 'series are made'
+all=$(ls); cd ..
+pairs=
+for s in $all; do
+	exits 0 "$s" ct-convert s/$s $s.nii; [ ! -s err ]; ok $? 'without a word'
+	pairs="$pairs $s.nii s/$s"
+done
+agree check 'every voxel is what pydicom reads, where the header puts it' $pairs
+if command -v dcm2niix >/dev/null; then
+	pairs=
+	for s in $all; do
+		case $s in s12*) continue ;; esac # it takes 12 bits with a sign for positive ones
+		dcm2niix -z n -f d-$s -o . s/$s >/dev/null 2>&1
+		pairs="$pairs $s.nii d-$s.nii"
+	done
+	agree same 'voxels and places are those of dcm2niix' $pairs
+else
+	skip 'voxels and places are those of dcm2niix' 'no dcm2niix'
+fi
+# recoded BY SERIES...: by the command BY, from file to file, each is the same volume
+recoded() {
+	by=$1 pairs=; shift
+	if ! command -v ${by%% *} >/dev/null; then skip "$by" "no ${by%% *}"; return; fi
+	for s in "$@"; do
+		rm -rf c; mkdir c
+		for f in s/$s/*; do $by "$f" "c/${f##*/}" 2>>log; done
+		exits 0 "$s, $by" ct-convert -f c c-$s.nii
+		pairs="$pairs $s.nii c-$s.nii"
+	done
+	agree same "by $by they are the same volumes" $pairs
+}
+for way in rle jpeg jpegls j2k; do recoded "gdcmconv --$way" axial u12 s12 s12-bare u8 each; done
+recoded 'dcmcjpeg +e1' axial u12 s12 u8
+recoded 'dcmcjpls' axial u16
+for way in +td +tb +ti; do recoded "dcmconv $way" axial u12 s12-overlay each; done
+done_testing
