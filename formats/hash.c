@@ -27,6 +27,14 @@ int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *pat
 		path + from, (unsigned long long)h.high64, (unsigned long long)h.low64);
 }
 
+void ct_hash_digest(const struct ct_hash *hash, uint64_t bits[2])
+{
+	const XXH128_hash_t h = XXH3_128bits_digest(&hash->state);
+
+	bits[0] = h.high64;
+	bits[1] = h.low64;
+}
+
 int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct_piece *piece,
 	struct ct_err *e)
 {

@@ -6,6 +6,7 @@
 #include "core/simd.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 struct ct_piece {
 	const void *data;
@@ -23,6 +24,9 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 struct ct_hash;
 int ct_hash_alloc(struct ct_hash **h, struct ct_err *e);
 int ct_hash_input(const struct ct_hash *h, struct ct_meta *m, const char *path, struct ct_err *e);
+
+/* The 128 bits. */
+void ct_hash_digest(const struct ct_hash *h, uint64_t bits[2]);
 
 /* A kernel (core/simd.h): the hash is made for vectors. */
 CT_SIMD_DECLARE(void, ct_hash_add, (struct ct_hash * h, const void *data, size_t bytes));

@@ -1,4 +1,5 @@
 libct_a_SOURCES += formats/io.c formats/io.h
+libct_a_SOURCES += formats/out-folder.c formats/out-folder.h
 libct_a_SOURCES += formats/temp.c formats/temp.h
 libct_a_SOURCES += formats/format.h
 libct_a_SOURCES += formats/hash.c formats/hash.h formats/hash-impl.h

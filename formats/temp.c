@@ -48,9 +48,38 @@ void ct_temp_forget(const char *tmp)
 			kept[i].used = false;
 }
 
+/* The files in it. */
+static void empty(int at, const char *folder)
+{
+	int fd = openat(at, folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+	DIR *d = fd < 0 ? NULL : fdopendir(fd);
+	struct dirent *x;
+
+	while (d && (x = readdir(d)))
+		if (strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0)
+			unlinkat(fd, x->d_name, 0);
+	if (d)
+		closedir(d);
+}
+
+void ct_temp_clear(int at, const char *folder)
+{
+	int i = 0;
+
+	do
+		empty(at, folder);
+	while (unlinkat(at, folder, AT_REMOVEDIR) != 0 && errno == ENOTEMPTY && ++i < TRIES);
+}
+
+static void remove_any(int at, const char *name)
+{
+	if (unlinkat(at, name, 0) != 0 && (errno == EISDIR || errno == EPERM))
+		ct_temp_clear(at, name);
+}
+
 void ct_temp_remove(const char *tmp)
 {
-	unlink(tmp);
+	remove_any(AT_FDCWD, tmp);
 	ct_temp_forget(tmp);
 }
 
@@ -58,7 +87,7 @@ void ct_temp_remove_all(void)
 {
 	for (size_t i = 0; i < KEPT; i++)
 		if (kept[i].used)
-			unlink(kept[i].name);
+			remove_any(AT_FDCWD, kept[i].name);
 }
 
 static bool marked(const char *name, const char *base, size_t n)
@@ -78,11 +107,13 @@ static void remove_stale(int folder, const char *name)
 	struct stat st;
 	int fd = openat(folder, name, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
 
+	if (fd < 0 && errno == EISDIR)
+		fd = openat(folder, name, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
 	if (fd < 0)
 		return;
-	if (fstat(fd, &st) == 0 && S_ISREG(st.st_mode) && st.st_uid == geteuid() &&
-		ct_temp_lock(fd))
-		unlinkat(folder, name, 0);
+	if (fstat(fd, &st) == 0 && (S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)) &&
+		st.st_uid == geteuid() && ct_temp_lock(fd))
+		remove_any(folder, name);
 	close(fd);
 }
 
@@ -106,8 +137,13 @@ static void sweep(const char *path)
 		closedir(d);
 }
 
+static int make_folder(char *tmp)
+{
+	return mkdtemp(tmp) ? open(tmp, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+}
+
 /* One that nobody swept away before it was locked. */
-static int make(char *tmp)
+static int make(char *tmp, bool folder)
 {
 	struct stat st;
 
@@ -115,7 +151,7 @@ static int make(char *tmp)
 		int fd;
 
 		memcpy(tmp + strlen(tmp) - RANDOM, MARK + MARKED - RANDOM, RANDOM);
-		fd = mkostemp(tmp, O_CLOEXEC);
+		fd = folder ? make_folder(tmp) : mkostemp(tmp, O_CLOEXEC);
 		if (fd < 0)
 			return -1;
 		keep(tmp);
@@ -129,7 +165,7 @@ static int make(char *tmp)
 	return -1;
 }
 
-int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e)
+static int open_new(const char *path, bool folder, char **tmp, struct ct_err *e)
 {
 	int fd;
 
@@ -138,15 +174,27 @@ int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e)
 		*tmp = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	fd = make(*tmp);
-	if (fd >= 0) {
-		fchmod(fd, mode);
+	fd = make(*tmp, folder);
+	if (fd >= 0)
 		return fd;
-	}
 	ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
 	free(*tmp);
 	*tmp = NULL;
 	return -1;
+}
+
+int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e)
+{
+	const int fd = open_new(path, false, tmp, e);
+
+	if (fd >= 0)
+		fchmod(fd, mode);
+	return fd;
+}
+
+int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)
+{
+	return open_new(path, true, tmp, e);
 }
 
 /* The lock of the file `tmp`, and the file still of that name; else -1, errno EWOULDBLOCK if

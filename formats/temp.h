@@ -1,4 +1,4 @@
-/* temp.h: the files that are not yet what they are to become.
+/* temp.h: the files, and folders of files, that are not yet what they are to become.
  *
  * PATH.ct-XXXXXX beside PATH, locked by the process that writes it. One whose process was killed
  * has no lock: the next that is made of the same PATH removes it, and those of files whose names
@@ -16,6 +16,10 @@
 int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e);
 void ct_temp_remove(const char *tmp);
 void ct_temp_forget(const char *tmp);
+/* The same as a folder, for its owner alone; its descriptor holds the lock. */
+int ct_temp_folder(const char *path, char **tmp, struct ct_err *e);
+/* A folder and the files in it, of the folder `at`: also those that come while it goes. */
+void ct_temp_clear(int at, const char *folder);
 /* All of this process, from any thread, when it ends. */
 void ct_temp_remove_all(void);
 

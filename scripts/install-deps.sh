@@ -6,7 +6,7 @@ build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxx
 	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev libopenimageio-dev
 	xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
-	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dcm2niix clang-format'
+	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dicom3tools dcm2niix clang-format'
 fuzz='clang libclang-rt-dev'
 case ${1:-build} in
 build) want=$build ;;

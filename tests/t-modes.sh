@@ -34,6 +34,8 @@ no ct-convert --reorient=RAS --scanner s.json
 no ct-convert --iso=1 --scanner s.json
 no ct-convert --cube=8 --scanner s.json
 no ct-convert --type=i16 --scanner s.json
+no ct-convert --template=none.x --scanner s.json
+no ct-convert --deid --deid --scanner s.json
 for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none.x --beam=fan; do
 	no ct-phantom $o

@@ -25,8 +25,8 @@ each() { # each NAME: every command, with OUT NAME.EXT
 }
 each nofolder/out
 each /proc/out
-mkdir is.nii is.exr is.ply is.csv is.safetensors; each is
-rmdir is.*
+mkdir is.nii is.exr is.ply is.csv is.safetensors; : >is.nii/file; each is
+rm -r is.*
 for f in nii exr ply csv safetensors; do ln -s /nowhere/at/all link.$f; done; each link
 rm link.*
 ( trap '' XFSZ; ulimit -f 0; ct-upsample -x 2 none.nii full.nii 2>&1; echo $? ) | cat >err
@@ -127,7 +127,11 @@ exits 0 'over a link' ct-upsample -f -x 2 -m cubic lr.nii l.nii
 [ -L l.nii ] && ! cmp -s up.nii far/o.nii; ok $? 'which is followed'
 # a name of a format that no command writes
 ct-phantom -q --size 8x8x8 --spacing 4 sphere names.nii
-for end in dcm mha nii.zst NRRD npy; do
+for c in 'ct-degrade -x 2' 'ct-upsample -x 2' 'ct-restore -x 2'; do
+	$c names.nii x.dcm 2>err; [ $? -eq 2 ] && grep -q 'x.dcm: this command writes no DICOM; ct-convert does' err && [ ! -e x.dcm ]
+	ok $? "${c%% *} writes no .dcm"
+done
+for end in mha nii.zst NRRD npy; do
 	for c in 'ct-convert names.nii' 'ct-degrade -x 2 names.nii' 'ct-upsample -x 2 names.nii' 'ct-project --views 2 names.nii' \
 		'ct-phantom sphere' 'ct-sr -x 2 names.nii' 'ct-restore -x 2 names.nii'; do
 		$c "x.$end" 2>err; [ $? -eq 2 ] && grep -q "x.$end: no command writes" err && [ ! -e "x.$end" ]

@@ -15,6 +15,17 @@ plan 'draft' -Q draft lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-upsample -x4 --estimate --tolerance=1@lr.nii o.nii
 EOF
+mkdir scan
+plan 'DICOM in and out' -Q draft --series 2 scan out/ <<'EOF'
+ct-convert scan@lr.nii --series=2
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu --template=scan --series=2@sr.nii out/
+EOF
+plan 'DICOM out' -Q draft lr.nii o.dcm <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu@sr.nii o.dcm
+EOF
 plan 'fast, which is the default' lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii o.nii

@@ -96,6 +96,9 @@ struct ct_opt {
 	 */
 	struct ct_when when[CT_WHENS];
 	enum ct_role role;
+	/* An output that may also be DICOM: a file that ends in .dcm, or a folder, whose files
+	 * match this. */
+	const char *dicom;
 };
 
 #define CT_TYPE_(S, f)                                                                             \

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/files.h"
 #include "formats/io.h"
+#include "formats/out-folder.h"
 
 #include <string.h>
 #include <strings.h>
@@ -116,10 +117,33 @@ static int check_name(const char *path, struct ct_err *e)
 		"zip", "tar", "tgz"};
 	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
 
+	if (dot && strcasecmp(dot, ".dcm") == 0)
+		return ct_fail(
+			e, CT_EUSAGE, "%s: this command writes no DICOM; ct-convert does", path);
 	for (size_t i = 0; dot && i < sizeof others / sizeof *others; i++)
 		if (strcasecmp(dot + 1, others[i]) == 0)
 			return ct_fail(e, CT_EUSAGE, "%s: no command writes .%s", path, others[i]);
 	return 0;
+}
+
+bool ct_files_is_dicom(const char *path)
+{
+	const size_t n = strlen(path);
+
+	return ct_out_folder_named(path) || (n > 4 && strcasecmp(path + n - 4, ".dcm") == 0);
+}
+
+/* A series in a folder that is read would be read with it the next time. */
+static int check_dicom(
+	const struct ct_opt *opts, const struct walk *w, const struct ct_env *env, struct ct_err *e)
+{
+	for (struct walk o = begin(opts, w->params); step(&o);)
+		if (!o.output && ct_out_folder_named(o.path) &&
+			ct_out_folder_holds(o.path, w->path))
+			return ct_fail(e, CT_EOUTPUT, "%s: lies in %s, an input", w->path, o.path);
+	if (ct_out_folder_named(w->path))
+		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
+	return apart(opts, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;
 }
 
 int ct_files_check(
@@ -133,8 +157,11 @@ int ct_files_check(
 		struct ct_env own = *env;
 
 		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
-		if (w.output && (check_name(w.path, e) || apart(opts, &w, e) ||
-					ct_out_check(w.path, &own, e)))
+		if (w.output && w.opt->dicom && ct_files_is_dicom(w.path)) {
+			if (check_dicom(opts, &w, &own, e))
+				return -1;
+		} else if (w.output && (check_name(w.path, e) || apart(opts, &w, e) ||
+					       ct_out_check(w.path, &own, e)))
 			return -1;
 	}
 	return 0;

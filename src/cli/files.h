@@ -13,4 +13,7 @@ int ct_files_check(
 int ct_files_apart(
 	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e);
 
+/* Does the name of an output mean DICOM: a folder, or does it end in .dcm? */
+bool ct_files_is_dicom(const char *path);
+
 #endif

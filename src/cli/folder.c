@@ -25,20 +25,6 @@ char *ct_folder_file(const struct ct_folder *f, const char *name)
 	return asprintf(&s, "%s/%s", f->path, name) < 0 ? NULL : s;
 }
 
-static void remove_folder(int at, const char *path)
-{
-	int fd = openat(at, path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-	DIR *d = fd < 0 ? NULL : fdopendir(fd);
-	struct dirent *x;
-
-	while (d && (x = readdir(d)))
-		if (strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0)
-			unlinkat(fd, x->d_name, 0);
-	if (d)
-		closedir(d);
-	unlinkat(at, path, AT_REMOVEDIR);
-}
-
 /* The folder `name` of `at`, if it is the user's and the run that made it is gone. */
 static void remove_stale(int at, const char *name)
 {
@@ -54,7 +40,7 @@ static void remove_stale(int at, const char *name)
 	if (fd < 0)
 		return;
 	if (ct_temp_lock(fd))
-		remove_folder(at, name);
+		ct_temp_clear(at, name);
 	close(fd);
 }
 
@@ -130,7 +116,7 @@ int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_er
 void ct_folder_close(struct ct_folder *f)
 {
 	if (f->temporary)
-		remove_folder(AT_FDCWD, f->path);
+		ct_temp_clear(AT_FDCWD, f->path);
 	if (f->path && f->lock >= 0)
 		close(f->lock);
 	free(f->path);

@@ -19,6 +19,36 @@ void ct_slice_normal(const struct ct_slice *s, double n[3])
 	n[2] = a[0] * d[1] - a[1] * d[0];
 }
 
+/* To length 1; returns the length. */
+static double normalise(double a[3])
+{
+	const double length = sqrt(dot(a, a));
+
+	for (int d = 0; d < 3; d++)
+		a[d] /= length;
+	return length;
+}
+
+void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
+{
+	double along;
+
+	for (int d = 0; d < 3; d++) {
+		const double sign = d < 2 ? -1 : 1; /* RAS to LPS */
+
+		s->across[d] = sign * affine[d][0];
+		s->down[d] = sign * affine[d][1];
+		s->position[d] = sign * (affine[d][2] * (double)k + affine[d][3]);
+	}
+	s->pitch[0] = normalise(s->across);
+	s->pitch[1] = sqrt(dot(s->down, s->down));
+	along = dot(s->across, s->down);
+	for (int d = 0; d < 3; d++)
+		s->down[d] -= along * s->across[d];
+	normalise(s->down);
+	s->placed = true;
+}
+
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 {
 	if (!s->placed)

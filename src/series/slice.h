@@ -49,6 +49,9 @@ struct ct_slice {
 	double padding[2]; /* stored values from, to that are no measurement */
 };
 
+/* Where plane k of a grid lies: position, axes and pitch, i along a row and j down the columns. The
+ * axes of the affine, RAS+, are at right angles (ct_vol_check_grid). */
+void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k);
 /* The vector across x down. */
 void ct_slice_normal(const struct ct_slice *s, double n[3]);
 /* CT_EGEOM unless it is placed, by unit vectors at right angles and pixels that have a size;

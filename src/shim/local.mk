@@ -9,12 +9,14 @@ if HAVE_OIIO
 libctshim_a_SOURCES += src/shim/image.h src/shim/image.cc
 endif
 EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h \
-	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc
+	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc src/shim/dicom-write.h \
+	src/shim/dicom-write.cc
 EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc \
 	src/shim/pixels.h src/shim/pixels.cc
 if HAVE_VTK
 libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h \
-	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc
+	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc src/shim/dicom-write.h \
+	src/shim/dicom-write.cc
 libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc \
 	src/shim/pixels.h src/shim/pixels.cc
 endif

@@ -8,10 +8,19 @@
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
-	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop;
+	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop, *template;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units;
-	bool skip_damaged, inspect;
+	bool skip_damaged, inspect, deid;
+};
+
+/* Where a DICOM series is looked for. */
+struct convert_from {
+	const char *const *paths;
+	size_t n;
+	const char *which; /* as in series_rule; */
+	char *member;      /* likewise, owned */
+	char *folder[1];   /* owned: where the member lies */
 };
 
 /* Read whatever p->files but the last are. */
@@ -33,5 +42,16 @@ int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, s
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);
 /* The data and size of `with`, which is empty then. */
 void convert_replace(struct ct_vol *v, struct ct_vol *with);
+
+/* To DICOM: a series in a folder, or one file of all slices. */
+int convert_dicom(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
+/* Names of the files of a series that is written, as for fnmatch. */
+#define CONVERT_OWN "ctsr[0-9]*.dcm"
+/* The series of n paths that `which` names: several are taken as they are, one file stands for the
+ * series it belongs to, in its folder. 1 if the first is not DICOM. CT_ENOMEM. */
+int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
+	struct ct_err *e);
+void convert_from_free(struct convert_from *f);
 
 #endif

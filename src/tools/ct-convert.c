@@ -1,6 +1,8 @@
-/* ct-convert: DICOM, raw and NIfTI to NIfTI; projections of numpy to a stack. */
+/* ct-convert: DICOM, raw and NIfTI to NIfTI and DICOM; projections of numpy to a stack. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/files.h"
+#include "cli/modes.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
@@ -67,9 +69,18 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_INPUT(struct convert, template, 0, "template", "DICOM",
+		"folder or file of the series that DICOM of OUT belongs to: patient, study and space are "
+		"its own; IN, if that is DICOM",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
+		"take everything from DICOM of OUT that tells who the patient is",
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
 		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
-		"write, .nii, .nii.gz or -; with --scanner .exr"),
+		"write, .nii, .nii.gz or -, or DICOM: a folder for a series, .dcm for one file; with "
+		"--scanner .exr",
+		.dicom = CONVERT_OWN),
 	CT_OPT_END,
 };
 
@@ -96,6 +107,22 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 			"%s: neither sform nor qform: where the voxels lie is not known", path);
 }
 
+/* What OUT is, its name says. */
+static int check_mode(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	const bool dicom = ct_files_is_dicom(p->out);
+
+	if (p->scanner)
+		return 0;
+	if (p->template && !dicom)
+		return ct_fail(e, CT_EUSAGE, "--template: needs OUT to be DICOM");
+	if (p->deid && !dicom)
+		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
+	if (dicom && ct_modes_given(env->given, "type"))
+		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
+	return 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
@@ -112,6 +139,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
 	own.out = p->files.v[p->files.n - 1];
+	if (check_mode(p, env, e))
+		return -1;
 	if (p->scanner)
 		return convert_stack(p, env, e);
 	if (convert_check_name(p->out, e) || convert_read(p, &v, env, e))
@@ -140,8 +169,8 @@ out:
 int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
-		"read DICOM, raw voxels, NIfTI or projections of numpy", opts, &defaults,
-		sizeof defaults, run, CT_REPORTS};
+		"read DICOM, raw voxels, NIfTI or projections of numpy; write NIfTI or DICOM", opts,
+		&defaults, sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/cli.h"
+#include "cli/files.h"
 #include "diffusion/residual.h"
 #include "formats/format.h"
 #include "core/inflate.h"
@@ -9,7 +10,10 @@
 #include "formats/io.h"
 #include "resolution/degrade.h"
 #include "restore/restore.h"
+#include "formats/out-folder.h"
 #include "series/layout.h"
+#include "tools/convert.h"
+#include "tools/dicom-form.h"
 #include "tools/prior-file.h"
 
 #include <errno.h>
@@ -81,7 +85,9 @@ static const struct params defaults = {
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG(struct params, out, CT_REWRITES, "OUT", "super-resolved CT, NIfTI, or -"),
+	CT_ARG(struct params, out, CT_REWRITES, "OUT",
+		"super-resolved CT, NIfTI, or -; or DICOM: a folder for a series, .dcm for one file",
+		.dicom = CONVERT_OWN),
 	CT_OPT(struct params, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times, from 1 to 16; need not be "
 		"whole where there are no projections; 4 if neither this nor --spacing is given"),
@@ -164,7 +170,8 @@ static bool published(const struct params *p)
 
 /* All files by name. */
 struct files {
-	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res;
+	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res, *sr;
+	const char *result; /* what the method makes: sr if OUT is made of that */
 };
 
 /* A name that no command takes for an option; NULL if no memory. */
@@ -247,7 +254,9 @@ static int name_kept(struct files *f, const struct ct_chain *c, struct ct_err *e
 	f->lr_proj = ct_chain_path(c, "lr-proj.exr");
 	f->sr_proj = ct_chain_path(c, "sr-proj.exr");
 	f->res = ct_chain_path(c, "residual.ply");
-	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res
+	f->sr = ct_chain_path(c, "sr.nii");
+	f->result = ct_files_is_dicom(f->out) ? f->sr : f->out;
+	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res && f->sr
 		       ? 0
 		       : ct_fail(e, CT_ENOMEM, "no memory");
 }
@@ -255,7 +264,7 @@ static int name_kept(struct files *f, const struct ct_chain *c, struct ct_err *e
 /* IN and OUT are no files of the folder that holds those between them. */
 static int check_files(const struct files *f, const struct params *p, struct ct_err *e)
 {
-	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res};
+	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res, f->sr};
 
 	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
 		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
@@ -276,6 +285,7 @@ static void free_files(struct files *f)
 	free(f->lr_proj);
 	free(f->sr_proj);
 	free(f->res);
+	free(f->sr);
 }
 
 /* The factors; one whole number for all axes where there are projections. */
@@ -397,6 +407,23 @@ static int add_refine(struct ct_chain *c, const struct params *p, const struct p
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
+/* As DICOM, of the study that IN is of. */
+static int add_dicom(
+	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
+{
+	const bool known = dicom_form_of(p->in) != NOT_DICOM;
+
+	if (f->result == f->out)
+		return 0;
+	return ct_chain_add(c, e, false, f->out, "ct-convert", "--units=hu", NULL) ||
+			       (known && ct_chain_word(c, e, "--template=%s", f->in)) ||
+			       (known && p->series &&
+				       ct_chain_word(c, e, "--series=%s", p->series)) ||
+			       ct_chain_word(c, e, "%s", f->sr) || ct_chain_word(c, e, "%s", f->out)
+		       ? -1
+		       : 0;
+}
+
 /* From what IN is to a volume. */
 static int add_convert(
 	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
@@ -427,7 +454,7 @@ static int plan(struct ct_chain *c, const struct params *p, struct preset q, con
 	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)
-		return add_refine(c, p, &q, f, f->out, e);
+		return add_refine(c, p, &q, f, f->result, e) || add_dicom(c, p, f, e) ? -1 : 0;
 	if (add_refine(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
 		add_ddnm(c, p, &q, f, seed, e))
 		return -1;
@@ -443,11 +470,26 @@ static int plan(struct ct_chain *c, const struct params *p, struct preset q, con
 		add_seed(c, seed, e) || ct_chain_word(c, e, "%s", f->sr_proj) ||
 		ct_chain_word(c, e, "%s", f->res))
 		return -1;
-	if (ct_chain_add(c, e, false, f->out, "ct-compose", NULL) ||
+	if (ct_chain_add(c, e, false, f->result, "ct-compose", NULL) ||
 		(!published(p) && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->res) ||
-	       ct_chain_word(c, e, "%s", f->out);
+			       ct_chain_word(c, e, "%s", f->result) || add_dicom(c, p, f, e)
+		       ? -1
+		       : 0;
+}
+
+/* May OUT be written, now that the folder between is there, which may lie in it? */
+static int check_out(const struct params *p, const struct ct_chain *c, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const bool own = p->resume && ct_chain_owns_output(c);
+	struct ct_env over = *env;
+
+	over.force |= own;
+	if (ct_out_folder_named(p->out))
+		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
+	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -469,7 +511,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else if (!p->resume || ct_chain_owns_output(&c) || ct_out_check(p->out, env, e) == 0)
+	} else if (check_out(p, &c, env, e) == 0)
 		rc = ct_chain_run(&c, env, e);
 out:
 	free_files(&f);

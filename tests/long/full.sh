@@ -39,6 +39,7 @@ writer() { # writer OUT COMMAND...: OUT among its words
 writer out/o.nii ct-phantom -q --size 24x24x24 cube out/o.nii
 writer out/o.nii.gz ct-phantom -q --size 24x24x24 ellipsoids out/o.nii.gz
 writer out/o.nii ct-convert -q --type f32 hr.nii out/o.nii
+if ! ct-convert hr.nii out/o.dcm 2>&1 | grep -q with-vtk; then writer out/o.dcm ct-convert -q hr.nii out/o.dcm; fi
 writer out/o.exr ct-convert -q --scanner scan.json views.npy out/o.exr
 writer out/o.nii ct-degrade -q -x 2 hr.nii out/o.nii
 writer out/o.nii ct-upsample -q -x 2 -m cubic hr-lr.nii out/o.nii

@@ -1,0 +1,206 @@
+/* out-folder.c: see out-folder.h. */
+#include "config.h"
+#include "formats/out-folder.h"
+#include "formats/temp.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <fnmatch.h>
+#include <libgen.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+bool ct_out_folder_named(const char *path)
+{
+	const size_t n = strlen(path);
+	struct stat st;
+
+	return (n > 0 && path[n - 1] == '/') || (stat(path, &st) == 0 && S_ISDIR(st.st_mode));
+}
+
+static int failed(const char *path, struct ct_err *e)
+{
+	return ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+}
+
+/* The folder by its name without links where it is there; NULL if no memory. */
+static char *target(const char *path)
+{
+	char *real = realpath(path, NULL);
+	size_t n = strlen(path);
+
+	if (real)
+		return real;
+	while (n > 1 && path[n - 1] == '/')
+		n--;
+	return strndup(path, n);
+}
+
+/* Is the folder empty, or may it be replaced? */
+static int replaceable(const struct ct_out_folder *f, const char *own, bool force, struct ct_err *e)
+{
+	DIR *d = opendir(f->path);
+	struct dirent *x;
+	int rc = 0;
+
+	if (!d)
+		return failed(f->name, e);
+	while (rc == 0 && (x = readdir(d))) {
+		if (strcmp(x->d_name, ".") == 0 || strcmp(x->d_name, "..") == 0)
+			continue;
+		if (!force)
+			rc = ct_fail(e, CT_EOUTPUT,
+				"%s: holds files; --force replaces a series that was written here",
+				f->name);
+		else if (fnmatch(own, x->d_name, 0) != 0)
+			rc = ct_fail(e, CT_EOUTPUT,
+				"%s: holds %.100s, which is not of a series that was written "
+				"here: will not replace it",
+				f->name, x->d_name);
+	}
+	closedir(d);
+	return rc;
+}
+
+static int allowed(
+	const struct ct_out_folder *f, const char *own, const struct ct_env *env, struct ct_err *e)
+{
+	char up[PATH_MAX];
+	struct stat st, above;
+
+	if (stat(f->path, &st) != 0)
+		return errno == ENOENT ? 0 : failed(f->name, e);
+	if (!S_ISDIR(st.st_mode))
+		return ct_fail(e, CT_EOUTPUT, "%s: is no folder", f->name);
+	snprintf(up, sizeof up, "%s/..", f->path);
+	if (stat(up, &above) == 0 && (above.st_dev != st.st_dev || above.st_ino == st.st_ino))
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: a file system begins here; name a folder in it, which is made",
+			f->name);
+	return replaceable(f, own, env->force, e);
+}
+
+int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *own,
+	const struct ct_env *env, struct ct_err *e)
+{
+	*f = (struct ct_out_folder){.name = path, .lock = -1};
+	f->path = target(path);
+	if (!f->path)
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (allowed(f, own, env, e) == 0)
+		f->lock = ct_temp_folder(f->path, &f->tmp, e);
+	if (f->lock >= 0)
+		return 0;
+	ct_out_folder_abandon(f);
+	return -1;
+}
+
+int ct_out_folder_check(
+	const char *path, const char *own, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out_folder f;
+	int rc = ct_out_folder_open(&f, path, own, env, e);
+
+	ct_out_folder_abandon(&f);
+	return rc;
+}
+
+static int sync_files(const struct ct_out_folder *f)
+{
+	DIR *d = opendir(f->tmp);
+	struct dirent *x;
+	int rc = d ? 0 : -1;
+
+	while (rc == 0 && (x = readdir(d))) {
+		const int fd = openat(dirfd(d), x->d_name, O_RDONLY | O_CLOEXEC);
+
+		rc = fd < 0 ? -1 : fsync(fd);
+		if (fd >= 0)
+			close(fd);
+	}
+	if (d)
+		closedir(d);
+	return rc;
+}
+
+/* What a new folder of the user may be, or what the one in its place was. */
+static mode_t rights(const char *path)
+{
+	const mode_t mask = umask(0);
+	struct stat st;
+
+	umask(mask);
+	return stat(path, &st) == 0 ? st.st_mode & 07777 : 0777 & ~mask;
+}
+
+/* In the place of one that holds files, which goes to f->tmp. */
+static int exchange(struct ct_out_folder *f)
+{
+	struct ct_err why;
+	char *old;
+	int lock, rc;
+
+	if (renameat2(AT_FDCWD, f->tmp, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0)
+		return 0;
+	lock = ct_temp_folder(f->path, &old, &why); /* a file system that cannot */
+	if (lock < 0)
+		return -1;
+	rc = rename(f->path, old);
+	if (rc == 0 && (rc = rename(f->tmp, f->path)) != 0)
+		rename(old, f->path);
+	if (rc == 0)
+		ct_temp_remove(old);
+	else
+		rmdir(old);
+	ct_temp_forget(old);
+	free(old);
+	close(lock);
+	return rc;
+}
+
+int ct_out_folder_commit(struct ct_out_folder *f, struct ct_err *e)
+{
+	int bad = chmod(f->tmp, rights(f->path)) != 0 || sync_files(f) != 0;
+
+	if (!bad && rename(f->tmp, f->path) != 0)
+		bad = (errno != ENOTEMPTY && errno != EEXIST) || exchange(f) != 0;
+	if (bad)
+		failed(f->name, e);
+	ct_out_folder_abandon(f);
+	return bad ? -1 : 0;
+}
+
+void ct_out_folder_abandon(struct ct_out_folder *f)
+{
+	if (f->tmp) {
+		ct_temp_remove(f->tmp);
+		if (f->lock >= 0)
+			close(f->lock);
+	}
+	free(f->tmp);
+	free(f->path);
+	*f = (struct ct_out_folder){.lock = -1};
+}
+
+bool ct_out_folder_holds(const char *folder, const char *path)
+{
+	char *outer = realpath(folder, NULL), *inner = realpath(path, NULL);
+	char *name = inner ? NULL : target(path);
+	size_t n;
+	bool holds;
+
+	if (name)
+		inner = realpath(dirname(name), NULL);
+	n = outer ? strlen(outer) : 0;
+	holds = outer && inner && strncmp(outer, inner, n) == 0 &&
+		(inner[n] == '/' || inner[n] == '\0');
+	free(outer);
+	free(inner);
+	free(name);
+	return holds;
+}

@@ -1,0 +1,132 @@
+/* header.c: see header.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "series/header.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DECIMAL = 16 }; /* characters of a decimal string */
+
+static void drop(struct ct_element *x)
+{
+	free(x->path);
+	free(x->text);
+}
+
+void ct_header_free(struct ct_header *h)
+{
+	for (size_t i = 0; i < h->n; i++)
+		drop(&h->element[i]);
+	free(h->element);
+	*h = (struct ct_header){0};
+}
+
+int ct_header_put(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
+	const char *fmt, ...)
+{
+	struct ct_element x = {NULL, NULL};
+	va_list ap;
+	int n;
+
+	va_start(ap, fmt);
+	n = vasprintf(&x.text, fmt, ap);
+	va_end(ap);
+	if (n < 0)
+		return ct_fail(e, CT_ENOMEM, "no memory for a header");
+	if (asprintf(&x.path, "%s%s", in, keyword) < 0) {
+		free(x.text);
+		return ct_fail(e, CT_ENOMEM, "no memory for a header");
+	}
+	if (ct_grow(&h->element, &h->cap, h->n + 1, sizeof *h->element, e)) {
+		drop(&x);
+		return -1;
+	}
+	h->element[h->n++] = x;
+	return 0;
+}
+
+static void put_decimal(char out[DECIMAL + 1], double x)
+{
+	char text[40];
+
+	x = x == 0 ? 0 : x; /* no -0 */
+	for (int digits = DECIMAL; digits > 0; digits--)
+		if (snprintf(text, sizeof text, "%.*g", digits, x) <= DECIMAL)
+			break;
+	snprintf(out, DECIMAL + 1, "%.16s", text);
+}
+
+int ct_header_numbers(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
+	size_t n, const double *x)
+{
+	char text[8 * (DECIMAL + 1)] = "", one[DECIMAL + 1];
+	size_t at = 0;
+
+	for (size_t i = 0; i < n && at < sizeof text; i++) {
+		put_decimal(one, x[i]);
+		at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", i ? "\\" : "", one);
+	}
+	return ct_header_put(h, e, in, keyword, "%s", text);
+}
+
+int ct_header_code(struct ct_header *h, struct ct_err *e, const char *in, const char *sequence,
+	const char *value, const char *scheme, const char *meaning)
+{
+	char item[300];
+
+	snprintf(item, sizeof item, "%s%s.0.", in, sequence);
+	return ct_header_put(h, e, item, "CodeValue", "%s", value) ||
+			       ct_header_put(h, e, item, "CodingSchemeDesignator", "%s", scheme) ||
+			       ct_header_put(h, e, item, "CodeMeaning", "%s", meaning)
+		       ? -1
+		       : 0;
+}
+
+const char *ct_header_get(const struct ct_header *h, const char *path)
+{
+	for (size_t i = h->n; i-- > 0;)
+		if (strcmp(h->element[i].path, path) == 0)
+			return h->element[i].text;
+	return NULL;
+}
+
+void ct_header_agree(struct ct_header *h, const struct ct_header *other)
+{
+	size_t kept = 0;
+
+	for (size_t i = 0; i < h->n; i++) {
+		const char *text = ct_header_get(other, h->element[i].path);
+
+		if (text && strcmp(text, h->element[i].text) == 0)
+			h->element[kept++] = h->element[i];
+		else
+			drop(&h->element[i]);
+	}
+	h->n = kept;
+}
+
+void ct_header_uid(char out[CT_UID_TEXT], const uint64_t bits[2])
+{
+	const uint64_t high = (bits[0] & ~UINT64_C(0xf000)) | UINT64_C(0x8000);
+	const uint64_t low = (bits[1] & UINT64_MAX >> 2) | UINT64_C(1) << 63;
+	uint32_t limb[4] = {
+		(uint32_t)(high >> 32), (uint32_t)high, (uint32_t)(low >> 32), (uint32_t)low};
+	char digits[40];
+	size_t at = sizeof digits;
+
+	digits[--at] = '\0';
+	do { /* long division by ten */
+		uint64_t rest = 0;
+
+		for (size_t i = 0; i < 4; i++) {
+			rest = rest << 32 | limb[i];
+			limb[i] = (uint32_t)(rest / 10);
+			rest %= 10;
+		}
+		digits[--at] = (char)('0' + rest);
+	} while ((limb[0] | limb[1] | limb[2] | limb[3]) != 0);
+	snprintf(out, CT_UID_TEXT, "2.25.%s", digits + at);
+}

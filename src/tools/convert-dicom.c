@@ -1,0 +1,230 @@
+/* convert-dicom.c: what ct-convert writes as DICOM. */
+#include "config.h"
+#include "formats/units.h"
+#include "tools/convert.h"
+
+#ifdef HAVE_VTK
+#include "core/mem.h"
+#include "formats/io.h"
+#include "formats/out-folder.h"
+#include "formats/voxels.h"
+#include "shim/dicom-write.h"
+#include "tools/dicom-derive.h"
+#include "tools/dicom-form.h"
+#include "tools/dicom-image.h"
+#include "tools/dicom-policy.h"
+#include "tools/dicom-series.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+
+enum { LONGEST_SIDE = 65535 };
+
+/* Where the template is: 0, or 1 if there is none. */
+static int find_template(struct convert_from *from, const struct convert *p, struct ct_err *e)
+{
+	const bool dicom = !p->raw && dicom_form_of(p->in) != NOT_DICOM;
+
+	if (!p->template)
+		return dicom ? convert_from(from, p->files.v, p->files.n - 1, p->series, e) : 1;
+	if (dicom_form_of(p->template) == NOT_DICOM)
+		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
+	return convert_from(from, &p->template, 1, dicom ? NULL : p->series, e);
+}
+
+/* The slices that the volume comes from, and what they say. */
+static int read_template(
+	struct image *im, struct series_set *set, const struct convert_from *from, struct ct_err *e)
+{
+	const struct series_rule rule = {
+		.which = from->which, .member = from->which ? NULL : from->member};
+	const struct ct_series *l;
+	size_t pick;
+
+	if (series_open(set, from->paths, from->n, e) ||
+		series_choose(set, from->paths[0], &rule, &pick, e))
+		return -1;
+	l = &set->list[pick];
+	im->source = set->census.slice + l->first;
+	im->n = l->count;
+	return derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
+}
+
+static int check_size(
+	const struct convert *p, const struct ct_vol *v, bool frames, struct ct_err *e)
+{
+	for (int d = 0; d < 2; d++)
+		if (v->n[d] > LONGEST_SIDE)
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: a side of %zu voxels, DICOM has up to %d", p->out, v->n[d],
+				LONGEST_SIDE);
+	if (frames && ct_vol_count(v) >= (size_t)1 << 31)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: more than 4 GiB of pixels are too many for one file; a folder holds them",
+			p->out);
+	return 0;
+}
+
+/* Do the values fit, and are they whole? */
+static int check_values(const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t area = v->n[0] * v->n[1];
+	bool whole = true;
+	int16_t *px;
+	int rc = 0;
+
+	if (ct_alloc(&px, area, sizeof *px, e))
+		return -1;
+	for (size_t k = 0; k < v->n[2] && rc == 0; k++) {
+		const float *x = v->data + k * area;
+
+		if (whole && ct_voxels_i16(area, px, x, true))
+			continue;
+		whole = false;
+		for (size_t i = 0; i < area && rc == 0; i++)
+			if (!ct_voxels_i16(1, px, x + i, false))
+				rc = ct_fail(e, CT_ENUMERIC,
+					"%g at voxel %zu,%zu,%zu does not fit the 16 bits of DICOM",
+					(double)x[i], i % v->n[0], i / v->n[0], k);
+	}
+	free(px);
+	if (rc == 0 && !whole)
+		ct_log(env, CT_INFO, "values are rounded to whole HU");
+	return rc;
+}
+
+/* YYYYMMDDHHMMSS of SOURCE_DATE_EPOCH; empty without it. */
+static void date_of_source(char out[20])
+{
+	const char *epoch = getenv("SOURCE_DATE_EPOCH");
+	const time_t t = epoch ? (time_t)strtoll(epoch, NULL, 10) : 0;
+	struct tm tm;
+
+	*out = '\0';
+	if (epoch && *epoch && gmtime_r(&t, &tm))
+		strftime(out, 20, "%Y%m%d%H%M%S", &tm);
+}
+
+/* Pictures from k to end, into one file; messages call it `name`. */
+static int write_file(const char *path, const char *name, const struct image *im, size_t k,
+	size_t end, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t area = im->v->n[0] * im->v->n[1];
+	struct ct_dicom_file *f = NULL;
+	struct ct_header own = {0};
+	struct ct_err other;
+	char uid[CT_UID_TEXT];
+	int16_t *px = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&px, area, sizeof *px, e) || image_program(uid, e) ||
+		image_own(&own, im, k, e) || ct_dicom_open(&f, path, name, &im->head, &own, uid, e))
+		goto out;
+	for (; k < end; k++) {
+		ct_voxels_i16(area, px, im->v->data + k * area, false);
+		if (ct_dicom_put(f, px, area, e) || ct_check_stop(env, e))
+			goto out;
+	}
+	rc = 0;
+out:
+	if (ct_dicom_close(f, rc ? &other : e))
+		rc = -1;
+	ct_header_free(&own);
+	free(px);
+	return rc;
+}
+
+static int write_series(
+	const struct convert *p, const struct image *im, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out_folder out;
+	int rc = 0;
+
+	if (ct_out_folder_open(&out, p->out, CONVERT_OWN, env, e))
+		return -1;
+	for (size_t k = 0; k < im->v->n[2] && rc == 0; k++) {
+		char *path = NULL;
+
+		if (asprintf(&path, "%s/ctsr%04zu.dcm", out.tmp, k + 1) < 0) {
+			rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
+			break;
+		}
+		rc = write_file(path, p->out, im, k, k + 1, env, e);
+		ct_progress(env, "writing", k + 1, im->v->n[2]);
+		free(path);
+	}
+	if (rc == 0)
+		rc = ct_out_folder_commit(&out, e);
+	ct_out_folder_abandon(&out);
+	return rc;
+}
+
+static int write_frames(
+	const struct convert *p, const struct image *im, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out out;
+	int rc;
+
+	if (ct_out_open(&out, p->out, env, e))
+		return -1;
+	rc = write_file(out.tmp ? out.tmp : out.path, p->out, im, 0, im->v->n[2], env, e);
+	if (rc == 0)
+		rc = ct_out_commit(&out, e);
+	ct_out_abandon(&out);
+	return rc;
+}
+
+static int write_dicom(
+	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	struct image im = {
+		.v = v, .frames = !ct_out_folder_named(p->out), .deid = p->deid, .tool = env->tool};
+	struct convert_from from = {0};
+	struct series_set set = {0};
+	const char *burned;
+	char date[20];
+	int rc = -1, none;
+
+	date_of_source(date);
+	im.date = *date ? date : NULL;
+	none = find_template(&from, p, e);
+	if (none > 0)
+		ct_log(env, CT_WARN,
+			"%s: of no patient and no study, and in a space of its own: --template names "
+			"the series that it belongs to",
+			p->out);
+	if (none < 0 || check_size(p, v, im.frames, e) || check_values(v, env, e) ||
+		(none == 0 && read_template(&im, &set, &from, e)) || image_head(&im, e))
+		goto out;
+	burned = ct_header_get(&im.head, "BurnedInAnnotation");
+	if (p->deid && burned && strcmp(burned, "YES") == 0)
+		ct_log(env, CT_WARN, "%s: the pictures have writing burnt in, and keep it", p->out);
+	rc = (im.frames ? write_frames : write_series)(p, &im, env, e);
+out:
+	image_free(&im);
+	series_close(&set);
+	convert_from_free(&from);
+	return rc;
+}
+#else
+static int write_dicom(
+	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	(void)v;
+	(void)env;
+	return ct_fail(
+		e, CT_EOUTPUT, "%s: this build writes no DICOM (configure --with-vtk)", p->out);
+}
+#endif
+
+int convert_dicom(
+	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	if ((p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e)) ||
+		ct_vol_check_grid(v, e))
+		return ct_blame(e, p->in);
+	return write_dicom(p, v, env, e);
+}

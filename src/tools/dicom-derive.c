@@ -1,0 +1,190 @@
+/* dicom-derive.c: see dicom-derive.h. */
+#include "config.h"
+#include "tools/dicom-derive.h"
+#include "tools/dicom-policy.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Widen the box by the corners of a picture. */
+static void widen(double box[3][2], const struct ct_slice *s, size_t columns, size_t rows)
+{
+	for (int corner = 0; corner < 4; corner++)
+		for (int d = 0; d < 3; d++) {
+			const double i = corner & 1 ? (double)(columns - 1) * s->pitch[0] : 0;
+			const double j = corner & 2 ? (double)(rows - 1) * s->pitch[1] : 0;
+			const double x = s->position[d] + i * s->across[d] + j * s->down[d];
+
+			box[d][0] = fmin(box[d][0], x);
+			box[d][1] = fmax(box[d][1], x);
+		}
+}
+
+int derive_check(const struct image *im, struct ct_err *e)
+{
+	const double none[2] = {INFINITY, -INFINITY};
+	const size_t last = im->v->n[2] - 1;
+	double theirs[3][2], own[3][2];
+	struct ct_slice s = {0};
+
+	for (int d = 0; d < 3; d++) {
+		memcpy(theirs[d], none, sizeof none);
+		memcpy(own[d], none, sizeof none);
+	}
+	for (size_t i = 0; i < im->n; i++) {
+		if (strcmp(im->source[i].modality, "CT") != 0)
+			return ct_fail(e, CT_EINPUT,
+				"%s: modality is '%s', and DICOM is written of CT",
+				im->source[i].path, im->source[i].modality);
+		if (im->source[i].placed)
+			widen(theirs, &im->source[i], im->source[i].columns, im->source[i].rows);
+	}
+	for (size_t k = 0; k <= last; k += last ? last : 1) {
+		ct_slice_place(&s, im->v->affine, k);
+		widen(own, &s, im->v->n[0], im->v->n[1]);
+	}
+	for (int d = 0; d < 3; d++)
+		if (own[d][0] > theirs[d][1] || theirs[d][0] > own[d][1])
+			return ct_fail(e, CT_EGEOM,
+				"%s: its slices lie beside the volume: they are not of one space",
+				im->source[0].path);
+	return 0;
+}
+
+bool derive_resampled(const struct image *im)
+{
+	const struct ct_vol *v = im->v;
+	struct ct_slice own = {0};
+
+	if (im->n == 0)
+		return ct_meta_get(&v->meta, CT_META_UPSAMPLE) != NULL;
+	ct_slice_place(&own, v->affine, 0);
+	return ct_meta_get(&v->meta, CT_META_UPSAMPLE) || im->n != v->n[2] ||
+	       fabs(own.pitch[0] - im->source[0].pitch[0]) > 1e-4 * own.pitch[0] ||
+	       fabs(own.pitch[1] - im->source[0].pitch[1]) > 1e-4 * own.pitch[1];
+}
+
+int derive_put(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e)
+{
+	const bool resampled = derive_resampled(im);
+	const char *line = ct_meta_get(&im->v->meta, CT_META_HISTORY);
+	char text[900];
+	size_t at = (size_t)snprintf(text, sizeof text, "ctsr %s:", PACKAGE_VERSION);
+
+	while (line && *line && at < sizeof text - 80) {
+		const size_t n = strcspn(line, "\n"), word = strcspn(line, " \n");
+
+		if (word < 40 && strncmp(line, "ct-", 3) == 0)
+			at += (size_t)snprintf(
+				text + at, sizeof text - at, " %.*s", (int)word, line);
+		line += n + (line[n] == '\n');
+	}
+	return ct_header_put(h, e, in, "DerivationDescription", "%s", text) ||
+			       ct_header_code(h, e, in, "DerivationCodeSequence",
+				       resampled ? "113085" : "113091", "DCM",
+				       resampled
+					       ? "Spatial resampling"
+					       : "Spatially-related frames extracted from the volume")
+		       ? -1
+		       : 0;
+}
+
+/* Item `in` that names a slice. */
+static int put_reference(struct ct_header *h, const struct image *im, const char *in,
+	const struct ct_slice *s, struct ct_err *e)
+{
+	char uid[CT_UID_TEXT];
+
+	snprintf(uid, sizeof uid, "%.64s", s->object);
+	return (im->deid && policy_uid(uid, s->object, e)) ||
+			       ct_header_put(h, e, in, "ReferencedSOPClassUID", "%s", s->storage) ||
+			       ct_header_put(h, e, in, "ReferencedSOPInstanceUID", "%s", uid)
+		       ? -1
+		       : 0;
+}
+
+static int put_source(struct ct_header *h, const struct image *im, const char *in, size_t item,
+	const struct ct_slice *s, struct ct_err *e)
+{
+	char at[200];
+
+	snprintf(at, sizeof at, "%sSourceImageSequence.%zu.", in, item);
+	if (put_reference(h, im, at, s, e) ||
+		ct_header_code(h, e, at, "PurposeOfReferenceCodeSequence", "121322", "DCM",
+			"Source image for image processing operation"))
+		return -1;
+	return s->frames > 1 ? ct_header_put(h, e, at, "ReferencedFrameNumber", "%zu", s->frame + 1)
+			     : 0;
+}
+
+int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *e)
+{
+	static const char study[] = "SourceImageEvidenceSequence.0.";
+	static const char series[] = "SourceImageEvidenceSequence.0.ReferencedSeriesSequence.0.";
+	char at[160], uid[CT_UID_TEXT];
+	size_t item = 0;
+
+	if (im->n == 0)
+		return 0;
+	snprintf(uid, sizeof uid, "%.64s", im->source[0].series);
+	if ((im->deid && policy_uid(uid, im->source[0].series, e)) ||
+		ct_header_put(h, e, series, "SeriesInstanceUID", "%s", uid) ||
+		ct_header_put(h, e, study, "StudyInstanceUID", "%s",
+			ct_header_get(&im->head, "StudyInstanceUID")))
+		return -1;
+	for (size_t i = 0; i < im->n; i++) {
+		if (i > 0 && strcmp(im->source[i].object, im->source[i - 1].object) == 0)
+			continue; /* another frame */
+		snprintf(at, sizeof at, "%sReferencedSOPSequence.%zu.", series, item++);
+		if (put_reference(h, im, at, &im->source[i], e))
+			return -1;
+	}
+	return 0;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* How far slice s is from a plane, along its normal: 0 if on it. */
+static double distance(
+	const struct ct_slice *s, const struct ct_slice *plane, const double normal[3])
+{
+	const double at = dot(normal, s->position) - dot(normal, plane->position);
+
+	return fabs(at) < 1e-3 ? 0 : at;
+}
+
+int derive_sources(
+	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e)
+{
+	double normal[3], theirs[3], mm[3], below = -INFINITY, above = INFINITY;
+	struct ct_slice own = {0};
+	size_t item = 0;
+	bool parallel;
+
+	if (im->n == 0)
+		return 0;
+	ct_slice_place(&own, im->v->affine, k);
+	ct_slice_normal(&own, normal);
+	ct_slice_normal(&im->source[0], theirs);
+	parallel = fabs(dot(normal, theirs)) > 0.999;
+	ct_vol_spacing(im->v, mm);
+	for (size_t i = 0; i < im->n; i++) {
+		const double at = distance(&im->source[i], &own, normal);
+
+		below = at <= 0 ? fmax(below, at) : below;
+		above = at >= 0 ? fmin(above, at) : above;
+	}
+	for (size_t i = 0; i < im->n; i++) {
+		const double at = distance(&im->source[i], &own, normal);
+
+		if (parallel && at != below && at != above && fabs(at) > mm[2] / 2)
+			continue;
+		if (put_source(h, im, in, item++, &im->source[i], e))
+			return -1;
+	}
+	return 0;
+}

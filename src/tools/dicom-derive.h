@@ -1,0 +1,19 @@
+/* dicom-derive.h: how pictures came to be: by which commands, of which slices. */
+#ifndef CT_TOOLS_DICOM_DERIVE_H
+#define CT_TOOLS_DICOM_DERIVE_H
+#include "tools/dicom-image.h"
+
+/* CT_EINPUT unless the slices are of CT, CT_EGEOM if the volume lies beside them: then it is of
+ * another patient, or in another space. */
+int derive_check(const struct image *im, struct ct_err *e);
+/* Are there other voxels than in the slices, as far as is known? */
+bool derive_resampled(const struct image *im);
+/* The commands that made the volume, by their names alone: those of files may name a patient. */
+int derive_put(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e);
+/* Which source slices picture k lies between, or on, or covers; all, if they lie at an angle. */
+int derive_sources(
+	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e);
+/* All files that they are in, by study and series. */
+int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *e);
+
+#endif

@@ -1,0 +1,60 @@
+/* dicom-form.c: see dicom-form.h. */
+#include "config.h"
+#include "formats/any.h"
+#include "tools/dicom-form.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+/* What a zip, tar or compressed file begins with, but for gzip. */
+static bool is_archive(const unsigned char *p, size_t n)
+{
+	static const struct {
+		const char *magic;
+		size_t n;
+	} known[] = {{"PK\3\4", 4}, {"BZh", 3}, {"\3757zXZ", 5}, {"\x28\xb5\x2f\xfd", 4}};
+
+	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+		if (n >= known[i].n && memcmp(p, known[i].magic, known[i].n) == 0)
+			return true;
+	return ct_any_is_tar(p, n);
+}
+
+/* Does the gzip file hold something else than NIfTI? */
+static bool is_other_gzip(const char *path)
+{
+	unsigned char head[4];
+	gzFile f = gzopen(path, "rb");
+	const int n = f ? gzread(f, head, sizeof head) : 0;
+
+	if (f)
+		gzclose(f);
+	return n == sizeof head && ct_any_sniff(head, sizeof head) != CT_KIND_VOLUME;
+}
+
+enum dicom_form dicom_form_of(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+	struct stat st;
+	size_t n;
+	FILE *f;
+
+	if (strcmp(path, "-") == 0 || stat(path, &st) != 0)
+		return NOT_DICOM;
+	if (S_ISDIR(st.st_mode))
+		return FOLDER;
+	f = S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
+	n = f ? fread(head, 1, sizeof head, f) : 0;
+	if (f)
+		fclose(f);
+	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
+		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]))
+		return FILE_OF_SERIES; /* with or without its preamble */
+	if (is_archive(head, n) ||
+		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
+		return ARCHIVE;
+	return NOT_DICOM;
+}

@@ -1,0 +1,189 @@
+/* dicom-policy.c: see dicom-policy.h. */
+#include "config.h"
+#include "formats/hash.h"
+#include "shim/dicom-write.h"
+#include "tools/dicom-policy.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NEEDED = 1, SINGLE = 2, FRAMES = 4 }; /* always there; in files of one picture, of many */
+
+static const struct row {
+	const char *keyword;
+	enum deid deid;
+	unsigned where;
+} rows[] = {
+	{"SpecificCharacterSet", KEPT, SINGLE | FRAMES},
+	/* patient */
+	{"PatientName", NAMED, NEEDED},
+	{"PatientID", NUMBERED, NEEDED},
+	{"IssuerOfPatientID", DROPPED, SINGLE | FRAMES},
+	{"PatientBirthDate", EMPTIED, NEEDED},
+	{"PatientSex", EMPTIED, NEEDED},
+	{"PatientAge", DROPPED, SINGLE | FRAMES},
+	{"PatientSize", DROPPED, SINGLE | FRAMES},
+	{"PatientWeight", DROPPED, SINGLE | FRAMES},
+	{"PatientIdentityRemoved", KEPT, SINGLE | FRAMES},
+	{"DeidentificationMethod", KEPT, SINGLE | FRAMES},
+	/* study */
+	{"StudyInstanceUID", UID, SINGLE | FRAMES},
+	{"StudyDate", EMPTIED, NEEDED},
+	{"StudyTime", EMPTIED, NEEDED},
+	{"AccessionNumber", EMPTIED, NEEDED},
+	{"ReferringPhysicianName", EMPTIED, NEEDED},
+	{"StudyID", EMPTIED, NEEDED},
+	{"StudyDescription", DROPPED, SINGLE | FRAMES},
+	/* space */
+	{"FrameOfReferenceUID", UID, SINGLE | FRAMES},
+	{"PositionReferenceIndicator", EMPTIED, NEEDED},
+	/* series */
+	{"BodyPartExamined", KEPT, SINGLE | FRAMES},
+	{"PatientPosition", KEPT, NEEDED},
+	{"Laterality", KEPT, SINGLE},
+	{"ProtocolName", DROPPED, SINGLE | FRAMES},
+	/* how the scan was made */
+	{"AcquisitionNumber", KEPT, NEEDED},
+	{"AcquisitionDate", DROPPED, SINGLE},
+	{"AcquisitionTime", DROPPED, SINGLE},
+	{"IrradiationEventUID", UID, SINGLE},
+	{"ContrastBolusAgent", EMPTIED, SINGLE},
+	{"KVP", KEPT, NEEDED | SINGLE},
+	{"ScanOptions", KEPT, SINGLE},
+	{"DataCollectionDiameter", KEPT, SINGLE},
+	{"ReconstructionDiameter", KEPT, SINGLE},
+	{"ExposureTime", KEPT, SINGLE},
+	{"XRayTubeCurrent", KEPT, SINGLE},
+	{"Exposure", KEPT, SINGLE},
+	{"FilterType", KEPT, SINGLE},
+	{"FocalSpots", KEPT, SINGLE},
+	{"ConvolutionKernel", KEPT, SINGLE},
+	/* what cannot be undone */
+	{"LossyImageCompression", KEPT, SINGLE | FRAMES},
+	{"LossyImageCompressionRatio", KEPT, SINGLE | FRAMES},
+	{"LossyImageCompressionMethod", KEPT, SINGLE | FRAMES},
+	{"BurnedInAnnotation", KEPT, SINGLE | FRAMES},
+};
+
+static const struct row machine[] = {
+	{"Manufacturer", KEPT, 0},
+	{"ManufacturerModelName", KEPT, 0},
+	{"SoftwareVersions", KEPT, 0},
+	{"InstitutionName", DROPPED, 0},
+	{"StationName", DROPPED, 0},
+	{"DeviceSerialNumber", DROPPED, 0},
+};
+
+/* Those that are only looked at. */
+static const char *const known[] = {
+	"SeriesNumber", "SeriesDescription", "WindowCenter", "WindowWidth"};
+
+#define COUNT(a) (sizeof(a) / sizeof *(a))
+
+int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e)
+{
+	const char *keyword[COUNT(rows) + COUNT(machine) + COUNT(known)];
+	size_t count = 0;
+
+	for (size_t i = 0; i < COUNT(rows); i++)
+		keyword[count++] = rows[i].keyword;
+	for (size_t i = 0; i < COUNT(machine); i++)
+		keyword[count++] = machine[i].keyword;
+	for (size_t i = 0; i < COUNT(known); i++)
+		keyword[count++] = known[i];
+	for (size_t k = 0; k < n; k++) {
+		struct ct_header one = {0};
+
+		if (k > 0 && strcmp(s[k].path, s[k - 1].path) == 0)
+			continue; /* another picture of the file */
+		if (ct_dicom_header(k ? &one : h, &s[k], count, keyword, e)) {
+			ct_header_free(&one);
+			return -1;
+		}
+		if (k > 0)
+			ct_header_agree(h, &one);
+		ct_header_free(&one);
+	}
+	return 0;
+}
+
+int policy_uid(char out[CT_UID_TEXT], const char *uid, struct ct_err *e)
+{
+	static const char what[] = "de-identified";
+	struct ct_hash *h;
+	uint64_t bits[2];
+
+	if (ct_hash_alloc(&h, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(h, what, sizeof what);
+	CT_SIMD(ct_hash_add)(h, uid, strlen(uid));
+	ct_hash_digest(h, bits);
+	free(h);
+	ct_header_uid(out, bits);
+	return 0;
+}
+
+/* What is left of the text of a row, NULL: nothing; `room` may be used for it. The name goes with
+ * the study: a number of the patient would soon be guessed from its hash. */
+static int leave(const char **text, char room[CT_UID_TEXT], const struct row *r, const char *study,
+	struct ct_err *e)
+{
+	switch (r->deid) {
+	case KEPT: return 0;
+	case EMPTIED: *text = *text ? "" : NULL; return 0;
+	case DROPPED: *text = NULL; return 0;
+	case UID:
+		if (!*text)
+			return 0;
+		if (policy_uid(room, *text, e))
+			return -1;
+		break;
+	case NAMED:
+	case NUMBERED:
+		if (policy_uid(room, study ? study : "", e))
+			return -1;
+		memcpy(room, r->deid == NAMED ? "ANON^" : "ANON-", 5); /* over the "2.25." */
+		room[5 + 12] = '\0';
+		break;
+	}
+	*text = room;
+	return 0;
+}
+
+static int take(struct ct_header *out, const struct ct_header *from, const struct row *r,
+	const char *in, bool deid, bool needed, struct ct_err *e)
+{
+	const char *text = ct_header_get(from, r->keyword);
+	char room[CT_UID_TEXT];
+
+	if (deid && leave(&text, room, r, ct_header_get(from, "StudyInstanceUID"), e))
+		return -1;
+	if (!text && needed)
+		text = "";
+	return text ? ct_header_put(out, e, in, r->keyword, "%s", text) : 0;
+}
+
+int policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames,
+	struct ct_err *e)
+{
+	for (size_t i = 0; i < COUNT(rows); i++) {
+		const unsigned kinds = rows[i].where & (SINGLE | FRAMES);
+
+		if (kinds && !(kinds & (frames ? FRAMES : SINGLE)))
+			continue;
+		if (take(out, from, &rows[i], "", deid, rows[i].where & NEEDED, e))
+			return -1;
+	}
+	return 0;
+}
+
+int policy_take_machine(struct ct_header *out, const struct ct_header *from, const char *in,
+	bool deid, bool *any, struct ct_err *e)
+{
+	*any = ct_header_get(from, machine[0].keyword) != NULL;
+	for (size_t i = 0; i < COUNT(machine) && *any; i++)
+		if (take(out, from, &machine[i], in, deid, false, e))
+			return -1;
+	return 0;
+}

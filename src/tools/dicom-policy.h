@@ -1,0 +1,37 @@
+/* dicom-policy.h: what a DICOM file that is written takes over from the series that it comes from,
+ * and what de-identification leaves of that.
+ *
+ * Nothing else is taken over: no private element, no sequence, nothing that is of one slice, and
+ * nothing that is out of date.
+ */
+#ifndef CT_TOOLS_DICOM_POLICY_H
+#define CT_TOOLS_DICOM_POLICY_H
+#include "series/header.h"
+#include "series/slice.h"
+
+#include <stdbool.h>
+
+/* What PS3.15, table E.1-1, has done to an element. */
+enum deid {
+	KEPT,    /* identifies nobody */
+	EMPTIED, /* Z */
+	DROPPED, /* X */
+	UID,     /* U: another, the same for the same */
+	NAMED,   /* D: a name that is none, */
+	NUMBERED /* and an ID */
+};
+
+/* Append the elements of n slices that are the same in all of them, of those that may be taken
+ * over. Codes of the reader. */
+int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e);
+/* What is taken over of those (zeroes: of nothing), and what has to be there, empty if it is not
+ * known. `frames`: for the picture of many. */
+int policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames,
+	struct ct_err *e);
+/* The machine that made them, as an item `in` of a sequence; *any: is anything known? */
+int policy_take_machine(struct ct_header *out, const struct ct_header *from, const char *in,
+	bool deid, bool *any, struct ct_err *e);
+/* The UID that stands for another one in what is de-identified. CT_ENOMEM. */
+int policy_uid(char out[CT_UID_TEXT], const char *uid, struct ct_err *e);
+
+#endif

@@ -1,0 +1,187 @@
+"""What ct-convert writes as DICOM, read by pydicom; and a series with everything that identifies."""
+import glob
+import os
+import sys
+
+import nibabel
+import numpy as np
+import pydicom
+
+import dicom
+
+LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
+# Whatever of these is found in a file tells who the patient is.
+WHO = dict(
+    PatientName="Secret^Patricia", PatientID="SECRET-ID-77", IssuerOfPatientID="SECRETISSUER",
+    PatientBirthDate="19330303", PatientAge="087Y", PatientWeight="77.7", PatientSize="1.77",
+    OtherPatientNames="Other^Name", PatientComments="SECRETCOMMENT", EthnicGroup="SECRETETHNIC",
+    PatientAddress="SECRETSTREET", StudyDate="20010203", StudyTime="111213.5", SeriesDate="20010204",
+    SeriesTime="121314.5", AcquisitionDate="20010205", AcquisitionTime="131415.5",
+    ContentDate="20010206", ContentTime="141516.5", AccessionNumber="ACC4711",
+    ReferringPhysicianName="R\u00e9f^Doctor", PerformingPhysicianName="Perf^Doctor",
+    OperatorsName="Op^Erator", StudyID="STUDY4712", StudyDescription="SECRETSTUDY",
+    SeriesDescription="SECRETSERIES", ProtocolName="SECRETPROTOCOL", InstitutionName="SECRETHOSPITAL",
+    InstitutionAddress="SECRETTOWN", StationName="STATION77", DeviceSerialNumber="SERIAL77",
+    ContrastBolusAgent="SECRETAGENT", PositionReferenceIndicator="SECRETPLACE",
+    IrradiationEventUID="1.2.840.4711.4", StudyInstanceUID="1.2.840.4711.1",
+    FrameOfReferenceUID="1.2.840.4711.2", SeriesInstanceUID="1.2.840.4711.3",
+    RequestedProcedureDescription="SECRETREQUEST", ImageComments="SECRETIMAGE")
+# Kept in any case.
+NOBODY = dict(
+    BodyPartExamined="CHEST", PatientPosition="HFS", KVP="120", ConvolutionKernel="SOFT7",
+    FilterType="BODY", Manufacturer="Maker", ManufacturerModelName="Model 7", SoftwareVersions="v7",
+    WindowCenter="35", WindowWidth="350", AcquisitionNumber="4")
+# Out of date, or of one slice.
+STALE = dict(SmallestImagePixelValue=-77, LargestImagePixelValue=77, GantryDetectorTilt="1", TableHeight="133")
+KEPT = ["PatientName", "PatientID", "IssuerOfPatientID", "PatientBirthDate", "PatientAge", "PatientWeight",
+        "PatientSize", "StudyDate", "StudyTime", "AccessionNumber", "ReferringPhysicianName", "StudyID",
+        "StudyDescription", "ProtocolName", "PositionReferenceIndicator", "StudyInstanceUID",
+        "FrameOfReferenceUID", "AcquisitionDate", "ContrastBolusAgent", "IrradiationEventUID", *NOBODY]
+KEPT = [k for k in KEPT if k not in ("Manufacturer", "ManufacturerModelName", "SoftwareVersions")]
+
+
+def make():
+    """The folder `template`: nine slices, exposures that differ, private elements."""
+    for k in range(dicom.SLICES):
+        path = "template/%02d.dcm" % k
+        tags = {**WHO, **NOBODY, **STALE, "SpecificCharacterSet": "ISO_IR 100"}
+        dicom.write(path, "axial", k, tags.pop("SeriesInstanceUID"), **tags, Exposure=100 + k,
+                    PatientSex="F", SeriesNumber=7, SOPInstanceUID="1.2.840.4711.9.%d" % k)
+        d = pydicom.dcmread(path)
+        d.file_meta.MediaStorageSOPInstanceUID = d.SOPInstanceUID
+        block = d.private_block(0x0099, "SECRETMAKER", create=True)
+        block.add_new(1, "LO", "SECRETPRIVATE")
+        d.save_as(path, write_like_original=False)
+
+
+def number(name):
+    return int("".join(c for c in os.path.basename(name) if c.isdigit()))
+
+
+def planes(path):
+    """(pixels, position, axes, spacing) of each picture."""
+    for f in sorted(glob.glob(path + "/*"), key=number) if os.path.isdir(path) else [path]:
+        d = pydicom.dcmread(f)
+        px = d.pixel_array
+        if "NumberOfFrames" not in d:
+            assert (d.RescaleSlope, d.RescaleIntercept, d.RescaleType) == (1, 0, "HU")
+            yield px, d.ImagePositionPatient, d.ImageOrientationPatient, d.PixelSpacing
+            continue
+        g = d.SharedFunctionalGroupsSequence[0]
+        for k, own in enumerate(d.PerFrameFunctionalGroupsSequence):
+            yield (px[k], own.PlanePositionSequence[0].ImagePositionPatient,
+                   g.PlaneOrientationSequence[0].ImageOrientationPatient, g.PixelMeasuresSequence[0].PixelSpacing)
+
+
+def same(nii, path):
+    """Do the files hold the voxels of nii, in its own order, where they lie?"""
+    v = nibabel.load(nii)
+    want = np.asarray(v.dataobj)
+    n = 0
+    for k, (px, at, axes, spacing) in enumerate(planes(path)):
+        assert np.array_equal(px.T, want[:, :, k]), (path, k)
+        a = np.zeros((4, 2))
+        a[:3, 0] = np.array(axes[:3], float) * float(spacing[1])
+        a[:3, 1] = np.array(axes[3:], float) * float(spacing[0])
+        assert np.abs((LPS @ a) - v.affine[:, :2]).max() < 1e-5, path
+        first = LPS @ np.array([*map(float, at), 1])
+        assert np.abs(first - v.affine @ [0, 0, k, 1]).max() < 1e-4, path
+        n += 1
+    assert n == want.shape[2]
+
+
+def all(pairs):
+    """Of each line: the NIfTI file and what was written of it."""
+    for line in open(pairs):
+        same(*line.split())
+
+
+def back(nii, other):
+    """Is the other file, whose slices may run the other way, the same volume?"""
+    a, b = nibabel.load(nii), nibabel.load(other)
+    m = np.linalg.inv(b.affine) @ a.affine
+    r = np.rint(m)
+    assert np.abs(m - r).max() < 1e-3, m
+    x, y = np.asarray(a.dataobj), np.asarray(b.dataobj)
+    i = np.indices(x.shape).reshape(3, -1)
+    j = (r @ np.vstack([i, np.ones(i.shape[1])]))[:3].astype(int)
+    assert np.array_equal(x[tuple(i)], np.rint(y[tuple(j)]))
+
+
+def files(path):
+    return sorted(glob.glob(path + "/*")) if os.path.isdir(path) else [path]
+
+
+def kept(path):
+    single = os.path.isdir(path)
+    skip = [] if single else ["AcquisitionDate", "ContrastBolusAgent", "IrradiationEventUID", "KVP",
+                              "ConvolutionKernel", "FilterType", "WindowCenter", "WindowWidth"]
+    for f in files(path):
+        d = pydicom.dcmread(f)
+        for key in KEPT:
+            if key not in skip:
+                assert str(d[key].value) == {**WHO, **NOBODY}[key], (f, key, d.get(key))
+        for key in [*STALE, "Exposure", "OperatorsName", "InstitutionName", "OtherPatientNames"]:
+            assert key not in d, key
+        assert not [e for e in d.iterall() if e.tag.is_private]
+        assert d.SeriesDescription.startswith("SECRETSERIES "), d.SeriesDescription
+        assert d.SeriesNumber == 1007 and d.SeriesInstanceUID != WHO["SeriesInstanceUID"]
+        machine, own = d.ContributingEquipmentSequence
+        assert (machine.Manufacturer, machine.InstitutionName) == ("Maker", "SECRETHOSPITAL")
+        assert own.Manufacturer == d.Manufacturer == "ctsr" and d.ImageComments.startswith("research use")
+        assert d.PatientSex == "F" and d.BurnedInAnnotation == "NO"
+        uids = [s.ReferencedSOPInstanceUID for s in sources(d)]
+        assert uids and not [u for u in uids if not u.startswith("1.2.840.4711.9.")], uids
+
+
+def sources(d):
+    if "NumberOfFrames" not in d:
+        return d.SourceImageSequence
+    return [s for g in d.PerFrameFunctionalGroupsSequence for s in g.DerivationImageSequence[0].SourceImageSequence]
+
+
+def removed(path):
+    words = set(WHO.values()) | {"SECRET", "Secret", "Patricia", "Doctor", "4711"}
+    for f in files(path):
+        data = open(f, "rb").read()
+        for word in words:
+            assert word.encode() not in data, (f, word)
+        d = pydicom.dcmread(f)
+        assert d.PatientIdentityRemoved == "YES" and d.DeidentificationMethodCodeSequence[0].CodeValue == "113100"
+        assert d.PatientID.startswith("ANON-") and str(d.PatientName).startswith("ANON^")
+        for key in ("PatientSex", "PatientBirthDate", "StudyDate", "AccessionNumber", "StudyID"):
+            assert key in d and not d[key].value, key
+        assert d.BodyPartExamined == "CHEST" and d.ContributingEquipmentSequence[0].Manufacturer == "Maker"
+
+
+def nearest(path):
+    """Of slices of half the distance: between two of the source both, outside the last one."""
+    seen = [[s.ReferencedSOPInstanceUID[-1] for s in pydicom.dcmread(f).SourceImageSequence] for f in files(path)]
+    between = [[str(k), str(k + 1)] for k in range(dicom.SLICES - 1) for _ in (0, 1)]
+    assert [sorted(s) for s in seen] == [["0"], *between, [str(dicom.SLICES - 1)]], seen
+
+
+def alone(path):
+    """Of slices in the same places: each is of that one."""
+    seen = [[s.ReferencedSOPInstanceUID[-1] for s in pydicom.dcmread(f).SourceImageSequence] for f in files(path)]
+    assert seen == [[str(k)] for k in range(dicom.SLICES)], seen
+
+
+def oblique():
+    """A volume at an angle, left-handed, and one that is sheared."""
+    rng = np.random.default_rng(1)
+    q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    q[:, 0] *= -np.sign(np.linalg.det(q))  # det -1
+    x = rng.integers(-1024, 3000, (7, 6, 5)).astype(np.int16)
+    a = np.eye(4)
+    a[:3, :3] = q * [0.7421875, 1.1, 2.3]
+    a[:3, 3] = -12.3456, 78.9, -456.789
+    nibabel.Nifti1Image(x, a).to_filename("oblique.nii")
+    a[:3, 2] += 0.3 * a[:3, 0]
+    v = nibabel.Nifti1Image(x, a)
+    v.set_qform(None, code=0)
+    v.to_filename("sheared.nii")
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[1]](*sys.argv[2:])

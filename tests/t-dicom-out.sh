@@ -1,0 +1,196 @@
+#!/bin/sh
+# DICOM out: what is written is what was there, in any orientation; it belongs to the patient and study of its
+# template, or to nobody; dciodvfy finds no error; nothing half-written is left.
+. "$srcdir/tests/tap.sh"
+ct-phantom -q --size 7x6x5 --spacing 2,2.5,3 marks f.nii && ct-convert -q --type i16 f.nii v.nii
+ct-convert v.nii first/ 2>err
+if grep -q 'with-vtk' err; then skip 'DICOM out' 'built without vtk-dicom'; done_testing; fi
+py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-dicom-out.py" "$@"; }
+python_with pydicom && "$PY" -c 'import nibabel' && oracle=1 || oracle=
+clean() { # clean NAME FILE...: dciodvfy finds no error
+	name_=$1; shift
+	if ! command -v dciodvfy >/dev/null; then skip "$name_: dciodvfy" 'no dciodvfy'; return; fi
+	for f; do dciodvfy "$f" 2>&1 | grep -i 'error\|abort\|not present in standard'; done >errors
+	[ ! -s errors ]; ok $? "$name_: dciodvfy finds no error"; sed 's/^/# /' errors
+	if command -v dcmdump >/dev/null; then
+		for f; do dcmdump "$f" >/dev/null 2>>dump || echo "$f" >>dump; done
+		[ ! -s dump ]; ok $? "$name_: dcmdump reads it"
+	fi
+}
+voxels() { tail -c +"$(($(od -An -j108 -N4 -tf4 "$1" | cut -d. -f1) + 1))" "$1" | cksum; }
+
+# every way that axes can run, the left-handed ones too: in a folder, and in one file
+[ "$(ls first | tr '\n' ' ')" = 'ctsr0001.dcm ctsr0002.dcm ctsr0003.dcm ctsr0004.dcm ctsr0005.dcm ' ]; ok $? 'a file a slice'
+ways=0 kind=1
+for x in L R; do for y in A P; do for z in S I; do
+	for axes in $x$y$z $x$z$y $y$x$z $y$z$x $z$x$y $z$y$x; do
+		ct-convert -q --reorient $axes v.nii in-$axes.nii
+		case $kind in 1) kind=0 d=$axes/ ;; *) kind=1 d=$axes.dcm ;; esac
+		ct-convert -q in-$axes.nii $d; ct-convert -qf --reorient $axes $d back.nii
+		for f in in-$axes.nii back.nii; do ct-info $f | sed -n 3,11p; voxels $f; done >seen
+		[ "$(sort seen | uniq -c | awk '$1 % 2' | wc -l)" -eq 0 ] && ways=$((ways + 1)) || echo $d
+		echo in-$axes.nii $d >>pairs
+	done
+done; done; done >wrong
+[ $ways -eq 48 ]; ok $? "all 48 orientations come back, voxels and affine ($ways)"; sed 's/^/# /' wrong
+clean 'without a template' first/* [LR]??/ctsr0002.dcm RSA.dcm LSA.dcm
+ct-convert -q v.nii one.dcm; clean 'one file' one.dcm
+ct-info first >info; has info '^fit  *yes$' 'ct-info finds a series that is fit'; has info '^gap-mm  *3 3 3$' 'with its spacing'
+ct-convert --inspect one.dcm >info; has info '^fit  *yes$' 'and in one file'
+if [ "$oracle" ]; then
+	py all pairs >wrong 2>&1
+	[ ! -s wrong ]; ok $? 'pydicom reads the same voxels at the same places'; sed 's/^/# /' wrong
+	py oblique; ok $? 'a volume at an angle is made'
+	for o in o/ o.dcm; do
+		exits 0 "$o of it" ct-convert oblique.nii $o; py same oblique.nii $o; ok $? 'is where it was'
+		ct-convert -qf $o back.nii; py back oblique.nii back.nii; ok $? 'and comes back'
+	done
+	exits 5 'a sheared one' ct-convert sheared.nii sheared/; has err 'sheared.nii: .*right angles' 'is refused'
+	[ ! -e sheared ]; ok $? 'nothing is made'
+	if command -v dcm2niix >/dev/null; then
+		for axes in $(ls -d */ | sed -n "s/^\([LRAPSI]\{3\}\).$/\1/p" | head -n 8); do
+			dcm2niix -z n -f d2n-$axes -o . $axes >/dev/null 2>&1
+			py back in-$axes.nii d2n-$axes.nii || echo $axes
+		done >wrong 2>&1
+		[ ! -s wrong ]; ok $? 'so does dcm2niix'; sed 's/^/# /' wrong
+	else
+		skip 'so does dcm2niix' 'no dcm2niix'
+	fi
+else
+	skip 'pydicom, dcm2niix' 'no pydicom or no nibabel'
+fi
+
+# the same input: the same bytes; another voxel, another folder of bytes
+sum() { cat "$1"/* | cksum; }
+mkdir elsewhere; cp v.nii elsewhere; ct-convert -q elsewhere/v.nii again/; [ "$(sum first)" = "$(sum again)" ]; ok $? 'the same bytes twice'
+ct-convert -q --type i16 --reorient LAS v.nii w.nii
+head -c -2 v.nii >other.nii; printf '\001\000' >>other.nii; ct-convert -q other.nii other/
+strings_of() { strings -n 20 "$1" | grep -o '2\.25\.[0-9]*' | sort -u; }
+if command -v strings >/dev/null; then
+	strings_of first/ctsr0001.dcm >a; strings_of other/ctsr0001.dcm >b
+	[ "$(comm -12 a b | wc -l)" -eq 1 ]; ok $? 'a voxel in another slice: all UIDs are others but that of the program'
+	for f in first/*; do strings_of "$f"; done | sort | uniq -c >u # program, study, series, space in all 5, one a slice
+	[ "$(awk '$1 == 1' u | wc -l) $(awk '$1 == 5' u | wc -l)" = '5 4' ]; ok $? 'one UID a slice, the others are shared'
+	[ -z "$(awk 'length($2) > 64' u)" ]; ok $? 'no longer than 64 characters'
+fi
+SOURCE_DATE_EPOCH=86399 ct-convert -q v.nii dated/; ct-convert -q v.nii dated.dcm
+grep -aq '19700101' dated/ctsr0001.dcm && grep -aq 235959 dated/ctsr0001.dcm; ok $? 'SOURCE_DATE_EPOCH is its date'
+! grep -aq "$(date +%Y%m)" first/ctsr0001.dcm dated.dcm; ok $? 'today is not'
+
+# values
+ct-convert -q --type f32 f.nii f32.nii; exits 0 'values between' ct-convert -fv f.nii r/; has err 'rounded to whole HU' 'are rounded, with -v said'
+exits 0 'whole ones' ct-convert -fv v.nii r/; ! grep -q rounded err; ok $? 'are not'
+printf '\000\000\000\000\000\000\000\107\000\000\000\307' >w.raw # 0, 32768, -32768
+exits 6 'values that do not fit' ct-convert --raw 3x1x1:f32 --spacing 1 --units hu w.raw no/
+has err '32768 at voxel 1,0,0 does not fit' 'are named, with their place'
+printf '\000\000\000\000\000\377\377\106\000\000\000\307' >w.raw # 0, 32767.5, -32768
+exits 6 'nor those that do not when rounded' ct-convert --raw 3x1x1:f32 --spacing 1 --units hu w.raw no/
+printf '\000\000\000\000\000\000\200\077\000\000\000\077\000\000\200\077' >w.raw # 0, 1, 0.5, 1
+exits 3 'what cannot be HU' ct-convert --raw 2x1x2:f32 --spacing 1 w.raw no/; has err '^ct-convert: w.raw: values from 0 to 1 are not HU' 'is refused by name'
+ct-convert -q --units other --raw 2x1x2:f32 --spacing 1 w.raw o.nii
+exits 3 'what says it is not' ct-convert o.nii no/; has err 'its values are not HU, says its metadata' 'too'
+exits 0 'unless it is said' ct-convert --units other o.nii us/; exits 3 'and then' ct-convert us d.nii; has err 'RescaleType' 'the files say so'; rm -f d.nii; clean 'of no unit' us/*
+[ ! -e no ]; ok $? 'nothing is made of what is refused'
+
+# names
+exits 4 'a folder that holds files' ct-convert v.nii first/; has err 'first/: holds files' 'is refused'
+exits 4 'so without a slash' ct-convert v.nii first
+exits 0 '--force' ct-convert -f w.nii first; [ "$(sum first)" != "$(sum again)" ]; ok $? 'replaces a series'
+ct-convert -q --reorient SAR v.nii more.nii; ct-convert -qf more.nii first; ct-convert -qf v.nii first; [ "$(sum first)" = "$(sum again)" ]; ok $? 'all of it'
+: >first/notes.txt; exits 4 'but no other files' ct-convert -f w.nii first; has err 'holds notes.txt' 'and names one'
+rm first/notes.txt; [ "$(sum first)" = "$(sum again)" ]; ok $? 'nothing has changed'
+mkdir empty; chmod 750 empty; exits 0 'an empty folder' ct-convert v.nii empty; [ "$(stat -c %a empty) $(ls empty | wc -l)" = '750 5' ]; ok $? 'is filled, with its rights'
+(umask 027; ct-convert -q v.nii mine/); [ "$(stat -c %a mine) $(stat -c %a mine/ctsr0001.dcm)" = '750 640' ]; ok $? 'umask holds'
+ln -s empty link; exits 0 'a link' ct-convert -f w.nii link; [ -L link ] && [ "$(ls empty | wc -l)" -eq 5 ]; ok $? 'is followed'
+exits 4 'a file with a slash' ct-convert v.nii v.nii/; exits 4 'no folder above' ct-convert v.nii none/x/
+exits 4 'a folder of the series itself' ct-convert first first/out/; has err 'first/out/: lies in first, an input' 'is refused'
+exits 4 'a file there' ct-convert first first/out.dcm; exits 4 'one in the template' ct-convert --template first v.nii first/out.dcm
+exits 4 'one file that is there' ct-convert v.nii one.dcm; exits 0 'with --force' ct-convert -f v.nii one.dcm
+for o in '--template first' --deid; do exits 2 "$o without DICOM" ct-convert $o v.nii d.nii; has err "^ct-convert: ${o%% *}: needs OUT to be DICOM" 'says so'; done
+exits 2 '--type with it' ct-convert --type i16 v.nii no/; exits 3 'a template that is none' ct-convert --template v.nii w.nii no/; has err 'v.nii: is not DICOM' 'says so'
+exits 2 'projections' ct-convert --scanner s.json v.nii no/
+exits 2 'another command' ct-degrade -x 2 v.nii no.dcm; [ ! -e no ] && [ ! -e no.dcm ]; ok $? 'nothing is made'
+
+# nothing half-written
+room() { # room OUT SIZE: with no file allowed to grow to SIZE, the words go through a pipe
+	for k in 0 1 2 3 4 5 6 7 8 9; do
+		{ (trap '' XFSZ; prlimit --fsize=$(($2 * k / 10)) ct-convert -q v.nii "$1"; echo $? >&3); } 2>&1 3>status | cat >err
+		[ "$(cat status) $(ls -d full* 2>/dev/null)" = '4 ' ] && grep -q "^ct-convert: $1.*: [FN]" err || { cat status err; ls -d full*; }
+	done
+}
+if command -v prlimit >/dev/null; then
+	{ room full/ "$(stat -c %s first/ctsr0001.dcm)"; room full.dcm "$(stat -c %s one.dcm)"; } >wrong 2>&1
+	[ ! -s wrong ]; ok $? 'no room: status 4, and nothing is left'; sed 's/^/# /' wrong
+	(trap '' XFSZ; prlimit --fsize=100 ct-convert -qf w.nii first/ 2>/dev/null); [ "$(sum first)" = "$(sum again)" ]; ok $? 'what was there stays'
+else
+	skip 'no room' 'no prlimit'
+fi
+ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii; ct-convert -q long.nii ref.dcm
+for sig in INT TERM KILL; do
+	for o in long/ long.dcm; do
+		ct-convert -q long.nii $o 2>/dev/null & pid=$!
+		while kill -0 $pid 2>/dev/null && [ -z "$(ls -d long*.ct-* 2>/dev/null)" ]; do :; done
+		sleep 0.1; kill -$sig $pid 2>/dev/null; wait $pid; code=$?
+		case $code in 0) echo late; rm -r $o; continue ;; esac # it was done before
+		if [ -e long.dcm ]; then cmp long.dcm ref.dcm && rm long.dcm; fi # it was done, and ended then
+		echo "$sig $o $code $(ls -d long* | tr '\n' ' ')"
+	done
+done >stopped 2>/dev/null
+! grep '^[IT]' stopped | grep -v ' 75 long.nii $'; ok $? 'SIGINT and SIGTERM leave nothing'
+[ -z "$(awk '{for (i = 4; i <= NF; i++) if ($i == "long" || $i == "long.dcm") print}' stopped)" ]; ok $? 'SIGKILL leaves nothing of that name'
+exits 0 'the next run' ct-convert -q long.nii long/; exits 0 'of either kind' ct-convert -q long.nii long.dcm
+[ "$(ls -d long* | tr '\n' ' ')" = 'long long.dcm long.nii ' ]; ok $? 'sweeps up what was left'
+[ "$(ls long | wc -l) $(ls long | tail -n 1)" = '1500 ctsr1500.dcm' ]; ok $? 'and is whole'
+
+# whose it is
+[ "$oracle" ] || { skip 'templates' 'no pydicom or no nibabel'; done_testing; }
+py make; ok $? 'a template is made'
+ct-convert -q template t.nii; ct-convert -q --iso 1.25 t.nii iso.nii
+for t in '' --deid; do
+	exits 0 "DICOM to DICOM $t" ct-convert -q $t template "own$t/"
+	exits 0 "of a folder $t" ct-convert -q $t --template template t.nii "folder$t/"
+	exits 0 "of a file $t" ct-convert -q $t --template template/03.dcm iso.nii "iso$t/"
+	exits 0 "one file $t" ct-convert -q $t --template template iso.nii "iso$t.dcm"
+	clean "with a template $t" own$t/* iso$t/ctsr0002.dcm iso$t.dcm
+done
+for d in own folder iso iso.dcm; do py kept $d; ok $? "$d: patient, study, space and scan are the template's, what is stale is not"; done
+for d in own--deid folder--deid iso--deid iso--deid.dcm; do py removed $d; ok $? "$d: nothing of it tells who that is"; done
+py nearest iso; ok $? 'each slice names those that it lies between'
+py alone own; ok $? 'or the one that it was'
+grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
+mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
+ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm
+py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
+tag() { dcmdump +P "$1" "$2" | sed -n 's/.*\[\(.*\)\].*/\1/p' | sort -u; }
+if command -v dcmdump >/dev/null; then
+	for t in StudyInstanceUID FrameOfReferenceUID PatientID; do
+		a=$(tag $t own--deid/ctsr0001.dcm); [ "$a" ] && [ "$a" = "$(tag $t iso--deid.dcm)" ] || echo $t
+	done >wrong
+	[ ! -s wrong ]; ok $? 'the same study, space and patient have the same names without one'
+	[ "$(tag SeriesInstanceUID own/ctsr0001.dcm)" != "$(tag SeriesInstanceUID iso/ctsr0001.dcm)" ]; ok $? 'series have their own'
+fi
+exits 0 'no template' ct-convert -v t.nii none/; has err 'none/: of no patient and no study.*--template' 'says so'
+mkdir two; cp template/* two; cp first/* two; exits 5 'two series' ct-convert --template two iso.nii x/; has err 'series' 'are one too many'
+exits 0 '--series' ct-convert --template two --series 1.2.840.4711.3 iso.nii two.dcm; py kept two.dcm; ok $? 'takes one'
+"$PY" -c 'import nibabel
+v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
+exits 5 'a volume beside the template' ct-convert --template template far.nii x/; has err 'template/.*not of one space' 'is of another'
+cp -r template mr; "$PY" -c 'import glob, pydicom
+for f in glob.glob("mr/*"): d = pydicom.dcmread(f); d.Modality = "MR"; d.save_as(f)'
+exits 3 'one of another modality' ct-convert --units other mr x/; has err "mr/.*modality is 'MR'" 'is not written as CT'
+[ ! -e x ]; ok $? 'nothing is made'
+exits 0 'from one file to files' ct-convert -q iso.dcm from-one/; clean 'of frames' from-one/ctsr0002.dcm
+ct-convert -qf from-one back.nii; ct-convert -q iso.dcm b.nii; [ "$(voxels back.nii)" = "$(voxels b.nii)" ]; ok $? 'are the same'
+
+# the chain
+ct-sr -q -x 2 -Q draft template sr/ 2>err; ok $? 'ct-sr from DICOM to DICOM'
+clean 'of ct-sr' sr/ctsr0001.dcm; py kept sr; ok $? 'is of the same study'
+grep -aq 'SECRETSERIES SR x2' sr/ctsr0001.dcm && grep -aq 'ct-convert ct-upsample ct-convert' sr/ctsr0001.dcm; ok $? 'and says what it is'
+ct-info sr >info; has info '^size  *24 20$' 'twice as fine'; has info '^fit  *yes$' 'and fit'
+exits 0 'with --keep' ct-sr -q -x 2 -Q draft --keep work template kept/; [ "$(sum kept)" = "$(sum sr)" ]; ok $? 'the same bytes'
+sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr)" ]; ok $? 'once more'
+exits 0 'goes on' ct-sr -vx 2 -Q draft --keep work --resume template kept/; has err '3 of 3 steps were done' 'with all that is done'
+rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' ct-sr -qx 2 -Q draft --keep work --resume template kept/; [ "$(sum kept)" = "$(sum sr)" ]; ok $? 'they are written again'
+exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
+exits 0 'NIfTI to DICOM' ct-sr -q -x 2 -Q draft t.nii of-nii/; exits 4 'what is there' ct-sr -q -x 2 -Q draft template sr; exits 4 'the folder between' ct-sr -qx 2 -Q draft --keep both template both/
+done_testing
