@@ -3,8 +3,8 @@
 #include "formats/any.h"
 #include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/headed.h"
 #include "formats/io.h"
-#include "formats/nifti.h"
 
 #include <stdint.h>
 #include <stdio.h>
@@ -46,6 +46,8 @@ enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
 		if (n >= known[i].n && memcmp(data, known[i].magic, known[i].n) == 0)
 			return known[i].kind;
+	if (ct_headed_sniff(data, n))
+		return CT_KIND_VOLUME;
 	if (n >= 132 && memcmp(data + 128, "DICM", 4) == 0)
 		return CT_KIND_DICOM;
 	if (ct_any_is_tar(data, n))
@@ -69,8 +71,9 @@ static int refuse(const char *path, enum ct_kind kind, struct ct_err *e)
 		return ct_fail(
 			e, CT_EINPUT, "%s: DICOM; ct-convert makes a volume of a series", path);
 	return ct_fail(e, CT_EINPUT, "%s: %s", path,
-		kind == CT_KIND_PICTURE ? "a picture"
-					: "not a NIfTI, EXR, PLY, safetensors or PyTorch file");
+		kind == CT_KIND_PICTURE
+			? "a picture"
+			: "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
 }
 
 /* Standard input and other streams: in memory first. */
@@ -93,7 +96,7 @@ static int read_bytes(const char *path, struct ct_any *a, struct ct_err *e)
 	else if (!(f = fmemopen(data, n, "rb")))
 		ct_fail(e, CT_ENOMEM, "%s: no memory", path);
 	else
-		rc = a->kind == CT_KIND_VOLUME ? ct_nifti_read_stream(f, path, &a->vol, e)
+		rc = a->kind == CT_KIND_VOLUME ? ct_bytes_read_vol(f, path, &a->vol, e)
 					       : ct_bytes_read_tensors(f, path, &a->tensors, e);
 	if (f)
 		fclose(f);

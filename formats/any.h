@@ -11,7 +11,7 @@
 
 #define CT_KIND_LIST(X)                                                                            \
 	X(CT_KIND_UNKNOWN, "unknown")                                                              \
-	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip */                                    \
+	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip, MetaImage, NRRD */                   \
 	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
 	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
 	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \

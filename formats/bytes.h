@@ -6,9 +6,12 @@
 #include "core/gauss.h"
 #include "core/stack.h"
 #include "core/tensors.h"
+#include "core/vol.h"
 
 #include <stdio.h>
 
+/* A volume of any format, by its first byte. Never seeks, but for voxels at the end of a file. */
+int ct_bytes_read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
 int ct_bytes_read_exr(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
 	struct ct_err *e);
 int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,

@@ -3,12 +3,23 @@
 #include "formats/any.h"
 #include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+
+int ct_bytes_read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+{
+	const int first = getc(f);
+
+	if (first != EOF)
+		ungetc(first, f);
+	return (isalpha(first) ? ct_headed_read_stream : ct_nifti_read_stream)(f, name, v, e);
+}
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
@@ -17,7 +28,7 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 
 	if (ct_io_open(path, &f, e))
 		return -1;
-	rc = ct_nifti_read_stream(f, path, v, e);
+	rc = ct_bytes_read_vol(f, path, v, e);
 	ct_io_close(f);
 	return rc;
 }

@@ -12,7 +12,7 @@
 #include "core/tensors.h"
 #include "core/vol.h"
 
-/* NIfTI-1/2, plain or gzip. slope/intercept applied: data are real values (HU).
+/* NIfTI-1/2, plain or gzip, MetaImage, NRRD. slope/intercept applied: data are real values (HU).
  * NaN voxels are read as they are: ct_vol_check_finite is the tool's to call. */
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e);
 /* int16 if every voxel is an integer that fits, else float32. */

@@ -1,5 +1,6 @@
 libct_a_SOURCES += formats/io.c formats/io.h
 libct_a_SOURCES += formats/out-folder.c formats/out-folder.h
+libct_a_SOURCES += formats/ends.c formats/ends.h
 libct_a_SOURCES += formats/temp.c formats/temp.h
 libct_a_SOURCES += formats/format.h
 libct_a_SOURCES += formats/hash.c formats/hash.h formats/hash-impl.h
@@ -8,7 +9,10 @@ libct_a_SOURCES += formats/format.c
 libct_a_SOURCES += formats/units.c formats/units.h
 libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
+libct_a_SOURCES += formats/source.c formats/source.h formats/sink.c formats/sink.h
 libct_a_SOURCES += formats/voxels.c formats/voxels.h
+libct_a_SOURCES += formats/headed.c formats/headed.h formats/headed-impl.h formats/headed-write.c
+libct_a_SOURCES += formats/headed-mha.c formats/headed-nrrd.c
 libct_a_SOURCES += formats/raw.c formats/raw.h
 libct_a_SOURCES += formats/npy.c formats/npy.h
 libct_a_SOURCES += formats/exr.c formats/exr.h

@@ -30,6 +30,8 @@ enum ct_nifti_type { CT_NIFTI_LIST(CT_WORD_VALUE) };
  * failure. CT_EINPUT: not NIfTI, unsupported, truncated, corrupt; CT_EGEOM: voxel sizes or
  * affine refused; CT_ENOMEM. */
 int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
+/* Does the type mean int16 for these voxels? CT_ENUMERIC if it has to and a voxel does not fit. */
+int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, struct ct_err *e);
 /* NIfTI-1, or NIfTI-2 if a dimension is above 32767; gzip if the name ends in .gz. sform is the
  * affine; qform its nearest rotation, the codes equal. CT_EGEOM if the two would disagree by more
  * than 0.05 voxel, unless `shear` allows it: then qform_code is 0. CT_EOUTPUT; CT_ENOMEM. */

@@ -12,18 +12,19 @@ bin_PROGRAMS += ct-merge
 ct_merge_SOURCES = src/tools/ct-merge.c
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
-	src/tools/convert-grid.c src/tools/convert-crop.c src/tools/convert-stack.c \
+	src/tools/convert-grid.c src/tools/convert-crop.c src/tools/convert-stack.c src/tools/convert-radiograph.c \
 	src/tools/convert-dicom.c src/tools/convert.h src/tools/dicom-form.c src/tools/dicom-form.h
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
-DICOM_SOURCES = src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+DICOM_SOURCES = src/tools/sidecar.c src/tools/sidecar.h src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
 ct_convert_SOURCES += src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
 	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h
 ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
 else
+ct_convert_SOURCES += src/tools/sidecar.c src/tools/sidecar.h
 EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h src/tools/dicom-image.c \
 	src/tools/dicom-image.h src/tools/dicom-policy.c src/tools/dicom-policy.h \

@@ -15,7 +15,7 @@
 #include <sys/wait.h>
 
 struct params {
-	const char *in, *in2, *out, *out2, *again;
+	const char *in, *in2, *out, *out2, *beside, *again;
 	struct ct_list list;
 	bool resume, dry;
 };
@@ -24,11 +24,12 @@ static const struct ct_opt opts[] = {
 	CT_ARG(P, in, CT_READS, "IN", ""),
 	CT_OPT(P, resume, 0, "resume", NULL, 0, 0, ""),
 	CT_INPUT(P, in2, 0, "in2", "FILE", ""),
-	CT_OUTPUT(P, out, 'o', "out", "FILE", ""),
-	CT_OUTPUT(P, out2, 0, "out2", "FILE", ""),
+	CT_OUTPUT(P, out, 'o', "out", "FILE", CT_ENDS_STACK, ""),
+	CT_OUTPUT(P, out2, 0, "out2", "FILE", CT_ENDS_IF(CT_IF(P, in2), "csv", CT_ENDS_VOLUME), ""),
+	CT_OUTPUT_BESIDE(P, beside, 0, "beside", "FILE", "json", ""),
 	CT_OPT(P, dry, 0, "dry-run", NULL, 0, 0, ""),
-	CT_ARG(P, again, CT_REWRITES, "AGAIN", ""),
-	CT_ARG(P, list, CT_READS_WRITES, "FILES", ""),
+	CT_ARG_OUT(P, again, CT_REWRITES, "AGAIN", CT_ENDS_GAUSS, ""),
+	CT_ARG_OUT(P, list, CT_READS_WRITES, "FILES", CT_ENDS_VOLUME "|mha", ""),
 	CT_OPT_END,
 };
 static struct ct_err e;
@@ -93,6 +94,8 @@ static void test_list(void)
 	OK(refused((P){.list = LIST("a", "b", "a")}, CT_EOUTPUT, "a: is also an input, a"),
 		"nor be one of those before");
 	OK(clear((P){.list = LIST("a", "b"), .out = "x"}), "unless another row names the output");
+	OK(refused((P){.list = LIST("a", "b"), .beside = "x"}, CT_EOUTPUT, "b: exists"),
+		"which one beside it does not");
 	OK(refused((P){.list = LIST("b", "a"), .out = "a"}, CT_EOUTPUT, "a: is also an input, a"),
 		"which none of the list is");
 	OK(refused((P){.list = LIST("a", "-"), .out = "-", .out2 = "-"}, CT_EUSAGE,
@@ -104,6 +107,39 @@ static void test_list(void)
 	OK(refused((P){.list = LIST("-", "-", "x"), .dry = true}, CT_EUSAGE, "only one input"),
 		"also of a dry run");
 	OK(clear((P){.in = "-", .out = "-", .dry = true}), "one of each serves");
+}
+
+static bool named(P p, const char *refused)
+{
+	static const P defaults;
+	const struct ct_tool tool = {.opts = opts, .defaults = &defaults};
+
+	e = (struct ct_err){0};
+	if (ct_files_names(&tool, &p, &e) == 0)
+		return !refused;
+	if (!refused || strcmp(e.msg, refused) != 0 || e.code != CT_EUSAGE)
+		printf("# %s\n", e.msg);
+	return refused && e.code == CT_EUSAGE && strcmp(e.msg, refused) == 0;
+}
+
+static void test_names(void)
+{
+	OK(named((P){.in = "a.png", .out = "x.exr", .out2 = "x.NII.gz", .again = "d.nii/x.ply"},
+		   NULL),
+		"names as they should be");
+	OK(named((P){.out = "exr", .again = ".ply", .list = LIST("a", "x.y")}, NULL),
+		"names that promise nothing");
+	OK(named((P){.out = "x.nii"}, "x.nii: --out is written as .exr"), "one of another command");
+	OK(named((P){.out2 = "x.gz"}, "x.gz: --out2 is written as .nii or .nii.gz"), "half of one");
+	OK(named((P){.out2 = "x.csv", .in2 = "a"}, NULL), "a mode with an end of its own");
+	OK(named((P){.out2 = "x.nii", .in2 = "a"}, "x.nii: --out2 is written as .csv"),
+		"and no other");
+	OK(named((P){.again = "x.dcm"}, "x.dcm: AGAIN is written as .ply"), "an operand");
+	OK(named((P){.list = LIST("a.dcm", "x.mha")}, NULL), "of a list the last");
+	OK(named((P){.list = LIST("a.dcm", "x.Dcm")},
+		   "x.Dcm: FILES is written as .nii, .nii.gz or .mha"),
+		"whatever the case");
+	OK(named((P){.list = LIST("a.dcm", "x.dcm"), .out = "x.exr"}, NULL), "if it is written");
 }
 
 static void test_more(void)
@@ -326,6 +362,7 @@ int main(void)
 	scratch_begin();
 	test_apart();
 	test_list();
+	test_names();
 	test_more();
 	test_content();
 	test_temporary();

@@ -27,7 +27,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(P, in, CT_READS, "IN", "what is read"),
 	CT_ARG(P, more, CT_READS, "MORE", "what else"),
 	CT_ARG_CHOICE(P, word, "COLOUR", CT_WORDS(COLOURS), "its colour"),
-	CT_ARG_MAYBE(P, out, CT_WRITES, "OUT", "what is written"),
+	CT_ARG_OUT(P, out, CT_WRITES, "OUT", CT_ENDS_IF(CT_IF(P, flag), CT_ENDS_VOLUME "|a", "d"),
+		"what is written", .optional = true),
 	CT_OPT(P, flag, 'a', "flag", NULL, 0, 0, "a flag. It stands for nothing. E.g. this"),
 	CT_OPT(P, n, 'n', "number", "N", 1, 9,
 		"words that fill a line of the help to its last column and so does the second of them, too: it is as long as that. Yes",
@@ -49,7 +50,7 @@ static const struct ct_opt opts[] = {
 /* A row for each kind of condition, called by the letters from a on. */
 #define ROW(name, ...) CT_OPT(P, other, 0, name, NULL, 0, 0, "", CT_WHEN(__VA_ARGS__))
 static const struct ct_opt mode_opts[] = {
-	CT_ARG(P, out, CT_WRITES, "OUT", ""),
+	CT_ARG(P, out, CT_READS, "OUT", ""),
 	CT_ARG(P, more, CT_READS, "MORE", ""),
 	CT_OPT(P, flag, 0, "flag", NULL, 0, 0, ""),
 	CT_OPT(P, n, 0, "number", "N", 0, 0, ""),
@@ -292,6 +293,7 @@ static const char help[] =
 	"  MORE                    what else\n"
 	"  COLOUR                  its colour (default green)\n"
 	"  OUT                     what is written\n"
+	"                          [ends in .nii, .nii.gz or .a with --flag, else .d]\n"
 	"  -a, --flag              a flag. It stands for nothing. E.g. this\n"
 	"  -n, --number=N          words that fill a line of the help to its last column\n"
 	"                          and so does the second of them, too: it is as long as\n"

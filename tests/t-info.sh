@@ -96,7 +96,7 @@ exits 3 'DICOM' ct-info d.dcm
 has err 'ct-convert' 'is sent to ct-convert'
 printf 'hello' >t.txt
 exits 3 'a text' ct-info t.txt
-has err 'not a NIfTI, EXR, PLY, safetensors or PyTorch' 'is refused'
+has err 'not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch' 'is refused'
 : >empty
 exits 3 'an empty file' ct-info empty
 exits 3 'an empty pipe' ct-info - </dev/null

@@ -131,6 +131,7 @@ ct-convert orient LPS
 ct-convert gaps resample
 ct-convert tilt rectify
 ct-convert type auto
+ct-convert radiograph no
 ct-convert units auto
 ct-compose units auto
 ct-degrade units auto
@@ -185,9 +186,9 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
-ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --template --deid --json
+ct-convert --cube --type --template --deid --compress --sidecar --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume

@@ -65,6 +65,8 @@ has err '^ct-merge: point.nii: is no part' 'in words'
 ct-upsample -q -f --iterations 6 --brick 2/3 point.nii other.nii
 exits 5 'another run' ct-merge part1.nii other.nii part3.nii x.nii
 has err '^ct-merge: other.nii: is of another run than part1.nii$' 'in words'
+exits 2 'a slab that is to be a stack' ct-merge part1.nii part2.nii part3.nii x.exr
+has err '^ct-merge: part1.nii: is a slab of a volume, which x.exr is not by its name$' 'is refused'
 exits 2 'no part' ct-merge x.nii
 [ ! -e x.nii ]; ok $? 'and nothing is written of any'
 

@@ -29,7 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(P, word, 0, "word", CT_WORDS(COLOURS), ""),
 	CT_OPT(P, flag, 0, "flag", NULL, 0, 0, ""),
 	CT_OPT_IDLE(P, idle, 0, "idle", NULL, 0, 0, ""),
-	CT_ARG(P, out, CT_WRITES, "OUT", ""),
+	CT_ARG_OUT(P, out, CT_WRITES, "OUT", CT_ENDS_STACK, ""),
 	CT_OPT_END,
 };
 static const P params = {.in = "in", .out = "o", .n = 3, .word = 1, .x = 0.1};

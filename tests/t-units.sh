@@ -48,7 +48,7 @@ exits 3 'what is to teach is HU' $train unit.nii; has err 'unit.nii: values from
 # neither sform nor qform: bytes 252 to 255 of the header
 cp hu.nii lost.nii; printf '\0\0\0\0' | dd of=lost.nii bs=1 seek=252 conv=notrunc 2>/dev/null
 exits 0 'no sform, no qform' ct-convert lost.nii found.nii
-has err 'lost.nii: neither sform nor qform: where the voxels lie is not known' 'is told'
+has err 'lost.nii: its header does not say where the voxels lie' 'is told'
 ct-info lost.nii >info; has info '^  nifti.code  *0$' 'and shown'
 ct-info found.nii >info; ! grep -q 'nifti.code' info; ok $? 'what is written has a place'
 if python_with pydicom && ! ct-convert "$dir_" d.nii 2>&1 | grep -q with-vtk; then

@@ -117,7 +117,8 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		s->operand++;
 	if (s->operand->type != CT_T_END)
 		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
-	return ct_modes_check(&s->given, s->params, e);
+	return ct_files_names(s->t, s->params, e) || ct_modes_check(&s->given, s->params, e) ? -1
+											     : 0;
 }
 
 static size_t threads_wanted(int flag)

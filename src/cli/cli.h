@@ -10,6 +10,7 @@
 #include "core/env.h"
 #include "core/err.h"
 #include "core/words.h"
+#include "formats/ends.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -75,9 +76,18 @@ enum ct_role {
 	CT_NO_FILE,
 	CT_READS,
 	CT_WRITES,
-	CT_REWRITES,     /* its own when it goes on: with --resume it may be there */
-	CT_READS_WRITES, /* of a list the last is written, unless another row names the output */
+	CT_REWRITES,      /* its own when it goes on: with --resume it may be there */
+	CT_READS_WRITES,  /* of a list the last is written, unless another row names the output */
+	CT_WRITES_BESIDE, /* one more output, that does not take the place of that last one */
 };
+
+/* How the names of what a row writes end (formats/ends.h): as the first of whose condition holds.
+ * Another end that is known is refused. */
+struct ct_ends {
+	const char *ends;
+	struct ct_when when;
+};
+enum { CT_ENDINGS = 3 };
 
 struct ct_opt {
 	char c;           /* short letter, or 0 */
@@ -96,6 +106,7 @@ struct ct_opt {
 	 */
 	struct ct_when when[CT_WHENS];
 	enum ct_role role;
+	struct ct_ends ends[CT_ENDINGS]; /* of every row that writes */
 	/* An output that may also be DICOM: a file that ends in .dcm, or a folder, whose files
 	 * match this. */
 	const char *dicom;
@@ -117,14 +128,19 @@ struct ct_opt {
 #define CT_OPT_IDLE(S, f, c, name, arg, from, to, ...)                                             \
 	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .counts = CT_COUNTS_NOT,                 \
 		.help = __VA_ARGS__)
-/* The name of an input, of one that decides nothing that is computed, and of an output. */
+/* The name of an input, of one that decides nothing that is computed, and of an output, with how
+ * it ends: a list of ends, or CT_ENDS_IF. */
 #define CT_INPUT(S, f, c, name, arg, ...)                                                          \
 	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_CONTENT, .role = CT_READS,                 \
 		.help = __VA_ARGS__)
 #define CT_INPUT_IDLE(S, f, c, name, arg, ...)                                                     \
 	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_READS, .help = __VA_ARGS__)
-#define CT_OUTPUT(S, f, c, name, arg, ...)                                                         \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES, .help = __VA_ARGS__)
+#define CT_OUTPUT(S, f, c, name, arg, end, ...)                                                    \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES, .ends = {{end}},   \
+		.help = __VA_ARGS__)
+#define CT_OUTPUT_BESIDE(S, f, c, name, arg, end, ...)                                             \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES_BESIDE,             \
+		.ends = {{end}}, .help = __VA_ARGS__)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
 #define CT_CHOICE(S, f, c, name, words, ...)                                                       \
@@ -132,6 +148,17 @@ struct ct_opt {
 /* An operand; a struct ct_list takes all that are left. */
 #define CT_ARG(S, f, what, arg, ...)                                                               \
 	CT_ROW_(S, f, 0, NULL, arg, .counts = CT_COUNTS_NOT, .role = what, .help = __VA_ARGS__)
+/* One that is written, the last of a list if that is CT_READS_WRITES. */
+#define CT_ARG_OUT(S, f, what, arg, end, ...)                                                      \
+	CT_ROW_(S, f, 0, NULL, arg, .counts = CT_COUNTS_NOT, .role = what, .ends = {{end}},        \
+		.help = __VA_ARGS__)
+/* For `end`: one list under a condition, else another. */
+#define CT_ENDS_IF(condition, then, other)                                                         \
+	then, condition                                                                            \
+	}                                                                                          \
+	,                                                                                          \
+	{                                                                                          \
+		other
 /* One that is a choice. */
 #define CT_ARG_CHOICE(S, f, lab, words, ...)                                                       \
 	CT_ROW_(S, f, 0, NULL, words, .label = lab, .choice = true, .counts = CT_COUNTS_NOT,       \

@@ -1,11 +1,12 @@
 /* files.c: see files.h. */
 #include "config.h"
 #include "cli/files.h"
+#include "cli/modes.h"
+#include "cli/table.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
 
 #include <string.h>
-#include <strings.h>
 
 /* The files of a run, one after the other. */
 struct walk {
@@ -64,6 +65,7 @@ static const char *step(struct walk *w)
 		w->next++;
 		w->output =
 			o->role == CT_WRITES || o->role == CT_REWRITES ||
+			o->role == CT_WRITES_BESIDE ||
 			(o->role == CT_READS_WRITES && w->last_written && n > 1 && w->next == n);
 		if (w->path)
 			return w->path;
@@ -109,20 +111,31 @@ static int check_streams(const struct ct_opt *opts, const void *params, struct c
 	return 0;
 }
 
-/* A name that ends as that of a format which no command writes would be a lie. */
-static int check_name(const char *path, struct ct_err *e)
+/* What names of this row end in. */
+static const char *ends_of(const struct ct_opt *o, const struct ct_tool *t, const void *params)
 {
-	static const char *const others[] = {"dcm", "dicom", "ima", "mha", "mhd", "nrrd", "nhdr",
-		"hdr", "img", "mgz", "npy", "npz", "raw", "mat", "h5", "pt", "zst", "xz", "bz2",
-		"zip", "tar", "tgz"};
-	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+	const struct ct_ends *x = o->ends;
 
-	if (dot && strcasecmp(dot, ".dcm") == 0)
-		return ct_fail(
-			e, CT_EUSAGE, "%s: this command writes no DICOM; ct-convert does", path);
-	for (size_t i = 0; dot && i < sizeof others / sizeof *others; i++)
-		if (strcasecmp(dot + 1, others[i]) == 0)
-			return ct_fail(e, CT_EUSAGE, "%s: no command writes .%s", path, others[i]);
+	while (x + 1 < o->ends + CT_ENDINGS && x[1].ends && !ct_modes_hold(&x->when, t, params))
+		x++;
+	return x->ends;
+}
+
+int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e)
+{
+	for (struct walk w = begin(t->opts, params); step(&w);)
+		if (w.output && ct_ends_known(w.path) &&
+			!(w.opt->dicom && ct_files_is_dicom(w.path))) {
+			const char *ends = ends_of(w.opt, t, params);
+			char text[200];
+
+			if (ct_ends_match(w.path, ends))
+				continue;
+			ct_ends_text(text, sizeof text, ends);
+			return ct_fail(e, CT_EUSAGE, "%s: %s%s is written as %s", w.path,
+				w.opt->name ? "--" : "",
+				w.opt->name ? w.opt->name : ct_table_operand(w.opt), text);
+		}
 	return 0;
 }
 
@@ -160,8 +173,7 @@ int ct_files_check(
 		if (w.output && w.opt->dicom && ct_files_is_dicom(w.path)) {
 			if (check_dicom(opts, &w, &own, e))
 				return -1;
-		} else if (w.output && (check_name(w.path, e) || apart(opts, &w, e) ||
-					       ct_out_check(w.path, &own, e)))
+		} else if (w.output && (apart(opts, &w, e) || ct_out_check(w.path, &own, e)))
 			return -1;
 	}
 	return 0;

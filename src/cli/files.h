@@ -5,10 +5,12 @@
 
 /* Before any work: each output can be written now, and is none of the inputs and no other output;
  * of a dry run nothing is asked of outputs. Standard input and output serve once each. CT_EOUTPUT
- * naming the file, CT_EUSAGE, also for a name of a format that no
- * command writes. */
+ * naming the file, CT_EUSAGE. */
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e);
+/* CT_EUSAGE for an output whose name ends as that of a format which its row does not write
+ * (formats/ends.h); a name without an end that is known is fine. */
+int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e);
 /* The same of one more file that the run writes: that it is none of those. */
 int ct_files_apart(
 	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e);

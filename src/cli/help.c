@@ -45,12 +45,26 @@ static void fold(size_t from, size_t at, const char *text)
 	}
 }
 
-/* Which modes take the option, on a line of its own. */
-static void put_modes(const struct ct_tool *t, const struct ct_opt *o, size_t from)
+/* How the names of what the row writes end, "..."; empty if it writes nothing. */
+static void ends_text(char *out, size_t room, const struct ct_tool *t, const struct ct_opt *o)
 {
-	char text[400], shown[420];
+	char ends[160], when[160];
+	size_t at = 0;
 
-	ct_modes_text(text, sizeof text, t, o);
+	*out = '\0';
+	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++) {
+		ct_ends_text(ends, sizeof ends, x->ends);
+		ct_modes_when(when, sizeof when, t, &x->when);
+		at += (size_t)snprintf(out + at, room - at, "%s%s%s%s", at ? ", else " : "ends in ",
+			ends, *when ? " with " : "", when);
+	}
+}
+
+/* A remark on a line of its own. */
+static void put_line(const char *text, size_t from)
+{
+	char shown[420];
+
 	if (!*text)
 		return;
 	snprintf(shown, sizeof shown, "[%s]", text);
@@ -66,7 +80,7 @@ void ct_help_print(const struct ct_tool *t)
 	synopsis(t);
 	printf("\n%s\n\n", t->brief);
 	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
-		char left[80];
+		char left[80], text[400];
 		int n;
 
 		if (!o->name)
@@ -78,7 +92,10 @@ void ct_help_print(const struct ct_tool *t)
 		n = printf("%-25s", left);
 		fold(25, (size_t)n, o->help);
 		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
-		put_modes(t, o, 25);
+		ends_text(text, sizeof text, t, o);
+		put_line(text, 25);
+		ct_modes_text(text, sizeof text, t, o);
+		put_line(text, 25);
 		putchar('\n');
 	}
 	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
@@ -98,11 +115,8 @@ static void sentences(const char *text)
 }
 
 /* The same as a sentence. */
-static void put_modes_mdoc(const struct ct_tool *t, const struct ct_opt *o)
+static void put_sentence(const char *text)
 {
-	char text[400];
-
-	ct_modes_text(text, sizeof text, t, o);
 	for (const char *c = text; *c; c++)
 		if (*c == '-')
 			fputs("\\-", stdout);
@@ -115,6 +129,7 @@ static void put_modes_mdoc(const struct ct_tool *t, const struct ct_opt *o)
 void ct_help_mdoc(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
+	char text[400];
 	bool common;
 
 	puts(".Bl -tag -width Ds");
@@ -129,7 +144,10 @@ void ct_help_mdoc(const struct ct_tool *t)
 		sentences(o->help);
 		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
 		puts(".");
-		put_modes_mdoc(t, o);
+		ends_text(text, sizeof text, t, o);
+		put_sentence(text);
+		ct_modes_text(text, sizeof text, t, o);
+		put_sentence(text);
 	}
 	puts(".El");
 }

@@ -42,7 +42,7 @@ static bool excludes(const struct ct_when *w)
 	return w->kind == CT_WHEN_UNSET || w->kind == CT_WHEN_OTHER;
 }
 
-static bool holds(const struct ct_when *w, const struct ct_tool *t, const void *params)
+bool ct_modes_hold(const struct ct_when *w, const struct ct_tool *t, const void *params)
 {
 	const struct ct_opt *o = row_at(t, w->at);
 	const void *p = (const char *)params + w->at;
@@ -63,12 +63,12 @@ static bool is_taken(const struct ct_opt *o, const struct ct_tool *t, const void
 	bool asked = false, any = false;
 
 	for (const struct ct_when *w = o->when; w < o->when + CT_WHENS; w++) {
-		if (excludes(w) && !holds(w, t, params))
+		if (excludes(w) && !ct_modes_hold(w, t, params))
 			return false;
 		if (excludes(w) || w->kind == CT_WHEN_ALWAYS)
 			continue;
 		asked = true;
-		any |= holds(w, t, params);
+		any |= ct_modes_hold(w, t, params);
 	}
 	return any || !asked;
 }
@@ -129,6 +129,17 @@ void ct_modes_text(char *out, size_t room, const struct ct_tool *t, const struct
 	else
 		put_all(f, t, o, true, "not with ");
 	fclose(f);
+}
+
+void ct_modes_when(char *out, size_t room, const struct ct_tool *t, const struct ct_when *w)
+{
+	FILE *f = fmemopen(out, room, "w");
+
+	*out = '\0';
+	if (f && w->kind != CT_WHEN_ALWAYS)
+		put_when(f, t, w);
+	if (f)
+		fclose(f);
 }
 
 int ct_modes_check(const struct ct_given *given, const void *params, struct ct_err *e)

@@ -15,6 +15,10 @@ struct ct_given {
 /* CT_EUSAGE naming the first option that is given where it would do nothing, and what it needs. A
  * command whose mode is known only from its files calls it again, with the mode filled in. */
 int ct_modes_check(const struct ct_given *given, const void *params, struct ct_err *e);
+/* Does a condition hold? */
+bool ct_modes_hold(const struct ct_when *w, const struct ct_tool *t, const void *params);
+/* In words, "--project"; empty for the one that always does. */
+void ct_modes_when(char *out, size_t room, const struct ct_tool *t, const struct ct_when *w);
 /* Is the option of this long name on the command line? */
 bool ct_modes_given(const struct ct_given *given, const char *name);
 /* "needs --method=tv|htv or --estimate; not with --sigma" of a row; empty if there is no

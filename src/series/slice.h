@@ -24,10 +24,13 @@ struct ct_slice {
 	size_t frame;           /* the picture's place in its file, from 0 */
 	size_t frames;          /* pictures of the file */
 	char series[CT_SLICE_TEXT], study[CT_SLICE_TEXT],
-		object[CT_SLICE_TEXT],                    /* Series-, Study-, SOPInstanceUID */
-		space[CT_SLICE_TEXT],                     /* FrameOfReferenceUID */
-		patient[CT_SLICE_TEXT];                   /* PatientID */
-	char modality[20], about[CT_SLICE_TEXT];          /* SeriesDescription */
+		object[CT_SLICE_TEXT],                       /* Series-, Study-, SOPInstanceUID */
+		space[CT_SLICE_TEXT],                        /* FrameOfReferenceUID */
+		patient[CT_SLICE_TEXT], name[CT_SLICE_TEXT]; /* PatientID, PatientName */
+	char maker[CT_SLICE_TEXT],
+		model[CT_SLICE_TEXT];            /* Manufacturer, its ManufacturerModelName */
+	char posture[20];                        /* PatientPosition */
+	char modality[20], about[CT_SLICE_TEXT]; /* SeriesDescription */
 	char storage[CT_SLICE_TEXT], type[CT_SLICE_TEXT]; /* SOPClassUID, ImageType */
 	char unit[20], kernel[CT_SLICE_TEXT];             /* RescaleType, ConvolutionKernel */
 	int number, instance, acquisition; /* SeriesNumber, InstanceNumber, AcquisitionNumber */
@@ -36,6 +39,7 @@ struct ct_slice {
 	 * content time in s of the day */
 	double moment, phase, trigger, acquired, made;
 	double kvp, thickness, tilt; /* kV, SliceThickness in mm, GantryDetectorTilt in degrees */
+	double between, diameter;    /* SpacingBetweenSlices, ReconstructionDiameter in mm */
 	size_t columns, rows, samples;
 	double on_disk, claimed; /* bytes of its part of the file, and of its numbers unpacked */
 	bool placed;             /* has position, orientation and pixel spacing */

@@ -173,6 +173,10 @@ void describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	put(s->object, tag(DC::SOPInstanceUID));
 	put(s->space, tag(DC::FrameOfReferenceUID));
 	put(s->patient, tag(DC::PatientID));
+	put(s->name, tag(DC::PatientName));
+	put(s->maker, tag(DC::Manufacturer));
+	put(s->model, tag(DC::ManufacturerModelName));
+	put(s->posture, tag(DC::PatientPosition));
 	put(s->modality, tag(DC::Modality));
 	put(s->about, tag(DC::SeriesDescription));
 	put(s->storage, tag(DC::SOPClassUID));
@@ -184,6 +188,8 @@ void describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	s->kvp = number(tag(DC::KVP));
 	s->thickness = number(tag(DC::SliceThickness));
 	s->tilt = number(tag(DC::GantryDetectorTilt));
+	s->between = number(tag(DC::SpacingBetweenSlices));
+	s->diameter = number(tag(DC::ReconstructionDiameter));
 	s->columns = count_of(tag(DC::Columns), 0);
 	s->rows = count_of(tag(DC::Rows), 0);
 	s->samples = count_of(tag(DC::SamplesPerPixel), 1);

@@ -70,7 +70,8 @@ static struct series_rule rule_of(const struct convert *p)
 		.tilt = (enum ct_tilt)p->tilt,
 		.gaps = (enum ct_gaps)p->gaps,
 		.units = (enum ct_units)p->units,
-		.skip_damaged = p->skip_damaged};
+		.skip_damaged = p->skip_damaged,
+		.about = p->about};
 }
 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)
@@ -117,6 +118,22 @@ static int read_dicom(
 }
 #endif
 
+static bool is_picture(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+	struct stat st;
+	size_t n = 0;
+	FILE *f = strcmp(path, "-") == 0 || stat(path, &st) != 0 || !S_ISREG(st.st_mode)
+			  ? NULL
+			  : fopen(path, "rb");
+
+	if (f) {
+		n = fread(head, 1, sizeof head, f);
+		fclose(f);
+	}
+	return ct_any_sniff(head, n) == CT_KIND_PICTURE;
+}
+
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
@@ -129,5 +146,8 @@ int convert_read(
 			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
 	if (p->series && !p->template)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
-	return ct_vol_read(p->in, v, e);
+	return is_picture(p->in)
+		       ? ct_fail(e, CT_EINPUT,
+				 "%s: a picture; ct-ddnm and ct-train read it as it is", p->in)
+		       : ct_vol_read(p->in, v, e);
 }

@@ -1,32 +1,68 @@
 /* convert-out.c: what ct-convert writes. */
 #include "config.h"
 #include "cli/files.h"
+#include "cli/modes.h"
+#include "formats/ends.h"
+#include "formats/headed.h"
+#include "formats/io.h"
 #include "formats/nifti.h"
 #include "series/layout.h"
 #include "tools/convert.h"
 
-#include <string.h>
-#include <sys/stat.h>
+#include <stdlib.h>
 
-/* A name that promises another format is a mistake. */
-int convert_check_name(const char *path, struct ct_err *e)
+static bool is_headed(const char *path)
 {
-	const size_t n = strlen(path);
-	struct stat st;
+	return ct_ends_match(path, CT_ENDS_HEADED);
+}
 
-	if (strcmp(path, "-") == 0 || ct_files_is_dicom(path) ||
-		(n > 4 && strcmp(path + n - 4, ".nii") == 0) ||
-		(n > 7 && strcmp(path + n - 7, ".nii.gz") == 0) ||
-		(stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
-		return 0;
-	return ct_fail(e, CT_EUSAGE, "%s: the name of OUT must end in .nii or .nii.gz", path);
+/* The voxels of an input may lie in a file of their own, too. */
+static int check_source(const char *data, const char *input, struct ct_err *e)
+{
+	char *source;
+	int rc = ct_headed_source(&source, input, e);
+
+	if (source && ct_out_same(data, source, true))
+		rc = ct_fail(e, CT_EOUTPUT, "%s: would be written over the voxels of %s, an input",
+			data, input);
+	free(source);
+	return rc;
+}
+
+/* Of two files the second is in no row of the options. */
+static int check_beside(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	char *data;
+	int rc = ct_headed_beside(&data, p->out, p->compress, e);
+
+	for (size_t i = 0; data && rc == 0 && i + 1 < p->files.n; i++)
+		rc = check_source(data, p->files.v[i], e);
+	if (data && rc == 0)
+		rc = ct_files_apart(env->given->tool->opts, p, data, e) ||
+				     ct_out_check(data, env, e)
+			     ? -1
+			     : 0;
+	free(data);
+	return rc;
+}
+
+int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	if (p->compress && !is_headed(p->out))
+		return ct_fail(e, CT_EUSAGE,
+			"--compress: %s is neither MetaImage nor NRRD; NIfTI is compressed if its name ends in .gz",
+			p->out);
+	return is_headed(p->out) ? check_beside(p, env, e) : 0;
 }
 
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
+	const enum ct_nifti_type type = (enum ct_nifti_type)p->type;
+
 	if (ct_files_is_dicom(p->out))
 		return convert_dicom(p, v, env, e);
-	return ct_nifti_write(
-		p->out, v, (enum ct_nifti_type)p->type, p->tilt == CT_TILT_SHEAR, env, e);
+	if (is_headed(p->out))
+		return ct_headed_write(p->out, v, type, p->compress, env, e);
+	return ct_nifti_write(p->out, v, type, p->tilt == CT_TILT_SHEAR, env, e);
 }

@@ -13,15 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int check(const struct convert *p, struct ct_err *e)
-{
-	size_t n = strlen(p->out);
-
-	if (strcmp(p->out, "-") != 0 && (n < 5 || strcmp(p->out + n - 4, ".exr") != 0))
-		return ct_fail(e, CT_EUSAGE, "%s: the name of a stack must end in .exr", p->out);
-	return 0;
-}
-
 /* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
 static int scan_for(struct ct_scan *s, struct ct_vol *named, const char *path, const size_t n[3],
 	struct ct_err *e)
@@ -53,8 +44,6 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 	size_t n[3];
 	int rc = -1;
 
-	if (check(p, e))
-		return -1;
 	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
 		scan_for(&scan, &named, p->scanner, n, e) || ct_scan_fill(&s, &scan, e))
 		goto out;

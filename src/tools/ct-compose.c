@@ -30,7 +30,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, base, CT_READS, "BASE", "CT in HU, NIfTI, or -"),
 	CT_ARG(struct params, res, CT_READS, "RESIDUAL",
 		"Gaussians, PLY, or HU to add, NIfTI, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_ARG_OUT(
+		struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
 	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
 		"least value of OUT (LO of the window)"),
 	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
@@ -41,7 +42,7 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct params, consistent, 0, "consistent", "LR",
 		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
 		"else BASE, says what operator made it"),
-	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE",
+	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
 };

@@ -1,13 +1,16 @@
-/* ct-convert: DICOM, raw and NIfTI to NIfTI and DICOM; projections of numpy to a stack. */
+/* ct-convert: DICOM, raw, NIfTI, MetaImage and NRRD to NIfTI, MetaImage, NRRD and DICOM;
+ * projections of numpy to a stack. */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/modes.h"
+#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
 #include "tools/dicom-series.h"
+#include "tools/sidecar.h"
 
 #include <math.h>
 #include <string.h>
@@ -35,7 +38,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
 		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
 		"it says; or others, which are kept as they are",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
 		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
 			CT_WORD_SPACE) ", with :be behind it if big-endian",
@@ -50,36 +53,51 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
 		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
 		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
+	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
+		"IN is one plane, and OUT a stack of this one view, where the plane lies: of grey values from 0 "
+		"to 1, or of line integrals",
+		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
 	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
 		"where the axes run, one letter each of R/L, A/P, S/I",
 		CT_WHEN(CT_IF(struct convert, raw))),
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
 		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
 		"keep this box: voxels of the three axes, counted from 0, HI not included, or with mm "
 		"behind it RAS+ mm; an end that is left out is that of the scan; auto is the largest "
 		"region above -500 HU and 10 mm about it",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
 		"cut or pad to NxNxN voxels about the body; 0 does not",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
+		"compress the voxels of MetaImage or NRRD; NIfTI is by its name",
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
+		"also write what is known of the volume, as JSON with the names of BIDS, and which slice of "
+		"which file is where; nothing in it names the patient",
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
+			CT_UNLESS(struct convert, inspect))),
 	CT_INPUT(struct convert, template, 0, "template", "DICOM",
 		"folder or file of the series that DICOM of OUT belongs to: patient, study and space are "
 		"its own; IN, if that is DICOM",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
 		"take everything from DICOM of OUT that tells who the patient is",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_ARG(struct convert, files, CT_READS_WRITES, "FILE",
-		"IN: a DICOM folder, file or files, a NIfTI file, -, raw voxels, or .npy; then OUT: NIfTI to "
-		"write, .nii, .nii.gz or -, or DICOM: a folder for a series, .dcm for one file; with "
-		"--scanner .exr",
+		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
+		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
+			CT_ENDS_IF(CT_IF(struct convert, radiograph), CT_ENDS_STACK,
+				CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM)),
+		"IN: a DICOM folder, file or files, NIfTI, MetaImage, NRRD, -, raw voxels, or .npy; then OUT: "
+		"NIfTI to write, MetaImage or NRRD by its name, - for NIfTI, or DICOM: a folder for a series, "
+		".dcm for one file; with --scanner or --radiograph EXR",
 		.dicom = CONVERT_OWN),
 	CT_OPT_END,
 };
@@ -104,7 +122,8 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 
 	if (code && strcmp(code, "0") == 0)
 		ct_log(env, CT_WARN,
-			"%s: neither sform nor qform: where the voxels lie is not known", path);
+			"%s: its header does not say where the voxels lie: that is not known",
+			path);
 }
 
 /* What OUT is, its name says. */
@@ -143,10 +162,19 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->scanner)
 		return convert_stack(p, env, e);
-	if (convert_check_name(p->out, e) || convert_read(p, &v, env, e))
+	if (p->sidecar && !(own.about = json_object())) {
+		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
+		goto out;
+	}
+	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
+		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
 	if (ct_vol_check_finite(&v, e)) {
 		ct_blame(e, p->in);
+		goto out;
+	}
+	if (p->radiograph) {
+		rc = convert_radiograph(p, &v, env, e);
 		goto out;
 	}
 	warn_place(&v, p->in, env);
@@ -159,8 +187,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = convert_write(p, &v, env, e);
+	rc = convert_write(p, &v, env, e) ||
+			     (p->sidecar && sidecar_write(p->sidecar, p->about, &v, env, e))
+		     ? -1
+		     : 0;
 out:
+	json_decref(own.about);
 	ct_meta_free(&read);
 	ct_vol_free(&v);
 	return rc;
@@ -169,7 +201,7 @@ out:
 int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
-		"read DICOM, raw voxels, NIfTI or projections of numpy; write NIfTI or DICOM", opts,
+		"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy", opts,
 		&defaults, sizeof defaults, run, CT_REPORTS};
 
 	return ct_cli_main(&tool, argc, argv);

@@ -68,7 +68,7 @@ static const struct params defaults = {.scale = 0,
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT",
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
@@ -127,7 +127,7 @@ static const struct ct_opt opts[] = {
 		"after every L steps go back, R times in all", CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
 		CT_WHEN(WITH_NETWORK)),
-	CT_OUTPUT(struct params, std, 0, "std", "FILE",
+	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_STACK,
 		"also write the standard deviation of the samples, EXR",
 		CT_WHEN(CT_IF(struct params, samples))),
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,

@@ -26,7 +26,8 @@ static const struct params defaults = {.decimate = -1};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "low-resolution CT, NIfTI, or -"),
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
+		"low-resolution CT, NIfTI, or -"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
 		"(needed)"),

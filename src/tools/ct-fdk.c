@@ -40,7 +40,7 @@ static const struct params defaults = {.tv = 10};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "projections, EXR, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the volume, NIfTI, or -"),
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the volume, NIfTI, or -"),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
 		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
 		"for any geometry"),

@@ -31,7 +31,8 @@ static const struct ct_opt opts[] = {
 		"the low-resolution CT in HU, NIfTI, or -; it, or else BASE, says what operator "
 		"made it"),
 	CT_ARG(struct params, in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT in HU, NIfTI, or -"),
+	CT_ARG_OUT(
+		struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
 	CT_INPUT(struct params, std, 0, "std", "STACK",
@@ -44,7 +45,7 @@ static const struct ct_opt opts[] = {
 		"iterations, of all views each"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
-	CT_OUTPUT(struct params, residual, 0, "residual-out", "FILE",
+	CT_OUTPUT(struct params, residual, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write what is added to BASE too, in HU, NIfTI"),
 	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",

@@ -23,7 +23,7 @@ static const struct params defaults = {.factor = "4"};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, CT_READS, "FILE",
-		"NIfTI, EXR, PLY, safetensors or PyTorch, a DICOM folder, or -"),
+		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, a DICOM folder, or -"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"of a DICOM folder: the series that decides the exit status"),
 	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,

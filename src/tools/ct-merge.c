@@ -6,6 +6,7 @@
 #include "cli/part.h"
 #include "core/room.h"
 #include "formats/any.h"
+#include "formats/ends.h"
 #include "formats/format.h"
 #include "resolution/crop.h"
 
@@ -21,7 +22,7 @@ static const struct params defaults = {0};
 
 static const struct ct_opt opts[] = {
 	CT_MEMORY(struct params, memory),
-	CT_ARG(struct params, files, CT_READS_WRITES, "FILE",
+	CT_ARG_OUT(struct params, files, CT_READS_WRITES, "FILE", CT_ENDS_VOLUME "|" CT_ENDS_STACK,
 		"PART: what ct-upsample or ct-restore --brick, or ct-ddnm --views made, of one run, in any "
 		"order; then OUT: the whole of it, NIfTI or EXR"),
 	CT_OPT_END,
@@ -76,10 +77,15 @@ static void whole_affine(double to[3][4], const struct ct_vol *v, const struct c
 static int begin(struct job *j, const struct ct_any *a, const struct ct_part *p, struct ct_err *e)
 {
 	const struct ct_meta *m = ct_any_meta(a);
+	const bool stack = a->kind == CT_KIND_STACK;
+	const char *out = j->p->files.v[j->p->files.n - 1];
 	struct ct_any *w = &j->whole;
 	size_t n[3];
 
 	w->kind = a->kind;
+	if (ct_ends_match(out, stack ? CT_ENDS_VOLUME : CT_ENDS_STACK))
+		return ct_fail(e, CT_EUSAGE, "is %s, which %s is not by its name",
+			stack ? "a part of a stack" : "a slab of a volume", out);
 	j->run = strdup(ct_meta_get(m, CT_META_PART_RUN));
 	if (!j->run)
 		return ct_fail(e, CT_ENOMEM, "no memory");

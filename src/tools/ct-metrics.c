@@ -56,10 +56,10 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
 		"which definition of SSIM; with --psnr none by default",
 		CT_WHEN(CT_IF(struct params, second))),
-	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV",
+	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
 		"write a line for every slice across each of the three axes to the file CSV",
 		CT_WHEN(CT_IF(struct params, second))),
-	CT_OUTPUT(struct params, per_axis, 0, "per-axis", "CSV",
+	CT_OUTPUT(struct params, per_axis, 0, "per-axis", "CSV", CT_ENDS_TABLE,
 		"write a line for each of the three axes to the file CSV",
 		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
@@ -83,7 +83,7 @@ static const struct ct_opt opts[] = {
 		"degrade TEST by the operator that the header of LR names, and report how far it "
 		"is "
 		"from LR"),
-	CT_OUTPUT(struct params, map, 0, "map", "OUT",
+	CT_OUTPUT(struct params, map, 0, "map", "OUT", CT_ENDS_VOLUME,
 		"write that residual as a volume on the grid of LR, in HU",
 		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,

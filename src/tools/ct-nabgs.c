@@ -42,7 +42,7 @@ static const struct params defaults = {.iterations = 5000,
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "projections to fit, EXR, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the Gaussians, PLY, or -"),
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_GAUSS, "the Gaussians, PLY, or -"),
 	CT_INPUT(struct params, base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),

@@ -31,7 +31,7 @@ static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "projections, EXR, or -"),
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
 	CT_SCAN_OPTS(struct params, scan, CT_ALWAYS),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),

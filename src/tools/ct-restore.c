@@ -40,8 +40,9 @@ static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)N
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
-	CT_OUTPUT(struct params, std, 0, "std", "FILE",
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
+		"the CT on the finer grid, NIfTI, or -"),
+	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_VOLUME,
 		"also write the error that is expected at each voxel, HU, NIfTI"),
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; the factor that IN says "

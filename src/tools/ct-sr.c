@@ -85,7 +85,7 @@ static const struct params defaults = {
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG(struct params, out, CT_REWRITES, "OUT",
+	CT_ARG_OUT(struct params, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
 		"super-resolved CT, NIfTI, or -; or DICOM: a folder for a series, .dcm for one file",
 		.dicom = CONVERT_OWN),
 	CT_OPT(struct params, factor, 'x', "scale", "S|X,Y,Z", 0, 0,

@@ -27,7 +27,7 @@ static const struct train_params defaults = {
 };
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct train_params, out, CT_REWRITES, "OUT",
+	CT_ARG_OUT(struct train_params, out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
 		"the prior (safetensors), its state beside it in OUT.state"),
 	CT_ARG(struct train_params, data, CT_READS, "DATA",
 		"EXR stacks, pictures (PNG, TIFF), folders of them; with --slices CTs, NIfTI"),

@@ -35,7 +35,8 @@ static const struct params defaults = {
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
-	CT_ARG(struct params, out, CT_WRITES, "OUT", "the CT on the finer grid, NIfTI, or -"),
+	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
+		"the CT on the finer grid, NIfTI, or -"),
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),

@@ -25,10 +25,10 @@ static const struct params defaults = {
 	.zoom = 1, .slice = 0.5, .plane = SHEET_ALL_PLANES, .views = 12};
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, CT_READS_WRITES, "FILE",
+	CT_ARG_OUT(struct params, files, CT_READS_WRITES, "FILE", CT_ENDS_PICTURE,
 		"NIfTI volumes or EXR stacks, or -; the last one is the PNG to write, or -, unless "
 		"--output names it"),
-	CT_OUTPUT(struct params, out, 'o', "output", "OUT", "PNG to write, or -"),
+	CT_OUTPUT(struct params, out, 'o', "output", "OUT", CT_ENDS_PICTURE, "PNG to write, or -"),
 	CT_CHOICE(struct params, plane, 'p', "plane", CT_WORDS_TWO(MONTAGE_PLANE_LIST, SHEET_LIST),
 		"which slices of a volume, one row of the picture each"),
 	CT_OPT(struct params, slice, 0, "slice", "F", 0, 1,
@@ -119,15 +119,10 @@ static int rule_of(struct sheet_rule *r, double window[2], double error[2], cons
 /* Inputs and output of the command line. */
 static int operands(const struct params *p, size_t *n, const char **out, struct ct_err *e)
 {
-	size_t len;
-
 	*n = p->files.n - (p->out ? 0 : 1);
 	*out = p->out ? p->out : p->files.v[*n];
-	len = strlen(*out);
 	if (*n == 0)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
-	if (strcmp(*out, "-") != 0 && (len < 4 || strcmp(*out + len - 4, ".png") != 0))
-		return ct_fail(e, CT_EUSAGE, "%s: the picture must be named .png", *out);
 	if (p->error && *n < 2)
 		return ct_fail(e, CT_EUSAGE, "--error needs two files or more");
 	return 0;

@@ -3,6 +3,7 @@
 #include "tools/ddnm-picture.h"
 #include "core/mem.h"
 #include "formats/any.h"
+#include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -13,13 +14,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static bool is_png(const char *path)
-{
-	size_t n = strlen(path);
-
-	return n > 4 && strcmp(path + n - 4, ".png") == 0;
-}
 
 #ifdef HAVE_OIIO
 static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
@@ -94,7 +88,7 @@ int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err
 {
 	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
 
-	if (!is_png(path) ||
+	if (!ct_ends_match(path, CT_ENDS_PICTURE) ||
 		(s->views == 1 && quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0))
 		return 0;
 	return ct_fail(e, CT_EUSAGE, "%s: only a picture can be written as PNG; use EXR", path);
@@ -103,5 +97,6 @@ int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err
 int ddnm_picture_write(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
-	return is_png(path) ? write_png(path, s, env, e) : ct_stack_write(path, s, env, e);
+	return ct_ends_match(path, CT_ENDS_PICTURE) ? write_png(path, s, env, e)
+						    : ct_stack_write(path, s, env, e);
 }

@@ -6,6 +6,7 @@
 #include "series/restack.h"
 #include "shim/dicom.h"
 #include "tools/dicom-series.h"
+#include "tools/sidecar.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -231,7 +232,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_frames(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
-	rc = mark(v, s, &l, e);
+	rc = mark(v, s, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ? -1 : 0;
 out:
 	ct_dicom_source_close(r.from);
 	ct_layout_free(&l);

@@ -9,6 +9,8 @@
 #include "series/layout.h"
 #include "series/series.h"
 
+#include <jansson.h>
+
 struct series_rule {
 	const char *which;  /* as for ct_series_pick */
 	const char *member; /* or the series of this file, as the scan names it */
@@ -16,6 +18,7 @@ struct series_rule {
 	enum ct_gaps gaps;
 	enum ct_units units;
 	bool skip_damaged;
+	json_t *about; /* the object of a sidecar, or NULL */
 };
 
 /* The census of the paths, as series. Zeroes are empty. */

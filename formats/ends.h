@@ -1,0 +1,29 @@
+/* ends.h: how the names of files end.
+ *
+ * Readers go by content, never by name. A writer has one format, or takes the one that the name
+ * asks for, and a name that promises another would be a lie: cli/files.h refuses it. A list of
+ * ends is "nii|nii.gz".
+ */
+#ifndef CT_FORMATS_ENDS_H
+#define CT_FORMATS_ENDS_H
+#include <stdbool.h>
+#include <stddef.h>
+
+/* What the commands write. */
+#define CT_ENDS_VOLUME "nii|nii.gz"
+#define CT_ENDS_DICOM "dcm"
+#define CT_ENDS_STACK "exr"
+#define CT_ENDS_GAUSS "ply"
+#define CT_ENDS_TENSORS "safetensors"
+#define CT_ENDS_PICTURE "png"
+#define CT_ENDS_TABLE "csv"
+#define CT_ENDS_REPORT "json"
+
+/* Does the name end in a dot and one of them, whatever the case, behind at least one character? */
+bool ct_ends_match(const char *path, const char *ends);
+/* In that of any format that is known, ours or not? */
+bool ct_ends_known(const char *path);
+/* ".nii or .nii.gz" */
+void ct_ends_text(char *out, size_t room, const char *ends);
+
+#endif

@@ -1,0 +1,55 @@
+/* headed-impl.h: the parts of headed.h, for headed*.c only. */
+#ifndef CT_FORMATS_HEADED_IMPL_H
+#define CT_FORMATS_HEADED_IMPL_H
+#include "formats/source.h"
+
+struct ct_headed {
+	size_t bytes;         /* of all fields */
+	struct ct_meta field; /* of the header; NRRD's names in small letters, without blanks */
+	size_t n[3];
+	double affine[3][4]; /* RAS+ */
+	bool placed;
+	struct ct_stored stored;
+	bool packed;
+	const char *file;   /* beside the header; NULL: behind it */
+	size_t lines, skip; /* to be passed over, then bytes, of what is packed unpacked ones */
+	bool at_end;        /* the voxels are the end of the file */
+};
+
+struct ct_headed_type {
+	const char *name;
+	enum ct_voxel type;
+};
+
+/* Where the fields of a header are kept, from the line that was read, on: through all of it. */
+int ct_headed_mha_fields(
+	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e);
+int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struct ct_err *e);
+/* What the fields say. CT_EINPUT, CT_EGEOM naming the field. */
+int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e);
+int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e);
+
+/* The next line, without its end; *line is to be freed. 1; 0 at the end of the file; CT_EINPUT for
+ * what is no text. */
+int ct_headed_line(FILE *f, char **line, struct ct_err *e);
+/* Its value, or NULL. */
+const char *ct_headed_get(const struct ct_headed *h, const char *key);
+/* A field, its name and value trimmed; keys that begin with `ours` go into the metadata. */
+int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char *key, char *value,
+	struct ct_err *e);
+/* Exactly n finite numbers, whatever brackets, commas and blanks are between: 0; 1: no such field.
+ */
+int ct_headed_numbers(
+	const struct ct_headed *h, const char *key, size_t n, double *x, struct ct_err *e);
+/* Exactly three counts from 1 on. */
+int ct_headed_sizes(struct ct_headed *h, const char *key, struct ct_err *e);
+/* The field's type, of n that have a name. */
+int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_headed_type *types,
+	size_t n, struct ct_err *e);
+/* The affine: axis d runs by step[d], in mm of a space whose axes run along RAS as `sign` says. */
+void ct_headed_place(
+	struct ct_headed *h, const double step[3][3], const double origin[3], const double sign[3]);
+/* The file of the voxels: CT_EINPUT unless it is the name of one that can lie beside a header. */
+int ct_headed_file(struct ct_headed *h, const char *key, const char *file, struct ct_err *e);
+
+#endif

@@ -1,0 +1,127 @@
+/* headed-mha.c: the header of MetaImage: lines KEY = VALUE, the last ElementDataFile. See headed.h.
+ */
+#include "config.h"
+#include "formats/headed-impl.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+int ct_headed_mha_fields(
+	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e)
+{
+	char *next = NULL;
+	int rc = 1;
+
+	while (rc == 1) {
+		char *value = strpbrk(line, "=:");
+
+		if (value) {
+			*value++ = '\0';
+			rc = ct_headed_set(h, m, "ct-", line, value, e) ? -1 : 1;
+		} else if (line[strspn(line, " \t")])
+			rc = ct_fail(e, CT_EINPUT, "'%.40s' is no field", line);
+		free(next);
+		next = NULL;
+		if (rc == 1 && ct_headed_get(h, "ElementDataFile"))
+			return 0;
+		if (rc == 1)
+			rc = ct_headed_line(f, &next, e);
+		line = next;
+	}
+	free(next);
+	return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "truncated header: has no ElementDataFile");
+}
+
+/* The first of these names that is there. */
+static const char *one_of(const struct ct_headed *h, const char *a, const char *b, const char *c)
+{
+	return ct_headed_get(h, a) ? a : ct_headed_get(h, b) ? b : c;
+}
+
+static bool is_true(const struct ct_headed *h, const char *key)
+{
+	const char *s = key ? ct_headed_get(h, key) : NULL;
+
+	return s && (*s == 'T' || *s == 't' || *s == '1');
+}
+
+/* A field that may be only this, if it is there. */
+static int must_be(const struct ct_headed *h, const char *key, const char *word, struct ct_err *e)
+{
+	const char *s = ct_headed_get(h, key);
+	char *end;
+
+	if (!s || strcasecmp(s, word) == 0 ||
+		(*word <= '9' && strtod(s, &end) == strtod(word, NULL) && end != s && !*end))
+		return 0;
+	return ct_fail(e, CT_EINPUT, "%s: '%.40s' is not read here, only %s", key, s, word);
+}
+
+static int parse_place(struct ct_headed *h, struct ct_err *e)
+{
+	static const double lps[3] = {-1, -1, 1};
+	const char *matrix = one_of(h, "TransformMatrix", "Rotation", "Orientation");
+	const char *offset = one_of(h, "Offset", "Position", "Origin");
+	const char *spacing = one_of(h, "ElementSpacing", "ElementSize", "ElementSpacing");
+	double step[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, origin[3] = {0, 0, 0}, mm[3];
+	int turned = ct_headed_numbers(h, matrix, 9, step[0], e);
+	int moved = turned < 0 ? -1 : ct_headed_numbers(h, offset, 3, origin, e);
+	int sized = moved < 0 ? -1 : ct_headed_numbers(h, spacing, 3, mm, e);
+
+	if (sized)
+		return sized < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no ElementSpacing");
+	for (int d = 0; d < 3; d++) {
+		if (!(mm[d] > 0))
+			return ct_fail(e, CT_EGEOM, "%s: %g is no distance", spacing, mm[d]);
+		for (int r = 0; r < 3; r++)
+			step[d][r] *= mm[d];
+	}
+	h->placed = !turned || !moved;
+	ct_headed_place(h, (const double(*)[3])step, origin, lps);
+	return 0;
+}
+
+static int parse_file(struct ct_headed *h, struct ct_err *e)
+{
+	const char *file = ct_headed_get(h, "ElementDataFile");
+	double skip = 0;
+
+	if (ct_headed_numbers(h, "HeaderSize", 1, &skip, e) < 0)
+		return -1;
+	h->packed = is_true(h, "CompressedData");
+	h->at_end = skip == -1;
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || (skip != 0 && h->packed))
+		return ct_fail(e, CT_EINPUT, "HeaderSize: %g%s", skip,
+			h->packed ? " of compressed data" : "");
+	h->skip = h->at_end ? 0 : (size_t)skip;
+	if (strcmp(file, "LOCAL") == 0 || strcmp(file, "Local") == 0 || strcmp(file, "local") == 0)
+		return 0;
+	return ct_headed_file(h, "ElementDataFile", file, e);
+}
+
+int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
+{
+	static const struct ct_headed_type types[] = {{"MET_CHAR", CT_V_I8}, {"MET_UCHAR", CT_V_U8},
+		{"MET_SHORT", CT_V_I16}, {"MET_USHORT", CT_V_U16}, {"MET_INT", CT_V_I32},
+		{"MET_UINT", CT_V_U32}, {"MET_LONG_LONG", CT_V_I64}, {"MET_ULONG_LONG", CT_V_U64},
+		{"MET_FLOAT", CT_V_F32}, {"MET_DOUBLE", CT_V_F64}};
+	static const char *const only[][2] = {{"ObjectType", "Image"}, {"NDims", "3"},
+		{"BinaryData", "True"}, {"ElementNumberOfChannels", "1"},
+		{"ElementToIntensityFunctionSlope", "1"},
+		{"ElementToIntensityFunctionOffset", "0"}};
+	const char *units = ct_headed_get(h, "DistanceUnits");
+
+	for (size_t i = 0; i < sizeof only / sizeof *only; i++)
+		if (must_be(h, only[i][0], only[i][1], e))
+			return -1;
+	if (units && strcmp(units, "?") != 0 && must_be(h, "DistanceUnits", "mm", e))
+		return -1;
+	if (ct_headed_sizes(h, "DimSize", e) ||
+		ct_headed_number_type(h, "ElementType", types, sizeof types / sizeof *types, e) ||
+		parse_place(h, e) || parse_file(h, e))
+		return -1;
+	h->stored.swap = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB",
+					    NULL)) != ct_voxel_host_is_big();
+	return 0;
+}

@@ -1,0 +1,196 @@
+/* headed-nrrd.c: the header of NRRD: lines "KEY: VALUE" and "KEY:=VALUE", up to an empty one. See
+ * headed.h. */
+#include "config.h"
+#include "formats/headed-impl.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Small letters, no blanks. */
+static void normalise(char *key)
+{
+	char *out = key;
+
+	for (; *key; key++)
+		if (*key != ' ' && *key != '\t')
+			*out++ = (char)tolower((unsigned char)*key);
+	*out = '\0';
+}
+
+static int take_line(struct ct_headed *h, struct ct_meta *m, char *line, struct ct_err *e)
+{
+	char *pair = strstr(line, ":="), *field = strstr(line, ": ");
+
+	if (*line == '#')
+		return 0;
+	if (pair && (!field || pair < field)) {
+		*pair = '\0';
+		return strncmp(line, "ct:", 3) == 0 ? ct_headed_set(h, m, "ct:", line, pair + 2, e)
+						    : 0; /* of another program */
+	}
+	if (!field)
+		return ct_fail(e, CT_EINPUT, "'%.40s' is no field", line);
+	*field = '\0';
+	normalise(line);
+	return ct_headed_set(h, m, "ct:", line, field + 2, e);
+}
+
+int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struct ct_err *e)
+{
+	char *line;
+	int rc;
+
+	while ((rc = ct_headed_line(f, &line, e)) == 1) {
+		const bool last = !*line;
+
+		rc = last ? 0 : take_line(h, m, line, e);
+		free(line);
+		if (last || rc)
+			return rc;
+	}
+	if (rc < 0 || ct_headed_get(h, "datafile"))
+		return rc;
+	return ct_fail(e, CT_EINPUT, "truncated header: no empty line ends it");
+}
+
+/* All words of a list, quoted or not, among those allowed? */
+static int all_words(const struct ct_headed *h, const char *key, const char *const *allowed,
+	size_t n, struct ct_err *e)
+{
+	const char *s = ct_headed_get(h, key);
+
+	for (size_t len; s && *(s += strspn(s, " \t\"")); s += len) {
+		size_t i = 0;
+
+		len = strcspn(s, " \t\"");
+		while (i < n && (strlen(allowed[i]) != len || strncmp(s, allowed[i], len) != 0))
+			i++;
+		if (i == n)
+			return ct_fail(
+				e, CT_EINPUT, "%s: '%.*s' is not read here", key, (int)len, s);
+	}
+	return 0;
+}
+
+/* Signs of the axes of `space` in RAS+. */
+static int parse_space(const char *space, double sign[3], struct ct_err *e)
+{
+	static const struct {
+		const char *name, *brief;
+		double sign[3];
+	} known[] = {{"right-anterior-superior", "RAS", {1, 1, 1}},
+		{"left-anterior-superior", "LAS", {-1, 1, 1}},
+		{"left-posterior-superior", "LPS", {-1, -1, 1}}};
+
+	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+		if (strcmp(space, known[i].name) == 0 || strcmp(space, known[i].brief) == 0) {
+			memcpy(sign, known[i].sign, sizeof known[i].sign);
+			return 0;
+		}
+	return ct_fail(
+		e, CT_EINPUT, "space: '%.40s' is not read here, only RAS, LAS and LPS", space);
+}
+
+static int parse_place(struct ct_headed *h, struct ct_err *e)
+{
+	const char *space = ct_headed_get(h, "space");
+	double step[3][3] = {{0}}, origin[3] = {0}, sign[3] = {1, 1, 1}, mm[3];
+	int rc;
+
+	if (space && parse_space(space, sign, e))
+		return -1;
+	rc = ct_headed_numbers(h, "spacedirections", 9, step[0], e);
+	if (rc == 0 && !space)
+		return ct_fail(e, CT_EINPUT,
+			"space directions without a space: where its axes run is not known");
+	if (rc == 0)
+		rc = ct_headed_numbers(h, "spaceorigin", 3, origin, e);
+	else if (rc > 0) {
+		rc = ct_headed_numbers(h, "spacings", 3, mm, e);
+		for (int d = 0; d < 3 && rc == 0; d++) {
+			if (!(mm[d] > 0))
+				return ct_fail(e, CT_EGEOM, "spacings: %g is no distance", mm[d]);
+			step[d][d] = mm[d];
+		}
+		if (rc > 0)
+			return ct_fail(e, CT_EINPUT, "has neither space directions nor spacings");
+	} else
+		return -1;
+	h->placed = rc == 0 && ct_headed_get(h, "spacedirections");
+	ct_headed_place(h, (const double(*)[3])step, origin, sign);
+	return rc < 0 ? -1 : 0;
+}
+
+static int parse_order(struct ct_headed *h, struct ct_err *e)
+{
+	const char *endian = ct_headed_get(h, "endian");
+	const bool big = endian && strcmp(endian, "big") == 0;
+
+	if (ct_voxel_bytes((int)h->stored.type) == 1)
+		return 0;
+	if (!endian || (!big && strcmp(endian, "little") != 0))
+		return ct_fail(e, CT_EINPUT, "endian: '%.20s' is neither little nor big",
+			endian ? endian : "");
+	h->stored.swap = big != ct_voxel_host_is_big();
+	return 0;
+}
+
+static int parse_file(struct ct_headed *h, struct ct_err *e)
+{
+	const char *encoding = ct_headed_get(h, "encoding");
+	const char *file = ct_headed_get(h, "datafile");
+	double lines = 0, skip = 0;
+
+	if (!encoding)
+		return ct_fail(e, CT_EINPUT, "has no encoding");
+	h->packed = strcmp(encoding, "gzip") == 0 || strcmp(encoding, "gz") == 0;
+	if (!h->packed && strcmp(encoding, "raw") != 0)
+		return ct_fail(e, CT_EINPUT,
+			"encoding: '%.20s' is not read here, only raw and gzip", encoding);
+	if (ct_headed_numbers(h, "lineskip", 1, &lines, e) < 0 ||
+		ct_headed_numbers(h, "byteskip", 1, &skip, e) < 0)
+		return -1;
+	h->at_end = skip == -1 && !h->packed;
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || lines < 0 || lines > 1e9)
+		return ct_fail(e, CT_EINPUT, "line skip: %g, byte skip: %g", lines, skip);
+	h->lines = (size_t)lines;
+	h->skip = h->at_end ? 0 : (size_t)skip;
+	return file ? ct_headed_file(h, "data file", file, e) : 0;
+}
+
+int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
+{
+	static const struct ct_headed_type types[] = {{"signed char", CT_V_I8}, {"int8", CT_V_I8},
+		{"int8_t", CT_V_I8}, {"uchar", CT_V_U8}, {"unsigned char", CT_V_U8},
+		{"uint8", CT_V_U8}, {"uint8_t", CT_V_U8}, {"short", CT_V_I16},
+		{"short int", CT_V_I16}, {"signed short", CT_V_I16}, {"signed short int", CT_V_I16},
+		{"int16", CT_V_I16}, {"int16_t", CT_V_I16}, {"ushort", CT_V_U16},
+		{"unsigned short", CT_V_U16}, {"unsigned short int", CT_V_U16},
+		{"uint16", CT_V_U16}, {"uint16_t", CT_V_U16}, {"int", CT_V_I32},
+		{"signed int", CT_V_I32}, {"int32", CT_V_I32}, {"int32_t", CT_V_I32},
+		{"uint", CT_V_U32}, {"unsigned int", CT_V_U32}, {"uint32", CT_V_U32},
+		{"uint32_t", CT_V_U32}, {"longlong", CT_V_I64}, {"long long", CT_V_I64},
+		{"long long int", CT_V_I64}, {"signed long long", CT_V_I64},
+		{"signed long long int", CT_V_I64}, {"int64", CT_V_I64}, {"int64_t", CT_V_I64},
+		{"ulonglong", CT_V_U64}, {"unsigned long long", CT_V_U64},
+		{"unsigned long long int", CT_V_U64}, {"uint64", CT_V_U64}, {"uint64_t", CT_V_U64},
+		{"float", CT_V_F32}, {"double", CT_V_F64}};
+	static const char *const kinds[] = {"domain", "space", "???"}, *const mm[] = {"mm"};
+	double dimensions;
+	int rc = ct_headed_numbers(h, "dimension", 1, &dimensions, e);
+
+	if (rc)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no dimension");
+	if (dimensions != 3)
+		return ct_fail(e, CT_EINPUT, "dimension: %g is not read here, only 3", dimensions);
+	if (all_words(h, "kinds", kinds, 3, e) || all_words(h, "spaceunits", mm, 1, e) ||
+		all_words(h, "units", mm, 1, e))
+		return -1;
+	return ct_headed_sizes(h, "sizes", e) ||
+			       ct_headed_number_type(
+				       h, "type", types, sizeof types / sizeof *types, e) ||
+			       parse_order(h, e) || parse_place(h, e) || parse_file(h, e)
+		       ? -1
+		       : 0;
+}

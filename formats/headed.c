@@ -1,0 +1,314 @@
+/* headed.c: a header of text, and its voxels. See headed.h. */
+#include "config.h"
+#include "formats/headed.h"
+#include "core/mem.h"
+#include "formats/headed-impl.h"
+#include "formats/io.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { LONGEST = 1 << 18, MOST = 1 << 20, FIELDS = 4096 }; /* bytes of a line, of all; fields */
+
+bool ct_headed_sniff(const unsigned char *data, size_t n)
+{
+	static const char *const first[] = {"NRRD000", "ObjectType", "NDims", "Comment"};
+
+	for (size_t i = 0; i < sizeof first / sizeof *first; i++) {
+		size_t at = strlen(first[i]);
+
+		if (n <= at || memcmp(data, first[i], at) != 0)
+			continue;
+		while (at < n && (data[at] == ' ' || data[at] == '\t'))
+			at++;
+		if (i == 0 || (at < n && data[at] == '='))
+			return true;
+	}
+	return false;
+}
+
+int ct_headed_line(FILE *f, char **line, struct ct_err *e)
+{
+	size_t n = 0, cap = 0;
+	int c;
+
+	*line = NULL;
+	while ((c = getc(f)) != EOF && c != '\n') {
+		if (c == '\0' || n + 1 >= LONGEST)
+			goto none;
+		if (ct_grow(line, &cap, n + 2, 1, e))
+			goto fail;
+		(*line)[n++] = (char)c;
+	}
+	if (c == EOF && n == 0)
+		return ferror(f) ? ct_fail(e, CT_EINPUT, "%s", strerror(errno)) : 0;
+	if (n > 0 && (*line)[n - 1] == '\r')
+		n--;
+	if (ct_grow(line, &cap, n + 1, 1, e))
+		goto fail;
+	(*line)[n] = '\0';
+	return 1;
+none:
+	ct_fail(e, CT_EINPUT, "its header is no text");
+fail:
+	free(*line);
+	*line = NULL;
+	return -1;
+}
+
+static char *trim(char *s)
+{
+	char *end = s + strlen(s);
+
+	while (end > s && isspace((unsigned char)end[-1]))
+		*--end = '\0';
+	return s + strspn(s, " \t");
+}
+
+/* \n and \\ in place. */
+static void unescape(char *s)
+{
+	char *out = s;
+
+	for (; *s; s++)
+		if (*s == '\\' && (s[1] == 'n' || s[1] == '\\'))
+			*out++ = *++s == 'n' ? '\n' : '\\';
+		else
+			*out++ = *s;
+	*out = '\0';
+}
+
+int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char *key, char *value,
+	struct ct_err *e)
+{
+	const size_t n = strlen(ours);
+
+	key = trim(key);
+	value = trim(value);
+	h->bytes += strlen(key) + strlen(value);
+	if (h->field.n + m->n >= FIELDS || h->bytes > MOST)
+		return ct_fail(
+			e, CT_EINPUT, "a header of more than %d fields or %d bytes", FIELDS, MOST);
+	if (strncmp(key, ours, n) != 0)
+		return ct_meta_set(&h->field, key, value, e);
+	unescape(value);
+	return ct_meta_set(m, key + n, value, e);
+}
+
+const char *ct_headed_get(const struct ct_headed *h, const char *key)
+{
+	return ct_meta_get(&h->field, key);
+}
+
+int ct_headed_numbers(
+	const struct ct_headed *h, const char *key, size_t n, double *x, struct ct_err *e)
+{
+	const char *s = ct_headed_get(h, key), *at = s;
+	char *end;
+
+	if (!s)
+		return 1;
+	for (size_t i = 0; i < n; i++, at = end) {
+		at += strspn(at, " \t,()");
+		x[i] = strtod(at, &end);
+		if (end == at || !isfinite(x[i]))
+			return ct_fail(e, CT_EINPUT, "%s: '%.60s' is not %zu numbers", key, s, n);
+	}
+	at += strspn(at, " \t,()");
+	return *at ? ct_fail(e, CT_EINPUT, "%s: '%.60s' is more than %zu numbers", key, s, n) : 0;
+}
+
+int ct_headed_sizes(struct ct_headed *h, const char *key, struct ct_err *e)
+{
+	double x[3];
+	int rc = ct_headed_numbers(h, key, 3, x, e);
+
+	if (rc)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no %s", key);
+	for (int d = 0; d < 3; d++) {
+		if (!(x[d] >= 1 && x[d] <= INT32_MAX && x[d] == floor(x[d])))
+			return ct_fail(e, CT_EINPUT, "%s: %g is no number of voxels", key, x[d]);
+		h->n[d] = (size_t)x[d];
+	}
+	return 0;
+}
+
+int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_headed_type *types,
+	size_t n, struct ct_err *e)
+{
+	const char *name = ct_headed_get(h, key);
+
+	for (size_t i = 0; name && i < n; i++)
+		if (strcmp(name, types[i].name) == 0) {
+			h->stored.type = types[i].type;
+			return 0;
+		}
+	return name ? ct_fail(e, CT_EINPUT, "%s: %.40s is no number that is read here", key, name)
+		    : ct_fail(e, CT_EINPUT, "has no %s", key);
+}
+
+void ct_headed_place(
+	struct ct_headed *h, const double step[3][3], const double origin[3], const double sign[3])
+{
+	for (int r = 0; r < 3; r++) { /* + 0: no -0, for the hash */
+		for (int d = 0; d < 3; d++)
+			h->affine[r][d] = sign[r] * step[d][r] + 0.0;
+		h->affine[r][3] = sign[r] * origin[r] + 0.0;
+	}
+}
+
+int ct_headed_file(struct ct_headed *h, const char *key, const char *file, struct ct_err *e)
+{
+	if (strncmp(file, "LIST", 4) == 0)
+		return ct_fail(e, CT_EINPUT, "%s: LIST: voxels in several files are not read", key);
+	if (strchr(file, '%'))
+		return ct_fail(e, CT_EINPUT,
+			"%s: %.60s: a pattern; voxels in several files are not read", key, file);
+	if (!*file || strchr(file, '/') || strcmp(file, ".") == 0 || strcmp(file, "..") == 0)
+		return ct_fail(e, CT_EINPUT, "%s: '%.60s' is no file beside the header", key, file);
+	h->file = file;
+	return 0;
+}
+
+/* In the folder of the header `name`. */
+static int path_beside(char **path, const char *name, const char *file, struct ct_err *e)
+{
+	const char *slash = strrchr(name, '/');
+
+	if (asprintf(path, "%.*s%s", slash ? (int)(slash - name) + 1 : 0, name, file) >= 0)
+		return 0;
+	*path = NULL;
+	return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+}
+
+/* The file beside the header `name`. */
+static int open_beside(FILE **f, const char *name, const char *file, struct ct_err *e)
+{
+	struct stat st;
+	char *path;
+	int rc;
+
+	if (strcmp(name, "-") == 0)
+		return ct_fail(e, CT_EINPUT,
+			"the voxels are in %s, and nothing is beside standard input", file);
+	if (path_beside(&path, name, file, e))
+		return -1;
+	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+		rc = ct_fail(e, CT_EINPUT, "%s: is no file of voxels", path);
+	else
+		rc = ct_io_open(path, f, e);
+	free(path);
+	return rc;
+}
+
+/* Before the voxels of f, or of what is packed before all of it. */
+static int find_voxels(FILE *f, const struct ct_headed *h, struct ct_err *e)
+{
+	const off_t here = ftello(f);
+	size_t count;
+	int c = 0;
+
+	for (size_t k = 0; k < h->lines && c != EOF; k++)
+		while ((c = getc(f)) != EOF && c != '\n')
+			;
+	if (!h->at_end)
+		return 0;
+	if (ct_size_mul(&count, h->n[0], h->n[1], "dimensions", e) ||
+		ct_size_mul(&count, count, h->n[2], "dimensions", e) ||
+		ct_size_mul(&count, count, ct_voxel_bytes((int)h->stored.type), "voxels", e))
+		return -1;
+	if (fseeko(f, -(off_t)count, SEEK_END) != 0 || ftello(f) < here)
+		return ct_fail(e, CT_EINPUT, "truncated file: its voxels need %zu bytes", count);
+	return 0;
+}
+
+static int read_voxels(
+	FILE *f, const struct ct_headed *h, const char *name, struct ct_vol *v, struct ct_err *e)
+{
+	struct ct_source s = {0};
+	int rc = -1;
+
+	if (find_voxels(f, h, e) == 0 &&
+		ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
+		ct_source_skip(&s, h->skip, e) == 0 &&
+		ct_source_volume(&s, &h->stored, h->n, (const double(*)[4])h->affine, name, v, e) ==
+			0)
+		rc = h->packed || getc(f) == EOF
+			     ? 0
+			     : ct_fail(e, CT_EINPUT, "longer than its header says");
+	ct_source_close(&s);
+	return rc;
+}
+
+/* The lines of the header. */
+static int read_fields(
+	FILE *f, struct ct_headed *h, struct ct_meta *m, bool *nrrd, struct ct_err *e)
+{
+	char *line;
+	int rc = ct_headed_line(f, &line, e);
+
+	if (rc <= 0)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "is empty");
+	*nrrd = strncmp(line, "NRRD000", 7) == 0;
+	if (!ct_headed_sniff((const unsigned char *)line, strlen(line)))
+		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
+	else
+		rc = *nrrd ? ct_headed_nrrd_fields(f, h, m, e)
+			   : ct_headed_mha_fields(f, line, h, m, e);
+	free(line);
+	return rc;
+}
+
+int ct_headed_source(char **data, const char *path, struct ct_err *e)
+{
+	struct ct_headed h = {.stored = {.slope = 1}};
+	struct ct_meta none = {0};
+	struct ct_err any = {0};
+	struct stat st;
+	bool nrrd = false;
+	FILE *f;
+	int rc = 0;
+
+	*data = NULL;
+	f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
+	if (f && read_fields(f, &h, &none, &nrrd, &any) == 0 &&
+		(nrrd ? ct_headed_nrrd_parse : ct_headed_mha_parse)(&h, &any) == 0 && h.file)
+		rc = path_beside(data, path, h.file, e);
+	if (f)
+		fclose(f);
+	ct_meta_free(&none);
+	ct_meta_free(&h.field);
+	return rc;
+}
+
+int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+{
+	struct ct_headed h = {.stored = {.slope = 1}};
+	FILE *beside = NULL;
+	bool nrrd = false;
+	int rc = -1;
+
+	if (read_fields(f, &h, &v->meta, &nrrd, e) ||
+		(nrrd ? ct_headed_nrrd_parse : ct_headed_mha_parse)(&h, e) ||
+		(h.file && open_beside(&beside, name, h.file, e)))
+		goto out;
+	ct_meta_drop(&v->meta, CT_META_NIFTI_CODE);
+	if (!h.placed && ct_meta_set(&v->meta, CT_META_NIFTI_CODE, "0", e))
+		goto out;
+	rc = read_voxels(beside ? beside : f, &h, name, v, e);
+	if (rc && h.file)
+		ct_blame(e, h.file);
+out:
+	ct_io_close(beside);
+	ct_meta_free(&h.field);
+	if (rc) {
+		ct_vol_free(v);
+		ct_blame(e, name);
+	}
+	return rc;
+}

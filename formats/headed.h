@@ -1,0 +1,47 @@
+/* headed.h: volumes that are a header of text and voxels behind it or in a file beside it:
+ * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams.
+ *
+ * Read are three dimensions of one number a voxel, any integer or float type of either byte order,
+ * as they are or in zlib or gzip. Values are taken as they are stored; the place is that of the
+ * header: MetaImage is LPS, each three numbers of TransformMatrix being the direction of one axis;
+ * NRRD is what `space` says. Where the header does not place the volume, "nifti.code" is 0. Of keys
+ * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, \n and \\ in the value a new line
+ * and a backslash.
+ *
+ * Refused by name: other dimensions, vectors, text and hex, bzip2, lists and patterns of files,
+ * files that do not lie beside the header, units that are not mm, and what is longer than its
+ * header says.
+ */
+#ifndef CT_FORMATS_HEADED_H
+#define CT_FORMATS_HEADED_H
+#include "core/env.h"
+#include "core/vol.h"
+#include "formats/nifti.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+/* What ct_headed_write writes. */
+#define CT_ENDS_HEADED                                                                             \
+	"mha"                                                                                      \
+	"|mhd"                                                                                     \
+	"|nrrd"                                                                                    \
+	"|nhdr"
+
+/* Do a file's first bytes look like such a header? */
+bool ct_headed_sniff(const unsigned char *data, size_t n);
+/* The voxels beside `name` if they are there: not of "-". *v must be zero and stays so on failure.
+ * CT_EINPUT; CT_EGEOM; CT_ENOMEM. */
+int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
+/* By the end of the name, one of CT_ENDS_HEADED, LPS; if `packed` compressed. CT_EGEOM for a grid
+ * that is sheared; CT_EOUTPUT; CT_ENOMEM. */
+int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool packed,
+	const struct ct_env *env, struct ct_err *e);
+/* The file that the header of a file says its voxels are in, to be freed; NULL if there is none, or
+ * no such header. CT_ENOMEM. */
+int ct_headed_source(char **data, const char *path, struct ct_err *e);
+/* The file of the voxels beside the header that is named, to be freed: "x.raw" of "x.mhd"; NULL
+ * where they are behind the header. CT_ENOMEM. */
+int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *e);
+
+#endif

@@ -1,0 +1,118 @@
+/* sink.c: see sink.h. */
+#include "config.h"
+#include "formats/sink.h"
+#include "core/mem.h"
+#include "core/room.h"
+#include "formats/source.h"
+#include "formats/voxels.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = CT_SOURCE_BLOCK };
+
+int ct_sink_open(struct ct_sink *s, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	*s = (struct ct_sink){0};
+	return ct_out_open(&s->out, path, env, e);
+}
+
+int ct_sink_pack(struct ct_sink *s, bool gzip, struct ct_err *e)
+{
+	if (ct_alloc(&s->buf, BLOCK, 1, e))
+		return -1;
+	if (deflateInit2(&s->z, 1, Z_DEFLATED, 15 + (gzip ? 16 : 0), 9, Z_DEFAULT_STRATEGY) != Z_OK)
+		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
+	s->packed = true;
+	return 0;
+}
+
+static int put(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
+{
+	s->at += n;
+	return n ? ct_put(&s->out, data, n, e) : 0;
+}
+
+/* The last call says so. */
+static int give(struct ct_sink *s, const void *data, size_t n, bool last, struct ct_err *e)
+{
+	int z = Z_OK;
+
+	if (!s->packed)
+		return put(s, data, n, e);
+	s->z.next_in = (z_const Bytef *)(uintptr_t)data;
+	s->z.avail_in = (uInt)n;
+	do {
+		s->z.next_out = s->buf;
+		s->z.avail_out = BLOCK;
+		z = deflate(&s->z, last ? Z_FINISH : Z_NO_FLUSH);
+		if (z == Z_STREAM_ERROR)
+			return ct_fail(e, CT_EOUTPUT, "zlib failed");
+		if (put(s, s->buf, BLOCK - s->z.avail_out, e))
+			return -1;
+	} while (last ? z != Z_STREAM_END : s->z.avail_out == 0);
+	return 0;
+}
+
+int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
+{
+	const char *p = data;
+
+	for (size_t at = 0; at < n; at += BLOCK)
+		if (give(s, p + at, n - at < BLOCK ? n - at : BLOCK, false, e))
+			return -1;
+	return 0;
+}
+
+int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_err *e)
+{
+	const size_t total = ct_vol_count(v), step = BLOCK / sizeof(int16_t);
+	int16_t *block;
+
+	if (ct_alloc(&block, BLOCK, 1, e))
+		return -1;
+	*fits = true;
+	for (size_t at = 0; at < total && *fits; at += step) {
+		*fits = ct_voxels_i16(
+			total - at < step ? total - at : step, block, v->data + at, exact);
+		ct_room_trim();
+	}
+	free(block);
+	return 0;
+}
+
+int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const size_t bytes = i16 ? 2 : 4, total = ct_vol_count(v), step = BLOCK / bytes;
+	void *block;
+	int rc = 0;
+
+	if (ct_alloc(&block, BLOCK, 1, e))
+		return -1;
+	for (size_t at = 0, n; at < total && rc == 0; at += n) {
+		n = total - at < step ? total - at : step;
+		if (i16)
+			ct_voxels_i16(n, block, v->data + at, false);
+		else
+			memcpy(block, v->data + at, n * bytes);
+		if (ct_voxel_host_is_big())
+			ct_voxels_swap(n, bytes, block);
+		rc = ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e) ? -1
+											    : 0;
+		ct_room_trim();
+	}
+	free(block);
+	return rc;
+}
+
+int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)
+{
+	if (s->packed)
+		deflateEnd(&s->z);
+	free(s->buf);
+	if (rc == 0)
+		return ct_out_commit(&s->out, e);
+	ct_out_abandon(&s->out);
+	return rc;
+}

@@ -1,0 +1,30 @@
+/* sink.h: a volume as a stream of bytes, compressed or not, into a file that is there when it is
+ * whole (io.h). */
+#ifndef CT_FORMATS_SINK_H
+#define CT_FORMATS_SINK_H
+#include "core/vol.h"
+#include "formats/io.h"
+
+#include <zlib.h>
+
+struct ct_sink {
+	struct ct_out out;
+	bool packed;
+	z_stream z;
+	unsigned char *buf; /* [CT_SOURCE_BLOCK] compressed bytes */
+	uint64_t at;        /* bytes that went into the file */
+};
+
+int ct_sink_open(struct ct_sink *s, const char *path, const struct ct_env *env, struct ct_err *e);
+/* What follows is compressed: gzip, or else zlib. */
+int ct_sink_pack(struct ct_sink *s, bool gzip, struct ct_err *e);
+int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e);
+/* Are all voxels integers that fit int16, or if not `exact` do they when rounded? */
+int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_err *e);
+/* The voxels, little-endian int16, rounded, or float32: the last thing that is given. CT_ESTOP. */
+int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
+	struct ct_err *e);
+/* The file is there if rc is 0, else none of it; rc, or -1. */
+int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e);
+
+#endif

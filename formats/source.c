@@ -1,0 +1,229 @@
+/* source.c: see source.h. */
+#include "config.h"
+#include "formats/source.h"
+#include "core/inflate.h"
+#include "core/mem.h"
+#include "core/room.h"
+#include "formats/hash.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/types.h>
+
+enum {
+	BLOCK = CT_SOURCE_BLOCK,
+	DEFLATE_MOST = 1032 /* no byte of deflate stands for more */
+};
+
+static int read_error(const struct ct_source *s, struct ct_err *e)
+{
+	return ct_fail(e, CT_EINPUT, "%s", ferror(s->f) ? strerror(errno) : "truncated file");
+}
+
+/* How many bytes are left, where that can be told. */
+static int measure(struct ct_source *s, struct ct_err *e)
+{
+	const off_t here = ftello(s->f);
+	off_t end;
+
+	s->left = s->size = UINT64_MAX;
+	if (here < 0 || fseeko(s->f, 0, SEEK_END) != 0)
+		return 0;
+	end = ftello(s->f);
+	if (fseeko(s->f, here, SEEK_SET) != 0 || end < here)
+		return ct_fail(e, CT_EINPUT, "cannot seek: %s", strerror(errno));
+	s->left = s->size = (uint64_t)(end - here);
+	return 0;
+}
+
+int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct ct_err *e)
+{
+	*s = (struct ct_source){.f = f, .packed = packing == CT_PACKING_ZLIB};
+	if (ct_alloc(&s->block, BLOCK, 1, e) || measure(s, e))
+		return -1;
+	if (packing == CT_PACKING_TELL) {
+		s->held = fread(s->head, 1, 2, f);
+		if (s->held < 2)
+			return read_error(s, e);
+		s->packed = s->head[0] == 0x1f && s->head[1] == 0x8b;
+	}
+	if (!s->packed)
+		return 0;
+	s->left = s->left < UINT64_MAX / DEFLATE_MOST ? s->left * DEFLATE_MOST : UINT64_MAX;
+	if (ct_alloc(&s->in, BLOCK, 1, e))
+		return -1;
+	if (inflateInit2(&s->z, 15 + 32) != Z_OK) {
+		free(s->in);
+		s->in = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
+	}
+	memcpy(s->in, s->head, s->held);
+	s->z.next_in = s->in;
+	s->z.avail_in = (uInt)s->held;
+	s->from = s->held;
+	return 0;
+}
+
+void ct_source_close(struct ct_source *s)
+{
+	if (s->in)
+		inflateEnd(&s->z);
+	free(s->in);
+	free(s->block);
+	*s = (struct ct_source){0};
+}
+
+/* The next block of the compressed file. */
+static void refill(struct ct_source *s)
+{
+	s->z.next_in = s->in;
+	s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+	s->from += s->z.avail_in;
+}
+
+/* Up to n bytes of the compressed file; fewer only at its end. */
+static int inflate_some(
+	struct ct_source *s, unsigned char *dst, size_t n, size_t *got, struct ct_err *e)
+{
+	*got = 0;
+	while (*got < n && !s->ended) {
+		const size_t want = n - *got < BLOCK ? n - *got : BLOCK;
+		int z;
+
+		if (s->z.avail_in == 0) {
+			refill(s);
+			if (s->z.avail_in == 0)
+				return read_error(s, e);
+		}
+		s->z.next_out = dst + *got;
+		s->z.avail_out = (uInt)want;
+		z = inflate(&s->z, Z_NO_FLUSH);
+		*got += want - s->z.avail_out;
+		s->to += want - s->z.avail_out;
+		if (ct_inflate_check(s->from, s->to, e))
+			return -1;
+		if (z == Z_STREAM_END) { /* another member may follow; anything else is padding */
+			if (s->z.avail_in == 0)
+				refill(s);
+			s->ended = s->z.avail_in == 0 || s->z.next_in[0] != 0x1f;
+			if (!s->ended)
+				inflateReset(&s->z);
+		} else if (z != Z_OK && z != Z_BUF_ERROR)
+			return ct_fail(e, CT_EINPUT, "damaged compressed data (%s)",
+				s->z.msg ? s->z.msg : "zlib");
+	}
+	return 0;
+}
+
+int ct_source_take(struct ct_source *s, void *dst, size_t n, struct ct_err *e)
+{
+	unsigned char *p = dst;
+	size_t got = 0;
+
+	if (s->packed) {
+		if (inflate_some(s, p, n, &got, e))
+			return -1;
+	} else {
+		for (; s->held && got < n; s->held--)
+			p[got++] = s->head[2 - s->held];
+		got += fread(p + got, 1, n - got, s->f);
+	}
+	s->at += got;
+	return got < n ? read_error(s, e) : 0;
+}
+
+int ct_source_skip(struct ct_source *s, uint64_t at, struct ct_err *e)
+{
+	while (s->at < at) {
+		const uint64_t n = at - s->at;
+
+		if (ct_source_take(s, s->block, n < BLOCK ? (size_t)n : BLOCK, e))
+			return -1;
+	}
+	return 0;
+}
+
+/* The rest of a compressed file, for its check sum. */
+static int drain(struct ct_source *s, struct ct_err *e)
+{
+	size_t got;
+
+	while (s->packed && !s->ended)
+		if (inflate_some(s, s->block, BLOCK, &got, e))
+			return -1;
+	return 0;
+}
+
+/* Room for the voxels, unless the file is too short for them. */
+static int make_volume(const struct ct_source *s, const struct ct_stored *how, const size_t n[3],
+	struct ct_vol *v, struct ct_err *e)
+{
+	size_t count;
+
+	if (ct_size_mul(&count, n[0], n[1], "dimensions", e) ||
+		ct_size_mul(&count, count, n[2], "dimensions", e) ||
+		ct_size_mul(&count, count, ct_voxel_bytes((int)how->type), "voxels", e))
+		return -1;
+	if (s->left != UINT64_MAX && (count > s->left - s->at))
+		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
+			n[0], n[1], n[2], count);
+	if (s->packed && ct_inflate_check(s->size, count, e))
+		return -1;
+	return ct_vol_alloc(v, n, e);
+}
+
+/* What stands before the voxels in the hash: sizes and geometry. */
+static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_err *e)
+{
+	const uint64_t n[3] = {v->n[0], v->n[1], v->n[2]};
+
+	if (ct_hash_alloc(hash, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(*hash, n, sizeof n);
+	CT_SIMD(ct_hash_add)(*hash, v->affine, sizeof v->affine);
+	return 0;
+}
+
+/* The voxels go into the hash while they are in the cache. */
+static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct ct_vol *v,
+	struct ct_hash *hash, struct ct_err *e)
+{
+	const size_t bytes = ct_voxel_bytes((int)how->type), total = ct_vol_count(v);
+	const bool as_is =
+		how->type == CT_V_F32 && !how->swap && how->slope == 1 && how->inter == 0;
+
+	for (size_t done = 0, n; done < total; done += n) {
+		float *out = v->data + done;
+
+		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
+		ct_mem_touch(out, n * sizeof *out);
+		if (ct_source_take(s, as_is ? (void *)out : s->block, n * bytes, e))
+			return -1;
+		if (how->swap)
+			ct_voxels_swap(n, bytes, s->block);
+		if (!as_is)
+			ct_voxels_float(n, out, how->type, s->block, how->slope, how->inter);
+		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
+		ct_room_trim();
+	}
+	return 0;
+}
+
+int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
+	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e)
+{
+	struct ct_hash *hash = NULL;
+	int rc;
+
+	if (make_volume(s, how, n, v, e))
+		return -1;
+	memcpy(v->affine, affine, sizeof v->affine);
+	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
+			     read_voxels(s, how, v, hash, e) || drain(s, e) ||
+			     ct_hash_input(hash, &v->meta, name, e)
+		     ? -1
+		     : 0;
+	free(hash);
+	return rc;
+}

@@ -1,0 +1,60 @@
+/* source.h: the bytes of a volume as a stream, compressed or not, and its voxels.
+ *
+ * Nothing here seeks but to learn how long the file is, so pipes work.
+ */
+#ifndef CT_FORMATS_SOURCE_H
+#define CT_FORMATS_SOURCE_H
+#include "core/vol.h"
+#include "formats/voxels.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <zlib.h>
+
+/* bytes converted at a time: stays in the second-level cache */
+enum { CT_SOURCE_BLOCK = 1 << 18 };
+
+enum ct_packing {
+	CT_PACKING_TELL, /* gzip, if it begins like that */
+	CT_PACKING_NONE,
+	CT_PACKING_ZLIB, /* or gzip */
+};
+
+struct ct_source {
+	FILE *f;
+	bool packed, ended;
+	z_stream z;
+	unsigned char *block; /* [CT_SOURCE_BLOCK] of the caller, between calls */
+	unsigned char *in;    /* [CT_SOURCE_BLOCK] compressed bytes */
+	unsigned char head[2];
+	size_t held;       /* of head not yet given out */
+	uint64_t at;       /* bytes given out so far */
+	uint64_t left;     /* no more than this can come, UINT64_MAX if unknown */
+	uint64_t size;     /* bytes of the file, UINT64_MAX if unknown */
+	uint64_t from, to; /* compressed bytes read so far, and what became of them */
+};
+
+/* What is left of f. CT_EINPUT; CT_ENOMEM. */
+int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct ct_err *e);
+/* f stays open. Also legal on a zeroed struct. */
+void ct_source_close(struct ct_source *s);
+/* Exactly n bytes. CT_EINPUT if there are fewer. */
+int ct_source_take(struct ct_source *s, void *dst, size_t n, struct ct_err *e);
+/* Pass over what is before byte `at`. */
+int ct_source_skip(struct ct_source *s, uint64_t at, struct ct_err *e);
+
+/* Numbers as they lie there. */
+struct ct_stored {
+	enum ct_voxel type;
+	bool swap;           /* the other byte order than this machine's */
+	double slope, inter; /* HU = slope*stored + inter */
+};
+/* The rest as a volume of n voxels, and its key "input", NAME and a hash of sizes, affine and
+ * voxels; behind the voxels only the check sum of what is compressed is looked at. v->affine is set
+ * and v->data allocated here. CT_EGEOM for a grid that is none; CT_EINPUT before anything is
+ * allocated if the file is too short; CT_ENOMEM. */
+int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
+	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e);
+
+#endif

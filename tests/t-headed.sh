@@ -1,0 +1,111 @@
+#!/bin/sh
+# MetaImage and NRRD: as ITK reads and writes them, and taken by every command that reads a volume.
+. "$srcdir/tests/tap.sh"
+ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --oversample 1 marks plain.nii
+ct-convert --reorient PIL plain.nii a.nii
+for f in mha mhd nrrd nhdr; do
+	for how in '' --compress; do
+		exits 0 "to .$f $how" ct-convert $how a.nii "x$how$f.$f"
+		exits 0 'and back' ct-convert -f "x$how$f.$f" back.nii
+		exits 0 'the same' ct-metrics -q --min-psnr 1000 a.nii back.nii
+		[ "$(ct-info a.nii | grep -E '^(affine|size|phantom)')" = "$(ct-info "x$how$f.$f" | grep -E '^(affine|size|phantom)')" ]
+		ok $? 'with its place and metadata'
+	done
+done
+[ -f xmhd.raw ] && [ -f x--compressmhd.zraw ] && [ -f xnhdr.raw ] && [ -f x--compressnhdr.raw.gz ]
+ok $? 'voxels beside their header'
+exits 0 'from a pipe' sh -c 'cat x--compressmha.mha | ct-convert -f - back.nii'
+exits 3 'a header without its file' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
+has err 'nothing is beside standard input' 'says so'
+
+# outputs that are two files
+exits 4 'the second one is there' ct-convert a.nii xmhd.nhdr
+has err 'xmhd.raw: exists; --force overwrites it' 'and is told'
+exits 0 'unless forced' ct-convert -f a.nii xmhd.nhdr
+printf '\001\002\003\004\005\006\007\010' >r.raw; cp r.raw was.raw
+exits 4 'the second one is the input' ct-convert -f --raw 2x2x2:u8 --spacing 1 r.raw r.mhd
+has err 'r.raw: would be written over r.raw, an input' 'and is told'
+cmp -s r.raw was.raw; ok $? 'and is as it was'
+ln -s /dev/full full.mha; ln -s /dev/full p.raw
+exits 4 'no room' ct-convert a.nii full.mha
+exits 4 'no room for the voxels' ct-convert a.nii p.mhd
+[ ! -e p.mhd ]; ok $? 'then there is no header'
+ln -s /dev/full q.mhd
+exits 4 'no room for the header' ct-convert a.nii q.mhd
+[ ! -e q.raw ]; ok $? 'then there are no voxels'
+cp xmhd.raw was.raw
+exits 4 'the voxels of the input' ct-convert -f xmhd.mhd xmhd.nhdr
+has err 'xmhd.raw: would be written over the voxels of xmhd.mhd, an input' 'are not written over'
+cmp -s xmhd.raw was.raw; ok $? 'and are as they were'
+exits 0 'packed ones are others' ct-convert -f --compress xmhd.mhd xmhd.nhdr
+exits 4 'what is no file cannot be gone back in' ct-convert --compress a.nii full.mha
+exits 2 'NIfTI is compressed by its name' ct-convert --compress a.nii d.nii
+has err 'compressed if its name ends in .gz' 'which is told'
+printf 'ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\nElementDataFile = r.raw\n' >r.mhd
+exits 0 'a header of few words' ct-convert r.mhd r.nii
+has err 'r.mhd: its header does not say where the voxels lie' 'and no place'
+exits 3 'values that are not HU' ct-degrade -x 2 r.mhd no.nii
+has err 'not HU' 'by their range'
+exits 0 'but if told' ct-degrade -x 2 --units hu r.mhd yes.nii
+printf 'a text\n' >text
+exits 3 'a text' ct-convert text no.nii
+has err 'text: not a NIfTI file, nor MetaImage or NRRD' 'is none'
+
+# every command that reads volumes takes them, with the same result
+for f in mhd.mhd --compressnrrd.nrrd; do
+	for c in 'ct-degrade -x 2' 'ct-upsample -x 2 -m cubic' 'ct-project -n 3' 'ct-convert --iso 2'; do
+		# the last bytes are voxels, or pixels; history is before them
+		for i in a.nii "x$f"; do $c -q -f "$i" o && tail -c 60 o >"end.$i"; done
+		cmp -s end.a.nii "end.x$f" && [ -s end.a.nii ]
+		ok $? "$c takes x$f"
+	done
+	exits 0 "ct-metrics takes x$f" ct-metrics -q --min-psnr 1000 "x$f" a.nii
+	ct-degrade -q -f -x 2 a.nii lr.nii; ct-convert -q -f lr.nii lr.mha
+	for c in "ct-restore -q -f --cap 0" "ct-sr -q -f -x 2 -Q draft"; do
+		exits 0 "$c takes lr.mha" $c lr.mha o.nii
+	done
+	exits 0 'ct-compose' ct-compose -f -q "x$f" "x$f" --gain 0 o.nii
+	exits 0 'ct-metrics --consistency' ct-metrics --consistency lr.mha "x$f"
+	ct-project -q -f -n 3 "x$f" p.exr
+	exits 0 'ct-fdk --grid' ct-fdk -q -f --grid "x$f" p.exr o.nii
+	exits 0 'ct-fuse' ct-fuse -q -f -n 1 "x$f" lr.mha p.exr o.nii
+	exits 0 'ct-nabgs' ct-nabgs -q -f -n 1 -g 9 --lr lr.mha -b "x$f" p.exr o.ply
+	if command -v ct-view >/dev/null; then exits 0 'ct-view' ct-view -q -f "x$f" o.png; fi
+done
+
+# against others
+if command -v plastimatch >/dev/null && python_with nibabel; then
+	cat >check.py <<-'END'
+		import sys, nibabel as nib, numpy as np
+		a, b = nib.load(sys.argv[1]), nib.load(sys.argv[2])
+		assert np.array_equal(a.get_fdata(), b.get_fdata())
+		assert np.abs(a.affine - b.affine).max() < 1e-4, (a.affine, b.affine)
+	END
+	"$PY" - <<-'END'
+		import nibabel as nib, numpy as np
+		a = np.random.default_rng(1).integers(-1000, 2000, (7, 6, 5)).astype(np.int16)
+		c, s = np.cos(.3), np.sin(.3)
+		r = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, s, -c], [0, c, s]])
+		m = np.eye(4)
+		m[:3, :3] = r @ np.diag([.7, -.8, 2.5])
+		m[:3, 3] = 11.25, -22.5, 33
+		i = nib.Nifti1Image(a, m)
+		i.set_sform(m, 1)
+		i.set_qform(m, 1)
+		nib.save(i, 'o.nii')
+	END
+	for f in mha mhd nrrd nhdr; do
+		plastimatch convert --input o.nii --output-img "itk-$f.$f" >/dev/null 2>&1
+		exits 0 "what ITK writes as .$f" ct-convert -f "itk-$f.$f" o2.nii
+		exits 0 'is read' "$PY" check.py o.nii o2.nii
+		for how in '' --compress; do
+			ct-convert $how o.nii "ours$how-$f.$f"
+			plastimatch convert --input "ours$how-$f.$f" --output-img o3.nii >/dev/null 2>&1
+			exits 0 "ITK reads our .$f $how" "$PY" check.py o.nii o3.nii
+			rm -f o3.nii
+		done
+	done
+else
+	skip 'against ITK' 'no plastimatch or nibabel'
+fi
+done_testing

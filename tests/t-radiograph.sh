@@ -1,0 +1,46 @@
+#!/bin/sh
+# One plane as a stack of one view, of grey values or of line integrals.
+. "$srcdir/tests/tap.sh"
+awk 'BEGIN {for (i = 0; i < 192; i++) printf "%c", 1 + i % 100}' >g.raw
+raw() { ct-convert -f --raw 16x12x1:u8 --spacing 0.2,0.3,1 "$@"; }
+exits 0 'line integrals' raw --slope 0.5 --intercept 1 --radiograph integral g.raw i.exr
+exits 0 'and what' ct-info i.exr
+has out '16x12' 'columns and rows'
+has out 'lineIntegral' 'and quantity'
+exits 0 'grey values' raw --slope 0.01 --radiograph intensity --orient RIP g.raw g.exr
+ct-info g.exr >out; has out 'intensity' 'are told'
+exits 3 'grey values are at most 1' raw --slope 0.02 --radiograph intensity g.raw o.exr
+has err 'g.raw: --radiograph: pixel 2,3 is 1.02, no grey value from 0 to 1' 'which is told'
+exits 5 'one plane' ct-convert --raw 16x6x2:u8 --spacing 1 --radiograph integral g.raw o.exr
+has err 'g.raw: --radiograph: has 2 planes, not one' 'and no more'
+exits 2 'is no volume' raw --radiograph integral g.raw o.nii
+[ ! -e o.exr ]; ok $? 'nothing was made'
+raw --slope 0.01 g.raw g.mha
+exits 0 'MetaImage too' ct-convert --radiograph intensity g.mha m.exr
+exits 0 'a scan of it is what ct-ddnm takes' ct-ddnm -q -x 2 -n 1 g.exr d.exr
+if command -v ct-view >/dev/null; then
+	exits 0 'also to PNG' ct-ddnm -q -x 2 -n 1 g.exr d.png
+	exits 3 'a picture' ct-convert --radiograph intensity d.png o.exr
+	has err 'd.png: a picture; ct-ddnm and ct-train read it as it is' 'is told where to go'
+	exits 0 'as this is' ct-ddnm -q -x 2 -n 1 d.png dd.png
+fi
+if command -v python3 >/dev/null; then
+	cat >check.py <<-'END'
+		import sys
+		sys.path.insert(0, sys.argv[1])
+		import exr
+		assert exr.read('i.exr') == [[1 + .5 * (1 + i % 100) for i in range(192)]]
+		for name, u, v, source in (('i.exr', (-.2, 0, 0), (0, -.3, 0), (0, 0, -1000)),
+		                           ('g.exr', (.2, 0, 0), (0, 0, -.3), (0, -1000, 0)),
+		                           ('m.exr', (-.2, 0, 0), (0, -.3, 0), (0, 0, -1000))):
+		    had = exr.header(open(name, 'rb').read(), 8)[0]
+		    for key, want in (('U', u), ('V', v), ('Centre', (0, 0, 0))):
+		        assert [float(x) for x in had['ct:det' + key].split(b',')] == list(want), (name, key)
+		    assert [float(x) for x in had['ct:source'].split(b',')] == list(source), name
+		    assert had['ct:beam'] == b'parallel'
+	END
+	exits 0 'pixels, row after row, where the plane lies' python3 check.py "$srcdir/tests"
+else
+	skip 'pixels, row after row, where the plane lies' 'no python3'
+fi
+done_testing
