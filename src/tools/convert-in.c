@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"
+#include "formats/any.h"
 #include "formats/hash.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {

@@ -1,34 +1,22 @@
 /* ct-sr: the whole chain: a low-resolution CT in, a super-resolved CT out. */
 #include "config.h"
-#include "cli/chain.h"
 #include "cli/cli.h"
-#include "cli/files.h"
-#include "diffusion/residual.h"
-#include "formats/format.h"
 #include "core/inflate.h"
-#include "formats/units.h"
+#include "formats/ends.h"
+#include "formats/format.h"
 #include "formats/io.h"
-#include "resolution/degrade.h"
-#include "restore/restore.h"
 #include "formats/out-folder.h"
+#include "formats/units.h"
+#include "resolution/degrade.h"
 #include "series/layout.h"
 #include "tools/convert.h"
 #include "tools/dicom-form.h"
-#include "tools/prior-file.h"
+#include "tools/sr.h"
 
 #include <errno.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#define QUALITIES(X)                                                                               \
-	X(DRAFT, "draft")                                                                          \
-	X(FAST, "fast")                                                                            \
-	X(BALANCED, "balanced")                                                                    \
-	X(BEST, "best")
-enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What a level of quality means for every step. Without views there are no projections: with the
  * shipped prior of them that is as accurate (README). */
@@ -60,236 +48,102 @@ static double release_sigma_y(int scale)
 #define TILTS(X) X(RECTIFY, "rectify") X(REFUSE, "error")
 enum { TILTS(CT_WORD_VALUE) };
 
-struct params {
-	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series, *crop;
-	const char *factor, *spacing, *sigma, *memory;
-	double noise;
-	int decimate, label, quality, views, iterations, gaussians, tilt, gaps;
-	bool paper, release, resume, dry_run, skip_damaged;
-};
-
-static const struct params defaults = {
+static const struct sr defaults = {
 	.noise = (double)NAN, .decimate = -1, .label = -1, .quality = FAST};
 
 /* What makes no projections. */
 #define VOLUMES                                                                                    \
-	CT_UNLESS_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                   \
-		CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release)
+	CT_UNLESS_WORD(struct sr, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                       \
+		CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release)
 /* What inverts the operator. */
-#define INVERTS CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release)
+#define INVERTS CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release)
 /* What has another prior than one of what projections lack. */
-#define PUBLISHED CT_IF(struct params, paper), CT_IF(struct params, release)
+#define PUBLISHED CT_IF(struct sr, paper), CT_IF(struct sr, release)
 /* What goes by way of projections. */
-#define PROJECTS CT_IF_WORD(struct params, quality, CT_BIT(BALANCED) | CT_BIT(BEST)), PUBLISHED
+#define PROJECTS CT_IF_WORD(struct sr, quality, CT_BIT(BALANCED) | CT_BIT(BEST)), PUBLISHED
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN",
-		"low-resolution CT: NIfTI file, DICOM folder, or -"),
-	CT_ARG_OUT(struct params, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
+	CT_ARG(struct sr, in, CT_READS, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
+	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
 		"super-resolved CT, NIfTI, or -; or DICOM: a folder for a series, .dcm for one file",
 		.dicom = CONVERT_OWN),
-	CT_OPT(struct params, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
+	CT_OPT(struct sr, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times, from 1 to 16; need not be "
 		"whole where there are no projections; 4 if neither this nor --spacing is given"),
-	CT_OPT(struct params, spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,
+	CT_OPT(struct sr, spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,
 		"refine to voxels of MM, or of X, Y, Z mm along the three axes, in place of -x; an axis "
 		"that is as fine stays as it is",
-		CT_WHEN(VOLUMES, CT_UNLESS(struct params, factor))),
-	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
+		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, factor))),
+	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0,
 		"take this series of a DICOM folder, as ct-convert does"),
-	CT_CHOICE(struct params, tilt, 0, "tilt", CT_WORDS(TILTS),
+	CT_CHOICE(struct sr, tilt, 0, "tilt", CT_WORDS(TILTS),
 		"DICOM of a tilted gantry: put it right, as ct-convert does, or refuse it"),
-	CT_CHOICE(struct params, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+	CT_CHOICE(struct sr, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
 		"DICOM slices that are uneven or missing, as for ct-convert"),
-	CT_OPT(struct params, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
+	CT_OPT(struct sr, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
 		"go on without DICOM files that are damaged, as ct-convert does"),
-	CT_OPT(struct params, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
+	CT_OPT(struct sr, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
 		"refine this box of IN, as ct-convert cuts it"),
-	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+	CT_OPT(struct sr, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, in voxels of OUT, as ct-upsample takes it; measured if neither "
 		"this nor IN says it",
 		CT_WHEN(INVERTS)),
-	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
+	CT_CHOICE(struct sr, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)", CT_WHEN(INVERTS)),
-	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+	CT_OPT(struct sr, noise, 0, "noise", "HU", 0, 1e6,
 		"standard deviation of the noise of IN; measured if neither this nor IN says it",
 		CT_WHEN(INVERTS)),
-	CT_OPT(struct params, memory, 0, "memory", "SIZE", 0, 0,
+	CT_OPT(struct sr, memory, 0, "memory", "SIZE", 0, 0,
 		"take no more memory than this, 600M or 2G, and disk beside OUT for what does not fit; "
 		"what is free if not given",
 		CT_WHEN(VOLUMES)),
-	CT_CHOICE(struct params, quality, 'Q', "quality", CT_WORDS(QUALITIES),
+	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
 		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
-		CT_WHEN(CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
-	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
+		CT_WHEN(CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
+	CT_OPT(struct sr, paper, 0, "paper", NULL, 0, 0,
 		"the published method to the letter; see DESCRIPTION",
-		CT_WHEN(CT_UNLESS(struct params, release))),
-	CT_OPT(struct params, release, 0, "release", NULL, 0, 0,
+		CT_WHEN(CT_UNLESS(struct sr, release))),
+	CT_OPT(struct sr, release, 0, "release", NULL, 0, 0,
 		"the published method as its authors' programs do it, where that differs from the "
 		"paper; see DESCRIPTION",
-		CT_WHEN(CT_UNLESS(struct params, paper))),
-	CT_OPT(struct params, keep, 'k', "keep", "DIR", 0, 0,
+		CT_WHEN(CT_UNLESS(struct sr, paper))),
+	CT_OPT(struct sr, keep, 'k', "keep", "DIR", 0, 0,
 		"leave the intermediate files and commands.sh, the script that makes them, in DIR"),
-	CT_OPT(struct params, resume, 0, "resume", NULL, 0, 0,
-		"go on with the run that --keep DIR holds", CT_WHEN(CT_IF(struct params, keep))),
-	CT_OPT(struct params, dry_run, 0, "dry-run", NULL, 0, 0,
+	CT_OPT(struct sr, resume, 0, "resume", NULL, 0, 0,
+		"go on with the run that --keep DIR holds", CT_WHEN(CT_IF(struct sr, keep))),
+	CT_OPT(struct sr, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
-	CT_INPUT(struct params, slices, 0, "slices", "FILE",
+	CT_INPUT(struct sr, slices, 0, "slices", "FILE",
 		"prior of slices; the one that is installed if not given",
-		CT_WHEN(CT_UNLESS_WORD(struct params, quality, CT_BIT(DRAFT)),
-			CT_UNLESS(struct params, paper), CT_UNLESS(struct params, release))),
-	CT_INPUT(struct params, prior, 0, "prior", "FILE",
+		CT_WHEN(CT_UNLESS_WORD(struct sr, quality, CT_BIT(DRAFT)),
+			CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
+	CT_INPUT(struct sr, prior, 0, "prior", "FILE",
 		"diffusion prior of projections, or with --quality of what projections lack; the "
 		"one that is installed if not given",
 		CT_WHEN(PROJECTS)),
-	CT_OPT(struct params, arch, 0, "arch", "KEY=VALUE,...", 0, 0,
+	CT_OPT(struct sr, arch, 0, "arch", "KEY=VALUE,...", 0, 0,
 		"what that prior is, where its file does not say it, as ct-ddnm takes it",
 		CT_WHEN(PROJECTS)),
-	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
+	CT_OPT(struct sr, label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
 		CT_WHEN(PUBLISHED)),
-	CT_OPT(struct params, window, 0, "window", "LO:HI", 0, 0,
+	CT_OPT(struct sr, window, 0, "window", "LO:HI", 0, 0,
 		"HU that map to density 0 and 1 (-1024:3071; with --paper and --release " PAPER_WINDOW
 		")",
 		CT_WHEN(PROJECTS)),
-	CT_OPT(struct params, views, 0, "views", "N", 0, 10000,
+	CT_OPT(struct sr, views, 0, "views", "N", 0, 10000,
 		"number of projections; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
-	CT_OPT(struct params, iterations, 0, "iterations", "N", 0, 1000000,
+	CT_OPT(struct sr, iterations, 0, "iterations", "N", 0, 1000000,
 		"iterations of the Gaussian fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
-	CT_OPT(struct params, gaussians, 0, "gaussians", "N", 0, 100000000,
+	CT_OPT(struct sr, gaussians, 0, "gaussians", "N", 0, 100000000,
 		"Gaussians at the start of the fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
-static bool published(const struct params *p)
-{
-	return p->paper || p->release;
-}
-
-/* All files by name. */
-struct files {
-	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res, *sr;
-	const char *result; /* what the method makes: sr if OUT is made of that */
-};
-
-/* A name that no command takes for an option; NULL if no memory. */
-static char *plain(const char *name)
-{
-	char *s = NULL;
-
-	return asprintf(&s, "%s%s", name[0] == '-' && name[1] ? "./" : "", name) < 0 ? NULL : s;
-}
-
-/* A prior of slices, before the time is spent that comes before it. */
-static int check_slices(const char *path, struct ct_err *e)
-{
-	struct ct_slice_prior prior = {0};
-	struct ct_tensors w = {0};
-	int rc = ct_tensors_read(path, &w, e);
-
-	if (rc == 0 && ct_slice_prior_alloc(&prior, &w, e))
-		rc = ct_blame(e, path);
-	ct_slice_prior_free(&prior);
-	ct_tensors_free(&w);
-	return rc;
-}
-
-/* NULL in f->prior if what projections lack is not known of the factor: there are none then. */
-static int know_lack(struct files *f, const struct params *p, int scale, const struct ct_env *env,
-	struct ct_err *e)
-{
-	struct ct_residual prior;
-	struct ct_tensors w = {0};
-	int rc = ct_tensors_read(f->prior, &w, e);
-
-	if (rc == 0) {
-		rc = ct_residual_get(&prior, &w.meta, e);
-		if (rc > 0)
-			ct_fail(e, CT_EUSAGE, "is not conditional, as --quality %s wants it",
-				CT_WORD(QUALITIES, p->quality));
-		if (rc)
-			rc = ct_blame(e, f->prior);
-	}
-	ct_tensors_free(&w);
-	if (rc || prior.factor == (size_t)scale)
-		return rc;
-	ct_log(env, CT_WARN, "%s knows scans %zu times coarser, not %d: there are no projections",
-		f->prior, prior.factor, scale);
-	free(f->prior);
-	f->prior = NULL;
-	return 0;
-}
-
-/* Those of the user; a prior is named only if something is left to it. */
-static int name_given(struct files *f, const struct params *p, int scale, const struct ct_env *env,
-	struct ct_err *e)
-{
-	f->in = plain(p->in);
-	f->out = plain(p->out);
-	f->keep = p->keep ? plain(p->keep) : NULL;
-	if (!f->in || !f->out || (p->keep && !f->keep))
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (p->quality != DRAFT && !published(p) &&
-		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) ||
-			check_slices(f->slices, e)))
-		return -1;
-	if (scale == 0)
-		return 0;
-	if (published(p))
-		return prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e);
-	return prior_file_find(&f->prior, p->prior, PRIOR_RESIDUAL, e) ||
-			       know_lack(f, p, scale, env, e)
-		       ? -1
-		       : 0;
-}
-
-/* Those between the steps. */
-static int name_kept(struct files *f, const struct ct_chain *c, struct ct_err *e)
-{
-	f->lr = ct_chain_path(c, "lr.nii");
-	f->up = ct_chain_path(c, "up.nii");
-	f->up_proj = ct_chain_path(c, "up-proj.exr");
-	f->lr_proj = ct_chain_path(c, "lr-proj.exr");
-	f->sr_proj = ct_chain_path(c, "sr-proj.exr");
-	f->res = ct_chain_path(c, "residual.ply");
-	f->sr = ct_chain_path(c, "sr.nii");
-	f->result = ct_files_is_dicom(f->out) ? f->sr : f->out;
-	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res && f->sr
-		       ? 0
-		       : ct_fail(e, CT_ENOMEM, "no memory");
-}
-
-/* IN and OUT are no files of the folder that holds those between them. */
-static int check_files(const struct files *f, const struct params *p, struct ct_err *e)
-{
-	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res, f->sr};
-
-	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
-			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
-	return 0;
-}
-
-static void free_files(struct files *f)
-{
-	free(f->in);
-	free(f->out);
-	free(f->keep);
-	free(f->prior);
-	free(f->slices);
-	free(f->lr);
-	free(f->up);
-	free(f->up_proj);
-	free(f->lr_proj);
-	free(f->sr_proj);
-	free(f->res);
-	free(f->sr);
-}
-
 /* The factors; one whole number for all axes where there are projections. */
-static int choose_scale(struct preset *q, const struct params *p, struct ct_err *e)
+static int choose_scale(struct preset *q, const struct sr *p, struct ct_err *e)
 {
 	double x[3];
 
@@ -312,11 +166,11 @@ static int choose_scale(struct preset *q, const struct params *p, struct ct_err 
 				 p->factor);
 }
 
-static int choose(struct preset *chosen, const struct params *p, struct ct_err *e)
+static int choose(struct preset *chosen, const struct sr *p, struct ct_err *e)
 {
 	struct preset q = presets[p->quality];
 
-	if (published(p))
+	if (sr_published(p))
 		q = paper;
 	if (p->views)
 		q.views = p->views;
@@ -329,30 +183,30 @@ static int choose(struct preset *chosen, const struct params *p, struct ct_err *
 }
 
 /* ct-project with what both stacks share. */
-static int add_project(struct ct_chain *c, const struct params *p, const struct preset *q,
+static int add_project(struct ct_chain *c, const struct sr *p, const struct preset *q,
 	const char *output, struct ct_err *e)
 {
-	const char *window = p->window || !published(p) ? p->window : PAPER_WINDOW;
+	const char *window = p->window || !sr_published(p) ? p->window : PAPER_WINDOW;
 
 	if (ct_chain_add(c, e, false, output, "ct-project", NULL) ||
 		ct_chain_word(c, e, "--views=%d", q->views) ||
 		(q->sampling > 0 && ct_chain_word(c, e, "--sampling=%g", q->sampling)) ||
 		(window && ct_chain_word(c, e, "--window=%s", window)) ||
-		(published(p) && ct_chain_word(c, e, "--overshoot")))
+		(sr_published(p) && ct_chain_word(c, e, "--overshoot")))
 		return -1;
 	return 0;
 }
 
-static int add_projections(struct ct_chain *c, const struct params *p, const struct preset *q,
-	const struct files *f, struct ct_err *e)
+static int add_projections(struct ct_chain *c, const struct sr *p, const struct preset *q,
+	const struct sr_files *f, struct ct_err *e)
 {
 	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
 		ct_chain_word(c, e, "%s", f->up_proj) || add_project(c, p, q, f->lr_proj, e))
 		return -1;
-	if (!published(p) && (ct_chain_word(c, e, "--coarsen=%d", q->scale) ||
-				     ct_chain_word(c, e, "--pixel=sinc")))
+	if (!sr_published(p) && (ct_chain_word(c, e, "--coarsen=%d", q->scale) ||
+					ct_chain_word(c, e, "--pixel=sinc")))
 		return -1;
-	return ct_chain_word(c, e, "%s", published(p) ? f->lr : f->up) ||
+	return ct_chain_word(c, e, "%s", sr_published(p) ? f->lr : f->up) ||
 	       ct_chain_word(c, e, "%s", f->lr_proj);
 }
 
@@ -361,27 +215,27 @@ static int add_seed(struct ct_chain *c, uint64_t seed, struct ct_err *e)
 	return seed ? ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) : 0;
 }
 
-static int add_ddnm(struct ct_chain *c, const struct params *p, const struct preset *q,
-	const struct files *f, uint64_t seed, struct ct_err *e)
+static int add_ddnm(struct ct_chain *c, const struct sr *p, const struct preset *q,
+	const struct sr_files *f, uint64_t seed, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
 		ct_chain_word(c, e, "--prior=%s", f->prior) || add_seed(c, seed, e) ||
 		(p->arch && ct_chain_word(c, e, "--arch=%s", p->arch)) ||
 		(p->label >= 0 && ct_chain_word(c, e, "--class=%d", p->label)))
 		return -1;
-	if (published(p) ? ct_chain_word(c, e, "-x%d", q->scale) ||
-				   ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
-				   ct_chain_word(c, e, "--sigma-y=%g",
-					   p->paper ? PAPER_SIGMA_Y : release_sigma_y(q->scale))
-			 : ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
-				   ct_chain_word(c, e, "--samples=%d", q->samples))
+	if (sr_published(p) ? ct_chain_word(c, e, "-x%d", q->scale) ||
+				      ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
+				      ct_chain_word(c, e, "--sigma-y=%g",
+					      p->paper ? PAPER_SIGMA_Y : release_sigma_y(q->scale))
+			    : ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
+				      ct_chain_word(c, e, "--samples=%d", q->samples))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
 
 /* What is said of how IN was made; the rest is measured. */
 static int add_operator(
-	struct ct_chain *c, const struct params *p, const struct preset *q, struct ct_err *e)
+	struct ct_chain *c, const struct sr *p, const struct preset *q, struct ct_err *e)
 {
 	if ((p->sigma ? ct_chain_word(c, e, "--sigma=%s", p->sigma)
 		      : ct_chain_word(c, e, "--estimate")) ||
@@ -393,8 +247,8 @@ static int add_operator(
 }
 
 /* The solver, and the prior of slices if it has one to add. */
-static int add_refine(struct ct_chain *c, const struct params *p, const struct preset *q,
-	const struct files *f, const char *output, struct ct_err *e)
+static int add_refine(struct ct_chain *c, const struct sr *p, const struct preset *q,
+	const struct sr_files *f, const char *output, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
@@ -402,14 +256,14 @@ static int add_refine(struct ct_chain *c, const struct params *p, const struct p
 			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : FACTOR)) ||
 		(p->memory && ct_chain_word(c, e, "--memory=%s", p->memory)))
 		return -1;
-	if (published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
+	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
 /* As DICOM, of the study that IN is of. */
 static int add_dicom(
-	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
+	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
 {
 	const bool known = dicom_form_of(p->in) != NOT_DICOM;
 
@@ -426,7 +280,7 @@ static int add_dicom(
 
 /* From what IN is to a volume. */
 static int add_convert(
-	struct ct_chain *c, const struct params *p, const struct files *f, struct ct_err *e)
+	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
 {
 	const unsigned expand = ct_inflate_allowed();
 	const enum ct_units units = ct_units_said();
@@ -443,7 +297,7 @@ static int add_convert(
 	return p->skip_damaged ? ct_chain_word(c, e, "--skip-damaged") : 0;
 }
 
-static int plan(struct ct_chain *c, const struct params *p, struct preset q, const struct files *f,
+static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const struct sr_files *f,
 	uint64_t seed, struct ct_err *e)
 {
 	ct_chain_source(c, f->in);
@@ -463,15 +317,15 @@ static int plan(struct ct_chain *c, const struct params *p, struct preset q, con
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
 		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
 		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		(published(p) ? ct_chain_word(c, e, "--scale=%d", q.scale) ||
-					ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
-			      : ct_chain_word(c, e, "--rate=1") ||
-					ct_chain_word(c, e, "--lambda-tv=0.2")) ||
+		(sr_published(p) ? ct_chain_word(c, e, "--scale=%d", q.scale) ||
+					   ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
+				 : ct_chain_word(c, e, "--rate=1") ||
+					   ct_chain_word(c, e, "--lambda-tv=0.2")) ||
 		add_seed(c, seed, e) || ct_chain_word(c, e, "%s", f->sr_proj) ||
 		ct_chain_word(c, e, "%s", f->res))
 		return -1;
 	if (ct_chain_add(c, e, false, f->result, "ct-compose", NULL) ||
-		(!published(p) && ct_chain_word(c, e, "--consistent=%s", f->lr)))
+		(!sr_published(p) && ct_chain_word(c, e, "--consistent=%s", f->lr)))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->up) || ct_chain_word(c, e, "%s", f->res) ||
 			       ct_chain_word(c, e, "%s", f->result) || add_dicom(c, p, f, e)
@@ -480,8 +334,8 @@ static int plan(struct ct_chain *c, const struct params *p, struct preset q, con
 }
 
 /* May OUT be written, now that the folder between is there, which may lie in it? */
-static int check_out(const struct params *p, const struct ct_chain *c, const struct ct_env *env,
-	struct ct_err *e)
+static int check_out(
+	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
 	const bool own = p->resume && ct_chain_owns_output(c);
 	struct ct_env over = *env;
@@ -494,9 +348,9 @@ static int check_out(const struct params *p, const struct ct_chain *c, const str
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const struct params *p = params;
+	const struct sr *p = params;
 	struct ct_chain c = {.folder.lock = -1};
-	struct files f = {0};
+	struct sr_files f = {0};
 	struct preset q;
 	int rc = -1;
 
@@ -504,9 +358,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
-	if (name_given(&f, p, q.scale, env, e) ||
-		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) || name_kept(&f, &c, e) ||
-		check_files(&f, p, e) || plan(&c, p, q, &f, env->seed, e))
+	if (sr_files_given(&f, p, q.scale, env, e) ||
+		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) ||
+		sr_files_kept(&f, &c, e) || sr_files_check(&f, p, e) ||
+		plan(&c, p, q, &f, env->seed, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
@@ -514,7 +369,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	} else if (check_out(p, &c, env, e) == 0)
 		rc = ct_chain_run(&c, env, e);
 out:
-	free_files(&f);
+	sr_files_free(&f);
 	ct_chain_close(&c);
 	return rc;
 }
