@@ -188,7 +188,7 @@ cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
 ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --template --deid --compress --sidecar --json
+ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume

@@ -121,21 +121,27 @@ static const char *ends_of(const struct ct_opt *o, const struct ct_tool *t, cons
 	return x->ends;
 }
 
+/* May the output have that name? */
+static bool may_end(const struct ct_opt *o, const char *path, const char *ends)
+{
+	if (o->dicom && ct_files_is_dicom(path))
+		return ct_ends_match("a." CT_ENDS_DICOM, ends);
+	return !ct_ends_known(path) || ct_ends_match(path, ends);
+}
+
 int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e)
 {
-	for (struct walk w = begin(t->opts, params); step(&w);)
-		if (w.output && ct_ends_known(w.path) &&
-			!(w.opt->dicom && ct_files_is_dicom(w.path))) {
-			const char *ends = ends_of(w.opt, t, params);
-			char text[200];
+	for (struct walk w = begin(t->opts, params); step(&w);) {
+		const char *ends = w.output ? ends_of(w.opt, t, params) : NULL;
+		char text[200];
 
-			if (ct_ends_match(w.path, ends))
-				continue;
-			ct_ends_text(text, sizeof text, ends);
-			return ct_fail(e, CT_EUSAGE, "%s: %s%s is written as %s", w.path,
-				w.opt->name ? "--" : "",
-				w.opt->name ? w.opt->name : ct_table_operand(w.opt), text);
-		}
+		if (!w.output || may_end(w.opt, w.path, ends))
+			continue;
+		ct_ends_text(text, sizeof text, ends);
+		return ct_fail(e, CT_EUSAGE, "%s: %s%s is written as %s", w.path,
+			w.opt->name ? "--" : "",
+			w.opt->name ? w.opt->name : ct_table_operand(w.opt), text);
+	}
 	return 0;
 }
 
