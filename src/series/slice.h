@@ -53,6 +53,15 @@ struct ct_slice {
 	double padding[2]; /* stored values from, to that are no measurement */
 };
 
+/* How numbers are stored: in 1, 2 or 4 bytes each, in the host's order, of which the lower `bits`
+ * count; what lies above them, in old files, is something else. `planes`: all their highest bytes
+ * come first, the lowest last. */
+struct ct_slice_bits {
+	size_t bytes;
+	int bits;
+	bool is_signed, planes;
+};
+
 /* Where plane k of a grid lies: position, axes and pitch, i along a row and j down the columns. The
  * axes of the affine, RAS+, are at right angles (ct_vol_check_grid). */
 void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k);
@@ -65,6 +74,8 @@ int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
+/* n stored values. */
+void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how);
 /* Stored values of a slice to those that its scale makes of them; padding becomes `none`. */
 void ct_slice_scale(const struct ct_slice *s, float none, float *x);
 /* CT_EINPUT, with the field that says so, unless the values are HU. */
