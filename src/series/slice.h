@@ -41,13 +41,17 @@ struct ct_slice {
 	double kvp, thickness, tilt; /* kV, SliceThickness in mm, GantryDetectorTilt in degrees */
 	double between, diameter;    /* SpacingBetweenSlices, ReconstructionDiameter in mm */
 	size_t columns, rows, samples;
-	double on_disk, claimed; /* bytes of its part of the file, and of its numbers unpacked */
-	bool placed;             /* has position, orientation and pixel spacing */
-	double position[3];      /* of the centre of the first pixel, LPS mm */
-	double across[3];        /* unit vector along a row: towards the next column */
-	double down[3];          /* unit vector along a column: towards the next row */
-	double pitch[2];         /* mm between columns, mm between rows */
-	bool scaled;             /* has RescaleSlope and RescaleIntercept */
+	double on_disk, claimed;    /* bytes of its part of the file, and of its numbers unpacked */
+	char syntax[CT_SLICE_TEXT]; /* TransferSyntaxUID */
+	long long pixels;           /* where the numbers of its file begin, in bytes */
+	int allocated, stored;      /* BitsAllocated, BitsStored */
+	bool is_signed;
+	bool placed;        /* has position, orientation and pixel spacing */
+	double position[3]; /* of the centre of the first pixel, LPS mm */
+	double across[3];   /* unit vector along a row: towards the next column */
+	double down[3];     /* unit vector along a column: towards the next row */
+	double pitch[2];    /* mm between columns, mm between rows */
+	bool scaled;        /* has RescaleSlope and RescaleIntercept */
 	double slope, intercept;
 	bool padded;
 	double padding[2]; /* stored values from, to that are no measurement */

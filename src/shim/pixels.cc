@@ -1,7 +1,6 @@
 /* pixels.cc: see pixels.h. */
 #include "config.h"
 #include "shim/pixels.h"
-#include "shim/dicom-tags.h"
 
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
@@ -11,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include <fcntl.h>
@@ -49,8 +49,13 @@ vtkStandardNewMacro(Reader)
 	template <class T>
 	void copy(const T *in, size_t n, float *out)
 {
-	for (size_t i = 0; i < n; i++)
-		out[i] = static_cast<float>(in[i]);
+	const ct_slice_bits how = {
+		sizeof(T), 8 * sizeof(T), std::numeric_limits<T>::is_signed, false};
+
+	if (std::numeric_limits<T>::is_integer && sizeof(T) <= 4)
+		ct_slice_widen(n, out, in, &how);
+	else
+		std::copy_n(in, n, out);
 }
 
 /* The one grey picture of a file. */
@@ -174,9 +179,6 @@ PixelFile::~PixelFile()
 
 int PixelFile::open(const ct_slice &s, ct_err *e)
 {
-	vtkNew<vtkDICOMMetaData> m;
-	vtkNew<vtkDICOMParser> p;
-
 	if (fd >= 0)
 		close(fd);
 	held.reset(new Held(s));
@@ -185,14 +187,12 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 	fd = ::open(held->path(), O_RDONLY | O_CLOEXEC);
 	if (fd < 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", s.path, std::strerror(errno));
-	if (!parse_header(held->path(), m, p) || !p->GetPixelDataFound())
-		return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s.path);
-	syntax = m->Get(DC::TransferSyntaxUID).AsString();
+	syntax = s.syntax;
 	coding = syntax.empty() ? Coding::plain : coding_of(syntax);
-	offset = static_cast<uint64_t>(p->GetFileOffset());
-	allocated = m->Get(DC::BitsAllocated).AsInt();
-	stored = m->Get(DC::BitsStored).AsInt();
-	is_signed = m->Get(DC::PixelRepresentation).AsInt() != 0;
+	offset = static_cast<uint64_t>(s.pixels);
+	allocated = s.allocated;
+	stored = s.stored;
+	is_signed = s.is_signed;
 	if (s.samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
 			s.path, s.samples);
