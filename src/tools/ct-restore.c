@@ -376,6 +376,7 @@ static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
 	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(j->env->par),
 		.disk = (j->p->std ? 8 : 4) * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, j->memory);
+	expect_tell(cost, &x, &j->in, &j->is.by, bytes, PRIOR);
 	snprintf(cost->work, sizeof cost->work, "slices of %.0f voxels", x.fine);
 	return 0;
 }

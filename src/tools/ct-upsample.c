@@ -139,6 +139,7 @@ static int expect(struct ct_cost *cost, const struct ct_vol *in,
 	*cost = (struct ct_cost){
 		.seconds = x.cpu / (double)ct_par_threads(env->par), .disk = 4 * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, memory);
+	expect_tell(cost, &x, in, &rule->by, bytes, 0);
 	snprintf(cost->work, sizeof cost->work, "%s of %.0f voxels", ct_upsample_name(x.method),
 		x.fine);
 	return 0;

@@ -22,6 +22,12 @@ struct brick {
 	size_t lo, hi;       /* with those about it */
 };
 
+/* An axis that can be cut; -1 if none can be. */
+int brick_axis(const struct ct_degrade *by);
+/* The most slabs of b->of coarse voxels by b->factor. */
+size_t brick_most(const struct brick *b);
+/* Slab n of m, from 1, no more than there are: where it is, by b->of and b->factor. */
+void brick_slab(struct brick *b, size_t n, size_t m);
 /* Slab N of M of `text` "N/M". CT_EUSAGE for another text, and more slabs than there are places to
  * cut; CT_EGEOM if no axis can be cut. */
 int brick_find(struct brick *b, const char *text, const struct ct_vol *in,

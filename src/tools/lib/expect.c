@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/clock.h"
 #include "resolution/crop.h"
+#include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 
 #include <math.h>
@@ -90,6 +91,7 @@ int expect_upsample(struct expect *x, const struct ct_vol *in, const struct ct_u
 		try(&x->cpu, &did, &small, &alone, env, e))
 		goto out;
 	x->method = did.method;
+	x->iterations = did.iterations;
 	x->whole = ct_vol_count(&small) == ct_vol_count(in);
 	if (!x->whole) {
 		const double iterations = (double)did.iterations;
@@ -105,4 +107,20 @@ out:
 	ct_vol_free(&small);
 	ct_vol_free(&large);
 	return rc;
+}
+
+void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_vol *in,
+	const struct ct_degrade *by, double need, double fixed)
+{
+	const int axis = brick_axis(by);
+	const struct ct_cost_more more[] = {
+		{EXPECT_ITERATIONS, (double)x->iterations},
+		{EXPECT_NEED, need + 4 * (double)ct_vol_count(in)},
+		{EXPECT_FIXED, fixed + 4 * (double)ct_vol_count(in)},
+		{EXPECT_AXIS, axis},
+		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
+		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},
+	};
+
+	memcpy(cost->more, more, sizeof more);
 }
