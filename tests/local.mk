@@ -66,6 +66,7 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
+dist_check_SCRIPTS += tests/t-plan.sh
 dist_check_SCRIPTS += tests/t-ct-restore.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
 check_PROGRAMS += tests/t-schedule

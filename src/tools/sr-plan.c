@@ -44,6 +44,16 @@ static double told(const struct plan *x, const char *key)
 	return json_number_value(json_object_get(x->told, key));
 }
 
+/* What does not fit into memory is on disk until the job is done. */
+static struct takes bounded(struct takes t, double most)
+{
+	if (t.memory > most) {
+		t.disk += t.memory;
+		t.memory = most;
+	}
+	return t;
+}
+
 /* Of slab n of m. */
 static struct takes slab_takes(const struct plan *x, size_t n, size_t m)
 {
@@ -57,11 +67,7 @@ static struct takes slab_takes(const struct plan *x, size_t n, size_t m)
 	t.seconds = told(x, "seconds") * share;
 	t.disk = told(x, "disk-bytes") * (double)(b.to - b.from) / (double)b.of;
 	t.memory = fixed + (need - fixed) * share;
-	if (t.memory > x->most) {
-		t.disk += t.memory;
-		t.memory = x->most;
-	}
-	return t;
+	return bounded(t, x->most);
 }
 
 /* Of the largest of m slabs. */
@@ -167,7 +173,8 @@ static int add_slabs(struct plan *x, const struct ct_step *s, struct ct_err *e)
 {
 	const size_t first = x->jobs.n, m = x->slabs;
 	const double iterations = told(x, EXPECT_ITERATIONS), whole = told(x, "disk-bytes");
-	const struct takes merge = {NAN, fmin(whole * (1 + 1. / (double)m), x->most), whole};
+	const double held = CT_MEMORY_BASE + whole * (1 + 1. / (double)m);
+	const struct takes merge = {NAN, fmin(held, x->most), whole};
 
 	for (size_t n = 1; n <= m; n++) {
 		const char *part = name_part(x, "slab", n, e);
@@ -204,8 +211,9 @@ static int divide(struct plan *x, size_t views, struct ct_err *e)
 {
 	const size_t wanted = x->p->jobs ? (size_t)x->p->jobs : JOBS;
 	const size_t parts = wanted < views ? wanted : views;
-	const struct takes whole = {
-		told(x, "seconds"), told(x, "memory-bytes"), told(x, "disk-bytes")};
+	const struct takes whole = bounded(
+		(struct takes){told(x, "seconds"), told(x, EXPECT_NEED), told(x, "disk-bytes")},
+		x->most);
 
 	for (size_t i = 0; i < x->c->sources; i++)
 		ct_chain_source(&x->jobs, x->c->source[i]);
@@ -313,8 +321,9 @@ static json_t *describe(const struct plan *x)
 		x->jobs.step[x->jobs.n - 1].output, "jobs", jobs);
 }
 
-/* A name as make reads it in a rule; those are refused before that it cannot. */
-static void put_name(FILE *f, const char *name)
+/* A name as make reads it in a rule, before the colon if it is a target; those are refused before
+ * that it cannot. */
+static void put_name(FILE *f, const char *name, bool target)
 {
 	for (; *name; name++)
 		if (*name == '$')
@@ -322,7 +331,7 @@ static void put_name(FILE *f, const char *name)
 		else if (*name == '=')
 			fputs("$(equals)", f);
 		else
-			fprintf(f, strchr(" #:%", *name) ? "\\%c" : "%c", *name);
+			fprintf(f, strchr(target ? " #:%" : " #:", *name) ? "\\%c" : "%c", *name);
 }
 
 /* A word as make hands it to a shell. */
@@ -350,14 +359,15 @@ static int put_rules(FILE *f, const json_t *plan, struct ct_err *e)
 
 	fprintf(f,
 		"# The jobs of plan.json: make -j4 -f this file\nequals := =\n.PHONY: all\nall: ");
-	put_name(f, json_string_value(json_object_get(plan, "output")));
+	put_name(f, json_string_value(json_object_get(plan, "output")), false);
 	json_array_foreach (json_object_get(plan, "jobs"), i, job) {
 		fputs("\n\n", f);
-		put_name(f, json_string_value(json_array_get(json_object_get(job, "outputs"), 0)));
+		put_name(f, json_string_value(json_array_get(json_object_get(job, "outputs"), 0)),
+			true);
 		fputc(':', f);
 		json_array_foreach (json_object_get(job, "inputs"), k, word) {
 			fputc(' ', f);
-			put_name(f, json_string_value(word));
+			put_name(f, json_string_value(word), false);
 		}
 		fputs("\n\t", f);
 		json_array_foreach (json_object_get(job, "command"), k, word) {

@@ -1,5 +1,6 @@
 /* expect.c: see expect.h. */
 #include "config.h"
+#include "cli/memory.h"
 #include "core/clock.h"
 #include "resolution/crop.h"
 #include "tools/lib/brick.h"
@@ -113,10 +114,11 @@ void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_v
 	const struct ct_degrade *by, double need, double fixed)
 {
 	const int axis = brick_axis(by);
+	const double base = CT_MEMORY_BASE + 4 * (double)ct_vol_count(in);
 	const struct ct_cost_more more[] = {
 		{EXPECT_ITERATIONS, (double)x->iterations},
-		{EXPECT_NEED, need + 4 * (double)ct_vol_count(in)},
-		{EXPECT_FIXED, fixed + 4 * (double)ct_vol_count(in)},
+		{EXPECT_NEED, base + need},
+		{EXPECT_FIXED, base + fixed},
 		{EXPECT_AXIS, axis},
 		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
 		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},
