@@ -38,7 +38,8 @@ define scan
 $(OUT)/$(call stem,$(1)).nii.gz: $(1)
 	@mkdir -p $(OUT)
 	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) --keep $$@.work --resume $(1) $$@ \
-		>$(OUT)/$(call stem,$(1)).log 2>&1 || { rm -f $$@.time; tail -n 1 $(OUT)/$(call stem,$(1)).log >&2; }
+		>$(OUT)/$(call stem,$(1)).log 2>&1 || \
+		{ rm -f $$@.time; echo "$(1): $$$$(tail -n 2 $(OUT)/$(call stem,$(1)).log | head -n 1)" >&2; }
 endef
 $(foreach s,$(FOUND),$(eval $(call scan,$(s))))
 
@@ -59,4 +60,3 @@ $(OUT)/%.row: $(OUT)/%.nii.gz
 		mv $@.part $@ && rm -rf $<.time $<.work; }
 
 .PHONY: all $(OUT)/cohort.csv
-.SECONDARY:
