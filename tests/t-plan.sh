@@ -16,7 +16,8 @@ for j in plan["jobs"]:
     for o in j["outputs"]:
         assert os.path.isabs(o) and o not in made and o in j["command"], o
         made.add(o)
-    assert j["threads"] == 1
+    assert j["threads"] == 1 and "--force" in j["command"] and "--threads=1" in j["command"]
+    assert j["inputs"] and (made - set(j["outputs"]) or any(i.endswith("/lr.nii") for i in j["inputs"]))
     assert all(j[k] is None or j[k] > 0 for k in ("seconds", "memory-bytes", "disk-bytes"))
 assert plan["output"] in made
 assert len({j["name"] for j in plan["jobs"]}) == len(plan["jobs"])
