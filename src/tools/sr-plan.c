@@ -422,25 +422,30 @@ static int write_plan(const struct plan *x, const struct ct_env *env, struct ct_
 	return rc;
 }
 
+static int check_name(const char *name, struct ct_err *e)
+{
+	return strpbrk(name, "\n;*?[\\")
+		       ? ct_fail(e, CT_EUSAGE,
+				 "--plan: make has no way to write the name of %s: it holds one of "
+				 "; * ? [ \\ or an end of line",
+				 name)
+		       : 0;
+}
+
 /* An earlier plan, and names that make has no way to write. */
 static int check(const struct plan *x, const struct ct_env *env, struct ct_err *e)
 {
-	const char *last = x->c->step[x->c->n - 1].output;
-	const char *const names[] = {x->c->folder.path, last, x->c->source[0]};
-	char *path = ct_chain_path(x->c, PLAN);
-	int rc = 0;
+	const struct ct_chain *c = x->c;
+	char *path = ct_chain_path(c, PLAN);
+	int rc = check_name(c->folder.path, e) || check_name(c->step[c->n - 1].output, e) ? -1 : 0;
 
+	for (size_t i = 0; rc == 0 && i < c->sources; i++)
+		rc = check_name(c->source[i], e);
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (access(path, F_OK) == 0 && !env->force)
+	if (rc == 0 && access(path, F_OK) == 0 && !env->force)
 		rc = ct_fail(e, CT_EOUTPUT, "%s: holds an earlier plan; --force makes a new one",
-			x->c->folder.path);
-	for (size_t i = 0; rc == 0 && i < sizeof names / sizeof *names; i++)
-		if (strpbrk(names[i], "\n;*?[\\"))
-			rc = ct_fail(e, CT_EUSAGE,
-				"--plan: make has no way to write the name of %s: it holds one of ; * ? [ "
-				"\\ or an end of line",
-				names[i]);
+			c->folder.path);
 	free(path);
 	return rc;
 }
