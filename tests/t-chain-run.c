@@ -409,8 +409,8 @@ int main(void)
 	put_script("die", "kill -9 $$");
 	put_script("say", "echo report; sleep 0.1; echo words >&2");
 	put_script("wait", "echo $$ >pid; exec sleep 30");
-	put_script(
-		"count", "for last; do [ \"$last\" = 316 ] && n=316; done; echo $# $n \"$last\" >n");
+	put_script("count",
+		"for last; do [ \"$last\" = 316 ] && n=316; done; echo $# $n \"$last\" >n");
 	put_script("far", "");
 	if (rename("bin/far", "elsewhere/far"))
 		return 99;
