@@ -11,6 +11,7 @@ libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
 libct_a_SOURCES += formats/source.c formats/source.h formats/sink.c formats/sink.h
 libct_a_SOURCES += formats/voxels.c formats/voxels.h
+SIMD_SOURCES += formats/voxels-row.c formats/voxels-row.h
 libct_a_SOURCES += formats/headed.c formats/headed.h formats/headed-impl.h formats/headed-write.c
 libct_a_SOURCES += formats/headed-mha.c formats/headed-nrrd.c
 libct_a_SOURCES += formats/raw.c formats/raw.h

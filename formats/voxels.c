@@ -1,6 +1,6 @@
 /* voxels.c: see voxels.h. */
 #include "config.h"
-#include "formats/voxels.h"
+#include "formats/voxels-row.h"
 
 #include <string.h>
 
@@ -50,67 +50,13 @@ void ct_voxels_swap(size_t n, size_t bytes, void *p)
 		swap64(n, p);
 }
 
-/* Without a scale no double is needed, and none of 64-bit integers is rounded twice. */
-#define CONVERT(name, type)                                                                        \
-	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
-		double slope, double inter)                                                        \
-	{                                                                                          \
-		if (slope == 1 && inter == 0) {                                                    \
-			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (float)in[i];  \
-		} else {                                                                           \
-			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] =                \
-				(float)(slope * (double)in[i] + inter);                            \
-		}                                                                                  \
-	}
-CONVERT(u8, uint8_t)
-CONVERT(i8, int8_t)
-CONVERT(u16, uint16_t)
-CONVERT(i16, int16_t)
-CONVERT(u32, uint32_t)
-CONVERT(i32, int32_t)
-CONVERT(u64, uint64_t)
-CONVERT(i64, int64_t)
-CONVERT(f32, float)
-CONVERT(f64, double)
-
 void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
 	double slope, double inter)
 {
-	switch (type) {
-	case CT_V_U8: from_u8(n, out, in, slope, inter); break;
-	case CT_V_I8: from_i8(n, out, in, slope, inter); break;
-	case CT_V_U16: from_u16(n, out, in, slope, inter); break;
-	case CT_V_I16: from_i16(n, out, in, slope, inter); break;
-	case CT_V_U32: from_u32(n, out, in, slope, inter); break;
-	case CT_V_I32: from_i32(n, out, in, slope, inter); break;
-	case CT_V_U64: from_u64(n, out, in, slope, inter); break;
-	case CT_V_I64: from_i64(n, out, in, slope, inter); break;
-	case CT_V_F32: from_f32(n, out, in, slope, inter); break;
-	case CT_V_F64: from_f64(n, out, in, slope, inter); break;
-	}
+	CT_SIMD(ct_voxels_row_float)(n, out, type, in, slope, inter);
 }
 
-union word {
-	float f;
-	uint32_t u;
-};
-
-/* Adding 1.5*2^23 rounds to a whole number, which then stands in the low bits of the sum. Integer
- * comparisons only: NaN and infinity are out of range like any other, and the loop is vectors. */
 bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
 {
-	const union word magic = {.f = 12582912.0f};
-	const uint32_t rest = exact ? 0x7fffffff : 0;
-	uint32_t bad = 0;
-
-	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
-	{
-		const union word sum = {.f = in[i] + magic.f};
-		const union word off = {.f = in[i] - (sum.f - magic.f)};
-		const uint32_t whole = sum.u - magic.u;
-
-		bad |= (whole + 32768) >> 16 | (off.u & rest);
-		out[i] = (int16_t)(uint16_t)whole;
-	}
-	return !bad;
+	return CT_SIMD(ct_voxels_row_i16)(n, out, in, exact);
 }

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
-# make fuzz takes.
+# make fuzz takes; with `cluster`, what make check-long PARTS=cluster takes.
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
 	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev libopenimageio-dev
@@ -8,11 +8,13 @@ build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxx
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage nifti-bin
 	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dicom3tools dcm2niix clang-format'
 fuzz='clang libclang-rt-dev'
+cluster='slurm-wlm munge snakemake procps'
 case ${1:-build} in
 build) want=$build ;;
 tests) want="$build $tests" ;;
 fuzz) want="$build $fuzz" ;;
-*) echo "usage: $0 [build|tests|fuzz]" >&2; exit 2 ;;
+cluster) want="$build $cluster" ;;
+*) echo "usage: $0 [build|tests|fuzz|cluster]" >&2; exit 2 ;;
 esac
 missing=
 for p in $want; do

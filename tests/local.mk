@@ -16,7 +16,7 @@ fuzz:
 .PHONY: check-long fuzz
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
-	tests/long/network.sh tests/long/network.py
+	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
 EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
@@ -66,6 +66,7 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
+dist_check_SCRIPTS += tests/t-plan.sh tests/t-cohort.sh
 dist_check_SCRIPTS += tests/t-ct-restore.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
 check_PROGRAMS += tests/t-schedule

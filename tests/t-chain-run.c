@@ -315,9 +315,9 @@ static void test_words(void)
 	must(ct_chain_add(&c, &err, false, "x", "count", "1", NULL));
 	while (ct_chain_word(&c, &e, "%d", n) == 0)
 		n++;
-	OK(n == 61 && e.code == CT_ENOMEM && is_text(e.msg, "command count is too long"),
-		"a command has up to 60 words");
-	OK(run(&c) == 0 && is_text(text_of("n"), "64 60 --verbose\n"), "that all reach it");
+	OK(n == 317 && e.code == CT_ENOMEM && is_text(e.msg, "command count is too long"),
+		"a command has up to 316 words");
+	OK(run(&c) == 0 && is_text(text_of("n"), "320 316 --verbose\n"), "that all reach it");
 
 	must(begin(&c, "w", true));
 	ct_chain_source(&c, "src");
@@ -409,8 +409,8 @@ int main(void)
 	put_script("die", "kill -9 $$");
 	put_script("say", "echo report; sleep 0.1; echo words >&2");
 	put_script("wait", "echo $$ >pid; exec sleep 30");
-	put_script(
-		"count", "for last; do [ \"$last\" = 60 ] && n=60; done; echo $# $n \"$last\" >n");
+	put_script("count",
+		"for last; do [ \"$last\" = 316 ] && n=316; done; echo $# $n \"$last\" >n");
 	put_script("far", "");
 	if (rename("bin/far", "elsewhere/far"))
 		return 99;

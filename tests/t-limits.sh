@@ -64,6 +64,7 @@ ct-sr noise 0 1000000 -
 ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
+ct-sr jobs 0 256 0
 ct-restore tolerance 0 1000000 0.1
 ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
@@ -192,10 +193,10 @@ ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
-ct-ddnm s--seed --dry-run
+ct-ddnm s--seed --json --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
-ct-fdk --nonnegative --tv w--window --quantity --dry-run
+ct-fdk --nonnegative --tv w--window --quantity --json --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
@@ -211,17 +212,17 @@ ct-phantom --size --spacing --oversample --density w--window p--project --beam n
 ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
-ct-project --photons --electronic --mu-water s--seed --dry-run
+ct-project --photons --electronic --mu-water s--seed --json --dry-run
 ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
-ct-restore --noise --memory --brick --dry-run --units
-ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --dry-run --slices --prior --arch --class
+ct-restore --noise --memory --brick --json --dry-run --units
+ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
-ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --dry-run
+ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
 ct-upsample x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --memory --brick --dry-run --units
+ct-upsample --tolerance --memory --brick --json --dry-run --units
 ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

@@ -141,6 +141,9 @@ no ct-sr --slices=none.x -Q draft
 for o in --spacing=1 --memory=1G; do for p in --paper --release '-Q balanced'; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
+for o in --keep=k --dry-run; do no ct-sr --plan=p $o; done
+no ct-sr --jobs=2
+for t in ct-ddnm ct-fdk ct-project ct-restore ct-train ct-upsample; do no $t --json; done
 no ct-upsample --spacing=1 -x 2
 for t in ct-upsample ct-restore; do no $t --tolerance=1 --brick 1/2; done
 no ct-restore --iterations=9 --start none.x

@@ -6,6 +6,7 @@
 #include "tap.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -188,6 +189,49 @@ static void test_hu(void)
 
 	ct_slice_scale(&s, -1024, px);
 	OK(px[0] == -1024 && px[1] == -1000 && px[2] == -400, "rescale and padding");
+}
+
+/* Numbers of every size, with bits above those that count, in a row and byte by byte. */
+static void test_widen(void)
+{
+	enum { M = 131 };
+	unsigned char row[4 * M], apart[4 * M];
+	float out[M], planes[M];
+	size_t bad = 0;
+
+	for (size_t bytes = 1; bytes <= 4; bytes *= 2)
+		for (int bits = 1; bits <= 8 * (int)bytes; bits++)
+			for (int is_signed = 0; is_signed < 2; is_signed++) {
+				struct ct_slice_bits how = {bytes, bits, is_signed, false};
+				const int64_t range = INT64_C(1) << bits;
+
+				for (uint32_t i = 0; i < M; i++) {
+					const uint32_t u = i * UINT32_C(2654435761) + i % 3;
+					const uint8_t u8 = (uint8_t)u;
+					const uint16_t u16 = (uint16_t)u;
+
+					memcpy(row + bytes * i,
+						bytes == 1   ? (const void *)&u8
+						: bytes == 2 ? (const void *)&u16
+							     : (const void *)&u,
+						bytes);
+					for (size_t b = 0; b < bytes; b++)
+						apart[b * M + i] =
+							(unsigned char)(u >> 8 * (bytes - 1 - b));
+				}
+				ct_slice_widen(M, out, row, &how);
+				how.planes = true;
+				ct_slice_widen(M, planes, apart, &how);
+				for (uint32_t i = 0; i < M; i++) {
+					const uint32_t u = i * UINT32_C(2654435761) + i % 3;
+					int64_t want = (int64_t)u % range;
+
+					if (is_signed && want >= range / 2)
+						want -= range;
+					bad += out[i] != (float)want || planes[i] != (float)want;
+				}
+			}
+	OK(bad == 0, "stored values of every size");
 }
 
 static const double X[3] = {1, 0, 0}, Y[3] = {0, 1, 0};
@@ -577,6 +621,7 @@ int main(void)
 	test_refusals();
 	test_series();
 	test_hu();
+	test_widen();
 	test_axes();
 	test_pairs();
 	test_scale();

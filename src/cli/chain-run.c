@@ -8,6 +8,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <jansson.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -138,9 +139,9 @@ static void send_report(bool quiet)
 	}
 }
 
-/* In the new process. */
-static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, pid_t parent,
-	const struct ct_env *env)
+/* In the new process. Standard output is `answer`, if that is a file. */
+static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, FILE *answer,
+	pid_t parent, const struct ct_env *env)
 {
 	char path[4096];
 
@@ -148,7 +149,9 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
-	if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
+	if (answer)
+		dup2(fileno(answer), STDOUT_FILENO);
+	else if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
 		send_report(env->verbose < 0);
 	snprintf(path, sizeof path, "%s%s", c->tools, s->tool);
 	execv(path, argv);
@@ -157,12 +160,12 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	_exit(CT_EFAIL);
 }
 
-static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
-	pid_t *pid, struct ct_err *e)
+static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
+	const struct ct_env *env, pid_t *pid, struct ct_err *e)
 {
 	char *argv[CT_CHAIN_ARGS + 8];
 	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     threads[] = "--threads", resume[] = "--resume";
+	     threads[] = "--threads", resume[] = "--resume", dry[] = "--dry-run", json[] = "--json";
 	const pid_t parent = getpid();
 	size_t n = 0;
 
@@ -177,12 +180,16 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 		argv[n++] = verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
+	if (answer) {
+		argv[n++] = dry;
+		argv[n++] = json;
+	}
 	argv[n] = NULL;
 	*pid = fork();
 	if (*pid < 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", s->tool, strerror(errno));
 	if (*pid == 0)
-		become(c, s, argv, parent, env);
+		become(c, s, argv, answer, parent, env);
 	return 0;
 }
 
@@ -201,14 +208,14 @@ static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 	return got < 0 ? -1 : 0;
 }
 
-static int start(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
-	struct ct_err *e)
+static int start(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
+	const struct ct_env *env, struct ct_err *e)
 {
 	double began = ct_clock_wall();
 	pid_t pid;
 	int status;
 
-	if (ct_check_stop(env, e) || spawn(c, s, again, env, &pid, e))
+	if (ct_check_stop(env, e) || spawn(c, s, again, answer, env, &pid, e))
 		return -1;
 	if (wait_for(pid, &status, env))
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
@@ -223,6 +230,30 @@ static int start(const struct ct_chain *c, struct ct_step *s, bool again, const 
 		return ct_fail(e, (enum ct_code)WEXITSTATUS(status), "%s failed", s->tool);
 	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - began);
 	return 0;
+}
+
+int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
+{
+	return start(c, &c->step[i], false, NULL, env, e);
+}
+
+int ct_chain_ask(
+	void **answer, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
+{
+	FILE *f = tmpfile();
+	int rc = -1;
+
+	*answer = NULL;
+	if (!f)
+		return ct_fail(e, CT_EOUTPUT, "no temporary file: %s", strerror(errno));
+	if (start(c, &c->step[i], false, f, env, e) == 0) {
+		rewind(f);
+		*answer = json_loadf(f, 0, NULL);
+		rc = *answer ? 0
+			     : ct_fail(e, CT_EFAIL, "%s --dry-run says no JSON", c->step[i].tool);
+	}
+	fclose(f);
+	return rc;
 }
 
 /* A step that can be resumed: left out if it is done, and else noted before and after. */
@@ -241,7 +272,7 @@ static int run_step(const struct ct_chain *c, size_t i, size_t *left_out, const 
 		rc = 0;
 		goto out;
 	}
-	if (save(&r, e) || start(c, s, was == BEGUN, env, e))
+	if (save(&r, e) || start(c, s, was == BEGUN, NULL, env, e))
 		goto out;
 	told |= name_output(&r, s, env, e);
 	rc = told == 0 ? save(&r, e) : told < 0 ? -1 : 0;
@@ -257,7 +288,7 @@ int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 	if (!c->folder.temporary && ct_chain_write(c, env, e))
 		return -1;
 	for (size_t i = 0; i < c->n; i++)
-		if (c->folder.temporary ? start(c, &c->step[i], false, env, e)
+		if (c->folder.temporary ? start(c, &c->step[i], false, NULL, env, e)
 					: run_step(c, i, &left_out, env, e))
 			return -1;
 	if (left_out)

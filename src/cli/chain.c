@@ -74,6 +74,18 @@ void ct_chain_source(struct ct_chain *c, const char *path)
 	c->source[c->sources++] = path;
 }
 
+char *ct_chain_program(const struct ct_chain *c, const char *tool)
+{
+	char *path = NULL;
+
+	if (asprintf(&path, "%s%s", c->tools, tool) < 0)
+		return NULL;
+	if (access(path, X_OK) == 0)
+		return path;
+	free(path);
+	return strdup(tool);
+}
+
 static int take_word(struct ct_step *s, char *word, struct ct_err *e)
 {
 	if (!word || s->argc + 4 > CT_CHAIN_ARGS) { /* room for --resume, NULL */
@@ -141,9 +153,10 @@ bool ct_chain_owns_output(const struct ct_chain *c)
 	return is;
 }
 
-/* A word as a shell would read it. */
-static void put_word(FILE *f, const char *w)
+void ct_chain_put_word(const char *w, void *out)
 {
+	FILE *f = out;
+
 	if (*w && !w[strspn(w, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 			       "0123456789_-+=.,:/@%")]) {
 		fputs(w, f);
@@ -161,7 +174,7 @@ static void put_steps(const struct ct_chain *c, const char *last, FILE *f)
 		for (size_t k = 0; k < c->step[i].argc; k++) {
 			if (k)
 				fputc(' ', f);
-			put_word(f, c->step[i].argv[k]);
+			ct_chain_put_word(c->step[i].argv[k], f);
 		}
 		fprintf(f, "%s\n", last);
 	}
@@ -189,7 +202,7 @@ static int put_cd(const struct ct_chain *c, FILE *f, struct ct_err *e)
 		fputs("\"\n", f);
 	} else {
 		fputs("cd -- ", f);
-		put_word(f, here);
+		ct_chain_put_word(here, f);
 		fputc('\n', f);
 	}
 	free(here);

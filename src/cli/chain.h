@@ -11,7 +11,7 @@
 #include "cli/folder.h"
 #include "core/env.h"
 
-enum { CT_CHAIN_ARGS = 64, CT_CHAIN_SOURCES = 4 };
+enum { CT_CHAIN_ARGS = 320, CT_CHAIN_SOURCES = 4 };
 
 struct ct_step {
 	const char *tool, *output; /* output: what it makes */
@@ -46,18 +46,29 @@ int ct_chain_add(struct ct_chain *c, struct ct_err *e, bool resumable, const cha
 /* One more word for the last command, printf-like. */
 int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
+/* The input that word k of step i names, or NULL. */
+const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
 /* Has the last command of this folder begun once, so that the output there is its own? */
 bool ct_chain_owns_output(const struct ct_chain *c);
 /* Run what is not done. The first command that fails ends it with that command's exit status;
  * the command has said why. SIGINT, SIGTERM and SIGUSR1 are passed on, and a command ends when
  * this program is killed. */
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
+/* Run step i alone, now, without a state. */
+int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
+/* What step i says on standard output with --dry-run --json, a json_t object, owned by the caller.
+ * Its codes. */
+int ct_chain_ask(
+	void **answer, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
+/* The file of a command, beside this program's if it is there, owned by the caller. */
+char *ct_chain_program(const struct ct_chain *c, const char *tool);
+/* A word as a shell would read it, to the FILE f. */
+void ct_chain_put_word(const char *word, void *f);
 /* Write the commands that would run to f. */
 void ct_chain_print(const struct ct_chain *c, void *f);
 void ct_chain_close(struct ct_chain *c);
 
-/* For chain-run.c. The input that word k of step i names, or NULL. */
-const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
+/* For chain-run.c. */
 /* Write FOLDER/commands.sh. CT_EOUTPUT, CT_ENOMEM. */
 int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
 /* FOLDER/step-N, owned by the caller. */

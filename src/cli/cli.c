@@ -117,6 +117,8 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		s->operand++;
 	if (s->operand->type != CT_T_END)
 		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
+	if (s->common->json && !s->common->dry_run && !(s->t->flags & CT_REPORTS))
+		return ct_fail(e, CT_EUSAGE, "--json: needs --dry-run");
 	return ct_files_names(s->t, s->params, e) || ct_modes_check(&s->given, s->params, e) ? -1
 											     : 0;
 }

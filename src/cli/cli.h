@@ -174,8 +174,8 @@ struct ct_opt {
 
 enum ct_tool_flags {
 	CT_SEEDED = 1,  /* has -s/--seed */
-	CT_REPORTS = 2, /* has --json */
-	CT_LONG = 4,    /* has --dry-run */
+	CT_REPORTS = 2, /* has --json of what it finds */
+	CT_LONG = 4,    /* has --dry-run, and --json of that */
 	CT_IN_HU = 8,   /* has --units */
 };
 

@@ -9,8 +9,7 @@
 #include <string.h>
 
 #define MIB 1048576.0
-#define BASE (64 * MIB) /* the program, libraries, what is read ahead */
-enum { PLANES = 16 };   /* that a thread has in hand, or works in */
+enum { PLANES = 16 }; /* that a thread has in hand, or works in */
 
 int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 {
@@ -44,7 +43,7 @@ const char *ct_memory_choose(
 	size_t most;
 
 	if (given && is_free && ct_memory_bytes(&most, given, &e) == 0 &&
-		SPARE * need + BASE <= (double)most)
+		SPARE * need + CT_MEMORY_BASE <= (double)most)
 		return NULL;
 	if (given || is_free)
 		return given;
@@ -78,7 +77,7 @@ int ct_memory_check(const char *text, const size_t n[static 3], double fixed,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double planes = PLANES * 4.0 * (double)n[0] * (double)n[1];
-	const double least = BASE + fixed + planes * (double)ct_par_threads(env->par);
+	const double least = CT_MEMORY_BASE + fixed + planes * (double)ct_par_threads(env->par);
 	size_t bytes;
 
 	if (!text || ct_memory_bytes(&bytes, text, e))

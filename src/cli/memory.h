@@ -10,6 +10,9 @@
 		"OUT, or in TMPDIR if OUT is a stream; the result is the same, later; what is free if not " \
 		"given")
 
+/* Bytes of the program, libraries, what is read ahead. */
+#define CT_MEMORY_BASE 67108864.0
+
 /* Bytes of "600M", "1.5G": a number and K, M, G or T, powers of 1024. CT_EUSAGE. */
 int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
 /* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that

@@ -32,6 +32,8 @@ static const struct ct_opt seed_opt =
 	CT_OPT(struct ct_common, seed, 's', "seed", "N", 0, 0, "seed of the random numbers");
 static const struct ct_opt json_opt =
 	CT_OPT(struct ct_common, json, 0, "json", NULL, 0, 0, "print the report as JSON");
+static const struct ct_opt json_dry_opt =
+	CT_OPT(struct ct_common, json, 0, "json", NULL, 0, 0, "print what --dry-run tells as JSON");
 static const struct ct_opt dry_opt = CT_OPT(struct ct_common, dry_run, 0, "dry-run", NULL, 0, 0,
 	"print the time, memory and disk expected, and do nothing");
 
@@ -51,8 +53,8 @@ const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *commo
 	*common = true;
 	if ((t->flags & CT_SEEDED) && k-- == 0)
 		return &seed_opt;
-	if ((t->flags & CT_REPORTS) && k-- == 0)
-		return &json_opt;
+	if ((t->flags & (CT_REPORTS | CT_LONG)) && k-- == 0)
+		return t->flags & CT_REPORTS ? &json_opt : &json_dry_opt;
 	if ((t->flags & CT_LONG) && k-- == 0)
 		return &dry_opt;
 	if ((t->flags & CT_IN_HU) && k-- == 0)

@@ -77,6 +77,18 @@ void ct_mem_touch(void *p, size_t bytes)
 #endif
 }
 
+void ct_mem_large(void *p, size_t bytes)
+{
+#ifdef MADV_HUGEPAGE
+	const size_t page = 4096, begin = (uintptr_t)p % page;
+
+	(void)madvise((char *)p - begin, begin + bytes, MADV_HUGEPAGE);
+#else
+	(void)p;
+	(void)bytes;
+#endif
+}
+
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e)
 {
 	size_t want = *cap + *cap / 2, bytes;

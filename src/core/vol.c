@@ -107,11 +107,11 @@ int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 	return 0;
 }
 
-int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
+/* Voxels from `begin` to n. */
+static int check_finite(const struct ct_vol *v, size_t begin, size_t n, struct ct_err *e)
 {
-	const size_t n = ct_vol_count(v);
 	enum { BLOCK = 4096, LANES = 32 };
-	size_t at = 0;
+	size_t at = begin;
 
 	/* whole blocks first, lane by lane so that the loop is vectors: NaN and infinity times zero
 	 * are NaN */
@@ -125,7 +125,7 @@ int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 			sum += lane[k];
 		if (isnan(sum))
 			break;
-		if (at % (BLOCK * 64) == 0)
+		if ((at - begin) % (BLOCK * 64) == 0)
 			ct_room_trim();
 	}
 	for (; at < n; at++)
@@ -134,6 +134,18 @@ int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 				at / v->n[0] % v->n[1], at / v->n[0] / v->n[1],
 				isnan(v->data[at]) ? "NaN" : "infinite");
 	return 0;
+}
+
+int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
+{
+	return check_finite(v, 0, ct_vol_count(v), e);
+}
+
+int ct_vol_check_plane(const struct ct_vol *v, size_t k, struct ct_err *e)
+{
+	const size_t area = v->n[0] * v->n[1];
+
+	return check_finite(v, k * area, (k + 1) * area, e);
 }
 
 void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const double factor[static 3])

@@ -1,5 +1,6 @@
 # Slices of DICOM series: files, groups, order, grids; no DICOM in here.
 libct_a_SOURCES += src/series/slice.c src/series/slice.h
+SIMD_SOURCES += src/series/slice-row.c src/series/slice-row.h
 libct_a_SOURCES += src/series/header.c src/series/header.h
 libct_a_SOURCES += src/series/census.c src/series/census.h
 libct_a_SOURCES += src/series/moment.c src/series/moment.h

@@ -1,6 +1,7 @@
 /* restack.c: see restack.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "resolution/resample.h"
 #include "series/restack.h"
 
@@ -134,8 +135,12 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 	for (int i = 0; i < 2 && !l->even; i++)
 		if (ct_alloc(&w.held[i], area, sizeof *w.held[i], e))
 			goto out;
+	if (!ct_room_is_open())
+		ct_mem_large(data, l->n[2] * area * sizeof *data);
 	for (size_t k = 0; k < l->n[2]; k++) {
-		if (ct_check_stop(env, e) || plane(&w, k, data + k * area, e))
+		ct_mem_touch(data + k * area, area * sizeof *data);
+		if (ct_check_stop(env, e) || plane(&w, k, data + k * area, e) ||
+			(from->look && from->look(from->ctx, k, e)))
 			goto out;
 		ct_progress(env, "reading", k + 1, l->n[2]);
 	}

@@ -4,9 +4,11 @@
 #include "core/env.h"
 #include "series/layout.h"
 
-/* Where slices come from: n columns x rows numbers of slice k into px. */
+/* Where slices come from: n columns x rows numbers of slice k into px; and what looks at plane k of
+ * the grid while it is in the cache, or NULL. */
 struct ct_restack_source {
 	int (*read)(void *ctx, size_t k, float *px, struct ct_err *e);
+	int (*look)(void *ctx, size_t k, struct ct_err *e);
 	void *ctx;
 };
 

@@ -1,6 +1,6 @@
 /* slice.c: see slice.h. */
 #include "config.h"
-#include "series/slice.h"
+#include "series/slice-row.h"
 
 #include <math.h>
 #include <string.h>
@@ -105,17 +105,17 @@ bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)
 	return at && strncmp(at, word, n) == 0 && (at[n] == '\\' || at[n] == '\0');
 }
 
+void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how)
+{
+	CT_SIMD(ct_slice_row_widen)(n, out, in, how);
+}
+
 void ct_slice_scale(const struct ct_slice *s, float none, float *x)
 {
-	const size_t n = s->columns * s->rows;
 	const double lo = s->padded ? fmin(s->padding[0], s->padding[1]) : (double)INFINITY;
 	const double hi = s->padded ? fmax(s->padding[0], s->padding[1]) : -(double)INFINITY;
 
-	for (size_t i = 0; i < n; i++) {
-		const double v = (double)x[i];
-
-		x[i] = v >= lo && v <= hi ? none : (float)(s->slope * v + s->intercept);
-	}
+	CT_SIMD(ct_slice_row_scale)(s->columns * s->rows, x, s->slope, s->intercept, lo, hi, none);
 }
 
 int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)

@@ -41,16 +41,29 @@ struct ct_slice {
 	double kvp, thickness, tilt; /* kV, SliceThickness in mm, GantryDetectorTilt in degrees */
 	double between, diameter;    /* SpacingBetweenSlices, ReconstructionDiameter in mm */
 	size_t columns, rows, samples;
-	double on_disk, claimed; /* bytes of its part of the file, and of its numbers unpacked */
-	bool placed;             /* has position, orientation and pixel spacing */
-	double position[3];      /* of the centre of the first pixel, LPS mm */
-	double across[3];        /* unit vector along a row: towards the next column */
-	double down[3];          /* unit vector along a column: towards the next row */
-	double pitch[2];         /* mm between columns, mm between rows */
-	bool scaled;             /* has RescaleSlope and RescaleIntercept */
+	double on_disk, claimed;    /* bytes of its part of the file, and of its numbers unpacked */
+	char syntax[CT_SLICE_TEXT]; /* TransferSyntaxUID */
+	long long pixels;           /* where the numbers of its file begin, in bytes */
+	int allocated, stored;      /* BitsAllocated, BitsStored */
+	bool is_signed;
+	bool placed;        /* has position, orientation and pixel spacing */
+	double position[3]; /* of the centre of the first pixel, LPS mm */
+	double across[3];   /* unit vector along a row: towards the next column */
+	double down[3];     /* unit vector along a column: towards the next row */
+	double pitch[2];    /* mm between columns, mm between rows */
+	bool scaled;        /* has RescaleSlope and RescaleIntercept */
 	double slope, intercept;
 	bool padded;
 	double padding[2]; /* stored values from, to that are no measurement */
+};
+
+/* How numbers are stored: in 1, 2 or 4 bytes each, in the host's order, of which the lower `bits`
+ * count; what lies above them, in old files, is something else. `planes`: all their highest bytes
+ * come first, the lowest last. */
+struct ct_slice_bits {
+	size_t bytes;
+	int bits;
+	bool is_signed, planes;
 };
 
 /* Where plane k of a grid lies: position, axes and pitch, i along a row and j down the columns. The
@@ -65,6 +78,8 @@ int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
+/* n stored values. */
+void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how);
 /* Stored values of a slice to those that its scale makes of them; padding becomes `none`. */
 void ct_slice_scale(const struct ct_slice *s, float none, float *x);
 /* CT_EINPUT, with the field that says so, unless the values are HU. */

@@ -90,7 +90,7 @@ struct Source {
 	uint64_t begin, size;
 };
 
-void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m)
+void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOMParser *p)
 {
 	const size_t frames = count_frames(m);
 
@@ -102,6 +102,7 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m)
 		ct_slice s = {};
 
 		describe_frame(m, k, &s);
+		s.pixels = p->GetFileOffset();
 		s.store = from.stored ? found.store.descriptor() + 1 : 0;
 		s.begin = static_cast<long long>(from.begin);
 		s.bytes = static_cast<long long>(from.size);
@@ -188,7 +189,7 @@ void add_dicom(Found &found, const Source &from)
 	if (cut_off(m, p))
 		return note(found, from.shown, CT_FILE_DAMAGED, "truncated: its picture is cut off",
 			series);
-	add_picture(found, from, m);
+	add_picture(found, from, m, p);
 }
 
 /* What is held and deflated is parsed once it is inflated, the rest as it is. */

@@ -99,8 +99,6 @@ void describe_place(const Tags &tag, ct_slice *s)
 
 void describe_values(const Tags &tag, ct_slice *s)
 {
-	const bool is_signed = tag(DC::PixelRepresentation).AsInt() != 0;
-	const int bits = tag(DC::BitsAllocated).AsInt();
 	double scale[2];
 
 	s->scaled = numbers(tag(DC::RescaleSlope), scale, 1) &&
@@ -113,9 +111,10 @@ void describe_values(const Tags &tag, ct_slice *s)
 	s->padded = tag(DC::PixelPaddingValue).IsValid();
 	if (!s->padded)
 		return;
-	s->padding[0] = s->padding[1] = stored(tag(DC::PixelPaddingValue), is_signed, bits);
+	s->padding[0] = s->padding[1] =
+		stored(tag(DC::PixelPaddingValue), s->is_signed, s->allocated);
 	if (tag(DC::PixelPaddingRangeLimit).IsValid())
-		s->padding[1] = stored(tag(DC::PixelPaddingRangeLimit), is_signed, bits);
+		s->padding[1] = stored(tag(DC::PixelPaddingRangeLimit), s->is_signed, s->allocated);
 }
 
 void describe_moment(const Tags &tag, ct_slice *s)
@@ -196,6 +195,10 @@ void describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	s->claimed = static_cast<double>(s->columns) * static_cast<double>(s->rows) *
 		     static_cast<double>(s->samples) *
 		     static_cast<double>((count_of(tag(DC::BitsAllocated), 16) + 7) / 8);
+	put(s->syntax, m->Get(DC::TransferSyntaxUID));
+	s->allocated = m->Get(DC::BitsAllocated).AsInt();
+	s->stored = m->Get(DC::BitsStored).AsInt();
+	s->is_signed = m->Get(DC::PixelRepresentation).AsInt() != 0;
 	describe_place(tag, s);
 	describe_values(tag, s);
 	describe_moment(tag, s);

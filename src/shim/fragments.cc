@@ -73,23 +73,24 @@ int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 	return *psot > 0 && at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
 }
 
-/* The n bytes of a run-length coded segment, `step` apart; false if it makes fewer. */
-bool unpack(
-	const unsigned char *p, const unsigned char *end, size_t n, size_t step, unsigned char *out)
+/* The n bytes of a run-length coded segment; false if it makes fewer. */
+bool unpack(const unsigned char *p, const unsigned char *end, size_t n, unsigned char *out)
 {
 	while (n > 0 && p < end) {
-		const size_t code = *p++, bytes = code < 128 ? code + 1 : 1;
+		const size_t code = *p++, bytes = code < 128 ? code + 1 : 1,
+			     made = std::min(code < 128 ? bytes : 257 - code, n);
 
 		if (code == 128)
 			continue;
 		if (bytes > static_cast<size_t>(end - p))
 			return false;
-		for (size_t k = code < 128 ? bytes : 257 - code; k > 0 && n > 0; k--, n--) {
-			*out = *p;
-			out += step;
-			p += code < 128;
-		}
-		p += code >= 128;
+		if (code < 128)
+			std::copy_n(p, made, out);
+		else
+			std::fill_n(out, made, *p);
+		out += made;
+		n -= made;
+		p += bytes;
 	}
 	return n == 0;
 }
@@ -164,8 +165,7 @@ int unpack_rle(Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const ch
 			       next = k + 1 < bytes ? le(&b[8 + 4 * k], 4) : b.size();
 
 		whole = from >= 64 && next >= from && next <= b.size() &&
-			unpack(b.data() + from, b.data() + next, pixels, bytes,
-				out.data() + bytes - 1 - k);
+			unpack(b.data() + from, b.data() + next, pixels, &out[k * pixels]);
 	}
 	if (!whole)
 		return ct_fail(e, CT_EINPUT,

@@ -1,7 +1,6 @@
 /* pixels.cc: see pixels.h. */
 #include "config.h"
 #include "shim/pixels.h"
-#include "shim/dicom-tags.h"
 
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
@@ -11,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include <fcntl.h>
@@ -49,8 +49,13 @@ vtkStandardNewMacro(Reader)
 	template <class T>
 	void copy(const T *in, size_t n, float *out)
 {
-	for (size_t i = 0; i < n; i++)
-		out[i] = static_cast<float>(in[i]);
+	const ct_slice_bits how = {
+		sizeof(T), 8 * sizeof(T), std::numeric_limits<T>::is_signed, false};
+
+	if (std::numeric_limits<T>::is_integer && sizeof(T) <= 4)
+		ct_slice_widen(n, out, in, &how);
+	else
+		std::copy_n(in, n, out);
 }
 
 /* The one grey picture of a file. */
@@ -81,32 +86,13 @@ int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
 	return 0;
 }
 
-/* n numbers, little-endian unless `big`, of which the lower `bits` count; what lies above them, in
- * old files, is something else. */
-template <class T, bool big>
-void widen(const unsigned char *p, size_t n, int bits, bool is_signed, float *out)
+/* To the host's order, from that or the other one. */
+void order(Bytes &b, size_t bytes, bool big)
 {
-	const T mask = static_cast<T>(~UINT64_C(0) >> (64 - bits)),
-		sign = static_cast<T>(is_signed ? UINT64_C(1) << (bits - 1) : 0);
-
-	for (size_t i = 0; i < n; i++) {
-		T u = 0;
-
-		for (size_t b = 0; b < sizeof(T); b++)
-			u = static_cast<T>(u | static_cast<T>(p[i * sizeof(T) + b])
-						       << 8 * (big ? sizeof(T) - 1 - b : b));
-		u &= mask;
-		out[i] = static_cast<float>(static_cast<int64_t>(static_cast<T>(u ^ sign)) -
-					    static_cast<int64_t>(sign));
-	}
-}
-
-template <bool big>
-void widen_any(const unsigned char *p, size_t n, size_t bytes, int bits, bool is_signed, float *out)
-{
-	(bytes == 1          ? widen<uint8_t, big>
-		: bytes == 2 ? widen<uint16_t, big>
-			     : widen<uint32_t, big>)(p, n, bits, is_signed, out);
+	if (big == (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__))
+		return;
+	for (auto p = b.begin(); p < b.end(); p += static_cast<ptrdiff_t>(bytes))
+		std::reverse(p, p + static_cast<ptrdiff_t>(bytes));
 }
 
 /* A DICOM data set, explicit and little-endian, element by element. */
@@ -193,9 +179,6 @@ PixelFile::~PixelFile()
 
 int PixelFile::open(const ct_slice &s, ct_err *e)
 {
-	vtkNew<vtkDICOMMetaData> m;
-	vtkNew<vtkDICOMParser> p;
-
 	if (fd >= 0)
 		close(fd);
 	held.reset(new Held(s));
@@ -204,14 +187,12 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 	fd = ::open(held->path(), O_RDONLY | O_CLOEXEC);
 	if (fd < 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", s.path, std::strerror(errno));
-	if (!parse_header(held->path(), m, p) || !p->GetPixelDataFound())
-		return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s.path);
-	syntax = m->Get(DC::TransferSyntaxUID).AsString();
+	syntax = s.syntax;
 	coding = syntax.empty() ? Coding::plain : coding_of(syntax);
-	offset = static_cast<uint64_t>(p->GetFileOffset());
-	allocated = m->Get(DC::BitsAllocated).AsInt();
-	stored = m->Get(DC::BitsStored).AsInt();
-	is_signed = m->Get(DC::PixelRepresentation).AsInt() != 0;
+	offset = static_cast<uint64_t>(s.pixels);
+	allocated = s.allocated;
+	stored = s.stored;
+	is_signed = s.is_signed;
 	if (s.samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
 			s.path, s.samples);
@@ -235,14 +216,15 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 /* These bytes of the file, into raw. */
 int PixelFile::get(const Parts &parts, ct_err *e)
 {
-	raw.clear();
-	for (const Part &p : parts) {
-		uint64_t done = raw.size();
+	uint64_t size = 0, done = 0;
 
-		raw.resize(done + p.size);
-		for (uint64_t from = p.from; done < raw.size();) {
-			const ssize_t n = pread(
-				fd, raw.data() + done, raw.size() - done, static_cast<off_t>(from));
+	for (const Part &p : parts)
+		size += p.size;
+	raw.resize(size);
+	for (const Part &p : parts)
+		for (uint64_t from = p.from; from < p.from + p.size;) {
+			const ssize_t n = pread(fd, raw.data() + done, p.from + p.size - from,
+				static_cast<off_t>(from));
 
 			if (n <= 0)
 				return ct_fail(e, CT_EINPUT, "%s: %s", name.c_str(),
@@ -251,7 +233,6 @@ int PixelFile::get(const Parts &parts, ct_err *e)
 			done += static_cast<uint64_t>(n);
 			from += static_cast<uint64_t>(n);
 		}
-	}
 	return 0;
 }
 
@@ -309,6 +290,7 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 {
 	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(allocated) / 8;
+	const ct_slice_bits how = {bytes, stored, is_signed, coding == Coding::rle};
 
 	if (get(pictures.empty() ? Parts{{offset + s.frame * n * bytes, n * bytes}}
 				 : pictures[s.frame],
@@ -316,12 +298,10 @@ int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 		return -1;
 	if (foreign())
 		return decode_jpeg(s, out, e);
-	if (coding == Coding::rle) {
-		if (unpack_rle(unpacked, raw, n, bytes, s.path, e))
-			return -1;
-		raw.swap(unpacked);
-	}
-	(coding == Coding::big_endian ? widen_any<true> : widen_any<false>)(raw.data(), n, bytes,
-		stored, is_signed, out);
+	if (how.planes && unpack_rle(unpacked, raw, n, bytes, s.path, e))
+		return -1;
+	if (!how.planes)
+		order(raw, bytes, coding == Coding::big_endian);
+	ct_slice_widen(n, out, (how.planes ? unpacked : raw).data(), &how);
 	return 0;
 }

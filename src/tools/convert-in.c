@@ -3,7 +3,6 @@
 #include "cli/cli.h"
 #include "formats/format.h"
 #include "formats/any.h"
-#include "formats/hash.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
 #include "tools/dicom-form.h"
@@ -68,7 +67,8 @@ void convert_from_free(struct convert_from *f)
 #ifdef HAVE_VTK
 static struct series_rule rule_of(const struct convert *p)
 {
-	return (struct series_rule){.which = p->series,
+	return (struct series_rule){.in = p->files.v[0],
+		.which = p->series,
 		.tilt = (enum ct_tilt)p->tilt,
 		.gaps = (enum ct_gaps)p->gaps,
 		.units = (enum ct_units)p->units,
@@ -95,11 +95,6 @@ static int read_dicom(
 	if (!p->series)
 		rule.member = from.member;
 	rc = series_read(from.paths, from.n, &rule, v, env, e);
-	if (!rc)
-		rc = ct_meta_input(&v->meta, p->in, 2,
-			(const struct ct_piece[]){{v->affine, sizeof v->affine},
-				{v->data, ct_vol_count(v) * sizeof *v->data}},
-			e);
 	convert_from_free(&from);
 	return rc;
 }
@@ -136,13 +131,10 @@ static bool is_picture(const char *path)
 	return ct_any_sniff(head, n) == CT_KIND_PICTURE;
 }
 
-int convert_read(
-	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {
 	if (p->raw)
 		return read_raw(p, v, e);
-	if (dicom_form_of(p->in) != NOT_DICOM)
-		return read_dicom(p, v, env, e);
 	if (p->files.n > 2)
 		return ct_fail(
 			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
@@ -152,4 +144,14 @@ int convert_read(
 		       ? ct_fail(e, CT_EINPUT,
 				 "%s: a picture; ct-ddnm and ct-train read it as it is", p->in)
 		       : ct_vol_read(p->in, v, e);
+}
+
+int convert_read(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	if (!p->raw && dicom_form_of(p->in) != NOT_DICOM)
+		return read_dicom(p, v, env, e);
+	if (read_other(p, v, e))
+		return -1;
+	return ct_vol_check_finite(v, e) ? ct_blame(e, p->in) : 0;
 }

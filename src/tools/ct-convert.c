@@ -169,10 +169,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
 		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
-	if (ct_vol_check_finite(&v, e)) {
-		ct_blame(e, p->in);
-		goto out;
-	}
 	if (p->radiograph) {
 		rc = convert_radiograph(p, &v, env, e);
 		goto out;

@@ -373,12 +373,13 @@ static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
 	double bytes;
 
 	if (need_of(&bytes, j, e) ||
-		(!j->p->start && expect_upsample(&x, &j->in, &rule, j->env, e)) ||
+		(!j->p->start && expect_solver(&x, &j->in, &rule, j->env, e)) ||
 		(!j->alone && expect_added(&x.cpu, j, x.whole, e)))
 		return -1;
 	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(j->env->par),
 		.disk = (j->p->std ? 8 : 4) * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, j->memory);
+	expect_tell(cost, &x, &j->in, &j->is.by, bytes, PRIOR);
 	snprintf(cost->work, sizeof cost->work, "slices of %.0f voxels", x.fine);
 	return 0;
 }
@@ -428,10 +429,8 @@ static int tell(struct job *j, struct ct_meta *m, struct ct_err *e)
 /* Of what was made the slab. */
 static int trim(struct job *j, struct ct_err *e)
 {
-	if (brick_trim(&j->out, &j->brick, e) || brick_put(&j->out, &j->brick, &j->key, e))
-		return -1;
-	return j->p->std && (brick_trim(&j->std, &j->brick, e) ||
-				    brick_put(&j->std, &j->brick, &j->key, e))
+	return brick_finish(&j->out, &j->brick, &j->key, e) ||
+			       (j->p->std && brick_finish(&j->std, &j->brick, &j->key, e))
 		       ? -1
 		       : 0;
 }

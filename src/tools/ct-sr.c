@@ -112,6 +112,15 @@ static const struct ct_opt opts[] = {
 		"leave the intermediate files and commands.sh, the script that makes them, in DIR"),
 	CT_OPT(struct sr, resume, 0, "resume", NULL, 0, 0,
 		"go on with the run that --keep DIR holds", CT_WHEN(CT_IF(struct sr, keep))),
+	CT_OPT(struct sr, plan, 0, "plan", "DIR", 0, 0,
+		"read IN, and write the rest of the run as jobs into DIR: plan.mk for make, plan.json; "
+		"each takes as many threads as -t says",
+		CT_WHEN(CT_IF_FILE(struct sr, out), CT_UNLESS(struct sr, keep),
+			CT_UNLESS(struct sr, dry_run))),
+	CT_OPT(struct sr, jobs, 0, "jobs", "N", 0, 256,
+		"refine in N slabs, and draw projections in N parts; 0: as few slabs as make each fit "
+		"into --memory, else 4",
+		CT_WHEN(CT_IF(struct sr, plan))),
 	CT_OPT(struct sr, dry_run, 0, "dry-run", NULL, 0, 0,
 		"print the commands that would run, and do nothing; ct-ddnm and ct-nabgs tell the "
 		"time, memory and disk they expect with their own --dry-run"),
@@ -358,7 +367,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
-	if (sr_files_given(&f, p, q.scale, env, e) ||
+	if (sr_files_given(&f, p, q.scale, env, e) || (p->plan && sr_files_absolute(&f, e)) ||
 		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) ||
 		sr_files_kept(&f, &c, e) || sr_files_check(&f, p, e) ||
 		plan(&c, p, q, &f, env->seed, e))
@@ -367,7 +376,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_chain_print(&c, stdout);
 		rc = 0;
 	} else if (check_out(p, &c, env, e) == 0)
-		rc = ct_chain_run(&c, env, e);
+		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : ct_chain_run(&c, env, e);
 out:
 	sr_files_free(&f);
 	ct_chain_close(&c);

@@ -136,11 +136,12 @@ static int expect(struct ct_cost *cost, const struct ct_vol *in,
 	struct expect x;
 	double bytes;
 
-	if (need_of(&bytes, in, rule, e) || expect_upsample(&x, in, rule, env, e))
+	if (need_of(&bytes, in, rule, e) || expect_solver(&x, in, rule, env, e))
 		return -1;
 	*cost = (struct ct_cost){
 		.seconds = x.cpu / (double)ct_par_threads(env->par), .disk = 4 * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, memory);
+	expect_tell(cost, &x, in, &rule->by, bytes, 0);
 	snprintf(cost->work, sizeof cost->work, "%s of %.0f voxels", ct_upsample_name(x.method),
 		x.fine);
 	return 0;
@@ -225,7 +226,7 @@ static int write_out(const struct params *p, struct ct_vol *out, const struct ct
 		ct_meta_step(&out->meta, env, 2,
 			(const struct ct_meta *const[]){&in->meta, p->start ? &start->meta : NULL},
 			e) ||
-		(brick && (brick_trim(out, brick, e) || brick_put(out, brick, key, e))))
+		(brick && brick_finish(out, brick, key, e)))
 		return -1;
 	return ct_keep_vol(p->out, out, env, e);
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/inflate.h"
 #include "core/mem.h"
+#include "formats/hash.h"
 #include "series/moment.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
@@ -19,6 +20,9 @@ enum { NONE_HU = -1024 }; /* what no pixel covers */
 struct reader {
 	const struct ct_slice *s;
 	struct ct_dicom_source *from;
+	const struct ct_vol *to; /* what they make, */
+	struct ct_hash *hash;    /* and of it */
+	const char *in;
 	float none;
 	size_t failed; /* the slice that could not be decoded */
 };
@@ -32,6 +36,15 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 		return -1;
 	ct_slice_scale(&r->s[k], r->none, px);
 	return 0;
+}
+
+static int look(void *ctx, size_t k, struct ct_err *e)
+{
+	const struct reader *r = ctx;
+	const size_t area = r->to->n[0] * r->to->n[1];
+
+	CT_SIMD(ct_hash_add)(r->hash, r->to->data + k * area, area * sizeof *r->to->data);
+	return ct_vol_check_plane(r->to, k, e) ? ct_blame(e, r->in) : 0;
 }
 
 /* Are the values of a and b the same? -1 if one of them cannot be read. */
@@ -213,17 +226,21 @@ static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
 static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct series_rule *rule,
 	size_t *failed, const struct ct_env *env, struct ct_err *e)
 {
-	struct reader r = {.s = s, .none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
-	const struct ct_restack_source from = {read_slice, &r};
+	struct reader r = {.s = s,
+		.to = v,
+		.in = rule->in,
+		.none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
+	const struct ct_restack_source from = {read_slice, look, &r};
 	struct ct_layout l = {0};
 	int rc = -1;
 
 	*failed = n;
 	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) ||
-		ct_vol_alloc(v, l.n, e) ||
+		ct_vol_alloc(v, l.n, e) || ct_hash_alloc(&r.hash, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
 	memcpy(v->affine, l.affine, sizeof v->affine);
+	CT_SIMD(ct_hash_add)(r.hash, v->affine, sizeof v->affine);
 	rc = ct_restack_fill(v->data, &l, s, r.none, &from, env, e);
 	if (rc) {
 		*failed = e->code == CT_EINPUT ? r.failed : n;
@@ -232,9 +249,13 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_frames(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
-	rc = mark(v, s, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ? -1 : 0;
+	rc = mark(v, s, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ||
+			     ct_hash_input(r.hash, &v->meta, rule->in, e)
+		     ? -1
+		     : 0;
 out:
 	ct_dicom_source_close(r.from);
+	free(r.hash);
 	ct_layout_free(&l);
 	return rc;
 }

@@ -12,6 +12,7 @@
 #include <jansson.h>
 
 struct series_rule {
+	const char *in;     /* what the user calls it */
 	const char *which;  /* as for ct_series_pick */
 	const char *member; /* or the series of this file, as the scan names it */
 	enum ct_tilt tilt;
@@ -44,8 +45,9 @@ void series_account(
  * named in the log. */
 int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,
 	struct ct_err *e);
-/* One series as a volume, RAS+. *v must be zero. CT_EINPUT: damaged files, values that are not HU;
- * CT_EGEOM: places that make no grid; CT_EUSAGE: no such series. */
+/* One series as a volume, RAS+, of finite numbers. *v must be zero. CT_EINPUT: damaged files,
+ * values that are not HU; CT_EGEOM: places that make no grid; CT_EUSAGE: no such series;
+ * CT_ENUMERIC. */
 int series_read(const char *const *paths, size_t n, const struct series_rule *rule,
 	struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 

@@ -8,8 +8,10 @@
 #include "tools/prior-file.h"
 #include "tools/sr.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A name that no command takes for an option; NULL if no memory. */
 static char *plain(const char *name)
@@ -64,8 +66,8 @@ int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const stru
 {
 	f->in = plain(p->in);
 	f->out = plain(p->out);
-	f->keep = p->keep ? plain(p->keep) : NULL;
-	if (!f->in || !f->out || (p->keep && !f->keep))
+	f->keep = p->keep ? plain(p->keep) : p->plan ? plain(p->plan) : NULL;
+	if (!f->in || !f->out || ((p->keep || p->plan) && !f->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	if (p->quality != DRAFT && !sr_published(p) &&
 		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) ||
@@ -104,6 +106,27 @@ int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *
 		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
 			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
 	return 0;
+}
+
+int sr_files_absolute(struct sr_files *f, struct ct_err *e)
+{
+	char **const all[] = {&f->in, &f->out, &f->keep, &f->prior, &f->slices};
+	char *here = realpath(".", NULL);
+	int rc = here ? 0 : ct_fail(e, CT_EINPUT, ".: %s", strerror(errno));
+
+	for (size_t i = 0; rc == 0 && i < sizeof all / sizeof *all; i++) {
+		char *was = *all[i];
+
+		if (!was || was[0] == '/' || strcmp(was, "-") == 0)
+			continue;
+		if (asprintf(all[i], "%s/%s", here, was) < 0) {
+			*all[i] = was;
+			rc = ct_fail(e, CT_ENOMEM, "no memory");
+		} else
+			free(was);
+	}
+	free(here);
+	return rc;
 }
 
 void sr_files_free(struct sr_files *f)

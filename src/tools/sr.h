@@ -15,10 +15,10 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *keep, *prior, *slices, *arch, *window, *series, *crop;
+	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop;
 	const char *factor, *spacing, *sigma, *memory;
 	double noise;
-	int decimate, label, quality, views, iterations, gaussians, tilt, gaps;
+	int decimate, label, quality, views, iterations, gaussians, tilt, gaps, jobs;
 	bool paper, release, resume, dry_run, skip_damaged;
 };
 
@@ -42,6 +42,13 @@ int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const stru
 int sr_files_kept(struct sr_files *f, const struct ct_chain *c, struct ct_err *e);
 /* CT_EOUTPUT if IN or OUT is a file of the folder that holds those between them. */
 int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *e);
+/* All of them from the root, "-" excepted: for commands that run elsewhere. CT_ENOMEM. */
+int sr_files_absolute(struct sr_files *f, struct ct_err *e);
 void sr_files_free(struct sr_files *f);
+
+/* Do the first step of the chain, and write the others as jobs: those that refine and that draw the
+ * `views` projections in p->jobs parts, into plan.json and plan.mk of its folder (sr-plan.c). */
+int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct ct_env *env,
+	struct ct_err *e);
 
 #endif

@@ -30,32 +30,52 @@ static size_t unit_of(size_t factor)
 	return n;
 }
 
+int brick_axis(const struct ct_degrade *by)
+{
+	int axis = 2;
+
+	while (axis >= 0 && !can_cut(by, axis))
+		axis--;
+	return axis;
+}
+
+size_t brick_most(const struct brick *b)
+{
+	const size_t unit = unit_of(b->factor);
+
+	return (b->of + unit - 1) / unit;
+}
+
+void brick_slab(struct brick *b, size_t n, size_t m)
+{
+	const size_t unit = unit_of(b->factor), units = brick_most(b);
+	const size_t about = (ABOUT + b->factor * unit - 1) / (b->factor * unit) * unit;
+
+	b->from = units * (n - 1) / m * unit;
+	b->to = n == m ? b->of : units * n / m * unit;
+	b->lo = b->from > about ? b->from - about : 0;
+	b->hi = b->to + about < b->of ? b->to + about : b->of;
+}
+
 int brick_find(struct brick *b, const char *text, const struct ct_vol *in,
 	const struct ct_degrade *by, struct ct_err *e)
 {
-	size_t part, parts, unit, units, about;
-	int axis = 2, end = 0;
+	const int axis = brick_axis(by);
+	size_t part, parts;
+	int end = 0;
 
 	if (sscanf(text, "%zu/%zu%n", &part, &parts, &end) != 2 || text[end] || part < 1 ||
 		part > parts || parts > 100000)
 		return ct_fail(e, CT_EUSAGE, "--brick: '%.80s' is not N/M, N from 1 to M", text);
-	while (axis >= 0 && !can_cut(by, axis))
-		axis--;
 	if (axis < 0)
 		return ct_fail(e, CT_EGEOM,
 			"--brick: every voxel depends on all others: the scan was sampled by sinc, or "
 			"by a factor that is not whole, along all axes");
 	*b = (struct brick){.axis = axis, .factor = (size_t)by->factor[axis], .of = in->n[axis]};
-	unit = unit_of(b->factor);
-	units = (b->of + unit - 1) / unit;
-	if (parts > units)
+	if (parts > brick_most(b))
 		return ct_fail(e, CT_EUSAGE, "--brick: %zu slabs of axis %d there are, not %zu",
-			units, axis, parts);
-	b->from = units * (part - 1) / parts * unit;
-	b->to = part == parts ? b->of : units * part / parts * unit;
-	about = (ABOUT + b->factor * unit - 1) / (b->factor * unit) * unit;
-	b->lo = b->from > about ? b->from - about : 0;
-	b->hi = b->to + about < b->of ? b->to + about : b->of;
+			brick_most(b), axis, parts);
+	brick_slab(b, part, parts);
 	return 0;
 }
 
@@ -97,16 +117,13 @@ int brick_cut_fine(
 	return keep(fine, b->axis, b->lo * b->factor, b->hi * b->factor, e);
 }
 
-int brick_trim(struct ct_vol *out, const struct brick *b, struct ct_err *e)
-{
-	return keep(out, b->axis, (b->from - b->lo) * b->factor, (b->to - b->lo) * b->factor, e);
-}
-
-int brick_put(
+int brick_finish(
 	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e)
 {
 	const struct ct_part p = {
 		b->axis, b->from * b->factor, b->to * b->factor, b->of * b->factor};
 
+	if (keep(out, b->axis, (b->from - b->lo) * b->factor, (b->to - b->lo) * b->factor, e))
+		return -1;
 	return ct_part_put(&out->meta, &p, run, out->data, ct_vol_count(out), e);
 }

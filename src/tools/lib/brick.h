@@ -22,18 +22,23 @@ struct brick {
 	size_t lo, hi;       /* with those about it */
 };
 
+/* An axis that can be cut; -1 if none can be. */
+int brick_axis(const struct ct_degrade *by);
+/* The most slabs of b->of coarse voxels by b->factor. */
+size_t brick_most(const struct brick *b);
+/* Slab n of m, from 1, no more than there are: where it is, by b->of and b->factor. */
+void brick_slab(struct brick *b, size_t n, size_t m);
 /* Slab N of M of `text` "N/M". CT_EUSAGE for another text, and more slabs than there are places to
  * cut; CT_EGEOM if no axis can be cut. */
 int brick_find(struct brick *b, const char *text, const struct ct_vol *in,
 	const struct ct_degrade *by, struct ct_err *e);
-/* In place: of the scan the slab and what is about it; of the result the slab. CT_ENOMEM. */
+/* In place: of the scan the slab and what is about it. CT_ENOMEM. */
 int brick_cut(struct ct_vol *in, const struct brick *b, struct ct_err *e);
 /* ... and of a volume on the grid of the result of `in`, which is not cut yet. CT_EGEOM. */
 int brick_cut_fine(
 	struct ct_vol *fine, const struct ct_vol *in, const struct brick *b, struct ct_err *e);
-int brick_trim(struct ct_vol *out, const struct brick *b, struct ct_err *e);
-/* Note in the metadata of the trimmed result which part it is, of what run. */
-int brick_put(
+/* Of the result the slab; and note in its metadata which part it is, of what run. CT_ENOMEM. */
+int brick_finish(
 	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e);
 
 #endif

@@ -1,7 +1,9 @@
 /* expect.c: see expect.h. */
 #include "config.h"
+#include "cli/memory.h"
 #include "core/clock.h"
 #include "resolution/crop.h"
+#include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 
 #include <math.h>
@@ -75,7 +77,7 @@ static int time_steps(double *once, double *each, struct ct_upsample_report *did
 	return 0;
 }
 
-int expect_upsample(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
+int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule alone = *rule;
@@ -90,6 +92,7 @@ int expect_upsample(struct expect *x, const struct ct_vol *in, const struct ct_u
 		try(&x->cpu, &did, &small, &alone, env, e))
 		goto out;
 	x->method = did.method;
+	x->iterations = did.iterations;
 	x->whole = ct_vol_count(&small) == ct_vol_count(in);
 	if (!x->whole) {
 		const double iterations = (double)did.iterations;
@@ -105,4 +108,21 @@ out:
 	ct_vol_free(&small);
 	ct_vol_free(&large);
 	return rc;
+}
+
+void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_vol *in,
+	const struct ct_degrade *by, double need, double fixed)
+{
+	const int axis = brick_axis(by);
+	const double base = CT_MEMORY_BASE + 4 * (double)ct_vol_count(in);
+	const struct ct_cost_more more[] = {
+		{EXPECT_ITERATIONS, (double)x->iterations},
+		{EXPECT_NEED, base + need},
+		{EXPECT_FIXED, base + fixed},
+		{EXPECT_AXIS, axis},
+		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
+		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},
+	};
+
+	memcpy(cost->more, more, sizeof more);
 }

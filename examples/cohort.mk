@@ -1,0 +1,62 @@
+# A folder of scans, one ct-sr each, and a table of what came out and what it took.
+#
+#   make -f examples/cohort.mk SCANS=scans OUT=fine OPTIONS='-x 1,1,4'
+#
+# A scan is a file .nii or .nii.gz, or a folder of DICOM; its name has no blanks. For each OUT gets NAME.nii.gz,
+# and at the end cohort.csv and cohort.md: size of the result, factor, wall seconds, peak memory (MiB), PSNR
+# (dB) where TRUTH has a file of the same name, and else by how much (HU RMS) the result is off the scan,
+# where the scan says how it was made. A scan that cannot be done is in the table as failed, with the
+# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on, also inside
+# a scan that takes more than one step: seconds and memory are then those of the last start. make -j is fine,
+# but then seconds are not those of a free machine; THREADS says how many each may take.
+SCANS = scans
+TRUTH =
+OUT = cohort
+OPTIONS =
+THREADS = 0
+TIME = /usr/bin/time
+
+stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
+FOUND = $(patsubst %/,%,$(wildcard $(SCANS)/*.nii $(SCANS)/*.nii.gz $(SCANS)/*/))
+NAMES = $(sort $(foreach s,$(FOUND),$(call stem,$(s))))
+truth = $(firstword $(wildcard $(foreach e,.nii .nii.gz,$(TRUTH)/$(1)$(e))))
+
+all: $(OUT)/cohort.md
+	@cat $<
+
+$(OUT)/cohort.md: $(OUT)/cohort.csv
+	@awk -F, '{gsub(/"/, ""); line = "|"; for (i = 1; i <= NF; i++) line = line " " $$i " |"; print line} \
+		NR == 1 {for (line = "|"; i-- > 1;) line = line "---|"; print line}' $< >$@.part && mv $@.part $@
+
+$(OUT)/cohort.csv: $(NAMES:%=$(OUT)/%.row)
+	@{ echo 'scan,size,factor,seconds,memory-mib,psnr-db,residual-rms-hu'; \
+		for n in $(NAMES); do cat $(OUT)/$$n.row 2>/dev/null || echo "\"$$n\",failed,,,,,"; done; } \
+		>$@.part && mv $@.part $@
+
+# The work folder holds the scan as a volume, which what follows compares with; it goes with the row.
+define scan
+$(OUT)/$(call stem,$(1)).nii.gz: $(1)
+	@mkdir -p $(OUT)
+	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) --keep $$@.work --resume $(1) $$@ \
+		>$(OUT)/$(call stem,$(1)).log 2>&1 || \
+		{ rm -f $$@.time; echo "$(1): $$$$(tail -n 2 $(OUT)/$(call stem,$(1)).log | head -n 1)" >&2; }
+endef
+$(foreach s,$(FOUND),$(eval $(call scan,$(s))))
+
+of = ct-info $(1) | awk '$$1 == "size" {print $$2, $$3, $$4}'
+$(OUT)/%.row: $(OUT)/%.nii.gz
+	-@test -f $<.time && { \
+		fine=$$($(call of,$<)); coarse=$$($(call of,$<.work/lr.nii)); \
+		psnr=; residual=; \
+		if [ -n '$(call truth,$*)' ]; then \
+			psnr=$$(ct-metrics $(call truth,$*) $< | awk '$$1 == "psnr" {print $$2}'); \
+		else \
+			residual=$$(ct-metrics --consistency $<.work/lr.nii $< 2>/dev/null | \
+				awk '$$1 == "residual-rms-hu" {print $$2}'); \
+		fi; \
+		echo "$$fine $$coarse $$(tail -n 1 $<.time) $$psnr,$$residual" | awk -v n='$*' '{ \
+			printf "\"%s\",%dx%dx%d,%.3gx%.3gx%.3g,%.1f,%.0f,%s\n", n, $$1, $$2, $$3, \
+			$$1 / $$4, $$2 / $$5, $$3 / $$6, $$7, $$8 / 1024, $$9}' >$@.part && \
+		mv $@.part $@ && rm -rf $<.time $<.work; }
+
+.PHONY: all $(OUT)/cohort.csv
