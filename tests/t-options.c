@@ -320,7 +320,7 @@ static void test_operands(void)
 		few_tool.flags =
 			(k & 1 ? CT_SEEDED : 0) | (k & 2 ? CT_REPORTS : 0) | (k & 4 ? CT_LONG : 0);
 		OK((call_few(2, "--seed=1", "-h") == 0) == ((k & 1) != 0) &&
-				(call_few(2, "--json", "-h") == 0) == ((k & 2) != 0) &&
+				(call_few(2, "--json", "-h") == 0) == ((k & 6) != 0) &&
 				(call_few(2, "--dry-run", "-h") == 0) == ((k & 4) != 0),
 			"a command has a seed, a report, a cost if it says so: %u", k);
 	}
