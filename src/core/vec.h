@@ -9,6 +9,7 @@
  *	ct_f32 ct_i32 ct_u32        CT_F32_LANES of 4 bytes: 4, 8 or 16
  *	ct_f64 ct_i64               CT_F64_LANES of 8 bytes: 2, 4 or 8
  *	ct_f32h ct_i32h             CT_F64_LANES of 4 bytes: what ct_f64 converts to and from
+ *	ct_i16                      CT_F32_LANES of 2 bytes: what ct_f32 converts to and from
  *	ct_u8                       16 of a byte, at every level: AVX2 shifts bytes within 16
  *
  * Plain loops over restrict pointers become vectors too, here at -O3; they need nothing of this but
@@ -55,6 +56,7 @@ typedef double ct_f64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef int64_t ct_i64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef float ct_f32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
+typedef int16_t ct_i16 __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef unsigned char ct_u8 __attribute__((vector_size(16)));
 
 /* All lanes x. */
@@ -120,6 +122,50 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 #else
 		memcpy(p, &v, n * sizeof *p);
 #endif
+}
+
+/* The first n of such numbers, as load_n and store_n; those that are stored are whole and within
+ * int16_t. */
+CT_INLINE ct_f32 ct_f32_load_i16(const int16_t *p, size_t n)
+{
+	ct_i16 v = {0};
+
+#if defined(__AVX512F__)
+	v = (ct_i16)(n >= CT_F32_LANES ? _mm256_loadu_si256((const void *)p)
+				       : _mm256_maskz_loadu_epi16((__mmask16)((1u << n) - 1), p));
+	return (ct_f32)_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32((__m256i)v));
+#else
+	if (n >= CT_F32_LANES)
+		memcpy(&v, p, sizeof v);
+	else
+		memcpy(&v, p, n * sizeof *p);
+#if defined(__AVX2__)
+	return (ct_f32)_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32((__m128i)v));
+#else
+	return __builtin_convertvector(v, ct_f32);
+#endif
+#endif
+}
+
+CT_INLINE void ct_f32_store_i16(int16_t *p, ct_f32 x, size_t n)
+{
+#if defined(__AVX512F__)
+	const __m256i v = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32((__m512)x));
+
+	if (n < CT_F32_LANES) {
+		_mm256_mask_storeu_epi16(p, (__mmask16)((1u << n) - 1), v);
+		return;
+	}
+#elif defined(__AVX2__)
+	const __m256i w = _mm256_cvtps_epi32((__m256)x);
+	const __m128i v = _mm_packs_epi32(_mm256_castsi256_si128(w), _mm256_extracti128_si256(w, 1));
+#else
+	const ct_i16 v = __builtin_convertvector(x, ct_i16);
+#endif
+	if (n >= CT_F32_LANES)
+		memcpy(p, &v, sizeof v);
+	else
+		memcpy(p, &v, n * sizeof *p);
 }
 
 CT_INLINE ct_f64 ct_f64_load(const double *p)
@@ -423,11 +469,18 @@ CT_INLINE ct_f32 ct_f32_fma(ct_f32 a, ct_f32 b, ct_f32 c)
 #endif
 }
 
+/* The nearest whole number, for |x| < 2^22; the even one of two. */
+CT_INLINE ct_f32 ct_f32_round(ct_f32 x)
+{
+	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
+
+	return x + magic - magic;
+}
+
 /* The largest whole number <= x, for |x| < 2^22 and 2^51. */
 CT_INLINE ct_f32 ct_f32_floor(ct_f32 x)
 {
-	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
-	const ct_f32 r = x + magic - magic;
+	const ct_f32 r = ct_f32_round(x);
 
 	return r - (ct_f32)((r > x) & (ct_i32)ct_f32_set(1.0f));
 }

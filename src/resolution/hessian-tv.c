@@ -14,11 +14,11 @@
 enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5 };
 
 struct job {
-	float *x, *ahead; /* the volume; extrapolated, and then the next one */
-	float *q[PARTS];  /* the dual */
-	float *zero;      /* a row of zeros */
-	float *scratch;   /* of each worker: that of dc, and a row */
-	double *sums;     /* of each plane: variation, and squared movement */
+	float *x, *ahead;  /* the volume; extrapolated, and then the next one */
+	int16_t *q[PARTS]; /* the dual */
+	int16_t *zero;     /* a row of zeros */
+	float *scratch;    /* of each worker: that of dc, and a row */
+	double *sums;      /* of each plane: variation, and squared movement */
 	struct ct_consistency *dc;
 	size_t n[3], plane, share;
 	float weight[PARTS], s, t;
@@ -77,7 +77,7 @@ static void ascend(void *arg, size_t k, size_t worker)
 }
 
 /* Row (j,k) of component c, zeros outside. */
-static const float *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t k)
+static const int16_t *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t k)
 {
 	if (j < 0 || k < 0 || (size_t)j >= v->n[1] || (size_t)k >= v->n[2])
 		return v->zero;
@@ -157,18 +157,18 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	norm = norm > 0 ? norm : 1;
 	for (int c = 0; c < PARTS; c++)
 		j->weight[c] = (float)part[c];
-	j->t = (float)(rule->step / norm);
-	j->s = (float)(1 / (rule->step * norm));
+	j->t = (float)(rule->step / norm) / CT_TV_ONE;
+	j->s = (float)(1 / (rule->step * norm)) * CT_TV_ONE;
 	j->plane = j->n[0] * j->n[1];
 	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
 		ct_room_alloc(&j->ahead, count, sizeof(float), e) ||
-		ct_alloc0(&j->zero, j->n[0], sizeof(float), e) ||
+		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
-		if (ct_room_alloc0(&j->q[c], count, sizeof(float), e))
+		if (ct_room_alloc0(&j->q[c], count, sizeof *j->q[c], e))
 			return -1;
 	return 0;
 }

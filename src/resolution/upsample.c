@@ -50,10 +50,10 @@ int ct_upsample_aliasing(
 	return 0;
 }
 
-int ct_upsample_volumes(enum ct_upsample method)
+double ct_upsample_volumes(enum ct_upsample method)
 {
-	return method == CT_UPSAMPLE_HTV  ? 9
-	       : method == CT_UPSAMPLE_TV ? 5
+	return method == CT_UPSAMPLE_HTV  ? 6
+	       : method == CT_UPSAMPLE_TV ? 3.5
 	       : method == CT_UPSAMPLE_DC ? 3
 					  : 2;
 }

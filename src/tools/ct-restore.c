@@ -182,7 +182,7 @@ static int need_of(double *bytes, const struct job *j, struct ct_err *e)
 	const struct ct_upsample_rule rule = solver_of(j);
 	struct ct_upsample_report r;
 	size_t n[3];
-	int volumes = VOLUMES;
+	double volumes = VOLUMES;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
