@@ -124,48 +124,82 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 #endif
 }
 
-/* The first n of such numbers, as load_n and store_n; those that are stored are whole and within
- * int16_t. */
-CT_INLINE ct_f32 ct_f32_load_i16(const int16_t *p, size_t n)
+/* The first n <= lanes of int16_t, as load_n and store_n; what is stored is within their range. */
+CT_INLINE ct_i32 ct_i32_load_i16(const int16_t *p, size_t n)
 {
+#if defined(__AVX512F__)
+	return (ct_i32)_mm512_cvtepi16_epi32(
+		n >= CT_F32_LANES ? _mm256_loadu_si256((const void *)p)
+				  : _mm256_maskz_loadu_epi16((__mmask16)((1u << n) - 1), p));
+#else
 	ct_i16 v = {0};
 
-#if defined(__AVX512F__)
-	v = (ct_i16)(n >= CT_F32_LANES ? _mm256_loadu_si256((const void *)p)
-				       : _mm256_maskz_loadu_epi16((__mmask16)((1u << n) - 1), p));
-	return (ct_f32)_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32((__m256i)v));
-#else
 	if (n >= CT_F32_LANES)
 		memcpy(&v, p, sizeof v);
 	else
 		memcpy(&v, p, n * sizeof *p);
 #if defined(__AVX2__)
-	return (ct_f32)_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32((__m128i)v));
+	return (ct_i32)_mm256_cvtepi16_epi32((__m128i)v);
+#elif defined(__x86_64__)
+	return (ct_i32)_mm_cvtepi16_epi32(_mm_set1_epi64x((int64_t)v));
 #else
-	return __builtin_convertvector(v, ct_f32);
+	return __builtin_convertvector(v, ct_i32);
 #endif
 #endif
 }
 
-CT_INLINE void ct_f32_store_i16(int16_t *p, ct_f32 x, size_t n)
+CT_INLINE void ct_i32_store_i16(int16_t *p, ct_i32 x, size_t n)
 {
 #if defined(__AVX512F__)
-	const __m256i v = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32((__m512)x));
+	const __m256i v = _mm512_cvtepi32_epi16((__m512i)x);
 
 	if (n < CT_F32_LANES) {
 		_mm256_mask_storeu_epi16(p, (__mmask16)((1u << n) - 1), v);
 		return;
 	}
 #elif defined(__AVX2__)
-	const __m256i w = _mm256_cvtps_epi32((__m256)x);
-	const __m128i v = _mm_packs_epi32(_mm256_castsi256_si128(w), _mm256_extracti128_si256(w, 1));
+	const __m128i v = _mm_packs_epi32(
+		_mm256_castsi256_si128((__m256i)x), _mm256_extracti128_si256((__m256i)x, 1));
+#elif defined(__x86_64__)
+	const int64_t v = _mm_cvtsi128_si64(_mm_packs_epi32((__m128i)x, (__m128i)x));
 #else
 	const ct_i16 v = __builtin_convertvector(x, ct_i16);
 #endif
 	if (n >= CT_F32_LANES)
-		memcpy(p, &v, sizeof v);
+		memcpy(p, &v, CT_F32_LANES * sizeof *p);
 	else
 		memcpy(p, &v, n * sizeof *p);
+}
+
+/* The nearest whole numbers, the even one of two, for |x| < 2^22. */
+CT_INLINE ct_i32 ct_i32_round(ct_f32 x)
+{
+#if defined(__AVX512F__)
+	return (ct_i32)_mm512_cvtps_epi32((__m512)x);
+#elif defined(__AVX2__)
+	return (ct_i32)_mm256_cvtps_epi32((__m256)x);
+#elif defined(__x86_64__)
+	return (ct_i32)_mm_cvtps_epi32((__m128)x);
+#else
+	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
+
+	return __builtin_convertvector(x + magic - magic, ct_i32);
+#endif
+}
+
+/* Whole numbers as they are, of fewer than 25 bits. */
+CT_INLINE ct_f32 ct_f32_from(ct_i32 v)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_cvtepi32_ps((__m512i)v);
+#else
+	return __builtin_convertvector(v, ct_f32);
+#endif
+}
+
+CT_INLINE ct_f32 ct_f32_load_i16(const int16_t *p, size_t n)
+{
+	return ct_f32_from(ct_i32_load_i16(p, n));
 }
 
 CT_INLINE ct_f64 ct_f64_load(const double *p)
@@ -469,18 +503,11 @@ CT_INLINE ct_f32 ct_f32_fma(ct_f32 a, ct_f32 b, ct_f32 c)
 #endif
 }
 
-/* The nearest whole number, for |x| < 2^22; the even one of two. */
-CT_INLINE ct_f32 ct_f32_round(ct_f32 x)
-{
-	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
-
-	return x + magic - magic;
-}
-
 /* The largest whole number <= x, for |x| < 2^22 and 2^51. */
 CT_INLINE ct_f32 ct_f32_floor(ct_f32 x)
 {
-	const ct_f32 r = ct_f32_round(x);
+	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
+	const ct_f32 r = x + magic - magic;
 
 	return r - (ct_f32)((r > x) & (ct_i32)ct_f32_set(1.0f));
 }

@@ -28,7 +28,7 @@ CT_SIMD_DECLARE(
 
 /* Rows of the dual, zeros where there is none: of each component this one, before and after it. */
 struct ct_hessian_descent {
-	float *out, *step; /* x' and x' - x */
+	float *out, *step; /* x' and x' - x, or NULL */
 	const float *x;
 	const int16_t *ii, *jj[3], *kk[3]; /* before, this, after */
 	const int16_t *ij[2], *ik[2];      /* before, this */
@@ -39,5 +39,8 @@ struct ct_hessian_descent {
 /* out = x - t H^T q. */
 CT_SIMD_DECLARE(
 	void, ct_hessian_row_descend, (const struct ct_hessian_descent *r, size_t n, float t));
+
+/* x <- next, and next <- 2 next - x, which do not overlap. */
+CT_SIMD_DECLARE(void, ct_hessian_row_ahead, (size_t n, float *x, float *next));
 
 #endif

@@ -5,6 +5,15 @@
 
 #include <stdbool.h>
 
+/* What is kept of a dual. */
+CT_INLINE ct_f32 put(int16_t *p, ct_f32 q, size_t m)
+{
+	const ct_i32 whole = ct_i32_round(q);
+
+	ct_i32_store_i16(p, whole, m);
+	return ct_f32_from(whole);
+}
+
 /* Voxels [i, i + m), m <= CT_F32_LANES, of which the last ends the row if `end`. */
 CT_INLINE void sweep(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left,
 	const float weight[3], float s, float t, const bool end, const bool measure)
@@ -24,12 +33,9 @@ CT_INLINE void sweep(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left
 	if (measure)
 		ct_f32_store_n(r->grad + i, gi * gi + gj * gj + gk * gk, m);
 	step = one / ct_f32_sqrt(ct_f32_max(qi * qi + qj * qj + qk * qk, one * one));
-	qi = ct_f32_round(qi * step);
-	qj = ct_f32_round(qj * step);
-	qk = ct_f32_round(qk * step);
-	ct_f32_store_i16(r->p[0] + i, qi, m);
-	ct_f32_store_i16(r->p[1] + i, qj, m);
-	ct_f32_store_i16(r->p[2] + i, qk, m);
+	qi = put(r->p[0] + i, qi * step, m);
+	qj = put(r->p[1] + i, qj * step, m);
+	qk = put(r->p[2] + i, qk * step, m);
 	qi = weight[0] * (2.0f * qi - p0);
 	qj = weight[1] * (2.0f * qj - p1);
 	qk = weight[2] * (2.0f * qk - p2);
