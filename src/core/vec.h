@@ -9,7 +9,6 @@
  *	ct_f32 ct_i32 ct_u32        CT_F32_LANES of 4 bytes: 4, 8 or 16
  *	ct_f64 ct_i64               CT_F64_LANES of 8 bytes: 2, 4 or 8
  *	ct_f32h ct_i32h             CT_F64_LANES of 4 bytes: what ct_f64 converts to and from
- *	ct_i16                      CT_F32_LANES of 2 bytes: what ct_f32 converts to and from
  *	ct_u8                       16 of a byte, at every level: AVX2 shifts bytes within 16
  *
  * Plain loops over restrict pointers become vectors too, here at -O3; they need nothing of this but
@@ -56,7 +55,6 @@ typedef double ct_f64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef int64_t ct_i64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef float ct_f32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
-typedef int16_t ct_i16 __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef unsigned char ct_u8 __attribute__((vector_size(16)));
 
 /* All lanes x. */
@@ -124,53 +122,6 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 #endif
 }
 
-/* The first n <= lanes of int16_t, as load_n and store_n; what is stored is within their range. */
-CT_INLINE ct_i32 ct_i32_load_i16(const int16_t *p, size_t n)
-{
-#if defined(__AVX512F__)
-	return (ct_i32)_mm512_cvtepi16_epi32(
-		n >= CT_F32_LANES ? _mm256_loadu_si256((const void *)p)
-				  : _mm256_maskz_loadu_epi16((__mmask16)((1u << n) - 1), p));
-#else
-	ct_i16 v = {0};
-
-	if (n >= CT_F32_LANES)
-		memcpy(&v, p, sizeof v);
-	else
-		memcpy(&v, p, n * sizeof *p);
-#if defined(__AVX2__)
-	return (ct_i32)_mm256_cvtepi16_epi32((__m128i)v);
-#elif defined(__x86_64__)
-	return (ct_i32)_mm_cvtepi16_epi32(_mm_set1_epi64x((int64_t)v));
-#else
-	return __builtin_convertvector(v, ct_i32);
-#endif
-#endif
-}
-
-CT_INLINE void ct_i32_store_i16(int16_t *p, ct_i32 x, size_t n)
-{
-#if defined(__AVX512F__)
-	const __m256i v = _mm512_cvtepi32_epi16((__m512i)x);
-
-	if (n < CT_F32_LANES) {
-		_mm256_mask_storeu_epi16(p, (__mmask16)((1u << n) - 1), v);
-		return;
-	}
-#elif defined(__AVX2__)
-	const __m128i v = _mm_packs_epi32(
-		_mm256_castsi256_si128((__m256i)x), _mm256_extracti128_si256((__m256i)x, 1));
-#elif defined(__x86_64__)
-	const int64_t v = _mm_cvtsi128_si64(_mm_packs_epi32((__m128i)x, (__m128i)x));
-#else
-	const ct_i16 v = __builtin_convertvector(x, ct_i16);
-#endif
-	if (n >= CT_F32_LANES)
-		memcpy(p, &v, CT_F32_LANES * sizeof *p);
-	else
-		memcpy(p, &v, n * sizeof *p);
-}
-
 /* The nearest whole numbers, the even one of two, for |x| < 2^22. */
 CT_INLINE ct_i32 ct_i32_round(ct_f32 x)
 {
@@ -195,11 +146,6 @@ CT_INLINE ct_f32 ct_f32_from(ct_i32 v)
 #else
 	return __builtin_convertvector(v, ct_f32);
 #endif
-}
-
-CT_INLINE ct_f32 ct_f32_load_i16(const int16_t *p, size_t n)
-{
-	return ct_f32_from(ct_i32_load_i16(p, n));
 }
 
 CT_INLINE ct_f64 ct_f64_load(const double *p)

@@ -1,7 +1,7 @@
 /* hessian-row.c: see hessian-row.h. */
 #include "config.h"
 #include "resolution/hessian-row.h"
-#include "core/vec.h"
+#include "core/vec-i16.h"
 #include "resolution/tv-row.h"
 
 #include <stdbool.h>

@@ -1,7 +1,7 @@
 /* tv-row.c: see tv-row.h. */
 #include "config.h"
 #include "resolution/tv-row.h"
-#include "core/vec.h"
+#include "core/vec-i16.h"
 
 #include <stdbool.h>
 
