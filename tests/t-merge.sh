@@ -7,7 +7,7 @@ ct-phantom -q --size 48x64x96 ellipsoids hr.nii
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii
 ct-degrade -q -x 4 -p P3 hr.nii point.nii && ct-degrade -q -x 4 hr.nii sinc.nii
 
-# slabs along y: z is refined by means, so it could be z; of the sinc only x and y
+# slabs along the longest axis: z is refined by means, so it could be any; of the sinc only x and y
 for f in thick point; do
 	ct-upsample -q -f --iterations 40 --tolerance 0 $f.nii whole.nii
 	for n in 1 2 3; do exits 0 "$f, slab $n of 3" ct-upsample -q -f --iterations 40 --brick $n/3 $f.nii part$n.nii; done
@@ -23,6 +23,12 @@ has err '^ct-upsample: sinc.nii: --brick: every voxel depends on all others' 'is
 ct-degrade -q -x 1,1,4 hr.nii s.nii
 ct-upsample -q --brick 1/2 --iterations 9 s.nii s1.nii
 ct-info --json s1.nii | tr -d ' \n' | grep -q '"part":"1,0,32,64"'; ok $? 'sampled by sinc along z it is cut along y'
+ct-phantom -q --size 48x32x32 ellipsoids wide.nii && ct-degrade -q -f -x 4 -p P3 wide.nii w.nii
+ct-upsample -q -f --brick 1/2 --iterations 9 w.nii s1.nii
+ct-info --json s1.nii | tr -d ' \n' | grep -q '"part":"0,0,16,48"'; ok $? 'one that is longest along x along x'
+ct-phantom -q --size 32x48x48 ellipsoids wide.nii -f && ct-degrade -q -f -x 4 -p P3 wide.nii w.nii
+ct-upsample -q -f --brick 1/2 --iterations 9 w.nii s1.nii
+ct-info --json s1.nii | tr -d ' \n' | grep -q '"part":"2,0,16,48"'; ok $? 'of equal axes it is z'
 for b in 0/2 3/2 1 1/2x a/b 1/7; do
 	exits 2 "--brick $b" ct-upsample --brick $b point.nii x.nii
 	has err 'brick: ' 'in words'

@@ -113,7 +113,7 @@ out:
 void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_vol *in,
 	const struct ct_degrade *by, double need, double fixed)
 {
-	const int axis = brick_axis(by);
+	const int axis = brick_axis(by, in->n);
 	const double base = CT_MEMORY_BASE + 4 * (double)ct_vol_count(in);
 	const struct ct_cost_more more[] = {
 		{EXPECT_ITERATIONS, (double)x->iterations},
