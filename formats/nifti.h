@@ -17,6 +17,8 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
+#include "formats/sink.h"
+#include "formats/source.h"
 
 #include <stdio.h>
 
@@ -37,5 +39,18 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
  * than 0.05 voxel, unless `shear` allows it: then qform_code is 0. CT_EOUTPUT; CT_ENOMEM. */
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e);
+
+/* Of a volume that is not to be held as a whole: */
+struct ct_nifti_in {
+	struct ct_source source; /* to be closed, in any case */
+	struct ct_stored how;
+};
+/* What is before the voxels, into *head, zeroed, which gets no data; then ct_source_floats or
+ * ct_source_pass. Codes of ct_nifti_read_stream. */
+int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e);
+/* The same to a file; then ct_sink_floats of all voxels, and ct_sink_close. Codes of
+ * ct_nifti_write. */
+int ct_nifti_create(struct ct_sink *s, const char *path, const struct ct_vol *head, bool i16,
+	bool shear, const struct ct_env *env, struct ct_err *e);
 
 #endif

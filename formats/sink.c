@@ -81,29 +81,43 @@ int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_e
 	return 0;
 }
 
-int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
-	struct ct_err *e)
+/* As they are written, into a block. */
+static int store(void *block, const float *x, size_t n, bool i16, struct ct_err *e)
 {
-	const size_t bytes = i16 ? 2 : 4, total = ct_vol_count(v), step = BLOCK / bytes;
+	if (!i16)
+		memcpy(block, x, n * sizeof *x);
+	else if (!ct_voxels_i16(n, block, x, false))
+		return ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16");
+	if (ct_voxel_host_is_big())
+		ct_voxels_swap(n, i16 ? 2 : 4, block);
+	return 0;
+}
+
+int ct_sink_floats(struct ct_sink *s, const float *x, size_t n, bool i16, bool last,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const size_t bytes = i16 ? 2 : 4, step = BLOCK / bytes;
 	void *block;
 	int rc = 0;
 
 	if (ct_alloc(&block, BLOCK, 1, e))
 		return -1;
-	for (size_t at = 0, n; at < total && rc == 0; at += n) {
-		n = total - at < step ? total - at : step;
-		if (i16)
-			ct_voxels_i16(n, block, v->data + at, false);
-		else
-			memcpy(block, v->data + at, n * bytes);
-		if (ct_voxel_host_is_big())
-			ct_voxels_swap(n, bytes, block);
-		rc = ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e) ? -1
-											    : 0;
+	for (size_t at = 0, some; at < n && rc == 0; at += some) {
+		some = n - at < step ? n - at : step;
+		rc = store(block, x + at, some, i16, e) || ct_check_stop(env, e) ||
+				     give(s, block, some * bytes, last && at + some == n, e)
+			     ? -1
+			     : 0;
 		ct_room_trim();
 	}
 	free(block);
 	return rc;
+}
+
+int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
+	struct ct_err *e)
+{
+	return ct_sink_floats(s, v->data, ct_vol_count(v), i16, true, env, e);
 }
 
 int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)

@@ -21,7 +21,12 @@ int ct_sink_pack(struct ct_sink *s, bool gzip, struct ct_err *e);
 int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e);
 /* Are all voxels integers that fit int16, or if not `exact` do they when rounded? */
 int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_err *e);
-/* The voxels, little-endian int16, rounded, or float32: the last thing that is given. CT_ESTOP. */
+/* Some of the voxels, as the next does with all; CT_ENUMERIC if one does not fit. `last`: there are
+ * no more. */
+int ct_sink_floats(struct ct_sink *s, const float *x, size_t n, bool i16, bool last,
+	const struct ct_env *env, struct ct_err *e);
+/* The voxels, little-endian int16, rounded, or float32: the last thing that is given. CT_ENUMERIC,
+ * CT_ESTOP. */
 int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
 	struct ct_err *e);
 /* The file is there if rc is 0, else none of it; rc, or -1. */

@@ -200,7 +200,7 @@ ct-fdk --nonnegative --tv w--window --quantity --json --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
-ct-merge --memory
+ct-merge --type
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
 ct-metrics --max-residual --max-residual-rms --json

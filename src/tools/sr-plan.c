@@ -160,8 +160,7 @@ static int add_merge(
 	if (ct_grow(&x->takes, &x->cap, end + 1, sizeof *x->takes, e))
 		return -1;
 	x->takes[end] = takes;
-	if (ct_chain_add(&x->jobs, e, false, s->output, "ct-merge", NULL) ||
-		(x->p->memory && ct_chain_word(&x->jobs, e, "--memory=%s", x->p->memory)))
+	if (ct_chain_add(&x->jobs, e, false, s->output, "ct-merge", NULL))
 		return -1;
 	for (size_t i = first; i < end; i++)
 		if (ct_chain_word(&x->jobs, e, "%s", x->jobs.step[i].output))
@@ -173,8 +172,7 @@ static int add_slabs(struct plan *x, const struct ct_step *s, struct ct_err *e)
 {
 	const size_t first = x->jobs.n, m = x->slabs;
 	const double iterations = told(x, EXPECT_ITERATIONS), whole = told(x, "disk-bytes");
-	const double held = CT_MEMORY_BASE + whole * (1 + 1. / (double)m);
-	const struct takes merge = {NAN, fmin(held, x->most), whole};
+	const struct takes merge = {NAN, CT_MEMORY_BASE, whole}; /* it goes through planes */
 
 	for (size_t n = 1; n <= m; n++) {
 		const char *part = name_part(x, "slab", n, e);
