@@ -1,5 +1,6 @@
 /* memory.c: see memory.h. */
 #include "config.h"
+#include "cli/folder.h"
 #include "cli/memory.h"
 #include "core/room.h"
 
@@ -31,23 +32,35 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 
 /* Most of what is free, which others may take, too. */
 #define SHARE 0.8
-/* What is expected may be somewhat more in the end. */
-#define SPARE 1.1
+
+double ct_memory_most(const char *given, double free)
+{
+	struct ct_err e;
+	size_t bytes;
+
+	if (given && ct_memory_bytes(&bytes, given, &e) == 0)
+		return (double)bytes;
+	return free > 0 ? SHARE * free : (double)INFINITY;
+}
+
+bool ct_memory_fits(double need, const char *given, double free)
+{
+	return given ? CT_MEMORY_SPARE * need <= ct_memory_most(given, free)
+		     : free <= 0 || need <= free;
+}
 
 const char *ct_memory_choose(
 	char own[static 32], const char *given, double need, const struct ct_env *env)
 {
 	const double bytes = ct_memory_free("");
-	const bool is_free = bytes <= 0 || need <= bytes;
-	struct ct_err e;
-	size_t most;
+	const bool is_free = ct_memory_fits(need, NULL, bytes);
 
-	if (given && is_free && ct_memory_bytes(&most, given, &e) == 0 &&
-		SPARE * need + CT_MEMORY_BASE <= (double)most)
+	if (given && is_free &&
+		ct_memory_fits(need + CT_MEMORY_BASE / CT_MEMORY_SPARE, given, bytes))
 		return NULL;
 	if (given || is_free)
 		return given;
-	snprintf(own, 32, "%.0fM", fmax(floor(SHARE * bytes / MIB), 1));
+	snprintf(own, 32, "%.0fM", fmax(floor(ct_memory_most(NULL, bytes) / MIB), 1));
 	ct_log(env, CT_WARN,
 		"takes %.0f MiB of memory, and %.0f are free: --memory %s, the rest in files",
 		ceil(need / MIB), floor(bytes / MIB), own);
@@ -56,7 +69,6 @@ const char *ct_memory_choose(
 
 int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 {
-	const char *tmp = getenv("TMPDIR"), *slash = strrchr(out, '/');
 	size_t bytes;
 	char *dir;
 	int rc;
@@ -65,9 +77,7 @@ int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 		return 0;
 	if (ct_memory_bytes(&bytes, text, e))
 		return -1;
-	dir = strcmp(out, "-") == 0 ? strdup(tmp && *tmp ? tmp : "/tmp")
-	      : slash               ? strndup(out, (size_t)(slash - out) + 1)
-				    : strdup(".");
+	dir = ct_folder_of(out);
 	rc = dir ? ct_room_open(dir, bytes, e) : ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	free(dir);
 	return rc;

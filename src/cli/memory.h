@@ -13,11 +13,19 @@
 /* Bytes of the program, libraries, what is read ahead. */
 #define CT_MEMORY_BASE 67108864.0
 
+/* What is expected may be so much more in the end. */
+#define CT_MEMORY_SPARE 1.1
+
 /* Bytes of "600M", "1.5G": a number and K, M, G or T, powers of 1024. CT_EUSAGE. */
 int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
 /* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
  * the process is in. `root` is "" but for tests. 0 if nothing tells. */
 double ct_memory_free(const char *root);
+/* Bytes that a run may take, all of its parts together: what is given, or if nothing is most of
+ * `free`; infinite if that is 0. */
+double ct_memory_most(const char *given, double free);
+/* Does a run of `need` bytes fit into what is given, or if nothing is into `free`? */
+bool ct_memory_fits(double need, const char *given, double free);
 /* The bound of a run that takes `need` bytes: NULL if it needs none, as they are free and within
  * what is given; what is given; or, if nothing is, most of what is free, with a warning that says
  * so. `own` holds the text. */

@@ -5,7 +5,6 @@
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "formats/out-folder.h"
 #include "formats/units.h"
 #include "resolution/degrade.h"
 #include "series/layout.h"
@@ -34,7 +33,7 @@ static const struct preset presets[] = {
 	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02, 0},
 };
 static const struct preset paper = {100, 1, 5000, 50000, 0, 0, 0};
-#define FACTOR "4"
+
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
 #define PAPER_STEPS 50
@@ -158,7 +157,7 @@ static int choose_scale(struct preset *q, const struct sr *p, struct ct_err *e)
 
 	if (p->spacing)
 		return 0;
-	if (ct_cli_numbers("scale", p->factor ? p->factor : FACTOR, ',', 3, true, x, e))
+	if (ct_cli_numbers("scale", p->factor ? p->factor : SR_FACTOR, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		if (!(x[a] >= 1 && x[a] <= 16))
@@ -262,7 +261,7 @@ static int add_refine(struct ct_chain *c, const struct sr *p, const struct prese
 	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
 		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
-			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : FACTOR)) ||
+			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : SR_FACTOR)) ||
 		(p->memory && ct_chain_word(c, e, "--memory=%s", p->memory)))
 		return -1;
 	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
@@ -342,19 +341,6 @@ static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const s
 		       : 0;
 }
 
-/* May OUT be written, now that the folder between is there, which may lie in it? */
-static int check_out(
-	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
-{
-	const bool own = p->resume && ct_chain_owns_output(c);
-	struct ct_env over = *env;
-
-	over.force |= own;
-	if (ct_out_folder_named(p->out))
-		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
-	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = params;
@@ -375,8 +361,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else if (check_out(p, &c, env, e) == 0)
-		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : ct_chain_run(&c, env, e);
+	} else if (sr_files_check_out(p, &c, env, e) == 0)
+		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : sr_run(&c, p, env, e);
 out:
 	sr_files_free(&f);
 	ct_chain_close(&c);

@@ -4,7 +4,9 @@
 #include "diffusion/residual.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/out-folder.h"
 #include "restore/restore.h"
+#include "tools/convert.h"
 #include "tools/prior-file.h"
 #include "tools/sr.h"
 
@@ -106,6 +108,18 @@ int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *
 		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
 			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
 	return 0;
+}
+
+int sr_files_check_out(
+	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+{
+	const bool own = p->resume && ct_chain_owns_output(c);
+	struct ct_env over = *env;
+
+	over.force |= own;
+	if (ct_out_folder_named(p->out))
+		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
+	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
 }
 
 int sr_files_absolute(struct sr_files *f, struct ct_err *e)
