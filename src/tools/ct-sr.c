@@ -93,8 +93,8 @@ static const struct ct_opt opts[] = {
 		"standard deviation of the noise of IN; measured if neither this nor IN says it",
 		CT_WHEN(INVERTS)),
 	CT_OPT(struct sr, memory, 0, "memory", "SIZE", 0, 0,
-		"take no more memory than this, 600M or 2G, and disk beside OUT for what does not fit; "
-		"what is free if not given",
+		"take no more memory than this, 600M or 2G: refine in slabs that fit, or if the scan "
+		"cannot be cut with disk beside OUT for what does not; what is free if not given",
 		CT_WHEN(VOLUMES)),
 	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
