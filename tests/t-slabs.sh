@@ -68,7 +68,7 @@ has err '^ct-sr: 5 of 5 steps were done$' 'which is said'
 rm k/slab-2.nii
 exits 0 'a slab that is gone' ct-sr -v -t 1 "$@" --keep k --resume thick.nii kept.nii
 has err '^ct-sr: 4 of 5 steps were done$' 'is made again alone'
-rm -rf k p kept.nii
+rm -rf k k2 p r kept.nii
 killed() { # killed SIGNAL ARGS...: when a slab is made
 	sig=$1; shift
 	ct-sr -q -t 1 "$@" 2>err & pid=$!
@@ -84,7 +84,7 @@ killed KILL "$@" --keep k thick.nii kept.nii
 exits 0 'goes on' ct-sr -v -t 1 "$@" --keep k --resume thick.nii kept.nii
 cmp -s kept.nii first.nii; ok $? 'to the same bytes'
 [ "$(grep -c '^ct-sr: ct-upsample took' err)" -lt 3 ]; ok $? 'without what was made'
-rm -rf k k2 r kept.nii; rm d/*
+rm -rf k kept.nii; rm d/*
 killed KILL "$@" --keep k thick.nii kept.nii
 : >kept.nii
 exits 4 'OUT that is not its own' ct-sr -q -t 1 "$@" --keep k --resume thick.nii kept.nii
