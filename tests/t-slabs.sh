@@ -47,6 +47,12 @@ if command -v python3 >/dev/null; then
 else
 	skip 'peak of memory' 'no python3'
 fi
+if command -v script >/dev/null; then
+	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 115M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
+	has terminal '^ct-sr: htv of 2097152 voxels in 3 slabs: about [0-9]* s on 1 threads, 10[0-9] MiB of memory, 16 of disk' 'a terminal hears what it will take'
+else
+	skip 'a terminal' 'no script'
+fi
 exits 0 'a prior of slices' ct-sr -t 1 -x 1,1,4 -f --memory 210M --slices "$builddir/slices.safetensors" --keep r thick.nii r.nii
 has err '^ct-sr: warning: refines in [2-4] slabs along z' 'too'
 exits 0 'a bound that no slab fits into' ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 80M thick.nii w.nii
