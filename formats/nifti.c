@@ -8,6 +8,7 @@
 #include "formats/source.h"
 #include "formats/voxels.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,36 +133,118 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 	h->qform = h->sheared ? 0 : h->sform;
 }
 
+/* What stands before the voxels. */
+struct head {
+	unsigned char raw[CT_NII_MAX + 4], *ext; /* ext is owned */
+	size_t raws, exts;
+};
+
+static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool shear,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_nii h = {.version = 1};
+	char descrip[80];
+
+	*head = (struct head){0};
+	if (ct_nii_set_affine(&h, v, shear, e) ||
+		ct_nii_ext_write(&v->meta, &head->ext, &head->exts, e))
+		return -1;
+	fill_header(&h, v, i16, head->exts);
+	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
+		PACKAGE_VERSION);
+	ct_nii_pack(&h, descrip, head->raw);
+	head->raws = ct_nii_size(&h) + 4;
+	head->raw[head->raws - 4] = head->exts > 0;
+	return 0;
+}
+
+static int give_head(struct ct_sink *s, const struct head *h, struct ct_err *e)
+{
+	return ct_sink_give(s, h->raw, h->raws, e) || ct_sink_give(s, h->ext, h->exts, e) ? -1 : 0;
+}
+
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
-	unsigned char raw[CT_NII_MAX + 4] = {0}, *ext = NULL;
-	struct ct_nii h = {.version = 1};
+	struct head h = {0};
 	struct ct_sink s;
-	char descrip[80];
-	size_t bytes = 0;
 	bool i16;
 	int rc = -1;
 
-	if (ct_nii_set_affine(&h, v, shear, e) || ct_nifti_is_i16(v, type, &i16, e) ||
-		ct_nii_ext_write(&v->meta, &ext, &bytes, e)) {
+	if (ct_nifti_is_i16(v, type, &i16, e) || make_head(&h, v, i16, shear, env, e)) {
 		ct_blame(e, path);
 		goto out;
 	}
-	fill_header(&h, v, i16, bytes);
-	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
-		PACKAGE_VERSION);
-	ct_nii_pack(&h, descrip, raw);
-	raw[ct_nii_size(&h)] = bytes > 0;
 	if (ct_sink_open(&s, path, env, e))
 		goto out;
-	rc = (ct_ends_match(path, "gz") && ct_sink_pack(&s, true, e)) ||
-			     ct_sink_give(&s, raw, ct_nii_size(&h) + 4, e) ||
-			     ct_sink_give(&s, ext, bytes, e) || ct_sink_voxels(&s, v, i16, env, e)
+	rc = (ct_ends_match(path, "gz") && ct_sink_pack(&s, true, e)) || give_head(&s, &h, e) ||
+			     ct_sink_voxels(&s, v, i16, env, e)
 		     ? -1
 		     : 0;
 	rc = ct_sink_close(&s, rc, e);
 out:
-	free(ext);
+	free(h.ext);
+	return rc;
+}
+
+struct ct_nifti_planes {
+	struct ct_sink s;
+	const char *path; /* the caller's */
+	enum ct_nifti_type type;
+	bool shear;
+	size_t head; /* bytes before the voxels */
+};
+
+int ct_nifti_open(struct ct_nifti_planes **out, const char *path, const struct ct_vol *v,
+	enum ct_nifti_type type, bool shear, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_nifti_planes *w;
+	struct head h = {0};
+	int rc = -1;
+
+	if (ct_alloc(out, 1, sizeof *w, e))
+		return -1;
+	w = *out;
+	*w = (struct ct_nifti_planes){.path = path, .type = type, .shear = shear};
+	if (make_head(&h, v, type != CT_NIFTI_F32, shear, env, e))
+		ct_blame(e, path);
+	else if (ct_sink_open(&w->s, path, env, e) == 0) {
+		w->head = h.raws + h.exts;
+		rc = give_head(&w->s, &h, e) ? ct_sink_close(&w->s, -1, e) : 0;
+	}
+	free(h.ext);
+	if (rc) {
+		free(w);
+		*out = NULL;
+	}
+	return rc;
+}
+
+int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_err *e)
+{
+	bool fits;
+
+	if (ct_sink_some(&w->s, n, x, w->type != CT_NIFTI_F32, w->type == CT_NIFTI_AUTO, &fits, e))
+		return -1;
+	if (fits)
+		return 0;
+	ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16");
+	return ct_blame(e, w->path);
+}
+
+int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct head h = {0};
+
+	if (rc == 0 && make_head(&h, v, w->type != CT_NIFTI_F32, w->shear, env, e))
+		rc = ct_blame(e, w->path);
+	if (rc == 0) {
+		assert(h.raws + h.exts == w->head);
+		rc = ct_sink_rewind(&w->s, e) || give_head(&w->s, &h, e) ? -1 : 0;
+	}
+	free(h.ext);
+	rc = ct_sink_close(&w->s, rc, e);
+	free(w);
 	return rc;
 }

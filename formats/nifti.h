@@ -38,4 +38,19 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e);
 
+/* The same file from the numbers of a volume that come one after the other, neither compressed nor
+ * to a pipe. */
+struct ct_nifti_planes;
+/* Of v all but the data is looked at, and its metadata are as long as they will be; CT_NIFTI_AUTO
+ * is int16. */
+int ct_nifti_open(struct ct_nifti_planes **w, const char *path, const struct ct_vol *v,
+	enum ct_nifti_type type, bool shear, const struct ct_env *env, struct ct_err *e);
+/* The next n voxels. CT_ENUMERIC if one does not fit int16, or is not whole if that is by
+ * CT_NIFTI_AUTO. */
+int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_err *e);
+/* With the metadata as they are now. The file is there if rc is 0, else none of it; rc, or -1. *w
+ * is freed. */
+int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
+	const struct ct_env *env, struct ct_err *e);
+
 #endif

@@ -19,13 +19,13 @@ ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
 DICOM_SOURCES = src/tools/sidecar.c src/tools/sidecar.h src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
-ct_convert_SOURCES += src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
+ct_convert_SOURCES += src/tools/convert-planes.c src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
 	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h
 ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
 else
 ct_convert_SOURCES += src/tools/sidecar.c src/tools/sidecar.h
-EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+EXTRA_DIST += src/tools/convert-planes.c src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h src/tools/dicom-image.c \
 	src/tools/dicom-image.h src/tools/dicom-policy.c src/tools/dicom-policy.h \
 	src/tools/dicom-derive.c src/tools/dicom-derive.h

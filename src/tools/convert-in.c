@@ -94,7 +94,7 @@ static int read_dicom(
 		return -1;
 	if (!p->series)
 		rule.member = from.member;
-	rc = series_read(from.paths, from.n, &rule, v, env, e);
+	rc = convert_series(p, from.paths, from.n, &rule, v, env, e);
 	convert_from_free(&from);
 	return rc;
 }

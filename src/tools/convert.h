@@ -22,6 +22,15 @@ struct convert {
 	const char *sidecar;
 	json_t *about; /* what goes into it */
 	bool skip_damaged, inspect, compress, deid;
+	struct convert_planes *planes; /* of the run */
+};
+
+/* OUT, if it is written plane by plane while IN is read: then there are no data of a volume. */
+struct convert_planes {
+	const struct convert *p;
+	const struct ct_env *env;
+	struct ct_nifti_planes *to;
+	bool unfit; /* it was int16, and a voxel is none */
 };
 
 /* Where a DICOM series is looked for. */
@@ -36,6 +45,13 @@ struct convert_from {
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* The series of n paths, to OUT itself if it can be written plane by plane. */
+struct series_rule;
+int convert_series(const struct convert *p, const char *const *paths, size_t n,
+	const struct series_rule *rule, struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
+/* Nothing is left of an OUT that is begun; legal if there is none. */
+void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
 /* CT_EUSAGE for options that OUT has no use for, CT_EOUTPUT for files that cannot be written. */
 int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,

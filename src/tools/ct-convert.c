@@ -146,6 +146,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
 	const struct convert *p = &own;
+	struct convert_planes planes = {0};
 	struct ct_meta read = {0};
 	struct ct_vol v = {0};
 	int rc = -1;
@@ -158,6 +159,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
 	own.out = p->files.v[p->files.n - 1];
+	own.planes = &planes;
 	if (check_mode(p, env, e))
 		return -1;
 	if (p->scanner)
@@ -188,6 +190,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		     ? -1
 		     : 0;
 out:
+	convert_planes_drop(&planes, e);
 	json_decref(own.about);
 	ct_meta_free(&read);
 	ct_vol_free(&v);
