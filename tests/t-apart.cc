@@ -185,7 +185,7 @@ static void ahead()
 
 	OK(a.get(0) == nullptr, "nothing is ahead at first");
 	for (size_t processes : {1, 2, 3, 20}) {
-		a.make(COUNT, N, processes, [&](size_t i, float *to, ct_err *e) {
+		a.make(COUNT, N, processes, 2 * processes + 1, [&](size_t i, float *to, ct_err *e) {
 			if (i == 2)
 				return ct_fail(e, CT_EINPUT, "no");
 			if (i == 4)
