@@ -19,7 +19,7 @@ static bool is_file(const char *path)
 	return strcmp(path, "-") != 0 && (stat(path, &st) != 0 || S_ISREG(st.st_mode));
 }
 
-/* May OUT be written while IN is read? */
+/* May OUT be written while IN is read? With -v the range of all voxels is told before. */
 static bool in_planes(const struct convert *p, const struct ct_env *env)
 {
 	const bool nifti = !ct_files_is_dicom(p->out) && !ct_ends_match(p->out, CT_ENDS_HEADED);

@@ -33,6 +33,7 @@ struct convert_planes {
 	bool unfit; /* it was int16, and a voxel is none */
 };
 
+struct series_rule;
 /* Where a DICOM series is looked for. */
 struct convert_from {
 	const char *const *paths;
@@ -46,7 +47,6 @@ struct convert_from {
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* The series of n paths, to OUT itself if it can be written plane by plane. */
-struct series_rule;
 int convert_series(const struct convert *p, const char *const *paths, size_t n,
 	const struct series_rule *rule, struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
