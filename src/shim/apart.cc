@@ -275,7 +275,7 @@ const float *Ahead::get(size_t i)
 {
 	char good = 0;
 
-	if (i >= most || i < at)
+	if (i >= most)
 		return nullptr;
 	for (; at <= i; at++) {
 		if (at > 0) /* there is room again */
