@@ -192,5 +192,7 @@ sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum s
 exits 0 'goes on' ct-sr -vx 2 -Q draft --keep work --resume template kept/; has err '3 of 3 steps were done' 'with all that is done'
 rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' ct-sr -qx 2 -Q draft --keep work --resume template kept/; [ "$(sum kept)" = "$(sum sr)" ]; ok $? 'they are written again'
 exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
+exits 0 'NIfTI of a template' ct-sr -q -x 2 -Q draft --template two --series 1.2.840.4711.3 t.nii templated/; py kept templated; ok $? 'is of its study'
+exits 0 'without what tells who' ct-sr -q -x 2 -Q draft --deid template sr-deid/; py removed sr-deid; ok $? 'has nothing of it'
 exits 0 'NIfTI to DICOM' ct-sr -q -x 2 -Q draft t.nii of-nii/; exits 4 'what is there' ct-sr -q -x 2 -Q draft template sr; exits 4 'the folder between' ct-sr -qx 2 -Q draft --keep both template both/
 done_testing

@@ -215,7 +215,7 @@ ct-project --scanner --like w--window --overshoot --rotate --quantity m--method 
 ct-project --photons --electronic --mu-water s--seed --json --dry-run
 ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --brick --json --dry-run --units
-ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
+ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr

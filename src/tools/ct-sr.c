@@ -75,7 +75,7 @@ static const struct ct_opt opts[] = {
 		"that is as fine stays as it is",
 		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, factor))),
 	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0,
-		"take this series of a DICOM folder, as ct-convert does"),
+		"take this series of a DICOM folder, as ct-convert does; of --template, if IN is none"),
 	CT_CHOICE(struct sr, tilt, 0, "tilt", CT_WORDS(TILTS),
 		"DICOM of a tilted gantry: put it right, as ct-convert does, or refuse it"),
 	CT_CHOICE(struct sr, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
@@ -84,6 +84,11 @@ static const struct ct_opt opts[] = {
 		"go on without DICOM files that are damaged, as ct-convert does"),
 	CT_OPT(struct sr, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
 		"refine this box of IN, as ct-convert cuts it"),
+	CT_INPUT(struct sr, template, 0, "template", "DICOM",
+		"folder or file of the series that DICOM of OUT belongs to, as for ct-convert; IN, if "
+		"that is DICOM"),
+	CT_OPT(struct sr, deid, 0, "deid", NULL, 0, 0,
+		"take everything from DICOM of OUT that tells who the patient is, as ct-convert does"),
 	CT_OPT(struct sr, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, in voxels of OUT, as ct-upsample takes it; measured if neither "
 		"this nor IN says it",
@@ -270,18 +275,23 @@ static int add_refine(struct ct_chain *c, const struct sr *p, const struct prese
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
-/* As DICOM, of the study that IN is of. */
+/* --series is that of IN, if that is DICOM, or else the template's. */
+static bool is_dicom(const struct sr *p)
+{
+	return dicom_form_of(p->in) != NOT_DICOM;
+}
+
+/* As DICOM, of the study that IN, or the template, is of. */
 static int add_dicom(
 	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
 {
-	const bool known = dicom_form_of(p->in) != NOT_DICOM;
-
 	if (f->result == f->out)
 		return 0;
 	return ct_chain_add(c, e, false, f->out, "ct-convert", "--units=hu", NULL) ||
-			       (known && ct_chain_word(c, e, "--template=%s", f->in)) ||
-			       (known && p->series &&
+			       (f->template && ct_chain_word(c, e, "--template=%s", f->template)) ||
+			       (f->template && p->series && !(p->template && is_dicom(p)) &&
 				       ct_chain_word(c, e, "--series=%s", p->series)) ||
+			       (p->deid && ct_chain_word(c, e, "--deid")) ||
 			       ct_chain_word(c, e, "%s", f->sr) || ct_chain_word(c, e, "%s", f->out)
 		       ? -1
 		       : 0;
@@ -298,7 +308,8 @@ static int add_convert(
 		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
 		(units != CT_UNITS_AUTO &&
 			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
+		(p->series && !(p->template && !is_dicom(p)) &&
+			ct_chain_word(c, e, "--series=%s", p->series)) ||
 		(p->crop && ct_chain_word(c, e, "--crop=%s", p->crop)) ||
 		(p->tilt && ct_chain_word(c, e, "--tilt=%s", CT_WORD(TILTS, p->tilt))) ||
 		(p->gaps && ct_chain_word(c, e, "--gaps=%s", CT_WORD(CT_GAPS_LIST, p->gaps))))
@@ -314,6 +325,8 @@ static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const s
 		ct_chain_source(c, f->prior);
 	if (f->slices)
 		ct_chain_source(c, f->slices);
+	if (p->template)
+		ct_chain_source(c, f->template);
 	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)

@@ -15,11 +15,12 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop;
+	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop,
+		*template;
 	const char *factor, *spacing, *sigma, *memory;
 	double noise;
 	int decimate, label, quality, views, iterations, gaussians, tilt, gaps, jobs;
-	bool paper, release, resume, dry_run, skip_damaged;
+	bool paper, release, resume, dry_run, skip_damaged, deid;
 };
 
 /* The published method? */
@@ -30,12 +31,14 @@ static inline bool sr_published(const struct sr *p)
 
 /* All files by name. */
 struct sr_files {
+	char *template; /* the series that DICOM of OUT belongs to, or NULL */
 	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res, *sr;
 	const char *result; /* what the method makes: sr if OUT is made of that */
 };
 
 /* Those of the user; a prior is named only if something is left to it, that of projections if they
- * are of a scan `scale` times coarser, and there are some. Codes of the readers. */
+ * are of a scan `scale` times coarser, and there are some. CT_EUSAGE for what only DICOM has; codes
+ * of the readers. */
 int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const struct ct_env *env,
 	struct ct_err *e);
 /* Those between the steps. */
