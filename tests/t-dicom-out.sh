@@ -157,6 +157,12 @@ for d in own folder iso iso.dcm; do py kept $d; ok $? "$d: patient, study, space
 for d in own--deid folder--deid iso--deid iso--deid.dcm; do py removed $d; ok $? "$d: nothing of it tells who that is"; done
 py nearest iso; ok $? 'each slice names those that it lies between'
 py alone own; ok $? 'or the one that it was'
+py dated iso.dcm 20010206 141516.5; ok $? 'the content of one file is as old as the oldest slice'
+py dated iso--deid.dcm 19000101 000000; ok $? 'or of no time'
+SOURCE_DATE_EPOCH=86399 ct-convert -qf --template template iso.nii dated.dcm; py dated dated.dcm 19700101 235959; ok $? 'or of SOURCE_DATE_EPOCH'
+mkdir undated; cp template/* undated; "$PY" -c 'import glob, pydicom
+for f in glob.glob("undated/*"): d = pydicom.dcmread(f); d.ContentDate = "20010206"; d.ContentTime = "1415"; d.save_as(f)'
+ct-convert -q --template undated iso.nii undated.dcm; py dated undated.dcm 19000101 000000; ok $? 'half a time is none'
 grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
 mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm

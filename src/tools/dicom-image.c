@@ -191,16 +191,18 @@ static int put_deid(struct ct_header *h, struct ct_err *e)
 		       : 0;
 }
 
-/* The moment that SOURCE_DATE_EPOCH is; for the picture of many some moment, as it has to say one.
- */
+/* The moment that SOURCE_DATE_EPOCH is. The picture of many has to say one of its content: that of
+ * what it comes from, or some moment. */
 static int put_dates(struct ct_header *h, const struct image *im, struct ct_err *e)
 {
 	static const char *const dates[][2] = {{"InstanceCreationDate", "InstanceCreationTime"},
 		{"SeriesDate", "SeriesTime"}, {"ContentDate", "ContentTime"}};
 	const char *date = im->deid ? NULL : im->date;
+	const char *known = im->deid ? NULL : from(im, POLICY_CONTENT);
+	const char *content = date ? date : !im->frames ? NULL : known ? known : NO_DATE;
 
 	for (size_t i = 0; i < 3; i++) {
-		const char *text = date ? date : i == 2 && im->frames ? NO_DATE : NULL;
+		const char *text = i == 2 ? content : date;
 
 		if (text && (ct_header_put(h, e, "", dates[i][0], "%.8s", text) ||
 				    ct_header_put(h, e, "", dates[i][1], "%s", text + 8)))
