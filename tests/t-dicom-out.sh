@@ -164,6 +164,13 @@ mkdir undated; cp template/* undated; "$PY" -c 'import glob, pydicom
 for f in glob.glob("undated/*"): d = pydicom.dcmread(f); d.ContentDate = "20010206"; d.ContentTime = "1415"; d.save_as(f)'
 ct-convert -q --template undated iso.nii undated.dcm; py dated undated.dcm 19000101 000000; ok $? 'half a time is none'
 grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
+tar cf template.tar template
+if ct-convert -q --template template.tar iso.nii tar/ 2>err || ! grep -q ': not DICOM$' err; then
+	[ "$(sum tar)" = "$(sum iso)" ]; ok $? 'an archive of it is as good'
+else
+	skip 'an archive' 'built without libarchive'
+fi
+ct-convert -q --sidecar side.json template side.nii; exits 3 'a sidecar' ct-convert --template side.json side.nii x/; has err 'side.json: is not DICOM' 'is no template'
 mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm
 py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
