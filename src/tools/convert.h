@@ -4,6 +4,7 @@
 #include "cli/cli.h"
 #include "core/env.h"
 #include "core/vol.h"
+#include "formats/raw.h"
 
 #include <jansson.h>
 
@@ -44,9 +45,13 @@ int convert_write(const struct convert *p, const struct ct_vol *v, const struct 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
-/* One plane, to a stack of one view, where the plane lies. CT_EGEOM, CT_EINPUT. */
-int convert_radiograph(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
+/* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
+ * CT_EINPUT, CT_EUSAGE. */
+int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* What --spacing and axes say of a place; CT_EUSAGE. */
+int convert_place(struct ct_raw *how, const char *spacing, const char *orient, struct ct_err *e);
+/* Does a file begin as a picture? Never reads from a pipe. */
+bool convert_is_picture(const char *path);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
 int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);

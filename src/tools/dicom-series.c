@@ -195,7 +195,9 @@ static int check_values(struct ct_slice *s, size_t n, enum ct_units units, struc
 {
 	for (size_t k = 0; k < n; k++) {
 		if (units == CT_UNITS_AUTO && ct_slice_check_hu(&s[k], e)) {
-			hint(e, " (but see --units)");
+			hint(e, ct_slice_is_radiograph(&s[k])
+					? "; --radiograph of ct-convert makes a stack of it"
+					: " (but see --units)");
 			return -1;
 		}
 		if (units != CT_UNITS_AUTO && !s[k].scaled) {
