@@ -85,6 +85,12 @@ def radiographs():
     d = dicom("rle", x)
     d.compress(pydicom.uid.RLELossless)
     d.save_as("rle.dcm", write_like_original=False)
+    d.Rows = d.Columns = 60000
+    d.save_as("huge.dcm", write_like_original=False)
+    rgb = np.stack([A8] * 3, -1).astype(np.uint8)
+    d = dicom("rgb", rgb, 8, "RGB", tags=[("SamplesPerPixel", 3), ("PlanarConfiguration", 0), ("BitsAllocated", 8)])
+    d.save_as("rgb.dcm", write_like_original=False)
+    dicom("bits", x, tags=[("BitsStored", 0)]).save_as("bits.dcm", write_like_original=False)
     open("cut.dcm", "wb").write(open("dx.dcm", "rb").read()[:-20])
     os.mkdir("folder")
     dicom("dx", x).save_as("folder/x", write_like_original=False)

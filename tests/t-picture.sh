@@ -30,6 +30,9 @@ else
 	no 3 colour.dcm "PhotometricInterpretation is 'PALETTE COLOR', not grey"
 	no 3 table.dcm 'ModalityLUTSequence: '
 	no 3 zero.dcm 'RescaleSlope is 0'
+	no 3 rgb.dcm 'SamplesPerPixel is 3'
+	no 3 bits.dcm 'BitsStored is 0'
+	no 3 huge.dcm '.*--expand'
 	no 3 cut.dcm 'damaged: truncated'
 	no 5 two.dcm 'holds 2 pictures, and --radiograph takes one of a file'
 	no 5 flat.dcm 'ImagerPixelSpacing is '
