@@ -126,6 +126,15 @@ assert r["jobs"] == 4 and r["bytes"] == 3 * lr + 3 * hr, r
 assert r["core-seconds"] == sum(60 if j["seconds"] is None else j["seconds"] for j in p), r
 assert r["peak-memory-bytes"] == [sum(j["memory-bytes"] for j in p[:3])], r'
 ok $? 'a plan: its seconds, its memory, its bytes'
+python3 -c 'import json
+p = json.load(open("p/plan.json"))
+p["jobs"][3]["seconds"] = None
+json.dump(p, open("p/plan.json", "w"))'
+sim --rate 983040 --json p/plan.json >out && python3 -c '
+import json
+work = sum(j["seconds"] for j in json.load(open("p/plan.json"))["jobs"][:3])
+assert json.load(open("out"))[0]["core-seconds"] == work + 1'
+ok $? 'a rate of ct-merge'
 printf 'p/ct-upsample-%d 10\n' 1 2 3 >took; echo p/ct-merge-1 7 >>took
 [ "$(sim --took took p/plan.json | awk '$1 == "makespan-s" {print $2}')" = 17 ]; ok $? 'with the seconds that its jobs took'
 done_testing

@@ -71,7 +71,7 @@ def size_of(path):
     return os.stat(path).st_size
 
 
-def read_plan(path, first):
+def read_plan(path, first, rate):
     """A file that is not there yet is as large as its job says that it needs on disk."""
     with open(path, encoding="utf-8") as f:
         told = json.load(f)["jobs"]
@@ -83,11 +83,17 @@ def read_plan(path, first):
             return told[maker[name]]["disk-bytes"] or 0
         return size_of(name) if os.path.exists(name) else 0
 
-    return [Job(f"{folder}/{j['name']}", j["threads"], j["seconds"], j["memory-bytes"], sum(map(size, j["inputs"])),
-                sum(map(size, j["outputs"])), [first + maker[i] for i in j["inputs"] if i in maker]) for j in told]
+    def job(j):
+        read, write, seconds = sum(map(size, j["inputs"])), sum(map(size, j["outputs"])), j["seconds"]
+        if seconds is None and rate and os.path.basename(j["command"][0]) == "ct-merge":
+            seconds = (read + write) / rate
+        return Job(f"{folder}/{j['name']}", j["threads"], seconds, j["memory-bytes"], read, write,
+                   [first + maker[i] for i in j["inputs"] if i in maker])
+
+    return [job(j) for j in told]
 
 
-def read_table(path, first):
+def read_table(path, first, _):
     jobs, named = [], {}
     with open(path, encoding="utf-8", newline="") as f:
         for line in csv.DictReader(r for r in f if not r.startswith("#")):
@@ -113,7 +119,7 @@ def read_jobs(a):
             took = {name: float(s) for name, s in (line.split() for line in f)}
     for _ in range(a.copies):
         for path in a.files:
-            jobs += (read_plan if path.endswith(".json") else read_table)(path, len(jobs))
+            jobs += (read_plan if path.endswith(".json") else read_table)(path, len(jobs), a.rate)
     spread = random.Random(f"{a.seed} spread")
     for n, j in enumerate(jobs):
         j.number = n
@@ -358,6 +364,8 @@ def options():
     add("--slack", type=float, default=1, metavar="X",
         help="times the memory that a job takes it asks for: 1; the Snakefile and slurm.py ask for 2")
     add("--unknown", type=float, metavar="S", help="seconds of jobs of which nobody tells")
+    add("--rate", type=number, metavar="BYTES",
+        help="a second, that ct-merge reads and writes, where the plan tells no seconds")
     add("--took", metavar="FILE", help="lines of the name of a job and the seconds that it took")
     add("--kill", type=kill, action="append", default=[], metavar="NODE@S[:S]",
         help="node NODE, from 1, dies at S, and is back at the other")
