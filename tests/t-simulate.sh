@@ -62,6 +62,8 @@ sim --cores 3 --trace trace jobs.csv >out
 printf 'job,node,start,end\r\na,1,0.0,10.0\r\nc,1,0.0,20.0\r\nb,1,10.0,20.0\r\n' | cmp -s trace -; ok $? 'in the order of the queue'
 
 # the scheduler
+table 'a,10,1,7,1G,,,'
+is makespan-s 28 'no more than so many jobs at once' --most 3 --nodes 2
 table 'a,,1,1,1G,,,' 'b,,1,1,1G,,,a' 'c,,1,1,1G,,,b'
 is makespan-s 9 'a job starts late' --latency 2
 is cores-held "$(echo 9 16 | awk '{print $1 / $2 / 9}')" 'and holds its core from then on' --latency 2

@@ -236,8 +236,9 @@ class Cluster:
 
     def look(self):
         """Start what fits, in order."""
-        full, starts, self.looks = set(), self.a.starts or math.inf, False
-        while starts:
+        full, self.looks = set(), False
+        starts = min(self.a.starts or math.inf, (self.a.most or math.inf) - sum(len(n.jobs) for n in self.nodes))
+        while starts > 0:
             best = min(((q[0], d) for d, q in self.queue.items() if q and d not in full), default=None)
             if best is None:
                 break
@@ -248,7 +249,7 @@ class Cluster:
                 continue
             self.start(self.jobs[heapq.heappop(self.queue[demand])], node)
             starts -= 1
-        self.changed = not starts
+        self.changed = starts == 0 and bool(self.a.starts)
 
     def start(self, job, node):
         job.node, job.start, job.phase = node, self.now, 0
@@ -361,6 +362,7 @@ def options():
     add("--latency", type=float, default=0, metavar="S", help="from when a job has its cores to when it reads, 0")
     add("--interval", type=float, default=0, metavar="S", help="between looks of the scheduler; 0: at once")
     add("--starts", type=int, default=0, metavar="N", help="the most that a look starts; 0: any number")
+    add("--most", type=int, default=0, metavar="N", help="jobs at once, as make -jN or Snakemake's --jobs; 0: any number")
     add("--slack", type=float, default=1, metavar="X",
         help="times the memory that a job takes it asks for: 1; the Snakefile and slurm.py ask for 2")
     add("--unknown", type=float, metavar="S", help="seconds of jobs of which nobody tells")
