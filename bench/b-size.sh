@@ -1,7 +1,7 @@
 #!/bin/sh
-# b-size.sh: CPU seconds and peak memory of ct-upsample -m tv --iterations 20 and of ct-restore against the edge of
-# the result, a cube, 4x, one thread, of a scan that is sampled by points (P3 of ct-degrade). From an edge of SLABBED
-# on it is made in slabs of 128 fine voxels, each in MEMORY; their seconds are summed, the peak is of the largest.
+# b-size.sh: CPU seconds and peak memory of ct-upsample -m tv and of ct-restore, 20 iterations of either, against the
+# edge of the result, a cube, 4x, one thread, of a scan that is sampled by points (P3 of ct-degrade). From an edge of
+# SLABBED on it is made in slabs of 128 fine voxels, each in MEMORY; their seconds are summed, the largest peak counts.
 #   make bench BENCH=bench/b-size.sh
 #   SIZES='64 128 256 512' VOLUME=scan.nii.gz TABLE=$PWD/sizes.csv make bench BENCH=bench/b-size.sh
 # The scan is the middle of VOLUME; without one, ellipsoids, of which the prior passes over what is flat, as it does not
@@ -34,24 +34,18 @@ measure() { # measure ROW COMMAND...: a line of TABLE, unless it is there
 	awk -v r="$row" '{printf "%s,%.2f,%d\n", r, $1 + $2, $3}' "$dir/time" >>"$TABLE"
 }
 
-steps() { # the iterations of ct-restore
-	# shellcheck disable=SC2086
-	ct-restore --dry-run --json -q -t 1 $by --tolerance .1 "$dir/scan.nii" "$dir/fine.nii" |
-		sed -n 's/.*"iterations": *\([0-9]*\).*/\1/p'
-}
-
 # shellcheck disable=SC2086
 for n in $SIZES; do
 	scan $((n / 4))
 	if [ "$n" -lt "$SLABBED" ]; then
 		measure "upsample,$n,1,1" ct-upsample $by -m tv --iterations 20 --tolerance 0
-		measure "restore,$n,1,1" ct-restore $by --tolerance .1
+		measure "restore,$n,1,1" ct-restore $by --iterations 20 --tolerance 0
 		continue
 	fi
-	k=1 of=$((n / 128)) iterations=$(steps)
+	k=1 of=$((n / 128))
 	while [ "$k" -le "$of" ]; do
 		measure "upsample,$n,$k,$of" ct-upsample $by -m tv --iterations 20 --brick "$k/$of" --memory "$MEMORY"
-		measure "restore,$n,$k,$of" ct-restore $by --iterations "$iterations" --brick "$k/$of" --memory "$MEMORY"
+		measure "restore,$n,$k,$of" ct-restore $by --iterations 20 --brick "$k/$of" --memory "$MEMORY"
 		k=$((k + 1))
 	done
 done

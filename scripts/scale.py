@@ -84,7 +84,7 @@ def one_scan():
 
 
 def all_scans():
-    print("\n| scan | slabs | TB moved | GB/s | " + " | ".join(f"{n} nodes" for n in NODES) + " |")
+    print("\n| scan | slabs | TB moved | GB/s | " + " | ".join(f"{n} node{'s'[:n > 1]}" for n in NODES) + " |")
     print("|---|---:|---:|---:|" + "---:|" * len(NODES))
     for name in CASES:
         for m in SLABS:
@@ -108,7 +108,7 @@ def what_if():
             ("seconds log-normal, sigma .3", 4, "--spread .3"),
             ("each node dies every 6 hours, and is back in 10 minutes", 4, "--mtbf 21600 --repair 600"),
             ("not divided", 1, ""),
-            ("not divided, and asks for the memory expected, not for twice as much", 1, "--slack 1")):
+            ("not divided, and asks for a quarter more memory than is expected", 1, "--slack 1.25")):
         told = [simulate(name, m, "--copies", str(SCANS), "--nodes", "100", "--bandwidth", "10e9", "--link", "1e9",
                          *options.split())[0] for name in CASES]
         again = f": {told[0]['requeued']} and {told[1]['requeued']} jobs again" if "mtbf" in options else ""
@@ -118,7 +118,7 @@ def what_if():
 def plot(path):
     import matplotlib
     matplotlib.use("svg")
-    matplotlib.rcParams.update({"svg.hashsalt": "ctsr", "font.size": 8})
+    matplotlib.rcParams.update({"svg.hashsalt": "ctsr", "svg.fonttype": "none", "font.size": 8})
     from matplotlib import pyplot
     figure, (left, right) = pyplot.subplots(1, 2, figsize=(8, 3.2))
     nodes = (1, 3, 10, 30, 100, 200)
@@ -143,6 +143,7 @@ def plot(path):
                      label=f"ct-{command}: CPU us a voxel")
         right.loglog(edges, [sizes[command, n][1] / n ** 3 for n in edges], "--", color=colour, marker=".",
                      label=f"ct-{command}: peak bytes a voxel")
+    edges = sorted({n for _, n in sizes})
     right.set(xlabel="edge of the result, voxels (measured)", xticks=edges, xticklabels=edges)
     right.minorticks_off()
     right.legend()

@@ -96,7 +96,7 @@ def read_plan(path, first, rate):
 def read_table(path, first, _):
     jobs, named = [], {}
     with open(path, encoding="utf-8", newline="") as f:
-        for line in csv.DictReader(r for r in f if not r.startswith("#")):
+        for line in csv.DictReader(f):
             def cell(key, kind, default):
                 return kind(line[key]) if line.get(key) else default
 
