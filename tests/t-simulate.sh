@@ -117,6 +117,9 @@ has err '^simulate.py: a: no node has 17 cores' 'in words'
 table 'a,,1,1,1G,,,b'
 exits 1 'after what nobody names' sim jobs.csv
 has err "^simulate.py: jobs.csv: a: after 'b'" 'in words'
+echo '{"jobs": [{"name": "a"}]}' >no.json
+for f in no.json none.json none.csv took; do exits 1 "$f is no plan" sim "$f"; has err "^simulate.py: $f: is neither a plan" 'in words'; done
+for n in 0 -1 a 1,; do exits 2 "--nodes $n" sim --nodes $n jobs.csv; done
 ct-phantom -q --size 32x40x96 ellipsoids hr.nii
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii
 ct-sr -q -t 1 -x 1,1,4 -Q draft --plan p --jobs 3 thick.nii out.nii

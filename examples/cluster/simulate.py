@@ -60,7 +60,10 @@ def numbers(text):
 
 
 def counts(text):
-    return [int(t) for t in text.split(",")]
+    values = [int(t) for t in text.split(",")]
+    if min(values) < 1:
+        raise ValueError
+    return values
 
 
 # Jobs: of plans, of tables.
@@ -96,7 +99,10 @@ def read_plan(path, first, rate):
 def read_table(path, first, _):
     jobs, named = [], {}
     with open(path, encoding="utf-8", newline="") as f:
-        for line in csv.DictReader(f):
+        lines = csv.DictReader(f)
+        if "name" not in (lines.fieldnames or ()):
+            raise ValueError("no column 'name'")
+        for line in lines:
             def cell(key, kind, default):
                 return kind(line[key]) if line.get(key) else default
 
@@ -119,7 +125,10 @@ def read_jobs(a):
             took = {name: float(s) for name, s in (line.split() for line in f)}
     for _ in range(a.copies):
         for path in a.files:
-            jobs += (read_plan if path.endswith(".json") else read_table)(path, len(jobs), a.rate)
+            try:
+                jobs += (read_plan if path.endswith(".json") else read_table)(path, len(jobs), a.rate)
+            except (OSError, KeyError, TypeError, ValueError) as e:
+                fail(f"{path}: is neither a plan nor a table of jobs: {e!r}")
     spread = random.Random(f"{a.seed} spread")
     for n, j in enumerate(jobs):
         j.number = n
