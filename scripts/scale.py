@@ -144,9 +144,9 @@ def plot(path):
         right.loglog(edges, [sizes[command, n][1] / n ** 3 for n in edges], "--", color=colour, marker=".",
                      label=f"ct-{command}: peak bytes a voxel")
     edges = sorted({n for _, n in sizes})
-    right.set(xlabel="edge of the result, voxels (measured)", xticks=edges, xticklabels=edges)
+    right.set(xlabel="edge of the result, voxels (measured)", xticks=edges, xticklabels=edges, ylim=(.02, 5000))
     right.minorticks_off()
-    right.legend()
+    right.legend(loc="upper right")
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
 
