@@ -72,10 +72,11 @@ exits 2 'no part' ct-merge x.nii
 
 # views
 ct-project -q --views 6 --pitch 8 --det 16x16 hr.nii in.exr
-d() { ct-ddnm -q -f --steps 2 --samples 2 -x 2 -p "$builddir/prior.safetensors" "$@"; }
+d() { ct-ddnm -f --steps 2 --samples 2 -x 2 -p "$builddir/prior.safetensors" "$@"; }
 d --std wstd.exr in.exr whole.exr; ok $? 'all views'
-d --views 0:4 --std std1.exr in.exr a.exr && d --views 4:6 -t 1 --std std2.exr in.exr b.exr; ok $? 'two parts'
+d -v --views 0:4 --std std1.exr in.exr a.exr 2>err && d --views 4:6 -t 1 --std std2.exr in.exr b.exr; ok $? 'two parts'
 [ "$(ct-info --json a.exr | tr -d ' \n' | sed 's/.*"views":\([0-9]*\).*/\1/')" = 4 ]; ok $? 'of as many'
+has err '^ct-ddnm: 4 of 6 views are to be made$' 'and no others are made'
 exits 0 'joined' ct-merge b.exr a.exr merged.exr
 ct-merge -q std1.exr std2.exr mstd.exr
 [ "$(hash merged.exr)" = "$(hash whole.exr)" ]; ok $? 'the same values'
