@@ -34,6 +34,18 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 /* What is expected may be somewhat more in the end. */
 #define SPARE 1.1
 
+static void most_of(char own[static 32], double bytes)
+{
+	snprintf(own, 32, "%.0fM", fmax(floor(SHARE * bytes / MIB), 1));
+}
+
+static void warn(const char *text, double need, double bytes, const struct ct_env *env)
+{
+	ct_log(env, CT_WARN,
+		"takes %.0f MiB of memory, and %.0f are free: --memory %s, the rest in files",
+		ceil(need / MIB), floor(bytes / MIB), text);
+}
+
 const char *ct_memory_choose(
 	char own[static 32], const char *given, double need, const struct ct_env *env)
 {
@@ -47,17 +59,15 @@ const char *ct_memory_choose(
 		return NULL;
 	if (given || is_free)
 		return given;
-	snprintf(own, 32, "%.0fM", fmax(floor(SHARE * bytes / MIB), 1));
-	ct_log(env, CT_WARN,
-		"takes %.0f MiB of memory, and %.0f are free: --memory %s, the rest in files",
-		ceil(need / MIB), floor(bytes / MIB), own);
+	most_of(own, bytes);
+	warn(own, need, bytes, env);
 	return own;
 }
 
 int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 {
-	const char *tmp = getenv("TMPDIR"), *slash = strrchr(out, '/');
-	size_t bytes;
+	const char *tmp = getenv("TMPDIR"), *slash;
+	size_t bytes, length = strlen(out);
 	char *dir;
 	int rc;
 
@@ -65,6 +75,9 @@ int ct_memory_open(const char *text, const char *out, struct ct_err *e)
 		return 0;
 	if (ct_memory_bytes(&bytes, text, e))
 		return -1;
+	while (length > 1 && out[length - 1] == '/') /* a folder that is to be */
+		length--;
+	slash = memrchr(out, '/', length);
 	dir = strcmp(out, "-") == 0 ? strdup(tmp && *tmp ? tmp : "/tmp")
 	      : slash               ? strndup(out, (size_t)(slash - out) + 1)
 				    : strdup(".");
@@ -85,6 +98,43 @@ int ct_memory_check(const char *text, const size_t n[static 3], double fixed,
 	return (double)bytes >= least ? 0
 				      : ct_fail(e, CT_ENOMEM, "--memory %s: this takes %.0fM", text,
 						ceil(least / MIB));
+}
+
+int ct_memory_begin(
+	struct ct_memory *m, const char *given, const char *out, double times, struct ct_err *e)
+{
+	const double bytes = ct_memory_free("");
+	size_t most;
+
+	*m = (struct ct_memory){.given = given, .text = given, .out = out};
+	m->enough = bytes > 0 ? bytes : (double)INFINITY;
+	if (given) {
+		if (ct_memory_bytes(&most, given, e))
+			return -1;
+		m->enough = fmin(m->enough, ((double)most - CT_MEMORY_BASE) / SPARE);
+	} else if (bytes > 0) {
+		most_of(m->own, bytes);
+		m->text = m->own;
+	}
+	if (ct_memory_open(m->text, out, e))
+		return -1;
+	if (m->text)
+		ct_room_await(times, m->enough);
+	return 0;
+}
+
+int ct_memory_settle(const struct ct_memory *m, double need, const size_t n[static 3], double fixed,
+	const struct ct_env *env, struct ct_err *e)
+{
+	if (need <= m->enough && !ct_room_is_open()) {
+		ct_room_close();
+		return 0;
+	}
+	if (!m->text || ct_memory_open(m->text, m->out, e))
+		return m->text ? -1 : 0;
+	if (!m->given)
+		warn(m->text, need, m->enough, env);
+	return ct_memory_check(m->text, n, fixed, env, e);
 }
 
 void ct_memory_cost(double *memory, double *disk, double bytes, const char *text)
