@@ -143,6 +143,7 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 			(from->look && from->look(from->ctx, k, e)))
 			goto out;
 		ct_progress(env, "reading", k + 1, l->n[2]);
+		ct_room_trim();
 	}
 	rc = 0;
 out:
