@@ -15,9 +15,9 @@ fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
 .PHONY: check-long fuzz
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
-	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
+	tests/long/memory.sh tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
-EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
+EXTRA_DIST += tests/tap.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 check_PROGRAMS += tests/t-containers tests/t-difference tests/t-frames tests/t-free tests/t-upsample tests/t-tv-steps
@@ -267,4 +267,4 @@ dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
 check_PROGRAMS += tests/t-room
 tests_t_room_SOURCES = tests/t-room.c
-dist_check_SCRIPTS += tests/t-memory.sh
+dist_check_SCRIPTS += tests/t-memory.sh tests/t-memory-tools.sh

@@ -36,7 +36,7 @@ ct-restore --prior=SLICES.safetensors -x1,1,4.5 --estimate --tolerance=0.1@lr.ni
 EOF
 plan 'voxels that are aimed at, a box, the operator, memory' -Q draft --spacing .5,.5,1 --crop auto --sigma 2 --decimate mean \
 	--noise 3.5 --memory 2G lr.nii o.nii <<'EOF'
-ct-convert lr.nii@lr.nii --crop=auto
+ct-convert lr.nii@lr.nii --memory=2G --crop=auto
 ct-upsample --spacing=.5,.5,1 --memory=2G --sigma=2 --decimate=mean --noise=3.5 --tolerance=1@lr.nii o.nii
 EOF
 plan 'and of fast' --spacing 1 --sigma 2 lr.nii o.nii <<'EOF'

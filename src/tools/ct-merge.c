@@ -35,6 +35,7 @@ struct job {
 	struct ct_part *part;
 	struct ct_meta *said; /* of each part */
 	char *run;
+	struct ct_memory memory;
 };
 
 static float *values(const struct ct_any *a, size_t *n)
@@ -89,15 +90,24 @@ static int begin(struct job *j, const struct ct_any *a, const struct ct_part *p,
 	j->run = strdup(ct_meta_get(m, CT_META_PART_RUN));
 	if (!j->run)
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (a->kind == CT_KIND_STACK) {
-		if (ct_stack_alloc(&w->stack, p->of, a->stack.h, a->stack.w, e))
+	if (stack) {
+		const double view = (double)a->stack.h * (double)a->stack.w;
+
+		if (ct_memory_settle(&j->memory, 4 * view * (double)(p->of + a->stack.views),
+			    (const size_t[]){a->stack.w, a->stack.h, 1}, 4 * view * (double)p->of,
+			    j->env, e) ||
+			ct_stack_alloc(&w->stack, p->of, a->stack.h, a->stack.w, e))
 			return -1;
 		w->stack.beam = a->stack.beam;
 		return ct_meta_copy(&w->stack.meta, m, e);
 	}
 	memcpy(n, a->vol.n, sizeof n);
 	n[p->axis] = p->of;
-	if (ct_vol_alloc(&w->vol, n, e))
+	if (ct_memory_settle(&j->memory,
+		    4 * ((double)n[0] * (double)n[1] * (double)n[2] +
+				(double)ct_vol_count(&a->vol)),
+		    n, 0, j->env, e) ||
+		ct_vol_alloc(&w->vol, n, e))
 		return -1;
 	whole_affine(w->vol.affine, &a->vol, p);
 	return ct_meta_copy(&w->vol.meta, m, e);
@@ -136,8 +146,11 @@ static void enter(struct job *j, const struct ct_any *a, const struct ct_part *p
 	if (a->kind == CT_KIND_STACK) {
 		memcpy(w->stack.view + p->from, a->stack.view,
 			a->stack.views * sizeof *a->stack.view);
-		memcpy(ct_stack_view(&w->stack, p->from), a->stack.data,
-			ct_stack_count(&a->stack) * sizeof *a->stack.data);
+		for (size_t k = 0; k < a->stack.views; k++) {
+			memcpy(ct_stack_view(&w->stack, p->from + k), ct_stack_view(&a->stack, k),
+				a->stack.h * a->stack.w * sizeof *a->stack.data);
+			ct_room_trim();
+		}
 		return;
 	}
 	for (size_t k = 0; k < a->vol.n[2]; k++) {
@@ -223,7 +236,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (j.p->files.n < 2)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
-	if (ct_memory_open(j.p->memory, j.p->files.v[n], e))
+	/* the whole, and one of its parts at a time */
+	if (ct_memory_begin(&j.memory, j.p->memory, j.p->files.v[n], (double)n + 1, e))
 		return -1;
 	j.part = calloc(n, sizeof *j.part);
 	j.said = calloc(n, sizeof *j.said);

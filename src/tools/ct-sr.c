@@ -242,6 +242,11 @@ static int add_ddnm(struct ct_chain *c, const struct sr *p, const struct preset 
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
 
+static int add_memory(struct ct_chain *c, const struct sr *p, struct ct_err *e)
+{
+	return p->memory ? ct_chain_word(c, e, "--memory=%s", p->memory) : 0;
+}
+
 /* What is said of how IN was made; the rest is measured. */
 static int add_operator(
 	struct ct_chain *c, const struct sr *p, const struct preset *q, struct ct_err *e)
@@ -263,7 +268,7 @@ static int add_refine(struct ct_chain *c, const struct sr *p, const struct prese
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
 		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
 			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : FACTOR)) ||
-		(p->memory && ct_chain_word(c, e, "--memory=%s", p->memory)))
+		add_memory(c, p, e))
 		return -1;
 	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
 		return -1;
@@ -279,6 +284,7 @@ static int add_dicom(
 	if (f->result == f->out)
 		return 0;
 	return ct_chain_add(c, e, false, f->out, "ct-convert", "--units=hu", NULL) ||
+			       add_memory(c, p, e) ||
 			       (known && ct_chain_word(c, e, "--template=%s", f->in)) ||
 			       (known && p->series &&
 				       ct_chain_word(c, e, "--series=%s", p->series)) ||
@@ -295,6 +301,7 @@ static int add_convert(
 	const enum ct_units units = ct_units_said();
 
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
+		add_memory(c, p, e) ||
 		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
 		(units != CT_UNITS_AUTO &&
 			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
