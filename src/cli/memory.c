@@ -123,7 +123,7 @@ int ct_memory_begin(
 	return 0;
 }
 
-int ct_memory_settle(const struct ct_memory *m, double need, const size_t n[static 3], double fixed,
+int ct_memory_settle(struct ct_memory *m, double need, const size_t n[static 3], double fixed,
 	const struct ct_env *env, struct ct_err *e)
 {
 	if (need <= m->enough && !ct_room_is_open()) {
@@ -132,8 +132,9 @@ int ct_memory_settle(const struct ct_memory *m, double need, const size_t n[stat
 	}
 	if (!m->text || ct_memory_open(m->text, m->out, e))
 		return m->text ? -1 : 0;
-	if (!m->given)
+	if (!m->given && !m->told)
 		warn(m->text, need, m->enough, env);
+	m->told = true;
 	return ct_memory_check(m->text, n, fixed, env, e);
 }
 

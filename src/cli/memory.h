@@ -29,6 +29,7 @@ struct ct_memory {
 	const char *given, *text, *out;
 	char own[32];
 	double enough; /* bytes that need no room */
+	bool told;     /* that there is one which nobody asked for */
 };
 
 /* A room, from the first volume on if `times` as much as that does not fit: what is `given`, or
@@ -37,7 +38,7 @@ int ct_memory_begin(
 	struct ct_memory *m, const char *given, const char *out, double times, struct ct_err *e);
 /* When it is known what all volumes take: a room, if that does not fit, with a warning if none was
  * asked for. CT_ENOMEM as ct_memory_check. */
-int ct_memory_settle(const struct ct_memory *m, double need, const size_t n[static 3], double fixed,
+int ct_memory_settle(struct ct_memory *m, double need, const size_t n[static 3], double fixed,
 	const struct ct_env *env, struct ct_err *e);
 /* Open a room of `text`, if it is not open; nothing if it is NULL. CT_EUSAGE for another word. */
 int ct_memory_open(const char *text, const char *out, struct ct_err *e);

@@ -68,13 +68,12 @@ static int iso_taps(
 	return rc;
 }
 
-int convert_iso(
-	struct ct_vol *v, const struct convert *p, const struct ct_env *env, struct ct_err *e)
+int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct ct_separable s = {0};
 	struct ct_taps t[3] = {{0}};
 	struct ct_vol w = {0};
-	const double mm = p->iso;
 	double old[3], start[3], count = 1;
 	size_t m[3];
 	int rc = -1;
@@ -95,7 +94,7 @@ int convert_iso(
 			goto out;
 	}
 	count = 4 * ((double)ct_vol_count(v) + 3 * fmax(count, (double)ct_vol_count(v)));
-	if (ct_memory_settle(&p->room, count, m, 0, env, e) || ct_vol_alloc(&w, m, e) ||
+	if (ct_memory_settle(memory, count, m, 0, env, e) || ct_vol_alloc(&w, m, e) ||
 		ct_separable_plan(&s, t, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);

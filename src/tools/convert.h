@@ -51,8 +51,8 @@ int convert_radiograph(const struct convert *p, const struct ct_vol *v, const st
 	struct ct_err *e);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
-int convert_iso(
-	struct ct_vol *v, const struct convert *p, const struct ct_env *env, struct ct_err *e);
+int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
+	struct ct_err *e);
 /* "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE. */
 int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e);
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);

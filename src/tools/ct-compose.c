@@ -79,7 +79,7 @@ static double volumes_of(const struct params *p)
 }
 
 /* The same field on voxels of mm: cells of the new grid begin where those of the old do. */
-static int regrid(struct ct_vol *v, const struct params *p, const struct ct_memory *memory,
+static int regrid(struct ct_vol *v, const struct params *p, struct ct_memory *memory,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double mm = p->spacing;

@@ -184,7 +184,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_memory_begin(&own.room, p->memory, p->out, volumes_of(p), e) ||
 		convert_read(p, &v, env, e) ||
 		ct_memory_settle(
-			&p->room, 4 * volumes_of(p) * (double)ct_vol_count(&v), v.n, 0, env, e) ||
+			&own.room, 4 * volumes_of(p) * (double)ct_vol_count(&v), v.n, 0, env, e) ||
 		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
 	if (p->radiograph) {
@@ -195,7 +195,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(p->crop && convert_crop(&v, p->crop, env, e)) ||
-		(!isnan(p->iso) && convert_iso(&v, p, env, e)) ||
+		(!isnan(p->iso) && convert_iso(&v, p->iso, &own.room, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;

@@ -224,7 +224,7 @@ static int coarser(struct ct_stack *out, const struct ct_stack *fine, size_t s, 
 }
 
 /* The bytes of an EXR file lie in memory before they are written. */
-static int settle_memory(const struct ct_memory *m, double volumes, const struct ct_vol *in,
+static int settle_memory(struct ct_memory *m, double volumes, const struct ct_vol *in,
 	const struct ct_stack *fine, const struct ct_stack *coarse, const struct ct_env *env,
 	struct ct_err *e)
 {

@@ -104,7 +104,7 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 }
 
 /* The files are what takes it. */
-static int settle_memory(const struct ct_memory *m, const struct ct_any *a, size_t n,
+static int settle_memory(struct ct_memory *m, const struct ct_any *a, size_t n,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t view[3] = {a->stack.w, a->stack.h, 1};
