@@ -2,7 +2,7 @@
 # b-dicom.sh: CPU seconds, seconds and peak memory (of the largest process) of ct-convert, dcm2niix and dicomtonifti
 # (Debian: vtk-dicom-tools), DICOM to NIfTI that is not compressed, in turn, A B C A B C: 95 slices of 512x512
 # numbers of 16 bits, as they are and compressed by gdcmconv, and the ratio to the faster of the others.
-# The volume is 50 MB as it is stored and 100 MB as floats, which ct-convert and dicomtonifti hold.
+# The volume is 50 MB as it is stored, which dcm2niix holds, and 100 MB as floats, which dicomtonifti holds.
 set -e
 for PY in python3 /usr/bin/python3; do "$PY" -c 'import numpy, pydicom' 2>/dev/null && break; PY=; done
 [ -n "$PY" ] && [ -x /usr/bin/time ] || { echo 'b-dicom.sh: skipped: no pydicom or time'; exit 0; }
@@ -48,11 +48,11 @@ def run(cmd):
         if f.endswith((".nii", ".json")):
             os.remove(f)
     t = time.monotonic()
-    subprocess.run(["/usr/bin/time", "-o", "time", "-f", "%U %S %M"] + cmd, check=True, stdout=subprocess.DEVNULL,
-                   stderr=subprocess.DEVNULL)
-    t = time.monotonic() - t
-    user, system, kib = map(float, open("time").read().split())
-    return user + system, t, kib / 1024
+    p = subprocess.Popen(["/usr/bin/time", "-o", "kib", "-f", "%M"] + cmd, stdout=subprocess.DEVNULL,
+                         stderr=subprocess.DEVNULL)  # whose memory is not that of this process
+    _, status, used = os.wait4(p.pid, 0)
+    assert status == 0, cmd
+    return used.ru_utime + used.ru_stime, time.monotonic() - t, int(open("kib").read()) / 1024
 
 tools = {"ct-convert": lambda s: ["ct-convert", s, "o.nii"],
          "dcm2niix": lambda s: ["dcm2niix", "-z", "n", "-f", "o", "-o", ".", s],
@@ -74,7 +74,7 @@ for name, way in ways.items():
             got[t].append(run(c(folder)))
     for t in tools:
         m = np.median(got[t], axis=0)
-        print("%-14s %-13s %5.2f CPU s %6.2f s %5.0f MB" % (name, t, m[0], m[1], m[2]), end="")
+        print("%-14s %-13s %6.3f CPU s %6.3f s %5.0f MB" % (name, t, m[0], m[1], m[2]), end="")
         if t != "ct-convert" or len(tools) == 1:
             print()
             continue

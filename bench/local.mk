@@ -26,7 +26,7 @@ bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
 BENCH_SH += bench/b-metrics.sh
 bench: bench/metrics-calls
 BENCH_SH += bench/b-fdk.sh
-BENCH_SH += bench/b-upsample.sh
+BENCH_SH += bench/b-upsample.sh bench/b-size.sh
 BENCH_SH += bench/b-dicom.sh
 EXTRA_PROGRAMS += bench/b-gs
 bench_b_gs_SOURCES = bench/b-gs.c bench/gs-limit.h bench/gs-plain.c bench/gs-plain.h bench/bench.h

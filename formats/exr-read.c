@@ -14,6 +14,7 @@
 #include "core/inflate.h"
 #include "formats/io.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -450,6 +451,7 @@ static int read_all(struct reader *d, struct ct_stack *s)
 		if (part_size(d, &d->part[k], &h, &w, &y0) ||
 			get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w, y0))
 			return -1;
+		ct_room_trim();
 	}
 	return 0;
 }
@@ -474,9 +476,7 @@ int ct_bytes_read_exr(
 	if (n < 4 || memcmp(data, "\x76\x2f\x31\x01", 4) != 0)
 		ct_fail(e, CT_EINPUT, "%s: not an OpenEXR file", name);
 	else if (open_file(&d) == 0)
-		rc = read_all(&d, s);
-	if (rc == 0)
-		rc = sign(s, name, e);
+		rc = read_all(&d, s) || sign(s, name, e) ? -1 : 0;
 	if (d.c)
 		exr_finish(&d.c);
 	free(d.part);

@@ -1,10 +1,13 @@
 /* hash.c: see hash.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "formats/hash-impl.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+enum { MANY = 1 << 20 }; /* bytes between two looks at the memory */
 
 int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
 {
@@ -44,7 +47,13 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	if (ct_hash_alloc(&h, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
-		CT_SIMD(ct_hash_add)(h, piece[i].data, piece[i].bytes);
+		for (size_t at = 0, left = piece[i].bytes; left > 0; at += MANY) {
+			const size_t some = left < MANY ? left : MANY;
+
+			CT_SIMD(ct_hash_add)(h, (const char *)piece[i].data + at, some);
+			left -= some;
+			ct_room_trim();
+		}
 	rc = ct_hash_input(h, m, path, e);
 	free(h);
 	return rc;

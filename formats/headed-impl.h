@@ -6,6 +6,7 @@
 struct ct_headed {
 	size_t bytes;         /* of all fields */
 	struct ct_meta field; /* of the header; NRRD's names in small letters, without blanks */
+	size_t axes;          /* of space: 3, or 2 of one plane */
 	size_t n[3];
 	double affine[3][4]; /* RAS+ */
 	bool placed;
@@ -41,12 +42,13 @@ int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char
  */
 int ct_headed_numbers(
 	const struct ct_headed *h, const char *key, size_t n, double *x, struct ct_err *e);
-/* Exactly three counts from 1 on. */
-int ct_headed_sizes(struct ct_headed *h, const char *key, struct ct_err *e);
+/* Exactly `dims` counts from 1 on, up to 4, those behind the axes of space single. */
+int ct_headed_sizes(struct ct_headed *h, const char *key, size_t dims, struct ct_err *e);
 /* The field's type, of n that have a name. */
 int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_headed_type *types,
 	size_t n, struct ct_err *e);
-/* The affine: axis d runs by step[d], in mm of a space whose axes run along RAS as `sign` says. */
+/* The affine: axis d runs by step[d], in mm of a space whose axes run along RAS as `sign` says; of
+ * one plane the third is 1 mm at right angles to it. */
 void ct_headed_place(
 	struct ct_headed *h, const double step[3][3], const double origin[3], const double sign[3]);
 /* The file of the voxels: CT_EINPUT unless it is the name of one that can lie beside a header. */

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <strings.h>
 
+enum { DIMS = 4 }; /* that are read at most */
+
 int ct_headed_mha_fields(
 	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e)
 {
@@ -58,27 +60,41 @@ static int must_be(const struct ct_headed *h, const char *key, const char *word,
 	return ct_fail(e, CT_EINPUT, "%s: '%.40s' is not read here, only %s", key, s, word);
 }
 
-static int parse_place(struct ct_headed *h, struct ct_err *e)
+static int parse_place(struct ct_headed *h, size_t dims, struct ct_err *e)
 {
 	static const double lps[3] = {-1, -1, 1};
 	const char *matrix = one_of(h, "TransformMatrix", "Rotation", "Orientation");
 	const char *offset = one_of(h, "Offset", "Position", "Origin");
 	const char *spacing = one_of(h, "ElementSpacing", "ElementSize", "ElementSpacing");
-	double step[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, origin[3] = {0, 0, 0}, mm[3];
-	int turned = ct_headed_numbers(h, matrix, 9, step[0], e);
-	int moved = turned < 0 ? -1 : ct_headed_numbers(h, offset, 3, origin, e);
-	int sized = moved < 0 ? -1 : ct_headed_numbers(h, spacing, 3, mm, e);
+	double turn[DIMS * DIMS], step[3][3] = {{0}}, origin[DIMS] = {0}, mm[DIMS];
+	int turned = ct_headed_numbers(h, matrix, dims * dims, turn, e);
+	int moved = turned < 0 ? -1 : ct_headed_numbers(h, offset, dims, origin, e);
+	int sized = moved < 0 ? -1 : ct_headed_numbers(h, spacing, dims, mm, e);
 
 	if (sized)
 		return sized < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no ElementSpacing");
-	for (int d = 0; d < 3; d++) {
+	for (size_t d = 0; d < h->axes; d++) {
 		if (!(mm[d] > 0))
 			return ct_fail(e, CT_EGEOM, "%s: %g is no distance", spacing, mm[d]);
-		for (int r = 0; r < 3; r++)
-			step[d][r] *= mm[d];
+		for (size_t r = 0; r < h->axes; r++)
+			step[d][r] = mm[d] * (turned ? d == r : turn[d * dims + r]);
 	}
-	h->placed = !turned || !moved;
+	h->placed = h->axes == 3 && (!turned || !moved); /* two numbers are no place in space */
 	ct_headed_place(h, (const double(*)[3])step, origin, lps);
+	return 0;
+}
+
+/* NDims, 3 if it does not say: of 4 the last is none of space. */
+static int parse_dims(struct ct_headed *h, size_t *dims, struct ct_err *e)
+{
+	double n = 3;
+
+	if (ct_headed_numbers(h, "NDims", 1, &n, e) < 0)
+		return -1;
+	if (n != 2 && n != 3 && n != DIMS)
+		return ct_fail(e, CT_EINPUT, "NDims: %g is not read here, only 2 to %d", n, DIMS);
+	*dims = (size_t)n;
+	h->axes = *dims == 2 ? 2 : 3;
 	return 0;
 }
 
@@ -106,20 +122,20 @@ int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
 		{"MET_SHORT", CT_V_I16}, {"MET_USHORT", CT_V_U16}, {"MET_INT", CT_V_I32},
 		{"MET_UINT", CT_V_U32}, {"MET_LONG_LONG", CT_V_I64}, {"MET_ULONG_LONG", CT_V_U64},
 		{"MET_FLOAT", CT_V_F32}, {"MET_DOUBLE", CT_V_F64}};
-	static const char *const only[][2] = {{"ObjectType", "Image"}, {"NDims", "3"},
-		{"BinaryData", "True"}, {"ElementNumberOfChannels", "1"},
-		{"ElementToIntensityFunctionSlope", "1"},
+	static const char *const only[][2] = {{"ObjectType", "Image"}, {"BinaryData", "True"},
+		{"ElementNumberOfChannels", "1"}, {"ElementToIntensityFunctionSlope", "1"},
 		{"ElementToIntensityFunctionOffset", "0"}};
 	const char *units = ct_headed_get(h, "DistanceUnits");
+	size_t dims = 0;
 
 	for (size_t i = 0; i < sizeof only / sizeof *only; i++)
 		if (must_be(h, only[i][0], only[i][1], e))
 			return -1;
 	if (units && strcmp(units, "?") != 0 && must_be(h, "DistanceUnits", "mm", e))
 		return -1;
-	if (ct_headed_sizes(h, "DimSize", e) ||
+	if (parse_dims(h, &dims, e) || ct_headed_sizes(h, "DimSize", dims, e) ||
 		ct_headed_number_type(h, "ElementType", types, sizeof types / sizeof *types, e) ||
-		parse_place(h, e) || parse_file(h, e))
+		parse_place(h, dims, e) || parse_file(h, e))
 		return -1;
 	h->stored.swap = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB",
 					    NULL)) != ct_voxel_host_is_big();

@@ -7,6 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { KINDS = 3 };
+static const char *const kinds[KINDS] = {"domain", "space", "???"}; /* of an axis of space */
+
 /* Small letters, no blanks. */
 static void normalise(char *key)
 {
@@ -54,6 +57,98 @@ int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struc
 	return ct_fail(e, CT_EINPUT, "truncated header: no empty line ends it");
 }
 
+/* Entry k of a list with one for each axis, a word, "text" or (vector), and its length; or NULL. */
+static const char *entry(const struct ct_headed *h, const char *key, size_t k, size_t *n)
+{
+	const char *s = ct_headed_get(h, key);
+
+	for (*n = 0; s && *(s += strspn(s, " \t")); s += *n) {
+		const char *end = *s == '('   ? strchr(s, ')')
+				  : *s == '"' ? strchr(s + 1, '"')
+					      : NULL;
+
+		*n = end ? (size_t)(end - s) + 1 : strcspn(s, " \t");
+		if (k-- == 0)
+			return s;
+	}
+	return NULL;
+}
+
+static bool is_entry(const struct ct_headed *h, const char *key, size_t k, const char *word)
+{
+	size_t n;
+	const char *s = entry(h, key, k, &n);
+
+	return s && n == strlen(word) && strncmp(s, word, n) == 0;
+}
+
+/* Is the axis none of space? */
+static bool is_other(const struct ct_headed *h, size_t k)
+{
+	size_t n;
+
+	if (is_entry(h, "spacedirections", k, "none"))
+		return true;
+	if (!entry(h, "kinds", k, &n))
+		return false;
+	for (size_t i = 0; i < KINDS; i++)
+		if (is_entry(h, "kinds", k, kinds[i]))
+			return false;
+	return true;
+}
+
+/* As if the axis were not there, which has to be single. */
+static int leave_out(struct ct_headed *h, size_t k, struct ct_err *e)
+{
+	static const char *const lists[] = {
+		"sizes", "kinds", "spacings", "spacedirections", "units"};
+	size_t n;
+
+	if (!is_entry(h, "sizes", k, "1"))
+		return ct_fail(e, CT_EINPUT,
+			"sizes: axis %zu is none of space and not single: only one volume a file is "
+			"read",
+			k + 1);
+	for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+		const char *all = ct_headed_get(h, lists[i]), *s = entry(h, lists[i], k, &n);
+		char *rest = NULL;
+		int rc;
+
+		if (!s)
+			continue;
+		if (asprintf(&rest, "%.*s%s", (int)(s - all), all, s + n) < 0)
+			return ct_fail(e, CT_ENOMEM, "no memory for a header");
+		rc = ct_meta_set(&h->field, lists[i], rest, e);
+		free(rest);
+		if (rc)
+			return -1;
+	}
+	h->axes--;
+	return 0;
+}
+
+/* Those of space, 2 or 3. */
+static int parse_axes(struct ct_headed *h, struct ct_err *e)
+{
+	double dimension;
+	int rc = ct_headed_numbers(h, "dimension", 1, &dimension, e);
+	size_t other = 0;
+
+	if (rc)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no dimension");
+	if (dimension != 2 && dimension != 3 && dimension != 4)
+		return ct_fail(
+			e, CT_EINPUT, "dimension: %g is not read here, only 2 to 4", dimension);
+	h->axes = (size_t)dimension;
+	while (other < h->axes && !is_other(h, other))
+		other++;
+	if (other == h->axes && h->axes == 4)
+		other = 3;
+	if (other < h->axes && leave_out(h, other, e))
+		return -1;
+	return h->axes >= 2 ? 0 : ct_fail(e, CT_EINPUT, "dimension: only one of them is of space");
+}
+
 /* All words of a list, quoted or not, among those allowed? */
 static int all_words(const struct ct_headed *h, const char *key, const char *const *allowed,
 	size_t n, struct ct_err *e)
@@ -95,20 +190,23 @@ static int parse_space(const char *space, double sign[3], struct ct_err *e)
 static int parse_place(struct ct_headed *h, struct ct_err *e)
 {
 	const char *space = ct_headed_get(h, "space");
-	double step[3][3] = {{0}}, origin[3] = {0}, sign[3] = {1, 1, 1}, mm[3];
+	double by[9], step[3][3] = {{0}}, origin[3] = {0}, sign[3] = {1, 1, 1}, mm[3];
+	const size_t own = space ? 3 : h->axes; /* numbers of a direction */
 	int rc;
 
 	if (space && parse_space(space, sign, e))
 		return -1;
-	rc = ct_headed_numbers(h, "spacedirections", 9, step[0], e);
-	if (rc == 0 && !space)
+	rc = ct_headed_numbers(h, "spacedirections", h->axes * own, by, e);
+	if (rc == 0 && own == 3 && !space)
 		return ct_fail(e, CT_EINPUT,
 			"space directions without a space: where its axes run is not known");
-	if (rc == 0)
-		rc = ct_headed_numbers(h, "spaceorigin", 3, origin, e);
-	else if (rc > 0) {
-		rc = ct_headed_numbers(h, "spacings", 3, mm, e);
-		for (int d = 0; d < 3 && rc == 0; d++) {
+	if (rc == 0) {
+		for (size_t d = 0; d < h->axes; d++)
+			memcpy(step[d], by + d * own, own * sizeof *by);
+		rc = ct_headed_numbers(h, "spaceorigin", own, origin, e);
+	} else if (rc > 0) {
+		rc = ct_headed_numbers(h, "spacings", h->axes, mm, e);
+		for (size_t d = 0; d < h->axes && rc == 0; d++) {
 			if (!(mm[d] > 0))
 				return ct_fail(e, CT_EGEOM, "spacings: %g is no distance", mm[d]);
 			step[d][d] = mm[d];
@@ -117,7 +215,7 @@ static int parse_place(struct ct_headed *h, struct ct_err *e)
 			return ct_fail(e, CT_EINPUT, "has neither space directions nor spacings");
 	} else
 		return -1;
-	h->placed = rc == 0 && ct_headed_get(h, "spacedirections");
+	h->placed = rc == 0 && space && ct_headed_get(h, "spacedirections");
 	ct_headed_place(h, (const double(*)[3])step, origin, sign);
 	return rc < 0 ? -1 : 0;
 }
@@ -176,18 +274,12 @@ int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
 		{"ulonglong", CT_V_U64}, {"unsigned long long", CT_V_U64},
 		{"unsigned long long int", CT_V_U64}, {"uint64", CT_V_U64}, {"uint64_t", CT_V_U64},
 		{"float", CT_V_F32}, {"double", CT_V_F64}};
-	static const char *const kinds[] = {"domain", "space", "???"}, *const mm[] = {"mm"};
-	double dimensions;
-	int rc = ct_headed_numbers(h, "dimension", 1, &dimensions, e);
+	static const char *const mm[] = {"mm"};
 
-	if (rc)
-		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no dimension");
-	if (dimensions != 3)
-		return ct_fail(e, CT_EINPUT, "dimension: %g is not read here, only 3", dimensions);
-	if (all_words(h, "kinds", kinds, 3, e) || all_words(h, "spaceunits", mm, 1, e) ||
-		all_words(h, "units", mm, 1, e))
+	if (parse_axes(h, e) || all_words(h, "kinds", kinds, KINDS, e) ||
+		all_words(h, "spaceunits", mm, 1, e) || all_words(h, "units", mm, 1, e))
 		return -1;
-	return ct_headed_sizes(h, "sizes", e) ||
+	return ct_headed_sizes(h, "sizes", h->axes, e) ||
 			       ct_headed_number_type(
 				       h, "type", types, sizeof types / sizeof *types, e) ||
 			       parse_order(h, e) || parse_place(h, e) || parse_file(h, e)

@@ -152,16 +152,14 @@ static int put_voxels(struct ct_sink *s, struct what *w, const struct ct_env *en
 
 /* Now that it is known how many bytes came of the voxels, in the place of the header before them.
  */
-static int mend_header(struct ct_sink *s, const struct what *w, const char *path, struct ct_err *e)
+static int mend_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
 {
 	char *text;
 	size_t n;
 	int rc = make_header(&text, &n, w, e);
 
-	if (rc == 0 && fseeko(s->out.f, 0, SEEK_SET) != 0)
-		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
 	if (rc == 0)
-		rc = ct_put(&s->out, text, n, e);
+		rc = ct_sink_rewind(s, e) || ct_put(&s->out, text, n, e) ? -1 : 0;
 	free(text);
 	return rc;
 }
@@ -175,7 +173,7 @@ static int write_one(const char *path, struct what *w, const struct ct_env *env,
 	if (ct_sink_open(&s, path, env, e))
 		return -1;
 	rc = put_header(&s, w, e) || put_voxels(&s, w, env, e) ||
-			     (w->packed && !w->nrrd && mend_header(&s, w, path, e))
+			     (w->packed && !w->nrrd && mend_header(&s, w, e))
 		     ? -1
 		     : 0;
 	return ct_sink_close(&s, rc, e);

@@ -123,17 +123,23 @@ int ct_headed_numbers(
 	return *at ? ct_fail(e, CT_EINPUT, "%s: '%.60s' is more than %zu numbers", key, s, n) : 0;
 }
 
-int ct_headed_sizes(struct ct_headed *h, const char *key, struct ct_err *e)
+int ct_headed_sizes(struct ct_headed *h, const char *key, size_t dims, struct ct_err *e)
 {
-	double x[3];
-	int rc = ct_headed_numbers(h, key, 3, x, e);
+	double x[4];
+	int rc = ct_headed_numbers(h, key, dims, x, e);
 
 	if (rc)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no %s", key);
-	for (int d = 0; d < 3; d++) {
+	h->n[2] = 1;
+	for (size_t d = 0; d < dims; d++) {
 		if (!(x[d] >= 1 && x[d] <= INT32_MAX && x[d] == floor(x[d])))
 			return ct_fail(e, CT_EINPUT, "%s: %g is no number of voxels", key, x[d]);
-		h->n[d] = (size_t)x[d];
+		if (d < h->axes)
+			h->n[d] = (size_t)x[d];
+		else if (x[d] != 1)
+			return ct_fail(e, CT_EINPUT,
+				"%s: axis %zu is none of space and not single: only one volume a file is read",
+				key, d + 1);
 	}
 	return 0;
 }
@@ -155,9 +161,18 @@ int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_
 void ct_headed_place(
 	struct ct_headed *h, const double step[3][3], const double origin[3], const double sign[3])
 {
+	const double *a = step[0], *b = step[1];
+	const double across[3] = {
+		a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+	const double area =
+		sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+
 	for (int r = 0; r < 3; r++) { /* + 0: no -0, for the hash */
-		for (int d = 0; d < 3; d++)
-			h->affine[r][d] = sign[r] * step[d][r] + 0.0;
+		const double last = h->axes == 3 ? step[2][r] : area > 0 ? across[r] / area : 0;
+
+		h->affine[r][0] = sign[r] * a[r] + 0.0;
+		h->affine[r][1] = sign[r] * b[r] + 0.0;
+		h->affine[r][2] = sign[r] * last + 0.0;
 		h->affine[r][3] = sign[r] * origin[r] + 0.0;
 	}
 }

@@ -2,7 +2,9 @@
  * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams.
  *
  * Read are three dimensions of one number a voxel, any integer or float type of either byte order,
- * as they are or in zlib or gzip. Values are taken as they are stored; the place is that of the
+ * as they are or in zlib or gzip; two, as one plane of 1 mm, and beside these one that is single:
+ * MetaImage's fourth, and NRRD's that is none of space by its kind or direction, or the fourth.
+ * Values are taken as they are stored; the place is that of the
  * header: MetaImage is LPS, each three numbers of TransformMatrix being the direction of one axis;
  * NRRD is what `space` says. Where the header does not place the volume, "nifti.code" is 0. Of keys
  * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, \n and \\ in the value a new line

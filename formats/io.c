@@ -5,10 +5,13 @@
 #include "formats/temp.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+enum { SEND = 1 << 23 }; /* bytes */
 
 int ct_io_open(const char *path, FILE **f, struct ct_err *e)
 {
@@ -217,11 +220,23 @@ int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e)
 	return open_out(o, path, true, e);
 }
 
+/* What was put goes to the disk meanwhile, so that there is less to wait for in the end. */
+static void send_off(struct ct_out *o)
+{
+#ifdef SYNC_FILE_RANGE_WRITE
+	(void)sync_file_range(fileno(o->f), 0, 0, SYNC_FILE_RANGE_WRITE);
+#endif
+	o->unsent = 0;
+}
+
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 {
 	if (fwrite(data, 1, n, o->f) != n)
 		return ct_fail(e, CT_EOUTPUT, "%s: %s", o->path ? o->path : "standard output",
 			strerror(errno));
+	o->unsent += n;
+	if (o->tmp && o->unsent >= SEND)
+		send_off(o);
 	return 0;
 }
 

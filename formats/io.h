@@ -20,6 +20,7 @@ struct ct_out {
 	FILE *f;
 	char *path, *tmp; /* NULL for standard output */
 	bool secret;      /* for its owner alone */
+	size_t unsent;    /* bytes since the disk was told of them */
 };
 
 /* CT_EOUTPUT if the file exists and env->force is not set, or if standard output is a terminal. A

@@ -8,6 +8,7 @@
 #include "formats/source.h"
 #include "formats/voxels.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,26 +75,32 @@ static int read_extensions(
 	return ct_source_skip(s, start, e);
 }
 
+int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e)
+{
+	struct ct_source *s = &in->source;
+	struct ct_nii h = {0};
+	int code;
+
+	if (ct_source_open(s, f, CT_PACKING_TELL, e) || read_header(s, &h, e) ||
+		ct_nii_affine(&h, head->affine, &code, e) ||
+		read_extensions(s, &h, &head->meta, e) || ct_nii_dims(&h, head->n, e))
+		return -1;
+	ct_meta_drop(&head->meta, CT_META_NIFTI_CODE);
+	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.swap, h.slope, h.inter};
+	return code == 1 ? 0 : ct_meta_setf(&head->meta, e, CT_META_NIFTI_CODE, "%d", code);
+}
+
 int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
 {
-	struct ct_source s = {0};
-	struct ct_nii h = {0};
-	struct ct_stored how;
-	double affine[3][4];
-	size_t n[3];
-	int rc = -1, code;
+	struct ct_nifti_in in = {0};
+	struct ct_vol head = {0};
+	int rc = ct_nifti_open(&in, f, &head, e);
 
-	if (ct_source_open(&s, f, CT_PACKING_TELL, e) || read_header(&s, &h, e) ||
-		ct_nii_affine(&h, affine, &code, e) || read_extensions(&s, &h, &v->meta, e) ||
-		ct_nii_dims(&h, n, e))
-		goto out;
-	ct_meta_drop(&v->meta, CT_META_NIFTI_CODE);
-	how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.swap, h.slope, h.inter};
-	if ((code == 1 || ct_meta_setf(&v->meta, e, CT_META_NIFTI_CODE, "%d", code) == 0) &&
-		ct_source_volume(&s, &how, n, (const double(*)[4])affine, name, v, e) == 0)
-		rc = 0;
-out:
-	ct_source_close(&s);
+	v->meta = head.meta;
+	if (rc == 0)
+		rc = ct_source_volume(
+			&in.source, &in.how, head.n, (const double(*)[4])head.affine, name, v, e);
+	ct_source_close(&in.source);
 	if (rc) {
 		ct_vol_free(v);
 		ct_blame(e, name);
@@ -132,36 +139,126 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 	h->qform = h->sheared ? 0 : h->sform;
 }
 
+/* What stands before the voxels. */
+struct head {
+	unsigned char raw[CT_NII_MAX + 4], *ext; /* ext is owned */
+	size_t raws, exts;
+};
+
+static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool shear,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_nii h = {.version = 1};
+	char descrip[80];
+
+	*head = (struct head){0};
+	if (ct_nii_set_affine(&h, v, shear, e) ||
+		ct_nii_ext_write(&v->meta, &head->ext, &head->exts, e))
+		return -1;
+	fill_header(&h, v, i16, head->exts);
+	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
+		PACKAGE_VERSION);
+	ct_nii_pack(&h, descrip, head->raw);
+	head->raws = ct_nii_size(&h) + 4;
+	head->raw[head->raws - 4] = head->exts > 0;
+	return 0;
+}
+
+static int give_head(struct ct_sink *s, const struct head *h, struct ct_err *e)
+{
+	return ct_sink_give(s, h->raw, h->raws, e) || ct_sink_give(s, h->ext, h->exts, e) ? -1 : 0;
+}
+
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
-	unsigned char raw[CT_NII_MAX + 4] = {0}, *ext = NULL;
-	struct ct_nii h = {.version = 1};
+	struct head h = {0};
 	struct ct_sink s;
-	char descrip[80];
-	size_t bytes = 0;
 	bool i16;
 	int rc = -1;
 
-	if (ct_nii_set_affine(&h, v, shear, e) || ct_nifti_is_i16(v, type, &i16, e) ||
-		ct_nii_ext_write(&v->meta, &ext, &bytes, e)) {
+	if (ct_nifti_is_i16(v, type, &i16, e) || make_head(&h, v, i16, shear, env, e)) {
 		ct_blame(e, path);
 		goto out;
 	}
-	fill_header(&h, v, i16, bytes);
-	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
-		PACKAGE_VERSION);
-	ct_nii_pack(&h, descrip, raw);
-	raw[ct_nii_size(&h)] = bytes > 0;
 	if (ct_sink_open(&s, path, env, e))
 		goto out;
-	rc = (ct_ends_match(path, "gz") && ct_sink_pack(&s, true, e)) ||
-			     ct_sink_give(&s, raw, ct_nii_size(&h) + 4, e) ||
-			     ct_sink_give(&s, ext, bytes, e) || ct_sink_voxels(&s, v, i16, env, e)
+	rc = (ct_ends_match(path, "gz") && ct_sink_pack(&s, true, e)) || give_head(&s, &h, e) ||
+			     ct_sink_voxels(&s, v, i16, env, e)
 		     ? -1
 		     : 0;
 	rc = ct_sink_close(&s, rc, e);
 out:
-	free(ext);
+	free(h.ext);
+	return rc;
+}
+
+struct ct_nifti_planes {
+	struct ct_sink s;
+	const char *path; /* the caller's */
+	enum ct_nifti_type type;
+	bool shear;
+	struct head head; /* what was written of it */
+};
+
+int ct_nifti_create(struct ct_nifti_planes **out, const char *path, const struct ct_vol *v,
+	enum ct_nifti_type type, bool shear, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_nifti_planes *w;
+	int rc = -1;
+
+	if (ct_alloc(out, 1, sizeof *w, e))
+		return -1;
+	w = *out;
+	*w = (struct ct_nifti_planes){.path = path, .type = type, .shear = shear};
+	if (make_head(&w->head, v, type != CT_NIFTI_F32, shear, env, e))
+		ct_blame(e, path);
+	else if (ct_sink_open(&w->s, path, env, e) == 0)
+		rc = (ct_ends_match(path, "gz") && ct_sink_pack(&w->s, true, e)) ||
+				     give_head(&w->s, &w->head, e)
+			     ? ct_sink_close(&w->s, -1, e)
+			     : 0;
+	if (rc) {
+		free(w->head.ext);
+		free(w);
+		*out = NULL;
+	}
+	return rc;
+}
+
+int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_err *e)
+{
+	bool fits;
+
+	if (ct_sink_some(&w->s, n, x, w->type != CT_NIFTI_F32, w->type == CT_NIFTI_AUTO, &fits, e))
+		return -1;
+	if (fits)
+		return 0;
+	ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16");
+	return ct_blame(e, w->path);
+}
+
+static bool same_head(const struct head *a, const struct head *b)
+{
+	assert(a->raws == b->raws && a->exts == b->exts);
+	return memcmp(a->raw, b->raw, a->raws) == 0 &&
+	       (a->exts == 0 || memcmp(a->ext, b->ext, a->exts) == 0);
+}
+
+int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct head h = {0};
+
+	if (rc == 0 && make_head(&h, v, w->type != CT_NIFTI_F32, w->shear, env, e))
+		rc = ct_blame(e, w->path);
+	if (rc == 0)
+		rc = ct_sink_end(&w->s, e);
+	if (rc == 0 && !same_head(&w->head, &h))
+		rc = ct_sink_rewind(&w->s, e) || give_head(&w->s, &h, e) ? -1 : 0;
+	free(h.ext);
+	rc = ct_sink_close(&w->s, rc, e);
+	free(w->head.ext);
+	free(w);
 	return rc;
 }

@@ -17,6 +17,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
+#include "formats/source.h"
 
 #include <stdio.h>
 
@@ -36,6 +37,29 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
  * affine; qform its nearest rotation, the codes equal. CT_EGEOM if the two would disagree by more
  * than 0.05 voxel, unless `shear` allows it: then qform_code is 0. CT_EOUTPUT; CT_ENOMEM. */
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
+	const struct ct_env *env, struct ct_err *e);
+
+/* Of a volume that is not to be held as a whole: */
+struct ct_nifti_in {
+	struct ct_source source; /* to be closed, in any case */
+	struct ct_stored how;
+};
+/* What is before the voxels, into *head, zeroed, which gets no data; then ct_source_floats or
+ * ct_source_pass. Codes of ct_nifti_read_stream. */
+int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e);
+
+/* The file of ct_nifti_write from voxels that come one after the other. */
+struct ct_nifti_planes;
+/* Of v all but the data is looked at, and its metadata are as long as they will be; CT_NIFTI_AUTO
+ * is int16. */
+int ct_nifti_create(struct ct_nifti_planes **w, const char *path, const struct ct_vol *v,
+	enum ct_nifti_type type, bool shear, const struct ct_env *env, struct ct_err *e);
+/* The next n voxels. CT_ENUMERIC if one does not fit int16, or is not whole if that is by
+ * CT_NIFTI_AUTO. */
+int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_err *e);
+/* With the metadata as they are now: in a file that is neither compressed nor a pipe they may have
+ * changed. The file is there if rc is 0, else none of it; rc, or -1. *w is freed. */
+int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

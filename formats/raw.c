@@ -75,7 +75,7 @@ static int read_voxels(
 	return 0;
 }
 
-static void place(struct ct_vol *v, const struct ct_raw *how)
+void ct_raw_place(struct ct_vol *v, const struct ct_raw *how)
 {
 	double centre[3];
 
@@ -97,7 +97,7 @@ int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, st
 		return -1;
 	if (ct_alloc(&block, BLOCK, 1, e) || ct_vol_alloc(v, how->n, e))
 		goto out;
-	place(v, how);
+	ct_raw_place(v, how);
 	if (ct_vol_check_grid(v, e) || read_voxels(f, how, v, block, e))
 		goto out;
 	rc = ct_meta_input(&v->meta, path, 2,

@@ -30,6 +30,9 @@ int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err 
 /* "LPS": the way each axis runs, one letter of each pair R/L, A/P, S/I. CT_EUSAGE naming the
  * option. */
 int ct_raw_axes(const char *option, const char *word, int world[3], int sign[3], struct ct_err *e);
+/* The affine of v, of v->n voxels, by spacing, world and sign alone; its centre is the world's
+ * origin. */
+void ct_raw_place(struct ct_vol *v, const struct ct_raw *how);
 /* A whole file (or "-"): its size must be exactly that of the voxels. The grid's centre is the
  * world's origin. *v must be zero. CT_EINPUT, CT_ENOMEM. */
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e);

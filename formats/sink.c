@@ -6,6 +6,7 @@
 #include "formats/source.h"
 #include "formats/voxels.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -81,29 +82,54 @@ int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_e
 	return 0;
 }
 
+int ct_sink_some(struct ct_sink *s, size_t n, const float *x, bool i16, bool exact, bool *fits,
+	struct ct_err *e)
+{
+	const size_t bytes = i16 ? 2 : 4, step = BLOCK / bytes;
+
+	*fits = true;
+	if (!s->block && ct_alloc(&s->block, BLOCK, 1, e))
+		return -1;
+	for (size_t at = 0, m; at < n; at += m) {
+		m = n - at < step ? n - at : step;
+		if (i16)
+			*fits &= ct_voxels_i16(m, s->block, x + at, exact);
+		else
+			memcpy(s->block, x + at, m * bytes);
+		if (ct_voxel_host_is_big())
+			ct_voxels_swap(m, bytes, s->block);
+		if (give(s, s->block, m * bytes, false, e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_sink_end(struct ct_sink *s, struct ct_err *e)
+{
+	return give(s, NULL, 0, true, e);
+}
+
 int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const size_t bytes = i16 ? 2 : 4, total = ct_vol_count(v), step = BLOCK / bytes;
-	void *block;
-	int rc = 0;
+	const size_t total = ct_vol_count(v), step = BLOCK / sizeof(int16_t);
+	bool fits;
 
-	if (ct_alloc(&block, BLOCK, 1, e))
-		return -1;
-	for (size_t at = 0, n; at < total && rc == 0; at += n) {
-		n = total - at < step ? total - at : step;
-		if (i16)
-			ct_voxels_i16(n, block, v->data + at, false);
-		else
-			memcpy(block, v->data + at, n * bytes);
-		if (ct_voxel_host_is_big())
-			ct_voxels_swap(n, bytes, block);
-		rc = ct_check_stop(env, e) || give(s, block, n * bytes, at + n == total, e) ? -1
-											    : 0;
+	for (size_t at = 0; at < total; at += step) {
+		if (ct_check_stop(env, e) || ct_sink_some(s, total - at < step ? total - at : step,
+						     v->data + at, i16, false, &fits, e))
+			return -1;
 		ct_room_trim();
 	}
-	free(block);
-	return rc;
+	return ct_sink_end(s, e);
+}
+
+int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)
+{
+	return fseeko(s->out.f, 0, SEEK_SET) == 0
+		       ? 0
+		       : ct_fail(e, CT_EOUTPUT, "%s: %s",
+				 s->out.path ? s->out.path : "standard output", strerror(errno));
 }
 
 int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)
@@ -111,6 +137,7 @@ int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)
 	if (s->packed)
 		deflateEnd(&s->z);
 	free(s->buf);
+	free(s->block);
 	if (rc == 0)
 		return ct_out_commit(&s->out, e);
 	ct_out_abandon(&s->out);

@@ -155,9 +155,9 @@ static int drain(struct ct_source *s, struct ct_err *e)
 	return 0;
 }
 
-/* Room for the voxels, unless the file is too short for them. */
-static int make_volume(const struct ct_source *s, const struct ct_stored *how, const size_t n[3],
-	struct ct_vol *v, struct ct_err *e)
+/* CT_EINPUT if the file is too short for them. */
+static int check_length(
+	const struct ct_source *s, const struct ct_stored *how, const size_t n[3], struct ct_err *e)
 {
 	size_t count;
 
@@ -168,9 +168,7 @@ static int make_volume(const struct ct_source *s, const struct ct_stored *how, c
 	if (s->left != UINT64_MAX && (count > s->left - s->at))
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
 			n[0], n[1], n[2], count);
-	if (s->packed && ct_inflate_check(s->size, count, e))
-		return -1;
-	return ct_vol_alloc(v, n, e);
+	return s->packed ? ct_inflate_check(s->size, count, e) : 0;
 }
 
 /* What stands before the voxels in the hash: sizes and geometry. */
@@ -185,45 +183,88 @@ static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_e
 	return 0;
 }
 
-/* The voxels go into the hash while they are in the cache. */
-static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct ct_vol *v,
-	struct ct_hash *hash, struct ct_err *e)
+/* The next numbers, as many as a block holds, or fewer: *n of them. */
+static int take_some(
+	struct ct_source *s, const struct ct_stored *how, size_t *n, float *out, struct ct_err *e)
 {
-	const size_t bytes = ct_voxel_bytes((int)how->type), total = ct_vol_count(v);
+	const size_t bytes = ct_voxel_bytes((int)how->type);
 	const bool as_is =
 		how->type == CT_V_F32 && !how->swap && how->slope == 1 && how->inter == 0;
 
-	for (size_t done = 0, n; done < total; done += n) {
-		float *out = v->data + done;
+	*n = *n < BLOCK / bytes ? *n : BLOCK / bytes;
+	ct_mem_touch(out, *n * sizeof *out);
+	if (ct_source_take(s, as_is ? (void *)out : s->block, *n * bytes, e))
+		return -1;
+	if (how->swap)
+		ct_voxels_swap(*n, bytes, s->block);
+	if (!as_is)
+		ct_voxels_float(*n, out, how->type, s->block, how->slope, how->inter);
+	return 0;
+}
 
-		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
-		ct_mem_touch(out, n * sizeof *out);
-		if (ct_source_take(s, as_is ? (void *)out : s->block, n * bytes, e))
+int ct_source_floats(
+	struct ct_source *s, const struct ct_stored *how, size_t n, float *out, struct ct_err *e)
+{
+	for (size_t done = 0, some; done < n; done += some) {
+		some = n - done;
+		if (take_some(s, how, &some, out + done, e))
 			return -1;
-		if (how->swap)
-			ct_voxels_swap(n, bytes, s->block);
-		if (!as_is)
-			ct_voxels_float(n, out, how->type, s->block, how->slope, how->inter);
-		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
-		ct_room_trim();
 	}
 	return 0;
+}
+
+/* The voxels go into the hashes while they are in the cache, and without v->data nowhere else. */
+static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct ct_vol *v,
+	struct ct_hash *hash, struct ct_hash *values, struct ct_err *e)
+{
+	const size_t total = ct_vol_count(v);
+	float *spare = NULL;
+	int rc = 0;
+
+	if (!v->data && ct_alloc(&spare, BLOCK, sizeof *spare, e))
+		return -1;
+	for (size_t done = 0, n; done < total; done += n) {
+		float *out = spare ? spare : v->data + done;
+
+		n = total - done;
+		rc = take_some(s, how, &n, out, e);
+		if (rc)
+			break;
+		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
+		if (values)
+			CT_SIMD(ct_hash_add)(values, out, n * sizeof *out);
+		ct_room_trim();
+	}
+	free(spare);
+	return rc;
+}
+
+/* The voxels, and what follows them. */
+static int finish(struct ct_source *s, const struct ct_stored *how, const char *name,
+	struct ct_vol *v, struct ct_hash *values, struct ct_err *e)
+{
+	struct ct_hash *hash = NULL;
+	int rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
+				 read_voxels(s, how, v, hash, values, e) || drain(s, e) ||
+				 ct_hash_input(hash, &v->meta, name, e)
+			 ? -1
+			 : 0;
+
+	free(hash);
+	return rc;
 }
 
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
 	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e)
 {
-	struct ct_hash *hash = NULL;
-	int rc;
-
-	if (make_volume(s, how, n, v, e))
+	if (check_length(s, how, n, e) || ct_vol_alloc(v, n, e))
 		return -1;
 	memcpy(v->affine, affine, sizeof v->affine);
-	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-			     read_voxels(s, how, v, hash, e) || drain(s, e) ||
-			     ct_hash_input(hash, &v->meta, name, e)
-		     ? -1
-		     : 0;
-	free(hash);
-	return rc;
+	return finish(s, how, name, v, NULL, e);
+}
+
+int ct_source_pass(struct ct_source *s, const struct ct_stored *how, const char *name,
+	struct ct_vol *head, struct ct_hash *values, struct ct_err *e)
+{
+	return check_length(s, how, head->n, e) ? -1 : finish(s, how, name, head, values, e);
 }

@@ -5,6 +5,7 @@
 #ifndef CT_FORMATS_SOURCE_H
 #define CT_FORMATS_SOURCE_H
 #include "core/vol.h"
+#include "formats/hash.h"
 #include "formats/voxels.h"
 
 #include <stdbool.h>
@@ -56,5 +57,13 @@ struct ct_stored {
  * allocated if the file is too short; CT_ENOMEM. */
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
 	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e);
+
+/* Of a volume that is not to be held: the next n numbers. */
+int ct_source_floats(
+	struct ct_source *s, const struct ct_stored *how, size_t n, float *out, struct ct_err *e);
+/* ... All of them, for the key "input" of `head`, which has sizes and affine and no data; and into
+ * the hash `values`, if that is given. Codes of ct_source_volume. */
+int ct_source_pass(struct ct_source *s, const struct ct_stored *how, const char *name,
+	struct ct_vol *head, struct ct_hash *values, struct ct_err *e);
 
 #endif

@@ -1,10 +1,13 @@
 /* units.c: see units.h. */
 #include "config.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "formats/units.h"
 
 #include <math.h>
 #include <string.h>
+
+enum { MANY = 1 << 18 };
 
 static enum ct_units said = CT_UNITS_AUTO;
 
@@ -38,12 +41,15 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 			"its values are not HU, says its metadata (but see %s)", option);
 	if (quantity)
 		return 0;
-	for (size_t i = 0, n = ct_vol_count(v); i < n; i++)
+	for (size_t i = 0, n = ct_vol_count(v); i < n; i++) {
 		if (isfinite(v->data[i])) {
 			lo = fminf(lo, v->data[i]);
 			hi = fmaxf(hi, v->data[i]);
 			soft += v->data[i] >= 900 && v->data[i] <= 1150;
 		}
+		if (i % MANY == 0)
+			ct_room_trim();
+	}
 	shifted = lo >= 0 && hi > 1000 && soft >= ct_vol_count(v) / 10;
 	if (!(lo < hi) || !((lo >= -2 && hi <= 10) || shifted))
 		return 0;

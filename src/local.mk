@@ -13,22 +13,33 @@ ct_merge_SOURCES = src/tools/ct-merge.c
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
 	src/tools/convert-grid.c src/tools/convert-crop.c src/tools/convert-stack.c src/tools/convert-radiograph.c \
-	src/tools/convert-dicom.c src/tools/convert.h src/tools/dicom-form.c src/tools/dicom-form.h
+	src/tools/convert-dicom.c src/tools/convert.h src/tools/dicom-form.c src/tools/dicom-form.h \
+	src/tools/picture-read.c src/tools/picture-read.h
+if HAVE_OIIO
+# Started by ct-convert, so that only who reads pictures waits for their libraries.
+pkglibexec_PROGRAMS += ct-picture
+ct_picture_SOURCES = src/tools/picture.c src/tools/lib/libraries.cc
+ct_picture_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += src/tools/picture.c
+endif
 if HAVE_VTK
 ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 ct_convert_SOURCES += src/tools/lib/libraries.cc
 DICOM_SOURCES = src/tools/sidecar.c src/tools/sidecar.h src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
-ct_convert_SOURCES += src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
-	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h
+ct_convert_SOURCES += src/tools/convert-planes.c src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
+	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h \
+	src/tools/dicom-radiograph.c src/tools/dicom-radiograph.h
 ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
 else
 ct_convert_SOURCES += src/tools/sidecar.c src/tools/sidecar.h
-EXTRA_DIST += src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
+EXTRA_DIST += src/tools/convert-planes.c src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
 	src/tools/dicom-inspect.c src/tools/dicom-inspect.h src/tools/dicom-image.c \
 	src/tools/dicom-image.h src/tools/dicom-policy.c src/tools/dicom-policy.h \
-	src/tools/dicom-derive.c src/tools/dicom-derive.h
+	src/tools/dicom-derive.c src/tools/dicom-derive.h src/tools/dicom-radiograph.c \
+	src/tools/dicom-radiograph.h
 ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
@@ -60,8 +71,8 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/sr-files.c src/tools/sr-plan.c \
-	src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
+ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/sr-files.c src/tools/sr-jobs.c \
+	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h

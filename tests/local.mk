@@ -15,9 +15,9 @@ fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
 .PHONY: check-long fuzz
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
-	tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
-	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
-EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
+	tests/long/memory.sh tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
+	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/replay.py
+EXTRA_DIST += tests/tap.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 check_PROGRAMS += tests/t-containers tests/t-difference tests/t-frames tests/t-free tests/t-upsample tests/t-tv-steps
@@ -66,7 +66,7 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
-dist_check_SCRIPTS += tests/t-plan.sh tests/t-cohort.sh
+dist_check_SCRIPTS += tests/t-plan.sh tests/t-slabs.sh tests/t-cohort.sh tests/t-simulate.sh
 dist_check_SCRIPTS += tests/t-ct-restore.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
 check_PROGRAMS += tests/t-schedule
@@ -94,9 +94,9 @@ tests_t_samplers_SOURCES = tests/t-samplers.c
 check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
-dist_check_SCRIPTS += tests/t-convert.sh tests/t-crop.sh tests/t-merge.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-tilt.sh tests/t-units.sh tests/t-series-in.sh tests/t-inspect.sh
+dist_check_SCRIPTS += tests/t-convert.sh tests/t-crop.sh tests/t-merge.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-tilt.sh tests/t-planes.sh tests/t-units.sh tests/t-series-in.sh tests/t-inspect.sh
 dist_check_SCRIPTS += tests/t-series-peers.sh tests/t-series-real.sh
-EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/dicom.py tests/t-series.py tests/t-tilt.py tests/t-series-in.py tests/t-series-peers.py tests/t-series-real.py
+EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/dicom.py tests/t-series.py tests/t-tilt.py tests/t-planes.py tests/t-series-in.py tests/t-series-peers.py tests/t-series-real.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c
@@ -215,7 +215,8 @@ check_PROGRAMS += tests/t-rof
 tests_t_rof_SOURCES = tests/t-rof.c
 check_PROGRAMS += tests/t-gauss-far
 tests_t_gauss_far_SOURCES = tests/t-gauss-far.c
-dist_check_SCRIPTS += tests/t-outputs.sh tests/t-ends.sh tests/t-headed.sh tests/t-sidecar.sh tests/t-radiograph.sh
+dist_check_SCRIPTS += tests/t-outputs.sh tests/t-ends.sh tests/t-headed.sh tests/t-sidecar.sh tests/t-radiograph.sh tests/t-picture.sh
+EXTRA_DIST += tests/t-picture.py
 check_PROGRAMS += tests/t-keep
 tests_t_keep_SOURCES = tests/t-keep.c
 check_PROGRAMS += tests/t-rescue
@@ -267,4 +268,4 @@ dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
 check_PROGRAMS += tests/t-room
 tests_t_room_SOURCES = tests/t-room.c
-dist_check_SCRIPTS += tests/t-memory.sh
+dist_check_SCRIPTS += tests/t-memory.sh tests/t-memory-tools.sh

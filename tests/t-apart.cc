@@ -185,7 +185,7 @@ static void ahead()
 
 	OK(a.get(0) == nullptr, "nothing is ahead at first");
 	for (size_t processes : {1, 2, 3, 20}) {
-		a.make(COUNT, N, processes, [&](size_t i, float *to, ct_err *e) {
+		a.make(COUNT, N, processes, 2 * processes + 1, [&](size_t i, float *to, ct_err *e) {
 			if (i == 2)
 				return ct_fail(e, CT_EINPUT, "no");
 			if (i == 4)
@@ -210,6 +210,35 @@ static void ahead()
 	}
 	OK(good == 4 * (COUNT - 3), "%d pictures are made", good);
 	OK(again == 4 * 5, "%d are not", again);
+}
+
+/* No more are made than are kept; what is passed over is gone; who waits is ended. */
+static void kept()
+{
+	void *room = mmap(
+		nullptr, sizeof(int), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	int *made = static_cast<int *>(room);
+	Ahead a;
+
+	a.make(100, N, 3, 6, [&](size_t i, float *to, ct_err *) {
+		__atomic_add_fetch(made, 1, __ATOMIC_SEQ_CST);
+		to[0] = static_cast<float>(i);
+		return 0;
+	});
+	OK(a.get(0) && a.get(1) && a.get(2), "three are there");
+	poll(nullptr, 0, 200);
+	OK(__atomic_load_n(made, __ATOMIC_SEQ_CST) <= 6 + 2, "%d of 100 are made", *made);
+	const float *px = a.get(7);
+	OK(px && px[0] == 7 && !a.get(3) && !a.get(7), "5 are passed over");
+	a.stop();
+	OK(!a.get(8) && waitpid(-1, nullptr, WNOHANG) == -1, "all are ended");
+	a.make(4, 2 * N, 2, 2, [](size_t i, float *to, ct_err *) {
+		to[2 * N - 1] = static_cast<float>(i);
+		return 0;
+	});
+	px = a.get(3);
+	OK(px && px[2 * N - 1] == 3, "others, larger ones, are made");
+	munmap(room, sizeof(int));
 }
 
 /* Which of many kill: each of them is found, and what is behind it is tried. */
@@ -242,6 +271,7 @@ int main()
 	memory();
 	guarded();
 	ahead();
+	kept();
 	killers();
 	return tap_done();
 }

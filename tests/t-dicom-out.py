@@ -45,8 +45,9 @@ def make():
     for k in range(dicom.SLICES):
         path = "template/%02d.dcm" % k
         tags = {**WHO, **NOBODY, **STALE, "SpecificCharacterSet": "ISO_IR 100"}
+        tags.pop("ContentTime")
         dicom.write(path, "axial", k, tags.pop("SeriesInstanceUID"), **tags, Exposure=100 + k,
-                    PatientSex="F", SeriesNumber=7, SOPInstanceUID="1.2.840.4711.9.%d" % k)
+                    ContentTime="14151%d.5" % (6 + (k + 5) % 4), PatientSex="F", SeriesNumber=7, SOPInstanceUID="1.2.840.4711.9.%d" % k)
         d = pydicom.dcmread(path)
         d.file_meta.MediaStorageSOPInstanceUID = d.SOPInstanceUID
         block = d.private_block(0x0099, "SECRETMAKER", create=True)
@@ -132,6 +133,12 @@ def kept(path):
         assert d.PatientSex == "F" and d.BurnedInAnnotation == "NO"
         uids = [s.ReferencedSOPInstanceUID for s in sources(d)]
         assert uids and not [u for u in uids if not u.startswith("1.2.840.4711.9.")], uids
+
+
+def dated(path, date, time):
+    d = pydicom.dcmread(path)
+    assert (d.ContentDate, d.ContentTime) == (date, time), (d.ContentDate, d.ContentTime)
+    assert "SeriesDate" not in d or d.SeriesDate == date
 
 
 def sources(d):

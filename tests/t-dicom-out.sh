@@ -157,7 +157,20 @@ for d in own folder iso iso.dcm; do py kept $d; ok $? "$d: patient, study, space
 for d in own--deid folder--deid iso--deid iso--deid.dcm; do py removed $d; ok $? "$d: nothing of it tells who that is"; done
 py nearest iso; ok $? 'each slice names those that it lies between'
 py alone own; ok $? 'or the one that it was'
+py dated iso.dcm 20010206 141516.5; ok $? 'the content of one file is as old as the oldest slice'
+py dated iso--deid.dcm 19000101 000000; ok $? 'or of no time'
+SOURCE_DATE_EPOCH=86399 ct-convert -qf --template template iso.nii dated.dcm; py dated dated.dcm 19700101 235959; ok $? 'or of SOURCE_DATE_EPOCH'
+mkdir undated; cp template/* undated; "$PY" -c 'import glob, pydicom
+for f in glob.glob("undated/*"): d = pydicom.dcmread(f); d.ContentDate = "20010206"; d.ContentTime = "1415"; d.save_as(f)'
+ct-convert -q --template undated iso.nii undated.dcm; py dated undated.dcm 19000101 000000; ok $? 'half a time is none'
 grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
+tar cf template.tar template
+if ct-convert -q --template template.tar iso.nii tar/ 2>err || ! grep -q ': not DICOM$' err; then
+	[ "$(sum tar)" = "$(sum iso)" ]; ok $? 'an archive of it is as good'
+else
+	skip 'an archive' 'built without libarchive'
+fi
+ct-convert -q --sidecar side.json template side.nii; exits 3 'a sidecar' ct-convert --template side.json side.nii x/; has err 'side.json: is not DICOM' 'is no template'
 mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm
 py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
@@ -192,5 +205,7 @@ sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum s
 exits 0 'goes on' ct-sr -vx 2 -Q draft --keep work --resume template kept/; has err '3 of 3 steps were done' 'with all that is done'
 rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' ct-sr -qx 2 -Q draft --keep work --resume template kept/; [ "$(sum kept)" = "$(sum sr)" ]; ok $? 'they are written again'
 exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
+exits 0 'NIfTI of a template' ct-sr -q -x 2 -Q draft --template two --series 1.2.840.4711.3 t.nii templated/; py kept templated; ok $? 'is of its study'
+exits 0 'without what tells who' ct-sr -q -x 2 -Q draft --deid template sr-deid/; py removed sr-deid; ok $? 'has nothing of it'
 exits 0 'NIfTI to DICOM' ct-sr -q -x 2 -Q draft t.nii of-nii/; exits 4 'what is there' ct-sr -q -x 2 -Q draft template sr; exits 4 'the folder between' ct-sr -qx 2 -Q draft --keep both template both/
 done_testing

@@ -84,6 +84,18 @@ static void test_choose(void)
 		"which is said");
 }
 
+static void test_fits(void)
+{
+	OK(ct_memory_most("1G", 5e8) == 0x1p30, "what is given is what may be taken");
+	OK(ct_memory_most(NULL, 1e9) == 8e8, "else most of what is free");
+	OK(isinf(ct_memory_most(NULL, 0)), "or all if nobody knows");
+	OK(ct_memory_fits(0x1p30 / 1.11, "1G", 0) && !ct_memory_fits(0x1p30 / 1.09, "1G", 0),
+		"a tenth is to spare of what is given");
+	OK(ct_memory_fits(1e9, NULL, 1e9) && !ct_memory_fits(1.001e9, NULL, 1e9) &&
+			ct_memory_fits(1e18, NULL, 0),
+		"and what is free may be taken whole");
+}
+
 int main(void)
 {
 	char line[64];
@@ -92,6 +104,7 @@ int main(void)
 		return 99;
 	test_free();
 	test_choose();
+	test_fits();
 	snprintf(line, sizeof line, "rm -r %s", root);
 	if (system(line) != 0)
 		return 99;

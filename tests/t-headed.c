@@ -100,6 +100,14 @@ static void test_prefixes(void)
 #define MHB MHA "ElementSpacing = 1 1 1\n"
 #define NRA "NRRD0004\ndimension: 3\ntype: uchar\nsizes: 4 3 2\n"
 #define NRB NRA "encoding: raw\nspacings: 1 1 1\n"
+#define MH2                                                                                        \
+	"ObjectType = Image\nNDims = 2\nDimSize = 6 4\nElementType = MET_UCHAR\n"                  \
+	"ElementSpacing = 2 3\n"
+#define MH4                                                                                        \
+	"ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 1\nElementType = MET_UCHAR\n"              \
+	"ElementSpacing = 2 3 4 .5\n"
+#define NR(dimension, sizes)                                                                       \
+	"NRRD0004\ndimension: " dimension "\ntype: uchar\nencoding: raw\nsizes: " sizes "\n"
 #define HERE "ElementDataFile = LOCAL\n"
 
 static void test_refused(void)
@@ -107,8 +115,19 @@ static void test_refused(void)
 	static const struct {
 		const char *header, *words;
 		enum ct_code code;
-	} bad[] = {{"ObjectType = Image\nNDims = 2\n" HERE, "NDims: '2' is not read here, only 3",
-			   CT_EINPUT},
+	} bad[] = {{"ObjectType = Image\nNDims = 5\n" HERE,
+			   "NDims: 5 is not read here, only 2 to 4", CT_EINPUT},
+		{"ObjectType = Image\nNDims = 1\n" HERE, "NDims: 1 is not read here", CT_EINPUT},
+		{MHB "NDims = 4\n" HERE, "DimSize: '4 3 2' is not 4 numbers", CT_EINPUT},
+		{MHB "NDims = 4\nDimSize = 4 3 1 2\n" HERE,
+			"DimSize: axis 4 is none of space and not single", CT_EINPUT},
+		{MHB "NDims = 4\nDimSize = 4 3 2 1\n" HERE, "ElementSpacing: '1 1 1' is not 4",
+			CT_EINPUT},
+		{MHB "NDims = 2\nDimSize = 6 4\n" HERE, "ElementSpacing: '1 1 1' is more than 2",
+			CT_EINPUT},
+		{MH2 "TransformMatrix = 1 1 1 1\n" HERE, "", CT_EGEOM},
+		{MH2 "TransformMatrix = 1 0 0 0 1 0 0 0 1\n" HERE, "is more than 4 numbers",
+			CT_EINPUT},
 		{"ObjectType = Tube\n" HERE, "ObjectType: 'Tube'", CT_EINPUT},
 		{"ObjectType = 0\n" HERE, "ObjectType: '0'", CT_EINPUT},
 		{MHA HERE, "has no ElementSpacing", CT_EINPUT},
@@ -161,10 +180,27 @@ static void test_refused(void)
 		{MHB "nonsense\n" HERE, "'nonsense' is no field", CT_EINPUT},
 		{"hello\n", "not a NIfTI file, nor MetaImage or NRRD", CT_EINPUT},
 		{"Commentary = x\n", "not a NIfTI file", CT_EINPUT},
-		{"NRRD0004\ndimension: 4\n\n", "dimension: 4 is not read here", CT_EINPUT},
-		{"NRRD0004\n\n", "has no dimension", CT_EINPUT},
-		{NRB "kinds: vector domain domain\n\n", "kinds: 'vector' is not read here",
+		{"NRRD0004\ndimension: 5\n\n", "dimension: 5 is not read here, only 2 to 4",
 			CT_EINPUT},
+		{NR("1", "24") "spacings: 1\n\n", "dimension: 1 is not read here", CT_EINPUT},
+		{NR("2", "24 1") "kinds: domain list\nspacings: 1 1\n\n", "only one of them is",
+			CT_EINPUT},
+		{NR("4", "4 3 1 2") "spacings: 1 1 1 1\n\n",
+			"sizes: axis 4 is none of space and not single", CT_EINPUT},
+		{NR("4", "1 4 3 2") "spacings: 1 1 1 1\n\n", "sizes: axis 4 is none", CT_EINPUT},
+		{NR("4", "4 3 2") "spacings: 1 1 1 1\n\n", "sizes: axis 4 is none", CT_EINPUT},
+		{NR("4", "2 4 3 1") "kinds: list domain domain domain\n\n",
+			"sizes: axis 1 is none of space and not single", CT_EINPUT},
+		{NR("4", "1 4 3 1") "kinds: list domain domain time\nspacings: 1 1 1 1\n\n",
+			"kinds: 'time' is not read here", CT_EINPUT},
+		{NR("4", "1 4 3 2") "space: LPS\nspace directions: none (1,0,0) (0,1,0)\n\n",
+			"is not 9 numbers", CT_EINPUT},
+		{NR("2", "6 4") "space directions: (1,0,0) (0,1,0)\n\n", "is more than 4 numbers",
+			CT_EINPUT},
+		{NR("2", "6 4") "space: LPS\nspace directions: (1,0,0) (1,0,0)\n\n", "", CT_EGEOM},
+		{"NRRD0004\n\n", "has no dimension", CT_EINPUT},
+		{NRB "kinds: vector domain domain\n\n",
+			"sizes: axis 1 is none of space and not single", CT_EINPUT},
 		{NRB "units: \"mm\" \"cm\" \"mm\"\n\n", "units: 'cm'", CT_EINPUT},
 		{NRB "encoding: ascii\n\n", "encoding: 'ascii'", CT_EINPUT},
 		{NRB "encoding: bzip2\n\n", "encoding: 'bzip2'", CT_EINPUT},
@@ -175,8 +211,8 @@ static void test_refused(void)
 			CT_EGEOM},
 		{NRB "space directions: (1,0,0) (0,1,0) (0,0,1)\n\n", "without a space", CT_EINPUT},
 		{NRB "space: scanner-xyz\n\n", "space: 'scanner-xyz'", CT_EINPUT},
-		{NRB "space: LPS\nspace directions: none (0,1,0) (0,0,1)\n\n", "is not 9 numbers",
-			CT_EINPUT},
+		{NRB "space: LPS\nspace directions: none (0,1,0) (0,0,1)\n\n",
+			"sizes: axis 1 is none of space", CT_EINPUT},
 		{NRB "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,1,0)\n\n", "", CT_EGEOM},
 		{NRB "type: block\n\n", "type: block is no number", CT_EINPUT},
 		{NRB "type: short\n\n", "endian: '' is neither", CT_EINPUT},
@@ -310,6 +346,58 @@ static void test_spaces(void)
 	}
 }
 
+/* One plane, and what is single beside two or three axes of space. */
+static void test_dimensions(void)
+{
+	static const struct {
+		const char *header;
+		size_t n[3];
+		double affine[3][4];
+		bool placed;
+	} all[] = {{MH2 "Offset = 5 6\nTransformMatrix = 0 1 -1 0\n" HERE, {6, 4, 1},
+			   {{0, 3, 0, -5}, {-2, 0, 0, -6}, {0, 0, 1, 0}}, false},
+		{MH2 HERE, {6, 4, 1}, {{-2, 0, 0, 0}, {0, -3, 0, 0}, {0, 0, 1, 0}}, false},
+		{MH4 "Offset = 5 6 7 8\nTransformMatrix = 0 1 0 0 0 0 1 0 1 0 0 0 0 0 0 1\n" HERE,
+			{4, 3, 2}, {{0, 0, -4, -5}, {-2, 0, 0, -6}, {0, 3, 0, 7}}, true},
+		{NR("2", "6 4") "spacings: 2 3\nkinds: domain domain\n\n", {6, 4, 1},
+			{{2, 0, 0, 0}, {0, 3, 0, 0}, {0, 0, 1, 0}}, false},
+		{NR("2", "6 4") "space dimension: 2\nspace directions: (0,2) (3,0)\nspace origin: "
+				"(5,6)\n\n",
+			{6, 4, 1}, {{0, 3, 0, 5}, {2, 0, 0, 6}, {0, 0, -1, 0}}, false},
+		{NR("2", "6 4") "space: LPS\nspace directions: (2,0,0) (0, 0, -3)\nspace origin: "
+				"(5,6,7)\n\n",
+			{6, 4, 1}, {{-2, 0, 0, -5}, {0, 0, -1, -6}, {0, -3, 0, 7}}, true},
+		{NR("3", "1 6 4") "kinds: vector domain space\nspacings: nan 2 3\n\n", {6, 4, 1},
+			{{2, 0, 0, 0}, {0, 3, 0, 0}, {0, 0, 1, 0}}, false},
+		{NR("4", "4 3 2 1") "spacings: 1 2 3 nan\nunits: \"mm\" \"mm\" \"mm\" \"s\"\n\n",
+			{4, 3, 2}, {{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 0}}, false},
+		{NR("4", "1 4 3 2") "space: RAS\nkinds: list domain domain domain\n"
+				    "space directions: none (1,0,0) (0,2,0) (0,0,3)\nspace origin: "
+				    "(5,6,7)\n\n",
+			{4, 3, 2}, {{1, 0, 0, 5}, {0, 2, 0, 6}, {0, 0, 3, 7}}, true},
+		{NR("4", "4 3 1 2") "space: RAS\n"
+				    "space directions: (1,0,0) (0,2,0) none (0,0,3)\nspace origin: "
+				    "(5,6,7)\n\n",
+			{4, 3, 2}, {{1, 0, 0, 5}, {0, 2, 0, 6}, {0, 0, 3, 7}}, true}};
+
+	for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+		struct ct_vol v = {0};
+		char p[600];
+		const int n = snprintf(p, sizeof p, "%sabcdefghijklmnopqrstuvwx", all[i].header);
+		const bool ok = parse(p, (size_t)n, "x", &v) == 0 &&
+				memcmp(v.n, all[i].n, sizeof v.n) == 0 &&
+				memcmp(v.affine, all[i].affine, sizeof v.affine) == 0 &&
+				!ct_meta_get(&v.meta, CT_META_NIFTI_CODE) == all[i].placed &&
+				v.data[23] == 'x';
+
+		OK(ok, "dimensions %zu: %s", i, e.msg);
+		for (int r = 0; r < 3 && !ok && v.data; r++)
+			printf("# %g %g %g %g\n", v.affine[r][0], v.affine[r][1], v.affine[r][2],
+				v.affine[r][3]);
+		ct_vol_free(&v);
+	}
+}
+
 static void test_write(void)
 {
 	static const char *const name[] = {"w.mha", "w.mhd", "w.nrrd", "w.nhdr"},
@@ -369,6 +457,7 @@ int main(void)
 	test_taken();
 	test_long();
 	test_spaces();
+	test_dimensions();
 	test_write();
 	return tap_done();
 }

@@ -542,7 +542,7 @@ static int save(void *ctx, const struct ct_joint *j, struct ct_err *e)
 	(void)e;
 	memcpy(to->x, j->x, N * sizeof *to->x);
 	memcpy(to->ahead, j->ahead, N * sizeof *to->x);
-	memcpy(to->dual, j->dual, CT_TV_DUAL * N * sizeof *to->x);
+	memcpy(to->dual, j->dual, CT_TV_DUAL * N * sizeof *to->dual);
 	if (j->at.fista.next > 0)
 		memcpy(to->g, j->g, N * sizeof *to->x);
 	to->at = j->at;

@@ -186,24 +186,24 @@ done <want >wrong
 sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
-ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --memory --units
 ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --compress --sidecar --template --deid --json
+ct-convert --cube --type --compress --sidecar --template --memory --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
 ct-ddnm s--seed --json --dry-run
-ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise --memory s--seed --units
 ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
 ct-fdk --nonnegative --tv w--window --quantity --json --dry-run
 ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
-ct-merge --memory
+ct-merge --type
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
 ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
-ct-metrics --max-residual --max-residual-rms --json
+ct-metrics --max-residual --max-residual-rms --memory --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
@@ -212,10 +212,10 @@ ct-phantom --size --spacing --oversample --density w--window p--project --beam n
 ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
-ct-project --photons --electronic --mu-water s--seed --json --dry-run
+ct-project --photons --electronic --mu-water --memory s--seed --json --dry-run
 ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --brick --json --dry-run --units
-ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
+ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
@@ -223,7 +223,7 @@ ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --v
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
 ct-upsample x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --brick --json --dry-run --units
-ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window
+ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window --memory
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
 awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want

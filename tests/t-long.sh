@@ -36,6 +36,13 @@ if (ulimit -v 4000000 && exec ct-degrade --version) >/dev/null 2>&1; then
 else
 	skip 'memory' 'no room for a limit here'
 fi
+if command -v python3 >/dev/null; then
+	passes peak 1 ct-upsample
+	echo 'python3 -c "b = b\"x\" * (300 << 20)"; exec $true "$@"' | breaks ct-upsample
+	fails 'held 3[0-9][0-9] MiB' peak 1 ct-upsample
+else
+	skip 'peak' 'no python3'
+fi
 builddir=$builddir sh "$srcdir/tests/long/kill.sh" 3 ct-fuse >out 2>&1
 has out '^row|kill|SIGKILL, ct-fuse|3|3$' 'kill ct-fuse passes'
 echo 'case "$*" in *--resume*) exec $true "$@" -n 2 ;; esac; exec $true "$@"' | breaks ct-fuse

@@ -40,7 +40,9 @@ no ct-convert --compress --compress --scanner s.json
 no ct-convert --sidecar=x.json --scanner s.json
 no ct-convert --sidecar=x.json --inspect
 no ct-convert --radiograph=integral --scanner s.json
-for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --deid --type=i16 --sidecar=x.json; do no ct-convert $o --radiograph intensity; done
+no ct-convert --memory=1G --scanner s.json
+no ct-convert --memory=1G --inspect
+for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --memory=1G --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none.x --beam=fan; do
 	no ct-phantom $o

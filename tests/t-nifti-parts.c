@@ -2,6 +2,7 @@
  */
 #include "config.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "formats/nifti.h"
 #include "nifti-make.h"
 #include "tap.h"
@@ -592,6 +593,61 @@ static void test_hash(void)
 	free(m.p);
 }
 
+static int same_files(const char *a, const char *b)
+{
+	unsigned char *p, *q;
+	size_t n, m;
+	int same;
+
+	must(ct_slurp(a, &p, &n, &err) || ct_slurp(b, &q, &m, &err));
+	same = n == m && memcmp(p, q, n) == 0;
+	free(p);
+	free(q);
+	return same;
+}
+
+/* Plane by plane, with metadata that are known in the end, it is the same file. */
+static void test_planes(void)
+{
+	static const enum ct_nifti_type types[] = {CT_NIFTI_AUTO, CT_NIFTI_I16, CT_NIFTI_F32};
+	struct ct_nifti_planes *w;
+	struct ct_vol v;
+	int rc = 0;
+
+	make_volume(&v, 3, 4, 5);
+	for (size_t i = 0; i < 60; i++)
+		v.data[i] = (float)i - 30;
+	for (size_t t = 0; t < 3; t++) {
+		must(ct_meta_set(&v.meta, "key", "before", &err) ||
+			ct_nifti_create(&w, "p.nii", &v, types[t], false, &force, &err));
+		for (size_t k = 0; k < 5; k++)
+			must(ct_nifti_put(w, 12, v.data + 12 * k, &err));
+		must(ct_meta_set(&v.meta, "key", "behind", &err) ||
+			ct_nifti_close(w, &v, 0, &force, &err) ||
+			ct_nifti_write("v.nii", &v, types[t], false, &force, &err));
+		OK(same_files("p.nii", "v.nii"), "%s, plane by plane",
+			CT_WORD(CT_NIFTI_LIST, types[t]));
+		must(unlink("p.nii") || unlink("v.nii"));
+	}
+	v.data[30] = 0.5f;
+	for (size_t t = 0; t < 3; t++) {
+		must(ct_nifti_create(&w, "p.nii", &v, types[t], false, &force, &err));
+		err = (struct ct_err){0};
+		rc = ct_nifti_put(w, 60, v.data, &err);
+		OK(types[t] == CT_NIFTI_AUTO ? rc && err.code == CT_ENUMERIC : rc == 0,
+			"a half as %s", CT_WORD(CT_NIFTI_LIST, types[t]));
+		OK(ct_nifti_close(w, &v, -1, &force, &err) == -1 && access("p.nii", F_OK) != 0,
+			"is dropped");
+	}
+	v.data[30] = 40000;
+	must(ct_nifti_create(&w, "p.nii", &v, CT_NIFTI_I16, false, &force, &err));
+	rc = ct_nifti_put(w, 60, v.data, &err);
+	OK(rc && err.code == CT_ENUMERIC && strstr(err.msg, "p.nii: a voxel does not fit int16"),
+		"%s", err.msg);
+	ct_nifti_close(w, &v, -1, &force, &err);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	char dir[] = "/tmp/t-nifti-parts.XXXXXX";
@@ -610,6 +666,7 @@ int main(void)
 	test_fields();
 	test_offset();
 	test_hash();
+	test_planes();
 	if (chdir("/") != 0 || rmdir(dir) != 0)
 		OK(0, "%s is left empty", dir);
 	return tap_done();

@@ -8,6 +8,7 @@
 #include "tap.h"
 
 #include <dirent.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -131,6 +132,53 @@ static void refused(void)
 	ct_room_close();
 }
 
+/* Is there a room after the first array of 8 MiB, if `times` that is what is held? */
+static bool opens(struct ct_memory *m, const char *given, double times)
+{
+	char *small = NULL;
+	float *v = NULL;
+	bool before, open;
+
+	must(ct_memory_begin(m, given, "room/out", times, &err));
+	must(ct_room_alloc(&small, 1000, 1, &err));
+	before = ct_room_is_open();
+	must(ct_room_alloc(&v, EACH, 4, &err));
+	open = ct_room_is_open();
+	v[EACH - 1] = 1;
+	ct_room_free(v);
+	ct_room_free(small);
+	return open && !before;
+}
+
+static void awaited(void)
+{
+	const size_t n[3] = {512, 512, 8};
+	struct ct_env env = {0};
+	struct ct_memory m;
+
+	OK(!opens(&m, "80M", 1), "one volume fits");
+	OK(!ct_room_is_open() && ct_memory_settle(&m, 8.0 * MIB, n, 0, &env, &err) == 0 &&
+			!ct_room_is_open(),
+		"and so does what is told then");
+	OK(ct_memory_settle(&m, 15.0 * MIB, n, 0, &env, &err) == 0 && ct_room_is_open(),
+		"or it does not");
+	ct_room_close();
+	OK(opens(&m, "80M", 2), "two do not");
+	OK(ct_memory_settle(&m, 16.0 * MIB, n, 0, &env, &err) == 0, "and that is enough");
+	OK(ct_memory_settle(&m, 16.0 * MIB, n, MIB, &env, &err) == -1 && err.code == CT_ENOMEM &&
+			strcmp(err.msg, "--memory 80M: this takes 81M") == 0,
+		"or is not: %s", err.msg);
+	ct_room_close();
+	if (ct_memory_free("") <= 0)
+		return;
+	OK(!opens(&m, NULL, 1), "what is free is enough for one");
+	ct_room_close();
+	OK(opens(&m, NULL, 1e12) && m.text == m.own, "and not for as many: %s", m.text);
+	ct_room_close();
+	OK(ct_memory_begin(&m, "some", "room/out", 1, &err) == -1 && err.code == CT_EUSAGE,
+		"no size: %s", err.msg);
+}
+
 static void words(void)
 {
 	static const struct {
@@ -175,6 +223,7 @@ int main(void)
 		return 99;
 	arrays();
 	refused();
+	awaited();
 	words();
 	enough();
 	rmdir("room");

@@ -26,6 +26,28 @@ ct-convert lr.nii@lr.nii
 ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
 ct-convert --units=hu@sr.nii o.dcm
 EOF
+mkdir other; mkdir ./-c
+plan 'of a template' -Q draft --template other --series 2 --deid lr.nii out/ <<'EOF'
+ct-convert lr.nii@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu --template=other --series=2 --deid@sr.nii out/
+EOF
+plan 'other than IN' -Q draft --template=-c --series 2 scan out/ <<'EOF'
+ct-convert scan@lr.nii --series=2
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu --template=./-c@sr.nii out/
+EOF
+plan 'without what tells who' -Q draft --deid scan o.dcm <<'EOF'
+ct-convert scan@lr.nii
+ct-upsample -x4 --estimate --tolerance=1@lr.nii@sr.nii
+ct-convert --units=hu --template=scan --deid@sr.nii o.dcm
+EOF
+for o in --template=other --deid; do
+	exits 2 "$o without DICOM" ct-sr --dry-run $o lr.nii o.nii
+	has err "^ct-sr: ${o%%=*}: needs OUT to be DICOM" 'says so'
+done
+exits 3 'a template that is none' ct-sr --dry-run --template lr.nii lr.nii out/
+has err 'lr.nii: is not DICOM' 'says so'
 plan 'fast, which is the default' lr.nii o.nii <<'EOF'
 ct-convert lr.nii@lr.nii
 ct-restore --prior=SLICES.safetensors -x4 --estimate --tolerance=0.1@lr.nii o.nii
@@ -36,7 +58,7 @@ ct-restore --prior=SLICES.safetensors -x1,1,4.5 --estimate --tolerance=0.1@lr.ni
 EOF
 plan 'voxels that are aimed at, a box, the operator, memory' -Q draft --spacing .5,.5,1 --crop auto --sigma 2 --decimate mean \
 	--noise 3.5 --memory 2G lr.nii o.nii <<'EOF'
-ct-convert lr.nii@lr.nii --crop=auto
+ct-convert lr.nii@lr.nii --memory=2G --crop=auto
 ct-upsample --spacing=.5,.5,1 --memory=2G --sigma=2 --decimate=mean --noise=3.5 --tolerance=1@lr.nii o.nii
 EOF
 plan 'and of fast' --spacing 1 --sigma 2 lr.nii o.nii <<'EOF'

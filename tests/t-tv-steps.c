@@ -3,6 +3,7 @@
 #include "config.h"
 #include "numbers.h"
 #include "resolution/hessian-tv.h"
+#include "resolution/tv-row.h"
 #include "resolution/tv.h"
 
 #include <signal.h>
@@ -148,7 +149,8 @@ static void compare(const size_t size[3], int kind)
 	const struct ct_env env = {0};
 	struct ct_consistency dc = {0};
 	struct ct_tv_report r;
-	float *y, *got, *to, *dual;
+	float *y, *got, *to, *start;
+	int16_t *dual;
 	double worst = 0, apart_dual = 0;
 
 	for (int a = 0; a < 3; a++)
@@ -160,14 +162,17 @@ static void compare(const size_t size[3], int kind)
 	y = normals(count, 11, 0, 100);
 	got = normals(count, 12, 0, 60);
 	to = normals(count, 13, 0, 60);
-	dual = normals(3 * count, 14, 0, 0.3);
+	dual = calloc(3 * count, sizeof *dual);
+	start = normals(3 * count, 14, 0, 0.2);
 	memset(q, 0, sizeof q);
 	for (size_t i = 0; i < count; i++) {
 		x[i] = (double)got[i];
 		for (int c = 0; c < 3 && kind == 1; c++) {
-			if (i / step[c] % n[c] + 1 == n[c]) /* no difference: none */
-				dual[(size_t)c * count + i] = 0;
-			q[c][i] = (double)dual[(size_t)c * count + i];
+			int16_t *p = &dual[(size_t)c * count + i];
+
+			if (i / step[c] % n[c] + 1 < n[c]) /* a difference */
+				*p = (int16_t)(CT_TV_ONE * start[(size_t)c * count + i]);
+			q[c][i] = (double)*p / (double)CT_TV_ONE;
 		}
 	}
 	must(ct_consistency_alloc(&dc, &one, n, y, 30, NULL, &err));
@@ -183,8 +188,9 @@ static void compare(const size_t size[3], int kind)
 	for (size_t i = 0; i < count; i++) {
 		worst = fmax(worst, fabs((double)got[i] - x[i]));
 		for (int c = 0; c < 3 && kind == 1; c++)
-			apart_dual = fmax(
-				apart_dual, fabs((double)dual[(size_t)c * count + i] - q[c][i]));
+			apart_dual = fmax(apart_dual,
+				fabs((double)dual[(size_t)c * count + i] / (double)CT_TV_ONE -
+					q[c][i]));
 	}
 	OK(worst < 0.01 && apart_dual < 1e-4, "%s of %zux%zux%zu: %d steps (%.2g, %.2g)",
 		name[kind], n[0], n[1], n[2], STEPS, worst, apart_dual);
@@ -192,6 +198,7 @@ static void compare(const size_t size[3], int kind)
 	free(y);
 	free(got);
 	free(to);
+	free(start);
 	free(dual);
 }
 
@@ -212,7 +219,8 @@ static void left_off(void)
 	enum { ALL = 8, COUNT = 9 * 6 * 36 };
 	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, ALL, 0};
 	float *z = normals(COUNT / 12, 21, 0, 100), *to = normals(COUNT, 22, 0, 60);
-	float *start = normals(COUNT, 23, 0, 60), *got[2], *dual[2];
+	float *start = normals(COUNT, 23, 0, 60), *got[2];
+	int16_t *dual[2];
 	struct ct_consistency dc = {0};
 	bool stops = true, same = true;
 
@@ -224,7 +232,7 @@ static void left_off(void)
 		for (int k = 0; k < 2; k++) {
 			got[k] =
 				memcpy(malloc(COUNT * sizeof(float)), start, COUNT * sizeof(float));
-			dual[k] = calloc(3 * COUNT, sizeof(float));
+			dual[k] = calloc(3 * COUNT, sizeof *dual[k]);
 		}
 		rule.iterations = ALL;
 		must(ct_tv_near(got[0], &dc, &rule, &(struct ct_tv_near){to, 25, dual[0]}, &r,
@@ -237,7 +245,7 @@ static void left_off(void)
 		must(ct_tv_near(got[1], &dc, &rule, &(struct ct_tv_near){to, 25, dual[1]}, &r,
 			&(struct ct_env){0}, &err));
 		same &= memcmp(got[0], got[1], COUNT * sizeof(float)) == 0 &&
-			memcmp(dual[0], dual[1], 3 * COUNT * sizeof(float)) == 0;
+			memcmp(dual[0], dual[1], 3 * COUNT * sizeof *dual[0]) == 0;
 		for (int k = 0; k < 2; k++) {
 			free(got[k]);
 			free(dual[k]);

@@ -1,6 +1,7 @@
 /* t-vec.c: core/vec.h at the level that this program is compiled for, against plain C. */
 #include "config.h"
 #include "core/vec-exp.h"
+#include "core/vec-i16.h"
 #include "tests/tap.h"
 
 #include <float.h>
@@ -74,6 +75,36 @@ static bool same_as64(ct_f64 v, double want)
 		if (memcmp(&(double){v[i]}, &want, sizeof want) != 0)
 			return false;
 	return true;
+}
+
+/* int16_t, whose register is half as long. */
+static void halves(void)
+{
+	static const float around[] = {
+		0.5f, 1.5f, -0.5f, -1.5f, 2.4999998f, -32767.0f, 32767.0f, -0.0f};
+	static const int32_t whole[] = {0, 2, 0, -2, 2, -32767, 32767, 0};
+	int16_t in[MOST], out[MOST];
+	bool same = true;
+
+	for (int i = 0; i < MOST; i++)
+		in[i] = (int16_t)(i % 2 ? -32768 + i : 32767 - i);
+	for (size_t n = 0; n <= CT_F32_LANES; n++) {
+		const ct_i32 v = ct_i32_load_i16(in + 1, n);
+
+		for (size_t i = 0; i < CT_F32_LANES; i++)
+			same = same && v[i] == (i < n ? in[i + 1] : 0) &&
+			       ct_f32_from(v)[i] == (float)v[i];
+		memset(out, 0, sizeof out);
+		ct_i32_store_i16(out, ct_i32_load_i16(in, CT_F32_LANES), n);
+		for (size_t i = 0; i < MOST; i++)
+			same = same && out[i] == (i < n ? in[i] : 0);
+	}
+	OK(same, "the first n 16-bit numbers are loaded and stored, and no others");
+	same = true;
+	for (size_t k = 0; k < sizeof whole / sizeof *whole; k++)
+		for (size_t i = 0; i < CT_F32_LANES; i++)
+			same = same && ct_i32_round(ct_f32_set(around[k]))[i] == whole[k];
+	OK(same, "the nearest whole number, the even one of two");
 }
 
 static void elements(void)
@@ -211,6 +242,7 @@ int main(void)
 							: 16),
 		"registers of %d bytes", CT_VEC_BYTES);
 	parts();
+	halves();
 	elements();
 	tables();
 	fused();

@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#define NOTE "-note"
 #define OUTPUT "OUT"
 #define NOT_MADE "not made"
 
@@ -60,13 +61,18 @@ static int name_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	return rc;
 }
 
-/* The state of the run of a command, opened and named; 1 if what it reads cannot be told. */
-static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
+/* The state of the run of a command, or the note of it, opened and named; 1 if what it reads cannot
+ * be told. */
+static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, const char *end,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env own = *env;
-	char *path = ct_chain_step_path(c, i);
+	char *step = ct_chain_step_path(c, i), *path = NULL;
 	int rc;
+
+	if (!step || asprintf(&path, "%s%s", step, end) < 0)
+		path = NULL;
+	free(step);
 
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
@@ -257,18 +263,17 @@ int ct_chain_ask(
 }
 
 /* A step that can be resumed: left out if it is done, and else noted before and after. */
-static int run_step(const struct ct_chain *c, size_t i, size_t *left_out, const struct ct_env *env,
-	struct ct_err *e)
+static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_step *s = &c->step[i];
 	struct ct_resume r = {0};
 	enum done was = NOTHING;
-	int rc = -1, told = open_step(&r, c, i, env, e);
+	int rc = -1, told = open_step(&r, c, i, "", env, e);
 
 	if (told < 0 || (told == 0 && c->resume && look(&was, &r, s, env, e)))
 		goto out;
 	if (was == DONE) {
-		++*left_out;
+		c->left_out++;
 		rc = 0;
 		goto out;
 	}
@@ -281,17 +286,60 @@ out:
 	return rc;
 }
 
-int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+int ct_chain_run_some(
+	struct ct_chain *c, size_t from, size_t to, const struct ct_env *env, struct ct_err *e)
 {
-	size_t left_out = 0;
-
 	if (!c->folder.temporary && ct_chain_write(c, env, e))
 		return -1;
-	for (size_t i = 0; i < c->n; i++)
+	for (size_t i = from; i < to; i++)
 		if (c->folder.temporary ? start(c, &c->step[i], false, NULL, env, e)
-					: run_step(c, i, &left_out, env, e))
+					: run_step(c, i, env, e))
 			return -1;
-	if (left_out)
-		ct_log(env, CT_INFO, "%zu of %zu steps were done", left_out, c->n);
+	if (c->left_out && to == c->n)
+		ct_log(env, CT_INFO, "%zu of %zu steps were done", c->left_out, c->n);
 	return 0;
+}
+
+int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_chain_run_some(c, 0, c->n, env, e);
+}
+
+static int pack_note(struct ct_tensors *state, const void *work, struct ct_err *e)
+{
+	return ct_meta_set(&state->meta, CT_META_TOLD, work, e);
+}
+
+int ct_chain_note(
+	struct ct_chain *c, size_t i, const char *text, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_resume r = {0};
+	int rc = c->folder.temporary ? 0 : open_step(&r, c, i, NOTE, env, e);
+
+	if (rc == 0 && !c->folder.temporary)
+		rc = ct_resume_save(&r, pack_note, text, e);
+	ct_resume_close(&r);
+	return rc < 0 ? -1 : 0;
+}
+
+int ct_chain_recall(
+	char **text, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_tensors state = {0};
+	struct ct_resume r = {0};
+	struct ct_err why;
+	int rc = 0;
+
+	*text = NULL;
+	if (c->folder.temporary || !c->resume)
+		return 0;
+	rc = open_step(&r, c, i, NOTE, env, e);
+	if (rc == 0 && ct_resume_load(&r, &state, &why) == 0) {
+		const char *told = ct_meta_get(&state.meta, CT_META_TOLD);
+
+		*text = told ? strdup(told) : NULL;
+	}
+	ct_tensors_free(&state);
+	ct_resume_close(&r);
+	return rc < 0 ? -1 : 0;
 }

@@ -232,12 +232,30 @@ int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct
 	return rc;
 }
 
+/* Step `from` and all behind it. */
+static void drop_steps(struct ct_chain *c, size_t from)
+{
+	for (size_t i = from; i < c->n; i++)
+		for (size_t k = 0; k < c->step[i].argc; k++)
+			free(c->step[i].argv[k]);
+	c->n = c->n < from ? c->n : from;
+}
+
+int ct_chain_replace(struct ct_chain *c, size_t from, struct ct_chain *by, struct ct_err *e)
+{
+	drop_steps(c, from);
+	if (ct_grow(&c->step, &c->cap, c->n + by->n, sizeof *c->step, e))
+		return -1;
+	for (size_t i = 0; i < by->n; i++)
+		c->step[c->n++] = by->step[i];
+	by->n = 0;
+	return 0;
+}
+
 void ct_chain_close(struct ct_chain *c)
 {
 	ct_folder_close(&c->folder);
-	for (size_t i = 0; i < c->n; i++)
-		for (size_t k = 0; k < c->step[i].argc; k++)
-			free(c->step[i].argv[k]);
+	drop_steps(c, 0);
 	free(c->step);
 	free(c->tools);
 	free(c->threads);

@@ -24,6 +24,7 @@ struct ct_chain {
 	struct ct_folder folder; /* of the intermediate files */
 	char *tools;             /* where the commands are */
 	bool resume;
+	size_t left_out; /* steps that were done before */
 	size_t n, cap;
 	struct ct_step *step;
 	size_t sources;
@@ -54,6 +55,19 @@ bool ct_chain_owns_output(const struct ct_chain *c);
  * the command has said why. SIGINT, SIGTERM and SIGUSR1 are passed on, and a command ends when
  * this program is killed. */
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
+/* The same of the steps from .. to, not included, of which those before are done. */
+int ct_chain_run_some(
+	struct ct_chain *c, size_t from, size_t to, const struct ct_env *env, struct ct_err *e);
+/* In the place of step `from` and all behind it those of `by`, which has none then. CT_ENOMEM. */
+int ct_chain_replace(struct ct_chain *c, size_t from, struct ct_chain *by, struct ct_err *e);
+/* Keep in FOLDER/step-N-note.state a text about step i and what its inputs hold, for a run that
+ * goes on; nothing in a temporary folder. */
+int ct_chain_note(
+	struct ct_chain *c, size_t i, const char *text, const struct ct_env *env, struct ct_err *e);
+/* That text, owned by the caller, if a run that goes on finds it and the step is the same; else
+ * NULL. */
+int ct_chain_recall(
+	char **text, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
 /* Run step i alone, now, without a state. */
 int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
 /* What step i says on standard output with --dry-run --json, a json_t object, owned by the caller.

@@ -80,12 +80,28 @@ static int take_lock(struct ct_folder *f, struct ct_err *e)
 	return got ? 0 : -1;
 }
 
-static int name_temporary(struct ct_folder *f, bool dry, struct ct_err *e)
+static const char *temporaries(void)
 {
 	const char *tmp = getenv("TMPDIR");
 
-	if (!tmp || !*tmp)
-		tmp = "/tmp";
+	return tmp && *tmp ? tmp : "/tmp";
+}
+
+char *ct_folder_of(const char *out)
+{
+	size_t length = strlen(out);
+	const char *slash;
+
+	while (length > 1 && out[length - 1] == '/') /* a folder that is to be */
+		length--;
+	slash = memrchr(out, '/', length);
+	return strcmp(out, "-") == 0 ? strdup(temporaries())
+	       : slash               ? strndup(out, slash == out ? 1 : (size_t)(slash - out))
+				     : strdup(".");
+}
+
+static int name_temporary(struct ct_folder *f, const char *tmp, bool dry, struct ct_err *e)
+{
 	if (asprintf(&f->path, "%s/" NAME "XXXXXX", tmp) < 0) {
 		f->path = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
@@ -102,7 +118,7 @@ static int name_temporary(struct ct_folder *f, bool dry, struct ct_err *e)
 int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_err *e)
 {
 	*f = (struct ct_folder){.lock = -1};
-	if (!path && name_temporary(f, dry, e))
+	if (!path && name_temporary(f, temporaries(), dry, e))
 		return -1;
 	if (path && !(f->path = strdup(path)))
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
@@ -111,6 +127,30 @@ int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_er
 	if (path && mkdir(path, 0777) != 0 && errno != EEXIST)
 		return ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
 	return take_lock(f, e);
+}
+
+int ct_folder_open_beside(struct ct_folder *f, const char *out, struct ct_err *e)
+{
+	char *dir = ct_folder_of(out);
+	int rc;
+
+	*f = (struct ct_folder){.lock = -1};
+	rc = !dir                               ? ct_fail(e, CT_ENOMEM, "no memory for a file name")
+	     : name_temporary(f, dir, false, e) ? -1
+						: take_lock(f, e);
+	free(dir);
+	return rc;
+}
+
+/* Without that file it is none that another run may remove. */
+void ct_folder_keep(struct ct_folder *f)
+{
+	char *lock = ct_folder_file(f, LOCK_TEMPORARY);
+
+	if (lock)
+		unlink(lock);
+	free(lock);
+	f->temporary = false;
 }
 
 void ct_folder_close(struct ct_folder *f)

@@ -1,27 +1,40 @@
 /* part.c: see part.h. */
 #include "config.h"
 #include "cli/part.h"
-#include "formats/hash.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* The hash of some pieces, to be freed. */
-static char *hash_of(size_t n, const struct ct_piece *piece, struct ct_err *e)
+/* A hash in words, to be freed. */
+static char *text_of(const struct ct_hash *h, struct ct_err *e)
 {
 	struct ct_meta m = {0};
-	const char *said, *space;
-	char *hash = NULL;
+	const char *said;
+	char *text = NULL;
 
-	if (ct_meta_input(&m, "-", n, piece, e) == 0) {
+	if (ct_hash_input(h, &m, "-", e) == 0) {
 		said = ct_meta_get(&m, CT_META_INPUT);
-		space = said ? strrchr(said, ' ') : NULL;
-		hash = strdup(space ? space + 1 : "");
-		if (!hash)
+		text = strdup(strrchr(said, ' ') + 1);
+		if (!text)
 			ct_fail(e, CT_ENOMEM, "no memory");
 	}
 	ct_meta_free(&m);
-	return hash;
+	return text;
+}
+
+/* That of some pieces. */
+static char *hash_of(size_t n, const struct ct_piece *piece, struct ct_err *e)
+{
+	struct ct_hash *h;
+	char *text;
+
+	if (ct_hash_alloc(&h, e))
+		return NULL;
+	for (size_t i = 0; i < n; i++)
+		CT_SIMD(ct_hash_add)(h, piece[i].data, piece[i].bytes);
+	text = text_of(h, e);
+	free(h);
+	return text;
 }
 
 /* Does the row of a key (resume.c) say which part a run makes? */
@@ -103,10 +116,10 @@ int ct_part_get(struct ct_part *p, const struct ct_meta *m, struct ct_err *e)
 	return 0;
 }
 
-int ct_part_check(const struct ct_meta *m, const float *x, size_t n, struct ct_err *e)
+int ct_part_check(const struct ct_meta *m, const struct ct_hash *values, struct ct_err *e)
 {
 	const char *was = ct_meta_get(m, CT_META_PART_HASH);
-	char *is = hash_of(1, &(struct ct_piece){x, n * sizeof *x}, e);
+	char *is = text_of(values, e);
 	int rc = -1;
 
 	if (is)

@@ -4,6 +4,7 @@
 #ifndef CT_CLI_PART_H
 #define CT_CLI_PART_H
 #include "cli/resume.h"
+#include "formats/hash.h"
 
 #include <stddef.h>
 
@@ -22,8 +23,8 @@ int ct_part_put(struct ct_meta *m, const struct ct_part *p, const struct ct_resu
 	const float *x, size_t n, struct ct_err *e);
 /* What m says: 0; 1 if it says nothing; -1 with CT_EINPUT. */
 int ct_part_get(struct ct_part *p, const struct ct_meta *m, struct ct_err *e);
-/* CT_EINPUT unless x[n] is what ct_part_put was given. */
-int ct_part_check(const struct ct_meta *m, const float *x, size_t n, struct ct_err *e);
+/* CT_EINPUT unless this is the hash of what ct_part_put was given. */
+int ct_part_check(const struct ct_meta *m, const struct ct_hash *values, struct ct_err *e);
 /* Take what ct_part_put noted out of m. */
 void ct_part_drop(struct ct_meta *m);
 

@@ -126,6 +126,8 @@ struct ct_env;
 #define CT_META_PART_RUN "part.run"
 /* hash: of its values; ct_part_put */
 #define CT_META_PART_HASH "part.hash"
+/* text: what a step said that it will take, in the note of a chain; ct_chain_note */
+#define CT_META_TOLD "told"
 /* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 

@@ -24,11 +24,13 @@ static struct {
 		size_t bytes;
 	} * map; /* arrays in files */
 	atomic_bool open;
+	double times, enough; /* while the first array is awaited, else 0 */
 	pthread_mutex_t lock;
 } room = {.statm = -1, .lock = PTHREAD_MUTEX_INITIALIZER};
 
 int ct_room_open(const char *dir, size_t most, struct ct_err *e)
 {
+	ct_room_close();
 	room.dir = strdup(dir);
 	if (!room.dir)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
@@ -41,11 +43,32 @@ int ct_room_open(const char *dir, size_t most, struct ct_err *e)
 void ct_room_close(void)
 {
 	atomic_store(&room.open, false);
+	room.times = 0;
 	if (room.statm >= 0)
 		close(room.statm);
 	room.statm = -1;
 	free(room.dir);
 	room.dir = NULL;
+}
+
+void ct_room_await(double times, double enough)
+{
+	room.times = times;
+	room.enough = enough;
+	atomic_store(&room.open, false);
+}
+
+/* Is it one for an array of so many bytes? */
+static bool is_for(size_t bytes)
+{
+	if (bytes < CT_ROOM_LEAST || bytes > CT_MAX_BYTES)
+		return false;
+	pthread_mutex_lock(&room.lock);
+	if (room.times > 0 && room.times * (double)bytes > room.enough)
+		atomic_store(&room.open, true);
+	room.times = 0;
+	pthread_mutex_unlock(&room.lock);
+	return ct_room_is_open();
 }
 
 bool ct_room_is_open(void)
@@ -110,8 +133,7 @@ static int allocate(void *out, size_t n, size_t size, bool zero, struct ct_err *
 	size_t bytes;
 	void *p = NULL;
 
-	if (!ct_room_is_open() || __builtin_mul_overflow(n, size, &bytes) ||
-		bytes < CT_ROOM_LEAST || bytes > CT_MAX_BYTES)
+	if (__builtin_mul_overflow(n, size, &bytes) || !is_for(bytes))
 		return zero ? ct_alloc0(out, n, size, e) : ct_alloc(out, n, size, e);
 	if (map_file(&p, bytes, e) || enter(p, bytes, e)) /* a new file is zero */
 		return -1;

@@ -20,6 +20,9 @@ enum { CT_ROOM_LEAST = 1 << 21 };
 
 /* Keep within `most` bytes of memory, the rest in the folder dir (copied). */
 int ct_room_open(const char *dir, size_t most, struct ct_err *e);
+/* Of a room just opened: it is one only from the first such array on, and if `times` as much as
+ * that one is more than `enough` bytes. */
+void ct_room_await(double times, double enough);
 /* What is allocated stays until it is freed. */
 void ct_room_close(void);
 bool ct_room_is_open(void);

@@ -122,6 +122,32 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 #endif
 }
 
+/* The nearest whole numbers, the even one of two, for |x| < 2^22. */
+CT_INLINE ct_i32 ct_i32_round(ct_f32 x)
+{
+#if defined(__AVX512F__)
+	return (ct_i32)_mm512_cvtps_epi32((__m512)x);
+#elif defined(__AVX2__)
+	return (ct_i32)_mm256_cvtps_epi32((__m256)x);
+#elif defined(__x86_64__)
+	return (ct_i32)_mm_cvtps_epi32((__m128)x);
+#else
+	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
+
+	return __builtin_convertvector(x + magic - magic, ct_i32);
+#endif
+}
+
+/* Whole numbers as they are, of fewer than 25 bits. */
+CT_INLINE ct_f32 ct_f32_from(ct_i32 v)
+{
+#if defined(__AVX512F__)
+	return (ct_f32)_mm512_cvtepi32_ps((__m512i)v);
+#else
+	return __builtin_convertvector(v, ct_f32);
+#endif
+}
+
 CT_INLINE ct_f64 ct_f64_load(const double *p)
 {
 	ct_f64 v;

@@ -107,11 +107,12 @@ int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 	return 0;
 }
 
-/* Voxels from `begin` to n. */
-static int check_finite(const struct ct_vol *v, size_t begin, size_t n, struct ct_err *e)
+/* Voxels x[n], of which the first is number `first` of v. */
+static int check_finite(
+	const struct ct_vol *v, const float *x, size_t n, size_t first, struct ct_err *e)
 {
 	enum { BLOCK = 4096, LANES = 32 };
-	size_t at = begin;
+	size_t at = 0;
 
 	/* whole blocks first, lane by lane so that the loop is vectors: NaN and infinity times zero
 	 * are NaN */
@@ -120,32 +121,35 @@ static int check_finite(const struct ct_vol *v, size_t begin, size_t n, struct c
 
 		for (size_t i = at; i < at + BLOCK; i += LANES)
 			for (size_t k = 0; k < LANES; k++)
-				lane[k] += v->data[i + k] * 0.0f;
+				lane[k] += x[i + k] * 0.0f;
 		for (size_t k = 0; k < LANES; k++)
 			sum += lane[k];
 		if (isnan(sum))
 			break;
-		if ((at - begin) % (BLOCK * 64) == 0)
+		if (at % (BLOCK * 64) == 0)
 			ct_room_trim();
 	}
 	for (; at < n; at++)
-		if (!isfinite(v->data[at]))
-			return ct_fail(e, CT_ENUMERIC, "voxel (%zu,%zu,%zu) is %s", at % v->n[0],
-				at / v->n[0] % v->n[1], at / v->n[0] / v->n[1],
-				isnan(v->data[at]) ? "NaN" : "infinite");
+		if (!isfinite(x[at])) {
+			const size_t i = first + at;
+
+			return ct_fail(e, CT_ENUMERIC, "voxel (%zu,%zu,%zu) is %s", i % v->n[0],
+				i / v->n[0] % v->n[1], i / v->n[0] / v->n[1],
+				isnan(x[at]) ? "NaN" : "infinite");
+		}
 	return 0;
 }
 
 int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e)
 {
-	return check_finite(v, 0, ct_vol_count(v), e);
+	return check_finite(v, v->data, ct_vol_count(v), 0, e);
 }
 
-int ct_vol_check_plane(const struct ct_vol *v, size_t k, struct ct_err *e)
+int ct_vol_check_plane(const struct ct_vol *v, size_t k, const float *x, struct ct_err *e)
 {
 	const size_t area = v->n[0] * v->n[1];
 
-	return check_finite(v, k * area, (k + 1) * area, e);
+	return check_finite(v, x, area, k * area, e);
 }
 
 void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const double factor[static 3])

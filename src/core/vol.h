@@ -37,8 +37,8 @@ int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e);
 int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e);
 /* CT_ENUMERIC naming the first voxel that is NaN or infinite. */
 int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e);
-/* The same of plane k. */
-int ct_vol_check_plane(const struct ct_vol *v, size_t k, struct ct_err *e);
+/* The same of plane k, whose voxels x are not looked for in v. */
+int ct_vol_check_plane(const struct ct_vol *v, size_t k, const float *x, struct ct_err *e);
 /* Voxels are cells: along an axis voxel k reaches from k to k + 1. Where its centre is then, and
  * the index, whole at centres, of such a place. Nothing else knows of the half voxel between. */
 static inline double ct_cell_centre(double k)

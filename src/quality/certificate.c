@@ -2,61 +2,66 @@
 #include "config.h"
 #include "quality/certificate.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Hoare's selection with the median of three: afterwards v[k] is where sorting would put it. */
-static void select_nth(float *v, size_t n, size_t k)
+enum { HALF = 1 << 16, MANY = 1 << 18 };
+
+/* Bits of |x|, which count up with it. */
+static uint32_t bits_of(float x)
 {
-	size_t lo = 0, hi = n - 1;
+	uint32_t bits;
 
-	while (lo < hi) {
-		float a = v[lo], b = v[lo + (hi - lo) / 2], c = v[hi];
-		float pivot = a < b ? (b < c ? b : a < c ? c : a) : (a < c ? a : b < c ? c : b);
-		size_t i = lo, j = hi;
-
-		while (i <= j) {
-			while (v[i] < pivot)
-				i++;
-			while (v[j] > pivot)
-				j--;
-			if (i > j)
-				break;
-			a = v[i];
-			v[i++] = v[j];
-			v[j] = a;
-			if (j == 0)
-				break;
-			j--;
-		}
-		if (k <= j && j < hi)
-			hi = j;
-		else if (k >= i)
-			lo = i;
-		else
-			return;
-	}
+	memcpy(&bits, &x, sizeof bits);
+	return bits & INT32_MAX;
 }
 
-double ct_certificate_quantile(float *v, size_t n, double q)
+/* The k-th of the sorted absolute values: first the upper half of its bits, then the lower. */
+static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF])
 {
-	double at = q * (double)(n - 1);
-	size_t k = (size_t)at;
-	float next;
+	uint32_t found = 0;
+	float value;
 
-	select_nth(v, n, k);
-	if (k + 1 == n)
-		return (double)v[k];
-	next = v[k + 1]; /* the least of those behind */
-	for (size_t i = k + 2; i < n; i++)
-		next = v[i] < next ? v[i] : next;
-	return (double)v[k] + (at - (double)k) * ((double)next - (double)v[k]);
+	for (int shift = 16; shift >= 0; shift -= 16) {
+		size_t bin = 0;
+
+		memset(count, 0, HALF * sizeof *count);
+		for (size_t i = 0; i < n; i++) {
+			const uint32_t bits = bits_of(v[i]);
+
+			count[bits >> shift & (HALF - 1)] += shift || bits >> 16 == found >> 16;
+			if (i % MANY == 0)
+				ct_room_trim();
+		}
+		while (k >= count[bin])
+			k -= count[bin++];
+		found |= (uint32_t)bin << shift;
+	}
+	memcpy(&value, &found, sizeof value);
+	return (double)value;
+}
+
+int ct_certificate_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e)
+{
+	const double at = q * (double)(n - 1);
+	const size_t k = (size_t)at;
+	uint64_t *count;
+
+	if (ct_alloc(&count, HALF, sizeof *count, e))
+		return -1;
+	*to = nth(v, n, k, count);
+	if (k + 1 < n)
+		*to += (at - (double)k) * (nth(v, n, k + 1, count) - *to);
+	free(count);
+	return 0;
 }
 
 /* Slice by slice, so that sums stay exact enough for any size. */
-static void summarise(struct ct_certificate *c, float *abs, const struct ct_vol *map)
+static int summarise(struct ct_certificate *c, const struct ct_vol *map, struct ct_err *e)
 {
 	size_t slice = map->n[0] * map->n[1], n = ct_vol_count(map);
 	double square = 0, sum = 0;
@@ -70,15 +75,27 @@ static void summarise(struct ct_certificate *c, float *abs, const struct ct_vol 
 
 			s2 += r * r;
 			s += r;
-			abs[i] = fabsf(map->data[i]);
 			c->max = fmax(c->max, fabs(r));
 		}
 		square += s2;
 		sum += s;
+		ct_room_trim();
 	}
 	c->rms = sqrt(square / (double)n);
 	c->mean = sum / (double)n;
-	c->p95 = ct_certificate_quantile(abs, n, 0.95);
+	return ct_certificate_quantile(&c->p95, map->data, n, 0.95, e);
+}
+
+/* map - lr. */
+static void take_off(struct ct_vol *map, const struct ct_vol *lr)
+{
+	const size_t slice = map->n[0] * map->n[1];
+
+	for (size_t k = 0; k < map->n[2]; k++) {
+		for (size_t i = k * slice; i < (k + 1) * slice; i++)
+			map->data[i] -= lr->data[i];
+		ct_room_trim();
+	}
 }
 
 int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
@@ -86,7 +103,6 @@ int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct
 	struct ct_err *e)
 {
 	struct ct_separable s = {0};
-	float *abs = NULL;
 	size_t n[3];
 	int rc = -1;
 
@@ -103,15 +119,10 @@ int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct
 	}
 	ct_separable_apply(&s, map->data, test->data, env->par);
 	ct_separable_free(&s);
-	if (ct_alloc(&abs, ct_vol_count(map), sizeof *abs, e))
-		goto out;
-	for (size_t i = 0; i < ct_vol_count(map); i++)
-		map->data[i] -= lr->data[i];
+	take_off(map, lr);
 	memcpy(map->affine, lr->affine, sizeof map->affine);
-	summarise(c, abs, map);
-	rc = 0;
+	rc = summarise(c, map, e);
 out:
 	ct_separable_free(&s);
-	free(abs);
 	return rc;
 }

@@ -23,12 +23,12 @@ struct ct_certificate {
 /* map gets the residual, on the grid and without the metadata of lr; it must be zero and is to be
  * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
  * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
- * three lr. */
+ * one lr. */
 int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e);
-/* Element at fraction q in [0, 1] of the sorted n > 0 values v, between two of them interpolated
- * linearly; v is reordered. Linear time on average. */
-double ct_certificate_quantile(float *v, size_t n, double q);
+/* Element at fraction q in [0, 1] of the sorted absolute values of n > 0 finite v, between two of
+ * them interpolated linearly. Linear time. CT_ENOMEM. */
+int ct_certificate_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e);
 
 #endif

@@ -1,11 +1,10 @@
 /* structures.c: see structures.h. */
 #include "config.h"
-#include "core/mem.h"
+#include "core/room.h"
 #include "quality/structures.h"
 #include "resolution/degrade.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define OUTER (10.0 / 3)
@@ -27,15 +26,18 @@ static int blur(
 static int band(float *d, float *work, unsigned char *soft, const struct ct_vol *v, double sigma,
 	struct ct_par *par, struct ct_err *e)
 {
-	const size_t n = ct_vol_count(v);
+	const size_t plane = v->n[0] * v->n[1];
 
 	if (blur(d, v, sigma, par, e) || blur(work, v, OUTER * sigma, par, e))
 		return -1;
-	for (size_t i = 0; i < n; i++) {
-		if (soft)
-			soft[i] = fabsf(d[i]) < CT_STRUCTURES_SOFT &&
-				  fabsf(work[i]) < CT_STRUCTURES_SOFT;
-		d[i] -= work[i];
+	for (size_t k = 0; k < v->n[2]; k++) {
+		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
+			if (soft)
+				soft[i] = fabsf(d[i]) < CT_STRUCTURES_SOFT &&
+					  fabsf(work[i]) < CT_STRUCTURES_SOFT;
+			d[i] -= work[i];
+		}
+		ct_room_trim();
 	}
 	return 0;
 }
@@ -59,7 +61,8 @@ static float about(const float *d, const size_t n[static 3], size_t i, float sig
 static void count(size_t *is, size_t *alone, const float *a, const float *b,
 	const unsigned char *soft, const size_t n[static 3], float sign, float t)
 {
-	for (size_t k = 1; k + 1 < n[2]; k++)
+	for (size_t k = 1; k + 1 < n[2]; k++) {
+		ct_room_trim();
 		for (size_t j = 1; j + 1 < n[1]; j++)
 			for (size_t i = 1; i + 1 < n[0]; i++) {
 				const size_t v = (k * n[1] + j) * n[0] + i;
@@ -70,6 +73,23 @@ static void count(size_t *is, size_t *alone, const float *a, const float *b,
 				(*is)++;
 				*alone += fmaxf(sign * b[v], about(b, n, v, sign)) < t / 2;
 			}
+	}
+}
+
+/* In the mask, too; how many. */
+static size_t mask_soft(unsigned char *soft, const struct ct_vol *mask, const size_t n[static 3])
+{
+	const size_t plane = n[0] * n[1];
+	size_t sum = 0;
+
+	for (size_t k = 0; k < n[2]; k++) {
+		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
+			soft[i] = soft[i] && (!mask || mask->data[i] != 0);
+			sum += soft[i];
+		}
+		ct_room_trim();
+	}
+	return sum;
 }
 
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
@@ -83,19 +103,16 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 
 	*s = (struct ct_structures){0};
 	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
-		ct_alloc(&d, 3 * n, sizeof *d, e))
+		ct_room_alloc(&d, 3 * n, sizeof *d, e))
 		return -1;
 	b = d + n;
 	work = b + n;
-	if (ct_alloc(&soft, n, 1, e))
+	if (ct_room_alloc(&soft, n, 1, e))
 		goto out;
 	if (band(d, work, soft, ref, sigma, env->par, e) ||
 		band(b, work, NULL, test, sigma, env->par, e))
 		goto out_soft;
-	for (size_t i = 0; i < n; i++) {
-		soft[i] = soft[i] && (!mask || mask->data[i] != 0);
-		s->soft += soft[i];
-	}
+	s->soft = mask_soft(soft, mask, ref->n);
 	for (int k = 0; k < 2; k++) {
 		const float sign = k ? -1 : 1;
 		size_t all = 0;
@@ -105,8 +122,8 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 	}
 	rc = 0;
 out_soft:
-	free(soft);
+	ct_room_free(soft);
 out:
-	free(d);
+	ct_room_free(d);
 	return rc;
 }

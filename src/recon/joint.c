@@ -83,7 +83,7 @@ int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t 
 	if (ct_alloc(&j->x, j->n, sizeof(float), e) ||
 		ct_alloc(&j->ahead, j->n, sizeof(float), e) ||
 		ct_alloc(&j->g, j->n, sizeof(float), e) ||
-		ct_alloc0(&j->dual, CT_TV_DUAL * j->n, sizeof(float), e) ||
+		ct_alloc0(&j->dual, CT_TV_DUAL * j->n, sizeof *j->dual, e) ||
 		ct_alloc(&j->q, ct_linear_out(r), sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->sums, SUMS * r->parts, sizeof(double), e))
@@ -106,7 +106,8 @@ void ct_joint_free(struct ct_joint *j)
 	ct_consistency_free(&j->dc);
 	ct_consistency_free(&j->null);
 	ct_taps_free(&j->filter);
-	j->x = j->ahead = j->dual = j->g = j->q = j->scratch = NULL;
+	j->x = j->ahead = j->g = j->q = j->scratch = NULL;
+	j->dual = NULL;
 	j->sums = NULL;
 }
 

@@ -77,7 +77,8 @@ struct ct_joint {
 	int (*save)(void *ctx, const struct ct_joint *j, struct ct_err *e);
 	void *ctx;
 	/* Owned. x is to be set to x0. */
-	float *x, *ahead, *dual; /* [n], [n], [3][n] */
+	float *x, *ahead; /* [n] */
+	int16_t *dual;    /* [3][n], tv.h */
 	struct ct_joint_at at;
 	float *g, *q, *scratch;     /* gradient; projections; a view, rows of dc: of each worker */
 	double *sums;               /* of each view */

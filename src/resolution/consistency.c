@@ -377,8 +377,13 @@ void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d
 	size_t n = d->t[0].n_in * d->t[1].n_in * d->t[2].n_in;
 
 	ct_separable_apply(d, lo, x, par);
-	for (size_t i = 0; i < m; i++)
-		lo[i] = (float)((double)y[i] - (double)lo[i]);
+	for (size_t at = 0; at < m; at += MANY) {
+		const size_t end = m - at < MANY ? m : at + MANY;
+
+		for (size_t i = at; i < end; i++)
+			lo[i] = (float)((double)y[i] - (double)lo[i]);
+		ct_room_trim();
+	}
 	ct_separable_apply(dplus, hi, lo, par);
 	for (size_t at = 0; at < n; at += MANY) {
 		const size_t end = n - at < MANY ? n : at + MANY;

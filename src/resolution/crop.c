@@ -1,5 +1,6 @@
 /* crop.c: see crop.h. */
 #include "config.h"
+#include "core/room.h"
 #include "resolution/crop.h"
 
 #include <math.h>
@@ -9,7 +10,8 @@ void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float 
 {
 	double sum[3] = {0}, count = 0;
 
-	for (size_t k = 0; k < n[2]; k++)
+	for (size_t k = 0; k < n[2]; k++) {
+		ct_room_trim();
 		for (size_t j = 0; j < n[1]; j++) {
 			const float *row = in + (k * n[1] + j) * n[0];
 			size_t hits = 0, first = 0;
@@ -23,6 +25,7 @@ void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float 
 			sum[1] += (double)(hits * j);
 			sum[2] += (double)(hits * k);
 		}
+	}
 	for (int d = 0; d < 3; d++)
 		c[d] = count > 0 ? sum[d] / count : ((double)n[d] - 1) / 2;
 }
@@ -39,7 +42,8 @@ ptrdiff_t ct_crop_start(size_t n, size_t m, double c)
 void ct_crop(float *restrict out, const size_t m[static 3], const float *restrict in,
 	const size_t n[static 3], const ptrdiff_t start[static 3], float pad)
 {
-	for (size_t k = 0; k < m[2]; k++)
+	for (size_t k = 0; k < m[2]; k++) {
+		ct_room_trim();
 		for (size_t j = 0; j < m[1]; j++) {
 			const ptrdiff_t z = (ptrdiff_t)k + start[2], y = (ptrdiff_t)j + start[1];
 			float *row = out + (k * m[1] + j) * m[0];
@@ -54,6 +58,7 @@ void ct_crop(float *restrict out, const size_t m[static 3], const float *restric
 							   (size_t)x];
 			}
 		}
+	}
 }
 
 void ct_crop_affine(double a[3][4], const double start[static 3])

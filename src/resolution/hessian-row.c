@@ -1,7 +1,8 @@
 /* hessian-row.c: see hessian-row.h. */
 #include "config.h"
 #include "resolution/hessian-row.h"
-#include "core/vec.h"
+#include "core/vec-i16.h"
+#include "resolution/tv-row.h"
 
 #include <stdbool.h>
 
@@ -11,7 +12,7 @@ enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS };
 CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_f32 *left, float s,
 	const bool begin, const bool end)
 {
-	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(1);
+	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(CT_TV_ONE);
 	const ct_f32 x = ct_f32_load_n(r->x + i, m);
 	const ct_f32 j1 = ct_f32_load_n(r->j1 + i, m), k1 = ct_f32_load_n(r->k1 + i, m);
 	const size_t more = end ? m - 1 : m; /* that have a voxel after them */
@@ -37,13 +38,13 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 #pragma GCC unroll 6
 	for (int c = 0; c < PARTS; c++) {
 		square += h[c] * h[c];
-		q[c] = ct_f32_load_n(r->q[c] + i, m) + s * h[c];
+		q[c] = ct_f32_load_i16(r->q[c] + i, m) + s * h[c];
 		norm += q[c] * q[c];
 	}
-	norm = one / ct_f32_sqrt(ct_f32_max(norm, one));
+	norm = one / ct_f32_sqrt(ct_f32_max(norm, one * one));
 #pragma GCC unroll 6
 	for (int c = 0; c < PARTS; c++)
-		ct_f32_store_n(r->q[c] + i, q[c] * norm, m);
+		ct_i32_store_i16(r->q[c] + i, ct_i32_round(q[c] * norm), m);
 	if (r->square)
 		ct_f32_store_n(r->square + i, square, m);
 	*left = x;
@@ -73,22 +74,25 @@ struct before {
 CT_INLINE void descend(const struct ct_hessian_descent *r, size_t i, size_t m, struct before *b,
 	float t, const bool end)
 {
-#define AT(row) ct_f32_load_n((row) + i, m)
-	const ct_f32 x = AT(r->x), ii = AT(r->ii);
-	const ct_f32 ij = AT(r->ij[1]) - AT(r->ij[0]), ik = AT(r->ik[1]) - AT(r->ik[0]);
+#define AT(row) ct_i32_load_i16((row) + i, m)
+	const ct_f32 x = ct_f32_load_n(r->x + i, m), ii = ct_f32_from(AT(r->ii));
+	const ct_f32 ij = ct_f32_from(AT(r->ij[1]) - AT(r->ij[0]));
+	const ct_f32 ik = ct_f32_from(AT(r->ik[1]) - AT(r->ik[0]));
 	const float *w = r->weight;
-	ct_f32 g = w[JJ] * (AT(r->jj[0]) + AT(r->jj[2]) - 2.0f * AT(r->jj[1])) +
-		   w[KK] * (AT(r->kk[0]) + AT(r->kk[2]) - 2.0f * AT(r->kk[1])) +
-		   w[JK] * ((AT(r->jk[3]) - AT(r->jk[1])) - (AT(r->jk[2]) - AT(r->jk[0])));
+	ct_f32 g =
+		w[JJ] * ct_f32_from(AT(r->jj[0]) + AT(r->jj[2]) - 2 * AT(r->jj[1])) +
+		w[KK] * ct_f32_from(AT(r->kk[0]) + AT(r->kk[2]) - 2 * AT(r->kk[1])) +
+		w[JK] * ct_f32_from((AT(r->jk[3]) - AT(r->jk[1])) - (AT(r->jk[2]) - AT(r->jk[0])));
 	ct_f32 out;
 
 	g += w[IJ] * ij + w[IK] * ik - 2.0f * w[II] * ii;
 	out = x - t * g;
 	out -= t * (w[II] * ct_f32_slide(b->ii, ii) - w[IJ] * ct_f32_slide(b->ij, ij) -
 			   w[IK] * ct_f32_slide(b->ik, ik));
-	out -= t * w[II] * ct_f32_load_n(r->ii + i + 1, end ? m - 1 : m);
+	out -= t * w[II] * ct_f32_load_i16(r->ii + i + 1, end ? m - 1 : m);
 	ct_f32_store_n(r->out + i, out, m);
-	ct_f32_store_n(r->step + i, out - x, m);
+	if (r->step)
+		ct_f32_store_n(r->step + i, out - x, m);
 	*b = (struct before){ii, ij, ik};
 #undef AT
 }
@@ -102,4 +106,15 @@ void CT_SIMD_HERE(ct_hessian_row_descend)(const struct ct_hessian_descent *row, 
 	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
 		descend(&r, i, CT_F32_LANES, &b, t, false);
 	descend(&r, i, n - i, &b, t, true);
+}
+
+void CT_SIMD_HERE(ct_hessian_row_ahead)(size_t n, float *x, float *next)
+{
+#pragma GCC ivdep
+	for (size_t i = 0; i < n; i++) {
+		const float now = next[i];
+
+		next[i] = 2.0f * now - x[i];
+		x[i] = now;
+	}
 }

@@ -14,14 +14,15 @@
 enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5 };
 
 struct job {
-	float *x, *ahead; /* the volume; extrapolated, and then the next one */
-	float *q[PARTS];  /* the dual */
-	float *zero;      /* a row of zeros */
-	float *scratch;   /* of each worker: that of dc, and a row */
-	double *sums;     /* of each plane: variation, and squared movement */
+	float *x, *ahead;  /* the volume; extrapolated, and then the next one */
+	int16_t *q[PARTS]; /* the dual */
+	int16_t *zero;     /* a row of zeros */
+	float *scratch;    /* of each worker: that of dc, and a row */
+	double *sums;      /* of each plane: variation, and squared movement */
 	struct ct_consistency *dc;
 	size_t n[3], plane, share;
 	float weight[PARTS], s, t;
+	bool measure; /* this iteration */
 };
 
 static size_t clamp(ptrdiff_t i, size_t n)
@@ -69,15 +70,16 @@ static void ascend(void *arg, size_t k, size_t worker)
 	for (size_t j = 0; j < v->n[1]; j++) {
 		struct ct_hessian_ascent r = ascent(v, (ptrdiff_t)j, (ptrdiff_t)k);
 
-		r.square = square;
+		r.square = v->measure ? square : NULL;
 		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s);
-		sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
+		if (v->measure)
+			sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
 	}
 	v->sums[2 * k] = sum;
 }
 
 /* Row (j,k) of component c, zeros outside. */
-static const float *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t k)
+static const int16_t *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t k)
 {
 	if (j < 0 || k < 0 || (size_t)j >= v->n[1] || (size_t)k >= v->n[2])
 		return v->zero;
@@ -116,10 +118,11 @@ static void descend(void *arg, size_t plane, size_t worker)
 		struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)plane);
 
 		r.out = v->ahead + at + j * v->n[0];
-		r.step = step;
+		r.step = v->measure ? step : NULL;
 		r.x = v->x + at + j * v->n[0];
 		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t);
-		moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
+		if (v->measure)
+			moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
 	}
 	v->sums[2 * plane + 1] = moved;
 	ct_consistency_reduce(v->dc, plane, v->ahead + at, scratch);
@@ -132,12 +135,7 @@ static void extrapolate(void *arg, size_t k, size_t worker)
 	float *x = j->x + k * j->plane, *next = j->ahead + k * j->plane;
 
 	ct_consistency_expand(j->dc, k, next, next, j->scratch + worker * j->share);
-	for (size_t i = 0; i < j->plane; i++) {
-		float now = next[i];
-
-		next[i] = 2.0f * now - x[i];
-		x[i] = now;
-	}
+	CT_SIMD(ct_hessian_row_ahead)(j->plane, x, next);
 }
 
 static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
@@ -157,18 +155,18 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	norm = norm > 0 ? norm : 1;
 	for (int c = 0; c < PARTS; c++)
 		j->weight[c] = (float)part[c];
-	j->t = (float)(rule->step / norm);
-	j->s = (float)(1 / (rule->step * norm));
+	j->t = (float)(rule->step / norm) / CT_TV_ONE;
+	j->s = (float)(1 / (rule->step * norm)) * CT_TV_ONE;
 	j->plane = j->n[0] * j->n[1];
 	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
 		ct_room_alloc(&j->ahead, count, sizeof(float), e) ||
-		ct_alloc0(&j->zero, j->n[0], sizeof(float), e) ||
+		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
-		if (ct_room_alloc0(&j->q[c], count, sizeof(float), e))
+		if (ct_room_alloc0(&j->q[c], count, sizeof *j->q[c], e))
 			return -1;
 	return 0;
 }
@@ -199,6 +197,8 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 	ct_par_for(par, j->n[2], descend, j);
 	moved = ct_consistency_correct(j->dc, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
+	if (!j->measure)
+		return;
 	for (size_t k = 0; k < j->n[2]; k++) {
 		variation += j->sums[2 * k];
 		moved += j->sums[2 * k + 1];
@@ -222,12 +222,13 @@ int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *
 		bool first = it == 0; /* how far the start was from consistency is not known */
 
 		ct_progress(env, "iterations", it, rule->iterations);
+		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
 		iterate(&j, report, env->par);
 		report->iterations = it + 1;
-		if (!first && !isfinite(report->change))
+		if (j.measure && !first && !isfinite(report->change))
 			rc = ct_fail(e, CT_ENUMERIC,
 				"second-order variation: no finite step in iteration %zu", it + 1);
-		else if (it % MEASURE == MEASURE - 1 && report->change < rule->tolerance)
+		else if (j.measure && report->change < rule->tolerance)
 			break;
 		else
 			rc = ct_check_stop(env, e);

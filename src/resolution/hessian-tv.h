@@ -8,7 +8,7 @@
  * difference, d_a d_b of two axes the product of forward differences; those that would need a voxel
  * outside are zero.
  *
- * Primal-dual as tv.h. Memory: seven volumes beside x, and what dc holds. The same bytes for any
+ * Primal-dual as tv.h. Memory: four volumes beside x, and what dc holds. The same bytes for any
  * number of threads.
  */
 #ifndef CT_RESOLUTION_HESSIAN_TV_H

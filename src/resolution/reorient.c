@@ -1,5 +1,6 @@
 /* reorient.c: see reorient.h. */
 #include "config.h"
+#include "core/room.h"
 #include "resolution/reorient.h"
 
 #include <math.h>
@@ -34,6 +35,9 @@ void ct_reorient(float *restrict out, const float *restrict in, const size_t n[s
 {
 	const size_t old[3] = {1, n[0], n[0] * n[1]};
 	const size_t m[3] = {n[axis[0]], n[axis[1]], n[axis[2]]};
+	const size_t pitch[3] = {1, m[0], m[0] * m[1]};
+	/* a page holds what lies along axis 0, here and there: neither of the two is outermost */
+	const int outer = axis[2] == 0 ? 1 : 2, inner = 3 - outer;
 	ptrdiff_t step[3], from = 0;
 
 	for (int d = 0; d < 3; d++) {
@@ -41,14 +45,17 @@ void ct_reorient(float *restrict out, const float *restrict in, const size_t n[s
 		if (sign[d] < 0)
 			from += (ptrdiff_t)((m[d] - 1) * old[axis[d]]);
 	}
-	for (size_t k = 0; k < m[2]; k++)
-		for (size_t j = 0; j < m[1]; j++) {
+	for (size_t a = 0; a < m[outer]; a++) {
+		for (size_t b = 0; b < m[inner]; b++) {
 			const float *row =
-				in + from + (ptrdiff_t)k * step[2] + (ptrdiff_t)j * step[1];
+				in + from + (ptrdiff_t)a * step[outer] + (ptrdiff_t)b * step[inner];
+			float *to = out + a * pitch[outer] + b * pitch[inner];
 
 			for (size_t i = 0; i < m[0]; i++)
-				*out++ = row[(ptrdiff_t)i * step[0]];
+				to[i] = row[(ptrdiff_t)i * step[0]];
 		}
+		ct_room_trim();
+	}
 }
 
 void ct_reorient_affine(double a[3][4], const size_t n[static 3], const int axis[static 3],

@@ -317,8 +317,10 @@ void ct_separable_apply(
 {
 	size_t n[3] = {s->t[0].n_in, s->t[1].n_in, s->t[2].n_in};
 
-	if (s->passes == 0)
-		memcpy(out, in, n[0] * n[1] * n[2] * sizeof *out);
+	for (size_t k = 0, plane = n[0] * n[1]; s->passes == 0 && k < n[2]; k++) {
+		memcpy(out + k * plane, in + k * plane, plane * sizeof *out);
+		ct_room_trim();
+	}
 	for (int pass = 0; pass < s->passes; pass++) {
 		int axis = s->order[pass];
 		float *to = pass + 1 == s->passes ? out : s->tmp[pass];

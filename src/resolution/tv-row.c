@@ -1,18 +1,27 @@
 /* tv-row.c: see tv-row.h. */
 #include "config.h"
 #include "resolution/tv-row.h"
-#include "core/vec.h"
+#include "core/vec-i16.h"
 
 #include <stdbool.h>
+
+/* What is kept of a dual. */
+CT_INLINE ct_f32 put(int16_t *p, ct_f32 q, size_t m)
+{
+	const ct_i32 whole = ct_i32_round(q);
+
+	ct_i32_store_i16(p, whole, m);
+	return ct_f32_from(whole);
+}
 
 /* Voxels [i, i + m), m <= CT_F32_LANES, of which the last ends the row if `end`. */
 CT_INLINE void sweep(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left,
 	const float weight[3], float s, float t, const bool end, const bool measure)
 {
-	const ct_f32 x = ct_f32_load_n(r->x + i, m), one = ct_f32_set(1);
+	const ct_f32 x = ct_f32_load_n(r->x + i, m), one = ct_f32_set(CT_TV_ONE);
 	const ct_f32 next = end ? ct_f32_load_n(r->x + i + 1, m - 1) : ct_f32_load(r->x + i + 1);
-	const ct_f32 p0 = ct_f32_load_n(r->p[0] + i, m), p1 = ct_f32_load_n(r->p[1] + i, m);
-	const ct_f32 p2 = ct_f32_load_n(r->p[2] + i, m);
+	const ct_f32 p0 = ct_f32_load_i16(r->p[0] + i, m), p1 = ct_f32_load_i16(r->p[1] + i, m);
+	const ct_f32 p2 = ct_f32_load_i16(r->p[2] + i, m);
 	ct_f32 gi = weight[0] * (next - x), gj = weight[1] * (ct_f32_load_n(r->xj + i, m) - x);
 	ct_f32 gk = weight[2] * (ct_f32_load_n(r->xk + i, m) - x), qi, qj, qk, step;
 
@@ -23,13 +32,10 @@ CT_INLINE void sweep(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left
 	qk = p2 + s * gk;
 	if (measure)
 		ct_f32_store_n(r->grad + i, gi * gi + gj * gj + gk * gk, m);
-	step = one / ct_f32_sqrt(ct_f32_max(qi * qi + qj * qj + qk * qk, one));
-	qi *= step;
-	qj *= step;
-	qk *= step;
-	ct_f32_store_n(r->p[0] + i, qi, m);
-	ct_f32_store_n(r->p[1] + i, qj, m);
-	ct_f32_store_n(r->p[2] + i, qk, m);
+	step = one / ct_f32_sqrt(ct_f32_max(qi * qi + qj * qj + qk * qk, one * one));
+	qi = put(r->p[0] + i, qi * step, m);
+	qj = put(r->p[1] + i, qj * step, m);
+	qk = put(r->p[2] + i, qk * step, m);
 	qi = weight[0] * (2.0f * qi - p0);
 	qj = weight[1] * (2.0f * qj - p1);
 	qk = weight[2] * (2.0f * qk - p2);

@@ -5,18 +5,24 @@
 #include "core/simd.h"
 
 #include <stddef.h>
+#include <stdint.h>
+
+/* A dual of length 1, in the unit of its numbers. */
+#define CT_TV_ONE 32767.0f
 
 /* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
  * k-component below (2 p' - p, replaced by this row's), the j-component of the row before. No two
  * of the rows overlap, but xj, xk and to may be x. */
 struct ct_tv_row {
-	float *out, *p[3], *below, *before, *after; /* after: j-component of this row */
+	int16_t *p[3];
+	float *out, *below, *before, *after; /* after: j-component of this row */
 	float *grad, *step; /* |grad x|^2 and x' - x of each voxel, both or neither NULL */
 	const float *x, *xj, *xk, *to;
 	float pull;
 };
 
-/* One step of dual ascent and primal descent on the n voxels of a row. */
+/* One step of dual ascent and primal descent on the n voxels of a row; s and t are those of the
+ * unit of the dual. */
 CT_SIMD_DECLARE(void, ct_tv_row_sweep,
 	(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t));
 /* Sum of the square roots of v, which it leaves there. */

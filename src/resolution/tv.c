@@ -19,7 +19,8 @@
 enum { SLAB = 16, MEASURE = 5 };
 
 struct job {
-	float *x, *p[3];     /* the volume before its correction, and the dual */
+	float *x;            /* the volume before its correction */
+	int16_t *p[3];       /* the dual */
 	float *first, *last; /* a plane of each slab */
 	float *scratch;      /* of each worker: three planes, four rows, that of dc */
 	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
@@ -197,10 +198,12 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	j->share = ct_consistency_scratch(dc) + 3 * j->plane + 4 * j->n[0];
 	if (near)
 		draw(j, near);
+	j->t /= CT_TV_ONE;
+	j->s *= CT_TV_ONE;
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
 	for (int a = 0; a < CT_TV_DUAL && !near; a++)
-		if (ct_room_alloc0(&j->p[a], count, sizeof(float), e))
+		if (ct_room_alloc0(&j->p[a], count, sizeof *j->p[a], e))
 			return -1;
 	if (ct_room_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
 		ct_room_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||

@@ -13,8 +13,9 @@
  *   x' = nearest consistent volume to  x + t div(2 p' - p)         s t |grad|^2 = 1
  *
  * in one sweep over the volume an iteration: a plane is corrected, differenced, its dual moved, the
- * new plane written in place and reduced for the next correction while it is in the cache: x and p
- * are read and written once each, 32 bytes a voxel. Memory: three volumes beside x, and what dc
+ * new plane written in place and reduced for the next correction while it is in the cache. p is
+ * kept in 16 bits, in units of 1/32767, and what is rounded is what x' is made of: x and p are read
+ * and written once each, 20 bytes a voxel. Memory: one and a half volumes beside x, and what dc
  * holds. Planes are cut into slabs by their number, not by threads: the same bytes for any.
  */
 #ifndef CT_RESOLUTION_TV_H
@@ -34,8 +35,7 @@ struct ct_tv_rule {
 struct ct_tv_near {
 	const float *to; /* as x */
 	double mu;       /* > 0, in the unit of the values */
-	float *dual;     /* (CT_TV_DUAL or CT_HESSIAN_TV_DUAL volumes) begin with it, leave the last
-			    there */
+	int16_t *dual;   /* (CT_TV_DUAL volumes) begin with it, leave the last there */
 };
 
 enum { CT_TV_DUAL = 3 };

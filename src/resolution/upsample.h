@@ -65,7 +65,7 @@ const char *ct_upsample_name(enum ct_upsample method);
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
 	const size_t n[static 3], struct ct_err *e);
 /* Volumes of the size of the result that a method has in memory, that one included. */
-int ct_upsample_volumes(enum ct_upsample method);
+double ct_upsample_volumes(enum ct_upsample method);
 /* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
  * frequency of the coarse grid. */
 int ct_upsample_aliasing(

@@ -128,24 +128,32 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 		.par = env ? env->par : NULL,
 		.none = none,
 		.which = {(size_t)-1, (size_t)-1}};
+	float *one = NULL;
 	int rc = -1;
 
+	if (!data && ct_alloc(&one, area, sizeof *one, e))
+		goto out;
 	if (l->moved && ct_alloc(&w.raw, s->columns * s->rows, sizeof *w.raw, e))
 		goto out;
 	for (int i = 0; i < 2 && !l->even; i++)
 		if (ct_alloc(&w.held[i], area, sizeof *w.held[i], e))
 			goto out;
-	if (!ct_room_is_open())
+	if (data && !ct_room_is_open())
 		ct_mem_large(data, l->n[2] * area * sizeof *data);
 	for (size_t k = 0; k < l->n[2]; k++) {
-		ct_mem_touch(data + k * area, area * sizeof *data);
-		if (ct_check_stop(env, e) || plane(&w, k, data + k * area, e) ||
-			(from->look && from->look(from->ctx, k, e)))
+		float *out = data ? data + k * area : one;
+
+		if (data)
+			ct_mem_touch(out, area * sizeof *out);
+		if (ct_check_stop(env, e) || plane(&w, k, out, e) ||
+			(from->take && from->take(from->ctx, k, out, e)))
 			goto out;
 		ct_progress(env, "reading", k + 1, l->n[2]);
+		ct_room_trim();
 	}
 	rc = 0;
 out:
+	free(one);
 	free(w.raw);
 	free(w.held[0]);
 	free(w.held[1]);

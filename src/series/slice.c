@@ -118,6 +118,12 @@ void ct_slice_scale(const struct ct_slice *s, float none, float *x)
 	CT_SIMD(ct_slice_row_scale)(s->columns * s->rows, x, s->slope, s->intercept, lo, hi, none);
 }
 
+bool ct_slice_is_radiograph(const struct ct_slice *s)
+{
+	return strcmp(s->modality, "CR") == 0 || strcmp(s->modality, "DX") == 0 ||
+	       strcmp(s->modality, "RF") == 0;
+}
+
 int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)
 {
 	static const char *const none[] = {

@@ -82,6 +82,8 @@ bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
 void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how);
 /* Stored values of a slice to those that its scale makes of them; padding becomes `none`. */
 void ct_slice_scale(const struct ct_slice *s, float none, float *x);
+/* A picture of X rays on a detector, by its modality? */
+bool ct_slice_is_radiograph(const struct ct_slice *s);
 /* CT_EINPUT, with the field that says so, unless the values are HU. */
 int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e);
 

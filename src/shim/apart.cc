@@ -17,6 +17,7 @@ extern "C" {
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -32,7 +33,7 @@ struct Result {
 
 const int died = -2;
 
-enum { AWAY = 4096 }; /* pictures or files at a time; their marks are as far from what is marked */
+enum { AWAY = 4096 }; /* files at a time */
 
 /* What the decoder of n numbers may take beside what there is, whatever the stream says of itself.
  */
@@ -86,6 +87,17 @@ int wait_for(pid_t child)
 		if (errno != EINTR)
 			return -1;
 	return status;
+}
+
+/* A byte; false at the end. */
+bool receive(int end, char *c)
+{
+	ssize_t n;
+
+	do
+		n = recv(end, c, 1, 0);
+	while (n < 0 && errno == EINTR);
+	return n == 1;
 }
 
 } // namespace
@@ -171,61 +183,108 @@ std::vector<bool> deadly(size_t n, const std::function<void(size_t)> &f)
 
 Ahead::~Ahead()
 {
+	stop();
 	if (room)
 		munmap(room, bytes);
 }
 
-const float *Ahead::get(size_t i) const
+void Ahead::stop()
 {
-	const char *mark = static_cast<const char *>(room);
-
-	if (i >= most || !mark[i])
-		return nullptr;
-	return reinterpret_cast<const float *>(mark + AWAY) + i * size;
+	for (const Maker &m : maker) {
+		if (m.end >= 0)
+			close(m.end);
+		if (m.id > 0) {
+			kill(m.id, SIGKILL);
+			wait_for(m.id);
+		}
+	}
+	maker.clear();
+	most = 0;
 }
 
-void Ahead::make(size_t count, size_t n, size_t processes,
+/* Each maker has places of its own, taken in turn. */
+float *Ahead::place(size_t i) const
+{
+	const size_t p = i % maker.size(), turn = i / maker.size();
+
+	return static_cast<float *>(room) + (p * each + turn % each) * size;
+}
+
+/* All pictures of maker p, no more of them ahead than it has places. */
+void Ahead::run(size_t p, int end, const std::function<int(size_t, float *, ct_err *)> &f) const
+{
+	for (size_t i = p, made = 0; i < most; i += maker.size(), made++) {
+		ct_err e = {};
+		char good;
+
+		if (made >= each && !receive(end, &good))
+			return;
+		good = guard(&e, "", [&] { return f(i, place(i), &e); }) == 0;
+		if (send(end, &good, 1, MSG_NOSIGNAL) != 1)
+			return;
+	}
+}
+
+void Ahead::make(size_t count, size_t n, size_t processes, size_t kept,
 	const std::function<int(size_t, float *, ct_err *)> &f)
 {
 	const pid_t parent = getpid();
-	std::vector<pid_t> child;
+	const size_t need = kept * n * sizeof(float);
 
-	count = std::min<size_t>(count, AWAY);
-	if (!room || bytes < AWAY + count * n * sizeof(float)) {
-		if (room)
-			munmap(room, bytes);
-		bytes = AWAY + count * n * sizeof(float);
-		room = mmap(
-			nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	stop();
+	processes = std::min({processes, kept, count});
+	if (processes == 0)
+		return;
+	if (room && bytes < need) {
+		munmap(room, bytes);
+		room = nullptr;
 	}
-	most = count;
-	size = n;
+	if (!room) {
+		room = mmap(
+			nullptr, need, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+		bytes = need;
+	}
 	if (room == MAP_FAILED) {
 		room = nullptr;
-		most = 0;
 		return;
 	}
-	char *const mark = static_cast<char *>(room);
-	std::memset(mark, 0, AWAY);
-	child.reserve(processes);
+	size = n;
+	most = count;
+	each = kept / processes;
+	at = 0;
+	maker.resize(processes, {-1, -1});
 	for (size_t p = 0; p < processes; p++) {
-		const pid_t id = fork();
+		int end[2];
 
-		if (id > 0)
-			child.push_back(id);
-		if (id != 0)
+		if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end) != 0)
 			continue;
+		maker[p] = {fork(), end[0]};
+		if (maker[p].id != 0) {
+			close(end[1]); /* that it ends when the process does */
+			continue;
+		}
 		settle(parent, n);
 		mallopt(M_MMAP_THRESHOLD, 1 << 28); /* what one picture took the next one takes */
 		mallopt(M_TRIM_THRESHOLD, 1 << 28);
-		for (size_t i = p; i < count; i += processes) {
-			float *out = reinterpret_cast<float *>(mark + AWAY) + i * n;
-			ct_err e = {};
-
-			mark[i] = guard(&e, "", [&] { return f(i, out, &e); }) == 0;
-		}
+		run(p, end[1], f);
 		_exit(0);
 	}
-	for (pid_t id : child)
-		wait_for(id);
+}
+
+const float *Ahead::get(size_t i)
+{
+	char good = 0;
+
+	if (i >= most)
+		return nullptr;
+	for (; at <= i; at++) {
+		if (at > 0) /* there is room again */
+			(void)send(maker[(at - 1) % maker.size()].end, "", 1, MSG_NOSIGNAL);
+		if (!receive(maker[at % maker.size()].end, &good))
+			good = 0;
+	}
+	const float *out = good ? place(i) : nullptr;
+	if (at == most)
+		stop();
+	return out;
 }

@@ -124,7 +124,10 @@ extern "C" int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, si
 			return ct_fail(e, CT_EINPUT, "%s: damaged DICOM file", s->path);
 		for (size_t i = 0; i < n; i++) {
 			const vtkDICOMValue &v = m->Get(entry(keyword[i]).GetTag());
-			const std::string text = v.IsValid() ? v.AsString() : std::string();
+			const std::string text = !v.IsValid() ? std::string()
+						 : v.GetVR() == vtkDICOMVR(vtkDICOMVR::SQ)
+							 ? std::to_string(v.GetNumberOfValues())
+							 : v.AsString();
 
 			if (!text.empty() &&
 				ct_header_put(h, e, "", keyword[i], "%s", text.c_str()))

@@ -15,7 +15,8 @@
 extern "C" {
 #endif
 
-/* Append those of n keywords that the file of the slice has, not empty. CT_EINPUT. */
+/* Append those of n keywords that the file of the slice has, not empty; of a sequence how many
+ * items it has. CT_EINPUT. */
 int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, size_t n,
 	const char *const *keyword, struct ct_err *e);
 

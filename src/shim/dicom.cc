@@ -22,33 +22,36 @@ struct ct_dicom_source {
 	{
 		return open(s[k], e) ? -1 : file.read(s[k], out, e);
 	}
-	const float *made(size_t k) const
-	{
-		return k >= begin && k - begin < count ? ahead.get(k - begin) : nullptr;
-	}
 	void make(size_t k);
+	const float *made(size_t k);
 };
 
 namespace
 {
 
-enum { SHARE = 8, MOST = 1 << 25 }; /* pictures a process, bytes of all */
+enum { SHARE = 4, MOST = 1 << 25 }; /* pictures a process that are kept, bytes of all */
 
 } // namespace
 
-/* Slices from k on, as many as are of its size. */
+/* Slices from k on that are of its size. */
 void ct_dicom_source::make(size_t k)
 {
 	const size_t area = s[k].columns * s[k].rows;
 	const size_t room = std::max<size_t>(MOST / sizeof(float) / std::max<size_t>(area, 1), 1);
 
 	begin = k;
-	count = std::min({SHARE * processes, room, n - k});
+	count = n - k;
 	for (size_t i = 1; i < count; i++)
 		if (s[k + i].columns != s[k].columns || s[k + i].rows != s[k].rows)
 			count = i;
-	ahead.make(count, area, std::min(processes, count),
+	ahead.make(count, area, processes, std::min(SHARE * processes, room),
 		[&](size_t i, float *out, ct_err *e) { return decode(begin + i, out, e); });
+}
+
+/* Slice k, if it is ahead. */
+const float *ct_dicom_source::made(size_t k)
+{
+	return k >= begin && k - begin < count ? ahead.get(k - begin) : nullptr;
 }
 
 extern "C" int ct_dicom_source_open(struct ct_dicom_source **src, const struct ct_slice *s,
@@ -76,16 +79,21 @@ extern "C" int ct_dicom_source_read(
 	const size_t area = s->columns * s->rows;
 
 	return guard(e, s->path, [&] {
-		if (!src->made(k) && src->open(*s, e))
+		const float *px = src->made(k);
+
+		if (!px && src->open(*s, e))
 			return -1;
-		if (!src->made(k) && !src->file.foreign())
+		if (!px && !src->file.foreign())
 			return src->file.read(*s, out, e);
-		if (!src->made(k) && k - src->begin >= src->count && k + 1 < src->n)
+		if (!px && k - src->begin >= src->count && k + 1 < src->n) {
 			src->make(k);
-		if (src->made(k)) {
-			std::copy_n(src->made(k), area, out);
+			px = src->made(k);
+		}
+		if (px) {
+			std::copy_n(px, area, out);
 			return 0;
 		}
+		src->count = 0; /* those behind it are made once more */
 		return apart(out, area, s->path, e,
 			[&](float *to, ct_err *why) { return src->decode(k, to, why); });
 	});

@@ -73,16 +73,14 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 
 			for (int c = 0; c < used; c++)
 				sum += (double)row[x * (size_t)s.nchannels + (size_t)c];
-			sum /= used;
-			if (!(sum >= 0 && sum <= 1)) {
-				std::free(px);
-				return ct_fail(e, CT_EINPUT,
-					"%s: column %zu, row %zu: %g is not in [0,1]", path, x, y,
-					sum);
-			}
-			px[y * nw + x] = (float)sum;
+			px[y * nw + x] = (float)(sum / used);
 		}
 	}
+	if (in->seek_subimage(1, 0)) {
+		std::free(px);
+		return ct_fail(e, CT_EINPUT, "%s: holds several pictures, not one", path);
+	}
+	in->geterror(); /* that there is none */
 	*w = nw;
 	*h = nh;
 	*gray = px;
@@ -119,6 +117,15 @@ int encode(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
 int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
 {
 	return guard(e, path, [&] { return read_gray(path, w, h, gray, e); });
+}
+
+int ct_image_check(const char *path, size_t w, size_t h, const float *gray, struct ct_err *e)
+{
+	for (size_t i = 0; i < w * h; i++)
+		if (!(gray[i] >= 0 && gray[i] <= 1))
+			return ct_fail(e, CT_EINPUT, "%s: column %zu, row %zu: %g is not in [0,1]",
+				path, i % w, i / w, (double)gray[i]);
+	return 0;
 }
 
 int ct_image_encode_png(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,

@@ -12,11 +12,11 @@ EXTRA_DIST += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim
 	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc src/shim/dicom-write.h \
 	src/shim/dicom-write.cc
 EXTRA_DIST += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc \
-	src/shim/pixels.h src/shim/pixels.cc
+	src/shim/pixels.h src/shim/pixels.cc src/shim/jpeg2000.h src/shim/jpeg2000.cc
 if HAVE_VTK
 libctshim_a_SOURCES += src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h \
 	src/shim/dicom-tags.cc src/shim/held.h src/shim/held.cc src/shim/dicom-write.h \
 	src/shim/dicom-write.cc
 libctshim_a_SOURCES += src/shim/fragments.h src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc \
-	src/shim/pixels.h src/shim/pixels.cc
+	src/shim/pixels.h src/shim/pixels.cc src/shim/jpeg2000.h src/shim/jpeg2000.cc
 endif

@@ -68,12 +68,13 @@ static int iso_taps(
 	return rc;
 }
 
-int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct ct_separable s = {0};
 	struct ct_taps t[3] = {{0}};
 	struct ct_vol w = {0};
-	double old[3], start[3];
+	double old[3], start[3], count = 1;
 	size_t m[3];
 	int rc = -1;
 
@@ -86,12 +87,15 @@ int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct
 			goto out;
 		}
 		m[d] = want < 1 ? 1 : (size_t)want;
+		count *= (double)m[d];
 		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
 		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
 					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
 			goto out;
 	}
-	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
+	count = 4 * ((double)ct_vol_count(v) + 3 * fmax(count, (double)ct_vol_count(v)));
+	if (ct_memory_settle(memory, count, m, 0, env, e) || ct_vol_alloc(&w, m, e) ||
+		ct_separable_plan(&s, t, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);
 	ct_crop_affine(v->affine, start);

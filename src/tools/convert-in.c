@@ -13,6 +13,17 @@
 #include <string.h>
 #include <sys/stat.h>
 
+int convert_place(struct ct_raw *how, const char *spacing, const char *orient, struct ct_err *e)
+{
+	if (ct_cli_numbers("spacing", spacing, ',', 3, true, how->spacing, e) ||
+		ct_raw_axes("orient", orient, how->world, how->sign, e))
+		return -1;
+	for (int d = 0; d < 3; d++)
+		if (!(how->spacing[d] > 0))
+			return ct_fail(e, CT_EUSAGE, "--spacing: %s is not positive", spacing);
+	return 0;
+}
+
 static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {
 	struct ct_raw how = {.slope = p->slope, .inter = p->inter};
@@ -26,12 +37,8 @@ static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 	snprintf(dims, sizeof dims, "%.*s", (int)(colon - p->raw), p->raw);
 	if (ct_cli_dims("raw", dims, 3, how.n, e) ||
 		ct_raw_type(colon + 1, &how.type, &how.big, e) ||
-		ct_cli_numbers("spacing", p->spacing, ',', 3, true, how.spacing, e) ||
-		ct_raw_axes("orient", p->orient, how.world, how.sign, e))
+		convert_place(&how, p->spacing, p->orient, e))
 		return -1;
-	for (int d = 0; d < 3; d++)
-		if (!(how.spacing[d] > 0))
-			return ct_fail(e, CT_EUSAGE, "--spacing: %s is not positive", p->spacing);
 	if (how.slope == 0)
 		return ct_fail(e, CT_EUSAGE, "--slope 0 leaves nothing");
 	return ct_raw_read(p->in, &how, v, e);
@@ -94,7 +101,7 @@ static int read_dicom(
 		return -1;
 	if (!p->series)
 		rule.member = from.member;
-	rc = series_read(from.paths, from.n, &rule, v, env, e);
+	rc = convert_series(p, from.paths, from.n, &rule, v, env, e);
 	convert_from_free(&from);
 	return rc;
 }
@@ -115,7 +122,7 @@ static int read_dicom(
 }
 #endif
 
-static bool is_picture(const char *path)
+bool convert_is_picture(const char *path)
 {
 	unsigned char head[CT_SNIFF];
 	struct stat st;
@@ -140,9 +147,10 @@ static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *
 			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
 	if (p->series && !p->template)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
-	return is_picture(p->in)
+	return convert_is_picture(p->in)
 		       ? ct_fail(e, CT_EINPUT,
-				 "%s: a picture; ct-ddnm and ct-train read it as it is", p->in)
+				 "%s: a picture, not a volume; --radiograph makes a stack of it",
+				 p->in)
 		       : ct_vol_read(p->in, v, e);
 }
 

@@ -55,11 +55,26 @@ int convert_check_out(const struct convert *p, const struct ct_env *env, struct 
 	return is_headed(p->out) ? check_beside(p, env, e) : 0;
 }
 
+static int end_planes(struct convert_planes *c, const struct ct_vol *v, int rc, struct ct_err *e)
+{
+	rc = ct_nifti_close(c->to, v, rc, c->env, e);
+	c->to = NULL;
+	return rc;
+}
+
+void convert_planes_drop(struct convert_planes *c, struct ct_err *e)
+{
+	if (c->to)
+		end_planes(c, NULL, -1, e);
+}
+
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	const enum ct_nifti_type type = (enum ct_nifti_type)p->type;
 
+	if (p->planes->to)
+		return end_planes(p->planes, v, 0, e);
 	if (ct_files_is_dicom(p->out))
 		return convert_dicom(p, v, env, e);
 	if (is_headed(p->out))

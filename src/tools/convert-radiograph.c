@@ -1,13 +1,23 @@
-/* convert-radiograph.c: a volume of one plane as a stack of one view. */
+/* convert-radiograph.c: planes, pictures and DICOM radiographs, as a stack of as many views. */
 #include "config.h"
+#include "cli/modes.h"
+#include "core/mem.h"
 #include "core/stack.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "tools/convert.h"
+#include "tools/dicom-form.h"
+#ifdef HAVE_VTK
+#include "tools/dicom-radiograph.h"
+#endif
+#include "tools/picture-read.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { FAR = 1000 }; /* mm from the plane to what stands for the source of parallel rays */
+enum { FAR = 1000 };  /* mm from the plane to what stands for the source of parallel rays */
+#define UPRIGHT "RIP" /* a patient who is seen from the front or behind */
 
 /* Rays cross the plane at right angles. */
 static void place(struct ct_view *view, const struct ct_vol *v)
@@ -39,24 +49,148 @@ static int check(const struct ct_vol *v, bool intensity, struct ct_err *e)
 	return 0;
 }
 
-int convert_radiograph(
-	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 {
-	const bool intensity = p->radiograph == CONVERT_INTENSITY;
+	float *gray = NULL;
+	size_t w, h;
+	int rc = picture_read(path, &w, &h, &gray, e);
+
+	if (rc == 0)
+		rc = ct_vol_alloc(v, (const size_t[]){w, h, 1}, e);
+	if (rc == 0)
+		memcpy(v->data, gray, w * h * sizeof *gray);
+	free(gray);
+	return rc;
+}
+
+/* Where a picture lies, whose pixels are of mm, if that is known: what --slope and --intercept make
+ * of it is there then. */
+static int finish(struct ct_vol *v, const struct convert *p, const char *path, const double mm[2],
+	const struct ct_env *env, struct ct_err *e)
+{
+	const bool known = !isnan(mm[0]);
+	struct ct_raw how = {0};
+
+	if (known && p->spacing)
+		return ct_fail(
+			e, CT_EUSAGE, "--spacing: %s says it itself: %g,%g mm", path, mm[0], mm[1]);
+	if (p->slope == 0)
+		return ct_fail(e, CT_EUSAGE, "--slope 0 leaves nothing");
+	if (convert_place(&how, p->spacing ? p->spacing : "1",
+		    ct_modes_given(env->given, "orient") ? p->orient : UPRIGHT, e))
+		return -1;
+	if (known)
+		memcpy(how.spacing, mm, 2 * sizeof *mm);
+	ct_raw_place(v, &how);
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = (float)(p->slope * (double)v->data[i] + p->inter);
+	return ct_vol_check_finite(v, e)
+		       ? ct_blame(e, path)
+		       : ct_meta_input(&v->meta, path, 2,
+				 (const struct ct_piece[]){{v->affine, sizeof v->affine},
+					 {v->data, ct_vol_count(v) * sizeof *v->data}},
+				 e);
+}
+
+static int read_dicom(const struct convert *p, const char *path, struct ct_vol *v,
+	const struct ct_env *env, struct ct_err *e)
+{
+#ifdef HAVE_VTK
+	double mm[2];
+
+	if (radiograph_read(v, mm, path, e))
+		return -1;
+	if (isnan(mm[0]) && !p->spacing)
+		return ct_fail(e, CT_EGEOM,
+			"%s: has no ImagerPixelSpacing or PixelSpacing; --spacing says how large pixels "
+			"are",
+			path);
+	return finish(v, p, path, mm, env, e);
+#else
+	(void)p;
+	(void)v;
+	(void)env;
+	return ct_fail(e, CT_EINPUT, "%s: this build reads no DICOM (configure --with-vtk)", path);
+#endif
+}
+
+/* What says all of that itself. */
+static int read_volume(const struct convert *p, const char *path, struct ct_vol *v,
+	const struct ct_env *env, struct ct_err *e)
+{
+	static const char *const said[] = {"spacing", "slope", "intercept", "orient"};
+	const char *const files[] = {path, p->out};
+	struct convert one = *p;
+
+	for (size_t i = 0; i < sizeof said / sizeof *said && !p->raw; i++)
+		if (ct_modes_given(env->given, said[i]))
+			return ct_fail(e, CT_EUSAGE,
+				"--%s: not with %s, a volume that says it itself", said[i], path);
+	one.in = path;
+	one.files = (struct ct_list){.n = 2, .v = files};
+	return convert_read(&one, v, env, e);
+}
+
+static int read_plane(const struct convert *p, const char *path, struct ct_vol *v,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double none[2] = {(double)NAN, (double)NAN};
+
+	if (!p->raw && dicom_form_of(path) != NOT_DICOM)
+		return read_dicom(p, path, v, env, e);
+	if (p->raw || !convert_is_picture(path))
+		return read_volume(p, path, v, env, e);
+	return read_picture(path, v, e) ? -1 : finish(v, p, path, none, env, e);
+}
+
+/* View k of s, which is made for the first. */
+static int add(struct ct_stack *s, size_t k, const struct convert *p, const struct ct_vol *v,
+	struct ct_err *e)
+{
+	const char *path = p->files.v[k];
+
+	if (check(v, p->radiograph == CONVERT_INTENSITY, e))
+		return ct_blame(e, path);
+	if (k == 0 && ct_stack_alloc(s, p->files.n - 1, v->n[1], v->n[0], e))
+		return -1;
+	if (s->w != v->n[0] || s->h != v->n[1])
+		return ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but %s has %zux%zu", path,
+			v->n[0], v->n[1], p->in, s->w, s->h);
+	memcpy(ct_stack_view(s, k), v->data, ct_vol_count(v) * sizeof *v->data);
+	place(&s->view[k], v);
+	return 0;
+}
+
+int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t n = p->files.n - 1;
+	const struct ct_meta **from = NULL;
+	struct ct_vol *v = NULL;
 	struct ct_stack s = {0};
 	int rc = -1;
 
-	if (check(v, intensity, e))
-		return ct_blame(e, p->in);
-	if (ct_stack_alloc(&s, 1, v->n[1], v->n[0], e))
-		return -1;
-	memcpy(s.data, v->data, ct_vol_count(v) * sizeof *s.data);
+	if (ct_alloc0(&v, n, sizeof *v, e) || ct_alloc0(&from, n, sizeof *from, e))
+		goto out;
+	for (size_t k = 0; k < n; k++) {
+		if (ct_check_stop(env, e) || read_plane(p, p->files.v[k], &v[k], env, e) ||
+			add(&s, k, p, &v[k], e))
+			goto out;
+		from[k] = &v[k].meta;
+		free(v[k].data); /* the rest is small */
+		v[k].data = NULL;
+	}
 	s.beam = CT_PARALLEL;
-	place(&s.view[0], v);
 	if (ct_meta_set(&s.meta, CT_META_QUANTITY,
-		    intensity ? CT_QUANTITY_INTENSITY : CT_QUANTITY_LINE_INTEGRAL, e) == 0 &&
-		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&v->meta}, e) == 0)
+		    p->radiograph == CONVERT_INTENSITY ? CT_QUANTITY_INTENSITY
+						       : CT_QUANTITY_LINE_INTEGRAL,
+		    e) == 0 &&
+		ct_meta_step(&s.meta, env, n, from, e) == 0)
 		rc = ct_stack_write(p->out, &s, env, e);
+out:
+	for (size_t k = 0; v && k < n; k++)
+		ct_vol_free(&v[k]);
+	free(v);
+	free(from);
 	ct_stack_free(&s);
 	return rc;
 }

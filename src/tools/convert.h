@@ -2,8 +2,10 @@
 #ifndef CT_TOOLS_CONVERT_H
 #define CT_TOOLS_CONVERT_H
 #include "cli/cli.h"
+#include "cli/memory.h"
 #include "core/env.h"
 #include "core/vol.h"
+#include "formats/raw.h"
 
 #include <jansson.h>
 
@@ -19,11 +21,22 @@ struct convert {
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop, *template;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units, radiograph;
-	const char *sidecar;
-	json_t *about; /* what goes into it */
+	const char *sidecar, *memory;
+	struct ct_memory room; /* of that size */
+	json_t *about;         /* what goes into it */
 	bool skip_damaged, inspect, compress, deid;
+	struct convert_planes *planes; /* of the run */
 };
 
+/* OUT, if it is written plane by plane while IN is read: then there are no data of a volume. */
+struct convert_planes {
+	const struct convert *p;
+	const struct ct_env *env;
+	struct ct_nifti_planes *to;
+	bool unfit; /* it was int16, and a voxel is none */
+};
+
+struct series_rule;
 /* Where a DICOM series is looked for. */
 struct convert_from {
 	const char *const *paths;
@@ -36,6 +49,12 @@ struct convert_from {
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* The series of n paths, to OUT itself if it can be written plane by plane. */
+int convert_series(const struct convert *p, const char *const *paths, size_t n,
+	const struct series_rule *rule, struct ct_vol *v, const struct ct_env *env,
+	struct ct_err *e);
+/* Nothing is left of an OUT that is begun; legal if there is none. */
+void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
 /* CT_EUSAGE for options that OUT has no use for, CT_EOUTPUT for files that cannot be written. */
 int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
@@ -44,12 +63,17 @@ int convert_write(const struct convert *p, const struct ct_vol *v, const struct 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
-/* One plane, to a stack of one view, where the plane lies. CT_EGEOM, CT_EINPUT. */
-int convert_radiograph(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
+/* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
+ * CT_EINPUT, CT_EUSAGE. */
+int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* What --spacing and axes say of a place; CT_EUSAGE. */
+int convert_place(struct ct_raw *how, const char *spacing, const char *orient, struct ct_err *e);
+/* Does a file begin as a picture? Never reads from a pipe. */
+bool convert_is_picture(const char *path);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
-int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
+int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
+	struct ct_err *e);
 /* "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE. */
 int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e);
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);

@@ -422,8 +422,8 @@ static int sample(struct job *j, struct ct_err *e)
 	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
-	for (size_t k = 0; k < j->out.views; k++)
-		j->state.done[k] |= k < j->part.from || k >= j->part.to;
+	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made",
+		ddnm_state_limit(&j->state, j->part.from, j->part.to), j->out.views);
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);

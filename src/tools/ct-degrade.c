@@ -1,7 +1,9 @@
 /* ct-degrade: the low-resolution CT that a stated operator makes of a CT. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/memory.h"
 #include "cli/modes.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
@@ -17,7 +19,7 @@
 enum protocol { PROTOCOLS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *factor, *sigma, *clip;
+	const char *in, *out, *factor, *sigma, *clip, *memory;
 	int protocol, decimate;
 	double noise;
 };
@@ -44,6 +46,7 @@ static const struct ct_opt opts[] = {
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
 		"add normal noise of this standard deviation to OUT"),
+	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -83,15 +86,18 @@ static int operator_of(struct ct_degrade *d, const struct params *p, const struc
 
 static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 {
-	size_t n = ct_vol_count(v);
+	const size_t plane = v->n[0] * v->n[1];
 	double r[2];
 
 	if (!range)
 		return 0;
 	if (ct_cli_range("clip", range, r, e))
 		return -1;
-	for (size_t i = 0; i < n; i++)
-		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
+	for (size_t k = 0; k < v->n[2]; k++) {
+		for (size_t i = k * plane; i < (k + 1) * plane; i++)
+			v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
+		ct_room_trim();
+	}
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
 
@@ -124,14 +130,25 @@ out:
 	return rc;
 }
 
+/* Volumes of the size of IN: the axis that is reduced most comes first. */
+static double volumes_of(const struct ct_degrade *d)
+{
+	return 1 + 3 / fmax(d->factor[0], fmax(d->factor[1], d->factor[2]));
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
 	struct ct_vol in = {0}, out = {0};
+	struct ct_memory memory;
 	int rc = -1;
 
-	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, e))
+	if (operator_of(&d, p, env->given, e) ||
+		ct_memory_begin(&memory, p->memory, p->out, volumes_of(&d), e) ||
+		ct_vol_read_hu(p->in, &in, e) ||
+		ct_memory_settle(
+			&memory, 4 * (double)ct_vol_count(&in) * volumes_of(&d), in.n, 0, env, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);
@@ -152,6 +169,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 out:
 	ct_vol_free(&in);
 	ct_vol_free(&out);
+	ct_room_close();
 	return rc;
 }
 

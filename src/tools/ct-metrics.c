@@ -1,6 +1,8 @@
 /* ct-metrics: how far a CT is from a reference, or from the low-resolution CT it was made of. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/memory.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
@@ -12,7 +14,8 @@
 #include <strings.h>
 
 struct params {
-	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std;
+	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std,
+		*memory;
 	const char *ref, *test; /* the operands by what they are; ref may be NULL */
 	bool psnr, edges, structures;
 	int ssim;
@@ -106,6 +109,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, max_rms, 0, "max-residual-rms", "HU", 0, 0,
 		"exit with status 3 if the root mean square residual is higher",
 		CT_WHEN(CT_IF(struct params, consistency))),
+	CT_MEMORY_AT(struct params, memory, "beside the file of --map, or else in TMPDIR"),
 	CT_OPT_END,
 };
 
@@ -330,19 +334,45 @@ static int judge(const struct metrics_figures *f, const struct params *p, struct
 	return 0;
 }
 
+/* Volumes of the size of TEST that are held at a time, what a reduction goes through included. */
+static double volumes_of(const struct params *p)
+{
+	const double few = 1 + (p->ref != NULL) + (p->mask != NULL), most = p->structures    ? 5.25
+									    : p->consistency ? 2
+											     : 0;
+
+	return few + fmax(most, p->std ? 1 : 0);
+}
+
+/* Bytes that lie in memory besides: a task of SSIM looks at its slices and their neighbours. */
+static double fixed_of(const struct params *p, const struct ct_vol *v, const struct ct_env *env)
+{
+	enum { SLICES = 18, SUMS = 60 };
+	const double slices = p->ref ? SLICES * (p->mask ? 3.0 : 2.0) : 0,
+		     threads = (double)ct_par_threads(env->par), x = (double)v->n[0],
+		     y = (double)v->n[1], z = (double)v->n[2];
+
+	return 4 * slices * x * y * threads +
+	       (p->per_slice || p->per_axis ? SUMS * (x + 2 * y) * z : 0);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct params p = *(const struct params *)params;
 	struct ct_vol test = {0}, lr = {0};
 	struct metrics_figures f = {0};
+	struct ct_memory memory;
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
 	if (check(&p, env->json, e) ||
+		ct_memory_begin(&memory, p.memory, p.map ? p.map : "-", volumes_of(&p), e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
-	if ((p.ref && compare(&f, &p, &test, env, e)) ||
+	if (ct_memory_settle(&memory, 4 * volumes_of(&p) * (double)ct_vol_count(&test), test.n,
+		    fixed_of(&p, &test, env), env, e) ||
+		(p.ref && compare(&f, &p, &test, env, e)) ||
 		(p.consistency && certify(&f, &lr, &p, &test, env, e)))
 		goto out;
 	if (is_stream(p.per_slice) || is_stream(p.per_axis) || is_stream(p.map))
@@ -355,6 +385,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 out:
 	ct_vol_free(&test);
 	ct_vol_free(&lr);
+	ct_room_close();
 	return rc;
 }
 

@@ -93,8 +93,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-#define PRIOR 67108864.0 /* bytes, of its nets and what looks through them */
-enum { VOLUMES = 5 };    /* in memory while it looks */
+enum { VOLUMES = 5 }; /* in memory while it looks */
 
 struct job {
 	const struct params *p;
@@ -182,7 +181,7 @@ static int need_of(double *bytes, const struct job *j, struct ct_err *e)
 	const struct ct_upsample_rule rule = solver_of(j);
 	struct ct_upsample_report r;
 	size_t n[3];
-	int volumes = VOLUMES;
+	double volumes = VOLUMES;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
@@ -190,7 +189,7 @@ static int need_of(double *bytes, const struct job *j, struct ct_err *e)
 		return -1;
 	if (!j->p->start && ct_upsample_volumes(r.method) > volumes)
 		volumes = ct_upsample_volumes(r.method);
-	*bytes = PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes +
+	*bytes = EXPECT_PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes +
 		 4 * (double)ct_vol_count(&j->in);
 	return 0;
 }
@@ -211,7 +210,7 @@ static int settle_memory(struct job *j, struct ct_err *e)
 		return 0;
 	}
 	if (ct_memory_bytes(&most, j->memory, e) ||
-		ct_memory_check(j->memory, n, PRIOR, j->env, e) ||
+		ct_memory_check(j->memory, n, EXPECT_PRIOR, j->env, e) ||
 		ct_memory_open(j->memory, j->p->out, e))
 		return -1;
 	j->rule.slab = ct_restore_slab(&j->prior, &j->is.by, n, (double)most / 4);
@@ -379,7 +378,7 @@ static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
 	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(j->env->par),
 		.disk = (j->p->std ? 8 : 4) * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, j->memory);
-	expect_tell(cost, &x, &j->in, &j->is.by, bytes, PRIOR);
+	expect_tell(cost, &x, &j->in, &j->is.by, bytes, EXPECT_PRIOR);
 	snprintf(cost->work, sizeof cost->work, "slices of %.0f voxels", x.fine);
 	return 0;
 }

@@ -5,7 +5,6 @@
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "formats/out-folder.h"
 #include "formats/units.h"
 #include "resolution/degrade.h"
 #include "series/layout.h"
@@ -34,7 +33,7 @@ static const struct preset presets[] = {
 	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02, 0},
 };
 static const struct preset paper = {100, 1, 5000, 50000, 0, 0, 0};
-#define FACTOR "4"
+
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
 #define PAPER_STEPS 50
@@ -75,7 +74,7 @@ static const struct ct_opt opts[] = {
 		"that is as fine stays as it is",
 		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, factor))),
 	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0,
-		"take this series of a DICOM folder, as ct-convert does"),
+		"take this series of a DICOM folder, as ct-convert does; of --template, if IN is none"),
 	CT_CHOICE(struct sr, tilt, 0, "tilt", CT_WORDS(TILTS),
 		"DICOM of a tilted gantry: put it right, as ct-convert does, or refuse it"),
 	CT_CHOICE(struct sr, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
@@ -84,6 +83,11 @@ static const struct ct_opt opts[] = {
 		"go on without DICOM files that are damaged, as ct-convert does"),
 	CT_OPT(struct sr, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
 		"refine this box of IN, as ct-convert cuts it"),
+	CT_INPUT(struct sr, template, 0, "template", "DICOM",
+		"folder or file of the series that DICOM of OUT belongs to, as for ct-convert; IN, if "
+		"that is DICOM"),
+	CT_OPT(struct sr, deid, 0, "deid", NULL, 0, 0,
+		"take everything from DICOM of OUT that tells who the patient is, as ct-convert does"),
 	CT_OPT(struct sr, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, in voxels of OUT, as ct-upsample takes it; measured if neither "
 		"this nor IN says it",
@@ -94,8 +98,8 @@ static const struct ct_opt opts[] = {
 		"standard deviation of the noise of IN; measured if neither this nor IN says it",
 		CT_WHEN(INVERTS)),
 	CT_OPT(struct sr, memory, 0, "memory", "SIZE", 0, 0,
-		"take no more memory than this, 600M or 2G, and disk beside OUT for what does not fit; "
-		"what is free if not given",
+		"take no more memory than this, 600M or 2G: refine in slabs that fit, or if the scan "
+		"cannot be cut with disk beside OUT for what does not; what is free if not given",
 		CT_WHEN(VOLUMES)),
 	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
@@ -158,7 +162,7 @@ static int choose_scale(struct preset *q, const struct sr *p, struct ct_err *e)
 
 	if (p->spacing)
 		return 0;
-	if (ct_cli_numbers("scale", p->factor ? p->factor : FACTOR, ',', 3, true, x, e))
+	if (ct_cli_numbers("scale", p->factor ? p->factor : SR_FACTOR, ',', 3, true, x, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		if (!(x[a] >= 1 && x[a] <= 16))
@@ -242,6 +246,11 @@ static int add_ddnm(struct ct_chain *c, const struct sr *p, const struct preset 
 	return ct_chain_word(c, e, "%s", f->lr_proj) || ct_chain_word(c, e, "%s", f->sr_proj);
 }
 
+static int add_memory(struct ct_chain *c, const struct sr *p, struct ct_err *e)
+{
+	return p->memory ? ct_chain_word(c, e, "--memory=%s", p->memory) : 0;
+}
+
 /* What is said of how IN was made; the rest is measured. */
 static int add_operator(
 	struct ct_chain *c, const struct sr *p, const struct preset *q, struct ct_err *e)
@@ -262,26 +271,32 @@ static int add_refine(struct ct_chain *c, const struct sr *p, const struct prese
 	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
 		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
-			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : FACTOR)) ||
-		(p->memory && ct_chain_word(c, e, "--memory=%s", p->memory)))
+			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : SR_FACTOR)) ||
+		add_memory(c, p, e))
 		return -1;
 	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
 		return -1;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
-/* As DICOM, of the study that IN is of. */
+/* --series is that of IN, if that is DICOM, or else the template's. */
+static bool is_dicom(const struct sr *p)
+{
+	return dicom_form_of(p->in) != NOT_DICOM;
+}
+
+/* As DICOM, of the study that IN, or the template, is of. */
 static int add_dicom(
 	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
 {
-	const bool known = dicom_form_of(p->in) != NOT_DICOM;
-
 	if (f->result == f->out)
 		return 0;
 	return ct_chain_add(c, e, false, f->out, "ct-convert", "--units=hu", NULL) ||
-			       (known && ct_chain_word(c, e, "--template=%s", f->in)) ||
-			       (known && p->series &&
+			       add_memory(c, p, e) ||
+			       (f->template && ct_chain_word(c, e, "--template=%s", f->template)) ||
+			       (f->template && p->series && !(p->template && is_dicom(p)) &&
 				       ct_chain_word(c, e, "--series=%s", p->series)) ||
+			       (p->deid && ct_chain_word(c, e, "--deid")) ||
 			       ct_chain_word(c, e, "%s", f->sr) || ct_chain_word(c, e, "%s", f->out)
 		       ? -1
 		       : 0;
@@ -295,10 +310,12 @@ static int add_convert(
 	const enum ct_units units = ct_units_said();
 
 	if (ct_chain_add(c, e, false, f->lr, "ct-convert", f->in, f->lr, NULL) ||
+		add_memory(c, p, e) ||
 		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
 		(units != CT_UNITS_AUTO &&
 			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
+		(p->series && !(p->template && !is_dicom(p)) &&
+			ct_chain_word(c, e, "--series=%s", p->series)) ||
 		(p->crop && ct_chain_word(c, e, "--crop=%s", p->crop)) ||
 		(p->tilt && ct_chain_word(c, e, "--tilt=%s", CT_WORD(TILTS, p->tilt))) ||
 		(p->gaps && ct_chain_word(c, e, "--gaps=%s", CT_WORD(CT_GAPS_LIST, p->gaps))))
@@ -314,6 +331,8 @@ static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const s
 		ct_chain_source(c, f->prior);
 	if (f->slices)
 		ct_chain_source(c, f->slices);
+	if (p->template)
+		ct_chain_source(c, f->template);
 	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)
@@ -342,19 +361,6 @@ static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const s
 		       : 0;
 }
 
-/* May OUT be written, now that the folder between is there, which may lie in it? */
-static int check_out(
-	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
-{
-	const bool own = p->resume && ct_chain_owns_output(c);
-	struct ct_env over = *env;
-
-	over.force |= own;
-	if (ct_out_folder_named(p->out))
-		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
-	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = params;
@@ -375,8 +381,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else if (check_out(p, &c, env, e) == 0)
-		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : ct_chain_run(&c, env, e);
+	} else if (sr_files_check_out(p, &c, env, e) == 0)
+		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : sr_run(&c, p, env, e);
 out:
 	sr_files_free(&f);
 	ct_chain_close(&c);

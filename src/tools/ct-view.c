@@ -1,8 +1,10 @@
 /* ct-view: slices and projections side by side in a PNG. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "formats/any.h"
 #include "formats/io.h"
 #include "shim/image.h"
@@ -13,13 +15,14 @@
 
 struct params {
 	struct ct_list files;
-	const char *out, *window, *error_window;
+	const char *out, *window, *error_window, *memory;
 	double zoom, slice;
 	int plane, views;
 	bool error;
 };
 
-enum { GAP = 4 }; /* pixels between tiles */
+enum { GAP = 4 };             /* pixels between tiles */
+#define LIBRARIES 100663296.0 /* bytes, of what writes pictures, beyond those of any command */
 
 static const struct params defaults = {
 	.zoom = 1, .slice = 0.5, .plane = SHEET_ALL_PLANES, .views = 12};
@@ -46,6 +49,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, error_window, 0, "error-window", "LO:HI", 0, 0,
 		"differences drawn black and white (default 0 to a quarter of the window)",
 		CT_WHEN(CT_IF(struct params, error))),
+	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -99,6 +103,20 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 	return 0;
 }
 
+/* The files are what takes it. */
+static int settle_memory(struct ct_memory *m, const struct ct_any *a, size_t n,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const size_t view[3] = {a->stack.w, a->stack.h, 1};
+	const bool stack = a->kind == CT_KIND_STACK;
+	double bytes = 0;
+
+	for (size_t i = 0; i < n; i++)
+		bytes +=
+			4 * (double)(stack ? ct_stack_count(&a[i].stack) : ct_vol_count(&a[i].vol));
+	return ct_memory_settle(m, bytes, stack ? view : a->vol.n, LIBRARIES, env, e);
+}
+
 static int rule_of(struct sheet_rule *r, double window[2], double error[2], const struct params *p,
 	struct ct_err *e)
 {
@@ -132,6 +150,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_any *a = NULL;
+	struct ct_memory memory;
 	struct sheet_rule rule;
 	struct sheet s = {0};
 	double window[2], error[2];
@@ -140,15 +159,17 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (operands(p, &n, &out, e) || rule_of(&rule, window, error, p, e) ||
+		ct_memory_begin(&memory, p->memory, out, (double)n, e) ||
 		ct_alloc0(&a, n, sizeof *a, e))
 		return -1;
 	if (read_files(a, p, n, e) == 0 && check_kind(a, env->given, e) == 0 &&
-		sheet_make(&s, n, a, &rule, e) == 0)
+		settle_memory(&memory, a, n, env, e) == 0 && sheet_make(&s, n, a, &rule, e) == 0)
 		rc = draw(&s, out, env, e);
 	for (size_t i = 0; i < n; i++)
 		ct_any_free(&a[i]);
 	free(a);
 	sheet_free(&s);
+	ct_room_close();
 	return rc;
 }
 

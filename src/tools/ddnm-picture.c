@@ -23,12 +23,13 @@ static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 	size_t h, w;
 	int rc = -1;
 
-	if (ct_image_read(path, &w, &h, &gray, e) || ct_stack_alloc(s, 1, h, w, e))
+	if (ct_image_read(path, &w, &h, &gray, e) || ct_image_check(path, w, h, gray, e) ||
+		ct_stack_alloc(s, 1, h, w, e))
 		goto out;
 	piece = (struct ct_piece){s->data, h * w * sizeof *gray};
 	memcpy(s->data, gray, h * w * sizeof *gray);
 	s->beam = CT_PARALLEL;
-	s->view[0] = (struct ct_view){.source = {0, 1000, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
+	s->view[0] = (struct ct_view){.source = {0, -1000, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
 	rc = ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_INTENSITY, e) ||
 			     ct_meta_input(&s->meta, path, 1, &piece, e)
 		     ? -1

@@ -52,6 +52,17 @@ int ddnm_state_open(struct ddnm_state *s, struct ct_resume *run, struct ct_stack
 	return rc < 0 ? -1 : 0;
 }
 
+size_t ddnm_state_limit(struct ddnm_state *s, size_t from, size_t to)
+{
+	size_t left = 0;
+
+	for (size_t k = 0; k < s->out->views; k++) {
+		s->done[k] |= k < from || k >= to;
+		left += !s->done[k];
+	}
+	return left;
+}
+
 static int put(struct ct_tensors *w, const char *name, const struct ct_stack *s, struct ct_err *e)
 {
 	const size_t dim[3] = {s->views, s->h, s->w};

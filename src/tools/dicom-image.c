@@ -3,6 +3,7 @@
 #include "formats/hash.h"
 #include "formats/voxels.h"
 #include "core/mem.h"
+#include "core/room.h"
 #include "tools/dicom-derive.h"
 #include "tools/dicom-image.h"
 #include "tools/dicom-policy.h"
@@ -191,16 +192,18 @@ static int put_deid(struct ct_header *h, struct ct_err *e)
 		       : 0;
 }
 
-/* The moment that SOURCE_DATE_EPOCH is; for the picture of many some moment, as it has to say one.
- */
+/* The moment that SOURCE_DATE_EPOCH is. The picture of many has to say one of its content: that of
+ * what it comes from, or some moment. */
 static int put_dates(struct ct_header *h, const struct image *im, struct ct_err *e)
 {
 	static const char *const dates[][2] = {{"InstanceCreationDate", "InstanceCreationTime"},
 		{"SeriesDate", "SeriesTime"}, {"ContentDate", "ContentTime"}};
 	const char *date = im->deid ? NULL : im->date;
+	const char *known = im->deid ? NULL : from(im, POLICY_CONTENT);
+	const char *content = date ? date : !im->frames ? NULL : known ? known : NO_DATE;
 
 	for (size_t i = 0; i < 3; i++) {
-		const char *text = date ? date : i == 2 && im->frames ? NO_DATE : NULL;
+		const char *text = i == 2 ? content : date;
 
 		if (text && (ct_header_put(h, e, "", dates[i][0], "%.8s", text) ||
 				    ct_header_put(h, e, "", dates[i][1], "%s", text + 8)))
@@ -338,6 +341,7 @@ static int hash_content(struct image *im, struct ct_err *e)
 	for (size_t k = 0; k < v->n[2]; k++) {
 		ct_voxels_i16(area, px, v->data + k * area, false);
 		CT_SIMD(ct_hash_add)(h, px, area * sizeof *px);
+		ct_room_trim();
 	}
 	for (size_t i = 0; i < im->head.n; i++) {
 		add_text(h, im->head.element[i].path);

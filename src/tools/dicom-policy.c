@@ -76,15 +76,31 @@ static const struct row machine[] = {
 };
 
 /* Those that are only looked at. */
-static const char *const known[] = {
-	"SeriesNumber", "SeriesDescription", "WindowCenter", "WindowWidth"};
+static const char *const known[] = {"SeriesNumber", "SeriesDescription", "WindowCenter",
+	"WindowWidth", "ContentDate", "ContentTime"};
 
 #define COUNT(a) (sizeof(a) / sizeof *(a))
+
+/* The moment of the content, if it is earlier than `first`, which is empty if there is none yet. */
+static void note_moment(char first[40], const struct ct_header *h)
+{
+	static const char digits[] = "0123456789";
+	const char *date = ct_header_get(h, "ContentDate"), *time = ct_header_get(h, "ContentTime");
+	char own[40];
+
+	if (!date || !time || strlen(date) != 8 || strspn(date, digits) != 8 || strlen(time) > 16 ||
+		strspn(time, digits) != 6)
+		return;
+	snprintf(own, sizeof own, "%s%s", date, time);
+	if (!*first || strcmp(own, first) < 0)
+		memcpy(first, own, sizeof own);
+}
 
 int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e)
 {
 	const char *keyword[COUNT(rows) + COUNT(machine) + COUNT(known)];
 	size_t count = 0;
+	char first[40] = "";
 
 	for (size_t i = 0; i < COUNT(rows); i++)
 		keyword[count++] = rows[i].keyword;
@@ -101,11 +117,12 @@ int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct 
 			ct_header_free(&one);
 			return -1;
 		}
+		note_moment(first, k ? &one : h);
 		if (k > 0)
 			ct_header_agree(h, &one);
 		ct_header_free(&one);
 	}
-	return 0;
+	return *first ? ct_header_put(h, e, "", POLICY_CONTENT, "%s", first) : 0;
 }
 
 int policy_uid(char out[CT_UID_TEXT], const char *uid, struct ct_err *e)

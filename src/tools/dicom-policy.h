@@ -21,8 +21,10 @@ enum deid {
 	NUMBERED /* and an ID */
 };
 
+/* Under this name, which no element has: YYYYMMDDHHMMSS, the earliest moment of the content. */
+#define POLICY_CONTENT "FirstContent"
 /* Append the elements of n slices that are the same in all of them, of those that may be taken
- * over. Codes of the reader. */
+ * over, and POLICY_CONTENT if one of them says when its content was made. Codes of the reader. */
 int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e);
 /* What is taken over of those (zeroes: of nothing), and what has to be there, empty if it is not
  * known. `frames`: for the picture of many. */

@@ -22,7 +22,8 @@ struct reader {
 	struct ct_dicom_source *from;
 	const struct ct_vol *to; /* what they make, */
 	struct ct_hash *hash;    /* and of it */
-	const char *in;
+	const struct series_rule *rule;
+	const struct series_taker *taker; /* who takes it, or NULL */
 	float none;
 	size_t failed; /* the slice that could not be decoded */
 };
@@ -38,13 +39,15 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 	return 0;
 }
 
-static int look(void *ctx, size_t k, struct ct_err *e)
+static int take(void *ctx, size_t k, const float *x, struct ct_err *e)
 {
 	const struct reader *r = ctx;
 	const size_t area = r->to->n[0] * r->to->n[1];
 
-	CT_SIMD(ct_hash_add)(r->hash, r->to->data + k * area, area * sizeof *r->to->data);
-	return ct_vol_check_plane(r->to, k, e) ? ct_blame(e, r->in) : 0;
+	CT_SIMD(ct_hash_add)(r->hash, x, area * sizeof *x);
+	if (ct_vol_check_plane(r->to, k, x, e))
+		return ct_blame(e, r->rule->in);
+	return r->taker ? r->taker->plane(r->taker->ctx, x, area, e) : 0;
 }
 
 /* Are the values of a and b the same? -1 if one of them cannot be read. */
@@ -195,7 +198,9 @@ static int check_values(struct ct_slice *s, size_t n, enum ct_units units, struc
 {
 	for (size_t k = 0; k < n; k++) {
 		if (units == CT_UNITS_AUTO && ct_slice_check_hu(&s[k], e)) {
-			hint(e, " (but see --units)");
+			hint(e, ct_slice_is_radiograph(&s[k])
+					? "; --radiograph of ct-convert makes a stack of it"
+					: " (but see --units)");
 			return -1;
 		}
 		if (units != CT_UNITS_AUTO && !s[k].scaled) {
@@ -221,26 +226,66 @@ static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
 		       : 0;
 }
 
+/* What is known of the volume beside its numbers. */
+static int describe(
+	struct ct_vol *v, const struct reader *r, const struct ct_layout *l, struct ct_err *e)
+{
+	const bool hu = r->rule->units != CT_UNITS_OTHER;
+
+	return mark(v, r->s, l, e) || ct_hash_input(r->hash, &v->meta, r->rule->in, e) ||
+			       ct_meta_set(&v->meta, CT_META_QUANTITY,
+				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)
+		       ? -1
+		       : 0;
+}
+
+/* Do the slices make whole numbers of whole numbers, each plane of one? */
+static bool is_whole(const struct ct_slice *s, const struct ct_layout *l)
+{
+	bool whole = l->even && !l->moved;
+
+	for (size_t k = 0; k < l->slices; k++)
+		whole = whole && s[k].slope == rint(s[k].slope) &&
+			s[k].intercept == rint(s[k].intercept);
+	return whole;
+}
+
+/* The grid is known: room for the volume, unless it is taken plane by plane. */
+static int begin(struct ct_vol *v, struct reader *r, const struct ct_layout *l, struct ct_err *e)
+{
+	const struct series_taker *t = r->rule->taker;
+	int rc = 1;
+
+	memcpy(v->n, l->n, sizeof v->n);
+	memcpy(v->affine, l->affine, sizeof v->affine);
+	CT_SIMD(ct_hash_add)(r->hash, v->affine, sizeof v->affine);
+	if (t) {
+		rc = describe(v, r, l, e) ? -1 : t->begin(t->ctx, v, is_whole(r->s, l), e);
+		r->taker = rc == 0 ? t : NULL;
+	}
+	if (rc == 1) {
+		rc = ct_vol_alloc(v, l->n, e);
+		memcpy(v->affine, l->affine, sizeof v->affine);
+	}
+	return rc;
+}
+
 /* The slices, in any order, to a volume; *failed is the slice, of their new order, that could not
  * be decoded, or n. */
 static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct series_rule *rule,
 	size_t *failed, const struct ct_env *env, struct ct_err *e)
 {
-	struct reader r = {.s = s,
-		.to = v,
-		.in = rule->in,
-		.none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
-	const struct ct_restack_source from = {read_slice, look, &r};
+	struct reader r = {
+		.s = s, .to = v, .rule = rule, .none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
+	const struct ct_restack_source from = {read_slice, take, &r};
 	struct ct_layout l = {0};
 	int rc = -1;
 
 	*failed = n;
 	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) ||
-		ct_vol_alloc(v, l.n, e) || ct_hash_alloc(&r.hash, e) ||
+		ct_hash_alloc(&r.hash, e) || begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
-	memcpy(v->affine, l.affine, sizeof v->affine);
-	CT_SIMD(ct_hash_add)(r.hash, v->affine, sizeof v->affine);
 	rc = ct_restack_fill(v->data, &l, s, r.none, &from, env, e);
 	if (rc) {
 		*failed = e->code == CT_EINPUT ? r.failed : n;
@@ -249,10 +294,8 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_frames(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
-	rc = mark(v, s, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ||
-			     ct_hash_input(r.hash, &v->meta, rule->in, e)
-		     ? -1
-		     : 0;
+	rc = describe(v, &r, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ? -1
+											      : 0;
 out:
 	ct_dicom_source_close(r.from);
 	free(r.hash);
@@ -342,11 +385,8 @@ int series_read(const char *const *paths, size_t n, const struct series_rule *ru
 	}
 	if (rc && failed < count)
 		hint(e, "; --skip-damaged goes on without it");
-	if (rc)
-		goto out;
-	series_account(&set, pick, l->count - count, env);
-	rc = ct_meta_set(&v->meta, CT_META_QUANTITY,
-		rule->units == CT_UNITS_OTHER ? CT_QUANTITY_OTHER : CT_QUANTITY_HU, e);
+	if (rc == 0)
+		series_account(&set, pick, l->count - count, env);
 out:
 	if (rc)
 		ct_vol_free(v);

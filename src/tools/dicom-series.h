@@ -11,6 +11,15 @@
 
 #include <jansson.h>
 
+/* Takes a volume plane by plane, so that it is never whole. */
+struct series_taker {
+	/* Of v all is there but the data, and in the place of the hash of its values one as long;
+	 * `whole`: are the values integers? 0, or 1 if it shall be a volume after all. */
+	int (*begin)(void *ctx, const struct ct_vol *v, bool whole, struct ct_err *e);
+	int (*plane)(void *ctx, const float *x, size_t n, struct ct_err *e);
+	void *ctx;
+};
+
 struct series_rule {
 	const char *in;     /* what the user calls it */
 	const char *which;  /* as for ct_series_pick */
@@ -19,7 +28,8 @@ struct series_rule {
 	enum ct_gaps gaps;
 	enum ct_units units;
 	bool skip_damaged;
-	json_t *about; /* the object of a sidecar, or NULL */
+	json_t *about;                    /* the object of a sidecar, or NULL */
+	const struct series_taker *taker; /* or NULL */
 };
 
 /* The census of the paths, as series. Zeroes are empty. */
@@ -45,7 +55,8 @@ void series_account(
  * named in the log. */
 int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,
 	struct ct_err *e);
-/* One series as a volume, RAS+, of finite numbers. *v must be zero. CT_EINPUT: damaged files,
+/* One series as a volume, RAS+, of finite numbers; without its data if the taker took them. *v must
+ * be zero. CT_EINPUT: damaged files,
  * values that are not HU; CT_EGEOM: places that make no grid; CT_EUSAGE: no such series;
  * CT_ENUMERIC. */
 int series_read(const char *const *paths, size_t n, const struct series_rule *rule,

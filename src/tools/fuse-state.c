@@ -2,14 +2,17 @@
 #include "config.h"
 #include "tools/fuse-state.h"
 #include "core/mem.h"
+#include "resolution/tv-row.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define RESULT "residual"
 
-enum { SCALARS = 13, COUNTS = 4, VOLUMES = 4 };
+enum { SCALARS = 13, COUNTS = 4, VOLUMES = 3 };
+#define DUAL "dual"
 
 static double *scalar(struct ct_joint_at *a, size_t k)
 {
@@ -27,13 +30,12 @@ static size_t volumes(const struct ct_joint_at *at)
 	return at->phase == CT_JOINT_DONE ? 1 : at->fista.next > 0 ? VOLUMES : VOLUMES - 1;
 }
 
-static float *volume(const struct ct_joint *j, size_t k, const char **name, size_t *count)
+static float *volume(const struct ct_joint *j, size_t k, const char **name)
 {
-	static const char *const names[VOLUMES] = {"x", "ahead", "dual", "to"};
-	float *const at[VOLUMES] = {j->x, j->ahead, j->dual, j->g};
+	static const char *const names[VOLUMES] = {"x", "ahead", "to"};
+	float *const at[VOLUMES] = {j->x, j->ahead, j->g};
 
 	*name = names[k];
-	*count = k == 2 ? CT_TV_DUAL * j->n : j->n;
 	return at[k];
 }
 
@@ -63,18 +65,31 @@ static int put(struct ct_tensors *t, const char *name, size_t n, const float *x,
 	return 0;
 }
 
+static int put_dual(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
+{
+	const size_t n = CT_TV_DUAL * j->n;
+	struct ct_tensor *to;
+
+	if (ct_tensors_add(t, DUAL, 1, &n, &to, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		to->data[i] = j->dual[i];
+	return 0;
+}
+
 static int pack(struct ct_tensors *t, const void *joint, struct ct_err *e)
 {
 	const struct ct_joint *j = joint;
 
 	for (size_t k = 0; k < volumes(&j->at); k++) {
 		const char *name;
-		size_t n;
-		const float *x = volume(j, k, &name, &n);
+		const float *x = volume(j, k, &name);
 
-		if (put(t, name, n, x, e))
+		if (put(t, name, j->n, x, e))
 			return -1;
 	}
+	if (j->at.phase != CT_JOINT_DONE && put_dual(t, j, e))
+		return -1;
 	return pack_at(t, j, e);
 }
 
@@ -132,6 +147,20 @@ static int get(float *x, const struct ct_tensors *t, const char *name, size_t n)
 	return 0;
 }
 
+static int get_dual(struct ct_joint *j, const struct ct_tensors *t)
+{
+	const struct ct_tensor *from = ct_tensors_find(t, DUAL);
+
+	if (!from || ct_tensor_count(from) != CT_TV_DUAL * j->n)
+		return -1;
+	for (size_t i = 0; i < CT_TV_DUAL * j->n; i++) {
+		if (!(fabsf(from->data[i]) <= CT_TV_ONE))
+			return -1;
+		j->dual[i] = (int16_t)from->data[i];
+	}
+	return 0;
+}
+
 static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
 {
 	struct ct_joint *j = &f->joint;
@@ -145,11 +174,12 @@ static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *
 	}
 	for (size_t k = 0; k < volumes(&j->at); k++) {
 		const char *name;
-		size_t n;
-		float *x = volume(j, k, &name, &n);
+		float *x = volume(j, k, &name);
 
-		bad |= get(x, t, name, n);
+		bad |= get(x, t, name, j->n);
 	}
+	if (j->at.phase != CT_JOINT_DONE)
+		bad |= get_dual(j, t);
 	return bad ? ct_fail(e, CT_EINPUT, "is not the state of such a run") : 0;
 }
 

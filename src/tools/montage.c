@@ -1,5 +1,6 @@
 /* montage.c: see montage.h. */
 #include "config.h"
+#include "core/room.h"
 #include "tools/montage.h"
 
 #include <math.h>
@@ -93,7 +94,7 @@ static float at(const struct montage_slice *s, size_t r, size_t c)
 
 void montage_slice_range(double range[static 2], const struct montage_slice *s)
 {
-	for (size_t r = 0; r < s->n[0]; r++)
+	for (size_t r = 0; r < s->n[0]; r++) {
 		for (size_t c = 0; c < s->n[1]; c++) {
 			double x = (double)at(s, r, c);
 
@@ -102,6 +103,8 @@ void montage_slice_range(double range[static 2], const struct montage_slice *s)
 				range[1] = fmax(range[1], x);
 			}
 		}
+		ct_room_trim();
+	}
 }
 
 bool montage_slice_overlap(const struct montage_slice *a, const struct montage_slice *b)
@@ -199,13 +202,15 @@ static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, dou
 {
 	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
 
-	for (size_t y = 0; y < th; y++)
+	for (size_t y = 0; y < th; y++) {
 		for (size_t x = 0; x < tw; x++) {
 			double v = shown(t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm);
 
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
 			colour(rgb + (y * w + x) * 3, v, t->minus.data != NULL);
 		}
+		ct_room_trim();
+	}
 }
 
 void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "tools/project-views.h"
 #include "cli/cost.h"
+#include "cli/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
 
@@ -98,10 +99,11 @@ out:
 	return rc;
 }
 
-int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
+int project_estimate(
+	const struct project_job *j, const char *memory, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
-	double start, load, once, volume = 4.0 * (double)ct_vol_count(j->v);
+	double start, load, once, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
@@ -119,9 +121,10 @@ int project_estimate(const struct project_job *j, const struct ct_env *env, stru
 	}
 	once = (ct_clock_wall() - start) / (double)tries;
 	cost.seconds = ((double)out->views * once + load) * (double)passes;
-	cost.memory = volume * (double)passes + cost.disk +
-		      (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
-		      (double)ct_projector_bytes(&p.g);
+	bytes = volume * (double)passes + cost.disk +
+		(j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
+		(double)ct_projector_bytes(&p.g);
+	ct_memory_cost(&cost.memory, &cost.state, bytes, memory);
 	close_pass(&p);
 	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",
 		out->views, out->w, out->h, once);

@@ -4,7 +4,10 @@
 #include "diffusion/residual.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "formats/out-folder.h"
 #include "restore/restore.h"
+#include "tools/convert.h"
+#include "tools/dicom-form.h"
 #include "tools/prior-file.h"
 #include "tools/sr.h"
 
@@ -61,6 +64,21 @@ static int know_lack(struct sr_files *f, const struct sr *p, int scale, const st
 	return 0;
 }
 
+/* What DICOM of OUT belongs to, before the time is spent that comes before it. */
+static int find_template(struct sr_files *f, const struct sr *p, struct ct_err *e)
+{
+	const char *from = p->template ? p->template : p->in;
+	const bool dicom = dicom_form_of(from) != NOT_DICOM;
+
+	if ((p->template || p->deid) && !ct_files_is_dicom(p->out))
+		return ct_fail(e, CT_EUSAGE, "--%s: needs OUT to be DICOM",
+			p->template ? "template" : "deid");
+	if (p->template && !dicom)
+		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", from);
+	f->template = dicom ? plain(from) : NULL;
+	return dicom && !f->template ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
+}
+
 int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -69,6 +87,8 @@ int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const stru
 	f->keep = p->keep ? plain(p->keep) : p->plan ? plain(p->plan) : NULL;
 	if (!f->in || !f->out || ((p->keep || p->plan) && !f->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
+	if (find_template(f, p, e))
+		return -1;
 	if (p->quality != DRAFT && !sr_published(p) &&
 		(prior_file_find(&f->slices, p->slices, PRIOR_SLICES, e) ||
 			check_slices(f->slices, e)))
@@ -108,9 +128,21 @@ int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *
 	return 0;
 }
 
+int sr_files_check_out(
+	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+{
+	const bool own = p->resume && ct_chain_owns_output(c);
+	struct ct_env over = *env;
+
+	over.force |= own;
+	if (ct_out_folder_named(p->out))
+		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
+	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
+}
+
 int sr_files_absolute(struct sr_files *f, struct ct_err *e)
 {
-	char **const all[] = {&f->in, &f->out, &f->keep, &f->prior, &f->slices};
+	char **const all[] = {&f->template, &f->in, &f->out, &f->keep, &f->prior, &f->slices};
 	char *here = realpath(".", NULL);
 	int rc = here ? 0 : ct_fail(e, CT_EINPUT, ".: %s", strerror(errno));
 
@@ -131,6 +163,7 @@ int sr_files_absolute(struct sr_files *f, struct ct_err *e)
 
 void sr_files_free(struct sr_files *f)
 {
+	free(f->template);
 	free(f->in);
 	free(f->out);
 	free(f->keep);

@@ -1,110 +1,37 @@
-/* sr-plan.c: the chain of ct-sr as jobs that do not wait for each other where they need not: the
- * same steps, those divided that can be, each part by its own command and one more to join them. */
+/* sr-plan.c: the jobs of ct-sr written, for make and other programs; see sr.h. */
 #include "config.h"
 #include "cli/memory.h"
-#include "core/mem.h"
 #include "formats/io.h"
-#include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 #include "tools/sr.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { JOBS = 4, PARTS_MOST = 256 };
+enum { JOBS = 4 };
 #define PLAN "plan.json"
 #define PLAN_RULES "plan.mk"
 
-/* What a job takes; NaN: nobody can tell before its inputs are there. */
-struct takes {
-	double seconds, memory, disk;
-};
-
-struct plan {
-	const struct ct_chain *c;
-	struct ct_chain jobs; /* steps, parts and joins; in no folder */
-	struct takes *takes;  /* of each */
-	size_t cap;
-	char **name; /* of parts, owned */
-	size_t names, names_cap;
-	/* Of the step that refines. */
-	json_t *told;
-	struct brick brick;
-	size_t slabs;
-	double most; /* bytes of memory that a job may take */
-	const struct sr *p;
-};
-
-static double told(const struct plan *x, const char *key)
-{
-	return json_number_value(json_object_get(x->told, key));
-}
-
-/* What does not fit into memory is on disk until the job is done. */
-static struct takes bounded(struct takes t, double most)
-{
-	if (t.memory > most) {
-		t.disk += t.memory;
-		t.memory = most;
-	}
-	return t;
-}
-
-/* Of slab n of m. */
-static struct takes slab_takes(const struct plan *x, size_t n, size_t m)
-{
-	const double fixed = told(x, EXPECT_FIXED), need = told(x, EXPECT_NEED);
-	struct brick b = x->brick;
-	struct takes t;
-	double share;
-
-	brick_slab(&b, n, m);
-	share = (double)(b.hi - b.lo) / (double)b.of;
-	t.seconds = told(x, "seconds") * share;
-	t.disk = told(x, "disk-bytes") * (double)(b.to - b.from) / (double)b.of;
-	t.memory = fixed + (need - fixed) * share;
-	return bounded(t, x->most);
-}
-
-/* Of the largest of m slabs. */
-static double slab_memory(const struct plan *x, size_t m)
-{
-	double most = 0;
-
-	for (size_t n = 1; n <= m; n++)
-		most = fmax(most, slab_takes(x, n, m).memory);
-	return most;
-}
-
 /* The slabs: as many as are asked for, or as few as make each fit. */
-static void choose_slabs(struct plan *x, const struct ct_env *env)
+static void choose_slabs(struct sr_jobs *x, const struct ct_env *env)
 {
-	const double most = x->most;
-	size_t wanted = x->p->jobs ? (size_t)x->p->jobs : JOBS, can;
+	const size_t can = sr_jobs_can(x);
+	size_t wanted = x->p->jobs ? (size_t)x->p->jobs : JOBS;
 
 	x->slabs = 1;
-	if (told(x, EXPECT_AXIS) < 0) {
+	if (can == 0) {
 		if (wanted > 1)
 			ct_log(env, CT_WARN,
 				"one job refines: every voxel depends on all others, as the scan was "
 				"sampled by sinc, or by a factor that is not whole, along all axes");
 		return;
 	}
-	x->brick = (struct brick){.axis = (int)told(x, EXPECT_AXIS),
-		.factor = (size_t)told(x, EXPECT_FACTOR),
-		.of = (size_t)told(x, EXPECT_VOXELS)};
-	can = brick_most(&x->brick);
-	if (can > PARTS_MOST)
-		can = PARTS_MOST;
 	if (!x->p->jobs && x->p->memory) {
-		x->most = INFINITY; /* all in memory */
-		for (wanted = 1; wanted < can && slab_memory(x, wanted) > most;)
-			wanted++;
-		x->most = most;
+		wanted = sr_jobs_fewest(x, can);
+		wanted = wanted ? wanted : can;
 	}
 	x->slabs = wanted < can ? wanted : can;
 	if (x->p->jobs && x->slabs < wanted)
@@ -112,130 +39,8 @@ static void choose_slabs(struct plan *x, const struct ct_env *env)
 			wanted);
 }
 
-/* A name of a file between the steps, or NULL. */
-static const char *name_part(struct plan *x, const char *stem, size_t n, struct ct_err *e)
-{
-	char file[64], **room;
-
-	if (ct_grow(&x->name, &x->names_cap, x->names + 1, sizeof *x->name, e))
-		return NULL;
-	room = &x->name[x->names];
-	snprintf(file, sizeof file, "%s-%zu.%s", stem, n, strcmp(stem, "slab") ? "exr" : "nii");
-	*room = ct_chain_path(x->c, file);
-	if (!*room) {
-		ct_fail(e, CT_ENOMEM, "no memory for a file name");
-		return NULL;
-	}
-	x->names++;
-	return *room;
-}
-
-/* Begin a job like step s, of another output, or of that; words of the caller may follow. */
-static int add_job(struct plan *x, const struct ct_step *s, const char *output, struct takes takes,
-	struct ct_err *e)
-{
-	const bool part = output != s->output;
-
-	if (ct_grow(&x->takes, &x->cap, x->jobs.n + 1, sizeof *x->takes, e))
-		return -1;
-	x->takes[x->jobs.n] = takes;
-	if (ct_chain_add(&x->jobs, e, s->resumable, output, s->tool, NULL))
-		return -1;
-	for (size_t k = 1; k < s->argc; k++) {
-		if (part && strncmp(s->argv[k], "--tolerance=", 12) == 0)
-			continue; /* an end that all slabs come to together is --iterations */
-		if (ct_chain_word(&x->jobs, e, "%s",
-			    strcmp(s->argv[k], s->output) == 0 ? output : s->argv[k]))
-			return -1;
-	}
-	return 0;
-}
-
-/* The parts from step `first` on to the output of s. */
-static int add_merge(
-	struct plan *x, const struct ct_step *s, size_t first, struct takes takes, struct ct_err *e)
-{
-	const size_t end = x->jobs.n;
-
-	if (ct_grow(&x->takes, &x->cap, end + 1, sizeof *x->takes, e))
-		return -1;
-	x->takes[end] = takes;
-	if (ct_chain_add(&x->jobs, e, false, s->output, "ct-merge", NULL) ||
-		(x->p->memory && ct_chain_word(&x->jobs, e, "--memory=%s", x->p->memory)))
-		return -1;
-	for (size_t i = first; i < end; i++)
-		if (ct_chain_word(&x->jobs, e, "%s", x->jobs.step[i].output))
-			return -1;
-	return ct_chain_word(&x->jobs, e, "%s", s->output);
-}
-
-static int add_slabs(struct plan *x, const struct ct_step *s, struct ct_err *e)
-{
-	const size_t first = x->jobs.n, m = x->slabs;
-	const double iterations = told(x, EXPECT_ITERATIONS), whole = told(x, "disk-bytes");
-	const double held = CT_MEMORY_BASE + whole * (1 + 1. / (double)m);
-	const struct takes merge = {NAN, fmin(held, x->most), whole};
-
-	for (size_t n = 1; n <= m; n++) {
-		const char *part = name_part(x, "slab", n, e);
-
-		if (!part || add_job(x, s, part, slab_takes(x, n, m), e) ||
-			(iterations > 0 &&
-				ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations)) ||
-			ct_chain_word(&x->jobs, e, "--brick=%zu/%zu", n, m))
-			return -1;
-	}
-	return add_merge(x, s, first, merge, e);
-}
-
-static const struct takes unknown = {NAN, NAN, NAN};
-
-static int add_views(
-	struct plan *x, const struct ct_step *s, size_t views, size_t m, struct ct_err *e)
-{
-	const size_t first = x->jobs.n;
-
-	for (size_t n = 1; n <= m; n++) {
-		const char *part = name_part(x, "views", n, e);
-
-		if (!part || add_job(x, s, part, unknown, e) ||
-			ct_chain_word(
-				&x->jobs, e, "--views=%zu:%zu", views * (n - 1) / m, views * n / m))
-			return -1;
-	}
-	return add_merge(x, s, first, unknown, e);
-}
-
-/* All steps but the first, which is done. */
-static int divide(struct plan *x, size_t views, struct ct_err *e)
-{
-	const size_t wanted = x->p->jobs ? (size_t)x->p->jobs : JOBS;
-	const size_t parts = wanted < views ? wanted : views;
-	const struct takes whole = bounded(
-		(struct takes){told(x, "seconds"), told(x, EXPECT_NEED), told(x, "disk-bytes")},
-		x->most);
-
-	for (size_t i = 0; i < x->c->sources; i++)
-		ct_chain_source(&x->jobs, x->c->source[i]);
-	ct_chain_source(&x->jobs, x->c->step[0].output);
-	for (size_t i = 1; i < x->c->n; i++) {
-		const struct ct_step *s = &x->c->step[i];
-		int rc;
-
-		if (i == 1 && x->slabs > 1)
-			rc = add_slabs(x, s, e);
-		else if (strcmp(s->tool, "ct-ddnm") == 0 && parts > 1)
-			rc = add_views(x, s, views, parts, e);
-		else
-			rc = add_job(x, s, s->output, i == 1 ? whole : unknown, e);
-		if (rc)
-			return -1;
-	}
-	return 0;
-}
-
 /* What an earlier plan of the folder left must not be taken for the results of this one. */
-static void clear(const struct plan *x)
+static void clear(const struct sr_jobs *x)
 {
 	for (size_t i = 0; i < x->jobs.n; i++) {
 		const struct ct_step *s = &x->jobs.step[i];
@@ -250,7 +55,7 @@ static void clear(const struct plan *x)
 }
 
 /* The words of job i as they are run; NULL if one is no UTF-8. */
-static json_t *words_of(const struct plan *x, size_t i)
+static json_t *words_of(const struct sr_jobs *x, size_t i)
 {
 	const struct ct_step *s = &x->jobs.step[i];
 	char *program = ct_chain_program(x->c, s->tool);
@@ -271,7 +76,7 @@ static json_t *words_of(const struct plan *x, size_t i)
 	return a;
 }
 
-static json_t *inputs_of(const struct plan *x, size_t i)
+static json_t *inputs_of(const struct sr_jobs *x, size_t i)
 {
 	json_t *a = json_array();
 
@@ -290,7 +95,7 @@ static json_t *number(double v)
 }
 
 /* Named by the command and the number of those before. */
-static json_t *name_of(const struct plan *x, size_t i)
+static json_t *name_of(const struct sr_jobs *x, size_t i)
 {
 	size_t n = 1;
 
@@ -300,12 +105,12 @@ static json_t *name_of(const struct plan *x, size_t i)
 }
 
 /* What plan.json holds; NULL if it cannot. */
-static json_t *describe(const struct plan *x)
+static json_t *describe(const struct sr_jobs *x)
 {
 	json_t *jobs = json_array();
 
 	for (size_t i = 0; i < x->jobs.n; i++) {
-		const struct takes t = x->takes[i];
+		const struct sr_takes t = x->takes[i];
 		json_t *o = json_pack("{so so so s[s] sI so so so}", "name", name_of(x, i),
 			"command", words_of(x, i), "inputs", inputs_of(x, i), "outputs",
 			x->jobs.step[i].output, "threads", (json_int_t)atoll(x->c->threads),
@@ -389,7 +194,7 @@ static int put_json(FILE *f, const json_t *plan, struct ct_err *e)
 	return 0;
 }
 
-static int write_one(const struct plan *x, const char *name,
+static int write_one(const struct sr_jobs *x, const char *name,
 	int (*put)(FILE *f, const json_t *plan, struct ct_err *e), const json_t *plan,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -409,7 +214,7 @@ static int write_one(const struct plan *x, const char *name,
 }
 
 /* plan.json last: where it is the plan is whole. */
-static int write_plan(const struct plan *x, const struct ct_env *env, struct ct_err *e)
+static int write_plan(const struct sr_jobs *x, const struct ct_env *env, struct ct_err *e)
 {
 	json_t *plan = describe(x);
 	int rc = -1;
@@ -433,7 +238,7 @@ static int check_name(const char *name, struct ct_err *e)
 }
 
 /* An earlier plan, and names that make has no way to write. */
-static int check(const struct plan *x, const struct ct_env *env, struct ct_err *e)
+static int check(const struct sr_jobs *x, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_chain *c = x->c;
 	char *path = ct_chain_path(c, PLAN);
@@ -450,23 +255,21 @@ static int check(const struct plan *x, const struct ct_env *env, struct ct_err *
 	return rc;
 }
 
-static int open_plan(struct plan *x, const struct ct_env *env, struct ct_err *e)
+static int open_plan(struct sr_jobs *x, const struct ct_env *env, struct ct_err *e)
 {
 	size_t bytes;
 
-	x->most = INFINITY;
-	if (x->p->memory) {
-		if (ct_memory_bytes(&bytes, x->p->memory, e))
-			return -1;
-		x->most = (double)bytes;
-	}
+	if (x->p->memory && ct_memory_bytes(&bytes, x->p->memory, e))
+		return -1;
+	x->most = ct_memory_most(x->p->memory, 0);
 	return check(x, env, e);
 }
 
 int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct plan x = {.c = c, .p = p, .jobs = {.folder.lock = -1}};
+	const size_t wanted = p->jobs ? (size_t)p->jobs : JOBS;
+	struct sr_jobs x = {.c = c, .p = p, .folder = &c->folder, .jobs = {.folder.lock = -1}};
 	void *answer = NULL;
 	int rc = -1;
 
@@ -475,18 +278,13 @@ int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct c
 		goto out;
 	x.told = answer;
 	choose_slabs(&x, env);
-	if (divide(&x, views, e))
+	if (sr_jobs_divide(&x, views, wanted < views ? wanted : views, e))
 		goto out;
 	clear(&x);
 	rc = write_plan(&x, env, e);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%zu jobs: make -f %s/" PLAN_RULES, x.jobs.n, c->folder.path);
 out:
-	json_decref(x.told);
-	for (size_t i = 0; i < x.names; i++)
-		free(x.name[i]);
-	free(x.name);
-	free(x.takes);
-	ct_chain_close(&x.jobs);
+	sr_jobs_free(&x);
 	return rc;
 }

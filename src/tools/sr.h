@@ -3,7 +3,9 @@
 #define CT_TOOLS_SR_H
 #include "cli/chain.h"
 #include "core/words.h"
+#include "tools/lib/brick.h"
 
+#include <jansson.h>
 #include <stdbool.h>
 
 #define QUALITIES(X)                                                                               \
@@ -13,13 +15,16 @@
 	X(BEST, "best")
 enum quality { QUALITIES(CT_WORD_VALUE) };
 
+#define SR_FACTOR "4" /* where neither that nor a spacing is given */
+
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop;
+	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop,
+		*template;
 	const char *factor, *spacing, *sigma, *memory;
 	double noise;
 	int decimate, label, quality, views, iterations, gaussians, tilt, gaps, jobs;
-	bool paper, release, resume, dry_run, skip_damaged;
+	bool paper, release, resume, dry_run, skip_damaged, deid;
 };
 
 /* The published method? */
@@ -30,12 +35,14 @@ static inline bool sr_published(const struct sr *p)
 
 /* All files by name. */
 struct sr_files {
+	char *template; /* the series that DICOM of OUT belongs to, or NULL */
 	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res, *sr;
 	const char *result; /* what the method makes: sr if OUT is made of that */
 };
 
 /* Those of the user; a prior is named only if something is left to it, that of projections if they
- * are of a scan `scale` times coarser, and there are some. Codes of the readers. */
+ * are of a scan `scale` times coarser, and there are some. CT_EUSAGE for what only DICOM has; codes
+ * of the readers. */
 int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const struct ct_env *env,
 	struct ct_err *e);
 /* Those between the steps. */
@@ -46,9 +53,50 @@ int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *
 int sr_files_absolute(struct sr_files *f, struct ct_err *e);
 void sr_files_free(struct sr_files *f);
 
+/* May OUT be written, now that the folder between is there, which may lie in it? */
+int sr_files_check_out(
+	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
+
+/* What a job takes; NaN: nobody can tell before its inputs are there. */
+struct sr_takes {
+	double seconds, memory, disk;
+};
+
+/* The chain as jobs that do not wait for each other where they need not (sr-jobs.c). */
+struct sr_jobs {
+	const struct ct_chain *c;
+	const struct sr *p;
+	const struct ct_folder *folder; /* of the parts */
+	double most;                    /* bytes of memory that a job may take */
+	json_t *told;                   /* by the step that refines; owned */
+	struct brick brick;             /* of that */
+	size_t slabs;                   /* chosen by the caller */
+	struct ct_chain jobs;           /* steps, parts and joins; in no folder */
+	struct sr_takes *takes;         /* of each */
+	size_t cap;
+	char **name; /* of parts, owned */
+	size_t names, names_cap;
+};
+
+/* A number of those that the step that refines has told. */
+double sr_jobs_told(const struct sr_jobs *x, const char *key);
+/* x->brick, and the most slabs that there can be; 0 if the scan cannot be cut. */
+size_t sr_jobs_can(struct sr_jobs *x);
+/* Of m slabs, all in memory: the seconds and the disk of all of them, the memory of the largest. */
+struct sr_takes sr_jobs_slabs(const struct sr_jobs *x, size_t m);
+/* The fewest slabs, up to `can`, that each fit into x->most; 0 if they do not. */
+size_t sr_jobs_fewest(const struct sr_jobs *x, size_t can);
+/* x->jobs: all steps but the first, which is done: that which refines in x->slabs slabs, that which
+ * draws projections in `parts` parts of its `views`. CT_ENOMEM. */
+int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err *e);
+void sr_jobs_free(struct sr_jobs *x);
+
 /* Do the first step of the chain, and write the others as jobs: those that refine and that draw the
  * `views` projections in p->jobs parts, into plan.json and plan.mk of its folder (sr-plan.c). */
 int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct ct_env *env,
 	struct ct_err *e);
+/* Run the chain; the step that refines in slabs, where it does not fit into the memory that it may
+ * take and the scan can be cut (sr-run.c). */
+int sr_run(struct ct_chain *c, const struct sr *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

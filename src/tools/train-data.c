@@ -63,6 +63,10 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 
 	if (ct_image_read(path, &w, &h, &px, e))
 		return -1;
+	if (ct_image_check(path, w, h, px, e)) {
+		free(px);
+		return -1;
+	}
 	return ct_pictures_add(s, h, w, px, path, e);
 #else
 	(void)s;

@@ -1,7 +1,9 @@
 #!/bin/sh
 # cluster.sh [COUNT]: COUNT (2) thick scans on a Slurm of two nodes, both on this machine: plans by
 # examples/cluster/slurm.py, then by the Snakefile while a node and a job are killed; the results against those
-# of make on one machine, byte for byte. It starts its own munged, slurmctld and slurmd, and needs root.
+# of make on one machine, byte for byte. Between them twice as many larger ones, on one node and on two: how long
+# they take against what examples/cluster/simulate.py says. It starts its own munged, slurmctld and slurmd, and needs
+# root.
 . "$(dirname "$0")/lib.sh"
 count=${1:-2}
 row 'without another machine'
@@ -95,6 +97,38 @@ for s in scans/*.nii; do
 done
 idle; tally $? 'Slurm ends'
 for s in scans/*.nii; do s=$(basename "$s" .nii); same "$s" array; tally $? "$s is the same"; done
+
+# The simulator is given what each job took in the very run: that tries its scheduler. Both nodes are this machine,
+# so that these seconds say nothing of two machines.
+replay() { python3 "$srcdir/tests/long/replay.py" "$@"; }
+array() { "$srcdir"/examples/cluster/slurm.py "$1" --output=/dev/null >submitted 2>err; tally $? 'is submitted'; }
+hold() { scontrol update NodeName="$1" State=DRAIN Reason=test; }
+# plans N: of as many scans, of several sizes, to be done again
+plans() {
+	i=1
+	while [ $i -le "$1" ]; do
+		[ -s timed$i.nii ] || { ct-phantom -q -s $i --size 192x192x$((128 + 128 * (i % 3))) ellipsoids hr.nii -f
+			ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii timed$i.nii; }
+		ct-sr -q -f -t 1 -x 1,1,4 -Q draft --jobs 3 --plan timed$i timed$i.nii timed$i.out.nii
+		rm -f timed$i.out.nii
+		i=$((i + 1))
+	done
+}
+row 'the simulator against the clock'
+replay chain none && replay time none.log none/plan.json && array none/plan.json
+idle; tally $? 'Slurm ends'
+late=$(replay late none.log)
+for nodes in 1 2; do
+	plans $((2 * count)) && replay time log$nodes timed*/plan.json
+	hold n1; hold n2
+	for p in timed*/plan.json; do array "$p"; done
+	for n in n1 n2; do [ $n = n2 ] && [ $nodes = 1 ] || scontrol update NodeName=$n State=RESUME; done
+	idle; tally $? 'Slurm ends'
+	replay against log$nodes timed*/plan.json -- --nodes $nodes --cores 2 --memory 8000M --slack 2 --latency "$late" >said 2>err
+	tally $? "the simulator is right of $nodes nodes: $(cat said)"
+	echo "# cluster: nodes $nodes: $(cat said), each $late s late"
+done
+hold n2; scontrol update NodeName=n2 State=RESUME
 
 command -v snakemake >/dev/null || { echo '# cluster: no snakemake'; finish; }
 row 'a folder, a node and a job killed'

@@ -30,12 +30,19 @@ static size_t unit_of(size_t factor)
 	return n;
 }
 
-int brick_axis(const struct ct_degrade *by)
+int brick_axis(const struct ct_degrade *by, const size_t n[static 3])
 {
-	int axis = 2;
+	double longest = 0;
+	int axis = -1;
 
-	while (axis >= 0 && !can_cut(by, axis))
-		axis--;
+	for (int a = 2; a >= 0; a--) {
+		const double fine = (double)n[a] * by->factor[a];
+
+		if (can_cut(by, a) && fine > longest) {
+			longest = fine;
+			axis = a;
+		}
+	}
 	return axis;
 }
 
@@ -60,7 +67,7 @@ void brick_slab(struct brick *b, size_t n, size_t m)
 int brick_find(struct brick *b, const char *text, const struct ct_vol *in,
 	const struct ct_degrade *by, struct ct_err *e)
 {
-	const int axis = brick_axis(by);
+	const int axis = brick_axis(by, in->n);
 	size_t part, parts;
 	int end = 0;
 

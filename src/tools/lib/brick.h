@@ -3,7 +3,8 @@
  *
  * That holds along an axis that is not refined, or that was sampled by points or means: there a
  * voxel depends on what is near. Sampling after the ideal low-pass (sinc) makes every voxel of a
- * row depend on all others. Slabs are along z if they can be, else along y, else along x. */
+ * row depend on all others. What lies about the slabs is done twice: of the axes that can be cut
+ * the one with most fine voxels is, of equal ones the last. */
 #ifndef CT_TOOLS_LIB_BRICK_H
 #define CT_TOOLS_LIB_BRICK_H
 #include "cli/part.h"
@@ -22,8 +23,8 @@ struct brick {
 	size_t lo, hi;       /* with those about it */
 };
 
-/* An axis that can be cut; -1 if none can be. */
-int brick_axis(const struct ct_degrade *by);
+/* The axis along which a scan of n voxels is cut; -1 if none can be. */
+int brick_axis(const struct ct_degrade *by, const size_t n[static 3]);
 /* The most slabs of b->of coarse voxels by b->factor. */
 size_t brick_most(const struct brick *b);
 /* Slab n of m, from 1, no more than there are: where it is, by b->of and b->factor. */

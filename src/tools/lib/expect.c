@@ -21,6 +21,13 @@ double expect_fine(const struct ct_vol *in, const double factor[3])
 	return n;
 }
 
+double expect_most(const struct ct_vol *in, const double factor[3])
+{
+	return CT_MEMORY_BASE + EXPECT_PRIOR +
+	       4 * (ct_upsample_volumes(CT_UPSAMPLE_HTV) * expect_fine(in, factor) +
+			   2 * (double)ct_vol_count(in));
+}
+
 int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
 	const double at[3], struct ct_err *e)
 {
@@ -113,12 +120,13 @@ out:
 void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_vol *in,
 	const struct ct_degrade *by, double need, double fixed)
 {
-	const int axis = brick_axis(by);
+	const int axis = brick_axis(by, in->n);
 	const double base = CT_MEMORY_BASE + 4 * (double)ct_vol_count(in);
 	const struct ct_cost_more more[] = {
 		{EXPECT_ITERATIONS, (double)x->iterations},
 		{EXPECT_NEED, base + need},
 		{EXPECT_FIXED, base + fixed},
+		{EXPECT_FREE, ct_memory_free("")},
 		{EXPECT_AXIS, axis},
 		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
 		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},

@@ -6,16 +6,18 @@
 #include "resolution/upsample.h"
 
 /* What --dry-run --json tells besides: the iterations of the solver; the bytes of memory if all
- * were held in it, and those of them that each slab takes too; the axis along which slabs are cut,
- * -1 none, the factor and the coarse voxels of it. */
+ * were held in it, and those of them that each slab takes too; those that are free, 0 if nothing
+ * tells; the axis along which slabs are cut, -1 none, the factor and the coarse voxels of it. */
 #define EXPECT_ITERATIONS "iterations"
 #define EXPECT_NEED "need-bytes"
 #define EXPECT_FIXED "fixed-bytes"
+#define EXPECT_FREE "free-bytes"
 #define EXPECT_AXIS "slab-axis"
 #define EXPECT_FACTOR "slab-factor"
 #define EXPECT_VOXELS "slab-voxels"
 
-#define EXPECT_LONG 5e7 /* voxels of a result that is long in coming */
+#define EXPECT_PRIOR 67108864.0 /* bytes, of the nets of slices and what looks through them */
+#define EXPECT_LONG 5e7         /* voxels of a result that is long in coming */
 
 struct expect {
 	enum ct_upsample method;
@@ -38,5 +40,7 @@ int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double fac
 	const double at[3], struct ct_err *e);
 /* Of so many voxels altogether. */
 double expect_fine(const struct ct_vol *in, const double factor[3]);
+/* Bytes that refining takes at the most, in memory, whatever the operator. */
+double expect_most(const struct ct_vol *in, const double factor[3]);
 
 #endif

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
+#include "core/room.h"
 #include "formats/format.h"
 #include "xray/window.h"
 
@@ -131,9 +132,17 @@ int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct
 void ct_scan_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
 {
-	float largest;
-	size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
+	const size_t plane = v->n[0] * v->n[1];
+	float largest = -HUGE_VALF;
+	size_t above = 0;
 
+	for (size_t k = 0; k < v->n[2]; k++) {
+		float most;
+
+		above += ct_window_above(plane, v->data + k * plane, window, &most);
+		largest = fmaxf(largest, most);
+		ct_room_trim();
+	}
 	if (above > 0)
 		ct_log(env, CT_WARN,
 			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "

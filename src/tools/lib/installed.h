@@ -1,0 +1,12 @@
+/* installed.h: where files lie that are installed with the program. */
+#ifndef CT_TOOLS_LIB_INSTALLED_H
+#define CT_TOOLS_LIB_INSTALLED_H
+#include "core/err.h"
+
+/* Path of a file, to be freed: the first of that name beside the running program (a build folder),
+ * at `place` from there, "/../share/ctsr", and in `folder`, where `how` (of access) is allowed. 1
+ * if there is none, *path then the last of these. CT_ENOMEM. */
+int ct_installed_find(char **path, const char *name, const char *place, const char *folder, int how,
+	struct ct_err *e);
+
+#endif

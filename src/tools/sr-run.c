@@ -1,0 +1,260 @@
+/* sr-run.c: the chain of ct-sr, run; see sr.h.
+ *
+ * Whether the step that refines goes in slabs is known when there is something for it to refine:
+ * the first step is run, and if the result is large that step is asked what it will take. In a
+ * folder that is kept what it said is noted, with the memory that was free: a run that goes on
+ * makes the same slabs. */
+#include "config.h"
+#include "cli/cost.h"
+#include "cli/memory.h"
+#include "formats/io.h"
+#include "formats/nifti.h"
+#include "tools/lib/expect.h"
+#include "tools/lib/lowres.h"
+#include "tools/sr.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#define MIB 0x1p20
+
+struct run {
+	struct ct_chain *c;
+	const struct sr *p;
+	const struct ct_env *env;
+	struct sr_jobs jobs;
+	struct ct_folder beside; /* OUT, of slabs; or not open */
+};
+
+/* The scan that is refined, without its voxels. */
+static int read_head(struct ct_vol *head, const char *path, struct ct_err *e)
+{
+	struct ct_nifti_in in = {0};
+	FILE *f;
+	int rc;
+
+	if (ct_io_open(path, &f, e))
+		return -1;
+	rc = ct_nifti_open(&in, f, head, e);
+	ct_source_close(&in.source);
+	ct_io_close(f);
+	return rc;
+}
+
+/* Does it fit, whatever way it is refined? What is wrong with it is for that step to say. */
+static bool is_small(const struct run *r)
+{
+	const char *path = r->c->step[0].output;
+	const struct lowres lr = {.in = path,
+		.factor = r->p->spacing  ? NULL
+			  : r->p->factor ? r->p->factor
+					 : SR_FACTOR,
+		.spacing = r->p->spacing,
+		.decimate = -1,
+		.noise = (double)NAN};
+	struct ct_vol head = {0};
+	struct lowres_is is;
+	struct ct_err why;
+	bool small = true;
+
+	if (read_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0)
+		small = ct_memory_fits(
+			expect_most(&head, is.by.factor), r->p->memory, ct_memory_free(""));
+	ct_vol_free(&head);
+	return small;
+}
+
+/* What the step that refines will take; of a small scan nothing. */
+static int ask(struct run *r, struct ct_err *e)
+{
+	void *answer = NULL;
+	char *text;
+	int rc;
+
+	if (ct_chain_recall(&text, r->c, 1, r->env, e))
+		return -1;
+	r->jobs.told = text ? json_loads(text, 0, NULL) : NULL;
+	free(text);
+	if (r->jobs.told)
+		return 0;
+	if (is_small(r))
+		answer = json_object();
+	else if (ct_chain_ask(&answer, r->c, 1, r->env, e))
+		return -1;
+	r->jobs.told = answer;
+	text = json_dumps(answer, JSON_COMPACT);
+	rc = text ? ct_chain_note(r->c, 1, text, r->env, e) : ct_fail(e, CT_ENOMEM, "no memory");
+	free(text);
+	return rc;
+}
+
+static double mib(double bytes)
+{
+	return ceil(bytes / MIB);
+}
+
+/* How many slabs; 1: all at once. */
+static size_t choose(struct run *r)
+{
+	struct sr_jobs *x = &r->jobs;
+	const double need = sr_jobs_told(x, EXPECT_NEED), free = sr_jobs_told(x, EXPECT_FREE);
+	const size_t can = sr_jobs_can(x);
+	size_t m;
+
+	x->most = ct_memory_most(r->p->memory, free);
+	if (can == 0 || ct_memory_fits(need, r->p->memory, free))
+		return 1;
+	m = sr_jobs_fewest(x, can);
+	if (m == 0) {
+		ct_log(r->env, CT_WARN,
+			"no slab fits into %.0f MiB, from %.0f on one would: the rest in files",
+			mib(x->most), mib(CT_MEMORY_SPARE * sr_jobs_slabs(x, can).memory));
+		return 1;
+	}
+	ct_log(r->env, CT_WARN,
+		"refines in %zu slabs along %c: the whole takes %.0f MiB of memory, and %.0f are %s",
+		m, "xyz"[x->brick.axis], mib(need), floor((r->p->memory ? x->most : free) / MIB),
+		r -> p -> memory ? "given" : "free");
+	return m;
+}
+
+static int check_free(const char *folder, double need, const char *what, struct ct_err *e)
+{
+	struct statvfs v;
+	double is;
+
+	if (statvfs(folder, &v) != 0)
+		return 0;
+	is = (double)v.f_bavail * (double)v.f_frsize;
+	return need <= is ? 0
+			  : ct_fail(e, CT_EOUTPUT,
+				    "%s: %s take %.0f MiB of disk, and %.0f are free: --keep names "
+				    "another folder for slabs",
+				    folder, what, mib(need), floor(is / MIB));
+}
+
+/* Bytes of slabs that an earlier run has left. */
+static double made(const struct run *r)
+{
+	struct stat st;
+	double n = 0;
+
+	for (size_t i = 0; r->c->resume && i < r->jobs.names; i++)
+		if (stat(r->jobs.name[i], &st) == 0)
+			n += (double)st.st_size;
+	return n;
+}
+
+/* Is there disk for the slabs and for what is made of them? */
+static int check_disk(const struct run *r, struct ct_err *e)
+{
+	const struct sr_jobs *x = &r->jobs;
+	const char *out = r->c->step[x->slabs + 1].output, *folder = x->folder->path;
+	const double whole = sr_jobs_told(x, "disk-bytes");
+	const double slabs = fmax(sr_jobs_slabs(x, x->slabs).disk - made(r), 0);
+	char *to = ct_folder_of(out);
+	struct stat a, b;
+	int rc;
+
+	if (!to)
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (strcmp(out, "-") == 0)
+		rc = check_free(folder, slabs, "slabs", e);
+	else if (stat(folder, &a) == 0 && stat(to, &b) == 0 && a.st_dev == b.st_dev)
+		rc = check_free(folder, slabs + whole, "slabs and their whole", e);
+	else
+		rc = check_free(folder, slabs, "slabs", e) || check_free(to, whole, "voxels", e)
+			     ? -1
+			     : 0;
+	free(to);
+	return rc;
+}
+
+/* Somebody who looks on hears what it will take. */
+static void tell(const struct run *r)
+{
+	const struct sr_jobs *x = &r->jobs;
+	const struct sr_takes takes = sr_jobs_slabs(x, x->slabs);
+	const char *work = json_string_value(json_object_get(x->told, "work"));
+	struct ct_cost cost = {.seconds = takes.seconds,
+		.memory = takes.memory,
+		.disk = sr_jobs_told(x, "disk-bytes"),
+		.state = takes.disk};
+
+	snprintf(cost.work, sizeof cost.work, "%.100s in %zu slabs", work ? work : "", x->slabs);
+	ct_cost_say(&cost, r->env);
+}
+
+/* The folder of the slabs: that of the whole, OUT or a file between the steps. */
+static int open_folder(struct run *r, struct ct_err *e)
+{
+	const struct ct_folder *own = &r->c->folder;
+	const char *out = r->c->step[1].output;
+	const size_t n = strlen(own->path);
+
+	r->jobs.folder = own;
+	if (!own->temporary || (strncmp(out, own->path, n) == 0 && out[n] == '/'))
+		return 0;
+	r->jobs.folder = &r->beside;
+	return ct_folder_open_beside(&r->beside, out, e);
+}
+
+/* The slabs are joined, or they are kept for somebody to join them. */
+static int join(struct run *r, struct ct_err *e)
+{
+	const size_t merge = r->jobs.slabs + 1;
+	struct ct_folder *folder = r->beside.path ? &r->beside : &r->c->folder;
+	struct ct_err why;
+
+	if (ct_chain_run_some(r->c, merge, merge + 1, r->env, e)) {
+		if (e->code == CT_ESTOP || !folder->temporary)
+			return -1;
+		why = *e;
+		ct_folder_keep(folder);
+		return ct_fail(
+			e, why.code, "%.200s; the slabs are kept in %.200s", why.msg, folder->path);
+	}
+	for (size_t i = 0; folder->temporary && i < r->jobs.names; i++)
+		unlink(r->jobs.name[i]);
+	return 0;
+}
+
+static int run_slabs(struct run *r, struct ct_err *e)
+{
+	struct sr_jobs *x = &r->jobs;
+	struct ct_chain *c = r->c;
+	const size_t joined = x->slabs + 2;
+
+	if (open_folder(r, e) || sr_jobs_divide(x, 0, 0, e) ||
+		ct_chain_replace(c, 1, &x->jobs, e) ||
+		(r->p->resume && sr_files_check_out(r->p, c, r->env, e)) || check_disk(r, e))
+		return -1;
+	tell(r);
+	if (ct_chain_run_some(c, 1, joined - 1, r->env, e) || join(r, e))
+		return -1;
+	return joined < c->n ? ct_chain_run_some(c, joined, c->n, r->env, e) : 0;
+}
+
+int sr_run(struct ct_chain *c, const struct sr *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct run r = {.c = c,
+		.p = p,
+		.env = env,
+		.jobs = {.c = c, .p = p, .jobs = {.folder.lock = -1}},
+		.beside = {.lock = -1}};
+	int rc = -1;
+
+	if (sr_published(p))
+		return ct_chain_run(c, env, e);
+	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && ask(&r, e) == 0) {
+		r.jobs.slabs = choose(&r);
+		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);
+	}
+	ct_folder_close(&r.beside);
+	sr_jobs_free(&r.jobs);
+	return rc;
+}
