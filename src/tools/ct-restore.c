@@ -321,8 +321,9 @@ static int begin(struct job *j, struct ct_err *e)
 	return ct_vol_check_finite(&j->out, e) ? ct_blame(e, j->p->start) : 0;
 }
 
-/* CPU seconds of what the prior adds to a piece. */
-static int try(double *cpu, struct job *j, const double at[3], size_t fine, struct ct_err *e)
+/* CPU seconds of what the prior adds to a piece, and its voxels that are not flat, on top. */
+static int try(double *cpu, double *uneven, struct job *j, const double at[3], size_t fine,
+	struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = {
 		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = j->is.by};
@@ -338,30 +339,29 @@ static int try(double *cpu, struct job *j, const double at[3], size_t fine, stru
 	begin = ct_clock_cpu();
 	rc = ct_restore(&x, NULL, &piece, &j->prior, &j->rule, &did, j->env, e);
 	*cpu += ct_clock_cpu() - begin;
+	*uneven += expect_uneven(&piece);
 out:
 	ct_vol_free(&piece);
 	ct_vol_free(&x);
 	return rc;
 }
 
-/* ... to IN, from pieces of all parts of it, since what is flat takes no time. */
+/* ... to IN, from pieces of all parts of it: what is flat takes no time. */
 static int expect_added(double *cpu, struct job *j, bool whole, struct ct_err *e)
 {
 	enum { PIECE = 64, PARTS = 8 };
-	static const double low = 0.2, high = 0.8;
-	double part = 1, sum = 0;
+	static const double low = 0.3, high = 0.7;
+	double uneven = 0, sum = 0;
 
 	if (whole)
-		return try(cpu, j, (const double[3]){0}, SIZE_MAX / 2, e);
+		return try(cpu, &uneven, j, (const double[3]){0}, SIZE_MAX / 2, e);
 	for (int k = 0; k < PARTS; k++)
-		if (try(&sum, j,
+		if (try(&sum, &uneven, j,
 			    (const double[3]){
 				    k & 1 ? high : low, k & 2 ? high : low, k & 4 ? high : low},
 			    PIECE, e))
 			return -1;
-	for (int a = 0; a < 3; a++)
-		part *= fmax((double)j->in.n[a] / ceil(PIECE / j->is.by.factor[a]), 1);
-	*cpu += sum * part / PARTS;
+	*cpu += sum / fmax(uneven, 1) * expect_uneven(&j->in);
 	return 0;
 }
 

@@ -9,7 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { SMALL = 96, LARGE = 192, FEW = 3, MORE = 9 };
+enum { SMALL = 96, LONG = 1024, THIN = 32, LARGE = 192, FEW = 3, MORE = 9 };
+#define UNEVEN 20.0f
 static const double middle[3] = {0.5, 0.5, 0.5};
 
 double expect_fine(const struct ct_vol *in, const double factor[3])
@@ -28,14 +29,15 @@ double expect_most(const struct ct_vol *in, const double factor[3])
 			   2 * (double)ct_vol_count(in));
 }
 
-int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
-	const double at[3], struct ct_err *e)
+/* As expect_piece, of fine[] voxels along the axes. */
+static int cut(struct ct_vol *piece, const struct ct_vol *in, const double factor[3],
+	const size_t fine[3], const double at[3], struct ct_err *e)
 {
 	ptrdiff_t start[3];
 	size_t n[3];
 
 	for (int a = 0; a < 3; a++) {
-		const double most = fmax(ceil((double)fine / factor[a]), 1);
+		const double most = fmax(ceil((double)fine[a] / factor[a]), 1);
 
 		n[a] = (double)in->n[a] < most ? in->n[a] : (size_t)most;
 		start[a] = (ptrdiff_t)(at[a] * (double)(in->n[a] - n[a]));
@@ -45,6 +47,32 @@ int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double fac
 	memcpy(piece->affine, in->affine, sizeof piece->affine);
 	ct_crop(piece->data, n, in->data, in->n, start, 0);
 	return 0;
+}
+
+int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
+	const double at[3], struct ct_err *e)
+{
+	return cut(piece, in, factor, (const size_t[]){fine, fine, fine}, at, e);
+}
+
+double expect_uneven(const struct ct_vol *v)
+{
+	const size_t step[3] = {1, v->n[0], v->n[0] * v->n[1]};
+	size_t count = 0;
+
+	for (size_t k = 0; k < v->n[2]; k++)
+		for (size_t j = 0; j < v->n[1]; j++)
+			for (size_t i = 0; i < v->n[0]; i++) {
+				const float *x = v->data + k * step[2] + j * step[1] + i;
+				const size_t more[3] = {i + 1 < v->n[0] ? step[0] : 0,
+					j + 1 < v->n[1] ? step[1] : 0,
+					k + 1 < v->n[2] ? step[2] : 0};
+
+				count += fabsf(x[more[0]] - *x) > UNEVEN ||
+					 fabsf(x[more[1]] - *x) > UNEVEN ||
+					 fabsf(x[more[2]] - *x) > UNEVEN;
+			}
+	return (double)count;
 }
 
 /* One refinement of a piece. */
@@ -84,35 +112,54 @@ static int time_steps(double *once, double *each, struct ct_upsample_report *did
 	return 0;
 }
 
+/* The iterations: of all of a small scan, or the most of three bars through the middle of a larger
+ * one. */
+static int count_steps(struct expect *x, const struct ct_vol *in,
+	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_upsample_report did;
+
+	x->whole = x->fine <= (double)SMALL * SMALL * SMALL;
+	for (int a = 0; a < (x->whole ? 1 : 3); a++) {
+		size_t size[3] = {THIN, THIN, THIN};
+		struct ct_vol piece = {0};
+		int rc;
+
+		size[a] = LONG;
+		rc = x->whole ? try(&x->cpu, &did, in, rule, env, e)
+			      : cut(&piece, in, rule->by.factor, size, middle, e) ||
+					try(&x->cpu, &did, &piece, rule, env, e);
+		ct_vol_free(&piece);
+		if (rc)
+			return -1;
+		x->method = did.method;
+		x->iterations = did.iterations > x->iterations ? did.iterations : x->iterations;
+	}
+	return 0;
+}
+
 int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule alone = *rule;
 	struct ct_upsample_report did;
-	struct ct_vol small = {0}, large = {0};
+	struct ct_vol large = {0};
 	double once = 0, each = 0;
 	int rc = -1;
 
 	alone.start = NULL;
 	*x = (struct expect){.fine = expect_fine(in, rule->by.factor)};
-	if (expect_piece(&small, in, rule->by.factor, SMALL, middle, e) ||
-		try(&x->cpu, &did, &small, &alone, env, e))
+	if (count_steps(x, in, &alone, env, e))
 		goto out;
-	x->method = did.method;
-	x->iterations = did.iterations;
-	x->whole = ct_vol_count(&small) == ct_vol_count(in);
 	if (!x->whole) {
-		const double iterations = (double)did.iterations;
-
 		if (expect_piece(&large, in, rule->by.factor, LARGE, middle, e) ||
 			time_steps(&once, &each, &did, &large, &alone, env, e))
 			goto out;
-		x->cpu = (once + each * iterations) * (double)ct_vol_count(in) /
+		x->cpu = (once + each * (double)x->iterations) * (double)ct_vol_count(in) /
 			 (double)ct_vol_count(&large);
 	}
 	rc = 0;
 out:
-	ct_vol_free(&small);
 	ct_vol_free(&large);
 	return rc;
 }

@@ -27,8 +27,9 @@ struct expect {
 	bool whole; /* the scan is so small that all of it was refined */
 };
 
-/* Of ct_upsample. A small scan is refined as a whole; of a larger one two pieces of its middle: one
- * to the end, for the number of iterations, one too large for any cache for the time of each. */
+/* Of ct_upsample. A small scan is refined as a whole; of a larger one three bars through its
+ * middle, along the axes, to the end, for the number of iterations, and a piece that is too large
+ * for any cache for the time of each. */
 int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const struct ct_env *env, struct ct_err *e);
 /* Those, in cost->more. */
@@ -38,6 +39,8 @@ void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_v
  * make `fine` voxels along an axis, or fewer. The rest of *piece but the affine is empty. */
 int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
 	const double at[3], struct ct_err *e);
+/* Voxels of v that are not flat: one after them, along an axis, differs by more than 20 HU. */
+double expect_uneven(const struct ct_vol *v);
 /* Of so many voxels altogether. */
 double expect_fine(const struct ct_vol *in, const double factor[3]);
 /* Bytes that refining takes at the most, in memory, whatever the operator. */
