@@ -19,7 +19,7 @@ ct-phantom -q --size 128x128x128 --oversample 1 sphere big.nii && # 8 MiB
 ok $? 'volumes and projections'
 
 # the volumes of 8 MiB that each method holds, and the scan
-for m in linear=2 dc=3 tv=5 htv=9; do
+for m in linear=2 dc=3 tv=3.5 htv=6; do
 	cost ct-upsample -t 1 -m ${m%=*} lr.nii no.nii
 	is "ct-upsample -m ${m%=*}" "$(mib memory) == ${m#*=} * 8 + 1 && $(mib disk) == 8"
 done

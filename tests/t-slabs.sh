@@ -47,7 +47,7 @@ if command -v python3 >/dev/null; then
 else
 	skip 'peak of memory' 'no python3'
 fi
-if command -v script >/dev/null; then
+if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
 	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 101M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
 	has terminal '^ct-sr: htv of 2097152 voxels in 3 slabs: about [0-9]* s on 1 threads, [89][0-9] MiB of memory, 16 of disk' 'a terminal hears what it will take'
 else
