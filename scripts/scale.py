@@ -20,18 +20,20 @@ CLUSTER = "--cores 16 --memory 64G --slack 2 --latency 1"
 
 # Measured, as doc/scale.md says: CPU seconds and bytes.
 MERGE_S = 0.84 / 537e6  # a byte of the result
+MERGE_MEMORY = 64 * 2 ** 20  # it goes through planes
 PRIOR = 6.42e6
 
 
 class Case:
-    def __init__(self, fine, unit, **measured):
-        self.fine, self.unit = fine, unit  # fine voxels of the axes; along z, at whole units, it is cut
+    def __init__(self, fine, axis, unit, **measured):
+        self.fine, self.axis, self.unit = fine, axis, unit  # fine voxels; cut along the axis, at whole units
         self.__dict__.update(measured)
         self.out = 4 * fine[0] * fine[1] * fine[2]
 
     def slabs(self, m):
         """What of the axis each of m slabs reads, of 1, and what it makes."""
-        n, units = self.fine[2], -(-self.fine[2] // self.unit)
+        n = self.fine[self.axis]
+        units = -(-n // self.unit)
         cut = [min(units * k // m * self.unit, n) for k in range(m + 1)]
         return [((min(b + ABOUT, n) - max(a - ABOUT, 0)) / n, (b - a) / n) for a, b in zip(cut, cut[1:])]
 
@@ -46,14 +48,14 @@ class Case:
                    f"{self.scan + PRIOR},{self.out * makes:.0f},plan")
         if m > 1:
             parts = " ".join(f"slab{k + 1}" for k in range(m))
-            yield (f"merge,1,{MERGE_S * self.out:.1f},{self.out * (1 + 1 / m):.0f},"
+            yield (f"merge,1,{MERGE_S * self.out:.1f},{MERGE_MEMORY:.0f},"
                    f"{self.out},{self.out},{parts}")
 
 
 CASES = {
-    "cube": Case((512, 512, 512), 16, seconds=370, fixed=142.6e6, need=4.983e9, plan_s=6.9, plan_memory=262e6,
+    "cube": Case((512, 512, 512), 2, 16, seconds=370, fixed=142.6e6, need=4.983e9, plan_s=6.9, plan_memory=262e6,
                  scan=4.195e6),
-    "thick": Case((512, 512, 380), 16, seconds=343, fixed=233.8e6, need=3.920e9, plan_s=5.9, plan_memory=410e6,
+    "thick": Case((512, 512, 380), 1, 16, seconds=343, fixed=233.8e6, need=3.920e9, plan_s=5.9, plan_memory=410e6,
                   scan=49.81e6),
 }
 
