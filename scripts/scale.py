@@ -53,9 +53,9 @@ class Case:
 
 
 CASES = {
-    "cube": Case((512, 512, 512), 2, 16, seconds=370, fixed=142.6e6, need=4.983e9, plan_s=6.9, plan_memory=262e6,
+    "cube": Case((512, 512, 512), 2, 16, seconds=612, fixed=142.6e6, need=3.372e9, plan_s=6.9, plan_memory=262e6,
                  scan=4.195e6),
-    "thick": Case((512, 512, 380), 1, 16, seconds=343, fixed=233.8e6, need=3.920e9, plan_s=5.9, plan_memory=410e6,
+    "thick": Case((512, 512, 380), 1, 16, seconds=308, fixed=233.8e6, need=2.724e9, plan_s=5.9, plan_memory=410e6,
                   scan=49.81e6),
 }
 

@@ -7,9 +7,10 @@
 #include "tools/lib/expect.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { SMALL = 96, LONG = 1024, THIN = 32, LARGE = 192, FEW = 3, MORE = 9 };
+enum { SMALL = 96, LONG = 1024, THIN = 32, LARGE = 256, STEPS = 9 };
 #define UNEVEN 20.0f
 static const double middle[3] = {0.5, 0.5, 0.5};
 
@@ -88,27 +89,54 @@ static int try(double *cpu, struct ct_upsample_report *did, const struct ct_vol 
 	return rc;
 }
 
-/* Seconds before and after the iterations, and of each of them, of a large piece. */
-static int time_steps(double *once, double *each, struct ct_upsample_report *did,
-	const struct ct_vol *piece, const struct ct_upsample_rule *rule, const struct ct_env *env,
-	struct ct_err *e)
+/* When each iteration of a piece began. */
+struct ticks {
+	double at[STEPS + 1];
+	size_t n;
+};
+
+static void tick(const struct ct_env *env, const char *what, size_t done, size_t total)
+{
+	struct ticks *t = env->ctx;
+
+	(void)what, (void)total;
+	if (done == t->n && t->n <= STEPS)
+		t->at[t->n++] = ct_clock_cpu();
+}
+
+static int compare(const void *a, const void *b)
+{
+	const double x = *(const double *)a, y = *(const double *)b;
+
+	return (x > y) - (x < y);
+}
+
+/* Seconds before and after the iterations, and of each of them, of a large piece: the median, which
+ * other work on the machine moves least. */
+static int time_steps(double *once, double *each, const struct ct_vol *piece,
+	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule some = *rule;
-	double few, more = 0;
+	struct ct_upsample_report did;
+	struct ct_env own = *env;
+	struct ticks t = {0};
+	double step[STEPS];
 
+	own.log = NULL; /* what has another context */
+	own.progress = tick;
+	own.ctx = &t;
 	some.tolerance = 0;
-	some.iterations = FEW;
-	if (try(&few, did, piece, &some, env, e))
+	some.iterations = STEPS;
+	if (try(once, &did, piece, &some, &own, e))
 		return -1;
-	*once = few;
 	*each = 0;
-	if (did->iterations < FEW)
+	if (did.iterations < STEPS || t.n <= STEPS)
 		return 0;
-	some.iterations = MORE;
-	if (try(&more, did, piece, &some, env, e))
-		return -1;
-	*each = fmax(more - few, 0) / (MORE - FEW);
-	*once = fmax(few - FEW * *each, 0);
+	for (size_t k = 0; k < STEPS; k++)
+		step[k] = t.at[k + 1] - t.at[k];
+	qsort(step, STEPS, sizeof *step, compare);
+	*each = step[STEPS / 2];
+	*once = fmax(*once - (t.at[STEPS] - t.at[0]), 0);
 	return 0;
 }
 
@@ -142,7 +170,6 @@ int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_ups
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule alone = *rule;
-	struct ct_upsample_report did;
 	struct ct_vol large = {0};
 	double once = 0, each = 0;
 	int rc = -1;
@@ -153,7 +180,7 @@ int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_ups
 		goto out;
 	if (!x->whole) {
 		if (expect_piece(&large, in, rule->by.factor, LARGE, middle, e) ||
-			time_steps(&once, &each, &did, &large, &alone, env, e))
+			time_steps(&once, &each, &large, &alone, env, e))
 			goto out;
 		x->cpu = (once + each * (double)x->iterations) * (double)ct_vol_count(in) /
 			 (double)ct_vol_count(&large);
