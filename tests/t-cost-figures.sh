@@ -27,6 +27,12 @@ is 'it takes longer than the piece that was tried' "$(seconds) > 1"
 all=$(seconds); cost ct-upsample -t 1 -m htv --iterations 100000 lr.nii no.nii
 is 'more iterations than it usually takes do not' "$(seconds) < 20 * $all"
 
+# what a prior takes of a scan that is not flat
+ct-phantom -q --size 128x128x128 --oversample 1 ellipsoids uneven.nii && ct-degrade -q -x 2 uneven.nii half.nii || exit 99
+cost ct-upsample -t 1 half.nii no.nii; alone=$(seconds)
+cost ct-restore -t 1 --prior "$builddir/slices.safetensors" half.nii no.nii
+is 'ct-restore takes longer than the solver in it' "$(seconds) > 2 * $alone"
+
 # of a projector all that is not the volumes and projections is of its own
 cost ct-project -t 1 -n 64 big.nii no.exr; few=$(mib memory) own=$(($(mib memory) - 12))
 is 'ct-project' "$(mib disk) == 4 && $own >= 0 && $own < 20"
