@@ -36,3 +36,6 @@ bench_unet_calls_SOURCES = bench/unet-calls.c bench/bench.h
 BENCH_SH += bench/b-unet.sh
 EXTRA_DIST += bench/unet-torch.py
 bench: bench/unet-calls
+# No bench: prints the table of src/resolution/expected.c.
+EXTRA_PROGRAMS += bench/fit-expected
+bench_fit_expected_SOURCES = bench/fit-expected.c

@@ -26,9 +26,8 @@ COUNTS = 1000 5000 20000 50000 100000
 ITERATIONS = 5000
 OUT = ablation
 TIME = /usr/bin/time
+include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
-stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
-NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
 ROWS = $(foreach n,$(NAMES),$(foreach s,$(SOURCES),$(foreach m,$(METHODS),$(OUT)/$(n)/$(s)-$(m).row)))
 CURVES = $(foreach n,$(NAMES),$(foreach c,$(COUNTS),$(OUT)/$(n)/count-$(c).row) $(OUT)/$(n)/truth-voxels.row)
 
@@ -53,13 +52,6 @@ $(OUT)/curve: $(CURVES)
 		cat $(OUT)/$$n/truth-tv.row $(OUT)/$$n/$$c.row | awk -v n=$$n -v c=$${c#*-} 'NR == 1 {b = $$1} \
 		NR == 2 {printf "%-36s %10s %8.1f%% %8.1f\n", n, c, 100 * (1 - 10 ^ ((b - $$1) / 10)), $$3}'; \
 		done; done >>$@
-
-define scan
-$(OUT)/$(call stem,$(1))/hr.nii: $(1)
-	@mkdir -p $$(@D)
-	ct-convert -q -f --cube $(CUBE) $$< $$@
-endef
-$(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 
 # $*: OUT/NAME
 %/lr.nii: %/hr.nii
@@ -100,9 +92,9 @@ define source
 %/$(1)-tv.row: %/tv.nii
 	$$(call row,cp $$< $$@.nii)
 %/$(1)-fdk.row: %/$(1).exr
-	$$(call row,ct-fdk -q -f $$< $$@.nii)
+	$$(call row,ct-fdk -q -f --grid $$(@D)/hr.nii $$< $$@.nii)
 %/$(1)-r2gs.row: %/$(1).exr
-	$$(call row,ct-fdk -q -f $$< $$@.fdk.nii; $(fit) --paper -m full -a softplus --base $$@.fdk.nii $$< $$@.ply; \
+	$$(call row,ct-fdk -q -f --grid $$(@D)/hr.nii $$< $$@.fdk.nii; $(fit) --paper -m full -a softplus --base $$@.fdk.nii $$< $$@.ply; \
 		ct-compose -q -f $$@.fdk.nii $$@.ply $$@.nii; rm $$@.fdk.nii)
 %/$(1)-gaussians.row: %/$(1).exr %/tv.nii
 	$$(call ours,)

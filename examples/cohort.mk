@@ -8,12 +8,16 @@
 # where the scan says how it was made. A scan that cannot be done is in the table as failed, with the
 # reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on, also inside
 # a scan that takes more than one step: seconds and memory are then those of the last start. make -j is fine,
-# but then seconds are not those of a free machine; THREADS says how many each may take.
+# but then seconds are not those of a free machine; THREADS says how many each may take. CONFIDENCE=yes also makes
+# the error to expect, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at, OUT/NAME.html (ct-sr(1)); a scan of which
+# one of these cannot be made has failed.
 SCANS = scans
 TRUTH =
 OUT = cohort
 OPTIONS =
 THREADS = 0
+CONFIDENCE =
+REPORT =
 TIME = /usr/bin/time
 
 stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
@@ -34,10 +38,12 @@ $(OUT)/cohort.csv: $(NAMES:%=$(OUT)/%.row)
 		>$@.part && mv $@.part $@
 
 # The work folder holds the scan as a volume, which what follows compares with; it goes with the row.
+beside = $(if $(CONFIDENCE),--confidence=$(1).std.nii.gz) $(if $(REPORT),--report=$(1).html)
 define scan
 $(OUT)/$(call stem,$(1)).nii.gz: $(1)
 	@mkdir -p $(OUT)
-	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) --keep $$@.work --resume $(1) $$@ \
+	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) $(call beside,$(OUT)/$(call stem,$(1))) \
+		--keep $$@.work --resume $(1) $$@ \
 		>$(OUT)/$(call stem,$(1)).log 2>&1 || \
 		{ rm -f $$@.time; echo "$(1): $$$$(tail -n 2 $(OUT)/$(call stem,$(1)).log | head -n 1)" >&2; }
 endef

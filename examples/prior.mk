@@ -6,7 +6,8 @@
 # P3 or mean, which is the mean of coarse voxels; S or X,Y,Z; HU), refines it with the solver alone and with
 # the prior, and prints a table: PSNR (dB) and SSIM (2-D, mean of three axes) in WINDOW of cubic
 # interpolation, of the solver, of the prior's volume, and what the prior gains over both; false structures
-# of the three (ct-metrics --structures) and the rise of their edges (mm, --edges); the prior's seconds.
+# of the three (ct-metrics --structures --blob-sigma=1.5), the rise of their edges (mm, --edges) and the error of
+# their texture deep in soft tissue (HU, deep-smooth-rmse-hu of --tissues); the prior's seconds.
 # Files stay in OUT. CUBE is to be a multiple of the factors.
 VOLUMES =
 PRIOR =
@@ -17,31 +18,23 @@ CASES = P1:4:0 P3:4:0 P1:4:15 P1:8:0
 RESTORE =
 OUT = prior
 TIME = /usr/bin/time
+include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
-stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
 sampled = $(if $(filter mean,$(1)),--sigma 0 --decimate mean,-p $(1))
 part = $(word $(2),$(subst :, ,$(1)))
-NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
 DIRS = $(foreach n,$(NAMES),$(foreach c,$(CASES),$(n)/$(subst :,-,$(c))))
 
 all: $(OUT)/table
 	@cat $<
 
 $(OUT)/table: $(DIRS:%=$(OUT)/%/row)
-	@{ printf '%-36s %-12s %13s %13s %13s %12s %12s %13s %17s %7s\n' scan case cubic solver prior \
-		'over cubic' 'over solver' false 'rise, mm' seconds; \
+	@{ printf '%-36s %-12s %13s %13s %13s %12s %12s %13s %17s %20s %7s\n' scan case cubic solver prior \
+		'over cubic' 'over solver' false 'rise, mm' 'deep, HU' seconds; \
 	for d in $(DIRS); do \
-		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-12s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %4d %4d %3d %5.2f %5.2f %5.2f %7.1f\n", \
-			n, c, $$1, $$2, $$5, $$6, $$9, $$10, $$9 - $$1, $$10 - $$2, $$9 - $$5, $$10 - $$6, \
-			$$3, $$7, $$11, $$4, $$8, $$12, $$13}' $(OUT)/$$d/row; \
+		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-12s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %4d %4d %3d %5.2f %5.2f %5.2f %6s %6s %6s %7.1f\n", \
+			n, c, $$1, $$2, $$6, $$7, $$11, $$12, $$11 - $$1, $$12 - $$2, $$11 - $$6, $$12 - $$7, \
+			$$3, $$8, $$13, $$4, $$9, $$14, $$5, $$10, $$15, $$16}' $(OUT)/$$d/row; \
 	done; } >$@
-
-define scan
-$(OUT)/$(call stem,$(1))/hr.nii: $(1)
-	@mkdir -p $$(@D)
-	ct-convert -q --cube $(CUBE) $$< - | ct-degrade -q -f -x 1 --clip=$(CLIP) - $$@
-endef
-$(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 
 define reduce
 $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii: $(OUT)/$(1)/hr.nii
@@ -52,8 +45,9 @@ $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 	ct-upsample -q -f $$< $$(@D)/solver.nii
 	$(TIME) -o $$(@D)/time -f %e ct-restore -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
 	@for m in cubic solver prior; do \
-		ct-metrics -w $(WINDOW) --structures --edges $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
-			END {print is["psnr"], is["ssim-r2"], is["false-bright"] + is["false-dark"], is["edge-rise-test-mm"] + 0}'; \
+		ct-metrics -w $(WINDOW) --structures --blob-sigma=1.5 --edges --tissues $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
+			END {d = is["deep-smooth-rmse-hu"]; print is["psnr"], is["ssim-r2"], is["structures-false"], \
+			is["edge-rise-test-mm"] + 0, d ~ /nan/ ? "-" : sprintf("%.2f", d)}'; \
 	done | cat - $$(@D)/time | tr '\n' ' ' >$$@.part
 	@mv $$@.part $$@
 endef

@@ -21,9 +21,8 @@ OUT = samplers
 TIME = /usr/bin/time
 PYTHON = python3
 here := $(dir $(lastword $(MAKEFILE_LIST)))
+include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
-stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
-NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
 ROWS = $(foreach s,$(SAMPLERS),$(foreach n,$(NAMES),$(OUT)/$(n)/$(s).row))
 
 all: $(OUT)/table
@@ -35,13 +34,6 @@ $(OUT)/table: $(ROWS)
 	@for n in $(NAMES); do for s in $(SAMPLERS); do \
 		awk -v n=$$n -v s=$$s '{printf "%-36s %-14s %6.2f %7.4f %7.2f %6d %6d %8.1f\n", \
 			n, s, $$1, $$2, $$3, $$4, $$5, $$6}' $(OUT)/$$n/$$s.row; done; done >>$@
-
-define scan
-$(OUT)/$(call stem,$(1))/hr.nii: $(1)
-	@mkdir -p $$(@D)
-	ct-convert -q -f --cube $(CUBE) $$< $$@
-endef
-$(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 
 # $*: OUT/NAME
 %/lr.nii: %/hr.nii

@@ -26,7 +26,7 @@ bool ct_ends_known(const char *path)
 {
 	return ct_ends_match(path, CT_ENDS_VOLUME
 		"|" CT_ENDS_STACK "|" CT_ENDS_GAUSS "|" CT_ENDS_TENSORS "|" CT_ENDS_PICTURE
-		"|" CT_ENDS_TABLE
+		"|" CT_ENDS_TABLE "|" CT_ENDS_PAGE
 		"|dcm|dicom|ima|mha|mhd|nrrd|nhdr|hdr|img|mgz|mnc|vtk|vti|npy|npz|raw|mat"
 		"|h5|hdf5|pt|pth|ckpt|onnx|pkl|jpg|jpeg|jp2|tif|tiff|bmp|gif|webp|pdf"
 		"|json|xml|stl|obj|gz|zst|xz|bz2|zip|tar|tgz|7z");

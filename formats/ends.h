@@ -18,6 +18,7 @@
 #define CT_ENDS_PICTURE "png"
 #define CT_ENDS_TABLE "csv"
 #define CT_ENDS_REPORT "json"
+#define CT_ENDS_PAGE "html"
 
 /* Does the name end in a dot and one of them, whatever the case, behind at least one character? */
 bool ct_ends_match(const char *path, const char *ends);

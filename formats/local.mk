@@ -26,6 +26,7 @@ libct_a_SOURCES += formats/number.c formats/number.h formats/safetensors.c
 libct_a_SOURCES += formats/zip.c formats/zip.h formats/pickle.c formats/pickle.h formats/pickle-impl.h
 libct_a_SOURCES += formats/pickle-objects.c formats/pickle-tensors.c formats/pt.c
 libct_a_SOURCES += formats/text.c formats/text.h
+libct_a_SOURCES += formats/base64.c formats/base64.h
 libct_a_SOURCES += formats/ply.c formats/ply.h
 libct_a_SOURCES += formats/ply-read.c formats/ply-write.c
 libct_a_SOURCES += formats/any.c formats/any.h formats/bytes.h

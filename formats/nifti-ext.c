@@ -1,6 +1,7 @@
 /* nifti-ext.c: metadata as header extensions, and foreign extensions as metadata. */
 #include "config.h"
 #include "core/mem.h"
+#include "formats/base64.h"
 #include "formats/nifti-impl.h"
 
 #include <errno.h>
@@ -13,43 +14,6 @@
 enum { COMMENT = 6, MAX_PAIRS = 4096 };
 
 static const char foreign[] = "nifti.ext.";
-static const char alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-/* RFC 4648 text of n bytes into out, which has room for 4*((n+2)/3) + 1. */
-static void base64(char *out, const unsigned char *p, size_t n)
-{
-	for (size_t i = 0; i < n; i += 3) {
-		uint32_t u = (uint32_t)p[i] << 16;
-
-		u |= i + 1 < n ? (uint32_t)p[i + 1] << 8 : 0;
-		u |= i + 2 < n ? p[i + 2] : 0;
-		*out++ = alphabet[u >> 18];
-		*out++ = alphabet[u >> 12 & 63];
-		*out++ = i + 1 < n ? alphabet[u >> 6 & 63] : '=';
-		*out++ = i + 2 < n ? alphabet[u & 63] : '=';
-	}
-	*out = '\0';
-}
-
-/* The bytes of base64 text, at most 3/4 of its length; their number, or SIZE_MAX for bad text. */
-static size_t unbase64(unsigned char *out, const char *s)
-{
-	size_t n = 0, len = strcspn(s, "=");
-	uint32_t u = 0;
-
-	if (len % 4 == 1)
-		return SIZE_MAX;
-	for (size_t i = 0; i < len; i++) {
-		const char *at = strchr(alphabet, s[i]);
-
-		if (!at)
-			return SIZE_MAX;
-		u = u << 6 | (uint32_t)(at - alphabet);
-		if (i % 4)
-			out[n++] = (unsigned char)(u >> (6 - 2 * (i % 4)));
-	}
-	return n;
-}
 
 /* Our object, or NULL: all keys "ct:...", all values text. */
 static json_t *ours(int ecode, const unsigned char *p, size_t bytes)
@@ -98,7 +62,7 @@ int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const
 		return -1;
 	snprintf(name, sizeof name, "%s%zu", foreign, k);
 	head = snprintf(text, 14, "%d ", ecode);
-	base64(text + head, p, bytes);
+	ct_base64_encode(text + head, p, bytes);
 	rc = ct_meta_set(m, name, text, e);
 	free(text);
 	return rc;
@@ -214,7 +178,7 @@ static int append_foreign(
 	if (ct_alloc(&bytes, strlen(pair->value) + 1, 1, e))
 		return -1;
 	if (errno == 0 && *end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX)
-		count = unbase64(bytes, end + 1);
+		count = ct_base64_decode(bytes, end + 1);
 	if (count == SIZE_MAX)
 		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
 	else

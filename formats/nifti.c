@@ -148,6 +148,8 @@ struct head {
 static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
+	const bool error = quantity && strcmp(quantity, CT_QUANTITY_ERROR) == 0;
 	struct ct_nii h = {.version = 1};
 	char descrip[80];
 
@@ -156,8 +158,8 @@ static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool s
 		ct_nii_ext_write(&v->meta, &head->ext, &head->exts, e))
 		return -1;
 	fill_header(&h, v, i16, head->exts);
-	snprintf(descrip, sizeof descrip, "%.60s %s", env && env->tool ? env->tool : PACKAGE_NAME,
-		PACKAGE_VERSION);
+	snprintf(descrip, sizeof descrip, "%s%.40s %s", error ? CT_QUANTITY_ERROR ", HU; " : "",
+		env && env->tool ? env->tool : PACKAGE_NAME, PACKAGE_VERSION);
 	ct_nii_pack(&h, descrip, head->raw);
 	head->raws = ct_nii_size(&h) + 4;
 	head->raw[head->raws - 4] = head->exts > 0;

@@ -117,6 +117,21 @@ def what_if():
         print(f"| {what}{again} | " + " | ".join(f"{r['makespan-s']:.0f}" for r in told) + " |")
 
 
+def measured_sizes():
+    """Of a command and an edge: seconds, voxels that were made, those about slabs too, and of them not flat; bytes."""
+    sizes = {}
+    with open(f"{TOP}/doc/scale-sizes.csv", encoding="utf-8") as f:
+        for r in csv.DictReader(f):
+            edge, slab, of = int(r["edge"]), int(r["slab"]), int(r["of"])
+            made = edge ** 2 * (edge // of + ABOUT * (slab > 1) + ABOUT * (slab < of))
+            s = sizes.setdefault((r["command"], edge), {"cpu": 0, "made": 0, "uneven": 0, "peak": 0})
+            s["cpu"] += float(r["cpu-s"])
+            s["made"] += made
+            s["uneven"] += float(r["not-flat"] or 0) * made
+            s["peak"] = max(s["peak"], 1024 * int(r["peak-kib"]))
+    return sizes
+
+
 def plot(path):
     import matplotlib
     matplotlib.use("svg")
@@ -134,17 +149,17 @@ def plot(path):
                     label=f"{case}, cores alone")
     left.set(xlabel="nodes of 16 cores", ylabel=f"hours, {SCANS} scans of 4 slabs (simulated)")
     left.legend()
-    with open(f"{TOP}/doc/scale-sizes.csv", encoding="utf-8") as f:
-        sizes = {}
-        for r in csv.DictReader(f):
-            cpu, peak = sizes.setdefault((r["command"], int(r["edge"])), (0, 0))
-            sizes[r["command"], int(r["edge"])] = cpu + float(r["cpu-s"]), max(peak, 1024 * int(r["peak-kib"]))
+    sizes = measured_sizes()
     for command, colour in (("upsample", "tab:green"), ("restore", "tab:red")):
         edges = sorted(n for c, n in sizes if c == command)
-        right.loglog(edges, [1e6 * sizes[command, n][0] / n ** 3 for n in edges], "-", color=colour, marker=".",
+        rows = [sizes[command, n] for n in edges]
+        right.loglog(edges, [1e6 * r["cpu"] / r["made"] for r in rows], "-", color=colour, marker=".",
                      label=f"ct-{command}: CPU us a voxel")
-        right.loglog(edges, [sizes[command, n][1] / n ** 3 for n in edges], "--", color=colour, marker=".",
-                     label=f"ct-{command}: peak bytes a voxel")
+        if all(r["uneven"] for r in rows):
+            right.loglog(edges, [1e6 * r["cpu"] / r["uneven"] for r in rows], ":", color=colour, marker=".",
+                         label=f"ct-{command}: CPU us a voxel that is not flat")
+        right.loglog(edges, [r["peak"] / n ** 3 for n, r in zip(edges, rows)], "--", color=colour, marker=".",
+                     label=f"ct-{command}: peak bytes a voxel of the result")
     edges = sorted({n for _, n in sizes})
     right.set(xlabel="edge of the result, voxels (measured)", xticks=edges, xticklabels=edges, ylim=(.02, 5000))
     right.minorticks_off()

@@ -7,7 +7,7 @@ bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
-	src/tools/metrics-report.h
+	src/tools/metrics-report.h src/tools/metrics-harm.c src/tools/metrics-harm.h
 bin_PROGRAMS += ct-merge
 ct_merge_SOURCES = src/tools/ct-merge.c
 bin_PROGRAMS += ct-convert
@@ -72,7 +72,7 @@ ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/sr-files.c src/tools/sr-jobs.c \
-	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
+	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h
@@ -82,15 +82,19 @@ ct_info_SOURCES += src/tools/lib/libraries.cc $(DICOM_SOURCES)
 else
 ct_info_LDADD = $(LDADD)
 endif
+VIEW_SOURCES = src/tools/colour.c src/tools/colour.h src/tools/ct-view.c src/tools/cuts.c \
+	src/tools/cuts.h src/tools/ellipse.c src/tools/ellipse.h src/tools/hu-window.c \
+	src/tools/hu-window.h src/tools/labels.c src/tools/labels.h src/tools/montage.c src/tools/montage.h \
+	src/tools/overlay.c src/tools/overlay.h src/tools/profile.c src/tools/profile.h src/tools/sample.c \
+	src/tools/sample.h src/tools/sheet.c src/tools/sheet.h src/tools/slab.c src/tools/slab.h \
+	src/tools/surface.c src/tools/surface.h src/tools/text.c src/tools/text.h src/tools/view-picture.c \
+	src/tools/view-picture.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
-ct_view_SOURCES = src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
-	src/tools/montage.h
-ct_view_SOURCES += src/tools/lib/libraries.cc
+ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
 ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
-EXTRA_DIST += src/tools/ct-view.c src/tools/sheet.c src/tools/sheet.h src/tools/montage.c \
-	src/tools/montage.h man/ct-view.1.in
+EXTRA_DIST += $(VIEW_SOURCES) man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-state.c src/tools/nabgs-state.h
@@ -98,11 +102,21 @@ bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
+bin_PROGRAMS += ct-report
+ct_report_SOURCES = src/tools/ct-report.c src/tools/page.c src/tools/page.h src/tools/page-cards.c \
+	src/tools/page-measure.c src/tools/page-pictures.c src/tools/montage.c src/tools/montage.h src/tools/colour.c src/tools/colour.h \
+	src/tools/text.c src/tools/text.h
+pkgdata_DATA = src/tools/report.html
+EXTRA_DIST += src/tools/report.html
+noinst_DATA = report.html
+CLEANFILES += report.html
+report.html: src/tools/report.html
+	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/tools/report.html $@
 # The shipped priors; their copies beside the programs serve a build folder.
-pkgdata_DATA = src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
+pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
 EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors \
 	src/prior/make-prior.sh src/prior/make-slices.sh src/prior/make-residual.sh src/prior/README.md
-noinst_DATA = prior.safetensors slices.safetensors residual.safetensors
+noinst_DATA += prior.safetensors slices.safetensors residual.safetensors
 CLEANFILES += prior.safetensors slices.safetensors residual.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@

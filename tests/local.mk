@@ -11,9 +11,13 @@ TESTS = $(check_PROGRAMS) $(dist_check_SCRIPTS)
 #   make check-long PARTS='kill=1000 full=100'    make fuzz FUZZ='--seconds 600 exr'
 check-long: all tests/t-pt
 	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
+# ct-sr of scans at the limits, a table: tests/extremes.py; ROWS names some of them.
+check-extremes: all
+	PATH='$(abs_top_builddir)':$$PATH $(SHELL) $(top_srcdir)/tests/extremes.sh $(ROWS)
 fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
-.PHONY: check-long fuzz
+.PHONY: check-long check-extremes fuzz
+EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/memory.sh tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/replay.py
@@ -26,6 +30,8 @@ tests_t_difference_SOURCES = tests/t-difference.c
 tests_t_frames_SOURCES = tests/t-frames.c
 tests_t_free_SOURCES = tests/t-free.c
 tests_t_upsample_SOURCES = tests/t-upsample.c
+check_PROGRAMS += tests/t-expected
+tests_t_expected_SOURCES = tests/t-expected.c
 tests_t_tv_steps_SOURCES = tests/t-tv-steps.c
 dist_check_SCRIPTS += tests/t-layers.sh
 check_PROGRAMS += tests/t-header
@@ -50,6 +56,11 @@ tests_t_degrade_SOURCES = tests/t-degrade.c
 check_PROGRAMS += tests/t-metrics
 tests_t_metrics_SOURCES = tests/t-metrics.c
 check_PROGRAMS += tests/t-ssim-volume tests/t-certificate tests/t-edges tests/t-calibration tests/t-structures
+check_PROGRAMS += tests/t-fourier tests/t-fsc tests/t-hfen tests/t-tissue
+tests_t_fourier_SOURCES = tests/t-fourier.c
+tests_t_fsc_SOURCES = tests/t-fsc.c
+tests_t_hfen_SOURCES = tests/t-hfen.c
+tests_t_tissue_SOURCES = tests/t-tissue.c
 tests_t_calibration_SOURCES = tests/t-calibration.c
 tests_t_structures_SOURCES = tests/t-structures.c
 tests_t_ssim_volume_SOURCES = tests/t-ssim-volume.c
@@ -66,9 +77,9 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
-dist_check_SCRIPTS += tests/t-plan.sh tests/t-slabs.sh tests/t-cohort.sh tests/t-simulate.sh
-dist_check_SCRIPTS += tests/t-ct-restore.sh
-dist_check_SCRIPTS += tests/t-ct-metrics.sh
+dist_check_SCRIPTS += tests/t-plan.sh tests/t-slabs.sh tests/t-cohort.sh tests/t-cluster.sh tests/t-simulate.sh
+dist_check_SCRIPTS += tests/t-ct-restore.sh tests/t-std.sh
+dist_check_SCRIPTS += tests/t-ct-metrics.sh tests/t-harm.sh
 check_PROGRAMS += tests/t-schedule
 tests_t_schedule_SOURCES = tests/t-schedule.c
 check_PROGRAMS += tests/t-photons
@@ -140,6 +151,8 @@ tests_t_superres_runs_SOURCES = tests/t-superres-runs.c
 tests_t_prior_SOURCES = tests/t-prior.c
 check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
+check_PROGRAMS += tests/t-noise
+tests_t_noise_SOURCES = tests/t-noise.c
 # An index beyond the end of an array stops these.
 if SANITIZE
 BOUNDS =
@@ -153,8 +166,13 @@ tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
 	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
-tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c
-dist_check_SCRIPTS += tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh
+tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c src/tools/colour.c src/tools/text.c
+dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-profile.sh tests/t-view-gaussians.sh tests/t-view-surface.sh
+check_PROGRAMS += tests/t-text tests/t-ellipse tests/t-trend
+tests_t_trend_SOURCES = tests/t-trend.c
+tests_t_ellipse_SOURCES = tests/t-ellipse.c src/tools/ellipse.c
+tests_t_text_SOURCES = tests/t-text.c src/tools/text.c src/tools/colour.c
+tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
 tests_t_image_SOURCES = tests/t-image.c
@@ -251,7 +269,7 @@ check_PROGRAMS += tests/t-libraries
 tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
 endif
 check_PROGRAMS += tests/t-restore
-tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h
+tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h tests/regressor.h
 check_PROGRAMS += tests/t-example
 tests_t_example_SOURCES = tests/t-example.c tests/texture.h
 check_PROGRAMS += tests/t-learn
@@ -262,10 +280,14 @@ check_PROGRAMS += tests/t-arena
 tests_t_arena_SOURCES = tests/t-arena.c
 check_PROGRAMS += tests/t-steps
 tests_t_steps_SOURCES = tests/t-steps.c
+check_PROGRAMS += tests/t-continuous
+tests_t_continuous_SOURCES = tests/t-continuous.c tests/texture.h tests/regressor.h
 check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
 check_PROGRAMS += tests/t-room
 tests_t_room_SOURCES = tests/t-room.c
+dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
+EXTRA_DIST += tests/tab.py tests/term.py
 dist_check_SCRIPTS += tests/t-memory.sh tests/t-memory-tools.sh

@@ -39,5 +39,6 @@ missing ct-nabgs --base none.nii none.exr new.ply
 missing ct-fuse none.nii none.nii none.exr new.nii
 missing ct-compose none.nii none.ply new.nii
 missing ct-metrics none.nii none.nii
+missing ct-report none.nii none.nii new.html
 missing ct-info none.nii
 done_testing

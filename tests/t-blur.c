@@ -157,7 +157,7 @@ static void test_texture(void)
 		v.data[i] = 40 + (i / (40 * 40) < 3 ? 9 : 30) * ct_rng_normal(6, 0, i);
 	s = estimate(&v, four);
 	NEAR(s.noise, 30, 2, "what most of it shows");
-	NEAR(s.sure, 10.9, 0.5, "and that much, of a twentieth, is sure");
+	OK(s.sure == 0, "nothing is sure where a twentieth is flatter: all may be texture");
 	for (size_t i = 0; i < 3 * 40 * 40; i++)
 		v.data[i] = 40 + 3 * ct_rng_normal(6, 1, i);
 	OK(estimate(&v, four).sure == 0, "what texture may be is not");
@@ -169,7 +169,7 @@ static void test_texture(void)
  * two planes, of 5 ones and of 4. */
 static void test_chessboard(void)
 {
-	static const size_t size[][3] = {{20, 24, 16}, {40, 36, 1}, {40, 1, 36}, {2, 40, 24}};
+	static const size_t size[][3] = {{20, 24, 16}, {40, 36, 1}, {40, 1, 36}, {2, 60, 24}};
 	static const double square[] = {14 * 13 / 27.0 / 23, 5 * 4 / 9.0 / 6, 5 * 4 / 9.0 / 6,
 		(9 * 9 / 18.0 - 1 / 18.0) / 14};
 

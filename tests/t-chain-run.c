@@ -94,8 +94,8 @@ static int one_step(const char *folder, const char *tool, const char *output)
 	return run(&c);
 }
 
-#define FIRST(in, w) "copy " in " k/mid " w " --force --threads 1 --verbose\n"
-#define SECOND "copy k/mid out --force --threads 1 --verbose\n"
+#define FIRST(in, w) "copy " in " k/mid " w " --force --threads 1 --verbose --tell=3\n"
+#define SECOND "copy k/mid out --force --threads 1 --verbose --tell=3\n"
 #define ONE_LEFT "2 of 2 steps were done\n"
 static bool left(const char *what) /* so many steps were said to be done */
 {
@@ -185,12 +185,13 @@ static void test_begun(void)
 		"begins anew if it knows of no state");
 	put_text("a", "gamma");
 	put_text("stop2", "3");
-	OK(two_steps("a", "w", true) == -1 && e.code == CT_EINPUT && is_text(e.msg, "copy failed"),
-		"one that failed");
+	OK(two_steps("a", "w", true) == -1 && e.code == CT_EINPUT &&
+			is_text(e.msg, "copy failed; what it reads was made of a"),
+		"one that failed, and of what source");
 	remove("stop2");
 	OK(two_steps("a", "w", true) == 0 && left("1 of 2") &&
 			is_text(text_of("log"),
-				"copy k/mid out --force --threads 1 --verbose --resume\n"),
+				"copy k/mid out --force --threads 1 --verbose --resume --tell=3\n"),
 		"goes on if it does");
 	OK(two_steps("a", "w", true) == 0 && left("2 of 2"), "and is done");
 	put_text("a", "delta");
@@ -215,8 +216,8 @@ static void test_failures(void)
 	OK(one_step(NULL, "copy", "x") == -1 && e.code == CT_ESTOP &&
 			is_text(e.msg, "stopped on request"),
 		"of a temporary folder nothing can go on");
-	OK(!is_there("x") &&
-			strcmp(text_of("log"), "copy a b --force --threads 1 --verbose\n") == 0,
+	OK(!is_there("x") && strcmp(text_of("log"),
+				     "copy a b --force --threads 1 --verbose --tell=3\n") == 0,
 		"where the words are the same");
 	remove("stop");
 	stop = 1;
@@ -238,7 +239,8 @@ static void test_place(void)
 	ct_chain_close(&c);
 	must(begin(&c, NULL, false));
 	must(ct_chain_add(&c, &err, true, "b", "copy", "a", "b", NULL));
-	OK(run(&c) == 0 && is_text(text_of("log"), "copy a b --force --threads 1 --verbose\n"),
+	OK(run(&c) == 0 && is_text(text_of("log"),
+				   "copy a b --force --threads 1 --verbose --tell=3\n"),
 		"in a temporary folder nothing is gone on from");
 }
 
@@ -253,11 +255,11 @@ static void test_reports(void)
 	env.verbose = -1;
 	OK(one_step("f", "say", "x") == 0 && is_text(shown.out, "") &&
 			is_text(shown.err, "words\n") &&
-			is_text(text_of("log"), "say a b --force --threads 1 --quiet\n"),
+			is_text(text_of("log"), "say a b --force --threads 1 --quiet --tell=3\n"),
 		"or nowhere");
 	env.verbose = 0;
 	OK(one_step("f", "say", "x") == 0 &&
-			is_text(text_of("log"), "say a b --force --threads 1\n"),
+			is_text(text_of("log"), "say a b --force --threads 1 --tell=3\n"),
 		"neither quiet nor verbose");
 	env.verbose = 1;
 }
@@ -317,7 +319,7 @@ static void test_words(void)
 		n++;
 	OK(n == 317 && e.code == CT_ENOMEM && is_text(e.msg, "command count is too long"),
 		"a command has up to 316 words");
-	OK(run(&c) == 0 && is_text(text_of("n"), "320 316 --verbose\n"), "that all reach it");
+	OK(run(&c) == 0 && is_text(text_of("n"), "321 316 --tell=3\n"), "that all reach it");
 
 	must(begin(&c, "w", true));
 	ct_chain_source(&c, "src");
@@ -341,11 +343,13 @@ static void test_words(void)
 	OK(is_text(shown.out, "t src --a=more -a=src a=src two srcs ''\n"
 			      "'it'\\''s' one 'a b' ''\\''' --b=one two '$x' A_z.09,/@%:-+=\n"),
 		"as a shell reads them");
-	OK(!ct_chain_owns_output(&c), "the last has not begun");
+	OK(!ct_chain_owns(&c, "two"), "the last has not begun");
 	put_text("w/step-2.state", "");
-	OK(ct_chain_owns_output(&c), "but now");
+	OK(ct_chain_owns(&c, "two") && !ct_chain_owns(&c, "src"), "but now");
+	c.step[1].beside = "three";
+	OK(ct_chain_owns(&c, "three"), "with what it makes besides");
 	c.resume = false;
-	OK(!ct_chain_owns_output(&c), "if that counts");
+	OK(!ct_chain_owns(&c, "two"), "if that counts");
 	ct_chain_close(&c);
 	OK(c.folder.lock == -1 && !c.step && !c.tools, "closed");
 	ct_chain_close(&c);

@@ -54,7 +54,7 @@ ct-convert -q pipe.nii - | tail -c 20000 >a; ct-convert -q want.nii - | tail -c 
 
 # The prior counts by what it holds. (It adds to scans that alias.)
 ct-degrade -q -f -x 4 -p P3 hr-marks.nii marks.nii
-set -- ct-sr -v -x 4 -Q balanced --views 4 --iterations 40 --gaussians 100
+set -- ct-sr -v -x 4 --projections --views 4 --iterations 40 --gaussians 100
 cp "$srcdir/src/prior/residual.safetensors" residual.safetensors
 exits 0 'with a prior' "$@" --prior residual.safetensors --keep bal marks.nii bal.nii
 exits 0 'the same one, as it is installed' "$@" --keep bal --resume marks.nii bal.nii
@@ -85,7 +85,7 @@ fits() { # until ct-nabgs is at work
 		sleep 0.1
 	done
 }
-set -- ct-sr -v -x 4 -Q balanced --views 8 --iterations 1000000 --gaussians 200 --keep g
+set -- ct-sr -v -x 4 --projections --views 8 --iterations 1000000 --gaussians 200 --keep g
 setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 exits 4 'two runs in one folder' "$@" --resume marks.nii g2.nii
@@ -105,7 +105,7 @@ kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
 	timeout 120 ct-sr -x 4 -Q draft --keep g --resume marks.nii g.nii
 # Wherever the signals meet it, the result is that of a run which none met.
-set -- ct-sr -v -x 4 -Q balanced --views 8 --iterations 1500 --gaussians 200
+set -- ct-sr -v -x 4 --projections --views 8 --iterations 1500 --gaussians 200
 for sig in INT KILL TERM; do
 	setsid "$@" --keep r --resume marks.nii r.nii 2>err1 & pid=$!
 	fits $pid
@@ -117,7 +117,7 @@ cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 
 # Temporary folders.
 mkdir tmp; TMPDIR=$dir_/tmp; export TMPDIR
-ct-sr -q -x 4 -Q balanced --views 8 --iterations 1000000 --gaussians 200 marks.nii t.nii 2>/dev/null & pid=$!
+ct-sr -q -x 4 --projections --views 8 --iterations 1000000 --gaussians 200 marks.nii t.nii 2>/dev/null & pid=$!
 for i in $(seq 600); do [ -s tmp/*/up.nii ] && break; sleep 0.1; done 2>/dev/null
 exits 0 'another run' ct-sr -q -x 4 -Q draft marks.nii t2.nii
 [ -e tmp/*/temporary ]; ok $? 'leaves the folder of the first alone'

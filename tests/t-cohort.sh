@@ -35,4 +35,7 @@ cmp -s fine/b.row b.row; ok $? 'and nothing else'
 cp truth/a.nii scans/bad.nii
 exits 0 'mended' run
 ! grep -q failed fine/cohort.csv && ! ls -d fine/*.work >/dev/null 2>&1; ok $? 'none has failed, and no folder of work is left'
+mkdir one && cp scans/a.nii one
+exits 0 'with the error to expect, and a page' run SCANS=one OUT=page OPTIONS="-x 1,1,4 --slices $builddir/slices.safetensors" CONFIDENCE=yes REPORT=yes
+[ "$(cd page && echo a.*)" = 'a.html a.log a.nii.gz a.row a.std.nii.gz' ]; ok $? 'a file each'
 done_testing

@@ -166,8 +166,14 @@ static void test_singular_values(void)
 
 static const struct ct_degrade cases[] = {{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC},
 	{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_MEAN}, {{3, 1, 2}, {0.4, 0, 0.3}, CT_DECIMATE_POINT},
-	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC}};
-static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 18, 9}};
+	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC},
+	/* of few weights a row: all axes, one of them, and every pair */
+	{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, {{1, 2.5, 1}, {0, 0, 0}, CT_DECIMATE_MEAN},
+	{{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN}, {{3.75, 3, 1}, {0.4, 0, 0}, CT_DECIMATE_MEAN},
+	{{1, 2, 5}, {0, 0.3, 1}, CT_DECIMATE_POINT}, {{4, 1, 1}, {0.5, 0, 0}, CT_DECIMATE_POINT}};
+static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 18, 9}, {44, 72, 36},
+	{21, 25, 9}, {70, 3, 32}, {75, 39, 7}, {6, 22, 40}, {48, 5, 6}};
+enum { NARROW = 4 }; /* the first of those */
 
 struct bench {
 	size_t n[3], m[3], voxels, samples;
@@ -281,17 +287,50 @@ static void test_noise(void)
 static void test_threads(void)
 {
 	struct ct_par *par = NULL;
-	struct bench a, b;
 
 	must(ct_par_alloc(&par, 3, &err));
-	set_up(&a, 0, 50, NULL);
-	set_up(&b, 0, 50, par);
-	ct_consistency_apply(&a.dc, a.x, a.scratch, NULL);
-	ct_consistency_apply(&b.dc, b.x, b.scratch, par);
-	OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0, "1 and 3 threads, same bytes");
-	tear_down(&a);
-	tear_down(&b);
+	for (size_t c = 0; c <= NARROW; c += NARROW) {
+		struct bench a, b;
+
+		set_up(&a, c, 50, NULL);
+		set_up(&b, c, 50, par);
+		ct_consistency_apply(&a.dc, a.x, a.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, b.scratch, par);
+		OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0,
+			"case %zu: 1 and 3 threads, same bytes", c);
+		tear_down(&a);
+		tear_down(&b);
+	}
 	ct_par_free(par);
+}
+
+/* What is narrow is known as such, and its pseudo-inverse is as narrow at any length. */
+static void test_narrow(void)
+{
+	struct ct_degrade blurred = {{4, 4, 4}, {3, 3, 3}, CT_DECIMATE_POINT};
+	struct ct_consistency dc = {0};
+	struct ct_separable plus = {0};
+	const size_t n[3] = {96, 64, 256};
+	float *y = normals(24 * 16 * 64, 5, 0, 100);
+	bool as = true;
+
+	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+		struct bench b;
+
+		set_up(&b, c, 0, NULL);
+		as &= b.dc.banded == (c >= NARROW || c == 2);
+		tear_down(&b);
+	}
+	OK(as, "operators of few weights a row are taken as such");
+	must(ct_consistency_pinv_plan(&plus, &cases[NARROW], n, NULL, &err));
+	OK(plus.t[0].taps < 24 && plus.t[2].taps == plus.t[0].taps,
+		"their pseudo-inverse has few, for any length (%zu)", plus.t[2].taps);
+	ct_separable_free(&plus);
+	must(ct_consistency_alloc(&dc, &blurred, n, y, 0, NULL, &err));
+	OK(!dc.banded && dc.condition > 64, "but not one that amplifies what is rounded (%.3g)",
+		cbrt(dc.condition));
+	ct_consistency_free(&dc);
+	free(y);
 }
 
 static void test_refused(void)
@@ -341,6 +380,7 @@ int main(void)
 	test_exact();
 	test_noise();
 	test_threads();
+	test_narrow();
 	test_refused();
 	test_fractions();
 	return tap_done();

@@ -100,9 +100,11 @@ static void hear(const struct ct_env *env, enum ct_level level, const char *text
 	snprintf(heard, sizeof heard, "%d %d %s", env->verbose, (int)level, text);
 }
 
-static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void watch(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
-	snprintf(heard, sizeof heard, "%d %s %zu of %zu", env->verbose, what, done, total);
+	snprintf(heard, sizeof heard, "%d %s %zu of %zu, %zu", env->verbose, what, done, total,
+		likely);
 }
 
 static void test_env(void)
@@ -117,13 +119,15 @@ static void test_env(void)
 
 			heard[0] = 0;
 			ct_log(&env, (enum ct_level)level, "%s %d", "x", 7);
-			if (level <= env.verbose)
+			if (level <= env.verbose || level == CT_WARN)
 				snprintf(want, sizeof want, "%d %d x 7", env.verbose, level);
 			right = right && strcmp(heard, want) == 0;
 		}
-	OK(right, "words are heard up to their level");
+	OK(right, "words are heard up to their level, warnings always");
 	ct_progress(&env, "work", 3, 9);
-	OK(strcmp(heard, "4 work 3 of 9") == 0, "progress is passed on");
+	OK(strcmp(heard, "4 work 3 of 9, 0") == 0, "progress is passed on");
+	ct_progress_until(&env, "work", 3, 9, 5);
+	OK(strcmp(heard, "4 work 3 of 9, 5") == 0, "and where it may end");
 	OK(!ct_stopping(&env) && ct_check_stop(&env, &e) == 0, "nobody asks to stop");
 	stop = 1;
 	OK(ct_stopping(&env) && ct_check_stop(&env, &e) < 0 && e.code == CT_ESTOP, "somebody does");

@@ -51,6 +51,12 @@ ct-degrade -x 3 --noise 11 -s 6 - - <hr.nii | ct-upsample - - | cmp -s - t1.nii
 [ $? -eq 1 ]; ok $? 'another seed, other noise'
 ct-degrade -x 3 --noise 11 hr.nii noisy.nii && ct-degrade -x 2 noisy.nii twice.nii
 [ "$(ct-info noisy.nii twice.nii | awk '/noise/ {print $2}' | head -n 1)" = 11 ]; ok $? 'noise is told'
+equal() { ct-metrics --psnr --max-rmse 0 "$1" "$2" >/dev/null; }
+ct-degrade -x 3 -p P1n hr.nii n1.nii && ct-degrade -x 3 --noise 15 hr.nii n2.nii && equal n1.nii n2.nii; ok $? 'P1n: P1 and 15 HU'
+ct-degrade -x 3 -p P3n hr.nii n3.nii && ct-degrade -x 3 -p P3 --noise 15 hr.nii n4.nii && equal n3.nii n4.nii; ok $? 'P3n: P3 and 15 HU'
+ct-degrade -x 3 -p P3n --noise 0 hr.nii n5.nii && ct-degrade -x 3 -p P3 hr.nii n6.nii && equal n5.nii n6.nii; ok $? 'or as much as is said'
+exits 0 'of noise alone' ct-degrade -x 3 -p P1n --sigma 1 --decimate mean hr.nii n7.nii
+ct-degrade -x 3 --sigma 1 --decimate mean --noise 15 hr.nii n8.nii && equal n7.nii n8.nii; ok $? 'is left its noise'
 ct-info twice.nii >out; ! grep -q '^  *[a-z.]*noise ' out; ok $? 'and not when it was reduced again'
 
 for p in P1 P2 P3; do ct-degrade -f -x 4,4,2 -p $p --clip -300:600 hr.nii $p.nii; done

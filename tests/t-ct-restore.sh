@@ -94,9 +94,14 @@ has err "^ct-restore: --weight: 'much' is not 1 number" 'is refused'
 ct-restore -q -p p.safetensors --axes z lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
+w one-axis --axes one; w z --axes z; cmp_ one-axis z; ok $? 'one axis is the last'
+ct-degrade -q -x 1,4,4 truth.nii wide.nii
+ct-restore -q -p p.safetensors --axes one wide.nii w-one.nii && ct-restore -q -p p.safetensors --axes x wide.nii w-x.nii
+cmp_ w-one w-x; ok $? 'that the prior knows slices across'
 exits 2 'an axis that there is not' ct-restore -p p.safetensors --axes xw lo.nii x.nii
 
 exits 0 'tells the error it expects' ct-restore -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
+dd if=e.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-restore [0-9.]*$'; ok $? 'and what it is'
 ct-metrics --json x.nii one/o.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives the same'
 ct-metrics --std e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
@@ -124,6 +129,44 @@ ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
 exits 0 'or whose edges do not say it' ct-restore --estimate -x 4 -p p.safetensors flat.nii w.nii
 has err 'flat.nii: its edges do not tell how it was reduced: nothing is added' 'is refined alone'
 exits 3 'and tells no error' ct-restore --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
+has err 'flat.nii: its edges do not tell how it was reduced, and tells no error: --sigma$' 'says so'
+
+# another look, by nets for what the first have added to
+# shellcheck disable=SC2086
+{
+exits 0 'a net to look again' ct-train -q $small -n 30 --again --with p.safetensors --validate truth.nii r.safetensors scans
+ct-info -v r.safetensors >out; has out '^  *again-4.shape' 'is one more'
+exits 3 'one that nothing comes before' ct-train $small -x 3 --again --with p.safetensors x.safetensors scans
+has err '^ct-train: p.safetensors: no net to begin from for -x 3$' 'is refused'
+}
+look() { out=$1; shift; ct-restore -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }
+look once r.safetensors --start up.nii; cmp_ once one/o; ok $? 'once: the first alone look'
+look twice r.safetensors --start up.nii --passes 2; ! cmp_ twice once; ok $? 'twice: the others, too'
+look same p.safetensors --start up.nii --passes 2; has err '^ct-restore: the prior has no nets to look again' 'which a prior may not have'
+cmp_ same once; ok $? 'and then it is once'
+if command -v python3 >/dev/null; then
+	python3 - <<'END'
+import json
+b = open('r.safetensors', 'rb').read()
+n = int.from_bytes(b[:8], 'little')
+h = {k[6:] if k.startswith('again-') else k if k == '__metadata__' else 'was-' + k: v for k, v in json.loads(b[8:8 + n]).items()}
+t = json.dumps(h).encode()
+open('only.safetensors', 'wb').write(len(t).to_bytes(8, 'little') + t + b[8 + n:])
+END
+	look hand only.safetensors --start once.nii
+	for f in hand-e twice-e; do tail -c 430080 $f.nii >$f.f32; done # 56x48x40
+	cmp_ hand twice && cmp hand-e.f32 twice-e.f32 && ! tail -c 430080 once-e.nii | cmp -s - twice-e.f32
+	ok $? 'they look at what the first made, and tell the error of that'
+fi
+ct-degrade -q -x 4 --noise 15 truth.nii noisy.nii; ct-upsample -q noisy.nii up-noisy.nii
+noisy() { out=$1; shift; ct-restore -v -f -p r.safetensors --start up-noisy.nii "$@" noisy.nii $out.nii 2>err; }
+noisy n1; noisy n2 --passes 2; has err '^ct-restore: with noise, and well sampled, it is looked at once' 'of noise nothing is made'
+cmp_ n1 n2; ok $? 'by another look'
+noisy w1 -w 1; noisy w2 -w 1 --passes 2; ! cmp_ w1 w2; ok $? 'unless there is a weight'
+ct-degrade -q -f -x 4 -p P3n truth.nii noisy.nii
+noisy n1; noisy n2 --passes 2; ! cmp_ n1 n2; ok $? 'or what is sampled by points aliases'
+ct-sr -q --slices r.safetensors -Q best lo.nii best.nii; ct-restore -q -f --estimate -p r.safetensors --passes 2 lo.nii want.nii
+cmp_ best want; ok $? 'ct-sr -Q best is that'
 
 # thick slices, by the prior that is shipped
 known=$builddir/slices.safetensors

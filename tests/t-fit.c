@@ -639,11 +639,13 @@ static void steps(struct scene *s)
 	ct_fit_free(&f);
 }
 
-static void halt(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void halt(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct seen *s = env->ctx;
 
 	(void)total;
+	(void)likely;
 	if (!strcmp(what, "densities") && done == 1)
 		s->stop = 1;
 }

@@ -80,6 +80,7 @@ int main(void)
 	FREED(ct_fdk, ct_fdk_free);
 	FREED(ct_ramp, ct_ramp_free);
 	FREED(ct_consistency, ct_consistency_free);
+	FREED(ct_banded, ct_banded_free);
 	FREED(ct_cosine, ct_cosine_free);
 	FREED(ct_taps, ct_taps_free);
 	FREED(ct_separable, ct_separable_free);

@@ -204,12 +204,14 @@ static int keep(void *ctx, const struct ct_fit *f, struct ct_err *e)
 	return ct_fit_state_pack(&s->state, f, e);
 }
 
-static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void watch(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct stopper *s = env->ctx;
 
 	(void)what;
 	(void)total;
+	(void)likely;
 	if (done == s->at)
 		s->stop = 1;
 }

@@ -200,49 +200,109 @@ static void test_text(void)
 		"a choice, or none of them");
 }
 
-static const char *draws(struct ct_progress *p, const char *what, size_t done, size_t total)
+static const char *draws_until(
+	struct ct_progress *p, const char *what, size_t done, size_t total, size_t likely)
 {
 	const struct ct_env env = {.tool = "ct-t", .ctx = p};
 
 	capture_begin(&shown);
-	ct_progress_draw(&env, what, done, total);
+	ct_progress_draw(&env, what, done, total, likely);
 	capture_end(&shown);
 	return shown.err;
+}
+
+static const char *draws(struct ct_progress *p, const char *what, size_t done, size_t total)
+{
+	return draws_until(p, what, done, total, 0);
+}
+
+/* As if that many seconds had gone by. */
+static void wait(struct ct_progress *p, double seconds)
+{
+	p->last -= seconds;
+	p->start -= seconds;
+}
+
+/* Is that what stands there before the time, and is the time right, give or take what a busy
+ * machine takes? */
+static bool is_left(const char *line, const char *before, int seconds, int more)
+{
+	const size_t n = strlen(before);
+	char *end;
+	long minutes, left;
+
+	if (strncmp(line, before, n) != 0)
+		return false;
+	minutes = strtol(line + n, &end, 10);
+	left = 60 * minutes + (*end == ':' ? strtol(end + 1, &end, 10) : 0);
+	return strcmp(end, " left") == 0 && left >= seconds && left <= seconds + more;
 }
 
 static void test_progress(void)
 {
 	struct ct_progress p = {.on = true}, off = {.on = false};
 	const struct ct_env none = {.tool = "ct-t"};
-	const double hour = 3600;
-	const char *left;
+	const char *line;
 
 	OK(is_text(draws(&p, "fit", 2, 8), "\r\033[Kct-t: fit 2/8") && p.drawn, "the first line");
 	OK(is_text(draws(&p, "fit", 3, 8), ""), "the next is drawn later");
-	p.last -= 0.25;
-	p.start -= 61.5 * 3 / 5; /* so long for 3 of 6: 5 - 2 are done, 3 left */
-	left = draws(&p, "fit", 5, 8);
-	OK(strncmp(left, "\r\033[Kct-t: fit 5/8, 0:", 21) == 0 &&
-			strtol(left + 21, NULL, 10) >= 36 && strtol(left + 21, NULL, 10) < 50,
-		"with the time that is left: %s", left + 4);
-	p.last -= hour;
-	p.start -= 2 * hour;
-	left = draws(&p, "fit", 6, 8); /* 4 of 6 in two hours and half a minute */
-	OK(strncmp(left, "\r\033[Kct-t: fit 6/8, 60:", 22) == 0 &&
-			strtol(left + 22, NULL, 10) >= 18 && strtol(left + 22, NULL, 10) < 40,
-		"in minutes: %s", left + 4);
+	wait(&p, 7200);
+	line = draws(&p, "fit", 4, 8); /* 2 of 6 in two hours */
+	OK(is_left(line, "\r\033[Kct-t: fit 4/8, ", 14400, 30), "with the time left: %s", line + 4);
+	wait(&p, 300);
+	line = draws(&p, "fit", 6, 8); /* 4 of 6 in 7500 seconds */
+	OK(is_left(line, "\r\033[Kct-t: fit 6/8, ", 3750, 30), "which falls: %s", line + 4);
+	wait(&p, 3600);
+	line = draws(&p, "fit", 6, 8); /* 5550 left, 3750 were said */
+	OK(is_left(line, "\r\033[Kct-t: fit 6/8, ", 3750, 30), "and does not rise: %s", line + 4);
+	wait(&p, 12000);
+	OK(is_text(draws(&p, "fit", 6, 8), "\r\033[Kct-t: fit 6/8"),
+		"none if that was far too little");
+	wait(&p, 1);
+	line = draws(&p, "fit", 7, 8); /* 1/5 of 23101 */
+	OK(is_left(line, "\r\033[Kct-t: fit 7/8, ", 3750, 30), "one that may be true: %s",
+		line + 4);
 	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "other work begins anew");
-	OK(is_text(draws(&p, "scan", 2, 2), "\r\033[Kct-t: scan 2/2\r\033[K") && !p.drawn,
-		"what is done is wiped");
+	OK(is_text(draws(&p, "scan", 2, 2), "\r\033[K") && !p.drawn, "what is done is wiped");
+	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "the same work once more");
+	OK(is_text(draws(&p, "scan", 0, 2), "\r\033[Kct-t: scan 0/2"), "from its beginning");
 	OK(is_text(draws(&p, "none", 0, 0), "") && is_text(draws(&off, "fit", 1, 2), ""),
 		"nothing of nothing, nor where it is off");
 	capture_begin(&shown);
-	ct_progress_draw(&none, "fit", 1, 2);
+	ct_progress_draw(&none, "fit", 1, 2, 0);
 	ct_progress_clear(&p);
 	p.drawn = true;
 	ct_progress_clear(&p);
 	capture_end(&shown);
-	OK(is_text(shown.err, "\r\033[K") && !p.drawn, "a line is wiped once");
+	OK(is_text(shown.err, "\r\033[K\r\033[K") && !p.drawn, "a line is wiped once");
+}
+
+static void test_progress_until(void)
+{
+	struct ct_progress p = {.on = true};
+	const char *line;
+
+	OK(is_text(draws_until(&p, "steps", 0, 300, 300), "\r\033[Kct-t: steps 0 of at most 300"),
+		"work that may end before");
+	wait(&p, 100);
+	line = draws_until(&p, "steps", 10, 300, 300);
+	OK(is_left(line, "\r\033[Kct-t: steps 10 of at most 300, at most ", 2900, 30),
+		"by the last it may take: %s", line + 4);
+	wait(&p, 100);
+	line = draws_until(&p, "steps", 20, 300, 60);
+	OK(is_left(line, "\r\033[Kct-t: steps 20 of at most 300, about ", 400, 30),
+		"by what is likely: %s", line + 4);
+	wait(&p, 1);
+	line = draws_until(&p, "steps", 20, 300, 90);
+	OK(is_left(line, "\r\033[Kct-t: steps 20 of at most 300, about ", 400, 30),
+		"it stands when more is likely: %s", line + 4);
+	wait(&p, 1);
+	OK(is_text(draws_until(&p, "steps", 20, 300, 300), "\r\033[Kct-t: steps 20 of at most 300"),
+		"and goes when far more is");
+	wait(&p, 98);
+	line = draws_until(&p, "steps", 70, 300, 60);
+	OK(is_left(line, "\r\033[Kct-t: steps 70 of at most 300, about ", 4, 5),
+		"what is overdue is about to end: %s", line + 4);
 }
 
 static int nothing(const void *p, const struct ct_env *env, struct ct_err *e)
@@ -382,6 +442,7 @@ int main(void)
 	test_modes();
 	test_cost();
 	test_progress();
+	test_progress_until();
 	test_text();
 	return tap_done();
 }

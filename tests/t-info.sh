@@ -74,21 +74,25 @@ assert all(s < t for s, t in zip(o["blur-lr-voxels"], o["blur-seen-voxels"])), o
 	ok $? 'the estimate as JSON'
 	ct-info --json v.nii.gz p.exr w.safetensors >out && python3 - <<'END'
 import json
-text, at, all = open("out").read().strip(), 0, []
-while at < len(text):
-	o, n = json.JSONDecoder().raw_decode(text[at:])
-	all.append(o)
-	at += n + len(text[at + n:]) - len(text[at + n:].lstrip())
-v, p, w = all
+v, p, w = json.load(open("out"))
 assert v["size"] == [20, 24, 28] and v["affine"][2][2] == 3 and v["nan"] == 0, v
 assert p["views"] == 30 and abs(p["dso-mm"][0] - 800) < 1e-9, p
 assert w["metadata"]["arch"] == "x\x1b[31m" and w["parameters"] == 5, w
 END
-	ok $? 'JSON, one object a file'
+	ok $? 'JSON of several files, one array'
 else
-	skip 'JSON, one object a file' 'no python3'
+	skip 'JSON of several files, one array' 'no python3'
 fi
 head -c 3000 p.exr >cut.exr
+if command -v python3 >/dev/null; then
+	exits 3 'a damaged file among others' ct-info --json v.nii.gz cut.exr p.exr
+	python3 -c 'import json; a = json.load(open("out")); assert [o["file"] for o in a] == ["v.nii.gz"], a'
+	ok $? 'JSON of those before it is whole'
+	ct-info --json v.nii.gz | python3 -c 'import json, sys; assert json.load(sys.stdin)["file"] == "v.nii.gz"'
+	ok $? 'JSON of one file, no array'
+else
+	skip 'JSON of those before a damaged one' 'no python3'
+fi
 exits 3 'a damaged file' ct-info cut.exr
 has err '^ct-info: cut.exr: ' 'is named'
 { head -c 128 /dev/zero; printf 'DICM'; head -c 300 /dev/zero; } >d.dcm

@@ -58,6 +58,13 @@ assert a["range"][0] < a["range"][1] and "KVP" in a["missing-fields"], a
 assert [s["fit"] for s in o["series"]].count(True) == 1'
 	ok $? "$tool: one JSON document"
 done
+ct-phantom -q --size 8x8x8 sphere v.nii
+exits 5 'folders and a file, the last one not fit' ct-info --json all v.nii holes
+"$PY" -c 'import json
+a = json.load(open("out"))
+assert [o["file"] for o in a] == ["all", "v.nii", "holes"] and a[0]["files"] == 20, a
+assert [s["fit"] for s in a[2]["series"]] == [False], a'
+ok $? 'are one JSON document'
 exits 2 'JSON is of an inspection' ct-convert --json good o.nii
 exits 3 'NIfTI is no DICOM' sh -c 'ct-phantom -q --size 8x8x8 sphere p.nii; ct-convert --inspect p.nii'
 exits 0 'ct-info takes files too' ct-info p.nii

@@ -186,8 +186,10 @@ static double tv(double x[N], const float *b, size_t steps, double mu, bool nonn
 
 static size_t calls, total;
 
-static void count(const struct ct_env *env, const char *what, size_t done, size_t all)
+static void count(
+	const struct ct_env *env, const char *what, size_t done, size_t all, size_t likely)
 {
+	(void)likely;
 	(void)env;
 	calls += strcmp(what, "iterations") == 0 && done == calls;
 	total = all;

@@ -21,7 +21,7 @@ ct-ddnm rate 0 1000 0.001
 ct-ddnm t-start -1 999 -1
 ct-ddnm samples 1 65535 1
 ct-ddnm norm 0 1e30 0
-ct-degrade noise 0 1000000 0
+ct-degrade noise 0 1000000 -
 ct-fdk cutoff 0 1 0
 ct-fdk iterations 0 1000000 0
 ct-fdk tolerance 0 1 0
@@ -31,13 +31,15 @@ ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
 ct-metrics edge-step 0.000001 1000000 300
-ct-metrics blob-sigma 0.3 100 1.5
 ct-metrics blob-step 0.001 1000000 15
+ct-metrics flat-step 0.000001 1000000 1
+ct-metrics deep 0 1000 4
 ct-metrics min-psnr - any -
 ct-metrics min-ssim - any -
 ct-metrics max-mae - any -
 ct-metrics max-rmse - any -
 ct-metrics max-gradient - any -
+ct-metrics max-false - any -
 ct-metrics max-residual - any -
 ct-metrics max-residual-rms - any -
 ct-nabgs iterations 1 10000000 5000
@@ -70,6 +72,7 @@ ct-restore doubt 0 1000 -
 ct-restore gate 0 1000000 -
 ct-restore cap 0 1000000 -
 ct-restore steps 0 10 -
+ct-restore passes 1 2 1
 ct-restore noise 0 1000000 -
 ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
@@ -96,7 +99,9 @@ ct-train log-every 1 2000000000 50
 ct-upsample noise 0 1000000 -
 ct-upsample iterations 1 100000 300
 ct-upsample tolerance 0 1000000 0.1
-ct-view slice 0 1 0.5
+ct-view thickness 0.001 1000000 -
+ct-view surface - any -
+ct-view slices 1 1000 1
 ct-view views 1 10000 12
 ct-view zoom 0.015625 64 1
 EOF
@@ -138,6 +143,7 @@ ct-compose units auto
 ct-degrade units auto
 ct-fuse units auto
 ct-nabgs units auto
+ct-report units auto
 ct-restore units auto
 ct-sr units auto
 ct-upsample units auto
@@ -161,7 +167,7 @@ ct-phantom spacing 2
 ct-project quantity file
 ct-project method siddon
 ct-project pixel point
-ct-sr quality fast
+ct-sr quality balanced
 ct-restore axes xyz
 ct-restore weight auto
 ct-restore decimate -
@@ -169,6 +175,9 @@ ct-train scales 1
 ct-upsample method auto
 ct-upsample decimate -
 ct-view plane all
+ct-view mip none
+ct-view error-map hot
+ct-view slice 0.5
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' words >some; mv some words; }
 { cat words; awk '{print $1, $2, $5}' limits; } | sort >want
@@ -202,8 +211,8 @@ ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
 ct-merge --type
 ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
-ct-metrics --structures --blob-sigma --blob-step --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
-ct-metrics --max-residual --max-residual-rms --memory --json
+ct-metrics --harm --structures --blob-sigma x--factor --blob-step --flat --flat-step --hfen --fsc --tissues --deep --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
+ct-metrics --max-false --max-residual --max-residual-rms --csv --memory --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
@@ -213,17 +222,18 @@ ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scann
 ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water --memory s--seed --json --dry-run
-ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps a--axes --sigma --estimate --decimate
+ct-report --std --truth --log --memory --units
+ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps --passes a--axes --sigma --estimate --decimate
 ct-restore --noise --memory --brick --json --dry-run --units
-ct-sr x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
+ct-sr --report --confidence x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --projections --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
-ct-train --slices x--factor --base --thick --cubes --cube --noise --bytes --window --with --cache --depth --components --width
+ct-train --slices x--factor --base --thick --again --cubes --cube --noise --bytes --window --with --cache --depth --components --width
 ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
 ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
-ct-upsample x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
+ct-upsample --std x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --brick --json --dry-run --units
-ct-view o--output p--plane --slice --views w--window z--zoom e--error --error-window --memory
+ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names --profile --profile-csv g--gaussians --memory
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
 awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want

@@ -37,7 +37,11 @@ ct-degrade -q -x 1 --clip 5:10 hr.nii std.nii
 both 82 'metrics' 'ct-metrics hr.nii up.nii'
 both 96 'more metrics' 'ct-metrics --mask hr.nii --ssim 3d --edges --std std.nii --per-slice $D/s.csv hr.nii up.nii'
 cmp s.csv made/s.csv; ok $? 'the same lines'
-both 82 'structures' 'ct-metrics --psnr --structures hr.nii up.nii'
+both 82 'structures' 'ct-metrics --psnr --structures --blob-sigma 1.5 hr.nii up.nii'
+both 82 'tissues' 'ct-metrics --psnr --tissues --flat hr.nii up.nii'
+both 82 'high frequencies' 'ct-metrics --psnr --hfen hr.nii up.nii'
+both 86 'all frequencies' 'ct-metrics --psnr --fsc $D/f.csv hr.nii up.nii'
+cmp f.csv made/f.csv; ok $? 'the same lines'
 rm std.nii
 both 70 'a certificate' 'ct-metrics --consistency lr.nii --map $D/residual.nii up.nii'; same residual.nii
 
@@ -63,6 +67,11 @@ rm made/* s?.nii
 if command -v ct-view >/dev/null; then
 	both 166 'drawn' 'ct-view -e hr.nii up.nii $D/p.png'
 	cmp p.png made/p.png; ok $? 'the same picture'
+	for o in '--mip=max' '-p axial --surface=0 -l'; do
+		rm made/* p.png
+		both 166 "$o" "ct-view $o hr.nii up.nii \$D/p.png"
+		cmp p.png made/p.png; ok $? 'the same picture'
+	done
 	rm made/*
 fi
 exits 0 'an estimate' ct-project --dry-run -t 1 -n 3 --memory 72M hr.nii made/p.exr

@@ -12,13 +12,14 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	ct-fuse) set -- "$@" none.x none.x none.x none.x ;;
 	ct-metrics|ct-info) set -- "$@" none.x ;;
 	ct-view) set -- "$@" none.x none.png ;;
+	ct-report) set -- "$@" none.x none.x none.html ;;
 	ct-train) set -- "$@" none.x none.x ;;
 	*) set -- "$@" none.x none.x ;;
 	esac
 	exits 2 "$tool $*" "$tool" "$@"
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
 }
-command -v ct-view >/dev/null && no ct-view --error-window=0:1
+command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --profile-csv=x.csv; for o in slice=0.1 slices=2 mip=max window=0:1 gaussians=g.ply; do no ct-view --$o --surface 300; done; no ct-view --error --error --surface 300; no ct-view --slices=2 --slice 0.5,0.6; }
 no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
 no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
 no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
@@ -62,6 +63,7 @@ for m in linear cubic bspline lanczos sinc; do
 	for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
 done
 for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m dc; done
+for m in linear cubic bspline lanczos sinc dc tv htv; do no ct-upsample --std=s.nii -m $m; done
 for m in auto fdk fbp; do
 	for o in --iterations=3 --projector=joseph --tolerance=0.1 --nonnegative --tv=10; do
 		no ct-fdk $o -m $m
@@ -99,6 +101,7 @@ no ct-restore --tolerance=1 --start none.x
 for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
 	no ct-train $o
 done
+no ct-train --again --slices
 no ct-train --scales=1 --base none
 for o in --base=none --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
 	no ct-train $o --slices
@@ -121,26 +124,35 @@ for t in 'ct-nabgs -b none.x' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --structures --std=none.x \
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --harm --structures --flat --hfen --fsc=f.csv --tissues --std=none.x \
 	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
 	no ct-metrics $o --consistency none.x
 done
 no ct-metrics --edge-step=100
 no ct-metrics --blob-sigma=1
+no ct-metrics --factor=4
+no ct-metrics --factor=4 --harm --blob-sigma=1 none.x
+no ct-metrics --flat-step=1
+no ct-metrics --deep=3
+no ct-metrics --max-false=1
 no ct-metrics --blob-step=9
 no ct-metrics --map=m.nii
 no ct-metrics --max-residual=1
 no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
-for q in draft fast; do
-	for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do no ct-sr $o -Q $q; done
+for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do
+	for q in draft fast balanced best; do no ct-sr $o -Q $q; done
 done
-for p in --paper --release; do no ct-sr --quality=best $p; done
+for p in --paper --release; do for o in --quality=best --projections; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
-for q in balanced best; do no ct-sr --class=1 -Q $q; done
+no ct-sr --class=1 --projections
 no ct-sr --slices=none.x -Q draft
-for o in --spacing=1 --memory=1G; do for p in --paper --release '-Q balanced'; do no ct-sr $o $p; done; done
+for o in --projections --paper --release; do no ct-sr --confidence=c.nii $o; done
+echo ct-sr --report >>tried
+exits 2 'a page of a stream' ct-sr --report=r.html none.x -
+has err '^ct-sr: --report: needs OUT to be a file' 'has nothing to read'
+for o in --spacing=1 --memory=1G; do for p in --paper --release --projections; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
 for o in --keep=k --dry-run; do no ct-sr --plan=p $o; done

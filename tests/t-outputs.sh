@@ -9,7 +9,7 @@ printf hello >text
 # A name that cannot be written, and inputs that are not there: the output is what is told.
 each() { # each NAME: every command, with OUT NAME.EXT
 	for i in "ct-convert none.nii $1.nii" "ct-degrade -x 2 none.nii $1.nii" \
-		"ct-upsample -x 2 none.nii $1.nii" "ct-project none.nii $1.exr" \
+		"ct-upsample -x 2 none.nii $1.nii" "ct-upsample -x 2 --std $1.nii none.nii o.nii" "ct-project none.nii $1.exr" \
 		"ct-fdk none.exr $1.nii" "ct-ddnm none.exr $1.exr" \
 		"ct-ddnm -k 2 --std $1.exr none.exr o.exr" "ct-nabgs -b none.nii none.exr $1.ply" \
 		"ct-fuse none.nii none.nii none.exr $1.nii" \
@@ -17,6 +17,7 @@ each() { # each NAME: every command, with OUT NAME.EXT
 		"ct-compose none.nii none.ply $1.nii" \
 		"ct-compose --residual-out $1.nii none.nii none.ply o.nii" \
 		"ct-metrics none.nii none.nii --per-slice $1.csv" \
+		"ct-metrics none.nii none.nii --fsc $1.csv" \
 		"ct-metrics none.nii none.nii --consistency none.nii --map $1.nii" \
 		"ct-phantom cube $1.nii" "ct-train $1.safetensors none.exr" "ct-sr none.nii $1.nii"; do
 		exits 4 "$i" $i
@@ -63,6 +64,8 @@ ct-sr --dry-run --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
 twice 'also another output' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
 twice 'also another output' ct-ddnm -k 2 --std new.exr low.exr d/new.exr
+twice 'also another output' ct-upsample --std new.nii lr.nii d/new.nii
+twice 'also an input' ct-upsample -f --std a.nii a.nii new.nii
 twice 'another output' ct-ddnm -k 2 --std new.exr.state low.exr new.exr
 cp a.exr new.exr.state
 twice 'an input' ct-ddnm -f new.exr.state new.exr

@@ -14,7 +14,7 @@ for j in plan["jobs"]:
     for i in j["inputs"]:
         assert os.path.isabs(i) and (i in made or os.path.exists(i)), i
     for o in j["outputs"]:
-        assert os.path.isabs(o) and o not in made and o in j["command"], o
+        assert os.path.isabs(o) and o not in made and {o, "--std=" + o} & set(j["command"]), o
         made.add(o)
     assert j["threads"] == 1 and "--force" in j["command"] and "--threads=1" in j["command"]
     assert j["inputs"] and (made - set(j["outputs"]) or any(i.endswith("/lr.nii") for i in j["inputs"]))
@@ -38,7 +38,8 @@ python3 -c '
 import json
 a, b, c, m = json.load(open("p/plan.json"))["jobs"]
 assert a["disk-bytes"] == 32 * 40 * 32 * 4 and m["disk-bytes"] == 32 * 40 * 96 * 4
-assert a["memory-bytes"] < b["memory-bytes"] and a["memory-bytes"] > 67108864'
+assert a["memory-bytes"] < b["memory-bytes"] and a["memory-bytes"] > 67108864
+assert m["seconds"] > 0 and m["memory-bytes"] > 0'
 ok $? 'the slab in the middle takes more about it'
 mkdir away
 exits 0 'make runs it, from elsewhere' sh -c 'cd away && make -s -j2 -f ../p/plan.mk'
@@ -86,28 +87,40 @@ exits 0 'more slabs than there are' ct-sr -t 1 -x 1,1,4 -Q draft --jobs 99 --pla
 has err '^ct-sr: warning: 6 jobs refine: so many slabs there are, not 99$' 'is said'
 ct-phantom -q --size 96x96x192 ellipsoids large.nii
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean large.nii thicker.nii
-exits 0 'memory' ct-sr -f -q -t 1 -x 1,1,4 -Q draft --memory 110M --plan r thicker.nii x.nii
+exits 0 'memory' ct-sr -f -q -t 1 -x 1,1,4 -Q draft --memory 90M --plan r thicker.nii x.nii
 python3 -c '
 import json
 jobs = json.load(open("r/plan.json"))["jobs"]
 assert 2 < len(jobs) < 9, len(jobs)
-assert all(j["memory-bytes"] <= 110 * 2**20 for j in jobs)
-assert all("--memory=110M" in j["command"] for j in jobs[:-1])
+assert all(j["memory-bytes"] <= 90 * 2**20 for j in jobs)
+assert all("--memory=90M" in j["command"] for j in jobs[:-1])
 assert all(j["disk-bytes"] < 4 * 96 * 96 * 192 for j in jobs[:-1])'
 ok $? 'says how many slabs, which fit'
 exits 0 'names that make reads otherwise' ct-sr -f -q -t 1 -x 1,1,4 -Q draft --jobs 2 --plan 'a b#$x:%=' thick.nii "it's \$1.nii"
 exits 0 'are written so that it does not' make -s -f 'a b#$x:%=/plan.mk'
 [ -s "it's \$1.nii" ]; ok $? 'and the result has its name'
 
+# the error to expect, and a page, which tells what ct-sr and the jobs said
+exits 0 'a page' ct-sr -q -t 1 -x 1,1,4 --slices "$builddir/slices.safetensors" --jobs 99 --plan w --confidence c.nii --report w.html thick.nii w.nii
+sets w/plan.json >names; grep -qE '^(ct-restore-[1-6] ){6}ct-merge-1 ct-merge-2 ct-report-1$' names; ok $? 'is the last job, and the error is joined too'
+cp w/log.txt log; exits 4 'planned again' ct-sr -t 1 -x 1,1,4 --plan w --report w.html thick.nii w.nii
+cmp -s w/log.txt log; ok $? 'what was said is still there'
+exits 0 'which make makes' make -s -j2 -f w/plan.mk
+[ "$(grep -c '^ct-restore: took ' w.html)" = 6 ] && [ "$(grep -c '^ct-merge: took ' w.html)" = 2 ]; ok $? 'with what all jobs took'
+has w.html '<li>ct-sr: 6 jobs refine: so many slabs there are, not 99</li>' 'and what ct-sr warned of'
+[ -s c.nii ]; ok $? 'and the error is there'
+exits 0 'run again' make -f w/plan.mk
+has out 'Nothing to be done' 'there is nothing to do'
+
 # a scan that cannot be cut; views
 ct-phantom -q --size 24x24x24 --spacing 4 ellipsoids cube.nii
 ct-degrade -q -x 4 cube.nii sinc.nii
-exits 0 'a scan sampled by sinc' ct-sr -t 1 -Q balanced --views 5 --iterations 20 --gaussians 100 --jobs 2 --plan s sinc.nii sr.nii
+exits 0 'a scan sampled by sinc' ct-sr -t 1 --projections --views 5 --iterations 20 --gaussians 100 --jobs 2 --plan s sinc.nii sr.nii
 has err '^ct-sr: warning: one job refines: every voxel depends on all others' 'is one job, and why'
 [ "$(sets s/plan.json)" = 'ct-restore-1 ct-project-1 ct-project-2 ct-ddnm-1 ct-ddnm-2 ct-merge-1 ct-nabgs-1 ct-compose-1' ]
 ok $? 'with the views in two'
 exits 0 'which make runs' make -s -j2 -f s/plan.mk
-ct-sr -q -t 1 -Q balanced --views 5 --iterations 20 --gaussians 100 --keep k sinc.nii direct.nii
+ct-sr -q -t 1 --projections --views 5 --iterations 20 --gaussians 100 --keep k sinc.nii direct.nii
 [ -n "$(hash s/sr-proj.exr)" ] && [ "$(hash s/sr-proj.exr)" = "$(hash k/sr-proj.exr)" ]; ok $? 'the projections of one run'
 [ "$(hash sr.nii)" = "$(hash direct.nii)" ]; ok $? 'and its result'
 exits 0 'DICOM out' ct-sr -q -t 1 -x 1,1,4 -Q draft --jobs 2 --plan d thick.nii d.dcm

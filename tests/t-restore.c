@@ -9,6 +9,7 @@
 #include "restore/restore.h"
 #include "solve/jacobi.h"
 #include "tests/tap.h"
+#include "regressor.h"
 #include "texture.h"
 #include "unet/dnn.h"
 
@@ -52,7 +53,7 @@ static void patches(void)
 {
 	const struct ct_patch_shape shape = {4, 10, 3, true};
 	const size_t at[3] = {8, 12, 11};
-	float x[COUNT], y[COUNT], a[300], b[300], cell[16], back[COUNT] = {0};
+	float x[COUNT], y[COUNT], a[300], b[300], cell[16], lies[16] = {0}, back[COUNT] = {0};
 	struct ct_patch_turns t = {0};
 	struct ct_patch_pose pose, other;
 	struct ct_slicing s;
@@ -87,13 +88,15 @@ static void patches(void)
 	ct_slicing_of(&s, x, n3, 1, all);
 	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a slice across another axis");
 	ct_patch_cell(cell, &s, &shape, &t, &pose, at);
-	ct_patch_put(back, NULL, cell, &s, &shape, &t, &pose, at);
+	ct_patch_back(lies, cell, &shape, &t, &pose);
+	ct_patch_put(back, NULL, lies, &s, &shape, at);
 	worst = mid = 0;
 	for (size_t i = 0; i < COUNT; i++) {
 		bool in = i % N >= 8 && i % N < 12 && i / N / N >= 12 && i / N / N < 16 &&
 			  i / N % N == 11;
 
-		worst = fmax(worst, fabs((double)back[i] - (in ? (double)x[i] : 0)));
+		worst = fmax(worst,
+			fabs((double)back[i] - (in ? (double)pose.share * (double)x[i] : 0)));
 	}
 	OK(worst < 1e-3, "a cell that is turned is put back where it was (%g)", worst);
 	for (size_t i = 0; i < COUNT; i++)
@@ -179,19 +182,6 @@ static void twin(double *out, const struct ct_regressor *r, const float *patch, 
 		for (size_t i = 0; i < w; i++)
 			out[k] += (double)r->all[r->at[CT_PART_3] + k * w + i] * h2[i];
 	}
-}
-
-static void random_regressor(struct ct_regressor *r)
-{
-	const size_t n = ct_patch_count(&r->shape);
-
-	must(ct_regressor_alloc(r, &err));
-	ct_rng_normals(n + r->components * n, r->mean, 4, 0, 0);
-	ct_rng_normals(r->at[CT_PARTS], r->all, 4, 1, 0);
-	for (size_t i = 0; i < n + r->components * n; i++)
-		r->mean[i] *= 0.1f;
-	for (size_t i = 0; i < r->at[CT_PARTS]; i++)
-		r->all[i] *= 0.2f;
 }
 
 static void network(void)
@@ -561,7 +551,7 @@ static void restoring(void)
 	must(ct_upsample(&x, &lo, &up, &did, &env, &err));
 	must(ct_vol_alloc(&y, n3, &err));
 	memcpy(y.data, x.data, COUNT * sizeof *x.data);
-	OK(ct_slice_prior_knows(&p, &rule.by), "a prior knows scans of its factor");
+	OK(ct_slice_prior_knows(&p, &rule.by, false), "a prior knows scans of its factor");
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		sum += pow((double)x.data[i] - (double)y.data[i], 2) / COUNT;
@@ -613,7 +603,7 @@ static void restoring(void)
 	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
 	rule.by.factor[2] = 3;
-	OK(!ct_slice_prior_knows(&p, &rule.by) &&
+	OK(!ct_slice_prior_knows(&p, &rule.by, false) &&
 			ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM,
 		"other factors are refused");

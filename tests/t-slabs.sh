@@ -13,9 +13,11 @@ open("used", "w").write(str(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxr
 sys.exit(rc)' "$@"
 }
 ct-phantom -q --size 64x64x512 ellipsoids hr.nii && ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii || exit 99
-set -- -x 1,1,4 -Q draft --memory 101M
+set -- -x 1,1,4 -Q draft --memory 93M
 exits 0 'a scan that does not fit' ct-sr -t 1 "$@" thick.nii d/o.nii
-has err '^ct-sr: warning: refines in 3 slabs along z: the whole takes 11[0-9] MiB of memory, and 101 are given$' 'says into how many slabs, and why'
+has err '^ct-sr: warning: refines in 3 slabs along z: the whole takes 10[0-9] MiB of memory, and 93 are given$' 'says into how many slabs, and why'
+tail -n 1 err | grep -qE '^ct-sr: 64x64x128 -> 64x64x512, 1,1,4x, blur 0 voxels, mean \(of the file\), .*, solver h?tv [0-9]+ iterations \([a-z ,]+\) in 3 slabs, consistent to [0-9.e-]+ HU RMS, [0-9.]+ s, [0-9]+ MiB$'
+ok $? 'and at the end what they did'
 left d 'o.nii ' 'leaves nothing beside it'
 left tmp '' 'and nothing elsewhere'
 n=$(sed -n 's/.*--iterations=\([0-9]*\).*/\1/p' err)
@@ -31,7 +33,7 @@ cp kept.nii first.nii
 exits 0 'runs' sh k/commands.sh
 cmp -s kept.nii first.nii; ok $? 'to the same bytes'
 ct-sr -q -t 3 "$@" thick.nii three.nii; same three.nii first.nii; ok $? 'any number of threads'
-ct-sr -q -t 1 -x 1,1,4 -Q draft --memory 110M --keep k2 thick.nii two.nii
+ct-sr -q -t 1 -x 1,1,4 -Q draft --memory 97M --keep k2 thick.nii two.nii
 [ "$(grep -c brick k2/commands.sh)" = 2 ]; ok $? 'with more memory fewer slabs'
 exits 0 'a plan' ct-sr -q -t 1 "$@" --plan p thick.nii planned.nii
 [ "$(grep -c '"--brick=./3"' p/plan.json)" = 3 ] && make -s -f p/plan.mk && same planned.nii first.nii
@@ -43,20 +45,35 @@ ct-sr "$@" --dry-run thick.nii no.nii >out; [ "$(grep -c . out)" = 2 ]; ok $? 'a
 if command -v python3 >/dev/null; then
 	peak ct-sr -q -f -t 1 -x 1,1,4 -Q draft thick.nii w.nii; all=$(cat used)
 	peak ct-sr -q -f -t 1 "$@" thick.nii w.nii; most=$(cat used)
-	[ "$most" -lt 48000 ] && [ "$all" -gt 56000 ]; ok $? "in $most KiB, where the whole takes $all"
+	[ "$most" -lt 36000 ] && [ "$all" -gt 39000 ]; ok $? "in $most KiB, where the whole takes $all"
 else
 	skip 'peak of memory' 'no python3'
 fi
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
-	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 101M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
-	has terminal '^ct-sr: htv of 2097152 voxels in 3 slabs: about [0-9]* s on 1 threads, [89][0-9] MiB of memory, 16 of disk' 'a terminal hears what it will take'
+	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 93M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
+	has terminal '^ct-sr: tv of 2097152 voxels in 3 slabs: about [0-9]* s on 1 threads, [789][0-9] MiB of memory, 16 of disk' 'a terminal hears what it will take'
 else
 	skip 'a terminal' 'no script'
 fi
-exits 0 'a prior of slices' ct-sr -t 1 -x 1,1,4 -f --memory 180M --slices "$builddir/slices.safetensors" --keep r thick.nii r.nii
+exits 0 'a prior of slices' ct-sr -t 1 -x 1,1,4 -f --memory 180M --slices "$builddir/slices.safetensors" --keep r --confidence rc.nii --report r.html thick.nii r.nii
 has err '^ct-sr: warning: refines in [2-4] slabs along z' 'too'
-exits 0 'a bound that no slab fits into' ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 80M thick.nii w.nii
-has err '^ct-sr: warning: no slab fits into 80 MiB, from 8[0-9] on one would: the rest in files$' 'is kept by files'
+n=$(grep -c 'ct-restore .*--std=r/slab-std-[1-4].nii .*r/slab-[1-4].nii .*--brick' r/commands.sh)
+[ "$n" -ge 2 ] && [ "$(grep -c "^ct-merge r/slab-std-1.nii .*r/slab-std-$n.nii rc.nii" r/commands.sh)" = 1 ]; ok $? 'each tells its error'
+n=$(sed -n 's/.*--iterations=\([0-9]*\).*/\1/p' r/commands.sh | sort -u)
+ct-restore -q --iterations "$n" --tolerance 0 -x 1,1,4 --prior "$builddir/slices.safetensors" --std ec.nii thick.nii e.nii
+ct-metrics --psnr --range 1 --json ec.nii rc.nii | sed -n 's/.*"rmse-hu": \([0-9.e+-]*\).*/\1/p' | awk '{near = $1 < .1} END {exit !near}'
+ok $? 'near that of the whole'
+ct-metrics --json e.nii r.nii | awk -F'[:,]' '/"rmse-hu"/ {rms = $2} /"max-hu"/ {most = $2} END {print "#", rms, most; exit !(rms < .1 && most < 1)}'
+ok $? 'within .1 HU RMS of the whole in as many iterations, and 1 HU anywhere'
+has r.html '^<li>ct-sr: refines in [2-4] slabs along z' 'the page says so'
+grep -q 'ct-restore: took' r.html && grep -q 'id="error"' r.html; ok $? 'and what they took, and the error to expect'
+exits 0 'nothing is left to do' ct-sr -v -t 1 -x 1,1,4 --memory 180M --slices "$builddir/slices.safetensors" --keep r --resume --confidence rc.nii --report r.html thick.nii r.nii
+! grep -q 'ct-[a-z]* took' err; ok $? 'and nothing is done'
+rm rc.nii
+exits 0 'but the error' ct-sr -v -t 1 -x 1,1,4 --memory 180M --slices "$builddir/slices.safetensors" --keep r --resume --confidence rc.nii --report r.html thick.nii r.nii
+[ -s rc.nii ] && [ "$(grep -c 'ct-[a-z]* took' err)" = 1 ]; ok $? 'where that is missing'
+exits 0 'a bound that no slab fits into' ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 72M thick.nii w.nii
+has err '^ct-sr: warning: no slab fits into 72 MiB, from 7[0-9] on one would: the rest in files$' 'is kept by files'
 ct-degrade -q -x 4 hr.nii sinc.nii
 exits 0 'a scan that cannot be cut' ct-sr -t 1 -f -Q draft --memory 90M sinc.nii w.nii
 [ ! -s err ] || ! grep -q slab err; ok $? 'goes as before'
@@ -106,7 +123,7 @@ ct-sr -q -t 1 "$@" thick.nii d/o2.nii; left d 'o2.nii ' 'until the next run'
 # no room; slabs that cannot be joined
 if unshare -rm true 2>/dev/null; then
 	mkdir small
-	exits 4 'no disk' unshare -rm sh -c 'mount -t tmpfs -o size=9m x small && exec ct-sr -t 1 -x 1,1,4 -Q draft --memory 101M --keep small/k thick.nii no.nii'
+	exits 4 'no disk' unshare -rm sh -c 'mount -t tmpfs -o size=9m x small && exec ct-sr -t 1 -x 1,1,4 -Q draft --memory 93M --keep small/k thick.nii no.nii'
 	has err '^ct-sr: small/k: slabs take 8 MiB of disk, and [67] are free: --keep names another folder for slabs$' 'is said before'
 	! grep -q 'ct-upsample: .* to ' err; ok $? 'it begins'
 else
@@ -117,7 +134,7 @@ for t in ct-sr ct-convert ct-upsample; do cp "$(command -v $t)" bin; done
 printf '#!/bin/sh\nexit 4\n' >bin/ct-merge; chmod +x bin/ct-merge
 rm -f d/*
 exits 4 'what cannot be joined' bin/ct-sr -q -t 1 "$@" thick.nii d/o.nii
-at=$(sed -n 's/^ct-sr: ct-merge failed; the slabs are kept in \(.*\)$/\1/p' err)
+at=$(sed -n 's/^ct-sr: ct-merge failed; what it reads was made of thick.nii; the slabs are kept in \(.*\)$/\1/p' err)
 ct-sr -q -t 1 "$@" thick.nii d/o2.nii
 [ -n "$at" ] && ct-merge -q "$at"/slab-3.nii "$at"/slab-1.nii "$at"/slab-2.nii by-hand.nii && same by-hand.nii first.nii
 ok $? 'is kept, also from the next run'

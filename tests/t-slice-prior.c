@@ -166,6 +166,28 @@ static void random_regressor(
 		r->all[i] *= 0.2f;
 }
 
+/* What is expected of a cell of slice at[2], of which `phases` make a coarse one, to h: 0 if it is
+ * flat. */
+static size_t expect_cell(float *h, const struct ct_regressor *r, struct ct_regressor_work *w,
+	const struct ct_slicing *of, const struct ct_patch_turns *t, const struct ct_regime *regime,
+	const size_t at[3], size_t phases)
+{
+	static float raw[CT_PATCH_MOST];
+	struct ct_patch_pose pose[CT_PATCH_POSES];
+	const size_t count = ct_patch_look(raw, pose, of, &r->shape, at);
+	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0};
+
+	for (size_t p = 0; p < count; p++) {
+		ct_patch_turn(w->patch, raw, &r->shape, t, &pose[p]);
+		ct_regressor_tell(ct_regressor_told(w, r, 0), &pose[p], regime, at[2], phases);
+		must(ct_regressor_run(r, w, 1, &err));
+		ct_patch_back(cell, w->out, &r->shape, t, &pose[p]);
+	}
+	if (count)
+		ct_patch_put(h, NULL, cell, of, &r->shape, at);
+	return count > 0;
+}
+
 /* One cell after the other; the mean over the axes. Returns how many axes. */
 static size_t predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
 	const bool axes[3], size_t *looked, size_t *cells)
@@ -193,16 +215,11 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_regres
 		for (at[2] = 0; at[2] < of.n[2]; at[2]++)
 			for (at[1] = 0; at[1] + cell <= of.n[1]; at[1] += cell)
 				for (at[0] = 0; at[0] + cell <= of.n[0]; at[0] += cell) {
-					struct ct_patch_pose pose;
+					const size_t phases = s->coarse[axis] ? cell : 1;
 
 					++*cells;
-					if (!ct_patch_cut(w.patch, &pose, &of, &r->shape, &t, at))
-						continue;
-					++*looked;
-					ct_regressor_tell(ct_regressor_told(&w, r, 0), &pose,
-						&s->regime, at[2], s->coarse[axis] ? cell : 1);
-					must(ct_regressor_run(r, &w, 1, &err));
-					ct_patch_put(h, NULL, w.out, &of, &r->shape, &t, &pose, at);
+					*looked += expect_cell(
+						h, r, &w, &of, &t, &s->regime, at, phases);
 				}
 	}
 	for (size_t i = 0; i < all; i++)
@@ -338,7 +355,7 @@ static double weight_at(
 
 /* The same from its parts. */
 static void twin(float *out, double *added, const struct scan *s, const struct ct_slice_prior *p,
-	const struct ct_restore_rule *rule)
+	const struct ct_restore_rule *rule, bool again)
 {
 	enum { ALL = 24 * 20 * 16 };
 	struct ct_scene scene = {
@@ -361,7 +378,7 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 	for (size_t k = 0; k < p->n; k++) {
 		double axes;
 
-		if ((double)p->r[k].shape.cell != most)
+		if ((double)p->r[k].shape.cell != most || p->again[k] != again)
 			continue;
 		axes = (double)predict(h + ALL, &scene, &p->r[k], rule->axes, &looked, &cells);
 		for (size_t i = 0; axes > 0 && i < ALL; i++)
@@ -404,8 +421,8 @@ static void restoring(void)
 {
 	enum { ALL = 24 * 20 * 16 };
 	static const double factors[][3] = {{4, 4, 4}, {1, 1, 4}, {4, 4, 1}, {2, 2, 2}, {4, 1, 1}};
-	struct ct_slice_prior p = {.n = 4};
-	float *want = malloc(ALL * sizeof *want);
+	struct ct_slice_prior p = {.n = 5, .again = {[4] = true}};
+	float *want = malloc(2 * ALL * sizeof *want);
 
 	if (!want)
 		exit(99);
@@ -413,12 +430,14 @@ static void restoring(void)
 	random_regressor(&p.r[1], 52, 4, 6, 3, true);
 	random_regressor(&p.r[2], 53, 4, 8, 1, false);
 	random_regressor(&p.r[3], 54, 2, 6, 1, true);
+	random_regressor(&p.r[4], 55, 4, 10, 1, true);
 	for (int k = 0; k < 8; k++) {
 		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
 			.cap = k == 5 ? 30 : 0,
 			.gate = k == 3 || k == 5 ? 40 : 0,
 			.steps = k == 0 || k == 3 ? 1 : 0,
 			.noise = k == 6 ? 25 : 0,
+			.passes = k == 5 ? 2 : k == 2,
 			.axes = {k != 7, true, k != 7}};
 		struct ct_restore_report got;
 		struct scan s;
@@ -426,9 +445,15 @@ static void restoring(void)
 
 		scan_of(&s, factors[k % 5][0], factors[k % 5][1], factors[k % 5][2]);
 		rule.by = s.by;
-		OK(ct_slice_prior_knows(&p, &rule.by), "factors %g,%g,%g are known", s.by.factor[0],
-			s.by.factor[1], s.by.factor[2]);
-		twin(want, &added, &s, &p, &rule);
+		OK(ct_slice_prior_knows(&p, &rule.by, k == 5), "factors %g,%g,%g are known",
+			s.by.factor[0], s.by.factor[1], s.by.factor[2]);
+		twin(want, &added, &s, &p, &rule, false);
+		if (rule.passes == 2) {
+			struct scan then = s;
+
+			then.x.data = memcpy(want + ALL, want, ALL * sizeof *want);
+			twin(want, &added, &then, &p, &rule, true);
+		}
 		must(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err));
 		OK(apart(ALL, s.x.data, want) < 1e-5 && fabs(got.added / added - 1) < 1e-4 &&
 				added > 1,
@@ -443,7 +468,7 @@ static void restoring(void)
 	}
 	free(want);
 	ct_slice_prior_free(&p);
-	OK(p.n == 0 && !p.r[3].all, "a prior is freed");
+	OK(p.n == 0 && !p.r[4].all, "a prior is freed");
 }
 
 static void knowing(void)
@@ -451,8 +476,11 @@ static void knowing(void)
 	static const double known[][3] = {{3, 3, 3}, {3, 3, 1}, {1, 3, 3}, {5, 1, 1}, {1, 5, 5}},
 			    unknown[][3] = {{1, 1, 1}, {3, 1, 1}, {5, 5, 5}, {3, 3, 2},
 				    {3.5, 3.5, 3.5}, {4, 4, 4}, {2.5, 1, 1}};
+	static const bool across[5][3] = {{true, true, true}, {false, false, true},
+		{true, false, false}, {false, true, true}, {false, true, true}};
 	struct ct_slice_prior p = {0}, q = {0};
 	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
+	bool axes[3];
 	struct ct_restore_report got;
 	struct ct_regressor a, b;
 	struct ct_tensors w = {0}, none = {0};
@@ -463,17 +491,30 @@ static void knowing(void)
 	random_regressor(&b, 62, 5, 7, 1, false);
 	must(ct_regressor_put(&a, &w, "3", &err));
 	must(ct_regressor_put(&b, &w, "thick-5", &err));
+	must(ct_regressor_put(&a, &w, "again-3", &err));
+	must(ct_regressor_put(&b, &w, "again-thick-5", &err));
 	must(ct_slice_prior_alloc(&p, &w, &err));
-	OK(p.n == 2 && p.r[0].shape.cell == 3 && p.r[1].shape.cell == 5 && p.r[0].shape.swap &&
-			!p.r[1].shape.swap,
-		"a prior of two regressors");
+	OK(p.n == 4 && !p.again[0] && p.again[1] && !p.again[2] && p.again[3],
+		"two of what a solver makes, and two of what they make of that");
+	OK(p.r[0].shape.cell == 3 && p.r[1].shape.cell == 3 && p.r[2].shape.cell == 5 &&
+			p.r[3].shape.cell == 5 && p.r[1].shape.swap && !p.r[2].shape.swap &&
+			!p.r[3].shape.swap,
+		"each of its slices");
 	for (size_t k = 0; k < 12; k++) {
 		struct ct_degrade d = {.decimate = CT_DECIMATE_POINT};
 
 		memcpy(d.factor, k < 5 ? known[k] : unknown[k - 5], sizeof d.factor);
-		right = right && ct_slice_prior_knows(&p, &d) == (k < 5);
+		right = right && ct_slice_prior_knows(&p, &d, false) == (k < 5);
+		right = right && ct_slice_prior_knows(&p, &d, true) == (k < 5);
+		ct_slice_prior_axes(axes, &p, &d);
+		for (int x = 0; x < 3; x++)
+			right = right && axes[x] == (k < 5 && across[k][x]);
 	}
-	OK(right, "it knows its factors and no others");
+	OK(right, "it knows its factors and no others, and the axes across which it looks");
+	p.again[0] = p.again[2] = true;
+	OK(!ct_slice_prior_knows(&p, &(struct ct_degrade){.factor = {3, 3, 3}}, false),
+		"what it knows again it need not know at first");
+	p.again[0] = p.again[2] = false;
 	scan_of(&s, 5, 5, 5);
 	rule.by = s.by;
 	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&

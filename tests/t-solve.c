@@ -3,6 +3,7 @@
 #include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
+#include "solve/trend.h"
 #include "solve/vector.h"
 #include "numbers.h"
 
@@ -339,6 +340,55 @@ static void t_vectors(void)
 	}
 }
 
+/* What is expected of a loop that measures value(at) every 5 iterations, when it has done `at`. */
+static size_t expected(double (*value)(double), double tolerance, size_t most, size_t at)
+{
+	struct ct_trend t = ct_trend_begin(tolerance, most);
+
+	for (size_t it = 5; it <= at; it += 5)
+		ct_trend_see(&t, it, value((double)it));
+	return ct_trend_likely(&t);
+}
+
+static double square(double at)
+{
+	return 4000 / (at * at);
+}
+
+static double falling(double at)
+{
+	return exp(-at / 20);
+}
+
+static double level(double at)
+{
+	return 3 + sin(at);
+}
+
+static void t_trend(void)
+{
+	bool enough = true, less = true;
+
+	OK(expected(square, 0, 300, 50) == 0, "no tolerance, no other end than the last iteration");
+	OK(expected(square, 0.1, 300, 5) == 300, "one value is no trend");
+	for (size_t at = 10; at <= 200; at += 5) {
+		const size_t power = expected(square, 0.1, 300, at);
+
+		enough &= power >= 200 && power <= 201;
+	}
+	OK(enough, "a power is followed: 4000 / 200^2 is .1");
+	OK(expected(square, 0.01, 300, 100) == 300, "to the last iteration at most");
+	for (size_t at = 10; at < 135; at += 5) { /* exp(-138 / 20) is .001 */
+		const size_t now = expected(falling, 0.001, 100000, at);
+
+		enough &= now >= 138;
+		less &= at < 80 || now < 138 + 2 * (138 - at);
+	}
+	OK(enough && less, "never too few where it falls faster, and fewer as it goes");
+	OK(expected(level, 0.1, 300, 40) == 300, "what does not fall tells nothing");
+	OK(expected(square, 0.1, 300, 250) == 250, "what is overdue ends now");
+}
+
 int main(void)
 {
 	t_passes();
@@ -347,5 +397,6 @@ int main(void)
 	t_fista_steps();
 	t_fista_left();
 	t_vectors();
+	t_trend();
 	return tap_done();
 }

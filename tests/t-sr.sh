@@ -7,7 +7,7 @@ ok $? 'convert, degrade, upsample join by pipes'
 ct-project --views 8 - - <hr.nii | ct-info - >info.txt; ok $? 'project and info join by pipes'
 grep -q cone info.txt; ok $? 'and the scan is told'
 ct-degrade -q -x 4 hr.nii lr.nii
-set -- -x 4 -Q balanced --views 16 --iterations 200 --gaussians 4000
+set -- -x 4 --projections --views 16 --iterations 200 --gaussians 4000
 exits 0 'the chain' ct-sr -q "$@" --keep k lr.nii sr.nii
 for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply commands.sh; do
 	[ -s "k/$f" ]; ok $? "$f is kept"
@@ -33,15 +33,15 @@ exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.n
 [ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose ' ]
 ok $? 'all of them'
 [ ! -e no.nii ]; ok $? 'and does nothing'
-for q in draft fast; do
+for q in draft fast balanced best; do
 	exits 0 "$q" ct-sr -x 4 -Q $q lr.nii $q.nii
 	awk "BEGIN {exit !($(db $q.nii) > $(db cubic.nii.gz))}"; ok $? "better than cubic: $(db $q.nii) dB"
 done
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >lr.raw
 ct-convert -q --raw 8x8x8:f32 --spacing 16 lr.raw plain.nii; ok $? 'a scan that does not say how it was made'
-exits 0 'fast' ct-sr -x 4 plain.nii blind.nii
-exits 0 'balanced' ct-sr -q "$@" plain.nii blind2.nii
-exits 2 'fast takes no views' ct-sr --views 16 lr.nii no.nii
+exits 0 'measured' ct-sr -x 4 plain.nii blind.nii
+exits 0 'with projections' ct-sr -q "$@" plain.nii blind2.nii
+exits 2 'no projections, no views' ct-sr --views 16 lr.nii no.nii
 exits 2 '--resume needs --keep' ct-sr --resume lr.nii no.nii
 exits 3 'a dry run of a file that is not there' ct-sr --dry-run none.nii no.nii
 has err 'none.nii: No such file' 'names it'

@@ -12,6 +12,7 @@
 
 enum { N = 60, COUNT = N * N * N };
 #define SIGMA 1.5
+#define SIGMAS ((const double[3]){SIGMA, SIGMA, SIGMA})
 #define SIZE 2.0 /* of a blob */
 #define STEP 15.0
 
@@ -53,7 +54,7 @@ static void flat(float level)
 
 static bool counts(size_t bright, size_t dark, size_t missed_bright, size_t missed_dark)
 {
-	if (ct_structures(&s, &ref, &test, &mask, SIGMA, STEP, &env, &err))
+	if (ct_structures(&s, &ref, &test, &mask, SIGMAS, STEP, &env, &err))
 		return false;
 	return s.falsely[0] == bright && s.falsely[1] == dark && s.missed[0] == missed_bright &&
 	       s.missed[1] == missed_dark;
@@ -99,7 +100,7 @@ static void tissue(void)
 	OK(counts(0, 0, 0, 0) && s.soft > COUNT / 4 && s.soft < COUNT / 2,
 		"nor beside an edge (%zu)", s.soft);
 	test.affine[0][3] += 1;
-	OK(ct_structures(&s, &ref, &test, NULL, SIGMA, STEP, &env, &err) == -1 &&
+	OK(ct_structures(&s, &ref, &test, NULL, SIGMAS, STEP, &env, &err) == -1 &&
 			err.code == CT_EGEOM,
 		"another grid is refused");
 	test.affine[0][3] -= 1;

@@ -44,8 +44,10 @@ static int network(void *ctx, double t, const float *x, float *eps, struct ct_er
 	return 0;
 }
 
-static void heard(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void heard(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
+	(void)likely;
 	(void)env;
 	(void)what;
 	if (run.told++ == 0)

@@ -107,11 +107,12 @@ static void second_order(const float *y, double noise, double size)
 
 	memcpy(ahead, x, sizeof x);
 	for (int k = 0; k < STEPS; k++) {
+		const double t = size * exp2(-(double)k / 30); /* as hessian-tv.h says */
 		double next[MOST];
 
-		ascend(true, q, ahead, 1 / (size * norm));
+		ascend(true, q, ahead, 1 / (t * norm));
 		memcpy(next, x, sizeof x);
-		descend(true, next, q, size / norm);
+		descend(true, next, q, t / norm);
 		within(next, y, noise);
 		for (size_t i = 0; i < count; i++)
 			ahead[i] = 2 * next[i] - x[i];
@@ -204,8 +205,10 @@ static void compare(const size_t size[3], int kind)
 
 static volatile sig_atomic_t halt;
 
-static void halt_at(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void halt_at(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
+	(void)likely;
 	(void)what, (void)total;
 	if (done == *(size_t *)env->ctx)
 		halt = 1;

@@ -34,7 +34,7 @@ head -n 4 err | cmp -s - told; ok $? 'and tells what it saw'
 up -x 3,3,1 --estimate bare-P1.nii e.nii; says e.nii 3,3,1 "${s%,*},0" sinc tv
 ! grep -q 'axis 2' err; ok $? 'nothing of what is not refined'
 up -x 3 --estimate bare-P3.nii e.nii; says e.nii 3,3,3 0,0,0 point htv
-up -x 3 --estimate --decimate mean bare-P3.nii e.nii; says e.nii 3,3,3 0,0,0 mean htv
+up -x 3 --estimate --decimate mean bare-P3.nii e.nii; says e.nii 3,3,3 0,0,0 mean tv
 up -x 3 --estimate --decimate mean bare-P1.nii e.nii; says e.nii 3,3,3 "$s" mean tv
 awk "BEGIN {exit !($first > 0.7 && $first < 1.3)}"; ok $? "near the 1.27 that made it, and not above: $first"
 up -x 3 --estimate P1.nii e.nii; says e.nii 3,3,3 1.27399354,1.27399354,1.27399354 sinc tv
@@ -90,6 +90,10 @@ up -x 3 --estimate --noise 0 bare-loud.nii e.nii; [ -z "$(noise e.nii)" ]; ok $?
 ct-restore -q -f -x 3 --estimate bare-loud.nii r.nii; awk "BEGIN {d = $(noise r.nii) - $sure; exit !(d * d < 1e-8)}"
 ok $? 'so does ct-restore'
 ct-degrade -q -x 1 noisy.nii again.nii; ! ct-info again.nii | grep -q '^  noise'; ok $? 'and not that of what it was given'
+[ "$(noise P1.nii)" = 0 ]; ok $? 'ct-degrade says that it added none'
+up -x 3 --sigma 1.274 bare-loud.nii e.nii; awk "BEGIN {d = $(noise e.nii) - $sure; exit !(d * d < 1e-8)}"
+ok $? 'noise is measured beside a blur that is given, too'
+ct-upsample -q -f -x 3 -m linear bare-loud.nii o.nii; [ -z "$(noise o.nii)" ]; ok $? 'and not where nothing depends on it'
 
 # a start is gone on from, in voxels and in history
 ct-upsample -q -f -m linear P1.nii start.nii

@@ -263,7 +263,12 @@ static void test_choice(void)
 	for (int a = 0; a < 3; a++)
 		rule.by.sigma[a] = a == 1 ? 0.3 : 2;
 	r = up(&hi, &lo, &rule);
-	OK(r.method == CT_UPSAMPLE_HTV && r.aliasing > CT_UPSAMPLE_ALIAS, "one axis aliased: htv");
+	OK(r.method == CT_UPSAMPLE_HTV && r.aliasing > CT_UPSAMPLE_ALIAS,
+		"points, one axis aliased: htv");
+	ct_vol_free(&hi);
+	rule.by.decimate = CT_DECIMATE_MEAN;
+	r = up(&hi, &lo, &rule);
+	OK(r.method == CT_UPSAMPLE_TV && r.aliasing > CT_UPSAMPLE_ALIAS, "means: tv");
 	ct_vol_free(&hi);
 	rule = (struct ct_upsample_rule){.method = CT_UPSAMPLE_DC, .known = true, .by = D};
 	r = up(&start, &lo, &rule);
@@ -351,6 +356,11 @@ static void test_refusals(void)
 	OK(refused(&lo, &rule, CT_EINPUT, "6 voxels cannot be refined 0.9"), "a factor below 1");
 	rule.by.factor[1] = 2e8;
 	OK(refused(&lo, &rule, CT_EINPUT, "refined 2e+08"), "a factor beyond reason");
+	rule.by.factor[1] = 2;
+	rule.method = CT_UPSAMPLE_CUBIC;
+	for (size_t i = 0; i < ct_vol_count(&lo); i++) /* it overshoots beyond what a float holds */
+		lo.data[i] = (i / 2) % 2 ? 3.3e38f : -3.3e38f;
+	OK(refused(&lo, &rule, CT_ENUMERIC, "the result: voxel ("), "what is infinite, where");
 	ct_vol_free(&other);
 	ct_vol_free(&lo);
 }

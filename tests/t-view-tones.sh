@@ -63,8 +63,39 @@ if command -v ct-view >/dev/null; then
 	for f in 0 0.26 1; do ct-view -p axial --slice $f v.nii s$f.png; done
 	is 'all(shows("s%s.png" % f, 0, 0, axial("v.nii", z), (-200, 300)) for f, z in (("0", 0), ("0.26", 5), ("1", 19)))' '--slice'
 	is 'len(png.read("s0.png")) == 20' 'one plane is one slice'
+	# several: 20 voxels of 4 mm, the middle one from 0 to 4 mm; a square of one plane, rows of three, files in columns
+	ct-view -p axial --slice 0.26,-37.9mm,0.1e1,-0.1mm,0.1mm v.nii l.png
+	is 'all(shows("l.png", k // 3 * 24, k % 3 * 24, axial("v.nii", z), (-200, 300)) for k, z in enumerate((5, 0, 19, 9, 10)))' \
+		'a list of fractions and millimetres'
+	ct-view --slices 4 v.nii n.png; ct-view --slices 4 -p sagittal v.nii m.nii nm.png; ct-view --slices 1 v.nii one.png
+	is 'all(shows("n.png", t, k * 24, p("v.nii", z), (-200, 300)) for k, z in enumerate((2, 7, 12, 17)) for t, p in ((0, axial), (24, coronal), (48, sagittal)))' \
+		'--slices: a row a plane'
+	is 'all(shows("nm.png", k * 24, c * 24, sagittal(f, z), (-200, 300)) for k, z in enumerate((2, 7, 12, 17)) for c, f in enumerate(("v.nii", "m.nii")))' \
+		'of two files a row a slice'
+	cmp v.png one.png; ok $? 'one is the middle'
+	exits 5 'a place where nothing is' ct-view --slice 40.1mm v.nii no.png
+	has err '^ct-view: 40.1 mm is outside of the first file$' 'is told'
+	for f in 1.1 -0.1 '' 0.5, 0.5m 0.5mmm , nan 0.5:0.6; do exits 2 "--slice '$f'" ct-view --slice "$f" v.nii no.png; done
 	ct-view -p sagittal -w -1000:3000 v.nii w.png
 	is 'shows("w.png", 0, 0, sagittal("v.nii", 10), (-1000, 3000))' '--window'
+	# by name, against the numbers of the man page
+	echo 'brain 0:80 stroke 20:60 temporal -800:2000 lung -1350:150 mediastinum -125:225 soft -150:250 liver -45:105
+		spine -75:175 bone -500:1300' | xargs -n 2 | while read -r name range; do
+		ct-view -q -f -w "$name" v.nii named.png; ct-view -q -f -w "$range" v.nii range.png
+		cmp named.png range.png || echo "$name"
+	done >wrong 2>&1
+	[ ! -s wrong ]; ok $? 'windows by name'; sed 's/^/# /' wrong
+	exits 2 'of another name' ct-view -w heart v.nii no.png
+	has err "^ct-view: --window: 'heart' is neither LO:HI nor one of brain stroke" 'is refused, and the names told'
+	exits 2 'of HU, for a density' ct-view -w bone d.nii no.png
+	has err '^ct-view: --window=bone is of HU, and d.nii is not in HU$' 'is refused'
+	exits 2 'and for projections' ct-view -w bone p.exr no.png
+	if ct-convert -q v.nii series/ 2>err; then
+		ct-convert -q series/ s.nii && ct-convert -q --reorient RAS --type f32 s.nii h.nii && ct-view h.nii h.png
+		is 'shows("h.png", 0, 0, axial("h.nii", 10), (-200, 300))' 'of a series, which says that it is of HU'
+	else
+		skip 'HU of a series' 'no DICOM'
+	fi
 	ct-view -e -p coronal v.nii m.nii e.png; ct-view -e -p coronal --error-window 10:400 v.nii m.nii ew.png
 	is 'shows("e.png", 0, 24, coronal("m.nii", 10), (-200, 300)) and shows("e.png", 24, 24, minus(coronal("v.nii", 10), coronal("m.nii", 10)), (0, 125), True)' \
 		'differences: to a quarter of the window'

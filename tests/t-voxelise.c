@@ -100,10 +100,12 @@ struct seen {
 	size_t done, total, times;
 };
 
-static void watch(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void watch(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct seen *s = env->ctx;
 
+	(void)likely;
 	(void)what;
 	*s = (struct seen){done, total, s->times + 1};
 }

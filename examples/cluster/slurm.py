@@ -19,7 +19,8 @@ def levels(jobs):
     """Lists of jobs: each waits for those before alone."""
     level = {}
     for j in jobs:
-        level[j["outputs"][0]] = 1 + max((level.get(i, 0) for i in j["inputs"]), default=0)
+        n = 1 + max((level.get(i, 0) for i in j["inputs"]), default=0)
+        level.update((o, n) for o in j["outputs"])
     return [[j for j in jobs if level[j["outputs"][0]] == n] for n in range(1, max(level.values()) + 1)]
 
 

@@ -19,7 +19,10 @@
 
 #define NOTE "-note"
 #define OUTPUT "OUT"
+#define BESIDE "BESIDE"
 #define NOT_MADE "not made"
+
+enum { TOLD = 3 }; /* the file of a command that it tells what it did */
 
 /* What of a step was done before. */
 enum done { NOTHING, BEGUN, DONE };
@@ -61,6 +64,15 @@ static int name_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	return rc;
 }
 
+/* It is not known what the outputs hold. */
+static int forget_outputs(struct ct_resume *r, const struct ct_step *s, struct ct_err *e)
+{
+	return ct_resume_value(r, e, OUTPUT, NOT_MADE) ||
+			       (s->beside && ct_resume_value(r, e, BESIDE, NOT_MADE))
+		       ? -1
+		       : 0;
+}
+
 /* The state of the run of a command, or the note of it, opened and named; 1 if what it reads cannot
  * be told. */
 static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, const char *end,
@@ -79,7 +91,7 @@ static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, co
 	own.force = true;
 	own.seed = 0; /* it is among the words where there is one */
 	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) ||
-			     ct_resume_value(r, e, OUTPUT, NOT_MADE)
+			     forget_outputs(r, &c->step[i], e)
 		     ? -1
 		     : name_step(r, c, i, env, e);
 	r->own = true; /* the folder is locked: a broken one too */
@@ -90,7 +102,10 @@ static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, co
 static int name_output(
 	struct ct_resume *r, const struct ct_step *s, const struct ct_env *env, struct ct_err *e)
 {
-	return name_input(r, OUTPUT, s->output, env, e);
+	const int rc = name_input(r, OUTPUT, s->output, env, e);
+	const int more = rc < 0 || !s->beside ? 0 : name_input(r, BESIDE, s->beside, env, e);
+
+	return more < 0 ? -1 : rc | more;
 }
 
 /* Is the state there of this run, and with this output? */
@@ -117,7 +132,7 @@ static int look(enum done *was, struct ct_resume *r, const struct ct_step *s,
 		return -1;
 	if (told == 0 && same(r, env))
 		*was = DONE;
-	return ct_resume_value(r, e, OUTPUT, NOT_MADE);
+	return forget_outputs(r, s, e);
 }
 
 /* A step is its name. */
@@ -147,7 +162,7 @@ static void send_report(bool quiet)
 
 /* In the new process. Standard output is `answer`, if that is a file. */
 static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, FILE *answer,
-	pid_t parent, const struct ct_env *env)
+	FILE *told, pid_t parent, const struct ct_env *env)
 {
 	char path[4096];
 
@@ -155,6 +170,8 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
+	if (told)
+		dup2(fileno(told), TOLD);
 	if (answer)
 		dup2(fileno(answer), STDOUT_FILENO);
 	else if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
@@ -166,12 +183,13 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	_exit(CT_EFAIL);
 }
 
-static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
+static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer, FILE *told,
 	const struct ct_env *env, pid_t *pid, struct ct_err *e)
 {
 	char *argv[CT_CHAIN_ARGS + 8];
 	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     threads[] = "--threads", resume[] = "--resume", dry[] = "--dry-run", json[] = "--json";
+	     threads[] = "--threads", resume[] = "--resume", dry[] = "--dry-run", json[] = "--json",
+	     tell[] = "--tell=3"; /* TOLD */
 	const pid_t parent = getpid();
 	size_t n = 0;
 
@@ -186,6 +204,8 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *
 		argv[n++] = verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
+	if (told)
+		argv[n++] = tell;
 	if (answer) {
 		argv[n++] = dry;
 		argv[n++] = json;
@@ -195,7 +215,7 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *
 	if (*pid < 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", s->tool, strerror(errno));
 	if (*pid == 0)
-		become(c, s, argv, answer, parent, env);
+		become(c, s, argv, answer, told, parent, env);
 	return 0;
 }
 
@@ -214,28 +234,73 @@ static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 	return got < 0 ? -1 : 0;
 }
 
-static int start(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
-	const struct ct_env *env, struct ct_err *e)
+/* Lines "key value". */
+static int take_told(struct ct_step *s, FILE *told, struct ct_err *e)
+{
+	char line[400];
+	int rc = 0;
+
+	rewind(told);
+	while (rc == 0 && fgets(line, sizeof line, told)) {
+		char *value = line + strcspn(line, " ");
+
+		line[strcspn(line, "\n")] = '\0';
+		if (*value == ' ') {
+			*value = '\0';
+			rc = ct_meta_set(&s->told, line, value + 1, e);
+		}
+	}
+	return rc;
+}
+
+/* The command has named the file that it read, which is none of the user's. */
+static int failed(const struct ct_chain *c, const struct ct_step *s, int status, struct ct_err *e)
+{
+	const char *of = ct_chain_origin(c, (size_t)(s - c->step));
+	const enum ct_code code =
+		WIFSIGNALED(status) ? CT_EFAIL : (enum ct_code)WEXITSTATUS(status);
+	char how[40] = "failed";
+
+	if (WIFSIGNALED(status))
+		snprintf(how, sizeof how, "was killed by signal %d", WTERMSIG(status));
+	return ct_fail(e, code, "%s %s%s%.200s", s->tool, how,
+		of ? "; what it reads was made of " : "",
+		of ? strcmp(of, "-") == 0 ? "standard input" : of : "");
+}
+
+static int start_told(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
+	FILE *told, const struct ct_env *env, struct ct_err *e)
 {
 	double began = ct_clock_wall();
 	pid_t pid;
 	int status;
 
-	if (ct_check_stop(env, e) || spawn(c, s, again, answer, env, &pid, e))
+	if (ct_check_stop(env, e) || spawn(c, s, again, answer, told, env, &pid, e))
 		return -1;
 	if (wait_for(pid, &status, env))
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
 	if (WIFSIGNALED(status) && !ct_stopping(env))
-		return ct_fail(
-			e, CT_EFAIL, "%s was killed by signal %d", s->tool, WTERMSIG(status));
+		return failed(c, s, status, e);
 	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)
 		return ct_fail(e, CT_ESTOP,
 			c->folder.temporary ? "stopped on request"
 					    : "stopped on request; --resume goes on");
 	if (WEXITSTATUS(status) != 0)
-		return ct_fail(e, (enum ct_code)WEXITSTATUS(status), "%s failed", s->tool);
+		return failed(c, s, status, e);
 	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - began);
-	return 0;
+	return told ? take_told(s, told, e) : 0;
+}
+
+/* A step that cannot be heard is run all the same. */
+static int start(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
+	const struct ct_env *env, struct ct_err *e)
+{
+	FILE *told = answer ? NULL : tmpfile();
+	int rc = start_told(c, s, again, answer, told, env, e);
+
+	if (told)
+		fclose(told);
+	return rc;
 }
 
 int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)

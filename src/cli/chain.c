@@ -128,6 +128,12 @@ int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
 	return take_word(&c->step[c->n - 1], word, e);
 }
 
+/* Does the step make a file of that name? */
+static bool makes(const struct ct_step *s, const char *name)
+{
+	return strcmp(s->output, name) == 0 || (s->beside && strcmp(s->beside, name) == 0);
+}
+
 const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k)
 {
 	const char *word = c->step[i].argv[k], *equals = strchr(word, '=');
@@ -138,17 +144,40 @@ const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k)
 		if (strcmp(word, c->source[s]) == 0)
 			return word;
 	for (size_t s = 0; s < i; s++)
-		if (strcmp(word, c->step[s].output) == 0)
+		if (makes(&c->step[s], word))
 			return word;
 	return NULL;
 }
 
-bool ct_chain_owns_output(const struct ct_chain *c)
+const char *ct_chain_origin(const struct ct_chain *c, size_t i)
+{
+	const char *path = NULL;
+	bool made = false;
+
+	for (size_t s = i + 1; s-- > 0;) {
+		if (path && !makes(&c->step[s], path))
+			continue;
+		made = path != NULL;
+		path = NULL;
+		for (size_t k = c->step[s].argc; k-- > 1 && !path;)
+			path = ct_chain_input(c, s, k);
+		if (!path)
+			return NULL;
+	}
+	return made ? path : NULL;
+}
+
+bool ct_chain_owns(const struct ct_chain *c, const char *output)
 {
 	char *path = NULL;
-	bool is = c->resume && asprintf(&path, "%s/step-%zu.state", c->folder.path, c->n) > 0 &&
-		  access(path, F_OK) == 0;
+	size_t i = 0;
+	bool is;
 
+	while (i < c->n && !makes(&c->step[i], output))
+		i++;
+	is = c->resume && i < c->n &&
+	     asprintf(&path, "%s/step-%zu.state", c->folder.path, i + 1) > 0 &&
+	     access(path, F_OK) == 0;
 	free(path);
 	return is;
 }
@@ -235,9 +264,11 @@ int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct
 /* Step `from` and all behind it. */
 static void drop_steps(struct ct_chain *c, size_t from)
 {
-	for (size_t i = from; i < c->n; i++)
+	for (size_t i = from; i < c->n; i++) {
 		for (size_t k = 0; k < c->step[i].argc; k++)
 			free(c->step[i].argv[k]);
+		ct_meta_free(&c->step[i].told);
+	}
 	c->n = c->n < from ? c->n : from;
 }
 

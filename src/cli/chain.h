@@ -10,14 +10,17 @@
 #define CT_CLI_CHAIN_H
 #include "cli/folder.h"
 #include "core/env.h"
+#include "core/meta.h"
 
-enum { CT_CHAIN_ARGS = 320, CT_CHAIN_SOURCES = 4 };
+enum { CT_CHAIN_ARGS = 320, CT_CHAIN_SOURCES = 8 };
 
 struct ct_step {
 	const char *tool, *output; /* output: what it makes */
+	const char *beside;        /* what it makes besides, before that; or NULL */
 	size_t argc;
 	char *argv[CT_CHAIN_ARGS]; /* owned; argv[0] is the tool's name */
 	bool resumable;            /* knows --resume */
+	struct ct_meta told;       /* by ct_env_tell of it, if it was run */
 };
 
 struct ct_chain {
@@ -49,11 +52,15 @@ int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
 /* The input that word k of step i names, or NULL. */
 const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
-/* Has the last command of this folder begun once, so that the output there is its own? */
-bool ct_chain_owns_output(const struct ct_chain *c);
+/* The source that what step i reads was made of, by steps before: of its last input, as the options
+ * are before it. NULL if that is a source itself. */
+const char *ct_chain_origin(const struct ct_chain *c, size_t i);
+/* Has the command of this folder that makes `output` begun once, so that what is there is its own?
+ */
+bool ct_chain_owns(const struct ct_chain *c, const char *output);
 /* Run what is not done. The first command that fails ends it with that command's exit status;
- * the command has said why. SIGINT, SIGTERM and SIGUSR1 are passed on, and a command ends when
- * this program is killed. */
+ * the command has said why, and this one says what source its input was made of. SIGINT, SIGTERM
+ * and SIGUSR1 are passed on, and a command ends when this program is killed. */
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
 /* The same of the steps from .. to, not included, of which those before are done. */
 int ct_chain_run_some(

@@ -1,12 +1,15 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/complete.h"
 #include "cli/files.h"
 #include "cli/help.h"
+#include "cli/journal.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/stop.h"
 #include "cli/table.h"
+#include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
 #include "formats/units.h"
@@ -54,16 +57,28 @@ static int take(
 	return ct_table_set(o, common ? (void *)s->common : s->params, value, e);
 }
 
+#define TELL "--tell="
+
+/* What make asks of each command, for its man page and for the shells; and where a chain wants to
+ * be told what was done. Not of an option behind that. */
+static bool parse_hidden(struct parser *s, const char *a)
+{
+	s->common->mdoc |= strcmp(a, "--mdoc-options") == 0;
+	if (strncmp(a, "--complete=", 11) == 0)
+		s->common->complete = ct_words_find(CT_WORDS(CT_SHELLS), a + 11);
+	if (strncmp(a, TELL, strlen(TELL)) == 0)
+		s->common->tell = (int)strtol(a + strlen(TELL), NULL, 10);
+	return s->common->mdoc || s->common->complete >= 0 || s->common->tell > 0;
+}
+
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 {
 	const char *a = argv[*i], *val = NULL;
 	const struct ct_opt *o;
 	bool common, more;
 
-	if (strcmp(a, "--mdoc-options") == 0) {
-		s->common->mdoc = true;
+	if (parse_hidden(s, a))
 		return 0;
-	}
 	if (a[1] == '-') {
 		const char *eq = strchr(a, '=');
 
@@ -110,7 +125,7 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		} else if (parse_option(s, argv, &i, e))
 			return -1;
 	}
-	if (s->common->help || s->common->version || s->common->mdoc)
+	if (s->common->help || s->common->version || s->common->mdoc || s->common->complete >= 0)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
 						       (s->operand->type == CT_T_LIST && s->nlist)))
@@ -144,6 +159,10 @@ static size_t threads_wanted(int flag)
 
 static void say(const struct ct_env *env, enum ct_level level, const char *text)
 {
+	if (level == CT_WARN)
+		ct_journal_warn(env, text);
+	if ((int)level > env->verbose)
+		return;
 	ct_progress_clear(env->ctx);
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
 }
@@ -168,6 +187,8 @@ static int idle_words(const struct ct_tool *t, const char *a)
 
 	if (a[0] != '-' || a[1] == '\0')
 		return 0;
+	if (strncmp(a, TELL, strlen(TELL)) == 0)
+		return 1;
 	if (a[1] == '-') {
 		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0, &common);
 		return !is_idle(o) ? 0 : o->type == CT_T_FLAG || strchr(a, '=') ? 1 : 2;
@@ -232,12 +253,14 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
+		.tell = c->tell,
 		.dry_run = c->dry_run,
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
 		.progress = ct_progress_draw,
 		.ctx = &bar};
+	const double start = ct_clock_wall();
 	char *end, *history;
 	int rc;
 
@@ -253,6 +276,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
+	ct_journal_end(&env, start, rc);
 	free(history);
 	return rc;
 }
@@ -288,6 +312,8 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 		printf("%s (%s) %s\n", t->name, PACKAGE_NAME, PACKAGE_VERSION);
 	else if (rc == 0 && common.mdoc)
 		ct_help_mdoc(t);
+	else if (rc == 0 && common.complete >= 0)
+		ct_complete_print(t, (enum ct_shell)common.complete);
 	else if (rc == 0)
 		rc = run(&s, argc, argv, &e);
 	free(s.params);

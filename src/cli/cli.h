@@ -141,6 +141,10 @@ struct ct_opt {
 #define CT_OUTPUT_BESIDE(S, f, c, name, arg, end, ...)                                             \
 	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES_BESIDE,             \
 		.ends = {{end}}, .help = __VA_ARGS__)
+/* One that may be there when a run goes on: its own. */
+#define CT_OUTPUT_OWN(S, f, c, name, arg, end, ...)                                                \
+	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_REWRITES, .ends = {{end}}, \
+		.help = __VA_ARGS__)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
 #define CT_CHOICE(S, f, c, name, words, ...)                                                       \

@@ -11,7 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct ct_common ct_common_defaults = {.expand = CT_INFLATE_TIMES, .seed = "0"};
+const struct ct_common ct_common_defaults = {
+	.expand = CT_INFLATE_TIMES, .seed = "0", .complete = -1};
 
 static const struct ct_opt common_opts[] = {
 	CT_OPT(struct ct_common, threads, 't', "threads", "N", 0, 4096,

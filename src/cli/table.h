@@ -9,6 +9,8 @@ struct ct_common {
 	bool help, version, mdoc, quiet, verbose, force, json, dry_run;
 	int threads, expand, units;
 	const char *seed;
+	int complete; /* enum ct_shell, or -1 */
+	int tell;     /* env->tell */
 };
 extern const struct ct_common ct_common_defaults;
 

@@ -10,7 +10,7 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 	char text[600];
 	va_list ap;
 
-	if (!env || !env->log || (int)level > env->verbose)
+	if (!env || !env->log || ((int)level > env->verbose && level != CT_WARN))
 		return;
 	va_start(ap, fmt);
 	vsnprintf(text, sizeof text, fmt, ap);
@@ -20,8 +20,27 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total)
 {
+	ct_progress_until(env, what, done, total, 0);
+}
+
+void ct_progress_until(
+	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
+{
 	if (env && env->progress)
-		env->progress(env, what, done, total);
+		env->progress(env, what, done, most, likely);
+}
+
+void ct_env_tell(const struct ct_env *env, const char *key, const char *fmt, ...)
+{
+	va_list ap;
+
+	if (!env || env->tell <= 0)
+		return;
+	va_start(ap, fmt);
+	dprintf(env->tell, "%s ", key);
+	vdprintf(env->tell, fmt, ap);
+	dprintf(env->tell, "\n");
+	va_end(ap);
 }
 
 bool ct_stopping(const struct ct_env *env)

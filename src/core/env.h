@@ -19,13 +19,18 @@ struct ct_env {
 	int verbose; /* -1 quiet, 0 normal, 1.. more */
 	bool force;  /* overwrite existing outputs */
 	bool json, dry_run;
-	const char *tool;                  /* name for messages */
+	int tell;         /* file that another command reads what was done from; 0: nobody asks */
+	const char *tool; /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
+	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
-	/* done of total units of the work `what`; called from one thread at a time */
-	void (*progress)(const struct ct_env *env, const char *what, size_t done, size_t total);
+	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at
+	 * the latest, and at `likely` as far as anything tells. Called from one thread at a time.
+	 */
+	void (*progress)(const struct ct_env *env, const char *what, size_t done, size_t total,
+		size_t likely);
 	void *ctx; /* belongs to the callbacks */
 };
 
@@ -33,6 +38,11 @@ struct ct_env {
 void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
+void ct_progress_until(
+	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);
+/* To who started this command: "key value", a line. Nobody may listen. */
+void ct_env_tell(const struct ct_env *env, const char *key, const char *fmt, ...)
+	__attribute__((format(printf, 3, 4)));
 /* Has the user asked to stop? */
 bool ct_stopping(const struct ct_env *env);
 /* -1 with CT_ESTOP if so, else 0. */

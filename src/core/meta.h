@@ -140,6 +140,7 @@ struct ct_env;
 #define CT_QUANTITY_LINE_INTEGRAL "lineIntegral"
 #define CT_QUANTITY_INTENSITY "intensity"
 #define CT_QUANTITY_DEVIATION "deviation"
+#define CT_QUANTITY_ERROR "expected error" /* HU */
 
 struct ct_meta {
 	size_t n, cap;

@@ -472,7 +472,8 @@ int ct_fit_run(
 				goto out;
 			continue;
 		}
-		ct_progress(env, "fit", it, f->opt.iterations);
+		ct_progress_until(env, "fit", it, f->opt.iterations,
+			f->opt.tolerance > 0 ? f->opt.iterations : 0);
 	}
 	if (f->end == CT_FIT_RUNNING)
 		f->end = CT_FIT_DONE;

@@ -19,4 +19,6 @@ net 2 -x 2 -p 12 --cubes 8 --cube 64 --depth 5 --components 200 --width 512 -n 5
 net 3 -x 3 -p 13 --cubes 8 --cube 72 --depth 5 --components 200 --width 512 -n 5000
 net 8 -x 8 --cubes 10 --cube 96 --depth 3 --components 240 --width 512 -n 5000
 net thick-4 --thick -x 4 -p 12 --cubes 10 --cube 80 --depth 5 --components 200 --width 512 -n 5000
+# the one that looks again at what that of 4 has added to (ct-restore --passes 2)
+net again-4 --again -x 4 -p 20 --cubes 12 --cube 80 --depth 5 --components 320 --width 640 -n 6000
 cp "$with" "$out"

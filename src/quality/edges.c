@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-enum { REACH = 8, LATERAL = 2, PER_VOXEL = 4, BINS = 2 * REACH * PER_VOXEL };
+enum { REACH = 8, LATERAL = 2, BINS = CT_EDGE_BINS, PER_VOXEL = BINS / (2 * REACH) };
 enum { BATCH = 32, MOST = 20000, FEWEST = 12, BALL = 2 };
 
 /* Sums of the edge spread functions, of a batch of edges. */
@@ -335,7 +335,7 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
 {
 	struct spread all = no_spread;
-	double e[2][BINS];
+	double(*e)[BINS] = o->spread;
 
 	for (size_t t = 0; t < batches; t++) {
 		all.edges += j->part[t].edges;
@@ -353,8 +353,8 @@ static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
 			e[k][b] = all.count[b] > 0 ? all.sum[k][b] / all.count[b]
 				  : b > 0          ? e[k][b - 1]
 						   : 0;
-	ct_edge_spread(&o->ref, e[0], BINS, j->voxel / PER_VOXEL);
-	ct_edge_spread(&o->test, e[1], BINS, j->voxel / PER_VOXEL);
+	ct_edge_spread(&o->ref, e[0], BINS, o->width);
+	ct_edge_spread(&o->test, e[1], BINS, o->width);
 }
 
 /* The candidates, counted, then written down. */
@@ -388,9 +388,10 @@ int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *
 	size_t batches;
 	int rc = -1;
 
-	*o = (struct ct_edges){0, none, none};
+	*o = (struct ct_edges){.ref = none, .test = none};
 	ct_vol_spacing(ref, j.mm);
 	j.voxel = (j.mm[0] + j.mm[1] + j.mm[2]) / 3;
+	o->width = j.voxel / PER_VOXEL;
 	for (int a = 0; a < 3; a++) {
 		j.margin[a] = (size_t)(hypot(REACH, LATERAL) * j.voxel / j.mm[a]) + 1;
 		if (ref->n[a] <= 2 * j.margin[a])

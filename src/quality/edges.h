@@ -33,9 +33,14 @@ struct ct_edge_figures {
 	double mtf50, mtf10; /* cycles per mm; NaN if they lie above 1 cycle a voxel */
 };
 
+enum { CT_EDGE_BINS = 64 };
+
 struct ct_edges {
 	size_t count; /* edges that were used */
 	struct ct_edge_figures ref, test;
+	/* The spread functions themselves: parts of the step of ref, in bins of `width` mm, the
+	 * edge in the middle; 0 where the figures are NaN. */
+	double width, spread[2][CT_EDGE_BINS]; /* ref, test */
 };
 
 /* Edges of `step` HU or more, 20000 at most, evenly picked, whose middle is where mask (NULL:

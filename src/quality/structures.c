@@ -1,34 +1,23 @@
 /* structures.c: see structures.h. */
 #include "config.h"
 #include "core/room.h"
+#include "quality/smooth.h"
 #include "quality/structures.h"
-#include "resolution/degrade.h"
 
 #include <math.h>
 #include <string.h>
 
 #define OUTER (10.0 / 3)
 
-static int blur(
-	float *out, const struct ct_vol *v, double sigma, struct ct_par *par, struct ct_err *e)
-{
-	const struct ct_degrade d = {.factor = {1, 1, 1}, .sigma = {sigma, sigma, sigma}};
-	struct ct_separable s = {0};
-
-	if (ct_degrade_plan(&s, &d, v->n, par, e))
-		return -1;
-	ct_separable_apply(&s, out, v->data, par);
-	ct_separable_free(&s);
-	return 0;
-}
-
 /* d <- the difference of Gaussians; soft, if not NULL, <- where both are near water. */
-static int band(float *d, float *work, unsigned char *soft, const struct ct_vol *v, double sigma,
-	struct ct_par *par, struct ct_err *e)
+static int band(float *d, float *work, unsigned char *soft, const struct ct_vol *v,
+	const double sigma[3], struct ct_par *par, struct ct_err *e)
 {
+	const double outer[3] = {OUTER * sigma[0], OUTER * sigma[1], OUTER * sigma[2]};
 	const size_t plane = v->n[0] * v->n[1];
 
-	if (blur(d, v, sigma, par, e) || blur(work, v, OUTER * sigma, par, e))
+	if (ct_smooth(d, v->data, v->n, sigma, par, e) ||
+		ct_smooth(work, v->data, v->n, outer, par, e))
 		return -1;
 	for (size_t k = 0; k < v->n[2]; k++) {
 		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
@@ -93,7 +82,7 @@ static size_t mask_soft(unsigned char *soft, const struct ct_vol *mask, const si
 }
 
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
-	const struct ct_vol *mask, double sigma, double t, const struct ct_env *env,
+	const struct ct_vol *mask, const double sigma[static 3], double t, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);

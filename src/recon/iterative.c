@@ -6,6 +6,7 @@
 #include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
+#include "solve/trend.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,7 +22,8 @@ struct run {
 	const float *b;
 	double norm_b;
 	struct ct_iterative_report *report;
-	float *rows, *q; /* [m]: inverse row sums; the misfit. CGLS: the misfit; A d */
+	struct ct_trend trend; /* of the residual */
+	float *rows, *q;       /* [m]: inverse row sums; the misfit. CGLS: the misfit; A d */
 };
 
 static void fill(float *y, size_t n, float c)
@@ -52,7 +54,7 @@ static int diverged(const struct run *r, struct ct_err *e)
 }
 
 /* The relative norm of q into the report. */
-static int measure(const struct run *r, const float *q, struct ct_err *e)
+static int measure(struct run *r, const float *q, struct ct_err *e)
 {
 	struct ct_iterative_report *to = r->report;
 	double norm = sqrt(ct_passes_dot(r->m, q, q, r->env->par));
@@ -60,12 +62,14 @@ static int measure(const struct run *r, const float *q, struct ct_err *e)
 	to->residual = r->norm_b > 0 ? norm / r->norm_b : norm;
 	if (!isfinite(to->residual))
 		return diverged(r, e);
+	if (to->iterations)
+		ct_trend_see(&r->trend, to->iterations, to->residual);
 	ct_log(r->env, CT_INFO, "iteration %zu: residual %.5f", to->iterations, to->residual);
 	return 0;
 }
 
 /* q = b - A x, and its relative norm into the report. */
-static int misfit(float *q, const struct run *r, const float *x, struct ct_err *e)
+static int misfit(float *q, struct run *r, const float *x, struct ct_err *e)
 {
 	if (ct_linear_apply(r->a, q, x, r->env, e))
 		return -1;
@@ -83,7 +87,8 @@ static void weigh(const struct run *r)
 
 static int begin(const struct run *r, struct ct_err *e)
 {
-	ct_progress(r->env, "iterations", r->report->iterations, r->rule->iterations);
+	ct_progress_until(r->env, "iterations", r->report->iterations, r->rule->iterations,
+		ct_trend_likely(&r->trend));
 	return ct_check_stop(r->env, e);
 }
 
@@ -242,7 +247,8 @@ int ct_iterative_solve(float *x, const size_t dim[static 3], const struct ct_lin
 		.n = a->in,
 		.m = ct_linear_out(a),
 		.b = b,
-		.report = report};
+		.report = report,
+		.trend = ct_trend_begin(rule->tolerance, rule->iterations)};
 	int rc = -1;
 
 	*report = (struct ct_iterative_report){0};

@@ -354,7 +354,8 @@ int ct_joint_run(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 	while (rc == 0 && at->phase != CT_JOINT_DONE) {
 		size_t before = at->phase == CT_JOINT_SOLVE ? tries : 0;
 
-		ct_progress(env, "iterations", before + at->done, tries + j->rule.iterations);
+		ct_progress_until(env, "iterations", before + at->done, tries + j->rule.iterations,
+			tries ? tries + j->rule.iterations : 0);
 		if (at->phase == CT_JOINT_NEW)
 			rc = begin(j, env, e);
 		else

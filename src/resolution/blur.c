@@ -2,6 +2,7 @@
 #include "config.h"
 #include "resolution/blur.h"
 #include "core/mem.h"
+#include "resolution/noise.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -12,14 +13,11 @@ enum {
 	HALF = 3,              /* differences to each side of an edge's steepest one */
 	WINDOW = 2 * HALF + 1, /* differences of an edge */
 	LEAST_EDGES = 12,
-	BLOCK = 3, /* side of a block of the noise, voxels */
-	MOST_BLOCKS = 1 << 16,
 	MOST_VOXELS = 1 << 26, /* looked at along an axis; planes are left out beyond */
 };
 
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
-static const double padding = -1100, air = -850;                            /* HU */
-static const double texture = 6; /* HU that blocks of scans without noise show */
+static const double padding = CT_NOISE_PADDING;                             /* HU */
 static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
 static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
@@ -224,163 +222,20 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int ax
 	return 0;
 }
 
-/* Of a block of m[0] x m[1] x m[2] values that a linear function was fitted to. */
-static double free_values(const size_t m[3])
-{
-	return (double)(m[0] * m[1] * m[2]) - 1 - (m[0] > 1) - (m[1] > 1) - (m[2] > 1);
-}
-
-/* Deviation of the m[0] x m[1] x m[2] block at x from its best linear function; -1 if it is air,
- * or constant for the greater part. */
-static double block_sd(const float *x, const size_t m[3], const size_t stride[3])
-{
-	const double first = (double)x[0];
-	double sum = 0, square = 0, slope[3] = {0}, last = first;
-	size_t count = m[0] * m[1] * m[2], same = 0;
-
-	for (size_t k = 0; k < m[2]; k++)
-		for (size_t q = 0; q < m[1]; q++)
-			for (size_t i = 0; i < m[0]; i++) {
-				const size_t at[3] = {i, q, k};
-				const double d = (double)x[i + q * stride[1] + k * stride[2]] -
-						 first; /* keeps the squares small */
-
-				for (int a = 0; a < 3; a++)
-					slope[a] += d * (2 * (double)at[a] - (double)m[a] + 1) / 2;
-				sum += d;
-				square += d * d;
-				same += d + first == last;
-				last = d + first;
-			}
-	if (first + sum / (double)count < air || 2 * same > count)
-		return -1;
-	square -= sum * sum / (double)count;
-	for (int a = 0; a < 3; a++) {
-		const double n = (double)m[a]; /* sum of (i - (n-1)/2)^2 is n (n^2-1) / 12 */
-
-		if (m[a] < 2)
-			continue;
-		square -= slope[a] * slope[a] / ((double)count * (n * n - 1) / 12);
-	}
-	return square > 0 ? sqrt(square / free_values(m)) : -1;
-}
-
-static int by_value(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
-
-/* Where n sorted values are densest: the half of them that is narrowest, and the half of it. */
-static double densest(const float *x, size_t n)
-{
-	double sum = 0;
-
-	while (n > 16) {
-		const size_t half = (n + 1) / 2;
-		size_t best = 0;
-
-		for (size_t i = 1; i + half <= n; i++)
-			if (x[i + half - 1] - x[i] < x[best + half - 1] - x[best])
-				best = i;
-		x += best;
-		n = half;
-	}
-	for (size_t i = 0; i < n; i++)
-		sum += (double)x[i];
-	return sum / (double)n;
-}
-
-/* The deviation of flat tissue: the mode among the quarter of the blocks that is flattest, then the
- * mean square around it. Texture and edges only add to a block's deviation. */
-static double common_sd(float *sd, size_t n)
-{
-	const size_t quarter = n / 4 < 16 ? 16 : n / 4;
-	double mode, sum = 0;
-	size_t near = 0;
-
-	if (n < 16)
-		return 0;
-	qsort(sd, n, sizeof *sd, by_value);
-	mode = densest(sd, quarter);
-	for (size_t i = 0; i < n; i++)
-		if ((double)sd[i] > mode / 1.5 && (double)sd[i] < mode * 1.5) {
-			sum += (double)sd[i] * (double)sd[i];
-			near++;
-		}
-	return near ? sqrt(sum / (double)near) : 0;
-}
-
-/* The deviation of which blocks with so many free values show less once in 50 times, in units of
- * the noise: the root of chi^2 per value, by Wilson and Hilferty. */
-static double seldom_less(double free_values)
-{
-	const double var = 2 / (9 * free_values), cube = 1 - var - 2.0537 * sqrt(var);
-
-	return sqrt(cube * cube * cube);
-}
-
-/* Noise is everywhere: there is no more of it than the flattest blocks show. n sorted values. */
-static double sure_sd(const float *sd, size_t n, double free_values, double noise)
-{
-	double most;
-
-	if (n < 16)
-		return 0;
-	most = fmin((double)sd[n / 50] / seldom_less(free_values), noise);
-	return most > texture ? sqrt(most * most - texture * texture) : 0;
-}
-
-static size_t places(const struct ct_vol *v, const size_t m[3], size_t step)
-{
-	size_t n = 1;
-
-	for (int a = 0; a < 3; a++)
-		n *= (v->n[a] - m[a]) / step + 1;
-	return n;
-}
-
-static int measure_noise(struct ct_blur *out, const struct ct_vol *v, struct ct_err *e)
-{
-	const size_t stride[3] = {1, v->n[0], v->n[0] * v->n[1]};
-	size_t m[3], step = 2, n = 0;
-	float *sd = NULL;
-
-	for (int a = 0; a < 3; a++)
-		m[a] = v->n[a] < BLOCK ? v->n[a] : BLOCK;
-	if (m[0] * m[1] * m[2] < BLOCK * BLOCK) /* a line */
-		return 0;
-	while (places(v, m, step) > MOST_BLOCKS)
-		step++;
-	if (ct_alloc(&sd, places(v, m, step), sizeof *sd, e))
-		return -1;
-	for (size_t k = 0; k + m[2] <= v->n[2]; k += step)
-		for (size_t q = 0; q + m[1] <= v->n[1]; q += step)
-			for (size_t i = 0; i + m[0] <= v->n[0]; i += step) {
-				const double s = block_sd(
-					&v->data[i + q * stride[1] + k * stride[2]], m, stride);
-
-				if (s > 0)
-					sd[n++] = (float)s;
-			}
-	out->noise = common_sd(sd, n);
-	out->sure = sure_sd(sd, n, free_values(m), out->noise);
-	free(sd);
-	return 0;
-}
-
 int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e)
 {
+	struct ct_noise noise;
 	double least;
 
 	*out = (struct ct_blur){0};
 	for (int a = 0; a < 3; a++)
 		if (!(factor[a] >= 1 && isfinite(factor[a])))
 			return ct_fail(e, CT_EINPUT, "a factor of %g along axis %d", factor[a], a);
-	if (ct_vol_check_finite(v, e) || measure_noise(out, v, e))
+	if (ct_noise_measure(&noise, v, e))
 		return -1;
+	out->noise = noise.common;
+	out->sure = noise.sure;
 	least = fmin(fmax(step_least, steps_of_noise * out->noise), step_most);
 	for (int a = 0; a < 3; a++)
 		if (measure_axis(&out->axis[a], v, a, factor[a], least, par, e))

@@ -2,8 +2,7 @@
  *
  * Who refines a volume must know how it was blurred, and a clinical scan has no header that says
  * so. Sharpness is measured on edges of the anatomy, as Sanders, Hurwitz and Samei do (Med Phys 43,
- * 5330, 2016), axis by axis; noise as the local deviation that most of the flat tissue shows, as
- * Christianson et al. do (AJR 205, W93, 2015).
+ * 5330, 2016), axis by axis. The noise (noise.h) says which steps count.
  *
  * Edges. Along axis a, the 7 differences d_k of 8 neighbours are kept if the middle one is the
  * steepest, if the step |sum d| is 150 HU or more (10 times the noise if that is more, at most
@@ -52,10 +51,7 @@ struct ct_blur_axis {
 
 struct ct_blur {
 	struct ct_blur_axis axis[3];
-	double noise; /* standard deviation, HU, of what is not linear over 3 voxels; 0 if none can
-			 be seen. Noise of longer scale is not in it. */
-	double sure;  /* that much of it is noise, HU: 49 of 50 blocks show more, and 6 HU of what
-			 they show may be texture and ringing. <= noise */
+	double noise, sure; /* HU, as noise.h has them */
 };
 
 /* Measure v, in HU, which will be refined factor[a] >= 1 times (whole or not) along axis a; in

@@ -3,27 +3,41 @@
 #include "resolution/consistency.h"
 #include "core/mem.h"
 #include "core/room.h"
+#include "resolution/noise.h"
 #include "resolution/svd.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 64, NEWTON = 30, LINE = 16, MANY = 1 << 18 };
+/* The condition of an axis up to which G^-1 U D is as good as V: it weakens what is rounded in D x
+ * no less than that. */
+#define BANDED_CONDITION 4.0
+
+enum { BLOCK = 64, NEWTON = 30, LINE = 16 };
 
 static size_t place(const struct ct_consistency *dc, int a, size_t k)
 {
 	return dc->same[a] ? k : ct_cosine_place(&dc->v[a], k);
 }
 
-static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, struct ct_err *e)
+static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const struct ct_taps *t,
+	struct ct_err *e)
 {
-	if (!dc->same[a] && ct_cosine_alloc(&dc->v[a], f->v, f->m, f->n, e))
+	const bool banded = dc->banded && !dc->same[a];
+
+	if (banded && ct_banded_alloc(&dc->d[a], t, e))
 		return -1;
-	if (ct_alloc(&dc->g[a], f->m, sizeof *dc->g[a], e))
+	if (!dc->same[a] &&
+		ct_cosine_alloc(&dc->v[a], banded ? f->u : f->v, f->m, banded ? f->m : f->n, e))
 		return -1;
-	for (size_t k = 0; k < f->m; k++)
+	if (ct_alloc(&dc->g[a], f->m, sizeof *dc->g[a], e) ||
+		ct_alloc(&dc->unit[a], f->m, sizeof *dc->unit[a], e))
+		return -1;
+	for (size_t k = 0; k < f->m; k++) {
 		dc->g[a][place(dc, a, k)] = f->g[k];
+		dc->unit[a][place(dc, a, k)] = banded ? 1 / f->g[k] : 1;
+	}
 	dc->condition *= f->condition;
 	return 0;
 }
@@ -65,20 +79,47 @@ out:
 	return rc;
 }
 
-static int factors(struct ct_svd f[3], bool identity[3], const struct ct_degrade *d,
+static int factors(struct ct_svd f[3], struct ct_taps t[3], const struct ct_degrade *d,
 	const size_t n[3], struct ct_err *e)
 {
-	for (int a = 0; a < 3; a++) {
-		struct ct_taps t = {0};
-		int rc = ct_degrade_taps(&t, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
-			 ct_svd_alloc(&f[a], &t, e);
-
-		identity[a] = rc == 0 && ct_taps_is_identity(&t);
-		ct_taps_free(&t);
-		if (rc)
+	for (int a = 0; a < 3; a++)
+		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
+			ct_svd_alloc(&f[a], &t[a], e))
 			return -1;
-	}
 	return 0;
+}
+
+/* Is it worth it, and good, to leave U of this axis to the samples? */
+static bool is_banded(const struct ct_svd *f, const struct ct_taps *t)
+{
+	return 2 * t->taps < f->n && f->lost == 0 && f->condition <= BANDED_CONDITION;
+}
+
+static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *e)
+{
+	size_t count, reduced;
+
+	for (int a = 0; a < 3; a++) {
+		const size_t tile = dc->same[a] ? 0 : ct_cosine_scratch(&dc->v[a]);
+
+		if (a == 2 || dc->banded)
+			dc->tile = tile > dc->tile ? tile : dc->tile;
+	}
+	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) ||
+		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
+		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e))
+		return -1;
+	if (dc->banded)
+		dc->tile += dc->plane;
+	return ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
+			       ct_room_alloc0(&dc->had, count, sizeof(float), e) ||
+			       ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
+			       ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+			       ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float),
+				       e) ||
+			       ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e)
+		       ? -1
+		       : 0;
 }
 
 int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
@@ -86,11 +127,11 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	struct ct_err *e)
 {
 	struct ct_svd f[3] = {{0}};
-	size_t count, reduced;
+	struct ct_taps t[3] = {{0}};
 	int rc = -1;
 
-	*dc = (struct ct_consistency){.condition = 1};
-	if (factors(f, dc->same, d, n, e))
+	*dc = (struct ct_consistency){.condition = 1, .banded = true};
+	if (factors(f, t, d, n, e))
 		goto out;
 	for (int a = 0; a < 3; a++) {
 		dc->n[a] = n[a];
@@ -100,39 +141,53 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 				d->factor[a]);
 			goto out;
 		}
-		if (axis(dc, a, &f[a], e))
-			goto out;
+		dc->same[a] = ct_taps_is_identity(&t[a]);
+		dc->banded = dc->banded && (dc->same[a] || is_banded(&f[a], &t[a]));
 	}
+	for (int a = 0; a < 3; a++)
+		if (axis(dc, a, &f[a], &t[a], e))
+			goto out;
 	dc->stride[0] = dc->same[0] ? 1 : dc->m[1];
 	dc->stride[1] = dc->same[0] ? dc->m[0] : 1;
-	dc->tile = dc->same[2] ? 0 : ct_cosine_scratch(&dc->v[2]);
-	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) ||
-		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
-		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e) ||
-		ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
-		ct_room_alloc0(&dc->had, count, sizeof(float), e) ||
-		ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
-		ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
-		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
-		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e) ||
-		target(dc, f, y, par, e))
+	if (arrays(dc, par, e) || target(dc, f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
 	dc->had[0] = NAN;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
+	for (int a = 0; a < 3; a++) {
 		ct_svd_free(&f[a]);
+		ct_taps_free(&t[a]);
+	}
 	if (rc)
 		ct_consistency_free(dc);
 	return rc;
 }
 
+int ct_consistency_colour(struct ct_consistency *dc, const double *alike, struct ct_err *e)
+{
+	for (int a = 0; alike && a < 3; a++) {
+		double *power;
+
+		if (dc->same[a] || !(alike[a] > 0))
+			continue;
+		if (ct_alloc(&power, dc->m[a], sizeof *power, e))
+			return -1;
+		ct_noise_powers(power, dc->m[a], alike[a]);
+		for (size_t k = 0; k < dc->m[a]; k++)
+			dc->g[a][place(dc, a, k)] /= sqrt(power[k]);
+		free(power);
+	}
+	return 0;
+}
+
 void ct_consistency_free(struct ct_consistency *dc)
 {
 	for (int a = 0; a < 3; a++) {
+		ct_banded_free(&dc->d[a]);
 		ct_cosine_free(&dc->v[a]);
 		free(dc->g[a]);
+		free(dc->unit[a]);
 	}
 	ct_room_free(dc->want);
 	ct_room_free(dc->had);
@@ -146,10 +201,16 @@ void ct_consistency_free(struct ct_consistency *dc)
 /* Floats of a tile for either axis of a plane, whole cache lines. */
 static size_t tile(const struct ct_consistency *dc)
 {
-	size_t i = dc->same[0] ? 0 : ct_cosine_scratch(&dc->v[0]);
-	size_t j = dc->same[1] ? 0 : ct_cosine_scratch(&dc->v[1]);
+	size_t most = 0;
 
-	return i > j ? i : j;
+	for (int a = 0; a < 2; a++) {
+		const size_t here = dc->same[a]  ? 0
+				    : dc->banded ? ct_banded_scratch(&dc->d[a])
+						 : ct_cosine_scratch(&dc->v[a]);
+
+		most = here > most ? here : most;
+	}
+	return most;
 }
 
 size_t ct_consistency_scratch(const struct ct_consistency *dc)
@@ -159,46 +220,70 @@ size_t ct_consistency_scratch(const struct ct_consistency *dc)
 	return tile(dc) + (half + LINE - 1) / LINE * LINE;
 }
 
+/* out (m,w; ldo) = V or D of axis a, in (n,w; ldi), and the transpose of that, added to `add`. */
+static void gather(const struct ct_consistency *dc, int a, float *out, size_t ldo, const float *in,
+	size_t ldi, size_t w, float *scratch)
+{
+	if (dc->banded)
+		CT_SIMD(ct_banded_across)(&dc->d[a].down, out, ldo, NULL, in, ldi, w);
+	else
+		CT_SIMD(ct_cosine_analyse)(&dc->v[a], out, ldo, in, ldi, w, false, scratch);
+}
+
+static void spread(const struct ct_consistency *dc, int a, float *out, size_t ldo, const float *add,
+	const float *in, size_t ldi, size_t w, float *scratch)
+{
+	if (dc->banded)
+		CT_SIMD(ct_banded_across)(&dc->d[a].up, out, ldo, add, in, ldi, w);
+	else
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[a], out, ldo, add, in, ldi, w, scratch);
+}
+
 void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch)
 {
 	float *out = dc->reduced + k * dc->plane, *half = dc->same[0] ? out : scratch + tile(dc);
-	size_t n = dc->n[0];
+	size_t n = dc->n[0], m = dc->m[1];
+	const float *in = x;
 
-	if (!dc->same[1])
-		CT_SIMD(ct_cosine_analyse)(&dc->v[1], half, n, x, n, n, false, scratch);
-	else if (dc->same[0])
+	if (!dc->same[1]) {
+		gather(dc, 1, half, n, x, n, n, scratch);
+		in = half;
+	} else if (dc->same[0]) {
 		memcpy(out, x, dc->plane * sizeof *x);
+	}
+	if (dc->same[0])
+		return;
+	if (dc->banded)
+		CT_SIMD(ct_banded_down)(&dc->d[0], out, m, in, n, m, scratch);
 	else
-		half = NULL;
-	if (!dc->same[0])
-		CT_SIMD(ct_cosine_analyse)
-	(&dc->v[0], out, dc->m[1], half ? half : x, n, dc->m[1], true, scratch);
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], out, m, in, n, m, true, scratch);
 }
 
 void ct_consistency_expand(
 	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch)
 {
 	const float *in = dc->reduced + k * dc->plane;
-	size_t n = dc->n[0];
+	size_t n = dc->n[0], m = dc->m[1];
+	float *half = scratch + tile(dc);
 
-	if (!dc->same[0]) {
-		float *half = scratch + tile(dc);
-
-		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[0], half, n, in, dc->m[1], dc->m[1], scratch);
-		in = half;
-	}
+	if (!dc->same[0] && dc->banded)
+		CT_SIMD(ct_banded_up)(&dc->d[0], half, n, in, m, m, scratch);
+	else if (!dc->same[0])
+		CT_SIMD(ct_cosine_synthesise_turned)(&dc->v[0], half, n, in, m, m, scratch);
+	in = dc->same[0] ? in : half;
 	if (!dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, n, x, in, n, n, scratch);
+		spread(dc, 1, out, n, x, in, n, n, scratch);
+	else if (!x)
+		memcpy(out, in, n * dc->n[1] * sizeof *out);
 	else
 		for (size_t i = 0; i < n * dc->n[1]; i++)
 			out[i] = x[i] + in[i];
 }
 
-/* A column block of the planes of coefficients, and the squared gains of its columns. */
+/* A column block of the planes of coefficients, its squared gains, and what c is of one of work. */
 struct columns {
 	size_t at, n;
-	double square[BLOCK];
+	double square[BLOCK], unit[BLOCK];
 };
 
 static void columns(struct columns *b, const struct ct_consistency *dc, size_t block)
@@ -211,6 +296,7 @@ static void columns(struct columns *b, const struct ct_consistency *dc, size_t b
 		double g = dc->g[0][i] * dc->g[1][j];
 
 		b->square[q] = g * g;
+		b->unit[q] = dc->unit[0][i] * dc->unit[1][j];
 	}
 }
 
@@ -219,13 +305,57 @@ static void analyse(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
+	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	const float *in = dc->reduced + at;
 
-	if (!dc->same[2])
+	if (dc->same[2]) {
+		for (size_t k = 0; k < dc->m[2]; k++)
+			memcpy(coef + k * dc->plane, in + k * dc->plane, n * sizeof *coef);
+		return;
+	}
+	gather(dc, 2, coef, dc->plane, in, dc->plane, n, scratch);
+	if (dc->banded)
 		CT_SIMD(ct_cosine_analyse)
-	(&dc->v[2], dc->coef + at, dc->plane, dc->reduced + at, dc->plane, n, false,
-		dc->tiles + worker * dc->tile);
-	else for (size_t k = 0; k < dc->m[2]; k++) memcpy(dc->coef + k * dc->plane + at,
-		dc->reduced + k * dc->plane + at, n * sizeof *dc->coef);
+	(&dc->v[2], coef, dc->plane, coef, dc->plane, n, false, scratch);
+}
+
+/* What D left of V on a plane of coefficients. */
+static void analyse_plane(void *arg, size_t k, size_t worker)
+{
+	struct ct_consistency *dc = arg;
+	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
+	float *c = dc->coef + k * dc->plane;
+	const size_t *m = dc->m;
+
+	if (dc->same[0] && !dc->same[1])
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], c, m[0], c, m[0], m[0], false, scratch);
+	else if (!dc->same[0] && dc->same[1])
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, m[1], c, m[1], m[1], false, scratch);
+	else if (!dc->same[0]) {
+		CT_SIMD(ct_cosine_analyse)
+		(&dc->v[1], turned, m[0], c, m[1], m[0], true, scratch);
+		CT_SIMD(ct_cosine_analyse)
+		(&dc->v[0], c, m[1], turned, m[0], m[1], true, scratch);
+	}
+}
+
+static void synthesise_plane(void *arg, size_t k, size_t worker)
+{
+	struct ct_consistency *dc = arg;
+	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
+	float *c = dc->coef + k * dc->plane;
+	const size_t *m = dc->m;
+
+	if (dc->same[0] && !dc->same[1])
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], c, m[0], NULL, c, m[0], m[0], scratch);
+	else if (!dc->same[0] && dc->same[1])
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[0], c, m[1], NULL, c, m[1], m[1], scratch);
+	else if (!dc->same[0]) {
+		CT_SIMD(ct_cosine_synthesise_turned)
+		(&dc->v[0], turned, m[0], c, m[1], m[1], scratch);
+		CT_SIMD(ct_cosine_synthesise_turned)
+		(&dc->v[1], c, m[1], turned, m[0], m[0], scratch);
+	}
 }
 
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
@@ -241,7 +371,8 @@ static void misfit(void *arg, size_t block, size_t worker)
 		for (size_t q = 0; q < c.n; q++) {
 			size_t p = k * dc->plane + c.at + q;
 			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
-			double r = (double)dc->want[p] - (double)dc->coef[p];
+			double had = c.unit[q] * dc->unit[2][k] * (double)dc->coef[p];
+			double r = (double)dc->want[p] - had;
 			double w = 1 / (1 + dc->mu * b), a = b * r * r * w * w;
 
 			s += a;
@@ -251,32 +382,48 @@ static void misfit(void *arg, size_t block, size_t worker)
 	dc->sums[3 * block + 1] = t;
 }
 
-/* coef <- d, had <- c + d, and along k back into the reduced planes. */
-static void synthesise(void *arg, size_t block, size_t worker)
+/* coef <- d, had <- c + d. */
+static void correct(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	struct columns c;
 	double moved = 0;
 
+	(void)worker;
 	columns(&c, dc, block);
 	for (size_t k = 0; k < dc->m[2]; k++)
 		for (size_t q = 0; q < c.n; q++) {
 			size_t p = k * dc->plane + c.at + q;
 			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
+			double unit = c.unit[q] * dc->unit[2][k];
+			double is = unit * (double)dc->coef[p];
 			double part = dc->bound > 0 ? dc->mu * b / (1 + dc->mu * b) : b > 0;
-			double d = part * ((double)dc->want[p] - (double)dc->coef[p]);
+			double d = part * ((double)dc->want[p] - is);
 
-			moved += d * (d + 2 * ((double)dc->coef[p] - (double)dc->had[p]));
-			dc->had[p] = (float)((double)dc->coef[p] + d);
-			dc->coef[p] = (float)d;
+			moved += d * (d + 2 * (is - (double)dc->had[p]));
+			dc->had[p] = (float)(is + d);
+			dc->coef[p] = (float)(unit * d);
 		}
 	dc->sums[3 * block + 2] = moved;
-	if (!dc->same[2])
+}
+
+/* Along k back into the reduced planes. */
+static void synthesise(void *arg, size_t block, size_t worker)
+{
+	struct ct_consistency *dc = arg;
+	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
+	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	float *out = dc->reduced + at;
+
+	if (dc->same[2]) {
+		for (size_t k = 0; k < dc->m[2]; k++)
+			memcpy(out + k * dc->plane, coef + k * dc->plane, n * sizeof *out);
+		return;
+	}
+	if (dc->banded)
 		CT_SIMD(ct_cosine_synthesise)
-	(&dc->v[2], dc->reduced + c.at, dc->plane, NULL, dc->coef + c.at, dc->plane, c.n,
-		dc->tiles + worker * dc->tile);
-	else for (size_t k = 0; k < dc->m[2]; k++) memcpy(dc->reduced + k * dc->plane + c.at,
-		dc->coef + k * dc->plane + c.at, c.n * sizeof *dc->coef);
+	(&dc->v[2], coef, dc->plane, NULL, coef, dc->plane, n, scratch);
+	spread(dc, 2, out, dc->plane, NULL, coef, dc->plane, n, scratch);
 }
 
 static size_t blocks(const struct ct_consistency *dc)
@@ -308,8 +455,13 @@ double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par)
 	double moved = 0;
 
 	ct_par_for(par, blocks(dc), analyse, dc);
+	if (dc->banded)
+		ct_par_for(par, dc->m[2], analyse_plane, dc);
 	if (dc->bound > 0)
 		multiplier(dc, par);
+	ct_par_for(par, blocks(dc), correct, dc);
+	if (dc->banded)
+		ct_par_for(par, dc->m[2], synthesise_plane, dc);
 	ct_par_for(par, blocks(dc), synthesise, dc);
 	for (size_t b = 0; b < blocks(dc); b++)
 		moved += dc->sums[3 * b + 2];
@@ -345,51 +497,4 @@ void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, s
 	ct_par_for(par, dc->n[2], reduce_one, &w);
 	ct_consistency_correct(dc, par);
 	ct_par_for(par, dc->n[2], expand_one, &w);
-}
-
-int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
-	const size_t n[static 3], const struct ct_par *par, struct ct_err *e)
-{
-	struct ct_svd f[3] = {{0}};
-	struct ct_taps t[3] = {{0}};
-	bool identity[3];
-	int rc = -1;
-
-	*s = (struct ct_separable){0};
-	if (factors(f, identity, d, n, e))
-		goto out;
-	for (int a = 0; a < 3; a++)
-		if (ct_svd_pinv(&t[a], &f[a], e))
-			goto out;
-	rc = ct_separable_plan(s, t, par, e);
-out:
-	for (int a = 0; a < 3; a++) {
-		ct_svd_free(&f[a]);
-		ct_taps_free(&t[a]);
-	}
-	return rc;
-}
-
-void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
-	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
-{
-	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
-	size_t n = d->t[0].n_in * d->t[1].n_in * d->t[2].n_in;
-
-	ct_separable_apply(d, lo, x, par);
-	for (size_t at = 0; at < m; at += MANY) {
-		const size_t end = m - at < MANY ? m : at + MANY;
-
-		for (size_t i = at; i < end; i++)
-			lo[i] = (float)((double)y[i] - (double)lo[i]);
-		ct_room_trim();
-	}
-	ct_separable_apply(dplus, hi, lo, par);
-	for (size_t at = 0; at < n; at += MANY) {
-		const size_t end = n - at < MANY ? n : at + MANY;
-
-		for (size_t i = at; i < end; i++)
-			x[i] += hi[i];
-		ct_room_trim();
-	}
 }

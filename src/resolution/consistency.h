@@ -10,6 +10,10 @@
  * in the second case with the least mu >= 0 that meets the bound, none if it is met already.
  * Frequencies that D loses (g = 0) are left as they are.
  *
+ * A D of few weights a row, and well conditioned, is not walked by way of V, whose products take as
+ * many steps a voxel as the volume is long, but as V = G^-1 U D: D on planes of voxels, U on the
+ * few samples that it makes, the same number of steps for any size.
+ *
  * Planes (i,j) are the unit of work, so that a solver can do its own work on a plane while it is
  * in the cache: reduce planes to (m1,m0), correct all of them along k, expand them. All in float
  * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
@@ -17,14 +21,18 @@
  */
 #ifndef CT_RESOLUTION_CONSISTENCY_H
 #define CT_RESOLUTION_CONSISTENCY_H
+#include "resolution/banded.h"
 #include "resolution/cosine.h"
 #include "resolution/degrade.h"
 
 struct ct_consistency {
 	size_t n[3], m[3];
 	bool same[3];            /* axes that D leaves as they are */
-	struct ct_cosine v[3];   /* of the others */
-	double *g[3];            /* in the order of the coefficients */
+	bool banded;             /* V = G^-1 U D: planes are multiplied by D, and U is left */
+	struct ct_banded d[3];   /* of the axes that are not the same, if so */
+	struct ct_cosine v[3];   /* V of these axes, or U */
+	double *g[3], *unit[3];  /* in the order of the coefficients (g/s: colour); c of one of
+				    work */
 	size_t stride[2], plane; /* of coefficients along i and j, of which one is 1; m0 m1 */
 	float *want, *had;       /* (m2,plane): c_y; c of the volume before the last step */
 	float *coef;             /* (m2,plane): work */
@@ -43,6 +51,12 @@ struct ct_consistency {
 int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
 	struct ct_err *e);
+/* Noise whose neighbours are so much alike along each axis (noise.h) instead of white: frequencies
+ * count by their part of it, |S^-1 (D x - y)| <= noise sqrt(M), S^2 the powers, of mean 1. Axes
+ * that D leaves as they are stay white: their coefficients are samples. Of 3, or NULL: white.
+ * Before anything else.
+ * CT_ENOMEM. */
+int ct_consistency_colour(struct ct_consistency *dc, const double *alike, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_consistency_free(struct ct_consistency *dc);
 
@@ -50,7 +64,7 @@ void ct_consistency_free(struct ct_consistency *dc);
 size_t ct_consistency_scratch(const struct ct_consistency *dc);
 /* Plane k of dc->reduced from plane k of a volume, x (n1,n0). Thread-safe for different k. */
 void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch);
-/* out = x + plane k of the correction; out may be x. Thread-safe. */
+/* out = x (NULL is 0) + plane k of the correction; out may be x. Thread-safe. */
 void ct_consistency_expand(
 	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch);
 /* Reduced planes of a volume x + step to the planes of its correction V^T d along i and j. Returns

@@ -3,7 +3,7 @@
  * in blocks of sums that are held in registers, of which v2 and v3 have 16 and v4 and NEON 32. */
 #include "config.h"
 #include "resolution/cosine.h"
-#include "core/vec.h"
+#include "resolution/turn.h"
 
 enum { WIDE = 2 * CT_F32_LANES };
 #if defined(__AVX512F__) || defined(__aarch64__)
@@ -113,40 +113,56 @@ CT_INLINE void unfold(float *out, size_t ldo, const float *add, const float *til
 	}
 }
 
-typedef float quad __attribute__((vector_size(16)));
-
-/* out (columns,rows; ldo) = in (rows,columns; ldi) turned, four by four. */
-CT_INLINE void turn(
-	float *out, size_t ldo, const float *in, size_t ldi, size_t rows, size_t columns)
+/* Two folds in one walk, of s rows and of their halves; s is a multiple of 4. */
+CT_INLINE void fold2(float *tile, const float *x, size_t ldx, size_t s, size_t n,
+	const float *twist, const float *inner)
 {
-	size_t r = 0;
+	const size_t half = s / 2;
 
-	for (; r + 4 <= rows; r += 4) {
-		size_t c = 0;
+	for (size_t j = 0; j < half / 2; j++)
+		for (size_t h = 0; h < 2; h++) {
+			const ct_f32 a = get(x + j * ldx, h, n);
+			const ct_f32 b = get(x + (half - 1 - j) * ldx, h, n);
+			const ct_f32 c = get(x + (half + j) * ldx, h, n);
+			const ct_f32 d = get(x + (s - 1 - j) * ldx, h, n);
+			const ct_f32 e = a + d, f = b + c, t = ct_f32_set(inner ? inner[j] : 1);
+			const ct_f32 u = ct_f32_set(twist[j]) * (a - d);
+			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (b - c);
 
-		for (; c + 4 <= columns; c += 4) {
-			quad x[4], lo[2], hi[2], y[4];
-
-			for (size_t i = 0; i < 4; i++)
-				memcpy(&x[i], in + (r + i) * ldi + c, sizeof x[i]);
-			for (size_t i = 0; i < 2; i++) {
-				lo[i] = __builtin_shufflevector(x[i], x[i + 2], 0, 4, 1, 5);
-				hi[i] = __builtin_shufflevector(x[i], x[i + 2], 2, 6, 3, 7);
-			}
-			y[0] = __builtin_shufflevector(lo[0], lo[1], 0, 4, 1, 5);
-			y[1] = __builtin_shufflevector(lo[0], lo[1], 2, 6, 3, 7);
-			y[2] = __builtin_shufflevector(hi[0], hi[1], 0, 4, 1, 5);
-			y[3] = __builtin_shufflevector(hi[0], hi[1], 2, 6, 3, 7);
-			for (size_t i = 0; i < 4; i++)
-				memcpy(out + (c + i) * ldo + r, &y[i], sizeof y[i]);
+			put(tile + j * WIDE, h, e + f, WIDE);
+			put(tile + (half - 1 - j) * WIDE, h, inner ? t * (e - f) : e - f, WIDE);
+			put(tile + (half + j) * WIDE, h, v + u, WIDE);
+			put(tile + (s - 1 - j) * WIDE, h, inner ? t * (v - u) : v - u, WIDE);
 		}
-		for (; c < columns; c++)
-			for (size_t i = 0; i < 4; i++)
-				out[c * ldo + r + i] = in[(r + i) * ldi + c];
-	}
-	for (; r < rows; r++)
-		for (size_t c = 0; c < columns; c++)
-			out[c * ldo + r] = in[r * ldi + c];
+}
+
+CT_INLINE void unfold2(float *out, size_t ldo, const float *add, const float *tile, size_t s,
+	size_t n, const float *twist, const float *inner)
+{
+	const size_t half = s / 2;
+
+	for (size_t j = 0; j < half / 2; j++)
+		for (size_t h = 0; h < 2; h++) {
+			const size_t at[4] = {
+				j * ldo, (half - 1 - j) * ldo, (half + j) * ldo, (s - 1 - j) * ldo};
+			const ct_f32 t = ct_f32_set(inner ? inner[j] : 1);
+			const ct_f32 p = get(tile + j * WIDE, h, WIDE);
+			const ct_f32 q = get(tile + (half - 1 - j) * WIDE, h, WIDE);
+			const ct_f32 r = get(tile + (half + j) * WIDE, h, WIDE);
+			const ct_f32 w = get(tile + (s - 1 - j) * WIDE, h, WIDE);
+			const ct_f32 even = inner ? t * q : q, odd = inner ? t * w : w;
+			const ct_f32 u = ct_f32_set(twist[j]) * (r - odd);
+			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (r + odd);
+			ct_f32 y[4] = {
+				(p + even) + u, (p - even) + v, (p - even) - v, (p + even) - u};
+
+#pragma GCC unroll 4
+			for (size_t i = 0; i < 4; i++) {
+				if (add)
+					y[i] = get(add + at[i], h, n) + y[i];
+				put(out + at[i], h, y[i], n);
+			}
+		}
 }
 
 static size_t width(size_t w, size_t at)
@@ -206,12 +222,37 @@ CT_INLINE void first(float *c)
 		put(c, h, 0.70710678f * get(c, h, WIDE), WIDE);
 }
 
-/* Coefficients from a tile that is folded once. */
+/* The first folds: two if there are two levels. */
+CT_INLINE void enter(const struct ct_cosine *b, float *tile, const float *x, size_t ldx, size_t n)
+{
+	if (b->levels > 1)
+		fold2(tile, x, ldx, b->n, n, b->twist, b->twist + b->n / 2);
+	else
+		fold(tile, x, ldx, b->n, n, b->levels ? b->twist : NULL);
+}
+
+/* Those that undo them. */
+CT_INLINE void leave(const struct ct_cosine *b, float *out, size_t ldo, const float *add,
+	const float *tile, size_t n)
+{
+	if (b->levels > 1)
+		unfold2(out, ldo, add, tile, b->n, n, b->twist, b->twist + b->n / 2);
+	else
+		unfold(out, ldo, add, tile, b->n, n, b->levels ? b->twist : NULL);
+}
+
+/* The third level and the first fold of the leaves can be one walk. */
+static bool is_deep(const struct ct_cosine *b)
+{
+	return b->levels == 3 && b->n % 16 == 0;
+}
+
+/* Coefficients from a tile that has been entered. */
 static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *tile, size_t n)
 {
 	const size_t leaves = (size_t)1 << b->levels, rows = b->n >> b->levels;
-	const size_t count = b->m >> b->levels;
-	const float *twist = b->twist + b->n / 2;
+	const size_t count = b->m >> b->levels, s = 2 * rows;
+	const float *twist = b->twist + b->n - s;
 	const size_t *order = b->order + b->m - count;
 	float *out = tile + b->n * WIDE;
 
@@ -222,12 +263,19 @@ static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *til
 			leaf(b, c, ldc, tile, n);
 		return;
 	}
-	for (size_t l = 1; l < b->levels; twist += b->n >> ++l)
-		for (size_t t = 0, s = b->n >> l; t < (size_t)1 << l; t++)
-			fold(tile + t * s * WIDE, tile + t * s * WIDE, WIDE, s, WIDE, twist);
-	for (size_t t = 0; t < leaves; t++) {
-		fold(tile + t * rows * WIDE, tile + t * rows * WIDE, WIDE, rows, WIDE, NULL);
-		leaf(b, out + t * count * WIDE, WIDE, tile + t * rows * WIDE, WIDE);
+	for (size_t t = 0; t < leaves; t += 2) {
+		float *at = tile + t * rows * WIDE;
+
+		if (is_deep(b)) {
+			fold2(at, at, WIDE, s, WIDE, twist, NULL);
+		} else {
+			if (b->levels == 3)
+				fold(at, at, WIDE, s, WIDE, twist);
+			fold(at, at, WIDE, rows, WIDE, NULL);
+			fold(at + rows * WIDE, at + rows * WIDE, WIDE, rows, WIDE, NULL);
+		}
+		leaf(b, out + t * count * WIDE, WIDE, at, WIDE);
+		leaf(b, out + (t + 1) * count * WIDE, WIDE, at + rows * WIDE, WIDE);
 	}
 	for (size_t l = b->levels; l-- > 0;) {
 		const size_t half = b->m >> (l + 1);
@@ -242,28 +290,21 @@ static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *til
 			put(c + k * ldc, h, get(out + k * WIDE, h, WIDE), n);
 }
 
-static const float *twist_of(const struct ct_cosine *b)
-{
-	return b->levels ? b->twist : NULL;
-}
-
 void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t ldc,
 	const float *x, size_t ldx, size_t w, bool turned, float *tile)
 {
-	const float *twist = twist_of(b);
-
 	for (size_t at = 0; at < w; at += WIDE) {
 		size_t n = width(w, at);
 
 		if (turned) {
 			if (n < WIDE)
 				memset(tile, 0, b->n * WIDE * sizeof *tile);
-			turn(tile, WIDE, x + at * ldx, ldx, n, b->n);
-			fold(tile, tile, WIDE, b->n, WIDE, twist);
+			ct_turn(tile, WIDE, x + at * ldx, ldx, n, b->n);
+			enter(b, tile, tile, WIDE, WIDE);
 		} else if (n == WIDE) {
-			fold(tile, x + at, ldx, b->n, WIDE, twist);
+			enter(b, tile, x + at, ldx, WIDE);
 		} else {
-			fold(tile, x + at, ldx, b->n, n, twist);
+			enter(b, tile, x + at, ldx, n);
 		}
 		multiply(b, c + at, ldc, tile, n);
 	}
@@ -286,13 +327,13 @@ CT_INLINE void leaf_back(const struct ct_cosine *b, float *tile, const float *in
 		unfold(tile, WIDE, NULL, tile, s[f], WIDE, NULL);
 }
 
-/* tile = V^T c of a strip, folded but for its last unfolding. */
+/* tile = V^T c of a strip, which is to be left. */
 static void expand(
 	const struct ct_cosine *b, float *tile, const float *c, size_t ldc, size_t n, float *in)
 {
 	const size_t leaves = (size_t)1 << b->levels, rows = b->n >> b->levels;
-	const size_t count = b->m >> b->levels;
-	const float *twist = b->twist + b->n - rows;
+	const size_t count = b->m >> b->levels, s = 2 * rows;
+	const float *twist = b->twist + b->n - s;
 	const size_t *order = b->order;
 
 	for (size_t k = 0; k < b->m; k++)
@@ -310,34 +351,33 @@ static void expand(
 			spread(in + (2 * t + 1) * half * WIDE, order, half);
 		order += half;
 	}
-	for (size_t t = 0; t < leaves; t++) {
-		leaf_back(b, tile + t * rows * WIDE, in + t * count * WIDE);
-		unfold(tile + t * rows * WIDE, WIDE, NULL, tile + t * rows * WIDE, rows, WIDE,
-			NULL);
-	}
-	for (size_t l = b->levels - 1; l > 0; l--) {
-		const size_t s = b->n >> l;
+	for (size_t t = 0; t < leaves; t += 2) {
+		float *at = tile + t * rows * WIDE;
 
-		twist -= s / 2;
-		for (size_t t = 0; t < (size_t)1 << l; t++)
-			unfold(tile + t * s * WIDE, WIDE, NULL, tile + t * s * WIDE, s, WIDE,
-				twist);
+		leaf_back(b, at, in + t * count * WIDE);
+		leaf_back(b, at + rows * WIDE, in + (t + 1) * count * WIDE);
+		if (is_deep(b)) {
+			unfold2(at, WIDE, NULL, at, s, WIDE, twist, NULL);
+			continue;
+		}
+		unfold(at, WIDE, NULL, at, rows, WIDE, NULL);
+		unfold(at + rows * WIDE, WIDE, NULL, at + rows * WIDE, rows, WIDE, NULL);
+		if (b->levels == 3)
+			unfold(at, WIDE, NULL, at, s, WIDE, twist);
 	}
 }
 
 void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, size_t ldo,
 	const float *add, const float *c, size_t ldc, size_t w, float *tile)
 {
-	const float *twist = twist_of(b);
-
 	for (size_t at = 0; at < w; at += WIDE) {
 		size_t n = width(w, at);
 
 		expand(b, tile, c + at, ldc, n, tile + b->n * WIDE);
 		if (n == WIDE && add)
-			unfold(out + at, ldo, add + at, tile, b->n, WIDE, twist);
+			leave(b, out + at, ldo, add + at, tile, WIDE);
 		else
-			unfold(out + at, ldo, add ? add + at : NULL, tile, b->n, n, twist);
+			leave(b, out + at, ldo, add ? add + at : NULL, tile, n);
 	}
 }
 
@@ -348,7 +388,7 @@ void CT_SIMD_HERE(ct_cosine_synthesise_turned)(const struct ct_cosine *b, float 
 		size_t n = width(w, at);
 
 		expand(b, tile, c + at, ldc, n, tile + b->n * WIDE);
-		unfold(tile, WIDE, NULL, tile, b->n, WIDE, twist_of(b));
-		turn(out + at * ldo, ldo, tile, WIDE, b->n, n);
+		leave(b, tile, WIDE, NULL, tile, WIDE);
+		ct_turn(out + at * ldo, ldo, tile, WIDE, b->n, n);
 	}
 }

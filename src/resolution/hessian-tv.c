@@ -6,12 +6,17 @@
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
+#include "solve/trend.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5 };
+
+/* Iterations that halve the primal step, and the part of it that stays. */
+#define HALVES 30
+#define LEAST 0.05
 
 struct job {
 	float *x, *ahead;  /* the volume; extrapolated, and then the next one */
@@ -22,6 +27,7 @@ struct job {
 	struct ct_consistency *dc;
 	size_t n[3], plane, share;
 	float weight[PARTS], s, t;
+	float part;   /* of the first primal step */
 	bool measure; /* this iteration */
 };
 
@@ -71,7 +77,7 @@ static void ascend(void *arg, size_t k, size_t worker)
 		struct ct_hessian_ascent r = ascent(v, (ptrdiff_t)j, (ptrdiff_t)k);
 
 		r.square = v->measure ? square : NULL;
-		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s);
+		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s / v->part);
 		if (v->measure)
 			sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
 	}
@@ -120,7 +126,7 @@ static void descend(void *arg, size_t plane, size_t worker)
 		r.out = v->ahead + at + j * v->n[0];
 		r.step = v->measure ? step : NULL;
 		r.x = v->x + at + j * v->n[0];
-		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t);
+		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t * v->part);
 		if (v->measure)
 			moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
 	}
@@ -211,6 +217,7 @@ int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.x = x};
+	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
 	int rc = -1;
 
 	*report = (struct ct_tv_report){0};
@@ -221,14 +228,17 @@ int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
 		bool first = it == 0; /* how far the start was from consistency is not known */
 
-		ct_progress(env, "iterations", it, rule->iterations);
+		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
 		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
+		j.part = (float)fmax(exp2(-(double)it / HALVES), LEAST);
 		iterate(&j, report, env->par);
 		report->iterations = it + 1;
+		if (j.measure)
+			ct_trend_see(&trend, it + 1, report->change);
 		if (j.measure && !first && !isfinite(report->change))
 			rc = ct_fail(e, CT_ENUMERIC,
 				"second-order variation: no finite step in iteration %zu", it + 1);
-		else if (j.measure && report->change < rule->tolerance)
+		else if (it >= HALVES && j.measure && report->change < rule->tolerance)
 			break;
 		else
 			rc = ct_check_stop(env, e);

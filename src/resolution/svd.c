@@ -8,6 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A weight of so little of the largest is what rounding left of none. */
+#define NOTHING 1e-15
+
 /* Orthonormal DCT-II of m points, u (m,m); the phase is reduced exactly, in integers. */
 static void cosines(double *u, size_t m)
 {
@@ -116,6 +119,51 @@ int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 	return table(t, f->m, f->m, f->u, e);
 }
 
+/* Where the weights of each row begin that are more than NOTHING, and how many the longest has. */
+static size_t width(size_t *begin, const struct ct_taps *t)
+{
+	double most = 0;
+	size_t taps = 1;
+
+	for (size_t i = 0; i < t->n_out * t->taps; i++)
+		most = fmax(most, fabs(t->w[i]));
+	for (size_t j = 0; j < t->n_out; j++) {
+		const double *w = t->w + j * t->taps;
+		size_t from = 0, to = t->taps;
+
+		while (to > 1 && !(fabs(w[to - 1]) > NOTHING * most))
+			to--;
+		while (from + 1 < to && !(fabs(w[from]) > NOTHING * most))
+			from++;
+		begin[j] = from;
+		taps = to - from > taps ? to - from : taps;
+	}
+	return taps;
+}
+
+/* A full table without the ends of its rows where nothing is. */
+static int trim(struct ct_taps *t, struct ct_err *e)
+{
+	struct ct_taps narrow = {0};
+	size_t *begin = NULL;
+
+	if (ct_alloc(&begin, t->n_out, sizeof *begin, e))
+		return -1;
+	if (ct_taps_alloc(&narrow, t->n_in, t->n_out, width(begin, t), e)) {
+		free(begin);
+		return -1;
+	}
+	for (size_t j = 0; j < t->n_out; j++) {
+		ct_taps_place(&narrow, j, (ptrdiff_t)begin[j]);
+		memcpy(narrow.w + j * narrow.taps, t->w + j * t->taps + narrow.first[j],
+			narrow.taps * sizeof *narrow.w);
+	}
+	free(begin);
+	ct_taps_free(t);
+	*t = narrow;
+	return 0;
+}
+
 int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 {
 	if (ct_taps_alloc(t, f->m, f->n, f->m, e))
@@ -130,5 +178,5 @@ int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 				row[i] += w * f->u[k * f->m + i];
 		}
 	}
-	return 0;
+	return trim(t, e);
 }

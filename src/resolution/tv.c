@@ -11,6 +11,7 @@
 #include "core/mem.h"
 #include "core/room.h"
 #include "resolution/tv-row.h"
+#include "solve/trend.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -45,10 +46,11 @@ static void set_aside(void *arg, size_t slab, size_t worker)
 	load(j, j->first + slab * j->plane, slab * SLAB, j->scratch + worker * j->share);
 }
 
-/* Plane k, whose corrected values are x, above them xk: dual and out. `below` is the plane of
+/* Plane k, whose corrected values are x, above them xk, once `ahead`, if any, is added to it: dual
+ * and out. `below` is the plane of
  * k-components of 2 p' - p below it, and then its own. */
-static void sweep_plane(const struct job *j, size_t k, const float *x, const float *xk,
-	float *below, float *rows, double *tv, double *moved)
+static void sweep_plane(const struct job *j, size_t k, const float *x, float *xk,
+	const float *ahead, float *below, float *rows, double *tv, double *moved)
 {
 	size_t n = j->n[0];
 	float *turn[2] = {rows, rows + n};
@@ -66,7 +68,8 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, const flo
 			.x = x + y * n,
 			.xj = x + y * n + up,
 			.xk = xk + y * n,
-			.to = j->to ? j->to + at : x + y * n,
+			.ahead = ahead ? ahead + y * n : NULL,
+			.to = j->to ? j->to + at : NULL,
 			.pull = j->pull};
 
 		CT_SIMD(ct_tv_row_sweep)(&r, n, j->weight, j->s, j->t);
@@ -84,21 +87,23 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 	float *scratch = j->scratch + worker * j->share,
 	      *below = scratch + ct_consistency_scratch(j->dc);
 	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
-	const float *x = j->first + slab * j->plane;
+	float *x = j->first + slab * j->plane;
 	double tv = 0, moved = 0, skip = 0;
 
 	memset(below, 0, j->plane * sizeof *below);
 	for (size_t k = from; k < to; k++) {
 		bool whole = k > from || from == 0;
-		const float *xk = x;
+		const float *ahead = NULL;
+		float *xk = x;
 
 		if (k + 1 < j->n[2] && k + 1 == to)
 			xk = j->first + (slab + 1) * j->plane;
 		else if (k + 1 < j->n[2]) {
-			load(j, plane[k % 2], k + 1, scratch);
 			xk = plane[k % 2];
+			ahead = j->x + (k + 1) * j->plane;
+			ct_consistency_expand(j->dc, k + 1, xk, NULL, scratch);
 		}
-		sweep_plane(j, k, x, xk, below, rows, &tv, whole ? &moved : &skip);
+		sweep_plane(j, k, x, xk, ahead, below, rows, &tv, whole ? &moved : &skip);
 		if (whole)
 			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
 		x = xk;
@@ -116,10 +121,11 @@ static void mend(void *arg, size_t index, size_t worker)
 	size_t slab = index + 1, k = slab * SLAB;
 	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
 	float *x = j->x + k * j->plane;
+	const float t = j->t * j->weight[2];
 	double moved = 0;
 
 	for (size_t i = 0; i < j->plane; i++) {
-		x[i] -= j->t * below[i];
+		x[i] -= t * below[i];
 		moved += ((double)x[i] - (double)before[i]) * ((double)x[i] - (double)before[i]);
 	}
 	j->moved[slab] += moved;
@@ -236,6 +242,7 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 	struct ct_err *e)
 {
 	struct job j = {.x = x};
+	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
 	int rc = -1;
 
 	*report = (struct ct_tv_report){0};
@@ -245,10 +252,12 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 	ct_consistency_correct(dc, env->par);
 	rc = 0;
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
-		ct_progress(env, "iterations", it, rule->iterations);
+		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
 		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
 		iterate(&j, report, env->par);
 		report->iterations = it + 1;
+		if (j.measure)
+			ct_trend_see(&trend, it + 1, report->change);
 		if (j.measure && !isfinite(report->change))
 			rc = ct_fail(e, CT_ENUMERIC,
 				"total variation: no finite step in iteration %zu", it + 1);

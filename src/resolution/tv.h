@@ -25,7 +25,8 @@
 
 struct ct_tv_rule {
 	double weight[3]; /* w_a of each axis, in (0, 1] */
-	double step; /* primal step t |grad|, the unit of the values: HU of a strong edge / 30 */
+	double step; /* (first) primal step t |grad|, the unit of the values: HU of a strong edge /
+			30 */
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when an iteration moves x by less than this, RMS; 0: never */
 };

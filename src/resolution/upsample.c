@@ -3,6 +3,7 @@
 #include "resolution/upsample.h"
 #include "core/room.h"
 #include "resolution/consistency.h"
+#include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/resample.h"
 #include "resolution/tv.h"
@@ -19,6 +20,7 @@
 #define NOISE_SHARE 0.7
 
 enum { MANY = 1 << 18 }; /* voxels between two looks at the memory */
+enum { TV_BORDERS = 8 }; /* one plane of so many is kept twice, beside a slab of tv.c */
 
 const char *ct_upsample_name(enum ct_upsample method)
 {
@@ -52,12 +54,50 @@ int ct_upsample_aliasing(
 	return 0;
 }
 
-double ct_upsample_volumes(enum ct_upsample method)
+/* Of what a separable operator has between its passes, of the part of n voxels: the axis of the
+ * largest factor is the first to become coarse and the last to become fine. */
+static double between(const struct ct_degrade *d)
 {
-	return method == CT_UPSAMPLE_HTV  ? 6
-	       : method == CT_UPSAMPLE_TV ? 3.5
-	       : method == CT_UPSAMPLE_DC ? 3
-					  : 2;
+	double most = 0, second = 0, f;
+	int axes = 0;
+
+	for (int a = 0; a < 3; a++) {
+		if (d->factor[a] == 1 && d->sigma[a] == 0)
+			continue;
+		axes++;
+		f = d->factor[a];
+		second = fmax(second, fmin(f, most));
+		most = fmax(most, f);
+	}
+	return (axes > 1 ? 1 / most : 0) + (axes > 2 ? 1 / (most * second) : 0);
+}
+
+/* Of what says how a volume agrees (consistency.h): the coefficients thrice, and planes of them. */
+static double agreeing(const struct ct_degrade *d, const size_t n[static 3])
+{
+	const double plane = (double)ct_degrade_size(n[0], d->factor[0]) *
+			     (double)ct_degrade_size(n[1], d->factor[1]);
+	const double planes = (double)ct_degrade_size(n[2], d->factor[2]);
+
+	return sizeof(float) * plane * (3 * planes + (double)n[2]);
+}
+
+double ct_upsample_bytes(
+	enum ct_upsample method, const struct ct_degrade *by, const size_t n[static 3])
+{
+	const double all = (double)n[0] * (double)n[1] * (double)n[2], one = sizeof(float) * all;
+	const double dual = sizeof(int16_t) * all, beside = one * between(by);
+	double coarse = sizeof(float), solver = one + agreeing(by, n);
+
+	for (int a = 0; a < 3; a++)
+		coarse *= (double)ct_degrade_size(n[a], by->factor[a]);
+	if (method < CT_UPSAMPLE_DC)
+		return one + coarse + beside;
+	if (method == CT_UPSAMPLE_TV)
+		solver += CT_TV_DUAL * dual + one / TV_BORDERS;
+	if (method == CT_UPSAMPLE_HTV)
+		solver += one + CT_HESSIAN_PARTS * dual;
+	return fmax(2 * one + coarse + 2 * beside, solver);
 }
 
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
@@ -82,9 +122,11 @@ int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_ru
 		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
 			ct_upsample_name(rule->method));
 	if (rule->method == CT_UPSAMPLE_AUTO)
-		r->method = !rule->known                      ? CT_UPSAMPLE_BSPLINE
-			    : r->aliasing > CT_UPSAMPLE_ALIAS ? CT_UPSAMPLE_HTV
-							      : CT_UPSAMPLE_TV;
+		r->method =
+			!rule->known ? CT_UPSAMPLE_BSPLINE
+			: rule->by.decimate == CT_DECIMATE_POINT && r->aliasing > CT_UPSAMPLE_ALIAS
+				? CT_UPSAMPLE_HTV
+				: CT_UPSAMPLE_TV;
 	return 0;
 }
 
@@ -194,6 +236,10 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	if (ct_consistency_alloc(
 		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
 		return -1;
+	if (rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)) {
+		ct_consistency_free(&dc);
+		return -1;
+	}
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;
@@ -245,8 +291,9 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 		return -1;
 	if (report->method >= CT_UPSAMPLE_TV && regularise(hi, lo, rule, report, env, e))
 		return -1;
-	if (!rule->known)
-		return 0;
-	return ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,
-		&report->residual, env, e);
+	if (rule->known &&
+		ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,
+			&report->residual, env, e))
+		return -1;
+	return ct_vol_check_finite(hi, e) ? ct_blame(e, "the result") : 0;
 }

@@ -6,10 +6,11 @@
  *          the fine one
  *   DC     the B-spline, and its inconsistency taken off: x + D+ (y - D x)
  *   TV     least total variation of all x with D x = y (tv.h): edges stay sharp. Best where D
- *          keeps a clean low band; with aliased data it makes isolated points
+ *          keeps a clean low band, or takes means; of points that alias it makes isolated ones
  *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
- * aliasing AUTO   TV, or HTV where D lets more than CT_UPSAMPLE_ALIAS of its weight through above
- * the Nyquist frequency of the coarse grid; the B-spline if there is no D
+ *          points that alias
+ *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_ALIAS of its weight through
+ *          above the Nyquist frequency of the coarse grid; the B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
@@ -38,9 +39,10 @@ struct ct_upsample_rule {
 	enum ct_upsample method;
 	bool known; /* is `by` the operator, or only its factor? */
 	struct ct_degrade by;
-	double noise;      /* HU, >= 0 */
-	size_t iterations; /* TV, HTV: at most */
-	double tolerance;  /* TV, HTV: stop when an iteration moves less than this, HU RMS */
+	double noise;        /* HU, >= 0 */
+	const double *alike; /* of it, neighbours along the three axes (noise.h); NULL: white */
+	size_t iterations;   /* TV, HTV: at most */
+	double tolerance;    /* TV, HTV: stop when an iteration moves less than this, HU RMS */
 	double spread; /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			  lo */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
@@ -64,8 +66,10 @@ const char *ct_upsample_name(enum ct_upsample method);
  * that needs an operator without one. */
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
 	const size_t n[static 3], struct ct_err *e);
-/* Volumes of the size of the result that a method has in memory, that one included. */
-double ct_upsample_volumes(enum ct_upsample method);
+/* Bytes that a method has in memory at the most, of the volume of n voxels that it makes of what
+ * `by` makes of that, and beside it; DC: those of whatever makes a volume agree. */
+double ct_upsample_bytes(
+	enum ct_upsample method, const struct ct_degrade *by, const size_t n[static 3]);
 /* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
  * frequency of the coarse grid. */
 int ct_upsample_aliasing(

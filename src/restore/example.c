@@ -112,6 +112,20 @@ void ct_example_regime(struct ct_example *p, const struct ct_example_rule *r, ui
 		p->coarse[a] = !r->thick || a == axis;
 }
 
+/* What the prior adds to it, as ct-restore would. */
+static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct ct_degrade *d,
+	const struct ct_example_rule *r, double noise, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_restore_rule rule = {.by = *d, .noise = noise, .axes = {true, true, true}};
+	struct ct_restore_report report;
+	bool little;
+
+	if (ct_restore_careful(&rule, &little, lo->n, e))
+		return -1;
+	rule.passes = 1;
+	return ct_restore(base, NULL, lo, r->after, &rule, &report, env, e) ? -1 : 0;
+}
+
 static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_regime *g,
 	const bool coarse[3], const struct ct_example_rule *r, uint64_t index,
 	const struct ct_env *env, struct ct_err *e)
@@ -140,6 +154,8 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 	if (g->noise > 0)
 		ct_degrade_noise(lo.data, ct_vol_count(&lo), g->noise, r->seed + index, NULL);
 	rc = ct_upsample(base, &lo, &rule, &report, env, e);
+	if (rc == 0 && r->after)
+		rc = restored(base, &lo, &d, r, g->noise, env, e);
 out:
 	ct_separable_free(&down);
 	ct_vol_free(&lo);

@@ -6,6 +6,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "restore/learn.h"
+#include "restore/restore.h"
 
 struct ct_example_rule {
 	size_t side;     /* of a cube, voxels at most */
@@ -15,6 +16,8 @@ struct ct_example_rule {
 	double scale[2]; /* voxels of a cube are so many of the volume's, from .. to */
 	double noise;    /* HU, at most; half of the pairs have none */
 	double clip[2];  /* HU that half of them are clipped to; NaN: none */
+	const struct ct_slice_prior *after; /* adds to what the solver makes; NULL: none does */
+	const char *hash;                   /* of that prior, for who keeps examples; or NULL */
 	uint64_t seed;
 };
 

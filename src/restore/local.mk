@@ -6,4 +6,4 @@ libct_a_SOURCES += src/restore/learn.c src/restore/learn-begin.c src/restore/cal
 libct_a_SOURCES += src/restore/example.c src/restore/example.h
 libct_a_SOURCES += src/restore/predict.c src/restore/predict.h
 libct_a_SOURCES += src/restore/steps.c src/restore/steps.h
-libct_a_SOURCES += src/restore/restore.c src/restore/restore.h
+libct_a_SOURCES += src/restore/restore.c src/restore/caution.c src/restore/restore.h

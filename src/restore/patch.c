@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 enum { FLIP_U = 1, FLIP_V = 2, FLIP_W = 4, SWAP = 8 };
+#define NEARLY 0.01f /* a moment that is nearly 0 */
 
 void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
 	const bool coarse[static 3])
@@ -125,18 +126,21 @@ static float spread(const float *raw, size_t n, float mu)
 	return (float)sqrt(fmax(d, 0));
 }
 
-/* The turn that makes the first moments positive, and the one along u the larger one. */
-static unsigned turn_of(const float *raw, const struct ct_patch_shape *shape, float mu)
+/* First moments along u, v and across over twice the cell, over s and what |position| sums to: at
+ * most about 1. */
+static void moments(
+	float m[static 3], const float *raw, const struct ct_patch_shape *shape, float mu, float s)
 {
 	const size_t n = 2 * shape->cell < shape->side ? 2 * shape->cell : shape->side;
-	const size_t m = (shape->side - n) / 2;
-	const float middle = 0.5f * (float)(n - 1), slice = 0.5f * (float)(shape->depth - 1);
+	const size_t from = (shape->side - n) / 2, half = shape->depth / 2;
+	const float middle = 0.5f * (float)(n - 1);
+	const float inside = s * (float)(shape->depth * n) * (float)(n * n / 4);
+	const float across = s * (float)(n * n) * (float)(half * (half + 1));
 	float x = 0, y = 0, z = 0;
-	unsigned turn = 0;
 
 	for (size_t k = 0; k < shape->depth; k++)
 		for (size_t j = 0; j < n; j++) {
-			const float *p = raw + (k * shape->side + m + j) * shape->side + m;
+			const float *p = raw + (k * shape->side + from + j) * shape->side + from;
 			float row = 0;
 
 			for (size_t i = 0; i < n; i++) {
@@ -146,33 +150,89 @@ static unsigned turn_of(const float *raw, const struct ct_patch_shape *shape, fl
 				row += d;
 			}
 			y += row * ((float)j - middle);
-			z += row * ((float)k - slice);
+			z += row * ((float)k - (float)half);
 		}
-	turn |= x < 0 ? FLIP_U : 0;
-	turn |= y < 0 ? FLIP_V : 0;
-	turn |= z < 0 ? FLIP_W : 0;
-	return turn | (shape->swap && fabsf(y) > fabsf(x) ? SWAP : 0);
+	m[0] = x / inside;
+	m[1] = y / inside;
+	m[2] = half ? z / across : 1; /* one slice has no other side */
+}
+
+/* From 0 at t = 0 to 1 at t = 1, smoothly. */
+static float rise(float t)
+{
+	const float u = fminf(fmaxf(t, 0), 1);
+
+	return u * u * (3 - 2 * u);
+}
+
+/* What the flag has of a cell whose moment, or difference of two, is m: half at 0. */
+static float share_of(bool flag, float m)
+{
+	return rise(0.5f + (flag ? -m : m) / (2 * NEARLY));
+}
+
+/* Poses of those moments, and their shares of `all`; the turn that makes the moments positive, and
+ * the one along u the larger one, first. */
+static size_t poses(struct ct_patch_pose pose[static CT_PATCH_POSES],
+	const struct ct_patch_pose *any, const float m[static 3], bool swap)
+{
+	const float larger = swap ? fabsf(m[0]) - fabsf(m[1]) : 1;
+	const unsigned plain = (m[0] < 0 ? FLIP_U : 0) | (m[1] < 0 ? FLIP_V : 0) |
+			       (m[2] < 0 ? FLIP_W : 0) | (larger < 0 ? SWAP : 0);
+	size_t count = 0;
+
+	for (unsigned other = 0; other < CT_PATCH_POSES; other++) {
+		const unsigned turn = plain ^ other;
+		const float share = share_of(turn & FLIP_U, m[0]) * share_of(turn & FLIP_V, m[1]) *
+				    share_of(turn & FLIP_W, m[2]) * share_of(turn & SWAP, larger);
+
+		if (!(share > 0))
+			continue;
+		pose[count] = *any;
+		pose[count].turn = turn;
+		pose[count++].share *= share;
+	}
+	return count;
+}
+
+size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES],
+	const struct ct_slicing *s, const struct ct_patch_shape *shape, const size_t at[static 3])
+{
+	struct ct_patch_pose any;
+	float m[3];
+
+	gather(raw, s, shape, at);
+	any.mu = level(raw, shape);
+	any.s = spread(raw, ct_patch_count(shape), any.mu);
+	if (!(any.s > CT_PATCH_FLAT))
+		return 0;
+	any.share = rise(any.s / CT_PATCH_FLAT - 1);
+	moments(m, raw, shape, any.mu, any.s);
+	return poses(pose, &any, m, shape->swap);
+}
+
+void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
+	const struct ct_patch_turns *t, const struct ct_patch_pose *pose)
+{
+	const size_t n = ct_patch_count(shape);
+	const uint16_t *place = t->patch + pose->turn * n;
+	const float scale = 1 / pose->s;
+
+	for (size_t i = 0; i < n; i++)
+		out[i] = (raw[place[i]] - pose->mu) * scale;
 }
 
 bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
 	const size_t at[static 3])
 {
-	float raw[CT_PATCH_SIDE * CT_PATCH_SIDE * CT_PATCH_DEPTH];
-	const size_t n = ct_patch_count(shape);
-	const uint16_t *place;
-	float scale;
+	float raw[CT_PATCH_MOST];
+	struct ct_patch_pose all[CT_PATCH_POSES];
 
-	gather(raw, s, shape, at);
-	pose->mu = level(raw, shape);
-	pose->s = spread(raw, n, pose->mu);
-	if (!(pose->s > CT_PATCH_FLAT))
+	if (ct_patch_look(raw, all, s, shape, at) == 0)
 		return false;
-	pose->turn = turn_of(raw, shape, pose->mu);
-	place = t->patch + pose->turn * n;
-	scale = 1 / pose->s;
-	for (size_t i = 0; i < n; i++)
-		out[i] = (raw[place[i]] - pose->mu) * scale;
+	*pose = all[0];
+	ct_patch_turn(out, raw, shape, t, pose);
 	return true;
 }
 
@@ -193,20 +253,28 @@ void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch
 		out[i] = s->x[place_of(s, shape, t->cell + pose->turn * n, at, i)] / pose->s;
 }
 
-void ct_patch_put(float *to, float *square, const float *in, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
-	const struct ct_patch_pose *pose, const size_t at[static 3])
+void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
+	const struct ct_patch_turns *t, const struct ct_patch_pose *pose)
 {
 	const size_t n = shape->cell * shape->cell;
+	const uint16_t *place = t->cell + pose->turn * n;
 
-	for (size_t i = 0; i < n; i++) {
-		const size_t place = place_of(s, shape, t->cell + pose->turn * n, at, i);
-		const float v = in[i] * pose->s;
+	for (size_t i = 0; i < n; i++)
+		cell[place[i]] += in[i] * pose->s * pose->share;
+}
 
-		to[place] += v;
-		if (square)
-			square[place] += v * v;
-	}
+void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const size_t at[static 3])
+{
+	for (size_t j = 0; j < shape->cell; j++)
+		for (size_t i = 0; i < shape->cell; i++, cell++) {
+			const size_t place = (at[0] + i) * s->stride[0] +
+					     (at[1] + j) * s->stride[1] + at[2] * s->stride[2];
+
+			to[place] += *cell;
+			if (square)
+				square[place] += *cell * *cell;
+		}
 }
 
 void ct_patch_fill(float *to, float value, const struct ct_slicing *s,

@@ -9,7 +9,12 @@
  *   pose     mirrored so that its first moments (over twice the cell) are positive, and, where the
  *            two axes of the slice are equals, swapped so that the larger one lies along u
  *
- * What is predicted for the cell is undone the same way. Pure; thread-safe.
+ * What is predicted for the cell is undone the same way.
+ *
+ * A volume that differs by little gets a prediction that differs by little: a patch whose moment is
+ * nearly 0, or whose two are nearly equal, has both poses, each with a share of the cell that goes
+ * smoothly to 0 where the other is plain; and all shares of a cell go smoothly from 1 at twice
+ * CT_PATCH_FLAT to 0 there. Pure; thread-safe.
  */
 #ifndef CT_RESTORE_PATCH_H
 #define CT_RESTORE_PATCH_H
@@ -22,6 +27,7 @@
 #define CT_PATCH_FLAT 10.0f /* HU */
 
 enum { CT_PATCH_SIDE = 40, CT_PATCH_DEPTH = 5, CT_PATCH_CELL = 8, CT_PATCH_POSES = 16 };
+enum { CT_PATCH_MOST = CT_PATCH_SIDE * CT_PATCH_SIDE * CT_PATCH_DEPTH };
 
 struct ct_patch_shape {
 	size_t cell, side, depth; /* side - cell even, depth odd, within the limits above */
@@ -36,7 +42,7 @@ struct ct_slicing {
 
 /* How a patch was made alike. */
 struct ct_patch_pose {
-	float mu, s;
+	float mu, s, share;
 	unsigned turn; /* 1: u mirrored, 2: v, 4: across, 8: swapped */
 };
 
@@ -60,8 +66,14 @@ int ct_patch_turns_alloc(
 	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e);
 void ct_patch_turns_free(struct ct_patch_turns *t);
 
-/* The patch about the cell whose first pixel is at[0], at[1] of slice at[2]; false if it is flat,
- * and out is then not written. */
+/* The patch, as it lies, about the cell whose first pixel is at[0], at[1] of slice at[2], and its
+ * poses, that of the moments' signs first: how many, 0 if it is flat. */
+size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES],
+	const struct ct_slicing *s, const struct ct_patch_shape *shape, const size_t at[static 3]);
+/* Made alike in one of them. */
+void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
+	const struct ct_patch_turns *t, const struct ct_patch_pose *pose);
+/* Both, in the first pose; false if it is flat, and out is then not written. */
 bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
 	const size_t at[static 3]);
@@ -69,11 +81,13 @@ bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicin
 void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
 	const struct ct_patch_turns *t, const struct ct_patch_pose *pose,
 	const size_t at[static 3]);
-/* Its inverse: add s times the values in the pose to a volume of that slicing, and their squares to
- * another, if it is not NULL. Thread-safe for different cells. */
-void ct_patch_put(float *to, float *square, const float *in, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
-	const struct ct_patch_pose *pose, const size_t at[static 3]);
+/* Its inverse: add to a cell, as it lies, s times the values in the pose, times its share. */
+void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
+	const struct ct_patch_turns *t, const struct ct_patch_pose *pose);
+/* Add a cell, as it lies, to a volume of that slicing, and the squares to another, if it is not
+ * NULL. Thread-safe for different cells. */
+void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const size_t at[static 3]);
 
 /* Add the same value to all of the cell. */
 void ct_patch_fill(float *to, float value, const struct ct_slicing *s,

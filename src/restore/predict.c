@@ -13,7 +13,7 @@ enum { ROWS = 128 };
 struct side {
 	struct ct_regressor_work w;
 	struct ct_patch_pose pose[ROWS];
-	size_t at[ROWS][3], rows, looked, cells;
+	size_t at[ROWS][3], poses[ROWS], rows, looked, cells; /* poses: of the cell from there */
 	struct ct_err failed;
 };
 
@@ -42,45 +42,65 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const 
 	return count;
 }
 
+/* What the rows from i on, the poses of a cell, hold, to h. */
+static void put(struct job *j, const struct side *d, size_t i)
+{
+	const size_t out = ct_regressor_out(j->r), end = i + d->poses[i];
+	const struct ct_patch_shape *shape = &j->r->shape;
+	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0}, v = 0;
+	const size_t *at = d->at[i];
+
+	for (; i < end; i++) {
+		const struct ct_patch_pose *pose = &d->pose[i];
+		const float *said = d->w.out + i * out;
+
+		ct_patch_back(cell, said, shape, &j->turns, pose);
+		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 20));
+	}
+	ct_patch_put(j->g->h, j->g->square, cell, &j->s, shape, at);
+	if (j->g->v)
+		ct_patch_fill(j->g->v, j->r->spread[0] * v, &j->s, shape, at);
+}
+
 /* What the rows that are gathered hold, to h. */
 static void flush(struct job *j, struct side *d)
 {
-	const size_t out = ct_regressor_out(j->r);
-
 	if (d->failed.code || d->rows == 0)
 		return;
 	if (ct_regressor_run(j->r, &d->w, d->rows, &d->failed))
 		return;
-	for (size_t i = 0; i < d->rows; i++) {
-		const struct ct_patch_pose *pose = &d->pose[i];
-		const float *said = d->w.out + i * out;
-
-		ct_patch_put(j->g->h, j->g->square, said, &j->s, &j->r->shape, &j->turns, pose,
-			d->at[i]);
-		if (j->g->v)
-			ct_patch_fill(j->g->v,
-				j->r->spread[0] * pose->s * pose->s *
-					expf(fminf(said[out - 1], 20)),
-				&j->s, &j->r->shape, d->at[i]);
-	}
-	d->looked += d->rows;
+	for (size_t i = 0; i < d->rows; i += d->poses[i])
+		put(j, d, i);
 	d->rows = 0;
 }
 
 static void look(struct job *j, struct side *d, const size_t at[static 3])
 {
-	const size_t count = ct_patch_count(&j->r->shape), i = d->rows;
+	const struct ct_patch_shape *shape = &j->r->shape;
+	struct ct_patch_pose pose[CT_PATCH_POSES];
+	float raw[CT_PATCH_MOST];
+	size_t count;
 
 	if (j->scene->to && (at[j->last] < j->scene->from || at[j->last] >= j->scene->to))
 		return;
 	d->cells++;
-	if (!ct_patch_cut(d->w.patch + i * count, &d->pose[i], &j->s, &j->r->shape, &j->turns, at))
+	count = ct_patch_look(raw, pose, &j->s, shape, at);
+	if (count == 0)
 		return;
-	memcpy(d->at[i], at, sizeof d->at[i]);
-	ct_regressor_tell(ct_regressor_told(&d->w, j->r, i), &d->pose[i], &j->scene->regime, at[2],
-		j->coarse ? j->r->shape.cell : 1);
-	if (++d->rows == ROWS)
+	d->looked++;
+	if (d->rows + count > ROWS)
 		flush(j, d);
+	d->poses[d->rows] = count;
+	for (size_t p = 0; p < count; p++) {
+		const size_t i = d->rows++;
+
+		ct_patch_turn(
+			d->w.patch + i * ct_patch_count(shape), raw, shape, &j->turns, &pose[p]);
+		ct_regressor_tell(ct_regressor_told(&d->w, j->r, i), &pose[p], &j->scene->regime,
+			at[2], j->coarse ? shape->cell : 1);
+		d->pose[i] = pose[p];
+		memcpy(d->at[i], at, sizeof d->at[i]);
+	}
 }
 
 static void slice(void *arg, size_t k, size_t worker)

@@ -17,21 +17,21 @@
 
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
 {
-	static const char *const kinds[] = {"", "thick-"};
+	static const char *const kinds[] = {"", "thick-", "again-", "again-thick-"};
 	char name[40], tensor[64];
 
 	for (size_t s = 2; s <= CT_PATCH_CELL; s++)
-		for (size_t k = 0; k < 2 && p->n < CT_SLICE_PRIOR_MOST; k++) {
+		for (size_t k = 0; k < 4 && p->n < CT_SLICE_PRIOR_MOST; k++) {
 			struct ct_regressor *r = &p->r[p->n];
 
 			snprintf(name, sizeof name, "%s%zu", kinds[k], s);
 			snprintf(tensor, sizeof tensor, "%s.shape", name);
 			if (!ct_tensors_find(w, tensor))
 				continue;
-			p->n++;
+			p->again[p->n++] = k >= 2;
 			if (ct_regressor_get(r, w, name, e))
 				return -1;
-			if (r->shape.cell != s || r->shape.swap != (k == 0))
+			if (r->shape.cell != s || r->shape.swap != (k % 2 == 0))
 				return ct_fail(
 					e, CT_EINPUT, "tensor \"%s\" is of other slices", tensor);
 		}
@@ -64,24 +64,45 @@ static bool scene_of(struct ct_scene *s, size_t *factor, const struct ct_degrade
 	return coarse > 0;
 }
 
-bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d)
+/* Of the nets for a first look, or for another. */
+static size_t known(
+	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
 {
 	struct ct_scene s = {0};
-	size_t factor;
+	size_t factor, count = 0;
+
+	axes[0] = axes[1] = axes[2] = false;
+	if (!scene_of(&s, &factor, d))
+		return 0;
+	for (size_t i = 0; i < p->n; i++) {
+		bool can[3];
+
+		if (p->r[i].shape.cell != factor || p->again[i] != again)
+			continue;
+		count += ct_predict_axes(can, &p->r[i], &s);
+		for (int a = 0; a < 3; a++)
+			axes[a] = axes[a] || can[a];
+	}
+	return count;
+}
+
+bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
+{
 	bool axes[3];
 
-	if (!scene_of(&s, &factor, d))
-		return false;
-	for (size_t i = 0; i < p->n; i++)
-		if (p->r[i].shape.cell == factor && ct_predict_axes(axes, &p->r[i], &s))
-			return true;
-	return false;
+	return known(axes, p, d, again) > 0;
+}
+
+void ct_slice_prior_axes(
+	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d)
+{
+	known(axes, p, d, false);
 }
 
 /* What all regressors expect that know slices of the scene; *floor += what the noise alone makes of
  * the square of the error. */
 static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, size_t factor,
-	const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
+	bool again, const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	for (size_t i = 0; i < p->n; i++) {
@@ -89,7 +110,7 @@ static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, s
 		const size_t before = g->axes;
 		bool can[3];
 
-		if (r->shape.cell != factor)
+		if (r->shape.cell != factor || p->again[i] != again)
 			continue;
 		ct_predict_axes(can, r, s);
 		if (!((can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) ||
@@ -220,6 +241,7 @@ static int agree(struct ct_vol *x, const struct ct_vol *lo, const struct ct_rest
 
 		if (ct_consistency_alloc(
 			    &dc, &rule->by, x->n, lo->data, rule->noise, env->par, e) == 0 &&
+			ct_consistency_colour(&dc, rule->alike, e) == 0 &&
 			ct_alloc(&scratch, ct_par_threads(env->par) * ct_consistency_scratch(&dc),
 				sizeof *scratch, e) == 0) {
 			ct_consistency_apply(&dc, x->data, scratch, env->par);
@@ -279,6 +301,7 @@ struct slabs {
 	struct ct_restore_report *report;
 	const struct ct_env *env;
 	struct ct_scene scene;
+	bool again;
 	size_t factor, about, step, plane;
 	float *copy, *below, *h; /* copy: the planes that are looked at; h: those of a guess */
 	float *kept;
@@ -364,7 +387,8 @@ static int slab(struct slabs *s, size_t k0, size_t k1, struct ct_err *e)
 		ct_progress(s->env, "planes", k0, n[2]);
 		quiet.progress = NULL;
 	}
-	if (expect(&g, &floor, &scene, s->factor, s->prior, s->rule, s->report, &quiet, e))
+	if (expect(&g, &floor, &scene, s->factor, s->again, s->prior, s->rule, s->report, &quiet,
+		    e))
 		return -1;
 	if (g.v)
 		deviate(g.v, all, &g, floor);
@@ -408,12 +432,13 @@ out:
 	return rc;
 }
 
-int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
+static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct slabs s = {.x = x,
 		.std = std,
+		.again = again,
 		.prior = prior,
 		.rule = rule,
 		.report = report,
@@ -432,4 +457,15 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	for (int a = 0; a < 3; a++)
 		s.w.m[a] = (x->n[a] + s.factor - 1) / s.factor;
 	return all_slabs(&s, e) ? -1 : agree(x, lo, rule, &report->residual, env, e);
+}
+
+int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
+	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
+	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
+{
+	const bool twice = rule->passes == 2;
+
+	if (once(x, twice ? NULL : std, false, lo, prior, rule, report, env, e))
+		return -1;
+	return twice ? once(x, std, true, lo, prior, rule, report, env, e) : 0;
 }

@@ -10,8 +10,11 @@
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, up to it
  *
+ * and with two passes all that once more.
+ *
  * The prior is a set of regressors: "S" for slices whose two axes are S times coarser, "thick-S"
- * for those with one such axis.
+ * for those with one such axis; "again-S" and "again-thick-S" for volumes that the former have
+ * added to, which show what slices of one axis did not know of the others.
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H
@@ -24,22 +27,34 @@ enum { CT_SLICE_PRIOR_MOST = 16 };
 struct ct_slice_prior {
 	size_t n;
 	struct ct_regressor r[CT_SLICE_PRIOR_MOST];
+	bool again[CT_SLICE_PRIOR_MOST];
 };
 
 /* The regressors of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
-/* Does it know slices of scans that d made? */
-bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d);
+/* Does it know slices of scans that d made, as a solver refined them, or as the prior did? */
+bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again);
+/* Axes across which it takes slices of what a solver refined. */
+void ct_slice_prior_axes(
+	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d);
 
 struct ct_restore_rule {
 	struct ct_degrade by;
 	double noise;                    /* HU of the LR scan */
+	const double *alike;             /* of it, along the three axes (noise.h); NULL: white */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
 	double steps;                    /* their limit (steps.h), 0 none */
 	bool axes[3];                    /* slices across these */
+	int passes;                      /* 2: then look again at what comes of that; else once */
 	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */
 };
+
+/* The weight of a scan of n voxels that rule->by made, with rule->noise, the caution that goes with
+ * it, and the most passes that gain. *little: what the prior could add is not worth what it may
+ * spoil. CT_ENOMEM. */
+int ct_restore_careful(
+	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e);
 
 struct ct_restore_report {
 	size_t cells, looked; /* cells of slices, and those that were not flat */
@@ -55,8 +70,8 @@ size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
  * and lo: one volume, of room.h. Of all planes that are in hand: one more, and another if there is
- * doubt. std, if not NULL, becomes the expected error
- * of each voxel, HU (regressor.h). */
+ * doubt. std, if not NULL, becomes the expected error of each voxel, HU (regressor.h); the report
+ * is of what was looked at last. */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e);

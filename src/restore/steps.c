@@ -15,17 +15,31 @@ struct job {
 	size_t from, to;
 };
 
-/* The nearest voxel to p. */
+/* x at p, linear between the voxels. */
 static double look(const struct ct_steps *s, const double p[3])
 {
-	size_t at[3];
+	const size_t stride[3] = {1, s->n[0], s->n[0] * s->n[1]};
+	size_t first = 0, on[3];
+	double part[3], sum = 0;
 
-	for (int a = 0; a < 3; a++)
-		at[a] = (size_t)fmin(fmax(p[a] + 0.5, 0), (double)(s->n[a] - 1));
-	return (double)s->x[(at[2] * s->n[1] + at[1]) * s->n[0] + at[0]];
+	for (int a = 0; a < 3; a++) {
+		const double at = fmin(fmax(p[a], 0), (double)(s->n[a] - 1));
+
+		first += (size_t)at * stride[a];
+		part[a] = at - floor(at);
+		on[a] = part[a] > 0 ? stride[a] : 0;
+	}
+	for (int k = 0; k < 2; k++)
+		for (int j = 0; j < 2; j++) {
+			const float *x = s->x + first + (size_t)k * on[2] + (size_t)j * on[1];
+
+			sum += (k ? part[2] : 1 - part[2]) * (j ? part[1] : 1 - part[1]) *
+			       ((1 - part[0]) * (double)x[0] + part[0] * (double)x[on[0]]);
+		}
+	return sum;
 }
 
-/* The mean of the voxels from 3/4 to 3/2 of a block along `along` of p; *variance += theirs. */
+/* The mean of x from 3/4 to 3/2 of a block along `along` of p; *variance += theirs. */
 static double plateau(
 	double *variance, const struct ct_steps *s, const size_t at[3], const double along[3])
 {
@@ -60,7 +74,7 @@ static double plain(double *u, const struct ct_steps *s, const size_t at[3])
 		up[a] = (on - back) / 2;
 		length += up[a] * up[a];
 	}
-	if (length < LEAST * LEAST)
+	if (length <= LEAST * LEAST)
 		return 0;
 	for (int a = 0; a < 3; a++) {
 		up[a] /= sqrt(length);
@@ -70,7 +84,8 @@ static double plain(double *u, const struct ct_steps *s, const size_t at[3])
 	step -= plateau(&variance, s, at, down);
 	if (step <= 0)
 		return 0;
-	return step * step / (step * step + (variance + LEAST * LEAST) / (s->limit * s->limit));
+	return (1 - LEAST * LEAST / length) * step * step /
+	       (step * step + (variance + LEAST * LEAST) / (s->limit * s->limit));
 }
 
 /* The block of which the first voxel is `first`. */

@@ -8,8 +8,9 @@
  *   c = max(0, sum p h u / sum (p u^2 + HU^2 of rounding))
  *
  * along u a step diffuses: c < 0 sharpens it, and stays, as does what moves it, which is at right
- * angles to u. p = d^2 / (d^2 + (v + 5^2 HU^2) / limit^2): d is how much higher the voxels 3/4 s to
- * 3/2 s up the slope of x are than those as far below, v the variance of the two plateaus.
+ * angles to u. p = (1 - 5^2 HU^2 / g^2) d^2 / (d^2 + (v + 5^2 HU^2) / limit^2): g is the slope of
+ * x, a voxel, no less than 5 HU; d how much higher x is 3/4 s to 3/2 s up the slope than as far
+ * below, v the variance of the two plateaus. A small change of x makes a small one.
  */
 #ifndef CT_RESTORE_STEPS_H
 #define CT_RESTORE_STEPS_H

@@ -87,7 +87,7 @@ int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct
 {
 	const struct series_rule rule = rule_of(p);
 
-	return inspect_print(p->files.v, p->files.n, &rule, env, e);
+	return inspect_print(p->files.v, p->files.n, &rule, NULL, env, e);
 }
 
 static int read_dicom(

@@ -12,6 +12,7 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
+#include "tools/lib/lowres.h"
 #include "tools/lib/scan-opts.h"
 #include "xray/window.h"
 
@@ -245,6 +246,7 @@ static int make_consistent(
 		ct_blame(e, p->consistent);
 		goto out;
 	}
+	ct_env_tell(env, LOWRES_RESIDUAL, "%.9g", after);
 	ct_log(env, CT_INFO, "differs from %s by %.3g HU RMS, %.3g before", p->consistent, after,
 		before);
 	rc = 0;

@@ -15,8 +15,16 @@
 #define PROTOCOLS(X)                                                                               \
 	X(P1, "P1")                                                                                \
 	X(P2, "P2")                                                                                \
-	X(P3, "P3")
+	X(P3, "P3")                                                                                \
+	X(P1N, "P1n")                                                                              \
+	X(P3N, "P3n")
 enum protocol { PROTOCOLS(CT_WORD_VALUE) };
+
+/* What degrade.h says under this number, and noise, HU. */
+static const struct {
+	int number;
+	double noise;
+} protocols[] = {[P1] = {1, 0}, [P2] = {2, 0}, [P3] = {3, 0}, [P1N] = {1, 15}, [P3N] = {3, 15}};
 
 struct params {
 	const char *in, *out, *factor, *sigma, *clip, *memory;
@@ -24,7 +32,7 @@ struct params {
 	double noise;
 };
 
-static const struct params defaults = {.decimate = -1};
+static const struct params defaults = {.decimate = -1, .noise = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
@@ -35,7 +43,7 @@ static const struct ct_opt opts[] = {
 		"(needed)"),
 	CT_CHOICE(struct params, protocol, 'p', "protocol", CT_WORDS(PROTOCOLS),
 		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
-		"S/8, point"),
+		"S/8, point; P1n and P3n: with --noise=15"),
 	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
 		"protocol's; one number is for the axes that are reduced"),
@@ -45,7 +53,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
-		"add normal noise of this standard deviation to OUT"),
+		"add normal noise of this standard deviation to OUT, in place of the protocol's"),
 	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
@@ -64,10 +72,11 @@ static int operator_of(struct ct_degrade *d, const struct params *p, const struc
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
 		d->factor[a] = x[a];
 	}
-	if (p->sigma && p->decimate >= 0 && ct_modes_given(given, "protocol"))
+	if (p->sigma && p->decimate >= 0 && protocols[p->protocol].noise == 0 &&
+		ct_modes_given(given, "protocol"))
 		return ct_fail(
 			e, CT_EUSAGE, "--protocol: --sigma and --decimate leave nothing of it");
-	ct_degrade_protocol(d, p->protocol - P1 + 1);
+	ct_degrade_protocol(d, protocols[p->protocol].number);
 	if (p->decimate >= 0)
 		d->decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)
@@ -102,12 +111,15 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 }
 
 static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
-	const struct params *p, const struct ct_env *env, struct ct_err *e)
+	double noise, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable s = {0};
+	double had = 0; /* of which the blur leaves nobody knows what */
 	size_t n[3];
 	int rc = -1;
 
+	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0)
+		return -1;
 	if (ct_degrade_plan(&s, d, hi->n, env->par, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
@@ -119,11 +131,10 @@ static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_d
 	ct_meta_drop(&lo->meta, CT_META_NOISE);
 	if (ct_degrade_put(&lo->meta, d, e))
 		goto out;
-	if (p->noise > 0) {
-		ct_degrade_noise(lo->data, ct_vol_count(lo), p->noise, env->seed, env->par);
-		if (ct_meta_setf(&lo->meta, e, CT_META_NOISE, "%g", p->noise))
-			goto out;
-	}
+	if (noise > 0)
+		ct_degrade_noise(lo->data, ct_vol_count(lo), noise, env->seed, env->par);
+	if ((noise > 0 || had == 0) && ct_meta_setf(&lo->meta, e, CT_META_NOISE, "%g", noise))
+		goto out;
 	rc = 0;
 out:
 	ct_separable_free(&s);
@@ -142,6 +153,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
 	struct ct_vol in = {0}, out = {0};
 	struct ct_memory memory;
+	double noise =
+		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
 	if (operator_of(&d, p, env->given, e) ||
@@ -156,7 +169,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	}
 	if (clip(&in, p->clip, e))
 		goto out;
-	if (degrade(&out, &in, &d, p, env, e)) {
+	if (degrade(&out, &in, &d, noise, env, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}

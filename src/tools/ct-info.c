@@ -56,8 +56,15 @@ static bool is_folder(const char *path)
 }
 #endif
 
-static int report(const struct params *p, const char *path, bool first, const struct ct_env *env,
-	struct ct_err *e)
+static void print(const json_t *o)
+{
+	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
+	putchar('\n'); /* ct_cli_main checks standard output */
+}
+
+/* `into` is the array of all files, or NULL if they are text or there is but one. */
+static int report(const struct params *p, const char *path, bool first, json_t *into,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_any a = {0};
 	json_t *o = NULL;
@@ -74,7 +81,7 @@ static int report(const struct params *p, const char *path, bool first, const st
 
 		if (!first && !env->json)
 			putchar('\n');
-		return inspect_print(&path, 1, &rule, env, e);
+		return inspect_print(&path, 1, &rule, into, env, e);
 	}
 #endif
 	if (ct_any_read(path, &a, e) == 0)
@@ -83,10 +90,11 @@ static int report(const struct params *p, const char *path, bool first, const st
 		json_decref(o);
 		o = NULL;
 	}
-	if (o && env->json) {
-		json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
-		putchar('\n'); /* ct_cli_main checks standard output */
-	} else if (o) {
+	if (o && into)
+		json_array_append(into, o);
+	else if (o && env->json)
+		print(o);
+	else if (o) {
 		if (!first)
 			putchar('\n');
 		report_print(stdout, o);
@@ -99,11 +107,15 @@ static int report(const struct params *p, const char *path, bool first, const st
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
+	json_t *all = env->json && p->files.n > 1 ? json_array() : NULL;
+	int rc = 0;
 
-	for (size_t i = 0; i < p->files.n; i++)
-		if (report(p, p->files.v[i], i == 0, env, e))
-			return -1;
-	return 0;
+	for (size_t i = 0; rc == 0 && i < p->files.n; i++)
+		rc = report(p, p->files.v[i], i == 0, all, env, e);
+	if (all)
+		print(all);
+	json_decref(all);
+	return rc;
 }
 
 static const struct ct_tool tool = {

@@ -6,7 +6,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "tools/metrics-report.h"
+#include "tools/metrics-harm.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,12 +15,12 @@
 
 struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std,
-		*memory;
+		*blob, *factor, *fsc, *memory;
 	const char *ref, *test; /* the operands by what they are; ref may be NULL */
-	bool psnr, edges, structures;
-	int ssim;
-	double range, step, blob, contrast, min_psnr, min_ssim, max_mae, max_rmse, max_gradient,
-		max_residual, max_rms;
+	bool psnr, edges, harm, structures, flat, hfen, tissues, csv;
+	int ssim, deep;
+	double range, step, contrast, flat_step, max_false, min_psnr, min_ssim, max_mae, max_rmse,
+		max_gradient, max_residual, max_rms;
 };
 
 #define AND_ALL(X) X(ALL, "all")
@@ -29,8 +29,10 @@ enum { ALL = CT_SSIM_KINDS }; /* the last word of --ssim */
 
 static const struct params defaults = {.ssim = -1,
 	.step = 300,
-	.blob = 1.5,
 	.contrast = 15,
+	.flat_step = 1,
+	.deep = 4,
+	.max_false = NONE,
 	.min_psnr = NONE,
 	.min_ssim = NONE,
 	.max_mae = NONE,
@@ -69,15 +71,44 @@ static const struct ct_opt opts[] = {
 		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %",
 		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge",
-		CT_WHEN(CT_IF(struct params, edges))),
+		CT_WHEN(CT_IF(struct params, edges), CT_IF(struct params, harm))),
+	CT_OPT(struct params, harm, 0, "harm", NULL, 0, 0,
+		"all that tells whether TEST does harm: --edges, --structures, --flat, --hfen, "
+		"the figures of --fsc, and --tissues",
+		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, structures, 0, "structures", NULL, 0, 0,
 		"count the blobs in soft tissue that TEST shows and REF does not, and the reverse",
 		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, blob, 0, "blob-sigma", "V", 0.3, 100,
-		"their size: standard deviation of a Gaussian, voxels",
-		CT_WHEN(CT_IF(struct params, structures))),
+	CT_OPT(struct params, blob, 0, "blob-sigma", "V,...", 0, 0,
+		"their sizes: standard deviations of Gaussians, voxels, one to four (without it "
+		"and a factor 1.5)",
+		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
+	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+		"how many voxels of TEST a low-resolution one is long: their sizes are .75 and 1.5 "
+		"of those (the header of TEST says so if it was refined here)",
+		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm),
+			CT_UNLESS(struct params, blob))),
 	CT_OPT(struct params, contrast, 0, "blob-step", "HU", 1e-3, 1e6, "their least contrast",
-		CT_WHEN(CT_IF(struct params, structures))),
+		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
+	CT_OPT(struct params, flat, 0, "flat", NULL, 0, 0,
+		"the share of soft tissue without a gradient, in REF and in TEST",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, flat_step, 0, "flat-step", "HU", 1e-6, 1e6,
+		"what all steps to the next voxels are smaller than there",
+		CT_WHEN(CT_IF(struct params, flat), CT_IF(struct params, harm))),
+	CT_OPT(struct params, hfen, 0, "hfen", NULL, 0, 0,
+		"the high-frequency error norm: of the Laplacian of a Gaussian",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OUTPUT(struct params, fsc, 0, "fsc", "CSV", CT_ENDS_TABLE,
+		"Fourier shell correlation: where it falls to 50 %, and a line for every shell to "
+		"the file CSV",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, tissues, 0, "tissues", NULL, 0, 0,
+		"errors by tissue of REF: air, lung, fat, soft, brain, bone, and deep in soft",
+		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, deep, 0, "deep", "V", 0, 1000,
+		"deep is where all is soft for so many voxels about",
+		CT_WHEN(CT_IF(struct params, tissues), CT_IF(struct params, harm))),
 	CT_INPUT(struct params, std, 0, "std", "FILE",
 		"compare the error with the one that FILE expects at each voxel, in HU: by tenths of "
 		"it, voxels, expected and actual root mean square, shares within one and two of it",
@@ -103,12 +134,18 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, max_gradient, 0, "max-gradient", "HU/MM", 0, 0,
 		"exit with status 3 if the gradient error along any axis is higher",
 		CT_WHEN(CT_IF(struct params, second))),
+	CT_OPT(struct params, max_false, 0, "max-false", "N", 0, 0,
+		"exit with status 3 if there are more false structures, bright and dark, of all "
+		"sizes",
+		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
 	CT_OPT(struct params, max_residual, 0, "max-residual", "HU", 0, 0,
 		"exit with status 3 if the largest residual of --consistency is higher",
 		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, max_rms, 0, "max-residual-rms", "HU", 0, 0,
 		"exit with status 3 if the root mean square residual is higher",
 		CT_WHEN(CT_IF(struct params, consistency))),
+	CT_OPT(struct params, csv, 0, "csv", NULL, 0, 0,
+		"the report as two lines of CSV, names and values, the first of which is TEST"),
 	CT_MEMORY_AT(struct params, memory, "beside the file of --map, or else in TMPDIR"),
 	CT_OPT_END,
 };
@@ -118,15 +155,24 @@ static bool is_stream(const char *path)
 	return path && strcmp(path, "-") == 0;
 }
 
+/* Does a table or map go where the report would? */
+static bool is_taken(const struct params *p)
+{
+	return is_stream(p->per_slice) || is_stream(p->per_axis) || is_stream(p->fsc) ||
+	       is_stream(p->map);
+}
+
 /* What only makes sense beside something else. */
 static int check(const struct params *p, bool json, struct ct_err *e)
 {
-	const bool taken = is_stream(p->per_slice) || is_stream(p->per_axis) || is_stream(p->map);
+	const bool taken = is_taken(p);
 
 	if (!p->ref && !p->consistency)
 		return ct_fail(e, CT_EUSAGE, "missing TEST");
-	if (taken && json)
+	if ((taken || p->csv) && json)
 		return ct_fail(e, CT_EUSAGE, "--json: standard output is taken");
+	if (taken && p->csv)
+		return ct_fail(e, CT_EUSAGE, "--csv: standard output is taken");
 	if (p->psnr && p->ssim < 0 && !isnan(p->min_ssim))
 		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
 	return 0;
@@ -208,8 +254,8 @@ static int expectation(struct metrics_figures *f, const struct params *p, const 
 }
 
 /* All that needs a REF. ct_metrics sees for itself whether the volumes are finite. */
-static int compare(struct metrics_figures *f, const struct params *p, const struct ct_vol *test,
-	const struct ct_env *env, struct ct_err *e)
+static int compare(struct metrics_figures *f, const struct params *p, const struct metrics_harm *h,
+	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_metrics_slice *slice[3] = {0};
 	struct ct_vol ref = {0}, mask = {0};
@@ -217,7 +263,6 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 	struct ct_metrics_rule rule;
 	struct ct_metrics m;
 	struct ct_edges edges;
-	struct ct_structures blobs;
 	int rc = -1;
 
 	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
@@ -229,19 +274,17 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 		goto out;
 	}
 	metrics_figures_metrics(f, &m, &rule);
-	if (p->edges) {
+	if (p->edges || p->harm) {
 		if (ct_edges(&edges, &ref, test, in, p->step, env, e)) {
 			ct_blame(e, p->ref);
 			goto out;
 		}
 		metrics_figures_edges(f, &edges);
 	}
-	if (p->structures) {
-		if (ct_structures(&blobs, &ref, test, in, p->blob, p->contrast, env, e)) {
+	if (metrics_harm(f, h, &ref, test, in, env, e)) {
+		if (e->code != CT_EOUTPUT) /* that of the curve */
 			ct_blame(e, p->ref);
-			goto out;
-		}
-		metrics_figures_structures(f, &blobs, &ref);
+		goto out;
 	}
 	if (p->std && expectation(f, p, &ref, test, in, e))
 		goto out;
@@ -320,6 +363,7 @@ static int judge(const struct metrics_figures *f, const struct params *p, struct
 	if (at_least(f, "psnr", p->min_psnr, p->test, e) ||
 		at_most(f, "mae-hu", p->max_mae, p->test, e) ||
 		at_most(f, "rmse-hu", p->max_rmse, p->test, e) ||
+		at_most(f, "structures-false", p->max_false, p->test, e) ||
 		at_most(f, "residual-max-hu", p->max_residual, p->test, e) ||
 		at_most(f, "residual-rms-hu", p->max_rms, p->test, e))
 		return -1;
@@ -334,26 +378,53 @@ static int judge(const struct metrics_figures *f, const struct params *p, struct
 	return 0;
 }
 
-/* Volumes of the size of TEST that are held at a time, what a reduction goes through included. */
-static double volumes_of(const struct params *p)
+static struct metrics_harm harm_of(const struct params *p)
 {
-	const double few = 1 + (p->ref != NULL) + (p->mask != NULL), most = p->structures    ? 5.25
-									    : p->consistency ? 2
-											     : 0;
+	return (struct metrics_harm){.structures = p->structures || p->harm,
+		.flat = p->flat || p->harm,
+		.hfen = p->hfen || p->harm,
+		.fsc = p->fsc || p->harm,
+		.tissues = p->tissues || p->harm,
+		.contrast = p->contrast,
+		.flat_step = p->flat_step,
+		.deep = (size_t)p->deep,
+		.curve = p->fsc};
+}
+
+/* Volumes of the size of TEST that are held at a time, what a reduction goes through included. */
+static double volumes_of(const struct params *p, const struct metrics_harm *h)
+{
+	const double few = 1 + (p->ref != NULL) + (p->mask != NULL),
+		     most = fmax(metrics_harm_volumes(h), p->consistency ? 2 : 0);
 
 	return few + fmax(most, p->std ? 1 : 0);
 }
 
 /* Bytes that lie in memory besides: a task of SSIM looks at its slices and their neighbours. */
-static double fixed_of(const struct params *p, const struct ct_vol *v, const struct ct_env *env)
+static double fixed_of(const struct params *p, const struct metrics_harm *h, const struct ct_vol *v,
+	const struct ct_env *env)
 {
 	enum { SLICES = 18, SUMS = 60 };
 	const double slices = p->ref ? SLICES * (p->mask ? 3.0 : 2.0) : 0,
 		     threads = (double)ct_par_threads(env->par), x = (double)v->n[0],
 		     y = (double)v->n[1], z = (double)v->n[2];
 
-	return 4 * slices * x * y * threads +
+	return 4 * slices * x * y * threads + metrics_harm_fixed(h, v->n, env) +
 	       (p->per_slice || p->per_axis ? SUMS * (x + 2 * y) * z : 0);
+}
+
+static int report(const struct metrics_figures *f, const struct params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	if (is_taken(p))
+		return 0;
+	if (env->json)
+		return metrics_figures_json(f, e);
+	if (p->csv)
+		metrics_figures_csv(f, p->test);
+	else
+		metrics_figures_text(f);
+	return 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -361,25 +432,25 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct params p = *(const struct params *)params;
 	struct ct_vol test = {0}, lr = {0};
 	struct metrics_figures f = {0};
+	struct metrics_harm h = harm_of(&p);
 	struct ct_memory memory;
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
 	if (check(&p, env->json, e) ||
-		ct_memory_begin(&memory, p.memory, p.map ? p.map : "-", volumes_of(&p), e) ||
+		((p.blob || p.factor) && metrics_harm_sizes(&h, p.blob, p.factor, NULL, e)) ||
+		ct_memory_begin(&memory, p.memory, p.map ? p.map : "-", volumes_of(&p, &h), e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
-	if (ct_memory_settle(&memory, 4 * volumes_of(&p) * (double)ct_vol_count(&test), test.n,
-		    fixed_of(&p, &test, env), env, e) ||
-		(p.ref && compare(&f, &p, &test, env, e)) ||
-		(p.consistency && certify(&f, &lr, &p, &test, env, e)))
+	if (h.structures && !h.sizes && metrics_harm_sizes(&h, p.blob, p.factor, &test.meta, e)) {
+		ct_blame(e, p.test);
 		goto out;
-	if (is_stream(p.per_slice) || is_stream(p.per_axis) || is_stream(p.map))
-		; /* standard output is taken */
-	else if (!env->json)
-		metrics_figures_text(&f);
-	else if (metrics_figures_json(&f, e))
+	}
+	if (ct_memory_settle(&memory, 4 * volumes_of(&p, &h) * (double)ct_vol_count(&test), test.n,
+		    fixed_of(&p, &h, &test, env), env, e) ||
+		(p.ref && compare(&f, &p, &h, &test, env, e)) ||
+		(p.consistency && certify(&f, &lr, &p, &test, env, e)) || report(&f, &p, env, e))
 		goto out;
 	rc = judge(&f, &p, e);
 out:

@@ -12,8 +12,10 @@
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 #include "tools/lib/brick.h"
+#include "tools/lib/expect-prior.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
+#include "tools/lib/std.h"
 #include "tools/prior-file.h"
 
 #include <math.h>
@@ -24,7 +26,7 @@
 struct params {
 	struct lowres lr;
 	const char *out, *std, *start, *prior, *axes, *weight, *memory, *brick;
-	int iterations;
+	int iterations, passes;
 	double doubt, gate, cap, steps, tolerance;
 };
 
@@ -33,6 +35,7 @@ static const struct params defaults = {.lr = {.decimate = -1, .noise = (double)N
 	.weight = "auto",
 	.tolerance = 0.1,
 	.iterations = 300,
+	.passes = 1,
 	.doubt = (double)NAN,
 	.gate = (double)NAN,
 	.cap = (double)NAN,
@@ -49,8 +52,7 @@ static const struct ct_opt opts[] = {
 		"it was reduced by if not given, and that one if it is"),
 	LOWRES_SPACING(struct params, lr),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
-		"what the prior is to add to, a volume on the grid of OUT; by default what "
-		"ct-upsample makes of IN"),
+		"what the prior adds to, on the grid of OUT; by default what ct-upsample makes of IN"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"stop the solver when an iteration moves the volume by less than HU RMS",
 		CT_WHEN(CT_UNLESS(struct params, start), CT_UNLESS(struct params, brick))),
@@ -63,8 +65,8 @@ static const struct ct_opt opts[] = {
 		"auto: once, with the caution of --doubt, --gate and --cap, and nothing of thick slices "
 		"(one axis refined) that are well sampled"),
 	CT_OPT(struct params, doubt, 0, "doubt", "X", 0, 1000,
-		"take less of it where slices across different axes do not agree, X times as much; "
-		"1.2 by default, and 0 where the operator aliases or IN has noise, and with a weight"),
+		"take less of it where slices of different axes do not agree, X times as much; 1.2, "
+		"and 0 of points that alias, where IN has noise, and with a weight"),
 	CT_OPT(struct params, gate, 0, "gate", "HU", 0, 1e6,
 		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
 		"the operator aliases or IN has noise, and with a weight"),
@@ -75,25 +77,24 @@ static const struct ct_opt opts[] = {
 		"leave out what would only soften a step of the volume between two plateaus that "
 		"vary by less than X of it; 0: nothing; 0.05 by default, and 0 where the operator "
 		"aliases, and with a weight"),
-	CT_OPT(struct params, axes, 'a', "axes", "xyz", 0, 0,
-		"look at the slices across these axes"),
+	CT_OPT(struct params, passes, 0, "passes", "N", 1, 2,
+		"2: look again at what the prior made, with nets for that, if it has such"),
+	CT_OPT(struct params, axes, 'a', "axes", "AXES", 0, 0,
+		"look at the slices across these of x, y and z, or one: across the last that can be"),
 	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
-		"measure the blur of IN on its edges, and its noise, if it does not say them",
+		"measure the blur of IN on its edges, if it does not say it",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
 	CT_OPT(struct params, lr.noise, 0, "noise", "HU", 0, 1e6,
-		"standard deviation of the noise of IN, if IN does not say, up to which OUT may "
-		"depart from it (0)"),
+		"standard deviation of the noise of IN, if it says none; measured if not given"),
 	CT_MEMORY(struct params, memory),
 	BRICK(struct params, brick),
 	CT_OPT_END,
 };
-
-enum { VOLUMES = 5 }; /* in memory while it looks */
 
 struct job {
 	const struct params *p;
@@ -123,6 +124,19 @@ static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
 		axes[at - "xyz"] = true;
 	}
 	return *text ? 0 : ct_fail(e, CT_EUSAGE, "--axes: none of x, y and z");
+}
+
+/* The last that the prior knows slices across. */
+static void one_axis(bool axes[3], const struct job *j)
+{
+	bool can[3];
+	int a = 2;
+
+	ct_slice_prior_axes(can, &j->prior, &j->is.by);
+	while (a > 0 && !can[a])
+		a--;
+	for (int b = 0; b < 3; b++)
+		axes[b] = b == a;
 }
 
 static int read_prior(struct job *j, struct ct_err *e)
@@ -170,27 +184,32 @@ static struct ct_upsample_rule solver_of(const struct job *j)
 		.known = j->is.known,
 		.by = j->is.by,
 		.noise = j->is.noise,
+		.alike = j->is.alike,
 		.iterations = (size_t)j->p->iterations,
 		.tolerance = j->p->brick ? 0 : j->p->tolerance,
 		.spread = j->spread};
 }
 
-/* Bytes of volumes: those of the solver, or of what looks for what is lacking. */
+/* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
+ */
 static int need_of(double *bytes, const struct job *j, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = solver_of(j);
+	const double one = 4 * expect_fine(&j->in, j->is.by.factor), std = j->p->std ? one : 0;
 	struct ct_upsample_report r;
 	size_t n[3];
-	double volumes = VOLUMES;
+	double most = 0;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
 	if (ct_upsample_choose(&r, &rule, n, e))
 		return -1;
-	if (!j->p->start && ct_upsample_volumes(r.method) > volumes)
-		volumes = ct_upsample_volumes(r.method);
-	*bytes = EXPECT_PRIOR + 4 * expect_fine(&j->in, j->is.by.factor) * volumes +
-		 4 * (double)ct_vol_count(&j->in);
+	if (!j->p->start)
+		most = fmax(ct_upsample_bytes(r.method, &j->is.by, n), 2 * std);
+	if (!j->alone)
+		most = fmax(most, std + fmax(ct_upsample_bytes(CT_UPSAMPLE_DC, &j->is.by, n),
+						EXPECT_PRIOR + one * (j->rule.doubt > 0 ? 3 : 2)));
+	*bytes = most + 4 * (double)ct_vol_count(&j->in);
 	return 0;
 }
 
@@ -220,8 +239,9 @@ static int settle_memory(struct job *j, struct ct_err *e)
 /* The solver alone will do. */
 static int leave(struct job *j, const char *why, const char *option, struct ct_err *e)
 {
-	if (j->p->start || j->p->std)
-		return ct_fail(e, CT_EINPUT, "%s: %s: %s", j->p->lr.in, why, option);
+	if (j->p->start || (j->p->std && !j->is.known))
+		return ct_fail(e, CT_EINPUT, "%s: %s%s: %s", j->p->lr.in, why,
+			j->p->std ? ", and tells no error" : "", option);
 	ct_log(j->env, CT_WARN, "%s: %s: nothing is added", j->p->lr.in, why);
 	j->alone = true;
 	return 0;
@@ -258,46 +278,52 @@ static int cut(struct job *j, struct ct_err *e)
 	return brick_cut(&j->in, &j->brick, e);
 }
 
+/* Two, if they are asked for and known, and where they gain if there is caution. */
+static void settle_passes(struct job *j, bool careful)
+{
+	const bool known = ct_slice_prior_knows(&j->prior, &j->is.by, true);
+	const bool gains = !careful || j->rule.passes == 2;
+
+	j->rule.passes = known && gains ? j->p->passes : 1;
+	if (j->rule.passes < j->p->passes)
+		ct_log(j->env, CT_INFO, "%s",
+			known ? "with noise, and well sampled, it is looked at once"
+			      : "the prior has no nets to look again at such a scan");
+}
+
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
-	double aliasing = 0, most = 1;
-	bool aliases, careful;
-	int coarse = 0;
+	bool careful, little;
+	double weight;
 
 	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || (j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	for (int a = 0; a < 3; a++) {
-		double share = 0;
-
-		if (j->is.by.factor[a] > 1 &&
-			ct_upsample_aliasing(&share, &j->is.by,
-				ct_degrade_cover(j->in.n[a], j->is.by.factor[a]), a, e))
-			return -1;
-		aliasing = fmax(aliasing, share);
-		most = fmax(most, j->is.by.factor[a]);
-		coarse += j->is.by.factor[a] > 1;
-	}
-	j->rule.by = j->is.by;
-	j->rule.noise = j->is.noise;
-	if (parse_weight(&j->rule.weight, &careful, j->p->weight, e) || settle_memory(j, e))
+	j->rule = (struct ct_restore_rule){
+		.by = j->is.by, .noise = j->is.noise, .alike = j->is.alike};
+	if (parse_weight(&weight, &careful, j->p->weight, e))
 		return -1;
 	if (!j->is.known)
 		return leave(j, "its edges do not tell how it was reduced", "--sigma", e);
-	if (!ct_slice_prior_knows(&j->prior, &j->is.by))
+	if (!ct_slice_prior_knows(&j->prior, &j->is.by, false))
 		return unknown(j, careful, e);
-	aliases = aliasing > CT_UPSAMPLE_ALIAS;
-	if (coarse == 1 && !aliases && careful)
+	if (ct_restore_careful(&j->rule, &little, j->in.n, e))
+		return -1;
+	if (little && careful)
 		return leave(j, "thick slices that are well sampled lack little", "--weight", e);
-	careful = careful && !aliases;
-	j->rule.doubt = caution(j->p->doubt, careful && j->is.noise == 0, 1.2);
-	j->rule.gate = caution(j->p->gate, careful && j->is.noise == 0, 15);
-	j->rule.steps = caution(j->p->steps, careful, 0.05);
-	j->rule.cap = caution(j->p->cap, careful, 62.5 * most);
-	return parse_axes(j->rule.axes, j->p->axes, e);
+	settle_passes(j, careful);
+	j->rule.weight = weight;
+	j->rule.doubt = caution(j->p->doubt, careful, j->rule.doubt);
+	j->rule.gate = caution(j->p->gate, careful, j->rule.gate);
+	j->rule.steps = caution(j->p->steps, careful, j->rule.steps);
+	j->rule.cap = caution(j->p->cap, careful, j->rule.cap);
+	if (strcmp(j->p->axes, "one") != 0)
+		return parse_axes(j->rule.axes, j->p->axes, e);
+	one_axis(j->rule.axes, j);
+	return 0;
 }
 
 /* What the prior adds to, by the solver. */
@@ -306,7 +332,10 @@ static int refine(struct job *j, struct ct_err *e)
 	const struct ct_upsample_rule rule = solver_of(j);
 	struct ct_upsample_report did;
 
-	return ct_upsample(&j->out, &j->in, &rule, &did, j->env, e) ? ct_blame(e, j->p->lr.in) : 0;
+	if (ct_upsample(&j->out, &j->in, &rule, &did, j->env, e))
+		return ct_blame(e, j->p->lr.in);
+	lowres_tell(&j->is, &did, j->env);
+	return 0;
 }
 
 /* ... or as it is given. */
@@ -321,50 +350,6 @@ static int begin(struct job *j, struct ct_err *e)
 	return ct_vol_check_finite(&j->out, e) ? ct_blame(e, j->p->start) : 0;
 }
 
-/* CPU seconds of what the prior adds to a piece, and its voxels that are not flat, on top. */
-static int try(double *cpu, double *uneven, struct job *j, const double at[3], size_t fine,
-	struct ct_err *e)
-{
-	const struct ct_upsample_rule rule = {
-		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = j->is.by};
-	struct ct_restore_report did;
-	struct ct_upsample_report up;
-	struct ct_vol piece = {0}, x = {0};
-	double begin;
-	int rc = -1;
-
-	if (expect_piece(&piece, &j->in, j->is.by.factor, fine, at, e) ||
-		ct_upsample(&x, &piece, &rule, &up, j->env, e))
-		goto out;
-	begin = ct_clock_cpu();
-	rc = ct_restore(&x, NULL, &piece, &j->prior, &j->rule, &did, j->env, e);
-	*cpu += ct_clock_cpu() - begin;
-	*uneven += expect_uneven(&piece);
-out:
-	ct_vol_free(&piece);
-	ct_vol_free(&x);
-	return rc;
-}
-
-/* ... to IN, from pieces of all parts of it: what is flat takes no time. */
-static int expect_added(double *cpu, struct job *j, bool whole, struct ct_err *e)
-{
-	enum { PIECE = 64, PARTS = 8 };
-	static const double low = 0.3, high = 0.7;
-	double uneven = 0, sum = 0;
-
-	if (whole)
-		return try(cpu, &uneven, j, (const double[3]){0}, SIZE_MAX / 2, e);
-	for (int k = 0; k < PARTS; k++)
-		if (try(&sum, &uneven, j,
-			    (const double[3]){
-				    k & 1 ? high : low, k & 2 ? high : low, k & 4 ? high : low},
-			    PIECE, e))
-			return -1;
-	*cpu += sum / fmax(uneven, 1) * expect_uneven(&j->in);
-	return 0;
-}
-
 static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = solver_of(j);
@@ -373,7 +358,8 @@ static int expect(struct ct_cost *cost, struct job *j, struct ct_err *e)
 
 	if (need_of(&bytes, j, e) ||
 		(!j->p->start && expect_solver(&x, &j->in, &rule, j->env, e)) ||
-		(!j->alone && expect_added(&x.cpu, j, x.whole, e)))
+		(!j->alone &&
+			expect_prior(&x.cpu, &j->in, x.whole, &j->prior, &j->rule, j->env, e)))
 		return -1;
 	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(j->env->par),
 		.disk = (j->p->std ? 8 : 4) * x.fine};
@@ -407,22 +393,16 @@ static int add(struct job *j, struct ct_err *e)
 
 	if (j->p->std && ct_vol_alloc(&j->std, j->out.n, e))
 		return -1;
+	memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);
 	if (ct_restore(&j->out, j->std.data, &j->in, &j->prior, &j->rule, &did, j->env, e))
 		return ct_blame(e, j->p->start ? j->p->start : j->p->lr.in);
 	ct_log(j->env, CT_INFO,
 		"%zu of %zu cells are not flat, added %.3g HU RMS, agrees with IN within %.3g HU RMS, "
 		"%.1f s",
 		did.looked, did.cells, did.added, did.residual, ct_clock_wall() - start);
+	ct_env_tell(j->env, LOWRES_PRIOR, "%d", j->rule.passes);
+	ct_env_tell(j->env, LOWRES_RESIDUAL, "%.9g", did.residual);
 	return 0;
-}
-
-/* What it was made of. */
-static int tell(struct job *j, struct ct_meta *m, struct ct_err *e)
-{
-	return ct_meta_step(m, j->env, 3,
-		(const struct ct_meta *const[]){
-			&j->in.meta, j->p->start ? &j->start : NULL, &j->prior_meta},
-		e);
 }
 
 /* Of what was made the slab. */
@@ -436,23 +416,22 @@ static int trim(struct job *j, struct ct_err *e)
 
 static int work(struct job *j, struct ct_err *e)
 {
+	const struct params *p = j->p;
+	const struct ct_meta *const from[] = {
+		&j->in.meta, p->start ? &j->start : NULL, &j->prior_meta};
+
 	if (begin(j, e) || (!j->alone && add(j, e)))
+		return -1;
+	if (j->alone && p->std && std_of_solver(&j->std, &j->out, p->lr.in, &j->is, j->env, e))
 		return -1;
 	if (ct_degrade_put(&j->out.meta, &j->is.by, e) ||
 		(j->is.noise > 0 &&
 			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
-		ct_check_stop(j->env, e) || tell(j, &j->out.meta, e))
+		ct_check_stop(j->env, e) || ct_meta_step(&j->out.meta, j->env, 3, from, e) ||
+		(p->brick && trim(j, e)) ||
+		(p->std && std_write(p->std, &j->std, 3, from, j->env, e)))
 		return -1;
-	if (j->p->std)
-		memcpy(j->std.affine, j->out.affine, sizeof j->std.affine);
-	if (j->p->brick && trim(j, e))
-		return -1;
-	if (j->p->std) {
-		if (ct_meta_set(&j->std.meta, CT_META_QUANTITY, "expected error", e) ||
-			tell(j, &j->std.meta, e) || ct_vol_write(j->p->std, &j->std, j->env, e))
-			return -1;
-	}
-	return ct_keep_vol(j->p->out, &j->out, j->env, e);
+	return ct_keep_vol(p->out, &j->out, j->env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -463,11 +442,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_memory_open(j.p->memory, j.p->out, e) || read_prior(&j, e) ||
 		ct_vol_read_hu(j.p->lr.in, &j.in, e))
 		goto out;
-	if (ct_vol_check_finite(&j.in, e)) {
-		ct_blame(e, j.p->lr.in);
-		goto out;
-	}
-	if (settle(&j, e))
+	if (ct_vol_check_finite(&j.in, e) ? ct_blame(e, j.p->lr.in)
+					  : settle(&j, e) || settle_memory(&j, e))
 		goto out;
 	rc = tell_cost(&j, e) || (!env->dry_run && work(&j, e)) ? -1 : 0;
 out:

@@ -1,6 +1,7 @@
 /* ct-sr: the whole chain: a low-resolution CT in, a super-resolved CT out. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/journal.h"
 #include "core/inflate.h"
 #include "formats/ends.h"
 #include "formats/format.h"
@@ -17,22 +18,24 @@
 #include <string.h>
 #include <unistd.h>
 
-/* What a level of quality means for every step. Without views there are no projections: with the
- * shipped prior of them that is as accurate (README). */
-struct preset {
+/* How the volume is refined: each is more accurate than the one before, and takes longer
+ * (README, What time buys). */
+static const char *const looks[] = {
+	/* at slices, as ct-restore takes it */
+	[FAST] = "--axes=one",
+	[BEST] = "--passes=2",
+};
+#define TOLERANCE 0.1 /* HU, of the solver */
+
+/* How projections are made and what is made of them; no views: there are none. */
+struct projections {
 	int views, samples, iterations, gaussians;
-	double sampling;  /* detector pixels a voxel; 0 the published 1 */
-	double tolerance; /* of ct-upsample, HU */
-	int scale;        /* of projections; 0: there are none */
+	double sampling; /* detector pixels a voxel; 0 the published 1 */
+	int scale;
 };
 
-static const struct preset presets[] = {
-	[DRAFT] = {.tolerance = 1},
-	[FAST] = {.tolerance = 0.1},
-	[BALANCED] = {64, 2, 1500, 50000, 1.375, 0.1, 0},
-	[BEST] = {100, 4, 5000, 100000, 1.5, 0.02, 0},
-};
-static const struct preset paper = {100, 1, 5000, 50000, 0, 0, 0};
+static const struct projections own = {64, 2, 1500, 50000, 1.375, 0};
+static const struct projections paper = {100, 1, 5000, 50000, 0, 0};
 
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
@@ -48,24 +51,32 @@ static double release_sigma_y(int scale)
 enum { TILTS(CT_WORD_VALUE) };
 
 static const struct sr defaults = {
-	.noise = (double)NAN, .decimate = -1, .label = -1, .quality = FAST};
+	.noise = (double)NAN, .decimate = -1, .label = -1, .quality = BALANCED};
 
 /* What makes no projections. */
 #define VOLUMES                                                                                    \
-	CT_UNLESS_WORD(struct sr, quality, CT_BIT(BALANCED) | CT_BIT(BEST)),                       \
-		CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release)
+	CT_UNLESS(struct sr, projections), CT_UNLESS(struct sr, paper),                            \
+		CT_UNLESS(struct sr, release)
 /* What inverts the operator. */
 #define INVERTS CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release)
 /* What has another prior than one of what projections lack. */
 #define PUBLISHED CT_IF(struct sr, paper), CT_IF(struct sr, release)
 /* What goes by way of projections. */
-#define PROJECTS CT_IF_WORD(struct sr, quality, CT_BIT(BALANCED) | CT_BIT(BEST)), PUBLISHED
+#define PROJECTS CT_IF(struct sr, projections), PUBLISHED
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct sr, in, CT_READS, "IN", "low-resolution CT: NIfTI file, DICOM folder, or -"),
 	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
 		"super-resolved CT, NIfTI, or -; or DICOM: a folder for a series, .dcm for one file",
 		.dicom = CONVERT_OWN),
+	CT_OUTPUT_OWN(struct sr, report, 0, "report", "FILE", CT_ENDS_PAGE,
+		"also write a page to look at OUT, HTML: before and after, what was measured, what "
+		"ran, and what not to trust; see ct-report(1)",
+		CT_WHEN(CT_IF_FILE(struct sr, out))),
+	CT_OUTPUT_OWN(struct sr, confidence, 0, "confidence", "FILE", CT_ENDS_VOLUME,
+		"also write the error that is expected at each voxel of OUT, HU, NIfTI; see "
+		"CONFIDENCE",
+		CT_WHEN(VOLUMES)),
 	CT_OPT(struct sr, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times, from 1 to 16; need not be "
 		"whole where there are no projections; 4 if neither this nor --spacing is given"),
@@ -103,7 +114,11 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(VOLUMES)),
 	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts the operator that made IN, fast adds what a prior of slices expects "
-		"it to lack, balanced and best what another puts into projections; see DESCRIPTION",
+		"it to lack, across one axis, balanced across all, best looks at that again; see "
+		"DESCRIPTION",
+		CT_WHEN(CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
+	CT_OPT(struct sr, projections, 0, "projections", NULL, 0, 0,
+		"add what a diffusion prior expects projections of that to lack; see DESCRIPTION",
 		CT_WHEN(CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
 	CT_OPT(struct sr, paper, 0, "paper", NULL, 0, 0,
 		"the published method to the letter; see DESCRIPTION",
@@ -133,7 +148,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_UNLESS_WORD(struct sr, quality, CT_BIT(DRAFT)),
 			CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
 	CT_INPUT(struct sr, prior, 0, "prior", "FILE",
-		"diffusion prior of projections, or with --quality of what projections lack; the "
+		"diffusion prior of projections, or with --projections of what these lack; the "
 		"one that is installed if not given",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct sr, arch, 0, "arch", "KEY=VALUE,...", 0, 0,
@@ -147,16 +162,16 @@ static const struct ct_opt opts[] = {
 		")",
 		CT_WHEN(PROJECTS)),
 	CT_OPT(struct sr, views, 0, "views", "N", 0, 10000,
-		"number of projections; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
+		"number of projections; 0: 64, or 100 as published", CT_WHEN(PROJECTS)),
 	CT_OPT(struct sr, iterations, 0, "iterations", "N", 0, 1000000,
-		"iterations of the Gaussian fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
+		"iterations of the Gaussian fit; 0: 1500, or 5000 as published", CT_WHEN(PROJECTS)),
 	CT_OPT(struct sr, gaussians, 0, "gaussians", "N", 0, 100000000,
-		"Gaussians at the start of the fit; 0 leaves it to --quality", CT_WHEN(PROJECTS)),
+		"Gaussians at the start of the fit; 0: 50000", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
 /* The factors; one whole number for all axes where there are projections. */
-static int choose_scale(struct preset *q, const struct sr *p, struct ct_err *e)
+static int choose_scale(struct projections *q, const struct sr *p, struct ct_err *e)
 {
 	double x[3];
 
@@ -179,24 +194,20 @@ static int choose_scale(struct preset *q, const struct sr *p, struct ct_err *e)
 				 p->factor);
 }
 
-static int choose(struct preset *chosen, const struct sr *p, struct ct_err *e)
+static int choose(struct projections *q, const struct sr *p, struct ct_err *e)
 {
-	struct preset q = presets[p->quality];
-
-	if (sr_published(p))
-		q = paper;
+	*q = sr_published(p) ? paper : p->projections ? own : (struct projections){0};
 	if (p->views)
-		q.views = p->views;
+		q->views = p->views;
 	if (p->iterations)
-		q.iterations = p->iterations;
+		q->iterations = p->iterations;
 	if (p->gaussians)
-		q.gaussians = p->gaussians;
-	*chosen = q;
-	return choose_scale(chosen, p, e);
+		q->gaussians = p->gaussians;
+	return choose_scale(q, p, e);
 }
 
 /* ct-project with what both stacks share. */
-static int add_project(struct ct_chain *c, const struct sr *p, const struct preset *q,
+static int add_project(struct ct_chain *c, const struct sr *p, const struct projections *q,
 	const char *output, struct ct_err *e)
 {
 	const char *window = p->window || !sr_published(p) ? p->window : PAPER_WINDOW;
@@ -210,7 +221,7 @@ static int add_project(struct ct_chain *c, const struct sr *p, const struct pres
 	return 0;
 }
 
-static int add_projections(struct ct_chain *c, const struct sr *p, const struct preset *q,
+static int add_projections(struct ct_chain *c, const struct sr *p, const struct projections *q,
 	const struct sr_files *f, struct ct_err *e)
 {
 	if (add_project(c, p, q, f->up_proj, e) || ct_chain_word(c, e, "%s", f->up) ||
@@ -228,7 +239,7 @@ static int add_seed(struct ct_chain *c, uint64_t seed, struct ct_err *e)
 	return seed ? ct_chain_word(c, e, "--seed=%llu", (unsigned long long)seed) : 0;
 }
 
-static int add_ddnm(struct ct_chain *c, const struct sr *p, const struct preset *q,
+static int add_ddnm(struct ct_chain *c, const struct sr *p, const struct projections *q,
 	const struct sr_files *f, uint64_t seed, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, true, f->sr_proj, "ct-ddnm", NULL) ||
@@ -252,8 +263,7 @@ static int add_memory(struct ct_chain *c, const struct sr *p, struct ct_err *e)
 }
 
 /* What is said of how IN was made; the rest is measured. */
-static int add_operator(
-	struct ct_chain *c, const struct sr *p, const struct preset *q, struct ct_err *e)
+static int add_operator(struct ct_chain *c, const struct sr *p, struct ct_err *e)
 {
 	if ((p->sigma ? ct_chain_word(c, e, "--sigma=%s", p->sigma)
 		      : ct_chain_word(c, e, "--estimate")) ||
@@ -261,21 +271,25 @@ static int add_operator(
 					     CT_WORD(CT_DECIMATE_LIST, p->decimate))) ||
 		(!isnan(p->noise) && ct_chain_word(c, e, "--noise=%g", p->noise)))
 		return -1;
-	return ct_chain_word(c, e, "--tolerance=%g", q->tolerance);
+	return ct_chain_word(c, e, "--tolerance=%g", TOLERANCE);
 }
 
 /* The solver, and the prior of slices if it has one to add. */
-static int add_refine(struct ct_chain *c, const struct sr *p, const struct preset *q,
-	const struct sr_files *f, const char *output, struct ct_err *e)
+static int add_refine(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
+	const char *output, struct ct_err *e)
 {
 	if (ct_chain_add(c, e, false, output, f->slices ? "ct-restore" : "ct-upsample", NULL) ||
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
+		(f->slices && looks[p->quality] && ct_chain_word(c, e, "%s", looks[p->quality])) ||
 		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
 			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : SR_FACTOR)) ||
 		add_memory(c, p, e))
 		return -1;
-	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, q, e))
+	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, e))
 		return -1;
+	if (f->confidence && ct_chain_word(c, e, "--std=%s", f->confidence))
+		return -1;
+	c->step[c->n - 1].beside = f->confidence;
 	return ct_chain_word(c, e, "%s", f->lr) || ct_chain_word(c, e, "%s", output);
 }
 
@@ -302,6 +316,22 @@ static int add_dicom(
 		       : 0;
 }
 
+/* What all of it came to. */
+static int add_report(
+	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
+{
+	if (!f->report)
+		return 0;
+	return ct_chain_add(c, e, false, f->report, "ct-report", NULL) || add_memory(c, p, e) ||
+			       (f->confidence && ct_chain_word(c, e, "--std=%s", f->confidence)) ||
+			       ct_chain_word(c, e, "--log=%s", f->log) ||
+			       ct_chain_word(c, e, "%s", f->lr) ||
+			       ct_chain_word(c, e, "%s", f->result) ||
+			       ct_chain_word(c, e, "%s", f->report)
+		       ? -1
+		       : 0;
+}
+
 /* From what IN is to a volume. */
 static int add_convert(
 	struct ct_chain *c, const struct sr *p, const struct sr_files *f, struct ct_err *e)
@@ -323,8 +353,9 @@ static int add_convert(
 	return p->skip_damaged ? ct_chain_word(c, e, "--skip-damaged") : 0;
 }
 
-static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const struct sr_files *f,
-	uint64_t seed, struct ct_err *e)
+/* All steps but the report. */
+static int plan(struct ct_chain *c, const struct sr *p, const struct projections *q,
+	const struct sr_files *f, uint64_t seed, struct ct_err *e)
 {
 	ct_chain_source(c, f->in);
 	if (f->prior)
@@ -336,16 +367,16 @@ static int plan(struct ct_chain *c, const struct sr *p, struct preset q, const s
 	if (add_convert(c, p, f, e))
 		return -1;
 	if (!f->prior)
-		return add_refine(c, p, &q, f, f->result, e) || add_dicom(c, p, f, e) ? -1 : 0;
-	if (add_refine(c, p, &q, f, f->up, e) || add_projections(c, p, &q, f, e) ||
-		add_ddnm(c, p, &q, f, seed, e))
+		return add_refine(c, p, f, f->result, e) || add_dicom(c, p, f, e) ? -1 : 0;
+	if (add_refine(c, p, f, f->up, e) || add_projections(c, p, q, f, e) ||
+		add_ddnm(c, p, q, f, seed, e))
 		return -1;
 	if (ct_chain_add(c, e, true, f->res, "ct-nabgs", NULL) ||
 		ct_chain_word(c, e, "--base=%s", f->up) ||
 		ct_chain_word(c, e, "--base-projections=%s", f->up_proj) ||
-		ct_chain_word(c, e, "--iterations=%d", q.iterations) ||
-		ct_chain_word(c, e, "--gaussians=%d", q.gaussians) ||
-		(sr_published(p) ? ct_chain_word(c, e, "--scale=%d", q.scale) ||
+		ct_chain_word(c, e, "--iterations=%d", q->iterations) ||
+		ct_chain_word(c, e, "--gaussians=%d", q->gaussians) ||
+		(sr_published(p) ? ct_chain_word(c, e, "--scale=%d", q->scale) ||
 					   ct_chain_word(c, e, p->paper ? "--paper" : "--r2-compat")
 				 : ct_chain_word(c, e, "--rate=1") ||
 					   ct_chain_word(c, e, "--lambda-tv=0.2")) ||
@@ -366,7 +397,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct sr *p = params;
 	struct ct_chain c = {.folder.lock = -1};
 	struct sr_files f = {0};
-	struct preset q;
+	struct projections q;
 	int rc = -1;
 
 	if (choose(&q, p, e))
@@ -376,13 +407,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (sr_files_given(&f, p, q.scale, env, e) || (p->plan && sr_files_absolute(&f, e)) ||
 		ct_chain_open(&c, f.keep, p->resume, p->dry_run, env, e) ||
 		sr_files_kept(&f, &c, e) || sr_files_check(&f, p, e) ||
-		plan(&c, p, q, &f, env->seed, e))
+		plan(&c, p, &q, &f, env->seed, e) || add_report(&c, p, &f, e))
 		goto out;
 	if (p->dry_run) {
 		ct_chain_print(&c, stdout);
 		rc = 0;
-	} else if (sr_files_check_out(p, &c, env, e) == 0)
-		rc = p->plan ? sr_plan(&c, p, (size_t)q.views, env, e) : sr_run(&c, p, env, e);
+	} else if (sr_files_check_out(&f, p, &c, env, e) == 0 &&
+		   (!f.report || p->plan || ct_journal_begin(f.log, p->resume, e) == 0))
+		rc = p->plan ? sr_plan(&c, p, &f, (size_t)q.views, env, e)
+			     : sr_run(&c, p, &f, env, e);
 out:
 	sr_files_free(&f);
 	ct_chain_close(&c);

@@ -14,6 +14,7 @@
 #include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
+#include "tools/lib/std.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,7 +22,7 @@
 
 struct params {
 	struct lowres lr;
-	const char *out, *start, *memory, *brick;
+	const char *out, *std, *start, *memory, *brick;
 	int method, iterations;
 	double tolerance;
 };
@@ -37,6 +38,9 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr.in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
 		"the CT on the finer grid, NIfTI, or -"),
+	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_VOLUME,
+		"also write the error that is expected at each voxel, HU, NIfTI",
+		CT_WHEN(CT_IF_WORD(struct params, method, CT_BIT(CT_UPSAMPLE_AUTO)))),
 	CT_OPT(struct params, lr.factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times; need not be whole; "
 		"the factor that IN says it was reduced by if not given, and that one if it is"),
@@ -44,15 +48,15 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_UPSAMPLE_LIST),
 		"interpolate (linear to sinc), or invert the operator that made IN: dc takes the "
 		"inconsistency of the B-spline off, tv and htv look for the volume of least total "
-		"or second-order variation that agrees with IN; auto is tv, htv if the operator "
-		"aliases, and bspline if it is not known"),
+		"or second-order variation that agrees with IN; auto is tv, htv of points that "
+		"alias, and bspline if the operator is not known"),
 	CT_OPT(struct params, lr.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
 		"the blur that made IN, if IN does not say: standard deviation of a Gaussian in "
 		"voxels of OUT; one number is for the axes that are refined"),
 	CT_OPT(struct params, lr.estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges, if it does not say it: the one that is safe to "
 		"assume, and decimation by points if an axis looks aliased and --decimate does not say; "
-		"and its noise, if neither it nor --noise says it; OUT says what was assumed",
+		"OUT says what was assumed",
 		CT_WHEN(CT_UNLESS(struct params, lr.sigma))),
 	CT_CHOICE(struct params, lr.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how IN was sampled, if IN does not say (sinc)"),
@@ -61,8 +65,8 @@ static const struct ct_opt opts[] = {
 		"with dc, the nearest volume to it that agrees with IN",
 		CT_WHEN(CT_IF_WORD(struct params, method, INVERTS))),
 	CT_OPT(struct params, lr.noise, 0, "noise", "HU", 0, 1e6,
-		"standard deviation of the noise of IN, if IN does not say, up to which tv and htv "
-		"may depart from it (0)",
+		"standard deviation of the noise of IN, if IN says none, up to which tv and htv may "
+		"depart from it; measured if not given",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
 		"most iterations of tv and htv",
@@ -76,17 +80,21 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-static int rule_of(struct ct_upsample_rule *r, const struct params *p, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e)
+static int rule_of(struct ct_upsample_rule *r, struct lowres_is *known, const struct params *p,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
+	struct lowres lr = p->lr;
 	struct lowres_is is;
 
-	if (lowres_find(&is, &p->lr, in, env, e))
+	lr.skip_noise = !(CT_BIT(p->method) & ITERATES);
+	if (lowres_find(&is, &lr, in, env, e))
 		return -1;
+	*known = is;
 	*r = (struct ct_upsample_rule){.method = (enum ct_upsample)p->method,
 		.known = is.known,
 		.by = is.by,
 		.noise = is.noise,
+		.alike = known->alike,
 		.iterations = (size_t)p->iterations,
 		.tolerance = p->brick ? 0 : p->tolerance};
 	if (p->method == CT_UPSAMPLE_AUTO && !is.known && !p->lr.estimate) {
@@ -96,7 +104,12 @@ static int rule_of(struct ct_upsample_rule *r, const struct params *p, const str
 		if (ct_modes_check(env->given, &now, e))
 			return ct_blame(e, p->lr.in);
 	}
-	return 0;
+	return p->std && !is.known
+		       ? ct_fail(e, CT_EINPUT,
+				 "%s: its edges do not tell how it was reduced, nor what error to "
+				 "expect: --sigma",
+				 p->lr.in)
+		       : 0;
 }
 
 static void report(const struct ct_env *env, const struct ct_upsample_report *r)
@@ -114,8 +127,9 @@ static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 
 /* Bytes of memory that volumes take. */
 static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsample_rule *rule,
-	struct ct_err *e)
+	bool std, struct ct_err *e)
 {
+	const double fine = expect_fine(in, rule->by.factor);
 	struct ct_upsample_report r;
 	size_t n[3];
 
@@ -123,23 +137,22 @@ static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsam
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
 	if (ct_upsample_choose(&r, rule, n, e))
 		return -1;
-	*bytes = 4 * expect_fine(in, rule->by.factor) *
-			 (ct_upsample_volumes(r.method) + (rule->start != NULL)) +
-		 4 * (double)ct_vol_count(in);
+	*bytes = fmax(ct_upsample_bytes(r.method, &rule->by, n), std ? STD_BYTES(fine) : 0) +
+		 4 * ((rule->start ? fine : 0) + (double)ct_vol_count(in));
 	return 0;
 }
 
 static int expect(struct ct_cost *cost, const struct ct_vol *in,
-	const struct ct_upsample_rule *rule, const char *memory, const struct ct_env *env,
+	const struct ct_upsample_rule *rule, bool std, const char *memory, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct expect x;
 	double bytes;
 
-	if (need_of(&bytes, in, rule, e) || expect_solver(&x, in, rule, env, e))
+	if (need_of(&bytes, in, rule, std, e) || expect_solver(&x, in, rule, env, e))
 		return -1;
-	*cost = (struct ct_cost){
-		.seconds = x.cpu / (double)ct_par_threads(env->par), .disk = 4 * x.fine};
+	*cost = (struct ct_cost){.seconds = x.cpu / (double)ct_par_threads(env->par),
+		.disk = (std ? 8 : 4) * x.fine};
 	ct_memory_cost(&cost->memory, &cost->state, bytes, memory);
 	expect_tell(cost, &x, in, &rule->by, bytes, 0);
 	snprintf(cost->work, sizeof cost->work, "%s of %.0f voxels", ct_upsample_name(x.method),
@@ -172,7 +185,7 @@ static int settle_memory(char own[static 32], const char **memory, const struct 
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
-	if (need_of(&bytes, in, rule, e))
+	if (need_of(&bytes, in, rule, p->std, e))
 		return ct_blame(e, p->lr.in);
 	*memory = ct_memory_choose(own, p->memory, bytes, env);
 	if (!*memory)
@@ -181,7 +194,7 @@ static int settle_memory(char own[static 32], const char **memory, const struct 
 		return -1;
 	if (env->dry_run || !ct_cost_heard(env) || expect_fine(in, rule->by.factor) < EXPECT_LONG)
 		return 0;
-	if (expect(&cost, in, rule, *memory, env, e))
+	if (expect(&cost, in, rule, p->std, *memory, env, e))
 		return ct_blame(e, p->lr.in);
 	ct_cost_say(&cost, env);
 	return 0;
@@ -194,7 +207,8 @@ static int cut(struct brick *b, struct ct_resume *key, struct ct_vol *in, struct
 {
 	if (ct_resume_open(key, "-", false, opts, p, env, e) ||
 		ct_resume_input(key, "IN", &in->meta, e) ||
-		ct_resume_input(key, "--start", p->start ? &start->meta : NULL, e))
+		ct_resume_input(key, "--start", p->start ? &start->meta : NULL, e) ||
+		ct_resume_value(key, e, "--std", "%s", p->std ? "given" : "not given"))
 		return -1;
 	rule->spread = ct_upsample_spread(in);
 	if (brick_find(b, p->brick, in, &rule->by, e))
@@ -204,29 +218,33 @@ static int cut(struct brick *b, struct ct_resume *key, struct ct_vol *in, struct
 	return brick_cut(in, b, e);
 }
 
-static int tell_cost(const struct ct_vol *in, const struct ct_upsample_rule *rule,
+static int tell_cost(const struct ct_vol *in, const struct ct_upsample_rule *rule, bool std,
 	const char *memory, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_cost cost;
 
-	return expect(&cost, in, rule, memory, env, e) || ct_cost_print(&cost, env, e) ? -1 : 0;
+	return expect(&cost, in, rule, std, memory, env, e) || ct_cost_print(&cost, env, e) ? -1
+											    : 0;
 }
 
-static int write_out(const struct params *p, struct ct_vol *out, const struct ct_vol *in,
-	const struct ct_vol *start, const struct ct_upsample_rule *rule, bool iterated,
-	const struct brick *brick, const struct ct_resume *key, const struct ct_env *env,
-	struct ct_err *e)
+/* The result, and the error to expect of it. */
+static int write_out(const struct params *p, struct ct_vol *out, struct ct_vol *std,
+	const struct ct_vol *in, const struct ct_vol *start, const struct ct_upsample_rule *rule,
+	bool iterated, const struct brick *brick, const struct ct_resume *key,
+	const struct ct_env *env, struct ct_err *e)
 {
+	const struct ct_meta *const from[] = {&in->meta, p->start ? &start->meta : NULL};
+
 	if ((rule->known || p->lr.estimate) && ct_degrade_put(&out->meta, &rule->by, e))
 		return -1;
 	if (iterated && rule->noise > 0 &&
 		ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", rule->noise))
 		return -1;
-	if (ct_check_stop(env, e) ||
-		ct_meta_step(&out->meta, env, 2,
-			(const struct ct_meta *const[]){&in->meta, p->start ? &start->meta : NULL},
-			e) ||
+	if (ct_check_stop(env, e) || ct_meta_step(&out->meta, env, 2, from, e) ||
 		(brick && brick_finish(out, brick, key, e)))
+		return -1;
+	if (p->std && ((brick && brick_finish(std, brick, key, e)) ||
+			      std_write(p->std, std, 2, from, env, e)))
 		return -1;
 	return ct_keep_vol(p->out, out, env, e);
 }
@@ -234,9 +252,10 @@ static int write_out(const struct params *p, struct ct_vol *out, const struct ct
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_vol in = {0}, out = {0}, start = {0};
+	struct ct_vol in = {0}, out = {0}, std = {0}, start = {0};
 	struct ct_upsample_rule rule;
 	struct ct_upsample_report did;
+	struct lowres_is is;
 	struct brick brick;
 	struct ct_resume key = {0};
 	const char *memory = NULL;
@@ -245,7 +264,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (ct_memory_open(p->memory, p->out, e) || read_inputs(&in, &start, p, e) ||
-		rule_of(&rule, p, &in, env, e))
+		rule_of(&rule, &is, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
 	if (p->brick && cut(&brick, &key, &in, &start, &rule, p, env, e))
@@ -253,7 +272,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	begin = ct_clock_wall();
 	if (settle_memory(own, &memory, p, &in, &rule, env, e))
 		goto out;
-	if (env->dry_run ? tell_cost(&in, &rule, memory, env, e)
+	if (env->dry_run ? tell_cost(&in, &rule, p->std, memory, env, e)
 			 : ct_upsample(&out, &in, &rule, &did, env, e)) {
 		ct_blame(e, p->lr.in);
 		goto out;
@@ -266,12 +285,16 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		out.n[0], out.n[1], out.n[2], ct_upsample_name(did.method),
 		ct_clock_wall() - begin);
 	report(env, &did);
-	rc = write_out(p, &out, &in, &start, &rule, did.iterations > 0, p->brick ? &brick : NULL,
-		&key, env, e);
+	lowres_tell(&is, &did, env);
+	if (p->std && std_of_solver(&std, &out, p->lr.in, &is, env, e))
+		goto out;
+	rc = write_out(p, &out, &std, &in, &start, &rule, did.iterations > 0,
+		p->brick ? &brick : NULL, &key, env, e);
 out:
 	ct_vol_free(&start);
 	ct_vol_free(&in);
 	ct_vol_free(&out);
+	ct_vol_free(&std);
 	ct_resume_close(&key);
 	ct_room_close();
 	return rc;

@@ -203,7 +203,7 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct se
 
 /* why[k] is why series k is not fit. */
 static void print(const struct series_set *set, const char *path, const struct series_rule *rule,
-	struct ct_err *why, const struct ct_env *env)
+	json_t *into, struct ct_err *why, const struct ct_env *env)
 {
 	json_t *list = json_array(), *counts = files_of(set), *all, *o;
 	size_t k;
@@ -214,8 +214,11 @@ static void print(const struct series_set *set, const char *path, const struct s
 	json_object_update(all, counts);
 	json_object_set_new(all, "trouble", trouble_of(set));
 	json_decref(counts);
-	if (env->json) {
+	if (env->json)
 		json_object_set(all, "series", list);
+	if (into)
+		json_array_append(into, all);
+	else if (env->json) {
 		json_dumpf(all, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
 		putchar('\n'); /* ct_cli_main checks standard output */
 	} else {
@@ -229,7 +232,7 @@ static void print(const struct series_set *set, const char *path, const struct s
 	json_decref(all);
 }
 
-int inspect_print(const char *const *paths, size_t n, const struct series_rule *rule,
+int inspect_print(const char *const *paths, size_t n, const struct series_rule *rule, json_t *into,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct series_set set = {0};
@@ -239,7 +242,7 @@ int inspect_print(const char *const *paths, size_t n, const struct series_rule *
 
 	if (series_open(&set, paths, n, e) || ct_alloc0(&why, set.n, sizeof *why, e))
 		goto out;
-	print(&set, paths[0], rule, why, env);
+	print(&set, paths[0], rule, into, why, env);
 	if (series_choose(&set, paths[0], rule, &pick, e) ||
 		series_whole(&set, pick, rule->skip_damaged, env, e))
 		goto out;

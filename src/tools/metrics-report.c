@@ -25,8 +25,19 @@ static struct metrics_figure *append(
 		f->n++;
 	else
 		o--;
-	*o = (struct metrics_figure){.name = name, .n = 1, .v = {v}, .digits = digits};
+	*o = (struct metrics_figure){.n = 1, .v = {v}, .digits = digits};
+	snprintf(o->name, sizeof o->name, "%s", name);
 	return o;
+}
+
+/* The same of "NAME" and what follows it. */
+static struct metrics_figure *append_to(
+	struct metrics_figures *f, const char *name, const char *end, double v, int digits)
+{
+	char whole[sizeof f->at->name];
+
+	snprintf(whole, sizeof whole, "%s%s", name, end);
+	return append(f, whole, v, digits);
 }
 
 void metrics_figures_metrics(
@@ -81,20 +92,92 @@ void metrics_figures_residual(
 	append(f, "residual-mean-hu", c->mean, 6);
 }
 
-void metrics_figures_structures(
-	struct metrics_figures *f, const struct ct_structures *s, const struct ct_vol *v)
+/* Those of a size, whose names all end alike. */
+static void structures_counts(
+	struct metrics_figures *f, const struct ct_structures *s, const char *end)
 {
+	append_to(f, "structures-bright", end, (double)s->is[0], 0);
+	append_to(f, "structures-dark", end, (double)s->is[1], 0);
+	append_to(f, "false-bright", end, (double)s->falsely[0], 0);
+	append_to(f, "false-dark", end, (double)s->falsely[1], 0);
+	append_to(f, "missed-bright", end, (double)s->missed[0], 0);
+	append_to(f, "missed-dark", end, (double)s->missed[1], 0);
+}
+
+static void structures_of_size(struct metrics_figures *f, const struct ct_structures *s,
+	const double sigma[3], double voxel, const char *end)
+{
+	const double cm3 = (double)s->soft * voxel / 1000;
+	struct metrics_figure *o = append_to(f, "blob-sigma", end, sigma[0], -1);
+
+	if (sigma[1] != sigma[0] || sigma[2] != sigma[0]) {
+		memcpy(o->v, sigma, 3 * sizeof *sigma);
+		o->n = 3;
+		o->mark = ',';
+	}
+	append_to(f, "soft-tissue-cm3", end, cm3, 3);
+	structures_counts(f, s, end);
+	append_to(f, "false-bright-per-cm3", end, (double)s->falsely[0] / cm3, 6);
+	append_to(f, "false-dark-per-cm3", end, (double)s->falsely[1] / cm3, 6);
+	append_to(f, "missed-bright-per-cm3", end, (double)s->missed[0] / cm3, 6);
+	append_to(f, "missed-dark-per-cm3", end, (double)s->missed[1] / cm3, 6);
+}
+
+void metrics_figures_structures(struct metrics_figures *f, const struct ct_structures *s, size_t n,
+	const double (*sigma)[3], const struct ct_vol *v)
+{
+	struct ct_structures all = {0};
 	double spacing[3];
 
 	ct_vol_spacing(v, spacing);
-	append(f, "soft-tissue-cm3", (double)s->soft * spacing[0] * spacing[1] * spacing[2] / 1000,
-		3);
-	append(f, "structures-bright", (double)s->is[0], 0);
-	append(f, "structures-dark", (double)s->is[1], 0);
-	append(f, "false-bright", (double)s->falsely[0], 0);
-	append(f, "false-dark", (double)s->falsely[1], 0);
-	append(f, "missed-bright", (double)s->missed[0], 0);
-	append(f, "missed-dark", (double)s->missed[1], 0);
+	for (size_t i = 0; i < n; i++) {
+		char end[24] = "";
+
+		if (n > 1)
+			snprintf(end, sizeof end, "-%zu", i + 1);
+		structures_of_size(f, &s[i], sigma[i], spacing[0] * spacing[1] * spacing[2], end);
+		for (int k = 0; k < 2; k++) {
+			all.is[k] += s[i].is[k];
+			all.falsely[k] += s[i].falsely[k];
+			all.missed[k] += s[i].missed[k];
+		}
+	}
+	if (n > 1)
+		structures_counts(f, &all, "");
+	append(f, "structures-false", (double)(all.falsely[0] + all.falsely[1]), 0);
+	append(f, "structures-missed", (double)(all.missed[0] + all.missed[1]), 0);
+}
+
+void metrics_figures_flat(struct metrics_figures *f, size_t voxels, const double share[2])
+{
+	append(f, "flat-voxels", (double)voxels, 0);
+	append(f, "flat-ref", share[0], 6);
+	append(f, "flat-test", share[1], 6);
+}
+
+void metrics_figures_hfen(struct metrics_figures *f, double hfen)
+{
+	append(f, "hfen", hfen, 6);
+}
+
+void metrics_figures_fsc(struct metrics_figures *f, const struct ct_fsc *c)
+{
+	const double cross = ct_fsc_cross(c, 0.5);
+
+	append(f, "fsc50", cross, 5);
+	append(f, "fsc50-mm", 1 / cross, 5);
+}
+
+void metrics_figures_tissues(struct metrics_figures *f, const struct ct_tissue_errors *t)
+{
+	for (int k = 0; k < CT_TISSUE_COUNT; k++) {
+		const char *name = CT_WORD(CT_TISSUE_LIST, k);
+
+		append_to(f, name, "-voxels", (double)t->row[k].voxels, 0);
+		append_to(f, name, "-rmse-hu", t->row[k].rmse, 6);
+		append_to(f, name, "-bias-hu", t->row[k].bias, 6);
+	}
+	append(f, "deep-smooth-rmse-hu", t->smooth, 6);
 }
 
 static void calibration_row(
@@ -136,6 +219,14 @@ static void put_word(const char *s)
 		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
 }
 
+static void put_number(const struct metrics_figure *o, size_t k)
+{
+	if (o->digits < 0)
+		printf("%g", o->v[k]);
+	else
+		printf("%.*f", o->digits, o->v[k]);
+}
+
 void metrics_figures_text(const struct metrics_figures *f)
 {
 	for (size_t i = 0; i < f->n; i++) {
@@ -149,13 +240,51 @@ void metrics_figures_text(const struct metrics_figures *f)
 				putchar(o->mark);
 			if (isnan(o->v[k]))
 				printf("nan");
-			else if (o->digits < 0)
-				printf("%g", o->v[k]);
 			else
-				printf("%.*f", o->digits, o->v[k]);
+				put_number(o, k);
 		}
 		putchar('\n');
 	}
+}
+
+/* Between quotes, its own doubled. */
+static void put_quoted(const char *s)
+{
+	putchar('"');
+	for (; *s; s++) {
+		if (*s == '"')
+			putchar('"');
+		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
+	}
+	putchar('"');
+}
+
+void metrics_figures_csv(const struct metrics_figures *f, const char *test)
+{
+	printf("test");
+	for (size_t i = 0; i < f->n; i++)
+		printf(",%s", f->at[i].name);
+	putchar('\n');
+	put_quoted(test);
+	for (size_t i = 0; i < f->n; i++) {
+		const struct metrics_figure *o = &f->at[i];
+		const bool quoted = o->n > 1 && !o->word;
+
+		putchar(',');
+		if (o->word)
+			put_quoted(o->word);
+		if (quoted)
+			putchar('"');
+		for (size_t k = 0; k < o->n && !o->word; k++) {
+			if (k > 0)
+				putchar(o->mark);
+			if (!isnan(o->v[k]))
+				put_number(o, k);
+		}
+		if (quoted)
+			putchar('"');
+	}
+	putchar('\n');
 }
 
 static json_t *number(const struct metrics_figure *o, size_t k)
@@ -268,5 +397,18 @@ int metrics_per_axis(const char *path, const struct ct_metrics *m, const struct 
 				put_cell(o.f, m->ssim_axis[k][a]);
 		fputc('\n', o.f);
 	}
+	return finish(&o, e);
+}
+
+int metrics_fsc(
+	const char *path, const struct ct_fsc *c, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out o = {0};
+
+	if (ct_out_open(&o, path, env, e))
+		return -1;
+	fputs("cycles-per-mm,frequencies,fsc\n", o.f);
+	for (size_t s = 0; s < c->n; s++)
+		fprintf(o.f, "%.9g,%.0f,%.9g\n", c->width * (double)s, c->count[s], c->value[s]);
 	return finish(&o, e);
 }

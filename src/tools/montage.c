@@ -31,44 +31,79 @@ static void nearest_axes(int axis[3], const struct ct_vol *v)
 /* World axes across a plane, down the rows and along the columns; both of those run to minus. */
 static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
 
-double montage_position(const struct ct_vol *v, enum montage_plane plane, double at)
+void montage_frame_make(struct montage_frame *f, const struct ct_vol *v, enum montage_plane plane)
 {
-	const int w = world[plane][0];
-	double centre[3];
+	double spacing[3], centre[3];
 	int axis[3];
 
 	nearest_axes(axis, v);
+	ct_vol_spacing(v, spacing);
 	ct_vol_centre(v, centre);
-	return centre[w] + (at - 0.5) * (double)v->n[axis[w]] * fabs(v->affine[w][axis[w]]);
+	for (int i = 0; i < 3; i++) {
+		const int w = world[plane][i], j = axis[w];
+
+		f->axis[i] = j;
+		f->n[i] = v->n[j];
+		f->mm[i] = spacing[j];
+		f->step[i] = v->affine[w][j];
+		f->centre[i] = centre[w];
+	}
+}
+
+double montage_frame_index(const struct montage_frame *f, double mm)
+{
+	return (mm - f->centre[0]) / f->step[0] + (double)f->n[0] / 2;
+}
+
+double montage_position(const struct ct_vol *v, enum montage_plane plane, double at)
+{
+	struct montage_frame f;
+
+	montage_frame_make(&f, v, plane);
+	return f.centre[0] + (at - 0.5) * (double)f.n[0] * fabs(f.step[0]);
+}
+
+/* The voxels at that coordinate across the plane. -1 outside. */
+static ptrdiff_t plane_at(const struct montage_frame *f, double mm)
+{
+	const double index = montage_frame_index(f, mm), depth = (double)f->n[0];
+
+	if (!(index >= -1e-6 && index <= depth + 1e-6))
+		return -1;
+	return (ptrdiff_t)fmin(fmax(floor(index), 0), depth - 1);
+}
+
+double montage_centre(const struct ct_vol *v, enum montage_plane plane, double mm)
+{
+	struct montage_frame f;
+
+	montage_frame_make(&f, v, plane);
+	return f.centre[0] +
+	       f.step[0] * (ct_cell_centre((double)plane_at(&f, mm)) - (double)f.n[0] / 2);
 }
 
 int montage_slice_volume(
 	struct montage_slice *s, const struct ct_vol *v, enum montage_plane plane, double mm)
 {
 	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
-	const int w = world[plane][0];
-	double spacing[3], centre[3], depth, index;
-	int axis[3];
+	struct montage_frame f;
+	ptrdiff_t index;
 
-	nearest_axes(axis, v);
-	ct_vol_spacing(v, spacing);
-	ct_vol_centre(v, centre);
-	depth = (double)v->n[axis[w]];
-	index = (mm - centre[w]) / v->affine[w][axis[w]] + depth / 2; /* from the grid's edge */
-	if (!(index >= -1e-6 && index <= depth + 1e-6))
+	montage_frame_make(&f, v, plane);
+	index = plane_at(&f, mm);
+	if (index < 0)
 		return -1;
-	index = fmin(fmax(floor(index), 0), depth - 1);
-	s->data = v->data + (ptrdiff_t)index * stride[axis[w]];
+	s->data = v->data + index * stride[f.axis[0]];
 	for (int i = 0; i < 2; i++) {
-		const int a = world[plane][1 + i], j = axis[a];
+		const ptrdiff_t step = stride[f.axis[1 + i]];
 
-		s->n[i] = v->n[j];
-		s->mm[i] = spacing[j];
-		s->origin[i] = -centre[a] - 0.5 * spacing[j] * (double)v->n[j];
-		s->step[i] = stride[j];
-		if (v->affine[a][j] > 0) { /* the picture runs to the other side */
-			s->data += (ptrdiff_t)(v->n[j] - 1) * stride[j];
-			s->step[i] = -stride[j];
+		s->n[i] = f.n[1 + i];
+		s->mm[i] = f.mm[1 + i];
+		s->origin[i] = -f.centre[1 + i] - 0.5 * s->mm[i] * (double)s->n[i];
+		s->step[i] = step;
+		if (f.step[1 + i] > 0) { /* the picture runs to the other side */
+			s->data += (ptrdiff_t)(s->n[i] - 1) * step;
+			s->step[i] = -step;
 		}
 	}
 	return 0;
@@ -157,21 +192,6 @@ int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct mo
 	return 0;
 }
 
-static unsigned char byte(double x)
-{
-	return (unsigned char)(x > 0 ? x < 1 ? rint(255 * x) : 255 : 0);
-}
-
-static void colour(unsigned char rgb[3], double t, bool heat)
-{
-	if (isnan(t)) {
-		memcpy(rgb, (unsigned char[3]){0, 0, 255}, 3);
-		return;
-	}
-	for (int c = 0; c < 3; c++)
-		rgb[c] = byte(heat ? 3 * t - c : t);
-}
-
 /* Row or column of a slice at `mm` from its first edge; -1 outside. */
 static ptrdiff_t index_of(const struct montage_slice *s, int i, double mm)
 {
@@ -180,36 +200,55 @@ static ptrdiff_t index_of(const struct montage_slice *s, int i, double mm)
 	return k >= 0 && k < (double)s->n[i] ? (ptrdiff_t)k : -1;
 }
 
-/* The value shown at (y, x) mm of a tile; t->window[0], black, where there is none. */
-static double shown(const struct montage_tile *t, double y, double x)
+/* The value shown at (y, x) mm of a tile; false where there is none. */
+static bool shown(double *v, const struct montage_tile *t, double y, double x)
 {
 	const struct montage_slice *s = &t->slice, *m = &t->minus;
 	const ptrdiff_t r = index_of(s, 0, y), c = index_of(s, 1, x);
 	ptrdiff_t mr, mc;
 
 	if (r < 0 || c < 0)
-		return t->window[0];
+		return false;
+	*v = (double)at(s, (size_t)r, (size_t)c);
 	if (!m->data)
-		return (double)at(s, (size_t)r, (size_t)c);
+		return true;
 	mr = index_of(m, 0, y + s->origin[0] - m->origin[0]);
 	mc = index_of(m, 1, x + s->origin[1] - m->origin[1]);
 	if (mr < 0 || mc < 0)
-		return t->window[0];
-	return fabs((double)at(s, (size_t)r, (size_t)c) - (double)at(m, (size_t)mr, (size_t)mc));
+		return false;
+	*v -= (double)at(m, (size_t)mr, (size_t)mc);
+	if (t->error != COLOUR_SIGNED)
+		*v = fabs(*v);
+	return true;
 }
 
 static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, double mm)
 {
 	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
+	const enum colour_map map = t->minus.data ? t->error : COLOUR_GREY;
+	double v;
 
 	for (size_t y = 0; y < th; y++) {
 		for (size_t x = 0; x < tw; x++) {
-			double v = shown(t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm);
-
+			if (!shown(&v, t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm))
+				continue;
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
-			colour(rgb + (y * w + x) * 3, v, t->minus.data != NULL);
+			colour_of(rgb + (y * w + x) * 3, v, map);
 		}
 		ct_room_trim();
+	}
+}
+
+void montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct montage_tile *tile, double mm, size_t gap)
+{
+	const size_t place[2] = {r, c};
+
+	for (int i = 0; i < 2; i++) {
+		at[i] = place[i] * gap;
+		for (size_t k = 0; k < place[i]; k++)
+			at[i] += band(i, k, rows, cols, tile, mm);
+		size[i] = band(i, place[i], rows, cols, tile, mm);
 	}
 }
 

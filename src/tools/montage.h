@@ -11,6 +11,7 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "core/words.h"
+#include "tools/colour.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -30,6 +31,19 @@ struct montage_slice {
 	double origin[2]; /* where the first row and column begin, mm down and to the right */
 };
 
+/* How a volume lies to a plane: across it, down the rows and along the columns of its picture,
+ * which both run to the minus of the world. */
+struct montage_frame {
+	int axis[3];      /* of the voxels, nearest to the world axis */
+	size_t n[3];      /* voxels along it */
+	double mm[3];     /* spacing */
+	double step[3];   /* world coordinate from one voxel to the next, of either sign */
+	double centre[3]; /* of the volume, in the world */
+};
+void montage_frame_make(struct montage_frame *f, const struct ct_vol *v, enum montage_plane plane);
+/* Where a world coordinate across the plane is along axis[0], cells: voxel k is k to k + 1. */
+double montage_frame_index(const struct montage_frame *f, double mm);
+
 /* World coordinate across the plane, mm, at `at` of [0, 1] of the volume: 0 is the most inferior,
  * posterior or left slice, 1 the most superior, anterior or right one. */
 double montage_position(const struct ct_vol *v, enum montage_plane plane, double at);
@@ -45,18 +59,26 @@ void montage_slice_range(double range[static 2], const struct montage_slice *s);
 /* Do the two share at least half of the height and width of the smaller one? */
 bool montage_slice_overlap(const struct montage_slice *a, const struct montage_slice *b);
 
-/* A slice in grey from window[0] (black) to window[1] (white); with `minus`, |slice - minus| from
- * black over red and yellow to white, black where minus does not reach. NaN is blue. */
+/* A slice in grey from window[0] (black) to window[1] (white); with `minus`, |slice - minus|, or of
+ * COLOUR_SIGNED slice - minus, in the colours of `error`, black where minus does not reach. NaN is
+ * blue. */
 struct montage_tile {
 	struct montage_slice slice; /* data NULL: an empty place */
 	struct montage_slice minus; /* data NULL: none */
 	double window[2];
+	enum colour_map error;
 };
 
 /* Size of the picture of rows x cols tiles (row after row) at `mm` a pixel, `gap` pixels between
  * them. CT_EINPUT if it is larger than 32768 a side. */
 int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct montage_tile *tile,
 	double mm, size_t gap, struct ct_err *e);
+/* Where the tile in row r and column c begins, pixels down and to the right, and the size of its
+ * place: that of the largest tile in its row and in its column. */
+void montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct montage_tile *tile, double mm, size_t gap);
+/* World coordinate across the plane of the middle of the voxels that montage_slice_volume takes. */
+double montage_centre(const struct ct_vol *v, enum montage_plane plane, double mm);
 /* rgb[(y*w + x)*3 + c], sRGB; h and w of montage_size. */
 void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
 	const struct montage_tile *tile, double mm, size_t gap);

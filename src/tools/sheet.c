@@ -2,33 +2,94 @@
 #include "config.h"
 #include "tools/sheet.h"
 #include "core/mem.h"
+#include "core/room.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
-/* Pictures of one file: planes of a volume, views of a stack. */
+static size_t planes(const struct sheet_rule *r)
+{
+	return r->plane == SHEET_ALL_PLANES ? MONTAGE_PLANES : 1;
+}
+
+/* Pictures of one file: slices of a volume, plane after plane, views of a stack. */
 static size_t pictures(const struct ct_any *a, const struct sheet_rule *r)
 {
 	if (a->kind == CT_KIND_VOLUME)
-		return r->plane == SHEET_ALL_PLANES ? MONTAGE_PLANES : 1;
+		return planes(r) * r->cuts;
 	return a->stack.views < r->views ? a->stack.views : r->views;
 }
 
-/* The k-th picture of a file, cut where the first file is; none leaves data NULL. */
-static void picture(struct montage_slice *s, const struct ct_any *a, const struct ct_any *first,
-	const struct sheet_rule *r, size_t k)
+static enum montage_plane plane_of(const struct sheet_rule *r, size_t k)
 {
-	const size_t n = pictures(a, r);
+	return (enum montage_plane)(r->plane == SHEET_ALL_PLANES ? (int)(k / r->cuts) : r->plane);
+}
 
-	if (a->kind == CT_KIND_VOLUME) {
-		enum montage_plane p =
-			(enum montage_plane)(r->plane == SHEET_ALL_PLANES ? (int)k : r->plane);
+static void caption(char text[static 64], const struct ct_vol *v, enum montage_plane p, double mm,
+	const struct sheet_rule *r)
+{
+	static const char across[] = "zyx";
+	const char *plane = CT_WORD(MONTAGE_PLANE_LIST, p);
+	const double at = montage_centre(v, p, mm);
 
-		if (montage_slice_volume(s, &a->vol, p, montage_position(&first->vol, p, r->slice)))
-			*s = (struct montage_slice){0};
-	} else if (k < n)
-		montage_slice_view(s, &a->stack, k * a->stack.views / n);
+	if (r->surface)
+		snprintf(text, 64, "%s surface %.4g", plane, r->level);
+	else if (r->slab == SLAB_NONE)
+		snprintf(text, 64, "%s %c %.4g mm", plane, across[p], at);
+	else if (r->thickness > 0)
+		snprintf(text, 64, "%s %s of %.4g mm at %c %.4g mm", plane,
+			CT_WORD(SLAB_LIST, r->slab), r->thickness, across[p], at);
+	else
+		snprintf(text, 64, "%s %s", plane, CT_WORD(SLAB_LIST, r->slab));
+}
+
+/* Slice of a volume, cut where the first one is; outside of it data stay NULL. */
+static int picture_volume(struct sheet *s, size_t at, const struct ct_vol *v,
+	const struct ct_vol *first, const struct sheet_rule *r, size_t k, struct ct_err *e)
+{
+	static const char *const side[] = {"APRL", "SIRL", "SIAP"};
+	const struct cut *c = &r->cut[k % r->cuts];
+	const enum montage_plane p = plane_of(r, k);
+	const bool whole = r->surface || (r->slab && !(r->thickness > 0));
+	const double mm = whole   ? montage_position(v, p, 0.5)
+			  : c->mm ? c->at
+				  : montage_position(first, p, c->at);
+	struct montage_slice *slice = &s->tile[at].slice;
+	int rc = 0;
+
+	if (r->surface)
+		rc = surface_draw(slice, &s->own[at], v, p, r->level, s->mm, r->par, e);
+	else if (r->slab)
+		rc = slab_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
+	else if (montage_slice_volume(slice, v, p, mm))
+		rc = 1;
+	if (rc) {
+		*slice = (struct montage_slice){0};
+		return rc < 0 ? -1 : 0;
+	}
+	s->note[at] = (struct sheet_note){
+		.side = side[p], .vol = r->slab || r->surface ? NULL : v, .plane = p, .mm = mm};
+	caption(s->note[at].caption, v, p, mm, r);
+	return 0;
+}
+
+/* The k-th picture of a file, at a place of the sheet; none leaves data NULL. */
+static int picture(struct sheet *s, size_t at, const struct ct_any *a, const struct ct_any *first,
+	const struct sheet_rule *r, size_t k, struct ct_err *e)
+{
+	const size_t n = pictures(a, r),
+		     view = a->kind == CT_KIND_STACK ? k * a->stack.views / n : 0;
+
+	if (a->kind == CT_KIND_VOLUME)
+		return picture_volume(s, at, &a->vol, &first->vol, r, k, e);
+	if (k < n) {
+		montage_slice_view(&s->tile[at].slice, &a->stack, view);
+		snprintf(s->note[at].caption, sizeof s->note->caption, "view %zu", view);
+	}
+	return 0;
 }
 
 static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t each,
@@ -37,17 +98,48 @@ static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t ea
 	for (size_t k = 0; k < each; k++)
 		for (size_t i = 0; i < n; i++) {
 			struct montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
+			struct sheet_note *note = &s->note[k * n + i];
 
-			picture(&t->slice, &file[i], &file[0], r, k);
+			if (picture(s, k * n + i, &file[i], &file[0], r, k, e))
+				return -1;
+			if (i == 0 && !t->slice.data)
+				return ct_fail(e, CT_EGEOM, "%g mm is outside of the first file",
+					r->cut[k % r->cuts].at);
 			if (!r->error || i == 0 || !t->slice.data || !first->slice.data)
 				continue;
 			if (!montage_slice_overlap(&t->slice, &first->slice))
 				return ct_fail(e, CT_EGEOM,
 					"file %zu does not cover the area of the first", i + 1);
-			t[each * n].slice = t->slice;
-			t[each * n].minus = first->slice;
+			t[each * n] = (struct montage_tile){
+				.slice = t->slice, .minus = first->slice, .error = r->map};
+			note[each * n] = *note;
+			memcpy(note[each * n].caption, "error ", 6);
+			memcpy(note[each * n].caption + 6, note->caption, sizeof note->caption - 7);
 		}
 	return 0;
+}
+
+bool sheet_in_hu(const struct ct_any *a)
+{
+	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
+
+	return a->kind == CT_KIND_VOLUME &&
+	       (!quantity || strcasecmp(quantity, CT_QUANTITY_HU) == 0);
+}
+
+/* Least distance of voxels in the planes shown. */
+static double finest(size_t n, const struct ct_any *file, const struct sheet_rule *r)
+{
+	double fine = (double)INFINITY;
+
+	for (size_t i = 0; i < n; i++)
+		for (size_t k = 0; k < planes(r) * r->cuts; k += r->cuts) {
+			struct montage_frame f;
+
+			montage_frame_make(&f, &file[i].vol, plane_of(r, k));
+			fine = fmin(fine, fmin(f.mm[1], f.mm[2]));
+		}
+	return fine;
 }
 
 /* Black and white for what the files hold. */
@@ -55,7 +147,7 @@ static void choose_window(double range[2], const struct ct_any *a)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 
-	if (a->kind == CT_KIND_VOLUME && (!quantity || strcmp(quantity, "HU") == 0)) {
+	if (sheet_in_hu(a)) {
 		range[0] = -200;
 		range[1] = 300;
 	} else if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0) {
@@ -79,16 +171,38 @@ static void tone(struct sheet *s, const struct ct_any *first, const struct sheet
 		fine = fmin(fine, fmin(slice->mm[0], slice->mm[1]));
 		montage_slice_range(range, slice);
 	}
-	s->mm = fine / r->zoom;
+	if (!r->surface)
+		s->mm = fine / r->zoom;
 	choose_window(range, first);
-	if (r->window)
+	if (r->surface)
+		memcpy(range, (const double[2]){0, 1}, sizeof range);
+	else if (r->window)
 		memcpy(range, r->window, sizeof range);
-	error[0] = 0;
 	error[1] = (range[1] - range[0]) / 4;
+	error[0] = r->map == COLOUR_SIGNED ? -error[1] : 0;
 	if (r->error_window)
 		memcpy(error, r->error_window, sizeof error);
 	for (size_t i = 0; i < s->rows * s->cols; i++)
 		memcpy(s->tile[i].window, s->tile[i].minus.data ? error : range, sizeof range);
+}
+
+double sheet_bytes(size_t n, const struct ct_any *file, const struct sheet_rule *r)
+{
+	double voxels = 0, pixels = 0, fine;
+
+	if (file->kind != CT_KIND_VOLUME)
+		return 0;
+	fine = finest(n, file, r) / r->zoom;
+	for (size_t i = 0; i < n; i++)
+		for (size_t k = 0; k < planes(r) * r->cuts; k += r->cuts) {
+			struct montage_frame f;
+
+			montage_frame_make(&f, &file[i].vol, plane_of(r, k));
+			voxels += (double)(r->cuts * f.n[1] * f.n[2]);
+			pixels += (double)(r->cuts * f.n[1] * f.n[2]) * f.mm[1] * f.mm[2] / fine /
+				  fine;
+		}
+	return (r->slab ? 4 : 0) * voxels + ((r->surface ? 4 : 0) + 3 * (1 + r->error)) * pixels;
 }
 
 int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struct sheet_rule *rule,
@@ -100,13 +214,20 @@ int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struc
 		each = pictures(&file[i], rule) > each ? pictures(&file[i], rule) : each;
 	s->cols = n;
 	s->rows = each * (rule->error ? 2 : 1);
-	if (n == 1 && file->kind == CT_KIND_STACK) {
+	if (n == 1 && file->kind == CT_KIND_VOLUME && planes(rule) > 1) {
+		s->cols = rule->cuts;
+		s->rows = planes(rule);
+	} else if (n == 1) {
 		s->cols = (size_t)ceil(sqrt((double)each));
 		s->rows = (each + s->cols - 1) / s->cols;
 	}
-	if (ct_alloc0(&s->tile, s->rows * s->cols, sizeof *s->tile, e))
+	if (ct_alloc0(&s->tile, s->rows * s->cols, sizeof *s->tile, e) ||
+		ct_alloc0(&s->note, s->rows * s->cols, sizeof *s->note, e) ||
+		ct_alloc0(&s->own, s->rows * s->cols, sizeof *s->own, e))
 		return -1;
-	/* with one file the tiles of k = 0, 1, ... follow one another in either layout */
+	if (rule->surface)
+		s->mm = finest(n, file, rule) / rule->zoom;
+	/* with one file the tiles of k = 0, 1, ... follow one another in any layout */
 	if (place(s, n, file, each, rule, e))
 		return -1;
 	tone(s, file, rule);
@@ -115,6 +236,10 @@ int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struc
 
 void sheet_free(struct sheet *s)
 {
+	for (size_t i = 0; s->own && i < s->rows * s->cols; i++)
+		ct_room_free(s->own[i]);
+	free(s->own);
 	free(s->tile);
+	free(s->note);
 	*s = (struct sheet){0};
 }

@@ -39,8 +39,7 @@ static int check_slices(const char *path, struct ct_err *e)
 }
 
 /* NULL in f->prior if what projections lack is not known of the factor: there are none then. */
-static int know_lack(struct sr_files *f, const struct sr *p, int scale, const struct ct_env *env,
-	struct ct_err *e)
+static int know_lack(struct sr_files *f, int scale, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_residual prior;
 	struct ct_tensors w = {0};
@@ -49,8 +48,7 @@ static int know_lack(struct sr_files *f, const struct sr *p, int scale, const st
 	if (rc == 0) {
 		rc = ct_residual_get(&prior, &w.meta, e);
 		if (rc > 0)
-			ct_fail(e, CT_EUSAGE, "is not conditional, as --quality %s wants it",
-				CT_WORD(QUALITIES, p->quality));
+			ct_fail(e, CT_EUSAGE, "is not conditional, as --projections wants it");
 		if (rc)
 			rc = ct_blame(e, f->prior);
 	}
@@ -85,7 +83,10 @@ int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const stru
 	f->in = plain(p->in);
 	f->out = plain(p->out);
 	f->keep = p->keep ? plain(p->keep) : p->plan ? plain(p->plan) : NULL;
-	if (!f->in || !f->out || ((p->keep || p->plan) && !f->keep))
+	f->report = p->report ? plain(p->report) : NULL;
+	f->confidence = p->confidence ? plain(p->confidence) : NULL;
+	if (!f->in || !f->out || ((p->keep || p->plan) && !f->keep) || (p->report && !f->report) ||
+		(p->confidence && !f->confidence))
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	if (find_template(f, p, e))
 		return -1;
@@ -98,7 +99,7 @@ int sr_files_given(struct sr_files *f, const struct sr *p, int scale, const stru
 	if (sr_published(p))
 		return prior_file_find(&f->prior, p->prior, PRIOR_PICTURES, e);
 	return prior_file_find(&f->prior, p->prior, PRIOR_RESIDUAL, e) ||
-			       know_lack(f, p, scale, env, e)
+			       know_lack(f, scale, env, e)
 		       ? -1
 		       : 0;
 }
@@ -112,29 +113,47 @@ int sr_files_kept(struct sr_files *f, const struct ct_chain *c, struct ct_err *e
 	f->sr_proj = ct_chain_path(c, "sr-proj.exr");
 	f->res = ct_chain_path(c, "residual.ply");
 	f->sr = ct_chain_path(c, "sr.nii");
+	f->log = ct_chain_path(c, "log.txt");
 	f->result = ct_files_is_dicom(f->out) ? f->sr : f->out;
-	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res && f->sr
+	return f->lr && f->up && f->up_proj && f->lr_proj && f->sr_proj && f->res && f->sr && f->log
 		       ? 0
 		       : ct_fail(e, CT_ENOMEM, "no memory");
 }
 
 int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *e)
 {
-	const char *const own[] = {f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res, f->sr};
+	const char *const own[] = {
+		f->lr, f->up, f->up_proj, f->lr_proj, f->sr_proj, f->res, f->sr, f->log};
+	const char *const outs[] = {p->out, p->report, p->confidence};
 
-	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-		if (ct_out_same(own[i], p->in, true) || ct_out_same(own[i], p->out, false))
+	for (size_t i = 0; i < sizeof own / sizeof *own; i++) {
+		bool same = ct_out_same(own[i], p->in, true);
+
+		for (size_t k = 0; k < sizeof outs / sizeof *outs; k++)
+			same |= outs[k] && ct_out_same(own[i], outs[k], false);
+		if (same)
 			return ct_fail(e, CT_EOUTPUT, "%s: is written between IN and OUT", own[i]);
+	}
 	return 0;
 }
 
-int sr_files_check_out(
-	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+/* Of a run that goes on: is it its own? */
+static int check_beside(const char *path, const char *name, const struct ct_chain *c,
+	const struct ct_env *env, struct ct_err *e)
 {
-	const bool own = p->resume && ct_chain_owns_output(c);
+	return !path || ct_chain_owns(c, name) ? 0 : ct_out_check(path, env, e);
+}
+
+int sr_files_check_out(const struct sr_files *f, const struct sr *p, const struct ct_chain *c,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const bool own = p->resume && ct_chain_owns(c, f->out);
 	struct ct_env over = *env;
 
 	over.force |= own;
+	if (p->resume && (check_beside(p->report, f->report, c, env, e) ||
+				 check_beside(p->confidence, f->confidence, c, env, e)))
+		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
 	return !p->resume || own ? 0 : ct_out_check(p->out, env, e);
@@ -142,7 +161,8 @@ int sr_files_check_out(
 
 int sr_files_absolute(struct sr_files *f, struct ct_err *e)
 {
-	char **const all[] = {&f->template, &f->in, &f->out, &f->keep, &f->prior, &f->slices};
+	char **const all[] = {&f->template, &f->in, &f->out, &f->keep, &f->prior, &f->slices,
+		&f->report, &f->confidence};
 	char *here = realpath(".", NULL);
 	int rc = here ? 0 : ct_fail(e, CT_EINPUT, ".: %s", strerror(errno));
 
@@ -176,4 +196,7 @@ void sr_files_free(struct sr_files *f)
 	free(f->sr_proj);
 	free(f->res);
 	free(f->sr);
+	free(f->report);
+	free(f->confidence);
+	free(f->log);
 }

@@ -76,15 +76,16 @@ size_t sr_jobs_fewest(const struct sr_jobs *x, size_t can)
 	return 0;
 }
 
-/* A name of a file between the steps, or NULL. */
-static const char *name_part(struct sr_jobs *x, const char *stem, size_t n, struct ct_err *e)
+/* A name STEM-N.END of a file between the steps, or NULL. */
+static const char *name_part(
+	struct sr_jobs *x, const char *stem, size_t n, const char *end, struct ct_err *e)
 {
 	char file[64], **room;
 
 	if (ct_grow(&x->name, &x->names_cap, x->names + 1, sizeof *x->name, e))
 		return NULL;
 	room = &x->name[x->names];
-	snprintf(file, sizeof file, "%s-%zu.%s", stem, n, strcmp(stem, "slab") ? "exr" : "nii");
+	snprintf(file, sizeof file, "%s-%zu.%s", stem, n, end);
 	*room = ct_folder_file(x->folder, file);
 	if (!*room) {
 		ct_fail(e, CT_ENOMEM, "no memory for a file name");
@@ -94,9 +95,17 @@ static const char *name_part(struct sr_jobs *x, const char *stem, size_t n, stru
 	return *room;
 }
 
-/* Begin a job like step s, of another output, or of that; words of the caller may follow. */
+/* Is it "--option=NAME"? */
+static bool gives(const char *word, const char *name)
+{
+	const char *equals = strchr(word, '=');
+
+	return name && equals && strcmp(equals + 1, name) == 0;
+}
+
+/* Begin a job like step s, of other outputs, or of those; words of the caller may follow. */
 static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *output,
-	struct sr_takes takes, struct ct_err *e)
+	const char *beside, struct sr_takes takes, struct ct_err *e)
 {
 	const bool part = output != s->output;
 
@@ -105,49 +114,61 @@ static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *outpu
 	x->takes[x->jobs.n] = takes;
 	if (ct_chain_add(&x->jobs, e, s->resumable, output, s->tool, NULL))
 		return -1;
+	x->jobs.step[x->jobs.n - 1].beside = beside;
 	for (size_t k = 1; k < s->argc; k++) {
 		if (part && strncmp(s->argv[k], "--tolerance=", 12) == 0)
 			continue; /* an end that all slabs come to together is --iterations */
-		if (ct_chain_word(&x->jobs, e, "%s",
-			    strcmp(s->argv[k], s->output) == 0 ? output : s->argv[k]))
+		if (gives(s->argv[k], s->beside)
+				? ct_chain_word(&x->jobs, e, "%.*s=%s",
+					  (int)strcspn(s->argv[k], "="), s->argv[k], beside)
+				: ct_chain_word(&x->jobs, e, "%s",
+					  strcmp(s->argv[k], s->output) == 0 ? output : s->argv[k]))
 			return -1;
 	}
 	return 0;
 }
 
-/* The parts from step `first` on to the output of s. */
-static int add_merge(struct sr_jobs *x, const struct ct_step *s, size_t first,
+/* The outputs of the steps first .. end, not included, or what these make besides, to `output`. */
+static int add_merge(struct sr_jobs *x, const char *output, size_t first, size_t end, bool beside,
 	struct sr_takes takes, struct ct_err *e)
 {
-	const size_t end = x->jobs.n;
+	const size_t at = x->jobs.n;
 
-	if (ct_grow(&x->takes, &x->cap, end + 1, sizeof *x->takes, e))
+	if (ct_grow(&x->takes, &x->cap, at + 1, sizeof *x->takes, e))
 		return -1;
-	x->takes[end] = takes;
-	if (ct_chain_add(&x->jobs, e, false, s->output, "ct-merge", NULL))
+	x->takes[at] = takes;
+	if (ct_chain_add(&x->jobs, e, false, output, "ct-merge", NULL))
 		return -1;
 	for (size_t i = first; i < end; i++)
-		if (ct_chain_word(&x->jobs, e, "%s", x->jobs.step[i].output))
+		if (ct_chain_word(&x->jobs, e, "%s",
+			    beside ? x->jobs.step[i].beside : x->jobs.step[i].output))
 			return -1;
-	return ct_chain_word(&x->jobs, e, "%s", s->output);
+	return ct_chain_word(&x->jobs, e, "%s", output);
 }
 
 static int add_slabs(struct sr_jobs *x, const struct ct_step *s, struct ct_err *e)
 {
 	const size_t first = x->jobs.n, m = x->slabs;
 	const double iterations = sr_jobs_told(x, EXPECT_ITERATIONS);
-	const struct sr_takes merge = {NAN, CT_MEMORY_BASE, sr_jobs_told(x, "disk-bytes")};
+	const double disk = sr_jobs_told(x, "disk-bytes") / (s->beside ? 2 : 1);
+	const struct sr_takes merge = {x->pace * disk, CT_MEMORY_BASE, disk}; /* planes */
 
 	for (size_t n = 1; n <= m; n++) {
-		const char *part = name_part(x, "slab", n, e);
+		const char *part = name_part(x, "slab", n, "nii", e);
+		const char *beside = s->beside ? name_part(x, "slab-std", n, "nii", e) : NULL;
 
-		if (!part || add_job(x, s, part, bounded(slab_takes(x, n, m), x->most), e) ||
+		if (!part || (s->beside && !beside) ||
+			add_job(x, s, part, beside, bounded(slab_takes(x, n, m), x->most), e) ||
 			(iterations > 0 &&
 				ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations)) ||
 			ct_chain_word(&x->jobs, e, "--brick=%zu/%zu", n, m))
 			return -1;
 	}
-	return add_merge(x, s, first, merge, e); /* it goes through planes */
+	return add_merge(x, s->output, first, first + m, false, merge, e) ||
+			       (s->beside &&
+				       add_merge(x, s->beside, first, first + m, true, merge, e))
+		       ? -1
+		       : 0;
 }
 
 static const struct sr_takes unknown = {NAN, NAN, NAN};
@@ -158,14 +179,14 @@ static int add_views(
 	const size_t first = x->jobs.n;
 
 	for (size_t n = 1; n <= m; n++) {
-		const char *part = name_part(x, "views", n, e);
+		const char *part = name_part(x, "views", n, "exr", e);
 
-		if (!part || add_job(x, s, part, unknown, e) ||
+		if (!part || add_job(x, s, part, NULL, unknown, e) ||
 			ct_chain_word(
 				&x->jobs, e, "--views=%zu:%zu", views * (n - 1) / m, views * n / m))
 			return -1;
 	}
-	return add_merge(x, s, first, unknown, e);
+	return add_merge(x, s->output, first, first + m, false, unknown, e);
 }
 
 int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err *e)
@@ -187,7 +208,7 @@ int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err 
 		else if (strcmp(s->tool, "ct-ddnm") == 0 && parts > 1)
 			rc = add_views(x, s, views, parts, e);
 		else
-			rc = add_job(x, s, s->output, i == 1 ? whole : unknown, e);
+			rc = add_job(x, s, s->output, s->beside, i == 1 ? whole : unknown, e);
 		if (rc)
 			return -1;
 	}

@@ -1,6 +1,9 @@
 /* sr-plan.c: the jobs of ct-sr written, for make and other programs; see sr.h. */
 #include "config.h"
+#include "cli/journal.h"
 #include "cli/memory.h"
+#include "core/clock.h"
+#include "formats/format.h"
 #include "formats/io.h"
 #include "tools/lib/expect.h"
 #include "tools/sr.h"
@@ -39,6 +42,30 @@ static void choose_slabs(struct sr_jobs *x, const struct ct_env *env)
 			wanted);
 }
 
+/* What the plan is for: OUT, and what is asked for besides; NULL ends them. */
+static void wanted(const char *to[4], const struct sr_jobs *x)
+{
+	size_t n = 0;
+
+	to[n++] = x->f->out;
+	if (x->f->confidence)
+		to[n++] = x->f->confidence;
+	if (x->f->report)
+		to[n++] = x->f->report;
+	to[n] = NULL;
+}
+
+static bool is_wanted(const struct sr_jobs *x, const char *path)
+{
+	const char *all[4];
+	bool is = false;
+
+	wanted(all, x);
+	for (const char **w = all; *w; w++)
+		is |= strcmp(*w, path) == 0;
+	return is;
+}
+
 /* What an earlier plan of the folder left must not be taken for the results of this one. */
 static void clear(const struct sr_jobs *x)
 {
@@ -49,18 +76,27 @@ static void clear(const struct sr_jobs *x)
 		if (s->resumable && asprintf(&state, "%s.state", s->output) > 0)
 			unlink(state);
 		free(state);
-		if (i + 1 < x->jobs.n)
+		if (!is_wanted(x, s->output))
 			unlink(s->output);
+		if (s->beside && !is_wanted(x, s->beside))
+			unlink(s->beside);
 	}
 }
 
-/* The words of job i as they are run; NULL if one is no UTF-8. */
+/* The words of job i as they are run, which note in the log what the page is to tell; NULL if one
+ * is no UTF-8. */
 static json_t *words_of(const struct sr_jobs *x, size_t i)
 {
 	const struct ct_step *s = &x->jobs.step[i];
 	char *program = ct_chain_program(x->c, s->tool);
 	json_t *a = json_array();
-	int rc = json_array_append_new(a, json_string(program));
+	int rc = 0;
+
+	if (x->f->report) {
+		rc |= json_array_append_new(a, json_string("env"));
+		rc |= json_array_append_new(a, json_sprintf(CT_JOURNAL_NAME "=%s", x->f->log));
+	}
+	rc |= json_array_append_new(a, json_string(program));
 
 	for (size_t k = 1; k < s->argc; k++)
 		rc |= json_array_append_new(a, json_string(s->argv[k]));
@@ -89,6 +125,17 @@ static json_t *inputs_of(const struct sr_jobs *x, size_t i)
 	return a;
 }
 
+static json_t *outputs_of(const struct sr_jobs *x, size_t i)
+{
+	const struct ct_step *s = &x->jobs.step[i];
+	json_t *a = json_array();
+
+	json_array_append_new(a, json_string(s->output));
+	if (s->beside)
+		json_array_append_new(a, json_string(s->beside));
+	return a;
+}
+
 static json_t *number(double v)
 {
 	return isnan(v) ? json_null() : json_integer((json_int_t)ceil(v));
@@ -111,19 +158,18 @@ static json_t *describe(const struct sr_jobs *x)
 
 	for (size_t i = 0; i < x->jobs.n; i++) {
 		const struct sr_takes t = x->takes[i];
-		json_t *o = json_pack("{so so so s[s] sI so so so}", "name", name_of(x, i),
-			"command", words_of(x, i), "inputs", inputs_of(x, i), "outputs",
-			x->jobs.step[i].output, "threads", (json_int_t)atoll(x->c->threads),
-			"seconds", number(t.seconds), "memory-bytes", number(t.memory),
-			"disk-bytes", number(t.disk));
+		json_t *o = json_pack("{so so so so sI so so so}", "name", name_of(x, i), "command",
+			words_of(x, i), "inputs", inputs_of(x, i), "outputs", outputs_of(x, i),
+			"threads", (json_int_t)atoll(x->c->threads), "seconds", number(t.seconds),
+			"memory-bytes", number(t.memory), "disk-bytes", number(t.disk));
 
 		if (!o || json_array_append_new(jobs, o)) {
 			json_decref(jobs);
 			return NULL;
 		}
 	}
-	return json_pack("{ss ss so}", "made-by", "ct-sr " PACKAGE_VERSION, "output",
-		x->jobs.step[x->jobs.n - 1].output, "jobs", jobs);
+	return json_pack("{ss ss so}", "made-by", "ct-sr " PACKAGE_VERSION, "output", x->f->out,
+		"jobs", jobs);
 }
 
 /* A name as make reads it in a rule, before the colon if it is a target; those are refused before
@@ -157,19 +203,26 @@ static int put_word(FILE *f, const char *word)
 	return 0;
 }
 
-static int put_rules(FILE *f, const json_t *plan, struct ct_err *e)
+static int put_rules(FILE *f, const struct sr_jobs *x, const json_t *plan, struct ct_err *e)
 {
 	const json_t *job, *word;
+	const char *all[4];
 	size_t i, k;
 
 	fprintf(f,
 		"# The jobs of plan.json: make -j4 -f this file\nequals := =\n.PHONY: all\nall: ");
-	put_name(f, json_string_value(json_object_get(plan, "output")), false);
+	wanted(all, x);
+	for (const char **w = all; *w; w++) {
+		fputs(w > all ? " " : "", f);
+		put_name(f, *w, false);
+	}
 	json_array_foreach (json_object_get(plan, "jobs"), i, job) {
 		fputs("\n\n", f);
-		put_name(f, json_string_value(json_array_get(json_object_get(job, "outputs"), 0)),
-			true);
-		fputc(':', f);
+		json_array_foreach (json_object_get(job, "outputs"), k, word) {
+			fputs(k ? " " : "", f);
+			put_name(f, json_string_value(word), true);
+		}
+		fputs(k > 1 ? " &:" : ":", f); /* one command makes both */
 		json_array_foreach (json_object_get(job, "inputs"), k, word) {
 			fputc(' ', f);
 			put_name(f, json_string_value(word), false);
@@ -186,8 +239,9 @@ static int put_rules(FILE *f, const json_t *plan, struct ct_err *e)
 	return 0;
 }
 
-static int put_json(FILE *f, const json_t *plan, struct ct_err *e)
+static int put_json(FILE *f, const struct sr_jobs *x, const json_t *plan, struct ct_err *e)
 {
+	(void)x;
 	(void)e;
 	json_dumpf(plan, f, JSON_INDENT(2)); /* ct_out_commit looks at f */
 	fputc('\n', f);
@@ -195,8 +249,8 @@ static int put_json(FILE *f, const json_t *plan, struct ct_err *e)
 }
 
 static int write_one(const struct sr_jobs *x, const char *name,
-	int (*put)(FILE *f, const json_t *plan, struct ct_err *e), const json_t *plan,
-	const struct ct_env *env, struct ct_err *e)
+	int (*put)(FILE *f, const struct sr_jobs *x, const json_t *plan, struct ct_err *e),
+	const json_t *plan, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env own = *env;
 	struct ct_out o = {0};
@@ -206,7 +260,7 @@ static int write_one(const struct sr_jobs *x, const char *name,
 	own.force = true;
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (ct_out_open(&o, path, &own, e) == 0 && put(o.f, plan, e) == 0)
+	if (ct_out_open(&o, path, &own, e) == 0 && put(o.f, x, plan, e) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
 	free(path);
@@ -242,8 +296,12 @@ static int check(const struct sr_jobs *x, const struct ct_env *env, struct ct_er
 {
 	const struct ct_chain *c = x->c;
 	char *path = ct_chain_path(c, PLAN);
-	int rc = check_name(c->folder.path, e) || check_name(c->step[c->n - 1].output, e) ? -1 : 0;
+	const char *all[4];
+	int rc = check_name(c->folder.path, e);
 
+	wanted(all, x);
+	for (const char **w = all; rc == 0 && *w; w++)
+		rc = check_name(*w, e);
 	for (size_t i = 0; rc == 0 && i < c->sources; i++)
 		rc = check_name(c->source[i], e);
 	if (!path)
@@ -265,20 +323,47 @@ static int open_plan(struct sr_jobs *x, const struct ct_env *env, struct ct_err 
 	return check(x, env, e);
 }
 
-int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct ct_env *env,
-	struct ct_err *e)
+/* How long the scan takes to be read and written as the slabs and their whole are, a byte. */
+static int measure(struct sr_jobs *x, const struct ct_env *env, struct ct_err *e)
+{
+	const char *out = x->c->step[1].output;
+	const size_t n = strlen(out);
+	const bool packed = n > 3 && strcmp(out + n - 3, ".gz") == 0;
+	char *path = ct_chain_path(x->c, packed ? "pace.nii.gz" : "pace.nii");
+	const double begin = ct_clock_cpu();
+	struct ct_env own = *env;
+	struct ct_vol v = {0};
+	int rc = -1;
+
+	own.force = true;
+	if (!path)
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (ct_vol_read(x->c->step[0].output, &v, e) == 0 && ct_vol_write(path, &v, &own, e) == 0) {
+		x->pace = (ct_clock_cpu() - begin) / (sizeof(float) * (double)ct_vol_count(&v));
+		rc = 0;
+	}
+	ct_vol_free(&v);
+	unlink(path);
+	free(path);
+	return rc;
+}
+
+int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, size_t views,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t wanted = p->jobs ? (size_t)p->jobs : JOBS;
-	struct sr_jobs x = {.c = c, .p = p, .folder = &c->folder, .jobs = {.folder.lock = -1}};
+	struct sr_jobs x = {
+		.c = c, .p = p, .f = f, .folder = &c->folder, .jobs = {.folder.lock = -1}};
 	void *answer = NULL;
 	int rc = -1;
 
-	if (open_plan(&x, env, e) || ct_chain_start(c, 0, env, e) ||
-		ct_chain_ask(&answer, c, 1, env, e))
+	if (open_plan(&x, env, e) || (f->report && ct_journal_begin(f->log, false, e)) ||
+		ct_chain_start(c, 0, env, e) || ct_chain_ask(&answer, c, 1, env, e))
 		goto out;
 	x.told = answer;
 	choose_slabs(&x, env);
-	if (sr_jobs_divide(&x, views, wanted < views ? wanted : views, e))
+	if ((x.slabs > 1 && measure(&x, env, e)) ||
+		sr_jobs_divide(&x, views, wanted < views ? wanted : views, e))
 		goto out;
 	clear(&x);
 	rc = write_plan(&x, env, e);

@@ -7,8 +7,7 @@
 #include "config.h"
 #include "cli/cost.h"
 #include "cli/memory.h"
-#include "formats/io.h"
-#include "formats/nifti.h"
+#include "core/clock.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 #include "tools/sr.h"
@@ -25,25 +24,11 @@
 struct run {
 	struct ct_chain *c;
 	const struct sr *p;
+	const struct sr_files *f;
 	const struct ct_env *env;
 	struct sr_jobs jobs;
 	struct ct_folder beside; /* OUT, of slabs; or not open */
 };
-
-/* The scan that is refined, without its voxels. */
-static int read_head(struct ct_vol *head, const char *path, struct ct_err *e)
-{
-	struct ct_nifti_in in = {0};
-	FILE *f;
-	int rc;
-
-	if (ct_io_open(path, &f, e))
-		return -1;
-	rc = ct_nifti_open(&in, f, head, e);
-	ct_source_close(&in.source);
-	ct_io_close(f);
-	return rc;
-}
 
 /* Does it fit, whatever way it is refined? What is wrong with it is for that step to say. */
 static bool is_small(const struct run *r)
@@ -55,13 +40,14 @@ static bool is_small(const struct run *r)
 					 : SR_FACTOR,
 		.spacing = r->p->spacing,
 		.decimate = -1,
+		.skip_noise = true,
 		.noise = (double)NAN};
 	struct ct_vol head = {0};
 	struct lowres_is is;
 	struct ct_err why;
 	bool small = true;
 
-	if (read_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0)
+	if (sr_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0)
 		small = ct_memory_fits(
 			expect_most(&head, is.by.factor), r->p->memory, ct_memory_free(""));
 	ct_vol_free(&head);
@@ -206,11 +192,11 @@ static int open_folder(struct run *r, struct ct_err *e)
 /* The slabs are joined, or they are kept for somebody to join them. */
 static int join(struct run *r, struct ct_err *e)
 {
-	const size_t merge = r->jobs.slabs + 1;
+	const size_t merge = r->jobs.slabs + 1, end = merge + (r->c->step[1].beside ? 2 : 1);
 	struct ct_folder *folder = r->beside.path ? &r->beside : &r->c->folder;
 	struct ct_err why;
 
-	if (ct_chain_run_some(r->c, merge, merge + 1, r->env, e)) {
+	if (ct_chain_run_some(r->c, merge, end, r->env, e)) {
 		if (e->code == CT_ESTOP || !folder->temporary)
 			return -1;
 		why = *e;
@@ -227,33 +213,40 @@ static int run_slabs(struct run *r, struct ct_err *e)
 {
 	struct sr_jobs *x = &r->jobs;
 	struct ct_chain *c = r->c;
-	const size_t joined = x->slabs + 2;
+	size_t joined;
 
 	if (open_folder(r, e) || sr_jobs_divide(x, 0, 0, e) ||
 		ct_chain_replace(c, 1, &x->jobs, e) ||
-		(r->p->resume && sr_files_check_out(r->p, c, r->env, e)) || check_disk(r, e))
+		(r->p->resume && sr_files_check_out(r->f, r->p, c, r->env, e)) || check_disk(r, e))
 		return -1;
+	joined = x->slabs + (c->step[1].beside ? 3 : 2);
 	tell(r);
-	if (ct_chain_run_some(c, 1, joined - 1, r->env, e) || join(r, e))
+	if (ct_chain_run_some(c, 1, x->slabs + 1, r->env, e) || join(r, e))
 		return -1;
 	return joined < c->n ? ct_chain_run_some(c, joined, c->n, r->env, e) : 0;
 }
 
-int sr_run(struct ct_chain *c, const struct sr *p, const struct ct_env *env, struct ct_err *e)
+int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct run r = {.c = c,
 		.p = p,
+		.f = f,
 		.env = env,
-		.jobs = {.c = c, .p = p, .jobs = {.folder.lock = -1}},
+		.jobs = {.c = c, .p = p, .f = f, .jobs = {.folder.lock = -1}},
 		.beside = {.lock = -1}};
+	const double began = ct_clock_wall();
 	int rc = -1;
 
+	r.jobs.slabs = 1;
 	if (sr_published(p))
-		return ct_chain_run(c, env, e);
-	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && ask(&r, e) == 0) {
+		rc = ct_chain_run(c, env, e);
+	else if (ct_chain_run_some(c, 0, 1, env, e) == 0 && ask(&r, e) == 0) {
 		r.jobs.slabs = choose(&r);
 		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);
 	}
+	if (rc == 0)
+		sr_say(c, r.jobs.slabs, ct_clock_wall() - began, env);
 	ct_folder_close(&r.beside);
 	sr_jobs_free(&r.jobs);
 	return rc;

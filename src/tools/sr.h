@@ -2,6 +2,7 @@
 #ifndef CT_TOOLS_SR_H
 #define CT_TOOLS_SR_H
 #include "cli/chain.h"
+#include "core/vol.h"
 #include "core/words.h"
 #include "tools/lib/brick.h"
 
@@ -19,12 +20,12 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *keep, *plan, *prior, *slices, *arch, *window, *series, *crop,
-		*template;
+	const char *in, *out, *report, *confidence, *keep, *plan, *prior, *slices, *arch, *window,
+		*series, *crop, *template;
 	const char *factor, *spacing, *sigma, *memory;
 	double noise;
 	int decimate, label, quality, views, iterations, gaussians, tilt, gaps, jobs;
-	bool paper, release, resume, dry_run, skip_damaged, deid;
+	bool projections, paper, release, resume, dry_run, skip_damaged, deid;
 };
 
 /* The published method? */
@@ -37,7 +38,8 @@ static inline bool sr_published(const struct sr *p)
 struct sr_files {
 	char *template; /* the series that DICOM of OUT belongs to, or NULL */
 	char *in, *out, *keep, *prior, *slices, *lr, *up, *up_proj, *lr_proj, *sr_proj, *res, *sr;
-	const char *result; /* what the method makes: sr if OUT is made of that */
+	char *report, *confidence, *log; /* report and confidence: NULL if not wanted */
+	const char *result;              /* what the method makes: sr if OUT is made of that */
 };
 
 /* Those of the user; a prior is named only if something is left to it, that of projections if they
@@ -53,9 +55,10 @@ int sr_files_check(const struct sr_files *f, const struct sr *p, struct ct_err *
 int sr_files_absolute(struct sr_files *f, struct ct_err *e);
 void sr_files_free(struct sr_files *f);
 
-/* May OUT be written, now that the folder between is there, which may lie in it? */
-int sr_files_check_out(
-	const struct sr *p, const struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
+/* May OUT, and what is written besides, be written, now that the folder between is there, which may
+ * lie in it? */
+int sr_files_check_out(const struct sr_files *f, const struct sr *p, const struct ct_chain *c,
+	const struct ct_env *env, struct ct_err *e);
 
 /* What a job takes; NaN: nobody can tell before its inputs are there. */
 struct sr_takes {
@@ -66,11 +69,13 @@ struct sr_takes {
 struct sr_jobs {
 	const struct ct_chain *c;
 	const struct sr *p;
+	const struct sr_files *f;
 	const struct ct_folder *folder; /* of the parts */
 	double most;                    /* bytes of memory that a job may take */
 	json_t *told;                   /* by the step that refines; owned */
 	struct brick brick;             /* of that */
 	size_t slabs;                   /* chosen by the caller */
+	double pace;                    /* CPU seconds a byte of a merge; a plan measures it */
 	struct ct_chain jobs;           /* steps, parts and joins; in no folder */
 	struct sr_takes *takes;         /* of each */
 	size_t cap;
@@ -93,10 +98,17 @@ void sr_jobs_free(struct sr_jobs *x);
 
 /* Do the first step of the chain, and write the others as jobs: those that refine and that draw the
  * `views` projections in p->jobs parts, into plan.json and plan.mk of its folder (sr-plan.c). */
-int sr_plan(struct ct_chain *c, const struct sr *p, size_t views, const struct ct_env *env,
-	struct ct_err *e);
+int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, size_t views,
+	const struct ct_env *env, struct ct_err *e);
 /* Run the chain; the step that refines in slabs, where it does not fit into the memory that it may
  * take and the scan can be cut (sr-run.c). */
-int sr_run(struct ct_chain *c, const struct sr *p, const struct ct_env *env, struct ct_err *e);
+int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
+	const struct ct_env *env, struct ct_err *e);
+
+/* Read the header of a volume in NIfTI. Codes of the reader. */
+int sr_head(struct ct_vol *head, const char *path, struct ct_err *e);
+/* Say in one line what the steps did that were run, `slabs` of them those that refine (sr-say.c).
+ */
+void sr_say(const struct ct_chain *c, size_t slabs, double seconds, const struct ct_env *env);
 
 #endif

@@ -221,7 +221,8 @@ static int train(struct job *j, struct ct_err *e)
 				return -1;
 			break; /* one that is given up has changed nothing */
 		}
-		ct_progress(&j->env, "training", j->s->steps(j->s->it), all);
+		ct_progress_until(&j->env, "training", j->s->steps(j->s->it), all,
+			j->p->patience || j->p->minutes > 0 ? all : 0);
 		if (j->resume->path && j->s->steps(j->s->it) % every == 0 && checkpoint(j, e))
 			return -1;
 	}

@@ -30,6 +30,7 @@ struct job {
 	struct ct_example_rule rule;
 	double bytes[2];        /* HU of the bytes 0 and 255; NaN: there are none */
 	struct ct_tensors with; /* the regressors that OUT holds besides */
+	struct ct_slice_prior first;
 	struct lessons data, held;
 	struct ct_learn *learn;
 	char name[40]; /* of the regressor */
@@ -189,24 +190,34 @@ static int settle(struct job *j, struct ct_err *e)
 		.seed = j->env.seed};
 	if (p->window && ct_cli_range("window", p->window, j->rule.clip, e))
 		return -1;
-	snprintf(j->name, sizeof j->name, "%s%d", p->thick ? "thick-" : "", p->factor);
+	snprintf(j->name, sizeof j->name, "%s%s%d", p->again ? "again-" : "",
+		p->thick ? "thick-" : "", p->factor);
 	return 0;
 }
 
 /* What is to stay of another prior, which has to be one. */
 static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 {
-	struct ct_slice_prior p = {0};
-	int rc = -1;
+	const struct ct_degrade d = {
+		.factor = {(double)j->p->factor, j->p->thick ? 1 : (double)j->p->factor,
+			j->p->thick ? 1 : (double)j->p->factor}};
 
 	if (!j->p->with)
 		return 0;
-	if (ct_tensors_read(j->p->with, &j->with, e) == 0)
-		rc = ct_slice_prior_alloc(&p, &j->with, e) ? ct_blame(e, j->p->with) : 0;
+	if (ct_tensors_read(j->p->with, &j->with, e))
+		return -1;
 	data->with = j->with.meta;
 	j->with.meta = (struct ct_meta){0};
-	ct_slice_prior_free(&p);
-	return rc;
+	if (ct_slice_prior_alloc(&j->first, &j->with, e))
+		return ct_blame(e, j->p->with);
+	if (!j->p->again)
+		return 0;
+	if (!ct_slice_prior_knows(&j->first, &d, false))
+		return ct_fail(e, CT_EINPUT, "%s: no net to begin from for -x %d%s", j->p->with,
+			j->p->factor, j->p->thick ? " --thick" : "");
+	j->rule.after = &j->first;
+	j->rule.hash = strrchr(ct_meta_get(&data->with, CT_META_INPUT), ' ') + 1;
+	return 0;
 }
 
 static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
@@ -367,6 +378,7 @@ static void done(void *it)
 	lessons_free(&j->data);
 	lessons_free(&j->held);
 	ct_tensors_free(&j->with);
+	ct_slice_prior_free(&j->first);
 	free(j);
 }
 

@@ -14,7 +14,7 @@ struct train_params {
 		checkpoint_every, log_every;
 	double lr, decay, ema, clip, minutes;
 	bool cosine, no_flip, flip_vertical, resume, half;
-	bool slices, thick;
+	bool slices, thick, again;
 	int factor, cubes, cube, depth, components, width;
 	double noise;
 };

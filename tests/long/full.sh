@@ -49,6 +49,7 @@ writer out/o.nii ct-compose -q hr-up.nii residual.ply out/o.nii
 writer out/r.nii ct-compose -q --residual-out out/r.nii hr-up.nii residual.ply out/o.nii
 writer out/o.nii ct-metrics -q --consistency hr-lr.nii --map out/o.nii hr.nii
 if command -v ct-view >/dev/null; then writer out/o.png ct-view -q hr.nii out/o.png; fi
+writer out/o.html ct-report -q hr-lr.nii hr-up.nii out/o.html
 writer out/o.nii ct-restore -q -x 2 hr-lr.nii out/o.nii
 writer out/s.nii ct-restore -q -x 2 --std out/s.nii hr-lr.nii out/o.nii
 writer out/o.exr ct-ddnm -q -x 4 -n 2 hr-low.exr out/o.exr

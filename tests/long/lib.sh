@@ -69,7 +69,7 @@ command_() {
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
 	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
 	ct-restore) line="ct-restore -q -t 2 -x 2 $2-lr.nii $3" ;;
-	ct-sr) line="ct-sr -q -t 2 -x 4 -Q balanced --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
+	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac
 }
 # Those that take longest; ct-restore alone keeps no state, so it begins again.

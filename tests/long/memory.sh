@@ -45,6 +45,7 @@ limited out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult
 limited out/o.nii ct-restore -q -t 2 -x 2 hr-lr.nii out/o.nii
 limited out/s.nii ct-restore -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
 limited out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
+limited out/o.html ct-report -q -t 2 hr-lr.nii hr-up.nii out/o.html
 limited stdout ct-info --estimate hr.nii
 if command -v ct-view >/dev/null; then limited out/o.png ct-view -q -t 2 hr.nii out/o.png; fi
 finish

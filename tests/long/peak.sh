@@ -54,7 +54,7 @@ line() {
 		large; out=OUT.exr; among '' '--photons 1e5 --coarsen 2 --pixel mean' '--rotate 9,5,2 -m joseph' '--beam fan'
 		line="$1 -n 4 --det 128 $W $in $out" ;;
 	ct-metrics)
-		large; out=; among '' '--structures --psnr' "--mask $v.nii --per-slice s.csv" '--edges --ssim all' "--consistency $v-lr.nii"
+		large; out=; among '' '--structures --psnr' '--harm --psnr' "--mask $v.nii --per-slice s.csv" '--edges --ssim all' "--consistency $v-lr.nii"
 		line="$1 -f $W $in $v-up.nii" ;;
 	esac
 }

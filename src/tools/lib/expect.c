@@ -11,7 +11,6 @@
 #include <string.h>
 
 enum { SMALL = 96, LONG = 1024, THIN = 32, LARGE = 256, STEPS = 9 };
-#define UNEVEN 20.0f
 static const double middle[3] = {0.5, 0.5, 0.5};
 
 double expect_fine(const struct ct_vol *in, const double factor[3])
@@ -25,9 +24,13 @@ double expect_fine(const struct ct_vol *in, const double factor[3])
 
 double expect_most(const struct ct_vol *in, const double factor[3])
 {
-	return CT_MEMORY_BASE + EXPECT_PRIOR +
-	       4 * (ct_upsample_volumes(CT_UPSAMPLE_HTV) * expect_fine(in, factor) +
-			   2 * (double)ct_vol_count(in));
+	const struct ct_degrade by = {.factor = {factor[0], factor[1], factor[2]}};
+	size_t n[3];
+
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(in->n[a], factor[a]);
+	return CT_MEMORY_BASE + EXPECT_PRIOR + ct_upsample_bytes(CT_UPSAMPLE_HTV, &by, n) +
+	       8 * (double)ct_vol_count(in);
 }
 
 /* As expect_piece, of fine[] voxels along the axes. */
@@ -56,26 +59,6 @@ int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double fac
 	return cut(piece, in, factor, (const size_t[]){fine, fine, fine}, at, e);
 }
 
-double expect_uneven(const struct ct_vol *v)
-{
-	const size_t step[3] = {1, v->n[0], v->n[0] * v->n[1]};
-	size_t count = 0;
-
-	for (size_t k = 0; k < v->n[2]; k++)
-		for (size_t j = 0; j < v->n[1]; j++)
-			for (size_t i = 0; i < v->n[0]; i++) {
-				const float *x = v->data + k * step[2] + j * step[1] + i;
-				const size_t more[3] = {i + 1 < v->n[0] ? step[0] : 0,
-					j + 1 < v->n[1] ? step[1] : 0,
-					k + 1 < v->n[2] ? step[2] : 0};
-
-				count += fabsf(x[more[0]] - *x) > UNEVEN ||
-					 fabsf(x[more[1]] - *x) > UNEVEN ||
-					 fabsf(x[more[2]] - *x) > UNEVEN;
-			}
-	return (double)count;
-}
-
 /* One refinement of a piece. */
 static int try(double *cpu, struct ct_upsample_report *did, const struct ct_vol *piece,
 	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
@@ -95,11 +78,12 @@ struct ticks {
 	size_t n;
 };
 
-static void tick(const struct ct_env *env, const char *what, size_t done, size_t total)
+static void tick(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct ticks *t = env->ctx;
 
-	(void)what, (void)total;
+	(void)what, (void)total, (void)likely;
 	if (done == t->n && t->n <= STEPS)
 		t->at[t->n++] = ct_clock_cpu();
 }

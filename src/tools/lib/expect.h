@@ -39,8 +39,6 @@ void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_v
  * make `fine` voxels along an axis, or fewer. The rest of *piece but the affine is empty. */
 int expect_piece(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], size_t fine,
 	const double at[3], struct ct_err *e);
-/* Voxels of v that are not flat: one after them, along an axis, differs by more than 20 HU. */
-double expect_uneven(const struct ct_vol *v);
 /* Of so many voxels altogether. */
 double expect_fine(const struct ct_vol *in, const double factor[3]);
 /* Bytes that refining takes at the most, in memory, whatever the operator. */

@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "formats/io.h"
 #include "resolution/blur.h"
+#include "resolution/noise.h"
 #include "tools/lib/lowres.h"
 
 #include <math.h>
@@ -83,6 +84,7 @@ static int operator_of(
 	if (factor_of(&r->by, known, p, v, e))
 		return -1;
 	r->known = known == 0 || p->sigma;
+	r->said = known > 0 && p->sigma;
 	if (p->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)p->decimate)
 		return ct_fail(
 			e, CT_EUSAGE, "--decimate contradicts %s, which says otherwise", p->in);
@@ -107,8 +109,8 @@ static int operator_of(
 }
 
 /* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
- * has one way of decimation. Of the noise only what is sure: the rest may be texture. */
-static int measure(struct lowres_is *r, bool noise, const struct ct_vol *in, const struct lowres *p,
+ * has one way of decimation. */
+static int measure_operator(struct lowres_is *r, const struct ct_vol *in, const struct lowres *p,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_blur got;
@@ -127,9 +129,31 @@ static int measure(struct lowres_is *r, bool noise, const struct ct_vol *in, con
 			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
 			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
 	}
-	if (noise)
-		r->noise = got.sure;
-	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.noise, r->noise);
+	r->measured = r->known;
+	return 0;
+}
+
+static bool correlated(const struct lowres_is *is)
+{
+	return is->alike[0] + is->alike[1] + is->alike[2] >
+	       0.3; /* less is what white noise shows */
+}
+
+/* Only what is sure: the rest may be texture. */
+static int measure_noise(struct lowres_is *r, const struct ct_vol *in, const struct lowres *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_noise got;
+
+	if (ct_noise_measure(&got, in, e))
+		return ct_blame(e, p->in);
+	r->noise = got.sure;
+	memcpy(r->alike, got.alike, sizeof r->alike);
+	r->noise_measured = true;
+	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.common, r->noise);
+	if (correlated(r))
+		ct_log(env, CT_INFO, "noise of neighbours correlates by %.2g,%.2g,%.2g",
+			r->alike[0], r->alike[1], r->alike[2]);
 	return 0;
 }
 
@@ -145,9 +169,50 @@ int lowres_find(struct lowres_is *r, const struct lowres *p, const struct ct_vol
 	said = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
 	if (said < 0)
 		return ct_blame(e, p->in);
-	if (said == 0 && p->noise != noise && !isnan(p->noise))
+	if (noise > 0 && p->noise != noise && !isnan(p->noise))
 		return ct_fail(e, CT_EUSAGE, "--noise %g contradicts %s, whose noise is %g HU",
 			p->noise, p->in, noise);
 	r->noise = fmax(isnan(p->noise) ? noise : p->noise, 0);
-	return p->estimate && !r->known ? measure(r, said && isnan(p->noise), in, p, env, e) : 0;
+	r->noise_of_file = said == 0 && (isnan(p->noise) || p->noise == noise);
+	r->noise_said = !isnan(p->noise) && !r->noise_of_file;
+	if (p->estimate && !r->known && measure_operator(r, in, p, env, e))
+		return -1;
+	return said && isnan(p->noise) && !p->skip_noise ? measure_noise(r, in, p, env, e) : 0;
+}
+
+static const char *who(bool measured, bool said)
+{
+	return measured ? "measured" : said ? "given" : "of the file";
+}
+
+void lowres_tell(
+	const struct lowres_is *is, const struct ct_upsample_report *did, const struct ct_env *env)
+{
+	const struct ct_degrade *d = &is->by;
+
+	ct_env_tell(env, LOWRES_FACTOR, "%.9g,%.9g,%.9g", d->factor[0], d->factor[1], d->factor[2]);
+	if (is->known) {
+		ct_env_tell(
+			env, LOWRES_SIGMA, "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1], d->sigma[2]);
+		ct_env_tell(env, LOWRES_SAMPLING, "%s", CT_WORD(CT_DECIMATE_LIST, d->decimate));
+		ct_env_tell(env, LOWRES_FROM, "%s", who(is->measured, is->said));
+	}
+	ct_env_tell(env, LOWRES_NOISE, "%.9g", is->noise);
+	ct_env_tell(env, LOWRES_NOISE_FROM, "%s",
+		is->noise_measured || is->noise_said || is->noise_of_file
+			? who(is->noise_measured, is->noise_said)
+			: "assumed");
+	if (correlated(is))
+		ct_env_tell(env, LOWRES_NOISE_ALIKE, "%.2g,%.2g,%.2g", is->alike[0], is->alike[1],
+			is->alike[2]);
+	ct_env_tell(env, LOWRES_METHOD, "%s", ct_upsample_name(did->method));
+	if (is->known && d->decimate == CT_DECIMATE_POINT && did->aliasing > CT_UPSAMPLE_ALIAS)
+		ct_env_tell(env, LOWRES_WHY, "points alias");
+	else if (is->known && did->aliasing > CT_UPSAMPLE_ALIAS)
+		ct_env_tell(env, LOWRES_WHY, "aliased, not points");
+	else if (is->known)
+		ct_env_tell(env, LOWRES_WHY, "hardly aliased");
+	ct_env_tell(env, LOWRES_ITERATIONS, "%zu", did->iterations);
+	if (is->known && !isnan(did->residual))
+		ct_env_tell(env, LOWRES_RESIDUAL, "%.9g", did->residual);
 }

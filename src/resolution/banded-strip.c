@@ -1,0 +1,82 @@
+/* banded-strip.c: the kernels of banded.h. Sums are held in registers, four at a time; what is
+ * turned goes by way of a tile of a strip of rows, two registers wide. */
+#include "config.h"
+#include "resolution/banded.h"
+#include "resolution/turn.h"
+
+enum { WIDE = 2 * CT_F32_LANES, PARTS = 4 };
+
+/* `parts` registers of a row; the last has n <= CT_F32_LANES columns. */
+CT_INLINE void sum(float *out, const float *add, const float *in, size_t ldi, const float *w,
+	size_t taps, const size_t parts, size_t n)
+{
+	ct_f32 acc[PARTS] = {{0}};
+
+#pragma GCC unroll 4
+	for (size_t p = 0; add && p < parts; p++)
+		acc[p] = ct_f32_load_n(add + p * CT_F32_LANES, p + 1 < parts ? CT_F32_LANES : n);
+	for (size_t q = 0; q < taps; q++) {
+		const ct_f32 f = ct_f32_set(w[q]);
+
+#pragma GCC unroll 4
+		for (size_t p = 0; p < parts; p++)
+			acc[p] = ct_f32_fma(f,
+				ct_f32_load_n(in + q * ldi + p * CT_F32_LANES,
+					p + 1 < parts ? CT_F32_LANES : n),
+				acc[p]);
+	}
+#pragma GCC unroll 4
+	for (size_t p = 0; p < parts; p++)
+		ct_f32_store_n(out + p * CT_F32_LANES, acc[p], p + 1 < parts ? CT_F32_LANES : n);
+}
+
+CT_INLINE void row(float *out, const float *add, const float *in, size_t ldi, const float *w,
+	const size_t taps, size_t n)
+{
+	size_t i = 0;
+
+	for (; i + PARTS * CT_F32_LANES <= n; i += PARTS * CT_F32_LANES)
+		sum(out + i, add ? add + i : NULL, in + i, ldi, w, taps, PARTS, CT_F32_LANES);
+	for (; i < n; i += CT_F32_LANES)
+		sum(out + i, add ? add + i : NULL, in + i, ldi, w, taps, 1,
+			n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
+}
+
+CT_INLINE void across(const struct ct_banded_rows *t, float *out, size_t ldo, const float *add,
+	const float *in, size_t ldi, size_t w)
+{
+	for (size_t r = 0; r < t->n; r++)
+		row(out + r * ldo, add ? add + r * ldo : NULL, in + t->first[r] * ldi, ldi,
+			t->w + r * t->taps, t->taps, w);
+}
+
+void CT_SIMD_HERE(ct_banded_across)(const struct ct_banded_rows *t, float *out, size_t ldo,
+	const float *add, const float *in, size_t ldi, size_t w)
+{
+	if (add)
+		across(t, out, ldo, add, in, ldi, w);
+	else
+		across(t, out, ldo, NULL, in, ldi, w);
+}
+
+void CT_SIMD_HERE(ct_banded_down)(const struct ct_banded *b, float *out, size_t ldo,
+	const float *in, size_t ldi, size_t w, float *tile)
+{
+	for (size_t at = 0; at < w; at += WIDE) {
+		const size_t n = w - at < WIDE ? w - at : WIDE;
+
+		ct_turn(tile, WIDE, in + at * ldi, ldi, n, b->up.n);
+		across(&b->down, out + at, ldo, NULL, tile, WIDE, n);
+	}
+}
+
+void CT_SIMD_HERE(ct_banded_up)(const struct ct_banded *b, float *out, size_t ldo, const float *in,
+	size_t ldi, size_t w, float *tile)
+{
+	for (size_t at = 0; at < w; at += WIDE) {
+		const size_t n = w - at < WIDE ? w - at : WIDE;
+
+		across(&b->up, tile, WIDE, NULL, in + at, ldi, n);
+		ct_turn(out + at * ldo, ldo, tile, WIDE, b->up.n, n);
+	}
+}

@@ -1,0 +1,59 @@
+/* consistency-exact.c: data consistency in double (consistency.h). */
+#include "config.h"
+#include "core/room.h"
+#include "resolution/consistency.h"
+#include "resolution/svd.h"
+
+enum { MANY = 1 << 18 };
+
+/* The table of D+ along an axis, from that of D. */
+static int inverse(struct ct_taps *t, const struct ct_taps *d, struct ct_err *e)
+{
+	struct ct_svd f = {0};
+	const int rc = ct_svd_alloc(&f, d, e) || ct_svd_pinv(t, &f, e) ? -1 : 0;
+
+	ct_svd_free(&f);
+	return rc;
+}
+
+int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
+	const size_t n[static 3], const struct ct_par *par, struct ct_err *e)
+{
+	struct ct_taps t[3] = {{0}}, down = {0};
+	int rc = 0;
+
+	*s = (struct ct_separable){0};
+	for (int a = 0; a < 3 && rc == 0; a++) {
+		rc = ct_degrade_taps(&down, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
+		     inverse(&t[a], &down, e);
+		ct_taps_free(&down);
+	}
+	rc = rc || ct_separable_plan(s, t, par, e) ? -1 : 0;
+	for (int a = 0; a < 3; a++)
+		ct_taps_free(&t[a]);
+	return rc;
+}
+
+void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
+	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
+{
+	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
+	size_t n = d->t[0].n_in * d->t[1].n_in * d->t[2].n_in;
+
+	ct_separable_apply(d, lo, x, par);
+	for (size_t at = 0; at < m; at += MANY) {
+		const size_t end = m - at < MANY ? m : at + MANY;
+
+		for (size_t i = at; i < end; i++)
+			lo[i] = (float)((double)y[i] - (double)lo[i]);
+		ct_room_trim();
+	}
+	ct_separable_apply(dplus, hi, lo, par);
+	for (size_t at = 0; at < n; at += MANY) {
+		const size_t end = n - at < MANY ? n : at + MANY;
+
+		for (size_t i = at; i < end; i++)
+			x[i] += hi[i];
+		ct_room_trim();
+	}
+}

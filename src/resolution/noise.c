@@ -1,0 +1,368 @@
+/* noise.c: see noise.h. */
+#include "config.h"
+#include "resolution/noise.h"
+#include "core/mem.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+enum {
+	BLOCK = 3, /* its side, voxels */
+	MOST_BLOCKS = 1 << 16,
+	LEAST_BLOCKS = 16, /* of which something is said */
+	LEAST_SURE = 250,  /* of tissue, of which something is sure */
+	FLATTEST = 50,     /* one in so many */
+	TENTH = 10,
+};
+
+static const double air = -850, clipped_air = -1024;      /* HU */
+static const double least_power = 0.03;                   /* of noise at any frequency */
+static const double texture = 6;                          /* HU */
+static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
+static const size_t bodies = 3;                           /* one in so many blocks is no bone */
+
+/* Values that clipping and masks leave. */
+struct voids {
+	double lowest, highest, corner[8];
+};
+
+struct block {
+	double mean, sd; /* sd: from its best linear function */
+	double lowest;
+	bool constant, mixed; /* all of it, and the greater part */
+};
+
+static struct voids voids_of(const struct ct_vol *v)
+{
+	const size_t n = ct_vol_count(v), *m = v->n;
+	struct voids r = {.lowest = INFINITY, .highest = -INFINITY};
+
+	for (size_t i = 0; i < n; i++) {
+		r.lowest = fmin(r.lowest, (double)v->data[i]);
+		r.highest = fmax(r.highest, (double)v->data[i]);
+	}
+	for (size_t c = 0; c < 8; c++)
+		r.corner[c] = (double)v->data[(c & 1) * (m[0] - 1) +
+					      m[0] * ((c >> 1 & 1) * (m[1] - 1) +
+							     m[1] * ((c >> 2) * (m[2] - 1)))];
+	return r;
+}
+
+static bool is_void(const struct voids *v, double value)
+{
+	bool is = value == v->lowest;
+
+	for (int c = 0; c < 8; c++)
+		is |= value == v->corner[c];
+	return is;
+}
+
+/* Of a block of m[0] x m[1] x m[2] values that a linear function was fitted to. */
+static double free_values(const size_t m[3])
+{
+	return (double)(m[0] * m[1] * m[2]) - 1 - (m[0] > 1) - (m[1] > 1) - (m[2] > 1);
+}
+
+/* The m[0] x m[1] x m[2] block at x. */
+static struct block look(const float *x, const size_t m[3], const size_t stride[3])
+{
+	const double first = (double)x[0];
+	double sum = 0, square = 0, slope[3] = {0}, last = first, lowest = first;
+	size_t count = m[0] * m[1] * m[2], same = 0;
+
+	for (size_t k = 0; k < m[2]; k++)
+		for (size_t q = 0; q < m[1]; q++)
+			for (size_t i = 0; i < m[0]; i++) {
+				const size_t at[3] = {i, q, k};
+				const double here = (double)x[i + q * stride[1] + k * stride[2]];
+				const double d = here - first; /* keeps the squares small */
+
+				for (int a = 0; a < 3; a++)
+					slope[a] += d * (2 * (double)at[a] - (double)m[a] + 1) / 2;
+				sum += d;
+				square += d * d;
+				same += here == last;
+				last = here;
+				lowest = fmin(lowest, here);
+			}
+	square -= sum * sum / (double)count;
+	for (int a = 0; a < 3; a++) {
+		const double n = (double)m[a]; /* sum of (i - (n-1)/2)^2 is n (n^2-1) / 12 */
+
+		if (m[a] > 1)
+			square -= slope[a] * slope[a] / ((double)count * (n * n - 1) / 12);
+	}
+	return (struct block){.mean = first + sum / (double)count,
+		.sd = square > 0 ? sqrt(square / free_values(m)) : 0,
+		.lowest = lowest,
+		.constant = same == count,
+		.mixed = 2 * same > count};
+}
+
+static int by_value(const void *a, const void *b)
+{
+	const float x = *(const float *)a, y = *(const float *)b;
+
+	return (x > y) - (x < y);
+}
+
+/* Where n sorted values are densest: the half of them that is narrowest, and the half of it. */
+static double densest(const float *x, size_t n)
+{
+	double sum = 0;
+
+	while (n > 16) {
+		const size_t half = (n + 1) / 2;
+		size_t best = 0;
+
+		for (size_t i = 1; i + half <= n; i++)
+			if (x[i + half - 1] - x[i] < x[best + half - 1] - x[best])
+				best = i;
+		x += best;
+		n = half;
+	}
+	for (size_t i = 0; i < n; i++)
+		sum += (double)x[i];
+	return sum / (double)n;
+}
+
+/* The deviation of flat tissue: the mode among the quarter of the blocks that is flattest, then the
+ * mean square around it. Texture and edges only add to a block's deviation. n sorted values. */
+static double common_sd(const float *sd, size_t n)
+{
+	const size_t quarter = n / 4 < 16 ? 16 : n / 4;
+	double mode, sum = 0;
+	size_t near = 0;
+
+	if (n < LEAST_BLOCKS)
+		return 0;
+	mode = densest(sd, quarter);
+	for (size_t i = 0; i < n; i++)
+		if ((double)sd[i] > mode / 1.5 && (double)sd[i] < mode * 1.5) {
+			sum += (double)sd[i] * (double)sd[i];
+			near++;
+		}
+	return near ? sqrt(sum / (double)near) : 0;
+}
+
+/* The deviation of which blocks with so many free values show less once in 50 times, in units of
+ * the noise: the root of chi^2 per value, by Wilson and Hilferty. */
+static double seldom_less(double free_values)
+{
+	const double var = 2 / (9 * free_values), cube = 1 - var - 2.0537 * sqrt(var);
+
+	return sqrt(cube * cube * cube);
+}
+
+/* How much tissue looks as flat as noise alone would, 0 to 1. n sorted values. */
+static double evenness(const float *sd, size_t n)
+{
+	const double flattest = (double)sd[n / FLATTEST], more = (double)sd[n / TENTH];
+
+	return fmin(fmax((uneven * flattest - more) / ((uneven - even) * flattest), 0), 1);
+}
+
+/* The deviation of the noise that is sure, of which texture may be a part, if it were white. Sorted
+ * values of n blocks of tissue and of m of air. */
+static double sure_sd(const float *sd, size_t n, const float *outside, size_t m, double free_values,
+	double common)
+{
+	double most, same;
+
+	if (n < LEAST_SURE || !(sd[n / FLATTEST] > 0))
+		return 0;
+	most = (double)sd[n / FLATTEST];
+	same = evenness(sd, n);
+	most = m < LEAST_BLOCKS
+		       ? same * most
+		       : fmin(most, (1 + same * (inside - 1)) * (double)outside[m / FLATTEST]);
+	return fmin(most / seldom_less(free_values), common);
+}
+
+static size_t places(const struct ct_vol *v, const size_t m[3], size_t step)
+{
+	size_t n = 1;
+
+	for (int a = 0; a < 3; a++)
+		n *= (v->n[a] - m[a]) / step + 1;
+	return n;
+}
+
+enum kind { NEITHER, TISSUE, AIR, HIGHEST };
+
+/* What a block is evidence of. */
+static enum kind kind_of(const struct block *b, const struct voids *v)
+{
+	if (b->mean < air)
+		return !b->mixed && b->lowest > CT_NOISE_PADDING && b->lowest > v->lowest &&
+				       b->lowest != clipped_air
+			       ? AIR
+			       : NEITHER;
+	if (b->constant)
+		return is_void(v, b->lowest) ? NEITHER : b->lowest == v->highest ? HIGHEST : TISSUE;
+	return !b->mixed && b->sd > 0 ? TISSUE : NEITHER;
+}
+
+/* Deviations of blocks of tissue from the begin of an array, of air from its end; the number of
+ * those that are as constant as the highest value; and, of those that show no more than `level`,
+ * sums of what neighbours differ by. */
+struct seen {
+	float *sd, *end;
+	size_t tissue, air, highest;
+	double level, differ[3][2];
+};
+
+/* Of the 27 values x of a block, from their best linear function, the squares of what they differ
+ * from the next along each axis, and from the one after it, means. */
+static void add_variogram(double sums[3][2], const float *x, const size_t stride[3])
+{
+	double r[27], slope[3] = {0};
+
+	for (int p = 0; p < 27; p++) {
+		const int at[3] = {p % 3, p / 3 % 3, p / 9};
+
+		r[p] = (double)
+			x[(size_t)at[0] + (size_t)at[1] * stride[1] + (size_t)at[2] * stride[2]];
+		for (int a = 0; a < 3; a++)
+			slope[a] += (at[a] - 1) * r[p] / 18;
+	}
+	for (int a = 0, step = 1; a < 3; a++, step *= 3)
+		for (int p = 0; p < 27; p++)
+			for (int d = 1; d < 3 - p / step % 3; d++) {
+				const double by = r[p + d * step] - r[p] - d * slope[a];
+
+				sums[a][d - 1] += by * by / (d == 1 ? 18 : 9);
+			}
+}
+
+/* Sums of the products of an axis's 3 places, of noise that is so much alike. */
+static double axis_sum(double alike)
+{
+	return 3 + 4 * alike + 2 * pow(alike, 4);
+}
+
+static double others(const double alike[3], int a)
+{
+	return axis_sum(alike[(a + 1) % 3]) * axis_sum(alike[(a + 2) % 3]);
+}
+
+/* How much alike, of the ratios of an axis, when the product over the others is t. */
+static double alike_of(double ratio, double t)
+{
+	const double want = ratio * (1 - t / 81) + t / 324;
+	double lo = 0, hi = CT_NOISE_ALIKE;
+
+	for (int i = 0; i < 30; i++) {
+		const double mid = (lo + hi) / 2;
+
+		if (1 / ((1 + mid) * (1 + mid * mid)) > want)
+			lo = mid;
+		else
+			hi = mid;
+	}
+	return lo < 1e-6 ? 0 : lo;
+}
+
+/* `alike` and the level: they are of noise that blocks show in part. */
+static void correlate(struct ct_noise *n, double sums[3][2])
+{
+	double shown = 27, all = 1;
+
+	for (int round = 0; round < 20; round++)
+		for (int a = 0; a < 3; a++)
+			n->alike[a] = sums[a][1] > 0 ? alike_of(sums[a][0] / sums[a][1],
+							       others(n->alike, a))
+						     : 0;
+	for (int a = 0; a < 3; a++) {
+		all *= axis_sum(n->alike[a]);
+		shown -= (1 - pow(n->alike[a], 4)) * others(n->alike, a) / 9;
+	}
+	shown -= all / 27;
+	n->sure *= sqrt(23 / shown);
+}
+
+void ct_noise_powers(double *power, size_t m, double alike)
+{
+	double sum = 0;
+
+	for (size_t k = 0; k < m; k++) {
+		power[k] = 1;
+		for (int l = 1; l < 16; l++)
+			power[k] += 2 * pow(alike, l * l) * cos(M_PI * l * (double)k / (double)m);
+		power[k] = fmax(power[k], 0) + least_power;
+		sum += power[k];
+	}
+	for (size_t k = 0; k < m; k++)
+		power[k] *= (double)m / sum;
+}
+
+static void sort_in(struct seen *s, const struct block *b, enum kind kind)
+{
+	if (kind == TISSUE)
+		s->sd[s->tissue++] = (float)b->sd;
+	else if (kind == AIR)
+		s->end[-1 - (ptrdiff_t)s->air++] = (float)b->sd;
+	else if (kind == HIGHEST)
+		s->highest++;
+}
+
+/* All blocks: the first time into the arrays, then those that show no more than the level. */
+static void see(struct seen *s, const struct ct_vol *v, const struct voids *voids,
+	const size_t m[3], size_t step)
+{
+	const size_t stride[3] = {1, v->n[0], v->n[0] * v->n[1]};
+
+	for (size_t k = 0; k + m[2] <= v->n[2]; k += step)
+		for (size_t q = 0; q + m[1] <= v->n[1]; q += step)
+			for (size_t i = 0; i + m[0] <= v->n[0]; i += step) {
+				const float *x = &v->data[i + q * stride[1] + k * stride[2]];
+				const struct block b = look(x, m, stride);
+				const enum kind kind = kind_of(&b, voids);
+
+				if (!(s->level > 0))
+					sort_in(s, &b, kind);
+				else if ((kind == TISSUE || kind == AIR) && b.sd <= s->level)
+					add_variogram(s->differ, x, stride);
+			}
+}
+
+int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err *e)
+{
+	size_t m[3], step = 2, all;
+	struct seen s = {0};
+	struct voids voids;
+
+	*out = (struct ct_noise){0};
+	if (ct_vol_check_finite(v, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		m[a] = v->n[a] < BLOCK ? v->n[a] : BLOCK;
+	if (m[0] * m[1] * m[2] < BLOCK * BLOCK) /* a line */
+		return 0;
+	while (places(v, m, step) > MOST_BLOCKS)
+		step++;
+	all = places(v, m, step);
+	if (ct_alloc(&s.sd, all, sizeof *s.sd, e))
+		return -1;
+	s.end = s.sd + all;
+	voids = voids_of(v);
+	see(&s, v, &voids, m, step);
+	if (bodies * s.highest > s.highest + s.tissue)
+		while (s.highest-- > 0)
+			s.sd[s.tissue++] = 0;
+	qsort(s.sd, s.tissue, sizeof *s.sd, by_value);
+	qsort(s.end - s.air, s.air, sizeof *s.sd, by_value);
+	out->common = common_sd(s.sd, s.tissue);
+	s.level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
+	free(s.sd);
+	if (!(s.level > texture))
+		return 0;
+	out->sure = sqrt(s.level * s.level - texture * texture);
+	if (m[0] * m[1] * m[2] < BLOCK * BLOCK * BLOCK) /* of one slice nothing more is said */
+		return 0;
+	see(&s, v, &voids, m, step);
+	correlate(out, s.differ);
+	return 0;
+}

@@ -1,0 +1,54 @@
+/* noise.h: the noise of a CT, measured from the CT itself, in blocks of 3 x 3 x 3 voxels.
+ *
+ * A block's deviation is that from its best linear function. What most of the flat tissue shows is
+ * `common`, as Christianson et al. have it (AJR 205, W93, 2015): noise, or texture. What is noise
+ * for certain, `sure`, is less. Noise is in every block:
+ *
+ * - There is no more of it than the flattest 2 % of tissue show. Tissue that is constant shows that
+ *   there is none; what is constant because it was clipped or masked does not: at the lowest value
+ *   of the volume or that of one of its corners, or at the highest, unless a third of the blocks
+ * are (no bone, but a body).
+ * - Where tissue is flat its blocks show about the same. If the tenth in a hundred shows 1.4 times
+ *   what the second does, all may still be; from 1.8 times on even the flattest may be texture:
+ *   then there is no more noise than the flattest air shows, and before, no more than twice that
+ *   (noise is lower outside a body than in it). If no air is seen, nothing is sure then.
+ *   Air that was clipped, a block with a voxel of -1024 HU or of the lowest value, is not looked
+ * at.
+ * - 6 HU of what is shown may be texture and ringing, and fewer than 250 blocks of tissue say
+ *   nothing.
+ *
+ * Noise of neighbours is alike after a soft kernel. Along axis a the values of the blocks that show
+ * no more than what is sure, from their linear functions, differ by var_1 from their next, by var_2
+ * from the one after that. Noise whose correlation over l voxels is rho^(l^2), which is white noise
+ * under a Gaussian, has after the fit, T the product over the other axes of 3 + 4 rho + 2 rho^4,
+ *
+ *   var_1/var_2 = (1/((1 + rho) (1 + rho^2)) - T/324) / (1 - T/81),
+ *
+ * from which `alike` comes. `sure` is the level of such noise: a block shows less of it than of
+ * white noise, 27 - (product of all T_a)/27 - sum (1 - rho_a^4) T/9 instead of 23 parts.
+ *
+ * Noise of longer scale than a block is in neither. Below -1100 HU is padding. Where the constants
+ * come from: doc/blur-estimate.md.
+ */
+#ifndef CT_RESOLUTION_NOISE_H
+#define CT_RESOLUTION_NOISE_H
+#include "core/vol.h"
+
+#define CT_NOISE_PADDING (-1100.0) /* HU */
+
+struct ct_noise {
+	double common;   /* standard deviation, HU; 0 if none can be seen */
+	double sure;     /* 0 if none is */
+	double alike[3]; /* rho, 0 to CT_NOISE_ALIKE; 0 if nothing is sure */
+};
+#define CT_NOISE_ALIKE 0.8
+
+/* Powers of noise at the m frequencies k/2m cycles a voxel of an axis, their mean 1, if neighbours
+ * are as alike as that. */
+void ct_noise_powers(double *power, size_t m, double alike);
+
+/* Measure v, in HU. A volume of one line has none. CT_ENUMERIC for NaN and infinite voxels,
+ * CT_ENOMEM. */
+int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err *e);
+
+#endif

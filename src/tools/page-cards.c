@@ -1,0 +1,279 @@
+/* page-cards.c: the tables and curves of the page of ct-report; see page.h. */
+#include "config.h"
+#include "resolution/degrade.h"
+#include "tools/page.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A line of a curve: part of the width and of the height of the frame, each 0 to 1. */
+struct line {
+	const char *class, *name;
+	size_t n;
+	const double *x, *y;
+};
+
+enum { WIDTH = 440, HEIGHT = 170, LEFT = 18, TOP = 8, FOOT = 34 };
+
+static double across(double x)
+{
+	return LEFT + x * (WIDTH - 2 * LEFT);
+}
+
+static double down(double y)
+{
+	return TOP + (1 - fmin(fmax(y, 0), 1)) * (HEIGHT - TOP - FOOT);
+}
+
+static void put_line(FILE *f, const struct line *l)
+{
+	fprintf(f, "<polyline class=\"line-%s\" points=\"", l->class);
+	for (size_t i = 0; i < l->n; i++)
+		fprintf(f, "%s%.1f,%.1f", i ? " " : "", across(l->x[i]), down(l->y[i]));
+	fprintf(f, "\"/>\n");
+}
+
+/* Lines in a frame, with marks below it. */
+static void put_curve(FILE *f, const char *what, const struct line *l, size_t n, double lo,
+	double hi, double mark, const char *unit)
+{
+	fprintf(f,
+		"<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"%s\">\n<rect class=\"frame\" "
+		"x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"/>\n",
+		WIDTH, HEIGHT, what, LEFT, TOP, WIDTH - 2 * LEFT, HEIGHT - TOP - FOOT);
+	for (double at = ceil(lo / mark) * mark; at <= hi; at += mark) {
+		const double x = across((at - lo) / (hi - lo));
+
+		fprintf(f,
+			"<path class=\"frame\" d=\"M%.1f %dV%d\"/><text x=\"%.1f\" y=\"%d\" "
+			"text-anchor=\"middle\">%g</text>\n",
+			x, HEIGHT - FOOT, HEIGHT - FOOT + 4, x, HEIGHT - FOOT + 16, at);
+	}
+	fprintf(f, "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%s</text>\n", WIDTH - LEFT,
+		HEIGHT - 4, unit);
+	for (size_t i = 0; i < n; i++) {
+		put_line(f, &l[i]);
+		fprintf(f, "<text class=\"key-%s\" x=\"%d\" y=\"%d\">%s</text>\n", l[i].class,
+			LEFT + 70 * (int)i, HEIGHT - 4, l[i].name);
+	}
+	fprintf(f, "</svg>\n");
+}
+
+static void begin(FILE *f, const char *id, const char *title)
+{
+	fprintf(f, "<section class=\"card\" id=\"%s\"><h2>%s</h2>\n", id, title);
+}
+
+static void end(FILE *f, const char *note)
+{
+	if (note)
+		fprintf(f, "<p class=\"note\">%s</p>\n", note);
+	fprintf(f, "</section>\n");
+}
+
+/* A row of a table: its name, and what printf makes of the rest. */
+#define ROW(f, name, ...)                                                                          \
+	(fprintf(f, "<tr><th scope=\"row\">%s</th><td>", name), page_write_words(f, __VA_ARGS__),  \
+		fprintf(f, "</td></tr>\n"))
+
+static void put_scan(FILE *f, const struct page *p)
+{
+	const double *s = p->by.sigma;
+	struct ct_degrade said;
+	struct ct_err why;
+	const bool told = ct_degrade_get(&p->lr.vol.meta, &said, &why) == 0;
+
+	begin(f, "scan", "How the scan was made");
+	fprintf(f, "<table><tbody>\n");
+	if (p->known) {
+		ROW(f, "Factor", "%g \u00d7 %g \u00d7 %g", p->by.factor[0], p->by.factor[1],
+			p->by.factor[2]);
+		ROW(f, "Blur, standard deviation",
+			"%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result", s[0], s[1], s[2]);
+		ROW(f, "Sampling", "%s", CT_WORD(CT_DECIMATE_LIST, p->by.decimate));
+		ROW(f, "Told by", "%s",
+			told ? "the header of the scan" : "measuring, or the command line");
+	} else
+		ROW(f, "Operator", "not known");
+	if (p->noise > 0)
+		ROW(f, "Noise, standard deviation", "%.3g HU", p->noise);
+	else
+		ROW(f, "Noise", "none known");
+	fprintf(f, "</tbody></table>\n");
+	end(f, NULL);
+}
+
+static void put_agreement(FILE *f, const struct page *p)
+{
+	if (!p->known)
+		return;
+	begin(f, "agreement", "Does it agree with the scan?");
+	fprintf(f, "<table><tbody>\n");
+	ROW(f, "Residual, RMS", "%.3f HU", p->agrees.rms);
+	ROW(f, "Residual, 95 % of voxels below", "%.3f HU", p->agrees.p95);
+	ROW(f, "Residual, largest", "%.3f HU", p->agrees.max);
+	ROW(f, "Voxels of the scan", "%zu", p->agrees.voxels);
+	fprintf(f, "</tbody></table>\n");
+	end(f, "The result, made as coarse as the scan was, less the scan. Near zero nothing that the scan "
+	       "saw was changed; that what was added is true it does not say. A noisy scan is "
+	       "followed only up to its noise.");
+}
+
+static void put_tissues(FILE *f, const struct page *p)
+{
+	static const char *const names[PAGE_TISSUES] = {"air, below \u2212950 HU",
+		"lung, to \u2212400 HU", "soft tissue, to 200 HU", "bone, above 200 HU"};
+	size_t all = 0;
+
+	if (!p->std.name && !p->truth.name)
+		return;
+	begin(f, "error", "How far it is to be trusted");
+	fprintf(f,
+		"<table><thead><tr><th scope=\"col\">Tissue, by the result</th><th "
+		"scope=\"col\">voxels</th>%s%s</tr></thead><tbody>\n",
+		p->std.name
+			? "<th scope=\"col\">error to expect, RMS</th><th scope=\"col\">voxels above "
+			  "100 HU</th>"
+			: "",
+		p->truth.name ? "<th scope=\"col\">error, RMS</th>" : "");
+	for (int k = 0; k < PAGE_TISSUES; k++)
+		all += p->tissue[k].voxels;
+	for (int k = 0; k < PAGE_TISSUES; k++) {
+		const struct page_class *c = &p->tissue[k];
+
+		if (c->voxels == 0)
+			continue;
+		fprintf(f, "<tr><th scope=\"row\">%s</th><td>%.1f %%</td>", names[k],
+			100 * (double)c->voxels / (double)all);
+		if (p->std.name)
+			fprintf(f, "<td>%.3g HU</td><td>%.1f %%</td>", c->expected,
+				100 * (double)c->poor / (double)c->voxels);
+		if (p->truth.name)
+			fprintf(f, "<td>%.3g HU</td>", c->actual);
+		fprintf(f, "</tr>\n");
+	}
+	fprintf(f, "</tbody></table>\n");
+	end(f, p->std.name
+			? "The error to expect is what the prior of slices, or a model of what the "
+			  "solver leaves open, says of each voxel; both were calibrated on other "
+			  "patients."
+			: NULL);
+}
+
+static void put_calibration(FILE *f, const struct page *p)
+{
+	const struct ct_calibration *c = &p->calibration;
+
+	if (!p->std.name || !p->truth.name)
+		return;
+	begin(f, "calibration", "Is the error to expect the error?");
+	fprintf(f,
+		"<table><thead><tr><th scope=\"col\">Tenth of voxels</th><th "
+		"scope=\"col\">expected</th><th scope=\"col\">error</th><th scope=\"col\">within "
+		"1</th><th scope=\"col\">within 2</th></tr></thead><tbody>\n");
+	for (int k = 0; k <= CT_CALIBRATION_ROWS; k++) {
+		const bool last = k == CT_CALIBRATION_ROWS;
+		const struct ct_calibration_row *r = last ? &c->all : &c->row[k];
+
+		if (r->voxels == 0)
+			continue;
+		if (last)
+			fprintf(f, "<tr><th scope=\"row\">all</th>");
+		else
+			fprintf(f, "<tr><th scope=\"row\">%d</th>", k + 1);
+		fprintf(f,
+			"<td>%.3g HU</td><td>%.3g HU</td><td>%.1f %%</td><td>%.1f %%</td></tr>\n",
+			r->expected, r->actual, 100 * r->within[0], 100 * r->within[1]);
+	}
+	fprintf(f, "</tbody></table>\n");
+	end(f, "By the error to expect, the smallest first; voxels that expect the same stay together. Of "
+	       "normal errors 68.3 and 95.4 % are within one and two of it.");
+}
+
+static void put_truth(FILE *f, const struct page *p)
+{
+	const struct ct_metrics *m[2] = {&p->was, &p->is};
+
+	if (!p->truth.name)
+		return;
+	begin(f, "truth", "Against the truth");
+	fprintf(f, "<table><thead><tr><th scope=\"col\">\u22121024 to 3071 HU</th><th "
+		   "scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>\n");
+	fprintf(f, "<tr><th scope=\"row\">PSNR</th><td>%.2f dB</td><td>%.2f dB</td></tr>\n",
+		m[0]->psnr, m[1]->psnr);
+	if (!isnan(m[1]->ssim[CT_SSIM_R2]))
+		fprintf(f, "<tr><th scope=\"row\">SSIM</th><td>%.4f</td><td>%.4f</td></tr>\n",
+			m[0]->ssim[CT_SSIM_R2], m[1]->ssim[CT_SSIM_R2]);
+	fprintf(f,
+		"<tr><th scope=\"row\">Mean absolute error</th><td>%.4g HU</td><td>%.4g HU</td></tr>\n"
+		"<tr><th scope=\"row\">Root mean square error</th><td>%.4g HU</td><td>%.4g HU</td></tr>\n"
+		"</tbody></table>\n",
+		m[0]->mae, m[1]->mae, m[0]->rmse, m[1]->rmse);
+	end(f, NULL);
+}
+
+static void put_edges(FILE *f, const struct page *p)
+{
+	const struct ct_edges *o = &p->edges;
+	const double reach = 0.5 * o->width * CT_EDGE_BINS;
+	double x[CT_EDGE_BINS], y[2][CT_EDGE_BINS];
+	const struct line lines[] = {{"before", "before", CT_EDGE_BINS, x, y[1]},
+		{"after", "after", CT_EDGE_BINS, x, y[0]}};
+
+	if (isnan(o->ref.rise))
+		return;
+	for (size_t b = 0; b < CT_EDGE_BINS; b++) {
+		x[b] = ((double)b + 0.5) / CT_EDGE_BINS;
+		for (int k = 0; k < 2; k++)
+			y[k][b] = 0.1 + 0.8 * o->spread[k][b]; /* room for what overshoots */
+	}
+	begin(f, "edges", "How sharp edges are");
+	put_curve(f, "mean profile of edges", lines, 2, -reach, reach, reach > 10 ? 5 : 2,
+		"mm from the edge");
+	fprintf(f,
+		"<table><thead><tr><th scope=\"col\">%zu edges of 300 HU or more</th><th "
+		"scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>\n"
+		"<tr><th scope=\"row\">10 to 90 %% of the step</th><td>%.2f mm</td><td>%.2f "
+		"mm</td></tr>\n",
+		o->count, o->test.rise, o->ref.rise);
+	if (!isnan(o->test.mtf10) && !isnan(o->ref.mtf10))
+		fprintf(f,
+			"<tr><th scope=\"row\">MTF falls to 10 %%</th><td>%.3f /mm</td><td>%.3f "
+			"/mm</td></tr>\n",
+			o->test.mtf10, o->ref.mtf10);
+	fprintf(f, "</tbody></table>\n");
+	end(f, "The mean profile across the edges of the result, and before at the same places.");
+}
+
+static void put_histogram(FILE *f, const struct page *p)
+{
+	double x[PAGE_BINS], y[2][PAGE_BINS], most = 0;
+	const struct line lines[] = {
+		{"before", "before", PAGE_BINS, x, y[0]}, {"after", "after", PAGE_BINS, x, y[1]}};
+
+	for (size_t b = 0; b < PAGE_BINS; b++)
+		for (int k = 0; k < 2; k++) {
+			x[b] = ((double)b + 0.5) / PAGE_BINS;
+			y[k][b] = log10(1 + (double)p->histogram[k][b]);
+			most = fmax(most, y[k][b]);
+		}
+	for (size_t b = 0; b < PAGE_BINS; b++)
+		for (int k = 0; k < 2; k++)
+			y[k][b] /= most;
+	begin(f, "histogram", "What values there are");
+	put_curve(f, "histogram", lines, 2, PAGE_LOWEST, PAGE_LOWEST + PAGE_BIN * PAGE_BINS, 500,
+		"HU");
+	end(f, "Voxels in bins of 32 HU, the height the logarithm of their number; what lies beyond is in "
+	       "the first and the last.");
+}
+
+void page_write_cards(FILE *f, const struct page *p)
+{
+	put_agreement(f, p);
+	put_tissues(f, p);
+	put_truth(f, p);
+	put_calibration(f, p);
+	put_scan(f, p);
+	put_edges(f, p);
+	put_histogram(f, p);
+}

@@ -1,0 +1,257 @@
+/* page-measure.c: the figures of the page of ct-report; see page.h. */
+#include "config.h"
+#include "resolution/upsample.h"
+#include "tools/page.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EDGE_STEP 300.0 /* HU */
+
+__attribute__((format(printf, 2, 3))) static int warn(struct page *p, const char *fmt, ...)
+{
+	va_list ap;
+	int n;
+
+	if (p->warnings == PAGE_WARNINGS)
+		return 0;
+	va_start(ap, fmt);
+	n = vasprintf(&p->warning[p->warnings], fmt, ap);
+	va_end(ap);
+	if (n < 0)
+		return -1;
+	for (size_t i = 0; i < p->warnings; i++)
+		if (strcmp(p->warning[i], p->warning[p->warnings]) == 0) { /* of each slab */
+			free(p->warning[p->warnings]);
+			return 0;
+		}
+	p->warnings++;
+	return 0;
+}
+
+/* The factors that the voxels tell, where no header does: of a header they would be in any case. */
+static void factor_of(struct ct_degrade *by, const struct ct_vol *lr, const struct ct_vol *hr)
+{
+	double fine[3], coarse[3];
+
+	ct_vol_spacing(hr, fine);
+	ct_vol_spacing(lr, coarse);
+	for (int a = 0; a < 3; a++)
+		by->factor[a] = rint(1e4 * coarse[a] / fine[a]) / 1e4;
+}
+
+/* What is known of the scan: by the result, which has it from the scan or from what measured it,
+ * or by the scan. */
+static int know(struct page *p, struct ct_err *e)
+{
+	int rc = ct_degrade_get(&p->hr.vol.meta, &p->by, e);
+
+	if (rc < 0)
+		return ct_blame(e, p->hr.name);
+	if (rc > 0 && (rc = ct_degrade_get(&p->lr.vol.meta, &p->by, e)) < 0)
+		return ct_blame(e, p->lr.name);
+	p->known = rc == 0;
+	if (!p->known)
+		factor_of(&p->by, &p->lr.vol, &p->hr.vol);
+	p->noise = 0;
+	if (ct_meta_numbers(&p->hr.vol.meta, CT_META_NOISE, 1, &p->noise, e) < 0)
+		return ct_blame(e, p->hr.name);
+	if (p->noise == 0 && ct_meta_numbers(&p->lr.vol.meta, CT_META_NOISE, 1, &p->noise, e) < 0)
+		return ct_blame(e, p->lr.name);
+	for (int a = 0; a < 3; a++)
+		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
+			return ct_fail(
+				e, CT_EGEOM, "%s: is not finer than %s", p->hr.name, p->lr.name);
+	return 0;
+}
+
+/* What a simple program would have shown. */
+static int upsample(struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = {
+		.method = CT_UPSAMPLE_CUBIC, .known = p->known, .by = p->by};
+	struct ct_upsample_report did;
+
+	if (ct_upsample(&p->before, &p->lr.vol, &rule, &did, env, e))
+		return ct_blame(e, p->lr.name);
+	if (ct_vol_same_grid(&p->hr.vol, &p->before, e) == 0)
+		return 0;
+	ct_blame(e, p->lr.name);
+	return ct_blame(e, p->hr.name);
+}
+
+/* Is it what it is taken for? */
+static int check_std(const struct page *p, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(&p->std.vol.meta, CT_META_QUANTITY);
+	const size_t n = p->std.name ? ct_vol_count(&p->std.vol) : 0;
+
+	if (quantity && strcmp(quantity, CT_QUANTITY_ERROR) != 0)
+		return ct_fail(e, CT_EINPUT, "%s: holds %.40s, not " CT_QUANTITY_ERROR, p->std.name,
+			quantity);
+	for (size_t i = 0; i < n; i++)
+		if (p->std.vol.data[i] < 0)
+			return ct_fail(e, CT_EINPUT, "%s: holds %g HU, which no error to expect is",
+				p->std.name, (double)p->std.vol.data[i]);
+	return 0;
+}
+
+static int certify(struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol map = {0};
+	int rc =
+		p->known && ct_certificate(&p->agrees, &map, &p->lr.vol, &p->hr.vol, &p->by, env, e)
+			? ct_blame(e, p->hr.name)
+			: 0;
+
+	ct_vol_free(&map);
+	return rc;
+}
+
+/* Sharpness; of a volume that is too small for it there are no edges. */
+static int sharpness(struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_err why;
+	const int rc = ct_edges(&p->edges, &p->hr.vol, &p->before, NULL, EDGE_STEP, env, &why);
+
+	if (rc == 0 || why.code == CT_EGEOM)
+		return 0;
+	*e = why;
+	return ct_blame(e, p->hr.name);
+}
+
+static int judge(struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_metrics_rule rule = {.window = true, .lo = -1024, .hi = 3071};
+
+	if (!p->truth.name)
+		return 0;
+	rule.ssim[CT_SSIM_R2] = ct_metrics_fits(CT_SSIM_R2, p->truth.vol.n);
+	if (ct_metrics(&p->was, NULL, &p->truth.vol, &p->before, NULL, &rule, env, e) ||
+		ct_metrics(&p->is, NULL, &p->truth.vol, &p->hr.vol, NULL, &rule, env, e))
+		return ct_blame(e, p->truth.name);
+	if (p->std.name &&
+		ct_calibration(&p->calibration, &p->truth.vol, &p->hr.vol, &p->std.vol, NULL, e))
+		return ct_blame(e, p->std.name);
+	return 0;
+}
+
+static enum page_tissue tissue_of(double hu)
+{
+	return hu < -950 ? PAGE_AIR : hu < -400 ? PAGE_LUNG : hu <= 200 ? PAGE_SOFT : PAGE_BONE;
+}
+
+static size_t bin_of(double hu)
+{
+	return (size_t)fmin(fmax((hu - PAGE_LOWEST) / PAGE_BIN, 0), PAGE_BINS - 1);
+}
+
+static void count(struct page *p)
+{
+	const size_t n = ct_vol_count(&p->hr.vol);
+
+	for (size_t i = 0; i < n; i++) {
+		const double is = (double)p->hr.vol.data[i];
+		struct page_class *c = &p->tissue[tissue_of(is)];
+
+		p->histogram[0][bin_of((double)p->before.data[i])]++;
+		p->histogram[1][bin_of(is)]++;
+		c->voxels++;
+		if (p->std.name) {
+			const double s = (double)p->std.vol.data[i];
+
+			c->expected += s * s;
+			c->poor += s > PAGE_POOR;
+		}
+		if (p->truth.name) {
+			const double miss = is - (double)p->truth.vol.data[i];
+
+			c->actual += miss * miss;
+		}
+	}
+	for (int k = 0; k < PAGE_TISSUES; k++) {
+		struct page_class *c = &p->tissue[k];
+
+		c->expected = p->std.name ? sqrt(c->expected / (double)c->voxels) : (double)NAN;
+		c->actual = p->truth.name ? sqrt(c->actual / (double)c->voxels) : (double)NAN;
+	}
+}
+
+/* Every "TOOL: warning: TEXT" of the log. */
+static int warn_said(struct page *p)
+{
+	static const char mark[] = ": warning: ";
+
+	for (const char *s = p->log; s && *s; s += strcspn(s, "\n"), s += *s == '\n') {
+		const int n = (int)strcspn(s, "\n");
+		const char *at = strstr(s, mark);
+
+		if (at && at < s + n &&
+			warn(p, "%.*s: %.*s", (int)(at - s), s,
+				(int)(s + n - at) - (int)strlen(mark), at + strlen(mark)))
+			return -1;
+	}
+	return 0;
+}
+
+static int warn_found(struct page *p)
+{
+	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
+	size_t body = 0, poor = 0;
+
+	for (int k = PAGE_LUNG; k < PAGE_TISSUES; k++) {
+		body += p->tissue[k].voxels;
+		poor += p->tissue[k].poor;
+	}
+	if (p->noise > PAGE_NOISE &&
+		warn(p, "The scan is noisy: %.3g HU. What is small or faint may be noise.",
+			p->noise))
+		return -1;
+	if (p->known && p->agrees.rms > PAGE_APART + p->noise &&
+		warn(p,
+			"The result does not agree with the scan: %.3g HU RMS apart, where %.3g are to be "
+			"expected at most.",
+			p->agrees.rms, PAGE_APART + p->noise))
+		return -1;
+	if (!p->known &&
+		warn(p, "How the scan was made is not known: whether the result agrees with "
+			"it cannot be told."))
+		return -1;
+	if (history && strstr(history, "ct-upsample ") && !strstr(history, "ct-restore ") &&
+		!strstr(history, "ct-ddnm ") &&
+		warn(p, "No prior was used: the result shows what the scan tells, and no more."))
+		return -1;
+	if (!p->std.name &&
+		warn(p, "No expected error was given: nothing tells where the result is "
+			"to be trusted least."))
+		return -1;
+	if ((double)poor > PAGE_SHARE * (double)body &&
+		warn(p,
+			"At %.0f %% of the voxels of the body the error to expect is above %g HU: see "
+			"the pictures with the expected error over them.",
+			100 * (double)poor / (double)body, PAGE_POOR))
+		return -1;
+	return 0;
+}
+
+int page_measure(struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	if (check_std(p, e) || know(p, e) || certify(p, env, e) || upsample(p, env, e) ||
+		sharpness(p, env, e) || judge(p, env, e))
+		return -1;
+	count(p);
+	return warn_said(p) || warn_found(p) ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
+}
+
+void page_free(struct page *p)
+{
+	for (size_t i = 0; i < p->warnings; i++)
+		free(p->warning[i]);
+	ct_vol_free(&p->lr.vol);
+	ct_vol_free(&p->hr.vol);
+	ct_vol_free(&p->std.vol);
+	ct_vol_free(&p->truth.vol);
+	ct_vol_free(&p->before);
+}

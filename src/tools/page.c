@@ -1,0 +1,177 @@
+/* page.c: the page of ct-report, laid out; see page.h. */
+#include "config.h"
+#include "tools/page.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+/* Bytes of the character that begins at s, n at most, or 0 if that is no UTF-8. */
+static size_t character(const unsigned char *s, size_t n)
+{
+	const size_t bytes = s[0] < 0x80   ? 1
+			     : s[0] < 0xc2 ? 0
+			     : s[0] < 0xe0 ? 2
+			     : s[0] < 0xf0 ? 3
+					   : 4;
+	const unsigned second = n > 1 ? s[1] : 0;
+
+	if (bytes == 0 || bytes > n || s[0] > 0xf4)
+		return 0;
+	for (size_t k = 1; k < bytes; k++)
+		if ((s[k] & 0xc0) != 0x80)
+			return 0;
+	return (s[0] == 0xe0 && second < 0xa0) || (s[0] == 0xed && second > 0x9f) ||
+			       (s[0] == 0xf0 && second < 0x90) || (s[0] == 0xf4 && second > 0x8f)
+		       ? 0
+		       : bytes;
+}
+
+void page_write_text(FILE *f, const char *s, size_t n)
+{
+	for (size_t i = 0, m; i < n; i += m ? m : 1) {
+		m = character((const unsigned char *)s + i, n - i);
+		if (m == 0 || ((unsigned char)s[i] < ' ' && s[i] != '\n' && s[i] != '\t') ||
+			s[i] == 127)
+			fputs("\xef\xbf\xbd", f);
+		else if (strchr("<>&\"'", s[i]))
+			fprintf(f, "&#%d;", s[i]);
+		else
+			fwrite(s + i, 1, m, f);
+	}
+}
+
+void page_write_words(FILE *f, const char *fmt, ...)
+{
+	char text[1000];
+	va_list ap;
+
+	va_start(ap, fmt);
+	vsnprintf(text, sizeof text, fmt, ap);
+	va_end(ap);
+	page_write_text(f, text, strlen(text));
+}
+
+static void put_title(FILE *f, const struct page *p)
+{
+	fputs("<title>", f);
+	page_write_words(f, "%s: report", p->hr.name);
+	fputs("</title>\n", f);
+}
+
+/* "128 x 128 x 128 voxels of 1.5 x 1.5 x 1.5 mm". */
+static void put_grid(FILE *f, const struct ct_vol *v)
+{
+	double mm[3];
+
+	ct_vol_spacing(v, mm);
+	page_write_words(f, "%zu \u00d7 %zu \u00d7 %zu voxels of %.4g \u00d7 %.4g \u00d7 %.4g mm",
+		v->n[0], v->n[1], v->n[2], mm[0], mm[1], mm[2]);
+}
+
+static void put_head(FILE *f, const struct page *p)
+{
+	fputs("<h1>", f);
+	page_write_text(f, p->hr.name, strlen(p->hr.name));
+	fputs("</h1>\n<p class=\"sub\">", f);
+	put_grid(f, &p->hr.vol);
+	page_write_words(f, ", %g \u00d7 %g \u00d7 %g times as many as ", p->by.factor[0],
+		p->by.factor[1], p->by.factor[2]);
+	page_write_words(f, "%s: ", p->lr.name);
+	put_grid(f, &p->lr.vol);
+	fputs(".</p>\n<p class=\"sub\">Before is the scan by cubic interpolation, after is the result",
+		f);
+	if (p->truth.name)
+		page_write_words(f, "; the error is that to %s", p->truth.name);
+	fputs(".</p>\n", f);
+}
+
+static void put_warnings(FILE *f, const struct page *p)
+{
+	if (p->warnings == 0) {
+		fputs("<section id=\"warnings\" class=\"card fine\"><h2>No warning</h2>\n<p>It agrees "
+		      "with the scan, which is not noisy, and little of it is uncertain. What is finer "
+		      "than the scan is an expectation all the same.</p></section>\n",
+			f);
+		return;
+	}
+	fputs("<section id=\"warnings\" class=\"card warn\"><h2>What not to trust</h2>\n<ul>\n", f);
+	for (size_t i = 0; i < p->warnings; i++) {
+		fputs("<li>", f);
+		page_write_text(f, p->warning[i], strlen(p->warning[i]));
+		fputs("</li>\n", f);
+	}
+	fputs("</ul></section>\n", f);
+}
+
+/* What ran: the history of the result, and what the commands said. */
+static void put_ran(FILE *f, const struct page *p)
+{
+	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
+
+	fputs("<section id=\"ran\" class=\"card\"><h2>What ran</h2>\n", f);
+	if (history) {
+		fputs("<pre>", f);
+		page_write_text(f, history, strlen(history));
+		fputs("</pre>\n", f);
+	}
+	if (p->log && *p->log) {
+		fputs("<h2>What it took, and what was said</h2>\n<pre>", f);
+		page_write_text(f, p->log, strlen(p->log));
+		fputs("</pre>\n", f);
+	}
+	fputs("</section>\n", f);
+}
+
+static void put_foot(FILE *f)
+{
+	fputs("Made by ct-report " PACKAGE_VERSION
+	      " of ctsr. For research, not for diagnosis. This file holds no name of a patient that a "
+	      "file name does not tell, and asks the network for nothing.\n",
+		f);
+}
+
+/* One part, by its word. */
+static int put_part(FILE *f, const char *word, size_t n, const struct page *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	char name[16] = "";
+
+	if (n < sizeof name)
+		memcpy(name, word, n);
+	if (strcmp(name, "TITLE") == 0)
+		put_title(f, p);
+	else if (strcmp(name, "HEAD") == 0)
+		put_head(f, p);
+	else if (strcmp(name, "WARNINGS") == 0)
+		put_warnings(f, p);
+	else if (strcmp(name, "CARDS") == 0)
+		page_write_cards(f, p);
+	else if (strcmp(name, "RAN") == 0)
+		put_ran(f, p);
+	else if (strcmp(name, "FOOT") == 0)
+		put_foot(f);
+	else if (strcmp(name, "META") == 0)
+		page_write_meta(f, p);
+	else if (strcmp(name, "PICTURES") == 0)
+		return page_write_pictures(f, p, env, e);
+	else
+		return ct_fail(e, CT_EINPUT, "has a part @%.*s@ that is not known", (int)n, word);
+	return 0;
+}
+
+int page_write(
+	FILE *f, const char *form, const struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	for (const char *s = form; *s;) {
+		const size_t n = strcspn(s, "\n"), line = n + (s[n] == '\n');
+
+		if (n > 2 && s[0] == '@' && s[n - 1] == '@') {
+			if (put_part(f, s + 1, n - 2, p, env, e))
+				return -1;
+		} else
+			fwrite(s, 1, line, f);
+		s += line;
+	}
+	return 0;
+}

@@ -1,0 +1,180 @@
+#!/bin/sh
+# ct-report: the page, to the number, and in a browser that moves, clicks and looks at pixels.
+. "$srcdir/tests/tap.sh"
+ct-phantom -q --size 64x48x40 --spacing 2 ellipsoids truth.nii && ct-degrade -q -x 2 -p P1 truth.nii lr.nii &&
+	ct-upsample -q -x 2 lr.nii hr.nii || exit 99
+exits 0 'a page' ct-report -q lr.nii hr.nii plain.html
+has plain.html '<li>No prior was used' 'says that there was no prior'
+has plain.html '<li>No expected error was given' 'and no error to expect'
+has plain.html '^<p class="sub">64 × 48 × 40 voxels of 2 × 2 × 2 mm, 2 × 2 × 2 times as many as lr.nii: 32 × 24 × 20 voxels' 'the grids'
+! grep -qE 'id="(error|truth|calibration|[a-z]*-std-[0-9]*)"' plain.html; ok $? 'nothing that was not asked for'
+! grep -qE '(src|href)=|url\(|@import|https?:|fetch\(|XMLHttp|WebSocket' plain.html; ok $? 'nothing comes from elsewhere'
+has plain.html "content=\"default-src 'none'; " 'nor could it'
+mkdir far; cp hr.nii far/hr.nii
+ct-report -q -t 3 lr.nii far/hr.nii - >again.html && cmp -s plain.html again.html; ok $? 'the same bytes, from elsewhere, with other threads'
+
+# an error to expect that is known: 7 HU, and 200 where it is bright
+printf '%s\n' 'ct-a: warning: /home/Jane Doe/x y.nii: odd' 'ct-a: warning: said twice' 'ct-a: warning: said twice' \
+	'ct-b: took 3.0 s, 4.0 s of CPU time, 55 MiB' 'ct-b: kept in /home/jane/k.nii, 3 HU/mm' >log
+python_with nibabel && "$PY" - <<'END'
+import nibabel, numpy
+hr = nibabel.load('hr.nii')
+v = hr.get_fdata()
+nibabel.save(nibabel.Nifti1Image(numpy.where(v > 200, 200, 7).astype('float32'), hr.affine), 'std.nii')
+nibabel.save(nibabel.Nifti1Image(-v.astype('float32') - 2000, hr.affine), 'neg.nii')
+edge = numpy.zeros(v.shape)
+edge[:, :, :20] = 1000
+END
+if [ -s std.nii ]; then
+	bad='<script>alert(1)<script>&"quote'"'"'.nii'
+	cp hr.nii "$bad"
+	exits 0 'a page of a hostile name' ct-report -q --std std.nii --truth truth.nii --log log lr.nii "$bad" r.html
+	has r.html '<h1>&#60;script&#62;alert(1)&#60;' 'which is text'
+	[ "$(grep -c '<script>' r.html)" = 1 ]; ok $? 'and no script'
+	has r.html '<li>ct-a: x y.nii: odd</li>' 'warnings of the log, files without folders'
+	[ "$(grep -c '<li>ct-a: said twice</li>' r.html)" = 1 ]; ok $? 'each once'
+	has r.html '^ct-b: kept in k.nii, 3 HU/mm$' 'and the rest of it'
+	! grep -qi 'jane' r.html; ok $? 'and of nobody'
+	ct-metrics --psnr --window=-1024:3071 truth.nii hr.nii | sed -n 's/^psnr \(.*\)/\1/p' | { read -r n; printf '<td>%.2f dB</td></tr>' "$n"; } >want
+	grep '"row">PSNR' r.html | grep -qF "$(cat want)"; ok $? 'PSNR of ct-metrics'
+	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the error to expect of bone'
+	has r.html '"row">soft tissue, to 200 HU</th><td>[0-9.]* %</td><td>7 HU</td><td>0.0 %</td>' 'and of what is soft'
+	exits 3 'an error below zero' ct-report --std neg.nii lr.nii hr.nii no.html
+	has err 'neg.nii: holds -[0-9.]* HU, which no error to expect is' 'is named'
+else
+	skip 'what an error to expect adds' 'no nibabel'
+fi
+name=$(printf 'b\377d\001.nii'); cp hr.nii "$name"
+ct-report -q lr.nii "$name" bytes.html && python3 -c 'open("bytes.html", encoding="utf-8").read()' 2>/dev/null
+ok $? 'a name that is no UTF-8 makes a page that is'
+ct-degrade -q -x 2 -p P1 --noise 40 --seed 1 truth.nii noisy.nii; ct-upsample -q -x 2 noisy.nii nhr.nii
+ct-report -q noisy.nii nhr.nii noisy.html
+has noisy.html '<li>The scan is noisy: 40 HU' 'noise is a warning'
+ct-upsample -q -x 2 -m linear lr.nii linear.nii; ct-report -q lr.nii linear.nii linear.html
+has linear.html '<li>The result does not agree with the scan: [0-9.]* HU RMS apart' 'so is a result that does not agree'
+n=$(ct-metrics --json --consistency lr.nii linear.nii | sed -n 's/.*"residual-rms-hu": \([^,]*\).*/\1/p')
+has linear.html "<th scope=\"row\">Residual, RMS</th><td>$(printf %.3f "$n") HU</td>" "that of ct-metrics, $n HU"
+has plain.html '"row">Residual, RMS</th><td>0.0[0-9]* HU</td>' 'and nearly none where it does'
+exits 5 'another grid' ct-report lr.nii lr.nii no.html
+has err 'lr.nii' 'is named'
+exits 5 'a truth on another' ct-report --truth lr.nii lr.nii hr.nii no.html
+exits 2 'another name' ct-report lr.nii hr.nii no.pdf
+[ ! -e no.html ] && [ ! -e no.pdf ]; ok $? 'nothing was made'
+
+# what a page is told: CTSR_LOG
+: >j; CTSR_LOG=j ct-upsample -q -f --memory 70M -x 2 -m linear truth.nii big.nii
+grep -qE '^ct-upsample: took [0-9]+\.[0-9] s, [0-9]+\.[0-9] s of CPU time, [1-9][0-9]* MiB$' j; ok $? 'a command says what it took'
+CTSR_LOG=j ct-upsample -q -f --estimate -x 2 lr.nii none/x.nii 2>/dev/null; CTSR_LOG=j ct-restore -q -f -x 5 truth.nii r5.nii 2>/dev/null
+grep -q '^ct-upsample: failed after ' j; ok $? 'or how long, until it failed'
+ct-convert -q --cube 8 truth.nii small.nii; CTSR_LOG=j ct-restore -q --estimate -x 4 small.nii s4.nii 2>err
+[ ! -s err ] && grep -q '^ct-restore: warning: small.nii: ' j; ok $? 'and what it would warn of'
+wc -l <j >n; CTSR_LOG=j ct-restore --dry-run --estimate -x 4 small.nii no.nii >/dev/null 2>&1; wc -l <j | cmp -s - n; ok $? 'not of a dry run'
+CTSR_LOG=k ct-info lr.nii >/dev/null && [ ! -e k ]; ok $? 'to a file that is there'
+
+# in a browser
+python_with selenium && command -v chromium >/dev/null && command -v chromedriver >/dev/null && [ -s r.html ] || {
+	skip 'in a browser' 'no chromium, chromedriver or selenium'
+	done_testing
+}
+cat >look.py <<'END'
+import sys, time
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.keys import Keys
+options = webdriver.ChromeOptions()
+for a in ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--window-size=1400,1400', '--user-data-dir=' + sys.argv[2]):
+    options.add_argument(a)
+options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
+try:
+    d = webdriver.Chrome(options=options, service=Service('/usr/bin/chromedriver'))
+except Exception as e:
+    sys.exit(print(e, file=sys.stderr) or 77) # it does not run here: no network of its own, no /dev/shm
+js = d.execute_script
+def wait(what):
+    for _ in range(200):
+        if js('return ' + what):
+            return True
+        time.sleep(.05)
+    return False
+def ok(is_so, name):
+    print('%s %s' % ('good' if is_so else 'bad', name), flush=True)
+def canvas(kind, n=0):
+    return js('''const c = document.querySelectorAll('#panels .' + arguments[0])[arguments[1]], v = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        return [c.width, c.height, Array.from(v)]''', kind, n)
+def grey(kind, x, y, n=0):
+    w, h, v = canvas(kind, n)
+    return v[4 * (y * w + x)]
+def drawn(text):
+    return wait("[...document.querySelectorAll('.image')].every(i => (i.dataset.drawn || '').match(/%s/))" % text)
+def click(css):
+    d.find_element('css selector', css).click()
+try:
+    d.get('file://' + sys.argv[1])
+    ok(drawn('.'), 'three planes are drawn')
+    ok(js("return document.querySelectorAll('#panels figure').length") == 3 and js("return document.title").startswith('<script>alert(1)'), 'of a name that is text')
+    ok(not js("return document.querySelector('h1').children.length"), 'and nothing else')
+    import nibabel
+    import numpy as np
+    hr, truth = (np.asarray(nibabel.load(f).dataobj, dtype=float) for f in ('hr.nii', 'truth.nii'))
+    meta = js("return JSON.parse(document.getElementById('meta').textContent)")
+    nib = nibabel.load('hr.nii')
+    back = np.linalg.inv(nib.affine)
+    at = int(js("return document.getElementById('slice-axial').value"))
+    mm = meta['planes'][0]['at'][at]
+    k = int(np.floor((back @ [0, 0, mm, 1])[2] + .5 + 1e-6))
+    k = min(range(hr.shape[2]), key=lambda i: abs((nib.affine @ [0, 0, i, 1])[2] - mm))
+    ras = nibabel.as_closest_canonical(nib)
+    want = np.asarray(ras.dataobj, dtype=float)[::-1, ::-1, k].T # right of the patient on the left, anterior on top
+    tones = lambda v, lo, hi: np.clip(np.round((np.rint(v) - lo) * 255 / (hi - lo)), 0, 255)
+    def same(kind, want, n=0):
+        w, h, v = canvas(kind, n)
+        return (h, w) == want.shape and np.abs(np.array(v).reshape(h, w, 4)[:, :, 0] - want).max() <= 1
+    ok(same('after', tones(want, -160, 240)), 'the pixels are the voxels, in the window')
+    click('[data-window="-450,1550"]')
+    ok(drawn('-450 1550') and same('after', tones(want, -450, 1550)), 'a click on bone windows them')
+    low = d.find_element('id', 'low')
+    low.send_keys(Keys.CONTROL, 'a'); low.send_keys('-900', Keys.TAB)
+    ok(drawn('-900 1550') and same('after', tones(want, -900, 1550)), 'so does a number')
+    slider = d.find_element('id', 'slice-axial')
+    slider.send_keys(Keys.ARROW_RIGHT)
+    ok(wait("document.querySelector('.image').dataset.drawn.startsWith('%d ')" % (at + 1)), 'a key turns to the next slice')
+    mm = meta['planes'][0]['at'][at + 1]
+    k = min(range(hr.shape[2]), key=lambda i: abs((nib.affine @ [0, 0, i, 1])[2] - mm))
+    ok(same('after', tones(np.asarray(ras.dataobj, dtype=float)[::-1, ::-1, k].T, -900, 1550)), 'which is it')
+    cut = lambda: js("return getComputedStyle(document.querySelector('.before')).clipPath")
+    first = cut()
+    split = d.find_element('id', 'split')
+    split.send_keys(Keys.ARROW_LEFT * 20)
+    ok(cut() != first and '60%' in cut(), 'the slider moves what is before (%s)' % cut())
+    box = d.find_element('css selector', '.image')
+    webdriver.ActionChains(d).move_to_element_with_offset(box, 40, 0).click_and_hold().move_by_offset(30, 0).release().perform()
+    ok('60%' not in cut(), 'so does the mouse')
+    ok(js("return document.getElementById('probe').textContent").startswith('axial '), 'which is told the values')
+    ok(js("return document.querySelector('.over').hidden"), 'nothing lies over it')
+    click('[data-over="std"]')
+    ok(drawn('std$') and not js("return document.querySelector('.over').hidden || document.getElementById('scale').hidden"), 'the error to expect does, with its scale')
+    alpha = lambda: np.array(canvas('over')[2])[3::4]
+    first = alpha()
+    click('[data-over="error"]')
+    ok(drawn('error$') and (alpha() != first).any(), 'and the error')
+    click('[data-kind="mip"]')
+    ok(drawn('^mip'), 'maxima')
+    ok(same('after', tones(np.asarray(ras.dataobj, dtype=float).max(2)[::-1, ::-1].T, -900, 1550)), 'which they are')
+    click('[data-plane="coronal"]')
+    ok(js("return [...document.querySelectorAll('#panels figure')].map(f => f.hidden)") == [True, False, True], 'one plane alone')
+    d.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': [{'name': 'prefers-color-scheme', 'value': 'dark'}]})
+    ok(js("return getComputedStyle(document.body).backgroundColor") == 'rgb(16, 19, 23)', 'dark')
+    ok(js("return document.documentElement.scrollWidth <= innerWidth"), 'nothing is cut off')
+    d.set_window_size(420, 900)
+    ok(js("return document.documentElement.scrollWidth <= innerWidth"), 'nor in a narrow window')
+    log = [x for x in d.get_log('browser') if 'getImageData' not in x['message']] # which is ours
+    ok(not log, 'the console is empty %s' % log)
+    ok(js("return performance.getEntriesByType('resource').length") == 0, 'nothing was loaded')
+finally:
+    d.quit()
+END
+timeout 300 "$PY" look.py "$dir_/r.html" "$dir_/profile" >seen 2>err; rc=$?
+while read -r is name; do [ "$is" = good ]; ok $? "$name"; done <seen
+if [ $rc -eq 77 ]; then skip 'a browser' "$(head -n 1 err)"; else [ $rc -eq 0 ]; ok $? 'to the end'; fi
+[ $rc -eq 0 ] || sed 's/^/# /' err
+done_testing

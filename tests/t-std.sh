@@ -1,0 +1,67 @@
+#!/bin/sh
+# The error to expect of a solver alone: ct-upsample --std, ct-restore --std of what its prior does not
+# know, ct-sr -Q draft --confidence: about the one there is, in slabs and in little memory too.
+. "$srcdir/tests/tap.sh"
+hash() { ct-info --json "$1" | sed -n 's/.*"hash": "\(.*\)".*/\1/p'; }
+same() { [ -n "$(hash "$1")" ] && [ "$(hash "$1")" = "$(hash "$2")" ]; }
+apart() { ct-metrics --range 1 --psnr --json "$1" "$2" | sed -n 's/.*"rmse-hu": \([0-9.e+-]*\).*/\1/p'; }
+# bodies with a texture: of what is flat between its edges the solver lacks nothing
+ct-phantom -q -s 5 --size 48x48x48 ellipsoids flat.nii && ct-degrade -q -x 1 --noise 100 flat.nii rough.nii &&
+	ct-degrade -q -x 1 --sigma .5,.5,.5 rough.nii truth.nii || exit 99
+
+# calibrated NAME STD RESULT: the error is about the expected one, as a whole and in what expects most, which is
+# more than that of what expects least
+calibrated() {
+	ct-metrics --psnr --std "$2" truth.nii "$3" >out
+	awk '/^std-all/ {a = $3 / $4; b = $5; c = $6} /^std-[0-9]/ {if (!n++) {l = $4; le = $3} h = $4; he = $3}
+		END {exit !(a > .8 && a < 1.8 && b > .5 && b < .8 && c > .75 && he / h < 2.5 && h > 1.4 * l && he > 4 * le)}' out
+	ok $? "$1: about the one there is ($(grep std-all out))"
+}
+for o in '-x 4' '-x 2' '-x 4 -p P3' '-x 4 --noise 15' '-x 1,1,4 --sigma 0 --decimate mean'; do
+	# shellcheck disable=SC2086
+	ct-degrade -q -f $o truth.nii lo.nii && ct-upsample -q -f lo.nii plain.nii
+	exits 0 "$o" ct-upsample -q -f --std s.nii lo.nii hi.nii
+	same hi.nii plain.nii; ok $? 'the same voxels as without'
+	calibrated "$o" s.nii hi.nii
+done
+dd if=s.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-upsample [0-9.]*$'; ok $? 'says what it is'
+ct-upsample -q -t 3 --std s3.nii lo.nii hi3.nii && same s3.nii s.nii; ok $? 'any number of threads'
+
+# where the prior knows nothing: the same as of ct-upsample
+p=$builddir/slices.safetensors
+for o in '-x 5' '-x 1,1,4' '-x 2.5'; do
+	# shellcheck disable=SC2086
+	ct-degrade -q -f $o truth.nii lo.nii && ct-upsample -q -f --std s.nii lo.nii hi.nii
+	exits 0 "$o, left to the solver" ct-restore -f -p "$p" --std r.nii lo.nii x.nii
+	has err 'nothing is added$' 'which is said'
+	same r.nii s.nii && same x.nii hi.nii; ok $? 'expects the same'
+done
+rm -f r.nii x.nii
+exits 5 'with a weight it is an error' ct-restore -p "$p" -w 1 --std r.nii lo.nii x.nii
+exits 3 'as is a volume that another program made' ct-restore -p "$p" --start hi.nii --std r.nii lo.nii x.nii
+ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >cube.raw
+ct-convert -q --raw 16x8x8:f32 --spacing 8 cube.raw even.nii
+exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
+has err '^ct-upsample: even.nii: its edges do not tell how it was reduced, nor what error to expect: --sigma$' 'is told no error'
+exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
+has err '^ct-upsample: even.nii: --std: ' 'needs the operator'
+exits 3 'nor by ct-sr' ct-sr -Q draft --confidence r.nii even.nii x.nii
+[ ! -e r.nii ] && [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
+
+# ct-sr, whole and in slabs
+ct-degrade -q -f -x 4 -p P3 truth.nii lo.nii && ct-upsample -q -f --std s.nii lo.nii hi.nii
+exits 0 'a draft' ct-sr -Q draft --confidence c.nii --report r.html lo.nii o.nii
+same c.nii s.nii && same o.nii hi.nii; ok $? 'expects the same'
+grep -q 'id="error"' r.html; ok $? 'the page shows it'
+ct-degrade -q -f -x 5 truth.nii lo5.nii && ct-upsample -q -f --std s5.nii lo5.nii hi5.nii
+exits 0 'fast, of a factor that no prior knows' ct-sr -Q fast -x 5 --slices "$p" --confidence c5.nii lo5.nii o5.nii
+same c5.nii s5.nii; ok $? 'expects that of the solver'
+ct-upsample -q -f --iterations 40 --tolerance 0 --std s.nii lo.nii hi.nii
+for n in 1 2; do
+	exits 0 "slab $n of 2" ct-upsample -q --iterations 40 --brick $n/2 --std s$n.nii lo.nii h$n.nii
+done
+ct-merge -q s2.nii s1.nii joined.nii
+awk -v d="$(apart s.nii joined.nii)" 'BEGIN {exit !(d != "" && d < .05)}'; ok $? "make the whole ($(apart s.nii joined.nii) HU apart)"
+exits 0 'a plan' ct-sr -q -t 1 -Q draft --jobs 2 --plan plan --confidence planned.nii lo.nii po.nii
+make -s -f plan/plan.mk >log 2>&1 && awk -v d="$(apart c.nii planned.nii)" 'BEGIN {exit !(d != "" && d < .1)}'; ok $? 'of two slabs, too'
+done_testing
