@@ -104,6 +104,11 @@ PY
 sed 's/^/# /' log
 grep -aq 'factor": *"4,4,2"' P3.nii && grep -aq 'decimate": *"point"' P3.nii
 ok $? 'the operator travels in the file'
+ct-upsample -q -f P3.nii refined.nii && ct-degrade -q -f -x 2 refined.nii again.nii && ct-upsample -q -f again.nii twice.nii
+ok $? 'what was refined is reduced as any other'
+ct-degrade -q -f -x 1 --clip=-100:100 refined.nii clipped.nii &&
+	ct-info clipped.nii | grep -q '^  upsample' && ! ct-info again.nii | grep -q '^  upsample'
+ok $? 'and is refined as long as it is only clipped'
 if command -v ct-convert >/dev/null 2>&1; then
 	ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - conv.nii.gz
 	[ -s conv.nii.gz ]; ok $? 'ct-convert | ct-degrade | ct-upsample'
