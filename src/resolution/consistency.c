@@ -432,7 +432,7 @@ static size_t blocks(const struct ct_consistency *dc)
 }
 
 /* The least mu >= 0 with S(mu) <= bound, by Newton's method on S^-1/2, nearly linear in mu. */
-static void multiplier(struct ct_consistency *dc, struct ct_par *par)
+static void find_multiplier(struct ct_consistency *dc, struct ct_par *par)
 {
 	for (int step = 0; step < NEWTON; step++) {
 		double s = 0, t = 0, next;
@@ -448,6 +448,20 @@ static void multiplier(struct ct_consistency *dc, struct ct_par *par)
 		next = dc->mu + s / t * (sqrt(s / dc->bound) - 1);
 		dc->mu = next > 0 ? next : 0;
 	}
+}
+
+static void multiplier(struct ct_consistency *dc, struct ct_par *par)
+{
+	struct ct_multipliers *m = dc->multipliers;
+
+	if (m && m->n > 0 && m->room == 0) {
+		dc->mu = m->mu[dc->corrections < m->n ? dc->corrections : m->n - 1];
+	} else {
+		find_multiplier(dc, par);
+		if (m && m->n < m->room)
+			m->mu[m->n++] = dc->mu;
+	}
+	dc->corrections++;
 }
 
 double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par)

@@ -25,6 +25,13 @@
 #include "resolution/cosine.h"
 #include "resolution/degrade.h"
 
+/* Multipliers of corrections, one after the other: kept while there is room, or, where there is none,
+ * given: of those after the last, the last. */
+struct ct_multipliers {
+	double *mu;
+	size_t n, room;
+};
+
 struct ct_consistency {
 	size_t n[3], m[3];
 	bool same[3];            /* axes that D leaves as they are */
@@ -41,6 +48,8 @@ struct ct_consistency {
 	size_t tile;
 	double *sums;     /* of the column blocks */
 	double bound, mu; /* M noise^2, of which 0 is exact; multiplier found last */
+	struct ct_multipliers *multipliers; /* kept, or given; the caller's, NULL: neither */
+	size_t corrections;
 	double condition; /* of D: product over the axes */
 	size_t lost;      /* coefficients that D does not measure */
 };

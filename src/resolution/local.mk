@@ -14,6 +14,7 @@ libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency-exact
 libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
+libct_a_SOURCES += src/resolution/multipliers.c src/resolution/multipliers.h
 libct_a_SOURCES += src/resolution/hessian-tv.c src/resolution/hessian-tv.h
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h

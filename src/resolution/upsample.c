@@ -240,6 +240,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 		ct_consistency_free(&dc);
 		return -1;
 	}
+	dc.multipliers = rule->multipliers;
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;

@@ -109,6 +109,7 @@ struct job {
 	char own[32];
 	struct brick brick; /* with --brick */
 	struct ct_resume key;
+	struct ct_multipliers common; /* of the whole and of slabs */
 	double spread;
 };
 
@@ -178,9 +179,10 @@ static int parse_weight(double *weight, bool *careful, const char *text, struct 
 		       : ct_fail(e, CT_EUSAGE, "--weight: %g is outside [0, 10]", *weight);
 }
 
-static struct ct_upsample_rule solver_of(const struct job *j)
+static struct ct_upsample_rule solver_of(struct job *j)
 {
 	return (struct ct_upsample_rule){.method = CT_UPSAMPLE_AUTO,
+		.multipliers = &j->common,
 		.known = j->is.known,
 		.by = j->is.by,
 		.noise = j->is.noise,
@@ -192,7 +194,7 @@ static struct ct_upsample_rule solver_of(const struct job *j)
 
 /* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
  */
-static int need_of(double *bytes, const struct job *j, struct ct_err *e)
+static int need_of(double *bytes, struct job *j, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = solver_of(j);
 	const double one = 4 * expect_fine(&j->in, j->is.by.factor), std = j->p->std ? one : 0;
@@ -291,13 +293,25 @@ static void settle_passes(struct job *j, bool careful)
 			      : "the prior has no nets to look again at such a scan");
 }
 
+/* Before the scan is cut. */
+static int find_common(struct job *j, struct ct_err *e)
+{
+	struct ct_upsample_rule rule = solver_of(j);
+
+	if (j->env->dry_run || j->p->start)
+		return 0;
+	return brick_multipliers(&j->common, &rule, &j->in, j->env, e) ? ct_blame(e, j->p->lr.in)
+								       : 0;
+}
+
 /* The operator, and what the weights are for it. */
 static int settle(struct job *j, struct ct_err *e)
 {
 	bool careful, little;
 	double weight;
 
-	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || (j->p->brick && cut(j, e)))
+	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || find_common(j, e) ||
+		(j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
@@ -453,6 +467,7 @@ out:
 	ct_vol_free(&j.in);
 	ct_vol_free(&j.out);
 	ct_vol_free(&j.std);
+	ct_multipliers_free(&j.common);
 	ct_resume_close(&j.key);
 	ct_room_close();
 	return rc;

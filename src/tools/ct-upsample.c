@@ -257,6 +257,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_upsample_report did;
 	struct lowres_is is;
 	struct brick brick;
+	struct ct_multipliers common = {0};
 	struct ct_resume key = {0};
 	const char *memory = NULL;
 	char own[32];
@@ -267,6 +268,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, &is, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
+	if (!env->dry_run && brick_multipliers(&common, &rule, &in, env, e)) {
+		ct_blame(e, p->lr.in);
+		goto out;
+	}
 	if (p->brick && cut(&brick, &key, &in, &start, &rule, p, env, e))
 		goto out;
 	begin = ct_clock_wall();
@@ -295,6 +300,7 @@ out:
 	ct_vol_free(&in);
 	ct_vol_free(&out);
 	ct_vol_free(&std);
+	ct_multipliers_free(&common);
 	ct_resume_close(&key);
 	ct_room_close();
 	return rc;

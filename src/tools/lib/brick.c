@@ -124,6 +124,17 @@ int brick_cut_fine(
 	return keep(fine, b->axis, b->lo * b->factor, b->hi * b->factor, e);
 }
 
+int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	if (!rule->known || brick_axis(&rule->by, in->n) < 0)
+		return 0;
+	if (ct_multipliers_find(m, in, rule, env, e))
+		return -1;
+	rule->multipliers = m;
+	return 0;
+}
+
 int brick_finish(
 	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e)
 {
