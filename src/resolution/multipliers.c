@@ -56,8 +56,19 @@ static void choose(ptrdiff_t start[3], const struct ct_vol *lo, const size_t n[3
 	}
 }
 
+bool ct_multipliers_sample(
+	size_t n[static 3], const struct ct_vol *lo, const struct ct_upsample_rule *rule)
+{
+	for (int a = 0; a < 3; a++) {
+		n[a] = (size_t)ceil(CT_MULTIPLIERS_FINE / rule->by.factor[a]);
+		n[a] = n[a] < lo->n[a] ? n[a] : lo->n[a];
+	}
+	return rule->known && rule->noise > 0 &&
+	       (rule->method == CT_UPSAMPLE_AUTO || rule->method >= CT_UPSAMPLE_TV);
+}
+
 int ct_multipliers_find(struct ct_multipliers *m, const struct ct_vol *lo,
-	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
+	const struct ct_upsample_rule *rule, bool part, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule own = *rule;
 	struct ct_upsample_report did;
@@ -67,20 +78,14 @@ int ct_multipliers_find(struct ct_multipliers *m, const struct ct_vol *lo,
 	size_t n[3];
 	int rc = -1;
 
-	for (int a = 0; a < 3; a++) {
-		n[a] = (size_t)ceil(CT_MULTIPLIERS_FINE / rule->by.factor[a]);
-		n[a] = n[a] < lo->n[a] ? n[a] : lo->n[a];
-	}
-	if (!(rule->known && rule->noise > 0) || memcmp(n, lo->n, sizeof n) == 0 ||
-		(rule->method != CT_UPSAMPLE_AUTO && rule->method < CT_UPSAMPLE_TV))
+	if (!ct_multipliers_sample(n, lo, rule) || (!part && memcmp(n, lo->n, sizeof n) == 0))
 		return 0;
 	quiet.progress = NULL;
 	own.start = NULL;
 	own.multipliers = m;
 	own.spread = rule->spread > 0 ? rule->spread : ct_upsample_spread(lo);
 	choose(start, lo, n);
-	if (ct_alloc(&m->mu, rule->iterations + 1, sizeof *m->mu, e) ||
-		ct_vol_alloc(&sample, n, e))
+	if (ct_alloc(&m->mu, rule->iterations + 1, sizeof *m->mu, e) || ct_vol_alloc(&sample, n, e))
 		goto out;
 	m->room = rule->iterations + 1;
 	memcpy(sample.affine, lo->affine, sizeof sample.affine);

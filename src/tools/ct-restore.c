@@ -300,8 +300,9 @@ static int find_common(struct job *j, struct ct_err *e)
 
 	if (j->env->dry_run || j->p->start)
 		return 0;
-	return brick_multipliers(&j->common, &rule, &j->in, j->env, e) ? ct_blame(e, j->p->lr.in)
-								       : 0;
+	return brick_multipliers(&j->common, &rule, j->p->brick, &j->in, j->env, e)
+		       ? ct_blame(e, j->p->lr.in)
+		       : 0;
 }
 
 /* The operator, and what the weights are for it. */

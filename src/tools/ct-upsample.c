@@ -268,7 +268,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, &is, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
-	if (!env->dry_run && brick_multipliers(&common, &rule, &in, env, e)) {
+	if (!env->dry_run && brick_multipliers(&common, &rule, p->brick, &in, env, e)) {
 		ct_blame(e, p->lr.in);
 		goto out;
 	}

@@ -124,12 +124,12 @@ int brick_cut_fine(
 	return keep(fine, b->axis, b->lo * b->factor, b->hi * b->factor, e);
 }
 
-int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule,
+int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule, bool part,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	if (!rule->known || brick_axis(&rule->by, in->n) < 0)
 		return 0;
-	if (ct_multipliers_find(m, in, rule, env, e))
+	if (ct_multipliers_find(m, in, rule, part, env, e))
 		return -1;
 	rule->multipliers = m;
 	return 0;

@@ -38,9 +38,10 @@ int brick_cut(struct ct_vol *in, const struct brick *b, struct ct_err *e);
 /* ... and of a volume on the grid of the result of `in`, which is not cut yet. CT_EGEOM. */
 int brick_cut_fine(
 	struct ct_vol *fine, const struct ct_vol *in, const struct brick *b, struct ct_err *e);
-/* What slabs of a noisy scan have in common (multipliers.h), before it is cut: the rule gets them if
- * the scan is one that can be cut, and them to free. As ct_upsample. */
-int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule,
+/* What the whole and slabs of a noisy scan have in common (multipliers.h): the rule gets it, for
+ * the caller to free, if the scan is one that can be cut; before it is, if `part`. As ct_upsample.
+ */
+int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule, bool part,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
 /* Of the result the slab; and note in its metadata which part it is, of what run. CT_ENOMEM. */
 int brick_finish(

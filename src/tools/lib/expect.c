@@ -155,7 +155,8 @@ int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_ups
 {
 	struct ct_upsample_rule alone = *rule;
 	struct ct_vol large = {0};
-	double once = 0, each = 0;
+	double once = 0, each = 0, coarse;
+	size_t n[3];
 	int rc = -1;
 
 	alone.start = NULL;
@@ -166,7 +167,10 @@ int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_ups
 		if (expect_piece(&large, in, rule->by.factor, LARGE, middle, e) ||
 			time_steps(&once, &each, &large, &alone, env, e))
 			goto out;
-		x->cpu = (once + each * (double)x->iterations) * (double)ct_vol_count(in) /
+		coarse = (double)ct_vol_count(in);
+		if (brick_axis(&rule->by, in->n) >= 0 && ct_multipliers_sample(n, in, rule))
+			coarse += (double)n[0] * (double)n[1] * (double)n[2];
+		x->cpu = (once + each * (double)x->iterations) * coarse /
 			 (double)ct_vol_count(&large);
 	}
 	rc = 0;
