@@ -231,7 +231,7 @@ static void test_exact(void)
 		other = normals(b.voxels, 1, 0, 400);
 		hi = normals(b.voxels, 9, 0, 400);
 		must(ct_consistency_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
-		ct_consistency_exact(other, b.y, &b.d, &plus, b.dx, hi, NULL);
+		ct_consistency_exact(other, b.y, 0, &b.d, &plus, b.dx, hi, NULL);
 		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
 		for (size_t i = 0; i < b.voxels;

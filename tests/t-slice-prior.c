@@ -402,18 +402,7 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 	}
 	*added = sqrt(square);
 	x.data = out;
-	if (rule->noise > 0) {
-		struct ct_consistency dc = {0};
-		float *scratch;
-
-		must(ct_consistency_alloc(&dc, &s->by, x.n, s->lo.data, rule->noise, NULL, &err));
-		must(!(scratch = malloc(ct_consistency_scratch(&dc) * sizeof *scratch)));
-		ct_consistency_apply(&dc, out, scratch, NULL);
-		free(scratch);
-		ct_consistency_free(&dc);
-	} else {
-		must(ct_upsample_settle(&x, &s->lo, &s->by, true, &residual, &env, &err));
-	}
+	must(ct_upsample_settle(&x, &s->lo, &s->by, 3 * rule->noise, &residual, &env, &err));
 	free(h);
 }
 

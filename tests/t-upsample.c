@@ -174,12 +174,12 @@ static void test_settle(void)
 	make(&lo, 1, 0);
 	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
 	was = misfit(&x, &lo);
-	must(ct_upsample_settle(&x, &lo, &D, false, &residual[0], &quiet, &err));
+	must(ct_upsample_settle(&x, &lo, &D, INFINITY, &residual[0], &quiet, &err));
 	OK(was > 1 && fabs(residual[0] - was) < 1e-9 && misfit(&x, &lo) == was, "a misfit is told");
-	must(ct_upsample_settle(&x, &lo, &D, true, &residual[1], &quiet, &err));
+	must(ct_upsample_settle(&x, &lo, &D, 0, &residual[1], &quiet, &err));
 	OK(residual[1] < 1e-4 && misfit(&x, &lo) == residual[1], "and taken off");
 	lo.affine[1][3] += 0.1;
-	OK(ct_upsample_settle(&x, &lo, &D, true, residual, &quiet, &err) < 0 &&
+	OK(ct_upsample_settle(&x, &lo, &D, 0, residual, &quiet, &err) < 0 &&
 			err.code == CT_EGEOM && strstr(err.msg, "reduced"),
 		"not on another grid");
 	ct_vol_free(&lo);
@@ -278,7 +278,7 @@ static void test_choice(void)
 		start.data[i] = (float)i;
 	rule.start = &start;
 	up(&hi, &lo, &rule);
-	must(ct_upsample_settle(&start, &lo, &D, true, &share, &quiet, &err));
+	must(ct_upsample_settle(&start, &lo, &D, 0, &share, &quiet, &err));
 	OK(memcmp(hi.data, start.data, ct_vol_count(&hi) * sizeof *hi.data) == 0,
 		"or begins with a volume");
 	ct_vol_free(&hi);

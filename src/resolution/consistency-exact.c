@@ -4,6 +4,8 @@
 #include "resolution/consistency.h"
 #include "resolution/svd.h"
 
+#include <math.h>
+
 enum { MANY = 1 << 18 };
 
 /* The table of D+ along an axis, from that of D. */
@@ -34,7 +36,7 @@ int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 	return rc;
 }
 
-void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
+void ct_consistency_exact(float *x, const float *y, double most, const struct ct_separable *d,
 	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
 {
 	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
@@ -44,8 +46,11 @@ void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d
 	for (size_t at = 0; at < m; at += MANY) {
 		const size_t end = m - at < MANY ? m : at + MANY;
 
-		for (size_t i = at; i < end; i++)
-			lo[i] = (float)((double)y[i] - (double)lo[i]);
+		for (size_t i = at; i < end; i++) {
+			const double r = (double)y[i] - (double)lo[i];
+
+			lo[i] = (float)(r - fmin(fmax(r, -most), most));
+		}
 		ct_room_trim();
 	}
 	ct_separable_apply(dplus, hi, lo, par);

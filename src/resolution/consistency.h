@@ -25,8 +25,8 @@
 #include "resolution/cosine.h"
 #include "resolution/degrade.h"
 
-/* Multipliers of corrections, one after the other: kept while there is room, or, where there is none,
- * given: of those after the last, the last. */
+/* Multipliers of corrections, one after the other: kept while there is room, or, where there is
+ * none, given: of those after the last, the last. */
 struct ct_multipliers {
 	double *mu;
 	size_t n, room;
@@ -88,8 +88,9 @@ void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, s
 /* D+ in double for volumes of n voxels. Allocates. */
 int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 	const size_t n[static 3], const struct ct_par *par, struct ct_err *e);
-/* x <- x + D+ (y - D x). dplus and d are planned; lo and hi are work of the size of y and x. */
-void ct_consistency_exact(float *x, const float *y, const struct ct_separable *d,
+/* x <- x + D+ t, t what of y - D x is beyond +-most: of 0 all of it. dplus and d are planned; lo
+ * and hi are work of the size of y and x. */
+void ct_consistency_exact(float *x, const float *y, double most, const struct ct_separable *d,
 	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par);
 
 #endif

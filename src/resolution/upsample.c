@@ -167,7 +167,7 @@ static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const str
 }
 
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
-	bool move, double *residual, const struct ct_env *env, struct ct_err *e)
+	double most, double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
 	float *lo = NULL, *hi = NULL;
@@ -178,11 +178,11 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
 		ct_room_alloc(&lo, m, sizeof *lo, e))
 		goto out;
-	if (move) {
+	if (isfinite(most)) {
 		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e) ||
 			ct_room_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
 			goto out;
-		ct_consistency_exact(x->data, y->data, &down, &up, lo, hi, env->par);
+		ct_consistency_exact(x->data, y->data, most, &down, &up, lo, hi, env->par);
 	}
 	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++) {
@@ -293,7 +293,8 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	if (report->method >= CT_UPSAMPLE_TV && regularise(hi, lo, rule, report, env, e))
 		return -1;
 	if (rule->known &&
-		ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,
+		ct_upsample_settle(hi, lo, d,
+			report->method >= CT_UPSAMPLE_DC && rule->noise == 0 ? 0 : (double)INFINITY,
 			&report->residual, env, e))
 		return -1;
 	return ct_vol_check_finite(hi, e) ? ct_blame(e, "the result") : 0;

@@ -43,8 +43,8 @@ struct ct_upsample_rule {
 	double noise;        /* HU, >= 0 */
 	const double *alike; /* of it, neighbours along the three axes (noise.h); NULL: white */
 	struct ct_multipliers *multipliers; /* of the noise (multipliers.h); NULL: found */
-	size_t iterations;   /* TV, HTV: at most */
-	double tolerance;    /* TV, HTV: stop when an iteration moves less than this, HU RMS */
+	size_t iterations;                  /* TV, HTV: at most */
+	double tolerance; /* TV, HTV: stop when an iteration moves less than this, HU RMS */
 	double spread; /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			  lo */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
@@ -76,10 +76,10 @@ double ct_upsample_bytes(
  * frequency of the coarse grid. */
 int ct_upsample_aliasing(
 	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e);
-/* x <- x + D+ (y - D x), in double, if `move`; *residual <- RMS of D x - y, HU. CT_EGEOM unless D
- * makes the grid of y of that of x. */
+/* x <- x + D+ t, in double, t what of y - D x is beyond +-most HU, INFINITY leaves x; *residual <-
+ * RMS of D x - y, HU. CT_EGEOM unless D makes the grid of y of that of x. */
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
-	bool move, double *residual, const struct ct_env *env, struct ct_err *e);
+	double most, double *residual, const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for
  * a method that needs an operator without one, CT_EGEOM (also for a start on another grid),
  * CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */

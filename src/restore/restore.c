@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/room.h"
-#include "resolution/consistency.h"
 #include "resolution/upsample.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
@@ -14,6 +13,9 @@
 #include <string.h>
 
 #define LEAST 1e-6 /* HU^2, of an expected error */
+/* Noise that the result may depart from the scan by at a voxel of that, in standard deviations:
+ * what lies beyond is none. */
+#define BEYOND 3
 
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
 {
@@ -228,33 +230,6 @@ static void add_row(
 	}
 }
 
-/* The nearest volume that agrees with lo, exactly or up to its noise. */
-static int agree(struct ct_vol *x, const struct ct_vol *lo, const struct ct_restore_rule *rule,
-	double *residual, const struct ct_env *env, struct ct_err *e)
-{
-	const bool noisy = rule->noise > 0;
-
-	if (noisy) {
-		struct ct_consistency dc = {0};
-		float *scratch = NULL;
-		int rc = -1;
-
-		if (ct_consistency_alloc(
-			    &dc, &rule->by, x->n, lo->data, rule->noise, env->par, e) == 0 &&
-			ct_consistency_colour(&dc, rule->alike, e) == 0 &&
-			ct_alloc(&scratch, ct_par_threads(env->par) * ct_consistency_scratch(&dc),
-				sizeof *scratch, e) == 0) {
-			ct_consistency_apply(&dc, x->data, scratch, env->par);
-			rc = 0;
-		}
-		free(scratch);
-		ct_consistency_free(&dc);
-		if (rc)
-			return -1;
-	}
-	return ct_upsample_settle(x, lo, &rule->by, !noisy, residual, env, e);
-}
-
 /* Planes about a cell that a look at it takes in, whole cells. */
 static size_t reach(const struct ct_slice_prior *p, size_t factor)
 {
@@ -456,7 +431,9 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 	s.w.s = s.factor;
 	for (int a = 0; a < 3; a++)
 		s.w.m[a] = (x->n[a] + s.factor - 1) / s.factor;
-	return all_slabs(&s, e) ? -1 : agree(x, lo, rule, &report->residual, env, e);
+	return all_slabs(&s, e) ? -1
+				: ct_upsample_settle(x, lo, &rule->by, BEYOND * rule->noise,
+					  &report->residual, env, e);
 }
 
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,

@@ -8,7 +8,7 @@
  *       three are made with caution
  *   h   again: but for what of it would soften a plain step of the base (steps.h)
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
- *       has noise, up to it
+ *       has noise, to within three standard deviations of it at each voxel
  *
  * and with two passes all that once more.
  *
@@ -42,7 +42,6 @@ void ct_slice_prior_axes(
 struct ct_restore_rule {
 	struct ct_degrade by;
 	double noise;                    /* HU of the LR scan */
-	const double *alike;             /* of it, along the three axes (noise.h); NULL: white */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
 	double steps;                    /* their limit (steps.h), 0 none */
 	bool axes[3];                    /* slices across these */

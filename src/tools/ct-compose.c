@@ -241,8 +241,8 @@ static int make_consistent(
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
 	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_upsample_settle(out, &lr, &d, false, &before, env, e) ||
-		ct_upsample_settle(out, &lr, &d, true, &after, env, e)) {
+		ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
+		ct_upsample_settle(out, &lr, &d, 0, &after, env, e)) {
 		ct_blame(e, p->consistent);
 		goto out;
 	}

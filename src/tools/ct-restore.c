@@ -317,8 +317,7 @@ static int settle(struct job *j, struct ct_err *e)
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	j->rule = (struct ct_restore_rule){
-		.by = j->is.by, .noise = j->is.noise, .alike = j->is.alike};
+	j->rule = (struct ct_restore_rule){.by = j->is.by, .noise = j->is.noise};
 	if (parse_weight(&weight, &careful, j->p->weight, e))
 		return -1;
 	if (!j->is.known)
