@@ -169,7 +169,10 @@ static double misfit(const struct ct_vol *x, const struct ct_vol *y)
 static void test_settle(void)
 {
 	struct ct_vol lo, x;
-	double residual[2], was;
+	struct ct_separable down = {0};
+	float before[7 * 6 * 5], after[7 * 6 * 5];
+	double residual[2], was, off = 0;
+	size_t beyond = 0;
 
 	make(&lo, 1, 0);
 	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
@@ -178,9 +181,24 @@ static void test_settle(void)
 	OK(was > 1 && fabs(residual[0] - was) < 1e-9 && misfit(&x, &lo) == was, "a misfit is told");
 	must(ct_upsample_settle(&x, &lo, &D, 0, &residual[1], &quiet, &err));
 	OK(residual[1] < 1e-4 && misfit(&x, &lo) == residual[1], "and taken off");
+	ct_vol_free(&x);
+	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
+	must(ct_degrade_plan(&down, &D, x.n, NULL, &err));
+	ct_separable_apply(&down, before, x.data, NULL);
+	must(ct_upsample_settle(&x, &lo, &D, 5, residual, &quiet, &err));
+	ct_separable_apply(&down, after, x.data, NULL);
+	for (size_t i = 0; i < ct_vol_count(&lo); i++) {
+		const double r = (double)before[i] - (double)lo.data[i];
+
+		off = fmax(off, fabs((double)after[i] - (double)lo.data[i] - fmin(fmax(r, -5), 5)));
+		beyond += fabs(r) > 5;
+	}
+	OK(off < 1e-3 && beyond > 9 && beyond < ct_vol_count(&lo) - 9,
+		"or as much as is beyond a bound, voxel by voxel (%.2g, %zu)", off, beyond);
+	ct_separable_free(&down);
 	lo.affine[1][3] += 0.1;
-	OK(ct_upsample_settle(&x, &lo, &D, 0, residual, &quiet, &err) < 0 &&
-			err.code == CT_EGEOM && strstr(err.msg, "reduced"),
+	OK(ct_upsample_settle(&x, &lo, &D, 0, residual, &quiet, &err) < 0 && err.code == CT_EGEOM &&
+			strstr(err.msg, "reduced"),
 		"not on another grid");
 	ct_vol_free(&lo);
 	ct_vol_free(&x);
