@@ -273,7 +273,7 @@ static void test_noise(void)
 		for (size_t k = 0; k < b.n[2]; k++)
 			ct_consistency_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
 		step = rms(b.voxels, b.x, b.start);
-		moved = ct_consistency_correct(&b.dc, NULL);
+		moved = ct_consistency_correct(&b.dc, true, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
 			ct_consistency_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
 				b.x + k * b.n[0] * b.n[1], b.scratch);

@@ -80,3 +80,85 @@ void CT_SIMD_HERE(ct_banded_up)(const struct ct_banded *b, float *out, size_t ld
 		ct_turn(out + at * ldo, ldo, tile, WIDE, b->up.n, n);
 	}
 }
+
+/* Down by L, back by its transpose and d. */
+CT_INLINE void solve(const struct ct_banded *b, float *x, size_t ld, size_t w)
+{
+	const size_t m = b->down.n, half = b->half;
+
+	for (size_t i = 1; half > 0 && i < m; i++) {
+		const size_t q = i < half ? i : half;
+
+		row(x + i * ld, x + i * ld, x + (i - q) * ld, ld, b->lower + (i + 1) * half - q, q,
+			w);
+	}
+	for (size_t i = m; i-- > 0;) {
+		const size_t q = m - 1 - i < half ? m - 1 - i : half;
+
+		for (size_t c = 0; c < w; c++)
+			x[i * ld + c] *= b->inverse[i];
+		if (q > 0)
+			row(x + i * ld, x + i * ld, x + (i + 1) * ld, ld, b->upper + i * half, q,
+				w);
+	}
+}
+
+void CT_SIMD_HERE(ct_banded_solve)(const struct ct_banded *b, float *x, size_t ld, size_t w)
+{
+	solve(b, x, ld, w);
+}
+
+void CT_SIMD_HERE(ct_banded_solve_turned)(
+	const struct ct_banded *b, float *x, size_t ld, size_t w, float *tile)
+{
+	for (size_t at = 0; at < w; at += WIDE) {
+		const size_t n = w - at < WIDE ? w - at : WIDE;
+
+		ct_turn(tile, WIDE, x + at * ld, ld, n, b->down.n);
+		solve(b, tile, WIDE, n);
+		ct_turn(x + at * ld, ld, tile, WIDE, b->down.n, n);
+	}
+}
+
+CT_INLINE void blend(float *out, size_t parts, const float *const *part, const float *w, size_t i,
+	const size_t registers, size_t n)
+{
+	ct_f32 acc[PARTS];
+
+#pragma GCC unroll 4
+	for (size_t p = 0; p < registers; p++)
+		acc[p] = ct_f32_set(w[0]) * ct_f32_load_n(part[0] + i + p * CT_F32_LANES, n);
+	for (size_t q = 1; q < parts; q++)
+#pragma GCC unroll 4
+		for (size_t p = 0; p < registers; p++)
+			acc[p] = ct_f32_fma(ct_f32_set(w[q]),
+				ct_f32_load_n(part[q] + i + p * CT_F32_LANES, n), acc[p]);
+#pragma GCC unroll 4
+	for (size_t p = 0; p < registers; p++)
+		ct_f32_store_n(out + i + p * CT_F32_LANES, acc[p], n);
+}
+
+void CT_SIMD_HERE(ct_banded_blend)(
+	float *out, size_t parts, const float *const *part, const float *w, size_t n)
+{
+	size_t i = 0;
+
+	for (; i + PARTS * CT_F32_LANES <= n; i += PARTS * CT_F32_LANES)
+		blend(out, parts, part, w, i, PARTS, CT_F32_LANES);
+	for (; i < n; i += CT_F32_LANES)
+		blend(out, parts, part, w, i, 1, n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
+}
+
+enum { LANES = 16 }; /* partial sums, in a fixed order */
+
+double CT_SIMD_HERE(ct_banded_dot)(const float *a, const float *b, size_t n)
+{
+	double part[LANES] = {0}, sum = 0;
+
+	for (size_t i = 0; i < n; i += LANES)
+		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
+			part[l] += (double)a[i + l] * (double)b[i + l];
+	for (size_t l = 0; l < LANES; l++)
+		sum += part[l];
+	return sum;
+}

@@ -1,7 +1,8 @@
 /* banded.h: a table along one axis (separable.h) and its transpose, in float, for planes that are
  * in the cache: a few weights a row, whatever the length of the axis.
  *
- * D (m,n) makes m samples of n. Kernels allocate nothing.
+ * D (m,n) makes m samples of n. D D^T has few numbers a row as well: it is solved by elimination.
+ * Kernels allocate nothing.
  */
 #ifndef CT_RESOLUTION_BANDED_H
 #define CT_RESOLUTION_BANDED_H
@@ -14,9 +15,14 @@ struct ct_banded {
 		size_t *first;
 		float *w; /* (n,taps) */
 	} down, up;       /* D, D^T */
+	/* D D^T = L diag(d) L^T, L of ones and `half` numbers below them */
+	size_t half;
+	float *lower, *upper; /* (m,half): -L[i][i - half + q], -L[i + 1 + q][i], 0 outside */
+	float *inverse;       /* (m): 1/d */
+	bool plain;           /* it is inverse[0] of the identity */
 };
 
-/* From the table of D. Allocates *b, which must be zero. CT_ENOMEM. */
+/* From the table of D, whose rows are independent. Allocates *b, which must be zero. CT_ENOMEM. */
 int ct_banded_alloc(struct ct_banded *b, const struct ct_taps *d, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_banded_free(struct ct_banded *b);
@@ -35,5 +41,15 @@ CT_SIMD_DECLARE(void, ct_banded_down,
 CT_SIMD_DECLARE(void, ct_banded_up,
 	(const struct ct_banded *b, float *out, size_t ldo, const float *in, size_t ldi, size_t w,
 		float *scratch));
+/* x (m,w; ld) <- (D D^T)^-1 x; turned: along the rows of x (w,m; ld). */
+CT_SIMD_DECLARE(void, ct_banded_solve, (const struct ct_banded *b, float *x, size_t ld, size_t w));
+CT_SIMD_DECLARE(void, ct_banded_solve_turned,
+	(const struct ct_banded *b, float *x, size_t ld, size_t w, float *scratch));
+/* out (n) = sum of w[p] part[p] (n), p < parts, of which there is one at least; out may be one of
+ * them. */
+CT_SIMD_DECLARE(void, ct_banded_blend,
+	(float *out, size_t parts, const float *const *part, const float *w, size_t n));
+/* sum a b */
+CT_SIMD_DECLARE(double, ct_banded_dot, (const float *a, const float *b, size_t n));
 
 #endif

@@ -14,11 +14,11 @@
  * no less than that. */
 #define BANDED_CONDITION 4.0
 
-enum { BLOCK = 64, NEWTON = 30, LINE = 16 };
+enum { BLOCK = 64, NEWTON = 30 };
 
 static size_t place(const struct ct_consistency *dc, int a, size_t k)
 {
-	return dc->same[a] ? k : ct_cosine_place(&dc->v[a], k);
+	return dc->same[a] || dc->exact ? k : ct_cosine_place(&dc->v[a], k);
 }
 
 static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const struct ct_taps *t,
@@ -26,9 +26,9 @@ static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const 
 {
 	const bool banded = dc->banded && !dc->same[a];
 
-	if (banded && ct_banded_alloc(&dc->d[a], t, e))
+	if (dc->banded && ct_banded_alloc(&dc->d[a], t, e))
 		return -1;
-	if (!dc->same[a] &&
+	if (!dc->same[a] && !dc->exact &&
 		ct_cosine_alloc(&dc->v[a], banded ? f->u : f->v, f->m, banded ? f->m : f->n, e))
 		return -1;
 	if (ct_alloc(&dc->g[a], f->m, sizeof *dc->g[a], e) ||
@@ -40,6 +40,16 @@ static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const 
 	}
 	dc->condition *= f->condition;
 	return 0;
+}
+
+/* y, in the order of the coefficients. */
+static void samples(struct ct_consistency *dc, const float *y)
+{
+	for (size_t k = 0; k < dc->m[2]; k++)
+		for (size_t j = 0; j < dc->m[1]; j++)
+			for (size_t i = 0; i < dc->m[0]; i++, y++)
+				dc->want[k * dc->plane + j * dc->stride[1] + i * dc->stride[0]] =
+					*y;
 }
 
 /* c_y = G^-1 U y. */
@@ -97,29 +107,30 @@ static bool is_banded(const struct ct_svd *f, const struct ct_taps *t)
 
 static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *e)
 {
-	size_t count, reduced;
+	size_t count, reduced = dc->n[2];
 
 	for (int a = 0; a < 3; a++) {
-		const size_t tile = dc->same[a] ? 0 : ct_cosine_scratch(&dc->v[a]);
+		const size_t tile = dc->same[a] ? 0
+				    : dc->exact ? ct_banded_scratch(&dc->d[a])
+						: ct_cosine_scratch(&dc->v[a]);
 
 		if (a == 2 || dc->banded)
 			dc->tile = tile > dc->tile ? tile : dc->tile;
 	}
-	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) ||
-		ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
-		ct_size_mul(&reduced, dc->plane, dc->n[2], "volume", e))
-		return -1;
-	if (dc->banded)
+	if (dc->banded && !dc->exact)
 		dc->tile += dc->plane;
-	return ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
-			       ct_room_alloc0(&dc->had, count, sizeof(float), e) ||
-			       ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
-			       ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
-			       ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float),
-				       e) ||
-			       ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1), sizeof(double), e)
-		       ? -1
-		       : 0;
+	if (dc->banded && ct_consistency_cut(dc, &reduced, e))
+		return -1;
+	if (ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
+		ct_size_mul(&reduced, dc->plane, reduced, "volume", e) ||
+		ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
+		ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
+		(!dc->exact && ct_room_alloc0(&dc->had, count, sizeof(float), e)) ||
+		ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
+		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1) + dc->m[2], sizeof(double), e))
+		return -1;
+	return 0;
 }
 
 int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
@@ -144,15 +155,21 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 		dc->same[a] = ct_taps_is_identity(&t[a]);
 		dc->banded = dc->banded && (dc->same[a] || is_banded(&f[a], &t[a]));
 	}
+	dc->exact = dc->banded && noise == 0;
 	for (int a = 0; a < 3; a++)
 		if (axis(dc, a, &f[a], &t[a], e))
 			goto out;
 	dc->stride[0] = dc->same[0] ? 1 : dc->m[1];
 	dc->stride[1] = dc->same[0] ? dc->m[0] : 1;
-	if (arrays(dc, par, e) || target(dc, f, y, par, e))
+	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) || arrays(dc, par, e))
+		goto out;
+	if (dc->exact)
+		samples(dc, y);
+	else if (target(dc, f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
-	dc->had[0] = NAN;
+	if (!dc->exact)
+		dc->had[0] = NAN;
 	rc = 0;
 out:
 	for (int a = 0; a < 3; a++) {
@@ -193,91 +210,10 @@ void ct_consistency_free(struct ct_consistency *dc)
 	ct_room_free(dc->had);
 	ct_room_free(dc->coef);
 	ct_room_free(dc->reduced);
+	free(dc->slab);
 	free(dc->tiles);
 	free(dc->sums);
 	*dc = (struct ct_consistency){0};
-}
-
-/* Floats of a tile for either axis of a plane, whole cache lines. */
-static size_t tile(const struct ct_consistency *dc)
-{
-	size_t most = 0;
-
-	for (int a = 0; a < 2; a++) {
-		const size_t here = dc->same[a]  ? 0
-				    : dc->banded ? ct_banded_scratch(&dc->d[a])
-						 : ct_cosine_scratch(&dc->v[a]);
-
-		most = here > most ? here : most;
-	}
-	return most;
-}
-
-size_t ct_consistency_scratch(const struct ct_consistency *dc)
-{
-	size_t half = dc->m[1] * dc->n[0];
-
-	return tile(dc) + (half + LINE - 1) / LINE * LINE;
-}
-
-/* out (m,w; ldo) = V or D of axis a, in (n,w; ldi), and the transpose of that, added to `add`. */
-static void gather(const struct ct_consistency *dc, int a, float *out, size_t ldo, const float *in,
-	size_t ldi, size_t w, float *scratch)
-{
-	if (dc->banded)
-		CT_SIMD(ct_banded_across)(&dc->d[a].down, out, ldo, NULL, in, ldi, w);
-	else
-		CT_SIMD(ct_cosine_analyse)(&dc->v[a], out, ldo, in, ldi, w, false, scratch);
-}
-
-static void spread(const struct ct_consistency *dc, int a, float *out, size_t ldo, const float *add,
-	const float *in, size_t ldi, size_t w, float *scratch)
-{
-	if (dc->banded)
-		CT_SIMD(ct_banded_across)(&dc->d[a].up, out, ldo, add, in, ldi, w);
-	else
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[a], out, ldo, add, in, ldi, w, scratch);
-}
-
-void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch)
-{
-	float *out = dc->reduced + k * dc->plane, *half = dc->same[0] ? out : scratch + tile(dc);
-	size_t n = dc->n[0], m = dc->m[1];
-	const float *in = x;
-
-	if (!dc->same[1]) {
-		gather(dc, 1, half, n, x, n, n, scratch);
-		in = half;
-	} else if (dc->same[0]) {
-		memcpy(out, x, dc->plane * sizeof *x);
-	}
-	if (dc->same[0])
-		return;
-	if (dc->banded)
-		CT_SIMD(ct_banded_down)(&dc->d[0], out, m, in, n, m, scratch);
-	else
-		CT_SIMD(ct_cosine_analyse)(&dc->v[0], out, m, in, n, m, true, scratch);
-}
-
-void ct_consistency_expand(
-	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch)
-{
-	const float *in = dc->reduced + k * dc->plane;
-	size_t n = dc->n[0], m = dc->m[1];
-	float *half = scratch + tile(dc);
-
-	if (!dc->same[0] && dc->banded)
-		CT_SIMD(ct_banded_up)(&dc->d[0], half, n, in, m, m, scratch);
-	else if (!dc->same[0])
-		CT_SIMD(ct_cosine_synthesise_turned)(&dc->v[0], half, n, in, m, m, scratch);
-	in = dc->same[0] ? in : half;
-	if (!dc->same[1])
-		spread(dc, 1, out, n, x, in, n, n, scratch);
-	else if (!x)
-		memcpy(out, in, n * dc->n[1] * sizeof *out);
-	else
-		for (size_t i = 0; i < n * dc->n[1]; i++)
-			out[i] = x[i] + in[i];
 }
 
 /* A column block of the planes of coefficients, its squared gains, and what c is of one of work. */
@@ -300,23 +236,21 @@ static void columns(struct columns *b, const struct ct_consistency *dc, size_t b
 	}
 }
 
-/* coef = V reduced, along k, for the columns of a block. */
+/* coef = V reduced, or U of what the slabs made of D x, along k, for the columns of a block. */
 static void analyse(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
 	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
-	const float *in = dc->reduced + at;
+	const float *in = dc->banded ? coef : dc->reduced + at;
 
-	if (dc->same[2]) {
-		for (size_t k = 0; k < dc->m[2]; k++)
-			memcpy(coef + k * dc->plane, in + k * dc->plane, n * sizeof *coef);
-		return;
-	}
-	gather(dc, 2, coef, dc->plane, in, dc->plane, n, scratch);
-	if (dc->banded)
+	for (size_t k = 0; k < dc->m[2] && dc->banded; k++)
+		ct_consistency_gather(dc, coef + k * dc->plane, k, at, n, 0, 1);
+	if (!dc->same[2])
 		CT_SIMD(ct_cosine_analyse)
-	(&dc->v[2], coef, dc->plane, coef, dc->plane, n, false, scratch);
+	(&dc->v[2], coef, dc->plane, in, dc->plane, n, false, scratch);
+	else if (!dc->banded) for (size_t k = 0; k < dc->m[2]; k++)
+		memcpy(coef + k * dc->plane, in + k * dc->plane, n * sizeof *coef);
 }
 
 /* What D left of V on a plane of coefficients. */
@@ -407,23 +341,19 @@ static void correct(void *arg, size_t block, size_t worker)
 	dc->sums[3 * block + 2] = moved;
 }
 
-/* Along k back into the reduced planes. */
+/* Along k back, into the reduced planes or the same. */
 static void synthesise(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
 	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
-	float *out = dc->reduced + at;
+	float *out = dc->banded ? coef : dc->reduced + at;
 
-	if (dc->same[2]) {
-		for (size_t k = 0; k < dc->m[2]; k++)
-			memcpy(out + k * dc->plane, coef + k * dc->plane, n * sizeof *out);
-		return;
-	}
-	if (dc->banded)
+	if (!dc->same[2])
 		CT_SIMD(ct_cosine_synthesise)
-	(&dc->v[2], coef, dc->plane, NULL, coef, dc->plane, n, scratch);
-	spread(dc, 2, out, dc->plane, NULL, coef, dc->plane, n, scratch);
+	(&dc->v[2], out, dc->plane, NULL, coef, dc->plane, n, scratch);
+	else if (!dc->banded) for (size_t k = 0; k < dc->m[2]; k++)
+		memcpy(out + k * dc->plane, coef + k * dc->plane, n * sizeof *out);
 }
 
 static size_t blocks(const struct ct_consistency *dc)
@@ -464,10 +394,12 @@ static void multiplier(struct ct_consistency *dc, struct ct_par *par)
 	dc->corrections++;
 }
 
-double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par)
+double ct_consistency_correct(struct ct_consistency *dc, bool measure, struct ct_par *par)
 {
 	double moved = 0;
 
+	if (dc->exact)
+		return ct_consistency_solve(dc, measure, par);
 	ct_par_for(par, blocks(dc), analyse, dc);
 	if (dc->banded)
 		ct_par_for(par, dc->m[2], analyse_plane, dc);
@@ -480,35 +412,4 @@ double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par)
 	for (size_t b = 0; b < blocks(dc); b++)
 		moved += dc->sums[3 * b + 2];
 	return moved;
-}
-
-struct whole {
-	struct ct_consistency *dc;
-	float *x, *scratch;
-};
-
-static void reduce_one(void *arg, size_t k, size_t worker)
-{
-	const struct whole *w = arg;
-
-	ct_consistency_reduce(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1],
-		w->scratch + worker * ct_consistency_scratch(w->dc));
-}
-
-static void expand_one(void *arg, size_t k, size_t worker)
-{
-	const struct whole *w = arg;
-
-	float *x = w->x + k * w->dc->n[0] * w->dc->n[1];
-
-	ct_consistency_expand(w->dc, k, x, x, w->scratch + worker * ct_consistency_scratch(w->dc));
-}
-
-void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par)
-{
-	struct whole w = {dc, x, scratch};
-
-	ct_par_for(par, dc->n[2], reduce_one, &w);
-	ct_consistency_correct(dc, par);
-	ct_par_for(par, dc->n[2], expand_one, &w);
 }

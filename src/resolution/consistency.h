@@ -12,10 +12,14 @@
  *
  * A D of few weights a row, and well conditioned, is not walked by way of V, whose products take as
  * many steps a voxel as the volume is long, but as V = G^-1 U D: D on planes of voxels, U on the
- * few samples that it makes, the same number of steps for any size.
+ * few samples that it makes, the same number of steps for any size. Without noise not even U is
+ * needed: x <- x + D^T (D D^T)^-1 (y - D x), and D D^T of an axis has few numbers a row.
  *
  * Planes (i,j) are the unit of work, so that a solver can do its own work on a plane while it is
- * in the cache: reduce planes to (m1,m0), correct all of them along k, expand them. All in float
+ * in the cache: reduce planes to (m1,m0), correct all of them along k, expand them. A D of few
+ * weights is applied along k in the same steps: a plane, reduced, is added to the samples that
+ * it is a part of, a slab of planes to its own, so that slabs can be reduced at once; and it is
+ * expanded from the few samples that are a part of its correction. All in float
  * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
  * D+ in double once at the end (ct_consistency_pinv_plan).
  */
@@ -32,19 +36,29 @@ struct ct_multipliers {
 	size_t n, room;
 };
 
+enum { CT_CONSISTENCY_SLAB = 16 }; /* planes of a slab; the last may have fewer */
+
 struct ct_consistency {
 	size_t n[3], m[3];
 	bool same[3];            /* axes that D leaves as they are */
 	bool banded;             /* V = G^-1 U D: planes are multiplied by D, and U is left */
-	struct ct_banded d[3];   /* of the axes that are not the same, if so */
-	struct ct_cosine v[3];   /* V of these axes, or U */
+	bool exact;              /* and that without noise: D D^T is solved */
+	struct ct_banded d[3];   /* if banded */
+	struct ct_cosine v[3];   /* V of axes that are not the same, or U; none if exact */
 	double *g[3], *unit[3];  /* in the order of the coefficients (g/s: colour); c of one of
 				    work */
 	size_t stride[2], plane; /* of coefficients along i and j, of which one is 1; m0 m1 */
-	float *want, *had;       /* (m2,plane): c_y; c of the volume before the last step */
-	float *coef;             /* (m2,plane): work */
-	float *reduced;          /* (n2,plane): planes reduced, and then their corrections */
-	float *tiles;            /* work of each thread, of `tile` floats */
+	float *want, *had;       /* (m2,plane): c_y; c of the volume before the last step. exact:
+				    y, NULL */
+	float *coef;             /* (m2,plane): work; banded: what D^T makes the correction of */
+	float *reduced;          /* (n2,plane): planes reduced, and then their corrections; banded:
+				    (.,plane), the samples of each slab */
+	struct ct_consistency_slab {
+		size_t at, first, count; /* coarse planes first, ... in planes at, ... of reduced;
+					    then its first plane, unless D has one weight */
+	} * slab;
+	bool known;   /* exact: x agreed before the last step */
+	float *tiles; /* work of each thread, of `tile` floats */
 	size_t tile;
 	double *sums;     /* of the column blocks */
 	double bound, mu; /* M noise^2, of which 0 is exact; multiplier found last */
@@ -71,19 +85,29 @@ void ct_consistency_free(struct ct_consistency *dc);
 
 /* Floats of scratch of the plane functions. */
 size_t ct_consistency_scratch(const struct ct_consistency *dc);
-/* Plane k of dc->reduced from plane k of a volume, x (n1,n0). Thread-safe for different k. */
+/* Take in plane k of a volume, x (n1,n0). Thread-safe for different slabs. The planes of a slab are
+ * to be given upwards, but its first at any time, at which this is thread-safe too. */
 void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch);
 /* out = x (NULL is 0) + plane k of the correction; out may be x. Thread-safe. */
 void ct_consistency_expand(
 	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch);
-/* Reduced planes of a volume x + step to the planes of its correction V^T d along i and j. Returns
+/* From the planes of a volume x + step, all reduced, to its correction V^T d. Returns
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
- * |step + V^T d|^2 = |step|^2 + this. NaN in the first call. */
-double ct_consistency_correct(struct ct_consistency *dc, struct ct_par *par);
+ * |step + V^T d|^2 = |step|^2 + this. NaN in the first call, and maybe if not to `measure`. */
+double ct_consistency_correct(struct ct_consistency *dc, bool measure, struct ct_par *par);
 /* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_consistency_scratch a
  * thread.
  */
 void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par);
+
+/* Parts of these (consistency-planes.c), of a banded dc. */
+/* Lay out dc->slab, of `planes` of dc->reduced. */
+int ct_consistency_cut(struct ct_consistency *dc, size_t *planes, struct ct_err *e);
+/* out (n) = want dc->want + made D x, samples [at, at + n) of coarse plane o. */
+void ct_consistency_gather(const struct ct_consistency *dc, float *out, size_t o, size_t at,
+	size_t n, float want, float made);
+/* coef = (D D^T)^-1 (y - D x); returns as ct_consistency_correct. */
+double ct_consistency_solve(struct ct_consistency *dc, bool measure, struct ct_par *par);
 
 /* D+ in double for volumes of n voxels. Allocates. */
 int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5 };
+enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5, SLAB = CT_CONSISTENCY_SLAB };
 
 /* Iterations that halve the primal step, and the part of it that stays. */
 #define HALVES 30
@@ -112,9 +112,8 @@ static struct ct_hessian_descent descent(const struct job *v, ptrdiff_t j, ptrdi
 }
 
 /* Plane k of the next volume before its correction, and reduced. */
-static void descend(void *arg, size_t plane, size_t worker)
+static void descend_plane(const struct job *v, size_t plane, size_t worker)
 {
-	const struct job *v = arg;
 	size_t at = plane * v->plane;
 	float *scratch = v->scratch + worker * v->share,
 	      *step = scratch + ct_consistency_scratch(v->dc);
@@ -132,6 +131,14 @@ static void descend(void *arg, size_t plane, size_t worker)
 	}
 	v->sums[2 * plane + 1] = moved;
 	ct_consistency_reduce(v->dc, plane, v->ahead + at, scratch);
+}
+
+static void descend(void *arg, size_t slab, size_t worker)
+{
+	const struct job *v = arg;
+
+	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++)
+		descend_plane(v, k, worker);
 }
 
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
@@ -200,8 +207,8 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 	double count = (double)j->plane * (double)j->n[2], variation = 0, moved;
 
 	ct_par_for(par, j->n[2], ascend, j);
-	ct_par_for(par, j->n[2], descend, j);
-	moved = ct_consistency_correct(j->dc, par);
+	ct_par_for(par, (j->n[2] + SLAB - 1) / SLAB, descend, j);
+	moved = ct_consistency_correct(j->dc, j->measure, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
 	if (!j->measure)
 		return;

@@ -10,7 +10,8 @@ SIMD_SOURCES += src/resolution/cosine-strip.c src/resolution/turn.h
 libct_a_SOURCES += src/resolution/cosine.c src/resolution/cosine.h
 SIMD_SOURCES += src/resolution/banded-strip.c
 libct_a_SOURCES += src/resolution/banded.c src/resolution/banded.h
-libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency-exact.c src/resolution/consistency.h
+libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency-planes.c \
+	src/resolution/consistency-exact.c src/resolution/consistency.h
 libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h

@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = 16, MEASURE = 5 };
+enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5 };
 
 struct job {
 	float *x;            /* the volume before its correction */
@@ -132,11 +132,13 @@ static void mend(void *arg, size_t index, size_t worker)
 	ct_consistency_reduce(j->dc, k, x, j->scratch + worker * j->share);
 }
 
-static void reduce_plane(void *arg, size_t k, size_t worker)
+static void reduce_slab(void *arg, size_t slab, size_t worker)
 {
 	const struct job *j = arg;
 
-	ct_consistency_reduce(j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
+	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < j->n[2]; k++)
+		ct_consistency_reduce(
+			j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
 }
 
 static void expand_plane(void *arg, size_t k, size_t worker)
@@ -156,7 +158,7 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 	ct_par_for(par, j->slabs, set_aside, j);
 	ct_par_for(par, j->slabs, sweep_slab, j);
 	ct_par_for(par, j->slabs - 1, mend, j);
-	moved = ct_consistency_correct(j->dc, par);
+	moved = ct_consistency_correct(j->dc, j->measure, par);
 	if (!j->measure)
 		return;
 	for (size_t s = 0; s < j->slabs; s++) {
@@ -248,8 +250,8 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 	*report = (struct ct_tv_report){0};
 	if (job_alloc(&j, dc, rule, near, ct_par_threads(env->par), e))
 		goto out;
-	ct_par_for(env->par, j.n[2], reduce_plane, &j);
-	ct_consistency_correct(dc, env->par);
+	ct_par_for(env->par, j.slabs, reduce_slab, &j);
+	ct_consistency_correct(dc, false, env->par);
 	rc = 0;
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
 		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
