@@ -103,6 +103,7 @@ int project_estimate(
 	const struct project_job *j, const char *memory, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
+	const double before = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
 	double start, load, once, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
@@ -110,23 +111,24 @@ int project_estimate(
 
 	if (open_pass(&p, j, e))
 		return -1;
-	start = ct_clock_wall();
+	start = ct_clock_cpu();
 	ct_projector_load(&p.g, j->v->data, env->par);
-	load = ct_clock_wall() - start;
-	start = ct_clock_wall();
+	load = ct_clock_cpu() - start;
+	start = ct_clock_cpu();
 	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
 		size_t k = out->views * (1 + 4 * i) / 8;
 
 		view(&p, k, ct_stack_view(out, k), env->par);
 	}
-	once = (ct_clock_wall() - start) / (double)tries;
-	cost.seconds = ((double)out->views * once + load) * (double)passes;
+	once = (ct_clock_cpu() - start) / (double)tries;
+	cost.seconds =
+		(before + ((double)out->views * once + load) * (double)passes) / threads;
 	bytes = volume * (double)passes + cost.disk +
 		(j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
 		(double)ct_projector_bytes(&p.g);
 	ct_memory_cost(&cost.memory, &cost.state, bytes, memory);
 	close_pass(&p);
 	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",
-		out->views, out->w, out->h, once);
+		out->views, out->w, out->h, once / threads);
 	return ct_cost_print(&cost, env, e);
 }

@@ -348,6 +348,22 @@ static int measure(struct sr_jobs *x, const struct ct_env *env, struct ct_err *e
 	return rc;
 }
 
+/* What the jobs behind the refining take. A plan that does not tell it is a plan. */
+static int rehearse(struct sr_jobs *x, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_err why;
+
+	if (x->behind == x->jobs.n ||
+		sr_rehearse(x->takes, &x->jobs, x->behind, x->c, x->f->out, env, &why) == 0)
+		return 0;
+	if (why.code == CT_ESTOP) {
+		*e = why;
+		return -1;
+	}
+	ct_log(env, CT_WARN, "what some jobs take is not known: %s", why.msg);
+	return 0;
+}
+
 int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, size_t views,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -363,7 +379,8 @@ int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, si
 	x.told = answer;
 	choose_slabs(&x, env);
 	if ((x.slabs > 1 && measure(&x, env, e)) ||
-		sr_jobs_divide(&x, views, wanted < views ? wanted : views, e))
+		sr_jobs_divide(&x, views, wanted < views ? wanted : views, e) ||
+		rehearse(&x, env, e))
 		goto out;
 	clear(&x);
 	rc = write_plan(&x, env, e);
