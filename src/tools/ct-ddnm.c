@@ -332,8 +332,8 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 		&j->prior, workers, high, wide, how->rule == CT_SAMPLER_BIRD && !how->frozen, e);
 }
 
-/* What was read, and a call of the network, take memory now; OUT and the bytes of its file, and what
- * each further thread has of its own, come. */
+/* What was read, and a call of the network, take memory now; OUT and the bytes of its file, and
+ * what each further thread has of its own, come. */
 static int estimate(struct job *j, struct ct_err *e)
 {
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
@@ -348,8 +348,9 @@ static int estimate(struct job *j, struct ct_err *e)
 		return -1;
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
 	if (asks(j))
-		cost.memory += (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
-			       PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
+		cost.memory +=
+			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
+			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
 	if (j->s.how.rule == CT_SAMPLER_BIRD) /* every picture of a chain is kept */
 		cost.memory += (double)n.each / (double)(j->s.samples * j->s.how.iterations) *
 			       (double)threads * 4.0 *

@@ -49,8 +49,8 @@ int ddnm_time(struct ct_cost *cost, const struct ct_prior *p, const struct ddnm_
 	if (try(&once, &slope, p, back > 0, e))
 		return -1;
 	cost->seconds = (before + once * (double)calls + slope * (double)back) / (double)n->threads;
-	at = snprintf(cost->work, sizeof cost->work, "%zu calls of %.3f s of the network of %zux%zu",
-		calls, once, p->wide, p->high);
+	at = snprintf(cost->work, sizeof cost->work,
+		"%zu calls of %.3f s of the network of %zux%zu", calls, once, p->wide, p->high);
 	if (back && at > 0)
 		snprintf(cost->work + at, sizeof cost->work - (size_t)at,
 			", %zu of %.3f s of its derivative", back, slope);

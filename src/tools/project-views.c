@@ -5,6 +5,7 @@
 #include "cli/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
+#include "formats/exr-zip.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -99,11 +100,28 @@ out:
 	return rc;
 }
 
+/* A view as its file will hold it. */
+static int pack(const float *view, size_t bytes, struct ct_err *e)
+{
+	unsigned char *to = NULL, *scratch = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&to, ct_exr_zip_room(bytes), 1, e) == 0 &&
+		ct_alloc(&scratch, bytes, 1, e) == 0)
+		rc = ct_exr_zip(to, (const unsigned char *)view, bytes, scratch)
+			     ? 0
+			     : ct_fail(e, CT_ENOMEM, "no memory");
+	free(to);
+	free(scratch);
+	return rc;
+}
+
 int project_estimate(
 	const struct project_job *j, const char *memory, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
 	const double before = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
+	const size_t pixels = out->h * out->w;
 	double start, load, once, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
@@ -120,9 +138,14 @@ int project_estimate(
 
 		view(&p, k, ct_stack_view(out, k), env->par);
 	}
-	once = (ct_clock_cpu() - start) / (double)tries;
-	cost.seconds =
-		(before + ((double)out->views * once + load) * (double)passes) / threads;
+	once = (ct_clock_cpu() - start) / (double)tries * (double)passes;
+	start = ct_clock_cpu();
+	if (pack(ct_stack_view(out, out->views / 8), pixels * sizeof *out->data, e)) {
+		close_pass(&p);
+		return -1;
+	}
+	once += ct_clock_cpu() - start;
+	cost.seconds = (before + (double)out->views * once + load * (double)passes) / threads;
 	bytes = volume * (double)passes + cost.disk +
 		(j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
 		(double)ct_projector_bytes(&p.g);

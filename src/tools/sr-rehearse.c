@@ -6,8 +6,8 @@
  *   projections of it    those of the scan, on the same detector
  *   drawn ones           the coarse ones interpolated; or the others, where the prior adds nothing
  *   Gaussians            those that a fit begins with
- * Steps that take long are asked (--dry-run) what they expect of these. The others take little: they
- * are run, and tell what they took.
+ * Steps that take long are asked (--dry-run) what they expect of these. The others take little:
+ * they are run, and tell what they took.
  */
 #include "config.h"
 #include "cli/cost.h"
@@ -60,8 +60,7 @@ static int put(struct rehearsal *x, const char *word, struct ct_err *e)
 {
 	const char *file = file_of(word);
 
-	return ct_chain_word(
-		&x->own, e, "%.*s%s", (int)(file - word), word, instead(x, file));
+	return ct_chain_word(&x->own, e, "%.*s%s", (int)(file - word), word, instead(x, file));
 }
 
 static bool is_tool(const struct ct_step *s, const char *tool)
@@ -106,8 +105,8 @@ static int start(struct rehearsal *x, const struct ct_env *env, struct ct_err *e
  * tells the error to expect. */
 static int refine(struct rehearsal *x, const struct ct_env *env, struct ct_err *e)
 {
-	static const char *const keep[] = {"-x", "--spacing=", "--memory=", "--sigma=", "--estimate",
-		"--decimate=", "--std=", NULL};
+	static const char *const keep[] = {"-x",
+		"--spacing=", "--memory=", "--sigma=", "--estimate", "--decimate=", "--std=", NULL};
 	const char *how = x->refine->beside ? "--iterations=1" : "--method=linear";
 
 	return add(x, x->refine, "ct-upsample", x->name[x->of->n], keep, e) ||
@@ -132,9 +131,9 @@ static int project(
 		sampled |= per != NULL;
 		if (fine && per ? ct_chain_word(&x->own, e, "--sampling=%.17g",
 					  x->scale * strtod(per, NULL))
-		    : strcmp(word, x->refine->output) == 0
-			    ? ct_chain_word(&x->own, e, "%s", x->lr)
-			    : put(x, word, e))
+			: strcmp(word, x->refine->output) == 0
+				? ct_chain_word(&x->own, e, "%s", x->lr)
+				: put(x, word, e))
 			return -1;
 	}
 	return fine && !sampled ? ct_chain_word(&x->own, e, "--det=%zu", x->refined) : 0;
@@ -148,8 +147,7 @@ static int draw(struct rehearsal *x, const struct ct_step *s, const char *output
 
 	for (size_t k = 1; k < s->argc && !base; k++)
 		base = value(s->argv[k], "--base-projections=");
-	return add(x, s, s->tool, output, keep, e) ||
-			       ct_chain_word(&x->own, e, "--sampler=none") ||
+	return add(x, s, s->tool, output, keep, e) || ct_chain_word(&x->own, e, "--sampler=none") ||
 			       (base && !x->adds &&
 				       ct_chain_word(&x->own, e, "--init=%s", instead(x, base)))
 		       ? -1
@@ -205,8 +203,7 @@ static int take(struct rehearsal *x, struct sr_takes *takes, const struct ct_ste
 	if (add(x, s, s->tool, output, NULL, e) || start(x, env, e))
 		return -1;
 	own = &x->own.step[x->own.n - 1];
-	*takes = (struct sr_takes){
-		.seconds = told(own, CT_COST_CPU) / strtod(x->own.threads, NULL),
+	*takes = (struct sr_takes){.seconds = told(own, CT_COST_CPU) / strtod(x->own.threads, NULL),
 		.memory = told(own, CT_COST_HELD),
 		.disk = stat(output, &st) == 0 ? (double)st.st_size : (double)NAN};
 	return 0;
@@ -337,6 +334,10 @@ int sr_rehearse(struct sr_takes *takes, const struct ct_chain *of, size_t first,
 	struct ct_env own = *env;
 	int rc;
 
+	for (size_t i = first; i < of->n; i++)
+		takes[i] = (struct sr_takes){NAN, NAN, NAN};
+	if (first == of->n)
+		return 0;
 	own.verbose = -1;
 	unsetenv(CT_JOURNAL_NAME); /* of the run, not of this */
 	rc = go(&x, takes, out, &own, e);
@@ -344,5 +345,8 @@ int sr_rehearse(struct sr_takes *takes, const struct ct_chain *of, size_t first,
 		setenv(CT_JOURNAL_NAME, kept, 1);
 	free(kept);
 	close_rehearsal(&x);
-	return rc;
+	if (rc == 0 || e->code == CT_ESTOP || e->code == CT_ENOMEM)
+		return rc;
+	ct_log(env, CT_WARN, "what some steps will take is not known: %s", e->msg);
+	return 0;
 }

@@ -98,9 +98,9 @@ int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err 
 void sr_jobs_free(struct sr_jobs *x);
 
 /* takes[i] <- what the steps `first` and those behind it of `of` will take, which are those of the
- * chain c, or of its jobs, behind the step that refines; only the first step of c is done. Stand-ins
- * of their files lie beside `out` meanwhile (sr-rehearse.c). The codes of the commands; of those
- * steps that were not come to takes[i] stays as it is. */
+ * chain c, or of its jobs, behind the step that refines; only the first step of c is done.
+ * Stand-ins of their files lie beside `out` meanwhile (sr-rehearse.c). If one of them fails a
+ * warning says so, and what it and those behind it take is NaN. CT_ESTOP, CT_ENOMEM. */
 int sr_rehearse(struct sr_takes *takes, const struct ct_chain *of, size_t first,
 	const struct ct_chain *c, const char *out, const struct ct_env *env, struct ct_err *e);
 
