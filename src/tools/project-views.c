@@ -7,6 +7,7 @@
 #include "core/mem.h"
 #include "formats/exr-zip.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -122,7 +123,7 @@ int project_estimate(
 	const struct ct_stack *out = j->out;
 	const double before = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
 	const size_t pixels = out->h * out->w;
-	double start, load, once, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
+	double start, load, once, held, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
@@ -146,9 +147,9 @@ int project_estimate(
 	}
 	once += ct_clock_cpu() - start;
 	cost.seconds = (before + (double)out->views * once + load * (double)passes) / threads;
-	bytes = volume * (double)passes + cost.disk +
-		(j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
-		(double)ct_projector_bytes(&p.g);
+	held = (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
+	       (double)ct_projector_bytes(&p.g); /* gone when the bytes of the file come */
+	bytes = volume * (double)passes + cost.disk + fmax(held, cost.disk);
 	ct_memory_cost(&cost.memory, &cost.state, bytes, memory);
 	close_pass(&p);
 	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",

@@ -193,19 +193,25 @@ static int ask(struct rehearsal *x, struct sr_takes *takes, const struct ct_step
 	return 0;
 }
 
+static double size_of(const char *file)
+{
+	struct stat st;
+
+	return stat(file, &st) == 0 ? (double)st.st_size : 0;
+}
+
 /* What it took to run it. */
 static int take(struct rehearsal *x, struct sr_takes *takes, const struct ct_step *s,
 	const char *output, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_step *own;
-	struct stat st;
 
 	if (add(x, s, s->tool, output, NULL, e) || start(x, env, e))
 		return -1;
 	own = &x->own.step[x->own.n - 1];
 	*takes = (struct sr_takes){.seconds = told(own, CT_COST_CPU) / strtod(x->own.threads, NULL),
 		.memory = told(own, CT_COST_HELD),
-		.disk = stat(output, &st) == 0 ? (double)st.st_size : (double)NAN};
+		.disk = size_of(output)};
 	return 0;
 }
 
@@ -229,20 +235,23 @@ static int go_through(struct rehearsal *x, struct sr_takes *takes, size_t i,
 			struct ct_err *e);
 	} asked[] = {{"ct-project", project}, {"ct-ddnm", draw}, {"ct-nabgs", fit}};
 	const struct ct_step *s = &x->of->step[i];
-	const double views = part_of(s), before = i > x->first ? part_of(s - 1) : 0;
+	const double before = i > x->first ? part_of(s - 1) : 0;
+	const size_t tools = sizeof asked / sizeof *asked;
+	size_t k = 0;
 
-	for (size_t k = 0; k < sizeof asked / sizeof *asked; k++) {
-		if (!is_tool(s, asked[k].tool))
-			continue;
-		if (before > 0) { /* all parts are alike */
-			takes[i] = takes[i - 1];
-			takes[i].seconds *= views / before;
-		}
-		return (before > 0 && views > 0) || ask(x, &takes[i], s, x->name[i], env, e) == 0
-			       ? asked[k].stand_in(x, s, x->name[i], e) || start(x, env, e) ? -1 : 0
-			       : -1;
-	}
-	return take(x, &takes[i], s, x->name[i], env, e);
+	while (k < tools && !is_tool(s, asked[k].tool))
+		k++;
+	if (k == tools)
+		return take(x, &takes[i], s, x->name[i], env, e);
+	if (before > 0) { /* all parts are alike */
+		takes[i] = takes[i - 1];
+		takes[i].seconds *= part_of(s) / before;
+	} else if (ask(x, &takes[i], s, x->name[i], env, e))
+		return -1;
+	if (asked[k].stand_in(x, s, x->name[i], e) || start(x, env, e))
+		return -1;
+	takes[i].disk = fmax(takes[i].disk, size_of(x->name[i])); /* none has a file, too */
+	return 0;
 }
 
 /* How the name of a stand-in ends. A series would be a folder: one file of it takes as much. */
