@@ -18,7 +18,7 @@ for j in plan["jobs"]:
         made.add(o)
     assert j["threads"] == 1 and "--force" in j["command"] and "--threads=1" in j["command"]
     assert j["inputs"] and (made - set(j["outputs"]) or any(i.endswith("/lr.nii") for i in j["inputs"]))
-    assert all(j[k] is None or j[k] > 0 for k in ("seconds", "memory-bytes", "disk-bytes"))
+    assert all(j[k] > 0 for k in ("seconds", "memory-bytes", "disk-bytes")), j
 assert plan["output"] in made
 assert len({j["name"] for j in plan["jobs"]}) == len(plan["jobs"])
 print(" ".join(j["name"] for j in plan["jobs"]))
@@ -123,6 +123,44 @@ exits 0 'which make runs' make -s -j2 -f s/plan.mk
 ct-sr -q -t 1 --projections --views 5 --iterations 20 --gaussians 100 --keep k sinc.nii direct.nii
 [ -n "$(hash s/sr-proj.exr)" ] && [ "$(hash s/sr-proj.exr)" = "$(hash k/sr-proj.exr)" ]; ok $? 'the projections of one run'
 [ "$(hash sr.nii)" = "$(hash direct.nii)" ]; ok $? 'and its result'
+told() { # told PLAN JOB KEY
+	python3 -c 'import json, sys
+print(*(j[sys.argv[3]] for j in json.load(open(sys.argv[1]))["jobs"] if j["name"] == sys.argv[2]))' "$@"
+}
+is() { # is NAME EXPRESSION: awk says so
+	awk "BEGIN {exit !($2)}"; ok $? "$1 ($(echo "$2" | tr -s "\n\t " " "))"
+}
+is 'no Gaussians where the prior adds nothing' "$(told s/plan.json ct-nabgs-1 disk-bytes) < 10000"
+is 'a part of the views takes its part' "$(told s/plan.json ct-ddnm-2 seconds) > 1.3 * $(told s/plan.json ct-ddnm-1 seconds)"
+
+# what is told of projections before there are any, and what it comes to
+ct-degrade -q -x 4 -p P3 cube.nii point.nii
+for n in 200 400; do
+	exits 0 "$n views" ct-sr -q -t 1 -Q draft --projections --views $n --iterations 700 --gaussians 100 --jobs 1 \
+		--plan v$n --report v$n.html point.nii v$n.nii
+	[ "$(sets v$n/plan.json)" = 'ct-upsample-1 ct-project-1 ct-project-2 ct-ddnm-1 ct-nabgs-1 ct-compose-1 ct-report-1' ]
+	ok $? 'of all jobs'
+done
+half=$(told v200/plan.json ct-ddnm-1 seconds) all=$(told v400/plan.json ct-ddnm-1 seconds)
+is 'twice the views take twice the time' "$all > 1.6 * $half && $all < 2.4 * $half"
+for job in ct-project-1 ct-ddnm-1; do
+	is "$job: and the disk" "$(told v400/plan.json $job disk-bytes) == 2 * $(told v200/plan.json $job disk-bytes)"
+done
+is 'Gaussians that may come' "$(told v200/plan.json ct-nabgs-1 disk-bytes) == 2 * 100 * (44 + 144)"
+[ "$(ls -A | grep -c '^ct-sr')" = 0 ]; ok $? 'what stood in is gone'
+! grep -qv '^ct-convert\|^ct-sr' v200/log.txt; ok $? 'and the page will not tell of it'
+exits 0 'make makes it' make -s -f v200/plan.mk
+took() { sed -n "s/^$1: took .* \([0-9.]*\) s of CPU time, \([0-9]*\) MiB\$/\\$2/p" v200/log.txt | head -n 1; }
+is 'the network takes what was told' "$(took ct-ddnm 1) > .6 * $half && $(took ct-ddnm 1) < 1.6 * $half"
+for tool in ct-project ct-ddnm ct-nabgs ct-compose ct-report; do
+	is "$tool holds it" "$(told v200/plan.json $tool-1 memory-bytes) > .7 * 2 ^ 20 * ($(took $tool 2) - 1) &&
+		$(told v200/plan.json $tool-1 memory-bytes) < 1.7 * 2 ^ 20 * ($(took $tool 2) + 1)"
+done
+ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 ellipsoids dense.nii
+ct-degrade -q -x 4 -p P2 --clip -512:3071 dense.nii clipped.nii
+exits 0 'the published method' ct-sr -q -t 1 --paper --views 2 --jobs 2 --plan pp clipped.nii pp.nii
+[ "$(sets pp/plan.json)" = 'ct-upsample-1 ct-project-1 ct-project-2 ct-ddnm-1 ct-ddnm-2 ct-merge-1 ct-nabgs-1 ct-compose-1' ]
+ok $? 'tells of all, too'
 exits 0 'DICOM out' ct-sr -q -t 1 -x 1,1,4 -Q draft --jobs 2 --plan d thick.nii d.dcm
 [ "$(sets d/plan.json)" = 'ct-upsample-1 ct-upsample-2 ct-merge-1 ct-convert-1' ]; ok $? 'is a job more'
 done_testing

@@ -170,12 +170,12 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
-	if (told)
-		dup2(fileno(told), TOLD);
 	if (answer)
 		dup2(fileno(answer), STDOUT_FILENO);
 	else if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
 		send_report(env->verbose < 0);
+	if (told) /* now that nothing else is needed that may be there */
+		dup2(fileno(told), TOLD);
 	snprintf(path, sizeof path, "%s%s", c->tools, s->tool);
 	execv(path, argv);
 	execvp(s->tool, argv);
@@ -204,12 +204,12 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *
 		argv[n++] = verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
-	if (told)
-		argv[n++] = tell;
 	if (answer) {
 		argv[n++] = dry;
 		argv[n++] = json;
 	}
+	if (told) /* the last: no option behind it is looked at */
+		argv[n++] = tell;
 	argv[n] = NULL;
 	*pid = fork();
 	if (*pid < 0)
@@ -295,7 +295,7 @@ static int start_told(const struct ct_chain *c, struct ct_step *s, bool again, F
 static int start(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
 	const struct ct_env *env, struct ct_err *e)
 {
-	FILE *told = answer ? NULL : tmpfile();
+	FILE *told = tmpfile();
 	int rc = start_told(c, s, again, answer, told, env, e);
 
 	if (told)

@@ -2,9 +2,11 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/complete.h"
+#include "cli/cost.h"
 #include "cli/files.h"
 #include "cli/help.h"
 #include "cli/journal.h"
+#include "cli/memory.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/stop.h"
@@ -272,10 +274,13 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
 	ct_units_say((enum ct_units)c->units);
+	ct_env_tell(&env, CT_COST_PROGRAM, "%.0f", ct_memory_held());
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
+	ct_env_tell(&env, CT_COST_HELD, "%.0f", ct_memory_held());
+	ct_env_tell(&env, CT_COST_CPU, "%.6f", ct_clock_cpu());
 	ct_journal_end(&env, start, rc);
 	free(history);
 	return rc;

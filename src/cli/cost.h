@@ -19,6 +19,12 @@ struct ct_cost {
 	struct ct_cost_more more[CT_COST_MORE];
 };
 
+/* What every command tells the one that started it (ct_env_tell), beside what it did: bytes of
+ * memory that it held before its work began, and the most; seconds of processor time. */
+#define CT_COST_PROGRAM "program-bytes"
+#define CT_COST_HELD "held-bytes"
+#define CT_COST_CPU "cpu-seconds"
+
 /* To standard output: lines "work", "time", "memory" and "disk", or with env->json an object of
  * "work", "seconds", "threads", "memory-bytes", "disk-bytes" and "state-bytes", and of `more`.
  * CT_ENOMEM. */

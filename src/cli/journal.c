@@ -1,6 +1,7 @@
 /* journal.c: see journal.h. */
 #include "config.h"
 #include "cli/journal.h"
+#include "cli/memory.h"
 #include "core/clock.h"
 
 #include <errno.h>
@@ -40,28 +41,12 @@ void ct_journal_warn(const struct ct_env *env, const char *text)
 	put(env, "warning: ", text);
 }
 
-/* The most memory that this program has held, MiB; 0 if nothing tells. (That of getrusage counts
- * what started it.) */
-static double most_memory(void)
-{
-	FILE *f = fopen("/proc/self/status", "r");
-	unsigned long kib = 0;
-	char line[200];
-
-	while (f && fgets(line, sizeof line, f))
-		if (strncmp(line, "VmHWM:", 6) == 0)
-			kib = strtoul(line + 6, NULL, 10);
-	if (f)
-		fclose(f);
-	return (double)kib / 1024;
-}
-
 void ct_journal_end(const struct ct_env *env, double start, int status)
 {
 	char text[200];
 
 	snprintf(text, sizeof text, "%.1f s, %.1f s of CPU time, %.0f MiB", ct_clock_wall() - start,
-		ct_clock_cpu(), most_memory());
+		ct_clock_cpu(), ct_memory_held() / 0x1p20);
 	put(env, status ? "failed after " : "took ", text);
 }
 

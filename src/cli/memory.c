@@ -30,6 +30,20 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e)
 	return 0;
 }
 
+double ct_memory_held(void)
+{
+	FILE *f = fopen("/proc/self/status", "r");
+	double kib = 0;
+	char line[200];
+
+	while (f && fgets(line, sizeof line, f))
+		if (strncmp(line, "VmHWM:", 6) == 0)
+			kib = strtod(line + 6, NULL);
+	if (f)
+		fclose(f);
+	return 1024 * kib;
+}
+
 /* Most of what is free, which others may take, too. */
 #define SHARE 0.8
 

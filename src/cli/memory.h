@@ -22,6 +22,9 @@ int ct_memory_bytes(size_t *bytes, const char *text, struct ct_err *e);
 /* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
  * the process is in. `root` is "" but for tests. 0 if nothing tells. */
 double ct_memory_free(const char *root);
+/* The most bytes of memory that this program has held so far; 0 if nothing tells. (That of
+ * getrusage counts what started it.) */
+double ct_memory_held(void);
 /* Bytes that a run may take, all of its parts together: what is given, or if nothing is most of
  * `free`; infinite if that is 0. */
 double ct_memory_most(const char *given, double free);

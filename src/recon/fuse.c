@@ -296,21 +296,21 @@ int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_er
 	struct ct_tv_report did;
 	const struct ct_linear *a = &f->rays;
 	size_t views = a->parts, some = views < 2 ? views : 2;
-	double steps = (double)s->rule.iterations, start = ct_clock_wall(), ahead, back, sweep;
+	double steps = (double)s->rule.iterations, start = ct_clock_cpu(), ahead, back, sweep;
 	const double choose = s->rule.mu > 0 ? 0 : 9;
 
 	if (a->forward(a->ctx, s->q, some, s->x, &quiet, e))
 		return -1;
-	ahead = (ct_clock_wall() - start) * (double)views / (double)some;
-	start = ct_clock_wall();
+	ahead = (ct_clock_cpu() - start) * (double)views / (double)some;
+	start = ct_clock_cpu();
 	if (a->adjoint(a->ctx, s->g, some, s->q, &quiet, e))
 		return -1;
-	back = (ct_clock_wall() - start) * (double)views / (double)some;
-	start = ct_clock_wall();
+	back = (ct_clock_cpu() - start) * (double)views / (double)some;
+	start = ct_clock_cpu();
 	if (ct_tv_near(
 		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
 		return -1;
-	sweep = ct_clock_wall() - start;
+	sweep = ct_clock_cpu() - start;
 	*seconds = (steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +
 		   8 * (steps + choose) * sweep;
 	*bytes = 28.0 * (double)s->n + 20.0 * (double)ct_stack_count(f->y) +

@@ -67,8 +67,8 @@ void ct_fuse_free(struct ct_fuse *f);
 /* Solve, or go on from where joint.at says. Then D (base + residual) = LR, whatever the verdict.
  * Codes of ct_joint_run; the env of ct_fuse_alloc is used. */
 int ct_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct_err *e);
-/* Seconds and bytes of that, timed on two views and a sweep; f cannot be run afterwards. CT_ENOMEM.
- */
+/* Seconds of processor time and bytes of that, timed on two views and a sweep; f cannot be run
+ * afterwards. CT_ENOMEM. */
 int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_err *e);
 
 #endif

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/memory.h"
 #include "cli/modes.h"
 #include "cli/part.h"
 #include "core/mem.h"
@@ -14,6 +15,7 @@
 #include "tools/ddnm-time.h"
 #include "tools/prior-arch.h"
 #include "tools/prior-file.h"
+#include "tools/lib/expect.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -145,6 +147,8 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
+enum { PICTURES = 8 }; /* that a thread has in hand while it draws one */
+
 /* A run of the command. */
 struct job {
 	const struct params *p;
@@ -157,6 +161,7 @@ struct job {
 	struct ddnm_state state;
 	struct ct_part part;    /* the views to make */
 	double missing, weight; /* with --base-projections */
+	double program;         /* bytes of memory before all of it */
 };
 
 static bool asks(const struct job *j)
@@ -327,37 +332,29 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 		&j->prior, workers, high, wide, how->rule == CT_SAMPLER_BIRD && !how->frozen, e);
 }
 
-/* Time one call of the network and tell what all would take. */
+/* What was read, and a call of the network, take memory now; OUT and the bytes of its file, and
+ * what each further thread has of its own, come. */
 static int estimate(struct job *j, struct ct_err *e)
 {
-	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(&j->out)};
-	size_t calls, gradients, threads = ct_par_threads(j->env->par), room = sizeof cost.work;
-	double once, slope, views = (double)(j->part.to - j->part.from), chain;
+	const double out = 4.0 * (double)ct_stack_count(&j->out);
+	const size_t views = j->part.to - j->part.from, threads = ct_par_threads(j->env->par);
+	struct ct_cost cost = {.disk = out * (double)views / (double)j->out.views,
+		.state = out,
+		.more[0] = {EXPECT_ADDS, !j->p->base || j->weight > 0}};
+	struct ddnm_calls n = {.views = views, .threads = threads};
 
-	cost.state = cost.disk;
-	cost.memory = cost.disk * (j->init.data ? 2 : 1);
-	if (ct_superres_calls(&j->s, &calls, &gradients, e))
+	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
+		(asks(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
 		return -1;
-	if (!asks(j)) {
-		snprintf(cost.work, room, "%zu calls of a network", calls);
-		return ct_cost_print(&cost, j->env, e);
-	}
-	if (plan(j, 1, e) || ddnm_time(&j->prior, gradients > 0, &once, &slope, e))
-		return -1;
-	cost.seconds = (once * (double)calls + slope * (double)gradients) * views / (double)threads;
-	cost.memory += (double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)threads +
-		       4.0 * (double)j->prior.unet->graph.count;
-	snprintf(cost.work, room, "%zu calls of %.3f s of the network of %zux%zu",
-		calls * (j->part.to - j->part.from), once, j->prior.wide, j->prior.high);
-	if (gradients)
-		snprintf(cost.work + strlen(cost.work), room - strlen(cost.work),
-			", %zu of %.3f s of its derivative",
-			gradients * (j->part.to - j->part.from), slope);
-	if (j->s.how.rule == CT_SAMPLER_BIRD) { /* every picture of a chain is kept */
-		chain = (double)calls / (double)(j->s.samples * j->s.how.iterations);
-		cost.memory += chain * (double)threads * 4.0 *
+	cost.memory = ct_memory_held() - j->program + out + cost.disk;
+	if (asks(j))
+		cost.memory +=
+			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
+			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
+	if (j->s.how.rule == CT_SAMPLER_BIRD) /* every picture of a chain is kept */
+		cost.memory += (double)n.each / (double)(j->s.samples * j->s.how.iterations) *
+			       (double)threads * 4.0 *
 			       (double)(j->prior.channels * j->prior.high * j->prior.wide);
-	}
 	return ct_cost_print(&cost, j->env, e);
 }
 
@@ -456,7 +453,7 @@ static int weigh(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = env};
+	struct job j = {.p = params, .env = env, .program = ct_memory_held()};
 	int rc = -1;
 
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -110,11 +111,12 @@ static int prepare(struct job *j, struct ct_err *e)
 
 static int estimate(struct job *j, struct ct_err *e)
 {
-	const double volume = 4.0 * (double)ct_vol_count(&j->data.base);
+	const double volume = 4.0 * (double)ct_vol_count(&j->data.base), before = ct_clock_cpu();
 	struct ct_cost cost = {.disk = (j->p->residual ? 2 : 1) * volume, .state = 5 * volume};
 
 	if (ct_fuse_cost(&j->fuse, &cost.seconds, &cost.memory, e))
 		return -1;
+	cost.seconds = (before + cost.seconds) / (double)ct_par_threads(j->env->par);
 	snprintf(cost.work, sizeof cost.work, "%d iterations on %zu voxels and %zu views",
 		j->p->iterations, ct_vol_count(&j->data.base), j->data.in.views);
 	return ct_cost_print(&cost, j->env, e);

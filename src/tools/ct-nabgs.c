@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
+#include "cli/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -113,6 +114,7 @@ struct job {
 	const struct ct_env *env;
 	struct ct_evidence data;
 	struct ct_resume resume;
+	double program; /* bytes of memory before all of it */
 };
 
 /* The factor that the files say, else --scale, else 4. */
@@ -173,24 +175,54 @@ static int options(struct ct_fit_options *o, const struct job *j, struct ct_err 
 	return 0;
 }
 
-/* Time from a few iterations of the real thing. */
+/* Processor time at the end of the first of a few iterations, and of the last. */
+struct trial {
+	double first, last;
+	size_t n;
+};
+
+static void tick(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
+{
+	struct trial *t = env->ctx;
+
+	(void)what, (void)done, (void)total, (void)likely;
+	t->last = ct_clock_cpu();
+	if (t->n++ == 0)
+		t->first = t->last;
+}
+
+/* The most Gaussians that there can be at the end: none are new but at a control of their number,
+ * which at most doubles it. */
+static size_t most_of(const struct ct_fit *f)
+{
+	const struct ct_fit_options *o = &f->opt;
+	const size_t until = o->densify_until ? o->densify_until : o->iterations;
+	size_t n = f->g.n;
+
+	for (size_t i = o->densify_every; i < o->iterations && i <= until && n < o->max_gaussians;
+		i += o->densify_every)
+		if (i > o->densify_from)
+			n = 2 * n < o->max_gaussians ? 2 * n : o->max_gaussians;
+	return n;
+}
+
+/* From a few iterations of the real thing; it has taken memory for the Gaussians that there are. */
 static int estimate(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct job *j, struct ct_err *e)
 {
-	enum { TRIAL = 5 };
+	enum { TRIAL = 6 };
+	const size_t all = f->opt.iterations, n = f->g.n, most = most_of(f);
+	const double begun = ct_clock_cpu(), threads = (double)ct_par_threads(j->env->par);
+	const double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
+				     56 * sizeof(float));
+	double visits = (double)all, refit = (double)f->opt.refit, work;
+	struct ct_cost cost = {.disk = 44.0 * (double)most, .state = 144.0 * (double)most};
 	struct ct_env quiet = *j->env;
-	size_t all = f->opt.iterations, n = f->g.n, most = f->opt.max_gaussians;
-	double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
-			       56 * sizeof(float));
-	double fixed =
-		4.0 * (double)(2 * ct_vol_count(&j->data.base) + 3 * ct_stack_count(&j->data.in));
-	double visits = (double)all, refit = (double)f->opt.refit;
-	double start = ct_clock_wall();
-	struct ct_cost cost = {.memory = fixed + each * (double)most,
-		.disk = 44.0 * (double)most,
-		.state = 144.0 * (double)most};
+	struct trial t = {0};
 
-	quiet.progress = NULL;
+	quiet.progress = tick;
+	quiet.ctx = &t;
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
@@ -199,10 +231,14 @@ static int estimate(
 		return -1;
 	if (refit > 0)
 		visits += (refit + 1) * (double)d->target->views;
-	cost.seconds = (ct_clock_wall() - start) / (double)f->opt.iterations * (n ? visits : 1);
+	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * visits
+	       : n     ? (t.last - begun) * visits
+		       : 0;
+	cost.seconds = (begun + work) / threads;
+	cost.memory = ct_memory_held() - j->program + each * (double)(most - n);
 	snprintf(cost.work, sizeof cost.work,
 		"%zu iterations with %zu Gaussians; with %zu it would be %.0f s", all, n, most,
-		n ? cost.seconds * (double)most / (double)n : 0);
+		n ? (begun + work * (double)most / (double)n) / threads : 0);
 	return ct_cost_print(&cost, j->env, e);
 }
 
@@ -301,7 +337,7 @@ static int check(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = env};
+	struct job j = {.p = params, .env = env, .program = ct_memory_held()};
 	const struct params *p = params;
 	const bool full = p->mode == FULL;
 	const struct ct_evidence_files files = {

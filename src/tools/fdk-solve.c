@@ -115,12 +115,12 @@ static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const stru
 	}
 	count = f.block < 8 ? f.block : 8;
 	ct_fdk_views(&f, 0, 1, part.data, env->par); /* the first is slower */
-	start = ct_clock_wall();
+	start = ct_clock_cpu();
 	ct_fdk_views(&f, 0, count, part.data, env->par);
-	cost->seconds = ct_clock_wall() - start;
-	start = ct_clock_wall();
+	cost->seconds = ct_clock_cpu() - start;
+	start = ct_clock_cpu();
 	ct_backproject(&f.back, 0, count, part.data, f.views, env->par);
-	start = ct_clock_wall() - start; /* of the volume's part; the rest is of the views */
+	start = ct_clock_cpu() - start; /* of the volume's part; the rest is of the views */
 	cost->seconds = (fmax(cost->seconds - start, 0) +
 				start * (double)ct_vol_count(grid) / (double)ct_vol_count(&part)) *
 			(double)in->views / (double)count;
@@ -145,10 +145,10 @@ static int iterate_cost(struct ct_cost *cost, const struct ct_vol *grid, const s
 	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc0(&p, views * in->h * in->w, sizeof *p, e))
 		goto out;
 	ct_projector_load(&g, x, env->par);
-	start = ct_clock_wall();
+	start = ct_clock_cpu();
 	ct_project(&g, in->views / 3, views, p, NULL, env->par);
 	ct_project_adjoint(&g, in->views / 3, views, x, p, env->par);
-	cost->seconds = (ct_clock_wall() - start) * (double)in->views / (double)views *
+	cost->seconds = (ct_clock_cpu() - start) * (double)in->views / (double)views *
 			(double)(how->rule.iterations + 1);
 	cost->memory =
 		4 * (volumes[how->rule.solver] * (double)n + 2 * (double)ct_stack_count(in)) +
@@ -164,9 +164,12 @@ out:
 int fdk_solve_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
 	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
 {
+	const double before = ct_clock_cpu();
+
 	*cost = (struct ct_cost){0};
 	if ((how->iterate ? iterate_cost : back_cost)(cost, grid, in, how, env, e))
 		return -1;
+	cost->seconds = (before + cost->seconds) / (double)ct_par_threads(env->par);
 	cost->memory += 4 * ((double)ct_vol_count(grid) + (double)ct_stack_count(in));
 	cost->disk = 4 * (double)ct_vol_count(grid);
 	snprintf(cost->work, sizeof cost->work, "%zux%zux%zu voxels from %zu views of %zux%zu",

@@ -5,7 +5,9 @@
 #include "cli/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
+#include "formats/exr-zip.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -99,34 +101,58 @@ out:
 	return rc;
 }
 
+/* A view as its file will hold it. */
+static int pack(const float *view, size_t bytes, struct ct_err *e)
+{
+	unsigned char *to = NULL, *scratch = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&to, ct_exr_zip_room(bytes), 1, e) == 0 &&
+		ct_alloc(&scratch, bytes, 1, e) == 0)
+		rc = ct_exr_zip(to, (const unsigned char *)view, bytes, scratch)
+			     ? 0
+			     : ct_fail(e, CT_ENOMEM, "no memory");
+	free(to);
+	free(scratch);
+	return rc;
+}
+
 int project_estimate(
 	const struct project_job *j, const char *memory, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
-	double start, load, once, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
+	const double before = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
+	const size_t pixels = out->h * out->w;
+	double start, load, once, held, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
 
 	if (open_pass(&p, j, e))
 		return -1;
-	start = ct_clock_wall();
+	start = ct_clock_cpu();
 	ct_projector_load(&p.g, j->v->data, env->par);
-	load = ct_clock_wall() - start;
-	start = ct_clock_wall();
+	load = ct_clock_cpu() - start;
+	start = ct_clock_cpu();
 	for (size_t i = 0; i < tries; i++) { /* slanting, and far from each other */
 		size_t k = out->views * (1 + 4 * i) / 8;
 
 		view(&p, k, ct_stack_view(out, k), env->par);
 	}
-	once = (ct_clock_wall() - start) / (double)tries;
-	cost.seconds = ((double)out->views * once + load) * (double)passes;
-	bytes = volume * (double)passes + cost.disk +
-		(j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
-		(double)ct_projector_bytes(&p.g);
+	once = (ct_clock_cpu() - start) / (double)tries * (double)passes;
+	start = ct_clock_cpu();
+	if (pack(ct_stack_view(out, out->views / 8), pixels * sizeof *out->data, e)) {
+		close_pass(&p);
+		return -1;
+	}
+	once += ct_clock_cpu() - start;
+	cost.seconds = (before + (double)out->views * once + load * (double)passes) / threads;
+	held = (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
+	       (double)ct_projector_bytes(&p.g); /* gone when the bytes of the file come */
+	bytes = volume * (double)passes + cost.disk + fmax(held, cost.disk);
 	ct_memory_cost(&cost.memory, &cost.state, bytes, memory);
 	close_pass(&p);
 	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",
-		out->views, out->w, out->h, once);
+		out->views, out->w, out->h, once / threads);
 	return ct_cost_print(&cost, env, e);
 }

@@ -211,6 +211,8 @@ int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err 
 			rc = add_job(x, s, s->output, s->beside, i == 1 ? whole : unknown, e);
 		if (rc)
 			return -1;
+		if (i == 1)
+			x->behind = x->jobs.n;
 	}
 	return 0;
 }

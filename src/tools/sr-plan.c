@@ -141,6 +141,12 @@ static json_t *number(double v)
 	return isnan(v) ? json_null() : json_integer((json_int_t)ceil(v));
 }
 
+/* No less than a hundredth. */
+static json_t *seconds(double v)
+{
+	return isnan(v) ? json_null() : json_real(ceil(fmax(v, 0.01) * 100) / 100);
+}
+
 /* Named by the command and the number of those before. */
 static json_t *name_of(const struct sr_jobs *x, size_t i)
 {
@@ -160,7 +166,7 @@ static json_t *describe(const struct sr_jobs *x)
 		const struct sr_takes t = x->takes[i];
 		json_t *o = json_pack("{so so so so sI so so so}", "name", name_of(x, i), "command",
 			words_of(x, i), "inputs", inputs_of(x, i), "outputs", outputs_of(x, i),
-			"threads", (json_int_t)atoll(x->c->threads), "seconds", number(t.seconds),
+			"threads", (json_int_t)atoll(x->c->threads), "seconds", seconds(t.seconds),
 			"memory-bytes", number(t.memory), "disk-bytes", number(t.disk));
 
 		if (!o || json_array_append_new(jobs, o)) {
@@ -243,7 +249,7 @@ static int put_json(FILE *f, const struct sr_jobs *x, const json_t *plan, struct
 {
 	(void)x;
 	(void)e;
-	json_dumpf(plan, f, JSON_INDENT(2)); /* ct_out_commit looks at f */
+	json_dumpf(plan, f, JSON_INDENT(2) | JSON_REAL_PRECISION(9)); /* ct_out_commit looks at f */
 	fputc('\n', f);
 	return 0;
 }
@@ -363,7 +369,8 @@ int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, si
 	x.told = answer;
 	choose_slabs(&x, env);
 	if ((x.slabs > 1 && measure(&x, env, e)) ||
-		sr_jobs_divide(&x, views, wanted < views ? wanted : views, e))
+		sr_jobs_divide(&x, views, wanted < views ? wanted : views, e) ||
+		sr_rehearse(x.takes, &x.jobs, x.behind, c, f->out, env, e))
 		goto out;
 	clear(&x);
 	rc = write_plan(&x, env, e);

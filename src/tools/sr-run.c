@@ -3,11 +3,15 @@
  * Whether the step that refines goes in slabs is known when there is something for it to refine:
  * the first step is run, and if the result is large that step is asked what it will take. In a
  * folder that is kept what it said is noted, with the memory that was free: a run that goes on
- * makes the same slabs. */
+ * makes the same slabs.
+ *
+ * What projections take is known before the refining is begun, from a rehearsal: what does not fit
+ * is refused then. */
 #include "config.h"
 #include "cli/cost.h"
 #include "cli/memory.h"
 #include "core/clock.h"
+#include "core/mem.h"
 #include "tools/lib/expect.h"
 #include "tools/lib/lowres.h"
 #include "tools/sr.h"
@@ -20,6 +24,7 @@
 #include <unistd.h>
 
 #define MIB 0x1p20
+#define LONG 8e6 /* voxels of a result whose projections take minutes */
 
 struct run {
 	struct ct_chain *c;
@@ -119,7 +124,7 @@ static int check_free(const char *folder, double need, const char *what, struct 
 	return need <= is ? 0
 			  : ct_fail(e, CT_EOUTPUT,
 				    "%s: %s take %.0f MiB of disk, and %.0f are free: --keep names "
-				    "another folder for slabs",
+				    "another folder for them",
 				    folder, what, mib(need), floor(is / MIB));
 }
 
@@ -226,6 +231,83 @@ static int run_slabs(struct run *r, struct ct_err *e)
 	return joined < c->n ? ct_chain_run_some(c, joined, c->n, r->env, e) : 0;
 }
 
+/* Do all steps behind that which refines fit? *all: of all of them, and of that. */
+static int check_fits(
+	const struct run *r, struct sr_takes *all, const struct sr_takes *takes, struct ct_err *e)
+{
+	const double free = ct_memory_free("");
+	const struct ct_chain *c = r->c;
+
+	for (size_t i = 1; i < c->n; i++) {
+		const double need = isnan(takes[i].memory) ? 0 : takes[i].memory;
+
+		if (i > 1 && !ct_memory_fits(need, NULL, free))
+			return ct_fail(e, CT_ENOMEM,
+				"%s takes %.0f MiB of memory, and %.0f are free", c->step[i].tool,
+				mib(need), floor(free / MIB));
+		all->memory = fmax(all->memory, need);
+		all->seconds += takes[i].seconds;
+		if (strcmp(c->step[i].output, r->f->out) != 0)
+			all->disk += takes[i].disk;
+	}
+	return check_free(c->folder.path, all->disk, "files between the steps", e);
+}
+
+/* What the step that refines takes. */
+static int refining(struct run *r, struct sr_takes *takes, struct ct_err *e)
+{
+	struct sr_jobs *x = &r->jobs;
+	void *answer;
+
+	if (!json_object_get(x->told, "seconds")) {
+		if (ct_chain_ask(&answer, r->c, 1, r->env, e))
+			return -1;
+		json_decref(x->told);
+		x->told = answer;
+	}
+	*takes = (struct sr_takes){sr_jobs_told(x, "seconds"),
+		sr_jobs_told(x, "memory-bytes") + CT_MEMORY_BASE, sr_jobs_told(x, "disk-bytes")};
+	return 0;
+}
+
+static bool is_long(const struct run *r)
+{
+	const double s = strtod(r->p->factor ? r->p->factor : SR_FACTOR, NULL);
+	struct ct_vol head = {0};
+	struct ct_err why;
+	bool is = false;
+
+	if (r->f->prior && sr_head(&head, r->c->step[0].output, &why) == 0)
+		is = expect_fine(&head, (const double[3]){s, s, s}) >= LONG;
+	ct_vol_free(&head);
+	return is;
+}
+
+/* Of a chain with projections that is long, and begins: what all of it will take. */
+static int expect_chain(struct run *r, struct ct_err *e)
+{
+	const struct ct_chain *c = r->c;
+	struct ct_cost cost = {.work = "all steps"};
+	struct sr_takes *takes = NULL, all = {0};
+	int rc = -1;
+
+	if (r->p->resume || !is_long(r))
+		return 0;
+	if (ct_alloc0(&takes, c->n, sizeof *takes, e) || refining(r, &takes[1], e) ||
+		sr_rehearse(takes, c, 2, c, r->f->out, r->env, e) || check_fits(r, &all, takes, e))
+		goto out;
+	cost.seconds = all.seconds;
+	cost.memory = all.memory;
+	cost.disk = takes[c->n - 1].disk;
+	cost.state = all.disk;
+	if (!isnan(all.seconds))
+		ct_cost_say(&cost, r->env);
+	rc = 0;
+out:
+	free(takes);
+	return rc;
+}
+
 int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -239,10 +321,9 @@ int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	int rc = -1;
 
 	r.jobs.slabs = 1;
-	if (sr_published(p))
-		rc = ct_chain_run(c, env, e);
-	else if (ct_chain_run_some(c, 0, 1, env, e) == 0 && ask(&r, e) == 0) {
-		r.jobs.slabs = choose(&r);
+	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
+		expect_chain(&r, e) == 0) {
+		r.jobs.slabs = sr_published(p) ? 1 : choose(&r);
 		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);
 	}
 	if (rc == 0)

@@ -62,7 +62,7 @@ int sr_files_check_out(const struct sr_files *f, const struct sr *p, const struc
 
 /* What a job takes; NaN: nobody can tell before its inputs are there. */
 struct sr_takes {
-	double seconds, memory, disk;
+	double seconds, memory, disk; /* on the threads of the run; bytes */
 };
 
 /* The chain as jobs that do not wait for each other where they need not (sr-jobs.c). */
@@ -77,6 +77,7 @@ struct sr_jobs {
 	size_t slabs;                   /* chosen by the caller */
 	double pace;                    /* CPU seconds a byte of a merge; a plan measures it */
 	struct ct_chain jobs;           /* steps, parts and joins; in no folder */
+	size_t behind;                  /* the first of them that is not for refining */
 	struct sr_takes *takes;         /* of each */
 	size_t cap;
 	char **name; /* of parts, owned */
@@ -95,6 +96,13 @@ size_t sr_jobs_fewest(const struct sr_jobs *x, size_t can);
  * draws projections in `parts` parts of its `views`. CT_ENOMEM. */
 int sr_jobs_divide(struct sr_jobs *x, size_t views, size_t parts, struct ct_err *e);
 void sr_jobs_free(struct sr_jobs *x);
+
+/* takes[i] <- what the steps `first` and those behind it of `of` will take, which are those of the
+ * chain c, or of its jobs, behind the step that refines; only the first step of c is done.
+ * Stand-ins of their files lie beside `out` meanwhile (sr-rehearse.c). If one of them fails a
+ * warning says so, and what it and those behind it take is NaN. CT_ESTOP, CT_ENOMEM. */
+int sr_rehearse(struct sr_takes *takes, const struct ct_chain *of, size_t first,
+	const struct ct_chain *c, const char *out, const struct ct_env *env, struct ct_err *e);
 
 /* Do the first step of the chain, and write the others as jobs: those that refine and that draw the
  * `views` projections in p->jobs parts, into plan.json and plan.mk of its folder (sr-plan.c). */

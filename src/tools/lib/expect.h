@@ -15,6 +15,8 @@
 #define EXPECT_AXIS "slab-axis"
 #define EXPECT_FACTOR "slab-factor"
 #define EXPECT_VOXELS "slab-voxels"
+/* And ct-ddnm: 0 if OUT will be what it is added to. */
+#define EXPECT_ADDS "adds"
 
 #define EXPECT_PRIOR 67108864.0 /* bytes, of the nets of slices and what looks through them */
 #define EXPECT_LONG 5e7         /* voxels of a result that is long in coming */
