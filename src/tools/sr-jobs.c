@@ -103,11 +103,17 @@ static bool gives(const char *word, const char *name)
 	return name && equals && strcmp(equals + 1, name) == 0;
 }
 
+bool sr_jobs_same(const struct sr_jobs *x)
+{
+	return x->slabs > 1 || sr_jobs_told(x, EXPECT_SAME) > 0;
+}
+
 /* Begin a job like step s, of other outputs, or of those; words of the caller may follow. */
 static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *output,
 	const char *beside, struct sr_takes takes, struct ct_err *e)
 {
-	const bool part = output != s->output;
+	const bool same = s == &x->c->step[1] && sr_jobs_same(x);
+	const double iterations = sr_jobs_told(x, EXPECT_ITERATIONS);
 
 	if (ct_grow(&x->takes, &x->cap, x->jobs.n + 1, sizeof *x->takes, e))
 		return -1;
@@ -116,7 +122,7 @@ static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *outpu
 		return -1;
 	x->jobs.step[x->jobs.n - 1].beside = beside;
 	for (size_t k = 1; k < s->argc; k++) {
-		if (part && strncmp(s->argv[k], "--tolerance=", 12) == 0)
+		if (same && strncmp(s->argv[k], "--tolerance=", 12) == 0)
 			continue; /* an end that all slabs come to together is --iterations */
 		if (gives(s->argv[k], s->beside)
 				? ct_chain_word(&x->jobs, e, "%.*s=%s",
@@ -125,6 +131,10 @@ static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *outpu
 					  strcmp(s->argv[k], s->output) == 0 ? output : s->argv[k]))
 			return -1;
 	}
+	if (same && iterations > 0 &&
+		(ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations) ||
+			(output == s->output && ct_chain_word(&x->jobs, e, "--tolerance=0"))))
+		return -1;
 	return 0;
 }
 
@@ -149,7 +159,6 @@ static int add_merge(struct sr_jobs *x, const char *output, size_t first, size_t
 static int add_slabs(struct sr_jobs *x, const struct ct_step *s, struct ct_err *e)
 {
 	const size_t first = x->jobs.n, m = x->slabs;
-	const double iterations = sr_jobs_told(x, EXPECT_ITERATIONS);
 	const double disk = sr_jobs_told(x, "disk-bytes") / (s->beside ? 2 : 1);
 	const struct sr_takes merge = {x->pace * disk, CT_MEMORY_BASE, disk}; /* planes */
 
@@ -159,8 +168,6 @@ static int add_slabs(struct sr_jobs *x, const struct ct_step *s, struct ct_err *
 
 		if (!part || (s->beside && !beside) ||
 			add_job(x, s, part, beside, bounded(slab_takes(x, n, m), x->most), e) ||
-			(iterations > 0 &&
-				ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations)) ||
 			ct_chain_word(&x->jobs, e, "--brick=%zu/%zu", n, m))
 			return -1;
 	}

@@ -35,7 +35,8 @@ struct run {
 	struct ct_folder beside; /* OUT, of slabs; or not open */
 };
 
-/* Does it fit, whatever way it is refined? What is wrong with it is for that step to say. */
+/* Does it fit, whatever way it is refined, and is soon made? What is wrong with it is for that step
+ * to say. */
 static bool is_small(const struct run *r)
 {
 	const char *path = r->c->step[0].output;
@@ -53,8 +54,9 @@ static bool is_small(const struct run *r)
 	bool small = true;
 
 	if (sr_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0)
-		small = ct_memory_fits(
-			expect_most(&head, is.by.factor), r->p->memory, ct_memory_free(""));
+		small = expect_fine(&head, is.by.factor) < EXPECT_LONG &&
+			ct_memory_fits(
+				expect_most(&head, is.by.factor), r->p->memory, ct_memory_free(""));
 	ct_vol_free(&head);
 	return small;
 }
@@ -308,6 +310,15 @@ out:
 	return rc;
 }
 
+/* All at once, in as many iterations as slabs would take if that is to be. */
+static int run_whole(struct run *r, struct ct_err *e)
+{
+	if (!sr_published(r->p) && sr_jobs_same(&r->jobs) &&
+		(sr_jobs_divide(&r->jobs, 0, 0, e) || ct_chain_replace(r->c, 1, &r->jobs.jobs, e)))
+		return -1;
+	return ct_chain_run_some(r->c, 1, r->c->n, r->env, e);
+}
+
 int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -324,7 +335,7 @@ int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
 		expect_chain(&r, e) == 0) {
 		r.jobs.slabs = sr_published(p) ? 1 : choose(&r);
-		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);
+		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : run_whole(&r, e);
 	}
 	if (rc == 0)
 		sr_say(c, r.jobs.slabs, ct_clock_wall() - began, env);

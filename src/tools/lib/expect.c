@@ -192,6 +192,7 @@ void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_v
 		{EXPECT_AXIS, axis},
 		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
 		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},
+		{EXPECT_SAME, axis >= 0 && x->iterations > 0 && x->fine >= EXPECT_LONG},
 	};
 
 	memcpy(cost->more, more, sizeof more);

@@ -15,6 +15,9 @@
 #define EXPECT_AXIS "slab-axis"
 #define EXPECT_FACTOR "slab-factor"
 #define EXPECT_VOXELS "slab-voxels"
+/* ... and 1 where the whole makes these iterations too, as slabs would: it is long in coming, and
+ * can be cut. */
+#define EXPECT_SAME "same-iterations"
 /* And ct-ddnm: 0 if OUT will be what it is added to. */
 #define EXPECT_ADDS "adds"
 
