@@ -7,8 +7,10 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
 
-enum { PIECE = 64, PARTS = 8 };
+enum { PIECE = 64, PARTS = 8, PLACES = 3 };
 #define LOOKS 1e6 /* places of a large scan about which it is looked */
 
 static double largest(const double factor[3])
@@ -103,26 +105,65 @@ static int try(double *cpu, double *uneven, const struct ct_vol *piece,
 	return rc;
 }
 
+/* A place of a piece, and the cells of it that are not flat. */
+struct place {
+	double at[3], uneven;
+};
+
+/* More of them come first. */
+static int compare(const void *a, const void *b)
+{
+	const struct place *x = a, *y = b;
+
+	return (x->uneven < y->uneven) - (x->uneven > y->uneven);
+}
+
+/* All places, on a lattice. */
+static int survey(struct place p[PLACES * PLACES * PLACES], const struct ct_vol *in,
+	const double factor[3], size_t cells, struct ct_err *e)
+{
+	for (int i = 0; i < PLACES * PLACES * PLACES; i++) {
+		const int at[3] = {i % PLACES, i / PLACES % PLACES, i / (PLACES * PLACES)};
+		struct ct_vol piece = {0};
+
+		for (int a = 0; a < 3; a++)
+			p[i].at[a] = at[a] / (PLACES - 1.0);
+		if (expect_piece(&piece, in, factor, PIECE, p[i].at, e))
+			return -1;
+		p[i].uneven = count_uneven(&piece, factor, cells);
+		ct_vol_free(&piece);
+	}
+	qsort(p, (size_t)(PLACES * PLACES * PLACES), sizeof *p, compare);
+	return 0;
+}
+
 int expect_prior(double *cpu, const struct ct_vol *in, bool whole,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
-	static const double low = 0.3, high = 0.7;
 	const double *factor = rule->by.factor;
-	double uneven = 0, sum = 0;
+	const size_t cells = patch_cells(prior, factor);
+	struct place p[PLACES * PLACES * PLACES];
+	double uneven = 0, sum = 0, flat = 0, none = 0, share, each;
 
 	if (whole)
 		return try(cpu, &uneven, in, prior, rule, env, e);
-	for (int k = 0; k < PARTS; k++) {
-		const double at[3] = {k & 1 ? high : low, k & 2 ? high : low, k & 4 ? high : low};
+	if (survey(p, in, factor, cells, e))
+		return -1;
+	for (int k = 0; k <= PARTS; k++) {
 		struct ct_vol piece = {0};
-		const int rc = expect_piece(&piece, in, factor, PIECE, at, e) ||
-			       try(&sum, &uneven, &piece, prior, rule, env, e);
+		int rc = expect_piece(&piece, in, factor, PIECE, p[k % PARTS].at, e);
 
+		share = rc ? 0 : (double)ct_vol_count(&piece) / (double)ct_vol_count(in);
+		if (rc == 0 && k == PARTS)
+			memset(piece.data, 0, ct_vol_count(&piece) * sizeof *piece.data);
+		rc = rc || try(k < PARTS ? &sum : &flat, k < PARTS ? &uneven : &none, &piece, prior,
+				   rule, env, e);
 		ct_vol_free(&piece);
 		if (rc)
 			return -1;
 	}
-	*cpu += sum / fmax(uneven, 1) * count_uneven(in, factor, patch_cells(prior, factor));
+	each = fmax(sum - PARTS * flat, 0) / fmax(uneven, 1);
+	*cpu += flat / share + each * count_uneven(in, factor, cells);
 	return 0;
 }
