@@ -10,7 +10,7 @@ struct ddnm_calls {
 };
 
 /* cost->seconds and cost->work, of what was done before and of so many calls of the planned
- * network, by the processor time of one; the first, which is slower, is not timed. Codes of the
+ * network, by the processor time of some; the first, which is slower, is not timed. Codes of the
  * network, CT_ENOMEM. */
 int ddnm_time(struct ct_cost *cost, const struct ct_prior *p, const struct ddnm_calls *n,
 	struct ct_err *e);
