@@ -50,6 +50,13 @@ ok $? 'a name that is no UTF-8 makes a page that is'
 ct-degrade -q -x 2 -p P1 --noise 40 --seed 1 truth.nii noisy.nii; ct-upsample -q -x 2 noisy.nii nhr.nii
 ct-report -q noisy.nii nhr.nii noisy.html
 has noisy.html '<li>The scan is noisy: 40 HU' 'noise is a warning'
+for n in 40 41; do
+	awk -v n=$n 'BEGIN {for (i = 1; i <= n; i++) print "ct-a: warning: thing " i; print "ct-a: warning: thing 1"}' >many
+	ct-report -q --log many lr.nii hr.nii many$n.html
+	[ "$(grep -c '<li>ct-a: thing ' many$n.html)" = 40 ]; ok $? "of $n warnings 40"
+	has many$n.html '<li>No expected error was given' 'and its own'
+done
+! grep -q '<li>Not all warnings' many40.html && grep -q '<li>Not all warnings' many41.html; ok $? 'if there are more it says so'
 ct-upsample -q -x 2 -m linear lr.nii linear.nii; ct-report -q lr.nii linear.nii linear.html
 has linear.html '<li>The result does not agree with the scan: [0-9.]* HU RMS apart' 'so is a result that does not agree'
 n=$(ct-metrics --json --consistency lr.nii linear.nii | sed -n 's/.*"residual-rms-hu": \([^,]*\).*/\1/p')
