@@ -45,6 +45,9 @@ exits 0 'turned ones' ct-view -p axial --slice 1mm -z 8 -g t.ply v.nii t.png
 is 'ring("t.png", ORANGE, (0, 0), (3, 10), -np.pi / 6)' 'about the axis across the slice'
 is '(lambda a: (lambda S: ring("t.png", BLUE, (-S[0, 1] / S[1, 1] * -2, 0), (np.sqrt((S[0, 0] - S[0, 1] ** 2 / S[1, 1]) * (1 - 4 / S[1, 1])), 3 * np.sqrt(1 - 4 / S[1, 1]))))((lambda R: R @ np.diag([4, 36]) @ R.T)(np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]))))(np.radians(40))' \
 	'about one in it: the conditional ellipse'
+py 'ply("large.ply", ((1, 1, 1), (17, 17, 17), (1, 0, 0, 0), 0.1))' || exit 99
+ct-view -q -p axial --slice 1mm -z 8 -g large.ply v.nii large.png # a voxel is 16 pixels
+is 'ring("large.png", ORANGE, (-1, -1), (17, 17))' 'a large circle is round'
 for o in LPS SAR; do
 	ct-convert -q -f --reorient $o v.nii o.nii && ct-view -q -f -p axial --slice 1mm -z 8 -g t.ply o.nii o.png
 	cmp -s t.png o.png; ok $? "a volume in $o: the same picture"

@@ -114,6 +114,8 @@ ok $? 'projections'
 is '(lambda p: says(p, "p.exr", 2, 2) and says(p, "view 0", 15, 2) and says(p, "view 3", 15, 186))(pic("p.png"))' 'with their views'
 for bad in a a,b,c ''; do exits 2 "--names '$bad' of two files" ct-view -l --names "$bad" v.nii lr.nii no.png; done
 has err "^ct-view: --names: '' is not 2 names$" 'is refused'
+ct-phantom -q --size 40x8x80 --spacing 2 marks tall.nii; ct-view -l -p coronal -z 4 tall.nii tall.png
+is 'pic("tall.png").shape[0] == 14 + 320' 'letters as high as the shorter side wants'
 exits 0 'a picture smaller than its labels' ct-view -l -p axial -z 0.1 v.nii small.png
 is 'pic("small.png").shape[0] == 14 + 5 * 10' 'is as tall as its bar'
 done_testing

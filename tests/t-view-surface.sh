@@ -60,6 +60,8 @@ is '(pic("cut.png")[:, :19] == 1).all() and (pic("cut.png")[:, 21:] == 0).all()'
 py 'vol(np.where((z < 0) & (x < 0), np.nan, 10 * (z - 5)), "nan.nii")' && ct-view -p axial --surface 0 nan.nii nan.png
 is 'abs(pic("nan.png")[:, :18] - 1).max() < 0.003 and abs(pic("nan.png")[:, 22:] - 1).max() < 0.003' 'what is not a number is no surface'
 ct-view -q -t 3 --surface 0 -z 2 ball.nii three.png; cmp -s ball.png three.png; ok $? 'the same with three threads'
+exits 0 'a small picture' ct-view -p axial --surface 0 -z 0.016 cut.nii tiny.png
+is 'pic("tiny.png").shape == (1, 1)' 'has a pixel'
 exits 0 'labels' ct-view -l -z 3 -p coronal --surface 250 ball.nii l.png
 is 'pic("l.png").shape == (14 + 144, 120)' 'have no colour bar'
 ct-phantom -q --size 600x8x8 marks long.nii; exits 3 'absurdly large' ct-view --surface 0 -z 64 -p axial long.nii no.png
