@@ -60,6 +60,8 @@ for t in $CT_TOOLS; do
 	done
 	[ -z "$bad" ]; ok $? "$t: they know all options$bad"
 done
+! grep -qE -- " -d '[^']*(;|\\. )" "$made"/fish/*.fish && ! grep -qE '\[[^]]*(; |\. )' "$made"/zsh/*; ok $? 'a description ends at its first remark'
+grep -q ':LO\\:HI:' "$made/zsh/_ct-view"; ok $? 'the colon in a name is none of zsh'
 exits 2 'an unknown shell is an unknown option' ct-degrade --complete=csh
 if ! terminal; then
 	skip 'bash' 'no python3, or no terminal'; skip 'zsh' 'likewise'
