@@ -86,6 +86,7 @@ is '(lambda p: says(p, "axial z -21 mm", 15, 2) and says(p, "axial z -22 mm", 15
 	'each the place of its own voxels'
 is '(lambda p: says(p, "300 HU", 14 + 4, 652 + 20) and says(p, "125 HU", 14 + 162 + 4, 652 + 20) and says(p, "0", 14 + 162 + 4 + 146, 652 + 20))(pic("e.png"))' \
 	'two bars'
+is '(lambda grey, hot: grey.std() == 0 and hot[0] > 200 and hot[2] < 60)(*(pic("e.png")[y, 660] for y in (14 + 4 + 73, 14 + 162 + 4 + 73)))' 'of their colours'
 for m in inferno signed; do ct-view -e -p axial --error-map $m lr.nii v.nii $m.png; done
 "$PY" - <<'END' >err 2>&1
 import numpy as np, struct
