@@ -75,6 +75,8 @@ CTSR_LOG=j ct-upsample -q -f --estimate -x 2 lr.nii none/x.nii 2>/dev/null; CTSR
 grep -q '^ct-upsample: failed after ' j; ok $? 'or how long, until it failed'
 ct-convert -q --cube 8 truth.nii small.nii; CTSR_LOG=j ct-restore -q --estimate -x 4 small.nii s4.nii 2>err
 [ ! -s err ] && grep -q '^ct-restore: warning: small.nii: ' j; ok $? 'and what it would warn of'
+two=$(printf 'sm\nall.nii'); cp small.nii "$two"; CTSR_LOG=j ct-restore -q --estimate -x 4 "$two" s5.nii 2>/dev/null
+grep -q '^ct-restore: warning: sm?all.nii: ' j && ! grep -qv '^ct-' j; ok $? 'in one line, whatever the name'
 wc -l <j >n; CTSR_LOG=j ct-restore --dry-run --estimate -x 4 small.nii no.nii >/dev/null 2>&1; wc -l <j | cmp -s - n; ok $? 'not of a dry run'
 CTSR_LOG=k ct-info lr.nii >/dev/null && [ ! -e k ]; ok $? 'to a file that is there'
 

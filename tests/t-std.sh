@@ -59,6 +59,11 @@ ct-degrade -q -f -x 4 -p P3 truth.nii lo.nii && ct-upsample -q -f --std s.nii lo
 exits 0 'a draft' ct-sr -Q draft --confidence c.nii --report r.html lo.nii o.nii
 same c.nii s.nii && same o.nii hi.nii; ok $? 'expects the same'
 grep -q 'id="error"' r.html; ok $? 'the page shows it'
+# the log that a page shows is of one run, and of what it was resumed from
+took() { grep -c '^ct-upsample: took' kept/log.txt; }
+for n in 1 2; do ct-sr -q -f -Q draft --keep kept --report k.html lo.nii k.nii; done
+[ "$(took)" = 1 ]; ok $? 'a log of one run'
+ct-sr -q -f -Q draft --keep kept --resume --report k.html lo.nii k.nii; [ "$(took)" = 1 ] && grep -q '^ct-upsample: took' k.html; ok $? 'and of those that it went on from'
 ct-degrade -q -f -x 5 truth.nii lo5.nii && ct-upsample -q -f --std s5.nii lo5.nii hi5.nii
 exits 0 'fast, of a factor that no prior knows' ct-sr -Q fast -x 5 --slices "$p" --confidence c5.nii lo5.nii o5.nii
 same c5.nii s5.nii; ok $? 'expects that of the solver'
