@@ -65,6 +65,9 @@ has plain.html '"row">Residual, RMS</th><td>0.0[0-9]* HU</td>' 'and nearly none 
 exits 5 'another grid' ct-report lr.nii lr.nii no.html
 has err 'lr.nii' 'is named'
 exits 5 'a truth on another' ct-report --truth lr.nii lr.nii hr.nii no.html
+ct-phantom -q --size 32x24x20 --spacing 4 ellipsoids coarse.nii
+exits 5 'a result that is coarser' ct-report truth.nii coarse.nii no.html
+has err '^ct-report: coarse.nii: is not 1 to 64 times as fine as truth.nii$' 'is refused'
 exits 2 'another name' ct-report lr.nii hr.nii no.pdf
 [ ! -e no.html ] && [ ! -e no.pdf ]; ok $? 'nothing was made'
 

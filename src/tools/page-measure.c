@@ -62,8 +62,8 @@ static int know(struct page *p, struct ct_err *e)
 		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
-			return ct_fail(
-				e, CT_EGEOM, "%s: is not finer than %s", p->hr.name, p->lr.name);
+			return ct_fail(e, CT_EGEOM, "%s: is not 1 to 64 times as fine as %s",
+				p->hr.name, p->lr.name);
 	return 0;
 }
 
