@@ -40,6 +40,7 @@ is "(lambda f: $sides)('l.png')" 'the sides of the patient'
 # the bar: 2 cm are 40 pixels, 80 mm are 160
 is '(lambda p: (p[14 + 156:14 + 158, 2:42] == 255).all() and (p[14 + 156:14 + 158, 42] == 0).all() and says(p, "2 cm", 14 + 145, 2))(pic("l.png"))' \
 	'a scale bar of 2 cm'
+is '(lambda p: not (p[14 + 164 + 156, 2:42] == 255).all())(pic("l.png"))' 'on the first slice alone'
 ct-view -l -z 4 -p axial --names 'a picture as wide as what is above it' v.nii wide.png
 is '(lambda p: p.shape[1] == 37 * 6 + 4 and says(p, "a picture as wide as what is above it", 2, 2))(pic("wide.png"))' 'as wide as a single name'
 is '(lambda p: all(says(p, t, y, 160 + 4 + 12 + 4) for t, y in (("1000 HU", 14 + 4), ("-12", 14 + 4 + 236), ("-1024", 14 + 4 + 472))))(pic("l.png"))' \
