@@ -37,6 +37,8 @@ all_offer() {
 	"${shell}_offers" 'ct-degrade -x 2 --decimate sinc --noise=3 -fq notes.txt '
 	there a.nii b.nii.gz C.NII "sub$folder" && not_there p.exr; ok $? "$shell: of what is written the ends"
 	! grep -qx notes.txt got || [ "$(grep -cx notes.txt got)" -eq 1 ]; ok $? "$shell: no other"
+	"${shell}_offers" 'ct-view a.nii b.nii.gz '
+	there a.nii C.NII notes.txt; ok $? "$shell: any number of files, and any of them"
 	"${shell}_offers" 'ct-restore --std '
 	there a.nii "sub$folder" && not_there p.exr notes.txt; ok $? "$shell: those of an option"
 	"${shell}_offers" 'ct-sr --keep '; there "sub$folder" && not_there a.nii; ok $? "$shell: a folder"
@@ -60,6 +62,8 @@ for t in $CT_TOOLS; do
 	done
 	[ -z "$bad" ]; ok $? "$t: they know all options$bad"
 done
+! grep -qE -- " -d '[^']*(;|\\. )" "$made"/fish/*.fish && ! grep -qE '\[[^]]*(; |\. )' "$made"/zsh/*; ok $? 'a description ends at its first remark'
+grep -q ':LO\\:HI:' "$made/zsh/_ct-view"; ok $? 'the colon in a name is none of zsh'
 exits 2 'an unknown shell is an unknown option' ct-degrade --complete=csh
 if ! terminal; then
 	skip 'bash' 'no python3, or no terminal'; skip 'zsh' 'likewise'

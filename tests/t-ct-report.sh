@@ -50,6 +50,13 @@ ok $? 'a name that is no UTF-8 makes a page that is'
 ct-degrade -q -x 2 -p P1 --noise 40 --seed 1 truth.nii noisy.nii; ct-upsample -q -x 2 noisy.nii nhr.nii
 ct-report -q noisy.nii nhr.nii noisy.html
 has noisy.html '<li>The scan is noisy: 40 HU' 'noise is a warning'
+for n in 40 41; do
+	awk -v n=$n 'BEGIN {for (i = 1; i <= n; i++) print "ct-a: warning: thing " i; print "ct-a: warning: thing 1"}' >many
+	ct-report -q --log many lr.nii hr.nii many$n.html
+	[ "$(grep -c '<li>ct-a: thing ' many$n.html)" = 40 ]; ok $? "of $n warnings 40"
+	has many$n.html '<li>No expected error was given' 'and its own'
+done
+! grep -q '<li>Not all warnings' many40.html && grep -q '<li>Not all warnings' many41.html; ok $? 'if there are more it says so'
 ct-upsample -q -x 2 -m linear lr.nii linear.nii; ct-report -q lr.nii linear.nii linear.html
 has linear.html '<li>The result does not agree with the scan: [0-9.]* HU RMS apart' 'so is a result that does not agree'
 n=$(ct-metrics --json --consistency lr.nii linear.nii | sed -n 's/.*"residual-rms-hu": \([^,]*\).*/\1/p')
@@ -58,6 +65,9 @@ has plain.html '"row">Residual, RMS</th><td>0.0[0-9]* HU</td>' 'and nearly none 
 exits 5 'another grid' ct-report lr.nii lr.nii no.html
 has err 'lr.nii' 'is named'
 exits 5 'a truth on another' ct-report --truth lr.nii lr.nii hr.nii no.html
+ct-phantom -q --size 32x24x20 --spacing 4 ellipsoids coarse.nii
+exits 5 'a result that is coarser' ct-report truth.nii coarse.nii no.html
+has err '^ct-report: coarse.nii: is not 1 to 64 times as fine as truth.nii$' 'is refused'
 exits 2 'another name' ct-report lr.nii hr.nii no.pdf
 [ ! -e no.html ] && [ ! -e no.pdf ]; ok $? 'nothing was made'
 
@@ -68,6 +78,8 @@ CTSR_LOG=j ct-upsample -q -f --estimate -x 2 lr.nii none/x.nii 2>/dev/null; CTSR
 grep -q '^ct-upsample: failed after ' j; ok $? 'or how long, until it failed'
 ct-convert -q --cube 8 truth.nii small.nii; CTSR_LOG=j ct-restore -q --estimate -x 4 small.nii s4.nii 2>err
 [ ! -s err ] && grep -q '^ct-restore: warning: small.nii: ' j; ok $? 'and what it would warn of'
+two=$(printf 'sm\nall.nii'); cp small.nii "$two"; CTSR_LOG=j ct-restore -q --estimate -x 4 "$two" s5.nii 2>/dev/null
+grep -q '^ct-restore: warning: sm?all.nii: ' j && ! grep -qv '^ct-' j; ok $? 'in one line, whatever the name'
 wc -l <j >n; CTSR_LOG=j ct-restore --dry-run --estimate -x 4 small.nii no.nii >/dev/null 2>&1; wc -l <j | cmp -s - n; ok $? 'not of a dry run'
 CTSR_LOG=k ct-info lr.nii >/dev/null && [ ! -e k ]; ok $? 'to a file that is there'
 

@@ -124,6 +124,28 @@ static void waves(int axis, double low, double high)
 	NEAR(f.value[at[1]], 0, 1e-4, "one a quarter apart");
 }
 
+/* An axis of one voxel has no frequencies, whatever its spacing; one voxel has none at all. */
+static void thin(void)
+{
+	struct ct_vol a = {0}, b = {0};
+	size_t count = 0;
+
+	must(ct_vol_alloc(&a, (const size_t[3]){40, 1, 35}, &err) ||
+		ct_vol_alloc(&b, (const size_t[3]){1, 1, 1}, &err));
+	ct_rng_normals(40 * 35, a.data, 3, 0, 0);
+	a.affine[1][1] = 0.25;
+	ct_fsc_free(&f);
+	must(ct_fsc(&f, &a, &a, &env, &err));
+	for (size_t s = 0; s < f.n; s++)
+		count += (size_t)f.count[s];
+	OK(all(1) && f.n == 19 && count > 1000 && count < 1400, "one voxel thick (%zu of %zu)", f.n,
+		count);
+	NEAR(f.width, 1. / 35, 1e-12, "no frequency across");
+	OK(ct_fsc(&f, &b, &b, &env, &err) == -1 && err.code == CT_EGEOM, "one voxel is refused");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
 int main(void)
 {
 	struct ct_fsc one = {0};
@@ -132,6 +154,7 @@ int main(void)
 	must(ct_vol_alloc(&ref, n, &err) || ct_vol_alloc(&test, n, &err) ||
 		ct_par_alloc(&env.par, 3, &err));
 	same();
+	thin();
 	shells(1.01, 1.03, 0.97);
 	shells(0.71, 0.69, 2.5);
 	waves(0, 4, 15);

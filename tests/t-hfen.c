@@ -68,7 +68,7 @@ int main(void)
 			"two waves");
 	}
 	for (size_t i = 0; i < count; i++)
-		mask.data[i] = i % n[0] < 20;
+		mask.data[i] = i % n[0] < 20 ? -1.0F : 0.0F; /* any but 0 */
 	copy();
 	for (size_t i = 0; i < count; i++)
 		test.data[i] += i % n[0] < 26 ? 0.0F : 9.0F;
@@ -81,6 +81,9 @@ int main(void)
 	OK(one == three, "1 and 3 threads, the same");
 	memset(mask.data, 0, count * sizeof *mask.data);
 	OK(isnan(hfen(&mask)), "of nothing no number");
+	mask.affine[0][3] += 1;
+	OK(ct_hfen(&one, &ref, &test, &mask, &env, &err) == -1 && err.code == CT_EGEOM,
+		"a mask on another grid is refused");
 	test.affine[0][3] += 1;
 	OK(ct_hfen(&one, &ref, &test, NULL, &env, &err) == -1 && err.code == CT_EGEOM,
 		"another grid is refused");

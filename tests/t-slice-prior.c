@@ -410,6 +410,7 @@ static void restoring(void)
 {
 	enum { ALL = 24 * 20 * 16 };
 	static const double factors[][3] = {{4, 4, 4}, {1, 1, 4}, {4, 4, 1}, {2, 2, 2}, {4, 1, 1}};
+	static const size_t looks[8] = {6, 2, 4, 3, 2, 3, 2, 1}; /* nets, each across its axes */
 	struct ct_slice_prior p = {.n = 5, .again = {[4] = true}};
 	float *want = malloc(2 * ALL * sizeof *want);
 
@@ -448,6 +449,8 @@ static void restoring(void)
 				added > 1,
 			"what is restored is what its parts say (%g, %g of %g)",
 			apart(ALL, s.x.data, want), got.added, added);
+		OK(got.cells == looks[k] * ALL / (k == 3 ? 4 : 16), "%zu cells, of the last look",
+			got.cells);
 		OK(rule.noise > 0 ? got.residual < 3 * 25 && got.residual > 20
 				  : got.residual < 1e-3 && got.looked > 100 &&
 					    got.cells >= got.looked,

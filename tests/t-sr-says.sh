@@ -36,9 +36,14 @@ says "48x48x48 -> 96x96x96, 2x, blur [0-9.,]+ voxels, (sinc|point) \\(measured\\
 exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
 says "24x24x16 -> 48x48x16, 2,2,1x, blur 0.8,0.8,0 voxels, point \\(given\\), noise 4 HU \\(given\\), solver tv [0-9]+ iterations \\(hardly aliased\\), consistent to [1-4](\.[0-9])? HU RMS" \
 	'what was given, along each axis'
+# noise of neighbours that a Gaussian made alike
+ct-degrade -q -x 1 --noise 40 h.nii soft0.nii -f && ct-degrade -q -f -x 1 --sigma .6,.6,.6 soft0.nii soft.nii && tail -c 442368 soft.nii >soft.raw &&
+	ct-convert -q --raw 48x48x48:f32 --spacing 4 --orient RAS soft.raw soft.nii -f
+exits 0 'correlated noise' ct-sr -Q draft -x 2 --sigma 1 soft.nii g1.nii
+has err 'noise [0-9.]* HU correlated [(]measured' 'is told'
 # the operator is given, the noise is not: it is measured
 exits 0 'noise that nothing says' ct-sr -Q draft -x 2 --sigma .8493 loud.nii g2.nii
-says "48x48x48 -> 96x96x96, 2x, blur 0.8493 voxels, sinc \\(given\\), noise [1-3][0-9.]+ HU( correlated)? \\(measured\\), solver tv [0-9]+ iterations \\(hardly aliased\\), consistent to $number HU RMS" \
+says "48x48x48 -> 96x96x96, 2x, blur 0.8493 voxels, sinc \\(given\\), noise [1-3][0-9.]+ HU \\(measured\\), solver tv [0-9]+ iterations \\(hardly aliased\\), consistent to $number HU RMS" \
 	'is measured'
 exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
 says "48x48x48 -> 96x96x96, .*, noise 0 HU \\(given\\), solver tv [0-9]+ iterations \\(hardly aliased\\), consistent to $number HU RMS" \

@@ -24,6 +24,12 @@ for o in '-x 4' '-x 2' '-x 4 -p P3' '-x 4 --noise 15' '-x 1,1,4 --sigma 0 --deci
 	same hi.nii plain.nii; ok $? 'the same voxels as without'
 	calibrated "$o" s.nii hi.nii
 done
+has_history() { ct-info -v "$1" | sed -n '/^history/,$p' | grep -q "$2 xxh3:"; ok $? "knows of $2"; }
+has_history s.nii lo.nii
+head -c 6912 /dev/zero >zero.raw && ct-convert -q --raw 12x12x12:f32 --spacing 8 zero.raw zero.nii
+for n in 0 30; do
+	ct-upsample -q -x 2 --sigma .85 --noise $n --std z$n.nii zero.nii z.nii -f; ct-info -v z$n.nii | sed -n 's/^mean *//p'
+done | tr '\n' ' ' >of; awk '{exit !($1 >= 1 && $1 < 2 && $2 > 20)}' of; ok $? "of noise more is expected, where nothing varies, too ($(cat of))"
 dd if=s.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-upsample [0-9.]*$'; ok $? 'says what it is'
 ct-upsample -q -t 3 --std s3.nii lo.nii hi3.nii && same s3.nii s.nii; ok $? 'any number of threads'
 
@@ -53,6 +59,11 @@ ct-degrade -q -f -x 4 -p P3 truth.nii lo.nii && ct-upsample -q -f --std s.nii lo
 exits 0 'a draft' ct-sr -Q draft --confidence c.nii --report r.html lo.nii o.nii
 same c.nii s.nii && same o.nii hi.nii; ok $? 'expects the same'
 grep -q 'id="error"' r.html; ok $? 'the page shows it'
+# the log that a page shows is of one run, and of what it was resumed from
+took() { grep -c '^ct-upsample: took' kept/log.txt; }
+for n in 1 2; do ct-sr -q -f -Q draft --keep kept --report k.html lo.nii k.nii; done
+[ "$(took)" = 1 ]; ok $? 'a log of one run'
+ct-sr -q -f -Q draft --keep kept --resume --report k.html lo.nii k.nii; [ "$(took)" = 1 ] && grep -q '^ct-upsample: took' k.html; ok $? 'and of those that it went on from'
 ct-degrade -q -f -x 5 truth.nii lo5.nii && ct-upsample -q -f --std s5.nii lo5.nii hi5.nii
 exits 0 'fast, of a factor that no prior knows' ct-sr -Q fast -x 5 --slices "$p" --confidence c5.nii lo5.nii o5.nii
 same c5.nii s5.nii; ok $? 'expects that of the solver'

@@ -1,5 +1,6 @@
 /* Tissues: slabs of one value each, and what is deep, looked for voxel by voxel. */
 #include "config.h"
+#include "quality/smooth.h"
 #include "quality/tissue.h"
 #include "core/rng.h"
 #include "core/room.h"
@@ -54,6 +55,10 @@ static void slabs(void)
 			good = good && (map[i] & ~(1u << CT_TISSUE_DEEP)) == want[i % n[0] / 10];
 	OK(good, "the middles of slabs are what their HU say");
 	for (size_t k = 0; k < sizeof from / sizeof *from; k++) {
+		for (size_t i = 0; i < ct_vol_count(&ref); i++)
+			ref.data[i] = (float)from[k];
+		make(4);
+		OK((map[0] & 0x3f) == above[k], "the lower end of a range is in it, the upper not");
 		for (size_t i = 0; i < ct_vol_count(&ref); i++)
 			ref.data[i] = (float)from[k] + (i % n[0] < 35 ? -0.01F : 0.01F);
 		make(4);
@@ -169,17 +174,60 @@ static void flat(void)
 
 static void thin(void)
 {
-	struct ct_vol v = {0};
+	static const size_t sizes[3][3] = {{1, 9, 8}, {9, 1, 8}, {9, 8, 1}};
 	double share;
 	size_t voxels;
 
-	must(ct_vol_alloc(&v, (const size_t[3]){9, 8, 1}, &err));
-	memset(v.data, 0, 72 * sizeof *v.data);
-	ct_room_free(map);
-	must(ct_tissue_map(&map, &v, 2, &env, &err));
-	must(ct_tissue_flat(&share, &voxels, map, &v, NULL, 0.5, &env, &err));
-	OK(share == 1 && voxels == 8 * 7, "one voxel thick (%zu)", voxels);
-	ct_vol_free(&v);
+	for (int a = 0; a < 3; a++) {
+		struct ct_vol v = {0};
+
+		must(ct_vol_alloc(&v, sizes[a], &err));
+		memset(v.data, 0, 72 * sizeof *v.data);
+		ct_room_free(map);
+		must(ct_tissue_map(&map, &v, 2, &env, &err));
+		must(ct_tissue_flat(&share, &voxels, map, &v, NULL, 0.5, &env, &err));
+		OK(share == 1 && voxels == 8 * 7, "one voxel thick (%zu)", voxels);
+		ct_vol_free(&v);
+	}
+}
+
+static void masks(void)
+{
+	double share;
+	size_t voxels;
+
+	mask.affine[1][3] += 1;
+	OK(ct_tissue_errors(&errors, map, &ref, &test, &mask, &env, &err) == -1 &&
+			err.code == CT_EGEOM,
+		"a mask on another grid is refused");
+	err.code = 0;
+	OK(ct_tissue_flat(&share, &voxels, map, &ref, &mask, 0.5, &env, &err) == -1 &&
+			err.code == CT_EGEOM,
+		"of flat tissue, too");
+	mask.affine[1][3] -= 1;
+}
+
+/* A wave along an axis is exp(-k^2 sigma^2/2) of it. */
+static void smooth(void)
+{
+	static const double sigma[3] = {1, 1.5, 2.5};
+
+	for (int a = 0; a < 3; a++) {
+		const double wave = M_PI * 4 / (double)n[a];
+		double most = 0;
+
+		for (size_t i = 0; i < ct_vol_count(&ref); i++) {
+			const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+
+			ref.data[i] = (float)cos(wave * ct_cell_centre((double)at[a]));
+		}
+		must(ct_smooth(test.data, ref.data, n, sigma, env.par, &err));
+		for (size_t i = 0; i < ct_vol_count(&ref); i++)
+			most = fmax(most,
+				fabs((double)test.data[i] -
+					(double)ref.data[i] * exp(-0.5 * pow(wave * sigma[a], 2))));
+		NEAR(most, 0, 1e-3, "a Gaussian of its own along each axis");
+	}
 }
 
 int main(void)
@@ -193,7 +241,9 @@ int main(void)
 	depth();
 	wrongs();
 	flat();
+	masks();
 	thin();
+	smooth();
 	ct_room_free(map);
 	ct_par_free(par);
 	ct_vol_free(&ref);

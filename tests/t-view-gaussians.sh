@@ -1,10 +1,8 @@
 #!/bin/sh
 # ct-view --gaussians: ellipses of closed form, in the picture and nowhere else.
-. "$srcdir/tests/tap.sh"
-command -v ct-view >/dev/null || { echo '1..0 # SKIP no OpenImageIO'; exit 0; }
-python_with numpy && "$PY" -c 'import PIL' 2>/dev/null || { echo '1..0 # SKIP no numpy or Pillow'; exit 0; }
+. "$srcdir/tests/view.sh"
 cat >look.py <<'END'
-import struct, sys
+import struct
 import numpy as np
 from PIL import Image
 names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 density".split()
@@ -29,17 +27,10 @@ def ring(f, rgb, centre, half, angle=0, **where):
     off = abs(np.hypot(a, b) - 1) * min(half)
     turn = np.unique(np.round(np.arctan2(a, b) * 12 / np.pi))
     return len(y) > 40 and off.max() < 0.36 and len(turn) >= 24
-if sys.argv[1] == "ply":
-    eval("ply(%s)" % sys.argv[2])
-    sys.exit(0)
-ok = eval(sys.argv[1])
-if not ok: print(sys.argv[1], file=sys.stderr)
-sys.exit(not ok)
 END
-is() { "$PY" look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
 ct-phantom -q --size 20x20x20 --spacing 2 marks v.nii || exit 99
 # a sphere of 5 mm at (3, -4, 2); an ellipsoid of 8, 4, 2 mm along x, y, z at (-6, 5, 0), negative
-"$PY" look.py ply '"g.ply", ((3, -4, 2), (5, 5, 5), (1, 0, 0, 0), 0.1), ((-6, 5, 0), (8, 4, 2), (1, 0, 0, 0), -0.1)' || exit 99
+py 'ply("g.ply", ((3, -4, 2), (5, 5, 5), (1, 0, 0, 0), 0.1), ((-6, 5, 0), (8, 4, 2), (1, 0, 0, 0), -0.1))' || exit 99
 # the voxels of z = 1: 1 mm from both middles; x runs to the left, y up
 exits 0 'two Gaussians' ct-view -p axial --slice 1mm -z 8 --gaussians g.ply v.nii g.png
 is 'ring("g.png", ORANGE, (4, -3), (24 ** 0.5, 24 ** 0.5))' 'a sphere: a circle of sqrt(r^2 - d^2)'
@@ -49,11 +40,14 @@ is 'len(places("far.png", ORANGE)[0]) == 0 and ring("far.png", BLUE, (0, 6), (2,
 ct-view -q -f -z 8 --slice -4mm -p coronal --gaussians g.ply v.nii cor.png # voxels from -4 to -2: middle at -3
 is 'ring("cor.png", ORANGE, (-2, -3), (24 ** 0.5, 24 ** 0.5))' 'in a coronal slice'
 # turned by 30 degrees about z; tilted by 40 about x, where the middle of the ellipse moves
-"$PY" look.py ply '"t.ply", ((0, 0, 1), (10, 3, 5), (np.cos(np.pi / 12), 0, 0, np.sin(np.pi / 12)), 0.1), ((0, 0, 3), (3, 2, 6), (np.cos(np.pi / 9), np.sin(np.pi / 9), 0, 0), -0.1)' || exit 99
+py 'ply("t.ply", ((0, 0, 1), (10, 3, 5), (np.cos(np.pi / 12), 0, 0, np.sin(np.pi / 12)), 0.1), ((0, 0, 3), (3, 2, 6), (np.cos(np.pi / 9), np.sin(np.pi / 9), 0, 0), -0.1))' || exit 99
 exits 0 'turned ones' ct-view -p axial --slice 1mm -z 8 -g t.ply v.nii t.png
 is 'ring("t.png", ORANGE, (0, 0), (3, 10), -np.pi / 6)' 'about the axis across the slice'
 is '(lambda a: (lambda S: ring("t.png", BLUE, (-S[0, 1] / S[1, 1] * -2, 0), (np.sqrt((S[0, 0] - S[0, 1] ** 2 / S[1, 1]) * (1 - 4 / S[1, 1])), 3 * np.sqrt(1 - 4 / S[1, 1]))))((lambda R: R @ np.diag([4, 36]) @ R.T)(np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]))))(np.radians(40))' \
 	'about one in it: the conditional ellipse'
+py 'ply("large.ply", ((1, 1, 1), (17, 17, 17), (1, 0, 0, 0), 0.1))' || exit 99
+ct-view -q -p axial --slice 1mm -z 8 -g large.ply v.nii large.png # a voxel is 16 pixels
+is 'ring("large.png", ORANGE, (-1, -1), (17, 17))' 'a large circle is round'
 for o in LPS SAR; do
 	ct-convert -q -f --reorient $o v.nii o.nii && ct-view -q -f -p axial --slice 1mm -z 8 -g t.ply o.nii o.png
 	cmp -s t.png o.png; ok $? "a volume in $o: the same picture"

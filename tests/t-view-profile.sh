@@ -1,10 +1,8 @@
 #!/bin/sh
 # ct-view --profile: values between voxels against numpy, the plot, the line on the slices.
-. "$srcdir/tests/tap.sh"
-command -v ct-view >/dev/null || { echo '1..0 # SKIP no OpenImageIO'; exit 0; }
-python_with numpy && "$PY" -c 'import PIL' 2>/dev/null || { echo '1..0 # SKIP no numpy or Pillow'; exit 0; }
+. "$srcdir/tests/view.sh"
 cat >look.py <<'END'
-import csv, struct, sys
+import csv, struct
 import numpy as np
 from PIL import Image
 def vol(f):
@@ -27,11 +25,7 @@ def table(f):
     rows = list(csv.reader(open(f)))
     return rows[0], np.array([[float(x) if x else np.nan for x in r] for r in rows[1:]])
 def pic(f): return np.asarray(Image.open(f).convert("RGB")).astype(int)
-ok = eval(sys.argv[1])
-if not ok: print(sys.argv[1], file=sys.stderr)
-sys.exit(not ok)
 END
-is() { "$PY" look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
 ct-phantom -q --size 20x24x28 --spacing 2,3,4 -s 5 ellipsoids v0.nii && ct-convert -q --type f32 v0.nii v.nii &&
 	ct-convert -q --crop 4:16,4:20,3:25 v.nii c1.nii && ct-convert -q --type f32 --reorient LSA c1.nii c.nii || exit 99
 from=-15,30.5,-20 to=30,-20,17
@@ -50,8 +44,13 @@ is '(lambda p: p.shape == (36 + 140, 240, 3) and (lambda q: {r for r in np.nonze
 	'the line is where it is, and its plot below'
 is '(lambda p, q: (p[:36, :20] == q)[np.arange(36) != 17].all())(pic("line.png"), (__import__("subprocess").run("ct-view -q -f -p axial --slice 2mm v.nii bare.png", shell=True), pic("bare.png"))[1])' \
 	'and nowhere else'
+exits 0 'between two slices' ct-view -p axial --slice 2mm,6mm --profile 10,1.5,4:-14,1.5,4 v.nii between.png
+is '(lambda q: q[17].sum() > 12 and q[:36, :20].sum() == 13 and q[:36, 24:].sum() == 13)((pic("between.png")[:36] == (255, 255, 0)).all(2))' \
+	'it leaves the voxels of neither'
 exits 0 'in the next one' ct-view -f -p axial --slice 6mm --profile 10,1.5,2:-14,1.5,2 v.nii other.png
 is 'not (pic("other.png")[:36] == (255, 255, 0)).all(2).any()' 'it is not'
+ct-view -f -p axial --slice 2mm --profile 10,1.5,2:-14,1.5,20 v.nii other.png
+is 'not (pic("other.png")[:36] == (255, 255, 0)).all(2).any()' 'nor where it leaves its voxels'
 # a ramp along x, -200 to 200 HU, is a straight line of the plot
 "$PY" - <<'END'
 import struct
@@ -66,6 +65,21 @@ END
 ct-view -p axial --slice 2mm --profile=-19,1.5,2:19,1.5,2 ramp.nii ramp.png
 is '(lambda p: (lambda y, x: len(set(x)) > 180 and abs(np.polyfit(x, y, 1)[0] + (140 - 28) / (240 - 52)) < 0.01 and abs(y - np.polyval(np.polyfit(x, y, 1), x)).max() < 1.5)(*np.nonzero((p[36 + 14:, 49:] == (230, 159, 0)).all(2))))(pic("ramp.png"))' \
 	'a ramp is straight'
+# a constant is in the middle; what is outside is not drawn; names, each in the colour of its curve
+"$PY" - <<'END'
+b = open("ramp.nii", "rb").read()
+open("constant.nii", "wb").write(b[:-4 * 20 * 24 * 28] + bytes(4 * 20 * 24 * 28))
+END
+ct-view -p axial --slice 2mm --profile=-19,1.5,2:19,1.5,2 constant.nii constant.png
+is '(lambda y, x: set(y) == {56} and len(x) > 180)(*np.nonzero((pic("constant.png")[36 + 14:, 49:] == (230, 159, 0)).all(2)))' 'a constant is a level line'
+ct-view -p axial --slice 2mm --profile=-59,1.5,2:19,1.5,2 ramp.nii constant.nii outside.png
+is '(lambda y, x: len(x) > 80 and abs(x.min() - 94) < 3)(*np.nonzero((pic("outside.png")[36 + 14:, 48:] == (230, 159, 0)).all(2)))' 'nothing is drawn outside'
+is '(lambda p: all((lambda x: len(x) > 20 and x.min() >= a and x.max() < b)(np.nonzero((p[38:46] == c).all(2))[1]) for c, a, b in (((230, 159, 0), 48, 96), ((86, 180, 233), 108, 180))))(pic("outside.png"))' \
+	'names in the colours of their files'
+ct-convert -q --reorient AIL v.nii o.nii && ct-view -q -f --profile $from:$to --profile-csv o.csv v.nii o.png && cp o.csv o1.csv && ct-view -q -f --profile $from:$to --profile-csv o.csv o.nii o.png
+is 'np.allclose(table("o.csv")[1], table("o1.csv")[1], equal_nan=True, atol=1e-3)' 'of the least spacing, whichever axis it is'
+ct-view -q --profile 0,0,0:99999,0,0 --profile-csv most.csv v.nii most.png; [ "$(wc -l <most.csv)" = 100001 ]; ok $? '100000 places'
+exits 2 'one more' ct-view --profile 0,0,0:100000,0,0 v.nii no.png
 ct-view -q --profile 0,0,0:0,0,0 --profile-csv point.csv v.nii point.png
 is '(lambda h, t: t.shape == (1, 5) and abs(t[0, 4] - linear("v.nii", (0, 0, 0))) < 1e-3)(*table("point.csv"))' 'a point'
 ct-view -q --profile 0,0,0:9,0,0 --profile-csv quoted.csv -l --names 'a "b",c' v.nii v.nii quoted.png

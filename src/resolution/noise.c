@@ -262,7 +262,7 @@ static double alike_of(double ratio, double t)
 		else
 			hi = mid;
 	}
-	return lo < 1e-6 ? 0 : lo;
+	return lo;
 }
 
 /* `alike` and the level: they are of noise that blocks show in part. */
@@ -288,10 +288,9 @@ void ct_noise_powers(double *power, size_t m, double alike)
 	double sum = 0;
 
 	for (size_t k = 0; k < m; k++) {
-		power[k] = 1;
+		power[k] = 1 + least_power;
 		for (int l = 1; l < 16; l++)
 			power[k] += 2 * pow(alike, l * l) * cos(M_PI * l * (double)k / (double)m);
-		power[k] = fmax(power[k], 0) + least_power;
 		sum += power[k];
 	}
 	for (size_t k = 0; k < m; k++)

@@ -3,6 +3,7 @@
 #include "resolution/upsample.h"
 #include "tools/page.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -15,8 +16,7 @@ __attribute__((format(printf, 2, 3))) static int warn(struct page *p, const char
 	va_list ap;
 	int n;
 
-	if (p->warnings == PAGE_WARNINGS)
-		return 0;
+	assert(p->warnings < PAGE_WARNINGS);
 	va_start(ap, fmt);
 	n = vasprintf(&p->warning[p->warnings], fmt, ap);
 	va_end(ap);
@@ -62,8 +62,8 @@ static int know(struct page *p, struct ct_err *e)
 		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
-			return ct_fail(
-				e, CT_EGEOM, "%s: is not finer than %s", p->hr.name, p->lr.name);
+			return ct_fail(e, CT_EGEOM, "%s: is not 1 to 64 times as fine as %s",
+				p->hr.name, p->lr.name);
 	return 0;
 }
 
@@ -179,7 +179,7 @@ static void count(struct page *p)
 	}
 }
 
-/* Every "TOOL: warning: TEXT" of the log. */
+/* Every "TOOL: warning: TEXT" of the log, up to PAGE_SAID. */
 static int warn_said(struct page *p)
 {
 	static const char mark[] = ": warning: ";
@@ -192,6 +192,10 @@ static int warn_said(struct page *p)
 			warn(p, "%.*s: %.*s", (int)(at - s), s,
 				(int)(s + n - at) - (int)strlen(mark), at + strlen(mark)))
 			return -1;
+		if (p->warnings > PAGE_SAID) {
+			free(p->warning[--p->warnings]);
+			return warn(p, "Not all warnings are shown here: see the log.");
+		}
 	}
 	return 0;
 }

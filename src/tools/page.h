@@ -12,7 +12,11 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-enum { PAGE_BINS = 128, PAGE_WARNINGS = 40 };
+enum {
+	PAGE_BINS = 128,
+	PAGE_SAID = 40,                /* most warnings of a log that are shown */
+	PAGE_WARNINGS = PAGE_SAID + 8, /* with those of what is found */
+};
 #define PAGE_LOWEST (-1024.0) /* HU where the histogram begins */
 #define PAGE_BIN 32.0         /* HU */
 
