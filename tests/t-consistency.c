@@ -182,12 +182,13 @@ struct bench {
 	float *x, *start, *y, *dx, *scratch;
 };
 
-static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
+static void set_up_of(struct bench *b, const struct ct_degrade *d, const size_t n[3], double noise,
+	struct ct_par *par)
 {
 
 	*b = (struct bench){.voxels = 1, .samples = 1};
-	memcpy(b->n, sizes[c], sizeof b->n);
-	must(ct_degrade_plan(&b->d, &cases[c], b->n, par, &err));
+	memcpy(b->n, n, sizeof b->n);
+	must(ct_degrade_plan(&b->d, d, b->n, par, &err));
 	for (int a = 0; a < 3; a++) {
 		b->m[a] = b->d.t[a].n_out;
 		b->voxels *= b->n[a];
@@ -197,9 +198,14 @@ static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
 	b->start = normals(b->voxels, 1, 0, 400);
 	b->y = normals(b->samples, 2, 0, 400);
 	b->dx = normals(b->samples, 3, 0, 400);
-	must(ct_consistency_alloc(&b->dc, &cases[c], b->n, b->y, noise, par, &err) ||
+	must(ct_consistency_alloc(&b->dc, d, b->n, b->y, noise, par, &err) ||
 		ct_alloc(&b->scratch, ct_par_threads(par) * ct_consistency_scratch(&b->dc),
 			sizeof(float), &err));
+}
+
+static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
+{
+	set_up_of(b, &cases[c], sizes[c], noise, par);
 }
 
 static void tear_down(struct bench *b)
@@ -281,6 +287,149 @@ static void test_noise(void)
 		NEAR(sqrt(step * step + moved / (double)b.voxels) / hard, 1, 1e-4,
 			"movement from coefficients");
 		tear_down(&b);
+	}
+}
+
+/* Planes of x in another order that is allowed: slabs from the last to the
+ * first, what is flat in two parts; and then their first planes. */
+static void reduce_anyhow(struct bench *b)
+{
+	const size_t plane = b->n[0] * b->n[1], some = plane / 3;
+
+	for (int first = 0; first < 2; first++)
+		for (size_t at = 0; at < b->n[2]; at++) {
+			const size_t slab = (b->n[2] - 1 - at) / CT_CONSISTENCY_SLAB;
+			const size_t from = slab * CT_CONSISTENCY_SLAB;
+			const size_t end = from + CT_CONSISTENCY_SLAB;
+			const size_t k =
+				from + (end < b->n[2] ? end : b->n[2]) - 1 - (b->n[2] - 1 - at);
+			const float *x = b->x + k * plane;
+
+			if ((k == from) != first)
+				continue;
+			if (ct_consistency_is_flat(&b->dc)) {
+				ct_consistency_reduce_part(&b->dc, k, 0, some, x);
+				ct_consistency_reduce_part(&b->dc, k, some, plane - some, x + some);
+			} else {
+				ct_consistency_reduce(&b->dc, k, x, b->scratch);
+			}
+		}
+}
+
+/* The correction, plane by plane, and as a multiple of another plane where it is one. */
+static bool expand_all(struct bench *b)
+{
+	const size_t plane = b->n[0] * b->n[1];
+	bool same = true;
+
+	for (size_t k = 0; k < b->n[2]; k++) {
+		float *x = b->x + k * plane, by = 0;
+		const float *of = ct_consistency_multiple(&b->dc, k, &by);
+
+		for (size_t i = 0; of && i < plane; i++)
+			b->start[k * plane + i] = fmaf(by, of[i], x[i]);
+		ct_consistency_expand(&b->dc, k, x, x, b->scratch);
+		for (size_t i = 0; of && i < plane; i++)
+			same &= fabsf(b->start[k * plane + i] - x[i]) < 1e-3F;
+	}
+	return same;
+}
+
+/* Without noise as D+ in double does it, twice, the second time after a step, of which it tells
+ * the length. */
+static bool solved(struct bench *b, const struct ct_degrade *d, double *worst)
+{
+	struct ct_separable plus = {0};
+	float *want = normals(b->voxels, 1, 0, 400), *hi = normals(b->voxels, 1, 0, 400);
+	float *step = normals(b->voxels, 4, 0, 30), *before = normals(b->voxels, 1, 0, 400);
+	double told, moved = 0, length = 0;
+	bool good = b->dc.exact;
+
+	must(ct_consistency_pinv_plan(&plus, d, b->n, NULL, &err));
+	for (int twice = 0; twice < 2; twice++) {
+		reduce_anyhow(b);
+		told = ct_consistency_correct(&b->dc, true, NULL);
+		good &= isnan(told) == !twice && expand_all(b);
+		ct_consistency_exact(want, b->y, &b->d, &plus, b->dx, hi, NULL);
+		*worst = fmax(*worst, rms(b->voxels, b->x, want) / rms(b->voxels, want, NULL));
+		for (size_t i = 0; i < b->voxels; i++) {
+			if (twice)
+				moved += pow((double)b->x[i] - (double)before[i], 2);
+			length += twice ? pow((double)step[i], 2) : 0;
+			before[i] = b->x[i];
+			b->x[i] += twice ? 0 : step[i];
+			want[i] += twice ? 0 : step[i];
+		}
+	}
+	good &= fabs(length + told - moved) < 1e-4 * length;
+	free(want);
+	free(hi);
+	free(step);
+	free(before);
+	ct_separable_free(&plus);
+	return good;
+}
+
+/* With noise x' - x = mu D^T (y - D x'). */
+static double off_optimum(struct bench *b)
+{
+	struct ct_separable up = {0};
+	float *old = normals(b->voxels, 1, 0, 400), *turned = normals(b->voxels, 1, 0, 400);
+	double off;
+
+	memcpy(b->x, old, b->voxels * sizeof *old);
+	reduce_anyhow(b);
+	ct_consistency_correct(&b->dc, true, NULL);
+	expand_all(b);
+	ct_separable_apply(&b->d, b->dx, b->x, NULL);
+	for (size_t i = 0; i < b->samples; i++)
+		b->dx[i] = (float)(b->dc.mu * ((double)b->y[i] - (double)b->dx[i]));
+	must(ct_separable_adjoint(&up, &b->d, NULL, &err));
+	ct_separable_apply(&up, turned, b->dx, NULL);
+	for (size_t i = 0; i < b->voxels; i++)
+		old[i] = b->x[i] - old[i];
+	off = rms(b->voxels, old, turned) / rms(b->voxels, old, NULL);
+	ct_separable_free(&up);
+	free(old);
+	free(turned);
+	return off;
+}
+
+/* Every operator of few weights, every axis of every factor. */
+static void test_few(void)
+{
+	static const double factors[][3] = {{1, 1, 1}, {2, 1, 1}, {1, 2, 1}, {1, 1, 2}, {3, 1, 1},
+		{1, 3, 1}, {1, 1, 3}, {4, 1, 1}, {1, 4, 1}, {1, 1, 4}, {2, 3, 1}, {1, 3, 4},
+		{4, 1, 2}, {2, 2, 2}, {3, 3, 3}, {4, 4, 4}, {1, 1, 2.5}, {2.5, 3, 2.5}, {1, 1, 7}};
+
+	for (int kind = 0; kind < 4; kind++) {
+		const double sigma = kind % 2 ? 0.5 : 0;
+		const enum ct_decimate how = kind / 2 ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
+		double worst = 0, noisy = 0;
+		bool good = true;
+
+		for (size_t f = 0; f < sizeof factors / sizeof *factors; f++) {
+			struct ct_degrade d = {.decimate = how};
+			size_t n[3];
+			struct bench b;
+
+			for (int a = 0; a < 3; a++) {
+				d.factor[a] = factors[f][a];
+				d.sigma[a] = d.factor[a] > 1 ? sigma : 0;
+				n[a] = d.factor[a] > 1 ? ct_degrade_cover(16, d.factor[a])
+						       : 5 + 7 * (size_t)a;
+			}
+			set_up_of(&b, &d, n, 0, NULL);
+			good &= solved(&b, &d, &worst);
+			tear_down(&b);
+			set_up_of(&b, &d, n, 100, NULL);
+			noisy = fmax(noisy, off_optimum(&b));
+			good &= b.dc.banded && !b.dc.exact;
+			tear_down(&b);
+		}
+		OK(good && worst < 1e-6, "%s, sigma %g: as D+ in double does it (%.2g)",
+			kind / 2 ? "points" : "means", sigma, worst);
+		OK(noisy < 1e-4, "and nearest within the noise (%.2g)", noisy);
 	}
 }
 
@@ -379,6 +528,7 @@ int main(void)
 	test_singular_values();
 	test_exact();
 	test_noise();
+	test_few();
 	test_threads();
 	test_narrow();
 	test_refused();

@@ -215,19 +215,18 @@ static void halt_at(
 }
 
 /* Stopped after any of its iterations, then continued with those that are left: the same bytes. */
-static void left_off(void)
+static void left_off(const struct ct_degrade *by)
 {
 	const size_t size[3] = {9, 6, 36};
-	const struct ct_degrade half = {{3, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC};
 	enum { ALL = 8, COUNT = 9 * 6 * 36 };
 	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, ALL, 0};
-	float *z = normals(COUNT / 12, 21, 0, 100), *to = normals(COUNT, 22, 0, 60);
+	float *z = normals(COUNT, 21, 0, 100), *to = normals(COUNT, 22, 0, 60);
 	float *start = normals(COUNT, 23, 0, 60), *got[2];
 	int16_t *dual[2];
 	struct ct_consistency dc = {0};
 	bool stops = true, same = true;
 
-	must(ct_consistency_alloc(&dc, &half, size, z, 0, NULL, &err));
+	must(ct_consistency_alloc(&dc, by, size, z, 0, NULL, &err));
 	for (size_t at = 0; at < ALL; at++) {
 		struct ct_env env = {.progress = halt_at, .stop = &halt, .ctx = &at};
 		struct ct_tv_report r;
@@ -266,9 +265,14 @@ int main(void)
 	static const size_t sizes[][3] = {
 		{37, 5, 19}, {16, 3, 33}, {33, 4, 16}, {9, 1, 2}, {1, 4, 5}, {5, 2, 1}, {17, 1, 1}};
 
+	static const struct ct_degrade by[] = {{{3, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC},
+		{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, {{3, 2, 3}, {0}, CT_DECIMATE_MEAN},
+		{{1, 1, 3}, {0, 0, 0.5}, CT_DECIMATE_POINT}};
+
 	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
 		for (int kind = 0; kind < 3; kind++)
 			compare(sizes[s], kind);
-	left_off();
+	for (size_t d = 0; d < sizeof by / sizeof *by; d++)
+		left_off(&by[d]);
 	return tap_done();
 }

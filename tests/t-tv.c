@@ -187,24 +187,39 @@ static void test_thin(solver *fn, const char *name)
 
 static void test_threads(solver *fn, const char *name)
 {
-	const struct ct_degrade d = {{3, 2, 4}, {1.2, 0.8, 1.7}, CT_DECIMATE_SINC};
-	const size_t n[3] = {33, 20, 52}, m[3] = {11, 10, 13};
-	float *y = volume(m), *a = volume(n), *b = volume(n);
-	struct ct_par *par = NULL;
-	struct ct_tv_report r, q;
+	static const struct {
+		struct ct_degrade d;
+		double noise;
+	} by[] = {{{{3, 2, 4}, {1.2, 0.8, 1.7}, CT_DECIMATE_SINC}, 20},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 0}, {{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 20},
+		{{{3, 2, 2}, {0.5, 0.5, 0.5}, CT_DECIMATE_MEAN}, 0}};
+	const size_t n[3] = {33, 20, 52};
+	float *y = volume(n);
 
-	must(ct_par_alloc(&par, 3, &err));
-	ct_rng_normals(count(m), y, 5, 0, 0);
-	for (size_t i = 0; i < count(m); i++)
+	ct_rng_normals(count(n), y, 5, 0, 0);
+	for (size_t i = 0; i < count(n); i++)
 		y[i] *= 300;
-	solve(fn, a, &d, n, y, 20, 15, &r, NULL);
-	solve(fn, b, &d, n, y, 20, 15, &q, par);
-	OK(memcmp(a, b, count(n) * sizeof *a) == 0 && memcmp(&r, &q, sizeof r) == 0,
-		"%s: 1 and 3 threads, same bytes", name);
-	ct_par_free(par);
+	for (size_t k = 0; k < sizeof by / sizeof *by; k++) {
+		float *a = volume(n);
+		struct ct_tv_report r;
+
+		solve(fn, a, &by[k].d, n, y, by[k].noise, 15, &r, NULL);
+		for (size_t threads = 2; threads <= 3; threads++) {
+			float *b = volume(n);
+			struct ct_par *par = NULL;
+			struct ct_tv_report q;
+
+			must(ct_par_alloc(&par, threads, &err));
+			solve(fn, b, &by[k].d, n, y, by[k].noise, 15, &q, par);
+			OK(memcmp(a, b, count(n) * sizeof *a) == 0 && memcmp(&r, &q, sizeof r) == 0,
+				"%s, operator %zu: 1 and %zu threads, same bytes", name, k,
+				threads);
+			ct_par_free(par);
+			free(b);
+		}
+		free(a);
+	}
 	free(y);
-	free(a);
-	free(b);
 }
 
 /* Root of the sum of the squared second differences at voxel `at`, with weights w; none where a

@@ -98,6 +98,10 @@ static void halves(void)
 		ct_i32_store_i16(out, ct_i32_load_i16(in, CT_F32_LANES), n);
 		for (size_t i = 0; i < MOST; i++)
 			same = same && out[i] == (i < n ? in[i] : 0);
+		memset(out, 0, sizeof out);
+		ct_i32_store_low(out, ct_i32_load_i16(in, CT_F32_LANES) + 0x4b400000, n);
+		for (size_t i = 0; i < MOST; i++)
+			same = same && out[i] == (i < n ? in[i] : 0);
 	}
 	OK(same, "the first n 16-bit numbers are loaded and stored, and no others");
 	same = true;

@@ -189,34 +189,38 @@ static void add(struct ct_consistency *dc, float *out, size_t o, size_t from, si
 		CT_SIMD(ct_banded_blend)(out, 1, part + 1, w + 1, n);
 }
 
+bool ct_consistency_is_flat(const struct ct_consistency *dc)
+{
+	return dc->banded && dc->same[0] && dc->same[1];
+}
+
+void ct_consistency_reduce_part(
+	struct ct_consistency *dc, size_t k, size_t at, size_t n, const float *x)
+{
+	const struct ct_consistency_slab *b = &dc->slab[k / CT_CONSISTENCY_SLAB];
+	const size_t first = k / CT_CONSISTENCY_SLAB * CT_CONSISTENCY_SLAB + apart(dc);
+	float *made = dc->reduced + b->at * dc->plane + at, *w;
+	size_t o, count = reach(dc, k, &o, &w);
+
+	if (k < first && count > 0)
+		memcpy(made + b->count * dc->plane, x, n * sizeof *x);
+	for (; k >= first && count-- > 0; o++)
+		add(dc, made + (o - b->first) * dc->plane, o, first, k, x, n);
+}
+
 void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch)
 {
-	const bool flat = dc->same[0] && dc->same[1];
-	const struct ct_consistency_slab *b;
-	float *plane, *made;
-	float *w;
-	size_t o, first, count;
+	float *plane = scratch + tile(dc) + lines(dc->m[1] * dc->n[0]), *w;
+	size_t o;
 
 	if (!dc->banded) {
 		reduce(dc, dc->reduced + k * dc->plane, x, scratch);
-		return;
-	}
-	b = &dc->slab[k / CT_CONSISTENCY_SLAB];
-	made = dc->reduced + b->at * dc->plane;
-	first = k / CT_CONSISTENCY_SLAB * CT_CONSISTENCY_SLAB + apart(dc);
-	count = reach(dc, k, &o, &w);
-	if (count == 0)
-		return;
-	if (k < first) {
-		reduce(dc, made + b->count * dc->plane, x, scratch);
-		return;
-	}
-	plane = scratch + tile(dc) + lines(dc->m[1] * dc->n[0]);
-	if (!flat)
+	} else if (ct_consistency_is_flat(dc)) {
+		ct_consistency_reduce_part(dc, k, 0, dc->plane, x);
+	} else if (reach(dc, k, &o, &w) > 0) {
 		reduce(dc, plane, x, scratch);
-	for (; count-- > 0; o++)
-		add(dc, made + (o - b->first) * dc->plane, o, first, k, flat ? x : plane,
-			dc->plane);
+		ct_consistency_reduce_part(dc, k, 0, dc->plane, plane);
+	}
 }
 
 /* out = x (NULL is 0) + plane k of D^T coef, along k. */
@@ -232,6 +236,18 @@ static void combine(const struct ct_consistency *dc, size_t k, float *out, const
 	CT_SIMD(ct_banded_across)(&row, out, dc->plane, x, dc->coef, dc->plane, dc->plane);
 }
 
+const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, float *by)
+{
+	float *w;
+	size_t o, count;
+
+	if (!ct_consistency_is_flat(dc))
+		return NULL;
+	count = reach(dc, k, &o, &w);
+	*by = count > 0 ? *w : 0;
+	return count > 1 ? NULL : dc->coef + (count > 0 ? o : 0) * dc->plane;
+}
+
 void ct_consistency_expand(
 	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch)
 {
@@ -239,7 +255,7 @@ void ct_consistency_expand(
 	const float *in = dc->banded ? plane : dc->reduced + k * dc->plane;
 	size_t n = dc->n[0], m = dc->m[1];
 
-	if (dc->banded && dc->same[0] && dc->same[1]) {
+	if (ct_consistency_is_flat(dc)) {
 		combine(dc, k, out, x);
 		return;
 	}

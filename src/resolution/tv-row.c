@@ -5,13 +5,13 @@
 
 #include <stdbool.h>
 
-/* What is kept of a dual. */
-CT_INLINE ct_f32 put(int16_t *p, ct_f32 q, size_t m)
+/* What is kept of a dual, q by: adding 1.5 2^23 rounds it, and leaves it in the low bits. */
+CT_INLINE ct_f32 put(int16_t *p, ct_f32 q, ct_f32 by, size_t m)
 {
-	const ct_i32 whole = ct_i32_round(q);
+	const ct_f32 magic = ct_f32_set(12582912.0f), sum = ct_f32_fma(q, by, magic);
 
-	ct_i32_store_i16(p, whole, m);
-	return ct_f32_from(whole);
+	ct_i32_store_low(p, (ct_i32)sum, m);
+	return sum - magic;
 }
 
 /* What brings a vector of the square q back to |q| <= CT_TV_ONE. */
@@ -56,13 +56,16 @@ CT_INLINE struct ascent ascend(const struct sweep *w, size_t i, size_t m, const 
 	const struct ct_tv_row *r = &w->r;
 	const ct_f32 x = ct_f32_load_n(r->x + i, m);
 	const ct_f32 next = end ? ct_f32_load_n(r->x + i + 1, m - 1) : ct_f32_load(r->x + i + 1);
-	ct_f32 xk = ct_f32_load_n(r->xk + i, m), gi = next - x, gj, gk, square;
+	ct_f32 xk, gi = next - x, gj, gk, square;
 	struct ascent v;
 
 	fetch(r, i, add);
 	if (add) {
-		xk = ct_f32_load_n(r->ahead + i, m) + xk;
+		xk = ct_f32_fma(ct_f32_set(r->by), ct_f32_load_n(r->plus + i, m),
+			ct_f32_load_n(r->ahead + i, m));
 		ct_f32_store_n(r->xk + i, xk, m);
+	} else {
+		xk = ct_f32_load_n(r->xk + i, m);
 	}
 	gj = ct_f32_load_n(r->xj + i, m) - x;
 	gk = xk - x;
@@ -90,9 +93,9 @@ CT_INLINE void descend(const struct sweep *w, const struct ascent v, size_t i, s
 {
 	const struct ct_tv_row *r = &w->r;
 	const ct_f32 two = ct_f32_set(2);
-	const ct_f32 q0 = ct_f32_fma(two, put(r->p[0] + i, v.q0 * v.by, m), -v.p0);
-	const ct_f32 q1 = ct_f32_fma(two, put(r->p[1] + i, v.q1 * v.by, m), -v.p1);
-	const ct_f32 q2 = ct_f32_fma(two, put(r->p[2] + i, v.q2 * v.by, m), -v.p2);
+	const ct_f32 q0 = ct_f32_fma(two, put(r->p[0] + i, v.q0, v.by, m), -v.p0);
+	const ct_f32 q1 = ct_f32_fma(two, put(r->p[1] + i, v.q1, v.by, m), -v.p1);
+	const ct_f32 q2 = ct_f32_fma(two, put(r->p[2] + i, v.q2, v.by, m), -v.p2);
 	ct_f32 step = ct_f32_set(w->t[0]) * (q0 - ct_f32_slide(*left, q0));
 
 	step = ct_f32_fma(ct_f32_set(w->t[1]), q1 - ct_f32_load_n(r->before + i, m), step);

@@ -12,14 +12,14 @@
 
 /* What a row needs: x and its neighbours along j and k (itself at the last), its dual, the
  * k-component below (2 p' - p, replaced by this row's), the j-component of the row before. No two
- * of the rows overlap, but xj, to and, without `ahead`, xk may be x. */
+ * of the rows overlap, but xj, to and, without `ahead`, xk may be x, and plus may be xk. */
 struct ct_tv_row {
 	int16_t *p[3];
 	float *out, *below, *before, *after; /* after: j-component of this row */
 	float *grad, *step; /* |grad x|^2 and x' - x of each voxel, both or neither NULL */
-	float *xk;          /* to which `ahead` is added first, if it is not NULL */
-	const float *x, *xj, *ahead, *to;
-	float pull;
+	float *xk;          /* made here, ahead + by plus, unless `ahead` is NULL */
+	const float *x, *xj, *ahead, *plus, *to;
+	float by, pull;
 };
 
 /* One step of dual ascent and primal descent on the n voxels of a row; s and t are those of the

@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5 };
+enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5, ROWS = 8 };
 
 struct job {
 	float *x;            /* the volume before its correction */
@@ -46,11 +46,17 @@ static void set_aside(void *arg, size_t slab, size_t worker)
 	load(j, j->first + slab * j->plane, slab * SLAB, j->scratch + worker * j->share);
 }
 
-/* Plane k, whose corrected values are x, above them xk, once `ahead`, if any, is added to it: dual
- * and out. `below` is the plane of
- * k-components of 2 p' - p below it, and then its own. */
-static void sweep_plane(const struct job *j, size_t k, const float *x, float *xk,
-	const float *ahead, float *below, float *rows, double *tv, double *moved)
+/* Corrected planes: of k, and of k + 1, which is ahead + by plus, and made so, unless there is no
+ * `ahead`. */
+struct planes {
+	float *x, *xk, by;
+	const float *ahead, *plus;
+};
+
+/* Dual and out of plane k, reduced if that can be done a few rows at a time. `below` is the plane
+ * of k-components of 2 p' - p below it, and then its own. */
+static void sweep_plane(const struct job *j, size_t k, const struct planes *v, float *below,
+	float *rows, double *tv, double *moved, bool reduce)
 {
 	size_t n = j->n[0];
 	float *turn[2] = {rows, rows + n};
@@ -65,10 +71,12 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, float *xk
 			.after = turn[y % 2],
 			.grad = j->measure ? rows + 2 * n : NULL,
 			.step = j->measure ? rows + 3 * n : NULL,
-			.x = x + y * n,
-			.xj = x + y * n + up,
-			.xk = xk + y * n,
-			.ahead = ahead ? ahead + y * n : NULL,
+			.x = v->x + y * n,
+			.xj = v->x + y * n + up,
+			.xk = v->xk + y * n,
+			.ahead = v->ahead ? v->ahead + y * n : NULL,
+			.plus = v->ahead ? v->plus + y * n : NULL,
+			.by = v->by,
 			.to = j->to ? j->to + at : NULL,
 			.pull = j->pull};
 
@@ -76,6 +84,12 @@ static void sweep_plane(const struct job *j, size_t k, const float *x, float *xk
 		if (j->measure) {
 			*tv += CT_SIMD(ct_tv_row_roots)(r.grad, n);
 			*moved += CT_SIMD(ct_tv_row_squares)(r.step, n);
+		}
+		if (reduce && ((y + 1) % ROWS == 0 || y + 1 == j->n[1])) {
+			const size_t from = y / ROWS * ROWS * n;
+
+			ct_consistency_reduce_part(
+				j->dc, k, from, (y + 1) * n - from, j->x + k * j->plane + from);
 		}
 	}
 }
@@ -87,26 +101,30 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 	float *scratch = j->scratch + worker * j->share,
 	      *below = scratch + ct_consistency_scratch(j->dc);
 	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
-	float *x = j->first + slab * j->plane;
+	struct planes v = {.x = j->first + slab * j->plane};
+	const bool flat = ct_consistency_is_flat(j->dc);
 	double tv = 0, moved = 0, skip = 0;
 
 	memset(below, 0, j->plane * sizeof *below);
 	for (size_t k = from; k < to; k++) {
 		bool whole = k > from || from == 0;
-		const float *ahead = NULL;
-		float *xk = x;
 
-		if (k + 1 < j->n[2] && k + 1 == to)
-			xk = j->first + (slab + 1) * j->plane;
-		else if (k + 1 < j->n[2]) {
-			xk = plane[k % 2];
-			ahead = j->x + (k + 1) * j->plane;
-			ct_consistency_expand(j->dc, k + 1, xk, NULL, scratch);
+		v.ahead = NULL;
+		v.xk = k + 1 < j->n[2] ? j->first + (slab + 1) * j->plane : v.x;
+		if (k + 1 < to) {
+			v.xk = plane[k % 2];
+			v.ahead = j->x + (k + 1) * j->plane;
+			v.plus = ct_consistency_multiple(j->dc, k + 1, &v.by);
+			if (!v.plus) {
+				ct_consistency_expand(j->dc, k + 1, v.xk, NULL, scratch);
+				v.plus = v.xk;
+				v.by = 1;
+			}
 		}
-		sweep_plane(j, k, x, xk, ahead, below, rows, &tv, whole ? &moved : &skip);
-		if (whole)
+		sweep_plane(j, k, &v, below, rows, &tv, whole ? &moved : &skip, flat && whole);
+		if (whole && !flat)
 			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
-		x = xk;
+		v.x = v.xk;
 		ct_room_trim();
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);

@@ -72,7 +72,8 @@ static double between(const struct ct_degrade *d)
 	return (axes > 1 ? 1 / most : 0) + (axes > 2 ? 1 / (most * second) : 0);
 }
 
-/* Of what says how a volume agrees (consistency.h): the coefficients thrice, and planes of them. */
+/* Of what says how a volume agrees (consistency.h): the coefficients thrice, and planes of them, or
+ * for a D of few weights no more. */
 static double agreeing(const struct ct_degrade *d, const size_t n[static 3])
 {
 	const double plane = (double)ct_degrade_size(n[0], d->factor[0]) *
