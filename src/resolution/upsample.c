@@ -3,8 +3,10 @@
 #include "resolution/upsample.h"
 #include "core/room.h"
 #include "resolution/consistency.h"
+#include "resolution/flat.h"
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
+#include "resolution/noise.h"
 #include "resolution/resample.h"
 #include "resolution/tv.h"
 
@@ -251,6 +253,20 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	return rc;
 }
 
+/* What is flat, of points that alias: they are then linear there, and nearly consistent. */
+static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_noise noise = {.flat = rule->texture};
+
+	if (rule->method != CT_UPSAMPLE_AUTO || r->method != CT_UPSAMPLE_HTV || rule->noise > 0)
+		return 0;
+	if (!(rule->spread > 0) && ct_noise_measure(&noise, lo, e))
+		return -1;
+	r->texture = noise.flat;
+	return ct_flat_mix(hi, lo, rule->by.factor, noise.flat, env, e);
+}
+
 static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	enum ct_upsample method, const struct ct_env *env, struct ct_err *e)
 {
@@ -289,7 +305,9 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
-	if (report->method >= CT_UPSAMPLE_TV && regularise(hi, lo, rule, report, env, e))
+	if (report->method >= CT_UPSAMPLE_TV &&
+		(regularise(hi, lo, rule, report, env, e) ||
+			flatten(hi, lo, rule, report, env, e)))
 		return -1;
 	if (rule->known &&
 		ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,

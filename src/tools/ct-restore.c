@@ -9,6 +9,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
+#include "resolution/noise.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 #include "tools/lib/brick.h"
@@ -109,7 +110,7 @@ struct job {
 	char own[32];
 	struct brick brick; /* with --brick */
 	struct ct_resume key;
-	double spread;
+	double spread, texture; /* of the scan, with --brick */
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -187,7 +188,8 @@ static struct ct_upsample_rule solver_of(const struct job *j)
 		.alike = j->is.alike,
 		.iterations = (size_t)j->p->iterations,
 		.tolerance = j->p->brick ? 0 : j->p->tolerance,
-		.spread = j->spread};
+		.spread = j->spread,
+		.texture = j->texture};
 }
 
 /* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
@@ -261,6 +263,7 @@ static int unknown(struct job *j, bool careful, struct ct_err *e)
 static int cut(struct job *j, struct ct_err *e)
 {
 	const char *start = j->p->start;
+	struct ct_noise noise;
 
 	if (start && (ct_vol_read_hu(start, &j->out, e)))
 		return -1;
@@ -270,7 +273,10 @@ static int cut(struct job *j, struct ct_err *e)
 		ct_resume_input(&j->key, "--start", start ? &j->out.meta : NULL, e) ||
 		ct_resume_value(&j->key, e, "--std", "%s", j->p->std ? "given" : "not given"))
 		return -1;
+	if (ct_noise_measure(&noise, &j->in, e))
+		return -1;
 	j->spread = ct_upsample_spread(&j->in);
+	j->texture = noise.flat;
 	if (brick_find(&j->brick, j->p->brick, &j->in, &j->is.by, e))
 		return ct_blame(e, j->p->lr.in);
 	if (start && brick_cut_fine(&j->out, &j->in, &j->brick, e))
