@@ -356,8 +356,6 @@ int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err
 	qsort(s.end - s.air, s.air, sizeof *s.sd, by_value);
 	out->common = common_sd(s.sd, s.tissue);
 	s.level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
-	if (s.tissue >= LEAST_BLOCKS)
-		out->flat = (double)s.sd[s.tissue / FLATTEST] / seldom_less(free_values(m));
 	free(s.sd);
 	if (!(s.level > texture))
 		return 0;

@@ -39,8 +39,6 @@
 struct ct_noise {
 	double common;   /* standard deviation, HU; 0 if none can be seen */
 	double sure;     /* 0 if none is */
-	double flat;     /* what the flattest 2 % of tissue show, noise or texture, as if it were
-			    white; 0 if none can be seen */
 	double alike[3]; /* rho, 0 to CT_NOISE_ALIKE; 0 if nothing is sure */
 };
 #define CT_NOISE_ALIKE 0.8

@@ -6,7 +6,6 @@
 #include "resolution/flat.h"
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
-#include "resolution/noise.h"
 #include "resolution/resample.h"
 #include "resolution/tv.h"
 
@@ -257,14 +256,15 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_noise noise = {.flat = rule->texture};
+	double texture = rule->texture;
 
-	if (rule->method != CT_UPSAMPLE_AUTO || r->method != CT_UPSAMPLE_HTV || rule->noise > 0)
+	if (rule->method != CT_UPSAMPLE_AUTO || r->method != CT_UPSAMPLE_HTV || rule->noise > 0 ||
+		rule->plain)
 		return 0;
-	if (!(rule->spread > 0) && ct_noise_measure(&noise, lo, e))
+	if (!(rule->spread > 0) && ct_flat_texture(&texture, lo, e))
 		return -1;
-	r->texture = noise.flat;
-	return ct_flat_mix(hi, lo, rule->by.factor, noise.flat, env, e);
+	r->texture = texture;
+	return ct_flat_mix(hi, lo, rule->by.factor, texture, 1, env, e);
 }
 
 static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
@@ -306,8 +306,7 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
 	if (report->method >= CT_UPSAMPLE_TV &&
-		(regularise(hi, lo, rule, report, env, e) ||
-			flatten(hi, lo, rule, report, env, e)))
+		(regularise(hi, lo, rule, report, env, e) || flatten(hi, lo, rule, report, env, e)))
 		return -1;
 	if (rule->known &&
 		ct_upsample_settle(hi, lo, d, report->method >= CT_UPSAMPLE_DC && rule->noise == 0,

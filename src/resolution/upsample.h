@@ -10,7 +10,7 @@
  *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
  *          points that alias
  *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_ALIAS of its weight through
- *          above the Nyquist frequency of the coarse grid, and, if there is no noise, linear where
+ *          above the Nyquist frequency of the coarse grid, and, if no noise is known, linear where
  *          these are flat (flat.h); the B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
@@ -44,9 +44,10 @@ struct ct_upsample_rule {
 	const double *alike; /* of it, neighbours along the three axes (noise.h); NULL: white */
 	size_t iterations;   /* TV, HTV: at most */
 	double tolerance;    /* TV, HTV: stop when an iteration moves less than this, HU RMS */
-	double spread; /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
-			  lo */
-	double texture; /* HU, with `spread`: what its flattest tissue shows (noise.h) */
+	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
+			   lo */
+	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
+	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 

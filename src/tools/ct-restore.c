@@ -9,7 +9,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/noise.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 #include "tools/lib/brick.h"
@@ -110,7 +110,7 @@ struct job {
 	char own[32];
 	struct brick brick; /* with --brick */
 	struct ct_resume key;
-	double spread, texture; /* of the scan, with --brick */
+	double spread; /* of the scan, with --brick */
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -189,7 +189,8 @@ static struct ct_upsample_rule solver_of(const struct job *j)
 		.iterations = (size_t)j->p->iterations,
 		.tolerance = j->p->brick ? 0 : j->p->tolerance,
 		.spread = j->spread,
-		.texture = j->texture};
+		.texture = j->rule.texture,
+		.plain = !j->alone};
 }
 
 /* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
@@ -263,7 +264,6 @@ static int unknown(struct job *j, bool careful, struct ct_err *e)
 static int cut(struct job *j, struct ct_err *e)
 {
 	const char *start = j->p->start;
-	struct ct_noise noise;
 
 	if (start && (ct_vol_read_hu(start, &j->out, e)))
 		return -1;
@@ -273,10 +273,7 @@ static int cut(struct job *j, struct ct_err *e)
 		ct_resume_input(&j->key, "--start", start ? &j->out.meta : NULL, e) ||
 		ct_resume_value(&j->key, e, "--std", "%s", j->p->std ? "given" : "not given"))
 		return -1;
-	if (ct_noise_measure(&noise, &j->in, e))
-		return -1;
 	j->spread = ct_upsample_spread(&j->in);
-	j->texture = noise.flat;
 	if (brick_find(&j->brick, j->p->brick, &j->in, &j->is.by, e))
 		return ct_blame(e, j->p->lr.in);
 	if (start && brick_cut_fine(&j->out, &j->in, &j->brick, e))
@@ -301,15 +298,16 @@ static void settle_passes(struct job *j, bool careful)
 static int settle(struct job *j, struct ct_err *e)
 {
 	bool careful, little;
-	double weight;
+	double weight, texture;
 
-	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || (j->p->brick && cut(j, e)))
+	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) ||
+		ct_flat_texture(&texture, &j->in, e) || (j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
 	j->rule = (struct ct_restore_rule){
-		.by = j->is.by, .noise = j->is.noise, .alike = j->is.alike};
+		.by = j->is.by, .noise = j->is.noise, .alike = j->is.alike, .texture = texture};
 	if (parse_weight(&weight, &careful, j->p->weight, e))
 		return -1;
 	if (!j->is.known)

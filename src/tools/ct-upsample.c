@@ -10,7 +10,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/noise.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
@@ -122,8 +122,8 @@ static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 			ct_upsample_name(r->method), r->condition, r->iterations, r->objective,
 			r->change);
 	if (r->texture > 0)
-		ct_log(env, CT_INFO, "linear where points differ by little more than %.3g HU",
-			r->texture);
+		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
+			CT_FLAT_EDGE * r->texture);
 	if (!isnan(r->residual))
 		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS",
 			r->residual);
@@ -209,17 +209,14 @@ static int cut(struct brick *b, struct ct_resume *key, struct ct_vol *in, struct
 	struct ct_upsample_rule *rule, const struct params *p, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct ct_noise noise;
-
 	if (ct_resume_open(key, "-", false, opts, p, env, e) ||
 		ct_resume_input(key, "IN", &in->meta, e) ||
 		ct_resume_input(key, "--start", p->start ? &start->meta : NULL, e) ||
 		ct_resume_value(key, e, "--std", "%s", p->std ? "given" : "not given"))
 		return -1;
-	if (ct_noise_measure(&noise, in, e))
+	if (ct_flat_texture(&rule->texture, in, e))
 		return -1;
 	rule->spread = ct_upsample_spread(in);
-	rule->texture = noise.flat;
 	if (brick_find(b, p->brick, in, &rule->by, e))
 		return ct_blame(e, p->lr.in);
 	if (p->start && brick_cut_fine(start, in, b, e))
