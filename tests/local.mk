@@ -155,6 +155,8 @@ check_PROGRAMS += tests/t-blur
 tests_t_blur_SOURCES = tests/t-blur.c
 check_PROGRAMS += tests/t-noise
 tests_t_noise_SOURCES = tests/t-noise.c
+check_PROGRAMS += tests/t-flat
+tests_t_flat_SOURCES = tests/t-flat.c
 # An index beyond the end of an array stops these.
 if SANITIZE
 BOUNDS =

@@ -6,15 +6,23 @@ near() { ct-metrics --window=-1024:3071 --json "$1" "$2" | sed -n 's/.*"max-hu":
 ct-phantom -q --size 48x64x96 ellipsoids hr.nii
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii
 ct-degrade -q -x 4 -p P3 hr.nii point.nii && ct-degrade -q -x 4 hr.nii sinc.nii
+ct-degrade -q -x 1 --noise 12 hr.nii r.nii && ct-degrade -q -x 4 -p P3 r.nii rough.nii # made linear where flat
 
 # slabs along the longest axis: z is refined by means, so it could be any; of the sinc only x and y
-for f in thick point; do
+for f in thick point rough; do
 	ct-upsample -q -f --iterations 40 --tolerance 0 $f.nii whole.nii
 	for n in 1 2 3; do exits 0 "$f, slab $n of 3" ct-upsample -q -f --iterations 40 --brick $n/3 $f.nii part$n.nii; done
 	exits 0 'joined' ct-merge -f part2.nii part3.nii part1.nii merged.nii
 	near whole.nii merged.nii 0.5; ok $? 'make the whole'
 	[ "$(ct-info --json merged.nii | grep -c '"part')" = 0 ]; ok $? 'which is no part'
 done
+ct-upsample -q -f -m htv --iterations 40 --tolerance 0 rough.nii plain.nii; ! near plain.nii merged.nii 1; ok $? 'linear where flat, as well'
+set -- --prior "$builddir/slices.safetensors" -w 0
+ct-restore -q "$@" --iterations 40 --tolerance 0 rough.nii all0.nii && ct-restore -q "$@" --start plain.nii rough.nii all1.nii
+near all0.nii all1.nii 0.01 && ! near all0.nii plain.nii 1 && ! near all0.nii merged.nii 1; ok $? 'in part, after the prior'
+for n in 1 2 3; do ct-restore -q "$@" --iterations 40 --brick $n/3 rough.nii slab$n.nii; done
+ct-merge -q slab1.nii slab2.nii slab3.nii slabs.nii && near all0.nii slabs.nii 0.5; ok $? 'in slabs, too'
+set --
 # how much of the noise is given up to is the same for slabs as for the whole
 ct-degrade -q -f -x 4 -p P3 --noise 15 hr.nii noisy.nii && ct-upsample -q -f --iterations 40 --tolerance 0 noisy.nii whole.nii &&
 	for n in 1 2 3; do ct-upsample -q -f --iterations 40 --brick $n/3 noisy.nii s$n.nii; done && ct-merge -q -f s1.nii s2.nii s3.nii merged.nii
@@ -24,7 +32,7 @@ ct-restore -q --prior "$builddir/slices.safetensors" --start whole.nii noisy.nii
 near r.nii merged.nii 0.5; ok $? 'and what a prior adds'
 rm s?.nii
 ct-info --json part2.nii | tr -d ' \n' | grep -q '"part":"2,32,64,96"'; ok $? 'a part says which it is'
-ct-upsample -q --brick 3/3 -t 1 --iterations 40 point.nii again.nii 
+ct-upsample -q --brick 3/3 -t 1 --iterations 40 rough.nii again.nii 
 [ "$(hash again.nii)" = "$(hash part3.nii)" ]; ok $? 'made again it is the same'
 exits 5 'a scan that cannot be cut' ct-upsample --brick 1/2 sinc.nii x.nii
 has err '^ct-upsample: sinc.nii: --brick: every voxel depends on all others' 'is refused in words'

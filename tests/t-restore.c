@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "restore/example.h"
 #include "restore/learn.h"
@@ -525,6 +526,57 @@ static double added(
 	return sqrt(sum);
 }
 
+/* With nothing added: what is flat becomes linear in part, once, at the end. */
+static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
+	const struct ct_vol *base, struct ct_vol *x)
+{
+	struct ct_restore_rule rule = {
+		.axes = {true, true, true}, .passes = 2, .flat = 0.3, .texture = 50};
+	struct ct_slice_prior p = {.n = 2, .r = {one->r[0], one->r[0]}, .again = {false, true}};
+	const struct ct_env env = {0};
+	struct ct_restore_report got;
+	float *want = malloc(COUNT * sizeof *want);
+	double residual;
+
+	rule.by = (struct ct_degrade){.factor = {4, 4, 4}};
+	ct_degrade_protocol(&rule.by, 1);
+	for (int k = 0; want && k < 2; k++) {
+		memcpy(x->data, base->data, COUNT * sizeof *want);
+		must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+		must(ct_flat_mix(x, lo, rule.by.factor, 50, 0.3, &env, &err));
+		must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+		memcpy(want, x->data, COUNT * sizeof *want);
+		memcpy(x->data, base->data, COUNT * sizeof *want);
+		if (k == 1) {
+			must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+			rule.passes = 1;
+		}
+		must(ct_restore(x, NULL, lo, &p, &rule, &got, &env, &err));
+		OK(farthest(x->data, want, COUNT) < 1e-2 && farthest(want, base->data, COUNT) > 1,
+			"%d passes: flat at the end", rule.passes);
+	}
+	free(want);
+}
+
+/* When that is. */
+static void careful(void)
+{
+	struct ct_restore_rule rule = {.by = {.factor = {4, 4, 4}}};
+	bool little, ok = true;
+
+	for (int protocol = 1; protocol <= 3; protocol++)
+		for (int noise = 0; noise < 2; noise++) {
+			ct_degrade_protocol(&rule.by, protocol);
+			rule.noise = noise;
+			must(ct_restore_careful(&rule, &little, n3, &err));
+			ok = ok && (rule.flat > 0) == (protocol == 3 && !noise);
+		}
+	rule.by.decimate = CT_DECIMATE_MEAN;
+	rule.noise = 0;
+	must(ct_restore_careful(&rule, &little, n3, &err));
+	OK(ok && !(rule.flat > 0), "points that alias, without noise, are flat in part");
+}
+
 static void restoring(void)
 {
 	struct ct_slice_prior p = {.n = 1};
@@ -597,6 +649,7 @@ static void restoring(void)
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
+	flattened(&p, &lo, &y, &x);
 	expected_error(&p, &rule, &lo, &y, &x);
 	slabs(&p, &rule, &lo, &y, &x);
 	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;
@@ -658,6 +711,7 @@ int main(void)
 	network();
 	learning();
 	prediction();
+	careful();
 	restoring();
 	caution();
 	return tap_done();

@@ -21,3 +21,4 @@ SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h
 libct_a_SOURCES += src/resolution/expected.c src/resolution/expected.h
 libct_a_SOURCES += src/resolution/noise.c src/resolution/noise.h
+libct_a_SOURCES += src/resolution/flat.c src/resolution/flat.h

@@ -3,6 +3,7 @@
 #include "resolution/upsample.h"
 #include "core/room.h"
 #include "resolution/consistency.h"
+#include "resolution/flat.h"
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/resample.h"
@@ -253,6 +254,21 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	return rc;
 }
 
+/* What is flat, of points that alias: they are then linear there, and nearly consistent. */
+static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
+{
+	double texture = rule->texture;
+
+	if (rule->method != CT_UPSAMPLE_AUTO || r->method != CT_UPSAMPLE_HTV || rule->noise > 0 ||
+		rule->plain)
+		return 0;
+	if (!(rule->spread > 0) && ct_flat_texture(&texture, lo, e))
+		return -1;
+	r->texture = texture;
+	return ct_flat_mix(hi, lo, rule->by.factor, texture, 1, env, e);
+}
+
 static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	enum ct_upsample method, const struct ct_env *env, struct ct_err *e)
 {
@@ -291,7 +307,8 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
-	if (report->method >= CT_UPSAMPLE_TV && regularise(hi, lo, rule, report, env, e))
+	if (report->method >= CT_UPSAMPLE_TV &&
+		(regularise(hi, lo, rule, report, env, e) || flatten(hi, lo, rule, report, env, e)))
 		return -1;
 	if (rule->known &&
 		ct_upsample_settle(hi, lo, d,

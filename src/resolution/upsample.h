@@ -10,7 +10,8 @@
  *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
  *          points that alias
  *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_ALIAS of its weight through
- *          above the Nyquist frequency of the coarse grid; the B-spline if there is no D
+ *          above the Nyquist frequency of the coarse grid, and, if no noise is known, linear where
+ *          these are flat (flat.h); the B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
  */
@@ -45,8 +46,10 @@ struct ct_upsample_rule {
 	struct ct_multipliers *multipliers; /* of the noise (multipliers.h); NULL: found */
 	size_t iterations;                  /* TV, HTV: at most */
 	double tolerance; /* TV, HTV: stop when an iteration moves less than this, HU RMS */
-	double spread; /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
-			  lo */
+	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
+			   lo */
+	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
+	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 
@@ -59,6 +62,7 @@ struct ct_upsample_report {
 	double objective; /* variation a voxel, HU */
 	double change;    /* RMS movement of the last iteration, HU */
 	double residual;  /* RMS of D x - y, HU; NaN if D is not known */
+	double texture;   /* HU, where what is flat became linear; else 0 */
 };
 
 /* Standard deviation of the values, HU. */

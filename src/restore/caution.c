@@ -5,6 +5,11 @@
 
 #include <math.h>
 
+/* Of what the prior leaves where points are flat. Of twelve scans the error deep in soft tissue
+ * falls by 1 to 4 % at a third (of a phantom that is flat by 4), by as much again at 1; but small
+ * structures are lost from one half on. */
+#define FLAT (1 / 3.0)
+
 int ct_restore_careful(
 	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e)
 {
@@ -30,6 +35,7 @@ int ct_restore_careful(
 	rule->gate = aliases || rule->noise > 0 ? 0 : 15;
 	rule->steps = aliases ? 0 : 0.05;
 	rule->cap = aliases ? 0 : 62.5 * most;
+	rule->flat = points && !(rule->noise > 0) ? FLAT : 0;
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
 	*little = coarse == 1 && !aliases;                 /* thick slices that are well sampled */
 	return 0;

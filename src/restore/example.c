@@ -123,6 +123,7 @@ static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct c
 	if (ct_restore_careful(&rule, &little, lo->n, e))
 		return -1;
 	rule.passes = 1;
+	rule.flat = 0;
 	return ct_restore(base, NULL, lo, r->after, &rule, &report, env, e) ? -1 : 0;
 }
 
@@ -133,6 +134,7 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 	struct ct_degrade d = {.decimate = g->decimate};
 	struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
 		.known = true,
+		.plain = true,
 		.noise = g->noise,
 		.iterations = ITERATIONS,
 		.tolerance = 0.05};

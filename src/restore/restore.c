@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/room.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
@@ -421,6 +422,7 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 		.scene = {.n = {x->n[0], x->n[1], x->n[2]}},
 		.step = rule->slab ? rule->slab : x->n[2],
 		.plane = x->n[0] * x->n[1]};
+	const bool last = again || rule->passes != 2;
 
 	*report = (struct ct_restore_report){0};
 	if (!scene_of(&s.scene, &s.factor, &rule->by))
@@ -431,9 +433,12 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 	s.w.s = s.factor;
 	for (int a = 0; a < 3; a++)
 		s.w.m[a] = (x->n[a] + s.factor - 1) / s.factor;
-	return all_slabs(&s, e) ? -1
-				: ct_upsample_settle(x, lo, &rule->by, BEYOND * rule->noise,
-					  &report->residual, env, e);
+	if (all_slabs(&s, e) ||
+		(last && rule->flat > 0 &&
+			ct_flat_mix(x, lo, rule->by.factor, rule->texture, rule->flat, env, e)))
+		return -1;
+	return ct_upsample_settle(
+		x, lo, &rule->by, BEYOND * rule->noise, &report->residual, env, e);
 }
 
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,

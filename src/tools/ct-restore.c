@@ -9,6 +9,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 #include "tools/lib/brick.h"
@@ -110,7 +111,7 @@ struct job {
 	struct brick brick; /* with --brick */
 	struct ct_resume key;
 	struct ct_multipliers common; /* of the whole and of slabs */
-	double spread;
+	double spread;                /* of the scan, with --brick */
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -189,7 +190,9 @@ static struct ct_upsample_rule solver_of(struct job *j)
 		.alike = j->is.alike,
 		.iterations = (size_t)j->p->iterations,
 		.tolerance = j->p->brick ? 0 : j->p->tolerance,
-		.spread = j->spread};
+		.spread = j->spread,
+		.texture = j->rule.texture,
+		.plain = !j->alone};
 }
 
 /* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
@@ -309,15 +312,16 @@ static int find_common(struct job *j, struct ct_err *e)
 static int settle(struct job *j, struct ct_err *e)
 {
 	bool careful, little;
-	double weight;
+	double weight, texture;
 
 	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || find_common(j, e) ||
-		(j->p->brick && cut(j, e)))
+		ct_flat_texture(&texture, &j->in, e) || (j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"%s does not say how it was reduced: --sigma or --estimate", j->p->lr.in);
-	j->rule = (struct ct_restore_rule){.by = j->is.by, .noise = j->is.noise};
+	j->rule =
+		(struct ct_restore_rule){.by = j->is.by, .noise = j->is.noise, .texture = texture};
 	if (parse_weight(&weight, &careful, j->p->weight, e))
 		return -1;
 	if (!j->is.known)

@@ -10,6 +10,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
+#include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "tools/lib/brick.h"
 #include "tools/lib/expect.h"
@@ -120,6 +121,9 @@ static void report(const struct ct_env *env, const struct ct_upsample_report *r)
 			"HU",
 			ct_upsample_name(r->method), r->condition, r->iterations, r->objective,
 			r->change);
+	if (r->texture > 0)
+		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
+			CT_FLAT_EDGE * r->texture);
 	if (!isnan(r->residual))
 		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS",
 			r->residual);
@@ -209,6 +213,8 @@ static int cut(struct brick *b, struct ct_resume *key, struct ct_vol *in, struct
 		ct_resume_input(key, "IN", &in->meta, e) ||
 		ct_resume_input(key, "--start", p->start ? &start->meta : NULL, e) ||
 		ct_resume_value(key, e, "--std", "%s", p->std ? "given" : "not given"))
+		return -1;
+	if (ct_flat_texture(&rule->texture, in, e))
 		return -1;
 	rule->spread = ct_upsample_spread(in);
 	if (brick_find(b, p->brick, in, &rule->by, e))
