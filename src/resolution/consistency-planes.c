@@ -244,8 +244,8 @@ const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, 
 	if (!ct_consistency_is_flat(dc))
 		return NULL;
 	count = reach(dc, k, &o, &w);
-	*by = count > 0 ? *w : 0;
-	return count > 1 ? NULL : dc->coef + (count > 0 ? o : 0) * dc->plane;
+	*by = *w; /* 0 if there is none */
+	return count > 1 ? NULL : dc->coef + o * dc->plane;
 }
 
 void ct_consistency_expand(

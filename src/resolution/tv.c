@@ -139,14 +139,9 @@ static void mend(void *arg, size_t index, size_t worker)
 	size_t slab = index + 1, k = slab * SLAB;
 	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
 	float *x = j->x + k * j->plane;
-	const float t = j->t * j->weight[2];
-	double moved = 0;
 
-	for (size_t i = 0; i < j->plane; i++) {
-		x[i] -= t * below[i];
-		moved += ((double)x[i] - (double)before[i]) * ((double)x[i] - (double)before[i]);
-	}
-	j->moved[slab] += moved;
+	j->moved[slab] += CT_SIMD(ct_tv_row_mend)(
+		x, j->measure ? before : NULL, below, j->t * j->weight[2], j->plane);
 	ct_consistency_reduce(j->dc, k, x, j->scratch + worker * j->share);
 }
 
