@@ -350,7 +350,7 @@ static bool solved(struct bench *b, const struct ct_degrade *d, double *worst)
 		reduce_anyhow(b);
 		told = ct_consistency_correct(&b->dc, true, NULL);
 		good &= isnan(told) == !twice && expand_all(b);
-		ct_consistency_exact(want, b->y, &b->d, &plus, b->dx, hi, NULL);
+		ct_consistency_exact(want, b->y, 0, &b->d, &plus, b->dx, hi, NULL);
 		*worst = fmax(*worst, rms(b->voxels, b->x, want) / rms(b->voxels, want, NULL));
 		for (size_t i = 0; i < b->voxels; i++) {
 			if (twice)
