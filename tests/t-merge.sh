@@ -27,9 +27,9 @@ set --
 ct-degrade -q -f -x 4 -p P3 --noise 15 hr.nii noisy.nii && ct-upsample -q -f --iterations 40 --tolerance 0 noisy.nii whole.nii &&
 	for n in 1 2 3; do ct-upsample -q -f --iterations 40 --brick $n/3 noisy.nii s$n.nii; done && ct-merge -q -f s1.nii s2.nii s3.nii merged.nii
 near whole.nii merged.nii 0.5; ok $? 'slabs of a noisy scan make the whole'
-ct-restore -q --prior "$builddir/slices.safetensors" --start whole.nii noisy.nii r.nii &&
-	for n in 1 2; do ct-restore -q --prior "$builddir/slices.safetensors" --brick $n/2 --start whole.nii noisy.nii r$n.nii; done && ct-merge -q -f r1.nii r2.nii merged.nii
-near r.nii merged.nii 0.5; ok $? 'and what a prior adds'
+ct-restore -q --prior "$builddir/slices.safetensors" --start whole.nii noisy.nii sum.nii &&
+	for n in 1 2; do ct-restore -q --prior "$builddir/slices.safetensors" --brick $n/2 --start whole.nii noisy.nii sum$n.nii; done && ct-merge -q -f sum1.nii sum2.nii merged.nii
+near sum.nii merged.nii 0.5; ok $? 'and what a prior adds'
 rm s?.nii
 ct-info --json part2.nii | tr -d ' \n' | grep -q '"part":"2,32,64,96"'; ok $? 'a part says which it is'
 ct-upsample -q --brick 3/3 -t 1 --iterations 40 rough.nii again.nii 
