@@ -542,13 +542,13 @@ static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 	ct_degrade_protocol(&rule.by, 1);
 	for (int k = 0; want && k < 2; k++) {
 		memcpy(x->data, base->data, COUNT * sizeof *want);
-		must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+		must(ct_upsample_settle(x, lo, &rule.by, 0, &residual, &env, &err));
 		must(ct_flat_mix(x, lo, rule.by.factor, 50, 0.3, &env, &err));
-		must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+		must(ct_upsample_settle(x, lo, &rule.by, 0, &residual, &env, &err));
 		memcpy(want, x->data, COUNT * sizeof *want);
 		memcpy(x->data, base->data, COUNT * sizeof *want);
 		if (k == 1) {
-			must(ct_upsample_settle(x, lo, &rule.by, true, &residual, &env, &err));
+			must(ct_upsample_settle(x, lo, &rule.by, 0, &residual, &env, &err));
 			rule.passes = 1;
 		}
 		must(ct_restore(x, NULL, lo, &p, &rule, &got, &env, &err));
@@ -556,25 +556,6 @@ static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 			"%d passes: flat at the end", rule.passes);
 	}
 	free(want);
-}
-
-/* When that is. */
-static void careful(void)
-{
-	struct ct_restore_rule rule = {.by = {.factor = {4, 4, 4}}};
-	bool little, ok = true;
-
-	for (int protocol = 1; protocol <= 3; protocol++)
-		for (int noise = 0; noise < 2; noise++) {
-			ct_degrade_protocol(&rule.by, protocol);
-			rule.noise = noise;
-			must(ct_restore_careful(&rule, &little, n3, &err));
-			ok = ok && (rule.flat > 0) == (protocol == 3 && !noise);
-		}
-	rule.by.decimate = CT_DECIMATE_MEAN;
-	rule.noise = 0;
-	must(ct_restore_careful(&rule, &little, n3, &err));
-	OK(ok && !(rule.flat > 0), "points that alias, without noise, are flat in part");
 }
 
 static void restoring(void)
@@ -668,42 +649,6 @@ static void restoring(void)
 	ct_slice_prior_free(&p);
 }
 
-/* The caution of man page ct-restore(1), by how the scan was made. */
-static void caution(void)
-{
-	static const struct {
-		struct ct_degrade by;
-		double noise, doubt, gate, steps, cap;
-		int passes;
-		bool little;
-	} want[] = {
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, false},
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC}, 15, 0, 0, 0.05, 250, 1, false},
-		{{{4, 2, 1}, {1.7, 0.85, 0}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, false},
-		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, 0, 0, 0, 0, 0, 2, false},
-		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, 15, 0, 0, 0, 0, 2, false},
-		{{{4, 4, 4}, {0.5, 1.7, 1.7}, CT_DECIMATE_POINT}, 0, 0, 0, 0, 0, 2, false},
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT}, 15, 0, 0, 0.05, 250, 1, false},
-		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, 0, 1.2, 0, 0, 0, 2, false},
-		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, 15, 0, 0, 0, 0, 1, false},
-		{{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, true},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 0, 1.2, 0, 0, 0, 2, false},
-		{{{1, 8, 8}, {0, 3.4, 3.4}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 500, 2, false},
-	};
-
-	for (size_t k = 0; k < sizeof want / sizeof *want; k++) {
-		struct ct_restore_rule got = {.by = want[k].by, .noise = want[k].noise};
-		bool little;
-
-		must(ct_restore_careful(&got, &little, (const size_t[3]){16, 16, 16}, &err));
-		OK(got.weight == 1 && got.doubt == want[k].doubt && got.gate == want[k].gate &&
-				got.steps == want[k].steps && got.cap == want[k].cap &&
-				got.passes == want[k].passes && little == want[k].little,
-			"caution with scan %zu: %g, %g HU, %g, %g HU, %d looks", k, got.doubt,
-			got.gate, got.steps, got.cap, got.passes);
-	}
-}
-
 int main(void)
 {
 	patches();
@@ -711,8 +656,6 @@ int main(void)
 	network();
 	learning();
 	prediction();
-	careful();
 	restoring();
-	caution();
 	return tap_done();
 }

@@ -346,6 +346,8 @@ static int estimate(struct job *j, struct ct_err *e)
 	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
 		(asks(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
 		return -1;
+	if (!asks(j))
+		snprintf(cost.work, sizeof cost.work, "0 calls of a network");
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
 	if (asks(j))
 		cost.memory +=

@@ -129,7 +129,8 @@ static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_d
 	ct_separable_apply(&s, lo->data, hi->data, env->par);
 	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
 	ct_meta_drop(&lo->meta, CT_META_NOISE);
-	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) > 1) /* it is not refined any more */
+	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) >
+		1) /* it is not refined any more */
 		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
 	if (ct_degrade_put(&lo->meta, d, e))
 		goto out;

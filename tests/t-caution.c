@@ -1,0 +1,68 @@
+/* The caution with which a prior of slices is added to, by how the scan was made. */
+#include "config.h"
+#include "numbers.h"
+#include "restore/restore.h"
+
+static const size_t size[3] = {16, 16, 16};
+
+/* When what is flat becomes linear in part. */
+static void careful(void)
+{
+	struct ct_restore_rule rule = {.by = {.factor = {4, 4, 4}}};
+	bool little, ok = true;
+
+	for (int protocol = 1; protocol <= 3; protocol++)
+		for (int noise = 0; noise < 2; noise++) {
+			ct_degrade_protocol(&rule.by, protocol);
+			rule.noise = noise;
+			must(ct_restore_careful(&rule, &little, size, &err));
+			ok = ok && (rule.flat > 0) == (protocol == 3 && !noise);
+		}
+	rule.by.decimate = CT_DECIMATE_MEAN;
+	rule.noise = 0;
+	must(ct_restore_careful(&rule, &little, size, &err));
+	OK(ok && !(rule.flat > 0), "points that alias, without noise, are flat in part");
+}
+
+/* The caution of man page ct-restore(1), by how the scan was made. */
+static void caution(void)
+{
+	static const struct {
+		struct ct_degrade by;
+		double noise, doubt, gate, steps, cap;
+		int passes;
+		bool little;
+	} want[] = {
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, false},
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC}, 15, 0, 0, 0.05, 250, 1, false},
+		{{{4, 2, 1}, {1.7, 0.85, 0}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, false},
+		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, 0, 0, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, 15, 0, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {0.5, 1.7, 1.7}, CT_DECIMATE_POINT}, 0, 0, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT}, 15, 0, 0, 0.05, 250, 1, false},
+		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, 0, 1.2, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, 15, 0, 0, 0, 0, 1, false},
+		{{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 250, 2, true},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 0, 1.2, 0, 0, 0, 2, false},
+		{{{1, 8, 8}, {0, 3.4, 3.4}, CT_DECIMATE_SINC}, 0, 1.2, 15, 0.05, 500, 2, false},
+	};
+
+	for (size_t k = 0; k < sizeof want / sizeof *want; k++) {
+		struct ct_restore_rule got = {.by = want[k].by, .noise = want[k].noise};
+		bool little;
+
+		must(ct_restore_careful(&got, &little, size, &err));
+		OK(got.weight == 1 && got.doubt == want[k].doubt && got.gate == want[k].gate &&
+				got.steps == want[k].steps && got.cap == want[k].cap &&
+				got.passes == want[k].passes && little == want[k].little,
+			"caution with scan %zu: %g, %g HU, %g, %g HU, %d looks", k, got.doubt,
+			got.gate, got.steps, got.cap, got.passes);
+	}
+}
+
+int main(void)
+{
+	careful();
+	caution();
+	return tap_done();
+}
