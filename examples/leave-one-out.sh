@@ -19,7 +19,7 @@ psnr() { ct-metrics -w "$CLIP" "$it/hr.nii" "$1" | awk '$1 == "psnr" {print $2}'
 gains() { # gains PROTOCOL: of $it/hr.nii
 	ct-degrade -q -f -x 4 -p "$1" "$it/hr.nii" "$it/lr.nii"
 	ct-upsample -q -f "$it/lr.nii" "$it/up.nii"
-	ct-restore -q -f -p "$d/prior.safetensors" --start "$it/up.nii" "$it/lr.nii" "$it/sr.nii"
+	ct-restore -q -f -p "$d/prior.safetensors" "$it/lr.nii" "$it/sr.nii"
 	echo "$(psnr "$it/up.nii")" "$(psnr "$it/sr.nii")"
 }
 mkdir -p "$work"

@@ -53,7 +53,7 @@ static const struct ct_opt opts[] = {
 		"it was reduced by if not given, and that one if it is"),
 	LOWRES_SPACING(struct params, lr),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
-		"what the prior adds to, on the grid of OUT; by default what ct-upsample makes of IN"),
+		"what the prior adds to, on the grid of OUT; by default what the solver makes of IN"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"stop the solver when an iteration moves the volume by less than HU RMS",
 		CT_WHEN(CT_UNLESS(struct params, start), CT_UNLESS(struct params, brick))),
