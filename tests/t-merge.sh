@@ -53,7 +53,9 @@ for b in 0/2 3/2 1 1/2x a/b 1/7; do
 	exits 2 "--brick $b" ct-upsample --brick $b point.nii x.nii
 	has err 'brick: ' 'in words'
 done
-exits 2 'an end that is not one for all' ct-upsample --brick 1/2 --tolerance 1 point.nii x.nii
+for n in 1 2; do ct-upsample -q -f --tolerance 4 --brick $n/2 rough.nii s$n.nii; done && ct-merge -q -f s1.nii s2.nii merged.nii
+ct-upsample -q -f --tolerance 4 rough.nii whole.nii; near whole.nii merged.nii 0.2; ok $? 'slabs end where the whole does'
+ct-upsample -q -f rough.nii later.nii; ! near whole.nii later.nii 1; ok $? 'which the tolerance tells'
 
 # how it is written, and how little of it is in memory
 exits 0 'compressed' ct-merge -f part1.nii part2.nii part3.nii merged.nii.gz

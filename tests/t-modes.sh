@@ -159,8 +159,7 @@ for o in --keep=k --dry-run; do no ct-sr --plan=p $o; done
 no ct-sr --jobs=2
 for t in ct-ddnm ct-fdk ct-project ct-restore ct-train ct-upsample; do no $t --json; done
 no ct-upsample --spacing=1 -x 2
-for t in ct-upsample ct-restore; do no $t --tolerance=1 --brick 1/2; done
-no ct-restore --iterations=9 --start none.x
+for o in --iterations=9 --tolerance=1; do no ct-restore $o --start none.x; done
 no ct-restore --spacing=1 -x 2
 no ct-convert --crop=auto --scanner none.x
 no ct-sr --slices=none.x --paper

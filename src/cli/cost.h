@@ -8,7 +8,7 @@ struct ct_cost_more {
 	const char *key; /* NULL ends them */
 	double value;    /* whole */
 };
-enum { CT_COST_MORE = 9 }; /* the last is empty */
+enum { CT_COST_MORE = 8 }; /* the last is empty */
 
 struct ct_cost {
 	char work[200]; /* what takes the time, in words; empty: nothing to say */

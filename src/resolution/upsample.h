@@ -43,7 +43,7 @@ struct ct_upsample_rule {
 	struct ct_degrade by;
 	double noise;        /* HU, >= 0 */
 	const double *alike; /* of it, neighbours along the three axes (noise.h); NULL: white */
-	struct ct_multipliers *multipliers; /* of the noise (multipliers.h); NULL: found */
+	struct ct_multipliers *multipliers; /* of the noise (pilot.h); NULL: found */
 	size_t iterations;                  /* TV, HTV: at most */
 	double tolerance; /* TV, HTV: stop when an iteration moves less than this, HU RMS */
 	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of

@@ -56,7 +56,7 @@ static const struct ct_opt opts[] = {
 		"what the prior adds to, on the grid of OUT; by default what the solver makes of IN"),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"stop the solver when an iteration moves the volume by less than HU RMS",
-		CT_WHEN(CT_UNLESS(struct params, start), CT_UNLESS(struct params, brick))),
+		CT_WHEN(CT_UNLESS(struct params, start))),
 	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
 		"most iterations of the solver", CT_WHEN(CT_UNLESS(struct params, start))),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
@@ -110,8 +110,8 @@ struct job {
 	char own[32];
 	struct brick brick; /* with --brick */
 	struct ct_resume key;
-	struct ct_multipliers common; /* of the whole and of slabs */
-	double spread;                /* of the scan, with --brick */
+	struct ct_pilot pilot; /* of the whole and of slabs */
+	double spread;         /* of the scan, with --brick */
 };
 
 static int parse_axes(bool axes[3], const char *text, struct ct_err *e)
@@ -182,17 +182,19 @@ static int parse_weight(double *weight, bool *careful, const char *text, struct 
 
 static struct ct_upsample_rule solver_of(struct job *j)
 {
-	return (struct ct_upsample_rule){.method = CT_UPSAMPLE_AUTO,
-		.multipliers = &j->common,
+	struct ct_upsample_rule r = {.method = CT_UPSAMPLE_AUTO,
 		.known = j->is.known,
 		.by = j->is.by,
 		.noise = j->is.noise,
 		.alike = j->is.alike,
 		.iterations = (size_t)j->p->iterations,
-		.tolerance = j->p->brick ? 0 : j->p->tolerance,
+		.tolerance = j->p->tolerance,
 		.spread = j->spread,
 		.texture = j->rule.texture,
 		.plain = !j->alone};
+
+	brick_follow(&r, &j->pilot, j->p->brick);
+	return r;
 }
 
 /* Bytes of volumes: of the solver, of what looks, or of what makes that agree, never two of them.
@@ -297,13 +299,14 @@ static void settle_passes(struct job *j, bool careful)
 }
 
 /* Before the scan is cut. */
-static int find_common(struct job *j, struct ct_err *e)
+static int find_pilot(struct job *j, struct ct_err *e)
 {
 	struct ct_upsample_rule rule = solver_of(j);
 
-	if (j->env->dry_run || j->p->start)
+	rule.tolerance = j->p->tolerance;
+	if ((j->env->dry_run && !j->p->brick) || j->p->start)
 		return 0;
-	return brick_multipliers(&j->common, &rule, j->p->brick, &j->in, j->env, e)
+	return brick_pilot(&j->pilot, &rule, j->p->brick, &j->in, j->env, e)
 		       ? ct_blame(e, j->p->lr.in)
 		       : 0;
 }
@@ -314,7 +317,7 @@ static int settle(struct job *j, struct ct_err *e)
 	bool careful, little;
 	double weight, texture;
 
-	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || find_common(j, e) ||
+	if (lowres_find(&j->is, &j->p->lr, &j->in, j->env, e) || find_pilot(j, e) ||
 		ct_flat_texture(&texture, &j->in, e) || (j->p->brick && cut(j, e)))
 		return -1;
 	if (!j->is.known && !j->p->lr.estimate)
@@ -471,7 +474,7 @@ out:
 	ct_vol_free(&j.in);
 	ct_vol_free(&j.out);
 	ct_vol_free(&j.std);
-	ct_multipliers_free(&j.common);
+	ct_pilot_free(&j.pilot);
 	ct_resume_close(&j.key);
 	ct_room_close();
 	return rc;

@@ -74,8 +74,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"tv and htv stop when an iteration moves the volume by less than this, RMS",
-		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES),
-			CT_UNLESS(struct params, brick))),
+		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_MEMORY(struct params, memory),
 	BRICK(struct params, brick),
 	CT_OPT_END,
@@ -97,7 +96,7 @@ static int rule_of(struct ct_upsample_rule *r, struct lowres_is *known, const st
 		.noise = is.noise,
 		.alike = known->alike,
 		.iterations = (size_t)p->iterations,
-		.tolerance = p->brick ? 0 : p->tolerance};
+		.tolerance = p->tolerance};
 	if (p->method == CT_UPSAMPLE_AUTO && !is.known && !p->lr.estimate) {
 		struct params now = *p;
 
@@ -263,7 +262,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_upsample_report did;
 	struct lowres_is is;
 	struct brick brick;
-	struct ct_multipliers common = {0};
+	struct ct_pilot pilot = {0};
 	struct ct_resume key = {0};
 	const char *memory = NULL;
 	char own[32];
@@ -274,10 +273,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		rule_of(&rule, &is, p, &in, env, e))
 		goto out;
 	rule.start = p->start ? &start : NULL;
-	if (!env->dry_run && brick_multipliers(&common, &rule, p->brick, &in, env, e)) {
+	if ((!env->dry_run || p->brick) && brick_pilot(&pilot, &rule, p->brick, &in, env, e)) {
 		ct_blame(e, p->lr.in);
 		goto out;
 	}
+	brick_follow(&rule, &pilot, p->brick);
 	if (p->brick && cut(&brick, &key, &in, &start, &rule, p, env, e))
 		goto out;
 	begin = ct_clock_wall();
@@ -306,7 +306,7 @@ out:
 	ct_vol_free(&in);
 	ct_vol_free(&out);
 	ct_vol_free(&std);
-	ct_multipliers_free(&common);
+	ct_pilot_free(&pilot);
 	ct_resume_close(&key);
 	ct_room_close();
 	return rc;

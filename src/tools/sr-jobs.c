@@ -103,16 +103,11 @@ static bool gives(const char *word, const char *name)
 	return name && equals && strcmp(equals + 1, name) == 0;
 }
 
-bool sr_jobs_same(const struct sr_jobs *x)
-{
-	return x->slabs > 1 || sr_jobs_told(x, EXPECT_SAME) > 0;
-}
-
 /* Begin a job like step s, of other outputs, or of those; words of the caller may follow. */
 static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *output,
 	const char *beside, struct sr_takes takes, struct ct_err *e)
 {
-	const bool same = s == &x->c->step[1] && sr_jobs_same(x);
+	const bool slab = output != s->output && s == &x->c->step[1];
 	const double iterations = sr_jobs_told(x, EXPECT_ITERATIONS);
 
 	if (ct_grow(&x->takes, &x->cap, x->jobs.n + 1, sizeof *x->takes, e))
@@ -122,8 +117,8 @@ static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *outpu
 		return -1;
 	x->jobs.step[x->jobs.n - 1].beside = beside;
 	for (size_t k = 1; k < s->argc; k++) {
-		if (same && strncmp(s->argv[k], "--tolerance=", 12) == 0)
-			continue; /* an end that all slabs come to together is --iterations */
+		if (slab && strncmp(s->argv[k], "--tolerance=", 12) == 0)
+			continue;
 		if (gives(s->argv[k], s->beside)
 				? ct_chain_word(&x->jobs, e, "%.*s=%s",
 					  (int)strcspn(s->argv[k], "="), s->argv[k], beside)
@@ -131,11 +126,12 @@ static int add_job(struct sr_jobs *x, const struct ct_step *s, const char *outpu
 					  strcmp(s->argv[k], s->output) == 0 ? output : s->argv[k]))
 			return -1;
 	}
-	if (same && iterations > 0 &&
-		(ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations) ||
-			(output == s->output && ct_chain_word(&x->jobs, e, "--tolerance=0"))))
-		return -1;
-	return 0;
+	/* what each would find out for itself */
+	return slab && iterations > 0 &&
+			       (ct_chain_word(&x->jobs, e, "--iterations=%.0f", iterations) ||
+				       ct_chain_word(&x->jobs, e, "--tolerance=0"))
+		       ? -1
+		       : 0;
 }
 
 /* The outputs of the steps first .. end, not included, or what these make besides, to `output`. */

@@ -310,15 +310,6 @@ out:
 	return rc;
 }
 
-/* All at once, in as many iterations as slabs would take if that is to be. */
-static int run_whole(struct run *r, struct ct_err *e)
-{
-	if (!sr_published(r->p) && sr_jobs_same(&r->jobs) &&
-		(sr_jobs_divide(&r->jobs, 0, 0, e) || ct_chain_replace(r->c, 1, &r->jobs.jobs, e)))
-		return -1;
-	return ct_chain_run_some(r->c, 1, r->c->n, r->env, e);
-}
-
 int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -335,7 +326,7 @@ int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
 		expect_chain(&r, e) == 0) {
 		r.jobs.slabs = sr_published(p) ? 1 : choose(&r);
-		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : run_whole(&r, e);
+		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);
 	}
 	if (rc == 0)
 		sr_say(c, r.jobs.slabs, ct_clock_wall() - began, env);

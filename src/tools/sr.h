@@ -90,9 +90,6 @@ double sr_jobs_told(const struct sr_jobs *x, const char *key);
 size_t sr_jobs_can(struct sr_jobs *x);
 /* Of m slabs, all in memory: the seconds and the disk of all of them, the memory of the largest. */
 struct sr_takes sr_jobs_slabs(const struct sr_jobs *x, size_t m);
-/* Is the end of the step that refines a number of iterations: of slabs, and of a whole that is as
- * long in coming that slabs are likely, so that both are the same? */
-bool sr_jobs_same(const struct sr_jobs *x);
 /* The fewest slabs, up to `can`, that each fit into x->most; 0 if they do not. */
 size_t sr_jobs_fewest(const struct sr_jobs *x, size_t can);
 /* x->jobs: all steps but the first, which is done: that which refines in x->slabs slabs, that which

@@ -124,15 +124,21 @@ int brick_cut_fine(
 	return keep(fine, b->axis, b->lo * b->factor, b->hi * b->factor, e);
 }
 
-int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule, bool part,
+int brick_pilot(struct ct_pilot *p, const struct ct_upsample_rule *rule, bool part,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	if (!rule->known || brick_axis(&rule->by, in->n) < 0)
-		return 0;
-	if (ct_multipliers_find(m, in, rule, part, env, e))
-		return -1;
-	rule->multipliers = m;
-	return 0;
+	return rule->known && brick_axis(&rule->by, in->n) >= 0
+		       ? ct_pilot_run(p, in, rule, part, env, e)
+		       : 0;
+}
+
+void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p, bool part)
+{
+	rule->multipliers = &p->multipliers;
+	if (p->iterations)
+		rule->iterations = p->iterations;
+	if (p->iterations || part)
+		rule->tolerance = 0;
 }
 
 int brick_finish(

@@ -9,12 +9,12 @@
 #define CT_TOOLS_LIB_BRICK_H
 #include "cli/part.h"
 #include "core/vol.h"
-#include "resolution/multipliers.h"
+#include "resolution/pilot.h"
 
-#define BRICK(S, f)                                                                                          \
-	CT_OPT(S, f, 0, "brick", "N/M", 0, 0,                                                                \
-		"make slab N of M alone, for ct-merge to join, in --iterations; of a scan that has an axis " \
-		"that is not refined, or that was sampled by points or means")
+#define BRICK(S, f)                                                                                     \
+	CT_OPT(S, f, 0, "brick", "N/M", 0, 0,                                                           \
+		"make slab N of M alone, for ct-merge to join, of a scan that has an axis that is not " \
+		"refined, or that was sampled by points or means")
 
 struct brick {
 	int axis;
@@ -38,11 +38,12 @@ int brick_cut(struct ct_vol *in, const struct brick *b, struct ct_err *e);
 /* ... and of a volume on the grid of the result of `in`, which is not cut yet. CT_EGEOM. */
 int brick_cut_fine(
 	struct ct_vol *fine, const struct ct_vol *in, const struct brick *b, struct ct_err *e);
-/* What the whole and slabs of a noisy scan have in common (multipliers.h): the rule gets it, for
- * the caller to free, if the scan is one that can be cut; before it is, if `part`. As ct_upsample.
- */
-int brick_multipliers(struct ct_multipliers *m, struct ct_upsample_rule *rule, bool part,
+/* What the whole and slabs of a scan have in common (pilot.h), for the caller to free, if the scan
+ * is one that can be cut; before it is, if `part`. As ct_upsample. */
+int brick_pilot(struct ct_pilot *p, const struct ct_upsample_rule *rule, bool part,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+/* The rule of the whole, or of a slab, after that. */
+void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p, bool part);
 /* Of the result the slab; and note in its metadata which part it is, of what run. CT_ENOMEM. */
 int brick_finish(
 	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e);

@@ -124,14 +124,33 @@ static int time_steps(double *once, double *each, const struct ct_vol *piece,
 	return 0;
 }
 
-/* The iterations: of all of a small scan, or the most of three bars through the middle of a larger
- * one. */
-static int count_steps(struct expect *x, const struct ct_vol *in,
+/* Of a scan that can be cut: those of its pilot, which is all of a small one. */
+static int try_pilot(struct expect *x, const struct ct_vol *in, const size_t n[3],
 	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
+{
+	const double begin = ct_clock_cpu();
+	struct ct_pilot pilot = {0};
+	const int rc = ct_pilot_run(&pilot, in, rule, true, env, e);
+
+	x->cpu = x->pilot = ct_clock_cpu() - begin;
+	x->whole = memcmp(n, in->n, sizeof in->n) == 0;
+	x->iterations = pilot.iterations ? pilot.iterations : rule->iterations;
+	ct_pilot_free(&pilot);
+	return rc;
+}
+
+/* Of another one: of all of a small scan, or the most of three bars through the middle of a larger
+ * one. */
+static int try_bars(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_report did;
 
 	x->whole = x->fine <= (double)SMALL * SMALL * SMALL;
+	if (!x->whole && rule->tolerance == 0 && x->method >= CT_UPSAMPLE_TV) {
+		x->iterations = rule->iterations;
+		return 0;
+	}
 	for (int a = 0; a < (x->whole ? 1 : 3); a++) {
 		size_t size[3] = {THIN, THIN, THIN};
 		struct ct_vol piece = {0};
@@ -144,7 +163,6 @@ static int count_steps(struct expect *x, const struct ct_vol *in,
 		ct_vol_free(&piece);
 		if (rc)
 			return -1;
-		x->method = did.method;
 		x->iterations = did.iterations > x->iterations ? did.iterations : x->iterations;
 	}
 	return 0;
@@ -155,23 +173,28 @@ int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_ups
 {
 	struct ct_upsample_rule alone = *rule;
 	struct ct_vol large = {0};
-	double once = 0, each = 0, coarse;
+	struct ct_upsample_report r;
+	double once = 0, each = 0;
 	size_t n[3];
 	int rc = -1;
 
 	alone.start = NULL;
 	*x = (struct expect){.fine = expect_fine(in, rule->by.factor)};
-	if (count_steps(x, in, &alone, env, e))
+	for (int a = 0; a < 3; a++)
+		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
+	if (ct_upsample_choose(&r, rule, n, e))
+		return -1;
+	x->method = r.method;
+	if (brick_axis(&rule->by, in->n) >= 0 && ct_pilot_size(n, in, &alone)
+			? try_pilot(x, in, n, &alone, env, e)
+			: try_bars(x, in, &alone, env, e))
 		goto out;
 	if (!x->whole) {
 		if (expect_piece(&large, in, rule->by.factor, LARGE, middle, e) ||
 			time_steps(&once, &each, &large, &alone, env, e))
 			goto out;
-		coarse = (double)ct_vol_count(in);
-		if (brick_axis(&rule->by, in->n) >= 0 && ct_multipliers_sample(n, in, rule))
-			coarse += (double)n[0] * (double)n[1] * (double)n[2];
-		x->cpu = (once + each * (double)x->iterations) * coarse /
-			 (double)ct_vol_count(&large);
+		x->cpu = x->pilot + (once + each * (double)x->iterations) *
+					    (double)ct_vol_count(in) / (double)ct_vol_count(&large);
 	}
 	rc = 0;
 out:
@@ -192,7 +215,6 @@ void expect_tell(struct ct_cost *cost, const struct expect *x, const struct ct_v
 		{EXPECT_AXIS, axis},
 		{EXPECT_FACTOR, axis < 0 ? 1 : by->factor[axis]},
 		{EXPECT_VOXELS, axis < 0 ? 0 : (double)in->n[axis]},
-		{EXPECT_SAME, axis >= 0 && x->iterations > 0 && x->fine >= EXPECT_LONG},
 	};
 
 	memcpy(cost->more, more, sizeof more);

@@ -15,9 +15,6 @@
 #define EXPECT_AXIS "slab-axis"
 #define EXPECT_FACTOR "slab-factor"
 #define EXPECT_VOXELS "slab-voxels"
-/* ... and 1 where the whole makes these iterations too, as slabs would: it is long in coming, and
- * can be cut. */
-#define EXPECT_SAME "same-iterations"
 /* And ct-ddnm: 0 if OUT will be what it is added to. */
 #define EXPECT_ADDS "adds"
 
@@ -26,15 +23,16 @@
 
 struct expect {
 	enum ct_upsample method;
-	double cpu;  /* seconds of all threads together */
-	double fine; /* voxels of the result */
+	double cpu;   /* seconds of all threads together */
+	double pilot; /* of them, of a pilot (pilot.h) */
+	double fine;  /* voxels of the result */
 	size_t iterations;
 	bool whole; /* the scan is so small that all of it was refined */
 };
 
-/* Of ct_upsample. A small scan is refined as a whole; of a larger one three bars through its
- * middle, along the axes, to the end, for the number of iterations, and a piece that is too large
- * for any cache for the time of each. */
+/* Of ct_upsample. A small scan is refined as a whole; of a larger one its pilot, where slabs can be
+ * cut, or else three bars through its middle, along the axes, to the end, for the number of
+ * iterations, and a piece that is too large for any cache for the time of each. */
 int expect_solver(struct expect *x, const struct ct_vol *in, const struct ct_upsample_rule *rule,
 	const struct ct_env *env, struct ct_err *e);
 /* Those, in cost->more. */
