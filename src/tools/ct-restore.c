@@ -193,7 +193,7 @@ static struct ct_upsample_rule solver_of(struct job *j)
 		.texture = j->rule.texture,
 		.plain = !j->alone};
 
-	brick_follow(&r, &j->pilot, j->p->brick);
+	brick_follow(&r, &j->pilot);
 	return r;
 }
 
@@ -301,9 +301,8 @@ static void settle_passes(struct job *j, bool careful)
 /* Before the scan is cut. */
 static int find_pilot(struct job *j, struct ct_err *e)
 {
-	struct ct_upsample_rule rule = solver_of(j);
+	const struct ct_upsample_rule rule = solver_of(j);
 
-	rule.tolerance = j->p->tolerance;
 	if ((j->env->dry_run && !j->p->brick) || j->p->start)
 		return 0;
 	return brick_pilot(&j->pilot, &rule, j->p->brick, &j->in, j->env, e)

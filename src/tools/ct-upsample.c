@@ -277,7 +277,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->lr.in);
 		goto out;
 	}
-	brick_follow(&rule, &pilot, p->brick);
+	brick_follow(&rule, &pilot);
 	if (p->brick && cut(&brick, &key, &in, &start, &rule, p, env, e))
 		goto out;
 	begin = ct_clock_wall();

@@ -132,13 +132,13 @@ int brick_pilot(struct ct_pilot *p, const struct ct_upsample_rule *rule, bool pa
 		       : 0;
 }
 
-void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p, bool part)
+void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p)
 {
 	rule->multipliers = &p->multipliers;
-	if (p->iterations)
-		rule->iterations = p->iterations;
-	if (p->iterations || part)
-		rule->tolerance = 0;
+	if (p->iterations == 0)
+		return;
+	rule->iterations = p->iterations;
+	rule->tolerance = 0;
 }
 
 int brick_finish(

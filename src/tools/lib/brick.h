@@ -43,7 +43,7 @@ int brick_cut_fine(
 int brick_pilot(struct ct_pilot *p, const struct ct_upsample_rule *rule, bool part,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
 /* The rule of the whole, or of a slab, after that. */
-void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p, bool part);
+void brick_follow(struct ct_upsample_rule *rule, struct ct_pilot *p);
 /* Of the result the slab; and note in its metadata which part it is, of what run. CT_ENOMEM. */
 int brick_finish(
 	struct ct_vol *out, const struct brick *b, const struct ct_resume *run, struct ct_err *e);
