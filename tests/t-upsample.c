@@ -220,7 +220,7 @@ static void by_hand(float *x, const struct ct_vol *lo, const struct ct_degrade *
 		mean += (double)lo->data[i] / m;
 	for (size_t i = 0; i < ct_vol_count(lo); i++)
 		square += pow((double)lo->data[i] - mean, 2) / m;
-	rule.step = (tv ? 0.15 : pow(d->factor[2], 2) / 32) * sqrt(square);
+	rule.step = (tv ? 0.15 : pow(d->factor[2], 2) / 16) * sqrt(square);
 	for (int a = 0; a < 3; a++)
 		rule.weight[a] = mm[1] / mm[a];
 	must(ct_resample_up_plan(&s, lo->n, d->factor, CT_BSPLINE, NULL, &err) ||

@@ -4,7 +4,7 @@
  * level. A solver that has to go through all of them makes creases and blobs of it, and lets what
  * is steep a few points away swing on; linear interpolation does neither. So
  *
- *   x <- x + share w (l - x)     l the linear interpolation,
+ *   x <- x + w (l - x)     l the linear interpolation,
  *   w = 1 / (1 + (s / (CT_FLAT_EDGE t))^4)
  *
  * s is the standard deviation of the eight points about a cell, w linear between the cells'
@@ -21,7 +21,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 
-#define CT_FLAT_EDGE 4.0
+#define CT_FLAT_EDGE 3.0
 
 /* *texture <- t, HU, of cells whose points all lie above -850 HU and the lowest value, which may be
  * a mask or clipped; 0 if tissue is constant, or less than 16 cells are seen. CT_ENOMEM. */
@@ -30,6 +30,6 @@ int ct_flat_texture(double *texture, const struct ct_vol *lo, struct ct_err *e);
  * stays as it is. Nothing beyond the next point of a voxel is looked at. Memory: one of lo.
  * CT_ENOMEM. The same bytes for any number of threads. */
 int ct_flat_mix(struct ct_vol *x, const struct ct_vol *lo, const double factor[static 3],
-	double texture, double share, const struct ct_env *env, struct ct_err *e);
+	double texture, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -336,6 +336,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->rule.weight = weight;
 	j->rule.doubt = caution(j->p->doubt, careful, j->rule.doubt);
 	j->rule.gate = caution(j->p->gate, careful, j->rule.gate);
+	j->rule.again = caution(j->p->gate, careful, j->rule.again);
 	j->rule.steps = caution(j->p->steps, careful, j->rule.steps);
 	j->rule.cap = caution(j->p->cap, careful, j->rule.cap);
 	if (strcmp(j->p->axes, "one") != 0)
