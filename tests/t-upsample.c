@@ -206,7 +206,7 @@ static void test_settle(void)
 }
 
 /* The solver from the spline on, with steps of the deviation of lo, for second differences by the
- * square of the largest factor, and weights of the spacings. */
+ * largest factor, and weights of the spacings. */
 static void by_hand(float *x, const struct ct_vol *lo, const struct ct_degrade *d,
 	const size_t n[3], bool tv, double noise, struct ct_tv_report *did)
 {
@@ -220,7 +220,7 @@ static void by_hand(float *x, const struct ct_vol *lo, const struct ct_degrade *
 		mean += (double)lo->data[i] / m;
 	for (size_t i = 0; i < ct_vol_count(lo); i++)
 		square += pow((double)lo->data[i] - mean, 2) / m;
-	rule.step = (tv ? 0.15 : pow(d->factor[2], 2) / 16) * sqrt(square);
+	rule.step = (tv ? 0.15 : d->factor[2] / 4) * sqrt(square);
 	for (int a = 0; a < 3; a++)
 		rule.weight[a] = mm[1] / mm[a];
 	must(ct_resample_up_plan(&s, lo->n, d->factor, CT_BSPLINE, NULL, &err) ||
@@ -291,6 +291,15 @@ static void test_choice(void)
 	r = up(&hi, &lo, &rule);
 	OK(r.method == CT_UPSAMPLE_TV && r.aliasing > CT_UPSAMPLE_ALIAS, "means: tv");
 	ct_vol_free(&hi);
+	for (int k = 0; k < 3; k++) { /* of two voxels along each axis */
+		rule.by = (struct ct_degrade){{2, 2, 2}, {0.25, 0.25, 0.25}, CT_DECIMATE_POINT};
+		rule.plain = k == 1;
+		rule.by.decimate = k == 2 ? CT_DECIMATE_MEAN : CT_DECIMATE_POINT;
+		r = up(&hi, &lo, &rule);
+		OK(r.method == (k ? CT_UPSAMPLE_TV : CT_UPSAMPLE_HTV) && r.aliasing < 0.2,
+			"2 times: htv of points, tv of means, and for what was made for that");
+		ct_vol_free(&hi);
+	}
 	rule = (struct ct_upsample_rule){.method = CT_UPSAMPLE_DC, .known = true, .by = D};
 	r = up(&start, &lo, &rule);
 	OK(r.residual < 1e-4 && r.residual == misfit(&start, &lo, &D) && isnan(r.condition),
