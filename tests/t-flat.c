@@ -39,7 +39,7 @@ static double weight(const struct ct_vol *lo, const ptrdiff_t at[3], double t)
 	}
 	for (int c = 0; c < 8; c++)
 		var += pow(y[c] - mean, 2) / 7;
-	return 1 / (1 + pow(var / pow(3 * t, 2), 2));
+	return 1 / (1 + pow(var / pow(4 * t, 2), 2));
 }
 
 /* Linear between the centres of the cells, the last ones beyond. */

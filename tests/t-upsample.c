@@ -291,15 +291,6 @@ static void test_choice(void)
 	r = up(&hi, &lo, &rule);
 	OK(r.method == CT_UPSAMPLE_TV && r.aliasing > CT_UPSAMPLE_ALIAS, "means: tv");
 	ct_vol_free(&hi);
-	for (int k = 0; k < 3; k++) { /* of two voxels along each axis */
-		rule.by = (struct ct_degrade){{2, 2, 2}, {0.25, 0.25, 0.25}, CT_DECIMATE_POINT};
-		rule.plain = k == 1;
-		rule.by.decimate = k == 2 ? CT_DECIMATE_MEAN : CT_DECIMATE_POINT;
-		r = up(&hi, &lo, &rule);
-		OK(r.method == (k ? CT_UPSAMPLE_TV : CT_UPSAMPLE_HTV) && r.aliasing < 0.2,
-			"2 times: htv of points, tv of means, and for what was made for that");
-		ct_vol_free(&hi);
-	}
 	rule = (struct ct_upsample_rule){.method = CT_UPSAMPLE_DC, .known = true, .by = D};
 	r = up(&start, &lo, &rule);
 	OK(r.residual < 1e-4 && r.residual == misfit(&start, &lo, &D) && isnan(r.condition),

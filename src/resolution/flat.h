@@ -21,7 +21,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 
-#define CT_FLAT_EDGE 3.0
+#define CT_FLAT_EDGE 4.0
 
 /* *texture <- t, HU, of cells whose points all lie above -850 HU and the lowest value, which may be
  * a mask or clipped; 0 if tissue is constant, or less than 16 cells are seen. CT_ENOMEM. */

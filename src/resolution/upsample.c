@@ -128,12 +128,11 @@ int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_ru
 		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
 			ct_upsample_name(rule->method));
 	if (rule->method == CT_UPSAMPLE_AUTO)
-		r->method = !rule->known ? CT_UPSAMPLE_BSPLINE
-			    : rule->by.decimate == CT_DECIMATE_POINT &&
-					    r->aliasing > (rule->plain ? CT_UPSAMPLE_ALIAS
-								       : CT_UPSAMPLE_POINTS)
-				    ? CT_UPSAMPLE_HTV
-				    : CT_UPSAMPLE_TV;
+		r->method =
+			!rule->known ? CT_UPSAMPLE_BSPLINE
+			: rule->by.decimate == CT_DECIMATE_POINT && r->aliasing > CT_UPSAMPLE_ALIAS
+				? CT_UPSAMPLE_HTV
+				: CT_UPSAMPLE_TV;
 	return 0;
 }
 

@@ -9,7 +9,7 @@
  *          keeps a clean low band, or takes means; of points that alias it makes isolated ones
  *   HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces, gentle with
  *          points that alias
- *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_POINTS of its weight through
+ *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_ALIAS of its weight through
  *          above the Nyquist frequency of the coarse grid, and, if no noise is known, linear where
  *          these are flat (flat.h); the B-spline if there is no D
  *
@@ -23,10 +23,7 @@
 #include "resolution/consistency.h"
 #include "resolution/degrade.h"
 
-/* A larger share aliases; of points HTV is more accurate from the other on, .6 dB of those of two
- * voxels along each axis (.18; mean of twelve scans, of which three lose .6 to 1.2). */
 #define CT_UPSAMPLE_ALIAS 0.2
-#define CT_UPSAMPLE_POINTS 0.1
 
 #define CT_UPSAMPLE_LIST(X)                                                                        \
 	X(CT_UPSAMPLE_AUTO, "auto")                                                                \
@@ -52,8 +49,7 @@ struct ct_upsample_rule {
 	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			   lo */
 	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
-	bool plain;     /* AUTO: HTV as it is, and from CT_UPSAMPLE_ALIAS on, for what was made for
-			   that */
+	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
 

@@ -206,9 +206,7 @@ void lowres_tell(
 		ct_env_tell(env, LOWRES_NOISE_ALIKE, "%.2g,%.2g,%.2g", is->alike[0], is->alike[1],
 			is->alike[2]);
 	ct_env_tell(env, LOWRES_METHOD, "%s", ct_upsample_name(did->method));
-	if (is->known && d->decimate == CT_DECIMATE_POINT &&
-		did->aliasing >
-			(did->method == CT_UPSAMPLE_HTV ? CT_UPSAMPLE_POINTS : CT_UPSAMPLE_ALIAS))
+	if (is->known && d->decimate == CT_DECIMATE_POINT && did->aliasing > CT_UPSAMPLE_ALIAS)
 		ct_env_tell(env, LOWRES_WHY, "points alias");
 	else if (is->known && did->aliasing > CT_UPSAMPLE_ALIAS)
 		ct_env_tell(env, LOWRES_WHY, "aliased, not points");
