@@ -264,6 +264,31 @@ static void test_variation(void)
 	ct_vol_free(&lo);
 }
 
+/* HTV of points that are farther apart than 4 voxels goes on until it moves less. */
+static void test_rest(void)
+{
+	static const double least[][2] = {{4, 1}, {8, 0.25}};
+	struct ct_upsample_rule rule = {
+		.method = CT_UPSAMPLE_HTV, .known = true, .iterations = 2000, .tolerance = 0.3};
+	struct ct_vol lo, hi;
+
+	make(&lo, 1, 0);
+	for (int k = 0; k < 2; k++) {
+		struct ct_upsample_report r;
+
+		for (int a = 0; a < 3; a++)
+			rule.by.factor[a] = a == 1 ? 2 : least[k][0];
+		ct_degrade_protocol(&rule.by, 3);
+		r = up(&hi, &lo, &rule);
+		OK(r.change < least[k][1] * 0.3 && r.change > least[k][1] * 0.2 &&
+				r.iterations < 2000,
+			"%g times: %zu iterations, last moved %.2g HU", least[k][0], r.iterations,
+			r.change);
+		ct_vol_free(&hi);
+	}
+	ct_vol_free(&lo);
+}
+
 static void test_choice(void)
 {
 	struct ct_upsample_rule rule = {.known = true, .by = D, .iterations = 3};
@@ -393,6 +418,7 @@ int main(void)
 	test_sinc();
 	test_settle();
 	test_variation();
+	test_rest();
 	test_choice();
 	test_lost();
 	test_refusals();
