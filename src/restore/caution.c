@@ -5,9 +5,9 @@
 
 #include <math.h>
 
-/* HU: what a second look has to say of less than that is texture of its own, which adds to the
- * error deep in soft tissue, of aliased points by up to .03 HU of twelve scans, and nothing to
- * PSNR. */
+/* HU: what a second look has to say of less than that is texture of its own, which adds up to .04
+ * HU to the error deep in soft tissue of points that alias (eight scans); PSNR changes by -.03 to
+ * +.02 dB. */
 #define AGAIN 10
 
 int ct_restore_careful(
