@@ -95,7 +95,7 @@ static void cut(struct ct_vol *box, const struct ct_vol *v, const struct ct_degr
 
 	ct_crop_body(c, v->data, v->n, -300);
 	for (int a = 0; a < 3; a++) {
-		const size_t want = d->factor[a] > 4 ? 96 : 48, s = (size_t)d->factor[a];
+		const size_t want = 96, s = (size_t)d->factor[a];
 
 		n[a] = (v->n[a] < want ? v->n[a] : want) / s * s;
 		start[a] = ct_crop_start(v->n[a], n[a], c[a]);

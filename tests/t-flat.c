@@ -91,10 +91,10 @@ static void test_formula(void)
 		l = normals(ct_vol_count(&x), 1, 0, 1);
 		was = normals(ct_vol_count(&x), 1, 0, 1);
 		memcpy(was, x.data, ct_vol_count(&x) * sizeof *was);
-		must(ct_flat_mix(&x, &lo, f, 0, 0.75, &quiet, &err));
+		must(ct_flat_mix(&x, &lo, f, 0, &quiet, &err));
 		OK(memcmp(was, x.data, ct_vol_count(&x) * sizeof *was) == 0, "without texture: x");
-		must(ct_flat_mix(&x, &lo, f, 3, 0.75, &quiet, &err) ||
-			ct_flat_mix(&y, &lo, f, 3, 0.75, &three, &err) ||
+		must(ct_flat_mix(&x, &lo, f, 3, &quiet, &err) ||
+			ct_flat_mix(&y, &lo, f, 3, &three, &err) ||
 			ct_resample_up_plan(&s, lo.n, f, CT_LINEAR, NULL, &err));
 		OK(memcmp(y.data, x.data, ct_vol_count(&x) * sizeof *was) == 0, "any threads");
 		ct_separable_apply(&s, l, lo.data, NULL);
@@ -107,7 +107,7 @@ static void test_formula(void)
 						0.5 * ((double)n[a] - (double)lo.n[a] * f[a])) /
 						f[a] -
 					0.5;
-			w = 0.75 * weight_at(&lo, at, 3);
+			w = weight_at(&lo, at, 3);
 			worst = fmax(worst, fabs((double)x.data[i] - (1 - w) * (double)was[i] -
 						    w * (double)l[i]));
 		}
@@ -230,7 +230,7 @@ static void test_scene(void)
 		deep(&htv, &hr, 8, 30), deep(&cubic, &hr, 8, 30));
 	OK(deep(&mixed, &hr, 38, 42) < 1.01 * deep(&htv, &hr, 38, 42), "the edge stays: %.1f %.1f",
 		deep(&mixed, &hr, 38, 42), deep(&htv, &hr, 38, 42));
-	must(ct_flat_mix(&htv, &lo, points.factor, texture, 1, &quiet, &err) ||
+	must(ct_flat_mix(&htv, &lo, points.factor, texture, &quiet, &err) ||
 		ct_upsample_settle(&htv, &lo, &points, 0, &residual, &quiet, &err));
 	OK(apart(ct_vol_count(&hr), mixed.data, htv.data) < 1e-5, "htv, mixed, settled");
 	ct_vol_free(&mixed);

@@ -526,12 +526,12 @@ static double added(
 	return sqrt(sum);
 }
 
-/* With nothing added: what is flat becomes linear in part, once, at the end. */
+/* With nothing added: what is flat becomes linear, once, at the end. */
 static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 	const struct ct_vol *base, struct ct_vol *x)
 {
 	struct ct_restore_rule rule = {
-		.axes = {true, true, true}, .passes = 2, .flat = 0.3, .texture = 50};
+		.axes = {true, true, true}, .passes = 2, .flat = true, .texture = 50};
 	struct ct_slice_prior p = {.n = 2, .r = {one->r[0], one->r[0]}, .again = {false, true}};
 	const struct ct_env env = {0};
 	struct ct_restore_report got;
@@ -543,7 +543,7 @@ static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 	for (int k = 0; want && k < 2; k++) {
 		memcpy(x->data, base->data, COUNT * sizeof *want);
 		must(ct_upsample_settle(x, lo, &rule.by, 0, &residual, &env, &err));
-		must(ct_flat_mix(x, lo, rule.by.factor, 50, 0.3, &env, &err));
+		must(ct_flat_mix(x, lo, rule.by.factor, 50, &env, &err));
 		must(ct_upsample_settle(x, lo, &rule.by, 0, &residual, &env, &err));
 		memcpy(want, x->data, COUNT * sizeof *want);
 		memcpy(x->data, base->data, COUNT * sizeof *want);
@@ -556,6 +556,36 @@ static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 			"%d passes: flat at the end", rule.passes);
 	}
 	free(want);
+}
+
+/* The least gate of a second look: as another first look with that gate. */
+static void second_gate(const struct ct_slice_prior *one, const struct ct_vol *lo,
+	const struct ct_vol *base, struct ct_vol *x)
+{
+	static const double gates[][3] = {{0, 30, 30}, {20, 30, 30}, {30, 20, 30}};
+	struct ct_slice_prior p = {.n = 2, .r = {one->r[0], one->r[0]}, .again = {false, true}};
+	const struct ct_env env = {0};
+	struct ct_restore_rule rule = {.weight = 0.5, .axes = {true, true, true}};
+	struct ct_restore_report first, then, got;
+
+	rule.by = (struct ct_degrade){.factor = {4, 4, 4}};
+	ct_degrade_protocol(&rule.by, 1);
+	for (int k = 0; k < 3; k++) {
+		memcpy(x->data, base->data, COUNT * sizeof *x->data);
+		rule.passes = 1;
+		rule.gate = gates[k][0];
+		must(ct_restore(x, NULL, lo, &p, &rule, &first, &env, &err));
+		rule.gate = gates[k][2];
+		must(ct_restore(x, NULL, lo, &p, &rule, &then, &env, &err));
+		memcpy(x->data, base->data, COUNT * sizeof *x->data);
+		rule.passes = 2;
+		rule.gate = gates[k][0];
+		rule.again = gates[k][1];
+		must(ct_restore(x, NULL, lo, &p, &rule, &got, &env, &err));
+		OK(then.added > 0 && fabs(got.added / then.added - 1) < 1e-5,
+			"a second look: gate %g, or %g: %g HU", gates[k][0], gates[k][1],
+			got.added);
+	}
 }
 
 static void restoring(void)
@@ -631,6 +661,7 @@ static void restoring(void)
 	OK(got.residual > 1e-2 && got.residual < 200 * 1.001,
 		"and as far off as the noise allows (%.3g)", got.residual);
 	flattened(&p, &lo, &y, &x);
+	second_gate(&p, &lo, &y, &x);
 	expected_error(&p, &rule, &lo, &y, &x);
 	slabs(&p, &rule, &lo, &y, &x);
 	p.r[0].all[p.r[0].at[CT_PART_3_BIAS]] = 3e38f;

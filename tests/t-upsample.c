@@ -152,13 +152,13 @@ static void test_sinc(void)
 }
 
 /* RMS of D x - y. */
-static double misfit(const struct ct_vol *x, const struct ct_vol *y)
+static double misfit(const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d)
 {
 	float *lo = normals(ct_vol_count(y), 1, 0, 1);
 	struct ct_separable s;
 	double off;
 
-	must(ct_degrade_plan(&s, &D, x->n, NULL, &err));
+	must(ct_degrade_plan(&s, d, x->n, NULL, &err));
 	ct_separable_apply(&s, lo, x->data, NULL);
 	off = rms(ct_vol_count(y), lo, y->data);
 	ct_separable_free(&s);
@@ -176,11 +176,12 @@ static void test_settle(void)
 
 	make(&lo, 1, 0);
 	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
-	was = misfit(&x, &lo);
+	was = misfit(&x, &lo, &D);
 	must(ct_upsample_settle(&x, &lo, &D, INFINITY, &residual[0], &quiet, &err));
-	OK(was > 1 && fabs(residual[0] - was) < 1e-9 && misfit(&x, &lo) == was, "a misfit is told");
+	OK(was > 1 && fabs(residual[0] - was) < 1e-9 && misfit(&x, &lo, &D) == was,
+		"a misfit is told");
 	must(ct_upsample_settle(&x, &lo, &D, 0, &residual[1], &quiet, &err));
-	OK(residual[1] < 1e-4 && misfit(&x, &lo) == residual[1], "and taken off");
+	OK(residual[1] < 1e-4 && misfit(&x, &lo, &D) == residual[1], "and taken off");
 	ct_vol_free(&x);
 	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
 	must(ct_degrade_plan(&down, &D, x.n, NULL, &err));
@@ -204,11 +205,12 @@ static void test_settle(void)
 	ct_vol_free(&x);
 }
 
-/* The solver from the spline on, with steps of the deviation of lo and weights of the spacings. */
-static void by_hand(float *x, const struct ct_vol *lo, const size_t n[3], bool tv, double noise,
-	struct ct_tv_report *did)
+/* The solver from the spline on, with steps of the deviation of lo, for second differences by the
+ * largest factor, and weights of the spacings. */
+static void by_hand(float *x, const struct ct_vol *lo, const struct ct_degrade *d,
+	const size_t n[3], bool tv, double noise, struct ct_tv_report *did)
 {
-	static const double mm[3] = {0.75, 2 / 3.0, 1.5};
+	const double mm[3] = {0.75, 2 / 3.0, 6 / d->factor[2]};
 	struct ct_tv_rule rule = {.iterations = 7};
 	struct ct_consistency dc = {0};
 	struct ct_separable s;
@@ -218,11 +220,11 @@ static void by_hand(float *x, const struct ct_vol *lo, const size_t n[3], bool t
 		mean += (double)lo->data[i] / m;
 	for (size_t i = 0; i < ct_vol_count(lo); i++)
 		square += pow((double)lo->data[i] - mean, 2) / m;
-	rule.step = (tv ? 0.15 : 0.5) * sqrt(square);
+	rule.step = (tv ? 0.15 : d->factor[2] / 4) * sqrt(square);
 	for (int a = 0; a < 3; a++)
 		rule.weight[a] = mm[1] / mm[a];
-	must(ct_resample_up_plan(&s, lo->n, D.factor, CT_BSPLINE, NULL, &err) ||
-		ct_consistency_alloc(&dc, &D, n, lo->data, 0.7 * noise, NULL, &err));
+	must(ct_resample_up_plan(&s, lo->n, d->factor, CT_BSPLINE, NULL, &err) ||
+		ct_consistency_alloc(&dc, d, n, lo->data, 0.7 * noise, NULL, &err));
 	ct_separable_apply(&s, x, lo->data, NULL);
 	must((tv ? ct_tv : ct_hessian_tv)(x, &dc, &rule, did, &quiet, &err));
 	ct_consistency_free(&dc);
@@ -234,28 +236,54 @@ static void test_variation(void)
 	struct ct_vol lo, hi;
 
 	make(&lo, 1e-3, -0.3);
-	for (int k = 0; k < 2; k++) {
+	for (int k = 0; k < 3; k++) {
+		const struct ct_degrade d = {{2, 3, k < 2 ? 4 : 8}, {0.8, 1.2, 1.7}, D.decimate};
 		const struct ct_upsample_rule rule = {
 			.method = k ? CT_UPSAMPLE_HTV : CT_UPSAMPLE_TV,
 			.known = true,
-			.by = D,
+			.by = d,
 			.noise = 0.01,
 			.iterations = 7};
 		const struct ct_upsample_report r = up(&hi, &lo, &rule);
 		float *x = normals(ct_vol_count(&hi), 1, 0, 1);
 		struct ct_tv_report did;
 
-		by_hand(x, &lo, hi.n, k == 0, 0.01, &did);
+		by_hand(x, &lo, &d, hi.n, k == 0, 0.01, &did);
 		OK(apart(ct_vol_count(&hi), hi.data, x) < 1e-5,
 			"%s: steps of the deviation, gradients in mm", ct_upsample_name(r.method));
 		OK(r.iterations == 7 && fabs(r.objective / did.objective - 1) < 1e-5 &&
 				fabs(r.change / did.change - 1) < 1e-3,
 			"which is reported");
-		NEAR(r.residual, misfit(&hi, &lo), 1e-9, "with the misfit");
+		NEAR(r.residual, misfit(&hi, &lo, &d), 1e-9, "with the misfit");
 		NEAR(r.residual, 0.007, 1e-4, "of 0.7 of the noise");
 		OK(r.lost == 0 && r.measured == 210 && r.condition > 1 && r.aliasing < 0.2,
 			"all coefficients are measured");
 		free(x);
+		ct_vol_free(&hi);
+	}
+	ct_vol_free(&lo);
+}
+
+/* HTV of points that are farther apart than 4 voxels goes on until it moves less. */
+static void test_rest(void)
+{
+	static const double least[][2] = {{4, 1}, {8, 0.25}};
+	struct ct_upsample_rule rule = {
+		.method = CT_UPSAMPLE_HTV, .known = true, .iterations = 2000, .tolerance = 0.3};
+	struct ct_vol lo, hi;
+
+	make(&lo, 1, 0);
+	for (int k = 0; k < 2; k++) {
+		struct ct_upsample_report r;
+
+		for (int a = 0; a < 3; a++)
+			rule.by.factor[a] = a == 1 ? 2 : least[k][0];
+		ct_degrade_protocol(&rule.by, 3);
+		r = up(&hi, &lo, &rule);
+		OK(r.change < least[k][1] * 0.3 && r.change > least[k][1] * 0.2 &&
+				r.iterations < 2000,
+			"%g times: %zu iterations, last moved %.2g HU", least[k][0], r.iterations,
+			r.change);
 		ct_vol_free(&hi);
 	}
 	ct_vol_free(&lo);
@@ -290,7 +318,7 @@ static void test_choice(void)
 	ct_vol_free(&hi);
 	rule = (struct ct_upsample_rule){.method = CT_UPSAMPLE_DC, .known = true, .by = D};
 	r = up(&start, &lo, &rule);
-	OK(r.residual < 1e-4 && r.residual == misfit(&start, &lo) && isnan(r.condition),
+	OK(r.residual < 1e-4 && r.residual == misfit(&start, &lo, &D) && isnan(r.condition),
 		"dc settles");
 	for (size_t i = 0; i < ct_vol_count(&start); i++)
 		start.data[i] = (float)i;
@@ -390,6 +418,7 @@ int main(void)
 	test_sinc();
 	test_settle();
 	test_variation();
+	test_rest();
 	test_choice();
 	test_lost();
 	test_refusals();

@@ -96,7 +96,7 @@ struct job {
 	float *w;           /* of the cells */
 	struct place *p[3]; /* of each axis, of the voxels: among points, and then among cells */
 	size_t cells[3];
-	double edge, share; /* HU^2; */
+	double edge; /* HU^2 */
 };
 
 static int places(struct job *v, int a, double factor, struct ct_err *e)
@@ -129,7 +129,7 @@ static void weigh(void *arg, size_t k, size_t worker)
 		for (size_t i = 0; i < v->cells[0]; i++) {
 			const double part = variance(v->lo, i, j, k, &least) / v->edge;
 
-			*w++ = (float)(v->share / (1 + part * part));
+			*w++ = (float)(1 / (1 + part * part));
 		}
 }
 
@@ -169,10 +169,10 @@ static void mix(void *arg, size_t k, size_t worker)
 }
 
 int ct_flat_mix(struct ct_vol *x, const struct ct_vol *lo, const double factor[static 3],
-	double texture, double share, const struct ct_env *env, struct ct_err *e)
+	double texture, const struct ct_env *env, struct ct_err *e)
 {
 	const double level = CT_FLAT_EDGE * texture;
-	struct job v = {.lo = lo, .x = x, .edge = level * level, .share = share};
+	struct job v = {.lo = lo, .x = x, .edge = level * level};
 	int rc = -1;
 
 	if (!(v.edge > 0))

@@ -4,7 +4,7 @@
  * level. A solver that has to go through all of them makes creases and blobs of it, and lets what
  * is steep a few points away swing on; linear interpolation does neither. So
  *
- *   x <- x + share w (l - x)     l the linear interpolation,
+ *   x <- x + w (l - x)     l the linear interpolation,
  *   w = 1 / (1 + (s / (CT_FLAT_EDGE t))^4)
  *
  * s is the standard deviation of the eight points about a cell, w linear between the cells'
@@ -13,8 +13,9 @@
  * phantoms; 4x, a Gaussian of an eighth): the best w of voxels with like s falls from 1 to 0, in
  * most scans through one half at some 3 times what one in fifty of tissue shows, be that 2 HU or 8
  * (s there of the 27 points about one). With an edge of 3 one scan has 2 % more texture deep in
- * tissue than cubic interpolation leaves, with 4 none has. Small structures that are missed rise
- * from 188 in all to 220 (at 3.75 218, at 4.3 224; of cubic interpolation 208).
+ * tissue than cubic interpolation leaves (with 3.5 one that is clipped to -512 HU), with 4 none
+ * has. Small structures that are missed rise from 188 in all to 220 (at 3.75 218, at 4.3 224; of
+ * cubic interpolation 208).
  */
 #ifndef CT_RESOLUTION_FLAT_H
 #define CT_RESOLUTION_FLAT_H
@@ -30,6 +31,6 @@ int ct_flat_texture(double *texture, const struct ct_vol *lo, struct ct_err *e);
  * stays as it is. Nothing beyond the next point of a voxel is looked at. Memory: one of lo.
  * CT_ENOMEM. The same bytes for any number of threads. */
 int ct_flat_mix(struct ct_vol *x, const struct ct_vol *lo, const double factor[static 3],
-	double texture, double share, const struct ct_env *env, struct ct_err *e);
+	double texture, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -123,7 +123,7 @@ static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct c
 	if (ct_restore_careful(&rule, &little, lo->n, e))
 		return -1;
 	rule.passes = 1;
-	rule.flat = 0;
+	rule.flat = false;
 	return ct_restore(base, NULL, lo, r->after, &rule, &report, env, e) ? -1 : 0;
 }
 

@@ -434,8 +434,7 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 	for (int a = 0; a < 3; a++)
 		s.w.m[a] = (x->n[a] + s.factor - 1) / s.factor;
 	if (all_slabs(&s, e) ||
-		(last && rule->flat > 0 &&
-			ct_flat_mix(x, lo, rule->by.factor, rule->texture, rule->flat, env, e)))
+		(last && rule->flat && ct_flat_mix(x, lo, rule->by.factor, rule->texture, env, e)))
 		return -1;
 	return ct_upsample_settle(
 		x, lo, &rule->by, BEYOND * rule->noise, &report->residual, env, e);
@@ -446,8 +445,10 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	const bool twice = rule->passes == 2;
+	struct ct_restore_rule second = *rule;
 
 	if (once(x, twice ? NULL : std, false, lo, prior, rule, report, env, e))
 		return -1;
-	return twice ? once(x, std, true, lo, prior, rule, report, env, e) : 0;
+	second.gate = fmax(rule->gate, rule->again);
+	return twice ? once(x, std, true, lo, prior, &second, report, env, e) : 0;
 }

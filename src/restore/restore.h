@@ -10,9 +10,9 @@
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, to within three standard deviations of it at each voxel
  *
- * and with two passes all that once more. Of points that alias, and have no noise, x becomes in
- * part linear where these are flat (flat.h), before it is made to agree for the last time: nets
- * that learned what a solver makes there take off the greater part of it, not all.
+ * and with two passes all that once more. Of points that alias, and have no noise, x becomes linear
+ * where these are flat (flat.h), before it is made to agree for the last time: nets that learned
+ * what a solver makes there take off the greater part of it, not all.
  *
  * The prior is a set of regressors: "S" for slices whose two axes are S times coarser, "thick-S"
  * for those with one such axis; "again-S" and "again-thick-S" for volumes that the former have
@@ -46,7 +46,9 @@ struct ct_restore_rule {
 	double noise;                    /* HU of the LR scan */
 	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
 	double steps;                    /* their limit (steps.h), 0 none */
-	double flat, texture;            /* share that becomes linear, 0 none; HU (flat.h) */
+	double again;                    /* least gate of a second look, HU */
+	double texture;                  /* HU (flat.h) */
+	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
 	int passes;                      /* 2: then look again at what comes of that; else once */
 	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */

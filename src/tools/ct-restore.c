@@ -69,8 +69,8 @@ static const struct ct_opt opts[] = {
 		"take less of it where slices of different axes do not agree, X times as much; 1.2, "
 		"and 0 of points that alias, where IN has noise, and with a weight"),
 	CT_OPT(struct params, gate, 0, "gate", "HU", 0, 1e6,
-		"make corrections below HU with caution, too; 0: none; 15 by default, and none where "
-		"the operator aliases or IN has noise, and with a weight"),
+		"make corrections below HU with caution, too; 0: none; 15 by default, and where the "
+		"operator aliases or IN has noise none, or 10 at a second look; none with a weight"),
 	CT_OPT(struct params, cap, 0, "cap", "HU", 0, 1e6,
 		"make corrections beyond HU (RMS of a cell) with caution; 0: none; 62.5 times the "
 		"factor by default, and none where the operator aliases, and with a weight"),
@@ -338,6 +338,7 @@ static int settle(struct job *j, struct ct_err *e)
 	j->rule.weight = weight;
 	j->rule.doubt = caution(j->p->doubt, careful, j->rule.doubt);
 	j->rule.gate = caution(j->p->gate, careful, j->rule.gate);
+	j->rule.again = caution(j->p->gate, careful, j->rule.again);
 	j->rule.steps = caution(j->p->steps, careful, j->rule.steps);
 	j->rule.cap = caution(j->p->cap, careful, j->rule.cap);
 	if (strcmp(j->p->axes, "one") != 0)
