@@ -41,9 +41,7 @@ static bool is_small(const struct run *r)
 {
 	const char *path = r->c->step[0].output;
 	const struct lowres lr = {.in = path,
-		.factor = r->p->spacing  ? NULL
-			  : r->p->factor ? r->p->factor
-					 : SR_FACTOR,
+		.factor = r->p->factor,
 		.spacing = r->p->spacing,
 		.decimate = -1,
 		.skip_noise = true,
@@ -274,7 +272,7 @@ static int refining(struct run *r, struct sr_takes *takes, struct ct_err *e)
 
 static bool is_long(const struct run *r)
 {
-	const double s = strtod(r->p->factor ? r->p->factor : SR_FACTOR, NULL);
+	const double s = r->p->factor ? strtod(r->p->factor, NULL) : 1;
 	struct ct_vol head = {0};
 	struct ct_err why;
 	bool is = false;
@@ -319,8 +317,8 @@ static int run_whole(struct run *r, struct ct_err *e)
 	return ct_chain_run_some(r->c, 1, r->c->n, r->env, e);
 }
 
-int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
-	const struct ct_env *env, struct ct_err *e)
+int sr_run(struct ct_chain *c, struct sr *p, const struct sr_files *f, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct run r = {.c = c,
 		.p = p,
@@ -332,8 +330,8 @@ int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	int rc = -1;
 
 	r.jobs.slabs = 1;
-	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
-		expect_chain(&r, e) == 0) {
+	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && sr_scale_settle(c, p, e) == 0 &&
+		(sr_published(p) || ask(&r, e) == 0) && expect_chain(&r, e) == 0) {
 		r.jobs.slabs = sr_published(p) ? 1 : choose(&r);
 		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : run_whole(&r, e);
 	}
