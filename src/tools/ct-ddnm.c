@@ -393,9 +393,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 		return -1;
 	out = ct_stack_some(&j->out, j->part.from, j->part.to);
 	std = ct_stack_some(&j->std, j->part.from, j->part.to);
-	if (p->std && ct_stack_write(p->std, &std, j->env, e))
-		return -1;
-	return ddnm_picture_write(p->out, &out, j->env, e);
+	return ddnm_picture_write(p->out, &out, p->std, &std, j->env, e);
 }
 
 /* What the views depend on besides the options; --std because its sums are kept. */

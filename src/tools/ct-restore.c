@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/keep.h"
 #include "cli/memory.h"
 #include "core/clock.h"
 #include "core/room.h"
@@ -446,10 +445,9 @@ static int work(struct job *j, struct ct_err *e)
 		(j->is.noise > 0 &&
 			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
 		ct_check_stop(j->env, e) || ct_meta_step(&j->out.meta, j->env, 3, from, e) ||
-		(p->brick && trim(j, e)) ||
-		(p->std && std_write(p->std, &j->std, 3, from, j->env, e)))
+		(p->brick && trim(j, e)))
 		return -1;
-	return ct_keep_vol(p->out, &j->out, j->env, e);
+	return std_write(p->std, &j->std, p->out, &j->out, 3, from, j->env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

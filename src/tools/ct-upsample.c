@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/keep.h"
 #include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/clock.h"
@@ -249,10 +248,9 @@ static int write_out(const struct params *p, struct ct_vol *out, struct ct_vol *
 	if (ct_check_stop(env, e) || ct_meta_step(&out->meta, env, 2, from, e) ||
 		(brick && brick_finish(out, brick, key, e)))
 		return -1;
-	if (p->std && ((brick && brick_finish(std, brick, key, e)) ||
-			      std_write(p->std, std, 2, from, env, e)))
+	if (p->std && brick && brick_finish(std, brick, key, e))
 		return -1;
-	return ct_keep_vol(p->out, out, env, e);
+	return std_write(p->std, std, p->out, out, 2, from, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
