@@ -202,17 +202,23 @@ static int need_of(double *bytes, struct job *j, struct ct_err *e)
 	const double one = 4 * expect_fine(&j->in, j->is.by.factor), std = j->p->std ? one : 0;
 	struct ct_upsample_report r;
 	size_t n[3];
-	double most = 0;
+	double most = 0, agree = 0;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
 	if (ct_upsample_choose(&r, &rule, n, e))
 		return -1;
-	if (!j->p->start)
-		most = fmax(ct_upsample_bytes(r.method, &j->is.by, n), 2 * std);
-	if (!j->alone)
-		most = fmax(most, std + fmax(ct_upsample_bytes(CT_UPSAMPLE_DC, &j->is.by, n),
-						EXPECT_PRIOR + one * (j->rule.doubt > 0 ? 3 : 2)));
+	if (!j->p->start) {
+		if (ct_upsample_bytes(&most, r.method, &j->is.by, rule.noise > 0, n, e))
+			return -1;
+		most = fmax(most, 2 * std);
+	}
+	if (!j->alone) {
+		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &j->is.by, false, n, e))
+			return -1;
+		most = fmax(
+			most, std + fmax(agree, EXPECT_PRIOR + one * (j->rule.doubt > 0 ? 3 : 2)));
+	}
 	*bytes = most + 4 * (double)ct_vol_count(&j->in);
 	return 0;
 }

@@ -138,9 +138,10 @@ static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsam
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
-	if (ct_upsample_choose(&r, rule, n, e))
+	if (ct_upsample_choose(&r, rule, n, e) ||
+		ct_upsample_bytes(bytes, r.method, &rule->by, rule->noise > 0, n, e))
 		return -1;
-	*bytes = fmax(ct_upsample_bytes(r.method, &rule->by, n), std ? STD_BYTES(fine) : 0) +
+	*bytes = fmax(*bytes, std ? STD_BYTES(fine) : 0) +
 		 4 * ((rule->start ? fine : 0) + (double)ct_vol_count(in));
 	return 0;
 }
