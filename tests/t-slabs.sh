@@ -135,6 +135,16 @@ if unshare -rm true 2>/dev/null; then
 	exits 4 'no disk' unshare -rm sh -c 'mount -t tmpfs -o size=9m x small && exec ct-sr -t 1 -x 1,1,4 -Q draft --memory 89M --keep small/k thick.nii no.nii'
 	has err '^ct-sr: small/k: slabs take 8 MiB of disk, and [67] are free: --keep names another folder for them$' 'is said before'
 	! grep -q 'ct-upsample: .* to ' err; ok $? 'it begins'
+	full() { # full MIB OF OPTIONS...: in a folder of 3 MB
+		needs=$1 of=$2; shift 2
+		exits 4 "no disk for $of" unshare -rm sh -c 'mount -t tmpfs -o size=3m x small && ct-sr -v -t 1 -f -x 1,1,4 -Q draft "$@" 2>told; s=$?; ls -A small >left; exit $s' - "$@"
+		has told "^ct-sr: small[^ ]*: voxels take $needs MiB of disk, and [0-3] are free" 'is said before'
+		! grep -q 'ct-upsample took' told && ! grep -qv '^k$' left; ok $? 'it begins, and leaves nothing'
+	}
+	full 8 OUT thick.nii small/o.nii
+	full 4 'what is of 16 bits' thick.nii small/o.dcm
+	full 16 'two of them' --confidence small/c.nii thick.nii small/o.nii
+	full 8 'what is between' --keep small/k thick.nii d/o.dcm
 else
 	skip 'no disk' 'no mounts'
 fi
