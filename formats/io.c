@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "formats/temp.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -212,7 +213,10 @@ bool ct_out_same(const char *out, const char *path, bool input)
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	*o = (struct ct_out){0};
-	return allowed(path, env, e) ? -1 : open_out(o, path, false, e);
+	if (allowed(path, env, e) || open_out(o, path, false, e))
+		return -1;
+	o->together = env ? env->together : NULL;
+	return 0;
 }
 
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e)
@@ -240,6 +244,44 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 	return 0;
 }
 
+static int wait_in(struct ct_out_set *s, struct ct_out *o, int lock)
+{
+	assert(s->n < CT_OUT_SET);
+	s->file[s->n++] = (struct ct_out_waiting){o->path, o->tmp, lock};
+	*o = (struct ct_out){0};
+	return 0;
+}
+
+int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
+{
+	size_t done = 0;
+	int rc = 0;
+
+	while (done < s->n && rename(s->file[done].tmp, s->file[done].path) == 0)
+		done++;
+	if (done < s->n) {
+		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", s->file[done].path, strerror(errno));
+		while (done-- > 0)
+			unlink(s->file[done].path);
+	}
+	ct_out_set_drop(s);
+	return rc;
+}
+
+void ct_out_set_drop(struct ct_out_set *s)
+{
+	for (size_t i = 0; i < s->n; i++) {
+		struct ct_out_waiting *w = &s->file[i];
+
+		ct_temp_remove(w->tmp);
+		if (w->lock >= 0)
+			close(w->lock);
+		free(w->tmp);
+		free(w->path);
+	}
+	s->n = 0;
+}
+
 int ct_out_commit(struct ct_out *o, struct ct_err *e)
 {
 	const char *name = o->path ? o->path : "standard output";
@@ -252,6 +294,8 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 		bad |= fclose(o->f) != 0;
 		o->f = NULL;
 	}
+	if (!bad && o->tmp && o->together)
+		return wait_in(o->together, o, lock);
 	if (!bad && o->tmp)
 		bad = rename(o->tmp, o->path) != 0;
 	if (bad)

@@ -16,11 +16,28 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 int ct_io_open(const char *path, FILE **f, struct ct_err *e);
 void ct_io_close(FILE *f);
 
+/* Outputs that are there together or not at all: of an environment that names a set one that is
+ * committed waits in it, whole, under its temporary name. */
+enum { CT_OUT_SET = 2 };
+struct ct_out_set {
+	size_t n;
+	struct ct_out_waiting {
+		char *path, *tmp;
+		int lock;
+	} file[CT_OUT_SET];
+};
+
+/* Rename those that wait, in order; if one cannot be, none of them is there. CT_EOUTPUT. */
+int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e);
+/* Drop those that wait; legal after commit and on a zeroed struct. */
+void ct_out_set_drop(struct ct_out_set *s);
+
 struct ct_out {
 	FILE *f;
 	char *path, *tmp; /* NULL for standard output */
 	bool secret;      /* for its owner alone */
 	size_t unsent;    /* bytes since the disk was told of them */
+	struct ct_out_set *together;
 };
 
 /* CT_EOUTPUT if the file exists and env->force is not set, or if standard output is a terminal. A
@@ -28,8 +45,8 @@ struct ct_out {
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
 /* The same for a file that its owner alone may read (mode 0600), in the place of what is there. */
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e);
-/* Flush, sync, rename. CT_EOUTPUT; the temporary file, until then for its owner alone, is gone
- * either way. */
+/* Flush, sync, rename, the last later if it waits for others. CT_EOUTPUT; the temporary file, until
+ * then for its owner alone, is gone either way. */
 int ct_out_commit(struct ct_out *o, struct ct_err *e);
 /* Drop the output; legal after commit and on a zeroed struct. */
 void ct_out_abandon(struct ct_out *o);

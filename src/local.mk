@@ -72,7 +72,7 @@ ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/sr-files.c src/tools/sr-jobs.c src/tools/sr-rehearse.c \
-	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
+	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr-say.c src/tools/sr-scale.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
 	src/tools/survey.h

@@ -296,4 +296,4 @@ check_PROGRAMS += tests/t-room
 tests_t_room_SOURCES = tests/t-room.c
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
-dist_check_SCRIPTS += tests/t-memory.sh tests/t-memory-tools.sh
+dist_check_SCRIPTS += tests/t-memory.sh tests/t-upsample-bytes.sh tests/t-memory-tools.sh

@@ -14,7 +14,8 @@ zsh_offers() {
 		"fpath=('$made/zsh' \$fpath); autoload -U compinit; compinit -u -D" "$1" >got
 }
 fish_offers() {
-	HOME=$PWD timeout 100 fish -c "source '$made/fish/${1%% *}.fish'; complete -C '$1'" | cut -f 1 >got
+	# as fish 4 reads a question mark
+	HOME=$PWD timeout 100 fish --features qmark-noglob -c "source '$made/fish/${1%% *}.fish'; complete -C '$1'" | cut -f 1 >got
 }
 there() { # there WORD...: each is offered
 	for w in "$@"; do grep -qx -- "$w" got || { echo "# no $w in:"; sed 's/^/# /' got; return 1; }; done

@@ -364,4 +364,10 @@ E2
 	[ "$(got --structures --blob-sigma=0.4 --blob-step=69 water.nii blob.nii)" = 'false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 ' ]
 	ok $? 'or large beside what is looked for'
 fi
+# a thin volume: what can be measured
+ct-phantom -q -f --size 32x32x12 ellipsoids thin.nii; ct-phantom -q -f -s 2 --size 32x32x12 ellipsoids thin2.nii
+exits 0 'a thin volume' ct-metrics --harm --factor 4 thin.nii thin2.nii
+has err '^ct-metrics: warning: thin.nii: 12 voxels along axis 2 are too few for edges, which need 19: left out$' 'says what cannot be measured'
+has out '^structures-false' 'and measures the rest'; ! grep -q '^edges' out; ok $? 'of edges nothing'
+exits 5 'edges alone' ct-metrics --edges thin.nii thin2.nii
 done_testing

@@ -34,6 +34,16 @@ rm link.*
 [ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a full folder'
 [ -z "$(ls | grep -vE '^(a|lr|up)\.nii$|^(a|low)\.exr$|^(text|out|err)$')" ]; ok $? 'and nothing is left'
 
+# Of two outputs one has no room: neither is there, and what was there stays.
+printf 'before\n' >two.nii.gz
+both() { # both COMMAND...: the first output fits, and OUT does not
+	( trap '' XFSZ; ulimit -f 32; TMPDIR=nowhere "$@" 2>&1; echo $? ) | cat >err
+	[ "$(sed -n '$p' err)" = 4 ] && grep -q 'one.nii: File too large' err; ok $? "$1: a disk that is full in between"
+	[ "$(cat two.nii.gz)" = before ] && ! ls | grep -qE '^one|^two.nii.gz.'; ok $? 'leaves nothing'
+}
+for x in ct-upsample ct-restore; do both $x -qf --std two.nii.gz lr.nii one.nii; done
+rm two.nii.gz
+
 # The same file twice, by whatever names.
 ln -s a.nii s.nii; ln a.nii h.nii; ln -s . d; cp a.nii before.nii
 twice() { # twice WHAT COMMAND...

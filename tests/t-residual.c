@@ -240,8 +240,9 @@ static void test_answer(void)
 		"views that are done are left alone");
 
 	memset(done, 0, sizeof done);
-	must(go(&r, 0, &p, &net, 4, &b, &out, NULL, done, 2));
-	OK(memcmp(out.data, b.data, VIEWS * N * sizeof *b.data) == 0, "a weight of 0 adds nothing");
+	must(go(&r, 0, &p, NULL, 4, &b, &out, NULL, done, 2));
+	OK(memcmp(out.data, b.data, VIEWS * N * sizeof *b.data) == 0,
+		"a weight of 0 adds nothing, and asks nobody");
 
 	/* a network that wants larger pictures: they are continued, and what is known stays all the
 	 * same */

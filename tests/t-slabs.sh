@@ -13,9 +13,9 @@ open("used", "w").write(str(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxr
 sys.exit(rc)' "$@"
 }
 ct-phantom -q --size 64x64x512 ellipsoids hr.nii && ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii || exit 99
-set -- -x 1,1,4 -Q draft --memory 93M
+set -- -x 1,1,4 -Q draft --memory 89M
 exits 0 'a scan that does not fit' ct-sr -t 1 "$@" thick.nii d/o.nii
-has err '^ct-sr: warning: refines in 3 slabs along z: the whole takes 10[0-9] MiB of memory, and 93 are given$' 'says into how many slabs, and why'
+has err '^ct-sr: warning: refines in 3 slabs along z: the whole takes 9[0-9] MiB of memory, and 89 are given$' 'says into how many slabs, and why'
 tail -n 1 err | grep -qE '^ct-sr: 64x64x128 -> 64x64x512, 1,1,4x, blur 0 voxels, mean \(of the file\), .*, solver h?tv [0-9]+ iterations \([a-z ,]+\) in 3 slabs, consistent to [0-9.e-]+ HU RMS, [0-9.]+ s, [0-9]+ MiB$'
 ok $? 'and at the end what they did'
 left d 'o.nii ' 'leaves nothing beside it'
@@ -31,7 +31,7 @@ cp kept.nii first.nii
 exits 0 'runs' sh k/commands.sh
 cmp -s kept.nii first.nii; ok $? 'to the same bytes'
 ct-sr -q -t 3 "$@" thick.nii three.nii; same three.nii first.nii; ok $? 'any number of threads'
-ct-sr -q -t 1 -x 1,1,4 -Q draft --memory 97M --keep k2 thick.nii two.nii
+ct-sr -q -t 1 -x 1,1,4 -Q draft --memory 93M --keep k2 thick.nii two.nii
 [ "$(grep -c brick k2/commands.sh)" = 2 ]; ok $? 'with more memory fewer slabs'
 exits 0 'a plan' ct-sr -q -t 1 "$@" --plan p thick.nii planned.nii
 [ "$(grep -c '"--brick=./3"' p/plan.json)" = 3 ] && make -s -f p/plan.mk && same planned.nii first.nii
@@ -50,7 +50,7 @@ else
 	skip 'peak of memory' 'no python3'
 fi
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
-	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 93M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
+	script -qec "ct-sr -t 1 -f -x 1,1,4 -Q draft --memory 89M thick.nii w.nii" /dev/null </dev/null 2>&1 | tr '\r' '\n' >terminal
 	has terminal '^ct-sr: tv of 2097152 voxels in 3 slabs: about [0-9]* s on 1 threads, [789][0-9] MiB of memory, 16 of disk' 'a terminal hears what it will take'
 else
 	skip 'a terminal' 'no script'
@@ -128,9 +128,19 @@ ct-sr -q -t 1 "$@" thick.nii d/o2.nii; left d 'o2.nii ' 'until the next run'
 # no room; slabs that cannot be joined
 if unshare -rm true 2>/dev/null; then
 	mkdir small
-	exits 4 'no disk' unshare -rm sh -c 'mount -t tmpfs -o size=9m x small && exec ct-sr -t 1 -x 1,1,4 -Q draft --memory 93M --keep small/k thick.nii no.nii'
+	exits 4 'no disk' unshare -rm sh -c 'mount -t tmpfs -o size=9m x small && exec ct-sr -t 1 -x 1,1,4 -Q draft --memory 89M --keep small/k thick.nii no.nii'
 	has err '^ct-sr: small/k: slabs take 8 MiB of disk, and [67] are free: --keep names another folder for them$' 'is said before'
 	! grep -q 'ct-upsample: .* to ' err; ok $? 'it begins'
+	full() { # full MIB OF OPTIONS...: in a folder of 3 MB
+		needs=$1 of=$2; shift 2
+		exits 4 "no disk for $of" unshare -rm sh -c 'mount -t tmpfs -o size=3m x small && ct-sr -v -t 1 -f -x 1,1,4 -Q draft "$@" 2>told; s=$?; ls -A small >left; exit $s' - "$@"
+		has told "^ct-sr: small[^ ]*: voxels take $needs MiB of disk, and [0-3] are free" 'is said before'
+		! grep -q 'ct-upsample took' told && ! grep -qv '^k$' left; ok $? 'it begins, and leaves nothing'
+	}
+	full 8 OUT thick.nii small/o.nii
+	full 4 'what is of 16 bits' thick.nii small/o.dcm
+	full 16 'two of them' --confidence small/c.nii thick.nii small/o.nii
+	full 8 'what is between' --keep small/k thick.nii d/o.dcm
 else
 	skip 'no disk' 'no mounts'
 fi

@@ -59,9 +59,13 @@ exits 0 'quiet' ct-sr -q -f -x 2 scan.nii up.nii
 exits 3 'what fails' ct-sr -f -x 2 err up.nii
 ! grep -q ' -> ' err; ok $? 'says no such line'
 exits 2 'a step that fails' ct-sr -f -x 3 scan.nii up.nii
-has err '^ct-restore: -x 3 contradicts .*/lr.nii, which was reduced 2,2,2 times$' 'names the file that it read'
+has err '^ct-restore: -x 3 contradicts scan.nii, which was reduced 2,2,2 times$' 'names the file that the user gave'
 has err '^ct-sr: ct-restore failed; what it reads was made of scan.nii$' 'and ct-sr that which the user gave'
+ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 5 five.nii five-lr.nii
+exits 0 'a factor that no prior knows' ct-sr -f --keep five --report five.html five-lr.nii up.nii
+has err '^ct-restore: warning: five-lr.nii: ' 'a warning names it' && has five/log.txt '^ct-restore: .*five-lr.nii: ' 'and so the log'
 exits 2 'of a stream' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
+has err '^ct-restore: -x 3 contradicts standard input, which' 'is named'
 has err '^ct-sr: ct-restore failed; what it reads was made of standard input$' 'too'
 ct-info up.nii | grep -q -- --tell; [ $? -eq 1 ]; ok $? 'the history knows of no listener'
 done_testing

@@ -45,6 +45,27 @@ exits 2 'no projections, no views' ct-sr --views 16 lr.nii no.nii
 exits 2 '--resume needs --keep' ct-sr --resume lr.nii no.nii
 exits 3 'a dry run of a file that is not there' ct-sr --dry-run none.nii no.nii
 has err 'none.nii: No such file' 'names it'
+# the factor that the header says
+for x in 1,1,4 2; do
+	ct-degrade -fq -x $x hr.nii by.nii; ct-sr -qf -Q draft -x $x by.nii want.nii; voxels want.nii >a
+	exits 0 "-x $x of the header" ct-sr -f -Q draft by.nii sr.nii
+	voxels sr.nii >b; cmp -s a b; ok $? 'is what -x makes'
+	ct-sr -q -Q draft - - <by.nii >pipe.nii; voxels pipe.nii >b; cmp -s a b; ok $? 'of a pipe, too'
+	ct-sr -qf -Q draft --plan p --jobs 1 - "$PWD/planned.nii" <by.nii && make -sf p/plan.mk 2>err; ok $? 'of a plan'
+	voxels planned.nii >b; cmp -s a b; ok $? 'the same'
+	rm -rf p planned.nii
+done
+exits 2 'another is an error' ct-sr -x 4 by.nii no.nii
+exits 0 'one that is used up says nothing' ct-sr --dry-run sr.nii no.nii
+has out '-x4 ' 'but four times'
+exits 2 'projections of a pipe that says otherwise' ct-sr --projections - no.nii <by.nii
+has err 'reduced 2 times: projections need -x' 'says so'
+ct-degrade -fq -x 1,1,4 hr.nii by.nii
+exits 2 'projections of a scan that says otherwise' ct-sr --projections by.nii no.nii
+has err '^ct-sr: by.nii: projections take one whole number' 'says so'
+ct-degrade -fq -x 1 hr.nii by.nii
+exits 2 'a scan that was not reduced' ct-sr by.nii no.nii
+has err '^ct-sr: by.nii: --scale: 1 refines nothing' 'says so'
 printf junk >bad.nii
 exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
 [ ! -e no.nii ]; ok $? 'nothing is left'

@@ -1,6 +1,7 @@
 /* chain-run.c: the commands of a chain, run; see chain.h. */
 #include "config.h"
 #include "cli/chain.h"
+#include "cli/called.h"
 #include "cli/content.h"
 #include "cli/resume.h"
 #include "cli/stop.h"
@@ -160,6 +161,19 @@ static void send_report(bool quiet)
 	}
 }
 
+/* What the step says of a copy of a file of the user names that. */
+static void call(const struct ct_chain *c, const struct ct_step *s)
+{
+	const char *of, *path = ct_chain_copy(c, (size_t)(s - c->step), &of);
+	char *text;
+
+	if (path &&
+		asprintf(&text, "%s\n%s", path, strcmp(of, "-") == 0 ? "standard input" : of) > 0)
+		setenv(CT_CALLED, text, 1);
+	else
+		unsetenv(CT_CALLED);
+}
+
 /* In the new process. Standard output is `answer`, if that is a file. */
 static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, FILE *answer,
 	FILE *told, pid_t parent, const struct ct_env *env)
@@ -174,6 +188,7 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 		dup2(fileno(answer), STDOUT_FILENO);
 	else if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
 		send_report(env->verbose < 0);
+	call(c, s);
 	if (told) /* now that nothing else is needed that may be there */
 		dup2(fileno(told), TOLD);
 	snprintf(path, sizeof path, "%s%s", c->tools, s->tool);

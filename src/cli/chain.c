@@ -167,6 +167,38 @@ const char *ct_chain_origin(const struct ct_chain *c, size_t i)
 	return made ? path : NULL;
 }
 
+static bool is_source(const struct ct_chain *c, const char *path)
+{
+	for (size_t s = 0; s < c->sources; s++)
+		if (strcmp(path, c->source[s]) == 0)
+			return true;
+	return false;
+}
+
+/* The last input of step i, or NULL. */
+static const char *last_input(const struct ct_chain *c, size_t i)
+{
+	const char *path = NULL;
+
+	for (size_t k = c->step[i].argc; k-- > 1 && !path;)
+		path = ct_chain_input(c, i, k);
+	return path;
+}
+
+const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of)
+{
+	for (size_t k = c->step[i].argc; k-- > 1;) {
+		const char *path = ct_chain_input(c, i, k);
+
+		for (size_t s = 0; path && s < i; s++) {
+			*of = makes(&c->step[s], path) ? last_input(c, s) : NULL;
+			if (*of && is_source(c, *of))
+				return path;
+		}
+	}
+	return NULL;
+}
+
 bool ct_chain_owns(const struct ct_chain *c, const char *output)
 {
 	char *path = NULL;

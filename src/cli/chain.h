@@ -55,6 +55,9 @@ const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
 /* The source that what step i reads was made of, by steps before: of its last input, as the options
  * are before it. NULL if that is a source itself. */
 const char *ct_chain_origin(const struct ct_chain *c, size_t i);
+/* The input of step i that was made of a source at once, a command before doing no more than read
+ * it, and *of that source. NULL if there is none. */
+const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of);
 /* Has the command of this folder that makes `output` begun once, so that what is there is its own?
  */
 bool ct_chain_owns(const struct ct_chain *c, const char *output);

@@ -1,6 +1,7 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/called.h"
 #include "cli/complete.h"
 #include "cli/cost.h"
 #include "cli/files.h"
@@ -60,6 +61,7 @@ static int take(
 }
 
 #define TELL "--tell="
+enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
 
 /* What make asks of each command, for its man page and for the shells; and where a chain wants to
  * be told what was done. Not of an option behind that. */
@@ -159,8 +161,11 @@ static size_t threads_wanted(int flag)
 	return 1;
 }
 
-static void say(const struct ct_env *env, enum ct_level level, const char *text)
+static void say(const struct ct_env *env, enum ct_level level, const char *said)
 {
+	char text[SAID];
+
+	ct_called_put(text, sizeof text, said);
 	if (level == CT_WARN)
 		ct_journal_warn(env, text);
 	if ((int)level > env->verbose)
@@ -300,6 +305,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	struct ct_err e = {0};
 	struct ct_common common = ct_common_defaults;
 	struct parser s = {.t = t, .common = &common, .operand = t->opts};
+	char said[SAID];
 	int rc;
 
 	setlocale(LC_ALL, "C");
@@ -328,7 +334,8 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
 	if (rc == 0)
 		return 0;
-	fprintf(stderr, "%s: %s\n", t->name, e.msg);
+	ct_called_put(said, sizeof said, e.msg);
+	fprintf(stderr, "%s: %s\n", t->name, said);
 	if (e.code == CT_EUSAGE)
 		fprintf(stderr, "Try '%s --help'.\n", t->name);
 	return e.code == CT_OK ? CT_EFAIL : (int)e.code;

@@ -354,7 +354,9 @@ static void fish_functions(const struct ct_tool *t)
 		}
 	printf("\n"
 	       "                set skip yes\n"
-	       "            case '-?*'\n"
+	       "            case -\n" /* "?" is no wildcard from fish 4 on */
+	       "                set n (math $n + 1)\n"
+	       "            case '-*'\n"
 	       "            case '*'\n"
 	       "                set n (math $n + 1)\n"
 	       "        end\n"

@@ -46,6 +46,7 @@ static int keep(const char *path, const struct ct_vol *v, const struct ct_stack 
 		return -1;
 	why = *e;
 	over.force = true;
+	over.together = NULL;
 	name = ct_keep_name(path);
 	if (name && put(name, v, s, &over, &other) == 0)
 		ct_fail(e, why.code, "%.240s; the result is kept in %.160s", why.msg, name);

@@ -13,4 +13,5 @@ libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
 libct_a_SOURCES += src/cli/folder.c src/cli/folder.h src/cli/content.c src/cli/content.h
 libct_a_SOURCES += src/cli/chain.c src/cli/chain.h src/cli/chain-run.c
 libct_a_SOURCES += src/cli/journal.c src/cli/journal.h
+libct_a_SOURCES += src/cli/called.c src/cli/called.h
 libct_a_SOURCES += src/cli/cost.c src/cli/cost.h

@@ -12,12 +12,14 @@
 enum ct_level { CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
-struct ct_given; /* cli/modes.h */
+struct ct_given;   /* cli/modes.h */
+struct ct_out_set; /* formats/io.h */
 struct ct_env {
 	struct ct_par *par; /* thread pool; NULL runs on the calling thread */
 	uint64_t seed;
-	int verbose; /* -1 quiet, 0 normal, 1.. more */
-	bool force;  /* overwrite existing outputs */
+	int verbose;                 /* -1 quiet, 0 normal, 1.. more */
+	bool force;                  /* overwrite existing outputs */
+	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
 	bool json, dry_run;
 	int tell;         /* file that another command reads what was done from; 0: nobody asks */
 	const char *tool; /* name for messages */

@@ -278,6 +278,11 @@ static int check(const struct job *j, struct ct_err *e)
 		       : 0;
 }
 
+bool ct_residual_asks(double weight, bool deviation)
+{
+	return weight > 0 || deviation;
+}
+
 static int job_alloc(struct job *j, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
@@ -344,6 +349,14 @@ int ct_residual_draw(const struct ct_residual *r, double weight, const struct ct
 	size_t high, wide;
 	int rc = -1;
 
+	if (!ct_residual_asks(weight, deviation)) {
+		if (check(&j, e))
+			return -1;
+		memcpy(out->data, b->data, ct_stack_count(b) * sizeof *out->data);
+		for (size_t v = 0; v < b->views; v++)
+			done[v] = true;
+		return 0;
+	}
 	if (check(&j, e) || ct_superres_norm(b, &j.max, e) ||
 		ct_residual_octave(&j.octave, b, r->factor, e))
 		return -1;

@@ -68,6 +68,8 @@ int ct_residual_missing(
 /* Those that do what is wanted here. */
 bool ct_residual_draws(enum ct_sampler_rule rule);
 
+/* Is the network asked for this weight, and a deviation or none? Of 0 and none out is b. */
+bool ct_residual_asks(double weight, bool deviation);
 /* out, and deviation if not NULL, of b and this weight, as ct_superres() of p, of which norm, op
  * and what goes with them do not count, nor init. CT_EUSAGE for another sampler or factor. net
  * takes CT_RESIDUAL_PLANES and tells velocities. */

@@ -105,6 +105,53 @@ static bool is_banded(const struct ct_svd *f, const struct ct_taps *t)
 	return 2 * t->taps < f->n && f->lost == 0 && f->condition <= BANDED_CONDITION;
 }
 
+/* n, m and banded, of an operator that is not yet decomposed: what cannot be is not. */
+static int shape(struct ct_consistency *dc, struct ct_taps t[3], const struct ct_degrade *d,
+	const size_t n[3], struct ct_err *e)
+{
+	struct ct_svd f = {0};
+
+	*dc = (struct ct_consistency){.banded = true};
+	for (int a = 0; a < 3; a++) {
+		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
+			return -1;
+		dc->n[a] = n[a];
+		dc->m[a] = t[a].n_out;
+		dc->same[a] = ct_taps_is_identity(&t[a]);
+		dc->banded &= dc->same[a] || 2 * t[a].taps < n[a];
+	}
+	for (int a = 0; a < 3 && dc->banded; a++) {
+		if (dc->same[a])
+			continue;
+		if (ct_svd_alloc(&f, &t[a], e))
+			return -1;
+		dc->banded = is_banded(&f, &t[a]);
+		ct_svd_free(&f);
+	}
+	return 0;
+}
+
+int ct_consistency_bytes(double *bytes, const struct ct_degrade *d, const size_t n[static 3],
+	bool noise, struct ct_err *e)
+{
+	struct ct_consistency dc;
+	struct ct_taps t[3] = {{0}};
+	size_t planes = n[2];
+	int rc = -1;
+
+	if (shape(&dc, t, d, n, e) || (dc.banded && (ct_banded_alloc(&dc.d[2], &t[2], e) ||
+							    ct_consistency_cut(&dc, &planes, e))))
+		goto out;
+	planes += (dc.banded && !noise ? 2 : 3) * dc.m[2];
+	*bytes = sizeof(float) * (double)dc.m[0] * (double)dc.m[1] * (double)planes;
+	rc = 0;
+out:
+	for (int a = 0; a < 3; a++)
+		ct_taps_free(&t[a]);
+	ct_consistency_free(&dc);
+	return rc;
+}
+
 static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *e)
 {
 	size_t count, reduced = dc->n[2];

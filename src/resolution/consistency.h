@@ -74,6 +74,10 @@ struct ct_consistency {
 int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
 	struct ct_err *e);
+/* Bytes of voxels that it has, by the same rules; is there noise? CT_EGEOM, CT_EINPUT, CT_ENOMEM.
+ */
+int ct_consistency_bytes(double *bytes, const struct ct_degrade *d, const size_t n[static 3],
+	bool noise, struct ct_err *e);
 /* Noise whose neighbours are so much alike along each axis (noise.h) instead of white: frequencies
  * count by their part of it, |S^-1 (D x - y)| <= noise sqrt(M), S^2 the powers, of mean 1. Axes
  * that D leaves as they are stay white: their coefficients are samples. Of 3, or NULL: white.

@@ -77,33 +77,26 @@ static double between(const struct ct_degrade *d)
 	return (axes > 1 ? 1 / most : 0) + (axes > 2 ? 1 / (most * second) : 0);
 }
 
-/* Of what says how a volume agrees (consistency.h): the coefficients thrice, and planes of them, or
- * for a D of few weights no more. */
-static double agreeing(const struct ct_degrade *d, const size_t n[static 3])
-{
-	const double plane = (double)ct_degrade_size(n[0], d->factor[0]) *
-			     (double)ct_degrade_size(n[1], d->factor[1]);
-	const double planes = (double)ct_degrade_size(n[2], d->factor[2]);
-
-	return sizeof(float) * plane * (3 * planes + (double)n[2]);
-}
-
-double ct_upsample_bytes(
-	enum ct_upsample method, const struct ct_degrade *by, const size_t n[static 3])
+int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_degrade *by,
+	bool noise, const size_t n[static 3], struct ct_err *e)
 {
 	const double all = (double)n[0] * (double)n[1] * (double)n[2], one = sizeof(float) * all;
 	const double dual = sizeof(int16_t) * all, beside = one * between(by);
-	double coarse = sizeof(float), solver = one + agreeing(by, n);
+	double coarse = sizeof(float), solver;
 
 	for (int a = 0; a < 3; a++)
 		coarse *= (double)ct_degrade_size(n[a], by->factor[a]);
-	if (method < CT_UPSAMPLE_DC)
-		return one + coarse + beside;
-	if (method == CT_UPSAMPLE_TV)
-		solver += CT_TV_DUAL * dual + one / TV_BORDERS;
-	if (method == CT_UPSAMPLE_HTV)
-		solver += one + CT_HESSIAN_PARTS * dual;
-	return fmax(2 * one + coarse + 2 * beside, solver);
+	*bytes = one + coarse + beside;
+	if (method >= CT_UPSAMPLE_DC && !noise)
+		*bytes = 2 * one + coarse + 2 * beside;
+	if (method <= CT_UPSAMPLE_DC)
+		return 0;
+	if (ct_consistency_bytes(&solver, by, n, noise, e))
+		return -1;
+	solver += one + (method == CT_UPSAMPLE_TV ? CT_TV_DUAL * dual + one / TV_BORDERS
+						  : one + CT_HESSIAN_PARTS * dual);
+	*bytes = fmax(*bytes, solver);
+	return 0;
 }
 
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,

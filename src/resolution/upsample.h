@@ -73,9 +73,10 @@ const char *ct_upsample_name(enum ct_upsample method);
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
 	const size_t n[static 3], struct ct_err *e);
 /* Bytes that a method has in memory at the most, of the volume of n voxels that it makes of what
- * `by` makes of that, and beside it; DC: those of whatever makes a volume agree. */
-double ct_upsample_bytes(
-	enum ct_upsample method, const struct ct_degrade *by, const size_t n[static 3]);
+ * `by` makes of that, with noise or not, and beside it; DC: those of whatever makes a volume agree.
+ * CT_EINPUT, CT_ENOMEM. */
+int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_degrade *by,
+	bool noise, const size_t n[static 3], struct ct_err *e);
 /* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
  * frequency of the coarse grid. */
 int ct_upsample_aliasing(

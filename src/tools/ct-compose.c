@@ -258,6 +258,8 @@ out:
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
+	struct ct_out_set both = {0};
+	struct ct_env own = *env;
 	struct ct_vol base = {0}, res = {0};
 	struct ct_any from = {0};
 	struct ct_memory memory;
@@ -279,12 +281,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	add(&base, &res, ct_any_meta(&from), window, p, env);
 	if (p->consistent && make_consistent(&base, p, env, e))
 		goto out;
+	own.together = p->res_out ? &both : NULL;
 	if (ct_meta_step(&base.meta, env, 2,
 		    (const struct ct_meta *const[]){&base.meta, ct_any_meta(&from)}, e) ||
-		(p->res_out && write_residual(&res, &from, p, env, e)))
+		(p->res_out && write_residual(&res, &from, p, &own, e)) ||
+		ct_keep_vol(p->out, &base, &own, e))
 		goto out;
-	rc = ct_keep_vol(p->out, &base, env, e);
+	rc = ct_out_set_commit(&both, e);
 out:
+	ct_out_set_drop(&both);
 	ct_vol_free(&base);
 	ct_vol_free(&res);
 	ct_any_free(&from);

@@ -267,17 +267,6 @@ static int read_inputs(struct job *j, struct ct_err *e)
 	return 0;
 }
 
-/* The class that is asked for is one that the prior wants. */
-static int classify(struct job *j, struct ct_err *e)
-{
-	const size_t n = j->prior.unet->arch.num_classes;
-
-	if (j->p->label >= 0)
-		return ct_prior_classify(&j->prior, (size_t)j->p->label, e);
-	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
-		 : 0;
-}
-
 /* The prior is of the kind that the options want, and of IN. */
 static int suits(const struct job *j, struct ct_err *e)
 {
@@ -309,7 +298,8 @@ static int read_prior(struct job *j, struct ct_err *e)
 		ct_tensors_read(path, &w, e))
 		goto out;
 	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
-		ct_meta_copy(&j->prior_meta, &w.meta, e) || suits(j, e) || classify(j, e))
+		ct_meta_copy(&j->prior_meta, &w.meta, e) || suits(j, e) ||
+		ddnm_input_classify(&j->prior, j->p->label, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
 		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
@@ -320,6 +310,12 @@ out:
 	ct_meta_free(&arch);
 	free(path);
 	return rc;
+}
+
+/* Nothing is drawn that would be added with weight 0. */
+static bool draws(const struct job *j)
+{
+	return asks(j) && (!j->p->base || ct_residual_asks(j->weight, j->p->std));
 }
 
 static int plan(struct job *j, size_t workers, struct ct_err *e)
@@ -344,12 +340,12 @@ static int estimate(struct job *j, struct ct_err *e)
 	struct ddnm_calls n = {.views = views, .threads = threads};
 
 	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
-		(asks(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
+		(draws(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
 		return -1;
-	if (!asks(j))
+	if (!draws(j))
 		snprintf(cost.work, sizeof cost.work, "0 calls of a network");
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
-	if (asks(j))
+	if (draws(j))
 		cost.memory +=
 			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
 			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
@@ -393,9 +389,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 		return -1;
 	out = ct_stack_some(&j->out, j->part.from, j->part.to);
 	std = ct_stack_some(&j->std, j->part.from, j->part.to);
-	if (p->std && ct_stack_write(p->std, &std, j->env, e))
-		return -1;
-	return ddnm_picture_write(p->out, &out, j->env, e);
+	return ddnm_picture_write(p->out, &out, p->std, &std, j->env, e);
 }
 
 /* What the views depend on besides the options; --std because its sums are kept. */
@@ -415,10 +409,11 @@ static int name_run(struct job *j, struct ct_err *e)
 
 static int sample(struct job *j, struct ct_err *e)
 {
+	struct ct_stack *std = j->p->std ? &j->std : NULL;
 	struct ct_denoiser net;
 	int rc;
 
-	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
+	if ((draws(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
 	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made",
@@ -428,10 +423,10 @@ static int sample(struct job *j, struct ct_err *e)
 	net = ct_prior_denoiser(&j->prior);
 	if (j->p->base)
 		rc = ct_residual_draw(&j->prior.residual, j->weight, &j->s, &net, &j->init, &j->out,
-			j->p->std ? &j->std : NULL, j->state.done, j->env, e);
+			std, j->state.done, j->env, e);
 	else
-		rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out,
-			j->p->std ? &j->std : NULL, j->state.done, j->env, e);
+		rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out, std,
+			j->state.done, j->env, e);
 	if (rc)
 		return -1;
 	if (write_outputs(j, e))

@@ -122,8 +122,8 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, j->env, e);
 }
 
-static int write_residual(
-	struct job *j, size_t n, const struct ct_meta *const *in, struct ct_err *e)
+static int write_residual(struct job *j, size_t n, const struct ct_meta *const *in,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol v = j->data.base;
 	int rc = -1;
@@ -133,8 +133,8 @@ static int write_residual(
 	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
 		ct_scan_opts_put_window(&v.meta, j->data.window, e) == 0 &&
 		ct_meta_set(&v.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) == 0 &&
-		ct_meta_step(&v.meta, j->env, n, in, e) == 0)
-		rc = ct_vol_write(j->p->residual, &v, j->env, e);
+		ct_meta_step(&v.meta, env, n, in, e) == 0)
+		rc = ct_vol_write(j->p->residual, &v, env, e);
 	ct_meta_free(&v.meta);
 	return rc;
 }
@@ -146,15 +146,22 @@ static int write_all(struct job *j, struct ct_err *e)
 	const struct ct_meta *const in[] = {
 		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
 	const size_t n = sizeof in / sizeof *in;
+	struct ct_out_set both = {0};
+	struct ct_env own = *j->env;
+	int rc = -1;
 
-	if (j->p->residual && write_residual(j, n, in, e))
-		return -1;
+	own.together = j->p->residual ? &both : NULL;
+	if (j->p->residual && write_residual(j, n, in, &own, e))
+		goto out;
 	ct_scan_opts_warn_above(&d->base, j->p->base, d->window, j->env);
 	ct_window_add(
 		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
-	if (ct_meta_step(&d->base.meta, j->env, n, in, e))
-		return -1;
-	return ct_vol_write(j->p->out, &d->base, j->env, e);
+	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&
+		ct_vol_write(j->p->out, &d->base, &own, e) == 0)
+		rc = ct_out_set_commit(&both, e);
+out:
+	ct_out_set_drop(&both);
+	return rc;
 }
 
 static int report(const struct ct_fuse_report *r, const struct ct_env *env, struct ct_err *e)

@@ -74,7 +74,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, edges), CT_IF(struct params, harm))),
 	CT_OPT(struct params, harm, 0, "harm", NULL, 0, 0,
 		"all that tells whether TEST does harm: --edges, --structures, --flat, --hfen, "
-		"the figures of --fsc, and --tissues",
+		"the figures of --fsc, and --tissues; of thin volumes what can be measured",
 		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, structures, 0, "structures", NULL, 0, 0,
 		"count the blobs in soft tissue that TEST shows and REF does not, and the reverse",
@@ -275,11 +275,14 @@ static int compare(struct metrics_figures *f, const struct params *p, const stru
 	}
 	metrics_figures_metrics(f, &m, &rule);
 	if (p->edges || p->harm) {
-		if (ct_edges(&edges, &ref, test, in, p->step, env, e)) {
+		if (ct_edges(&edges, &ref, test, in, p->step, env, e) == 0)
+			metrics_figures_edges(f, &edges);
+		else if (e->code == CT_EGEOM && !p->edges)
+			ct_log(env, CT_WARN, "%s: %s: left out", p->ref, e->msg);
+		else {
 			ct_blame(e, p->ref);
 			goto out;
 		}
-		metrics_figures_edges(f, &edges);
 	}
 	if (metrics_harm(f, h, &ref, test, in, env, e)) {
 		if (e->code != CT_EOUTPUT) /* that of the curve */

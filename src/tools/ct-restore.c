@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/keep.h"
 #include "cli/memory.h"
 #include "core/clock.h"
 #include "core/room.h"
@@ -205,17 +204,23 @@ static int need_of(double *bytes, struct job *j, struct ct_err *e)
 	const double one = 4 * expect_fine(&j->in, j->is.by.factor), std = j->p->std ? one : 0;
 	struct ct_upsample_report r;
 	size_t n[3];
-	double most = 0;
+	double most = 0, agree = 0;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(j->in.n[a], j->is.by.factor[a]);
 	if (ct_upsample_choose(&r, &rule, n, e))
 		return -1;
-	if (!j->p->start)
-		most = fmax(ct_upsample_bytes(r.method, &j->is.by, n), 2 * std);
-	if (!j->alone)
-		most = fmax(most, std + fmax(ct_upsample_bytes(CT_UPSAMPLE_DC, &j->is.by, n),
-						EXPECT_PRIOR + one * (j->rule.doubt > 0 ? 3 : 2)));
+	if (!j->p->start) {
+		if (ct_upsample_bytes(&most, r.method, &j->is.by, rule.noise > 0, n, e))
+			return -1;
+		most = fmax(most, 2 * std);
+	}
+	if (!j->alone) {
+		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &j->is.by, false, n, e))
+			return -1;
+		most = fmax(
+			most, std + fmax(agree, EXPECT_PRIOR + one * (j->rule.doubt > 0 ? 3 : 2)));
+	}
 	*bytes = most + 4 * (double)ct_vol_count(&j->in);
 	return 0;
 }
@@ -449,10 +454,9 @@ static int work(struct job *j, struct ct_err *e)
 		(j->is.noise > 0 &&
 			ct_meta_setf(&j->out.meta, e, CT_META_NOISE, "%.9g", j->is.noise)) ||
 		ct_check_stop(j->env, e) || ct_meta_step(&j->out.meta, j->env, 3, from, e) ||
-		(p->brick && trim(j, e)) ||
-		(p->std && std_write(p->std, &j->std, 3, from, j->env, e)))
+		(p->brick && trim(j, e)))
 		return -1;
-	return ct_keep_vol(p->out, &j->out, j->env, e);
+	return std_write(p->std, &j->std, p->out, &j->out, 3, from, j->env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -79,7 +79,8 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(VOLUMES)),
 	CT_OPT(struct sr, factor, 'x', "scale", "S|X,Y,Z", 0, 0,
 		"refine every axis S times, or the three axes X, Y, Z times, from 1 to 16; need not be "
-		"whole where there are no projections; 4 if neither this nor --spacing is given"),
+		"whole where there are no projections; if neither this nor --spacing is given as IN says "
+		"that it was reduced, and 4 times if it does not"),
 	CT_OPT(struct sr, spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,
 		"refine to voxels of MM, or of X, Y, Z mm along the three axes, in place of -x; an axis "
 		"that is as fine stays as it is",
@@ -177,21 +178,16 @@ static int choose_scale(struct projections *q, const struct sr *p, struct ct_err
 
 	if (p->spacing)
 		return 0;
-	if (ct_cli_numbers("scale", p->factor ? p->factor : SR_FACTOR, ',', 3, true, x, e))
+	if (sr_scale_check(x, p, e))
 		return -1;
-	for (int a = 0; a < 3; a++)
-		if (!(x[a] >= 1 && x[a] <= 16))
-			return ct_fail(e, CT_EUSAGE, "--scale: %g is outside [1, 16]", x[a]);
-	if (x[0] == 1 && x[1] == 1 && x[2] == 1)
-		return ct_fail(e, CT_EUSAGE, "--scale: 1 refines nothing");
 	if (q->views == 0)
 		return 0;
 	q->scale = (int)x[0];
 	return x[0] == x[1] && x[0] == x[2] && x[0] == q->scale
 		       ? 0
 		       : ct_fail(e, CT_EUSAGE,
-				 "--scale: projections take one whole number for all axes, not %s",
-				 p->factor);
+				 "%s: projections take one whole number for all axes, not %s",
+				 p->factor == p->said ? p->in : "--scale", p->factor);
 }
 
 static int choose(struct projections *q, const struct sr *p, struct ct_err *e)
@@ -282,7 +278,7 @@ static int add_refine(struct ct_chain *c, const struct sr *p, const struct sr_fi
 		(f->slices && ct_chain_word(c, e, "--prior=%s", f->slices)) ||
 		(f->slices && looks[p->quality] && ct_chain_word(c, e, "%s", looks[p->quality])) ||
 		(p->spacing ? ct_chain_word(c, e, "--spacing=%s", p->spacing)
-			    : ct_chain_word(c, e, "-x%s", p->factor ? p->factor : SR_FACTOR)) ||
+			    : ct_chain_word(c, e, "-x%s", p->factor)) ||
 		add_memory(c, p, e))
 		return -1;
 	if (sr_published(p) ? ct_chain_word(c, e, "--method=cubic") : add_operator(c, p, e))
@@ -394,12 +390,13 @@ static int plan(struct ct_chain *c, const struct sr *p, const struct projections
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const struct sr *p = params;
+	struct sr now = *(const struct sr *)params, *p = &now;
 	struct ct_chain c = {.folder.lock = -1};
 	struct sr_files f = {0};
 	struct projections q;
 	int rc = -1;
 
+	sr_scale_find(p);
 	if (choose(&q, p, e))
 		return -1;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/keep.h"
 #include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/clock.h"
@@ -138,9 +137,10 @@ static int need_of(double *bytes, const struct ct_vol *in, const struct ct_upsam
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(in->n[a], rule->by.factor[a]);
-	if (ct_upsample_choose(&r, rule, n, e))
+	if (ct_upsample_choose(&r, rule, n, e) ||
+		ct_upsample_bytes(bytes, r.method, &rule->by, rule->noise > 0, n, e))
 		return -1;
-	*bytes = fmax(ct_upsample_bytes(r.method, &rule->by, n), std ? STD_BYTES(fine) : 0) +
+	*bytes = fmax(*bytes, std ? STD_BYTES(fine) : 0) +
 		 4 * ((rule->start ? fine : 0) + (double)ct_vol_count(in));
 	return 0;
 }
@@ -248,10 +248,9 @@ static int write_out(const struct params *p, struct ct_vol *out, struct ct_vol *
 	if (ct_check_stop(env, e) || ct_meta_step(&out->meta, env, 2, from, e) ||
 		(brick && brick_finish(out, brick, key, e)))
 		return -1;
-	if (p->std && ((brick && brick_finish(std, brick, key, e)) ||
-			      std_write(p->std, std, 2, from, env, e)))
+	if (p->std && brick && brick_finish(std, brick, key, e))
 		return -1;
-	return ct_keep_vol(p->out, out, env, e);
+	return std_write(p->std, std, p->out, out, 2, from, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -100,3 +100,13 @@ int ddnm_input_operator(enum ct_measurement_kind *op, int given, const struct ct
 	*op = ct_pixel_measures((enum ct_pixel)known);
 	return 0;
 }
+
+int ddnm_input_classify(struct ct_prior *prior, int label, struct ct_err *e)
+{
+	const size_t n = prior->unet->arch.num_classes;
+
+	if (label >= 0)
+		return ct_prior_classify(prior, (size_t)label, e);
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
+		 : 0;
+}

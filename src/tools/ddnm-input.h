@@ -3,6 +3,7 @@
 #define CT_TOOLS_DDNM_INPUT_H
 #include "core/stack.h"
 #include "diffusion/measurement.h"
+#include "diffusion/prior.h"
 
 #include <stdbool.h>
 
@@ -24,5 +25,7 @@ int ddnm_input_scale(
 /* Was the scan whose refined volume was projected sampled so that it aliases, or is that not known?
  */
 int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e);
+/* The class that is asked for, or -1, is one that the prior wants. CT_EUSAGE. */
+int ddnm_input_classify(struct ct_prior *prior, int label, struct ct_err *e);
 
 #endif

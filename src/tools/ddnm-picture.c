@@ -95,9 +95,21 @@ int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err
 	return ct_fail(e, CT_EUSAGE, "%s: only a picture can be written as PNG; use EXR", path);
 }
 
-int ddnm_picture_write(
-	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
+int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *beside,
+	const struct ct_stack *std, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_ends_match(path, CT_ENDS_PICTURE) ? write_png(path, s, env, e)
-						    : ct_stack_write(path, s, env, e);
+	struct ct_out_set both = {0};
+	struct ct_env own = *env;
+	int rc = 0;
+
+	own.together = beside ? &both : NULL;
+	if (beside)
+		rc = ct_stack_write(beside, std, &own, e);
+	if (rc == 0)
+		rc = ct_ends_match(path, CT_ENDS_PICTURE) ? write_png(path, s, &own, e)
+							  : ct_stack_write(path, s, &own, e);
+	if (rc == 0)
+		rc = ct_out_set_commit(&both, e);
+	ct_out_set_drop(&both);
+	return rc;
 }

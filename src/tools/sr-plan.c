@@ -354,7 +354,7 @@ static int measure(struct sr_jobs *x, const struct ct_env *env, struct ct_err *e
 	return rc;
 }
 
-int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, size_t views,
+int sr_plan(struct ct_chain *c, struct sr *p, const struct sr_files *f, size_t views,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t wanted = p->jobs ? (size_t)p->jobs : JOBS;
@@ -364,7 +364,8 @@ int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, si
 	int rc = -1;
 
 	if (open_plan(&x, env, e) || (f->report && ct_journal_begin(f->log, false, e)) ||
-		ct_chain_start(c, 0, env, e) || ct_chain_ask(&answer, c, 1, env, e))
+		ct_chain_start(c, 0, env, e) || sr_scale_settle(c, p, e) ||
+		ct_chain_ask(&answer, c, 1, env, e))
 		goto out;
 	x.told = answer;
 	choose_slabs(&x, env);

@@ -35,15 +35,13 @@ struct run {
 	struct ct_folder beside; /* OUT, of slabs; or not open */
 };
 
-/* Does it fit, whatever way it is refined, and is soon made? What is wrong with it is for that step
- * to say. */
-static bool is_small(const struct run *r)
+/* Voxels of the result, and the most memory that it may take; NaN of a scan that cannot be refined,
+ * which is for the step that refines to say. */
+static double voxels(const struct run *r, double *memory)
 {
 	const char *path = r->c->step[0].output;
 	const struct lowres lr = {.in = path,
-		.factor = r->p->spacing  ? NULL
-			  : r->p->factor ? r->p->factor
-					 : SR_FACTOR,
+		.factor = r->p->factor,
 		.spacing = r->p->spacing,
 		.decimate = -1,
 		.skip_noise = true,
@@ -51,14 +49,25 @@ static bool is_small(const struct run *r)
 	struct ct_vol head = {0};
 	struct lowres_is is;
 	struct ct_err why;
-	bool small = true;
+	double fine = (double)NAN;
 
-	if (sr_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0)
-		small = expect_fine(&head, is.by.factor) < EXPECT_LONG &&
-			ct_memory_fits(
-				expect_most(&head, is.by.factor), r->p->memory, ct_memory_free(""));
+	*memory = (double)NAN;
+	if (sr_head(&head, path, &why) == 0 && lowres_find(&is, &lr, &head, r->env, &why) == 0) {
+		fine = expect_fine(&head, is.by.factor);
+		*memory = expect_most(&head, is.by.factor);
+	}
 	ct_vol_free(&head);
-	return small;
+	return fine;
+}
+
+/* Does it fit, whatever way it is refined, and is soon made? */
+static bool is_small(const struct run *r)
+{
+	double memory;
+	const double fine = voxels(r, &memory);
+
+	return isnan(fine) ||
+	       (fine < EXPECT_LONG && ct_memory_fits(memory, r->p->memory, ct_memory_free("")));
 }
 
 /* What the step that refines will take; of a small scan nothing. */
@@ -115,7 +124,10 @@ static size_t choose(struct run *r)
 	return m;
 }
 
-static int check_free(const char *folder, double need, const char *what, struct ct_err *e)
+#define OTHER_FOLDER ": --keep names another folder for them"
+
+static int check_free(
+	const char *folder, double need, const char *what, const char *hint, struct ct_err *e)
 {
 	struct statvfs v;
 	double is;
@@ -123,11 +135,62 @@ static int check_free(const char *folder, double need, const char *what, struct 
 	if (statvfs(folder, &v) != 0)
 		return 0;
 	is = (double)v.f_bavail * (double)v.f_frsize;
-	return need <= is ? 0
-			  : ct_fail(e, CT_EOUTPUT,
-				    "%s: %s take %.0f MiB of disk, and %.0f are free: --keep names "
-				    "another folder for them",
-				    folder, what, mib(need), floor(is / MIB));
+	return need <= is
+		       ? 0
+		       : ct_fail(e, CT_EOUTPUT, "%s: %s take %.0f MiB of disk, and %.0f are free%s",
+				 folder, what, mib(need), floor(is / MIB), hint);
+}
+
+/* What is written: volumes in floats, and DICOM in 16 bits. */
+struct writes {
+	char *folder; /* NULL: nothing that could be told */
+	double bytes;
+	dev_t on;
+};
+
+/* Not into what is no file, and nobody knows how far something can be compressed. */
+static void writes(struct writes *w, const char *path, double bytes)
+{
+	const char *end = path && strlen(path) > 3 ? path + strlen(path) - 3 : "";
+	struct stat st;
+
+	*w = (struct writes){.bytes = bytes};
+	if (!path || strcmp(path, "-") == 0 || strcmp(end, ".gz") == 0 ||
+		(lstat(path, &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode)))
+		return;
+	w->folder = ct_folder_of(path);
+	if (w->folder && stat(w->folder, &st) == 0)
+		w->on = st.st_dev;
+}
+
+/* Is there disk for the result, what tells its error, and DICOM of it? */
+static int check_out(const struct run *r, struct ct_err *e)
+{
+	const struct ct_step *s = &r->c->step[1];
+	const bool dicom = r->f->result != r->f->out;
+	struct writes w[3];
+	double memory;
+	const double fine = voxels(r, &memory);
+	int rc = 0;
+
+	if (isnan(fine) || r->p->resume)
+		return 0;
+	writes(&w[0], s->output, 4 * fine);
+	writes(&w[1], s->beside, 4 * fine);
+	writes(&w[2], strcmp(r->f->out, s->output) == 0 ? NULL : r->f->out, (dicom ? 2 : 4) * fine);
+	for (int i = 0; i < 3 && rc == 0; i++) {
+		double all = 0;
+
+		for (int k = 0; k < 3; k++)
+			if (w[k].folder && w[i].folder && w[k].on == w[i].on)
+				all += w[k].bytes;
+		if (w[i].folder)
+			rc = check_free(w[i].folder, all, "voxels",
+				strcmp(w[i].folder, r->c->folder.path) == 0 ? OTHER_FOLDER : "", e);
+	}
+	for (int i = 0; i < 3; i++)
+		free(w[i].folder);
+	return rc;
 }
 
 /* Bytes of slabs that an earlier run has left. */
@@ -156,11 +219,12 @@ static int check_disk(const struct run *r, struct ct_err *e)
 	if (!to)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (strcmp(out, "-") == 0)
-		rc = check_free(folder, slabs, "slabs", e);
+		rc = check_free(folder, slabs, "slabs", OTHER_FOLDER, e);
 	else if (stat(folder, &a) == 0 && stat(to, &b) == 0 && a.st_dev == b.st_dev)
-		rc = check_free(folder, slabs + whole, "slabs and their whole", e);
+		rc = check_free(folder, slabs + whole, "slabs and their whole", OTHER_FOLDER, e);
 	else
-		rc = check_free(folder, slabs, "slabs", e) || check_free(to, whole, "voxels", e)
+		rc = check_free(folder, slabs, "slabs", OTHER_FOLDER, e) ||
+				     check_free(to, whole, "voxels", "", e)
 			     ? -1
 			     : 0;
 	free(to);
@@ -249,10 +313,10 @@ static int check_fits(
 				mib(need), floor(free / MIB));
 		all->memory = fmax(all->memory, need);
 		all->seconds += takes[i].seconds;
-		if (strcmp(c->step[i].output, r->f->out) != 0)
+		if (strcmp(c->step[i].output, r->f->out) != 0 && !isnan(takes[i].disk))
 			all->disk += takes[i].disk;
 	}
-	return check_free(c->folder.path, all->disk, "files between the steps", e);
+	return check_free(c->folder.path, all->disk, "files between the steps", OTHER_FOLDER, e);
 }
 
 /* What the step that refines takes. */
@@ -274,7 +338,7 @@ static int refining(struct run *r, struct sr_takes *takes, struct ct_err *e)
 
 static bool is_long(const struct run *r)
 {
-	const double s = strtod(r->p->factor ? r->p->factor : SR_FACTOR, NULL);
+	const double s = r->p->factor ? strtod(r->p->factor, NULL) : 1;
 	struct ct_vol head = {0};
 	struct ct_err why;
 	bool is = false;
@@ -310,8 +374,8 @@ out:
 	return rc;
 }
 
-int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
-	const struct ct_env *env, struct ct_err *e)
+int sr_run(struct ct_chain *c, struct sr *p, const struct sr_files *f, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct run r = {.c = c,
 		.p = p,
@@ -323,7 +387,8 @@ int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
 	int rc = -1;
 
 	r.jobs.slabs = 1;
-	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
+	if (ct_chain_run_some(c, 0, 1, env, e) == 0 && sr_scale_settle(c, p, e) == 0 &&
+		check_out(&r, e) == 0 && (sr_published(p) || ask(&r, e) == 0) &&
 		expect_chain(&r, e) == 0) {
 		r.jobs.slabs = sr_published(p) ? 1 : choose(&r);
 		rc = r.jobs.slabs > 1 ? run_slabs(&r, e) : ct_chain_run_some(c, 1, c->n, env, e);

@@ -16,7 +16,7 @@
 	X(BEST, "best")
 enum quality { QUALITIES(CT_WORD_VALUE) };
 
-#define SR_FACTOR "4" /* where neither that nor a spacing is given */
+enum { SR_SCALE = 96 };
 
 /* What the command line says. */
 struct sr {
@@ -26,6 +26,9 @@ struct sr {
 	double noise;
 	int decimate, label, quality, views, iterations, gaussians, tilt, gaps, jobs;
 	bool projections, paper, release, resume, dry_run, skip_damaged, deid;
+	/* where neither factor nor spacing is given (sr-scale.c) */
+	char said[SR_SCALE]; /* what `factor` points to then */
+	bool assumed;        /* by no header that could be read */
 };
 
 /* The published method? */
@@ -33,6 +36,15 @@ static inline bool sr_published(const struct sr *p)
 {
 	return p->paper || p->release;
 }
+
+/* The factor where neither that nor a spacing is given: that which the header of IN says, and 4 if
+ * it says none, or cannot be read twice, as a pipe. */
+void sr_scale_find(struct sr *p);
+/* The factors, of which at least one refines. CT_EUSAGE. */
+int sr_scale_check(double x[static 3], const struct sr *p, struct ct_err *e);
+/* The first step is done: what the header says that IN had, into the step that refines, where only
+ * now it can be read. CT_EUSAGE, where projections depend on it. */
+int sr_scale_settle(struct ct_chain *c, struct sr *p, struct ct_err *e);
 
 /* All files by name. */
 struct sr_files {
@@ -106,12 +118,12 @@ int sr_rehearse(struct sr_takes *takes, const struct ct_chain *of, size_t first,
 
 /* Do the first step of the chain, and write the others as jobs: those that refine and that draw the
  * `views` projections in p->jobs parts, into plan.json and plan.mk of its folder (sr-plan.c). */
-int sr_plan(struct ct_chain *c, const struct sr *p, const struct sr_files *f, size_t views,
+int sr_plan(struct ct_chain *c, struct sr *p, const struct sr_files *f, size_t views,
 	const struct ct_env *env, struct ct_err *e);
 /* Run the chain; the step that refines in slabs, where it does not fit into the memory that it may
  * take and the scan can be cut (sr-run.c). */
-int sr_run(struct ct_chain *c, const struct sr *p, const struct sr_files *f,
-	const struct ct_env *env, struct ct_err *e);
+int sr_run(struct ct_chain *c, struct sr *p, const struct sr_files *f, const struct ct_env *env,
+	struct ct_err *e);
 
 /* Read the header of a volume in NIfTI. Codes of the reader. */
 int sr_head(struct ct_vol *head, const char *path, struct ct_err *e);

@@ -109,7 +109,7 @@ plans() {
 	while [ $i -le "$1" ]; do
 		[ -s timed$i.nii ] || { ct-phantom -q -s $i --size 192x192x$((128 + 128 * (i % 3))) ellipsoids hr.nii -f
 			ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii timed$i.nii; }
-		ct-sr -q -f -t 1 -x 1,1,4 -Q draft --jobs 3 --plan timed$i timed$i.nii timed$i.out.nii
+		ct-sr -q -f -t 1 -x 1,1,4 -Q fast --jobs 3 --plan timed$i timed$i.nii timed$i.out.nii
 		rm -f timed$i.out.nii
 		i=$((i + 1))
 	done

@@ -25,12 +25,15 @@ double expect_fine(const struct ct_vol *in, const double factor[3])
 double expect_most(const struct ct_vol *in, const double factor[3])
 {
 	const struct ct_degrade by = {.factor = {factor[0], factor[1], factor[2]}};
+	struct ct_err why;
 	size_t n[3];
+	double bytes;
 
 	for (int a = 0; a < 3; a++)
 		n[a] = ct_degrade_cover(in->n[a], factor[a]);
-	return CT_MEMORY_BASE + EXPECT_PRIOR + ct_upsample_bytes(CT_UPSAMPLE_HTV, &by, n) +
-	       8 * (double)ct_vol_count(in);
+	if (ct_upsample_bytes(&bytes, CT_UPSAMPLE_HTV, &by, true, n, &why))
+		return (double)INFINITY;
+	return CT_MEMORY_BASE + EXPECT_PRIOR + bytes + 12 * (double)ct_vol_count(in);
 }
 
 /* As expect_piece, of fine[] voxels along the axes. */
