@@ -245,7 +245,7 @@ static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
 	for (size_t i = 0; i < m; i++)
 		want[i] = (float)(width(f) * (double)f->lack->data[i]);
 	ct_par_heed(env->par, env->stop);
-	ct_consistency_exact(r, want, 0, &down, &up, lo, hi, env->par);
+	ct_consistency_exact(r, want, 0, &down, &up, lo, env->par);
 	ct_par_heed(env->par, NULL);
 	if (ct_check_stop(env, e)) {
 		if (f->joint.save)

@@ -37,10 +37,9 @@ int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 }
 
 void ct_consistency_exact(float *x, const float *y, double most, const struct ct_separable *d,
-	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par)
+	const struct ct_separable *dplus, float *lo, struct ct_par *par)
 {
 	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
-	size_t n = d->t[0].n_in * d->t[1].n_in * d->t[2].n_in;
 
 	ct_separable_apply(d, lo, x, par);
 	for (size_t at = 0; at < m; at += MANY) {
@@ -53,12 +52,5 @@ void ct_consistency_exact(float *x, const float *y, double most, const struct ct
 		}
 		ct_room_trim();
 	}
-	ct_separable_apply(dplus, hi, lo, par);
-	for (size_t at = 0; at < n; at += MANY) {
-		const size_t end = n - at < MANY ? n : at + MANY;
-
-		for (size_t i = at; i < end; i++)
-			x[i] += hi[i];
-		ct_room_trim();
-	}
+	ct_separable_add(dplus, x, lo, par);
 }

@@ -124,8 +124,8 @@ double ct_consistency_solve(struct ct_consistency *dc, bool measure, struct ct_p
 int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 	const size_t n[static 3], const struct ct_par *par, struct ct_err *e);
 /* x <- x + D+ t, t what of y - D x is beyond +-most: of 0 all of it. dplus and d are planned; lo
- * and hi are work of the size of y and x. */
+ * is work of the size of y. */
 void ct_consistency_exact(float *x, const float *y, double most, const struct ct_separable *d,
-	const struct ct_separable *dplus, float *lo, float *hi, struct ct_par *par);
+	const struct ct_separable *dplus, float *lo, struct ct_par *par);
 
 #endif

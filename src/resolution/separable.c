@@ -162,10 +162,19 @@ struct job {
 	const float *in;
 	const struct ct_taps *t;
 	double *scratch;
+	bool add;      /* to what out holds */
 	size_t inner;  /* samples between neighbours along the axis */
 	size_t blocks; /* of WIDTH lines in each run of `inner` lines (axis 0: in all lines) */
 	size_t lines;  /* axis 0 only: how many */
 };
+
+static void put(const struct job *j, float *out, const float *row, size_t n)
+{
+	if (!j->add)
+		memcpy(out, row, n * sizeof *out);
+	for (size_t i = 0; j->add && i < n; i++)
+		out[i] += row[i];
+}
 
 /* Lines that are `inner` apart along the axis and contiguous across it. */
 static void across(void *arg, size_t task, size_t worker)
@@ -185,7 +194,7 @@ static void across(void *arg, size_t task, size_t worker)
 
 		CT_SIMD(ct_separable_rows)(rows, tile, j->t, m, n);
 		for (size_t r = 0; r < n; r++)
-			memcpy(out + (m + r) * j->inner, rows + r * WIDTH, width * sizeof *out);
+			put(j, out + (m + r) * j->inner, rows + r * WIDTH, width);
 	}
 }
 
@@ -212,16 +221,19 @@ static void along(void *arg, size_t task, size_t worker)
 		size_t n = n_out - m < ROWS ? n_out - m : ROWS;
 
 		CT_SIMD(ct_separable_rows)(rows, tile, j->t, m, n);
-		for (size_t i = 0; i < width; i++)
+		for (size_t i = 0; i < width; i++) {
+			float line[ROWS];
+
 			for (size_t r = 0; r < n; r++)
-				out[i * n_out + m + r] = rows[r * WIDTH + i];
+				line[r] = rows[r * WIDTH + i];
+			put(j, out + i * n_out + m, line, n);
+		}
 	}
 }
 
-void ct_taps_apply(float *restrict out, const float *restrict in, const size_t n[static 3],
-	int axis, const struct ct_taps *t, double *scratch, struct ct_par *par)
+static void apply(struct job j, const size_t n[static 3], int axis, struct ct_par *par)
 {
-	struct job j = {.out = out, .in = in, .t = t, .scratch = scratch, .inner = n[0]};
+	j.inner = n[0];
 
 	if (axis == 0) {
 		j.lines = n[1] * n[2];
@@ -232,6 +244,12 @@ void ct_taps_apply(float *restrict out, const float *restrict in, const size_t n
 		j.inner *= n[1];
 	j.blocks = (j.inner + WIDTH - 1) / WIDTH;
 	ct_par_for(par, j.blocks * (axis == 1 ? n[2] : 1), across, &j);
+}
+
+void ct_taps_apply(float *restrict out, const float *restrict in, const size_t n[static 3],
+	int axis, const struct ct_taps *t, double *scratch, struct ct_par *par)
+{
+	apply((struct job){.out = out, .in = in, .t = t, .scratch = scratch}, n, axis, par);
 }
 
 /* Shrink first, grow last; among equals the slowest axis first, which has the worst strides. */
@@ -312,23 +330,40 @@ out:
 	return rc;
 }
 
-void ct_separable_apply(
-	const struct ct_separable *s, float *out, const float *in, struct ct_par *par)
+/* The operator, whose result is added to what out holds if `add`. */
+static void run(
+	const struct ct_separable *s, float *out, const float *in, bool add, struct ct_par *par)
 {
+	struct job j = {.out = out, .in = in, .scratch = s->scratch};
 	size_t n[3] = {s->t[0].n_in, s->t[1].n_in, s->t[2].n_in};
 
 	for (size_t k = 0, plane = n[0] * n[1]; s->passes == 0 && k < n[2]; k++) {
-		memcpy(out + k * plane, in + k * plane, plane * sizeof *out);
+		j.add = add;
+		put(&j, out + k * plane, in + k * plane, plane);
 		ct_room_trim();
 	}
 	for (int pass = 0; pass < s->passes; pass++) {
 		int axis = s->order[pass];
-		float *to = pass + 1 == s->passes ? out : s->tmp[pass];
+		const bool last = pass + 1 == s->passes;
 
-		ct_taps_apply(to, in, n, axis, &s->t[axis], s->scratch, par);
-		n[axis] = s->t[axis].n_out;
-		in = to;
+		j.out = last ? out : s->tmp[pass];
+		j.t = &s->t[axis];
+		j.add = add && last;
+		apply(j, n, axis, par);
+		n[axis] = j.t->n_out;
+		j.in = j.out;
 	}
+}
+
+void ct_separable_apply(
+	const struct ct_separable *s, float *out, const float *in, struct ct_par *par)
+{
+	run(s, out, in, false, par);
+}
+
+void ct_separable_add(const struct ct_separable *s, float *out, const float *in, struct ct_par *par)
+{
+	run(s, out, in, true, par);
 }
 
 static int forward(void *ctx, float *y, size_t parts, const float *x, const struct ct_env *env,

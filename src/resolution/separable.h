@@ -69,6 +69,9 @@ int ct_separable_adjoint(struct ct_separable *adj, const struct ct_separable *s,
  * One call at a time. */
 void ct_separable_apply(
 	const struct ct_separable *s, float *out, const float *in, struct ct_par *par);
+/* out = out + the same. */
+void ct_separable_add(
+	const struct ct_separable *s, float *out, const float *in, struct ct_par *par);
 
 /* Both as an operator: pair[0] and its adjoint pair[1], borrowed. */
 struct ct_linear ct_separable_linear(const struct ct_separable pair[static 2]);

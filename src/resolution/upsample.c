@@ -77,6 +77,12 @@ static double between(const struct ct_degrade *d)
 	return (axes > 1 ? 1 / most : 0) + (axes > 2 ? 1 / (most * second) : 0);
 }
 
+/* Does what a method makes agree exactly: TV and HTV only without noise. */
+static bool settles(enum ct_upsample method, bool noise)
+{
+	return method == CT_UPSAMPLE_DC || (method > CT_UPSAMPLE_DC && !noise);
+}
+
 int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_degrade *by,
 	bool noise, const size_t n[static 3], struct ct_err *e)
 {
@@ -86,9 +92,7 @@ int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_de
 
 	for (int a = 0; a < 3; a++)
 		coarse *= (double)ct_degrade_size(n[a], by->factor[a]);
-	*bytes = one + coarse + beside;
-	if (method >= CT_UPSAMPLE_DC && !noise)
-		*bytes = 2 * one + coarse + 2 * beside;
+	*bytes = one + coarse + beside * (settles(method, noise) ? 2 : 1);
 	if (method <= CT_UPSAMPLE_DC)
 		return 0;
 	if (ct_consistency_bytes(&solver, by, n, noise, e))
@@ -169,7 +173,7 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	double most, double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable down = {0}, up = {0};
-	float *lo = NULL, *hi = NULL;
+	float *lo = NULL;
 	size_t m = ct_vol_count(y);
 	double sum = 0;
 	int rc = -1;
@@ -178,10 +182,9 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 		ct_room_alloc(&lo, m, sizeof *lo, e))
 		goto out;
 	if (isfinite(most)) {
-		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e) ||
-			ct_room_alloc(&hi, ct_vol_count(x), sizeof *hi, e))
+		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e))
 			goto out;
-		ct_consistency_exact(x->data, y->data, most, &down, &up, lo, hi, env->par);
+		ct_consistency_exact(x->data, y->data, most, &down, &up, lo, env->par);
 	}
 	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++) {
@@ -194,7 +197,6 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 out:
 	ct_separable_free(&down);
 	ct_separable_free(&up);
-	ct_room_free(hi);
 	ct_room_free(lo);
 	return rc;
 }
@@ -311,7 +313,7 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 		return -1;
 	if (rule->known &&
 		ct_upsample_settle(hi, lo, d,
-			report->method >= CT_UPSAMPLE_DC && rule->noise == 0 ? 0 : (double)INFINITY,
+			settles(report->method, rule->noise > 0) ? 0 : (double)INFINITY,
 			&report->residual, env, e))
 		return -1;
 	return ct_vol_check_finite(hi, e) ? ct_blame(e, "the result") : 0;
