@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = CT_SEPARABLE_WIDTH, ROWS = 16 };
+enum { WIDTH = CT_SEPARABLE_WIDTH, ROWS = 16, FETCH = 16, LINE = 16 }; /* LINE: of the cache */
 
 int ct_taps_alloc(struct ct_taps *t, size_t n_in, size_t n_out, size_t taps, struct ct_err *e)
 {
@@ -186,9 +186,17 @@ static void across(void *arg, size_t task, size_t worker)
 	float *out = j->out + outer * j->t->n_out * j->inner + at, rows[ROWS * WIDTH];
 	double *tile = j->scratch + worker * j->t->n_in * WIDTH;
 
-	for (size_t k = 0; k < j->t->n_in; k++)
-		for (size_t i = 0; i < WIDTH; i++)
-			tile[k * WIDTH + i] = i < width ? (double)in[k * j->inner + i] : 0.0;
+	if (width < WIDTH)
+		memset(tile, 0, j->t->n_in * WIDTH * sizeof *tile);
+	for (size_t k = 0; k < j->t->n_in; k++) {
+		const float *row = in + k * j->inner;
+
+		/* each row is on a page of its own, which no processor sees coming */
+		for (size_t i = 0; i < width && k + FETCH < j->t->n_in; i += LINE)
+			__builtin_prefetch(row + FETCH * j->inner + i);
+		for (size_t i = 0; i < width; i++)
+			tile[k * WIDTH + i] = (double)row[i];
+	}
 	for (size_t m = 0; m < j->t->n_out; m += ROWS) {
 		size_t n = j->t->n_out - m < ROWS ? j->t->n_out - m : ROWS;
 
