@@ -19,7 +19,7 @@ done
 ct-upsample -q -f -m htv --iterations 40 --tolerance 0 rough.nii plain.nii; ! near plain.nii merged.nii 1; ok $? 'linear where flat, as well'
 set -- --prior "$builddir/slices.safetensors" -w 0
 ct-restore -q "$@" --iterations 40 --tolerance 0 rough.nii all0.nii && ct-restore -q "$@" --start plain.nii rough.nii all1.nii
-near all0.nii all1.nii 0.01 && ! near all0.nii plain.nii 1 && ! near all0.nii merged.nii 1; ok $? 'in part, after the prior'
+near all0.nii all1.nii 0.01 && ! near all0.nii plain.nii 1 && near all0.nii merged.nii 0.5; ok $? 'after the prior, too'
 for n in 1 2 3; do ct-restore -q "$@" --iterations 40 --brick $n/3 rough.nii slab$n.nii; done
 ct-merge -q slab1.nii slab2.nii slab3.nii slabs.nii && near all0.nii slabs.nii 0.5; ok $? 'in slabs, too'
 set --

@@ -320,6 +320,13 @@ static void test_choice(void)
 	r = up(&start, &lo, &rule);
 	OK(r.residual < 1e-4 && r.residual == misfit(&start, &lo, &D) && isnan(r.condition),
 		"dc settles");
+	rule.noise = 20;
+	r = up(&hi, &lo, &rule);
+	OK(memcmp(hi.data, start.data, ct_vol_count(&hi) * sizeof *hi.data) == 0 &&
+			r.residual < 1e-4,
+		"whatever noise there is");
+	ct_vol_free(&hi);
+	rule.noise = 0;
 	for (size_t i = 0; i < ct_vol_count(&start); i++)
 		start.data[i] = (float)i;
 	rule.start = &start;

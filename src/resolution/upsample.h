@@ -13,7 +13,8 @@
  *          above the Nyquist frequency of the coarse grid, and, if no noise is known, linear where
  *          these are flat (flat.h); the B-spline if there is no D
  *
- * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality.
+ * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;
+ * DC shows it.
  */
 #ifndef CT_RESOLUTION_UPSAMPLE_H
 #define CT_RESOLUTION_UPSAMPLE_H
