@@ -311,10 +311,9 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	if (report->method >= CT_UPSAMPLE_TV &&
 		(regularise(hi, lo, rule, report, env, e) || flatten(hi, lo, rule, report, env, e)))
 		return -1;
-	if (rule->known &&
-		ct_upsample_settle(hi, lo, d,
-			settles(report->method, rule->noise > 0) ? 0 : (double)INFINITY,
-			&report->residual, env, e))
+	if (rule->known && ct_upsample_settle(hi, lo, d,
+				   settles(report->method, rule->noise > 0) ? 0 : (double)INFINITY,
+				   &report->residual, env, e))
 		return -1;
 	return ct_vol_check_finite(hi, e) ? ct_blame(e, "the result") : 0;
 }
