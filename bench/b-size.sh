@@ -44,8 +44,8 @@ for n in $SIZES; do
 	scan $((n / 4))
 	for c in $COMMANDS; do
 		case $c in
-		upsample) how='-m tv --iterations 20' ;;
-		restore) how='--iterations 20' ;;
+		upsample) how='-m tv --iterations 20 --noise 0' ;;
+		restore) how='--iterations 20 --noise 0' ;;
 		*) echo "b-size.sh: COMMANDS: no $c" >&2; exit 1 ;;
 		esac
 		# shellcheck disable=SC2086
