@@ -38,7 +38,7 @@ rm link.*
 printf 'before\n' >two.nii.gz
 both() { # both COMMAND...: the first output fits, and OUT does not
 	rm two.nii.gz; "$@" && n=$(cat one.nii two.nii.gz | wc -c); rm one.nii; printf 'before\n' >two.nii.gz
-	( trap '' XFSZ; ulimit -f $((n / 1024)); TMPDIR=nowhere "$@" 2>&1; echo $? ) | cat >err # between both, of 512 bytes
+	( trap '' XFSZ; TMPDIR=nowhere prlimit --fsize=$((n / 2)) "$@" 2>&1; echo $? ) | cat >err # between both
 	[ "$(sed -n '$p' err)" = 4 ] && grep -q 'one.nii: File too large' err; ok $? "$1: a disk that is full in between"
 	[ "$(cat two.nii.gz)" = before ] && ! ls | grep -qE '^one|^two.nii.gz.'; ok $? 'leaves nothing'
 }
