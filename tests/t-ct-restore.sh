@@ -165,6 +165,8 @@ cmp_ n1 n2; ok $? 'by another look'
 noisy w1 -w 1; noisy w2 -w 1 --passes 2; ! cmp_ w1 w2; ok $? 'unless there is a weight'
 ct-degrade -q -f -x 4 -p P3n truth.nii noisy.nii
 noisy n1; noisy n2 --passes 2; ! cmp_ n1 n2; ok $? 'or what is sampled by points aliases'
+noisy g0 --passes 2 --gate 0; ! cmp_ n2 g0; ok $? 'with a gate then'
+noisy w2 --passes 2 -w 1; cmp_ g0 w2; ok $? 'but for a weight'
 ct-sr --slices r.safetensors -Q best lo.nii best.nii 2>err; has err 'prior of slices, twice, consistent' 'ct-sr says so'
 ct-restore -q -f --estimate -p r.safetensors --passes 2 lo.nii want.nii
 cmp_ best want; ok $? 'ct-sr -Q best is that'
