@@ -89,44 +89,37 @@ out:
 	return rc;
 }
 
-static int factors(struct ct_svd f[3], struct ct_taps t[3], const struct ct_degrade *d,
-	const size_t n[3], struct ct_err *e)
+/* Is it worth it to leave U of this axis to the samples? */
+static bool is_short(const struct ct_taps *t, size_t n)
 {
-	for (int a = 0; a < 3; a++)
-		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
-			ct_svd_alloc(&f[a], &t[a], e))
-			return -1;
-	return 0;
+	return 2 * t->taps < n;
 }
 
-/* Is it worth it, and good, to leave U of this axis to the samples? */
-static bool is_banded(const struct ct_svd *f, const struct ct_taps *t)
+/* And good? */
+static bool is_sound(const struct ct_svd *f)
 {
-	return 2 * t->taps < f->n && f->lost == 0 && f->condition <= BANDED_CONDITION;
+	return f->lost == 0 && f->condition <= BANDED_CONDITION;
 }
 
-/* n, m and banded, of an operator that is not yet decomposed: what cannot be is not. */
-static int shape(struct ct_consistency *dc, struct ct_taps t[3], const struct ct_degrade *d,
-	const size_t n[3], struct ct_err *e)
+/* n, m, same and banded, of an operator whose axes are decomposed: all, or those that tell. */
+static int shape(struct ct_consistency *dc, struct ct_svd f[3], struct ct_taps t[3],
+	const struct ct_degrade *d, const size_t n[3], bool all, struct ct_err *e)
 {
-	struct ct_svd f = {0};
-
-	*dc = (struct ct_consistency){.banded = true};
+	*dc = (struct ct_consistency){.condition = 1, .banded = true};
 	for (int a = 0; a < 3; a++) {
 		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
 			return -1;
 		dc->n[a] = n[a];
 		dc->m[a] = t[a].n_out;
 		dc->same[a] = ct_taps_is_identity(&t[a]);
-		dc->banded &= dc->same[a] || 2 * t[a].taps < n[a];
+		dc->banded = dc->banded && (dc->same[a] || is_short(&t[a], n[a]));
 	}
-	for (int a = 0; a < 3 && dc->banded; a++) {
-		if (dc->same[a])
+	for (int a = 0; a < 3; a++) {
+		if (!all && (dc->same[a] || !dc->banded))
 			continue;
-		if (ct_svd_alloc(&f, &t[a], e))
+		if (ct_svd_alloc(&f[a], &t[a], e))
 			return -1;
-		dc->banded = is_banded(&f, &t[a]);
-		ct_svd_free(&f);
+		dc->banded = dc->banded && (dc->same[a] || is_sound(&f[a]));
 	}
 	return 0;
 }
@@ -135,19 +128,23 @@ int ct_consistency_bytes(double *bytes, const struct ct_degrade *d, const size_t
 	bool noise, struct ct_err *e)
 {
 	struct ct_consistency dc;
+	struct ct_svd f[3] = {{0}};
 	struct ct_taps t[3] = {{0}};
 	size_t planes = n[2];
 	int rc = -1;
 
-	if (shape(&dc, t, d, n, e) || (dc.banded && (ct_banded_alloc(&dc.d[2], &t[2], e) ||
-							    ct_consistency_cut(&dc, &planes, e))))
+	if (shape(&dc, f, t, d, n, false, e) ||
+		(dc.banded && (ct_banded_alloc(&dc.d[2], &t[2], e) ||
+				      ct_consistency_cut(&dc, &planes, e))))
 		goto out;
 	planes += (dc.banded && !noise ? 2 : 3) * dc.m[2];
 	*bytes = sizeof(float) * (double)dc.m[0] * (double)dc.m[1] * (double)planes;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
+	for (int a = 0; a < 3; a++) {
+		ct_svd_free(&f[a]);
 		ct_taps_free(&t[a]);
+	}
 	ct_consistency_free(&dc);
 	return rc;
 }
@@ -188,20 +185,14 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	struct ct_taps t[3] = {{0}};
 	int rc = -1;
 
-	*dc = (struct ct_consistency){.condition = 1, .banded = true};
-	if (factors(f, t, d, n, e))
+	if (shape(dc, f, t, d, n, true, e))
 		goto out;
-	for (int a = 0; a < 3; a++) {
-		dc->n[a] = n[a];
-		dc->m[a] = f[a].m;
-		if (ct_degrade_cover(f[a].m, d->factor[a]) != n[a]) {
+	for (int a = 0; a < 3; a++)
+		if (ct_degrade_cover(dc->m[a], d->factor[a]) != n[a]) {
 			ct_fail(e, CT_EGEOM, "%zu voxels are no multiple of the factor %g", n[a],
 				d->factor[a]);
 			goto out;
 		}
-		dc->same[a] = ct_taps_is_identity(&t[a]);
-		dc->banded = dc->banded && (dc->same[a] || is_banded(&f[a], &t[a]));
-	}
 	dc->exact = dc->banded && noise == 0;
 	for (int a = 0; a < 3; a++)
 		if (axis(dc, a, &f[a], &t[a], e))
