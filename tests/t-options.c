@@ -13,10 +13,10 @@
 enum colour { COLOURS(CT_WORD_VALUE) };
 
 struct params {
-	bool alpha;
+	bool alpha, deep;
 	int n, any, word;
-	double x, real;
-	const char *text, *in;
+	double x, real, gate;
+	const char *text, *in, *rates;
 	struct ct_list rest;
 };
 static const struct params defaults = {.n = 5, .word = 1, .x = 0.5};
@@ -29,6 +29,10 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, x, 'x', "xray", "X", -1.5, 2.5, ""),
 	CT_OPT(struct params, real, 0, "real", "X", 0, 0, ""),
 	CT_CHOICE(struct params, word, 'w', "word", CT_WORDS(COLOURS), ""),
+	CT_EXPERT(struct params, gate, "gate", "HU", 0, 10, ""),
+	CT_EXPERT(
+		struct params, deep, "deep", NULL, 0, 0, "", CT_WHEN(CT_IF(struct params, alpha))),
+	CT_EXPERT(struct params, rates, "rates", "A,B", 0, 0, ""),
 	CT_ARG(struct params, rest, CT_NO_FILE, "REST", ""),
 	CT_OPT_END,
 };
@@ -36,7 +40,7 @@ static struct capture shown;
 /* What the last run was given. */
 static struct params got;
 static struct ct_env env;
-static char history[400], rest[400];
+static char history[400], rest[400], rates[40];
 static bool given_n, given_none;
 static size_t threads;
 static int runs;
@@ -50,6 +54,7 @@ static int note(const void *params, const struct ct_env *e, struct ct_err *why)
 	given_n = ct_modes_given(e->given, "number");
 	given_none = ct_modes_given(e->given, "none");
 	snprintf(history, sizeof history, "%s", e->history);
+	snprintf(rates, sizeof rates, "%s", got.rates ? got.rates : "");
 	rest[0] = '\0';
 	for (size_t i = 0; i < got.rest.n; i++)
 		snprintf(rest + strlen(rest), sizeof rest - strlen(rest), "%s;", got.rest.v[i]);
@@ -165,6 +170,26 @@ static void test_values(void)
 	REFUSED("--real=1e999 in r", "--real: '1e999' is not a number");
 	REFUSED("-w yellow in r", "--word: 'yellow' is not one of red|green|blue");
 	REFUSED("-w bl in r", "--word: 'bl' is not one of red|green|blue");
+}
+
+static void test_expert(void)
+{
+	TAKEN("--expert gate=2.5 in r", got.gate > 2.4 && got.gate < 2.6);
+	TAKEN("--expert=rates=1,2,gate=3 in r", strcmp(rates, "1,2") == 0 && got.gate > 2.9);
+	TAKEN("-a --expert deep=yes in r", got.deep);
+	TAKEN("-a --expert deep=no in r", !got.deep);
+	REFUSED("--gate 2 in r", "unknown option '--gate'");
+	REFUSED("--expert gate=11 in r", "--expert gate: 11 is outside [0, 10]");
+	REFUSED("-a --expert deep=1 in r", "--expert deep: '1' is not yes or no");
+	REFUSED("--expert deep=yes in r", "--expert deep: needs --alpha");
+	REFUSED("--expert gat=1 in r", "--expert: 'gat' is not one of its keys; --help lists them");
+	REFUSED("--expert gate in r", "--expert: 'gate' is not one of its keys; --help lists them");
+	REFUSED("--expert gate=1 --expert gate=2 in r",
+		"--expert: is given twice; join the keys with commas");
+	OK(call("--help") == 0 && strstr(shown.out, "\nKeys of --expert:\n      gate=HU"),
+		"--help lists the keys behind the options");
+	OK(call("--mdoc-options") == 0 && strstr(shown.out, ".It Cm gate Ns = Ns Ar HU\n"),
+		"so does the man page");
 }
 
 static void test_seed(void)
@@ -435,6 +460,7 @@ int main(void)
 		unsetenv(*s);
 	test_ways();
 	test_values();
+	test_expert();
 	test_seed();
 	test_common();
 	test_history();

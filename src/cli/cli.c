@@ -33,7 +33,8 @@ struct parser {
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
 	struct ct_given given;
-	bool *row; /* of given */
+	bool *row;     /* of given */
+	char *experts; /* the text of --expert, cut into values */
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -58,6 +59,39 @@ static int take(
 	if (!common)
 		s->row[o - s->t->opts] = true;
 	return ct_table_set(o, common ? (void *)s->common : s->params, value, e);
+}
+
+/* "key=value,key=value": a part without "=" belongs to the value before it. */
+static int take_experts(struct parser *s, const char *text, struct ct_err *e)
+{
+	char *at, *next;
+
+	if (s->experts)
+		return ct_fail(e, CT_EUSAGE, "--expert: is given twice; join the keys with commas");
+	s->experts = at = strdup(text);
+	if (!at)
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	for (; at; at = next) {
+		const size_t n = strcspn(at, "=,");
+		const struct ct_opt *o;
+		size_t k = 0;
+
+		while ((o = ct_table_expert(s->t, k++)) &&
+			(strlen(o->name) != n || strncmp(o->name, at, n) != 0))
+			;
+		if (!o || at[n] != '=')
+			return ct_fail(e, CT_EUSAGE,
+				"--expert: '%.*s' is not one of its keys; --help lists them",
+				(int)n, at);
+		for (next = strchr(at, ','); next; next = strchr(next + 1, ','))
+			if (next[1 + strcspn(next + 1, "=,")] == '=')
+				break;
+		if (next)
+			*next++ = '\0';
+		if (take(s, o, false, at + n + 1, e))
+			return -1;
+	}
+	return 0;
 }
 
 #define TELL "--tell="
@@ -95,6 +129,8 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
 		if (o->type != CT_T_FLAG && !val && !(val = argv[++*i]))
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
+		if (common && strcmp(o->name, "expert") == 0)
+			return take_experts(s, val, e);
 		return take(s, o, common, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
@@ -330,6 +366,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	free(s.params);
 	free(s.list);
 	free(s.row);
+	free(s.experts);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
 	if (rc == 0)

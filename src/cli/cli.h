@@ -100,6 +100,7 @@ struct ct_opt {
 	double lo, hi; /* inclusive range of a number; lo == hi means any */
 	bool choice;   /* int field: index of the word in arg */
 	bool optional; /* operand that may be absent */
+	bool expert;   /* a key of --expert, not an option */
 	enum ct_counts counts;
 	/* Modes that take it (modes.h): any of the positive conditions if there are any, and all of
 	 * UNSET and OTHER. Where it would do nothing it is an error, and help and man page say so.
@@ -128,6 +129,10 @@ struct ct_opt {
 #define CT_OPT_IDLE(S, f, c, name, arg, from, to, ...)                                             \
 	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .counts = CT_COUNTS_NOT,                 \
 		.help = __VA_ARGS__)
+/* A constant of the method that only its developers change: a key of --expert KEY=VALUE, whose
+ * value is text, a number, or for a bool yes or no. */
+#define CT_EXPERT(S, f, name, arg, from, to, ...)                                                  \
+	CT_ROW_(S, f, 0, name, arg, .expert = true, .lo = from, .hi = to, .help = __VA_ARGS__)
 /* The name of an input, of one that decides nothing that is computed, and of an output, with how
  * it ends: a list of ends, or CT_ENDS_IF. */
 #define CT_INPUT(S, f, c, name, arg, ...)                                                          \

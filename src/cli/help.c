@@ -72,6 +72,23 @@ static void put_line(const char *text, size_t from)
 	fold(from, from, shown);
 }
 
+/* A key of --expert, or NULL behind the last. */
+static const struct ct_opt *put_expert(const struct ct_tool *t, size_t k)
+{
+	const struct ct_opt *o = ct_table_expert(t, k);
+	char left[80];
+	int n;
+
+	if (!o)
+		return NULL;
+	snprintf(left, sizeof left, "      %s=%s", o->name, o->arg ? o->arg : "yes");
+	n = printf("%-25s", left);
+	fold(25, (size_t)n, o->help);
+	put_default(o, t->defaults);
+	putchar('\n');
+	return o;
+}
+
 void ct_help_print(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
@@ -98,6 +115,10 @@ void ct_help_print(const struct ct_tool *t)
 		put_line(text, 25);
 		putchar('\n');
 	}
+	if (ct_table_expert(t, 0))
+		puts("\nKeys of --expert:");
+	for (size_t k = 0; put_expert(t, k); k++)
+		;
 	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
 	      "5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n",
 		stdout);
@@ -126,6 +147,21 @@ static void put_sentence(const char *text)
 		puts(".");
 }
 
+/* The keys of --expert, as a list in the list of options. */
+static void mdoc_experts(const struct ct_tool *t)
+{
+	const struct ct_opt *o;
+
+	puts(".Bl -tag -width Ds -compact");
+	for (size_t k = 0; (o = ct_table_expert(t, k)); k++) {
+		printf(".It Cm %s Ns = Ns Ar %s\n", o->name, o->arg ? o->arg : "yes");
+		sentences(o->help);
+		put_default(o, t->defaults);
+		puts(".");
+	}
+	puts(".El");
+}
+
 void ct_help_mdoc(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
@@ -148,6 +184,8 @@ void ct_help_mdoc(const struct ct_tool *t)
 		put_sentence(text);
 		ct_modes_text(text, sizeof text, t, o);
 		put_sentence(text);
+		if (common && strcmp(o->name, "expert") == 0)
+			mdoc_experts(t);
 	}
 	puts(".El");
 }

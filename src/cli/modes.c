@@ -91,7 +91,11 @@ static void put_when(FILE *f, const struct ct_tool *t, const struct ct_when *w)
 {
 	const struct ct_opt *o = row_at(t, w->at);
 
-	fprintf(f, "%s%s", o->name ? "--" : "", o->name ? o->name : ct_table_operand(o));
+	fprintf(f, "%s%s",
+		o->expert ? "--expert "
+		: o->name ? "--"
+			  : "",
+		o->name ? o->name : ct_table_operand(o));
 	if (w->words) {
 		fputc('=', f);
 		put_words(f, o->arg, w->words);
@@ -152,7 +156,8 @@ int ct_modes_check(const struct ct_given *given, const void *params, struct ct_e
 		if (!given->row[o - t->opts] || is_taken(o, t, params))
 			continue;
 		ct_modes_text(text, sizeof text, t, o);
-		return ct_fail(e, CT_EUSAGE, "--%s: %s", o->name, text);
+		return ct_fail(
+			e, CT_EUSAGE, "--%s%s: %s", o->expert ? "expert " : "", o->name, text);
 	}
 	return 0;
 }

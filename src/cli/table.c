@@ -43,15 +43,28 @@ static const struct ct_opt units_opt = CT_CHOICE(struct ct_common, units, 0, "un
 	"what the values of a CT are: what its file says, and what cannot be HU is refused; HU, "
 	"whatever it says; or others, which are taken as they are");
 
+static const struct ct_opt expert_opt = CT_OPT(struct ct_common, expert, 0, "expert",
+	"KEY=VALUE,...", 0, 0, "set constants of the method; their defaults were measured");
+
+const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
+{
+	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
+		if (o->expert && k-- == 0)
+			return o;
+	return NULL;
+}
+
 const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common)
 {
 	const struct ct_opt *o = t->opts;
 
 	*common = false;
 	for (; o->type != CT_T_END; o++)
-		if (k-- == 0)
+		if (!o->expert && k-- == 0)
 			return o;
 	*common = true;
+	if (ct_table_expert(t, 0) && k-- == 0)
+		return &expert_opt;
 	if ((t->flags & CT_SEEDED) && k-- == 0)
 		return &seed_opt;
 	if ((t->flags & (CT_REPORTS | CT_LONG)) && k-- == 0)
@@ -128,6 +141,16 @@ static int set_choice(
 	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
 }
 
+/* An option is there or not; a key says yes or no. */
+static int set_flag(
+	const struct ct_opt *o, bool *p, const char *name, const char *s, struct ct_err *e)
+{
+	*p = !o->expert || strcmp(s, "yes") == 0;
+	return *p || strcmp(s, "no") == 0
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE, "%s: '%s' is not yes or no", name, s);
+}
+
 const char *ct_table_operand(const struct ct_opt *o)
 {
 	return o->label ? o->label : o->arg;
@@ -138,10 +161,13 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 	void *p = (char *)params + o->at;
 	char name[60];
 
-	snprintf(name, sizeof name, "%s%s", o->name ? "--" : "",
+	snprintf(name, sizeof name, "%s%s",
+		o->expert ? "--expert "
+		: o->name ? "--"
+			  : "",
 		o->name ? o->name : ct_table_operand(o));
 	switch (o->type) {
-	case CT_T_FLAG: *(bool *)p = true; return 0;
+	case CT_T_FLAG: return set_flag(o, p, name, s, e);
 	case CT_T_STR: *(const char **)p = s; return 0;
 	case CT_T_INT:
 	case CT_T_REAL:

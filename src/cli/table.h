@@ -11,11 +11,15 @@ struct ct_common {
 	const char *seed;
 	int complete; /* enum ct_shell, or -1 */
 	int tell;     /* env->tell */
+	const char *expert;
 };
 extern const struct ct_common ct_common_defaults;
 
-/* Row k of all options of a tool, its own before the common ones, or NULL. */
+/* Row k of all options of a tool, its own before the common ones, or NULL; keys of --expert are
+ * none. */
 const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common);
+/* Key k of --expert, or NULL. */
+const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k);
 /* The option of the long name that begins with the n characters at `name`, as far as there is but
  * one, or of the short name c if that is not 0; else NULL. */
 const struct ct_opt *ct_table_find(
