@@ -14,7 +14,6 @@
 #include "core/inflate.h"
 #include "formats/io.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -451,7 +450,6 @@ static int read_all(struct reader *d, struct ct_stack *s)
 		if (part_size(d, &d->part[k], &h, &w, &y0) ||
 			get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w, y0))
 			return -1;
-		ct_room_trim();
 	}
 	return 0;
 }

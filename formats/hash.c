@@ -1,7 +1,6 @@
 /* hash.c: see hash.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/hash-impl.h"
 
 #include <stdlib.h>
@@ -52,7 +51,6 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 
 			CT_SIMD(ct_hash_add)(h, (const char *)piece[i].data + at, some);
 			left -= some;
-			ct_room_trim();
 		}
 	rc = ct_hash_input(h, m, path, e);
 	free(h);

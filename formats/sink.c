@@ -2,7 +2,6 @@
 #include "config.h"
 #include "formats/sink.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/source.h"
 #include "formats/voxels.h"
 
@@ -76,7 +75,6 @@ int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_e
 	for (size_t at = 0; at < total && *fits; at += step) {
 		*fits = ct_voxels_i16(
 			total - at < step ? total - at : step, block, v->data + at, exact);
-		ct_room_trim();
 	}
 	free(block);
 	return 0;
@@ -119,7 +117,6 @@ int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const st
 		if (ct_check_stop(env, e) || ct_sink_some(s, total - at < step ? total - at : step,
 						     v->data + at, i16, false, &fits, e))
 			return -1;
-		ct_room_trim();
 	}
 	return ct_sink_end(s, e);
 }

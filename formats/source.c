@@ -3,7 +3,6 @@
 #include "formats/source.h"
 #include "core/inflate.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/hash.h"
 
 #include <errno.h>
@@ -233,7 +232,6 @@ static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct 
 		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
 		if (values)
 			CT_SIMD(ct_hash_add)(values, out, n * sizeof *out);
-		ct_room_trim();
 	}
 	free(spare);
 	return rc;

@@ -1,13 +1,11 @@
 /* units.c: see units.h. */
 #include "config.h"
-#include "core/room.h"
 #include "formats/format.h"
 #include "formats/units.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MANY = 1 << 18 };
 
 static enum ct_units said = CT_UNITS_AUTO;
 
@@ -47,8 +45,6 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 			hi = fmaxf(hi, v->data[i]);
 			soft += v->data[i] >= 900 && v->data[i] <= 1150;
 		}
-		if (i % MANY == 0)
-			ct_room_trim();
 	}
 	shifted = lo >= 0 && hi > 1000 && soft >= ct_vol_count(v) / 10;
 	if (!(lo < hi) || !((lo >= -2 && hi <= 10) || shifted))

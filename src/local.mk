@@ -4,7 +4,7 @@
 bin_PROGRAMS += ct-degrade
 ct_degrade_SOURCES = src/tools/ct-degrade.c
 bin_PROGRAMS += ct-upsample
-ct_upsample_SOURCES = src/tools/ct-upsample.c
+ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h src/tools/metrics-harm.c src/tools/metrics-harm.h
@@ -127,5 +127,3 @@ slices.safetensors: src/prior/slices.safetensors
 bin_PROGRAMS += ct-fdk
 ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
 	src/tools/fdk-solve.h
-bin_PROGRAMS += ct-restore
-ct_restore_SOURCES = src/tools/ct-restore.c src/tools/prior-file.c src/tools/prior-file.h

@@ -19,7 +19,7 @@ fuzz:
 .PHONY: check-long check-extremes fuzz
 EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
-	tests/long/memory.sh tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
+	tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/replay.py
 EXTRA_DIST += tests/tap.sh tests/view.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
@@ -292,8 +292,6 @@ check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
-check_PROGRAMS += tests/t-room
-tests_t_room_SOURCES = tests/t-room.c
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
-dist_check_SCRIPTS += tests/t-memory.sh tests/t-upsample-bytes.sh tests/t-memory-tools.sh
+dist_check_SCRIPTS += tests/t-memory.sh tests/t-upsample-bytes.sh

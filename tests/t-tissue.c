@@ -3,7 +3,6 @@
 #include "quality/smooth.h"
 #include "quality/tissue.h"
 #include "core/rng.h"
-#include "core/room.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -17,7 +16,7 @@ static struct ct_tissue_errors errors;
 
 static void make(size_t deep)
 {
-	ct_room_free(map);
+	free(map);
 	must(ct_tissue_map(&map, &ref, deep, &env, &err));
 }
 
@@ -183,7 +182,7 @@ static void thin(void)
 
 		must(ct_vol_alloc(&v, sizes[a], &err));
 		memset(v.data, 0, 72 * sizeof *v.data);
-		ct_room_free(map);
+		free(map);
 		must(ct_tissue_map(&map, &v, 2, &env, &err));
 		must(ct_tissue_flat(&share, &voxels, map, &v, NULL, 0.5, &env, &err));
 		OK(share == 1 && voxels == 8 * 7, "one voxel thick (%zu)", voxels);
@@ -244,7 +243,7 @@ int main(void)
 	masks();
 	thin();
 	smooth();
-	ct_room_free(map);
+	free(map);
 	ct_par_free(par);
 	ct_vol_free(&ref);
 	ct_vol_free(&test);

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/keep.h"
 #include "formats/format.h"
+#include "formats/io.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,4 +67,23 @@ int ct_keep_stack(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
 	return keep(path, NULL, s, env, e);
+}
+
+int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_error *error,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out_set both = {0};
+	struct ct_env own = *env;
+	int rc = -1;
+
+	own.together = error->path ? &both : NULL;
+	if (error->path &&
+		(ct_meta_set(&error->vol->meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e) ||
+			ct_vol_write(error->path, error->vol, &own, e)))
+		goto out;
+	if (ct_keep_vol(path, v, &own, e) == 0)
+		rc = ct_out_set_commit(&both, e);
+out:
+	ct_out_set_drop(&both);
+	return rc;
 }

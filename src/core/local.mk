@@ -1,7 +1,7 @@
 libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/inflate.c src/core/inflate.h
-libct_a_SOURCES += src/core/mem.c src/core/mem.h src/core/room.c src/core/room.h
+libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
 libct_a_SOURCES += src/core/env.c src/core/env.h src/core/linear.h
 libct_a_SOURCES += src/core/simd.c src/core/simd.h src/core/vec.h src/core/vec-exp.h src/core/vec-i16.h
@@ -12,3 +12,4 @@ libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
+libct_a_SOURCES += src/core/memory.c src/core/memory.h

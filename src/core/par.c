@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/par.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -44,7 +43,6 @@ static void drain(struct ct_par *p, size_t id)
 		if (i >= p->n || stopping(p))
 			return;
 		p->fn(p->arg, i, id);
-		ct_room_trim();
 	}
 }
 
@@ -126,7 +124,6 @@ void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg)
 	if (!p || p->threads == 1 || n < 2 || atomic_flag_test_and_set(&p->busy)) {
 		for (size_t i = 0; i < n && !stopping(p); i++) {
 			fn(arg, i, 0);
-			ct_room_trim();
 		}
 		return;
 	}

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/stack.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -36,7 +35,7 @@ int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct 
 		ct_size_mul(&count, count, w, "stack", e) ||
 		ct_alloc0(&s->view, views, sizeof *s->view, e))
 		return -1;
-	if (ct_room_alloc(&s->data, count, sizeof *s->data, e)) {
+	if (ct_alloc(&s->data, count, sizeof *s->data, e)) {
 		free(s->view);
 		s->view = NULL;
 		return -1;
@@ -50,7 +49,7 @@ int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct 
 void ct_stack_free(struct ct_stack *s)
 {
 	free(s->view);
-	ct_room_free(s->data);
+	free(s->data);
 	ct_meta_free(&s->meta);
 	*s = (struct ct_stack){0};
 }

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/vol.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +15,7 @@ int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "empty volume %zux%zux%zu", n[0], n[1], n[2]);
 	if (ct_size_mul(&count, n[0], n[1], "volume", e) ||
 		ct_size_mul(&count, count, n[2], "volume", e) ||
-		ct_room_alloc(&v->data, count, sizeof *v->data, e))
+		ct_alloc(&v->data, count, sizeof *v->data, e))
 		return -1;
 	memcpy(v->n, n, sizeof v->n);
 	memset(v->affine, 0, sizeof v->affine);
@@ -27,7 +26,7 @@ int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
 
 void ct_vol_free(struct ct_vol *v)
 {
-	ct_room_free(v->data);
+	free(v->data);
 	ct_meta_free(&v->meta);
 	*v = (struct ct_vol){0};
 }
@@ -126,8 +125,6 @@ static int check_finite(
 			sum += lane[k];
 		if (isnan(sum))
 			break;
-		if (at % (BLOCK * 64) == 0)
-			ct_room_trim();
 	}
 	for (; at < n; at++)
 		if (!isfinite(x[at])) {

@@ -1,7 +1,6 @@
 /* calibration.c: see calibration.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "quality/calibration.h"
 
 #include <math.h>
@@ -9,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BINS = 1 << 15, ROWS = CT_CALIBRATION_ROWS, MANY = 1 << 18 };
+enum { BINS = 1 << 15, ROWS = CT_CALIBRATION_ROWS };
 
 /* The upper half of a positive float counts up with its value. */
 static size_t bin_of(float v)
@@ -58,8 +57,6 @@ static int check(const struct ct_vol *ref, const struct ct_vol *test, const stru
 		(mask && ct_vol_same_grid(ref, mask, e)))
 		return -1;
 	for (size_t i = 0; i < ct_vol_count(std); i++) {
-		if (i % MANY == 0)
-			ct_room_trim();
 		if (!(std->data[i] > 0 && isfinite(std->data[i])))
 			return ct_fail(e, CT_ENUMERIC, "voxel (%zu,%zu,%zu) is %g, no deviation",
 				i % std->n[0], i / std->n[0] % std->n[1], i / std->n[0] / std->n[1],
@@ -80,8 +77,6 @@ int ct_calibration(struct ct_calibration *c, const struct ct_vol *ref, const str
 		return -1;
 	row = (uint8_t *)(count + BINS);
 	for (size_t i = 0; i < n; i++) {
-		if (i % MANY == 0)
-			ct_room_trim();
 		if (!mask || mask->data[i] != 0) {
 			count[bin_of(std->data[i])]++;
 			all++;
@@ -92,8 +87,6 @@ int ct_calibration(struct ct_calibration *c, const struct ct_vol *ref, const str
 		const double miss = (double)test->data[i] - (double)ref->data[i];
 		const double s = (double)std->data[i];
 
-		if (i % MANY == 0)
-			ct_room_trim();
 		if (mask && mask->data[i] == 0)
 			continue;
 		add(&c->all, miss, s);

@@ -2,14 +2,13 @@
 #include "config.h"
 #include "quality/certificate.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { HALF = 1 << 16, MANY = 1 << 18 };
+enum { HALF = 1 << 16 };
 
 /* Bits of |x|, which count up with it. */
 static uint32_t bits_of(float x)
@@ -34,8 +33,6 @@ static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF])
 			const uint32_t bits = bits_of(v[i]);
 
 			count[bits >> shift & (HALF - 1)] += shift || bits >> 16 == found >> 16;
-			if (i % MANY == 0)
-				ct_room_trim();
 		}
 		while (k >= count[bin])
 			k -= count[bin++];
@@ -79,7 +76,6 @@ static int summarise(struct ct_certificate *c, const struct ct_vol *map, struct 
 		}
 		square += s2;
 		sum += s;
-		ct_room_trim();
 	}
 	c->rms = sqrt(square / (double)n);
 	c->mean = sum / (double)n;
@@ -94,7 +90,6 @@ static void take_off(struct ct_vol *map, const struct ct_vol *lr)
 	for (size_t k = 0; k < map->n[2]; k++) {
 		for (size_t i = k * slice; i < (k + 1) * slice; i++)
 			map->data[i] -= lr->data[i];
-		ct_room_trim();
 	}
 }
 

@@ -3,14 +3,13 @@
 #include "config.h"
 #include "quality/fsc.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "quality/fourier.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINES = 8, LOOK = 16 }; /* at once; samples between two looks at memory */
+enum { LINES = 8 }; /* at once */
 #define NOTHING 1e-24          /* of the power of the other volume */
 
 struct job {
@@ -72,8 +71,6 @@ static void lines(
 	double *z[2] = {j->z + at, j->z + ct_vol_count(j->ref) + at};
 
 	for (size_t t = 0; t < f->n; t++) {
-		if (t % LOOK == 0)
-			ct_room_trim();
 		for (size_t l = 0; l < w; l++) {
 			re[t * w + l] = z[0][t * stride + l * apart];
 			im[t * w + l] = z[1][t * stride + l * apart];
@@ -81,8 +78,6 @@ static void lines(
 	}
 	ct_fourier_apply(f, w, re, im, work);
 	for (size_t t = 0; t < f->n; t++) {
-		if (t % LOOK == 0)
-			ct_room_trim();
 		for (size_t l = 0; l < w; l++) {
 			z[0][t * stride + l * apart] = re[t * w + l];
 			z[1][t * stride + l * apart] = im[t * w + l];
@@ -175,7 +170,7 @@ static int set_up(struct job *j, struct ct_err *e)
 		ct_alloc(&j->scratch, 4 * j->room * ct_par_threads(j->env->par), sizeof *j->scratch,
 			e))
 		return -1;
-	return ct_room_alloc(&j->z, 2 * ct_vol_count(j->ref), sizeof *j->z, e);
+	return ct_alloc(&j->z, 2 * ct_vol_count(j->ref), sizeof *j->z, e);
 }
 
 static void means(struct job *j)
@@ -229,7 +224,7 @@ int ct_fsc(struct ct_fsc *f, const struct ct_vol *ref, const struct ct_vol *test
 	gather(&j);
 	rc = 0;
 out:
-	ct_room_free(j.z);
+	free(j.z);
 	free(j.plane);
 	free(j.scratch);
 	for (int a = 0; a < 3; a++) {

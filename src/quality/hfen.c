@@ -2,7 +2,6 @@
 #include "config.h"
 #include "quality/hfen.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/degrade.h"
 
 #include <math.h>
@@ -129,7 +128,7 @@ int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	int rc = -1;
 
 	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
-		ct_room_alloc(&work, 3 * n, sizeof *work, e))
+		ct_alloc(&work, 3 * n, sizeof *work, e))
 		return -1;
 	j.out = work + 2 * n;
 	if (norm(&of_ref, ref->data, ref, work, mask, env, e))
@@ -140,6 +139,6 @@ int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	*out = of_ref > 0 ? of_error / of_ref : (double)NAN;
 	rc = 0;
 out:
-	ct_room_free(work);
+	free(work);
 	return rc;
 }

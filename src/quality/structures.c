@@ -1,10 +1,11 @@
 /* structures.c: see structures.h. */
 #include "config.h"
-#include "core/room.h"
+#include "core/mem.h"
 #include "quality/smooth.h"
 #include "quality/structures.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define OUTER (10.0 / 3)
@@ -26,7 +27,6 @@ static int band(float *d, float *work, unsigned char *soft, const struct ct_vol 
 					  fabsf(work[i]) < CT_STRUCTURES_SOFT;
 			d[i] -= work[i];
 		}
-		ct_room_trim();
 	}
 	return 0;
 }
@@ -51,7 +51,6 @@ static void count(size_t *is, size_t *alone, const float *a, const float *b,
 	const unsigned char *soft, const size_t n[static 3], float sign, float t)
 {
 	for (size_t k = 1; k + 1 < n[2]; k++) {
-		ct_room_trim();
 		for (size_t j = 1; j + 1 < n[1]; j++)
 			for (size_t i = 1; i + 1 < n[0]; i++) {
 				const size_t v = (k * n[1] + j) * n[0] + i;
@@ -76,7 +75,6 @@ static size_t mask_soft(unsigned char *soft, const struct ct_vol *mask, const si
 			soft[i] = soft[i] && (!mask || mask->data[i] != 0);
 			sum += soft[i];
 		}
-		ct_room_trim();
 	}
 	return sum;
 }
@@ -92,11 +90,11 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 
 	*s = (struct ct_structures){0};
 	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
-		ct_room_alloc(&d, 3 * n, sizeof *d, e))
+		ct_alloc(&d, 3 * n, sizeof *d, e))
 		return -1;
 	b = d + n;
 	work = b + n;
-	if (ct_room_alloc(&soft, n, 1, e))
+	if (ct_alloc(&soft, n, 1, e))
 		goto out;
 	if (band(d, work, soft, ref, sigma, env->par, e) ||
 		band(b, work, NULL, test, sigma, env->par, e))
@@ -111,8 +109,8 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 	}
 	rc = 0;
 out_soft:
-	ct_room_free(soft);
+	free(soft);
 out:
-	ct_room_free(d);
+	free(d);
 	return rc;
 }

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "quality/tissue.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "quality/smooth.h"
 
 #include <math.h>
@@ -10,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = CT_TISSUE_COUNT, LOOK = 16 /* samples between two looks at memory */ };
+enum { N = CT_TISSUE_COUNT };
 static const double sigma[3] = {CT_TISSUE_SIGMA, CT_TISSUE_SIGMA, CT_TISSUE_SIGMA};
 
 struct range {
@@ -83,8 +82,6 @@ static void erode_lines(unsigned char *map, size_t w, size_t apart, size_t n, si
 	for (size_t l = 0; l < w; l++)
 		since[l] = reach + 1;
 	for (size_t t = 0; t < n; t++) {
-		if (t % LOOK == 0)
-			ct_room_trim();
 		for (size_t l = 0; l < w; l++) {
 			unsigned char *v = &map[t * stride + l * apart];
 
@@ -96,8 +93,6 @@ static void erode_lines(unsigned char *map, size_t w, size_t apart, size_t n, si
 	for (size_t l = 0; l < w; l++)
 		since[l] = reach + 1;
 	for (size_t t = n; t-- > 0;) {
-		if (t % LOOK == 0)
-			ct_room_trim();
 		for (size_t l = 0; l < w; l++) {
 			unsigned char *v = &map[t * stride + l * apart];
 
@@ -132,15 +127,15 @@ int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	int rc = -1;
 
 	*map = NULL;
-	if (ct_room_alloc(&hu, ct_vol_count(ref), sizeof *hu, e))
+	if (ct_alloc(&hu, ct_vol_count(ref), sizeof *hu, e))
 		return -1;
 	j.hu = hu;
 	if (ct_smooth(hu, ref->data, n, sigma, env->par, e) ||
-		ct_room_alloc(&j.map, ct_vol_count(ref), 1, e))
+		ct_alloc(&j.map, ct_vol_count(ref), 1, e))
 		goto out;
 	if (ct_alloc(&j.since, (n[0] > n[1] ? n[0] : n[1]) * ct_par_threads(env->par),
 		    sizeof *j.since, e)) {
-		ct_room_free(j.map);
+		free(j.map);
 		goto out;
 	}
 	ct_par_for(env->par, n[2], sort_plane, &j);
@@ -150,7 +145,7 @@ int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	free(j.since);
 	rc = 0;
 out:
-	ct_room_free(hu);
+	free(hu);
 	return rc;
 }
 
@@ -219,7 +214,7 @@ int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const
 	*o = (struct ct_tissue_errors){0};
 	if (check(ref, test, mask, e) || ct_alloc(&j.sum, 3 * N * ref->n[2], sizeof *j.sum, e))
 		return -1;
-	if (ct_room_alloc(&j.error, 2 * n, sizeof *j.error, e))
+	if (ct_alloc(&j.error, 2 * n, sizeof *j.error, e))
 		goto out_sum;
 	ct_par_for(env->par, ref->n[2], error_plane, &j);
 	ct_par_for(env->par, ref->n[2], add_plane, &j);
@@ -233,7 +228,7 @@ int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const
 	o->smooth = smooth[CT_TISSUE_DEEP].rmse;
 	rc = ct_check_stop(env, e);
 out:
-	ct_room_free(j.error);
+	free(j.error);
 out_sum:
 	free(j.sum);
 	return rc;

@@ -2,7 +2,6 @@
  * those that it touches in the row before and in the slice before. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/crop.h"
 
 #include <stdlib.h>
@@ -145,7 +144,6 @@ int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n
 
 		if (look(&s, k, e))
 			goto out;
-		ct_room_trim();
 		s.before = s.slice;
 		s.slice = was;
 	}

@@ -1,6 +1,5 @@
 /* consistency-exact.c: data consistency in double (consistency.h). */
 #include "config.h"
-#include "core/room.h"
 #include "resolution/consistency.h"
 #include "resolution/svd.h"
 
@@ -50,7 +49,6 @@ void ct_consistency_exact(float *x, const float *y, double most, const struct ct
 
 			lo[i] = (float)(r - fmin(fmax(r, -most), most));
 		}
-		ct_room_trim();
 	}
 	ct_separable_add(dplus, x, lo, par);
 }

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "resolution/consistency.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/noise.h"
 #include "resolution/svd.h"
 
@@ -65,7 +64,7 @@ static int target(struct ct_consistency *dc, const struct ct_svd f[3], const flo
 		if (ct_svd_u(&t[a], &f[a], e))
 			goto out;
 	if (ct_separable_plan(&s, t, par, e) ||
-		ct_room_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
+		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;
 	ct_separable_apply(&s, c, y, par);
 	in = c;
@@ -85,7 +84,7 @@ out:
 	for (int a = 0; a < 3; a++)
 		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
-	ct_room_free(c);
+	free(c);
 	return rc;
 }
 
@@ -167,10 +166,10 @@ static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *
 		return -1;
 	if (ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
 		ct_size_mul(&reduced, dc->plane, reduced, "volume", e) ||
-		ct_room_alloc0(&dc->want, count, sizeof(float), e) ||
-		ct_room_alloc0(&dc->coef, count, sizeof(float), e) ||
-		(!dc->exact && ct_room_alloc0(&dc->had, count, sizeof(float), e)) ||
-		ct_room_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
+		ct_alloc0(&dc->want, count, sizeof(float), e) ||
+		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
+		(!dc->exact && ct_alloc0(&dc->had, count, sizeof(float), e)) ||
+		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
 		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
 		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1) + dc->m[2], sizeof(double), e))
 		return -1;
@@ -244,10 +243,10 @@ void ct_consistency_free(struct ct_consistency *dc)
 		free(dc->g[a]);
 		free(dc->unit[a]);
 	}
-	ct_room_free(dc->want);
-	ct_room_free(dc->had);
-	ct_room_free(dc->coef);
-	ct_room_free(dc->reduced);
+	free(dc->want);
+	free(dc->had);
+	free(dc->coef);
+	free(dc->reduced);
 	free(dc->slab);
 	free(dc->tiles);
 	free(dc->sums);

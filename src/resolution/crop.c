@@ -1,6 +1,5 @@
 /* crop.c: see crop.h. */
 #include "config.h"
-#include "core/room.h"
 #include "resolution/crop.h"
 
 #include <math.h>
@@ -11,7 +10,6 @@ void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float 
 	double sum[3] = {0}, count = 0;
 
 	for (size_t k = 0; k < n[2]; k++) {
-		ct_room_trim();
 		for (size_t j = 0; j < n[1]; j++) {
 			const float *row = in + (k * n[1] + j) * n[0];
 			size_t hits = 0, first = 0;
@@ -43,7 +41,6 @@ void ct_crop(float *restrict out, const size_t m[static 3], const float *restric
 	const size_t n[static 3], const ptrdiff_t start[static 3], float pad)
 {
 	for (size_t k = 0; k < m[2]; k++) {
-		ct_room_trim();
 		for (size_t j = 0; j < m[1]; j++) {
 			const ptrdiff_t z = (ptrdiff_t)k + start[2], y = (ptrdiff_t)j + start[1];
 			float *row = out + (k * m[1] + j) * m[0];

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "resolution/flat.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -68,7 +67,6 @@ int ct_flat_texture(double *texture, const struct ct_vol *lo, struct ct_err *e)
 	for (size_t i = 0; i < ct_vol_count(lo); i++)
 		lowest = fmin(lowest, (double)lo->data[i]);
 	for (size_t k = 0; k < cells[2]; k += step) {
-		ct_room_trim();
 		for (size_t j = 0; j < cells[1]; j += step)
 			for (size_t i = 0; i < cells[0]; i += step) {
 				const double var = variance(lo, i, j, k, &least);
@@ -180,13 +178,13 @@ int ct_flat_mix(struct ct_vol *x, const struct ct_vol *lo, const double factor[s
 	cells_of(v.cells, lo);
 	if (places(&v, 0, factor[0], e) || places(&v, 1, factor[1], e) ||
 		places(&v, 2, factor[2], e) ||
-		ct_room_alloc(&v.w, v.cells[0] * v.cells[1] * v.cells[2], sizeof *v.w, e))
+		ct_alloc(&v.w, v.cells[0] * v.cells[1] * v.cells[2], sizeof *v.w, e))
 		goto out;
 	ct_par_for(env->par, v.cells[2], weigh, &v);
 	ct_par_for(env->par, x->n[2], mix, &v);
 	rc = 0;
 out:
-	ct_room_free(v.w);
+	free(v.w);
 	for (int a = 0; a < 3; a++)
 		free(v.p[a]);
 	return rc;

@@ -2,7 +2,6 @@
  * the extrapolated volume, then the volume descends along its adjoint. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
@@ -173,13 +172,13 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	j->plane = j->n[0] * j->n[1];
 	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
-		ct_room_alloc(&j->ahead, count, sizeof(float), e) ||
+		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
-		if (ct_room_alloc0(&j->q[c], count, sizeof *j->q[c], e))
+		if (ct_alloc0(&j->q[c], count, sizeof *j->q[c], e))
 			return -1;
 	return 0;
 }
@@ -195,8 +194,8 @@ static void begin_plane(void *arg, size_t k, size_t worker)
 static void job_free(struct job *j)
 {
 	for (int c = 0; c < PARTS; c++)
-		ct_room_free(j->q[c]);
-	ct_room_free(j->ahead);
+		free(j->q[c]);
+	free(j->ahead);
 	free(j->zero);
 	free(j->scratch);
 	free(j->sums);

@@ -1,6 +1,5 @@
 /* reorient.c: see reorient.h. */
 #include "config.h"
-#include "core/room.h"
 #include "resolution/reorient.h"
 
 #include <math.h>
@@ -54,7 +53,6 @@ void ct_reorient(float *restrict out, const float *restrict in, const size_t n[s
 			for (size_t i = 0; i < m[0]; i++)
 				to[i] = row[(ptrdiff_t)i * step[0]];
 		}
-		ct_room_trim();
 	}
 }
 

@@ -7,7 +7,6 @@
 #include "config.h"
 #include "resolution/separable.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/separable-rows.h"
 
 #include <stdint.h>
@@ -302,7 +301,7 @@ int ct_separable_plan(
 		n[s->order[pass]] = s->t[s->order[pass]].n_out;
 		if (ct_size_mul(&count, n[0], n[1], "volume", e) ||
 			ct_size_mul(&count, count, n[2], "volume", e) ||
-			ct_room_alloc(&s->tmp[pass], count, sizeof *s->tmp[pass], e))
+			ct_alloc(&s->tmp[pass], count, sizeof *s->tmp[pass], e))
 			goto fail;
 	}
 	return 0;
@@ -315,8 +314,8 @@ void ct_separable_free(struct ct_separable *s)
 {
 	for (int a = 0; a < 3; a++)
 		ct_taps_free(&s->t[a]);
-	ct_room_free(s->tmp[0]);
-	ct_room_free(s->tmp[1]);
+	free(s->tmp[0]);
+	free(s->tmp[1]);
 	free(s->scratch);
 	*s = (struct ct_separable){0};
 }
@@ -348,7 +347,6 @@ static void run(
 	for (size_t k = 0, plane = n[0] * n[1]; s->passes == 0 && k < n[2]; k++) {
 		j.add = add;
 		put(&j, out + k * plane, in + k * plane, plane);
-		ct_room_trim();
 	}
 	for (int pass = 0; pass < s->passes; pass++) {
 		int axis = s->order[pass];

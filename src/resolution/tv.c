@@ -9,7 +9,6 @@
 #include "config.h"
 #include "resolution/tv.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/tv-row.h"
 #include "solve/trend.h"
 
@@ -125,7 +124,6 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 		if (whole && !flat)
 			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
 		v.x = v.xk;
-		ct_room_trim();
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
 	j->tv[slab] = tv;
@@ -224,10 +222,10 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
 	for (int a = 0; a < CT_TV_DUAL && !near; a++)
-		if (ct_room_alloc0(&j->p[a], count, sizeof *j->p[a], e))
+		if (ct_alloc0(&j->p[a], count, sizeof *j->p[a], e))
 			return -1;
-	if (ct_room_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
-		ct_room_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
+	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
+		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
 		ct_alloc(&j->tv, j->slabs, sizeof(double), e) ||
 		ct_alloc(&j->moved, j->slabs, sizeof(double), e))
@@ -238,9 +236,9 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 static void job_free(struct job *j)
 {
 	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
-		ct_room_free(j->p[a]);
-	ct_room_free(j->first);
-	ct_room_free(j->last);
+		free(j->p[a]);
+	free(j->first);
+	free(j->last);
 	free(j->scratch);
 	free(j->tv);
 	free(j->moved);

@@ -1,7 +1,7 @@
 /* upsample.c: see upsample.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "resolution/upsample.h"
-#include "core/room.h"
 #include "resolution/consistency.h"
 #include "resolution/flat.h"
 #include "resolution/hessian-row.h"
@@ -24,7 +24,6 @@
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
 
-enum { MANY = 1 << 18 }; /* voxels between two looks at the memory */
 enum { TV_BORDERS = 8 }; /* one plane of so many is kept twice, beside a slab of tv.c */
 
 const char *ct_upsample_name(enum ct_upsample method)
@@ -179,7 +178,7 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	int rc = -1;
 
 	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
-		ct_room_alloc(&lo, m, sizeof *lo, e))
+		ct_alloc(&lo, m, sizeof *lo, e))
 		goto out;
 	if (isfinite(most)) {
 		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e))
@@ -189,15 +188,13 @@ int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct
 	ct_separable_apply(&down, lo, x->data, env->par);
 	for (size_t i = 0; i < m; i++) {
 		sum += ((double)lo[i] - (double)y->data[i]) * ((double)lo[i] - (double)y->data[i]);
-		if (i % MANY == 0)
-			ct_room_trim();
 	}
 	*residual = sqrt(sum / (double)m);
 	rc = 0;
 out:
 	ct_separable_free(&down);
 	ct_separable_free(&up);
-	ct_room_free(lo);
+	free(lo);
 	return rc;
 }
 
@@ -282,7 +279,6 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 
 		memcpy(hi->data + k * plane, rule->start->data + k * plane,
 			plane * sizeof *hi->data);
-		ct_room_trim();
 	}
 	return 0;
 }

@@ -1,7 +1,6 @@
 /* restore.c: see restore.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/flat.h"
 #include "resolution/upsample.h"
 #include "restore/predict.h"
@@ -289,7 +288,6 @@ static void copy_planes(float *to, const float *from, size_t planes, size_t plan
 {
 	for (size_t k = 0; k < planes; k++) {
 		memcpy(to + k * plane, from + k * plane, plane * sizeof *to);
-		ct_room_trim();
 	}
 }
 
@@ -388,10 +386,9 @@ static int all_slabs(struct slabs *s, struct ct_err *e)
 		(!whole && ct_alloc(&s->kept, f / 2 * s->plane, sizeof *s->kept, e)))
 		goto out;
 	s->w.row = s->w.w + ((whole ? last : s->step) / f + 2) * layer;
-	if (ct_room_alloc(&s->h, kinds * in_hand * s->plane, sizeof *s->h, e) ||
-		(!whole && (ct_room_alloc(&s->copy, planes * s->plane, sizeof *s->copy, e) ||
-				   ct_room_alloc(
-					   &s->below, s->about * s->plane, sizeof *s->below, e))))
+	if (ct_alloc(&s->h, kinds * in_hand * s->plane, sizeof *s->h, e) ||
+		(!whole && (ct_alloc(&s->copy, planes * s->plane, sizeof *s->copy, e) ||
+				   ct_alloc(&s->below, s->about * s->plane, sizeof *s->below, e))))
 		goto out;
 	rc = 0;
 	for (size_t k = 0; k < last && rc == 0; k += s->step)
@@ -402,9 +399,9 @@ static int all_slabs(struct slabs *s, struct ct_err *e)
 out:
 	free(s->w.w);
 	free(s->kept);
-	ct_room_free(s->h);
-	ct_room_free(s->copy);
-	ct_room_free(s->below);
+	free(s->h);
+	free(s->copy);
+	free(s->below);
 	return rc;
 }
 

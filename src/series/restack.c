@@ -1,7 +1,6 @@
 /* restack.c: see restack.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "resolution/resample.h"
 #include "series/restack.h"
 
@@ -138,7 +137,7 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 	for (int i = 0; i < 2 && !l->even; i++)
 		if (ct_alloc(&w.held[i], area, sizeof *w.held[i], e))
 			goto out;
-	if (data && !ct_room_is_open())
+	if (data)
 		ct_mem_large(data, l->n[2] * area * sizeof *data);
 	for (size_t k = 0; k < l->n[2]; k++) {
 		float *out = data ? data + k * area : one;
@@ -149,7 +148,6 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 			(from->take && from->take(from->ctx, k, out, e)))
 			goto out;
 		ct_progress(env, "reading", k + 1, l->n[2]);
-		ct_room_trim();
 	}
 	rc = 0;
 out:

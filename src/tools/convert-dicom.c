@@ -5,7 +5,6 @@
 
 #ifdef HAVE_VTK
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
@@ -82,7 +81,6 @@ static int check_values(const struct ct_vol *v, const struct ct_env *env, struct
 	for (size_t k = 0; k < v->n[2] && rc == 0; k++) {
 		const float *x = v->data + k * area;
 
-		ct_room_trim();
 		if (whole && ct_voxels_i16(area, px, x, true))
 			continue;
 		whole = false;
@@ -127,7 +125,6 @@ static int write_file(const char *path, const char *name, const struct image *im
 		goto out;
 	for (; k < end; k++) {
 		ct_voxels_i16(area, px, im->v->data + k * area, false);
-		ct_room_trim();
 		if (ct_dicom_put(f, px, area, e) || ct_check_stop(env, e))
 			goto out;
 	}

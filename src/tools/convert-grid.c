@@ -1,6 +1,5 @@
 /* convert-grid.c: what ct-convert does to the grid. */
 #include "config.h"
-#include "core/room.h"
 #include "formats/raw.h"
 #include "resolution/degrade.h"
 #include "resolution/crop.h"
@@ -16,7 +15,7 @@ enum { AIR = -1024 }; /* HU */
 
 void convert_replace(struct ct_vol *v, struct ct_vol *with)
 {
-	ct_room_free(v->data);
+	free(v->data);
 	v->data = with->data;
 	memcpy(v->n, with->n, sizeof v->n);
 	with->data = NULL;
@@ -68,13 +67,12 @@ static int iso_taps(
 	return rc;
 }
 
-int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
-	struct ct_err *e)
+int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable s = {0};
 	struct ct_taps t[3] = {{0}};
 	struct ct_vol w = {0};
-	double old[3], start[3], count = 1;
+	double old[3], start[3];
 	size_t m[3];
 	int rc = -1;
 
@@ -87,15 +85,12 @@ int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const str
 			goto out;
 		}
 		m[d] = want < 1 ? 1 : (size_t)want;
-		count *= (double)m[d];
 		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
 		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
 					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
 			goto out;
 	}
-	count = 4 * ((double)ct_vol_count(v) + 3 * fmax(count, (double)ct_vol_count(v)));
-	if (ct_memory_settle(memory, count, m, 0, env, e) || ct_vol_alloc(&w, m, e) ||
-		ct_separable_plan(&s, t, env->par, e))
+	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);
 	ct_crop_affine(v->affine, start);

@@ -2,7 +2,6 @@
 #ifndef CT_TOOLS_CONVERT_H
 #define CT_TOOLS_CONVERT_H
 #include "cli/cli.h"
-#include "cli/memory.h"
 #include "core/env.h"
 #include "core/vol.h"
 #include "formats/raw.h"
@@ -21,9 +20,8 @@ struct convert {
 	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop, *template;
 	double slope, inter, iso;
 	int cube, type, tilt, gaps, units, radiograph;
-	const char *sidecar, *memory;
-	struct ct_memory room; /* of that size */
-	json_t *about;         /* what goes into it */
+	const char *sidecar;
+	json_t *about; /* what goes into it */
 	bool skip_damaged, inspect, compress, deid;
 	struct convert_planes *planes; /* of the run */
 };
@@ -72,8 +70,7 @@ int convert_place(struct ct_raw *how, const char *spacing, const char *orient, s
 bool convert_is_picture(const char *path);
 /* In place: other axes, other voxel size, another frame. */
 int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
-int convert_iso(struct ct_vol *v, double mm, struct ct_memory *memory, const struct ct_env *env,
-	struct ct_err *e);
+int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
 /* "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE. */
 int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e);
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);

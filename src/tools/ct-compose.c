@@ -2,8 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/keep.h"
-#include "cli/memory.h"
-#include "core/room.h"
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -12,7 +10,7 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
-#include "tools/lib/lowres.h"
+#include "refine/operator.h"
 #include "tools/lib/scan-opts.h"
 #include "xray/window.h"
 
@@ -22,7 +20,7 @@
 #include <strings.h>
 
 struct params {
-	const char *base, *res, *out, *window, *res_out, *consistent, *memory;
+	const char *base, *res, *out, *window, *res_out, *consistent;
 	double floor, gain, spacing;
 };
 
@@ -46,7 +44,6 @@ static const struct ct_opt opts[] = {
 		"else BASE, says what operator made it"),
 	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write the residual too, in HU, before gain and floor"),
-	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -72,19 +69,12 @@ static int regrid_operator(struct ct_meta *m, const double finer[static 3], stru
 	return ct_degrade_put(m, &d, e);
 }
 
-/* Volumes of the size of OUT: the two, with --consistent what is taken off and what that is made
- * of, while OUT is made on other voxels what it is made of. */
-static double volumes_of(const struct params *p)
-{
-	return p->consistent || !isnan(p->spacing) ? 4 : 2;
-}
-
 /* The same field on voxels of mm: cells of the new grid begin where those of the old do. */
-static int regrid(struct ct_vol *v, const struct params *p, struct ct_memory *memory,
-	const struct ct_env *env, struct ct_err *e)
+static int regrid(
+	struct ct_vol *v, const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
 	const double mm = p->spacing;
-	double old[3], start[3], step[3], factor[3], count = 1;
+	double old[3], start[3], step[3], factor[3];
 	struct ct_separable op = {0};
 	struct ct_vol out = {0};
 	size_t n[3];
@@ -101,11 +91,8 @@ static int regrid(struct ct_vol *v, const struct params *p, struct ct_memory *me
 		step[a] = mm / old[a];
 		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
 		factor[a] = 1 / step[a];
-		count *= (double)n[a];
 	}
-	if (ct_memory_settle(
-		    memory, 4 * (count * volumes_of(p) + (double)ct_vol_count(v)), n, 0, env, e) ||
-		ct_vol_alloc(&out, n, e) || ct_meta_copy(&out.meta, &v->meta, e) ||
+	if (ct_vol_alloc(&out, n, e) || ct_meta_copy(&out.meta, &v->meta, e) ||
 		regrid_operator(&out.meta, factor, e) ||
 		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
 		goto out;
@@ -156,7 +143,6 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	memcpy(out->affine, base->affine, sizeof out->affine);
 	for (size_t k = 0, plane = out->n[0] * out->n[1]; k < out->n[2]; k++) {
 		memset(out->data + k * plane, 0, plane * sizeof *out->data);
-		ct_room_trim();
 	}
 	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
 }
@@ -208,7 +194,6 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 			b[i] = (float)window[0];
 		ct_window_add(plane, b, res->data + k * plane, p->gain,
 			isnan(p->floor) ? window[0] : p->floor, whole ? open : window);
-		ct_room_trim();
 	}
 }
 
@@ -262,20 +247,16 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_env own = *env;
 	struct ct_vol base = {0}, res = {0};
 	struct ct_any from = {0};
-	struct ct_memory memory;
 	double window[2];
 	int rc = -1;
 
-	if (ct_memory_begin(&memory, p->memory, p->out, volumes_of(p), e) ||
-		read_all(&base, &from, p, e) ||
-		ct_memory_settle(&memory, 4 * volumes_of(p) * (double)ct_vol_count(&base), base.n,
-			0, env, e))
+	if (read_all(&base, &from, p, e))
 		goto out;
 	if (ct_scan_opts_window(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
 								    : &base.meta,
 		    e) ||
-		(!isnan(p->spacing) && regrid(&base, p, &memory, env, e)) ||
+		(!isnan(p->spacing) && regrid(&base, p, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
 	add(&base, &res, ct_any_meta(&from), window, p, env);
@@ -293,7 +274,6 @@ out:
 	ct_vol_free(&base);
 	ct_vol_free(&res);
 	ct_any_free(&from);
-	ct_room_close();
 	return rc;
 }
 

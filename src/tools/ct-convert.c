@@ -4,7 +4,6 @@
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/modes.h"
-#include "core/room.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
@@ -97,9 +96,6 @@ static const struct ct_opt opts[] = {
 		"folder or file of the series that DICOM of OUT belongs to: patient, study and space are "
 		"its own; IN, if that is DICOM",
 		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
-	CT_MEMORY_AT(struct convert, memory, "beside OUT, or in TMPDIR if OUT is a stream",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, inspect))),
 	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
 		"take everything from DICOM of OUT that tells who the patient is",
 		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
@@ -125,7 +121,6 @@ static void say(const struct ct_vol *v, const struct ct_env *env)
 			lo = v->data[i] < lo ? v->data[i] : lo;
 			hi = v->data[i] > hi ? v->data[i] : hi;
 		}
-		ct_room_trim();
 	}
 	ct_vol_spacing(v, mm);
 	ct_log(env, CT_INFO, "%zux%zux%zu voxels of %.6gx%.6gx%.6g mm, %g to %g HU", v->n[0],
@@ -140,12 +135,6 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 		ct_log(env, CT_WARN,
 			"%s: its header does not say where the voxels lie: that is not known",
 			path);
-}
-
-/* Volumes of the size of IN while its axes are turned or a box is cut from it. */
-static double volumes_of(const struct convert *p)
-{
-	return p->reorient || p->crop || p->cube ? 2 : 1;
 }
 
 /* What OUT is, its name says. */
@@ -190,18 +179,14 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 		goto out;
 	}
-	if (convert_check_out(p, env, e) ||
-		ct_memory_begin(&own.room, p->memory, p->out, volumes_of(p), e) ||
-		convert_read(p, &v, env, e) ||
-		ct_memory_settle(
-			&own.room, 4 * volumes_of(p) * (double)ct_vol_count(&v), v.n, 0, env, e) ||
+	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
 		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
 		(p->crop && convert_crop(&v, p->crop, env, e)) ||
-		(!isnan(p->iso) && convert_iso(&v, p->iso, &own.room, env, e)) ||
+		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
 		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;
@@ -216,7 +201,6 @@ out:
 	json_decref(own.about);
 	ct_meta_free(&read);
 	ct_vol_free(&v);
-	ct_room_close();
 	return rc;
 }
 

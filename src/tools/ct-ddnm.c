@@ -15,7 +15,6 @@
 #include "tools/ddnm-time.h"
 #include "tools/prior-arch.h"
 #include "tools/prior-file.h"
-#include "tools/lib/expect.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -335,8 +334,7 @@ static int estimate(struct job *j, struct ct_err *e)
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
 	const size_t views = j->part.to - j->part.from, threads = ct_par_threads(j->env->par);
 	struct ct_cost cost = {.disk = out * (double)views / (double)j->out.views,
-		.state = out,
-		.more[0] = {EXPECT_ADDS, !j->p->base || j->weight > 0}};
+		.state = out};
 	struct ddnm_calls n = {.views = views, .threads = threads};
 
 	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||

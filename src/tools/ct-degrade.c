@@ -1,9 +1,7 @@
 /* ct-degrade: the low-resolution CT that a stated operator makes of a CT. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/memory.h"
 #include "cli/modes.h"
-#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
@@ -27,7 +25,7 @@ static const struct {
 } protocols[] = {[P1] = {1, 0}, [P2] = {2, 0}, [P3] = {3, 0}, [P1N] = {1, 15}, [P3N] = {3, 15}};
 
 struct params {
-	const char *in, *out, *factor, *sigma, *clip, *memory;
+	const char *in, *out, *factor, *sigma, *clip;
 	int protocol, decimate;
 	double noise;
 };
@@ -54,7 +52,6 @@ static const struct ct_opt opts[] = {
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
 		"add normal noise of this standard deviation to OUT, in place of the protocol's"),
-	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -105,7 +102,6 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 	for (size_t k = 0; k < v->n[2]; k++) {
 		for (size_t i = k * plane; i < (k + 1) * plane; i++)
 			v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
-		ct_room_trim();
 	}
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
@@ -144,27 +140,16 @@ out:
 	return rc;
 }
 
-/* Volumes of the size of IN: the axis that is reduced most comes first. */
-static double volumes_of(const struct ct_degrade *d)
-{
-	return 1 + 3 / fmax(d->factor[0], fmax(d->factor[1], d->factor[2]));
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
 	struct ct_vol in = {0}, out = {0};
-	struct ct_memory memory;
 	double noise =
 		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
-	if (operator_of(&d, p, env->given, e) ||
-		ct_memory_begin(&memory, p->memory, p->out, volumes_of(&d), e) ||
-		ct_vol_read_hu(p->in, &in, e) ||
-		ct_memory_settle(
-			&memory, 4 * (double)ct_vol_count(&in) * volumes_of(&d), in.n, 0, env, e))
+	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);
@@ -185,7 +170,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 out:
 	ct_vol_free(&in);
 	ct_vol_free(&out);
-	ct_room_close();
 	return rc;
 }
 

@@ -1,8 +1,6 @@
 /* ct-metrics: how far a CT is from a reference, or from the low-resolution CT it was made of. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/memory.h"
-#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
@@ -15,7 +13,7 @@
 
 struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std,
-		*blob, *factor, *fsc, *memory;
+		*blob, *factor, *fsc;
 	const char *ref, *test; /* the operands by what they are; ref may be NULL */
 	bool psnr, edges, harm, structures, flat, hfen, tissues, csv;
 	int ssim, deep;
@@ -146,7 +144,6 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, csv, 0, "csv", NULL, 0, 0,
 		"the report as two lines of CSV, names and values, the first of which is TEST"),
-	CT_MEMORY_AT(struct params, memory, "beside the file of --map, or else in TMPDIR"),
 	CT_OPT_END,
 };
 
@@ -394,28 +391,6 @@ static struct metrics_harm harm_of(const struct params *p)
 		.curve = p->fsc};
 }
 
-/* Volumes of the size of TEST that are held at a time, what a reduction goes through included. */
-static double volumes_of(const struct params *p, const struct metrics_harm *h)
-{
-	const double few = 1 + (p->ref != NULL) + (p->mask != NULL),
-		     most = fmax(metrics_harm_volumes(h), p->consistency ? 2 : 0);
-
-	return few + fmax(most, p->std ? 1 : 0);
-}
-
-/* Bytes that lie in memory besides: a task of SSIM looks at its slices and their neighbours. */
-static double fixed_of(const struct params *p, const struct metrics_harm *h, const struct ct_vol *v,
-	const struct ct_env *env)
-{
-	enum { SLICES = 18, SUMS = 60 };
-	const double slices = p->ref ? SLICES * (p->mask ? 3.0 : 2.0) : 0,
-		     threads = (double)ct_par_threads(env->par), x = (double)v->n[0],
-		     y = (double)v->n[1], z = (double)v->n[2];
-
-	return 4 * slices * x * y * threads + metrics_harm_fixed(h, v->n, env) +
-	       (p->per_slice || p->per_axis ? SUMS * (x + 2 * y) * z : 0);
-}
-
 static int report(const struct metrics_figures *f, const struct params *p, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -436,30 +411,25 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol test = {0}, lr = {0};
 	struct metrics_figures f = {0};
 	struct metrics_harm h = harm_of(&p);
-	struct ct_memory memory;
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
 	if (check(&p, env->json, e) ||
 		((p.blob || p.factor) && metrics_harm_sizes(&h, p.blob, p.factor, NULL, e)) ||
-		ct_memory_begin(&memory, p.memory, p.map ? p.map : "-", volumes_of(&p, &h), e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
 	if (h.structures && !h.sizes && metrics_harm_sizes(&h, p.blob, p.factor, &test.meta, e)) {
 		ct_blame(e, p.test);
 		goto out;
 	}
-	if (ct_memory_settle(&memory, 4 * volumes_of(&p, &h) * (double)ct_vol_count(&test), test.n,
-		    fixed_of(&p, &h, &test, env), env, e) ||
-		(p.ref && compare(&f, &p, &h, &test, env, e)) ||
+	if ((p.ref && compare(&f, &p, &h, &test, env, e)) ||
 		(p.consistency && certify(&f, &lr, &p, &test, env, e)) || report(&f, &p, env, e))
 		goto out;
 	rc = judge(&f, &p, e);
 out:
 	ct_vol_free(&test);
 	ct_vol_free(&lr);
-	ct_room_close();
 	return rc;
 }
 

@@ -1,12 +1,11 @@
 /* ct-project: X-ray projections of a volume: exact line integrals of its density. */
 #include "config.h"
+#include "core/mem.h"
 #include "cli/keep.h"
-#include "cli/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
 #include "xray/window.h"
-#include "core/room.h"
 #include "tools/project-views.h"
 #include "tools/lib/scan-opts.h"
 
@@ -15,7 +14,7 @@
 #include <string.h>
 
 struct params {
-	const char *in, *out, *window, *rotate, *memory;
+	const char *in, *out, *window, *rotate;
 	struct ct_scan_opts scan;
 	int quantity, method, coarsen, pixel;
 	double photons, electronic, water;
@@ -61,7 +60,6 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, photons))),
 	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
 		CT_WHEN(CT_IF(struct params, photons))),
-	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -115,7 +113,6 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 		float *x = v->data + k * plane;
 
 		ct_window_density_open(plane, x, x, window);
-		ct_room_trim();
 	}
 	*density = true;
 	return ct_scan_opts_put_window(&v->meta, window, e) ||
@@ -134,7 +131,6 @@ static void convert_plane(
 		ct_photons_mu(n, mu, density ? mu : x, water);
 	if (!density)
 		ct_window_density(n, x, x, window);
-	ct_room_trim();
 }
 
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
@@ -160,7 +156,7 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 	if (p->overshoot && take_overshoot(v, &density, window, p, env, e))
 		return -1;
 	if (p->photons > 0) {
-		if (ct_room_alloc(mu, n, sizeof **mu, e))
+		if (ct_alloc(mu, n, sizeof **mu, e))
 			return -1;
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
@@ -223,19 +219,6 @@ static int coarser(struct ct_stack *out, const struct ct_stack *fine, size_t s, 
 	return ct_meta_copy(&out->meta, &fine->meta, e);
 }
 
-/* The bytes of an EXR file lie in memory before they are written. */
-static int settle_memory(struct ct_memory *m, double volumes, const struct ct_vol *in,
-	const struct ct_stack *fine, const struct ct_stack *coarse, const struct ct_env *env,
-	struct ct_err *e)
-{
-	const double of_fine = 4 * (double)ct_stack_count(fine),
-		     of_coarse = 4 * (double)ct_stack_count(coarse);
-
-	return ct_memory_settle(m,
-		4 * volumes * (double)ct_vol_count(in) + 2 * of_fine + 2 * of_coarse, in->n,
-		of_coarse > 0 ? of_coarse : of_fine, env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
@@ -249,13 +232,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		.kind = ct_pixel_measures((enum ct_pixel)p->pixel),
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
-	const double volumes =
-		p->photons > 0 ? 3 : 2; /* of the size of IN: rays run through a copy */
-	struct ct_memory memory;
 	float *mu = NULL;
 	int rc = -1;
 
-	if (ct_memory_begin(&memory, p->memory, p->out, volumes, e) || ct_vol_read(p->in, &in, e))
+	if (ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e) ||
 		(p->quantity == BY_FILE && ct_units_check(&in, "--quantity", e))) {
@@ -265,12 +245,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if ((p->rotate && rotate(&in, p->rotate, e)) ||
 		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)) ||
-		settle_memory(&memory, volumes, &in, &fine, &coarse, env, e) ||
 		to_density(&in, &mu, &j.unit, p, env, e))
 		goto out;
 	j.mu = mu;
 	if (env->dry_run) {
-		rc = project_estimate(&j, ct_room_is_open() ? memory.text : NULL, env, e);
+		rc = project_estimate(&j, env, e);
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
@@ -280,11 +259,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	rc = ct_keep_stack(p->out, out, env, e);
 out:
-	ct_room_free(mu);
+	free(mu);
 	ct_vol_free(&in);
 	ct_stack_free(&fine);
 	ct_stack_free(&coarse);
-	ct_room_close();
 	return rc;
 }
 

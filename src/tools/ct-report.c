@@ -1,8 +1,6 @@
 /* ct-report: one page to look at what became of a CT, and at what in it not to trust. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/memory.h"
-#include "core/room.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
@@ -16,7 +14,7 @@
 #define FORM "report.html"
 
 struct params {
-	const char *lr, *hr, *out, *std, *truth, *log, *memory;
+	const char *lr, *hr, *out, *std, *truth, *log;
 };
 
 static const struct params defaults = {0};
@@ -32,7 +30,6 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct params, log, 0, "log", "FILE",
 		"text: what the commands that made HR said and took, as CTSR_LOG of ct-pipeline(7) "
 		"collects it; its warnings are shown first"),
-	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -130,16 +127,14 @@ static double volumes_of(const struct params *p)
 	return 4 + (p->std != NULL) + (p->truth != NULL);
 }
 
-static int read_all(struct job *j, struct ct_memory *m, struct ct_err *e)
+static int read_all(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct page *page = &j->page;
 
 	if (read_form(&j->form, e) || (p->log && read_text(&j->log, p->log, e)) ||
 		read_volume(&page->lr, p->lr, true, NULL, e) ||
-		read_volume(&page->hr, p->hr, true, NULL, e) ||
-		ct_memory_settle(m, 4 * volumes_of(p) * (double)ct_vol_count(&page->hr.vol),
-			page->hr.vol.n, 0, j->env, e))
+		read_volume(&page->hr, p->hr, true, NULL, e))
 		return -1;
 	if (j->log)
 		forget_folders(j->log);
@@ -165,16 +160,13 @@ static int write_page(const struct job *j, struct ct_err *e)
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {.p = params, .env = env};
-	struct ct_memory memory;
 	int rc = -1;
 
-	if (ct_memory_begin(&memory, j.p->memory, j.p->out, volumes_of(j.p), e) == 0 &&
-		read_all(&j, &memory, e) == 0 && page_measure(&j.page, env, e) == 0)
+	if (read_all(&j, e) == 0 && page_measure(&j.page, env, e) == 0)
 		rc = write_page(&j, e);
 	page_free(&j.page);
 	free(j.form);
 	free(j.log);
-	ct_room_close();
 	return rc;
 }
 

@@ -1,10 +1,8 @@
 /* ct-view: slices and projections side by side in a PNG. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/any.h"
 #include "gs/gaussian.h"
 #include "tools/cuts.h"
@@ -19,8 +17,7 @@
 
 struct params {
 	struct ct_list files;
-	const char *out, *slice, *window, *error_window, *names, *profile, *csv, *gaussians,
-		*memory;
+	const char *out, *slice, *window, *error_window, *names, *profile, *csv, *gaussians;
 	double zoom, thickness, surface;
 	int plane, slices, slab, views, map;
 	bool error, labels;
@@ -93,7 +90,6 @@ static const struct ct_opt opts[] = {
 		"draw the Gaussians (PLY) that a slice cuts on it, as ellipses of one standard "
 		"deviation: of positive density orange, of negative one light blue",
 		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_MEMORY(struct params, memory),
 	CT_OPT_END,
 };
 
@@ -140,22 +136,6 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 				ct_kind_name(a[0].kind), path, ct_kind_name(a[i].kind));
 	}
 	return 0;
-}
-
-/* The files are what takes it. */
-static int settle_memory(struct ct_memory *m, const struct job *j, const struct sheet_rule *rule,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_any *a = j->file;
-	const size_t view[3] = {a->stack.w, a->stack.h, 1};
-	const bool stack = a->kind == CT_KIND_STACK;
-	const double scene = (double)j->scene.gauss.n * (sizeof *j->gaussian + 4 * CT_GS_FIELDS);
-	double bytes = sheet_bytes(j->n, a, rule);
-
-	for (size_t i = 0; i < j->n; i++)
-		bytes +=
-			4 * (double)(stack ? ct_stack_count(&a[i].stack) : ct_vol_count(&a[i].vol));
-	return ct_memory_settle(m, bytes, stack ? view : a->vol.n, LIBRARIES + scene, env, e);
 }
 
 /* A window by name is of HU. */
@@ -276,7 +256,7 @@ static void job_free(struct job *j)
 }
 
 static int make(struct job *j, const struct params *p, struct sheet_rule *rule,
-	struct ct_memory *memory, const struct ct_env *env, struct ct_err *e)
+	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = j->n;
 
@@ -287,8 +267,7 @@ static int make(struct job *j, const struct params *p, struct sheet_rule *rule,
 		return -1;
 	if ((p->gaussians && read_gaussians(j, p->gaussians, env->par, e)) ||
 		read_files(j->file, p, n, e) || check_kind(j->file, env->given, e) ||
-		check_unit(j->file, p, rule, e) || settle_memory(memory, j, rule, env, e) ||
-		sheet_make(&j->sheet, n, j->file, rule, e))
+		check_unit(j->file, p, rule, e) || sheet_make(&j->sheet, n, j->file, rule, e))
 		return -1;
 	j->picture = (struct view_picture){.sheet = &j->sheet,
 		.gap = GAP,
@@ -306,7 +285,6 @@ static int make(struct job *j, const struct params *p, struct sheet_rule *rule,
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_memory memory;
 	struct sheet_rule rule;
 	struct job j = {0};
 	double window[2], error[2];
@@ -314,14 +292,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (operands(p, &j.n, &out, e) || rule_of(&rule, window, error, p, e) ||
-		(p->profile && profile_parse(j.profile.end, "profile", p->profile, e)) ||
-		ct_memory_begin(&memory, p->memory, out, (double)j.n, e))
+		(p->profile && profile_parse(j.profile.end, "profile", p->profile, e)))
 		return -1;
-	if (make(&j, p, &rule, &memory, env, e) == 0 &&
+	if (make(&j, p, &rule, env, e) == 0 &&
 		(!p->csv || profile_write(&j.profile, j.name, p->csv, env, e) == 0))
 		rc = view_picture_write(&j.picture, out, env, e);
 	job_free(&j);
-	ct_room_close();
 	return rc;
 }
 

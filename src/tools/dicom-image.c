@@ -3,7 +3,6 @@
 #include "formats/hash.h"
 #include "formats/voxels.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "tools/dicom-derive.h"
 #include "tools/dicom-image.h"
 #include "tools/dicom-policy.h"
@@ -341,7 +340,6 @@ static int hash_content(struct image *im, struct ct_err *e)
 	for (size_t k = 0; k < v->n[2]; k++) {
 		ct_voxels_i16(area, px, v->data + k * area, false);
 		CT_SIMD(ct_hash_add)(h, px, area * sizeof *px);
-		ct_room_trim();
 	}
 	for (size_t i = 0; i < im->head.n; i++) {
 		add_text(h, im->head.element[i].path);

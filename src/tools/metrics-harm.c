@@ -2,11 +2,11 @@
 #include "config.h"
 #include "tools/metrics-harm.h"
 #include "cli/cli.h"
-#include "core/room.h"
 #include "quality/hfen.h"
 #include "resolution/degrade.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 static int parse_sizes(struct metrics_harm *h, const char *text, struct ct_err *e)
 {
@@ -148,7 +148,7 @@ static int by_tissue(struct metrics_figures *f, const struct metrics_harm *h,
 	}
 	rc = 0;
 out:
-	ct_room_free(map);
+	free(map);
 	return rc;
 }
 

@@ -1,6 +1,5 @@
 /* montage.c: see montage.h. */
 #include "config.h"
-#include "core/room.h"
 #include "tools/montage.h"
 
 #include <math.h>
@@ -138,7 +137,6 @@ void montage_slice_range(double range[static 2], const struct montage_slice *s)
 				range[1] = fmax(range[1], x);
 			}
 		}
-		ct_room_trim();
 	}
 }
 
@@ -235,7 +233,6 @@ static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, dou
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
 			colour_of(rgb + (y * w + x) * 3, v, map);
 		}
-		ct_room_trim();
 	}
 }
 

@@ -6,7 +6,6 @@
  * again, and so windows HU, not grey. */
 #include "config.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "formats/base64.h"
 #include "tools/montage.h"
 #include "tools/page.h"
@@ -60,7 +59,6 @@ static bool shows(const struct ct_vol *v, const struct cut *c, size_t k)
 			seen++;
 			body += value(&s, i, j) > BODY;
 		}
-	ct_room_trim();
 	return (double)body > BODY_SHARE * (double)seen;
 }
 
@@ -276,7 +274,6 @@ static void gather(float *to, const struct page *p, const struct cut *c, enum ki
 			to[y * w + x] = (float)(map ? sqrt(sum / n) : sum / n);
 		}
 	}
-	ct_room_trim();
 }
 
 static void settle(struct desk *d, size_t n)

@@ -1,5 +1,6 @@
 /* prior-file.c: see prior-file.h. */
 #include "config.h"
+#include "formats/format.h"
 #include "tools/lib/installed.h"
 #include "tools/prior-file.h"
 
@@ -22,4 +23,23 @@ int prior_file_find(char **path, const char *given, const char *name, struct ct_
 	free(*path);
 	*path = NULL;
 	return -1;
+}
+
+int prior_file_read(
+	struct ct_slice_prior *prior, struct ct_meta *meta, const char *given, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	char *path;
+	int rc = -1;
+
+	if (prior_file_find(&path, given, PRIOR_SLICES, e))
+		return -1;
+	if (ct_tensors_read(path, &w, e) == 0) {
+		rc = ct_slice_prior_alloc(prior, &w, e) ? ct_blame(e, path) : 0;
+		*meta = w.meta;
+		w.meta = (struct ct_meta){0};
+	}
+	ct_tensors_free(&w);
+	free(path);
+	return rc;
 }

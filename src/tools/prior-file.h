@@ -2,6 +2,7 @@
 #ifndef CT_TOOLS_PRIOR_FILE_H
 #define CT_TOOLS_PRIOR_FILE_H
 #include "core/err.h"
+#include "restore/restore.h"
 
 /* Of pictures and of what projections lack, for ct-ddnm, and of slices, for ct-restore. */
 #define PRIOR_PICTURES "prior.safetensors"
@@ -12,5 +13,8 @@
  * the running program (a build folder), ../share/ctsr/ from there, and the folder of the
  * installation. CT_EINPUT if there is none. */
 int prior_file_find(char **path, const char *given, const char *name, struct ct_err *e);
+/* The slice prior of `given`, or the installed one, and its metadata. Codes of the readers. */
+int prior_file_read(
+	struct ct_slice_prior *prior, struct ct_meta *meta, const char *given, struct ct_err *e);
 
 #endif

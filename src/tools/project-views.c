@@ -2,7 +2,6 @@
 #include "config.h"
 #include "tools/project-views.h"
 #include "cli/cost.h"
-#include "cli/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/exr-zip.h"
@@ -117,13 +116,12 @@ static int pack(const float *view, size_t bytes, struct ct_err *e)
 	return rc;
 }
 
-int project_estimate(
-	const struct project_job *j, const char *memory, const struct ct_env *env, struct ct_err *e)
+int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *out = j->out;
 	const double before = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
 	const size_t pixels = out->h * out->w;
-	double start, load, once, held, bytes, volume = 4.0 * (double)ct_vol_count(j->v);
+	double start, load, once, held, volume = 4.0 * (double)ct_vol_count(j->v);
 	struct ct_cost cost = {.disk = 4.0 * (double)ct_stack_count(out)};
 	size_t tries = out->views > 1 ? 2 : 1, passes = j->mu ? 2 : 1;
 	struct pass p;
@@ -149,8 +147,7 @@ int project_estimate(
 	cost.seconds = (before + (double)out->views * once + load * (double)passes) / threads;
 	held = (j->rays == out ? 0 : 4.0 * (double)ct_stack_count(j->rays)) +
 	       (double)ct_projector_bytes(&p.g); /* gone when the bytes of the file come */
-	bytes = volume * (double)passes + cost.disk + fmax(held, cost.disk);
-	ct_memory_cost(&cost.memory, &cost.state, bytes, memory);
+	cost.memory = volume * (double)passes + cost.disk + fmax(held, cost.disk);
 	close_pass(&p);
 	snprintf(cost.work, sizeof cost.work, "%zu views of %zux%zu pixels, %.3f s each",
 		out->views, out->w, out->h, once / threads);

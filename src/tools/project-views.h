@@ -23,8 +23,7 @@ struct project_job {
 
 /* All views into j->out. */
 int project_views(const struct project_job *j, const struct ct_env *env, struct ct_err *e);
-/* Say on standard output what that would take, within `memory` if not NULL. */
-int project_estimate(const struct project_job *j, const char *memory, const struct ct_env *env,
-	struct ct_err *e);
+/* Say on standard output what that would take. */
+int project_estimate(const struct project_job *j, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "tools/sheet.h"
 #include "core/mem.h"
-#include "core/room.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -237,7 +236,7 @@ int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struc
 void sheet_free(struct sheet *s)
 {
 	for (size_t i = 0; s->own && i < s->rows * s->cols; i++)
-		ct_room_free(s->own[i]);
+		free(s->own[i]);
 	free(s->own);
 	free(s->tile);
 	free(s->note);

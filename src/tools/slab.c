@@ -1,9 +1,10 @@
 /* slab.c: see slab.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "tools/slab.h"
-#include "core/room.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* The planes k of voxels of a slab: range[0] <= k < range[1]. */
 static void planes(size_t range[2], const struct montage_frame *f, double mm, double thickness)
@@ -43,10 +44,10 @@ int slab_project(struct montage_slice *s, float **own, const struct ct_vol *v,
 	montage_frame_make(&f, v, plane);
 	if (montage_slice_volume(s, v, plane, mm))
 		return 1;
-	if (ct_room_alloc(&sum, s->n[0] * s->n[1], sizeof *sum, e))
+	if (ct_alloc(&sum, s->n[0] * s->n[1], sizeof *sum, e))
 		return -1;
-	if (ct_room_alloc(own, s->n[0] * s->n[1], sizeof **own, e)) {
-		ct_room_free(sum);
+	if (ct_alloc(own, s->n[0] * s->n[1], sizeof **own, e)) {
+		free(sum);
 		return -1;
 	}
 	planes(range, &f, mm, thickness);
@@ -69,12 +70,11 @@ int slab_project(struct montage_slice *s, float **own, const struct ct_vol *v,
 					(double)v->data[(k * v->n[1] + j) * v->n[0] + i],
 					at[f.axis[0]] == range[0], how);
 			}
-		ct_room_trim();
 	}
 	for (size_t i = 0; i < s->n[0] * s->n[1]; i++)
 		(*own)[i] =
 			(float)(how == SLAB_MEAN ? sum[i] / (double)(range[1] - range[0]) : sum[i]);
-	ct_room_free(sum);
+	free(sum);
 	s->data = *own;
 	s->step[0] = (ptrdiff_t)s->n[1];
 	s->step[1] = 1;

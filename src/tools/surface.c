@@ -1,7 +1,7 @@
 /* surface.c: see surface.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "tools/surface.h"
-#include "core/room.h"
 #include "tools/sample.h"
 
 #include <math.h>
@@ -110,7 +110,7 @@ int surface_draw(struct montage_slice *s, float **own, const struct ct_vol *v,
 		s->mm[i] = side / (double)s->n[i];
 		s->origin[i] = -j.f.centre[1 + i] - side / 2;
 	}
-	if (ct_room_alloc(own, s->n[0] * s->n[1], sizeof **own, e))
+	if (ct_alloc(own, s->n[0] * s->n[1], sizeof **own, e))
 		return -1;
 	j.out = *own;
 	ct_par_for(par, s->n[0], row, &j);

@@ -1,7 +1,7 @@
 /* view-picture.c: see view-picture.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "tools/view-picture.h"
-#include "core/room.h"
 #include "formats/io.h"
 #include "shim/image.h"
 #include "tools/labels.h"
@@ -74,7 +74,7 @@ int view_picture_write(
 	if (p->profile)
 		profile_size(&plot[0], &plot[1], l.scale);
 	w = w > plot[1] ? w : plot[1];
-	if (ct_room_alloc(&rgb, (high + plot[0]) * w, 3, e))
+	if (ct_alloc(&rgb, (high + plot[0]) * w, 3, e))
 		return -1;
 	montage_draw(rgb, mh, mw, s->rows, s->cols, s->tile, s->mm, p->gap);
 	draw(p, &l, rgb, high + plot[0], w, high, mh, mw);
@@ -83,6 +83,6 @@ int view_picture_write(
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
 	free(png);
-	ct_room_free(rgb);
+	free(rgb);
 	return rc;
 }

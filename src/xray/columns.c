@@ -2,7 +2,6 @@
 #include "config.h"
 #include "xray/columns.h"
 #include "core/mem.h"
-#include "core/room.h"
 #include "xray/packet.h"
 #include "xray/scan.h"
 
@@ -58,7 +57,7 @@ int ct_columns_alloc(
 	*c = (struct ct_columns){.up = up, .p = p, .q = q, .pitch = g->n[up] + CT_PAD};
 	memcpy(c->n, g->n, sizeof c->n);
 	if (ct_size_mul(&floats, count, c->pitch, "volume", e) ||
-		ct_room_alloc0(&c->data, floats + CT_PAD, sizeof *c->data, e) ||
+		ct_alloc0(&c->data, floats + CT_PAD, sizeof *c->data, e) ||
 		ct_alloc0(&c->span, count, sizeof *c->span, e)) {
 		ct_columns_free(c);
 		return -1;
@@ -72,7 +71,7 @@ void ct_columns_free(struct ct_columns *c)
 {
 	if (!c)
 		return;
-	ct_room_free(c->data);
+	free(c->data);
 	free(c->span);
 	free(c);
 }

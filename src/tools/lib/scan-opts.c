@@ -2,7 +2,6 @@
 #include "config.h"
 #include "tools/lib/scan-json.h"
 #include "tools/lib/scan-opts.h"
-#include "core/room.h"
 #include "formats/format.h"
 #include "xray/window.h"
 
@@ -141,7 +140,6 @@ void ct_scan_opts_warn_above(
 
 		above += ct_window_above(plane, v->data + k * plane, window, &most);
 		largest = fmaxf(largest, most);
-		ct_room_trim();
 	}
 	if (above > 0)
 		ct_log(env, CT_WARN,

@@ -1,8 +1,9 @@
-/* free.c: how much memory there is to take; see memory.h. */
+/* memory.c: see memory.h. */
 #include "config.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,4 +106,12 @@ double ct_memory_free(const char *root)
 	machine = 1024 * number_in(name, "MemAvailable:");
 	machine = fmin(isnan(machine) ? (double)INFINITY : machine, left_of_groups(root));
 	return isinf(machine) ? 0 : machine;
+}
+
+/* Of what is free a run takes most: others may want some, too. */
+#define SHARE 0.8
+
+double ct_memory_most(double free)
+{
+	return free > 0 ? SHARE * free : (double)INFINITY;
 }

@@ -1,0 +1,16 @@
+/* memory.h: how much memory there is. */
+#ifndef CT_CORE_MEMORY_H
+#define CT_CORE_MEMORY_H
+
+/* Bytes of the program, libraries, what is read ahead. */
+#define CT_MEMORY_BASE 67108864.0
+/* What is expected may be so much more in the end. */
+#define CT_MEMORY_SPARE 1.1
+
+/* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
+ * the process is in. `root` is "" but for tests. 0 if nothing tells. */
+double ct_memory_free(const char *root);
+/* What a run may take of so many free bytes; infinite if that is 0. */
+double ct_memory_most(double free);
+
+#endif

@@ -1,0 +1,181 @@
+/* operator.c: see operator.h. */
+#include "config.h"
+#include "refine/operator.h"
+#include "resolution/blur.h"
+#include "resolution/noise.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Factors beyond this are a mistake. */
+#define MOST_TIMES 1024
+
+/* From the voxels of v to those aimed at. Whole numbers come out whole. */
+static int factor_to(double x[3], const double want[3], const struct ct_vol *v, struct ct_err *e)
+{
+	double mm[3];
+
+	ct_vol_spacing(v, mm);
+	for (int a = 0; a < 3; a++) {
+		if (!(want[a] > 0))
+			return ct_fail(e, CT_EUSAGE, "the spacing %g mm is not positive", want[a]);
+		x[a] = fmax(mm[a] / want[a], 1);
+		if (fabs(x[a] - nearbyint(x[a])) < 1e-4 * x[a])
+			x[a] = nearbyint(x[a]);
+		if (x[a] > MOST_TIMES)
+			return ct_fail(e, CT_EUSAGE,
+				"the spacing %g mm is 1/%.0f of a voxel, below 1/%d", want[a], x[a],
+				MOST_TIMES);
+	}
+	return 0;
+}
+
+/* The factors: from the caller, or from the file; a contradiction is an error. */
+static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said,
+	const struct ct_vol *v, struct ct_err *e)
+{
+	const bool by_factor = said->factor[0] != 0, by_spacing = said->spacing[0] != 0;
+	double x[3];
+
+	if (!by_factor && !by_spacing)
+		return known == 0 ? 0
+				  : ct_fail(e, CT_EUSAGE, "%s: give the factor, -x",
+					    ct_meta_get(&v->meta, CT_META_UPSAMPLE)
+						    ? "was upsampled already"
+						    : "does not say by how much it was reduced");
+	memcpy(x, said->factor, sizeof x);
+	if (by_spacing && factor_to(x, said->spacing, v, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(x[a] >= 1 && x[a] <= MOST_TIMES))
+			return ct_fail(
+				e, CT_EUSAGE, "the factor %g is outside [1, %d]", x[a], MOST_TIMES);
+		if (known == 0 && fabs(x[a] - d->factor[a]) > (by_spacing ? 1e-4 : 1e-6) * x[a])
+			return ct_fail(e, CT_EUSAGE,
+				"the factor %g,%g,%g contradicts the file, which was reduced "
+				"%g,%g,%g times",
+				x[0], x[1], x[2], d->factor[0], d->factor[1], d->factor[2]);
+		if (known > 0)
+			d->factor[a] = x[a];
+	}
+	return 0;
+}
+
+static int sigma_of(struct ct_operator *r, int known, const struct ct_said *said, struct ct_err *e)
+{
+	for (int a = 0; a < 3; a++) {
+		double sigma = said->sigma[a];
+
+		if (!(sigma >= 0 && sigma <= 1000))
+			return ct_fail(
+				e, CT_EUSAGE, "the blur sigma %g is outside [0, 1000]", sigma);
+		if (r->by.factor[a] == 1 && said->sigma_for_all)
+			sigma = 0;
+		if (known == 0 && fabs(sigma - r->by.sigma[a]) > 1e-6)
+			return ct_fail(e, CT_EUSAGE,
+				"sigma %g contradicts the file, which was blurred by %g,%g,%g",
+				sigma, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
+		r->by.sigma[a] = sigma;
+	}
+	return 0;
+}
+
+/* The operator: of the file, or of the caller; a contradiction is an error. */
+static int operator_of(
+	struct ct_operator *r, const struct ct_said *said, const struct ct_vol *v, struct ct_err *e)
+{
+	const struct ct_meta *m = &v->meta;
+	const bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator is used up */
+	const int known = done ? 1 : ct_degrade_get(m, &r->by, e);
+	const bool sigma = !isnan(said->sigma[0]);
+
+	if (known < 0 || factor_of(&r->by, known, said, v, e))
+		return -1;
+	r->known = known == 0 || sigma;
+	r->from = known == 0 ? CT_BY_FILE : sigma ? CT_BY_CALLER : CT_BY_NOBODY;
+	if (said->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)said->decimate)
+		return ct_fail(e, CT_EUSAGE, "the sampling %s contradicts the file, which says %s",
+			CT_WORD(CT_DECIMATE_LIST, said->decimate),
+			CT_WORD(CT_DECIMATE_LIST, r->by.decimate));
+	if (said->decimate >= 0)
+		r->by.decimate = (enum ct_decimate)said->decimate;
+	return sigma ? sigma_of(r, known, said, e) : 0;
+}
+
+/* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
+ * has one way of decimation. */
+static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
+	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_blur got;
+
+	if (ct_blur_estimate(&got, in, r->by.factor, env->par, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (r->by.factor[a] <= 1)
+			continue;
+		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
+		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && said->decimate < 0)
+			r->by.decimate = CT_DECIMATE_POINT;
+		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
+		ct_log(env, CT_INFO,
+			"axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
+			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
+			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
+	}
+	if (r->known)
+		r->from = CT_BY_MEASURE;
+	return 0;
+}
+
+/* White noise shows correlations that sum up to less. */
+#define LEAST_CORRELATION 0.3
+
+bool ct_operator_correlated(const struct ct_operator *r)
+{
+	return r->alike[0] + r->alike[1] + r->alike[2] > LEAST_CORRELATION;
+}
+
+/* Only what is certainly noise: the rest may be texture. */
+static int measure_noise(
+	struct ct_operator *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_noise got;
+
+	if (ct_noise_measure(&got, in, e))
+		return -1;
+	r->noise = got.sure;
+	memcpy(r->alike, got.alike, sizeof r->alike);
+	r->noise_from = CT_BY_MEASURE;
+	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.common, r->noise);
+	if (ct_operator_correlated(r))
+		ct_log(env, CT_INFO, "noise of neighbours correlates by %.2g,%.2g,%.2g",
+			r->alike[0], r->alike[1], r->alike[2]);
+	return 0;
+}
+
+int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const bool by_caller = !isnan(said->noise);
+	double noise = 0;
+	int none;
+
+	*r = (struct ct_operator){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC}};
+	if (operator_of(r, said, in, e))
+		return -1;
+	none = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
+	if (none < 0)
+		return -1;
+	if (noise > 0 && by_caller && said->noise != noise)
+		return ct_fail(e, CT_EUSAGE,
+			"the noise %g contradicts the file, whose noise is %g HU", said->noise,
+			noise);
+	r->noise = fmax(by_caller ? said->noise : noise, 0);
+	r->noise_from = none == 0 && (!by_caller || said->noise == noise) ? CT_BY_FILE
+			: by_caller                                       ? CT_BY_CALLER
+									  : CT_BY_NOBODY;
+	if (said->estimate && !r->known && measure_operator(r, in, said, env, e))
+		return -1;
+	return none && !by_caller && need_noise ? measure_noise(r, in, env, e) : 0;
+}

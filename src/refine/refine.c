@@ -1,0 +1,239 @@
+/* refine.c: what is decided; see refine.h. */
+#include "config.h"
+#include "refine/refine.h"
+#include "core/memory.h"
+#include "refine/slabs.h"
+#include "resolution/flat.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define MIB 0x1p20
+/* Bytes of the nets of the prior and of what they work in. */
+#define NETS 67108864.0
+
+/* Methods that may come to iterate: of these it counts what noise there is. */
+static bool iterates(int method)
+{
+	return method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO ||
+	       method == CT_UPSAMPLE_TV || method == CT_UPSAMPLE_HTV;
+}
+
+struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
+{
+	const struct ct_refine_rule *p = &r->rule;
+
+	return (struct ct_upsample_rule){.method = p->method == CT_REFINE_PRIOR
+							   ? CT_UPSAMPLE_AUTO
+							   : (enum ct_upsample)p->method,
+		.known = r->is.known,
+		.by = r->is.by,
+		.noise = r->is.noise,
+		.alike = r->is.alike,
+		.iterations = p->iterations,
+		.tolerance = p->tolerance,
+		.spread = r->spread,
+		.texture = r->texture,
+		.plain = r->adds};
+}
+
+static double voxels(const size_t n[3])
+{
+	return (double)n[0] * (double)n[1] * (double)n[2];
+}
+
+/* Bytes of volumes and of what is worked in, of a CT of `coarse` voxels that is refined to n: of
+ * the inversion, of the prior, or of what makes its result agree, never two of them. */
+static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], double coarse,
+	struct ct_err *e)
+{
+	const struct ct_refine_rule *p = &r->rule;
+	const double one = 4 * voxels(n), error = p->error ? one : 0;
+	const bool inverts = p->method != CT_REFINE_PRIOR || !p->start;
+	double most = 0, agree = 0;
+
+	if (inverts) {
+		if (ct_upsample_bytes(&most, r->method, &r->is.by, r->is.noise > 0, n, e))
+			return -1;
+		most = fmax(most, 2 * error) + (p->start ? one : 0);
+	}
+	if (r->adds) {
+		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &r->is.by, false, n, e))
+			return -1;
+		most = fmax(most, error + fmax(agree, NETS + one * (r->restore.doubt > 0 ? 3 : 2)));
+	}
+	*bytes = most + 4 * coarse;
+	return 0;
+}
+
+/* Bytes in m slabs: the CT, what it begins with and the results, and beside them the work of the
+ * largest slab. */
+static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct ct_vol *in,
+	size_t m, struct ct_err *e)
+{
+	const struct ct_refine_rule *p = &r->rule;
+	const double volumes = 1 + (p->start ? 1 : 0) + (p->error ? 1 : 0);
+	double most = 0;
+
+	for (size_t k = 0; k < m; k++) {
+		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, m);
+		const double share = (double)(s.hi - s.lo) / (double)s.of;
+		size_t n[3] = {r->n[0], r->n[1], r->n[2]};
+		double one;
+
+		n[s.axis] = (s.hi - s.lo) * s.factor;
+		if (need_of(&one, r, n, share * (double)ct_vol_count(in), e))
+			return -1;
+		most = fmax(most, one);
+	}
+	*bytes = CT_MEMORY_BASE + 4 * ((double)ct_vol_count(in) + volumes * voxels(r->n)) + most;
+	return 0;
+}
+
+/* As a whole, or in as few slabs as fit. */
+static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
+{
+	const double free = ct_memory_free(""), given = r->rule.memory;
+	const size_t can = r->is.known ? ct_slab_most(&r->is.by, in->n) : 0;
+	const double most = given > 0 ? given / CT_MEMORY_SPARE : ct_memory_most(free);
+
+	if (need_of(&r->whole, r, r->n, (double)ct_vol_count(in), e))
+		return -1;
+	r->whole += CT_MEMORY_BASE;
+	r->need = r->whole;
+	r->slabs = 1;
+	if (r->whole <= (given > 0 || free <= 0 ? most : free))
+		return 0;
+	while (r->need > most && r->slabs < can)
+		if (need_in_slabs(&r->need, r, in, ++r->slabs, e))
+			return -1;
+	if (r->need <= most)
+		return 0;
+	return ct_fail(e, CT_ENOMEM,
+		"takes %.0f MiB of memory%s, and %.0f MiB are %s: refine it less, or a part of it",
+		ceil(r->need * (given > 0 ? CT_MEMORY_SPARE : 1) / MIB),
+		r->slabs > 1
+			? " in slabs"
+			: " as a whole, which band-limited sampling (sinc) along all axes asks",
+		floor((given > 0 ? given : most) / MIB), given > 0 ? "given" : "free");
+}
+
+/* Only the inversion will be done. */
+static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
+	__attribute__((format(printf, 3, 4)));
+static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
+{
+	va_list ap;
+
+	va_start(ap, fmt);
+	vsnprintf(r->why_not, sizeof r->why_not, fmt, ap);
+	va_end(ap);
+	r->adds = false;
+	if (r->rule.start)
+		return ct_fail(e, CT_EINPUT, "%s", r->why_not);
+	return 0;
+}
+
+/* Across the last axis that the prior knows slices of. */
+static void one_axis(struct ct_refine *r)
+{
+	bool can[3];
+	int a = 2;
+
+	ct_slice_prior_axes(can, r->rule.prior, &r->is.by);
+	while (a > 0 && !can[a])
+		a--;
+	for (int b = 0; b < 3; b++)
+		r->restore.axes[b] = !r->rule.one_axis || b == a;
+}
+
+/* What the caller says, or else what was found best; with a weight nothing. */
+static double confidence(double said, bool weighted, double best)
+{
+	return !isnan(said) ? said : weighted ? 0 : best;
+}
+
+/* What the prior may add, and with what confidence. */
+static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
+{
+	const struct ct_refine_rule *p = &r->rule;
+	const bool weighted = !isnan(p->weight);
+	const double *x = r->is.by.factor;
+	bool little, again;
+	int gains;
+
+	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
+	if (!r->is.known)
+		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
+	if (!ct_slice_prior_knows(p->prior, &r->is.by, false) && weighted)
+		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
+			x[1], x[2]);
+	if (!ct_slice_prior_knows(p->prior, &r->is.by, false))
+		return leave(
+			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
+	if (ct_flat_texture(&r->restore.texture, in, e) ||
+		ct_restore_careful(&r->restore, &little, in->n, e))
+		return -1;
+	if (little && !weighted)
+		return leave(r, e,
+			"the slices look band-limited, for which the prior has no network; if they "
+			"are thick, --decimate mean says so");
+	r->adds = true;
+	gains = weighted ? 2 : r->restore.passes;
+	again = ct_slice_prior_knows(p->prior, &r->is.by, true);
+	r->restore.passes = again && gains == 2 ? p->passes : 1;
+	r->restore.weight = weighted ? p->weight : 1;
+	r->restore.doubt = confidence(p->doubt, weighted, r->restore.doubt);
+	r->restore.gate = confidence(p->gate, weighted, r->restore.gate);
+	r->restore.again = confidence(p->gate, weighted, r->restore.again);
+	r->restore.steps = confidence(p->steps, weighted, r->restore.steps);
+	r->restore.cap = confidence(p->cap, weighted, r->restore.cap);
+	one_axis(r);
+	return 0;
+}
+
+int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_upsample_rule inversion;
+	struct ct_upsample_report choice = {.aliasing = (double)NAN};
+	const bool prior = rule->method == CT_REFINE_PRIOR;
+
+	*r = (struct ct_refine){.rule = *rule, .residual = (double)NAN};
+	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
+		return -1;
+	if (prior && !r->is.known && !rule->said.estimate)
+		return ct_fail(e, CT_EUSAGE,
+			"does not say how it was reduced: --sigma says it, --estimate measures it");
+	if (rule->error && !r->is.known)
+		return ct_fail(e, CT_EINPUT,
+			"its edges do not show how it was made, which the predicted error needs: "
+			"--sigma says it");
+	for (int a = 0; a < 3; a++)
+		r->n[a] = ct_degrade_cover(in->n[a], r->is.by.factor[a]);
+	if (prior && plan_prior(r, in, e))
+		return -1;
+	inversion = ct_refine_inversion(r);
+	inversion.start = prior ? NULL : rule->start;
+	if (ct_upsample_choose(&choice, &inversion, r->n, e))
+		return -1;
+	r->method = choice.method;
+	r->aliasing = choice.aliasing;
+	if (choose_slabs(r, in, e))
+		return -1;
+	if (r->slabs == 1)
+		return 0;
+	r->spread = ct_upsample_spread(in);
+	return ct_flat_texture(&r->texture, in, e);
+}
+
+const char *ct_refine_why(const struct ct_refine *r)
+{
+	if (!r->is.known)
+		return "operator not known";
+	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
+		return "band-limited";
+	return r->is.by.decimate == CT_DECIMATE_POINT ? "point-sampled, aliased" : "aliased";
+}

@@ -1,0 +1,89 @@
+/* refine.h: a low-resolution CT on a finer grid: all decisions, once, and the one call.
+ *
+ * ct_refine_plan finds the operator that made the CT and its noise (operator.h), the method, what
+ * the prior of slices may add and with what confidence, the memory that it takes, and the slabs to
+ * stay within a bound. Nothing in it iterates. ct_refine_run does the work; ct_refine_cost tells
+ * before what it will take.
+ *
+ * The volume in slabs is that of the whole within 0.1 HU RMS (doc/blocks.md): a small part of the
+ * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
+ * departed from in each (resolution/pilot.h).
+ *
+ * Reentrant; nothing is kept between calls.
+ */
+#ifndef CT_REFINE_REFINE_H
+#define CT_REFINE_REFINE_H
+#include "refine/operator.h"
+#include "resolution/upsample.h"
+#include "restore/restore.h"
+
+/* As enum ct_upsample, and then the prior on top of auto. */
+#define CT_REFINE_LIST(X)                                                                          \
+	CT_UPSAMPLE_LIST(X)                                                                        \
+	X(CT_REFINE_PRIOR, "prior")
+enum ct_refine_method { CT_REFINE_PRIOR = CT_UPSAMPLE_METHODS };
+
+struct ct_refine_rule {
+	int method; /* of CT_REFINE_LIST */
+	struct ct_said said;
+	size_t iterations;          /* of tv and htv, at most */
+	double tolerance;           /* they stop when an iteration moves less, HU RMS */
+	const struct ct_vol *start; /* what they begin with, on the grid of the result; or NULL.
+				     * With the prior: what it adds to */
+	/* Of the prior: */
+	const struct ct_slice_prior *prior; /* borrowed */
+	bool one_axis;                      /* slices across one axis, not all */
+	int passes;                         /* 2: a second pass over what the first made */
+	/* NaN: what was found best for the operator (restore/caution.c). A weight takes all
+	 * corrections with the same confidence. */
+	double weight, doubt, gate, cap, steps;
+	bool error;    /* also the predicted error */
+	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
+};
+/* What no caller has to say. */
+#define CT_REFINE_DEFAULTS                                                                         \
+	{                                                                                          \
+		.said = CT_SAID_NOTHING, .iterations = 300, .tolerance = 0.1, .passes = 1,         \
+		.weight = (double)NAN, .doubt = (double)NAN, .gate = (double)NAN,                  \
+		.cap = (double)NAN, .steps = (double)NAN                                           \
+	}
+
+struct ct_refine {
+	struct ct_refine_rule rule;
+	struct ct_operator is;
+	enum ct_upsample method; /* of the inversion, or interpolation */
+	double aliasing;         /* NaN if the operator is not known */
+	size_t n[3];             /* voxels of the result */
+	bool adds;               /* the prior does */
+	char why_not[160];       /* ... and if it was asked and does not, why */
+	struct ct_restore_rule restore;
+	double texture, spread; /* of the whole CT, HU */
+	double whole;           /* bytes if it is refined as a whole */
+	double need;            /* bytes in `slabs` slabs */
+	size_t slabs;           /* 1: as a whole */
+	/* After ct_refine_run: */
+	struct ct_upsample_report did;
+	double added, residual; /* HU RMS: of what the prior added; of D x - y, the worst slab's */
+};
+
+/* All that is decided. CT_EUSAGE, CT_EINPUT as ct_operator_find; CT_EUSAGE for a method that needs
+ * an operator that nothing says; CT_EGEOM for a start on another grid, and for a weight where the
+ * prior knows no such CT; CT_ENOMEM if the bound is too small, in words. `in` must be finite. */
+int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e);
+/* *out (zeroed struct) gets the result, and *error (zeroed struct; NULL unless rule.error) its
+ * predicted error, HU. CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */
+int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+/* Seconds of all threads together that ct_refine_run will take: rates of small pieces, measured
+ * now in about a second, times sizes. Codes of ct_refine_run. */
+int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e);
+/* "tv", or why: words for a report. */
+const char *ct_refine_why(const struct ct_refine *r);
+
+/* For cost.c. */
+/* The rule of the inversion. */
+struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
+
+#endif

@@ -1,0 +1,201 @@
+/* run.c: the work of ct_refine_run; see refine.h. */
+#include "config.h"
+#include "core/clock.h"
+#include "refine/refine.h"
+#include "refine/slabs.h"
+#include "resolution/expected.h"
+#include "resolution/flat.h"
+#include "resolution/pilot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int alloc_like(struct ct_vol *v, const struct ct_vol *like, struct ct_err *e)
+{
+	if (ct_vol_alloc(v, like->n, e))
+		return -1;
+	memcpy(v->affine, like->affine, sizeof v->affine);
+	return 0;
+}
+
+/* What the prior adds to: as the caller has it. */
+static int begin_with(struct ct_vol *out, const struct ct_vol *start, struct ct_err *e)
+{
+	if (alloc_like(out, start, e))
+		return -1;
+	memcpy(out->data, start->data, ct_vol_count(start) * sizeof *out->data);
+	return 0;
+}
+
+static void say_inversion(const struct ct_upsample_report *did, const struct ct_env *env)
+{
+	if (did->iterations)
+		ct_log(env, CT_INFO,
+			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved "
+			"%.2g HU",
+			ct_upsample_name(did->method), did->condition, did->iterations,
+			did->objective, did->change);
+	if (did->texture > 0)
+		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
+			CT_FLAT_EDGE * did->texture);
+	if (!isnan(did->residual))
+		ct_log(env, CT_INFO, "agrees with the low resolution within %.3g HU RMS",
+			did->residual);
+}
+
+static int add_prior(struct ct_refine *r, struct ct_vol *out, float *error, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double start = ct_clock_wall();
+	struct ct_restore_report did;
+
+	if (ct_restore(out, error, in, r->rule.prior, &r->restore, &did, env, e))
+		return -1;
+	ct_log(env, CT_INFO,
+		"%zu of %zu cells are textured, added %.3g HU RMS, agrees with the low resolution "
+		"within %.3g HU RMS, %.1f s",
+		did.looked, did.cells, did.added, did.residual, ct_clock_wall() - start);
+	r->added = fmax(r->added, did.added);
+	r->did.residual = did.residual;
+	return 0;
+}
+
+/* A CT, or a slab of it. */
+static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_vol *start, struct ct_pilot *pilot,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const bool prior = r->rule.method == CT_REFINE_PRIOR;
+	struct ct_upsample_rule rule = ct_refine_inversion(r);
+
+	rule.start = start;
+	rule.multipliers = &pilot->multipliers;
+	if (pilot->iterations) {
+		rule.iterations = pilot->iterations;
+		rule.tolerance = 0;
+	}
+	if (prior && start) {
+		if (begin_with(out, start, e))
+			return -1;
+		r->did = (struct ct_upsample_report){.residual = (double)NAN};
+	} else {
+		if (ct_upsample(out, in, &rule, &r->did, env, e))
+			return -1;
+		say_inversion(&r->did, env);
+	}
+	if (error && alloc_like(error, out, e))
+		return -1;
+	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, env, e))
+		return -1;
+	if (error && !r->adds &&
+		ct_expected_error(error->data, out, &r->is.by, r->is.noise, env, e))
+		return -1;
+	if (!isnan(r->did.residual))
+		r->residual =
+			isnan(r->residual) ? r->did.residual : fmax(r->residual, r->did.residual);
+	return 0;
+}
+
+/* Progress of a slab, which is not that of the whole. */
+struct slab_env {
+	const struct ct_env *env;
+	size_t k, m;
+};
+
+static void pass_on(
+	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
+{
+	const struct slab_env *s = env->ctx;
+	char text[80];
+
+	snprintf(text, sizeof text, "slab %zu of %zu, %s", s->k + 1, s->m, what);
+	ct_progress_until(s->env, text, done, most, likely);
+}
+
+static void log_on(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct slab_env *s = env->ctx;
+
+	s->env->log(s->env, level, text);
+}
+
+/* Slab k, put where it belongs. */
+static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, size_t k, struct ct_pilot *pilot, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, r->slabs);
+	struct slab_env of = {env, k, r->slabs};
+	struct ct_vol part = {0}, start = {0}, made = {0}, its = {0};
+	struct ct_env own = *env;
+	int rc = -1;
+
+	own.ctx = &of;
+	own.progress = env->progress ? pass_on : NULL;
+	own.log = env->log ? log_on : NULL;
+	if (ct_slab_cut(&part, in, &s, false, e) ||
+		(r->rule.start && ct_slab_cut(&start, r->rule.start, &s, true, e)) ||
+		refine(r, &made, error ? &its : NULL, &part, r->rule.start ? &start : NULL, pilot,
+			&own, e))
+		goto out;
+	ct_slab_put(out, &made, &s);
+	if (error)
+		ct_slab_put(error, &its, &s);
+	rc = 0;
+out:
+	ct_vol_free(&part);
+	ct_vol_free(&start);
+	ct_vol_free(&made);
+	ct_vol_free(&its);
+	return rc;
+}
+
+static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, struct ct_pilot *pilot, const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_vol_alloc(out, r->n, e))
+		return -1;
+	ct_degrade_refine(out->affine, (const double(*)[4])in->affine, in->n, r->is.by.factor);
+	if (error && alloc_like(error, out, e))
+		return -1;
+	for (size_t k = 0; k < r->slabs; k++)
+		if (one_slab(r, out, error, in, k, pilot, env, e))
+			return -1;
+	return ct_meta_copy(&out->meta, &in->meta, e) || ct_meta_set(&out->meta, CT_META_UPSAMPLE,
+								 ct_upsample_name(r->did.method), e)
+		       ? -1
+		       : 0;
+}
+
+/* What the result says of itself. */
+static int describe(const struct ct_refine *r, struct ct_vol *out, struct ct_err *e)
+{
+	const bool knows = r->is.known || r->rule.said.estimate;
+	const bool noisy =
+		r->is.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
+
+	if (knows && ct_degrade_put(&out->meta, &r->is.by, e))
+		return -1;
+	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->is.noise) : 0;
+}
+
+int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+	const bool inverts = r->rule.method != CT_REFINE_PRIOR || !r->rule.start;
+	struct ct_pilot pilot = {0};
+	int rc = -1;
+
+	if (inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
+		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
+		goto out;
+	rc = r->slabs > 1 ? in_slabs(r, out, error, in, &pilot, env, e)
+			  : refine(r, out, error, in, r->rule.start, &pilot, env, e);
+	rc = rc || ct_check_stop(env, e) || describe(r, out, e) ? -1 : 0;
+out:
+	ct_pilot_free(&pilot);
+	return rc;
+}

@@ -1,0 +1,82 @@
+/* ahead.c: see ahead.h. */
+#include "config.h"
+#include "tools/lib/ahead.h"
+#include "cli/cost.h"
+#include "cli/folder.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+
+#define MIB 0x1p20
+#define LONG 2e7 /* voxels of a result that takes seconds */
+
+/* Not what is no file, nor what is compressed, as nobody knows how far it can be. */
+static bool counts(const struct ahead_file *f)
+{
+	const size_t n = f->path ? strlen(f->path) : 0;
+	struct stat st;
+
+	return n > 0 && strcmp(f->path, "-") != 0 &&
+	       !(n > 3 && strcmp(f->path + n - 3, ".gz") == 0) &&
+	       !(lstat(f->path, &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode));
+}
+
+/* All files on the disk of file i. */
+static int check_disk(const struct ahead_file *files, size_t n, size_t i, struct ct_err *e)
+{
+	char *folder = ct_folder_of(files[i].path), *other;
+	struct stat here, there;
+	struct statvfs v;
+	double need = 0, is;
+	int rc = 0;
+
+	if (!folder)
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	if (stat(folder, &here) != 0 || statvfs(folder, &v) != 0)
+		goto out;
+	for (size_t k = 0; k < n; k++) {
+		other = counts(&files[k]) ? ct_folder_of(files[k].path) : NULL;
+		if (other && stat(other, &there) == 0 && here.st_dev == there.st_dev)
+			need += files[k].bytes;
+		free(other);
+	}
+	is = (double)v.f_bavail * (double)v.f_frsize;
+	if (need > is)
+		rc = ct_fail(e, CT_EOUTPUT, "%s: the result takes %.0f MiB of disk, %.0f are free",
+			folder, ceil(need / MIB), floor(is / MIB));
+out:
+	free(folder);
+	return rc;
+}
+
+int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const struct ahead_file *files,
+	size_t n, const struct ct_env *env, struct ct_err *e)
+{
+	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
+	struct ct_cost cost = {.memory = r->need};
+	char slabs[40] = "";
+	double cpu;
+
+	for (size_t i = 0; i < n; i++)
+		if (!env->dry_run && counts(&files[i]) && check_disk(files, n, i, e))
+			return -1;
+	if (!env->dry_run && (!ct_cost_heard(env) || voxels < LONG))
+		return 0;
+	if (ct_refine_cost(&cpu, r, in, env, e))
+		return -1;
+	cost.seconds = cpu / (double)ct_par_threads(env->par);
+	for (size_t i = 0; i < n; i++)
+		cost.disk += files[i].path ? files[i].bytes : 0;
+	if (r->slabs > 1)
+		snprintf(slabs, sizeof slabs, " in %zu slabs", r->slabs);
+	snprintf(cost.work, sizeof cost.work, "%s%s of %.0f voxels%s", ct_upsample_name(r->method),
+		r->adds ? " and the prior" : "", voxels, slabs);
+	if (env->dry_run)
+		return ct_cost_print(&cost, env, e);
+	ct_cost_say(&cost, env);
+	return 0;
+}

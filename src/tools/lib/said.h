@@ -1,0 +1,39 @@
+/* said.h: the options that say how a CT was made, and how fine the result is to be. */
+#ifndef CT_TOOLS_LIB_SAID_H
+#define CT_TOOLS_LIB_SAID_H
+#include "cli/cli.h"
+#include "refine/operator.h"
+
+struct said_opts {
+	const char *factor, *spacing, *sigma;
+	int decimate;
+	double noise;
+};
+#define SAID_DEFAULTS                                                                              \
+	{                                                                                          \
+		.decimate = -1, .noise = (double)NAN                                               \
+	}
+
+/* Their rows. `when` of those that say how IN was made: CT_WHEN(...), or .c = 0 for always. */
+#define SAID_OPTS(S, f, help_of_factor, when)                                                       \
+	CT_OPT(S, f.factor, 'x', "factor", "S|X,Y,Z", 0, 0, help_of_factor),                        \
+		CT_OPT(S, f.spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,                                \
+			"refine to voxels of this size instead; an axis that is as fine stays",     \
+			CT_WHEN(CT_UNLESS(S, f.factor))),                                           \
+		CT_OPT(S, f.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,                                     \
+			"standard deviation of the Gaussian blur of IN, in voxels of OUT; one "     \
+			"number is for the axes that are refined; default: what IN says",           \
+			when),                                                                      \
+		CT_CHOICE(S, f.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),                 \
+			"how IN was sampled: band-limited (sinc), point-sampled, or averaged over " \
+			"cells (mean); default: what IN says, else sinc",                           \
+			when),                                                                      \
+		CT_OPT(S, f.noise, 0, "noise", "HU", 0, 1e6,                                        \
+			"standard deviation of the noise of IN; default: what IN says, else it "    \
+			"is measured",                                                              \
+			when)
+
+/* What they say. CT_EUSAGE naming the option. */
+int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e);
+
+#endif
