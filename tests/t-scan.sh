@@ -91,7 +91,7 @@ for wave in 16 3; do
 import math, struct
 open('w.raw', 'wb').write(b''.join(struct.pack('<f', 100 * math.cos(2 * math.pi * (i + 0.25) / $wave))
                                    for k in range(2) for j in range(2) for i in range(128)))"
-	ct-convert -q -f --raw 128x2x2:f32 --spacing 1 w.raw w.nii
+	ct-convert -q -f --raw 128x2x2:f32:1 w.raw w.nii
 	ct-convert -q -f --iso 2 w.nii "iso$wave.nii"
 done
 python3 - <<'EOP'

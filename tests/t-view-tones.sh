@@ -51,7 +51,7 @@ if command -v ct-view >/dev/null; then
 		ct-phantom -q --size 20x20x20 --spacing 4 marks m0.nii && ct-convert -q --type f32 m0.nii m.nii &&
 		ct-project -q -n 7 --det 20 v.nii p.exr && ct-project -q -n 7 --det 20 m.nii q.exr &&
 		ct-fdk -q --quantity density -m cgls -n 3 p.exr d.nii &&
-		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32 --spacing 4 --orient RAS raw bare.nii &&
+		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32:4 --orient RAS raw bare.nii &&
 		ct-compose -q --residual-out r.nii bare.nii bare.nii sum.nii
 	ok $? 'volumes and projections'
 	for f in v m d r; do ct-view $f.nii $f.png; done
