@@ -46,12 +46,12 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, slices, 0, "slices", "N", 1, CUTS_MOST,
 		"show N evenly spaced slices of each plane",
 		CT_WHEN(CT_UNLESS(struct params, slice), CT_UNLESS(struct params, surface))),
-	CT_CHOICE(struct params, slab, 0, "mip", CT_WORDS(CT_SLAB_LIST),
+	CT_CHOICE(struct params, slab, 0, "mip", CT_WORDS(CT_MIP_LIST),
 		"project the largest, least or mean value along the rays across each plane",
 		CT_WHEN(CT_UNLESS(struct params, surface))),
 	CT_OPT(struct params, thickness, 0, "thickness", "MM", 1e-3, 1e6,
 		"project a slab of MM mm around each slice, not the whole volume",
-		CT_WHEN(CT_UNLESS_WORD(struct params, slab, CT_BIT(CT_SLAB_NONE)))),
+		CT_WHEN(CT_UNLESS_WORD(struct params, slab, CT_BIT(CT_MIP_NONE)))),
 	CT_OPT(struct params, surface, 0, "surface", "HU", 0, 0,
 		"show the shaded surface of this value instead of slices"),
 	CT_OPT(struct params, views, 0, "views", "N", 1, 10000,
@@ -141,7 +141,7 @@ static int rule_of(struct sheet_rule *r, double window[2], double error[2], cons
 		.views = (size_t)p->views,
 		.error = p->error,
 		.map = (enum ct_colour_map)p->map,
-		.slab = (enum ct_slab)p->slab,
+		.slab = (enum ct_mip)p->slab,
 		.thickness = isnan(p->thickness) ? 0 : p->thickness};
 	r->surface = !isnan(p->surface);
 	r->level = p->surface;

@@ -37,13 +37,13 @@ static void caption(char text[static 64], const struct ct_vol *v, enum ct_montag
 
 	if (r->surface)
 		snprintf(text, 64, "%s surface %.4g", plane, r->level);
-	else if (r->slab == CT_SLAB_NONE)
+	else if (r->slab == CT_MIP_NONE)
 		snprintf(text, 64, "%s %c %.4g mm", plane, across[p], at);
 	else if (r->thickness > 0)
 		snprintf(text, 64, "%s %s of %.4g mm at %c %.4g mm", plane,
-			CT_WORD(CT_SLAB_LIST, r->slab), r->thickness, across[p], at);
+			CT_WORD(CT_MIP_LIST, r->slab), r->thickness, across[p], at);
 	else
-		snprintf(text, 64, "%s %s", plane, CT_WORD(CT_SLAB_LIST, r->slab));
+		snprintf(text, 64, "%s %s", plane, CT_WORD(CT_MIP_LIST, r->slab));
 }
 
 /* Slice of a volume where the first one is cut. Outside of the volume data stay NULL. */
@@ -63,7 +63,7 @@ static int picture_volume(struct sheet *s, size_t at, const struct ct_vol *v,
 	if (r->surface)
 		rc = ct_surface_draw(slice, &s->own[at], v, p, r->level, s->mm, r->par, e);
 	else if (r->slab)
-		rc = ct_slab_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
+		rc = ct_mip_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
 	else if (ct_montage_slice_volume(slice, v, p, mm))
 		rc = 1;
 	if (rc) {

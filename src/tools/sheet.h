@@ -4,7 +4,7 @@
 #include "formats/any.h"
 #include "tools/cuts.h"
 #include "picture/montage.h"
-#include "picture/slab.h"
+#include "picture/mip.h"
 #include "picture/surface.h"
 
 #include <stdbool.h>
@@ -17,7 +17,7 @@ struct sheet_rule {
 	int plane;             /* of enum ct_montage_plane, or SHEET_ALL_PLANES */
 	const struct cut *cut; /* [cuts]: where the first volume is cut */
 	size_t cuts;
-	enum ct_slab slab;                   /* projection across the plane */
+	enum ct_mip slab;                    /* projection across the plane */
 	double thickness;                    /* of the slab, mm; 0: the whole volume */
 	bool surface;                        /* of a level, instead of slices */
 	double level;                        /* of that surface */

@@ -1,7 +1,7 @@
-/* slab.c: see slab.h. */
+/* mip.c: see mip.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "picture/slab.h"
+#include "picture/mip.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,19 +23,18 @@ static void planes(size_t range[2], const struct ct_montage_frame *f, double mm,
 	range[1] = (size_t)fmin(to, last) + 1;
 }
 
-static void put(double *sum, double x, bool first, enum ct_slab how)
+static void put(double *sum, double x, bool first, enum ct_mip how)
 {
 	if (first)
 		*sum = x;
-	else if (how == CT_SLAB_MEAN)
+	else if (how == CT_MIP_MEAN)
 		*sum += x;
-	else if (isnan(x) || (how == CT_SLAB_MAX ? x > *sum : x < *sum))
+	else if (isnan(x) || (how == CT_MIP_MAX ? x > *sum : x < *sum))
 		*sum = x;
 }
 
-int ct_slab_project(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
-	enum ct_montage_plane plane, double mm, double thickness, enum ct_slab how,
-	struct ct_err *e)
+int ct_mip_project(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how, struct ct_err *e)
 {
 	struct ct_montage_frame f;
 	size_t range[2], lo[3] = {0}, hi[3] = {v->n[0], v->n[1], v->n[2]};
@@ -73,8 +72,8 @@ int ct_slab_project(struct ct_montage_slice *s, float **own, const struct ct_vol
 			}
 	}
 	for (size_t i = 0; i < s->n[0] * s->n[1]; i++)
-		(*own)[i] = (float)(how == CT_SLAB_MEAN ? sum[i] / (double)(range[1] - range[0])
-							: sum[i]);
+		(*own)[i] = (float)(how == CT_MIP_MEAN ? sum[i] / (double)(range[1] - range[0])
+						       : sum[i]);
 	free(sum);
 	s->data = *own;
 	s->step[0] = (ptrdiff_t)s->n[1];
