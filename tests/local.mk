@@ -172,12 +172,11 @@ tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
 	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/dicom/survey.c
-tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c src/tools/colour.c src/tools/text.c
-dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-profile.sh tests/t-view-gaussians.sh tests/t-view-surface.sh
-check_PROGRAMS += tests/t-text tests/t-ellipse tests/t-trend
+tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/colour.c src/picture/text.c
+dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-surface.sh
+check_PROGRAMS += tests/t-text tests/t-trend
 tests_t_trend_SOURCES = tests/t-trend.c
-tests_t_ellipse_SOURCES = tests/t-ellipse.c src/tools/ellipse.c
-tests_t_text_SOURCES = tests/t-text.c src/tools/text.c src/tools/colour.c
+tests_t_text_SOURCES = tests/t-text.c src/picture/text.c src/picture/colour.c
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
