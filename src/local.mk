@@ -8,13 +8,27 @@ ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/p
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h src/tools/metrics-harm.c src/tools/metrics-harm.h
-bin_PROGRAMS += ct-merge
-ct_merge_SOURCES = src/tools/ct-merge.c
+# What reads and writes DICOM, for the commands that do.
+noinst_LIBRARIES += libctdicom.a
+libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
+	src/tools/convert-dicom.c src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h \
+	src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
+DICOM_SOURCES = src/tools/convert-planes.c src/dicom/series.c src/dicom/account.c src/dicom/series.h src/dicom/inspect.c \
+	src/dicom/inspect.h src/dicom/image.c src/dicom/image.h src/dicom/policy.c src/dicom/policy.h \
+	src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c src/dicom/radiograph.h
+if HAVE_VTK
+libctdicom_a_SOURCES += $(DICOM_SOURCES)
+DICOM_LDADD = libctdicom.a libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
+DICOM_LINK = src/tools/lib/libraries.cc
+else
+EXTRA_DIST += $(DICOM_SOURCES)
+DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS)
+DICOM_LINK =
+endif
 bin_PROGRAMS += ct-convert
-ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-in.c src/tools/convert-out.c \
-	src/tools/convert-grid.c src/tools/convert-crop.c src/tools/convert-stack.c src/tools/convert-radiograph.c \
-	src/tools/convert-dicom.c src/tools/convert.h src/tools/dicom-form.c src/tools/dicom-form.h \
-	src/tools/picture-read.c src/tools/picture-read.h
+ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-stack.c src/tools/convert-radiograph.c src/tools/convert.h \
+	src/tools/picture-read.c src/tools/picture-read.h $(DICOM_LINK)
+ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
 # Started by ct-convert, so that only who reads pictures waits for their libraries.
 pkglibexec_PROGRAMS += ct-picture
@@ -22,25 +36,6 @@ ct_picture_SOURCES = src/tools/picture.c src/tools/lib/libraries.cc
 ct_picture_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += src/tools/picture.c
-endif
-if HAVE_VTK
-ct_convert_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
-ct_convert_SOURCES += src/tools/lib/libraries.cc
-DICOM_SOURCES = src/tools/sidecar.c src/tools/sidecar.h src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
-	src/tools/dicom-inspect.c src/tools/dicom-inspect.h
-ct_convert_SOURCES += src/tools/convert-planes.c src/tools/dicom-image.c src/tools/dicom-image.h src/tools/dicom-policy.c \
-	src/tools/dicom-policy.h src/tools/dicom-derive.c src/tools/dicom-derive.h \
-	src/tools/dicom-radiograph.c src/tools/dicom-radiograph.h
-ct_convert_SOURCES += $(DICOM_SOURCES) src/tools/report.c src/tools/report.h src/tools/survey.c \
-	src/tools/survey.h
-else
-ct_convert_SOURCES += src/tools/sidecar.c src/tools/sidecar.h
-EXTRA_DIST += src/tools/convert-planes.c src/tools/dicom-series.c src/tools/dicom-account.c src/tools/dicom-series.h \
-	src/tools/dicom-inspect.c src/tools/dicom-inspect.h src/tools/dicom-image.c \
-	src/tools/dicom-image.h src/tools/dicom-policy.c src/tools/dicom-policy.h \
-	src/tools/dicom-derive.c src/tools/dicom-derive.h src/tools/dicom-radiograph.c \
-	src/tools/dicom-radiograph.h
-ct_convert_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
@@ -71,17 +66,12 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/dicom-form.c src/tools/dicom-form.h src/tools/ct-sr.c src/tools/sr-files.c src/tools/sr-jobs.c src/tools/sr-rehearse.c \
-	src/tools/sr-plan.c src/tools/sr-run.c src/tools/sr-say.c src/tools/sr-scale.c src/tools/sr.h src/tools/prior-file.c src/tools/prior-file.h
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c \
+	src/tools/prior-file.h $(PAGE_SOURCES) $(DICOM_LINK)
+ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
-ct_info_SOURCES = src/tools/ct-info.c src/tools/report.c src/tools/report.h src/tools/survey.c \
-	src/tools/survey.h
-if HAVE_VTK
-ct_info_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
-ct_info_SOURCES += src/tools/lib/libraries.cc $(DICOM_SOURCES)
-else
-ct_info_LDADD = $(LDADD)
-endif
+ct_info_SOURCES = src/tools/ct-info.c $(DICOM_LINK)
+ct_info_LDADD = $(DICOM_LDADD)
 VIEW_SOURCES = src/tools/colour.c src/tools/colour.h src/tools/ct-view.c src/tools/cuts.c \
 	src/tools/cuts.h src/tools/ellipse.c src/tools/ellipse.h src/tools/hu-window.c \
 	src/tools/hu-window.h src/tools/labels.c src/tools/labels.h src/tools/montage.c src/tools/montage.h \
@@ -102,10 +92,11 @@ bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
+PAGE_SOURCES = src/tools/page.c src/tools/page.h src/tools/page-cards.c src/tools/page-file.c src/tools/page-file.h \
+	src/tools/page-measure.c src/tools/page-pictures.c src/tools/montage.c src/tools/montage.h src/tools/colour.c \
+	src/tools/colour.h src/tools/text.c src/tools/text.h
 bin_PROGRAMS += ct-report
-ct_report_SOURCES = src/tools/ct-report.c src/tools/page.c src/tools/page.h src/tools/page-cards.c \
-	src/tools/page-measure.c src/tools/page-pictures.c src/tools/montage.c src/tools/montage.h src/tools/colour.c src/tools/colour.h \
-	src/tools/text.c src/tools/text.h
+ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
 pkgdata_DATA = src/tools/report.html
 EXTRA_DIST += src/tools/report.html
 noinst_DATA = report.html

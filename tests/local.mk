@@ -171,7 +171,7 @@ tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
 	src/tools/lib/scan-json.c
-tests_t_survey_SOURCES = tests/t-survey.c src/tools/survey.c
+tests_t_survey_SOURCES = tests/t-survey.c src/dicom/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c src/tools/colour.c src/tools/text.c
 dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-profile.sh tests/t-view-gaussians.sh tests/t-view-surface.sh
 check_PROGRAMS += tests/t-text tests/t-ellipse tests/t-trend

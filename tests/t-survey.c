@@ -1,7 +1,7 @@
 /* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
 #include "config.h"
 #include "xray/scan.h"
-#include "tools/survey.h"
+#include "dicom/survey.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <jansson.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,12 +17,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define NOTE "-note"
 #define OUTPUT "OUT"
-#define BESIDE "BESIDE"
 #define NOT_MADE "not made"
-
-enum { TOLD = 3 }; /* the file of a command that it tells what it did */
 
 /* What of a step was done before. */
 enum done { NOTHING, BEGUN, DONE };
@@ -65,34 +60,25 @@ static int name_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	return rc;
 }
 
-/* It is not known what the outputs hold. */
-static int forget_outputs(struct ct_resume *r, const struct ct_step *s, struct ct_err *e)
+/* It is not known what the output holds. */
+static int forget_output(struct ct_resume *r, struct ct_err *e)
 {
-	return ct_resume_value(r, e, OUTPUT, NOT_MADE) ||
-			       (s->beside && ct_resume_value(r, e, BESIDE, NOT_MADE))
-		       ? -1
-		       : 0;
+	return ct_resume_value(r, e, OUTPUT, NOT_MADE);
 }
 
-/* The state of the run of a command, or the note of it, opened and named; 1 if what it reads cannot
- * be told. */
-static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, const char *end,
+/* The state of the run of a command, opened and named; 1 if what it reads cannot be told. */
+static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env own = *env;
-	char *step = ct_chain_step_path(c, i), *path = NULL;
+	char *path = ct_chain_step_path(c, i);
 	int rc;
-
-	if (!step || asprintf(&path, "%s%s", step, end) < 0)
-		path = NULL;
-	free(step);
 
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	own.force = true;
 	own.seed = 0; /* it is among the words where there is one */
-	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) ||
-			     forget_outputs(r, &c->step[i], e)
+	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) || forget_output(r, e)
 		     ? -1
 		     : name_step(r, c, i, env, e);
 	r->own = true; /* the folder is locked: a broken one too */
@@ -103,10 +89,7 @@ static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i, co
 static int name_output(
 	struct ct_resume *r, const struct ct_step *s, const struct ct_env *env, struct ct_err *e)
 {
-	const int rc = name_input(r, OUTPUT, s->output, env, e);
-	const int more = rc < 0 || !s->beside ? 0 : name_input(r, BESIDE, s->beside, env, e);
-
-	return more < 0 ? -1 : rc | more;
+	return name_input(r, OUTPUT, s->output, env, e);
 }
 
 /* Is the state there of this run, and with this output? */
@@ -133,7 +116,7 @@ static int look(enum done *was, struct ct_resume *r, const struct ct_step *s,
 		return -1;
 	if (told == 0 && same(r, env))
 		*was = DONE;
-	return forget_outputs(r, s, e);
+	return forget_output(r, e);
 }
 
 /* A step is its name. */
@@ -174,9 +157,9 @@ static void call(const struct ct_chain *c, const struct ct_step *s)
 		unsetenv(CT_CALLED);
 }
 
-/* In the new process. Standard output is `answer`, if that is a file. */
-static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, FILE *answer,
-	FILE *told, pid_t parent, const struct ct_env *env)
+/* In the new process. */
+static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, pid_t parent,
+	const struct ct_env *env)
 {
 	char path[4096];
 
@@ -184,13 +167,9 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
-	if (answer)
-		dup2(fileno(answer), STDOUT_FILENO);
-	else if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
+	if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
 		send_report(env->verbose < 0);
 	call(c, s);
-	if (told) /* now that nothing else is needed that may be there */
-		dup2(fileno(told), TOLD);
 	snprintf(path, sizeof path, "%s%s", c->tools, s->tool);
 	execv(path, argv);
 	execvp(s->tool, argv);
@@ -198,13 +177,12 @@ static void become(const struct ct_chain *c, const struct ct_step *s, char **arg
 	_exit(CT_EFAIL);
 }
 
-static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer, FILE *told,
-	const struct ct_env *env, pid_t *pid, struct ct_err *e)
+static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
+	pid_t *pid, struct ct_err *e)
 {
 	char *argv[CT_CHAIN_ARGS + 8];
 	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     threads[] = "--threads", resume[] = "--resume", dry[] = "--dry-run", json[] = "--json",
-	     tell[] = "--tell=3"; /* TOLD */
+	     threads[] = "--threads", resume[] = "--resume";
 	const pid_t parent = getpid();
 	size_t n = 0;
 
@@ -219,18 +197,12 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, FILE *
 		argv[n++] = verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
-	if (answer) {
-		argv[n++] = dry;
-		argv[n++] = json;
-	}
-	if (told) /* the last: no option behind it is looked at */
-		argv[n++] = tell;
 	argv[n] = NULL;
 	*pid = fork();
 	if (*pid < 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", s->tool, strerror(errno));
 	if (*pid == 0)
-		become(c, s, argv, answer, told, parent, env);
+		become(c, s, argv, parent, env);
 	return 0;
 }
 
@@ -249,25 +221,6 @@ static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 	return got < 0 ? -1 : 0;
 }
 
-/* Lines "key value". */
-static int take_told(struct ct_step *s, FILE *told, struct ct_err *e)
-{
-	char line[400];
-	int rc = 0;
-
-	rewind(told);
-	while (rc == 0 && fgets(line, sizeof line, told)) {
-		char *value = line + strcspn(line, " ");
-
-		line[strcspn(line, "\n")] = '\0';
-		if (*value == ' ') {
-			*value = '\0';
-			rc = ct_meta_set(&s->told, line, value + 1, e);
-		}
-	}
-	return rc;
-}
-
 /* The command has named the file that it read, which is none of the user's. */
 static int failed(const struct ct_chain *c, const struct ct_step *s, int status, struct ct_err *e)
 {
@@ -283,14 +236,14 @@ static int failed(const struct ct_chain *c, const struct ct_step *s, int status,
 		of ? strcmp(of, "-") == 0 ? "standard input" : of : "");
 }
 
-static int start_told(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
-	FILE *told, const struct ct_env *env, struct ct_err *e)
+static int start(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
+	struct ct_err *e)
 {
 	double began = ct_clock_wall();
 	pid_t pid;
 	int status;
 
-	if (ct_check_stop(env, e) || spawn(c, s, again, answer, told, env, &pid, e))
+	if (ct_check_stop(env, e) || spawn(c, s, again, env, &pid, e))
 		return -1;
 	if (wait_for(pid, &status, env))
 		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
@@ -303,43 +256,7 @@ static int start_told(const struct ct_chain *c, struct ct_step *s, bool again, F
 	if (WEXITSTATUS(status) != 0)
 		return failed(c, s, status, e);
 	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - began);
-	return told ? take_told(s, told, e) : 0;
-}
-
-/* A step that cannot be heard is run all the same. */
-static int start(const struct ct_chain *c, struct ct_step *s, bool again, FILE *answer,
-	const struct ct_env *env, struct ct_err *e)
-{
-	FILE *told = tmpfile();
-	int rc = start_told(c, s, again, answer, told, env, e);
-
-	if (told)
-		fclose(told);
-	return rc;
-}
-
-int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
-{
-	return start(c, &c->step[i], false, NULL, env, e);
-}
-
-int ct_chain_ask(
-	void **answer, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
-{
-	FILE *f = tmpfile();
-	int rc = -1;
-
-	*answer = NULL;
-	if (!f)
-		return ct_fail(e, CT_EOUTPUT, "no temporary file: %s", strerror(errno));
-	if (start(c, &c->step[i], false, f, env, e) == 0) {
-		rewind(f);
-		*answer = json_loadf(f, 0, NULL);
-		rc = *answer ? 0
-			     : ct_fail(e, CT_EFAIL, "%s --dry-run says no JSON", c->step[i].tool);
-	}
-	fclose(f);
-	return rc;
+	return 0;
 }
 
 /* A step that can be resumed: left out if it is done, and else noted before and after. */
@@ -348,7 +265,7 @@ static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, stru
 	struct ct_step *s = &c->step[i];
 	struct ct_resume r = {0};
 	enum done was = NOTHING;
-	int rc = -1, told = open_step(&r, c, i, "", env, e);
+	int rc = -1, told = open_step(&r, c, i, env, e);
 
 	if (told < 0 || (told == 0 && c->resume && look(&was, &r, s, env, e)))
 		goto out;
@@ -357,7 +274,7 @@ static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, stru
 		rc = 0;
 		goto out;
 	}
-	if (save(&r, e) || start(c, s, was == BEGUN, NULL, env, e))
+	if (save(&r, e) || start(c, s, was == BEGUN, env, e))
 		goto out;
 	told |= name_output(&r, s, env, e);
 	rc = told == 0 ? save(&r, e) : told < 0 ? -1 : 0;
@@ -366,60 +283,15 @@ out:
 	return rc;
 }
 
-int ct_chain_run_some(
-	struct ct_chain *c, size_t from, size_t to, const struct ct_env *env, struct ct_err *e)
+int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
 	if (!c->folder.temporary && ct_chain_write(c, env, e))
 		return -1;
-	for (size_t i = from; i < to; i++)
-		if (c->folder.temporary ? start(c, &c->step[i], false, NULL, env, e)
+	for (size_t i = 0; i < c->n; i++)
+		if (c->folder.temporary ? start(c, &c->step[i], false, env, e)
 					: run_step(c, i, env, e))
 			return -1;
-	if (c->left_out && to == c->n)
+	if (c->left_out)
 		ct_log(env, CT_INFO, "%zu of %zu steps were done", c->left_out, c->n);
 	return 0;
-}
-
-int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_chain_run_some(c, 0, c->n, env, e);
-}
-
-static int pack_note(struct ct_tensors *state, const void *work, struct ct_err *e)
-{
-	return ct_meta_set(&state->meta, CT_META_TOLD, work, e);
-}
-
-int ct_chain_note(
-	struct ct_chain *c, size_t i, const char *text, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_resume r = {0};
-	int rc = c->folder.temporary ? 0 : open_step(&r, c, i, NOTE, env, e);
-
-	if (rc == 0 && !c->folder.temporary)
-		rc = ct_resume_save(&r, pack_note, text, e);
-	ct_resume_close(&r);
-	return rc < 0 ? -1 : 0;
-}
-
-int ct_chain_recall(
-	char **text, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_tensors state = {0};
-	struct ct_resume r = {0};
-	struct ct_err why;
-	int rc = 0;
-
-	*text = NULL;
-	if (c->folder.temporary || !c->resume)
-		return 0;
-	rc = open_step(&r, c, i, NOTE, env, e);
-	if (rc == 0 && ct_resume_load(&r, &state, &why) == 0) {
-		const char *told = ct_meta_get(&state.meta, CT_META_TOLD);
-
-		*text = told ? strdup(told) : NULL;
-	}
-	ct_tensors_free(&state);
-	ct_resume_close(&r);
-	return rc < 0 ? -1 : 0;
 }

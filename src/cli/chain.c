@@ -74,18 +74,6 @@ void ct_chain_source(struct ct_chain *c, const char *path)
 	c->source[c->sources++] = path;
 }
 
-char *ct_chain_program(const struct ct_chain *c, const char *tool)
-{
-	char *path = NULL;
-
-	if (asprintf(&path, "%s%s", c->tools, tool) < 0)
-		return NULL;
-	if (access(path, X_OK) == 0)
-		return path;
-	free(path);
-	return strdup(tool);
-}
-
 static int take_word(struct ct_step *s, char *word, struct ct_err *e)
 {
 	if (!word || s->argc + 4 > CT_CHAIN_ARGS) { /* room for --resume, NULL */
@@ -131,7 +119,7 @@ int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
 /* Does the step make a file of that name? */
 static bool makes(const struct ct_step *s, const char *name)
 {
-	return strcmp(s->output, name) == 0 || (s->beside && strcmp(s->beside, name) == 0);
+	return strcmp(s->output, name) == 0;
 }
 
 const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k)
@@ -214,10 +202,9 @@ bool ct_chain_owns(const struct ct_chain *c, const char *output)
 	return is;
 }
 
-void ct_chain_put_word(const char *w, void *out)
+/* A word as a shell would read it. */
+static void put_word(const char *w, FILE *f)
 {
-	FILE *f = out;
-
 	if (*w && !w[strspn(w, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 			       "0123456789_-+=.,:/@%")]) {
 		fputs(w, f);
@@ -235,7 +222,7 @@ static void put_steps(const struct ct_chain *c, const char *last, FILE *f)
 		for (size_t k = 0; k < c->step[i].argc; k++) {
 			if (k)
 				fputc(' ', f);
-			ct_chain_put_word(c->step[i].argv[k], f);
+			put_word(c->step[i].argv[k], f);
 		}
 		fprintf(f, "%s\n", last);
 	}
@@ -263,7 +250,7 @@ static int put_cd(const struct ct_chain *c, FILE *f, struct ct_err *e)
 		fputs("\"\n", f);
 	} else {
 		fputs("cd -- ", f);
-		ct_chain_put_word(here, f);
+		put_word(here, f);
 		fputc('\n', f);
 	}
 	free(here);
@@ -293,32 +280,12 @@ int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct
 	return rc;
 }
 
-/* Step `from` and all behind it. */
-static void drop_steps(struct ct_chain *c, size_t from)
-{
-	for (size_t i = from; i < c->n; i++) {
-		for (size_t k = 0; k < c->step[i].argc; k++)
-			free(c->step[i].argv[k]);
-		ct_meta_free(&c->step[i].told);
-	}
-	c->n = c->n < from ? c->n : from;
-}
-
-int ct_chain_replace(struct ct_chain *c, size_t from, struct ct_chain *by, struct ct_err *e)
-{
-	drop_steps(c, from);
-	if (ct_grow(&c->step, &c->cap, c->n + by->n, sizeof *c->step, e))
-		return -1;
-	for (size_t i = 0; i < by->n; i++)
-		c->step[c->n++] = by->step[i];
-	by->n = 0;
-	return 0;
-}
-
 void ct_chain_close(struct ct_chain *c)
 {
 	ct_folder_close(&c->folder);
-	drop_steps(c, 0);
+	for (size_t i = 0; i < c->n; i++)
+		for (size_t k = 0; k < c->step[i].argc; k++)
+			free(c->step[i].argv[k]);
 	free(c->step);
 	free(c->tools);
 	free(c->threads);

@@ -10,17 +10,14 @@
 #define CT_CLI_CHAIN_H
 #include "cli/folder.h"
 #include "core/env.h"
-#include "core/meta.h"
 
 enum { CT_CHAIN_ARGS = 320, CT_CHAIN_SOURCES = 8 };
 
 struct ct_step {
 	const char *tool, *output; /* output: what it makes */
-	const char *beside;        /* what it makes besides, before that; or NULL */
 	size_t argc;
 	char *argv[CT_CHAIN_ARGS]; /* owned; argv[0] is the tool's name */
 	bool resumable;            /* knows --resume */
-	struct ct_meta told;       /* by ct_env_tell of it, if it was run */
 };
 
 struct ct_chain {
@@ -65,29 +62,6 @@ bool ct_chain_owns(const struct ct_chain *c, const char *output);
  * the command has said why, and this one says what source its input was made of. SIGINT, SIGTERM
  * and SIGUSR1 are passed on, and a command ends when this program is killed. */
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
-/* The same of the steps from .. to, not included, of which those before are done. */
-int ct_chain_run_some(
-	struct ct_chain *c, size_t from, size_t to, const struct ct_env *env, struct ct_err *e);
-/* In the place of step `from` and all behind it those of `by`, which has none then. CT_ENOMEM. */
-int ct_chain_replace(struct ct_chain *c, size_t from, struct ct_chain *by, struct ct_err *e);
-/* Keep in FOLDER/step-N-note.state a text about step i and what its inputs hold, for a run that
- * goes on; nothing in a temporary folder. */
-int ct_chain_note(
-	struct ct_chain *c, size_t i, const char *text, const struct ct_env *env, struct ct_err *e);
-/* That text, owned by the caller, if a run that goes on finds it and the step is the same; else
- * NULL. */
-int ct_chain_recall(
-	char **text, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
-/* Run step i alone, now, without a state. */
-int ct_chain_start(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
-/* What step i says on standard output with --dry-run --json, a json_t object, owned by the caller.
- * Its codes. */
-int ct_chain_ask(
-	void **answer, struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e);
-/* The file of a command, beside this program's if it is there, owned by the caller. */
-char *ct_chain_program(const struct ct_chain *c, const char *tool);
-/* A word as a shell would read it, to the FILE f. */
-void ct_chain_put_word(const char *word, void *f);
 /* Write the commands that would run to f. */
 void ct_chain_print(const struct ct_chain *c, void *f);
 void ct_chain_close(struct ct_chain *c);

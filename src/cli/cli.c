@@ -3,11 +3,9 @@
 #include "cli/cli.h"
 #include "cli/called.h"
 #include "cli/complete.h"
-#include "cli/cost.h"
 #include "cli/files.h"
 #include "cli/help.h"
 #include "cli/journal.h"
-#include "cli/memory.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/stop.h"
@@ -94,19 +92,16 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 	return 0;
 }
 
-#define TELL "--tell="
 enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
 
-/* What make asks of each command, for its man page and for the shells; and where a chain wants to
- * be told what was done. Not of an option behind that. */
+/* What make asks of each command, for its man page and for the shells. Not of an option behind
+ * that. */
 static bool parse_hidden(struct parser *s, const char *a)
 {
 	s->common->mdoc |= strcmp(a, "--mdoc-options") == 0;
 	if (strncmp(a, "--complete=", 11) == 0)
 		s->common->complete = ct_words_find(CT_WORDS(CT_SHELLS), a + 11);
-	if (strncmp(a, TELL, strlen(TELL)) == 0)
-		s->common->tell = (int)strtol(a + strlen(TELL), NULL, 10);
-	return s->common->mdoc || s->common->complete >= 0 || s->common->tell > 0;
+	return s->common->mdoc || s->common->complete >= 0;
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
@@ -230,8 +225,6 @@ static int idle_words(const struct ct_tool *t, const char *a)
 
 	if (a[0] != '-' || a[1] == '\0')
 		return 0;
-	if (strncmp(a, TELL, strlen(TELL)) == 0)
-		return 1;
 	if (a[1] == '-') {
 		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0, &common);
 		return !is_idle(o) ? 0 : o->type == CT_T_FLAG || strchr(a, '=') ? 1 : 2;
@@ -296,7 +289,6 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
-		.tell = c->tell,
 		.dry_run = c->dry_run,
 		.tool = t->name,
 		.stop = ct_stop_flag(),
@@ -315,13 +307,10 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
 	ct_units_say((enum ct_units)c->units);
-	ct_env_tell(&env, CT_COST_PROGRAM, "%.0f", ct_memory_held());
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
-	ct_env_tell(&env, CT_COST_HELD, "%.0f", ct_memory_held());
-	ct_env_tell(&env, CT_COST_CPU, "%.6f", ct_clock_cpu());
 	ct_journal_end(&env, start, rc);
 	free(history);
 	return rc;

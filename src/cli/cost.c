@@ -13,12 +13,6 @@ static int print_json(const struct ct_cost *c, const struct ct_env *env, struct 
 		json_pack("{ss sf sI sI sI sI}", "work", c->work, "seconds", c->seconds, "threads",
 			(json_int_t)ct_par_threads(env->par), "memory-bytes", (json_int_t)c->memory,
 			"disk-bytes", (json_int_t)c->disk, "state-bytes", (json_int_t)c->state);
-
-	for (const struct ct_cost_more *m = c->more; o && m->key; m++)
-		if (json_object_set_new(o, m->key, json_integer((json_int_t)m->value))) {
-			json_decref(o);
-			o = NULL;
-		}
 	if (!o)
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(6));

@@ -129,30 +129,6 @@ int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_er
 	return take_lock(f, e);
 }
 
-int ct_folder_open_beside(struct ct_folder *f, const char *out, struct ct_err *e)
-{
-	char *dir = ct_folder_of(out);
-	int rc;
-
-	*f = (struct ct_folder){.lock = -1};
-	rc = !dir                               ? ct_fail(e, CT_ENOMEM, "no memory for a file name")
-	     : name_temporary(f, dir, false, e) ? -1
-						: take_lock(f, e);
-	free(dir);
-	return rc;
-}
-
-/* Without that file it is none that another run may remove. */
-void ct_folder_keep(struct ct_folder *f)
-{
-	char *lock = ct_folder_file(f, LOCK_TEMPORARY);
-
-	if (lock)
-		unlink(lock);
-	free(lock);
-	f->temporary = false;
-}
-
 void ct_folder_close(struct ct_folder *f)
 {
 	if (f->temporary)

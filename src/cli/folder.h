@@ -19,10 +19,6 @@ struct ct_folder {
 /* `path`, made if missing, or if NULL a temporary folder. CT_EOUTPUT, also if another run works in
  * it. If dry it is named and neither made nor locked. */
 int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_err *e);
-/* A temporary folder beside the file `out`, or where the others are if that is a stream. */
-int ct_folder_open_beside(struct ct_folder *f, const char *out, struct ct_err *e);
-/* A temporary one is to stay. */
-void ct_folder_keep(struct ct_folder *f);
 /* The folder that `out` lies in, or the one for temporary files if that is a stream, owned by the
  * caller; NULL if no memory. */
 char *ct_folder_of(const char *out);

@@ -69,6 +69,14 @@ int ct_keep_stack(
 	return keep(path, NULL, s, env, e);
 }
 
+int ct_keep_error(const struct ct_keep_error *error, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_meta_set(&error->vol->meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e) ||
+			       ct_vol_write(error->path, error->vol, env, e)
+		       ? -1
+		       : 0;
+}
+
 int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_error *error,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -77,9 +85,7 @@ int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_
 	int rc = -1;
 
 	own.together = error->path ? &both : NULL;
-	if (error->path &&
-		(ct_meta_set(&error->vol->meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e) ||
-			ct_vol_write(error->path, error->vol, &own, e)))
+	if (error->path && ct_keep_error(error, &own, e))
 		goto out;
 	if (ct_keep_vol(path, v, &own, e) == 0)
 		rc = ct_out_set_commit(&both, e);

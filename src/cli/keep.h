@@ -17,6 +17,8 @@ struct ct_keep_error {
 	const char *path;
 	struct ct_vol *vol; /* gets its quantity */
 };
+/* The predicted error alone. */
+int ct_keep_error(const struct ct_keep_error *error, const struct ct_env *env, struct ct_err *e);
 /* The volume and its predicted error: both, or neither. */
 int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_error *error,
 	const struct ct_env *env, struct ct_err *e);

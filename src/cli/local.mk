@@ -7,7 +7,6 @@ libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
 libct_a_SOURCES += src/cli/memory.c src/cli/memory.h
 libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
 libct_a_SOURCES += src/cli/parse.c
-libct_a_SOURCES += src/cli/part.c src/cli/part.h
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h
 libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
 libct_a_SOURCES += src/cli/folder.c src/cli/folder.h src/cli/content.c src/cli/content.h

@@ -10,7 +10,6 @@ struct ct_common {
 	int threads, expand, units;
 	const char *seed;
 	int complete; /* enum ct_shell, or -1 */
-	int tell;     /* env->tell */
 	const char *expert;
 };
 extern const struct ct_common ct_common_defaults;

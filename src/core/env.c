@@ -30,19 +30,6 @@ void ct_progress_until(
 		env->progress(env, what, done, most, likely);
 }
 
-void ct_env_tell(const struct ct_env *env, const char *key, const char *fmt, ...)
-{
-	va_list ap;
-
-	if (!env || env->tell <= 0)
-		return;
-	va_start(ap, fmt);
-	dprintf(env->tell, "%s ", key);
-	vdprintf(env->tell, fmt, ap);
-	dprintf(env->tell, "\n");
-	va_end(ap);
-}
-
 bool ct_stopping(const struct ct_env *env)
 {
 	return env && env->stop && __atomic_load_n(env->stop, __ATOMIC_RELAXED);

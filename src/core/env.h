@@ -21,8 +21,7 @@ struct ct_env {
 	bool force;                  /* overwrite existing outputs */
 	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
 	bool json, dry_run;
-	int tell;         /* file that another command reads what was done from; 0: nobody asks */
-	const char *tool; /* name for messages */
+	const char *tool;                  /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
@@ -42,9 +41,6 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
 void ct_progress_until(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);
-/* To who started this command: "key value", a line. Nobody may listen. */
-void ct_env_tell(const struct ct_env *env, const char *key, const char *fmt, ...)
-	__attribute__((format(printf, 3, 4)));
 /* Has the user asked to stop? */
 bool ct_stopping(const struct ct_env *env);
 /* -1 with CT_ESTOP if so, else 0. */

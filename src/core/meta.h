@@ -119,15 +119,6 @@ struct ct_env;
 /* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
  * interpolated; ct-convert */
 #define CT_META_FILLED "filled"
-/* "AXIS,FROM,TO,OF": what part of a volume (AXIS 0 to 2, voxels), or of a stack (3, views) this is,
- * TO not included; ct_part_put */
-#define CT_META_PART "part"
-/* hash: of the run whose part it is; ct_part_put */
-#define CT_META_PART_RUN "part.run"
-/* hash: of its values; ct_part_put */
-#define CT_META_PART_HASH "part.hash"
-/* text: what a step said that it will take, in the note of a chain; ct_chain_note */
-#define CT_META_TOLD "told"
 /* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 

@@ -69,18 +69,6 @@ static double norm(const double a[3])
 	return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
 }
 
-struct ct_stack ct_stack_some(const struct ct_stack *s, size_t from, size_t to)
-{
-	struct ct_stack some = *s;
-
-	some.views = to - from;
-	if (s->data) {
-		some.view = s->view + from;
-		some.data = ct_stack_view(s, from);
-	}
-	return some;
-}
-
 int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 {
 	for (size_t k = 0; k < s->views; k++) {

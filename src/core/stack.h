@@ -49,8 +49,6 @@ void ct_stack_free(struct ct_stack *s);
 size_t ct_stack_count(const struct ct_stack *s);
 /* Pixels of view k. */
 float *ct_stack_view(const struct ct_stack *s, size_t k);
-/* The views from .. to, not included, of s: borrowed, metadata too. */
-struct ct_stack ct_stack_some(const struct ct_stack *s, size_t from, size_t to);
 /* CT_EGEOM naming the view unless its vectors are finite, u and v independent, and the source off
  * the detector plane. */
 int ct_stack_check(const struct ct_stack *s, struct ct_err *e);

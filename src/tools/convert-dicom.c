@@ -9,11 +9,11 @@
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
 #include "shim/dicom-write.h"
-#include "tools/dicom-derive.h"
-#include "tools/dicom-form.h"
-#include "tools/dicom-image.h"
-#include "tools/dicom-policy.h"
-#include "tools/dicom-series.h"
+#include "dicom/derive.h"
+#include "dicom/form.h"
+#include "dicom/image.h"
+#include "dicom/policy.h"
+#include "dicom/series.h"
 
 #include <stdio.h>
 #include <stdlib.h>

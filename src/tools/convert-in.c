@@ -5,8 +5,8 @@
 #include "formats/any.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
-#include "tools/dicom-form.h"
-#include "tools/dicom-inspect.h"
+#include "dicom/form.h"
+#include "dicom/inspect.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -6,9 +6,9 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "tools/convert.h"
-#include "tools/dicom-form.h"
+#include "dicom/form.h"
 #ifdef HAVE_VTK
-#include "tools/dicom-radiograph.h"
+#include "dicom/radiograph.h"
 #endif
 #include "tools/picture-read.h"
 

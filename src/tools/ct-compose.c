@@ -10,7 +10,6 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
-#include "refine/operator.h"
 #include "tools/lib/scan-opts.h"
 #include "xray/window.h"
 
@@ -231,7 +230,6 @@ static int make_consistent(
 		ct_blame(e, p->consistent);
 		goto out;
 	}
-	ct_env_tell(env, LOWRES_RESIDUAL, "%.9g", after);
 	ct_log(env, CT_INFO, "differs from %s by %.3g HU RMS, %.3g before", p->consistent, after,
 		before);
 	rc = 0;

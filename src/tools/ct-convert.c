@@ -9,8 +9,8 @@
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "tools/convert.h"
-#include "tools/dicom-series.h"
-#include "tools/sidecar.h"
+#include "dicom/series.h"
+#include "dicom/sidecar.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,6 @@
 #include "cli/cost.h"
 #include "cli/memory.h"
 #include "cli/modes.h"
-#include "cli/part.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -37,7 +36,7 @@ enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 enum gradient { GRADIENTS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *prior, *arch, *init, *base, *std, *travel, *views;
+	const char *in, *out, *prior, *arch, *init, *base, *std, *travel;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
 	double eta, sigma_y, sigma_det, norm, guidance, rate;
 	bool final_consistency, resume;
@@ -139,8 +138,6 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours", CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_OPT(struct params, views, 0, "views", "A:B", 0, 0,
-		"make views A to B alone, counted from 0, B not included, for ct-merge to join"),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
 	CT_OPT_END,
@@ -158,7 +155,6 @@ struct job {
 	struct ct_superres s;
 	struct ct_resume resume;
 	struct ddnm_state state;
-	struct ct_part part;    /* the views to make */
 	double missing, weight; /* with --base-projections */
 	double program;         /* bytes of memory before all of it */
 };
@@ -254,9 +250,6 @@ static int read_inputs(struct job *j, struct ct_err *e)
 	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
 		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
 		return -1;
-	j->part = (struct ct_part){CT_PART_VIEWS, 0, j->in.views, j->in.views};
-	if (p->views && ct_part_range(&j->part, "views", p->views, j->in.views, e))
-		return -1;
 	if (!start)
 		return 0;
 	if (ct_stack_read(start, &j->init, e))
@@ -332,9 +325,8 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 static int estimate(struct job *j, struct ct_err *e)
 {
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
-	const size_t views = j->part.to - j->part.from, threads = ct_par_threads(j->env->par);
-	struct ct_cost cost = {.disk = out * (double)views / (double)j->out.views,
-		.state = out};
+	const size_t views = j->out.views, threads = ct_par_threads(j->env->par);
+	struct ct_cost cost = {.disk = out, .state = out};
 	struct ddnm_calls n = {.views = views, .threads = threads};
 
 	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
@@ -354,20 +346,11 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, j->env, e);
 }
 
-/* Say which views of s are written. */
-static int put_part(struct job *j, struct ct_stack *s, struct ct_err *e)
-{
-	const struct ct_stack some = ct_stack_some(s, j->part.from, j->part.to);
-
-	return ct_part_put(&s->meta, &j->part, &j->resume, some.data, ct_stack_count(&some), e);
-}
-
 static int write_outputs(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
 	struct ct_meta *m = &j->out.meta;
-	struct ct_stack out, std;
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
@@ -383,11 +366,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
 					      CT_QUANTITY_DEVIATION, e))))
 		return -1;
-	if (p->views && (put_part(j, &j->out, e) || (p->std && put_part(j, &j->std, e))))
-		return -1;
-	out = ct_stack_some(&j->out, j->part.from, j->part.to);
-	std = ct_stack_some(&j->std, j->part.from, j->part.to);
-	return ddnm_picture_write(p->out, &out, p->std, &std, j->env, e);
+	return ddnm_picture_write(p->out, &j->out, p->std, &j->std, j->env, e);
 }
 
 /* What the views depend on besides the options; --std because its sums are kept. */
@@ -414,8 +393,8 @@ static int sample(struct job *j, struct ct_err *e)
 	if ((draws(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
 		return -1;
-	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made",
-		ddnm_state_limit(&j->state, j->part.from, j->part.to), j->out.views);
+	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&j->state),
+		j->out.views);
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);

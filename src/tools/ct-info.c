@@ -4,7 +4,7 @@
 #include "formats/any.h"
 #include "resolution/blur.h"
 #ifdef HAVE_VTK
-#include "tools/dicom-inspect.h"
+#include "dicom/inspect.h"
 #endif
 #include "tools/report.h"
 

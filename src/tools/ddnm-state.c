@@ -52,14 +52,12 @@ int ddnm_state_open(struct ddnm_state *s, struct ct_resume *run, struct ct_stack
 	return rc < 0 ? -1 : 0;
 }
 
-size_t ddnm_state_limit(struct ddnm_state *s, size_t from, size_t to)
+size_t ddnm_state_left(const struct ddnm_state *s)
 {
 	size_t left = 0;
 
-	for (size_t k = 0; k < s->out->views; k++) {
-		s->done[k] |= k < from || k >= to;
+	for (size_t k = 0; k < s->out->views; k++)
 		left += !s->done[k];
-	}
 	return left;
 }
 

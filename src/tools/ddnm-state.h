@@ -15,8 +15,8 @@ struct ddnm_state {
  * ct_resume_load. */
 int ddnm_state_open(struct ddnm_state *s, struct ct_resume *run, struct ct_stack *out,
 	struct ct_stack *std, struct ct_err *e);
-/* Views before `from` and from `to` on are not to be made. How many are. */
-size_t ddnm_state_limit(struct ddnm_state *s, size_t from, size_t to);
+/* Views that are not done. */
+size_t ddnm_state_left(const struct ddnm_state *s);
 /* The callback of ct_superres: writes the state when a minute has passed, and when stopping. */
 int ddnm_state_save(void *state, bool last, struct ct_err *e);
 /* All views are done, but could not be written: ct_resume_rescue. */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "tools/report.h"
 #include "formats/text.h"
-#include "tools/survey.h"
+#include "dicom/survey.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,8 +1,8 @@
-/* dicom-account.c: what became of every file; see dicom-series.h. */
+/* account.c: what became of every file; see series.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "shim/dicom.h"
-#include "tools/dicom-series.h"
+#include "dicom/series.h"
 
 #include <stdio.h>
 #include <stdlib.h>

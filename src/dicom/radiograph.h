@@ -1,6 +1,6 @@
-/* dicom-radiograph.h: the one picture of X rays on a detector that a DICOM file holds. */
-#ifndef CT_TOOLS_DICOM_RADIOGRAPH_H
-#define CT_TOOLS_DICOM_RADIOGRAPH_H
+/* radiograph.h: the one picture of X rays on a detector that a DICOM file holds. */
+#ifndef CT_DICOM_RADIOGRAPH_H
+#define CT_DICOM_RADIOGRAPH_H
 #include "core/vol.h"
 
 /* Grey values from 0, black, to 1, white, row 0 on top: the range of the stored bits, turned where

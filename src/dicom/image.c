@@ -1,11 +1,11 @@
-/* dicom-image.c: see dicom-image.h. */
+/* image.c: see image.h. */
 #include "config.h"
 #include "formats/hash.h"
 #include "formats/voxels.h"
 #include "core/mem.h"
-#include "tools/dicom-derive.h"
-#include "tools/dicom-image.h"
-#include "tools/dicom-policy.h"
+#include "dicom/derive.h"
+#include "dicom/image.h"
+#include "dicom/policy.h"
 
 #include <math.h>
 #include <stdio.h>

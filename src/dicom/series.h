@@ -1,7 +1,7 @@
-/* dicom-series.h: one series of a folder, or of files, as a volume; nothing of it is left out
+/* series.h: one series of a folder, or of files, as a volume; nothing of it is left out
  * silently. */
-#ifndef CT_TOOLS_DICOM_SERIES_H
-#define CT_TOOLS_DICOM_SERIES_H
+#ifndef CT_DICOM_SERIES_H
+#define CT_DICOM_SERIES_H
 #include "core/env.h"
 #include "core/vol.h"
 #include "formats/units.h"

@@ -1,7 +1,7 @@
 /* survey.h: what a file holds, in a few numbers: ranges, and the scan behind a stack. Pure;
  * thread-safe. */
-#ifndef CT_TOOLS_SURVEY_H
-#define CT_TOOLS_SURVEY_H
+#ifndef CT_DICOM_SURVEY_H
+#define CT_DICOM_SURVEY_H
 #include "core/gauss.h"
 #include "core/stack.h"
 #include "core/vol.h"

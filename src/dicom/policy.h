@@ -1,11 +1,11 @@
-/* dicom-policy.h: what a DICOM file that is written takes over from the series that it comes from,
+/* policy.h: what a DICOM file that is written takes over from the series that it comes from,
  * and what de-identification leaves of that.
  *
  * Nothing else is taken over: no private element, no sequence, nothing that is of one slice, and
  * nothing that is out of date.
  */
-#ifndef CT_TOOLS_DICOM_POLICY_H
-#define CT_TOOLS_DICOM_POLICY_H
+#ifndef CT_DICOM_POLICY_H
+#define CT_DICOM_POLICY_H
 #include "series/header.h"
 #include "series/slice.h"
 

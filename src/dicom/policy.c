@@ -1,8 +1,8 @@
-/* dicom-policy.c: see dicom-policy.h. */
+/* policy.c: see policy.h. */
 #include "config.h"
 #include "formats/hash.h"
 #include "shim/dicom-write.h"
-#include "tools/dicom-policy.h"
+#include "dicom/policy.h"
 
 #include <stdio.h>
 #include <stdlib.h>

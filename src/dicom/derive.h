@@ -1,7 +1,7 @@
-/* dicom-derive.h: how pictures came to be: by which commands, of which slices. */
-#ifndef CT_TOOLS_DICOM_DERIVE_H
-#define CT_TOOLS_DICOM_DERIVE_H
-#include "tools/dicom-image.h"
+/* derive.h: how pictures came to be: by which commands, of which slices. */
+#ifndef CT_DICOM_DERIVE_H
+#define CT_DICOM_DERIVE_H
+#include "dicom/image.h"
 
 /* CT_EINPUT unless the slices are of CT, CT_EGEOM if the volume lies beside them: then it is of
  * another patient, or in another space. */

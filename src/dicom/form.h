@@ -1,6 +1,6 @@
-/* dicom-form.h: in what form a DICOM series comes. */
-#ifndef CT_TOOLS_DICOM_FORM_H
-#define CT_TOOLS_DICOM_FORM_H
+/* form.h: in what form a DICOM series comes. */
+#ifndef CT_DICOM_FORM_H
+#define CT_DICOM_FORM_H
 
 enum dicom_form { NOT_DICOM, FOLDER, FILE_OF_SERIES, ARCHIVE };
 

@@ -1,7 +1,7 @@
-/* dicom-derive.c: see dicom-derive.h. */
+/* derive.c: see derive.h. */
 #include "config.h"
-#include "tools/dicom-derive.h"
-#include "tools/dicom-policy.h"
+#include "dicom/derive.h"
+#include "dicom/policy.h"
 
 #include <math.h>
 #include <stdio.h>

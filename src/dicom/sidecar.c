@@ -1,6 +1,6 @@
 /* sidecar.c: see sidecar.h. */
 #include "config.h"
-#include "tools/sidecar.h"
+#include "dicom/sidecar.h"
 #include "formats/io.h"
 #include "formats/text.h"
 

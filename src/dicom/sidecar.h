@@ -3,8 +3,8 @@
  * Nothing in it tells who the patient is: no name, number, date, UID or free text of the header,
  * and no name of a file in which the patient's stands.
  */
-#ifndef CT_TOOLS_SIDECAR_H
-#define CT_TOOLS_SIDECAR_H
+#ifndef CT_DICOM_SIDECAR_H
+#define CT_DICOM_SIDECAR_H
 #include "core/env.h"
 #include "core/vol.h"
 #include "series/layout.h"

@@ -1,4 +1,4 @@
-/* dicom-series.c: from files to a volume. See dicom-series.h. */
+/* series.c: from files to a volume. See dicom-series.h. */
 #include "config.h"
 #include "core/inflate.h"
 #include "core/mem.h"
@@ -6,8 +6,8 @@
 #include "series/moment.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
-#include "tools/dicom-series.h"
-#include "tools/sidecar.h"
+#include "dicom/series.h"
+#include "dicom/sidecar.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
-/* dicom-image.h: the elements of CT pictures that are derived from others: CT Image Storage, one
+/* image.h: the elements of CT pictures that are derived from others: CT Image Storage, one
  * picture a file, or Enhanced CT Image Storage, all in one. */
-#ifndef CT_TOOLS_DICOM_IMAGE_H
-#define CT_TOOLS_DICOM_IMAGE_H
+#ifndef CT_DICOM_IMAGE_H
+#define CT_DICOM_IMAGE_H
 #include "core/vol.h"
 #include "series/header.h"
 #include "series/slice.h"

@@ -1,7 +1,7 @@
-/* dicom-inspect.h: what is in a folder of DICOM files, before anything is made of it. */
-#ifndef CT_TOOLS_DICOM_INSPECT_H
-#define CT_TOOLS_DICOM_INSPECT_H
-#include "tools/dicom-series.h"
+/* inspect.h: what is in a folder of DICOM files, before anything is made of it. */
+#ifndef CT_DICOM_INSPECT_H
+#define CT_DICOM_INSPECT_H
+#include "dicom/series.h"
 
 #include <jansson.h>
 

@@ -1,8 +1,8 @@
-/* dicom-inspect.c: see dicom-inspect.h. */
+/* inspect.c: see inspect.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "shim/dicom.h"
-#include "tools/dicom-inspect.h"
+#include "dicom/inspect.h"
 #include "tools/report.h"
 
 #include <jansson.h>

@@ -1,7 +1,7 @@
-/* dicom-form.c: see dicom-form.h. */
+/* form.c: see form.h. */
 #include "config.h"
 #include "formats/any.h"
-#include "tools/dicom-form.h"
+#include "dicom/form.h"
 
 #include <stdbool.h>
 #include <stdio.h>

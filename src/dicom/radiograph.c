@@ -1,11 +1,11 @@
-/* dicom-radiograph.c: see dicom-radiograph.h. */
+/* radiograph.c: see radiograph.h. */
 #include "config.h"
 #include "core/inflate.h"
 #include "series/header.h"
 #include "shim/dicom-write.h"
 #include "shim/dicom.h"
-#include "tools/dicom-radiograph.h"
-#include "tools/dicom-series.h"
+#include "dicom/radiograph.h"
+#include "dicom/series.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* survey.c: see survey.h. */
 #include "config.h"
-#include "tools/survey.h"
+#include "dicom/survey.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,0 +1,146 @@
+/* page-file.c: see page-file.h. */
+#include "config.h"
+#include "tools/page-file.h"
+#include "cli/memory.h"
+#include "core/clock.h"
+#include "formats/io.h"
+#include "tools/lib/installed.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define FORM "report.html"
+
+int page_file_text(char **to, const char *path, struct ct_err *e)
+{
+	unsigned char *data;
+	size_t n;
+
+	if (ct_slurp(path, &data, &n, e))
+		return -1;
+	*to = strndup((const char *)data, n);
+	free(data);
+	return *to ? 0 : ct_fail(e, CT_ENOMEM, "no memory");
+}
+
+/* Where a folder ends that the n characters at s, of a message, begin with: behind the last slash,
+ * if the first word has one, as a name may hold blanks; else of a word that begins at the root or
+ * at ".", or whose last part has a dot. */
+static size_t folder_of(const char *s, size_t n, bool first)
+{
+	const size_t blank = strcspn(s, " ,;'\n"), word = blank < n ? blank : n;
+	const char *slash = memrchr(s, '/', word);
+	const bool is = slash && (first || *s == '/' || *s == '.' ||
+					 memchr(slash, '.', word - (size_t)(slash - s)));
+
+	if (is && first)
+		slash = memrchr(s, '/', n);
+	return is ? (size_t)(slash + 1 - s) : 0;
+}
+
+void page_forget_folders(char *text)
+{
+	char *to = text;
+	bool first = true, word = true; /* of a part that ": " ends; of any */
+
+	for (const char *s = text; *s;) {
+		const char *end = s + strcspn(s, "\n"), *colon = strstr(s, ": ");
+		const size_t n = (size_t)((colon && colon < end ? colon : end) - s);
+
+		if (first || word)
+			s += folder_of(s, n, first);
+		first = *s == '\n' || (*s == ' ' && s > text && s[-1] == ':');
+		word = strchr(" ,;'", *s) != NULL;
+		*to++ = *s++;
+	}
+	*to = '\0';
+}
+
+static int read_form(char **to, struct ct_err *e)
+{
+	char *path;
+	const int rc = ct_installed_find(&path, FORM, "/../share/ctsr", CT_DATADIR, R_OK, e);
+	int done = -1;
+
+	if (rc < 0)
+		return -1;
+	done = rc > 0 ? ct_fail(e, CT_EINPUT, "%s: is not there: the page is laid out by it", path)
+		      : page_file_text(to, path, e);
+	free(path);
+	return done;
+}
+
+const char *page_base_name(const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	return slash ? slash + 1 : path;
+}
+
+int page_file_write(
+	const char *path, const struct page *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out o = {0};
+	char *form;
+	int rc = -1;
+
+	if (read_form(&form, e))
+		return -1;
+	if (ct_out_open(&o, path, env, e) == 0 && page_write(o.f, form, p, env, e) == 0)
+		rc = ct_out_commit(&o, e);
+	ct_out_abandon(&o);
+	free(form);
+	return rc;
+}
+
+static void note(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct page_log *l = env->ctx;
+
+	if (level == CT_WARN)
+		fprintf(l->f, "%s: warning: %s\n", env->tool, text);
+	if (l->env->log)
+		l->env->log(l->env, level, text);
+}
+
+static void pass_on(
+	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
+{
+	const struct page_log *l = env->ctx;
+
+	ct_progress_until(l->env, what, done, most, likely);
+}
+
+int page_log_open(
+	struct page_log *l, struct ct_env *own, const struct ct_env *env, struct ct_err *e)
+{
+	l->env = env;
+	l->f = open_memstream(&l->text, &l->n);
+	*own = *env;
+	own->ctx = l;
+	own->log = note;
+	own->progress = env->progress ? pass_on : NULL;
+	return l->f ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a log");
+}
+
+void page_log_took(struct page_log *l, const struct ct_env *env, double seconds)
+{
+	fprintf(l->f, "%s: took %.1f s, %.1f s of CPU time, %.0f MiB\n", env->tool, seconds,
+		ct_clock_cpu(), ct_memory_held() / 0x1p20);
+}
+
+const char *page_log_text(struct page_log *l)
+{
+	fflush(l->f);
+	page_forget_folders(l->text);
+	return l->text;
+}
+
+void page_log_close(struct page_log *l)
+{
+	if (l->f)
+		fclose(l->f);
+	free(l->text);
+	*l = (struct page_log){0};
+}
