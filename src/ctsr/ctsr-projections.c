@@ -108,6 +108,9 @@ static int scan_of(struct ct_scan *s, const ctsr_geometry *g, struct ct_err *e)
 	if (!(g->window[0] < g->window[1]) || !isfinite(g->window[0]) || !isfinite(g->window[1]))
 		return ct_fail(
 			e, CT_EUSAGE, "the window %g to %g is none", g->window[0], g->window[1]);
+	if (!g->views || !g->columns || (!g->rows && g->beam != CTSR_FAN))
+		return ct_fail(e, CT_EUSAGE, "%zu views of %zux%zu pixels: none may be 0", g->views,
+			g->columns, g->rows);
 	*s = (struct ct_scan){.beam = (enum ct_beam)g->beam,
 		.views = g->views,
 		.arc = g->arc,
