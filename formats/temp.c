@@ -22,10 +22,21 @@ enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
 
 /* Where the thread finds them that ends the program. */
 enum { FREE, TAKEN, USED };
-static struct kept {
+struct ct_temp_kept {
 	atomic_int is; /* TAKEN: a thread is writing the name */
 	char name[PATH_MAX];
-} kept[KEPT];
+};
+static struct ct_temp_kept own[KEPT], *kept = own;
+
+struct ct_temp_kept *ct_temp_table(void)
+{
+	return kept;
+}
+
+void ct_temp_share(struct ct_temp_kept *table)
+{
+	kept = table;
+}
 
 mode_t ct_temp_umask(void)
 {

@@ -8,26 +8,29 @@ ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/p
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
 	src/tools/metrics-report.h src/tools/metrics-harm.c src/tools/metrics-harm.h
-# What reads and writes DICOM, for the commands that do.
+# What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
+# (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a
 libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
-	src/tools/convert-dicom.c src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h \
-	src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
-DICOM_SOURCES = src/tools/convert-planes.c src/dicom/series.c src/dicom/account.c src/dicom/series.h src/dicom/inspect.c \
-	src/dicom/inspect.h src/dicom/image.c src/dicom/image.h src/dicom/policy.c src/dicom/policy.h \
-	src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c src/dicom/radiograph.h
+	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
+	src/dicom/module.h src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
+DICOM_SOURCES = src/dicom/module.c src/tools/convert-dicom.c src/tools/convert-planes.c src/dicom/series.c \
+	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/inspect.h src/dicom/image.c src/dicom/image.h \
+	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c \
+	src/dicom/radiograph.h
+DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS) -ldl
 if HAVE_VTK
-libctdicom_a_SOURCES += $(DICOM_SOURCES)
-DICOM_LDADD = libctdicom.a libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
-DICOM_LINK = src/tools/lib/libraries.cc
+pkglibexec_PROGRAMS += ctsr-dicom.so
+ctsr_dicom_so_SOURCES = $(DICOM_SOURCES) src/tools/lib/libraries.cc
+ctsr_dicom_so_CPPFLAGS = $(AM_CPPFLAGS) -DCT_MODULE
+ctsr_dicom_so_LDFLAGS = -shared $(AM_LDFLAGS)
+ctsr_dicom_so_LDADD = libctdicom.a libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += $(DICOM_SOURCES)
-DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS)
-DICOM_LINK =
 endif
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-stack.c src/tools/convert-radiograph.c src/tools/convert.h \
-	src/tools/picture-read.c src/tools/picture-read.h $(DICOM_LINK)
+	src/tools/picture-read.c src/tools/picture-read.h
 ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
 # Started by ct-convert, so that only who reads pictures waits for their libraries.
@@ -67,10 +70,10 @@ ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c \
-	src/tools/prior-file.h $(PAGE_SOURCES) $(DICOM_LINK)
+	src/tools/prior-file.h $(PAGE_SOURCES) 
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
-ct_info_SOURCES = src/tools/ct-info.c $(DICOM_LINK)
+ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
 VIEW_SOURCES = src/tools/colour.c src/tools/colour.h src/tools/ct-view.c src/tools/cuts.c \
 	src/tools/cuts.h src/tools/ellipse.c src/tools/ellipse.h src/tools/hu-window.c \

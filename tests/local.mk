@@ -81,8 +81,8 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
-dist_check_SCRIPTS += tests/t-plan.sh tests/t-slabs.sh tests/t-cohort.sh tests/t-cluster.sh tests/t-simulate.sh
-dist_check_SCRIPTS += tests/t-ct-restore.sh tests/t-std.sh
+dist_check_SCRIPTS += tests/t-slabs.sh tests/t-cohort.sh tests/t-simulate.sh
+dist_check_SCRIPTS += tests/t-ct-prior.sh tests/t-std.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh tests/t-harm.sh
 check_PROGRAMS += tests/t-schedule
 tests_t_schedule_SOURCES = tests/t-schedule.c
@@ -109,7 +109,7 @@ tests_t_samplers_SOURCES = tests/t-samplers.c
 check_PROGRAMS += tests/t-slices
 tests_t_slices_SOURCES = tests/t-slices.c
 dist_check_SCRIPTS += tests/t-npy.sh
-dist_check_SCRIPTS += tests/t-convert.sh tests/t-crop.sh tests/t-merge.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-tilt.sh tests/t-planes.sh tests/t-units.sh tests/t-series-in.sh tests/t-inspect.sh
+dist_check_SCRIPTS += tests/t-convert.sh tests/t-crop.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-tilt.sh tests/t-planes.sh tests/t-units.sh tests/t-series-in.sh tests/t-inspect.sh
 dist_check_SCRIPTS += tests/t-series-peers.sh tests/t-series-real.sh
 EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/dicom.py tests/t-series.py tests/t-tilt.py tests/t-planes.py tests/t-series-in.py tests/t-series-peers.py tests/t-series-real.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
@@ -211,7 +211,7 @@ check_PROGRAMS += tests/t-fdk tests/t-weights
 tests_t_weights_SOURCES = tests/t-weights.c
 tests_t_fdk_SOURCES = tests/t-fdk.c
 dist_check_SCRIPTS += tests/t-ct-fdk.sh tests/t-verbose.sh
-dist_check_SCRIPTS += tests/t-cost.sh tests/t-cost-figures.sh tests/t-limits.sh tests/t-sr-plan.sh
+dist_check_SCRIPTS += tests/t-cost.sh tests/t-cost-figures.sh tests/t-limits.sh
 # The vectors at each level.
 if SIMD_LEVELS
 check_PROGRAMS += tests/t-vec-v2 tests/t-vec-v3 tests/t-vec-v4
@@ -294,7 +294,7 @@ dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
-dist_check_SCRIPTS += tests/t-memory.sh tests/t-upsample-bytes.sh
+dist_check_SCRIPTS += tests/t-upsample-bytes.sh
 # The installed library.
 check_PROGRAMS += tests/t-ctsr
 tests_t_ctsr_SOURCES = tests/t-ctsr.c

@@ -346,8 +346,6 @@ static void test_words(void)
 	OK(!ct_chain_owns(&c, "two"), "the last has not begun");
 	put_text("w/step-2.state", "");
 	OK(ct_chain_owns(&c, "two") && !ct_chain_owns(&c, "src"), "but now");
-	c.step[1].beside = "three";
-	OK(ct_chain_owns(&c, "three"), "with what it makes besides");
 	c.resume = false;
 	OK(!ct_chain_owns(&c, "two"), "if that counts");
 	ct_chain_close(&c);

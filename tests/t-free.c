@@ -1,6 +1,7 @@
-/* cli/free.c, cli/memory.c: what is free, by files as the system writes them. */
+/* core/memory.c, cli/memory.c: what is free, by files as the system writes them; sizes in words. */
 #include "config.h"
 #include "cli/memory.h"
+#include "core/memory.h"
 #include "tests/tap.h"
 
 #include <math.h>
@@ -26,12 +27,6 @@ static void put(const char *name, const char *text)
 	f = fopen(path, "w");
 	if (!f || fputs(text, f) < 0 || fclose(f) != 0)
 		abort();
-}
-
-static void warn(const struct ct_env *env, enum ct_level level, const char *text)
-{
-	(void)level;
-	snprintf(env->ctx, 200, "%s", text);
 }
 
 static void test_free(void)
@@ -62,38 +57,26 @@ static void test_free(void)
 	OK(ct_memory_free("") > 1e7, "and of this machine something");
 }
 
-static void test_choose(void)
+static void test_most(void)
 {
-	char said[200] = "", own[32];
-	const struct ct_env env = {.log = warn, .ctx = said};
-	struct ct_err e;
-	size_t bytes;
-	const char *t;
-
-	OK(ct_memory_choose(own, NULL, 1e6, &env) == NULL && !*said, "what fits has no bound");
-	t = ct_memory_choose(own, "3G", 1e18, &env);
-	OK(t && strcmp(t, "3G") == 0 && !*said, "what is given holds");
-	t = ct_memory_choose(own, "1G", 9.1e8, &env);
-	OK(t == NULL && !*said, "and is no bound if all is within it");
-	t = ct_memory_choose(own, "1G", 9.2e8, &env);
-	OK(t && strcmp(t, "1G") == 0, "with some for the rest of the program");
-	t = ct_memory_choose(own, NULL, 1e15, &env);
-	OK(t == own && ct_memory_bytes(&bytes, t, &e) == 0, "what does not fit has one");
-	OK(fabs((double)bytes / ct_memory_free("") - 0.8) < 0.1, "of most of what is free");
-	OK(strstr(said, "takes 953674317 MiB of memory, and ") && strstr(said, own),
-		"which is said");
+	OK(ct_memory_most(1e9) == 8e8, "a run takes most of what is free");
+	OK(isinf(ct_memory_most(0)), "or all if nobody knows");
 }
 
-static void test_fits(void)
+static void test_sizes(void)
 {
-	OK(ct_memory_most("1G", 5e8) == 0x1p30, "what is given is what may be taken");
-	OK(ct_memory_most(NULL, 1e9) == 8e8, "else most of what is free");
-	OK(isinf(ct_memory_most(NULL, 0)), "or all if nobody knows");
-	OK(ct_memory_fits(0x1p30 / 1.11, "1G", 0) && !ct_memory_fits(0x1p30 / 1.09, "1G", 0),
-		"a tenth is to spare of what is given");
-	OK(ct_memory_fits(1e9, NULL, 1e9) && !ct_memory_fits(1.001e9, NULL, 1e9) &&
-			ct_memory_fits(1e18, NULL, 0),
-		"and what is free may be taken whole");
+	static const char *const bad[] = {
+		"100", "M", "-1M", "1e3M", "600MB", "0M", "99999999T", ""};
+	struct ct_err e;
+	double bytes = 1;
+
+	OK(ct_memory_bytes(&bytes, NULL, &e) == 0 && bytes == 0, "no size is no bound");
+	OK(ct_memory_bytes(&bytes, "600M", &e) == 0 && bytes == 600 * 0x1p20, "mebibytes");
+	OK(ct_memory_bytes(&bytes, "1.5G", &e) == 0 && bytes == 1.5 * 0x1p30, "gibibytes, a part");
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		OK(ct_memory_bytes(&bytes, bad[i], &e) && e.code == CT_EUSAGE, "'%s' is refused",
+			bad[i]);
+	OK(ct_memory_held() > 1e5, "a program holds something");
 }
 
 int main(void)
@@ -103,8 +86,8 @@ int main(void)
 	if (!mkdtemp(root))
 		return 99;
 	test_free();
-	test_choose();
-	test_fits();
+	test_most();
+	test_sizes();
 	snprintf(line, sizeof line, "rm -r %s", root);
 	if (system(line) != 0)
 		return 99;

@@ -156,7 +156,8 @@ static double confidence(double said, bool weighted, double best)
 }
 
 /* What the prior may add, and with what confidence. */
-static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
+static int plan_prior(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
@@ -184,6 +185,10 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 	gains = weighted ? 2 : r->restore.passes;
 	again = ct_slice_prior_knows(p->prior, &r->is.by, true);
 	r->restore.passes = again && gains == 2 ? p->passes : 1;
+	if (r->restore.passes < p->passes)
+		ct_log(env, CT_INFO, "one pass: %s",
+			again ? "a second gains nothing where a band-limited CT has noise"
+			      : "the prior has no network for a second");
 	r->restore.weight = weighted ? p->weight : 1;
 	r->restore.doubt = confidence(p->doubt, weighted, r->restore.doubt);
 	r->restore.gate = confidence(p->gate, weighted, r->restore.gate);
@@ -192,6 +197,18 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 	r->restore.cap = confidence(p->cap, weighted, r->restore.cap);
 	one_axis(r);
 	return 0;
+}
+
+/* Is what it begins with on the grid of the result? */
+static int check_start(const struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
+{
+	struct ct_vol want = {.n = {r->n[0], r->n[1], r->n[2]}};
+
+	if (!r->rule.start)
+		return 0;
+	ct_degrade_refine(want.affine, (const double(*)[4])in->affine, in->n, r->is.by.factor);
+	return ct_vol_same_grid(&want, r->rule.start, e) ? ct_blame(e, "the volume to start from")
+							 : 0;
 }
 
 int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
@@ -204,7 +221,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	*r = (struct ct_refine){.rule = *rule, .residual = (double)NAN};
 	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
-	if (prior && !r->is.known && !rule->said.estimate)
+	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"does not say how it was reduced: --sigma says it, --estimate measures it");
 	if (rule->error && !r->is.known)
@@ -213,7 +230,9 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 			"--sigma says it");
 	for (int a = 0; a < 3; a++)
 		r->n[a] = ct_degrade_cover(in->n[a], r->is.by.factor[a]);
-	if (prior && plan_prior(r, in, e))
+	if (check_start(r, in, e))
+		return -1;
+	if (prior && plan_prior(r, in, env, e))
 		return -1;
 	inversion = ct_refine_inversion(r);
 	inversion.start = prior ? NULL : rule->start;

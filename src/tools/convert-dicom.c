@@ -2,8 +2,6 @@
 #include "config.h"
 #include "formats/units.h"
 #include "tools/convert.h"
-
-#ifdef HAVE_VTK
 #include "core/mem.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
@@ -209,16 +207,6 @@ out:
 	convert_from_free(&from);
 	return rc;
 }
-#else
-static int write_dicom(
-	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	(void)v;
-	(void)env;
-	return ct_fail(
-		e, CT_EOUTPUT, "%s: this build writes no DICOM (configure --with-vtk)", p->out);
-}
-#endif
 
 int convert_dicom(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)

@@ -6,7 +6,7 @@
 #include "formats/raw.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
-#include "dicom/inspect.h"
+#include "dicom/module.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -71,7 +71,6 @@ void convert_from_free(struct convert_from *f)
 	f->folder[0] = f->member = NULL;
 }
 
-#ifdef HAVE_VTK
 static struct series_rule rule_of(const struct convert *p)
 {
 	return (struct series_rule){.in = p->files.v[0],
@@ -85,42 +84,32 @@ static struct series_rule rule_of(const struct convert *p)
 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
+	const struct dicom_module *dicom = dicom_module(e);
 	const struct series_rule rule = rule_of(p);
 
-	return inspect_print(p->files.v, p->files.n, &rule, NULL, env, e);
+	if (!dicom)
+		return ct_blame(e, p->files.v[0]);
+	return dicom->inspect(p->files.v, p->files.n, &rule, NULL, env, e);
 }
 
 static int read_dicom(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
+	const struct dicom_module *dicom = dicom_module(e);
 	struct series_rule rule = rule_of(p);
 	struct convert_from from;
 	int rc;
 
+	if (!dicom)
+		return ct_blame(e, p->in);
 	if (convert_from(&from, p->files.v, p->files.n - 1, p->series, e))
 		return -1;
 	if (!p->series)
 		rule.member = from.member;
-	rc = convert_series(p, from.paths, from.n, &rule, v, env, e);
+	rc = dicom->series(p, from.paths, from.n, &rule, v, env, e);
 	convert_from_free(&from);
 	return rc;
 }
-#else
-int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)
-{
-	(void)env;
-	return ct_fail(e, CT_EINPUT, "%s: this build reads no DICOM (configure --with-vtk)",
-		p->files.v[0]);
-}
-
-static int read_dicom(
-	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	(void)v;
-	(void)env;
-	return ct_fail(e, CT_EINPUT, "%s: this build reads no DICOM (configure --with-vtk)", p->in);
-}
-#endif
 
 bool convert_is_picture(const char *path)
 {

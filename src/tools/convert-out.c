@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/files.h"
 #include "cli/modes.h"
+#include "dicom/module.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
 #include "formats/io.h"
@@ -68,6 +69,14 @@ void convert_planes_drop(struct convert_planes *c, struct ct_err *e)
 		end_planes(c, NULL, -1, e);
 }
 
+static int write_dicom(
+	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	const struct dicom_module *dicom = dicom_module(e);
+
+	return dicom ? dicom->write(p, v, env, e) : ct_blame(e, p->out);
+}
+
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
@@ -76,7 +85,7 @@ int convert_write(
 	if (p->planes->to)
 		return end_planes(p->planes, v, 0, e);
 	if (ct_files_is_dicom(p->out))
-		return convert_dicom(p, v, env, e);
+		return write_dicom(p, v, env, e);
 	if (is_headed(p->out))
 		return ct_headed_write(p->out, v, type, p->compress, env, e);
 	return ct_nifti_write(p->out, v, type, p->tilt == CT_TILT_SHEAR, env, e);

@@ -7,9 +7,7 @@
 #include "formats/hash.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
-#ifdef HAVE_VTK
-#include "dicom/radiograph.h"
-#endif
+#include "dicom/module.h"
 #include "tools/picture-read.h"
 
 #include <math.h>
@@ -95,10 +93,12 @@ static int finish(struct ct_vol *v, const struct convert *p, const char *path, c
 static int read_dicom(const struct convert *p, const char *path, struct ct_vol *v,
 	const struct ct_env *env, struct ct_err *e)
 {
-#ifdef HAVE_VTK
+	const struct dicom_module *dicom = dicom_module(e);
 	double mm[2];
 
-	if (radiograph_read(v, mm, path, e))
+	if (!dicom)
+		return ct_blame(e, path);
+	if (dicom->radiograph(v, mm, path, e))
 		return -1;
 	if (isnan(mm[0]) && !p->spacing)
 		return ct_fail(e, CT_EGEOM,
@@ -106,12 +106,6 @@ static int read_dicom(const struct convert *p, const char *path, struct ct_vol *
 			"are",
 			path);
 	return finish(v, p, path, mm, env, e);
-#else
-	(void)p;
-	(void)v;
-	(void)env;
-	return ct_fail(e, CT_EINPUT, "%s: this build reads no DICOM (configure --with-vtk)", path);
-#endif
 }
 
 /* What says all of that itself. */

@@ -3,9 +3,7 @@
 #include "cli/cli.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
-#ifdef HAVE_VTK
-#include "dicom/inspect.h"
-#endif
+#include "dicom/module.h"
 #include "tools/report.h"
 
 #include <stdio.h>
@@ -47,14 +45,12 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	return report_estimate(o, &s, &a->vol, e);
 }
 
-#ifdef HAVE_VTK
 static bool is_folder(const char *path)
 {
 	struct stat st;
 
 	return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
 }
-#endif
 
 static void print(const json_t *o)
 {
@@ -75,15 +71,16 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	for (int k = 0; k < 3; k++)
 		if (!(factor[k] >= 1 && factor[k] <= 1024))
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
-#ifdef HAVE_VTK
 	if (is_folder(path)) {
+		const struct dicom_module *dicom = dicom_module(e);
 		const struct series_rule rule = {.which = p->series};
 
+		if (!dicom)
+			return ct_blame(e, path);
 		if (!first && !env->json)
 			putchar('\n');
-		return inspect_print(&path, 1, &rule, into, env, e);
+		return dicom->inspect(&path, 1, &rule, into, env, e);
 	}
-#endif
 	if (ct_any_read(path, &a, e) == 0)
 		o = report_make(&a, path, env->verbose > 0, e);
 	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {

@@ -3,6 +3,7 @@
 #include "tools/lib/ahead.h"
 #include "cli/cost.h"
 #include "cli/folder.h"
+#include "core/memory.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -57,7 +58,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const struct 
 	size_t n, const struct ct_env *env, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
-	struct ct_cost cost = {.memory = r->need};
+	struct ct_cost cost = {.memory = r->need - CT_MEMORY_BASE}; /* of volumes */
 	char slabs[40] = "";
 	double cpu;
 

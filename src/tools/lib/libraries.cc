@@ -1,5 +1,5 @@
 /* libraries.cc: too little memory for the libraries in C++ is a failure like others. Makes the
- * linker one of C++, too. */
+ * linker one of C++, too. In a module (CT_MODULE) who loads it has looked for memory. */
 #include "config.h"
 #include "core/err.h"
 
@@ -31,6 +31,12 @@
 	end(program_invocation_short_name, why);
 }
 
+#ifdef CT_MODULE
+__attribute__((constructor)) static void first()
+{
+	std::set_terminate(give_up);
+}
+#else
 /* Runs before the libraries are initialised, and so before a sanitizer is. Some of them do not look
  * whether there is memory: there has to be. */
 __attribute__((no_sanitize("address", "undefined"))) static void before_all(
@@ -48,3 +54,4 @@ __attribute__((no_sanitize("address", "undefined"))) static void before_all(
 
 __attribute__((section(".preinit_array"), used)) static void (*const first)(
 	int, char **, char **) = before_all;
+#endif

@@ -1,5 +1,5 @@
 #!/bin/sh
-# ct-train --slices and ct-restore: a prior of phantoms makes other phantoms better, agrees with the scan,
+# ct-train --slices and ct-upsample -m prior: a prior of phantoms makes other phantoms better, agrees with the scan,
 # is resumed to the same bytes, and what does not fit is refused.
 . "$srcdir/tests/tap.sh"
 cmp_() { # the voxels of two volumes: none is apart
@@ -40,7 +40,7 @@ while [ $# -gt 1 ]; do mv "$2" "$1"; shift; done; mv t "$1"
 ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp c.safetensors.state d.safetensors.state; ok $? 'damaged ones, and ones of another name, are made anew'
 ct-train -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
-ct-restore -q -p p.safetensors lo.nii a.nii && ct-restore -q -p two.safetensors lo.nii b.nii
+ct-upsample -m prior -q -p p.safetensors lo.nii a.nii && ct-upsample -m prior -q -p two.safetensors lo.nii b.nii
 ct-metrics --json a.nii b.nii | grep -q '"max-hu": 0[,.]'; ok $? 'with another prior: the same of its factor'
 }
 # shellcheck disable=SC2086
@@ -63,73 +63,71 @@ E2
 	has err -- '--bytes' 'unless it is said what they are'
 fi
 
-exits 0 'restores' ct-restore -v -p p.safetensors lo.nii hr.nii
+exits 0 'restores' ct-upsample -m prior -v -p p.safetensors lo.nii hr.nii
 a=$(psnr truth.nii up.nii) b=$(psnr truth.nii hr.nii)
 awk "BEGIN{exit !($b > $a + 0.1)}"; ok $? "a phantom is better for it ($a, $b dB)"
 ct-degrade -q -x 4 hr.nii again.nii
 r=$(ct-metrics -q --json lo.nii again.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r < 0.01)}"; ok $? "and agrees with the scan ($r HU)"
 mkdir one three
-CT_THREADS=1 ct-restore -q -p p.safetensors --start up.nii lo.nii one/o.nii
-CT_THREADS=3 ct-restore -q -p p.safetensors --start up.nii lo.nii three/o.nii
+CT_THREADS=1 ct-upsample -m prior -q -p p.safetensors --start up.nii lo.nii one/o.nii
+CT_THREADS=3 ct-upsample -m prior -q -p p.safetensors --start up.nii lo.nii three/o.nii
 cmp one/o.nii three/o.nii; ok $? 'any number of threads: same bytes'
-ct-restore -q -w 0 -p p.safetensors lo.nii none.nii
+ct-upsample -m prior -q --expert weight=0 -p p.safetensors lo.nii none.nii
 r=$(ct-metrics -q --json up.nii none.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r < 0.01)}"; ok $? "with weight 0 it is what the solver makes ($r HU)"
-w() { out=$1; shift; ct-restore -q -f -p p.safetensors --start up.nii "$@" lo.nii $out.nii; } # w OUT ARGS...
+w() { out=$1; shift; ct-upsample -m prior -q -f -p p.safetensors --start up.nii "$@" lo.nii $out.nii; } # w OUT ARGS...
 far() { ct-metrics -q --json $1.nii $2.nii | sed -n 's/.*"rmse-hu": \([0-9.e-]*\).*/\1/p'; } # far A B
-w auto -w auto; cmp_ auto one/o; ok $? 'by default the weight is auto'
-w full -w 1; w none --doubt 0 --gate 0 --cap 0 --steps 0; cmp_ full none; ok $? 'a weight goes without caution'
-! cmp_ full auto; ok $? 'which auto has'
-w careful -w 1 --doubt 1.2 --gate 15 --cap 250 --steps 0.05; cmp_ careful auto; ok $? 'unless it is asked for'
-w soft --steps 0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
-w half -w 0.5; a=$(far up half) b=$(far up full)
+w auto; cmp_ auto one/o; ok $? 'the same again'
+w full --expert weight=1; w none --expert doubt=0,gate=0,cap=0,steps=0; cmp_ full none; ok $? 'a weight takes all with the same confidence'
+! cmp_ full auto; ok $? 'which is not the default'
+w careful --expert weight=1,doubt=1.2,gate=15,cap=250,steps=0.05; cmp_ careful auto; ok $? 'unless it is asked for'
+w soft --expert steps=0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
+w half --expert weight=0.5; a=$(far up half) b=$(far up full)
 awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
 for x in -0.1 10.1; do
-	exits 2 "a weight of $x" ct-restore -p p.safetensors --weight=$x lo.nii x.nii
-	has err "^ct-restore: --weight: $x is outside \[0, 10\]" 'is refused'
+	exits 2 "a weight of $x" ct-upsample -m prior -p p.safetensors --expert weight=$x lo.nii x.nii
+	has err "^ct-upsample: --expert weight: $x is outside \[0, 10\]" 'is refused'
 done
-exits 2 'no weight' ct-restore -p p.safetensors -w much lo.nii x.nii
-has err "^ct-restore: --weight: 'much' is not 1 number" 'is refused'
-ct-restore -q -p p.safetensors --axes z lo.nii z.nii
+exits 2 'no weight' ct-upsample -m prior -p p.safetensors --expert weight=much lo.nii x.nii
+has err "^ct-upsample: --expert weight: 'much' is not a number" 'is refused'
+ct-upsample -m prior -q -p p.safetensors -Q fast lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
-w one-axis --axes one; w z --axes z; cmp_ one-axis z; ok $? 'one axis is the last'
 ct-degrade -q -x 1,4,4 truth.nii wide.nii
-ct-restore -q -p p.safetensors --axes one wide.nii w-one.nii && ct-restore -q -p p.safetensors --axes x wide.nii w-x.nii
-cmp_ w-one w-x; ok $? 'that the prior knows slices across'
-exits 2 'an axis that there is not' ct-restore -p p.safetensors --axes xw lo.nii x.nii
+exits 0 'one axis refined less: slices across the one that the prior knows' ct-upsample -m prior -q -p p.safetensors -Q fast wide.nii w-one.nii
+ct-upsample -q wide.nii w-no.nii; ! cmp_ w-one w-no; ok $? 'add something'
 
-exits 0 'tells the error it expects' ct-restore -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
-dd if=e.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-restore [0-9.]*$'; ok $? 'and what it is'
+exits 0 'tells the error it expects' ct-upsample -m prior -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
+dd if=e.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-upsample [0-9.]*$'; ok $? 'and what it is'
 ct-metrics --json x.nii one/o.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives the same'
 ct-metrics --std e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii
 ct-degrade -q -x 2 truth.nii two.nii
-exits 5 'other factors are refused' ct-restore -w 1 -p p.safetensors two.nii x.nii
-has err 'two.nii: the prior knows no factors 2,2,2$' 'in words'
-exits 0 'or left to the solver' ct-restore -p p.safetensors two.nii x.nii
-has err 'two.nii: the prior knows no factors 2,2,2: nothing is added$' 'which is said'
+exits 5 'other factors are refused' ct-upsample -m prior --expert weight=1 -p p.safetensors two.nii x.nii
+has err 'two.nii: the prior has no network for factors 2,2,2$' 'in words'
+exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors two.nii x.nii
+has err 'two.nii: the prior has no network for factors 2,2,2: the prior adds nothing$' 'which is said'
 ct-upsample -q two.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
 rm x.nii
-exits 0 'and known to a prior of both' ct-restore -q -p two.safetensors two.nii y.nii
-exits 3 'a volume is no prior' ct-restore -p up.nii lo.nii x.nii
-exits 3 'nor is a prior of pictures' ct-restore -p "$builddir/prior.safetensors" lo.nii x.nii
+exits 0 'and known to a prior of both' ct-upsample -m prior -q -p two.safetensors two.nii y.nii
+exits 3 'a volume is no prior' ct-upsample -m prior -p up.nii lo.nii x.nii
+exits 3 'nor is a prior of pictures' ct-upsample -m prior -p "$builddir/prior.safetensors" lo.nii x.nii
 has err 'no prior of slices' 'in words'
 exits 5 'nor is a volume on another grid one to start from' \
-	ct-restore -p p.safetensors --start two.nii lo.nii x.nii
-exits 5 'or that of the coarse one' ct-restore -p p.safetensors --start lo.nii lo.nii x.nii
+	ct-upsample -m prior -p p.safetensors --start two.nii lo.nii x.nii
+exits 5 'or that of the coarse one' ct-upsample -m prior -p p.safetensors --start lo.nii lo.nii x.nii
 ct-convert -q --type f32 lo.nii - | tail -c 6720 >lo.raw # 14x12x10
 ct-convert -q --raw 14x12x10:f32 --spacing 8 lo.raw plain.nii
-exits 2 'a scan that does not say how it was made' ct-restore -x 4 -p p.safetensors plain.nii x.nii
+exits 2 'a scan that does not say how it was made' ct-upsample -m prior -x 4 -p p.safetensors plain.nii x.nii
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >flat.raw
 ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
-exits 0 'or whose edges do not say it' ct-restore --estimate -x 4 -p p.safetensors flat.nii w.nii
-has err 'flat.nii: its edges do not tell how it was reduced: nothing is added' 'is refined alone'
-exits 3 'and tells no error' ct-restore --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
-has err 'flat.nii: its edges do not tell how it was reduced, and tells no error: --sigma$' 'says so'
+exits 0 'or whose edges do not say it' ct-upsample -m prior --estimate -x 4 -p p.safetensors flat.nii w.nii
+has err 'flat.nii: its edges do not show how it was made (--sigma says it): the prior adds nothing' 'is refined alone'
+exits 3 'and tells no error' ct-upsample -m prior --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
+has err 'flat.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'says so'
 
 # another look, by nets for what the first have added to
 # shellcheck disable=SC2086
@@ -139,10 +137,10 @@ ct-info -v r.safetensors >out; has out '^  *again-4.shape' 'is one more'
 exits 3 'one that nothing comes before' ct-train $small -x 3 --again --with p.safetensors x.safetensors scans
 has err '^ct-train: p.safetensors: no net to begin from for -x 3$' 'is refused'
 }
-look() { out=$1; shift; ct-restore -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }
+look() { out=$1; shift; ct-upsample -m prior -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }
 look once r.safetensors --start up.nii; cmp_ once one/o; ok $? 'once: the first alone look'
-look twice r.safetensors --start up.nii --passes 2; ! cmp_ twice once; ok $? 'twice: the others, too'
-look same p.safetensors --start up.nii --passes 2; has err '^ct-restore: the prior has no nets to look again' 'which a prior may not have'
+look twice r.safetensors --start up.nii -Q best; ! cmp_ twice once; ok $? 'twice: the others, too'
+look same p.safetensors --start up.nii -Q best; has err '^ct-upsample: one pass: the prior has no network for a second$' 'which a prior may not have'
 cmp_ same once; ok $? 'and then it is once'
 if command -v python3 >/dev/null; then
 	python3 - <<'END'
@@ -159,32 +157,32 @@ END
 	ok $? 'they look at what the first made, and tell the error of that'
 fi
 ct-degrade -q -x 4 --noise 15 truth.nii noisy.nii; ct-upsample -q noisy.nii up-noisy.nii
-noisy() { out=$1; shift; ct-restore -v -f -p r.safetensors --start up-noisy.nii "$@" noisy.nii $out.nii 2>err; }
-noisy n1; noisy n2 --passes 2; has err '^ct-restore: with noise, and well sampled, it is looked at once' 'of noise nothing is made'
+noisy() { out=$1; shift; ct-upsample -m prior -v -f -p r.safetensors --start up-noisy.nii "$@" noisy.nii $out.nii 2>err; }
+noisy n1; noisy n2 -Q best; has err '^ct-upsample: one pass: a second gains nothing where a band-limited CT has noise$' 'of noise nothing is made'
 cmp_ n1 n2; ok $? 'by another look'
-noisy w1 -w 1; noisy w2 -w 1 --passes 2; ! cmp_ w1 w2; ok $? 'unless there is a weight'
+noisy w1 --expert weight=1; noisy w2 --expert weight=1 -Q best; ! cmp_ w1 w2; ok $? 'unless there is a weight'
 ct-degrade -q -f -x 4 -p P3n truth.nii noisy.nii
-noisy n1; noisy n2 --passes 2; ! cmp_ n1 n2; ok $? 'or what is sampled by points aliases'
-noisy g0 --passes 2 --gate 0; ! cmp_ n2 g0; ok $? 'with a gate then'
-noisy w2 --passes 2 -w 1; cmp_ g0 w2; ok $? 'but for a weight'
-ct-sr --slices r.safetensors -Q best lo.nii best.nii 2>err; has err 'prior of slices, twice, consistent' 'ct-sr says so'
-ct-restore -q -f --estimate -p r.safetensors --passes 2 lo.nii want.nii
+noisy n1; noisy n2 -Q best; ! cmp_ n1 n2; ok $? 'or what is sampled by points aliases'
+noisy g0 -Q best --expert gate=0; ! cmp_ n2 g0; ok $? 'with a gate then'
+noisy w2 -Q best --expert weight=1; cmp_ g0 w2; ok $? 'but for a weight'
+ct-sr --prior r.safetensors -Q best lo.nii best.nii 2>err; has err 'then the prior in two passes' 'ct-sr says so'
+ct-upsample -m prior -q -f --estimate -p r.safetensors -Q best lo.nii want.nii
 cmp_ best want; ok $? 'ct-sr -Q best is that'
 
 # thick slices, by the prior that is shipped
 known=$builddir/slices.safetensors
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean truth.nii thick.nii && ct-upsample -q thick.nii thin.nii
-exits 0 'slices four times as thick' ct-restore -q -p "$known" thick.nii thin-p.nii
+exits 0 'slices four times as thick' ct-upsample -m prior -q -p "$known" thick.nii thin-p.nii
 awk "BEGIN{exit !($(psnr truth.nii thin-p.nii) > $(psnr truth.nii thin.nii) + 0.5)}"
 ok $? "gain ($(psnr truth.nii thin.nii), $(psnr truth.nii thin-p.nii) dB)"
 ct-degrade -q -x 1,1,4 truth.nii well.nii && ct-upsample -q well.nii up-well.nii
-exits 0 'those that are well sampled' ct-restore -f -p "$known" well.nii well-p.nii
-has err 'well.nii: thick slices that are well sampled lack little: nothing is added$' 'are refined alone'
+exits 0 'those that are well sampled' ct-upsample -m prior -f -p "$known" well.nii well-p.nii
+has err 'well.nii: the slices look band-limited, for which the prior has no network; .*: the prior adds nothing$' 'are refined alone'
 ct-metrics --json up-well.nii well-p.nii | grep -q '"max-hu": 0[,.]'; ok $? 'to what the solver makes'
-exits 3 'are not added to' ct-restore --start up-well.nii -p "$known" well.nii x.nii
-exits 0 'unless it is asked for' ct-restore -q -w 1 --start up-well.nii -p "$known" well.nii well-w.nii
+exits 3 'are not added to' ct-upsample -m prior --start up-well.nii -p "$known" well.nii x.nii
+exits 0 'unless it is asked for' ct-upsample -m prior -q --expert weight=1 --start up-well.nii -p "$known" well.nii well-w.nii
 ! ct-metrics --json up-well.nii well-w.nii | grep -q '"max-hu": 0[,.]'; ok $? 'which is something else'
-exits 0 'it tells what it will take' ct-restore --dry-run -p p.safetensors lo.nii x.nii
+exits 0 'it tells what it will take' ct-upsample -m prior --dry-run -p p.safetensors lo.nii x.nii
 awk '$1 == "time" {s = $2; u = $3} END {exit !(s > 0 && s < 1000 && u == "s")}' out; ok $? 'which is no more than the scan, all of which was tried'
 [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 done_testing
