@@ -41,11 +41,6 @@ enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 	return is ? is->kind : CT_KIND_UNKNOWN;
 }
 
-const char *ct_kind_name(enum ct_kind kind)
-{
-	return CT_WORD(CT_KIND_LIST, kind);
-}
-
 int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e)
 {
 	unsigned char first[4];

@@ -15,8 +15,6 @@ static inline bool ct_any_is_tar(const unsigned char *data, size_t n)
 {
 	return n >= 262 && memcmp(data + 257, "ustar", 5) == 0;
 }
-/* Its word. */
-const char *ct_kind_name(enum ct_kind kind);
 
 /* Is the file a stack, by its first bytes? "-" is taken for one. CT_EINPUT. */
 int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e);

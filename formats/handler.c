@@ -7,6 +7,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
+const char *ct_kind_name(enum ct_kind kind)
+{
+	return CT_WORD(CT_KIND_LIST, kind);
+}
+
 const struct ct_format *ct_format_find(
 	const struct ct_format *const *list, const unsigned char *data, size_t n)
 {

@@ -23,6 +23,8 @@
 	X(CT_KIND_DICOM, "DICOM")     /* recognised only to name it in the message */              \
 	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
 enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
+/* Its word. */
+const char *ct_kind_name(enum ct_kind kind);
 /* So many first bytes of a file are enough to recognise every format. */
 enum { CT_SNIFF = 352 };
 

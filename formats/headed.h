@@ -18,14 +18,13 @@
 #define CT_FORMATS_HEADED_H
 #include "core/env.h"
 #include "core/vol.h"
+#include "formats/ends.h"
 #include "formats/nifti.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 
 /* What ct_headed_write writes. */
-#define CT_ENDS_METAIMAGE "mha|mhd"
-#define CT_ENDS_NRRD "nrrd|nhdr"
 #define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
 
 /* The voxels beside `name` if they are there: not of "-". *v must be zero and stays so on failure.
