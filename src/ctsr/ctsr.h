@@ -150,7 +150,7 @@ CTSR_API void ctsr_volume_grid(const ctsr_volume *v, size_t size[3], double affi
 /* data[n0*n1*n2] <- voxels, rounded to the nearest, ties to even. CTSR_NUMBER if one does not fit.
  */
 CTSR_API int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e);
-/* Metadata. Value of a key, valid until the metadata change; NULL: no such key. ctsr-formats(5)
+/* Metadata. Value of a key, valid until the metadata change; NULL: no such key. ct-formats(5)
  * lists the keys that the library knows, such as "factor", "noise" and "history". */
 CTSR_API const char *ctsr_volume_get(const ctsr_volume *v, const char *key);
 /* Key number i, from 0 on, or NULL behind the last. */
