@@ -294,3 +294,8 @@ dist_check_SCRIPTS += tests/t-patience.sh
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
 dist_check_SCRIPTS += tests/t-upsample-bytes.sh
+# The installed library.
+check_PROGRAMS += tests/t-ctsr
+tests_t_ctsr_SOURCES = tests/t-ctsr.c
+tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
+dist_check_SCRIPTS += tests/t-library.sh
