@@ -1,6 +1,6 @@
 /* colour.c: see colour.h. */
 #include "config.h"
-#include "tools/colour.h"
+#include "picture/colour.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,22 +26,22 @@ static void between(unsigned char rgb[3], double t, const unsigned char (*place)
 		rgb[c] = byte(place[k][c] + (at - k) * (place[k + 1][c] - place[k][c]));
 }
 
-void colour_of(unsigned char rgb[static 3], double t, enum colour_map map)
+void ct_colour_of(unsigned char rgb[static 3], double t, enum ct_colour_map map)
 {
 	if (isnan(t)) {
 		memcpy(rgb, (unsigned char[3]){0, 0, 255}, 3);
 		return;
 	}
 	switch (map) {
-	case COLOUR_INFERNO:
+	case CT_COLOUR_INFERNO:
 		between(rgb, t, inferno, (int)(sizeof inferno / sizeof *inferno));
 		return;
-	case COLOUR_SIGNED:
+	case CT_COLOUR_SIGNED:
 		between(rgb, t, diverging, (int)(sizeof diverging / sizeof *diverging));
 		return;
-	case COLOUR_HOT:
-	case COLOUR_GREY:
+	case CT_COLOUR_HOT:
+	case CT_COLOUR_GREY:
 		for (int c = 0; c < 3; c++)
-			rgb[c] = byte(255 * (map == COLOUR_HOT ? 3 * t - c : t));
+			rgb[c] = byte(255 * (map == CT_COLOUR_HOT ? 3 * t - c : t));
 	}
 }

@@ -1,15 +1,15 @@
-/* slab.c: see slab.h. */
+/* mip.c: see mip.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "tools/slab.h"
+#include "picture/mip.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 /* The planes k of voxels of a slab: range[0] <= k < range[1]. */
-static void planes(size_t range[2], const struct montage_frame *f, double mm, double thickness)
+static void planes(size_t range[2], const struct ct_montage_frame *f, double mm, double thickness)
 {
-	const double at = montage_frame_index(f, mm), half = thickness / 2 / f->mm[0],
+	const double at = ct_montage_frame_index(f, mm), half = thickness / 2 / f->mm[0],
 		     last = (double)f->n[0] - 1, one = fmin(fmax(floor(at), 0), last),
 		     from = ceil(ct_cell_index(at - half) - 1e-9),
 		     to = floor(ct_cell_index(at + half) + 1e-9);
@@ -23,26 +23,26 @@ static void planes(size_t range[2], const struct montage_frame *f, double mm, do
 	range[1] = (size_t)fmin(to, last) + 1;
 }
 
-static void put(double *sum, double x, bool first, enum slab how)
+static void put(double *sum, double x, bool first, enum ct_mip how)
 {
 	if (first)
 		*sum = x;
-	else if (how == SLAB_MEAN)
+	else if (how == CT_MIP_MEAN)
 		*sum += x;
-	else if (isnan(x) || (how == SLAB_MAX ? x > *sum : x < *sum))
+	else if (isnan(x) || (how == CT_MIP_MAX ? x > *sum : x < *sum))
 		*sum = x;
 }
 
-int slab_project(struct montage_slice *s, float **own, const struct ct_vol *v,
-	enum montage_plane plane, double mm, double thickness, enum slab how, struct ct_err *e)
+int ct_mip_project(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how, struct ct_err *e)
 {
-	struct montage_frame f;
+	struct ct_montage_frame f;
 	size_t range[2], lo[3] = {0}, hi[3] = {v->n[0], v->n[1], v->n[2]};
 	ptrdiff_t start = 0, step[3] = {0};
 	double *sum = NULL;
 
-	montage_frame_make(&f, v, plane);
-	if (montage_slice_volume(s, v, plane, mm))
+	ct_montage_frame_make(&f, v, plane);
+	if (ct_montage_slice_volume(s, v, plane, mm))
 		return 1;
 	if (ct_alloc(&sum, s->n[0] * s->n[1], sizeof *sum, e))
 		return -1;
@@ -72,8 +72,8 @@ int slab_project(struct montage_slice *s, float **own, const struct ct_vol *v,
 			}
 	}
 	for (size_t i = 0; i < s->n[0] * s->n[1]; i++)
-		(*own)[i] =
-			(float)(how == SLAB_MEAN ? sum[i] / (double)(range[1] - range[0]) : sum[i]);
+		(*own)[i] = (float)(how == CT_MIP_MEAN ? sum[i] / (double)(range[1] - range[0])
+						       : sum[i]);
 	free(sum);
 	s->data = *own;
 	s->step[0] = (ptrdiff_t)s->n[1];

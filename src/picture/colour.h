@@ -5,18 +5,18 @@
  * the diverging map of K. Moreland, "Diverging Color Maps for Scientific Visualization" (2009):
  * nine places of its table, from blue over light grey in the middle to red.
  */
-#ifndef CT_TOOLS_COLOUR_H
-#define CT_TOOLS_COLOUR_H
+#ifndef CT_PICTURE_COLOUR_H
+#define CT_PICTURE_COLOUR_H
 #include "core/words.h"
 
 /* Maps of errors: black over red and yellow to white, and the two above. */
-#define COLOUR_ERROR_LIST(X)                                                                       \
-	X(COLOUR_HOT, "hot")                                                                       \
-	X(COLOUR_INFERNO, "inferno")                                                               \
-	X(COLOUR_SIGNED, "signed")
-enum colour_map { COLOUR_ERROR_LIST(CT_WORD_VALUE) COLOUR_GREY };
+#define CT_COLOUR_ERROR_LIST(X)                                                                    \
+	X(CT_COLOUR_HOT, "hot")                                                                    \
+	X(CT_COLOUR_INFERNO, "inferno")                                                            \
+	X(CT_COLOUR_SIGNED, "signed")
+enum ct_colour_map { CT_COLOUR_ERROR_LIST(CT_WORD_VALUE) CT_COLOUR_GREY };
 
 /* The colour of t, 0 to 1 and what lies beyond as its ends; NaN is blue. */
-void colour_of(unsigned char rgb[static 3], double t, enum colour_map map);
+void ct_colour_of(unsigned char rgb[static 3], double t, enum ct_colour_map map);
 
 #endif

@@ -1,6 +1,6 @@
 /* montage.c: see montage.h. */
 #include "config.h"
-#include "tools/montage.h"
+#include "picture/montage.h"
 
 #include <math.h>
 #include <string.h>
@@ -30,7 +30,8 @@ static void nearest_axes(int axis[3], const struct ct_vol *v)
 /* World axes across a plane, down the rows and along the columns; both of those run to minus. */
 static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
 
-void montage_frame_make(struct montage_frame *f, const struct ct_vol *v, enum montage_plane plane)
+void ct_montage_frame_make(
+	struct ct_montage_frame *f, const struct ct_vol *v, enum ct_montage_plane plane)
 {
 	double spacing[3], centre[3];
 	int axis[3];
@@ -49,46 +50,46 @@ void montage_frame_make(struct montage_frame *f, const struct ct_vol *v, enum mo
 	}
 }
 
-double montage_frame_index(const struct montage_frame *f, double mm)
+double ct_montage_frame_index(const struct ct_montage_frame *f, double mm)
 {
 	return (mm - f->centre[0]) / f->step[0] + (double)f->n[0] / 2;
 }
 
-double montage_position(const struct ct_vol *v, enum montage_plane plane, double at)
+double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, double at)
 {
-	struct montage_frame f;
+	struct ct_montage_frame f;
 
-	montage_frame_make(&f, v, plane);
+	ct_montage_frame_make(&f, v, plane);
 	return f.centre[0] + (at - 0.5) * (double)f.n[0] * fabs(f.step[0]);
 }
 
 /* The voxels at that coordinate across the plane. -1 outside. */
-static ptrdiff_t plane_at(const struct montage_frame *f, double mm)
+static ptrdiff_t plane_at(const struct ct_montage_frame *f, double mm)
 {
-	const double index = montage_frame_index(f, mm), depth = (double)f->n[0];
+	const double index = ct_montage_frame_index(f, mm), depth = (double)f->n[0];
 
 	if (!(index >= -1e-6 && index <= depth + 1e-6))
 		return -1;
 	return (ptrdiff_t)fmin(fmax(floor(index), 0), depth - 1);
 }
 
-double montage_centre(const struct ct_vol *v, enum montage_plane plane, double mm)
+double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm)
 {
-	struct montage_frame f;
+	struct ct_montage_frame f;
 
-	montage_frame_make(&f, v, plane);
+	ct_montage_frame_make(&f, v, plane);
 	return f.centre[0] +
 	       f.step[0] * (ct_cell_centre((double)plane_at(&f, mm)) - (double)f.n[0] / 2);
 }
 
-int montage_slice_volume(
-	struct montage_slice *s, const struct ct_vol *v, enum montage_plane plane, double mm)
+int ct_montage_slice_volume(
+	struct ct_montage_slice *s, const struct ct_vol *v, enum ct_montage_plane plane, double mm)
 {
 	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
-	struct montage_frame f;
+	struct ct_montage_frame f;
 	ptrdiff_t index;
 
-	montage_frame_make(&f, v, plane);
+	ct_montage_frame_make(&f, v, plane);
 	index = plane_at(&f, mm);
 	if (index < 0)
 		return -1;
@@ -108,11 +109,11 @@ int montage_slice_volume(
 	return 0;
 }
 
-void montage_slice_view(struct montage_slice *s, const struct ct_stack *p, size_t k)
+void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p, size_t k)
 {
 	const double *u = p->view[k].u, *v = p->view[k].v;
 
-	*s = (struct montage_slice){.data = ct_stack_view(p, k),
+	*s = (struct ct_montage_slice){.data = ct_stack_view(p, k),
 		.step = {(ptrdiff_t)p->w, 1},
 		.n = {p->h, p->w},
 		.mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
@@ -121,12 +122,12 @@ void montage_slice_view(struct montage_slice *s, const struct ct_stack *p, size_
 		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];
 }
 
-static float at(const struct montage_slice *s, size_t r, size_t c)
+static float at(const struct ct_montage_slice *s, size_t r, size_t c)
 {
 	return s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
 }
 
-void montage_slice_range(double range[static 2], const struct montage_slice *s)
+void ct_montage_slice_range(double range[static 2], const struct ct_montage_slice *s)
 {
 	for (size_t r = 0; r < s->n[0]; r++) {
 		for (size_t c = 0; c < s->n[1]; c++) {
@@ -140,7 +141,7 @@ void montage_slice_range(double range[static 2], const struct montage_slice *s)
 	}
 }
 
-bool montage_slice_overlap(const struct montage_slice *a, const struct montage_slice *b)
+bool ct_montage_slice_overlap(const struct ct_montage_slice *a, const struct ct_montage_slice *b)
 {
 	for (int i = 0; i < 2; i++) {
 		const double la = (double)a->n[i] * a->mm[i], lb = (double)b->n[i] * b->mm[i],
@@ -153,7 +154,7 @@ bool montage_slice_overlap(const struct montage_slice *a, const struct montage_s
 	return true;
 }
 
-static size_t side(const struct montage_slice *s, int i, double mm)
+static size_t side(const struct ct_montage_slice *s, int i, double mm)
 {
 	double n = s->data ? rint((double)s->n[i] * s->mm[i] / mm) : 0;
 
@@ -162,7 +163,7 @@ static size_t side(const struct montage_slice *s, int i, double mm)
 
 /* Height of row r (i = 0) or width of column r (i = 1) of the sheet. */
 static size_t band(
-	int i, size_t r, size_t rows, size_t cols, const struct montage_tile *tile, double mm)
+	int i, size_t r, size_t rows, size_t cols, const struct ct_montage_tile *tile, double mm)
 {
 	const size_t n = i ? rows : cols;
 	size_t most = 0;
@@ -175,8 +176,8 @@ static size_t band(
 	return most;
 }
 
-int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct montage_tile *tile,
-	double mm, size_t gap, struct ct_err *e)
+int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e)
 {
 	*h = (rows - 1) * gap;
 	*w = (cols - 1) * gap;
@@ -191,7 +192,7 @@ int montage_size(size_t *h, size_t *w, size_t rows, size_t cols, const struct mo
 }
 
 /* Row or column of a slice at `mm` from its first edge; -1 outside. */
-static ptrdiff_t index_of(const struct montage_slice *s, int i, double mm)
+static ptrdiff_t index_of(const struct ct_montage_slice *s, int i, double mm)
 {
 	double k = floor(mm / s->mm[i]);
 
@@ -199,9 +200,9 @@ static ptrdiff_t index_of(const struct montage_slice *s, int i, double mm)
 }
 
 /* The value shown at (y, x) mm of a tile; false where there is none. */
-static bool shown(double *v, const struct montage_tile *t, double y, double x)
+static bool shown(double *v, const struct ct_montage_tile *t, double y, double x)
 {
-	const struct montage_slice *s = &t->slice, *m = &t->minus;
+	const struct ct_montage_slice *s = &t->slice, *m = &t->minus;
 	const ptrdiff_t r = index_of(s, 0, y), c = index_of(s, 1, x);
 	ptrdiff_t mr, mc;
 
@@ -215,15 +216,15 @@ static bool shown(double *v, const struct montage_tile *t, double y, double x)
 	if (mr < 0 || mc < 0)
 		return false;
 	*v -= (double)at(m, (size_t)mr, (size_t)mc);
-	if (t->error != COLOUR_SIGNED)
+	if (t->error != CT_COLOUR_SIGNED)
 		*v = fabs(*v);
 	return true;
 }
 
-static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, double mm)
+static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, double mm)
 {
 	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
-	const enum colour_map map = t->minus.data ? t->error : COLOUR_GREY;
+	const enum ct_colour_map map = t->minus.data ? t->error : CT_COLOUR_GREY;
 	double v;
 
 	for (size_t y = 0; y < th; y++) {
@@ -231,13 +232,13 @@ static void draw(unsigned char *rgb, size_t w, const struct montage_tile *t, dou
 			if (!shown(&v, t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm))
 				continue;
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
-			colour_of(rgb + (y * w + x) * 3, v, map);
+			ct_colour_of(rgb + (y * w + x) * 3, v, map);
 		}
 	}
 }
 
-void montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
-	size_t cols, const struct montage_tile *tile, double mm, size_t gap)
+void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap)
 {
 	const size_t place[2] = {r, c};
 
@@ -249,8 +250,8 @@ void montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t 
 	}
 }
 
-void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
-	const struct montage_tile *tile, double mm, size_t gap)
+void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap)
 {
 	size_t y = 0;
 
@@ -259,7 +260,7 @@ void montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t co
 		size_t x = 0;
 
 		for (size_t c = 0; c < cols; c++) {
-			const struct montage_tile *t = &tile[r * cols + c];
+			const struct ct_montage_tile *t = &tile[r * cols + c];
 
 			if (t->slice.data)
 				draw(rgb + (y * w + x) * 3, w, t, mm);

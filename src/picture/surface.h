@@ -7,14 +7,15 @@
  * law, the light at the eye), of trilinear differences over one voxel to either side; 0 where
  * nothing is met, 1 where the volume begins within the surface and cuts it.
  */
-#ifndef CT_TOOLS_SURFACE_H
-#define CT_TOOLS_SURFACE_H
+#ifndef CT_PICTURE_SURFACE_H
+#define CT_PICTURE_SURFACE_H
 #include "core/par.h"
-#include "tools/montage.h"
+#include "picture/montage.h"
 
 /* As a slice of v of pixels of about `pixel` mm, as many as fill it; *own, for ct_room_free, holds
  * it. */
-int surface_draw(struct montage_slice *s, float **own, const struct ct_vol *v,
-	enum montage_plane plane, double level, double pixel, struct ct_par *par, struct ct_err *e);
+int ct_surface_draw(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+	enum ct_montage_plane plane, double level, double pixel, struct ct_par *par,
+	struct ct_err *e);
 
 #endif

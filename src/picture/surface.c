@@ -1,18 +1,50 @@
 /* surface.c: see surface.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "tools/surface.h"
-#include "tools/sample.h"
+#include "picture/surface.h"
 
 #include <math.h>
 
 #define AMBIENT 0.15
 enum { MOST_SIDE = 32768 };
 
+/* Trilinear between voxel middles. The outer half of an edge voxel has the value of its middle. NaN
+ * outside of the volume. */
+static double linear(const struct ct_vol *v, const double ijk[static 3])
+{
+	const size_t stride[3] = {1, v->n[0], v->n[0] * v->n[1]};
+	size_t at = 0, next[3];
+	double t[3], sum = 0;
+
+	for (int j = 0; j < 3; j++) {
+		const double last = (double)v->n[j] - 1, x = fmin(fmax(ijk[j], 0), last);
+		const double k = fmin(floor(x), fmax(last - 1, 0));
+
+		if (!(ijk[j] >= ct_cell_index(0) - 1e-6 &&
+			    ijk[j] <= ct_cell_index(last + 1) + 1e-6))
+			return (double)NAN;
+		t[j] = x - k;
+		at += (size_t)k * stride[j];
+		next[j] = v->n[j] > 1 ? stride[j] : 0;
+	}
+	for (int c = 0; c < 8; c++) {
+		size_t p = at;
+		double w = 1;
+
+		for (int j = 0; j < 3; j++) {
+			p += c >> j & 1 ? next[j] : 0;
+			w *= c >> j & 1 ? t[j] : 1 - t[j];
+		}
+		if (w > 0) /* one that is not a number counts only where it matters */
+			sum += w * (double)v->data[p];
+	}
+	return sum;
+}
+
 struct job {
 	const struct ct_vol *v;
-	const struct montage_slice *s;
-	struct montage_frame f;
+	const struct ct_montage_slice *s;
+	struct ct_montage_frame f;
 	double level;
 	int along; /* +1 or -1: how the index across the plane runs along a ray */
 	float *out;
@@ -42,7 +74,7 @@ static int meet(double ijk[3], const struct job *j)
 		double x;
 
 		ijk[j->f.axis[0]] = plane(j, k);
-		x = sample_linear(j->v, ijk);
+		x = linear(j->v, ijk);
 		if (x >= j->level) {
 			if (!isnan(last))
 				ijk[j->f.axis[0]] -= j->along * (x - j->level) / (x - last);
@@ -64,7 +96,7 @@ static double cosine(const struct job *j, const double ijk[3])
 
 		lo[a] = fmax(ijk[a] - 1, 0);
 		hi[a] = fmin(ijk[a] + 1, (double)j->v->n[a] - 1);
-		g[i] = hi[a] > lo[a] ? (sample_linear(j->v, hi) - sample_linear(j->v, lo)) /
+		g[i] = hi[a] > lo[a] ? (linear(j->v, hi) - linear(j->v, lo)) /
 					       ((hi[a] - lo[a]) * j->f.mm[i])
 				     : 0;
 		length = hypot(length, g[i]);
@@ -91,14 +123,15 @@ static void row(void *arg, size_t r, size_t worker)
 	}
 }
 
-int surface_draw(struct montage_slice *s, float **own, const struct ct_vol *v,
-	enum montage_plane plane, double level, double pixel, struct ct_par *par, struct ct_err *e)
+int ct_surface_draw(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+	enum ct_montage_plane plane, double level, double pixel, struct ct_par *par,
+	struct ct_err *e)
 {
 	/* how the world coordinate across a plane runs away from the eye */
-	static const int away[MONTAGE_PLANES] = {1, -1, 1};
+	static const int away[CT_MONTAGE_PLANES] = {1, -1, 1};
 	struct job j = {.v = v, .s = s, .level = level};
 
-	montage_frame_make(&j.f, v, plane);
+	ct_montage_frame_make(&j.f, v, plane);
 	j.along = (j.f.step[0] > 0 ? 1 : -1) * away[plane];
 	for (int i = 0; i < 2; i++) {
 		const double side = (double)j.f.n[1 + i] * j.f.mm[1 + i];

@@ -1,8 +1,7 @@
 /* text.c: see text.h. */
 #include "config.h"
-#include "tools/text.h"
+#include "picture/text.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { ROWS = 8, COLUMNS = 5, FIRST = 32, LAST = 126 };
@@ -106,12 +105,12 @@ static const unsigned char font[LAST - FIRST + 1][ROWS] = {
 	{0x00, 0x00, 0x08, 0x15, 0x02, 0x00, 0x00, 0x00}, /* ~ */
 };
 
-struct canvas canvas_of(unsigned char *rgb, size_t h, size_t w)
+struct ct_canvas ct_canvas_of(unsigned char *rgb, size_t h, size_t w)
 {
-	return (struct canvas){rgb, h, w, {0, (ptrdiff_t)h, 0, (ptrdiff_t)w}};
+	return (struct ct_canvas){rgb, h, w, {0, (ptrdiff_t)h, 0, (ptrdiff_t)w}};
 }
 
-void canvas_spread(unsigned char *rgb, size_t top, size_t h, size_t w, size_t mh, size_t mw)
+void ct_canvas_spread(unsigned char *rgb, size_t top, size_t h, size_t w, size_t mh, size_t mw)
 {
 	for (size_t y = mh; y-- > 0;) {
 		unsigned char *to = rgb + (top + y) * w * 3;
@@ -123,31 +122,19 @@ void canvas_spread(unsigned char *rgb, size_t top, size_t h, size_t w, size_t mh
 	memset(rgb + (top + mh) * w * 3, 0, (h - top - mh) * w * 3);
 }
 
-void canvas_dot(const struct canvas *c, ptrdiff_t y, ptrdiff_t x, const unsigned char rgb[static 3])
+static void canvas_dot(
+	const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, const unsigned char rgb[static 3])
 {
 	if (y >= c->clip[0] && y < c->clip[1] && x >= c->clip[2] && x < c->clip[3])
 		memcpy(c->rgb + ((size_t)y * c->w + (size_t)x) * 3, rgb, 3);
 }
 
-void canvas_box(const struct canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t h, ptrdiff_t w,
+void ct_canvas_box(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t h, ptrdiff_t w,
 	const unsigned char rgb[static 3])
 {
 	for (ptrdiff_t i = 0; i < h; i++)
 		for (ptrdiff_t j = 0; j < w; j++)
 			canvas_dot(c, y + i, x + j, rgb);
-}
-
-void canvas_line(const struct canvas *c, double y0, double x0, double y1, double x1,
-	const unsigned char rgb[static 3])
-{
-	const double n = fmin(ceil(fmax(fabs(y1 - y0), fabs(x1 - x0))), 1e6);
-
-	for (double k = 0; k <= n; k++) {
-		const double t = n > 0 ? k / n : 0, y = y0 + t * (y1 - y0), x = x0 + t * (x1 - x0);
-
-		if (fabs(y) < 1e6 && fabs(x) < 1e6)
-			canvas_dot(c, (ptrdiff_t)floor(y), (ptrdiff_t)floor(x), rgb);
-	}
 }
 
 /* The next character, '?' for one that is not here. */
@@ -162,33 +149,33 @@ static const char *next(const char *s, unsigned char *c)
 	return s;
 }
 
-size_t text_width(const char *s)
+size_t ct_text_width(const char *s)
 {
 	size_t n = 0;
 	unsigned char c;
 
-	for (; *s; n += TEXT_W)
+	for (; *s; n += CT_TEXT_W)
 		s = next(s, &c);
 	return n;
 }
 
 /* Every pixel of the letters grown by `rim`. */
-static void letters(const struct canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t scale,
+static void letters(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t scale,
 	const char *s, ptrdiff_t rim, const unsigned char rgb[static 3])
 {
 	unsigned char k;
 
-	for (; *s; x += TEXT_W * scale) {
+	for (; *s; x += CT_TEXT_W * scale) {
 		s = next(s, &k);
 		for (int i = 0; i < ROWS; i++)
 			for (int j = 0; j < COLUMNS; j++)
 				if (font[k - FIRST][i] >> (COLUMNS - 1 - j) & 1)
-					canvas_box(c, y + i * scale - rim, x + j * scale - rim,
+					ct_canvas_box(c, y + i * scale - rim, x + j * scale - rim,
 						scale + 2 * rim, scale + 2 * rim, rgb);
 	}
 }
 
-void text_draw(const struct canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale, const char *s,
+void ct_text_draw(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale, const char *s,
 	bool rim, const unsigned char rgb[static 3])
 {
 	const ptrdiff_t by = (ptrdiff_t)scale;
