@@ -451,11 +451,14 @@ int main(void)
 {
 	char dir[] = "/tmp/t-ctsr.XXXXXX", clean[64];
 
-	char *srcdir = realpath(getenv("srcdir") ? getenv("srcdir") : ".", NULL);
+	char version[40], *srcdir = realpath(getenv("srcdir") ? getenv("srcdir") : ".", NULL);
 
 	if (!srcdir || !mkdtemp(dir) || chdir(dir) != 0)
 		return 99;
-	OK(strcmp(ctsr_version(), PACKAGE_VERSION) == 0, "the version");
+	snprintf(version, sizeof version, "%d.%d.%d", CTSR_VERSION_MAJOR, CTSR_VERSION_MINOR,
+		CTSR_VERSION_PATCH);
+	OK(strcmp(ctsr_version(), PACKAGE_VERSION) == 0 && strcmp(version, PACKAGE_VERSION) == 0,
+		"the version is that of the package");
 	test_volumes();
 	test_files();
 	test_operators();
