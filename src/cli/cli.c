@@ -31,7 +31,7 @@ struct parser {
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
 	struct ct_given given;
-	bool *row;     /* of given */
+	bool *row;      /* of given */
 	char **experts; /* the texts of --expert, cut into values */
 	size_t nexperts;
 };
