@@ -95,12 +95,12 @@ done
 awk "BEGIN {exit !($(db a-relu.nii) < $(db a-prelu.nii))}"; ok $? 'relu gains less than prelu'
 is 'abs(min(ply("a-relu.ply")["density"])) < 1 and min(ply("a-sine.ply")["density"]) < -1e-3' 'raw densities'
 
-# --std: pixels that are not certain count less
+# --uncertainty: pixels that are not certain count less
 ct-project -q --views 12 --coarsen 4 --pixel mean hr.nii y.exr
 ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr noisy.exr
 for w in none std; do
-	[ $w = none ] && set -- || set -- --std s.exr
+	[ $w = none ] && set -- || set -- --uncertainty s.exr
 	ct-nabgs -q -b up.nii -g 300 --max-gaussians 300 -n 20 "$@" noisy.exr $w.ply >$w.txt
 done
-is 'apart("std.ply", "none.ply", "density") > 1e-3' '--std weighs'
+is 'apart("std.ply", "none.ply", "density") > 1e-3' '--uncertainty weighs'
 done_testing
