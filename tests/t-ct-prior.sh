@@ -101,7 +101,7 @@ ct-upsample -q wide.nii w-no.nii; ! cmp_ w-one w-no; ok $? 'add something'
 exits 0 'tells the error it expects' ct-upsample -m prior -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
 dd if=e.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-upsample [0-9.]*$'; ok $? 'and what it is'
 ct-metrics --json x.nii one/o.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives the same'
-ct-metrics --std e.nii truth.nii x.nii >out
+ct-metrics --uncertainty e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii

@@ -30,18 +30,8 @@ ct-fuse lambda-projections 0 1000000000 0
 ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
-ct-metrics edge-step 0.000001 1000000 300
-ct-metrics blob-step 0.001 1000000 15
-ct-metrics flat-step 0.000001 1000000 1
-ct-metrics deep 0 1000 4
 ct-metrics min-psnr - any -
 ct-metrics min-ssim - any -
-ct-metrics max-mae - any -
-ct-metrics max-rmse - any -
-ct-metrics max-gradient - any -
-ct-metrics max-false - any -
-ct-metrics max-residual - any -
-ct-metrics max-residual-rms - any -
 ct-nabgs iterations 1 10000000 5000
 ct-nabgs tolerance 0 1 0
 ct-nabgs gaussians 1 16000000 50000
@@ -210,9 +200,8 @@ ct-fuse --base-projections --std --lambda-projections n--iterations w--window --
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
 ct-merge --type
-ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
-ct-metrics --harm --structures --blob-sigma x--factor --blob-step --flat --flat-step --hfen --fsc --tissues --deep --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
-ct-metrics --max-false --max-residual --max-residual-rms --csv --memory --json
+ct-metrics w--window --range --mask --psnr --ssim --per-slice --harm --edges --structures x--factor --tissues --uncertainty
+ct-metrics --consistency --map --min-psnr --min-ssim --max --csv --expert --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale

@@ -124,21 +124,12 @@ for t in 'ct-nabgs -b none.x' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --harm --structures --flat --hfen --fsc=f.csv --tissues --std=none.x \
-	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none.x \
+	--min-psnr=1 --min-ssim=1; do
 	no ct-metrics $o --consistency none.x
 done
-no ct-metrics --edge-step=100
-no ct-metrics --blob-sigma=1
 no ct-metrics --factor=4
-no ct-metrics --factor=4 --harm --blob-sigma=1 none.x
-no ct-metrics --flat-step=1
-no ct-metrics --deep=3
-no ct-metrics --max-false=1
-no ct-metrics --blob-step=9
 no ct-metrics --map=m.nii
-no ct-metrics --max-residual=1
-no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
 for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do
