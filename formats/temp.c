@@ -21,10 +21,21 @@
 enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
 
 /* Where the thread finds them that ends the program. */
-static struct kept {
+struct ct_temp_kept {
 	atomic_bool used;
 	char name[PATH_MAX];
-} kept[KEPT];
+};
+static struct ct_temp_kept own[KEPT], *kept = own;
+
+struct ct_temp_kept *ct_temp_table(void)
+{
+	return kept;
+}
+
+void ct_temp_share(struct ct_temp_kept *table)
+{
+	kept = table;
+}
 
 bool ct_temp_lock(int fd)
 {

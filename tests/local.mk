@@ -20,7 +20,7 @@ fuzz:
 EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
-	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/replay.py
+	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
 EXTRA_DIST += tests/tap.sh tests/view.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
@@ -81,7 +81,7 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
-dist_check_SCRIPTS += tests/t-slabs.sh tests/t-cohort.sh tests/t-simulate.sh
+dist_check_SCRIPTS += tests/t-slabs.sh tests/t-cohort.sh
 dist_check_SCRIPTS += tests/t-ct-prior.sh tests/t-std.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh tests/t-harm.sh
 check_PROGRAMS += tests/t-schedule
