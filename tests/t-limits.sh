@@ -66,26 +66,14 @@ ct-restore passes 1 2 1
 ct-restore noise 0 1000000 -
 ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
-ct-train cubes 1 100000 8
-ct-train cube 24 512 96
-ct-train noise 0 1000 30
-ct-train depth 1 5 3
-ct-train components 1 4096 160
-ct-train width 1 8192 512
 ct-train patch 4 4096 0
 ct-train batch 1 65536 0
 ct-train steps 0 2000000000 10000
 ct-train minutes 0 1000000 0
 ct-train lr 0 1 -
-ct-train warmup 0 1000000000 0
-ct-train decay 0 10 -
-ct-train clip 0 1000000000 0
 ct-train ema 0 0.9999999 -
-ct-train validate-every 1 2000000000 500
-ct-train validate-pieces 1 65536 64
 ct-train patience 0 1000000 0
 ct-train checkpoint-every 1 2000000000 1000
-ct-train log-every 1 2000000000 50
 ct-upsample noise 0 1000000 -
 ct-upsample iterations 1 100000 300
 ct-upsample tolerance 0 1000000 0.1
@@ -161,7 +149,7 @@ ct-sr quality balanced
 ct-restore axes xyz
 ct-restore weight auto
 ct-restore decimate -
-ct-train scales 1
+ct-train kind pictures
 ct-upsample method auto
 ct-upsample decimate -
 ct-view plane all
@@ -216,10 +204,8 @@ ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w
 ct-restore --noise --memory --brick --json --dry-run --units
 ct-sr --report --confidence x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --projections --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
-ct-train --slices x--factor --base --thick --again --cubes --cube --noise --bytes --window --with --cache --depth --components --width
-ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
-ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
-ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
+ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate --patience
+ct-train r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed --json --dry-run
 ct-upsample --std x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --brick --json --dry-run --units
 ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names

@@ -95,18 +95,12 @@ no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
+for o in --factor=3 --bytes=0:1 --with=none.x --cache=none --refined=none; do
 	no ct-train $o
 done
-no ct-train --again --slices
-no ct-train --scales=1 --base none
-for o in --base=none --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
-	no ct-train $o --slices
-done
-no ct-train --validate-every=3
-no ct-train --validate-pieces=3
+no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
-no ct-train --patience=3 --validate none --base none
+no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
