@@ -37,7 +37,7 @@ tests_t_upsample_SOURCES = tests/t-upsample.c
 check_PROGRAMS += tests/t-expected
 tests_t_expected_SOURCES = tests/t-expected.c
 tests_t_tv_steps_SOURCES = tests/t-tv-steps.c
-dist_check_SCRIPTS += tests/t-layers.sh
+dist_check_SCRIPTS += tests/t-layers.sh tests/t-plain.sh
 check_PROGRAMS += tests/t-header
 tests_t_header_SOURCES = tests/t-header.c
 check_PROGRAMS += tests/t-any tests/t-io tests/t-raw
@@ -294,3 +294,8 @@ dist_check_SCRIPTS += tests/t-patience.sh
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
 dist_check_SCRIPTS += tests/t-upsample-bytes.sh
+# The installed library.
+check_PROGRAMS += tests/t-ctsr
+tests_t_ctsr_SOURCES = tests/t-ctsr.c
+tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
+dist_check_SCRIPTS += tests/t-library.sh
