@@ -98,18 +98,12 @@ no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
+for o in --factor=3 --bytes=0:1 --with=none.x --cache=none --refined=none; do
 	no ct-train $o
 done
-no ct-train --again --slices
-no ct-train --scales=1 --base none
-for o in --base=none --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
-	no ct-train $o --slices
-done
-no ct-train --validate-every=3
-no ct-train --validate-pieces=3
+no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
-no ct-train --patience=3 --validate none --base none
+no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
@@ -124,21 +118,12 @@ for t in 'ct-nabgs -b none.x' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --harm --structures --flat --hfen --fsc=f.csv --tissues --std=none.x \
-	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none.x \
+	--min-psnr=1 --min-ssim=1; do
 	no ct-metrics $o --consistency none.x
 done
-no ct-metrics --edge-step=100
-no ct-metrics --blob-sigma=1
 no ct-metrics --factor=4
-no ct-metrics --factor=4 --harm --blob-sigma=1 none.x
-no ct-metrics --flat-step=1
-no ct-metrics --deep=3
-no ct-metrics --max-false=1
-no ct-metrics --blob-step=9
 no ct-metrics --map=m.nii
-no ct-metrics --max-residual=1
-no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
 for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean; do no ct-sr $o $p; done; done

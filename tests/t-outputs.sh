@@ -17,7 +17,6 @@ each() { # each NAME: every command, with OUT NAME.EXT
 		"ct-compose none.nii none.ply $1.nii" \
 		"ct-compose --residual-out $1.nii none.nii none.ply o.nii" \
 		"ct-metrics none.nii none.nii --per-slice $1.csv" \
-		"ct-metrics none.nii none.nii --fsc $1.csv" \
 		"ct-metrics none.nii none.nii --consistency none.nii --map $1.nii" \
 		"ct-phantom cube $1.nii" "ct-train $1.safetensors none.exr" "ct-sr none.nii $1.nii"; do
 		exits 4 "$i" $i
