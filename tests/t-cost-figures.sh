@@ -50,7 +50,7 @@ uneven() { # uneven SIDE: of 48 voxels along each axis those within SIDE of the 
 		BEGIN {for (k = 0; k < 48; k++) for (j = 0; j < 48; j++) for (i = 0; i < 48; i++) printf "%c",
 			30 + (mid(i) && mid(j) && mid(k) ? any(90) : 15 * (zigzag(i) + zigzag(j) + zigzag(k)) + any(5))
 		}' >u.raw
-	ct-convert -q -f --raw 48x48x48:u8 --spacing 8 --orient RAS --units hu u.raw u.nii && ct-upsample -q -f -t 1 -x 4 -m linear u.nii us.nii &&
+	ct-convert -q -f --raw 48x48x48:u8:8 --orient RAS --units hu u.raw u.nii && ct-upsample -q -f -t 1 -x 4 -m linear u.nii us.nii &&
 		cost ct-restore -t 1 -a z -x 4 --sigma .5 --decimate point --start us.nii --prior "$builddir/slices.safetensors" u.nii no.nii
 }
 uneven 24; all=$(seconds)

@@ -33,9 +33,9 @@ done <<EOF2
 ddim -n 8 --eta 0.5|16 calls $on
 ddpm -n 8|16 calls $on
 dpm-solver++ -n 8|16 calls $on
-gdp -n 8 --guidance 200|16 calls $on
-bird -n 2 --iterations 4|16 calls $on, 12 of its derivative
-bird -n 2 --iterations 4 --gradient chain|16 calls $on
+gdp -n 8 --expert guidance=200|16 calls $on
+bird -n 2 --expert iterations=4|16 calls $on, 12 of its derivative
+bird -n 2 --expert iterations=4,gradient=chain|16 calls $on
 EOF2
 [ "$(sort -u results | wc -l)" -eq 6 ]; ok $? 'no two give the same'
 

@@ -340,7 +340,7 @@ has out '^mtf50-ref nan$' 'no figures'
 
 # structures, through the command
 head -c 55296 /dev/zero >zero.raw
-ct-convert -q --raw 24x24x24:f32 --spacing 2 zero.raw water.nii
+ct-convert -q --raw 24x24x24:f32:2 zero.raw water.nii
 ct-metrics --structures water.nii water.nii >out
 [ "$(grep -E '^(soft|struct|false|missed)' out | tr '\n' ' ')" = "soft-tissue-cm3 110.592 structures-bright 0 structures-dark 0 false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 false-bright-per-cm3 0.000000 false-dark-per-cm3 0.000000 missed-bright-per-cm3 0.000000 missed-dark-per-cm3 0.000000 structures-false 0 structures-missed 0 " ]
 ok $? 'water is soft tissue without structures'

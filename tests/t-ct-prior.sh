@@ -121,10 +121,10 @@ exits 5 'nor is a volume on another grid one to start from' \
 	ct-upsample -m prior -p p.safetensors --start two.nii lo.nii x.nii
 exits 5 'or that of the coarse one' ct-upsample -m prior -p p.safetensors --start lo.nii lo.nii x.nii
 ct-convert -q --type f32 lo.nii - | tail -c 6720 >lo.raw # 14x12x10
-ct-convert -q --raw 14x12x10:f32 --spacing 8 lo.raw plain.nii
+ct-convert -q --raw 14x12x10:f32:8 lo.raw plain.nii
 exits 2 'a scan that does not say how it was made' ct-upsample -m prior -x 4 -p p.safetensors plain.nii x.nii
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >flat.raw
-ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
+ct-convert -q --raw 16x8x8:f32:8 flat.raw flat.nii
 exits 0 'or whose edges do not say it' ct-upsample -m prior --estimate -x 4 -p p.safetensors flat.nii w.nii
 has err 'flat.nii: its edges do not show how it was made (--sigma says it): the prior adds nothing' 'is refined alone'
 exits 3 'and tells no error' ct-upsample -m prior --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii

@@ -28,7 +28,7 @@ has err '60 mm' 'with the distance'
 exits 5 'a fan of two rows' ct-project --beam fan --det 8x2 m.nii new.exr
 exits 0 'fan' ct-project --beam fan -n 3 m.nii fan.exr
 exits 0 'parallel, all options' ct-project --beam parallel -n 3 --arc 90 --expert start=45 --det 20x10 \
-	--pitch 5,6 --offset 1,2 m.nii par.exr
+	--pitch 5,6 --expert offset=1,2 m.nii par.exr
 exits 2 'a pitch of two words' ct-project --pitch a,b m.nii new.exr
 exits 5 'coarsen what does not divide' ct-project --coarsen 5 m.nii new.exr
 for p in point mean sinc; do

@@ -85,7 +85,8 @@ exits 5 'projections of another size' ct-ddnm -p a.st -b in.exr in.exr no.exr
 has err '^ct-ddnm: in.exr' 'are named'
 exits 2 'a sampler that does not hold' ct-ddnm -p a.st -b base/3.exr --sampler ddnm+ in.exr no.exr
 has err 'sampler ddnm+: not with --base-projections' 'is refused by name'
-for o in --steps=3 --eta=0 --travel=2,2; do
+for o in --steps=3 --eta=0 '--expert travel=2,2'; do
+	# shellcheck disable=SC2086
 	exits 2 "$o without a deviation" ct-ddnm -p a.st -b base/3.exr $o in.exr no.exr
 	has err "${o%%=*}: with --base-projections it needs --std" 'is refused by name'
 done

@@ -53,7 +53,7 @@ has out '^"up.nii","2,2,2",' 'quoted'
 
 # limits
 head -c 55296 /dev/zero >zero.raw
-ct-convert -q --raw 24x24x24:f32 --spacing 2 zero.raw water.nii && ct-degrade -q -x 1 --noise 60 water.nii noisy.nii || exit 99
+ct-convert -q --raw 24x24x24:f32:2 zero.raw water.nii && ct-degrade -q -x 1 --noise 60 water.nii noisy.nii || exit 99
 ct-metrics --structures --expert blob-sigma=.7 water.nii noisy.nii >some
 f=$(value structures-false some); [ "$f" -gt 3 ]; ok $? "false structures ($f)"
 [ "$f" -eq $(($(value false-bright some) + $(value false-dark some))) ]; ok $? 'bright and dark'

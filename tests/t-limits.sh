@@ -174,9 +174,9 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --memory --units
-ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --rescale --pitch --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --compress --sidecar --template --memory --deid --json
+ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume

@@ -19,7 +19,7 @@ cp "$srcdir/tests/exr.py" .
 same() { python3 exr.py "$1" "$2"; ok $? "$3"; }     # same A B NAME
 differ() { ! python3 exr.py "$1" "$2"; ok $? "$3"; } # differ A B NAME
 ct-phantom -q --size 24x24x24 --spacing 4 marks m.nii
-scan='-n 3 --arc 150 --start 10'
+scan='-n 3 --arc 150 --expert start=10'
 
 # about each axis, counter-clockwise seen from its tip; about x first, z last
 c=0.8660254 s=0.5
@@ -61,7 +61,7 @@ cat >off.json <<'JSON'
 JSON
 ct-project -q --scanner off.json -n 3 m.nii json.exr
 ct-project -q -n 3 --arc 360 --expert start=10 --dso 240 --dsd 336 --det 16x12 --pitch 12,16 \
-	--offset 12,-24 m.nii like.exr
+	--expert offset=12,-24 m.nii like.exr
 python3 move.py m.nii moved.nii 1 0 0 6  0 1 0 -12  0 0 1 14.4
 ct-project -q --like like.exr moved.nii hand.exr
 same json.exr hand.exr 'offOrigin and offDetector'
@@ -91,7 +91,7 @@ for wave in 16 3; do
 import math, struct
 open('w.raw', 'wb').write(b''.join(struct.pack('<f', 100 * math.cos(2 * math.pi * (i + 0.25) / $wave))
                                    for k in range(2) for j in range(2) for i in range(128)))"
-	ct-convert -q -f --raw 128x2x2:f32 --spacing 1 w.raw w.nii
+	ct-convert -q -f --raw 128x2x2:f32:1 w.raw w.nii
 	ct-convert -q -f --iso 2 w.nii "iso$wave.nii"
 done
 python3 - <<'EOP'

@@ -59,8 +59,8 @@ open('hu.raw', 'wb').write(b''.join(struct.pack('<f', 14 * v - 1000) for v in b)
 open('half.raw', 'wb').write(b''.join(struct.pack('<f', v / 2 + 0.25) for v in b))
 open('wide.raw', 'wb').write(b''.join(struct.pack('<f', 2 * v) for v in b))
 END
-ct-convert -q --raw 48x48x48:u8 --spacing 1 b.raw b.nii && for t in hu half wide; do
-	ct-convert -q --raw 48x48x48:f32 --spacing 1 $t.raw $t.nii; done; ok $? 'volumes of bytes'
+ct-convert -q --raw 48x48x48:u8:1 b.raw b.nii && for t in hu half wide; do
+	ct-convert -q --raw 48x48x48:f32:1 $t.raw $t.nii; done; ok $? 'volumes of bytes'
 exits 3 'bytes are no HU' train_with $small no.safetensors b.nii
 has err '^ct-train: b.nii: values from 0 to [0-9]* are not HU: give --bytes$' 'unless it is said what they are'
 for t in half wide; do

@@ -33,7 +33,7 @@ for m in cgls=30 sirt=100 tv=100; do
 done
 if command -v python3 >/dev/null; then
 	cp "$srcdir/tests/exr.py" .
-	for m in 'cgls -n 3' 'cgls -n 3 --projector joseph' 'sirt --tolerance 0.2'; do
+	for m in 'cgls -n 3' 'cgls -n 3 --expert projector=joseph' 'sirt --expert tolerance=0.2'; do
 		# shellcheck disable=SC2086
 		ct-fdk -f -v -m $m --quantity density p.exr d.nii 2>err
 		by=siddon; case $m in *joseph) by=joseph ;; esac

@@ -51,7 +51,7 @@ if command -v ct-view >/dev/null; then
 		ct-phantom -q --size 20x20x20 --spacing 4 marks m0.nii && ct-convert -q --type f32 m0.nii m.nii &&
 		ct-project -q -n 7 --det 20 v.nii p.exr && ct-project -q -n 7 --det 20 m.nii q.exr &&
 		ct-fdk -q --quantity density -m cgls -n 3 p.exr d.nii &&
-		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32 --spacing 4 --orient RAS raw bare.nii &&
+		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32:4 --orient RAS raw bare.nii &&
 		ct-compose -q --residual-out r.nii bare.nii bare.nii sum.nii
 	ok $? 'volumes and projections'
 	for f in v m d r; do ct-view $f.nii $f.png; done
@@ -133,7 +133,7 @@ geometry='--dso 300 --dsd 900 --det 32 --pitch 3,4'
 # shellcheck disable=SC2086
 {
 told 8.66667 'the blur that the file says' --coarsen 4 $geometry up.nii # 0.8 6.5/3 5 3/3
-told 8.66667 'of a volume that is turned' --coarsen 4 --rotate 20,30,40 $geometry up.nii
+told 8.66667 'of a volume that is turned' --coarsen 4 --expert rotate=20,30,40 $geometry up.nii
 told 2.88889 'of parallel rays' --coarsen 4 --beam parallel --det 32 --pitch 3,4 up.nii
 told 0 'none where it is undone' --coarsen 4 $geometry tv.nii
 told 4 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 1 5 3/3

@@ -13,7 +13,6 @@
 #include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
-#include "formats/units.h"
 
 #include <errno.h>
 #include <locale.h>
@@ -289,6 +288,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
 		.dry_run = c->dry_run,
+		.units = c->units,
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
@@ -305,7 +305,6 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	history = history_of(t, argc, argv);
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
-	ct_units_say((enum ct_units)c->units);
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);

@@ -101,7 +101,7 @@ struct files {
 };
 
 /* As ct-convert reads and writes. */
-static void begin(struct files *f, const struct sr *p)
+static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 {
 	f->p = p;
 	f->paths[0] = p->in;
@@ -115,7 +115,7 @@ static void begin(struct files *f, const struct sr *p)
 		.series = p->series,
 		.template = p->template,
 		.deid = p->deid,
-		.units = (int)ct_units_said(),
+		.units = env->units,
 		.planes = &f->planes,
 		.whole = true};
 }
@@ -139,7 +139,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
 	if (dicom_form_of(p->in) != NOT_DICOM ? convert_read(&f->convert, &f->in, env, e)
-					      : ct_vol_read_hu(p->in, &f->in, e))
+					      : ct_vol_read_hu(p->in, &f->in, env, e))
 		return -1;
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
@@ -266,7 +266,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->projections || p->paper || p->release)
 		return sr_chain(p, env, e);
-	begin(&f, p);
+	begin(&f, p, env);
 	if (page_log_open(&f.log, &own, env, e) == 0)
 		rc = refine(&f, &own, e);
 	page_log_close(&f.log);
