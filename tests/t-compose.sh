@@ -72,7 +72,7 @@ for lr in lr.nii bare-lr.nii; do
 	sed -n "s/.* differs from $lr by \(.*\) HU RMS, \(.*\) before\$/\1 \2/p" err >by
 	awk '{exit !(NF == 2 && $1 < 0.01 && $2 > 0.5)}' by; ok $? "differs no more: $(cat by)"
 done
-ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max-rmse 0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
+ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max rmse-hu=0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
 ct-fdk -q --quantity density p.exr d.nii 2>/dev/null
 exits 3 'density is no base' ct-compose d.nii r.ply no.nii
 has err 'd.nii: quantity is density, not hu' 'which is said'

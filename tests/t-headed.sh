@@ -1,7 +1,7 @@
 #!/bin/sh
 # MetaImage and NRRD: as ITK reads and writes them, and taken by every command that reads a volume.
 . "$srcdir/tests/tap.sh"
-ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --oversample 1 marks plain.nii
+ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --expert oversample=1 marks plain.nii
 ct-convert --reorient PIL plain.nii a.nii
 for f in mha mhd nrrd nhdr; do
 	for how in '' --compress; do

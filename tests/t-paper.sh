@@ -31,7 +31,7 @@ near 'release, projections of the scan, mean' "$(figure mean r/lr-proj.exr)" 4.2
 # the factor decides what the release takes
 ct-sr --release -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'release, 8-fold'
 ct-sr --paper -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
-has out '^ct-nabgs .*--scale=8 --paper ' 'with its rates'
+has out '^ct-nabgs .*--factor=8 --paper ' 'with its rates'
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
 ct-convert -q --raw 8x8x8:f32:16 raw plain.nii

@@ -12,7 +12,7 @@ ct-phantom -q -s 5 --size 48x48x48 ellipsoids flat.nii && ct-degrade -q -x 1 --n
 # calibrated NAME STD RESULT: the error is about the expected one, as a whole and in what expects most, which is
 # more than that of what expects least
 calibrated() {
-	ct-metrics --psnr --std "$2" truth.nii "$3" >out
+	ct-metrics --psnr --uncertainty "$2" truth.nii "$3" >out
 	awk '/^std-all/ {a = $3 / $4; b = $5; c = $6} /^std-[0-9]/ {if (!n++) {l = $4; le = $3} h = $4; he = $3}
 		END {exit !(a > .8 && a < 1.8 && b > .5 && b < .8 && c > .75 && he / h < 2.5 && h > 1.4 * l && he > 4 * le)}' out
 	ok $? "$1: about the one there is ($(grep std-all out))"

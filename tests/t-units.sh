@@ -9,7 +9,7 @@ make() { ct-convert -q --raw 4x3x2:i16:1,2,3 --rescale "$2,$3" a.raw "$1.nii"; }
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
-train='ct-train -q --slices -x 2 --cubes 1 --cube 24 -n 1 no.safetensors'
+train='ct-train -q --kind slices -x 2 --expert cubes=1,cube=24 -n 1 no.safetensors'
 no() { # no FILE WORDS COMMAND...
 	f=$1 w=$2; shift 2
 	exits 3 "$1: $f" "$@"; has err "$f.nii: values from .* are not HU.*$w" 'says which and why'

@@ -30,8 +30,9 @@ struct parser {
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
 	struct ct_given given;
-	bool *row;     /* of given */
-	char *experts; /* the text of --expert, cut into values */
+	bool *row;      /* of given */
+	char **experts; /* the texts of --expert, cut into values */
+	size_t nexperts;
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -61,13 +62,11 @@ static int take(
 /* "key=value,key=value": a part without "=" belongs to the value before it. */
 static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 {
-	char *at, *next;
+	char *at = strdup(text), *next;
 
-	if (s->experts)
-		return ct_fail(e, CT_EUSAGE, "--expert: is given twice; join the keys with commas");
-	s->experts = at = strdup(text);
 	if (!at)
 		return ct_fail(e, CT_ENOMEM, "no memory");
+	s->experts[s->nexperts++] = at;
 	for (; at; at = next) {
 		const size_t n = strcspn(at, "=,");
 		const struct ct_opt *o;
@@ -336,8 +335,9 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
 	s.row = calloc(rows_of(t), sizeof *s.row);
+	s.experts = malloc(((size_t)argc + 1) * sizeof *s.experts);
 	s.given = (struct ct_given){t, s.row};
-	if (!s.params || !s.list || !s.row)
+	if (!s.params || !s.list || !s.row || !s.experts)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
 		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
@@ -354,6 +354,8 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	free(s.params);
 	free(s.list);
 	free(s.row);
+	while (s.nexperts)
+		free(s.experts[--s.nexperts]);
 	free(s.experts);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));

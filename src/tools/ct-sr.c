@@ -215,15 +215,14 @@ static int write_report(struct files *f, const struct ct_env *env, struct ct_err
 	return rc;
 }
 
-static int tell(const struct ct_refine *r, const struct files *f, const struct ct_env *env,
-	struct ct_err *e)
+static int tell(const struct ct_refine *r, const struct files *f, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct ahead_file files[] = {
 		{f->p->out, (ct_files_is_dicom(f->p->out) ? 2 : 4) * voxels},
 		{f->p->confidence, 4 * voxels}};
 
-	return ahead_tell(r, &f->in, files, 2, env, e);
+	return ahead_tell(r, &f->in, files, 2, f->log.env, e);
 }
 
 static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
@@ -243,7 +242,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (r.slabs > 1)
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r.slabs, ceil(r.whole / 0x1p20));
-	if (tell(&r, f, env, e))
+	if (tell(&r, f, e))
 		return -1;
 	if (env->dry_run)
 		return 0;

@@ -280,7 +280,7 @@ static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
 			       ct_chain_word(c, e, "--base-projections=%s", s->file[UP_PROJ]) ||
 			       ct_chain_word(c, e, "--iterations=%d", s->q.iterations) ||
 			       ct_chain_word(c, e, "--gaussians=%d", s->q.gaussians) ||
-			       (s->follows ? ct_chain_word(c, e, "--scale=%d", s->q.factor) ||
+			       (s->follows ? ct_chain_word(c, e, "--factor=%d", s->q.factor) ||
 						       ct_chain_word(c, e,
 							       s->p->paper ? "--paper"
 									   : "--r2-compat")
