@@ -1,7 +1,7 @@
 /* journal.h: what a run said and took, for whoever looks at its result later.
  *
  * If CTSR_LOG names a file, which must be there, every command appends to it its warnings, --quiet
- * or not, as standard error shows them, and a line when it ends: "ct-restore: took 12.3 s, 20.1 s
+ * or not, as standard error shows them, and a line when it ends: "ct-upsample: took 12.3 s, 20.1 s
  * of CPU time, 345 MiB". A dry run appends nothing. What cannot be written is not said.
  */
 #ifndef CT_CLI_JOURNAL_H

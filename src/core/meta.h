@@ -42,7 +42,7 @@ struct ct_env;
 #define CT_META_NOISE "noise"
 /* "LO:HI", HU: that the CT was clipped to before its resolution was reduced; ct-degrade */
 #define CT_META_CLIP "clip"
-/* word of CT_UPSAMPLE_LIST: what brought the data to the fine grid: the factor is used up;
+/* word of CT_UPSAMPLE_LIST, or prior: what brought the data to the fine grid: the factor is used up;
  * ct_upsample */
 #define CT_META_UPSAMPLE "upsample"
 /* word of CT_PHANTOM_LIST: ct-phantom */

@@ -2,7 +2,7 @@
 # Remakes residual.safetensors, the shipped prior of what projections of a refined CT lack:
 #   make-residual.sh CT_FOLDER HELD_FOLDER WORK OUT.safetensors [ct-train options...]
 # The folders hold NIfTI volumes in HU, HELD_FOLDER those of other patients, on which the prior is judged and
-# its weights found. WORK keeps the pairs: projections of the truth, and of what ct-restore makes of it when it
+# its weights found. WORK keeps the pairs: projections of the truth, and of what ct-upsample makes of it when it
 # is reduced; they are made once.
 set -e
 ct=$1 held=$2 work=$3 out=$4
@@ -12,7 +12,7 @@ pair() { # pair TO STACK CUBE.nii WINDOW ct-degrade options
 	shift 4
 	[ ! -f "$to/base/$stack.exr" ] || return 0
 	ct-degrade -q -f -x 4 "$@" "$cube" "$work/lr.nii"
-	ct-restore -q -f --estimate --tolerance=0.1 "$work/lr.nii" "$work/up.nii"
+	ct-upsample -m prior -q -f --estimate --tolerance=0.1 "$work/lr.nii" "$work/up.nii"
 	ct-project -q -f --views=16 --sampling=1.375 --window="$window" "$cube" "$to/truth/$stack.exr"
 	ct-project -q -f --views=16 --sampling=1.375 --window="$window" "$work/up.nii" "$work/base.exr"
 	mv "$work/base.exr" "$to/base/$stack.exr"

@@ -178,6 +178,8 @@ static int describe(const struct ct_refine *r, struct ct_vol *out, struct ct_err
 
 	if (knows && ct_degrade_put(&out->meta, &r->is.by, e))
 		return -1;
+	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))
+		return -1;
 	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->is.noise) : 0;
 }
 

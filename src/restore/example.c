@@ -112,7 +112,7 @@ void ct_example_regime(struct ct_example *p, const struct ct_example_rule *r, ui
 		p->coarse[a] = !r->thick || a == axis;
 }
 
-/* What the prior adds to it, as ct-restore would. */
+/* What the prior adds to it, as ct-upsample would. */
 static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct ct_degrade *d,
 	const struct ct_example_rule *r, double noise, const struct ct_env *env, struct ct_err *e)
 {

@@ -169,12 +169,13 @@ static bool asks(const struct job *j)
 static int settle_base(struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	static const char *const chain[] = {"steps", "eta", "travel"};
+	static const char *const chain[][2] = {
+		{"steps", "--steps"}, {"eta", "--eta"}, {"travel", "--expert travel"}};
 
 	for (size_t i = 0; !p->std && i < sizeof chain / sizeof *chain; i++)
-		if (ct_modes_given(j->env->given, chain[i]))
-			return ct_fail(e, CT_EUSAGE, "--%s: with --base-projections it needs --std",
-				chain[i]);
+		if (ct_modes_given(j->env->given, chain[i][0]))
+			return ct_fail(e, CT_EUSAGE, "%s: with --base-projections it needs --std",
+				chain[i][1]);
 	if (!ct_modes_given(j->env->given, "sampler")) {
 		j->s.how = ct_sampler_default(CT_SAMPLER_DDNM);
 		j->s.how.eta = 0;

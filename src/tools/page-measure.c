@@ -223,8 +223,8 @@ static int warn_found(struct page *p)
 		warn(p, "How the scan was made is not known: whether the result agrees with "
 			"it cannot be told."))
 		return -1;
-	if (history && strstr(history, "ct-upsample ") && !strstr(history, "ct-restore ") &&
-		!strstr(history, "ct-ddnm ") &&
+	if (upsampled && strcmp(upsampled, "prior") != 0 &&
+		!(history && (strstr(history, "ct-ddnm ") || strstr(history, "ct-restore "))) &&
 		warn(p, "No prior was used: the result shows what the scan tells, and no more."))
 		return -1;
 	if (!p->std.name &&

@@ -4,7 +4,7 @@
 #include "core/err.h"
 #include "restore/restore.h"
 
-/* Of pictures and of what projections lack, for ct-ddnm, and of slices, for ct-restore. */
+/* Of pictures and of what projections lack, for ct-ddnm, and of slices. */
 #define PRIOR_PICTURES "prior.safetensors"
 #define PRIOR_RESIDUAL "residual.safetensors"
 #define PRIOR_SLICES "slices.safetensors"
