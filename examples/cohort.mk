@@ -4,12 +4,11 @@
 #
 # A scan is a file .nii or .nii.gz, or a folder of DICOM; its name has no blanks. For each OUT gets NAME.nii.gz,
 # and at the end cohort.csv and cohort.md: size of the result, factor, wall seconds, peak memory (MiB), PSNR
-# (dB) where TRUTH has a file of the same name, and else by how much (HU RMS) the result is off the scan,
-# where the scan says how it was made. A scan that cannot be done is in the table as failed, with the
-# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on, also inside
-# a scan that takes more than one step: seconds and memory are then those of the last start. make -j is fine,
+# (dB) where TRUTH has a file of the same name, and else the data residual (HU RMS), if it is known how the scan was
+# made. A scan that cannot be done is in the table as failed, with the
+# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on. make -j is fine,
 # but then seconds are not those of a free machine; THREADS says how many each may take. CONFIDENCE=yes also makes
-# the error to expect, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at, OUT/NAME.html (ct-sr(1)); a scan of which
+# the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at, OUT/NAME.html (ct-sr(1)); a scan of which
 # one of these cannot be made has failed.
 SCANS = scans
 TRUTH =
@@ -37,32 +36,28 @@ $(OUT)/cohort.csv: $(NAMES:%=$(OUT)/%.row)
 		for n in $(NAMES); do cat $(OUT)/$$n.row 2>/dev/null || echo "\"$$n\",failed,,,,,"; done; } \
 		>$@.part && mv $@.part $@
 
-# The work folder holds the scan as a volume, which what follows compares with; it goes with the row.
 beside = $(if $(CONFIDENCE),--confidence=$(1).std.nii.gz) $(if $(REPORT),--report=$(1).html)
 define scan
 $(OUT)/$(call stem,$(1)).nii.gz: $(1)
 	@mkdir -p $(OUT)
 	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) $(call beside,$(OUT)/$(call stem,$(1))) \
-		--keep $$@.work --resume $(1) $$@ \
+		$(1) $$@ \
 		>$(OUT)/$(call stem,$(1)).log 2>&1 || \
 		{ rm -f $$@.time; echo "$(1): $$$$(tail -n 2 $(OUT)/$(call stem,$(1)).log | head -n 1)" >&2; }
 endef
 $(foreach s,$(FOUND),$(eval $(call scan,$(s))))
 
-of = ct-info $(1) | awk '$$1 == "size" {print $$2, $$3, $$4}'
+# What ct-sr said of it: sizes, factors, data residual.
 $(OUT)/%.row: $(OUT)/%.nii.gz
 	-@test -f $<.time && { \
-		fine=$$($(call of,$<)); coarse=$$($(call of,$<.work/lr.nii)); \
-		psnr=; residual=; \
-		if [ -n '$(call truth,$*)' ]; then \
+		psnr=; [ -z '$(call truth,$*)' ] || \
 			psnr=$$(ct-metrics $(call truth,$*) $< | awk '$$1 == "psnr" {print $$2}'); \
-		else \
-			residual=$$(ct-metrics --consistency $<.work/lr.nii $< 2>/dev/null | \
-				awk '$$1 == "residual-rms-hu" {print $$2}'); \
-		fi; \
-		echo "$$fine $$coarse $$(tail -n 1 $<.time) $$psnr,$$residual" | awk -v n='$*' '{ \
-			printf "\"%s\",%dx%dx%d,%.3gx%.3gx%.3g,%.1f,%.0f,%s\n", n, $$1, $$2, $$3, \
-			$$1 / $$4, $$2 / $$5, $$3 / $$6, $$7, $$8 / 1024, $$9}' >$@.part && \
-		mv $@.part $@ && rm -rf $<.time $<.work; }
+		awk -v n='$*' -v psnr="$$psnr" -v took="$$(tail -n 1 $<.time)" '/^ct-sr: [0-9x]+ to / { \
+			size = $$4; factor = $$5; sub(",$$", "", size); gsub(",", "x", factor); \
+			if (factor !~ /x/) factor = factor "x" factor "x" factor; \
+			if (match($$0, /data residual [^ ]*/)) residual = substr($$0, RSTART + 14, RLENGTH - 14)} \
+			END {split(took, t, " "); printf "\"%s\",%s,%s,%.1f,%.0f,%s,%s\n", n, size, factor, t[1], \
+				t[2] / 1024, psnr, psnr == "" ? residual : ""}' $(OUT)/$*.log >$@.part && \
+		mv $@.part $@ && rm -f $<.time; }
 
 .PHONY: all $(OUT)/cohort.csv

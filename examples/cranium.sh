@@ -47,7 +47,7 @@ timed() { # timed NAME COMMAND...: wall seconds and peak memory to NAME.time
 timed trilinear ct-upsample -f -x 4 --method linear lr.nii.gz trilinear.nii.gz
 timed cubic ct-upsample -f -x 4 --method cubic lr.nii.gz cubic.nii.gz
 say 'super-resolving'
-timed ours ct-sr -f -v -x 4 --keep steps "$@" lr.nii.gz ours.nii.gz
+timed ours ct-sr -f -v -x 4 "$@" lr.nii.gz ours.nii.gz
 
 printf '\n%-10s %9s %8s %8s %9s %9s\n' '' 'PSNR dB' 'SSIM' 'seconds' 'peak MiB' ''
 for m in trilinear cubic ours; do

@@ -5,7 +5,7 @@
 #
 # leaves each FILE (all HU volumes of the folder, by default) out, LEAVE of them at a time, trains a small
 # prior on the others, and prints what part of the residual's energy is left on those that were left out
-# (ct-train --validate), and of the middle of each the PSNR (dB) of the solver and what ct-restore adds to it,
+# (ct-train --validate), and of the middle of each the PSNR (dB) of the solver and what ct-upsample -m prior adds to it,
 # well sampled and nearly aliased. Examples are made once and stay in WORK.
 set -e
 ct=$1 work=$2
@@ -19,7 +19,7 @@ psnr() { ct-metrics -w "$CLIP" "$it/hr.nii" "$1" | awk '$1 == "psnr" {print $2}'
 gains() { # gains PROTOCOL: of $it/hr.nii
 	ct-degrade -q -f -x 4 -p "$1" "$it/hr.nii" "$it/lr.nii"
 	ct-upsample -q -f "$it/lr.nii" "$it/up.nii"
-	ct-restore -q -f -p "$d/prior.safetensors" "$it/lr.nii" "$it/sr.nii"
+	ct-upsample -m prior -q -f -p "$d/prior.safetensors" "$it/lr.nii" "$it/sr.nii"
 	echo "$(psnr "$it/up.nii")" "$(psnr "$it/sr.nii")"
 }
 mkdir -p "$work"

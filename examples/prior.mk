@@ -43,7 +43,7 @@ $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii: $(OUT)/$(1)/hr.nii
 $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 	ct-upsample -q -f -m cubic $$< $$(@D)/cubic.nii
 	ct-upsample -q -f $$< $$(@D)/solver.nii
-	$(TIME) -o $$(@D)/time -f %e ct-restore -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
+	$(TIME) -o $$(@D)/time -f %e ct-upsample -m prior -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
 	@for m in cubic solver prior; do \
 		ct-metrics -w $(WINDOW) --structures --blob-sigma=1.5 --edges --tissues $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
 			END {d = is["deep-smooth-rmse-hu"]; print is["psnr"], is["ssim-r2"], is["structures-false"], \

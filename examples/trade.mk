@@ -34,7 +34,12 @@ include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 parts = $(subst :, ,$(1))
 plain = $(subst :,_,$(subst =,-,$(1)))
-options = $(addprefix --,$(filter-out steps=% threads=%,$(wordlist 2,99,$(call parts,$(1)))))
+# Of a run by way of projections some are keys of --expert.
+keys = $(if $(filter projections paper release,$(firstword $(call parts,$(1)))),$(filter views=% iterations=% gaussians=%,$(call parts,$(1))))
+empty =
+space = $(empty) $(empty)
+options = $(addprefix --,$(filter-out steps=% threads=% $(call keys,$(1)),$(wordlist 2,99,$(call parts,$(1))))) \
+	$(if $(call keys,$(1)),--expert $(subst $(space),$(comma),$(strip $(call keys,$(1)))))
 said = $(patsubst $(1)=%,%,$(filter $(1)=%,$(call parts,$(2))))
 factor = $(if $(filter thick,$(1)),1$(comma)1$(comma)$(FACTOR),$(FACTOR))
 comma = ,

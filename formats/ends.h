@@ -11,6 +11,12 @@
 
 /* What the commands write. */
 #define CT_ENDS_VOLUME "nii|nii.gz"
+#define CT_ENDS_METAIMAGE                                                                          \
+	"mha"                                                                                      \
+	"|mhd"
+#define CT_ENDS_NRRD                                                                               \
+	"nrrd"                                                                                     \
+	"|nhdr"
 #define CT_ENDS_DICOM "dcm"
 #define CT_ENDS_STACK "exr"
 #define CT_ENDS_GAUSS "ply"

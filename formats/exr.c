@@ -1,6 +1,10 @@
 /* exr.c: what the reader and the writer of EXR stacks share; see exr.h. */
 #include "config.h"
 #include "formats/exr.h"
+#include "formats/bytes.h"
+#include "formats/ends.h"
+#include "formats/format.h"
+#include "formats/handler.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -37,3 +41,27 @@ int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r, e
 	return ct_fail(
 		e, code, "%s: %s", path, f->msg[0] ? f->msg : exr_get_default_error_message(r));
 }
+
+static int sniff(const unsigned char *data, size_t n)
+{
+	return n >= 4 && memcmp(data, "\x76\x2f\x31\x01", 4) == 0 ? CT_SNIFF_MAGIC : CT_SNIFF_NO;
+}
+
+static int read_any(
+	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	return ct_bytes_read_exr(data, n, name, &a->stack, e);
+}
+
+static int write_any(
+	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_stack_write(path, &a->stack, env, e);
+}
+
+const struct ct_format ct_format_exr = {.name = "EXR",
+	.kind = CT_KIND_STACK,
+	.ends = CT_ENDS_STACK,
+	.sniff = sniff,
+	.read_bytes = read_any,
+	.write = write_any};

@@ -1,8 +1,8 @@
 /* format.c: volumes and tensors by name. See format.h. */
 #include "config.h"
-#include "formats/any.h"
 #include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/handler.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
@@ -42,16 +42,17 @@ int ct_vol_write(
 int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
-	size_t n = fread(head, 1, sizeof head, f);
+	const size_t n = fread(head, 1, sizeof head, f);
+	const struct ct_format *is = ct_format_pytorch.sniff(head, n) != CT_SNIFF_NO
+					     ? &ct_format_pytorch
+					     : &ct_format_safetensors;
+	struct ct_any a = {0};
+	int rc;
 
 	rewind(f);
-	if (n >= 4 && memcmp(head, "PK\3\4", 4) == 0)
-		return ct_bytes_read_pt(f, name, w, e);
-	if (n >= 4 && (memcmp(head, "\x80\2\x8a\n", 4) == 0 || ct_any_is_tar(head, n)))
-		return ct_fail(e, CT_EINPUT,
-			"%s: a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew",
-			name);
-	return ct_bytes_read_safetensors(f, name, w, e);
+	rc = is->read(f, name, &a, e);
+	*w = a.tensors;
+	return rc;
 }
 
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)

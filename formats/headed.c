@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/headed.h"
 #include "core/mem.h"
+#include "formats/handler.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
 
@@ -15,9 +16,15 @@
 
 enum { LONGEST = 1 << 18, MOST = 1 << 20, FIELDS = 4096 }; /* bytes of a line, of all; fields */
 
-bool ct_headed_sniff(const unsigned char *data, size_t n)
+static int sniff_nrrd(const unsigned char *data, size_t n)
 {
-	static const char *const first[] = {"NRRD000", "ObjectType", "NDims", "Comment"};
+	return n > 7 && memcmp(data, "NRRD000", 7) == 0 ? CT_SNIFF_MAGIC : CT_SNIFF_NO;
+}
+
+/* A field that a MetaImage may begin with, and "=". */
+static int sniff_metaimage(const unsigned char *data, size_t n)
+{
+	static const char *const first[] = {"ObjectType", "NDims", "Comment"};
 
 	for (size_t i = 0; i < sizeof first / sizeof *first; i++) {
 		size_t at = strlen(first[i]);
@@ -26,10 +33,10 @@ bool ct_headed_sniff(const unsigned char *data, size_t n)
 			continue;
 		while (at < n && (data[at] == ' ' || data[at] == '\t'))
 			at++;
-		if (i == 0 || (at < n && data[at] == '='))
-			return true;
+		if (at < n && data[at] == '=')
+			return CT_SNIFF_MAGIC;
 	}
-	return false;
+	return CT_SNIFF_NO;
 }
 
 int ct_headed_line(FILE *f, char **line, struct ct_err *e)
@@ -269,8 +276,8 @@ static int read_fields(
 
 	if (rc <= 0)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "is empty");
-	*nrrd = strncmp(line, "NRRD000", 7) == 0;
-	if (!ct_headed_sniff((const unsigned char *)line, strlen(line)))
+	*nrrd = sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO;
+	if (!*nrrd && sniff_metaimage((const unsigned char *)line, strlen(line)) == CT_SNIFF_NO)
 		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
 	else
 		rc = *nrrd ? ct_headed_nrrd_fields(f, h, m, e)
@@ -327,3 +334,28 @@ out:
 	}
 	return rc;
 }
+
+static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	return ct_headed_read_stream(f, name, &a->vol, e);
+}
+
+/* Which of the two, the name says. */
+static int write_any(
+	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_headed_write(path, &a->vol, CT_NIFTI_AUTO, false, env, e);
+}
+
+const struct ct_format ct_format_metaimage = {.name = "MetaImage",
+	.kind = CT_KIND_VOLUME,
+	.ends = CT_ENDS_METAIMAGE,
+	.sniff = sniff_metaimage,
+	.read = read_any,
+	.write = write_any};
+const struct ct_format ct_format_nrrd = {.name = "NRRD",
+	.kind = CT_KIND_VOLUME,
+	.ends = CT_ENDS_NRRD,
+	.sniff = sniff_nrrd,
+	.read = read_any,
+	.write = write_any};

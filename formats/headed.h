@@ -18,20 +18,15 @@
 #define CT_FORMATS_HEADED_H
 #include "core/env.h"
 #include "core/vol.h"
+#include "formats/ends.h"
 #include "formats/nifti.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 
 /* What ct_headed_write writes. */
-#define CT_ENDS_HEADED                                                                             \
-	"mha"                                                                                      \
-	"|mhd"                                                                                     \
-	"|nrrd"                                                                                    \
-	"|nhdr"
+#define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
 
-/* Do a file's first bytes look like such a header? */
-bool ct_headed_sniff(const unsigned char *data, size_t n);
 /* The voxels beside `name` if they are there: not of "-". *v must be zero and stays so on failure.
  * CT_EINPUT; CT_EGEOM; CT_ENOMEM. */
 int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);

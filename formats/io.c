@@ -84,21 +84,12 @@ static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 	return 0;
 }
 
-/* What a new file of the user may be. */
-static mode_t usual_mode(void)
-{
-	mode_t mask = umask(0);
-
-	umask(mask);
-	return 0666 & ~mask;
-}
-
 /* The file gets the rights of the one that it takes the place of, and its group, or else none for
  * the group. */
 static int set_rights(const struct ct_out *o)
 {
 	const int fd = fileno(o->f);
-	mode_t mode = usual_mode();
+	mode_t mode = 0666 & ~ct_temp_umask();
 	struct stat st;
 
 	if (o->secret)

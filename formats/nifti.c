@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/ends.h"
+#include "formats/handler.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
 #include "formats/sink.h"
@@ -264,3 +265,37 @@ int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	free(w);
 	return rc;
 }
+
+/* sizeof_hdr of either version and byte order, or gzip. */
+static int sniff(const unsigned char *p, size_t n)
+{
+	uint32_t size;
+
+	if (n >= 2 && memcmp(p, "\x1f\x8b", 2) == 0)
+		return CT_SNIFF_MAGIC;
+	if (n < 4)
+		return CT_SNIFF_NO;
+	memcpy(&size, p, sizeof size);
+	return size == 348 || size == 540 || __builtin_bswap32(size) == 348 ||
+			       __builtin_bswap32(size) == 540
+		       ? CT_SNIFF_NUMBER
+		       : CT_SNIFF_NO;
+}
+
+static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	return ct_nifti_read_stream(f, name, &a->vol, e);
+}
+
+static int write_any(
+	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_nifti_write(path, &a->vol, CT_NIFTI_AUTO, false, env, e);
+}
+
+const struct ct_format ct_format_nifti = {.name = "NIfTI",
+	.kind = CT_KIND_VOLUME,
+	.ends = CT_ENDS_VOLUME,
+	.sniff = sniff,
+	.read = read_any,
+	.write = write_any};

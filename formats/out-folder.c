@@ -131,11 +131,9 @@ static int sync_files(const struct ct_out_folder *f)
 /* What a new folder of the user may be, or what the one in its place was. */
 static mode_t rights(const char *path)
 {
-	const mode_t mask = umask(0);
 	struct stat st;
 
-	umask(mask);
-	return stat(path, &st) == 0 ? st.st_mode & 07777 : 0777 & ~mask;
+	return stat(path, &st) == 0 ? st.st_mode & 07777 : 0777 & ~ct_temp_umask();
 }
 
 /* In the place of one that holds files, which goes to f->tmp. */

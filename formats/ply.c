@@ -9,6 +9,10 @@
  */
 #include "config.h"
 #include "formats/ply.h"
+#include "formats/bytes.h"
+#include "formats/ends.h"
+#include "formats/format.h"
+#include "formats/handler.h"
 
 #include <string.h>
 
@@ -38,3 +42,29 @@ bool ct_ply_own(const char *key)
 			return true;
 	return false;
 }
+
+static int sniff(const unsigned char *data, size_t n)
+{
+	return n >= 4 && (memcmp(data, "ply\n", 4) == 0 || memcmp(data, "ply\r", 4) == 0)
+		       ? CT_SNIFF_MAGIC
+		       : CT_SNIFF_NO;
+}
+
+static int read_any(
+	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	return ct_bytes_read_ply(data, n, name, &a->gauss, e);
+}
+
+static int write_any(
+	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_gauss_write(path, &a->gauss, env, e);
+}
+
+const struct ct_format ct_format_ply = {.name = "PLY",
+	.kind = CT_KIND_GAUSS,
+	.ends = CT_ENDS_GAUSS,
+	.sniff = sniff,
+	.read_bytes = read_any,
+	.write = write_any};

@@ -10,7 +10,9 @@
  */
 #include "config.h"
 #include "core/mem.h"
+#include "formats/any.h"
 #include "formats/bytes.h"
+#include "formats/handler.h"
 #include "formats/pickle.h"
 #include "formats/zip.h"
 
@@ -269,3 +271,32 @@ int ct_bytes_read_pt(FILE *f, const char *name, struct ct_tensors *w, struct ct_
 		ct_tensors_free(w);
 	return rc;
 }
+
+/* A checkpoint of PyTorch before 1.6. */
+static bool is_old(const unsigned char *head, size_t n)
+{
+	return (n >= 4 && memcmp(head, "\x80\2\x8a\n", 4) == 0) || ct_any_is_tar(head, n);
+}
+
+static int sniff(const unsigned char *data, size_t n)
+{
+	return n >= 4 && memcmp(data, "PK\3\4", 4) == 0 ? CT_SNIFF_MAGIC
+	       : is_old(data, n)                        ? CT_SNIFF_PLACE
+							: CT_SNIFF_NO;
+}
+
+static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	unsigned char head[CT_SNIFF];
+	const size_t n = fread(head, 1, sizeof head, f);
+
+	rewind(f);
+	if (is_old(head, n))
+		return ct_fail(e, CT_EINPUT,
+			"%s: a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew",
+			name);
+	return ct_bytes_read_pt(f, name, &a->tensors, e);
+}
+
+const struct ct_format ct_format_pytorch = {
+	.name = "PyTorch", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_any};

@@ -8,7 +8,9 @@
  */
 #include "config.h"
 #include "formats/bytes.h"
+#include "formats/ends.h"
 #include "formats/format.h"
+#include "formats/handler.h"
 #include "formats/half.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -404,3 +406,33 @@ int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struc
 
 	return ct_out_open_private(&out, path, e) ? -1 : put_all(&out, path, w, false, e);
 }
+
+/* The length of a JSON object. */
+static int sniff(const unsigned char *data, size_t n)
+{
+	uint64_t length = 0;
+
+	for (size_t i = 0; i < 8 && n >= 9; i++)
+		length |= (uint64_t)data[i] << 8 * i;
+	return n >= 9 && data[8] == '{' && length >= 2 && length < UINT64_C(1) << 32
+		       ? CT_SNIFF_PLACE
+		       : CT_SNIFF_NO;
+}
+
+static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	return ct_bytes_read_safetensors(f, name, &a->tensors, e);
+}
+
+static int write_any(
+	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_tensors_write(path, &a->tensors, false, env, e);
+}
+
+const struct ct_format ct_format_safetensors = {.name = "safetensors",
+	.kind = CT_KIND_TENSORS,
+	.ends = CT_ENDS_TENSORS,
+	.sniff = sniff,
+	.read = read_any,
+	.write = write_any};

@@ -21,10 +21,38 @@
 enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
 
 /* Where the thread finds them that ends the program. */
-static struct kept {
-	atomic_bool used;
+enum { FREE, TAKEN, USED };
+struct ct_temp_kept {
+	atomic_int is; /* TAKEN: a thread is writing the name */
 	char name[PATH_MAX];
-} kept[KEPT];
+};
+static struct ct_temp_kept own[KEPT], *kept = own;
+
+struct ct_temp_kept *ct_temp_table(void)
+{
+	return kept;
+}
+
+void ct_temp_share(struct ct_temp_kept *table)
+{
+	kept = table;
+}
+
+mode_t ct_temp_umask(void)
+{
+	FILE *f = fopen("/proc/self/status", "re");
+	unsigned mask = 077;
+	char line[200];
+
+	while (f && fgets(line, sizeof line, f))
+		if (strncmp(line, "Umask:", 6) == 0) {
+			mask = (unsigned)strtoul(line + 6, NULL, 8) & 0777;
+			break;
+		}
+	if (f)
+		fclose(f);
+	return mask;
+}
 
 bool ct_temp_lock(int fd)
 {
@@ -33,19 +61,22 @@ bool ct_temp_lock(int fd)
 
 static void keep(const char *tmp)
 {
-	for (size_t i = 0; i < KEPT && strlen(tmp) < PATH_MAX; i++)
-		if (!kept[i].used) {
+	for (size_t i = 0; i < KEPT && strlen(tmp) < PATH_MAX; i++) {
+		int is = FREE;
+
+		if (atomic_compare_exchange_strong(&kept[i].is, &is, TAKEN)) {
 			snprintf(kept[i].name, PATH_MAX, "%s", tmp);
-			kept[i].used = true;
+			kept[i].is = USED;
 			return;
 		}
+	}
 }
 
 void ct_temp_forget(const char *tmp)
 {
 	for (size_t i = 0; i < KEPT; i++)
-		if (kept[i].used && strcmp(kept[i].name, tmp) == 0)
-			kept[i].used = false;
+		if (kept[i].is == USED && strcmp(kept[i].name, tmp) == 0)
+			kept[i].is = FREE;
 }
 
 /* The files in it. */
@@ -86,7 +117,7 @@ void ct_temp_remove(const char *tmp)
 void ct_temp_remove_all(void)
 {
 	for (size_t i = 0; i < KEPT; i++)
-		if (kept[i].used)
+		if (kept[i].is == USED)
 			remove_any(AT_FDCWD, kept[i].name);
 }
 

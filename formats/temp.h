@@ -27,8 +27,16 @@ void ct_temp_remove_all(void);
  * if another run has it (and does not end within two seconds), CT_ENOMEM. */
 int ct_temp_claim(const char *path, char **tmp, struct ct_err *e);
 
+/* The process's umask, read and not set, since other threads may make files; 077 if the system does
+ * not report it. */
+mode_t ct_temp_umask(void);
 /* Take the lock of an open file for this process and those it forks: it goes when they are gone.
  * False if another has it, or there is none on such a file system. */
 bool ct_temp_lock(int fd);
+/* Where those are noted, and use the table of another copy of this file, in a program that loads a
+ * module: it ends them all. */
+struct ct_temp_kept;
+struct ct_temp_kept *ct_temp_table(void);
+void ct_temp_share(struct ct_temp_kept *table);
 
 #endif

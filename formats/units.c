@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-
 static enum ct_units said = CT_UNITS_AUTO;
 
 void ct_units_say(enum ct_units units)

@@ -75,13 +75,8 @@ ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
-VIEW_SOURCES = src/tools/colour.c src/tools/colour.h src/tools/ct-view.c src/tools/cuts.c \
-	src/tools/cuts.h src/tools/ellipse.c src/tools/ellipse.h src/tools/hu-window.c \
-	src/tools/hu-window.h src/tools/labels.c src/tools/labels.h src/tools/montage.c src/tools/montage.h \
-	src/tools/overlay.c src/tools/overlay.h src/tools/profile.c src/tools/profile.h src/tools/sample.c \
-	src/tools/sample.h src/tools/sheet.c src/tools/sheet.h src/tools/slab.c src/tools/slab.h \
-	src/tools/surface.c src/tools/surface.h src/tools/text.c src/tools/text.h src/tools/view-picture.c \
-	src/tools/view-picture.h
+VIEW_SOURCES = src/tools/ct-view.c src/tools/cuts.c src/tools/cuts.h src/tools/hu-window.c \
+	src/tools/hu-window.h src/tools/labels.c src/tools/labels.h src/tools/sheet.c src/tools/sheet.h src/tools/view-picture.c src/tools/view-picture.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
@@ -96,8 +91,7 @@ ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-stat
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
 PAGE_SOURCES = src/tools/page.c src/tools/page.h src/tools/page-cards.c src/tools/page-file.c src/tools/page-file.h \
-	src/tools/page-measure.c src/tools/page-pictures.c src/tools/montage.c src/tools/montage.h src/tools/colour.c \
-	src/tools/colour.h src/tools/text.c src/tools/text.h
+	src/tools/page-measure.c src/tools/page-pictures.c
 bin_PROGRAMS += ct-report
 ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
 pkgdata_DATA = src/tools/report.html

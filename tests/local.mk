@@ -20,7 +20,7 @@ fuzz:
 EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
-	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/replay.py
+	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
 EXTRA_DIST += tests/tap.sh tests/view.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
@@ -81,7 +81,7 @@ tests_t_extreme_SOURCES = tests/t-extreme.c
 tests_t_voxelise_SOURCES = tests/t-voxelise.c
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
 dist_check_SCRIPTS += tests/t-peers.sh
-dist_check_SCRIPTS += tests/t-slabs.sh tests/t-cohort.sh tests/t-simulate.sh
+dist_check_SCRIPTS += tests/t-slabs.sh tests/t-cohort.sh
 dist_check_SCRIPTS += tests/t-ct-prior.sh tests/t-std.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh tests/t-harm.sh
 check_PROGRAMS += tests/t-schedule
@@ -172,12 +172,11 @@ tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/scan-opts.c \
 	src/tools/lib/scan-json.c
 tests_t_survey_SOURCES = tests/t-survey.c src/dicom/survey.c
-tests_t_montage_SOURCES = tests/t-montage.c src/tools/montage.c src/tools/colour.c src/tools/text.c
-dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-profile.sh tests/t-view-gaussians.sh tests/t-view-surface.sh
-check_PROGRAMS += tests/t-text tests/t-ellipse tests/t-trend
+tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/colour.c src/picture/text.c
+dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-surface.sh
+check_PROGRAMS += tests/t-text tests/t-trend
 tests_t_trend_SOURCES = tests/t-trend.c
-tests_t_ellipse_SOURCES = tests/t-ellipse.c src/tools/ellipse.c
-tests_t_text_SOURCES = tests/t-text.c src/tools/text.c src/tools/colour.c
+tests_t_text_SOURCES = tests/t-text.c src/picture/text.c src/picture/colour.c
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
@@ -295,3 +294,8 @@ dist_check_SCRIPTS += tests/t-patience.sh
 dist_check_SCRIPTS += tests/t-complete.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
 dist_check_SCRIPTS += tests/t-upsample-bytes.sh
+# The installed library.
+check_PROGRAMS += tests/t-ctsr
+tests_t_ctsr_SOURCES = tests/t-ctsr.c
+tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
+dist_check_SCRIPTS += tests/t-library.sh

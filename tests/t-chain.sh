@@ -7,11 +7,11 @@ for k in marks cube; do
 	mv hr.nii hr-$k.nii
 done
 cp marks.nii in.nii
-set -- ct-sr -v -x 2 -Q draft --keep k
+set -- ct-sr -v -x 2 --projections -Q draft --keep k # of 2 times: no projections are added
 said() { has err "^ct-sr: $1 steps were done\$" "$2"; } # said 'N of M' NAME
 alone() { # alone FILE...: FILE is what a run of its own makes of in.nii
 	rm -rf own; mkdir own; cp in.nii own/in.nii
-	(cd own && ct-sr -q -x 2 -Q draft in.nii sr.nii); cmp -s own/sr.nii "$1"; ok $? "$2"
+	(cd own && ct-sr -q -x 2 --projections -Q draft in.nii sr.nii); cmp -s own/sr.nii "$1"; ok $? "$2"
 }
 exits 0 'a chain that is kept' "$@" in.nii sr.nii
 alone sr.nii 'gives the bytes of one that is not: no folder is named'
@@ -36,7 +36,7 @@ alone sr.nii 'and made again'
 cp cube.nii k/lr.nii
 exits 0 'a file between the steps is another' "$@" --resume in.nii sr.nii
 alone sr.nii 'and made again, with what follows'
-exits 0 'other options' ct-sr -v -x 2 -Q fast --keep k --resume in.nii sr.nii
+exits 0 'other options' ct-sr -v -x 2 --projections -Q fast --keep k --resume in.nii sr.nii
 said '1 of 2' 'are another step'
 exits 0 'back' "$@" --resume in.nii sr.nii
 alone sr.nii 'and the result is theirs'
@@ -46,17 +46,17 @@ said '1 of 2' 'is another step' # whose result is the same, so that the next is 
 printf 'junk' >k/step-1.state
 exits 0 'a broken state' "$@" --resume in.nii sr.nii
 said '1 of 2' 'is none'
-ct-sr -q -x 2 -Q draft --keep p - pipe.nii <marks.nii; ok $? 'from a pipe'
-ct-sr -q -x 2 -Q draft --keep p --resume - pipe.nii <cube.nii; ok $? 'from another'
-ct-sr -q -x 2 -Q draft - want.nii <cube.nii
+ct-sr -q -x 2 --projections -Q draft --keep p - pipe.nii <marks.nii; ok $? 'from a pipe'
+ct-sr -q -x 2 --projections -Q draft --keep p --resume - pipe.nii <cube.nii; ok $? 'from another'
+ct-sr -q -x 2 --projections -Q draft - want.nii <cube.nii
 ct-convert -q pipe.nii - | tail -c 20000 >a; ct-convert -q want.nii - | tail -c 20000 >b
 [ -s a ] && cmp -s a b; ok $? 'another patient'
 
 # The prior counts by what it holds. (It adds to scans that alias.)
 ct-degrade -q -f -x 4 -p P3 hr-marks.nii marks.nii
-set -- ct-sr -v -x 4 --projections --views 4 --iterations 40 --gaussians 100
-cp "$srcdir/src/prior/residual.safetensors" residual.safetensors
-exits 0 'with a prior' "$@" --prior residual.safetensors --keep bal marks.nii bal.nii
+set -- ct-sr -v -x 4 --projections --expert views=4,iterations=40,gaussians=100
+cp "$srcdir/src/prior/slices.safetensors" slices.safetensors
+exits 0 'with a prior' "$@" --prior slices.safetensors --keep bal marks.nii bal.nii
 exits 0 'the same one, as it is installed' "$@" --keep bal --resume marks.nii bal.nii
 said '7 of 7' 'leaves nothing to do'
 printf x >>bal/up-proj.exr
@@ -70,10 +70,10 @@ cmp -s bal.nii moved/to/bal.nii; ok $? 'and makes the same bytes'
 rm moved/to/bal.nii && printf junk >moved/to/marks.nii
 sh moved/to/bal/commands.sh >/dev/null 2>&1; [ $? -eq 3 ] && [ ! -e moved/to/bal.nii ]; ok $? 'it ends at the first error'
 mkdir aside
-exits 0 'a folder elsewhere, names with a dash' ct-sr -q -x 4 -Q draft --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
+exits 0 'a folder elsewhere, names with a dash' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
 rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'and its script'
 cp marks.nii ./-marks.nii
-exits 0 'a dash before all names' ct-sr -q -x 4 -Q draft --keep=-k -- -marks.nii -p.nii
+exits 0 'a dash before all names' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep=-k -- -marks.nii -p.nii
 [ -s ./-k/lr.nii ] && [ -s ./-p.nii ]; ok $? 'and they are made'
 (cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'and its script'
 
@@ -85,7 +85,7 @@ fits() { # until ct-nabgs is at work
 		sleep 0.1
 	done
 }
-set -- ct-sr -v -x 4 --projections --views 8 --iterations 1000000 --gaussians 200 --keep g
+set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 --keep g
 setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 exits 4 'two runs in one folder' "$@" --resume marks.nii g2.nii
@@ -103,9 +103,9 @@ setsid "$@" --resume marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
-	timeout 120 ct-sr -x 4 -Q draft --keep g --resume marks.nii g.nii
+	timeout 120 ct-sr -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep g --resume marks.nii g.nii
 # Wherever the signals meet it, the result is that of a run which none met.
-set -- ct-sr -v -x 4 --projections --views 8 --iterations 1500 --gaussians 200
+set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1500,gaussians=200
 for sig in INT KILL TERM; do
 	setsid "$@" --keep r --resume marks.nii r.nii 2>err1 & pid=$!
 	fits $pid
@@ -117,18 +117,18 @@ cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 
 # Temporary folders.
 mkdir tmp; TMPDIR=$dir_/tmp; export TMPDIR
-ct-sr -q -x 4 --projections --views 8 --iterations 1000000 --gaussians 200 marks.nii t.nii 2>/dev/null & pid=$!
+ct-sr -q -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 marks.nii t.nii 2>/dev/null & pid=$!
 for i in $(seq 600); do [ -s tmp/*/up.nii ] && break; sleep 0.1; done 2>/dev/null
-exits 0 'another run' ct-sr -q -x 4 -Q draft marks.nii t2.nii
+exits 0 'another run' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 marks.nii t2.nii
 [ -e tmp/*/temporary ]; ok $? 'leaves the folder of the first alone'
 kill -KILL $pid; wait $pid 2>/dev/null
 flock -w 60 tmp/ct-sr.*/temporary true # until the commands that it started are gone too
 mkdir tmp/ct-sr.mine tmp/ct-sr.kept00; : >tmp/ct-sr.kept00/lock
-exits 0 'one after it was killed' ct-sr -q -x 4 -Q draft marks.nii t3.nii
+exits 0 'one after it was killed' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 marks.nii t3.nii
 [ "$(ls tmp | tr '\n' ' ')" = 'ct-sr.kept00 ct-sr.mine ' ]; ok $? 'removes what it left, and nothing else'
 ls -R tmp | sed 's/^/# /'
 rmdir tmp/ct-sr.mine; rm -r tmp/ct-sr.kept00
-exits 0 'a dry run' ct-sr --dry-run -x 4 marks.nii t4.nii
-exits 0 'and one with a folder' ct-sr --dry-run -x 4 --keep none marks.nii t4.nii
+exits 0 'a dry run' ct-sr --dry-run -x 4 --projections marks.nii t4.nii
+exits 0 'and one with a folder' ct-sr --dry-run -x 4 --projections --keep none marks.nii t4.nii
 [ ! -e none ] && [ -z "$(ls tmp)" ]; ok $? 'make none'
 done_testing

@@ -17,11 +17,11 @@ against() { # against STATUS FILE WORD TOOL ARGS...: the error names the file an
 	grep -q -- "$file" err && grep -q -- "$word" err; ok $? "names $file and $word"
 	[ ! -e no.nii ] && [ ! -e no.exr ] && [ ! -e no.ply ]; ok $? 'and writes nothing'
 }
-against 2 lr.nii '-x 2' ct-upsample -x 2 lr.nii no.nii
-against 2 lr.nii '--sigma 1' ct-upsample --sigma 1 lr.nii no.nii
-against 2 lr.nii '--decimate' ct-upsample --decimate mean lr.nii no.nii
-against 2 lr.nii '--noise 9' ct-upsample --noise 9 lr.nii no.nii
-against 2 lr.nii '-x 2' ct-sr -x 2 lr.nii no.nii
+against 2 lr.nii 'factor 2,2,2' ct-upsample -x 2 lr.nii no.nii
+against 2 lr.nii 'sigma 1' ct-upsample --sigma 1 lr.nii no.nii
+against 2 lr.nii 'sampling mean' ct-upsample --decimate mean lr.nii no.nii
+against 2 lr.nii 'noise 9' ct-upsample --noise 9 lr.nii no.nii
+against 2 lr.nii 'factor 2,2,2' ct-sr -x 2 lr.nii no.nii
 against 2 hr.nii '--window' ct-project -w -512:3071 hr.nii no.exr
 against 2 density.nii '--quantity' ct-project --quantity hu density.nii no.exr
 against 2 p.exr '--window' ct-fdk -w -512:3071 p.exr no.nii

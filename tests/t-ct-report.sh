@@ -72,15 +72,15 @@ exits 2 'another name' ct-report lr.nii hr.nii no.pdf
 [ ! -e no.html ] && [ ! -e no.pdf ]; ok $? 'nothing was made'
 
 # what a page is told: CTSR_LOG
-: >j; CTSR_LOG=j ct-upsample -q -f --memory 70M -x 2 -m linear truth.nii big.nii
+: >j; CTSR_LOG=j ct-upsample -q -f -x 2 -m linear truth.nii big.nii
 grep -qE '^ct-upsample: took [0-9]+\.[0-9] s, [0-9]+\.[0-9] s of CPU time, [1-9][0-9]* MiB$' j; ok $? 'a command says what it took'
-CTSR_LOG=j ct-upsample -q -f --estimate -x 2 lr.nii none/x.nii 2>/dev/null; CTSR_LOG=j ct-restore -q -f -x 5 truth.nii r5.nii 2>/dev/null
+CTSR_LOG=j ct-upsample -q -f --estimate -x 2 lr.nii none/x.nii 2>/dev/null; CTSR_LOG=j ct-upsample -m prior -q -f -x 5 truth.nii r5.nii 2>/dev/null
 grep -q '^ct-upsample: failed after ' j; ok $? 'or how long, until it failed'
-ct-convert -q --cube 8 truth.nii small.nii; CTSR_LOG=j ct-restore -q --estimate -x 4 small.nii s4.nii 2>err
-[ ! -s err ] && grep -q '^ct-restore: warning: small.nii: ' j; ok $? 'and what it would warn of'
-two=$(printf 'sm\nall.nii'); cp small.nii "$two"; CTSR_LOG=j ct-restore -q --estimate -x 4 "$two" s5.nii 2>/dev/null
-grep -q '^ct-restore: warning: sm?all.nii: ' j && ! grep -qv '^ct-' j; ok $? 'in one line, whatever the name'
-wc -l <j >n; CTSR_LOG=j ct-restore --dry-run --estimate -x 4 small.nii no.nii >/dev/null 2>&1; wc -l <j | cmp -s - n; ok $? 'not of a dry run'
+ct-convert -q --cube 8 truth.nii small.nii; CTSR_LOG=j ct-upsample -m prior -q --estimate -x 4 small.nii s4.nii 2>err
+[ ! -s err ] && grep -q '^ct-upsample: warning: small.nii: ' j; ok $? 'and what it would warn of'
+two=$(printf 'sm\nall.nii'); cp small.nii "$two"; CTSR_LOG=j ct-upsample -m prior -q --estimate -x 4 "$two" s5.nii 2>/dev/null
+grep -q '^ct-upsample: warning: sm?all.nii: ' j && ! grep -qv '^ct-' j; ok $? 'in one line, whatever the name'
+wc -l <j >n; CTSR_LOG=j ct-upsample -m prior --dry-run --estimate -x 4 small.nii no.nii >/dev/null 2>&1; wc -l <j | cmp -s - n; ok $? 'not of a dry run'
 CTSR_LOG=k ct-info lr.nii >/dev/null && [ ! -e k ]; ok $? 'to a file that is there'
 
 # in a browser

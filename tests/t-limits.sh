@@ -233,7 +233,7 @@ ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --v
 ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
 ct-upsample --std x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --brick --json --dry-run --units
-ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names --profile --profile-csv g--gaussians --memory
+ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
 awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want

@@ -19,7 +19,7 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	exits 2 "$tool $*" "$tool" "$@"
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
 }
-command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --profile-csv=x.csv; for o in slice=0.1 slices=2 mip=max window=0:1 gaussians=g.ply; do no ct-view --$o --surface 300; done; no ct-view --error --error --surface 300; no ct-view --slices=2 --slice 0.5,0.6; }
+command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; for o in slice=0.1 slices=2 mip=max window=0:1; do no ct-view --$o --surface 300; done; no ct-view --error --error --surface 300; no ct-view --slices=2 --slice 0.5,0.6; }
 no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
 no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
 no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
@@ -41,9 +41,7 @@ no ct-convert --compress --compress --scanner s.json
 no ct-convert --sidecar=x.json --scanner s.json
 no ct-convert --sidecar=x.json --inspect
 no ct-convert --radiograph=integral --scanner s.json
-no ct-convert --memory=1G --scanner s.json
-no ct-convert --memory=1G --inspect
-for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --memory=1G --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
+for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none.x --beam=fan; do
 	no ct-phantom $o
@@ -96,8 +94,7 @@ no ct-ddnm --class=1
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
-no ct-restore --estimate --sigma 1
-no ct-restore --tolerance=1 --start none.x
+for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
 for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
 	no ct-train $o
 done
@@ -141,13 +138,12 @@ no ct-metrics --max-residual=1
 no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
-for o in --window=-512:3071 --views=9 --iterations=9 --gaussians=9 --prior=none.x --arch=num_heads=1 --class=1; do
-	for q in draft fast balanced best; do no ct-sr $o -Q $q; done
-done
-for p in --paper --release; do for o in --quality=best --projections; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean; do no ct-sr $o $p; done; done
+for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
-no ct-sr --class=1 --projections
-no ct-sr --slices=none.x -Q draft
+no ct-sr --keep=k
+no ct-sr --spacing=1 -x 2
+no ct-sr --prior=none.x -Q draft
 for o in --projections --paper --release; do no ct-sr --confidence=c.nii $o; done
 echo ct-sr --report >>tried
 exits 2 'a page of a stream' ct-sr --report=r.html none.x -
@@ -155,15 +151,9 @@ has err '^ct-sr: --report: needs OUT to be a file' 'has nothing to read'
 for o in --spacing=1 --memory=1G; do for p in --paper --release --projections; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
-for o in --keep=k --dry-run; do no ct-sr --plan=p $o; done
-no ct-sr --jobs=2
-for t in ct-ddnm ct-fdk ct-project ct-restore ct-train ct-upsample; do no $t --json; done
+for t in ct-ddnm ct-fdk ct-project ct-train ct-upsample; do no $t --json; done
 no ct-upsample --spacing=1 -x 2
-for o in --iterations=9 --tolerance=1; do no ct-restore $o --start none.x; done
-no ct-restore --spacing=1 -x 2
 no ct-convert --crop=auto --scanner none.x
-no ct-sr --slices=none.x --paper
-no ct-sr --slices=none.x --release
 echo ct-sr --release >>tried # the error names one of the two
 
 # every option that help says belongs to some modes was tried

@@ -1,6 +1,6 @@
 /* Pictures: any orientation of a volume gives the same slices; tones, sizes, difference maps. */
 #include "config.h"
-#include "tools/montage.h"
+#include "picture/montage.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static void make(struct ct_vol *v, const int order[3], int signs)
 			}
 }
 
-static float at(const struct montage_slice *s, size_t r, size_t c)
+static float at(const struct ct_montage_slice *s, size_t r, size_t c)
 {
 	return s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
 }
@@ -56,33 +56,33 @@ static void test_orientation(void)
 
 	for (int p = 0; p < 48; p++) {
 		struct ct_vol v;
-		struct montage_slice s;
+		struct ct_montage_slice s;
 
 		make(&v, order[p / 8], p % 8);
-		montage_slice_volume(
-			&s, &v, MONTAGE_AXIAL, montage_position(&v, MONTAGE_AXIAL, 0.99));
+		ct_montage_slice_volume(
+			&s, &v, CT_MONTAGE_AXIAL, ct_montage_position(&v, CT_MONTAGE_AXIAL, 0.99));
 		shape += s.n[0] != 4 || s.n[1] != 3 || s.mm[0] != 2;
 		places += s.origin[0] != -6 || s.origin[1] != -4;
 		for (size_t r = 0; r < 4; r++) /* anterior first, the patient's right first */
 			for (size_t c = 0; c < 3; c++)
 				bad[0] +=
 					at(&s, r, c) != f(3 - 2 * (double)c, 5 - 2 * (double)r, 8);
-		montage_slice_volume(
-			&s, &v, MONTAGE_CORONAL, montage_position(&v, MONTAGE_CORONAL, 0));
+		ct_montage_slice_volume(
+			&s, &v, CT_MONTAGE_CORONAL, ct_montage_position(&v, CT_MONTAGE_CORONAL, 0));
 		shape += s.n[0] != 6 || s.n[1] != 3;
 		for (size_t r = 0; r < 6; r++)
 			for (size_t c = 0; c < 3; c++)
 				bad[1] +=
 					at(&s, r, c) != f(3 - 2 * (double)c, -1, 8 - 2 * (double)r);
-		montage_slice_volume(
-			&s, &v, MONTAGE_SAGITTAL, montage_position(&v, MONTAGE_SAGITTAL, 0.5));
+		ct_montage_slice_volume(&s, &v, CT_MONTAGE_SAGITTAL,
+			ct_montage_position(&v, CT_MONTAGE_SAGITTAL, 0.5));
 		shape += s.n[0] != 6 || s.n[1] != 4;
 		for (size_t r = 0; r < 6; r++)
 			for (size_t c = 0; c < 4; c++)
 				bad[2] +=
 					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
-		places += montage_slice_volume(&s, &v, MONTAGE_AXIAL, 9.1) != -1 ||
-			  montage_slice_volume(&s, &v, MONTAGE_AXIAL, -3.1) != -1;
+		places += ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, 9.1) != -1 ||
+			  ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, -3.1) != -1;
 		ct_vol_free(&v);
 	}
 	OK(shape == 0, "48 orientations: sizes");
@@ -106,19 +106,19 @@ static void test_draw(void)
 {
 	static const float fine[8] = {0, 10, 20, 30, 40, 50, NAN, 2}, coarse[2] = {5, 1};
 	/* 2 rows of 4, 3 mm high and 1 mm wide; 1 row of 2 over the same area and 2 mm beyond */
-	const struct montage_slice a = {fine, {4, 1}, {2, 4}, {3, 1}, {0, 0}},
-				   b = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 0}},
-				   away = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 3.5}};
-	const struct montage_tile tile[4] = {{.slice = a, .window = {0, 40}},
+	const struct ct_montage_slice a = {fine, {4, 1}, {2, 4}, {3, 1}, {0, 0}},
+				      b = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 0}},
+				      away = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 3.5}};
+	const struct ct_montage_tile tile[4] = {{.slice = a, .window = {0, 40}},
 		{.slice = b, .window = {0, 10}}, {.window = {0, 1}},
 		{.slice = b, .minus = a, .window = {0, 3}}};
 	unsigned char rgb[40 * 40 * 3];
 	struct ct_err e = {0};
 	size_t h = 0, w = 0;
-	int rc = montage_size(&h, &w, 2, 2, tile, 1, 2, &e);
+	int rc = ct_montage_size(&h, &w, 2, 2, tile, 1, 2, &e);
 
 	OK(rc == 0 && h == 14 && w == 12, "physical sizes and a gap: %zu x %zu", w, h);
-	montage_draw(rgb, h, w, 2, 2, tile, 1, 2);
+	ct_montage_draw(rgb, h, w, 2, 2, tile, 1, 2);
 	OK(is(pixel(rgb, w, 0, 0), 0, 0, 0) && is(pixel(rgb, w, 2, 1), 64, 64, 64) &&
 			is(pixel(rgb, w, 0, 3), 191, 191, 191),
 		"grey of the window");
@@ -133,25 +133,25 @@ static void test_draw(void)
 	OK(is(pixel(rgb, w, 8, 6), 255, 255, 255) && is(pixel(rgb, w, 11, 9), 255, 0, 0),
 		"difference maps compare what lies at one place");
 	OK(is(pixel(rgb, w, 8, 10), 0, 0, 0), "and are black where there is nothing");
-	OK(montage_slice_overlap(&a, &b) && !montage_slice_overlap(&a, &away), "overlap");
-	OK(montage_size(&h, &w, 2, 2, tile, 1e-4, 2, &e) == -1 && e.code == CT_EINPUT,
+	OK(ct_montage_slice_overlap(&a, &b) && !ct_montage_slice_overlap(&a, &away), "overlap");
+	OK(ct_montage_size(&h, &w, 2, 2, tile, 1e-4, 2, &e) == -1 && e.code == CT_EINPUT,
 		"an absurd zoom is refused: %s", e.msg);
 }
 
 /* What two slices share is compared with half of the smaller one, along either side. */
 static void test_overlap(void)
 {
-	const struct montage_slice big = {NULL, {8, 1}, {4, 8}, {2, 3}, {0, 0}}; /* 8 x 24 mm */
+	const struct ct_montage_slice big = {NULL, {8, 1}, {4, 8}, {2, 3}, {0, 0}}; /* 8 x 24 mm */
 	static const double at[][2] = {
 		{0, 0}, {6.9, 22.4}, {7.1, 0}, {0, 22.6}, {-0.9, -1.4}, {-1.1, 0}, {0, -1.6}};
 	static const bool good[] = {true, true, false, false, true, false, false};
 
 	for (size_t k = 0; k < sizeof good / sizeof *good; k++) {
-		const struct montage_slice small = {/* 2 x 3 mm */
+		const struct ct_montage_slice small = {/* 2 x 3 mm */
 			NULL, {6, 1}, {4, 6}, {0.5, 0.5}, {at[k][0], at[k][1]}};
 
-		OK(montage_slice_overlap(&small, &big) == good[k] &&
-				montage_slice_overlap(&big, &small) == good[k],
+		OK(ct_montage_slice_overlap(&small, &big) == good[k] &&
+				ct_montage_slice_overlap(&big, &small) == good[k],
 			"a small one at %g, %g", at[k][0], at[k][1]);
 	}
 }
@@ -161,11 +161,11 @@ static void test_overlap(void)
 static void test_bands(void)
 {
 	static const float ramp[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, flat[12] = {0};
-	const struct montage_slice low = {ramp, {3, 1}, {1, 3}, {2, 1}, {0, 0}},
-				   high = {ramp, {3, 1}, {4, 3}, {2, 1}, {3, 5}},
-				   wide = {ramp, {6, 1}, {2, 6}, {2, 1}, {0, 0}},
-				   left = {flat, {3, 1}, {4, 3}, {2, 1}, {5, 4}};
-	const struct montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
+	const struct ct_montage_slice low = {ramp, {3, 1}, {1, 3}, {2, 1}, {0, 0}},
+				      high = {ramp, {3, 1}, {4, 3}, {2, 1}, {3, 5}},
+				      wide = {ramp, {6, 1}, {2, 6}, {2, 1}, {0, 0}},
+				      left = {flat, {3, 1}, {4, 3}, {2, 1}, {5, 4}};
+	const struct ct_montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
 		{.slice = low, .window = {1, 2}}, {.slice = wide, .window = {5, 25}},
 		{.slice = high, .minus = left, .window = {0, 33}}, {.window = {0, 1}},
 		{.slice = low, .window = {0, 2}}};
@@ -173,9 +173,10 @@ static void test_bands(void)
 	struct ct_err e = {0};
 	size_t h = 0, w = 0;
 
-	OK(montage_size(&h, &w, 2, 3, tile, 1, 1, &e) == 0 && h == 4 + 8 + 1 && w == 3 + 3 + 6 + 2,
+	OK(ct_montage_size(&h, &w, 2, 3, tile, 1, 1, &e) == 0 && h == 4 + 8 + 1 &&
+			w == 3 + 3 + 6 + 2,
 		"bands: %zu x %zu", w, h);
-	montage_draw(rgb, h, w, 2, 3, tile, 1, 1);
+	ct_montage_draw(rgb, h, w, 2, 3, tile, 1, 1);
 	OK(is(pixel(rgb, w, 0, 1), 70, 70, 70), "11 of 40");
 	OK(is(pixel(rgb, w, 0, 10), 0, 0, 0) && is(pixel(rgb, w, 3, 8), 13, 13, 13) &&
 			is(pixel(rgb, w, 2, 12), 64, 64, 64),
@@ -191,10 +192,10 @@ static void test_bands(void)
 static void test_range(void)
 {
 	static const float x[4] = {NAN, 3, -INFINITY, -2};
-	const struct montage_slice s = {x, {2, 1}, {2, 2}, {1, 1}, {0, 0}};
+	const struct ct_montage_slice s = {x, {2, 1}, {2, 2}, {1, 1}, {0, 0}};
 	double range[2] = {(double)INFINITY, -(double)INFINITY};
 
-	montage_slice_range(range, &s);
+	ct_montage_slice_range(range, &s);
 	OK(range[0] == -2 && range[1] == 3, "range of the finite values");
 }
 

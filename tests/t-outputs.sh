@@ -42,7 +42,7 @@ both() { # both COMMAND...: the first output fits, and OUT does not
 	[ "$(sed -n '$p' err)" = 4 ] && grep -q 'one.nii: File too large' err; ok $? "$1: a disk that is full in between"
 	[ "$(cat two.nii.gz)" = before ] && ! ls | grep -qE '^one|^two.nii.gz.'; ok $? 'leaves nothing'
 }
-for x in ct-upsample ct-restore; do both $x -qf --std two.nii.gz lr.nii one.nii; done
+for x in auto prior; do both ct-upsample -m $x -qf --std two.nii.gz lr.nii one.nii; done
 rm two.nii.gz
 
 # The same file twice, by whatever names.
@@ -65,13 +65,13 @@ twice 'also an input' ct-fdk -f --grid a.nii a.exr a.nii
 twice 'also an input' ct-train -f a.safetensors a.exr
 twice 'also an input' ct-sr -f a.nii a.nii
 mkdir kept
-twice 'written between' ct-sr -x 2 -k kept a.nii kept/lr.nii
+twice 'written between' ct-sr -x 2 --projections -k kept a.nii kept/lr.nii
 cp a.nii kept/up.nii
-twice 'written between' ct-sr -x 2 -k kept kept/up.nii out.nii
+twice 'written between' ct-sr -x 2 --projections -k kept kept/up.nii out.nii
 rm kept/up.nii
-twice 'written between' ct-sr -x 4 -k kept -Q best a.nii d/kept/up.nii
+twice 'written between' ct-sr -x 4 --projections -k kept -Q best a.nii d/kept/up.nii
 has err 'kept/up.nii' 'which it names'
-ct-sr --dry-run --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
+ct-sr --dry-run --projections --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
 twice 'also another output' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
 twice 'also another output' ct-ddnm -k 2 --std new.exr low.exr d/new.exr

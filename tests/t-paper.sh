@@ -12,7 +12,7 @@ near() { # near NAME VALUE WANT BY
 }
 figure() { ct-info "$2" | awk -v k="$1" '$1 == k {print $2}'; }
 db() { ct-metrics hr.nii "$1" | awk '/^psnr/ {print $2}'; }
-set -- --views 6 --iterations 100 --gaussians 500
+set -- --expert views=6,iterations=100,gaussians=500
 exits 0 'the paper' ct-sr -q --paper "$@" --keep p lr.nii paper.nii
 exits 0 'the release' ct-sr -q --release "$@" --keep r lr.nii release.nii
 near 'scan, least value' "$(figure min lr.nii)" -544.2321 0.001

@@ -22,7 +22,7 @@ few='s/--views=[0-9]*/--views=16/; s/--iterations=[0-9]*/--iterations=200/; s/--
 sed "s,scan/,scan.nii,; $few" readme >script
 sh -e script >/dev/null 2>err; ok $? 'the text runs'
 sed 's/^/# /' err
-ct-sr -q --projections --views 16 --iterations 200 --gaussians 4000 scan.nii sr.nii; ok $? 'so does ct-sr'
+ct-sr -q --projections --expert views=16,iterations=200,gaussians=4000 scan.nii sr.nii; ok $? 'so does ct-sr'
 voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
 voxels hr.nii >a; voxels sr.nii >b
 [ "$(wc -c <a)" -eq 131072 ] && cmp -s a b; ok $? 'to the same voxels'

@@ -50,7 +50,7 @@ ct-convert -q --raw 16x8x8:f32 --spacing 8 cube.raw even.nii
 exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'has no predicted error'
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
-has err '^ct-upsample: even.nii: --std: ' 'needs the operator'
+has err '^ct-upsample: even.nii: does not say how it was reduced: ' 'needs the operator'
 exits 3 'nor by ct-sr' ct-sr -Q draft --confidence r.nii even.nii x.nii
 [ ! -e r.nii ] && [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 

@@ -1,7 +1,7 @@
-/* Letters, lines and colours of pictures. */
+/* Letters, boxes and colours of pictures. */
 #include "config.h"
-#include "tools/colour.h"
-#include "tools/text.h"
+#include "picture/colour.h"
+#include "picture/text.h"
 #include "tap.h"
 
 #include <string.h>
@@ -10,10 +10,10 @@ enum { H = 40, W = 60 };
 static unsigned char rgb[H * W * 3];
 static const unsigned char ink[3] = {200, 100, 50};
 
-static struct canvas blank(void)
+static struct ct_canvas blank(void)
 {
 	memset(rgb, 7, sizeof rgb);
-	return canvas_of(rgb, H, W);
+	return ct_canvas_of(rgb, H, W);
 }
 
 static int inked(size_t y, size_t x)
@@ -48,31 +48,31 @@ static void test_letters(void)
 		"# #   #    ", "#  #  #    ", "#   # #####", "           "};
 	unsigned char seen[95][H * W * 3 / 4];
 	size_t twins = 0;
-	struct canvas c = blank();
+	struct ct_canvas c = blank();
 
-	text_draw(&c, 3, 2, 1, "RL", false, ink);
+	ct_text_draw(&c, 3, 2, 1, "RL", false, ink);
 	OK(holds(3, 2, 1, rl, 8) && count() == 29, "R and L");
 	c = blank();
-	text_draw(&c, 3, 2, 3, "RL", false, ink);
+	ct_text_draw(&c, 3, 2, 3, "RL", false, ink);
 	OK(holds(3, 2, 3, rl, 8), "three times as large");
 	for (int k = 0; k < 95; k++) {
 		c = blank();
-		text_draw(&c, 0, 0, 1, (const char[2]){(char)(32 + k), 0}, false, ink);
+		ct_text_draw(&c, 0, 0, 1, (const char[2]){(char)(32 + k), 0}, false, ink);
 		memcpy(seen[k], rgb, sizeof seen[k]);
 		for (int j = 0; j < k; j++)
 			twins += memcmp(seen[k], seen[j], sizeof seen[k]) == 0;
 	}
 	OK(twins == 0, "no two characters look the same");
 	c = blank();
-	text_draw(&c, 0, 0, 1, "\xc3\xa4\xe2\x82\xac\x7f\x01x", false, ink);
+	ct_text_draw(&c, 0, 0, 1, "\xc3\xa4\xe2\x82\xac\x7f\x01x", false, ink);
 	memcpy(seen[0], rgb, sizeof seen[0]);
 	c = blank();
-	text_draw(&c, 0, 0, 1, "????x", false, ink);
+	ct_text_draw(&c, 0, 0, 1, "????x", false, ink);
 	OK(memcmp(seen[0], rgb, sizeof seen[0]) == 0 &&
-			text_width("\xc3\xa4\xe2\x82\xac\x7f\x01x") == 30,
+			ct_text_width("\xc3\xa4\xe2\x82\xac\x7f\x01x") == 30,
 		"others are question marks");
 	c = blank();
-	text_draw(&c, 10, 10, 2, "I", true, ink);
+	ct_text_draw(&c, 10, 10, 2, "I", true, ink);
 	OK(rgb[(8 * W + 10) * 3] == 0 && rgb[(7 * W + 12) * 3] == 7 &&
 			rgb[(14 * W + 12) * 3] == 0 && inked(10, 12),
 		"a rim as wide as a stroke");
@@ -80,32 +80,25 @@ static void test_letters(void)
 
 static void test_clip(void)
 {
-	struct canvas c = blank();
+	struct ct_canvas c = blank();
 
 	c.clip[0] = 5;
 	c.clip[1] = 9;
 	c.clip[2] = 4;
 	c.clip[3] = 11;
-	canvas_box(&c, -3, -3, 100, 100, ink);
+	ct_canvas_box(&c, -3, -3, 100, 100, ink);
 	OK(count() == 4 * 7 && inked(5, 4) && inked(8, 10) && !inked(9, 10), "a clip");
 	c = blank();
-	text_draw(&c, -4, W - 3, 1, "WWW", false, ink);
-	text_draw(&c, H - 2, -3, 1, "WWW", false, ink);
-	canvas_line(&c, -5, -5, 1e300, 1e300, ink);
+	ct_text_draw(&c, -4, W - 3, 1, "WWW", false, ink);
+	ct_text_draw(&c, H - 2, -3, 1, "WWW", false, ink);
 	OK(1, "beyond the edges");
-	c = blank();
-	canvas_line(&c, 2.5, 3.5, 12.5, 8.5, ink);
-	OK(count() == 11 && inked(2, 3) && inked(12, 8) && inked(7, 6), "a line without gaps");
-	c = blank();
-	canvas_line(&c, 2.5, 3.5, 2.5, 3.5, ink);
-	OK(count() == 1, "of no length");
 }
 
-static int is(enum colour_map map, double t, int r, int g, int b)
+static int is(enum ct_colour_map map, double t, int r, int g, int b)
 {
 	unsigned char x[3];
 
-	colour_of(x, t, map);
+	ct_colour_of(x, t, map);
 	return x[0] == r && x[1] == g && x[2] == b;
 }
 
@@ -114,21 +107,21 @@ static void test_colours(void)
 	double light = -1;
 	int rises = 1;
 
-	OK(is(COLOUR_SIGNED, 0.5, 221, 221, 221) && is(COLOUR_SIGNED, -1, 59, 76, 192) &&
-			is(COLOUR_SIGNED, 2, 180, 4, 38) &&
-			is(COLOUR_SIGNED, 0.25, 141, 176, 254) &&
-			is(COLOUR_SIGNED, 0.025, 67, 87, 200),
+	OK(is(CT_COLOUR_SIGNED, 0.5, 221, 221, 221) && is(CT_COLOUR_SIGNED, -1, 59, 76, 192) &&
+			is(CT_COLOUR_SIGNED, 2, 180, 4, 38) &&
+			is(CT_COLOUR_SIGNED, 0.25, 141, 176, 254) &&
+			is(CT_COLOUR_SIGNED, 0.025, 67, 87, 200),
 		"signed: blue, grey, red");
-	OK(is(COLOUR_INFERNO, 0, 0, 0, 4) && is(COLOUR_INFERNO, 1, 252, 255, 164) &&
-			is(COLOUR_INFERNO, 3 / 7.0, 159, 42, 99) &&
-			is(COLOUR_INFERNO, 0.5, 186, 57, 82),
+	OK(is(CT_COLOUR_INFERNO, 0, 0, 0, 4) && is(CT_COLOUR_INFERNO, 1, 252, 255, 164) &&
+			is(CT_COLOUR_INFERNO, 3 / 7.0, 159, 42, 99) &&
+			is(CT_COLOUR_INFERNO, 0.5, 186, 57, 82),
 		"inferno");
 	for (int k = 0; k <= 100; k++) { /* of CIE: Y, and from it L* */
 		static const double weight[3] = {0.2126, 0.7152, 0.0722};
 		unsigned char x[3];
 		double y = 0, l;
 
-		colour_of(x, k / 100.0, COLOUR_INFERNO);
+		ct_colour_of(x, k / 100.0, CT_COLOUR_INFERNO);
 		for (int c = 0; c < 3; c++)
 			y += weight[c] * (x[c] > 10 ? pow((x[c] / 255.0 + 0.055) / 1.055, 2.4)
 						    : x[c] / 255.0 / 12.92);
@@ -137,8 +130,10 @@ static void test_colours(void)
 		light = l;
 	}
 	OK(rises, "lighter as evenly as t rises");
-	OK(is(COLOUR_HOT, 0.5, 255, 128, 0) && is(COLOUR_GREY, 0.5, 128, 128, 128), "hot and grey");
-	OK(is(COLOUR_HOT, (double)NAN, 0, 0, 255) && is(COLOUR_SIGNED, (double)NAN, 0, 0, 255),
+	OK(is(CT_COLOUR_HOT, 0.5, 255, 128, 0) && is(CT_COLOUR_GREY, 0.5, 128, 128, 128),
+		"hot and grey");
+	OK(is(CT_COLOUR_HOT, (double)NAN, 0, 0, 255) &&
+			is(CT_COLOUR_SIGNED, (double)NAN, 0, 0, 255),
 		"NaN is blue");
 }
 

@@ -18,7 +18,7 @@ no unit 'but see --units' $u unit.nii o.nii
 no both 'but see --units' $u both.nii o.nii
 no plus 'as if 1000 or 1024 was added.*--units' $u plus.nii o.nii
 no unit '--units' ct-degrade -q -x 2 unit.nii o.nii
-no unit '--units' ct-restore -q -x 2 unit.nii o.nii
+no unit '--units' ct-upsample -m prior -q -x 2 unit.nii o.nii
 no plus '--units' ct-compose -q plus.nii plus.nii o.nii
 no unit '--quantity' ct-project -q --views 2 unit.nii o.exr
 no unit '--range or --window' ct-metrics unit.nii unit.nii
@@ -40,10 +40,8 @@ exits 0 'ct-convert copies what is not HU' ct-convert unit.nii copy.nii
 exits 0 'a range is given' ct-metrics --range 1 unit.nii unit.nii
 exits 0 'or a window' ct-metrics --window 0:1 unit.nii unit.nii
 exits 0 'density is what the user says' ct-project -q --quantity density --views 2 --det 4x4 unit.nii p.exr
-exits 0 'ct-sr hands it on' ct-sr -q --dry-run --units hu --series 2 unit.nii new.nii
-has out 'ct-convert .*--units=hu --series=2$' 'to ct-convert'
-exits 0 'and what DICOM is to become' ct-sr -q --dry-run --tilt error --gaps fill --skip-damaged unit.nii new.nii
-has out 'ct-convert .*--tilt=error --gaps=fill --skip-damaged$' 'too'
+exits 0 'ct-sr hands it on' ct-sr -q --dry-run --projections --units hu --crop auto unit.nii new.nii
+has out 'ct-convert .*--units=hu --crop=auto$' 'to ct-convert'
 exits 3 'what is to teach is HU' $train unit.nii; has err 'unit.nii: values from 0 to 0.984 are not HU$' 'or refused'
 # neither sform nor qform: bytes 252 to 255 of the header
 cp hu.nii lost.nii; printf '\0\0\0\0' | dd of=lost.nii bs=1 seek=252 conv=notrunc 2>/dev/null

@@ -21,8 +21,9 @@ for d in '-x 1,1,4 --sigma 0 --decimate mean' '-x 1,1,4 --sigma 0 --decimate poi
 		few=; [ $m = dc ] || few='--iterations 2'
 		# shellcheck disable=SC2086
 		held $m $few
-		# beside it the program, and what the sample leaves behind that multipliers of noise come from
-		case $d in *noise*) more=14 ;; *) more=7 ;; esac
+		# beside it the program with the library of its network, and what the sample leaves behind that multipliers
+		# of noise come from
+		case $d in *noise*) more=16 ;; *) more=9 ;; esac
 		awk -v more=$more '{x[NR] = $1} END {exit !(NR == 2 && x[2] > x[1] + 1 && x[2] < x[1] + more)}' told held
 		ok $? "$d, $m: $(cat told) MiB told, $(cat held) held"
 	done

@@ -52,11 +52,11 @@ no() { # no CODE WORDS COMMAND...
 	code=$1 words=$2; shift 2
 	exits "$code" "$*" "$@" no.nii; has err "$words" "$words"
 }
-no 2 '-x is missing, and bare-P1.nii does not say by how much it was reduced' ct-upsample bare-P1.nii
-no 2 '-x is missing, and o.nii is upsampled already' ct-upsample o.nii
-no 2 'contradicts P1.nii, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00001 P1.nii
-no 2 'sigma 1.27398 contradicts P1.nii, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii
-for x in 0.99 1025 1,1,0.5; do no 2 '-x: .* is outside \[1, 1024\]' ct-upsample -x $x bare-P1.nii; done
+no 2 'bare-P1.nii: does not say by how much it was reduced: give the factor, -x' ct-upsample bare-P1.nii
+no 2 'o.nii: was upsampled already: give the factor, -x' ct-upsample o.nii
+no 2 'P1.nii: the factor 3,3,3.00001 contradicts the file, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00001 P1.nii
+no 2 'P1.nii: sigma 1.27398 contradicts the file, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii
+for x in 0.99 1025 1,1,0.5; do no 2 '--factor: .* is outside \[1, 1024\]' ct-upsample -x $x bare-P1.nii; done
 for x in -0.1 1001 1,1,-1; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-upsample -x 3 --sigma=$x bare-P1.nii; done
 # voxels that are aimed at: bare-P1.nii has 3 mm
 ct-upsample -q -f -m linear -x 3 bare-P1.nii o.nii
@@ -65,15 +65,15 @@ cmp -s o.nii mm.nii || ct-metrics --json o.nii mm.nii | grep -q '"max-hu": 0[,.]
 exits 0 'an axis that is as fine' ct-upsample -m linear --spacing 4,2,3 bare-P1.nii mm2.nii
 ct-info --json mm2.nii | tr -d ' \n' | grep -q '"size":\[32,48,32\],"spacing-mm":\[3.0,2.0,3.0\]'; ok $? 'stays as it is'
 exits 0 'spacing that the file agrees with' ct-upsample -m linear --spacing 1 P1.nii mm3.nii
-no 2 'spacing 1.01 contradicts P1.nii, which was reduced 3,3,3 times' ct-upsample --spacing 1.01 P1.nii
+no 2 'P1.nii: the factor 2.9703,2.9703,2.9703 contradicts the file, which was reduced 3,3,3 times' ct-upsample --spacing 1.01 P1.nii
 no 2 'spacing: -1 is not positive' ct-upsample --spacing=1,-1,1 bare-P1.nii
-no 2 'spacing: 0.002 mm is 1/1500 of a voxel, below 1/1024' ct-upsample --spacing 0.002 bare-P1.nii
+no 2 'spacing 0.002 mm is 1/1500 of a voxel, below 1/1024' ct-upsample --spacing 0.002 bare-P1.nii
 exits 0 'no refinement at all' ct-upsample -x 1 -m linear bare-P1.nii one.nii
 exits 0 'the factor to its digits' ct-upsample -f -m linear -x 3.000001 P1.nii o.nii
 
 # the noise that IN says, and what may be said of it
 ct-degrade -q -x 3 --noise 5 hi.nii noisy.nii
-no 2 'noise 4 contradicts noisy.nii, whose noise is 5 HU' ct-upsample --noise 4 noisy.nii
+no 2 'noisy.nii: the noise 4 contradicts the file, whose noise is 5 HU' ct-upsample --noise 4 noisy.nii
 exits 0 'the same is none' ct-upsample -f --noise 5 --iterations 3 noisy.nii o.nii
 ct-info noisy.nii | grep -Eq '^  noise +5$'; ok $? 'ct-degrade says its noise'
 # and the noise that nothing says

@@ -74,7 +74,7 @@ if command -v ct-view >/dev/null; then
 		'of two files a row a slice'
 	cmp v.png one.png; ok $? 'one is the middle'
 	exits 5 'a place where nothing is' ct-view --slice 40.1mm v.nii no.png
-	has err '^ct-view: 40.1 mm is outside of the first file$' 'is told'
+	has err '^ct-view: 40.1 mm lies outside of the first file' 'is named'
 	for f in 1.1 -0.1 '' 0.5, 0.5m 0.5mmm , nan 0.5:0.6; do exits 2 "--slice '$f'" ct-view --slice "$f" v.nii no.png; done
 	ct-view -p sagittal -w -1000:3000 v.nii w.png
 	is 'shows("w.png", 0, 0, sagittal("v.nii", 10), (-1000, 3000))' '--window'
@@ -88,7 +88,7 @@ if command -v ct-view >/dev/null; then
 	exits 2 'of another name' ct-view -w heart v.nii no.png
 	has err "^ct-view: --window: 'heart' is neither LO:HI nor one of brain stroke" 'is refused, and the names told'
 	exits 2 'of HU, for a density' ct-view -w bone d.nii no.png
-	has err '^ct-view: --window=bone is of HU, and d.nii is not in HU$' 'is refused'
+	has err '^ct-view: --window=bone needs values in HU, but d.nii is not in HU' 'is refused'
 	exits 2 'and for projections' ct-view -w bone p.exr no.png
 	if ct-convert -q v.nii series/ 2>err; then
 		ct-convert -q series/ s.nii && ct-convert -q --reorient RAS --type f32 s.nii h.nii && ct-view h.nii h.png
@@ -113,7 +113,7 @@ if command -v ct-view >/dev/null; then
 	ct-view -z 2 -p axial far.nii v.nii zoom.png
 	is 'shows("zoom.png", 0, 44, [[x for x in row for _ in "ab"] for row in axial("v.nii", 10) for _ in "ab"], (-200, 300)) and len(png.read("zoom.png")) == 40' \
 		'--zoom: of the finest voxel'
-	exits 2 '--plane of projections' ct-view -p axial p.exr no.png; has err '--plane is not for a stack' 'is refused'
+	exits 2 '--plane of projections' ct-view -p axial p.exr no.png; has err '--plane: does not apply to a stack' 'is refused'
 	# what is dark is not made white: a picture is of [0, 1]
 	ct-view -w 0:100 --views 1 p.exr pic.png
 	ct-ddnm -v -x 2 -n 1 pic.png pic.exr 2>err; has err '1 views of 40x40, norm 1,' 'ct-ddnm: 1 is white'

@@ -76,7 +76,7 @@ b = bytearray(open("lr.nii", "rb").read())
 for at in 268, 292: b[at:at + 4] = struct.pack("<f", 1e4)
 open("far.nii", "wb").write(b)'
 	exits 5 'no error where they do not meet' ct-view -e -p axial v.nii lr.nii far.nii m.png
-	has err '^ct-view: file 3 does not cover the area of the first$' 'which is named'
+	has err '^ct-view: file 3 does not overlap with the first' 'which is named'
 else
 	skip 'volumes apart' 'no python3'
 fi
@@ -90,7 +90,7 @@ assert max(q[0] for row in p for q in row) == 255 and p[0][0] == (0, 0, 0)
 END
 exits 0 'two stacks' ct-view --views 3 -e p.exr p.exr q.png
 exits 2 'a volume and a stack do not mix' ct-view v.nii p.exr m.png
-has err 'v.nii is a volume and p.exr a stack' 'and it says so'
+has err 'v.nii is a volume but p.exr is a stack' 'and the error names both'
 exits 2 'the picture is a PNG' ct-view v.nii m.nii
 exits 2 'one operand is not enough' ct-view m.png
 exits 2 'an error needs two' ct-view -e v.nii m.png

@@ -3,10 +3,10 @@
 #define CT_CLI_MEMORY_H
 #include "cli/cli.h"
 
-#define CT_MEMORY(S, f)                                                                            \
+#define CT_MEMORY(S, f, ...)                                                                       \
 	CT_OPT_IDLE(S, f, 0, "memory", "SIZE", 0, 0,                                               \
 		"use at most this much memory, such as 600M or 2G; default: what is free. A CT "   \
-		"that does not fit is refined in slabs")
+		"that does not fit is refined in slabs" __VA_OPT__(, ) __VA_ARGS__)
 
 /* Bytes of "600M", "1.5G": a number and K, M, G or T, powers of 1024; 0 for NULL. CT_EUSAGE. */
 int ct_memory_bytes(double *bytes, const char *text, struct ct_err *e);

@@ -3,10 +3,12 @@
 #include "dicom/module.h"
 #include "core/inflate.h"
 #include "core/simd.h"
+#include "formats/temp.h"
 
 static int begin(const struct dicom_begin *b, struct ct_err *e)
 {
 	ct_inflate_allow(b->expand);
+	ct_temp_share(b->temp);
 	return ct_simd_use(b->simd, e);
 }
 

@@ -12,10 +12,12 @@
 #include "dicom/radiograph.h"
 #include "tools/convert.h"
 
-/* What a program says once for all its copies of core: see core/inflate.h, core/simd.h. */
+/* What a program says once for all its copies of core: see core/inflate.h, core/simd.h,
+ * formats/temp.h. */
 struct dicom_begin {
 	unsigned expand;
 	const char *simd; /* CTSR_CPU, or NULL */
+	struct ct_temp_kept *temp;
 };
 
 struct dicom_module {

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/inflate.h"
 #include "dicom/module.h"
+#include "formats/temp.h"
 #include "tools/lib/installed.h"
 
 #include <dlfcn.h>
@@ -25,7 +26,7 @@ static int check_memory(struct ct_err *e)
 
 const struct dicom_module *dicom_module(struct ct_err *e)
 {
-	const struct dicom_begin how = {ct_inflate_allowed(), getenv("CTSR_CPU")};
+	const struct dicom_begin how = {ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table()};
 	const struct dicom_module *m = NULL;
 	void *handle = NULL;
 	char *path;

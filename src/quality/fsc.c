@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINES = 8 }; /* at once */
-#define NOTHING 1e-24          /* of the power of the other volume */
+enum { LINES = 8 };   /* at once */
+#define NOTHING 1e-24 /* of the power of the other volume */
 
 struct job {
 	const struct ct_vol *ref, *test;

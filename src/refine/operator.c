@@ -7,9 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Factors beyond this are a mistake. */
-#define MOST_TIMES 1024
-
 /* From the voxels of v to those aimed at. Whole numbers come out whole. */
 static int factor_to(double x[3], const double want[3], const struct ct_vol *v, struct ct_err *e)
 {
@@ -22,10 +19,10 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
 		x[a] = fmax(mm[a] / want[a], 1);
 		if (fabs(x[a] - nearbyint(x[a])) < 1e-4 * x[a])
 			x[a] = nearbyint(x[a]);
-		if (x[a] > MOST_TIMES)
+		if (x[a] > CT_SAID_TIMES)
 			return ct_fail(e, CT_EUSAGE,
 				"the spacing %g mm is 1/%.0f of a voxel, below 1/%d", want[a], x[a],
-				MOST_TIMES);
+				CT_SAID_TIMES);
 	}
 	return 0;
 }
@@ -47,9 +44,9 @@ static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said
 	if (by_spacing && factor_to(x, said->spacing, v, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(x[a] >= 1 && x[a] <= MOST_TIMES))
-			return ct_fail(
-				e, CT_EUSAGE, "the factor %g is outside [1, %d]", x[a], MOST_TIMES);
+		if (!(x[a] >= 1 && x[a] <= CT_SAID_TIMES))
+			return ct_fail(e, CT_EUSAGE, "the factor %g is outside [1, %d]", x[a],
+				CT_SAID_TIMES);
 		if (known == 0 && fabs(x[a] - d->factor[a]) > (by_spacing ? 1e-4 : 1e-6) * x[a])
 			return ct_fail(e, CT_EUSAGE,
 				"the factor %g,%g,%g contradicts the file, which was reduced "
@@ -66,9 +63,9 @@ static int sigma_of(struct ct_operator *r, int known, const struct ct_said *said
 	for (int a = 0; a < 3; a++) {
 		double sigma = said->sigma[a];
 
-		if (!(sigma >= 0 && sigma <= 1000))
-			return ct_fail(
-				e, CT_EUSAGE, "the blur sigma %g is outside [0, 1000]", sigma);
+		if (!(sigma >= 0 && sigma <= CT_SAID_SIGMA))
+			return ct_fail(e, CT_EUSAGE, "the blur sigma %g is outside [0, %d]", sigma,
+				CT_SAID_SIGMA);
 		if (r->by.factor[a] == 1 && said->sigma_for_all)
 			sigma = 0;
 		if (known == 0 && fabs(sigma - r->by.sigma[a]) > 1e-6)

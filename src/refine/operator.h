@@ -11,6 +11,9 @@
 #include "core/words.h"
 #include "resolution/degrade.h"
 
+/* A larger factor, and a larger blur in voxels of the result, are mistakes. */
+enum { CT_SAID_TIMES = 1024, CT_SAID_SIGMA = 1000 };
+
 /* What the caller says. */
 struct ct_said {
 	double factor[3];   /* how many times finer the result is; 0: not said */

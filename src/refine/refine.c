@@ -221,7 +221,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	*r = (struct ct_refine){.rule = *rule, .residual = (double)NAN};
 	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
-	if (prior && !r->is.known && !rule->said.estimate)
+	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"does not say how it was reduced: --sigma says it, --estimate measures it");
 	if (rule->error && !r->is.known)

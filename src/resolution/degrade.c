@@ -293,3 +293,37 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	*d = got;
 	return 0;
 }
+
+int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
+	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e)
+{
+	struct ct_separable s = {0};
+	double had = 0; /* what the blur leaves of it is not known */
+	size_t n[3];
+	int rc = -1;
+
+	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0)
+		return -1;
+	if (ct_degrade_plan(&s, d, hi->n, par, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		n[a] = s.t[a].n_out;
+	if (ct_vol_alloc(lo, n, e) || ct_meta_copy(&lo->meta, &hi->meta, e))
+		goto out;
+	ct_separable_apply(&s, lo->data, hi->data, par);
+	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
+	ct_meta_drop(&lo->meta, CT_META_NOISE);
+	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) >
+		1) /* it is not refined any more */
+		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
+	if (ct_degrade_put(&lo->meta, d, e))
+		goto out;
+	if (noise > 0)
+		ct_degrade_noise(lo->data, ct_vol_count(lo), noise, seed, par);
+	if ((noise > 0 || had == 0) && ct_meta_setf(&lo->meta, e, CT_META_NOISE, "%g", noise))
+		goto out;
+	rc = 0;
+out:
+	ct_separable_free(&s);
+	return rc;
+}

@@ -25,6 +25,7 @@
 #ifndef CT_RESOLUTION_DEGRADE_H
 #define CT_RESOLUTION_DEGRADE_H
 #include "core/meta.h"
+#include "core/vol.h"
 #include "core/words.h"
 #include "resolution/separable.h"
 
@@ -61,6 +62,10 @@ void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[st
 	const double factor[static 3]);
 /* Add normal noise of standard deviation sd; value i draws number i of (seed, stream 0). */
 void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct_par *par);
+/* lo (zeroed struct) <- D of hi, and noise of standard deviation `noise`, HU, if above 0. Its
+ * metadata name the operator. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
+	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e);
 
 /* The metadata keys factor, sigma, decimate. */
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);

@@ -106,40 +106,6 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
 
-static int degrade(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
-	double noise, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_separable s = {0};
-	double had = 0; /* of which the blur leaves nobody knows what */
-	size_t n[3];
-	int rc = -1;
-
-	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0)
-		return -1;
-	if (ct_degrade_plan(&s, d, hi->n, env->par, e))
-		return -1;
-	for (int a = 0; a < 3; a++)
-		n[a] = s.t[a].n_out;
-	if (ct_vol_alloc(lo, n, e) || ct_meta_copy(&lo->meta, &hi->meta, e))
-		goto out;
-	ct_separable_apply(&s, lo->data, hi->data, env->par);
-	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
-	ct_meta_drop(&lo->meta, CT_META_NOISE);
-	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) >
-		1) /* it is not refined any more */
-		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
-	if (ct_degrade_put(&lo->meta, d, e))
-		goto out;
-	if (noise > 0)
-		ct_degrade_noise(lo->data, ct_vol_count(lo), noise, env->seed, env->par);
-	if ((noise > 0 || had == 0) && ct_meta_setf(&lo->meta, e, CT_META_NOISE, "%g", noise))
-		goto out;
-	rc = 0;
-out:
-	ct_separable_free(&s);
-	return rc;
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
@@ -157,7 +123,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	}
 	if (clip(&in, p->clip, e))
 		goto out;
-	if (degrade(&out, &in, &d, noise, env, e)) {
+	if (ct_degrade_volume(&out, &in, &d, noise, env->seed, env->par, e)) {
 		ct_blame(e, p->in);
 		goto out;
 	}

@@ -41,6 +41,7 @@ static const struct ct_opt opts[] = {
 	SAID_OPTS(struct sr, said,
 		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: the factor "
 		"that IN was reduced by, else 4",
+		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, said.factor)), CT_WHEN(INVERTS),
 		CT_WHEN(INVERTS)),
 	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
@@ -60,10 +61,11 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT_OWN(struct sr, confidence, 0, "confidence", "FILE", CT_ENDS_VOLUME,
 		"also write the predicted error of each voxel (one standard deviation, HU), NIfTI",
 		CT_WHEN(VOLUMES)),
-	CT_MEMORY(struct sr, memory),
+	CT_MEMORY(struct sr, memory, CT_WHEN(VOLUMES)),
 	CT_INPUT(struct sr, prior, 0, "prior", "FILE",
 		"trained prior: of slices, or with --paper and --release of projections; default: the "
-		"installed one"),
+		"installed one",
+		CT_WHEN(CT_UNLESS_WORD(struct sr, quality, CT_BIT(DRAFT)))),
 	CT_OPT(struct sr, projections, 0, "projections", NULL, 0, 0,
 		"also add what a diffusion prior predicts for projections",
 		CT_WHEN(CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),

@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 struct cut {
-	double at; /* of [0, 1] of the volume (montage_position), or a world coordinate */
+	double at; /* of [0, 1] of the volume (ct_montage_position), or a world coordinate */
 	bool mm;   /* which it is */
 };
 

@@ -1,7 +1,7 @@
 /* labels.c: see labels.h. */
 #include "config.h"
 #include "tools/labels.h"
-#include "tools/text.h"
+#include "picture/text.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@ static const unsigned char white[3] = {255, 255, 255};
 
 /* A colour bar: of the first tile that is an error map, or is none. */
 struct bar {
-	const struct montage_tile *tile;
+	const struct ct_montage_tile *tile;
 	char text[3][40]; /* at its top, middle and bottom */
 };
 
@@ -22,7 +22,7 @@ static size_t bars(struct bar b[2], const struct labels *l)
 
 	for (int error = 0; error < 2; error++)
 		for (size_t i = 0; i < s->rows * s->cols; i++) {
-			const struct montage_tile *t = &s->tile[i];
+			const struct ct_montage_tile *t = &s->tile[i];
 
 			if (!t->slice.data || (t->minus.data != NULL) != error)
 				continue;
@@ -50,22 +50,23 @@ void labels_size(struct labels *l, size_t *h, size_t *w)
 	size_t at[2], size[2], wide = 0, n;
 	struct bar b[2];
 
-	montage_place(at, size, 0, 0, s->rows, s->cols, s->tile, s->mm, l->gap);
+	ct_montage_place(at, size, 0, 0, s->rows, s->cols, s->tile, s->mm, l->gap);
 	l->scale = 1 + (size[0] < size[1] ? size[0] : size[1]) / LETTERS;
-	l->top = l->names ? l->scale * (TEXT_H + PAD) : 0;
+	l->top = l->names ? l->scale * (CT_TEXT_H + PAD) : 0;
 	n = l->bars ? bars(b, l) : 0;
 	for (size_t i = 0; i < n; i++)
 		for (int k = 0; k < 3; k++)
-			wide = text_width(b[i].text[k]) > wide ? text_width(b[i].text[k]) : wide;
+			wide = ct_text_width(b[i].text[k]) > wide ? ct_text_width(b[i].text[k])
+								  : wide;
 	l->right = n ? l->scale * (3 * PAD + BAR + wide) : 0;
-	n *= l->scale * LINES * TEXT_H;
+	n *= l->scale * LINES * CT_TEXT_H;
 	*h = l->top + (*h > n ? *h : n);
 	*w += l->right;
-	wide = l->names == 1 ? l->scale * (text_width(l->name[0]) + PAD) : 0;
+	wide = l->names == 1 ? l->scale * (ct_text_width(l->name[0]) + PAD) : 0;
 	*w = *w > wide ? *w : wide;
 }
 
-static void put_bars(const struct labels *l, const struct canvas *c, size_t left)
+static void put_bars(const struct labels *l, const struct ct_canvas *c, size_t left)
 {
 	const ptrdiff_t s = (ptrdiff_t)l->scale, x = (ptrdiff_t)left + s * PAD;
 	struct bar b[2];
@@ -73,40 +74,40 @@ static void put_bars(const struct labels *l, const struct canvas *c, size_t left
 	const ptrdiff_t each = n ? (ptrdiff_t)((c->h - l->top) / n) : 0, tall = each - 2 * s * PAD;
 
 	for (size_t i = 0; i < n; i++) {
-		const struct montage_tile *t = b[i].tile;
+		const struct ct_montage_tile *t = b[i].tile;
 		const ptrdiff_t y = (ptrdiff_t)l->top + (ptrdiff_t)i * each + s * PAD;
 
 		for (ptrdiff_t k = 0; k < tall; k++) {
 			unsigned char rgb[3];
 
-			colour_of(rgb, 1 - ((double)k + 0.5) / (double)tall,
-				t->minus.data ? t->error : COLOUR_GREY);
-			canvas_box(c, y + k, x, 1, s * BAR, rgb);
+			ct_colour_of(rgb, 1 - ((double)k + 0.5) / (double)tall,
+				t->minus.data ? t->error : CT_COLOUR_GREY);
+			ct_canvas_box(c, y + k, x, 1, s * BAR, rgb);
 		}
 		for (int k = 0; k < 3; k++)
-			text_draw(c, y + k * (tall - s * (TEXT_H - 2)) / 2, x + s * (BAR + PAD),
-				l->scale, b[i].text[k], false, white);
+			ct_text_draw(c, y + k * (tall - s * (CT_TEXT_H - 2)) / 2,
+				x + s * (BAR + PAD), l->scale, b[i].text[k], false, white);
 	}
 }
 
-static void put_sides(const struct canvas *c, const char *side, const size_t at[2],
+static void put_sides(const struct ct_canvas *c, const char *side, const size_t at[2],
 	const size_t size[2], size_t scale)
 {
 	const ptrdiff_t s = (ptrdiff_t)scale, y = (ptrdiff_t)at[0], x = (ptrdiff_t)at[1],
 			h = (ptrdiff_t)size[0], w = (ptrdiff_t)size[1],
-			middle[2] = {y + h / 2 - s * TEXT_H / 2, x + w / 2 - s * TEXT_W / 2},
-			place[4][2] = {{y + s * (TEXT_H + 2), middle[1]},
-				{y + h - s * TEXT_H, middle[1]}, {middle[0], x + 2 * s},
-				{middle[0], x + w - s * (TEXT_W + 1)}};
+			middle[2] = {y + h / 2 - s * CT_TEXT_H / 2, x + w / 2 - s * CT_TEXT_W / 2},
+			place[4][2] = {{y + s * (CT_TEXT_H + 2), middle[1]},
+				{y + h - s * CT_TEXT_H, middle[1]}, {middle[0], x + 2 * s},
+				{middle[0], x + w - s * (CT_TEXT_W + 1)}};
 
 	for (int k = 0; k < 4; k++)
-		text_draw(c, place[k][0], place[k][1], scale, (const char[2]){side[k], 0}, true,
+		ct_text_draw(c, place[k][0], place[k][1], scale, (const char[2]){side[k], 0}, true,
 			white);
 }
 
 /* In the lower left corner. */
-static void put_scale(
-	const struct canvas *c, double mm, const size_t at[2], const size_t size[2], size_t scale)
+static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
+	const size_t size[2], size_t scale)
 {
 	const double length = labels_round((double)size[1] * mm / 3);
 	const ptrdiff_t s = (ptrdiff_t)scale, y = (ptrdiff_t)(at[0] + size[0]) - 4 * s,
@@ -115,30 +116,30 @@ static void put_scale(
 
 	snprintf(text, sizeof text, length >= 10 ? "%g cm" : "%g mm",
 		length >= 10 ? length / 10 : length);
-	canvas_box(c, y - s, x - s, 4 * s, wide + 2 * s, (const unsigned char[3]){0, 0, 0});
-	canvas_box(c, y, x, 2 * s, wide, white);
-	text_draw(c, y - s * (TEXT_H + 1), x, scale, text, true, white);
+	ct_canvas_box(c, y - s, x - s, 4 * s, wide + 2 * s, (const unsigned char[3]){0, 0, 0});
+	ct_canvas_box(c, y, x, 2 * s, wide, white);
+	ct_text_draw(c, y - s * (CT_TEXT_H + 1), x, scale, text, true, white);
 }
 
-void labels_draw(const struct labels *l, const struct canvas *all, size_t mw)
+void labels_draw(const struct labels *l, const struct ct_canvas *all, size_t mw)
 {
 	const struct sheet *s = l->sheet;
-	struct canvas c = *all;
+	struct ct_canvas c = *all;
 
 	if (l->bars)
 		put_bars(l, all, mw);
 	for (size_t i = 0; i < s->rows * s->cols; i++) {
 		size_t at[2], size[2];
 
-		montage_place(at, size, i / s->cols, i % s->cols, s->rows, s->cols, s->tile, s->mm,
-			l->gap);
+		ct_montage_place(at, size, i / s->cols, i % s->cols, s->rows, s->cols, s->tile,
+			s->mm, l->gap);
 		at[0] += l->top;
 		for (int k = 0; k < 2; k++) {
 			c.clip[2 * k] = (ptrdiff_t)at[k];
 			c.clip[2 * k + 1] = (ptrdiff_t)(at[k] + size[k]);
 		}
 		if (s->tile[i].slice.data) {
-			text_draw(&c, c.clip[0] + (ptrdiff_t)l->scale,
+			ct_text_draw(&c, c.clip[0] + (ptrdiff_t)l->scale,
 				c.clip[2] + 2 * (ptrdiff_t)l->scale, l->scale, s->note[i].caption,
 				true, white);
 			if (s->note[i].side)
@@ -151,7 +152,7 @@ void labels_draw(const struct labels *l, const struct canvas *all, size_t mw)
 			c.clip[1] = (ptrdiff_t)l->top;
 			if (l->names == 1)
 				c.clip[3] = (ptrdiff_t)all->w;
-			text_draw(&c, (ptrdiff_t)(l->scale * PAD / 2),
+			ct_text_draw(&c, (ptrdiff_t)(l->scale * PAD / 2),
 				c.clip[2] + 2 * (ptrdiff_t)l->scale, l->scale, l->name[i], false,
 				white);
 		}

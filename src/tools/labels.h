@@ -8,7 +8,7 @@
 #ifndef CT_TOOLS_LABELS_H
 #define CT_TOOLS_LABELS_H
 #include "tools/sheet.h"
-#include "tools/text.h"
+#include "picture/text.h"
 
 struct labels {
 	const struct sheet *sheet;
@@ -23,7 +23,7 @@ struct labels {
 /* The size of the picture around one of h x w pixels. */
 void labels_size(struct labels *l, size_t *h, size_t *w);
 /* Around the sheet, mw pixels wide, in row `top` of a picture of that size. */
-void labels_draw(const struct labels *l, const struct canvas *all, size_t mw);
+void labels_draw(const struct labels *l, const struct ct_canvas *all, size_t mw);
 /* Longest of 1, 2, 5 times a power of ten that is not more than mm. */
 double labels_round(double mm);
 

@@ -7,7 +7,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/base64.h"
-#include "tools/montage.h"
+#include "picture/montage.h"
 #include "tools/page.h"
 
 #include <libdeflate.h>
@@ -26,7 +26,7 @@ static const char *const names[KINDS] = {"before", "after", "std", "error"};
 
 /* Where the slices of a plane lie. */
 struct cut {
-	enum montage_plane plane;
+	enum ct_montage_plane plane;
 	size_t depth;               /* slices that there are */
 	size_t n, at[MOST];         /* those that are shown */
 	size_t step[2], size[2][2]; /* pixels to a side that become one; width, height: of slices,
@@ -34,13 +34,14 @@ struct cut {
 	double mm[2];               /* of such a pixel, across and down */
 };
 
-static int slice_of(struct montage_slice *s, const struct ct_vol *v, const struct cut *c, size_t k)
+static int slice_of(
+	struct ct_montage_slice *s, const struct ct_vol *v, const struct cut *c, size_t k)
 {
-	return montage_slice_volume(s, v, c->plane,
-		montage_position(v, c->plane, ct_cell_centre((double)k) / (double)c->depth));
+	return ct_montage_slice_volume(s, v, c->plane,
+		ct_montage_position(v, c->plane, ct_cell_centre((double)k) / (double)c->depth));
 }
 
-static double value(const struct montage_slice *s, size_t r, size_t c)
+static double value(const struct ct_montage_slice *s, size_t r, size_t c)
 {
 	return (double)s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
 }
@@ -49,7 +50,7 @@ static double value(const struct montage_slice *s, size_t r, size_t c)
 static bool shows(const struct ct_vol *v, const struct cut *c, size_t k)
 {
 	enum { EVERY = 4 };
-	struct montage_slice s;
+	struct ct_montage_slice s;
 	size_t seen = 0, body = 0;
 
 	if (slice_of(&s, v, c, k))
@@ -86,15 +87,15 @@ static size_t up(size_t a, size_t b)
 }
 
 /* The three planes, within what a page holds. */
-static void cut_all(struct cut c[MONTAGE_PLANES], const struct ct_vol *v)
+static void cut_all(struct cut c[CT_MONTAGE_PLANES], const struct ct_vol *v)
 {
 	double pixels = 0, most;
 
-	for (int p = 0; p < MONTAGE_PLANES; p++) {
-		struct montage_slice s = {0};
+	for (int p = 0; p < CT_MONTAGE_PLANES; p++) {
+		struct ct_montage_slice s = {0};
 		size_t side;
 
-		c[p] = (struct cut){.plane = (enum montage_plane)p, .depth = 1};
+		c[p] = (struct cut){.plane = (enum ct_montage_plane)p, .depth = 1};
 		slice_of(&s, v, &c[p], 0);
 		side = s.n[0] > s.n[1] ? s.n[0] : s.n[1];
 		c[p].depth = ct_vol_count(v) / (s.n[0] * s.n[1]);
@@ -109,7 +110,7 @@ static void cut_all(struct cut c[MONTAGE_PLANES], const struct ct_vol *v)
 		pixels += (double)(c[p].size[0][0] * c[p].size[0][1]);
 	}
 	most = fmin(fmax(floor(PIXELS / pixels), LEAST), MOST);
-	for (int p = 0; p < MONTAGE_PLANES; p++)
+	for (int p = 0; p < CT_MONTAGE_PLANES; p++)
 		spread(&c[p], v, (size_t)most);
 }
 
@@ -146,14 +147,14 @@ static double most_of(const struct page *p, enum kind k)
 
 void page_write_meta(FILE *f, const struct page *p)
 {
-	static const char *const letters[MONTAGE_PLANES] = {"[\"R\",\"L\",\"A\",\"P\"]",
+	static const char *const letters[CT_MONTAGE_PLANES] = {"[\"R\",\"L\",\"A\",\"P\"]",
 		"[\"R\",\"L\",\"S\",\"I\"]", "[\"A\",\"P\",\"S\",\"I\"]"};
 	static const char *const planes[] = {"axial", "coronal", "sagittal"};
-	struct cut cut[MONTAGE_PLANES];
+	struct cut cut[CT_MONTAGE_PLANES];
 
 	cut_all(cut, &p->hr.vol);
 	fprintf(f, "{\"planes\":[");
-	for (int k = 0; k < MONTAGE_PLANES; k++) {
+	for (int k = 0; k < CT_MONTAGE_PLANES; k++) {
 		const struct cut *c = &cut[k];
 
 		fprintf(f,
@@ -163,7 +164,7 @@ void page_write_meta(FILE *f, const struct page *p)
 			c->size[1][1], c->mm[0], c->mm[1], letters[k]);
 		for (size_t i = 0; i < c->n; i++)
 			fprintf(f, "%s%.4f", i ? "," : "",
-				montage_position(&p->hr.vol, c->plane,
+				ct_montage_position(&p->hr.vol, c->plane,
 					ct_cell_centre((double)c->at[i]) / (double)c->depth));
 		fprintf(f, "]}");
 	}
@@ -254,7 +255,7 @@ static void gather(float *to, const struct page *p, const struct cut *c, enum ki
 						: &p->hr.vol;
 	const bool map = kind >= STD;
 	const size_t step = c->step[map], w = c->size[map][0], h = c->size[map][1];
-	struct montage_slice s, minus;
+	struct ct_montage_slice s, minus;
 
 	slice_of(&s, v, c, k);
 	if (kind == ERROR)
@@ -321,28 +322,28 @@ static int put_kind(FILE *f, struct desk *d, float *one, const struct page *p, c
 
 int page_write_pictures(FILE *f, const struct page *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct cut cut[MONTAGE_PLANES];
+	struct cut cut[CT_MONTAGE_PLANES];
 	struct desk d = {0};
 	float *one = NULL;
 	size_t most = 0;
 	int rc = -1;
 
 	cut_all(cut, &p->hr.vol);
-	for (int k = 0; k < MONTAGE_PLANES; k++)
+	for (int k = 0; k < CT_MONTAGE_PLANES; k++)
 		if (cut[k].size[0][0] * cut[k].size[0][1] > most)
 			most = cut[k].size[0][0] * cut[k].size[0][1];
 	if (desk_alloc(&d, most, e) || ct_alloc(&one, most, sizeof *one, e))
 		goto out;
-	for (int k = 0; k < MONTAGE_PLANES; k++)
+	for (int k = 0; k < CT_MONTAGE_PLANES; k++)
 		for (int kind = 0; kind < KINDS; kind++) {
 			ct_progress(env, "pictures", (size_t)(k * KINDS + kind),
-				MONTAGE_PLANES * KINDS);
+				CT_MONTAGE_PLANES * KINDS);
 			if (ct_check_stop(env, e) ||
 				(has(p, (enum kind)kind) &&
 					put_kind(f, &d, one, p, &cut[k], (enum kind)kind, e)))
 				goto out;
 		}
-	ct_progress(env, "pictures", MONTAGE_PLANES * KINDS, MONTAGE_PLANES * KINDS);
+	ct_progress(env, "pictures", CT_MONTAGE_PLANES * KINDS, CT_MONTAGE_PLANES * KINDS);
 	rc = 0;
 out:
 	desk_free(&d);

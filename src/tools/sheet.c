@@ -11,10 +11,10 @@
 
 static size_t planes(const struct sheet_rule *r)
 {
-	return r->plane == SHEET_ALL_PLANES ? MONTAGE_PLANES : 1;
+	return r->plane == SHEET_ALL_PLANES ? CT_MONTAGE_PLANES : 1;
 }
 
-/* Pictures of one file: slices of a volume, plane after plane, views of a stack. */
+/* Number of pictures of a file: slices of a volume, plane after plane, or views. */
 static size_t pictures(const struct ct_any *a, const struct sheet_rule *r)
 {
 	if (a->kind == CT_KIND_VOLUME)
@@ -22,60 +22,60 @@ static size_t pictures(const struct ct_any *a, const struct sheet_rule *r)
 	return a->stack.views < r->views ? a->stack.views : r->views;
 }
 
-static enum montage_plane plane_of(const struct sheet_rule *r, size_t k)
+static enum ct_montage_plane plane_of(const struct sheet_rule *r, size_t k)
 {
-	return (enum montage_plane)(r->plane == SHEET_ALL_PLANES ? (int)(k / r->cuts) : r->plane);
+	return (enum ct_montage_plane)(
+		r->plane == SHEET_ALL_PLANES ? (int)(k / r->cuts) : r->plane);
 }
 
-static void caption(char text[static 64], const struct ct_vol *v, enum montage_plane p, double mm,
-	const struct sheet_rule *r)
+static void caption(char text[static 64], const struct ct_vol *v, enum ct_montage_plane p,
+	double mm, const struct sheet_rule *r)
 {
 	static const char across[] = "zyx";
-	const char *plane = CT_WORD(MONTAGE_PLANE_LIST, p);
-	const double at = montage_centre(v, p, mm);
+	const char *plane = CT_WORD(CT_MONTAGE_PLANE_LIST, p);
+	const double at = ct_montage_centre(v, p, mm);
 
 	if (r->surface)
 		snprintf(text, 64, "%s surface %.4g", plane, r->level);
-	else if (r->slab == SLAB_NONE)
+	else if (r->slab == CT_MIP_NONE)
 		snprintf(text, 64, "%s %c %.4g mm", plane, across[p], at);
 	else if (r->thickness > 0)
 		snprintf(text, 64, "%s %s of %.4g mm at %c %.4g mm", plane,
-			CT_WORD(SLAB_LIST, r->slab), r->thickness, across[p], at);
+			CT_WORD(CT_MIP_LIST, r->slab), r->thickness, across[p], at);
 	else
-		snprintf(text, 64, "%s %s", plane, CT_WORD(SLAB_LIST, r->slab));
+		snprintf(text, 64, "%s %s", plane, CT_WORD(CT_MIP_LIST, r->slab));
 }
 
-/* Slice of a volume, cut where the first one is; outside of it data stay NULL. */
+/* Slice of a volume where the first one is cut. Outside of the volume data stay NULL. */
 static int picture_volume(struct sheet *s, size_t at, const struct ct_vol *v,
 	const struct ct_vol *first, const struct sheet_rule *r, size_t k, struct ct_err *e)
 {
 	static const char *const side[] = {"APRL", "SIRL", "SIAP"};
 	const struct cut *c = &r->cut[k % r->cuts];
-	const enum montage_plane p = plane_of(r, k);
+	const enum ct_montage_plane p = plane_of(r, k);
 	const bool whole = r->surface || (r->slab && !(r->thickness > 0));
-	const double mm = whole   ? montage_position(v, p, 0.5)
+	const double mm = whole   ? ct_montage_position(v, p, 0.5)
 			  : c->mm ? c->at
-				  : montage_position(first, p, c->at);
-	struct montage_slice *slice = &s->tile[at].slice;
+				  : ct_montage_position(first, p, c->at);
+	struct ct_montage_slice *slice = &s->tile[at].slice;
 	int rc = 0;
 
 	if (r->surface)
-		rc = surface_draw(slice, &s->own[at], v, p, r->level, s->mm, r->par, e);
+		rc = ct_surface_draw(slice, &s->own[at], v, p, r->level, s->mm, r->par, e);
 	else if (r->slab)
-		rc = slab_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
-	else if (montage_slice_volume(slice, v, p, mm))
+		rc = ct_mip_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
+	else if (ct_montage_slice_volume(slice, v, p, mm))
 		rc = 1;
 	if (rc) {
-		*slice = (struct montage_slice){0};
+		*slice = (struct ct_montage_slice){0};
 		return rc < 0 ? -1 : 0;
 	}
-	s->note[at] = (struct sheet_note){
-		.side = side[p], .vol = r->slab || r->surface ? NULL : v, .plane = p, .mm = mm};
+	s->note[at].side = side[p];
 	caption(s->note[at].caption, v, p, mm, r);
 	return 0;
 }
 
-/* The k-th picture of a file, at a place of the sheet; none leaves data NULL. */
+/* Picture k of a file. Data stay NULL if there is none. */
 static int picture(struct sheet *s, size_t at, const struct ct_any *a, const struct ct_any *first,
 	const struct sheet_rule *r, size_t k, struct ct_err *e)
 {
@@ -85,7 +85,7 @@ static int picture(struct sheet *s, size_t at, const struct ct_any *a, const str
 	if (a->kind == CT_KIND_VOLUME)
 		return picture_volume(s, at, &a->vol, &first->vol, r, k, e);
 	if (k < n) {
-		montage_slice_view(&s->tile[at].slice, &a->stack, view);
+		ct_montage_slice_view(&s->tile[at].slice, &a->stack, view);
 		snprintf(s->note[at].caption, sizeof s->note->caption, "view %zu", view);
 	}
 	return 0;
@@ -96,20 +96,22 @@ static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t ea
 {
 	for (size_t k = 0; k < each; k++)
 		for (size_t i = 0; i < n; i++) {
-			struct montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
+			struct ct_montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
 			struct sheet_note *note = &s->note[k * n + i];
 
 			if (picture(s, k * n + i, &file[i], &file[0], r, k, e))
 				return -1;
 			if (i == 0 && !t->slice.data)
-				return ct_fail(e, CT_EGEOM, "%g mm is outside of the first file",
+				return ct_fail(e, CT_EGEOM,
+					"%g mm lies outside of the first file: choose a place inside",
 					r->cut[k % r->cuts].at);
 			if (!r->error || i == 0 || !t->slice.data || !first->slice.data)
 				continue;
-			if (!montage_slice_overlap(&t->slice, &first->slice))
+			if (!ct_montage_slice_overlap(&t->slice, &first->slice))
 				return ct_fail(e, CT_EGEOM,
-					"file %zu does not cover the area of the first", i + 1);
-			t[each * n] = (struct montage_tile){
+					"file %zu does not overlap with the first: --error needs the same region",
+					i + 1);
+			t[each * n] = (struct ct_montage_tile){
 				.slice = t->slice, .minus = first->slice, .error = r->map};
 			note[each * n] = *note;
 			memcpy(note[each * n].caption, "error ", 6);
@@ -126,22 +128,22 @@ bool sheet_in_hu(const struct ct_any *a)
 	       (!quantity || strcasecmp(quantity, CT_QUANTITY_HU) == 0);
 }
 
-/* Least distance of voxels in the planes shown. */
+/* The finest spacing in the planes shown. */
 static double finest(size_t n, const struct ct_any *file, const struct sheet_rule *r)
 {
 	double fine = (double)INFINITY;
 
 	for (size_t i = 0; i < n; i++)
 		for (size_t k = 0; k < planes(r) * r->cuts; k += r->cuts) {
-			struct montage_frame f;
+			struct ct_montage_frame f;
 
-			montage_frame_make(&f, &file[i].vol, plane_of(r, k));
+			ct_montage_frame_make(&f, &file[i].vol, plane_of(r, k));
 			fine = fmin(fine, fmin(f.mm[1], f.mm[2]));
 		}
 	return fine;
 }
 
-/* Black and white for what the files hold. */
+/* The default window, by what the files hold. */
 static void choose_window(double range[2], const struct ct_any *a)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
@@ -163,12 +165,12 @@ static void tone(struct sheet *s, const struct ct_any *first, const struct sheet
 	double range[2] = {(double)INFINITY, -(double)INFINITY}, error[2], fine = (double)INFINITY;
 
 	for (size_t i = 0; i < s->rows * s->cols; i++) {
-		const struct montage_slice *slice = &s->tile[i].slice;
+		const struct ct_montage_slice *slice = &s->tile[i].slice;
 
 		if (!slice->data)
 			continue;
 		fine = fmin(fine, fmin(slice->mm[0], slice->mm[1]));
-		montage_slice_range(range, slice);
+		ct_montage_slice_range(range, slice);
 	}
 	if (!r->surface)
 		s->mm = fine / r->zoom;
@@ -178,30 +180,11 @@ static void tone(struct sheet *s, const struct ct_any *first, const struct sheet
 	else if (r->window)
 		memcpy(range, r->window, sizeof range);
 	error[1] = (range[1] - range[0]) / 4;
-	error[0] = r->map == COLOUR_SIGNED ? -error[1] : 0;
+	error[0] = r->map == CT_COLOUR_SIGNED ? -error[1] : 0;
 	if (r->error_window)
 		memcpy(error, r->error_window, sizeof error);
 	for (size_t i = 0; i < s->rows * s->cols; i++)
 		memcpy(s->tile[i].window, s->tile[i].minus.data ? error : range, sizeof range);
-}
-
-double sheet_bytes(size_t n, const struct ct_any *file, const struct sheet_rule *r)
-{
-	double voxels = 0, pixels = 0, fine;
-
-	if (file->kind != CT_KIND_VOLUME)
-		return 0;
-	fine = finest(n, file, r) / r->zoom;
-	for (size_t i = 0; i < n; i++)
-		for (size_t k = 0; k < planes(r) * r->cuts; k += r->cuts) {
-			struct montage_frame f;
-
-			montage_frame_make(&f, &file[i].vol, plane_of(r, k));
-			voxels += (double)(r->cuts * f.n[1] * f.n[2]);
-			pixels += (double)(r->cuts * f.n[1] * f.n[2]) * f.mm[1] * f.mm[2] / fine /
-				  fine;
-		}
-	return (r->slab ? 4 : 0) * voxels + ((r->surface ? 4 : 0) + 3 * (1 + r->error)) * pixels;
 }
 
 int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struct sheet_rule *rule,

@@ -1,20 +1,16 @@
-/* view-picture.h: a sheet with what is drawn on and around it, as a PNG. */
+/* view-picture.h: a sheet with its labels, as a PNG. */
 #ifndef CT_TOOLS_VIEW_PICTURE_H
 #define CT_TOOLS_VIEW_PICTURE_H
 #include "core/env.h"
-#include "tools/profile.h"
 #include "tools/sheet.h"
 
 struct view_picture {
 	const struct sheet *sheet;
-	size_t gap;                    /* between its tiles, pixels */
-	size_t names;                  /* files */
-	const char *const *name;       /* of them */
-	const char *unit;              /* of the values, "" */
-	const struct profile *profile; /* plotted below and drawn on the slices; NULL: none */
-	size_t gaussians;              /* drawn on the slices */
-	const struct ct_gaussian *gaussian;
-	bool shaded;   /* surfaces, of which no colours are values */
+	size_t gap;              /* between its tiles, pixels */
+	size_t names;            /* files */
+	const char *const *name; /* of them */
+	const char *unit;        /* of the values, "" */
+	bool shaded;   /* surfaces: their greys are no values, so they have no colour bar */
 	bool labelled; /* labels.h */
 };
 

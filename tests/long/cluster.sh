@@ -1,11 +1,9 @@
 #!/bin/sh
-# cluster.sh [COUNT]: COUNT (2) thick scans on a Slurm of two nodes, both on this machine: plans by
-# examples/cluster/slurm.py, then by the Snakefile while a node and a job are killed; the results against those
-# of make on one machine, byte for byte. Between them twice as many larger ones, on one node and on two: how long
-# they take against what examples/cluster/simulate.py says. It starts its own munged, slurmctld and slurmd, and needs
-# root.
+# cluster.sh [COUNT]: COUNT (4) thick scans on a Slurm of two nodes, both on this machine, by
+# examples/cluster/Snakefile, while a node and a job are killed; the results against those of one machine,
+# byte for byte. It starts its own munged, slurmctld and slurmd, and needs root.
 . "$(dirname "$0")/lib.sh"
-count=${1:-2}
+count=${1:-4}
 row 'without another machine'
 PATH=$PATH:/usr/sbin:/sbin
 for c in munged slurmctld slurmd sbatch; do
@@ -70,75 +68,24 @@ while [ "$(sinfo -hNo %t 2>err | grep -c idle)" -lt 2 ] && [ $n -lt 60 ]; do sle
 	finish
 }
 
-mkdir scans
+mkdir scans one
 i=1
 while [ $i -le "$count" ]; do
-	ct-phantom -q -s $i --size 96x96x192 ellipsoids hr.nii -f
+	ct-phantom -q -s $i --size 192x192x384 ellipsoids hr.nii -f
 	ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii scans/scan$i.nii
-	# the name of OUT is in its history
-	mkdir -p one/$i array/$i
-	ct-sr -q -t 1 -x 1,1,4 -Q draft --jobs 3 --plan one/scan$i.plan "scans/scan$i.nii" one/scan$i.nii.gz &&
-		make -s -f one/scan$i.plan/plan.mk 2>err; tally $? 'make ends'
+	ct-sr -q -t 1 --memory 4096M -x 1,1,4 -Q draft scans/scan$i.nii one/scan$i.nii.gz; tally $? 'one machine'
 	i=$((i + 1))
 done
-idle() { # until no job is left, for a minute or so
-	n=0
-	while [ -n "$(squeue -h 2>/dev/null)" ] && [ $n -lt 200 ]; do sleep 0.5; n=$((n + 1)); done
-	[ -z "$(squeue -h)" ]
-}
 same() { cmp -s "one/$1.nii.gz" "$2/$1.nii.gz"; }
-
-row 'arrays of jobs'
-for s in scans/*.nii; do
-	s=$(basename "$s" .nii)
-	ct-sr -q -t 1 -x 1,1,4 -Q draft --jobs 3 --plan array/$s.plan "scans/$s.nii" array/$s.nii.gz
-	"$srcdir"/examples/cluster/slurm.py array/$s.plan/plan.json --output=/dev/null >submitted 2>err
-	tally $? 'is submitted'
-done
-idle; tally $? 'Slurm ends'
-for s in scans/*.nii; do s=$(basename "$s" .nii); same "$s" array; tally $? "$s is the same"; done
-
-# The simulator is given what each job took in the very run: that tries its scheduler. Both nodes are this machine,
-# so that these seconds say nothing of two machines.
-replay() { python3 "$srcdir/tests/long/replay.py" "$@"; }
-array() { "$srcdir"/examples/cluster/slurm.py "$1" --output=/dev/null >submitted 2>err; tally $? 'is submitted'; }
-hold() { scontrol update NodeName="$1" State=DRAIN Reason=test; }
-# plans N: of as many scans, of several sizes, to be done again
-plans() {
-	i=1
-	while [ $i -le "$1" ]; do
-		[ -s timed$i.nii ] || { ct-phantom -q -s $i --size 192x192x$((128 + 128 * (i % 3))) ellipsoids hr.nii -f
-			ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii timed$i.nii; }
-		ct-sr -q -f -t 1 -x 1,1,4 -Q fast --jobs 3 --plan timed$i timed$i.nii timed$i.out.nii
-		rm -f timed$i.out.nii
-		i=$((i + 1))
-	done
-}
-row 'the simulator against the clock'
-replay chain none && replay time none.log none/plan.json && array none/plan.json
-idle; tally $? 'Slurm ends'
-late=$(replay late none.log)
-for nodes in 1 2; do
-	plans $((2 * count)) && replay time log$nodes timed*/plan.json
-	hold n1; hold n2
-	for p in timed*/plan.json; do array "$p"; done
-	for n in n1 n2; do [ $n = n2 ] && [ $nodes = 1 ] || scontrol update NodeName=$n State=RESUME; done
-	idle; tally $? 'Slurm ends'
-	replay against log$nodes timed*/plan.json -- --nodes $nodes --cores 2 --memory 8000M --slack 2 --latency "$late" >said 2>err
-	tally $? "the simulator is right of $nodes nodes: $(cat said)"
-	echo "# cluster: nodes $nodes: $(cat said), each $late s late"
-done
-hold n2; scontrol update NodeName=n2 State=RESUME
-
 command -v snakemake >/dev/null || { echo '# cluster: no snakemake'; finish; }
 row 'a folder, a node and a job killed'
 snake() {
 	timeout 500 snakemake -s "$srcdir/examples/cluster/Snakefile" --profile "$srcdir/examples/cluster/slurm" --latency-wait 5 \
-		--config scans=scans out=many options='-x 1,1,4 -Q draft' jobs=3 >>snake.log 2>&1
+		--config scans=scans out=many options='-x 1,1,4 -Q draft' >>snake.log 2>&1
 }
 # The commands of jobs on node $1: what a process is for stands in its environment.
 on_node() {
-	for p in $(pgrep -f "^[^ ]*/ct-upsample .*$work/many"); do
+	for p in $(pgrep -f "^[^ ]*/ct-sr .*$work/many"); do
 		tr '\0' '\n' <"/proc/$p/environ" 2>/dev/null | grep -q "^SLURMD_NODENAME=$1\$" && echo "$p"
 	done
 }

@@ -16,13 +16,15 @@ int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e)
 		(o->sigma && ct_cli_numbers("sigma", o->sigma, ',', 3, true, to->sigma, e)))
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (o->factor && !(to->factor[a] >= 1))
-			return ct_fail(e, CT_EUSAGE, "--factor: %g is below 1", to->factor[a]);
+		if (o->factor && !(to->factor[a] >= 1 && to->factor[a] <= CT_SAID_TIMES))
+			return ct_fail(e, CT_EUSAGE, "--factor: %g is outside [1, %d]",
+				to->factor[a], CT_SAID_TIMES);
 		if (o->spacing && !(to->spacing[a] > 0))
 			return ct_fail(
 				e, CT_EUSAGE, "--spacing: %g is not positive", to->spacing[a]);
-		if (o->sigma && !(to->sigma[a] >= 0))
-			return ct_fail(e, CT_EUSAGE, "--sigma: %g is negative", to->sigma[a]);
+		if (o->sigma && !(to->sigma[a] >= 0 && to->sigma[a] <= CT_SAID_SIGMA))
+			return ct_fail(e, CT_EUSAGE, "--sigma: %g is outside [0, %d]", to->sigma[a],
+				CT_SAID_SIGMA);
 	}
 	to->sigma_for_all = o->sigma && !strchr(o->sigma, ',');
 	to->decimate = o->decimate;

@@ -14,12 +14,12 @@ struct said_opts {
 		.decimate = -1, .noise = (double)NAN                                               \
 	}
 
-/* Their rows. `when` of those that say how IN was made: CT_WHEN(...), or .c = 0 for always. */
-#define SAID_OPTS(S, f, help_of_factor, when)                                                       \
+/* Their rows, and CT_WHEN of --spacing beside that of -x, of --sigma and --decimate, of --noise. */
+#define SAID_OPTS(S, f, help_of_factor, spacing_when, when, noise_when)                             \
 	CT_OPT(S, f.factor, 'x', "factor", "S|X,Y,Z", 0, 0, help_of_factor),                        \
 		CT_OPT(S, f.spacing, 0, "spacing", "MM|X,Y,Z", 0, 0,                                \
 			"refine to voxels of this size instead; an axis that is as fine stays",     \
-			CT_WHEN(CT_UNLESS(S, f.factor))),                                           \
+			spacing_when),                                                              \
 		CT_OPT(S, f.sigma, 0, "sigma", "V|X,Y,Z", 0, 0,                                     \
 			"standard deviation of the Gaussian blur of IN, in voxels of OUT; one "     \
 			"number is for the axes that are refined; default: what IN says",           \
@@ -31,7 +31,7 @@ struct said_opts {
 		CT_OPT(S, f.noise, 0, "noise", "HU", 0, 1e6,                                        \
 			"standard deviation of the noise of IN; default: what IN says, else it "    \
 			"is measured",                                                              \
-			when)
+			noise_when)
 
 /* What they say. CT_EUSAGE naming the option. */
 int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e);

@@ -1,0 +1,116 @@
+/* handler.c: see handler.h. */
+#include "config.h"
+#include "formats/handler.h"
+#include "formats/io.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+const char *ct_kind_name(enum ct_kind kind)
+{
+	return CT_WORD(CT_KIND_LIST, kind);
+}
+
+const struct ct_format *ct_format_find(
+	const struct ct_format *const *list, const unsigned char *data, size_t n)
+{
+	const struct ct_format *best = NULL;
+	int most = CT_SNIFF_NO;
+
+	for (; *list; list++) {
+		const int sure = (*list)->sniff(data, n);
+
+		if (sure > most) {
+			most = sure;
+			best = *list;
+		}
+	}
+	return best;
+}
+
+/* "not a NIfTI, NRRD or EXR file", in words of the list. */
+static int refuse(const struct ct_format *const *list, const struct ct_format *is, const char *path,
+	struct ct_err *e)
+{
+	const char *join = "";
+	char names[200] = "";
+	size_t at = 0, left = 0;
+
+	if (is)
+		return ct_fail(e, CT_EINPUT, "%s: %s", path, is->refuse);
+	for (size_t i = 0; list[i]; i++)
+		left += !list[i]->refuse;
+	for (size_t i = 0; list[i] && at < sizeof names; i++) {
+		if (list[i]->refuse)
+			continue;
+		at += (size_t)snprintf(names + at, sizeof names - at, "%s%s", join, list[i]->name);
+		join = --left == 1 ? " or " : ", ";
+	}
+	return ct_fail(e, CT_EINPUT, "%s: not a %s file", path, names);
+}
+
+/* What is in memory. */
+static int read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
+	const char *path, struct ct_any *a, struct ct_err *e)
+{
+	FILE *f;
+	int rc;
+
+	if (is->read_bytes)
+		return is->read_bytes(data, n, path, a, e);
+	f = fmemopen((void *)(uintptr_t)data, n, "rb"); /* only read */
+	if (!f)
+		return ct_fail(e, CT_ENOMEM, "%s: no memory", path);
+	rc = is->read(f, path, a, e);
+	fclose(f);
+	return rc;
+}
+
+/* A whole file or stream, in memory first. `is` NULL: not recognised yet. */
+static int slurp(const struct ct_format *const *list, const struct ct_format *is, const char *path,
+	struct ct_any *a, struct ct_err *e)
+{
+	unsigned char *data;
+	size_t n;
+	int rc;
+
+	if (ct_slurp(path, &data, &n, e))
+		return -1;
+	if (!is)
+		is = ct_format_find(list, data, n < CT_SNIFF ? n : CT_SNIFF);
+	if (!is || is->refuse) {
+		rc = refuse(list, is, path, e);
+	} else {
+		a->kind = is->kind;
+		rc = read_bytes(is, data, n, path, a, e);
+	}
+	free(data);
+	return rc;
+}
+
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+{
+	unsigned char head[CT_SNIFF];
+	const struct ct_format *is;
+	struct stat st;
+	FILE *f;
+	int rc;
+
+	/* a fifo is opened once and read once */
+	if (strcmp(path, "-") == 0 || (stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
+		return slurp(list, NULL, path, a, e);
+	if (ct_io_open(path, &f, e))
+		return -1;
+	is = ct_format_find(list, head, fread(head, 1, sizeof head, f));
+	if (!is || is->refuse || !is->read) {
+		ct_io_close(f);
+		return !is || is->refuse ? refuse(list, is, path, e) : slurp(list, is, path, a, e);
+	}
+	rewind(f);
+	a->kind = is->kind;
+	rc = is->read(f, path, a, e);
+	ct_io_close(f);
+	return rc;
+}

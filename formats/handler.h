@@ -1,0 +1,70 @@
+/* handler.h: a format as an object: how to recognise, read and write it.
+ *
+ * A program names the formats that it reads in a list, and only those are linked. A list ends with
+ * NULL; formats/any.h has one of all.
+ */
+#ifndef CT_FORMATS_HANDLER_H
+#define CT_FORMATS_HANDLER_H
+#include "core/env.h"
+#include "core/gauss.h"
+#include "core/stack.h"
+#include "core/tensors.h"
+#include "core/vol.h"
+#include "core/words.h"
+
+#include <stdio.h>
+
+#define CT_KIND_LIST(X)                                                                            \
+	X(CT_KIND_UNKNOWN, "unknown")                                                              \
+	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip, MetaImage, NRRD */                   \
+	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
+	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
+	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \
+	X(CT_KIND_DICOM, "DICOM")     /* recognised only to name it in the message */              \
+	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
+enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
+/* Its word. */
+const char *ct_kind_name(enum ct_kind kind);
+/* So many first bytes of a file are enough to recognise every format. */
+enum { CT_SNIFF = 352 };
+
+/* What a file holds: the member of its kind is filled. */
+struct ct_any {
+	enum ct_kind kind;
+	struct ct_vol vol;
+	struct ct_stack stack;
+	struct ct_gauss gauss;
+	struct ct_tensors tensors;
+};
+
+/* How certain the first bytes are: of several formats the most certain one is taken. */
+enum { CT_SNIFF_NO, CT_SNIFF_NUMBER, CT_SNIFF_PLACE, CT_SNIFF_MAGIC };
+
+struct ct_format {
+	const char *name;
+	enum ct_kind kind;
+	const char *ends;   /* of the names that it writes: formats/ends.h; or NULL */
+	const char *refuse; /* NULL, or what to say of a format without a reader */
+	int (*sniff)(const unsigned char *data, size_t n); /* CT_SNIFF_... */
+	/* One of the two, or none: a->kind is set, its member is zero before and stays so on
+	 * failure. `name` stands for the path in messages. */
+	int (*read)(FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
+	int (*read_bytes)(const unsigned char *data, size_t n, const char *name, struct ct_any *a,
+		struct ct_err *e);
+	/* Or NULL. */
+	int (*write)(const char *path, const struct ct_any *a, const struct ct_env *env,
+		struct ct_err *e);
+};
+
+extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nrrd, ct_format_exr,
+	ct_format_ply, ct_format_safetensors, ct_format_pytorch;
+
+/* The format of the list that these first bytes are of, or NULL. */
+const struct ct_format *ct_format_find(
+	const struct ct_format *const *list, const unsigned char *data, size_t n);
+/* A file of one of these formats, "-" and pipes too. *a must be zero. CT_EINPUT for another kind of
+ * file; codes of the readers. */
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
+
+#endif

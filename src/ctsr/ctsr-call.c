@@ -1,0 +1,144 @@
+/* ctsr-call.c: the environment of a call, and errors. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/simd.h"
+#include "ctsr/ctsr-impl.h"
+
+#include <sched.h>
+#include <stdio.h>
+#include <string.h>
+
+_Static_assert((int)CTSR_USAGE == CT_EUSAGE && (int)CTSR_INPUT == CT_EINPUT &&
+		       (int)CTSR_OUTPUT == CT_EOUTPUT && (int)CTSR_GEOMETRY == CT_EGEOM &&
+		       (int)CTSR_NUMBER == CT_ENUMERIC && (int)CTSR_MEMORY == CT_ENOMEM &&
+		       (int)CTSR_CANCELLED == CT_ESTOP && (int)CTSR_FAILED == CT_EFAIL,
+	"the codes are the same");
+
+const char *ctsr_version(void)
+{
+	return PACKAGE_VERSION;
+}
+
+int ctsr_give_error(int rc, const struct ct_err *err, ctsr_error *e)
+{
+	if (rc && e) {
+		e->code = (int)err->code;
+		snprintf(e->message, sizeof e->message, "%s", err->msg);
+	}
+	return rc ? -1 : 0;
+}
+
+int ctsr_no_null(const char *function, ctsr_error *e)
+{
+	struct ct_err err;
+
+	return ctsr_give_error(
+		ct_fail(&err, CT_EUSAGE, "%s: an argument is NULL", function), &err, e);
+}
+
+int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e)
+{
+	size_t n;
+
+	if (!theirs)
+		return 0;
+	memcpy(&n, theirs, sizeof n);
+	if (n < sizeof n || n > size)
+		return ct_fail(e, CT_EUSAGE,
+			"options of %zu bytes, at most %zu are known: call their _init function", n,
+			size);
+	memcpy(mine, theirs, n);
+	memcpy(mine, &size, sizeof size);
+	return 0;
+}
+
+int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e)
+{
+	size_t n;
+
+	if (!theirs)
+		return 0;
+	memcpy(&n, theirs, sizeof n);
+	if (n < sizeof n || n > 1 << 16)
+		return ct_fail(e, CT_EUSAGE, "a report of %zu bytes: set its size to sizeof", n);
+	memcpy(mine, &n, sizeof n);
+	memcpy(theirs, mine, n < size ? n : size);
+	return 0;
+}
+
+void ctsr_context_init(ctsr_context *c, size_t size)
+{
+	const ctsr_context all = {.size = size};
+
+	if (c)
+		memcpy(c, &all, size < sizeof all ? size : sizeof all);
+}
+
+static void report(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
+{
+	struct ctsr_call *k = env->ctx;
+
+	(void)likely;
+	if (k->c.progress && k->c.progress(k->c.user, what, done, total))
+		k->stop = 1;
+}
+
+static void tell(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct ctsr_call *k = env->ctx;
+
+	if (k->c.log)
+		k->c.log(k->c.user, (int)level, text);
+}
+
+static size_t threads_of(const ctsr_context *c)
+{
+	cpu_set_t set;
+
+	if (c->threads)
+		return c->threads;
+	return sched_getaffinity(0, sizeof set, &set) == 0 ? (size_t)CPU_COUNT(&set) : 1;
+}
+
+int ctsr_call_begin(struct ctsr_call *k, const ctsr_context *c)
+{
+	*k = (struct ctsr_call){0};
+	ctsr_context_init(&k->c, sizeof k->c);
+	if (ctsr_take_options(&k->c, sizeof k->c, c, &k->err))
+		return -1;
+	if (k->c.threads > 4096)
+		return ct_fail(&k->err, CT_EUSAGE, "%u threads, at most 4096", k->c.threads);
+	if (!ct_simd_level())
+		return ct_fail(&k->err, CT_EFAIL,
+			"this processor is older than x86-64-v2: it has no SSE4.2 or no POPCNT");
+	k->env = (struct ct_env){.seed = k->c.seed,
+		.verbose = k->c.verbose,
+		.force = k->c.overwrite != 0,
+		.history = k->c.history,
+		.stop = &k->stop,
+		.log = tell,
+		.progress = report,
+		.ctx = k};
+	if (ct_par_alloc(&k->env.par, threads_of(&k->c), &k->err))
+		return -1;
+	ct_par_heed(k->env.par, &k->stop);
+	return 0;
+}
+
+int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e)
+{
+	ct_par_free(k->env.par);
+	if (k->stop)
+		rc = ct_fail(&k->err, CT_ESTOP, "cancelled by the progress callback");
+	return ctsr_give_error(rc, &k->err, e);
+}
+
+int ctsr_note_history(
+	struct ctsr_call *k, struct ct_meta *m, size_t n, const struct ct_meta *const *in)
+{
+	if (k->env.history)
+		return ct_meta_step(m, &k->env, n, in, &k->err);
+	ct_meta_drop(m, CT_META_INPUT);
+	return 0;
+}

@@ -1,0 +1,55 @@
+/* ctsr-file.c: files of volumes, in the formats that a program names. */
+#include "config.h"
+#include "ctsr/ctsr-impl.h"
+#include "formats/ends.h"
+#include "formats/handler.h"
+
+#include <string.h>
+
+enum { MOST = 32 };
+
+int ctsr_volume_read(
+	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e)
+{
+	const struct ct_format *list[MOST + 1] = {0};
+	const ctsr_context one = {.size = sizeof one, .threads = 1};
+	struct ct_any a = {0};
+	struct ctsr_call k;
+	int rc;
+
+	if (v)
+		*v = NULL;
+	if (!v || !path || !formats)
+		return ctsr_no_null(__func__, e);
+	for (size_t i = 0; i < MOST && formats[i]; i++)
+		list[i] = (const struct ct_format *)formats[i];
+	rc = ctsr_call_begin(&k, &one) || ct_format_read(list, path, &a, &k.err) ||
+	     ctsr_make_volume(v, &k.err);
+	if (rc)
+		ct_vol_free(&a.vol);
+	else
+		(*v)->v = a.vol;
+	return ctsr_call_end(&k, rc, e);
+}
+
+int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format *format,
+	const ctsr_context *c, ctsr_error *e)
+{
+	const struct ct_format *f = (const struct ct_format *)format;
+	struct ct_any a = {.kind = CT_KIND_VOLUME};
+	struct ctsr_call k;
+	char ends[60];
+	int rc;
+
+	if (!v || !path || !format)
+		return ctsr_no_null(__func__, e);
+	a.vol = v->v;
+	rc = ctsr_call_begin(&k, c);
+	ct_ends_text(ends, sizeof ends, f->ends);
+	if (rc == 0 && strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends))
+		rc = ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s", path,
+			f->name, ends);
+	if (rc == 0)
+		rc = f->write(path, &a, &k.env, &k.err);
+	return ctsr_call_end(&k, rc, e);
+}

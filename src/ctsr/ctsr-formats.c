@@ -1,0 +1,12 @@
+/* ctsr-formats.c: all formats of volumes. */
+#include "config.h"
+#include "ctsr/ctsr.h"
+#include "formats/handler.h"
+
+const ctsr_format *const *ctsr_formats_all(void)
+{
+	static const struct ct_format *const all[] = {
+		&ct_format_nifti, &ct_format_nrrd, &ct_format_metaimage, NULL};
+
+	return (const ctsr_format *const *)all;
+}

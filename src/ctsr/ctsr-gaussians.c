@@ -1,0 +1,297 @@
+/* ctsr-gaussians.c: sums of signed Gaussians. */
+#include "config.h"
+#include "core/mem.h"
+#include "ctsr/ctsr-impl.h"
+#include "formats/format.h"
+#include "gs/activation.h"
+#include "gs/fit.h"
+#include "gs/splat.h"
+#include "gs/voxelise.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int make(ctsr_gaussians **g, struct ct_err *e)
+{
+	return ct_alloc0(g, 1, sizeof **g, e);
+}
+
+void ctsr_gaussians_free(ctsr_gaussians *g)
+{
+	if (g)
+		ct_gauss_free(&g->g);
+	free(g);
+}
+
+static int done(ctsr_gaussians **g, int rc)
+{
+	if (rc) {
+		ctsr_gaussians_free(*g);
+		*g = NULL;
+	}
+	return rc;
+}
+
+int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e)
+{
+	struct ct_err err;
+	int rc;
+
+	if (g)
+		*g = NULL;
+	if (!g || !path)
+		return ctsr_no_null(__func__, e);
+	rc = make(g, &err) || ct_gauss_read(path, &(*g)->g, &err);
+	return done(g, ctsr_give_error(rc, &err, e));
+}
+
+int ctsr_gaussians_write(
+	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (!g || !path)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ct_gauss_write(path, &g->g, &k.env, &k.err);
+	return ctsr_call_end(&k, rc, e);
+}
+
+size_t ctsr_gaussians_count(const ctsr_gaussians *g)
+{
+	return g ? g->g.n : 0;
+}
+
+int ctsr_gaussians_get(
+	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n, ctsr_error *e)
+{
+	struct ct_err err;
+
+	if (!g || (n && !out))
+		return ctsr_no_null(__func__, e);
+	if (first > g->g.n || n > g->g.n - first)
+		return ctsr_give_error(
+			ct_fail(&err, CT_EUSAGE, "Gaussians %zu to %zu: there are %zu", first,
+				first + n, g->g.n),
+			&err, e);
+	for (size_t i = 0; i < n; i++) {
+		const size_t at = first + i;
+		double norm = 0;
+
+		for (int a = 0; a < 4; a++) {
+			out[i].rotation[a] = (double)g->g.rot[a][at];
+			norm += out[i].rotation[a] * out[i].rotation[a];
+		}
+		for (int a = 0; a < 4; a++)
+			out[i].rotation[a] /= sqrt(norm);
+		for (int a = 0; a < 3; a++) {
+			out[i].position[a] = (double)g->g.pos[a][at];
+			out[i].sigma[a] = exp((double)g->g.scale[a][at]);
+		}
+		out[i].density =
+			ct_activation_apply(g->g.activation, g->g.gamma, (double)g->g.raw[at]);
+	}
+	return 0;
+}
+
+/* Metadata of what is made of a set. */
+static int describe(
+	struct ct_meta *to, const ctsr_gaussians *g, const char *quantity, struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&g->g.meta};
+
+	return ct_meta_copy(to, &g->g.meta, &k->err) ||
+			       ct_meta_set(to, CT_META_QUANTITY, quantity, &k->err)
+		       ? -1
+		       : ctsr_note_history(k, to, 1, from);
+}
+
+static int voxelise(
+	struct ct_vol *v, const ctsr_gaussians *g, const ctsr_volume *like, struct ctsr_call *k)
+{
+	if (ct_gauss_check_finite(&g->g, &k->err) || ct_vol_check_grid(&like->v, &k->err) ||
+		ct_vol_alloc(v, like->v.n, &k->err))
+		return -1;
+	memcpy(v->affine, like->v.affine, sizeof v->affine);
+	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
+	return ct_voxelise_render(v->data, v->n, (const double(*)[4])v->affine, &g->g, 1, NULL,
+		       &k->env, &k->err)
+		       ? -1
+		       : describe(&v->meta, g, CT_QUANTITY_DENSITY, k);
+}
+
+int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (v)
+		*v = NULL;
+	if (!v || !g || !like)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ctsr_make_volume(v, &k.err) ||
+	     voxelise(&(*v)->v, g, like, &k);
+	rc = ctsr_call_end(&k, rc, e);
+	if (rc) {
+		ctsr_volume_free(*v);
+		*v = NULL;
+	}
+	return rc;
+}
+
+/* All views of s, one after the other. */
+static int splat(struct ct_stack *s, const struct ct_gauss *g, struct ctsr_call *k)
+{
+	const size_t pitch = ct_rasterise_pitch(s->w);
+	struct ct_gaussian *b = NULL;
+	struct ct_splat sp = {0};
+	struct ct_camera cam;
+	float *img = NULL;
+	int rc = -1;
+
+	if (ct_alloc(&b, g->n, sizeof *b, &k->err) ||
+		ct_alloc(&img, pitch * s->h, sizeof *img, &k->err))
+		goto out;
+	ct_gaussian_resolve(b, g, k->env.par);
+	for (size_t i = 0; i < s->views; i++) {
+		ct_progress(&k->env, "views", i, s->views);
+		if (ct_check_stop(&k->env, &k->err) ||
+			ct_camera_init(&cam, &s->view[i], s->beam, s->h, s->w, &k->err) ||
+			ct_splat_plan(&sp, &cam, g->n, b, k->env.par, &k->err))
+			goto out;
+		ct_splat_draw(img, &sp, k->env.par);
+		for (size_t r = 0; r < s->h; r++)
+			memcpy(ct_stack_view(s, i) + r * s->w, img + r * pitch, s->w * sizeof *img);
+	}
+	ct_progress(&k->env, "views", s->views, s->views);
+	rc = 0;
+out:
+	ct_splat_free(&sp);
+	free(b);
+	free(img);
+	return rc;
+}
+
+int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
+	const ctsr_projections *like, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (p)
+		*p = NULL;
+	if (!p || !g || !like)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ct_gauss_check_finite(&g->g, &k.err) ||
+	     ct_stack_check(&like->s, &k.err) || ctsr_make_projections(p, &k.err) ||
+	     ct_stack_like(&(*p)->s, &like->s, 1, &k.err) || splat(&(*p)->s, &g->g, &k) ||
+	     describe(&(*p)->s.meta, g, CT_QUANTITY_LINE_INTEGRAL, &k);
+	rc = ctsr_call_end(&k, rc, e);
+	if (rc) {
+		ctsr_projections_free(*p);
+		*p = NULL;
+	}
+	return rc;
+}
+
+void ctsr_fit_options_init(ctsr_fit_options *o, size_t size)
+{
+	const ctsr_fit_options all = {
+		.size = size, .gaussians = 50000, .max_gaussians = 500000, .iterations = 5000};
+
+	if (o)
+		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+}
+
+static int options_of(struct ct_fit_options *to, const ctsr_fit_options *o, const ctsr_volume *base,
+	struct ct_err *e)
+{
+	const struct ct_degrade four = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	struct ct_degrade d = four;
+	double most = 1;
+
+	if (!o->gaussians || o->gaussians > 16000000 || o->max_gaussians < o->gaussians ||
+		o->max_gaussians > 16000000 || !o->iterations || o->iterations > 10000000 ||
+		!(o->tolerance >= 0 && o->tolerance <= 1))
+		return ct_fail(e, CT_EUSAGE,
+			"1 to 16e6 Gaussians, no fewer at most, 1 to 1e7 iterations, a tolerance "
+			"of 0 to 1 are expected");
+	if (ct_degrade_get(&base->v.meta, &d, e) < 0)
+		return -1;
+	for (int a = 0; a < 3; a++)
+		most = fmax(most, d.factor[a]);
+	ct_fit_defaults(to, (size_t)lround(most), o->full != 0, CT_PRELU);
+	to->iterations = o->iterations;
+	to->gaussians = o->gaussians;
+	to->max_gaussians = o->max_gaussians;
+	to->tolerance = o->tolerance;
+	to->checkpoint_every = 0;
+	return 0;
+}
+
+static int fit_on(struct ct_gauss *to, const struct ct_fit_options *o, const struct ct_fit_data *d,
+	struct ctsr_call *k)
+{
+	struct ct_fit f = {0};
+	const int rc =
+		ct_fit_init(&f, o, d, &k->env, &k->err) || ct_fit_run(&f, d, &k->env, &k->err) ? -1
+											       : 0;
+
+	if (rc == 0) {
+		*to = f.g;
+		f.g = (struct ct_gauss){0};
+	}
+	ct_fit_free(&f);
+	return rc;
+}
+
+static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume *base,
+	const ctsr_fit_options *o, struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&p->s.meta, &base->v.meta};
+	struct ct_stack base_projections = {0};
+	struct ct_vol density = {0};
+	const struct ct_fit_data d = {.target = &p->s,
+		.base = &density,
+		.base_projections = o->full ? NULL : &base_projections};
+	struct ct_err *e = &k->err;
+	struct ct_fit_options to;
+	double window[2];
+	int rc = -1;
+
+	if (options_of(&to, o, base, e) || ctsr_check_volume(base, e) || ct_stack_check(&p->s, e) ||
+		ct_stack_check_finite(&p->s, e) || ctsr_window_of(window, &p->s.meta, e) ||
+		ctsr_density_of(&density, &base->v, window, e))
+		goto out;
+	if (!o->full && (ct_stack_like(&base_projections, &p->s, 1, e) ||
+				ctsr_project_into(&base_projections, &density, k)))
+		goto out;
+	if (fit_on(g, &to, &d, k) == 0 && ct_meta_copy(&g->meta, &p->s.meta, e) == 0 &&
+		ct_meta_set(&g->meta, CT_META_QUANTITY,
+			o->full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) == 0 &&
+		ct_meta_setf(&g->meta, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]) == 0)
+		rc = ctsr_note_history(k, &g->meta, 2, from);
+out:
+	ct_stack_free(&base_projections);
+	ct_vol_free(&density);
+	return rc;
+}
+
+int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p, const ctsr_volume *base,
+	const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e)
+{
+	ctsr_fit_options mine;
+	struct ctsr_call k;
+	int rc;
+
+	if (g)
+		*g = NULL;
+	if (!g || !p || !base)
+		return ctsr_no_null(__func__, e);
+	ctsr_fit_options_init(&mine, sizeof mine);
+	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
+	     make(g, &k.err) || fit(&(*g)->g, p, base, &mine, &k);
+	return done(g, ctsr_call_end(&k, rc, e));
+}

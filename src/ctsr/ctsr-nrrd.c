@@ -1,0 +1,9 @@
+/* ctsr-nrrd.c: a file of its own, so that a static link holds this format only if it is named. */
+#include "config.h"
+#include "ctsr/ctsr.h"
+#include "formats/handler.h"
+
+const ctsr_format *ctsr_nrrd(void)
+{
+	return (const ctsr_format *)&ct_format_nrrd;
+}

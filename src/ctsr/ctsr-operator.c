@@ -1,0 +1,137 @@
+/* ctsr-operator.c: what makes a low-resolution CT. */
+#include "config.h"
+#include "ctsr/ctsr-impl.h"
+#include "refine/operator.h"
+
+#include <math.h>
+#include <string.h>
+
+_Static_assert((int)CTSR_SINC == CT_DECIMATE_SINC && (int)CTSR_POINT == CT_DECIMATE_POINT &&
+		       (int)CTSR_MEAN == CT_DECIMATE_MEAN,
+	"the kinds of sampling are the same");
+
+void ctsr_operator_init(ctsr_operator *o, size_t size)
+{
+	const ctsr_operator all = {.size = size, .factor = {1, 1, 1}};
+
+	if (o)
+		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+}
+
+/* Written so that NaN is refused. */
+int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err *e)
+{
+	ctsr_operator mine;
+
+	ctsr_operator_init(&mine, sizeof mine);
+	if (ctsr_take_options(&mine, sizeof mine, o, e))
+		return -1;
+	for (int a = 0; a < 3; a++) {
+		if (!(mine.factor[a] >= 1 && mine.factor[a] <= 1024))
+			return ct_fail(
+				e, CT_EUSAGE, "the factor %g is outside [1, 1024]", mine.factor[a]);
+		if (!(mine.sigma[a] >= 0 && mine.sigma[a] <= 1000))
+			return ct_fail(e, CT_EUSAGE, "the blur sigma %g is outside [0, 1000]",
+				mine.sigma[a]);
+		d->factor[a] = mine.factor[a];
+		d->sigma[a] = mine.sigma[a];
+	}
+	if (mine.sampling < CTSR_SINC || mine.sampling > CTSR_MEAN)
+		return ct_fail(e, CT_EUSAGE, "the sampling %d is not one of 0 to 2", mine.sampling);
+	if (!(mine.noise >= 0 && mine.noise <= 1e6))
+		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", mine.noise);
+	d->decimate = (enum ct_decimate)mine.sampling;
+	return 0;
+}
+
+static int give(ctsr_operator *o, const struct ct_degrade *d, double noise, struct ct_err *e)
+{
+	ctsr_operator mine = {.sampling = (int)d->decimate, .noise = noise};
+
+	memcpy(mine.factor, d->factor, sizeof mine.factor);
+	memcpy(mine.sigma, d->sigma, sizeof mine.sigma);
+	return ctsr_give_report(o, &mine, sizeof mine, e);
+}
+
+int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
+{
+	struct ct_degrade d;
+	struct ct_err err;
+	double noise = 0;
+	int rc;
+
+	if (!o || !v)
+		return ctsr_no_null(__func__, e);
+	rc = ct_degrade_get(&v->v.meta, &d, &err);
+	if (rc > 0)
+		rc = ct_fail(&err, CT_EINPUT, "the metadata name no operator (key factor)");
+	if (rc == 0 && ct_meta_numbers(&v->v.meta, CT_META_NOISE, 1, &noise, &err) < 0)
+		rc = -1;
+	if (rc == 0)
+		rc = give(o, &d, noise, &err);
+	return ctsr_give_error(rc, &err, e);
+}
+
+/* The voxels alone: the metadata may name another operator. */
+static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
+{
+	struct ct_said said = CT_SAID_NOTHING;
+	struct ct_vol bare = v->v;
+	struct ct_operator r;
+	struct ct_degrade d;
+
+	bare.meta = (struct ct_meta){0};
+	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(v, &k->err))
+		return -1;
+	memcpy(said.factor, d.factor, sizeof said.factor);
+	said.estimate = true;
+	if (ct_operator_find(&r, &said, true, &bare, &k->env, &k->err))
+		return -1;
+	return give(o, &r.by, r.noise, &k->err);
+}
+
+int ctsr_estimate_operator(
+	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (!o || !v)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || estimate(o, v, &k);
+	return ctsr_call_end(&k, rc, e);
+}
+
+static int degrade(
+	struct ct_vol *out, const ctsr_volume *in, const ctsr_operator *o, struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&in->v.meta};
+	struct ct_degrade d;
+
+	return ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(in, &k->err) ||
+			       ct_degrade_volume(out, &in->v, &d, o->noise, k->env.seed, k->env.par,
+				       &k->err) ||
+			       ctsr_note_history(k, &out->meta, 1, from)
+		       ? -1
+		       : 0;
+}
+
+int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,
+	const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (out)
+		*out = NULL;
+	if (!out || !in || !o)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ctsr_make_volume(out, &k.err) ||
+	     degrade(&(*out)->v, in, o, &k);
+	rc = ctsr_call_end(&k, rc, e);
+	if (rc) {
+		ctsr_volume_free(*out);
+		*out = NULL;
+	}
+	return rc;
+}

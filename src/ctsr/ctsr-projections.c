@@ -1,0 +1,365 @@
+/* ctsr-projections.c: X-ray projections, and volumes of them. */
+#include "config.h"
+#include "core/mem.h"
+#include "ctsr/ctsr-impl.h"
+#include "formats/format.h"
+#include "recon/fdk.h"
+#include "xray/project.h"
+#include "xray/scan.h"
+#include "xray/window.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert(
+	(int)CTSR_CONE == CT_CONE && (int)CTSR_PARALLEL == CT_PARALLEL && (int)CTSR_FAN == CT_FAN,
+	"the beams are the same");
+
+int ctsr_make_projections(ctsr_projections **p, struct ct_err *e)
+{
+	return ct_alloc0(p, 1, sizeof **p, e);
+}
+
+void ctsr_projections_free(ctsr_projections *p)
+{
+	if (p)
+		ct_stack_free(&p->s);
+	free(p);
+}
+
+/* Of a call that is over: nothing is left if it failed. */
+static int done(ctsr_projections **p, int rc)
+{
+	if (rc) {
+		ctsr_projections_free(*p);
+		*p = NULL;
+	}
+	return rc;
+}
+
+int ctsr_window_of(double window[2], const struct ct_meta *m, struct ct_err *e)
+{
+	const char *text = ct_meta_get(m, CT_META_WINDOW);
+	char *end;
+
+	window[0] = -1024;
+	window[1] = 3071;
+	if (!text)
+		return 0;
+	window[0] = strtod(text, &end);
+	if (end != text && *end == ':') {
+		text = end + 1;
+		window[1] = strtod(text, &end);
+		if (end != text && !*end && isfinite(window[0]) && isfinite(window[1]) &&
+			window[0] < window[1])
+			return 0;
+	}
+	return ct_fail(e, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI");
+}
+
+static int put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
+{
+	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
+}
+
+int ctsr_density_of(
+	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
+
+	if (ct_vol_alloc(d, v->n, e))
+		return -1;
+	memcpy(d->affine, v->affine, sizeof d->affine);
+	if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0)
+		memcpy(d->data, v->data, ct_vol_count(v) * sizeof *v->data);
+	else
+		ct_window_density(ct_vol_count(v), d->data, v->data, window);
+	return 0;
+}
+
+int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e)
+{
+	struct ct_scan s;
+	ctsr_geometry all;
+
+	if (!g || !around)
+		return ctsr_no_null(__func__, e);
+	ct_scan_default(&s, CT_CONE, &around->v);
+	all = (ctsr_geometry){.size = size,
+		.views = s.views,
+		.columns = s.w,
+		.rows = s.h,
+		.arc = s.arc,
+		.start = s.start,
+		.source_to_centre = s.dso,
+		.source_to_detector = s.dsd,
+		.pitch = {s.pitch[0], s.pitch[1]},
+		.centre = {s.iso[0], s.iso[1], s.iso[2]},
+		.window = {-1024, 3071}};
+	memcpy(g, &all, size < sizeof all ? size : sizeof all);
+	return 0;
+}
+
+static int scan_of(struct ct_scan *s, const ctsr_geometry *g, struct ct_err *e)
+{
+	if (g->beam < CTSR_CONE || g->beam > CTSR_FAN)
+		return ct_fail(e, CT_EUSAGE, "the beam %d is not one of 0 to 2", g->beam);
+	if (!(g->window[0] < g->window[1]) || !isfinite(g->window[0]) || !isfinite(g->window[1]))
+		return ct_fail(
+			e, CT_EUSAGE, "the window %g to %g is none", g->window[0], g->window[1]);
+	if (!g->views || !g->columns || (!g->rows && g->beam != CTSR_FAN))
+		return ct_fail(e, CT_EUSAGE, "%zu views of %zux%zu pixels: none may be 0", g->views,
+			g->columns, g->rows);
+	*s = (struct ct_scan){.beam = (enum ct_beam)g->beam,
+		.views = g->views,
+		.arc = g->arc,
+		.start = g->start,
+		.dso = g->source_to_centre,
+		.dsd = g->source_to_detector,
+		.w = g->columns,
+		.h = g->beam == CTSR_FAN ? 1 : g->rows,
+		.pitch = {g->pitch[0], g->pitch[1]},
+		.offset = {g->offset[0], g->offset[1]},
+		.iso = {g->centre[0], g->centre[1], g->centre[2]}};
+	return 0;
+}
+
+int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows, size_t columns,
+	const ctsr_view *view, ctsr_error *e)
+{
+	struct ct_err err;
+	struct ct_stack *s;
+	int rc;
+
+	if (p)
+		*p = NULL;
+	if (!p || !view)
+		return ctsr_no_null(__func__, e);
+	if (beam < CTSR_CONE || beam > CTSR_FAN || !views || !rows || !columns)
+		return ctsr_give_error(
+			ct_fail(&err, CT_EUSAGE, "beam %d, %zu views of %zux%zu: not projections",
+				beam, views, columns, rows),
+			&err, e);
+	if (ctsr_make_projections(p, &err))
+		return ctsr_give_error(-1, &err, e);
+	s = &(*p)->s;
+	rc = ct_stack_alloc(s, views, rows, columns, &err);
+	if (rc == 0) {
+		s->beam = (enum ct_beam)beam;
+		memset(s->data, 0, ct_stack_count(s) * sizeof *s->data);
+		for (size_t i = 0; i < views; i++) {
+			memcpy(s->view[i].source, view[i].source, sizeof view->source);
+			memcpy(s->view[i].centre, view[i].centre, sizeof view->centre);
+			memcpy(s->view[i].u, view[i].u, sizeof view->u);
+			memcpy(s->view[i].v, view[i].v, sizeof view->v);
+		}
+		rc = ct_stack_check(s, &err);
+	}
+	return done(p, ctsr_give_error(rc, &err, e));
+}
+
+int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e)
+{
+	struct ct_err err;
+	int rc;
+
+	if (p)
+		*p = NULL;
+	if (!p || !path)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_make_projections(p, &err) || ct_stack_read(path, &(*p)->s, &err);
+	return done(p, ctsr_give_error(rc, &err, e));
+}
+
+int ctsr_projections_write(
+	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k;
+	int rc;
+
+	if (!p || !path)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ct_stack_write(path, &p->s, &k.env, &k.err);
+	return ctsr_call_end(&k, rc, e);
+}
+
+float *ctsr_projections_data(const ctsr_projections *p, size_t size[3])
+{
+	if (!p)
+		return NULL;
+	if (size) {
+		size[0] = p->s.views;
+		size[1] = p->s.h;
+		size[2] = p->s.w;
+	}
+	return p->s.data;
+}
+
+int ctsr_projections_view(ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e)
+{
+	const struct ct_view *from;
+	struct ct_err err;
+
+	if (!view || !p)
+		return ctsr_no_null(__func__, e);
+	if (i >= p->s.views)
+		return ctsr_give_error(
+			ct_fail(&err, CT_EUSAGE, "view %zu of %zu", i, p->s.views), &err, e);
+	from = &p->s.view[i];
+	memcpy(view->source, from->source, sizeof view->source);
+	memcpy(view->centre, from->centre, sizeof view->centre);
+	memcpy(view->u, from->u, sizeof view->u);
+	memcpy(view->v, from->v, sizeof view->v);
+	return 0;
+}
+
+int ctsr_project_into(struct ct_stack *s, const struct ct_vol *density, struct ctsr_call *k)
+{
+	struct ct_projector g = {0};
+	int rc = -1;
+
+	if (ct_projector_init(&g, density, s, &k->err))
+		return -1;
+	if (ct_projector_reserve(&g, &k->err))
+		goto out;
+	ct_projector_load(&g, density->data, k->env.par);
+	for (size_t i = 0; i < s->views; i++) {
+		ct_progress(&k->env, "views", i, s->views);
+		if (ct_check_stop(&k->env, &k->err))
+			goto out;
+		ct_project(&g, i, 1, ct_stack_view(s, i), NULL, k->env.par);
+	}
+	ct_progress(&k->env, "views", s->views, s->views);
+	rc = 0;
+out:
+	ct_projector_free(&g);
+	return rc;
+}
+
+static int project(
+	struct ct_stack *s, const ctsr_volume *v, const ctsr_geometry *g, struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&v->v.meta};
+	struct ct_vol density = {0};
+	struct ct_err *e = &k->err;
+	struct ct_scan scan;
+	int rc = -1;
+
+	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_scan_fill(s, &scan, e))
+		return -1;
+	for (size_t i = 0; i < v->v.meta.n; i++)
+		if (ct_meta_set(&s->meta, v->v.meta.pair[i].key, v->v.meta.pair[i].value, e))
+			return -1;
+	if (ctsr_density_of(&density, &v->v, g->window, e) == 0 &&
+		ctsr_project_into(s, &density, k) == 0 && put_window(&s->meta, g->window, e) == 0 &&
+		ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0)
+		rc = ctsr_note_history(k, &s->meta, 1, from);
+	ct_vol_free(&density);
+	return rc;
+}
+
+int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry *g,
+	const ctsr_context *c, ctsr_error *e)
+{
+	ctsr_geometry mine = {0};
+	struct ctsr_call k;
+	int rc;
+
+	if (p)
+		*p = NULL;
+	if (!p || !v || !g)
+		return ctsr_no_null(__func__, e);
+	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&mine, sizeof mine, g, &k.err) ||
+	     ctsr_make_projections(p, &k.err) || project(&(*p)->s, v, &mine, &k);
+	return done(p, ctsr_call_end(&k, rc, e));
+}
+
+/* Zeroed, on the grid of `like`. */
+static int on_grid(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e)
+{
+	if (ct_vol_check_grid(&like->v, e) || ct_vol_alloc(v, like->v.n, e))
+		return -1;
+	memcpy(v->affine, like->v.affine, sizeof v->affine);
+	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
+	return 0;
+}
+
+static int adjoint(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
+{
+	struct ct_projector g = {0};
+	struct ct_err *e = &k->err;
+
+	if (ct_projector_init(&g, v, s, e) || ct_projector_reserve(&g, e))
+		return -1;
+	ct_project_adjoint(&g, 0, s->views, v->data, s->data, k->env.par);
+	ct_projector_free(&g);
+	return ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_OTHER, e);
+}
+
+static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
+{
+	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
+	const bool residual = quantity && strcmp(quantity, CT_QUANTITY_RESIDUAL) == 0;
+	struct ct_fdk f = {0};
+	double window[2];
+	int rc = -1;
+
+	if (ctsr_window_of(window, &s->meta, &k->err) ||
+		ct_fdk_alloc(&f, v, s, CT_RAMP_RAM_LAK, 0, false, k->env.par, &k->err))
+		return -1;
+	for (size_t i = 0; i < s->views; i = ct_fdk_add(&f, i, v->data, k->env.par)) {
+		ct_progress(&k->env, "views", i, s->views);
+		if (ct_check_stop(&k->env, &k->err))
+			goto out;
+	}
+	ct_progress(&k->env, "views", s->views, s->views);
+	if (put_window(&v->meta, window, &k->err))
+		goto out;
+	if (residual) {
+		window[1] -= window[0];
+		window[0] = 0;
+	}
+	ct_window_hu(ct_vol_count(v), v->data, v->data, window);
+	rc = residual ? ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, &k->err) : 0;
+out:
+	ct_fdk_free(&f);
+	return rc;
+}
+
+/* What both have in common. */
+static int back(int (*how)(struct ct_vol *, const struct ct_stack *, struct ctsr_call *),
+	ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like, const ctsr_context *c,
+	ctsr_error *e)
+{
+	const struct ct_meta *const from[] = {&p->s.meta};
+	struct ctsr_call k;
+	int rc;
+
+	rc = ctsr_call_begin(&k, c) || ct_stack_check(&p->s, &k.err) ||
+	     ct_stack_check_finite(&p->s, &k.err) || ctsr_make_volume(v, &k.err) ||
+	     on_grid(&(*v)->v, like, &k.err) || how(&(*v)->v, &p->s, &k) ||
+	     ctsr_note_history(&k, &(*v)->v.meta, 1, from);
+	rc = ctsr_call_end(&k, rc, e);
+	if (rc) {
+		ctsr_volume_free(*v);
+		*v = NULL;
+	}
+	return rc;
+}
+
+int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e)
+{
+	if (v)
+		*v = NULL;
+	return v && p && like ? back(adjoint, v, p, like, c, e) : ctsr_no_null(__func__, e);
+}
+
+int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e)
+{
+	if (v)
+		*v = NULL;
+	return v && p && like ? back(fdk, v, p, like, c, e) : ctsr_no_null(__func__, e);
+}

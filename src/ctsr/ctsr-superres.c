@@ -1,0 +1,174 @@
+/* ctsr-superres.c: a CT on a finer grid. The policy is that of src/refine. */
+#include "config.h"
+#include "ctsr/ctsr-impl.h"
+#include "formats/handler.h"
+#include "refine/refine.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert((int)CTSR_AUTO == CT_UPSAMPLE_AUTO && (int)CTSR_LINEAR == CT_UPSAMPLE_LINEAR &&
+		       (int)CTSR_CUBIC == CT_UPSAMPLE_CUBIC &&
+		       (int)CTSR_BSPLINE == CT_UPSAMPLE_BSPLINE &&
+		       (int)CTSR_LANCZOS == CT_UPSAMPLE_LANCZOS &&
+		       (int)CTSR_SINC_INTERPOLATION == CT_UPSAMPLE_SINC &&
+		       (int)CTSR_DC == CT_UPSAMPLE_DC && (int)CTSR_TV == CT_UPSAMPLE_TV &&
+		       (int)CTSR_HTV == CT_UPSAMPLE_HTV && (int)CTSR_PRIOR == CT_REFINE_PRIOR,
+	"the methods are the same");
+
+void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
+{
+	const ctsr_superres_options all = {.size = size,
+		.method = CTSR_PRIOR,
+		.preset = CTSR_BALANCED,
+		.sigma = {(double)NAN, (double)NAN, (double)NAN},
+		.sampling = -1,
+		.noise = (double)NAN,
+		.iterations = 300,
+		.tolerance = 0.1};
+
+	if (o)
+		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+}
+
+/* Written so that NaN is refused where a number is needed. */
+static int check(const ctsr_superres_options *o, struct ct_err *e)
+{
+	if (o->method < CTSR_AUTO || o->method > CTSR_PRIOR)
+		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 9", o->method);
+	if (o->preset < CTSR_FAST || o->preset > CTSR_BEST)
+		return ct_fail(e, CT_EUSAGE, "the preset %d is not one of 0 to 2", o->preset);
+	if (o->sampling < -1 || o->sampling > CTSR_MEAN)
+		return ct_fail(e, CT_EUSAGE, "the sampling %d is not one of -1 to 2", o->sampling);
+	for (int a = 0; a < 3; a++)
+		if (!(o->factor[a] >= 0) || !(o->spacing[a] >= 0) ||
+			(o->factor[a] > 0) != (o->factor[0] > 0) ||
+			(o->spacing[a] > 0) != (o->spacing[0] > 0))
+			return ct_fail(e, CT_EUSAGE,
+				"factor and spacing need three numbers above 0, or three zeros");
+	if (o->factor[0] > 0 && o->spacing[0] > 0)
+		return ct_fail(e, CT_EUSAGE, "give a factor or a spacing, not both");
+	if (!isnan(o->noise) && !(o->noise >= 0 && o->noise <= 1e6))
+		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", o->noise);
+	if (o->iterations < 1 || !(o->tolerance >= 0) || !(o->memory >= 0))
+		return ct_fail(e, CT_EUSAGE,
+			"iterations must be at least 1, tolerance and memory not below 0");
+	return 0;
+}
+
+static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
+{
+	struct ct_refine_rule r = CT_REFINE_DEFAULTS;
+
+	r.method = o->method;
+	memcpy(r.said.factor, o->factor, sizeof r.said.factor);
+	memcpy(r.said.spacing, o->spacing, sizeof r.said.spacing);
+	memcpy(r.said.sigma, o->sigma, sizeof r.said.sigma);
+	r.said.decimate = o->sampling;
+	r.said.noise = o->noise;
+	r.said.estimate = o->estimate != 0;
+	r.iterations = (size_t)o->iterations;
+	r.tolerance = o->tolerance;
+	r.one_axis = o->preset == CTSR_FAST;
+	r.passes = o->preset == CTSR_BEST ? 2 : 1;
+	r.error = error;
+	r.memory = o->memory;
+	return r;
+}
+
+static int read_prior(
+	struct ct_slice_prior *prior, struct ct_meta *meta, const char *path, struct ct_err *e)
+{
+	static const struct ct_format *const list[] = {&ct_format_safetensors, NULL};
+	struct ct_any a = {0};
+	int rc = -1;
+
+	if (!path)
+		path = CT_DATADIR "/slices.safetensors";
+	if (ct_format_read(list, path, &a, e) == 0) {
+		rc = ct_slice_prior_alloc(prior, &a.tensors, e) ? ct_blame(e, path) : 0;
+		*meta = a.tensors.meta;
+		a.tensors.meta = (struct ct_meta){0};
+	}
+	ct_tensors_free(&a.tensors);
+	return rc;
+}
+
+static int give(
+	ctsr_superres_report *report, const struct ct_refine *r, bool prior, struct ct_err *e)
+{
+	ctsr_superres_report mine = {.method = (int)r->did.method,
+		.prior = prior && r->adds,
+		.sampling = (int)r->is.by.decimate,
+		.noise = r->is.noise,
+		.residual = prior ? r->residual : r->did.residual,
+		.added = prior ? r->added : 0,
+		.iterations = r->did.iterations,
+		.slabs = r->slabs};
+
+	memcpy(mine.factor, r->is.by.factor, sizeof mine.factor);
+	memcpy(mine.sigma, r->is.by.sigma, sizeof mine.sigma);
+	snprintf(mine.why_not, sizeof mine.why_not, "%s", r->why_not);
+	return ctsr_give_report(report, &mine, sizeof mine, e);
+}
+
+struct job {
+	struct ct_slice_prior prior;
+	struct ct_meta prior_meta;
+	struct ct_refine r;
+	ctsr_superres_options o;
+};
+
+static int work(struct job *j, struct ct_vol *out, struct ct_vol *error, const ctsr_volume *in,
+	struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&in->v.meta, &j->prior_meta};
+	struct ct_refine_rule rule = rule_of(&j->o, error != NULL);
+	struct ct_err *e = &k->err;
+
+	rule.prior = &j->prior;
+	if (check(&j->o, e) || ctsr_check_volume(in, e) ||
+		(j->o.method == CTSR_PRIOR &&
+			read_prior(&j->prior, &j->prior_meta, j->o.prior_file, e)) ||
+		ct_refine_plan(&j->r, &rule, &in->v, &k->env, e) ||
+		ct_refine_run(&j->r, out, error, &in->v, &k->env, e))
+		return -1;
+	return ctsr_note_history(k, &out->meta, 2, from) ||
+			       (error && ctsr_note_history(k, &error->meta, 2, from))
+		       ? -1
+		       : 0;
+}
+
+int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
+	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
+{
+	struct job j = {0};
+	struct ctsr_call k;
+	int rc;
+
+	if (out)
+		*out = NULL;
+	if (error)
+		*error = NULL;
+	if (!out || !in)
+		return ctsr_no_null(__func__, e);
+	ctsr_superres_options_init(&j.o, sizeof j.o);
+	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&j.o, sizeof j.o, o, &k.err) ||
+	     ctsr_make_volume(out, &k.err) || (error && ctsr_make_volume(error, &k.err)) ||
+	     work(&j, &(*out)->v, error ? &(*error)->v : NULL, in, &k) ||
+	     give(report, &j.r, j.o.method == CTSR_PRIOR, &k.err);
+	rc = ctsr_call_end(&k, rc, e);
+	ct_slice_prior_free(&j.prior);
+	ct_meta_free(&j.prior_meta);
+	if (rc) {
+		ctsr_volume_free(*out);
+		*out = NULL;
+		if (error) {
+			ctsr_volume_free(*error);
+			*error = NULL;
+		}
+	}
+	return rc;
+}

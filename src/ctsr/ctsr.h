@@ -1,0 +1,415 @@
+/* ctsr.h: super-resolution of computed tomography (CT) as a library.
+ *
+ * INTRODUCTION
+ *
+ * libctsr refines a CT scan to a finer grid. It first inverts the blur and the sampling of the
+ * scanner. It can then add the detail that a network, trained on slices of other CTs, predicts.
+ * Both steps keep the result consistent with the scan: blurred and sampled again, it gives the
+ * scan. The library also projects volumes, reconstructs them, fits Gaussians to projections, and
+ * measures how far two volumes are apart. The commands of ctsr use the same code, and give the same
+ * voxels.
+ *
+ * THE SIMPLE CALL
+ *
+ *     ctsr_error e;
+ *     ctsr_volume *in = NULL, *out = NULL;
+ *     ctsr_superres_options o;
+ *
+ *     ctsr_superres_options_init(&o, sizeof o);
+ *     o.factor[0] = o.factor[1] = o.factor[2] = 4;
+ *     if (ctsr_volume_read(&in, "in.nii", ctsr_formats_all(), &e) ||
+ *         ctsr_superres(&out, NULL, NULL, in, &o, NULL, &e) ||
+ *         ctsr_volume_write(out, "out.nii", ctsr_nifti(), NULL, &e))
+ *             puts(e.message);
+ *     ctsr_volume_free(in);
+ *     ctsr_volume_free(out);
+ *
+ * Compile with: cc prog.c $(pkg-config --cflags --libs ctsr), with --static for libctsr.a.
+ *
+ * UNITS AND AXES
+ *
+ * Lengths are millimetres, angles degrees. Values of a volume are Hounsfield units (HU) unless its
+ * metadata key "quantity" says otherwise. World axes are RAS+ as in NIfTI: +x points to the
+ * patient's right, +y to the front, +z to the head. Voxel (i,j,k) of a volume of n0 x n1 x n2
+ * voxels is data[(k*n1 + j)*n0 + i]. The 3x4 affine maps indices to mm; whole indices are the
+ * centres of voxels.
+ *
+ * ERRORS
+ *
+ * A function that can fail returns 0, or -1 and fills in *e. Its message is one English line that
+ * says what is wrong. e may be NULL. On failure, what a function was to create is NULL. The library
+ * prints nothing, ends no process, installs no signal handler and reads no environment variable.
+ *
+ * THREADS
+ *
+ * Every function is reentrant: threads may call at the same time if no two of them change the same
+ * object. There is no global state but the level of the processor's vectors, found once. A call
+ * starts its own threads (ctsr_context.threads) and joins them before it returns. The result has
+ * the same bytes for any number of threads.
+ *
+ * VERSIONS
+ *
+ * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
+ * with their size: an initialiser sets it, and the default of every member. Later versions add
+ * members at the end, and a default that keeps the old behaviour. So a program that was built for
+ * libctsr.so.0 runs with every libctsr.so.0. Do not copy these structs by other means, and do not
+ * put them into a format of your own.
+ */
+#ifndef CTSR_H
+#define CTSR_H
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define CTSR_API __attribute__((visibility("default")))
+#else
+#define CTSR_API
+#endif
+
+/* ------------------------------------------------------------------------------------ version */
+
+#define CTSR_VERSION_MAJOR 0
+#define CTSR_VERSION_MINOR 1
+#define CTSR_VERSION_PATCH 0
+
+/* Version of the library that runs, "0.1.0". Static text. */
+CTSR_API const char *ctsr_version(void);
+
+/* ------------------------------------------------------------------------------------- errors */
+
+/* Codes. They are the exit statuses of the commands, too. */
+enum ctsr_code {
+	CTSR_OK = 0,
+	CTSR_FAILED = 1,    /* for another reason */
+	CTSR_USAGE = 2,     /* an argument or option is wrong */
+	CTSR_INPUT = 3,     /* a file or its content is wrong */
+	CTSR_OUTPUT = 4,    /* a file cannot be written */
+	CTSR_GEOMETRY = 5,  /* grids or geometries that do not fit, or make no sense */
+	CTSR_NUMBER = 6,    /* NaN or infinity in the input, or divergence */
+	CTSR_MEMORY = 7,    /* not enough memory, or another resource */
+	CTSR_CANCELLED = 75 /* the progress callback asked for it */
+};
+
+/* Owned by the caller; needs no initialisation and no release. After success it is unchanged. */
+typedef struct ctsr_error {
+	int code; /* of enum ctsr_code */
+	char message[508];
+} ctsr_error;
+
+/* ------------------------------------------------------------------------------------ context */
+
+/* How a call runs. Every function that takes a context takes NULL too: all defaults. */
+typedef struct ctsr_context {
+	size_t size;
+	unsigned threads; /* 0 (default): one for each processor that the process may use */
+	int overwrite;    /* 1: writers replace a file that is there; default 0: CTSR_OUTPUT */
+	uint64_t seed;    /* of all random numbers; default 0 */
+	int verbose;      /* what log gets: 0 (default) warnings, 1 information, 2 everything */
+	/* Steps done of total (0: not known) of the work `what`. Return 1 to cancel the call, which
+	 * then fails with CTSR_CANCELLED; else 0. Called from one thread at a time, not always the
+	 * caller's. Default NULL. */
+	int (*progress)(void *user, const char *what, size_t done, size_t total);
+	/* One line of text. level: 0 warning, 1 information, 2 detail. Default NULL. */
+	void (*log)(void *user, int level, const char *text);
+	void *user;          /* handed to the callbacks */
+	const char *history; /* line that is added to the metadata key "history" of results, as
+			      * the commands do: "program 1.0 arguments"; NULL (default): none */
+} ctsr_context;
+
+/* Set all defaults. size: sizeof *c. */
+CTSR_API void ctsr_context_init(ctsr_context *c, size_t size);
+
+/* ------------------------------------------------------------------------------------ volumes */
+
+/* A volume of 32-bit floats on a grid, with metadata: pairs of a key and a text. */
+typedef struct ctsr_volume ctsr_volume;
+
+/* New volume of size[0] x size[1] x size[2] voxels, all zero. affine NULL: 1 mm voxels from the
+ * origin. CTSR_USAGE for a size of 0; CTSR_INPUT for one that overflows; CTSR_GEOMETRY for an
+ * affine that is not finite, has no extent or is sheared; CTSR_MEMORY. */
+CTSR_API int ctsr_volume_new(
+	ctsr_volume **v, const size_t size[3], const double affine[3][4], ctsr_error *e);
+/* The same on memory of the caller, which stays the caller's and must live as long as *v. The
+ * library reads it; it writes only to volumes that it made. */
+CTSR_API int ctsr_volume_wrap(ctsr_volume **v, const size_t size[3], const double affine[3][4],
+	float *data, ctsr_error *e);
+/* The same from int16 numbers: a copy, slope*data + intercept. DICOM's rescale values. */
+CTSR_API int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3],
+	const double affine[3][4], const int16_t *data, double slope, double intercept,
+	ctsr_error *e);
+/* NULL is legal. Memory of ctsr_volume_wrap is left alone. */
+CTSR_API void ctsr_volume_free(ctsr_volume *v);
+/* The voxels, valid until v is freed. The caller may change them. */
+CTSR_API float *ctsr_volume_data(const ctsr_volume *v);
+/* Number of voxels along each axis, and the affine; either may be NULL. */
+CTSR_API void ctsr_volume_grid(const ctsr_volume *v, size_t size[3], double affine[3][4]);
+/* data[n0*n1*n2] <- voxels, rounded to the nearest, ties to even. CTSR_NUMBER if one does not fit.
+ */
+CTSR_API int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e);
+/* Metadata. Value of a key, valid until the metadata change; NULL: no such key. ct-formats(5)
+ * lists the keys that the library knows, such as "factor", "noise" and "history". */
+CTSR_API const char *ctsr_volume_get(const ctsr_volume *v, const char *key);
+/* Key number i, from 0 on, or NULL behind the last. */
+CTSR_API const char *ctsr_volume_key(const ctsr_volume *v, size_t i);
+/* Set a key; value NULL removes it. CTSR_USAGE for an empty key; CTSR_MEMORY. */
+CTSR_API int ctsr_volume_set(ctsr_volume *v, const char *key, const char *value, ctsr_error *e);
+/* values[n] <- volume at the n points (mm, RAS+), linear between voxel centres; NaN where a point
+ * is outside the centres of the outermost voxels. CTSR_GEOMETRY if the affine has no inverse. */
+CTSR_API int ctsr_volume_sample(
+	float *values, const ctsr_volume *v, size_t n, const double (*points)[3], ctsr_error *e);
+
+/* ---------------------------------------------------------------------------- files of volumes */
+
+/* A file format. A static link holds only the formats that a program names. */
+typedef struct ctsr_format ctsr_format;
+
+CTSR_API const ctsr_format *ctsr_nifti(void);     /* NIfTI-1, NIfTI-2; .nii, .nii.gz */
+CTSR_API const ctsr_format *ctsr_nrrd(void);      /* NRRD; .nrrd, .nhdr */
+CTSR_API const ctsr_format *ctsr_metaimage(void); /* MetaImage; .mha, .mhd */
+/* All formats that the library reads, as a list that ends with NULL. A list of one's own is
+ * const ctsr_format *const list[] = {ctsr_nifti(), NULL}. */
+CTSR_API const ctsr_format *const *ctsr_formats_all(void);
+
+/* Read a file of one of these formats. The content decides which one it is, not the name. "-" is
+ * standard input. CTSR_INPUT; CTSR_GEOMETRY for a grid that is refused; CTSR_MEMORY. */
+CTSR_API int ctsr_volume_read(
+	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e);
+/* Write a file: int16 if all voxels are integers that fit, else float32. The file appears under its
+ * name when it is whole. "-" is standard output. CTSR_USAGE if the name has another ending than
+ * those of the format; CTSR_OUTPUT; CTSR_MEMORY. */
+CTSR_API int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format *format,
+	const ctsr_context *c, ctsr_error *e);
+
+/* ----------------------------------------------------------------------------------- operators */
+
+/* How a low-resolution CT is made of a high-resolution one: Gaussian blur, sampling, noise. */
+enum ctsr_sampling {
+	CTSR_SINC = 0,  /* band-limited, then sampled */
+	CTSR_POINT = 1, /* sampled at points */
+	CTSR_MEAN = 2   /* averaged over cells, as thick slices are */
+};
+
+typedef struct ctsr_operator {
+	size_t size;
+	double factor[3]; /* along each axis, 1 to 1024, need not be whole; default 1 */
+	double sigma[3];  /* of the blur, in fine voxels, 0 to 1000; default 0 */
+	int sampling;     /* of enum ctsr_sampling; default CTSR_SINC */
+	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
+} ctsr_operator;
+
+CTSR_API void ctsr_operator_init(ctsr_operator *o, size_t size);
+/* The operator that the metadata of a volume name. CTSR_INPUT if there is none, or it is wrong. */
+CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
+/* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat.
+ * o->factor must be set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT if it has no
+ * edges; CTSR_CANCELLED. */
+CTSR_API int ctsr_estimate_operator(
+	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
+/* *out <- low-resolution CT. Its metadata name the operator. Noise is drawn from the context's
+ * seed. CTSR_USAGE for a number out of range; CTSR_GEOMETRY for an axis shorter than its factor;
+ * CTSR_NUMBER; CTSR_MEMORY. As ct-degrade(1). */
+CTSR_API int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,
+	const ctsr_context *c, ctsr_error *e);
+
+/* ---------------------------------------------------------------------------- super-resolution */
+
+/* Interpolation, regularised inversion, and the inversion with a learned prior on top. */
+enum ctsr_method {
+	CTSR_AUTO = 0, /* CTSR_TV; CTSR_HTV for aliased points; CTSR_BSPLINE without an operator */
+	CTSR_LINEAR = 1,
+	CTSR_CUBIC = 2,
+	CTSR_BSPLINE = 3,
+	CTSR_LANCZOS = 4,
+	CTSR_SINC_INTERPOLATION = 5,
+	CTSR_DC = 6,   /* B-spline, made consistent with the scan */
+	CTSR_TV = 7,   /* least total variation */
+	CTSR_HTV = 8,  /* least second-order variation */
+	CTSR_PRIOR = 9 /* CTSR_AUTO, and the detail that the slice prior predicts */
+};
+
+enum ctsr_preset {
+	CTSR_FAST = 0,     /* slices across one axis */
+	CTSR_BALANCED = 1, /* slices across all axes */
+	CTSR_BEST = 2      /* a second pass over what the first made */
+};
+
+typedef struct ctsr_superres_options {
+	size_t size;
+	int method;        /* of enum ctsr_method; default CTSR_PRIOR */
+	int preset;        /* of enum ctsr_preset, for CTSR_PRIOR; default CTSR_BALANCED */
+	double factor[3];  /* how many times finer; 0 (default): what the metadata say */
+	double spacing[3]; /* or voxel size of the result, mm; 0 (default): by the factor */
+	/* How the scan was made; the default of each is unknown: what the metadata say, else sinc;
+	 * noise is measured. A contradiction with the metadata is CTSR_USAGE. */
+	double sigma[3]; /* in voxels of the result; NaN (default): unknown */
+	int sampling;    /* of enum ctsr_sampling; -1 (default): unknown */
+	double noise;    /* HU; NaN (default): unknown */
+	int estimate;    /* 1: measure an operator that is unknown; default 0 */
+	/* Slice prior, safetensors; NULL (default): the one that was installed with the library. */
+	const char *prior_file;
+	double memory;    /* bytes that the call may use, input and result included. What needs more
+			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): all */
+	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
+	double tolerance; /* they stop when an iteration moves less, HU RMS; default 0.1 */
+} ctsr_superres_options;
+
+/* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
+typedef struct ctsr_superres_report {
+	size_t size;
+	int method;                 /* of the inversion or interpolation, of enum ctsr_method */
+	int prior;                  /* 1: the prior added detail */
+	double factor[3], sigma[3]; /* of the operator that was inverted, as in ctsr_operator */
+	int sampling;
+	double noise;
+	double residual; /* RMS of the result, degraded again, minus the scan, HU; NaN: unknown */
+	double added;    /* RMS of what the prior added, HU */
+	size_t iterations;
+	size_t slabs;      /* 1: as a whole */
+	char why_not[160]; /* if the prior was asked for and added nothing: why */
+} ctsr_superres_report;
+
+CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);
+/* *out <- the CT on the finer grid over the same field of view. *error, unless error is NULL, <-
+ * its predicted error: one standard deviation of each voxel, HU. report may be NULL. o NULL: all
+ * defaults. CTSR_USAGE for options that contradict or are out of range; CTSR_INPUT for a prior
+ * that is missing or broken; CTSR_NUMBER for voxels that are not finite; CTSR_MEMORY also if the
+ * bound is too small; CTSR_CANCELLED. As ct-upsample(1), where methods are explained. */
+CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
+	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
+	ctsr_error *e);
+
+/* --------------------------------------------------------------------------------- projections */
+
+/* X-ray projections with the geometry of every view: line integrals, density x mm, where density =
+ * (HU - LO)/(HI - LO) of the metadata key "window" "LO:HI". */
+typedef struct ctsr_projections ctsr_projections;
+
+enum ctsr_beam { CTSR_CONE = 0, CTSR_PARALLEL = 1, CTSR_FAN = 2 };
+
+/* A circular scan about world +z through the isocentre. View i is at start + i*arc/views degrees;
+ * at 0 degrees the source is at +x. */
+typedef struct ctsr_geometry {
+	size_t size;
+	int beam; /* of enum ctsr_beam; default CTSR_CONE */
+	size_t views, columns, rows;
+	double arc, start;       /* degrees; default 180, 0 */
+	double source_to_centre; /* mm */
+	double source_to_detector;
+	double pitch[2];  /* of pixels along columns and rows, mm */
+	double offset[2]; /* of the detector's centre along columns and rows, mm */
+	double centre[3]; /* isocentre, mm */
+	double window[2]; /* LO, HI in HU: density 0 and 1; default -1024, 3071 */
+} ctsr_geometry;
+
+/* One view: pixel (row, column) lies at centre + (column - (columns-1)/2) u + (row - (rows-1)/2) v.
+ */
+typedef struct ctsr_view {
+	double source[3], centre[3], u[3], v[3]; /* mm */
+} ctsr_view;
+
+/* Defaults for a volume: the published geometry, scaled to its size; 100 views. */
+CTSR_API int ctsr_geometry_init(
+	ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e);
+/* Projections of a detector that moved in any way, all pixels zero. CTSR_GEOMETRY naming the view
+ * that makes no sense; CTSR_USAGE; CTSR_MEMORY. */
+CTSR_API int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows,
+	size_t columns, const ctsr_view *view, ctsr_error *e);
+CTSR_API void ctsr_projections_free(ctsr_projections *p);
+/* OpenEXR, one part a view. CTSR_INPUT; CTSR_OUTPUT; CTSR_MEMORY. */
+CTSR_API int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e);
+CTSR_API int ctsr_projections_write(
+	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e);
+/* Pixels [view][row][column], valid until p is freed; size (or NULL) <- views, rows, columns. */
+CTSR_API float *ctsr_projections_data(const ctsr_projections *p, size_t size[3]);
+/* Geometry of view i. CTSR_USAGE if there is none. */
+CTSR_API int ctsr_projections_view(
+	ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e);
+/* *p <- exact line integrals of a volume: voxels are boxes (Siddon 1985). As ct-project(1).
+ * CTSR_USAGE; CTSR_GEOMETRY if the source is within the volume; CTSR_NUMBER; CTSR_CANCELLED. */
+CTSR_API int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry *g,
+	const ctsr_context *c, ctsr_error *e);
+/* *v <- adjoint of ctsr_project on the grid of `like`, no window: sums of weight x pixel. For
+ * solvers of one's own. CTSR_GEOMETRY; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
+CTSR_API int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e);
+/* *v <- filtered backprojection on the grid of `like`, HU: FDK for cones (Feldkamp et al. 1984),
+ * FBP for parallel rays. As ct-fdk(1). CTSR_GEOMETRY for a scan that has none. */
+CTSR_API int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e);
+
+/* ----------------------------------------------------------------------------------- Gaussians */
+
+/* A sum of signed 3-D Gaussians: density(x) = sum of a exp(-|R'(x - position)/sigma|^2 / 2). */
+typedef struct ctsr_gaussians ctsr_gaussians;
+
+typedef struct ctsr_gaussian {
+	double position[3], sigma[3]; /* mm; standard deviations along the axes of R */
+	double rotation[4];           /* R as a unit quaternion w, x, y, z */
+	double density;               /* a */
+} ctsr_gaussian;
+
+typedef struct ctsr_fit_options {
+	size_t size;
+	size_t gaussians;     /* to begin with; default 50000 */
+	size_t max_gaussians; /* default 500000 */
+	size_t iterations;    /* of one view each; default 5000 */
+	double tolerance; /* end at this part of the error without Gaussians; default 0: never */
+	int full;         /* 1: fit the whole volume, densities >= 0 not enforced; default 0:
+			   * what the projections have beyond those of the base */
+} ctsr_fit_options;
+
+CTSR_API void ctsr_fit_options_init(ctsr_fit_options *o, size_t size);
+/* *g <- Gaussians fitted to projections on top of a base volume (HU). As ct-nabgs(1). CTSR_USAGE;
+ * CTSR_GEOMETRY; CTSR_NUMBER if it diverges; CTSR_CANCELLED; CTSR_MEMORY. */
+CTSR_API int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p,
+	const ctsr_volume *base, const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e);
+CTSR_API void ctsr_gaussians_free(ctsr_gaussians *g);
+/* PLY as viewers of 3-D Gaussian splatting read it. CTSR_INPUT; CTSR_OUTPUT; CTSR_MEMORY. */
+CTSR_API int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e);
+CTSR_API int ctsr_gaussians_write(
+	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e);
+CTSR_API size_t ctsr_gaussians_count(const ctsr_gaussians *g);
+/* out[n] <- Gaussians from number `first` on. CTSR_USAGE if there are not so many. */
+CTSR_API int ctsr_gaussians_get(
+	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n, ctsr_error *e);
+/* *v <- their density on the grid of `like`. CTSR_GEOMETRY; CTSR_MEMORY; CTSR_CANCELLED. */
+CTSR_API int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g,
+	const ctsr_volume *like, const ctsr_context *c, ctsr_error *e);
+/* *p <- their projections in the views of `like`, density x mm. CTSR_GEOMETRY for a fan. */
+CTSR_API int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
+	const ctsr_projections *like, const ctsr_context *c, ctsr_error *e);
+
+/* ------------------------------------------------------------------------------------- metrics */
+
+/* The caller sets size = sizeof, the library fills in as much as fits. */
+typedef struct ctsr_metrics {
+	size_t size;
+	double psnr; /* dB, both clipped to the window; infinite if they are equal */
+	double ssim; /* of slices, mean over three axes; NaN for small volumes */
+	double mae, rmse, bias, max; /* HU, not clipped: test - reference */
+	double gradient[3];          /* HU/mm: error of steps between neighbours along each axis */
+} ctsr_metrics;
+
+/* The caller sets size = sizeof, the library fills in as much as fits. */
+typedef struct ctsr_consistency {
+	size_t size;
+	double max, p95, rms, mean; /* of D(fine) - coarse, HU */
+} ctsr_consistency;
+
+/* Compare a volume with a reference on the same grid. window: LO, HI in HU of PSNR and SSIM; NULL:
+ * -512 to 3071. mask, or NULL: only where it is not 0. CTSR_GEOMETRY; CTSR_NUMBER; CTSR_USAGE. */
+CTSR_API int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
+	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e);
+/* How far a fine volume, degraded again, is from the coarse one. o NULL: the operator that the
+ * metadata of `coarse` name. CTSR_INPUT if there is none; CTSR_GEOMETRY; CTSR_NUMBER. */
+CTSR_API int ctsr_check_consistency(ctsr_consistency *m, const ctsr_volume *fine,
+	const ctsr_volume *coarse, const ctsr_operator *o, const ctsr_context *c, ctsr_error *e);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,271 @@
+/* montage.c: see montage.h. */
+#include "config.h"
+#include "picture/montage.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_SIDE = 32768 };
+
+/* Voxel axis of every world axis: the assignment with the largest sum of cosines. */
+static void nearest_axes(int axis[3], const struct ct_vol *v)
+{
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	double mm[3], best = -1;
+
+	ct_vol_spacing(v, mm);
+	for (int k = 0; k < 6; k++) {
+		double sum = 0;
+
+		for (int a = 0; a < 3; a++)
+			sum += fabs(v->affine[a][order[k][a]]) / mm[order[k][a]];
+		if (sum > best) {
+			best = sum;
+			memcpy(axis, order[k], sizeof order[k]);
+		}
+	}
+}
+
+/* World axes across a plane, down the rows and along the columns; both of those run to minus. */
+static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
+
+void ct_montage_frame_make(
+	struct ct_montage_frame *f, const struct ct_vol *v, enum ct_montage_plane plane)
+{
+	double spacing[3], centre[3];
+	int axis[3];
+
+	nearest_axes(axis, v);
+	ct_vol_spacing(v, spacing);
+	ct_vol_centre(v, centre);
+	for (int i = 0; i < 3; i++) {
+		const int w = world[plane][i], j = axis[w];
+
+		f->axis[i] = j;
+		f->n[i] = v->n[j];
+		f->mm[i] = spacing[j];
+		f->step[i] = v->affine[w][j];
+		f->centre[i] = centre[w];
+	}
+}
+
+double ct_montage_frame_index(const struct ct_montage_frame *f, double mm)
+{
+	return (mm - f->centre[0]) / f->step[0] + (double)f->n[0] / 2;
+}
+
+double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, double at)
+{
+	struct ct_montage_frame f;
+
+	ct_montage_frame_make(&f, v, plane);
+	return f.centre[0] + (at - 0.5) * (double)f.n[0] * fabs(f.step[0]);
+}
+
+/* The voxels at that coordinate across the plane. -1 outside. */
+static ptrdiff_t plane_at(const struct ct_montage_frame *f, double mm)
+{
+	const double index = ct_montage_frame_index(f, mm), depth = (double)f->n[0];
+
+	if (!(index >= -1e-6 && index <= depth + 1e-6))
+		return -1;
+	return (ptrdiff_t)fmin(fmax(floor(index), 0), depth - 1);
+}
+
+double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm)
+{
+	struct ct_montage_frame f;
+
+	ct_montage_frame_make(&f, v, plane);
+	return f.centre[0] +
+	       f.step[0] * (ct_cell_centre((double)plane_at(&f, mm)) - (double)f.n[0] / 2);
+}
+
+int ct_montage_slice_volume(
+	struct ct_montage_slice *s, const struct ct_vol *v, enum ct_montage_plane plane, double mm)
+{
+	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
+	struct ct_montage_frame f;
+	ptrdiff_t index;
+
+	ct_montage_frame_make(&f, v, plane);
+	index = plane_at(&f, mm);
+	if (index < 0)
+		return -1;
+	s->data = v->data + index * stride[f.axis[0]];
+	for (int i = 0; i < 2; i++) {
+		const ptrdiff_t step = stride[f.axis[1 + i]];
+
+		s->n[i] = f.n[1 + i];
+		s->mm[i] = f.mm[1 + i];
+		s->origin[i] = -f.centre[1 + i] - 0.5 * s->mm[i] * (double)s->n[i];
+		s->step[i] = step;
+		if (f.step[1 + i] > 0) { /* the picture runs to the other side */
+			s->data += (ptrdiff_t)(s->n[i] - 1) * step;
+			s->step[i] = -step;
+		}
+	}
+	return 0;
+}
+
+void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p, size_t k)
+{
+	const double *u = p->view[k].u, *v = p->view[k].v;
+
+	*s = (struct ct_montage_slice){.data = ct_stack_view(p, k),
+		.step = {(ptrdiff_t)p->w, 1},
+		.n = {p->h, p->w},
+		.mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
+			sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])}};
+	for (int i = 0; i < 2; i++)
+		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];
+}
+
+static float at(const struct ct_montage_slice *s, size_t r, size_t c)
+{
+	return s->data[(ptrdiff_t)r * s->step[0] + (ptrdiff_t)c * s->step[1]];
+}
+
+void ct_montage_slice_range(double range[static 2], const struct ct_montage_slice *s)
+{
+	for (size_t r = 0; r < s->n[0]; r++) {
+		for (size_t c = 0; c < s->n[1]; c++) {
+			double x = (double)at(s, r, c);
+
+			if (isfinite(x)) {
+				range[0] = fmin(range[0], x);
+				range[1] = fmax(range[1], x);
+			}
+		}
+	}
+}
+
+bool ct_montage_slice_overlap(const struct ct_montage_slice *a, const struct ct_montage_slice *b)
+{
+	for (int i = 0; i < 2; i++) {
+		const double la = (double)a->n[i] * a->mm[i], lb = (double)b->n[i] * b->mm[i],
+			     from = fmax(a->origin[i], b->origin[i]),
+			     to = fmin(a->origin[i] + la, b->origin[i] + lb);
+
+		if (!(to - from >= 0.5 * fmin(la, lb)))
+			return false;
+	}
+	return true;
+}
+
+static size_t side(const struct ct_montage_slice *s, int i, double mm)
+{
+	double n = s->data ? rint((double)s->n[i] * s->mm[i] / mm) : 0;
+
+	return n > MOST_SIDE ? MOST_SIDE + 1 : s->data && n < 1 ? 1 : (size_t)n;
+}
+
+/* Height of row r (i = 0) or width of column r (i = 1) of the sheet. */
+static size_t band(
+	int i, size_t r, size_t rows, size_t cols, const struct ct_montage_tile *tile, double mm)
+{
+	const size_t n = i ? rows : cols;
+	size_t most = 0;
+
+	for (size_t k = 0; k < n; k++) {
+		size_t d = side(&tile[i ? k * cols + r : r * cols + k].slice, i, mm);
+
+		most = d > most ? d : most;
+	}
+	return most;
+}
+
+int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e)
+{
+	*h = (rows - 1) * gap;
+	*w = (cols - 1) * gap;
+	for (size_t r = 0; r < rows; r++)
+		*h += band(0, r, rows, cols, tile, mm);
+	for (size_t c = 0; c < cols; c++)
+		*w += band(1, c, rows, cols, tile, mm);
+	if (*h > MOST_SIDE || *w > MOST_SIDE || *h == 0 || *w == 0)
+		return ct_fail(e, CT_EINPUT, "a picture of %zux%zu pixels, more than %d a side", *w,
+			*h, MOST_SIDE);
+	return 0;
+}
+
+/* Row or column of a slice at `mm` from its first edge; -1 outside. */
+static ptrdiff_t index_of(const struct ct_montage_slice *s, int i, double mm)
+{
+	double k = floor(mm / s->mm[i]);
+
+	return k >= 0 && k < (double)s->n[i] ? (ptrdiff_t)k : -1;
+}
+
+/* The value shown at (y, x) mm of a tile; false where there is none. */
+static bool shown(double *v, const struct ct_montage_tile *t, double y, double x)
+{
+	const struct ct_montage_slice *s = &t->slice, *m = &t->minus;
+	const ptrdiff_t r = index_of(s, 0, y), c = index_of(s, 1, x);
+	ptrdiff_t mr, mc;
+
+	if (r < 0 || c < 0)
+		return false;
+	*v = (double)at(s, (size_t)r, (size_t)c);
+	if (!m->data)
+		return true;
+	mr = index_of(m, 0, y + s->origin[0] - m->origin[0]);
+	mc = index_of(m, 1, x + s->origin[1] - m->origin[1]);
+	if (mr < 0 || mc < 0)
+		return false;
+	*v -= (double)at(m, (size_t)mr, (size_t)mc);
+	if (t->error != CT_COLOUR_SIGNED)
+		*v = fabs(*v);
+	return true;
+}
+
+static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, double mm)
+{
+	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
+	const enum ct_colour_map map = t->minus.data ? t->error : CT_COLOUR_GREY;
+	double v;
+
+	for (size_t y = 0; y < th; y++) {
+		for (size_t x = 0; x < tw; x++) {
+			if (!shown(&v, t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm))
+				continue;
+			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
+			ct_colour_of(rgb + (y * w + x) * 3, v, map);
+		}
+	}
+}
+
+void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap)
+{
+	const size_t place[2] = {r, c};
+
+	for (int i = 0; i < 2; i++) {
+		at[i] = place[i] * gap;
+		for (size_t k = 0; k < place[i]; k++)
+			at[i] += band(i, k, rows, cols, tile, mm);
+		size[i] = band(i, place[i], rows, cols, tile, mm);
+	}
+}
+
+void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap)
+{
+	size_t y = 0;
+
+	memset(rgb, 0, h * w * 3);
+	for (size_t r = 0; r < rows; r++) {
+		size_t x = 0;
+
+		for (size_t c = 0; c < cols; c++) {
+			const struct ct_montage_tile *t = &tile[r * cols + c];
+
+			if (t->slice.data)
+				draw(rgb + (y * w + x) * 3, w, t, mm);
+			x += band(1, c, rows, cols, tile, mm) + gap;
+		}
+		y += band(0, r, rows, cols, tile, mm) + gap;
+	}
+}

@@ -1,0 +1,88 @@
+/* montage.h: slices and projections side by side in one picture. Pure; thread-safe.
+ *
+ * A slice of a volume is drawn as a radiologist looks at it: axial from below (the patient's
+ * left on the right, anterior on top), coronal from the front (left on the right, superior on top),
+ * sagittal from the left (anterior on the left, superior on top). It lies along the voxel axes
+ * nearest to the patient's; nothing is resampled: a pixel shows the voxel it falls into, and all
+ * tiles have the same millimetres a pixel.
+ */
+#ifndef CT_PICTURE_MONTAGE_H
+#define CT_PICTURE_MONTAGE_H
+#include "core/stack.h"
+#include "core/vol.h"
+#include "core/words.h"
+#include "picture/colour.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define CT_MONTAGE_PLANE_LIST(X)                                                                   \
+	X(CT_MONTAGE_AXIAL, "axial")                                                               \
+	X(CT_MONTAGE_CORONAL, "coronal")                                                           \
+	X(CT_MONTAGE_SAGITTAL, "sagittal")
+enum ct_montage_plane { CT_MONTAGE_PLANE_LIST(CT_WORD_VALUE) CT_MONTAGE_PLANES };
+
+/* Value of row r and column c: data[r step[0] + c step[1]], r < n[0], c < n[1]. Borrowed. */
+struct ct_montage_slice {
+	const float *data;
+	ptrdiff_t step[2];
+	size_t n[2];
+	double mm[2];     /* between rows and between columns */
+	double origin[2]; /* where the first row and column begin, mm down and to the right */
+};
+
+/* How a volume lies to a plane: across it, down the rows and along the columns of its picture,
+ * which both run to the minus of the world. */
+struct ct_montage_frame {
+	int axis[3];      /* of the voxels, nearest to the world axis */
+	size_t n[3];      /* voxels along it */
+	double mm[3];     /* spacing */
+	double step[3];   /* world coordinate from one voxel to the next, of either sign */
+	double centre[3]; /* of the volume, in the world */
+};
+void ct_montage_frame_make(
+	struct ct_montage_frame *f, const struct ct_vol *v, enum ct_montage_plane plane);
+/* Where a world coordinate across the plane is along axis[0], cells: voxel k is k to k + 1. */
+double ct_montage_frame_index(const struct ct_montage_frame *f, double mm);
+
+/* World coordinate across the plane, mm, at `at` of [0, 1] of the volume: 0 is the most inferior,
+ * posterior or left slice, 1 the most superior, anterior or right one. */
+double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, double at);
+/* Slice of v across the axis of the plane at that world coordinate, for a rotated volume at that
+ * of its middle. -1 if it misses the volume. */
+int ct_montage_slice_volume(
+	struct ct_montage_slice *s, const struct ct_vol *v, enum ct_montage_plane plane, double mm);
+/* View k of a stack, row 0 on top; origin from the middle of the detector. */
+void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p, size_t k);
+/* Range of the finite values: range[0] > range[1] if there are none. Call with {INFINITY,
+ * -INFINITY}, or with the range so far. */
+void ct_montage_slice_range(double range[static 2], const struct ct_montage_slice *s);
+/* Do the two share at least half of the height and width of the smaller one? */
+bool ct_montage_slice_overlap(const struct ct_montage_slice *a, const struct ct_montage_slice *b);
+
+/* A slice in grey from window[0] (black) to window[1] (white); with `minus`, |slice - minus|, or of
+ * CT_COLOUR_SIGNED slice - minus, in the colours of `error`, black where minus does not reach. NaN
+ * is blue. */
+struct ct_montage_tile {
+	struct ct_montage_slice slice; /* data NULL: an empty place */
+	struct ct_montage_slice minus; /* data NULL: none */
+	double window[2];
+	enum ct_colour_map error;
+};
+
+/* Size of the picture of rows x cols tiles (row after row) at `mm` a pixel, `gap` pixels between
+ * them. CT_EINPUT if it is larger than 32768 a side. */
+int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e);
+/* Where the tile in row r and column c begins, pixels down and to the right, and the size of its
+ * place: that of the largest tile in its row and in its column. */
+void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap);
+/* World coordinate across the plane of the middle of the voxels that ct_montage_slice_volume takes.
+ */
+double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm);
+/* rgb[(y*w + x)*3 + c], sRGB; h and w of ct_montage_size. */
+void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
+	const struct ct_montage_tile *tile, double mm, size_t gap);
+
+#endif

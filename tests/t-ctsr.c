@@ -1,0 +1,439 @@
+/* The public library: its objects, errors, cancelling, and calls in two threads at once. */
+#include "config.h"
+#include "core/err.h"
+#include "ctsr/ctsr.h"
+#include "tap.h"
+
+#include <pthread.h>
+#include <string.h>
+#include <unistd.h>
+
+static ctsr_error e;
+static const double grid[3][4] = {{1, 0, 0, -12}, {0, 1, 0, -12}, {0, 0, 1, -12}};
+
+/* A ball in water, with an edge. */
+static ctsr_volume *ball(size_t side)
+{
+	const size_t n[3] = {side, side, side};
+	ctsr_volume *v;
+	float *x;
+
+	if (ctsr_volume_new(&v, n, grid, &e))
+		exit(99);
+	x = ctsr_volume_data(v);
+	for (size_t i = 0; i < side * side * side; i++) {
+		double r = 0;
+
+		for (size_t a = 0, at = i; a < 3; a++, at /= side)
+			r += pow((double)(at % side) - (double)side / 2, 2);
+		x[i] = sqrt(r) < (double)side / 3 ? 200 : -800;
+	}
+	return v;
+}
+
+static size_t count(const ctsr_volume *v)
+{
+	size_t n[3];
+
+	ctsr_volume_grid(v, n, NULL);
+	return n[0] * n[1] * n[2];
+}
+
+static int same(const ctsr_volume *a, const ctsr_volume *b)
+{
+	return a && b && count(a) == count(b) &&
+	       memcmp(ctsr_volume_data(a), ctsr_volume_data(b), count(a) * sizeof(float)) == 0;
+}
+
+static int failed(int rc, int code)
+{
+	const int ok = rc == -1 && e.code == code && *e.message;
+
+	if (!ok)
+		printf("# rc %d, code %d: %s\n", rc, e.code, rc ? e.message : "");
+	return ok;
+}
+
+static ctsr_operator by_two(void)
+{
+	ctsr_operator o;
+
+	ctsr_operator_init(&o, sizeof o);
+	for (int a = 0; a < 3; a++) {
+		o.factor[a] = 2;
+		o.sigma[a] = 0.85;
+	}
+	return o;
+}
+
+static ctsr_superres_options tv(void)
+{
+	ctsr_superres_options o;
+
+	ctsr_superres_options_init(&o, sizeof o);
+	o.method = CTSR_TV;
+	o.iterations = 20;
+	return o;
+}
+
+static ctsr_volume *low(size_t side)
+{
+	ctsr_volume *hi = ball(side), *lo;
+	const ctsr_operator o = by_two();
+
+	if (ctsr_degrade(&lo, hi, &o, NULL, &e))
+		exit(99);
+	ctsr_volume_free(hi);
+	return lo;
+}
+
+static void test_volumes(void)
+{
+	const size_t n[3] = {2, 3, 4};
+	const double sheared[3][4] = {{1, 1, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+	const double at[3][3] = {{-11.5, -12, -12}, {-12, -10, -9}, {-12.1, -12, -12}};
+	int16_t raw[24], back[24];
+	float mine[24], value[3];
+	double affine[3][4];
+	ctsr_volume *v;
+	size_t m[3];
+
+	for (int i = 0; i < 24; i++)
+		raw[i] = (int16_t)(mine[i] = (float)(i * 10));
+	OK(ctsr_volume_wrap(&v, n, grid, mine, &e) == 0 && ctsr_volume_data(v) == mine,
+		"a volume on the caller's memory");
+	ctsr_volume_grid(v, m, affine);
+	OK(memcmp(m, n, sizeof n) == 0 && memcmp(affine, grid, sizeof grid) == 0, "with its grid");
+	OK(ctsr_volume_sample(value, v, 3, at, &e) == 0 && value[0] == 5.0f && value[1] == 220.0f &&
+			isnan(value[2]),
+		"sampled between centres, at one, and outside");
+	OK(ctsr_volume_set(v, "a", "b", &e) == 0 && strcmp(ctsr_volume_get(v, "a"), "b") == 0 &&
+			strcmp(ctsr_volume_key(v, 0), "a") == 0 && !ctsr_volume_key(v, 1),
+		"metadata");
+	OK(ctsr_volume_set(v, "a", NULL, &e) == 0 && !ctsr_volume_get(v, "a"), "removed again");
+	OK(failed(ctsr_volume_set(v, "", "b", &e), CTSR_USAGE), "no empty key");
+	ctsr_volume_free(v);
+	OK(mine[23] == 230.0f, "the caller's memory is left alone");
+	OK(ctsr_volume_from_int16(&v, n, NULL, raw, 2, -5, &e) == 0 &&
+			ctsr_volume_data(v)[23] == 455.0f &&
+			ctsr_volume_to_int16(v, back, &e) == 0 && back[23] == 455,
+		"int16 there and back");
+	ctsr_volume_data(v)[0] = 1e6f;
+	OK(failed(ctsr_volume_to_int16(v, back, &e), CTSR_NUMBER), "what does not fit int16");
+	ctsr_volume_free(v);
+	OK(failed(ctsr_volume_new(&v, n, sheared, &e), CTSR_GEOMETRY) && !v, "a sheared grid");
+	ctsr_volume_free(NULL);
+}
+
+static void test_files(void)
+{
+	const ctsr_format *const nifti[] = {ctsr_nifti(), NULL};
+	ctsr_volume *v = ball(12), *w;
+	ctsr_context c;
+
+	ctsr_context_init(&c, sizeof c);
+	OK(ctsr_volume_write(v, "v.nii", ctsr_nifti(), NULL, &e) == 0 &&
+			ctsr_volume_read(&w, "v.nii", nifti, &e) == 0 && same(v, w),
+		"NIfTI there and back");
+	ctsr_volume_free(w);
+	OK(failed(ctsr_volume_write(v, "v.nii", ctsr_nifti(), NULL, &e), CTSR_OUTPUT),
+		"a file that is there stays");
+	c.overwrite = 1;
+	OK(ctsr_volume_write(v, "v.nii", ctsr_nifti(), &c, &e) == 0, "unless asked");
+	OK(ctsr_volume_write(v, "v.nrrd", ctsr_nrrd(), NULL, &e) == 0 &&
+			ctsr_volume_read(&w, "v.nrrd", ctsr_formats_all(), &e) == 0 && same(v, w),
+		"NRRD there and back");
+	ctsr_volume_free(w);
+	OK(ctsr_volume_write(v, "v.mha", ctsr_metaimage(), NULL, &e) == 0 &&
+			ctsr_volume_read(&w, "v.mha", ctsr_formats_all(), &e) == 0 && same(v, w),
+		"MetaImage there and back");
+	ctsr_volume_free(w);
+	OK(failed(ctsr_volume_read(&w, "v.nrrd", nifti, &e), CTSR_INPUT) && !w,
+		"a format that is not in the list: %s", e.message);
+	OK(failed(ctsr_volume_read(&w, "none", nifti, &e), CTSR_INPUT) && !w, "no file");
+	OK(failed(ctsr_volume_write(v, "v.txt", ctsr_nifti(), NULL, &e), CTSR_USAGE),
+		"a name of another format: %s", e.message);
+	ctsr_volume_free(v);
+}
+
+static void test_operators(void)
+{
+	ctsr_volume *hi = ball(32), *lo, *out, *error;
+	ctsr_superres_report report = {.size = sizeof report};
+	ctsr_consistency agrees = {.size = sizeof agrees};
+	ctsr_metrics m = {.size = sizeof m}, cubic = {.size = sizeof cubic};
+	ctsr_superres_options o = tv();
+	ctsr_operator by = by_two();
+
+	OK(ctsr_degrade(&lo, hi, &by, NULL, &e) == 0 && count(lo) == 16 * 16 * 16, "degraded");
+	by.factor[0] = 0;
+	OK(ctsr_operator_get(&by, lo, &e) == 0 && by.factor[0] == 2 && by.sigma[2] == 0.85,
+		"its metadata name the operator");
+	o.method = CTSR_CUBIC;
+	OK(ctsr_superres(&out, NULL, NULL, lo, &o, NULL, &e) == 0 && count(out) == count(hi) &&
+			ctsr_compare(&cubic, hi, out, NULL, NULL, NULL, &e) == 0,
+		"cubic");
+	ctsr_volume_free(out);
+	o = tv();
+	OK(ctsr_superres(&out, NULL, &report, lo, &o, NULL, &e) == 0 && report.method == CTSR_TV &&
+			report.factor[1] == 2 && report.slabs == 1,
+		"total variation");
+	must(ctsr_compare(&m, hi, out, NULL, NULL, NULL, &e));
+	OK(m.psnr > cubic.psnr, "is better: %.2f dB and %.2f", m.psnr, cubic.psnr);
+	must(ctsr_check_consistency(&agrees, out, lo, NULL, NULL, &e));
+	OK(agrees.rms < 1, "and consistent: %g HU", agrees.rms);
+	ctsr_volume_free(out);
+	o.method = CTSR_AUTO;
+	OK(ctsr_superres(&out, &error, NULL, lo, &o, NULL, &e) == 0 && count(error) == count(hi) &&
+			ctsr_volume_data(error)[0] >= 0,
+		"with its predicted error");
+	ctsr_volume_free(out);
+	ctsr_volume_free(error);
+	by = by_two();
+	by.sigma[0] = by.sigma[1] = by.sigma[2] = 0;
+	ctsr_volume_free(hi);
+	ctsr_volume_free(lo);
+}
+
+/* Of a ball that was blurred by so much. */
+static double measured(double sigma)
+{
+	ctsr_volume *hi = ball(64), *lo;
+	ctsr_operator o = by_two();
+
+	o.sigma[0] = o.sigma[1] = o.sigma[2] = sigma;
+	must(ctsr_degrade(&lo, hi, &o, NULL, &e));
+	o = by_two();
+	must(ctsr_estimate_operator(&o, lo, NULL, &e));
+	ctsr_volume_free(hi);
+	ctsr_volume_free(lo);
+	return o.sigma[0];
+}
+
+static void test_estimate(void)
+{
+	const double little = measured(0.85), much = measured(2.5);
+
+	OK(much > little + 0.5, "blur is measured: %.2f and %.2f", little, much);
+}
+
+static void test_projections(void)
+{
+	ctsr_volume *v = ball(24), *back;
+	ctsr_projections *p, *q, *of;
+	ctsr_gaussians *g, *again;
+	ctsr_fit_options fit;
+	ctsr_gaussian one;
+	ctsr_geometry geo;
+	ctsr_metrics m = {.size = sizeof m};
+	ctsr_view view[2];
+	size_t n[3];
+
+	OK(ctsr_geometry_init(&geo, sizeof geo, v, &e) == 0 && geo.views == 100, "a geometry");
+	geo.views = 60;
+	geo.arc = 360;
+	OK(ctsr_project(&p, v, &geo, NULL, &e) == 0 && ctsr_projections_data(p, n) && n[0] == 60,
+		"projected");
+	must(ctsr_fdk(&back, p, v, NULL, &e) || ctsr_compare(&m, v, back, NULL, NULL, NULL, &e));
+	OK(m.psnr > 15, "and reconstructed: %.1f dB", m.psnr);
+	ctsr_volume_free(back);
+	OK(ctsr_backproject(&back, p, v, NULL, &e) == 0 && ctsr_volume_data(back)[0] >= 0,
+		"the adjoint");
+	ctsr_volume_free(back);
+	OK(ctsr_projections_write(p, "p.exr", NULL, &e) == 0 &&
+			ctsr_projections_read(&q, "p.exr", &e) == 0 &&
+			ctsr_projections_data(q, NULL)[7] == ctsr_projections_data(p, NULL)[7],
+		"EXR there and back");
+	OK(ctsr_projections_view(&view[0], p, 0, &e) == 0 &&
+			ctsr_projections_view(&view[1], p, 30, &e) == 0 &&
+			failed(ctsr_projections_view(&view[0], p, 60, &e), CTSR_USAGE),
+		"views");
+	ctsr_projections_free(q);
+	OK(ctsr_projections_new(&q, CTSR_CONE, 2, n[1], n[2], view, &e) == 0, "new projections");
+	ctsr_fit_options_init(&fit, sizeof fit);
+	fit.gaussians = 200;
+	fit.iterations = 30;
+	fit.full = 1;
+	OK(ctsr_gaussians_fit(&g, p, v, &fit, NULL, &e) == 0 && ctsr_gaussians_count(g) > 0,
+		"Gaussians fitted");
+	OK(ctsr_gaussians_get(&one, g, 0, 1, &e) == 0 && one.sigma[0] > 0 &&
+			failed(ctsr_gaussians_get(&one, g, ctsr_gaussians_count(g), 1, &e),
+				CTSR_USAGE),
+		"looked at");
+	OK(ctsr_gaussians_write(g, "g.ply", NULL, &e) == 0 &&
+			ctsr_gaussians_read(&again, "g.ply", &e) == 0 &&
+			ctsr_gaussians_count(again) == ctsr_gaussians_count(g),
+		"PLY there and back");
+	OK(ctsr_gaussians_voxelise(&back, g, v, NULL, &e) == 0 && count(back) == count(v),
+		"voxelised");
+	OK(ctsr_gaussians_project(&of, g, q, NULL, &e) == 0 &&
+			ctsr_projections_data(of, n)[n[1] / 2 * n[2] + n[2] / 2] > 0,
+		"projected in two views");
+	ctsr_projections_free(of);
+	ctsr_volume_free(back);
+	ctsr_gaussians_free(again);
+	ctsr_gaussians_free(g);
+	ctsr_projections_free(p);
+	ctsr_projections_free(q);
+	ctsr_volume_free(v);
+}
+
+static int cancel(void *user, const char *what, size_t done, size_t total)
+{
+	(void)what, (void)done, (void)total;
+	return ++*(int *)user > 2;
+}
+
+static void test_cancel(void)
+{
+	const ctsr_superres_options o = tv();
+	ctsr_volume *lo = low(32), *out;
+	ctsr_context c;
+	int calls = 0;
+
+	ctsr_context_init(&c, sizeof c);
+	c.progress = cancel;
+	c.user = &calls;
+	OK(failed(ctsr_superres(&out, NULL, NULL, lo, &o, &c, &e), CTSR_CANCELLED) && !out,
+		"cancelled by the callback");
+	ctsr_volume_free(lo);
+}
+
+static void *refine(void *arg)
+{
+	const ctsr_superres_options o = tv();
+	ctsr_context c;
+	ctsr_volume *out = NULL;
+	ctsr_error mine;
+
+	ctsr_context_init(&c, sizeof c);
+	c.threads = 2;
+	return ctsr_superres(&out, NULL, NULL, arg, &o, &c, &mine) ? NULL : out;
+}
+
+static void test_threads(void)
+{
+	ctsr_volume *lo[2] = {low(32), low(24)}, *alone[2];
+	pthread_t t[2];
+
+	for (int i = 0; i < 2; i++)
+		alone[i] = refine(lo[i]);
+	for (int i = 0; i < 2; i++)
+		pthread_create(&t[i], NULL, refine, lo[i]);
+	for (int i = 0; i < 2; i++) {
+		void *out;
+
+		pthread_join(t[i], &out);
+		OK(same(out, alone[i]), "two calls at once give the bytes of one");
+		ctsr_volume_free(out);
+		ctsr_volume_free(alone[i]);
+		ctsr_volume_free(lo[i]);
+	}
+}
+
+static void test_nulls(void)
+{
+	ctsr_volume *v = ball(8), *out;
+	ctsr_projections *p;
+	ctsr_gaussians *g;
+	const size_t none[3] = {0, 1, 1}, huge[3] = {SIZE_MAX / 2, 4, 4};
+
+	OK(failed(ctsr_volume_new(NULL, none, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_volume_new(&out, none, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_volume_new(&out, huge, NULL, &e), CTSR_INPUT) &&
+			failed(ctsr_volume_wrap(&out, huge, NULL, NULL, &e), CTSR_USAGE),
+		"no volume of nothing, and none that overflows");
+	OK(failed(ctsr_volume_read(&out, NULL, ctsr_formats_all(), &e), CTSR_USAGE) &&
+			failed(ctsr_volume_read(&out, "x", NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_volume_write(NULL, "x.nii", ctsr_nifti(), NULL, &e),
+				CTSR_USAGE) &&
+			failed(ctsr_degrade(&out, NULL, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_superres(&out, NULL, NULL, NULL, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_superres(NULL, NULL, NULL, v, NULL, NULL, &e), CTSR_USAGE),
+		"NULL is an error of volumes");
+	OK(failed(ctsr_project(&p, v, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_fdk(&out, NULL, v, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_projections_read(&p, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_projections_new(&p, 0, 1, 1, 1, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_gaussians_fit(&g, NULL, v, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_gaussians_read(&g, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_compare(NULL, v, v, NULL, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_check_consistency(NULL, v, v, NULL, NULL, &e), CTSR_USAGE),
+		"and of all else");
+	OK(ctsr_superres(&out, NULL, NULL, NULL, NULL, NULL, NULL) == -1, "an error need not be");
+	ctsr_volume_grid(NULL, NULL, NULL);
+	ctsr_projections_free(NULL);
+	ctsr_gaussians_free(NULL);
+	OK(!ctsr_volume_data(NULL) && !ctsr_volume_get(NULL, "a") && !ctsr_gaussians_count(NULL),
+		"nothing of nothing");
+	ctsr_volume_free(v);
+}
+
+static void test_numbers(void)
+{
+	ctsr_volume *v = ball(16), *out;
+	ctsr_superres_options o = tv();
+	ctsr_operator by = by_two();
+	ctsr_context c = {.size = 3};
+	ctsr_geometry geo;
+	ctsr_projections *p;
+	int ok = 1;
+
+	for (int a = 0; a < 3; a++)
+		o.factor[a] = 1e30;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o.factor[0] = NAN;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o = tv();
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o.spacing[0] = -1;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o = tv();
+	o.method = 99;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	OK(ok, "factors, spacings and methods out of range");
+	by.factor[1] = NAN;
+	ok = failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
+	by.factor[1] = 1000;
+	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_GEOMETRY);
+	by = by_two();
+	by.noise = -1;
+	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
+	OK(ok, "operators out of range");
+	by = by_two();
+	OK(failed(ctsr_degrade(&out, v, &by, &c, &e), CTSR_USAGE), "a context without a size");
+	must(ctsr_geometry_init(&geo, sizeof geo, v, &e));
+	geo.views = 0;
+	ok = failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_USAGE);
+	must(ctsr_geometry_init(&geo, sizeof geo, v, &e));
+	geo.source_to_centre = NAN;
+	ok &= failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_GEOMETRY);
+	geo.beam = 7;
+	ok &= failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_USAGE);
+	OK(ok, "geometries out of range");
+	ctsr_volume_data(v)[5] = NAN;
+	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_NUMBER) && !out, "NaN: %s", e.message);
+	ctsr_volume_free(v);
+}
+
+int main(void)
+{
+	char dir[] = "/tmp/t-ctsr.XXXXXX", clean[64];
+
+	if (!mkdtemp(dir) || chdir(dir) != 0)
+		return 99;
+	OK(strcmp(ctsr_version(), PACKAGE_VERSION) == 0, "the version");
+	test_volumes();
+	test_files();
+	test_operators();
+	test_estimate();
+	test_projections();
+	test_cancel();
+	test_threads();
+	test_nulls();
+	test_numbers();
+	snprintf(clean, sizeof clean, "rm -rf %s", dir);
+	if (system(clean) != 0)
+		return 99;
+	return tap_done();
+}
