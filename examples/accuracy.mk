@@ -4,7 +4,7 @@
 #
 # cuts a cube from each, reduces it, refines it again, and prints a table for each factor: PSNR (dB)
 # and SSIM (2-D, mean of three axes) in WINDOW, the gain over cubic, false structures, bright and dark
-# (ct-metrics --structures --blob-sigma=1.5), the error of texture deep in soft tissue (HU,
+# (ct-metrics --structures --expert blob-sigma=1.5), the error of texture deep in soft tissue (HU,
 # deep-smooth-rmse-hu of --tissues), wall seconds, peak memory. Nothing
 # is clipped but by that window: WINDOW=-1350:150 is the one that lungs are looked at in,
 # WINDOW=-512:3071, the published one, takes them out of the figures. Files stay in OUT; make -j is
@@ -50,7 +50,7 @@ $(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(eval $(call reduce,$(p),$(f)))
 define refine
 $(OUT)/$(1)/$(2).row: $(OUT)/$(1)/lr.nii $(OUT)/$(dir $(1))hr.nii
 	@$(TIME) -o $$@.time -f '%e %M' $(if $(filter ct-sr,$(2)),ct-sr -q -f -x $(lastword $(subst x, ,$(1))),ct-upsample -q -f -m $(2)) $$< $$@.nii
-	@ct-metrics -w $(WINDOW) --structures --blob-sigma=1.5 --tissues $(OUT)/$(dir $(1))hr.nii $$@.nii | \
+	@ct-metrics -w $(WINDOW) --structures --expert blob-sigma=1.5 --tissues $(OUT)/$(dir $(1))hr.nii $$@.nii | \
 		awk '{is[$$$$1] = $$$$2} END {d = is["deep-smooth-rmse-hu"]; printf "%s %s %s %s ", is["psnr"], \
 			is["ssim-r2"], is["structures-false"], d ~ /nan/ ? "-" : sprintf("%.2f", d)}' | cat - $$@.time >$$@.part
 	@rm $$@.nii $$@.time; mv $$@.part $$@

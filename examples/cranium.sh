@@ -37,7 +37,7 @@ dims=$(values shape integer | tac | paste -sd x)
 spacing=$(values spacing real | paste -sd ,)
 
 say "cutting a 128^3 cube of 1.5 mm from $dims voxels of $spacing mm, and degrading it 4x"
-ct-convert -f --raw "$dims:i16" --spacing "$spacing" --orient LAS --iso 1.5 --cube 128 matrix.dat hr.nii.gz
+ct-convert -f --raw "$dims:i16:$spacing" --orient LAS --iso 1.5 --cube 128 matrix.dat hr.nii.gz
 ct-degrade -f -x 4 --protocol P1 hr.nii.gz lr.nii.gz
 timed() { # timed NAME COMMAND...: wall seconds and peak memory to NAME.time
 	name=$1

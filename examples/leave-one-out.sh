@@ -11,7 +11,7 @@ set -e
 ct=$1 work=$2
 shift 2
 : "${LEAVE:=1}" "${SIDE:=64}" "${CLIP:=-512:3071}"
-: "${TRAIN:=--bytes=-1000:2570 --cubes 6 --cube 72 --depth 3 --components 160 --width 384 -n 1000 -s 1}"
+: "${TRAIN:=--bytes=-1000:2570 -n 1000 -s 1}" "${KEYS:=cubes=6,cube=72,depth=3,components=160,width=384}"
 [ $# -gt 0 ] || for f in "$ct"/*; do
 	if ct-info --json "$f" | grep -q '"min": -'; then set -- "$@" "$f"; fi
 done
@@ -36,7 +36,7 @@ while [ $# -gt 0 ]; do
 		shift
 	done
 	# shellcheck disable=SC2086
-	ct-train -f --slices $TRAIN --window="$CLIP" --cache "$work/examples" --log-every 1000000 --validate-every 1000000 \
+	ct-train -f --kind slices $TRAIN --expert "$KEYS,window=$CLIP,log-every=1000000,validate-every=1000000" --cache "$work/examples" \
 		--checkpoint-every 1000000 --validate "$d/held" "$d/prior.safetensors" "$d/others" 2>"$d/log"
 	loss=$(sed -n 's/.*held-out loss //p' "$d/log")
 	for f in "$d/held"/*; do

@@ -92,17 +92,17 @@ $(OUT)/%/$(1)x/bird.exr: $(OUT)/%/$(1)x/lr.exr
 	ct-ddnm -q -f -x $(1) --sampler bird $$< $$@
 $(foreach m,paper bilinear gdp bird,
 $(OUT)/%/$(1)x/$(m).ply: $(OUT)/%/$(1)x/$(m).exr $(OUT)/%/$(1)x/cubic.exr $(OUT)/%/$(1)x/cubic.nii
-	$(fit) --scale=$(1) --base=$$(@D)/cubic.nii --base-projections=$$(@D)/cubic.exr $$< $$@)
+	$(fit) --factor=$(1) --base=$$(@D)/cubic.nii --base-projections=$$(@D)/cubic.exr $$< $$@)
 $(foreach a,softplus relu sine,
 $(OUT)/%/$(1)x/$(a).ply: $(OUT)/%/$(1)x/paper.exr $(OUT)/%/$(1)x/cubic.exr $(OUT)/%/$(1)x/cubic.nii
-	$(fit) --scale=$(1) --activation=$(a) --base=$$(@D)/cubic.nii --base-projections=$$(@D)/cubic.exr $$< $$@)
+	$(fit) --factor=$(1) --activation=$(a) --base=$$(@D)/cubic.nii --base-projections=$$(@D)/cubic.exr $$< $$@)
 $(foreach m,paper bilinear gdp bird softplus relu sine,
 $(OUT)/%/$(1)x/$(m).nii: $(OUT)/%/$(1)x/$(m).ply
 	ct-compose -q -f $$(@D)/cubic.nii $$< $$@)
 $(OUT)/%/$(1)x/fdk.nii: $(OUT)/%/$(1)x/paper.exr $(OUT)/%/$(1)x/cubic.nii
 	ct-fdk -q -f --grid=$$(@D)/cubic.nii $$< $$@
 $(OUT)/%/$(1)x/r2-gs.nii: $(OUT)/%/$(1)x/paper.exr $(OUT)/%/$(1)x/fdk.nii
-	$(fit) --scale=$(1) --mode=full --activation=softplus --base=$$(@D)/fdk.nii $$< $$(@D)/r2-gs.ply
+	$(fit) --factor=$(1) --mode=full --activation=softplus --base=$$(@D)/fdk.nii $$< $$(@D)/r2-gs.ply
 	ct-compose -q -f $$(@D)/fdk.nii $$(@D)/r2-gs.ply $$@
 $(OUT)/%.row: $(OUT)/%.nii
 	@ct-metrics -w $(WINDOW) --ssim wang $$(@D)/../hr.nii $$< >$$@.part

@@ -6,7 +6,7 @@
 # P3 or mean, which is the mean of coarse voxels; S or X,Y,Z; HU), refines it with the solver alone and with
 # the prior, and prints a table: PSNR (dB) and SSIM (2-D, mean of three axes) in WINDOW of cubic
 # interpolation, of the solver, of the prior's volume, and what the prior gains over both; false structures
-# of the three (ct-metrics --structures --blob-sigma=1.5), the rise of their edges (mm, --edges) and the error of
+# of the three (ct-metrics --structures --expert blob-sigma=1.5), the rise of their edges (mm, --edges) and the error of
 # their texture deep in soft tissue (HU, deep-smooth-rmse-hu of --tissues); the prior's seconds.
 # Files stay in OUT. CUBE is to be a multiple of the factors.
 VOLUMES =
@@ -45,7 +45,7 @@ $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 	ct-upsample -q -f $$< $$(@D)/solver.nii
 	$(TIME) -o $$(@D)/time -f %e ct-upsample -m prior -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
 	@for m in cubic solver prior; do \
-		ct-metrics -w $(WINDOW) --structures --blob-sigma=1.5 --edges --tissues $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
+		ct-metrics -w $(WINDOW) --structures --expert blob-sigma=1.5 --edges --tissues $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
 			END {d = is["deep-smooth-rmse-hu"]; print is["psnr"], is["ssim-r2"], is["structures-false"], \
 			is["edge-rise-test-mm"] + 0, d ~ /nan/ ? "-" : sprintf("%.2f", d)}'; \
 	done | cat - $$(@D)/time | tr '\n' ' ' >$$@.part

@@ -80,7 +80,7 @@ define refine
 $(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii
 	$(addprefix CT_THREADS=,$(call said,threads,$(3))) $(TIME) -o $$(@:.csv=.time) -f '%U %S %e %M' \
 		sh -ec '$(call refined,$(3),$$<,$$(@:.csv=.nii),-q -f -x $(call factor,$(2)))'
-	@ct-metrics --harm --csv --blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
+	@ct-metrics --harm --csv --expert blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
 	@{ printf 'scan,case,run,cpu-s,seconds,peak-mib,'; head -n 1 $$(@:.csv=.metrics); \
 		awk '{printf "$(1),$(2),$(3),%.2f,%.2f,%.1f,", $$$$1 + $$$$2, $$$$3, $$$$4 / 1024}' $$(@:.csv=.time); \
 		tail -n 1 $$(@:.csv=.metrics); } >$$@.part

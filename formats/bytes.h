@@ -10,8 +10,6 @@
 
 #include <stdio.h>
 
-/* A volume of any format, by its first byte. Never seeks, but for voxels at the end of a file. */
-int ct_bytes_read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
 int ct_bytes_read_exr(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
 	struct ct_err *e);
 int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,
@@ -20,8 +18,6 @@ int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, str
 int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
 /* A checkpoint of PyTorch; seeks. */
 int ct_bytes_read_pt(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
-/* Either, by its first bytes; seeks. */
-int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e);
 /* Set their key "input": the last thing that a reader does. */
 int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e);
 

@@ -12,7 +12,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-int ct_bytes_read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+/* By the first byte. Never seeks, but for voxels at the end of a file. */
+static int read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
 {
 	const int first = getc(f);
 
@@ -28,7 +29,7 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 
 	if (ct_io_open(path, &f, e))
 		return -1;
-	rc = ct_bytes_read_vol(f, path, v, e);
+	rc = read_vol(f, path, v, e);
 	ct_io_close(f);
 	return rc;
 }
@@ -39,7 +40,7 @@ int ct_vol_write(
 	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
 }
 
-int ct_bytes_read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
+static int read_tensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
 	const size_t n = fread(head, 1, sizeof head, f);
@@ -76,7 +77,7 @@ int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
 		return -1;
 	}
 	if (f) {
-		rc = ct_bytes_read_tensors(f, path, w, e);
+		rc = read_tensors(f, path, w, e);
 		ct_io_close(f);
 	}
 	free(data);

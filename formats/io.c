@@ -80,7 +80,8 @@ static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 	if (S_ISDIR(st.st_mode))
 		return ct_fail(e, CT_EOUTPUT, "%s: is a folder", path);
 	if (S_ISREG(st.st_mode) && !(env && env->force))
-		return ct_fail(e, CT_EOUTPUT, "%s: exists; --force overwrites it", path);
+		return ct_fail(e, CT_EOUTPUT, "%s: exists; %s overwrites it", path,
+			env && env->tool ? "--force" : "overwrite = 1");
 	return 0;
 }
 

@@ -39,13 +39,13 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
 int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
 	const struct ct_env *env, struct ct_err *e);
 
-/* Of a volume that is not to be held as a whole: */
+/* Of a file whose voxels are not needed: */
 struct ct_nifti_in {
 	struct ct_source source; /* to be closed, in any case */
 	struct ct_stored how;
 };
-/* What is before the voxels, into *head, zeroed, which gets no data; then ct_source_floats or
- * ct_source_pass. Codes of ct_nifti_read_stream. */
+/* What is before the voxels, into *head, zeroed, which gets no data. Codes of
+ * ct_nifti_read_stream. */
 int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e);
 
 /* The file of ct_nifti_write from voxels that come one after the other. */

@@ -201,68 +201,35 @@ static int take_some(
 	return 0;
 }
 
-int ct_source_floats(
-	struct ct_source *s, const struct ct_stored *how, size_t n, float *out, struct ct_err *e)
-{
-	for (size_t done = 0, some; done < n; done += some) {
-		some = n - done;
-		if (take_some(s, how, &some, out + done, e))
-			return -1;
-	}
-	return 0;
-}
-
-/* The voxels go into the hashes while they are in the cache, and without v->data nowhere else. */
+/* The voxels go into the hash while they are in the cache. */
 static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct ct_vol *v,
-	struct ct_hash *hash, struct ct_hash *values, struct ct_err *e)
+	struct ct_hash *hash, struct ct_err *e)
 {
 	const size_t total = ct_vol_count(v);
-	float *spare = NULL;
-	int rc = 0;
 
-	if (!v->data && ct_alloc(&spare, BLOCK, sizeof *spare, e))
-		return -1;
 	for (size_t done = 0, n; done < total; done += n) {
-		float *out = spare ? spare : v->data + done;
-
 		n = total - done;
-		rc = take_some(s, how, &n, out, e);
-		if (rc)
-			break;
-		CT_SIMD(ct_hash_add)(hash, out, n * sizeof *out);
-		if (values)
-			CT_SIMD(ct_hash_add)(values, out, n * sizeof *out);
+		if (take_some(s, how, &n, v->data + done, e))
+			return -1;
+		CT_SIMD(ct_hash_add)(hash, v->data + done, n * sizeof *v->data);
 	}
-	free(spare);
-	return rc;
-}
-
-/* The voxels, and what follows them. */
-static int finish(struct ct_source *s, const struct ct_stored *how, const char *name,
-	struct ct_vol *v, struct ct_hash *values, struct ct_err *e)
-{
-	struct ct_hash *hash = NULL;
-	int rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-				 read_voxels(s, how, v, hash, values, e) || drain(s, e) ||
-				 ct_hash_input(hash, &v->meta, name, e)
-			 ? -1
-			 : 0;
-
-	free(hash);
-	return rc;
+	return 0;
 }
 
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
 	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e)
 {
+	struct ct_hash *hash = NULL;
+	int rc;
+
 	if (check_length(s, how, n, e) || ct_vol_alloc(v, n, e))
 		return -1;
 	memcpy(v->affine, affine, sizeof v->affine);
-	return finish(s, how, name, v, NULL, e);
-}
-
-int ct_source_pass(struct ct_source *s, const struct ct_stored *how, const char *name,
-	struct ct_vol *head, struct ct_hash *values, struct ct_err *e)
-{
-	return check_length(s, how, head->n, e) ? -1 : finish(s, how, name, head, values, e);
+	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
+			     read_voxels(s, how, v, hash, e) || drain(s, e) ||
+			     ct_hash_input(hash, &v->meta, name, e)
+		     ? -1
+		     : 0;
+	free(hash);
+	return rc;
 }

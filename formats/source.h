@@ -58,12 +58,4 @@ struct ct_stored {
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
 	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e);
 
-/* Of a volume that is not to be held: the next n numbers. */
-int ct_source_floats(
-	struct ct_source *s, const struct ct_stored *how, size_t n, float *out, struct ct_err *e);
-/* ... All of them, for the key "input" of `head`, which has sizes and affine and no data; and into
- * the hash `values`, if that is given. Codes of ct_source_volume. */
-int ct_source_pass(struct ct_source *s, const struct ct_stored *how, const char *name,
-	struct ct_vol *head, struct ct_hash *values, struct ct_err *e);
-
 #endif

@@ -5,19 +5,6 @@
 
 #include <math.h>
 #include <string.h>
-
-static enum ct_units said = CT_UNITS_AUTO;
-
-void ct_units_say(enum ct_units units)
-{
-	said = units;
-}
-
-enum ct_units ct_units_said(void)
-{
-	return said;
-}
-
 int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e)
 {
 	if (units == CT_UNITS_AUTO)
@@ -52,12 +39,14 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 		(double)hi, shifted ? ": they are as if 1000 or 1024 was added" : "", option);
 }
 
-int ct_vol_read_hu(const char *path, struct ct_vol *v, struct ct_err *e)
+int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
+	const enum ct_units units = (enum ct_units)env->units;
+
 	if (ct_vol_read(path, v, e))
 		return -1;
-	if (said == CT_UNITS_AUTO ? ct_units_check(v, "--units", e) == 0
-				  : ct_units_note(v, said, e) == 0)
+	if (units == CT_UNITS_AUTO ? ct_units_check(v, "--units", e) == 0
+				   : ct_units_note(v, units, e) == 0)
 		return 0;
 	ct_vol_free(v);
 	return ct_blame(e, path);

@@ -6,6 +6,7 @@
  */
 #ifndef CT_FORMATS_UNITS_H
 #define CT_FORMATS_UNITS_H
+#include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
 
@@ -15,9 +16,6 @@
 	X(CT_UNITS_OTHER, "other")
 enum ct_units { CT_UNITS_LIST(CT_WORD_VALUE) };
 
-/* What the user says of the volumes that this process reads; the command line does, once. */
-void ct_units_say(enum ct_units units);
-enum ct_units ct_units_said(void);
 /* Note in the metadata what was said; nothing for auto. */
 int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
 /* CT_EINPUT if the metadata say "other", or do not say and the voxels that are numbers lie in
@@ -25,7 +23,7 @@ int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
  * lie in [900, 1150], where 1000 or 1024 more than HU puts what is soft in a body. The message
  * names the option that says otherwise. */
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
-/* ct_vol_read of what is to be HU: with what was said noted, or checked if nothing was. */
-int ct_vol_read_hu(const char *path, struct ct_vol *v, struct ct_err *e);
+/* ct_vol_read of what is to be HU: env->units are noted, or checked for auto. */
+int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -23,4 +23,4 @@ complete/fish/ct-%.fish: ct-%$(EXEEXT)
 	$(CT_COMPLETE)=fish > $@-t && mv $@-t $@
 dist_man5_MANS = man/ct-formats.5
 dist_man3_MANS = man/ctsr.3
-dist_man7_MANS = man/ct-pipeline.7
+dist_man7_MANS = man/ct-pipeline.7 man/ct-glossary.7

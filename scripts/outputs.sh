@@ -39,9 +39,9 @@ run ct-project -n 9 up.nii base.exr
 if has projections; then
 	for m in siddon joseph; do
 		run ct-project -n 7 -m $m odd.nii $m.exr
-		run ct-project -n 7 -m $m --rotate 10,20,30 odd.nii $m-turned.exr
-		run ct-fdk -m sirt -n 3 --projector $m $m.exr $m-sirt.nii
-		run ct-fdk -m cgls -n 3 --projector $m $m-turned.exr $m-cgls.nii
+		run ct-project -n 7 -m $m --expert rotate=10,20,30 odd.nii $m-turned.exr
+		run ct-fdk -m sirt -n 3 --expert projector=$m $m.exr $m-sirt.nii
+		run ct-fdk -m cgls -n 3 --expert projector=$m $m-turned.exr $m-cgls.nii
 	done
 	run ct-project -n 8 --beam parallel --photons 20000 odd.nii parallel.exr
 	run ct-project -n 8 --beam fan --det 40 odd.nii fan.exr
@@ -53,7 +53,7 @@ if has projections; then
 	run ct-fdk --grid 24 fan.exr fan-fdk.nii
 fi
 if has fits; then
-	run ct-nabgs -b up.nii --lr lr.nii -n 40 -g 2000 --densify-until 40 --refit 2 cone.exr g.ply
+	run ct-nabgs -b up.nii --lr lr.nii -n 40 -g 2000 --expert densify-until=40,refit=2 cone.exr g.ply
 	run ct-nabgs -b up.nii -n 40 -g 1000 --paper cone.exr paper.ply
 	run ct-nabgs -b up.nii -n 30 -g 500 -m full -a softplus cone.exr full.ply
 	run ct-compose up.nii g.ply composed.nii

@@ -6,8 +6,7 @@ ct_degrade_SOURCES = src/tools/ct-degrade.c
 bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/prior-file.h
 bin_PROGRAMS += ct-metrics
-ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c \
-	src/tools/metrics-report.h src/tools/metrics-harm.c src/tools/metrics-harm.h
+ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools/metrics-report.h
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
 # (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a

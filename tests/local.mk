@@ -21,7 +21,7 @@ EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/cluster.sh
-EXTRA_DIST += tests/tap.sh tests/view.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
+EXTRA_DIST += tests/tap.sh tests/view.sh tests/train.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 check_PROGRAMS += tests/t-containers tests/t-difference tests/t-frames tests/t-free tests/t-upsample tests/t-tv-steps
@@ -39,7 +39,7 @@ tests_t_upsample_SOURCES = tests/t-upsample.c
 check_PROGRAMS += tests/t-expected
 tests_t_expected_SOURCES = tests/t-expected.c
 tests_t_tv_steps_SOURCES = tests/t-tv-steps.c
-dist_check_SCRIPTS += tests/t-layers.sh
+dist_check_SCRIPTS += tests/t-layers.sh tests/t-plain.sh
 check_PROGRAMS += tests/t-header
 tests_t_header_SOURCES = tests/t-header.c
 check_PROGRAMS += tests/t-any tests/t-io tests/t-raw

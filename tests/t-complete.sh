@@ -40,7 +40,7 @@ all_offer() {
 	! grep -qx notes.txt got || [ "$(grep -cx notes.txt got)" -eq 1 ]; ok $? "$shell: no other"
 	"${shell}_offers" 'ct-view a.nii b.nii.gz '
 	there a.nii C.NII notes.txt; ok $? "$shell: any number of files, and any of them"
-	"${shell}_offers" 'ct-restore --std '
+	"${shell}_offers" 'ct-upsample --std '
 	there a.nii "sub$folder" && not_there p.exr notes.txt; ok $? "$shell: those of an option"
 	"${shell}_offers" 'ct-sr --keep '; there "sub$folder" && not_there a.nii; ok $? "$shell: a folder"
 	"${shell}_offers" 'ct-sr --re'; there --release --resume; ok $? "$shell: what may be said"

@@ -36,7 +36,7 @@ is 'vol("r2.nii") == vol("r.nii") and info("r.nii")["quantity"] == "residual"' '
 ct-compose --floor -3000 -g 3 b.nii r.nii low.nii
 is 'apart(vol("low.nii"), compose("b.nii", "r.nii", 3, -3000, -1024, 3071)) < 1e-3' 'a floor below the window'
 tail -c $((20 * 24 * 28 * 4)) b.nii >b.raw && tail -c $((20 * 24 * 28 * 4)) r.nii >r.raw
-for f in b r; do ct-convert -q --raw 20x24x28:f32 --spacing 4 --orient RAS $f.raw bare-$f.nii; done
+for f in b r; do ct-convert -q --raw 20x24x28:f32:4 --orient RAS $f.raw bare-$f.nii; done
 exits 0 'a window of its own' ct-compose -w -900:50 bare-b.nii bare-r.nii w.nii
 has err 'bare-b.nii: [0-9]* voxels are above 50 HU' 'says what it cuts'
 is 'apart(vol("w.nii"), compose("b.nii", "r.nii", 1, -900, -900, 50)) < 1e-3' 'the base, and is the floor'
@@ -67,12 +67,12 @@ is 'said("none.nii") == {}' 'a base that says none gets none'
 # --consistent: what the low resolution lacked is no more; LR says the operator, or else the base
 for lr in lr.nii bare-lr.nii; do
 	[ $lr = lr.nii ] || { ct-convert -q --type f32 lr.nii - | tail -c $((5 * 6 * 7 * 4)) >lr.raw
-		ct-convert -q --raw 5x6x7:f32 --spacing 16 --orient RAS lr.raw bare-lr.nii; }
+		ct-convert -q --raw 5x6x7:f32:16 --orient RAS lr.raw bare-lr.nii; }
 	exits 0 "--consistent $lr" ct-compose -v -f --consistent $lr up.nii r.ply c.nii
 	sed -n "s/.* differs from $lr by \(.*\) HU RMS, \(.*\) before\$/\1 \2/p" err >by
 	awk '{exit !(NF == 2 && $1 < 0.01 && $2 > 0.5)}' by; ok $? "differs no more: $(cat by)"
 done
-ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max-rmse 0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
+ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max rmse-hu=0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
 ct-fdk -q --quantity density p.exr d.nii 2>/dev/null
 exits 3 'density is no base' ct-compose d.nii r.ply no.nii
 has err 'd.nii: quantity is density, not hu' 'which is said'

@@ -25,10 +25,10 @@ against 2 lr.nii 'factor 2,2,2' ct-sr -x 2 lr.nii no.nii
 against 2 hr.nii '--window' ct-project -w -512:3071 hr.nii no.exr
 against 2 density.nii '--quantity' ct-project --quantity hu density.nii no.exr
 against 2 p.exr '--window' ct-fdk -w -512:3071 p.exr no.nii
-against 2 sinc.exr '--scale 2' ct-ddnm -x 2 sinc.exr no.exr
+against 2 sinc.exr '--factor 2' ct-ddnm -x 2 sinc.exr no.exr
 against 2 sinc.exr '--operator mean' ct-ddnm --operator mean sinc.exr no.exr
 against 2 mean.exr '--operator matched' ct-ddnm --operator matched mean.exr no.exr
-against 2 up.nii '--scale 8' ct-nabgs -x 8 -b up.nii p.exr no.ply
+against 2 up.nii '--factor 8' ct-nabgs -x 8 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-nabgs -w -512:3071 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-fuse -w -512:3071 up.nii lr.nii p.exr no.nii
 against 2 r.ply '--window' ct-compose -w -512:3071 up.nii r.ply no.nii

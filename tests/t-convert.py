@@ -37,7 +37,7 @@ for kind, dtype in (("u8", "<u1"), ("i8", "<i1"), ("u16:be", ">u2"), ("i32", "<i
                     ("f64", "<f8"), ("u32:be", ">u4")):
     x = rng.integers(0, 100, (5, 6, 7)).astype(dtype)
     x.ravel(order="F").tofile("x.raw")
-    convert("--raw", "5x6x7:" + kind, "--spacing", "1", "--slope", "0.5", "--orient", "RAS", "x.raw", "x.nii")
+    convert("--raw", "5x6x7:" + kind + ":1", "--rescale", "0.5", "--orient", "RAS", "x.raw", "x.nii")
     check("raw " + kind, np.array_equal(nib.load("x.nii").get_fdata(), x.astype("f8") * 0.5))
 
 # any affine and type that nibabel writes: axes swapped, turned and oblique

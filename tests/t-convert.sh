@@ -6,9 +6,9 @@ for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121
 	# shellcheck disable=SC2059
 	printf "\\$(printf %03o "$v")\\000"
 done >a.raw
-raw='--raw 4x3x2:i16 --spacing 1,2,3'
+raw='--raw 4x3x2:i16:1,2,3'
 # shellcheck disable=SC2086
-exits 0 'raw voxels are read' ct-convert $raw --intercept -1024 a.raw a.nii
+exits 0 'raw voxels are read' ct-convert $raw --rescale 1,-1024 a.raw a.nii
 exits 0 'NIfTI is copied through a pipe' sh -c 'cat a.nii | ct-convert - - | cat >b.nii'
 exits 0 'gzip is written' ct-convert a.nii a.nii.gz
 gzip -t a.nii.gz; ok $? 'and is gzip'
@@ -30,12 +30,12 @@ exits 4 'an existing file is kept' ct-convert a.nii b.nii
 exits 0 '--force writes it' ct-convert -f a.nii b.nii
 exits 2 'a name of another format is refused' ct-convert a.nii a.mgz
 # shellcheck disable=SC2086
-exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16 --spacing 1 long.raw d.nii'
-exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16 --spacing 1 a.raw d.nii
+exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16:1 long.raw d.nii'
+exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16:1 a.raw d.nii
 exits 2 'raw needs a spacing' ct-convert --raw 4x3x2:i16 a.raw d.nii
-exits 2 'an unknown raw type' ct-convert --raw 4x3x2:i12 --spacing 1 a.raw d.nii
-exits 2 'axes that are none' ct-convert --raw 4x3x2:i16 --spacing 1 --orient LLS a.raw d.nii
-exits 2 'spacing without raw' ct-convert --spacing 1 a.nii d.nii
+exits 2 'an unknown raw type' ct-convert --raw 4x3x2:i12:1 a.raw d.nii
+exits 2 'axes that are none' ct-convert --raw 4x3x2:i16:1 --orient LLS a.raw d.nii
+exits 2 'rescale without raw' ct-convert --rescale 2 a.nii d.nii
 exits 2 'a series without DICOM' ct-convert --series 1 a.nii d.nii
 head -c 370 a.nii >short.nii
 exits 3 'a truncated file' ct-convert short.nii d.nii
@@ -50,12 +50,12 @@ if [ -w /dev/full ]; then
 fi
 exits 4 'a folder that is not there' ct-convert a.nii none/d.nii
 printf '\000\000\300\177\000\000\200\077' >nan.raw
-exits 6 'NaN is refused' ct-convert --raw 2x1x1:f32 --spacing 1 nan.raw d.nii
+exits 6 'NaN is refused' ct-convert --raw 2x1x1:f32:1 nan.raw d.nii
 ls -A | grep -q '^d\.nii'; [ $? -eq 1 ]; ok $? 'nor a temporary one'
 no() { exits 2 "$1" ct-convert $2 a.raw d.nii; has err "$3" "$3"; } # no NAME ARGS WORDS
-no 'raw without a type' '--raw 4x3x2 --spacing 1' "'4x3x2' is not WxHxD:TYPE"
-no 'no size' '--raw 4x3x2:i16 --spacing 1,0,1' 'spacing: 1,0,1 is not positive'
-no 'nothing left' '--raw 4x3x2:i16 --spacing 1 --slope 0' 'slope 0 leaves nothing'
+no 'raw without a type' '--raw 4x3x2' "'4x3x2' is not WxHxD:TYPE:X,Y,Z"
+no 'no size' '--raw 4x3x2:i16:1,0,1' 'raw: the voxel size 1,0,1 is not positive'
+no 'nothing left' '--raw 4x3x2:i16:1 --rescale 0' 'rescale: a factor of 0'
 exits 2 '.nii.gz is no name' ct-convert a.nii .nii.gz
 exits 0 'what is no file needs no name' ct-convert -f a.nii /dev/null
 # three numbers of the operator go with their axes, and go where voxels change

@@ -10,9 +10,9 @@ json() { sed -n "s/^  \"$1\": \"\{0,1\}\([^,\"]*\).*/\1/p" out; }
 is() { # is NAME EXPRESSION: awk says so
 	awk "BEGIN {exit !($2)}"; ok $? "$1 ($(echo "$2" | tr -s "\n\t " " "))"
 }
-ct-phantom -q --size 128x128x128 --oversample 1 sphere big.nii && # 8 MiB
+ct-phantom -q --size 128x128x128 --expert oversample=1 sphere big.nii && # 8 MiB
 	ct-degrade -q -x 2 big.nii lr.nii && ct-upsample -q -m linear lr.nii up.nii &&
-	ct-phantom -q --size 64x64x64 --oversample 1 sphere mid.nii && # 1 MiB
+	ct-phantom -q --size 64x64x64 --expert oversample=1 sphere mid.nii && # 1 MiB
 	ct-phantom -q -p -n 640 --det 16 --size 64x64x64 sphere low.exr &&
 	ct-phantom -q -p -n 640 --det 64 --size 64x64x64 sphere high.exr && # 10 MiB
 	ct-phantom -q -p -n 8192 --det 4 --size 64x64x64 sphere many.exr &&
@@ -34,7 +34,7 @@ cost ct-upsample -t 1 -m htv lr.nii no.nii; all=$(seconds); cost ct-upsample -t 
 is 'more iterations than it usually takes do not' "$(seconds) < 20 * $all"
 
 # what a prior takes of a scan that is not flat
-ct-phantom -q --size 128x128x128 --oversample 1 ellipsoids uneven.nii && ct-degrade -q -x 2 uneven.nii half.nii || exit 99
+ct-phantom -q --size 128x128x128 --expert oversample=1 ellipsoids uneven.nii && ct-degrade -q -x 2 uneven.nii half.nii || exit 99
 cost ct-upsample -t 1 half.nii no.nii; alone=$(seconds)
 cost ct-restore -t 1 --prior "$builddir/slices.safetensors" half.nii no.nii
 is 'ct-restore takes longer than the solver in it' "$(seconds) > 2 * $alone"
@@ -50,7 +50,7 @@ uneven() { # uneven SIDE: of 48 voxels along each axis those within SIDE of the 
 		BEGIN {for (k = 0; k < 48; k++) for (j = 0; j < 48; j++) for (i = 0; i < 48; i++) printf "%c",
 			30 + (mid(i) && mid(j) && mid(k) ? any(90) : 15 * (zigzag(i) + zigzag(j) + zigzag(k)) + any(5))
 		}' >u.raw
-	ct-convert -q -f --raw 48x48x48:u8 --spacing 8 --orient RAS --units hu u.raw u.nii && ct-upsample -q -f -t 1 -x 4 -m linear u.nii us.nii &&
+	ct-convert -q -f --raw 48x48x48:u8:8 --orient RAS --units hu u.raw u.nii && ct-upsample -q -f -t 1 -x 4 -m linear u.nii us.nii &&
 		cost ct-restore -t 1 -a z -x 4 --sigma .5 --decimate point --start us.nii --prior "$builddir/slices.safetensors" u.nii no.nii
 }
 uneven 24; all=$(seconds)
@@ -127,12 +127,12 @@ cost ct-nabgs "$@" -n 100000 --max-gaussians 100 p.exr no.ply
 is 'up to the most' "$(json disk-bytes) == 4400 && $(json state-bytes) == 14400"
 few=$(json memory-bytes) each=408 # bytes of a Gaussian, of one in a view, and of 56 floats
 is 'its memory' "$few > 4 * (2 * $voxels + 3 * $pixels) && $few < 6 * (2 * $voxels + 3 * $pixels)"
-cost ct-nabgs "$@" -n 100000 --max-gaussians 1000000 --refit 10000 p.exr no.ply
+cost ct-nabgs "$@" -n 100000 --max-gaussians 1000000 --expert refit=10000 p.exr no.ply
 is 'of 1000000' "$(json disk-bytes) == 44000000 && $(json memory-bytes) - $few > 999900 * $each - 2 ^ 22 &&
 	$(json memory-bytes) - $few < 999900 * $each + 2 ^ 22"
 would=$(json work | sed -n 's/.* it would be \([0-9]*\) s$/\1/p')
 is 'more Gaussians take longer' "$would > 15000 * $(json seconds) && $would < 21000 * $(json seconds)"
-cost ct-nabgs "$@" -n 1 --max-gaussians 100 --refit 10000 p.exr no.ply
+cost ct-nabgs "$@" -n 1 --max-gaussians 100 --expert refit=10000 p.exr no.ply
 is 'a refit is that of all views, many times' "$(json seconds) > 100 * $once"
 cost ct-nabgs "$@" -n 10000000 --max-gaussians 100 p.exr no.ply
 is 'as do more iterations' "$(json seconds) > 10000 * $once"

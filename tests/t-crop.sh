@@ -44,7 +44,7 @@ for k in range(10):
 open('body.raw', 'wb').write(struct.pack('<6000h', *v))
 END
 if [ -e body.raw ]; then
-	ct-convert -q --raw 30x20x10:i16 --spacing 5,5,5 body.raw body.nii
+	ct-convert -q --raw 30x20x10:i16:5,5,5 body.raw body.nii
 	exits 0 'the body' ct-convert -v --crop auto body.nii f.nii
 	has err 'cropped to voxels 6:22,4:14,1:10 of 30x20x10' 'and 10 mm about it'
 	is "$(size f.nii)" 16,10,9 'which is all that is left'

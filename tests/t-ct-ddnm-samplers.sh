@@ -14,8 +14,8 @@ on='of the network of 32x32'
 while IFS='|' read -r options cost; do
 	set -f; set -- --sampler $options; set +f
 	mkdir t1 t4 whole cut # the name of the output is in the history
-	(cd t1 && ct-ddnm -q -t 1 "$@" --travel 2,2 --samples 2 ../y.exr a.exr); ok $? "$options"
-	(cd t4 && ct-ddnm -q -t 4 "$@" --travel 2,2 --samples 2 ../y.exr a.exr)
+	(cd t1 && ct-ddnm -q -t 1 "$@" --expert travel=2,2 --samples 2 ../y.exr a.exr); ok $? "$options"
+	(cd t4 && ct-ddnm -q -t 4 "$@" --expert travel=2,2 --samples 2 ../y.exr a.exr)
 	cmp -s t1/a.exr t4/a.exr; ok $? 'the same bytes on 4 threads, back in time, of two samples'
 	ct-info t1/a.exr | sed '/history/d' | cksum >>results
 	exits 0 'from a picture' ct-ddnm -q -f "$@" --init up.exr --t-start 20 y.exr near.exr
@@ -33,9 +33,9 @@ done <<EOF2
 ddim -n 8 --eta 0.5|16 calls $on
 ddpm -n 8|16 calls $on
 dpm-solver++ -n 8|16 calls $on
-gdp -n 8 --guidance 200|16 calls $on
-bird -n 2 --iterations 4|16 calls $on, 12 of its derivative
-bird -n 2 --iterations 4 --gradient chain|16 calls $on
+gdp -n 8 --expert guidance=200|16 calls $on
+bird -n 2 --expert iterations=4|16 calls $on, 12 of its derivative
+bird -n 2 --expert iterations=4,gradient=chain|16 calls $on
 EOF2
 [ "$(sort -u results | wc -l)" -eq 6 ]; ok $? 'no two give the same'
 

@@ -21,7 +21,7 @@ ct-compose --floor=-9999 up.nii r.nii raw.nii && ct-degrade -x 4 raw.nii back.ni
 ok $? 'and reduces to LR within 0.001 HU'
 exits 0 'JSON' ct-fuse --json up.nii lr.nii p.exr j.nii
 grep -q '"projections": "trusted"' out; ok $? 'with the verdict'
-exits 0 'a weight of our own' ct-fuse --lambda-projections=0.2 -n 10 up.nii lr.nii \
+exits 0 'a weight of our own' ct-fuse --expert lambda-projections=0.2 -n 10 up.nii lr.nii \
 	p.exr own.nii
 has out '^lambda-projections 0.2' 'is used'
 has out '^projections weighted as told' 'without a verdict'
@@ -46,7 +46,7 @@ above "$(psnr up.nii noise.nii | sed s/inf/999/)" 100; ok $? 'and leaves the bas
 exits 0 'noise on those of the truth' ct-fuse up.nii lr.nii noisy.exr noisy.nii
 has out '^projections trusted' 'is worth it'
 above "$(psnr hr.nii noisy.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains 4 dB, too'
-ct-project --views 20 --start=77 hr.nii turned.exr
+ct-project --views 20 --expert start=77 hr.nii turned.exr
 exits 0 'another start of the arc' ct-fuse up.nii lr.nii turned.exr turned.nii
 above "$(psnr hr.nii turned.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains as much'
 

@@ -1,7 +1,8 @@
 #!/bin/sh
-# ct-train --slices and ct-upsample -m prior: a prior of phantoms makes other phantoms better, agrees with the scan,
+# ct-train --kind slices and ct-upsample -m prior: a prior of phantoms makes other phantoms better, agrees with the scan,
 # is resumed to the same bytes, and what does not fit is refused.
 . "$srcdir/tests/tap.sh"
+. "$srcdir/tests/train.sh"
 cmp_() { # the voxels of two volumes: none is apart
 	ct-metrics --json "$1.nii" "$2.nii" | grep -q '"max-hu": 0[,.]'
 }
@@ -12,46 +13,46 @@ for k in 1 2 3; do ct-phantom -q -s $k --size 72x64x56 ellipsoids scans/$k.nii; 
 ct-phantom -q -s 9 --size 56x48x40 ellipsoids truth.nii
 ct-degrade -q -x 4 truth.nii lo.nii
 ct-upsample -q lo.nii up.nii
-small='--slices -s 2 --cubes 3 --cube 48 --noise 0 --width 48 --components 60 -b 512 -n 60'
+small='--kind slices -s 2 --expert=cubes=3,cube=48,noise=0,width=48,components=60 -b 512 -n 60'
 
 # shellcheck disable=SC2086
-exits 0 'trains' ct-train $small --log-every 20 --validate truth.nii --validate-every 30 p.safetensors scans
+exits 0 'trains' train_with $small --expert=log-every=20,validate-every=30 --validate truth.nii p.safetensors scans
 awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < a+0 && b+0 > 0)}' err
 ok $? 'the loss falls'
 awk '/step 60: held/{a=$6} END{exit !(a+0 > 0 && a+0 < 0.97)}' err
 ok $? 'something is known of a phantom that was not trained on'
 # shellcheck disable=SC2086
 {
-ct-train -q $small -t 1 --minutes 0.00001 q.safetensors scans
+train_with -q $small -t 1 --minutes 0.00001 q.safetensors scans
 ct-info q.safetensors >info
-ct-train -q $small -t 3 --resume q.safetensors scans
+train_with -q $small -t 3 --resume q.safetensors scans
 }
 ! grep -q 'step.*60' info && cmp p.safetensors.state q.safetensors.state
 ok $? 'interrupted, resumed, other threads: same bytes'
 # shellcheck disable=SC2086
 {
-ct-train -q $small --cache kept -f --validate truth.nii c.safetensors scans
+train_with -q $small --cache kept -f --validate truth.nii c.safetensors scans
 ls kept >made
-ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
+train_with -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp p.safetensors.state c.safetensors.state && cmp c.safetensors.state d.safetensors.state; ok $? 'with a cache: the same bytes, made and found'
 [ "$(wc -l <made)" -ge 9 ] && [ "$(ls kept)" = "$(cat made)" ]; ok $? 'which holds an example a file'
 set -- kept/*; head -c 3000 "$1" >t
 while [ $# -gt 1 ]; do mv "$2" "$1"; shift; done; mv t "$1"
-ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
+train_with -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp c.safetensors.state d.safetensors.state; ok $? 'damaged ones, and ones of another name, are made anew'
-ct-train -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
+train_with -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
 ct-upsample -m prior -q -p p.safetensors lo.nii a.nii && ct-upsample -m prior -q -p two.safetensors lo.nii b.nii
 ct-metrics --json a.nii b.nii | grep -q '"max-hu": 0[,.]'; ok $? 'with another prior: the same of its factor'
 }
 # shellcheck disable=SC2086
-exits 3 'what is to stay is a prior, too' ct-train $small --with truth.nii x.safetensors scans
+exits 3 'what is to stay is a prior, too' train_with $small --with truth.nii x.safetensors scans
 # shellcheck disable=SC2086
-exits 4 'a cache that cannot be' ct-train $small --cache /dev/null x.safetensors scans
+exits 4 'a cache that cannot be' train_with $small --cache /dev/null x.safetensors scans
 # shellcheck disable=SC2086
-exits 3 'another rule cannot resume' ct-train $small --depth 1 --resume p.safetensors scans
+exits 3 'another rule cannot resume' train_with $small --expert=depth=1 --resume p.safetensors scans
 has err "depth was '3', not '1'" 'and says why'
-exits 2 'an option of pictures is refused' ct-train --slices --no-flip x.safetensors scans
-exits 2 'one of slices without them' ct-train --depth 3 x.safetensors scans
+exits 2 'an option of pictures is refused' train_with --kind slices --arch num_heads=1 x.safetensors scans
+exits 2 'one of slices without them' train_with --expert=depth=3 x.safetensors scans
 if python_with nibabel; then
 	"$PY" - <<'E2'
 import nibabel as n, numpy as np
@@ -59,7 +60,7 @@ v = n.load('truth.nii')
 n.save(n.Nifti1Image(np.clip(np.round(v.get_fdata() / 20 + 60), 0, 255).astype('i2'), v.affine), 'bytes.nii')
 E2
 	# shellcheck disable=SC2086
-	exits 3 'bytes are no HU' ct-train $small x.safetensors bytes.nii
+	exits 3 'bytes are no HU' train_with $small x.safetensors bytes.nii
 	has err -- '--bytes' 'unless it is said what they are'
 fi
 
@@ -73,24 +74,24 @@ mkdir one three
 CT_THREADS=1 ct-upsample -m prior -q -p p.safetensors --start up.nii lo.nii one/o.nii
 CT_THREADS=3 ct-upsample -m prior -q -p p.safetensors --start up.nii lo.nii three/o.nii
 cmp one/o.nii three/o.nii; ok $? 'any number of threads: same bytes'
-ct-upsample -m prior -q --expert weight=0 -p p.safetensors lo.nii none.nii
+ct-upsample -m prior -q --expert=weight=0 -p p.safetensors lo.nii none.nii
 r=$(ct-metrics -q --json up.nii none.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r < 0.01)}"; ok $? "with weight 0 it is what the solver makes ($r HU)"
 w() { out=$1; shift; ct-upsample -m prior -q -f -p p.safetensors --start up.nii "$@" lo.nii $out.nii; } # w OUT ARGS...
 far() { ct-metrics -q --json $1.nii $2.nii | sed -n 's/.*"rmse-hu": \([0-9.e-]*\).*/\1/p'; } # far A B
 w auto; cmp_ auto one/o; ok $? 'the same again'
-w full --expert weight=1; w none --expert doubt=0,gate=0,cap=0,steps=0; cmp_ full none; ok $? 'a weight takes all with the same confidence'
+w full --expert=weight=1; w none --expert=doubt=0,gate=0,cap=0,steps=0; cmp_ full none; ok $? 'a weight takes all with the same confidence'
 ! cmp_ full auto; ok $? 'which is not the default'
-w careful --expert weight=1,doubt=1.2,gate=15,cap=250,steps=0.05; cmp_ careful auto; ok $? 'unless it is asked for'
-w soft --expert steps=0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
-w half --expert weight=0.5; a=$(far up half) b=$(far up full)
+w careful --expert=weight=1,doubt=1.2,gate=15,cap=250,steps=0.05; cmp_ careful auto; ok $? 'unless it is asked for'
+w soft --expert=steps=0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
+w half --expert=weight=0.5; a=$(far up half) b=$(far up full)
 awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
 for x in -0.1 10.1; do
-	exits 2 "a weight of $x" ct-upsample -m prior -p p.safetensors --expert weight=$x lo.nii x.nii
-	has err "^ct-upsample: --expert weight: $x is outside \[0, 10\]" 'is refused'
+	exits 2 "a weight of $x" ct-upsample -m prior -p p.safetensors --expert=weight=$x lo.nii x.nii
+	has err "^ct-upsample: --expert=weight: $x is outside \[0, 10\]" 'is refused'
 done
-exits 2 'no weight' ct-upsample -m prior -p p.safetensors --expert weight=much lo.nii x.nii
-has err "^ct-upsample: --expert weight: 'much' is not a number" 'is refused'
+exits 2 'no weight' ct-upsample -m prior -p p.safetensors --expert=weight=much lo.nii x.nii
+has err "^ct-upsample: --expert=weight: 'much' is not a number" 'is refused'
 ct-upsample -m prior -q -p p.safetensors -Q fast lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
@@ -101,12 +102,12 @@ ct-upsample -q wide.nii w-no.nii; ! cmp_ w-one w-no; ok $? 'add something'
 exits 0 'tells the error it expects' ct-upsample -m prior -q --std e.nii -p p.safetensors --start up.nii lo.nii x.nii
 dd if=e.nii bs=1 skip=148 count=80 2>/dev/null | tr '\0' '\n' | grep -q '^expected error, HU; ct-upsample [0-9.]*$'; ok $? 'and what it is'
 ct-metrics --json x.nii one/o.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives the same'
-ct-metrics --std e.nii truth.nii x.nii >out
+ct-metrics --uncertainty e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii
 ct-degrade -q -x 2 truth.nii two.nii
-exits 5 'other factors are refused' ct-upsample -m prior --expert weight=1 -p p.safetensors two.nii x.nii
+exits 5 'other factors are refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors two.nii x.nii
 has err 'two.nii: the prior has no network for factors 2,2,2$' 'in words'
 exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors two.nii x.nii
 has err 'two.nii: the prior has no network for factors 2,2,2: the prior adds nothing$' 'which is said'
@@ -120,10 +121,10 @@ exits 5 'nor is a volume on another grid one to start from' \
 	ct-upsample -m prior -p p.safetensors --start two.nii lo.nii x.nii
 exits 5 'or that of the coarse one' ct-upsample -m prior -p p.safetensors --start lo.nii lo.nii x.nii
 ct-convert -q --type f32 lo.nii - | tail -c 6720 >lo.raw # 14x12x10
-ct-convert -q --raw 14x12x10:f32 --spacing 8 lo.raw plain.nii
+ct-convert -q --raw 14x12x10:f32:8 lo.raw plain.nii
 exits 2 'a scan that does not say how it was made' ct-upsample -m prior -x 4 -p p.safetensors plain.nii x.nii
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >flat.raw
-ct-convert -q --raw 16x8x8:f32 --spacing 8 flat.raw flat.nii
+ct-convert -q --raw 16x8x8:f32:8 flat.raw flat.nii
 exits 0 'or whose edges do not say it' ct-upsample -m prior --estimate -x 4 -p p.safetensors flat.nii w.nii
 has err 'flat.nii: its edges do not show how it was made (--sigma says it): the prior adds nothing' 'is refined alone'
 exits 3 'and tells no error' ct-upsample -m prior --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
@@ -132,10 +133,10 @@ has err 'flat.nii: its edges do not show how it was made, which the predicted er
 # another look, by nets for what the first have added to
 # shellcheck disable=SC2086
 {
-exits 0 'a net to look again' ct-train -q $small -n 30 --again --with p.safetensors --validate truth.nii r.safetensors scans
+exits 0 'a net to look again' train_with -q $small -n 30 --expert=again=yes --with p.safetensors --validate truth.nii r.safetensors scans
 ct-info -v r.safetensors >out; has out '^  *again-4.shape' 'is one more'
-exits 3 'one that nothing comes before' ct-train $small -x 3 --again --with p.safetensors x.safetensors scans
-has err '^ct-train: p.safetensors: no net to begin from for -x 3$' 'is refused'
+exits 3 'one that nothing comes before' train_with $small -x 3 --expert=again=yes --with p.safetensors x.safetensors scans
+has err '^ct-train: p.safetensors: has no network for factor 3$' 'is refused'
 }
 look() { out=$1; shift; ct-upsample -m prior -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }
 look once r.safetensors --start up.nii; cmp_ once one/o; ok $? 'once: the first alone look'
@@ -160,11 +161,11 @@ ct-degrade -q -x 4 --noise 15 truth.nii noisy.nii; ct-upsample -q noisy.nii up-n
 noisy() { out=$1; shift; ct-upsample -m prior -v -f -p r.safetensors --start up-noisy.nii "$@" noisy.nii $out.nii 2>err; }
 noisy n1; noisy n2 -Q best; has err '^ct-upsample: one pass: a second gains nothing where a band-limited CT has noise$' 'of noise nothing is made'
 cmp_ n1 n2; ok $? 'by another look'
-noisy w1 --expert weight=1; noisy w2 --expert weight=1 -Q best; ! cmp_ w1 w2; ok $? 'unless there is a weight'
+noisy w1 --expert=weight=1; noisy w2 --expert=weight=1 -Q best; ! cmp_ w1 w2; ok $? 'unless there is a weight'
 ct-degrade -q -f -x 4 -p P3n truth.nii noisy.nii
 noisy n1; noisy n2 -Q best; ! cmp_ n1 n2; ok $? 'or what is sampled by points aliases'
-noisy g0 -Q best --expert gate=0; ! cmp_ n2 g0; ok $? 'with a gate then'
-noisy w2 -Q best --expert weight=1; cmp_ g0 w2; ok $? 'but for a weight'
+noisy g0 -Q best --expert=gate=0; ! cmp_ n2 g0; ok $? 'with a gate then'
+noisy w2 -Q best --expert=weight=1; cmp_ g0 w2; ok $? 'but for a weight'
 ct-sr --prior r.safetensors -Q best lo.nii best.nii 2>err; has err 'then the prior in two passes' 'ct-sr says so'
 ct-upsample -m prior -q -f --estimate -p r.safetensors -Q best lo.nii want.nii
 cmp_ best want; ok $? 'ct-sr -Q best is that'
@@ -180,7 +181,7 @@ exits 0 'those that are well sampled' ct-upsample -m prior -f -p "$known" well.n
 has err 'well.nii: the slices look band-limited, for which the prior has no network; .*: the prior adds nothing$' 'are refined alone'
 ct-metrics --json up-well.nii well-p.nii | grep -q '"max-hu": 0[,.]'; ok $? 'to what the solver makes'
 exits 3 'are not added to' ct-upsample -m prior --start up-well.nii -p "$known" well.nii x.nii
-exits 0 'unless it is asked for' ct-upsample -m prior -q --expert weight=1 --start up-well.nii -p "$known" well.nii well-w.nii
+exits 0 'unless it is asked for' ct-upsample -m prior -q --expert=weight=1 --start up-well.nii -p "$known" well.nii well-w.nii
 ! ct-metrics --json up-well.nii well-w.nii | grep -q '"max-hu": 0[,.]'; ok $? 'which is something else'
 exits 0 'it tells what it will take' ct-upsample -m prior --dry-run -p p.safetensors lo.nii x.nii
 awk '$1 == "time" {s = $2; u = $3} END {exit !(s > 0 && s < 1000 && u == "s")}' out; ok $? 'which is no more than the scan, all of which was tried'

@@ -27,8 +27,8 @@ exits 5 'a source in the volume' ct-project --dso 60 m.nii new.exr
 has err '60 mm' 'with the distance'
 exits 5 'a fan of two rows' ct-project --beam fan --det 8x2 m.nii new.exr
 exits 0 'fan' ct-project --beam fan -n 3 m.nii fan.exr
-exits 0 'parallel, all options' ct-project --beam parallel -n 3 --arc 90 --start 45 --det 20x10 \
-	--pitch 5,6 --offset 1,2 m.nii par.exr
+exits 0 'parallel, all options' ct-project --beam parallel -n 3 --arc 90 --expert start=45 --det 20x10 \
+	--pitch 5,6 --expert offset=1,2 m.nii par.exr
 exits 2 'a pitch of two words' ct-project --pitch a,b m.nii new.exr
 exits 5 'coarsen what does not divide' ct-project --coarsen 5 m.nii new.exr
 for p in point mean sinc; do
@@ -42,20 +42,20 @@ exits 0 'interpolation' ct-project -m joseph -n 5 m.nii joseph.exr
 ! cmp -s joseph.exr m.exr; ok $? 'is another number'
 ct-project -m joseph -t 1 -n 5 m.nii - >one.exr; ct-project -m joseph -t 3 -n 5 m.nii - >three.exr
 [ -s one.exr ] && cmp -s one.exr three.exr; ok $? 'for any number of threads'
-for s in 1 2; do ct-project -s $s -n 2 --photons 1e4 --electronic 5 m.nii - >n$s.exr; done
-ct-project -t 3 -s 1 -n 2 --photons 1e4 --electronic 5 m.nii - >t1.exr
+for s in 1 2; do ct-project -s $s -n 2 --photons 1e4 --expert electronic=5 m.nii - >n$s.exr; done
+ct-project -t 3 -s 1 -n 2 --photons 1e4 --expert electronic=5 m.nii - >t1.exr
 [ -s n1.exr ] && cmp -s n1.exr t1.exr; ok $? 'noise: a seed, any threads, one file'
 ct-info n1.exr | grep -Eq 'photons +10000'; ok $? 'that says so'
 ! cmp -s n1.exr n2.exr; ok $? 'another seed, other noise'
-exits 2 'electronics without photons' ct-project --electronic 5 m.nii new.exr
+exits 2 'electronics without photons' ct-project --expert electronic=5 m.nii new.exr
 exits 0 'what it would take' ct-project --dry-run -n 5 m.nii new.exr
 has out '^time .* s on' 'time'; has out '^memory .* MiB' 'memory'; has out '^disk .* MiB' 'size'
-exits 0 'beyond a whole turn' ct-project -n 2 --start 725 --arc 20 m.nii turn.exr
-exits 0 'the same angle' ct-project -n 2 --start 5 --arc 20 m.nii less.exr
+exits 0 'beyond a whole turn' ct-project -n 2 --expert start=725 --arc 20 m.nii turn.exr
+exits 0 'the same angle' ct-project -n 2 --expert start=5 --arc 20 m.nii less.exr
 for f in turn less; do ct-info $f.exr | grep -E '^(min|max|mean|sd) ' >i-$f; done
 [ -s i-turn ] && cmp -s i-turn i-less; ok $? 'the same picture'
 exits 0 'one pixel, one view' ct-project -n 1 --det 1x1 m.nii pixel.exr
-exits 0 'beside the volume' ct-project -n 1 --offset 9999,0 m.nii off.exr
+exits 0 'beside the volume' ct-project -n 1 --expert offset=9999,0 m.nii off.exr
 ct-info off.exr | grep -Eq '^max +0$'; ok $? 'is dark'
 printf 'not a volume' >bad.nii
 exits 3 'not a volume' ct-project bad.nii new.exr
@@ -67,7 +67,7 @@ cat >scan.json <<'JSON'
  "totalAngle": 360, "startAngle": 10, "filter": null}}
 JSON
 exits 0 'R2 scanner file' ct-project --scanner scan.json -n 3 m.nii r2.exr
-exits 0 'is the scan it says' ct-project -n 3 --arc 360 --start 10 --dso 240 --dsd 336 \
+exits 0 'is the scan it says' ct-project -n 3 --arc 360 --expert start=10 --dso 240 --dsd 336 \
 	--det 16x12 --pitch 12,16 m.nii own.exr
 for f in r2 own; do cp $f.exr g.exr; ct-project --like g.exr m.nii - >like-$f; done
 [ -s like-r2 ] && cmp -s like-r2 like-own; ok $? 'number by number'
@@ -81,7 +81,7 @@ exits 2 'beam against scanner file' ct-project --beam parallel --scanner scan.js
 
 # NaN: the last voxel of a float volume
 # shellcheck disable=SC2086
-ct-phantom $small --density 0.3 sphere f.nii
+ct-phantom $small --expert density=0.3 sphere f.nii
 if [ "$(od -An -t d2 -j 70 -N 2 f.nii | tr -d ' ')" = 16 ]; then
 	head -c -4 f.nii >nan.nii; printf '\0\0\300\177' >>nan.nii
 	exits 6 'a NaN voxel' ct-project nan.nii new.exr

@@ -28,7 +28,7 @@ END
 if [ -s std.nii ]; then
 	bad='<script>alert(1)<script>&"quote'"'"'.nii'
 	cp hr.nii "$bad"
-	exits 0 'a page of a hostile name' ct-report -q --std std.nii --truth truth.nii --log log lr.nii "$bad" r.html
+	exits 0 'a page of a hostile name' ct-report -q --uncertainty std.nii --truth truth.nii --log log lr.nii "$bad" r.html
 	has r.html '<h1>&#60;script&#62;alert(1)&#60;' 'which is text'
 	[ "$(grep -c '<script>' r.html)" = 1 ]; ok $? 'and no script'
 	has r.html '<li>ct-a: x y.nii: odd</li>' 'warnings of the log, files without folders'
@@ -39,7 +39,7 @@ if [ -s std.nii ]; then
 	grep '"row">PSNR' r.html | grep -qF "$(cat want)"; ok $? 'PSNR of ct-metrics'
 	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the error to expect of bone'
 	has r.html '"row">soft tissue, to 200 HU</th><td>[0-9.]* %</td><td>7 HU</td><td>0.0 %</td>' 'and of what is soft'
-	exits 3 'an error below zero' ct-report --std neg.nii lr.nii hr.nii no.html
+	exits 3 'an error below zero' ct-report --uncertainty neg.nii lr.nii hr.nii no.html
 	has err 'neg.nii: holds -[0-9.]* HU, which no error to expect is' 'is named'
 else
 	skip 'what an error to expect adds' 'no nibabel'

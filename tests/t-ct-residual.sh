@@ -1,5 +1,5 @@
 #!/bin/sh
-# What projections lack: ct-train --base learns it of pairs, ct-ddnm --base-projections adds it; the same
+# What projections lack: ct-train --kind residual learns it of pairs, ct-ddnm --base-projections adds it; the same
 # bytes of any threads, interrupted or not; what the prior, the projections and the options say agrees.
 . "$srcdir/tests/tap.sh"
 mkdir base other truth held
@@ -8,17 +8,17 @@ for n in 1 2 3; do
 	ct-degrade -q -f -x 4 hr.nii lr.nii && ct-upsample -q -f -x 4 lr.nii up.nii && ct-upsample -q -f -m cubic -x 4 lr.nii cubic.nii
 	d=truth; [ $n = 3 ] && d=held
 	for s in "hr $d" "up base" "cubic other"; do
-		ct-project -q --views 12 --det 32 --pitch 6 --start $n "${s% *}.nii" "${s#* }/$n.exr"
+		ct-project -q --views 12 --det 32 --pitch 6 --expert start=$n "${s% *}.nii" "${s#* }/$n.exr"
 	done
 	rm hr.nii
 done
-ct-project -q --views 12 --det 32 --pitch 6 --start 3 --coarsen 4 --pixel sinc up.nii in.exr
+ct-project -q --views 12 --det 32 --pitch 6 --expert start=3 --coarsen 4 --pixel sinc up.nii in.exr
 [ -s base/3.exr ] && [ -s held/3.exr ] && [ -s in.exr ]; ok $? 'pairs of projections'
-small='--base base --arch model_channels=32,channel_mult=1:1 -p 16 -b 4 -s 5 --lr 2e-3 --ema .9'
+small='--kind residual --refined base --arch model_channels=32,channel_mult=1:1 -p 16 -b 4 -s 5 --lr 2e-3 --ema .9'
 
 # shellcheck disable=SC2086
 {
-exits 0 'trains' ct-train $small -n 24 --log-every 4 --validate held r.st truth
+exits 0 'trains' ct-train $small -n 24 --expert log-every=4 --validate held r.st truth
 awk '/step 4: loss/{a=$5} /step 24: loss/{b=$5} END{exit !(b+0 < a+0 && b+0 > 0)}' err
 ok $? 'the loss falls'
 has err '^ct-train: 3.exr: [0-9.]* octaves missing, best weight' 'what it is worth is told'
@@ -26,14 +26,14 @@ ct-train -q $small -n 6 a.st truth
 ct-train -q $small -n 3 -t 3 b.st truth
 ct-train -q $small -n 6 -t 1 --resume b.st truth
 cmp a.st.state b.st.state; ok $? 'interrupted, resumed, other threads: same bytes'
-exits 3 'other projections beside them cannot resume' ct-train $small -n 9 --base other --resume a.st truth
-has err "a.st.state: is of a run where --base held something else" 'and says which'
+exits 3 'other projections beside them cannot resume' ct-train $small -n 9 --refined other --resume a.st truth
+has err "a.st.state: is of a run where --refined held something else" 'and says which'
 exits 3 'one without another beside it' ct-train $small z.st in.exr
 has err 'base/in.exr' 'is named'
 cp in.exr base/
 exits 3 'one that is as its truth' ct-train $small z.st base/1.exr
 cp base/1.exr other/in.exr
-exits 5 'one of another geometry' ct-train $small --base other z.st in.exr
+exits 5 'one of another geometry' ct-train $small --refined other z.st in.exr
 has err 'other/in.exr' 'is named'
 exits 2 'twice coarser' ct-train $small -x 2 z.st truth
 exits 5 'sides that the factor does not divide' ct-train $small -x 5 z.st truth
@@ -78,14 +78,15 @@ exits 2 'a conditional prior alone' ct-ddnm -p a.st in.exr no.exr
 has err 'a.st: is conditional: --base-projections' 'is refused by name'
 exits 2 'one that is not' ct-ddnm -p "$builddir/prior.safetensors" -b base/3.exr in.exr no.exr
 has err 'prior.safetensors: is not conditional' 'is refused by name'
-ct-project -q --views 12 --det 32 --pitch 6 --start 3 --coarsen 2 --pixel sinc up.nii two.exr
+ct-project -q --views 12 --det 32 --pitch 6 --expert start=3 --coarsen 2 --pixel sinc up.nii two.exr
 exits 2 'another factor' ct-ddnm -p a.st -b base/3.exr two.exr no.exr
 has err 'a.st: knows scans 4 times coarser, two.exr is 2 times' 'is refused by name'
 exits 5 'projections of another size' ct-ddnm -p a.st -b in.exr in.exr no.exr
 has err '^ct-ddnm: in.exr' 'are named'
 exits 2 'a sampler that does not hold' ct-ddnm -p a.st -b base/3.exr --sampler ddnm+ in.exr no.exr
 has err 'sampler ddnm+: not with --base-projections' 'is refused by name'
-for o in --steps=3 --eta=0 --travel=2,2; do
+for o in --steps=3 --eta=0 '--expert travel=2,2'; do
+	# shellcheck disable=SC2086
 	exits 2 "$o without a deviation" ct-ddnm -p a.st -b base/3.exr $o in.exr no.exr
 	has err "${o%%=*}: with --base-projections it needs --std" 'is refused by name'
 done

@@ -299,36 +299,67 @@ static void test_cancel(void)
 	ctsr_volume_free(lo);
 }
 
+struct job {
+	ctsr_volume *lo, *out;
+	ctsr_superres_options o;
+};
+
 static void *refine(void *arg)
 {
-	const ctsr_superres_options o = tv();
+	struct job *j = arg;
 	ctsr_context c;
-	ctsr_volume *out = NULL;
 	ctsr_error mine;
 
 	ctsr_context_init(&c, sizeof c);
 	c.threads = 2;
-	return ctsr_superres(&out, NULL, NULL, arg, &o, &c, &mine) ? NULL : out;
+	if (ctsr_superres(&j->out, NULL, NULL, j->lo, &j->o, &c, &mine))
+		printf("# %s\n", mine.message);
+	return NULL;
 }
 
-static void test_threads(void)
+/* Two calls, alone and at once. */
+static void at_once(
+	const ctsr_superres_options *first, const ctsr_superres_options *second, const char *what)
 {
-	ctsr_volume *lo[2] = {low(32), low(24)}, *alone[2];
+	struct job j[2] = {{low(32), NULL, *first}, {low(24), NULL, *second}};
+	ctsr_volume *alone[2];
 	pthread_t t[2];
 
-	for (int i = 0; i < 2; i++)
-		alone[i] = refine(lo[i]);
-	for (int i = 0; i < 2; i++)
-		pthread_create(&t[i], NULL, refine, lo[i]);
 	for (int i = 0; i < 2; i++) {
-		void *out;
-
-		pthread_join(t[i], &out);
-		OK(same(out, alone[i]), "two calls at once give the bytes of one");
-		ctsr_volume_free(out);
-		ctsr_volume_free(alone[i]);
-		ctsr_volume_free(lo[i]);
+		refine(&j[i]);
+		alone[i] = j[i].out;
 	}
+	for (int i = 0; i < 2; i++)
+		if (pthread_create(&t[i], NULL, refine, &j[i]))
+			exit(99);
+	for (int i = 0; i < 2; i++) {
+		pthread_join(t[i], NULL);
+		OK(same(j[i].out, alone[i]), "%s: two calls at once give the bytes of one", what);
+		ctsr_volume_free(j[i].out);
+		ctsr_volume_free(alone[i]);
+		ctsr_volume_free(j[i].lo);
+	}
+}
+
+static void test_threads(const char *srcdir)
+{
+	ctsr_superres_options o = tv(), prior;
+	ctsr_volume *lo = low(24), *out;
+	char path[4000];
+
+	snprintf(path, sizeof path, "%s/src/prior/slices.safetensors", srcdir);
+	ctsr_superres_options_init(&prior, sizeof prior);
+	prior.prior_file = path;
+	at_once(&o, &o, "inversion");
+	at_once(&prior, &prior, "prior");
+	prior.prior_file = "none.safetensors";
+	OK(failed(ctsr_superres(&out, NULL, NULL, lo, &prior, NULL, &e), CTSR_INPUT) && !out,
+		"no prior: %s", e.message);
+	must(ctsr_volume_write(lo, "lo.nii", ctsr_nifti(), NULL, &e));
+	prior.prior_file = "lo.nii";
+	OK(failed(ctsr_superres(&out, NULL, NULL, lo, &prior, NULL, &e), CTSR_INPUT) && !out,
+		"a prior that is none: %s", e.message);
+	ctsr_volume_free(lo);
 }
 
 static void test_nulls(void)
@@ -420,16 +451,22 @@ int main(void)
 {
 	char dir[] = "/tmp/t-ctsr.XXXXXX", clean[64];
 
-	if (!mkdtemp(dir) || chdir(dir) != 0)
+	char version[40], *srcdir = realpath(getenv("srcdir") ? getenv("srcdir") : ".", NULL);
+
+	if (!srcdir || !mkdtemp(dir) || chdir(dir) != 0)
 		return 99;
-	OK(strcmp(ctsr_version(), PACKAGE_VERSION) == 0, "the version");
+	snprintf(version, sizeof version, "%d.%d.%d", CTSR_VERSION_MAJOR, CTSR_VERSION_MINOR,
+		CTSR_VERSION_PATCH);
+	OK(strcmp(ctsr_version(), PACKAGE_VERSION) == 0 && strcmp(version, PACKAGE_VERSION) == 0,
+		"the version is that of the package");
 	test_volumes();
 	test_files();
 	test_operators();
 	test_estimate();
 	test_projections();
 	test_cancel();
-	test_threads();
+	test_threads(srcdir);
+	free(srcdir);
 	test_nulls();
 	test_numbers();
 	snprintf(clean, sizeof clean, "rm -rf %s", dir);

@@ -66,9 +66,9 @@ run fin.exr --sigma-y 0.2 --final-consistency
 is 'left("fin.exr") < 1e-5 * NORM' '--final-consistency makes up for it'
 is 'apart("fin.exr", "sy2.exr") < 1e-5 * NORM' 'by the nearest that agrees: a block moves as one'
 
-run half.exr --norm 10
+run half.exr --expert norm=10
 is 'NORM > 12 and abs(max(flat("half.exr")) - 10.5) < 1e-5' '--norm: 1.05 of it is the most there can be'
-run whole.exr --norm 0; run same.exr
+run whole.exr --expert norm=0; run same.exr
 is 'flat("whole.exr") == flat("same.exr") and 10.5 < max(flat("same.exr")) <= 1.0501 * NORM' \
 	'0 is the largest of IN'
 
@@ -78,10 +78,10 @@ is 'flat("e99.exr") == flat("same.exr") and rms(flat("e0.exr"), flat("same.exr")
 ct-project -q --views 2 --coarsen 4 --pixel sinc hr.nii sinc.exr
 ct-ddnm -v -n 1 --sampler ddnm sinc.exr told.exr 2>err
 has err 'operator of blur 0.6 px' '--sigma-det: what a coarse voxel is at the detector, of itself'
-for m in 0.5 2; do ct-ddnm -q -n 4 --sampler ddnm --sigma-det $m sinc.exr "m$m.exr"; done
+for m in 0.5 2; do ct-ddnm -q -n 4 --sampler ddnm --expert sigma-det=$m sinc.exr "m$m.exr"; done
 is 'rough("m2.exr") > 1.05 * rough("m0.5.exr")' '--sigma-det: the wider the blur, the more is to be undone'
 
-run t11.exr --travel 1,1; run t23.exr --travel 2,3; run again.exr -t 1 --travel 2,3
+run t11.exr --expert travel=1,1; run t23.exr --expert travel=2,3; run again.exr -t 1 --expert travel=2,3
 is 'flat("t11.exr") == flat("same.exr")' '--travel 1,1 goes nowhere'
 is 'rms(flat("t23.exr"), flat("same.exr")) > 1e-3 * NORM and flat("t23.exr") == flat("again.exr")' \
 	'--travel 2,3 does, the same way each time'
@@ -91,7 +91,7 @@ is 'max(abs(s - math.sqrt(2) * abs(a - m)) for a, m, s in zip(*map(flat, ("k1.ex
 is '0.5 < rms(flat("s3.exr")) / rms(flat("s2.exr")) < 2 and rms(flat("s3.exr")) > 1e-4 * NORM' '--std of three'
 
 for r in mean first; do
-	run $r.exr -n 2 -p "$srcdir/tests/gold/unet-a.safetensors" --channel-reduce $r
+	run $r.exr -n 2 -p "$srcdir/tests/gold/unet-a.safetensors" --expert channel-reduce=$r
 done
 is 'rms(flat("mean.exr"), flat("first.exr")) > 1e-3 * NORM' '--channel-reduce: the first is not the mean'
 

@@ -81,13 +81,13 @@ grep -aq '19700101' dated/ctsr0001.dcm && grep -aq 235959 dated/ctsr0001.dcm; ok
 ct-convert -q --type f32 f.nii f32.nii; exits 0 'values between' ct-convert -fv f.nii r/; has err 'rounded to whole HU' 'are rounded, with -v said'
 exits 0 'whole ones' ct-convert -fv v.nii r/; ! grep -q rounded err; ok $? 'are not'
 printf '\000\000\000\000\000\000\000\107\000\000\000\307' >w.raw # 0, 32768, -32768
-exits 6 'values that do not fit' ct-convert --raw 3x1x1:f32 --spacing 1 --units hu w.raw no/
+exits 6 'values that do not fit' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
 has err '32768 at voxel 1,0,0 does not fit' 'are named, with their place'
 printf '\000\000\000\000\000\377\377\106\000\000\000\307' >w.raw # 0, 32767.5, -32768
-exits 6 'nor those that do not when rounded' ct-convert --raw 3x1x1:f32 --spacing 1 --units hu w.raw no/
+exits 6 'nor those that do not when rounded' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
 printf '\000\000\000\000\000\000\200\077\000\000\000\077\000\000\200\077' >w.raw # 0, 1, 0.5, 1
-exits 3 'what cannot be HU' ct-convert --raw 2x1x2:f32 --spacing 1 w.raw no/; has err '^ct-convert: w.raw: values from 0 to 1 are not HU' 'is refused by name'
-ct-convert -q --units other --raw 2x1x2:f32 --spacing 1 w.raw o.nii
+exits 3 'what cannot be HU' ct-convert --raw 2x1x2:f32:1 w.raw no/; has err '^ct-convert: w.raw: values from 0 to 1 are not HU' 'is refused by name'
+ct-convert -q --units other --raw 2x1x2:f32:1 w.raw o.nii
 exits 3 'what says it is not' ct-convert o.nii no/; has err 'its values are not HU, says its metadata' 'too'
 exits 0 'unless it is said' ct-convert --units other o.nii us/; exits 3 'and then' ct-convert us d.nii; has err 'RescaleType' 'the files say so'; rm -f d.nii; clean 'of no unit' us/*
 [ ! -e no ]; ok $? 'nothing is made of what is refused'

@@ -1,7 +1,7 @@
 #!/bin/sh
 # MetaImage and NRRD: as ITK reads and writes them, and taken by every command that reads a volume.
 . "$srcdir/tests/tap.sh"
-ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --oversample 1 marks plain.nii
+ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --expert oversample=1 marks plain.nii
 ct-convert --reorient PIL plain.nii a.nii
 for f in mha mhd nrrd nhdr; do
 	for how in '' --compress; do
@@ -23,7 +23,7 @@ exits 4 'the second one is there' ct-convert a.nii xmhd.nhdr
 has err 'xmhd.raw: exists; --force overwrites it' 'and is told'
 exits 0 'unless forced' ct-convert -f a.nii xmhd.nhdr
 printf '\001\002\003\004\005\006\007\010' >r.raw; cp r.raw was.raw
-exits 4 'the second one is the input' ct-convert -f --raw 2x2x2:u8 --spacing 1 r.raw r.mhd
+exits 4 'the second one is the input' ct-convert -f --raw 2x2x2:u8:1 r.raw r.mhd
 has err 'r.raw: would be written over r.raw, an input' 'and is told'
 cmp -s r.raw was.raw; ok $? 'and is as it was'
 ln -s /dev/full full.mha; ln -s /dev/full p.raw

@@ -69,10 +69,12 @@ cat >alone.c <<'END'
 int main(int argc, char **argv)
 {
 	const ctsr_format *const list[] = {ctsr_nifti(), NULL};
-	ctsr_volume *v;
+	ctsr_volume *v = NULL;
 	ctsr_error e;
+	int rc = argc < 2 || ctsr_volume_read(&v, argv[1], list, &e);
 
-	return argc < 2 || ctsr_volume_read(&v, argv[1], list, &e);
+	ctsr_volume_free(v);
+	return rc;
 }
 END
 # shellcheck disable=SC2046,SC2086

@@ -30,18 +30,8 @@ ct-fuse lambda-projections 0 1000000000 0
 ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
-ct-metrics edge-step 0.000001 1000000 300
-ct-metrics blob-step 0.001 1000000 15
-ct-metrics flat-step 0.000001 1000000 1
-ct-metrics deep 0 1000 4
 ct-metrics min-psnr - any -
 ct-metrics min-ssim - any -
-ct-metrics max-mae - any -
-ct-metrics max-rmse - any -
-ct-metrics max-gradient - any -
-ct-metrics max-false - any -
-ct-metrics max-residual - any -
-ct-metrics max-residual-rms - any -
 ct-nabgs iterations 1 10000000 5000
 ct-nabgs tolerance 0 1 0
 ct-nabgs gaussians 1 16000000 50000
@@ -76,26 +66,14 @@ ct-restore passes 1 2 1
 ct-restore noise 0 1000000 -
 ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
-ct-train cubes 1 100000 8
-ct-train cube 24 512 96
-ct-train noise 0 1000 30
-ct-train depth 1 5 3
-ct-train components 1 4096 160
-ct-train width 1 8192 512
 ct-train patch 4 4096 0
 ct-train batch 1 65536 0
 ct-train steps 0 2000000000 10000
 ct-train minutes 0 1000000 0
 ct-train lr 0 1 -
-ct-train warmup 0 1000000000 0
-ct-train decay 0 10 -
-ct-train clip 0 1000000000 0
 ct-train ema 0 0.9999999 -
-ct-train validate-every 1 2000000000 500
-ct-train validate-pieces 1 65536 64
 ct-train patience 0 1000000 0
 ct-train checkpoint-every 1 2000000000 1000
-ct-train log-every 1 2000000000 50
 ct-upsample noise 0 1000000 -
 ct-upsample iterations 1 100000 300
 ct-upsample tolerance 0 1000000 0.1
@@ -171,7 +149,7 @@ ct-sr quality balanced
 ct-restore axes xyz
 ct-restore weight auto
 ct-restore decimate -
-ct-train scales 1
+ct-train kind pictures
 ct-upsample method auto
 ct-upsample decimate -
 ct-view plane all
@@ -196,9 +174,9 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --memory --units
-ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --spacing --slope --intercept --scanner --radiograph
+ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --rescale --pitch --scanner --radiograph
 ct-convert --orient --reorient --crop --iso
-ct-convert --cube --type --compress --sidecar --template --memory --deid --json
+ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
 ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
@@ -210,9 +188,8 @@ ct-fuse --base-projections --std --lambda-projections n--iterations w--window --
 ct-fuse --checkpoint-every --resume --json --dry-run --units
 ct-info --series e--estimate x--factor --json
 ct-merge --type
-ct-metrics w--window --range --mask --psnr --ssim --per-slice --per-axis --edges --edge-step
-ct-metrics --harm --structures --blob-sigma x--factor --blob-step --flat --flat-step --hfen --fsc --tissues --deep --std --consistency --map --min-psnr --min-ssim --max-mae --max-rmse --max-gradient
-ct-metrics --max-false --max-residual --max-residual-rms --csv --memory --json
+ct-metrics w--window --range --mask --psnr --ssim --per-slice --harm --edges --structures x--factor --tissues --uncertainty
+ct-metrics --consistency --map --min-psnr --min-ssim --max --csv --expert --json
 ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
 ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
 ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
@@ -227,10 +204,8 @@ ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w
 ct-restore --noise --memory --brick --json --dry-run --units
 ct-sr --report --confidence x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --projections --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
-ct-train --slices x--factor --base --thick --again --cubes --cube --noise --bytes --window --with --cache --depth --components --width
-ct-train a--arch p--patch --scales --no-flip --flip-vertical b--batch n--steps m--minutes l--lr
-ct-train --warmup --cosine --decay --clip e--ema --validate --validate-every --validate-pieces --patience
-ct-train r--resume --checkpoint-every --log-every --half --licence s--seed --json --dry-run
+ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate --patience
+ct-train r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed --json --dry-run
 ct-upsample --std x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
 ct-upsample --tolerance --memory --brick --json --dry-run --units
 ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names

@@ -5,8 +5,11 @@
 : >tried
 no() { # no TOOL OPTION ARGS...: the option is refused by name
 	tool=$1 opt=$2; shift
-	echo "$tool $opt" >>tried
-	case $opt in --*=*) ;; *) shift; set -- "$opt" "$@" ;; esac
+	case $opt in
+	@*) shift; set -- --expert "${opt#@}" "$@"; opt="--expert ${opt#@}" ;; # a key of --expert
+	--*=*) echo "$tool $opt" >>tried ;;
+	*) echo "$tool $opt" >>tried; shift; set -- "$opt" "$@" ;;
+	esac
 	case $tool in
 	ct-phantom) set -- "$@" ellipsoids none.x ;;
 	ct-fuse) set -- "$@" none.x none.x none.x none.x ;;
@@ -20,16 +23,15 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
 }
 command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; for o in slice=0.1 slices=2 mip=max window=0:1; do no ct-view --$o --surface 300; done; no ct-view --error --error --surface 300; no ct-view --slices=2 --slice 0.5,0.6; }
-no ct-convert --series=1 --raw 8x8x8:i16 --spacing 1
-no ct-convert --tilt=shear --raw 8x8x8:i16 --spacing 1
-no ct-convert --gaps=fill --raw 8x8x8:i16 --spacing 1
+no ct-convert --series=1 --raw 8x8x8:i16:1
+no ct-convert --tilt=shear --raw 8x8x8:i16:1
+no ct-convert --gaps=fill --raw 8x8x8:i16:1
 no ct-convert --skip-damaged --skip-damaged --scanner s.json
 no ct-convert --units=hu --scanner s.json
-no ct-convert --inspect --inspect --raw 8x8x8:i16 --spacing 1
+no ct-convert --inspect --inspect --raw 8x8x8:i16:1
 no ct-convert --raw=8x8x8:i16 --scanner s.json
-no ct-convert --spacing=1
-no ct-convert --slope=2
-no ct-convert --intercept=0
+no ct-convert --pitch=1
+no ct-convert --rescale=2
 no ct-convert --orient=LPS
 no ct-convert --reorient=RAS --scanner s.json
 no ct-convert --iso=1 --scanner s.json
@@ -42,19 +44,19 @@ no ct-convert --sidecar=x.json --scanner s.json
 no ct-convert --sidecar=x.json --inspect
 no ct-convert --radiograph=integral --scanner s.json
 for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
-for o in --views=3 --arc=90 --start=3 --dso=500 --dsd=900 --pitch=2 --offset=1,2 --det=8 --sampling=2 --paper \
+for o in --views=3 --arc=90 @start=3 --dso=500 --dsd=900 --pitch=2 @offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none.x --beam=fan; do
 	no ct-phantom $o
 	[ $o = --like=none.x ] || no ct-project $o --like none.x
 done
-no ct-phantom --oversample=1 --project
-no ct-phantom --density=0.5
+no ct-phantom @oversample=1 --project
+no ct-phantom @density=0.5
 no ct-project --det=8 --sampling 1
 no ct-project --paper --scanner s.json
 no ct-project --pixel=mean
 no ct-project --pixel=mean --coarsen 1
-no ct-project --electronic=3
-no ct-project --mu-water=0.02
+no ct-project @electronic=3
+no ct-project @mu-water=0.02
 no ct-upsample --estimate --sigma 1
 for m in linear cubic bspline lanczos sinc; do
 	no ct-upsample --start=none.x -m $m
@@ -63,57 +65,51 @@ done
 for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m dc; done
 for m in linear cubic bspline lanczos sinc dc tv htv; do no ct-upsample --std=s.nii -m $m; done
 for m in auto fdk fbp; do
-	for o in --iterations=3 --projector=joseph --tolerance=0.1 --nonnegative --tv=10; do
+	for o in --iterations=3 @projector=joseph @tolerance=0.1 --nonnegative --tv=10; do
 		no ct-fdk $o -m $m
 	done
 done
 for m in sirt cgls tv; do
-	for o in --filter=hann --cutoff=0.5 --parker; do no ct-fdk $o -m $m; done
+	for o in --filter=hann @cutoff=0.5 --parker; do no ct-fdk $o -m $m; done
 done
-no ct-fdk --cutoff=0.5 --filter none --quantity density
+no ct-fdk @cutoff=0.5 --filter none --quantity density
 no ct-fdk --nonnegative -m cgls
 no ct-fdk --tv=3 -m sirt
 no ct-ddnm --sigma-y=0.1 --sampler ddnm
-for o in --guidance=9 --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o; no ct-ddnm $o --sampler ddim; done
-no ct-ddnm --guidance=9 --sampler bird
-for o in --iterations=9 --rate=1 --gradient=chain; do no ct-ddnm $o --sampler gdp; done
+for o in @guidance=9 @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o; no ct-ddnm $o --sampler ddim; done
+no ct-ddnm @guidance=9 --sampler bird
+for o in @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o --sampler gdp; done
 for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm --eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
-for o in --prior=p.x --steps=9 --operator=mean --sigma-det=2 --t-start=9 --travel=2,2 --samples=2 --norm=1 \
-	--channel-reduce=first; do
+for o in --prior=p.x --steps=9 --operator=mean @sigma-det=2 --t-start=9 @travel=2,2 --samples=2 @norm=1 \
+	@channel-reduce=first; do
 	no ct-ddnm $o --sampler none --init none.x
 done
 no ct-ddnm --final-consistency --sampler none
 no ct-ddnm --base-projections=none.x --sampler none
-for o in --init=none.x --class=1 --operator=mean --sigma-det=2 --final-consistency --norm=1 --channel-reduce=first; do
+for o in --init=none.x --class=1 --operator=mean @sigma-det=2 --final-consistency @norm=1 @channel-reduce=first; do
 	no ct-ddnm $o --base-projections none.x --prior p.x
 done
 no ct-ddnm --t-start=9 --base-projections none.x
-no ct-ddnm --sigma-det=2 --operator mean
+no ct-ddnm @sigma-det=2 --operator mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
 no ct-ddnm --t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --thick --cubes=2 --cube=32 --noise=3 --bytes=0:1 --window=0:1 --with=none.x --cache=none --depth=1 --components=9 --width=9; do
+for o in --factor=3 --bytes=0:1 --with=none.x --cache=none --refined=none; do
 	no ct-train $o
 done
-no ct-train --again --slices
-no ct-train --scales=1 --base none
-for o in --base=none --arch=model_channels=8 --scales=1 --no-flip --flip-vertical --warmup=3 --cosine --clip=1; do
-	no ct-train $o --slices
-done
-no ct-train --validate-every=3
-no ct-train --validate-pieces=3
+no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
-no ct-train --patience=3 --validate none --base none
+no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
 no ct-nabgs --base-projections=/nonexistent -b none.x -m full
 no ct-nabgs --lr=none.x -b none.x -m full
-no ct-nabgs --lambda-lr=0.2 -b none.x
-no ct-nabgs --refit=3 -b none.x -a sine
+no ct-nabgs @lambda-lr=0.2 -b none.x
+no ct-nabgs @refit=3 -b none.x -a sine
 for t in 'ct-nabgs -b none.x' ct-fuse; do
 	echo "${t%% *} --checkpoint-every" >>tried
 	case $t in ct-fuse) in='none.x none.x none.x' ;; *) in=none.x ;; esac
@@ -121,21 +117,12 @@ for t in 'ct-nabgs -b none.x' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --per-axis=a.csv --edges --harm --structures --flat --hfen --fsc=f.csv --tissues --std=none.x \
-	--min-psnr=1 --min-ssim=1 --max-mae=1 --max-rmse=1 --max-gradient=1; do
+for o in --window=0:1 --range=1 --mask=none.x --psnr --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none.x \
+	--min-psnr=1 --min-ssim=1; do
 	no ct-metrics $o --consistency none.x
 done
-no ct-metrics --edge-step=100
-no ct-metrics --blob-sigma=1
 no ct-metrics --factor=4
-no ct-metrics --factor=4 --harm --blob-sigma=1 none.x
-no ct-metrics --flat-step=1
-no ct-metrics --deep=3
-no ct-metrics --max-false=1
-no ct-metrics --blob-step=9
 no ct-metrics --map=m.nii
-no ct-metrics --max-residual=1
-no ct-metrics --max-residual-rms=1
 no ct-info --factor=2
 no ct-sr --resume
 for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean; do no ct-sr $o $p; done; done
@@ -173,11 +160,11 @@ ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man p
 # what a mode is only the files say
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
 ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
-exits 2 'a blur of means' ct-ddnm --sigma-det 2 mean.exr no.exr
-has err 'mean.exr: --sigma-det: needs --operator=' 'is refused by name'
+exits 2 'a blur of means' ct-ddnm --expert sigma-det=2 mean.exr no.exr
+has err 'mean.exr: --expert sigma-det: needs --operator=' 'is refused by name'
 exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
 has err 'v.nii: --noise: needs --method=' 'is refused by name'
-exits 2 'colours of a grey prior' ct-ddnm --channel-reduce mean mean.exr no.exr
+exits 2 'colours of a grey prior' ct-ddnm --expert channel-reduce=mean mean.exr no.exr
 has err 'channel-reduce: .* has no colours' 'is refused by name'
 if command -v ct-view >/dev/null; then
 	exits 2 'a slice of projections' ct-view --slice 0.5 mean.exr no.png

@@ -30,7 +30,7 @@ ct-phantom -q --size=24x24x24 --spacing=4 ellipsoids hr.nii && ct-degrade -q -x 
 ok $? 'a scene'
 fit() { out=$1; shift; ct-nabgs -b up.nii -g 300 --max-gaussians 900 "$@" p.exr "$out.ply" >"$out.txt" 2>"$out.log"; }
 
-fit w0 -v -n 1; fit w1 -v -n 1 --lambda-ssim 2 --lambda-tv 0.5 --lr lr.nii --lambda-lr 3
+fit w0 -v -n 1; fit w1 -v -n 1 --lambda-tv 0.5 --lr lr.nii --expert lambda-ssim=2,lambda-lr=3
 fit w2 -v -n 1 --lr lr.nii
 is 'len(terms("w0.log")) == 1 and all(adds_up(terms(w + ".log")[0]) for w in ("w0", "w1", "w2"))' \
 	'the loss is the sum of its terms'
@@ -38,16 +38,16 @@ is 'terms("w0.log")[0][3::2] == [0.5, 0.05, 0]' 'weights of SSIM and TV, none of
 is 'terms("w1.log")[0][3::2] == [2, 0.5, 3] and terms("w2.log")[0][7] == 0.1' '--lambda-ssim, --lambda-tv, --lambda-lr'
 is 'terms("w0.log")[0][2:7:2] == terms("w1.log")[0][2:7:2] and terms("w1.log")[0][8] > 0' \
 	'weigh the same terms'
-for l in 0 30; do fit lr$l -v -n 150 --lr lr.nii --lambda-lr $l; ct-compose -q up.nii lr$l.ply lr$l.nii; done
+for l in 0 30; do fit lr$l -v -n 150 --lr lr.nii --expert lambda-lr=$l; ct-compose -q up.nii lr$l.ply lr$l.nii; done
 again() { ct-degrade -q -f -x 4 "$1" again.nii && ct-metrics lr.nii again.nii | sed -n 's/^psnr //p'; }
 awk "BEGIN {exit !($(again lr30.nii) > $(again lr0.nii) + 1)}"; ok $? 'and the heavier one is heeded'
 
 # where it is to begin from, at a rate of next to nothing: that many times the base, and how it moves
-for x in 0.15 0.3; do fit "start$x" -n 1 --rate 0.001 --init base --init-density-scale $x; done
+for x in 0.15 0.3; do fit "start$x" -n 1 --rate 0.001 --init base --expert init-density-scale=$x; done
 is 'all(abs(b / a - 2) < 2e-2 for a, b in zip(ply("start0.15.ply")["density"], ply("start0.3.ply")["density"]))' \
 	'--init-density-scale'
 is 'len(ply("start0.3.ply")["x"]) == 300 and max(ply("start0.3.ply")["density"]) < 0.301' 'of the density there'
-fit refit -n 1 --refit 3; fit none -n 1
+fit refit -n 1 --expert refit=3; fit none -n 1
 is 'apart("refit.ply", "none.ply", "density") > 1e-4 and apart("refit.ply", "none.ply", "x") == 0' '--refit: the densities alone'
 # of a base that does not say by how much it was refined
 ct-phantom -q --size=24x24x24 --spacing=4 sphere ball.nii
@@ -59,7 +59,7 @@ is 'abs(apart("x4.ply", "x0.ply", "y") / apart("x8.ply", "x0.ply", "y") - 1) < 0
 is 'abs(apart("x4.ply", "x0.ply", "scale_1") / 5e-4 - 1) < 0.02' 'and at 4-fold its last is the published one'
 
 # numbers change every 100 iterations after 500: here at 600 alone
-fit d0 -n 650; fit d1 -n 650 --densify-until 601; fit d2 -n 650 --densify-until 599
+fit d0 -n 650; fit d1 -n 650 --expert densify-until=601; fit d2 -n 650 --expert densify-until=599
 is 'len(ply("d2.ply")["x"]) == 300 and len(ply("d1.ply")["x"]) > 300' '--densify-until ends it'
 is 'ply("d1.ply") == ply("d0.ply")' 'and not before'
 
@@ -95,12 +95,12 @@ done
 awk "BEGIN {exit !($(db a-relu.nii) < $(db a-prelu.nii))}"; ok $? 'relu gains less than prelu'
 is 'abs(min(ply("a-relu.ply")["density"])) < 1 and min(ply("a-sine.ply")["density"]) < -1e-3' 'raw densities'
 
-# --std: pixels that are not certain count less
+# --uncertainty: pixels that are not certain count less
 ct-project -q --views 12 --coarsen 4 --pixel mean hr.nii y.exr
 ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr noisy.exr
 for w in none std; do
-	[ $w = none ] && set -- || set -- --std s.exr
+	[ $w = none ] && set -- || set -- --uncertainty s.exr
 	ct-nabgs -q -b up.nii -g 300 --max-gaussians 300 -n 20 "$@" noisy.exr $w.ply >$w.txt
 done
-is 'apart("std.ply", "none.ply", "density") > 1e-3' '--std weighs'
+is 'apart("std.ply", "none.ply", "density") > 1e-3' '--uncertainty weighs'
 done_testing

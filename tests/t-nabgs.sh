@@ -31,7 +31,7 @@ above "$(psnr out.nii two.nii 2>&1 | sed s/inf/999/)" 100; ok $? 'which is the s
 exits 0 'JSON' fit --json p.exr j.ply
 grep -q '"negative": [1-9]' out; ok $? 'with the counts'
 
-ct-nabgs --json --tolerance=0.8 -b up.nii -n 200 -g 1500 --max-gaussians=1500 p.exr tol.ply >tol 2>err
+ct-nabgs --json --expert tolerance=0.8 -b up.nii -n 200 -g 1500 --max-gaussians=1500 p.exr tol.ply >tol 2>err
 grep -q '"ended-by": "tolerance"' tol && grep -q '"iterations": [1-9]*[0-9]' tol &&
 	awk '/"error"/ && !seen {seen = 1; gsub(/[,"]/, ""); exit !($2 <= 0.8 && $2 > 0)}' tol
 ok $? 'ends when the error is small enough'
@@ -90,7 +90,7 @@ head -c 3000 stopped/r.ply.state >cut && mv cut stopped/r.ply.state
 exits 0 'the paper' fit --paper p.exr paper.ply
 ct-compose up.nii paper.ply paper.nii
 above "$(psnr hr.nii paper.nii)" "$(psnr hr.nii up.nii) + 3"; ok $? 'gains 3 dB over the base'
-exits 0 'and refit' fit --refit=10 p.exr refit.ply
+exits 0 'and refit' fit --expert refit=10 p.exr refit.ply
 ct-compose up.nii refit.ply refit.nii
 above "$(psnr hr.nii refit.nii)" "$(psnr hr.nii out.nii)"; ok $? 'which pays'
 exits 0 'as the program of R2-Gaussian' fit --r2-compat p.exr compat.ply
@@ -103,7 +103,7 @@ exits 0 'and the low-resolution CT' ct-nabgs -b up.nii --lr=lr.nii -n 200 -g 100
 	--max-gaussians=1000 few.exr lr.ply
 above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then reduces'
 exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
-exits 2 'refit of a density with bounds' fit --refit=3 -a sine p.exr no.ply
+exits 2 'refit of a density with bounds' fit --expert refit=3 -a sine p.exr no.ply
 
 mkdir fast
 far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --paper \
@@ -120,7 +120,7 @@ awk '/^error / {exit !($2 < 1)}' out; ok $? 'and the error falls'
 
 # Easy scenes, at the default rates: one small thing without noise, of 2, 4 and 8 voxels.
 for edge in 2 4 8; do
-	ct-phantom -f --size=${edge}x${edge}x$edge --density=0.5 cube thing.nii &&
+	ct-phantom -f --size=${edge}x${edge}x$edge --expert density=0.5 cube thing.nii &&
 		ct-convert -f --cube 32 thing.nii easy.nii && ct-degrade -f -x 4 easy.nii easy-lr.nii &&
 		ct-upsample -f easy-lr.nii easy-up.nii && ct-project -f --views=20 easy.nii easy.exr
 	exits 0 "a cube of $edge voxels" ct-nabgs -f -b easy-up.nii -n 60 -g 3000 easy.exr easy.ply
@@ -128,7 +128,7 @@ for edge in 2 4 8; do
 done
 
 # The last iteration that adds and removes: 600 is the first that may.
-control() { ct-nabgs -f -b up.nii -n $1 -g 200 --densify-until=$2 p.exr until.ply |
+control() { ct-nabgs -f -b up.nii -n $1 -g 200 --expert densify-until=$2 p.exr until.ply |
 	sed -n 's/^gaussians //p'; }
 [ "$(control 601 599)" -eq 200 ]; ok $? 'until 599: nothing is cloned or pruned'
 [ "$(control 601 600)" -ne 200 ]; ok $? 'until 600: something is'
@@ -136,7 +136,7 @@ control() { ct-nabgs -f -b up.nii -n $1 -g 200 --densify-until=$2 p.exr until.pl
 
 ct-project -q -n 20 --coarsen 4 --pixel mean hr.nii y.exr && ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr fine.exr
 exits 0 'with all there is' ct-nabgs -q -b up.nii -n 1 -g 100 --max-gaussians 100 -s 77 \
-	--base-projections up.exr --std s.exr --lr lr.nii fine.exr all.ply
+	--base-projections up.exr --uncertainty s.exr --lr lr.nii fine.exr all.ply
 ct-info all.ply >out
 has out '^  mode  *residual$' 'the set says its mode'
 has out '^  seed  *77$' 'the seed'
@@ -170,7 +170,7 @@ exits 5 'fan beam' ct-nabgs -b up.nii --mode full fan.exr no.ply
 nan_at_end up.nii nan.nii
 exits 6 'NaN in the base' ct-nabgs -b nan.nii p.exr no.ply
 has err 'nan.nii: voxel (31,31,31) is NaN' 'with its place'
-ct-phantom --size=8x8x8 --density=0.01 constant thin.nii
+ct-phantom --size=8x8x8 --expert density=0.01 constant thin.nii
 exits 3 'nothing to begin from' ct-nabgs -b thin.nii -m full p.exr no.ply
 has err '^ct-nabgs: thin.nii: the base has no voxel of density above 0.05$' 'and why'
 [ ! -e no.ply ] && [ ! -e no.ply.state ]; ok $? 'failures leave nothing'

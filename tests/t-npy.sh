@@ -53,7 +53,7 @@ if python_with numpy; then
 	EOF
 	exits 0 'float' ct-convert --scanner scan.json f4.npy f4.exr
 	exits 0 'double, big-endian' ct-convert --scanner scan.json f8.npy f8.exr
-	exits 0 'short, scaled' ct-convert --slope 0.25 --scanner scan.json i2.npy i2.exr
+	exits 0 'short, scaled' ct-convert --rescale 0.25 --scanner scan.json i2.npy i2.exr
 	if command -v oiiotool >/dev/null 2>&1; then
 		for f in f4 f8 i2; do oiiotool --dumpdata $f.exr | grep Pixel >d-$f; done
 		[ -s d-f4 ] && cmp -s d-f4 d-f8 && cmp -s d-f4 d-i2; ok $? 'all three the same numbers'

@@ -184,8 +184,8 @@ static void test_expert(void)
 	REFUSED("--expert deep=yes in r", "--expert deep: needs --alpha");
 	REFUSED("--expert gat=1 in r", "--expert: 'gat' is not one of its keys; --help lists them");
 	REFUSED("--expert gate in r", "--expert: 'gate' is not one of its keys; --help lists them");
-	REFUSED("--expert gate=1 --expert gate=2 in r",
-		"--expert: is given twice; join the keys with commas");
+	TAKEN("--expert gate=1 --expert rates=3,gate=2 in r",
+		got.gate > 1.9 && strcmp(rates, "3") == 0);
 	OK(call("--help") == 0 && strstr(shown.out, "\nKeys of --expert:\n      gate=HU"),
 		"--help lists the keys behind the options");
 	OK(call("--mdoc-options") == 0 && strstr(shown.out, ".It Cm gate Ns = Ns Ar HU\n"),

@@ -17,7 +17,6 @@ each() { # each NAME: every command, with OUT NAME.EXT
 		"ct-compose none.nii none.ply $1.nii" \
 		"ct-compose --residual-out $1.nii none.nii none.ply o.nii" \
 		"ct-metrics none.nii none.nii --per-slice $1.csv" \
-		"ct-metrics none.nii none.nii --fsc $1.csv" \
 		"ct-metrics none.nii none.nii --consistency none.nii --map $1.nii" \
 		"ct-phantom cube $1.nii" "ct-train $1.safetensors none.exr" "ct-sr none.nii $1.nii"; do
 		exits 4 "$i" $i
@@ -103,7 +102,7 @@ kept() { # kept SUFFIX COMMAND...: the output is appended
 	rm -f "o.$suffix"
 }
 kept exr ct-ddnm -q -x 2 -n 2 -k 2 low.exr
-kept ply ct-nabgs -q -b up.nii -n 30 -g 50 --max-gaussians 50 --refit 2 a.exr
+kept ply ct-nabgs -q -b up.nii -n 30 -g 50 --max-gaussians 50 --expert refit=2 a.exr
 kept nii ct-fuse -q -n 3 up.nii lr.nii a.exr
 train() { ct-train -q -a model_channels=32,channel_mult=1:1,num_res_blocks=1 -p 8 -b 1 -n 2 "$@" a.exr; }
 ln -s /dev/full t.safetensors

@@ -31,10 +31,10 @@ near 'release, projections of the scan, mean' "$(figure mean r/lr-proj.exr)" 4.2
 # the factor decides what the release takes
 ct-sr --release -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'release, 8-fold'
 ct-sr --paper -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
-has out '^ct-nabgs .*--scale=8 --paper ' 'with its rates'
+has out '^ct-nabgs .*--factor=8 --paper ' 'with its rates'
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
-ct-convert -q --raw 8x8x8:f32 --spacing 16 raw plain.nii
+ct-convert -q --raw 8x8x8:f32:16 raw plain.nii
 ct-project -n 2 -w -512:3071 --overshoot plain.nii plain.exr 2>err; has err 'does not say that it was clipped' 'told'
 [ "$(figure min plain.exr)" = 0 ]; ok $? 'and clipped'
 exits 2 'what is density has no overshoot' sh -c \

@@ -2,6 +2,7 @@
 # ct-train --patience: it stops where held-out data no longer gain, what is written is the best, and a
 # training that was interrupted judges as one that was not.
 . "$srcdir/tests/tap.sh"
+. "$srcdir/tests/train.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 cat >look.py <<'END'
 """What is asked of priors, states and logs; True ends with 0."""
@@ -36,9 +37,9 @@ ct-phantom -q -p -n 6 --det 48 --size 64x64x64 ellipsoids a.exr &&
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { # train OUT ARGS...: too fast, so that it goes astray
 	out=$1; shift
-	ct-train -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 "$@" $out.safetensors a.exr 2>"$out.log"
+	train_with -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 "$@" $out.safetensors a.exr 2>"$out.log"
 }
-judged() { out=$1; shift; train "$out" --validate b.exr --validate-every 1 --validate-pieces 8 "$@"; }
+judged() { out=$1; shift; train "$out" --validate b.exr --expert=validate-every=1,validate-pieces=8 "$@"; }
 judged three -n 12 --patience 3
 is 'course("three", 12, 3) and held("three")[-1][0] < 12 and step("three") > 1' 'stops after three that were no better'
 train until -n "$(python3 look.py 'print(step("three"))')"
@@ -60,14 +61,14 @@ is 'held("part") == [] and weights("part") == weights("three")' 'resumed at its 
 cmp part.safetensors.state three.safetensors.state; ok $? 'with the same state'
 judged part -n 12 --patience 1000 --resume
 is 'held("three") + held("part") == held("long") and weights("part") == weights("long")' 'with more patience it goes on'
-judged slow -n 5 --patience 9 --validate-pieces 3000
-ct-train -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 --validate b.exr --validate-every 1 --validate-pieces 3000 -n 5 \
+judged slow -n 5 --patience 9 --expert=validate-pieces=3000
+ct-train -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 --validate b.exr --expert=validate-every=1,validate-pieces=3000 -n 5 \
 	--patience 9 stopped.safetensors a.exr 2>stopped.log & pid=$!
 listens $pid
 for _ in $(seq 600); do grep -q 'step 2: held' stopped.log && break; sleep 0.05; done
 sleep 0.1; kill -TERM $pid; wait $pid
 s=$?; [ $s -eq 75 ]; ok $? "stopped while it judges ($s)"
-judged stopped -n 5 --patience 9 --validate-pieces 3000 --resume
+judged stopped -n 5 --patience 9 --expert=validate-pieces=3000 --resume
 cmp stopped.safetensors.state slow.safetensors.state; ok $? 'judges what it had not'
 is 'weights("stopped") == weights("slow")' 'and ends the same'
 
@@ -75,8 +76,8 @@ is 'weights("stopped") == weights("slow")' 'and ends the same'
 cp a.exr other.exr
 more() { exits 3 "$1" judged part -n 12 --patience 1000 --resume "$2" "$3"; has part.log "$4" 'is named'; }
 more 'other pictures' --validate a.exr 'is of a run where --validate held something else'
-more 'another time' --validate-every 2 "where --validate-every was '1', not '2'"
-more 'more pieces' --validate-pieces 9 "where --validate-pieces was '8', not '9'"
+more 'another time' --expert=validate-every=2 "where --expert validate-every was '1', not '2'"
+more 'more pieces' --expert=validate-pieces=9 "where --expert validate-pieces was '8', not '9'"
 exits 3 'a state without' judged all -n 13 --patience 3 --resume
 exits 0 'without patience others may be looked at' judged all -n 13 --resume --validate a.exr
 
@@ -86,8 +87,8 @@ for k in 1 2; do ct-phantom -q -s $k --size 40x40x40 ellipsoids scans/$k.nii; do
 ct-phantom -q -s 9 --size 40x40x40 marks held.nii
 slices() { # slices OUT ARGS...
 	out=$1; shift
-	ct-train --slices --cubes 2 --cube 24 --width 24 --components 20 --noise 0 --depth 1 --validate held.nii \
-		--validate-every 1 "$@" $out.safetensors scans 2>$out.log
+	train_with --kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0,depth=1,validate-every=1 --validate held.nii \
+		 "$@" $out.safetensors scans 2>$out.log
 }
 slices two -x 2 -n 1
 slices four -l 1 -e 0 -n 30 --patience 2 --with two.safetensors

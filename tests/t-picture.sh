@@ -18,12 +18,12 @@ else
 	exits 0 'a folder of one' one intensity folder o.exr; py holds o.exr folder; ok $? 'is read too'
 	py lies dx.exr .15,0,0 0,0,-.2 0,-1000,0; ok $? 'ImagerPixelSpacing, rows first'
 	py lies cr.exr .075,0,0 0,0,-.1 0,-1000,0; ok $? 'PixelSpacing where there is no other'
-	exits 5 'neither' one intensity rf.dcm o.exr; has err 'rf.dcm: has no ImagerPixelSpacing or PixelSpacing; --spacing' 'is told'
-	exits 0 '--spacing' one intensity --spacing .3,.4,1 rf.dcm rf.exr; py lies rf.exr .3,0,0 0,0,-.4 0,-1000,0; ok $? 'says it'
+	exits 5 'neither' one intensity rf.dcm o.exr; has err 'rf.dcm: has no ImagerPixelSpacing or PixelSpacing; pass the size of a pixel by --pitch' 'is told'
+	exits 0 '--pitch' one intensity --pitch .3,.4 rf.dcm rf.exr; py lies rf.exr .3,0,0 0,0,-.4 0,-1000,0; ok $? 'says it'
 	py holds rf.exr rf; ok $? 'of the same pixels'
-	exits 2 'a contradiction' one intensity --spacing .3 dx.dcm o.exr; has err '^ct-convert: --spacing: dx.dcm says it itself: 0.15,0.2 mm' 'is one'
+	exits 2 'a contradiction' one intensity --pitch .3 dx.dcm o.exr; has err '^ct-convert: --pitch: dx.dcm states its own pixel size, 0.15,0.2 mm' 'is one'
 	exits 0 'several' one intensity dx.dcm one.dcm o.exr; py holds o.exr dx one; ok $? 'are views'
-	exits 0 'line integrals' one integral --slope 30 --intercept -2 dx.dcm o.exr; py holds o.exr 30+-2*dx; ok $? 'are made of grey values'
+	exits 0 'line integrals' one integral --rescale 30,-2 dx.dcm o.exr; py holds o.exr 30+-2*dx; ok $? 'are made of grey values'
 	no() { rm -f no.exr; exits "$1" "$2" one intensity "$2" no.exr; has err "^ct-convert: $2: $3" 'says why'; [ ! -e no.exr ]; ok $? 'and makes nothing'; }
 	no 3 ct.dcm "modality is 'CT', and --radiograph takes CR, DX and RF"
 	no 3 mr.dcm "modality is 'MR'"
@@ -52,13 +52,13 @@ for f in a8.png a16.png rgb.png colour.png palette.png alpha.png a16.tif big.tif
 	exits 0 "$f" one intensity $f o.exr; py holds o.exr ${f%.*}; ok $? 'has the grey values of numpy'
 done
 py lies o.exr 1,0,0 0,0,-1 0,-1000,0; ok $? 'on pixels of 1 mm, upright'
-exits 0 'as is said' one intensity --spacing .2,.3,1 --orient LPS a8.png o.exr; py lies o.exr -.2,0,0 0,-.3,0 0,0,-1000; ok $? 'they lie'
+exits 0 'as is said' one intensity --pitch .2,.3 --orient LPS a8.png o.exr; py lies o.exr -.2,0,0 0,-.3,0 0,0,-1000; ok $? 'they lie'
 exits 0 'several' one intensity a8.png a16.tif a8.png o.exr; py holds o.exr a8 a16 a8; ok $? 'are views, in their order'
 exits 0 'line integrals' one integral f.tif o.exr; py holds o.exr f; ok $? 'floats are as stored'
-exits 0 'of grey values' one integral --slope 30 --intercept -2 a16.png o.exr; py holds o.exr 30+-2*a16; ok $? 'by a line'
+exits 0 'of grey values' one integral --rescale 30,-2 a16.png o.exr; py holds o.exr 30+-2*a16; ok $? 'by a line'
 ct-info o.exr >out; has out 'lineIntegral' 'and say so'
 printf '\200\377' >two.raw; head -c 190 /dev/zero >>two.raw
-exits 0 'raw ones too' one intensity --raw 16x12x1:u8 --spacing 1 --slope .003 two.raw two.raw o.exr
+exits 0 'raw ones too' one intensity --raw 16x12x1:u8:1 --rescale .003 two.raw two.raw o.exr
 [ "$(ct-info o.exr | awk '$1 == "views" {print $2}')" = 2 ]; ok $? 'are two views'
 for q in '' '-x 2'; do # what ct-ddnm reads of the picture itself
 	exits 0 'ct-ddnm takes it' ct-ddnm -q -f ${q:--x 2} -n 1 a8.png d.exr
@@ -78,10 +78,10 @@ no 3 cut.png '[A-Z]'
 no 3 none.png 'No such file'
 exits 5 'sizes' one intensity a8.png small.png no.exr; has err 'small.png: has 16x6 pixels, but a8.png has 16x12' 'are one'
 exits 3 'a volume' ct-convert a8.png no.nii; has err 'a8.png: a picture, not a volume; --radiograph' 'is none'
-exits 2 'no slope' one intensity --slope 0 a8.png no.exr
-exits 2 'no size' one intensity --spacing 0 a8.png no.exr; has err 'spacing: 0 is not positive' 'in words'
-ct-convert -q --raw 16x12x1:u8 --spacing 1 --units other two.raw v.nii
-for o in --spacing=1 --slope=1 --intercept=0 --orient=LPS; do exits 2 "$o of a volume" one integral $o v.nii no.exr; has err "${o%=*}: not with v.nii, a volume that says it itself" 'is refused'; done
+exits 2 'no slope' one intensity --rescale 0 a8.png no.exr
+exits 2 'no size' one intensity --pitch 0 a8.png no.exr; has err 'pitch: 0 is not positive' 'in words'
+ct-convert -q --raw 16x12x1:u8:1 --units other two.raw v.nii
+for o in --pitch=1 --rescale=1 --orient=LPS; do exits 2 "$o of a volume" one integral $o v.nii no.exr; has err "${o%=*}: not with v.nii, a volume that states it itself" 'is refused'; done
 exits 0 'a volume beside' one integral v.nii a8.png o.exr
 
 # the reader of pictures is a program of its own, beside ct-convert or installed

@@ -2,20 +2,20 @@
 # One plane as a stack of one view, of grey values or of line integrals.
 . "$srcdir/tests/tap.sh"
 awk 'BEGIN {for (i = 0; i < 192; i++) printf "%c", 1 + i % 100}' >g.raw
-raw() { ct-convert -f --raw 16x12x1:u8 --spacing 0.2,0.3,1 "$@"; }
-exits 0 'line integrals' raw --slope 0.5 --intercept 1 --radiograph integral g.raw i.exr
+raw() { ct-convert -f --raw 16x12x1:u8:0.2,0.3,1 "$@"; }
+exits 0 'line integrals' raw --rescale 0.5,1 --radiograph integral g.raw i.exr
 exits 0 'and what' ct-info i.exr
 has out '16x12' 'columns and rows'
 has out 'lineIntegral' 'and quantity'
-exits 0 'grey values' raw --slope 0.01 --radiograph intensity --orient RIP g.raw g.exr
+exits 0 'grey values' raw --rescale 0.01 --radiograph intensity --orient RIP g.raw g.exr
 ct-info g.exr >out; has out 'intensity' 'are told'
-exits 3 'grey values are at most 1' raw --slope 0.02 --radiograph intensity g.raw o.exr
+exits 3 'grey values are at most 1' raw --rescale 0.02 --radiograph intensity g.raw o.exr
 has err 'g.raw: --radiograph: pixel 2,3 is 1.02, no grey value from 0 to 1' 'which is told'
-exits 5 'one plane' ct-convert --raw 16x6x2:u8 --spacing 1 --radiograph integral g.raw o.exr
+exits 5 'one plane' ct-convert --raw 16x6x2:u8:1 --radiograph integral g.raw o.exr
 has err 'g.raw: --radiograph: has 2 planes, not one' 'and no more'
 exits 2 'is no volume' raw --radiograph integral g.raw o.nii
 [ ! -e o.exr ]; ok $? 'nothing was made'
-raw --slope 0.01 g.raw g.mha
+raw --rescale 0.01 g.raw g.mha
 exits 0 'MetaImage too' ct-convert --radiograph intensity g.mha m.exr
 exits 0 'a scan of it is what ct-ddnm takes' ct-ddnm -q -x 2 -n 1 g.exr d.exr
 if command -v ct-view >/dev/null; then

@@ -40,7 +40,7 @@ has err 'd/o.state: exists; --resume goes on' 'and what can be done is said'
 refused "--steps was '12', not '13'" ct-ddnm -x 4 -n 13 hr-low.exr
 refused "--seed was '0', not '1'" ct-ddnm -x 4 -n 12 -s 1 hr-low.exr
 refused "--sigma-y was 'nan', not '0.5'" ct-ddnm -x 4 -n 12 --sigma-y 0.5 hr-low.exr
-refused "--travel was '', not '2,2'" ct-ddnm -x 4 -n 12 --travel 2,2 hr-low.exr
+refused "--travel was '', not '2,2'" ct-ddnm -x 4 -n 12 --expert travel=2,2 hr-low.exr
 refused "--operator was 'file', not 'matched'" ct-ddnm -x 4 -n 12 --operator matched hr-low.exr
 refused "--final-consistency was 'no', not 'yes'" ct-ddnm -x 4 -n 12 --final-consistency hr-low.exr
 refused 'IN held something else' ct-ddnm -x 4 -n 12 other-low.exr

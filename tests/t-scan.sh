@@ -19,7 +19,7 @@ cp "$srcdir/tests/exr.py" .
 same() { python3 exr.py "$1" "$2"; ok $? "$3"; }     # same A B NAME
 differ() { ! python3 exr.py "$1" "$2"; ok $? "$3"; } # differ A B NAME
 ct-phantom -q --size 24x24x24 --spacing 4 marks m.nii
-scan='-n 3 --arc 150 --start 10'
+scan='-n 3 --arc 150 --expert start=10'
 
 # about each axis, counter-clockwise seen from its tip; about x first, z last
 c=0.8660254 s=0.5
@@ -31,7 +31,7 @@ python3 move.py x.nii xz.nii $c -$s 0 0  $s $c 0 0  0 0 1 0
 ct-project -q $scan m.nii m.exr
 for a in x y z xz; do
 	case $a in x) by=30,0,0 ;; y) by=0,30,0 ;; z) by=0,0,30 ;; xz) by=30,0,30 ;; esac
-	ct-project -q --like m.exr --rotate "$by" m.nii "r-$a.exr"
+	ct-project -q --like m.exr --expert rotate="$by" m.nii "r-$a.exr"
 	ct-project -q --like m.exr "$a.nii" "h-$a.exr"
 	same "r-$a.exr" "h-$a.exr" "--rotate $by turns the volume so"
 done
@@ -41,11 +41,11 @@ python3 move.py m.nii off.nii 1 0 0 100  0 1 0 -50  0 0 1 20
 # shellcheck disable=SC2086
 ct-project -q $scan off.nii off.exr
 # shellcheck disable=SC2086
-ct-project -q $scan --rotate 0,0,30 off.nii roff.exr
+ct-project -q $scan --expert rotate=0,0,30 off.nii roff.exr
 same off.exr m.exr 'the scan is about the centre of the volume'
 same roff.exr r-z.exr 'and so is the turn'
 # turning the volume is turning the scan the other way
-ct-project -q -n 3 --arc 150 --start -20 m.nii back.exr
+ct-project -q -n 3 --arc 150 --expert start=-20 m.nii back.exr
 same back.exr r-z.exr 'a turn about z is a scan that starts as much earlier'
 
 # a scan about a volume far from the world's origin is inverted like one that is not
@@ -60,8 +60,8 @@ cat >off.json <<'JSON'
  "startAngle": 10}
 JSON
 ct-project -q --scanner off.json -n 3 m.nii json.exr
-ct-project -q -n 3 --arc 360 --start 10 --dso 240 --dsd 336 --det 16x12 --pitch 12,16 \
-	--offset 12,-24 m.nii like.exr
+ct-project -q -n 3 --arc 360 --expert start=10 --dso 240 --dsd 336 --det 16x12 --pitch 12,16 \
+	--expert offset=12,-24 m.nii like.exr
 python3 move.py m.nii moved.nii 1 0 0 6  0 1 0 -12  0 0 1 14.4
 ct-project -q --like like.exr moved.nii hand.exr
 same json.exr hand.exr 'offOrigin and offDetector'
@@ -69,7 +69,7 @@ ct-project -q --like like.exr m.nii not.exr
 differ json.exr not.exr 'neither is nothing'
 
 # --mu-water: noise of attenuation is that of the photons, in density the less the more a mm attenuates
-for mu in 0.01 0.03; do ct-project -q -n 2 --photons 1e4 --mu-water "$mu" m.nii "mu$mu.exr"; done
+for mu in 0.01 0.03; do ct-project -q -n 2 --photons 1e4 --expert mu-water="$mu" m.nii "mu$mu.exr"; done
 ct-project -q -n 2 m.nii clean.exr
 python3 - <<'EOP'
 import math, sys
@@ -91,7 +91,7 @@ for wave in 16 3; do
 import math, struct
 open('w.raw', 'wb').write(b''.join(struct.pack('<f', 100 * math.cos(2 * math.pi * (i + 0.25) / $wave))
                                    for k in range(2) for j in range(2) for i in range(128)))"
-	ct-convert -q -f --raw 128x2x2:f32 --spacing 1 w.raw w.nii
+	ct-convert -q -f --raw 128x2x2:f32:1 w.raw w.nii
 	ct-convert -q -f --iso 2 w.nii "iso$wave.nii"
 done
 python3 - <<'EOP'

@@ -38,7 +38,7 @@ for q in draft fast balanced best; do
 	awk "BEGIN {exit !($(db $q.nii) > $(db cubic.nii.gz))}"; ok $? "better than cubic: $(db $q.nii) dB"
 done
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >lr.raw
-ct-convert -q --raw 8x8x8:f32 --spacing 16 lr.raw plain.nii; ok $? 'a scan that does not say how it was made'
+ct-convert -q --raw 8x8x8:f32:16 lr.raw plain.nii; ok $? 'a scan that does not say how it was made'
 exits 0 'measured' ct-sr -x 4 plain.nii blind.nii
 exits 0 'with projections' ct-sr -q "$@" plain.nii blind2.nii
 exits 2 'no projections, no views' ct-sr --expert views=16 lr.nii no.nii

@@ -12,7 +12,7 @@ ct-phantom -q -s 5 --size 48x48x48 ellipsoids flat.nii && ct-degrade -q -x 1 --n
 # calibrated NAME STD RESULT: the error is about the expected one, as a whole and in what expects most, which is
 # more than that of what expects least
 calibrated() {
-	ct-metrics --psnr --std "$2" truth.nii "$3" >out
+	ct-metrics --psnr --uncertainty "$2" truth.nii "$3" >out
 	awk '/^std-all/ {a = $3 / $4; b = $5; c = $6} /^std-[0-9]/ {if (!n++) {l = $4; le = $3} h = $4; he = $3}
 		END {exit !(a > .8 && a < 1.8 && b > .5 && b < .8 && c > .75 && he / h < 2.5 && h > 1.4 * l && he > 4 * le)}' out
 	ok $? "$1: about the one there is ($(grep std-all out))"
@@ -26,7 +26,7 @@ for o in '-x 4' '-x 2' '-x 4 -p P3' '-x 4 --noise 15' '-x 1,1,4 --sigma 0 --deci
 done
 has_history() { ct-info -v "$1" | sed -n '/^history/,$p' | grep -q "$2 xxh3:"; ok $? "knows of $2"; }
 has_history s.nii lo.nii
-head -c 6912 /dev/zero >zero.raw && ct-convert -q --raw 12x12x12:f32 --spacing 8 zero.raw zero.nii
+head -c 6912 /dev/zero >zero.raw && ct-convert -q --raw 12x12x12:f32:8 zero.raw zero.nii
 for n in 0 30; do
 	ct-upsample -q -x 2 --sigma .85 --noise $n --std z$n.nii zero.nii z.nii -f; ct-info -v z$n.nii | sed -n 's/^mean *//p'
 done | tr '\n' ' ' >of; awk '{exit !($1 >= 1 && $1 < 2 && $2 > 20)}' of; ok $? "of noise more is expected, where nothing varies, too ($(cat of))"
@@ -46,7 +46,7 @@ rm -f r.nii x.nii
 exits 5 'with a weight it is an error' ct-upsample -m prior -p "$p" --expert weight=1 --std r.nii lo.nii x.nii
 exits 3 'as is a volume that another program made' ct-upsample -m prior -p "$p" --start hi.nii --std r.nii lo.nii x.nii
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >cube.raw
-ct-convert -q --raw 16x8x8:f32 --spacing 8 cube.raw even.nii
+ct-convert -q --raw 16x8x8:f32:8 cube.raw even.nii
 exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'has no predicted error'
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii

@@ -63,7 +63,7 @@ works 0.4 ct-upsample -x 4 --estimate --tolerance 1e-6 --iterations 100000 big-l
 [ ! -e new.nii ]; ok $? 'no output'
 works 2 ct-nabgs -q -n 100000 -b big-up.nii -g 20000 big.exr new.ply
 [ -s new.ply.state ]; ok $? 'and the state is there'
-works 1 ct-fuse -q -n 100000 --lambda-projections 1 big-up.nii big-lr.nii big.exr new.nii
+works 1 ct-fuse -q -n 100000 --expert lambda-projections=1 big-up.nii big-lr.nii big.exr new.nii
 [ -s new.nii.state ]; ok $? 'and the state is there'
 works 2 ct-train -q --steps 100000 new.safetensors big.exr
 [ -s new.safetensors.state ] && [ -s new.safetensors ]; ok $? 'and the state, and the prior of then'

@@ -5,11 +5,11 @@ for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121
 	# shellcheck disable=SC2059
 	printf "\\$(printf %03o "$v")\\000"
 done >a.raw
-make() { ct-convert -q --raw 4x3x2:i16 --spacing 1,2,3 --slope "$2" --intercept "$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
+make() { ct-convert -q --raw 4x3x2:i16:1,2,3 --rescale "$2,$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
-train='ct-train -q --slices -x 2 --cubes 1 --cube 24 -n 1 no.safetensors'
+train='ct-train -q --kind slices -x 2 --expert cubes=1,cube=24 -n 1 no.safetensors'
 no() { # no FILE WORDS COMMAND...
 	f=$1 w=$2; shift 2
 	exits 3 "$1: $f" "$@"; has err "$f.nii: values from .* are not HU.*$w" 'says which and why'

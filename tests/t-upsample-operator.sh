@@ -13,7 +13,7 @@ says() { # says FILE FACTOR SIGMA DECIMATE METHOD: exactly, or to 6 digits
 }
 bare() { # bare FILE N MM: its voxels without a word
 	ct-convert -q --type f32 "$1" - | tail -c $(($2 * $2 * $2 * 4)) >raw
-	ct-convert -q --raw "$2x$2x$2:f32" --spacing "$3" --orient RAS raw "bare-$1"
+	ct-convert -q --raw "$2x$2x$2:f32:$3" --orient RAS raw "bare-$1"
 }
 ct-phantom -q --size 96x96x96 --spacing 1 sphere hi.nii
 for p in P1 P3; do ct-degrade -q -x 3 -p $p hi.nii $p.nii; bare $p.nii 32 3; done

@@ -17,7 +17,7 @@ tells '5 views of 4x3, parallel beam' ct-project -n 5 --det 16x12 --beam paralle
 ct-project -q -f -n 30 --arc 360 --det 16x12 a.nii p.exr
 tells 'filter to 1 of the Nyquist frequency' ct-fdk p.exr f.nii
 ! grep -q 'do not see' err; ok $? 'all views see it'
-tells 'filter to 0.25 of the Nyquist frequency' ct-fdk --cutoff 0.25 p.exr f.nii
+tells 'filter to 0.25 of the Nyquist frequency' ct-fdk --expert cutoff=0.25 p.exr f.nii
 quiet ct-fdk p.exr f.nii
 ct-project -q -f -n 30 --arc 360 --det 8 --pitch 4 a.nii near.exr
 tells '30 of 30 views do not see the whole grid' ct-fdk near.exr f.nii
@@ -33,7 +33,7 @@ for m in cgls=30 sirt=100 tv=100; do
 done
 if command -v python3 >/dev/null; then
 	cp "$srcdir/tests/exr.py" .
-	for m in 'cgls -n 3' 'cgls -n 3 --projector joseph' 'sirt --tolerance 0.2'; do
+	for m in 'cgls -n 3' 'cgls -n 3 --expert projector=joseph' 'sirt --expert tolerance=0.2'; do
 		# shellcheck disable=SC2086
 		ct-fdk -f -v -m $m --quantity density p.exr d.nii 2>err
 		by=siddon; case $m in *joseph) by=joseph ;; esac

@@ -51,7 +51,7 @@ if command -v ct-view >/dev/null; then
 		ct-phantom -q --size 20x20x20 --spacing 4 marks m0.nii && ct-convert -q --type f32 m0.nii m.nii &&
 		ct-project -q -n 7 --det 20 v.nii p.exr && ct-project -q -n 7 --det 20 m.nii q.exr &&
 		ct-fdk -q --quantity density -m cgls -n 3 p.exr d.nii &&
-		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32 --spacing 4 --orient RAS raw bare.nii &&
+		tail -c 32000 v.nii >raw && ct-convert -q --raw 20x20x20:f32:4 --orient RAS raw bare.nii &&
 		ct-compose -q --residual-out r.nii bare.nii bare.nii sum.nii
 	ok $? 'volumes and projections'
 	for f in v m d r; do ct-view $f.nii $f.png; done
@@ -107,7 +107,7 @@ if command -v ct-view >/dev/null; then
 		'three of seven, evenly'
 	is 'all(shows("two.png", i * 24, c * 24, view(f, k, 20), span(*(view(g, j, 20) for g in ("p.exr", "q.exr") for j in (0, 2, 4)))) for i, k in enumerate((0, 2, 4)) for c, f in enumerate(("p.exr", "q.exr")))' \
 		'of two stacks side by side'
-	ct-phantom -q -p -n 1 --det 8 --offset 9999,0 --size 20x20x20 sphere dark.exr; ct-view dark.exr dark.png
+	ct-phantom -q -p -n 1 --det 8 --expert offset=9999,0 --size 20x20x20 sphere dark.exr; ct-view dark.exr dark.png
 	is 'set(sum(png.read("dark.png"), [])) == {(0, 0, 0)}' 'a constant is black'
 	ct-phantom -q --size 20x20x20 --spacing 4 -s 3 marks far0.nii && ct-convert -q --iso 8 far0.nii far.nii
 	ct-view -z 2 -p axial far.nii v.nii zoom.png
@@ -133,7 +133,7 @@ geometry='--dso 300 --dsd 900 --det 32 --pitch 3,4'
 # shellcheck disable=SC2086
 {
 told 8.66667 'the blur that the file says' --coarsen 4 $geometry up.nii # 0.8 6.5/3 5 3/3
-told 8.66667 'of a volume that is turned' --coarsen 4 --rotate 20,30,40 $geometry up.nii
+told 8.66667 'of a volume that is turned' --coarsen 4 --expert rotate=20,30,40 $geometry up.nii
 told 2.88889 'of parallel rays' --coarsen 4 --beam parallel --det 32 --pitch 3,4 up.nii
 told 0 'none where it is undone' --coarsen 4 $geometry tv.nii
 told 4 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 1 5 3/3
@@ -143,5 +143,5 @@ ct-phantom -q -p -n 2 --det 8 --size 24x24x24 ellipsoids bare.exr
 ct-ddnm -f -v -n 1 -x 8 --operator matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
 ct-project -q -n 2 --coarsen 128 --det 128 hr.nii wide.exr
 exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'is said'
-exits 2 '--travel of what is none' ct-ddnm -x 8 --travel 0,1 bare.exr no.exr; has err "'0,1' is out of range" 'is said'
+exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err "'0,1' is out of range" 'is said'
 done_testing

@@ -13,7 +13,6 @@
 #include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
-#include "formats/units.h"
 
 #include <errno.h>
 #include <locale.h>
@@ -31,8 +30,9 @@ struct parser {
 	const char **list;            /* room for repeated operands */
 	size_t nlist;
 	struct ct_given given;
-	bool *row;     /* of given */
-	char *experts; /* the text of --expert, cut into values */
+	bool *row;      /* of given */
+	char **experts; /* the texts of --expert, cut into values */
+	size_t nexperts;
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -62,13 +62,11 @@ static int take(
 /* "key=value,key=value": a part without "=" belongs to the value before it. */
 static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 {
-	char *at, *next;
+	char *at = strdup(text), *next;
 
-	if (s->experts)
-		return ct_fail(e, CT_EUSAGE, "--expert: is given twice; join the keys with commas");
-	s->experts = at = strdup(text);
 	if (!at)
 		return ct_fail(e, CT_ENOMEM, "no memory");
+	s->experts[s->nexperts++] = at;
 	for (; at; at = next) {
 		const size_t n = strcspn(at, "=,");
 		const struct ct_opt *o;
@@ -290,6 +288,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.json = c->json,
 		.dry_run = c->dry_run,
+		.units = c->units,
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
@@ -306,7 +305,6 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	history = history_of(t, argc, argv);
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
-	ct_units_say((enum ct_units)c->units);
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
@@ -337,8 +335,9 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
 	s.row = calloc(rows_of(t), sizeof *s.row);
+	s.experts = malloc(((size_t)argc + 1) * sizeof *s.experts);
 	s.given = (struct ct_given){t, s.row};
-	if (!s.params || !s.list || !s.row)
+	if (!s.params || !s.list || !s.row || !s.experts)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
 		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
@@ -355,6 +354,8 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	free(s.params);
 	free(s.list);
 	free(s.row);
+	while (s.nexperts)
+		free(s.experts[--s.nexperts]);
 	free(s.experts);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));

@@ -133,6 +133,8 @@ struct ct_opt {
  * value is text, a number, or for a bool yes or no. */
 #define CT_EXPERT(S, f, name, arg, from, to, ...)                                                  \
 	CT_ROW_(S, f, 0, name, arg, .expert = true, .lo = from, .hi = to, .help = __VA_ARGS__)
+#define CT_EXPERT_CHOICE(S, f, name, words, ...)                                                   \
+	CT_ROW_(S, f, 0, name, words, .choice = true, .expert = true, .help = __VA_ARGS__)
 /* The name of an input, of one that decides nothing that is computed, and of an output, with how
  * it ends: a list of ends, or CT_ENDS_IF. */
 #define CT_INPUT(S, f, c, name, arg, ...)                                                          \

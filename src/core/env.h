@@ -20,6 +20,7 @@ struct ct_env {
 	int verbose;                 /* -1 quiet, 0 normal, 1.. more */
 	bool force;                  /* overwrite existing outputs */
 	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
+	int units; /* enum ct_units: what the user says of the volumes that are read */
 	bool json, dry_run;
 	const char *tool;                  /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */

@@ -43,9 +43,9 @@
  * THREADS
  *
  * Every function is reentrant: threads may call at the same time if no two of them change the same
- * object. There is no global state but the level of the processor's vectors, found once. A call
- * starts its own threads (ctsr_context.threads) and joins them before it returns. The result has
- * the same bytes for any number of threads.
+ * object. The only global state is the level of the processor's vectors, found once, and a list of
+ * the temporary files that are being written. A call starts its own threads (ctsr_context.threads)
+ * and joins them before it returns. The result has the same bytes for any number of threads.
  *
  * VERSIONS
  *
@@ -202,11 +202,12 @@ typedef struct ctsr_operator {
 } ctsr_operator;
 
 CTSR_API void ctsr_operator_init(ctsr_operator *o, size_t size);
-/* The operator that the metadata of a volume name. CTSR_INPUT if there is none, or it is wrong. */
+/* *o, initialised, <- the operator that the metadata of a volume name. CTSR_INPUT if there is none,
+ * or it is wrong. */
 CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
-/* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat.
- * o->factor must be set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT if it has no
- * edges; CTSR_CANCELLED. */
+/* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. *o must
+ * be initialised and its factor set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT if it
+ * has no edges; CTSR_CANCELLED. */
 CTSR_API int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
 /* *out <- low-resolution CT. Its metadata name the operator. Noise is drawn from the context's

@@ -7,18 +7,19 @@
 set -e
 ct=$1 held=$2 work=$3 out=$4
 mkdir -p "$work"
-net() { # net NAME ct-train options: one more net beside those that there are
-	name=$1; shift
-	ct-train -f --half --licence Apache-2.0 --slices -s 1 --bytes=-1000:2570 --window=-512:3071 --cache "$work/examples" \
-		--validate "$held" --validate-every 1000 --checkpoint-every 1000000 ${with:+--with "$with"} \
+net() { # net NAME KEYS ct-train options: trains one more network and adds it to the file
+	name=$1 keys=$2
+	shift 2
+	ct-train -f --half --licence Apache-2.0 --kind slices -s 1 --bytes=-1000:2570 --cache "$work/examples" \
+		--validate "$held" --expert "window=-512:3071,validate-every=1000,$keys" --checkpoint-every 1000000 ${with:+--with "$with"} \
 		"$@" "$work/$name.safetensors" "$ct"
 	with=$work/$name.safetensors
 }
-net 4 -x 4 --cubes 24 --cube 80 --depth 5 --components 240 --width 640 -n 8000
-net 2 -x 2 -p 12 --cubes 8 --cube 64 --depth 5 --components 200 --width 512 -n 5000
-net 3 -x 3 -p 13 --cubes 8 --cube 72 --depth 5 --components 200 --width 512 -n 5000
-net 8 -x 8 --cubes 10 --cube 96 --depth 3 --components 240 --width 512 -n 5000
-net thick-4 --thick -x 4 -p 12 --cubes 10 --cube 80 --depth 5 --components 200 --width 512 -n 5000
-# the one that looks again at what that of 4 has added to (ct-restore --passes 2)
-net again-4 --again -x 4 -p 20 --cubes 12 --cube 80 --depth 5 --components 320 --width 640 -n 6000
+net 4 cubes=24,cube=80,depth=5,components=240,width=640 -x 4 -n 8000
+net 2 cubes=8,cube=64,depth=5,components=200,width=512 -x 2 -p 12 -n 5000
+net 3 cubes=8,cube=72,depth=5,components=200,width=512 -x 3 -p 13 -n 5000
+net 8 cubes=10,cube=96,depth=3,components=240,width=512 -x 8 -n 5000
+net thick-4 thick=yes,cubes=10,cube=80,depth=5,components=200,width=512 -x 4 -p 12 -n 5000
+# the network of the second pass (ct-upsample --preset best)
+net again-4 again=yes,cubes=12,cube=80,depth=5,components=320,width=640 -x 4 -p 20 -n 6000
 cp "$with" "$out"

@@ -13,35 +13,40 @@
 #include <string.h>
 #include <sys/stat.h>
 
-int convert_place(struct ct_raw *how, const char *spacing, const char *orient, struct ct_err *e)
+static int raw_error(const char *text, struct ct_err *e)
 {
-	if (ct_cli_numbers("spacing", spacing, ',', 3, true, how->spacing, e) ||
-		ct_raw_axes("orient", orient, how->world, how->sign, e))
+	return ct_fail(e, CT_EUSAGE,
+		"--raw: '%s' is not WxHxD:TYPE:X,Y,Z, such as 512x512x90:i16:0.7,0.7,1.5", text);
+}
+
+/* "WxHxD:TYPE[:be]:X,Y,Z" */
+static int raw_layout(struct ct_raw *how, const char *text, struct ct_err *e)
+{
+	const char *type = strchr(text, ':'), *mm = strrchr(text, ':');
+	char dims[80], word[80];
+
+	if (!type || type == mm)
+		return raw_error(text, e);
+	snprintf(dims, sizeof dims, "%.*s", (int)(type - text), text);
+	snprintf(word, sizeof word, "%.*s", (int)(mm - type - 1), type + 1);
+	if (ct_cli_dims("raw", dims, 3, how->n, e) || ct_raw_type(word, &how->type, &how->big, e) ||
+		ct_cli_numbers("raw", mm + 1, ',', 3, true, how->spacing, e))
 		return -1;
 	for (int d = 0; d < 3; d++)
 		if (!(how->spacing[d] > 0))
-			return ct_fail(e, CT_EUSAGE, "--spacing: %s is not positive", spacing);
+			return ct_fail(
+				e, CT_EUSAGE, "--raw: the voxel size %s is not positive", mm + 1);
 	return 0;
 }
 
 static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {
 	struct ct_raw how = {.slope = p->slope, .inter = p->inter};
-	const char *colon = strchr(p->raw, ':');
-	char dims[80];
 
-	if (!colon)
-		return ct_fail(e, CT_EUSAGE, "--raw: '%s' is not WxHxD:TYPE", p->raw);
-	if (!p->spacing)
-		return ct_fail(e, CT_EUSAGE, "--raw needs --spacing");
-	snprintf(dims, sizeof dims, "%.*s", (int)(colon - p->raw), p->raw);
-	if (ct_cli_dims("raw", dims, 3, how.n, e) ||
-		ct_raw_type(colon + 1, &how.type, &how.big, e) ||
-		convert_place(&how, p->spacing, p->orient, e))
-		return -1;
-	if (how.slope == 0)
-		return ct_fail(e, CT_EUSAGE, "--slope 0 leaves nothing");
-	return ct_raw_read(p->in, &how, v, e);
+	return raw_layout(&how, p->raw, e) ||
+			       ct_raw_axes("orient", p->orient, how.world, how.sign, e)
+		       ? -1
+		       : ct_raw_read(p->in, &how, v, e);
 }
 
 int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,

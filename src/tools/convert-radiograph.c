@@ -61,22 +61,23 @@ static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 	return rc;
 }
 
-/* Where a picture lies, whose pixels are of mm, if that is known: what --slope and --intercept make
- * of it is there then. */
+/* Where a picture lies, whose pixels are of mm, if that is known: what --rescale makes of it is
+ * there then. */
 static int finish(struct ct_vol *v, const struct convert *p, const char *path, const double mm[2],
 	const struct ct_env *env, struct ct_err *e)
 {
 	const bool known = !isnan(mm[0]);
-	struct ct_raw how = {0};
+	struct ct_raw how = {.spacing = {1, 1, 1}};
 
-	if (known && p->spacing)
-		return ct_fail(
-			e, CT_EUSAGE, "--spacing: %s says it itself: %g,%g mm", path, mm[0], mm[1]);
-	if (p->slope == 0)
-		return ct_fail(e, CT_EUSAGE, "--slope 0 leaves nothing");
-	if (convert_place(&how, p->spacing ? p->spacing : "1",
-		    ct_modes_given(env->given, "orient") ? p->orient : UPRIGHT, e))
+	if (known && p->pitch)
+		return ct_fail(e, CT_EUSAGE, "--pitch: %s states its own pixel size, %g,%g mm",
+			path, mm[0], mm[1]);
+	if ((p->pitch && ct_cli_numbers("pitch", p->pitch, ',', 2, true, how.spacing, e)) ||
+		ct_raw_axes("orient", ct_modes_given(env->given, "orient") ? p->orient : UPRIGHT,
+			how.world, how.sign, e))
 		return -1;
+	if (!(how.spacing[0] > 0 && how.spacing[1] > 0))
+		return ct_fail(e, CT_EUSAGE, "--pitch: %s is not positive", p->pitch);
 	if (known)
 		memcpy(how.spacing, mm, 2 * sizeof *mm);
 	ct_raw_place(v, &how);
@@ -100,10 +101,10 @@ static int read_dicom(const struct convert *p, const char *path, struct ct_vol *
 		return ct_blame(e, path);
 	if (dicom->radiograph(v, mm, path, e))
 		return -1;
-	if (isnan(mm[0]) && !p->spacing)
+	if (isnan(mm[0]) && !p->pitch)
 		return ct_fail(e, CT_EGEOM,
-			"%s: has no ImagerPixelSpacing or PixelSpacing; --spacing says how large pixels "
-			"are",
+			"%s: has no ImagerPixelSpacing or PixelSpacing; pass the size of a pixel by "
+			"--pitch",
 			path);
 	return finish(v, p, path, mm, env, e);
 }
@@ -112,14 +113,14 @@ static int read_dicom(const struct convert *p, const char *path, struct ct_vol *
 static int read_volume(const struct convert *p, const char *path, struct ct_vol *v,
 	const struct ct_env *env, struct ct_err *e)
 {
-	static const char *const said[] = {"spacing", "slope", "intercept", "orient"};
+	static const char *const said[] = {"pitch", "rescale", "orient"};
 	const char *const files[] = {path, p->out};
 	struct convert one = *p;
 
-	for (size_t i = 0; i < sizeof said / sizeof *said && !p->raw; i++)
+	for (size_t i = 0; i < (p->raw ? 1 : sizeof said / sizeof *said); i++)
 		if (ct_modes_given(env->given, said[i]))
 			return ct_fail(e, CT_EUSAGE,
-				"--%s: not with %s, a volume that says it itself", said[i], path);
+				"--%s: not with %s, a volume that states it itself", said[i], path);
 	one.in = path;
 	one.files = (struct ct_list){.n = 2, .v = files};
 	return convert_read(&one, v, env, e);

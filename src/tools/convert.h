@@ -17,8 +17,8 @@ enum convert_radiograph { CONVERT_RADIOGRAPH_LIST(CT_WORD_VALUE) };
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
-	const char *raw, *spacing, *orient, *series, *reorient, *scanner, *crop, *template;
-	double slope, inter, iso;
+	const char *raw, *rescale, *pitch, *orient, *series, *reorient, *scanner, *crop, *template;
+	double slope, inter, iso; /* the first two of rescale */
 	int cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
 	json_t *about; /* what goes into it */
@@ -65,8 +65,6 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 /* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
  * CT_EINPUT, CT_EUSAGE. */
 int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
-/* What --spacing and axes say of a place; CT_EUSAGE. */
-int convert_place(struct ct_raw *how, const char *spacing, const char *orient, struct ct_err *e);
 /* Does a file begin as a picture? Never reads from a pipe. */
 bool convert_is_picture(const char *path);
 /* In place: other axes, other voxel size, another frame. */

@@ -146,14 +146,14 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
 }
 
-static int read_all(
-	struct ct_vol *base, struct ct_any *res, const struct params *p, struct ct_err *e)
+static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity;
 
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
-	if (ct_vol_read_hu(p->base, base, e))
+	if (ct_vol_read_hu(p->base, base, env, e))
 		return -1;
 	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
 		return ct_blame(e, p->base);
@@ -217,7 +217,7 @@ static int make_consistent(
 	double before, after;
 	int rc = -1, known;
 
-	if (ct_vol_read_hu(p->consistent, &lr, e))
+	if (ct_vol_read_hu(p->consistent, &lr, env, e))
 		goto out;
 	known = ct_degrade_get(&lr.meta, &d, e);
 	if (known > 0)
@@ -248,7 +248,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	double window[2];
 	int rc = -1;
 
-	if (read_all(&base, &from, p, e))
+	if (read_all(&base, &from, p, env, e))
 		goto out;
 	if (ct_scan_opts_window(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)

@@ -15,97 +15,73 @@
 #include <math.h>
 #include <string.h>
 
-static const struct convert defaults = {.orient = "LPS", .slope = 1, .iso = (double)NAN};
+static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = (double)NAN};
+
+/* What reads DICOM; what works on a volume. */
+#define OF_DICOM                                                                                   \
+	CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),                \
+		CT_UNLESS(struct convert, radiograph))
+#define OF_VOLUME CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))
 
 static const struct ct_opt opts[] = {
-	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
-		"take this series of a DICOM folder, by UID or place in the list",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, radiograph))),
-	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0,
-		"print what is in the DICOM files or folders FILE, and write nothing",
+	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0, "list the DICOM series in FILE",
 		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
+	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
+		"read this DICOM series: its UID, or its number in the list of --inspect",
+		OF_DICOM),
 	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
-		"DICOM of a tilted gantry: move the slices in their planes to a grid at right angles; keep "
-		"them, with a sheared affine; or refuse it",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, radiograph))),
+		"tilted gantry: resample, shear the affine, or refuse", OF_DICOM),
 	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
-		"DICOM slices at uneven spacing: resample them along their normal; interpolate missing "
-		"slices too; or refuse both",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, radiograph))),
+		"uneven slices: resample, also fill missing ones, or refuse", OF_DICOM),
 	CT_OPT(struct convert, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
-		"go on without DICOM files that are damaged or unreadable, and say which",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, radiograph))),
+		"skip damaged DICOM files, and list them", OF_DICOM),
 	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
-		"what the values are: what IN says, and DICOM that is not in HU is refused; HU, whatever "
-		"it says; or others, which are kept as they are",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
-	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE", 0, 0,
-		"IN is voxels without a header, W fastest; TYPE is one of" CT_RAW_LIST(
-			CT_WORD_SPACE) ", with :be behind it if big-endian",
+		"unit of the values: as IN says, HU, or another one", OF_VOLUME),
+	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE:X,Y,Z", 0, 0,
+		"IN is voxels without a header: number (W fastest), type of" CT_RAW_LIST(
+			CT_WORD_SPACE) " (append :be if big-endian), size in mm",
 		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_OPT(struct convert, spacing, 0, "spacing", "X,Y,Z", 0, 0,
-		"voxel size, mm; of a picture 1 if not given",
+	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
+		"directions of the axes of IN; of radiographs RIP",
 		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, radiograph))),
-	CT_OPT(struct convert, slope, 0, "slope", "A", 0, 0,
-		"HU, line integrals, or grey values, are A times the stored value, or grey value",
-		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, scanner),
-			CT_IF(struct convert, radiograph))),
-	CT_OPT(struct convert, inter, 0, "intercept", "B", 0, 0, "plus B",
+	CT_OPT(struct convert, rescale, 0, "rescale", "A[,B]", 0, 0,
+		"the value is A times the stored number, plus B",
 		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, scanner),
 			CT_IF(struct convert, radiograph))),
 	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
-		"IN is a numpy array of projections, [views][rows][columns], row 0 at the top, and FILE the "
-		"JSON scanner file that says where they were taken, as for ct-project; OUT is a stack"),
+		"geometry of a numpy array of projections, in JSON; write a stack"),
 	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
-		"each IN is one plane, picture or DICOM radiograph, and OUT a stack of these views: of grey "
-		"values from 0 to 1, or of line integrals",
+		"read pictures or DICOM radiographs; write a stack of grey values or line integrals",
 		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
-	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
-		"where the axes run, one letter each of R/L, A/P, S/I; of pictures and DICOM radiographs RIP "
-		"if not given",
-		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, radiograph))),
+	CT_OPT(struct convert, pitch, 0, "pitch", "MM[,MM]", 0, 0,
+		"pixel size of a radiograph, if its file has none",
+		CT_WHEN(CT_IF(struct convert, radiograph))),
 	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
-		"swap and turn the axes so that they run as near to AXES, such as RAS, as they can",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"permute and flip the axes towards AXES, such as RAS", OF_VOLUME),
 	CT_OPT(struct convert, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
-		"keep this box: voxels of the three axes, counted from 0, HI not included, or with mm "
-		"behind it RAS+ mm; an end that is left out is that of the scan; auto is the largest "
-		"region above -500 HU and 10 mm about it",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"keep a box, in voxels (HI excluded) or RAS+ mm; auto: the body and 10 mm",
+		OF_VOLUME),
 	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
-	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096,
-		"cut or pad to NxNxN voxels about the body; 0 does not",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		OF_VOLUME),
+	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096, "crop or pad to NxNxN voxels",
+		OF_VOLUME),
 	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
-		"numbers of OUT; auto is i16 if that loses nothing, i16 rounds",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"voxel type of OUT; auto is i16 if that is exact", OF_VOLUME),
 	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
-		"compress the voxels of MetaImage or NRRD; NIfTI is by its name",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"compress the voxels of MetaImage or NRRD", OF_VOLUME),
 	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
-		"also write what is known of the volume, as JSON with the names of BIDS, and which slice of "
-		"which file is where; nothing in it names the patient",
+		"also write scan parameters and slices as JSON",
 		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
 			CT_UNLESS(struct convert, inspect))),
 	CT_INPUT(struct convert, template, 0, "template", "DICOM",
-		"folder or file of the series that DICOM of OUT belongs to: patient, study and space are "
-		"its own; IN, if that is DICOM",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"take patient and study of DICOM output from this series", OF_VOLUME),
 	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
-		"take everything from DICOM of OUT that tells who the patient is",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))),
+		"write DICOM without the patient's identity", OF_VOLUME),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
 		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
 			CT_ENDS_IF(CT_IF(struct convert, radiograph), CT_ENDS_STACK,
 				CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM)),
-		"IN: a DICOM folder, file or files, NIfTI, MetaImage, NRRD, -, raw voxels, pictures, or .npy; then OUT: "
-		"NIfTI to write, MetaImage or NRRD by its name, - for NIfTI, or DICOM: a folder for a series, "
-		".dcm for one file; with --scanner or --radiograph EXR",
+		"the inputs, then OUT: NIfTI, MetaImage or NRRD by its name; - for NIfTI; DICOM as a folder of slices or one .dcm file; EXR with --scanner or --radiograph",
 		.dicom = CONVERT_OWN),
 	CT_OPT_END,
 };
@@ -153,6 +129,20 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 	return 0;
 }
 
+static int read_rescale(struct convert *p, struct ct_err *e)
+{
+	double x[2] = {0};
+
+	if (ct_cli_numbers(
+		    "rescale", p->rescale, ',', strchr(p->rescale, ',') ? 2 : 1, false, x, e))
+		return -1;
+	if (x[0] == 0)
+		return ct_fail(e, CT_EUSAGE, "--rescale: a factor of 0 makes all values equal");
+	p->slope = x[0];
+	p->inter = x[1];
+	return 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
@@ -171,7 +161,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.in = p->files.v[0];
 	own.out = p->files.v[p->files.n - 1];
 	own.planes = &planes;
-	if (check_mode(p, env, e))
+	if (check_mode(p, env, e) || read_rescale(&own, e))
 		return -1;
 	if (p->scanner || p->radiograph)
 		return (p->scanner ? convert_stack : convert_radiograph)(p, env, e);

@@ -70,7 +70,7 @@ static const struct ct_opt opts[] = {
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
-	CT_OPT(struct params, scale, 'x', "scale", "S", 2, 64,
+	CT_OPT(struct params, scale, 'x', "factor", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
 		"else 4"),
 	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
@@ -99,19 +99,19 @@ static const struct ct_opt opts[] = {
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_OPT(struct params, sigma_det, 0, "sigma-det", "PX", 0, 1000,
+	CT_EXPERT(struct params, sigma_det, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
 		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED), WITH_NETWORK, FROM_NOTHING)),
 	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
-	CT_OPT(struct params, guidance, 0, "guidance", "X", 0, 1e9,
+	CT_EXPERT(struct params, guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
 		CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_GDP)))),
-	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 1000000,
+	CT_EXPERT(struct params, iterations, "iterations", "N", 1, 1000000,
 		"of bird: chains, after each of which but the last the noise is fitted", FITTED),
-	CT_OPT(struct params, rate, 0, "rate", "X", 0, 1000,
+	CT_EXPERT(struct params, rate, "rate", "X", 0, 1000,
 		"of bird: how far a value of the noise goes in a chain, about", FITTED),
-	CT_CHOICE(struct params, gradient, 0, "gradient", CT_WORDS(GRADIENTS),
+	CT_EXPERT_CHOICE(struct params, gradient, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
 	CT_INPUT(struct params, init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise",
@@ -123,7 +123,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
 		CT_WHEN(CT_IF(struct params, init), WITH_NETWORK)),
-	CT_OPT(struct params, travel, 0, "travel", "L,R", 0, 0,
+	CT_EXPERT(struct params, travel, "travel", "L,R", 0, 0,
 		"after every L steps go back, R times in all", CT_WHEN(WITH_NETWORK)),
 	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
 		CT_WHEN(WITH_NETWORK)),
@@ -133,10 +133,10 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
 		"end with the nearest projections that agree with IN exactly",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_OPT(struct params, norm, 0, "norm", "X", 0, 1e30,
+	CT_EXPERT(struct params, norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_CHOICE(struct params, channels, 0, "channel-reduce", CT_WORDS(REDUCES),
+	CT_EXPERT_CHOICE(struct params, channels, "channel-reduce", CT_WORDS(REDUCES),
 		"of a prior with colours", CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
 		"go on from OUT.state, as if there had been no interruption"),
@@ -294,7 +294,7 @@ static int read_prior(struct job *j, struct ct_err *e)
 		ddnm_input_classify(&j->prior, j->p->label, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
-		ct_fail(e, CT_EUSAGE, "--channel-reduce: %s has no colours", path);
+		ct_fail(e, CT_EUSAGE, "--expert channel-reduce: %s has no colours", path);
 	else
 		rc = 0;
 out:

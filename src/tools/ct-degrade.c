@@ -115,7 +115,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
-	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, e))
+	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e)) {
 		ct_blame(e, p->in);

@@ -51,7 +51,7 @@ static const struct ct_opt opts[] = {
 		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density",
 		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS))),
-	CT_OPT(struct params, cutoff, 0, "cutoff", "X", 0, 1,
+	CT_EXPERT(struct params, cutoff, "cutoff", "X", 0, 1,
 		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
 		"for "
 		"that of the voxels",
@@ -63,10 +63,10 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
 		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
-	CT_CHOICE(struct params, projector, 0, "projector", CT_WORDS(CT_METHOD_LIST),
+	CT_EXPERT_CHOICE(struct params, projector, "projector", CT_WORDS(CT_METHOD_LIST),
 		"voxels as boxes, or linear between their centres",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
-	CT_OPT(struct params, tolerance, 0, "tolerance", "X", 0, 1,
+	CT_EXPERT(struct params, tolerance, "tolerance", "X", 0, 1,
 		"stop when the residual |A x - b| / |b| is below",
 		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
 	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0, "no density below 0",

@@ -36,10 +36,10 @@ static const struct ct_opt opts[] = {
 		struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
-	CT_INPUT(struct params, std, 0, "std", "STACK",
+	CT_INPUT(struct params, std, 0, "uncertainty", "STACK",
 		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
 		"certain a pixel, the less it counts"),
-	CT_OPT(struct params, lambda, 0, "lambda-projections", "W", 0, 1e9,
+	CT_EXPERT(struct params, lambda, "lambda-projections", "W", 0, 1e9,
 		"weight of PROJECTIONS against the variation, 1/HU; 0 chooses it by how well the "
 		"views predict each other"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
@@ -84,7 +84,7 @@ static int name_run(struct job *j, struct ct_err *e)
 			       ct_resume_input(r, "LR", &d->lr.meta, e) ||
 			       ct_resume_input(r, "PROJECTIONS", &d->in.meta, e) ||
 			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
-			       ct_resume_input(r, "--std", &d->weight.meta, e)
+			       ct_resume_input(r, "--uncertainty", &d->weight.meta, e)
 		       ? -1
 		       : 0;
 }

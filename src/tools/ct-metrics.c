@@ -1,10 +1,10 @@
-/* ct-metrics: how far a CT is from a reference, or from the low-resolution CT it was made of. */
+/* ct-metrics: compares a CT with a reference, or with the low-resolution CT it was made from. */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "formats/units.h"
-#include "tools/metrics-harm.h"
+#include "quality/compare.h"
+#include "tools/metrics-report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,138 +12,90 @@
 #include <strings.h>
 
 struct params {
-	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *per_axis, *std,
-		*blob, *factor, *fsc;
-	const char *ref, *test; /* the operands by what they are; ref may be NULL */
-	bool psnr, edges, harm, structures, flat, hfen, tissues, csv;
+	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *std, *blob,
+		*factor, *max;
+	const char *ref, *test; /* the operands by their role; ref may be NULL */
+	bool psnr, edges, harm, structures, tissues, csv;
 	int ssim, deep;
-	double range, step, contrast, flat_step, max_false, min_psnr, min_ssim, max_mae, max_rmse,
-		max_gradient, max_residual, max_rms;
+	double range, step, contrast, flat_step, min_psnr, min_ssim;
 };
 
 #define AND_ALL(X) X(ALL, "all")
 enum { ALL = CT_SSIM_KINDS }; /* the last word of --ssim */
-#define NONE ((double)NAN)
 
 static const struct params defaults = {.ssim = -1,
 	.step = 300,
 	.contrast = 15,
 	.flat_step = 1,
 	.deep = 4,
-	.max_false = NONE,
-	.min_psnr = NONE,
-	.min_ssim = NONE,
-	.max_mae = NONE,
-	.max_rmse = NONE,
-	.max_gradient = NONE,
-	.max_residual = NONE,
-	.max_rms = NONE};
+	.min_psnr = (double)NAN,
+	.min_ssim = (double)NAN};
+
+#define WITH_REF CT_WHEN(CT_IF(struct params, second))
+#define WITH_BLOBS CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, first, CT_READS, "REF",
-		"the truth, NIfTI, or -; with --consistency and no TEST, what is judged"),
-	CT_ARG_MAYBE(struct params, second, CT_READS, "TEST",
-		"what is judged, NIfTI, or -, on the same grid"),
+		"the true CT, or - for standard input; with --consistency it may be left out"),
+	CT_ARG_MAYBE(
+		struct params, second, CT_READS, "TEST", "the CT to judge, on the same grid, or -"),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
-		"clip both to [LO, HI] HU and map to [0, 1] for PSNR and SSIM (default -512:3071)",
+		"clip both volumes to LO:HI HU for PSNR and SSIM (default: -512:3071)",
 		CT_WHEN(CT_IF(struct params, second), CT_UNLESS(struct params, range))),
 	CT_OPT(struct params, range, 0, "range", "R", 0, 1e9,
-		"PSNR and SSIM of the values as they are, with data range R, instead of a window; "
-		"0 uses the window",
-		CT_WHEN(CT_IF(struct params, second))),
+		"do not clip; use the data range R for PSNR and SSIM (0: use the window)",
+		WITH_REF),
 	CT_INPUT(struct params, mask, 0, "mask", "FILE",
-		"count only voxels where FILE, on the same grid, is not zero",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0, "no SSIM, unless --ssim is given too",
-		CT_WHEN(CT_IF(struct params, second))),
+		"count only voxels where FILE, on the same grid, is not zero", WITH_REF),
+	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0,
+		"leave out SSIM, unless --ssim is given too", WITH_REF),
 	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
-		"which definition of SSIM; with --psnr none by default",
-		CT_WHEN(CT_IF(struct params, second))),
+		"use this definition of SSIM (default: r2)", WITH_REF),
 	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
-		"write a line for every slice across each of the three axes to the file CSV",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OUTPUT(struct params, per_axis, 0, "per-axis", "CSV", CT_ENDS_TABLE,
-		"write a line for each of the three axes to the file CSV",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
-		"measure sharpness: the rise of edges, and where the MTF falls to 50 and 10 %",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, step, 0, "edge-step", "HU", 1e-6, 1e6, "least step of such an edge",
-		CT_WHEN(CT_IF(struct params, edges), CT_IF(struct params, harm))),
+		"write a table with a line for each slice across each axis", WITH_REF),
 	CT_OPT(struct params, harm, 0, "harm", NULL, 0, 0,
-		"all that tells whether TEST does harm: --edges, --structures, --flat, --hfen, "
-		"the figures of --fsc, and --tissues; of thin volumes what can be measured",
-		CT_WHEN(CT_IF(struct params, second))),
+		"report false structures, texture, sharpness and errors by tissue", WITH_REF),
+	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
+		"report sharpness: the rise of edges and the MTF", WITH_REF),
 	CT_OPT(struct params, structures, 0, "structures", NULL, 0, 0,
-		"count the blobs in soft tissue that TEST shows and REF does not, and the reverse",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, blob, 0, "blob-sigma", "V,...", 0, 0,
-		"their sizes: standard deviations of Gaussians, voxels, one to four (without it "
-		"and a factor 1.5)",
-		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
+		"count the false and the missed structures in soft tissue", WITH_REF),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"how many voxels of TEST a low-resolution one is long: their sizes are .75 and 1.5 "
-		"of those (the header of TEST says so if it was refined here)",
+		"length of a low-resolution voxel in voxels, which sets the size of structures "
+		"(default: from the header of TEST)",
 		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm),
 			CT_UNLESS(struct params, blob))),
-	CT_OPT(struct params, contrast, 0, "blob-step", "HU", 1e-3, 1e6, "their least contrast",
-		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
-	CT_OPT(struct params, flat, 0, "flat", NULL, 0, 0,
-		"the share of soft tissue without a gradient, in REF and in TEST",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, flat_step, 0, "flat-step", "HU", 1e-6, 1e6,
-		"what all steps to the next voxels are smaller than there",
-		CT_WHEN(CT_IF(struct params, flat), CT_IF(struct params, harm))),
-	CT_OPT(struct params, hfen, 0, "hfen", NULL, 0, 0,
-		"the high-frequency error norm: of the Laplacian of a Gaussian",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OUTPUT(struct params, fsc, 0, "fsc", "CSV", CT_ENDS_TABLE,
-		"Fourier shell correlation: where it falls to 50 %, and a line for every shell to "
-		"the file CSV",
-		CT_WHEN(CT_IF(struct params, second))),
 	CT_OPT(struct params, tissues, 0, "tissues", NULL, 0, 0,
-		"errors by tissue of REF: air, lung, fat, soft, brain, bone, and deep in soft",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, deep, 0, "deep", "V", 0, 1000,
-		"deep is where all is soft for so many voxels about",
-		CT_WHEN(CT_IF(struct params, tissues), CT_IF(struct params, harm))),
-	CT_INPUT(struct params, std, 0, "std", "FILE",
-		"compare the error with the one that FILE expects at each voxel, in HU: by tenths of "
-		"it, voxels, expected and actual root mean square, shares within one and two of it",
-		CT_WHEN(CT_IF(struct params, second))),
+		"report errors by tissue: air, lung, fat, soft, brain, bone, inside soft tissue",
+		WITH_REF),
+	CT_INPUT(struct params, std, 0, "uncertainty", "FILE",
+		"compare the error with the predicted error in FILE (one standard deviation, HU)",
+		WITH_REF),
 	CT_INPUT(struct params, consistency, 0, "consistency", "LR",
-		"degrade TEST by the operator that the header of LR names, and report how far it "
-		"is "
-		"from LR"),
+		"report the data consistency: degrade TEST as the header of LR says, and compare "
+		"it with LR"),
 	CT_OUTPUT(struct params, map, 0, "map", "OUT", CT_ENDS_VOLUME,
-		"write that residual as a volume on the grid of LR, in HU",
+		"write the residual of --consistency as a volume, HU",
 		CT_WHEN(CT_IF(struct params, consistency))),
 	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
-		"exit with status 3 if PSNR is lower", CT_WHEN(CT_IF(struct params, second))),
+		"exit with status 3 if PSNR is lower", WITH_REF),
 	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
-		"exit with status 3 if SSIM (each one printed) is lower",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, max_mae, 0, "max-mae", "HU", 0, 0,
-		"exit with status 3 if the mean absolute error is higher",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, max_rmse, 0, "max-rmse", "HU", 0, 0,
-		"exit with status 3 if the root mean square error is higher",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, max_gradient, 0, "max-gradient", "HU/MM", 0, 0,
-		"exit with status 3 if the gradient error along any axis is higher",
-		CT_WHEN(CT_IF(struct params, second))),
-	CT_OPT(struct params, max_false, 0, "max-false", "N", 0, 0,
-		"exit with status 3 if there are more false structures, bright and dark, of all "
-		"sizes",
-		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))),
-	CT_OPT(struct params, max_residual, 0, "max-residual", "HU", 0, 0,
-		"exit with status 3 if the largest residual of --consistency is higher",
-		CT_WHEN(CT_IF(struct params, consistency))),
-	CT_OPT(struct params, max_rms, 0, "max-residual-rms", "HU", 0, 0,
-		"exit with status 3 if the root mean square residual is higher",
-		CT_WHEN(CT_IF(struct params, consistency))),
+		"exit with status 3 if a reported SSIM is lower", WITH_REF),
+	CT_OPT(struct params, max, 0, "max", "NAME=X,...", 0, 0,
+		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
 	CT_OPT(struct params, csv, 0, "csv", NULL, 0, 0,
-		"the report as two lines of CSV, names and values, the first of which is TEST"),
+		"report as two lines of CSV: names and values"),
+	CT_EXPERT(struct params, step, "edge-step", "HU", 1e-6, 1e6, "least step of an edge",
+		CT_WHEN(CT_IF(struct params, edges), CT_IF(struct params, harm))),
+	CT_EXPERT(struct params, blob, "blob-sigma", "V,...", 0, 0,
+		"sizes of structures: one to four standard deviations in voxels", WITH_BLOBS),
+	CT_EXPERT(struct params, contrast, "blob-step", "HU", 1e-3, 1e6,
+		"least contrast of a structure", WITH_BLOBS),
+	CT_EXPERT(struct params, flat_step, "flat-step", "HU", 1e-6, 1e6,
+		"tissue is flat where all steps to neighbours are smaller",
+		CT_WHEN(CT_IF(struct params, harm))),
+	CT_EXPERT(struct params, deep, "deep", "V", 0, 1000,
+		"distance of the inside of soft tissue from its surface, voxels",
+		CT_WHEN(CT_IF(struct params, tissues), CT_IF(struct params, harm))),
 	CT_OPT_END,
 };
 
@@ -152,48 +104,96 @@ static bool is_stream(const char *path)
 	return path && strcmp(path, "-") == 0;
 }
 
-/* Does a table or map go where the report would? */
+/* Does a table or map use standard output? Then there is no report. */
 static bool is_taken(const struct params *p)
 {
-	return is_stream(p->per_slice) || is_stream(p->per_axis) || is_stream(p->fsc) ||
-	       is_stream(p->map);
+	return is_stream(p->per_slice) || is_stream(p->map);
 }
 
-/* What only makes sense beside something else. */
+/* Refuses combinations that the option table does not know. */
 static int check(const struct params *p, bool json, struct ct_err *e)
 {
 	const bool taken = is_taken(p);
 
 	if (!p->ref && !p->consistency)
-		return ct_fail(e, CT_EUSAGE, "missing TEST");
+		return ct_fail(e, CT_EUSAGE, "missing TEST: give REF and TEST, or --consistency");
 	if ((taken || p->csv) && json)
-		return ct_fail(e, CT_EUSAGE, "--json: standard output is taken");
+		return ct_fail(e, CT_EUSAGE, "--json: standard output already holds a table");
 	if (taken && p->csv)
-		return ct_fail(e, CT_EUSAGE, "--csv: standard output is taken");
+		return ct_fail(e, CT_EUSAGE, "--csv: standard output already holds a table");
 	if (p->psnr && p->ssim < 0 && !isnan(p->min_ssim))
-		return ct_fail(e, CT_EUSAGE, "--min-ssim needs --ssim beside --psnr");
+		return ct_fail(e, CT_EUSAGE, "--min-ssim: with --psnr it needs --ssim");
 	return 0;
 }
 
-static int rule_of(struct ct_metrics_rule *r, const struct params *p, const struct ct_vol *ref,
-	const struct ct_env *env, struct ct_err *e)
+/* The sizes of structures that the command line gives; none leaves rule->sizes 0. */
+static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct ct_err *e)
 {
-	int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
+	double v[CT_COMPARE_SIZES];
+
+	if (p->factor) {
+		if (ct_cli_numbers("factor", p->factor, ',', 3, true, v, e))
+			return -1;
+		for (int a = 0; a < 3; a++)
+			if (!(v[a] >= 1 && v[a] <= 1024))
+				return ct_fail(
+					e, CT_EUSAGE, "--factor: %g is outside [1, 1024]", v[a]);
+		return ct_compare_sizes(r, v, NULL, e);
+	}
+	if (!p->blob)
+		return 0;
+	r->sizes = 1;
+	for (const char *c = p->blob; *c; c++)
+		r->sizes += *c == ',';
+	if (r->sizes > CT_COMPARE_SIZES)
+		return ct_fail(e, CT_EUSAGE, "--expert blob-sigma: '%s' has more than %d numbers",
+			p->blob, CT_COMPARE_SIZES);
+	if (ct_cli_numbers("expert blob-sigma", p->blob, ',', r->sizes, false, v, e))
+		return -1;
+	for (size_t i = 0; i < r->sizes; i++) {
+		if (!(v[i] >= 0.3 && v[i] <= 100))
+			return ct_fail(e, CT_EUSAGE,
+				"--expert blob-sigma: %g is outside [0.3, 100]", v[i]);
+		r->sigma[i][0] = r->sigma[i][1] = r->sigma[i][2] = v[i];
+	}
+	return 0;
+}
+
+static int parse_rule(struct ct_compare_rule *r, const struct params *p, struct ct_err *e)
+{
 	double lohi[2] = {-512, 3071};
 
 	if (p->window && ct_cli_range("window", p->window, lohi, e))
 		return -1;
-	*r = (struct ct_metrics_rule){
-		.window = !(p->range > 0), .lo = lohi[0], .hi = lohi[1], .range = p->range};
-	for (int k = 0; k < CT_SSIM_KINDS; k++) {
-		enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
+	*r = (struct ct_compare_rule){.edges = p->edges,
+		.structures = p->structures,
+		.tissues = p->tissues,
+		.harm = p->harm,
+		.edge_step = p->step,
+		.contrast = p->contrast,
+		.flat_step = p->flat_step,
+		.deep = (size_t)p->deep,
+		.metrics = {.window = !(p->range > 0),
+			.lo = lohi[0],
+			.hi = lohi[1],
+			.range = p->range}};
+	return parse_sizes(r, p, e);
+}
 
-		r->ssim[k] = ssim == k || (ssim == ALL && ct_metrics_fits(kind, ref->n));
+/* Which definitions of SSIM to compute for a volume of n voxels. */
+static void choose_ssim(struct ct_metrics_rule *r, const struct params *p, const size_t n[static 3],
+	const struct ct_env *env)
+{
+	const int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
+
+	for (int k = 0; k < CT_SSIM_KINDS; k++) {
+		const enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
+
+		r->ssim[k] = ssim == k || (ssim == ALL && ct_metrics_fits(kind, n));
 		if (ssim == ALL && !r->ssim[k])
 			ct_log(env, CT_WARN, "%s is left out: its window is larger than the volume",
-				metrics_ssim_name(kind));
+				ct_figures_ssim(kind));
 	}
-	return 0;
 }
 
 static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
@@ -203,105 +203,62 @@ static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
 	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
 }
 
-/* HU is what the default window is about, and what a file is of that does not say. */
+/* The default window is in HU. A file that names no quantity is in HU. */
 static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
 	const struct params *p, struct ct_err *e)
 {
 	const char *r = ct_meta_get(&ref->meta, CT_META_QUANTITY),
 		   *t = ct_meta_get(&test->meta, CT_META_QUANTITY);
-	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0;
+	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0, any = p->window || p->range > 0;
 
-	if (other && !p->window && !(p->range > 0))
-		return ct_fail(e, CT_EUSAGE, "%s holds %.40s, not HU: give --range or --window",
+	if (other && !any)
+		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give --range or --window",
 			p->ref, r);
 	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
-		return ct_fail(e, CT_EINPUT, "%s holds %.40s, but %s %.40s", p->test, t, p->ref,
-			r ? r : CT_QUANTITY_HU);
-	if (!p->window && !(p->range > 0)) {
-		if (ct_units_check(ref, "--range or --window", e))
-			return ct_blame(e, p->ref);
-		if (ct_units_check(test, "--range or --window", e))
-			return ct_blame(e, p->test);
-	}
+		return ct_fail(e, CT_EINPUT,
+			"%s: holds %.40s, but %s holds %.40s: both must hold the same", p->test, t,
+			p->ref, r ? r : CT_QUANTITY_HU);
+	if (!any && ct_units_check(ref, "--range or --window", e))
+		return ct_blame(e, p->ref);
+	if (!any && ct_units_check(test, "--range or --window", e))
+		return ct_blame(e, p->test);
 	return 0;
 }
 
-/* Says which file an error of ct_metrics is about. */
-static void blame(const struct params *p, const struct ct_vol *ref, struct ct_err *e)
-{
-	const bool of_ref = e->code == CT_ENUMERIC && ct_vol_check_finite(ref, e);
-
-	ct_blame(e, of_ref ? p->ref : p->test);
-}
-
-static int expectation(struct metrics_figures *f, const struct params *p, const struct ct_vol *ref,
-	const struct ct_vol *test, const struct ct_vol *mask, struct ct_err *e)
-{
-	struct ct_calibration c;
-	struct ct_vol std = {0};
-	int rc = -1;
-
-	if (ct_vol_read(p->std, &std, e) == 0) {
-		rc = ct_calibration(&c, ref, test, &std, mask, e) ? ct_blame(e, p->std) : 0;
-		if (rc == 0)
-			metrics_figures_calibration(f, &c);
-	}
-	ct_vol_free(&std);
-	return rc;
-}
-
-/* All that needs a REF. ct_metrics sees for itself whether the volumes are finite. */
-static int compare(struct metrics_figures *f, const struct params *p, const struct metrics_harm *h,
+/* Everything that needs REF. */
+static int compare(struct ct_figures *f, const struct params *p, struct ct_compare_rule *rule,
 	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_metrics_slice *slice[3] = {0};
-	struct ct_vol ref = {0}, mask = {0};
-	const struct ct_vol *in = p->mask ? &mask : NULL;
-	struct ct_metrics_rule rule;
-	struct ct_metrics m;
-	struct ct_edges edges;
+	struct ct_vol ref = {0}, mask = {0}, std = {0};
+	const struct ct_compare_in in = {.ref = &ref,
+		.test = test,
+		.mask = p->mask ? &mask : NULL,
+		.std = p->std ? &std : NULL,
+		.ref_name = p->ref,
+		.test_name = p->test,
+		.std_name = p->std};
 	int rc = -1;
 
 	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
-		(p->mask && read_checked(&mask, p->mask, e)) || rule_of(&rule, p, &ref, env, e))
+		(p->mask && read_checked(&mask, p->mask, e)) ||
+		(p->std && ct_vol_read(p->std, &std, e)))
 		goto out;
-	if (ct_metrics(&m, p->per_slice || p->per_axis ? slice : NULL, &ref, test, in, &rule, env,
-		    e)) {
-		blame(p, &ref, e);
-		goto out;
-	}
-	metrics_figures_metrics(f, &m, &rule);
-	if (p->edges || p->harm) {
-		if (ct_edges(&edges, &ref, test, in, p->step, env, e) == 0)
-			metrics_figures_edges(f, &edges);
-		else if (e->code == CT_EGEOM && !p->edges)
-			ct_log(env, CT_WARN, "%s: %s: left out", p->ref, e->msg);
-		else {
-			ct_blame(e, p->ref);
-			goto out;
-		}
-	}
-	if (metrics_harm(f, h, &ref, test, in, env, e)) {
-		if (e->code != CT_EOUTPUT) /* that of the curve */
-			ct_blame(e, p->ref);
-		goto out;
-	}
-	if (p->std && expectation(f, p, &ref, test, in, e))
-		goto out;
-	if ((p->per_slice && metrics_per_slice(p->per_slice, slice, ref.n, &rule, env, e)) ||
-		(p->per_axis && metrics_per_axis(p->per_axis, &m, &ref, &rule, env, e)))
-		goto out;
-	rc = 0;
+	choose_ssim(&rule->metrics, p, ref.n, env);
+	rc = ct_compare(f, p->per_slice ? slice : NULL, &in, rule, env, e);
+	if (rc == 0 && p->per_slice)
+		rc = metrics_per_slice(p->per_slice, slice, ref.n, &rule->metrics, env, e);
 out:
 	for (int a = 0; a < 3; a++)
 		free(slice[a]);
 	ct_vol_free(&ref);
 	ct_vol_free(&mask);
+	ct_vol_free(&std);
 	return rc;
 }
 
-/* The certificate. lr stays, since the figures borrow words of its header. */
-static int certify(struct metrics_figures *f, struct ct_vol *lr, const struct params *p,
+/* The data consistency. lr stays: the figures borrow words of its header. */
+static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct params *p,
 	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol map = {0};
@@ -316,13 +273,14 @@ static int certify(struct metrics_figures *f, struct ct_vol *lr, const struct pa
 		return ct_blame(e, p->consistency);
 	if (known > 0 || ct_meta_get(&lr->meta, CT_META_UPSAMPLE))
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->consistency,
-			known > 0 ? "the header names no operator (factor, sigma, decimate)"
-				  : "is upsampled: give the CT that it was made of");
+			known > 0 ? "the header names no operator: it needs factor, sigma and "
+				    "decimate, which ct-degrade writes"
+				  : "is upsampled: give the CT that it was made from");
 	if (ct_certificate(&c, &map, lr, test, &d, env, e)) {
 		ct_blame(e, p->test);
 		goto out;
 	}
-	metrics_figures_residual(f, &c, &lr->meta);
+	ct_figures_residual(f, &c, &lr->meta);
 	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
 			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 			      ct_meta_step(&map.meta, env, 2,
@@ -335,73 +293,63 @@ out:
 	return rc;
 }
 
-static int at_least(const struct metrics_figures *f, const char *name, double min, const char *test,
+static int at_least(const struct ct_figures *f, const char *name, double min, const char *test,
 	struct ct_err *e)
 {
-	double v = metrics_figures_get(f, name);
+	double v = ct_figures_get(f, name);
 
 	if (isnan(min) || v >= min)
 		return 0;
 	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is below %g", test, name, v, min);
 }
 
-static int at_most(const struct metrics_figures *f, const char *name, double max, const char *test,
-	struct ct_err *e)
+/* One NAME=X of --max; *text moves behind it. */
+static int at_most(
+	const struct ct_figures *f, const char **text, const char *test, struct ct_err *e)
 {
-	double v = metrics_figures_get(f, name);
+	const char *equals = strchr(*text, '='), *end;
+	char name[sizeof f->at->name] = "";
+	double max, v;
 
-	if (isnan(max) || v <= max)
-		return 0;
-	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is above %g", test, name, v, max);
+	if (equals && (size_t)(equals - *text) < sizeof name)
+		memcpy(name, *text, (size_t)(equals - *text));
+	max = equals ? strtod(equals + 1, (char **)(uintptr_t)&end) : (double)NAN;
+	if (!*name || isnan(max) || end == equals + 1 || (*end && *end != ','))
+		return ct_fail(e, CT_EUSAGE, "--max: '%s' is not NAME=X,...", *text);
+	if (!ct_figures_has(f, name))
+		return ct_fail(e, CT_EUSAGE, "--max: the report has no figure '%s'", name);
+	*text = *end ? end + 1 : NULL;
+	v = ct_figures_get(f, name);
+	return isnan(v) || v <= max
+		       ? 0
+		       : ct_fail(e, CT_EINPUT, "%s: %s %.8g is above %g", test, name, v, max);
 }
 
-static int judge(const struct metrics_figures *f, const struct params *p, struct ct_err *e)
+static int judge(const struct ct_figures *f, const struct params *p, struct ct_err *e)
 {
-	static const char *const gradient[] = {
-		"gradient-i-hu-mm", "gradient-j-hu-mm", "gradient-k-hu-mm"};
-
-	if (at_least(f, "psnr", p->min_psnr, p->test, e) ||
-		at_most(f, "mae-hu", p->max_mae, p->test, e) ||
-		at_most(f, "rmse-hu", p->max_rmse, p->test, e) ||
-		at_most(f, "structures-false", p->max_false, p->test, e) ||
-		at_most(f, "residual-max-hu", p->max_residual, p->test, e) ||
-		at_most(f, "residual-rms-hu", p->max_rms, p->test, e))
+	if (at_least(f, "psnr", p->min_psnr, p->test, e))
 		return -1;
-	for (int a = 0; a < 3; a++) /* an axis of one voxel has none */
-		if (!isnan(metrics_figures_get(f, gradient[a])) &&
-			at_most(f, gradient[a], p->max_gradient, p->test, e))
-			return -1;
 	for (size_t i = 0; i < f->n; i++)
 		if (strncmp(f->at[i].name, "ssim-", 5) == 0 &&
 			at_least(f, f->at[i].name, p->min_ssim, p->test, e))
 			return -1;
+	for (const char *at = p->max; at;)
+		if (at_most(f, &at, p->test, e))
+			return -1;
 	return 0;
 }
 
-static struct metrics_harm harm_of(const struct params *p)
-{
-	return (struct metrics_harm){.structures = p->structures || p->harm,
-		.flat = p->flat || p->harm,
-		.hfen = p->hfen || p->harm,
-		.fsc = p->fsc || p->harm,
-		.tissues = p->tissues || p->harm,
-		.contrast = p->contrast,
-		.flat_step = p->flat_step,
-		.deep = (size_t)p->deep,
-		.curve = p->fsc};
-}
-
-static int report(const struct metrics_figures *f, const struct params *p, const struct ct_env *env,
+static int report(const struct ct_figures *f, const struct params *p, const struct ct_env *env,
 	struct ct_err *e)
 {
 	if (is_taken(p))
 		return 0;
 	if (env->json)
-		return metrics_figures_json(f, e);
+		return metrics_json(f, e);
 	if (p->csv)
-		metrics_figures_csv(f, p->test);
+		metrics_csv(f, p->test);
 	else
-		metrics_figures_text(f);
+		metrics_text(f);
 	return 0;
 }
 
@@ -409,22 +357,18 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct params p = *(const struct params *)params;
 	struct ct_vol test = {0}, lr = {0};
-	struct metrics_figures f = {0};
-	struct metrics_harm h = harm_of(&p);
+	struct ct_figures f = {0};
+	struct ct_compare_rule rule;
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, env->json, e) ||
-		((p.blob || p.factor) && metrics_harm_sizes(&h, p.blob, p.factor, NULL, e)) ||
+	if (check(&p, env->json, e) || parse_rule(&rule, &p, e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
-	if (h.structures && !h.sizes && metrics_harm_sizes(&h, p.blob, p.factor, &test.meta, e)) {
-		ct_blame(e, p.test);
-		goto out;
-	}
-	if ((p.ref && compare(&f, &p, &h, &test, env, e)) ||
-		(p.consistency && certify(&f, &lr, &p, &test, env, e)) || report(&f, &p, env, e))
+	if ((p.ref && compare(&f, &p, &rule, &test, env, e)) ||
+		(p.consistency && consistency(&f, &lr, &p, &test, env, e)) ||
+		report(&f, &p, env, e))
 		goto out;
 	rc = judge(&f, &p, e);
 out:
@@ -435,7 +379,7 @@ out:
 
 static const struct ct_tool tool = {
 	.name = "ct-metrics",
-	.brief = "Compare a CT with a reference, or with the low-resolution CT it was made of.",
+	.brief = "Compare a CT with a reference, or with the low-resolution CT it was made from.",
 	.opts = opts,
 	.defaults = &defaults,
 	.size = sizeof defaults,

@@ -50,7 +50,7 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
 		"projections of the base in the geometry of IN, EXR (computed if not given)",
 		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
-	CT_INPUT(struct params, std, 0, "std", "STACK",
+	CT_INPUT(struct params, std, 0, "uncertainty", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
 	CT_INPUT(struct params, lr, 0, "lr", "VOLUME",
@@ -61,35 +61,35 @@ static const struct ct_opt opts[] = {
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
 		"steps, of one view each"),
-	CT_OPT(struct params, tolerance, 0, "tolerance", "E", 0, 1,
+	CT_EXPERT(struct params, tolerance, "tolerance", "E", 0, 1,
 		"end as soon as the error of an epoch, a turn through all views, is at most E of the error "
 		"without Gaussians; 0 runs all iterations"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),
 	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
-	CT_OPT(struct params, densify_until, 0, "densify-until", "N", 0, 10000000,
+	CT_EXPERT(struct params, densify_until, "densify-until", "N", 0, 10000000,
 		"last iteration that may clone, split and prune, as every hundredth from 600 on does; "
 		"0 is the last but one"),
 	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
 	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
 		"fit what IN has beyond the projections of the base, or all of it"),
-	CT_OPT(struct params, scale, 'x', "scale", "S", 0, 1024,
+	CT_OPT(struct params, scale, 'x', "factor", "S", 0, 1024,
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
 		"ten "
 		"times lower; 0 is what the files say, else 4"),
-	CT_OPT(struct params, ssim, 0, "lambda-ssim", "W", 0, 1e6,
+	CT_EXPERT(struct params, ssim, "lambda-ssim", "W", 0, 1e6,
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1); but for "
 		"--paper they are lowered where they are too high"),
-	CT_OPT(struct params, lowres, 0, "lambda-lr", "W", 0, 1e6, "weight of --lr",
+	CT_EXPERT(struct params, lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr",
 		CT_WHEN(CT_IF(struct params, lr))),
 	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_OPT(struct params, refit, 0, "refit", "N", 0, 10000,
+	CT_EXPERT(struct params, refit, "refit", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views",
 		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
@@ -98,7 +98,7 @@ static const struct ct_opt opts[] = {
 		"given besides holds"),
 	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
-	CT_OPT(struct params, init, 0, "init-density-scale", "X", 0, 1,
+	CT_EXPERT(struct params, init, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
 	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
@@ -117,7 +117,7 @@ struct job {
 	double program; /* bytes of memory before all of it */
 };
 
-/* The factor that the files say, else --scale, else 4. */
+/* The factor that the files say, else --factor, else 4. */
 static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
@@ -137,7 +137,7 @@ static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
 	*scale = (size_t)(known > 0 && p->scale ? p->scale : lround(most));
 	if (p->scale && (size_t)p->scale != *scale)
 		return ct_fail(e, CT_EUSAGE,
-			"--scale %d contradicts %s, which was reduced %g times", p->scale, who,
+			"--factor %d contradicts %s, which was reduced %g times", p->scale, who,
 			most);
 	return 0;
 }
@@ -270,7 +270,7 @@ static int name_run(struct job *j, struct ct_err *e)
 	return ct_resume_input(r, "IN", &d->in.meta, e) ||
 			       ct_resume_input(r, "--base", &d->base.meta, e) ||
 			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
-			       ct_resume_input(r, "--std", &d->weight.meta, e) ||
+			       ct_resume_input(r, "--uncertainty", &d->weight.meta, e) ||
 			       ct_resume_input(r, "--lr", &d->lr.meta, e)
 		       ? -1
 		       : 0;

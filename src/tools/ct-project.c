@@ -38,7 +38,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct params, overshoot, 0, "overshoot", NULL, 0, 0,
 		"do not clip a volume that was clipped to the window before its resolution was "
 		"reduced, and says so (metadata clip): what it has beyond is overshoot"),
-	CT_OPT(struct params, rotate, 0, "rotate", "X,Y,Z", 0, 0,
+	CT_EXPERT(struct params, rotate, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
 	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES),
@@ -55,10 +55,10 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(struct params, coarsen))),
 	CT_OPT(struct params, photons, 0, "photons", "I0", 0, 1e15,
 		"noise of a detector that counts, I0 photons a pixel being sent; 0: no noise"),
-	CT_OPT(struct params, electronic, 0, "electronic", "SD", 0, 1e12,
+	CT_EXPERT(struct params, electronic, "electronic", "SD", 0, 1e12,
 		"standard deviation of the electronics, in photons",
 		CT_WHEN(CT_IF(struct params, photons))),
-	CT_OPT(struct params, water, 0, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
+	CT_EXPERT(struct params, water, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
 		CT_WHEN(CT_IF(struct params, photons))),
 	CT_OPT_END,
 };

@@ -18,8 +18,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, lr, CT_READS, "LR", "the low-resolution CT, NIfTI, or -"),
 	CT_ARG(struct params, hr, CT_READS, "HR", "what was made of it, NIfTI, or -"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_PAGE, "HTML to write, or -"),
-	CT_INPUT(struct params, std, 0, "std", "FILE",
-		"the error that is expected at each voxel of HR, in HU, as ct-restore --std writes it"),
+	CT_INPUT(struct params, std, 0, "uncertainty", "FILE",
+		"predicted error of each voxel of HR, HU, from ct-upsample --std or ct-sr --confidence"),
 	CT_INPUT(struct params, truth, 0, "truth", "FILE",
 		"the CT that HR should be, on the same grid: the page shows the error too"),
 	CT_INPUT(struct params, log, 0, "log", "FILE",
@@ -36,12 +36,12 @@ struct job {
 };
 
 static int read_volume(struct page_volume *v, const char *path, bool hu, const struct ct_vol *grid,
-	struct ct_err *e)
+	const struct ct_env *env, struct ct_err *e)
 {
 	if (!path)
 		return 0;
 	v->name = page_base_name(path);
-	if ((hu ? ct_vol_read_hu(path, &v->vol, e) : ct_vol_read(path, &v->vol, e)))
+	if ((hu ? ct_vol_read_hu(path, &v->vol, env, e) : ct_vol_read(path, &v->vol, e)))
 		return -1;
 	return ct_vol_check_finite(&v->vol, e) || (grid && ct_vol_same_grid(&v->vol, grid, e))
 		       ? ct_blame(e, path)
@@ -54,14 +54,14 @@ static int read_all(struct job *j, struct ct_err *e)
 	struct page *page = &j->page;
 
 	if ((p->log && page_file_text(&j->log, p->log, e)) ||
-		read_volume(&page->lr, p->lr, true, NULL, e) ||
-		read_volume(&page->hr, p->hr, true, NULL, e))
+		read_volume(&page->lr, p->lr, true, NULL, j->env, e) ||
+		read_volume(&page->hr, p->hr, true, NULL, j->env, e))
 		return -1;
 	if (j->log)
 		page_forget_folders(j->log);
 	page->log = j->log;
-	return read_volume(&page->std, p->std, false, &page->hr.vol, e) ||
-			       read_volume(&page->truth, p->truth, true, &page->hr.vol, e)
+	return read_volume(&page->std, p->std, false, &page->hr.vol, j->env, e) ||
+			       read_volume(&page->truth, p->truth, true, &page->hr.vol, j->env, e)
 		       ? -1
 		       : 0;
 }

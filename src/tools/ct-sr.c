@@ -101,7 +101,7 @@ struct files {
 };
 
 /* As ct-convert reads and writes. */
-static void begin(struct files *f, const struct sr *p)
+static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 {
 	f->p = p;
 	f->paths[0] = p->in;
@@ -115,7 +115,7 @@ static void begin(struct files *f, const struct sr *p)
 		.series = p->series,
 		.template = p->template,
 		.deid = p->deid,
-		.units = (int)ct_units_said(),
+		.units = env->units,
 		.planes = &f->planes,
 		.whole = true};
 }
@@ -139,7 +139,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
 	if (dicom_form_of(p->in) != NOT_DICOM ? convert_read(&f->convert, &f->in, env, e)
-					      : ct_vol_read_hu(p->in, &f->in, e))
+					      : ct_vol_read_hu(p->in, &f->in, env, e))
 		return -1;
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
@@ -215,15 +215,14 @@ static int write_report(struct files *f, const struct ct_env *env, struct ct_err
 	return rc;
 }
 
-static int tell(const struct ct_refine *r, const struct files *f, const struct ct_env *env,
-	struct ct_err *e)
+static int tell(const struct ct_refine *r, const struct files *f, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct ahead_file files[] = {
 		{f->p->out, (ct_files_is_dicom(f->p->out) ? 2 : 4) * voxels},
 		{f->p->confidence, 4 * voxels}};
 
-	return ahead_tell(r, &f->in, files, 2, env, e);
+	return ahead_tell(r, &f->in, files, 2, f->log.env, e);
 }
 
 static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
@@ -243,7 +242,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (r.slabs > 1)
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r.slabs, ceil(r.whole / 0x1p20));
-	if (tell(&r, f, env, e))
+	if (tell(&r, f, e))
 		return -1;
 	if (env->dry_run)
 		return 0;
@@ -267,7 +266,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->projections || p->paper || p->release)
 		return sr_chain(p, env, e);
-	begin(&f, p);
+	begin(&f, p, env);
 	if (page_log_open(&f.log, &own, env, e) == 0)
 		rc = refine(&f, &own, e);
 	page_log_close(&f.log);

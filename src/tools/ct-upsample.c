@@ -116,23 +116,25 @@ struct files {
 	struct ct_meta prior_meta;
 };
 
-static int read_volume(struct ct_vol *v, const char *path, struct ct_err *e)
+static int read_volume(
+	struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	if (!path)
 		return 0;
-	if (ct_vol_read_hu(path, v, e))
+	if (ct_vol_read_hu(path, v, env, e))
 		return -1;
 	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
 }
 
-static int read_all(
-	struct files *f, struct ct_refine_rule *rule, const struct params *p, struct ct_err *e)
+static int read_all(struct files *f, struct ct_refine_rule *rule, const struct params *p,
+	const struct ct_env *env, struct ct_err *e)
 {
 	if (p->method == CT_REFINE_PRIOR && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
 	rule->prior = &f->prior;
 	rule->start = p->start ? &f->start : NULL;
-	return read_volume(&f->in, p->in, e) || read_volume(&f->start, p->start, e) ? -1 : 0;
+	return read_volume(&f->in, p->in, env, e) || read_volume(&f->start, p->start, env, e) ? -1
+											      : 0;
 }
 
 /* Without an operator auto is bspline, which does not iterate. */
@@ -186,7 +188,7 @@ static int work(struct files *f, const struct params *p, const struct ct_env *en
 	struct ct_refine_rule rule;
 	struct ct_refine r;
 
-	if (rule_of(&rule, p, e) || read_all(f, &rule, p, e))
+	if (rule_of(&rule, p, e) || read_all(f, &rule, p, env, e))
 		return -1;
 	if (ct_refine_plan(&r, &rule, &f->in, env, e))
 		return ct_blame(e, p->in);

@@ -66,7 +66,7 @@ int ddnm_input_scale(
 			CT_META_COARSEN, coarsen);
 	if (given && given != (int)coarsen)
 		return ct_fail(e, CT_EUSAGE,
-			"--scale %d contradicts %s, which was coarsened %g times", given, path,
+			"--factor %d contradicts %s, which was coarsened %g times", given, path,
 			coarsen);
 	*scale = (size_t)coarsen;
 	return 0;

@@ -172,12 +172,12 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 }
 
 /* From what IN is to a volume. */
-static int add_convert(struct chain *s, struct ct_err *e)
+static int add_convert(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 	const unsigned expand = ct_inflate_allowed();
-	const enum ct_units units = ct_units_said();
+	const enum ct_units units = (enum ct_units)env->units;
 
 	if (ct_chain_add(c, e, false, s->file[LR], "ct-convert", s->in, s->file[LR], NULL) ||
 		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
@@ -280,7 +280,7 @@ static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
 			       ct_chain_word(c, e, "--base-projections=%s", s->file[UP_PROJ]) ||
 			       ct_chain_word(c, e, "--iterations=%d", s->q.iterations) ||
 			       ct_chain_word(c, e, "--gaussians=%d", s->q.gaussians) ||
-			       (s->follows ? ct_chain_word(c, e, "--scale=%d", s->q.factor) ||
+			       (s->follows ? ct_chain_word(c, e, "--factor=%d", s->q.factor) ||
 						       ct_chain_word(c, e,
 							       s->p->paper ? "--paper"
 									   : "--r2-compat")
@@ -333,7 +333,7 @@ static int add_outputs(struct chain *s, struct ct_err *e)
 		       : 0;
 }
 
-static int add_all(struct chain *s, uint64_t seed, struct ct_err *e)
+static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
@@ -344,10 +344,10 @@ static int add_all(struct chain *s, uint64_t seed, struct ct_err *e)
 		ct_chain_source(c, s->slices);
 	if (s->p->template)
 		ct_chain_source(c, s->template);
-	if (add_convert(s, e) || add_refine(s, s->adds ? s->file[UP] : s->result, e))
+	if (add_convert(s, env, e) || add_refine(s, s->adds ? s->file[UP] : s->result, e))
 		return -1;
-	if (s->adds && (add_projections(s, e) || add_ddnm(s, seed, e) || add_fit(s, seed, e) ||
-			       add_compose(s, e)))
+	if (s->adds && (add_projections(s, e) || add_ddnm(s, env->seed, e) ||
+			       add_fit(s, env->seed, e) || add_compose(s, e)))
 		return -1;
 	return add_outputs(s, e);
 }
@@ -392,7 +392,7 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 	s.q.gaussians = p->gaussians ? p->gaussians : s.q.gaussians;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
-	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env->seed, e))
+	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))
 		goto out;
 	if (env->dry_run) {
 		ct_chain_print(&s.c, stdout);

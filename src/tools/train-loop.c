@@ -24,7 +24,7 @@ struct job {
 	size_t losses;
 };
 
-/* "NAME hash; NAME hash" of all DATA, and those of the prior that OUT holds too. */
+/* "NAME hash; NAME hash" of all DATA and of --with. */
 static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 {
 	const char *with = ct_meta_get(&d->with, CT_META_DATASET);
@@ -42,14 +42,14 @@ static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 	return 0;
 }
 
-/* Is it done: all steps, or no patience left? */
+/* Are all steps done, or is the patience used up? */
 static bool ended(const struct job *j)
 {
 	return j->s->steps(j->s->it) >= (uint64_t)j->p->steps ||
 	       (j->p->patience && j->best.worse >= (uint64_t)j->p->patience);
 }
 
-/* What OUT holds, but for what it was made of. */
+/* The tensors of OUT. */
 static int prior(const struct job *j, struct ct_tensors *w, struct ct_err *e)
 {
 	if (j->s->result(j->s->it, w, e) || train_best_take(&j->best, w, e))
@@ -99,7 +99,7 @@ static int checkpoint(struct job *j, struct ct_err *e)
 	return rc;
 }
 
-/* The last checkpoint: where one of the two files cannot be written, the other one is. */
+/* The last checkpoint. If one of the two files cannot be written, the other is. */
 static int finish(struct job *j, struct ct_err *e)
 {
 	struct ct_err why;
@@ -116,8 +116,8 @@ static int finish(struct job *j, struct ct_err *e)
 	return rc || kept ? -1 : 0;
 }
 
-/* What the course of the training depends on besides the options; how far it goes changes the rate
- * of learning only if that falls to the end, and what is held out only if it is judged by that. */
+/* Tells the state what the training depends on besides the options. The number of steps matters if
+ * the learning rate falls to the last step, and the held-out data if they choose the weights. */
 static int name_run(struct job *j, struct ct_err *e)
 {
 	for (size_t i = 0; i < j->data->n; i++) {
@@ -127,15 +127,15 @@ static int name_run(struct job *j, struct ct_err *e)
 		if (ct_resume_input(j->resume, name, &j->data->input[i], e))
 			return -1;
 	}
-	if (ct_resume_input(j->resume, "--base", j->p->base ? &j->data->base : NULL, e))
+	if (ct_resume_input(j->resume, "--refined", j->p->refined ? &j->data->refined : NULL, e))
 		return -1;
 	if (j->p->patience && (ct_resume_input(j->resume, "--validate", &j->data->held, e) ||
-				      ct_resume_value(j->resume, e, "--validate-every", "%d",
+				      ct_resume_value(j->resume, e, "--expert validate-every", "%d",
 					      j->p->validate_every) ||
-				      ct_resume_value(j->resume, e, "--validate-pieces", "%d",
-					      j->p->validate_pieces)))
+				      ct_resume_value(j->resume, e, "--expert validate-pieces",
+					      "%d", j->p->validate_pieces)))
 		return -1;
-	return j->p->cosine || j->p->slices
+	return j->p->cosine || j->p->kind == TRAIN_SLICES
 		       ? ct_resume_value(j->resume, e, "--steps", "%d", j->p->steps)
 		       : 0;
 }
@@ -146,7 +146,7 @@ static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *
 	int rc = ct_resume_load(j->resume, &w, e);
 
 	if (rc > 0 && j->p->resume && !asked->dry_run &&
-		ct_out_check(j->p->out, asked, e)) /* OUT is another's */
+		ct_out_check(j->p->out, asked, e)) /* OUT belongs to another run */
 		rc = -1;
 	if (rc == 0 && (j->s->restore(j->s->it, &w, e) || train_best_get(&j->best, &w, e)))
 		rc = ct_blame(e, j->resume->path);
@@ -154,7 +154,7 @@ static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *
 	return rc < 0 ? -1 : 0;
 }
 
-/* The loss on held-out data, when it is time. */
+/* Reports the loss on held-out data, when it is time. */
 static int judge(struct job *j, struct ct_err *e)
 {
 	const uint64_t step = j->s->steps(j->s->it);
@@ -177,7 +177,7 @@ static int judge(struct job *j, struct ct_err *e)
 	return rc;
 }
 
-/* The loss, after a step, when it is time. */
+/* Reports the loss, when it is time. */
 static void tell(struct job *j, double loss)
 {
 	const unsigned long long step = j->s->steps(j->s->it);
@@ -195,7 +195,7 @@ static void tell(struct job *j, double loss)
 	}
 }
 
-/* One step, and what is to be said after it. */
+/* One step and its reports. */
 static int step(struct job *j, struct ct_err *e)
 {
 	double loss;
@@ -210,8 +210,7 @@ static int train(struct job *j, struct ct_err *e)
 {
 	const uint64_t every = (uint64_t)j->p->checkpoint_every, all = (uint64_t)j->p->steps;
 
-	if (j->p->patience && judge(j, e) &&
-		e->code != CT_ESTOP) /* a stop may have come before it */
+	if (j->p->patience && judge(j, e) && e->code != CT_ESTOP) /* a signal may come first */
 		return -1;
 	while (!ended(j) && !ct_stopping(&j->env)) {
 		if (j->p->minutes > 0 && ct_clock_wall() - j->start > 60 * j->p->minutes)
@@ -234,7 +233,7 @@ static int train(struct job *j, struct ct_err *e)
 	return ct_check_stop(&j->env, e);
 }
 
-/* What it would take; the time from two steps. */
+/* Prints the cost. Two steps give the time. */
 static int estimate(struct job *j, struct ct_err *e)
 {
 	struct ct_cost cost = {0};

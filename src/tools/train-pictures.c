@@ -1,5 +1,5 @@
-/* train-pictures.c: ct-train on pictures: a noise predictor, the prior of a sampler; and on pairs
- * of projections, of what one of each lacks. */
+/* train-pictures.c: ct-train on pictures (a noise predictor for a sampler) and on pairs of
+ * projections (the residual between a refined CT and the truth). */
 #include "config.h"
 #include "core/mem.h"
 #include "diffusion/prior.h"
@@ -21,7 +21,7 @@ struct job {
 	struct ct_train_opts opts;
 	struct ct_pictures data, held;
 	struct train_pairs held_pairs;
-	struct ct_residual residual; /* with --base */
+	struct ct_residual residual; /* with --refined */
 	struct ct_train *train;
 };
 
@@ -32,7 +32,8 @@ static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e
 
 	ct_meta_free(&m);
 	if (rc == 0 && a->num_classes)
-		return ct_fail(e, CT_EUSAGE, "--arch num_classes: pictures have no classes");
+		return ct_fail(e, CT_EUSAGE,
+			"--arch num_classes: the training has no classes: leave it out");
 	return rc;
 }
 
@@ -52,7 +53,8 @@ static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e
 			break;
 		text = end + 1;
 	}
-	return ct_fail(e, CT_EUSAGE, "--scales: up to 8 whole numbers from 1 to 64, with commas");
+	return ct_fail(e, CT_EUSAGE,
+		"--expert scales: expected up to 8 whole numbers from 1 to 64, with commas");
 }
 
 static int settle(struct job *j, struct ct_err *e)
@@ -62,16 +64,15 @@ static int settle(struct job *j, struct ct_err *e)
 
 	ct_unet_arch_default(&j->arch);
 	j->arch.image_size = p->patch ? (size_t)p->patch : 64;
-	if (p->base)
+	if (p->refined)
 		j->arch.in_channels = CT_RESIDUAL_PLANES;
 	ct_train_default(o);
 	if (parse_arch(&j->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
 		return -1;
 	o->patches.size = j->arch.image_size;
 	o->patches.channels = j->arch.in_channels;
-	o->patches.planes = o->residual = p->base != NULL;
-	o->patches.flip_h = !p->no_flip;
-	o->patches.flip_v = p->flip_vertical;
+	o->patches.planes = o->residual = p->refined != NULL;
+	o->patches.flip_h = true;
 	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
 	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
 	o->batch = p->batch ? (size_t)p->batch : 16;
@@ -84,7 +85,7 @@ static int settle(struct job *j, struct ct_err *e)
 	return 0;
 }
 
-/* Of --base: all pairs, then their pictures, which are in units of what is missing. */
+/* Reads the pairs and makes their pictures, scaled by the missing energy. */
 static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct train_params *p = j->p;
@@ -96,19 +97,20 @@ static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
 	*r = (struct ct_residual){.factor = (size_t)p->factor, .sampled = 1, .aliased = 1};
 	if (r->factor < 3)
 		return ct_fail(e, CT_EUSAGE,
-			"--factor %d: what is below twice the Nyquist frequency is known: all",
+			"--factor %d: the residual begins at twice the Nyquist frequency: give 3 or more",
 			p->factor);
 	for (size_t i = 0; rc == 0 && i < p->data.n; i++)
-		rc = train_pairs_read(&pairs, p->data.v[i], p->base, r->factor, &data->input[i], e);
+		rc = train_pairs_read(
+			&pairs, p->data.v[i], p->refined, r->factor, &data->input[i], e);
 	if (rc == 0) {
 		r->missing = train_pairs_missing(&pairs);
-		rc = train_pairs_input(&pairs, p->base, &data->base, e) ||
+		rc = train_pairs_input(&pairs, p->refined, &data->refined, e) ||
 		     train_pairs_pictures(&j->data, &pairs, r, e);
 	}
 	train_pairs_free(&pairs);
 	if (rc || !p->validate)
 		return rc ? -1 : 0;
-	rc = train_pairs_read(&j->held_pairs, p->validate, p->base, r->factor, &held, e) ||
+	rc = train_pairs_read(&j->held_pairs, p->validate, p->refined, r->factor, &held, e) ||
 	     train_pairs_pictures(&j->held, &j->held_pairs, r, e) ||
 	     ct_patches_check(&j->opts.patches, &j->held, p->validate, e);
 	ct_meta_free(&held);
@@ -155,7 +157,7 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_train_restore(((struct job *)it)->train, w, e);
 }
 
-/* At the end, what the prior is worth. */
+/* Finds the weights of the prior after the last step. */
 static int weigh(const struct job *j, struct ct_residual *r, struct ct_err *e)
 {
 	struct ct_env env = j->env;
@@ -176,7 +178,7 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 	const struct job *j = it;
 	struct ct_residual r = j->residual;
 
-	if (!j->p->base)
+	if (!j->p->refined)
 		return ct_train_result(j->train, w, e) ||
 				       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
 			       ? -1
@@ -234,7 +236,7 @@ int train_pictures(struct train_subject *s, struct train_data *data, const struc
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return settle(j, e) || (p->base ? read_pairs : read_data)(j, data, e) ||
+	return settle(j, e) || (p->refined ? read_pairs : read_data)(j, data, e) ||
 			       ct_train_alloc(&j->train, &j->arch, &j->opts, &j->data, &j->env, e)
 		       ? -1
 		       : 0;

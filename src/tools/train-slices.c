@@ -1,4 +1,4 @@
-/* train-slices.c: ct-train on volumes: a regressor of slices, the prior of ct-restore. */
+/* train-slices.c: ct-train on volumes: the slice prior of ct-upsample. */
 #include "config.h"
 #include "core/mem.h"
 #include "core/vol.h"
@@ -28,7 +28,7 @@ struct job {
 	const struct train_params *p;
 	struct ct_env env;
 	struct ct_example_rule rule;
-	double bytes[2];        /* HU of the bytes 0 and 255; NaN: there are none */
+	double bytes[2];        /* HU of the bytes 0 and 255; NaN without --bytes */
 	struct ct_tensors with; /* the regressors that OUT holds besides */
 	struct ct_slice_prior first;
 	struct lessons data, held;
@@ -36,7 +36,7 @@ struct job {
 	char name[40]; /* of the regressor */
 };
 
-/* Volumes of bytes become HU by --bytes; what is not HU, or cannot be, is refused. */
+/* --bytes maps bytes to HU. Values that cannot be HU are refused. */
 static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
@@ -50,7 +50,8 @@ static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct
 	}
 	bytes = bytes && least >= 0 && most <= 255;
 	if (!(most > least))
-		return ct_fail(e, CT_EINPUT, "%s: all of it is %g", path, (double)least);
+		return ct_fail(
+			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
 	for (size_t i = 0; i < n && bytes && !isnan(j->bytes[0]); i++)
 		v->data[i] = (float)(j->bytes[0] +
 				     (double)v->data[i] / 255 * (j->bytes[1] - j->bytes[0]));
@@ -58,11 +59,11 @@ static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct
 		return 0;
 	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
 		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
-			(double)least, (double)most, bytes ? "; --bytes says what bytes are" : "");
+			(double)least, (double)most, bytes ? ": give --bytes" : "");
 	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
 }
 
-/* Volumes in memory at a time: their examples are made together. */
+/* The examples of one volume, which threads make together. */
 struct group {
 	struct job *j;
 	const struct ct_vol *v;
@@ -114,8 +115,8 @@ out:
 	return rc;
 }
 
-/* Where the numbers of its examples begin: by what it holds, so that they are the same ones beside
- * any others. */
+/* The number of its first example, from a hash of its voxels: so a volume gives the same examples
+ * whatever else is trained on. */
 static int first_of(uint64_t *first, const struct ct_vol *v, struct ct_err *e)
 {
 	const struct ct_piece all = {v->data, ct_vol_count(v) * sizeof *v->data};
@@ -188,14 +189,14 @@ static int settle(struct job *j, struct ct_err *e)
 		.noise = p->noise,
 		.clip = {(double)NAN, (double)NAN},
 		.seed = j->env.seed};
-	if (p->window && ct_cli_range("window", p->window, j->rule.clip, e))
+	if (p->window && ct_cli_range("expert window", p->window, j->rule.clip, e))
 		return -1;
 	snprintf(j->name, sizeof j->name, "%s%s%d", p->again ? "again-" : "",
 		p->thick ? "thick-" : "", p->factor);
 	return 0;
 }
 
-/* What is to stay of another prior, which has to be one. */
+/* Reads the prior of --with. */
 static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct ct_degrade d = {
@@ -213,8 +214,8 @@ static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 	if (!j->p->again)
 		return 0;
 	if (!ct_slice_prior_knows(&j->first, &d, false))
-		return ct_fail(e, CT_EINPUT, "%s: no net to begin from for -x %d%s", j->p->with,
-			j->p->factor, j->p->thick ? " --thick" : "");
+		return ct_fail(e, CT_EINPUT, "%s: has no network for factor %d%s", j->p->with,
+			j->p->factor, j->p->thick ? " and thick slices" : "");
 	j->rule.after = &j->first;
 	j->rule.hash = strrchr(ct_meta_get(&data->with, CT_META_INPUT), ' ') + 1;
 	return 0;
@@ -226,14 +227,16 @@ static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 		if (learn_from(j, &j->data, j->p->data.v[i], &data->input[i], e))
 			return -1;
 	if (j->data.n == 0)
-		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->data.v[0]);
+		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
+			j->p->data.v[0]);
 	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
 	if (!j->p->validate)
 		return 0;
 	if (learn_from(j, &j->held, j->p->validate, &data->held, e))
 		return -1;
 	return j->held.n ? 0
-			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough", j->p->validate);
+			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
+				   j->p->validate);
 }
 
 static int start(struct job *j, struct ct_err *e)
@@ -252,7 +255,7 @@ static int start(struct job *j, struct ct_err *e)
 		.average = isnan(p->ema) ? 0.999 : p->ema};
 
 	if (rule.batch % CT_LEARN_PIECE)
-		return ct_fail(e, CT_EUSAGE, "--batch: no multiple of %d", CT_LEARN_PIECE);
+		return ct_fail(e, CT_EUSAGE, "--batch: expected a multiple of %d", CT_LEARN_PIECE);
 	return ct_learn_alloc(&j->learn, &r, &rule, j->data.example, j->data.n, &j->env, e);
 }
 
@@ -291,7 +294,7 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_learn_restore(((struct job *)it)->learn, w, e);
 }
 
-/* The regressors of --with, but for the one that is trained. */
+/* The regressors of --with, except the one in training. */
 static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *e)
 {
 	const size_t own = strlen(j->name);
@@ -309,7 +312,7 @@ static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *
 	return 0;
 }
 
-/* What the error is of what the slices say. */
+/* Calibrates the predicted error on the held-out examples. */
 static int calibrate(const struct job *j, struct ct_tensors *w, struct ct_err *e)
 {
 	struct ct_regressor r = {0};

@@ -1,21 +1,26 @@
-/* train.h: what the parts of ct-train share: the command line, a subject that is trained, the loop
- * around it. */
+/* train.h: what the files of ct-train share: the command line, the network in training, the loop.
+ */
 #ifndef CT_TOOLS_TRAIN_H
 #define CT_TOOLS_TRAIN_H
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/resume.h"
 
+#define TRAIN_KIND_LIST(X)                                                                         \
+	X(TRAIN_PICTURES, "pictures")                                                              \
+	X(TRAIN_RESIDUAL, "residual")                                                              \
+	X(TRAIN_SLICES, "slices")
+enum train_kind { TRAIN_KIND_LIST(CT_WORD_VALUE) };
+
 struct train_params {
 	const char *out;
 	struct ct_list data;
-	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with, *base;
+	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with, *refined;
 	int patch, batch, steps, warmup, validate_every, validate_pieces, patience,
 		checkpoint_every, log_every;
 	double lr, decay, ema, clip, minutes;
-	bool cosine, no_flip, flip_vertical, resume, half;
-	bool slices, thick, again;
-	int factor, cubes, cube, depth, components, width;
+	bool cosine, resume, half, thick, again;
+	int kind, factor, cubes, cube, depth, components, width;
 	double noise;
 };
 
@@ -28,22 +33,22 @@ struct train_subject {
 	int (*held)(void *it, double *loss, struct ct_err *e); /* on held-out data; may be NULL */
 	ct_resume_pack *save;
 	int (*restore)(void *it, const struct ct_tensors *w, struct ct_err *e);
-	/* What was learned, its own metadata included. */
+	/* The weights with their own metadata. */
 	int (*result)(const void *it, struct ct_tensors *w, struct ct_err *e);
-	/* What else the prior needs, when it is written; `last`: for the last time. May be NULL. */
+	/* Adds what else the prior needs; `last`: the training has ended. May be NULL. */
 	int (*seal)(const void *it, struct ct_tensors *w, bool last, struct ct_err *e);
-	/* What all of it takes, but seconds, of which one step takes some. */
+	/* The cost of the training, except its time. A step takes `seconds`. */
 	int (*cost)(const void *it, double seconds, struct ct_cost *cost, struct ct_err *e);
 	void (*free)(void *it);
 };
 
-/* The names and hashes of DATA, one a DATA, which the run is of. */
+/* The names and hashes of the inputs, which identify the run. */
 struct train_data {
 	size_t n;
-	struct ct_meta *input; /* owned, and what is in it */
-	struct ct_meta with;   /* of another prior that OUT holds too; owned */
-	struct ct_meta held;   /* of --validate; owned */
-	struct ct_meta base;   /* of --base; owned */
+	struct ct_meta *input;  /* of each DATA; owned */
+	struct ct_meta with;    /* of --with; owned */
+	struct ct_meta held;    /* of --validate; owned */
+	struct ct_meta refined; /* of --refined; owned */
 };
 
 /* Read DATA and make the subject, before its first step. */
@@ -51,8 +56,8 @@ typedef int train_begin(struct train_subject *s, struct train_data *data,
 	const struct train_params *p, const struct ct_env *env, struct ct_err *e);
 train_begin train_pictures, train_slices;
 
-/* Train it: from OUT.state if asked, to the end, a stop or the minutes; or say what that takes.
- * `asked` is the environment of the command line. */
+/* Trains from OUT.state, if asked, to the last step, a signal or the limit of minutes. With
+ * --dry-run it prints the cost instead. `asked` is the environment of the command line. */
 int train_loop(struct train_subject *s, const struct train_data *data, struct ct_resume *resume,
 	const struct train_params *p, const struct ct_env *asked, struct ct_err *e);
 

@@ -53,7 +53,8 @@ static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 	struct ct_vol lr = {0};
 	int rc = -1, known;
 
-	if (ct_vol_read_hu(f->lr, &lr, e) || check_quantity(&lr.meta, CT_QUANTITY_HU, f->lr, e))
+	if (ct_vol_read_hu(f->lr, &lr, env, e) ||
+		check_quantity(&lr.meta, CT_QUANTITY_HU, f->lr, e))
 		goto out;
 	known = ct_degrade_get(&lr.meta, &d->by, e);
 	if (known > 0)
@@ -84,7 +85,7 @@ static bool is_density(const struct ct_evidence *d)
 static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_vol_read_hu(f->base, &d->base, e))
+	if (ct_vol_read_hu(f->base, &d->base, env, e))
 		return -1;
 	if (ct_vol_check_finite(&d->base, e) || ct_vol_check_grid(&d->base, e))
 		return ct_blame(e, f->base);

@@ -34,7 +34,7 @@ struct ct_scan_opts {
 		CT_OPT(S, f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                  \
 			"angle over which the views are spread, its end left out (180)",                      \
 			CT_SCAN_IF(S, f, if_)),                                                               \
-		CT_OPT(S, f.start, 0, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",               \
+		CT_EXPERT(S, f.start, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",               \
 			CT_SCAN_IF(S, f, if_)),                                                               \
 		CT_OPT(S, f.dso, 0, "dso", "MM", 1e-6, 1e8,                                                   \
 			"source to isocentre (1000 F/256, F the largest extent of the volume)",               \
@@ -51,7 +51,7 @@ struct ct_scan_opts {
 		CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0,                                               \
 			"size of a pixel along u and v (the detector's side over its pixels)",                \
 			CT_SCAN_IF(S, f, if_)),                                                               \
-		CT_OPT(S, f.offset, 0, "offset", "U,V", 0, 0,                                                 \
+		CT_EXPERT(S, f.offset, "offset", "U,V", 0, 0,                                                 \
 			"shift of the detector centre along u and v, mm (0,0)",                               \
 			CT_SCAN_IF(S, f, if_)),                                                               \
 		CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0,                                                    \

@@ -1,0 +1,41 @@
+/* compare.h: all that ct-metrics measures against a reference, in one call. */
+#ifndef CT_QUALITY_COMPARE_H
+#define CT_QUALITY_COMPARE_H
+#include "quality/figures.h"
+
+enum { CT_COMPARE_SIZES = 4 };
+
+struct ct_compare_rule {
+	struct ct_metrics_rule metrics;
+	bool edges, structures, tissues, harm; /* harm: all of them, and flat, HFEN, FSC */
+	double edge_step;                      /* least step of an edge, HU */
+	size_t sizes;                          /* of structures; 0: ct_compare_sizes chooses */
+	double sigma[CT_COMPARE_SIZES][3];     /* of their Gaussians, voxels */
+	double contrast;                       /* least contrast of a structure, HU */
+	double flat_step;                      /* flat: all steps to neighbours are smaller, HU */
+	size_t deep; /* inside soft tissue: so many voxels from its surface */
+};
+/* examples/accuracy.mk measures at these. */
+#define CT_COMPARE_DEFAULTS                                                                        \
+	{                                                                                          \
+		.edge_step = 300, .contrast = 15, .flat_step = 1, .deep = 4                        \
+	}
+
+/* The volumes and their names for error messages. mask and std may be NULL. */
+struct ct_compare_in {
+	const struct ct_vol *ref, *test, *mask, *std;
+	const char *ref_name, *test_name, *std_name;
+};
+
+/* Chooses the sizes of structures: 0.75 and 1.5 low-resolution voxels, at most 100 voxels.
+ * `factor`, or if it is NULL the header of an upsampled test, says how long these are. Else 1.5
+ * voxels. CT_EINPUT names the key. */
+int ct_compare_sizes(struct ct_compare_rule *r, const double *factor, const struct ct_meta *test,
+	struct ct_err *e);
+/* Appends the figures. slice is as in ct_metrics, or NULL. Errors name the file. With harm alone, a
+ * volume too small for edges gives a warning. */
+int ct_compare(struct ct_figures *f, struct ct_metrics_slice **slice,
+	const struct ct_compare_in *in, const struct ct_compare_rule *r, const struct ct_env *env,
+	struct ct_err *e);
+
+#endif

@@ -1,0 +1,28 @@
+#!/bin/sh
+# The documents are short and plain: README has at most 900 words, no man page more than 250 lines, and the mean
+# sentence of each at most 18 words, as style (Debian's diction) counts them.
+. "$srcdir/tests/tap.sh"
+[ "$(wc -w <"$srcdir/README.md")" -le 900 ]; ok $? "README has $(wc -w <"$srcdir/README.md") words"
+pages=$(for t in $CT_TOOLS; do
+	p=$srcdir/man/$t.1; [ -f "$p" ] || p=$builddir/man/$t.1
+	echo "$p"
+done; ls "$srcdir"/man/*.[57])
+# prose FILE: without tables, code and links
+prose() {
+	case $1 in
+	*.md) sed -e '/^    /d; /^|/d; /^```/,/^```/d; /^#/d; /^!\[/d' -e 's/`[^`]*`/word/g; s/](\([^)]*\))/]/g' "$1" ;;
+	*) sed -e '/^\.Bd/,/^\.Ed/d; /^\.Dl/d; /^\.Sh OPTIONS/,/^\.Sh EXIT/d' "$1" | mandoc -Tascii 2>/dev/null | col -b ;;
+	esac
+}
+mean() { prose "$1" | style 2>/dev/null | sed -n 's/.*sentences, average length \([0-9.]*\) words.*/\1/p'; }
+command -v mandoc >/dev/null || { skip 'man pages' 'no mandoc'; done_testing; }
+for p in $pages; do
+	n=$(mandoc -Tascii "$p" | wc -l)
+	[ "$n" -le 250 ]; ok $? "$(basename "$p") has $n lines"
+done
+command -v style >/dev/null || { skip 'sentences' 'no style'; done_testing; }
+for p in "$srcdir/README.md" "$srcdir/doc/guide.md" $pages; do
+	m=$(mean "$p")
+	awk -v m="$m" 'BEGIN {exit !(m > 0 && m <= 18)}'; ok $? "$(basename "$p"): $m words a sentence"
+done
+done_testing
