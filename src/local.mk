@@ -10,10 +10,10 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
 # (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a
-libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
+libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
-	src/dicom/module.h src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
-DICOM_SOURCES = src/dicom/module.c src/tools/convert-dicom.c src/tools/convert-planes.c src/dicom/series.c \
+	src/dicom/module.h src/dicom/dicom.h src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
+DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/write.h src/dicom/series.c \
 	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/inspect.h src/dicom/image.c src/dicom/image.h \
 	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c \
 	src/dicom/radiograph.h

@@ -7,8 +7,6 @@ ct-compose gain -1000 1000 1
 ct-compose spacing 0.001 1000000 -
 ct-convert iso 0.0001 1000 -
 ct-convert cube 0 4096 0
-ct-convert slope - any 1
-ct-convert intercept - any 0
 ct-ddnm scale 2 64 0
 ct-ddnm class -1 65535 -1
 ct-ddnm steps 1 1000 0
@@ -107,6 +105,7 @@ ct-convert orient LPS
 ct-convert gaps resample
 ct-convert tilt rectify
 ct-convert type auto
+ct-convert rescale 1
 ct-convert radiograph no
 ct-convert units auto
 ct-compose units auto
@@ -163,8 +162,8 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --memory --units
-ct-convert --series --inspect --tilt --gaps --skip-damaged --units --raw --rescale --pitch --scanner --radiograph
-ct-convert --orient --reorient --crop --iso
+ct-convert --inspect --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner --radiograph
+ct-convert --pitch --reorient --crop --iso
 ct-convert --cube --type --compress --sidecar --template --deid --json
 ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
 ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections

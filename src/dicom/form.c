@@ -3,6 +3,7 @@
 #include "formats/any.h"
 #include "dicom/form.h"
 
+#include <stdlib.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -57,4 +58,31 @@ enum dicom_form dicom_form_of(const char *path)
 		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
 		return ARCHIVE;
 	return NOT_DICOM;
+}
+
+int dicom_from(struct dicom_from *f, const char *const *paths, size_t n, const char *which,
+	struct ct_err *e)
+{
+	const char *in = paths[0], *slash = strrchr(in, '/');
+	const enum dicom_form form = dicom_form_of(in);
+
+	*f = (struct dicom_from){.paths = paths, .n = n, .which = which};
+	if (form != FILE_OF_SERIES || n > 1)
+		return form == NOT_DICOM;
+	f->folder[0] = slash ? strndup(in, slash == in ? 1 : (size_t)(slash - in)) : strdup(".");
+	if (!f->folder[0] || asprintf(&f->member, "%s%s%s", f->folder[0], slash == in ? "" : "/",
+				     slash ? slash + 1 : in) < 0) {
+		f->member = NULL;
+		dicom_from_free(f);
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	f->paths = (const char *const *)f->folder;
+	return 0;
+}
+
+void dicom_from_free(struct dicom_from *f)
+{
+	free(f->folder[0]);
+	free(f->member);
+	f->folder[0] = f->member = NULL;
 }

@@ -14,4 +14,4 @@ static int begin(const struct dicom_begin *b, struct ct_err *e)
 
 extern const struct dicom_module ctsr_dicom_module;
 __attribute__((visibility("default"))) const struct dicom_module ctsr_dicom_module = {
-	begin, convert_series, convert_dicom, inspect_print, radiograph_read};
+	begin, series_read, dicom_write, inspect_print, radiograph_read};

@@ -1,8 +1,8 @@
 /* module.h: what needs the DICOM library, as a module that is loaded when DICOM is met.
  *
- * The library takes 50 shared objects and 30 ms to start. A command that only may meet DICOM calls
- * these through dicom_module, which loads ctsr-dicom.so: from the folder of the program (a build
- * folder), or from where it is installed.
+ * The library takes 50 shared objects and 30 ms to start. A command calls dicom.h,
+ * which loads ctsr-dicom.so: from the folder of the program (a build folder), or from where it is
+ * installed.
  */
 #ifndef CT_DICOM_MODULE_H
 #define CT_DICOM_MODULE_H
@@ -10,7 +10,7 @@
 #include "core/vol.h"
 #include "dicom/inspect.h"
 #include "dicom/radiograph.h"
-#include "tools/convert.h"
+#include "dicom/write.h"
 
 /* What a program says once for all its copies of core: see core/inflate.h, core/simd.h,
  * formats/temp.h. */
@@ -22,15 +22,12 @@ struct dicom_begin {
 
 struct dicom_module {
 	int (*begin)(const struct dicom_begin *b, struct ct_err *e);
-	__typeof__(convert_series) *series;
-	__typeof__(convert_dicom) *write;
+	__typeof__(series_read) *read;
+	__typeof__(dicom_write) *write;
 	__typeof__(inspect_print) *inspect;
 	__typeof__(radiograph_read) *radiograph;
 };
 #define DICOM_MODULE "ctsr-dicom.so"
 #define DICOM_MODULE_SYMBOL "ctsr_dicom_module"
-
-/* The module, or NULL: CT_EINPUT if it is not installed, or this build has none. */
-const struct dicom_module *dicom_module(struct ct_err *e);
 
 #endif

@@ -1,6 +1,7 @@
 /* open.c: the module is loaded; see module.h. */
 #include "config.h"
 #include "core/inflate.h"
+#include "dicom/form.h"
 #include "dicom/module.h"
 #include "formats/temp.h"
 #include "tools/lib/installed.h"
@@ -9,6 +10,18 @@
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <unistd.h>
+
+static struct series_rule rule_of(const struct ct_dicom_in *in)
+{
+	return (struct series_rule){.in = in->paths[0],
+		.which = in->series,
+		.tilt = in->tilt,
+		.gaps = in->gaps,
+		.units = in->units,
+		.skip_damaged = in->skip_damaged,
+		.about = in->about,
+		.taker = in->taker};
+}
 
 #ifdef HAVE_VTK
 /* Some of the libraries do not look whether there is memory: there has to be. */
@@ -24,7 +37,7 @@ static int check_memory(struct ct_err *e)
 	return 0;
 }
 
-const struct dicom_module *dicom_module(struct ct_err *e)
+static const struct dicom_module *module(struct ct_err *e)
 {
 	const struct dicom_begin how = {ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table()};
 	const struct dicom_module *m = NULL;
@@ -49,9 +62,53 @@ const struct dicom_module *dicom_module(struct ct_err *e)
 					   : NULL; /* the handle stays, as long as the program */
 }
 #else
-const struct dicom_module *dicom_module(struct ct_err *e)
+static const struct dicom_module *module(struct ct_err *e)
 {
 	ct_fail(e, CT_EINPUT, "this build has no DICOM (configure --with-vtk)");
 	return NULL;
 }
 #endif
+
+int ct_dicom_read(
+	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct dicom_module *m = module(e);
+	struct series_rule rule = rule_of(in);
+	struct dicom_from from;
+	int rc;
+
+	if (!m)
+		return ct_blame(e, in->paths[0]);
+	rc = dicom_from(&from, in->paths, in->n, in->series, e);
+	if (rc)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
+	if (!in->series)
+		rule.member = from.member;
+	rc = m->read(from.paths, from.n, &rule, v, env, e);
+	dicom_from_free(&from);
+	return rc;
+}
+
+int ct_dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_out *out,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct dicom_module *m = module(e);
+
+	return m ? m->write(path, v, out, env, e) : ct_blame(e, path);
+}
+
+int ct_dicom_inspect(
+	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e)
+{
+	const struct dicom_module *m = module(e);
+	const struct series_rule rule = rule_of(in);
+
+	return m ? m->inspect(in->paths, in->n, &rule, into, env, e) : ct_blame(e, in->paths[0]);
+}
+
+int ct_dicom_radiograph(struct ct_vol *v, double mm[2], const char *path, struct ct_err *e)
+{
+	const struct dicom_module *m = module(e);
+
+	return m ? m->radiograph(v, mm, path, e) : ct_blame(e, path);
+}

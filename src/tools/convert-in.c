@@ -6,7 +6,7 @@
 #include "formats/raw.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
-#include "dicom/module.h"
+#include "dicom/dicom.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,37 +49,11 @@ static int read_raw(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 		       : ct_raw_read(p->in, &how, v, e);
 }
 
-int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
-	struct ct_err *e)
+struct ct_dicom_in convert_dicom_in(const struct convert *p, size_t n)
 {
-	const char *in = paths[0], *slash = strrchr(in, '/');
-	const enum dicom_form form = dicom_form_of(in);
-
-	*f = (struct convert_from){.paths = paths, .n = n, .which = which};
-	if (form != FILE_OF_SERIES || n > 1)
-		return form == NOT_DICOM;
-	f->folder[0] = slash ? strndup(in, slash == in ? 1 : (size_t)(slash - in)) : strdup(".");
-	if (!f->folder[0] || asprintf(&f->member, "%s%s%s", f->folder[0], slash == in ? "" : "/",
-				     slash ? slash + 1 : in) < 0) {
-		f->member = NULL;
-		convert_from_free(f);
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	}
-	f->paths = (const char *const *)f->folder;
-	return 0;
-}
-
-void convert_from_free(struct convert_from *f)
-{
-	free(f->folder[0]);
-	free(f->member);
-	f->folder[0] = f->member = NULL;
-}
-
-static struct series_rule rule_of(const struct convert *p)
-{
-	return (struct series_rule){.in = p->files.v[0],
-		.which = p->series,
+	return (struct ct_dicom_in){.paths = p->files.v,
+		.n = n,
+		.series = p->series,
 		.tilt = (enum ct_tilt)p->tilt,
 		.gaps = (enum ct_gaps)p->gaps,
 		.units = (enum ct_units)p->units,
@@ -89,31 +63,9 @@ static struct series_rule rule_of(const struct convert *p)
 
 int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
-	const struct dicom_module *dicom = dicom_module(e);
-	const struct series_rule rule = rule_of(p);
+	const struct ct_dicom_in in = convert_dicom_in(p, p->files.n);
 
-	if (!dicom)
-		return ct_blame(e, p->files.v[0]);
-	return dicom->inspect(p->files.v, p->files.n, &rule, NULL, env, e);
-}
-
-static int read_dicom(
-	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	const struct dicom_module *dicom = dicom_module(e);
-	struct series_rule rule = rule_of(p);
-	struct convert_from from;
-	int rc;
-
-	if (!dicom)
-		return ct_blame(e, p->in);
-	if (convert_from(&from, p->files.v, p->files.n - 1, p->series, e))
-		return -1;
-	if (!p->series)
-		rule.member = from.member;
-	rc = dicom->series(p, from.paths, from.n, &rule, v, env, e);
-	convert_from_free(&from);
-	return rc;
+	return ct_dicom_inspect(&in, NULL, env, e);
 }
 
 bool convert_is_picture(const char *path)
@@ -152,7 +104,7 @@ int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	if (!p->raw && dicom_form_of(p->in) != NOT_DICOM)
-		return read_dicom(p, v, env, e);
+		return convert_series(p, v, env, e);
 	if (read_other(p, v, e))
 		return -1;
 	return ct_vol_check_finite(v, e) ? ct_blame(e, p->in) : 0;

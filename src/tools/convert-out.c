@@ -2,7 +2,7 @@
 #include "config.h"
 #include "cli/files.h"
 #include "cli/modes.h"
-#include "dicom/module.h"
+#include "dicom/form.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
 #include "formats/io.h"
@@ -72,9 +72,17 @@ void convert_planes_drop(struct convert_planes *c, struct ct_err *e)
 static int write_dicom(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	const struct dicom_module *dicom = dicom_module(e);
+	const bool dicom = !p->raw && dicom_form_of(p->in) != NOT_DICOM;
+	const struct ct_dicom_in in = convert_dicom_in(p, p->files.n - 1);
+	const struct ct_dicom_out out = {.source = dicom ? &in : NULL,
+		.template = p->template,
+		.series = p->series,
+		.deid = p->deid};
 
-	return dicom ? dicom->write(p, v, env, e) : ct_blame(e, p->out);
+	if ((p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e)) ||
+		ct_vol_check_grid(v, e))
+		return ct_blame(e, p->in);
+	return ct_dicom_write(p->out, v, &out, env, e);
 }
 
 int convert_write(

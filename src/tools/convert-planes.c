@@ -5,7 +5,6 @@
 #include "formats/headed.h"
 #include "formats/nifti.h"
 #include "tools/convert.h"
-#include "dicom/series.h"
 
 #include <math.h>
 #include <string.h>
@@ -61,23 +60,23 @@ static int plane(void *ctx, const float *x, size_t n, struct ct_err *e)
 	return -1;
 }
 
-int convert_series(const struct convert *p, const char *const *paths, size_t n,
-	const struct series_rule *rule, struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e)
+int convert_series(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert_planes *c = p->planes;
 	const struct series_taker taker = {begin, plane, c};
-	struct series_rule own = *rule;
+	struct ct_dicom_in in = convert_dicom_in(p, p->files.n - 1);
 
 	*c = (struct convert_planes){.p = p, .env = env};
 	if (in_planes(p, env)) {
-		own.taker = &taker;
-		if (series_read(paths, n, &own, v, env, e) == 0)
+		in.taker = &taker;
+		if (ct_dicom_read(v, &in, env, e) == 0)
 			return 0;
 		convert_planes_drop(c, e);
 		if (!c->unfit)
 			return -1;
 		*e = (struct ct_err){0};
+		in.taker = NULL;
 	}
-	return series_read(paths, n, rule, v, env, e);
+	return ct_dicom_read(v, &in, env, e);
 }

@@ -7,7 +7,6 @@
 #include "formats/hash.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
-#include "dicom/module.h"
 #include "tools/picture-read.h"
 
 #include <math.h>
@@ -94,12 +93,9 @@ static int finish(struct ct_vol *v, const struct convert *p, const char *path, c
 static int read_dicom(const struct convert *p, const char *path, struct ct_vol *v,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct dicom_module *dicom = dicom_module(e);
 	double mm[2];
 
-	if (!dicom)
-		return ct_blame(e, path);
-	if (dicom->radiograph(v, mm, path, e))
+	if (ct_dicom_radiograph(v, mm, path, e))
 		return -1;
 	if (isnan(mm[0]) && !p->pitch)
 		return ct_fail(e, CT_EGEOM,

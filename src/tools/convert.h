@@ -4,6 +4,7 @@
 #include "cli/cli.h"
 #include "core/env.h"
 #include "core/vol.h"
+#include "dicom/dicom.h"
 #include "formats/raw.h"
 
 #include <jansson.h>
@@ -35,23 +36,14 @@ struct convert_planes {
 	bool unfit; /* it was int16, and a voxel is none */
 };
 
-struct series_rule;
-/* Where a DICOM series is looked for. */
-struct convert_from {
-	const char *const *paths;
-	size_t n;
-	const char *which; /* as in series_rule; */
-	char *member;      /* likewise, owned */
-	char *folder[1];   /* owned: where the member lies */
-};
-
+/* How a series of the first n files is read. */
+struct ct_dicom_in convert_dicom_in(const struct convert *p, size_t n);
 /* Read whatever p->files but the last are. */
 int convert_read(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* The series of n paths, to OUT itself if it can be written plane by plane. */
-int convert_series(const struct convert *p, const char *const *paths, size_t n,
-	const struct series_rule *rule, struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
+/* A DICOM series, to OUT itself if it can be written plane by plane. */
+int convert_series(
+	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* Nothing is left of an OUT that is begun; legal if there is none. */
 void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
 /* CT_EUSAGE for options that OUT has no use for, CT_EOUTPUT for files that cannot be written. */
@@ -75,16 +67,5 @@ int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, s
 int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);
 /* The data and size of `with`, which is empty then. */
 void convert_replace(struct ct_vol *v, struct ct_vol *with);
-
-/* To DICOM: a series in a folder, or one file of all slices. */
-int convert_dicom(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
-	struct ct_err *e);
-/* Names of the files of a series that is written, as for fnmatch. */
-#define CONVERT_OWN "ctsr[0-9]*.dcm"
-/* The series of n paths that `which` names: several are taken as they are, one file stands for the
- * series it belongs to, in its folder. 1 if the first is not DICOM. CT_ENOMEM. */
-int convert_from(struct convert_from *f, const char *const *paths, size_t n, const char *which,
-	struct ct_err *e);
-void convert_from_free(struct convert_from *f);
 
 #endif

@@ -82,7 +82,7 @@ static const struct ct_opt opts[] = {
 			CT_ENDS_IF(CT_IF(struct convert, radiograph), CT_ENDS_STACK,
 				CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM)),
 		"the inputs, then OUT: NIfTI, MetaImage or NRRD by its name; - for NIfTI; DICOM as a folder of slices or one .dcm file; EXR with --scanner or --radiograph",
-		.dicom = CONVERT_OWN),
+		.dicom = CT_DICOM_OWN),
 	CT_OPT_END,
 };
 

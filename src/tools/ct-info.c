@@ -3,7 +3,7 @@
 #include "cli/cli.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
-#include "dicom/module.h"
+#include "dicom/dicom.h"
 #include "tools/report.h"
 
 #include <stdio.h>
@@ -72,14 +72,11 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 		if (!(factor[k] >= 1 && factor[k] <= 1024))
 			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
 	if (is_folder(path)) {
-		const struct dicom_module *dicom = dicom_module(e);
-		const struct series_rule rule = {.which = p->series};
+		const struct ct_dicom_in in = {.paths = &path, .n = 1, .series = p->series};
 
-		if (!dicom)
-			return ct_blame(e, path);
 		if (!first && !env->json)
 			putchar('\n');
-		return dicom->inspect(&path, 1, &rule, into, env, e);
+		return ct_dicom_inspect(&in, into, env, e);
 	}
 	if (ct_any_read(path, &a, e) == 0)
 		o = report_make(&a, path, env->verbose > 0, e);

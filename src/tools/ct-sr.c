@@ -37,7 +37,7 @@ static const struct ct_opt opts[] = {
 		"low-resolution CT: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
 	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
 		"super-resolved CT: NIfTI, or -; DICOM: a folder for a series, .dcm for one file",
-		.dicom = CONVERT_OWN),
+		.dicom = CT_DICOM_OWN),
 	SAID_OPTS(struct sr, said,
 		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: the factor "
 		"that IN was reduced by, else 4",

@@ -364,7 +364,7 @@ static int check_out(const struct chain *s, const struct ct_env *env, struct ct_
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
-		return ct_out_folder_check(p->out, CONVERT_OWN, &over, e);
+		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
 	return !p->resume || is_own ? 0 : ct_out_check(p->out, env, e);
 }
 

@@ -1,7 +1,5 @@
-/* convert-dicom.c: what ct-convert writes as DICOM. */
+/* write.c: a volume as DICOM. */
 #include "config.h"
-#include "formats/units.h"
-#include "tools/convert.h"
 #include "core/mem.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
@@ -12,6 +10,7 @@
 #include "dicom/image.h"
 #include "dicom/policy.h"
 #include "dicom/series.h"
+#include "dicom/write.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,20 +21,20 @@
 enum { LONGEST_SIDE = 65535 };
 
 /* Where the template is: 0, or 1 if there is none. */
-static int find_template(struct convert_from *from, const struct convert *p, struct ct_err *e)
+static int find_template(struct dicom_from *from, const struct ct_dicom_out *o, struct ct_err *e)
 {
-	const bool dicom = !p->raw && dicom_form_of(p->in) != NOT_DICOM;
+	const struct ct_dicom_in *in = o->source;
 
-	if (!p->template)
-		return dicom ? convert_from(from, p->files.v, p->files.n - 1, p->series, e) : 1;
-	if (dicom_form_of(p->template) == NOT_DICOM)
-		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
-	return convert_from(from, &p->template, 1, dicom ? NULL : p->series, e);
+	if (!o->template)
+		return in ? dicom_from(from, in->paths, in->n, in->series, e) : 1;
+	if (dicom_form_of(o->template) == NOT_DICOM)
+		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", o->template);
+	return dicom_from(from, &o->template, 1, in ? NULL : o->series, e);
 }
 
 /* The slices that the volume comes from, and what they say. */
 static int read_template(
-	struct image *im, struct series_set *set, const struct convert_from *from, struct ct_err *e)
+	struct image *im, struct series_set *set, const struct dicom_from *from, struct ct_err *e)
 {
 	const struct series_rule rule = {
 		.which = from->which, .member = from->which ? NULL : from->member};
@@ -51,18 +50,17 @@ static int read_template(
 	return derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
 }
 
-static int check_size(
-	const struct convert *p, const struct ct_vol *v, bool frames, struct ct_err *e)
+static int check_size(const char *path, const struct ct_vol *v, bool frames, struct ct_err *e)
 {
 	for (int d = 0; d < 2; d++)
 		if (v->n[d] > LONGEST_SIDE)
 			return ct_fail(e, CT_EOUTPUT,
-				"%s: a side of %zu voxels, DICOM has up to %d", p->out, v->n[d],
+				"%s: a side of %zu voxels, DICOM has up to %d", path, v->n[d],
 				LONGEST_SIDE);
 	if (frames && ct_vol_count(v) >= (size_t)1 << 31)
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: more than 4 GiB of pixels are too many for one file; a folder holds them",
-			p->out);
+			path);
 	return 0;
 }
 
@@ -136,12 +134,12 @@ out:
 }
 
 static int write_series(
-	const struct convert *p, const struct image *im, const struct ct_env *env, struct ct_err *e)
+	const char *to, const struct image *im, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out_folder out;
 	int rc = 0;
 
-	if (ct_out_folder_open(&out, p->out, CONVERT_OWN, env, e))
+	if (ct_out_folder_open(&out, to, CT_DICOM_OWN, env, e))
 		return -1;
 	for (size_t k = 0; k < im->v->n[2] && rc == 0; k++) {
 		char *path = NULL;
@@ -150,7 +148,7 @@ static int write_series(
 			rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
 			break;
 		}
-		rc = write_file(path, p->out, im, k, k + 1, env, e);
+		rc = write_file(path, to, im, k, k + 1, env, e);
 		ct_progress(env, "writing", k + 1, im->v->n[2]);
 		free(path);
 	}
@@ -161,26 +159,26 @@ static int write_series(
 }
 
 static int write_frames(
-	const struct convert *p, const struct image *im, const struct ct_env *env, struct ct_err *e)
+	const char *to, const struct image *im, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out out;
 	int rc;
 
-	if (ct_out_open(&out, p->out, env, e))
+	if (ct_out_open(&out, to, env, e))
 		return -1;
-	rc = write_file(out.tmp ? out.tmp : out.path, p->out, im, 0, im->v->n[2], env, e);
+	rc = write_file(out.tmp ? out.tmp : out.path, to, im, 0, im->v->n[2], env, e);
 	if (rc == 0)
 		rc = ct_out_commit(&out, e);
 	ct_out_abandon(&out);
 	return rc;
 }
 
-static int write_dicom(
-	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_out *o,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct image im = {
-		.v = v, .frames = !ct_out_folder_named(p->out), .deid = p->deid, .tool = env->tool};
-	struct convert_from from = {0};
+		.v = v, .frames = !ct_out_folder_named(path), .deid = o->deid, .tool = env->tool};
+	struct dicom_from from = {0};
 	struct series_set set = {0};
 	const char *burned;
 	char date[20];
@@ -188,31 +186,22 @@ static int write_dicom(
 
 	date_of_source(date);
 	im.date = *date ? date : NULL;
-	none = find_template(&from, p, e);
+	none = find_template(&from, o, e);
 	if (none > 0)
 		ct_log(env, CT_WARN,
 			"%s: of no patient and no study, and in a space of its own: --template names "
 			"the series that it belongs to",
-			p->out);
-	if (none < 0 || check_size(p, v, im.frames, e) || check_values(v, env, e) ||
+			path);
+	if (none < 0 || check_size(path, v, im.frames, e) || check_values(v, env, e) ||
 		(none == 0 && read_template(&im, &set, &from, e)) || image_head(&im, e))
 		goto out;
 	burned = ct_header_get(&im.head, "BurnedInAnnotation");
-	if (p->deid && burned && strcmp(burned, "YES") == 0)
-		ct_log(env, CT_WARN, "%s: the pictures have writing burnt in, and keep it", p->out);
-	rc = (im.frames ? write_frames : write_series)(p, &im, env, e);
+	if (o->deid && burned && strcmp(burned, "YES") == 0)
+		ct_log(env, CT_WARN, "%s: the pictures have writing burnt in, and keep it", path);
+	rc = (im.frames ? write_frames : write_series)(path, &im, env, e);
 out:
 	image_free(&im);
 	series_close(&set);
-	convert_from_free(&from);
+	dicom_from_free(&from);
 	return rc;
-}
-
-int convert_dicom(
-	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	if ((p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e)) ||
-		ct_vol_check_grid(v, e))
-		return ct_blame(e, p->in);
-	return write_dicom(p, v, env, e);
 }
