@@ -24,7 +24,7 @@ static void careful(void)
 	OK(ok && !rule.flat, "points that alias, without noise, are flat");
 }
 
-/* The caution of man page ct-restore(1), by how the scan was made. */
+/* The confidence weights of ct-upsample -m prior, by how the scan was made. */
 static void caution(void)
 {
 	static const struct {

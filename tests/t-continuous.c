@@ -36,7 +36,7 @@ static void kept(float *h, const float *x, const void *of)
 	const struct ct_steps s = {x, {N, N, N}, 4, 0.5};
 
 	memcpy(h, of, COUNT * sizeof *h);
-	ct_steps_keep(h, &s, 0, N, NULL);
+	ct_steps_keep(h, &s, NULL);
 }
 
 /* The largest change of what is made between neighbours, of `steps` from `from` of the way from a

@@ -88,10 +88,10 @@ w half --expert=weight=0.5; a=$(far up half) b=$(far up full)
 awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
 for x in -0.1 10.1; do
 	exits 2 "a weight of $x" ct-upsample -m prior -p p.safetensors --expert=weight=$x lo.nii x.nii
-	has err "^ct-upsample: --expert=weight: $x is outside \[0, 10\]" 'is refused'
+	has err "^ct-upsample: --expert weight: $x is outside \[0, 10\]" 'is refused'
 done
 exits 2 'no weight' ct-upsample -m prior -p p.safetensors --expert=weight=much lo.nii x.nii
-has err "^ct-upsample: --expert=weight: 'much' is not a number" 'is refused'
+has err "^ct-upsample: --expert weight: 'much' is not a number" 'is refused'
 ct-upsample -m prior -q -p p.safetensors -Q fast lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'

@@ -55,14 +55,6 @@ ct-sr views 0 10000 0
 ct-sr iterations 0 1000000 0
 ct-sr gaussians 0 100000000 0
 ct-sr jobs 0 256 0
-ct-restore tolerance 0 1000000 0.1
-ct-restore doubt 0 1000 -
-ct-restore gate 0 1000000 -
-ct-restore cap 0 1000000 -
-ct-restore steps 0 10 -
-ct-restore passes 1 2 1
-ct-restore noise 0 1000000 -
-ct-restore iterations 1 100000 300
 ct-train factor 2 8 4
 ct-train patch 4 4096 0
 ct-train batch 1 65536 0
@@ -121,7 +113,6 @@ ct-degrade units auto
 ct-fuse units auto
 ct-nabgs units auto
 ct-report units auto
-ct-restore units auto
 ct-sr units auto
 ct-upsample units auto
 ct-ddnm operator file
@@ -145,11 +136,9 @@ ct-project quantity file
 ct-project method siddon
 ct-project pixel point
 ct-sr quality balanced
-ct-restore axes xyz
-ct-restore weight auto
-ct-restore decimate -
 ct-train kind pictures
 ct-upsample method auto
+ct-upsample preset balanced
 ct-upsample decimate -
 ct-view plane all
 ct-view mip none
@@ -199,14 +188,12 @@ ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --
 ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
 ct-project --photons --electronic --mu-water --memory s--seed --json --dry-run
 ct-report --std --truth --log --memory --units
-ct-restore --std x--factor --spacing --start --tolerance --iterations p--prior w--weight --doubt --gate --cap --steps --passes a--axes --sigma --estimate --decimate
-ct-restore --noise --memory --brick --json --dry-run --units
 ct-sr --report --confidence x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --projections --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
 ct-sr --window --views --iterations --gaussians s--seed --units
 ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate --patience
 ct-train r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed --json --dry-run
-ct-upsample --std x--factor --spacing m--method --sigma --estimate --decimate --start --noise --iterations
-ct-upsample --tolerance --memory --brick --json --dry-run --units
+ct-upsample m--method x--factor --spacing --sigma --decimate --noise --estimate --start --iterations
+ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
 ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

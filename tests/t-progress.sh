@@ -24,7 +24,7 @@ grep -q 'iterations 0 of at most 300$' shown && ! grep -q '/300' shown; ok $? 'a
 runs 'one that takes them all' 12 ct-upsample -t 1 -x 4 --iterations 60 --tolerance 0 alias.nii two.nii
 has shown '^ct-upsample: iterations 0/60$' 'no other end, so many iterations'
 runs 'several works' 2 ct-sr -t 1 -x 4 alias.nii three.nii
-has shown '^ct-restore: axes 1/3, 0:[0-9]* left$' 'others say how much is left'
+has shown '^ct-sr: slices [0-9]*/288, 0:[0-9]* left$' 'others say how much is left'
 ct-upsample -x 4 scan.nii four.nii 2>err; [ ! -s err ]; ok $? 'nothing in a pipe'
 python3 "$srcdir/tests/term.py" ct-upsample -q -x 4 scan.nii five.nii >shown
 [ ! -s shown ]; ok $? 'nothing with -q'

@@ -10,24 +10,24 @@ known=$builddir/slices.safetensors
 # ct-upsample
 for m in tv htv; do
 	ct-upsample -q -m $m thick.nii whole-$m.nii
-	exits 0 "$m in slabs" ct-upsample -q -m $m --memory 96M thick.nii made/$m.nii
+	exits 0 "$m in slabs" ct-upsample -q -m $m --memory 52M thick.nii made/$m.nii
 	near whole-$m.nii made/$m.nii; ok $? 'within .1 HU RMS of the whole, and 1 HU anywhere'
 done
 ct-phantom -q --size 96x96x1400 ellipsoids h2.nii && ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean h2.nii t2.nii
 look peak ct-upsample -q -f -t 1 -m tv t2.nii w.nii; all=$(cat used)
-exits 0 'a larger one' look peak ct-upsample -q -f -t 1 -m tv --memory 180M t2.nii w.nii
+exits 0 'a larger one' look peak ct-upsample -q -f -t 1 -m tv --memory 130M t2.nii w.nii
 [ $((4 * $(cat used))) -lt $((3 * all)) ]; ok $? "takes less memory ($(cat used), $all KiB)"
-within 180 'it is held'
+within 130 'it is held'
 rm h2.nii t2.nii w.nii
-exits 0 'again' ct-upsample -q -t 3 -m tv --memory 96M thick.nii three.nii
+exits 0 'again' ct-upsample -q -t 3 -m tv --memory 52M thick.nii three.nii
 look same three.nii made/tv.nii; ok $? 'the same voxels for any number of threads'
-exits 0 'from a volume to begin with' ct-upsample -q -m dc --start hr.nii --memory 100M thick.nii made/near.nii
+exits 0 'from a volume to begin with' ct-upsample -q -m dc --start hr.nii --memory 56M thick.nii made/near.nii
 ct-upsample -q -m dc --start hr.nii thick.nii near.nii; near near.nii made/near.nii; ok $? 'the same'
-exits 0 'a dry run' ct-upsample --dry-run -m tv --memory 96M thick.nii no.nii
+exits 0 'a dry run' ct-upsample --dry-run -m tv --memory 52M thick.nii no.nii
 has out '^work *tv of 2097152 voxels in [2-9] slabs$' 'tells the slabs'
-awk '$1 == "memory" {m = $2} END {exit !(m > 16 && m < 88)}' out; ok $? 'and the memory'
+awk '$1 == "memory" {m = $2} END {exit !(m > 16 && m < 28)}' out; ok $? 'and the memory'
 [ ! -e no.nii ]; ok $? 'and writes nothing'
-exits 0 'the prior' ct-upsample -q -t 1 -m prior -p "$known" --memory 180M --std made/std.nii thick.nii made/p.nii
+exits 0 'the prior' ct-upsample -q -t 1 -m prior -p "$known" --memory 134M --std made/std.nii thick.nii made/p.nii
 ct-upsample -q -m prior -p "$known" --std std.nii thick.nii p.nii
 near p.nii made/p.nii; ok $? 'the same'
 ct-metrics --psnr --range 1 --json std.nii made/std.nii | sed -n 's/.*"rmse-hu": \([0-9.e+-]*\).*/\1/p' | awk '{near = $1 < .1} END {exit !near}'
@@ -35,14 +35,14 @@ ok $? 'and the same predicted error'
 alone "$(printf '%s\n' htv.nii near.nii p.nii std.nii tv.nii)"
 
 # ct-sr
-exits 0 'ct-sr' ct-sr -t 1 -Q draft --memory 96M thick.nii o.nii
+exits 0 'ct-sr' ct-sr -t 1 -Q draft --memory 52M thick.nii o.nii
 tail -n 1 err | grep -qE '^ct-sr: 64x64x128 to 64x64x512, 1,1,4 times; blur 0 voxels, mean \(from the file\); .*; h?tv, [0-9]+ iterations \([a-z, -]+\), in [2-9] slabs; data residual [0-9.e-]+ HU RMS; [0-9.]+ s, [0-9]+ MiB$'
 ok $? 'says in how many slabs'
 near whole-tv.nii o.nii; ok $? 'the same'
 [ -z "$(ls -A tmp)" ]; ok $? 'and leaves nothing elsewhere'
-ct-sr -q -Q draft --memory 96M - - <thick.nii >stream.nii; ok $? 'to a stream'
+ct-sr -q -Q draft --memory 52M - - <thick.nii >stream.nii; ok $? 'to a stream'
 look same stream.nii o.nii; ok $? 'the same'
-exits 0 'with a page' ct-sr -q -t 1 --memory 180M --prior "$known" --confidence c.nii --report r.html thick.nii r.nii
+exits 0 'with a page' ct-sr -q -t 1 --memory 134M --prior "$known" --confidence c.nii --report r.html thick.nii r.nii
 near p.nii r.nii; ok $? 'the same, with the prior'
 grep -q 'id="error"' r.html; ok $? 'and the predicted error'
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
@@ -55,10 +55,10 @@ else
 fi
 
 # what does not fit
-exits 7 'a bound that no slab fits into' ct-upsample --memory 60M thick.nii made/no.nii
-has err '^ct-upsample: thick.nii: takes [0-9]* MiB of memory in slabs, and 60 MiB are given: ' 'is refused in words'
+exits 7 'a bound that no slab fits into' ct-upsample --memory 30M thick.nii made/no.nii
+has err '^ct-upsample: thick.nii: takes [0-9]* MiB of memory in slabs, and 30 MiB are given: ' 'is refused in words'
 ct-degrade -q -x 4 hr.nii sinc.nii
-exits 7 'a CT that cannot be cut' ct-sr -Q draft --memory 80M sinc.nii made/no.nii
+exits 7 'a CT that cannot be cut' ct-sr -Q draft --memory 40M sinc.nii made/no.nii
 has err '^ct-sr: sinc.nii: takes [0-9]* MiB of memory as a whole, which band-limited sampling (sinc) along all axes asks, ' 'is refused, too'
 for w in 100 M -1M 1e3M 600MB; do
 	exits 2 "--memory=$w" ct-upsample --memory=$w thick.nii made/no.nii
@@ -68,7 +68,7 @@ done
 ct-phantom -q --size 160x160x160 ellipsoids cube.nii && ct-degrade -q -x 4 -p P3 --noise 9 cube.nii cube4.nii && rm cube.nii
 exits 0 'one whose pilot is a part of it' ct-sr -f -Q draft cube4.nii cube.nii
 n=$(sed -n 's/.*; htv, \([0-9]*\) iterations .*/\1/p' err)
-exits 0 'and in slabs' ct-sr -Q draft --memory 150M cube4.nii slabs.nii
+exits 0 'and in slabs' ct-sr -Q draft --memory 105M cube4.nii slabs.nii
 [ "$n" -ge 50 ] && grep -q "; htv, $n iterations .* slabs" err; ok $? "makes as many iterations ($n)"
 near cube.nii slabs.nii; ok $? 'and is the same volume'
 
@@ -89,7 +89,7 @@ if unshare -rm true 2>/dev/null; then
 else
 	skip 'no disk' 'no mounts'
 fi
-ct-upsample -q --iterations 100000 --tolerance 0 --memory 96M thick.nii made/stopped.nii 2>err & pid=$!
+ct-upsample -q --iterations 100000 --tolerance 0 --memory 52M thick.nii made/stopped.nii 2>err & pid=$!
 listens $pid; kill -TERM $pid; wait $pid
 [ $? -eq 75 ]; ok $? 'a signal stops it'
 [ ! -e made/stopped.nii ] && [ -z "$(ls -A tmp)" ]; ok $? 'and nothing is left'

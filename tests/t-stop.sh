@@ -28,7 +28,7 @@ waits TERM ct-degrade -x 2 pipe new.nii
 waits INT ct-upsample -x 2 pipe new.nii
 waits USR1 ct-project pipe new.exr
 waits TERM ct-fdk pipe new.nii
-waits TERM ct-restore -p pipe lr.nii new.nii
+waits TERM ct-upsample -m prior -p pipe lr.nii new.nii
 waits INT ct-ddnm -x 4 pipe new.exr
 waits TERM ct-nabgs -b pipe p.exr new.ply
 waits TERM ct-fuse up.nii pipe p.exr new.nii

@@ -2,8 +2,8 @@
  *
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
  *               about PIECE^3 fine voxels, the number of iterations on one of SMALL^3
- *   prior       each x textured cells + rest x voxels: `each` from the pieces of a lattice that
- * have most textured cells, `rest` from a flat one
+ *   prior       each x textured cells + rest x voxels: `each` from pieces of about CELLS cells, at
+ *               those of a lattice of places that have most texture; `rest` from a flat one
  *
  * Processor time, so that other work on the machine does not count. */
 #include "config.h"
@@ -18,9 +18,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIECE = 160, SMALL = 64, TRIES = 9, PLACES = 3, LATTICE = PLACES * PLACES * PLACES };
-/* Pieces on which the prior is tried, cells at which texture is looked for. */
-enum { PARTS = 3 };
+enum { PIECE = 192, SMALL = 64, TRIES = 9, PLACES = 3, LATTICE = PLACES * PLACES * PLACES };
+/* Pieces on which the prior is tried, their cells, and cells at which texture is looked for. */
+enum { PARTS = 3, CELLS = 12000 };
 #define LOOKS 1e5
 
 static const double middle[3] = {0.5, 0.5, 0.5};
@@ -58,10 +58,18 @@ static int try(double *cpu, struct ct_upsample_report *did, const struct ct_vol 
 	return rc;
 }
 
+/* Coarse voxels n[3] of a pilot that is not the whole. */
+static bool pilot_of(size_t *n, const struct ct_refine *r, const struct ct_vol *in)
+{
+	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+
+	return r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 && ct_pilot_size(n, in, &rule) &&
+	       (r->slabs > 1 || memcmp(n, in->n, sizeof in->n) != 0);
+}
+
 /* Voxels that are refined: what lies about slabs twice, and the pilot. */
 static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 {
-	const struct ct_upsample_rule rule = ct_refine_inversion(r);
 	double plane = (double)ct_vol_count(in), all = 0;
 	size_t n[3];
 
@@ -71,8 +79,7 @@ static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 
 		all += plane * (double)(s.hi - s.lo) / (double)s.of;
 	}
-	if (r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 && ct_pilot_size(n, in, &rule) &&
-		(r->slabs > 1 || memcmp(n, in->n, sizeof n) != 0))
+	if (pilot_of(n, r, in))
 		all += (double)n[0] * (double)n[1] * (double)n[2];
 	return all;
 }
@@ -84,13 +91,16 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	struct ct_upsample_report small, large;
 	struct ct_vol piece = {0};
 	double least, once, most;
-	size_t iterations;
+	double iterations;
+	size_t n[3];
 	int rc = -1;
 
 	if (cut(&piece, in, r->is.by.factor, SMALL, middle, e) ||
 		try(&least, &small, &piece, &rule, env, e))
 		goto out;
-	iterations = small.iterations;
+	iterations = (double)small.iterations;
+	if (iterations > 0 && pilot_of(n, r, in))
+		iterations = fmin(fmax(iterations, CT_PILOT_LEAST), (double)rule.iterations);
 	ct_vol_free(&piece);
 	rule.tolerance = 0;
 	rule.iterations = 1;
@@ -98,10 +108,10 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 		try(&once, &large, &piece, &rule, env, e))
 		goto out;
 	rule.iterations = 1 + TRIES;
-	if (iterations && try(&most, &large, &piece, &rule, env, e))
+	if (iterations > 0 && try(&most, &large, &piece, &rule, env, e))
 		goto out;
-	if (iterations)
-		once += fmax(most - once, 0) / TRIES * ((double)iterations - 1);
+	if (iterations > 0)
+		once += fmax(most - once, 0) / TRIES * (iterations - 1);
 	*cpu += once * work_of(r, in) / (double)ct_vol_count(&piece);
 	rc = 0;
 out:
@@ -213,6 +223,12 @@ static int compare(const void *a, const void *b)
 	return (x->uneven < y->uneven) - (x->uneven > y->uneven);
 }
 
+/* Fine voxels along the side of a piece of CELLS cells, of slices across three axes. */
+static double side_of(const double factor[3])
+{
+	return cbrt(CELLS / 3.0 * pow(largest(factor), 2));
+}
+
 /* All places of a lattice. */
 static int survey(struct place p[LATTICE], const struct ct_vol *in, const double factor[3],
 	size_t cells, struct ct_err *e)
@@ -223,7 +239,7 @@ static int survey(struct place p[LATTICE], const struct ct_vol *in, const double
 
 		for (int a = 0; a < 3; a++)
 			p[i].at[a] = at[a] / (PLACES - 1.0);
-		if (cut(&piece, in, factor, SMALL, p[i].at, e))
+		if (cut(&piece, in, factor, side_of(factor), p[i].at, e))
 			return -1;
 		p[i].uneven = count_uneven(&piece, factor, cells);
 		ct_vol_free(&piece);
@@ -245,7 +261,7 @@ static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in
 		return -1;
 	for (int k = 0; k <= PARTS; k++) {
 		struct ct_vol piece = {0};
-		int rc = cut(&piece, in, factor, SMALL, p[k % PARTS].at, e);
+		int rc = cut(&piece, in, factor, side_of(factor), p[k % PARTS].at, e);
 
 		share = rc ? 1 : (double)ct_vol_count(&piece) / (double)ct_vol_count(in);
 		if (rc == 0 && k == PARTS)

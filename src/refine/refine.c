@@ -68,56 +68,89 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	return 0;
 }
 
-/* Bytes in m slabs: the CT, what it begins with and the results, and beside them the work of the
- * largest slab. */
+/* Bytes of the CT, of what it begins with and of the results. */
+static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
+{
+	const struct ct_refine_rule *p = &r->rule;
+
+	return 4 * ((double)ct_vol_count(in) +
+			   (1 + (p->start ? 1 : 0) + (p->error ? 1 : 0)) * voxels(r->n));
+}
+
+/* Coarse planes of the widest of m > 0 slabs with what is about them; *share: of all. */
+static size_t widest_of(double *share, const struct ct_refine *r, const struct ct_vol *in, size_t m)
+{
+	struct ct_slab s = {.of = 1};
+	size_t widest = 0;
+
+	for (size_t k = 0; k < m; k++) {
+		s = ct_slab_at(&r->is.by, in->n, k, m);
+		widest = s.hi - s.lo > widest ? s.hi - s.lo : widest;
+	}
+	*share = (double)widest / (double)s.of;
+	return widest;
+}
+
+/* One less than the fewest slabs, of `can`, of which each may fit into so many bytes. */
+static size_t fewest(const struct ct_refine *r, const struct ct_vol *in, double bytes, size_t can)
+{
+	size_t m = 2;
+	double share;
+
+	for (; m < can; m++) {
+		widest_of(&share, r, in, m);
+		if (share * (r->whole - CT_MEMORY_BASE) <= bytes)
+			break;
+	}
+	return m - 1;
+}
+
+/* Bytes in m > 0 slabs: volumes, and the work of the largest slab. */
 static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct ct_vol *in,
 	size_t m, struct ct_err *e)
 {
-	const struct ct_refine_rule *p = &r->rule;
-	const double volumes = 1 + (p->start ? 1 : 0) + (p->error ? 1 : 0);
-	double most = 0;
+	const int axis = ct_slab_axis(&r->is.by, in->n);
+	size_t n[3] = {r->n[0], r->n[1], r->n[2]};
+	double share;
 
-	for (size_t k = 0; k < m; k++) {
-		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, m);
-		const double share = (double)(s.hi - s.lo) / (double)s.of;
-		size_t n[3] = {r->n[0], r->n[1], r->n[2]};
-		double one;
-
-		n[s.axis] = (s.hi - s.lo) * s.factor;
-		if (need_of(&one, r, n, share * (double)ct_vol_count(in), e))
-			return -1;
-		most = fmax(most, one);
-	}
-	*bytes = CT_MEMORY_BASE + 4 * ((double)ct_vol_count(in) + volumes * voxels(r->n)) + most;
+	n[axis] = widest_of(&share, r, in, m) * (size_t)r->is.by.factor[axis];
+	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
+		return -1;
+	*bytes += CT_MEMORY_BASE + volumes_of(r, in);
 	return 0;
 }
 
-/* As a whole, or in as few slabs as fit. */
+/* As a whole, or in as few slabs as fit. Within a bound that is given, all but the volumes may
+ * become a tenth more. */
 static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
 {
 	const double free = ct_memory_free(""), given = r->rule.memory;
+	const double most = given > 0 ? given : ct_memory_most(free);
+	const double spare = given > 0 ? CT_MEMORY_SPARE : 0, volumes = volumes_of(r, in);
 	const size_t can = r->is.known ? ct_slab_most(&r->is.by, in->n) : 0;
-	const double most = given > 0 ? given / CT_MEMORY_SPARE : ct_memory_most(free);
 
 	if (need_of(&r->whole, r, r->n, (double)ct_vol_count(in), e))
 		return -1;
 	r->whole += CT_MEMORY_BASE;
 	r->need = r->whole;
 	r->slabs = 1;
-	if (r->whole <= (given > 0 || free <= 0 ? most : free))
+	if (given <= 0 && r->need <= free)
 		return 0;
-	while (r->need > most && r->slabs < can)
+	if (r->need + spare * fmax(r->need - volumes, 0) > most)
+		r->slabs = fewest(r, in, (most - volumes - CT_MEMORY_BASE) / (1 + spare), can);
+	while (r->need + spare * fmax(r->need - volumes, 0) > most && r->slabs < can)
 		if (need_in_slabs(&r->need, r, in, ++r->slabs, e))
 			return -1;
-	if (r->need <= most)
+	if (r->need + spare * fmax(r->need - volumes, 0) <= most)
 		return 0;
 	return ct_fail(e, CT_ENOMEM,
 		"takes %.0f MiB of memory%s, and %.0f MiB are %s: refine it less, or a part of it",
-		ceil(r->need * (given > 0 ? CT_MEMORY_SPARE : 1) / MIB),
-		r->slabs > 1
-			? " in slabs"
-			: " as a whole, which band-limited sampling (sinc) along all axes asks",
-		floor((given > 0 ? given : most) / MIB), given > 0 ? "given" : "free");
+		ceil((r->need + spare * fmax(r->need - volumes, 0)) / MIB),
+		can > 0        ? " in slabs"
+		: !r->is.known ? ", as a CT of unknown blur and sampling is not cut into slabs"
+			       : " as a whole, which band-limited sampling (sinc) along all axes "
+				 "asks",
+		floor(most / MIB), given > 0 ? "given" : "free");
 }
 
 /* Only the inversion will be done. */

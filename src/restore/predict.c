@@ -25,7 +25,6 @@ struct job {
 	struct side *side;
 	struct ct_guess *g;
 	bool coarse; /* the axis across */
-	int last;    /* the last axis of the volume, among u, v and across */
 	const struct ct_env *env;
 };
 
@@ -40,6 +39,18 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const 
 		count += axes[a];
 	}
 	return count;
+}
+
+size_t ct_predict_slices(
+	const struct ct_scene *s, const struct ct_regressor *r, const bool axes[static 3])
+{
+	size_t sum = 0;
+	bool can[3];
+
+	ct_predict_axes(can, r, s);
+	for (int a = 0; a < 3; a++)
+		sum += can[a] && axes[a] ? s->n[a] : 0;
+	return sum;
 }
 
 /* What the rows from i on, the poses of a cell, hold, to h. */
@@ -81,8 +92,6 @@ static void look(struct job *j, struct side *d, const size_t at[static 3])
 	float raw[CT_PATCH_MOST];
 	size_t count;
 
-	if (j->scene->to && (at[j->last] < j->scene->from || at[j->last] >= j->scene->to))
-		return;
 	d->cells++;
 	count = ct_patch_look(raw, pose, &j->s, shape, at);
 	if (count == 0)
@@ -112,6 +121,8 @@ static void slice(void *arg, size_t k, size_t worker)
 
 	if (d->failed.code || ct_stopping(j->env))
 		return;
+	if (worker == 0 && j->g->slices) /* the calling thread */
+		ct_progress(j->env, "slices", j->g->done + k, j->g->slices);
 	was = ct_dnn_enter();
 	for (size_t v = 0; v + cell <= j->s.n[1]; v += cell)
 		for (size_t u = 0; u + cell <= j->s.n[0]; u += cell)
@@ -126,10 +137,8 @@ static int across(struct job *j, int axis, struct ct_err *e)
 
 	ct_slicing_of(&j->s, j->scene->x, j->scene->n, axis, j->scene->coarse);
 	j->coarse = j->scene->coarse[axis];
-	j->last = 0;
-	while (j->last < 2 && j->s.stride[j->last] != j->scene->n[0] * j->scene->n[1])
-		j->last++;
 	ct_par_for(j->env->par, j->s.n[2], slice, j);
+	j->g->done += j->s.n[2];
 	for (size_t t = 0; t < threads; t++)
 		if (j->side[t].failed.code) {
 			*e = j->side[t].failed;
@@ -155,7 +164,7 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_reg
 	const size_t threads = ct_par_threads(env->par);
 	struct job j = {.r = r, .scene = s, .g = g, .env = env};
 	bool can[3];
-	size_t used = 0, done = 0;
+	size_t used = 0;
 	int rc = -1;
 
 	ct_predict_axes(can, r, s);
@@ -166,12 +175,10 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_reg
 	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
-		if (can[a] && axes[a]) {
-			ct_progress(env, "axes", done++, used);
-			if (across(&j, a, e))
-				goto out;
-		}
-	ct_progress(env, "axes", used, used);
+		if (can[a] && axes[a] && across(&j, a, e))
+			goto out;
+	if (g->slices)
+		ct_progress(env, "slices", g->done, g->slices);
 	g->axes += used;
 	for (size_t t = 0; t < threads; t++) {
 		*looked += j.side[t].looked;

@@ -16,17 +16,22 @@ struct ct_scene {
 	size_t n[3];
 	bool coarse[3];
 	struct ct_regime regime;
-	size_t from, to; /* planes of the last axis whose cells are looked at; 0, 0: all */
 };
 
 /* Axes across which the regressor takes slices of it. */
 size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const struct ct_scene *s);
+/* Slices of it across those of the axes. */
+size_t ct_predict_slices(
+	const struct ct_scene *s, const struct ct_regressor *r, const bool axes[static 3]);
 /* Sums over slices of several axes, n voxels each; square and v may be NULL. */
 struct ct_guess {
 	float *h;      /* HU, what is expected */
 	float *square; /* HU^2, of what each axis expects */
 	float *v;      /* HU^2, what each says of its error, times spread[0] (regressor.h) */
 	size_t axes;   /* that were added */
+	/* For the progress of several calls: slices of all of them (0: not reported), and of those
+	 * that are done. */
+	size_t slices, done;
 };
 
 /* Add those of the axes of `axes` that are usable; *looked += the cells that were not flat, of

@@ -101,22 +101,32 @@ void ct_slice_prior_axes(
 	known(axes, p, d, false);
 }
 
+/* Is regressor i for the scene, and for one of the axes of the rule? */
+static bool serves(const struct ct_slice_prior *p, size_t i, const struct ct_scene *s,
+	size_t factor, bool again, const struct ct_restore_rule *rule)
+{
+	bool can[3];
+
+	if (p->r[i].shape.cell != factor || p->again[i] != again)
+		return false;
+	ct_predict_axes(can, &p->r[i], s);
+	return (can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) || (can[2] && rule->axes[2]);
+}
+
 /* What all regressors expect that know slices of the scene; *floor += what the noise alone makes of
  * the square of the error. */
 static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, size_t factor,
 	bool again, const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
+	for (size_t i = 0; i < p->n; i++)
+		if (serves(p, i, s, factor, again, rule))
+			g->slices += ct_predict_slices(s, &p->r[i], rule->axes);
 	for (size_t i = 0; i < p->n; i++) {
 		const struct ct_regressor *r = &p->r[i];
 		const size_t before = g->axes;
-		bool can[3];
 
-		if (r->shape.cell != factor || p->again[i] != again)
-			continue;
-		ct_predict_axes(can, r, s);
-		if (!((can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) ||
-			    (can[2] && rule->axes[2])))
+		if (!serves(p, i, s, factor, again, rule))
 			continue;
 		if (ct_predict(g, s, r, rule->axes, &report->looked, &report->cells, env, e))
 			return -1;
@@ -151,11 +161,10 @@ static double weight_of(const struct block *b, const struct ct_restore_rule *rul
 	return rule->cap > 0 ? w / (1 + square / (rule->cap * rule->cap)) : w;
 }
 
-/* Of the block of s^3 voxels at `at` of n, of which g is about the planes from `low` on. */
-static struct block block_of(const struct ct_guess *g, size_t low, const size_t n[static 3],
-	const size_t at[static 3], size_t s)
+/* Of the block of s^3 voxels at `at` of n. */
+static struct block block_of(
+	const struct ct_guess *g, const size_t n[static 3], const size_t at[static 3], size_t s)
 {
-	const size_t skip = low * n[0] * n[1];
 	const double axes = (double)g->axes;
 	struct block b = {0};
 	size_t to[3];
@@ -165,7 +174,7 @@ static struct block block_of(const struct ct_guess *g, size_t low, const size_t 
 	for (size_t k = at[2]; k < to[2]; k++)
 		for (size_t j = at[1]; j < to[1]; j++)
 			for (size_t i = at[0]; i < to[0]; i++) {
-				const size_t v = (k * n[1] + j) * n[0] + i - skip;
+				const size_t v = (k * n[1] + j) * n[0] + i;
 				const double h = (double)g->h[v] / axes;
 
 				b.count++;
@@ -178,11 +187,10 @@ static struct block block_of(const struct ct_guess *g, size_t low, const size_t 
 	return b;
 }
 
-/* Weights of blocks of s voxels: m of them along i, j and k, of which w has those from `first` on
- * along k. row: work of m[0]. */
+/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
 struct weights {
 	float *w, *row;
-	size_t m[3], first, s;
+	size_t m[3], s;
 };
 
 /* Of the m blocks of s voxels along an axis, that whose centre is the last one at voxel i or before
@@ -200,7 +208,7 @@ static size_t between(double *part, size_t i, size_t s, size_t m)
 static void weigh_row(const struct weights *w, size_t j, size_t k)
 {
 	double part[3];
-	const size_t c = between(&part[2], k, w->s, w->m[2]) - w->first;
+	const size_t c = between(&part[2], k, w->s, w->m[2]);
 	const size_t b = between(&part[1], j, w->s, w->m[1]);
 	const size_t up = part[2] > 0 ? w->m[0] * w->m[1] : 0, on = part[1] > 0 ? w->m[0] : 0;
 
@@ -230,178 +238,72 @@ static void add_row(
 	}
 }
 
-/* Planes about a cell that a look at it takes in, whole cells. */
-static size_t reach(const struct ct_slice_prior *p, size_t factor)
-{
-	size_t most = ct_steps_reach(factor);
-
-	for (size_t i = 0; i < p->n; i++) {
-		const struct ct_patch_shape *s = &p->r[i].shape;
-		const size_t beside = (s->side - s->cell) / 2, across = s->depth / 2;
-
-		if (s->cell == factor)
-			most = beside > across ? (beside > most ? beside : most)
-					       : (across > most ? across : most);
-	}
-	return (most + factor - 1) / factor * factor;
-}
-
-size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *d,
-	const size_t n[static 3], double bytes)
-{
-	enum { VOLUMES = 4 }; /* of what is looked at, expected, its squares, and its error */
-	const double plane = VOLUMES * sizeof(float) * (double)n[0] * (double)n[1];
-	struct ct_scene s = {0};
-	size_t factor, about;
-	double planes;
-
-	if (!scene_of(&s, &factor, d))
-		return 0;
-	about = reach(p, factor);
-	planes = bytes / plane - 2 * (double)about;
-	if (planes >= (double)n[2])
-		return 0;
-	return planes > (double)about ? (size_t)planes / factor * factor : about;
-}
-
-/* Slabs of planes from the first to the last. What lies about one is looked at as it was before
- * anything was added: `below` keeps that of the planes under the next slab. Weights are linear
- * between the centres of cells, so that to the upper half of the last cell the next slab adds:
- * `kept` is what is expected of it, and row 0 of w.w are then the weights of its plane of cells. */
-struct slabs {
+/* A pass of the prior over a volume. */
+struct pass {
 	struct ct_vol *x;
-	float *std;
 	const struct ct_slice_prior *prior;
 	const struct ct_restore_rule *rule;
 	struct ct_restore_report *report;
 	const struct ct_env *env;
 	struct ct_scene scene;
 	bool again;
-	size_t factor, about, step, plane;
-	float *copy, *below, *h; /* copy: the planes that are looked at; h: those of a guess */
-	float *kept;
+	size_t factor;
 	struct weights w;
-	double square;
 };
 
-static void copy_planes(float *to, const float *from, size_t planes, size_t plane)
+/* Add what is expected. */
+static int add(struct pass *s, const struct ct_guess *g, struct ct_err *e)
 {
-	for (size_t k = 0; k < planes; k++) {
-		memcpy(to + k * plane, from + k * plane, plane * sizeof *to);
-	}
-}
+	const size_t *n = s->x->n, f = s->factor;
+	const struct ct_steps steps = {s->x->data, {n[0], n[1], n[2]}, f, s->rule->steps};
+	float *w = s->w.w;
+	double square = 0;
 
-/* Add what is expected of the scene in the planes k0 to k1, and in the half of a cell below that
- * was left. */
-static void add(struct slabs *s, const struct ct_guess *g, const struct ct_scene *scene, size_t low,
-	size_t k0, size_t k1)
-{
-	const struct ct_steps steps = {
-		scene->x, {scene->n[0], scene->n[1], scene->n[2]}, s->factor, s->rule->steps};
-	const size_t *n = s->x->n, f = s->factor, half = f / 2, layer = s->w.m[0] * s->w.m[1];
-	const size_t from = k0 ? k0 - half : 0, to = k1 < n[2] ? k1 - half : n[2];
-	float *w = s->w.w + (k0 ? layer : 0);
-
-	s->w.first = k0 ? k0 / f - 1 : 0;
-	for (size_t k = k0; k < k1; k += f)
+	for (size_t k = 0; k < n[2]; k += f)
 		for (size_t j = 0; j < n[1]; j += f)
 			for (size_t i = 0; i < n[0]; i += f) {
 				const struct block b =
-					block_of(g, low, n, (const size_t[3]){i, j, k}, f);
+					block_of(g, n, (const size_t[3]){i, j, k}, f);
 
 				*w++ = (float)weight_of(&b, s->rule);
 			}
 	if (steps.limit > 0)
-		ct_steps_keep(g->h, &steps, k0 - low, k1 - low, s->env->par);
-	if (k0)
-		copy_planes(g->h + (from - low) * s->plane, s->kept, half, s->plane);
-	for (size_t k = from; k < to; k++)
+		ct_steps_keep(g->h, &steps, s->env->par);
+	for (size_t k = 0; k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++) {
-			const size_t at = j * n[0];
+			const size_t at = (k * n[1] + j) * n[0];
 
 			weigh_row(&s->w, j, k);
-			add_row(&s->square, s->x->data + k * s->plane + at,
-				g->h + (k - low) * s->plane + at, n[0], (double)g->axes, &s->w);
+			add_row(&square, s->x->data + at, g->h + at, n[0], (double)g->axes, &s->w);
 		}
-	if (k1 < n[2]) {
-		copy_planes(s->kept, g->h + (k1 - half - low) * s->plane, half, s->plane);
-		memcpy(s->w.w, w - layer, layer * sizeof *w);
-	}
+	s->report->added = sqrt(square / (double)ct_vol_count(s->x));
+	return isfinite(square) ? 0 : ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");
 }
 
-/* The planes k0 to k1, of a volume that may be whole. */
-static int slab(struct slabs *s, size_t k0, size_t k1, struct ct_err *e)
+static int predict(struct pass *s, float *std, struct ct_err *e)
 {
-	const size_t *n = s->x->n, plane = s->plane;
-	const size_t low = k0 > s->about ? k0 - s->about : 0;
-	const size_t high = n[2] - k1 > s->about ? k1 + s->about : n[2], all = (high - low) * plane;
-	const bool whole = !s->copy;
-	struct ct_env quiet = *s->env;
-	struct ct_scene scene = s->scene;
-	struct ct_guess g = {.h = s->h};
+	const size_t all = ct_vol_count(s->x), kinds = 1 + (s->rule->doubt > 0);
+	const size_t cells = s->w.m[0] * s->w.m[1] * s->w.m[2];
+	struct ct_guess g = {.v = std};
 	double floor = 0;
-
-	g.square = s->rule->doubt > 0 ? s->h + all : NULL;
-	g.v = !s->std ? NULL : whole ? s->std : s->h + (g.square ? 2 : 1) * all;
-	memset(s->h, 0, (g.square ? 2 : 1) * all * sizeof *s->h);
-	if (g.v)
-		memset(g.v, 0, all * sizeof *g.v);
-	scene.x = s->x->data;
-	if (!whole) {
-		copy_planes(s->copy, s->below, k0 - low, plane);
-		copy_planes(
-			s->copy + (k0 - low) * plane, s->x->data + k0 * plane, high - k0, plane);
-		copy_planes(s->below,
-			s->copy + (k1 - low - (k1 < s->about ? k1 : s->about)) * plane,
-			k1 < s->about ? k1 : s->about, plane);
-		scene.x = s->copy;
-		scene.n[2] = high - low;
-		scene.from = k0 - low;
-		scene.to = k1 - low;
-		ct_progress(s->env, "planes", k0, n[2]);
-		quiet.progress = NULL;
-	}
-	if (expect(&g, &floor, &scene, s->factor, s->again, s->prior, s->rule, s->report, &quiet,
-		    e))
-		return -1;
-	if (g.v)
-		deviate(g.v, all, &g, floor);
-	if (g.v && !whole)
-		copy_planes(s->std + k0 * plane, g.v + (k0 - low) * plane, k1 - k0, plane);
-	add(s, &g, &scene, low, k0, k1);
-	return 0;
-}
-
-static int all_slabs(struct slabs *s, struct ct_err *e)
-{
-	const size_t last = s->x->n[2], planes = s->step + 2 * s->about;
-	const bool whole = s->step >= last;
-	const size_t in_hand = whole ? last : planes;
-	const size_t kinds = 1 + (s->rule->doubt > 0) + (s->std && !whole);
-	const size_t f = s->factor, layer = s->w.m[0] * s->w.m[1];
 	int rc = -1;
 
-	if (ct_alloc(&s->w.w, ((whole ? last : s->step) / f + 2) * layer + s->w.m[0],
-		    sizeof *s->w.w, e) ||
-		(!whole && ct_alloc(&s->kept, f / 2 * s->plane, sizeof *s->kept, e)))
+	if (ct_alloc(&s->w.w, cells + s->w.m[0], sizeof *s->w.w, e) ||
+		ct_alloc0(&g.h, kinds * all, sizeof *g.h, e))
 		goto out;
-	s->w.row = s->w.w + ((whole ? last : s->step) / f + 2) * layer;
-	if (ct_alloc(&s->h, kinds * in_hand * s->plane, sizeof *s->h, e) ||
-		(!whole && (ct_alloc(&s->copy, planes * s->plane, sizeof *s->copy, e) ||
-				   ct_alloc(&s->below, s->about * s->plane, sizeof *s->below, e))))
+	s->w.row = s->w.w + cells;
+	g.square = kinds > 1 ? g.h + all : NULL;
+	if (std)
+		memset(std, 0, all * sizeof *std);
+	if (expect(&g, &floor, &s->scene, s->factor, s->again, s->prior, s->rule, s->report, s->env,
+		    e))
 		goto out;
-	rc = 0;
-	for (size_t k = 0; k < last && rc == 0; k += s->step)
-		rc = slab(s, k, last - k < s->step ? last : k + s->step, e);
-	s->report->added = sqrt(s->square / ((double)last * (double)s->plane));
-	if (rc == 0 && !isfinite(s->square))
-		rc = ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");
+	if (std)
+		deviate(std, all, &g, floor);
+	rc = add(s, &g, e);
 out:
 	free(s->w.w);
-	free(s->kept);
-	free(s->h);
-	free(s->copy);
-	free(s->below);
+	free(g.h);
 	return rc;
 }
 
@@ -409,16 +311,13 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
-	struct slabs s = {.x = x,
-		.std = std,
+	struct pass s = {.x = x,
 		.again = again,
 		.prior = prior,
 		.rule = rule,
 		.report = report,
 		.env = env,
-		.scene = {.n = {x->n[0], x->n[1], x->n[2]}},
-		.step = rule->slab ? rule->slab : x->n[2],
-		.plane = x->n[0] * x->n[1]};
+		.scene = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}}};
 	const bool last = again || rule->passes != 2;
 
 	*report = (struct ct_restore_report){0};
@@ -426,11 +325,10 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
 	s.scene.regime.noise = rule->noise;
-	s.about = reach(prior, s.factor);
 	s.w.s = s.factor;
 	for (int a = 0; a < 3; a++)
 		s.w.m[a] = (x->n[a] + s.factor - 1) / s.factor;
-	if (all_slabs(&s, e) ||
+	if (predict(&s, std, e) ||
 		(last && rule->flat && ct_flat_mix(x, lo, rule->by.factor, rule->texture, env, e)))
 		return -1;
 	return ct_upsample_settle(

@@ -51,7 +51,6 @@ struct ct_restore_rule {
 	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
 	int passes;                      /* 2: then look again at what comes of that; else once */
-	size_t slab;                     /* planes in hand at a time (ct_restore_slab); 0: all */
 };
 
 /* The weight of a scan of n voxels that rule->by made, with rule->noise, the caution that goes with
@@ -66,16 +65,10 @@ struct ct_restore_report {
 	double residual;      /* RMS of D x - y, HU */
 };
 
-/* Planes of a volume of n voxels, whole cells of them, that the prior can look at within `bytes` of
- * memory, those about them included; at least as many as it has to. */
-size_t ct_restore_slab(const struct ct_slice_prior *p, const struct ct_degrade *d,
-	const size_t n[static 3], double bytes);
-
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
- * and lo: one volume, of room.h. Of all planes that are in hand: one more, and another if there is
- * doubt. std, if not NULL, becomes the expected error of each voxel, HU (regressor.h); the report
- * is of what was looked at last. */
+ * and lo: one volume, another if there is doubt; or that of ct_upsample_settle. std, if not NULL,
+ * becomes the predicted error of each voxel, HU (regressor.h). The report is of the last pass. */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e);

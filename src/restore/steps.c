@@ -12,7 +12,6 @@ enum { MOST = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_CELL };
 struct job {
 	const struct ct_steps *s;
 	float *h;
-	size_t from, to;
 };
 
 /* x at p, linear between the voxels. */
@@ -94,7 +93,7 @@ static void block(const struct job *j, const size_t first[3])
 	const size_t *n = j->s->n, s = j->s->s;
 	const size_t end[3] = {first[0] + s < n[0] ? first[0] + s : n[0],
 		first[1] + s < n[1] ? first[1] + s : n[1],
-		first[2] + s < j->to ? first[2] + s : j->to};
+		first[2] + s < n[2] ? first[2] + s : n[2]};
 	double pu[MOST], hu = 0, uu = 0;
 	size_t count = 0, at[3];
 
@@ -124,14 +123,13 @@ static void row(void *arg, size_t task, size_t worker)
 
 	(void)worker;
 	for (size_t i = 0; i < j->s->n[0]; i += s)
-		block(j, (const size_t[3]){i, task % rows * s, j->from + task / rows * s});
+		block(j, (const size_t[3]){i, task % rows * s, task / rows * s});
 }
 
-void ct_steps_keep(
-	float *h, const struct ct_steps *steps, size_t from, size_t to, struct ct_par *par)
+void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par)
 {
-	struct job j = {steps, h, from, to};
+	struct job j = {steps, h};
 	const size_t s = steps->s;
 
-	ct_par_for(par, (steps->n[1] + s - 1) / s * ((to - from + s - 1) / s), row, &j);
+	ct_par_for(par, (steps->n[1] + s - 1) / s * ((steps->n[2] + s - 1) / s), row, &j);
 }

@@ -28,9 +28,7 @@ static inline size_t ct_steps_reach(size_t s)
 	return s + s / 2;
 }
 
-/* h, n voxels, becomes h - c p u in the planes from .. to, whole blocks of them. The same bytes for
- * any number of threads. */
-void ct_steps_keep(
-	float *h, const struct ct_steps *steps, size_t from, size_t to, struct ct_par *par);
+/* h, n voxels, becomes h - c p u. The same bytes for any number of threads. */
+void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par);
 
 #endif

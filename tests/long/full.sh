@@ -50,8 +50,8 @@ writer out/r.nii ct-compose -q --residual-out out/r.nii hr-up.nii residual.ply o
 writer out/o.nii ct-metrics -q --consistency hr-lr.nii --map out/o.nii hr.nii
 if command -v ct-view >/dev/null; then writer out/o.png ct-view -q hr.nii out/o.png; fi
 writer out/o.html ct-report -q hr-lr.nii hr-up.nii out/o.html
-writer out/o.nii ct-restore -q -x 2 hr-lr.nii out/o.nii
-writer out/s.nii ct-restore -q -x 2 --std out/s.nii hr-lr.nii out/o.nii
+writer out/o.nii ct-upsample -m prior -q -x 2 hr-lr.nii out/o.nii
+writer out/s.nii ct-upsample -m prior -q -x 2 --std out/s.nii hr-lr.nii out/o.nii
 writer out/o.exr ct-ddnm -q -x 4 -n 2 hr-low.exr out/o.exr
 writer out/s.exr ct-ddnm -q -x 4 -n 2 -k 2 --std out/s.exr hr-low.exr out/o.exr
 writer out/o.ply ct-nabgs -q -b hr-up.nii -n 40 -g 200 --max-gaussians 200 hr.exr out/o.ply

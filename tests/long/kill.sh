@@ -1,6 +1,6 @@
 #!/bin/sh
-# kill.sh [COUNT [COMMAND]]: every command with a state, ct-restore, and ct-sr with all that it started, is
-# stopped by the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed (ct-restore: run
+# kill.sh [COUNT [COMMAND]]: every command with a state, ct-upsample, and ct-sr with all that it started, is
+# stopped by the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed (ct-upsample: run
 # again): the same result as a run in one go, nothing else left, and no file that cannot be read meanwhile.
 . "$(dirname "$0")/lib.sh"
 count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$lasting}

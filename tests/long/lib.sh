@@ -68,10 +68,10 @@ command_() {
 	ct-nabgs) line="ct-nabgs -q -t 2 -b $2-up.nii -n 300 -g 300 --max-gaussians 300 --checkpoint-every 20 $2.exr $3" ;;
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
 	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
-	ct-restore) line="ct-restore -q -t 2 -x 2 $2-lr.nii $3" ;;
+	ct-upsample) line="ct-upsample -m prior -q -t 2 -x 2 $2-lr.nii $3" ;;
 	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac
 }
-# Those that take longest; ct-restore alone keeps no state, so it begins again.
-lasting='ct-ddnm ct-nabgs ct-fuse ct-train ct-restore ct-sr'
-again_of() { [ "$1" = ct-restore ] && echo --force || echo --resume; }
+# Those that take longest; ct-upsample alone keeps no state, so it begins again.
+lasting='ct-ddnm ct-nabgs ct-fuse ct-train ct-upsample ct-sr'
+again_of() { [ "$1" = ct-upsample ] && echo --force || echo --resume; }

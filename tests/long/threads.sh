@@ -37,7 +37,7 @@ command_with() { timeout 900 $fixed "$@" >out 2>err; judge $? "$*"; }
 command_with ct-phantom -q -t 4 --size 24x24x24 --spacing 4 marks hr.nii
 command_with ct-degrade -q -t 4 -x 2 hr.nii lr.nii
 command_with ct-upsample -q -t 4 -x 2 lr.nii up.nii
-command_with ct-restore -q -t 4 -x 2 --std std.nii lr.nii restored.nii
+command_with ct-upsample -m prior -q -t 4 -x 2 --std std.nii lr.nii restored.nii
 command_with ct-info -q -t 4 --estimate hr.nii
 command_with ct-project -q -t 4 -n 20 hr.nii hr.exr
 command_with ct-project -q -t 4 -n 8 --coarsen 4 hr.nii low.exr

@@ -1,0 +1,229 @@
+/* refine/refine.h: one call refines a CT. Two calls at once give the same bytes as one; slabs are
+ * the whole; the plan reports what it found.
+ */
+#include "config.h"
+#include "core/rng.h"
+#include "refine/refine.h"
+#include "refine/slabs.h"
+#include "tests/tap.h"
+#include "regressor.h"
+#include "texture.h"
+
+#include <pthread.h>
+#include <string.h>
+
+enum { THICK = 64, SIDE = 24, MIB = 1 << 20 };
+static const struct ct_env quiet = {0};
+static struct ct_slice_prior prior = {.n = 1};
+
+/* A CT of a texture, of which slices of four were averaged, or none. */
+static void make(struct ct_vol *lo, bool says)
+{
+	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN};
+	const size_t n[3] = {SIDE, SIDE, THICK};
+
+	*lo = (struct ct_vol){0};
+	must(ct_vol_alloc(lo, n, &err));
+	texture(lo->data, n, 7);
+	for (size_t i = 0; i < ct_vol_count(lo); i++)
+		lo->data[i] /= 4; /* some 75 HU */
+	for (int a = 0; a < 3; a++)
+		lo->affine[a][a] = 1;
+	if (says)
+		must(ct_degrade_put(&lo->meta, &by, &err));
+}
+
+static struct ct_refine_rule rule_of(int method)
+{
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+
+	rule.method = method;
+	rule.iterations = 60;
+	rule.said.noise = 0;
+	rule.prior = &prior;
+	return rule;
+}
+
+struct call {
+	const struct ct_vol *lo;
+	struct ct_refine_rule rule;
+	struct ct_vol out, error;
+	struct ct_refine did;
+	struct ct_err failed;
+	int rc;
+};
+
+static void *call(void *arg)
+{
+	struct call *c = arg;
+
+	c->rc = ct_refine_plan(&c->did, &c->rule, c->lo, &quiet, &c->failed) ||
+				ct_refine_run(&c->did, &c->out, c->rule.error ? &c->error : NULL,
+					c->lo, &quiet, &c->failed)
+			? -1
+			: 0;
+	return NULL;
+}
+
+static bool same(const struct ct_vol *a, const struct ct_vol *b)
+{
+	return ct_vol_count(a) == ct_vol_count(b) &&
+	       memcmp(a->data, b->data, ct_vol_count(a) * sizeof *a->data) == 0;
+}
+
+static void end(struct call *c)
+{
+	ct_vol_free(&c->out);
+	ct_vol_free(&c->error);
+}
+
+/* Two threads at once: one method each, or the same. */
+static void at_once(const struct ct_vol *lo)
+{
+	struct call alone = {.lo = lo, .rule = rule_of(CT_REFINE_PRIOR)}, two[2];
+	pthread_t thread[2];
+
+	alone.rule.error = true;
+	two[0] = two[1] = alone;
+	call(&alone);
+	OK(alone.rc == 0 && alone.did.adds && alone.did.slabs == 1, "the prior adds (%s%s)",
+		alone.failed.msg, alone.did.why_not);
+	for (int k = 0; k < 2; k++)
+		if (pthread_create(&thread[k], NULL, call, &two[k]))
+			exit(99);
+	for (int k = 0; k < 2; k++)
+		pthread_join(thread[k], NULL);
+	OK(two[0].rc == 0 && two[1].rc == 0 && same(&alone.out, &two[0].out) &&
+			same(&alone.out, &two[1].out) && same(&alone.error, &two[0].error) &&
+			same(&alone.error, &two[1].error),
+		"two calls at once make the same bytes as one");
+	end(&alone);
+	end(&two[0]);
+	end(&two[1]);
+}
+
+static void compare(const struct ct_vol *a, const struct ct_vol *b, const char *name, size_t slabs)
+{
+	double sum = 0, most = 0;
+
+	for (size_t i = 0; i < ct_vol_count(a); i++) {
+		const double d = fabs((double)a->data[i] - (double)b->data[i]);
+
+		sum += d * d;
+		most = fmax(most, d);
+	}
+	sum = sqrt(sum / (double)ct_vol_count(a));
+	OK(sum < 0.1 && most < 1, "%s: %zu slabs are the whole (%.2g HU RMS, %.2g at most)", name,
+		slabs, sum, most);
+}
+
+/* In slabs: within the largest bound that the whole does not fit into. */
+static void slabs(const struct ct_vol *lo)
+{
+	static const int methods[] = {CT_UPSAMPLE_TV, CT_UPSAMPLE_HTV, CT_REFINE_PRIOR};
+
+	for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+		struct call whole = {.lo = lo, .rule = rule_of(methods[k])}, part = whole;
+
+		call(&whole);
+		part.rule.memory = 1.2 * whole.did.whole;
+		do {
+			part.rule.memory -= 0x1p14;
+			part.rc = ct_refine_plan(&part.did, &part.rule, lo, &quiet, &part.failed);
+		} while (part.rc == 0 && part.did.slabs < 2);
+		if (part.rc == 0)
+			part.rc =
+				ct_refine_run(&part.did, &part.out, NULL, lo, &quiet, &part.failed);
+		OK(whole.rc == 0 && part.rc == 0 && part.did.need <= part.rule.memory,
+			"in %.1f MiB of %.1f", part.rule.memory / MIB, whole.did.whole / MIB);
+		if (part.rc == 0)
+			compare(&whole.out, &part.out, CT_WORD(CT_REFINE_LIST, methods[k]),
+				part.did.slabs);
+		end(&whole);
+		end(&part);
+	}
+}
+
+/* Slabs cover an axis, each voxel once. */
+static void cuts(void)
+{
+	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN};
+	const struct ct_degrade sinc = {{2, 2, 2}, {0, 0, 0}, CT_DECIMATE_SINC};
+	const size_t n[3] = {30, 40, 50};
+
+	OK(ct_slab_axis(&by, n) == 2 && ct_slab_most(&by, n) == 13, "the longest axis is cut");
+	for (size_t m = 1; m <= 13; m++) {
+		size_t at = 0;
+
+		for (size_t k = 0; k < m; k++) {
+			const struct ct_slab s = ct_slab_at(&by, n, k, m);
+
+			if (s.from != at || s.to <= s.from || s.lo > s.from || s.hi < s.to)
+				break;
+			at = s.to;
+		}
+		if (m == 1 || m == 4 || m == 13)
+			OK(at == 50, "%zu slabs are all of it", m);
+	}
+	OK(ct_slab_axis(&sinc, n) == -1 && ct_slab_most(&sinc, n) == 0,
+		"band-limited sampling along all axes is not cut");
+}
+
+/* What the plan says of what it found. */
+static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
+{
+	struct ct_refine_rule rule = rule_of(CT_UPSAMPLE_AUTO);
+	struct ct_refine r;
+	double cpu = -1;
+
+	must(ct_refine_plan(&r, &rule, lo, &quiet, &err));
+	OK(r.is.known && r.is.from == CT_BY_FILE && r.is.noise_from == CT_BY_CALLER,
+		"the file says the operator, the caller the noise");
+	OK(r.method == CT_UPSAMPLE_TV && r.n[2] == 4 * THICK && !r.adds, "means take tv");
+	must(ct_refine_cost(&cpu, &r, lo, &quiet, &err));
+	OK(cpu > 0, "it costs something (%.3g s)", cpu);
+	rule.memory = MIB;
+	OK(ct_refine_plan(&r, &rule, lo, &quiet, &err) == -1 && err.code == CT_ENOMEM &&
+			strstr(err.msg, "1 MiB are given"),
+		"a bound that nothing fits into: %s", err.msg);
+	rule = rule_of(CT_UPSAMPLE_AUTO);
+	rule.said.factor[0] = rule.said.factor[1] = rule.said.factor[2] = 2;
+	OK(ct_refine_plan(&r, &rule, lo, &quiet, &err) == -1 && err.code == CT_EUSAGE,
+		"a contradiction: %s", err.msg);
+	must(ct_refine_plan(&r, &rule, mute, &quiet, &err));
+	OK(!r.is.known && r.is.from == CT_BY_NOBODY && r.method == CT_UPSAMPLE_BSPLINE,
+		"without an operator it interpolates: %s", ct_refine_why(&r));
+	rule.memory = MIB;
+	OK(ct_refine_plan(&r, &rule, mute, &quiet, &err) == -1 && err.code == CT_ENOMEM &&
+			strstr(err.msg, "unknown blur"),
+		"and is not cut: %s", err.msg);
+	rule = rule_of(CT_REFINE_PRIOR);
+	rule.said.factor[0] = rule.said.factor[1] = rule.said.factor[2] = 2;
+	OK(ct_refine_plan(&r, &rule, mute, &quiet, &err) == -1 && err.code == CT_EUSAGE,
+		"the prior needs one: %s", err.msg);
+	for (int a = 0; a < 3; a++)
+		rule.said.sigma[a] = a < 2 ? 0 : 0.5;
+	rule.said.decimate = CT_DECIMATE_MEAN;
+	must(ct_refine_plan(&r, &rule, mute, &quiet, &err));
+	OK(r.is.known && r.is.from == CT_BY_CALLER && !r.adds &&
+			strstr(r.why_not, "no network for factors 2,2,2"),
+		"%s", r.why_not);
+}
+
+int main(void)
+{
+	struct ct_vol lo, mute;
+
+	prior.r[0] = (struct ct_regressor){.shape = {4, 8, 1, false}, .components = 9, .width = 21};
+	random_regressor(&prior.r[0]);
+	make(&lo, true);
+	make(&mute, false);
+	cuts();
+	reports(&lo, &mute);
+	at_once(&lo);
+	slabs(&lo);
+	ct_vol_free(&lo);
+	ct_vol_free(&mute);
+	ct_slice_prior_free(&prior);
+	return tap_done();
+}
