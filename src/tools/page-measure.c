@@ -203,6 +203,7 @@ static int warn_said(struct page *p)
 static int warn_found(struct page *p)
 {
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
+	const char *upsampled = ct_meta_get(&p->hr.vol.meta, CT_META_UPSAMPLE);
 	size_t body = 0, poor = 0;
 
 	for (int k = PAGE_LUNG; k < PAGE_TISSUES; k++) {
