@@ -11,7 +11,7 @@ struct move {
 	double fresh, kept; /* factors of z and eps outside the measured components */
 	double eta, q, sy;
 	enum ct_sampler_rule rule; /* PLUS only if sy > 0 */
-	double lam;                /* of the rules that have one for all components */
+	double lambda_t;           /* Lambda_t of the rules that have one for all components */
 };
 
 static struct move move_to(const struct ct_sampler *s, int j)
@@ -23,19 +23,19 @@ static struct move move_to(const struct ct_sampler *s, int j)
 		.q = q,
 		.sy = 2.0 * s->how.sigma_y,
 		.rule = s->how.rule,
-		.lam = 1.0};
-	double gam = 1.0;
+		.lambda_t = 1.0};
+	double gamma_t = 1.0;
 
 	if (m.rule == CT_SAMPLER_PLUS && !(m.sy > 0))
 		m.rule = CT_SAMPLER_DDNM;
 	if (m.rule == CT_SAMPLER_SIMPLE) {
 		double sig = sqrt(1.0 - abar * abar), ay = abar * m.sy;
 
-		m.lam = sig >= ay ? 1.0 : sig / ay;
-		gam = sig >= ay ? sqrt(sig * sig - ay * ay) : 0.0;
+		m.lambda_t = sig >= ay ? 1.0 : sig / ay;
+		gamma_t = sig >= ay ? sqrt(sig * sig - ay * ay) : 0.0;
 	}
-	m.fresh = gam * m.sig * s->how.eta;
-	m.kept = gam * m.sig * q;
+	m.fresh = gamma_t * m.sig * s->how.eta;
+	m.kept = gamma_t * m.sig * q;
 	return m;
 }
 
@@ -43,14 +43,15 @@ static struct move move_to(const struct ct_sampler *s, int j)
  * + kept eps: c0, cz, ce are the components of x0, z, eps, and cy that of A+ y. */
 static double measured(const struct move *m, double s, double c0, double cy, double cz, double ce)
 {
-	double lam = m->lam, noise = m->a * m->sy / s, d;
+	double lambda_t = m->lambda_t; /* on the diagonal of Lambda_t, the paper's Sigma_t */
+	double noise = m->a * m->sy / s, phi_t; /* phi_t: of fresh noise, Phi_t = diag(phi_t^2) */
 
 	if (m->rule != CT_SAMPLER_PLUS)
-		return -m->a * lam * (c0 - cy);
+		return -m->a * lambda_t * (c0 - cy);
 	if (m->sig < noise)
-		lam = m->sig * m->q / noise;
-	d = m->sig > noise ? sqrt(m->sig * m->sig - noise * noise) : m->sig * m->eta;
-	return -m->a * lam * (c0 - cy) + (d - m->fresh) * cz - m->kept * ce;
+		lambda_t = m->sig * m->q / noise;
+	phi_t = m->sig > noise ? sqrt(m->sig * m->sig - noise * noise) : m->sig * m->eta;
+	return -m->a * lambda_t * (c0 - cy) + (phi_t - m->fresh) * cz - m->kept * ce;
 }
 
 /* One channel: x becomes the state at the end of the move. */

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "diffusion/ddim.h"
 #include "diffusion/ddnm.h"
+#include "diffusion/range-null.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -118,16 +119,6 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 
 void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0)
 {
-	const struct ct_measurement *op = w->s->op;
-	const double *cy = w->data + c * w->m;
-
-	ct_measurement_analyse(op, w->c0, x0 + c * w->n, w->t);
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++) {
-			size_t k = i * op->w + j;
-
-			w->c0[k] =
-				ct_measurement_singular(op, i, j) > 0 ? by * (cy[k] - w->c0[k]) : 0;
-		}
-	ct_measurement_synth_add(op, x + c * w->n, w->c0, w->t);
+	ct_range_null_pull(
+		w->s->op, by, x + c * w->n, x0 + c * w->n, w->data + c * w->m, w->c0, w->t);
 }

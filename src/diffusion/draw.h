@@ -22,7 +22,7 @@ void ct_draw_free(struct ct_draw *w);
 void ct_draw_begin(const struct ct_draw *w, float *x, const float *init);
 /* All moves. trail[nt - 1][all], unless NULL: the x before each. */
 int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e);
-/* Channel c: x <- x - by A+ (A x0 - y); x may be x0. */
+/* Channel c: x <- x + by A+ (y - A x0), ct_range_null_pull of range-null.h; x may be x0. */
 void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0);
 
 #endif

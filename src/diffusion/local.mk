@@ -2,6 +2,7 @@
 libct_a_SOURCES += src/diffusion/block-mean.c src/diffusion/block-mean.h
 libct_a_SOURCES += src/diffusion/matched.c src/diffusion/matched.h
 libct_a_SOURCES += src/diffusion/measurement.c src/diffusion/measurement.h
+libct_a_SOURCES += src/diffusion/range-null.c src/diffusion/range-null.h
 libct_a_SOURCES += src/diffusion/schedule.c src/diffusion/schedule.h
 libct_a_SOURCES += src/diffusion/sampler.c src/diffusion/sampler.h
 libct_a_SOURCES += src/diffusion/draw.c src/diffusion/draw.h

@@ -135,24 +135,3 @@ void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
 	memset(x, 0, op->high * op->wide * sizeof *x);
 	ct_measurement_synth_add(op, x, c, rest);
 }
-
-void ct_measurement_correct(const struct ct_measurement *op, float *restrict x,
-	const float *restrict y, double *restrict t)
-{
-	size_t n = op->h * op->w;
-	double *c = t, *d = t + n, *rest = t + 2 * n;
-
-	if (op->kind == CT_MEASUREMENT_MEAN) {
-		ct_block_mean_correct(op->h, op->w, op->s, 1.0f, x, y);
-		return;
-	}
-	ct_measurement_data(op, d, y, rest);
-	ct_measurement_analyse(op, c, x, rest);
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++) {
-			size_t k = i * op->w + j;
-
-			c[k] = ct_measurement_singular(op, i, j) > 0 ? d[k] - c[k] : 0.0;
-		}
-	ct_measurement_synth_add(op, x, c, rest);
-}

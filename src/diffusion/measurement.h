@@ -68,8 +68,5 @@ void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 /* x = A+ y */
 void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
 	const float *restrict y, double *restrict t);
-/* x <- x - A+ (A x - y): the nearest picture that agrees with y */
-void ct_measurement_correct(const struct ct_measurement *op, float *restrict x,
-	const float *restrict y, double *restrict t);
 
 #endif

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "diffusion/residual.h"
 #include "core/mem.h"
+#include "diffusion/range-null.h"
 #include "diffusion/mirror.h"
 #include "diffusion/waves.h"
 
@@ -75,7 +76,7 @@ size_t ct_residual_frame_scratch(const struct ct_residual_frame *f)
 
 void ct_residual_hold(const struct ct_residual_frame *f, float *r, double *t)
 {
-	ct_measurement_correct(&f->known, r, f->zero, t);
+	ct_range_null(&f->known, r, f->zero, t);
 }
 
 void ct_residual_condition(const struct ct_residual_frame *f, float *c, const float *b, double max,
@@ -88,7 +89,7 @@ void ct_residual_condition(const struct ct_residual_frame *f, float *c, const fl
 		c[i] = (float)(2.0 * (double)b[i] / max - 1.0);
 		detail[i] = (float)((double)b[i] / octave);
 	}
-	ct_measurement_correct(&f->half, detail, f->zero, t);
+	ct_range_null(&f->half, detail, f->zero, t);
 }
 
 int ct_residual_octave(double *rms, const struct ct_stack *b, size_t factor, struct ct_err *e)

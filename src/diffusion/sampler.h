@@ -4,7 +4,7 @@
  * network once; abar of schedule.h, a = sqrt(abar_j), sig = sqrt(1 - abar_j), z fresh noise:
  *   x0 = (x - sqrt(1 - abar_t) eps(x, t)) / sqrt(abar_t)
  * and the rule of the sampler makes the next x of x, x0 and z. Where the chain goes back in time, x
- * is x0 noised again. What the rules share is `hold`, the range-null step
+ * is x0 noised again. What the rules share is the range-null step (range-null.h)
  *   x0h = A+ y + (I - A+ A) x0
  *
  * DDNM (Wang, Yu, Zhang: Zero-shot image restoration using denoising diffusion null-space model,

@@ -5,6 +5,7 @@
 #include "config.h"
 #include "diffusion/superres.h"
 #include "core/mem.h"
+#include "diffusion/range-null.h"
 #include "core/rng.h"
 #include "diffusion/bilinear.h"
 #include "diffusion/mirror.h"
@@ -240,7 +241,7 @@ static int draw_view(
 		return -1;
 	reduce(j, s->x);
 	if (p->final_consistency)
-		ct_measurement_correct(&j->op, s->x, s->y, s->t);
+		ct_range_null(&j->op, s->x, s->y, s->t);
 	from_picture(j, j->result + place * j->h * j->w, s->x);
 	return 0;
 }
