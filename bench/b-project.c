@@ -8,7 +8,7 @@
 #include "formats/format.h"
 #include "xray/phantom.h"
 #include "xray/ray.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "xray/window.h"
 
 #include <math.h>
@@ -97,19 +97,19 @@ int main(int argc, char **argv)
 	static const char *const names[] = {"Siddon", "Joseph"};
 	struct ct_vol v = {0};
 	struct ct_stack scan = {0};
-	struct ct_scan c;
+	struct ct_geometry c;
 	struct ct_err e;
 	double n;
 
 	printf("kernels of level %d\n", ct_simd_level());
 	volume(&v, argc, argv);
-	ct_scan_default(&c, CT_CONE, &v);
+	ct_geometry_default(&c, CT_CONE, &v);
 	c.views = VIEWS;
 	c.start = 10;
 	c.pitch[0] *= (double)c.w / 512;
 	c.pitch[1] = c.pitch[0];
 	c.w = c.h = 512;
-	must(ct_scan_fill(&scan, &c, &e), &e);
+	must(ct_geometry_fill(&scan, &c, &e), &e);
 	for (int method = 0; method < 2; method++) {
 		struct side fast = {.scan = &scan, .vol = v.data}, slow = fast;
 		char what[80];

@@ -1,4 +1,4 @@
-/* What a regressor of slices (restore/predict.h) expects of a volume of 96^3, of the shipped
+/* What a slice network of slices (restore/predict.h) expects of a volume of 96^3, of the shipped
  * prior's size at 4x, against the matrix products that this takes and nothing else. */
 #include "config.h"
 #include "bench/bench.h"
@@ -13,12 +13,12 @@
 enum { N = 96, CELL = 4, ROWS = 128, THREADS = 2, COUNT = N * N * N };
 
 struct side {
-	struct ct_regressor r;
+	struct ct_slice_network r;
 	struct ct_scene scene;
 	struct ct_guess g;
 	struct ct_env env;
 	size_t cells;
-	struct ct_regressor_work work[THREADS];
+	struct ct_slice_network_work work[THREADS];
 };
 
 static void predict(void *arg)
@@ -26,11 +26,11 @@ static void predict(void *arg)
 	static const bool all[3] = {true, true, true};
 	struct side *s = arg;
 	struct ct_err e;
-	size_t looked = 0;
+	size_t textured = 0;
 
 	s->cells = s->g.axes = 0;
 	memset(s->g.h, 0, COUNT * sizeof *s->g.h);
-	if (ct_predict(&s->g, &s->scene, &s->r, all, &looked, &s->cells, &s->env, &e))
+	if (ct_predict(&s->g, &s->scene, &s->r, all, &textured, &s->cells, &s->env, &e))
 		exit(1);
 }
 
@@ -38,11 +38,11 @@ static void predict(void *arg)
 static void products(void *arg, size_t piece, size_t worker)
 {
 	struct side *s = arg;
-	const struct ct_regressor *r = &s->r;
-	struct ct_regressor_work *w = &s->work[worker];
-	const size_t in = ct_patch_count(&r->shape), f = ct_regressor_features(r),
+	const struct ct_slice_network *r = &s->r;
+	struct ct_slice_network_work *w = &s->work[worker];
+	const size_t in = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r),
 		     k = r->components;
-	const size_t out = ct_regressor_out(r), wide = r->width, *at = r->at;
+	const size_t out = ct_slice_network_out(r), wide = r->width, *at = r->at;
 	const int was = ct_dnn_enter();
 	struct ct_err e;
 
@@ -76,7 +76,7 @@ int main(void)
 	struct ct_err e;
 	float *x;
 
-	if (ct_regressor_alloc(&s.r, &e) || ct_alloc(&x, COUNT, sizeof *x, &e) ||
+	if (ct_slice_network_alloc(&s.r, &e) || ct_alloc(&x, COUNT, sizeof *x, &e) ||
 		ct_alloc(&s.g.h, COUNT, sizeof *x, &e) || ct_par_alloc(&par, THREADS, &e))
 		return 1;
 	s.env.par = par;
@@ -89,13 +89,13 @@ int main(void)
 	for (size_t i = 0; i < s.r.at[CT_PARTS]; i++)
 		s.r.all[i] *= 0.05f;
 	for (int t = 0; t < THREADS; t++)
-		if (ct_regressor_work_alloc(&s.work[t], &s.r, ROWS, &e))
+		if (ct_slice_network_work_alloc(&s.work[t], &s.r, ROWS, &e))
 			return 1;
 	bench_against("slice prior, 96^3, 2 threads", predict, &s, "its matrix products alone",
 		bare, &s, CLOCK_MONOTONIC, 1e3, "ms");
 	for (int t = 0; t < THREADS; t++)
-		ct_regressor_work_free(&s.work[t]);
-	ct_regressor_free(&s.r);
+		ct_slice_network_work_free(&s.work[t]);
+	ct_slice_network_free(&s.r);
 	ct_par_free(par);
 	free(s.g.h);
 	free(x);

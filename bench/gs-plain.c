@@ -307,7 +307,7 @@ void plain_tv(void *arg)
 	memset(p->vox, 0, count * sizeof *p->vox);
 	memset(p->dvox, 0, count * sizeof *p->dvox);
 	for (size_t i = 0; i < p->n; i++)
-		if (ct_voxelise_gaussian(&k, &p->block, &p->b[i]))
+		if (ct_mixture_gaussian(&k, &p->block, &p->b[i]))
 			each_voxel(p, &k, add_voxel, NULL);
 	for (size_t i = 0; i < count; i++) {
 		const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
@@ -325,10 +325,10 @@ void plain_tv(void *arg)
 		double s[10] = {0}, dl[3], dq[4], *grad = p->grad + i * P;
 		struct ct_gaussian_gradient fg;
 
-		if (!ct_voxelise_gaussian(&k, &p->block, &p->b[i]))
+		if (!ct_mixture_gaussian(&k, &p->block, &p->b[i]))
 			continue;
 		each_voxel(p, &k, sum_voxel, s);
-		ct_voxelise_backward_one(&fg, &p->block, &k, &p->b[i], s);
+		ct_mixture_backward_one(&fg, &p->block, &k, &p->b[i], s);
 		ct_gaussian_backward(dl, dq, fg.shape, &p->b[i], p->x + i * P + CT_GS_ROT);
 		for (int a = 0; a < 3; a++) {
 			grad[CT_GS_POS + a] += fg.p[a];

@@ -2,9 +2,9 @@
  * functions of libm, on one thread. What b-gs measures the library against. */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
-#include "gs/footprint-ref.h"
+#include "gs/gaussian-integral-ref.h"
 #include "gs/rasterise.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 
 struct plain {
 	struct ct_camera cam;

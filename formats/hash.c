@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MANY = 1 << 20 }; /* bytes between two looks at the memory */
+enum { CHUNK_BYTES = 1 << 20 }; /* bytes between two looks at the memory */
 
 int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
 {
@@ -46,8 +46,8 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	if (ct_hash_alloc(&h, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
-		for (size_t at = 0, left = piece[i].bytes; left > 0; at += MANY) {
-			const size_t some = left < MANY ? left : MANY;
+		for (size_t at = 0, left = piece[i].bytes; left > 0; at += CHUNK_BYTES) {
+			const size_t some = left < CHUNK_BYTES ? left : CHUNK_BYTES;
 
 			CT_SIMD(ct_hash_add)(h, (const char *)piece[i].data + at, some);
 			left -= some;

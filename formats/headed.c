@@ -14,7 +14,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { LONGEST = 1 << 18, MOST = 1 << 20, FIELDS = 4096 }; /* bytes of a line, of all; fields */
+enum {
+	LONGEST_LINE = 1 << 18,
+	MOST_BYTES = 1 << 20,
+	FIELDS = 4096
+}; /* bytes of a line, of all; fields */
 
 static int sniff_nrrd(const unsigned char *data, size_t n)
 {
@@ -46,7 +50,7 @@ int ct_headed_line(FILE *f, char **line, struct ct_err *e)
 
 	*line = NULL;
 	while ((c = getc(f)) != EOF && c != '\n') {
-		if (c == '\0' || n + 1 >= LONGEST)
+		if (c == '\0' || n + 1 >= LONGEST_LINE)
 			goto none;
 		if (ct_grow(line, &cap, n + 2, 1, e))
 			goto fail;
@@ -98,9 +102,9 @@ int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char
 	key = trim(key);
 	value = trim(value);
 	h->bytes += strlen(key) + strlen(value);
-	if (h->field.n + m->n >= FIELDS || h->bytes > MOST)
-		return ct_fail(
-			e, CT_EINPUT, "a header of more than %d fields or %d bytes", FIELDS, MOST);
+	if (h->field.n + m->n >= FIELDS || h->bytes > MOST_BYTES)
+		return ct_fail(e, CT_EINPUT, "a header of more than %d fields or %d bytes", FIELDS,
+			MOST_BYTES);
 	if (strncmp(key, ours, n) != 0)
 		return ct_meta_set(&h->field, key, value, e);
 	unescape(value);

@@ -14,8 +14,8 @@ enum {
 	LOCATOR = 20, /* of what says where the 64-bit record is */
 	END64 = 56,   /* of that record */
 	COMMENT = 65535,
-	MOST = 1 << 17,     /* members */
-	MOST_DIR = 1 << 25, /* bytes of the directory */
+	MOST_MEMBERS = 1 << 17, /* members */
+	MOST_DIR = 1 << 25,     /* bytes of the directory */
 	FLAG_SECRET = 1,
 };
 
@@ -94,7 +94,7 @@ static int read_end(struct ct_zip *z, struct end *d, struct ct_err *e)
 		goto out;
 	if (d->disk || d->here != d->n)
 		ct_fail(e, CT_EINPUT, "%s: zip: one of several volumes", z->path);
-	else if (d->n > MOST || d->bytes > MOST_DIR || d->n * CENTRAL > d->bytes)
+	else if (d->n > MOST_MEMBERS || d->bytes > MOST_DIR || d->n * CENTRAL > d->bytes)
 		ct_fail(e, CT_EINPUT, "%s: zip: a directory of %llu members in %llu bytes", z->path,
 			(unsigned long long)d->n, (unsigned long long)d->bytes);
 	else

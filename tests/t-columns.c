@@ -5,7 +5,7 @@
 #include "xray/columns.h"
 #include "xray/phantom.h"
 #include "xray/project.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "numbers.h"
 
 #include <stdbool.h>
@@ -32,12 +32,12 @@ static struct ct_vol grid(const size_t n[3], const double mm[3], const int to[3]
 	return v;
 }
 
-static struct ct_scan scan_of(
+static struct ct_geometry scan_of(
 	enum ct_beam beam, const struct ct_vol *v, size_t views, size_t w, size_t h, double pitch)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 
-	ct_scan_default(&s, beam, v);
+	ct_geometry_default(&s, beam, v);
 	s.views = views;
 	s.w = w;
 	s.h = h;
@@ -50,7 +50,8 @@ struct result {
 };
 
 /* One scan both ways. */
-static struct result compare(struct ct_vol *v, const struct ct_scan *scan, enum ct_method method)
+static struct result compare(
+	struct ct_vol *v, const struct ct_geometry *scan, enum ct_method method)
 {
 	struct ct_stack a = {0}, b = {0};
 	struct ct_projector one, many;
@@ -58,8 +59,8 @@ static struct result compare(struct ct_vol *v, const struct ct_scan *scan, enum 
 	float *x = calloc(n, sizeof *x), *y = calloc(n, sizeof *y);
 	struct result r;
 
-	must(ct_scan_fill(&a, scan, &err));
-	must(ct_scan_fill(&b, scan, &err));
+	must(ct_geometry_fill(&a, scan, &err));
+	must(ct_geometry_fill(&b, scan, &err));
 	m = ct_stack_count(&a);
 	must(ct_projector_init(&one, v, &a, &err));
 	one.method = method;
@@ -99,7 +100,7 @@ static void t_same(void)
 		for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++)
 			for (int o = 0; o < 6; o++) {
 				struct ct_vol v = grid(n, mm, to[o / 2], o % 2);
-				struct ct_scan scan =
+				struct ct_geometry scan =
 					scan_of((enum ct_beam)beam, &v, 7, 33, 41, 1.7);
 				struct result r;
 
@@ -140,7 +141,7 @@ static void t_extremes(void)
 	for (int method = 0; method < 2; method++)
 		for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
 			struct ct_vol v = grid(c[i].n, c[i].mm, to, false);
-			struct ct_scan scan = scan_of(c[i].beam, &v, 4, 17, c[i].h, c[i].pitch);
+			struct ct_geometry scan = scan_of(c[i].beam, &v, 4, 17, c[i].h, c[i].pitch);
 			struct result r;
 
 			scan.arc = 360;
@@ -161,7 +162,7 @@ static void t_empty(void)
 	static const double mm[3] = {1, 1, 1};
 	static const int to[3] = {0, 1, 2};
 	struct ct_vol v = grid(n, mm, to, false);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 3, 40, 50, 2);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 3, 40, 50, 2);
 	struct ct_stack a = {0}, b = {0}, c = {0};
 	struct ct_projector g;
 	struct ct_par *par;
@@ -171,9 +172,9 @@ static void t_empty(void)
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
 		if (i % 40 < 9 || i % 40 > 22 || i / 40 % 44 < 20 || i / 1760 % 8 < 6)
 			v.data[i] = 0;
-	must(ct_scan_fill(&a, &scan, &err));
-	must(ct_scan_fill(&b, &scan, &err));
-	must(ct_scan_fill(&c, &scan, &err));
+	must(ct_geometry_fill(&a, &scan, &err));
+	must(ct_geometry_fill(&b, &scan, &err));
+	must(ct_geometry_fill(&c, &scan, &err));
 	m = ct_stack_count(&a);
 	must(ct_par_alloc(&par, 4, &err));
 	must(ct_projector_init(&g, &v, &a, &err));
@@ -241,11 +242,11 @@ static void t_axis(void)
 	for (int o = 0; o < 3; o++)
 		for (size_t h = 7; h < 9; h++) {
 			struct ct_vol v = grid(n, mm, to[o], o == 1);
-			struct ct_scan scan = scan_of(CT_CONE, &v, 4, 5, h, 1);
+			struct ct_geometry scan = scan_of(CT_CONE, &v, 4, 5, h, 1);
 			struct ct_stack s = {0};
 			struct ct_projector g;
 
-			must(ct_scan_fill(&s, &scan, &err));
+			must(ct_geometry_fill(&s, &scan, &err));
 			turn(&v, &s);
 			must(ct_projector_init(&g, &v, &s, &err));
 			OK(ct_columns_axis(&g) == (h < 8 ? -1 : want[o]), "%zu rows along axis %d",
@@ -281,11 +282,11 @@ static void t_room(void)
 {
 	static const int to[3] = {0, 1, 2};
 	struct ct_vol v = grid((const size_t[]){6, 9, 12}, (const double[]){1, 1, 1}, to, false);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 4, 5, 8, 1);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 4, 5, 8, 1);
 	struct ct_stack s = {0};
 	struct ct_projector g;
 
-	must(ct_scan_fill(&s, &scan, &err) || ct_projector_init(&g, &v, &s, &err) ||
+	must(ct_geometry_fill(&s, &scan, &err) || ct_projector_init(&g, &v, &s, &err) ||
 		ct_projector_reserve(&g, &err));
 	OK(ct_projector_bytes(&g) == 54 * (44 * 4 + 8), "%zu bytes", ct_projector_bytes(&g));
 	ct_projector_free(&g);
@@ -304,11 +305,11 @@ static void t_behind(void)
 {
 	static const int to[3] = {0, 1, 2};
 	struct ct_vol v = grid((const size_t[]){6, 9, 12}, (const double[]){1, 1, 1}, to, false);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 8, 12, 14, 1);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 8, 12, 14, 1);
 	struct ct_stack s = {0}, t = {0};
 
 	scan.arc = 360;
-	must(ct_scan_fill(&s, &scan, &err) || ct_scan_fill(&t, &scan, &err));
+	must(ct_geometry_fill(&s, &scan, &err) || ct_geometry_fill(&t, &scan, &err));
 	for (size_t k = 0; k < 8; k++)
 		for (int a = 0; a < 3; a++) {
 			t.view[k].source[a] *= -1;
@@ -371,14 +372,14 @@ static void t_joseph(void)
 	static const double mm[3] = {1.3, 1, 0.9};
 	static const int to[3] = {0, 1, 2};
 	struct ct_vol v = grid(n, mm, to, false);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 6, 20, 22, 2.3);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 6, 20, 22, 2.3);
 	struct ct_stack s = {0};
 	struct ct_projector g;
 	double worst = 0, most = 0;
 
 	scan.start = 7;
 	scan.arc = 360;
-	must(ct_scan_fill(&s, &scan, &err));
+	must(ct_geometry_fill(&s, &scan, &err));
 	must(ct_projector_init(&g, &v, &s, &err));
 	g.method = CT_JOSEPH;
 	ct_project(&g, 0, s.views, s.data, v.data, NULL);
@@ -415,15 +416,15 @@ static double deviation(enum ct_beam beam, enum ct_method method, size_t edge)
 	const double h = 128.0 / (double)edge, mm[3] = {h, h, h}, extent[3] = {128, 128, 128};
 	static const int to[3] = {0, 1, 2};
 	struct ct_vol v = grid(n, mm, to, false);
-	struct ct_scan scan = scan_of(beam, &v, 3, 50, 50, 4.1);
+	struct ct_geometry scan = scan_of(beam, &v, 3, 50, 50, 4.1);
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	size_t shapes = ct_phantom_make(CT_PH_SPHERE, extent, 0.5, 3, shape);
 	struct ct_stack a = {0}, b = {0};
 	struct ct_projector g;
 	double sum = 0, norm;
 
-	must(ct_scan_fill(&a, &scan, &err));
-	must(ct_scan_fill(&b, &scan, &err));
+	must(ct_geometry_fill(&a, &scan, &err));
+	must(ct_geometry_fill(&b, &scan, &err));
 	ct_phantom_voxels(&v, shapes, shape, 4, NULL);
 	ct_phantom_project(&b, 0, b.views, b.data, shapes, shape, NULL);
 	must(ct_projector_init(&g, &v, &a, &err));

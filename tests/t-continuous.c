@@ -6,7 +6,7 @@
 #include "restore/predict.h"
 #include "restore/steps.h"
 #include "tests/tap.h"
-#include "regressor.h"
+#include "slice-network.h"
 #include "texture.h"
 
 #include <math.h>
@@ -25,10 +25,10 @@ static void predicted(float *h, const float *x, const void *of)
 	const struct ct_scene s = {.x = x, .n = {N, N, N}, .coarse = {true, true, true}};
 	struct ct_guess g = {.h = h};
 	struct ct_env env = {0};
-	size_t looked, cells;
+	size_t textured, cells;
 
 	memset(h, 0, COUNT * sizeof *h);
-	must(ct_predict(&g, &s, of, all, &looked, &cells, &env, &err));
+	must(ct_predict(&g, &s, of, all, &textured, &cells, &env, &err));
 }
 
 static void kept(float *h, const float *x, const void *of)
@@ -96,7 +96,7 @@ static void shares(const float *x)
 
 int main(void)
 {
-	struct ct_regressor r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
+	struct ct_slice_network r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
 	float a[COUNT], b[COUNT], h[COUNT];
 
 	random_regressor(&r);
@@ -112,6 +112,6 @@ int main(void)
 	smooth(kept, h, a, b, "and what would soften a step, there");
 	texture(b, n3, 2);
 	smooth(kept, h, a, b, "and from a texture to another");
-	ct_regressor_free(&r);
+	ct_slice_network_free(&r);
 	return tap_done();
 }

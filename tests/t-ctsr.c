@@ -299,14 +299,14 @@ static void test_cancel(void)
 	ctsr_volume_free(lo);
 }
 
-struct job {
+struct ctsr_job {
 	ctsr_volume *lo, *out;
 	ctsr_superres_options o;
 };
 
 static void *refine(void *arg)
 {
-	struct job *j = arg;
+	struct ctsr_job *j = arg;
 	ctsr_context c;
 	ctsr_error mine;
 
@@ -321,7 +321,7 @@ static void *refine(void *arg)
 static void at_once(
 	const ctsr_superres_options *first, const ctsr_superres_options *second, const char *what)
 {
-	struct job j[2] = {{low(32), NULL, *first}, {low(24), NULL, *second}};
+	struct ctsr_job j[2] = {{low(32), NULL, *first}, {low(24), NULL, *second}};
 	ctsr_volume *alone[2];
 	pthread_t t[2];
 

@@ -4,7 +4,7 @@
 #include "formats/format.h"
 #include "scratch.h"
 #include "tools/lib/evidence.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 /* The base is 8 mm of one value, the LR of it another, on a grid twice as coarse. */
 #define BASE_HU 1023.5f /* density 0.5 of -1024:3071 */
@@ -37,13 +37,13 @@ static void put_stack(
 	struct ct_vol grid = {.n = {sizes[0], sizes[1], sizes[2]},
 		.affine = {{2, 0, 0, -3}, {0, 2, 0, -3}, {0, 0, 2, -3}}};
 	struct ct_stack s = {0};
-	struct ct_scan scan;
+	struct ct_geometry scan;
 
-	ct_scan_default(&scan, CT_CONE, &grid);
+	ct_geometry_default(&scan, CT_CONE, &grid);
 	scan.views = views;
 	scan.w = 3;
 	scan.h = 1;
-	must(ct_scan_fill(&s, &scan, &err));
+	must(ct_geometry_fill(&s, &scan, &err));
 	for (size_t i = 0; i < ct_stack_count(&s); i++)
 		s.data[i] = (float)(scale * (double)(i + 1));
 	if (key)

@@ -3,9 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/footprint-ref.h"
+#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
-#include "gs/voxelise-ref.h"
+#include "gs/mixture-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -442,7 +442,7 @@ static void voxels(enum ct_beam beam, double tol)
 	memset(vol.data, 0, ct_vol_count(&vol) * sizeof *vol.data);
 	for (int a = 0; a < 3; a++)
 		vol.affine[a][3] = -(N - 1) / 2.0;
-	must(ct_voxelise_render(
+	must(ct_mixture_render(
 		vol.data, n, (const double(*)[4])vol.affine, &g, 1, NULL, &env, &err));
 	must(ct_stack_alloc(&scan, 1, H, W, &err));
 	scan.beam = beam;

@@ -3,8 +3,8 @@
 #include "config.h"
 #include "numbers.h"
 #include "tools/fdk-grid.h"
-#include "tools/lib/scan-opts.h"
-#include "xray/scan.h"
+#include "tools/lib/geometry-opts.h"
+#include "xray/geometry.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +30,7 @@ static void cross3(double out[3], const double a[3], const double b[3])
  * times size. */
 static void make(struct ct_stack *s, enum ct_beam beam, size_t views, double size)
 {
-	const struct ct_scan scan = {.beam = beam,
+	const struct ct_geometry scan = {.beam = beam,
 		.views = views,
 		.arc = 300,
 		.start = 20,
@@ -45,7 +45,7 @@ static void make(struct ct_stack *s, enum ct_beam beam, size_t views, double siz
 		.iso = {10 * size, -20 * size, 30 * size}};
 	float *by = normals(12 * views, 3, (uint64_t)beam, size);
 
-	must(ct_scan_fill(s, &scan, &err));
+	must(ct_geometry_fill(s, &scan, &err));
 	for (size_t k = 0; k < views && beam != CT_FAN; k++)
 		for (int a = 0; a < 3; a++) {
 			s->view[k].source[a] += (double)by[12 * k + (size_t)a];
@@ -282,7 +282,7 @@ static void test_one_direction(void)
 
 static void test_pixel(void)
 {
-	const struct ct_scan scan = {.beam = CT_CONE,
+	const struct ct_geometry scan = {.beam = CT_CONE,
 		.views = 30,
 		.arc = 360,
 		.dso = 700,
@@ -293,7 +293,7 @@ static void test_pixel(void)
 	struct ct_stack s = {0};
 	struct ct_vol g = {0};
 
-	must(ct_scan_fill(&s, &scan, &err));
+	must(ct_geometry_fill(&s, &scan, &err));
 	must(fdk_grid(&g, NULL, &s, &err));
 	OK(g.n[0] == 1 && g.n[1] == 1 && g.n[2] == 1, "one pixel sees one voxel");
 	NEAR(g.affine[0][0], 5 * 700.0 / 1100, 0.01, "of its size");
@@ -348,7 +348,7 @@ static void test_fan(const double mm[3], int across, double sign)
 		for (int r = 0; r < 3; r++)
 			whole.affine[r][3] = s.view[0].source[r] - k * axes[r][across];
 		ct_meta_free(&s.meta);
-		must(ct_scan_opts_put_volume(&s.meta, &whole, &err));
+		must(ct_geometry_opts_put_volume(&s.meta, &whole, &err));
 		snprintf(text, sizeof text, "a fan at %g of 9 slices", k);
 		if (k < -0.5 || k > 8.5) {
 			fails(CT_EGEOM, NULL, &s, text);

@@ -6,7 +6,7 @@
 #include "recon/iterative.h"
 #include "xray/phantom.h"
 #include "xray/project.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "numbers.h"
 
 #include <stdbool.h>
@@ -29,11 +29,11 @@ static struct ct_vol grid(size_t a, size_t b, size_t c, double mm)
 	return v;
 }
 
-static struct ct_stack fill(const struct ct_scan *scan)
+static struct ct_stack fill(const struct ct_geometry *scan)
 {
 	struct ct_stack s = {0};
 
-	must(ct_scan_fill(&s, scan, &err));
+	must(ct_geometry_fill(&s, scan, &err));
 	return s;
 }
 
@@ -233,11 +233,11 @@ static void t_back(void)
 			c++) { /* spacing of the rows, order of the axes, or turned */
 			static const double pitch[] = {2.3, 0.9, 0.35, 0.15, 1.1, 1.1, 1.1, 1.1};
 			struct ct_vol g = v;
-			struct ct_scan scan;
+			struct ct_geometry scan;
 			struct ct_stack s;
 			char name[60];
 
-			ct_scan_default(&scan, (enum ct_beam)beam, &v);
+			ct_geometry_default(&scan, (enum ct_beam)beam, &v);
 			scan.views = 5;
 			scan.arc = 360;
 			scan.w = 27;
@@ -324,11 +324,11 @@ static void t_density(void)
 		const struct fdk_case *c = &cases[i];
 		struct ct_vol v = grid(64, 64, c->beam == CT_FAN ? 1 : 32, 1);
 		struct ct_fdk f = {0};
-		struct ct_scan scan;
+		struct ct_geometry scan;
 		struct ct_stack s;
 		double mean, sd;
 
-		ct_scan_default(&scan, c->beam, &v);
+		ct_geometry_default(&scan, c->beam, &v);
 		scan.views = c->views;
 		scan.arc = c->arc;
 		scan.w = c->w;
@@ -366,10 +366,10 @@ static void refused(const struct ct_stack *s, const struct ct_vol *v, bool parke
 static void t_refusals(void)
 {
 	struct ct_vol v = grid(16, 16, 16, 1);
-	struct ct_scan scan;
+	struct ct_geometry scan;
 	struct ct_stack s;
 
-	ct_scan_default(&scan, CT_CONE, &v);
+	ct_geometry_default(&scan, CT_CONE, &v);
 	scan.views = 1;
 	s = fill(&scan);
 	refused(&s, &v, false, "circle", "one view");
@@ -405,7 +405,7 @@ static void t_refusals(void)
 	s = fill(&scan);
 	refused(&s, &v, false, "one pixel", "rows of one pixel");
 	ct_stack_free(&s);
-	ct_scan_default(&scan, CT_FAN, &v);
+	ct_geometry_default(&scan, CT_FAN, &v);
 	scan.arc = 360;
 	s = fill(&scan);
 	refused(&s, &v, false, "fan sees one plane", "a fan and a thick grid");
@@ -424,9 +424,9 @@ static void t_order(void)
 	struct ct_fdk_weights o = {0};
 	double sum = 0, mean, sd;
 	struct ct_fdk f = {0};
-	struct ct_scan scan;
+	struct ct_geometry scan;
 
-	ct_scan_default(&scan, CT_CONE, &v);
+	ct_geometry_default(&scan, CT_CONE, &v);
 	scan.views = 200;
 	scan.arc = 360;
 	scan.h = 16;
@@ -436,7 +436,7 @@ static void t_order(void)
 
 		scan.views = 1;
 		scan.start = (double)(k * 7 % 200) * 1.8 + 0.9 * ct_rng_uniform(5, 5, k);
-		must(ct_scan_fill(&one, &scan, &err));
+		must(ct_geometry_fill(&one, &scan, &err));
 		s.view[k] = one.view[0];
 		ct_stack_free(&one);
 	}
@@ -483,12 +483,12 @@ static void t_iterate(void)
 	struct ct_iterative_report r, q;
 	struct ct_env env = {0}, four = {0};
 	double far, least = HUGE_VAL;
-	struct ct_scan scan;
+	struct ct_geometry scan;
 	struct ct_stack s;
 
 	must(ct_par_alloc(&four.par, 4, &err));
 	ct_phantom_voxels(&truth, shapes, shape, 4, NULL);
-	ct_scan_default(&scan, CT_CONE, &v);
+	ct_geometry_default(&scan, CT_CONE, &v);
 	scan.views = 40;
 	s = fill(&scan);
 	ct_phantom_project(&s, 0, s.views, s.data, shapes, shape, NULL);
@@ -537,12 +537,12 @@ static void t_iterate(void)
 static void t_threads(void)
 {
 	struct ct_vol a = grid(40, 36, 70, 1), b = grid(40, 36, 70, 1);
-	struct ct_scan scan;
+	struct ct_geometry scan;
 	struct ct_stack s;
 	struct ct_par *par;
 
 	must(ct_par_alloc(&par, 3, &err));
-	ct_scan_default(&scan, CT_CONE, &a);
+	ct_geometry_default(&scan, CT_CONE, &a);
 	scan.arc = 360;
 	scan.views = 30;
 	s = fill(&scan);

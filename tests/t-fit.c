@@ -4,7 +4,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/fit.h"
 #include "gs/place.h"
 #include "gs/random-stream.h"

@@ -19,7 +19,7 @@
 #include "gs/loss-lowres.h"
 #include "gs/loss-total.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "quality/difference.h"
 #include "recon/fdk.h"
 #include "resolution/consistency.h"
@@ -74,7 +74,7 @@ int main(void)
 	FREED(ct_loss_lowres, ct_loss_lowres_free);
 	FREED(ct_loss_total, ct_loss_total_free);
 	FREED(ct_splat, ct_splat_free);
-	FREED(ct_voxelise, ct_voxelise_free);
+	FREED(ct_mixture, ct_mixture_free);
 	FREED(ct_difference, ct_difference_free);
 	FREED(ct_fdk_weights, ct_fdk_weights_free);
 	FREED(ct_fdk, ct_fdk_free);
@@ -87,8 +87,8 @@ int main(void)
 	FREED(ct_svd, ct_svd_free);
 	FREED(ct_example, ct_example_free);
 	FREED(ct_patch_turns, ct_patch_turns_free);
-	FREED(ct_regressor, ct_regressor_free);
-	FREED(ct_regressor_work, ct_regressor_work_free);
+	FREED(ct_slice_network, ct_slice_network_free);
+	FREED(ct_slice_network_work, ct_slice_network_work_free);
 	FREED(ct_slice_prior, ct_slice_prior_free);
 	FREED(ct_arena, ct_arena_free);
 	FREED(ct_graph, ct_graph_free);

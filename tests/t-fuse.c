@@ -5,7 +5,7 @@
 #include "recon/fuse.h"
 #include "resolution/upsample.h"
 #include "xray/phantom.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "xray/window.h"
 #include "numbers.h"
 
@@ -69,7 +69,7 @@ static struct scene scene(int protocol)
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	size_t n = ct_vol_count(&s.base), m = ct_vol_count(&s.lack);
 	size_t shapes = ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 4, shape);
-	struct ct_scan scan;
+	struct ct_geometry scan;
 
 	ct_degrade_protocol(&s.by, protocol);
 	for (int a = 0; a < 3 && protocol == 3; a++)
@@ -89,13 +89,13 @@ static struct scene scene(int protocol)
 		s.lack.data[i] = s.lr[i] - s.lack.data[i];
 	ct_phantom_voxels(&s.truth, shapes, shape, 3, NULL);
 	ct_window_hu(n, s.truth.data, s.truth.data, window);
-	ct_scan_default(&scan, CT_CONE, &s.base);
+	ct_geometry_default(&scan, CT_CONE, &s.base);
 	scan.views = VIEWS;
 	scan.w = W;
 	scan.h = H;
 	scan.pitch[0] = 2;
 	scan.pitch[1] = 2.5;
-	must(ct_scan_fill(&s.y, &scan, &err) || ct_scan_fill(&s.weight, &scan, &err));
+	must(ct_geometry_fill(&s.y, &scan, &err) || ct_geometry_fill(&s.weight, &scan, &err));
 	project(s.y.data, &s.y, &s.truth);
 	for (size_t i = 0; i < PIXELS; i++)
 		s.weight.data[i] = 0.5F + (float)(i / W / H) / 64;

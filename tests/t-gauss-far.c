@@ -2,7 +2,7 @@
  * nothing is written beside the pixels, and what is there is finite. */
 #include "config.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -54,16 +54,16 @@ static bool voxels(const struct ct_gaussian *b)
 	static const double eye[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 	static float room[PITCH * N * N + 2 * GUARD];
 	const size_t zero[3] = {0}, n[3] = {N, N, N};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	size_t count;
 
 	must(ct_block_init(&block, eye, zero, n, &err));
-	count = ct_voxelise_slice(&block) * N;
+	count = ct_mixture_slice(&block) * N;
 	paint(room, count);
-	must(ct_voxelise_plan(&v, &block, 1, b, NULL, &err));
-	ct_voxelise_draw(room + GUARD, &v, NULL);
-	ct_voxelise_free(&v);
+	must(ct_mixture_plan(&v, &block, 1, b, NULL, &err));
+	ct_mixture_draw(room + GUARD, &v, NULL);
+	ct_mixture_free(&v);
 	return sound(room, count);
 }
 

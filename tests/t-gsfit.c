@@ -48,7 +48,7 @@ static void make(struct scene *s, const struct ct_env *env)
 	struct ct_projector pr;
 	struct ct_gauss g = {0};
 	struct ct_splat sp = {0};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	struct ct_gaussian b[TRUE_GAUSSIANS];
 	size_t pitch = ct_rasterise_pitch(N);
@@ -90,11 +90,11 @@ static void make(struct scene *s, const struct ct_env *env)
 	}
 	must(ct_alloc0(&s->truth, N * N * N, sizeof(float), &err));
 	must(ct_block_init(&block, s->base.affine, zero, n, &err));
-	must(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err));
-	must(ct_voxelise_add(s->truth, &v, 1, env, &err));
+	must(ct_mixture_plan(&v, &block, g.n, b, NULL, &err));
+	must(ct_mixture_add(s->truth, &v, 1, env, &err));
 	free(img);
 	ct_splat_free(&sp);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	ct_gauss_free(&g);
 }
 
@@ -120,7 +120,7 @@ static struct ct_fit_data data_of(const struct scene *s)
 static double left_over(const struct scene *s, const struct ct_gauss *g, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, zero[3] = {0};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	struct ct_gaussian *b;
 	double left = 0, all = 0;
@@ -130,8 +130,8 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 	must(ct_alloc(&b, g->n, sizeof *b, &err));
 	ct_gaussian_resolve(b, g, NULL);
 	must(ct_block_init(&block, s->base.affine, zero, n, &err));
-	must(ct_voxelise_plan(&v, &block, g->n, b, NULL, &err));
-	must(ct_voxelise_add(vol, &v, 1, env, &err));
+	must(ct_mixture_plan(&v, &block, g->n, b, NULL, &err));
+	must(ct_mixture_add(vol, &v, 1, env, &err));
 	for (size_t i = 0; i < N * N * N; i++) {
 		double d = (double)(vol[i] - s->truth[i]);
 
@@ -140,7 +140,7 @@ static double left_over(const struct scene *s, const struct ct_gauss *g, const s
 	}
 	free(vol);
 	free(b);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	return left / all;
 }
 

@@ -41,7 +41,7 @@ static void free_pairs(struct ct_example *e)
 static struct ct_learn *alloc(const struct ct_example *e, bool swap, size_t components,
 	uint64_t steps, const struct ct_env *env)
 {
-	const struct ct_regressor r = {
+	const struct ct_slice_network r = {
 		.shape = {2, 6, 1, swap}, .components = components, .width = 11};
 	const struct ct_learn_rule rule = {.seed = 5,
 		.steps = steps,
@@ -104,8 +104,8 @@ static void drawing(bool swap)
 
 		must(ct_learn_draw(l, d, e, PAIRS, 77 + k, &err));
 		for (size_t i = 0; i < PIECE; i++) {
-			const float *told = ct_regressor_told(&d->w, &l->r, i);
-			const double s = 100 * exp((double)told[0]), rate = fmin(s / 300, 1);
+			const float *features = ct_slice_network_features(&d->w, &l->r, i);
+			const double s = 100 * exp((double)features[0]), rate = fmin(s / 300, 1);
 			size_t pair = 0, at[3];
 			int axis;
 
@@ -119,8 +119,9 @@ static void drawing(bool swap)
 			worst = fmax(worst,
 				fabs((double)d->weight[i] * e[pair].variance * rate / (s * s) - 1));
 			/* the phase of a slice across a coarse axis */
-			sum += fabs((double)told[1]) - (swap ? 1 : 0);
-			fits = fits && told[3] == 0 && told[4] == 0 && told[5] == 1 && told[6] == 1;
+			sum += fabs((double)features[1]) - (swap ? 1 : 0);
+			fits = fits && features[3] == 0 && features[4] == 0 && features[5] == 1 &&
+			       features[6] == 1;
 		}
 	}
 	OK(fits, "every patch is of a cell of a slice, and told what made it (%d)", swap);
@@ -152,7 +153,7 @@ static void drawing(bool swap)
  * (m,m), each row times the root of its weight. */
 static double *products(struct ct_learn *l, size_t m, bool features)
 {
-	const size_t f = ct_regressor_features(&l->r);
+	const size_t f = ct_slice_network_inputs(&l->r);
 	double *sum = calloc(m * m, sizeof *sum), row[64];
 	struct ct_learn_side *d = &l->side[0];
 
@@ -210,7 +211,7 @@ static double covariance(double *c, const double *sum)
 
 static void beginning(void)
 {
-	enum { K = 20, F = K + CT_REGRESSOR_TOLD, M = F + 1 + 4 };
+	enum { K = 20, F = K + CT_SLICE_NETWORK_FEATURES, M = F + 1 + 4 };
 	struct ct_env env = {0};
 	struct ct_example e[PAIRS];
 	struct ct_learn *l;
@@ -308,7 +309,7 @@ static double sums_of(
 	*over = (struct over){0};
 	for (size_t p = 0; p < pieces; p++) {
 		must(ct_learn_draw(l, d, l->pairs, l->n, stream + p, &err));
-		must(ct_regressor_think(&l->r, all, &d->w, PIECE, &err));
+		must(ct_slice_network_forward(&l->r, all, &d->w, PIECE, &err));
 		for (size_t i = 0; i < PIECE; i++) {
 			const double w = (double)d->weight[i], u = (double)d->w.out[5 * i + 4];
 			double square = 0, slope;
@@ -324,7 +325,7 @@ static double sums_of(
 			slope = 1 - fmin(square * exp(-u), 20);
 			over->slope[0] += slope;
 			over->slope[1] +=
-				slope * (double)d->w.feature[i * ct_regressor_features(&l->r)];
+				slope * (double)d->w.feature[i * ct_slice_network_inputs(&l->r)];
 		}
 	}
 	ct_dnn_leave(was);
@@ -495,12 +496,13 @@ static void refusing(void)
 {
 	struct ct_env env = {0};
 	struct ct_example e[PAIRS];
-	const struct ct_regressor good = {.shape = {2, 6, 1, true}, .components = 6, .width = 11},
-				  bad = {.shape = {2, 6, 1, true}, .components = 37, .width = 11},
-				  odd = {.shape = {2, 7, 1, true}, .components = 6, .width = 11};
+	const struct ct_slice_network
+		good = {.shape = {2, 6, 1, true}, .components = 6, .width = 11},
+		bad = {.shape = {2, 6, 1, true}, .components = 37, .width = 11},
+		odd = {.shape = {2, 7, 1, true}, .components = 6, .width = 11};
 	const size_t batches[] = {0, PIECE, 64 * PIECE, 65 * PIECE};
 	const char *none = "not the state of a training: no \"step\"",
-		   *other = "not the state of this training: another regressor";
+		   *other = "not the state of this training: another network";
 	struct ct_learn_rule rule = {.steps = 1, .batch = PIECE};
 	struct ct_learn *l;
 	double loss;

@@ -42,7 +42,7 @@ static void reduce(struct ct_vol *lr, const struct ct_gauss *g, const struct ct_
 	for (int a = 0; a < 3; a++)
 		m[a] = ct_degrade_size(N, d->factor[a]);
 	must(ct_alloc0(&vol, (size_t)N * N * N, sizeof *vol, &err));
-	must(ct_voxelise_render(vol, n, fine, g, 1, NULL, &env, &err));
+	must(ct_mixture_render(vol, n, fine, g, 1, NULL, &env, &err));
 	must(ct_vol_alloc(lr, m, &err));
 	ct_degrade_affine(lr->affine, fine, n, d);
 	must(ct_degrade_plan(&s, d, n, NULL, &err));
@@ -53,7 +53,7 @@ static void reduce(struct ct_vol *lr, const struct ct_gauss *g, const struct ct_
 
 struct scene {
 	struct ct_loss_lowres low;
-	struct ct_voxelise v;
+	struct ct_mixture v;
 	struct ct_gradient grad;
 	struct ct_gaussian b[COUNT];
 	float *f, *df;
@@ -66,8 +66,8 @@ static double loss(struct scene *s, const struct ct_gauss *g)
 
 	ct_gaussian_resolve(s->b, g, NULL);
 	must(ct_loss_lowres_block(&block, &s->low, zero, s->low.n, &err));
-	must(ct_voxelise_plan(&s->v, &block, g->n, s->b, NULL, &err));
-	ct_voxelise_draw(s->f, &s->v, NULL);
+	must(ct_mixture_plan(&s->v, &block, g->n, s->b, NULL, &err));
+	ct_mixture_draw(s->f, &s->v, NULL);
 	return ct_loss_lowres_gradient(s->df, s->f, &s->low, zero, s->low.n, 1);
 }
 
@@ -88,7 +88,7 @@ static void begin(struct scene *s, const struct ct_vol *lr, const struct ct_degr
 static void end(struct scene *s)
 {
 	ct_loss_lowres_free(&s->low);
-	ct_voxelise_free(&s->v);
+	ct_mixture_free(&s->v);
 	ct_gradient_free(&s->grad);
 	free(s->f);
 	free(s->df);
@@ -126,7 +126,7 @@ static void gradient(struct ct_gauss *g, const struct ct_degrade *d)
 		g->raw[i] *= 1.3f;
 	begin(&s, &lr, d);
 	loss(&s, g);
-	ct_voxelise_backward(&s.grad, &s.v, s.b, g, s.df, NULL);
+	ct_mixture_backward(&s.grad, &s.v, s.b, g, s.df, NULL);
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
 		memcpy(keep[k], ct_gaussian_field(g, k), sizeof keep[k]);
 	for (int t = 0; t < 2; t++) {

@@ -3,10 +3,10 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/loss-total.h"
 #include "gs/random-stream.h"
-#include "gs/voxelise-ref.h"
+#include "gs/mixture-ref.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -179,8 +179,8 @@ static double *drawn(const struct scene *s, const struct ct_block *block)
 	for (size_t i = 0; i < N; i++) {
 		struct ct_voxel_gaussian v;
 
-		if (ct_voxelise_gaussian(&v, block, &s->w.gaussian[i]))
-			ct_voxelise_ref_draw(f, block, &v, CT_GS_CUT);
+		if (ct_mixture_gaussian(&v, block, &s->w.gaussian[i]))
+			ct_mixture_ref_draw(f, block, &v, CT_GS_CUT);
 	}
 	return f;
 }

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "xray/phantom.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -205,7 +205,7 @@ static void t_projections(void)
 	for (int k = 0; k < 4; k++)
 		s[k] = shape_of((enum ct_shape_kind)(k % 3), true);
 	for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++) {
-		struct ct_scan scan = {.beam = (enum ct_beam)beam,
+		struct ct_geometry scan = {.beam = (enum ct_beam)beam,
 			.views = 5,
 			.arc = 360,
 			.dso = 5,
@@ -216,7 +216,7 @@ static void t_projections(void)
 		struct ct_stack p = {0};
 		double worst = 0, most = 0;
 
-		must(ct_scan_fill(&p, &scan, &err));
+		must(ct_geometry_fill(&p, &scan, &err));
 		memset(p.data, 0, ct_stack_count(&p) * sizeof *p.data);
 		ct_phantom_project(&p, 2, 3, ct_stack_view(&p, 2), 4, s, NULL);
 		for (size_t i = 0; i < ct_stack_count(&p); i++) {

@@ -3,7 +3,7 @@
 #include "core/rng.h"
 #include "xray/phantom.h"
 #include "xray/project.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "numbers.h"
 
 #include <stdbool.h>
@@ -33,21 +33,21 @@ static void constant(struct ct_vol *v, float x)
 		v->data[i] = x;
 }
 
-static struct ct_stack fill(const struct ct_scan *scan)
+static struct ct_stack fill(const struct ct_geometry *scan)
 {
 	struct ct_stack s = {0};
 
-	must(ct_scan_fill(&s, scan, &err));
+	must(ct_geometry_fill(&s, scan, &err));
 	return s;
 }
 
 /* Views of a grid: `edge` detector pixels of `pitch` mm. */
-static struct ct_scan scan_of(
+static struct ct_geometry scan_of(
 	enum ct_beam beam, const struct ct_vol *v, size_t views, size_t edge, double pitch)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 
-	ct_scan_default(&s, beam, v);
+	ct_geometry_default(&s, beam, v);
 	s.views = views;
 	s.w = edge;
 	s.h = beam == CT_FAN ? 1 : edge;
@@ -145,7 +145,7 @@ static void t_rays(void)
 
 	turn(&v, 0.8, 0.36, -0.48, 0);
 	for (int b = 0; b < 3; b++) {
-		struct ct_scan scan = scan_of((enum ct_beam)b, &v, 7, 33, 2.1);
+		struct ct_geometry scan = scan_of((enum ct_beam)b, &v, 7, 33, 2.1);
 		struct ct_stack s;
 		char name[80];
 		double most = 0;
@@ -174,7 +174,7 @@ static void t_rays(void)
 static void t_axis_aligned(void)
 {
 	struct ct_vol v = grid(8, 8, 6, 2, 2, 2);
-	struct ct_scan scan = scan_of(CT_PARALLEL, &v, 4, 8, 2);
+	struct ct_geometry scan = scan_of(CT_PARALLEL, &v, 4, 8, 2);
 	struct ct_stack s;
 	double worst = 0;
 
@@ -207,7 +207,7 @@ static void t_axis_aligned(void)
 static void t_exact(void)
 {
 	struct ct_vol v = grid(4, 4, 4, 0.25, 0.25, 0.25), one = grid(1, 1, 1, 3, 5, 7);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 4, 1, 0.01);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 4, 1, 0.01);
 	struct ct_stack s;
 
 	constant(&v, 1);
@@ -236,7 +236,7 @@ static void t_exact(void)
 static void t_faces(void)
 {
 	struct ct_vol v = grid(4, 4, 4, 1, 1, 1);
-	struct ct_scan scan = scan_of(CT_PARALLEL, &v, 1, 5, 1);
+	struct ct_geometry scan = scan_of(CT_PARALLEL, &v, 1, 5, 1);
 	struct ct_stack s = fill(&scan);
 	double worst = 0;
 
@@ -265,7 +265,7 @@ static void t_orientations(void)
 	static const int perm[6][3] = {
 		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	struct ct_vol v = grid(7, 4, 6, 1, 1.7, 1.2);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 5, 9, 1.3);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 5, 9, 1.3);
 	struct ct_stack want = fill(&scan), got = fill(&scan);
 	double worst = 0;
 
@@ -306,7 +306,7 @@ static void t_orientations(void)
 static void t_invariance(void)
 {
 	struct ct_vol v = grid(9, 12, 7, 1, 0.7, 1.4);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 6, 16, 1.3), other = scan;
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 6, 16, 1.3), other = scan;
 	struct ct_stack a, b;
 
 	a = fill(&scan);
@@ -345,7 +345,7 @@ static void t_crop(void)
 	double worst = 0;
 
 	for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++) {
-		struct ct_scan scan = scan_of((enum ct_beam)beam, &v, 3, 17, 1.1), part = scan;
+		struct ct_geometry scan = scan_of((enum ct_beam)beam, &v, 3, 17, 1.1), part = scan;
 		struct ct_stack a = fill(&scan), b;
 
 		part.w = 5;
@@ -390,7 +390,7 @@ static void t_adjoint(void)
 {
 	static const char *const names[] = {"cone", "parallel", "fan"};
 	struct ct_vol v = grid(21, 34, 47, 1.1, 0.9, 1);
-	struct ct_scan scan;
+	struct ct_geometry scan;
 	struct ct_stack s;
 
 	for (int b = 0; b < 3; b++) {
@@ -417,7 +417,7 @@ static void t_transpose(void)
 {
 	enum { N = 3 * 4 * 17, M = 2 * 5 * 5 };
 	struct ct_vol v = grid(3, 4, 17, 1, 1, 0.4);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 2, 5, 2);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 2, 5, 2);
 	struct ct_stack s = fill(&scan);
 	struct ct_projector g;
 	float *matrix = malloc(N * M * sizeof *matrix), row[N], pixels[M] = {0};
@@ -451,7 +451,7 @@ static void t_threads(void)
 {
 	struct ct_vol v = grid(40, 33, 50, 1, 1, 1), a = grid(40, 33, 50, 1, 1, 1),
 		      b = grid(40, 33, 50, 1, 1, 1);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 5, 29, 2.2);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 5, 29, 2.2);
 	struct ct_stack s = fill(&scan), q = fill(&scan);
 	struct ct_projector g;
 	struct ct_par *par;
@@ -480,7 +480,7 @@ static void t_mass(void)
 {
 	struct ct_vol v = grid(24, 20, 16, 1.3, 1.1, 0.9);
 	double mass = 0, least = HUGE_VAL, most = 0;
-	struct ct_scan scan = scan_of(CT_PARALLEL, &v, 12, 150, 0.3);
+	struct ct_geometry scan = scan_of(CT_PARALLEL, &v, 12, 150, 0.3);
 	struct ct_stack s = fill(&scan);
 
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
@@ -507,7 +507,7 @@ static double deviation(enum ct_beam beam, enum ct_phantom kind, size_t n)
 	const double extent[3] = {128, 128, 128};
 	struct ct_shape shape[CT_PH_MAX_SHAPES];
 	size_t shapes = ct_phantom_make(kind, extent, 0.5, 3, shape);
-	struct ct_scan scan = scan_of(beam, &v, 5, 50, 4.1);
+	struct ct_geometry scan = scan_of(beam, &v, 5, 50, 4.1);
 	struct ct_stack a = fill(&scan), b = fill(&scan);
 	double sum = 0, norm = 0;
 
@@ -590,7 +590,7 @@ static void t_phantoms(void)
 static void t_refused(void)
 {
 	struct ct_vol v = grid(10, 10, 10, 1, 1, 1);
-	struct ct_scan scan = scan_of(CT_CONE, &v, 4, 4, 1);
+	struct ct_geometry scan = scan_of(CT_CONE, &v, 4, 4, 1);
 	struct ct_projector g;
 	struct ct_stack s;
 
@@ -605,10 +605,10 @@ static void t_refused(void)
 	OK(ct_projector_init(&g, &v, &s, &err) == 0, "and just outside it is not");
 	ct_stack_free(&s);
 	scan.dsd = -1;
-	OK(ct_scan_fill(&s, &scan, &err) == -1 && err.code == CT_EGEOM, "negative distance");
+	OK(ct_geometry_fill(&s, &scan, &err) == -1 && err.code == CT_EGEOM, "negative distance");
 	scan = scan_of(CT_FAN, &v, 4, 4, 1);
 	scan.h = 2;
-	OK(ct_scan_fill(&s, &scan, &err) == -1 && err.code == CT_EGEOM, "fan of two rows");
+	OK(ct_geometry_fill(&s, &scan, &err) == -1 && err.code == CT_EGEOM, "fan of two rows");
 	ct_vol_free(&v);
 }
 

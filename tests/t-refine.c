@@ -6,7 +6,7 @@
 #include "refine/refine.h"
 #include "refine/slabs.h"
 #include "tests/tap.h"
-#include "regressor.h"
+#include "slice-network.h"
 #include "texture.h"
 
 #include <pthread.h>
@@ -214,7 +214,8 @@ int main(void)
 {
 	struct ct_vol lo, mute;
 
-	prior.r[0] = (struct ct_regressor){.shape = {4, 8, 1, false}, .components = 9, .width = 21};
+	prior.r[0] =
+		(struct ct_slice_network){.shape = {4, 8, 1, false}, .components = 9, .width = 21};
 	random_regressor(&prior.r[0]);
 	make(&lo, true);
 	make(&mute, false);

@@ -3,10 +3,10 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
-#include "gs/footprint-ref.h"
+#include "gs/prelu.h"
+#include "gs/gaussian-integral-ref.h"
 #include "gs/refit.h"
-#include "gs/voxelise-ref.h"
+#include "gs/mixture-ref.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -137,8 +137,8 @@ static void add_lowres(
 
 		one.rho = 1;
 		must(ct_alloc0(&vol[i], count, sizeof **vol, &err));
-		if (ct_voxelise_gaussian(&v, &block, &one))
-			ct_voxelise_ref_draw(vol[i], &block, &v, CT_GS_CUT);
+		if (ct_mixture_gaussian(&v, &block, &one))
+			ct_mixture_ref_draw(vol[i], &block, &v, CT_GS_CUT);
 	}
 	for (size_t at = 0; at < count; at++) {
 		double row[N];

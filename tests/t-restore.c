@@ -1,4 +1,4 @@
-/* The slice prior: patches, the regressor, its training, and what a volume gets from it. */
+/* The slice prior: patches, the slice network, its training, and what a volume gets from it. */
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
@@ -10,7 +10,7 @@
 #include "restore/restore.h"
 #include "solve/jacobi.h"
 #include "tests/tap.h"
-#include "regressor.h"
+#include "slice-network.h"
 #include "texture.h"
 #include "unet/dnn.h"
 
@@ -150,9 +150,10 @@ static double silu(double x)
 }
 
 /* The network in double. */
-static void twin(double *out, const struct ct_regressor *r, const float *patch, const float *told)
+static void twin(
+	double *out, const struct ct_slice_network *r, const float *patch, const float *features)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_regressor_features(r), w = r->width;
+	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r), w = r->width;
 	double feature[64], h1[64], h2[64];
 
 	for (size_t k = 0; k < r->components; k++) {
@@ -161,8 +162,8 @@ static void twin(double *out, const struct ct_regressor *r, const float *patch, 
 			feature[k] += (double)r->basis[k * n + i] *
 				      ((double)patch[i] - (double)r->mean[i]);
 	}
-	for (size_t k = 0; k < CT_REGRESSOR_TOLD; k++)
-		feature[r->components + k] = (double)told[k];
+	for (size_t k = 0; k < CT_SLICE_NETWORK_FEATURES; k++)
+		feature[r->components + k] = (double)features[k];
 	for (size_t k = 0; k < w; k++) {
 		h1[k] = (double)r->all[r->at[CT_PART_1_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
@@ -175,7 +176,7 @@ static void twin(double *out, const struct ct_regressor *r, const float *patch, 
 			h2[k] += (double)r->all[r->at[CT_PART_2] + k * w + i] * h1[i];
 		h2[k] = silu(h2[k]);
 	}
-	for (size_t k = 0; k < ct_regressor_out(r); k++) {
+	for (size_t k = 0; k < ct_slice_network_out(r); k++) {
 		out[k] = (double)r->all[r->at[CT_PART_LINEAR_BIAS] + k] +
 			 (double)r->all[r->at[CT_PART_3_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
@@ -187,53 +188,55 @@ static void twin(double *out, const struct ct_regressor *r, const float *patch, 
 
 static void network(void)
 {
-	struct ct_regressor r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21}, q = {0};
-	struct ct_regressor_work w = {0};
+	struct ct_slice_network r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21},
+				q = {0};
+	struct ct_slice_network_work w = {0};
 	struct ct_tensors t = {0};
 	double want[5], worst = 0;
 	float patch[5 * 36];
 	int was;
 
 	random_regressor(&r);
-	must(ct_regressor_work_alloc(&w, &r, 5, &err));
+	must(ct_slice_network_work_alloc(&w, &r, 5, &err));
 	ct_rng_normals(5 * 36, patch, 6, 0, 0);
 	memcpy(w.patch, patch, sizeof patch);
 	for (size_t i = 0; i < 5; i++)
-		ct_rng_normals(CT_REGRESSOR_TOLD, ct_regressor_told(&w, &r, i), 6, 1, 50 * i);
+		ct_rng_normals(CT_SLICE_NETWORK_FEATURES, ct_slice_network_features(&w, &r, i), 6,
+			1, 50 * i);
 	was = ct_dnn_enter();
-	must(ct_regressor_run(&r, &w, 5, &err));
+	must(ct_slice_network_run(&r, &w, 5, &err));
 	ct_dnn_leave(was);
 	for (size_t i = 0; i < 5; i++) {
-		twin(want, &r, patch + 36 * i, ct_regressor_told(&w, &r, i));
+		twin(want, &r, patch + 36 * i, ct_slice_network_features(&w, &r, i));
 		for (size_t k = 0; k < 5; k++)
 			worst = fmax(worst, fabs(want[k] - (double)w.out[5 * i + k]));
 	}
 	OK(worst < 1e-5, "the network is what it says (%g)", worst);
-	must(ct_regressor_put(&r, &t, "2", &err));
-	must(ct_regressor_get(&q, &t, "2", &err));
+	must(ct_slice_network_put(&r, &t, "2", &err));
+	must(ct_slice_network_get(&q, &t, "2", &err));
 	OK(q.shape.cell == 2 && q.shape.side == 6 && q.shape.depth == 1 && q.shape.swap &&
 			q.components == 9 && q.width == 21 &&
 			memcmp(q.all, r.all, r.at[CT_PARTS] * sizeof *r.all) == 0 &&
 			memcmp(q.mean, r.mean, (36 + 9 * 36) * sizeof *r.mean) == 0,
 		"and comes back from its tensors");
-	ct_regressor_free(&q);
+	ct_slice_network_free(&q);
 	ct_tensors_find(&t, "2.w2")->data[3] = NAN;
-	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && err.code == CT_ENUMERIC &&
+	OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && err.code == CT_ENUMERIC &&
 			strstr(err.msg, "2.w2"),
 		"a NaN among them is named");
-	ct_regressor_free(&q);
+	ct_slice_network_free(&q);
 	ct_tensors_find(&t, "2.w3")->dim[1] = 20;
 	ct_tensors_find(&t, "2.w2")->data[3] = 0;
-	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && strstr(err.msg, "2.w3"),
+	OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && strstr(err.msg, "2.w3"),
 		"and another shape");
-	ct_regressor_free(&q);
+	ct_slice_network_free(&q);
 	ct_tensors_find(&t, "2.shape")->data[1] = 7;
-	OK(ct_regressor_get(&q, &t, "2", &err) == -1 && err.code == CT_EINPUT,
+	OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && err.code == CT_EINPUT,
 		"and a patch that none can be");
-	ct_regressor_free(&q);
+	ct_slice_network_free(&q);
 	ct_tensors_free(&t);
-	ct_regressor_work_free(&w);
-	ct_regressor_free(&r);
+	ct_slice_network_work_free(&w);
+	ct_slice_network_free(&r);
 }
 
 /* Pairs whose rest is known of the base: `law` 0: its Laplacian in the slice, 1: not linear in
@@ -264,7 +267,7 @@ static void lessons(struct ct_example *e, size_t n, int law)
 static struct ct_learn *school(const struct ct_example *e, size_t n, size_t steps,
 	const struct ct_env *env, double gain[2])
 {
-	const struct ct_regressor r = {.shape = {2, 8, 1, true}, .components = 64, .width = 32};
+	const struct ct_slice_network r = {.shape = {2, 8, 1, true}, .components = 64, .width = 32};
 	const struct ct_learn_rule rule = {.seed = 9,
 		.steps = steps ? steps : 1,
 		.batch = 2 * CT_LEARN_PIECE,
@@ -289,7 +292,7 @@ static void learning(void)
 	struct ct_example e[PAIRS];
 	struct ct_env one = {0}, three = {0};
 	struct ct_learn *a, *b;
-	const struct ct_regressor *ra, *rb;
+	const struct ct_slice_network *ra, *rb;
 	double gain[2], again[2];
 
 	must(ct_par_alloc(&three.par, 3, &err));
@@ -314,7 +317,7 @@ static void learning(void)
 		memset(e[q].base, 0, COUNT * sizeof(float));
 	OK(ct_learn_alloc(&a,
 		   ra =
-			   &(struct ct_regressor){
+			   &(struct ct_slice_network){
 				   .shape = {2, 8, 1, true}, .components = 8, .width = 8},
 		   &(struct ct_learn_rule){.steps = 1, .batch = CT_LEARN_PIECE}, e, PAIRS, &one,
 		   &err) == 0 &&
@@ -327,13 +330,13 @@ static void learning(void)
 }
 
 /* The mean over the axes, into h, which is written over. */
-static int mean(float *h, const struct ct_scene *s, const struct ct_regressor *r,
-	const bool axes[3], size_t *looked, size_t *cells, const struct ct_env *env)
+static int mean(float *h, const struct ct_scene *s, const struct ct_slice_network *r,
+	const bool axes[3], size_t *textured, size_t *cells, const struct ct_env *env)
 {
 	struct ct_guess g = {.h = h};
 
 	memset(h, 0, COUNT * sizeof *h);
-	if (ct_predict(&g, s, r, axes, looked, cells, env, &err))
+	if (ct_predict(&g, s, r, axes, textured, cells, env, &err))
 		return -1;
 	for (size_t i = 0; i < COUNT; i++)
 		h[i] /= (float)g.axes;
@@ -342,11 +345,11 @@ static int mean(float *h, const struct ct_scene *s, const struct ct_regressor *r
 
 static void prediction(void)
 {
-	struct ct_regressor r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
+	struct ct_slice_network r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
 	struct ct_env one = {0}, three = {0};
 	struct ct_scene s = {.n = {N, N, N}, .coarse = {true, true, true}};
 	float x[COUNT], y[COUNT], a[COUNT], b[COUNT], c[COUNT];
-	size_t looked = 0, cells = 0;
+	size_t textured = 0, cells = 0;
 	bool axes[3];
 	double worst = 0, most = 0;
 
@@ -354,15 +357,15 @@ static void prediction(void)
 	random_regressor(&r);
 	texture(x, n3, 11);
 	s.x = x;
-	must(mean(a, &s, &r, all, &looked, &cells, &three));
-	must(mean(b, &s, &r, all, &looked, &cells, &one));
+	must(mean(a, &s, &r, all, &textured, &cells, &three));
+	must(mean(b, &s, &r, all, &textured, &cells, &one));
 	OK(memcmp(a, b, sizeof a) == 0, "a prediction with any number of threads is the same");
-	OK(looked == cells && cells == 2 * 3 * N * 36, "and looks at all cells of three axes (%zu)",
-		cells);
+	OK(textured == cells && cells == 2 * 3 * N * 36,
+		"and looks at all cells of three axes (%zu)", cells);
 	for (unsigned turn = 0; turn < CT_PATCH_POSES; turn++) {
 		turned(y, x, turn);
 		s.x = y;
-		must(mean(b, &s, &r, all, &looked, &cells, &one));
+		must(mean(b, &s, &r, all, &textured, &cells, &one));
 		turned(c, a, turn);
 		worst = fmax(worst, farthest(b, c, COUNT));
 	}
@@ -374,7 +377,7 @@ static void prediction(void)
 		const bool only[3] = {k == 0, k == 1, k == 2};
 
 		s.x = x;
-		must(mean(k ? c : b, &s, &r, only, &looked, &cells, &one));
+		must(mean(k ? c : b, &s, &r, only, &textured, &cells, &one));
 		for (size_t i = 0; k && i < COUNT; i++)
 			b[i] += c[i];
 	}
@@ -383,18 +386,18 @@ static void prediction(void)
 	OK(farthest(a, b, COUNT) < 1e-4 * most, "it is the mean of the axes");
 	memset(y, 0, sizeof y);
 	s.x = y;
-	looked = 0;
-	must(mean(b, &s, &r, all, &looked, &cells, &one));
+	textured = 0;
+	must(mean(b, &s, &r, all, &textured, &cells, &one));
 	memset(c, 0, sizeof c);
-	OK(looked == 0 && memcmp(b, c, sizeof b) == 0, "nothing is added to what is flat");
+	OK(textured == 0 && memcmp(b, c, sizeof b) == 0, "nothing is added to what is flat");
 	s.coarse[0] = s.coarse[1] = false;
 	OK(ct_predict_axes(axes, &r, &s) == 0 &&
-			mean(b, &s, &r, all, &looked, &cells, &one) == -1 && err.code == CT_EGEOM,
+			mean(b, &s, &r, all, &textured, &cells, &one) == -1 && err.code == CT_EGEOM,
 		"thick slices are not for a prior of squares");
 	r.shape.swap = false;
 	OK(ct_predict_axes(axes, &r, &s) == 2 && axes[0] && axes[1] && !axes[2],
 		"but for one of slices of which one axis is coarse");
-	ct_regressor_free(&r);
+	ct_slice_network_free(&r);
 	ct_par_free(three.par);
 }
 
@@ -402,9 +405,9 @@ static void prediction(void)
 static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rule,
 	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
 {
-	struct ct_regressor *r = &p->r[0];
-	const size_t f = ct_regressor_features(r), last = ct_regressor_out(r) - 1;
-	const struct ct_regressor was = *r;
+	struct ct_slice_network *r = &p->r[0];
+	const size_t f = ct_slice_network_inputs(r), last = ct_slice_network_out(r) - 1;
+	const struct ct_slice_network was = *r;
 	struct ct_restore_report got;
 	struct ct_env env = {0};
 	float *std = malloc(COUNT * sizeof *std), *v = malloc(2 * COUNT * sizeof *v);
@@ -412,7 +415,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 		.n = {N, N, N},
 		.coarse = {true, true, true},
 		.regime = {.sigma = rule->by.sigma[0] / 4, .noise = rule->noise}};
-	size_t looked = 0, cells = 0, low = 0, high = 0;
+	size_t textured = 0, cells = 0, low = 0, high = 0;
 	double most = 0;
 
 	memset(r->all + r->at[CT_PART_LINEAR] + last * f, 0, f * sizeof *r->all);
@@ -420,7 +423,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	r->all[r->at[CT_PART_LINEAR_BIAS] + last] = -1;
 	r->all[r->at[CT_PART_3_BIAS] + last] = 0;
 	memset(v, 0, 2 * COUNT * sizeof *v);
-	must(ct_predict(&(struct ct_guess){.h = v + COUNT, .v = v}, &s, r, all, &looked, &cells,
+	must(ct_predict(&(struct ct_guess){.h = v + COUNT, .v = v}, &s, r, all, &textured, &cells,
 		&env, &err));
 	r->spread[0] = 4;
 	r->spread[1] = 9;
@@ -504,10 +507,10 @@ static double added(
 	struct ct_guess g = {.h = calloc(2 * COUNT, sizeof(float))};
 	struct ct_env env = {0};
 	double w[M * M * M] = {0}, square[M * M * M] = {0}, apart[M * M * M] = {0}, sum = 0;
-	size_t looked = 0, cells = 0;
+	size_t textured = 0, cells = 0;
 
 	g.square = g.h + COUNT;
-	must(ct_predict(&g, &s, &p->r[0], rule->axes, &looked, &cells, &env, &err));
+	must(ct_predict(&g, &s, &p->r[0], rule->axes, &textured, &cells, &env, &err));
 	for (size_t i = 0; i < COUNT; i++) {
 		const size_t b = (i / N / N / 4 * M + i / N % N / 4) * M + i % N / 4;
 		const double h = (double)g.h[i] / 3;
@@ -563,7 +566,7 @@ static void flattened(const struct ct_slice_prior *one, const struct ct_vol *lo,
 	free(want);
 }
 
-/* The least gate of a second look: as another first look with that gate. */
+/* The least gate of a second pass: as another first pass with that gate. */
 static void second_gate(const struct ct_slice_prior *one, const struct ct_vol *lo,
 	const struct ct_vol *base, struct ct_vol *x)
 {
@@ -588,7 +591,7 @@ static void second_gate(const struct ct_slice_prior *one, const struct ct_vol *l
 		rule.again = gates[k][1];
 		must(ct_restore(x, NULL, lo, &p, &rule, &got, &env, &err));
 		OK(then.added > 0 && fabs(got.added / then.added - 1) < 1e-5,
-			"a second look: gate %g, or %g: %g HU", gates[k][0], gates[k][1],
+			"a second pass: gate %g, or %g: %g HU", gates[k][0], gates[k][1],
 			got.added);
 	}
 }
@@ -606,7 +609,7 @@ static void restoring(void)
 	const size_t m[3] = {N / 4, N / 4, N / 4};
 	double sum = 0;
 
-	p.r[0] = (struct ct_regressor){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
+	p.r[0] = (struct ct_slice_network){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
 	random_regressor(&p.r[0]);
 	must(ct_vol_alloc(&truth, n3, &err));
 	must(ct_vol_alloc(&lo, m, &err));

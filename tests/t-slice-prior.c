@@ -149,15 +149,15 @@ static void shapes(void)
 	}
 }
 
-static void random_regressor(
-	struct ct_regressor *r, uint64_t seed, size_t cell, size_t side, size_t depth, bool swap)
+static void random_regressor(struct ct_slice_network *r, uint64_t seed, size_t cell, size_t side,
+	size_t depth, bool swap)
 {
 	size_t n;
 
-	*r = (struct ct_regressor){
+	*r = (struct ct_slice_network){
 		.shape = {cell, side, depth, swap}, .components = 9, .width = 13};
 	n = ct_patch_count(&r->shape);
-	must(ct_regressor_alloc(r, &err));
+	must(ct_slice_network_alloc(r, &err));
 	ct_rng_normals(10 * n, r->mean, seed, 0, 0);
 	ct_rng_normals(r->at[CT_PARTS], r->all, seed, 1, 0);
 	for (size_t i = 0; i < 10 * n; i++)
@@ -168,9 +168,10 @@ static void random_regressor(
 
 /* What is expected of a cell of slice at[2], of which `phases` make a coarse one, to h: 0 if it is
  * flat. */
-static size_t expect_cell(float *h, const struct ct_regressor *r, struct ct_regressor_work *w,
-	const struct ct_slicing *of, const struct ct_patch_turns *t, const struct ct_regime *regime,
-	const size_t at[3], size_t phases)
+static size_t expect_cell(float *h, const struct ct_slice_network *r,
+	struct ct_slice_network_work *w, const struct ct_slicing *of,
+	const struct ct_patch_turns *t, const struct ct_regime *regime, const size_t at[3],
+	size_t phases)
 {
 	static float raw[CT_PATCH_MOST];
 	struct ct_patch_pose pose[CT_PATCH_POSES];
@@ -179,8 +180,9 @@ static size_t expect_cell(float *h, const struct ct_regressor *r, struct ct_regr
 
 	for (size_t p = 0; p < count; p++) {
 		ct_patch_turn(w->patch, raw, &r->shape, t, &pose[p]);
-		ct_regressor_tell(ct_regressor_told(w, r, 0), &pose[p], regime, at[2], phases);
-		must(ct_regressor_run(r, w, 1, &err));
+		ct_slice_network_describe(
+			ct_slice_network_features(w, r, 0), &pose[p], regime, at[2], phases);
+		must(ct_slice_network_run(r, w, 1, &err));
 		ct_patch_back(cell, w->out, &r->shape, t, &pose[p]);
 	}
 	if (count)
@@ -189,19 +191,19 @@ static size_t expect_cell(float *h, const struct ct_regressor *r, struct ct_regr
 }
 
 /* One cell after the other; the mean over the axes. Returns how many axes. */
-static size_t predict(float *h, const struct ct_scene *s, const struct ct_regressor *r,
-	const bool axes[3], size_t *looked, size_t *cells)
+static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_network *r,
+	const bool axes[3], size_t *textured, size_t *cells)
 {
 	const size_t cell = r->shape.cell, all = s->n[0] * s->n[1] * s->n[2];
-	struct ct_regressor_work w = {0};
+	struct ct_slice_network_work w = {0};
 	struct ct_patch_turns t = {0};
 	const int was = ct_dnn_enter();
 	size_t used = 0;
 
-	*looked = *cells = 0;
+	*textured = *cells = 0;
 	memset(h, 0, all * sizeof *h);
 	must(ct_patch_turns_alloc(&t, &r->shape, &err));
-	must(ct_regressor_work_alloc(&w, r, 1, &err));
+	must(ct_slice_network_work_alloc(&w, r, 1, &err));
 	for (int axis = 0; axis < 3; axis++) {
 		const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
 		struct ct_slicing of;
@@ -218,7 +220,7 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_regres
 					const size_t phases = s->coarse[axis] ? cell : 1;
 
 					++*cells;
-					*looked += expect_cell(
+					*textured += expect_cell(
 						h, r, &w, &of, &t, &s->regime, at, phases);
 				}
 	}
@@ -226,7 +228,7 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_regres
 		h[i] /= (float)used;
 	ct_dnn_leave(was);
 	ct_patch_turns_free(&t);
-	ct_regressor_work_free(&w);
+	ct_slice_network_work_free(&w);
 	return used;
 }
 
@@ -250,8 +252,8 @@ static void prediction(void)
 		struct ct_guess g = {.h = h + all};
 		const bool swap = k < 4;
 		const bool axes[3] = {true, k != 1, true};
-		struct ct_regressor r;
-		size_t looked = 0, cells = 0, want[2];
+		struct ct_slice_network r;
+		size_t textured = 0, cells = 0, want[2];
 		bool can[3];
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
@@ -259,13 +261,13 @@ static void prediction(void)
 		if (ct_predict_axes(can, &r, &s) > 0) {
 			predict(h, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
-			must(ct_predict(&g, &s, &r, axes, &looked, &cells, &env, &err));
+			must(ct_predict(&g, &s, &r, axes, &textured, &cells, &env, &err));
 			for (size_t i = 0; i < all; i++)
 				h[all + i] /= (float)g.axes;
 			worst = fmax(worst, apart(all, h + all, h));
-			same = same && looked == want[0] && cells == want[1] && looked < cells;
+			same = same && textured == want[0] && cells == want[1] && textured < cells;
 		}
-		ct_regressor_free(&r);
+		ct_slice_network_free(&r);
 	}
 	NEAR(worst, 0, 1e-5, "a prediction is that of all cells, one by one");
 	OK(same, "which are counted");
@@ -363,7 +365,7 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 	struct ct_vol x = s->x;
 	float *h = calloc(2 * ALL, sizeof *h);
 	double used = 0, square = 0, residual, most = 1, coarse = 0;
-	size_t looked, cells;
+	size_t textured, cells;
 
 	if (!h)
 		exit(99);
@@ -380,7 +382,7 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 
 		if ((double)p->r[k].shape.cell != most || p->again[k] != again)
 			continue;
-		axes = (double)predict(h + ALL, &scene, &p->r[k], rule->axes, &looked, &cells);
+		axes = (double)predict(h + ALL, &scene, &p->r[k], rule->axes, &textured, &cells);
 		for (size_t i = 0; axes > 0 && i < ALL; i++)
 			h[i] += (float)axes * h[ALL + i];
 		used += axes;
@@ -452,8 +454,8 @@ static void restoring(void)
 		OK(got.cells == looks[k] * ALL / (k == 3 ? 4 : 16), "%zu cells, of the last look",
 			got.cells);
 		OK(rule.noise > 0 ? got.residual < 3 * 25 && got.residual > 20
-				  : got.residual < 1e-3 && got.looked > 100 &&
-					    got.cells >= got.looked,
+				  : got.residual < 1e-3 && got.textured > 100 &&
+					    got.cells >= got.textured,
 			"as near to the scan as it should be (%g)", got.residual);
 		ct_vol_free(&s.x);
 		ct_vol_free(&s.lo);
@@ -474,17 +476,17 @@ static void knowing(void)
 	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
 	bool axes[3];
 	struct ct_restore_report got;
-	struct ct_regressor a, b;
+	struct ct_slice_network a, b;
 	struct ct_tensors w = {0}, none = {0};
 	struct scan s;
 	bool right = true;
 
 	random_regressor(&a, 61, 3, 5, 1, true);
 	random_regressor(&b, 62, 5, 7, 1, false);
-	must(ct_regressor_put(&a, &w, "3", &err));
-	must(ct_regressor_put(&b, &w, "thick-5", &err));
-	must(ct_regressor_put(&a, &w, "again-3", &err));
-	must(ct_regressor_put(&b, &w, "again-thick-5", &err));
+	must(ct_slice_network_put(&a, &w, "3", &err));
+	must(ct_slice_network_put(&b, &w, "thick-5", &err));
+	must(ct_slice_network_put(&a, &w, "again-3", &err));
+	must(ct_slice_network_put(&b, &w, "again-thick-5", &err));
 	must(ct_slice_prior_alloc(&p, &w, &err));
 	OK(p.n == 4 && !p.again[0] && p.again[1] && !p.again[2] && p.again[3],
 		"two of what a solver makes, and two of what they make of that");
@@ -520,7 +522,7 @@ static void knowing(void)
 		"%s", err.msg);
 	ct_vol_free(&s.x);
 	ct_vol_free(&s.lo);
-	must(ct_regressor_put(&a, &w, "thick-3", &err));
+	must(ct_slice_network_put(&a, &w, "thick-3", &err));
 	OK(ct_slice_prior_alloc(&q, &w, &err) == -1 && err.code == CT_EINPUT &&
 			strcmp(err.msg, "tensor \"thick-3.shape\" is of other slices") == 0,
 		"%s", err.msg);
@@ -529,8 +531,8 @@ static void knowing(void)
 			strcmp(err.msg, "no tensor \"4.shape\": no prior of slices") == 0,
 		"%s", err.msg);
 	ct_slice_prior_free(&p);
-	ct_regressor_free(&a);
-	ct_regressor_free(&b);
+	ct_slice_network_free(&a);
+	ct_slice_network_free(&b);
 	ct_tensors_free(&w);
 }
 

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
-#include "gs/footprint-ref.h"
+#include "gs/prelu.h"
+#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
 #include "tap.h"
 

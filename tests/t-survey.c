@@ -1,6 +1,6 @@
 /* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
 #include "config.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "dicom/survey.h"
 #include "tap.h"
 
@@ -23,11 +23,11 @@ static void test_range(void)
 	OK(r.n == 0 && isnan(r.mean), "nothing at all");
 }
 
-static void fill(struct ct_stack *s, const struct ct_scan *scan)
+static void fill(struct ct_stack *s, const struct ct_geometry *scan)
 {
 	struct ct_err e = {0};
 
-	if (ct_scan_fill(s, scan, &e)) {
+	if (ct_geometry_fill(s, scan, &e)) {
 		printf("# %s\n", e.msg);
 		exit(99);
 	}
@@ -35,7 +35,7 @@ static void fill(struct ct_stack *s, const struct ct_scan *scan)
 
 static void test_scan(enum ct_beam beam, double arc, size_t views)
 {
-	const struct ct_scan scan = {.beam = beam,
+	const struct ct_geometry scan = {.beam = beam,
 		.views = views,
 		.arc = arc,
 		.start = 20,
@@ -93,7 +93,7 @@ static void turn(double x[3])
 /* A scan in any frame is the same scan. */
 static void test_turned(void)
 {
-	const struct ct_scan scan = {.beam = CT_CONE,
+	const struct ct_geometry scan = {.beam = CT_CONE,
 		.views = 33,
 		.arc = 200,
 		.dso = 700,

@@ -5,7 +5,7 @@
 #include "recon/backproject.h"
 #include "recon/fdk.h"
 #include "recon/ramp.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -26,9 +26,9 @@ static struct ct_vol grid(size_t n, const double mm[3])
 }
 
 /* Half the fan is atan(0.2), 11.3 degrees, at the outermost pixel's centre. */
-static struct ct_scan circle(enum ct_beam beam, size_t views, double arc)
+static struct ct_geometry circle(enum ct_beam beam, size_t views, double arc)
 {
-	return (struct ct_scan){.beam = beam,
+	return (struct ct_geometry){.beam = beam,
 		.views = views,
 		.arc = arc,
 		.start = 20,
@@ -40,14 +40,14 @@ static struct ct_scan circle(enum ct_beam beam, size_t views, double arc)
 }
 
 /* share[views][w] in the middle row: what is left without pitch, cosine and arc of the view. */
-static double *shares(struct ct_fdk_weights *o, const struct ct_scan *scan, bool parker)
+static double *shares(struct ct_fdk_weights *o, const struct ct_geometry *scan, bool parker)
 {
 	struct ct_stack s = {0};
 	double *share;
 	float *weight;
 
 	*o = (struct ct_fdk_weights){0};
-	must(ct_scan_fill(&s, scan, &err) || ct_fdk_weights_alloc(o, &s, 40, parker, &err));
+	must(ct_geometry_fill(&s, scan, &err) || ct_fdk_weights_alloc(o, &s, 40, parker, &err));
 	share = malloc(scan->views * scan->w * sizeof *share);
 	weight = malloc(scan->h * scan->w * sizeof *weight);
 	if (!share || !weight)
@@ -69,7 +69,7 @@ static double *shares(struct ct_fdk_weights *o, const struct ct_scan *scan, bool
 
 /* Where on the circle, in views from the first, the other ray along the line of (view, column)
  * starts: the line's second meeting with the circle of the sources. */
-static double partner(const struct ct_scan *scan, double view, double col)
+static double partner(const struct ct_geometry *scan, double view, double col)
 {
 	double a = (scan->start + view * scan->arc / (double)scan->views) * M_PI / 180;
 	double s[2] = {300 * cos(a), 300 * sin(a)}, x = (col - 20) * 5;
@@ -85,7 +85,7 @@ static double partner(const struct ct_scan *scan, double view, double col)
  */
 static void parker(enum ct_beam beam, double arc)
 {
-	struct ct_scan scan = circle(beam, 288, arc);
+	struct ct_geometry scan = circle(beam, 288, arc);
 	struct ct_fdk_weights o;
 	double *share, worst = 0, once = 0, end = 0;
 	size_t twice = 0, n = scan.views;
@@ -126,7 +126,7 @@ static void parker(enum ct_beam beam, double arc)
 /* Without Parker each ray counts the same, all views pi together. */
 static void even(enum ct_beam beam, double arc, bool closed)
 {
-	struct ct_scan scan = circle(beam, 90, arc);
+	struct ct_geometry scan = circle(beam, 90, arc);
 	struct ct_fdk_weights o;
 	double *share = shares(&o, &scan, false), sum = 0, worst = 0;
 
@@ -146,7 +146,7 @@ static void even(enum ct_beam beam, double arc, bool closed)
 /* A detector to one side: where both sides see, they count 1 together, else 1. */
 static void offset(double mm)
 {
-	struct ct_scan scan = circle(CT_FAN, 90, 360);
+	struct ct_geometry scan = circle(CT_FAN, 90, 360);
 	struct ct_fdk_weights o;
 	double *share, worst = 0;
 	size_t both = 0, alone = 0;
@@ -176,13 +176,13 @@ static void offset(double mm)
 static double cutoff(enum ct_beam beam, const double mm[3], double pitch)
 {
 	struct ct_vol v = grid(8, mm);
-	struct ct_scan scan = circle(beam, 90, 360);
+	struct ct_geometry scan = circle(beam, 90, 360);
 	struct ct_stack s = {0};
 	struct ct_fdk f = {0};
 	double got;
 
 	scan.pitch[0] = pitch;
-	must(ct_scan_fill(&s, &scan, &err) ||
+	must(ct_geometry_fill(&s, &scan, &err) ||
 		ct_fdk_alloc(&f, &v, &s, CT_RAMP_RAM_LAK, 0, false, NULL, &err));
 	got = f.cutoff;
 	ct_fdk_free(&f);
@@ -237,7 +237,7 @@ static void fronts(void)
 static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool line)
 {
 	struct ct_vol v = grid(8, (const double[]){4, 4, mm});
-	struct ct_scan scan = circle(beam, 8, 360);
+	struct ct_geometry scan = circle(beam, 8, 360);
 	struct ct_backprojector b = {0};
 	struct ct_stack s = {0};
 
@@ -248,7 +248,7 @@ static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool 
 	scan.pitch[0] = pitch;
 	scan.pitch[1] = 1;
 	scan.start = 0;
-	must(ct_scan_fill(&s, &scan, &err) ||
+	must(ct_geometry_fill(&s, &scan, &err) ||
 		ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
 	OK(b.line == (line ? 2 : -1), "%s, tilted by %.3g, %g mm: %s", ct_beam_name(beam), tilt, mm,
 		line ? "lines" : "no lines");
@@ -291,7 +291,7 @@ static void small(void)
 	for (int k = 0; k < 2; k++) {
 		const double size = k ? 1e-3 : 1;
 		struct ct_vol v = grid(8, (const double[]){9 * size, 9 * size, 9 * size});
-		struct ct_scan scan = circle(CT_CONE, 40, 199.8);
+		struct ct_geometry scan = circle(CT_CONE, 40, 199.8);
 		struct ct_stack s = {0};
 		struct ct_fdk f = {0};
 		float weight[3 * 41];
@@ -299,7 +299,7 @@ static void small(void)
 		scan.dso *= size;
 		scan.dsd *= size;
 		scan.pitch[0] = scan.pitch[1] = 5 * size;
-		must(ct_scan_fill(&s, &scan, &err) ||
+		must(ct_geometry_fill(&s, &scan, &err) ||
 			ct_fdk_alloc(&f, &v, &s, CT_RAMP_HANN, 0, true, NULL, &err));
 		w[k] = malloc(40 * 41 * sizeof **w);
 		if (!w[k])
@@ -324,13 +324,13 @@ static void small(void)
 static void refusals(void)
 {
 	struct ct_vol v = grid(8, (const double[]){4, 4, 4}), none = v;
-	struct ct_scan scan = circle(CT_CONE, 4, 360);
+	struct ct_geometry scan = circle(CT_CONE, 4, 360);
 	struct ct_backprojector b = {0};
 	const double origin[3] = {0};
 	struct ct_stack s = {0};
 	size_t most;
 
-	must(ct_scan_fill(&s, &scan, &err) || ct_backprojector_alloc(&b, &v, &s, origin, &err));
+	must(ct_geometry_fill(&s, &scan, &err) || ct_backprojector_alloc(&b, &v, &s, origin, &err));
 	most = (size_t)INT32_MAX / b.pitch - 3;
 	ct_backprojector_free(&b);
 	s.w = most;

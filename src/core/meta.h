@@ -27,7 +27,7 @@ struct ct_env;
 /* word: what the values are, CT_QUANTITY_...; none: HU, or line integrals; every command that
  * makes another */
 #define CT_META_QUANTITY "quantity"
-/* "LO:HI", HU: that map to density 0 and 1; ct_scan_opts_put_window */
+/* "LO:HI", HU: that map to density 0 and 1; ct_geometry_opts_put_window */
 #define CT_META_WINDOW "window"
 /* integer: of the last step that drew numbers; ct-phantom, ct-project, ct-ddnm, ct-nabgs */
 #define CT_META_SEED "seed"
@@ -42,27 +42,27 @@ struct ct_env;
 #define CT_META_NOISE "noise"
 /* "LO:HI", HU: that the CT was clipped to before its resolution was reduced; ct-degrade */
 #define CT_META_CLIP "clip"
-/* word of CT_UPSAMPLE_LIST, or prior: what brought the data to the fine grid: the factor is used up;
- * ct_upsample */
+/* word of CT_UPSAMPLE_LIST, or prior: what brought the data to the fine grid: the factor is used
+ * up; ct_upsample */
 #define CT_META_UPSAMPLE "upsample"
 /* word of CT_PHANTOM_LIST: ct-phantom */
 #define CT_META_PHANTOM "phantom"
 
 /* how those of a scan begin */
 #define CT_META_SCAN "scan."
-/* number, mm: source to isocentre; ct_scan_fill */
+/* number, mm: source to isocentre; ct_geometry_fill */
 #define CT_META_SCAN_DSO "scan.dso"
-/* number, mm: source to detector; ct_scan_fill */
+/* number, mm: source to detector; ct_geometry_fill */
 #define CT_META_SCAN_DSD "scan.dsd"
-/* number, degrees: that the views are spread over; ct_scan_fill */
+/* number, degrees: that the views are spread over; ct_geometry_fill */
 #define CT_META_SCAN_ARC "scan.arc"
-/* number, degrees: angle of the first view; ct_scan_fill */
+/* number, degrees: angle of the first view; ct_geometry_fill */
 #define CT_META_SCAN_START "scan.start"
-/* "X,Y,Z", mm: isocentre; ct_scan_fill */
+/* "X,Y,Z", mm: isocentre; ct_geometry_fill */
 #define CT_META_SCAN_ISO "scan.iso"
-/* "X,Y,Z": voxels of the volume that was projected; ct_scan_opts_put_volume */
+/* "X,Y,Z": voxels of the volume that was projected; ct_geometry_opts_put_volume */
 #define CT_META_VOLUME_SIZE "volume.size"
-/* 12 numbers, mm: its affine, row after row; ct_scan_opts_put_volume */
+/* 12 numbers, mm: its affine, row after row; ct_geometry_opts_put_volume */
 #define CT_META_VOLUME_AFFINE "volume.affine"
 /* word of CT_METHOD_LIST: projector; ct-project */
 #define CT_META_METHOD "method"

@@ -6,12 +6,12 @@
 
 #include <string.h>
 
-enum { MOST = 32 };
+enum { MOST_FORMATS = 32 };
 
 int ctsr_volume_read(
 	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e)
 {
-	const struct ct_format *list[MOST + 1] = {0};
+	const struct ct_format *list[MOST_FORMATS + 1] = {0};
 	const ctsr_context one = {.size = sizeof one, .threads = 1};
 	struct ct_any a = {0};
 	struct ctsr_call k;
@@ -21,7 +21,7 @@ int ctsr_volume_read(
 		*v = NULL;
 	if (!v || !path || !formats)
 		return ctsr_no_null(__func__, e);
-	for (size_t i = 0; i < MOST && formats[i]; i++)
+	for (size_t i = 0; i < MOST_FORMATS && formats[i]; i++)
 		list[i] = (const struct ct_format *)formats[i];
 	rc = ctsr_call_begin(&k, &one) || ct_format_read(list, path, &a, &k.err) ||
 	     ctsr_make_volume(v, &k.err);

@@ -3,10 +3,10 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/fit.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -115,7 +115,7 @@ static int voxelise(
 		return -1;
 	memcpy(v->affine, like->v.affine, sizeof v->affine);
 	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
-	return ct_voxelise_render(v->data, v->n, (const double(*)[4])v->affine, &g->g, 1, NULL,
+	return ct_mixture_render(v->data, v->n, (const double(*)[4])v->affine, &g->g, 1, NULL,
 		       &k->env, &k->err)
 		       ? -1
 		       : describe(&v->meta, g, CT_QUANTITY_DENSITY, k);

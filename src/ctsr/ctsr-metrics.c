@@ -1,7 +1,7 @@
 /* ctsr-metrics.c: how far volumes are apart. */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "quality/metrics.h"
 
 #include <math.h>
@@ -52,7 +52,7 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 	const ctsr_operator *o, struct ctsr_call *k)
 {
 	struct ct_vol map = {0};
-	struct ct_certificate c;
+	struct ct_data_residual c;
 	ctsr_consistency mine;
 	struct ct_degrade d;
 	int rc = o ? ctsr_degrade_of(&d, o, &k->err) : ct_degrade_get(&coarse->v.meta, &d, &k->err);
@@ -61,7 +61,7 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 		rc = ct_fail(&k->err, CT_EINPUT, "the metadata name no operator (key factor)");
 	if (rc || ctsr_check_volume(fine, &k->err) || ctsr_check_volume(coarse, &k->err))
 		return -1;
-	rc = ct_certificate(&c, &map, &coarse->v, &fine->v, &d, &k->env, &k->err);
+	rc = ct_data_residual(&c, &map, &coarse->v, &fine->v, &d, &k->env, &k->err);
 	ct_vol_free(&map);
 	if (rc)
 		return -1;

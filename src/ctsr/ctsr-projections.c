@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "recon/fdk.h"
 #include "xray/project.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "xray/window.h"
 
 #include <math.h>
@@ -80,12 +80,12 @@ int ctsr_density_of(
 
 int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 	ctsr_geometry all;
 
 	if (!g || !around)
 		return ctsr_no_null(__func__, e);
-	ct_scan_default(&s, CT_CONE, &around->v);
+	ct_geometry_default(&s, CT_CONE, &around->v);
 	all = (ctsr_geometry){.size = size,
 		.views = s.views,
 		.columns = s.w,
@@ -101,7 +101,7 @@ int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around,
 	return 0;
 }
 
-static int scan_of(struct ct_scan *s, const ctsr_geometry *g, struct ct_err *e)
+static int scan_of(struct ct_geometry *s, const ctsr_geometry *g, struct ct_err *e)
 {
 	if (g->beam < CTSR_CONE || g->beam > CTSR_FAN)
 		return ct_fail(e, CT_EUSAGE, "the beam %d is not one of 0 to 2", g->beam);
@@ -111,7 +111,7 @@ static int scan_of(struct ct_scan *s, const ctsr_geometry *g, struct ct_err *e)
 	if (!g->views || !g->columns || (!g->rows && g->beam != CTSR_FAN))
 		return ct_fail(e, CT_EUSAGE, "%zu views of %zux%zu pixels: none may be 0", g->views,
 			g->columns, g->rows);
-	*s = (struct ct_scan){.beam = (enum ct_beam)g->beam,
+	*s = (struct ct_geometry){.beam = (enum ct_beam)g->beam,
 		.views = g->views,
 		.arc = g->arc,
 		.start = g->start,
@@ -243,10 +243,10 @@ static int project(
 	const struct ct_meta *const from[] = {&v->v.meta};
 	struct ct_vol density = {0};
 	struct ct_err *e = &k->err;
-	struct ct_scan scan;
+	struct ct_geometry scan;
 	int rc = -1;
 
-	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_scan_fill(s, &scan, e))
+	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_geometry_fill(s, &scan, e))
 		return -1;
 	for (size_t i = 0; i < v->v.meta.n; i++)
 		if (ct_meta_set(&s->meta, v->v.meta.pair[i].key, v->v.meta.pair[i].value, e))

@@ -114,15 +114,15 @@ static int give(
 	return ctsr_give_report(report, &mine, sizeof mine, e);
 }
 
-struct job {
+struct ctsr_superres_job {
 	struct ct_slice_prior prior;
 	struct ct_meta prior_meta;
 	struct ct_refine r;
 	ctsr_superres_options o;
 };
 
-static int work(struct job *j, struct ct_vol *out, struct ct_vol *error, const ctsr_volume *in,
-	struct ctsr_call *k)
+static int work(struct ctsr_superres_job *j, struct ct_vol *out, struct ct_vol *error,
+	const ctsr_volume *in, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&in->v.meta, &j->prior_meta};
 	struct ct_refine_rule rule = rule_of(&j->o, error != NULL);
@@ -144,7 +144,7 @@ static int work(struct job *j, struct ct_vol *out, struct ct_vol *error, const c
 int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
 {
-	struct job j = {0};
+	struct ctsr_superres_job j = {0};
 	struct ctsr_call k;
 	int rc;
 

@@ -139,7 +139,7 @@ struct seat {
 	double *t;
 };
 
-struct job {
+struct residual_job {
 	const struct ct_residual *r;
 	double weight;
 	const struct ct_superres *p;
@@ -159,14 +159,14 @@ struct job {
 };
 
 struct draw {
-	struct job *job;
+	struct residual_job *job;
 	size_t view, sample, worker;
 };
 
 static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
 	const struct draw *d = ctx;
-	struct job *j = d->job;
+	struct residual_job *j = d->job;
 	const struct seat *s = &j->seat[d->worker];
 	const size_t n = j->frame.high * j->frame.wide;
 	const double abar = ct_schedule_abar(j->net->schedule, (int)t), a = sqrt(abar),
@@ -189,7 +189,7 @@ static void normals(void *ctx, size_t draw, size_t n, float *z)
 }
 
 /* The picture dst (high, wide) of a view, continued by reflection; and back. */
-static void extend(const struct job *j, float *dst, const float *src)
+static void extend(const struct residual_job *j, float *dst, const float *src)
 {
 	const size_t h = j->b->h, w = j->b->w;
 
@@ -199,7 +199,7 @@ static void extend(const struct job *j, float *dst, const float *src)
 				src[ct_mirror_index(y, h) * w + ct_mirror_index(x, w)];
 }
 
-static void cut(const struct job *j, float *dst, const float *src)
+static void cut(const struct residual_job *j, float *dst, const float *src)
 {
 	for (size_t y = 0; y < j->b->h; y++)
 		memcpy(dst + y * j->b->w, src + y * j->frame.wide, j->b->w * sizeof *dst);
@@ -208,7 +208,7 @@ static void cut(const struct job *j, float *dst, const float *src)
 static int draw_view(
 	void *arg, size_t place, size_t view, size_t sample, size_t worker, struct ct_err *e)
 {
-	struct job *j = arg;
+	struct residual_job *j = arg;
 	const struct seat *s = &j->seat[worker];
 	const size_t n = j->frame.high * j->frame.wide, pixels = j->b->h * j->b->w;
 	struct draw draw = {j, view, sample, worker};
@@ -236,7 +236,7 @@ static int draw_view(
 
 static void collect(void *arg, size_t first, size_t view)
 {
-	const struct job *j = arg;
+	const struct residual_job *j = arg;
 	const size_t n = j->b->h * j->b->w, k = j->p->samples;
 	const float *r = j->result + 2 * first * n, *b = ct_stack_view(j->b, view);
 	float *out = ct_stack_view(j->out, view),
@@ -261,7 +261,7 @@ static void collect(void *arg, size_t first, size_t view)
 		out[i] = (float)((double)b[i] + j->weight * m * (double)j->told[i]);
 }
 
-static int check(const struct job *j, struct ct_err *e)
+static int check(const struct residual_job *j, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
 
@@ -284,7 +284,7 @@ bool ct_residual_asks(double weight, bool deviation)
 	return weight > 0 || deviation;
 }
 
-static int job_alloc(struct job *j, struct ct_err *e)
+static int job_alloc(struct residual_job *j, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
 	const size_t scratch = ct_residual_frame_scratch(&j->frame);
@@ -319,7 +319,7 @@ static int job_alloc(struct job *j, struct ct_err *e)
 	return 0;
 }
 
-static void job_free(struct job *j)
+static void job_free(struct residual_job *j)
 {
 	for (size_t k = 0; j->seat && k < j->threads; k++) {
 		free(j->seat[k].input);
@@ -338,7 +338,7 @@ int ct_residual_draw(const struct ct_residual *r, double weight, const struct ct
 	const struct ct_denoiser *net, const struct ct_stack *b, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.r = r,
+	struct residual_job j = {.r = r,
 		.weight = weight,
 		.p = p,
 		.net = net,

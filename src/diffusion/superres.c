@@ -22,7 +22,7 @@ struct seat {
 	double *t;
 };
 
-struct job {
+struct superres_job {
 	const struct ct_superres *p;
 	const struct ct_denoiser *net;
 	const struct ct_stack *in, *init;
@@ -41,7 +41,7 @@ struct job {
 
 /* A sample being drawn: what the callbacks of the sampler see. */
 struct draw {
-	struct job *job;
+	struct superres_job *job;
 	size_t view, sample, worker;
 };
 
@@ -140,13 +140,13 @@ int ct_superres_calls(
 
 /* The published method keeps pictures within [0, 1.05]; a band-limited one overshoots at edges, and
  * what is cut off there would be missing everywhere else. */
-static double range_of(const struct job *j, double v, double most)
+static double range_of(const struct superres_job *j, double v, double most)
 {
 	return j->p->op == CT_MEASUREMENT_MEAN ? fmin(fmax(v, 0.0), most) : v;
 }
 
 /* The network's picture dst (channels, high, wide) of a view src (h, w). */
-static void to_picture(const struct job *j, size_t high, size_t wide, float *dst, size_t h,
+static void to_picture(const struct superres_job *j, size_t high, size_t wide, float *dst, size_t h,
 	size_t w, const float *src)
 {
 	for (size_t y = 0; y < high; y++)
@@ -161,7 +161,7 @@ static void to_picture(const struct job *j, size_t high, size_t wide, float *dst
 }
 
 /* Reduce the channels of x into its first. */
-static void reduce(const struct job *j, float *x)
+static void reduce(const struct superres_job *j, float *x)
 {
 	size_t n = j->high * j->wide, channels = j->p->first ? 1 : j->net->channels;
 
@@ -175,7 +175,7 @@ static void reduce(const struct job *j, float *x)
 }
 
 /* The view dst (h, w) of a picture x (high, wide). */
-static void from_picture(const struct job *j, float *dst, const float *x)
+static void from_picture(const struct superres_job *j, float *dst, const float *x)
 {
 	for (size_t y = 0; y < j->h; y++)
 		for (size_t k = 0; k < j->w; k++) {
@@ -218,7 +218,7 @@ static void normals(void *ctx, size_t draw, size_t n, float *z)
 static int draw_view(
 	void *arg, size_t place, size_t view, size_t sample, size_t worker, struct ct_err *e)
 {
-	struct job *j = arg;
+	struct superres_job *j = arg;
 	const struct ct_superres *p = j->p;
 	struct seat *s = &j->seat[worker];
 	struct draw draw = {j, view, sample, worker};
@@ -249,7 +249,7 @@ static int draw_view(
 /* Mean and, if asked, standard deviation of the samples of a view. */
 static void collect(void *arg, size_t first, size_t view)
 {
-	const struct job *j = arg;
+	const struct superres_job *j = arg;
 	size_t n = j->h * j->w, k = j->p->samples;
 	const float *r = j->result + first * n;
 	float *mean = ct_stack_view(j->out, view),
@@ -269,7 +269,7 @@ static void collect(void *arg, size_t first, size_t view)
 	}
 }
 
-static void job_free(struct job *j)
+static void job_free(struct superres_job *j)
 {
 	for (size_t k = 0; j->seat && k < j->threads; k++) {
 		free(j->seat[k].x);
@@ -281,7 +281,7 @@ static void job_free(struct job *j)
 	ct_measurement_free(&j->op);
 }
 
-static int job_alloc(struct job *j, struct ct_err *e)
+static int job_alloc(struct superres_job *j, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
 	size_t s = p->scale, all = j->net->channels * j->high * j->wide, gradients;
@@ -382,7 +382,7 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = p,
+	struct superres_job j = {.p = p,
 		.net = net,
 		.in = in,
 		.init = init,

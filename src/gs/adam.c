@@ -66,7 +66,7 @@ void ct_gs_adam_move(struct ct_gs_adam *a, size_t to, size_t from)
 	a->screen[to] = a->screen[from];
 }
 
-struct job {
+struct adam_job {
 	struct ct_gs_adam *a;
 	struct ct_gauss *g;
 	const struct ct_gradient *grad;
@@ -75,7 +75,7 @@ struct job {
 
 static void some(void *arg, size_t chunk, size_t worker)
 {
-	const struct job *j = arg;
+	const struct adam_job *j = arg;
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK, n;
 	float c1[CT_GS_CHUNK], c2[CT_GS_CHUNK];
 	uint32_t last = 0;
@@ -109,7 +109,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 void ct_gs_adam_step(struct ct_gs_adam *a, struct ct_gauss *g, const struct ct_gradient *grad,
 	const double lr[static CT_GS_FIELDS], const double ln_s[static 2], struct ct_par *par)
 {
-	struct job j = {a, g, grad, lr, ln_s};
+	struct adam_job j = {a, g, grad, lr, ln_s};
 
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
 }

@@ -2,13 +2,13 @@
 #include "config.h"
 #include "gs/densify.h"
 #include "core/rng.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/random-stream.h"
 
 #include <math.h>
 
-#define LEAST 1e-5 /* raw density that counts as none */
-#define SHRINK 1.6 /* of a child's axes */
+#define LEAST_DENSITY 1e-5 /* raw density that counts as none */
+#define SHRINK 1.6         /* of a child's axes */
 
 void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *grad)
 {
@@ -69,7 +69,7 @@ static bool keep(const struct ct_gauss *g, size_t i, const struct ct_block *box)
 
 	if (g->activation == CT_SOFTPLUS || g->activation == CT_RELU)
 		z = ct_activation_apply(g->activation, g->gamma, z);
-	if (fabs(z) < LEAST)
+	if (fabs(z) < LEAST_DENSITY)
 		return false;
 	for (int r = 0; r < 3; r++) {
 		double at = 0;

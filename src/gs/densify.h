@@ -10,7 +10,7 @@
 #define CT_GS_DENSIFY_H
 #include "core/err.h"
 #include "gs/adam.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 
 struct ct_densify_rule {
 	double grad;         /* threshold of the mean screen gradient */

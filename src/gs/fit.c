@@ -3,7 +3,7 @@
 #include "gs/fit.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/place.h"
 #include "gs/refit.h"
 #include "gs/random-stream.h"

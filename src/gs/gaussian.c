@@ -1,7 +1,7 @@
 /* gaussian.c: see gaussian.h. */
 #include "config.h"
 #include "gs/gaussian.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/gaussian-kernels.h"
 
 #include <math.h>
@@ -38,14 +38,14 @@ void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const dou
 	ref_gaussian_backward(dln_s, dq, n, b->s, q);
 }
 
-struct job {
+struct gaussian_job {
 	struct ct_gaussian *b;
 	const struct ct_gauss *g;
 };
 
 static void some(void *arg, size_t chunk, size_t worker)
 {
-	const struct job *j = arg;
+	const struct gaussian_job *j = arg;
 	const struct ct_gauss *g = j->g;
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
 
@@ -58,7 +58,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 
 void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct ct_par *par)
 {
-	struct job j = {b, g};
+	struct gaussian_job j = {b, g};
 
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
 }

@@ -5,8 +5,8 @@
  *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
  *
  * A = rotation of the normalised quaternion (w,x,y,z), p and s in mm; rho is the activation
- * (activation.h) of the raw density. The set with its raw parameters is core/gauss.h. The mixture
- * is summed in voxels by voxelise.h, its line integrals by splat.h.
+ * (prelu.h) of the raw density. The set with its raw parameters is core/gauss.h. The mixture
+ * is summed in voxels by mixture.h, its line integrals by splat.h.
  */
 #ifndef CT_GS_GAUSSIAN_H
 #define CT_GS_GAUSSIAN_H

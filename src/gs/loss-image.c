@@ -36,7 +36,7 @@ void ct_loss_image_free(struct ct_loss_image *l)
 	*l = (struct ct_loss_image){0};
 }
 
-struct job {
+struct loss_image_job {
 	struct ct_loss_image *l;
 	float *dimg;
 	const float *img, *base, *y, *weight;
@@ -46,7 +46,7 @@ struct job {
 };
 
 /* A row; returns its sum of |x - y|. */
-static double row_of(const struct job *j, size_t r)
+static double row_of(const struct loss_image_job *j, size_t r)
 {
 	const struct ct_loss_image *l = j->l;
 	const size_t at = r * l->w;
@@ -69,7 +69,7 @@ static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, siz
 
 static void l1_strip(void *arg, size_t strip, size_t worker)
 {
-	const struct job *j = arg;
+	const struct loss_image_job *j = arg;
 	struct ct_loss_image *l = j->l;
 	double sum = 0;
 	size_t r, end;
@@ -82,7 +82,7 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 
 static void ssim_strip(void *arg, size_t strip, size_t worker)
 {
-	const struct job *j = arg;
+	const struct loss_image_job *j = arg;
 	struct ct_loss_image *l = j->l;
 	size_t r, end;
 
@@ -107,7 +107,7 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
 {
 	const double count = (double)l->h * (double)l->w * k->mean_weight;
 	double l1 = 0, less = 0;
-	struct job j = {.l = l,
+	struct loss_image_job j = {.l = l,
 		.dimg = dimg,
 		.img = img,
 		.base = base,

@@ -2,7 +2,7 @@
  *
  * D is a Gaussian of standard deviation sigma, then samples at the centres of the coarse voxels. A
  * Gaussian that is blurred by a Gaussian is one again, so D r is evaluated on the coarse grid
- * directly (the blur of a block, voxelise.h): no fine volume is made. What else D does is met thus:
+ * directly (the blur of a block, mixture.h): no fine volume is made. What else D does is met thus:
  *
  *   sinc   its low-pass at the coarse Nyquist frequency has no short form in space; instead both
  *          sides are blurred on by the Gaussian that brings the whole down to 0.1 at that
@@ -18,7 +18,7 @@
 #ifndef CT_GS_LOSS_LOWRES_H
 #define CT_GS_LOSS_LOWRES_H
 #include "core/vol.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "resolution/degrade.h"
 
 struct ct_loss_lowres {
@@ -36,7 +36,7 @@ void ct_loss_lowres_free(struct ct_loss_lowres *o);
 /* The block of n voxels from `first` on (of those that count), to plan and draw. CT_EGEOM. */
 int ct_loss_lowres_block(struct ct_block *k, const struct ct_loss_lowres *o,
 	const size_t first[static 3], const size_t n[static 3], struct ct_err *e);
-/* mean|f - want| over a block, f[n2][n1][pitch] as ct_voxelise_draw leaves it, and
+/* mean|f - want| over a block, f[n2][n1][pitch] as ct_mixture_draw leaves it, and
  * df = weight times its gradient. */
 double ct_loss_lowres_gradient(float *df, const float *f, const struct ct_loss_lowres *o,
 	const size_t first[static 3], const size_t n[static 3], double weight);

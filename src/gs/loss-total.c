@@ -3,7 +3,7 @@
 #include "gs/loss-total.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "gs/loss-tv.h"
 #include "gs/random-stream.h"
 
@@ -16,7 +16,7 @@ void ct_loss_total_free(struct ct_loss_total *w)
 {
 	free(w->gaussian);
 	ct_splat_free(&w->splat);
-	ct_voxelise_free(&w->vox);
+	ct_mixture_free(&w->vox);
 	ct_gradient_free(&w->grad);
 	ct_loss_image_free(&w->loss);
 	ct_loss_lowres_free(&w->low);
@@ -136,9 +136,9 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 
 	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
 	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		ct_mixture_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
 		return -1;
-	ct_voxelise_draw(w->block, &w->vox, env->par);
+	ct_mixture_draw(w->block, &w->vox, env->par);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
 		memcpy(w->crop + r * n[0],
 			base->data +
@@ -148,7 +148,7 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 			n[0] * sizeof *w->crop);
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
 		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
-	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;
 }
 
@@ -160,11 +160,11 @@ int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const
 
 	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
 	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
-		ct_voxelise_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		ct_mixture_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
 		return -1;
-	ct_voxelise_draw(w->block, &w->vox, env->par);
+	ct_mixture_draw(w->block, &w->vox, env->par);
 	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
-	ct_voxelise_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;
 }
 

@@ -1,7 +1,7 @@
 /* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient, and their sum.
  * For fit.c and refit.c.
  *
- * The gradients with respect to what is drawn go back through splat.h and voxelise.h to the
+ * The gradients with respect to what is drawn go back through splat.h and mixture.h to the
  * parameters of the Gaussians, and that of the density through the activation to the raw density.
  */
 #ifndef CT_GS_LOSS_TOTAL_H
@@ -14,7 +14,7 @@ struct ct_loss_total {
 	struct ct_gaussian *gaussian; /* of the Gaussians as they are */
 	size_t gaussians;
 	struct ct_splat splat;
-	struct ct_voxelise vox;
+	struct ct_mixture vox;
 	struct ct_gradient grad;
 	struct ct_loss_image loss;
 	struct ct_loss_lowres low;    /* want is NULL without a low-resolution CT */

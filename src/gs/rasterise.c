@@ -6,7 +6,7 @@
 
 size_t ct_rasterise_pitch(size_t w)
 {
-	const size_t b = CT_RASTERISE_BEYOND;
+	const size_t b = CT_RASTERISE_PADDING;
 
 	return (w + b - 1) / b * b + b;
 }

@@ -23,11 +23,11 @@
  * in a volume (the tails of chi-squared with 2 and 3 degrees of freedom). */
 #define CT_GS_CUT 6.0
 /* Columns that rows have beyond their width, at least: whole vectors are read and written. */
-enum { CT_RASTERISE_BEYOND = 16 };
+enum { CT_RASTERISE_PADDING = 16 };
 /* What is drawn has its centre less than this many pixels away, so that a float tells columns
  * apart, and variances below this many square pixels, so that a float can hold them and theirs. */
-#define CT_RASTERISE_FAR 8e6
-#define CT_RASTERISE_WIDE 1e30
+#define CT_RASTERISE_MOST_PIXELS 8e6
+#define CT_RASTERISE_MOST_VARIANCE 1e30
 /* Rows that are drawn together. */
 enum { CT_RASTERISE_ROWS = 32 };
 

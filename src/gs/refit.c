@@ -2,7 +2,7 @@
 #include "config.h"
 #include "gs/refit.h"
 #include "core/mem.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 #include "solve/cg.h"
 
 #include <math.h>
@@ -62,9 +62,9 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 	size_t pitch = ct_rasterise_pitch(o->n[0]), rows = o->n[1] * o->n[2];
 	double k = opt->lr / (opt->l1 + opt->res) / ((double)rows * (double)o->n[0]);
 
-	if (ct_voxelise_plan(&s->w->vox, &s->block, s->f->g.n, s->w->gaussian, s->env->par, e))
+	if (ct_mixture_plan(&s->w->vox, &s->block, s->f->g.n, s->w->gaussian, s->env->par, e))
 		return -1;
-	ct_voxelise_draw(s->low, &s->w->vox, s->env->par);
+	ct_mixture_draw(s->low, &s->w->vox, s->env->par);
 	for (size_t r = 0; r < rows; r++) {
 		for (size_t i = 0; i < o->n[0]; i++)
 			s->dlow[r * pitch + i] =
@@ -73,7 +73,7 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 		memset(s->dlow + r * pitch + o->n[0], 0, (pitch - o->n[0]) * sizeof(float));
 	}
 	memset(s->w->grad.d[CT_GS_RAW], 0, s->f->g.n * sizeof(float)); /* all that is gathered */
-	ct_voxelise_backward(
+	ct_mixture_backward(
 		&s->w->grad, &s->w->vox, s->w->gaussian, &s->f->g, s->dlow, s->env->par);
 	gather(s, out);
 	return 0;

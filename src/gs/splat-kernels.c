@@ -17,7 +17,7 @@ struct vec_gradient {
 #define GAUSSIAN struct vec_gaussian
 #define FOOTPRINT struct vec_footprint
 #define GRADIENT struct vec_gradient
-#include "gs/footprint-formulas.h"
+#include "gs/gaussian-integral.h"
 
 CT_INLINE ct_f64 clamp(ct_f64 x, double low, double high)
 {
@@ -39,7 +39,8 @@ CT_INLINE void pixels_of(struct ct_pixel_gaussian *o, size_t n, const struct ct_
 	const ct_f64 zero = {0}, cut = ct_f64_set(2 * CT_GS_CUT);
 	const ct_f64 reach_x = ct_f64_sqrt(cut * f->cov[0]), reach_y = ct_f64_sqrt(cut * f->cov[2]);
 	const ct_f64 kx = 0.5 / f->cond, ky = 0.5 / f->cov[2], ss = f->slope * f->slope;
-	const double far = CT_RASTERISE_FAR, most = 1e38, least = 0.5 / CT_RASTERISE_WIDE;
+	const double far = CT_RASTERISE_MOST_PIXELS, most = 1e38,
+		     least = 0.5 / CT_RASTERISE_MOST_VARIANCE;
 	const ct_f64 x = clamp(f->m[0], -far, far), y = clamp(f->m[1], -far, far);
 	const ct_f64 col = ct_f64_floor(x), row = ct_f64_floor(y);
 	const double w = (double)c->w - 1, h = (double)c->h - 1;

@@ -162,7 +162,7 @@ void ct_splat_draw(float *img, const struct ct_splat *s, struct ct_par *par)
 	ct_par_for(par, s->bands, draw_band, &d);
 }
 
-struct job {
+struct splat_job {
 	struct ct_gradient *grad;
 	const struct ct_splat *s;
 	const struct ct_gaussian *b;
@@ -172,7 +172,7 @@ struct job {
 
 static void backward_some(void *arg, size_t chunk, size_t worker)
 {
-	const struct job *j = arg;
+	const struct splat_job *j = arg;
 	const struct ct_camera *c = &j->s->cam;
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
 	double sums[6 * CT_GS_CHUNK]; /* 24 kB */
@@ -192,7 +192,7 @@ void ct_splat_backward(struct ct_gradient *grad, const struct ct_splat *s,
 	const struct ct_gaussian *b, const struct ct_gauss *set, const float *dimg,
 	struct ct_par *par)
 {
-	struct job j = {grad, s, b, set, dimg};
+	struct splat_job j = {grad, s, b, set, dimg};
 
 	ct_par_for(par, (s->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, backward_some, &j);
 }

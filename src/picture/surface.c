@@ -41,7 +41,7 @@ static double linear(const struct ct_vol *v, const double ijk[static 3])
 	return sum;
 }
 
-struct job {
+struct surface_job {
 	const struct ct_vol *v;
 	const struct ct_montage_slice *s;
 	struct ct_montage_frame f;
@@ -51,7 +51,7 @@ struct job {
 };
 
 /* Index of a pixel's middle along the voxels of the picture's rows (i = 0) or columns. */
-static double index_of(const struct job *j, int i, size_t k)
+static double index_of(const struct surface_job *j, int i, size_t k)
 {
 	const double cell = ct_cell_centre((double)k) * (double)j->f.n[1 + i] / (double)j->s->n[i];
 
@@ -59,14 +59,14 @@ static double index_of(const struct job *j, int i, size_t k)
 }
 
 /* The plane met at k >= 0 along a ray. */
-static double plane(const struct job *j, size_t k)
+static double plane(const struct surface_job *j, size_t k)
 {
 	return (double)(j->along > 0 ? k : j->f.n[0] - 1 - k);
 }
 
 /* Where the ray through ijk first rises to the level, into ijk: 1; 0 nowhere; -1 from the
  * beginning. */
-static int meet(double ijk[3], const struct job *j)
+static int meet(double ijk[3], const struct surface_job *j)
 {
 	double last = (double)NAN;
 
@@ -86,7 +86,7 @@ static int meet(double ijk[3], const struct job *j)
 }
 
 /* Cosine of the angle between the ray and the gradient, which points inwards. */
-static double cosine(const struct job *j, const double ijk[3])
+static double cosine(const struct surface_job *j, const double ijk[3])
 {
 	double g[3], length = 0;
 
@@ -106,7 +106,7 @@ static double cosine(const struct job *j, const double ijk[3])
 
 static void row(void *arg, size_t r, size_t worker)
 {
-	const struct job *j = arg;
+	const struct surface_job *j = arg;
 
 	(void)worker;
 	for (size_t c = 0; c < j->s->n[1]; c++) {
@@ -129,7 +129,7 @@ int ct_surface_draw(struct ct_montage_slice *s, float **own, const struct ct_vol
 {
 	/* how the world coordinate across a plane runs away from the eye */
 	static const int away[CT_MONTAGE_PLANES] = {1, -1, 1};
-	struct job j = {.v = v, .s = s, .level = level};
+	struct surface_job j = {.v = v, .s = s, .level = level};
 
 	ct_montage_frame_make(&j.f, v, plane);
 	j.along = (j.f.step[0] > 0 ? 1 : -1) * away[plane];

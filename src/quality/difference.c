@@ -9,7 +9,7 @@
 
 enum { COLUMNS = CT_DIFFERENCE_COLUMNS };
 
-struct job {
+struct difference_job {
 	const size_t *n;
 	const float *ref, *test, *mask;
 	const struct ct_ssim_map *map;
@@ -39,8 +39,8 @@ static void add(struct ct_sums *t, const struct ct_sums *s)
 }
 
 /* The sums of row y of slice k that need no neighbour, and its differences. */
-static void sum_row(const struct job *j, struct ct_difference_row *r, struct ct_sums *s, double *d,
-	size_t y, size_t k)
+static void sum_row(const struct difference_job *j, struct ct_difference_row *r, struct ct_sums *s,
+	double *d, size_t y, size_t k)
 {
 	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0;
 
@@ -56,7 +56,7 @@ static void sum_row(const struct job *j, struct ct_difference_row *r, struct ct_
 
 static void slab(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct difference_job *j = arg;
 	const size_t n0 = j->n[0], n1 = j->n[1];
 	unsigned char *above = j->above + k * (n0 + n1);
 	double *d[2] = {
@@ -85,7 +85,7 @@ static void slab(void *arg, size_t k, size_t worker)
 	}
 }
 
-static void gather_above(struct ct_difference *d, const struct job *j)
+static void gather_above(struct ct_difference *d, const struct difference_job *j)
 {
 	for (size_t k = 0; k < j->n[2]; k++) {
 		const unsigned char *flag = j->above + k * (j->n[0] + j->n[1]);
@@ -99,7 +99,7 @@ static void gather_above(struct ct_difference *d, const struct job *j)
 	}
 }
 
-static void gather(struct ct_difference *d, const struct job *j)
+static void gather(struct ct_difference *d, const struct difference_job *j)
 {
 	const double square = j->map->scale * j->map->scale;
 	const size_t n = j->n[0];
@@ -125,7 +125,7 @@ static void gather(struct ct_difference *d, const struct job *j)
 	gather_above(d, j);
 }
 
-static int set_up(struct job *j, struct ct_difference *d, bool slices, struct ct_err *e)
+static int set_up(struct difference_job *j, struct ct_difference *d, bool slices, struct ct_err *e)
 {
 	const size_t *n = j->n;
 	size_t rows = n[1] * n[2];
@@ -150,7 +150,7 @@ int ct_difference(struct ct_difference *d, const size_t n[static 3], const float
 	const float *test, const float *mask, const struct ct_ssim_map *map, double threshold,
 	bool slices, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.n = n,
+	struct difference_job j = {.n = n,
 		.ref = ref,
 		.test = test,
 		.mask = mask,

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 enum { REACH = 8, LATERAL = 2, BINS = CT_EDGE_BINS, PER_VOXEL = BINS / (2 * REACH) };
-enum { BATCH = 32, MOST = 20000, FEWEST = 12, BALL = 2 };
+enum { BATCH = 32, MOST_EDGES = 20000, LEAST_EDGES = 12, BALL_RADIUS = 2 };
 
 /* Sums of the edge spread functions, of a batch of edges. */
 struct spread {
@@ -16,7 +16,7 @@ struct spread {
 	size_t edges;
 };
 
-struct job {
+struct edges_job {
 	const struct ct_vol *ref, *test, *mask;
 	const struct ct_env *env;
 	double step, mm[3], voxel; /* voxel: mean spacing */
@@ -41,7 +41,7 @@ static double value(const struct ct_vol *v, size_t i, size_t j, size_t k)
 }
 
 /* Squared central difference, HU a voxel; *along is its largest component. */
-static double steepness(const struct job *j, const size_t at[3], int *along)
+static double steepness(const struct edges_job *j, const size_t at[3], int *along)
 {
 	const size_t stride[3] = {1, j->ref->n[0], j->ref->n[0] * j->ref->n[1]};
 	const float *p = j->ref->data + at[0] + at[1] * stride[1] + at[2] * stride[2];
@@ -61,7 +61,7 @@ static double steepness(const struct job *j, const size_t at[3], int *along)
 }
 
 /* Is the voxel steep, and steeper than its neighbours along the steepest axis? */
-static bool candidate(const struct job *j, const size_t at[3])
+static bool candidate(const struct edges_job *j, const size_t at[3])
 {
 	size_t near[3] = {at[0], at[1], at[2]};
 	double least = j->step / 8, here;
@@ -82,7 +82,7 @@ static bool candidate(const struct job *j, const size_t at[3])
 /* Count the candidates of slice k, and note every stride-th of all when it is known. */
 static void search(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct edges_job *j = arg;
 	size_t at[3] = {0, 0, task + j->margin[2]}, n = 0, before = j->edge ? j->found[task] : 0;
 
 	(void)worker;
@@ -103,17 +103,17 @@ static void search(void *arg, size_t task, size_t worker)
 
 /* The unit normal, mm, towards larger values: for a ball of the lattice the least-squares slope
  * along an axis is sum(offset value)/sum(offset^2). */
-static void fit_normal(const struct job *j, struct fit *f)
+static void fit_normal(const struct edges_job *j, struct fit *f)
 {
 	double g[3] = {0}, length = 0;
 
-	for (int z = -BALL; z <= BALL; z++)
-		for (int y = -BALL; y <= BALL; y++)
-			for (int x = -BALL; x <= BALL; x++) {
+	for (int z = -BALL_RADIUS; z <= BALL_RADIUS; z++)
+		for (int y = -BALL_RADIUS; y <= BALL_RADIUS; y++)
+			for (int x = -BALL_RADIUS; x <= BALL_RADIUS; x++) {
 				const int o[3] = {x, y, z};
 				double v;
 
-				if (x * x + y * y + z * z > BALL * BALL)
+				if (x * x + y * y + z * z > BALL_RADIUS * BALL_RADIUS)
 					continue;
 				v = value(j->ref, f->at[0] + (size_t)x, f->at[1] + (size_t)y,
 					f->at[2] + (size_t)z);
@@ -129,7 +129,7 @@ static void fit_normal(const struct job *j, struct fit *f)
 typedef void visit_fn(void *arg, const struct fit *f, double distance, size_t index);
 
 /* Call fn for the voxels of the cylinder, with their signed distance from the voxel f->at, mm. */
-static void cylinder(const struct job *j, const struct fit *f, visit_fn *fn, void *arg)
+static void cylinder(const struct edges_job *j, const struct fit *f, visit_fn *fn, void *arg)
 {
 	double reach = REACH * j->voxel, lateral = LATERAL * j->voxel;
 	int half[3];
@@ -159,7 +159,7 @@ static void cylinder(const struct job *j, const struct fit *f, visit_fn *fn, voi
 }
 
 struct plateaus {
-	const struct job *j;
+	const struct edges_job *j;
 	double n[2], sum[2], square[2]; /* below and above: the outer halves */
 	double least, most;             /* of all */
 	double centre, m, d, v, dd, dv; /* weighted regression about `centre` */
@@ -200,7 +200,7 @@ static void measure(void *arg, const struct fit *f, double d, size_t index)
 }
 
 /* Is it a step between two plateaus? Then f is complete. */
-static bool fit_edge(const struct job *j, struct fit *f)
+static bool fit_edge(const struct edges_job *j, struct fit *f)
 {
 	struct plateaus p = {.j = j, .least = HUGE_VAL, .most = -HUGE_VAL};
 	double mean[2], slope;
@@ -236,7 +236,7 @@ static bool fit_edge(const struct job *j, struct fit *f)
 }
 
 struct sorter {
-	const struct job *j;
+	const struct edges_job *j;
 	struct spread *s;
 };
 
@@ -254,7 +254,7 @@ static void sort(void *arg, const struct fit *f, double d, size_t index)
 
 static void batch(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct edges_job *j = arg;
 	struct spread *s = &j->part[task];
 	size_t end = (task + 1) * BATCH < j->edges ? (task + 1) * BATCH : j->edges;
 
@@ -332,7 +332,7 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 }
 
 /* Add the batches up in their order and make the figures. */
-static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
+static void conclude(struct ct_edges *o, const struct edges_job *j, size_t batches)
 {
 	struct spread all = no_spread;
 	double(*e)[BINS] = o->spread;
@@ -346,7 +346,7 @@ static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
 		}
 	}
 	o->count = all.edges;
-	if (all.edges < FEWEST)
+	if (all.edges < LEAST_EDGES)
 		return;
 	for (size_t b = 0; b < BINS; b++)
 		for (int k = 0; k < 2; k++)
@@ -358,7 +358,7 @@ static void conclude(struct ct_edges *o, const struct job *j, size_t batches)
 }
 
 /* The candidates, counted, then written down. */
-static int find(struct job *j, struct ct_err *e)
+static int find(struct edges_job *j, struct ct_err *e)
 {
 	size_t slices = j->ref->n[2] - 2 * j->margin[2], total = 0;
 
@@ -371,7 +371,7 @@ static int find(struct job *j, struct ct_err *e)
 		j->found[k] = total;
 		total += n;
 	}
-	j->stride = (total + MOST - 1) / MOST;
+	j->stride = (total + MOST_EDGES - 1) / MOST_EDGES;
 	j->edges = total ? (total + j->stride - 1) / j->stride : 0;
 	if (ct_check_stop(j->env, e) || ct_alloc(&j->edge, j->edges, sizeof *j->edge, e))
 		return -1;
@@ -384,7 +384,7 @@ int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *
 	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_edge_figures none = {(double)NAN, (double)NAN, (double)NAN};
-	struct job j = {.ref = ref, .test = test, .mask = mask, .env = env, .step = step};
+	struct edges_job j = {.ref = ref, .test = test, .mask = mask, .env = env, .step = step};
 	size_t batches;
 	int rc = -1;
 

@@ -74,7 +74,7 @@ void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s)
 }
 
 void ct_figures_residual(
-	struct ct_figures *f, const struct ct_certificate *c, const struct ct_meta *lr)
+	struct ct_figures *f, const struct ct_data_residual *c, const struct ct_meta *lr)
 {
 	static const char *const keys[] = {
 		CT_META_FACTOR, CT_META_SIGMA, CT_META_DECIMATE, CT_META_NOISE};

@@ -3,7 +3,7 @@
 #define CT_QUALITY_FIGURES_H
 #include "core/meta.h"
 #include "quality/calibration.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "quality/edges.h"
 #include "quality/fsc.h"
 #include "quality/metrics.h"
@@ -41,7 +41,7 @@ void ct_figures_metrics(
 void ct_figures_edges(struct ct_figures *f, const struct ct_edges *s);
 /* With the operator that the header names. Its words are borrowed. */
 void ct_figures_residual(
-	struct ct_figures *f, const struct ct_certificate *c, const struct ct_meta *lr);
+	struct ct_figures *f, const struct ct_data_residual *c, const struct ct_meta *lr);
 /* For blobs of n sizes, sigma in voxels. If n > 1 the names end in -1, -2 ..., and sums follow. */
 void ct_figures_structures(struct ct_figures *f, const struct ct_structures *s, size_t n,
 	const double (*sigma)[3], const struct ct_vol *v);

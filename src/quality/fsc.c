@@ -12,7 +12,7 @@
 enum { LINES = 8 };   /* at once */
 #define NOTHING 1e-24 /* of the power of the other volume */
 
-struct job {
+struct fsc_job {
 	const struct ct_vol *ref, *test;
 	const struct ct_env *env;
 	size_t n[3];
@@ -30,7 +30,7 @@ struct job {
 
 static void sum_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct fsc_job *j = arg;
 	const size_t plane = j->n[0] * j->n[1];
 	double sum[2] = {0};
 
@@ -45,7 +45,7 @@ static void sum_plane(void *arg, size_t k, size_t worker)
 
 static void fill_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct fsc_job *j = arg;
 	double *im = j->z + ct_vol_count(j->ref);
 
 	(void)worker;
@@ -64,7 +64,7 @@ static void fill_plane(void *arg, size_t k, size_t worker)
 
 /* w lines from place `at` on, `apart` apart, whose samples are `stride` apart. */
 static void lines(
-	const struct job *j, size_t at, size_t w, size_t apart, size_t stride, double *scratch)
+	const struct fsc_job *j, size_t at, size_t w, size_t apart, size_t stride, double *scratch)
 {
 	const struct ct_fourier *f = &j->line[j->axis];
 	double *re = scratch, *im = re + f->n * w, *work = im + f->n * w;
@@ -88,7 +88,7 @@ static void lines(
 /* A plane across z, or for that axis across y, whose rows are far apart: all of a row at once. */
 static void transform(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct fsc_job *j = arg;
 	const size_t *n = j->n, plane = n[0] * n[1];
 	const size_t all = j->axis == 0 ? n[1] : n[0], most = j->axis == 2 ? n[0] : LINES;
 	const size_t begin = j->axis == 2 ? k * n[0] : k * plane, apart = j->axis == 0 ? n[0] : 1,
@@ -102,7 +102,7 @@ static void transform(void *arg, size_t k, size_t worker)
 }
 
 /* Cycles per mm of frequency k of an axis; squared. */
-static double square(const struct job *j, int axis, size_t k)
+static double square(const struct fsc_job *j, int axis, size_t k)
 {
 	const size_t n = j->n[axis];
 	const double f = j->step[axis] * (double)(k <= n / 2 ? k : n - k);
@@ -112,7 +112,7 @@ static double square(const struct job *j, int axis, size_t k)
 
 static void shells_of_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct fsc_job *j = arg;
 	const size_t *n = j->n, all = ct_vol_count(j->ref), shells = j->f->n;
 	const size_t far = (n[2] - k) % n[2];
 	double *sum = j->plane + 4 * shells * k;
@@ -139,7 +139,7 @@ static void shells_of_plane(void *arg, size_t k, size_t worker)
 	}
 }
 
-static int set_up(struct job *j, struct ct_err *e)
+static int set_up(struct fsc_job *j, struct ct_err *e)
 {
 	double spacing[3], top = 0;
 
@@ -173,7 +173,7 @@ static int set_up(struct job *j, struct ct_err *e)
 	return ct_alloc(&j->z, 2 * ct_vol_count(j->ref), sizeof *j->z, e);
 }
 
-static void means(struct job *j)
+static void means(struct fsc_job *j)
 {
 	ct_par_for(j->env->par, j->n[2], sum_plane, j);
 	for (size_t k = 0; k < j->n[2]; k++)
@@ -184,7 +184,7 @@ static void means(struct job *j)
 	memset(j->plane, 0, 2 * j->n[2] * sizeof *j->plane);
 }
 
-static void gather(const struct job *j)
+static void gather(const struct fsc_job *j)
 {
 	struct ct_fsc *f = j->f;
 
@@ -204,7 +204,7 @@ static void gather(const struct job *j)
 int ct_fsc(struct ct_fsc *f, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.ref = ref,
+	struct fsc_job j = {.ref = ref,
 		.test = test,
 		.env = env,
 		.n = {ref->n[0], ref->n[1], ref->n[2]},

@@ -54,7 +54,7 @@ out:
 	return rc;
 }
 
-struct job {
+struct hfen_job {
 	size_t plane;
 	const float *a, *b; /* difference takes b - a; norm the square of a */
 	const float *mask;
@@ -64,7 +64,7 @@ struct job {
 
 static void add_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct hfen_job *j = arg;
 
 	(void)worker;
 	for (size_t i = k * j->plane; i < (k + 1) * j->plane; i++)
@@ -73,7 +73,7 @@ static void add_plane(void *arg, size_t k, size_t worker)
 
 static void difference_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct hfen_job *j = arg;
 
 	(void)worker;
 	for (size_t i = k * j->plane; i < (k + 1) * j->plane; i++)
@@ -82,7 +82,7 @@ static void difference_plane(void *arg, size_t k, size_t worker)
 
 static void norm_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct hfen_job *j = arg;
 	double sum = 0;
 
 	(void)worker;
@@ -97,7 +97,7 @@ static int norm(double *out, const float *x, const struct ct_vol *like, float *w
 	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t *n = like->n, count = ct_vol_count(like);
-	struct job j = {.plane = n[0] * n[1], .a = work + count, .out = work};
+	struct hfen_job j = {.plane = n[0] * n[1], .a = work + count, .out = work};
 
 	for (int a = 0; a < 3; a++) {
 		if (along(a ? work + count : work, x, n, a, env->par, e) || ct_check_stop(env, e))
@@ -122,7 +122,7 @@ int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
-	struct job j = {.plane = ref->n[0] * ref->n[1], .a = ref->data, .b = test->data};
+	struct hfen_job j = {.plane = ref->n[0] * ref->n[1], .a = ref->data, .b = test->data};
 	double of_ref, of_error;
 	float *work;
 	int rc = -1;

@@ -1,4 +1,4 @@
-# What is measured: PSNR, SSIM, differences, edges, harm, the consistency certificate.
+# What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim-gradient.c src/quality/ssim.h
 SIMD_SOURCES += src/quality/ssim-row.c src/quality/ssim-row.h
 SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
@@ -6,7 +6,7 @@ libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume.h
 SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
 SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
-libct_a_SOURCES += src/quality/certificate.c src/quality/certificate.h
+libct_a_SOURCES += src/quality/data-residual.c src/quality/data-residual.h
 libct_a_SOURCES += src/quality/edges.c src/quality/edges.h
 libct_a_SOURCES += src/quality/metrics.c src/quality/metrics.h
 libct_a_SOURCES += src/quality/calibration.c src/quality/calibration.h

@@ -9,7 +9,7 @@
 
 static const double none = (double)NAN;
 
-struct job {
+struct metrics_job {
 	const struct ct_vol *ref, *test, *mask;
 	const struct ct_metrics_rule *rule;
 	struct ct_ssim_map map;
@@ -19,17 +19,17 @@ struct job {
 	const struct ct_env *env;
 };
 
-static double psnr(const struct job *j, const struct ct_sums *s)
+static double psnr(const struct metrics_job *j, const struct ct_sums *s)
 {
 	return 10 * log10(j->peak * j->peak / (s->mapped / s->count));
 }
 
-static double gradient(const struct job *j, const struct ct_sums *s, int axis)
+static double gradient(const struct metrics_job *j, const struct ct_sums *s, int axis)
 {
 	return s->pairs[axis] > 0 ? sqrt(s->gradient[axis] / s->pairs[axis]) / j->mm[axis] : none;
 }
 
-static void set_slices(const struct job *j, int axis)
+static void set_slices(const struct metrics_job *j, int axis)
 {
 	for (size_t k = 0; k < j->ref->n[axis]; k++) {
 		const struct ct_sums *s = &j->diff.slice[axis][k];
@@ -52,7 +52,7 @@ static void set_slices(const struct job *j, int axis)
 	}
 }
 
-static int differences(struct ct_metrics *m, struct job *j, struct ct_err *e)
+static int differences(struct ct_metrics *m, struct metrics_job *j, struct ct_err *e)
 {
 	const struct ct_sums *s = &j->diff.total;
 	double threshold = j->rule->window ? j->rule->lo : 0;
@@ -87,8 +87,8 @@ static int differences(struct ct_metrics *m, struct job *j, struct ct_err *e)
 }
 
 /* The mean across one axis: of the slices' means, or in 3-D of the voxels. */
-static int axis_ssim(
-	double *mean, const struct job *j, enum ct_ssim_kind kind, int axis, struct ct_err *e)
+static int axis_ssim(double *mean, const struct metrics_job *j, enum ct_ssim_kind kind, int axis,
+	struct ct_err *e)
 {
 	size_t n = j->ref->n[axis];
 	double *sum = NULL, total = 0, count = 0;
@@ -136,7 +136,7 @@ bool ct_metrics_fits(enum ct_ssim_kind kind, const size_t n[static 3])
 /* The axes that a definition is evaluated across: the three for R2, else the third; the others too
  * for the sake of the slices, if they are large enough. */
 static int kind_ssim(
-	struct ct_metrics *m, const struct job *j, enum ct_ssim_kind kind, struct ct_err *e)
+	struct ct_metrics *m, const struct metrics_job *j, enum ct_ssim_kind kind, struct ct_err *e)
 {
 	const size_t *n = j->ref->n;
 	bool solid = kind == CT_SSIM_3D || kind == CT_SSIM_3D_GAUSS;
@@ -158,7 +158,7 @@ static int kind_ssim(
 	return 0;
 }
 
-static int all_ssim(struct ct_metrics *m, const struct job *j, struct ct_err *e)
+static int all_ssim(struct ct_metrics *m, const struct metrics_job *j, struct ct_err *e)
 {
 	for (int kind = 0; kind < CT_SSIM_KINDS; kind++) {
 		m->ssim[kind] = none;
@@ -174,7 +174,7 @@ int ct_metrics(struct ct_metrics *m, struct ct_metrics_slice *slice[3], const st
 	const struct ct_vol *test, const struct ct_vol *mask, const struct ct_metrics_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.ref = ref,
+	struct metrics_job j = {.ref = ref,
 		.test = test,
 		.mask = mask,
 		.rule = rule,

@@ -25,7 +25,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-struct job {
+struct ssim_volume_job {
 	struct ct_ssim_block b;
 	const struct ct_env *env;
 	size_t block; /* slices of a task */
@@ -46,7 +46,7 @@ static bool suits_float(const struct ct_ssim_rule *rule, const struct ct_ssim_ma
 
 static void run(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct ssim_volume_job *j = arg;
 	const size_t z = task * j->block, left = j->b.n[2] - z;
 	const size_t slices = left < j->block ? left : j->block, at = worker * CT_SSIM_SCRATCH;
 	double *part = j->part + (j->b.axis == 2 ? 0 : task * 2 * j->len);
@@ -64,12 +64,12 @@ int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, 
 	const size_t n[static 3], const float *ref, const float *test, const float *mask,
 	const struct ct_ssim_map *map, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.b = {.rule = rule,
-				.map = map,
-				.axis = axis,
-				.ref = ref,
-				.test = test,
-				.mask = mask},
+	struct ssim_volume_job j = {.b = {.rule = rule,
+					    .map = map,
+					    .axis = axis,
+					    .ref = ref,
+					    .test = test,
+					    .mask = mask},
 		.env = env,
 		.len = (n[axis] + CT_SSIM_TX - 1) / CT_SSIM_TX * CT_SSIM_TX};
 	size_t tasks, parts;

@@ -41,7 +41,7 @@ static void drop(unsigned char *bits, unsigned t)
 	*bits = (unsigned char)(*bits & ~(1u << t));
 }
 
-struct job {
+struct tissue_job {
 	const struct ct_vol *ref, *test, *mask;
 	const size_t *n;
 	unsigned char *map; /* of ct_tissue_map: written */
@@ -57,7 +57,7 @@ struct job {
 
 static void sort_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tissue_job *j = arg;
 	const size_t plane = j->n[0] * j->n[1];
 
 	(void)worker;
@@ -107,7 +107,7 @@ static void erode_lines(unsigned char *map, size_t w, size_t apart, size_t n, si
 /* A plane across z, or for that axis across y. */
 static void erode(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tissue_job *j = arg;
 	const size_t *n = j->n, plane = n[0] * n[1];
 	unsigned char *at = j->map + (j->axis == 2 ? k * n[0] : k * plane);
 	size_t *since = j->since + worker * (n[0] > n[1] ? n[0] : n[1]);
@@ -122,7 +122,7 @@ int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t *n = ref->n;
-	struct job j = {.n = n, .reach = deep};
+	struct tissue_job j = {.n = n, .reach = deep};
 	float *hu;
 	int rc = -1;
 
@@ -151,7 +151,7 @@ out:
 
 static void error_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tissue_job *j = arg;
 	const size_t plane = j->n[0] * j->n[1];
 
 	(void)worker;
@@ -162,7 +162,7 @@ static void error_plane(void *arg, size_t k, size_t worker)
 /* Voxels, sum of squares and sum of the error of each tissue. */
 static void add_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tissue_job *j = arg;
 	const size_t plane = j->n[0] * j->n[1];
 	double(*sum)[3] = (double(*)[3])(j->sum + 3 * N * k);
 
@@ -182,7 +182,7 @@ static void add_plane(void *arg, size_t k, size_t worker)
 	}
 }
 
-static void gather(struct ct_tissue_row row[N], const struct job *j)
+static void gather(struct ct_tissue_row row[N], const struct tissue_job *j)
 {
 	for (size_t t = 0; t < N; t++) {
 		double sum[3] = {0};
@@ -207,7 +207,7 @@ int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
-	struct job j = {.ref = ref, .test = test, .mask = mask, .n = ref->n, .in = map};
+	struct tissue_job j = {.ref = ref, .test = test, .mask = mask, .n = ref->n, .in = map};
 	struct ct_tissue_row smooth[N];
 	int rc = -1;
 
@@ -236,7 +236,7 @@ out_sum:
 
 static void flat_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tissue_job *j = arg;
 	const size_t *n = j->n, next[3] = {1, n[0], n[0] * n[1]};
 	double *sum = j->sum + 2 * k;
 
@@ -264,7 +264,7 @@ static void flat_plane(void *arg, size_t k, size_t worker)
 int ct_tissue_flat(double *share, size_t *voxels, const unsigned char *map, const struct ct_vol *x,
 	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.test = x, .mask = mask, .n = x->n, .in = map, .step = step};
+	struct tissue_job j = {.test = x, .mask = mask, .n = x->n, .in = map, .step = step};
 	double sum[2] = {0};
 
 	if ((mask && ct_vol_same_grid(x, mask, e)) ||

@@ -193,7 +193,7 @@ void ct_backproject_at(const struct ct_backprojector *b, size_t view, const doub
 	at[1] = ct_backproject_map(m[1], x) / at[2];
 }
 
-struct job {
+struct backproject_job {
 	const struct ct_backprojector *b;
 	size_t first, count;
 	float *vol;
@@ -208,7 +208,7 @@ static const size_t tile_size[3] = {CT_BP_SEGMENT, CT_BP_TILE, CT_BP_TILE};
 /* A tile of lines in all views; then it is added to the volume. */
 static void tile(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct backproject_job *j = arg;
 	const struct ct_backprojector *b = j->b;
 	size_t at[3] = {task % j->tiles[0], task / j->tiles[0] % j->tiles[1],
 		task / j->tiles[0] / j->tiles[1]};
@@ -248,7 +248,7 @@ static void tile(void *arg, size_t task, size_t worker)
 /* The general case: a row of voxels along axis 0 in all views. */
 static void row_of_voxels(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct backproject_job *j = arg;
 	const struct ct_backprojector *b = j->b;
 
 	(void)worker;
@@ -259,7 +259,8 @@ static void row_of_voxels(void *arg, size_t task, size_t worker)
 void ct_backproject(const struct ct_backprojector *b, size_t first, size_t count,
 	float *restrict vol, const float *restrict views, struct ct_par *par)
 {
-	struct job j = {.b = b, .first = first, .count = count, .vol = vol, .views = views};
+	struct backproject_job j = {
+		.b = b, .first = first, .count = count, .vol = vol, .views = views};
 	const size_t stride[3] = {1, b->n[0], b->n[0] * b->n[1]};
 
 	if (b->line < 0) {

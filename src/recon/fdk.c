@@ -126,7 +126,7 @@ void ct_fdk_free(struct ct_fdk *f)
 	*f = (struct ct_fdk){0};
 }
 
-struct job {
+struct fdk_job {
 	struct ct_fdk *f;
 	size_t first;
 };
@@ -134,7 +134,7 @@ struct job {
 /* Weigh, filter and transpose one view. */
 static void filter_view(void *arg, size_t i, size_t worker)
 {
-	const struct job *j = arg;
+	const struct fdk_job *j = arg;
 	struct ct_fdk *f = j->f;
 	size_t h = f->scan->h, w = f->scan->w, pitch = f->back.pitch;
 	float *out = f->views + i * ct_backprojector_size(&f->back);
@@ -155,7 +155,7 @@ static void filter_view(void *arg, size_t i, size_t worker)
 void ct_fdk_views(
 	struct ct_fdk *f, size_t first, size_t count, float *restrict vol, struct ct_par *par)
 {
-	struct job j = {.f = f, .first = first};
+	struct fdk_job j = {.f = f, .first = first};
 
 	ct_par_for(par, count, filter_view, &j);
 	ct_backproject(&f->back, first, count, vol, f->views, par);

@@ -3,14 +3,14 @@
 #include "recon/rof.h"
 #include "recon/rof-row.h"
 
-struct job {
+struct rof_job {
 	const struct ct_rof *r;
 	float *x;
 	const float *v;
 };
 
 /* Row j of plane k. */
-static struct ct_rof_row row_of(const struct job *t, size_t j, size_t k)
+static struct ct_rof_row row_of(const struct rof_job *t, size_t j, size_t k)
 {
 	const size_t *dim = t->r->dim, w = dim[0], plane = w * dim[1], n = plane * dim[2];
 	const size_t at = k * plane + j * w;
@@ -26,7 +26,7 @@ static struct ct_rof_row row_of(const struct job *t, size_t j, size_t k)
 
 static void primal(void *arg, size_t k, size_t worker)
 {
-	const struct job *t = arg;
+	const struct rof_job *t = arg;
 
 	(void)worker;
 	for (size_t j = 0; j < t->r->dim[1]; j++) {
@@ -38,7 +38,7 @@ static void primal(void *arg, size_t k, size_t worker)
 
 static void dual(void *arg, size_t k, size_t worker)
 {
-	const struct job *t = arg;
+	const struct rof_job *t = arg;
 
 	(void)worker;
 	for (size_t j = 0; j < t->r->dim[1]; j++) {
@@ -50,7 +50,7 @@ static void dual(void *arg, size_t k, size_t worker)
 
 void ct_rof_solve(const struct ct_rof *r, float *x, const float *v, int steps, struct ct_par *par)
 {
-	struct job t = {r, x, v};
+	struct rof_job t = {r, x, v};
 
 	for (int i = 0; i < steps && r->mu > 0; i++) {
 		ct_par_for(par, r->dim[2], primal, &t);

@@ -1,7 +1,7 @@
 /* cost.c: what ct_refine_run will take; see refine.h.
  *
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
- *               about PIECE^3 fine voxels, the number of iterations on one of SMALL^3
+ *               about SOLVER_PIECE^3 fine voxels, the number of iterations on one of PRIOR_PIECE^3
  *   prior       each x textured cells + rest x voxels: `each` from pieces of about CELLS cells, at
  *               those of a lattice of places that have most texture; `rest` from a flat one
  *
@@ -18,7 +18,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIECE = 192, SMALL = 64, TRIES = 9, PLACES = 3, LATTICE = PLACES * PLACES * PLACES };
+enum {
+	SOLVER_PIECE = 192,
+	PRIOR_PIECE = 64,
+	TRIES = 9,
+	PLACES = 3,
+	LATTICE = PLACES * PLACES * PLACES
+};
 /* Pieces on which the prior is tried, their cells, and cells at which texture is looked for. */
 enum { PARTS = 3, CELLS = 12000 };
 #define LOOKS 1e5
@@ -95,7 +101,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	size_t n[3];
 	int rc = -1;
 
-	if (cut(&piece, in, r->is.by.factor, SMALL, middle, e) ||
+	if (cut(&piece, in, r->is.by.factor, PRIOR_PIECE, middle, e) ||
 		try(&least, &small, &piece, &rule, env, e))
 		goto out;
 	iterations = (double)small.iterations;
@@ -104,7 +110,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	ct_vol_free(&piece);
 	rule.tolerance = 0;
 	rule.iterations = 1;
-	if (cut(&piece, in, r->is.by.factor, PIECE, middle, e) ||
+	if (cut(&piece, in, r->is.by.factor, SOLVER_PIECE, middle, e) ||
 		try(&once, &large, &piece, &rule, env, e))
 		goto out;
 	rule.iterations = 1 + TRIES;

@@ -208,7 +208,7 @@ static int plan_prior(
 		return leave(
 			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
 	if (ct_flat_texture(&r->restore.texture, in, e) ||
-		ct_restore_careful(&r->restore, &little, in->n, e))
+		ct_restore_confidence(&r->restore, &little, in->n, e))
 		return -1;
 	if (little && !weighted)
 		return leave(r, e,

@@ -34,7 +34,7 @@ struct ct_refine_rule {
 	const struct ct_slice_prior *prior; /* borrowed */
 	bool one_axis;                      /* slices across one axis, not all */
 	int passes;                         /* 2: a second pass over what the first made */
-	/* NaN: what was found best for the operator (restore/caution.c). A weight takes all
+	/* NaN: what was found best for the operator (restore/confidence.c). A weight takes all
 	 * corrections with the same confidence. */
 	double weight, doubt, gate, cap, steps;
 	bool error;    /* also the predicted error */

@@ -56,7 +56,7 @@ static int add_prior(struct ct_refine *r, struct ct_vol *out, float *error, cons
 	ct_log(env, CT_INFO,
 		"%zu of %zu cells are textured, added %.3g HU RMS, agrees with the low resolution "
 		"within %.3g HU RMS, %.1f s",
-		did.looked, did.cells, did.added, did.residual, ct_clock_wall() - start);
+		did.textured, did.cells, did.added, did.residual, ct_clock_wall() - start);
 	r->added = fmax(r->added, did.added);
 	r->did.residual = did.residual;
 	return 0;

@@ -4,7 +4,7 @@
 #include "resolution/banded.h"
 #include "resolution/turn.h"
 
-enum { WIDE = 2 * CT_F32_LANES, PARTS = 4 };
+enum { STRIP_WIDTH = 2 * CT_F32_LANES, PARTS = 4 };
 
 /* `parts` registers of a row; the last has n <= CT_F32_LANES columns. */
 CT_INLINE void sum(float *out, const float *add, const float *in, size_t ldi, const float *w,
@@ -62,22 +62,22 @@ void CT_SIMD_HERE(ct_banded_across)(const struct ct_banded_rows *t, float *out, 
 void CT_SIMD_HERE(ct_banded_down)(const struct ct_banded *b, float *out, size_t ldo,
 	const float *in, size_t ldi, size_t w, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
-		const size_t n = w - at < WIDE ? w - at : WIDE;
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
+		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
-		ct_turn(tile, WIDE, in + at * ldi, ldi, n, b->up.n);
-		across(&b->down, out + at, ldo, NULL, tile, WIDE, n);
+		ct_turn(tile, STRIP_WIDTH, in + at * ldi, ldi, n, b->up.n);
+		across(&b->down, out + at, ldo, NULL, tile, STRIP_WIDTH, n);
 	}
 }
 
 void CT_SIMD_HERE(ct_banded_up)(const struct ct_banded *b, float *out, size_t ldo, const float *in,
 	size_t ldi, size_t w, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
-		const size_t n = w - at < WIDE ? w - at : WIDE;
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
+		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
-		across(&b->up, tile, WIDE, NULL, in + at, ldi, n);
-		ct_turn(out + at * ldo, ldo, tile, WIDE, b->up.n, n);
+		across(&b->up, tile, STRIP_WIDTH, NULL, in + at, ldi, n);
+		ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->up.n, n);
 	}
 }
 
@@ -111,12 +111,12 @@ void CT_SIMD_HERE(ct_banded_solve)(const struct ct_banded *b, float *x, size_t l
 void CT_SIMD_HERE(ct_banded_solve_turned)(
 	const struct ct_banded *b, float *x, size_t ld, size_t w, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
-		const size_t n = w - at < WIDE ? w - at : WIDE;
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
+		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
-		ct_turn(tile, WIDE, x + at * ld, ld, n, b->down.n);
-		solve(b, tile, WIDE, n);
-		ct_turn(x + at * ld, ld, tile, WIDE, b->down.n, n);
+		ct_turn(tile, STRIP_WIDTH, x + at * ld, ld, n, b->down.n);
+		solve(b, tile, STRIP_WIDTH, n);
+		ct_turn(x + at * ld, ld, tile, STRIP_WIDTH, b->down.n, n);
 	}
 }
 

@@ -10,8 +10,8 @@
 #include <string.h>
 
 enum {
-	HALF = 3,              /* differences to each side of an edge's steepest one */
-	WINDOW = 2 * HALF + 1, /* differences of an edge */
+	HALF_WINDOW = 3,              /* differences to each side of an edge's steepest one */
+	WINDOW = 2 * HALF_WINDOW + 1, /* differences of an edge */
 	LEAST_EDGES = 12,
 	MOST_VOXELS = 1 << 26, /* looked at along an axis; planes are left out beyond */
 };
@@ -27,7 +27,7 @@ struct sums {
 	double r0, r1, r00, r01, r11, power;
 };
 
-struct job {
+struct blur_job {
 	const float *x;
 	size_t stride[3], lo[3], hi[3]; /* of the places where an edge may be */
 	size_t n[3];
@@ -39,7 +39,7 @@ struct job {
 };
 
 /* Square of the change across the edge's surface's two other directions, over the window. */
-static double across(const struct job *j, const float *x)
+static double across(const struct blur_job *j, const float *x)
 {
 	const size_t along = j->stride[j->axis];
 	double square = 0;
@@ -51,7 +51,7 @@ static double across(const struct job *j, const float *x)
 		if (b == j->axis || j->n[b] < 3)
 			continue;
 		for (size_t k = 0; k < WINDOW - 1; k++) {
-			const float *at = x + k * along - (HALF - 1) * along;
+			const float *at = x + k * along - (HALF_WINDOW - 1) * along;
 
 			sum += ((double)*(at + s) - (double)*(at - s)) / 2;
 		}
@@ -61,10 +61,10 @@ static double across(const struct job *j, const float *x)
 }
 
 /* x is the voxel before the steepest difference. */
-static void add_edge(struct sums *s, const struct job *j, const float *x)
+static void add_edge(struct sums *s, const struct blur_job *j, const float *x)
 {
 	const size_t along = j->stride[j->axis];
-	const float *first = x - HALF * along;
+	const float *first = x - HALF_WINDOW * along;
 	double d[WINDOW], sum = 0, total = 0, most = 0, r0 = 0, r1 = 0, re = 0, im = 0;
 	bool padded = (double)first[0] < padding;
 
@@ -77,7 +77,7 @@ static void add_edge(struct sums *s, const struct job *j, const float *x)
 		most = fmax(most, fabs(d[k]));
 		padded |= next < padding;
 	}
-	if (padded || most > fabs(d[HALF]) || fabs(sum) < j->least ||
+	if (padded || most > fabs(d[HALF_WINDOW]) || fabs(sum) < j->least ||
 		fabs(sum) <= one_way * total || across(j, x) >= sum * sum)
 		return;
 	for (size_t k = 0; k < WINDOW; k++) {
@@ -98,7 +98,7 @@ static void add_edge(struct sums *s, const struct job *j, const float *x)
 
 static void scan_plane(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct blur_job *j = arg;
 	const size_t along = j->stride[j->axis];
 	const float steep = (float)(j->least / WINDOW);
 	const int outer = 3 - j->plane; /* i is the innermost, whatever the axis */
@@ -179,7 +179,7 @@ static void conclude(struct ct_blur_axis *out, const struct sums *s, double fact
 static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int axis, double factor,
 	double least, struct ct_par *par, struct ct_err *e)
 {
-	struct job j = {.x = v->data,
+	struct blur_job j = {.x = v->data,
 		.stride = {1, v->n[0], v->n[0] * v->n[1]},
 		.axis = axis,
 		.plane = axis == 2 ? 1 : 2,
@@ -191,8 +191,9 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int ax
 	if (v->n[axis] < WINDOW + 1)
 		return 0;
 	memcpy(j.n, v->n, sizeof j.n);
-	for (int b = 0; b < 3; b++) { /* neighbours are read across an edge, and HALF along it */
-		const size_t before = b == axis ? HALF : v->n[b] < 3 ? 0 : 1;
+	for (int b = 0; b < 3;
+		b++) { /* neighbours are read across an edge, and HALF_WINDOW along it */
+		const size_t before = b == axis ? HALF_WINDOW : v->n[b] < 3 ? 0 : 1;
 
 		j.lo[b] = before;
 		j.hi[b] = v->n[b] - before - (b == axis);

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-enum { MANY = 1 << 18 };
+enum { CHUNK_VOXELS = 1 << 18 };
 
 /* The table of D+ along an axis, from that of D. */
 static int inverse(struct ct_taps *t, const struct ct_taps *d, struct ct_err *e)
@@ -41,8 +41,8 @@ void ct_consistency_exact(float *x, const float *y, double most, const struct ct
 	size_t m = d->t[0].n_out * d->t[1].n_out * d->t[2].n_out;
 
 	ct_separable_apply(d, lo, x, par);
-	for (size_t at = 0; at < m; at += MANY) {
-		const size_t end = m - at < MANY ? m : at + MANY;
+	for (size_t at = 0; at < m; at += CHUNK_VOXELS) {
+		const size_t end = m - at < CHUNK_VOXELS ? m : at + CHUNK_VOXELS;
 
 		for (size_t i = at; i < end; i++) {
 			const double r = (double)y[i] - (double)lo[i];

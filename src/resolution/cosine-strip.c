@@ -5,18 +5,18 @@
 #include "resolution/cosine.h"
 #include "resolution/turn.h"
 
-enum { WIDE = 2 * CT_F32_LANES };
+enum { STRIP_WIDTH = 2 * CT_F32_LANES };
 #if defined(__AVX512F__) || defined(__aarch64__)
 enum { ROWS = 8 };
 #else
 enum { ROWS = 4 };
 #endif
-_Static_assert((int)WIDE <= (int)CT_COSINE_STRIP, "a tile holds a strip");
+_Static_assert((int)STRIP_WIDTH <= (int)CT_COSINE_STRIP, "a tile holds a strip");
 
-/* Register h, 0 or 1, of the n <= WIDE columns at p. */
+/* Register h, 0 or 1, of the n <= STRIP_WIDTH columns at p. */
 CT_INLINE ct_f32 get(const float *p, size_t h, size_t n)
 {
-	if (n == WIDE)
+	if (n == STRIP_WIDTH)
 		return ct_f32_load(p + h * CT_F32_LANES);
 	return n > h * CT_F32_LANES ? ct_f32_load_n(p + h * CT_F32_LANES, n - h * CT_F32_LANES)
 				    : ct_f32_set(0);
@@ -24,21 +24,21 @@ CT_INLINE ct_f32 get(const float *p, size_t h, size_t n)
 
 CT_INLINE void put(float *p, size_t h, ct_f32 v, size_t n)
 {
-	if (n == WIDE)
+	if (n == STRIP_WIDTH)
 		ct_f32_store(p + h * CT_F32_LANES, v);
 	else if (n > h * CT_F32_LANES)
 		ct_f32_store_n(p + h * CT_F32_LANES, v, n - h * CT_F32_LANES);
 }
 
-/* c (rows,n; ldc) = at^T (k,rows; lda) b (k,WIDE). */
+/* c (rows,n; ldc) = at^T (k,rows; lda) b (k,STRIP_WIDTH). */
 CT_INLINE void block(float *c, size_t ldc, const float *at, size_t lda, const float *b, size_t k,
 	size_t n, const size_t rows)
 {
 	ct_f32 sum[ROWS][2] = {{{0}}};
 
 	for (size_t q = 0; q < k; q++) {
-		ct_f32 b0 = ct_f32_load(b + q * WIDE);
-		ct_f32 b1 = ct_f32_load(b + q * WIDE + CT_F32_LANES);
+		ct_f32 b0 = ct_f32_load(b + q * STRIP_WIDTH);
+		ct_f32 b1 = ct_f32_load(b + q * STRIP_WIDTH + CT_F32_LANES);
 
 #pragma GCC unroll 16
 		for (size_t r = 0; r < rows; r++) {
@@ -55,7 +55,7 @@ CT_INLINE void block(float *c, size_t ldc, const float *at, size_t lda, const fl
 	}
 }
 
-/* c (m,n; ldc) = at^T (k,m) b (k,WIDE), m rows. */
+/* c (m,n; ldc) = at^T (k,m) b (k,STRIP_WIDTH), m rows. */
 CT_INLINE void product(
 	float *c, size_t ldc, const float *at, const float *b, size_t m, size_t k, size_t n)
 {
@@ -80,12 +80,12 @@ CT_INLINE void fold(float *tile, const float *x, size_t ldx, size_t s, size_t n,
 			ct_f32 a = get(x + j * ldx, h, n), b = get(x + (s - 1 - j) * ldx, h, n);
 			ct_f32 d = a - b;
 
-			put(tile + j * WIDE, h, a + b, WIDE);
-			put(tile + (s - 1 - j) * WIDE, h, twist ? ct_f32_set(twist[j]) * d : d,
-				WIDE);
+			put(tile + j * STRIP_WIDTH, h, a + b, STRIP_WIDTH);
+			put(tile + (s - 1 - j) * STRIP_WIDTH, h,
+				twist ? ct_f32_set(twist[j]) * d : d, STRIP_WIDTH);
 		}
 	for (size_t h = 0; s % 2 && h < 2; h++)
-		put(tile + s / 2 * WIDE, h, get(x + s / 2 * ldx, h, n), WIDE);
+		put(tile + s / 2 * STRIP_WIDTH, h, get(x + s / 2 * ldx, h, n), STRIP_WIDTH);
 }
 
 /* The folded rows of a tile to rows of out, of which n columns exist. */
@@ -95,8 +95,8 @@ CT_INLINE void unfold(float *out, size_t ldo, const float *add, const float *til
 	for (size_t j = 0; j < s / 2; j++)
 		for (size_t h = 0; h < 2; h++) {
 			size_t p = j * ldo, q = (s - 1 - j) * ldo;
-			ct_f32 a = get(tile + j * WIDE, h, WIDE);
-			ct_f32 b = get(tile + (s - 1 - j) * WIDE, h, WIDE);
+			ct_f32 a = get(tile + j * STRIP_WIDTH, h, STRIP_WIDTH);
+			ct_f32 b = get(tile + (s - 1 - j) * STRIP_WIDTH, h, STRIP_WIDTH);
 			ct_f32 d = twist ? ct_f32_set(twist[j]) * b : b, u = a + d, v = a - d;
 
 			if (add) {
@@ -107,7 +107,7 @@ CT_INLINE void unfold(float *out, size_t ldo, const float *add, const float *til
 			put(out + q, h, v, n);
 		}
 	for (size_t h = 0; s % 2 && h < 2; h++) {
-		ct_f32 u = get(tile + s / 2 * WIDE, h, WIDE);
+		ct_f32 u = get(tile + s / 2 * STRIP_WIDTH, h, STRIP_WIDTH);
 
 		put(out + s / 2 * ldo, h, add ? get(add + s / 2 * ldo, h, n) + u : u, n);
 	}
@@ -129,10 +129,12 @@ CT_INLINE void fold2(float *tile, const float *x, size_t ldx, size_t s, size_t n
 			const ct_f32 u = ct_f32_set(twist[j]) * (a - d);
 			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (b - c);
 
-			put(tile + j * WIDE, h, e + f, WIDE);
-			put(tile + (half - 1 - j) * WIDE, h, inner ? t * (e - f) : e - f, WIDE);
-			put(tile + (half + j) * WIDE, h, v + u, WIDE);
-			put(tile + (s - 1 - j) * WIDE, h, inner ? t * (v - u) : v - u, WIDE);
+			put(tile + j * STRIP_WIDTH, h, e + f, STRIP_WIDTH);
+			put(tile + (half - 1 - j) * STRIP_WIDTH, h, inner ? t * (e - f) : e - f,
+				STRIP_WIDTH);
+			put(tile + (half + j) * STRIP_WIDTH, h, v + u, STRIP_WIDTH);
+			put(tile + (s - 1 - j) * STRIP_WIDTH, h, inner ? t * (v - u) : v - u,
+				STRIP_WIDTH);
 		}
 }
 
@@ -146,10 +148,10 @@ CT_INLINE void unfold2(float *out, size_t ldo, const float *add, const float *ti
 			const size_t at[4] = {
 				j * ldo, (half - 1 - j) * ldo, (half + j) * ldo, (s - 1 - j) * ldo};
 			const ct_f32 t = ct_f32_set(inner ? inner[j] : 1);
-			const ct_f32 p = get(tile + j * WIDE, h, WIDE);
-			const ct_f32 q = get(tile + (half - 1 - j) * WIDE, h, WIDE);
-			const ct_f32 r = get(tile + (half + j) * WIDE, h, WIDE);
-			const ct_f32 w = get(tile + (s - 1 - j) * WIDE, h, WIDE);
+			const ct_f32 p = get(tile + j * STRIP_WIDTH, h, STRIP_WIDTH);
+			const ct_f32 q = get(tile + (half - 1 - j) * STRIP_WIDTH, h, STRIP_WIDTH);
+			const ct_f32 r = get(tile + (half + j) * STRIP_WIDTH, h, STRIP_WIDTH);
+			const ct_f32 w = get(tile + (s - 1 - j) * STRIP_WIDTH, h, STRIP_WIDTH);
 			const ct_f32 even = inner ? t * q : q, odd = inner ? t * w : w;
 			const ct_f32 u = ct_f32_set(twist[j]) * (r - odd);
 			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (r + odd);
@@ -167,7 +169,7 @@ CT_INLINE void unfold2(float *out, size_t ldo, const float *add, const float *ti
 
 static size_t width(size_t w, size_t at)
 {
-	return w - at < WIDE ? w - at : WIDE;
+	return w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 }
 
 /* Coefficients c (m,n; ldc) of a leaf from its tile, which is folded once. */
@@ -177,12 +179,12 @@ CT_INLINE void leaf(const struct ct_cosine *b, float *c, size_t ldc, float *tile
 
 	for (size_t f = 2; f < b->parts; f++) {
 		s -= s / 2;
-		fold(tile, tile, WIDE, s, WIDE, NULL);
+		fold(tile, tile, STRIP_WIDTH, s, STRIP_WIDTH, NULL);
 	}
 	for (size_t p = 0; p < b->parts; p++) {
 		product(c, ldc, b->vt[p], tile, b->count[p], b->rows[p], n);
 		c += b->count[p] * ldc;
-		tile += b->rows[p] * WIDE;
+		tile += b->rows[p] * STRIP_WIDTH;
 	}
 }
 
@@ -194,10 +196,10 @@ CT_INLINE void gather(float *c, const size_t *order, size_t count)
 
 	for (size_t k = 0; k < count; k++)
 		for (size_t h = 0; h < 2; h++) {
-			ct_f32 x = get(c + order[k] * WIDE, h, WIDE);
+			ct_f32 x = get(c + order[k] * STRIP_WIDTH, h, STRIP_WIDTH);
 
 			sum[h] = k ? sum[h] + x : 0.5f * x;
-			put(c + order[k] * WIDE, h, k % 2 ? -sum[h] : sum[h], WIDE);
+			put(c + order[k] * STRIP_WIDTH, h, k % 2 ? -sum[h] : sum[h], STRIP_WIDTH);
 		}
 }
 
@@ -208,10 +210,10 @@ CT_INLINE void spread(float *c, const size_t *order, size_t count)
 
 	for (size_t k = count; k-- > 0;)
 		for (size_t h = 0; h < 2; h++) {
-			ct_f32 x = get(c + order[k] * WIDE, h, WIDE);
+			ct_f32 x = get(c + order[k] * STRIP_WIDTH, h, STRIP_WIDTH);
 
 			sum[h] += k % 2 ? -x : x;
-			put(c + order[k] * WIDE, h, k ? sum[h] : 0.5f * sum[h], WIDE);
+			put(c + order[k] * STRIP_WIDTH, h, k ? sum[h] : 0.5f * sum[h], STRIP_WIDTH);
 		}
 }
 
@@ -219,7 +221,7 @@ CT_INLINE void spread(float *c, const size_t *order, size_t count)
 CT_INLINE void first(float *c)
 {
 	for (size_t h = 0; h < 2; h++)
-		put(c, h, 0.70710678f * get(c, h, WIDE), WIDE);
+		put(c, h, 0.70710678f * get(c, h, STRIP_WIDTH), STRIP_WIDTH);
 }
 
 /* The first folds: two if there are two levels. */
@@ -254,55 +256,57 @@ static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *til
 	const size_t count = b->m >> b->levels, s = 2 * rows;
 	const float *twist = b->twist + b->n - s;
 	const size_t *order = b->order + b->m - count;
-	float *out = tile + b->n * WIDE;
+	float *out = tile + b->n * STRIP_WIDTH;
 
 	if (b->levels == 0) {
-		if (n == WIDE)
-			leaf(b, c, ldc, tile, WIDE);
+		if (n == STRIP_WIDTH)
+			leaf(b, c, ldc, tile, STRIP_WIDTH);
 		else
 			leaf(b, c, ldc, tile, n);
 		return;
 	}
 	for (size_t t = 0; t < leaves; t += 2) {
-		float *at = tile + t * rows * WIDE;
+		float *at = tile + t * rows * STRIP_WIDTH;
 
 		if (is_deep(b)) {
-			fold2(at, at, WIDE, s, WIDE, twist, NULL);
+			fold2(at, at, STRIP_WIDTH, s, STRIP_WIDTH, twist, NULL);
 		} else {
 			if (b->levels == 3)
-				fold(at, at, WIDE, s, WIDE, twist);
-			fold(at, at, WIDE, rows, WIDE, NULL);
-			fold(at + rows * WIDE, at + rows * WIDE, WIDE, rows, WIDE, NULL);
+				fold(at, at, STRIP_WIDTH, s, STRIP_WIDTH, twist);
+			fold(at, at, STRIP_WIDTH, rows, STRIP_WIDTH, NULL);
+			fold(at + rows * STRIP_WIDTH, at + rows * STRIP_WIDTH, STRIP_WIDTH, rows,
+				STRIP_WIDTH, NULL);
 		}
-		leaf(b, out + t * count * WIDE, WIDE, at, WIDE);
-		leaf(b, out + (t + 1) * count * WIDE, WIDE, at + rows * WIDE, WIDE);
+		leaf(b, out + t * count * STRIP_WIDTH, STRIP_WIDTH, at, STRIP_WIDTH);
+		leaf(b, out + (t + 1) * count * STRIP_WIDTH, STRIP_WIDTH, at + rows * STRIP_WIDTH,
+			STRIP_WIDTH);
 	}
 	for (size_t l = b->levels; l-- > 0;) {
 		const size_t half = b->m >> (l + 1);
 
 		order -= half;
 		for (size_t t = 0; t < (size_t)1 << l; t++)
-			gather(out + (2 * t + 1) * half * WIDE, order, half);
+			gather(out + (2 * t + 1) * half * STRIP_WIDTH, order, half);
 	}
 	first(out);
 	for (size_t k = 0; k < b->m; k++)
 		for (size_t h = 0; h < 2; h++)
-			put(c + k * ldc, h, get(out + k * WIDE, h, WIDE), n);
+			put(c + k * ldc, h, get(out + k * STRIP_WIDTH, h, STRIP_WIDTH), n);
 }
 
 void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t ldc,
 	const float *x, size_t ldx, size_t w, bool turned, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
 		if (turned) {
-			if (n < WIDE)
-				memset(tile, 0, b->n * WIDE * sizeof *tile);
-			ct_turn(tile, WIDE, x + at * ldx, ldx, n, b->n);
-			enter(b, tile, tile, WIDE, WIDE);
-		} else if (n == WIDE) {
-			enter(b, tile, x + at, ldx, WIDE);
+			if (n < STRIP_WIDTH)
+				memset(tile, 0, b->n * STRIP_WIDTH * sizeof *tile);
+			ct_turn(tile, STRIP_WIDTH, x + at * ldx, ldx, n, b->n);
+			enter(b, tile, tile, STRIP_WIDTH, STRIP_WIDTH);
+		} else if (n == STRIP_WIDTH) {
+			enter(b, tile, x + at, ldx, STRIP_WIDTH);
 		} else {
 			enter(b, tile, x + at, ldx, n);
 		}
@@ -310,21 +314,22 @@ void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t
 	}
 }
 
-/* The tile of a leaf from its coefficients in (m,WIDE), folded but for its last unfolding. */
+/* The tile of a leaf from its coefficients in (m,STRIP_WIDTH), folded but for its last unfolding.
+ */
 CT_INLINE void leaf_back(const struct ct_cosine *b, float *tile, const float *in)
 {
 	size_t s[CT_COSINE_PARTS] = {b->n >> b->levels};
 	float *out = tile;
 
 	for (size_t p = 0; p < b->parts; p++) {
-		product(out, WIDE, b->v[p], in, b->rows[p], b->count[p], WIDE);
-		in += b->count[p] * WIDE;
-		out += b->rows[p] * WIDE;
+		product(out, STRIP_WIDTH, b->v[p], in, b->rows[p], b->count[p], STRIP_WIDTH);
+		in += b->count[p] * STRIP_WIDTH;
+		out += b->rows[p] * STRIP_WIDTH;
 	}
 	for (size_t f = 1; f + 1 < b->parts; f++)
 		s[f] = s[f - 1] - s[f - 1] / 2;
 	for (size_t f = b->parts - 2; f > 0; f--)
-		unfold(tile, WIDE, NULL, tile, s[f], WIDE, NULL);
+		unfold(tile, STRIP_WIDTH, NULL, tile, s[f], STRIP_WIDTH, NULL);
 }
 
 /* tile = V^T c of a strip, which is to be left. */
@@ -338,7 +343,7 @@ static void expand(
 
 	for (size_t k = 0; k < b->m; k++)
 		for (size_t h = 0; h < 2; h++)
-			put(in + k * WIDE, h, get(c + k * ldc, h, n), WIDE);
+			put(in + k * STRIP_WIDTH, h, get(c + k * ldc, h, n), STRIP_WIDTH);
 	if (b->levels == 0) {
 		leaf_back(b, tile, in);
 		return;
@@ -348,34 +353,35 @@ static void expand(
 		const size_t half = b->m >> (l + 1);
 
 		for (size_t t = 0; t < (size_t)1 << l; t++)
-			spread(in + (2 * t + 1) * half * WIDE, order, half);
+			spread(in + (2 * t + 1) * half * STRIP_WIDTH, order, half);
 		order += half;
 	}
 	for (size_t t = 0; t < leaves; t += 2) {
-		float *at = tile + t * rows * WIDE;
+		float *at = tile + t * rows * STRIP_WIDTH;
 
-		leaf_back(b, at, in + t * count * WIDE);
-		leaf_back(b, at + rows * WIDE, in + (t + 1) * count * WIDE);
+		leaf_back(b, at, in + t * count * STRIP_WIDTH);
+		leaf_back(b, at + rows * STRIP_WIDTH, in + (t + 1) * count * STRIP_WIDTH);
 		if (is_deep(b)) {
-			unfold2(at, WIDE, NULL, at, s, WIDE, twist, NULL);
+			unfold2(at, STRIP_WIDTH, NULL, at, s, STRIP_WIDTH, twist, NULL);
 			continue;
 		}
-		unfold(at, WIDE, NULL, at, rows, WIDE, NULL);
-		unfold(at + rows * WIDE, WIDE, NULL, at + rows * WIDE, rows, WIDE, NULL);
+		unfold(at, STRIP_WIDTH, NULL, at, rows, STRIP_WIDTH, NULL);
+		unfold(at + rows * STRIP_WIDTH, STRIP_WIDTH, NULL, at + rows * STRIP_WIDTH, rows,
+			STRIP_WIDTH, NULL);
 		if (b->levels == 3)
-			unfold(at, WIDE, NULL, at, s, WIDE, twist);
+			unfold(at, STRIP_WIDTH, NULL, at, s, STRIP_WIDTH, twist);
 	}
 }
 
 void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, size_t ldo,
 	const float *add, const float *c, size_t ldc, size_t w, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
-		expand(b, tile, c + at, ldc, n, tile + b->n * WIDE);
-		if (n == WIDE && add)
-			leave(b, out + at, ldo, add + at, tile, WIDE);
+		expand(b, tile, c + at, ldc, n, tile + b->n * STRIP_WIDTH);
+		if (n == STRIP_WIDTH && add)
+			leave(b, out + at, ldo, add + at, tile, STRIP_WIDTH);
 		else
 			leave(b, out + at, ldo, add ? add + at : NULL, tile, n);
 	}
@@ -384,11 +390,11 @@ void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, s
 void CT_SIMD_HERE(ct_cosine_synthesise_turned)(const struct ct_cosine *b, float *out, size_t ldo,
 	const float *c, size_t ldc, size_t w, float *tile)
 {
-	for (size_t at = 0; at < w; at += WIDE) {
+	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
-		expand(b, tile, c + at, ldc, n, tile + b->n * WIDE);
-		leave(b, tile, WIDE, NULL, tile, WIDE);
-		ct_turn(out + at * ldo, ldo, tile, WIDE, b->n, n);
+		expand(b, tile, c + at, ldc, n, tile + b->n * STRIP_WIDTH);
+		leave(b, tile, STRIP_WIDTH, NULL, tile, STRIP_WIDTH);
+		ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->n, n);
 	}
 }

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 
 enum {
-	LEAST = 16, /* functions of a part that is worth another fold, or of a leaf */
-	LEVELS = 3, /* at most: each costs a rounding */
+	LEAST_FUNCTIONS = 16, /* functions of a part that is worth another fold, or of a leaf */
+	LEVELS = 3,           /* at most: each costs a rounding */
 };
 
 /* a_k cos(pi k (j + 1/2) / n), the phase reduced exactly; a_0 = sqrt(1/n), else sqrt(2/n). */
@@ -54,8 +54,8 @@ static void cut(struct ct_cosine *b, const double *v, size_t m, size_t n)
 		folded++;
 		s -= s / 2;
 		left -= left / 2;
-	} while (folded + 1 < CT_COSINE_PARTS && left >= LEAST && n % ((size_t)1 << folded) == 0 &&
-		 folds(v, m, n, (size_t)1 << folded, s));
+	} while (folded + 1 < CT_COSINE_PARTS && left >= LEAST_FUNCTIONS &&
+		 n % ((size_t)1 << folded) == 0 && folds(v, m, n, (size_t)1 << folded, s));
 	b->parts = folded + 1;
 	b->rows[0] = s;
 	b->count[0] = left;
@@ -142,7 +142,7 @@ int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, st
 
 	if (cosines(v, m, n))
 		while (made.levels < LEVELS && rows % 2 == 0 && count % 2 == 0 &&
-			count / 2 >= LEAST / 2) {
+			count / 2 >= LEAST_FUNCTIONS / 2) {
 			made.levels++;
 			rows /= 2;
 			count /= 2;

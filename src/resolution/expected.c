@@ -39,7 +39,7 @@ static const struct ct_expected table[CT_EXPECTED_KINDS][TABLE_FACTORS] = {
 		{{44, 0, 0.0279, 17.2, 0}}},
 };
 
-struct job {
+struct expected_job {
 	float *out;
 	const float *x;
 	size_t n[3], boxes[3], reach[3];
@@ -110,7 +110,8 @@ static double largest(int *axis, const struct ct_degrade *by)
 
 /* out <- the weighted squares of the differences of voxels lo .. hi, not included; out has hi - lo
  * of them. */
-static void differences(float *out, const struct job *j, const size_t lo[3], const size_t hi[3])
+static void differences(
+	float *out, const struct expected_job *j, const size_t lo[3], const size_t hi[3])
 {
 	const size_t stride[3] = {1, j->n[0], j->n[0] * j->n[1]};
 	size_t at[3];
@@ -139,7 +140,7 @@ static void differences(float *out, const struct job *j, const size_t lo[3], con
 
 /* Rows from .. to, not included, of `width` values <- the rows of in, which begins at row `first`,
  * under the window of the axis. */
-static void smooth_rows(float *restrict out, const float *restrict in, const struct job *j,
+static void smooth_rows(float *restrict out, const float *restrict in, const struct expected_job *j,
 	int axis, size_t from, size_t to, size_t first, size_t width)
 {
 	const size_t n = j->n[axis], reach = j->reach[axis];
@@ -160,7 +161,7 @@ static void smooth_rows(float *restrict out, const float *restrict in, const str
 }
 
 /* The same of values from .. to of one row, from in, which begins at value `first`. */
-static void smooth_row(float *restrict out, const float *restrict in, const struct job *j,
+static void smooth_row(float *restrict out, const float *restrict in, const struct expected_job *j,
 	size_t from, size_t to, size_t first)
 {
 	const size_t n = j->n[0], reach = j->reach[0];
@@ -182,7 +183,7 @@ static void smooth_row(float *restrict out, const float *restrict in, const stru
 /* One box: the squares, and these under the windows along k, j and i. */
 static void box(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct expected_job *j = arg;
 	float *a = j->work + 2 * worker * j->room, *b = a + j->room;
 	size_t from[3], to[3], lo[3], hi[3], wide, planes;
 
@@ -209,7 +210,7 @@ static void box(void *arg, size_t task, size_t worker)
 }
 
 /* The weights of the axis, and one over their sums. */
-static void make_window(struct job *j, int a, double factor)
+static void make_window(struct expected_job *j, int a, double factor)
 {
 	const size_t n = j->n[a], reach = j->reach[a];
 
@@ -228,7 +229,8 @@ static void make_window(struct job *j, int a, double factor)
 	}
 }
 
-static int begin(struct job *j, const double mm[3], const struct ct_degrade *by, struct ct_err *e)
+static int begin(
+	struct expected_job *j, const double mm[3], const struct ct_degrade *by, struct ct_err *e)
 {
 	int axis;
 	const double most = largest(&axis, by);
@@ -263,7 +265,7 @@ int ct_expected_gradient(float *restrict out, const float *restrict x, const siz
 	const double mm[static 3], const struct ct_degrade *by, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct job j = {.out = out, .x = x, .n = {n[0], n[1], n[2]}, .env = env};
+	struct expected_job j = {.out = out, .x = x, .n = {n[0], n[1], n[2]}, .env = env};
 	const int rc = begin(&j, mm, by, e);
 
 	if (rc == 0)

@@ -88,7 +88,7 @@ struct place {
 	double part;
 };
 
-struct job {
+struct flat_job {
 	const struct ct_vol *lo;
 	struct ct_vol *x;
 	float *w;           /* of the cells */
@@ -97,7 +97,7 @@ struct job {
 	double edge; /* HU^2 */
 };
 
-static int places(struct job *v, int a, double factor, struct ct_err *e)
+static int places(struct flat_job *v, int a, double factor, struct ct_err *e)
 {
 	const size_t n = v->x->n[a], m[2] = {v->lo->n[a], v->cells[a]};
 	const double gap = (double)n - (double)m[0] * factor;
@@ -118,7 +118,7 @@ static int places(struct job *v, int a, double factor, struct ct_err *e)
 
 static void weigh(void *arg, size_t k, size_t worker)
 {
-	const struct job *v = arg;
+	const struct flat_job *v = arg;
 	float *w = v->w + k * v->cells[1] * v->cells[0];
 	double least;
 
@@ -150,7 +150,7 @@ static double between(const float *g, const size_t n[3], const struct place *x,
 
 static void mix(void *arg, size_t k, size_t worker)
 {
-	const struct job *v = arg;
+	const struct flat_job *v = arg;
 	const size_t *n = v->x->n;
 	float *x = v->x->data + k * n[0] * n[1];
 
@@ -170,7 +170,7 @@ int ct_flat_mix(struct ct_vol *x, const struct ct_vol *lo, const double factor[s
 	double texture, const struct ct_env *env, struct ct_err *e)
 {
 	const double level = CT_FLAT_EDGE * texture;
-	struct job v = {.lo = lo, .x = x, .edge = level * level};
+	struct flat_job v = {.lo = lo, .x = x, .edge = level * level};
 	int rc = -1;
 
 	if (!(v.edge > 0))

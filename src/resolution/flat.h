@@ -1,8 +1,8 @@
 /* flat.h: a volume that was made of points, where these are flat.
  *
- * Between points that alias and differ by no more than noise or texture nothing is known but their
- * level. A solver that has to go through all of them makes creases and blobs of it, and lets what
- * is steep a few points away swing on; linear interpolation does neither. So
+ * Between aliased point samples that differ by no more than noise or texture nothing is known but
+ * their level. A solver that has to go through all of them makes creases and blobs of it, and lets
+ * what is steep a few points away swing on; linear interpolation does neither. So
  *
  *   x <- x + w (l - x)     l the linear interpolation,
  *   w = 1 / (1 + (s / (CT_FLAT_EDGE t))^4)

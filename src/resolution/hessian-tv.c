@@ -15,9 +15,9 @@ enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5, SLAB = CT_
 
 /* Iterations that halve the primal step, and the part of it that stays. */
 #define HALVES 30
-#define LEAST 0.05
+#define LEAST_PART 0.05
 
-struct job {
+struct hessian_tv_job {
 	float *x, *ahead;  /* the volume; extrapolated, and then the next one */
 	int16_t *q[PARTS]; /* the dual */
 	int16_t *zero;     /* a row of zeros */
@@ -35,14 +35,14 @@ static size_t clamp(ptrdiff_t i, size_t n)
 	return i < 0 ? 0 : (size_t)i >= n ? n - 1 : (size_t)i;
 }
 
-static const float *row(const struct job *v, const float *x, ptrdiff_t j, ptrdiff_t k)
+static const float *row(const struct hessian_tv_job *v, const float *x, ptrdiff_t j, ptrdiff_t k)
 {
 	return x + clamp(k, v->n[2]) * v->plane + clamp(j, v->n[1]) * v->n[0];
 }
 
 /* Differences of what is outside vanish, as neighbours beyond a border are the voxel itself; what
  * is left of a component at a border has no weight. */
-static struct ct_hessian_ascent ascent(const struct job *v, ptrdiff_t j, ptrdiff_t k)
+static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, ptrdiff_t j, ptrdiff_t k)
 {
 	const float *x = v->ahead;
 	bool last_j = j + 1 == (ptrdiff_t)v->n[1], last_k = k + 1 == (ptrdiff_t)v->n[2];
@@ -68,7 +68,7 @@ static struct ct_hessian_ascent ascent(const struct job *v, ptrdiff_t j, ptrdiff
 
 static void ascend(void *arg, size_t k, size_t worker)
 {
-	const struct job *v = arg;
+	const struct hessian_tv_job *v = arg;
 	float *square = v->scratch + worker * v->share + ct_consistency_scratch(v->dc);
 	double sum = 0;
 
@@ -84,7 +84,7 @@ static void ascend(void *arg, size_t k, size_t worker)
 }
 
 /* Row (j,k) of component c, zeros outside. */
-static const int16_t *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_t k)
+static const int16_t *dual_row(const struct hessian_tv_job *v, int c, ptrdiff_t j, ptrdiff_t k)
 {
 	if (j < 0 || k < 0 || (size_t)j >= v->n[1] || (size_t)k >= v->n[2])
 		return v->zero;
@@ -92,7 +92,7 @@ static const int16_t *dual_row(const struct job *v, int c, ptrdiff_t j, ptrdiff_
 }
 
 /* Cross components are zero at the last voxel, second ones at both ends, of their axes. */
-static struct ct_hessian_descent descent(const struct job *v, ptrdiff_t j, ptrdiff_t k)
+static struct ct_hessian_descent descent(const struct hessian_tv_job *v, ptrdiff_t j, ptrdiff_t k)
 {
 	struct ct_hessian_descent r = {.ii = dual_row(v, II, j, k),
 		.jk = {dual_row(v, JK, j, k), dual_row(v, JK, j - 1, k), dual_row(v, JK, j, k - 1),
@@ -111,7 +111,7 @@ static struct ct_hessian_descent descent(const struct job *v, ptrdiff_t j, ptrdi
 }
 
 /* Plane k of the next volume before its correction, and reduced. */
-static void descend_plane(const struct job *v, size_t plane, size_t worker)
+static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t worker)
 {
 	size_t at = plane * v->plane;
 	float *scratch = v->scratch + worker * v->share,
@@ -134,7 +134,7 @@ static void descend_plane(const struct job *v, size_t plane, size_t worker)
 
 static void descend(void *arg, size_t slab, size_t worker)
 {
-	const struct job *v = arg;
+	const struct hessian_tv_job *v = arg;
 
 	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++)
 		descend_plane(v, k, worker);
@@ -143,15 +143,15 @@ static void descend(void *arg, size_t slab, size_t worker)
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
 static void extrapolate(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct hessian_tv_job *j = arg;
 	float *x = j->x + k * j->plane, *next = j->ahead + k * j->plane;
 
 	ct_consistency_expand(j->dc, k, next, next, j->scratch + worker * j->share);
 	CT_SIMD(ct_hessian_row_ahead)(j->plane, x, next);
 }
 
-static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
-	size_t threads, struct ct_err *e)
+static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
+	const struct ct_tv_rule *rule, size_t threads, struct ct_err *e)
 {
 	const double *w = rule->weight;
 	const double part[PARTS] = {w[0] * w[0], w[1] * w[1], w[2] * w[2], M_SQRT2 * w[0] * w[1],
@@ -185,13 +185,13 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 
 static void begin_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct hessian_tv_job *j = arg;
 
 	(void)worker;
 	memcpy(j->ahead + k * j->plane, j->x + k * j->plane, j->plane * sizeof *j->x);
 }
 
-static void job_free(struct job *j)
+static void job_free(struct hessian_tv_job *j)
 {
 	for (int c = 0; c < PARTS; c++)
 		free(j->q[c]);
@@ -201,7 +201,7 @@ static void job_free(struct job *j)
 	free(j->sums);
 }
 
-static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *par)
+static void iterate(struct hessian_tv_job *j, struct ct_tv_report *report, struct ct_par *par)
 {
 	double count = (double)j->plane * (double)j->n[2], variation = 0, moved;
 
@@ -222,7 +222,7 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.x = x};
+	struct hessian_tv_job j = {.x = x};
 	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
 	int rc = -1;
 
@@ -236,7 +236,7 @@ int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *
 
 		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
 		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
-		j.part = (float)fmax(exp2(-(double)it / HALVES), LEAST);
+		j.part = (float)fmax(exp2(-(double)it / HALVES), LEAST_PART);
 		iterate(&j, report, env->par);
 		report->iterations = it + 1;
 		if (j.measure)

@@ -156,7 +156,7 @@ size_t ct_taps_scratch(const struct ct_taps *t, const struct ct_par *par)
 	return ct_par_threads(par) * t->n_in * WIDTH;
 }
 
-struct job {
+struct separable_job {
 	float *out;
 	const float *in;
 	const struct ct_taps *t;
@@ -167,7 +167,7 @@ struct job {
 	size_t lines;  /* axis 0 only: how many */
 };
 
-static void put(const struct job *j, float *out, const float *row, size_t n)
+static void put(const struct separable_job *j, float *out, const float *row, size_t n)
 {
 	if (!j->add)
 		memcpy(out, row, n * sizeof *out);
@@ -178,7 +178,7 @@ static void put(const struct job *j, float *out, const float *row, size_t n)
 /* Lines that are `inner` apart along the axis and contiguous across it. */
 static void across(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct separable_job *j = arg;
 	size_t outer = task / j->blocks, at = task % j->blocks * WIDTH;
 	size_t width = j->inner - at < WIDTH ? j->inner - at : WIDTH;
 	const float *in = j->in + outer * j->t->n_in * j->inner + at;
@@ -208,7 +208,7 @@ static void across(void *arg, size_t task, size_t worker)
 /* Lines contiguous along the axis: transposed on the way in and on the way out. */
 static void along(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct separable_job *j = arg;
 	size_t at = task * WIDTH, n_in = j->t->n_in, n_out = j->t->n_out;
 	size_t width = j->lines - at < WIDTH ? j->lines - at : WIDTH;
 	const float *in = j->in + at * n_in;
@@ -238,7 +238,7 @@ static void along(void *arg, size_t task, size_t worker)
 	}
 }
 
-static void apply(struct job j, const size_t n[static 3], int axis, struct ct_par *par)
+static void apply(struct separable_job j, const size_t n[static 3], int axis, struct ct_par *par)
 {
 	j.inner = n[0];
 
@@ -256,7 +256,8 @@ static void apply(struct job j, const size_t n[static 3], int axis, struct ct_pa
 void ct_taps_apply(float *restrict out, const float *restrict in, const size_t n[static 3],
 	int axis, const struct ct_taps *t, double *scratch, struct ct_par *par)
 {
-	apply((struct job){.out = out, .in = in, .t = t, .scratch = scratch}, n, axis, par);
+	apply((struct separable_job){.out = out, .in = in, .t = t, .scratch = scratch}, n, axis,
+		par);
 }
 
 /* Shrink first, grow last; among equals the slowest axis first, which has the worst strides. */
@@ -341,7 +342,7 @@ out:
 static void run(
 	const struct ct_separable *s, float *out, const float *in, bool add, struct ct_par *par)
 {
-	struct job j = {.out = out, .in = in, .scratch = s->scratch};
+	struct separable_job j = {.out = out, .in = in, .scratch = s->scratch};
 	size_t n[3] = {s->t[0].n_in, s->t[1].n_in, s->t[2].n_in};
 
 	for (size_t k = 0, plane = n[0] * n[1]; s->passes == 0 && k < n[2]; k++) {

@@ -18,7 +18,7 @@
 
 enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5, ROWS = 8 };
 
-struct job {
+struct tv_job {
 	float *x;            /* the volume before its correction */
 	int16_t *p[3];       /* the dual */
 	float *first, *last; /* a plane of each slab */
@@ -33,14 +33,14 @@ struct job {
 };
 
 /* Corrected plane k of x. */
-static void load(const struct job *j, float *to, size_t k, float *scratch)
+static void load(const struct tv_job *j, float *to, size_t k, float *scratch)
 {
 	ct_consistency_expand(j->dc, k, to, j->x + k * j->plane, scratch);
 }
 
 static void set_aside(void *arg, size_t slab, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tv_job *j = arg;
 
 	load(j, j->first + slab * j->plane, slab * SLAB, j->scratch + worker * j->share);
 }
@@ -54,7 +54,7 @@ struct planes {
 
 /* Dual and out of plane k, reduced if that can be done a few rows at a time. `below` is the plane
  * of k-components of 2 p' - p below it, and then its own. */
-static void sweep_plane(const struct job *j, size_t k, const struct planes *v, float *below,
+static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v, float *below,
 	float *rows, double *tv, double *moved, bool reduce)
 {
 	size_t n = j->n[0];
@@ -95,7 +95,7 @@ static void sweep_plane(const struct job *j, size_t k, const struct planes *v, f
 
 static void sweep_slab(void *arg, size_t slab, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tv_job *j = arg;
 	size_t from = slab * SLAB, to = from + SLAB < j->n[2] ? from + SLAB : j->n[2];
 	float *scratch = j->scratch + worker * j->share,
 	      *below = scratch + ct_consistency_scratch(j->dc);
@@ -133,7 +133,7 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 /* The first plane of every slab but the lowest, when the dual below it is known. */
 static void mend(void *arg, size_t index, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tv_job *j = arg;
 	size_t slab = index + 1, k = slab * SLAB;
 	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
 	float *x = j->x + k * j->plane;
@@ -145,7 +145,7 @@ static void mend(void *arg, size_t index, size_t worker)
 
 static void reduce_slab(void *arg, size_t slab, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tv_job *j = arg;
 
 	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < j->n[2]; k++)
 		ct_consistency_reduce(
@@ -154,7 +154,7 @@ static void reduce_slab(void *arg, size_t slab, size_t worker)
 
 static void expand_plane(void *arg, size_t k, size_t worker)
 {
-	const struct job *j = arg;
+	const struct tv_job *j = arg;
 
 	float *x = j->x + k * j->plane;
 
@@ -162,7 +162,7 @@ static void expand_plane(void *arg, size_t k, size_t worker)
 }
 
 /* One iteration; leaves x before its correction, and the correction in dc. */
-static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *par)
+static void iterate(struct tv_job *j, struct ct_tv_report *report, struct ct_par *par)
 {
 	double count = (double)j->plane * (double)j->n[2], tv = 0, moved = 0;
 
@@ -183,7 +183,7 @@ static void iterate(struct job *j, struct ct_tv_report *report, struct ct_par *p
 }
 
 /* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
-static void draw(struct job *j, const struct ct_tv_near *near)
+static void draw(struct tv_job *j, const struct ct_tv_near *near)
 {
 	size_t count = j->plane * j->n[2];
 	float b = (float)((double)j->t / near->mu);
@@ -196,7 +196,7 @@ static void draw(struct job *j, const struct ct_tv_near *near)
 		j->p[a] = near->dual + a * count;
 }
 
-static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	const struct ct_tv_near *near, size_t threads, struct ct_err *e)
 {
 	double square = 0;
@@ -233,7 +233,7 @@ static int job_alloc(struct job *j, struct ct_consistency *dc, const struct ct_t
 	return 0;
 }
 
-static void job_free(struct job *j)
+static void job_free(struct tv_job *j)
 {
 	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
 		free(j->p[a]);
@@ -254,7 +254,7 @@ int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rul
 	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct job j = {.x = x};
+	struct tv_job j = {.x = x};
 	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
 	int rc = -1;
 

@@ -19,7 +19,7 @@
 #define HTV_STEP 0.25
 /* Beyond so large a factor an iteration of HTV moves what is far from points the less, and it would
  * stop before it is at rest. */
-#define FAR 4.0
+#define HTV_FACTOR 4.0
 /* The volume of least variation at the full noise level is too smooth: it gives up detail until the
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
@@ -220,8 +220,8 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	struct ct_tv_rule how = {.step = (first_order ? TV_STEP : HTV_STEP * most) *
 					 (rule->spread > 0 ? rule->spread : ct_upsample_spread(lo)),
 		.iterations = rule->iterations,
-		.tolerance =
-			rule->tolerance * (first_order ? 1 : fmin(FAR * FAR / (most * most), 1))};
+		.tolerance = rule->tolerance *
+			     (first_order ? 1 : fmin(HTV_FACTOR * HTV_FACTOR / (most * most), 1))};
 	struct ct_tv_report did;
 	struct ct_consistency dc = {0};
 	double mm[3], least;
@@ -252,7 +252,8 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	return rc;
 }
 
-/* What is flat, of points that alias: they are then linear there, and nearly consistent. */
+/* What is flat, of point-sampled, aliased scans: they are then linear there, and nearly consistent.
+ */
 static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
 {

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 
 enum { N = CT_SPREADS, ROUNDS = 2000 };
-#define LEAST 25.0 /* HU^2: below it, an error is as good as said */
+#define LEAST_VARIANCE 25.0 /* HU^2: the least predicted variance */
 
 /* Sums over the voxels of a pair. */
 static void gather(
@@ -21,7 +21,7 @@ static void gather(
 	for (size_t i = 0; i < n; i++) {
 		const double axes = (double)g->axes, v = (double)g->v[i] / axes;
 		const double miss = (double)p->rest[i] - (double)g->h[i] / axes;
-		const double w = 1 / (v + LEAST);
+		const double w = 1 / (v + LEAST_VARIANCE);
 		const double x[N] = {w * v, w, w * p->regime.noise * p->regime.noise};
 
 		for (int j = 0; j < N; j++) {
@@ -49,13 +49,13 @@ static void solve(float x[N], double a[N][N], const double b[N])
 		x[j] = (float)at[j];
 }
 
-int ct_learn_calibrate(struct ct_regressor *r, const struct ct_example *pairs, size_t n,
+int ct_learn_calibrate(struct ct_slice_network *r, const struct ct_example *pairs, size_t n,
 	const struct ct_env *asked, struct ct_err *e)
 {
 	static const bool all[3] = {true, true, true};
 	const struct ct_env env = {.par = asked->par, .stop = asked->stop};
 	double a[N][N] = {{0}}, b[N] = {0};
-	size_t looked, cells;
+	size_t textured, cells;
 
 	r->spread[0] = 1;
 	for (size_t i = 0; i < n; i++) {
@@ -71,7 +71,7 @@ int ct_learn_calibrate(struct ct_regressor *r, const struct ct_example *pairs, s
 		if (ct_alloc0(&g.h, 2 * count, sizeof *g.h, e))
 			return -1;
 		g.v = g.h + count;
-		rc = ct_predict(&g, &s, r, all, &looked, &cells, &env, e);
+		rc = ct_predict(&g, &s, r, all, &textured, &cells, &env, e);
 		if (rc == 0)
 			gather(a, b, p, &g);
 		free(g.h);

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define SHARP (2.0 / 3)
-enum { LEAST = 6, ITERATIONS = 300 }; /* cells along an axis; of the solver */
+enum { LEAST_CELLS = 6, ITERATIONS = 300 }; /* cells along an axis; of the solver */
 #define STREAM ((uint64_t)1 << 40)
 
 static double uniform(
@@ -34,7 +34,7 @@ static int cube(struct ct_vol *out, const struct ct_vol *v, const struct ct_exam
 
 		n[a] = room < (double)r->side ? (size_t)room : r->side;
 		n[a] = n[a] / r->factor * r->factor;
-		if (n[a] < LEAST * r->factor)
+		if (n[a] < LEAST_CELLS * r->factor)
 			return 1;
 		step[a] = scale;
 		start[a] = 0.5 * (scale - 1) + uniform(r, index, (uint64_t)a + 1, 0,
@@ -120,7 +120,7 @@ static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct c
 	struct ct_restore_report report;
 	bool little;
 
-	if (ct_restore_careful(&rule, &little, lo->n, e))
+	if (ct_restore_confidence(&rule, &little, lo->n, e))
 		return -1;
 	rule.passes = 1;
 	rule.flat = false;

@@ -27,9 +27,9 @@ struct sums {
 /* Rows (feature, 1, target) or (patch, 1), each times the root of its weight or 1. */
 static void rows(float *to, const struct ct_learn_side *d, const struct sums *s)
 {
-	const struct ct_regressor *r = &s->l->r;
-	const size_t m = s->solve ? ct_regressor_features(r) : ct_patch_count(&r->shape);
-	const size_t out = s->solve ? ct_regressor_cell(r) : 0;
+	const struct ct_slice_network *r = &s->l->r;
+	const size_t m = s->solve ? ct_slice_network_inputs(r) : ct_patch_count(&r->shape);
+	const size_t out = s->solve ? ct_slice_network_cell(r) : 0;
 	const float *from = s->solve ? d->w.feature : d->w.patch;
 
 	for (size_t i = 0; i < PIECE; i++, to += s->n) {
@@ -128,7 +128,7 @@ static double largest(const double *a, size_t n, double *x, double *y)
 }
 
 /* Mean and whitened components, the largest first, of the sums (n+1,n+1) of the patches. */
-static int components(struct ct_regressor *r, double *sum, struct ct_err *e)
+static int components(struct ct_slice_network *r, double *sum, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), ld = n + 1;
 	const double count = sum[n * ld + n];
@@ -169,9 +169,10 @@ out:
 }
 
 /* Least squares from the sums (f + 1 + out)^2 of the features, 1 and the targets. */
-static int linear(struct ct_regressor *r, double *sum, struct ct_err *e)
+static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 {
-	const size_t f = ct_regressor_features(r), out = ct_regressor_cell(r), ld = f + 1 + out;
+	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_cell(r),
+		     ld = f + 1 + out;
 	double trace = 0;
 
 	for (size_t i = 0; i < f; i++)
@@ -202,8 +203,8 @@ static int linear(struct ct_regressor *r, double *sum, struct ct_err *e)
 /* Hidden layers at random, of the size that keeps the variance; the last one begins at 0. */
 static void hidden(struct ct_learn *l)
 {
-	struct ct_regressor *r = &l->r;
-	const size_t f = ct_regressor_features(r), w = r->width;
+	struct ct_slice_network *r = &l->r;
+	const size_t f = ct_slice_network_inputs(r), w = r->width;
 	float *all = r->all;
 
 	ct_rng_normals(w * f, all + r->at[CT_PART_1], l->rule.seed, 1, 0);
@@ -216,9 +217,9 @@ static void hidden(struct ct_learn *l)
 
 int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 {
-	struct ct_regressor *r = &l->r;
+	struct ct_slice_network *r = &l->r;
 	const size_t n = ct_patch_count(&r->shape) + 1;
-	const size_t m = ct_regressor_features(r) + 1 + ct_regressor_cell(r);
+	const size_t m = ct_slice_network_inputs(r) + 1 + ct_slice_network_cell(r);
 	double *sum;
 	int rc;
 

@@ -11,7 +11,7 @@ enum { CT_LEARN_PIECES = 64 };
 
 /* Work of a thread: CT_LEARN_PIECE patches. */
 struct ct_learn_side {
-	struct ct_regressor_work w;
+	struct ct_slice_network_work w;
 	float *target, *weight; /* (piece,cell), (piece); owned, one block at target */
 	float *d1, *d2;         /* (piece,width) */
 	double loss, whole;
@@ -22,7 +22,7 @@ struct ct_learn {
 	struct ct_env env;
 	const struct ct_example *pairs;
 	size_t n, sides;
-	struct ct_regressor r; /* all: the average */
+	struct ct_slice_network r; /* all: the average */
 	struct ct_patch_turns turns;
 	float *all, *moment, *grad; /* the weights, their two moments, the gradients of pieces */
 	uint64_t steps;

@@ -46,7 +46,7 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
 	size_t n, uint64_t stream, struct ct_err *e)
 {
-	const size_t count = ct_patch_count(&l->r.shape), cell = ct_regressor_cell(&l->r);
+	const size_t count = ct_patch_count(&l->r.shape), cell = ct_slice_network_cell(&l->r);
 	size_t row = 0, at[3];
 
 	for (uint64_t q = 0; q < TRIES && row < PIECE; q++) {
@@ -63,15 +63,15 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 		keep = fmin((double)pose.s / CT_LEARN_FULL, 1);
 		if (ct_rng_uniform(l->rule.seed, stream, DRAWS * q + 4) >= keep)
 			continue;
-		ct_regressor_tell(ct_regressor_told(&d->w, &l->r, row), &pose, &p->regime, at[2],
-			p->coarse[axis] ? l->r.shape.cell : 1);
+		ct_slice_network_describe(ct_slice_network_features(&d->w, &l->r, row), &pose,
+			&p->regime, at[2], p->coarse[axis] ? l->r.shape.cell : 1);
 		s.x = p->rest;
 		ct_patch_cell(d->target + row * cell, &s, &l->r.shape, &l->turns, &pose, at);
 		d->weight[row++] = (float)((double)pose.s * (double)pose.s / keep / p->variance);
 	}
 	if (row < PIECE)
 		return ct_fail(e, CT_EINPUT, "hardly a patch of the volumes is not flat");
-	return ct_regressor_see(&l->r, &d->w, PIECE, e);
+	return ct_slice_network_components(&l->r, &d->w, PIECE, e);
 }
 
 /* Sums over a piece of weight |h - r|^2 and weight |r|^2; d->w.out becomes weight (h - r), and the
@@ -128,10 +128,10 @@ static int back(float *d_in, const float *d, const float *matrix, size_t rows, s
 
 static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
-	const struct ct_regressor *r = &l->r;
-	const size_t f = ct_regressor_features(r), out = ct_regressor_out(r), wide = r->width;
+	const struct ct_slice_network *r = &l->r;
+	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
 	const size_t *at = r->at;
-	const struct ct_regressor_work *w = &d->w;
+	const struct ct_slice_network_work *w = &d->w;
 
 	return outer(g + at[CT_PART_LINEAR], g + at[CT_PART_LINEAR_BIAS], w->out, w->feature, out,
 		       f, e) ||
@@ -159,10 +159,10 @@ static void step_piece(void *arg, size_t piece, size_t worker)
 	struct ct_err e = {0};
 
 	if (ct_learn_draw(l, d, l->pairs, l->n, CT_LEARN_STREAM + l->steps * pieces + piece, &e) ||
-		ct_regressor_think(&l->r, l->all, &d->w, PIECE, &e))
+		ct_slice_network_forward(&l->r, l->all, &d->w, PIECE, &e))
 		l->failed[piece] = e;
 	else {
-		errors(d, ct_regressor_cell(&l->r));
+		errors(d, ct_slice_network_cell(&l->r));
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 		if (gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], &e))
@@ -207,7 +207,7 @@ uint64_t ct_learn_steps(const struct ct_learn *l)
 	return l->steps;
 }
 
-const struct ct_regressor *ct_learn_result(const struct ct_learn *l)
+const struct ct_slice_network *ct_learn_result(const struct ct_learn *l)
 {
 	return &l->r;
 }
@@ -227,8 +227,8 @@ static void check_piece(void *arg, size_t piece, size_t worker)
 
 	if (ct_learn_draw(l, d, c->pairs, c->n, CT_LEARN_CHECK_STREAM + piece, &l->failed[piece]) ==
 			0 &&
-		ct_regressor_think(&l->r, l->r.all, &d->w, PIECE, &l->failed[piece]) == 0) {
-		errors(d, ct_regressor_cell(&l->r));
+		ct_slice_network_forward(&l->r, l->r.all, &d->w, PIECE, &l->failed[piece]) == 0) {
+		errors(d, ct_slice_network_cell(&l->r));
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 	}
@@ -255,19 +255,19 @@ int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, 
 	return 0;
 }
 
-static int side_alloc(struct ct_learn_side *d, const struct ct_regressor *r, struct ct_err *e)
+static int side_alloc(struct ct_learn_side *d, const struct ct_slice_network *r, struct ct_err *e)
 {
-	if (ct_regressor_work_alloc(&d->w, r, PIECE, e) ||
-		ct_alloc(&d->target, PIECE * (ct_regressor_cell(r) + 1 + 2 * r->width),
+	if (ct_slice_network_work_alloc(&d->w, r, PIECE, e) ||
+		ct_alloc(&d->target, PIECE * (ct_slice_network_cell(r) + 1 + 2 * r->width),
 			sizeof *d->target, e))
 		return -1;
-	d->weight = d->target + PIECE * ct_regressor_cell(r);
+	d->weight = d->target + PIECE * ct_slice_network_cell(r);
 	d->d1 = d->weight + PIECE;
 	d->d2 = d->d1 + PIECE * r->width;
 	return 0;
 }
 
-int ct_learn_alloc(struct ct_learn **out, const struct ct_regressor *r,
+int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	const struct ct_learn_rule *rule, const struct ct_example *pairs, size_t n,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -286,9 +286,9 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_regressor *r,
 	l->env = *env;
 	l->pairs = pairs;
 	l->n = n;
-	l->r = (struct ct_regressor){
+	l->r = (struct ct_slice_network){
 		.shape = r->shape, .components = r->components, .width = r->width};
-	if (ct_patch_turns_alloc(&l->turns, &r->shape, e) || ct_regressor_alloc(&l->r, e))
+	if (ct_patch_turns_alloc(&l->turns, &r->shape, e) || ct_slice_network_alloc(&l->r, e))
 		goto fail;
 	all = l->r.at[CT_PARTS];
 	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
@@ -314,11 +314,11 @@ void ct_learn_free(struct ct_learn *l)
 	if (!l)
 		return;
 	for (size_t t = 0; t < l->sides; t++) {
-		ct_regressor_work_free(&l->side[t].w);
+		ct_slice_network_work_free(&l->side[t].w);
 		free(l->side[t].target);
 	}
 	ct_patch_turns_free(&l->turns);
-	ct_regressor_free(&l->r);
+	ct_slice_network_free(&l->r);
 	free(l->all);
 	free(l->side);
 	free(l->failed);
@@ -360,7 +360,7 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 	const size_t n = l->r.at[CT_PARTS];
 
 	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
-		ct_regressor_put(&l->r, w, "average", e) ||
+		ct_slice_network_put(&l->r, w, "average", e) ||
 		vector_put(w, "weights", l->all, n, e) ||
 		vector_put(w, "moments", l->moment, 2 * n, e)) {
 		ct_tensors_free(w);
@@ -372,17 +372,17 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
 {
 	const size_t n = l->r.at[CT_PARTS], inputs = ct_patch_count(&l->r.shape);
-	struct ct_regressor r = {0};
+	struct ct_slice_network r = {0};
 	double step;
 	int rc = -1;
 
 	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
 		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
-	if (ct_regressor_get(&r, w, "average", e))
+	if (ct_slice_network_get(&r, w, "average", e))
 		goto out;
 	if (r.at[CT_PARTS] != n || r.components != l->r.components ||
 		memcmp(&r.shape, &l->r.shape, sizeof r.shape) != 0) {
-		ct_fail(e, CT_EINPUT, "not the state of this training: another regressor");
+		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
 		goto out;
 	}
 	if (vector_get(l->all, w, "weights", n, e) || vector_get(l->moment, w, "moments", 2 * n, e))
@@ -393,6 +393,6 @@ int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_e
 	l->steps = (uint64_t)step;
 	rc = 0;
 out:
-	ct_regressor_free(&r);
+	ct_slice_network_free(&r);
 	return rc;
 }

@@ -1,4 +1,4 @@
-/* learn.h: training of a regressor (regressor.h) on pairs of volumes.
+/* learn.h: training of a slice network (slice-network.h) on pairs of volumes.
  *
  * A pair is what a solver made of an LR scan, and what it lacks of the truth. Patches are drawn at
  * random from all pairs, slices of all axes that a coarse one crosses, in proportion to their s (up
@@ -18,7 +18,7 @@
 #ifndef CT_RESTORE_LEARN_H
 #define CT_RESTORE_LEARN_H
 #include "core/env.h"
-#include "restore/regressor.h"
+#include "restore/slice-network.h"
 
 #define CT_LEARN_FULL 300.0
 #define CT_LEARN_SURPRISE 20.0f
@@ -41,9 +41,9 @@ enum { CT_LEARN_PIECE = 256 };
 
 struct ct_learn;
 
-/* On n pairs, which must outlive it, a regressor of the shape and sizes of *r. CT_ENOMEM,
+/* On n pairs, which must outlive it, a slice network of the shape and sizes of *r. CT_ENOMEM,
  * CT_EINPUT. */
-int ct_learn_alloc(struct ct_learn **out, const struct ct_regressor *r,
+int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	const struct ct_learn_rule *rule, const struct ct_example *pairs, size_t n,
 	const struct ct_env *env, struct ct_err *e);
 void ct_learn_free(struct ct_learn *l);
@@ -57,13 +57,13 @@ uint64_t ct_learn_steps(const struct ct_learn *l);
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
 	struct ct_err *e);
 /* Find r->spread on these pairs, not the ones of the training. Codes of ct_predict. */
-int ct_learn_calibrate(struct ct_regressor *r, const struct ct_example *pairs, size_t n,
+int ct_learn_calibrate(struct ct_slice_network *r, const struct ct_example *pairs, size_t n,
 	const struct ct_env *env, struct ct_err *e);
 /* All that a training which goes on needs, and back, into one of the same rule and examples.
  * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e);
-/* The regressor with the averaged weights, borrowed. */
-const struct ct_regressor *ct_learn_result(const struct ct_learn *l);
+/* The slice network with the averaged weights, borrowed. */
+const struct ct_slice_network *ct_learn_result(const struct ct_learn *l);
 
 #endif

@@ -1,4 +1,4 @@
-/* patch.h: what a slice shows around one of its cells, in the form that the regressor learns.
+/* patch.h: what a slice shows around one of its cells, in the form that the slice network learns.
  *
  * A cell is a square of `cell` x `cell` fine pixels of a slice: what became one pixel of the LR
  * slice. Its patch is the square of `side` pixels about it, in `depth` slices about its own (the

@@ -11,14 +11,14 @@
 enum { ROWS = 128 };
 
 struct side {
-	struct ct_regressor_work w;
+	struct ct_slice_network_work w;
 	struct ct_patch_pose pose[ROWS];
-	size_t at[ROWS][3], poses[ROWS], rows, looked, cells; /* poses: of the cell from there */
+	size_t at[ROWS][3], poses[ROWS], rows, textured, cells; /* poses: of the cell from there */
 	struct ct_err failed;
 };
 
-struct job {
-	const struct ct_regressor *r;
+struct predict_job {
+	const struct ct_slice_network *r;
 	const struct ct_scene *scene;
 	struct ct_patch_turns turns;
 	struct ct_slicing s;
@@ -28,7 +28,8 @@ struct job {
 	const struct ct_env *env;
 };
 
-size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const struct ct_scene *s)
+size_t ct_predict_axes(
+	bool axes[static 3], const struct ct_slice_network *r, const struct ct_scene *s)
 {
 	size_t count = 0;
 
@@ -42,7 +43,7 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const 
 }
 
 size_t ct_predict_slices(
-	const struct ct_scene *s, const struct ct_regressor *r, const bool axes[static 3])
+	const struct ct_scene *s, const struct ct_slice_network *r, const bool axes[static 3])
 {
 	size_t sum = 0;
 	bool can[3];
@@ -54,9 +55,9 @@ size_t ct_predict_slices(
 }
 
 /* What the rows from i on, the poses of a cell, hold, to h. */
-static void put(struct job *j, const struct side *d, size_t i)
+static void put(struct predict_job *j, const struct side *d, size_t i)
 {
-	const size_t out = ct_regressor_out(j->r), end = i + d->poses[i];
+	const size_t out = ct_slice_network_out(j->r), end = i + d->poses[i];
 	const struct ct_patch_shape *shape = &j->r->shape;
 	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0}, v = 0;
 	const size_t *at = d->at[i];
@@ -74,18 +75,18 @@ static void put(struct job *j, const struct side *d, size_t i)
 }
 
 /* What the rows that are gathered hold, to h. */
-static void flush(struct job *j, struct side *d)
+static void flush(struct predict_job *j, struct side *d)
 {
 	if (d->failed.code || d->rows == 0)
 		return;
-	if (ct_regressor_run(j->r, &d->w, d->rows, &d->failed))
+	if (ct_slice_network_run(j->r, &d->w, d->rows, &d->failed))
 		return;
 	for (size_t i = 0; i < d->rows; i += d->poses[i])
 		put(j, d, i);
 	d->rows = 0;
 }
 
-static void look(struct job *j, struct side *d, const size_t at[static 3])
+static void look(struct predict_job *j, struct side *d, const size_t at[static 3])
 {
 	const struct ct_patch_shape *shape = &j->r->shape;
 	struct ct_patch_pose pose[CT_PATCH_POSES];
@@ -96,7 +97,7 @@ static void look(struct job *j, struct side *d, const size_t at[static 3])
 	count = ct_patch_look(raw, pose, &j->s, shape, at);
 	if (count == 0)
 		return;
-	d->looked++;
+	d->textured++;
 	if (d->rows + count > ROWS)
 		flush(j, d);
 	d->poses[d->rows] = count;
@@ -105,8 +106,8 @@ static void look(struct job *j, struct side *d, const size_t at[static 3])
 
 		ct_patch_turn(
 			d->w.patch + i * ct_patch_count(shape), raw, shape, &j->turns, &pose[p]);
-		ct_regressor_tell(ct_regressor_told(&d->w, j->r, i), &pose[p], &j->scene->regime,
-			at[2], j->coarse ? shape->cell : 1);
+		ct_slice_network_describe(ct_slice_network_features(&d->w, j->r, i), &pose[p],
+			&j->scene->regime, at[2], j->coarse ? shape->cell : 1);
 		d->pose[i] = pose[p];
 		memcpy(d->at[i], at, sizeof d->at[i]);
 	}
@@ -114,7 +115,7 @@ static void look(struct job *j, struct side *d, const size_t at[static 3])
 
 static void slice(void *arg, size_t k, size_t worker)
 {
-	struct job *j = arg;
+	struct predict_job *j = arg;
 	struct side *d = &j->side[worker];
 	const size_t cell = j->r->shape.cell;
 	int was;
@@ -131,7 +132,7 @@ static void slice(void *arg, size_t k, size_t worker)
 	ct_dnn_leave(was);
 }
 
-static int across(struct job *j, int axis, struct ct_err *e)
+static int across(struct predict_job *j, int axis, struct ct_err *e)
 {
 	const size_t threads = ct_par_threads(j->env->par);
 
@@ -147,22 +148,22 @@ static int across(struct job *j, int axis, struct ct_err *e)
 	return ct_check_stop(j->env, e);
 }
 
-static int sides(struct job *j, size_t threads, struct ct_err *e)
+static int sides(struct predict_job *j, size_t threads, struct ct_err *e)
 {
 	if (ct_alloc0(&j->side, threads, sizeof *j->side, e))
 		return -1;
 	for (size_t t = 0; t < threads; t++)
-		if (ct_regressor_work_alloc(&j->side[t].w, j->r, ROWS, e))
+		if (ct_slice_network_work_alloc(&j->side[t].w, j->r, ROWS, e))
 			return -1;
 	return 0;
 }
 
-int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_regressor *r,
-	const bool axes[static 3], size_t *looked, size_t *cells, const struct ct_env *env,
+int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_slice_network *r,
+	const bool axes[static 3], size_t *textured, size_t *cells, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t threads = ct_par_threads(env->par);
-	struct job j = {.r = r, .scene = s, .g = g, .env = env};
+	struct predict_job j = {.r = r, .scene = s, .g = g, .env = env};
 	bool can[3];
 	size_t used = 0;
 	int rc = -1;
@@ -181,13 +182,13 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_reg
 		ct_progress(env, "slices", g->done, g->slices);
 	g->axes += used;
 	for (size_t t = 0; t < threads; t++) {
-		*looked += j.side[t].looked;
+		*textured += j.side[t].textured;
 		*cells += j.side[t].cells;
 	}
 	rc = 0;
 out:
 	for (size_t t = 0; j.side && t < threads; t++)
-		ct_regressor_work_free(&j.side[t].w);
+		ct_slice_network_work_free(&j.side[t].w);
 	free(j.side);
 	ct_patch_turns_free(&j.turns);
 	return rc;

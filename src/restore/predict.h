@@ -1,13 +1,13 @@
-/* predict.h: what a volume lacks, by a regressor (regressor.h) on its slices.
+/* predict.h: what a volume lacks, by a slice network (slice-network.h) on its slices.
  *
- * Every slice across an axis whose other two axes are ones that the regressor knows (both coarse,
- * or one coarse and one fine) is cut into cells; what is predicted for a voxel is the mean over the
- * axes. Cells whose patch is flat are 0 and cost nothing but the look.
+ * Every slice across an axis whose other two axes are ones that the slice network knows (both
+ * coarse, or one coarse and one fine) is cut into cells; what is predicted for a voxel is the mean
+ * over the axes. Cells whose patch is flat are 0 and cost nothing but the look.
  */
 #ifndef CT_RESTORE_PREDICT_H
 #define CT_RESTORE_PREDICT_H
 #include "core/env.h"
-#include "restore/regressor.h"
+#include "restore/slice-network.h"
 
 /* A volume of n voxels that a solver made from an LR scan with factor 1 or r->shape.cell on each
  * axis. */
@@ -18,27 +18,28 @@ struct ct_scene {
 	struct ct_regime regime;
 };
 
-/* Axes across which the regressor takes slices of it. */
-size_t ct_predict_axes(bool axes[static 3], const struct ct_regressor *r, const struct ct_scene *s);
+/* Axes across which the slice network takes slices of it. */
+size_t ct_predict_axes(
+	bool axes[static 3], const struct ct_slice_network *r, const struct ct_scene *s);
 /* Slices of it across those of the axes. */
 size_t ct_predict_slices(
-	const struct ct_scene *s, const struct ct_regressor *r, const bool axes[static 3]);
+	const struct ct_scene *s, const struct ct_slice_network *r, const bool axes[static 3]);
 /* Sums over slices of several axes, n voxels each; square and v may be NULL. */
 struct ct_guess {
 	float *h;      /* HU, what is expected */
 	float *square; /* HU^2, of what each axis expects */
-	float *v;      /* HU^2, what each says of its error, times spread[0] (regressor.h) */
+	float *v;      /* HU^2, what each says of its error, times spread[0] (slice-network.h) */
 	size_t axes;   /* that were added */
 	/* For the progress of several calls: slices of all of them (0: not reported), and of those
 	 * that are done. */
 	size_t slices, done;
 };
 
-/* Add those of the axes of `axes` that are usable; *looked += the cells that were not flat, of
+/* Add those of the axes of `axes` that are usable; *textured += the cells that were not flat, of
  * *cells. The same bytes for any number of threads. CT_EGEOM if there is no usable axis or an axis
  * is shorter than a cell; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
-int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_regressor *r,
-	const bool axes[static 3], size_t *looked, size_t *cells, const struct ct_env *env,
+int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_slice_network *r,
+	const bool axes[static 3], size_t *textured, size_t *cells, const struct ct_env *env,
 	struct ct_err *e);
 
 #endif

@@ -12,10 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LEAST 1e-6 /* HU^2, of an expected error */
+#define LEAST_VARIANCE 1e-6 /* HU^2, of an expected error */
 /* Noise that the result may depart from the scan by at a voxel of that, in standard deviations:
  * what lies beyond is none. */
-#define BEYOND 3
+#define NOISE_LIMIT 3
 
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
 {
@@ -24,14 +24,14 @@ int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, s
 
 	for (size_t s = 2; s <= CT_PATCH_CELL; s++)
 		for (size_t k = 0; k < 4 && p->n < CT_SLICE_PRIOR_MOST; k++) {
-			struct ct_regressor *r = &p->r[p->n];
+			struct ct_slice_network *r = &p->r[p->n];
 
 			snprintf(name, sizeof name, "%s%zu", kinds[k], s);
 			snprintf(tensor, sizeof tensor, "%s.shape", name);
 			if (!ct_tensors_find(w, tensor))
 				continue;
 			p->again[p->n++] = k >= 2;
-			if (ct_regressor_get(r, w, name, e))
+			if (ct_slice_network_get(r, w, name, e))
 				return -1;
 			if (r->shape.cell != s || r->shape.swap != (k % 2 == 0))
 				return ct_fail(
@@ -43,7 +43,7 @@ int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, s
 void ct_slice_prior_free(struct ct_slice_prior *p)
 {
 	for (size_t i = 0; i < p->n; i++)
-		ct_regressor_free(&p->r[i]);
+		ct_slice_network_free(&p->r[i]);
 	p->n = 0;
 }
 
@@ -66,7 +66,7 @@ static bool scene_of(struct ct_scene *s, size_t *factor, const struct ct_degrade
 	return coarse > 0;
 }
 
-/* Of the nets for a first look, or for another. */
+/* Of the nets for a first pass, or for another. */
 static size_t known(
 	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
 {
@@ -101,7 +101,7 @@ void ct_slice_prior_axes(
 	known(axes, p, d, false);
 }
 
-/* Is regressor i for the scene, and for one of the axes of the rule? */
+/* Is slice network i for the scene, and for one of the axes of the rule? */
 static bool serves(const struct ct_slice_prior *p, size_t i, const struct ct_scene *s,
 	size_t factor, bool again, const struct ct_restore_rule *rule)
 {
@@ -113,8 +113,8 @@ static bool serves(const struct ct_slice_prior *p, size_t i, const struct ct_sce
 	return (can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) || (can[2] && rule->axes[2]);
 }
 
-/* What all regressors expect that know slices of the scene; *floor += what the noise alone makes of
- * the square of the error. */
+/* What all slice networks expect that know slices of the scene; *floor += what the noise alone
+ * makes of the square of the error. */
 static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, size_t factor,
 	bool again, const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
@@ -123,12 +123,12 @@ static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, s
 		if (serves(p, i, s, factor, again, rule))
 			g->slices += ct_predict_slices(s, &p->r[i], rule->axes);
 	for (size_t i = 0; i < p->n; i++) {
-		const struct ct_regressor *r = &p->r[i];
+		const struct ct_slice_network *r = &p->r[i];
 		const size_t before = g->axes;
 
 		if (!serves(p, i, s, factor, again, rule))
 			continue;
-		if (ct_predict(g, s, r, rule->axes, &report->looked, &report->cells, env, e))
+		if (ct_predict(g, s, r, rule->axes, &report->textured, &report->cells, env, e))
 			return -1;
 		*floor += (double)(g->axes - before) *
 			  ((double)r->spread[1] +
@@ -141,7 +141,7 @@ static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, s
 static void deviate(float *v, size_t count, const struct ct_guess *g, double floor)
 {
 	for (size_t i = 0; i < count; i++)
-		v[i] = (float)sqrt(fmax(((double)v[i] + floor) / (double)g->axes, LEAST));
+		v[i] = (float)sqrt(fmax(((double)v[i] + floor) / (double)g->axes, LEAST_VARIANCE));
 }
 
 /* Sums of squares over a block of voxels: of what is expected, and of how far the axes are from it.
@@ -332,7 +332,7 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 		(last && rule->flat && ct_flat_mix(x, lo, rule->by.factor, rule->texture, env, e)))
 		return -1;
 	return ct_upsample_settle(
-		x, lo, &rule->by, BEYOND * rule->noise, &report->residual, env, e);
+		x, lo, &rule->by, NOISE_LIMIT * rule->noise, &report->residual, env, e);
 }
 
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,

@@ -4,35 +4,36 @@
  *   w   W h2 / (h2 + doubt a2 + gate^2) / (1 + h2 / cap^2) at the centres of blocks of s^3 voxels,
  *       linear between them; h2 is the mean of h^2 over the block and a2 that of the variance
  *       among the axes: large corrections are those of scenes unlike the training's, small ones
- *       and those on which slices of different axes do not agree are as often wrong, so all
- *       three are made with caution
+ *       and those on which slices of different axes do not agree are as often wrong, so each
+ *       has a confidence weight: doubt for disagreement of the axes, gate for noise, cap
+ *       for the maximum
  *   h   again: but for what of it would soften a plain step of the base (steps.h)
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, to within three standard deviations of it at each voxel
  *
- * and with two passes all that once more. Of points that alias, and have no noise, x becomes linear
- * where these are flat (flat.h), before it is made to agree for the last time: nets that learned
- * what a solver makes there take off the greater part of it, not all.
+ * and with two passes all that once more. If the scan is point-sampled and aliased, and has no
+ * noise, x becomes linear where these are flat (flat.h), before it is made to agree for the last
+ * time: nets that learned what a solver makes there take off the greater part of it, not all.
  *
- * The prior is a set of regressors: "S" for slices whose two axes are S times coarser, "thick-S"
- * for those with one such axis; "again-S" and "again-thick-S" for volumes that the former have
- * added to, which show what slices of one axis did not know of the others.
+ * The prior is a set of slice networks: "S" for slices whose two axes are S times coarser,
+ * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
+ * have added to, which show what slices of one axis did not know of the others.
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H
 #include "core/env.h"
 #include "core/vol.h"
-#include "restore/regressor.h"
+#include "restore/slice-network.h"
 
 enum { CT_SLICE_PRIOR_MOST = 16 };
 
 struct ct_slice_prior {
 	size_t n;
-	struct ct_regressor r[CT_SLICE_PRIOR_MOST];
+	struct ct_slice_network r[CT_SLICE_PRIOR_MOST];
 	bool again[CT_SLICE_PRIOR_MOST];
 };
 
-/* The regressors of w. CT_EINPUT naming what does not fit. *p must be zero. */
+/* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
 /* Does it know slices of scans that d made, as a solver refined them, or as the prior did? */
@@ -44,31 +45,33 @@ void ct_slice_prior_axes(
 struct ct_restore_rule {
 	struct ct_degrade by;
 	double noise;                    /* HU of the LR scan */
-	double weight, doubt, gate, cap; /* W; 0 none; HU; HU, 0 none */
+	double weight, doubt, gate, cap; /* W; confidence weights: disagreement of axes (0: none),
+					    noise (HU), maximum (HU, 0: none) */
 	double steps;                    /* their limit (steps.h), 0 none */
-	double again;                    /* least gate of a second look, HU */
+	double again;                    /* least gate of a second pass, HU */
 	double texture;                  /* HU (flat.h) */
 	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
-	int passes;                      /* 2: then look again at what comes of that; else once */
+	int passes;                      /* 1 or 2 */
 };
 
-/* The weight of a scan of n voxels that rule->by made, with rule->noise, the caution that goes with
- * it, and the most passes that gain. *little: what the prior could add is not worth what it may
- * spoil. CT_ENOMEM. */
-int ct_restore_careful(
+/* The weight of a scan of n voxels that rule->by made, with rule->noise, its confidence weights,
+ * and the most passes that gain. *little: what the prior could add is not worth what it may spoil.
+ * CT_ENOMEM. */
+int ct_restore_confidence(
 	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e);
 
 struct ct_restore_report {
-	size_t cells, looked; /* cells of slices, and those that were not flat */
-	double added;         /* RMS of w h, HU */
-	double residual;      /* RMS of D x - y, HU */
+	size_t cells, textured; /* cells of slices, and those that were not flat */
+	double added;           /* RMS of w h, HU */
+	double residual;        /* RMS of D x - y, HU */
 };
 
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
  * and lo: one volume, another if there is doubt; or that of ct_upsample_settle. std, if not NULL,
- * becomes the predicted error of each voxel, HU (regressor.h). The report is of the last pass. */
+ * becomes the predicted error of each voxel, HU (slice-network.h). The report is of the last pass.
+ */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e);

@@ -1,4 +1,4 @@
-/* silu.h: kernels of the regressor's hidden layers, rows of n neurons. */
+/* silu.h: kernels of the slice network's hidden layers, rows of n neurons. */
 #ifndef CT_RESTORE_SILU_H
 #define CT_RESTORE_SILU_H
 #include "core/simd.h"

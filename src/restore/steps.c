@@ -5,11 +5,11 @@
 
 #include <math.h>
 
-#define LEAST 5.0 /* HU, of plateaus, and of u */
+#define LEAST_STEP 5.0 /* HU, of plateaus, and of u */
 
-enum { MOST = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_CELL };
+enum { CELL_VOXELS = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_CELL };
 
-struct job {
+struct steps_job {
 	const struct ct_steps *s;
 	float *h;
 };
@@ -73,7 +73,7 @@ static double plain(double *u, const struct ct_steps *s, const size_t at[3])
 		up[a] = (on - back) / 2;
 		length += up[a] * up[a];
 	}
-	if (length <= LEAST * LEAST)
+	if (length <= LEAST_STEP * LEAST_STEP)
 		return 0;
 	for (int a = 0; a < 3; a++) {
 		up[a] /= sqrt(length);
@@ -83,18 +83,18 @@ static double plain(double *u, const struct ct_steps *s, const size_t at[3])
 	step -= plateau(&variance, s, at, down);
 	if (step <= 0)
 		return 0;
-	return (1 - LEAST * LEAST / length) * step * step /
-	       (step * step + (variance + LEAST * LEAST) / (s->limit * s->limit));
+	return (1 - LEAST_STEP * LEAST_STEP / length) * step * step /
+	       (step * step + (variance + LEAST_STEP * LEAST_STEP) / (s->limit * s->limit));
 }
 
 /* The block of which the first voxel is `first`. */
-static void block(const struct job *j, const size_t first[3])
+static void block(const struct steps_job *j, const size_t first[3])
 {
 	const size_t *n = j->s->n, s = j->s->s;
 	const size_t end[3] = {first[0] + s < n[0] ? first[0] + s : n[0],
 		first[1] + s < n[1] ? first[1] + s : n[1],
 		first[2] + s < n[2] ? first[2] + s : n[2]};
-	double pu[MOST], hu = 0, uu = 0;
+	double pu[CELL_VOXELS], hu = 0, uu = 0;
 	size_t count = 0, at[3];
 
 	for (at[2] = first[2]; at[2] < end[2]; at[2]++)
@@ -104,7 +104,7 @@ static void block(const struct job *j, const size_t first[3])
 
 				pu[count++] = p * u;
 				hu += p * u * (double)j->h[(at[2] * n[1] + at[1]) * n[0] + at[0]];
-				uu += p * u * u + LEAST * LEAST;
+				uu += p * u * u + LEAST_STEP * LEAST_STEP;
 			}
 	if (hu <= 0)
 		return;
@@ -118,7 +118,7 @@ static void block(const struct job *j, const size_t first[3])
 
 static void row(void *arg, size_t task, size_t worker)
 {
-	const struct job *j = arg;
+	const struct steps_job *j = arg;
 	const size_t s = j->s->s, rows = (j->s->n[1] + s - 1) / s;
 
 	(void)worker;
@@ -128,7 +128,7 @@ static void row(void *arg, size_t task, size_t worker)
 
 void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par)
 {
-	struct job j = {steps, h};
+	struct steps_job j = {steps, h};
 	const size_t s = steps->s;
 
 	ct_par_for(par, (steps->n[1] + s - 1) / s * ((steps->n[2] + s - 1) / s), row, &j);

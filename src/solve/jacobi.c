@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#define SMALL 1e-13 /* of the lengths: nothing to rotate away */
+#define LEAST_COSINE 1e-13 /* of the lengths: nothing to rotate away */
 enum { SWEEPS = 60 };
 
 double ct_jacobi_dot(size_t n, const double *a, const double *b)
@@ -35,7 +35,7 @@ static bool straighten(size_t n, double *x, double *y, size_t m, double *a, doub
 	       xy = ct_jacobi_dot(n, x, y);
 	double zeta, t, c;
 
-	if (fabs(xy) <= SMALL * sqrt(xx * yy) || xy == 0.0)
+	if (fabs(xy) <= LEAST_COSINE * sqrt(xx * yy) || xy == 0.0)
 		return false;
 	zeta = (yy - xx) / (2 * xy);
 	t = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1 + zeta * zeta));

@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FAR = 1000 };  /* mm from the plane to what stands for the source of parallel rays */
-#define UPRIGHT "RIP" /* a patient who is seen from the front or behind */
+enum { SOURCE_MM = 1000 }; /* mm from the plane to what stands for the source of parallel rays */
+#define UPRIGHT "RIP"      /* a patient who is seen from the front or behind */
 
 /* Rays cross the plane at right angles. */
 static void place(struct ct_view *view, const struct ct_vol *v)
@@ -31,7 +31,7 @@ static void place(struct ct_view *view, const struct ct_vol *v)
 	}
 	length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 	for (int r = 0; r < 3; r++)
-		view->source[r] = view->centre[r] - FAR * n[r] / length;
+		view->source[r] = view->centre[r] - SOURCE_MM * n[r] / length;
 }
 
 static int check(const struct ct_vol *v, bool intensity, struct ct_err *e)

@@ -6,11 +6,11 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
 #include <math.h>
@@ -113,7 +113,7 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 {
 	size_t touch = 0;
 
-	if (ct_voxelise_render(
+	if (ct_mixture_render(
 		    vol->data, vol->n, (const double(*)[4])vol->affine, g, hu, &touch, env, e))
 		return -1;
 	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, g->n);
@@ -185,7 +185,7 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 	const size_t plane = base->n[0] * base->n[1];
 
 	if (!whole && !full)
-		ct_scan_opts_warn_above(base, p->base, window, env);
+		ct_geometry_opts_warn_above(base, p->base, window, env);
 	for (size_t k = 0; k < base->n[2]; k++) {
 		float *b = base->data + k * plane;
 
@@ -250,7 +250,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (read_all(&base, &from, p, env, e))
 		goto out;
-	if (ct_scan_opts_window(window, p->window,
+	if (ct_geometry_opts_window(window, p->window,
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
 								    : &base.meta,
 		    e) ||

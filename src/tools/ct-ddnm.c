@@ -146,7 +146,7 @@ static const struct ct_opt opts[] = {
 enum { PICTURES = 8 }; /* that a thread has in hand while it draws one */
 
 /* A run of the command. */
-struct job {
+struct ddnm_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_stack in, init, out, std; /* init: --init or --base-projections */
@@ -159,14 +159,14 @@ struct job {
 	double program;         /* bytes of memory before all of it */
 };
 
-static bool asks(const struct job *j)
+static bool asks(const struct ddnm_job *j)
 {
 	return j->p->sampler != CT_SAMPLER_NONE;
 }
 
 /* What is missing is drawn by samplers that hold what they draw, from pure noise; without a
  * deviation of the samples only what they expect first counts. */
-static int settle_base(struct job *j, struct ct_err *e)
+static int settle_base(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	static const char *const chain[][2] = {
@@ -187,7 +187,7 @@ static int settle_base(struct job *j, struct ct_err *e)
 	return 0;
 }
 
-static int settle(struct job *j, struct ct_err *e)
+static int settle(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct params now = *p;
@@ -239,7 +239,7 @@ static int settle(struct job *j, struct ct_err *e)
 	return 0;
 }
 
-static int read_inputs(struct job *j, struct ct_err *e)
+static int read_inputs(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	const char *start = p->base ? p->base : p->init;
@@ -261,7 +261,7 @@ static int read_inputs(struct job *j, struct ct_err *e)
 }
 
 /* The prior is of the kind that the options want, and of IN. */
-static int suits(const struct job *j, struct ct_err *e)
+static int suits(const struct ddnm_job *j, struct ct_err *e)
 {
 	const size_t factor = j->prior.residual.factor;
 
@@ -276,7 +276,7 @@ static int suits(const struct job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int read_prior(struct job *j, struct ct_err *e)
+static int read_prior(struct ddnm_job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
 	struct ct_meta arch = {0};
@@ -306,12 +306,12 @@ out:
 }
 
 /* Nothing is drawn that would be added with weight 0. */
-static bool draws(const struct job *j)
+static bool draws(const struct ddnm_job *j)
 {
 	return asks(j) && (!j->p->base || ct_residual_asks(j->weight, j->p->std));
 }
 
-static int plan(struct job *j, size_t workers, struct ct_err *e)
+static int plan(struct ddnm_job *j, size_t workers, struct ct_err *e)
 {
 	const struct ct_sampler_how *how = &j->s.how;
 	size_t high, wide;
@@ -323,7 +323,7 @@ static int plan(struct job *j, size_t workers, struct ct_err *e)
 
 /* What was read, and a call of the network, take memory now; OUT and the bytes of its file, and
  * what each further thread has of its own, come. */
-static int estimate(struct job *j, struct ct_err *e)
+static int estimate(struct ddnm_job *j, struct ct_err *e)
 {
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
 	const size_t views = j->out.views, threads = ct_par_threads(j->env->par);
@@ -347,7 +347,7 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, j->env, e);
 }
 
-static int write_outputs(struct job *j, struct ct_err *e)
+static int write_outputs(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
@@ -371,7 +371,7 @@ static int write_outputs(struct job *j, struct ct_err *e)
 }
 
 /* What the views depend on besides the options; --std because its sums are kept. */
-static int name_run(struct job *j, struct ct_err *e)
+static int name_run(struct ddnm_job *j, struct ct_err *e)
 {
 	return ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
 			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
@@ -385,7 +385,7 @@ static int name_run(struct job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int sample(struct job *j, struct ct_err *e)
+static int sample(struct ddnm_job *j, struct ct_err *e)
 {
 	struct ct_stack *std = j->p->std ? &j->std : NULL;
 	struct ct_denoiser net;
@@ -414,7 +414,7 @@ static int sample(struct job *j, struct ct_err *e)
 }
 
 /* What is missing, and the weight of what is expected of it. */
-static int weigh(struct job *j, struct ct_err *e)
+static int weigh(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct ct_residual *r = &j->prior.residual;
 	bool aliases;
@@ -428,7 +428,7 @@ static int weigh(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = env, .program = ct_memory_held()};
+	struct ddnm_job j = {.p = params, .env = env, .program = ct_memory_held()};
 	int rc = -1;
 
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||

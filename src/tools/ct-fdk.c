@@ -8,7 +8,7 @@
 #include "xray/window.h"
 #include "tools/fdk-grid.h"
 #include "tools/fdk-solve.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -107,12 +107,12 @@ static int finish(
 	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
 	double window[2];
 
-	if (ct_scan_opts_window(window, p->window, &in->meta, e) ||
+	if (ct_geometry_opts_window(window, p->window, &in->meta, e) ||
 		ct_meta_copy(&out->meta, &in->meta, e))
 		return -1;
 	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
 		ct_meta_drop(&out->meta, gone[i]);
-	if (ct_scan_opts_put_window(&out->meta, window, e))
+	if (ct_geometry_opts_put_window(&out->meta, window, e))
 		return -1;
 	if (p->quantity == DENSITY)
 		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
@@ -131,7 +131,7 @@ static int choose(
 	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
 	double window[2];
 
-	if (ct_scan_opts_window(window, p->window, &in->meta, e))
+	if (ct_geometry_opts_window(window, p->window, &in->meta, e))
 		return -1;
 	*how = (struct fdk_how){.iterate = p->method >= ITERATE,
 		.filter = (enum ct_ramp_kind)p->filter,

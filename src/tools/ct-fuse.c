@@ -9,7 +9,7 @@
 #include "recon/fuse.h"
 #include "tools/fuse-state.h"
 #include "tools/lib/evidence.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
 #include <jansson.h>
@@ -56,7 +56,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-struct job {
+struct fuse_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_evidence data;
@@ -65,7 +65,7 @@ struct job {
 };
 
 /* Before any work: options that contradict, and outputs that are in the way. */
-static int check(struct job *j, struct ct_err *e)
+static int check(struct fuse_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
@@ -75,7 +75,7 @@ static int check(struct job *j, struct ct_err *e)
 }
 
 /* What the solution depends on besides the options. */
-static int name_run(struct job *j, struct ct_err *e)
+static int name_run(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_resume *r = &j->resume;
 	const struct ct_evidence *d = &j->data;
@@ -89,7 +89,7 @@ static int name_run(struct job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int prepare(struct job *j, struct ct_err *e)
+static int prepare(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
 	struct ct_fuse *f = &j->fuse;
@@ -109,7 +109,7 @@ static int prepare(struct job *j, struct ct_err *e)
 	return name_run(j, e) || ct_fuse_alloc(f, j->env, e) ? -1 : 0;
 }
 
-static int estimate(struct job *j, struct ct_err *e)
+static int estimate(struct fuse_job *j, struct ct_err *e)
 {
 	const double volume = 4.0 * (double)ct_vol_count(&j->data.base), before = ct_clock_cpu();
 	struct ct_cost cost = {.disk = (j->p->residual ? 2 : 1) * volume, .state = 5 * volume};
@@ -122,7 +122,7 @@ static int estimate(struct job *j, struct ct_err *e)
 	return ct_cost_print(&cost, j->env, e);
 }
 
-static int write_residual(struct job *j, size_t n, const struct ct_meta *const *in,
+static int write_residual(struct fuse_job *j, size_t n, const struct ct_meta *const *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol v = j->data.base;
@@ -131,7 +131,7 @@ static int write_residual(struct job *j, size_t n, const struct ct_meta *const *
 	v.meta = (struct ct_meta){0};
 	v.data = j->fuse.residual;
 	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
-		ct_scan_opts_put_window(&v.meta, j->data.window, e) == 0 &&
+		ct_geometry_opts_put_window(&v.meta, j->data.window, e) == 0 &&
 		ct_meta_set(&v.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) == 0 &&
 		ct_meta_step(&v.meta, env, n, in, e) == 0)
 		rc = ct_vol_write(j->p->residual, &v, env, e);
@@ -140,7 +140,7 @@ static int write_residual(struct job *j, size_t n, const struct ct_meta *const *
 }
 
 /* The residual, and the volume that was fitted. */
-static int write_all(struct job *j, struct ct_err *e)
+static int write_all(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
 	const struct ct_meta *const in[] = {
@@ -153,7 +153,7 @@ static int write_all(struct job *j, struct ct_err *e)
 	own.together = j->p->residual ? &both : NULL;
 	if (j->p->residual && write_residual(j, n, in, &own, e))
 		goto out;
-	ct_scan_opts_warn_above(&d->base, j->p->base, d->window, j->env);
+	ct_geometry_opts_warn_above(&d->base, j->p->base, d->window, j->env);
 	ct_window_add(
 		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&
@@ -187,7 +187,7 @@ static int report(const struct ct_fuse_report *r, const struct ct_env *env, stru
 	return 0;
 }
 
-static int fuse(struct job *j, struct ct_err *e)
+static int fuse(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_fuse_report r;
 
@@ -207,7 +207,7 @@ static int fuse(struct job *j, struct ct_err *e)
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct job j = {.p = p, .env = env};
+	struct fuse_job j = {.p = p, .env = env};
 	const struct ct_evidence_files files = {
 		p->in, p->base, p->projections, p->std, p->lr, p->window};
 	int rc = -1;

@@ -263,7 +263,7 @@ static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct par
 {
 	struct ct_vol map = {0};
 	struct ct_degrade d;
-	struct ct_certificate c;
+	struct ct_data_residual c;
 	int rc = -1, known;
 
 	if (read_checked(lr, p->consistency, e))
@@ -276,7 +276,7 @@ static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct par
 			known > 0 ? "the header names no operator: it needs factor, sigma and "
 				    "decimate, which ct-degrade writes"
 				  : "is upsampled: give the CT that it was made from");
-	if (ct_certificate(&c, &map, lr, test, &d, env, e)) {
+	if (ct_data_residual(&c, &map, lr, test, &d, env, e)) {
 		ct_blame(e, p->test);
 		goto out;
 	}

@@ -11,7 +11,7 @@
 #include "resolution/degrade.h"
 #include "tools/nabgs-state.h"
 #include "tools/lib/evidence.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -109,7 +109,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-struct job {
+struct nabgs_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_evidence data;
@@ -118,7 +118,7 @@ struct job {
 };
 
 /* The factor that the files say, else --factor, else 4. */
-static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
+static int scale_of(size_t *scale, const struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
@@ -142,7 +142,7 @@ static int scale_of(size_t *scale, const struct job *j, struct ct_err *e)
 	return 0;
 }
 
-static int options(struct ct_fit_options *o, const struct job *j, struct ct_err *e)
+static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	size_t scale = 0;
@@ -209,7 +209,7 @@ static size_t most_of(const struct ct_fit *f)
 
 /* From a few iterations of the real thing; it has taken memory for the Gaussians that there are. */
 static int estimate(
-	struct ct_fit *f, const struct ct_fit_data *d, const struct job *j, struct ct_err *e)
+	struct ct_fit *f, const struct ct_fit_data *d, const struct nabgs_job *j, struct ct_err *e)
 {
 	enum { TRIAL = 6 };
 	const size_t all = f->opt.iterations, n = f->g.n, most = most_of(f);
@@ -242,7 +242,7 @@ static int estimate(
 	return ct_cost_print(&cost, j->env, e);
 }
 
-static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
+static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err *e)
 {
 	const struct ct_evidence *d = &j->data;
 	const struct params *p = j->p;
@@ -251,7 +251,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 		p->lr ? &d->lr.meta : NULL};
 	struct ct_meta *m = &f->g.meta;
 
-	if (ct_meta_copy(m, &d->in.meta, e) || ct_scan_opts_put_window(m, d->window, e) ||
+	if (ct_meta_copy(m, &d->in.meta, e) || ct_geometry_opts_put_window(m, d->window, e) ||
 		ct_meta_set(m, CT_META_QUANTITY,
 			f->opt.full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) ||
 		ct_meta_set(m, CT_META_MODE, CT_WORD(MODES, p->mode), e) ||
@@ -262,7 +262,7 @@ static int write_set(struct ct_fit *f, const struct job *j, struct ct_err *e)
 }
 
 /* What the fit depends on besides the options. */
-static int name_run(struct job *j, struct ct_err *e)
+static int name_run(struct nabgs_job *j, struct ct_err *e)
 {
 	struct ct_resume *r = &j->resume;
 	const struct ct_evidence *d = &j->data;
@@ -276,7 +276,7 @@ static int name_run(struct job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int fit(struct job *j, struct ct_err *e)
+static int fit(struct nabgs_job *j, struct ct_err *e)
 {
 	const bool full = j->p->mode == FULL, kept = j->resume.path != NULL;
 	const struct ct_fit_data d = {
@@ -321,7 +321,7 @@ out:
 }
 
 /* Before any work: options that contradict, and outputs that are in the way. */
-static int check(struct job *j, struct ct_err *e)
+static int check(struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
@@ -337,7 +337,7 @@ static int check(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = env, .program = ct_memory_held()};
+	struct nabgs_job j = {.p = params, .env = env, .program = ct_memory_held()};
 	const struct params *p = params;
 	const bool full = p->mode == FULL;
 	const struct ct_evidence_files files = {

@@ -4,13 +4,13 @@
 #include "formats/io.h"
 #include "xray/phantom.h"
 #include "xray/window.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <string.h>
 
 struct params {
 	const char *out, *size, *spacing, *window;
-	struct ct_scan_opts scan;
+	struct ct_geometry_opts scan;
 	double density;
 	int kind, oversample;
 	bool project;
@@ -20,7 +20,7 @@ static const struct params defaults = {.size = "128x128x128",
 	.spacing = "2",
 	.density = 0.25,
 	.oversample = 3,
-	.scan = CT_SCAN_DEFAULTS};
+	.scan = CT_GEOMETRY_DEFAULTS};
 
 #define OF_ONE_DENSITY                                                                             \
 	(CT_BIT(CT_PH_SPHERE) | CT_BIT(CT_PH_CUBE) | CT_BIT(CT_PH_CYLINDER) |                      \
@@ -44,7 +44,7 @@ static const struct ct_opt opts[] = {
 		"HU of density 0 and 1 (-1024:3071)"),
 	CT_OPT(struct params, project, 'p', "project", NULL, 0, 0,
 		"write the exact projections of the shapes, not voxels, in the scan that follows"),
-	CT_SCAN_OPTS(struct params, scan, CT_IF(struct params, project)),
+	CT_GEOMETRY_OPTS(struct params, scan, CT_IF(struct params, project)),
 	CT_OPT_END,
 };
 
@@ -72,7 +72,7 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_scan_opts_put_window(m, window, e) ||
+	return ct_geometry_opts_put_window(m, window, e) ||
 			       ct_meta_set(
 				       m, CT_META_PHANTOM, CT_WORD(CT_PHANTOM_LIST, p->kind), e) ||
 			       ct_meta_setf(
@@ -98,7 +98,7 @@ static int write_projections(const struct ct_vol *grid, size_t n, const struct c
 	struct ct_stack s = {0};
 	int rc = -1;
 
-	if (ct_scan_opts_make(&s, &p->scan, grid, e) || ct_scan_check(&s, grid, e) ||
+	if (ct_geometry_opts_make(&s, &p->scan, grid, e) || ct_geometry_check(&s, grid, e) ||
 		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e))
 		goto out;
 	for (size_t k = 0; k < s.views; k++) {
@@ -125,7 +125,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	size_t n;
 	int rc = -1;
 
-	if (ct_scan_opts_window(window, p->window, NULL, e))
+	if (ct_geometry_opts_window(window, p->window, NULL, e))
 		return -1;
 	if (grid_of(&v, p, e))
 		goto out;

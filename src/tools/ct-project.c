@@ -7,7 +7,7 @@
 #include "formats/units.h"
 #include "xray/window.h"
 #include "tools/project-views.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 
 struct params {
 	const char *in, *out, *window, *rotate;
-	struct ct_scan_opts scan;
+	struct ct_geometry_opts scan;
 	int quantity, method, coarsen, pixel;
 	double photons, electronic, water;
 	bool overshoot;
@@ -27,12 +27,12 @@ struct params {
 	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
-static const struct params defaults = {.scan = CT_SCAN_DEFAULTS, .coarsen = 1, .water = 0.02};
+static const struct params defaults = {.scan = CT_GEOMETRY_DEFAULTS, .coarsen = 1, .water = 0.02};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
-	CT_SCAN_OPTS(struct params, scan, CT_ALWAYS),
+	CT_GEOMETRY_OPTS(struct params, scan, CT_ALWAYS),
 	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
 	CT_OPT(struct params, overshoot, 0, "overshoot", NULL, 0, 0,
@@ -115,7 +115,7 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 		ct_window_density_open(plane, x, x, window);
 	}
 	*density = true;
-	return ct_scan_opts_put_window(&v->meta, window, e) ||
+	return ct_geometry_opts_put_window(&v->meta, window, e) ||
 			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
 		       ? -1
 		       : 0;
@@ -151,7 +151,7 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 			p->in, had);
 	if (had && p->quantity == BY_FILE)
 		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
-	if (ct_scan_opts_window(window, p->window, &v->meta, e))
+	if (ct_geometry_opts_window(window, p->window, &v->meta, e))
 		return -1;
 	if (p->overshoot && take_overshoot(v, &density, window, p, env, e))
 		return -1;
@@ -161,12 +161,12 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 		*unit = p->water * (window[1] - window[0]) / 1000;
 	}
 	if (!density)
-		ct_scan_opts_warn_above(v, p->in, window, env);
+		ct_geometry_opts_warn_above(v, p->in, window, env);
 	for (size_t k = 0; k < v->n[2]; k++)
 		convert_plane(plane, v->data + k * plane, *mu ? *mu + k * plane : NULL, density,
 			window, p->water);
 	if (!density || p->window)
-		return ct_scan_opts_put_window(&v->meta, window, e);
+		return ct_geometry_opts_put_window(&v->meta, window, e);
 	return 0;
 }
 
@@ -192,7 +192,7 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	if (ct_meta_set(m, CT_META_METHOD, CT_WORD(CT_METHOD_LIST, p->method), e))
 		return -1;
 	return ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-			       ct_scan_opts_put_volume(m, v, e)
+			       ct_geometry_opts_put_volume(m, v, e)
 		       ? -1
 		       : 0;
 }
@@ -243,7 +243,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	if ((p->rotate && rotate(&in, p->rotate, e)) ||
-		ct_scan_opts_make(&fine, &p->scan, &in, e) ||
+		ct_geometry_opts_make(&fine, &p->scan, &in, e) ||
 		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)) ||
 		to_density(&in, &mu, &j.unit, p, env, e))
 		goto out;

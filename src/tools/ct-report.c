@@ -28,7 +28,7 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-struct job {
+struct report_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct page page;
@@ -48,7 +48,7 @@ static int read_volume(struct page_volume *v, const char *path, bool hu, const s
 		       : 0;
 }
 
-static int read_all(struct job *j, struct ct_err *e)
+static int read_all(struct report_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct page *page = &j->page;
@@ -68,7 +68,7 @@ static int read_all(struct job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct job j = {.p = params, .env = env};
+	struct report_job j = {.p = params, .env = env};
 	int rc = -1;
 
 	if (read_all(&j, e) == 0 && page_measure(&j.page, env, e) == 0)

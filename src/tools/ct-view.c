@@ -94,7 +94,7 @@ static int check_kind(const struct ct_any *a, const struct ct_given *given, stru
 }
 
 /* Everything that one run owns. */
-struct job {
+struct view_job {
 	size_t n;
 	struct ct_any *file;
 	struct cut *cut;
@@ -212,7 +212,7 @@ static int operands(const struct params *p, size_t *n, const char **out, struct 
 	return 0;
 }
 
-static void job_free(struct job *j)
+static void job_free(struct view_job *j)
 {
 	for (size_t i = 0; j->file && i < j->n; i++)
 		ct_any_free(&j->file[i]);
@@ -223,7 +223,7 @@ static void job_free(struct job *j)
 	sheet_free(&j->sheet);
 }
 
-static int make(struct job *j, const struct params *p, struct sheet_rule *rule,
+static int make(struct view_job *j, const struct params *p, struct sheet_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = j->n;
@@ -250,7 +250,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct sheet_rule rule;
-	struct job j = {0};
+	struct view_job j = {0};
 	double window[2], error[2];
 	const char *out;
 	int rc = -1;

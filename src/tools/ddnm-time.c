@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LONG 0.5 /* seconds of calls that are enough */
+#define LEAST_SECONDS 0.5 /* seconds of calls that are enough */
 enum { CALLS = 16 };
 
 /* Of one call, the mean of some if they are short. */
@@ -25,7 +25,7 @@ static int try(double *once, double *slope, const struct ct_prior *p, bool back,
 		net.eps(net.ctx[0], 500, x, y, e)) /* the first is slower */
 		goto out;
 	start = ct_clock_cpu();
-	for (int k = 1; k <= CALLS && (k == 1 || ct_clock_cpu() - start < LONG); k++) {
+	for (int k = 1; k <= CALLS && (k == 1 || ct_clock_cpu() - start < LEAST_SECONDS); k++) {
 		if (net.eps(net.ctx[0], 500, x, y, e))
 			goto out;
 		*once = (ct_clock_cpu() - start) / k;

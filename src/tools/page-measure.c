@@ -101,10 +101,10 @@ static int check_std(const struct page *p, struct ct_err *e)
 static int certify(struct page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol map = {0};
-	int rc =
-		p->known && ct_certificate(&p->agrees, &map, &p->lr.vol, &p->hr.vol, &p->by, env, e)
-			? ct_blame(e, p->hr.name)
-			: 0;
+	int rc = p->known && ct_data_residual(
+				     &p->agrees, &map, &p->lr.vol, &p->hr.vol, &p->by, env, e)
+			 ? ct_blame(e, p->hr.name)
+			 : 0;
 
 	ct_vol_free(&map);
 	return rc;

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 512, SIDE_OVER = 256, MOST = 15, LEAST = 3, LEVEL = 9 };
+enum { SIDE = 512, SIDE_OVER = 256, MOST_PICTURES = 15, LEAST_PICTURES = 3, LEVEL = 9 };
 #define PIXELS 4e6 /* of all slices of one volume: what a page holds */
 #define BODY (-400.0)
 #define BODY_SHARE 0.02 /* of a slice that shows some */
@@ -27,11 +27,11 @@ static const char *const names[KINDS] = {"before", "after", "std", "error"};
 /* Where the slices of a plane lie. */
 struct cut {
 	enum ct_montage_plane plane;
-	size_t depth;               /* slices that there are */
-	size_t n, at[MOST];         /* those that are shown */
-	size_t step[2], size[2][2]; /* pixels to a side that become one; width, height: of slices,
-				      of maps */
-	double mm[2];               /* of such a pixel, across and down */
+	size_t depth;                /* slices that there are */
+	size_t n, at[MOST_PICTURES]; /* those that are shown */
+	size_t step[2], size[2][2];  /* pixels to a side that become one; width, height: of slices,
+				       of maps */
+	double mm[2];                /* of such a pixel, across and down */
 };
 
 static int slice_of(
@@ -109,7 +109,7 @@ static void cut_all(struct cut c[CT_MONTAGE_PLANES], const struct ct_vol *v)
 		c[p].mm[1] = s.mm[0];
 		pixels += (double)(c[p].size[0][0] * c[p].size[0][1]);
 	}
-	most = fmin(fmax(floor(PIXELS / pixels), LEAST), MOST);
+	most = fmin(fmax(floor(PIXELS / pixels), LEAST_PICTURES), MOST_PICTURES);
 	for (int p = 0; p < CT_MONTAGE_PLANES; p++)
 		spread(&c[p], v, (size_t)most);
 }

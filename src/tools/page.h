@@ -5,7 +5,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "quality/calibration.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "quality/edges.h"
 #include "quality/metrics.h"
 
@@ -47,7 +47,7 @@ struct page {
 	struct ct_degrade by;
 	bool known;                        /* the operator, not only its factor */
 	double noise;                      /* HU, 0 if nothing tells of any */
-	struct ct_certificate agrees;      /* if known */
+	struct ct_data_residual agrees;    /* if known */
 	struct ct_edges edges;             /* if of 12 or more */
 	struct ct_metrics was, is;         /* with truth: of before and of hr */
 	struct ct_calibration calibration; /* with truth and std */

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct job {
+struct train_loop_job {
 	struct train_subject *s;
 	const struct train_data *data;
 	const struct train_params *p;
@@ -43,21 +43,21 @@ static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 }
 
 /* Are all steps done, or is the patience used up? */
-static bool ended(const struct job *j)
+static bool ended(const struct train_loop_job *j)
 {
 	return j->s->steps(j->s->it) >= (uint64_t)j->p->steps ||
 	       (j->p->patience && j->best.worse >= (uint64_t)j->p->patience);
 }
 
 /* The tensors of OUT. */
-static int prior(const struct job *j, struct ct_tensors *w, struct ct_err *e)
+static int prior(const struct train_loop_job *j, struct ct_tensors *w, struct ct_err *e)
 {
 	if (j->s->result(j->s->it, w, e) || train_best_take(&j->best, w, e))
 		return -1;
 	return j->s->seal ? j->s->seal(j->s->it, w, ended(j), e) : 0;
 }
 
-static int write_prior(const struct job *j, struct ct_err *e)
+static int write_prior(const struct train_loop_job *j, struct ct_err *e)
 {
 	const size_t n = j->data->n;
 	const struct ct_meta **in = NULL;
@@ -84,12 +84,12 @@ out:
 
 static int pack(struct ct_tensors *state, const void *work, struct ct_err *e)
 {
-	const struct job *j = work;
+	const struct train_loop_job *j = work;
 
 	return j->s->save(state, j->s->it, e) || train_best_put(&j->best, state, e) ? -1 : 0;
 }
 
-static int checkpoint(struct job *j, struct ct_err *e)
+static int checkpoint(struct train_loop_job *j, struct ct_err *e)
 {
 	int rc;
 
@@ -100,7 +100,7 @@ static int checkpoint(struct job *j, struct ct_err *e)
 }
 
 /* The last checkpoint. If one of the two files cannot be written, the other is. */
-static int finish(struct job *j, struct ct_err *e)
+static int finish(struct train_loop_job *j, struct ct_err *e)
 {
 	struct ct_err why;
 	int kept, rc;
@@ -118,7 +118,7 @@ static int finish(struct job *j, struct ct_err *e)
 
 /* Tells the state what the training depends on besides the options. The number of steps matters if
  * the learning rate falls to the last step, and the held-out data if they choose the weights. */
-static int name_run(struct job *j, struct ct_err *e)
+static int name_run(struct train_loop_job *j, struct ct_err *e)
 {
 	for (size_t i = 0; i < j->data->n; i++) {
 		char name[40];
@@ -140,7 +140,7 @@ static int name_run(struct job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *e)
+static int load_state(struct train_loop_job *j, const struct ct_env *asked, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
 	int rc = ct_resume_load(j->resume, &w, e);
@@ -155,7 +155,7 @@ static int load_state(struct job *j, const struct ct_env *asked, struct ct_err *
 }
 
 /* Reports the loss on held-out data, when it is time. */
-static int judge(struct job *j, struct ct_err *e)
+static int judge(struct train_loop_job *j, struct ct_err *e)
 {
 	const uint64_t step = j->s->steps(j->s->it);
 	struct ct_tensors w = {0};
@@ -178,7 +178,7 @@ static int judge(struct job *j, struct ct_err *e)
 }
 
 /* Reports the loss, when it is time. */
-static void tell(struct job *j, double loss)
+static void tell(struct train_loop_job *j, double loss)
 {
 	const unsigned long long step = j->s->steps(j->s->it);
 	const bool last = step == (unsigned long long)j->p->steps;
@@ -196,7 +196,7 @@ static void tell(struct job *j, double loss)
 }
 
 /* One step and its reports. */
-static int step(struct job *j, struct ct_err *e)
+static int step(struct train_loop_job *j, struct ct_err *e)
 {
 	double loss;
 
@@ -206,7 +206,7 @@ static int step(struct job *j, struct ct_err *e)
 	return judge(j, e);
 }
 
-static int train(struct job *j, struct ct_err *e)
+static int train(struct train_loop_job *j, struct ct_err *e)
 {
 	const uint64_t every = (uint64_t)j->p->checkpoint_every, all = (uint64_t)j->p->steps;
 
@@ -234,7 +234,7 @@ static int train(struct job *j, struct ct_err *e)
 }
 
 /* Prints the cost. Two steps give the time. */
-static int estimate(struct job *j, struct ct_err *e)
+static int estimate(struct train_loop_job *j, struct ct_err *e)
 {
 	struct ct_cost cost = {0};
 	double loss, t;
@@ -258,7 +258,7 @@ static int estimate(struct job *j, struct ct_err *e)
 int train_loop(struct train_subject *s, const struct train_data *data, struct ct_resume *resume,
 	const struct train_params *p, const struct ct_env *asked, struct ct_err *e)
 {
-	struct job j = {.s = s, .data = data, .p = p, .resume = resume, .env = *asked};
+	struct train_loop_job j = {.s = s, .data = data, .p = p, .resume = resume, .env = *asked};
 	int rc;
 
 	j.env.verbose++;    /* the losses are news even without -v */

@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EVERY = 8 };       /* view, of those that are weighed */
-#define LEAST (1.0 / 500) /* part of the squared error: what takes off less is taken for chance */
+enum { EVERY = 8 }; /* view, of those that are weighed */
+#define LEAST_GAIN                                                                                 \
+	(1.0 / 500) /* part of the squared error: what takes off less is taken for chance */
 
 static const char *last_part(const char *path)
 {
@@ -280,7 +281,7 @@ int train_pairs_weigh(struct ct_residual *r, const struct train_pairs *s,
 		best = share.told > 0 ? share.both / share.told : 0;
 		part = best * share.both / share.lack;
 		least = aliases ? &r->aliased : &r->sampled;
-		*least = part < LEAST ? 0 : fmax(0, fmin(*least, best));
+		*least = part < LEAST_GAIN ? 0 : fmax(0, fmin(*least, best));
 		ct_log(env, CT_INFO,
 			"%s: %.4f octaves missing, best weight %.3f, which takes off %.3f %%",
 			last_part(p->name), p->lack / p->octave, best, 100 * part);

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct job {
+struct train_pictures_job {
 	const struct train_params *p;
 	struct ct_env env;
 	struct ct_unet_arch arch;
@@ -57,7 +57,7 @@ static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e
 		"--expert scales: expected up to 8 whole numbers from 1 to 64, with commas");
 }
 
-static int settle(struct job *j, struct ct_err *e)
+static int settle(struct train_pictures_job *j, struct ct_err *e)
 {
 	const struct train_params *p = j->p;
 	struct ct_train_opts *o = &j->opts;
@@ -86,7 +86,7 @@ static int settle(struct job *j, struct ct_err *e)
 }
 
 /* Reads the pairs and makes their pictures, scaled by the missing energy. */
-static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
+static int read_pairs(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct train_params *p = j->p;
 	struct ct_residual *r = &j->residual;
@@ -117,7 +117,7 @@ static int read_pairs(struct job *j, struct train_data *data, struct ct_err *e)
 	return rc ? -1 : 0;
 }
 
-static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
+static int read_data(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct ct_list *d = &j->p->data;
 	for (size_t i = 0; i < d->n; i++)
@@ -132,33 +132,33 @@ static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 
 static uint64_t steps(const void *it)
 {
-	return ct_train_steps(((const struct job *)it)->train);
+	return ct_train_steps(((const struct train_pictures_job *)it)->train);
 }
 
 static int step(void *it, double *loss, struct ct_err *e)
 {
-	return ct_train_step(((struct job *)it)->train, loss, e);
+	return ct_train_step(((struct train_pictures_job *)it)->train, loss, e);
 }
 
 static int held(void *it, double *loss, struct ct_err *e)
 {
-	struct job *j = it;
+	struct train_pictures_job *j = it;
 
 	return ct_train_validate(j->train, &j->held, (size_t)j->p->validate_pieces, loss, e);
 }
 
 static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
 {
-	return ct_train_save(((const struct job *)it)->train, w, e);
+	return ct_train_save(((const struct train_pictures_job *)it)->train, w, e);
 }
 
 static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_train_restore(((struct job *)it)->train, w, e);
+	return ct_train_restore(((struct train_pictures_job *)it)->train, w, e);
 }
 
 /* Finds the weights of the prior after the last step. */
-static int weigh(const struct job *j, struct ct_residual *r, struct ct_err *e)
+static int weigh(const struct train_pictures_job *j, struct ct_residual *r, struct ct_err *e)
 {
 	struct ct_env env = j->env;
 	struct ct_tensors w = {0};
@@ -175,7 +175,7 @@ static int weigh(const struct job *j, struct ct_residual *r, struct ct_err *e)
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
-	const struct job *j = it;
+	const struct train_pictures_job *j = it;
 	struct ct_residual r = j->residual;
 
 	if (!j->p->refined)
@@ -191,7 +191,7 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
 {
-	const struct job *j = it;
+	const struct train_pictures_job *j = it;
 	const size_t size = j->opts.patches.size;
 	double flops;
 	size_t n;
@@ -209,7 +209,7 @@ static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err
 
 static void done(void *it)
 {
-	struct job *j = it;
+	struct train_pictures_job *j = it;
 
 	ct_train_free(j->train);
 	ct_pictures_free(&j->data);
@@ -221,7 +221,7 @@ static void done(void *it)
 int train_pictures(struct train_subject *s, struct train_data *data, const struct train_params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct job *j;
+	struct train_pictures_job *j;
 
 	if (ct_alloc0(&j, 1, sizeof *j, e))
 		return -1;

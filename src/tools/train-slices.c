@@ -24,20 +24,21 @@ struct lessons {
 	size_t n, room;
 };
 
-struct job {
+struct train_slices_job {
 	const struct train_params *p;
 	struct ct_env env;
 	struct ct_example_rule rule;
 	double bytes[2];        /* HU of the bytes 0 and 255; NaN without --bytes */
-	struct ct_tensors with; /* the regressors that OUT holds besides */
+	struct ct_tensors with; /* the slice networks that OUT holds besides */
 	struct ct_slice_prior first;
 	struct lessons data, held;
 	struct ct_learn *learn;
-	char name[40]; /* of the regressor */
+	char name[40]; /* of the slice network */
 };
 
 /* --bytes maps bytes to HU. Values that cannot be HU are refused. */
-static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct ct_err *e)
+static int to_hu(
+	const struct train_slices_job *j, struct ct_vol *v, const char *path, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
 	float least = INFINITY, most = -INFINITY;
@@ -65,7 +66,7 @@ static int to_hu(const struct job *j, struct ct_vol *v, const char *path, struct
 
 /* The examples of one volume, which threads make together. */
 struct group {
-	struct job *j;
+	struct train_slices_job *j;
 	const struct ct_vol *v;
 	struct ct_example_rule rule;
 	struct ct_example *example;
@@ -84,8 +85,8 @@ static void make(void *arg, size_t i, size_t worker)
 }
 
 /* Add the examples of a volume. */
-static int add(struct job *j, struct lessons *l, const struct ct_vol *v, uint64_t first, size_t n,
-	struct ct_err *e)
+static int add(struct train_slices_job *j, struct lessons *l, const struct ct_vol *v,
+	uint64_t first, size_t n, struct ct_err *e)
 {
 	struct group g = {.j = j, .v = v, .rule = j->rule, .first = first};
 	int rc = -1;
@@ -131,8 +132,8 @@ static int first_of(uint64_t *first, const struct ct_vol *v, struct ct_err *e)
 	return rc;
 }
 
-static int learn_from(
-	struct job *j, struct lessons *l, const char *path, struct ct_meta *meta, struct ct_err *e)
+static int learn_from(struct train_slices_job *j, struct lessons *l, const char *path,
+	struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
 	struct ct_piece *piece = NULL;
@@ -173,7 +174,7 @@ out:
 	return rc;
 }
 
-static int settle(struct job *j, struct ct_err *e)
+static int settle(struct train_slices_job *j, struct ct_err *e)
 {
 	const struct train_params *p = j->p;
 
@@ -197,7 +198,7 @@ static int settle(struct job *j, struct ct_err *e)
 }
 
 /* Reads the prior of --with. */
-static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
+static int read_with(struct train_slices_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct ct_degrade d = {
 		.factor = {(double)j->p->factor, j->p->thick ? 1 : (double)j->p->factor,
@@ -221,7 +222,7 @@ static int read_with(struct job *j, struct train_data *data, struct ct_err *e)
 	return 0;
 }
 
-static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
+static int read_data(struct train_slices_job *j, struct train_data *data, struct ct_err *e)
 {
 	for (size_t i = 0; i < j->p->data.n; i++)
 		if (learn_from(j, &j->data, j->p->data.v[i], &data->input[i], e))
@@ -239,10 +240,10 @@ static int read_data(struct job *j, struct train_data *data, struct ct_err *e)
 				   j->p->validate);
 }
 
-static int start(struct job *j, struct ct_err *e)
+static int start(struct train_slices_job *j, struct ct_err *e)
 {
 	const struct train_params *p = j->p;
-	const struct ct_regressor r = {
+	const struct ct_slice_network r = {
 		.shape = {(size_t)p->factor, p->patch ? (size_t)p->patch : 3 * (size_t)p->factor,
 			(size_t)p->depth, !p->thick},
 		.components = (size_t)p->components,
@@ -261,12 +262,12 @@ static int start(struct job *j, struct ct_err *e)
 
 static uint64_t steps(const void *it)
 {
-	return ct_learn_steps(((const struct job *)it)->learn);
+	return ct_learn_steps(((const struct train_slices_job *)it)->learn);
 }
 
 static int step(void *it, double *loss, struct ct_err *e)
 {
-	struct ct_learn *l = ((struct job *)it)->learn;
+	struct ct_learn *l = ((struct train_slices_job *)it)->learn;
 
 	if (ct_learn_steps(l) == 0 && ct_learn_begin(l, e))
 		return -1;
@@ -275,7 +276,7 @@ static int step(void *it, double *loss, struct ct_err *e)
 
 static int held(void *it, double *loss, struct ct_err *e)
 {
-	struct job *j = it;
+	struct train_slices_job *j = it;
 	double gain;
 
 	if (ct_learn_gain(j->learn, j->held.example, j->held.n, &gain, e))
@@ -286,16 +287,16 @@ static int held(void *it, double *loss, struct ct_err *e)
 
 static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
 {
-	return ct_learn_save(((const struct job *)it)->learn, w, e);
+	return ct_learn_save(((const struct train_slices_job *)it)->learn, w, e);
 }
 
 static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_learn_restore(((struct job *)it)->learn, w, e);
+	return ct_learn_restore(((struct train_slices_job *)it)->learn, w, e);
 }
 
-/* The regressors of --with, except the one in training. */
-static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *e)
+/* The slice networks of --with, except the one in training. */
+static int add_others(struct ct_tensors *w, const struct train_slices_job *j, struct ct_err *e)
 {
 	const size_t own = strlen(j->name);
 
@@ -313,27 +314,27 @@ static int add_others(struct ct_tensors *w, const struct job *j, struct ct_err *
 }
 
 /* Calibrates the predicted error on the held-out examples. */
-static int calibrate(const struct job *j, struct ct_tensors *w, struct ct_err *e)
+static int calibrate(const struct train_slices_job *j, struct ct_tensors *w, struct ct_err *e)
 {
-	struct ct_regressor r = {0};
+	struct ct_slice_network r = {0};
 	char name[60];
 	int rc = -1;
 
 	snprintf(name, sizeof name, "%s.spread", j->name);
-	if (ct_regressor_get(&r, w, j->name, e) == 0 &&
+	if (ct_slice_network_get(&r, w, j->name, e) == 0 &&
 		ct_learn_calibrate(&r, j->held.example, j->held.n, &j->env, e) == 0) {
 		memcpy(ct_tensors_find(w, name)->data, r.spread, sizeof r.spread);
 		rc = 0;
 	}
-	ct_regressor_free(&r);
+	ct_slice_network_free(&r);
 	return rc;
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
-	const struct job *j = it;
+	const struct train_slices_job *j = it;
 
-	if (ct_regressor_put(ct_learn_result(j->learn), w, j->name, e))
+	if (ct_slice_network_put(ct_learn_result(j->learn), w, j->name, e))
 		return -1;
 	return ct_meta_setf(
 		&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)ct_learn_steps(j->learn));
@@ -341,7 +342,7 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 
 static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *e)
 {
-	const struct job *j = it;
+	const struct train_slices_job *j = it;
 
 	if (last && j->held.n && calibrate(j, w, e))
 		return -1;
@@ -350,8 +351,8 @@ static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
 {
-	const struct job *j = it;
-	const struct ct_regressor *r = ct_learn_result(j->learn);
+	const struct train_slices_job *j = it;
+	const struct ct_slice_network *r = ct_learn_result(j->learn);
 	const size_t inputs = ct_patch_count(&r->shape);
 	const double n = (double)(r->at[CT_PARTS] + inputs * (1 + r->components));
 
@@ -375,7 +376,7 @@ static void lessons_free(struct lessons *l)
 
 static void done(void *it)
 {
-	struct job *j = it;
+	struct train_slices_job *j = it;
 
 	ct_learn_free(j->learn);
 	lessons_free(&j->data);
@@ -388,7 +389,7 @@ static void done(void *it)
 int train_slices(struct train_subject *s, struct train_data *data, const struct train_params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct job *j;
+	struct train_slices_job *j;
 
 	if (ct_alloc0(&j, 1, sizeof *j, e))
 		return -1;

@@ -3,16 +3,16 @@
 #include "xray/columns.h"
 #include "core/mem.h"
 #include "xray/packet.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-	FEW = 8,     /* a detector of fewer rows would leave most of a packet idle */
-	BUNDLE = 32, /* detector columns of a task: neighbours meet the same voxels */
-	SLAB = 16    /* columns of voxels that an adjoint task owns, at least */
+	LEAST_ROWS = 8, /* a detector of fewer rows would leave most of a packet idle */
+	BUNDLE = 32,    /* detector columns of a task: neighbours meet the same voxels */
+	SLAB = 16       /* columns of voxels that an adjoint task owns, at least */
 };
 
 int ct_columns_axis(const struct ct_projector *g)
@@ -21,7 +21,7 @@ int ct_columns_axis(const struct ct_projector *g)
 	const size_t most_floats = (size_t)1 << 26; /* of a row of columns: 32-bit offsets */
 	int up = -1;
 
-	if (s->h < FEW)
+	if (s->h < LEAST_ROWS)
 		return -1;
 	for (size_t k = 0; k < s->views; k++) {
 		const double *v = s->view[k].v;

@@ -1,5 +1,5 @@
 # Rays through a volume: scans, projectors, phantoms, photons.
-libct_a_SOURCES += src/xray/scan.c src/xray/scan.h
+libct_a_SOURCES += src/xray/geometry.c src/xray/geometry.h
 libct_a_SOURCES += src/xray/window.c src/xray/window.h
 libct_a_SOURCES += src/xray/project.c src/xray/project.h
 libct_a_SOURCES += src/xray/ray.c src/xray/ray.h

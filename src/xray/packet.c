@@ -18,7 +18,7 @@ enum {
 
 /* Where the lanes of a vector find their voxels: none counts; in a table of one register, or of
  * two; anywhere within TABLE; or too far apart for float heights. */
-enum reach { NOTHING, ONE, TWO, SPARSE, FAR };
+enum reach { REACH_NOTHING, REACH_ONE, REACH_TWO, REACH_SPARSE, REACH_FAR };
 
 /* The pieces as one packet sees them: heights at the ends of row 0, relative to voxel `base`, and
  * the step from row to row. */
@@ -89,10 +89,12 @@ CT_INLINE void plan_packet(struct plan *restrict p, const struct ct_pieces *rest
 	for (int k = 0; k < PARTS; k++)
 		plan_part(p, span, k, above);
 	for (size_t m = 0; m < CT_PIECES; m++) {
-		int32_t how = span[m] <= LANES ? ONE : span[m] <= 2 * LANES ? TWO : SPARSE;
+		int32_t how = span[m] <= LANES       ? REACH_ONE
+			      : span[m] <= 2 * LANES ? REACH_TWO
+						     : REACH_SPARSE;
 
-		how = reach[m] > TABLE - 1 ? FAR : how;
-		p->reach[m] = reach[m] > 0 ? how : NOTHING;
+		how = reach[m] > TABLE - 1 ? REACH_FAR : how;
+		p->reach[m] = reach[m] > 0 ? how : REACH_NOTHING;
 	}
 }
 
@@ -108,7 +110,7 @@ CT_INLINE float inverse_of(double slope)
 	return fabs(slope) < 1e-15 ? 1e15F : (float)(1 / slope);
 }
 
-/* FAR: heights in double, voxels fetched one by one. */
+/* REACH_FAR: heights in double, voxels fetched one by one. */
 static void piece_far(float *restrict acc, const struct ct_pieces *restrict s, size_t m,
 	const struct ct_heights *h, double row, const float *restrict rise, const float *restrict f)
 {
@@ -136,9 +138,9 @@ static void piece_far(float *restrict acc, const struct ct_pieces *restrict s, s
 /* Those of a table of `reach` registers, from t on. */
 CT_INLINE ct_f32 lookup(const float *t, ct_i32 at, const enum reach reach)
 {
-	return reach == ONE   ? ct_f32_table(t, at)
-	       : reach == TWO ? ct_f32_table2(t, at)
-			      : ct_f32_gather(t, at);
+	return reach == REACH_ONE   ? ct_f32_table(t, at)
+	       : reach == REACH_TWO ? ct_f32_table2(t, at)
+				    : ct_f32_gather(t, at);
 }
 
 CT_INLINE ct_f32 clamp01_all(ct_f32 x)
@@ -208,19 +210,19 @@ CT_INLINE void sum_pieces(float acc[restrict CT_PACKET], const struct ct_pieces 
 		rises[k] = ct_f32_load(rise + k * LANES);
 	}
 	for (size_t m = 0; m < s->n; m++) {
-		if (m + AHEAD < s->n && p->reach[m + AHEAD] != NOTHING) {
+		if (m + AHEAD < s->n && p->reach[m + AHEAD] != REACH_NOTHING) {
 			const float *next = vol + s->at[m + AHEAD] + p->base[m + AHEAD];
 
 			__builtin_prefetch(next);
 			__builtin_prefetch(next + CT_PACKET);
 		}
-		if (p->reach[m] == ONE) {
-			piece_near(sum, s, m, p, rises, vol, joseph, ONE);
-		} else if (p->reach[m] == TWO) {
-			piece_near(sum, s, m, p, rises, vol, joseph, TWO);
-		} else if (p->reach[m] == SPARSE) {
-			piece_near(sum, s, m, p, rises, vol, joseph, SPARSE);
-		} else if (p->reach[m] == FAR) {
+		if (p->reach[m] == REACH_ONE) {
+			piece_near(sum, s, m, p, rises, vol, joseph, REACH_ONE);
+		} else if (p->reach[m] == REACH_TWO) {
+			piece_near(sum, s, m, p, rises, vol, joseph, REACH_TWO);
+		} else if (p->reach[m] == REACH_SPARSE) {
+			piece_near(sum, s, m, p, rises, vol, joseph, REACH_SPARSE);
+		} else if (p->reach[m] == REACH_FAR) {
 			ct_f32 all[PARTS];
 
 			memcpy(all, sum, sizeof all);

@@ -2,7 +2,7 @@
  */
 #include "config.h"
 #include "xray/phantom.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -4,12 +4,13 @@
 #include "xray/project.h"
 #include "xray/columns.h"
 #include "xray/ray.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 #include <string.h>
 
-#define MOST ((size_t)1 << 26) /* voxels of a slice: offsets within a block are 32 bits */
+#define MOST_SLICE_VOXELS                                                                          \
+	((size_t)1 << 26) /* voxels of a slice: offsets within a block are 32 bits */
 
 int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	const struct ct_stack *scan, struct ct_err *e)
@@ -17,9 +18,10 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	const double(*m)[4] = (const double(*)[4])grid->affine;
 	double det = 0;
 
-	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e) || ct_scan_check(scan, grid, e))
+	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e) ||
+		ct_geometry_check(scan, grid, e))
 		return -1;
-	if (grid->n[2] > MOST || grid->n[0] > MOST / grid->n[1])
+	if (grid->n[2] > MOST_SLICE_VOXELS || grid->n[0] > MOST_SLICE_VOXELS / grid->n[1])
 		return ct_fail(e, CT_EGEOM,
 			"a volume of %zux%zux%zu voxels is too large to project", grid->n[0],
 			grid->n[1], grid->n[2]);

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "xray/ray.h"
 #include "xray/joseph.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "xray/siddon.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "driver.h"
 #include "resolution/degrade.h"
 #include "unet/arch.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,7 +59,7 @@ static void window(const struct ct_meta *m)
 	struct ct_err e = {0};
 	double w[2];
 
-	if (ct_scan_opts_window(w, NULL, m, &e))
+	if (ct_geometry_opts_window(w, NULL, m, &e))
 		must_say(&e);
 	else if (!(w[0] < w[1]) || !isfinite(w[1] - w[0]))
 		abort();

@@ -4,7 +4,7 @@
 #include "formats/bytes.h"
 #include "formats/format.h"
 #include "gs/splat.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "seed-file.h"
 
 #include <stdlib.h>
@@ -22,7 +22,7 @@ static void draw(const struct ct_gauss *g)
 		.source = {-500}, .centre = {500}, .u = {0, 2, 0}, .v = {0, 0, -2}};
 	const size_t zero[3] = {0}, n[3] = {SIDE, SIDE, SIDE};
 	struct ct_gaussian b[MOST];
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_splat s = {0};
 	struct ct_block block;
 	struct ct_camera c;
@@ -32,15 +32,15 @@ static void draw(const struct ct_gauss *g)
 	if (g->n > MOST || ct_block_init(&block, eye, zero, n, &e) ||
 		ct_camera_init(&c, &view, CT_CONE, SIDE, SIDE, &e))
 		return;
-	out = malloc(ct_voxelise_slice(&block) * SIDE * sizeof *out);
+	out = malloc(ct_mixture_slice(&block) * SIDE * sizeof *out);
 	if (!out)
 		return;
 	ct_gaussian_resolve(b, g, NULL);
-	if (ct_voxelise_plan(&v, &block, g->n, b, NULL, &e) == 0)
-		ct_voxelise_draw(out, &v, NULL);
+	if (ct_mixture_plan(&v, &block, g->n, b, NULL, &e) == 0)
+		ct_mixture_draw(out, &v, NULL);
 	if (ct_splat_plan(&s, &c, g->n, b, NULL, &e) == 0)
 		ct_splat_draw(out, &s, NULL);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	ct_splat_free(&s);
 	free(out);
 }

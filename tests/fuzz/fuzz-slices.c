@@ -1,5 +1,5 @@
-/* Hostile priors of slices: safetensors that are refused, or regressors, which then restore a small
- * scan. Values behind the header that are missing are zeros. */
+/* Hostile priors of slices: safetensors that are refused, or slice networks, which then restore a
+ * small scan. Values behind the header that are missing are zeros. */
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"
@@ -52,17 +52,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 /* A small one, whole. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
-	struct ct_regressor r = {.shape = {2, 4, 1, true}, .components = 2, .width = 2};
+	struct ct_slice_network r = {.shape = {2, 4, 1, true}, .components = 2, .width = 2};
 	struct ct_tensors w = {0};
 	struct ct_err e = {0};
 	size_t n;
 
 	if (k)
 		return 0;
-	if (ct_regressor_alloc(&r, &e) || ct_regressor_put(&r, &w, "2", &e))
+	if (ct_slice_network_alloc(&r, &e) || ct_slice_network_put(&r, &w, "2", &e))
 		exit(99);
 	n = seed_file(data, ct_tensors_write(seed_path(), &w, true, &seed_env, &e));
-	ct_regressor_free(&r);
+	ct_slice_network_free(&r);
 	ct_tensors_free(&w);
 	return n;
 }

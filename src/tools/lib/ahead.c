@@ -13,7 +13,7 @@
 #include <sys/statvfs.h>
 
 #define MIB 0x1p20
-#define LONG 2e7 /* voxels of a result that takes seconds */
+#define SLOW_VOXELS 2e7 /* voxels of a result that takes seconds */
 
 /* Not what is no file, nor what is compressed, as nobody knows how far it can be. */
 static bool counts(const struct ahead_file *f)
@@ -65,7 +65,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const struct 
 	for (size_t i = 0; i < n; i++)
 		if (!env->dry_run && counts(&files[i]) && check_disk(files, n, i, e))
 			return -1;
-	if (!env->dry_run && (!ct_cost_heard(env) || voxels < LONG))
+	if (!env->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
 		return 0;
 	if (ct_refine_cost(&cpu, r, in, env, e))
 		return -1;

@@ -3,10 +3,10 @@
 #include "tools/lib/evidence.h"
 #include "formats/format.h"
 #include "formats/units.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "xray/project.h"
 #include "xray/window.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-opts.h"
 
 #include <math.h>
 #include <string.h>
@@ -37,7 +37,7 @@ static int choose_window(struct ct_evidence *d, const struct ct_evidence_files *
 	const char *base = ct_meta_get(&d->base.meta, CT_META_WINDOW);
 	const char *in = ct_meta_get(&d->in.meta, CT_META_WINDOW);
 
-	if (ct_scan_opts_window(d->window, f->window, base ? &d->base.meta : &d->in.meta, e))
+	if (ct_geometry_opts_window(d->window, f->window, base ? &d->base.meta : &d->in.meta, e))
 		return -1;
 	return base && in && strcmp(base, in) != 0
 		       ? ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s", f->base, base,
@@ -49,7 +49,7 @@ static int choose_window(struct ct_evidence *d, const struct ct_evidence_files *
 static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_certificate c;
+	struct ct_data_residual c;
 	struct ct_vol lr = {0};
 	int rc = -1, known;
 
@@ -62,7 +62,7 @@ static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", f->base);
 	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_certificate(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
+		ct_data_residual(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
 		ct_blame(e, f->lr);
 		goto out;
 	}

@@ -1,46 +1,47 @@
-/* scan-opts.h: the options that describe a scan, one table for every command that makes one. */
-#ifndef CT_TOOLS_LIB_SCAN_OPTS_H
-#define CT_TOOLS_LIB_SCAN_OPTS_H
+/* geometry-opts.h: the options that describe the geometry of projections: one table for all
+ * commands that make projections. */
+#ifndef CT_TOOLS_LIB_GEOMETRY_OPTS_H
+#define CT_TOOLS_LIB_GEOMETRY_OPTS_H
 #include "cli/cli.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 
 /* A value not given is NULL, NAN or 0. */
-struct ct_scan_opts {
+struct ct_geometry_opts {
 	const char *beam, *det, *pitch, *offset, *scanner, *like;
 	double arc, start, dso, dsd, sampling;
 	int views;
 	bool paper;
 };
 
-#define CT_SCAN_DEFAULTS                                                                           \
+#define CT_GEOMETRY_DEFAULTS                                                                       \
 	{                                                                                          \
 		.arc = (double)NAN, .start = (double)NAN, .dso = (double)NAN, .dsd = (double)NAN,  \
 		.sampling = (double)NAN                                                            \
 	}
 
-#define CT_SCAN_IF(S, f, ...) CT_WHEN(CT_UNLESS(S, f.like), __VA_ARGS__)
+#define CT_GEOMETRY_IF(S, f, ...) CT_WHEN(CT_UNLESS(S, f.like), __VA_ARGS__)
 /* The rows for an option table of struct S with a field f of this type; `if_` is a condition of the
  * whole, CT_IF(...) or CT_ALWAYS. */
-#define CT_SCAN_OPTS(S, f, if_)                                                                               \
+#define CT_GEOMETRY_OPTS(S, f, if_)                                                                           \
 	CT_OPT(S, f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST), 0, 0,                                            \
-		"shape of the beam (cone if nothing says otherwise)", CT_SCAN_IF(S, f, if_)),                 \
+		"shape of the beam (cone if nothing says otherwise)", CT_GEOMETRY_IF(S, f, if_)),             \
 		CT_OPT(S, f.views, 'n', "views", "N", 0, CT_MAX_VIEWS,                                        \
 			"number of views; 0 stands for 100, or what --scanner says",                          \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                  \
 			"angle over which the views are spread, its end left out (180)",                      \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_EXPERT(S, f.start, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",               \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.dso, 0, "dso", "MM", 1e-6, 1e8,                                                   \
 			"source to isocentre (1000 F/256, F the largest extent of the volume)",               \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.dsd, 0, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)",                \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.det, 0, "det", "WxH", 0, 0,                                                       \
 			"detector columns and rows; one number for both, or for the one row of a fan (the "   \
 			"largest dimension of the volume)",                                                   \
@@ -50,10 +51,10 @@ struct ct_scan_opts {
 			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.det))),                             \
 		CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0,                                               \
 			"size of a pixel along u and v (the detector's side over its pixels)",                \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_EXPERT(S, f.offset, "offset", "U,V", 0, 0,                                                 \
 			"shift of the detector centre along u and v, mm (0,0)",                               \
-			CT_SCAN_IF(S, f, if_)),                                                               \
+			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.paper, 0, "paper", NULL, 0, 0,                                                    \
 			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume",        \
 			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.scanner))),                         \
@@ -65,19 +66,19 @@ struct ct_scan_opts {
 
 /* Stack with the geometry that the options ask for around the grid, data uninitialised, metadata
  * keys scan.*. CT_EUSAGE for options, CT_EINPUT for files, CT_EGEOM. *out must be zero. */
-int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
-	struct ct_err *e);
+int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o,
+	const struct ct_vol *grid, struct ct_err *e);
 /* The density window: what the metadata says, else the option (NULL if not given), else -1024 to
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
-int ct_scan_opts_window(
+int ct_geometry_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
-int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
+int ct_geometry_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
 /* Say how much of a volume in HU, called `name`, is above the window, where its density ends. */
-void ct_scan_opts_warn_above(
+void ct_geometry_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env);
 
 /* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to.
  */
-int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
+int ct_geometry_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
 
 #endif

@@ -1,7 +1,7 @@
-/* regressor.c: see regressor.h. */
+/* slice-network.c: see slice-network.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "restore/regressor.h"
+#include "restore/slice-network.h"
 #include "restore/silu.h"
 #include "unet/dnn.h"
 
@@ -13,9 +13,10 @@
 static const char *const names[CT_PARTS] = {
 	"linear", "linear_bias", "w1", "b1", "w2", "b2", "w3", "b3"};
 
-static void part_shape(size_t dim[2], const struct ct_regressor *r, enum ct_regressor_part part)
+static void part_shape(
+	size_t dim[2], const struct ct_slice_network *r, enum ct_slice_network_part part)
 {
-	const size_t f = ct_regressor_features(r), out = ct_regressor_out(r), w = r->width;
+	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), w = r->width;
 	const size_t rows[CT_PARTS] = {out, out, w, w, w, w, out, out};
 	const size_t columns[CT_PARTS] = {f, 0, f, 0, w, 0, w, 0};
 
@@ -23,7 +24,7 @@ static void part_shape(size_t dim[2], const struct ct_regressor *r, enum ct_regr
 	dim[1] = columns[part];
 }
 
-int ct_regressor_alloc(struct ct_regressor *r, struct ct_err *e)
+int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
 	size_t at = 0, dim[2];
@@ -32,10 +33,10 @@ int ct_regressor_alloc(struct ct_regressor *r, struct ct_err *e)
 		return -1;
 	if (k < 1 || k > n || r->width < 1 || r->width > 8192)
 		return ct_fail(e, CT_EINPUT,
-			"no regressor has %zu components of %zu values and %zu neurons", k, n,
+			"no slice network has %zu components of %zu values and %zu neurons", k, n,
 			r->width);
 	for (int p = 0; p < CT_PARTS; p++) {
-		part_shape(dim, r, (enum ct_regressor_part)p);
+		part_shape(dim, r, (enum ct_slice_network_part)p);
 		r->at[p] = at;
 		at += dim[0] * (dim[1] ? dim[1] : 1);
 	}
@@ -48,35 +49,36 @@ int ct_regressor_alloc(struct ct_regressor *r, struct ct_err *e)
 	return 0;
 }
 
-void ct_regressor_free(struct ct_regressor *r)
+void ct_slice_network_free(struct ct_slice_network *r)
 {
 	free(r->mean);
 	free(r->all);
-	*r = (struct ct_regressor){0};
+	*r = (struct ct_slice_network){0};
 }
 
-void ct_regressor_tell(float told[static CT_REGRESSOR_TOLD], const struct ct_patch_pose *pose,
-	const struct ct_regime *regime, size_t across, size_t cell)
+void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
+	const struct ct_patch_pose *pose, const struct ct_regime *regime, size_t across,
+	size_t cell)
 {
 	float phase = ((float)(across % cell) + 0.5f) / (float)cell - 0.5f;
 
-	told[0] = logf(pose->s / 100);
-	told[1] = 4 * (pose->turn & 4 ? -phase : phase);
-	told[2] = 8 * phase * phase;
-	told[3] = 4 * (float)regime->sigma - 1;
-	told[4] = regime->decimate == CT_DECIMATE_POINT ? 1 : 0;
-	told[5] = regime->decimate == CT_DECIMATE_MEAN ? 1 : 0;
-	told[6] = (float)regime->noise / 15;
-	told[7] = tanhf(pose->mu / 500);
+	features[0] = logf(pose->s / 100);
+	features[1] = 4 * (pose->turn & 4 ? -phase : phase);
+	features[2] = 8 * phase * phase;
+	features[3] = 4 * (float)regime->sigma - 1;
+	features[4] = regime->decimate == CT_DECIMATE_POINT ? 1 : 0;
+	features[5] = regime->decimate == CT_DECIMATE_MEAN ? 1 : 0;
+	features[6] = (float)regime->noise / 15;
+	features[7] = tanhf(pose->mu / 500);
 }
 
-int ct_regressor_work_alloc(
-	struct ct_regressor_work *w, const struct ct_regressor *r, size_t most, struct ct_err *e)
+int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
+	size_t most, struct ct_err *e)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_regressor_features(r);
+	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r);
 
 	w->most = most;
-	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + ct_regressor_out(r)),
+	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + ct_slice_network_out(r)),
 		    sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;
@@ -88,15 +90,16 @@ int ct_regressor_work_alloc(
 	return 0;
 }
 
-void ct_regressor_work_free(struct ct_regressor_work *w)
+void ct_slice_network_work_free(struct ct_slice_network_work *w)
 {
 	free(w->patch);
-	*w = (struct ct_regressor_work){0};
+	*w = (struct ct_slice_network_work){0};
 }
 
-float *ct_regressor_told(struct ct_regressor_work *w, const struct ct_regressor *r, size_t i)
+float *ct_slice_network_features(
+	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i)
 {
-	return w->feature + i * ct_regressor_features(r) + r->components;
+	return w->feature + i * ct_slice_network_inputs(r) + r->components;
 }
 
 /* out (n,rows; ldo) = in (n,columns) matrix^T, or added to out. */
@@ -107,22 +110,22 @@ static int times(float *out, size_t ldo, const float *in, const float *matrix, s
 		add ? 1 : 0, out, ldo, e);
 }
 
-int ct_regressor_see(
-	const struct ct_regressor *r, struct ct_regressor_work *w, size_t n, struct ct_err *e)
+int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slice_network_work *w,
+	size_t n, struct ct_err *e)
 {
 	const size_t count = ct_patch_count(&r->shape);
 
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < count; j++)
 			w->patch[i * count + j] -= r->mean[j];
-	return times(w->feature, ct_regressor_features(r), w->patch, r->basis, n, r->components,
+	return times(w->feature, ct_slice_network_inputs(r), w->patch, r->basis, n, r->components,
 		count, false, e);
 }
 
-int ct_regressor_think(const struct ct_regressor *r, const float *all, struct ct_regressor_work *w,
-	size_t n, struct ct_err *e)
+int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
+	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
 {
-	const size_t f = ct_regressor_features(r), out = ct_regressor_out(r), wide = r->width;
+	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
 	const float *const *at = (const float *[CT_PARTS]){all, all + r->at[1], all + r->at[2],
 		all + r->at[3], all + r->at[4], all + r->at[5], all + r->at[6], all + r->at[7]};
 
@@ -141,10 +144,13 @@ int ct_regressor_think(const struct ct_regressor *r, const float *all, struct ct
 		       : 0;
 }
 
-int ct_regressor_run(
-	const struct ct_regressor *r, struct ct_regressor_work *w, size_t n, struct ct_err *e)
+int ct_slice_network_run(const struct ct_slice_network *r, struct ct_slice_network_work *w,
+	size_t n, struct ct_err *e)
 {
-	return ct_regressor_see(r, w, n, e) || ct_regressor_think(r, r->all, w, n, e) ? -1 : 0;
+	return ct_slice_network_components(r, w, n, e) ||
+			       ct_slice_network_forward(r, r->all, w, n, e)
+		       ? -1
+		       : 0;
 }
 
 static int put(struct ct_tensors *w, const char *name, const char *part, size_t rank,
@@ -182,8 +188,8 @@ static int get(const struct ct_tensors *w, const char *name, const char *part, s
 
 enum { CELL, SIDE, DEPTH, SWAP, COMPONENTS, WIDTH, SHAPES };
 
-int ct_regressor_put(
-	const struct ct_regressor *r, struct ct_tensors *w, const char *name, struct ct_err *e)
+int ct_slice_network_put(
+	const struct ct_slice_network *r, struct ct_tensors *w, const char *name, struct ct_err *e)
 {
 	const float shape[SHAPES] = {(float)r->shape.cell, (float)r->shape.side,
 		(float)r->shape.depth, r->shape.swap ? 1 : 0, (float)r->components,
@@ -198,15 +204,15 @@ int ct_regressor_put(
 	for (int p = 0; p < CT_PARTS; p++) {
 		size_t dim[2];
 
-		part_shape(dim, r, (enum ct_regressor_part)p);
+		part_shape(dim, r, (enum ct_slice_network_part)p);
 		if (put(w, name, names[p], dim[1] ? 2 : 1, dim, r->all + r->at[p], e))
 			return -1;
 	}
 	return 0;
 }
 
-int ct_regressor_get(
-	struct ct_regressor *r, const struct ct_tensors *w, const char *name, struct ct_err *e)
+int ct_slice_network_get(
+	struct ct_slice_network *r, const struct ct_tensors *w, const char *name, struct ct_err *e)
 {
 	float shape[SHAPES];
 	size_t count;
@@ -221,7 +227,7 @@ int ct_regressor_get(
 		(size_t)shape[CELL], (size_t)shape[SIDE], (size_t)shape[DEPTH], shape[SWAP] > 0};
 	r->components = (size_t)shape[COMPONENTS];
 	r->width = (size_t)shape[WIDTH];
-	if (ct_regressor_alloc(r, e))
+	if (ct_slice_network_alloc(r, e))
 		return -1;
 	count = ct_patch_count(&r->shape);
 	if (get(w, name, "mean", 1, &count, r->mean, e) ||
@@ -235,7 +241,7 @@ int ct_regressor_get(
 	for (int p = 0; p < CT_PARTS; p++) {
 		size_t dim[2];
 
-		part_shape(dim, r, (enum ct_regressor_part)p);
+		part_shape(dim, r, (enum ct_slice_network_part)p);
 		if (get(w, name, names[p], dim[1] ? 2 : 1, dim, r->all + r->at[p], e))
 			return -1;
 	}

@@ -1,4 +1,4 @@
-/* scan.h: a circular scan in a handful of numbers, and the rays of a view.
+/* geometry.h: the geometry of a circular scan (cone, fan or parallel beam), and the rays of a view.
  *
  * The rotation axis is world +z (patient superior) through the isocentre. With e(a) = (cos a,
  * sin a, 0), the view at angle a has
@@ -13,12 +13,12 @@
  * of TIGRE (Biguri et al., Biomed. Phys. Eng. Express 2016) with its rows reversed. Lengths mm,
  * angles degrees; sines of whole quarter turns are exact. Pure; thread-safe.
  */
-#ifndef CT_XRAY_SCAN_H
-#define CT_XRAY_SCAN_H
+#ifndef CT_XRAY_GEOMETRY_H
+#define CT_XRAY_GEOMETRY_H
 #include "core/stack.h"
 #include "core/vol.h"
 
-struct ct_scan {
+struct ct_geometry {
 	enum ct_beam beam;
 	size_t views;
 	double arc, start; /* degrees */
@@ -36,16 +36,16 @@ struct ct_scan {
  * 1000 F/256, DSD 1500 F/256, detector side 2F with as many pixels a side as the largest
  * dimension has voxels. Parallel rays are not magnified: the detector is the square that just
  * holds the shadow of the grid from every side. A fan is the cone's middle row. */
-void ct_scan_default(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid);
+void ct_geometry_default(struct ct_geometry *s, enum ct_beam beam, const struct ct_vol *grid);
 /* The same with DSO 1000, DSD 1500 and a detector of 512 mm whatever the size of the grid. */
-void ct_scan_paper(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid);
+void ct_geometry_paper(struct ct_geometry *s, enum ct_beam beam, const struct ct_vol *grid);
 /* Stack of s->views with the vectors of every view, data uninitialised, and the metadata keys
  * scan.dso, scan.dsd, scan.arc, scan.start (numbers) and scan.iso ("x,y,z"); *out must be zero.
  * CT_EGEOM naming the number that makes no scan, CT_EINPUT or CT_ENOMEM for its size. */
-int ct_scan_fill(struct ct_stack *out, const struct ct_scan *s, struct ct_err *e);
+int ct_geometry_fill(struct ct_stack *out, const struct ct_geometry *s, struct ct_err *e);
 /* CT_EGEOM, with the distances, if the source of a cone or fan view is inside the sphere around
  * the grid: such rays would begin within the object. */
-int ct_scan_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e);
+int ct_geometry_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e);
 
 /* Ray of a pixel: the points origin + t dir, mm. Cone and fan: origin is the source, t = 1 the
  * pixel, t < 0 behind the source. Parallel: t = 1 is the pixel and t any number. */

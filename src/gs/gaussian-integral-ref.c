@@ -1,6 +1,6 @@
-/* footprint-ref.c: see footprint-ref.h. */
+/* gaussian-integral-ref.c: see gaussian-integral-ref.h. */
 #include "config.h"
-#include "gs/footprint-ref.h"
+#include "gs/gaussian-integral-ref.h"
 
 #include <math.h>
 
@@ -14,7 +14,7 @@
 #define FN(name) ref_##name
 #include "gs/gaussian-formulas.h"
 
-#include "gs/footprint-formulas.h"
+#include "gs/gaussian-integral.h"
 
 bool ct_footprint_ref_of(
 	struct ct_footprint *f, const struct ct_camera *c, const struct ct_gaussian *b)

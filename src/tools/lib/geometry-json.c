@@ -1,4 +1,4 @@
-/* scan-json.c: scanner files of R2-Gaussian (and of TIGRE's names) in JSON.
+/* geometry-json.c: scanner files of R2-Gaussian (and of TIGRE's names) in JSON.
  *
  * The keys stand at the top or in an object "scanner":
  *   DSO, DSD            source to isocentre, to detector
@@ -13,7 +13,7 @@
  */
 #include "config.h"
 #include "formats/io.h"
-#include "tools/lib/scan-json.h"
+#include "tools/lib/geometry-json.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -46,7 +46,7 @@ static int numbers(const struct reader *r, const char *key, size_t n, double *x,
 }
 
 static int mode(
-	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
+	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
 	const char *word = json_string_value(json_object_get(r->o, "mode"));
 	enum ct_beam beam;
@@ -56,12 +56,12 @@ static int mode(
 	if (ct_beam_parse(&beam, word, e))
 		return ct_blame(e, r->path);
 	if (grid)
-		ct_scan_default(s, beam, grid);
+		ct_geometry_default(s, beam, grid);
 	s->beam = beam;
 	return 0;
 }
 
-static int sizes(struct ct_scan *s, const struct reader *r, double unit, struct ct_err *e)
+static int sizes(struct ct_geometry *s, const struct reader *r, double unit, struct ct_err *e)
 {
 	double n[2] = {(double)s->h, (double)s->w}, size[2];
 	int got = numbers(r, "nDetector", 2, n, e);
@@ -115,7 +115,7 @@ static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 }
 
 static int read_scan(
-	struct ct_scan *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
+	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
 	double mm[3] = {0}, box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
 	int got;
@@ -155,7 +155,7 @@ static int read_scan(
 	return 0;
 }
 
-int ct_scan_json_read(struct ct_scan *s, const char *path, const struct ct_vol *grid,
+int ct_geometry_json_read(struct ct_geometry *s, const char *path, const struct ct_vol *grid,
 	struct ct_vol *named, struct ct_err *e)
 {
 	struct reader r = {.path = path};

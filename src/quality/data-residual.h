@@ -1,5 +1,5 @@
-/* certificate.h: a certificate without a truth: does a fine volume explain the coarse one that it
- * was made of?
+/* data-residual.h: the data residual D x - y: does a fine volume x explain the coarse volume y that
+ * it was made of? No ground truth is needed.
  *
  * The fine volume is degraded by the operator D of degrade.h that the coarse one's header names,
  * and compared with the coarse one. A residual of zero says that nothing the scanner has seen
@@ -7,14 +7,14 @@
  * is true. If the coarse volume was clipped or rounded, or noise added, the residual of the truth
  * itself is as large as that.
  */
-#ifndef CT_QUALITY_CERTIFICATE_H
-#define CT_QUALITY_CERTIFICATE_H
+#ifndef CT_QUALITY_DATA_RESIDUAL_H
+#define CT_QUALITY_DATA_RESIDUAL_H
 #include "core/env.h"
 #include "core/vol.h"
 #include "resolution/degrade.h"
 
 /* Of D(test) - lr, in HU. */
-struct ct_certificate {
+struct ct_data_residual {
 	size_t voxels;
 	double max, p95;  /* of the absolute value; p95 interpolates order statistics */
 	double rms, mean; /* root of the mean square; signed mean */
@@ -24,11 +24,11 @@ struct ct_certificate {
  * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
  * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
  * one lr. */
-int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
+int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e);
 /* Element at fraction q in [0, 1] of the sorted absolute values of n > 0 finite v, between two of
  * them interpolated linearly. Linear time. CT_ENOMEM. */
-int ct_certificate_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e);
+int ct_data_residual_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e);
 
 #endif

@@ -1,4 +1,4 @@
-/* The caution with which a prior of slices is added to, by how the scan was made. */
+/* The confidence weights of the slice prior, by how the scan was made. */
 #include "config.h"
 #include "numbers.h"
 #include "restore/restore.h"
@@ -15,13 +15,13 @@ static void careful(void)
 		for (int noise = 0; noise < 2; noise++) {
 			ct_degrade_protocol(&rule.by, protocol);
 			rule.noise = noise;
-			must(ct_restore_careful(&rule, &little, size, &err));
+			must(ct_restore_confidence(&rule, &little, size, &err));
 			ok = ok && rule.flat == (protocol == 3 && !noise);
 		}
 	rule.by.decimate = CT_DECIMATE_MEAN;
 	rule.noise = 0;
-	must(ct_restore_careful(&rule, &little, size, &err));
-	OK(ok && !rule.flat, "points that alias, without noise, are flat");
+	must(ct_restore_confidence(&rule, &little, size, &err));
+	OK(ok && !rule.flat, "point-sampled, aliased scans, without noise, are flat");
 }
 
 /* The confidence weights of ct-upsample -m prior, by how the scan was made. */
@@ -51,12 +51,12 @@ static void caution(void)
 		struct ct_restore_rule got = {.by = want[k].by, .noise = want[k].noise};
 		bool little;
 
-		must(ct_restore_careful(&got, &little, size, &err));
+		must(ct_restore_confidence(&got, &little, size, &err));
 		OK(got.weight == 1 && got.doubt == want[k].doubt && got.gate == want[k].gate &&
 				got.steps == want[k].steps && got.cap == want[k].cap &&
 				got.again == 10 && got.passes == want[k].passes &&
 				little == want[k].little,
-			"caution with scan %zu: %g, %g HU, %g, %g HU, %d looks", k, got.doubt,
+			"weights of scan %zu: %g, %g HU, %g, %g HU, %d passes", k, got.doubt,
 			got.gate, got.steps, got.cap, got.passes);
 	}
 }

@@ -1,6 +1,6 @@
-/* certificate.c: see certificate.h. */
+/* data-residual.c: see data-residual.h. */
 #include "config.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HALF = 1 << 16 };
+enum { HALF_WORDS = 1 << 16 };
 
 /* Bits of |x|, which count up with it. */
 static uint32_t bits_of(float x)
@@ -20,7 +20,7 @@ static uint32_t bits_of(float x)
 }
 
 /* The k-th of the sorted absolute values: first the upper half of its bits, then the lower. */
-static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF])
+static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF_WORDS])
 {
 	uint32_t found = 0;
 	float value;
@@ -28,11 +28,12 @@ static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF])
 	for (int shift = 16; shift >= 0; shift -= 16) {
 		size_t bin = 0;
 
-		memset(count, 0, HALF * sizeof *count);
+		memset(count, 0, HALF_WORDS * sizeof *count);
 		for (size_t i = 0; i < n; i++) {
 			const uint32_t bits = bits_of(v[i]);
 
-			count[bits >> shift & (HALF - 1)] += shift || bits >> 16 == found >> 16;
+			count[bits >> shift & (HALF_WORDS - 1)] +=
+				shift || bits >> 16 == found >> 16;
 		}
 		while (k >= count[bin])
 			k -= count[bin++];
@@ -42,13 +43,13 @@ static double nth(const float *v, size_t n, size_t k, uint64_t count[HALF])
 	return (double)value;
 }
 
-int ct_certificate_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e)
+int ct_data_residual_quantile(double *to, const float *v, size_t n, double q, struct ct_err *e)
 {
 	const double at = q * (double)(n - 1);
 	const size_t k = (size_t)at;
 	uint64_t *count;
 
-	if (ct_alloc(&count, HALF, sizeof *count, e))
+	if (ct_alloc(&count, HALF_WORDS, sizeof *count, e))
 		return -1;
 	*to = nth(v, n, k, count);
 	if (k + 1 < n)
@@ -58,12 +59,12 @@ int ct_certificate_quantile(double *to, const float *v, size_t n, double q, stru
 }
 
 /* Slice by slice, so that sums stay exact enough for any size. */
-static int summarise(struct ct_certificate *c, const struct ct_vol *map, struct ct_err *e)
+static int summarise(struct ct_data_residual *c, const struct ct_vol *map, struct ct_err *e)
 {
 	size_t slice = map->n[0] * map->n[1], n = ct_vol_count(map);
 	double square = 0, sum = 0;
 
-	*c = (struct ct_certificate){.voxels = n};
+	*c = (struct ct_data_residual){.voxels = n};
 	for (size_t k = 0; k < map->n[2]; k++) {
 		double s2 = 0, s = 0;
 
@@ -79,7 +80,7 @@ static int summarise(struct ct_certificate *c, const struct ct_vol *map, struct 
 	}
 	c->rms = sqrt(square / (double)n);
 	c->mean = sum / (double)n;
-	return ct_certificate_quantile(&c->p95, map->data, n, 0.95, e);
+	return ct_data_residual_quantile(&c->p95, map->data, n, 0.95, e);
 }
 
 /* map - lr. */
@@ -93,7 +94,7 @@ static void take_off(struct ct_vol *map, const struct ct_vol *lr)
 	}
 }
 
-int ct_certificate(struct ct_certificate *c, struct ct_vol *map, const struct ct_vol *lr,
+int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)
 {

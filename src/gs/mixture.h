@@ -1,4 +1,4 @@
-/* voxelise.h: the density of a mixture of Gaussians on a grid of voxels, or a block of it, and its
+/* mixture.h: the density of a mixture of Gaussians on a grid of voxels, or a block of it, and its
  * gradient.
  *
  *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i))
@@ -9,8 +9,8 @@
  * Gaussian is a 2-D one (rasterise.h), so the same kernels do projections and volumes. Any affine
  * that can be inverted. Sums in order of index; the same bytes for any number of threads.
  */
-#ifndef CT_GS_VOXELISE_H
-#define CT_GS_VOXELISE_H
+#ifndef CT_GS_MIXTURE_H
+#define CT_GS_MIXTURE_H
 #include "core/env.h"
 #include "gs/block.h"
 #include "gs/gaussian.h"
@@ -30,7 +30,7 @@ struct ct_voxel_gaussian {
 	int32_t slice[2]; /* [slice[0], slice[1]) */
 };
 
-struct ct_voxelise {
+struct ct_mixture {
 	struct ct_block block;
 	size_t n, cap, hits, chunks;
 	struct ct_voxel_gaussian *item;
@@ -39,36 +39,36 @@ struct ct_voxelise {
 };
 
 /* False if the Gaussian does not touch the block. */
-bool ct_voxelise_gaussian(
+bool ct_mixture_gaussian(
 	struct ct_voxel_gaussian *o, const struct ct_block *k, const struct ct_gaussian *b);
 
-void ct_voxelise_free(struct ct_voxelise *v);
+void ct_mixture_free(struct ct_mixture *v);
 /* Find the Gaussians that touch the block, in order of index. */
-int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
+int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e);
 /* Floats of a slice as the two functions below lay it out: rows ct_rasterise_pitch(n[0]) apart. */
-size_t ct_voxelise_slice(const struct ct_block *k);
+size_t ct_mixture_slice(const struct ct_block *k);
 /* out[slices [first, end)][n1][pitch] = field. */
-void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t first, size_t end);
+void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end);
 /* out[n2][n1][pitch] = field, slices in parallel. */
-void ct_voxelise_draw(float *out, const struct ct_voxelise *v, struct ct_par *par);
+void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par);
 /* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */
-void ct_voxelise_backward(struct ct_gradient *grad, const struct ct_voxelise *v,
+void ct_mixture_backward(struct ct_gradient *grad, const struct ct_mixture *v,
 	const struct ct_gaussian *b, const struct ct_gauss *set, const float *df,
 	struct ct_par *par);
 /* vol[n2][n1][n0] += gain * field, slabs in parallel, with progress; allocates a slab a thread. */
-int ct_voxelise_add(float *vol, const struct ct_voxelise *v, double gain, const struct ct_env *env,
+int ct_mixture_add(float *vol, const struct ct_mixture *v, double gain, const struct ct_env *env,
 	struct ct_err *e);
 
 /* vol[n2][n1][n0] += gain * field of a set of any size on the grid of an affine: groups of 2^18
  * Gaussians, so that 64 MB and a slab a thread are all that it takes beside the volume. *touch, if
  * not NULL, is how many of them touch the grid. */
-int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
+int ct_mixture_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
 	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
 	struct ct_err *e);
 
 /* Moments to gradients of density, position and shape (m is not set); b is of `world`. */
-void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
+void ct_mixture_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
 	const struct ct_voxel_gaussian *b, const struct ct_gaussian *world,
 	const double sums[static 10]);
 

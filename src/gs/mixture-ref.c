@@ -1,11 +1,11 @@
-/* voxelise-ref.c: see voxelise-ref.h. */
+/* mixture-ref.c: see mixture-ref.h. */
 #include "config.h"
-#include "gs/voxelise-ref.h"
+#include "gs/mixture-ref.h"
 
 #include <math.h>
 #include <string.h>
 
-void ct_voxelise_ref_draw(
+void ct_mixture_ref_draw(
 	double *out, const struct ct_block *k, const struct ct_voxel_gaussian *b, double cut)
 {
 	size_t count = k->n[0] * k->n[1] * k->n[2];
@@ -21,7 +21,7 @@ void ct_voxelise_ref_draw(
 	}
 }
 
-void ct_voxelise_ref_sums(double s[static 10], const double *g, const struct ct_block *k,
+void ct_mixture_ref_sums(double s[static 10], const double *g, const struct ct_block *k,
 	const struct ct_voxel_gaussian *b, double cut)
 {
 	size_t count = k->n[0] * k->n[1] * k->n[2];

@@ -1,8 +1,8 @@
-/* t-circle.c: the scans that are made and which pixels see what, by the formulas of scan.h in
+/* t-geometry.c: the scans that are made and which pixels see what, by the formulas of geometry.h in
  * double: vectors of views, defaults, what is no scan, sources within the volume, shadows. */
 #include "config.h"
 #include "core/rng.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -35,7 +35,7 @@ static struct ct_vol grid(void)
 static void t_views(void)
 {
 	for (int beam = CT_CONE; beam <= CT_FAN; beam++) {
-		struct ct_scan scan = {.beam = (enum ct_beam)beam,
+		struct ct_geometry scan = {.beam = (enum ct_beam)beam,
 			.views = 24,
 			.arc = -360,
 			.start = 405,
@@ -49,7 +49,7 @@ static void t_views(void)
 		struct ct_stack s = {0};
 		double worst = 0, exact = 0;
 
-		must(ct_scan_fill(&s, &scan, &err));
+		must(ct_geometry_fill(&s, &scan, &err));
 		for (size_t k = 0; k < 24; k++) {
 			const struct ct_view *v = &s.view[k];
 			double a = (405 - 15 * (double)k) * M_PI / 180;
@@ -89,44 +89,44 @@ static void t_defaults(void)
 {
 	struct ct_vol v = grid();
 	struct ct_stack s = {0};
-	struct ct_scan scan;
+	struct ct_geometry scan;
 
-	ct_scan_default(&scan, CT_CONE, &v);
+	ct_geometry_default(&scan, CT_CONE, &v);
 	OK(scan.views == 100 && scan.w == 30 && scan.h == 30, "a square detector");
 	OK(scan.dso == 234.375 && scan.dsd == 351.5625 && scan.arc == 180, "scaled to 60 mm");
 	OK(scan.pitch[0] == 4 && scan.pitch[1] == 4, "twice as wide");
 	OK(scan.iso[0] == 5 && scan.iso[1] == -7 && scan.iso[2] == 11, "about the centre");
-	must(ct_scan_fill(&s, &scan, &err));
+	must(ct_geometry_fill(&s, &scan, &err));
 	number_is(&s, CT_META_SCAN_DSO, "234.375");
 	number_is(&s, CT_META_SCAN_DSD, "351.5625");
 	number_is(&s, CT_META_SCAN_ARC, "180");
 	number_is(&s, CT_META_SCAN_START, "0");
 	number_is(&s, CT_META_SCAN_ISO, "5,-7,11");
 	ct_stack_free(&s);
-	ct_scan_default(&scan, CT_FAN, &v);
+	ct_geometry_default(&scan, CT_FAN, &v);
 	OK(scan.h == 1 && scan.w == 30 && scan.pitch[0] == 4, "a fan has one row");
-	ct_scan_default(&scan, CT_PARALLEL, &v);
+	ct_geometry_default(&scan, CT_PARALLEL, &v);
 	NEAR(scan.pitch[0] * 30, hypot(60, 20), 1e-9, "parallel: as wide as the shadow");
-	ct_scan_paper(&scan, CT_CONE, &v);
+	ct_geometry_paper(&scan, CT_CONE, &v);
 	OK(scan.dso == 1000 && scan.dsd == 1500 && fabs(scan.pitch[0] * 30 - 512) < 1e-9,
 		"the paper's");
 	v.n[0] = v.n[1] = v.n[2] = 1;
 	v.affine[2][2] = 0.1;
 	v.affine[0][0] = v.affine[1][1] = 0.3;
-	ct_scan_default(&scan, CT_PARALLEL, &v);
+	ct_geometry_default(&scan, CT_PARALLEL, &v);
 	OK(scan.w == 1 && fabs(scan.pitch[0] - 0.3 * sqrt(2)) < 1e-12, "one small voxel");
 	v.n[0] = v.n[1] = v.n[2] = 8;
 	v.affine[2][2] = 30; /* tall: 240 mm */
-	ct_scan_default(&scan, CT_PARALLEL, &v);
+	ct_geometry_default(&scan, CT_PARALLEL, &v);
 	NEAR(scan.pitch[1] * 8, 240, 1e-9, "or as high");
 	ct_vol_free(&v);
 }
 
-static void refused(const struct ct_scan *scan, const char *words)
+static void refused(const struct ct_geometry *scan, const char *words)
 {
 	struct ct_stack s = {0};
 
-	OK(ct_scan_fill(&s, scan, &err) == -1 && err.code == CT_EGEOM && strstr(err.msg, words),
+	OK(ct_geometry_fill(&s, scan, &err) == -1 && err.code == CT_EGEOM && strstr(err.msg, words),
 		"refused: %s", err.msg);
 	ct_stack_free(&s);
 }
@@ -136,19 +136,19 @@ static void t_refused(void)
 	static const char *const names[] = {"source to isocentre", "source to detector",
 		"pixel pitch along u", "pixel pitch along v"};
 	struct ct_vol v = grid();
-	struct ct_scan good;
+	struct ct_geometry good;
 
-	ct_scan_default(&good, CT_CONE, &v);
+	ct_geometry_default(&good, CT_CONE, &v);
 	for (int i = 0; i < 4; i++)
 		for (int k = 0; k < 4; k++) {
-			struct ct_scan bad = good;
+			struct ct_geometry bad = good;
 			double *x[4] = {&bad.dso, &bad.dsd, &bad.pitch[0], &bad.pitch[1]};
 
 			*x[i] = k == 0 ? 0 : k == 1 ? -1 : k == 2 ? 1.01e9 : (double)NAN;
 			refused(&bad, names[i]);
 		}
 	for (int i = 0; i < 7; i++) {
-		struct ct_scan bad = good;
+		struct ct_geometry bad = good;
 		double *x[7] = {&bad.arc, &bad.start, &bad.offset[0], &bad.offset[1], &bad.iso[0],
 			&bad.iso[1], &bad.iso[2]};
 
@@ -170,25 +170,25 @@ static void t_inside(void)
 		double d[3] = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
 		double len = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 		struct ct_stack s = {0};
-		struct ct_scan scan;
+		struct ct_geometry scan;
 
-		ct_scan_default(&scan, k % 3 ? CT_CONE : CT_FAN, &v);
+		ct_geometry_default(&scan, k % 3 ? CT_CONE : CT_FAN, &v);
 		scan.views = 4;
-		must(ct_scan_fill(&s, &scan, &err));
+		must(ct_geometry_fill(&s, &scan, &err));
 		for (int over = -1; over <= 1; over += 2) {
 			const double mid[3] = {5, -7, 11};
 
 			for (int a = 0; a < 3; a++)
 				s.view[k % 4].source[a] =
 					mid[a] + d[a] / len * radius * (1 + 1e-3 * over);
-			OK((ct_scan_check(&s, &v, &err) == 0) == (over > 0) &&
+			OK((ct_geometry_check(&s, &v, &err) == 0) == (over > 0) &&
 					(over > 0 || err.code == CT_EGEOM),
 				"a source %s", over > 0 ? "just outside" : "just inside");
 		}
 		s.beam = CT_PARALLEL;
 		for (int a = 0; a < 3; a++)
 			s.view[k % 4].source[a] = 5;
-		OK(ct_scan_check(&s, &v, &err) == 0, "parallel ones may be anywhere");
+		OK(ct_geometry_check(&s, &v, &err) == 0, "parallel ones may be anywhere");
 		ct_stack_free(&s);
 	}
 	ct_vol_free(&v);

@@ -1,9 +1,9 @@
-/* footprint-ref.h: the footprint of one Gaussian on the detector (splat.h), in double, with plain
- * loops over pixels: what the fast functions are tested against. The formulas are those of
- * footprint-formulas.h. Pure.
+/* gaussian-integral-ref.h: the footprint of one Gaussian on the detector (splat.h), in double, with
+ * plain loops over pixels: what the fast functions are tested against. The formulas are those of
+ * gaussian-integral.h. Pure.
  */
-#ifndef CT_GS_FOOTPRINT_REF_H
-#define CT_GS_FOOTPRINT_REF_H
+#ifndef CT_GS_GAUSSIAN_INTEGRAL_REF_H
+#define CT_GS_GAUSSIAN_INTEGRAL_REF_H
 #include "gs/camera.h"
 #include "gs/gaussian.h"
 

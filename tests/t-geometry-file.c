@@ -3,8 +3,8 @@
 #include "capture.h"
 #include "formats/format.h"
 #include "scratch.h"
-#include "tools/lib/scan-json.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-json.h"
+#include "tools/lib/geometry-opts.h"
 
 static struct ct_err e;
 /* 96 x 80 x 32 mm about (10, 20, 30). */
@@ -18,19 +18,19 @@ static bool same(double a, double b)
 
 /* Read this text about the grid, or in mm if there is none. */
 static int parse(
-	struct ct_scan *s, const char *text, const struct ct_vol *about, struct ct_vol *named)
+	struct ct_geometry *s, const char *text, const struct ct_vol *about, struct ct_vol *named)
 {
 	put_text("s.json", text);
 	e = (struct ct_err){0};
-	ct_scan_default(s, CT_CONE, &grid);
-	return ct_scan_json_read(s, "s.json", about, named, &e);
+	ct_geometry_default(s, CT_CONE, &grid);
+	return ct_geometry_json_read(s, "s.json", about, named, &e);
 }
 #define BASE "\"DSO\": 5, \"DSD\": 7, \"sVoxel\": [2, 1, 0.5]"
 #define SIZE ", \"nDetector\": [12, 16], \"sDetector\": [4, 3]"
 
 static void test_unit(void)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 
 	OK(parse(&s, "{" BASE SIZE "}", &grid, NULL) == 0 && same(s.dso, 240) && same(s.dsd, 336),
 		"lengths in the unit in which sVoxel is the volume");
@@ -75,7 +75,7 @@ static void test_unit(void)
 
 static void test_detector(void)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 
 	OK(parse(&s, "{" BASE ", \"nDetector\": 8, \"sDetector\": 4}", NULL, NULL) == 0 &&
 			s.h == 8 && s.w == 8 && same(s.pitch[0], 0.5) && same(s.pitch[1], 0.5),
@@ -109,7 +109,7 @@ static void test_detector(void)
 
 static void test_named(void)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 	struct ct_vol v = {0}, none = {0};
 
 	OK(parse(&s, "{" BASE SIZE "}", NULL, &none) == 0 && none.n[0] == 0, "no volume is named");
@@ -180,7 +180,7 @@ static void test_wrong(void)
 		"\"DSO\": 5, \"DSD\": 7, \"sVoxel\": [1, 2]" SIZE, "sVoxel has 2 numbers, not 3",
 		"\"DSO\": 5, \"DSO\": 5",
 		"not a JSON object: line 1: duplicate object key near '\"DSO\"'", NULL};
-	struct ct_scan s;
+	struct ct_geometry s;
 
 	for (const char *const *t = lines; *t; t += 2) {
 		char text[400], want[200];
@@ -197,19 +197,20 @@ static void test_wrong(void)
 	OK(parse(&s, "{\n\nx}", &grid, NULL) == -1 && e.code == CT_EINPUT &&
 			strstr(e.msg, "line 3: "),
 		"%s", e.msg);
-	OK(ct_scan_json_read(&s, "none.json", &grid, NULL, &e) == -1 && strstr(e.msg, "none.json"),
+	OK(ct_geometry_json_read(&s, "none.json", &grid, NULL, &e) == -1 &&
+			strstr(e.msg, "none.json"),
 		"%s", e.msg);
 }
 
 /* Do the options make this scan? */
-static bool makes(struct ct_scan_opts o, const struct ct_scan *want)
+static bool makes(struct ct_geometry_opts o, const struct ct_geometry *want)
 {
 	struct ct_stack got = {0}, is = {0};
 	bool as;
 
 	e = (struct ct_err){0};
-	must(ct_scan_fill(&is, want, &err));
-	as = ct_scan_opts_make(&got, &o, &grid, &e) == 0 && ct_stack_same(&got, &is, &e) == 0 &&
+	must(ct_geometry_fill(&is, want, &err));
+	as = ct_geometry_opts_make(&got, &o, &grid, &e) == 0 && ct_stack_same(&got, &is, &e) == 0 &&
 	     strcmp(ct_meta_get(&got.meta, CT_META_SCAN_ARC),
 		     ct_meta_get(&is.meta, CT_META_SCAN_ARC)) == 0;
 	ct_stack_free(&got);
@@ -219,14 +220,14 @@ static bool makes(struct ct_scan_opts o, const struct ct_scan *want)
 #define NONE .arc = (double)NAN, .start = (double)NAN, .dso = (double)NAN, .dsd = (double)NAN
 #define MAKES(change, ...)                                                                         \
 	do {                                                                                       \
-		struct ct_scan s;                                                                  \
-		const struct ct_scan_opts o = {NONE, .sampling = (double)NAN, __VA_ARGS__};        \
-		ct_scan_default(&s, CT_CONE, &grid);                                               \
+		struct ct_geometry s;                                                              \
+		const struct ct_geometry_opts o = {NONE, .sampling = (double)NAN, __VA_ARGS__};    \
+		ct_geometry_default(&s, CT_CONE, &grid);                                           \
 		change;                                                                            \
 		OK(makes(o, &s), "%s makes %s", #__VA_ARGS__, #change);                            \
 	} while (0)
 /* The detector of this size, of square pixels that cover a side of mm. */
-static void detector(struct ct_scan *s, size_t w, size_t h, double mm)
+static void detector(struct ct_geometry *s, size_t w, size_t h, double mm)
 {
 	s->w = w;
 	s->h = h;
@@ -240,23 +241,23 @@ static void test_options(void)
 	MAKES(detector(&s, 10, 10, 19.2), .det = "10");
 	MAKES(detector(&s, 10, 6, 19.2), .det = "10x6");
 	MAKES(detector(&s, 6, 10, 19.2), .det = "6x10");
-	MAKES((ct_scan_default(&s, CT_FAN, &grid), detector(&s, 10, 1, 19.2)), .beam = "fan",
+	MAKES((ct_geometry_default(&s, CT_FAN, &grid), detector(&s, 10, 1, 19.2)), .beam = "fan",
 		.det = "10");
-	MAKES(ct_scan_default(&s, CT_PARALLEL, &grid), .beam = "parallel");
-	MAKES(ct_scan_paper(&s, CT_CONE, &grid), .paper = true);
+	MAKES(ct_geometry_default(&s, CT_PARALLEL, &grid), .beam = "parallel");
+	MAKES(ct_geometry_paper(&s, CT_CONE, &grid), .paper = true);
 	MAKES((s.pitch[0] = 2, s.pitch[1] = 3), .pitch = "2,3");
 	MAKES(detector(&s, 24, 24, 2), .pitch = "2");
 	MAKES((s.offset[0] = 1, s.offset[1] = -2), .offset = "1,-2");
 	MAKES((detector(&s, 10, 10, 3), s.offset[1] = 1), .det = "10", .pitch = "3",
 		.offset = "0,1");
 	for (int k = 0; k < 5; k++) {
-		struct ct_scan_opts o = {NONE, .sampling = (double)NAN};
-		struct ct_scan s;
+		struct ct_geometry_opts o = {NONE, .sampling = (double)NAN};
+		struct ct_geometry s;
 		double *const from[] = {&o.arc, &o.start, &o.dso, &o.dsd, &o.sampling};
 		double *const to[] = {&s.arc, &s.start, &s.dso, &s.dsd, s.pitch};
 		const double v[] = {200, -20, 250, 700, 1.4};
 
-		ct_scan_default(&s, CT_CONE, &grid);
+		ct_geometry_default(&s, CT_CONE, &grid);
 		*from[k] = *to[k] = v[k];
 		if (k == 4) /* 33.6 pixels, and so 48 */
 			detector(&s, 48, 48, 4);
@@ -270,8 +271,8 @@ static void test_options(void)
 
 static void test_scanner(void)
 {
-	struct ct_scan_opts o = {NONE, .sampling = 0.5, .scanner = "s.json"};
-	struct ct_scan s;
+	struct ct_geometry_opts o = {NONE, .sampling = 0.5, .scanner = "s.json"};
+	struct ct_geometry s;
 	struct ct_stack out = {0};
 
 	must(parse(&s,
@@ -282,50 +283,50 @@ static void test_scanner(void)
 	o.beam = "cone";
 	OK(makes(o, &s), "the beam of the file");
 	o.beam = "fan";
-	OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
+	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
 			is_text(e.msg, "--beam fan, but s.json has mode cone"),
 		"%s", e.msg);
 	o.beam = "cane";
-	OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
+	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
 			is_text(e.msg, "--beam: beam 'cane' is not one of cone|parallel|fan"),
 		"%s", e.msg);
 	for (const char *const *t = (const char *const[]){"0", "2,0", "0,2", "-1,2", NULL}; *t;
 		t++) {
-		o = (struct ct_scan_opts){NONE, .sampling = (double)NAN, .pitch = *t};
-		OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
+		o = (struct ct_geometry_opts){NONE, .sampling = (double)NAN, .pitch = *t};
+		OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
 				strstr(e.msg, "is not positive"),
 			"%s", e.msg);
 	}
-	o = (struct ct_scan_opts){NONE, .sampling = (double)NAN, .det = "0"};
-	OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE, "%s", e.msg);
-	o = (struct ct_scan_opts){NONE, .sampling = (double)NAN, .offset = "0"};
-	OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE, "%s", e.msg);
+	o = (struct ct_geometry_opts){NONE, .sampling = (double)NAN, .det = "0"};
+	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE, "%s", e.msg);
+	o = (struct ct_geometry_opts){NONE, .sampling = (double)NAN, .offset = "0"};
+	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE, "%s", e.msg);
 	o.offset = NULL;
 	o.dso = -1;
-	OK(ct_scan_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EGEOM, "%s", e.msg);
+	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EGEOM, "%s", e.msg);
 }
 
 static void test_like(void)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 	struct ct_stack was = {0}, is = {0};
-	const struct ct_scan_opts o = {.like = "like.exr"}, none = {.like = "none.exr"};
+	const struct ct_geometry_opts o = {.like = "like.exr"}, none = {.like = "none.exr"};
 
-	ct_scan_default(&s, CT_CONE, &grid);
+	ct_geometry_default(&s, CT_CONE, &grid);
 	detector(&s, 3, 2, 1.5);
 	s.views = 4;
-	must(ct_scan_fill(&was, &s, &err) || ct_meta_set(&was.meta, "window", "0:1", &err));
+	must(ct_geometry_fill(&was, &s, &err) || ct_meta_set(&was.meta, "window", "0:1", &err));
 	for (size_t i = 0; i < 24; i++)
 		was.data[i] = 0;
 	must(ct_stack_write("like.exr", &was, NULL, &err));
-	OK(ct_scan_opts_make(&is, &o, &grid, &e) == 0 && ct_stack_same(&is, &was, &e) == 0,
+	OK(ct_geometry_opts_make(&is, &o, &grid, &e) == 0 && ct_stack_same(&is, &was, &e) == 0,
 		"the geometry of a stack");
 	OK(is.meta.n == 5 && ct_meta_get(&is.meta, CT_META_SCAN_DSO) &&
 			ct_meta_get(&is.meta, CT_META_SCAN_ISO),
 		"and of what it says no more");
 	ct_stack_free(&was);
 	ct_stack_free(&is);
-	OK(ct_scan_opts_make(&is, &none, &grid, &e) == -1 && strstr(e.msg, "none.exr"), "%s",
+	OK(ct_geometry_opts_make(&is, &none, &grid, &e) == -1 && strstr(e.msg, "none.exr"), "%s",
 		e.msg);
 }
 
@@ -333,7 +334,7 @@ static bool window_is(const char *option, const struct ct_meta *m, double lo, do
 {
 	double w[2];
 
-	return ct_scan_opts_window(w, option, m, &e) == 0 && same(w[0], lo) && same(w[1], hi);
+	return ct_geometry_opts_window(w, option, m, &e) == 0 && same(w[0], lo) && same(w[1], hi);
 }
 
 static bool window_is_refused(
@@ -341,7 +342,8 @@ static bool window_is_refused(
 {
 	double w[2];
 
-	return ct_scan_opts_window(w, option, m, &e) == -1 && e.code == code && is_text(e.msg, why);
+	return ct_geometry_opts_window(w, option, m, &e) == -1 && e.code == code &&
+	       is_text(e.msg, why);
 }
 
 static void test_window(void)
@@ -351,7 +353,7 @@ static void test_window(void)
 
 	OK(window_is(NULL, NULL, -1024, 3071) && window_is(NULL, &m, -1024, 3071), "a window");
 	OK(window_is("-5:7", NULL, -5, 7) && window_is("-5:7", &m, -5, 7), "that is asked for");
-	must(ct_scan_opts_put_window(&m, w, &err));
+	must(ct_geometry_opts_put_window(&m, w, &err));
 	OK(is_text(ct_meta_get(&m, CT_META_WINDOW), "-512.25:1000000"), "in words");
 	OK(window_is(NULL, &m, -512.25, 1e6) && window_is("-512.25:1e6", &m, -512.25, 1e6),
 		"that is known");
@@ -366,7 +368,7 @@ static void test_window(void)
 	must(ct_meta_set(&m, CT_META_WINDOW, "x", &err));
 	OK(window_is_refused(NULL, &m, CT_EINPUT, "metadata: --window: 'x' is not 2 numbers"),
 		"one that is spoilt");
-	must(ct_scan_opts_put_volume(&m, &grid, &err));
+	must(ct_geometry_opts_put_volume(&m, &grid, &err));
 	OK(is_text(ct_meta_get(&m, CT_META_VOLUME_SIZE), "24,20,16") &&
 			is_text(ct_meta_get(&m, CT_META_VOLUME_AFFINE),
 				"4,0,0,-36,0,4,0,-18,0,0,2,15"),
@@ -388,9 +390,9 @@ static void test_above(void)
 	float x[] = {1, 5, 7.5f, -3};
 	struct ct_vol v = {.n = {2, 2, 1}, .data = x};
 
-	ct_scan_opts_warn_above(&v, "v.nii", (const double[]){0, 8}, &env);
+	ct_geometry_opts_warn_above(&v, "v.nii", (const double[]){0, 8}, &env);
 	OK(!*said, "nothing is above the window");
-	ct_scan_opts_warn_above(&v, "v.nii", (const double[]){0, 4}, &env);
+	ct_geometry_opts_warn_above(&v, "v.nii", (const double[]){0, 4}, &env);
 	OK(is_text(said, "0 v.nii: 2 voxels are above 4 HU, up to 7.5, and count as 4 (a wider "
 			 "--window keeps them)"),
 		"some is");

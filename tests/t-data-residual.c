@@ -1,7 +1,7 @@
-/* The certificate: residuals that are known, order statistics, and grids that do not fit. */
+/* The data residual: residuals that are known, order statistics, and grids that do not fit. */
 #include "config.h"
 #include "core/rng.h"
-#include "quality/certificate.h"
+#include "quality/data-residual.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -33,20 +33,20 @@ static void make(struct ct_vol *hi, struct ct_vol *lo)
 static void test_residual(void)
 {
 	struct ct_vol hi, lo, map = {0};
-	struct ct_certificate c, d;
+	struct ct_data_residual c, d;
 	struct ct_env env = {0}, four = {0};
 	struct ct_err e;
 	size_t n;
 
 	make(&hi, &lo);
 	n = ct_vol_count(&lo);
-	OK(ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e) == 0, "runs");
+	OK(ct_data_residual(&c, &map, &lo, &hi, &cells, &env, &e) == 0, "runs");
 	OK(c.max == 0 && c.p95 == 0 && c.rms == 0 && c.mean == 0 && c.voxels == n,
 		"the volume that was degraded leaves nothing");
 	ct_vol_free(&map);
 	for (size_t i = 0; i < n; i++)
 		lo.data[i] -= i == 3 ? 20.0f : 1.0f;
-	ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e);
+	ct_data_residual(&c, &map, &lo, &hi, &cells, &env, &e);
 	NEAR(c.max, 20, 1e-3, "the largest residual");
 	NEAR(c.p95, 1, 1e-3, "most are smaller");
 	NEAR(c.mean, 1 + 19.0 / (double)n, 1e-4, "the sign is degraded minus measured");
@@ -56,12 +56,12 @@ static void test_residual(void)
 	if (ct_par_alloc(&four.par, 4, &e))
 		exit(1);
 	ct_vol_free(&map);
-	ct_certificate(&d, &map, &lo, &hi, &cells, &four, &e);
+	ct_data_residual(&d, &map, &lo, &hi, &cells, &four, &e);
 	OK(memcmp(&c, &d, sizeof c) == 0, "1 and 4 threads, same bits");
 	ct_par_free(four.par);
 	ct_vol_free(&map);
 	lo.affine[0][3] += 1;
-	OK(ct_certificate(&c, &map, &lo, &hi, &cells, &env, &e) < 0 && e.code == CT_EGEOM,
+	OK(ct_data_residual(&c, &map, &lo, &hi, &cells, &env, &e) < 0 && e.code == CT_EGEOM,
 		"a coarse grid elsewhere is refused");
 	ct_vol_free(&map);
 	ct_vol_free(&hi);
@@ -98,7 +98,7 @@ static void test_quantile(void)
 				qsort(sorted, n, sizeof *sorted, ascending);
 				want = fabs((double)sorted[lo]);
 				want += part * (fabs((double)sorted[hi]) - want);
-				must(ct_certificate_quantile(&got, v, n, q[k], &err));
+				must(ct_data_residual_quantile(&got, v, n, q[k], &err));
 				worst = fmax(worst, fabs(got - want));
 			}
 	OK(worst < 1e-6, "quantiles are those of the sorted values: %.1e", worst);

@@ -1,14 +1,14 @@
-/* regressor.h: a net of random weights; needs tap.h before it. */
-#ifndef CT_TESTS_REGRESSOR_H
-#define CT_TESTS_REGRESSOR_H
+/* slice-network.h: a net of random weights; needs tap.h before it. */
+#ifndef CT_TESTS_SLICE_NETWORK_H
+#define CT_TESTS_SLICE_NETWORK_H
 #include "core/rng.h"
-#include "restore/regressor.h"
+#include "restore/slice-network.h"
 
-static void random_regressor(struct ct_regressor *r)
+static void random_regressor(struct ct_slice_network *r)
 {
 	const size_t n = ct_patch_count(&r->shape);
 
-	must(ct_regressor_alloc(r, &err));
+	must(ct_slice_network_alloc(r, &err));
 	ct_rng_normals(n + r->components * n, r->mean, 4, 0, 0);
 	ct_rng_normals(r->at[CT_PARTS], r->all, 4, 1, 0);
 	for (size_t i = 0; i < n + r->components * n; i++)

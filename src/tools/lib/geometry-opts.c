@@ -1,7 +1,7 @@
-/* scan-opts.c: see scan-opts.h. */
+/* geometry-opts.c: see geometry-opts.h. */
 #include "config.h"
-#include "tools/lib/scan-json.h"
-#include "tools/lib/scan-opts.h"
+#include "tools/lib/geometry-json.h"
+#include "tools/lib/geometry-opts.h"
 #include "formats/format.h"
 #include "xray/window.h"
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_err *e)
+static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, struct ct_err *e)
 {
 	double side = s->pitch[0] * (double)s->w;
 	size_t n[2];
@@ -39,8 +39,8 @@ static int detector(struct ct_scan *s, const struct ct_scan_opts *o, struct ct_e
 	return o->offset ? ct_cli_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
 }
 
-static int make_scan(struct ct_scan *s, const struct ct_scan_opts *o, const struct ct_vol *grid,
-	struct ct_err *e)
+static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
+	const struct ct_vol *grid, struct ct_err *e)
 {
 	enum ct_beam beam = CT_CONE;
 
@@ -48,8 +48,8 @@ static int make_scan(struct ct_scan *s, const struct ct_scan_opts *o, const stru
 		e->code = CT_EUSAGE;
 		return ct_blame(e, "--beam");
 	}
-	(o->paper ? ct_scan_paper : ct_scan_default)(s, beam, grid);
-	if (o->scanner && ct_scan_json_read(s, o->scanner, grid, NULL, e))
+	(o->paper ? ct_geometry_paper : ct_geometry_default)(s, beam, grid);
+	if (o->scanner && ct_geometry_json_read(s, o->scanner, grid, NULL, e))
 		return -1;
 	if (o->beam && s->beam != beam)
 		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
@@ -85,17 +85,17 @@ static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
 	return 0;
 }
 
-int ct_scan_opts_make(struct ct_stack *out, const struct ct_scan_opts *o, const struct ct_vol *grid,
-	struct ct_err *e)
+int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o,
+	const struct ct_vol *grid, struct ct_err *e)
 {
-	struct ct_scan s;
+	struct ct_geometry s;
 
 	if (o->like)
 		return make_like(out, o->like, e);
-	return make_scan(&s, o, grid, e) || ct_scan_fill(out, &s, e) ? -1 : 0;
+	return make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
 }
 
-int ct_scan_opts_window(
+int ct_geometry_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
 {
 	const char *had = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
@@ -123,12 +123,12 @@ int ct_scan_opts_window(
 	return 0;
 }
 
-int ct_scan_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
+int ct_geometry_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
 {
 	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
 }
 
-void ct_scan_opts_warn_above(
+void ct_geometry_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
 {
 	const size_t plane = v->n[0] * v->n[1];
@@ -148,7 +148,7 @@ void ct_scan_opts_warn_above(
 			name, above, window[1], (double)largest, window[1]);
 }
 
-int ct_scan_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
+int ct_geometry_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
 {
 	const double(*a)[4] = v->affine;
 

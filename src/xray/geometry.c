@@ -1,6 +1,6 @@
-/* scan.c: see scan.h. */
+/* geometry.c: see geometry.h. */
 #include "config.h"
-#include "xray/scan.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -63,12 +63,12 @@ static double shadow_side(const struct ct_vol *g, const double iso[3])
 	return side;
 }
 
-static void scan_of(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *g, double fov)
+static void scan_of(struct ct_geometry *s, enum ct_beam beam, const struct ct_vol *g, double fov)
 {
 	size_t most = 1;
 	double side = 2 * fov;
 
-	*s = (struct ct_scan){.beam = beam,
+	*s = (struct ct_geometry){.beam = beam,
 		.views = 100,
 		.arc = 180,
 		.dso = 1000 * fov / 256,
@@ -83,7 +83,7 @@ static void scan_of(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *g
 	s->pitch[0] = s->pitch[1] = side / (double)most;
 }
 
-void ct_scan_default(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid)
+void ct_geometry_default(struct ct_geometry *s, enum ct_beam beam, const struct ct_vol *grid)
 {
 	double mm[3], fov = 0;
 
@@ -93,12 +93,12 @@ void ct_scan_default(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *
 	scan_of(s, beam, grid, fov);
 }
 
-void ct_scan_paper(struct ct_scan *s, enum ct_beam beam, const struct ct_vol *grid)
+void ct_geometry_paper(struct ct_geometry *s, enum ct_beam beam, const struct ct_vol *grid)
 {
 	scan_of(s, beam, grid, 256);
 }
 
-static int check(const struct ct_scan *s, struct ct_err *e)
+static int check(const struct ct_geometry *s, struct ct_err *e)
 {
 	const struct {
 		double x;
@@ -118,7 +118,7 @@ static int check(const struct ct_scan *s, struct ct_err *e)
 	return 0;
 }
 
-static void fill_view(struct ct_view *v, const struct ct_scan *s, size_t i)
+static void fill_view(struct ct_view *v, const struct ct_geometry *s, size_t i)
 {
 	double sa, ca;
 
@@ -139,7 +139,7 @@ static void fill_view(struct ct_view *v, const struct ct_scan *s, size_t i)
 	}
 }
 
-int ct_scan_fill(struct ct_stack *out, const struct ct_scan *s, struct ct_err *e)
+int ct_geometry_fill(struct ct_stack *out, const struct ct_geometry *s, struct ct_err *e)
 {
 	if (check(s, e) || ct_stack_alloc(out, s->views, s->h, s->w, e))
 		return -1;
@@ -159,7 +159,7 @@ int ct_scan_fill(struct ct_stack *out, const struct ct_scan *s, struct ct_err *e
 	return 0;
 }
 
-int ct_scan_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e)
+int ct_geometry_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e)
 {
 	double mid[3], radius = 0;
 

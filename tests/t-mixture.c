@@ -1,11 +1,11 @@
-/* t-voxelise.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
+/* t-mixture.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
  */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/footprint-ref.h"
+#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
-#include "gs/voxelise-ref.h"
+#include "gs/mixture-ref.h"
 #include "xray/project.h"
 #include "tap.h"
 
@@ -24,9 +24,9 @@ static bool fill(double *f, struct ct_voxel_gaussian *k, struct ct_gaussian *b,
 {
 	ct_gaussian_make(b, x, x + 3, x + 6, x[10]);
 	memset(f, 0, COUNT * sizeof *f);
-	if (!ct_voxelise_gaussian(k, block, b))
+	if (!ct_mixture_gaussian(k, block, b))
 		return false;
-	ct_voxelise_ref_draw(f, block, k, INFINITY);
+	ct_mixture_ref_draw(f, block, k, INFINITY);
 	return true;
 }
 
@@ -55,8 +55,8 @@ static void differences(const double blur[static 3], const char *name)
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
-	ct_voxelise_ref_sums(sums, g, &block, &k, INFINITY);
-	ct_voxelise_backward_one(&fg, &block, &k, &b, sums);
+	ct_mixture_ref_sums(sums, g, &block, &k, INFINITY);
+	ct_mixture_backward_one(&fg, &block, &k, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
 	d[10] = fg.rho;
@@ -117,7 +117,7 @@ static void fast(void)
 	static double ref[COUNT], dref[COUNT];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ};
 	double worst = 0, peak = 0, off[PARAMS] = {0}, size[PARAMS] = {0};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_gradient grad = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
@@ -133,11 +133,11 @@ static void fast(void)
 		ct_block_init(&block, turned, zero, n, &err));
 	env.par = par;
 	ct_gaussian_resolve(b, &g, par);
-	OK(ct_voxelise_plan(&v, &block, g.n, b, NULL, &err) == 0 && v.n > 50 && v.n < g.n,
+	OK(ct_mixture_plan(&v, &block, g.n, b, NULL, &err) == 0 && v.n > 50 && v.n < g.n,
 		"some Gaussians touch the block, some do not");
-	OK(ct_voxelise_add(vol, &v, 1, &env, &err) == 0, "voxelise");
+	OK(ct_mixture_add(vol, &v, 1, &env, &err) == 0, "voxelise");
 	OK(seen.times > 1 && seen.done == seen.total && seen.total > 0, "and say how far it is");
-	ct_voxelise_add(again, &v, 1, &alone, &err);
+	ct_mixture_add(again, &v, 1, &alone, &err);
 	OK(memcmp(vol, again, sizeof vol) == 0, "the same bytes with four threads and with one");
 	for (size_t i = 0; i < COUNT; i++) {
 		df[i / NX * pitch + i % NX] = ct_rng_normal(9, 0, i);
@@ -145,15 +145,15 @@ static void fast(void)
 	}
 	for (size_t k = 0; k < PARAMS; k++)
 		memset(grad.d[k], 0, g.n * sizeof(float));
-	ct_voxelise_backward(&grad, &v, b, &g, df, par);
+	ct_mixture_backward(&grad, &v, b, &g, df, par);
 	for (size_t at = 0; at < v.n; at++) {
 		size_t i = v.item[at].index;
 		double q[4], d[PARAMS], sums[10];
 		struct ct_gaussian_gradient fg;
 
-		ct_voxelise_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
-		ct_voxelise_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
-		ct_voxelise_backward_one(&fg, &block, &v.item[at], &b[i], sums);
+		ct_mixture_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
+		ct_mixture_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
+		ct_mixture_backward_one(&fg, &block, &v.item[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
@@ -177,7 +177,7 @@ static void fast(void)
 		printf("# %g\n", worst);
 	free(df);
 	free(b);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	ct_gradient_free(&grad);
 	ct_gauss_free(&g);
 	ct_par_free(par);
@@ -193,7 +193,7 @@ static void tall(const double blur[static 3])
 	static float vol[ALL];
 	const size_t zero[3] = {0}, n[3] = {X, Y, Z}, pitch = ct_rasterise_pitch(X);
 	double off = 0, peak = 0, part = 0, sure = 0;
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_gradient grad = {0};
 	struct ct_gaussian b[MANY];
 	struct ct_gauss g = {0};
@@ -219,15 +219,15 @@ static void tall(const double blur[static 3])
 	memset(ref, 0, sizeof ref);
 	memset(vol, 0, sizeof vol);
 	ct_gaussian_resolve(b, &g, NULL);
-	must(ct_voxelise_plan(&v, &block, MANY, b, NULL, &err) ||
-		ct_voxelise_add(vol, &v, -0.5, &alone, &err));
+	must(ct_mixture_plan(&v, &block, MANY, b, NULL, &err) ||
+		ct_mixture_add(vol, &v, -0.5, &alone, &err));
 	for (size_t i = 0; i < ALL; i++) {
 		df[i / X * pitch + i % X] = 0.2f + ct_rng_normal(9, 0, i);
 		dref[i] = (double)df[i / X * pitch + i % X];
 	}
 	for (size_t k = 0; k < PARAMS; k++)
 		memset(grad.d[k], 0, MANY * sizeof(float));
-	ct_voxelise_backward(&grad, &v, b, &g, df, NULL);
+	ct_mixture_backward(&grad, &v, b, &g, df, NULL);
 	for (size_t i = 0; i < MANY; i++) {
 		double q[4], d[PARAMS] = {0}, sums[10], size = 0;
 		struct ct_gaussian_gradient fg;
@@ -235,10 +235,10 @@ static void tall(const double blur[static 3])
 
 		for (int a = 0; a < 4; a++)
 			q[a] = (double)g.rot[a][i];
-		if (ct_voxelise_gaussian(&k, &block, &b[i])) {
-			ct_voxelise_ref_draw(ref, &block, &k, CT_GS_CUT);
-			ct_voxelise_ref_sums(sums, dref, &block, &k, CT_GS_CUT);
-			ct_voxelise_backward_one(&fg, &block, &k, &b[i], sums);
+		if (ct_mixture_gaussian(&k, &block, &b[i])) {
+			ct_mixture_ref_draw(ref, &block, &k, CT_GS_CUT);
+			ct_mixture_ref_sums(sums, dref, &block, &k, CT_GS_CUT);
+			ct_mixture_backward_one(&fg, &block, &k, &b[i], sums);
 			memcpy(d, fg.p, sizeof fg.p);
 			ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
 			d[10] = fg.rho;
@@ -256,13 +256,13 @@ static void tall(const double blur[static 3])
 	OK(peak > 0 && off < 1e-5 * peak && sure > 1000, "a tall block: off by %g of %g", off,
 		peak);
 	OK(part < 1e-4, "and its gradient, by %g", part);
-	OK(ct_voxelise_add(vol, &v, 1, &halted, &err) == -1 && err.code == CT_ESTOP,
+	OK(ct_mixture_add(vol, &v, 1, &halted, &err) == -1 && err.code == CT_ESTOP,
 		"it can be stopped");
-	OK(ct_voxelise_plan(&v, &block, (size_t)UINT32_MAX + 1, b, NULL, &err) == -1 &&
+	OK(ct_mixture_plan(&v, &block, (size_t)UINT32_MAX + 1, b, NULL, &err) == -1 &&
 			err.code == CT_EINPUT,
 		"too many: %s", err.msg);
 	free(df);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	ct_gradient_free(&grad);
 	ct_gauss_free(&g);
 }
@@ -280,11 +280,11 @@ static void plain(void)
 
 	must(ct_block_init(&block, eye, zero, n, &err));
 	ct_gaussian_make(&b, p, ln_s, q, 1);
-	OK(ct_voxelise_gaussian(&k, &block, &b), "it touches the block");
-	ct_voxelise_ref_draw(out, &block, &k, CT_GS_CUT);
+	OK(ct_mixture_gaussian(&k, &block, &b), "it touches the block");
+	ct_mixture_ref_draw(out, &block, &k, CT_GS_CUT);
 	for (size_t i = 0; i < 19; i++)
 		g[i] = i < 18 ? 1 : 1e9;
-	ct_voxelise_ref_sums(s, g, &block, &k, CT_GS_CUT);
+	ct_mixture_ref_sums(s, g, &block, &k, CT_GS_CUT);
 	for (size_t i = 0; i < 18; i++)
 		want += out[i];
 	OK(fabs(out[18]) <= 0 && want > 0 && fabs(s[0] / want - 1) < 1e-12,
@@ -298,7 +298,7 @@ static void faces(double blur)
 	const size_t first[3] = {3, 4, 5}, n[3] = {6, 5, 7};
 	const double reach = sqrt(12 * (0.25 + blur)), q[4] = {1, 0, 0, 0};
 	const double ln_s[3] = {log(0.5), log(0.5), log(0.5)};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	size_t wrong = 0;
 
@@ -316,16 +316,16 @@ static void faces(double blur)
 
 				p[axis] = edge + (side ? 1 : -1) * (reach + (in ? -0.05 : 0.05));
 				ct_gaussian_make(&b, p, ln_s, q, 0.5);
-				must(ct_voxelise_plan(&v, &block, 1, &b, NULL, &err));
+				must(ct_mixture_plan(&v, &block, 1, &b, NULL, &err));
 				wrong += v.n != (size_t)in;
-				if (ct_voxelise_gaussian(&k, &block, &b) != in)
+				if (ct_mixture_gaussian(&k, &block, &b) != in)
 					wrong++;
 				if (in && (k.slice[0] < 0 || k.slice[1] > 7 ||
 						  k.slice[0] >= k.slice[1]))
 					wrong++;
 			}
 	OK(wrong == 0, "faces of a block, blur %g: %zu wrong", blur, wrong);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 }
 
 /* The block itself: the inverse of a leaning affine, nothing left of what was there. */
@@ -384,7 +384,7 @@ static void render(void)
 	}
 	for (size_t i = 0; i < 36; i++)
 		vol[i] = 1;
-	must(ct_voxelise_render(vol, n, affine, &g, 2, &touch, &alone, &err));
+	must(ct_mixture_render(vol, n, affine, &g, 2, &touch, &alone, &err));
 	OK(touch == 64 + 3, "%zu touch the grid", touch);
 	for (size_t i = 0; i < 36; i++) {
 		const double x = (double)(i % 9), y = (double)(i / 9 % 2), z = (double)(i / 18);
@@ -405,7 +405,7 @@ static void blocks(void)
 {
 	static float whole[COUNT], part[6 * 5 * 4];
 	const size_t zero[3] = {0}, n[3] = {NX, NY, NZ}, first[3] = {7, 3, 5}, m[3] = {6, 5, 4};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
 	struct ct_gaussian *b;
@@ -415,11 +415,11 @@ static void blocks(void)
 	must(ct_alloc(&b, g.n, sizeof *b, &err));
 	ct_gaussian_resolve(b, &g, NULL);
 	ct_block_init(&block, turned, zero, n, &err);
-	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
-	ct_voxelise_add(whole, &v, 2, &alone, &err);
+	ct_mixture_plan(&v, &block, g.n, b, NULL, &err);
+	ct_mixture_add(whole, &v, 2, &alone, &err);
 	ct_block_init(&block, turned, first, m, &err);
-	ct_voxelise_plan(&v, &block, g.n, b, NULL, &err);
-	ct_voxelise_add(part, &v, 2, &alone, &err);
+	ct_mixture_plan(&v, &block, g.n, b, NULL, &err);
+	ct_mixture_add(part, &v, 2, &alone, &err);
 	for (size_t i = 0; i < 6 * 5 * 4; i++) {
 		size_t x = 7 + i % 6, y = 3 + i / 6 % 5, z = 5 + i / 30;
 
@@ -427,7 +427,7 @@ static void blocks(void)
 	}
 	OK(worst < 1e-5, "a block equals that part of the grid");
 	free(b);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	ct_gauss_free(&g);
 }
 
@@ -437,7 +437,7 @@ static void mass(void)
 	const double p[3] = {1, 2, -3}, l[3] = {1.0, 1.4, 0.8}, q[4] = {0.6, 0.2, -0.5, 0.3};
 	const double affine[3][4] = {{1, 0, 0, -24}, {0, 1, 0, -24}, {0, 0, 1, -24}};
 	double sum = 0, want, flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	struct ct_gaussian b;
 	float *vol;
@@ -445,8 +445,8 @@ static void mass(void)
 	must(ct_alloc0(&vol, 48 * 48 * 48, sizeof *vol, &err));
 	ct_gaussian_make(&b, p, l, q, -0.3);
 	ct_block_init(&block, affine, zero, n, &err);
-	ct_voxelise_plan(&v, &block, 1, &b, NULL, &err);
-	ct_voxelise_add(vol, &v, 1, &alone, &err);
+	ct_mixture_plan(&v, &block, 1, &b, NULL, &err);
+	ct_mixture_add(vol, &v, 1, &alone, &err);
 	for (size_t i = 0; i < 48 * 48 * 48; i++)
 		sum += (double)vol[i];
 	want = -0.3 * pow(2 * M_PI, 1.5) * b.s[0] * b.s[1] * b.s[2];
@@ -456,7 +456,7 @@ static void mass(void)
 	OK(ct_block_init(&block, flat, zero, n, &err) == -1 && err.code == CT_EGEOM,
 		"a flat grid is refused");
 	free(vol);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 }
 
 /* A blur moves no mass: the sum of the voxels stays, and the variance grows by it. */
@@ -522,9 +522,9 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		for (size_t a = 0; a < 4; a++)
 			q[a] = (double)ct_rng_normal(6, 6 + a, i);
 		ct_gaussian_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
-		if (!ct_voxelise_gaussian(&k, &block, &b) || !ct_footprint_ref_of(&f, &c, &b))
+		if (!ct_mixture_gaussian(&k, &block, &b) || !ct_footprint_ref_of(&f, &c, &b))
 			exit(1);
-		ct_voxelise_ref_draw(field, &block, &k, INFINITY);
+		ct_mixture_ref_draw(field, &block, &k, INFINITY);
 		ct_footprint_ref_draw(want, &c, &f, b.rho, INFINITY);
 	}
 	for (size_t i = 0; i < m * m * m; i++)

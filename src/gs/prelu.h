@@ -1,5 +1,5 @@
-/* activation.h: the activation phi, from the raw density z of a Gaussian to its density rho =
- * phi(z), and back; PReLU makes densities signed.
+/* prelu.h: PReLU and the other activations phi. They map the raw density z of a Gaussian to its
+ * density rho = phi(z), and back. PReLU makes densities signed.
  *
  *   prelu      rho = z for z >= 0, gamma z below: signed (the paper, section NAB-GS)
  *   softplus   rho = ln(1 + e^z): positive (3-D Gaussian splatting, R2-Gaussian)
@@ -8,8 +8,8 @@
  *
  * Pure.
  */
-#ifndef CT_GS_ACTIVATION_H
-#define CT_GS_ACTIVATION_H
+#ifndef CT_GS_PRELU_H
+#define CT_GS_PRELU_H
 #include "core/gauss.h"
 
 /* A slope outside makes phi not invertible (0, negative) or steeper below than above. */

@@ -3,14 +3,14 @@
 #include "driver.h"
 #include "core/mem.h"
 #include "mem-file.h"
-#include "tools/lib/scan-json.h"
+#include "tools/lib/geometry-json.h"
 
 #include <stdbool.h>
 
 const int fuzz_rounds = 1500;
 
 /* A scan that a file may ask for, but no fuzzer should wait for. */
-static bool is_small(const struct ct_scan *s)
+static bool is_small(const struct ct_geometry *s)
 {
 	return (double)s->views * (double)s->w * (double)s->h < 1e5;
 }
@@ -25,15 +25,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		struct ct_stack out = {0};
 		struct ct_vol named = {0};
 		struct ct_err e = {0};
-		struct ct_scan s;
+		struct ct_geometry s;
 
-		ct_scan_default(&s, CT_CONE, &grid);
-		if (ct_scan_json_read(&s, path, with ? &grid : NULL, &named, &e)) {
+		ct_geometry_default(&s, CT_CONE, &grid);
+		if (ct_geometry_json_read(&s, path, with ? &grid : NULL, &named, &e)) {
 			if (e.code == CT_OK || e.msg[0] == '\0')
 				abort();
 			continue;
 		}
-		if (is_small(&s) && ct_scan_fill(&out, &s, &e) == 0 && ct_stack_check(&out, &e))
+		if (is_small(&s) && ct_geometry_fill(&out, &s, &e) == 0 && ct_stack_check(&out, &e))
 			abort();
 		fuzz_taken++;
 		ct_stack_free(&out);

@@ -1,6 +1,6 @@
-/* footprint-formulas.h: the footprint of a Gaussian, its projection (splat.h), and the gradient:
- * the line integral of a 3-D Gaussian is a 2-D Gaussian. For any kind of number, after
- * gaussian-formulas.h, whose macros it uses, and
+/* gaussian-integral.h: the line integral of one Gaussian, and its gradient. The integral of a 3-D
+ * Gaussian along the rays of a view is a 2-D Gaussian, its footprint (splat.h). For any kind of
+ * number, after gaussian-formulas.h, whose macros it uses, and
  *
  *   GAUSSIAN, FOOTPRINT, GRADIENT   structs with the fields of ct_gaussian, ct_footprint and
  *                                   ct_gaussian_gradient

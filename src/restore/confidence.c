@@ -1,16 +1,16 @@
-/* caution.c: how much of what the prior expects is taken; see restore.h. */
+/* confidence.c: the confidence weights of the predicted detail; see restore.h. */
 #include "config.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 
 #include <math.h>
 
-/* HU: what a second look has to say of less than that is texture of its own, which adds up to .04
- * HU to the error deep in soft tissue of points that alias (eight scans); PSNR changes by -.03 to
- * +.02 dB. */
+/* HU: what a second pass adds below this is texture of its own. It adds up to .04 HU to the error
+ * inside soft tissue of point-sampled, aliased scans (eight scans). PSNR changes by -.03 to +.02
+ * dB. */
 #define AGAIN 10
 
-int ct_restore_careful(
+int ct_restore_confidence(
 	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e)
 {
 	const struct ct_degrade *d = &rule->by;

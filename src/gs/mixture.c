@@ -1,6 +1,6 @@
-/* voxelise.c: see voxelise.h. */
+/* mixture.c: see mixture.h. */
 #include "config.h"
-#include "gs/voxelise.h"
+#include "gs/mixture.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -33,7 +33,7 @@ static double thinned(const double row[3][3], const double var[3])
 }
 
 /* Covariance in voxels by rows of inv A diag(s); then conditional variances, last axis first. */
-bool ct_voxelise_gaussian(
+bool ct_mixture_gaussian(
 	struct ct_voxel_gaussian *o, const struct ct_block *k, const struct ct_gaussian *b)
 {
 	double d[3], row[3][3], c[3][3], c01, c11;
@@ -54,7 +54,8 @@ bool ct_voxelise_gaussian(
 			c[r][a] = dot(row[r], row[a]) + (r == a ? k->blur[r] : 0);
 		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
 		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
-			    fabs(o->m[r]) < CT_RASTERISE_FAR && c[r][r] < CT_RASTERISE_WIDE))
+			    fabs(o->m[r]) < CT_RASTERISE_MOST_PIXELS &&
+			    c[r][r] < CT_RASTERISE_MOST_VARIANCE))
 			return false;
 		if (r == 2) {
 			o->slice[0] = (int32_t)fmax(0, ceil(o->m[2] - reach));
@@ -75,12 +76,12 @@ bool ct_voxelise_gaussian(
 	return o->slice[0] < o->slice[1] && o->var[0] > 0 && o->var[1] > 0 && isfinite(o->s01);
 }
 
-void ct_voxelise_free(struct ct_voxelise *v)
+void ct_mixture_free(struct ct_mixture *v)
 {
 	free(v->item);
 	free(v->hit);
 	free(v->found);
-	*v = (struct ct_voxelise){0};
+	*v = (struct ct_mixture){0};
 }
 
 /* Does the ball around the Gaussian touch the block? Most do not, and this is cheap. */
@@ -100,7 +101,7 @@ static bool near(const struct ct_block *k, const double norm[3], const struct ct
 }
 
 struct search {
-	struct ct_voxelise *v;
+	struct ct_mixture *v;
 	const struct ct_gaussian *b;
 	size_t n;
 	double norm[3];
@@ -116,7 +117,7 @@ static void search_some(void *arg, size_t chunk, size_t worker)
 	(void)worker;
 	for (size_t i = first; i < end && i < s->n; i++)
 		if (near(&s->v->block, s->norm, &s->b[i]) &&
-			ct_voxelise_gaussian(&o, &s->v->block, &s->b[i]))
+			ct_mixture_gaussian(&o, &s->v->block, &s->b[i]))
 			s->v->hit[first + found++] = (uint32_t)i;
 	s->v->found[chunk] = found;
 }
@@ -127,11 +128,11 @@ static void item_some(void *arg, size_t i, size_t worker)
 	struct ct_voxel_gaussian *o = &s->v->item[i];
 
 	(void)worker;
-	ct_voxelise_gaussian(o, &s->v->block, &s->b[s->v->hit[i]]);
+	ct_mixture_gaussian(o, &s->v->block, &s->b[s->v->hit[i]]);
 	o->index = s->v->hit[i];
 }
 
-int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
+int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e)
 {
 	struct search s = {.v = v, .b = b, .n = n};
@@ -159,7 +160,7 @@ int ct_voxelise_plan(struct ct_voxelise *v, const struct ct_block *k, size_t n,
 	return 0;
 }
 
-size_t ct_voxelise_slice(const struct ct_block *k)
+size_t ct_mixture_slice(const struct ct_block *k)
 {
 	return ct_rasterise_pitch(k->n[0]) * k->n[1];
 }
@@ -172,7 +173,8 @@ static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 	double row = b->m[1] + b->s12 * z, col = b->m[0] + b->s02 * z, reach, fall = exp(-spent);
 	double low, high, ratio;
 
-	if (!(rest > 0) || !(fabs(row) < CT_RASTERISE_FAR) || !(fabs(col) < CT_RASTERISE_FAR))
+	if (!(rest > 0) || !(fabs(row) < CT_RASTERISE_MOST_PIXELS) ||
+		!(fabs(col) < CT_RASTERISE_MOST_PIXELS))
 		return false;
 	reach = sqrt(2 * rest * b->var[1]);
 	low = fmax(0, ceil(row - reach));
@@ -199,10 +201,10 @@ static bool slice_of(struct ct_pixel_gaussian *o, const struct ct_block *k,
 
 /* Slices [first, end), at most SLAB. What Gaussians are in a slice waits there until it is drawn
  * together, in order of index. */
-static void draw_slab(float *out, const struct ct_voxelise *v, size_t first, size_t end)
+static void draw_slab(float *out, const struct ct_mixture *v, size_t first, size_t end)
 {
 	const struct ct_block *k = &v->block;
-	const size_t slice = ct_voxelise_slice(k), pitch = ct_rasterise_pitch(k->n[0]);
+	const size_t slice = ct_mixture_slice(k), pitch = ct_rasterise_pitch(k->n[0]);
 	struct ct_pixel_gaussian wait[SLAB][WAIT];
 	size_t n[SLAB] = {0};
 
@@ -226,9 +228,9 @@ static void draw_slab(float *out, const struct ct_voxelise *v, size_t first, siz
 	}
 }
 
-void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t first, size_t end)
+void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end)
 {
-	size_t slice = ct_voxelise_slice(&v->block);
+	size_t slice = ct_mixture_slice(&v->block);
 
 	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t s = first; s < end; s += SLAB)
@@ -237,7 +239,7 @@ void ct_voxelise_draw_slices(float *out, const struct ct_voxelise *v, size_t fir
 
 struct draw {
 	float *out;
-	const struct ct_voxelise *v;
+	const struct ct_mixture *v;
 };
 
 static void draw_slice(void *arg, size_t at, size_t worker)
@@ -245,10 +247,10 @@ static void draw_slice(void *arg, size_t at, size_t worker)
 	const struct draw *d = arg;
 
 	(void)worker;
-	ct_voxelise_draw_slices(d->out + at * ct_voxelise_slice(&d->v->block), d->v, at, at + 1);
+	ct_mixture_draw_slices(d->out + at * ct_mixture_slice(&d->v->block), d->v, at, at + 1);
 }
 
-void ct_voxelise_draw(float *out, const struct ct_voxelise *v, struct ct_par *par)
+void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par)
 {
 	struct draw d = {out, v};
 
@@ -257,7 +259,7 @@ void ct_voxelise_draw(float *out, const struct ct_voxelise *v, struct ct_par *pa
 
 struct add {
 	float *vol, *slab;
-	const struct ct_voxelise *v;
+	const struct ct_mixture *v;
 	size_t first; /* slab */
 	float gain;
 };
@@ -269,9 +271,9 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	size_t first = (a->first + at) * SLAB,
 	       end = first + SLAB < k->n[2] ? first + SLAB : k->n[2];
 	size_t pitch = ct_rasterise_pitch(k->n[0]);
-	float *slab = a->slab + worker * SLAB * ct_voxelise_slice(k);
+	float *slab = a->slab + worker * SLAB * ct_mixture_slice(k);
 
-	ct_voxelise_draw_slices(slab, a->v, first, end);
+	ct_mixture_draw_slices(slab, a->v, first, end);
 	for (size_t r = 0; r < (end - first) * k->n[1]; r++) {
 		float *restrict to = a->vol + (first * k->n[1] + r) * k->n[0];
 		const float *restrict from = slab + r * pitch;
@@ -281,7 +283,7 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	}
 }
 
-int ct_voxelise_add(float *vol, const struct ct_voxelise *v, double gain, const struct ct_env *env,
+int ct_mixture_add(float *vol, const struct ct_mixture *v, double gain, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct add a = {.vol = vol, .v = v, .gain = (float)gain};
@@ -289,7 +291,7 @@ int ct_voxelise_add(float *vol, const struct ct_voxelise *v, double gain, const 
 	int rc = -1;
 
 	if (ct_alloc(&a.slab, ct_par_threads(env->par) * SLAB,
-		    ct_voxelise_slice(&v->block) * sizeof(float), e))
+		    ct_mixture_slice(&v->block) * sizeof(float), e))
 		return -1;
 	for (; a.first < slabs; a.first += GROUP) {
 		ct_progress(env, "slabs", a.first, slabs);
@@ -305,13 +307,13 @@ out:
 	return rc;
 }
 
-int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
+int ct_mixture_render(float *vol, const size_t n[static 3], const double affine[static 3][4],
 	const struct ct_gauss *g, double gain, size_t *touch, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t zero[3] = {0};
 	size_t most = g->n < BATCH ? g->n : BATCH, touching = 0;
-	struct ct_voxelise v = {0};
+	struct ct_mixture v = {0};
 	struct ct_block block;
 	struct ct_gaussian *b = NULL;
 	int rc = -1;
@@ -330,8 +332,8 @@ int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine
 			part.rot[k] += at;
 		part.raw += at;
 		ct_gaussian_resolve(b, &part, env->par);
-		if (ct_voxelise_plan(&v, &block, part.n, b, env->par, e) ||
-			ct_voxelise_add(vol, &v, gain, env, e))
+		if (ct_mixture_plan(&v, &block, part.n, b, env->par, e) ||
+			ct_mixture_add(vol, &v, gain, env, e))
 			goto out;
 		touching += v.n;
 	}
@@ -340,7 +342,7 @@ int ct_voxelise_render(float *vol, const size_t n[static 3], const double affine
 	rc = 0;
 out:
 	free(b);
-	ct_voxelise_free(&v);
+	ct_mixture_free(&v);
 	return rc;
 }
 
@@ -362,7 +364,7 @@ static void gather(double s[static 10], const double d[static 6], double z)
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
  *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s),
  * and where the block is blurred + 1/2 rho dL/drho (I - V^T D V), from the factor of rho. */
-void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
+void ct_mixture_backward_one(struct ct_gaussian_gradient *g, const struct ct_block *k,
 	const struct ct_voxel_gaussian *b, const struct ct_gaussian *world,
 	const double sums[static 10])
 {
@@ -396,20 +398,20 @@ void ct_voxelise_backward_one(struct ct_gaussian_gradient *g, const struct ct_bl
 		g->shape[i] += 0.5 * b->rho * sums[0] * ((i == 0 || i == 3 || i == 5) - own[i]);
 }
 
-struct job {
+struct mixture_job {
 	struct ct_gradient *grad;
-	const struct ct_voxelise *v;
+	const struct ct_mixture *v;
 	const struct ct_gaussian *b;
 	const struct ct_gauss *set;
 	const float *df;
 };
 
 /* s += moments of slices `first` on, at most WAIT. */
-static void sum_slices(
-	double s[static 10], const struct job *j, const struct ct_voxel_gaussian *b, size_t first)
+static void sum_slices(double s[static 10], const struct mixture_job *j,
+	const struct ct_voxel_gaussian *b, size_t first)
 {
 	const struct ct_block *k = &j->v->block;
-	const size_t slice = ct_voxelise_slice(k), left = (size_t)b->slice[1] - first;
+	const size_t slice = ct_mixture_slice(k), left = (size_t)b->slice[1] - first;
 	const size_t n = left < WAIT ? left : WAIT;
 	struct ct_pixel_gaussian d[WAIT];
 	double sums[6][WAIT];
@@ -433,7 +435,7 @@ static void sum_slices(
 
 static void one(void *arg, size_t at, size_t worker)
 {
-	const struct job *j = arg;
+	const struct mixture_job *j = arg;
 	const struct ct_block *k = &j->v->block;
 	const struct ct_voxel_gaussian *b = &j->v->item[at];
 	double s[10] = {0}, dl[3], dq[4], q[4];
@@ -444,7 +446,7 @@ static void one(void *arg, size_t at, size_t worker)
 		sum_slices(s, j, b, first);
 	for (int a = 0; a < 4; a++)
 		q[a] = (double)j->set->rot[a][b->index];
-	ct_voxelise_backward_one(&g, k, b, &j->b[b->index], s);
+	ct_mixture_backward_one(&g, k, b, &j->b[b->index], s);
 	ct_gaussian_backward(dl, dq, g.shape, &j->b[b->index], q);
 	for (int a = 0; a < 3; a++) {
 		j->grad->d[CT_GS_POS + a][b->index] += (float)g.p[a];
@@ -455,11 +457,11 @@ static void one(void *arg, size_t at, size_t worker)
 	j->grad->d[CT_GS_RAW][b->index] += (float)g.rho;
 }
 
-void ct_voxelise_backward(struct ct_gradient *grad, const struct ct_voxelise *v,
+void ct_mixture_backward(struct ct_gradient *grad, const struct ct_mixture *v,
 	const struct ct_gaussian *b, const struct ct_gauss *set, const float *df,
 	struct ct_par *par)
 {
-	struct job j = {grad, v, b, set, df};
+	struct mixture_job j = {grad, v, b, set, df};
 
 	ct_par_for(par, v->n, one, &j);
 }

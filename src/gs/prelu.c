@@ -1,6 +1,6 @@
-/* activation.c: see activation.h. */
+/* prelu.c: see prelu.h. */
 #include "config.h"
-#include "gs/activation.h"
+#include "gs/prelu.h"
 
 #include <math.h>
 
