@@ -4,7 +4,7 @@
 #include "core/rng.h"
 #include "restore/slice-network.h"
 
-static void random_regressor(struct ct_slice_network *r)
+static void random_network(struct ct_slice_network *r)
 {
 	const size_t n = ct_patch_count(&r->shape);
 

@@ -6,7 +6,7 @@
 static const size_t size[3] = {16, 16, 16};
 
 /* When what is flat becomes linear. */
-static void careful(void)
+static void flat_points(void)
 {
 	struct ct_restore_rule rule = {.by = {.factor = {4, 4, 4}}};
 	bool little, ok = true;
@@ -25,7 +25,7 @@ static void careful(void)
 }
 
 /* The confidence weights of ct-upsample -m prior, by how the scan was made. */
-static void caution(void)
+static void weights(void)
 {
 	static const struct {
 		struct ct_degrade by;
@@ -63,7 +63,7 @@ static void caution(void)
 
 int main(void)
 {
-	careful();
-	caution();
+	flat_points();
+	weights();
 	return tap_done();
 }

@@ -99,7 +99,7 @@ int main(void)
 	struct ct_slice_network r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
 	float a[COUNT], b[COUNT], h[COUNT];
 
-	random_regressor(&r);
+	random_network(&r);
 	texture(a, n3, 1);
 	texture(b, n3, 2);
 	shares(a);

@@ -266,7 +266,7 @@ near(r['ssim-3d'], ssim(a - 1e6, b - 1e6, data_range=400, K1=1e6))
 PY
 sed 's/^/# /' log
 
-# A certificate without a truth.
+# The data residual needs no ground truth.
 ct-degrade -x 4,4,2 ref.nii lr.nii && ct-upsample lr.nii up.nii
 exits 0 'certifies' ct-metrics --consistency lr.nii up.nii
 has out '^factor 4,4,2$' 'names the operator'
@@ -294,7 +294,7 @@ PY
 sed 's/^/# /' log
 ct-info map.nii.gz >info; has info 'residual' 'the map says what it is'
 for t in 1 4; do ct-metrics -t $t --consistency lr.nii --map m$t.nii test.nii >c$t; done
-cmp -s c1 c4; ok $? '1 and 4 threads, same certificate'
+cmp -s c1 c4; ok $? '1 and 4 threads, same data residual'
 exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics --consistency lr.nii -'
 cmp -s out c1; ok $? 'and says the same'
 exits 0 'the map as a stream' sh -c 'ct-metrics --consistency lr.nii --map - test.nii >m.nii'

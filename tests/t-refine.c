@@ -216,7 +216,7 @@ int main(void)
 
 	prior.r[0] =
 		(struct ct_slice_network){.shape = {4, 8, 1, false}, .components = 9, .width = 21};
-	random_regressor(&prior.r[0]);
+	random_network(&prior.r[0]);
 	make(&lo, true);
 	make(&mute, false);
 	cuts();

@@ -150,8 +150,7 @@ static double silu(double x)
 }
 
 /* The network in double. */
-static void twin(
-	double *out, const struct ct_slice_network *r, const float *patch, const float *features)
+static void twin(double *out, const struct ct_slice_network *r, const float *x, const float *extra)
 {
 	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r), w = r->width;
 	double feature[64], h1[64], h2[64];
@@ -159,11 +158,11 @@ static void twin(
 	for (size_t k = 0; k < r->components; k++) {
 		feature[k] = 0;
 		for (size_t i = 0; i < n; i++)
-			feature[k] += (double)r->basis[k * n + i] *
-				      ((double)patch[i] - (double)r->mean[i]);
+			feature[k] +=
+				(double)r->basis[k * n + i] * ((double)x[i] - (double)r->mean[i]);
 	}
 	for (size_t k = 0; k < CT_SLICE_NETWORK_FEATURES; k++)
-		feature[r->components + k] = (double)features[k];
+		feature[r->components + k] = (double)extra[k];
 	for (size_t k = 0; k < w; k++) {
 		h1[k] = (double)r->all[r->at[CT_PART_1_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
@@ -188,15 +187,15 @@ static void twin(
 
 static void network(void)
 {
-	struct ct_slice_network r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21},
-				q = {0};
+	struct ct_slice_network q = {0},
+				r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21};
 	struct ct_slice_network_work w = {0};
 	struct ct_tensors t = {0};
 	double want[5], worst = 0;
 	float patch[5 * 36];
 	int was;
 
-	random_regressor(&r);
+	random_network(&r);
 	must(ct_slice_network_work_alloc(&w, &r, 5, &err));
 	ct_rng_normals(5 * 36, patch, 6, 0, 0);
 	memcpy(w.patch, patch, sizeof patch);
@@ -354,7 +353,7 @@ static void prediction(void)
 	double worst = 0, most = 0;
 
 	must(ct_par_alloc(&three.par, 3, &err));
-	random_regressor(&r);
+	random_network(&r);
 	texture(x, n3, 11);
 	s.x = x;
 	must(mean(a, &s, &r, all, &textured, &cells, &three));
@@ -610,7 +609,7 @@ static void restoring(void)
 	double sum = 0;
 
 	p.r[0] = (struct ct_slice_network){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
-	random_regressor(&p.r[0]);
+	random_network(&p.r[0]);
 	must(ct_vol_alloc(&truth, n3, &err));
 	must(ct_vol_alloc(&lo, m, &err));
 	texture(truth.data, n3, 31);
@@ -632,7 +631,7 @@ static void restoring(void)
 	rule.cap = got.added / 100;
 	sum = got.added;
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
-	OK(got.added < sum / 20, "with caution less (%.3g HU)", got.added);
+	OK(got.added < sum / 20, "with confidence weights less (%.3g HU)", got.added);
 	memcpy(x.data, y.data, COUNT * sizeof *x.data);
 	rule.cap = 0;
 	rule.gate = 100 * sum;

@@ -149,7 +149,7 @@ static void shapes(void)
 	}
 }
 
-static void random_regressor(struct ct_slice_network *r, uint64_t seed, size_t cell, size_t side,
+static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cell, size_t side,
 	size_t depth, bool swap)
 {
 	size_t n;
@@ -257,7 +257,7 @@ static void prediction(void)
 		bool can[3];
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
-		random_regressor(&r, 32, 3, 7, 3, swap);
+		random_network(&r, 32, 3, 7, 3, swap);
 		if (ct_predict_axes(can, &r, &s) > 0) {
 			predict(h, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
@@ -418,11 +418,11 @@ static void restoring(void)
 
 	if (!want)
 		exit(99);
-	random_regressor(&p.r[0], 51, 4, 8, 1, true);
-	random_regressor(&p.r[1], 52, 4, 6, 3, true);
-	random_regressor(&p.r[2], 53, 4, 8, 1, false);
-	random_regressor(&p.r[3], 54, 2, 6, 1, true);
-	random_regressor(&p.r[4], 55, 4, 10, 1, true);
+	random_network(&p.r[0], 51, 4, 8, 1, true);
+	random_network(&p.r[1], 52, 4, 6, 3, true);
+	random_network(&p.r[2], 53, 4, 8, 1, false);
+	random_network(&p.r[3], 54, 2, 6, 1, true);
+	random_network(&p.r[4], 55, 4, 10, 1, true);
 	for (int k = 0; k < 8; k++) {
 		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
 			.cap = k == 5 ? 30 : 0,
@@ -481,8 +481,8 @@ static void knowing(void)
 	struct scan s;
 	bool right = true;
 
-	random_regressor(&a, 61, 3, 5, 1, true);
-	random_regressor(&b, 62, 5, 7, 1, false);
+	random_network(&a, 61, 3, 5, 1, true);
+	random_network(&b, 62, 5, 7, 1, false);
 	must(ct_slice_network_put(&a, &w, "3", &err));
 	must(ct_slice_network_put(&b, &w, "thick-5", &err));
 	must(ct_slice_network_put(&a, &w, "again-3", &err));
