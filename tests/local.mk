@@ -173,7 +173,7 @@ tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/geometry-opts.c \
 	src/tools/lib/geometry-json.c
-tests_t_survey_SOURCES = tests/t-survey.c src/dicom/survey.c
+tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/colour.c src/picture/text.c
 dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-surface.sh
 check_PROGRAMS += tests/t-text tests/t-trend
