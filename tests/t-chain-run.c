@@ -94,8 +94,8 @@ static int one_step(const char *folder, const char *tool, const char *output)
 	return run(&c);
 }
 
-#define FIRST(in, w) "copy " in " k/mid " w " --force --threads 1 --verbose --tell=3\n"
-#define SECOND "copy k/mid out --force --threads 1 --verbose --tell=3\n"
+#define FIRST(in, w) "copy " in " k/mid " w " --force --threads 1 --verbose\n"
+#define SECOND "copy k/mid out --force --threads 1 --verbose\n"
 #define ONE_LEFT "2 of 2 steps were done\n"
 static bool left(const char *what) /* so many steps were said to be done */
 {
@@ -191,7 +191,7 @@ static void test_begun(void)
 	remove("stop2");
 	OK(two_steps("a", "w", true) == 0 && left("1 of 2") &&
 			is_text(text_of("log"),
-				"copy k/mid out --force --threads 1 --verbose --resume --tell=3\n"),
+				"copy k/mid out --force --threads 1 --verbose --resume\n"),
 		"goes on if it does");
 	OK(two_steps("a", "w", true) == 0 && left("2 of 2"), "and is done");
 	put_text("a", "delta");
@@ -216,8 +216,8 @@ static void test_failures(void)
 	OK(one_step(NULL, "copy", "x") == -1 && e.code == CT_ESTOP &&
 			is_text(e.msg, "stopped on request"),
 		"of a temporary folder nothing can go on");
-	OK(!is_there("x") && strcmp(text_of("log"),
-				     "copy a b --force --threads 1 --verbose --tell=3\n") == 0,
+	OK(!is_there("x") &&
+			strcmp(text_of("log"), "copy a b --force --threads 1 --verbose\n") == 0,
 		"where the words are the same");
 	remove("stop");
 	stop = 1;
@@ -239,8 +239,7 @@ static void test_place(void)
 	ct_chain_close(&c);
 	must(begin(&c, NULL, false));
 	must(ct_chain_add(&c, &err, true, "b", "copy", "a", "b", NULL));
-	OK(run(&c) == 0 && is_text(text_of("log"),
-				   "copy a b --force --threads 1 --verbose --tell=3\n"),
+	OK(run(&c) == 0 && is_text(text_of("log"), "copy a b --force --threads 1 --verbose\n"),
 		"in a temporary folder nothing is gone on from");
 }
 
@@ -255,11 +254,11 @@ static void test_reports(void)
 	env.verbose = -1;
 	OK(one_step("f", "say", "x") == 0 && is_text(shown.out, "") &&
 			is_text(shown.err, "words\n") &&
-			is_text(text_of("log"), "say a b --force --threads 1 --quiet --tell=3\n"),
+			is_text(text_of("log"), "say a b --force --threads 1 --quiet\n"),
 		"or nowhere");
 	env.verbose = 0;
 	OK(one_step("f", "say", "x") == 0 &&
-			is_text(text_of("log"), "say a b --force --threads 1 --tell=3\n"),
+			is_text(text_of("log"), "say a b --force --threads 1\n"),
 		"neither quiet nor verbose");
 	env.verbose = 1;
 }
@@ -319,7 +318,7 @@ static void test_words(void)
 		n++;
 	OK(n == 317 && e.code == CT_ENOMEM && is_text(e.msg, "command count is too long"),
 		"a command has up to 316 words");
-	OK(run(&c) == 0 && is_text(text_of("n"), "321 316 --tell=3\n"), "that all reach it");
+	OK(run(&c) == 0 && is_text(text_of("n"), "320 316 --verbose\n"), "that all reach it");
 
 	must(begin(&c, "w", true));
 	ct_chain_source(&c, "src");

@@ -131,7 +131,7 @@ static void test_names(void)
 	struct ct_out o;
 
 	OK(write_to("a", "one", NULL) == 0 && count("a.ct-*") == 0, "a file is made");
-	OK(says(write_to("a", "two", NULL), CT_EOUTPUT, "a: exists; --force"),
+	OK(says(write_to("a", "two", NULL), CT_EOUTPUT, "a: exists; overwrite = 1"),
 		"kept without force");
 	OK(write_to("a", "three", &force) == 0 && stat("a", &a) == 0 && a.st_size == 5, "or not");
 	OK(says(write_to(".", "x", &force), CT_EOUTPUT, ".: is a folder"), "a folder is kept");

@@ -7,54 +7,31 @@ ct-compose gain -1000 1000 1
 ct-compose spacing 0.001 1000000 -
 ct-convert iso 0.0001 1000 -
 ct-convert cube 0 4096 0
-ct-ddnm scale 2 64 0
+ct-ddnm factor 2 64 0
 ct-ddnm class -1 65535 -1
 ct-ddnm steps 1 1000 0
 ct-ddnm eta 0 1 -
 ct-ddnm sigma-y 0 1 -
-ct-ddnm sigma-det 0 1000 -
-ct-ddnm guidance 0 1e+09 2000
-ct-ddnm iterations 1 1000000 100
-ct-ddnm rate 0 1000 0.001
 ct-ddnm t-start -1 999 -1
 ct-ddnm samples 1 65535 1
-ct-ddnm norm 0 1e30 0
 ct-degrade noise 0 1000000 -
-ct-fdk cutoff 0 1 0
 ct-fdk iterations 0 1000000 0
-ct-fdk tolerance 0 1 0
 ct-fdk tv 0 1000000 10
-ct-fuse lambda-projections 0 1000000000 0
 ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
 ct-metrics min-psnr - any -
 ct-metrics min-ssim - any -
 ct-nabgs iterations 1 10000000 5000
-ct-nabgs tolerance 0 1 0
 ct-nabgs gaussians 1 16000000 50000
 ct-nabgs max-gaussians 1 16000000 500000
-ct-nabgs densify-until 0 10000000 0
-ct-nabgs scale 0 1024 0
-ct-nabgs lambda-ssim 0 1000000 -
+ct-nabgs factor 0 1024 0
 ct-nabgs lambda-tv 0 1000000 0.05
 ct-nabgs rate 0.001 1000 -
-ct-nabgs lambda-lr 0 1000000 0.1
-ct-nabgs refit 0 10000 0
-ct-nabgs init-density-scale 0 1 -
 ct-nabgs checkpoint-every 0 10000000 1000
-ct-phantom oversample 1 16 3
-ct-phantom density 0.000001 1 0.25
 ct-project coarsen 1 4096 1
 ct-project photons 0 1e15 0
-ct-project electronic 0 1e12 0
-ct-project mu-water 0.000001 10 0.02
-ct-sr class -1 65535 -1
 ct-sr noise 0 1000000 -
-ct-sr views 0 10000 0
-ct-sr iterations 0 1000000 0
-ct-sr gaussians 0 100000000 0
-ct-sr jobs 0 256 0
 ct-train factor 2 8 4
 ct-train patch 4 4096 0
 ct-train batch 1 65536 0
@@ -77,7 +54,6 @@ for t in ct-phantom ct-project; do
 	cat <<EOF
 $t views 0 65535 0
 $t arc -1000000 1000000 -
-$t start -1000000 1000000 -
 $t dso 0.000001 100000000 -
 $t dsd 0.000001 100000000 -
 $t sampling 0.01 100 -
@@ -117,13 +93,10 @@ ct-sr units auto
 ct-upsample units auto
 ct-ddnm operator file
 ct-ddnm sampler ddnm+
-ct-ddnm gradient network
-ct-ddnm channel-reduce mean
 ct-degrade protocol P1
 ct-degrade decimate -
 ct-fdk method auto
 ct-fdk filter ram-lak
-ct-fdk projector siddon
 ct-fdk quantity hu
 ct-info factor 4
 ct-metrics ssim -
@@ -161,40 +134,39 @@ done <want >wrong
 sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
-ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --memory --units
-ct-convert --inspect --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner --radiograph
-ct-convert --pitch --reorient --crop --iso
-ct-convert --cube --type --compress --sidecar --template --deid --json
-ct-ddnm x--scale p--prior a--arch --class n--steps e--eta --sigma-y --operator --sigma-det --sampler
-ct-ddnm --guidance --iterations --rate --gradient i--init b--base-projections
-ct-ddnm --t-start --travel k--samples --std --final-consistency --norm --channel-reduce --views r--resume
-ct-ddnm s--seed --json --dry-run
-ct-degrade x--factor p--protocol --sigma --decimate --clip --noise --memory s--seed --units
-ct-fdk m--method --grid --filter --cutoff --parker n--iterations --projector --tolerance
-ct-fdk --nonnegative --tv w--window --quantity --json --dry-run
-ct-fuse --base-projections --std --lambda-projections n--iterations w--window --residual-out
-ct-fuse --checkpoint-every --resume --json --dry-run --units
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
+ct-convert --inspect --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
+ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --deid
+ct-convert --json
+ct-ddnm x--factor p--prior a--arch --class n--steps e--eta --sigma-y --operator --sampler i--init
+ct-ddnm b--base-projections --t-start k--samples --std --final-consistency r--resume --expert s--seed --json
+ct-ddnm --dry-run
+ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
+ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
+ct-fdk --json --dry-run
+ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out --checkpoint-every --resume
+ct-fuse --expert --json --dry-run --units
 ct-info --series e--estimate x--factor --json
-ct-merge --type
-ct-metrics w--window --range --mask --psnr --ssim --per-slice --harm --edges --structures x--factor --tissues --uncertainty
-ct-metrics --consistency --map --min-psnr --min-ssim --max --csv --expert --json
-ct-nabgs b--base --base-projections --std --lr w--window n--iterations --tolerance g--gaussians
-ct-nabgs --max-gaussians --densify-until a--activation m--mode x--scale --lambda-ssim --lambda-tv
-ct-nabgs --rate --lambda-lr --init --refit --paper --r2-compat --init-density-scale
-ct-nabgs --checkpoint-every --resume s--seed --json --dry-run --units
-ct-phantom --size --spacing --oversample --density w--window p--project --beam n--views --arc
-ct-phantom --start --dso --dsd --det --sampling --pitch --offset --paper --scanner --like s--seed
-ct-project --beam n--views --arc --start --dso --dsd --det --sampling --pitch --offset --paper
-ct-project --scanner --like w--window --overshoot --rotate --quantity m--method --coarsen --pixel
-ct-project --photons --electronic --mu-water --memory s--seed --json --dry-run
-ct-report --std --truth --log --memory --units
-ct-sr --report --confidence x--scale --spacing --series --tilt --gaps --skip-damaged --crop --template --deid --sigma --decimate --noise --memory Q--quality --projections --paper --release k--keep --resume --plan --jobs --dry-run --slices --prior --arch --class
-ct-sr --window --views --iterations --gaussians s--seed --units
-ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate --patience
-ct-train r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed --json --dry-run
+ct-metrics w--window --range --mask --psnr --ssim --per-slice --harm --edges --structures x--factor
+ct-metrics --tissues --uncertainty --consistency --map --min-psnr --min-ssim --max --csv --expert --json
+ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians --max-gaussians
+ct-nabgs a--activation m--mode x--factor --lambda-tv --rate --init --paper --r2-compat --checkpoint-every
+ct-nabgs --resume --expert s--seed --json --dry-run --units
+ct-phantom --size --spacing w--window p--project --beam n--views --arc --dso --dsd --det --sampling --pitch
+ct-phantom --paper --scanner --like --expert s--seed
+ct-project --beam n--views --arc --dso --dsd --det --sampling --pitch --paper --scanner --like w--window
+ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
+ct-report --uncertainty --truth --log --units
+ct-sr x--factor --spacing --sigma --decimate --noise Q--quality --crop --series --template --deid --report
+ct-sr --confidence --memory --prior --projections --paper --release k--keep --resume --expert s--seed --json
+ct-sr --dry-run --units
+ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate
+ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
+ct-train --json --dry-run
 ct-upsample m--method x--factor --spacing --sigma --decimate --noise --estimate --start --iterations
 ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
-ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error --error-map --error-window l--labels --names
+ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error
+ct-view --error-map --error-window l--labels --names
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
 awk '{for (i = 2; i <= NF; i++) print $1, $i}' options >want

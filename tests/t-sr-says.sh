@@ -46,7 +46,7 @@ exits 0 'noise that nothing says' ct-sr -Q draft -x 2 --sigma .8493 loud.nii g2.
 says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise [1-3][0-9.]+ HU \\(measured\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'is measured'
 exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
-says "48x48x48 -> 96x96x96, .*; noise 0 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
+says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'and --noise 0 is none'
 exits 0 'quiet' ct-sr -q -f -x 2 scan.nii up.nii
 [ ! -s err ]; ok $? '-q says nothing'
