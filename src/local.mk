@@ -40,12 +40,8 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
-	src/tools/train-best.c src/tools/train-best.h \
-	src/tools/train-cache.c src/tools/train-cache.h \
-	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
-	src/tools/train-pairs.c src/tools/train-pairs.h src/tools/ddnm-input.c src/tools/ddnm-input.h \
-	src/tools/prior-arch.c src/tools/prior-arch.h
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c src/tools/prior-arch.c \
+	src/tools/prior-arch.h $(TRAIN_SOURCES)
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 ct_train_SOURCES += src/tools/lib/libraries.cc
