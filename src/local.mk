@@ -102,5 +102,4 @@ residual.safetensors: src/prior/residual.safetensors
 slices.safetensors: src/prior/slices.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk
-ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
-	src/tools/fdk-solve.h
+ct_fdk_SOURCES = src/tools/ct-fdk.c
