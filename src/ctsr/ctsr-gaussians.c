@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
+#include "xray/project.h"
 #include "xray/window.h"
 #include "gs/prelu.h"
 #include "gs/fit.h"
@@ -267,12 +268,12 @@ static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume 
 		ctsr_density_of(&density, &base->v, window, e))
 		goto out;
 	if (!o->full && (ct_stack_like(&base_projections, &p->s, 1, e) ||
-				ctsr_project_into(&base_projections, &density, k)))
+				ct_project_all(&base_projections, &density, &k->env, e)))
 		goto out;
 	if (fit_on(g, &to, &d, k) == 0 && ct_meta_copy(&g->meta, &p->s.meta, e) == 0 &&
 		ct_meta_set(&g->meta, CT_META_QUANTITY,
 			o->full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) == 0 &&
-		ct_meta_setf(&g->meta, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]) == 0)
+		ct_window_put(&g->meta, window, e) == 0)
 		rc = ctsr_note_history(k, &g->meta, 2, from);
 out:
 	ct_stack_free(&base_projections);

@@ -52,8 +52,6 @@ int ctsr_note_history(
 /* d (zeroed struct) <- a copy of v as density in the window, with its grid and no metadata. */
 int ctsr_density_of(
 	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e);
-/* Line integrals of a density into the pixels of s. */
-int ctsr_project_into(struct ct_stack *s, const struct ct_vol *density, struct ctsr_call *k);
 /* The operator of the options, its numbers checked. */
 int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err *e);
 /* Finite, on a grid. */

@@ -189,29 +189,6 @@ int ctsr_projections_view(ctsr_view *view, const ctsr_projections *p, size_t i, 
 	return 0;
 }
 
-int ctsr_project_into(struct ct_stack *s, const struct ct_vol *density, struct ctsr_call *k)
-{
-	struct ct_projector g = {0};
-	int rc = -1;
-
-	if (ct_projector_init(&g, density, s, &k->err))
-		return -1;
-	if (ct_projector_reserve(&g, &k->err))
-		goto out;
-	ct_projector_load(&g, density->data, k->env.par);
-	for (size_t i = 0; i < s->views; i++) {
-		ct_progress(&k->env, "views", i, s->views);
-		if (ct_check_stop(&k->env, &k->err))
-			goto out;
-		ct_project(&g, i, 1, ct_stack_view(s, i), NULL, k->env.par);
-	}
-	ct_progress(&k->env, "views", s->views, s->views);
-	rc = 0;
-out:
-	ct_projector_free(&g);
-	return rc;
-}
-
 static int project(
 	struct ct_stack *s, const ctsr_volume *v, const ctsr_geometry *g, struct ctsr_call *k)
 {
@@ -227,7 +204,7 @@ static int project(
 		if (ct_meta_set(&s->meta, v->v.meta.pair[i].key, v->v.meta.pair[i].value, e))
 			return -1;
 	if (ctsr_density_of(&density, &v->v, g->window, e) == 0 &&
-		ctsr_project_into(s, &density, k) == 0 &&
+		ct_project_all(s, &density, &k->env, e) == 0 &&
 		ct_window_put(&s->meta, g->window, e) == 0 &&
 		ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0)
 		rc = ctsr_note_history(k, &s->meta, 1, from);
@@ -290,13 +267,7 @@ static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 	ct_fdk_free(&f);
 	if (rc)
 		return -1;
-	if (residual) {
-		window[1] -= window[0];
-		window[0] = 0;
-	}
-	ct_window_hu(ct_vol_count(v), v->data, v->data, window);
-	return residual ? ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, &k->err)
-			: 0;
+	return ct_window_volume(v, residual, window, &k->err);
 }
 
 /* What both have in common. */

@@ -117,12 +117,7 @@ static int finish(
 		return -1;
 	if (p->quantity == DENSITY)
 		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
-	if (residual) {
-		window[1] -= window[0];
-		window[0] = 0;
-	}
-	ct_window_hu(ct_vol_count(out), out->data, out->data, window);
-	return residual ? ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) : 0;
+	return ct_window_volume(out, residual, window, e);
 }
 
 /* The rule of the options. mu of TV is in HU, densities are not. */

@@ -221,3 +221,25 @@ struct ct_linear ct_project_linear(struct ct_projector *g)
 	return (struct ct_linear){
 		g->n[0] * g->n[1] * g->n[2], s->views, s->h * s->w, forward, adjoint, g};
 }
+
+int ct_project_all(struct ct_stack *s, const struct ct_vol *density, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_projector g = {0};
+	int rc = -1;
+
+	if (ct_projector_init(&g, density, s, e) || ct_projector_reserve(&g, e))
+		goto out;
+	ct_projector_load(&g, density->data, env->par);
+	for (size_t k = 0; k < s->views; k++) {
+		ct_progress(env, "views", k, s->views);
+		if (ct_check_stop(env, e))
+			goto out;
+		ct_project(&g, k, 1, ct_stack_view(s, k), NULL, env->par);
+	}
+	ct_progress(env, "views", s->views, s->views);
+	rc = 0;
+out:
+	ct_projector_free(&g);
+	return rc;
+}

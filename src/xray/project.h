@@ -69,6 +69,9 @@ void ct_project(const struct ct_projector *g, size_t first, size_t count, float 
  * order, in float. */
 void ct_project_adjoint(const struct ct_projector *g, size_t first, size_t count,
 	float *restrict vol, const float *restrict p, struct ct_par *par);
+/* All views of *s, with its geometry, of a volume. CT_EGEOM, CT_ENOMEM, CT_ESTOP. */
+int ct_project_all(struct ct_stack *s, const struct ct_vol *density, const struct ct_env *env,
+	struct ct_err *e);
 /* Both as an operator whose parts are the views: g is borrowed. CT_ESTOP between a few of them. */
 struct ct_linear ct_project_linear(struct ct_projector *g);
 

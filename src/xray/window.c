@@ -84,3 +84,13 @@ int ct_window_put(struct ct_meta *m, const double window[static 2], struct ct_er
 {
 	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
 }
+
+int ct_window_volume(
+	struct ct_vol *v, bool residual, const double window[static 2], struct ct_err *e)
+{
+	const double to[2] = {
+		residual ? 0 : window[0], residual ? window[1] - window[0] : window[1]};
+
+	ct_window_hu(ct_vol_count(v), v->data, v->data, to);
+	return residual ? ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) : 0;
+}

@@ -97,20 +97,12 @@ static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 static int project_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_projector g = {0};
-	struct ct_linear a;
-	int rc = -1;
-
 	if (ct_stack_like(&d->base_proj, &d->in, 1, e))
 		return -1;
 	ct_meta_free(&d->base_proj.meta);
-	if (ct_projector_init(&g, &d->base, &d->in, e))
-		return ct_blame(e, f->base);
-	a = ct_project_linear(&g);
-	if (ct_projector_reserve(&g, e) == 0)
-		rc = ct_linear_apply(&a, d->base_proj.data, d->base.data, env, e);
-	ct_projector_free(&g);
-	return rc;
+	if (ct_project_all(&d->base_proj, &d->base, env, e) == 0)
+		return 0;
+	return e->code == CT_EGEOM ? ct_blame(e, f->base) : -1;
 }
 
 static int read_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
