@@ -45,8 +45,9 @@ int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env,
 
 	if (ct_vol_read(path, v, e))
 		return -1;
-	if (units == CT_UNITS_AUTO ? ct_units_check(v, "--units", e) == 0
-				   : ct_units_note(v, units, e) == 0)
+	if ((units == CT_UNITS_AUTO ? ct_units_check(v, "--units", e)
+				    : ct_units_note(v, units, e)) == 0 &&
+		ct_vol_check_finite(v, e) == 0)
 		return 0;
 	ct_vol_free(v);
 	return ct_blame(e, path);

@@ -23,7 +23,8 @@ int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
  * lie in [900, 1150], where 1000 or 1024 more than HU puts what is soft in a body. The message
  * names the option that says otherwise. */
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
-/* ct_vol_read of what is to be HU: env->units are noted, or checked for auto. */
+/* ct_vol_read of what is to be HU: env->units are noted, or checked for auto. CT_ENUMERIC for a
+ * voxel that is not finite. */
 int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -155,7 +155,7 @@ static int read_all(struct ct_vol *base, struct ct_any *res, const struct params
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
 	if (ct_vol_read_hu(p->base, base, env, e))
 		return -1;
-	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
+	if (ct_vol_check_grid(base, e))
 		return ct_blame(e, p->base);
 	quantity = ct_meta_get(&base->meta, CT_META_QUANTITY);
 	if (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0)
@@ -224,8 +224,7 @@ static int make_consistent(
 		known = ct_degrade_get(&out->meta, &d, e);
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
-	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
+	if (known || ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
 		ct_upsample_settle(out, &lr, &d, 0, &after, env, e)) {
 		ct_blame(e, p->consistent);
 		goto out;

@@ -115,13 +115,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
-	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e))
-		goto out;
-	if (ct_vol_check_finite(&in, e)) {
-		ct_blame(e, p->in);
-		goto out;
-	}
-	if (clip(&in, p->clip, e))
+	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e) ||
+		clip(&in, p->clip, e))
 		goto out;
 	if (ct_degrade_volume(&out, &in, &d, noise, env->seed, env->par, e)) {
 		ct_blame(e, p->in);

@@ -116,16 +116,6 @@ struct files {
 	struct ct_meta prior_meta;
 };
 
-static int read_volume(
-	struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
-{
-	if (!path)
-		return 0;
-	if (ct_vol_read_hu(path, v, env, e))
-		return -1;
-	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
-}
-
 static int read_all(struct files *f, struct ct_refine_rule *rule, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -133,8 +123,10 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 		return -1;
 	rule->prior = &f->prior;
 	rule->start = p->start ? &f->start : NULL;
-	return read_volume(&f->in, p->in, env, e) || read_volume(&f->start, p->start, env, e) ? -1
-											      : 0;
+	return ct_vol_read_hu(p->in, &f->in, env, e) ||
+			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
+		       ? -1
+		       : 0;
 }
 
 /* Without an operator auto is bspline, which does not iterate. */

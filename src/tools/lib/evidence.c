@@ -61,8 +61,7 @@ static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 		known = ct_degrade_get(&d->base.meta, &d->by, e);
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", f->base);
-	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_data_residual(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
+	if (known || ct_data_residual(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
 		ct_blame(e, f->lr);
 		goto out;
 	}
@@ -87,7 +86,7 @@ static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 {
 	if (ct_vol_read_hu(f->base, &d->base, env, e))
 		return -1;
-	if (ct_vol_check_finite(&d->base, e) || ct_vol_check_grid(&d->base, e))
+	if (ct_vol_check_grid(&d->base, e))
 		return ct_blame(e, f->base);
 	if ((f->lr || !is_density(d)) && check_quantity(&d->base.meta, CT_QUANTITY_HU, f->base, e))
 		return -1;
