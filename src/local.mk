@@ -10,7 +10,7 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
 # (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a
-libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
+libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
 	src/dicom/module.h src/dicom/dicom.h
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/write.h src/dicom/series.c \

@@ -59,13 +59,8 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* Does a file begin as a picture? Never reads from a pipe. */
 bool convert_is_picture(const char *path);
-/* In place: other axes, other voxel size, another frame. */
-int convert_reorient(struct ct_vol *v, const char *word, struct ct_err *e);
-int convert_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
-/* "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE. */
+/* In place: "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE.
+ */
 int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e);
-int convert_cube(struct ct_vol *v, size_t n, struct ct_err *e);
-/* The data and size of `with`, which is empty then. */
-void convert_replace(struct ct_vol *v, struct ct_vol *with);
 
 #endif

@@ -8,7 +8,7 @@
 #include "formats/units.h"
 #include "gs/mixture.h"
 #include "resolution/degrade.h"
-#include "resolution/resample.h"
+#include "resolution/regrid.h"
 #include "resolution/upsample.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
@@ -45,67 +45,6 @@ static const struct ct_opt opts[] = {
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
 };
-
-/* The operator that made the LR of v, in voxels finer[] times as fine; none if v is coarser than
- * the LR. */
-static int regrid_operator(struct ct_meta *m, const double finer[static 3], struct ct_err *e)
-{
-	struct ct_degrade d;
-	int known = ct_degrade_get(m, &d, e);
-
-	if (known)
-		return known < 0 ? -1 : 0;
-	for (int a = 0; a < 3; a++) {
-		d.factor[a] *= finer[a];
-		d.sigma[a] *= finer[a];
-		if (d.factor[a] < 1) {
-			ct_meta_drop(m, CT_META_FACTOR);
-			ct_meta_drop(m, CT_META_SIGMA);
-			ct_meta_drop(m, CT_META_DECIMATE);
-			return 0;
-		}
-	}
-	return ct_degrade_put(m, &d, e);
-}
-
-/* The same field on voxels of mm: cells of the new grid begin where those of the old do. */
-static int regrid(
-	struct ct_vol *v, const struct params *p, const struct ct_env *env, struct ct_err *e)
-{
-	const double mm = p->spacing;
-	double old[3], start[3], step[3], factor[3];
-	struct ct_separable op = {0};
-	struct ct_vol out = {0};
-	size_t n[3];
-	int rc = -1;
-
-	ct_vol_spacing(v, old);
-	for (int a = 0; a < 3; a++) {
-		double cells = old[a] * (double)v->n[a] / mm;
-
-		if (!(cells < 1e6))
-			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
-				mm, cells, a);
-		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
-		step[a] = mm / old[a];
-		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
-		factor[a] = 1 / step[a];
-	}
-	if (ct_vol_alloc(&out, n, e) || ct_meta_copy(&out.meta, &v->meta, e) ||
-		regrid_operator(&out.meta, factor, e) ||
-		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
-		goto out;
-	ct_separable_apply(&op, out.data, v->data, env->par);
-	ct_vol_rescale_affine(out.affine, (const double(*)[4])v->affine, factor);
-	ct_vol_free(v);
-	*v = out;
-	out = (struct ct_vol){0};
-	rc = 0;
-out:
-	ct_separable_free(&op);
-	ct_vol_free(&out);
-	return rc;
-}
 
 /* vol += the Gaussians of g in HU. */
 static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu,
@@ -253,7 +192,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		    ct_meta_get(ct_any_meta(&from), CT_META_WINDOW) ? ct_any_meta(&from)
 								    : &base.meta,
 		    e) ||
-		(!isnan(p->spacing) && regrid(&base, p, env, e)) ||
+		(!isnan(p->spacing) && ct_regrid_spacing(&base, p->spacing, env, e)) ||
 		residual(&res, &from, &base, window, p, env, e))
 		goto out;
 	add(&base, &res, ct_any_meta(&from), window, p, env);

@@ -8,6 +8,7 @@
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
+#include "resolution/regrid.h"
 #include "tools/convert.h"
 #include "dicom/series.h"
 #include "dicom/sidecar.h"
@@ -85,6 +86,16 @@ static const struct ct_opt opts[] = {
 		.dicom = CT_DICOM_OWN),
 	CT_OPT_END,
 };
+
+static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
+{
+	int world[3], towards[3];
+
+	return ct_raw_axes("reorient", word, world, towards, e) ||
+			       ct_regrid_axes(v, world, towards, e)
+		       ? -1
+		       : 0;
+}
 
 static void say(const struct ct_vol *v, const struct ct_env *env)
 {
@@ -174,10 +185,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
-		(p->reorient && convert_reorient(&v, p->reorient, e)) ||
+		(p->reorient && reorient(&v, p->reorient, e)) ||
 		(p->crop && convert_crop(&v, p->crop, env, e)) ||
-		(!isnan(p->iso) && convert_iso(&v, p->iso, env, e)) ||
-		(p->cube && convert_cube(&v, (size_t)p->cube, e)) ||
+		(!isnan(p->iso) && ct_regrid_iso(&v, p->iso, env, e)) ||
+		(p->cube && ct_regrid_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;
 	if (env->verbose > 0)

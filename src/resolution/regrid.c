@@ -1,0 +1,279 @@
+/* regrid.c: see regrid.h. */
+#include "config.h"
+#include "resolution/regrid.h"
+#include "resolution/degrade.h"
+#include "resolution/crop.h"
+#include "resolution/reorient.h"
+#include "resolution/resample.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { AIR = -1024, BODY = -500 }; /* HU */
+#define MARGIN 10.0                /* mm about the body */
+
+/* The data and size of `with`, which is empty then. */
+static void take(struct ct_vol *v, struct ct_vol *with)
+{
+	free(v->data);
+	v->data = with->data;
+	memcpy(v->n, with->n, sizeof v->n);
+	with->data = NULL;
+}
+
+/* The key's three numbers go with their axes. */
+static int permute(struct ct_meta *m, const char *key, const int axis[3], struct ct_err *e)
+{
+	double x[3];
+	int rc = ct_meta_numbers(m, key, 3, x, e);
+
+	if (rc)
+		return rc < 0 ? -1 : 0;
+	return ct_meta_setf(m, e, key, "%.9g,%.9g,%.9g", x[axis[0]], x[axis[1]], x[axis[2]]);
+}
+
+int ct_regrid_axes(
+	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e)
+{
+	struct ct_vol w = {0};
+	int axis[3], sign[3];
+
+	ct_reorient_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
+	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
+		permute(&v->meta, CT_META_SIGMA, axis, e) ||
+		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
+		return -1;
+	ct_reorient(w.data, v->data, v->n, axis, sign);
+	ct_reorient_affine(v->affine, v->n, axis, sign);
+	take(v, &w);
+	return 0;
+}
+
+/* Table of one axis: a Gaussian against aliasing if the new voxels are larger, then cubic. */
+static int iso_taps(
+	struct ct_taps *t, size_t n, size_t m, double start, double step, struct ct_err *e)
+{
+	struct ct_taps cubic = {0}, gauss = {0};
+	int rc = -1;
+
+	if (!(step > 1))
+		return ct_resample_taps(t, n, m, start, step, CT_CUBIC, false, e);
+	if (ct_resample_taps(&cubic, n, m, start, step, CT_CUBIC, false, e) == 0 &&
+		ct_degrade_taps(&gauss, n, 1, sqrt(step * step - 1) / 2, CT_DECIMATE_POINT, e) == 0)
+		rc = ct_taps_product(t, &cubic, &gauss, e);
+	ct_taps_free(&cubic);
+	ct_taps_free(&gauss);
+	return rc;
+}
+
+int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_separable s = {0};
+	struct ct_taps t[3] = {{0}};
+	struct ct_vol w = {0};
+	double old[3], start[3];
+	size_t m[3];
+	int rc = -1;
+
+	ct_vol_spacing(v, old);
+	for (int d = 0; d < 3; d++) {
+		const double step = mm / old[d], n = (double)v->n[d], want = floor(n / step + 0.5);
+
+		if (want > 1e6) {
+			ct_fail(e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+			goto out;
+		}
+		m[d] = want < 1 ? 1 : (size_t)want;
+		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
+		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
+					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
+			goto out;
+	}
+	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
+		goto out;
+	ct_separable_apply(&s, w.data, v->data, env->par);
+	ct_crop_affine(v->affine, start);
+	for (int r = 0; r < 3; r++)
+		for (int d = 0; d < 3; d++)
+			v->affine[r][d] *= mm / old[d];
+	take(v, &w);
+	ct_meta_drop(
+		&v->meta, CT_META_FACTOR); /* the voxels are no longer what a degradation left */
+	ct_meta_drop(&v->meta, CT_META_SIGMA);
+	ct_meta_drop(&v->meta, CT_META_DECIMATE);
+	rc = 0;
+out:
+	for (int d = 0; d < 3; d++)
+		ct_taps_free(&t[d]);
+	ct_separable_free(&s);
+	ct_vol_free(&w);
+	return rc;
+}
+
+int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
+{
+	struct ct_vol w = {0};
+	double centre[3], first[3];
+	ptrdiff_t start[3];
+
+	ct_crop_body(centre, v->data, v->n, BODY);
+	for (int d = 0; d < 3; d++) {
+		start[d] = ct_crop_start(v->n[d], n, centre[d]);
+		first[d] = (double)start[d];
+	}
+	if (ct_vol_alloc(&w, (const size_t[]){n, n, n}, e))
+		return -1;
+	ct_crop(w.data, w.n, v->data, v->n, start, AIR);
+	ct_crop_affine(v->affine, first);
+	take(v, &w);
+	return 0;
+}
+
+/* The operator that made the LR of v, in voxels finer[] times as fine; none if v is coarser than
+ * the LR. */
+static int finer_operator(struct ct_meta *m, const double finer[static 3], struct ct_err *e)
+{
+	struct ct_degrade d;
+	int known = ct_degrade_get(m, &d, e);
+
+	if (known)
+		return known < 0 ? -1 : 0;
+	for (int a = 0; a < 3; a++) {
+		d.factor[a] *= finer[a];
+		d.sigma[a] *= finer[a];
+		if (d.factor[a] < 1) {
+			ct_meta_drop(m, CT_META_FACTOR);
+			ct_meta_drop(m, CT_META_SIGMA);
+			ct_meta_drop(m, CT_META_DECIMATE);
+			return 0;
+		}
+	}
+	return ct_degrade_put(m, &d, e);
+}
+
+int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+{
+	double old[3], start[3], step[3], factor[3];
+	struct ct_separable op = {0};
+	struct ct_vol w = {0};
+	size_t n[3];
+	int rc = -1;
+
+	ct_vol_spacing(v, old);
+	for (int a = 0; a < 3; a++) {
+		double cells = old[a] * (double)v->n[a] / mm;
+
+		if (!(cells < 1e6))
+			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
+				mm, cells, a);
+		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
+		step[a] = mm / old[a];
+		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
+		factor[a] = 1 / step[a];
+	}
+	if (ct_vol_alloc(&w, n, e) || finer_operator(&v->meta, factor, e) ||
+		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
+		goto out;
+	ct_separable_apply(&op, w.data, v->data, env->par);
+	ct_vol_rescale_affine(v->affine, (const double(*)[4])v->affine, factor);
+	take(v, &w);
+	rc = 0;
+out:
+	ct_separable_free(&op);
+	ct_vol_free(&w);
+	return rc;
+}
+
+static void corner(double ijk[3], const size_t n[3], int which)
+{
+	for (int d = 0; d < 3; d++)
+		ijk[d] = ct_cell_index(which >> d & 1 ? (double)n[d] : 0);
+}
+
+/* Where the box says nothing, the field's own ends in RAS+ mm. */
+static void fill_ends(double box[3][2], const struct ct_vol *v)
+{
+	double lo[3], hi[3];
+
+	for (int c = 0; c < 8; c++) {
+		double ijk[3], mm[3];
+
+		corner(ijk, v->n, c);
+		ct_vol_world(v, ijk, mm);
+		for (int d = 0; d < 3; d++) {
+			lo[d] = c ? fmin(lo[d], mm[d]) : mm[d];
+			hi[d] = c ? fmax(hi[d], mm[d]) : mm[d];
+		}
+	}
+	for (int d = 0; d < 3; d++) {
+		box[d][0] = isinf(box[d][0]) ? lo[d] : box[d][0];
+		box[d][1] = isinf(box[d][1]) ? hi[d] : box[d][1];
+	}
+}
+
+void ct_regrid_cells(double box[3][2], const struct ct_vol *v)
+{
+	double lo[3], hi[3], mm[3];
+
+	fill_ends(box, v);
+	ct_vol_spacing(v, mm);
+	for (int c = 0; c < 8; c++)
+		for (int d = 0; d < 3; d++) {
+			double at = 0;
+
+			for (int r = 0; r < 3; r++)
+				at += v->affine[r][d] * (box[r][c >> r & 1] - v->affine[r][3]);
+			at = ct_cell_centre(at / (mm[d] * mm[d]));
+			lo[d] = c ? fmin(lo[d], at) : at;
+			hi[d] = c ? fmax(hi[d], at) : at;
+		}
+	for (int d = 0; d < 3; d++) { /* a hair of the next cell is rounding */
+		box[d][0] = floor(lo[d] + 1e-4);
+		box[d][1] = ceil(hi[d] - 1e-4);
+	}
+}
+
+int ct_regrid_body(double box[3][2], const struct ct_vol *v, struct ct_err *e)
+{
+	size_t from[3], to[3];
+	double mm[3];
+
+	if (ct_crop_region(from, to, v->data, v->n, BODY, e))
+		return -1;
+	ct_vol_spacing(v, mm);
+	for (int d = 0; d < 3; d++) {
+		const double margin = ceil(MARGIN / mm[d]);
+
+		box[d][0] = (double)from[d] - margin;
+		box[d][1] = (double)to[d] + margin;
+	}
+	return 0;
+}
+
+int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol w = {0};
+	ptrdiff_t start[3];
+	double first[3];
+	size_t n[3];
+
+	for (int d = 0; d < 3; d++) {
+		const double lo = fmax(box[d][0], 0), hi = fmin(box[d][1], (double)v->n[d]);
+
+		if (!(lo < hi))
+			return ct_fail(e, CT_EUSAGE, "--crop: nothing of axis %d is inside", d);
+		first[d] = lo;
+		start[d] = (ptrdiff_t)lo;
+		n[d] = (size_t)(hi - lo);
+	}
+	if (ct_vol_alloc(&w, n, e))
+		return -1;
+	ct_log(env, CT_INFO, "cropped to voxels %td:%td,%td:%td,%td:%td of %zux%zux%zu", start[0],
+		start[0] + (ptrdiff_t)n[0], start[1], start[1] + (ptrdiff_t)n[1], start[2],
+		start[2] + (ptrdiff_t)n[2], v->n[0], v->n[1], v->n[2]);
+	ct_crop(w.data, n, v->data, v->n, start, 0);
+	ct_crop_affine(v->affine, first);
+	take(v, &w);
+	return 0;
+}
