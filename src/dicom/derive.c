@@ -1,6 +1,7 @@
 /* derive.c: see derive.h. */
 #include "config.h"
 #include "dicom/derive.h"
+#include "core/vec3.h"
 #include "dicom/policy.h"
 
 #include <math.h>
@@ -143,16 +144,11 @@ int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *
 	return 0;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* How far slice s is from a plane, along its normal: 0 if on it. */
 static double distance(
 	const struct ct_slice *s, const struct ct_slice *plane, const double normal[3])
 {
-	const double at = dot(normal, s->position) - dot(normal, plane->position);
+	const double at = ct_vec3_dot(normal, s->position) - ct_vec3_dot(normal, plane->position);
 
 	return fabs(at) < 1e-3 ? 0 : at;
 }
@@ -170,7 +166,7 @@ int derive_sources(
 	ct_slice_place(&own, im->v->affine, k);
 	ct_slice_normal(&own, normal);
 	ct_slice_normal(&im->source[0], theirs);
-	parallel = fabs(dot(normal, theirs)) > 0.999;
+	parallel = fabs(ct_vec3_dot(normal, theirs)) > 0.999;
 	ct_vol_spacing(im->v, mm);
 	for (size_t i = 0; i < im->n; i++) {
 		const double at = distance(&im->source[i], &own, normal);

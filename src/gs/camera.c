@@ -1,24 +1,13 @@
 /* camera.c: see camera.h. */
 #include "config.h"
 #include "gs/camera.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
 /* Nearest drawn, as a part of the distance of the detector: closer, J is no approximation. */
 #define NEAREST 0.02
-
-static double dot(const double a[static 3], const double b[static 3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(double out[static 3], const double a[static 3], const double b[static 3])
-{
-	out[0] = a[1] * b[2] - a[2] * b[1];
-	out[1] = a[2] * b[0] - a[0] * b[2];
-	out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam beam, size_t h,
 	size_t w, struct ct_err *e)
@@ -29,26 +18,26 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 		return ct_fail(
 			e, CT_EGEOM, "Gaussians are projected in cone or parallel beam, not fan");
 	*c = (struct ct_camera){.cone = beam == CT_CONE, .h = h, .w = w};
-	cross(normal, v->u, v->v);
+	ct_vec3_cross(normal, v->u, v->v);
 	/* the dual of (u, v): map[0].u = 1, map[0].v = 0, in the plane */
-	cross(c->map[0], v->v, normal);
-	cross(c->map[1], normal, v->u);
+	ct_vec3_cross(c->map[0], v->v, normal);
+	ct_vec3_cross(c->map[1], normal, v->u);
 	for (int r = 0; r < 2; r++) {
-		double s = dot(c->map[r], r ? v->v : v->u);
+		double s = ct_vec3_dot(c->map[r], r ? v->v : v->u);
 
 		for (int a = 0; a < 3; a++)
 			c->map[r][a] /= s;
 	}
-	len = sqrt(dot(normal, normal));
+	len = sqrt(ct_vec3_dot(normal, normal));
 	for (int a = 0; a < 3; a++) {
 		ray[a] = v->centre[a] - v->source[a];
 		c->n[a] = normal[a] / len;
 	}
-	depth = dot(ray, c->n);
+	depth = ct_vec3_dot(ray, c->n);
 	for (int r = 0; r < 2; r++) {
 		c->c[r] = ((double)(r ? h : w) - 1) / 2;
 		if (c->cone)
-			c->c[r] -= dot(c->map[r], ray);
+			c->c[r] -= ct_vec3_dot(c->map[r], ray);
 	}
 	if (c->cone) { /* depth carries the sign of the normal through map d / z */
 		memcpy(c->origin, v->source, sizeof c->origin);
@@ -62,12 +51,12 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 	}
 	memcpy(c->origin, v->centre, sizeof c->origin);
 	for (int r = 0; r < 2; r++) { /* slide along the ray into the plane */
-		double slide = dot(c->map[r], ray) / depth;
+		double slide = ct_vec3_dot(c->map[r], ray) / depth;
 
 		for (int a = 0; a < 3; a++)
 			c->map[r][a] -= slide * c->n[a];
 	}
-	len = sqrt(dot(ray, ray));
+	len = sqrt(ct_vec3_dot(ray, ray));
 	for (int a = 0; a < 3; a++)
 		c->n[a] = ray[a] / len;
 	return 0;

@@ -1,6 +1,7 @@
 /* mixture.c: see mixture.h. */
 #include "config.h"
 #include "gs/mixture.h"
+#include "core/vec3.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -10,11 +11,6 @@
 /* Slices that one task fills; slabs between words of progress; Gaussians rendered at a time; in how
  * many slices, or of how many Gaussians in a slice, they are drawn or summed together. */
 enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18, WAIT = 64 };
-
-static double dot(const double a[static 3], const double b[static 3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static bool blurred(const struct ct_block *k)
 {
@@ -41,7 +37,7 @@ bool ct_mixture_gaussian(
 	for (int a = 0; a < 3; a++)
 		d[a] = b->p[a] - k->world[a];
 	for (int r = 0; r < 3; r++) {
-		o->m[r] = dot(k->inv[r], d);
+		o->m[r] = ct_vec3_dot(k->inv[r], d);
 		for (int a = 0; a < 3; a++)
 			row[r][a] = (k->inv[r][0] * b->a[0][a] + k->inv[r][1] * b->a[1][a] +
 					    k->inv[r][2] * b->a[2][a]) *
@@ -51,7 +47,7 @@ bool ct_mixture_gaussian(
 		double reach;
 
 		for (int a = 0; a < 3; a++)
-			c[r][a] = dot(row[r], row[a]) + (r == a ? k->blur[r] : 0);
+			c[r][a] = ct_vec3_dot(row[r], row[a]) + (r == a ? k->blur[r] : 0);
 		reach = sqrt(2 * CT_GS_CUT * c[r][r]);
 		if (!(o->m[r] + reach >= 0 && o->m[r] - reach <= (double)k->n[r] - 1 &&
 			    fabs(o->m[r]) < CT_RASTERISE_MOST_PIXELS &&
@@ -91,7 +87,7 @@ static bool near(const struct ct_block *k, const double norm[3], const struct ct
 	double s = fmax(b->s[0], fmax(b->s[1], b->s[2]));
 
 	for (int r = 0; r < 3; r++) {
-		double m = dot(k->inv[r], d),
+		double m = ct_vec3_dot(k->inv[r], d),
 		       reach = s * norm[r] + sqrt(2 * CT_GS_CUT * k->blur[r]);
 
 		if (!(m + reach >= 0 && m - reach <= (double)k->n[r] - 1))
@@ -146,7 +142,7 @@ int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	v->block = *k;
 	v->n = 0;
 	for (int r = 0; r < 3; r++)
-		s.norm[r] = sqrt(2 * CT_GS_CUT * dot(k->inv[r], k->inv[r]));
+		s.norm[r] = sqrt(2 * CT_GS_CUT * ct_vec3_dot(k->inv[r], k->inv[r]));
 	memset(v->found, 0, chunks * sizeof *v->found); /* where the loop is left off */
 	ct_par_for(par, chunks, search_some, &s);
 	for (size_t c = 0; c < chunks; c++) {

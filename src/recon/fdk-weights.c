@@ -1,6 +1,7 @@
 /* fdk-weights.c: see fdk-weights.h. */
 #include "config.h"
 #include "recon/fdk-weights.h"
+#include "core/vec3.h"
 #include "core/mem.h"
 #include "recon/fdk-cosine.h"
 
@@ -12,20 +13,9 @@
 #define OFF_ANGLE 0.01   /* rad */
 #define OPEN_GAP 2.5     /* times the mean gap */
 
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(double out[3], const double a[3], const double b[3])
-{
-	for (int i = 0; i < 3; i++)
-		out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
 static void unit(double out[3], const double a[3])
 {
-	double len = sqrt(dot(a, a));
+	double len = sqrt(ct_vec3_dot(a, a));
 
 	for (int i = 0; i < 3; i++)
 		out[i] = a[i] / len;
@@ -79,20 +69,20 @@ static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double 
 	unit(o->axis, sum);
 	for (size_t k = 0; k < s->views; k++) {
 		unit(v, s->view[k].v);
-		if (!(-dot(v, o->axis) >= cos(OFF_ANGLE)))
+		if (!(-ct_vec3_dot(v, o->axis) >= cos(OFF_ANGLE)))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the detector's columns lean %.3g degrees from those of "
 				"the others; this method needs them along one axis",
-				k, acos(fmax(-1, -dot(v, o->axis))) * 180 / M_PI);
+				k, acos(fmax(-1, -ct_vec3_dot(v, o->axis))) * 180 / M_PI);
 	}
 	for (int a = 1; a < 3; a++)
 		if (fabs(o->axis[a]) < fabs(o->axis[least]))
 			least = a;
 	memset(v, 0, sizeof v);
 	v[least] = 1;
-	cross(q, o->axis, v);
+	ct_vec3_cross(q, o->axis, v);
 	unit(q, q);
-	cross(p, q, o->axis); /* p, q, axis: right-handed */
+	ct_vec3_cross(p, q, o->axis); /* p, q, axis: right-handed */
 	return 0;
 }
 
@@ -109,8 +99,8 @@ static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const
 		double r[3], rr;
 
 		minus(d, s->view[k].source, mid);
-		r[0] = dot(d, p);
-		r[1] = dot(d, q);
+		r[0] = ct_vec3_dot(d, p);
+		r[1] = ct_vec3_dot(d, q);
 		r[2] = 1;
 		rr = r[0] * r[0] + r[1] * r[1];
 		for (int i = 0; i < 3; i++) {
@@ -131,8 +121,8 @@ static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const
 		double high, far;
 
 		minus(d, s->view[k].source, o->centre);
-		high = dot(d, o->axis);
-		far = hypot(dot(d, p), dot(d, q));
+		high = ct_vec3_dot(d, o->axis);
+		far = hypot(ct_vec3_dot(d, p), ct_vec3_dot(d, q));
 		if (!(fabs(high) <= OFF_CIRCLE * o->radius))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the source is %.4g mm off the plane of the others (a "
@@ -162,13 +152,13 @@ static void find_pivot(
 
 		unit(u, s->view[k].u);
 		minus(d, s->view[k].centre, mid);
-		r[0] = dot(u, p);
-		r[1] = dot(u, q);
+		r[0] = ct_vec3_dot(u, p);
+		r[1] = ct_vec3_dot(u, q);
 		r[2] = 1;
 		for (int i = 0; i < 3; i++) {
 			for (int j = 0; j < 3; j++)
 				m[i][j] += r[i] * r[j];
-			y[i] += dot(u, d) * r[i];
+			y[i] += ct_vec3_dot(u, d) * r[i];
 		}
 	}
 	memcpy(o->centre, mid, sizeof mid);
@@ -193,27 +183,29 @@ static int find_views(struct ct_fdk_weights *o, const struct ct_stack *s, const 
 		minus(d, s->beam == CT_PARALLEL ? along : w->source,
 			s->beam == CT_PARALLEL ? (const double[3]){0} : o->centre);
 		unit(out, d);
-		if (!(fabs(dot(out, o->axis)) <= OFF_ANGLE) ||
-			!(fabs(dot(u, o->axis)) <= OFF_ANGLE) || !(fabs(dot(u, out)) <= OFF_ANGLE))
+		if (!(fabs(ct_vec3_dot(out, o->axis)) <= OFF_ANGLE) ||
+			!(fabs(ct_vec3_dot(u, o->axis)) <= OFF_ANGLE) ||
+			!(fabs(ct_vec3_dot(u, out)) <= OFF_ANGLE))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the detector does not stand upright across the central "
 				"ray (%.3g, %.3g, %.3g degrees off); this method needs that",
-				k, asin(dot(out, o->axis)) * 180 / M_PI,
-				asin(dot(u, o->axis)) * 180 / M_PI, asin(dot(u, out)) * 180 / M_PI);
-		cross(n, u, down);
-		v->angle = atan2(dot(out, q), dot(out, p));
+				k, asin(ct_vec3_dot(out, o->axis)) * 180 / M_PI,
+				asin(ct_vec3_dot(u, o->axis)) * 180 / M_PI,
+				asin(ct_vec3_dot(u, out)) * 180 / M_PI);
+		ct_vec3_cross(n, u, down);
+		v->angle = atan2(ct_vec3_dot(out, q), ct_vec3_dot(out, p));
 		v->angle += v->angle < 0 ? 2 * M_PI : 0;
-		v->distance = fabs(dot(along, n)) / sqrt(dot(n, n));
-		v->pitch[0] = sqrt(dot(w->u, w->u));
-		v->pitch[1] = sqrt(dot(w->v, w->v));
+		v->distance = fabs(ct_vec3_dot(along, n)) / sqrt(ct_vec3_dot(n, n));
+		v->pitch[0] = sqrt(ct_vec3_dot(w->u, w->u));
+		v->pitch[1] = sqrt(ct_vec3_dot(w->v, w->v));
 		minus(d, s->beam == CT_PARALLEL ? o->centre : w->source, w->centre);
-		v->foot[0] = ((double)s->w - 1) / 2 + dot(d, u) / v->pitch[0];
-		v->foot[1] = ((double)s->h - 1) / 2 + dot(d, down) / v->pitch[1];
-		cross(n, o->axis, out); /* where growing angles go */
-		if (k > 0 && (dot(u, n) > 0) != (o->sign > 0))
+		v->foot[0] = ((double)s->w - 1) / 2 + ct_vec3_dot(d, u) / v->pitch[0];
+		v->foot[1] = ((double)s->h - 1) / 2 + ct_vec3_dot(d, down) / v->pitch[1];
+		ct_vec3_cross(n, o->axis, out); /* where growing angles go */
+		if (k > 0 && (ct_vec3_dot(u, n) > 0) != (o->sign > 0))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the detector's rows run against those of the others", k);
-		o->sign = dot(u, n) > 0 ? 1 : -1;
+		o->sign = ct_vec3_dot(u, n) > 0 ? 1 : -1;
 	}
 	return 0;
 }

@@ -1,20 +1,10 @@
 /* scan-grid.c: see scan-grid.h. */
 #include "config.h"
 #include "recon/scan-grid.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <string.h>
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(double out[3], const double a[3], const double b[3])
-{
-	for (int i = 0; i < 3; i++)
-		out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
 
 /* The point nearest to all central rays: sum (1 - d d') (x - source) = 0. */
 static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e)
@@ -27,7 +17,7 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 
 		for (int a = 0; a < 3; a++)
 			d[a] = v->centre[a] - v->source[a];
-		len = sqrt(dot(d, d));
+		len = sqrt(ct_vec3_dot(d, d));
 		for (int a = 0; a < 3; a++)
 			d[a] /= len;
 		for (int a = 0; a < 3; a++)
@@ -38,8 +28,8 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 				y[a] += p * v->source[b];
 			}
 	}
-	cross(c, m[1], m[2]);
-	det = dot(m[0], c);
+	ct_vec3_cross(c, m[1], m[2]);
+	det = ct_vec3_dot(m[0], c);
 	if (!(det > 1e-9 * pow((double)s->views, 3)))
 		return ct_fail(e, CT_EGEOM,
 			"the views look in one direction only, which does not say where the object "
@@ -49,8 +39,8 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 
 		memcpy(r, m, sizeof r);
 		memcpy(r[a], y, sizeof y);
-		cross(c, r[1], r[2]);
-		x[a] = dot(r[0], c) / det;
+		ct_vec3_cross(c, r[1], r[2]);
+		x[a] = ct_vec3_dot(r[0], c) / det;
 	}
 	return 0;
 }
@@ -67,8 +57,8 @@ static double to_edge(const struct ct_stack *s, const struct ct_view *v, const d
 		ray[i] = s->beam == CT_PARALLEL ? v->centre[i] - v->source[i] : p[i] - v->source[i];
 		d[i] = x[i] - p[i];
 	}
-	cross(n, ray, along);
-	return fabs(dot(n, d)) / sqrt(dot(n, n));
+	ct_vec3_cross(n, ray, along);
+	return fabs(ct_vec3_dot(n, d)) / sqrt(ct_vec3_dot(n, n));
 }
 
 /* Radius of the sphere about x that every view sees, from the middle to the farther edge: an offset
@@ -92,8 +82,9 @@ static double seen_radius(const struct ct_stack *s, const double x[3], double *m
 			far[a] = v->centre[a] - v->source[a];
 		}
 		if (s->beam != CT_PARALLEL)
-			scale = sqrt(dot(near, near) / dot(far, far));
-		*mm = fmin(*mm, scale * sqrt(fmin(dot(v->u, v->u), dot(v->v, v->v))));
+			scale = sqrt(ct_vec3_dot(near, near) / ct_vec3_dot(far, far));
+		*mm = fmin(
+			*mm, scale * sqrt(fmin(ct_vec3_dot(v->u, v->u), ct_vec3_dot(v->v, v->v))));
 	}
 	return least;
 }
@@ -163,8 +154,8 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 
 	for (int a = 0; a < 3; a++)
 		along[a] = v->centre[a] - v->source[a];
-	cross(normal, v->u, along);
-	len = sqrt(dot(normal, normal));
+	ct_vec3_cross(normal, v->u, along);
+	len = sqrt(ct_vec3_dot(normal, normal));
 	for (int a = 0; a < 3; a++) {
 		double x = 0, mm = 0;
 
@@ -181,7 +172,7 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 	across = 0;
 	for (int r = 0; r < 3; r++)
 		across += normal[r] * grid->affine[r][axis];
-	k = dot(normal, from) / across;
+	k = ct_vec3_dot(normal, from) / across;
 	if (!(k >= -0.5 - 1e-6 && k <= (double)grid->n[axis] - 0.5 + 1e-6))
 		return ct_fail(e, CT_EGEOM, "the plane of the fan does not meet the volume");
 	for (int r = 0; r < 3; r++)

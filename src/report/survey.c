@@ -1,14 +1,10 @@
 /* survey.c: see survey.h. */
 #include "config.h"
 #include "report/survey.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <string.h>
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void widen(double range[2], double x)
 {
@@ -58,8 +54,8 @@ static void principal(double d[3], const struct ct_stack *s, size_t k)
 	d[2] = u[0] * v[1] - u[1] * v[0];
 	if (s->beam == CT_PARALLEL)
 		memcpy(d, along, sizeof along);
-	norm = sqrt(dot(d, d));
-	if (dot(d, along) < 0)
+	norm = sqrt(ct_vec3_dot(d, d));
+	if (ct_vec3_dot(d, along) < 0)
 		norm = -norm;
 	for (int a = 0; a < 3; a++)
 		d[a] /= norm;
@@ -80,7 +76,7 @@ static bool solve3(double x[3], const double m[3][3], const double b[3], double 
 	if (!(fabs(det) > 1e-9 * scale * scale * scale))
 		return false;
 	for (int i = 0; i < 3; i++)
-		x[i] = dot(inv[i], b) / det;
+		x[i] = ct_vec3_dot(inv[i], b) / det;
 	return true;
 }
 
@@ -112,8 +108,8 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 
 	*r = (struct ct_survey){
 		.dso = {none, none}, .dsd = {none, none}, .offset = {{none, none}, {none, none}}};
-	r->pitch[0] = sqrt(dot(first->u, first->u));
-	r->pitch[1] = sqrt(dot(first->v, first->v));
+	r->pitch[0] = sqrt(ct_vec3_dot(first->u, first->u));
+	r->pitch[1] = sqrt(ct_vec3_dot(first->v, first->v));
 	r->size[0] = r->pitch[0] * (double)s->w;
 	r->size[1] = r->pitch[1] * (double)s->h;
 	r->angle[0] = first->angle;
@@ -127,14 +123,15 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 		principal(d, s, k);
 		for (int a = 0; a < 3; a++)
 			away[a] = w->centre[a] - w->source[a];
-		foot = dot(away, d);
+		foot = ct_vec3_dot(away, d);
 		widen(r->dsd, foot);
-		widen(r->offset[0], dot(away, w->u) / sqrt(dot(w->u, w->u)));
-		widen(r->offset[1], dot(away, w->v) / sqrt(dot(w->v, w->v)));
+		widen(r->offset[0], ct_vec3_dot(away, w->u) / sqrt(ct_vec3_dot(w->u, w->u)));
+		widen(r->offset[1], ct_vec3_dot(away, w->v) / sqrt(ct_vec3_dot(w->v, w->v)));
 		for (int a = 0; a < 3; a++)
 			to[a] = r->iso[a] - w->source[a];
 		if (r->has_iso) {
-			double along = dot(to, d), off = dot(to, to) - along * along;
+			double along = ct_vec3_dot(to, d),
+			       off = ct_vec3_dot(to, to) - along * along;
 
 			widen(r->dso, along);
 			r->miss = fmax(r->miss, sqrt(fmax(off, 0)));

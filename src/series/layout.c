@@ -1,16 +1,12 @@
 /* layout.c: see layout.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "series/layout.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* Unit vectors at right angles nearest to across and down, and their product. */
 static void axes(const struct ct_slice *s, double a[3], double d[3], double u[3])
@@ -21,8 +17,8 @@ static void axes(const struct ct_slice *s, double a[3], double d[3], double u[3]
 		p[i] = s->across[i] + s->down[i];
 		q[i] = s->across[i] - s->down[i];
 	}
-	pp = sqrt(2 * dot(p, p));
-	qq = sqrt(2 * dot(q, q));
+	pp = sqrt(2 * ct_vec3_dot(p, p));
+	qq = sqrt(2 * ct_vec3_dot(q, q));
 	for (int i = 0; i < 3; i++) {
 		a[i] = p[i] / pp + q[i] / qq;
 		d[i] = p[i] / pp - q[i] / qq;
@@ -99,7 +95,7 @@ static int sort(struct ct_layout *l, struct ct_slice *s, const double u[3], stru
 	if (ct_alloc(&p, n, sizeof *p, e) || ct_alloc(&old, n, sizeof *old, e))
 		goto out;
 	for (size_t k = 0; k < n; k++)
-		p[k] = (struct place){dot(s[k].position, u), k};
+		p[k] = (struct place){ct_vec3_dot(s[k].position, u), k};
 	memcpy(old, s, n * sizeof *s);
 	qsort(p, n, sizeof *p, by_place);
 	for (size_t k = 0; k < n; k++) {
@@ -180,8 +176,8 @@ int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct c
 
 		for (int r = 0; r < 3; r++)
 			by[r] = s[k].position[r] - s[0].position[r];
-		l->shift[k][0] = dot(by, a) / s->pitch[0];
-		l->shift[k][1] = dot(by, d) / s->pitch[1];
+		l->shift[k][0] = ct_vec3_dot(by, a) / s->pitch[0];
+		l->shift[k][1] = ct_vec3_dot(by, d) / s->pitch[1];
 	}
 	measure(l, s, gap);
 	rc = 0;

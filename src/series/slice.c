@@ -1,14 +1,10 @@
 /* slice.c: see slice.h. */
 #include "config.h"
 #include "series/slice-row.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <string.h>
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 void ct_slice_normal(const struct ct_slice *s, double n[3])
 {
@@ -22,7 +18,7 @@ void ct_slice_normal(const struct ct_slice *s, double n[3])
 /* To length 1; returns the length. */
 static double normalise(double a[3])
 {
-	const double length = sqrt(dot(a, a));
+	const double length = sqrt(ct_vec3_dot(a, a));
 
 	for (int d = 0; d < 3; d++)
 		a[d] /= length;
@@ -41,8 +37,8 @@ void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
 		s->position[d] = sign * (affine[d][2] * (double)k + affine[d][3]);
 	}
 	s->pitch[0] = normalise(s->across);
-	s->pitch[1] = sqrt(dot(s->down, s->down));
-	along = dot(s->across, s->down);
+	s->pitch[1] = sqrt(ct_vec3_dot(s->down, s->down));
+	along = ct_vec3_dot(s->across, s->down);
 	for (int d = 0; d < 3; d++)
 		s->down[d] -= along * s->across[d];
 	normalise(s->down);
@@ -66,9 +62,9 @@ int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 		if (!(s->pitch[i] > 1e-6 && s->pitch[i] < 1e4))
 			return ct_fail(
 				e, CT_EGEOM, "%s: PixelSpacing is %g mm", s->path, s->pitch[i]);
-	if (!(fabs(dot(s->across, s->across) - 1) <= 1e-3 &&
-		    fabs(dot(s->down, s->down) - 1) <= 1e-3 &&
-		    fabs(dot(s->across, s->down)) <= 1e-4))
+	if (!(fabs(ct_vec3_dot(s->across, s->across) - 1) <= 1e-3 &&
+		    fabs(ct_vec3_dot(s->down, s->down) - 1) <= 1e-3 &&
+		    fabs(ct_vec3_dot(s->across, s->down)) <= 1e-4))
 		return ct_fail(e, CT_EGEOM,
 			"%s: ImageOrientationPatient is not two unit vectors at right angles",
 			s->path);

@@ -1,6 +1,7 @@
 /* columns.c: see columns.h. */
 #include "config.h"
 #include "xray/columns.h"
+#include "core/vec3.h"
 #include "core/mem.h"
 #include "xray/packet.h"
 #include "xray/geometry.h"
@@ -201,11 +202,6 @@ struct path {
 	double mm[3]; /* mm a unit of x, squared: of row r, mm[0] + mm[1] r + mm[2] r^2 */
 };
 
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* False if its rays must be followed one by one: they are steep, or lie in a face of voxels. */
 static bool path_of(struct path *t, const struct ct_projector *g, const struct ct_columns *c,
 	size_t view, size_t col)
@@ -218,13 +214,13 @@ static bool path_of(struct path *t, const struct ct_projector *g, const struct c
 
 	ct_view_ray(s, view, 0, col, world, dir);
 	for (int i = 0; i < 3; i++) {
-		o[i] = dot(g->inverse[i], world) + g->inverse[i][3];
-		d[i] = dot(g->inverse[i], dir);
+		o[i] = ct_vec3_dot(g->inverse[i], world) + g->inverse[i][3];
+		d[i] = ct_vec3_dot(g->inverse[i], dir);
 	}
 	a = fabs(d[c->q]) > fabs(d[c->p]) ? c->q : c->p;
 	b = a == c->p ? c->q : c->p;
 	da = d[a];
-	step = dot(g->inverse[up], v);
+	step = ct_vec3_dot(g->inverse[up], v);
 	s0 = d[up] / da;
 	s1 = parallel ? 0 : step / da;
 	if (!(fabs(s0) <= 1 && fabs(s0 + last * s1) <= 1))
@@ -242,9 +238,9 @@ static bool path_of(struct path *t, const struct ct_projector *g, const struct c
 		.s1 = s1,
 		.n = (int32_t)c->n[up],
 		.joseph = g->method == CT_JOSEPH};
-	t->mm[0] = dot(dir, dir) / (da * da);
-	t->mm[1] = parallel ? 0 : 2 * dot(dir, v) / (da * da);
-	t->mm[2] = parallel ? 0 : dot(v, v) / (da * da);
+	t->mm[0] = ct_vec3_dot(dir, dir) / (da * da);
+	t->mm[1] = parallel ? 0 : 2 * ct_vec3_dot(dir, v) / (da * da);
+	t->mm[2] = parallel ? 0 : ct_vec3_dot(v, v) / (da * da);
 	t->x0 = !parallel && da > 0 ? o[a] : -HUGE_VAL;
 	t->x1 = !parallel && da < 0 ? o[a] : HUGE_VAL;
 	return true;
@@ -486,7 +482,7 @@ void ct_columns_adjoint(const struct ct_projector *g, const struct ct_columns *c
 	const double *u = g->scan->view[first].u;
 	size_t n;
 
-	if (fabs(dot(g->inverse[c->q], u)) > fabs(dot(g->inverse[c->p], u)))
+	if (fabs(ct_vec3_dot(g->inverse[c->q], u)) > fabs(ct_vec3_dot(g->inverse[c->p], u)))
 		f.axis = c->q; /* slabs across the rows meet the fewest rays */
 	n = c->n[f.axis];
 	f.thickness = n > 2 * SLAB * SLAB ? n / (2 * SLAB) : SLAB;

@@ -1,6 +1,7 @@
 /* geometry.c: see geometry.h. */
 #include "config.h"
 #include "xray/geometry.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -31,11 +32,6 @@ static void sincos_degrees(double degrees, double *s, double *c)
 		*c = sx;
 		break;
 	}
-}
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /* Corner `which` (bits: axes) of the box that the voxels of the grid fill. */
@@ -207,7 +203,8 @@ static bool shadow_of(
 {
 	const double n[3] = {v->u[1] * v->v[2] - v->u[2] * v->v[1],
 		v->u[2] * v->v[0] - v->u[0] * v->v[2], v->u[0] * v->v[1] - v->u[1] * v->v[0]};
-	double uu = dot(v->u, v->u), vv = dot(v->v, v->v), uv = dot(v->u, v->v), pu, pv, t;
+	double uu = ct_vec3_dot(v->u, v->u), vv = ct_vec3_dot(v->v, v->v),
+	       uv = ct_vec3_dot(v->u, v->v), pu, pv, t;
 	double axis[3], ray[3], p[3];
 
 	for (int a = 0; a < 3; a++) {
@@ -215,13 +212,13 @@ static bool shadow_of(
 		ray[a] = s->beam == CT_PARALLEL ? axis[a] : x[a] - v->source[a];
 		p[a] = s->beam == CT_PARALLEL ? v->centre[a] - x[a] : axis[a];
 	}
-	t = dot(n, p) / dot(n, ray);
+	t = ct_vec3_dot(n, p) / ct_vec3_dot(n, ray);
 	if (!isfinite(t) || (s->beam != CT_PARALLEL && t <= 0))
 		return false;
 	for (int a = 0; a < 3; a++)
 		p[a] = t * ray[a] - p[a];
-	pu = dot(p, v->u);
-	pv = dot(p, v->v);
+	pu = ct_vec3_dot(p, v->u);
+	pv = ct_vec3_dot(p, v->v);
 	at[0] = (pu * vv - pv * uv) / (uu * vv - uv * uv);
 	at[1] = (pv * uu - pu * uv) / (uu * vv - uv * uv);
 	return true;
