@@ -10,13 +10,13 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "resolution/upsample.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 struct params {
 	const char *base, *res, *out, *window, *res_out, *consistent;
@@ -124,12 +124,9 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol *base,
 	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(ct_any_meta(res), CT_META_QUANTITY);
-
 	if (res->kind == CT_KIND_VOLUME) {
-		if (quantity && strcasecmp(quantity, CT_QUANTITY_RESIDUAL) != 0)
-			return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not residual", p->res,
-				quantity);
+		if (ct_evidence_quantity(&res->vol.meta, CT_QUANTITY_RESIDUAL, p->res, e))
+			return -1;
 		if (ct_vol_check_finite(&res->vol, e) || ct_vol_same_grid(base, &res->vol, e))
 			return ct_blame(e, p->res);
 		*out = res->vol;
@@ -149,18 +146,11 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity;
-
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
-	if (ct_vol_read_hu(p->base, base, env, e))
-		return -1;
-	if (ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e))
-		return ct_blame(e, p->base);
-	quantity = ct_meta_get(&base->meta, CT_META_QUANTITY);
-	if (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not hu", p->base, quantity);
-	if (ct_any_read(p->res, res, e))
+	if (ct_evidence_base(base, p->base, env, e) ||
+		ct_evidence_quantity(&base->meta, CT_QUANTITY_HU, p->base, e) ||
+		ct_any_read(p->res, res, e))
 		return -1;
 	if (res->kind != CT_KIND_GAUSS && res->kind != CT_KIND_VOLUME)
 		return ct_fail(e, CT_EINPUT, "%s: is %s, not Gaussians or a volume", p->res,
@@ -215,17 +205,11 @@ static int make_consistent(
 	struct ct_degrade d;
 	struct ct_vol lr = {0};
 	double before, after;
-	int rc = -1, known;
+	int rc = -1;
 
-	if (ct_vol_read_hu(p->consistent, &lr, env, e))
+	if (ct_evidence_lr(&lr, &d, p->consistent, &out->meta, p->base, env, e))
 		goto out;
-	known = ct_degrade_get(&lr.meta, &d, e);
-	if (known > 0)
-		known = ct_degrade_get(&out->meta, &d, e);
-	if (known > 0)
-		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
-	if (known || ct_vol_check_finite(&lr, e) ||
-		ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
+	if (ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
 		ct_upsample_settle(out, &lr, &d, 0, &after, env, e)) {
 		ct_blame(e, p->consistent);
 		goto out;
