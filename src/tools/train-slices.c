@@ -256,7 +256,8 @@ static int start(struct train_slices_job *j, struct ct_err *e)
 		.average = isnan(p->ema) ? 0.999 : p->ema};
 
 	if (rule.batch % CT_LEARN_PIECE)
-		return ct_fail(e, CT_EUSAGE, "--batch: expected a multiple of %d", CT_LEARN_PIECE);
+		return ct_fail(
+			e, CT_EUSAGE, "--expert batch: expected a multiple of %d", CT_LEARN_PIECE);
 	return ct_learn_alloc(&j->learn, &r, &rule, j->data.example, j->data.n, &j->env, e);
 }
 

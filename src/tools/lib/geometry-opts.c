@@ -31,10 +31,11 @@ static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, str
 		s->pitch[0] = s->pitch[1] = side / (double)s->w;
 	}
 	if (o->pitch) {
-		if (ct_cli_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
+		if (ct_cli_numbers("expert pitch", o->pitch, ',', 2, true, s->pitch, e))
 			return -1;
 		if (!(s->pitch[0] > 0 && s->pitch[1] > 0))
-			return ct_fail(e, CT_EUSAGE, "--pitch: '%s' is not positive", o->pitch);
+			return ct_fail(
+				e, CT_EUSAGE, "--expert pitch: '%s' is not positive", o->pitch);
 	}
 	return o->offset ? ct_cli_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
 }
