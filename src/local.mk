@@ -12,7 +12,7 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools
 noinst_LIBRARIES += libctdicom.a
 libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c src/tools/convert-grid.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
-	src/dicom/module.h src/dicom/dicom.h src/tools/report.c src/tools/report.h src/dicom/survey.c src/dicom/survey.h
+	src/dicom/module.h src/dicom/dicom.h
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/write.h src/dicom/series.c \
 	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/inspect.h src/dicom/image.c src/dicom/image.h \
 	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c \
@@ -40,12 +40,8 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c \
-	src/tools/train-best.c src/tools/train-best.h \
-	src/tools/train-cache.c src/tools/train-cache.h \
-	src/tools/train-pictures.c src/tools/train-slices.c src/tools/train-data.c src/tools/train-data.h \
-	src/tools/train-pairs.c src/tools/train-pairs.h src/tools/ddnm-input.c src/tools/ddnm-input.h \
-	src/tools/prior-arch.c src/tools/prior-arch.h
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c src/tools/prior-arch.c \
+	src/tools/prior-arch.h $(TRAIN_SOURCES)
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 ct_train_SOURCES += src/tools/lib/libraries.cc
@@ -75,7 +71,8 @@ bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
 VIEW_SOURCES = src/tools/ct-view.c src/tools/cuts.c src/tools/cuts.h src/tools/hu-window.c \
-	src/tools/hu-window.h src/tools/labels.c src/tools/labels.h src/tools/sheet.c src/tools/sheet.h src/tools/view-picture.c src/tools/view-picture.h
+	src/tools/hu-window.h \
+	src/tools/view-picture.c src/tools/view-picture.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
@@ -89,16 +86,9 @@ bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose
 ct_compose_SOURCES = src/tools/ct-compose.c
-PAGE_SOURCES = src/tools/page.c src/tools/page.h src/tools/page-cards.c src/tools/page-file.c src/tools/page-file.h \
-	src/tools/page-measure.c src/tools/page-pictures.c
+PAGE_SOURCES = src/tools/page-file.c src/tools/page-file.h
 bin_PROGRAMS += ct-report
 ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
-pkgdata_DATA = src/tools/report.html
-EXTRA_DIST += src/tools/report.html
-noinst_DATA = report.html
-CLEANFILES += report.html
-report.html: src/tools/report.html
-	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/tools/report.html $@
 # The shipped priors; their copies beside the programs serve a build folder.
 pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
 EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors \
@@ -112,5 +102,4 @@ residual.safetensors: src/prior/residual.safetensors
 slices.safetensors: src/prior/slices.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk
-ct_fdk_SOURCES = src/tools/ct-fdk.c src/tools/fdk-grid.c src/tools/fdk-grid.h src/tools/fdk-solve.c \
-	src/tools/fdk-solve.h
+ct_fdk_SOURCES = src/tools/ct-fdk.c

@@ -167,13 +167,12 @@ BOUNDS =
 else
 BOUNDS = -fsanitize=bounds -fsanitize-undefined-trap-on-error
 endif
-check_PROGRAMS += tests/t-survey tests/t-montage tests/t-fdk-grid
+check_PROGRAMS += tests/t-survey tests/t-montage tests/t-scan-grid
 tests_t_survey_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
-tests_t_fdk_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
-tests_t_fdk_grid_SOURCES = tests/t-fdk-grid.c src/tools/fdk-grid.c src/tools/lib/geometry-opts.c \
-	src/tools/lib/geometry-json.c
-tests_t_survey_SOURCES = tests/t-survey.c src/dicom/survey.c
+tests_t_scan_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
+tests_t_scan_grid_SOURCES = tests/t-scan-grid.c src/recon/scan-grid.c
+tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/colour.c src/picture/text.c
 dist_check_SCRIPTS += tests/t-trade.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh tests/t-view-surface.sh
 check_PROGRAMS += tests/t-text tests/t-trend

@@ -30,7 +30,10 @@ ct-metrics g.nii g2.nii | grep -q 'rmse-hu 0.000000$'; ok $? 'is the same grid'
 # shellcheck disable=SC2086
 ct-phantom $grid -p -n 60 --arc 360 ellipsoids bare.exr
 exits 0 'a stack that knows no volume' ct-fdk bare.exr b.nii
-exits 2 'a grid of no voxels' ct-fdk --grid 0 p.exr new.nii
+for n in 0 2.5 65537 -3; do
+	exits 2 "a grid of $n voxels" ct-fdk --grid="$n" p.exr new.nii
+done
+exits 3 'a name that is no file' ct-fdk --grid 3x p.exr new.nii
 exits 3 'a grid that is not there' ct-fdk --grid none.nii p.exr new.nii
 exits 2 'fbp of a cone' ct-fdk -m fbp p.exr new.nii
 exits 2 'cgls has no bounds' ct-fdk -m cgls --nonnegative p.exr new.nii

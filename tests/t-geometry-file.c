@@ -3,8 +3,10 @@
 #include "capture.h"
 #include "formats/format.h"
 #include "scratch.h"
+#include "recon/scan-grid.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"
+#include "xray/window.h"
 
 static struct ct_err e;
 /* 96 x 80 x 32 mm about (10, 20, 30). */
@@ -353,7 +355,7 @@ static void test_window(void)
 
 	OK(window_is(NULL, NULL, -1024, 3071) && window_is(NULL, &m, -1024, 3071), "a window");
 	OK(window_is("-5:7", NULL, -5, 7) && window_is("-5:7", &m, -5, 7), "that is asked for");
-	must(ct_geometry_opts_put_window(&m, w, &err));
+	must(ct_window_put(&m, w, &err));
 	OK(is_text(ct_meta_get(&m, CT_META_WINDOW), "-512.25:1000000"), "in words");
 	OK(window_is(NULL, &m, -512.25, 1e6) && window_is("-512.25:1e6", &m, -512.25, 1e6),
 		"that is known");
@@ -366,9 +368,9 @@ static void test_window(void)
 		"whose the other is");
 	OK(window_is_refused("1:0", &m, CT_EUSAGE, "--window: '1:0' is empty"), "none");
 	must(ct_meta_set(&m, CT_META_WINDOW, "x", &err));
-	OK(window_is_refused(NULL, &m, CT_EINPUT, "metadata: --window: 'x' is not 2 numbers"),
+	OK(window_is_refused(NULL, &m, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI"),
 		"one that is spoilt");
-	must(ct_geometry_opts_put_volume(&m, &grid, &err));
+	must(ct_scan_grid_put(&m, &grid, &err));
 	OK(is_text(ct_meta_get(&m, CT_META_VOLUME_SIZE), "24,20,16") &&
 			is_text(ct_meta_get(&m, CT_META_VOLUME_AFFINE),
 				"4,0,0,-36,0,4,0,-18,0,0,2,15"),

@@ -21,11 +21,13 @@ may src/gs 'core|solve|xray|resolution|recon|quality|gs'
 may src/cli 'core|formats|cli'
 may src/series 'core|resolution|series'
 may src/picture 'core|picture'
+may src/report 'core|formats|resolution|quality|picture|report'
+may src/train 'core|formats|resolution|unet|diffusion|restore|shim|train'
 may src/shim 'core|series|shim'
 may formats 'core|formats'
 may src/ctsr 'core|formats|xray|resolution|recon|quality|restore|refine|gs|ctsr'
 bad=$(cd "$srcdir" && grep -nE '\b(printf|fprintf|puts|perror|exit|abort|getenv) *\(' src/core/*.c src/solve/*.c src/xray/*.c src/resolution/*.c src/quality/*.c src/recon/*.c src/unet/*.c \
-	src/diffusion/*.c src/restore/*.c src/series/*.c src/picture/*.c src/gs/*.c formats/*.c src/shim/*.cc src/refine/*.c src/ctsr/*.c |
+	src/diffusion/*.c src/restore/*.c src/series/*.c src/picture/*.c src/report/*.c src/train/*.c src/gs/*.c formats/*.c src/shim/*.cc src/refine/*.c src/ctsr/*.c |
 	grep -v 'fprintf(f,')
 [ -z "$bad" ]; ok $? 'nothing prints, exits or reads the environment below the command line'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'

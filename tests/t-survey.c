@@ -1,7 +1,7 @@
 /* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
 #include "config.h"
 #include "xray/geometry.h"
-#include "dicom/survey.h"
+#include "report/survey.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -11,15 +11,15 @@ static void test_range(void)
 {
 	static const float x[] = {1e7f + 1, NAN, 1e7f + 3, INFINITY, -INFINITY, 1e7f + 5},
 			   bad[] = {NAN, INFINITY};
-	struct survey_range r;
+	struct ct_survey_range r;
 
-	survey_range_of(&r, 6, x);
+	ct_survey_range_of(&r, 6, x);
 	OK(r.n == 6 && r.nan == 1 && r.inf == 2, "NaN and infinity are counted apart");
 	OK(r.min == 1e7 + 1 && r.max == 1e7 + 5 && r.mean == 1e7 + 3, "range and mean");
 	NEAR(r.sd, sqrt(8.0 / 3), 1e-12, "deviation, far from 0");
-	survey_range_of(&r, 2, bad);
+	ct_survey_range_of(&r, 2, bad);
 	OK(isnan(r.min) && isnan(r.max) && isnan(r.mean) && isnan(r.sd), "nothing finite");
-	survey_range_of(&r, 0, NULL);
+	ct_survey_range_of(&r, 0, NULL);
 	OK(r.n == 0 && isnan(r.mean), "nothing at all");
 }
 
@@ -47,11 +47,11 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 		.offset = {3, beam == CT_FAN ? 0 : -2},
 		.iso = {10, -20, 30}};
 	struct ct_stack s = {0};
-	struct survey g;
+	struct ct_survey g;
 	double far = 0;
 
 	fill(&s, &scan);
-	survey_of(&g, &s);
+	ct_survey_of(&g, &s);
 	NEAR(g.pitch[0] + g.pitch[1], 1.25, 1e-12, ct_beam_name(beam));
 	NEAR(g.size[0], 32, 1e-12, "detector width");
 	NEAR(g.angle[0], 20, 1e-12, "first angle");
@@ -70,12 +70,12 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 		NEAR(fabs(g.offset[1][0] - scan.offset[1]), 0, 1e-9, "offset along v");
 		s.view[0].source[2] += 5; /* one ray off: no longer all through one point */
 		s.view[0].centre[2] += 5;
-		survey_of(&g, &s);
+		ct_survey_of(&g, &s);
 		OK(g.miss > 3 && g.miss < 5, "a displaced view shows");
 	} else
 		OK(!g.has_iso, "parallel rays have no isocentre");
 	s.views = 1;
-	survey_of(&g, &s);
+	ct_survey_of(&g, &s);
 	OK(!g.has_iso && g.step == 0, "nor has one view");
 	ct_stack_free(&s);
 }
@@ -105,7 +105,7 @@ static void test_turned(void)
 		.iso = {10, -20, 30}};
 	double iso[3] = {10, -20, 30}, far = 0;
 	struct ct_stack s = {0};
-	struct survey g;
+	struct ct_survey g;
 
 	fill(&s, &scan);
 	for (size_t k = 0; k < s.views; k++) {
@@ -115,7 +115,7 @@ static void test_turned(void)
 		turn(s.view[k].v);
 	}
 	turn(iso);
-	survey_of(&g, &s);
+	ct_survey_of(&g, &s);
 	OK(g.has_iso, "an isocentre in any frame");
 	for (int a = 0; a < 3; a++)
 		far = fmax(far, fabs(g.iso[a] - iso[a]));
@@ -126,7 +126,7 @@ static void test_turned(void)
 	for (size_t k = 0; k < s.views; k++)
 		for (int a = 0; a < 3; a++)
 			s.view[k].u[a] = -s.view[k].u[a];
-	survey_of(&g, &s);
+	ct_survey_of(&g, &s);
 	NEAR(g.dsd[0], 1100, 1e-8, "seen from behind, too");
 	ct_stack_free(&s);
 }
@@ -146,19 +146,19 @@ static void test_orientation(void)
 			for (int j = 0; j < 3; j++)
 				for (int a = 0; a < 3; a++)
 					m[a][j] = a == order[p][j] ? signs >> j & 1 ? 2 : -2 : 0.3;
-			survey_orientation(code, m);
+			ct_survey_orientation(code, m);
 			for (int j = 0; j < 3; j++)
 				bad += code[j] != letters[order[p][j]][signs >> j & 1];
 		}
 	OK(bad == 0, "48 orientations have their letters");
-	survey_orientation(code, (const double[3][4]){{1, 1, 0}, {0, 0.5, 0}, {0, 0, 1}});
+	ct_survey_orientation(code, (const double[3][4]){{1, 1, 0}, {0, 0.5, 0}, {0, 0, 1}});
 	OK(strcmp(code, "R?S") == 0, "two columns that share an axis");
 }
 
 static void test_gauss(void)
 {
 	struct ct_gauss g = {.activation = CT_PRELU, .gamma = 0.1};
-	struct survey_gauss r;
+	struct ct_survey_gauss r;
 	struct ct_err e;
 
 	if (ct_gauss_reserve(&g, 4, &e))
@@ -172,7 +172,7 @@ static void test_gauss(void)
 			g.rot[a][g.n] = 1;
 		g.raw[g.n] = (float)g.n - 1;
 	}
-	survey_gauss_of(&r, &g);
+	ct_survey_gauss_of(&r, &g);
 	OK(r.positive == 2 && r.negative == 1 && r.bad == 0, "signs");
 	OK(r.raw[0] == -1 && r.raw[1] == 2 && r.lo[1] == -3 && r.hi[0] == 3, "ranges");
 	NEAR(r.sigma[0], 0.5, 1e-6, "least deviation");
@@ -180,7 +180,7 @@ static void test_gauss(void)
 	NEAR(r.mean_sigma, cbrt(2), 1e-6, "geometric mean");
 	g.activation = CT_SOFTPLUS;
 	g.rot[2][3] = NAN;
-	survey_gauss_of(&r, &g);
+	ct_survey_gauss_of(&r, &g);
 	OK(r.positive == 3 && r.negative == 0 && r.bad == 1 && r.hi[0] == 2,
 		"softplus is positive, NaN is set apart");
 	for (int a = 0; a < 3; a++) {
@@ -191,13 +191,13 @@ static void test_gauss(void)
 
 			g.rot[2][3] = 1;
 			*x[k] = NAN;
-			survey_gauss_of(&r, &g);
+			ct_survey_gauss_of(&r, &g);
 			OK(r.bad == 1, "NaN %d along axis %d", k, a);
 			*x[k] = was;
 		}
 	}
 	g.n = 0;
-	survey_gauss_of(&r, &g);
+	ct_survey_gauss_of(&r, &g);
 	OK(isnan(r.mean_sigma) && isnan(r.lo[0]), "an empty set");
 	g.n = 4;
 	ct_gauss_free(&g);

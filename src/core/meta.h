@@ -27,7 +27,7 @@ struct ct_env;
 /* word: what the values are, CT_QUANTITY_...; none: HU, or line integrals; every command that
  * makes another */
 #define CT_META_QUANTITY "quantity"
-/* "LO:HI", HU: that map to density 0 and 1; ct_geometry_opts_put_window */
+/* "LO:HI", HU: that map to density 0 and 1; ct_window_put */
 #define CT_META_WINDOW "window"
 /* integer: of the last step that drew numbers; ct-phantom, ct-project, ct-ddnm, ct-nabgs */
 #define CT_META_SEED "seed"
@@ -60,9 +60,9 @@ struct ct_env;
 #define CT_META_SCAN_START "scan.start"
 /* "X,Y,Z", mm: isocentre; ct_geometry_fill */
 #define CT_META_SCAN_ISO "scan.iso"
-/* "X,Y,Z": voxels of the volume that was projected; ct_geometry_opts_put_volume */
+/* "X,Y,Z": voxels of the volume that was projected; ct_scan_grid_put */
 #define CT_META_VOLUME_SIZE "volume.size"
-/* 12 numbers, mm: its affine, row after row; ct_geometry_opts_put_volume */
+/* 12 numbers, mm: its affine, row after row; ct_scan_grid_put */
 #define CT_META_VOLUME_AFFINE "volume.affine"
 /* word of CT_METHOD_LIST: projector; ct-project */
 #define CT_META_METHOD "method"

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
+#include "xray/window.h"
 #include "gs/prelu.h"
 #include "gs/fit.h"
 #include "gs/splat.h"
@@ -262,7 +263,7 @@ static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume 
 	int rc = -1;
 
 	if (options_of(&to, o, base, e) || ctsr_check_volume(base, e) || ct_stack_check(&p->s, e) ||
-		ct_stack_check_finite(&p->s, e) || ctsr_window_of(window, &p->s.meta, e) ||
+		ct_stack_check_finite(&p->s, e) || ct_window_get(window, &p->s.meta, e) ||
 		ctsr_density_of(&density, &base->v, window, e))
 		goto out;
 	if (!o->full && (ct_stack_like(&base_projections, &p->s, 1, e) ||

@@ -49,8 +49,6 @@ int ctsr_make_projections(ctsr_projections **p, struct ct_err *e);
 /* The line of the context into the metadata, if there is one; "input" goes. */
 int ctsr_note_history(
 	struct ctsr_call *k, struct ct_meta *m, size_t n, const struct ct_meta *const *in);
-/* The key "window" of the metadata, else -1024 to 3071 HU. */
-int ctsr_window_of(double window[2], const struct ct_meta *m, struct ct_err *e);
 /* d (zeroed struct) <- a copy of v as density in the window, with its grid and no metadata. */
 int ctsr_density_of(
 	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e);

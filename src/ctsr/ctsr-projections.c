@@ -38,31 +38,6 @@ static int done(ctsr_projections **p, int rc)
 	return rc;
 }
 
-int ctsr_window_of(double window[2], const struct ct_meta *m, struct ct_err *e)
-{
-	const char *text = ct_meta_get(m, CT_META_WINDOW);
-	char *end;
-
-	window[0] = -1024;
-	window[1] = 3071;
-	if (!text)
-		return 0;
-	window[0] = strtod(text, &end);
-	if (end != text && *end == ':') {
-		text = end + 1;
-		window[1] = strtod(text, &end);
-		if (end != text && !*end && isfinite(window[0]) && isfinite(window[1]) &&
-			window[0] < window[1])
-			return 0;
-	}
-	return ct_fail(e, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI");
-}
-
-static int put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
-{
-	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
-}
-
 int ctsr_density_of(
 	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e)
 {
@@ -252,7 +227,8 @@ static int project(
 		if (ct_meta_set(&s->meta, v->v.meta.pair[i].key, v->v.meta.pair[i].value, e))
 			return -1;
 	if (ctsr_density_of(&density, &v->v, g->window, e) == 0 &&
-		ctsr_project_into(s, &density, k) == 0 && put_window(&s->meta, g->window, e) == 0 &&
+		ctsr_project_into(s, &density, k) == 0 &&
+		ct_window_put(&s->meta, g->window, e) == 0 &&
 		ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0)
 		rc = ctsr_note_history(k, &s->meta, 1, from);
 	ct_vol_free(&density);
@@ -303,28 +279,24 @@ static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 	const bool residual = quantity && strcmp(quantity, CT_QUANTITY_RESIDUAL) == 0;
 	struct ct_fdk f = {0};
 	double window[2];
-	int rc = -1;
+	int rc;
 
-	if (ctsr_window_of(window, &s->meta, &k->err) ||
+	if (ct_window_get(window, &s->meta, &k->err) ||
 		ct_fdk_alloc(&f, v, s, CT_RAMP_RAM_LAK, 0, false, k->env.par, &k->err))
 		return -1;
-	for (size_t i = 0; i < s->views; i = ct_fdk_add(&f, i, v->data, k->env.par)) {
-		ct_progress(&k->env, "views", i, s->views);
-		if (ct_check_stop(&k->env, &k->err))
-			goto out;
-	}
-	ct_progress(&k->env, "views", s->views, s->views);
-	if (put_window(&v->meta, window, &k->err))
-		goto out;
+	rc = ct_fdk_all(&f, v->data, &k->env, &k->err) || ct_window_put(&v->meta, window, &k->err)
+		     ? -1
+		     : 0;
+	ct_fdk_free(&f);
+	if (rc)
+		return -1;
 	if (residual) {
 		window[1] -= window[0];
 		window[0] = 0;
 	}
 	ct_window_hu(ct_vol_count(v), v->data, v->data, window);
-	rc = residual ? ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, &k->err) : 0;
-out:
-	ct_fdk_free(&f);
-	return rc;
+	return residual ? ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, &k->err)
+			: 0;
 }
 
 /* What both have in common. */

@@ -9,7 +9,7 @@ libctsr_a_SOURCES = src/ctsr/ctsr-call.c src/ctsr/ctsr-impl.h src/ctsr/ctsr-volu
 	src/ctsr/ctsr-formats.c src/ctsr/ctsr-nifti.c src/ctsr/ctsr-nrrd.c src/ctsr/ctsr-metaimage.c \
 	src/ctsr/ctsr-operator.c src/ctsr/ctsr-superres.c src/ctsr/ctsr-projections.c src/ctsr/ctsr-gaussians.c \
 	src/ctsr/ctsr-metrics.c
-CTSR_INTERNAL = $(filter-out src/cli/% src/tools/%,$(libct_a_OBJECTS)) $(libct_a_LIBADD)
+CTSR_INTERNAL = $(filter-out src/cli/% src/report/% src/tools/%,$(libct_a_OBJECTS)) $(libct_a_LIBADD)
 libctsr_a_LIBADD = $(CTSR_INTERNAL)
 libctsr_a_DEPENDENCIES = $(CTSR_INTERNAL)
 # The sanitizers' functions come from the program that is linked with it.

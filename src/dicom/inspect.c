@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "shim/dicom.h"
 #include "dicom/inspect.h"
-#include "tools/report.h"
+#include "report/report.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -222,10 +222,10 @@ static void print(const struct series_set *set, const char *path, const struct s
 		json_dumpf(all, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
 		putchar('\n'); /* ct_cli_main checks standard output */
 	} else {
-		report_print(stdout, all);
+		ct_report_print(stdout, all);
 		json_array_foreach (list, k, o) {
 			putchar('\n');
-			report_print(stdout, o);
+			ct_report_print(stdout, o);
 		}
 	}
 	json_decref(list);

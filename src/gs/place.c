@@ -174,6 +174,7 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_stack left = {0};
+	const struct ct_env quiet = {.par = env->par, .stop = env->stop};
 	struct ct_fdk f = {0};
 	size_t count = ct_stack_count(y);
 	int rc = -1;
@@ -186,10 +187,7 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
 	if (ct_fdk_alloc(&f, field, &left, CT_RAMP_HANN, 0, false, env->par, e))
 		goto out;
-	for (size_t k = 0; k < y->views; k = ct_fdk_add(&f, k, field->data, env->par))
-		if (ct_check_stop(env, e))
-			goto out;
-	rc = 0;
+	rc = ct_fdk_all(&f, field->data, &quiet, e);
 out:
 	ct_fdk_free(&f);
 	ct_stack_free(&left);

@@ -161,12 +161,19 @@ void ct_fdk_views(
 	ct_backproject(&f->back, first, count, vol, f->views, par);
 }
 
-size_t ct_fdk_add(struct ct_fdk *f, size_t first, float *restrict vol, struct ct_par *par)
+int ct_fdk_all(struct ct_fdk *f, float *restrict vol, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t left = f->scan->views - first, count = left < f->block ? left : f->block;
+	const size_t views = f->scan->views;
 
-	ct_fdk_views(f, first, count, vol, par);
-	return first + count;
+	for (size_t k = 0, n; k < views; k += n) {
+		n = views - k < f->block ? views - k : f->block;
+		ct_progress(env, "views", k, views);
+		if (ct_check_stop(env, e))
+			return -1;
+		ct_fdk_views(f, k, n, vol, env->par);
+	}
+	ct_progress(env, "views", views, views);
+	return 0;
 }
 
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads)

@@ -8,7 +8,7 @@
  */
 #ifndef CT_RECON_FDK_H
 #define CT_RECON_FDK_H
-#include "core/par.h"
+#include "core/env.h"
 #include "recon/backproject.h"
 #include "recon/ramp.h"
 #include "recon/fdk-weights.h"
@@ -38,8 +38,8 @@ void ct_fdk_free(struct ct_fdk *f);
  * ct_fdk_alloc. */
 void ct_fdk_views(
 	struct ct_fdk *f, size_t first, size_t count, float *restrict vol, struct ct_par *par);
-/* The same from as many views as go together, from `first` on; which one is next. */
-size_t ct_fdk_add(struct ct_fdk *f, size_t first, float *restrict vol, struct ct_par *par);
+/* The same from all views, as many as go together at a time. CT_ESTOP. */
+int ct_fdk_all(struct ct_fdk *f, float *restrict vol, const struct ct_env *env, struct ct_err *e);
 /* Bytes that the plan holds. */
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads);
 /* Views in which a part of the grid falls outside the detector: what they miss counts as zero. */

@@ -13,3 +13,4 @@ libct_a_SOURCES += src/recon/fdk.c src/recon/fdk.h
 libct_a_SOURCES += src/recon/iterative.c src/recon/iterative.h
 libct_a_SOURCES += src/recon/rof.c src/recon/rof.h
 SIMD_SOURCES += src/recon/rof-row.c src/recon/rof-row.h
+libct_a_SOURCES += src/recon/scan-grid.c src/recon/scan-grid.h src/recon/reconstruct.c src/recon/reconstruct.h

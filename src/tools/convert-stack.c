@@ -6,6 +6,7 @@
 #include "formats/io.h"
 #include "formats/npy.h"
 #include "xray/geometry.h"
+#include "recon/scan-grid.h"
 #include "tools/convert.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"
@@ -57,7 +58,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
 		    e) ||
 		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-		(named.n[0] && ct_geometry_opts_put_volume(&s.meta, &named, e)) ||
+		(named.n[0] && ct_scan_grid_put(&s.meta, &named, e)) ||
 		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
 		goto out;
 	rc = ct_stack_write(p->out, &s, env, e);

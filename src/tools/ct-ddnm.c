@@ -8,6 +8,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "diffusion/prior.h"
+#include "resolution/degrade.h"
 #include "tools/ddnm-input.h"
 #include "tools/ddnm-picture.h"
 #include "tools/ddnm-state.h"
@@ -416,7 +417,7 @@ static int weigh(struct ddnm_job *j, struct ct_err *e)
 	bool aliases;
 
 	if (ct_residual_missing(&j->missing, r, &j->init, e) ||
-		ddnm_input_aliases(&aliases, &j->init, e))
+		ct_degrade_aliases(&aliases, &j->init.meta, e))
 		return ct_blame(e, j->p->base);
 	j->weight = aliases ? r->aliased : r->sampled;
 	return 0;

@@ -1,17 +1,18 @@
 /* ct-fdk: a volume from projections: filtered back-projection, or iteration. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "xray/project.h"
 #include "xray/window.h"
-#include "tools/fdk-grid.h"
-#include "tools/fdk-solve.h"
+#include "recon/scan-grid.h"
+#include "recon/reconstruct.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct params {
@@ -112,7 +113,7 @@ static int finish(
 		return -1;
 	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
 		ct_meta_drop(&out->meta, gone[i]);
-	if (ct_geometry_opts_put_window(&out->meta, window, e))
+	if (ct_window_put(&out->meta, window, e))
 		return -1;
 	if (p->quantity == DENSITY)
 		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
@@ -125,15 +126,15 @@ static int finish(
 }
 
 /* The rule of the options. mu of TV is in HU, densities are not. */
-static int choose(
-	struct fdk_how *how, const struct params *p, const struct ct_stack *in, struct ct_err *e)
+static int choose(struct ct_reconstruct_rule *how, const struct params *p,
+	const struct ct_stack *in, struct ct_err *e)
 {
 	static const size_t iterations[] = {[CT_SIRT] = 100, [CT_CGLS] = 30, [CT_TV] = 100};
 	double window[2];
 
 	if (ct_geometry_opts_window(window, p->window, &in->meta, e))
 		return -1;
-	*how = (struct fdk_how){.iterate = p->method >= ITERATE,
+	*how = (struct ct_reconstruct_rule){.iterate = p->method >= ITERATE,
 		.filter = (enum ct_ramp_kind)p->filter,
 		.cutoff = p->cutoff,
 		.parker = p->parker,
@@ -150,22 +151,43 @@ static int choose(
 	return 0;
 }
 
-static int estimate(const struct ct_vol *grid, const struct ct_stack *in, const struct fdk_how *how,
-	const struct ct_env *env, struct ct_err *e)
+/* --grid: a number of voxels, or a volume whose grid it is. */
+static int find_grid(
+	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
+{
+	struct ct_vol like = {0};
+	char *end = NULL;
+	const double n = option ? strtod(option, &end) : 0;
+
+	if (!option || (end != option && *end == '\0'))
+		return option && (!(n >= 1 && n <= 1 << 16) || n != floor(n))
+			       ? ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option)
+			       : ct_scan_grid(grid, (size_t)n, scan, e);
+	if (ct_vol_read(option, &like, e))
+		return -1;
+	memcpy(grid->n, like.n, sizeof like.n);
+	memcpy(grid->affine, like.affine, sizeof like.affine);
+	ct_vol_free(&like);
+	return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
+}
+
+static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_cost cost;
 
-	return fdk_solve_cost(&cost, grid, in, how, env, e) ? -1 : ct_cost_print(&cost, env, e);
+	return ct_reconstruct_cost(&cost, grid, in, how, env, e) ? -1
+								 : ct_cost_print(&cost, env, e);
 }
 
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	if (ct_vol_alloc(out, grid->n, e))
 		return -1;
 	memcpy(out->affine, grid->affine, sizeof out->affine);
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
-	return fdk_solve(out, in, how, env, e);
+	return ct_reconstruct(out, in, how, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -173,7 +195,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_stack in = {0};
 	struct ct_vol grid = {0}, out = {0};
-	struct fdk_how how;
+	struct ct_reconstruct_rule how;
 	int rc = -1;
 
 	if (ct_stack_read(p->in, &in, e))
@@ -182,7 +204,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (check_options(p, &in, e) || choose(&how, p, &in, e) || fdk_grid(&grid, p->grid, &in, e))
+	if (check_options(p, &in, e) || choose(&how, p, &in, e) ||
+		find_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {

@@ -131,7 +131,7 @@ static int write_residual(struct fuse_job *j, size_t n, const struct ct_meta *co
 	v.meta = (struct ct_meta){0};
 	v.data = j->fuse.residual;
 	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
-		ct_geometry_opts_put_window(&v.meta, j->data.window, e) == 0 &&
+		ct_window_put(&v.meta, j->data.window, e) == 0 &&
 		ct_meta_set(&v.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) == 0 &&
 		ct_meta_step(&v.meta, env, n, in, e) == 0)
 		rc = ct_vol_write(j->p->residual, &v, env, e);

@@ -4,7 +4,7 @@
 #include "formats/any.h"
 #include "resolution/blur.h"
 #include "dicom/dicom.h"
-#include "tools/report.h"
+#include "report/report.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -42,7 +42,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e))
 		return ct_blame(e, path);
-	return report_estimate(o, &s, &a->vol, e);
+	return ct_report_estimate(o, &s, &a->vol, e);
 }
 
 static bool is_folder(const char *path)
@@ -79,7 +79,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 		return ct_dicom_inspect(&in, into, env, e);
 	}
 	if (ct_any_read(path, &a, e) == 0)
-		o = report_make(&a, path, env->verbose > 0, e);
+		o = ct_report_make(&a, path, env->verbose > 0, e);
 	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {
 		json_decref(o);
 		o = NULL;
@@ -91,7 +91,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	else if (o) {
 		if (!first)
 			putchar('\n');
-		report_print(stdout, o);
+		ct_report_print(stdout, o);
 	}
 	ct_any_free(&a);
 	json_decref(o);

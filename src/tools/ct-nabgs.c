@@ -9,6 +9,7 @@
 #include "formats/io.h"
 #include "gs/fit.h"
 #include "resolution/degrade.h"
+#include "xray/window.h"
 #include "tools/nabgs-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
@@ -251,7 +252,7 @@ static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err 
 		p->lr ? &d->lr.meta : NULL};
 	struct ct_meta *m = &f->g.meta;
 
-	if (ct_meta_copy(m, &d->in.meta, e) || ct_geometry_opts_put_window(m, d->window, e) ||
+	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
 		ct_meta_set(m, CT_META_QUANTITY,
 			f->opt.full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) ||
 		ct_meta_set(m, CT_META_MODE, CT_WORD(MODES, p->mode), e) ||

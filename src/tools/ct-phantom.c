@@ -72,7 +72,7 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_geometry_opts_put_window(m, window, e) ||
+	return ct_window_put(m, window, e) ||
 			       ct_meta_set(
 				       m, CT_META_PHANTOM, CT_WORD(CT_PHANTOM_LIST, p->kind), e) ||
 			       ct_meta_setf(

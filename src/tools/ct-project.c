@@ -6,6 +6,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #include "xray/window.h"
+#include "recon/scan-grid.h"
 #include "tools/project-views.h"
 #include "tools/lib/geometry-opts.h"
 
@@ -115,7 +116,7 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 		ct_window_density_open(plane, x, x, window);
 	}
 	*density = true;
-	return ct_geometry_opts_put_window(&v->meta, window, e) ||
+	return ct_window_put(&v->meta, window, e) ||
 			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
 		       ? -1
 		       : 0;
@@ -166,7 +167,7 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 		convert_plane(plane, v->data + k * plane, *mu ? *mu + k * plane : NULL, density,
 			window, p->water);
 	if (!density || p->window)
-		return ct_geometry_opts_put_window(&v->meta, window, e);
+		return ct_window_put(&v->meta, window, e);
 	return 0;
 }
 
@@ -192,7 +193,7 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 	if (ct_meta_set(m, CT_META_METHOD, CT_WORD(CT_METHOD_LIST, p->method), e))
 		return -1;
 	return ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-			       ct_geometry_opts_put_volume(m, v, e)
+			       ct_scan_grid_put(m, v, e)
 		       ? -1
 		       : 0;
 }

@@ -31,16 +31,16 @@ static const struct ct_opt opts[] = {
 struct report_job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct page page;
+	struct ct_page page;
 	char *log;
 };
 
-static int read_volume(struct page_volume *v, const char *path, bool hu, const struct ct_vol *grid,
-	const struct ct_env *env, struct ct_err *e)
+static int read_volume(struct ct_page_volume *v, const char *path, bool hu,
+	const struct ct_vol *grid, const struct ct_env *env, struct ct_err *e)
 {
 	if (!path)
 		return 0;
-	v->name = page_base_name(path);
+	v->name = ct_page_base_name(path);
 	if ((hu ? ct_vol_read_hu(path, &v->vol, env, e) : ct_vol_read(path, &v->vol, e)))
 		return -1;
 	return ct_vol_check_finite(&v->vol, e) || (grid && ct_vol_same_grid(&v->vol, grid, e))
@@ -51,14 +51,14 @@ static int read_volume(struct page_volume *v, const char *path, bool hu, const s
 static int read_all(struct report_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	struct page *page = &j->page;
+	struct ct_page *page = &j->page;
 
 	if ((p->log && page_file_text(&j->log, p->log, e)) ||
 		read_volume(&page->lr, p->lr, true, NULL, j->env, e) ||
 		read_volume(&page->hr, p->hr, true, NULL, j->env, e))
 		return -1;
 	if (j->log)
-		page_forget_folders(j->log);
+		ct_page_forget_folders(j->log);
 	page->log = j->log;
 	return read_volume(&page->std, p->std, false, &page->hr.vol, j->env, e) ||
 			       read_volume(&page->truth, p->truth, true, &page->hr.vol, j->env, e)
@@ -71,9 +71,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct report_job j = {.p = params, .env = env};
 	int rc = -1;
 
-	if (read_all(&j, e) == 0 && page_measure(&j.page, env, e) == 0)
+	if (read_all(&j, e) == 0 && ct_page_measure(&j.page, env, e) == 0)
 		rc = page_file_write(j.p->out, &j.page, env, e);
-	page_free(&j.page);
+	ct_page_free(&j.page);
 	free(j.log);
 	return rc;
 }

@@ -202,16 +202,17 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 
 static int write_report(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
-	struct page page = {.lr = {page_base_name(f->p->in), f->in},
-		.hr = {page_base_name(f->p->out), f->out},
+	struct ct_page page = {.lr = {ct_page_base_name(f->p->in), f->in},
+		.hr = {ct_page_base_name(f->p->out), f->out},
 		.log = page_log_text(&f->log)};
 	int rc;
 
 	if (f->p->confidence)
-		page.std = (struct page_volume){page_base_name(f->p->confidence), f->error};
-	rc = page_measure(&page, env, e) || page_file_write(f->p->report, &page, env, e) ? -1 : 0;
+		page.std = (struct ct_page_volume){ct_page_base_name(f->p->confidence), f->error};
+	rc = ct_page_measure(&page, env, e) || page_file_write(f->p->report, &page, env, e) ? -1
+											    : 0;
 	f->in = f->out = f->error = (struct ct_vol){0}; /* the page frees them */
-	page_free(&page);
+	ct_page_free(&page);
 	return rc;
 }
 

@@ -2,6 +2,8 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "core/mem.h"
+#include "diffusion/prior.h"
+#include "tools/prior-arch.h"
 #include "tools/train.h"
 
 #include <math.h>
@@ -123,9 +125,124 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
+static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
+{
+	struct ct_meta m = {0};
+	int rc = prior_arch_parse(&m, text, e) || prior_arch_set(a, &m, e) ? -1 : 0;
+
+	ct_meta_free(&m);
+	if (rc == 0 && a->num_classes)
+		return ct_fail(e, CT_EUSAGE,
+			"--arch num_classes: the training has no classes: leave it out");
+	return rc;
+}
+
+static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e)
+{
+	p->scales = 0;
+	while (p->scales < 8) {
+		char *end;
+		unsigned long v = strtoul(text, &end, 10);
+
+		if (end == text || v < 1 || v > 64)
+			break;
+		p->scale[p->scales++] = v;
+		if (!*end)
+			return 0;
+		if (*end != ',')
+			break;
+		text = end + 1;
+	}
+	return ct_fail(e, CT_EUSAGE,
+		"--expert scales: expected up to 8 whole numbers from 1 to 64, with commas");
+}
+
+static struct train_files files_of(const struct train_params *p)
+{
+	return (struct train_files){p->data.n, p->data.v, p->validate};
+}
+
+static int begin_pictures(struct train_subject *s, struct train_data *data,
+	struct train_pictures_rule *r, const struct train_params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_train_opts *o = &r->opts;
+
+	*r = (struct train_pictures_rule){.files = files_of(p),
+		.refined = p->refined,
+		.factor = (size_t)p->factor,
+		.pieces = (size_t)p->validate_pieces,
+		.half = p->half};
+	ct_unet_arch_default(&r->arch);
+	r->arch.image_size = p->patch ? (size_t)p->patch : 64;
+	if (p->refined)
+		r->arch.in_channels = CT_RESIDUAL_PLANES;
+	ct_train_default(o);
+	if (parse_arch(&r->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
+		return -1;
+	if (p->refined && p->factor < 3)
+		return ct_fail(e, CT_EUSAGE,
+			"--factor %d: the residual begins at twice the Nyquist frequency: give 3 or more",
+			p->factor);
+	o->patches.size = r->arch.image_size;
+	o->patches.channels = r->arch.in_channels;
+	o->patches.planes = o->residual = p->refined != NULL;
+	o->patches.flip_h = true;
+	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
+	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
+	o->batch = p->batch ? (size_t)p->batch : 16;
+	o->steps = (uint64_t)p->steps;
+	o->warmup = (uint64_t)p->warmup;
+	o->cosine = p->cosine;
+	o->ema = isnan(p->ema) ? 0.9999 : p->ema;
+	o->clip = p->clip;
+	o->seed = env->seed;
+	return train_pictures(s, data, r, env, e);
+}
+
+static int begin_slices(struct train_subject *s, struct train_data *data,
+	struct train_slices_rule *r, const struct train_params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	*r = (struct train_slices_rule){.files = files_of(p),
+		.with = p->with,
+		.cache = p->cache,
+		.again = p->again,
+		.half = p->half,
+		.cubes = (size_t)p->cubes,
+		.bytes = {(double)NAN},
+		.examples = {.side = (size_t)p->cube,
+			.factor = (size_t)p->factor,
+			.thick = p->thick,
+			.scale = {1.1, 2.3},
+			.noise = p->noise,
+			.clip = {(double)NAN, (double)NAN},
+			.seed = env->seed},
+		.network = {.shape = {(size_t)p->factor,
+				    p->patch ? (size_t)p->patch : 3 * (size_t)p->factor,
+				    (size_t)p->depth, !p->thick},
+			.components = (size_t)p->components,
+			.width = (size_t)p->width},
+		.learn = {.seed = env->seed,
+			.steps = (uint64_t)p->steps,
+			.batch = p->batch ? (size_t)p->batch : 4 * CT_LEARN_PIECE,
+			.rate = isnan(p->lr) ? 1e-3 : p->lr,
+			.decay = isnan(p->decay) ? 1e-2 : p->decay,
+			.average = isnan(p->ema) ? 0.999 : p->ema}};
+	if ((p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, r->bytes, e)) ||
+		(p->window && ct_cli_range("expert window", p->window, r->examples.clip, e)))
+		return -1;
+	if (r->learn.batch % CT_LEARN_PIECE)
+		return ct_fail(
+			e, CT_EUSAGE, "--expert batch: expected a multiple of %d", CT_LEARN_PIECE);
+	return train_slices(s, data, r, env, e);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct train_params *p = params;
+	struct train_pictures_rule pictures;
+	struct train_slices_rule slices;
 	struct train_subject subject = {0};
 	struct train_data data = {.n = p->data.n};
 	struct ct_resume resume = {0};
@@ -137,9 +254,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
 		ct_alloc0(&data.input, data.n, sizeof *data.input, e))
 		goto out;
-	if ((p->kind == TRAIN_SLICES ? train_slices : train_pictures)(&subject, &data, p, env, e) ==
-		0)
-		rc = train_loop(&subject, &data, &resume, p, env, e);
+	if (p->kind == TRAIN_SLICES ? begin_slices(&subject, &data, &slices, p, env, e)
+				    : begin_pictures(&subject, &data, &pictures, p, env, e))
+		goto out;
+	rc = train_loop(&subject, &data, &resume, p, env, e);
 out:
 	if (subject.it)
 		subject.free(subject.it);

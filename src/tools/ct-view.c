@@ -6,7 +6,7 @@
 #include "formats/any.h"
 #include "tools/cuts.h"
 #include "tools/hu-window.h"
-#include "tools/sheet.h"
+#include "report/sheet.h"
 #include "tools/view-picture.h"
 
 #include <math.h>
@@ -25,7 +25,7 @@ enum { GAP = 4 }; /* pixels between tiles */
 
 static const struct params defaults = {.slice = "0.5",
 	.zoom = 1,
-	.plane = SHEET_ALL_PLANES,
+	.plane = CT_SHEET_ALL_PLANES,
 	.slices = 1,
 	.views = 12,
 	.thickness = NAN,
@@ -38,12 +38,13 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT(struct params, out, 'o', "output", "OUT", CT_ENDS_PICTURE,
 		"write the picture to OUT (PNG; - is standard output)"),
 	CT_CHOICE(struct params, plane, 'p', "plane",
-		CT_WORDS_TWO(CT_MONTAGE_PLANE_LIST, SHEET_LIST), "show these planes of a volume"),
+		CT_WORDS_TWO(CT_MONTAGE_PLANE_LIST, CT_SHEET_LIST),
+		"show these planes of a volume"),
 	CT_OPT(struct params, slice, 0, "slice", "F,...", 0, 0,
 		"cut at these places: fractions of the first volume, or world coordinates as "
 		"12.5mm",
 		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_OPT(struct params, slices, 0, "slices", "N", 1, CUTS_MOST,
+	CT_OPT(struct params, slices, 0, "slices", "N", 1, CT_SHEET_CUTS,
 		"show N evenly spaced slices of each plane",
 		CT_WHEN(CT_UNLESS(struct params, slice), CT_UNLESS(struct params, surface))),
 	CT_CHOICE(struct params, slab, 0, "mip", CT_WORDS(CT_MIP_LIST),
@@ -97,10 +98,10 @@ static int check_kind(const struct ct_any *a, const struct ct_given *given, stru
 struct view_job {
 	size_t n;
 	struct ct_any *file;
-	struct cut *cut;
+	struct ct_sheet_cut *cut;
 	const char **name;
 	char *names;
-	struct sheet sheet;
+	struct ct_sheet sheet;
 	struct view_picture picture;
 };
 
@@ -123,20 +124,20 @@ static int read_files(struct ct_any *a, const struct params *p, size_t n, struct
 }
 
 /* A named window needs values in HU. */
-static int check_unit(const struct ct_any *a, const struct params *p, const struct sheet_rule *r,
+static int check_unit(const struct ct_any *a, const struct params *p, const struct ct_sheet_rule *r,
 	struct ct_err *e)
 {
-	if (r->window_hu && !sheet_in_hu(a))
+	if (r->window_hu && !ct_sheet_in_hu(a))
 		return ct_fail(e, CT_EUSAGE,
 			"--window=%s needs values in HU, but %s is not in HU: give LO:HI",
 			p->window, p->files.v[0]);
 	return 0;
 }
 
-static int rule_of(struct sheet_rule *r, double window[2], double error[2], const struct params *p,
-	struct ct_err *e)
+static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
+	const struct params *p, struct ct_err *e)
 {
-	*r = (struct sheet_rule){.plane = p->plane,
+	*r = (struct ct_sheet_rule){.plane = p->plane,
 		.zoom = p->zoom,
 		.views = (size_t)p->views,
 		.error = p->error,
@@ -154,7 +155,7 @@ static int rule_of(struct sheet_rule *r, double window[2], double error[2], cons
 	return 0;
 }
 
-static int cuts_of(struct cut **cut, struct sheet_rule *r, const struct params *p,
+static int cuts_of(struct ct_sheet_cut **cut, struct ct_sheet_rule *r, const struct params *p,
 	const struct ct_given *given, struct ct_err *e)
 {
 	const bool even = ct_modes_given(given, "slices");
@@ -220,10 +221,10 @@ static void job_free(struct view_job *j)
 	free(j->cut);
 	free(j->name);
 	free(j->names);
-	sheet_free(&j->sheet);
+	ct_sheet_free(&j->sheet);
 }
 
-static int make(struct view_job *j, const struct params *p, struct sheet_rule *rule,
+static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule *rule,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = j->n;
@@ -234,13 +235,13 @@ static int make(struct view_job *j, const struct params *p, struct sheet_rule *r
 		ct_alloc(&j->name, n, sizeof *j->name, e) || names_of(j->name, &j->names, n, p, e))
 		return -1;
 	if (read_files(j->file, p, n, e) || check_kind(j->file, env->given, e) ||
-		check_unit(j->file, p, rule, e) || sheet_make(&j->sheet, n, j->file, rule, e))
+		check_unit(j->file, p, rule, e) || ct_sheet_make(&j->sheet, n, j->file, rule, e))
 		return -1;
 	j->picture = (struct view_picture){.sheet = &j->sheet,
 		.gap = GAP,
 		.name = j->name,
 		.names = n,
-		.unit = sheet_in_hu(j->file) ? "HU" : "",
+		.unit = ct_sheet_in_hu(j->file) ? "HU" : "",
 		.labelled = p->labels,
 		.shaded = rule->surface};
 	return 0;
@@ -249,7 +250,7 @@ static int make(struct view_job *j, const struct params *p, struct sheet_rule *r
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct sheet_rule rule;
+	struct ct_sheet_rule rule;
 	struct view_job j = {0};
 	double window[2], error[2];
 	const char *out;

@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* The first of a list; *rest is behind it and its comma, NULL at the end. */
-static bool one(struct cut *c, const char *text, const char **rest)
+static bool one(struct ct_sheet_cut *c, const char *text, const char **rest)
 {
 	char *end;
 
@@ -23,13 +23,14 @@ static bool one(struct cut *c, const char *text, const char **rest)
 	return true;
 }
 
-int cuts_parse(struct cut **cut, size_t *n, const char *option, const char *text, struct ct_err *e)
+int cuts_parse(struct ct_sheet_cut **cut, size_t *n, const char *option, const char *text,
+	struct ct_err *e)
 {
 	const char *at = text;
 
-	if (ct_alloc(cut, CUTS_MOST, sizeof **cut, e))
+	if (ct_alloc(cut, CT_SHEET_CUTS, sizeof **cut, e))
 		return -1;
-	for (*n = 0; at && *n < CUTS_MOST; ++*n)
+	for (*n = 0; at && *n < CT_SHEET_CUTS; ++*n)
 		if (!one(&(*cut)[*n], at, &at))
 			break;
 	if (!at)
@@ -39,14 +40,14 @@ int cuts_parse(struct cut **cut, size_t *n, const char *option, const char *text
 	return ct_fail(e, CT_EUSAGE,
 		"--%s: '%s' is not a list of numbers in [0, 1] or of places like -12.5mm, at most "
 		"%d",
-		option, text, CUTS_MOST);
+		option, text, CT_SHEET_CUTS);
 }
 
-int cuts_even(struct cut **cut, size_t n, struct ct_err *e)
+int cuts_even(struct ct_sheet_cut **cut, size_t n, struct ct_err *e)
 {
 	if (ct_alloc(cut, n, sizeof **cut, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
-		(*cut)[i] = (struct cut){.at = ((double)i + 0.5) / (double)n};
+		(*cut)[i] = (struct ct_sheet_cut){.at = ((double)i + 0.5) / (double)n};
 	return 0;
 }

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "tools/ddnm-input.h"
 #include "diffusion/superres.h"
-#include "resolution/degrade.h"
 #include "resolution/upsample.h"
 
 #include <math.h>
@@ -69,16 +68,6 @@ int ddnm_input_scale(
 			"--factor %d contradicts %s, which was coarsened %g times", given, path,
 			coarsen);
 	*scale = (size_t)coarsen;
-	return 0;
-}
-
-int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e)
-{
-	struct ct_degrade by = {.decimate = CT_DECIMATE_POINT};
-
-	if (ct_degrade_get(&s->meta, &by, e) < 0)
-		return -1;
-	*aliases = by.decimate != CT_DECIMATE_SINC;
 	return 0;
 }
 

@@ -22,9 +22,6 @@ int ddnm_input_operator(enum ct_measurement_kind *op, int given, const struct ct
  * CT_EINPUT, and CT_EUSAGE for another one given, naming `path`. */
 int ddnm_input_scale(
 	size_t *scale, int given, const struct ct_stack *in, const char *path, struct ct_err *e);
-/* Was the scan whose refined volume was projected sampled so that it aliases, or is that not known?
- */
-int ddnm_input_aliases(bool *aliases, const struct ct_stack *s, struct ct_err *e);
 /* The class that is asked for, or -1, is one that the prior wants. CT_EUSAGE. */
 int ddnm_input_classify(struct ct_prior *prior, int label, struct ct_err *e);
 

@@ -24,39 +24,6 @@ int page_file_text(char **to, const char *path, struct ct_err *e)
 	return *to ? 0 : ct_fail(e, CT_ENOMEM, "no memory");
 }
 
-/* Where a folder ends that the n characters at s, of a message, begin with: behind the last slash,
- * if the first word has one, as a name may hold blanks; else of a word that begins at the root or
- * at ".", or whose last part has a dot. */
-static size_t folder_of(const char *s, size_t n, bool first)
-{
-	const size_t blank = strcspn(s, " ,;'\n"), word = blank < n ? blank : n;
-	const char *slash = memrchr(s, '/', word);
-	const bool is = slash && (first || *s == '/' || *s == '.' ||
-					 memchr(slash, '.', word - (size_t)(slash - s)));
-
-	if (is && first)
-		slash = memrchr(s, '/', n);
-	return is ? (size_t)(slash + 1 - s) : 0;
-}
-
-void page_forget_folders(char *text)
-{
-	char *to = text;
-	bool first = true, word = true; /* of a part that ": " ends; of any */
-
-	for (const char *s = text; *s;) {
-		const char *end = s + strcspn(s, "\n"), *colon = strstr(s, ": ");
-		const size_t n = (size_t)((colon && colon < end ? colon : end) - s);
-
-		if (first || word)
-			s += folder_of(s, n, first);
-		first = *s == '\n' || (*s == ' ' && s > text && s[-1] == ':');
-		word = strchr(" ,;'", *s) != NULL;
-		*to++ = *s++;
-	}
-	*to = '\0';
-}
-
 static int read_form(char **to, struct ct_err *e)
 {
 	char *path;
@@ -71,15 +38,8 @@ static int read_form(char **to, struct ct_err *e)
 	return done;
 }
 
-const char *page_base_name(const char *path)
-{
-	const char *slash = strrchr(path, '/');
-
-	return slash ? slash + 1 : path;
-}
-
 int page_file_write(
-	const char *path, const struct page *p, const struct ct_env *env, struct ct_err *e)
+	const char *path, const struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out o = {0};
 	char *form;
@@ -87,7 +47,7 @@ int page_file_write(
 
 	if (read_form(&form, e))
 		return -1;
-	if (ct_out_open(&o, path, env, e) == 0 && page_write(o.f, form, p, env, e) == 0)
+	if (ct_out_open(&o, path, env, e) == 0 && ct_page_write(o.f, form, p, env, e) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
 	free(form);
@@ -133,7 +93,7 @@ void page_log_took(struct page_log *l, const struct ct_env *env, double seconds)
 const char *page_log_text(struct page_log *l)
 {
 	fflush(l->f);
-	page_forget_folders(l->text);
+	ct_page_forget_folders(l->text);
 	return l->text;
 }
 

@@ -1,18 +1,13 @@
 /* page-file.h: the page of ct-report as a file, and the log that is shown on it. */
 #ifndef CT_TOOLS_PAGE_FILE_H
 #define CT_TOOLS_PAGE_FILE_H
-#include "tools/page.h"
+#include "report/page.h"
 
-/* Write what was measured (page_measure) to `path`, laid out by the installed report.html. */
+/* Write what was measured (ct_page_measure) to `path`, laid out by the installed report.html. */
 int page_file_write(
-	const char *path, const struct page *p, const struct ct_env *env, struct ct_err *e);
+	const char *path, const struct ct_page *p, const struct ct_env *env, struct ct_err *e);
 /* A text file, ended by a zero, owned by the caller. */
 int page_file_text(char **to, const char *path, struct ct_err *e);
-/* Names of files lose their folders, in place: they are nobody's business. */
-void page_forget_folders(char *text);
-/* The name without its folder, borrowed. */
-const char *page_base_name(const char *path);
-
 /* The warnings of this run. */
 struct page_log {
 	const struct ct_env *env;

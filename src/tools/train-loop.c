@@ -1,11 +1,12 @@
 /* train-loop.c: see train.h. */
 #include "config.h"
+#include "cli/cost.h"
 #include "cli/stop.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "tools/train-best.h"
+#include "train/best.h"
 #include "tools/train.h"
 
 #include <stdio.h>

@@ -4,15 +4,15 @@
 #include "tools/view-picture.h"
 #include "formats/io.h"
 #include "shim/image.h"
-#include "tools/labels.h"
+#include "report/labels.h"
 
 #include <stdlib.h>
 
 int view_picture_write(
 	const struct view_picture *p, const char *path, const struct ct_env *env, struct ct_err *e)
 {
-	const struct sheet *s = p->sheet;
-	struct labels l = {.sheet = s,
+	const struct ct_sheet *s = p->sheet;
+	struct ct_labels l = {.sheet = s,
 		.gap = p->gap,
 		.names = p->labelled ? p->names : 0,
 		.name = p->name,
@@ -27,7 +27,7 @@ int view_picture_write(
 		return -1;
 	h = mh;
 	w = mw;
-	labels_size(&l, &h, &w);
+	ct_labels_size(&l, &h, &w);
 	if (ct_alloc(&rgb, h * w, 3, e))
 		return -1;
 	ct_montage_draw(rgb, mh, mw, s->rows, s->cols, s->tile, s->mm, p->gap);
@@ -35,7 +35,7 @@ int view_picture_write(
 	if (p->labelled) {
 		const struct ct_canvas all = ct_canvas_of(rgb, h, w);
 
-		labels_draw(&l, &all, mw);
+		ct_labels_draw(&l, &all, mw);
 	}
 	if (ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
 		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)

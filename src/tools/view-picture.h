@@ -2,10 +2,10 @@
 #ifndef CT_TOOLS_VIEW_PICTURE_H
 #define CT_TOOLS_VIEW_PICTURE_H
 #include "core/env.h"
-#include "tools/sheet.h"
+#include "report/sheet.h"
 
 struct view_picture {
-	const struct sheet *sheet;
+	const struct ct_sheet *sheet;
 	size_t gap;              /* between its tiles, pixels */
 	size_t names;            /* files */
 	const char *const *name; /* of them */

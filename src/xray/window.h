@@ -10,6 +10,8 @@
  */
 #ifndef CT_XRAY_WINDOW_H
 #define CT_XRAY_WINDOW_H
+#include "core/meta.h"
+
 #include <stddef.h>
 
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2]);
@@ -25,5 +27,9 @@ void ct_window_add(size_t n, float *base, const float *res, double gain, double 
 	const double window[static 2]);
 /* How many values are above HI, and the largest of all. */
 size_t ct_window_above(size_t n, const float *src, const double window[static 2], float *largest);
+
+/* The window that the metadata say (m may be NULL), else -1024 to 3071 HU. CT_EINPUT. */
+int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_err *e);
+int ct_window_put(struct ct_meta *m, const double window[static 2], struct ct_err *e);
 
 #endif

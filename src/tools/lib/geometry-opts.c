@@ -102,12 +102,8 @@ int ct_geometry_opts_window(
 	const char *had = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
 	double asked[2];
 
-	window[0] = -1024;
-	window[1] = 3071;
-	if (had && ct_cli_range("window", had, window, e)) {
-		e->code = CT_EINPUT;
-		return ct_blame(e, "metadata");
-	}
+	if (ct_window_get(window, m, e))
+		return -1;
 	if (!option)
 		return 0;
 	if (ct_cli_range("window", option, asked, e))
@@ -122,11 +118,6 @@ int ct_geometry_opts_window(
 	window[0] = asked[0];
 	window[1] = asked[1];
 	return 0;
-}
-
-int ct_geometry_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e)
-{
-	return ct_meta_setf(m, e, CT_META_WINDOW, "%.10g:%.10g", window[0], window[1]);
 }
 
 void ct_geometry_opts_warn_above(
@@ -147,18 +138,4 @@ void ct_geometry_opts_warn_above(
 			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
 			"--window keeps them)",
 			name, above, window[1], (double)largest, window[1]);
-}
-
-int ct_geometry_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
-{
-	const double(*a)[4] = v->affine;
-
-	return ct_meta_setf(m, e, CT_META_VOLUME_SIZE, "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
-			       ct_meta_setf(m, e, CT_META_VOLUME_AFFINE,
-				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
-				       "17g,%.17g,%.17g",
-				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
-				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
-		       ? -1
-		       : 0;
 }

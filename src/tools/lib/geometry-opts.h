@@ -72,13 +72,8 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
 int ct_geometry_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
-int ct_geometry_opts_put_window(struct ct_meta *m, const double window[2], struct ct_err *e);
 /* Say how much of a volume in HU, called `name`, is above the window, where its density ends. */
 void ct_geometry_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env);
-
-/* The keys volume.size and volume.affine: the grid that was projected, where ct-fdk goes back to.
- */
-int ct_geometry_opts_put_volume(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e);
 
 #endif

@@ -1,8 +1,7 @@
 /* sheet.h: which slices or views of several files make up a picture, and how they are toned. */
-#ifndef CT_TOOLS_SHEET_H
-#define CT_TOOLS_SHEET_H
+#ifndef CT_REPORT_SHEET_H
+#define CT_REPORT_SHEET_H
 #include "formats/any.h"
-#include "tools/cuts.h"
 #include "picture/montage.h"
 #include "picture/mip.h"
 #include "picture/surface.h"
@@ -10,12 +9,19 @@
 #include <stdbool.h>
 
 /* What a sheet may show besides one plane. */
-#define SHEET_LIST(X) X(SHEET_ALL_PLANES, "all")
-enum { SHEET_ALL_PLANES = CT_MONTAGE_PLANES };
+#define CT_SHEET_LIST(X) X(CT_SHEET_ALL_PLANES, "all")
+enum { CT_SHEET_ALL_PLANES = CT_MONTAGE_PLANES };
 
-struct sheet_rule {
-	int plane;             /* of enum ct_montage_plane, or SHEET_ALL_PLANES */
-	const struct cut *cut; /* [cuts]: where the first volume is cut */
+/* Where a volume is cut. */
+struct ct_sheet_cut {
+	double at; /* of [0, 1] of the volume (ct_montage_position), or a world coordinate */
+	bool mm;   /* which it is */
+};
+enum { CT_SHEET_CUTS = 1000 }; /* at most */
+
+struct ct_sheet_rule {
+	int plane;                      /* of enum ct_montage_plane, or CT_SHEET_ALL_PLANES */
+	const struct ct_sheet_cut *cut; /* [cuts]: where the first volume is cut */
 	size_t cuts;
 	enum ct_mip slab;                    /* projection across the plane */
 	double thickness;                    /* of the slab, mm; 0: the whole volume */
@@ -31,27 +37,27 @@ struct sheet_rule {
 };
 
 /* What is written on a tile. */
-struct sheet_note {
+struct ct_sheet_note {
 	char caption[64];
 	const char *side; /* of the patient: above, below, left, right; NULL for projections */
 };
 
-struct sheet {
+struct ct_sheet {
 	size_t rows, cols;
 	struct ct_montage_tile *tile; /* [rows][cols]; its data belong to the files, or to own */
-	struct sheet_note *note;      /* likewise */
+	struct ct_sheet_note *note;   /* likewise */
 	float **own;                  /* [rows][cols]: computed data, NULL for the others */
 	double mm;                    /* a pixel */
 };
 
 /* A volume of HU? */
-bool sheet_in_hu(const struct ct_any *a);
+bool ct_sheet_in_hu(const struct ct_any *a);
 /* Lays out n files, all volumes or all projections. Several files: a column a file, a row a slice
  * or view. One volume in all planes: a row a plane. Else the pictures fill rows near a square. *s
  * must be zero. CT_EGEOM names the place where the first file has no voxels, or the file whose area
  * does not overlap with that of the first. */
-int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struct sheet_rule *rule,
-	struct ct_err *e);
-void sheet_free(struct sheet *s);
+int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
+	const struct ct_sheet_rule *rule, struct ct_err *e);
+void ct_sheet_free(struct ct_sheet *s);
 
 #endif

@@ -1,7 +1,7 @@
 /* page-measure.c: the figures of the page of ct-report; see page.h. */
 #include "config.h"
 #include "resolution/upsample.h"
-#include "tools/page.h"
+#include "report/page.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,12 +11,12 @@
 
 #define EDGE_STEP 300.0 /* HU */
 
-__attribute__((format(printf, 2, 3))) static int warn(struct page *p, const char *fmt, ...)
+__attribute__((format(printf, 2, 3))) static int warn(struct ct_page *p, const char *fmt, ...)
 {
 	va_list ap;
 	int n;
 
-	assert(p->warnings < PAGE_WARNINGS);
+	assert(p->warnings < CT_PAGE_WARNINGS);
 	va_start(ap, fmt);
 	n = vasprintf(&p->warning[p->warnings], fmt, ap);
 	va_end(ap);
@@ -44,7 +44,7 @@ static void factor_of(struct ct_degrade *by, const struct ct_vol *lr, const stru
 
 /* What is known of the scan: by the result, which has it from the scan or from what measured it,
  * or by the scan. */
-static int know(struct page *p, struct ct_err *e)
+static int know(struct ct_page *p, struct ct_err *e)
 {
 	int rc = ct_degrade_get(&p->hr.vol.meta, &p->by, e);
 
@@ -68,7 +68,7 @@ static int know(struct page *p, struct ct_err *e)
 }
 
 /* What a simple program would have shown. */
-static int upsample(struct page *p, const struct ct_env *env, struct ct_err *e)
+static int upsample(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = {
 		.method = CT_UPSAMPLE_CUBIC, .known = p->known, .by = p->by};
@@ -83,7 +83,7 @@ static int upsample(struct page *p, const struct ct_env *env, struct ct_err *e)
 }
 
 /* Is it what it is taken for? */
-static int check_std(const struct page *p, struct ct_err *e)
+static int check_std(const struct ct_page *p, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(&p->std.vol.meta, CT_META_QUANTITY);
 	const size_t n = p->std.name ? ct_vol_count(&p->std.vol) : 0;
@@ -98,7 +98,7 @@ static int check_std(const struct page *p, struct ct_err *e)
 	return 0;
 }
 
-static int certify(struct page *p, const struct ct_env *env, struct ct_err *e)
+static int certify(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol map = {0};
 	int rc = p->known && ct_data_residual(
@@ -111,7 +111,7 @@ static int certify(struct page *p, const struct ct_env *env, struct ct_err *e)
 }
 
 /* Sharpness; of a volume that is too small for it there are no edges. */
-static int sharpness(struct page *p, const struct ct_env *env, struct ct_err *e)
+static int sharpness(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_err why;
 	const int rc = ct_edges(&p->edges, &p->hr.vol, &p->before, NULL, EDGE_STEP, env, &why);
@@ -122,7 +122,7 @@ static int sharpness(struct page *p, const struct ct_env *env, struct ct_err *e)
 	return ct_blame(e, p->hr.name);
 }
 
-static int judge(struct page *p, const struct ct_env *env, struct ct_err *e)
+static int judge(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_metrics_rule rule = {.window = true, .lo = -1024, .hi = 3071};
 
@@ -138,23 +138,26 @@ static int judge(struct page *p, const struct ct_env *env, struct ct_err *e)
 	return 0;
 }
 
-static enum page_tissue tissue_of(double hu)
+static enum ct_page_tissue tissue_of(double hu)
 {
-	return hu < -950 ? PAGE_AIR : hu < -400 ? PAGE_LUNG : hu <= 200 ? PAGE_SOFT : PAGE_BONE;
+	return hu < -950   ? CT_PAGE_AIR
+	       : hu < -400 ? CT_PAGE_LUNG
+	       : hu <= 200 ? CT_PAGE_SOFT
+			   : CT_PAGE_BONE;
 }
 
 static size_t bin_of(double hu)
 {
-	return (size_t)fmin(fmax((hu - PAGE_LOWEST) / PAGE_BIN, 0), PAGE_BINS - 1);
+	return (size_t)fmin(fmax((hu - CT_PAGE_LOWEST) / CT_PAGE_BIN, 0), CT_PAGE_BINS - 1);
 }
 
-static void count(struct page *p)
+static void count(struct ct_page *p)
 {
 	const size_t n = ct_vol_count(&p->hr.vol);
 
 	for (size_t i = 0; i < n; i++) {
 		const double is = (double)p->hr.vol.data[i];
-		struct page_class *c = &p->tissue[tissue_of(is)];
+		struct ct_page_class *c = &p->tissue[tissue_of(is)];
 
 		p->histogram[0][bin_of((double)p->before.data[i])]++;
 		p->histogram[1][bin_of(is)]++;
@@ -163,7 +166,7 @@ static void count(struct page *p)
 			const double s = (double)p->std.vol.data[i];
 
 			c->expected += s * s;
-			c->poor += s > PAGE_POOR;
+			c->poor += s > CT_PAGE_POOR;
 		}
 		if (p->truth.name) {
 			const double miss = is - (double)p->truth.vol.data[i];
@@ -171,16 +174,16 @@ static void count(struct page *p)
 			c->actual += miss * miss;
 		}
 	}
-	for (int k = 0; k < PAGE_TISSUES; k++) {
-		struct page_class *c = &p->tissue[k];
+	for (int k = 0; k < CT_PAGE_TISSUES; k++) {
+		struct ct_page_class *c = &p->tissue[k];
 
 		c->expected = p->std.name ? sqrt(c->expected / (double)c->voxels) : (double)NAN;
 		c->actual = p->truth.name ? sqrt(c->actual / (double)c->voxels) : (double)NAN;
 	}
 }
 
-/* Every "TOOL: warning: TEXT" of the log, up to PAGE_SAID. */
-static int warn_said(struct page *p)
+/* Every "TOOL: warning: TEXT" of the log, up to CT_PAGE_SAID. */
+static int warn_said(struct ct_page *p)
 {
 	static const char mark[] = ": warning: ";
 
@@ -192,7 +195,7 @@ static int warn_said(struct page *p)
 			warn(p, "%.*s: %.*s", (int)(at - s), s,
 				(int)(s + n - at) - (int)strlen(mark), at + strlen(mark)))
 			return -1;
-		if (p->warnings > PAGE_SAID) {
+		if (p->warnings > CT_PAGE_SAID) {
 			free(p->warning[--p->warnings]);
 			return warn(p, "Not all warnings are shown here: see the log.");
 		}
@@ -200,25 +203,25 @@ static int warn_said(struct page *p)
 	return 0;
 }
 
-static int warn_found(struct page *p)
+static int warn_found(struct ct_page *p)
 {
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
 	const char *upsampled = ct_meta_get(&p->hr.vol.meta, CT_META_UPSAMPLE);
 	size_t body = 0, poor = 0;
 
-	for (int k = PAGE_LUNG; k < PAGE_TISSUES; k++) {
+	for (int k = CT_PAGE_LUNG; k < CT_PAGE_TISSUES; k++) {
 		body += p->tissue[k].voxels;
 		poor += p->tissue[k].poor;
 	}
-	if (p->noise > PAGE_NOISE &&
+	if (p->noise > CT_PAGE_NOISE &&
 		warn(p, "The scan is noisy: %.3g HU. What is small or faint may be noise.",
 			p->noise))
 		return -1;
-	if (p->known && p->agrees.rms > PAGE_APART + p->noise &&
+	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise &&
 		warn(p,
 			"The result does not agree with the scan: %.3g HU RMS apart, where %.3g are to be "
 			"expected at most.",
-			p->agrees.rms, PAGE_APART + p->noise))
+			p->agrees.rms, CT_PAGE_APART + p->noise))
 		return -1;
 	if (!p->known &&
 		warn(p, "How the scan was made is not known: whether the result agrees with "
@@ -232,16 +235,16 @@ static int warn_found(struct page *p)
 		warn(p, "No expected error was given: nothing tells where the result is "
 			"to be trusted least."))
 		return -1;
-	if ((double)poor > PAGE_SHARE * (double)body &&
+	if ((double)poor > CT_PAGE_SHARE * (double)body &&
 		warn(p,
 			"At %.0f %% of the voxels of the body the error to expect is above %g HU: see "
 			"the pictures with the expected error over them.",
-			100 * (double)poor / (double)body, PAGE_POOR))
+			100 * (double)poor / (double)body, CT_PAGE_POOR))
 		return -1;
 	return 0;
 }
 
-int page_measure(struct page *p, const struct ct_env *env, struct ct_err *e)
+int ct_page_measure(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	if (check_std(p, e) || know(p, e) || certify(p, env, e) || upsample(p, env, e) ||
 		sharpness(p, env, e) || judge(p, env, e))
@@ -250,7 +253,7 @@ int page_measure(struct page *p, const struct ct_env *env, struct ct_err *e)
 	return warn_said(p) || warn_found(p) ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
 }
 
-void page_free(struct page *p)
+void ct_page_free(struct ct_page *p)
 {
 	for (size_t i = 0; i < p->warnings; i++)
 		free(p->warning[i]);

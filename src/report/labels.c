@@ -1,6 +1,6 @@
 /* labels.c: see labels.h. */
 #include "config.h"
-#include "tools/labels.h"
+#include "report/labels.h"
 #include "picture/text.h"
 
 #include <math.h>
@@ -15,9 +15,9 @@ struct bar {
 	char text[3][40]; /* at its top, middle and bottom */
 };
 
-static size_t bars(struct bar b[2], const struct labels *l)
+static size_t bars(struct bar b[2], const struct ct_labels *l)
 {
-	const struct sheet *s = l->sheet;
+	const struct ct_sheet *s = l->sheet;
 	size_t n = 0;
 
 	for (int error = 0; error < 2; error++)
@@ -37,16 +37,16 @@ static size_t bars(struct bar b[2], const struct labels *l)
 	return n;
 }
 
-double labels_round(double mm)
+double ct_labels_round(double mm)
 {
 	const double ten = pow(10, floor(log10(mm * (1 + 1e-9)))), m = mm * (1 + 1e-9) / ten;
 
 	return ten * (m >= 5 ? 5 : m >= 2 ? 2 : 1);
 }
 
-void labels_size(struct labels *l, size_t *h, size_t *w)
+void ct_labels_size(struct ct_labels *l, size_t *h, size_t *w)
 {
-	const struct sheet *s = l->sheet;
+	const struct ct_sheet *s = l->sheet;
 	size_t at[2], size[2], wide = 0, n;
 	struct bar b[2];
 
@@ -66,7 +66,7 @@ void labels_size(struct labels *l, size_t *h, size_t *w)
 	*w = *w > wide ? *w : wide;
 }
 
-static void put_bars(const struct labels *l, const struct ct_canvas *c, size_t left)
+static void put_bars(const struct ct_labels *l, const struct ct_canvas *c, size_t left)
 {
 	const ptrdiff_t s = (ptrdiff_t)l->scale, x = (ptrdiff_t)left + s * PAD;
 	struct bar b[2];
@@ -109,7 +109,7 @@ static void put_sides(const struct ct_canvas *c, const char *side, const size_t 
 static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
 	const size_t size[2], size_t scale)
 {
-	const double length = labels_round((double)size[1] * mm / 3);
+	const double length = ct_labels_round((double)size[1] * mm / 3);
 	const ptrdiff_t s = (ptrdiff_t)scale, y = (ptrdiff_t)(at[0] + size[0]) - 4 * s,
 			x = (ptrdiff_t)at[1] + 2 * s, wide = (ptrdiff_t)rint(length / mm);
 	char text[40];
@@ -121,9 +121,9 @@ static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
 	ct_text_draw(c, y - s * (CT_TEXT_H + 1), x, scale, text, true, white);
 }
 
-void labels_draw(const struct labels *l, const struct ct_canvas *all, size_t mw)
+void ct_labels_draw(const struct ct_labels *l, const struct ct_canvas *all, size_t mw)
 {
-	const struct sheet *s = l->sheet;
+	const struct ct_sheet *s = l->sheet;
 	struct ct_canvas c = *all;
 
 	if (l->bars)

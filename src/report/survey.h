@@ -1,23 +1,23 @@
 /* survey.h: what a file holds, in a few numbers: ranges, and the scan behind a stack. Pure;
  * thread-safe. */
-#ifndef CT_DICOM_SURVEY_H
-#define CT_DICOM_SURVEY_H
+#ifndef CT_REPORT_SURVEY_H
+#define CT_REPORT_SURVEY_H
 #include "core/gauss.h"
 #include "core/stack.h"
 #include "core/vol.h"
 
 #include <stdbool.h>
 
-struct survey_range {
+struct ct_survey_range {
 	size_t n, nan, inf;        /* values, and those that are not finite */
 	double min, max, mean, sd; /* of the finite ones; NaN if there are none */
 };
 
-void survey_range_of(struct survey_range *r, size_t n, const float *x);
+void ct_survey_range_of(struct ct_survey_range *r, size_t n, const float *x);
 
 /* The geometry of a stack, from its vectors alone. The principal ray of a view leaves the source
  * along the normal of the detector (parallel: along the beam). */
-struct survey {
+struct ct_survey {
 	double pitch[2], size[2]; /* of the first detector along u and v, mm */
 	double angle[2], step;    /* of the first and last view, mean step, degrees */
 	bool has_iso;             /* two principal rays that are not parallel; no parallel beam */
@@ -28,9 +28,9 @@ struct survey {
 };
 
 /* Geometry as ct_stack_check accepts it. */
-void survey_of(struct survey *r, const struct ct_stack *s);
+void ct_survey_of(struct ct_survey *r, const struct ct_stack *s);
 
-struct survey_gauss {
+struct ct_survey_gauss {
 	size_t positive, negative, bad; /* density above, below 0; not finite */
 	double sigma[2], mean_sigma;    /* least, largest, geometric mean standard deviation, mm */
 	double raw[2];                  /* least and largest raw density */
@@ -38,10 +38,10 @@ struct survey_gauss {
 };
 
 /* Ranges over the finite Gaussians; NaN if there are none. */
-void survey_gauss_of(struct survey_gauss *r, const struct ct_gauss *g);
+void ct_survey_gauss_of(struct ct_survey_gauss *r, const struct ct_gauss *g);
 
 /* "RAS", "LPS", ...: where the axes of the grid point, by the largest part of each column; "?" for
  * a letter if two columns share one. */
-void survey_orientation(char code[4], const double affine[3][4]);
+void ct_survey_orientation(char code[4], const double affine[3][4]);
 
 #endif

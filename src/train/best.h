@@ -1,6 +1,6 @@
-/* train-best.h: the best weights of a training so far, by the loss on held-out data. */
-#ifndef CT_TOOLS_TRAIN_BEST_H
-#define CT_TOOLS_TRAIN_BEST_H
+/* best.h: the best weights of a training so far, by the loss on held-out data. */
+#ifndef CT_TRAIN_BEST_H
+#define CT_TRAIN_BEST_H
 #include "core/tensors.h"
 
 #include <stdint.h>

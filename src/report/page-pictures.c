@@ -8,7 +8,7 @@
 #include "core/mem.h"
 #include "formats/base64.h"
 #include "picture/montage.h"
-#include "tools/page.h"
+#include "report/page.h"
 
 #include <libdeflate.h>
 #include <math.h>
@@ -114,7 +114,7 @@ static void cut_all(struct cut c[CT_MONTAGE_PLANES], const struct ct_vol *v)
 		spread(&c[p], v, (size_t)most);
 }
 
-static bool has(const struct page *p, enum kind k)
+static bool has(const struct ct_page *p, enum kind k)
 {
 	return k == STD ? p->std.name != NULL : k == ERROR ? p->truth.name != NULL : true;
 }
@@ -129,12 +129,12 @@ static double round_up(double x)
 }
 
 /* The error that is drawn red: twice the RMS of the body. */
-static double most_of(const struct page *p, enum kind k)
+static double most_of(const struct ct_page *p, enum kind k)
 {
 	double sum = 0, n = 0;
 
-	for (int t = PAGE_LUNG; t < PAGE_TISSUES; t++) {
-		const struct page_class *c = &p->tissue[t];
+	for (int t = CT_PAGE_LUNG; t < CT_PAGE_TISSUES; t++) {
+		const struct ct_page_class *c = &p->tissue[t];
 		const double rms = k == STD ? c->expected : c->actual;
 
 		if (c->voxels == 0)
@@ -145,7 +145,7 @@ static double most_of(const struct page *p, enum kind k)
 	return round_up(n > 0 ? 2 * sqrt(sum / n) : 1);
 }
 
-void page_write_meta(FILE *f, const struct page *p)
+void ct_page_write_meta(FILE *f, const struct ct_page *p)
 {
 	static const char *const letters[CT_MONTAGE_PLANES] = {"[\"R\",\"L\",\"A\",\"P\"]",
 		"[\"R\",\"L\",\"S\",\"I\"]", "[\"A\",\"P\",\"S\",\"I\"]"};
@@ -248,7 +248,8 @@ static int put_picture(FILE *f, struct desk *d, size_t w, size_t h, struct ct_er
 }
 
 /* Slice k of one kind, less pixels if it is too large: their mean, or of errors its square. */
-static void gather(float *to, const struct page *p, const struct cut *c, enum kind kind, size_t k)
+static void gather(
+	float *to, const struct ct_page *p, const struct cut *c, enum kind kind, size_t k)
 {
 	const struct ct_vol *v = kind == BEFORE ? &p->before
 				 : kind == STD  ? &p->std.vol
@@ -285,7 +286,7 @@ static void settle(struct desk *d, size_t n)
 
 /* The largest value along the lines across the plane. */
 static void gather_most(
-	struct desk *d, float *one, const struct page *p, const struct cut *c, enum kind kind)
+	struct desk *d, float *one, const struct ct_page *p, const struct cut *c, enum kind kind)
 {
 	const size_t n = c->size[0][0] * c->size[0][1];
 
@@ -297,8 +298,8 @@ static void gather_most(
 	}
 }
 
-static int put_kind(FILE *f, struct desk *d, float *one, const struct page *p, const struct cut *c,
-	enum kind kind, struct ct_err *e)
+static int put_kind(FILE *f, struct desk *d, float *one, const struct ct_page *p,
+	const struct cut *c, enum kind kind, struct ct_err *e)
 {
 	static const char *const planes[] = {"axial", "coronal", "sagittal"};
 	const size_t *size = c->size[kind >= STD];
@@ -320,7 +321,8 @@ static int put_kind(FILE *f, struct desk *d, float *one, const struct page *p, c
 	return 0;
 }
 
-int page_write_pictures(FILE *f, const struct page *p, const struct ct_env *env, struct ct_err *e)
+int ct_page_write_pictures(
+	FILE *f, const struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct cut cut[CT_MONTAGE_PLANES];
 	struct desk d = {0};

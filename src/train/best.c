@@ -1,7 +1,7 @@
-/* train-best.c: see train-best.h. */
+/* best.c: see best.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "tools/train-best.h"
+#include "train/best.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* report.h: what one of our files holds, as JSON; the text of ct-info is made of the same. */
-#ifndef CT_TOOLS_REPORT_H
-#define CT_TOOLS_REPORT_H
+#ifndef CT_REPORT_REPORT_H
+#define CT_REPORT_REPORT_H
 #include "core/err.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
@@ -10,12 +10,12 @@
 #include <stdio.h>
 
 /* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
-json_t *report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
+json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
 /* Add the estimate of v to the object: "blur-..." as three numbers, "noise-...". CT_ENOMEM. */
-int report_estimate(
+int ct_report_estimate(
 	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e);
 /* The object as lines "name value", indented. Control characters become '?': what a file says of
  * itself cannot steer a terminal. */
-void report_print(FILE *f, const json_t *report);
+void ct_report_print(FILE *f, const json_t *report);
 
 #endif

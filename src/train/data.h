@@ -1,6 +1,6 @@
-/* train-data.h: pictures for ct-train from stacks, picture files and folders of them. */
-#ifndef CT_TOOLS_TRAIN_DATA_H
-#define CT_TOOLS_TRAIN_DATA_H
+/* data.h: pictures for ct-train from stacks, picture files and folders of them. */
+#ifndef CT_TRAIN_DATA_H
+#define CT_TRAIN_DATA_H
 #include "core/err.h"
 #include "core/meta.h"
 #include "diffusion/patches.h"

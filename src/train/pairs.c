@@ -1,11 +1,11 @@
-/* train-pairs.c: see train-pairs.h. */
+/* pairs.c: see pairs.h. */
 #include "config.h"
-#include "tools/train-pairs.h"
+#include "train/pairs.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/hash.h"
-#include "tools/ddnm-input.h"
-#include "tools/train-data.h"
+#include "resolution/degrade.h"
+#include "train/data.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -273,7 +273,7 @@ int train_pairs_weigh(struct ct_residual *r, const struct train_pairs *s,
 		bool aliases;
 
 		rc = plan(&prior, p, env, e) || share_of(&share, &prior, p, &quiet, e) ||
-				     ddnm_input_aliases(&aliases, &p->base, e)
+				     ct_degrade_aliases(&aliases, &p->base.meta, e)
 			     ? ct_blame(e, p->name)
 			     : 0;
 		if (rc)

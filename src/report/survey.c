@@ -1,6 +1,6 @@
 /* survey.c: see survey.h. */
 #include "config.h"
-#include "dicom/survey.h"
+#include "report/survey.h"
 
 #include <math.h>
 #include <string.h>
@@ -16,12 +16,12 @@ static void widen(double range[2], double x)
 	range[1] = fmax(range[1], x);
 }
 
-void survey_range_of(struct survey_range *r, size_t n, const float *x)
+void ct_survey_range_of(struct ct_survey_range *r, size_t n, const float *x)
 {
 	double sum = 0, square = 0, range[2] = {(double)NAN, (double)NAN}, shift = 0;
 	size_t good = 0;
 
-	*r = (struct survey_range){.n = n};
+	*r = (struct ct_survey_range){.n = n};
 	for (size_t i = 0; i < n; i++) {
 		double v = (double)x[i];
 
@@ -105,12 +105,12 @@ static bool nearest_point(double x[3], const struct ct_stack *s)
 	return solve3(x, m, b, (double)s->views);
 }
 
-void survey_of(struct survey *r, const struct ct_stack *s)
+void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 {
 	const struct ct_view *first = &s->view[0], *last = &s->view[s->views - 1];
 	const double none = (double)NAN;
 
-	*r = (struct survey){
+	*r = (struct ct_survey){
 		.dso = {none, none}, .dsd = {none, none}, .offset = {{none, none}, {none, none}}};
 	r->pitch[0] = sqrt(dot(first->u, first->u));
 	r->pitch[1] = sqrt(dot(first->v, first->v));
@@ -153,13 +153,13 @@ static bool finite_gauss(const struct ct_gauss *g, size_t i)
 	return isfinite(sum);
 }
 
-void survey_gauss_of(struct survey_gauss *r, const struct ct_gauss *g)
+void ct_survey_gauss_of(struct ct_survey_gauss *r, const struct ct_gauss *g)
 {
 	const double none = (double)NAN;
 	double logs = 0;
 	size_t good = 0;
 
-	*r = (struct survey_gauss){.sigma = {none, none},
+	*r = (struct ct_survey_gauss){.sigma = {none, none},
 		.raw = {none, none},
 		.lo = {none, none, none},
 		.hi = {none, none, none}};
@@ -183,7 +183,7 @@ void survey_gauss_of(struct survey_gauss *r, const struct ct_gauss *g)
 	r->mean_sigma = exp(logs / (3 * (double)good)); /* NaN for none */
 }
 
-void survey_orientation(char code[4], const double affine[3][4])
+void ct_survey_orientation(char code[4], const double affine[3][4])
 {
 	static const char plus[] = "RAS", minus[] = "LPI";
 	bool used[3] = {false};

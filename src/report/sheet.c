@@ -1,6 +1,6 @@
 /* sheet.c: see sheet.h. */
 #include "config.h"
-#include "tools/sheet.h"
+#include "report/sheet.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -9,27 +9,27 @@
 #include <string.h>
 #include <strings.h>
 
-static size_t planes(const struct sheet_rule *r)
+static size_t planes(const struct ct_sheet_rule *r)
 {
-	return r->plane == SHEET_ALL_PLANES ? CT_MONTAGE_PLANES : 1;
+	return r->plane == CT_SHEET_ALL_PLANES ? CT_MONTAGE_PLANES : 1;
 }
 
 /* Number of pictures of a file: slices of a volume, plane after plane, or views. */
-static size_t pictures(const struct ct_any *a, const struct sheet_rule *r)
+static size_t pictures(const struct ct_any *a, const struct ct_sheet_rule *r)
 {
 	if (a->kind == CT_KIND_VOLUME)
 		return planes(r) * r->cuts;
 	return a->stack.views < r->views ? a->stack.views : r->views;
 }
 
-static enum ct_montage_plane plane_of(const struct sheet_rule *r, size_t k)
+static enum ct_montage_plane plane_of(const struct ct_sheet_rule *r, size_t k)
 {
 	return (enum ct_montage_plane)(
-		r->plane == SHEET_ALL_PLANES ? (int)(k / r->cuts) : r->plane);
+		r->plane == CT_SHEET_ALL_PLANES ? (int)(k / r->cuts) : r->plane);
 }
 
 static void caption(char text[static 64], const struct ct_vol *v, enum ct_montage_plane p,
-	double mm, const struct sheet_rule *r)
+	double mm, const struct ct_sheet_rule *r)
 {
 	static const char across[] = "zyx";
 	const char *plane = CT_WORD(CT_MONTAGE_PLANE_LIST, p);
@@ -47,11 +47,11 @@ static void caption(char text[static 64], const struct ct_vol *v, enum ct_montag
 }
 
 /* Slice of a volume where the first one is cut. Outside of the volume data stay NULL. */
-static int picture_volume(struct sheet *s, size_t at, const struct ct_vol *v,
-	const struct ct_vol *first, const struct sheet_rule *r, size_t k, struct ct_err *e)
+static int picture_volume(struct ct_sheet *s, size_t at, const struct ct_vol *v,
+	const struct ct_vol *first, const struct ct_sheet_rule *r, size_t k, struct ct_err *e)
 {
 	static const char *const side[] = {"APRL", "SIRL", "SIAP"};
-	const struct cut *c = &r->cut[k % r->cuts];
+	const struct ct_sheet_cut *c = &r->cut[k % r->cuts];
 	const enum ct_montage_plane p = plane_of(r, k);
 	const bool whole = r->surface || (r->slab && !(r->thickness > 0));
 	const double mm = whole   ? ct_montage_position(v, p, 0.5)
@@ -76,8 +76,8 @@ static int picture_volume(struct sheet *s, size_t at, const struct ct_vol *v,
 }
 
 /* Picture k of a file. Data stay NULL if there is none. */
-static int picture(struct sheet *s, size_t at, const struct ct_any *a, const struct ct_any *first,
-	const struct sheet_rule *r, size_t k, struct ct_err *e)
+static int picture(struct ct_sheet *s, size_t at, const struct ct_any *a,
+	const struct ct_any *first, const struct ct_sheet_rule *r, size_t k, struct ct_err *e)
 {
 	const size_t n = pictures(a, r),
 		     view = a->kind == CT_KIND_STACK ? k * a->stack.views / n : 0;
@@ -91,13 +91,13 @@ static int picture(struct sheet *s, size_t at, const struct ct_any *a, const str
 	return 0;
 }
 
-static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t each,
-	const struct sheet_rule *r, struct ct_err *e)
+static int place(struct ct_sheet *s, size_t n, const struct ct_any *file, size_t each,
+	const struct ct_sheet_rule *r, struct ct_err *e)
 {
 	for (size_t k = 0; k < each; k++)
 		for (size_t i = 0; i < n; i++) {
 			struct ct_montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
-			struct sheet_note *note = &s->note[k * n + i];
+			struct ct_sheet_note *note = &s->note[k * n + i];
 
 			if (picture(s, k * n + i, &file[i], &file[0], r, k, e))
 				return -1;
@@ -120,7 +120,7 @@ static int place(struct sheet *s, size_t n, const struct ct_any *file, size_t ea
 	return 0;
 }
 
-bool sheet_in_hu(const struct ct_any *a)
+bool ct_sheet_in_hu(const struct ct_any *a)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 
@@ -129,7 +129,7 @@ bool sheet_in_hu(const struct ct_any *a)
 }
 
 /* The finest spacing in the planes shown. */
-static double finest(size_t n, const struct ct_any *file, const struct sheet_rule *r)
+static double finest(size_t n, const struct ct_any *file, const struct ct_sheet_rule *r)
 {
 	double fine = (double)INFINITY;
 
@@ -148,7 +148,7 @@ static void choose_window(double range[2], const struct ct_any *a)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 
-	if (sheet_in_hu(a)) {
+	if (ct_sheet_in_hu(a)) {
 		range[0] = -200;
 		range[1] = 300;
 	} else if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0) {
@@ -160,7 +160,7 @@ static void choose_window(double range[2], const struct ct_any *a)
 	}
 }
 
-static void tone(struct sheet *s, const struct ct_any *first, const struct sheet_rule *r)
+static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct_sheet_rule *r)
 {
 	double range[2] = {(double)INFINITY, -(double)INFINITY}, error[2], fine = (double)INFINITY;
 
@@ -187,8 +187,8 @@ static void tone(struct sheet *s, const struct ct_any *first, const struct sheet
 		memcpy(s->tile[i].window, s->tile[i].minus.data ? error : range, sizeof range);
 }
 
-int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struct sheet_rule *rule,
-	struct ct_err *e)
+int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
+	const struct ct_sheet_rule *rule, struct ct_err *e)
 {
 	size_t each = 0;
 
@@ -216,12 +216,12 @@ int sheet_make(struct sheet *s, size_t n, const struct ct_any *file, const struc
 	return 0;
 }
 
-void sheet_free(struct sheet *s)
+void ct_sheet_free(struct ct_sheet *s)
 {
 	for (size_t i = 0; s->own && i < s->rows * s->cols; i++)
 		free(s->own[i]);
 	free(s->own);
 	free(s->tile);
 	free(s->note);
-	*s = (struct sheet){0};
+	*s = (struct ct_sheet){0};
 }

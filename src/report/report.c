@@ -1,8 +1,8 @@
 /* report.c: see report.h. */
 #include "config.h"
-#include "tools/report.h"
+#include "report/report.h"
 #include "formats/text.h"
-#include "dicom/survey.h"
+#include "report/survey.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -66,9 +66,9 @@ static void put_affine(struct maker *m, const double affine[3][4])
 
 static void put_range(struct maker *m, size_t n, const float *x)
 {
-	struct survey_range r;
+	struct ct_survey_range r;
 
-	survey_range_of(&r, n, x);
+	ct_survey_range_of(&r, n, x);
 	put(m, "min", number(r.min));
 	put(m, "max", number(r.max));
 	put(m, "mean", number(r.mean));
@@ -87,7 +87,7 @@ static void put_volume(struct maker *m, const struct ct_vol *v)
 	ct_vol_centre(v, centre);
 	for (int a = 0; a < 3; a++)
 		extent[a] = mm[a] * (double)v->n[a];
-	survey_orientation(code, v->affine);
+	ct_survey_orientation(code, v->affine);
 	put(m, "size", sizes(3, v->n));
 	put(m, "spacing-mm", numbers(3, mm));
 	put(m, "extent-mm", numbers(3, extent));
@@ -100,9 +100,9 @@ static void put_volume(struct maker *m, const struct ct_vol *v)
 
 static void put_stack(struct maker *m, const struct ct_stack *s)
 {
-	struct survey g;
+	struct ct_survey g;
 
-	survey_of(&g, s);
+	ct_survey_of(&g, s);
 	put(m, "views", count(s->views));
 	put(m, "size", sizes(2, (const size_t[]){s->w, s->h}));
 	put(m, "pitch-mm", numbers(2, g.pitch));
@@ -125,9 +125,9 @@ static void put_stack(struct maker *m, const struct ct_stack *s)
 
 static void put_gauss(struct maker *m, const struct ct_gauss *g)
 {
-	struct survey_gauss s;
+	struct ct_survey_gauss s;
 
-	survey_gauss_of(&s, g);
+	ct_survey_gauss_of(&s, g);
 	put(m, "gaussians", count(g->n));
 	put(m, "positive", count(s.positive));
 	put(m, "negative", count(s.negative));
@@ -154,9 +154,9 @@ static void put_tensors(struct maker *m, const struct ct_tensors *w, bool all)
 	for (size_t i = 0; i < w->n; i++) {
 		const struct ct_tensor *t = &w->t[i];
 		const size_t n = ct_tensor_count(t);
-		struct survey_range r;
+		struct ct_survey_range r;
 
-		survey_range_of(&r, n, t->data);
+		ct_survey_range_of(&r, n, t->data);
 		parameters += n;
 		bad += r.nan + r.inf;
 		if (all)
@@ -213,7 +213,7 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 		put(m, "history", lines(ct_meta_get(meta, CT_META_HISTORY)));
 }
 
-json_t *report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
+json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
 {
 	const char *input = ct_meta_get(ct_any_meta(a), CT_META_INPUT),
 		   *hash = input ? strstr(input, " xxh3:") : NULL;
@@ -241,7 +241,7 @@ json_t *report_make(const struct ct_any *a, const char *path, bool all, struct c
 	return m.o;
 }
 
-int report_estimate(
+int ct_report_estimate(
 	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e)
 {
 	struct maker m = {.o = report};
@@ -353,7 +353,7 @@ static void print_object(FILE *f, const json_t *o, int indent)
 		print_member(f, key, v, indent);
 }
 
-void report_print(FILE *f, const json_t *report)
+void ct_report_print(FILE *f, const json_t *report)
 {
 	print_object(f, report, 0);
 }

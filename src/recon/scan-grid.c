@@ -1,12 +1,8 @@
-/* fdk-grid.c: see fdk-grid.h. */
+/* scan-grid.c: see scan-grid.h. */
 #include "config.h"
-#include "tools/fdk-grid.h"
-#include "cli/cli.h"
-#include "formats/format.h"
+#include "recon/scan-grid.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
 
 static double dot(const double a[3], const double b[3])
@@ -194,29 +190,27 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 	return 0;
 }
 
-int fdk_grid(struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
+int ct_scan_grid(struct ct_vol *grid, size_t voxels, const struct ct_stack *scan, struct ct_err *e)
 {
-	char *end = NULL;
-	double n = option ? strtod(option, &end) : 0;
-	bool number = option && end != option && *end == '\0';
-	int rc;
+	const int rc = projected_grid(grid, &scan->meta, e);
 
-	if (option && !number) {
-		struct ct_vol like = {0};
-
-		if (ct_vol_read(option, &like, e))
-			return -1;
-		memcpy(grid->n, like.n, sizeof like.n);
-		memcpy(grid->affine, like.affine, sizeof like.affine);
-		ct_vol_free(&like);
-		return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
-	}
-	if (number && (!(n >= 1 && n <= 1 << 16) || n != floor(n)))
-		return ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option);
-	rc = projected_grid(grid, &scan->meta, e);
 	if (rc < 0 || (rc > 0 && seen_cube(grid, scan, e)))
 		return -1;
-	if (number)
-		refine(grid, n);
+	if (voxels)
+		refine(grid, (double)voxels);
 	return scan->beam == CT_FAN ? cut_fan(grid, scan, e) : 0;
+}
+
+int ct_scan_grid_put(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e)
+{
+	const double(*a)[4] = v->affine;
+
+	return ct_meta_setf(m, e, CT_META_VOLUME_SIZE, "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
+			       ct_meta_setf(m, e, CT_META_VOLUME_AFFINE,
+				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
+				       "17g,%.17g,%.17g",
+				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
+				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
+		       ? -1
+		       : 0;
 }

@@ -1,7 +1,7 @@
-/* train-cache.h: examples of volumes (restore/example.h) as files, so that the next training finds
+/* cache.h: examples of volumes (restore/example.h) as files, so that the next training finds
  * them made. A file is named by all that makes it: what the volume holds, the rule, the index. */
-#ifndef CT_TOOLS_TRAIN_CACHE_H
-#define CT_TOOLS_TRAIN_CACHE_H
+#ifndef CT_TRAIN_CACHE_H
+#define CT_TRAIN_CACHE_H
 #include "core/vol.h"
 #include "restore/example.h"
 

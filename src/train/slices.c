@@ -1,4 +1,4 @@
-/* train-slices.c: ct-train on volumes: the slice prior of ct-upsample. */
+/* slices.c: ct-train on volumes: the slice prior of ct-upsample. */
 #include "config.h"
 #include "core/mem.h"
 #include "core/vol.h"
@@ -9,9 +9,9 @@
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/restore.h"
-#include "tools/train-cache.h"
-#include "tools/train-data.h"
-#include "tools/train.h"
+#include "train/cache.h"
+#include "train/data.h"
+#include "train/train.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -25,10 +25,9 @@ struct lessons {
 };
 
 struct train_slices_job {
-	const struct train_params *p;
+	const struct train_slices_rule *p;
 	struct ct_env env;
 	struct ct_example_rule rule;
-	double bytes[2];        /* HU of the bytes 0 and 255; NaN without --bytes */
 	struct ct_tensors with; /* the slice networks that OUT holds besides */
 	struct ct_slice_prior first;
 	struct lessons data, held;
@@ -36,7 +35,7 @@ struct train_slices_job {
 	char name[40]; /* of the slice network */
 };
 
-/* --bytes maps bytes to HU. Values that cannot be HU are refused. */
+/* Maps bytes to HU. Values that cannot be HU are refused. */
 static int to_hu(
 	const struct train_slices_job *j, struct ct_vol *v, const char *path, struct ct_err *e)
 {
@@ -53,10 +52,10 @@ static int to_hu(
 	if (!(most > least))
 		return ct_fail(
 			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
-	for (size_t i = 0; i < n && bytes && !isnan(j->bytes[0]); i++)
-		v->data[i] = (float)(j->bytes[0] +
-				     (double)v->data[i] / 255 * (j->bytes[1] - j->bytes[0]));
-	if (bytes && !isnan(j->bytes[0]))
+	for (size_t i = 0; i < n && bytes && !isnan(j->p->bytes[0]); i++)
+		v->data[i] = (float)(j->p->bytes[0] +
+				     (double)v->data[i] / 255 * (j->p->bytes[1] - j->p->bytes[0]));
+	if (bytes && !isnan(j->p->bytes[0]))
 		return 0;
 	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
 		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
@@ -80,8 +79,8 @@ static void make(void *arg, size_t i, size_t worker)
 	struct group *g = arg;
 
 	(void)worker;
-	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->bytes, &g->rule,
-		g->first + i, &g->j->env, &g->e[i]);
+	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->p->bytes,
+		&g->rule, g->first + i, &g->j->env, &g->e[i]);
 }
 
 /* Add the examples of a volume. */
@@ -137,7 +136,7 @@ static int learn_from(struct train_slices_job *j, struct lessons *l, const char 
 {
 	struct train_names names = {0};
 	struct ct_piece *piece = NULL;
-	const size_t each = (size_t)j->p->cubes;
+	const size_t each = j->p->cubes;
 	struct ct_example *more;
 	int rc = -1;
 
@@ -174,35 +173,12 @@ out:
 	return rc;
 }
 
-static int settle(struct train_slices_job *j, struct ct_err *e)
-{
-	const struct train_params *p = j->p;
-
-	j->bytes[0] = (double)NAN;
-	if (p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, j->bytes, e))
-		return -1;
-	if (p->cache && train_cache_open(p->cache, e))
-		return -1;
-	j->rule = (struct ct_example_rule){.side = (size_t)p->cube,
-		.factor = (size_t)p->factor,
-		.thick = p->thick,
-		.scale = {1.1, 2.3},
-		.noise = p->noise,
-		.clip = {(double)NAN, (double)NAN},
-		.seed = j->env.seed};
-	if (p->window && ct_cli_range("expert window", p->window, j->rule.clip, e))
-		return -1;
-	snprintf(j->name, sizeof j->name, "%s%s%d", p->again ? "again-" : "",
-		p->thick ? "thick-" : "", p->factor);
-	return 0;
-}
-
-/* Reads the prior of --with. */
+/* Reads the prior that OUT holds besides. */
 static int read_with(struct train_slices_job *j, struct train_data *data, struct ct_err *e)
 {
-	const struct ct_degrade d = {
-		.factor = {(double)j->p->factor, j->p->thick ? 1 : (double)j->p->factor,
-			j->p->thick ? 1 : (double)j->p->factor}};
+	const bool thick = j->rule.thick;
+	const double factor = (double)j->rule.factor, other = thick ? 1 : factor;
+	const struct ct_degrade d = {.factor = {factor, other, other}};
 
 	if (!j->p->with)
 		return 0;
@@ -215,8 +191,8 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 	if (!j->p->again)
 		return 0;
 	if (!ct_slice_prior_knows(&j->first, &d, false))
-		return ct_fail(e, CT_EINPUT, "%s: has no network for factor %d%s", j->p->with,
-			j->p->factor, j->p->thick ? " and thick slices" : "");
+		return ct_fail(e, CT_EINPUT, "%s: has no network for factor %zu%s", j->p->with,
+			j->rule.factor, thick ? " and thick slices" : "");
 	j->rule.after = &j->first;
 	j->rule.hash = strrchr(ct_meta_get(&data->with, CT_META_INPUT), ' ') + 1;
 	return 0;
@@ -224,41 +200,29 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 
 static int read_data(struct train_slices_job *j, struct train_data *data, struct ct_err *e)
 {
-	for (size_t i = 0; i < j->p->data.n; i++)
-		if (learn_from(j, &j->data, j->p->data.v[i], &data->input[i], e))
+	for (size_t i = 0; i < j->p->files.n; i++)
+		if (learn_from(j, &j->data, j->p->files.v[i], &data->input[i], e))
 			return -1;
 	if (j->data.n == 0)
 		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
-			j->p->data.v[0]);
+			j->p->files.v[0]);
 	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
-	if (!j->p->validate)
+	if (!j->p->files.validate)
 		return 0;
-	if (learn_from(j, &j->held, j->p->validate, &data->held, e))
+	if (learn_from(j, &j->held, j->p->files.validate, &data->held, e))
 		return -1;
 	return j->held.n ? 0
 			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
-				   j->p->validate);
+				   j->p->files.validate);
 }
 
 static int start(struct train_slices_job *j, struct ct_err *e)
 {
-	const struct train_params *p = j->p;
-	const struct ct_slice_network r = {
-		.shape = {(size_t)p->factor, p->patch ? (size_t)p->patch : 3 * (size_t)p->factor,
-			(size_t)p->depth, !p->thick},
-		.components = (size_t)p->components,
-		.width = (size_t)p->width};
-	const struct ct_learn_rule rule = {.seed = j->env.seed,
-		.steps = p->steps ? (uint64_t)p->steps : 1,
-		.batch = p->batch ? (size_t)p->batch : 4 * CT_LEARN_PIECE,
-		.rate = isnan(p->lr) ? 1e-3 : p->lr,
-		.decay = isnan(p->decay) ? 1e-2 : p->decay,
-		.average = isnan(p->ema) ? 0.999 : p->ema};
+	struct ct_learn_rule rule = j->p->learn;
 
-	if (rule.batch % CT_LEARN_PIECE)
-		return ct_fail(
-			e, CT_EUSAGE, "--expert batch: expected a multiple of %d", CT_LEARN_PIECE);
-	return ct_learn_alloc(&j->learn, &r, &rule, j->data.example, j->data.n, &j->env, e);
+	rule.steps = rule.steps ? rule.steps : 1;
+	return ct_learn_alloc(
+		&j->learn, &j->p->network, &rule, j->data.example, j->data.n, &j->env, e);
 }
 
 static uint64_t steps(const void *it)
@@ -363,8 +327,8 @@ static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err
 			     (double)j->data.example[i].n[1] * (double)j->data.example[i].n[2];
 	c->disk = n * (j->p->half ? 2 : 4);
 	c->state = n * 16;
-	snprintf(c->work, sizeof c->work, "%d steps of %.2g s on %zu examples, %.0f parameters",
-		j->p->steps, seconds, j->data.n, n);
+	snprintf(c->work, sizeof c->work, "%llu steps of %.2g s on %zu examples, %.0f parameters",
+		(unsigned long long)j->p->learn.steps, seconds, j->data.n, n);
 	return 0;
 }
 
@@ -387,8 +351,8 @@ static void done(void *it)
 	free(j);
 }
 
-int train_slices(struct train_subject *s, struct train_data *data, const struct train_params *p,
-	const struct ct_env *env, struct ct_err *e)
+int train_slices(struct train_subject *s, struct train_data *data,
+	const struct train_slices_rule *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct train_slices_job *j;
 
@@ -399,13 +363,18 @@ int train_slices(struct train_subject *s, struct train_data *data, const struct 
 	*s = (struct train_subject){.it = j,
 		.steps = steps,
 		.step = step,
-		.held = p->validate ? held : NULL,
+		.held = p->files.validate ? held : NULL,
 		.save = save,
 		.restore = restore,
 		.result = result,
 		.seal = seal,
 		.cost = cost,
 		.free = done};
-	return settle(j, e) || read_with(j, data, e) || read_data(j, data, e) || start(j, e) ? -1
-											     : 0;
+	j->rule = p->examples;
+	snprintf(j->name, sizeof j->name, "%s%s%zu", p->again ? "again-" : "",
+		p->examples.thick ? "thick-" : "", p->examples.factor);
+	return (p->cache && train_cache_open(p->cache, e)) || read_with(j, data, e) ||
+			       read_data(j, data, e) || start(j, e)
+		       ? -1
+		       : 0;
 }

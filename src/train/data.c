@@ -1,6 +1,6 @@
-/* train-data.c: see train-data.h. */
+/* data.c: see data.h. */
 #include "config.h"
-#include "tools/train-data.h"
+#include "train/data.h"
 #include "core/mem.h"
 #include "core/stack.h"
 #include "formats/any.h"

@@ -1,6 +1,6 @@
-/* fdk-solve.c: see fdk-solve.h. */
+/* reconstruct.c: see reconstruct.h. */
 #include "config.h"
-#include "tools/fdk-solve.h"
+#include "recon/reconstruct.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "recon/fdk.h"
@@ -27,30 +27,23 @@ static void warn(const struct ct_fdk *f, const struct ct_env *env)
 			f->back.views);
 }
 
-static int back_project(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
-	const struct ct_env *env, struct ct_err *e)
+static int back_project(struct ct_vol *out, const struct ct_stack *in,
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_fdk f = {0};
-	int rc = -1;
+	int rc;
 
 	if (ct_fdk_alloc(&f, out, in, how->filter, how->cutoff, how->parker, env->par, e))
 		return -1;
 	warn(&f, env);
 	ct_log(env, CT_INFO, "filter to %.3g of the Nyquist frequency", f.cutoff);
-	for (size_t k = 0; k < in->views; k = ct_fdk_add(&f, k, out->data, env->par)) {
-		ct_progress(env, "views", k, in->views);
-		if (ct_check_stop(env, e))
-			goto out;
-	}
-	ct_progress(env, "views", in->views, in->views);
-	rc = 0;
-out:
+	rc = ct_fdk_all(&f, out->data, env, e);
 	ct_fdk_free(&f);
 	return rc;
 }
 
 static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
-	const struct ct_stack *in, const struct fdk_how *how, struct ct_err *e)
+	const struct ct_stack *in, const struct ct_reconstruct_rule *how, struct ct_err *e)
 {
 	if (ct_projector_init(g, grid, in, e))
 		return -1;
@@ -58,8 +51,8 @@ static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
 	return ct_projector_reserve(g, e);
 }
 
-static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
-	const struct ct_env *env, struct ct_err *e)
+static int iterate(struct ct_vol *out, const struct ct_stack *in,
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_projector g = {0};
 	struct ct_linear a;
@@ -77,8 +70,8 @@ static int iterate(struct ct_vol *out, const struct ct_stack *in, const struct f
 	return rc;
 }
 
-int fdk_solve(struct ct_vol *out, const struct ct_stack *in, const struct fdk_how *how,
-	const struct ct_env *env, struct ct_err *e)
+int ct_reconstruct(struct ct_vol *out, const struct ct_stack *in,
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	return how->iterate ? iterate(out, in, how, env, e) : back_project(out, in, how, env, e);
 }
@@ -100,7 +93,7 @@ static struct ct_vol middle(const struct ct_vol *grid)
 }
 
 static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol part = middle(grid);
 	struct ct_fdk f = {0};
@@ -131,7 +124,7 @@ static int back_cost(struct ct_cost *cost, const struct ct_vol *grid, const stru
 }
 
 static int iterate_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	static const double volumes[] = {[CT_SIRT] = 2, [CT_CGLS] = 2, [CT_TV] = 5};
 	size_t n = ct_vol_count(grid), views = in->views < 2 ? in->views : 2;
@@ -161,8 +154,8 @@ out:
 	return rc;
 }
 
-int fdk_solve_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
-	const struct fdk_how *how, const struct ct_env *env, struct ct_err *e)
+int ct_reconstruct_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
+	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
 	const double before = ct_clock_cpu();
 

@@ -1,6 +1,6 @@
 /* page.c: the page of ct-report, laid out; see page.h. */
 #include "config.h"
-#include "tools/page.h"
+#include "report/page.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -27,7 +27,7 @@ static size_t character(const unsigned char *s, size_t n)
 		       : bytes;
 }
 
-void page_write_text(FILE *f, const char *s, size_t n)
+void ct_page_write_text(FILE *f, const char *s, size_t n)
 {
 	for (size_t i = 0, m; i < n; i += m ? m : 1) {
 		m = character((const unsigned char *)s + i, n - i);
@@ -41,7 +41,7 @@ void page_write_text(FILE *f, const char *s, size_t n)
 	}
 }
 
-void page_write_words(FILE *f, const char *fmt, ...)
+void ct_page_write_words(FILE *f, const char *fmt, ...)
 {
 	char text[1000];
 	va_list ap;
@@ -49,13 +49,53 @@ void page_write_words(FILE *f, const char *fmt, ...)
 	va_start(ap, fmt);
 	vsnprintf(text, sizeof text, fmt, ap);
 	va_end(ap);
-	page_write_text(f, text, strlen(text));
+	ct_page_write_text(f, text, strlen(text));
 }
 
-static void put_title(FILE *f, const struct page *p)
+/* Where a folder ends that the n characters at s, of a message, begin with: behind the last slash,
+ * if the first word has one, as a name may hold blanks; else of a word that begins at the root or
+ * at ".", or whose last part has a dot. */
+static size_t folder_of(const char *s, size_t n, bool first)
+{
+	const size_t blank = strcspn(s, " ,;'\n"), word = blank < n ? blank : n;
+	const char *slash = memrchr(s, '/', word);
+	const bool is = slash && (first || *s == '/' || *s == '.' ||
+					 memchr(slash, '.', word - (size_t)(slash - s)));
+
+	if (is && first)
+		slash = memrchr(s, '/', n);
+	return is ? (size_t)(slash + 1 - s) : 0;
+}
+
+void ct_page_forget_folders(char *text)
+{
+	char *to = text;
+	bool first = true, word = true; /* of a part that ": " ends; of any */
+
+	for (const char *s = text; *s;) {
+		const char *end = s + strcspn(s, "\n"), *colon = strstr(s, ": ");
+		const size_t n = (size_t)((colon && colon < end ? colon : end) - s);
+
+		if (first || word)
+			s += folder_of(s, n, first);
+		first = *s == '\n' || (*s == ' ' && s > text && s[-1] == ':');
+		word = strchr(" ,;'", *s) != NULL;
+		*to++ = *s++;
+	}
+	*to = '\0';
+}
+
+const char *ct_page_base_name(const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	return slash ? slash + 1 : path;
+}
+
+static void put_title(FILE *f, const struct ct_page *p)
 {
 	fputs("<title>", f);
-	page_write_words(f, "%s: report", p->hr.name);
+	ct_page_write_words(f, "%s: report", p->hr.name);
 	fputs("</title>\n", f);
 }
 
@@ -65,28 +105,29 @@ static void put_grid(FILE *f, const struct ct_vol *v)
 	double mm[3];
 
 	ct_vol_spacing(v, mm);
-	page_write_words(f, "%zu \u00d7 %zu \u00d7 %zu voxels of %.4g \u00d7 %.4g \u00d7 %.4g mm",
-		v->n[0], v->n[1], v->n[2], mm[0], mm[1], mm[2]);
+	ct_page_write_words(f,
+		"%zu \u00d7 %zu \u00d7 %zu voxels of %.4g \u00d7 %.4g \u00d7 %.4g mm", v->n[0],
+		v->n[1], v->n[2], mm[0], mm[1], mm[2]);
 }
 
-static void put_head(FILE *f, const struct page *p)
+static void put_head(FILE *f, const struct ct_page *p)
 {
 	fputs("<h1>", f);
-	page_write_text(f, p->hr.name, strlen(p->hr.name));
+	ct_page_write_text(f, p->hr.name, strlen(p->hr.name));
 	fputs("</h1>\n<p class=\"sub\">", f);
 	put_grid(f, &p->hr.vol);
-	page_write_words(f, ", %g \u00d7 %g \u00d7 %g times as many as ", p->by.factor[0],
+	ct_page_write_words(f, ", %g \u00d7 %g \u00d7 %g times as many as ", p->by.factor[0],
 		p->by.factor[1], p->by.factor[2]);
-	page_write_words(f, "%s: ", p->lr.name);
+	ct_page_write_words(f, "%s: ", p->lr.name);
 	put_grid(f, &p->lr.vol);
 	fputs(".</p>\n<p class=\"sub\">Before is the scan by cubic interpolation, after is the result",
 		f);
 	if (p->truth.name)
-		page_write_words(f, "; the error is that to %s", p->truth.name);
+		ct_page_write_words(f, "; the error is that to %s", p->truth.name);
 	fputs(".</p>\n", f);
 }
 
-static void put_warnings(FILE *f, const struct page *p)
+static void put_warnings(FILE *f, const struct ct_page *p)
 {
 	if (p->warnings == 0) {
 		fputs("<section id=\"warnings\" class=\"card fine\"><h2>No warning</h2>\n<p>It agrees "
@@ -98,26 +139,26 @@ static void put_warnings(FILE *f, const struct page *p)
 	fputs("<section id=\"warnings\" class=\"card warn\"><h2>What not to trust</h2>\n<ul>\n", f);
 	for (size_t i = 0; i < p->warnings; i++) {
 		fputs("<li>", f);
-		page_write_text(f, p->warning[i], strlen(p->warning[i]));
+		ct_page_write_text(f, p->warning[i], strlen(p->warning[i]));
 		fputs("</li>\n", f);
 	}
 	fputs("</ul></section>\n", f);
 }
 
 /* What ran: the history of the result, and what the commands said. */
-static void put_ran(FILE *f, const struct page *p)
+static void put_ran(FILE *f, const struct ct_page *p)
 {
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
 
 	fputs("<section id=\"ran\" class=\"card\"><h2>What ran</h2>\n", f);
 	if (history) {
 		fputs("<pre>", f);
-		page_write_text(f, history, strlen(history));
+		ct_page_write_text(f, history, strlen(history));
 		fputs("</pre>\n", f);
 	}
 	if (p->log && *p->log) {
 		fputs("<h2>What it took, and what was said</h2>\n<pre>", f);
-		page_write_text(f, p->log, strlen(p->log));
+		ct_page_write_text(f, p->log, strlen(p->log));
 		fputs("</pre>\n", f);
 	}
 	fputs("</section>\n", f);
@@ -132,7 +173,7 @@ static void put_foot(FILE *f)
 }
 
 /* One part, by its word. */
-static int put_part(FILE *f, const char *word, size_t n, const struct page *p,
+static int put_part(FILE *f, const char *word, size_t n, const struct ct_page *p,
 	const struct ct_env *env, struct ct_err *e)
 {
 	char name[16] = "";
@@ -146,22 +187,22 @@ static int put_part(FILE *f, const char *word, size_t n, const struct page *p,
 	else if (strcmp(name, "WARNINGS") == 0)
 		put_warnings(f, p);
 	else if (strcmp(name, "CARDS") == 0)
-		page_write_cards(f, p);
+		ct_page_write_cards(f, p);
 	else if (strcmp(name, "RAN") == 0)
 		put_ran(f, p);
 	else if (strcmp(name, "FOOT") == 0)
 		put_foot(f);
 	else if (strcmp(name, "META") == 0)
-		page_write_meta(f, p);
+		ct_page_write_meta(f, p);
 	else if (strcmp(name, "PICTURES") == 0)
-		return page_write_pictures(f, p, env, e);
+		return ct_page_write_pictures(f, p, env, e);
 	else
 		return ct_fail(e, CT_EINPUT, "has a part @%.*s@ that is not known", (int)n, word);
 	return 0;
 }
 
-int page_write(
-	FILE *f, const char *form, const struct page *p, const struct ct_env *env, struct ct_err *e)
+int ct_page_write(FILE *f, const char *form, const struct ct_page *p, const struct ct_env *env,
+	struct ct_err *e)
 {
 	for (const char *s = form; *s;) {
 		const size_t n = strcspn(s, "\n"), line = n + (s[n] == '\n');

@@ -1,7 +1,7 @@
 /* page-cards.c: the tables and curves of the page of ct-report; see page.h. */
 #include "config.h"
 #include "resolution/degrade.h"
-#include "tools/page.h"
+#include "report/page.h"
 
 #include <math.h>
 #include <string.h>
@@ -73,10 +73,10 @@ static void end(FILE *f, const char *note)
 
 /* A row of a table: its name, and what printf makes of the rest. */
 #define ROW(f, name, ...)                                                                          \
-	(fprintf(f, "<tr><th scope=\"row\">%s</th><td>", name), page_write_words(f, __VA_ARGS__),  \
-		fprintf(f, "</td></tr>\n"))
+	(fprintf(f, "<tr><th scope=\"row\">%s</th><td>", name),                                    \
+		ct_page_write_words(f, __VA_ARGS__), fprintf(f, "</td></tr>\n"))
 
-static void put_scan(FILE *f, const struct page *p)
+static void put_scan(FILE *f, const struct ct_page *p)
 {
 	const double *s = p->by.sigma;
 	struct ct_degrade said;
@@ -103,7 +103,7 @@ static void put_scan(FILE *f, const struct page *p)
 	end(f, NULL);
 }
 
-static void put_agreement(FILE *f, const struct page *p)
+static void put_agreement(FILE *f, const struct ct_page *p)
 {
 	if (!p->known)
 		return;
@@ -119,9 +119,9 @@ static void put_agreement(FILE *f, const struct page *p)
 	       "followed only up to its noise.");
 }
 
-static void put_tissues(FILE *f, const struct page *p)
+static void put_tissues(FILE *f, const struct ct_page *p)
 {
-	static const char *const names[PAGE_TISSUES] = {"air, below \u2212950 HU",
+	static const char *const names[CT_PAGE_TISSUES] = {"air, below \u2212950 HU",
 		"lung, to \u2212400 HU", "soft tissue, to 200 HU", "bone, above 200 HU"};
 	size_t all = 0;
 
@@ -136,10 +136,10 @@ static void put_tissues(FILE *f, const struct page *p)
 			  "100 HU</th>"
 			: "",
 		p->truth.name ? "<th scope=\"col\">error, RMS</th>" : "");
-	for (int k = 0; k < PAGE_TISSUES; k++)
+	for (int k = 0; k < CT_PAGE_TISSUES; k++)
 		all += p->tissue[k].voxels;
-	for (int k = 0; k < PAGE_TISSUES; k++) {
-		const struct page_class *c = &p->tissue[k];
+	for (int k = 0; k < CT_PAGE_TISSUES; k++) {
+		const struct ct_page_class *c = &p->tissue[k];
 
 		if (c->voxels == 0)
 			continue;
@@ -160,7 +160,7 @@ static void put_tissues(FILE *f, const struct page *p)
 			: NULL);
 }
 
-static void put_calibration(FILE *f, const struct page *p)
+static void put_calibration(FILE *f, const struct ct_page *p)
 {
 	const struct ct_calibration *c = &p->calibration;
 
@@ -190,7 +190,7 @@ static void put_calibration(FILE *f, const struct page *p)
 	       "normal errors 68.3 and 95.4 % are within one and two of it.");
 }
 
-static void put_truth(FILE *f, const struct page *p)
+static void put_truth(FILE *f, const struct ct_page *p)
 {
 	const struct ct_metrics *m[2] = {&p->was, &p->is};
 
@@ -212,7 +212,7 @@ static void put_truth(FILE *f, const struct page *p)
 	end(f, NULL);
 }
 
-static void put_edges(FILE *f, const struct page *p)
+static void put_edges(FILE *f, const struct ct_page *p)
 {
 	const struct ct_edges *o = &p->edges;
 	const double reach = 0.5 * o->width * CT_EDGE_BINS;
@@ -245,29 +245,29 @@ static void put_edges(FILE *f, const struct page *p)
 	end(f, "The mean profile across the edges of the result, and before at the same places.");
 }
 
-static void put_histogram(FILE *f, const struct page *p)
+static void put_histogram(FILE *f, const struct ct_page *p)
 {
-	double x[PAGE_BINS], y[2][PAGE_BINS], most = 0;
-	const struct line lines[] = {
-		{"before", "before", PAGE_BINS, x, y[0]}, {"after", "after", PAGE_BINS, x, y[1]}};
+	double x[CT_PAGE_BINS], y[2][CT_PAGE_BINS], most = 0;
+	const struct line lines[] = {{"before", "before", CT_PAGE_BINS, x, y[0]},
+		{"after", "after", CT_PAGE_BINS, x, y[1]}};
 
-	for (size_t b = 0; b < PAGE_BINS; b++)
+	for (size_t b = 0; b < CT_PAGE_BINS; b++)
 		for (int k = 0; k < 2; k++) {
-			x[b] = ((double)b + 0.5) / PAGE_BINS;
+			x[b] = ((double)b + 0.5) / CT_PAGE_BINS;
 			y[k][b] = log10(1 + (double)p->histogram[k][b]);
 			most = fmax(most, y[k][b]);
 		}
-	for (size_t b = 0; b < PAGE_BINS; b++)
+	for (size_t b = 0; b < CT_PAGE_BINS; b++)
 		for (int k = 0; k < 2; k++)
 			y[k][b] /= most;
 	begin(f, "histogram", "What values there are");
-	put_curve(f, "histogram", lines, 2, PAGE_LOWEST, PAGE_LOWEST + PAGE_BIN * PAGE_BINS, 500,
-		"HU");
+	put_curve(f, "histogram", lines, 2, CT_PAGE_LOWEST,
+		CT_PAGE_LOWEST + CT_PAGE_BIN * CT_PAGE_BINS, 500, "HU");
 	end(f, "Voxels in bins of 32 HU, the height the logarithm of their number; what lies beyond is in "
 	       "the first and the last.");
 }
 
-void page_write_cards(FILE *f, const struct page *p)
+void ct_page_write_cards(FILE *f, const struct ct_page *p)
 {
 	put_agreement(f, p);
 	put_tissues(f, p);

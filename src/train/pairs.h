@@ -1,7 +1,7 @@
-/* train-pairs.h: for ct-train, projections of truths beside those of what was refined in their
+/* pairs.h: for ct-train, projections of truths beside those of what was refined in their
  * place. */
-#ifndef CT_TOOLS_TRAIN_PAIRS_H
-#define CT_TOOLS_TRAIN_PAIRS_H
+#ifndef CT_TRAIN_PAIRS_H
+#define CT_TRAIN_PAIRS_H
 #include "core/meta.h"
 #include "core/stack.h"
 #include "diffusion/patches.h"

@@ -1,9 +1,9 @@
-/* train-cache.c: see train-cache.h. */
+/* cache.c: see cache.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/hash.h"
-#include "tools/train-cache.h"
+#include "train/cache.h"
 
 #include <errno.h>
 #include <stdio.h>

@@ -1,0 +1,77 @@
+/* train.h: networks in training, of pictures or of slices, with the data that they learn from.
+ */
+#ifndef CT_TRAIN_TRAIN_H
+#define CT_TRAIN_TRAIN_H
+#include "core/cost.h"
+#include "core/env.h"
+#include "core/meta.h"
+#include "core/tensors.h"
+#include "diffusion/train.h"
+#include "restore/example.h"
+#include "restore/learn.h"
+
+/* A network in training: pictures.c, slices.c. */
+struct train_subject {
+	void *it;
+	uint64_t (*steps)(const void *it); /* done */
+	/* One step and its loss; CT_ESTOP: it was given up and has changed nothing. */
+	int (*step)(void *it, double *loss, struct ct_err *e);
+	int (*held)(void *it, double *loss, struct ct_err *e); /* on held-out data; may be NULL */
+	int (*save)(struct ct_tensors *state, const void *it, struct ct_err *e);
+	int (*restore)(void *it, const struct ct_tensors *w, struct ct_err *e);
+	/* The weights with their own metadata. */
+	int (*result)(const void *it, struct ct_tensors *w, struct ct_err *e);
+	/* Adds what else the prior needs; `last`: the training has ended. May be NULL. */
+	int (*seal)(const void *it, struct ct_tensors *w, bool last, struct ct_err *e);
+	/* The cost of the training, except its time. A step takes `seconds`. */
+	int (*cost)(const void *it, double seconds, struct ct_cost *cost, struct ct_err *e);
+	void (*free)(void *it);
+};
+
+/* Where the data are: files and folders, borrowed. */
+struct train_files {
+	size_t n;
+	const char *const *v;
+	const char *validate; /* held out; NULL: none */
+};
+
+/* The names and hashes of the inputs, which identify the run. */
+struct train_data {
+	size_t n;
+	struct ct_meta *input;  /* [n]: of each file; owned */
+	struct ct_meta with;    /* of the prior that OUT holds besides; owned */
+	struct ct_meta held;    /* of what is held out; owned */
+	struct ct_meta refined; /* of the projections of refined CTs; owned */
+};
+
+/* A noise predictor of pictures; or, with `refined`, of what lacks between projections of refined
+ * CTs, in that folder, and those of the truth. */
+struct train_pictures_rule {
+	struct train_files files;
+	const char *refined; /* NULL: none */
+	size_t factor;       /* with it */
+	size_t pieces;       /* to validate on */
+	bool half;           /* OUT is in half precision */
+	struct ct_unet_arch arch;
+	struct ct_train_opts opts;
+};
+/* The slice network of one factor. */
+struct train_slices_rule {
+	struct train_files files;
+	const char *with, *cache; /* a prior whose networks go to OUT too; a folder; or NULL */
+	bool again;               /* after the networks of `with` */
+	bool half;                /* OUT is in half precision */
+	size_t cubes;             /* examples of each CT */
+	double bytes[2];          /* HU of the bytes 0 and 255; NaN: volumes are of HU */
+	struct ct_example_rule examples;
+	struct ct_slice_network network; /* its shape */
+	struct ct_learn_rule learn;
+};
+
+/* Read the data and make the subject, before its first step. The rule must stay as it is. */
+int train_pictures(struct train_subject *s, struct train_data *data,
+	const struct train_pictures_rule *p, const struct ct_env *env, struct ct_err *e);
+int train_slices(struct train_subject *s, struct train_data *data,
+	const struct train_slices_rule *p, const struct ct_env *env, struct ct_err *e);
+
+#endif
