@@ -137,9 +137,7 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	if (ct_vol_alloc(out, base->n, e))
 		return -1;
 	memcpy(out->affine, base->affine, sizeof out->affine);
-	for (size_t k = 0, plane = out->n[0] * out->n[1]; k < out->n[2]; k++) {
-		memset(out->data + k * plane, 0, plane * sizeof *out->data);
-	}
+	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
 	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
 }
 
@@ -172,18 +170,14 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 	const char *mode = ct_meta_get(of, CT_META_MODE);
 	const bool full = mode && strcmp(mode, "full") == 0,
 		   whole = ct_meta_get(of, CT_META_OVERSHOOT) != NULL;
-	const size_t plane = base->n[0] * base->n[1];
+	const size_t n = ct_vol_count(base);
 
 	if (!whole && !full)
 		ct_geometry_opts_warn_above(base, p->base, window, env);
-	for (size_t k = 0; k < base->n[2]; k++) {
-		float *b = base->data + k * plane;
-
-		for (size_t i = 0; full && i < plane; i++)
-			b[i] = (float)window[0];
-		ct_window_add(plane, b, res->data + k * plane, p->gain,
-			isnan(p->floor) ? window[0] : p->floor, whole ? open : window);
-	}
+	for (size_t i = 0; full && i < n; i++)
+		base->data[i] = (float)window[0];
+	ct_window_add(n, base->data, res->data, p->gain, isnan(p->floor) ? window[0] : p->floor,
+		whole ? open : window);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,

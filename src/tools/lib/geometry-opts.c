@@ -123,16 +123,9 @@ int ct_geometry_opts_window(
 void ct_geometry_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
 {
-	const size_t plane = v->n[0] * v->n[1];
-	float largest = -HUGE_VALF;
-	size_t above = 0;
+	float largest;
+	const size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
 
-	for (size_t k = 0; k < v->n[2]; k++) {
-		float most;
-
-		above += ct_window_above(plane, v->data + k * plane, window, &most);
-		largest = fmaxf(largest, most);
-	}
 	if (above > 0)
 		ct_log(env, CT_WARN,
 			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
