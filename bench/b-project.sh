@@ -49,8 +49,8 @@ def cpu(cmd):
 STEP = 360 / 22
 def ours(views):
     return cpu(["ct-project", "-f", "-q", "--quantity", "density", "-n", str(views),
-                "--arc", str(views * STEP), "--dso", "1000", "--dsd", "1500", "--det", "512x512",
-                "--pitch", "1", "ours.nii", "ours.exr"])
+                "--arc", str(views * STEP), "--det", "512x512", "--expert",
+                "dso=1000,dsd=1500,pitch=1", "ours.nii", "ours.exr"])
 def peer(views):
     return cpu(["plastimatch", "drr", "-i", "exact", "-t", "pfm", "-r", "512 512", "-z", "512 512",
                 "--sad", "1000", "--sid", "1500", "-a", str(views), "-N", str(STEP), "-O", "p_",

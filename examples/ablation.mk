@@ -107,7 +107,7 @@ define activation
 endef
 define count
 %/count-$(1).row: %/truth.exr %/tv.nii
-	$$(call ours,-g $(1) --max-gaussians $(1))
+	$$(call ours,-g $(1) --expert max-gaussians=$(1))
 endef
 $(foreach s,$(SOURCES),$(eval $(call source,$(s))))
 $(foreach s,$(SOURCES),$(foreach a,prelu softplus relu sine,$(eval $(call activation,$(s),$(a)))))

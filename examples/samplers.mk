@@ -66,4 +66,4 @@ near = --init $$*/up.exr
 $(foreach s,none ddnm ddnm+ simple ddim ddpm dpm-solver++ gdp bird,$(eval $(call row,$(s),--sampler $(s))))
 $(eval $(call row,bird-chain,--sampler bird --gradient chain))
 $(eval $(call row,none-near,--sampler none $(near)))
-$(eval $(call row,ddnm-near,--sampler ddnm --eta 0 --steps 2 --t-start 20 $(near)))
+$(eval $(call row,ddnm-near,--sampler ddnm --expert eta=0 --steps 2 --expert t-start=20 $(near)))

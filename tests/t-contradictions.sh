@@ -26,8 +26,8 @@ against 2 hr.nii '--window' ct-project -w -512:3071 hr.nii no.exr
 against 2 density.nii '--quantity' ct-project --quantity hu density.nii no.exr
 against 2 p.exr '--window' ct-fdk -w -512:3071 p.exr no.nii
 against 2 sinc.exr '--factor 2' ct-ddnm -x 2 sinc.exr no.exr
-against 2 sinc.exr '--operator mean' ct-ddnm --operator mean sinc.exr no.exr
-against 2 mean.exr '--operator matched' ct-ddnm --operator matched mean.exr no.exr
+against 2 sinc.exr '--expert operator: mean' ct-ddnm --expert operator=mean sinc.exr no.exr
+against 2 mean.exr '--expert operator: matched' ct-ddnm --expert operator=matched mean.exr no.exr
 against 2 up.nii '--factor 8' ct-nabgs -x 8 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-nabgs -w -512:3071 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-fuse -w -512:3071 up.nii lr.nii p.exr no.nii
@@ -39,8 +39,8 @@ operator() { ct-ddnm -q --steps 1 "$@" - | ct-info - | awk '$1 == "operator" {pr
 [ "$(operator sinc.exr)" = matched ]; ok $? 'pixels that are cut at the Nyquist frequency are taken for that'
 [ "$(operator mean.exr)" = mean ]; ok $? 'means for means'
 [ "$(operator point.exr)" = mean ]; ok $? 'rays for means, as published'
-[ "$(operator --operator matched point.exr)" = matched ]; ok $? 'or for what is asked'
-exits 0 'the same again is no contradiction' ct-ddnm -q -x 4 --steps 1 --operator matched sinc.exr a.exr
+[ "$(operator --expert operator=matched point.exr)" = matched ]; ok $? 'or for what is asked'
+exits 0 'the same again is no contradiction' ct-ddnm -q -x 4 --steps 1 --expert operator=matched sinc.exr a.exr
 exits 0 'nor of the factor' ct-nabgs -q -x 4 -b up.nii -n 5 -g 50 p.exr a.ply
 exits 0 'nor of the noise' ct-upsample -q -x 4 --noise 5 --iterations 3 lr.nii a.nii
 done_testing

@@ -104,12 +104,12 @@ cost ct-ddnm -t 1 -x 4 -n 3 --init high.exr low.exr no.exr
 is 'and what it begins from' "$(mib memory) > $one + 7 && $(mib memory) < $one + 14 && $(mib disk) == 10 && $(state) == 10"
 
 net=model_channels=32,channel_mult=1:2
-cost ct-train -a $net -p 32 -b 1 no.safetensors p.exr; flop=$(sed -n 's/.* and \([0-9.]*\) GFLOP.*/\1/p' out)
+cost ct-train -a $net -p 32 --expert batch=1 no.safetensors p.exr; flop=$(sed -n 's/.* and \([0-9.]*\) GFLOP.*/\1/p' out)
 n=$(sed -n 's/.* \([0-9]*\) parameters$/\1/p' out)
 is 'ct-train' "$(mib disk) == int($n / 2 ^ 18) + 1 && $(state) == int($n / 2 ^ 16) + 1 && $n > 700000"
 each=$(sed -n 's/^work .* steps of \([0-9.]*\) s .*/\1/p' out)
 is '10000 steps' "$(seconds) <= 10000 * ($each + 0.0051) && $(seconds) >= 10000 * ($each - 0.0051)"
-cost ct-train -a $net -p 32 -b 5 --half no.safetensors p.exr
+cost ct-train -a $net -p 32 --expert batch=5 --half no.safetensors p.exr
 is 'half of it' "$(mib disk) == int($n / 2 ^ 19) + 1 && $(state) == int($n / 2 ^ 16) + 1"
 more=$(sed -n 's/.* and \([0-9.]*\) GFLOP.*/\1/p' out)
 is '5 times the work a step' "$more < 5 * $flop + 0.3 && $more > 5 * $flop - 0.3 && $flop > 1 && $flop < 3"
@@ -117,24 +117,24 @@ is '5 times the work a step' "$more < 5 * $flop + 0.3 && $more > 5 * $flop - 0.3
 # to the byte
 pixels=$((16 * 64 * 64)) voxels=$((128 * 128 * 128))
 set -- -t 1 --json -b up.nii -g 50
-cost ct-nabgs "$@" -n 1 --max-gaussians 100 p.exr no.ply; once=$(json seconds)
+cost ct-nabgs "$@" -n 1 --expert max-gaussians=100 p.exr no.ply; once=$(json seconds)
 is 'ct-nabgs: none are new before a control of their number' "$(json disk-bytes) == 50 * 44"
-cost ct-nabgs "$@" -n 700 --max-gaussians 1000000 p.exr no.ply
+cost ct-nabgs "$@" -n 700 --expert max-gaussians=1000000 p.exr no.ply
 is 'which at most doubles it, at 600' "$(json disk-bytes) == 100 * 44"
-cost ct-nabgs "$@" -n 100000 --max-gaussians 100 p.exr no.ply
+cost ct-nabgs "$@" -n 100000 --expert max-gaussians=100 p.exr no.ply
 is 'up to the most' "$(json disk-bytes) == 4400 && $(json state-bytes) == 14400"
 few=$(json memory-bytes) each=408 # bytes of a Gaussian, of one in a view, and of 56 floats
 is 'its memory' "$few > 4 * (2 * $voxels + 3 * $pixels) && $few < 6 * (2 * $voxels + 3 * $pixels)"
-cost ct-nabgs "$@" -n 100000 --max-gaussians 1000000 --expert refit=10000 p.exr no.ply
+cost ct-nabgs "$@" -n 100000 --expert max-gaussians=1000000,refit=10000 p.exr no.ply
 is 'of 1000000' "$(json disk-bytes) == 44000000 && $(json memory-bytes) - $few > 999900 * $each - 2 ^ 22 &&
 	$(json memory-bytes) - $few < 999900 * $each + 2 ^ 22"
 would=$(json work | sed -n 's/.* it would be \([0-9]*\) s$/\1/p')
 is 'more Gaussians take longer' "$would > 15000 * $(json seconds) && $would < 21000 * $(json seconds)"
-cost ct-nabgs "$@" -n 1 --max-gaussians 100 --expert refit=10000 p.exr no.ply
+cost ct-nabgs "$@" -n 1 --expert max-gaussians=100,refit=10000 p.exr no.ply
 is 'a refit is that of all views, many times' "$(json seconds) > 100 * $once"
-cost ct-nabgs "$@" -n 10000000 --max-gaussians 100 p.exr no.ply
+cost ct-nabgs "$@" -n 10000000 --expert max-gaussians=100 p.exr no.ply
 is 'as do more iterations' "$(json seconds) > 10000 * $once"
-cost ct-nabgs "$@" -n 5 --max-gaussians 100 p.exr no.ply
+cost ct-nabgs "$@" -n 5 --expert max-gaussians=100 p.exr no.ply
 is 'some are tried' "$(json seconds) < 10 * $once"
 for r in '' --residual-out=r.nii; do
 	cost ct-fuse -t 1 --json $r up.nii lr.nii p.exr no.nii

@@ -22,10 +22,10 @@ cost '' ct-project -n 4 hr.nii new
 cost '' ct-fdk p.exr new
 cost '' ct-fdk -m sirt p.exr new
 cost "$kept" ct-ddnm -x 4 -n 2 low.exr new
-cost "$kept" ct-nabgs -b up.nii -g 50 --max-gaussians 100 p.exr new
+cost "$kept" ct-nabgs -b up.nii -g 50 --expert max-gaussians=100 p.exr new
 cost "$kept" ct-fuse -n 2 up.nii lr.nii p.exr new
-cost "$kept" ct-train -a model_channels=32,channel_mult=1:2 -p 8 -b 1 new p.exr
-exits 0 'as JSON' ct-nabgs --dry-run --json -b up.nii -g 50 --max-gaussians 100 p.exr new
+cost "$kept" ct-train -a model_channels=32,channel_mult=1:2 -p 8 --expert batch=1 new p.exr
+exits 0 'as JSON' ct-nabgs --dry-run --json -b up.nii -g 50 --expert max-gaussians=100 p.exr new
 python3 -c '
 import json
 c = json.load(open("out"))

@@ -18,7 +18,7 @@ while IFS='|' read -r options cost; do
 	(cd t4 && ct-ddnm -q -t 4 "$@" --expert travel=2,2 --samples 2 ../y.exr a.exr)
 	cmp -s t1/a.exr t4/a.exr; ok $? 'the same bytes on 4 threads, back in time, of two samples'
 	ct-info t1/a.exr | sed '/history/d' | cksum >>results
-	exits 0 'from a picture' ct-ddnm -q -f "$@" --init up.exr --t-start 20 y.exr near.exr
+	exits 0 'from a picture' ct-ddnm -q -f "$@" --init up.exr --expert t-start=20 y.exr near.exr
 	got=$(calls "$@"); [ "$got" = "$cost" ]; ok $? "$got"
 	(cd whole && ct-ddnm -q "$@" ../many.exr o.exr)
 	cd cut || exit 99
@@ -30,7 +30,7 @@ while IFS='|' read -r options cost; do
 	cd .. && cmp -s whole/o.exr cut/o.exr; ok $? 'to the same bytes'
 	rm -r t1 t4 whole cut
 done <<EOF2
-ddim -n 8 --eta 0.5|16 calls $on
+ddim -n 8 --expert eta=0.5|16 calls $on
 ddpm -n 8|16 calls $on
 dpm-solver++ -n 8|16 calls $on
 gdp -n 8 --expert guidance=200|16 calls $on

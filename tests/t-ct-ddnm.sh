@@ -14,8 +14,8 @@ cp t1/a.exr .
 fine() { grep -Eq '^size +32 32$'; }
 ct-info a.exr | fine; ok $? 'the detector is four times finer'
 (cd t4 && ct-ddnm -t 1 -x 4 --steps 3 ../y.exr - | ct-info -) | fine; ok $? 'to a pipe'
-exits 0 'from projections of a better volume' ct-ddnm -q -x 4 --operator matched --sampler ddnm \
-	--init up.exr --t-start 20 --steps 2 --samples 2 --std s.exr sinc.exr d.exr
+exits 0 'from projections of a better volume' ct-ddnm -q -x 4 --expert operator=matched --sampler ddnm \
+	--init up.exr --expert t-start=20 --steps 2 --samples 2 --std s.exr sinc.exr d.exr
 [ -s s.exr ]; ok $? 'the deviation of the samples is written'
 # a picture, where pictures can be made and read
 if command -v ct-view >/dev/null && ct-view -q y.exr pic.png; then
@@ -35,7 +35,7 @@ exits 0 'a dry run tells the time' ct-ddnm --dry-run -x 4 y.exr none.exr
 { grep -q 'time' out && [ ! -e none.exr ]; }; ok $? 'and writes nothing'
 exits 4 'an existing output is kept' ct-ddnm -x 4 y.exr a.exr
 exits 5 'an init of another geometry is refused' ct-ddnm -x 4 --init y.exr y.exr n.exr
-exits 2 '--t-start without --init' ct-ddnm -x 4 --t-start 9 y.exr n.exr
+exits 2 't-start without --init' ct-ddnm -x 4 --expert t-start=9 y.exr n.exr
 exits 3 'a volume is not a stack' ct-ddnm -x 4 hr.nii n.exr
 exits 3 'a deviation is not a projection' ct-ddnm -x 4 s.exr n.exr
 exits 3 'projections are not a prior' ct-ddnm -x 4 --prior y.exr y.exr n.exr

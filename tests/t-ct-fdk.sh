@@ -10,7 +10,7 @@ ct-project -n 90 --arc 360 v.nii - | ct-fdk - - >pipe.nii 2>err
 [ -s pipe.nii ] && [ ! -s err ]; ok $? 'in a pipe, quietly'
 ct-fdk -t 1 p.exr - >one.nii; ct-fdk -t 4 p.exr - >four.nii
 [ -s one.nii ] && cmp -s one.nii four.nii; ok $? 'one and four threads make the same file'
-ct-metrics -w -1024:3071 --min-psnr 30 v.nii r.nii >out; ok $? 'HU come back: 30 dB of the window'
+ct-metrics -w -1024:3071 --min psnr=30 v.nii r.nii >out; ok $? 'HU come back: 30 dB of the window'
 exits 4 'no overwriting' ct-fdk p.exr r.nii
 ct-info r.nii >info
 has info 'window *-1024:3071' 'the window travels'
@@ -41,7 +41,7 @@ exits 2 'nor a filter' ct-fdk -m cgls --filter hann p.exr new.nii
 exits 2 'a window that contradicts' ct-fdk -w -512:3071 p.exr new.nii
 for m in sirt cgls tv; do
 	exits 0 "$m" ct-fdk -m $m --iterations 12 p.exr $m.nii
-	ct-metrics -w -1024:3071 --min-psnr 24 v.nii $m.nii >out; ok $? 'is near the volume'
+	ct-metrics -w -1024:3071 --min psnr=24 v.nii $m.nii >out; ok $? 'is near the volume'
 done
 exits 0 'how long and how large' ct-fdk --dry-run p.exr new.nii
 has out '^memory' 'says so'
@@ -57,11 +57,11 @@ has err 'Parker weights need' 'in words'
 ct-project -n 90 --arc 225 v.nii short.exr
 exits 0 'a short scan with them' ct-fdk --parker short.exr short.nii
 [ ! -s err ]; ok $? 'has no warning'
-ct-metrics -w -1024:3071 --min-psnr 29 v.nii short.nii >out; ok $? 'and is as good'
+ct-metrics -w -1024:3071 --min psnr=29 v.nii short.nii >out; ok $? 'and is as good'
 ct-project -n 1 v.nii single.exr
 exits 5 'one view' ct-fdk single.exr new.nii
 exits 0 'which iterates' ct-fdk -m cgls --iterations 2 single.exr single.nii
-ct-project -n 30 --arc 360 --det 1 --pitch 5 v.nii pixel.exr
+ct-project -n 30 --arc 360 --det 1 --expert pitch=5 v.nii pixel.exr
 exits 5 'a detector of one pixel' ct-fdk pixel.exr new.nii
 exits 0 'which iterates' ct-fdk -m sirt --iterations 2 pixel.exr pixel.nii
 ct-project --beam fan -n 90 --arc 360 v.nii fan.exr
@@ -81,7 +81,7 @@ if python_with nibabel && "$PY" -c 'import skimage' 2>/dev/null; then
 	# parallel rays: the same picture as skimage's, which numbers angles and columns its own way
 	ct-phantom --size 96x96x96 --spacing 1 shepp-logan whole.nii
 	"$PY" -c "import nibabel as n; v = n.load('whole.nii'); n.save(v.slicer[:, :, 46:49], 's.nii')"
-	ct-project --beam parallel -n 120 --det 96x3 --pitch 1 s.nii s.exr
+	ct-project --beam parallel -n 120 --det 96x3 --expert pitch=1 s.nii s.exr
 	ct-fdk --quantity density s.exr sr.nii
 	"$PY" - <<-'PY' >out 2>&1
 		import nibabel, numpy as np, warnings

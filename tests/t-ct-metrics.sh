@@ -30,7 +30,7 @@ exits 0 'with a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.
 mv out mask.json
 exits 0 'with a range' ct-metrics --ssim all --json --range 2500 ref.nii test.nii
 mv out range.json
-exits 0 'with a window' ct-metrics --psnr --window -200:300 ref.nii test.nii
+exits 0 'with a window' ct-metrics --ssim none --window -200:300 ref.nii test.nii
 mv out window.txt
 "$PY" - >log 2>&1 <<'PY'; ok $? 'PSNR, SSIM and errors are those of scikit-image and NumPy'
 import json, nibabel as nib, numpy as np
@@ -115,14 +115,14 @@ cmp -s s1.csv s4.csv; ok $? '1 and 4 threads, same table'
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
 exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics ref.nii -'
 cmp -s out text; ok $? 'and says the same'
-exits 0 'equal volumes' ct-metrics --min-psnr 99 --min-ssim 1 ref.nii ref.nii
+exits 0 'equal volumes' ct-metrics --min psnr=99,ssim-r2=1 ref.nii ref.nii
 has out '^psnr inf$' 'have infinite PSNR'
 ct-metrics --json ref.nii ref.nii >json; "$PY" -c 'import json; assert json.load(open("json"))["psnr"] is None'
 ok $? 'null in JSON'
-exits 3 'misses a PSNR' ct-metrics --min-psnr 60 ref.nii test.nii
+exits 3 'misses a PSNR' ct-metrics --min psnr=60 ref.nii test.nii
 has out '^psnr' 'and reports it'
 has err 'below 60' 'and says so'
-exits 3 'misses an SSIM' ct-metrics --min-ssim 0.99999 ref.nii test.nii
+exits 3 'misses an SSIM' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
 exits 5 'refuses another spacing' ct-metrics ref.nii moved.nii
 exits 5 'refuses another size' ct-metrics ref.nii short.nii
 exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii
@@ -169,7 +169,7 @@ exits 4 'an old table is kept' ct-metrics --per-slice s1.csv ref.nii test.nii
 exits 2 'one standard output' ct-metrics --per-slice - --csv ref.nii test.nii
 
 # Thresholds.
-exits 0 'all thresholds kept' ct-metrics --min-psnr 20 --min-ssim 0.1 \
+exits 0 'all thresholds kept' ct-metrics --min psnr=20,ssim-r2=0.1 \
 	--max mae-hu=60,rmse-hu=70,gradient-i-hu-mm=95 ref.nii test.nii
 exits 3 'misses an MAE' ct-metrics --max mae-hu=40 ref.nii test.nii
 has err 'mae-hu .* is above 40' 'and says so'
@@ -322,7 +322,7 @@ def save(sigma, name):
     nib.save(nib.Nifti1Image(v.astype(np.float32), np.diag([.8, .8, .8, 1])), name)
 save(.7, 'sharp.nii'); save(1.3, 'soft.nii')
 PY
-exits 0 'measures edges' ct-metrics --psnr --edges --json sharp.nii soft.nii
+exits 0 'measures edges' ct-metrics --ssim none --edges --json sharp.nii soft.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'rise and MTF of a slanted edge under a Gaussian: closed form'
 import json, math
 r = json.load(open('out'))
@@ -334,8 +334,8 @@ for name, sigma in (('ref', .7), ('test', 1.3)):
     assert abs(r['mtf10-' + name]*sigma/.34154 - 1) < .03
 PY
 sed 's/^/# /' log
-exits 5 'too small for edges' ct-metrics --psnr --edges tiny.nii tiny.nii
-exits 0 'no edges' ct-metrics --psnr --edges --expert edge-step=5000 sharp.nii soft.nii
+exits 5 'too small for edges' ct-metrics --ssim none --edges tiny.nii tiny.nii
+exits 0 'no edges' ct-metrics --ssim none --edges --expert edge-step=5000 sharp.nii soft.nii
 has out '^mtf50-ref nan$' 'no figures'
 
 # structures, through the command

@@ -2,7 +2,6 @@
 # ct-train --kind slices and ct-upsample -m prior: a prior of phantoms makes other phantoms better, agrees with the scan,
 # is resumed to the same bytes, and what does not fit is refused.
 . "$srcdir/tests/tap.sh"
-. "$srcdir/tests/train.sh"
 cmp_() { # the voxels of two volumes: none is apart
 	ct-metrics --json "$1.nii" "$2.nii" | grep -q '"max-hu": 0[,.]'
 }
@@ -13,46 +12,46 @@ for k in 1 2 3; do ct-phantom -q -s $k --size 72x64x56 ellipsoids scans/$k.nii; 
 ct-phantom -q -s 9 --size 56x48x40 ellipsoids truth.nii
 ct-degrade -q -x 4 truth.nii lo.nii
 ct-upsample -q lo.nii up.nii
-small='--kind slices -s 2 --expert=cubes=3,cube=48,noise=0,width=48,components=60 -b 512 -n 60'
+small='--kind slices -s 2 --expert=cubes=3,cube=48,noise=0,width=48,components=60,batch=512 -n 60'
 
 # shellcheck disable=SC2086
-exits 0 'trains' train_with $small --expert=log-every=20,validate-every=30 --validate truth.nii p.safetensors scans
+exits 0 'trains' ct-train $small --expert=log-every=20,validate-every=30 --validate truth.nii p.safetensors scans
 awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < a+0 && b+0 > 0)}' err
 ok $? 'the loss falls'
 awk '/step 60: held/{a=$6} END{exit !(a+0 > 0 && a+0 < 0.97)}' err
 ok $? 'something is known of a phantom that was not trained on'
 # shellcheck disable=SC2086
 {
-train_with -q $small -t 1 --minutes 0.00001 q.safetensors scans
+ct-train -q $small -t 1 --minutes 0.00001 q.safetensors scans
 ct-info q.safetensors >info
-train_with -q $small -t 3 --resume q.safetensors scans
+ct-train -q $small -t 3 --resume q.safetensors scans
 }
 ! grep -q 'step.*60' info && cmp p.safetensors.state q.safetensors.state
 ok $? 'interrupted, resumed, other threads: same bytes'
 # shellcheck disable=SC2086
 {
-train_with -q $small --cache kept -f --validate truth.nii c.safetensors scans
+ct-train -q $small --cache kept -f --validate truth.nii c.safetensors scans
 ls kept >made
-train_with -q $small --cache kept -f --validate truth.nii d.safetensors scans
+ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp p.safetensors.state c.safetensors.state && cmp c.safetensors.state d.safetensors.state; ok $? 'with a cache: the same bytes, made and found'
 [ "$(wc -l <made)" -ge 9 ] && [ "$(ls kept)" = "$(cat made)" ]; ok $? 'which holds an example a file'
 set -- kept/*; head -c 3000 "$1" >t
 while [ $# -gt 1 ]; do mv "$2" "$1"; shift; done; mv t "$1"
-train_with -q $small --cache kept -f --validate truth.nii d.safetensors scans
+ct-train -q $small --cache kept -f --validate truth.nii d.safetensors scans
 cmp c.safetensors.state d.safetensors.state; ok $? 'damaged ones, and ones of another name, are made anew'
-train_with -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
+ct-train -q $small --cache kept -f -n 1 --with c.safetensors -x 2 --validate truth.nii two.safetensors scans
 ct-upsample -m prior -q -p p.safetensors lo.nii a.nii && ct-upsample -m prior -q -p two.safetensors lo.nii b.nii
 ct-metrics --json a.nii b.nii | grep -q '"max-hu": 0[,.]'; ok $? 'with another prior: the same of its factor'
 }
 # shellcheck disable=SC2086
-exits 3 'what is to stay is a prior, too' train_with $small --with truth.nii x.safetensors scans
+exits 3 'what is to stay is a prior, too' ct-train $small --with truth.nii x.safetensors scans
 # shellcheck disable=SC2086
-exits 4 'a cache that cannot be' train_with $small --cache /dev/null x.safetensors scans
+exits 4 'a cache that cannot be' ct-train $small --cache /dev/null x.safetensors scans
 # shellcheck disable=SC2086
-exits 3 'another rule cannot resume' train_with $small --expert=depth=1 --resume p.safetensors scans
+exits 3 'another rule cannot resume' ct-train $small --expert=depth=1 --resume p.safetensors scans
 has err "depth was '3', not '1'" 'and says why'
-exits 2 'an option of pictures is refused' train_with --kind slices --arch num_heads=1 x.safetensors scans
-exits 2 'one of slices without them' train_with --expert=depth=3 x.safetensors scans
+exits 2 'an option of pictures is refused' ct-train --kind slices --arch num_heads=1 x.safetensors scans
+exits 2 'one of slices without them' ct-train --expert=depth=3 x.safetensors scans
 if python_with nibabel; then
 	"$PY" - <<'E2'
 import nibabel as n, numpy as np
@@ -60,7 +59,7 @@ v = n.load('truth.nii')
 n.save(n.Nifti1Image(np.clip(np.round(v.get_fdata() / 20 + 60), 0, 255).astype('i2'), v.affine), 'bytes.nii')
 E2
 	# shellcheck disable=SC2086
-	exits 3 'bytes are no HU' train_with $small x.safetensors bytes.nii
+	exits 3 'bytes are no HU' ct-train $small x.safetensors bytes.nii
 	has err -- '--bytes' 'unless it is said what they are'
 fi
 
@@ -133,9 +132,9 @@ has err 'flat.nii: its edges do not show how it was made, which the predicted er
 # another look, by nets for what the first have added to
 # shellcheck disable=SC2086
 {
-exits 0 'a net to look again' train_with -q $small -n 30 --expert=again=yes --with p.safetensors --validate truth.nii r.safetensors scans
+exits 0 'a net to look again' ct-train -q $small -n 30 --expert=again=yes --with p.safetensors --validate truth.nii r.safetensors scans
 ct-info -v r.safetensors >out; has out '^  *again-4.shape' 'is one more'
-exits 3 'one that nothing comes before' train_with $small -x 3 --expert=again=yes --with p.safetensors x.safetensors scans
+exits 3 'one that nothing comes before' ct-train $small -x 3 --expert=again=yes --with p.safetensors x.safetensors scans
 has err '^ct-train: p.safetensors: has no network for factor 3$' 'is refused'
 }
 look() { out=$1; shift; ct-upsample -m prior -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }

@@ -23,13 +23,13 @@ exits 0 'the same window again' ct-project -w -1024:3071 -n 2 m.nii same.exr
 exits 2 'a quantity that is none' ct-project --quantity mu m.nii new.exr
 exits 4 'no overwriting' ct-project -n 5 m.nii m.exr
 exits 0 'unless forced' ct-project -f -n 5 m.nii m.exr
-exits 5 'a source in the volume' ct-project --dso 60 m.nii new.exr
+exits 5 'a source in the volume' ct-project --expert dso=60 m.nii new.exr
 has err '60 mm' 'with the distance'
 exits 5 'a fan of two rows' ct-project --beam fan --det 8x2 m.nii new.exr
 exits 0 'fan' ct-project --beam fan -n 3 m.nii fan.exr
 exits 0 'parallel, all options' ct-project --beam parallel -n 3 --arc 90 --expert start=45 --det 20x10 \
-	--pitch 5,6 --expert offset=1,2 m.nii par.exr
-exits 2 'a pitch of two words' ct-project --pitch a,b m.nii new.exr
+	--expert pitch=5,6,offset=1,2 m.nii par.exr
+exits 2 'a pitch of two words' ct-project --expert pitch=a,b m.nii new.exr
 exits 5 'coarsen what does not divide' ct-project --coarsen 5 m.nii new.exr
 for p in point mean sinc; do
 	exits 0 "coarse pixels: $p" ct-project -n 3 --coarsen 4 --pixel $p m.nii "$p.exr"
@@ -67,8 +67,8 @@ cat >scan.json <<'JSON'
  "totalAngle": 360, "startAngle": 10, "filter": null}}
 JSON
 exits 0 'R2 scanner file' ct-project --scanner scan.json -n 3 m.nii r2.exr
-exits 0 'is the scan it says' ct-project -n 3 --arc 360 --expert start=10 --dso 240 --dsd 336 \
-	--det 16x12 --pitch 12,16 m.nii own.exr
+exits 0 'is the scan it says' ct-project -n 3 --arc 360 --expert start=10,dso=240,dsd=336 \
+	--det 16x12 --expert pitch=12,16 m.nii own.exr
 for f in r2 own; do cp $f.exr g.exr; ct-project --like g.exr m.nii - >like-$f; done
 [ -s like-r2 ] && cmp -s like-r2 like-own; ok $? 'number by number'
 echo '{"DSO": "far"}' >bad.json

@@ -8,13 +8,13 @@ for n in 1 2 3; do
 	ct-degrade -q -f -x 4 hr.nii lr.nii && ct-upsample -q -f -x 4 lr.nii up.nii && ct-upsample -q -f -m cubic -x 4 lr.nii cubic.nii
 	d=truth; [ $n = 3 ] && d=held
 	for s in "hr $d" "up base" "cubic other"; do
-		ct-project -q --views 12 --det 32 --pitch 6 --expert start=$n "${s% *}.nii" "${s#* }/$n.exr"
+		ct-project -q --views 12 --det 32 --expert pitch=6,start=$n "${s% *}.nii" "${s#* }/$n.exr"
 	done
 	rm hr.nii
 done
-ct-project -q --views 12 --det 32 --pitch 6 --expert start=3 --coarsen 4 --pixel sinc up.nii in.exr
+ct-project -q --views 12 --det 32 --expert pitch=6,start=3 --coarsen 4 --pixel sinc up.nii in.exr
 [ -s base/3.exr ] && [ -s held/3.exr ] && [ -s in.exr ]; ok $? 'pairs of projections'
-small='--kind residual --refined base --arch model_channels=32,channel_mult=1:1 -p 16 -b 4 -s 5 --lr 2e-3 --ema .9'
+small='--kind residual --refined base --arch model_channels=32,channel_mult=1:1 -p 16 --expert batch=4 -s 5 --expert lr=2e-3,ema=.9'
 
 # shellcheck disable=SC2086
 {
@@ -78,14 +78,14 @@ exits 2 'a conditional prior alone' ct-ddnm -p a.st in.exr no.exr
 has err 'a.st: is conditional: --base-projections' 'is refused by name'
 exits 2 'one that is not' ct-ddnm -p "$builddir/prior.safetensors" -b base/3.exr in.exr no.exr
 has err 'prior.safetensors: is not conditional' 'is refused by name'
-ct-project -q --views 12 --det 32 --pitch 6 --expert start=3 --coarsen 2 --pixel sinc up.nii two.exr
+ct-project -q --views 12 --det 32 --expert pitch=6,start=3 --coarsen 2 --pixel sinc up.nii two.exr
 exits 2 'another factor' ct-ddnm -p a.st -b base/3.exr two.exr no.exr
 has err 'a.st: knows scans 4 times coarser, two.exr is 2 times' 'is refused by name'
 exits 5 'projections of another size' ct-ddnm -p a.st -b in.exr in.exr no.exr
 has err '^ct-ddnm: in.exr' 'are named'
 exits 2 'a sampler that does not hold' ct-ddnm -p a.st -b base/3.exr --sampler ddnm+ in.exr no.exr
 has err 'sampler ddnm+: not with --base-projections' 'is refused by name'
-for o in --steps=3 --eta=0 '--expert travel=2,2'; do
+for o in --steps=3 '--expert eta=0' '--expert travel=2,2'; do
 	# shellcheck disable=SC2086
 	exits 2 "$o without a deviation" ct-ddnm -p a.st -b base/3.exr $o in.exr no.exr
 	has err "${o%%=*}: with --base-projections it needs --std" 'is refused by name'

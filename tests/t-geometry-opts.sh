@@ -60,7 +60,7 @@ cat >off.json <<'JSON'
  "startAngle": 10}
 JSON
 ct-project -q --scanner off.json -n 3 m.nii json.exr
-ct-project -q -n 3 --arc 360 --expert start=10 --dso 240 --dsd 336 --det 16x12 --pitch 12,16 \
+ct-project -q -n 3 --arc 360 --expert start=10,dso=240,dsd=336 --det 16x12 --expert pitch=12,16 \
 	--expert offset=12,-24 m.nii like.exr
 python3 move.py m.nii moved.nii 1 0 0 6  0 1 0 -12  0 0 1 14.4
 ct-project -q --like like.exr moved.nii hand.exr

@@ -15,7 +15,7 @@ for t in 1 4; do ct-metrics -t $t --harm --json hr.nii up.nii >t$t; done
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
 
 # sizes of structures
-sizes() { ct-metrics --psnr --structures "$@" | sed -n 's/^blob-sigma[-12345]* //p' | tr '\n' ' '; }
+sizes() { ct-metrics --ssim none --structures "$@" | sed -n 's/^blob-sigma[-12345]* //p' | tr '\n' ' '; }
 [ "$(sizes hr.nii up.nii)" = '1.5 3 ' ]; ok $? 'by the header of TEST'
 [ "$(sizes up.nii hr.nii)" = '1.5 ' ]; ok $? 'which the truth has not'
 [ "$(sizes -x 4 hr.nii up.nii)" = '3 6 ' ]; ok $? 'by the factor'
@@ -45,7 +45,7 @@ ct-metrics --harm -x 1,1,2 hr.nii up.nii | awk '{print $1}' | tr '\n' ',' >names
 exits 2 'CSV and JSON' ct-metrics --csv --json hr.nii up.nii
 exits 2 'CSV and a table' ct-metrics --csv --per-slice - hr.nii up.nii
 cp up.nii 'a "b", c.nii'
-exits 0 'a name with quotes' ct-metrics --csv --psnr hr.nii 'a "b", c.nii'
+exits 0 'a name with quotes' ct-metrics --csv --ssim none hr.nii 'a "b", c.nii'
 has out '^"a ""b"", c.nii",' 'is quoted'
 exits 0 'CSV of a residual' ct-metrics --csv --consistency lr.nii up.nii
 has out '^test,factor,sigma,decimate,noise,residual-voxels' 'has words, too'
@@ -80,7 +80,7 @@ b[:, 12:22, 5:18] = np.round(b[:, 12:22, 5:18]/400)*400
 for v, f in ((a, 'a.nii'), (b, 'b.nii'), ((i + j) % 7 > 0, 'm.nii')):
     nib.save(nib.Nifti1Image(v.astype(np.float32), np.diag([.7, .8, 2.5, 1])), f)
 PY
-what='--psnr --harm --expert blob-sigma=1,2,flat-step=2,deep=3'
+what='--ssim none --harm --expert blob-sigma=1,2,flat-step=2,deep=3'
 # shellcheck disable=SC2086
 ct-metrics --json $what a.nii b.nii >all.json && ct-metrics --json $what --mask m.nii a.nii b.nii >mask.json
 "$PY" - >log 2>&1 <<'PY'; ok $? 'all figures are those of NumPy and SciPy'

@@ -7,7 +7,7 @@ for f in mha mhd nrrd nhdr; do
 	for how in '' --compress; do
 		exits 0 "to .$f $how" ct-convert $how a.nii "x$how$f.$f"
 		exits 0 'and back' ct-convert -f "x$how$f.$f" back.nii
-		exits 0 'the same' ct-metrics -q --min-psnr 1000 a.nii back.nii
+		exits 0 'the same' ct-metrics -q --min psnr=1000 a.nii back.nii
 		[ "$(ct-info a.nii | grep -E '^(affine|size|phantom)')" = "$(ct-info "x$how$f.$f" | grep -E '^(affine|size|phantom)')" ]
 		ok $? 'with its place and metadata'
 	done
@@ -59,7 +59,7 @@ for f in mhd.mhd --compressnrrd.nrrd; do
 		cmp -s end.a.nii "end.x$f" && [ -s end.a.nii ]
 		ok $? "$c takes x$f"
 	done
-	exits 0 "ct-metrics takes x$f" ct-metrics -q --min-psnr 1000 "x$f" a.nii
+	exits 0 "ct-metrics takes x$f" ct-metrics -q --min psnr=1000 "x$f" a.nii
 	ct-degrade -q -f -x 2 a.nii lr.nii; ct-convert -q -f lr.nii lr.mha
 	for c in "ct-restore -q -f --cap 0" "ct-sr -q -f -x 2 -Q draft"; do
 		exits 0 "$c takes lr.mha" $c lr.mha o.nii

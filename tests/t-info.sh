@@ -30,8 +30,8 @@ for p in P1 P3; do
 done
 exits 0 'in-plane and through-plane factors' ct-info --estimate -x 3,3,1 P1.nii.gz
 exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
-ct-phantom --project --views 30 --arc 360 --size 64x64x64 --dso 800 --dsd 1200 --det 40x30 \
-	--pitch 2 --expert offset=4,0 sphere p.exr || exit 99
+ct-phantom --project --views 30 --arc 360 --size 64x64x64 --expert dso=800,dsd=1200 --det 40x30 \
+	--expert pitch=2,offset=4,0 sphere p.exr || exit 99
 exits 0 'two files' ct-info v.nii.gz p.exr
 [ "$(grep -c '^file ' out)" -eq 2 ] && [ "$(grep -c '^$' out)" -eq 1 ] && [ "$(grep -B1 '^file  *p.exr' out | head -n 1)" = '' ]
 ok $? 'with a blank line between them'

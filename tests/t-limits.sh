@@ -10,9 +10,7 @@ ct-convert cube 0 4096 0
 ct-ddnm factor 2 64 0
 ct-ddnm class -1 65535 -1
 ct-ddnm steps 1 1000 0
-ct-ddnm eta 0 1 -
 ct-ddnm sigma-y 0 1 -
-ct-ddnm t-start -1 999 -1
 ct-ddnm samples 1 65535 1
 ct-degrade noise 0 1000000 -
 ct-fdk iterations 0 1000000 0
@@ -20,25 +18,17 @@ ct-fdk tv 0 1000000 10
 ct-fuse iterations 1 10000000 15
 ct-fuse checkpoint-every 0 10000000 0
 ct-metrics range 0 1000000000 0
-ct-metrics min-psnr - any -
-ct-metrics min-ssim - any -
 ct-nabgs iterations 1 10000000 5000
 ct-nabgs gaussians 1 16000000 50000
-ct-nabgs max-gaussians 1 16000000 500000
 ct-nabgs factor 0 1024 0
-ct-nabgs lambda-tv 0 1000000 0.05
-ct-nabgs rate 0.001 1000 -
 ct-nabgs checkpoint-every 0 10000000 1000
 ct-project coarsen 1 4096 1
 ct-project photons 0 1e15 0
 ct-sr noise 0 1000000 -
 ct-train factor 2 8 4
 ct-train patch 4 4096 0
-ct-train batch 1 65536 0
 ct-train steps 0 2000000000 10000
 ct-train minutes 0 1000000 0
-ct-train lr 0 1 -
-ct-train ema 0 0.9999999 -
 ct-train patience 0 1000000 0
 ct-train checkpoint-every 1 2000000000 1000
 ct-upsample noise 0 1000000 -
@@ -54,8 +44,6 @@ for t in ct-phantom ct-project; do
 	cat <<EOF
 $t views 0 65535 0
 $t arc -1000000 1000000 -
-$t dso 0.000001 100000000 -
-$t dsd 0.000001 100000000 -
 $t sampling 0.01 100 -
 EOF
 done >>limits
@@ -91,7 +79,6 @@ ct-nabgs units auto
 ct-report units auto
 ct-sr units auto
 ct-upsample units auto
-ct-ddnm operator file
 ct-ddnm sampler ddnm+
 ct-degrade protocol P1
 ct-degrade decimate -
@@ -102,7 +89,6 @@ ct-info factor 4
 ct-metrics ssim -
 ct-nabgs activation prelu
 ct-nabgs mode residual
-ct-nabgs init auto
 ct-phantom size 128x128x128
 ct-phantom spacing 2
 ct-project quantity file
@@ -138,8 +124,8 @@ ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --un
 ct-convert --inspect --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
 ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --deid
 ct-convert --json
-ct-ddnm x--factor p--prior a--arch --class n--steps e--eta --sigma-y --operator --sampler i--init
-ct-ddnm b--base-projections --t-start k--samples --std --final-consistency r--resume --expert s--seed --json
+ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
+ct-ddnm b--base-projections k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
@@ -147,20 +133,20 @@ ct-fdk --json --dry-run
 ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out --checkpoint-every --resume
 ct-fuse --expert --json --dry-run --units
 ct-info --series e--estimate x--factor --json
-ct-metrics w--window --range --mask --psnr --ssim --per-slice --harm --edges --structures x--factor
-ct-metrics --tissues --uncertainty --consistency --map --min-psnr --min-ssim --max --csv --expert --json
-ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians --max-gaussians
-ct-nabgs a--activation m--mode x--factor --lambda-tv --rate --init --paper --r2-compat --checkpoint-every
+ct-metrics w--window --range --mask --ssim --per-slice --harm --edges --structures x--factor
+ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --expert --json
+ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
+ct-nabgs a--activation m--mode x--factor --paper --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units
-ct-phantom --size --spacing w--window p--project --beam n--views --arc --dso --dsd --det --sampling --pitch
+ct-phantom --size --spacing w--window p--project --beam n--views --arc --det --sampling
 ct-phantom --paper --scanner --like --expert s--seed
-ct-project --beam n--views --arc --dso --dsd --det --sampling --pitch --paper --scanner --like w--window
+ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
 ct-sr x--factor --spacing --sigma --decimate --noise Q--quality --crop --series --template --deid --report
 ct-sr --confidence --memory --prior --projections --paper --release k--keep --resume --expert s--seed --json
 ct-sr --dry-run --units
-ct-train k--kind x--factor --refined a--arch p--patch b--batch n--steps m--minutes l--lr e--ema --validate
+ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
 ct-train --json --dry-run
 ct-upsample m--method x--factor --spacing --sigma --decimate --noise --estimate --start --iterations

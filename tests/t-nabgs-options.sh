@@ -28,9 +28,9 @@ is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESS
 ct-phantom -q --size=24x24x24 --spacing=4 ellipsoids hr.nii && ct-degrade -q -x 4 hr.nii lr.nii &&
 	ct-upsample -q lr.nii up.nii && ct-project -q --views 12 hr.nii p.exr
 ok $? 'a scene'
-fit() { out=$1; shift; ct-nabgs -b up.nii -g 300 --max-gaussians 900 "$@" p.exr "$out.ply" >"$out.txt" 2>"$out.log"; }
+fit() { out=$1; shift; ct-nabgs -b up.nii -g 300 --expert max-gaussians=900 "$@" p.exr "$out.ply" >"$out.txt" 2>"$out.log"; }
 
-fit w0 -v -n 1; fit w1 -v -n 1 --lambda-tv 0.5 --lr lr.nii --expert lambda-ssim=2,lambda-lr=3
+fit w0 -v -n 1; fit w1 -v -n 1 --expert lambda-tv=0.5 --lr lr.nii --expert lambda-ssim=2,lambda-lr=3
 fit w2 -v -n 1 --lr lr.nii
 is 'len(terms("w0.log")) == 1 and all(adds_up(terms(w + ".log")[0]) for w in ("w0", "w1", "w2"))' \
 	'the loss is the sum of its terms'
@@ -43,7 +43,7 @@ again() { ct-degrade -q -f -x 4 "$1" again.nii && ct-metrics lr.nii again.nii | 
 awk "BEGIN {exit !($(again lr30.nii) > $(again lr0.nii) + 1)}"; ok $? 'and the heavier one is heeded'
 
 # where it is to begin from, at a rate of next to nothing: that many times the base, and how it moves
-for x in 0.15 0.3; do fit "start$x" -n 1 --rate 0.001 --init base --expert init-density-scale=$x; done
+for x in 0.15 0.3; do fit "start$x" -n 1 --expert rate=0.001,init=base,init-density-scale=$x; done
 is 'all(abs(b / a - 2) < 2e-2 for a, b in zip(ply("start0.15.ply")["density"], ply("start0.3.ply")["density"]))' \
 	'--init-density-scale'
 is 'len(ply("start0.3.ply")["x"]) == 300 and max(ply("start0.3.ply")["density"]) < 0.301' 'of the density there'
@@ -51,8 +51,8 @@ fit refit -n 1 --expert refit=3; fit none -n 1
 is 'apart("refit.ply", "none.ply", "density") > 1e-4 and apart("refit.ply", "none.ply", "x") == 0' '--refit: the densities alone'
 # of a base that does not say by how much it was refined
 ct-phantom -q --size=24x24x24 --spacing=4 sphere ball.nii
-for x in 4 8; do fit "x$x" -n 1 --rate 1 --init base -x $x -b ball.nii; done
-fit x0 -n 1 --rate 0.001 --init base -b ball.nii
+for x in 4 8; do fit "x$x" -n 1 --expert rate=1,init=base -x $x -b ball.nii; done
+fit x0 -n 1 --expert rate=0.001,init=base -b ball.nii
 is 'abs(apart("x4.ply", "x0.ply", "scale_1") / apart("x8.ply", "x0.ply", "scale_1") - 10) < 0.2' \
 	'-x 8: the rate of scale is a tenth'
 is 'abs(apart("x4.ply", "x0.ply", "y") / apart("x8.ply", "x0.ply", "y") - 1) < 0.01' 'that of position is not'
@@ -100,7 +100,7 @@ ct-project -q --views 12 --coarsen 4 --pixel mean hr.nii y.exr
 ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr noisy.exr
 for w in none std; do
 	[ $w = none ] && set -- || set -- --uncertainty s.exr
-	ct-nabgs -q -b up.nii -g 300 --max-gaussians 300 -n 20 "$@" noisy.exr $w.ply >$w.txt
+	ct-nabgs -q -b up.nii -g 300 --expert max-gaussians=300 -n 20 "$@" noisy.exr $w.ply >$w.txt
 done
 is 'apart("std.ply", "none.ply", "density") > 1e-3' '--uncertainty weighs'
 done_testing

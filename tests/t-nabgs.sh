@@ -12,7 +12,7 @@ ct-phantom --size=32x32x32 --spacing=4 ellipsoids hr.nii
 ct-degrade -x 4 hr.nii lr.nii && ct-upsample lr.nii up.nii
 ct-project --views 20 hr.nii p.exr && ct-project --views 20 up.nii up.exr
 [ -s up.nii ] && [ -s up.exr ]; ok $? 'a scene to work on'
-fit() { ct-nabgs -b up.nii -n 200 -g 1500 --max-gaussians 1500 "$@"; }
+fit() { ct-nabgs -b up.nii -n 200 -g 1500 --expert max-gaussians=1500 "$@"; }
 
 exits 0 'fits' fit --base-projections=up.exr p.exr res.ply
 has out '^negative [1-9]' 'reports negative Gaussians'
@@ -31,7 +31,7 @@ above "$(psnr out.nii two.nii 2>&1 | sed s/inf/999/)" 100; ok $? 'which is the s
 exits 0 'JSON' fit --json p.exr j.ply
 grep -q '"negative": [1-9]' out; ok $? 'with the counts'
 
-ct-nabgs --json --expert tolerance=0.8 -b up.nii -n 200 -g 1500 --max-gaussians=1500 p.exr tol.ply >tol 2>err
+ct-nabgs --json --expert tolerance=0.8 -b up.nii -n 200 -g 1500 --expert max-gaussians=1500 p.exr tol.ply >tol 2>err
 grep -q '"ended-by": "tolerance"' tol && grep -q '"iterations": [1-9]*[0-9]' tol &&
 	awk '/"error"/ && !seen {seen = 1; gsub(/[,"]/, ""); exit !($2 <= 0.8 && $2 > 0)}' tol
 ok $? 'ends when the error is small enough'
@@ -67,7 +67,7 @@ ok $? 'ct-compose streams'
 ct-compose -q - s.ply s2.nii <up.nii; ok $? 'a base from standard input'
 
 mkdir whole killed stopped
-long() { cd "$1" && shift && exec ct-nabgs -q -b ../up.nii -n 700 -g 1000 --max-gaussians 1100 \
+long() { cd "$1" && shift && exec ct-nabgs -q -b ../up.nii -n 700 -g 1000 --expert max-gaussians=1100 \
 	--checkpoint-every=50 "$@" ../p.exr r.ply; } # becomes the command: call it in a subshell
 (long whole); ok $? 'a longer run'
 (long killed) & pid=$!
@@ -93,28 +93,28 @@ above "$(psnr hr.nii paper.nii)" "$(psnr hr.nii up.nii) + 3"; ok $? 'gains 3 dB 
 exits 0 'and refit' fit --expert refit=10 p.exr refit.ply
 ct-compose up.nii refit.ply refit.nii
 above "$(psnr hr.nii refit.nii)" "$(psnr hr.nii out.nii)"; ok $? 'which pays'
-exits 0 'as the program of R2-Gaussian' fit --r2-compat p.exr compat.ply
+exits 0 'as the program of R2-Gaussian' fit --expert r2-compat=yes p.exr compat.ply
 ! cmp -s paper.ply compat.ply; ok $? 'does something else'
 
 agrees() { ct-compose up.nii "$1" - | ct-degrade -f -x 4 - again.nii && psnr lr.nii again.nii; }
 ct-project --views 3 hr.nii few.exr
-exits 0 'three views' ct-nabgs -b up.nii -n 200 -g 1000 --max-gaussians=1000 few.exr few.ply
+exits 0 'three views' ct-nabgs -b up.nii -n 200 -g 1000 --expert max-gaussians=1000 few.exr few.ply
 exits 0 'and the low-resolution CT' ct-nabgs -b up.nii --lr=lr.nii -n 200 -g 1000 \
-	--max-gaussians=1000 few.exr lr.ply
+	--expert max-gaussians=1000 few.exr lr.ply
 above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then reduces'
 exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
 exits 2 'refit of a density with bounds' fit --expert refit=3 -a sine p.exr no.ply
 
 mkdir fast
 far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --paper \
-	--init=residual --rate=1000 "$@" ../p.exr r.ply; }
+	--expert init=residual,rate=1000 "$@" ../p.exr r.ply; }
 (far) 2>err; [ $? -eq 6 ]; ok $? 'learning a thousand times too fast ends with 6'
 has err 'iteration [0-9]*: the [A-Z0-9a-z]* term' 'naming iteration and term'
 [ -e fast/r.ply.state ] && [ ! -e fast/r.ply ]; ok $? 'the last good state stays, and no result'
 cp fast/r.ply.state good
 (far --resume) 2>again; [ $? -eq 6 ] && cmp -s err again && cmp -s good fast/r.ply.state
 ok $? 'which is whole: from it on it ends the same'
-exits 0 'but without --paper' ct-nabgs -v -b up.nii -n 60 -g 1000 --rate=1000 p.exr slow.ply
+exits 0 'but without --paper' ct-nabgs -v -b up.nii -n 60 -g 1000 --expert rate=1000 p.exr slow.ply
 has err 'beginning anew with rates 0.25 times' 'begins anew, slower'
 awk '/^error / {exit !($2 < 1)}' out; ok $? 'and the error falls'
 
@@ -135,7 +135,7 @@ control() { ct-nabgs -f -b up.nii -n $1 -g 200 --expert densify-until=$2 p.exr u
 [ "$(control 600 600)" -eq 200 ]; ok $? 'but at the last iteration nothing'
 
 ct-project -q -n 20 --coarsen 4 --pixel mean hr.nii y.exr && ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr fine.exr
-exits 0 'with all there is' ct-nabgs -q -b up.nii -n 1 -g 100 --max-gaussians 100 -s 77 \
+exits 0 'with all there is' ct-nabgs -q -b up.nii -n 1 -g 100 --expert max-gaussians=100 -s 77 \
 	--base-projections up.exr --uncertainty s.exr --lr lr.nii fine.exr all.ply
 ct-info all.ply >out
 has out '^  mode  *residual$' 'the set says its mode'
@@ -156,7 +156,7 @@ grep -q '^time ' out && grep -q '^memory ' out && grep -q '^disk ' out; ok $? 's
 
 exits 2 'needs a base' ct-nabgs p.exr no.ply
 exits 2 'one standard input' ct-nabgs -b - - no.ply
-exits 2 'caps above the start' ct-nabgs -b up.nii -g 50 --max-gaussians 20 p.exr no.ply
+exits 2 'caps above the start' ct-nabgs -b up.nii -g 50 --expert max-gaussians=20 p.exr no.ply
 exits 2 'no resume of a stream' ct-nabgs -b up.nii --resume p.exr -
 exits 2 'the window must agree' ct-nabgs -b up.nii -w -512:3071 p.exr no.ply
 exits 3 'an input of another kind' ct-nabgs -b up.nii up.nii no.ply

@@ -2,7 +2,6 @@
 # ct-train --patience: it stops where held-out data no longer gain, what is written is the best, and a
 # training that was interrupted judges as one that was not.
 . "$srcdir/tests/tap.sh"
-. "$srcdir/tests/train.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 cat >look.py <<'END'
 """What is asked of priors, states and logs; True ends with 0."""
@@ -37,7 +36,7 @@ ct-phantom -q -p -n 6 --det 48 --size 64x64x64 ellipsoids a.exr &&
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { # train OUT ARGS...: too fast, so that it goes astray
 	out=$1; shift
-	train_with -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 "$@" $out.safetensors a.exr 2>"$out.log"
+	ct-train -a $net -p 8 --expert batch=2,lr=1e-2,ema=0.5 "$@" $out.safetensors a.exr 2>"$out.log"
 }
 judged() { out=$1; shift; train "$out" --validate b.exr --expert=validate-every=1,validate-pieces=8 "$@"; }
 judged three -n 12 --patience 3
@@ -62,7 +61,7 @@ cmp part.safetensors.state three.safetensors.state; ok $? 'with the same state'
 judged part -n 12 --patience 1000 --resume
 is 'held("three") + held("part") == held("long") and weights("part") == weights("long")' 'with more patience it goes on'
 judged slow -n 5 --patience 9 --expert=validate-pieces=3000
-ct-train -a $net -p 8 -b 2 --lr 1e-2 -e 0.5 --validate b.exr --expert=validate-every=1,validate-pieces=3000 -n 5 \
+ct-train -a $net -p 8 --expert batch=2,lr=1e-2,ema=0.5 --validate b.exr --expert=validate-every=1,validate-pieces=3000 -n 5 \
 	--patience 9 stopped.safetensors a.exr 2>stopped.log & pid=$!
 listens $pid
 for _ in $(seq 600); do grep -q 'step 2: held' stopped.log && break; sleep 0.05; done
@@ -87,11 +86,11 @@ for k in 1 2; do ct-phantom -q -s $k --size 40x40x40 ellipsoids scans/$k.nii; do
 ct-phantom -q -s 9 --size 40x40x40 marks held.nii
 slices() { # slices OUT ARGS...
 	out=$1; shift
-	train_with --kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0,depth=1,validate-every=1 --validate held.nii \
+	ct-train --kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0,depth=1,validate-every=1 --validate held.nii \
 		 "$@" $out.safetensors scans 2>$out.log
 }
 slices two -x 2 -n 1
-slices four -l 1 -e 0 -n 30 --patience 2 --with two.safetensors
+slices four --expert=lr=1,ema=0 -n 30 --patience 2 --with two.safetensors
 is 'course("four", 30, 2) and held("four")[-1][0] < 30' 'slices are judged, too'
 ct-info -v four.safetensors >out; has out '^  *4.shape' 'the net that was trained'
 is 'values("two.safetensors", "2.w1") == values("four.safetensors", "2.w1")' 'and the one beside it'

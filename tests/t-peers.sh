@@ -28,8 +28,8 @@ if command -v plastimatch >/dev/null 2>&1; then
 		             % (tuple(affine[:3, 3].tolist()) + mm + n)).encode())
 		    f.write(np.ascontiguousarray(hu[::-1, ::-1].transpose(2, 1, 0), '<f4').tobytes())
 	PY
-	ct-project --quantity density -n 5 --arc -180 --expert start=180 --dso 400 --dsd 600 --det 64 \
-		--pitch 2.5 box.nii box.exr && pixels box
+	ct-project --quantity density -n 5 --arc -180 --expert start=180,dso=400,dsd=600,pitch=2.5 --det 64 \
+		box.nii box.exr && pixels box
 	plastimatch drr -i exact -t pfm -r '64 64' -z '160 160' --sad 400 --sid 600 -a 5 -N 36 \
 		-O drr_ -I box.mha >plastimatch.log 2>&1
 	"$PY" - <<-'PY' >out 2>&1
@@ -50,7 +50,7 @@ fi
 # A ray of radon passes the middle of a pixel for every column; its image turns about pixel n//2.
 ct-phantom --size 97x97x97 --spacing 1 shepp-logan whole.nii
 "$PY" -c "import nibabel as n; v = n.load('whole.nii'); n.save(v.slicer[:, :, 47:50], 's.nii')"
-ct-project --beam parallel -n 12 --det 97x3 --pitch 1 s.nii s.exr && pixels s
+ct-project --beam parallel -n 12 --det 97x3 --expert pitch=1 s.nii s.exr && pixels s
 "$PY" - <<-'PY' >out 2>&1
 	import nibabel as nib, numpy as np, skimage.io, warnings
 	warnings.simplefilter('ignore')

@@ -40,9 +40,8 @@ has err 'd/o.state: exists; --resume goes on' 'and what can be done is said'
 refused "--steps was '12', not '13'" ct-ddnm -x 4 -n 13 hr-low.exr
 refused "--seed was '0', not '1'" ct-ddnm -x 4 -n 12 -s 1 hr-low.exr
 refused "--sigma-y was 'nan', not '0.5'" ct-ddnm -x 4 -n 12 --sigma-y 0.5 hr-low.exr
-refused "--travel was '', not '2,2'" ct-ddnm -x 4 -n 12 --expert travel=2,2 hr-low.exr
-refused "--operator was 'file', not 'matched'" ct-ddnm -x 4 -n 12 --operator matched hr-low.exr
-refused "--final-consistency was 'no', not 'yes'" ct-ddnm -x 4 -n 12 --final-consistency hr-low.exr
+refused "--expert travel was '', not '2,2'" ct-ddnm -x 4 -n 12 --expert travel=2,2 hr-low.exr
+refused "--expert operator was 'file', not 'matched'" ct-ddnm -x 4 -n 12 --expert operator=matched hr-low.exr
 refused 'IN held something else' ct-ddnm -x 4 -n 12 other-low.exr
 refused "IN seed was '0', not '1'" ct-ddnm -x 4 -n 12 seed-low.exr
 refused '--init held something else' ct-ddnm -x 4 -n 12 --init init.exr hr-low.exr
@@ -51,9 +50,9 @@ exits 0 'the same input of another name' ct-ddnm -x 4 -n 12 -t 1 --resume same-l
 for f in whole.exr d/o; do ct-info $f | grep -E '^(min|max|mean|sd) ' >"$f.info"; done
 [ -s whole.exr.info ] && cmp -s whole.exr.info d/o.info; ok $? 'and the result is that of a whole run'
 
-stopped g ct-nabgs -q -b up.nii -n 100000 -g 300 --max-gaussians 300 --checkpoint-every 20 hr.exr
-set -- ct-nabgs -n 100000 -g 300 --max-gaussians 300
-refused "--lambda-tv was '0.050000000000000003', not '0.0625'" "$@" --lambda-tv 0.0625 -b up.nii hr.exr
+stopped g ct-nabgs -q -b up.nii -n 100000 -g 300 --expert max-gaussians=300 --checkpoint-every 20 hr.exr
+set -- ct-nabgs -n 100000 -g 300 --expert max-gaussians=300
+refused "--expert lambda-tv was '0.050000000000000003', not '0.0625'" "$@" --expert lambda-tv=0.0625 -b up.nii hr.exr
 refused "--mode was 'residual', not 'full'" "$@" -m full -b up.nii hr.exr
 refused '--base held something else' "$@" -b other.nii hr.exr
 refused '--lr held something else' "$@" --lr lr.nii -b up.nii hr.exr

@@ -79,7 +79,7 @@ exits 0 'again' ct-convert -q -f hr.nii out.nii.gz
 ok $? 'stale files are gone, others are not'
 ls -d out.* other* | sed 's/^/# /'
 # Progress: on a terminal, and nowhere else.
-few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --max-gaussians 300 $* p.exr bar.ply"; }
+few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --expert max-gaussians=300 $* p.exr bar.ply"; }
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then
 	script -qec "$(few)" /dev/null </dev/null >term
 	tr '\r' '\n' <term | grep -q 'ct-nabgs: fit [0-9]*/20$'; ok $? 'a terminal is told how far the work is'

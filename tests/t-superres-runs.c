@@ -263,7 +263,7 @@ static void defaults(void)
 			p.how.eta == 0.99,
 		"50 steps from pure noise, one sample");
 	OK(p.travel_length == 1 && p.travel_repeat == 1 && p.how.rule == CT_SAMPLER_PLUS &&
-			p.op == CT_MEASUREMENT_MEAN && !p.first && !p.final_consistency && !p.save,
+			p.op == CT_MEASUREMENT_MEAN && !p.first && !p.save,
 		"DDNM+ with block means and no time travel");
 }
 

@@ -150,18 +150,6 @@ static void test_measured(void)
 	OK(free_blocks > 50, "%zu of %d blocks without a clamped pixel", free_blocks,
 		VIEWS * H * W);
 	NEAR(worst, 0, 2e-6, "there the view's pixels are the block means, in its own units");
-	p.how.rule = CT_SAMPLER_PLUS;
-	p.how.sigma_y = 0.1;
-	p.final_consistency = true;
-	memset(done, 0, sizeof done);
-	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0 &&
-			ct_superres_measure(&p, &back, &out, &e) == 0,
-		"DDNM+ made consistent");
-	worst = 0;
-	for (size_t i = 0; i < ct_stack_count(&in); i++)
-		if (!clamped(&out, i / (H * W), i / W % H, i % W, p.norm))
-			worst = fmax(worst, fabs((double)in.data[i] - (double)back.data[i]));
-	NEAR(worst, 0, 2e-6, "agrees as well");
 	ct_stack_free(&in);
 	ct_stack_free(&out);
 	ct_stack_free(&back);

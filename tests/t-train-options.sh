@@ -1,7 +1,6 @@
 #!/bin/sh
 # Every option of ct-train by what it does to the weights, the log and the metadata.
 . "$srcdir/tests/tap.sh"
-. "$srcdir/tests/train.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 cat >look.py <<'END'
 """What is asked of priors and logs; True ends with 0."""
@@ -28,7 +27,7 @@ for d in 0.25 0.5; do ct-phantom -q -p -n 6 --det 48 --expert density=$d --size 
 ct-phantom -q -p -n 6 --det 48 --size 64x64x64 ellipsoids a.exr &&
 	ct-phantom -q -p -n 3 --det 48 --size 64x64x64 marks b.exr; ok $? 'projections'
 net=model_channels=32,channel_mult=1,num_res_blocks=1
-train() { out=$1; shift; train_with -a $net -p 8 -b 2 -n 7 --lr 1e-3 --expert=log-every=1 "$@" 2>"$out.log"; } # train OUT ARGS...
+train() { out=$1; shift; ct-train -a $net -p 8 --expert batch=2 -n 7 --expert lr=1e-3,log-every=1 "$@" 2>"$out.log"; } # train OUT ARGS...
 run() { out=$1; shift; train "$out" "$@" "$out.safetensors" a.exr; }
 run plain
 is '[s for s, _ in losses("plain")] == list(range(1, 8)) and min(x for _, x in losses("plain")) > 0' 'a loss each step'
@@ -36,18 +35,18 @@ run three --expert=log-every=3
 is 'weights("three") == weights("plain") and [s for s, _ in losses("three")] == [3, 6, 7]' 'log-every=3, and the last'
 is 'all(abs(x - y) < 2e-5 for (_, x), y in zip(losses("three"), (mean(losses("plain")[i:j]) for i, j in ((0, 3), (3, 6), (6, 7)))))' \
 	'is the mean of what was not told'
-for o in '-l 2e-3' '--expert=warmup=5' '--expert=cosine=yes' '--expert=decay=0.5' '--expert=clip=0.01' '-e 0.2' '--expert=scales=2' \
-	'-s 1' '-b 3'; do
+for o in --expert=lr=2e-3 '--expert=warmup=5' '--expert=cosine=yes' '--expert=decay=0.5' '--expert=clip=0.01' --expert=ema=0.2 '--expert=scales=2' \
+	'-s 1' --expert=batch=3; do
 	# shellcheck disable=SC2086
 	run other $o -f
 	is 'len(weights("other")) == len(weights("plain")) and weights("other") != weights("plain")' "$o"
 done
-run other -f --expert=scales=1,warmup=0,decay=0,clip=1e9 -e 0.9
+run other -f --expert=scales=1,warmup=0,decay=0,clip=1e9,ema=0.9
 is 'weights("other") == weights("plain")' 'not so defaults, nor a clip and an average that nothing comes near'
-run one -n 1 --expert=warmup=10; run tenth -n 1 -l 1e-4
+run one -n 1 --expert=warmup=10; run tenth -n 1 --expert lr=1e-4
 is 'weights("one") == weights("tenth")' 'warmup=10: the first step at a tenth of the rate'
 
-train_with -a $net -p 8 -b 2 -n 51 --lr 1e-3 often.safetensors a.exr 2>often.log
+ct-train -a $net -p 8 --expert batch=2 -n 51 --expert lr=1e-3 often.safetensors a.exr 2>often.log
 is '[s for s, _ in losses("often")] == [50, 51]' 'every 50 steps if nothing is said'
 train colour colour.safetensors a.exr -n 1 -a "$net,in_channels=3,out_channels=3"
 is 'len(weights("colour")) > len(weights("plain"))' 'three channels, all of them the picture'
@@ -75,13 +74,13 @@ is 'weights("held") == weights("plain") and [s for s, _ in held("held")] == [3, 
 is 'min(x for _, x in held("held")) > 0 and losses("held") == losses("plain")' 'tells a loss, and changes none'
 run more --validate b.exr --expert=validate-every=7,validate-pieces=5
 is '[s for s, _ in held("more")] == [7] and held("more") != held("held")[2:]' 'validate-pieces'
-exits 5 'or are too small' train_with -a $net -p 64 --validate b.exr no.safetensors a.exr
+exits 5 'or are too small' ct-train -a $net -p 64 --validate b.exr no.safetensors a.exr
 
 # more steps of the same, with and without the cosine, which ends at the last
 for c in '' --expert=cosine=yes; do
 	# shellcheck disable=SC2086
 	run part -f $c -n 4; exits $([ -z "$c" ]; echo $((3 * $?))) "goes on to another step $c" \
-		train_with -a $net -p 8 -b 2 -n 7 --lr 1e-3 $c --resume part.safetensors a.exr
+		ct-train -a $net -p 8 --expert batch=2 -n 7 --expert lr=1e-3 $c --resume part.safetensors a.exr
 	[ -n "$c" ] || is 'weights("part") == weights("plain")' 'to the same weights'
 done
 has err "steps was '4', not '7'" 'which is said'
@@ -95,14 +94,14 @@ head, found = re.subn(rb'.("\s*:\s*{\s*"dtype")', rb'~\1', b[8:n], count=1)
 assert found == 1
 open('plain.safetensors.state', 'wb').write(b[:8] + head + b[n:])
 END
-exits 3 'a broken state' train_with -a $net -p 8 -b 2 -n 9 --lr 1e-3 --resume plain.safetensors a.exr
+exits 3 'a broken state' ct-train -a $net -p 8 --expert batch=2 -n 9 --expert lr=1e-3 --resume plain.safetensors a.exr
 has err '^ct-train: plain.safetensors.state: ' 'is named'
 
-no() { exits 2 "$1 is refused: $3" train_with -a "$1" "--expert=scales=$2" no.safetensors a.exr; has err "$3" 'in words'; }
+no() { exits 2 "$1 is refused: $3" ct-train -a "$1" "--expert=scales=$2" no.safetensors a.exr; has err "$3" 'in words'; }
 no colour 1 '"colour" is not KEY=VALUE'
 no in_channels=1,colour=3 1 'there is no "colour"'
 no "$(printf '%0200d' 0)" 1 'an item is too long'
 for s in 0 65 1, '1;2' 1,2,3,4,5,6,7,8,9; do no $net "$s" 'up to 8 whole numbers from 1 to 64'; done
-exits 5 'the largest scale there is' train_with -a $net -p 8 --expert=scales=64 no.safetensors a.exr
+exits 5 'the largest scale there is' ct-train -a $net -p 8 --expert=scales=64 no.safetensors a.exr
 [ ! -e no.safetensors ]; ok $? 'failures leave nothing'
 done_testing

@@ -1,7 +1,6 @@
 #!/bin/sh
 # ct-train --kind slices: what it is trained on, its defaults, what it costs, and what is refused.
 . "$srcdir/tests/tap.sh"
-. "$srcdir/tests/train.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 weights() { python3 -c 'import sys
 b = open(sys.argv[1], "rb").read()
@@ -13,42 +12,42 @@ ct-phantom -q -s 9 --size 40x40x40 ellipsoids held.nii
 # shellcheck disable=SC2086
 {
 small='--kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0 -n 1'
-run() { out=$1; shift; train_with $small "$@" $out.safetensors scans 2>$out.log; } # run OUT ARGS...
+run() { out=$1; shift; ct-train $small "$@" $out.safetensors scans 2>$out.log; } # run OUT ARGS...
 
 run known; ok $? 'trains on a folder'
-run same -p 12 -b 1024 -l 1e-3 --expert=decay=0.01,depth=3 -e 0.999 -x 4
+run same -p 12 --expert=batch=1024,lr=1e-3,decay=0.01,depth=3,ema=0.999 -x 4
 same known same; ok $? 'at its defaults'
 ct-info -v known.safetensors >out; has out '^  *4.shape' 'a prior of both axes'
 small="$small -x 2 --expert=depth=1"
 run plain
-for o in '-p 8' '-b 512' '-l 2e-3' '--expert=decay=10' '-e 0.1' '--expert=noise=30' '--expert=thick=yes' '--expert=cubes=3' '--expert=cube=26' \
+for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert=ema=0.1 '--expert=noise=30' '--expert=thick=yes' '--expert=cubes=3' '--expert=cube=26' \
 	'--expert=width=23' '--expert=components=19' '-s 1' '-n 2'; do
 	run other -f $o; s=$?
 	[ $s -eq 0 ] && ! same plain other; ok $? "$o is something else"
 done
 run thick --expert=thick=yes; ct-info -v thick.safetensors >out; has out '^  *thick-2.shape' 'one of slices with one coarse axis'
-train_with $small one.safetensors scans/1.nii scans/2.nii 2>one.log; ok $? 'trains on files'
+ct-train $small one.safetensors scans/1.nii scans/2.nii 2>one.log; ok $? 'trains on files'
 same plain one; ok $? 'whose examples are the same'
 run kept -f --cache kept; ls kept >was
-train_with $small --cache kept two.safetensors scans/2.nii 2>two.log; ls kept >is
+ct-train $small --cache kept two.safetensors scans/2.nii 2>two.log; ls kept >is
 [ "$(wc -l <was)" -ge 3 ] && cmp was is; ok $? 'whatever stands beside a file'
 run seen --validate held.nii --expert=validate-every=1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? 'tells what it knows of others'
 cmp plain.safetensors.state seen.safetensors.state; ok $? 'and learns nothing from them but what to expect'
-train_with $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
+ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
-exits 2 'half a piece' train_with $small -b 300 no.safetensors scans
-has err '--batch: expected a multiple of 256' 'is refused'
+exits 2 'half a piece' ct-train $small --expert batch=300 no.safetensors scans
+has err '--expert batch: expected a multiple of 256' 'is refused'
 ct-phantom -q --size 13x40x40 ellipsoids little.nii
-exits 3 'a volume of 13 voxels' train_with $small no.safetensors little.nii
+exits 3 'a volume of 13 voxels' ct-train $small no.safetensors little.nii
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'is too small'
-exits 3 'to validate, too' train_with $small --validate little.nii no.safetensors scans
+exits 3 'to validate, too' ct-train $small --validate little.nii no.safetensors scans
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'which is said'
 ct-phantom -q --size 40x40x40 constant flat.nii
-exits 3 'nothing at all' train_with $small no.safetensors flat.nii
+exits 3 'nothing at all' ct-train $small no.safetensors flat.nii
 has err '^ct-train: flat.nii: every voxel is ' 'is told'
-mkdir none; exits 3 'an empty folder' train_with $small no.safetensors none
-exits 2 'bytes are two numbers' train_with $small --bytes 1 no.safetensors scans
+mkdir none; exits 3 'an empty folder' ct-train $small no.safetensors none
+exits 2 'bytes are two numbers' ct-train $small --bytes 1 no.safetensors scans
 
 # bytes b are as good as the HU they stand for
 python3 - <<'END'
@@ -61,18 +60,18 @@ open('wide.raw', 'wb').write(b''.join(struct.pack('<f', 2 * v) for v in b))
 END
 ct-convert -q --raw 48x48x48:u8:1 b.raw b.nii && for t in hu half wide; do
 	ct-convert -q --raw 48x48x48:f32:1 $t.raw $t.nii; done; ok $? 'volumes of bytes'
-exits 3 'bytes are no HU' train_with $small no.safetensors b.nii
+exits 3 'bytes are no HU' ct-train $small no.safetensors b.nii
 has err '^ct-train: b.nii: values from 0 to [0-9]* are not HU: give --bytes$' 'unless it is said what they are'
 for t in half wide; do
-	exits 3 "$t values neither" train_with $small --bytes=-1000:2570 no.safetensors $t.nii
+	exits 3 "$t values neither" ct-train $small --bytes=-1000:2570 no.safetensors $t.nii
 	has err "^ct-train: $t.nii: values from [0-9.]* to [0-9.]* are not HU$" 'in words'
 done
-train_with $small --bytes=-1000:2570 b.safetensors b.nii 2>err; train_with $small hu.safetensors hu.nii 2>err
+ct-train $small --bytes=-1000:2570 b.safetensors b.nii 2>err; ct-train $small hu.safetensors hu.nii 2>err
 same b hu; ok $? 'bytes become HU'
-train_with $small --bytes=-1000:2571 other.safetensors -f b.nii 2>err; ! same b other; ok $? 'by what is said'
+ct-train $small --bytes=-1000:2571 other.safetensors -f b.nii 2>err; ! same b other; ok $? 'by what is said'
 
 # (17 + width) (68 + 1) + width^2 + 18 width + 17 weights, and 61 for each of 432 values
-cost() { train_with --kind slices --expert=cubes=2,cube=32,components=60,width=1024,noise=0 -n 200 --dry-run "$@" no.safetensors scans >out 2>err; }
+cost() { ct-train --kind slices --expert=cubes=2,cube=32,components=60,width=1024,noise=0 -n 200 --dry-run "$@" no.safetensors scans >out 2>err; }
 cost; ok $? 'a dry run'
 n=$(((17 + 1024) * 69 + 1024 * 1024 + 18 * 1024 + 17 + 61 * 432))
 grep -q " on [1-4] examples, $n parameters\$" out; ok $? "tells the size of the work ($n)"

@@ -1,7 +1,6 @@
 #!/bin/sh
 # ct-train: it learns, resumes to the same bytes, stops when asked, and refuses what does not fit.
 . "$srcdir/tests/tap.sh"
-. "$srcdir/tests/train.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 
 # A stack of discs as ct-project would write it comes from the picture reader's simplest format: PGM
@@ -18,14 +17,14 @@ for k in range(10):
     with open(('held' if k > 7 else 'pics') + '/%d.pgm' % k, 'wb') as f:
         f.write(b'P5\n%d %d\n255\n' % (w, h) + px)
 EOF
-if ! train_with -q -n 0 none.safetensors pics 2>err && grep -q OpenImageIO err; then
+if ! ct-train -q -n 0 none.safetensors pics 2>err && grep -q OpenImageIO err; then
 	echo '1..0 # SKIP no OpenImageIO'
 	exit 0
 fi
-small='--arch model_channels=32,channel_mult=1:1 -p 16 -b 8 -s 5 --lr 1e-3'
+small='--arch model_channels=32,channel_mult=1:1 -p 16 --expert batch=8 -s 5 --expert lr=1e-3'
 
 # shellcheck disable=SC2086
-exits 0 'trains' train_with $small -n 60 --expert=log-every=20,validate-every=30 --validate held \
+exits 0 'trains' ct-train $small -n 60 --expert=log-every=20,validate-every=30 --validate held \
 	a.safetensors pics
 awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < 0.75*(a+0) && b+0 > 0)}' err
 ok $? 'the loss falls by a quarter'
@@ -35,48 +34,48 @@ ok $? 'the loss on other pictures falls'
 opts="$small --expert=clip=0.5,warmup=7"
 # shellcheck disable=SC2086
 {
-train_with -q $opts -n 12 b.safetensors pics
-train_with -q $opts -n 12 -t 1 d.safetensors pics
-train_with -q $opts -n 5 -t 3 c.safetensors pics
-train_with -q $opts -n 12 -t 3 --resume c.safetensors pics
+ct-train -q $opts -n 12 b.safetensors pics
+ct-train -q $opts -n 12 -t 1 d.safetensors pics
+ct-train -q $opts -n 5 -t 3 c.safetensors pics
+ct-train -q $opts -n 12 -t 3 --resume c.safetensors pics
 }
 cmp b.safetensors.state c.safetensors.state; ok $? 'interrupted, resumed, other threads: same bytes'
 cmp b.safetensors.state d.safetensors.state; ok $? 'one thread: same bytes'
 
 # shellcheck disable=SC2086
-exits 3 'another batch cannot resume' train_with $small -b 4 -n 13 --resume a.safetensors pics
-has err "a.safetensors.state: is of a run where --batch was '8', not '4'" 'and says why'
+exits 3 'another batch cannot resume' ct-train $small --expert batch=4 -n 13 --resume a.safetensors pics
+has err "a.safetensors.state: is of a run where --expert batch was '8', not '4'" 'and says why'
 # shellcheck disable=SC2086
-exits 3 'other data cannot resume' train_with $small -n 80 --resume a.safetensors held
+exits 3 'other data cannot resume' ct-train $small -n 80 --resume a.safetensors held
 has err 'DATA 1 held something else' 'and says which'
 cp -r pics moved
 # shellcheck disable=SC2086
-exits 0 'the same data of another name can' train_with -q $small -n 61 --resume a.safetensors moved
+exits 0 'the same data of another name can' ct-train -q $small -n 61 --resume a.safetensors moved
 # shellcheck disable=SC2086
-exits 3 'nor more data' train_with $small -n 80 --resume a.safetensors pics held
+exits 3 'nor more data' ct-train $small -n 80 --resume a.safetensors pics held
 # shellcheck disable=SC2086
-exits 0 'nothing to resume: begins' train_with $small -q -n 1 --resume y.safetensors pics
+exits 0 'nothing to resume: begins' ct-train $small -q -n 1 --resume y.safetensors pics
 # shellcheck disable=SC2086
-exits 4 'an existing prior is kept' train_with $small a.safetensors pics
+exits 4 'an existing prior is kept' ct-train $small a.safetensors pics
 # shellcheck disable=SC2086
-exits 6 'a training that diverges' train_with $small --lr 1 --expert=decay=10 -n 2000 --ema 0 e.safetensors pics
+exits 6 'a training that diverges' ct-train $small --expert lr=1,decay=10 -n 2000 --expert ema=0 e.safetensors pics
 has err 'diverged at step' 'and says where'
-exits 5 'pieces that do not halve' train_with -p 18 z.safetensors pics
-exits 5 'pieces larger than any picture' train_with -p 64 z.safetensors pics
-exits 5 'scales that leave too little' train_with -p 32 --expert=scales=2,4 z.safetensors pics
+exits 5 'pieces that do not halve' ct-train -p 18 z.safetensors pics
+exits 5 'pieces larger than any picture' ct-train -p 64 z.safetensors pics
+exits 5 'scales that leave too little' ct-train -p 32 --expert=scales=2,4 z.safetensors pics
 exits 3 'no such data' ct-train z.safetensors nowhere
 exits 3 'a folder without pictures' ct-train z.safetensors .
 echo text >text.png
 exits 3 'not a picture' ct-train z.safetensors text.png
 has err 'text.png' 'and names it'
-exits 2 'a key that there is not' train_with --arch colour=3 z.safetensors pics
-exits 3 'channels that 32 does not divide' train_with --arch model_channels=20 z.safetensors pics
+exits 2 'a key that there is not' ct-train --arch colour=3 z.safetensors pics
+exits 3 'channels that 32 does not divide' ct-train --arch model_channels=20 z.safetensors pics
 [ ! -e z.safetensors ] && [ ! -e z.safetensors.state ]; ok $? 'no output of a failed run'
 
 # shellcheck disable=SC2086
-train_with -q $small --half -n 3 --licence CC0-1.0 - pics >stream.safetensors; ok $? 'to a stream'
+ct-train -q $small --half -n 3 --licence CC0-1.0 - pics >stream.safetensors; ok $? 'to a stream'
 # shellcheck disable=SC2086
-train_with -q $small -n 3 whole.safetensors pics
+ct-train -q $small -n 3 whole.safetensors pics
 python3 - <<'EOF'
 import json, struct
 def read(name):
@@ -105,10 +104,10 @@ wait $pid
 [ $? -eq 75 ]; ok $? 'a signal stops it with status 75'
 [ -s f.safetensors ] && [ -s f.safetensors.state ]; ok $? 'and what there is is written'
 # shellcheck disable=SC2086
-exits 0 'stops after the minutes' train_with -q $small -n 100000 --expert=cosine=yes --minutes 0.01 h.safetensors pics
+exits 0 'stops after the minutes' ct-train -q $small -n 100000 --expert=cosine=yes --minutes 0.01 h.safetensors pics
 [ -s h.safetensors ]; ok $? 'with what there is'
 # shellcheck disable=SC2086
-exits 0 'an estimate' train_with $small --dry-run g.safetensors pics
+exits 0 'an estimate' ct-train $small --dry-run g.safetensors pics
 has out '8 pictures, .* parameters' 'with the size of the work'
 [ ! -e g.safetensors ]; ok $? 'and no output'
 done_testing

@@ -19,7 +19,7 @@ tells 'filter to 1 of the Nyquist frequency' ct-fdk p.exr f.nii
 ! grep -q 'do not see' err; ok $? 'all views see it'
 tells 'filter to 0.25 of the Nyquist frequency' ct-fdk --expert cutoff=0.25 p.exr f.nii
 quiet ct-fdk p.exr f.nii
-ct-project -q -f -n 30 --arc 360 --det 8 --pitch 4 a.nii near.exr
+ct-project -q -f -n 30 --arc 360 --det 8 --expert pitch=4 a.nii near.exr
 tells '30 of 30 views do not see the whole grid' ct-fdk near.exr f.nii
 ct-project -q -f -n 30 --arc 190 --det 16x12 a.nii short.exr
 tells 'warning: a short scan of 190 degrees: rays seen twice count twice (--parker weighs them)' ct-fdk short.exr f.nii

@@ -129,18 +129,18 @@ told() { # told BLUR NAME ARGS...: of projections of these
 	ct-project -q -f -n 2 --pixel sinc "$@" y.exr && ct-ddnm -f -v -n 1 --sampler ddnm y.exr t.exr 2>err
 	has err "operator of blur $want px" "$name: $want"
 }
-geometry='--dso 300 --dsd 900 --det 32 --pitch 3,4'
+geometry='--expert dso=300,dsd=900 --det 32 --expert pitch=3,4'
 # shellcheck disable=SC2086
 {
 told 8.66667 'the blur that the file says' --coarsen 4 $geometry up.nii # 0.8 6.5/3 5 3/3
 told 8.66667 'of a volume that is turned' --coarsen 4 --expert rotate=20,30,40 $geometry up.nii
-told 2.88889 'of parallel rays' --coarsen 4 --beam parallel --det 32 --pitch 3,4 up.nii
+told 2.88889 'of parallel rays' --coarsen 4 --beam parallel --det 32 --expert pitch=3,4 up.nii
 told 0 'none where it is undone' --coarsen 4 $geometry tv.nii
 told 4 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 1 5 3/3
 told 8 'of twice as coarse a one' --coarsen 8 $geometry hr.nii
 }
 ct-phantom -q -p -n 2 --det 8 --size 24x24x24 ellipsoids bare.exr
-ct-ddnm -f -v -n 1 -x 8 --operator matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
+ct-ddnm -f -v -n 1 -x 8 --expert operator=matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
 ct-project -q -n 2 --coarsen 128 --det 128 hr.nii wide.exr
 exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'is said'
 exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err "'0,1' is out of range" 'is said'

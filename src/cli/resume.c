@@ -51,7 +51,7 @@ static int take_options(struct ct_resume *r, struct ct_err *e)
 
 		if (o->counts != CT_COUNTS_VALUE)
 			continue;
-		snprintf(name, sizeof name, "--%s", o->name);
+		snprintf(name, sizeof name, "--%s%s", o->expert ? "expert " : "", o->name);
 		ct_table_text(number, sizeof number, o, r->params, 17);
 		if (o->type == CT_T_STR)
 			value = *(const char *const *)((const char *)r->params + o->at);

@@ -240,8 +240,6 @@ static int draw_view(
 	if (ct_sampler_draw(&d, s->x, s->y, j->init ? s->init : NULL, e))
 		return -1;
 	reduce(j, s->x);
-	if (p->final_consistency)
-		ct_range_null(&j->op, s->x, s->y, s->t);
 	from_picture(j, j->result + place * j->h * j->w, s->x);
 	return 0;
 }

@@ -41,7 +41,6 @@ struct ct_superres {
 	double sigma_det; /* Gaussian of the matched operator, fine pixels */
 	double norm;      /* > 0: line integral that is 1 in the picture */
 	bool first;       /* keep the first channel instead of the mean */
-	bool final_consistency;
 	/* Called by the calling thread after some views are finished (done[k], out and deviation
 	 * hold them), and with last = true before ct_superres returns CT_ESTOP. May be NULL.
 	 * What it fails with, ct_superres returns. */

@@ -10,13 +10,13 @@
 #include "resolution/degrade.h"
 #include "resolution/regrid.h"
 #include "resolution/upsample.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 struct params {
 	const char *base, *res, *out, *window, *res_out, *consistent;
@@ -63,12 +63,9 @@ static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu
 static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol *base,
 	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(ct_any_meta(res), CT_META_QUANTITY);
-
 	if (res->kind == CT_KIND_VOLUME) {
-		if (quantity && strcasecmp(quantity, CT_QUANTITY_RESIDUAL) != 0)
-			return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not residual", p->res,
-				quantity);
+		if (ct_evidence_quantity(&res->vol.meta, CT_QUANTITY_RESIDUAL, p->res, e))
+			return -1;
 		if (ct_vol_check_finite(&res->vol, e) || ct_vol_same_grid(base, &res->vol, e))
 			return ct_blame(e, p->res);
 		*out = res->vol;
@@ -79,27 +76,18 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	if (ct_vol_alloc(out, base->n, e))
 		return -1;
 	memcpy(out->affine, base->affine, sizeof out->affine);
-	for (size_t k = 0, plane = out->n[0] * out->n[1]; k < out->n[2]; k++) {
-		memset(out->data + k * plane, 0, plane * sizeof *out->data);
-	}
+	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
 	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
 }
 
 static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const char *quantity;
-
 	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
 		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
-	if (ct_vol_read_hu(p->base, base, env, e))
-		return -1;
-	if (ct_vol_check_grid(base, e))
-		return ct_blame(e, p->base);
-	quantity = ct_meta_get(&base->meta, CT_META_QUANTITY);
-	if (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not hu", p->base, quantity);
-	if (ct_any_read(p->res, res, e))
+	if (ct_evidence_base(base, p->base, env, e) ||
+		ct_evidence_quantity(&base->meta, CT_QUANTITY_HU, p->base, e) ||
+		ct_any_read(p->res, res, e))
 		return -1;
 	if (res->kind != CT_KIND_GAUSS && res->kind != CT_KIND_VOLUME)
 		return ct_fail(e, CT_EINPUT, "%s: is %s, not Gaussians or a volume", p->res,
@@ -121,18 +109,14 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 	const char *mode = ct_meta_get(of, CT_META_MODE);
 	const bool full = mode && strcmp(mode, "full") == 0,
 		   whole = ct_meta_get(of, CT_META_OVERSHOOT) != NULL;
-	const size_t plane = base->n[0] * base->n[1];
+	const size_t n = ct_vol_count(base);
 
 	if (!whole && !full)
 		ct_geometry_opts_warn_above(base, p->base, window, env);
-	for (size_t k = 0; k < base->n[2]; k++) {
-		float *b = base->data + k * plane;
-
-		for (size_t i = 0; full && i < plane; i++)
-			b[i] = (float)window[0];
-		ct_window_add(plane, b, res->data + k * plane, p->gain,
-			isnan(p->floor) ? window[0] : p->floor, whole ? open : window);
-	}
+	for (size_t i = 0; full && i < n; i++)
+		base->data[i] = (float)window[0];
+	ct_window_add(n, base->data, res->data, p->gain, isnan(p->floor) ? window[0] : p->floor,
+		whole ? open : window);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,
@@ -154,16 +138,11 @@ static int make_consistent(
 	struct ct_degrade d;
 	struct ct_vol lr = {0};
 	double before, after;
-	int rc = -1, known;
+	int rc = -1;
 
-	if (ct_vol_read_hu(p->consistent, &lr, env, e))
+	if (ct_evidence_lr(&lr, &d, p->consistent, &out->meta, p->base, env, e))
 		goto out;
-	known = ct_degrade_get(&lr.meta, &d, e);
-	if (known > 0)
-		known = ct_degrade_get(&out->meta, &d, e);
-	if (known > 0)
-		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", p->base);
-	if (known || ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
+	if (ct_upsample_settle(out, &lr, &d, INFINITY, &before, env, e) ||
 		ct_upsample_settle(out, &lr, &d, 0, &after, env, e)) {
 		ct_blame(e, p->consistent);
 		goto out;

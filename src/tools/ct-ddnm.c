@@ -40,7 +40,7 @@ struct params {
 	const char *in, *out, *prior, *arch, *init, *base, *std, *travel;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
 	double eta, sigma_y, sigma_det, norm, guidance, rate;
-	bool final_consistency, resume;
+	bool resume;
 };
 
 static const struct params defaults = {.scale = 0,
@@ -88,14 +88,14 @@ static const struct ct_opt opts[] = {
 		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10, and with "
 		"--base-projections 10",
 		CT_WHEN(WITH_NETWORK)),
-	CT_OPT(struct params, eta, 'e', "eta", "X", 0, 1,
+	CT_EXPERT(struct params, eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
 		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
 		CT_WHEN(CT_IF_WORD(struct params, sampler, STOCHASTIC))),
 	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.0015, as published)",
 		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
-	CT_CHOICE(struct params, op, 0, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
+	CT_EXPERT_CHOICE(struct params, op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
@@ -121,7 +121,7 @@ static const struct ct_opt opts[] = {
 		"projections of a refined CT, of the geometry of OUT: add what a prior that is "
 		"conditional on them expects them to lack (see DESCRIPTION)",
 		CT_WHEN(WITH_NETWORK)),
-	CT_OPT(struct params, t_start, 0, "t-start", "T", -1, 999,
+	CT_EXPERT(struct params, t_start, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
 		CT_WHEN(CT_IF(struct params, init), WITH_NETWORK)),
 	CT_EXPERT(struct params, travel, "travel", "L,R", 0, 0,
@@ -131,9 +131,6 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_STACK,
 		"also write the standard deviation of the samples, EXR",
 		CT_WHEN(CT_IF(struct params, samples))),
-	CT_OPT(struct params, final_consistency, 0, "final-consistency", NULL, 0, 0,
-		"end with the nearest projections that agree with IN exactly",
-		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
 	CT_EXPERT(struct params, norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
@@ -171,7 +168,7 @@ static int settle_base(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	static const char *const chain[][2] = {
-		{"steps", "--steps"}, {"eta", "--eta"}, {"travel", "--expert travel"}};
+		{"steps", "--steps"}, {"eta", "--expert eta"}, {"travel", "--expert travel"}};
 
 	for (size_t i = 0; !p->std && i < sizeof chain / sizeof *chain; i++)
 		if (ct_modes_given(j->env->given, chain[i][0]))
@@ -215,7 +212,6 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	j->s.how.frozen = p->gradient == CHAIN;
 	j->s.op = op;
 	j->s.first = p->channels == FIRST;
-	j->s.final_consistency = p->final_consistency;
 	if (!isnan(p->eta))
 		j->s.how.eta = p->eta;
 	if (!isnan(p->sigma_y))

@@ -13,23 +13,21 @@
 
 struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *std, *blob,
-		*factor, *max;
+		*factor, *min, *max;
 	const char *ref, *test; /* the operands by their role; ref may be NULL */
-	bool psnr, edges, harm, structures, tissues, csv;
+	bool edges, harm, structures, tissues, csv;
 	int ssim, deep;
-	double range, step, contrast, flat_step, min_psnr, min_ssim;
+	double range, step, contrast, flat_step;
 };
 
-#define AND_ALL(X) X(ALL, "all")
-enum { ALL = CT_SSIM_KINDS }; /* the last word of --ssim */
+/* The last words of --ssim. */
+#define ALL_OR_NONE(X)                                                                             \
+	X(ALL, "all")                                                                              \
+	X(NONE, "none")
+enum { ALL = CT_SSIM_KINDS };
 
-static const struct params defaults = {.ssim = -1,
-	.step = 300,
-	.contrast = 15,
-	.flat_step = 1,
-	.deep = 4,
-	.min_psnr = (double)NAN,
-	.min_ssim = (double)NAN};
+static const struct params defaults = {
+	.ssim = -1, .step = 300, .contrast = 15, .flat_step = 1, .deep = 4};
 
 #define WITH_REF CT_WHEN(CT_IF(struct params, second))
 #define WITH_BLOBS CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))
@@ -47,10 +45,8 @@ static const struct ct_opt opts[] = {
 		WITH_REF),
 	CT_INPUT(struct params, mask, 0, "mask", "FILE",
 		"count only voxels where FILE, on the same grid, is not zero", WITH_REF),
-	CT_OPT(struct params, psnr, 0, "psnr", NULL, 0, 0,
-		"leave out SSIM, unless --ssim is given too", WITH_REF),
-	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, AND_ALL),
-		"use this definition of SSIM (default: r2)", WITH_REF),
+	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, ALL_OR_NONE),
+		"use this definition of SSIM (default: r2); none leaves it out", WITH_REF),
 	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
 		"write a table with a line for each slice across each axis", WITH_REF),
 	CT_OPT(struct params, harm, 0, "harm", NULL, 0, 0,
@@ -76,10 +72,8 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT(struct params, map, 0, "map", "OUT", CT_ENDS_VOLUME,
 		"write the residual of --consistency as a volume, HU",
 		CT_WHEN(CT_IF(struct params, consistency))),
-	CT_OPT(struct params, min_psnr, 0, "min-psnr", "DB", 0, 0,
-		"exit with status 3 if PSNR is lower", WITH_REF),
-	CT_OPT(struct params, min_ssim, 0, "min-ssim", "X", 0, 0,
-		"exit with status 3 if a reported SSIM is lower", WITH_REF),
+	CT_OPT(struct params, min, 0, "min", "NAME=X,...", 0, 0,
+		"exit with status 3 if a reported figure is lower, as psnr=30,ssim-r2=0.9"),
 	CT_OPT(struct params, max, 0, "max", "NAME=X,...", 0, 0,
 		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
 	CT_OPT(struct params, csv, 0, "csv", NULL, 0, 0,
@@ -121,8 +115,6 @@ static int check(const struct params *p, bool json, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--json: standard output already holds a table");
 	if (taken && p->csv)
 		return ct_fail(e, CT_EUSAGE, "--csv: standard output already holds a table");
-	if (p->psnr && p->ssim < 0 && !isnan(p->min_ssim))
-		return ct_fail(e, CT_EUSAGE, "--min-ssim: with --psnr it needs --ssim");
 	return 0;
 }
 
@@ -184,7 +176,7 @@ static int parse_rule(struct ct_compare_rule *r, const struct params *p, struct 
 static void choose_ssim(struct ct_metrics_rule *r, const struct params *p, const size_t n[static 3],
 	const struct ct_env *env)
 {
-	const int ssim = p->ssim < 0 && !p->psnr ? CT_SSIM_R2 : p->ssim;
+	const int ssim = p->ssim < 0 ? CT_SSIM_R2 : p->ssim;
 
 	for (int k = 0; k < CT_SSIM_KINDS; k++) {
 		const enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
@@ -293,48 +285,37 @@ out:
 	return rc;
 }
 
-static int at_least(const struct ct_figures *f, const char *name, double min, const char *test,
+/* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number is not at
+ * least X. */
+static int bound(const struct ct_figures *f, const char **text, bool least, const char *test,
 	struct ct_err *e)
 {
-	double v = ct_figures_get(f, name);
-
-	if (isnan(min) || v >= min)
-		return 0;
-	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is below %g", test, name, v, min);
-}
-
-/* One NAME=X of --max; *text moves behind it. */
-static int at_most(
-	const struct ct_figures *f, const char **text, const char *test, struct ct_err *e)
-{
-	const char *equals = strchr(*text, '='), *end;
+	const char *equals = strchr(*text, '='), *end, *option = least ? "min" : "max";
 	char name[sizeof f->at->name] = "";
-	double max, v;
+	double x, v;
 
 	if (equals && (size_t)(equals - *text) < sizeof name)
 		memcpy(name, *text, (size_t)(equals - *text));
-	max = equals ? strtod(equals + 1, (char **)(uintptr_t)&end) : (double)NAN;
-	if (!*name || isnan(max) || end == equals + 1 || (*end && *end != ','))
-		return ct_fail(e, CT_EUSAGE, "--max: '%s' is not NAME=X,...", *text);
+	x = equals ? strtod(equals + 1, (char **)(uintptr_t)&end) : (double)NAN;
+	if (!*name || isnan(x) || end == equals + 1 || (*end && *end != ','))
+		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not NAME=X,...", option, *text);
 	if (!ct_figures_has(f, name))
-		return ct_fail(e, CT_EUSAGE, "--max: the report has no figure '%s'", name);
+		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'", option, name);
 	*text = *end ? end + 1 : NULL;
 	v = ct_figures_get(f, name);
-	return isnan(v) || v <= max
-		       ? 0
-		       : ct_fail(e, CT_EINPUT, "%s: %s %.8g is above %g", test, name, v, max);
+	if (least ? v >= x : isnan(v) || v <= x)
+		return 0;
+	return ct_fail(
+		e, CT_EINPUT, "%s: %s %.8g is %s %g", test, name, v, least ? "below" : "above", x);
 }
 
 static int judge(const struct ct_figures *f, const struct params *p, struct ct_err *e)
 {
-	if (at_least(f, "psnr", p->min_psnr, p->test, e))
-		return -1;
-	for (size_t i = 0; i < f->n; i++)
-		if (strncmp(f->at[i].name, "ssim-", 5) == 0 &&
-			at_least(f, f->at[i].name, p->min_ssim, p->test, e))
+	for (const char *at = p->min; at;)
+		if (bound(f, &at, true, p->test, e))
 			return -1;
 	for (const char *at = p->max; at;)
-		if (at_most(f, &at, p->test, e))
+		if (bound(f, &at, false, p->test, e))
 			return -1;
 	return 0;
 }

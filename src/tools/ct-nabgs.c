@@ -67,7 +67,7 @@ static const struct ct_opt opts[] = {
 		"without Gaussians; 0 runs all iterations"),
 	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
 		"Gaussians to begin with"),
-	CT_OPT(struct params, most, 0, "max-gaussians", "N", 1, 16000000, "never more than these"),
+	CT_EXPERT(struct params, most, "max-gaussians", "N", 1, 16000000, "never more than these"),
 	CT_EXPERT(struct params, densify_until, "densify-until", "N", 0, 10000000,
 		"last iteration that may clone, split and prune, as every hundredth from 600 on does; "
 		"0 is the last but one"),
@@ -81,13 +81,13 @@ static const struct ct_opt opts[] = {
 		"times lower; 0 is what the files say, else 4"),
 	CT_EXPERT(struct params, ssim, "lambda-ssim", "W", 0, 1e6,
 		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
-	CT_OPT(struct params, tv, 0, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
-	CT_OPT(struct params, rate, 0, "rate", "X", 1e-3, 1000,
+	CT_EXPERT(struct params, tv, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
+	CT_EXPERT(struct params, rate, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1); but for "
 		"--paper they are lowered where they are too high"),
 	CT_EXPERT(struct params, lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr",
 		CT_WHEN(CT_IF(struct params, lr))),
-	CT_CHOICE(struct params, begin, 0, "init", CT_WORDS(CT_PLACE_LIST),
+	CT_EXPERT_CHOICE(struct params, begin, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
 	CT_EXPERT(struct params, refit, "refit", "N", 0, 10000,
@@ -97,7 +97,7 @@ static const struct ct_opt opts[] = {
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
 		"given besides holds"),
-	CT_OPT(struct params, compat, 0, "r2-compat", NULL, 0, 0,
+	CT_EXPERT(struct params, compat, "r2-compat", "yes", 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
 	CT_EXPERT(struct params, init, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
@@ -329,8 +329,8 @@ static int check(struct nabgs_job *j, struct ct_err *e)
 	if (!p->base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
 	if (p->most < p->gaussians)
-		return ct_fail(e, CT_EUSAGE, "--max-gaussians %d is below --gaussians %d", p->most,
-			p->gaussians);
+		return ct_fail(e, CT_EUSAGE, "--expert max-gaussians: %d is below --gaussians %d",
+			p->most, p->gaussians);
 	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
 		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);

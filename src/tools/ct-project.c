@@ -94,7 +94,6 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 	const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
 	const char *clip = ct_meta_get(&v->meta, CT_META_CLIP);
-	const size_t plane = v->n[0] * v->n[1];
 	double to[2];
 
 	if (*density)
@@ -110,11 +109,7 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 			p->in, window[0], window[1]);
 		return 0;
 	}
-	for (size_t k = 0; k < v->n[2]; k++) {
-		float *x = v->data + k * plane;
-
-		ct_window_density_open(plane, x, x, window);
-	}
+	ct_window_density_open(ct_vol_count(v), v->data, v->data, window);
 	*density = true;
 	return ct_window_put(&v->meta, window, e) ||
 			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
@@ -122,36 +117,23 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 		       : 0;
 }
 
-/* A plane of HU in place to density; mu, if not NULL, <- its attenuation. */
-static void convert_plane(
-	size_t n, float *x, float *mu, bool density, const double window[2], double water)
-{
-	if (mu && density)
-		ct_window_hu(n, mu, x, window);
-	if (mu)
-		ct_photons_mu(n, mu, density ? mu : x, water);
-	if (!density)
-		ct_window_density(n, x, x, window);
-}
-
 /* HU in place to density, unless they are density already; with --photons the attenuation of every
  * voxel, and that of a mm of density 1. */
 static int to_density(struct ct_vol *v, float **mu, double *unit, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const size_t n = ct_vol_count(v), plane = v->n[0] * v->n[1];
+	const size_t n = ct_vol_count(v);
 	const char *had = ct_meta_get(&v->meta, CT_META_QUANTITY);
-	bool density = p->quantity == DENSITY;
+	const bool says = had && strcmp(had, CT_QUANTITY_DENSITY) == 0;
+	bool density = had && p->quantity == BY_FILE ? says : p->quantity == DENSITY;
 	double window[2];
 
-	if (had && strcmp(had, CT_QUANTITY_HU) != 0 && strcmp(had, CT_QUANTITY_DENSITY) != 0)
+	if (had && !says && strcmp(had, CT_QUANTITY_HU) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "%s: quantity is %.40s, not hu or density", p->in, had);
-	if (had && p->quantity != BY_FILE && density != (strcmp(had, CT_QUANTITY_DENSITY) == 0))
+	if (had && density != says)
 		return ct_fail(e, CT_EUSAGE, "--quantity contradicts %s: its quantity is %.40s",
 			p->in, had);
-	if (had && p->quantity == BY_FILE)
-		density = strcmp(had, CT_QUANTITY_DENSITY) == 0;
 	if (ct_geometry_opts_window(window, p->window, &v->meta, e))
 		return -1;
 	if (p->overshoot && take_overshoot(v, &density, window, p, env, e))
@@ -160,12 +142,14 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 		if (ct_alloc(mu, n, sizeof **mu, e))
 			return -1;
 		*unit = p->water * (window[1] - window[0]) / 1000;
+		if (density)
+			ct_window_hu(n, *mu, v->data, window);
+		ct_photons_mu(n, *mu, density ? *mu : v->data, p->water);
 	}
-	if (!density)
+	if (!density) {
 		ct_geometry_opts_warn_above(v, p->in, window, env);
-	for (size_t k = 0; k < v->n[2]; k++)
-		convert_plane(plane, v->data + k * plane, *mu ? *mu + k * plane : NULL, density,
-			window, p->water);
+		ct_window_density(n, v->data, v->data, window);
+	}
 	if (!density || p->window)
 		return ct_window_put(&v->meta, window, e);
 	return 0;

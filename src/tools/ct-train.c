@@ -54,15 +54,15 @@ static const struct ct_opt opts[] = {
 		NETWORK),
 	CT_OPT(struct train_params, patch, 'p', "patch", "N", 4, 4096,
 		"train on pieces of N x N pixels (default: 64; for slices three times the factor)"),
-	CT_OPT(struct train_params, batch, 'b', "batch", "N", 1, 65536,
+	CT_EXPERT(struct train_params, batch, "batch", "N", 1, 65536,
 		"use N pieces in a step (default: 16; for slices 1024)"),
 	CT_OPT_IDLE(
 		struct train_params, steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all"),
 	CT_OPT_IDLE(struct train_params, minutes, 'm', "minutes", "M", 0, 1e6,
 		"stop after M minutes; 0 sets no limit"),
-	CT_OPT(struct train_params, lr, 'l', "lr", "X", 0, 1,
+	CT_EXPERT(struct train_params, lr, "lr", "X", 0, 1,
 		"learning rate (default: 1e-4; for slices 1e-3)"),
-	CT_OPT(struct train_params, ema, 'e', "ema", "X", 0, 0.9999999,
+	CT_EXPERT(struct train_params, ema, "ema", "X", 0, 0.9999999,
 		"rate of the running average of the weights, which is the prior (default: 0.9999; "
 		"for slices 0.999)"),
 	CT_INPUT_IDLE(struct train_params, validate, 0, "validate", "DATA",
@@ -233,7 +233,8 @@ static int begin_slices(struct train_subject *s, struct train_data *data,
 		(p->window && ct_cli_range("expert window", p->window, r->examples.clip, e)))
 		return -1;
 	if (r->learn.batch % CT_LEARN_PIECE)
-		return ct_fail(e, CT_EUSAGE, "--batch: expected a multiple of %d", CT_LEARN_PIECE);
+		return ct_fail(
+			e, CT_EUSAGE, "--expert batch: expected a multiple of %d", CT_LEARN_PIECE);
 	return train_slices(s, data, r, env, e);
 }
 

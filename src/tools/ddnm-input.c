@@ -84,7 +84,8 @@ int ddnm_input_operator(enum ct_measurement_kind *op, int given, const struct ct
 	if (known == CT_PIXEL_POINT)
 		return 0;
 	if (given >= 0 && *op != ct_pixel_measures((enum ct_pixel)known))
-		return ct_fail(e, CT_EUSAGE, "--operator %s contradicts %s, whose pixels are %s",
+		return ct_fail(e, CT_EUSAGE,
+			"--expert operator: %s contradicts %s, whose pixels are %s",
 			CT_WORD(CT_MEASUREMENT_LIST, *op), path, pixel);
 	*op = ct_pixel_measures((enum ct_pixel)known);
 	return 0;

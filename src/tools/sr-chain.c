@@ -282,10 +282,11 @@ static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
 			       ct_chain_word(c, e, "--gaussians=%d", s->q.gaussians) ||
 			       (s->follows ? ct_chain_word(c, e, "--factor=%d", s->q.factor) ||
 						       ct_chain_word(c, e,
-							       s->p->paper ? "--paper"
-									   : "--r2-compat")
-					   : ct_chain_word(c, e, "--rate=1") ||
-						       ct_chain_word(c, e, "--lambda-tv=0.2")) ||
+							       s->p->paper
+								       ? "--paper"
+								       : "--expert=r2-compat=yes")
+					   : ct_chain_word(
+						     c, e, "--expert=rate=1,lambda-tv=0.2")) ||
 			       add_seed(s, seed, e) ||
 			       ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
 			       ct_chain_word(c, e, "%s", s->file[RESIDUAL])

@@ -58,16 +58,16 @@ inputs() {
 		ct-project -q -n 20 $v.nii $v.exr
 		ct-project -q -n 12 --coarsen 4 $v.nii $v-low.exr
 	done
-	ct-nabgs -q -n 40 -g 200 --max-gaussians 200 -b hr-up.nii hr.exr residual.ply >/dev/null
+	ct-nabgs -q -n 40 -g 200 --expert max-gaussians=200 -b hr-up.nii hr.exr residual.ply >/dev/null
 	[ -s residual.ply ] || { echo "$part: the inputs could not be made" >&2; exit 99; }
 }
 # command NAME INPUT OUT: the words of a run, on the inputs hr or other, in $line
 command_() {
 	case $1 in
 	ct-ddnm) line="ct-ddnm -q -t 2 -x 4 -n 4 $2-low.exr $3" ;;
-	ct-nabgs) line="ct-nabgs -q -t 2 -b $2-up.nii -n 300 -g 300 --max-gaussians 300 --checkpoint-every 20 $2.exr $3" ;;
+	ct-nabgs) line="ct-nabgs -q -t 2 -b $2-up.nii -n 300 -g 300 --expert max-gaussians=300 --checkpoint-every 20 $2.exr $3" ;;
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
-	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
+	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
 	ct-upsample) line="ct-upsample -m prior -q -t 2 -x 2 $2-lr.nii $3" ;;
 	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac

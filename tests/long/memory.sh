@@ -39,9 +39,9 @@ limited out/o.nii ct-fdk -q -t 2 hr.exr out/o.nii
 limited out/o.nii ct-compose -q -t 2 hr-up.nii residual.ply out/o.nii
 limited out/o.nii ct-metrics -q -t 2 --consistency hr-lr.nii --map out/o.nii hr.nii
 limited out/o.exr ct-ddnm -q -t 2 -x 4 -n 2 hr-low.exr out/o.exr
-limited out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --max-gaussians 200 hr.exr out/o.ply
+limited out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --expert max-gaussians=200 hr.exr out/o.ply
 limited out/o.nii ct-fuse -q -t 2 -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
-limited out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 -b 2 -n 3 out/o.safetensors hr.exr
+limited out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
 limited out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
 limited out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
 limited out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii

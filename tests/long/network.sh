@@ -9,7 +9,7 @@ words=in_channels=3,out_channels=6,model_channels=256,num_res_blocks=2,attention
 for py in python3 /usr/bin/python3; do "$py" -c 'import numpy' 2>/dev/null && break; done
 "${builddir:?}/tests/t-pt" shapes $words >shapes || exit 99
 ct-phantom -q --size 64x64x64 --spacing 4 ellipsoids v.nii &&
-	ct-project -q --views 1 --det "${side}x$side" --pitch 1 --coarsen 4 --pixel mean v.nii y.exr || exit 99
+	ct-project -q --views 1 --det "${side}x$side" --expert pitch=1 --coarsen 4 --pixel mean v.nii y.exr || exit 99
 run() { # run STEPS: the peak in kB and the CPU seconds in $peak and $cpu
 	env time -f '%M %U' -o used ct-ddnm -f -q -t 1 --steps "$1" --prior net.pt --arch num_head_channels=64 \
 		y.exr o.exr 2>err || return 1

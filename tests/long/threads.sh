@@ -48,5 +48,5 @@ command_with ct-nabgs -q -t 4 -b up.nii -n 60 -g 300 hr.exr residual.ply
 command_with ct-fuse -q -t 4 -n 4 up.nii lr.nii hr.exr fused.nii
 command_with ct-compose -q -t 4 up.nii residual.ply out.nii
 command_with ct-metrics -q -t 4 hr.nii out.nii
-command_with ct-train -q -t 4 --arch model_channels=32,channel_mult=1 -p 8 -b 4 -n 3 t.safetensors hr.exr
+command_with ct-train -q -t 4 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=4 -n 3 t.safetensors hr.exr
 finish

@@ -21,7 +21,7 @@ void ct_evidence_free(struct ct_evidence *d)
 	ct_vol_free(&d->lr);
 }
 
-static int check_quantity(
+int ct_evidence_quantity(
 	const struct ct_meta *m, const char *want, const char *path, struct ct_err *e)
 {
 	const char *q = ct_meta_get(m, CT_META_QUANTITY);
@@ -45,23 +45,34 @@ static int choose_window(struct ct_evidence *d, const struct ct_evidence_files *
 		       : 0;
 }
 
+int ct_evidence_lr(struct ct_vol *lr, struct ct_degrade *by, const char *path,
+	const struct ct_meta *base, const char *base_path, const struct ct_env *env,
+	struct ct_err *e)
+{
+	int known;
+
+	if (ct_vol_read_hu(path, lr, env, e) ||
+		ct_evidence_quantity(&lr->meta, CT_QUANTITY_HU, path, e))
+		return -1;
+	known = ct_degrade_get(&lr->meta, by, e);
+	if (known > 0)
+		known = ct_degrade_get(base, by, e);
+	if (known > 0)
+		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", base_path);
+	return known || ct_vol_check_finite(lr, e) ? ct_blame(e, path) : 0;
+}
+
 /* What the base, in HU, leaves of the LR. */
 static int read_lr(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_data_residual c;
 	struct ct_vol lr = {0};
-	int rc = -1, known;
+	int rc = -1;
 
-	if (ct_vol_read_hu(f->lr, &lr, env, e) ||
-		check_quantity(&lr.meta, CT_QUANTITY_HU, f->lr, e))
+	if (ct_evidence_lr(&lr, &d->by, f->lr, &d->base.meta, f->base, env, e))
 		goto out;
-	known = ct_degrade_get(&lr.meta, &d->by, e);
-	if (known > 0)
-		known = ct_degrade_get(&d->base.meta, &d->by, e);
-	if (known > 0)
-		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", f->base);
-	if (known || ct_data_residual(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
+	if (ct_data_residual(&c, &d->lr, &lr, &d->base, &d->by, env, e)) {
 		ct_blame(e, f->lr);
 		goto out;
 	}
@@ -81,14 +92,21 @@ static bool is_density(const struct ct_evidence *d)
 	return quantity && strcasecmp(quantity, CT_QUANTITY_DENSITY) == 0;
 }
 
+int ct_evidence_base(
+	struct ct_vol *base, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_vol_read_hu(path, base, env, e))
+		return -1;
+	return ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e) ? ct_blame(e, path) : 0;
+}
+
 static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_vol_read_hu(f->base, &d->base, env, e))
+	if (ct_evidence_base(&d->base, f->base, env, e))
 		return -1;
-	if (ct_vol_check_grid(&d->base, e))
-		return ct_blame(e, f->base);
-	if ((f->lr || !is_density(d)) && check_quantity(&d->base.meta, CT_QUANTITY_HU, f->base, e))
+	if ((f->lr || !is_density(d)) &&
+		ct_evidence_quantity(&d->base.meta, CT_QUANTITY_HU, f->base, e))
 		return -1;
 	return choose_window(d, f, e) || (f->lr && read_lr(d, f, env, e)) ? -1 : 0;
 }
@@ -106,7 +124,7 @@ static int project_base(struct ct_evidence *d, const struct ct_evidence_files *f
 
 static int read_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
 {
-	if (ct_stack_read(path, s, e) || check_quantity(&s->meta, quantity, path, e))
+	if (ct_stack_read(path, s, e) || ct_evidence_quantity(&s->meta, quantity, path, e))
 		return -1;
 	return ct_stack_check(s, e) || ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
 }

@@ -33,4 +33,17 @@ int ct_evidence_density(struct ct_evidence *d, const struct ct_evidence_files *f
 	const struct ct_env *env, struct ct_err *e);
 void ct_evidence_free(struct ct_evidence *d);
 
+/* CT_EINPUT, naming the file, if its quantity is another than `want`; one that is not said may be.
+ */
+int ct_evidence_quantity(
+	const struct ct_meta *m, const char *want, const char *path, struct ct_err *e);
+/* The low-resolution CT in HU, and the operator that it names, or else the base. *lr must be zero.
+ */
+int ct_evidence_lr(struct ct_vol *lr, struct ct_degrade *by, const char *path,
+	const struct ct_meta *base, const char *base_path, const struct ct_env *env,
+	struct ct_err *e);
+/* A base volume in HU: finite, with axes at right angles. */
+int ct_evidence_base(
+	struct ct_vol *base, const char *path, const struct ct_env *env, struct ct_err *e);
+
 #endif

@@ -31,10 +31,11 @@ static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, str
 		s->pitch[0] = s->pitch[1] = side / (double)s->w;
 	}
 	if (o->pitch) {
-		if (ct_cli_numbers("pitch", o->pitch, ',', 2, true, s->pitch, e))
+		if (ct_cli_numbers("expert pitch", o->pitch, ',', 2, true, s->pitch, e))
 			return -1;
 		if (!(s->pitch[0] > 0 && s->pitch[1] > 0))
-			return ct_fail(e, CT_EUSAGE, "--pitch: '%s' is not positive", o->pitch);
+			return ct_fail(
+				e, CT_EUSAGE, "--expert pitch: '%s' is not positive", o->pitch);
 	}
 	return o->offset ? ct_cli_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
 }
@@ -122,16 +123,9 @@ int ct_geometry_opts_window(
 void ct_geometry_opts_warn_above(
 	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
 {
-	const size_t plane = v->n[0] * v->n[1];
-	float largest = -HUGE_VALF;
-	size_t above = 0;
+	float largest;
+	const size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
 
-	for (size_t k = 0; k < v->n[2]; k++) {
-		float most;
-
-		above += ct_window_above(plane, v->data + k * plane, window, &most);
-		largest = fmaxf(largest, most);
-	}
 	if (above > 0)
 		ct_log(env, CT_WARN,
 			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "

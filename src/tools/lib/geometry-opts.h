@@ -37,10 +37,10 @@ struct ct_geometry_opts {
 			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_EXPERT(S, f.start, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",               \
 			CT_GEOMETRY_IF(S, f, if_)),                                                           \
-		CT_OPT(S, f.dso, 0, "dso", "MM", 1e-6, 1e8,                                                   \
+		CT_EXPERT(S, f.dso, "dso", "MM", 1e-6, 1e8,                                                   \
 			"source to isocentre (1000 F/256, F the largest extent of the volume)",               \
 			CT_GEOMETRY_IF(S, f, if_)),                                                           \
-		CT_OPT(S, f.dsd, 0, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)",                \
+		CT_EXPERT(S, f.dsd, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)",                \
 			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_OPT(S, f.det, 0, "det", "WxH", 0, 0,                                                       \
 			"detector columns and rows; one number for both, or for the one row of a fan (the "   \
@@ -49,7 +49,7 @@ struct ct_geometry_opts {
 		CT_OPT(S, f.sampling, 0, "sampling", "X", 0.01, 100,                                          \
 			"instead: X pixels a voxel of the largest dimension, rounded up to a multiple of 16", \
 			CT_WHEN(if_, CT_UNLESS(S, f.like), CT_UNLESS(S, f.det))),                             \
-		CT_OPT(S, f.pitch, 0, "pitch", "MM[,MM]", 0, 0,                                               \
+		CT_EXPERT(S, f.pitch, "pitch", "MM[,MM]", 0, 0,                                               \
 			"size of a pixel along u and v (the detector's side over its pixels)",                \
 			CT_GEOMETRY_IF(S, f, if_)),                                                           \
 		CT_EXPERT(S, f.offset, "offset", "U,V", 0, 0,                                                 \
