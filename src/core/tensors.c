@@ -3,6 +3,7 @@
 #include "core/tensors.h"
 #include "core/mem.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,6 +51,37 @@ int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const si
 	w->t[w->n] = t;
 	*out = &w->t[w->n++];
 	return 0;
+}
+
+int ct_tensors_put(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
+	const float *data, struct ct_err *e)
+{
+	struct ct_tensor *t;
+
+	if (ct_tensors_add(w, name, rank, dim, &t, e))
+		return -1;
+	memcpy(t->data, data, ct_tensor_count(t) * sizeof *data);
+	return 0;
+}
+
+const float *ct_tensors_vector(
+	const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e)
+{
+	const struct ct_tensor *t = ct_tensors_find(w, name);
+
+	if (!t || t->rank != 1 || t->dim[0] != n) {
+		ct_fail(e, CT_EINPUT,
+			"not the state of this training: tensor %s does not have %zu values", name,
+			n);
+		return NULL;
+	}
+	for (size_t i = 0; i < n; i++)
+		if (!isfinite(t->data[i])) {
+			ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", name, i,
+				(double)t->data[i]);
+			return NULL;
+		}
+	return t->data;
 }
 
 struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name)

@@ -27,6 +27,13 @@ size_t ct_tensor_count(const struct ct_tensor *t);
  * until the next add. CT_EINPUT for a rank above CT_MAX_RANK. */
 int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
 	struct ct_tensor **out, struct ct_err *e);
+/* The same with these data, which are copied. */
+int ct_tensors_put(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
+	const float *data, struct ct_err *e);
+/* The n values of a tensor of rank 1 of a training's state, borrowed. NULL with CT_EINPUT if there
+ * is no such tensor, CT_ENUMERIC if a value is not finite. */
+const float *ct_tensors_vector(
+	const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e);
 /* By name, or NULL. */
 struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name);
 

@@ -364,16 +364,13 @@ static void vectors_of(const struct ct_train *t, float *v[static VECTORS])
 int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
 	float *v[VECTORS];
-	struct ct_tensor *x;
 
 	vectors_of(t, v);
 	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
 		goto fail;
-	for (size_t i = 0; i < VECTORS; i++) {
-		if (ct_tensors_add(w, vector_names[i], 1, &t->n, &x, e))
+	for (size_t i = 0; i < VECTORS; i++)
+		if (ct_tensors_put(w, vector_names[i], 1, &t->n, v[i], e))
 			goto fail;
-		memcpy(x->data, v[i], t->n * sizeof *x->data);
-	}
 	return 0;
 fail:
 	ct_tensors_free(w);
@@ -382,6 +379,7 @@ fail:
 
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)
 {
+	const float *from[VECTORS];
 	float *v[VECTORS];
 	double step;
 
@@ -389,20 +387,12 @@ int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_e
 	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
 		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
 	for (size_t i = 0; i < VECTORS; i++) {
-		const struct ct_tensor *x = ct_tensors_find(w, vector_names[i]);
-
-		if (!x || x->rank != 1 || x->dim[0] != t->n)
-			return ct_fail(e, CT_EINPUT,
-				"not the state of this training: tensor %s does not have %zu "
-				"values",
-				vector_names[i], t->n);
-		for (size_t k = 0; k < t->n; k++)
-			if (!isfinite(x->data[k]))
-				return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g",
-					vector_names[i], k, (double)x->data[k]);
+		from[i] = ct_tensors_vector(w, vector_names[i], t->n, e);
+		if (!from[i])
+			return -1;
 	}
 	for (size_t i = 0; i < VECTORS; i++)
-		memcpy(v[i], ct_tensors_find(w, vector_names[i])->data, t->n * sizeof **v);
+		memcpy(v[i], from[i], t->n * sizeof **v);
 	t->step = (uint64_t)step;
 	t->ema_stale = true;
 	return ct_unet_changed(t->net, t->env->par, e);

@@ -48,14 +48,7 @@ static double *scalar(struct ct_fit *f, size_t k)
 static int pack_points(struct ct_tensors *t, const struct ct_fit *f, struct ct_err *e)
 {
 	const size_t dim[2] = {f->points, sizeof *f->point / sizeof(float)};
-	struct ct_tensor *out;
-
-	if (f->points == 0)
-		return 0;
-	if (ct_tensors_add(t, "points", 2, dim, &out, e))
-		return -1;
-	memcpy(out->data, f->point, f->points * sizeof *f->point);
-	return 0;
+	return f->points ? ct_tensors_put(t, "points", 2, dim, (const float *)f->point, e) : 0;
 }
 
 static int unpack_points(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)

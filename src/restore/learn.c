@@ -326,43 +326,14 @@ void ct_learn_free(struct ct_learn *l)
 	free(l);
 }
 
-/* The vectors of a state: the weights and their two moments. */
-static int vector_put(
-	struct ct_tensors *w, const char *name, const float *v, size_t n, struct ct_err *e)
-{
-	struct ct_tensor *t;
-
-	if (ct_tensors_add(w, name, 1, &n, &t, e))
-		return -1;
-	memcpy(t->data, v, n * sizeof *v);
-	return 0;
-}
-
-static int vector_get(
-	float *v, const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e)
-{
-	const struct ct_tensor *t = ct_tensors_find(w, name);
-
-	if (!t || t->rank != 1 || t->dim[0] != n)
-		return ct_fail(e, CT_EINPUT,
-			"not the state of this training: tensor %s does not have %zu values", name,
-			n);
-	for (size_t i = 0; i < n; i++)
-		if (!isfinite(t->data[i]))
-			return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", name, i,
-				(double)t->data[i]);
-	memcpy(v, t->data, n * sizeof *v);
-	return 0;
-}
-
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e)
 {
-	const size_t n = l->r.at[CT_PARTS];
+	const size_t n = l->r.at[CT_PARTS], moments = 2 * n; /* two of a weight */
 
 	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
 		ct_slice_network_put(&l->r, w, "average", e) ||
-		vector_put(w, "weights", l->all, n, e) ||
-		vector_put(w, "moments", l->moment, 2 * n, e)) {
+		ct_tensors_put(w, "weights", 1, &n, l->all, e) ||
+		ct_tensors_put(w, "moments", 1, &moments, l->moment, e)) {
 		ct_tensors_free(w);
 		return -1;
 	}
@@ -372,6 +343,7 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
 {
 	const size_t n = l->r.at[CT_PARTS], inputs = ct_patch_count(&l->r.shape);
+	const float *weights, *moments;
 	struct ct_slice_network r = {0};
 	double step;
 	int rc = -1;
@@ -385,8 +357,12 @@ int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_e
 		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
 		goto out;
 	}
-	if (vector_get(l->all, w, "weights", n, e) || vector_get(l->moment, w, "moments", 2 * n, e))
+	weights = ct_tensors_vector(w, "weights", n, e);
+	moments = weights ? ct_tensors_vector(w, "moments", 2 * n, e) : NULL;
+	if (!moments)
 		goto out;
+	memcpy(l->all, weights, n * sizeof *weights);
+	memcpy(l->moment, moments, 2 * n * sizeof *moments);
 	memcpy(l->r.spread, r.spread, sizeof r.spread);
 	memcpy(l->r.all, r.all, n * sizeof *r.all);
 	memcpy(l->r.mean, r.mean, (inputs + r.components * inputs) * sizeof *r.mean);

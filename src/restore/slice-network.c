@@ -156,14 +156,10 @@ int ct_slice_network_run(const struct ct_slice_network *r, struct ct_slice_netwo
 static int put(struct ct_tensors *w, const char *name, const char *part, size_t rank,
 	const size_t *dim, const float *data, struct ct_err *e)
 {
-	struct ct_tensor *t;
 	char full[96];
 
 	snprintf(full, sizeof full, "%s.%s", name, part);
-	if (ct_tensors_add(w, full, rank, dim, &t, e))
-		return -1;
-	memcpy(t->data, data, ct_tensor_count(t) * sizeof *data);
-	return 0;
+	return ct_tensors_put(w, full, rank, dim, data, e);
 }
 
 static int get(const struct ct_tensors *w, const char *name, const char *part, size_t rank,

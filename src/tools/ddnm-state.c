@@ -63,13 +63,7 @@ size_t ddnm_state_left(const struct ddnm_state *s)
 
 static int put(struct ct_tensors *w, const char *name, const struct ct_stack *s, struct ct_err *e)
 {
-	const size_t dim[3] = {s->views, s->h, s->w};
-	struct ct_tensor *t;
-
-	if (ct_tensors_add(w, name, 3, dim, &t, e))
-		return -1;
-	memcpy(t->data, s->data, ct_stack_count(s) * sizeof *t->data);
-	return 0;
+	return ct_tensors_put(w, name, 3, (const size_t[]){s->views, s->h, s->w}, s->data, e);
 }
 
 static int pack(struct ct_tensors *w, const void *state, struct ct_err *e)

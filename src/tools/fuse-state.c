@@ -55,16 +55,6 @@ static int pack_at(struct ct_tensors *t, const struct ct_joint *j, struct ct_err
 	return 0;
 }
 
-static int put(struct ct_tensors *t, const char *name, size_t n, const float *x, struct ct_err *e)
-{
-	struct ct_tensor *to;
-
-	if (ct_tensors_add(t, name, 1, &n, &to, e))
-		return -1;
-	memcpy(to->data, x, n * sizeof *x);
-	return 0;
-}
-
 static int put_dual(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
 {
 	const size_t n = CT_TV_DUAL * j->n;
@@ -85,7 +75,7 @@ static int pack(struct ct_tensors *t, const void *joint, struct ct_err *e)
 		const char *name;
 		const float *x = volume(j, k, &name);
 
-		if (put(t, name, j->n, x, e))
+		if (ct_tensors_put(t, name, 1, &j->n, x, e))
 			return -1;
 	}
 	if (j->at.phase != CT_JOINT_DONE && put_dual(t, j, e))
@@ -97,7 +87,9 @@ static int pack_result(struct ct_tensors *t, const void *fuse, struct ct_err *e)
 {
 	const struct ct_fuse *f = fuse;
 
-	return put(t, RESULT, f->joint.n, f->residual, e) || pack_at(t, &f->joint, e) ? -1 : 0;
+	return ct_tensors_put(t, RESULT, 1, &f->joint.n, f->residual, e) || pack_at(t, &f->joint, e)
+		       ? -1
+		       : 0;
 }
 
 int fuse_state_save(void *run, const struct ct_joint *j, struct ct_err *e)

@@ -59,13 +59,10 @@ int train_best_take(const struct train_best *b, struct ct_tensors *w, struct ct_
 
 int train_best_put(const struct train_best *b, struct ct_tensors *state, struct ct_err *e)
 {
-	struct ct_tensor *t;
-
 	if (!b->v)
 		return 0;
-	if (ct_tensors_add(state, NAME, 1, &b->n, &t, e))
+	if (ct_tensors_put(state, NAME, 1, &b->n, b->v, e))
 		return -1;
-	memcpy(t->data, b->v, b->n * sizeof *b->v);
 	return ct_meta_setf(&state->meta, e, CT_META_BEST, "%.17g,%llu,%llu,%llu", b->loss,
 		(unsigned long long)b->step, (unsigned long long)b->seen,
 		(unsigned long long)b->worse);
@@ -86,10 +83,8 @@ int train_best_get(struct train_best *b, const struct ct_tensors *state, struct 
 	for (int i = 1; i < 4; i++)
 		if (!(v[i] >= 0 && v[i] < 0x1p53))
 			return ct_fail(e, CT_EINPUT, "\"" CT_META_BEST "\": %g", v[i]);
-	for (size_t i = 0; i < t->dim[0]; i++)
-		if (!isfinite(t->data[i]))
-			return ct_fail(e, CT_ENUMERIC, "tensor " NAME ": value %zu is %g", i,
-				(double)t->data[i]);
+	if (!ct_tensors_vector(state, NAME, t->dim[0], e))
+		return -1;
 	*b = (struct train_best){.n = t->dim[0],
 		.loss = v[0],
 		.step = (uint64_t)v[1],

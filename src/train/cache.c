@@ -88,14 +88,12 @@ static int keep(const char *path, const char *key, const struct ct_example *p, s
 {
 	const size_t dim[4] = {2, p->n[2], p->n[1], p->n[0]};
 	struct ct_tensors w = {0};
-	struct ct_tensor *t;
-	int rc = -1;
+	const int rc = ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
+				       ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
+				       ct_tensors_write_private(path, &w, e)
+			       ? -1
+			       : 0;
 
-	if (ct_meta_set(&w.meta, CT_META_DATASET, key, e) == 0 &&
-		ct_tensors_add(&w, "base,rest", 4, dim, &t, e) == 0) {
-		memcpy(t->data, p->base, ct_tensor_count(t) * sizeof *t->data);
-		rc = ct_tensors_write_private(path, &w, e);
-	}
 	ct_tensors_free(&w);
 	return rc;
 }

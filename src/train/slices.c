@@ -260,20 +260,18 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_learn_restore(((struct train_slices_job *)it)->learn, w, e);
 }
 
-/* The slice networks of --with, except the one in training. */
+/* The slice networks that OUT holds besides, except the one in training. */
 static int add_others(struct ct_tensors *w, const struct train_slices_job *j, struct ct_err *e)
 {
 	const size_t own = strlen(j->name);
 
 	for (size_t i = 0; i < j->with.n; i++) {
 		const struct ct_tensor *from = &j->with.t[i];
-		struct ct_tensor *to;
 
 		if (strncmp(from->name, j->name, own) == 0 && from->name[own] == '.')
 			continue;
-		if (ct_tensors_add(w, from->name, from->rank, from->dim, &to, e))
+		if (ct_tensors_put(w, from->name, from->rank, from->dim, from->data, e))
 			return -1;
-		memcpy(to->data, from->data, ct_tensor_count(from) * sizeof *to->data);
 	}
 	return 0;
 }

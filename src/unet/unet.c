@@ -198,11 +198,9 @@ int ct_unet_tensors(
 		goto fail;
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
-		struct ct_tensor *t;
 
-		if (ct_tensors_add(w, p->name, p->rank, p->dim, &t, e))
+		if (ct_tensors_put(w, p->name, p->rank, p->dim, flat + p->offset, e))
 			goto fail;
-		memcpy(t->data, flat + p->offset, p->count * sizeof *flat);
 	}
 	return 0;
 fail:
