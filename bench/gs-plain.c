@@ -78,7 +78,7 @@ void plain_free(struct plain *p)
 }
 
 /* The box of a footprint, clipped; 0 if it is empty. */
-static int box_of(long box[4], const struct ct_footprint *f, const struct ct_camera *c)
+static int box_of(long box[4], const struct footprint *f, const struct ct_camera *c)
 {
 	for (int a = 0; a < 2; a++) {
 		double reach = sqrt(2 * CT_GS_CUT * f->cov[2 * a]),
@@ -99,13 +99,13 @@ void plain_forward(void *arg)
 	p->pixels = 0;
 	for (size_t i = 0; i < p->n; i++) {
 		const double *x = p->x + i * P;
-		struct ct_footprint f;
+		struct footprint f;
 		long box[4];
 		double amp;
 
 		ct_gaussian_make(&p->b[i], x + CT_GS_POS, x + CT_GS_SCALE, x + CT_GS_ROT,
 			x[CT_GS_RAW] * (x[CT_GS_RAW] < 0 ? 0.25 : 1));
-		if (!ct_footprint_ref_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
+		if (!plain_footprint_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
 			continue;
 		amp = p->b[i].rho * f.mu;
 		for (long r = box[2]; r < box[3]; r++)
@@ -130,11 +130,11 @@ void plain_backward(void *arg)
 	for (size_t i = 0; i < p->n; i++) {
 		double s[6] = {0}, *grad = p->grad + i * P;
 		struct ct_gaussian_gradient fg;
-		struct ct_footprint f;
+		struct footprint f;
 		long box[4];
 
 		memset(grad, 0, P * sizeof *grad);
-		if (!ct_footprint_ref_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
+		if (!plain_footprint_of(&f, &p->cam, &p->b[i]) || !box_of(box, &f, &p->cam))
 			continue;
 		for (long r = box[2]; r < box[3]; r++)
 			for (long c = box[0]; c < box[1]; c++) {
@@ -152,7 +152,7 @@ void plain_backward(void *arg)
 				s[4] += e * u * v;
 				s[5] += e * v * v;
 			}
-		ct_footprint_ref_backward(&fg, &f, &p->cam, &p->b[i], s);
+		plain_footprint_backward(&fg, &f, &p->cam, &p->b[i], s);
 		memcpy(grad + CT_GS_POS, fg.p, sizeof fg.p);
 		ct_gaussian_backward(grad + CT_GS_SCALE, grad + CT_GS_ROT, fg.shape, &p->b[i],
 			p->x + i * P + CT_GS_ROT);

@@ -2,7 +2,7 @@
  * functions of libm, on one thread. What b-gs measures the library against. */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
-#include "gs/gaussian-integral-ref.h"
+#include "tests/gaussian-plain.h"
 #include "gs/rasterise.h"
 #include "gs/mixture.h"
 

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "diffusion/block-mean.h"
 #include "numbers.h"
+#include "pinv.h"
 
 #include <string.h>
 
@@ -16,7 +17,7 @@ int main(void)
 	ct_rng_normals(NY, y, 1, 2, 0);
 	memcpy(x0, x, sizeof x);
 
-	ct_block_mean_pinv(H, W, S, up, y);
+	block_mean_pinv(H, W, S, up, y);
 	ct_block_mean_forward(H, W, S, ax, up);
 	NEAR(maxdiff(NY, ax, y), 0, 1e-7, "A A+ = I");
 

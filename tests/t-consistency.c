@@ -5,6 +5,7 @@
 #include "resolution/consistency.h"
 #include "resolution/svd.h"
 #include "numbers.h"
+#include "separable-pair.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -381,7 +382,7 @@ static double off_optimum(struct bench *b)
 	ct_separable_apply(&b->d, b->dx, b->x, NULL);
 	for (size_t i = 0; i < b->samples; i++)
 		b->dx[i] = (float)(b->dc.mu * ((double)b->y[i] - (double)b->dx[i]));
-	must(ct_separable_adjoint(&up, &b->d, NULL, &err));
+	must(separable_adjoint(&up, &b->d, NULL, &err));
 	ct_separable_apply(&up, turned, b->dx, NULL);
 	for (size_t i = 0; i < b->voxels; i++)
 		old[i] = b->x[i] - old[i];

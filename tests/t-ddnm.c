@@ -5,6 +5,7 @@
 #include "diffusion/block-mean.h"
 #include "diffusion/sampler.h"
 #include "numbers.h"
+#include "pinv.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -164,10 +165,10 @@ static void plus_by_hand(const float *x0, const float *eps, const float *z, cons
 	for (int k = 0; k < 3; k++)
 		for (size_t c = 0; c < C; c++) {
 			ct_block_mean_forward(H, W, S, m + c * H * W, src[k] + c * N);
-			ct_block_mean_pinv(H, W, S, dst[k] + c * N, m + c * H * W);
+			block_mean_pinv(H, W, S, dst[k] + c * N, m + c * H * W);
 		}
 	for (size_t c = 0; c < C; c++)
-		ct_block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
+		block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
 	for (size_t i = 0; i < NX; i++) {
 		double x0h = (double)x0[i] - lam * ((double)p0[i] - (double)py[i]);
 		double free_z = sig * eta * ((double)z[i] - (double)pz[i]);
@@ -187,8 +188,8 @@ static void simple_by_hand(const float *x0, const float *eps, const float *z, co
 
 	for (size_t c = 0; c < C; c++) {
 		ct_block_mean_forward(H, W, S, m + c * H * W, x0 + c * N);
-		ct_block_mean_pinv(H, W, S, p0 + c * N, m + c * H * W);
-		ct_block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
+		block_mean_pinv(H, W, S, p0 + c * N, m + c * H * W);
+		block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
 	}
 	for (size_t i = 0; i < NX; i++) {
 		double noise = eta * (double)z[i] + q * (double)eps[i];
@@ -259,7 +260,7 @@ static void test_spread(void)
 	OK(ct_sampler_draw(&d, x, y, NULL, &e) == 0, "a Gaussian prior");
 	down(&mean, m, x);
 	for (size_t c = 0; c < C; c++) {
-		ct_block_mean_pinv(H, W, S, up, m + c * H * W);
+		block_mean_pinv(H, W, S, up, m + c * H * W);
 		for (size_t i = 0; i < N; i++)
 			sum += pow((double)x[c * N + i] - (double)up[i], 2);
 	}

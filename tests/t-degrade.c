@@ -5,6 +5,7 @@
 #include "core/vol.h"
 #include "resolution/degrade.h"
 #include "numbers.h"
+#include "separable-pair.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -292,8 +293,8 @@ static void test_adjoint(void)
 
 		ct_degrade_protocol(&d, p);
 		must(ct_degrade_plan(&pair[0], &d, n, NULL, &err));
-		must(ct_separable_adjoint(&pair[1], &pair[0], NULL, &err));
-		a = ct_separable_linear(pair);
+		must(separable_adjoint(&pair[1], &pair[0], NULL, &err));
+		a = separable_linear(pair);
 		worst = fmax(worst, adjoint_error(&a));
 		ct_separable_free(&pair[0]);
 		ct_separable_free(&pair[1]);

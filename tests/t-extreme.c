@@ -3,10 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
-#include "gs/mixture-ref.h"
 #include "xray/project.h"
+#include "gaussian-plain.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -113,13 +112,13 @@ static void differs(
 	for (size_t i = 0; i < g->n; i++) {
 		double sums[6], want[CT_GS_FIELDS] = {0}, q[4];
 		struct ct_gaussian_gradient fg;
-		struct ct_footprint f;
+		struct footprint f;
 
-		if (!ct_footprint_ref_of(&f, c, &r->b[i]))
+		if (!plain_footprint_of(&f, c, &r->b[i]))
 			continue;
-		ct_footprint_ref_draw(ref, c, &f, r->b[i].rho, CT_GS_CUT);
-		ct_footprint_ref_sums(sums, dref, c, &f, CT_GS_CUT);
-		ct_footprint_ref_backward(&fg, &f, c, &r->b[i], sums);
+		plain_footprint_draw(ref, c, &f, r->b[i].rho, CT_GS_CUT);
+		plain_footprint_sums(sums, dref, c, &f, CT_GS_CUT);
+		plain_footprint_backward(&fg, &f, c, &r->b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g->rot[k][i];
 		memcpy(want, fg.p, sizeof fg.p);
@@ -212,9 +211,9 @@ static void thinnest(void)
 		look(&c, (enum ct_beam)beam);
 		render(&r, &g, &c);
 		for (size_t i = 0; i < g.n; i++) {
-			struct ct_footprint f;
+			struct footprint f;
 
-			if (ct_footprint_ref_of(&f, &c, &r.b[i]))
+			if (plain_footprint_of(&f, &c, &r.b[i]))
 				peaks += fabs(r.b[i].rho) * f.mu;
 		}
 		fine &= finite_all(&r, g.n) && most_of(r.img, COUNT) <= peaks;
@@ -233,18 +232,18 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 	struct ct_gaussian_gradient fg;
 	struct ct_camera c;
 	struct ct_gaussian b;
-	struct ct_footprint f;
+	struct footprint f;
 
 	look(&c, beam);
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.5 + (double)ct_rng_normal(1, 0, i);
 	ct_gaussian_make(&b, at, at + 3, at + 6, 0.7);
-	if (!ct_footprint_ref_of(&f, &c, &b)) {
+	if (!plain_footprint_of(&f, &c, &b)) {
 		OK(0, "%s is seen", name);
 		return;
 	}
-	ct_footprint_ref_sums(sums, g, &c, &f, INFINITY);
-	ct_footprint_ref_backward(&fg, &f, &c, &b, sums);
+	plain_footprint_sums(sums, g, &c, &f, INFINITY);
+	plain_footprint_backward(&fg, &f, &c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
 	for (int k = 0; k < 10; k++)
@@ -262,9 +261,9 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 			x[k] += h[k] * (i < 2 ? i - 2 : i - 1);
 			ct_gaussian_make(&b, x, x + 3, x + 6, 0.7);
 			memset(img, 0, sizeof img);
-			if (!ct_footprint_ref_of(&f, &c, &b))
+			if (!plain_footprint_of(&f, &c, &b))
 				continue;
-			ct_footprint_ref_draw(img, &c, &f, b.rho, INFINITY);
+			plain_footprint_draw(img, &c, &f, b.rho, INFINITY);
 			y[i] = 0;
 			for (size_t p = 0; p < COUNT; p++)
 				y[i] += g[p] * img[p];

@@ -6,7 +6,7 @@
 #include "gs/prelu.h"
 #include "gs/loss-total.h"
 #include "gs/random-stream.h"
-#include "gs/mixture-ref.h"
+#include "gaussian-plain.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -180,7 +180,7 @@ static double *drawn(const struct scene *s, const struct ct_block *block)
 		struct ct_voxel_gaussian v;
 
 		if (ct_mixture_gaussian(&v, block, &s->w.gaussian[i]))
-			ct_mixture_ref_draw(f, block, &v, CT_GS_CUT);
+			plain_mixture_draw(f, block, &v, CT_GS_CUT);
 	}
 	return f;
 }

@@ -3,10 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
-#include "gs/mixture-ref.h"
 #include "xray/project.h"
+#include "gaussian-plain.h"
 #include "tap.h"
 
 #include <signal.h>
@@ -26,7 +25,7 @@ static bool fill(double *f, struct ct_voxel_gaussian *k, struct ct_gaussian *b,
 	memset(f, 0, COUNT * sizeof *f);
 	if (!ct_mixture_gaussian(k, block, b))
 		return false;
-	ct_mixture_ref_draw(f, block, k, INFINITY);
+	plain_mixture_draw(f, block, k, INFINITY);
 	return true;
 }
 
@@ -55,7 +54,7 @@ static void differences(const double blur[static 3], const char *name)
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
-	ct_mixture_ref_sums(sums, g, &block, &k, INFINITY);
+	plain_mixture_sums(sums, g, &block, &k, INFINITY);
 	ct_mixture_backward_one(&fg, &block, &k, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
@@ -151,8 +150,8 @@ static void fast(void)
 		double q[4], d[PARAMS], sums[10];
 		struct ct_gaussian_gradient fg;
 
-		ct_mixture_ref_draw(ref, &block, &v.item[at], CT_GS_CUT);
-		ct_mixture_ref_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
+		plain_mixture_draw(ref, &block, &v.item[at], CT_GS_CUT);
+		plain_mixture_sums(sums, dref, &block, &v.item[at], CT_GS_CUT);
 		ct_mixture_backward_one(&fg, &block, &v.item[at], &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g.rot[k][i];
@@ -236,8 +235,8 @@ static void tall(const double blur[static 3])
 		for (int a = 0; a < 4; a++)
 			q[a] = (double)g.rot[a][i];
 		if (ct_mixture_gaussian(&k, &block, &b[i])) {
-			ct_mixture_ref_draw(ref, &block, &k, CT_GS_CUT);
-			ct_mixture_ref_sums(sums, dref, &block, &k, CT_GS_CUT);
+			plain_mixture_draw(ref, &block, &k, CT_GS_CUT);
+			plain_mixture_sums(sums, dref, &block, &k, CT_GS_CUT);
 			ct_mixture_backward_one(&fg, &block, &k, &b[i], sums);
 			memcpy(d, fg.p, sizeof fg.p);
 			ct_gaussian_backward(d + 3, d + 6, fg.shape, &b[i], q);
@@ -281,10 +280,10 @@ static void plain(void)
 	must(ct_block_init(&block, eye, zero, n, &err));
 	ct_gaussian_make(&b, p, ln_s, q, 1);
 	OK(ct_mixture_gaussian(&k, &block, &b), "it touches the block");
-	ct_mixture_ref_draw(out, &block, &k, CT_GS_CUT);
+	plain_mixture_draw(out, &block, &k, CT_GS_CUT);
 	for (size_t i = 0; i < 19; i++)
 		g[i] = i < 18 ? 1 : 1e9;
-	ct_mixture_ref_sums(s, g, &block, &k, CT_GS_CUT);
+	plain_mixture_sums(s, g, &block, &k, CT_GS_CUT);
 	for (size_t i = 0; i < 18; i++)
 		want += out[i];
 	OK(fabs(out[18]) <= 0 && want > 0 && fabs(s[0] / want - 1) < 1e-12,
@@ -513,7 +512,7 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		double p[3], l[3], q[4];
 		struct ct_voxel_gaussian k;
 		struct ct_gaussian b;
-		struct ct_footprint f;
+		struct footprint f;
 
 		for (size_t a = 0; a < 3; a++) {
 			p[a] = 16 * ct_rng_uniform(6, a, i) - 8;
@@ -522,10 +521,10 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		for (size_t a = 0; a < 4; a++)
 			q[a] = (double)ct_rng_normal(6, 6 + a, i);
 		ct_gaussian_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
-		if (!ct_mixture_gaussian(&k, &block, &b) || !ct_footprint_ref_of(&f, &c, &b))
+		if (!ct_mixture_gaussian(&k, &block, &b) || !plain_footprint_of(&f, &c, &b))
 			exit(1);
-		ct_mixture_ref_draw(field, &block, &k, INFINITY);
-		ct_footprint_ref_draw(want, &c, &f, b.rho, INFINITY);
+		plain_mixture_draw(field, &block, &k, INFINITY);
+		plain_footprint_draw(want, &c, &f, b.rho, INFINITY);
 	}
 	for (size_t i = 0; i < m * m * m; i++)
 		vol.data[i] = (float)field[i];

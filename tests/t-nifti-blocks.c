@@ -61,15 +61,14 @@ static void test_blocks(void)
 		exit(99);
 	make_volume(&v, 100, 100, 30);
 	for (size_t i = 0; i < 3 * BLOCK; i++)
-		text[i] = (char)('a' + ct_rng_u32(3, 0, i) % 26);
+		text[i] = (char)('a' + (char)ct_rng_below(3, 0, i, 26));
 	text[3 * BLOCK - 1] = '\0';
 	must(ct_meta_set(&v.meta, "history", text, &err));
 	for (int real = 0; real < 4; real++)
 		for (int i = 0; i < 2; i++) {
 			for (size_t k = 0; k < 300000; k++)
-				v.data[k] = real == 1
-						    ? ct_rng_normal(1, 2, k)
-						    : (float)(ct_rng_u32(1, 2, k) % 60000) - 30000;
+				v.data[k] = real == 1 ? ct_rng_normal(1, 2, k)
+						      : (float)ct_rng_below(1, 2, k, 60000) - 30000;
 			if (real > 1) /* the last, behind the first block, or the first */
 				v.data[real == 2 ? 299999 : 0] = 0.5f;
 			OK(ct_vol_write(names[i], &v, &force, &err) == 0 &&
@@ -128,7 +127,7 @@ static void test_members(void)
 	if (!gz)
 		exit(99);
 	for (size_t i = at; i < m.n; i++)
-		m.p[i] = (unsigned char)ct_rng_u32(7, 0, i);
+		m.p[i] = (unsigned char)ct_rng_below(7, 0, i, 256);
 	for (size_t end = BLOCK - 2; end <= BLOCK + 4; end++) {
 		struct ct_vol v = {0};
 		size_t n = put_member(gz, end, m.p, SPLIT), bad = 0;

@@ -4,9 +4,8 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/prelu.h"
-#include "gs/gaussian-integral-ref.h"
 #include "gs/refit.h"
-#include "gs/mixture-ref.h"
+#include "gaussian-plain.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -104,10 +103,10 @@ static void add_views(struct normal *m, const struct scene *s, const struct ct_f
 		must(ct_camera_init(&cam, &s->target.view[k], CT_CONE, H, W, &err));
 		memset(img, 0, sizeof img);
 		for (int i = 0; i < N; i++) {
-			struct ct_footprint p;
+			struct footprint p;
 
-			if (ct_footprint_ref_of(&p, &cam, &b[i]))
-				ct_footprint_ref_draw(img[i], &cam, &p, 1, CT_GS_CUT);
+			if (plain_footprint_of(&p, &cam, &b[i]))
+				plain_footprint_draw(img[i], &cam, &p, 1, CT_GS_CUT);
 		}
 		for (size_t i = 0; i < PIXELS; i++) {
 			const size_t at = k * PIXELS + i;
@@ -138,7 +137,7 @@ static void add_lowres(
 		one.rho = 1;
 		must(ct_alloc0(&vol[i], count, sizeof **vol, &err));
 		if (ct_mixture_gaussian(&v, &block, &one))
-			ct_mixture_ref_draw(vol[i], &block, &v, CT_GS_CUT);
+			plain_mixture_draw(vol[i], &block, &v, CT_GS_CUT);
 	}
 	for (size_t at = 0; at < count; at++) {
 		double row[N];
@@ -200,10 +199,10 @@ static double error_of(const struct scene *s, const struct ct_fit *f, const stru
 		must(ct_camera_init(&cam, &s->target.view[k], CT_CONE, H, W, &err));
 		memset(img, 0, sizeof img);
 		for (int i = 0; i < N; i++) {
-			struct ct_footprint p;
+			struct footprint p;
 
-			if (ct_footprint_ref_of(&p, &cam, &b[i]))
-				ct_footprint_ref_draw(img, &cam, &p, x[i], CT_GS_CUT);
+			if (plain_footprint_of(&p, &cam, &b[i]))
+				plain_footprint_draw(img, &cam, &p, x[i], CT_GS_CUT);
 		}
 		for (size_t i = 0; i < PIXELS; i++) {
 			const size_t at = k * PIXELS + i;

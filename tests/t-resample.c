@@ -6,6 +6,7 @@
 #include "resolution/degrade.h"
 #include "resolution/resample.h"
 #include "numbers.h"
+#include "separable-pair.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -173,11 +174,11 @@ static void test_adjoint(void)
 
 	must(ct_par_alloc(&par, 4, &err));
 	must(ct_resample_plan(&pair[0], n, m, start, step, CT_CUBIC, true, par, &err));
-	must(ct_separable_adjoint(&pair[1], &pair[0], par, &err));
+	must(separable_adjoint(&pair[1], &pair[0], par, &err));
 	ct_separable_apply(&pair[0], dx, x, NULL);
 	ct_separable_apply(&pair[0], again, x, par);
 	OK(memcmp(dx, again, ny * sizeof *dx) == 0, "1 and 4 threads, same bytes");
-	a = ct_separable_linear(pair);
+	a = separable_linear(pair);
 	OK(adjoint_error(&a) < 1e-6, "<D x, y> = <x, D^T y>");
 	ct_separable_free(&pair[0]);
 	ct_separable_free(&pair[1]);

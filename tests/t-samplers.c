@@ -8,6 +8,7 @@
 #include "diffusion/block-mean.h"
 #include "diffusion/superres.h"
 #include "numbers.h"
+#include "pinv.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -94,7 +95,7 @@ static void unseen(float *x)
 
 	down(&mean, m, x);
 	for (size_t c = 0; c < C; c++) {
-		ct_block_mean_pinv(H, W, S, up, m + c * H * W);
+		block_mean_pinv(H, W, S, up, m + c * H * W);
 		for (size_t i = 0; i < N; i++)
 			x[c * N + i] -= up[i];
 	}

@@ -8,9 +8,7 @@
 
 static void test_abar(void)
 {
-	static struct ct_schedule s, f;
-	static float beta[CT_TIMESTEPS];
-	struct ct_err e = {0};
+	static struct ct_schedule s;
 	double least = 1;
 
 	ct_schedule_default(&s);
@@ -20,20 +18,9 @@ static void test_abar(void)
 	NEAR(ct_schedule_abar(&s, 500), 0.0777967, 5e-8, "abar 500");
 	NEAR(ct_schedule_abar(&s, 980), 5.90375e-5, 5e-11, "abar 980");
 	NEAR(ct_schedule_abar(&s, 999), 4.03583e-5, 5e-11, "abar 999");
-	for (int t = 0; t < CT_TIMESTEPS; t++) {
+	for (int t = 0; t < CT_TIMESTEPS; t++)
 		least = fmin(least, ct_schedule_abar(&s, t - 1) - ct_schedule_abar(&s, t));
-		beta[t] = (float)s.beta[t];
-	}
 	OK(least > 0, "abar falls");
-	OK(ct_schedule_betas(&f, beta, &e) == 0, "betas of a file");
-	NEAR(ct_schedule_abar(&f, 999) / ct_schedule_abar(&s, 999), 1, 1e-6,
-		"give the same product");
-	beta[17] = 1;
-	OK(ct_schedule_betas(&f, beta, &e) && e.code == CT_EINPUT, "a beta of 1 is refused");
-	beta[17] = 0;
-	OK(ct_schedule_betas(&f, beta, &e) && strstr(e.msg, "beta 17 is 0"), "%s", e.msg);
-	beta[0] = NAN;
-	OK(ct_schedule_betas(&f, beta, &e) && strstr(e.msg, "beta 0 is"), "%s", e.msg);
 }
 
 static void test_times(void)

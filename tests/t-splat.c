@@ -3,8 +3,8 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/prelu.h"
-#include "gs/gaussian-integral-ref.h"
 #include "gs/splat.h"
+#include "gaussian-plain.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -27,14 +27,14 @@ static void look(struct ct_camera *c, enum ct_beam beam, double angle, bool obli
 }
 
 /* The image of one Gaussian given by raw parameters: p, ln s, q, z, gamma. */
-static bool render(double *img, struct ct_footprint *f, struct ct_gaussian *b,
+static bool render(double *img, struct footprint *f, struct ct_gaussian *b,
 	const struct ct_camera *c, const double x[PARAMS])
 {
 	ct_gaussian_make(b, x, x + 3, x + 6, ct_activation_apply(CT_PRELU, x[11], x[10]));
 	memset(img, 0, H * W * sizeof *img);
-	if (!ct_footprint_ref_of(f, c, b))
+	if (!plain_footprint_of(f, c, b))
 		return false;
-	ct_footprint_ref_draw(img, c, f, b->rho, INFINITY);
+	plain_footprint_draw(img, c, f, b->rho, INFINITY);
 	return true;
 }
 
@@ -51,7 +51,7 @@ static double numeric(const double *g, const struct ct_camera *c, const double a
 {
 	static double img[H * W];
 	double h = 1e-3 * (k < 3 ? 4 : 1) * (k == 10 ? 0.1 : 1), y[4], x[PARAMS];
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 
 	for (int i = 0; i < 4; i++) { /* fourth order: -2h, -h, h, 2h */
@@ -67,14 +67,14 @@ static void analytic(
 	double d[PARAMS], const double *g, const struct ct_camera *c, const double x[PARAMS])
 {
 	static double img[H * W];
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 	struct ct_gaussian_gradient fg;
 	double sums[6];
 
 	render(img, &f, &b, c, x);
-	ct_footprint_ref_sums(sums, g, c, &f, INFINITY);
-	ct_footprint_ref_backward(&fg, &f, c, &b, sums);
+	plain_footprint_sums(sums, g, c, &f, INFINITY);
+	plain_footprint_backward(&fg, &f, c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, x + 6);
 	d[10] = fg.rho * ct_activation_slope(CT_PRELU, x[11], x[10]);
@@ -113,7 +113,7 @@ static void mass_and_peak(enum ct_beam beam)
 		.source = {0, -400, 0}, .centre = {0, 200, 0}, .u = {2, 0, 0}, .v = {0, 0, -2}};
 	double mag = beam == CT_CONE ? 1.5 : 1, mass = 0, peak, want;
 	struct ct_camera c;
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 
 	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &err) == 0, "camera, %s", ct_beam_name(beam));
@@ -157,7 +157,7 @@ static void line_integrals(enum ct_beam beam, double tol)
 		.v = {0, 0.1, -2}};
 	double worst = 0, peak = 0;
 	struct ct_camera c;
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 
 	ct_camera_init(&c, &v, beam, H, W, &err);
@@ -248,13 +248,13 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 	for (size_t i = 0; i < g->n; i++) {
 		struct ct_gaussian_gradient fg = {0};
 		double sums[6], d[CT_GS_FIELDS] = {0}, q[4];
-		struct ct_footprint f;
+		struct footprint f;
 
-		if (!ct_footprint_ref_of(&f, &c, &b[i]))
+		if (!plain_footprint_of(&f, &c, &b[i]))
 			continue;
-		ct_footprint_ref_draw(ref, &c, &f, b[i].rho, CT_GS_CUT);
-		ct_footprint_ref_sums(sums, dref, &c, &f, CT_GS_CUT);
-		ct_footprint_ref_backward(&fg, &f, &c, &b[i], sums);
+		plain_footprint_draw(ref, &c, &f, b[i].rho, CT_GS_CUT);
+		plain_footprint_sums(sums, dref, &c, &f, CT_GS_CUT);
+		plain_footprint_backward(&fg, &f, &c, &b[i], sums);
 		for (int k = 0; k < 4; k++)
 			q[k] = (double)g->rot[k][i];
 		memcpy(d, fg.p, sizeof fg.p);
@@ -366,7 +366,7 @@ static void edges(enum ct_beam beam, const double p[3], const double ln_s[3], bo
 	struct ct_gradient grad = {0};
 	struct ct_gaussian_gradient fg;
 	struct ct_splat s = {0};
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 	struct ct_camera c;
 
@@ -386,10 +386,10 @@ static void edges(enum ct_beam beam, const double p[3], const double ln_s[3], bo
 		grad.d[k][0] = 9;
 	ct_splat_draw(img, &s, NULL);
 	ct_splat_backward(&grad, &s, &b, &set, dimg, NULL);
-	if (ct_footprint_ref_of(&f, &c, &b)) {
-		ct_footprint_ref_draw(ref, &c, &f, b.rho, CT_GS_CUT);
-		ct_footprint_ref_sums(sums, g, &c, &f, CT_GS_CUT);
-		ct_footprint_ref_backward(&fg, &f, &c, &b, sums);
+	if (plain_footprint_of(&f, &c, &b)) {
+		plain_footprint_draw(ref, &c, &f, b.rho, CT_GS_CUT);
+		plain_footprint_sums(sums, g, &c, &f, CT_GS_CUT);
+		plain_footprint_backward(&fg, &f, &c, &b, sums);
 		memcpy(d, fg.p, sizeof fg.p);
 		ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, q);
 		d[10] = fg.rho;
@@ -506,7 +506,7 @@ static void gate(void)
 	struct ct_splat s = {0};
 	double sum = 0, mu = 0;
 	struct ct_camera c;
-	struct ct_footprint f;
+	struct footprint f;
 	struct ct_gaussian b;
 
 	ct_gaussian_make(&b, p, ln_s, q, -0.25);
@@ -534,7 +534,7 @@ static void gate(void)
 		gone, kept, wrong);
 	ct_splat_backward(&grad, &s, &b, &set, ones, NULL);
 	NEAR((double)grad.d[CT_GS_RAW][0] * -0.25 / sum, 1, 1e-4, "its gradient sees the same");
-	ct_footprint_ref_of(&f, &c, &b);
+	plain_footprint_of(&f, &c, &b);
 	mu = 0.25 * f.mu;
 	must(ct_splat_plan(&s, &c, 1, &b, NULL, &err));
 	ct_splat_gate(&s, 1.01 * mu);

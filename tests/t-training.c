@@ -148,7 +148,12 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 	abar = ct_schedule_abar(&schedule, time);
 	must(ct_unet_arch_from_meta(&a, &weights->meta, &err));
 	must(ct_unet_init(&net, &a, 1, &err));
-	must(ct_unet_flatten(net, net->param, weights, &err));
+	for (size_t i = 0; i < net->graph.n_param; i++) {
+		const struct ct_param *p = &net->graph.param[i];
+		const struct ct_tensor *t = ct_tensors_find(weights, p->name);
+
+		memcpy(net->param + p->offset, t->data, p->count * sizeof *t->data);
+	}
 	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, false, &err));
 	ct_patches_draw(&o->patches, s, x0, seed, sample * DRAWS + PIECE);
 	ct_rng_normals(N, z, seed, sample * DRAWS + NOISE, 0);

@@ -35,14 +35,6 @@ static void block(uint32_t r[4], uint64_t seed, uint64_t stream, uint64_t index)
 	ct_philox(r, counter, key);
 }
 
-uint32_t ct_rng_u32(uint64_t seed, uint64_t stream, uint64_t index)
-{
-	uint32_t r[4];
-
-	block(r, seed, stream, index);
-	return r[0];
-}
-
 static uint64_t bits64(uint64_t seed, uint64_t stream, uint64_t index)
 {
 	uint32_t r[4];

@@ -10,8 +10,6 @@
 
 /* Ten rounds of Philox4x32 on the counter; known answers in tests/t-core.c. */
 void ct_philox(uint32_t out[4], const uint32_t counter[4], const uint32_t key[2]);
-/* 32 random bits. */
-uint32_t ct_rng_u32(uint64_t seed, uint64_t stream, uint64_t index);
 /* Uniform in [0, 1), 53 bits. */
 double ct_rng_uniform(uint64_t seed, uint64_t stream, uint64_t index);
 /* Uniform integer in [0, n), n > 0, unbiased to 2^-64. */

@@ -26,13 +26,6 @@ void ct_block_mean_forward(size_t h, size_t w, size_t s, float *restrict y, cons
 			y[i * w + j] = (float)block_mean(s * w, s, x + (i * w * s + j) * s);
 }
 
-void ct_block_mean_pinv(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
-{
-	for (size_t i = 0; i < s * h; i++)
-		for (size_t j = 0; j < s * w; j++)
-			x[i * s * w + j] = y[i / s * w + j / s];
-}
-
 void ct_block_mean_correct(
 	size_t h, size_t w, size_t s, float sigma, float *restrict x, const float *restrict y)
 {

@@ -14,8 +14,6 @@
 /* y = A x */
 void ct_block_mean_forward(
 	size_t h, size_t w, size_t s, float *restrict y, const float *restrict x);
-/* x = A+ y */
-void ct_block_mean_pinv(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
 /* x <- x - sigma A+ (A x - y); sigma 1 makes A x = y. */
 void ct_block_mean_correct(
 	size_t h, size_t w, size_t s, float sigma, float *restrict x, const float *restrict y);

@@ -121,17 +121,3 @@ void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 	memset(x, 0, op->high * op->wide * sizeof *x);
 	ct_measurement_synth_add(op, x, c, rest);
 }
-
-void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
-	const float *restrict y, double *restrict t)
-{
-	double *c = t, *rest = t + op->h * op->w;
-
-	if (op->kind == CT_MEASUREMENT_MEAN) {
-		ct_block_mean_pinv(op->h, op->w, op->s, x, y);
-		return;
-	}
-	ct_measurement_data(op, c, y, rest);
-	memset(x, 0, op->high * op->wide * sizeof *x);
-	ct_measurement_synth_add(op, x, c, rest);
-}

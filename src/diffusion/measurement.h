@@ -65,8 +65,5 @@ void ct_measurement_forward(const struct ct_measurement *op, float *restrict y,
 /* x = A^T y */
 void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 	const float *restrict y, double *restrict t);
-/* x = A+ y */
-void ct_measurement_pinv(const struct ct_measurement *op, float *restrict x,
-	const float *restrict y, double *restrict t);
 
 #endif

@@ -6,36 +6,15 @@
 #include <assert.h>
 #include <stdlib.h>
 
-static void accumulate(struct ct_schedule *s)
-{
-	s->abar_[0] = 1.0;
-	for (size_t t = 0; t < CT_TIMESTEPS; t++)
-		s->abar_[t + 1] = s->abar_[t] * (1.0 - s->beta[t]);
-}
-
-void ct_schedule_linear(struct ct_schedule *s, double lo, double hi)
-{
-	for (size_t t = 0; t < CT_TIMESTEPS; t++)
-		s->beta[t] = lo + (hi - lo) * (double)t / (CT_TIMESTEPS - 1);
-	accumulate(s);
-}
-
 void ct_schedule_default(struct ct_schedule *s)
 {
-	ct_schedule_linear(s, 1e-4, 0.02);
-}
+	const double lo = 1e-4, hi = 0.02;
 
-int ct_schedule_betas(
-	struct ct_schedule *s, const float beta[static CT_TIMESTEPS], struct ct_err *e)
-{
+	s->abar_[0] = 1.0;
 	for (size_t t = 0; t < CT_TIMESTEPS; t++) {
-		if (!(beta[t] > 0 && beta[t] < 1))
-			return ct_fail(
-				e, CT_EINPUT, "beta %zu is %g, outside (0, 1)", t, (double)beta[t]);
-		s->beta[t] = (double)beta[t];
+		s->beta[t] = lo + (hi - lo) * (double)t / (CT_TIMESTEPS - 1);
+		s->abar_[t + 1] = s->abar_[t] * (1.0 - s->beta[t]);
 	}
-	accumulate(s);
-	return 0;
 }
 
 double ct_schedule_abar(const struct ct_schedule *s, int t)

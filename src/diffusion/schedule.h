@@ -17,13 +17,8 @@ struct ct_schedule {
 	double abar_[CT_TIMESTEPS + 1]; /* abar_[t + 1] is abar_t; use ct_schedule_abar */
 };
 
-/* beta_t = lo + (hi - lo) t/(T - 1). */
-void ct_schedule_linear(struct ct_schedule *s, double lo, double hi);
-/* lo 1e-4, hi 0.02. */
+/* beta_t = lo + (hi - lo) t/(T - 1), lo 1e-4, hi 0.02. */
 void ct_schedule_default(struct ct_schedule *s);
-/* From given betas, each in (0, 1): CT_EINPUT otherwise. */
-int ct_schedule_betas(
-	struct ct_schedule *s, const float beta[static CT_TIMESTEPS], struct ct_err *e);
 /* abar_t, -1 <= t < CT_TIMESTEPS. */
 double ct_schedule_abar(const struct ct_schedule *s, int t);
 

@@ -313,28 +313,6 @@ static int job_alloc(struct superres_job *j, struct ct_err *e)
 	return 0;
 }
 
-int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
-	const struct ct_stack *fine, struct ct_err *e)
-{
-	struct ct_measurement op = {0};
-	double *t = NULL;
-	int rc = -1;
-
-	if (fine->views != in->views || fine->h != in->h * p->scale || fine->w != in->w * p->scale)
-		return ct_fail(e, CT_EGEOM, "%zux%zu pixels are not %zu times %zux%zu", fine->w,
-			fine->h, p->scale, in->w, in->h);
-	if (ct_measurement_alloc(&op, p->op, in->h, in->w, p->scale, p->sigma_det, e) ||
-		ct_alloc(&t, ct_measurement_scratch(&op), sizeof *t, e))
-		goto out;
-	for (size_t k = 0; k < in->views; k++)
-		ct_measurement_forward(&op, ct_stack_view(in, k), ct_stack_view(fine, k), t);
-	rc = 0;
-out:
-	free(t);
-	ct_measurement_free(&op);
-	return rc;
-}
-
 static int check(const struct ct_superres *p, const struct ct_stack *in,
 	const struct ct_stack *init, const struct ct_stack *out, const struct ct_stack *deviation,
 	struct ct_err *e)

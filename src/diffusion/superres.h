@@ -67,10 +67,6 @@ void ct_superres_normals(
  * fit. */
 int ct_superres_calls(
 	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e);
-/* in = A fine, view by view: the measurement that a fine stack (s h, s w) would have given. in is
- * allocated, with fine's geometry at 1/s. CT_EGEOM, CT_ENOMEM. */
-int ct_superres_measure(const struct ct_superres *p, struct ct_stack *in,
-	const struct ct_stack *fine, struct ct_err *e);
 /* in: views of (h, w). init: NULL, or views of (s h, s w) to begin from. out, and deviation if not
  * NULL (standard deviation of the samples, samples >= 2): views of (s h, s w), allocated. done
  * [views]: views that out and deviation hold already are skipped; set as views are

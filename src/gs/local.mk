@@ -12,14 +12,13 @@ SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h src/gs/gauss
 libct_a_SOURCES += src/gs/gradient.c src/gs/gradient.h
 # Projections and volumes of them.
 libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
-libct_a_SOURCES += src/gs/gaussian-integral-ref.c src/gs/gaussian-integral-ref.h src/gs/gaussian-integral.h
+libct_a_SOURCES += src/gs/gaussian-integral.h
 libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
 SIMD_SOURCES += src/gs/splat-kernels.c src/gs/splat-kernels.h
 libct_a_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
 SIMD_SOURCES += src/gs/rasterise-add.c src/gs/rasterise-sums.c src/gs/rasterise-batch.h
 libct_a_SOURCES += src/gs/block.c src/gs/block.h
 libct_a_SOURCES += src/gs/mixture.c src/gs/mixture.h
-libct_a_SOURCES += src/gs/mixture-ref.c src/gs/mixture-ref.h
 # The loss.
 libct_a_SOURCES += src/gs/loss.h
 libct_a_SOURCES += src/gs/loss-total.c src/gs/loss-total.h

@@ -1,6 +1,5 @@
 # What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
-libct_a_SOURCES += src/quality/ssim.c src/quality/ssim-gradient.c src/quality/ssim.h
-SIMD_SOURCES += src/quality/ssim-row.c src/quality/ssim-row.h
+libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h
 SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
 libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume.h
 SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h

@@ -20,8 +20,7 @@
  *
  * The functions here are of images; volumes, and the last two, are in ssim-volume.h.
  *
- * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe with one
- * scratch a thread.
+ * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe.
  */
 #ifndef CT_QUALITY_SSIM_H
 #define CT_QUALITY_SSIM_H
@@ -51,20 +50,11 @@ struct ct_ssim_rule {
 
 /* The rule of a definition for data range `range` > 0. */
 void ct_ssim_rule(struct ct_ssim_rule *r, enum ct_ssim_kind kind, double range);
-/* Doubles of scratch for images w wide: 64-byte aligned memory is fastest. */
-size_t ct_ssim_scratch(size_t w);
-/* Mean SSIM. `weight` (h x w, >= 0, or NULL for ones) weights the pixels' S.
- * NaN if no pixel counts (a cropping rule and h or w <= 2 crop, or all weights 0). */
-double ct_ssim(const struct ct_ssim_rule *r, size_t h, size_t w, const float *x, const float *y,
-	const float *weight, double *scratch);
-/* Mean SSIM, and gx += up * d(mean)/dx, h x w. For R2 only. In float: the gradient is right to
- * some 1e-5 of its largest for images of the order of one, whose range the rule knows; takes 50 kB
- * of stack. */
-double ct_ssim_back(const struct ct_ssim_rule *r, size_t h, size_t w, float *gx, const float *x,
-	const float *y, double up);
-/* Rows [first, end) of it: their part of gx, and the sum (not the mean) of 1 - S over them. `up` is
- * that of the mean over the whole image. Rows may be cut anywhere: the same bytes of gx. weight
- * (h x w, or NULL for ones) multiplies the pixels' 1 - S in the sum, and so in the mean h w. */
+/* Of rows [first, end), for R2 only: gx += their part of up * d(mean SSIM)/dx, h x w, and the sum
+ * (not the mean) of 1 - S over them. `up` is that of the mean over the whole image. Rows may be cut
+ * anywhere: the same bytes of gx. weight (h x w, or NULL for ones) multiplies the pixels' 1 - S in
+ * the sum, and so in the mean h w. In float: the gradient is right to some 1e-5 of its largest for
+ * images of the order of one, whose range the rule knows; takes 50 kB of stack. */
 double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
 	float *gx, const float *x, const float *y, const float *weight, double up);
 

@@ -51,7 +51,7 @@ size_t ct_degrade_cover(size_t m, double factor);
 /* Table of one axis. Allocates. CT_EGEOM if the axis is shorter than the factor. */
 int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	enum ct_decimate decimate, struct ct_err *e);
-/* D for a volume of n samples; its adjoint is ct_separable_adjoint. Allocates. */
+/* D for a volume of n samples. Allocates. */
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e);
 /* Affine of the LR grid of the n HR voxels. lo may be hi. */

@@ -9,7 +9,6 @@
 #include "core/mem.h"
 #include "resolution/separable-rows.h"
 
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -321,23 +320,6 @@ void ct_separable_free(struct ct_separable *s)
 	*s = (struct ct_separable){0};
 }
 
-int ct_separable_adjoint(struct ct_separable *adj, const struct ct_separable *s,
-	const struct ct_par *par, struct ct_err *e)
-{
-	struct ct_taps t[3] = {{0}};
-	int rc = -1;
-
-	*adj = (struct ct_separable){0};
-	for (int a = 0; a < 3; a++)
-		if (ct_taps_transpose(&t[a], &s->t[a], e))
-			goto out;
-	rc = ct_separable_plan(adj, t, par, e);
-out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
-	return rc;
-}
-
 /* The operator, whose result is added to what out holds if `add`. */
 static void run(
 	const struct ct_separable *s, float *out, const float *in, bool add, struct ct_par *par)
@@ -371,32 +353,4 @@ void ct_separable_apply(
 void ct_separable_add(const struct ct_separable *s, float *out, const float *in, struct ct_par *par)
 {
 	run(s, out, in, true, par);
-}
-
-static int forward(void *ctx, float *y, size_t parts, const float *x, const struct ct_env *env,
-	struct ct_err *e)
-{
-	const struct ct_separable *pair = ctx;
-
-	(void)parts, (void)e;
-	ct_separable_apply(&pair[0], y, x, env->par);
-	return 0;
-}
-
-static int adjoint(void *ctx, float *x, size_t parts, const float *y, const struct ct_env *env,
-	struct ct_err *e)
-{
-	const struct ct_separable *pair = ctx;
-
-	(void)parts, (void)e;
-	ct_separable_apply(&pair[1], x, y, env->par);
-	return 0;
-}
-
-struct ct_linear ct_separable_linear(const struct ct_separable pair[static 2])
-{
-	const struct ct_taps *t = pair[0].t;
-
-	return (struct ct_linear){t[0].n_in * t[1].n_in * t[2].n_in, 1,
-		t[0].n_out * t[1].n_out * t[2].n_out, forward, adjoint, (void *)(uintptr_t)pair};
 }

@@ -62,9 +62,6 @@ struct ct_separable {
 int ct_separable_plan(
 	struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par, struct ct_err *e);
 void ct_separable_free(struct ct_separable *s);
-/* The adjoint of s, planned. */
-int ct_separable_adjoint(struct ct_separable *adj, const struct ct_separable *s,
-	const struct ct_par *par, struct ct_err *e);
 /* out = (t[2] x t[1] x t[0]) in; they must not overlap. `par` as in the plan, or of fewer threads.
  * One call at a time. */
 void ct_separable_apply(
@@ -72,8 +69,5 @@ void ct_separable_apply(
 /* out = out + the same. */
 void ct_separable_add(
 	const struct ct_separable *s, float *out, const float *in, struct ct_par *par);
-
-/* Both as an operator: pair[0] and its adjoint pair[1], borrowed. */
-struct ct_linear ct_separable_linear(const struct ct_separable pair[static 2]);
 
 #endif

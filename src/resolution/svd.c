@@ -100,23 +100,12 @@ void ct_svd_free(struct ct_svd *f)
 	*f = (struct ct_svd){0};
 }
 
-/* A full table of `rows` rows. */
-static int table(struct ct_taps *t, size_t rows, size_t columns, const double *w, struct ct_err *e)
-{
-	if (ct_taps_alloc(t, columns, rows, columns, e))
-		return -1;
-	memcpy(t->w, w, rows * columns * sizeof *w);
-	return 0;
-}
-
-int ct_svd_v(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
-{
-	return table(t, f->m, f->n, f->v, e);
-}
-
 int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 {
-	return table(t, f->m, f->m, f->u, e);
+	if (ct_taps_alloc(t, f->m, f->m, f->m, e))
+		return -1;
+	memcpy(t->w, f->u, f->m * f->m * sizeof *t->w);
+	return 0;
 }
 
 /* Where the weights of each row begin that are more than NOTHING, and how many the longest has. */

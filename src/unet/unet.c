@@ -93,20 +93,6 @@ static int find_tensor(struct ct_tensor **t, const struct ct_param *p, const str
 	return 0;
 }
 
-int ct_unet_flatten(
-	const struct ct_unet *n, float *flat, const struct ct_tensors *w, struct ct_err *e)
-{
-	for (size_t i = 0; i < n->graph.n_param; i++) {
-		const struct ct_param *p = &n->graph.param[i];
-		struct ct_tensor *t;
-
-		if (find_tensor(&t, p, w, e))
-			return -1;
-		memcpy(flat + p->offset, t->data, p->count * sizeof *flat);
-	}
-	return 0;
-}
-
 /* Without weights. */
 static int unet_new(struct ct_unet **out, const struct ct_unet_arch *a, struct ct_err *e)
 {

@@ -52,9 +52,6 @@ int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
 /* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero. */
 int ct_unet_tensors(
 	const struct ct_unet *n, const float *flat, struct ct_tensors *w, struct ct_err *e);
-/* Named tensors as a flat vector; names and shapes checked as in ct_unet_alloc. */
-int ct_unet_flatten(
-	const struct ct_unet *n, float *flat, const struct ct_tensors *w, struct ct_err *e);
 
 /* Workspace of one thread for `batch` images of h x w, run one after the other. CT_EGEOM unless h
  * and w are multiples of 2^(levels - 1). With `train`, ct_unet_backward may follow a forward: all

@@ -59,7 +59,7 @@ int ct_evidence_lr(struct ct_vol *lr, struct ct_degrade *by, const char *path,
 		known = ct_degrade_get(base, by, e);
 	if (known > 0)
 		ct_fail(e, CT_EINPUT, "neither it nor %s says what operator made it", base_path);
-	return known || ct_vol_check_finite(lr, e) ? ct_blame(e, path) : 0;
+	return known ? ct_blame(e, path) : 0;
 }
 
 /* What the base, in HU, leaves of the LR. */
@@ -97,7 +97,7 @@ int ct_evidence_base(
 {
 	if (ct_vol_read_hu(path, base, env, e))
 		return -1;
-	return ct_vol_check_finite(base, e) || ct_vol_check_grid(base, e) ? ct_blame(e, path) : 0;
+	return ct_vol_check_grid(base, e) ? ct_blame(e, path) : 0;
 }
 
 static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
