@@ -5,6 +5,12 @@
 
 static const size_t size[3] = {16, 16, 16};
 
+/* Of networks for that very factor. */
+static size_t cell_of(const struct ct_degrade *d)
+{
+	return (size_t)fmax(d->factor[0], fmax(d->factor[1], d->factor[2]));
+}
+
 /* When what is flat becomes linear. */
 static void flat_points(void)
 {
@@ -15,12 +21,12 @@ static void flat_points(void)
 		for (int noise = 0; noise < 2; noise++) {
 			ct_degrade_protocol(&rule.by, protocol);
 			rule.noise = noise;
-			must(ct_restore_confidence(&rule, &little, size, &err));
+			must(ct_restore_confidence(&rule, &little, cell_of(&rule.by), size, &err));
 			ok = ok && rule.flat == (protocol == 3 && !noise);
 		}
 	rule.by.decimate = CT_DECIMATE_MEAN;
 	rule.noise = 0;
-	must(ct_restore_confidence(&rule, &little, size, &err));
+	must(ct_restore_confidence(&rule, &little, cell_of(&rule.by), size, &err));
 	OK(ok && !rule.flat, "point-sampled, aliased scans, without noise, are flat");
 }
 
@@ -51,7 +57,7 @@ static void weights(void)
 		struct ct_restore_rule got = {.by = want[k].by, .noise = want[k].noise};
 		bool little;
 
-		must(ct_restore_confidence(&got, &little, size, &err));
+		must(ct_restore_confidence(&got, &little, cell_of(&want[k].by), size, &err));
 		OK(got.weight == 1 && got.doubt == want[k].doubt && got.gate == want[k].gate &&
 				got.steps == want[k].steps && got.cap == want[k].cap &&
 				got.again == 10 && got.passes == want[k].passes &&

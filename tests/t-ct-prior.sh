@@ -105,14 +105,18 @@ ct-metrics --uncertainty e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii
+ct-degrade -q -x 2,4,4 truth.nii mixed.nii
 ct-degrade -q -x 2 truth.nii two.nii
-exits 5 'other factors are refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors two.nii x.nii
-has err 'two.nii: the prior has no network for factors 2,2,2$' 'in words'
-exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors two.nii x.nii
-has err 'two.nii: the prior has no network for factors 2,2,2: the prior adds nothing$' 'which is said'
-ct-upsample -q two.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
+exits 5 'two factors are refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors mixed.nii x.nii
+has err 'mixed.nii: the prior has no network for factors 2,4,4$' 'in words'
+exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors mixed.nii x.nii
+has err 'mixed.nii: the prior has no network for factors 2,4,4: the prior adds nothing$' 'which is said'
+ct-upsample -q mixed.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
 rm x.nii
-exits 0 'and known to a prior of both' ct-upsample -m prior -q -p two.safetensors two.nii y.nii
+exits 0 'another factor is seen by the nearest network' ct-upsample -m prior -q -p p.safetensors two.nii x.nii
+exits 0 'or by its own' ct-upsample -m prior -q -p two.safetensors two.nii y.nii
+! cmp_ x y; ok $? 'which is not the same'
+rm x.nii
 exits 3 'a volume is no prior' ct-upsample -m prior -p up.nii lo.nii x.nii
 exits 3 'nor is a prior of pictures' ct-upsample -m prior -p "$builddir/prior.safetensors" lo.nii x.nii
 has err 'no prior of slices' 'in words'

@@ -621,7 +621,7 @@ static void restoring(void)
 	must(ct_upsample(&x, &lo, &up, &did, &env, &err));
 	must(ct_vol_alloc(&y, n3, &err));
 	memcpy(y.data, x.data, COUNT * sizeof *x.data);
-	OK(ct_slice_prior_knows(&p, &rule.by, false), "a prior knows scans of its factor");
+	OK(ct_slice_prior_cell(&p, &rule.by, false) == 4, "a prior knows scans of its factor");
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		sum += pow((double)x.data[i] - (double)y.data[i], 2) / COUNT;
@@ -676,7 +676,7 @@ static void restoring(void)
 	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
 	rule.by.factor[2] = 3;
-	OK(!ct_slice_prior_knows(&p, &rule.by, false) &&
+	OK(ct_slice_prior_cell(&p, &rule.by, false) == 0 &&
 			ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM,
 		"other factors are refused");

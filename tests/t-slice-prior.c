@@ -4,6 +4,7 @@
 #include "core/vol.h"
 #include "numbers.h"
 #include "resolution/consistency.h"
+#include "resolution/resample.h"
 #include "resolution/upsample.h"
 #include "restore/example.h"
 #include "restore/predict.h"
@@ -437,7 +438,7 @@ static void restoring(void)
 
 		scan_of(&s, factors[k % 5][0], factors[k % 5][1], factors[k % 5][2]);
 		rule.by = s.by;
-		OK(ct_slice_prior_knows(&p, &rule.by, k == 5), "factors %g,%g,%g are known",
+		OK(ct_slice_prior_cell(&p, &rule.by, k == 5) > 0, "factors %g,%g,%g are known",
 			s.by.factor[0], s.by.factor[1], s.by.factor[2]);
 		twin(want, &added, &s, &p, &rule, false);
 		if (rule.passes == 2) {
@@ -465,13 +466,82 @@ static void restoring(void)
 	OK(p.n == 0 && !p.r[4].all, "a prior is freed");
 }
 
+/* Seen by networks of another factor: interpolated there, and what they expect back. */
+static void between_factors(double fx, double fy, double fz, size_t cell)
+{
+	enum { ALL = 24 * 20 * 16 };
+	const double factor[3] = {fx, fy, fz};
+	struct ct_slice_prior p = {.n = 1};
+	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
+	struct ct_separable there = {0}, back = {0};
+	double start[2][3], step[2][3], residual;
+	struct ct_scene seen = {.n = {24, 20, 16}};
+	struct ct_guess g = {0};
+	struct ct_restore_report got;
+	struct ct_vol want = {0};
+	float *y, std[ALL];
+	size_t cells, textured;
+	struct scan s;
+
+	random_network(&p.r[0], 56, cell, cell + 4, 1, (fx > 1) + (fy > 1) + (fz > 1) > 1);
+	scan_of(&s, fx, fy, fz);
+	rule.by = s.by;
+	for (int a = 0; a < 3; a++) {
+		seen.coarse[a] = factor[a] > 1;
+		step[0][a] = seen.coarse[a] ? factor[a] / (double)cell : 1;
+		step[1][a] = 1 / step[0][a];
+		for (int q = 0; q < 2; q++)
+			start[q][a] = (step[q][a] - 1) / 2;
+		seen.n[a] = seen.coarse[a] ? s.lo.n[a] * cell : s.x.n[a];
+	}
+	seen.regime.decimate = s.by.decimate;
+	for (int a = 0; a < 3; a++)
+		seen.regime.sigma += s.by.sigma[a] / factor[a] /
+				     (seen.coarse[0] + seen.coarse[1] + seen.coarse[2]);
+	must(ct_resample_plan(
+		&there, s.x.n, seen.n, start[0], step[0], CT_CUBIC, true, NULL, &err));
+	must(ct_resample_plan(&back, seen.n, s.x.n, start[1], step[1], CT_CUBIC, true, NULL, &err));
+	y = calloc(2 * seen.n[0] * seen.n[1] * seen.n[2], sizeof *y);
+	if (!y)
+		exit(99);
+	g.h = y + seen.n[0] * seen.n[1] * seen.n[2];
+	ct_separable_apply(&there, y, s.x.data, NULL);
+	seen.x = y;
+	must(ct_predict(&g, &seen, &p.r[0], rule.axes, &textured, &cells, &env, &err));
+	for (size_t i = 0; i < seen.n[0] * seen.n[1] * seen.n[2]; i++)
+		g.h[i] /= (float)g.axes;
+	must(ct_vol_alloc(&want, s.x.n, &err));
+	memcpy(want.affine, s.x.affine, sizeof want.affine);
+	memcpy(want.data, s.x.data, ALL * sizeof *want.data);
+	ct_separable_add(&back, want.data, g.h, NULL);
+	must(ct_upsample_settle(&want, &s.lo, &s.by, 0, &residual, &env, &err));
+	must(ct_restore(&s.x, std, &s.lo, &p, &rule, &got, &env, &err));
+	OK(apart(ALL, s.x.data, want.data) < 1e-5 && got.added > 1,
+		"factors %g,%g,%g by networks of %zu", fx, fy, fz, cell);
+	OK(*std > 0 && std[ALL - 1] > 0 && isfinite(std[ALL / 2]), "with a predicted error");
+	free(y);
+	ct_separable_free(&there);
+	ct_separable_free(&back);
+	ct_vol_free(&want);
+	ct_vol_free(&s.x);
+	ct_vol_free(&s.lo);
+	ct_slice_prior_free(&p);
+}
+
 static void knowing(void)
 {
-	static const double known[][3] = {{3, 3, 3}, {3, 3, 1}, {1, 3, 3}, {5, 1, 1}, {1, 5, 5}},
-			    unknown[][3] = {{1, 1, 1}, {3, 1, 1}, {5, 5, 5}, {3, 3, 2},
-				    {3.5, 3.5, 3.5}, {4, 4, 4}, {2.5, 1, 1}};
-	static const bool across[5][3] = {{true, true, true}, {false, false, true},
-		{true, false, false}, {false, true, true}, {false, true, true}};
+	/* The network of 3 is for slices with two coarse axes, that of 5 for those with one. */
+	static const struct {
+		double factor[3];
+		size_t cell;
+		bool across[3];
+	} scans[] = {{{3, 3, 3}, 3, {true, true, true}}, {{3, 3, 1}, 3, {false, false, true}},
+		{{1, 3, 3}, 3, {true, false, false}}, {{5, 1, 1}, 5, {false, true, true}},
+		{{1, 5, 5}, 5, {false, true, true}}, {{3.5, 3.5, 3.5}, 3, {true, true, true}},
+		{{8, 8, 8}, 3, {true, true, true}}, {{1.2, 1.2, 1.2}, 3, {true, true, true}},
+		{{2.5, 1, 1}, 5, {false, true, true}}, {{1, 1, 13}, 5, {true, true, false}},
+		{{1, 1, 1}, 0, {0}}, {{3, 3, 2}, 0, {0}}, {{8.2, 8.2, 8.2}, 0, {0}},
+		{{1.1, 1.1, 1.1}, 0, {0}}, {{1, 1, 13.6}, 0, {0}}, {{1, 1.8, 1}, 0, {0}}};
 	struct ct_slice_prior p = {0}, q = {0};
 	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
 	bool axes[3];
@@ -479,7 +549,6 @@ static void knowing(void)
 	struct ct_slice_network a, b;
 	struct ct_tensors w = {0}, none = {0};
 	struct scan s;
-	bool right = true;
 
 	random_network(&a, 61, 3, 5, 1, true);
 	random_network(&b, 62, 5, 7, 1, false);
@@ -494,23 +563,25 @@ static void knowing(void)
 			p.r[3].shape.cell == 5 && p.r[1].shape.swap && !p.r[2].shape.swap &&
 			!p.r[3].shape.swap,
 		"each of its slices");
-	for (size_t k = 0; k < 12; k++) {
+	for (size_t k = 0; k < sizeof scans / sizeof *scans; k++) {
 		struct ct_degrade d = {.decimate = CT_DECIMATE_POINT};
 
-		memcpy(d.factor, k < 5 ? known[k] : unknown[k - 5], sizeof d.factor);
-		right = right && ct_slice_prior_knows(&p, &d, false) == (k < 5);
-		right = right && ct_slice_prior_knows(&p, &d, true) == (k < 5);
+		memcpy(d.factor, scans[k].factor, sizeof d.factor);
 		ct_slice_prior_axes(axes, &p, &d);
-		for (int x = 0; x < 3; x++)
-			right = right && axes[x] == (k < 5 && across[k][x]);
+		OK(ct_slice_prior_cell(&p, &d, false) == scans[k].cell &&
+				ct_slice_prior_cell(&p, &d, true) == scans[k].cell &&
+				axes[0] == scans[k].across[0] && axes[1] == scans[k].across[1] &&
+				axes[2] == scans[k].across[2],
+			"scans of %g,%g,%g are seen by cells of %zu, across their axes",
+			d.factor[0], d.factor[1], d.factor[2], scans[k].cell);
 	}
-	OK(right, "it knows its factors and no others, and the axes across which it looks");
 	p.again[0] = p.again[2] = true;
-	OK(!ct_slice_prior_knows(&p, &(struct ct_degrade){.factor = {3, 3, 3}}, false),
+	OK(ct_slice_prior_cell(&p, &(struct ct_degrade){.factor = {3, 3, 3}}, false) == 0,
 		"what it knows again it need not know at first");
 	p.again[0] = p.again[2] = false;
 	scan_of(&s, 5, 5, 5);
 	rule.by = s.by;
+	rule.axes[0] = rule.axes[1] = rule.axes[2] = false;
 	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM &&
 			strcmp(err.msg, "the prior knows no slices of such a scan") == 0,
@@ -678,6 +749,9 @@ int main(void)
 	shapes();
 	prediction();
 	restoring();
+	between_factors(1, 1, 2, 3);
+	between_factors(4, 4, 4, 3);
+	between_factors(2, 2, 1, 4);
 	knowing();
 	examples();
 	return tap_done();

@@ -131,9 +131,10 @@ static double largest(const double factor[3])
 }
 
 /* Cells along the side of a patch. */
-static size_t patch_cells(const struct ct_slice_prior *prior, const double factor[3])
+static size_t patch_cells(const struct ct_refine *r)
 {
-	const size_t cell = (size_t)largest(factor);
+	const struct ct_slice_prior *prior = r->rule.prior;
+	const size_t cell = ct_slice_prior_cell(prior, &r->is.by, false);
 
 	for (size_t i = 0; i < prior->n; i++)
 		if (prior->r[i].shape.cell == cell)
@@ -210,7 +211,7 @@ static int try_prior(double *cpu, double *uneven, const struct ct_vol *piece,
 		begin = ct_clock_cpu();
 		rc = ct_restore(&x, NULL, piece, r->rule.prior, &r->restore, &did, env, e);
 		*cpu += ct_clock_cpu() - begin;
-		*uneven += count_uneven(piece, factor, patch_cells(r->rule.prior, factor));
+		*uneven += count_uneven(piece, factor, patch_cells(r));
 	}
 	ct_vol_free(&x);
 	return rc;
@@ -258,7 +259,7 @@ static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double *factor = r->is.by.factor;
-	const size_t cells = patch_cells(r->rule.prior, factor);
+	const size_t cells = patch_cells(r);
 	const double times = work_of(r, in) / (double)ct_vol_count(in);
 	struct place p[LATTICE];
 	double uneven = 0, sum = 0, flat = 0, none = 0, share = 1, each;

@@ -11,8 +11,6 @@
 #include <string.h>
 
 #define MIB 0x1p20
-/* Bytes of the nets of the prior and of what they work in. */
-#define NETS 67108864.0
 
 /* Methods that may come to iterate: of these it counts what noise there is. */
 static bool iterates(int method)
@@ -62,7 +60,8 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	if (r->adds) {
 		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &r->is.by, false, n, e))
 			return -1;
-		most = fmax(most, error + fmax(agree, NETS + one * (r->restore.doubt > 0 ? 3 : 2)));
+		most = fmax(most, error + fmax(agree, one + ct_restore_bytes(p->prior, &r->restore,
+								    n, p->error)));
 	}
 	*bytes = most + 4 * coarse;
 	return 0;
@@ -196,19 +195,21 @@ static int plan_prior(
 	const bool weighted = !isnan(p->weight);
 	const double *x = r->is.by.factor;
 	bool little, again;
+	size_t cell;
 	int gains;
 
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
 	if (!r->is.known)
 		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false) && weighted)
+	cell = ct_slice_prior_cell(p->prior, &r->is.by, false);
+	if (cell == 0 && weighted)
 		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
 			x[1], x[2]);
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false))
+	if (cell == 0)
 		return leave(
 			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
 	if (ct_flat_texture(&r->restore.texture, in, e) ||
-		ct_restore_confidence(&r->restore, &little, in->n, e))
+		ct_restore_confidence(&r->restore, &little, cell, in->n, e))
 		return -1;
 	if (little && !weighted)
 		return leave(r, e,
@@ -216,7 +217,7 @@ static int plan_prior(
 			"are thick, --decimate mean says so");
 	r->adds = true;
 	gains = weighted ? 2 : r->restore.passes;
-	again = ct_slice_prior_knows(p->prior, &r->is.by, true);
+	again = ct_slice_prior_cell(p->prior, &r->is.by, true) > 0;
 	r->restore.passes = again && gains == 2 ? p->passes : 1;
 	if (r->restore.passes < p->passes)
 		ct_log(env, CT_INFO, "one pass: %s",

@@ -10,10 +10,23 @@
  * dB. */
 #define AGAIN 10
 
-int ct_restore_confidence(
-	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e)
+/* The operator on the grid of the networks: the same blur, in LR voxels. */
+static struct ct_degrade as_seen(const struct ct_degrade *d, double cell)
 {
-	const struct ct_degrade *d = &rule->by;
+	struct ct_degrade seen = *d;
+
+	for (int a = 0; a < 3; a++)
+		if (d->factor[a] > 1) {
+			seen.factor[a] = cell;
+			seen.sigma[a] *= cell / d->factor[a];
+		}
+	return seen;
+}
+
+int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
+	const size_t n[static 3], struct ct_err *e)
+{
+	const struct ct_degrade seen = as_seen(&rule->by, (double)cell), *d = &seen;
 	double aliasing = 0, most = 1;
 	bool aliases, points;
 	int coarse = 0;
@@ -38,6 +51,7 @@ int ct_restore_confidence(
 	rule->again = AGAIN;
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
-	*little = coarse == 1 && !aliases;                 /* thick slices that are well sampled */
+	/* thick slices that are well sampled */
+	*little = coarse == 1 && !aliases && d->decimate == CT_DECIMATE_SINC;
 	return 0;
 }

@@ -120,7 +120,7 @@ static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct c
 	struct ct_restore_report report;
 	bool little;
 
-	if (ct_restore_confidence(&rule, &little, lo->n, e))
+	if (ct_restore_confidence(&rule, &little, r->factor, lo->n, e))
 		return -1;
 	rule.passes = 1;
 	rule.flat = false;

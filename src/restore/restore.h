@@ -18,6 +18,10 @@
  * The prior is a set of slice networks: "S" for slices whose two axes are S times coarser,
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
  * have added to, which show what slices of one axis did not know of the others.
+ *
+ * A scan of another factor f, whole or not, is seen by the networks of the nearest S: the volume is
+ * interpolated (Keys) along its coarse axes to S voxels an LR voxel, and w h back. What a blur and
+ * a sampling do is the same at any factor, in LR voxels. S and f are at most 2.7 times apart.
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H
@@ -36,8 +40,9 @@ struct ct_slice_prior {
 /* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
-/* Does it know slices of scans that d made, as a solver refined them, or as the prior did? */
-bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again);
+/* The cell of its networks that are for scans that d made, as a solver refined them, or as the
+ * prior did: the nearest to the factor, which is one for all coarse axes; 0 if there is none. */
+size_t ct_slice_prior_cell(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again);
 /* Axes across which it takes slices of what a solver refined. */
 void ct_slice_prior_axes(
 	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d);
@@ -55,11 +60,15 @@ struct ct_restore_rule {
 	int passes;                      /* 1 or 2 */
 };
 
-/* The weight of a scan of n voxels that rule->by made, with rule->noise, its confidence weights,
- * and the most passes that gain. *little: what the prior could add is not worth what it may spoil.
- * CT_ENOMEM. */
-int ct_restore_confidence(
-	struct ct_restore_rule *rule, bool *little, const size_t n[static 3], struct ct_err *e);
+/* The weight of a scan of n voxels that rule->by made, with rule->noise, where networks of that
+ * cell see it, its confidence weights, and the most passes that gain. *little: what the prior could
+ * add is not worth what it may spoil. CT_ENOMEM. */
+int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
+	const size_t n[static 3], struct ct_err *e);
+
+/* Bytes of work that the prior takes for a volume of n voxels, with the predicted error or not. */
+double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
+	const size_t n[static 3], bool error);
 
 struct ct_restore_report {
 	size_t cells, textured; /* cells of slices, and those that were not flat */
@@ -69,7 +78,7 @@ struct ct_restore_report {
 
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
- * and lo: one volume, another if there is doubt; or that of ct_upsample_settle. std, if not NULL,
+ * and lo: ct_restore_bytes, or that of ct_upsample_settle. std, if not NULL,
  * becomes the predicted error of each voxel, HU (slice-network.h). The report is of the last pass.
  */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,

@@ -190,7 +190,7 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 		return ct_blame(e, j->p->with);
 	if (!j->p->again)
 		return 0;
-	if (!ct_slice_prior_knows(&j->first, &d, false))
+	if (ct_slice_prior_cell(&j->first, &d, false) != j->rule.factor)
 		return ct_fail(e, CT_EINPUT, "%s: has no network for factor %zu%s", j->p->with,
 			j->rule.factor, thick ? " and thick slices" : "");
 	j->rule.after = &j->first;
