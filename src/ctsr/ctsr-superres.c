@@ -29,8 +29,7 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 		.iterations = 300,
 		.tolerance = 0.1};
 
-	if (o)
-		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
 /* Written so that NaN is refused where a number is needed. */
@@ -145,30 +144,15 @@ int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_superres_job j = {0};
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_make_volume(&k, out) || (error && ctsr_make_volume(&k, error)) ||
+		 ctsr_call_begin(&k, in, c);
 
-	if (out)
-		*out = NULL;
-	if (error)
-		*error = NULL;
-	if (!out || !in)
-		return ctsr_no_null(__func__, e);
 	ctsr_superres_options_init(&j.o, sizeof j.o);
-	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&j.o, sizeof j.o, o, &k.err) ||
-	     ctsr_make_volume(out, &k.err) || (error && ctsr_make_volume(error, &k.err)) ||
+	rc = rc || ctsr_take_options(&j.o, sizeof j.o, o, &k.err) ||
 	     work(&j, &(*out)->v, error ? &(*error)->v : NULL, in, &k) ||
 	     give(report, &j.r, j.o.method == CTSR_PRIOR, &k.err);
-	rc = ctsr_call_end(&k, rc, e);
 	ct_slice_prior_free(&j.prior);
 	ct_meta_free(&j.prior_meta);
-	if (rc) {
-		ctsr_volume_free(*out);
-		*out = NULL;
-		if (error) {
-			ctsr_volume_free(*error);
-			*error = NULL;
-		}
-	}
-	return rc;
+	return ctsr_call_end(&k, rc, e);
 }
