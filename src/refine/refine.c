@@ -169,19 +169,6 @@ static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
 	return 0;
 }
 
-/* Across the last axis that the prior knows slices of. */
-static void one_axis(struct ct_refine *r)
-{
-	bool can[3];
-	int a = 2;
-
-	ct_slice_prior_axes(can, r->rule.prior, &r->is.by);
-	while (a > 0 && !can[a])
-		a--;
-	for (int b = 0; b < 3; b++)
-		r->restore.axes[b] = !r->rule.one_axis || b == a;
-}
-
 /* What the caller says, or else what was found best; with a weight nothing. */
 static double confidence(double said, bool weighted, double best)
 {
@@ -195,16 +182,17 @@ static int plan_prior(
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
 	const double *x = r->is.by.factor;
-	bool little, again;
-	int gains;
+	bool little, again, can[3], known;
+	int gains, last = 2;
 
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
 	if (!r->is.known)
 		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false) && weighted)
+	known = ct_slice_prior_knows(can, p->prior, &r->is.by, false);
+	if (!known && weighted)
 		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
 			x[1], x[2]);
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false))
+	if (!known)
 		return leave(
 			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
 	if (ct_flat_texture(&r->restore.texture, in, e) ||
@@ -215,8 +203,12 @@ static int plan_prior(
 			"the slices look band-limited, for which the prior has no network; if they "
 			"are thick, --decimate mean says so");
 	r->adds = true;
+	while (last > 0 && !can[last])
+		last--;
+	for (int a = 0; a < 3; a++)
+		r->restore.axes[a] = !p->one_axis || a == last;
 	gains = weighted ? 2 : r->restore.passes;
-	again = ct_slice_prior_knows(p->prior, &r->is.by, true);
+	again = ct_slice_prior_knows(can, p->prior, &r->is.by, true);
 	r->restore.passes = again && gains == 2 ? p->passes : 1;
 	if (r->restore.passes < p->passes)
 		ct_log(env, CT_INFO, "one pass: %s",
@@ -228,7 +220,6 @@ static int plan_prior(
 	r->restore.again = confidence(p->gate, weighted, r->restore.again);
 	r->restore.steps = confidence(p->steps, weighted, r->restore.steps);
 	r->restore.cap = confidence(p->cap, weighted, r->restore.cap);
-	one_axis(r);
 	return 0;
 }
 

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "restore/learn-impl.h"
+#include "restore/learn.h"
 #include "solve/jacobi.h"
 #include "unet/dnn.h"
 
@@ -74,16 +74,11 @@ static int gram(double *sum, struct ct_learn *l, size_t n, bool solve, struct ct
 	for (s.first = 0; s.first < CT_LEARN_BEGIN / PIECE; s.first += GROUP) {
 		memset(l->failed, 0, GROUP * sizeof *l->failed);
 		ct_par_for(l->env.par, GROUP, sum_piece, &s);
-		for (size_t p = 0; p < GROUP; p++) {
-			if (l->failed[p].code) {
-				*e = l->failed[p];
-				goto out;
-			}
+		if (ct_learn_failed(l, GROUP, e) || ct_check_stop(&l->env, e))
+			goto out;
+		for (size_t p = 0; p < GROUP; p++)
 			for (size_t i = 0; i < n * n; i++)
 				sum[i] += (double)s.part[p * n * n + i];
-		}
-		if (ct_check_stop(&l->env, e))
-			goto out;
 	}
 	rc = 0;
 out:
