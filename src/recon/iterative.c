@@ -73,8 +73,7 @@ static int misfit(float *q, struct run *r, const float *x, struct ct_err *e)
 {
 	if (ct_linear_apply(r->a, q, x, r->env, e))
 		return -1;
-	ct_passes_run(
-		CT_SIMD(ct_vector_less), r->m, &(struct ct_vector){.y = q, .x = r->b}, r->env->par);
+	ct_passes_advance(r->m, q, r->b, -1, r->env->par);
 	return measure(r, q, e);
 }
 
@@ -107,7 +106,7 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 		goto out;
 	invert(r, r->rows, r->m);
 	invert(r, cols, r->n);
-	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
+	step = (struct ct_vector){.y = x, .x = g, .w = cols, .c = r->rule->nonnegative};
 	for (;; r->report->iterations++) {
 		if (misfit(r->q, r, x, e))
 			goto out;

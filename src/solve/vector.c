@@ -40,25 +40,14 @@ double CT_SIMD_HERE(ct_vector_scale)(size_t n, const struct ct_vector *v)
 	return 0;
 }
 
-double CT_SIMD_HERE(ct_vector_add)(size_t n, const struct ct_vector *v)
+double CT_SIMD_HERE(ct_vector_mix)(size_t n, const struct ct_vector *v)
 {
 	float *restrict y = v->y;
 	const float *restrict x = v->x;
-	const float c = (float)v->c;
+	const float b = (float)v->b, c = (float)v->c;
 
 	for (size_t i = 0; i < n; i++)
-		y[i] += c * x[i];
-	return 0;
-}
-
-double CT_SIMD_HERE(ct_vector_advance)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	const float *restrict x = v->x;
-	const float c = (float)v->c;
-
-	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] + c * y[i];
+		y[i] = b * x[i] + c * y[i];
 	return 0;
 }
 
@@ -81,15 +70,6 @@ double CT_SIMD_HERE(ct_vector_lead)(size_t n, const struct ct_vector *v)
 		add_products(&sum, moved, moved, count);
 	}
 	return ct_sum8_total(&sum);
-}
-
-double CT_SIMD_HERE(ct_vector_less)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	const float *restrict x = v->x;
-	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] - y[i];
-	return 0;
 }
 
 double CT_SIMD_HERE(ct_vector_times)(size_t n, const struct ct_vector *v)
