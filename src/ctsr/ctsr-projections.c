@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "recon/fdk.h"
+#include "recon/reconstruct.h"
 #include "xray/project.h"
 #include "xray/geometry.h"
 #include "xray/window.h"
@@ -223,20 +223,15 @@ static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 {
 	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
 	const bool residual = quantity && strcmp(quantity, CT_QUANTITY_RESIDUAL) == 0;
-	struct ct_fdk f = {0};
+	const struct ct_reconstruct_rule how = {.filter = CT_RAMP_RAM_LAK};
+	struct ct_err *e = &k->err;
 	double window[2];
-	int rc;
 
-	if (ct_window_get(window, &s->meta, &k->err) ||
-		ct_fdk_alloc(&f, v, s, CT_RAMP_RAM_LAK, 0, false, k->env.par, &k->err))
-		return -1;
-	rc = ct_fdk_all(&f, v->data, &k->env, &k->err) || ct_window_put(&v->meta, window, &k->err)
-		     ? -1
-		     : 0;
-	ct_fdk_free(&f);
-	if (rc)
-		return -1;
-	return ct_window_volume(v, residual, window, &k->err);
+	return ct_window_get(window, &s->meta, e) || ct_reconstruct(v, s, &how, &k->env, e) ||
+			       ct_window_put(&v->meta, window, e) ||
+			       ct_window_volume(v, residual, window, e)
+		       ? -1
+		       : 0;
 }
 
 /* What both have in common. */

@@ -92,11 +92,3 @@ double CT_SIMD_HERE(ct_vector_correct)(size_t n, const struct ct_vector *v)
 		y[i] = y[i] > 0 ? y[i] : 0;
 	return 0;
 }
-
-double CT_SIMD_HERE(ct_vector_invert)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	for (size_t i = 0; i < n; i++)
-		y[i] = (double)y[i] > v->c ? 1 / y[i] : 0;
-	return 0;
-}

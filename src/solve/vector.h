@@ -26,7 +26,5 @@ CT_SIMD_DECLARE(double, ct_vector_lead, (size_t n, const struct ct_vector *v));
 CT_SIMD_DECLARE(double, ct_vector_times, (size_t n, const struct ct_vector *v));
 /* y <- y + w x; c > 0: and no less than 0 */
 CT_SIMD_DECLARE(double, ct_vector_correct, (size_t n, const struct ct_vector *v));
-/* y <- 1 / y, or 0 where y <= c */
-CT_SIMD_DECLARE(double, ct_vector_invert, (size_t n, const struct ct_vector *v));
 
 #endif
