@@ -153,7 +153,7 @@ static void drawing(bool swap)
  * (m,m), each row times the root of its weight. */
 static double *products(struct ct_learn *l, size_t m, bool features)
 {
-	const size_t f = ct_slice_network_inputs(&l->r);
+	const size_t f = l->r.inputs;
 	double *sum = calloc(m * m, sizeof *sum), row[64];
 	struct ct_learn_side *d = &l->side[0];
 
@@ -324,8 +324,7 @@ static double sums_of(
 			}
 			slope = 1 - fmin(square * exp(-u), 20);
 			over->slope[0] += slope;
-			over->slope[1] +=
-				slope * (double)d->w.feature[i * ct_slice_network_inputs(&l->r)];
+			over->slope[1] += slope * (double)d->w.feature[i * l->r.inputs];
 		}
 	}
 	ct_dnn_leave(was);

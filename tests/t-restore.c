@@ -151,7 +151,7 @@ static double silu(double x)
 /* The network in double. */
 static void twin(double *out, const struct ct_slice_network *r, const float *x, const float *extra)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r), w = r->width;
+	const size_t n = ct_patch_count(&r->shape), f = r->inputs, w = r->width;
 	double feature[64], h1[64], h2[64];
 
 	for (size_t k = 0; k < r->components; k++) {
@@ -174,7 +174,7 @@ static void twin(double *out, const struct ct_slice_network *r, const float *x, 
 			h2[k] += (double)r->all[r->at[CT_PART_2] + k * w + i] * h1[i];
 		h2[k] = silu(h2[k]);
 	}
-	for (size_t k = 0; k < ct_slice_network_out(r); k++) {
+	for (size_t k = 0; k < r->out; k++) {
 		out[k] = (double)r->all[r->at[CT_PART_LINEAR_BIAS] + k] +
 			 (double)r->all[r->at[CT_PART_3_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
@@ -404,7 +404,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
 {
 	struct ct_slice_network *r = &p->r[0];
-	const size_t f = ct_slice_network_inputs(r), last = ct_slice_network_out(r) - 1;
+	const size_t f = r->inputs, last = r->out - 1;
 	const struct ct_slice_network was = *r;
 	struct ct_restore_report got;
 	struct ct_env env = {0};

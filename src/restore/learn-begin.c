@@ -28,8 +28,8 @@ struct sums {
 static void rows(float *to, const struct ct_learn_side *d, const struct sums *s)
 {
 	const struct ct_slice_network *r = &s->l->r;
-	const size_t m = s->solve ? ct_slice_network_inputs(r) : ct_patch_count(&r->shape);
-	const size_t out = s->solve ? ct_slice_network_cell(r) : 0;
+	const size_t m = s->solve ? r->inputs : ct_patch_count(&r->shape);
+	const size_t out = s->solve ? r->cell : 0;
 	const float *from = s->solve ? d->w.feature : d->w.patch;
 
 	for (size_t i = 0; i < PIECE; i++, to += s->n) {
@@ -154,8 +154,7 @@ out:
 /* Least squares from the sums (f + 1 + out)^2 of the features, 1 and the targets. */
 static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_cell(r),
-		     ld = f + 1 + out;
+	const size_t f = r->inputs, out = r->cell, ld = f + 1 + out;
 	double trace = 0;
 
 	for (size_t i = 0; i < f; i++)
@@ -187,7 +186,7 @@ static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 static void hidden(struct ct_learn *l)
 {
 	struct ct_slice_network *r = &l->r;
-	const size_t f = ct_slice_network_inputs(r), w = r->width;
+	const size_t f = r->inputs, w = r->width;
 	float *all = r->all;
 
 	ct_rng_normals(w * f, all + r->at[CT_PART_1], l->rule.seed, 1, 0);
@@ -202,7 +201,7 @@ int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 {
 	struct ct_slice_network *r = &l->r;
 	const size_t n = ct_patch_count(&r->shape) + 1;
-	const size_t m = ct_slice_network_inputs(r) + 1 + ct_slice_network_cell(r);
+	const size_t m = r->inputs + 1 + r->cell;
 	double *sum;
 	int rc;
 

@@ -46,7 +46,7 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
 	size_t n, uint64_t stream, struct ct_err *e)
 {
-	const size_t count = ct_patch_count(&l->r.shape), cell = ct_slice_network_cell(&l->r);
+	const size_t count = ct_patch_count(&l->r.shape), cell = l->r.cell;
 	size_t row = 0, at[3];
 
 	for (uint64_t q = 0; q < TRIES && row < PIECE; q++) {
@@ -129,7 +129,7 @@ static int back(float *d_in, const float *d, const float *matrix, size_t rows, s
 static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
 	const struct ct_slice_network *r = &l->r;
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
+	const size_t f = r->inputs, out = r->out, wide = r->width;
 	const size_t *at = r->at;
 	const struct ct_slice_network_work *w = &d->w;
 
@@ -168,7 +168,7 @@ static void take_piece(void *arg, size_t piece, size_t worker)
 
 	if (ct_learn_draw(l, d, j->pairs, j->n, j->stream + piece, e) == 0 &&
 		ct_slice_network_forward(&l->r, j->all, &d->w, PIECE, e) == 0) {
-		errors(d, ct_slice_network_cell(&l->r));
+		errors(d, l->r.cell);
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 		if (j->learns)
@@ -242,10 +242,9 @@ int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, 
 static int side_alloc(struct ct_learn_side *d, const struct ct_slice_network *r, struct ct_err *e)
 {
 	if (ct_slice_network_work_alloc(&d->w, r, PIECE, e) ||
-		ct_alloc(&d->target, PIECE * (ct_slice_network_cell(r) + 1 + 2 * r->width),
-			sizeof *d->target, e))
+		ct_alloc(&d->target, PIECE * (r->cell + 1 + 2 * r->width), sizeof *d->target, e))
 		return -1;
-	d->weight = d->target + PIECE * ct_slice_network_cell(r);
+	d->weight = d->target + PIECE * r->cell;
 	d->d1 = d->weight + PIECE;
 	d->d2 = d->d1 + PIECE * r->width;
 	return 0;

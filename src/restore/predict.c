@@ -45,9 +45,9 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_slice_network *r,
 /* What the rows from i on, the poses of a cell, hold, to h. */
 static void put(struct predict_job *j, const struct side *d, size_t i)
 {
-	const size_t out = ct_slice_network_out(j->r), end = i + d->poses[i];
+	const size_t out = j->r->out, end = i + d->poses[i];
 	const struct ct_patch_shape *shape = &j->r->shape;
-	const size_t count = ct_slice_network_cell(j->r);
+	const size_t count = j->r->cell;
 	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0}, v = 0;
 	const size_t *at = d->at[i];
 

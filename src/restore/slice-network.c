@@ -20,7 +20,7 @@ struct kept {
 
 static struct kept kept_at(struct ct_slice_network *r, int i)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), w = r->width;
+	const size_t f = r->inputs, out = r->out, w = r->width;
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
 	const struct kept all[KEPT] = {{"mean", 1, {n}, r->mean}, {"basis", 2, {k, n}, r->basis},
 		{"spread", 1, {CT_SPREADS}, r->spread}, {"linear", 2, {out, f}, r->all},
@@ -45,6 +45,9 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT,
 			"no slice network has %zu components of %zu values and %zu neurons", k, n,
 			r->width);
+	r->inputs = k + CT_SLICE_NETWORK_FEATURES;
+	r->cell = r->shape.cell * r->shape.cell;
+	r->out = r->cell + 1;
 	for (int p = 0; p < CT_PARTS; p++) {
 		const struct kept part = kept_at(r, WEIGHTS + p);
 
@@ -86,11 +89,10 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
 	size_t most, struct ct_err *e)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r);
+	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
 	w->most = most;
-	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + ct_slice_network_out(r)),
-		    sizeof *w->patch, e))
+	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + r->out), sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;
 	w->a1 = w->feature + most * f;
@@ -110,7 +112,7 @@ void ct_slice_network_work_free(struct ct_slice_network_work *w)
 float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i)
 {
-	return w->feature + i * ct_slice_network_inputs(r) + r->components;
+	return w->feature + i * r->inputs + r->components;
 }
 
 /* out (n,rows; ldo) = in (n,columns) matrix^T, or added to out. */
@@ -129,8 +131,7 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < count; j++)
 			w->patch[i * count + j] -= r->mean[j];
-	return times(w->feature, ct_slice_network_inputs(r), w->patch, r->basis, n, r->components,
-		count, false, e);
+	return times(w->feature, r->inputs, w->patch, r->basis, n, r->components, count, false, e);
 }
 
 /* h = a(in matrix^T + bias), of n rows. */
@@ -149,7 +150,7 @@ static int hidden(float *h, float *a, const float *in, const float *matrix, cons
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
 	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
+	const size_t f = r->inputs, out = r->out, wide = r->width;
 	const float *at[CT_PARTS];
 
 	for (int p = 0; p < CT_PARTS; p++)
