@@ -6,20 +6,15 @@
 
 #include <string.h>
 
-enum { MOST_FORMATS = 32 };
-
 int ctsr_volume_read(
 	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e)
 {
-	const struct ct_format *list[MOST_FORMATS + 1] = {0};
 	const ctsr_context one = {.size = sizeof one, .threads = 1};
 	struct ct_any a = {0};
 	struct ctsr_call k = {.name = __func__};
-	int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one);
+	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one) ||
+		       ct_format_read((const struct ct_format *const *)formats, path, &a, &k.err);
 
-	for (size_t i = 0; rc == 0 && i < MOST_FORMATS && formats[i]; i++)
-		list[i] = (const struct ct_format *)formats[i];
-	rc = rc || ct_format_read(list, path, &a, &k.err);
 	if (rc == 0)
 		(*v)->v = a.vol;
 	return ctsr_call_end(&k, rc, e);
