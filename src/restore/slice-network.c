@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "restore/slice-network.h"
+#include "solve/vector.h"
 #include "unet/dnn.h"
 #include "unet/layers.h"
 
@@ -140,9 +141,11 @@ static int hidden(float *h, float *a, const float *in, const float *matrix, cons
 {
 	if (times(a, rows, in, matrix, n, rows, columns, false, e))
 		return -1;
-	for (size_t i = 0; i < n; i++)
-		for (size_t j = 0; j < rows; j++)
-			a[i * rows + j] += bias[j];
+	for (size_t i = 0; i < n; i++) {
+		const struct ct_vector add = {.y = a + i * rows, .x = bias, .c = 1, .b = 1};
+
+		CT_SIMD(ct_vector_mix)(rows, &add);
+	}
 	CT_SIMD(ct_layer_silu_forward)(n * rows, h, a);
 	return 0;
 }
