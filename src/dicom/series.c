@@ -73,29 +73,26 @@ out:
 /* Put the slices that repeat the one before them, number by number, behind the others. */
 static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
 {
-	struct ct_slice *again = NULL;
-	size_t copies = 0;
+	struct ct_slice_key *key;
+	size_t last = 0; /* of those that are kept */
+	int rc = 0;
 
-	*kept = 0;
-	if (ct_alloc(&again, n, sizeof *again, e))
+	if (ct_alloc0(&key, n, sizeof *key, e))
 		return -1;
-	for (size_t k = 0; k < n; k++) {
+	*kept = n;
+	for (size_t k = 1; k < n && rc == 0; k++) {
 		int same = 0;
 
-		if (*kept && s[k].placed && ct_moment_together(&s[*kept - 1], &s[k]))
-			same = is_repeated(&s[*kept - 1], &s[k], e);
-		if (same < 0) {
-			free(again);
-			return -1;
-		}
-		if (same)
-			again[copies++] = s[k];
-		else
-			s[(*kept)++] = s[k];
+		if (s[k].placed && ct_moment_together(&s[last], &s[k]))
+			same = is_repeated(&s[last], &s[k], e);
+		rc = same < 0 ? -1 : 0;
+		key[k].rank = same > 0;
+		*kept -= key[k].rank;
+		last = same ? last : k;
 	}
-	memcpy(s + *kept, again, copies * sizeof *s);
-	free(again);
-	return 0;
+	rc = rc || ct_slice_sort(s, key, n, e) ? -1 : 0;
+	free(key);
+	return rc;
 }
 
 /* Some converters give every slice a frame of its own. */
