@@ -41,48 +41,40 @@ static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const 
 	return 0;
 }
 
-/* y, in the order of the coefficients. */
-static void samples(struct ct_consistency *dc, const float *y)
+/* want = y over its gains, in the order of the coefficients. */
+static void arrange(struct ct_consistency *dc, const struct ct_svd f[3], const float *y)
 {
 	for (size_t k = 0; k < dc->m[2]; k++)
 		for (size_t j = 0; j < dc->m[1]; j++)
-			for (size_t i = 0; i < dc->m[0]; i++, y++)
-				dc->want[k * dc->plane + j * dc->stride[1] + i * dc->stride[0]] =
-					*y;
+			for (size_t i = 0; i < dc->m[0]; i++, y++) {
+				const double g = dc->exact ? 1 : f[0].g[i] * f[1].g[j] * f[2].g[k];
+
+				dc->lost += g == 0.0;
+				dc->want[place(dc, 2, k) * dc->plane +
+					 place(dc, 1, j) * dc->stride[1] +
+					 place(dc, 0, i) * dc->stride[0]] =
+					g == 0.0 ? 0.0f : (float)((double)*y / g);
+			}
 }
 
 /* c_y = G^-1 U y. */
 static int target(struct ct_consistency *dc, const struct ct_svd f[3], const float *y,
 	struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
-	float *c = NULL, *in;
+	float *c = NULL;
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
-		if (ct_svd_u(&t[a], &f[a], e))
+		if (ct_svd_u(&s.t[a], &f[a], e))
 			goto out;
-	if (ct_separable_plan(&s, t, par, e) ||
+	if (ct_separable_plan(&s, par, e) ||
 		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;
 	ct_separable_apply(&s, c, y, par);
-	in = c;
-	for (size_t k = 0; k < dc->m[2]; k++)
-		for (size_t j = 0; j < dc->m[1]; j++)
-			for (size_t i = 0; i < dc->m[0]; i++, in++) {
-				double g = f[0].g[i] * f[1].g[j] * f[2].g[k];
-
-				dc->lost += g == 0.0;
-				dc->want[place(dc, 2, k) * dc->plane +
-					 place(dc, 1, j) * dc->stride[1] +
-					 place(dc, 0, i) * dc->stride[0]] =
-					g == 0.0 ? 0.0f : (float)((double)*in / g);
-			}
+	arrange(dc, f, c);
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
 	free(c);
 	return rc;
@@ -152,16 +144,7 @@ static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *
 {
 	size_t count, reduced = dc->n[2];
 
-	for (int a = 0; a < 3; a++) {
-		const size_t tile = dc->same[a] ? 0
-				    : dc->exact ? ct_banded_scratch(&dc->d[a])
-						: ct_cosine_scratch(&dc->v[a]);
-
-		if (a == 2 || dc->banded)
-			dc->tile = tile > dc->tile ? tile : dc->tile;
-	}
-	if (dc->banded && !dc->exact)
-		dc->tile += dc->plane;
+	ct_consistency_measure_work(dc);
 	if (dc->banded && ct_consistency_cut(dc, &reduced, e))
 		return -1;
 	if (ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
@@ -170,7 +153,7 @@ static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *
 		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
 		(!dc->exact && ct_alloc0(&dc->had, count, sizeof(float), e)) ||
 		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
-		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
+		ct_alloc(&dc->work, ct_par_threads(par) * dc->share, sizeof(float), e) ||
 		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1) + dc->m[2], sizeof(double), e))
 		return -1;
 	return 0;
@@ -201,7 +184,7 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) || arrays(dc, par, e))
 		goto out;
 	if (dc->exact)
-		samples(dc, y);
+		arrange(dc, f, y);
 	else if (target(dc, f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
@@ -248,7 +231,7 @@ void ct_consistency_free(struct ct_consistency *dc)
 	free(dc->coef);
 	free(dc->reduced);
 	free(dc->slab);
-	free(dc->tiles);
+	free(dc->work);
 	free(dc->sums);
 	*dc = (struct ct_consistency){0};
 }
@@ -278,7 +261,7 @@ static void analyse(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
-	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	float *scratch = dc->work + worker * dc->share, *coef = dc->coef + at;
 	const float *in = dc->banded ? coef : dc->reduced + at;
 
 	for (size_t k = 0; k < dc->m[2] && dc->banded; k++)
@@ -294,38 +277,34 @@ static void analyse(void *arg, size_t block, size_t worker)
 static void analyse_plane(void *arg, size_t k, size_t worker)
 {
 	struct ct_consistency *dc = arg;
-	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
+	float *tile = dc->work + worker * dc->share, *turned = tile + dc->tile;
 	float *c = dc->coef + k * dc->plane;
-	const size_t *m = dc->m;
+	const int across = dc->same[0] ? 1 : 0;
+	const size_t *m = dc->m, ld = m[1 - across];
 
-	if (dc->same[0] && !dc->same[1])
-		CT_SIMD(ct_cosine_analyse)(&dc->v[1], c, m[0], c, m[0], m[0], false, scratch);
-	else if (!dc->same[0] && dc->same[1])
-		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, m[1], c, m[1], m[1], false, scratch);
-	else if (!dc->same[0]) {
-		CT_SIMD(ct_cosine_analyse)
-		(&dc->v[1], turned, m[0], c, m[1], m[0], true, scratch);
-		CT_SIMD(ct_cosine_analyse)
-		(&dc->v[0], c, m[1], turned, m[0], m[1], true, scratch);
+	if (!dc->same[0] && !dc->same[1]) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], turned, m[0], c, ld, m[0], true, tile);
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, ld, turned, m[0], ld, true, tile);
+	} else if (!dc->same[across]) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[across], c, ld, c, ld, ld, false, tile);
 	}
 }
 
 static void synthesise_plane(void *arg, size_t k, size_t worker)
 {
 	struct ct_consistency *dc = arg;
-	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
+	float *tile = dc->work + worker * dc->share, *turned = tile + dc->tile;
 	float *c = dc->coef + k * dc->plane;
-	const size_t *m = dc->m;
+	const int across = dc->same[0] ? 1 : 0;
+	const size_t *m = dc->m, ld = m[1 - across];
 
-	if (dc->same[0] && !dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], c, m[0], NULL, c, m[0], m[0], scratch);
-	else if (!dc->same[0] && dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[0], c, m[1], NULL, c, m[1], m[1], scratch);
-	else if (!dc->same[0]) {
+	if (!dc->same[0] && !dc->same[1]) {
 		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[0], turned, m[0], c, m[1], m[1], scratch);
+		(&dc->v[0], turned, m[0], c, ld, ld, tile);
 		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[1], c, m[1], turned, m[0], m[0], scratch);
+		(&dc->v[1], c, ld, turned, m[0], m[0], tile);
+	} else if (!dc->same[across]) {
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[across], c, ld, NULL, c, ld, ld, tile);
 	}
 }
 
@@ -383,7 +362,7 @@ static void synthesise(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
-	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	float *scratch = dc->work + worker * dc->share, *coef = dc->coef + at;
 	float *out = dc->banded ? coef : dc->reduced + at;
 
 	if (!dc->same[2])

@@ -70,7 +70,6 @@ static int iso_taps(
 int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable s = {0};
-	struct ct_taps t[3] = {{0}};
 	struct ct_vol w = {0};
 	double old[3], start[3];
 	size_t m[3];
@@ -86,11 +85,11 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 		}
 		m[d] = want < 1 ? 1 : (size_t)want;
 		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
-		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
-					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
+		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&s.t[d], v->n[d], e)
+					  : iso_taps(&s.t[d], v->n[d], m[d], start[d], step, e))
 			goto out;
 	}
-	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
+	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);
 	ct_crop_affine(v->affine, start);
@@ -104,8 +103,6 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 	ct_meta_drop(&v->meta, CT_META_DECIMATE);
 	rc = 0;
 out:
-	for (int d = 0; d < 3; d++)
-		ct_taps_free(&t[d]);
 	ct_separable_free(&s);
 	ct_vol_free(&w);
 	return rc;

@@ -171,31 +171,9 @@ static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const str
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
 	double most, double *residual, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_separable down = {0}, up = {0};
-	float *lo = NULL;
-	size_t m = ct_vol_count(y);
-	double sum = 0;
-	int rc = -1;
-
-	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
-		ct_alloc(&lo, m, sizeof *lo, e))
-		goto out;
-	if (isfinite(most)) {
-		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e))
-			goto out;
-		ct_consistency_exact(x->data, y->data, most, &down, &up, lo, env->par);
-	}
-	ct_separable_apply(&down, lo, x->data, env->par);
-	for (size_t i = 0; i < m; i++) {
-		sum += ((double)lo[i] - (double)y->data[i]) * ((double)lo[i] - (double)y->data[i]);
-	}
-	*residual = sqrt(sum / (double)m);
-	rc = 0;
-out:
-	ct_separable_free(&down);
-	ct_separable_free(&up);
-	free(lo);
-	return rc;
+	if (check_grids(x, y, d, e))
+		return -1;
+	return ct_consistency_settle(x->data, y->data, d, x->n, most, residual, env->par, e);
 }
 
 double ct_upsample_spread(const struct ct_vol *v)
@@ -275,12 +253,7 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 		return interpolate(hi, lo, method, rule->by.factor, env, e);
 	if (ct_vol_same_grid(hi, rule->start, e))
 		return ct_blame(e, "the volume to start from");
-	for (size_t k = 0; k < hi->n[2]; k++) {
-		const size_t plane = hi->n[0] * hi->n[1];
-
-		memcpy(hi->data + k * plane, rule->start->data + k * plane,
-			plane * sizeof *hi->data);
-	}
+	memcpy(hi->data, rule->start->data, ct_vol_count(hi) * sizeof *hi->data);
 	return 0;
 }
 
