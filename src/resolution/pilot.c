@@ -90,12 +90,8 @@ static int refine(struct ct_upsample_report *did, const struct ct_vol *lo, const
 	int rc = -1;
 
 	choose(start, lo, n);
-	if (ct_vol_alloc(&part, n, e))
-		goto out;
-	memcpy(part.affine, lo->affine, sizeof part.affine);
-	ct_crop(part.data, n, lo->data, lo->n, start, 0);
-	rc = ct_upsample(&out, &part, rule, did, env, e);
-out:
+	if (ct_crop(&part, lo, n, start, 0, e) == 0)
+		rc = ct_upsample(&out, &part, rule, did, env, e);
 	ct_vol_free(&part);
 	ct_vol_free(&out);
 	return rc;

@@ -13,13 +13,22 @@
 enum { AIR = -1024, BODY = -500 }; /* HU */
 #define MARGIN 10.0                /* mm about the body */
 
-/* The data and size of `with`, which is empty then. */
+/* The data, size and grid of `with`, which is empty then. */
 static void take(struct ct_vol *v, struct ct_vol *with)
 {
 	free(v->data);
 	v->data = with->data;
 	memcpy(v->n, with->n, sizeof v->n);
+	memcpy(v->affine, with->affine, sizeof v->affine);
 	with->data = NULL;
+}
+
+/* The voxels are no longer what a degradation left. */
+static void forget_operator(struct ct_meta *m)
+{
+	ct_meta_drop(m, CT_META_FACTOR);
+	ct_meta_drop(m, CT_META_SIGMA);
+	ct_meta_drop(m, CT_META_DECIMATE);
 }
 
 /* The key's three numbers go with their axes. */
@@ -45,7 +54,8 @@ int ct_regrid_axes(
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
 	ct_reorient(w.data, v->data, v->n, axis, sign);
-	ct_reorient_affine(v->affine, v->n, axis, sign);
+	memcpy(w.affine, v->affine, sizeof w.affine);
+	ct_reorient_affine(w.affine, v->n, axis, sign);
 	take(v, &w);
 	return 0;
 }
@@ -92,15 +102,13 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, env->par, e))
 		goto out;
 	ct_separable_apply(&s, w.data, v->data, env->par);
-	ct_crop_affine(v->affine, start);
+	memcpy(w.affine, v->affine, sizeof w.affine);
+	ct_crop_affine(w.affine, start);
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
-			v->affine[r][d] *= mm / old[d];
+			w.affine[r][d] *= mm / old[d];
 	take(v, &w);
-	ct_meta_drop(
-		&v->meta, CT_META_FACTOR); /* the voxels are no longer what a degradation left */
-	ct_meta_drop(&v->meta, CT_META_SIGMA);
-	ct_meta_drop(&v->meta, CT_META_DECIMATE);
+	forget_operator(&v->meta);
 	rc = 0;
 out:
 	ct_separable_free(&s);
@@ -111,18 +119,14 @@ out:
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 {
 	struct ct_vol w = {0};
-	double centre[3], first[3];
 	ptrdiff_t start[3];
+	double centre[3];
 
 	ct_crop_body(centre, v->data, v->n, BODY);
-	for (int d = 0; d < 3; d++) {
+	for (int d = 0; d < 3; d++)
 		start[d] = ct_crop_start(v->n[d], n, centre[d]);
-		first[d] = (double)start[d];
-	}
-	if (ct_vol_alloc(&w, (const size_t[]){n, n, n}, e))
+	if (ct_crop(&w, v, (const size_t[]){n, n, n}, start, AIR, e))
 		return -1;
-	ct_crop(w.data, w.n, v->data, v->n, start, AIR);
-	ct_crop_affine(v->affine, first);
 	take(v, &w);
 	return 0;
 }
@@ -140,9 +144,7 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 		d.factor[a] *= finer[a];
 		d.sigma[a] *= finer[a];
 		if (d.factor[a] < 1) {
-			ct_meta_drop(m, CT_META_FACTOR);
-			ct_meta_drop(m, CT_META_SIGMA);
-			ct_meta_drop(m, CT_META_DECIMATE);
+			forget_operator(m);
 			return 0;
 		}
 	}
@@ -173,19 +175,13 @@ int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, str
 		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
 		goto out;
 	ct_separable_apply(&op, w.data, v->data, env->par);
-	ct_vol_rescale_affine(v->affine, (const double(*)[4])v->affine, factor);
+	ct_vol_rescale_affine(w.affine, (const double(*)[4])v->affine, factor);
 	take(v, &w);
 	rc = 0;
 out:
 	ct_separable_free(&op);
 	ct_vol_free(&w);
 	return rc;
-}
-
-static void corner(double ijk[3], const size_t n[3], int which)
-{
-	for (int d = 0; d < 3; d++)
-		ijk[d] = ct_cell_index(which >> d & 1 ? (double)n[d] : 0);
 }
 
 /* Where the box says nothing, the field's own ends in RAS+ mm. */
@@ -196,7 +192,8 @@ static void fill_ends(double box[3][2], const struct ct_vol *v)
 	for (int c = 0; c < 8; c++) {
 		double ijk[3], mm[3];
 
-		corner(ijk, v->n, c);
+		for (int d = 0; d < 3; d++)
+			ijk[d] = ct_cell_index(c >> d & 1 ? (double)v->n[d] : 0);
 		ct_vol_world(v, ijk, mm);
 		for (int d = 0; d < 3; d++) {
 			lo[d] = c ? fmin(lo[d], mm[d]) : mm[d];
@@ -252,7 +249,6 @@ int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, 
 {
 	struct ct_vol w = {0};
 	ptrdiff_t start[3];
-	double first[3];
 	size_t n[3];
 
 	for (int d = 0; d < 3; d++) {
@@ -260,17 +256,14 @@ int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, 
 
 		if (!(lo < hi))
 			return ct_fail(e, CT_EUSAGE, "--crop: nothing of axis %d is inside", d);
-		first[d] = lo;
 		start[d] = (ptrdiff_t)lo;
 		n[d] = (size_t)(hi - lo);
 	}
-	if (ct_vol_alloc(&w, n, e))
+	if (ct_crop(&w, v, n, start, 0, e))
 		return -1;
 	ct_log(env, CT_INFO, "cropped to voxels %td:%td,%td:%td,%td:%td of %zux%zux%zu", start[0],
 		start[0] + (ptrdiff_t)n[0], start[1], start[1] + (ptrdiff_t)n[1], start[2],
 		start[2] + (ptrdiff_t)n[2], v->n[0], v->n[1], v->n[2]);
-	ct_crop(w.data, n, v->data, v->n, start, 0);
-	ct_crop_affine(v->affine, first);
 	take(v, &w);
 	return 0;
 }
