@@ -4,6 +4,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/consistency.h"
+#include "solve/vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -346,7 +347,8 @@ static void product(void *arg, size_t o, size_t worker)
 		float r[STRIP];
 
 		ct_consistency_gather(dc, r, o, at, n, 1, -1);
-		sum += CT_SIMD(ct_banded_dot)(r, dc->coef + o * dc->plane + at, n);
+		sum += CT_SIMD(ct_vector_dot)(
+			n, &(struct ct_vector){.x = r, .w = dc->coef + o * dc->plane + at});
 	}
 	dc->sums[o] = sum;
 }

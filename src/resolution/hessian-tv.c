@@ -5,6 +5,7 @@
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
+#include "solve/vector.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -124,7 +125,8 @@ static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t w
 		r.x = v->x + at + j * v->n[0];
 		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t * v->part);
 		if (v->measure)
-			moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
+			moved += CT_SIMD(ct_vector_dot)(
+				v->n[0], &(struct ct_vector){.x = step, .w = step});
 	}
 	v->sums[2 * plane + 1] = moved;
 	ct_consistency_reduce(v->dc, plane, v->ahead + at, worker);

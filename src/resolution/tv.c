@@ -10,6 +10,7 @@
 #include "resolution/tv.h"
 #include "core/mem.h"
 #include "resolution/tv-row.h"
+#include "solve/vector.h"
 #include "solve/trend.h"
 
 #include <math.h>
@@ -77,7 +78,8 @@ static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v
 		CT_SIMD(ct_tv_row_sweep)(&r, n, j->weight, j->s, j->t);
 		if (j->measure) {
 			*tv += CT_SIMD(ct_tv_row_roots)(r.grad, n);
-			*moved += CT_SIMD(ct_tv_row_squares)(r.step, n);
+			*moved += CT_SIMD(ct_vector_dot)(
+				n, &(struct ct_vector){.x = r.step, .w = r.step});
 		}
 		if (reduce && ((y + 1) % ROWS == 0 || y + 1 == j->n[1])) {
 			const size_t from = y / ROWS * ROWS * n;
