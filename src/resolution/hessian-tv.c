@@ -30,38 +30,25 @@ struct hessian_tv_job {
 	bool measure;
 };
 
-static size_t clamp(ptrdiff_t i, size_t n)
+/* What is left of a component at a border has no weight. */
+static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, size_t j, size_t k)
 {
-	return i < 0 ? 0 : (size_t)i >= n ? n - 1 : (size_t)i;
-}
+	const size_t at = k * v->plane + j * v->n[0];
+	const ptrdiff_t row = (ptrdiff_t)v->n[0], plane = (ptrdiff_t)v->plane;
+	struct ct_hessian_ascent r = {.x = v->ahead + at,
+		.j0 = j > 0 ? -row : 0,
+		.j1 = j + 1 < v->n[1] ? row : 0,
+		.k0 = k > 0 ? -plane : 0,
+		.k1 = k + 1 < v->n[2] ? plane : 0};
 
-static const float *row(const struct hessian_tv_job *v, const float *x, ptrdiff_t j, ptrdiff_t k)
-{
-	return x + clamp(k, v->n[2]) * v->plane + clamp(j, v->n[1]) * v->n[0];
-}
-
-/* Differences of what is outside vanish, as neighbours beyond a border are the voxel itself; what
- * is left of a component at a border has no weight. */
-static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, ptrdiff_t j, ptrdiff_t k)
-{
-	const float *x = v->ahead;
-	bool last_j = j + 1 == (ptrdiff_t)v->n[1], last_k = k + 1 == (ptrdiff_t)v->n[2];
-	struct ct_hessian_ascent r = {.x = row(v, x, j, k),
-		.j0 = row(v, x, j - 1, k),
-		.j1 = row(v, x, j + 1, k),
-		.k0 = row(v, x, j, k - 1),
-		.k1 = row(v, x, j, k + 1),
-		.jk = row(v, x, j + 1, k + 1)};
-
-	for (int c = 0; c < PARTS; c++) {
-		r.q[c] = v->q[c] + (size_t)k * v->plane + (size_t)j * v->n[0];
-		r.weight[c] = v->weight[c];
-	}
-	if (j == 0 || last_j)
+	for (int c = 0; c < PARTS; c++)
+		r.q[c] = v->q[c] + at;
+	memcpy(r.weight, v->weight, sizeof r.weight);
+	if (r.j0 == 0 || r.j1 == 0)
 		r.weight[JJ] = 0;
-	if (k == 0 || last_k)
+	if (r.k0 == 0 || r.k1 == 0)
 		r.weight[KK] = 0;
-	if (last_j || last_k)
+	if (r.j1 == 0 || r.k1 == 0)
 		r.weight[JK] = 0;
 	return r;
 }
@@ -73,7 +60,7 @@ static void ascend(void *arg, size_t k, size_t worker)
 	double sum = 0;
 
 	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_ascent r = ascent(v, (ptrdiff_t)j, (ptrdiff_t)k);
+		struct ct_hessian_ascent r = ascent(v, j, k);
 
 		r.square = v->measure ? square : NULL;
 		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s / v->part);
