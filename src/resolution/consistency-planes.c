@@ -239,12 +239,12 @@ void ct_consistency_expand(
 	if (!dc->same[0] && dc->banded)
 		CT_SIMD(ct_banded_up)(&dc->d[0], half, n, in, m, m, tile);
 	else if (!dc->same[0])
-		CT_SIMD(ct_cosine_synthesise_turned)(&dc->v[0], half, n, in, m, m, tile);
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[0], half, n, NULL, in, m, m, true, tile);
 	in = dc->same[0] ? in : half;
 	if (!dc->same[1] && dc->banded)
 		CT_SIMD(ct_banded_across)(&dc->d[1].up, out, n, x, in, n, n);
 	else if (!dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, n, x, in, n, n, tile);
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, n, x, in, n, n, false, tile);
 	else
 		for (size_t i = 0; i < n * dc->n[1]; i++)
 			out[i] = x ? x[i] + in[i] : in[i];

@@ -273,39 +273,38 @@ static void analyse(void *arg, size_t block, size_t worker)
 		memcpy(coef + k * dc->plane, in + k * dc->plane, n * sizeof *coef);
 }
 
-/* What D left of V on a plane of coefficients. */
-static void analyse_plane(void *arg, size_t k, size_t worker)
+/* What D left of V on a plane of coefficients, or the transpose of that. */
+static void walk_plane(struct ct_consistency *dc, size_t k, size_t worker, bool back)
 {
-	struct ct_consistency *dc = arg;
 	float *tile = dc->work + worker * dc->share, *turned = tile + dc->tile;
 	float *c = dc->coef + k * dc->plane;
-	const int across = dc->same[0] ? 1 : 0;
-	const size_t *m = dc->m, ld = m[1 - across];
+	const int a = dc->same[0] ? 1 : 0; /* axis across the rows */
+	const size_t m = dc->m[0], ld = dc->m[1 - a];
+	const bool both = !dc->same[0] && !dc->same[1];
 
-	if (!dc->same[0] && !dc->same[1]) {
-		CT_SIMD(ct_cosine_analyse)(&dc->v[1], turned, m[0], c, ld, m[0], true, tile);
-		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, ld, turned, m[0], ld, true, tile);
-	} else if (!dc->same[across]) {
-		CT_SIMD(ct_cosine_analyse)(&dc->v[across], c, ld, c, ld, ld, false, tile);
+	if (both && !back) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], turned, m, c, ld, m, true, tile);
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, ld, turned, m, ld, true, tile);
+	} else if (both) {
+		CT_SIMD(ct_cosine_synthesise)
+		(&dc->v[0], turned, m, NULL, c, ld, ld, true, tile);
+		CT_SIMD(ct_cosine_synthesise)
+		(&dc->v[1], c, ld, NULL, turned, m, m, true, tile);
+	} else if (!dc->same[a] && !back) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[a], c, ld, c, ld, ld, false, tile);
+	} else if (!dc->same[a]) {
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[a], c, ld, NULL, c, ld, ld, false, tile);
 	}
+}
+
+static void analyse_plane(void *arg, size_t k, size_t worker)
+{
+	walk_plane(arg, k, worker, false);
 }
 
 static void synthesise_plane(void *arg, size_t k, size_t worker)
 {
-	struct ct_consistency *dc = arg;
-	float *tile = dc->work + worker * dc->share, *turned = tile + dc->tile;
-	float *c = dc->coef + k * dc->plane;
-	const int across = dc->same[0] ? 1 : 0;
-	const size_t *m = dc->m, ld = m[1 - across];
-
-	if (!dc->same[0] && !dc->same[1]) {
-		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[0], turned, m[0], c, ld, ld, tile);
-		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[1], c, ld, turned, m[0], m[0], tile);
-	} else if (!dc->same[across]) {
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[across], c, ld, NULL, c, ld, ld, tile);
-	}
+	walk_plane(arg, k, worker, true);
 }
 
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
@@ -367,7 +366,7 @@ static void synthesise(void *arg, size_t block, size_t worker)
 
 	if (!dc->same[2])
 		CT_SIMD(ct_cosine_synthesise)
-	(&dc->v[2], out, dc->plane, NULL, coef, dc->plane, n, scratch);
+	(&dc->v[2], out, dc->plane, NULL, coef, dc->plane, n, false, scratch);
 	else if (!dc->banded) for (size_t k = 0; k < dc->m[2]; k++)
 		memcpy(out + k * dc->plane, coef + k * dc->plane, n * sizeof *out);
 }

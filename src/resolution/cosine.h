@@ -42,6 +42,8 @@ struct ct_cosine {
 	float *vt[CT_COSINE_PARTS];    /* (rows, count); all one block at v[0] */
 };
 
+/* cos(pi k (j + 1/2) / n), the phase reduced exactly. */
+double ct_cosine_at(size_t k, size_t j, size_t n);
 /* From v (m,n). Allocates *b, which must be zero. CT_ENOMEM, CT_EINPUT for absurd sizes. */
 int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
@@ -55,13 +57,10 @@ size_t ct_cosine_scratch(const struct ct_cosine *b);
 CT_SIMD_DECLARE(void, ct_cosine_analyse,
 	(const struct ct_cosine *b, float *c, size_t ldc, const float *x, size_t ldx, size_t w,
 		bool turned, float *scratch));
-/* out (n,w; ldo) = add (n,w; ldo; NULL is 0) + V^T c (m,w; ldc); out may be add. */
+/* out (n,w; ldo) = add (n,w; ldo; NULL is 0) + V^T c (m,w; ldc); out may be add. If `turned` out
+ * (w,n; ldo) = V^T c. */
 CT_SIMD_DECLARE(void, ct_cosine_synthesise,
 	(const struct ct_cosine *b, float *out, size_t ldo, const float *add, const float *c,
-		size_t ldc, size_t w, float *scratch));
-/* out (w,n; ldo), turned, = V^T c (m,w; ldc). */
-CT_SIMD_DECLARE(void, ct_cosine_synthesise_turned,
-	(const struct ct_cosine *b, float *out, size_t ldo, const float *c, size_t ldc, size_t w,
-		float *scratch));
+		size_t ldc, size_t w, bool turned, float *scratch));
 
 #endif

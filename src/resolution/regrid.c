@@ -77,42 +77,55 @@ static int iso_taps(
 	return rc;
 }
 
-int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+/* v <- the tables s->t of it, freed then: from index start[] on in steps of step[]. */
+static int resample(struct ct_vol *v, struct ct_separable *s, const double start[3],
+	const double step[3], const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_separable s = {0};
 	struct ct_vol w = {0};
-	double old[3], start[3];
-	size_t m[3];
-	int rc = -1;
 
-	ct_vol_spacing(v, old);
-	for (int d = 0; d < 3; d++) {
-		const double step = mm / old[d], n = (double)v->n[d], want = floor(n / step + 0.5);
-
-		if (want > 1e6) {
-			ct_fail(e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
-			goto out;
-		}
-		m[d] = want < 1 ? 1 : (size_t)want;
-		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
-		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&s.t[d], v->n[d], e)
-					  : iso_taps(&s.t[d], v->n[d], m[d], start[d], step, e))
-			goto out;
+	if (ct_separable_plan(s, env->par, e))
+		return -1;
+	if (ct_vol_alloc(&w, (const size_t[]){s->t[0].n_out, s->t[1].n_out, s->t[2].n_out}, e)) {
+		ct_separable_free(s);
+		return -1;
 	}
-	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, env->par, e))
-		goto out;
-	ct_separable_apply(&s, w.data, v->data, env->par);
+	ct_separable_apply(s, w.data, v->data, env->par);
+	ct_separable_free(s);
 	memcpy(w.affine, v->affine, sizeof w.affine);
 	ct_crop_affine(w.affine, start);
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
-			w.affine[r][d] *= mm / old[d];
+			w.affine[r][d] *= step[d];
 	take(v, &w);
-	forget_operator(&v->meta);
-	rc = 0;
-out:
+	return 0;
+}
+
+int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_separable s = {0};
+	double old[3], start[3], step[3];
+	int rc = 0;
+
+	ct_vol_spacing(v, old);
+	for (int d = 0; d < 3 && rc == 0; d++) {
+		const double n = (double)v->n[d], want = floor(n / (mm / old[d]) + 0.5);
+		const size_t m = want < 1 ? 1 : (size_t)fmin(want, 1e6);
+
+		step[d] = mm / old[d];
+		start[d] = ((n - 1) - ((double)m - 1) * step[d]) / 2; /* about the same centre */
+		if (want > 1e6)
+			rc = ct_fail(
+				e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+		else if (fabs(step[d] - 1) < 1e-6)
+			rc = ct_taps_identity(&s.t[d], v->n[d], e);
+		else
+			rc = iso_taps(&s.t[d], v->n[d], m, start[d], step[d], e);
+	}
+	if (rc == 0)
+		rc = resample(v, &s, start, step, env, e);
+	if (rc == 0)
+		forget_operator(&v->meta);
 	ct_separable_free(&s);
-	ct_vol_free(&w);
 	return rc;
 }
 
@@ -153,34 +166,30 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 
 int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
-	double old[3], start[3], step[3], factor[3];
-	struct ct_separable op = {0};
-	struct ct_vol w = {0};
-	size_t n[3];
-	int rc = -1;
+	double old[3], start[3], step[3], finer[3];
+	struct ct_separable s = {0};
+	int rc = 0;
 
 	ct_vol_spacing(v, old);
-	for (int a = 0; a < 3; a++) {
-		double cells = old[a] * (double)v->n[a] / mm;
+	for (int a = 0; a < 3 && rc == 0; a++) {
+		const double cells = old[a] * (double)v->n[a] / mm;
+		const size_t n = (size_t)fmin(fmax(1, ceil(cells - 1e-6)), 1e6);
 
-		if (!(cells < 1e6))
-			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
-				mm, cells, a);
-		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
 		step[a] = mm / old[a];
+		finer[a] = 1 / step[a];
 		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
-		factor[a] = 1 / step[a];
+		if (!(cells < 1e6))
+			rc = ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
+				mm, cells, a);
+		else
+			rc = ct_resample_taps(
+				&s.t[a], v->n[a], n, start[a], step[a], CT_CUBIC, true, e);
 	}
-	if (ct_vol_alloc(&w, n, e) || finer_operator(&v->meta, factor, e) ||
-		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
-		goto out;
-	ct_separable_apply(&op, w.data, v->data, env->par);
-	ct_vol_rescale_affine(w.affine, (const double(*)[4])v->affine, factor);
-	take(v, &w);
-	rc = 0;
-out:
-	ct_separable_free(&op);
-	ct_vol_free(&w);
+	if (rc == 0)
+		rc = finer_operator(&v->meta, finer, e);
+	if (rc == 0)
+		rc = resample(v, &s, start, step, env, e);
+	ct_separable_free(&s);
 	return rc;
 }
 

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "resolution/svd.h"
 #include "core/mem.h"
+#include "resolution/cosine.h"
 #include "solve/jacobi.h"
 
 #include <math.h>
@@ -11,15 +12,14 @@
 /* A weight of so little of the largest is what rounding left of none. */
 #define NOTHING 1e-15
 
-/* Orthonormal DCT-II of m points, u (m,m); the phase is reduced exactly, in integers. */
+/* Orthonormal DCT-II of m points, u (m,m). */
 static void cosines(double *u, size_t m)
 {
 	for (size_t k = 0; k < m; k++) {
 		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
 
 		for (size_t i = 0; i < m; i++)
-			u[k * m + i] = norm * cos(M_PI * (double)(k * (2 * i + 1) % (4 * m)) /
-						      (2 * (double)m));
+			u[k * m + i] = norm * ct_cosine_at(k, i, m);
 	}
 }
 

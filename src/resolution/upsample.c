@@ -46,11 +46,8 @@ int ct_upsample_aliasing(
 	for (size_t k = 0; k < m; k++) {
 		double c = 0, norm = (k ? 2.0 : 1.0) / (double)n;
 
-		for (size_t q = 0; q < t.taps; q++) {
-			size_t p = k * (2 * (t.first[middle] + q) + 1) % (4 * n);
-
-			c += t.w[middle * t.taps + q] * cos(M_PI * (double)p / (2 * (double)n));
-		}
+		for (size_t q = 0; q < t.taps; q++)
+			c += t.w[middle * t.taps + q] * ct_cosine_at(k, t.first[middle] + q, n);
 		low += norm * c * c;
 	}
 	*share = n > m ? fmax(1 - low / all, 0) : 0;
