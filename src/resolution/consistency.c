@@ -92,25 +92,39 @@ static bool is_sound(const struct ct_svd *f)
 	return f->lost == 0 && f->condition <= BANDED_CONDITION;
 }
 
+/* The tables of D, and what they are decomposed to. */
+struct axes {
+	struct ct_taps t[3];
+	struct ct_svd f[3];
+};
+
+static void axes_free(struct axes *x)
+{
+	for (int a = 0; a < 3; a++) {
+		ct_svd_free(&x->f[a]);
+		ct_taps_free(&x->t[a]);
+	}
+}
+
 /* n, m, same and banded, of an operator whose axes are decomposed: all, or those that tell. */
-static int shape(struct ct_consistency *dc, struct ct_svd f[3], struct ct_taps t[3],
-	const struct ct_degrade *d, const size_t n[3], bool all, struct ct_err *e)
+static int shape(struct ct_consistency *dc, struct axes *x, const struct ct_degrade *d,
+	const size_t n[3], bool all, struct ct_err *e)
 {
 	*dc = (struct ct_consistency){.condition = 1, .banded = true};
 	for (int a = 0; a < 3; a++) {
-		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
+		if (ct_degrade_taps(&x->t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
 			return -1;
 		dc->n[a] = n[a];
-		dc->m[a] = t[a].n_out;
-		dc->same[a] = ct_taps_is_identity(&t[a]);
-		dc->banded = dc->banded && (dc->same[a] || is_short(&t[a], n[a]));
+		dc->m[a] = x->t[a].n_out;
+		dc->same[a] = ct_taps_is_identity(&x->t[a]);
+		dc->banded = dc->banded && (dc->same[a] || is_short(&x->t[a], n[a]));
 	}
 	for (int a = 0; a < 3; a++) {
 		if (!all && (dc->same[a] || !dc->banded))
 			continue;
-		if (ct_svd_alloc(&f[a], &t[a], e))
+		if (ct_svd_alloc(&x->f[a], &x->t[a], e))
 			return -1;
-		dc->banded = dc->banded && (dc->same[a] || is_sound(&f[a]));
+		dc->banded = dc->banded && (dc->same[a] || is_sound(&x->f[a]));
 	}
 	return 0;
 }
@@ -119,23 +133,19 @@ int ct_consistency_bytes(double *bytes, const struct ct_degrade *d, const size_t
 	bool noise, struct ct_err *e)
 {
 	struct ct_consistency dc;
-	struct ct_svd f[3] = {{0}};
-	struct ct_taps t[3] = {{0}};
+	struct axes x = {0};
 	size_t planes = n[2];
 	int rc = -1;
 
-	if (shape(&dc, f, t, d, n, false, e) ||
-		(dc.banded && (ct_banded_alloc(&dc.d[2], &t[2], e) ||
+	if (shape(&dc, &x, d, n, false, e) ||
+		(dc.banded && (ct_banded_alloc(&dc.d[2], &x.t[2], e) ||
 				      ct_consistency_cut(&dc, &planes, e))))
 		goto out;
 	planes += (dc.banded && !noise ? 2 : 3) * dc.m[2];
 	*bytes = sizeof(float) * (double)dc.m[0] * (double)dc.m[1] * (double)planes;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++) {
-		ct_svd_free(&f[a]);
-		ct_taps_free(&t[a]);
-	}
+	axes_free(&x);
 	ct_consistency_free(&dc);
 	return rc;
 }
@@ -163,11 +173,10 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
 	struct ct_err *e)
 {
-	struct ct_svd f[3] = {{0}};
-	struct ct_taps t[3] = {{0}};
+	struct axes x = {0};
 	int rc = -1;
 
-	if (shape(dc, f, t, d, n, true, e))
+	if (shape(dc, &x, d, n, true, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
 		if (ct_degrade_cover(dc->m[a], d->factor[a]) != n[a]) {
@@ -177,25 +186,22 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 		}
 	dc->exact = dc->banded && noise == 0;
 	for (int a = 0; a < 3; a++)
-		if (axis(dc, a, &f[a], &t[a], e))
+		if (axis(dc, a, &x.f[a], &x.t[a], e))
 			goto out;
 	dc->stride[0] = dc->same[0] ? 1 : dc->m[1];
 	dc->stride[1] = dc->same[0] ? dc->m[0] : 1;
 	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) || arrays(dc, par, e))
 		goto out;
 	if (dc->exact)
-		arrange(dc, f, y);
-	else if (target(dc, f, y, par, e))
+		arrange(dc, x.f, y);
+	else if (target(dc, x.f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
 	if (!dc->exact)
 		dc->had[0] = NAN;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++) {
-		ct_svd_free(&f[a]);
-		ct_taps_free(&t[a]);
-	}
+	axes_free(&x);
 	if (rc)
 		ct_consistency_free(dc);
 	return rc;

@@ -9,21 +9,16 @@ void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float 
 {
 	double sum[3] = {0}, count = 0;
 
-	for (size_t k = 0; k < n[2]; k++) {
-		for (size_t j = 0; j < n[1]; j++) {
-			const float *row = in + (k * n[1] + j) * n[0];
-			size_t hits = 0, first = 0;
-
+	for (size_t k = 0; k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++)
 			for (size_t i = 0; i < n[0]; i++) {
-				hits += row[i] > above;
-				first += row[i] > above ? i : 0;
+				const double is = *in++ > above;
+
+				count += is;
+				sum[0] += is * (double)i;
+				sum[1] += is * (double)j;
+				sum[2] += is * (double)k;
 			}
-			count += (double)hits;
-			sum[0] += (double)first;
-			sum[1] += (double)(hits * j);
-			sum[2] += (double)(hits * k);
-		}
-	}
 	for (int d = 0; d < 3; d++)
 		c[d] = count > 0 ? sum[d] / count : ((double)n[d] - 1) / 2;
 }

@@ -209,12 +209,9 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
 	if (ct_consistency_alloc(
-		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
-		return -1;
-	if (rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)) {
-		ct_consistency_free(&dc);
-		return -1;
-	}
+		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e) ||
+		(rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)))
+		goto out;
 	dc.multipliers = rule->multipliers;
 	r->condition = dc.condition;
 	r->lost = dc.lost;
@@ -223,6 +220,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
+out:
 	ct_consistency_free(&dc);
 	return rc;
 }
