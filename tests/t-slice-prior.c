@@ -1,4 +1,4 @@
-/* The slice prior against twins: patches by their definition, a prediction cell by cell, what is
+/* The slice prior against twins: a prediction cell by cell, what is
  * restored from what is predicted, and examples of volumes whose values say where they are. */
 #include "config.h"
 #include "core/vol.h"
@@ -16,139 +16,6 @@
 #include <string.h>
 
 static struct ct_env env;
-
-/* Value (u, v, w) of slices across an axis, held at the borders. */
-static double value(const float *x, const size_t n[3], int axis, const bool coarse[3], ptrdiff_t u,
-	ptrdiff_t v, ptrdiff_t w)
-{
-	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-	const int first = coarse[a] && !coarse[b] ? b : a, second = a + b - first;
-	ptrdiff_t at[3] = {0};
-
-	at[first] = u;
-	at[second] = v;
-	at[axis] = w;
-	for (int k = 0; k < 3; k++) {
-		at[k] = at[k] < 0 ? 0 : at[k];
-		at[k] = at[k] >= (ptrdiff_t)n[k] ? (ptrdiff_t)n[k] - 1 : at[k];
-	}
-	return (double)x[((size_t)at[2] * n[1] + (size_t)at[1]) * n[0] + (size_t)at[0]];
-}
-
-/* The largest error of a patch and its pose; NaN if the turn is another. */
-static double patch_error(const float *x, const size_t n[3], int axis, const bool coarse[3],
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t, const size_t at[3])
-{
-	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
-	const ptrdiff_t cell = (ptrdiff_t)shape->cell, margin = (side - cell) / 2;
-	const ptrdiff_t about = 2 * cell < side ? 2 * cell : side, from = (side - about) / 2;
-	static float got[40 * 40 * 5];
-	double p[5][40][40], mu = 0, mean = 0, square = 0, x1 = 0, y1 = 0, z1 = 0, worst = 0;
-	const double all = (double)(side * side * depth);
-	struct ct_patch_pose pose;
-	struct ct_slicing s;
-	unsigned turn;
-
-	for (ptrdiff_t k = 0; k < depth; k++)
-		for (ptrdiff_t j = 0; j < side; j++)
-			for (ptrdiff_t i = 0; i < side; i++) {
-				p[k][j][i] =
-					value(x, n, axis, coarse, (ptrdiff_t)at[0] - margin + i,
-						(ptrdiff_t)at[1] - margin + j,
-						(ptrdiff_t)at[2] - depth / 2 + k);
-				mean += p[k][j][i] / all;
-			}
-	for (ptrdiff_t j = margin - 1; j <= margin + cell; j++)
-		for (ptrdiff_t i = margin - 1; i <= margin + cell; i++)
-			mu += p[depth / 2][j][i] / (double)((cell + 2) * (cell + 2));
-	for (ptrdiff_t k = 0; k < depth; k++)
-		for (ptrdiff_t j = 0; j < side; j++)
-			for (ptrdiff_t i = 0; i < side; i++)
-				square += pow(p[k][j][i] - mean, 2) / all;
-	for (ptrdiff_t k = 0; k < depth; k++)
-		for (ptrdiff_t j = from; j < from + about; j++)
-			for (ptrdiff_t i = from; i < from + about; i++) {
-				const double d = p[k][j][i] - mu, middle = (double)(side - 1) / 2;
-
-				x1 += d * ((double)i - middle);
-				y1 += d * ((double)j - middle);
-				z1 += d * ((double)k - (double)(depth - 1) / 2);
-			}
-	turn = (x1 < 0) | (unsigned)(y1 < 0) << 1 | (unsigned)(z1 < 0) << 2 |
-	       (unsigned)(shape->swap && fabs(y1) > fabs(x1)) << 3;
-	ct_slicing_of(&s, x, n, axis, coarse);
-	if (!ct_patch_cut(got, &pose, &s, shape, t, at) || pose.turn != turn)
-		return (double)NAN;
-	worst = fmax(fabs((double)pose.mu - mu), fabs((double)pose.s - sqrt(square)));
-	for (ptrdiff_t k = 0; k < depth; k++)
-		for (ptrdiff_t j = 0; j < side; j++)
-			for (ptrdiff_t i = 0; i < side; i++) {
-				ptrdiff_t u = turn & 8 ? j : i, v = turn & 8 ? i : j, w = k;
-				double want;
-
-				u = turn & 1 ? side - 1 - u : u;
-				v = turn & 2 ? side - 1 - v : v;
-				w = turn & 4 ? depth - 1 - w : w;
-				want = (p[w][v][u] - mu) / sqrt(square);
-				worst = fmax(
-					worst, fabs(want - (double)got[(k * side + j) * side + i]));
-			}
-	return worst;
-}
-
-static void patches(void)
-{
-	static const struct ct_patch_shape shapes[] = {
-		{2, 6, 1, true}, {3, 5, 5, false}, {8, 40, 3, true}, {4, 10, 3, false}};
-	static const bool coarse[][3] = {{true, true, true}, {true, false, false},
-		{false, true, false}, {false, false, true}};
-	const size_t n[3] = {13, 17, 11};
-	float *x = normals(13 * 17 * 11, 21, 0, 200);
-	double worst = 0;
-
-	for (size_t k = 0; k < 4; k++) {
-		struct ct_patch_turns t = {0};
-
-		must(ct_patch_turns_alloc(&t, &shapes[k], &err));
-		for (int axis = 0; axis < 3; axis++)
-			for (uint64_t q = 0; q < 40; q++) {
-				struct ct_slicing s;
-				size_t at[3];
-				double error;
-
-				ct_slicing_of(&s, x, n, axis, coarse[q % 4]);
-				for (int a = 0; a < 3; a++)
-					at[a] = ct_rng_below(22, k, 3 * q + (uint64_t)a,
-						s.n[a] - (a < 2 ? shapes[k].cell - 1 : 0));
-				error = patch_error(x, n, axis, coarse[q % 4], &shapes[k], &t, at);
-				worst = error <= worst ? worst : error;
-			}
-		ct_patch_turns_free(&t);
-	}
-	NEAR(worst, 0, 1e-3, "patches, levels, spreads and turns, inside and at borders");
-	free(x);
-}
-
-static void shapes(void)
-{
-	static const struct ct_patch_shape good[] = {{2, 4, 1, true}, {8, 40, 5, true},
-		{8, 10, 3, false}},
-					   bad[] = {{1, 5, 1, true}, {9, 11, 1, true},
-						   {8, 42, 1, true}, {2, 4, 7, true},
-						   {2, 4, 0, true}, {2, 4, 2, true},
-						   {3, 4, 1, true}, {2, 5, 1, true}};
-	char words[80];
-
-	for (size_t k = 0; k < sizeof good / sizeof *good; k++)
-		OK(ct_patch_shape_check(&good[k], &err) == 0, "a shape at the limits");
-	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-		snprintf(words, sizeof words, "no patch has cell %zu, side %zu and depth %zu",
-			bad[k].cell, bad[k].side, bad[k].depth);
-		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT &&
-				strcmp(err.msg, words) == 0,
-			"%s", err.msg);
-	}
-}
 
 static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cell, size_t side,
 	size_t depth, bool swap)
@@ -259,7 +126,7 @@ static void prediction(void)
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
 		random_network(&r, 32, 3, 7, 3, swap);
-		if (ct_predict_axes(can, &r, &s) > 0) {
+		if (ct_predict_axes(can, &r, &s, NULL) > 0) {
 			predict(h, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
 			must(ct_predict(&g, &s, &r, axes, &textured, &cells, &env, &err));
@@ -435,10 +302,11 @@ static void restoring(void)
 		struct ct_restore_report got;
 		struct scan s;
 		double added;
+		bool axes[3];
 
 		scan_of(&s, factors[k % 5][0], factors[k % 5][1], factors[k % 5][2]);
 		rule.by = s.by;
-		OK(ct_slice_prior_cell(&p, &rule.by, k == 5) > 0, "factors %g,%g,%g are known",
+		OK(ct_slice_prior_knows(axes, &p, &rule.by, k == 5), "factors %g,%g,%g are known",
 			s.by.factor[0], s.by.factor[1], s.by.factor[2]);
 		twin(want, &added, &s, &p, &rule, false);
 		if (rule.passes == 2) {
@@ -567,16 +435,15 @@ static void knowing(void)
 		struct ct_degrade d = {.decimate = CT_DECIMATE_POINT};
 
 		memcpy(d.factor, scans[k].factor, sizeof d.factor);
-		ct_slice_prior_axes(axes, &p, &d);
-		OK(ct_slice_prior_cell(&p, &d, false) == scans[k].cell &&
-				ct_slice_prior_cell(&p, &d, true) == scans[k].cell &&
+		OK(ct_slice_prior_knows(axes, &p, &d, true) == scans[k].cell &&
+				ct_slice_prior_knows(axes, &p, &d, false) == scans[k].cell &&
 				axes[0] == scans[k].across[0] && axes[1] == scans[k].across[1] &&
 				axes[2] == scans[k].across[2],
 			"scans of %g,%g,%g are seen by cells of %zu, across their axes",
 			d.factor[0], d.factor[1], d.factor[2], scans[k].cell);
 	}
 	p.again[0] = p.again[2] = true;
-	OK(ct_slice_prior_cell(&p, &(struct ct_degrade){.factor = {3, 3, 3}}, false) == 0,
+	OK(ct_slice_prior_knows(axes, &p, &(struct ct_degrade){.factor = {3, 3, 3}}, false) == 0,
 		"what it knows again it need not know at first");
 	p.again[0] = p.again[2] = false;
 	scan_of(&s, 5, 5, 5);
@@ -745,8 +612,6 @@ static void examples(void)
 
 int main(void)
 {
-	patches();
-	shapes();
 	prediction();
 	restoring();
 	between_factors(1, 1, 2, 3);

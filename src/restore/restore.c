@@ -50,7 +50,6 @@ void ct_slice_prior_free(struct ct_slice_prior *p)
 
 /* Networks serve scans at most so many times coarser, or finer, than theirs. */
 #define CELL_RATIO 2.7
-
 /* LR voxels: points of thick slices with a wider blur hardly alias, and the networks learnt no such
  * scans. They are told that these are means of the same spread; (1/12)^(1/2) is that of a mean. It
  * gains .7 to 1.3 dB over nothing (head and chest, 4x, sigma .275 to .45). */
@@ -85,92 +84,83 @@ static bool scene_of(struct ct_scene *s, double *factor, const struct ct_degrade
 	return coarse > 0;
 }
 
-/* Does slice network i take slices across some axis of the scene? */
-static bool takes(const struct ct_slice_prior *p, size_t i, const struct ct_scene *s, bool again)
+/* Is slice network i for scans of that cell, and for such a pass? */
+static bool serves(const struct ct_slice_prior *p, size_t i, size_t cell, bool again)
 {
-	bool can[3];
-
-	return p->again[i] == again && ct_predict_axes(can, &p->r[i], s) > 0;
+	return p->r[i].shape.cell == cell && p->again[i] == again;
 }
 
-/* The cell nearest to the factor of which the prior has networks for the scene; 0: none. */
-static size_t nearest_cell(
-	const struct ct_slice_prior *p, const struct ct_scene *s, double factor, bool again)
+size_t ct_slice_prior_knows(
+	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
 {
-	double least = log(CELL_RATIO);
-	size_t best = 0;
-
-	for (size_t i = 0; i < p->n; i++) {
-		const size_t cell = p->r[i].shape.cell;
-		const double apart = fabs(log((double)cell / factor));
-
-		if (takes(p, i, s, again) && apart < least) {
-			least = apart;
-			best = cell;
-		}
-	}
-	return best;
-}
-
-size_t ct_slice_prior_cell(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
-{
+	double factor, least = log(CELL_RATIO);
 	struct ct_scene s = {0};
-	double factor;
-
-	return scene_of(&s, &factor, d) ? nearest_cell(p, &s, factor, again) : 0;
-}
-
-void ct_slice_prior_axes(
-	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d)
-{
-	const size_t cell = ct_slice_prior_cell(p, d, false);
-	struct ct_scene s = {0};
-	double factor;
+	size_t cell = 0;
 	bool can[3];
 
 	axes[0] = axes[1] = axes[2] = false;
 	if (!scene_of(&s, &factor, d))
-		return;
+		return 0;
+	for (size_t i = 0; i < p->n; i++) {
+		const double apart = fabs(log((double)p->r[i].shape.cell / factor));
+
+		if (p->again[i] == again && apart < least &&
+			ct_predict_axes(can, &p->r[i], &s, NULL)) {
+			least = apart;
+			cell = p->r[i].shape.cell;
+		}
+	}
 	for (size_t i = 0; i < p->n; i++)
-		if (p->r[i].shape.cell == cell && takes(p, i, &s, false)) {
-			ct_predict_axes(can, &p->r[i], &s);
+		if (serves(p, i, cell, again) && ct_predict_axes(can, &p->r[i], &s, NULL))
 			for (int a = 0; a < 3; a++)
 				axes[a] = axes[a] || can[a];
-		}
+	return cell;
 }
 
-/* Is slice network i for the scene, and for one of the axes of the rule? */
-static bool serves(const struct ct_slice_prior *p, size_t i, const struct ct_scene *s, size_t cell,
-	bool again, const struct ct_restore_rule *rule)
-{
-	bool can[3];
+/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
+struct weights {
+	float *w, *row;
+	size_t m[3], s;
+};
 
-	if (p->r[i].shape.cell != cell || p->again[i] != again)
-		return false;
-	ct_predict_axes(can, &p->r[i], s);
-	return (can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) || (can[2] && rule->axes[2]);
-}
+/* A pass of the prior over a volume. */
+struct pass {
+	struct ct_vol *x;
+	const struct ct_slice_prior *prior;
+	const struct ct_restore_rule *rule;
+	struct ct_restore_report *report;
+	const struct ct_env *env;
+	struct ct_scene scene; /* x on the grid of the networks: x itself, or `own` */
+	bool again;
+	size_t cell;
+	float *own;
+	struct weights w;
+};
 
 /* What all slice networks expect that know slices of the scene; *floor += what the noise alone
  * makes of the square of the error. */
-static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, size_t cell,
-	bool again, const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
-	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
+static int expect(struct ct_guess *g, double *floor, const struct pass *s, struct ct_err *e)
 {
-	for (size_t i = 0; i < p->n; i++)
-		if (serves(p, i, s, cell, again, rule))
-			g->slices += ct_predict_slices(s, &p->r[i], rule->axes);
-	for (size_t i = 0; i < p->n; i++) {
-		const struct ct_slice_network *r = &p->r[i];
-		const size_t before = g->axes;
+	const double noise = s->scene.regime.noise;
+	const bool *of = s->rule->axes;
+	bool use[3];
 
-		if (!serves(p, i, s, cell, again, rule))
+	for (size_t i = 0; i < s->prior->n; i++)
+		if (serves(s->prior, i, s->cell, s->again) &&
+			ct_predict_axes(use, &s->prior->r[i], &s->scene, of))
+			for (int a = 0; a < 3; a++)
+				g->slices += use[a] ? s->scene.n[a] : 0;
+	for (size_t i = 0; i < s->prior->n; i++) {
+		const struct ct_slice_network *r = &s->prior->r[i];
+		const size_t axes = ct_predict_axes(use, r, &s->scene, of);
+
+		if (!serves(s->prior, i, s->cell, s->again) || axes == 0)
 			continue;
-		if (ct_predict(g, s, r, rule->axes, &report->textured, &report->cells, env, e))
+		if (ct_predict(g, &s->scene, r, of, &s->report->textured, &s->report->cells, s->env,
+			    e))
 			return -1;
-		*floor += (double)(g->axes - before) *
-			  ((double)r->spread[1] +
-				  (double)r->spread[2] * s->regime.noise * s->regime.noise);
+		*floor += (double)axes *
+			  ((double)r->spread[1] + (double)r->spread[2] * noise * noise);
 	}
 	return g->axes ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
 }
@@ -218,12 +208,6 @@ static struct block block_of(
 	return b;
 }
 
-/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
-struct weights {
-	float *w, *row;
-	size_t m[3], s;
-};
-
 /* Of the m blocks of s voxels along an axis, that whose centre is the last one at voxel i or before
  * it; *part: how much of the way to the next it is. */
 static size_t between(double *part, size_t i, size_t s, size_t m)
@@ -268,20 +252,6 @@ static void weigh_detail(double *sum, float *h, size_t n, double axes, const str
 		*sum += more * more;
 	}
 }
-
-/* A pass of the prior over a volume. */
-struct pass {
-	struct ct_vol *x;
-	const struct ct_slice_prior *prior;
-	const struct ct_restore_rule *rule;
-	struct ct_restore_report *report;
-	const struct ct_env *env;
-	struct ct_scene scene; /* x on the grid of the networks: x itself, or `own` */
-	bool again;
-	size_t cell;
-	float *own;
-	struct weights w;
-};
 
 /* The operator from the grid of one factor, n voxels, to that of another, m voxels, along the
  * coarse axes of the scene. */
@@ -403,9 +373,7 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 		g.v = g.h + (1 + apart) * all;
 	else if (std)
 		memset(std, 0, all * sizeof *std);
-	if (expect(&g, &floor, &s->scene, s->cell, s->again, s->prior, s->rule, s->report, s->env,
-		    e) ||
-		(std && deviate(s, std, g.v, &g, floor, e)))
+	if (expect(&g, &floor, s, e) || (std && deviate(s, std, g.v, &g, floor, e)))
 		goto out;
 	rc = add(s, &g, e);
 out:
@@ -421,17 +389,18 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 	const size_t n[static 3], bool error)
 {
 	const double factor = largest(rule->by.factor), apart = rule->doubt > 0;
-	const double cell = (double)ct_slice_prior_cell(prior, &rule->by, false);
-	double one = 4, coarse = 0;
+	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
+	double one = fine, coarse = 0, cell;
+	bool axes[3];
 
-	for (int a = 0; a < 3; a++) {
-		one *= (double)n[a] * (rule->by.factor[a] > 1 ? cell / factor : 1);
-		coarse += rule->by.factor[a] > 1;
-	}
+	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
 	if (cell == factor)
 		return NETWORKS + one * (1 + apart);
-	return NETWORKS + one * (2 + apart + error) +
-	       (coarse - 1) * fmax(one, 4 * (double)n[0] * (double)n[1] * (double)n[2]);
+	for (int a = 0; a < 3; a++) {
+		one *= rule->by.factor[a] > 1 ? cell / factor : 1;
+		coarse += rule->by.factor[a] > 1;
+	}
+	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine);
 }
 
 static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *lo,
@@ -447,12 +416,12 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 		.scene = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}}};
 	const bool last = again || rule->passes != 2;
 	double factor;
+	bool axes[3];
 	int rc;
 
 	*report = (struct ct_restore_report){0};
-	if (scene_of(&s.scene, &factor, &rule->by))
-		s.cell = nearest_cell(prior, &s.scene, factor, again);
-	if (s.cell == 0)
+	s.cell = ct_slice_prior_knows(axes, prior, &rule->by, again);
+	if (s.cell == 0 || !scene_of(&s.scene, &factor, &rule->by))
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
 	if (see(&s, lo, factor, e))
