@@ -1,8 +1,8 @@
 /* operator.c: see operator.h. */
 #include "config.h"
 #include "refine/operator.h"
-#include "resolution/blur.h"
 #include "resolution/noise.h"
+#include "resolution/profile.h"
 
 #include <math.h>
 #include <string.h>
@@ -99,26 +99,72 @@ static int operator_of(
 	return sigma ? sigma_of(r, known, said, e) : 0;
 }
 
-/* The operator that edges show. Sampling that aliases along one axis counts for all: the operator
- * has one way of decimation. */
+/* Of what is measured so much is assumed: too wide a profile costs more than too narrow a one. */
+#define CAUTION 0.95
+/* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
+#define MEAN_SQUARE (1. / 12)
+#define POINTS 0.25
+
+/* How an axis that aliases was sampled. Slices are thick: their profiles are nearest to means. */
+static enum ct_decimate sampling_of(const struct ct_profile got[3], const double factor[3])
+{
+	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
+	double odds = 0, spread = 0;
+
+	for (int a = 0; a < 3; a++)
+		if (!isnan(got[a].spread)) {
+			odds += log(got[a].aliases / (1 - got[a].aliases));
+			spread = fmax(spread, got[a].spread);
+		}
+	if (odds <= 0)
+		return CT_DECIMATE_SINC;
+	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
+}
+
+/* The axes in plane have one spread. */
+static void join_planes(struct ct_profile *x, struct ct_profile *y)
+{
+	double wx, wy;
+
+	if (isnan(x->spread) || isnan(y->spread))
+		return;
+	wx = 1 / pow(x->deviation, 2);
+	wy = 1 / pow(y->deviation, 2);
+	x->spread = y->spread = exp((wx * log(x->spread) + wy * log(y->spread)) / (wx + wy));
+}
+
+/* The operator that edges show: a Gaussian of the spread that its sampling leaves. */
 static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_blur got;
+	struct ct_profile got[3];
 
-	if (ct_blur_estimate(&got, in, r->by.factor, env->par, e))
+	if (ct_profile_measure(got, in, r->by.factor, env->par, e))
 		return -1;
+	join_planes(&got[0], &got[1]);
+	if (said->decimate < 0)
+		r->by.decimate = sampling_of(got, r->by.factor);
 	for (int a = 0; a < 3; a++) {
-		if (r->by.factor[a] <= 1)
+		const double factor = r->by.factor[a], spread = CAUTION * got[a].spread;
+		double own = 0; /* of the sampling */
+
+		if (factor <= 1)
 			continue;
-		r->by.sigma[a] = got.axis[a].sigma * r->by.factor[a];
-		if (got.axis[a].sampling == CT_SAMPLING_ALIASED && said->decimate < 0)
-			r->by.decimate = CT_DECIMATE_POINT;
-		r->known |= got.axis[a].sampling != CT_SAMPLING_UNKNOWN;
+		if (r->by.decimate == CT_DECIMATE_MEAN)
+			own = MEAN_SQUARE;
+		else if (r->by.decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0)
+			own = 0.25 / (factor * factor); /* the mean of two */
+		if (isnan(spread)) {
+			ct_log(env, CT_INFO, "axis %d: too few edges", a);
+			continue;
+		}
+		r->by.sigma[a] = factor * sqrt(fmax(spread * spread - own, 0));
+		r->known = true;
 		ct_log(env, CT_INFO,
-			"axis %d: blur %.3g, assumed %.3g voxels of OUT, %s, %zu edges", a,
-			got.axis[a].measured * r->by.factor[a], r->by.sigma[a],
-			ct_sampling_name(got.axis[a].sampling), got.axis[a].edges);
+			"axis %d: spread %.3g +- %.2g voxels, aliases with %.0f %%, assumed blur "
+			"%.3g voxels of OUT, %zu edges",
+			a, got[a].spread, got[a].spread * got[a].deviation, 100 * got[a].aliases,
+			r->by.sigma[a], got[a].edges);
 	}
 	if (r->known)
 		r->from = CT_BY_MEASURE;

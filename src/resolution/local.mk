@@ -19,6 +19,14 @@ libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
 libct_a_SOURCES += src/resolution/pilot.c src/resolution/pilot.h
 libct_a_SOURCES += src/resolution/hessian-tv.c src/resolution/hessian-tv.h
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
+libct_a_SOURCES += src/resolution/edge-lines.c src/resolution/edge-lines.h
+libct_a_SOURCES += src/resolution/profile.c src/resolution/profile.h
+EXTRA_DIST += src/resolution/profile-network.bin
+BUILT_SOURCES += src/resolution/profile-network.inc
+CLEANFILES += src/resolution/profile-network.inc
+src/resolution/profile-network.inc: src/resolution/profile-network.bin
+	$(AM_V_GEN)$(MKDIR_P) $(@D) && od -An -v -t u1 $(srcdir)/src/resolution/profile-network.bin | \
+		sed 's/ *\([0-9][0-9]*\)/\1,/g' >$@
 libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h
 libct_a_SOURCES += src/resolution/expected.c src/resolution/expected.h
 libct_a_SOURCES += src/resolution/noise.c src/resolution/noise.h

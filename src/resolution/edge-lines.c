@@ -1,0 +1,151 @@
+/* edge-lines.c: see edge-lines.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/rng.h"
+#include "resolution/edge-lines.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#define LEAST_STEP 20.0f /* HU */
+#define SHARE 0.03
+#define SEED 20
+enum { HALF = CT_EDGE_LONG / 2, LOOKED_AT = 2000000, STEEPEST = 4096 };
+
+/* A place, and its place in the order of those drawn. */
+struct place {
+	size_t at; /* of the first of the two voxels */
+	float step;
+	double key;
+};
+
+struct lines {
+	const float *x;
+	size_t n[3], stride[3]; /* the two across, and along */
+	size_t skip;            /* every so many lines are looked at */
+	float lowest;
+	struct place *place;
+	size_t count, looked, above[STEEPEST]; /* places of so many HU */
+};
+
+/* Are two neighbours of the line that begins there both the lowest? */
+static bool is_padded(const struct lines *l, const float *first)
+{
+	for (size_t k = 0; k + 1 < CT_EDGE_LONG; k++)
+		if (first[k * l->stride[2]] == l->lowest &&
+			first[(k + 1) * l->stride[2]] == l->lowest)
+			return true;
+	return false;
+}
+
+static float across(const struct lines *l, const float *p)
+{
+	const float a = fabsf(p[l->stride[0]] - *(p - l->stride[0]));
+	const float b = fabsf(p[l->stride[1]] - *(p - l->stride[1]));
+
+	return fmaxf(a, b) / 2;
+}
+
+static size_t hu(float step)
+{
+	return step < STEEPEST - 1 ? (size_t)step : STEEPEST - 1;
+}
+
+/* The places of a line through (i, j). */
+static void look(struct lines *l, size_t i, size_t j)
+{
+	const float *line = l->x + i * l->stride[0] + j * l->stride[1];
+
+	for (size_t k = HALF - 1; k + HALF < l->n[2]; k++) {
+		const float *p = line + k * l->stride[2];
+		const float step = fabsf(p[l->stride[2]] - *p);
+
+		l->looked++;
+		if (!(step > LEAST_STEP) ||
+			!(step > fmaxf(across(l, p), across(l, p + l->stride[2])) / 2) ||
+			is_padded(l, p - (HALF - 1) * l->stride[2]))
+			continue;
+		l->above[hu(step)]++;
+		l->place[l->count++] = (struct place){(size_t)(p - l->x), step, 0};
+	}
+}
+
+static int compare(const void *a, const void *b)
+{
+	const struct place *p = a, *q = b;
+
+	return p->key != q->key ? (p->key > q->key) - (p->key < q->key)
+				: (p->at > q->at) - (p->at < q->at);
+}
+
+/* Of the steepest places CT_EDGE_PLACES come first. */
+static void draw(struct lines *l, int axis)
+{
+	const double most = fmax(3 * CT_EDGE_PLACES, SHARE * (double)l->looked);
+	size_t least = STEEPEST, sum = 0, kept = 0;
+
+	while (least > 0 && (double)sum < most)
+		sum += l->above[--least];
+	for (size_t k = 0; k < l->count; k++) {
+		struct place p = l->place[k];
+
+		if (hu(p.step) < least)
+			continue;
+		p.key = -log(fmax(ct_rng_uniform(SEED, (uint64_t)axis, p.at), 0x1p-60)) /
+			sqrt((double)p.step);
+		l->place[kept++] = p;
+	}
+	l->count = kept;
+	qsort(l->place, kept, sizeof *l->place, compare);
+}
+
+static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
+{
+	const ptrdiff_t along = (ptrdiff_t)l->stride[2];
+	const ptrdiff_t beside[] = {(ptrdiff_t)l->stride[0], -(ptrdiff_t)l->stride[0],
+		(ptrdiff_t)l->stride[1], -(ptrdiff_t)l->stride[1]};
+	const float *p = l->x + at, mean = (p[0] + p[along]) / 2, step = p[along] - p[0];
+	size_t m = 0;
+
+	for (ptrdiff_t k = 1 - HALF; k <= HALF; k++)
+		row[m++] = p[k * along];
+	for (int b = 0; b < 4; b++)
+		for (ptrdiff_t k = -1; k <= 2; k++)
+			row[m++] = p[beside[b] + k * along];
+	for (size_t q = 0; q < m; q++)
+		row[q] = fminf(fmaxf((row[q] - mean) / step, -8), 8);
+	row[m] = logf(fabsf(step) / 100);
+}
+
+int ct_edge_lines(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count, const float *x,
+	const size_t n[static 3], int axis, struct ct_err *e)
+{
+	const size_t stride[3] = {1, n[0], n[0] * n[1]};
+	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+	struct lines l = {.x = x,
+		.n = {n[a], n[b], n[axis]},
+		.stride = {stride[a], stride[b], stride[axis]},
+		.lowest = INFINITY};
+	double all = (double)n[0] * (double)n[1] * (double)n[2];
+
+	*count = 0;
+	if (n[axis] < CT_EDGE_LONG + 1 || n[a] < 3 || n[b] < 3)
+		return 0;
+	l.skip = (size_t)fmax(ceil(sqrt(all / LOOKED_AT)), 1);
+	for (size_t i = 0; i < n[0] * n[1] * n[2]; i++)
+		l.lowest = fminf(l.lowest, x[i]);
+	all = (double)(l.n[0] / l.skip + 1) * (double)(l.n[1] / l.skip + 1) * (double)l.n[2];
+	if (ct_alloc(&l.place, (size_t)all, sizeof *l.place, e))
+		return -1;
+	for (size_t j = 1; j + 1 < l.n[1]; j += l.skip)
+		for (size_t i = 1; i + 1 < l.n[0]; i += l.skip)
+			look(&l, i, j);
+	draw(&l, axis);
+	if (l.count >= CT_EDGE_LEAST)
+		*count = l.count < CT_EDGE_PLACES ? l.count : CT_EDGE_PLACES;
+	for (size_t k = 0; k < *count; k++)
+		row_of(rows[k], &l, l.place[k].at);
+	free(l.place);
+	return 0;
+}

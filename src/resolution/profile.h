@@ -1,0 +1,33 @@
+/* profile.h: how a CT was sampled along each axis, from its edges, by a small network.
+ *
+ * The profile of a voxel along an axis is what blur and sampling make of a point. Its spread is the
+ * standard deviation, in voxels: sigma of a Gaussian, (sigma^2 + 1/12)^(1/2) of the mean over a
+ * voxel. It does not depend on how much finer the result will be. A profile is band-limited (what
+ * is above the Nyquist frequency was cut off, which rings), or it aliases (points, means, and the
+ * slices of scanners).
+ *
+ * The network sees rows of edge-lines.h, each by itself through three layers. The means and the
+ * logarithms of the variances of the last go through three more. Where one axis is refined, the
+ * anatomy along another, averaged over as many voxels, is seen beside it: what is soft in both is
+ * soft by itself. bench/profile/ has its training.
+ */
+#ifndef CT_RESOLUTION_PROFILE_H
+#define CT_RESOLUTION_PROFILE_H
+#include "core/par.h"
+#include "core/vol.h"
+
+#include <stddef.h>
+
+struct ct_profile {
+	double spread;    /* voxels of v; NaN if nothing can be said */
+	double deviation; /* of the spread, as a share of it: one standard deviation */
+	double aliases;   /* probability */
+	size_t edges;     /* it rests on so many */
+};
+
+/* Of v, in HU and finite, along each axis that will be refined factor > 1 times; the others are
+ * NaN. The result does not depend on the number of threads. CT_ENOMEM. */
+int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
+	const double factor[static 3], struct ct_par *par, struct ct_err *e);
+
+#endif
