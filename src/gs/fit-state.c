@@ -92,7 +92,7 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *scalar(&f, k));
 	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
 		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps) ||
-		ct_meta_setf(&t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole))
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f.end))
 		goto fail;
 	return 0;
 fail:
@@ -100,17 +100,15 @@ fail:
 	return -1;
 }
 
-/* Whether the iterations have ended, and all of the fit. */
+/* Whether the fit has ended. */
 static int get_end(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
 	const char *at = ct_meta_get(&t->meta, CT_META_AT);
-	int end, whole;
+	int end;
 
-	if (!at || sscanf(at, "%d %d", &end, &whole) != 2 || end < CT_FIT_RUNNING ||
-		end >= CT_FIT_EMPTY)
+	if (!at || sscanf(at, "%d", &end) != 1 || end < CT_FIT_RUNNING || end >= CT_FIT_EMPTY)
 		return ct_fail(e, CT_EINPUT, "the state does not say whether the fit has ended");
 	f->end = (enum ct_fit_end)end;
-	f->whole = whole != 0;
 	return 0;
 }
 
