@@ -81,7 +81,7 @@ else
 EXTRA_DIST += $(VIEW_SOURCES) man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
-ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-state.c src/tools/nabgs-state.h
+ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose

@@ -1,7 +1,7 @@
 /* t-fit-state.c: a fit as tensors and back: every number that is kept, and what is refused. */
 #include "config.h"
 #include "core/mem.h"
-#include "gs/fit-state.h"
+#include "gs/fit.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -35,9 +35,9 @@ static void make(struct ct_fit *f)
 		for (size_t set = 0; set < SETS; set++)
 			for (size_t k = 0; k < CT_GS_FIELDS; k++)
 				array(f, set, k)[i] = (float)(1 + i + 10 * k + 200 * set) / 3;
-		f->adam.steps[i] = 16777216 - (uint32_t)i;
+		f->adam.steps[i] = 16777216 - (float)i;
 		f->adam.screen[i] = (float)i / 7;
-		f->adam.seen[i] = (uint32_t)i * 3;
+		f->adam.seen[i] = (float)i * 3;
 	}
 	for (int k = 0; k < SCALARS; k++)
 		*scalar(f, k) = (1 + k) / 7.0;
@@ -58,8 +58,8 @@ static bool same(struct ct_fit *a, struct ct_fit *b)
 	for (size_t set = 0; ok && set < SETS; set++)
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			ok &= memcmp(array(a, set, k), array(b, set, k), N * sizeof(float)) == 0;
-	return ok && memcmp(a->adam.steps, b->adam.steps, N * sizeof(uint32_t)) == 0 &&
-	       memcmp(a->adam.seen, b->adam.seen, N * sizeof(uint32_t)) == 0 &&
+	return ok && memcmp(a->adam.steps, b->adam.steps, N * sizeof(float)) == 0 &&
+	       memcmp(a->adam.seen, b->adam.seen, N * sizeof(float)) == 0 &&
 	       memcmp(a->adam.screen, b->adam.screen, N * sizeof(float)) == 0 &&
 	       (a->points == 0 || memcmp(a->point, b->point, a->points * sizeof *a->point) == 0);
 }

@@ -14,7 +14,6 @@
 #include "formats/io.h"
 #include "gs/adam.h"
 #include "gs/fit.h"
-#include "gs/gradient.h"
 #include "gs/loss-image.h"
 #include "gs/loss-lowres.h"
 #include "gs/loss-total.h"

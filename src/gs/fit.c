@@ -353,7 +353,7 @@ static void update(
 static int control(struct ct_fit *f, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_densify_count n;
-	uint32_t steps = f->adam.steps[0];
+	float steps = f->adam.steps[0];
 
 	if (!controls(&f->opt, iteration))
 		return 0;

@@ -1,6 +1,6 @@
 # The fit of signed 3-D Gaussians.
 libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
-libct_a_SOURCES += src/gs/fit-state.c src/gs/fit-state.h
+libct_a_SOURCES += src/gs/fit-state.c
 libct_a_SOURCES += src/gs/place.c src/gs/place.h src/gs/neighbours.c src/gs/neighbours.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
 libct_a_SOURCES += src/gs/random-stream.h
@@ -8,7 +8,6 @@ libct_a_SOURCES += src/gs/random-stream.h
 libct_a_SOURCES += src/gs/prelu.c src/gs/prelu.h
 libct_a_SOURCES += src/gs/gaussian.c src/gs/gaussian.h src/gs/gaussian-formulas.h
 SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h src/gs/gaussian-vec.h
-libct_a_SOURCES += src/gs/gradient.c src/gs/gradient.h
 # Projections and volumes of them.
 libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
 libct_a_SOURCES += src/gs/gaussian-integral.h

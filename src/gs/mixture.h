@@ -14,7 +14,6 @@
 #include "core/env.h"
 #include "gs/block.h"
 #include "gs/gaussian.h"
-#include "gs/gradient.h"
 #include "gs/rasterise.h"
 
 #include <stdbool.h>

@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/memory.h"
+#include "cli/resume.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -10,10 +11,10 @@
 #include "gs/fit.h"
 #include "resolution/degrade.h"
 #include "xray/window.h"
-#include "tools/nabgs-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -270,6 +271,72 @@ static int name_run(struct nabgs_job *j, struct ct_err *e)
 		       : 0;
 }
 
+static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
+{
+	return ct_fit_state_pack(t, fit, e);
+}
+
+static int save_state(void *run, const struct ct_fit *f, struct ct_err *e)
+{
+	return ct_resume_save(run, pack, f, e);
+}
+
+static int load_state(
+	struct ct_fit *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_tensors t = {0};
+	int rc = ct_resume_load(run, &t, e);
+
+	if (rc == 0 && ct_fit_state_unpack(f, &t, e))
+		rc = ct_blame(e, run->path);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "%s: continuing after iteration %zu", run->path, f->g.step);
+	ct_tensors_free(&t);
+	return rc < 0 ? -1 : 0;
+}
+
+static void print_report(const struct ct_fit *f, size_t pos, size_t neg)
+{
+	printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
+	       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
+		f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error, f->g.step,
+		ct_fit_end_name(f->end));
+	for (size_t i = 0; i < f->points; i++)
+		printf("error-with %.0f %.6g\n", (double)f->point[i].gaussians,
+			(double)f->point[i].error);
+}
+
+static int report(const struct ct_fit *f, bool json, struct ct_err *e)
+{
+	size_t pos, neg;
+	json_t *o, *curve = NULL;
+	int bad = 0;
+
+	ct_fit_signs(&f->g, &pos, &neg);
+	if (!json) {
+		print_report(f, pos, neg);
+		return 0;
+	}
+	o = json_pack("{sI sI sI sf sf sf sf sI ss so}", "gaussians", (json_int_t)f->g.n,
+		"positive", (json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma,
+		"first-loss", f->first_loss, "last-loss", f->last_loss, "error", f->error,
+		"iterations", (json_int_t)f->g.step, "ended-by", ct_fit_end_name(f->end), "curve",
+		curve = json_array());
+	for (size_t i = 0; o && i < f->points; i++)
+		bad |= json_array_append_new(curve,
+			json_pack("{sI sf sI}", "gaussians", (json_int_t)f->point[i].gaussians,
+				"error", (double)f->point[i].error, "iteration",
+				(json_int_t)f->point[i].iteration));
+	if (!o || bad) {
+		json_decref(o);
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	}
+	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
+	putchar('\n'); /* ct_cli_main checks standard output */
+	json_decref(o);
+	return 0;
+}
+
 static int fit(struct nabgs_job *j, struct ct_err *e)
 {
 	const bool full = j->p->mode == FULL, kept = j->resume.path != NULL;
@@ -296,19 +363,20 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		goto out;
 	}
 	if (kept) {
-		f.save = nabgs_state_save;
+		f.save = save_state;
 		f.ctx = &j->resume;
-		if (nabgs_state_load(&f, &j->resume, j->env, e))
+		if (load_state(&f, &j->resume, j->env, e))
 			goto out;
 	}
 	if (ct_fit_run(&f, &d, j->env, e))
 		goto out;
 	if (write_set(&f, j, e)) {
-		nabgs_state_rescue(&j->resume, &f, e);
+		if (f.end != CT_FIT_EMPTY)
+			ct_resume_rescue(&j->resume, pack, &f, e);
 		goto out;
 	}
 	ct_resume_done(&j->resume);
-	rc = j->env->json || (kept && j->env->verbose >= 0) ? nabgs_report(&f, j->env->json, e) : 0;
+	rc = j->env->json || (kept && j->env->verbose >= 0) ? report(&f, j->env->json, e) : 0;
 out:
 	ct_fit_free(&f);
 	return rc;
