@@ -13,8 +13,7 @@ libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
 libct_a_SOURCES += src/gs/gaussian-integral.h
 libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
 SIMD_SOURCES += src/gs/splat-kernels.c src/gs/splat-kernels.h
-libct_a_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
-SIMD_SOURCES += src/gs/rasterise-add.c src/gs/rasterise-sums.c src/gs/rasterise-batch.h
+SIMD_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
 libct_a_SOURCES += src/gs/block.c src/gs/block.h
 libct_a_SOURCES += src/gs/mixture.c src/gs/mixture.h
 # The loss.

@@ -108,17 +108,20 @@ void ct_splat_gate(struct ct_splat *s, double least)
 {
 	for (size_t i = 0; i < s->n; i++) {
 		struct ct_pixel_gaussian *d = &s->footprint[i];
+		double kx = (double)d->kx, ky = (double)d->ky, slope = (double)d->slope;
 		double cut = log(fabs((double)d->amp) / least), reach, row;
 
 		if (!(cut < (double)d->cut) || d->first >= d->end)
 			continue;
-		reach = cut > 0 ? sqrt(cut / (double)d->ky) : -1;
+		reach = cut > 0 ? sqrt(cut / ky) : -1;
 		row = (double)d->row + (double)d->fy;
 		d->cut = (float)fmax(cut, 0);
 		d->least = (float)exp(-fmax(cut, 0));
 		d->first = (int32_t)fmax(d->first, ceil(row - reach));
 		d->end = (int32_t)fmin(d->end, floor(row + reach) + 1);
-		ct_rasterise_prepare(d);
+		d->bend = (float)exp(-2 * (kx * slope * slope + ky));
+		d->y_right = (float)(slope *
+				     sqrt((double)d->cut * kx / (ky * (ky + kx * slope * slope))));
 	}
 }
 
