@@ -14,7 +14,7 @@
 #include "formats/io.h"
 #include "gs/adam.h"
 #include "gs/fit.h"
-#include "gs/loss-image.h"
+#include "gs/loss.h"
 #include "gs/loss-lowres.h"
 #include "gs/loss-total.h"
 #include "gs/splat.h"

@@ -38,7 +38,7 @@
 #include "core/vol.h"
 #include "gs/adam.h"
 #include "gs/densify.h"
-#include "gs/loss-image.h"
+#include "gs/loss.h"
 #include "resolution/degrade.h"
 
 #include <stdbool.h>

@@ -4,7 +4,6 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/prelu.h"
-#include "gs/loss-tv.h"
 #include "gs/random-stream.h"
 
 #include <stdlib.h>

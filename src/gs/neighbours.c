@@ -68,19 +68,13 @@ static bool try_ring(
 	}
 	for (size_t z = lo[2]; z <= hi[2]; z++)
 		for (size_t y = lo[1]; y <= hi[1]; y++) {
-			size_t row = (z * c->n[1] + y) * c->n[0];
-			bool face = z + ring == at[2] || z == at[2] + ring || y + ring == at[1] ||
-				    y == at[1] + ring;
+			const size_t row = (z * c->n[1] + y) * c->n[0];
+			const bool face = z + ring == at[2] || z == at[2] + ring ||
+					  y + ring == at[1] || y == at[1] + ring;
 
-			if (face) {
-				for (size_t x = lo[0]; x <= hi[0]; x++)
+			for (size_t x = lo[0]; x <= hi[0]; x++)
+				if (face || x + ring == at[0] || x == at[0] + ring)
 					try_cell(c, row + x, i, best);
-				continue;
-			}
-			if (at[0] >= ring)
-				try_cell(c, row + at[0] - ring, i, best);
-			if (at[0] + ring < c->n[0])
-				try_cell(c, row + at[0] + ring, i, best);
 		}
 	return any;
 }
