@@ -141,6 +141,7 @@ static void thin(void)
 	OK(all(1) && f.n == 19 && count > 1000 && count < 1400, "one voxel thick (%zu of %zu)", f.n,
 		count);
 	NEAR(f.width, 1. / 35, 1e-12, "no frequency across");
+	ct_fsc_free(&f);
 	OK(ct_fsc(&f, &b, &b, &env, &err) == -1 && err.code == CT_EGEOM, "one voxel is refused");
 	ct_vol_free(&a);
 	ct_vol_free(&b);

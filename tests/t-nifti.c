@@ -439,8 +439,11 @@ static void test_choice(void)
 			(int)cases[c].type, cases[c].want);
 		unlink("c.nii");
 	}
+	ct_vol_free(&v);
+	if (ct_vol_alloc(&v, (const size_t[3]){2, 400, 2}, &err))
+		exit(99);
+	memset(v.data, 0, ct_vol_count(&v) * sizeof *v.data);
 	v.affine[0][1] = 0.0009;
-	v.n[1] = 400; /* only the geometry is looked at before the refusal */
 	OK(ct_vol_write("c.nii", &v, &env, &err) && err.code == CT_EGEOM &&
 			access("c.nii", F_OK) != 0,
 		"shear is refused on output");

@@ -14,11 +14,15 @@ for m in tv htv; do
 	near whole-$m.nii made/$m.nii; ok $? 'within .1 HU RMS of the whole, and 1 HU anywhere'
 done
 ct-phantom -q --size 96x96x1400 ellipsoids h2.nii && ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean h2.nii t2.nii
-look peak ct-upsample -q -f -t 1 -m tv t2.nii w.nii; all=$(cat used)
-exits 0 'a larger one' look peak ct-upsample -q -f -t 1 -m tv --memory 130M t2.nii w.nii
-[ $((4 * $(cat used))) -lt $((3 * all)) ]; ok $? "takes less memory ($(cat used), $all KiB)"
-within 130 'it is held'
-rm h2.nii t2.nii w.nii
+if sanitized ct-upsample; then
+	skip 'memory of a larger one' 'sanitizers take their own'
+else
+	look peak ct-upsample -q -f -t 1 -m tv t2.nii w.nii; all=$(cat used)
+	exits 0 'a larger one' look peak ct-upsample -q -f -t 1 -m tv --memory 130M t2.nii w.nii
+	[ $((4 * $(cat used))) -lt $((3 * all)) ]; ok $? "takes less memory ($(cat used), $all KiB)"
+	within 130 'it is held'
+fi
+rm -f h2.nii t2.nii w.nii
 exits 0 'again' ct-upsample -q -t 3 -m tv --memory 52M thick.nii three.nii
 look same three.nii made/tv.nii; ok $? 'the same voxels for any number of threads'
 exits 0 'from a volume to begin with' ct-upsample -q -m dc --start hr.nii --memory 56M thick.nii made/near.nii

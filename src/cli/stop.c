@@ -1,11 +1,15 @@
-/* stop.c: see stop.h. The signals are blocked everywhere and taken by a thread of their own: no
- * kernel is interrupted, and what is done about them may be anything. */
+/* stop.c: see stop.h. The signals are blocked, so that no kernel is interrupted. Threads that a
+ * library began before do not block them, so the signals have a handler. It wakes a thread, which
+ * may do anything about them. */
 #include "config.h"
 #include "cli/stop.h"
 #include "core/clock.h"
 #include "formats/temp.h"
 
+#include <errno.h>
 #include <pthread.h>
+#include <semaphore.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -17,6 +21,7 @@
 static volatile sig_atomic_t asked;
 static atomic_int held, deferred;
 static const char *program;
+static sem_t came;
 
 static void end_now(void)
 {
@@ -53,14 +58,32 @@ static void signals(sigset_t *s)
 	sigaddset(s, SIGUSR1);
 }
 
+static void on_each(void (*handler)(int))
+{
+	const struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART};
+
+	sigaction(SIGINT, &action, NULL);
+	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGUSR1, &action, NULL);
+}
+
+static void take(int sig)
+{
+	const int was = errno;
+
+	(void)sig;
+	sem_post(&came);
+	errno = was;
+}
+
 static void *watch(void *unused)
 {
 	sigset_t s;
-	int sig;
 
 	(void)unused;
 	signals(&s);
-	while (sigwait(&s, &sig) != 0)
+	pthread_sigmask(SIG_UNBLOCK, &s, NULL);
+	while (sem_wait(&came) != 0)
 		;
 	if (!held)
 		end_now();
@@ -77,6 +100,9 @@ int ct_stop_catch(const char *tool, struct ct_err *e)
 	program = tool;
 	signals(&s);
 	pthread_sigmask(SIG_BLOCK, &s, NULL);
+	if (sem_init(&came, 0, 0) != 0)
+		return ct_fail(e, CT_EFAIL, "cannot make a semaphore");
+	on_each(take);
 	if (pthread_create(&thread, NULL, watch, NULL) != 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start a thread");
 	pthread_detach(thread);
@@ -87,6 +113,7 @@ void ct_stop_uncatch(void)
 {
 	sigset_t s;
 
+	on_each(SIG_DFL);
 	signals(&s);
 	pthread_sigmask(SIG_UNBLOCK, &s, NULL);
 }

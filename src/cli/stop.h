@@ -14,9 +14,9 @@
 #include <signal.h>
 #include <stdbool.h>
 
-/* Catch the signals, for a program of this name, before it starts threads. CT_ENOMEM. */
+/* Catch the signals, for a program of this name, before it starts threads. CT_ENOMEM, CT_EFAIL. */
 int ct_stop_catch(const char *tool, struct ct_err *e);
-/* As they were, in a process that is to become another program. */
+/* Their defaults, in a process that is to become another program. */
 void ct_stop_uncatch(void);
 /* The flag, for env->stop. */
 const volatile sig_atomic_t *ct_stop_flag(void);
