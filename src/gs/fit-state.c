@@ -1,7 +1,6 @@
 /* fit-state.c: a fit as tensors (fit.h). Numbers that a float cannot hold stand in the metadata, in
  * hexadecimal. */
 #include "config.h"
-#include "core/mem.h"
 #include "gs/fit.h"
 
 #include <math.h>
@@ -9,9 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATES = CT_GS_FIELDS + CT_GS_ADAM_COLUMNS, SCALARS = 9, NAME = 16, TRIPLE = 3 };
-
-_Static_assert(sizeof(struct ct_fit_point) == TRIPLE * sizeof(float), "a point of the curve");
+enum { STATES = CT_GS_FIELDS + CT_GS_ADAM_COLUMNS, SCALARS = 9, NAME = 16 };
 
 /* The k-th array of a fit, and its name. */
 static float *array_of(const struct ct_fit *f, size_t k, char name[NAME])
@@ -40,7 +37,6 @@ static void scalars(struct ct_fit *f, double *s[static SCALARS])
 int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_err *e)
 {
 	struct ct_fit f = *fit; /* the same arrays; only read */
-	const size_t curve[2] = {f.points, TRIPLE};
 	char text[SCALARS * 32], name[NAME];
 	double *s[SCALARS];
 	int at = 0;
@@ -51,8 +47,6 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 		if (ct_tensors_put(t, name, 1, &f.g.n, x, e))
 			goto fail;
 	}
-	if (f.points && ct_tensors_put(t, "points", 2, curve, &f.point->gaussians, e))
-		goto fail;
 	scalars(&f, s);
 	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *s[k]);
@@ -86,22 +80,6 @@ static int get_arrays(struct ct_fit *f, const struct ct_tensors *t, struct ct_er
 					(double)in->data[i], i);
 		memcpy(x, in->data, n * sizeof *x);
 	}
-	return 0;
-}
-
-static int get_points(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
-{
-	const struct ct_tensor *in = ct_tensors_find(t, "points");
-
-	f->points = 0;
-	if (!in)
-		return 0;
-	if (in->rank != 2 || in->dim[1] != TRIPLE)
-		return ct_fail(e, CT_EINPUT, "'points' of the state are not triples");
-	if (ct_grow(&f->point, &f->points_cap, in->dim[0], sizeof *f->point, e))
-		return -1;
-	f->points = in->dim[0];
-	memcpy(f->point, in->data, f->points * sizeof *f->point);
 	return 0;
 }
 
@@ -141,5 +119,5 @@ int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_
 	if (ct_gauss_reserve(&f->g, n, e) || ct_gs_adam_reserve(&f->adam, 0, n, e))
 		return -1;
 	f->g.n = n;
-	return get_arrays(f, t, e) || get_points(f, t, e) || get_scalars(f, t, e) ? -1 : 0;
+	return get_arrays(f, t, e) || get_scalars(f, t, e) ? -1 : 0;
 }

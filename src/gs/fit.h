@@ -113,11 +113,6 @@ struct ct_fit_data {
 	const struct ct_degrade *by;   /* D, with lr */
 };
 
-/* The last error that was measured with a number of Gaussians. */
-struct ct_fit_point {
-	float gaussians, error, iteration;
-};
-
 #define CT_FIT_END_LIST(X)                                                                         \
 	X(CT_FIT_RUNNING, "no end")                                                                \
 	X(CT_FIT_DONE, "iterations")                                                               \
@@ -138,8 +133,6 @@ struct ct_fit {
 	double pace;                  /* factor of all rates: a half for each new beginning */
 	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
 	double error;                 /* of the last epoch; 1 before */
-	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
-	size_t points, points_cap;
 	enum ct_fit_end end;
 	struct ct_densify_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */

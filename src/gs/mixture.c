@@ -232,6 +232,7 @@ static void draw_slab(float *out, const struct ct_mixture *v, size_t first, size
 	struct ct_pixel_gaussian wait[SLAB][WAIT];
 	size_t n[SLAB] = {0};
 
+	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t i = 0; i < v->n; i++) {
 		const struct ct_voxel_gaussian *b = &v->item[i];
 		size_t s = (size_t)b->slice[0] > first ? (size_t)b->slice[0] : first;
@@ -252,15 +253,6 @@ static void draw_slab(float *out, const struct ct_mixture *v, size_t first, size
 	}
 }
 
-void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end)
-{
-	size_t slice = ct_mixture_slice(&v->block);
-
-	memset(out, 0, (end - first) * slice * sizeof *out);
-	for (size_t s = first; s < end; s += SLAB)
-		draw_slab(out + (s - first) * slice, v, s, end - s < SLAB ? end : s + SLAB);
-}
-
 struct draw {
 	float *out;
 	const struct ct_mixture *v;
@@ -271,7 +263,7 @@ static void draw_slice(void *arg, size_t at, size_t worker)
 	const struct draw *d = arg;
 
 	(void)worker;
-	ct_mixture_draw_slices(d->out + at * ct_mixture_slice(&d->v->block), d->v, at, at + 1);
+	draw_slab(d->out + at * ct_mixture_slice(&d->v->block), d->v, at, at + 1);
 }
 
 void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par)
@@ -297,7 +289,7 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	size_t pitch = ct_rasterise_pitch(k->n[0]);
 	float *slab = a->slab + worker * SLAB * ct_mixture_slice(k);
 
-	ct_mixture_draw_slices(slab, a->v, first, end);
+	draw_slab(slab, a->v, first, end);
 	for (size_t r = 0; r < (end - first) * k->n[1]; r++) {
 		float *restrict to = a->vol + (first * k->n[1] + r) * k->n[0];
 		const float *restrict from = slab + r * pitch;

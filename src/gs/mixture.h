@@ -57,10 +57,8 @@ void ct_mixture_free(struct ct_mixture *v);
 /* Find the Gaussians that touch the block, in order of index. */
 int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e);
-/* Floats of a slice as the two functions below lay it out: rows ct_rasterise_pitch(n[0]) apart. */
+/* Floats of a slice as the functions below lay it out: rows ct_rasterise_pitch(n[0]) apart. */
 size_t ct_mixture_slice(const struct ct_block *k);
-/* out[slices [first, end)][n1][pitch] = field. */
-void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end);
 /* out[n2][n1][pitch] = field, slices in parallel. */
 void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par);
 /* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */

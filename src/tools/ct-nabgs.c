@@ -256,21 +256,6 @@ static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err 
 	return ct_gauss_write(p->out, &f->g, j->env, e);
 }
 
-/* What the fit depends on besides the options. */
-static int name_run(struct nabgs_job *j, struct ct_err *e)
-{
-	struct ct_resume *r = &j->resume;
-	const struct ct_evidence *d = &j->data;
-
-	return ct_resume_input(r, "IN", &d->in.meta, e) ||
-			       ct_resume_input(r, "--base", &d->base.meta, e) ||
-			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
-			       ct_resume_input(r, "--uncertainty", &d->weight.meta, e) ||
-			       ct_resume_input(r, "--lr", &d->lr.meta, e)
-		       ? -1
-		       : 0;
-}
-
 static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 {
 	return ct_fit_state_pack(t, fit, e);
@@ -295,42 +280,26 @@ static int load_state(
 	return rc < 0 ? -1 : 0;
 }
 
-static void print_report(const struct ct_fit *f, size_t pos, size_t neg)
-{
-	printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
-	       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
-		f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error, f->g.step,
-		ct_fit_end_name(f->end));
-	for (size_t i = 0; i < f->points; i++)
-		printf("error-with %.0f %.6g\n", (double)f->point[i].gaussians,
-			(double)f->point[i].error);
-}
-
 static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 {
+	const char *end = ct_fit_end_name(f->end);
 	size_t pos, neg;
-	json_t *o, *curve = NULL;
-	int bad = 0;
+	json_t *o;
 
 	ct_fit_signs(&f->g, &pos, &neg);
 	if (!json) {
-		print_report(f, pos, neg);
+		printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
+		       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
+			f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error,
+			f->g.step, end);
 		return 0;
 	}
-	o = json_pack("{sI sI sI sf sf sf sf sI ss so}", "gaussians", (json_int_t)f->g.n,
-		"positive", (json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma,
-		"first-loss", f->first_loss, "last-loss", f->last_loss, "error", f->error,
-		"iterations", (json_int_t)f->g.step, "ended-by", ct_fit_end_name(f->end), "curve",
-		curve = json_array());
-	for (size_t i = 0; o && i < f->points; i++)
-		bad |= json_array_append_new(curve,
-			json_pack("{sI sf sI}", "gaussians", (json_int_t)f->point[i].gaussians,
-				"error", (double)f->point[i].error, "iteration",
-				(json_int_t)f->point[i].iteration));
-	if (!o || bad) {
-		json_decref(o);
+	o = json_pack("{sI sI sI sf sf sf sf sI ss}", "gaussians", (json_int_t)f->g.n, "positive",
+		(json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma, "first-loss",
+		f->first_loss, "last-loss", f->last_loss, "error", f->error, "iterations",
+		(json_int_t)f->g.step, "ended-by", end);
+	if (!o)
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	}
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
 	putchar('\n'); /* ct_cli_main checks standard output */
 	json_decref(o);
@@ -340,19 +309,25 @@ static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 static int fit(struct nabgs_job *j, struct ct_err *e)
 {
 	const bool full = j->p->mode == FULL, kept = j->resume.path != NULL;
+	const struct ct_evidence *in = &j->data;
+	struct ct_resume *r = &j->resume;
 	const struct ct_fit_data d = {
-		.target = &j->data.in,
-		.base_projections = full ? NULL : &j->data.base_proj,
-		.base = &j->data.base,
-		.weight = j->p->std ? &j->data.weight : NULL,
-		.lr = j->p->lr ? &j->data.lr : NULL,
-		.by = &j->data.by,
+		.target = &in->in,
+		.base_projections = full ? NULL : &in->base_proj,
+		.base = &in->base,
+		.weight = j->p->std ? &in->weight : NULL,
+		.lr = j->p->lr ? &in->lr : NULL,
+		.by = &in->by,
 	};
 	struct ct_fit_options o;
 	struct ct_fit f = {0};
 	int rc = -1;
 
-	if (options(&o, j, e) || name_run(j, e))
+	if (options(&o, j, e) || ct_resume_input(r, "IN", &in->in.meta, e) ||
+		ct_resume_input(r, "--base", &in->base.meta, e) ||
+		ct_resume_input(r, "--base-projections", &in->base_proj.meta, e) ||
+		ct_resume_input(r, "--uncertainty", &in->weight.meta, e) ||
+		ct_resume_input(r, "--lr", &in->lr.meta, e))
 		return -1;
 	if (ct_fit_init(&f, &o, &d, j->env, e)) {
 		ct_blame(e, j->p->base);
@@ -364,18 +339,18 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 	}
 	if (kept) {
 		f.save = save_state;
-		f.ctx = &j->resume;
-		if (load_state(&f, &j->resume, j->env, e))
+		f.ctx = r;
+		if (load_state(&f, r, j->env, e))
 			goto out;
 	}
 	if (ct_fit_run(&f, &d, j->env, e))
 		goto out;
 	if (write_set(&f, j, e)) {
 		if (f.end != CT_FIT_EMPTY)
-			ct_resume_rescue(&j->resume, pack, &f, e);
+			ct_resume_rescue(r, pack, &f, e);
 		goto out;
 	}
-	ct_resume_done(&j->resume);
+	ct_resume_done(r);
 	rc = j->env->json || (kept && j->env->verbose >= 0) ? report(&f, j->env->json, e) : 0;
 out:
 	ct_fit_free(&f);
