@@ -1,7 +1,7 @@
 /* adam.c: see adam.h. */
 #include "config.h"
 #include "gs/adam.h"
-#include "gs/adam-row.h"
+#include "gs/gaussian-kernels.h"
 
 #include <math.h>
 
@@ -61,7 +61,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 		last = t;
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		CT_SIMD(ct_adam_row_step)
+		CT_SIMD(ct_gaussian_kernels_step)
 	(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
 		j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {

@@ -20,19 +20,16 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 	*o = (struct ct_fit_options){
 		.iterations = 5000,
 		.gaussians = 50000,
-		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
 		.rate_factor = full ? 1 : 10,
 		.adapt = true,
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
-		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 ended 0.1 to 0.25 dB better
-		 * than 0 on a phantom, a chest and a torso, 0.15 not better than 0.05 */
+		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 was the best */
 		.start_density = full || unsigned_density ? 0.15 : 0.05,
 		.l1 = 1,
 		.res = full ? 0 : 1,
-		/* 2 ended 0.1 to 0.7 dB higher from clean projections, 0.4 to 0.6 lower from noisy
-		 */
+		/* 2 is better from clean projections, worse from noisy ones */
 		.ssim = full ? 0.25 : 0.5,
 		.tv = 0.05,
 		.position = {2e-4, 2e-5},

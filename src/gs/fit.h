@@ -6,25 +6,18 @@
  *
  * One view an iteration, drawn without replacement until all were seen (an epoch), and a random
  * block of 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
- * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
- * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
- * their bounded logistic parameter wherever s is far from its bounds, and is clamped there. The
- * rate of density is in units of the typical density of the residual that Gaussians begin from
- * (sum of squares / sum of sizes of its back-projection), or 1 if they begin from the base, as
- * published: there one step of 0.01 is more than all that is left on top of a good base. All rates
- * are times `rate_factor`, made as they were for 30000 iterations; but for that of density where
- * AUTO ends at the base.
+ * `iterations`, times `rate_factor`. Units: of the position half the largest extent of the grid;
+ * the scale is kept as ln s and clamped; of the density the typical density of the residual that
+ * Gaussians begin from (sum of squares / sum of sizes of its back-projection), or 1 if they begin
+ * from the base, as published.
  *
  * With `adapt` that unit is no more than lets the first step, of all Gaussians in one direction,
- * add CT_FIT_STEP times what the residual has in all: a few Gaussians on top of each other, where
- * that is one small thing, would leap over it. And a fit that diverges begins anew with rates half
- * as high, CT_FIT_RETREATS times.
+ * add CT_FIT_STEP times what the residual has in all. And a fit that diverges begins anew with
+ * rates half as high, CT_FIT_RETREATS times.
  *
- * A run ends after `iterations`, or at the first epoch whose error is at most
- * `tolerance`; the error of an epoch is the mean of |x - y| over it, measured on each view before
- * its step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
- * |y|). Where that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is
- * empty.
+ * A run ends after `iterations`, or at the first epoch whose error is at most `tolerance`: the mean
+ * of |x - y|, measured on each view before its step, as a part of the same without Gaussians. Where
+ * that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is empty.
  *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.

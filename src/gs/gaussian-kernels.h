@@ -1,5 +1,7 @@
 /* gaussian-kernels.h: raw parameters to Gaussians, these to their footprints on a detector
- * (splat.h), and back from the sums over pixels to gradients. Pure kernels (core/simd.h). */
+ * (splat.h), back from the sums over pixels to gradients, and a step of Adam along these. Pure
+ * kernels (core/simd.h).
+ */
 #ifndef CT_GS_GAUSSIAN_KERNELS_H
 #define CT_GS_GAUSSIAN_KERNELS_H
 #include "core/simd.h"
@@ -17,5 +19,11 @@ CT_SIMD_DECLARE(void, ct_gaussian_kernels_project,
 CT_SIMD_DECLARE(void, ct_gaussian_kernels_backward,
 	(struct ct_gradient * grad, const struct ct_splat *s, const struct ct_gaussian *b,
 		const struct ct_gauss *set, size_t first, size_t end, const double *sums));
+/* A step of Adam on n parameters x with moments m, v; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 -
+ * beta2^t). */
+CT_SIMD_DECLARE(void, ct_gaussian_kernels_step,
+	(size_t n, float *restrict x, float *restrict m, float *restrict v,
+		const float *restrict grad, const float *restrict c1, const float *restrict c2,
+		float lr));
 
 #endif

@@ -21,4 +21,3 @@ libct_a_SOURCES += src/gs/loss-lowres.c src/gs/loss-lowres.h
 SIMD_SOURCES += src/gs/loss-row.c src/gs/loss-row.h
 # The optimiser.
 libct_a_SOURCES += src/gs/adam.c src/gs/adam.h
-SIMD_SOURCES += src/gs/adam-row.c src/gs/adam-row.h
