@@ -108,6 +108,7 @@ has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
 no ct-nabgs --base-projections=/nonexistent -b none.x -m full
 no ct-nabgs --lr=none.x -b none.x -m full
 no ct-nabgs @lambda-lr=0.2 -b none.x
+no ct-nabgs @refit=3 -b none.x -a sine
 for t in 'ct-nabgs -b none.x' ct-fuse; do
 	echo "${t%% *} --checkpoint-every" >>tried
 	case $t in ct-fuse) in='none.x none.x none.x' ;; *) in=none.x ;; esac

@@ -52,7 +52,7 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *s[k]);
 	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
 		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps) ||
-		ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f.end))
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole))
 		goto fail;
 	return 0;
 fail:
@@ -90,7 +90,7 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	const char *at = ct_meta_get(&t->meta, CT_META_AT);
 	double *s[SCALARS];
 	char *next;
-	int end;
+	int end, whole;
 
 	scalars(f, s);
 	for (size_t k = 0; text && k < SCALARS; k++, text = next) {
@@ -103,9 +103,11 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 		return ct_fail(e, CT_EINPUT, "the state has no scalars, or no valid step");
 	if (!(f->g.gamma > 0))
 		return ct_fail(e, CT_EINPUT, "gamma of the state is not positive");
-	if (!at || sscanf(at, "%d", &end) != 1 || end < CT_FIT_RUNNING || end >= CT_FIT_EMPTY)
+	if (!at || sscanf(at, "%d %d", &end, &whole) != 2 || end < CT_FIT_RUNNING ||
+		end >= CT_FIT_EMPTY)
 		return ct_fail(e, CT_EINPUT, "the state does not say whether the fit has ended");
 	f->end = (enum ct_fit_end)end;
+	f->whole = whole != 0;
 	return 0;
 }
 

@@ -5,6 +5,7 @@
 #include "core/rng.h"
 #include "gs/prelu.h"
 #include "gs/place.h"
+#include "gs/refit.h"
 #include "gs/random-stream.h"
 #include "gs/loss-total.h"
 
@@ -430,7 +431,7 @@ int ct_fit_run(
 	struct ct_loss_total w = {0};
 	int rc = -1;
 
-	if (f->end != CT_FIT_RUNNING)
+	if (f->end == CT_FIT_EMPTY || f->whole)
 		return 0;
 	if (ct_loss_total_alloc(&w, &f->opt, d, env->par, e))
 		goto out;
@@ -456,7 +457,15 @@ int ct_fit_run(
 	else
 		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
 			f->g.step);
+	if (f->opt.refit && ct_refit_densities(f, d, &w, env, e)) {
+		struct ct_err why;
+
+		if (e->code == CT_ESTOP && save(f, &why)) /* to refit when continued */
+			*e = why;
+		goto out;
+	}
 	rc = check_set(f, e);
+	f->whole = rc == 0;
 out:
 	ct_loss_total_free(&w);
 	return rc;

@@ -3,6 +3,7 @@ libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
 libct_a_SOURCES += src/gs/fit-state.c
 libct_a_SOURCES += src/gs/place.c src/gs/place.h src/gs/neighbours.c src/gs/neighbours.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
+libct_a_SOURCES += src/gs/refit.c src/gs/refit.h
 libct_a_SOURCES += src/gs/random-stream.h
 # A Gaussian, and its gradient.
 libct_a_SOURCES += src/gs/prelu.c src/gs/prelu.h

@@ -1,5 +1,5 @@
 /* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient, and their sum.
- * For fit.c.
+ * For fit.c and refit.c.
  *
  * The gradients with respect to what is drawn go back through splat.h and mixture.h to the
  * parameters of the Gaussians, and that of the density through the activation to the raw density.

@@ -29,7 +29,7 @@ struct params {
 	const char *in, *out, *base, *projections, *std, *lr, *window;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance;
-	int begin;
+	int begin, refit;
 	bool resume, compat, paper;
 };
 
@@ -91,6 +91,9 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT_CHOICE(struct params, begin, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
+	CT_EXPERT(struct params, refit, "refit", "N", 0, 10000,
+		"at the end, so many steps of conjugate gradients on the densities and all views",
+		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
 	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
@@ -160,6 +163,7 @@ static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct c
 		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->lr ? p->lowres : 0;
+	o->refit = (size_t)p->refit;
 	if (p->begin != CT_PLACE_AUTO)
 		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
@@ -214,7 +218,7 @@ static int estimate(
 	const double begun = ct_clock_cpu(), threads = (double)ct_par_threads(j->env->par);
 	const double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
 				     56 * sizeof(float));
-	double work;
+	double visits = (double)all, refit = (double)f->opt.refit, work;
 	struct ct_cost cost = {.disk = 44.0 * (double)most, .state = 144.0 * (double)most};
 	struct ct_env quiet = *j->env;
 	struct trial t = {0};
@@ -224,10 +228,13 @@ static int estimate(
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
+	f->opt.refit = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * (double)all
-	       : n     ? (t.last - begun) * (double)all
+	if (refit > 0)
+		visits += (refit + 1) * (double)d->target->views;
+	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * visits
+	       : n     ? (t.last - begun) * visits
 		       : 0;
 	cost.seconds = (begun + work) / threads;
 	cost.memory = ct_memory_held() - j->program + each * (double)(most - n);
