@@ -2,7 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"

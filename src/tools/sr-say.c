@@ -1,6 +1,6 @@
 /* sr-say.c: what ct-sr found and did, in one line; see sr.h. */
 #include "config.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 #include "tools/sr.h"
 
 #include <math.h>
