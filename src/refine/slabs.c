@@ -54,7 +54,7 @@ size_t ct_slab_most(const struct ct_degrade *by, const size_t n[static 3])
 
 struct ct_slab ct_slab_at(const struct ct_degrade *by, const size_t n[static 3], size_t k, size_t m)
 {
-	const int axis = ct_slab_axis(by, n);
+	const int longest = ct_slab_axis(by, n), axis = longest < 0 ? 2 : longest;
 	const size_t factor = (size_t)by->factor[axis], unit = unit_of(factor);
 	const size_t units = ct_slab_most(by, n);
 	const size_t about = (ABOUT + factor * unit - 1) / (factor * unit) * unit;
