@@ -85,7 +85,7 @@ static void adamw(void)
 		P[i] = (double)(p[i] = ct_rng_normal(1, 1, (uint64_t)i));
 	for (uint64_t step = 1; step <= 4; step++) {
 		ct_rng_normals(N, g, 2, step, 0);
-		ct_adamw_step(&a, step, N, p, m, v, g);
+		CT_SIMD(ct_adamw_step)(&a, step, N, p, m, v, g);
 		for (int i = 0; i < N; i++) {
 			double d = (double)g[i];
 
@@ -101,14 +101,14 @@ static void adamw(void)
 	worst = 0;
 	for (int i = 0; i < N; i++)
 		mean[i] = (float)i;
-	ct_adam_average(0.75, N, mean, p);
+	CT_SIMD(ct_adam_average)(0.75, N, mean, p);
 	for (int i = 0; i < N; i++)
 		worst = fmax(worst, fabs((double)mean[i] - (0.75 * i + 0.25 * (double)p[i])));
 	NEAR(worst, 0, 3e-7, "an average of weights");
 	ct_rng_normals(3 * N, g, 3, 0, 0);
 	for (int i = 0; i < N; i++)
 		P[i] = 0.5 * ((double)g[i] + (double)g[N + i] + (double)g[2 * N + i]);
-	norm = ct_adam_gradient(N, g, 3, N, 0.5f);
+	norm = CT_SIMD(ct_adam_gradient)(N, g, 3, N, 0.5f);
 	worst = 0;
 	for (int i = 0; i < N; i++) {
 		squares += P[i] * P[i];

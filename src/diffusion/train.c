@@ -52,7 +52,7 @@ void ct_train_default(struct ct_train_opts *o)
 		.steps = 10000,
 		.ema = 0.9999,
 	};
-	ct_adamw_default(&o->adam);
+	o->adam = ct_adamw_default();
 }
 
 static uint64_t stream(uint64_t sample, enum draw d)
@@ -154,8 +154,8 @@ static void reduce_chunk(void *arg, size_t c, size_t worker)
 	struct ct_train *t = p->t;
 
 	(void)worker;
-	t->norm[c] = ct_adam_gradient(chunk_size(t, c), t->grads + c * CHUNK, t->groups, t->n,
-		(float)(1.0 / (double)t->o.batch));
+	t->norm[c] = CT_SIMD(ct_adam_gradient)(chunk_size(t, c), t->grads + c * CHUNK, t->groups,
+		t->n, (float)(1.0 / (double)t->o.batch));
 }
 
 static void update_chunk(void *arg, size_t c, size_t worker)
@@ -171,8 +171,8 @@ static void update_chunk(void *arg, size_t c, size_t worker)
 	if (p->scale < 1.0)
 		for (size_t i = 0; i < n; i++)
 			g[i] *= (float)p->scale;
-	ct_adamw_step(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
-	ct_adam_average(p->ema, n, t->ema->param + at, t->net->param + at);
+	CT_SIMD(ct_adamw_step)(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
+	CT_SIMD(ct_adam_average)(p->ema, n, t->ema->param + at, t->net->param + at);
 }
 
 uint64_t ct_train_steps(const struct ct_train *t)
