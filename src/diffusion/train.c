@@ -16,7 +16,7 @@ enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 /* Scratch of one thread. */
 struct bench {
 	struct ct_unet_plan *train, *test;
-	float *x0, *z, *xt, *eps;
+	float *x0, *xt, *z, *eps; /* one block at x0 */
 };
 
 struct ct_train {
@@ -245,11 +245,11 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 {
 	const size_t size = t->o.patches.size;
 
-	if (ct_alloc(&b->x0, t->inputs, sizeof(float), e) ||
-		ct_alloc(&b->z, t->pixels, sizeof(float), e) ||
-		ct_alloc(&b->xt, t->inputs, sizeof(float), e) ||
-		ct_alloc(&b->eps, t->pixels, sizeof(float), e))
+	if (ct_alloc(&b->x0, 2 * (t->inputs + t->pixels), sizeof(float), e))
 		return -1;
+	b->xt = b->x0 + t->inputs;
+	b->z = b->xt + t->inputs;
+	b->eps = b->z + t->pixels;
 	return ct_unet_plan_alloc(&b->train, t->net, 1, size, size, true, e);
 }
 
@@ -322,9 +322,6 @@ void ct_train_free(struct ct_train *t)
 		ct_unet_plan_free(b->train);
 		ct_unet_plan_free(b->test);
 		free(b->x0);
-		free(b->z);
-		free(b->xt);
-		free(b->eps);
 	}
 	free(t->bench);
 	free(t->m);

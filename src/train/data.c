@@ -2,7 +2,6 @@
 #include "config.h"
 #include "train/data.h"
 #include "core/mem.h"
-#include "core/stack.h"
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
@@ -17,6 +16,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
+int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e)
+{
+	if (ct_stack_read(path, s, e))
+		return -1;
+	return ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
+}
+
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	struct ct_stack stack = {0};
@@ -24,12 +30,8 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 	size_t n, size;
 	int rc = -1;
 
-	if (ct_stack_read(path, &stack, e))
-		return -1;
-	if (ct_stack_check_finite(&stack, e)) {
-		ct_blame(e, path);
+	if (train_data_stack(&stack, path, e))
 		goto out;
-	}
 	n = ct_stack_count(&stack);
 	size = stack.h * stack.w;
 	for (size_t i = 0; i < n; i++)
@@ -46,7 +48,7 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 			goto out;
 		for (size_t i = 0; i < size; i++)
 			px[i] = view[i] / max;
-		if (ct_pictures_add(s, stack.h, stack.w, px, path, e))
+		if (ct_pictures_add(s, 0, stack.h, stack.w, px, path, e))
 			goto out;
 	}
 	rc = 0;
@@ -67,7 +69,7 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 		free(px);
 		return -1;
 	}
-	return ct_pictures_add(s, h, w, px, path, e);
+	return ct_pictures_add(s, 0, h, w, px, path, e);
 #else
 	(void)s;
 	return ct_fail(e, CT_EINPUT,
