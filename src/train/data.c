@@ -16,6 +16,18 @@
 #include <string.h>
 #include <sys/stat.h>
 
+int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e)
+{
+	struct ct_hash *hash;
+
+	if (ct_hash_alloc(&hash, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(hash, data, bytes);
+	ct_hash_digest(hash, bits);
+	free(hash);
+	return 0;
+}
+
 int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e)
 {
 	if (ct_stack_read(path, s, e))
@@ -142,15 +154,9 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 {
 	const size_t first = s->n;
 	struct train_names names = {0};
-	struct ct_piece *piece;
-	char name[256];
-	size_t len = strlen(path);
-	int rc;
+	struct ct_hash *hash;
+	int rc = train_data_names(&names, path, e);
 
-	while (len > 1 && path[len - 1] == '/')
-		len--;
-	snprintf(name, sizeof name, "%.*s", len < 255 ? (int)len : 255, path);
-	rc = train_data_names(&names, path, e);
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
 		rc = read_file(s, names.path[i], e);
 	train_names_free(&names);
@@ -158,14 +164,14 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 		return -1;
 	if (s->n == first)
 		return ct_fail(e, CT_EINPUT, "%s: no pictures in it", path);
-	if (ct_alloc(&piece, s->n - first, sizeof *piece, e))
+	if (ct_hash_alloc(&hash, e))
 		return -1;
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_picture *p = &s->picture[i];
 
-		piece[i - first] = (struct ct_piece){p->px, p->h * p->w * sizeof *p->px};
+		CT_SIMD(ct_hash_add)(hash, p->px, p->h * p->w * sizeof *p->px);
 	}
-	rc = ct_meta_input(meta, name, s->n - first, piece, e);
-	free(piece);
+	rc = ct_hash_input(hash, meta, path, e);
+	free(hash);
 	return rc;
 }

@@ -15,6 +15,9 @@ int train_data_read(
 /* A stack of finite values. CT_EINPUT, CT_ENUMERIC naming the file. */
 int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e);
 
+/* The 128 bits of a hash. CT_ENOMEM. */
+int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
+
 /* The files that `path` names: itself, or what a folder holds, in the order of their names. */
 struct train_names {
 	char **path; /* owned */

@@ -84,18 +84,18 @@ out:
 int train_pairs_name(const struct train_pairs *s, size_t first, bool base, const char *name,
 	struct ct_meta *meta, struct ct_err *e)
 {
-	struct ct_piece *piece;
+	struct ct_hash *hash;
 	int rc;
 
-	if (ct_alloc(&piece, s->n - first, sizeof *piece, e))
+	if (ct_hash_alloc(&hash, e))
 		return -1;
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_stack *x = base ? &s->pair[i].base : &s->pair[i].truth;
 
-		piece[i - first] = (struct ct_piece){x->data, ct_stack_count(x) * sizeof *x->data};
+		CT_SIMD(ct_hash_add)(hash, x->data, ct_stack_count(x) * sizeof *x->data);
 	}
-	rc = ct_meta_input(meta, name, s->n - first, piece, e);
-	free(piece);
+	rc = ct_hash_input(hash, meta, name, e);
+	free(hash);
 	return rc;
 }
 

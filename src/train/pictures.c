@@ -64,11 +64,6 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 		       : 0;
 }
 
-static uint64_t steps(const void *it)
-{
-	return ct_train_steps(((const struct train_pictures_job *)it)->train);
-}
-
 static int step(void *it, double *loss, struct ct_err *e)
 {
 	return ct_train_step(((struct train_pictures_job *)it)->train, loss, e);
@@ -164,7 +159,6 @@ int train_pictures(struct train_subject *s, struct train_data *data,
 	j->p = p;
 	j->env = *env;
 	*s = (struct train_subject){.it = j,
-		.steps = steps,
 		.step = step,
 		.held = p->files.validate ? held : NULL,
 		.save = save,

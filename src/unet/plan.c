@@ -217,7 +217,10 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
 				    p->train, e))
 				return -1;
-			ct_unet_forget(p->net, o->param);
+			if (!p->net->param) { /* it is held in the order of the plan */
+				free(p->net->at[o->param]);
+				p->net->at[o->param] = NULL;
+			}
 		}
 		if (o->kind == CT_GRAPH_NORM) {
 			p->sum_at[i] = p->sums;
