@@ -40,9 +40,8 @@ static void products(void *arg, size_t piece, size_t worker)
 	struct side *s = arg;
 	const struct ct_slice_network *r = &s->r;
 	struct ct_slice_network_work *w = &s->work[worker];
-	const size_t in = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r),
-		     k = r->components;
-	const size_t out = ct_slice_network_out(r), wide = r->width, *at = r->at;
+	const size_t in = ct_patch_count(&r->shape), f = r->inputs, k = r->components;
+	const size_t out = r->out, wide = r->width, *at = r->at;
 	const int was = ct_dnn_enter();
 	struct ct_err e;
 

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/par.h"
 #include "numbers.h"
-#include "restore/learn-impl.h"
+#include "restore/learn.h"
 #include "unet/dnn.h"
 
 #include <stdbool.h>
@@ -153,7 +153,7 @@ static void drawing(bool swap)
  * (m,m), each row times the root of its weight. */
 static double *products(struct ct_learn *l, size_t m, bool features)
 {
-	const size_t f = ct_slice_network_inputs(&l->r);
+	const size_t f = l->r.inputs;
 	double *sum = calloc(m * m, sizeof *sum), row[64];
 	struct ct_learn_side *d = &l->side[0];
 
@@ -324,8 +324,7 @@ static double sums_of(
 			}
 			slope = 1 - fmin(square * exp(-u), 20);
 			over->slope[0] += slope;
-			over->slope[1] +=
-				slope * (double)d->w.feature[i * ct_slice_network_inputs(&l->r)];
+			over->slope[1] += slope * (double)d->w.feature[i * l->r.inputs];
 		}
 	}
 	ct_dnn_leave(was);
@@ -409,7 +408,7 @@ static void step(struct ct_learn *l, double *m, double *v, uint64_t number)
 	}
 	NEAR(worst, 0, 1e-5, "AdamW at a rate that falls along a half cosine");
 	NEAR(drift, 0, 1e-6, "and the running average");
-	OK(ct_learn_steps(l) == number, "step %d", (int)number);
+	OK(l->steps == number, "step %d", (int)number);
 	free(was);
 }
 
@@ -450,7 +449,7 @@ static void stepping(void)
 
 	again = alloc(e, true, 20, 2, &env);
 	must(ct_learn_restore(again, &w, &err));
-	OK(ct_learn_steps(again) == 1, "a state says how far it is");
+	OK(again->steps == 1, "a state says how far it is");
 	must(ct_learn_step(again, &loss[0], &err));
 	OK(memcmp(again->all, l->all, 3 * n * sizeof *l->all) == 0 &&
 			memcmp(again->r.all, l->r.all, n * sizeof *l->all) == 0 &&
@@ -540,8 +539,7 @@ static void refusing(void)
 	must(ct_learn_begin(l, &err));
 	l->all[l->r.at[CT_PART_LINEAR_BIAS]] = 3e38f;
 	OK(ct_learn_step(l, &loss, &err) == -1 && err.code == CT_ENUMERIC &&
-			strcmp(err.msg, "the loss of step 1 is not finite") == 0 &&
-			ct_learn_steps(l) == 0,
+			strcmp(err.msg, "the loss of step 1 is not finite") == 0 && l->steps == 0,
 		"%s", err.msg);
 	for (size_t q = 0; q < PAIRS; q++)
 		memset(e[q].base, 0, size[q][0] * size[q][1] * size[q][2] * sizeof(float));

@@ -22,8 +22,7 @@ enum { N = 24, COUNT = N * N * N };
 static const size_t n3[3] = {N, N, N};
 static const bool all[3] = {true, true, true};
 
-/* x mirrored and swapped: out(i,j,k) = x at the place that `turn` says (1, 2, 4 mirror, 8 swaps).
- */
+/* x turned: out(i,j,k) = x at the place that `turn` says (1, 2, 4 mirror, 8 swaps). */
 static void turned(float *out, const float *x, unsigned turn)
 {
 	for (size_t i = 0; i < COUNT; i++) {
@@ -152,7 +151,7 @@ static double silu(double x)
 /* The network in double. */
 static void twin(double *out, const struct ct_slice_network *r, const float *x, const float *extra)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r), w = r->width;
+	const size_t n = ct_patch_count(&r->shape), f = r->inputs, w = r->width;
 	double feature[64], h1[64], h2[64];
 
 	for (size_t k = 0; k < r->components; k++) {
@@ -175,7 +174,7 @@ static void twin(double *out, const struct ct_slice_network *r, const float *x, 
 			h2[k] += (double)r->all[r->at[CT_PART_2] + k * w + i] * h1[i];
 		h2[k] = silu(h2[k]);
 	}
-	for (size_t k = 0; k < ct_slice_network_out(r); k++) {
+	for (size_t k = 0; k < r->out; k++) {
 		out[k] = (double)r->all[r->at[CT_PART_LINEAR_BIAS] + k] +
 			 (double)r->all[r->at[CT_PART_3_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
@@ -279,7 +278,7 @@ static struct ct_learn *school(const struct ct_example *e, size_t n, size_t step
 	must(ct_learn_alloc(&l, &r, &rule, e, n - 1, env, &err));
 	must(ct_learn_begin(l, &err));
 	must(ct_learn_gain(l, e + n - 1, 1, &gain[0], &err));
-	while (ct_learn_steps(l) < steps)
+	while (l->steps < steps)
 		must(ct_learn_step(l, &loss, &err));
 	must(ct_learn_gain(l, e + n - 1, 1, &gain[1], &err));
 	return l;
@@ -306,8 +305,8 @@ static void learning(void)
 	b = school(e, PAIRS, STEPS, &one, again);
 	OK(gain[0] < 0.8 && gain[1] > 0.95, "what is not is learned (%.3f, %.3f)", gain[0],
 		gain[1]);
-	ra = ct_learn_result(a);
-	rb = ct_learn_result(b);
+	ra = &a->r;
+	rb = &b->r;
 	OK(memcmp(ra->all, rb->all, ra->at[CT_PARTS] * sizeof *ra->all) == 0 && gain[1] == again[1],
 		"with any number of threads the same");
 	ct_learn_free(a);
@@ -390,11 +389,11 @@ static void prediction(void)
 	memset(c, 0, sizeof c);
 	OK(textured == 0 && memcmp(b, c, sizeof b) == 0, "nothing is added to what is flat");
 	s.coarse[0] = s.coarse[1] = false;
-	OK(ct_predict_axes(axes, &r, &s) == 0 &&
+	OK(ct_predict_axes(axes, &r, &s, NULL) == 0 &&
 			mean(b, &s, &r, all, &textured, &cells, &one) == -1 && err.code == CT_EGEOM,
 		"thick slices are not for a prior of squares");
 	r.shape.swap = false;
-	OK(ct_predict_axes(axes, &r, &s) == 2 && axes[0] && axes[1] && !axes[2],
+	OK(ct_predict_axes(axes, &r, &s, NULL) == 2 && axes[0] && axes[1] && !axes[2],
 		"but for one of slices of which one axis is coarse");
 	ct_slice_network_free(&r);
 	ct_par_free(three.par);
@@ -405,7 +404,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	const struct ct_vol *lo, const struct ct_vol *y, struct ct_vol *x)
 {
 	struct ct_slice_network *r = &p->r[0];
-	const size_t f = ct_slice_network_inputs(r), last = ct_slice_network_out(r) - 1;
+	const size_t f = r->inputs, last = r->out - 1;
 	const struct ct_slice_network was = *r;
 	struct ct_restore_report got;
 	struct ct_env env = {0};
@@ -607,6 +606,7 @@ static void restoring(void)
 	struct ct_vol truth = {0}, lo = {0}, x = {0}, y = {0};
 	const size_t m[3] = {N / 4, N / 4, N / 4};
 	double sum = 0;
+	bool axes[3];
 
 	p.r[0] = (struct ct_slice_network){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
 	random_network(&p.r[0]);
@@ -621,7 +621,7 @@ static void restoring(void)
 	must(ct_upsample(&x, &lo, &up, &did, &env, &err));
 	must(ct_vol_alloc(&y, n3, &err));
 	memcpy(y.data, x.data, COUNT * sizeof *x.data);
-	OK(ct_slice_prior_knows(&p, &rule.by, false), "a prior knows scans of its factor");
+	OK(ct_slice_prior_knows(axes, &p, &rule.by, false), "a prior knows scans of its factor");
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		sum += pow((double)x.data[i] - (double)y.data[i], 2) / COUNT;
@@ -676,7 +676,7 @@ static void restoring(void)
 	OK(ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"a prior that gives what is no number is found out");
 	rule.by.factor[2] = 3;
-	OK(!ct_slice_prior_knows(&p, &rule.by, false) &&
+	OK(!ct_slice_prior_knows(axes, &p, &rule.by, false) &&
 			ct_restore(&x, NULL, &lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM,
 		"other factors are refused");

@@ -258,7 +258,7 @@ static void prediction(void)
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
 		random_network(&r, 32, 3, 7, 3, swap);
-		if (ct_predict_axes(can, &r, &s) > 0) {
+		if (ct_predict_axes(can, &r, &s, NULL) > 0) {
 			predict(h, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
 			must(ct_predict(&g, &s, &r, axes, &textured, &cells, &env, &err));
@@ -434,10 +434,11 @@ static void restoring(void)
 		struct ct_restore_report got;
 		struct scan s;
 		double added;
+		bool axes[3];
 
 		scan_of(&s, factors[k % 5][0], factors[k % 5][1], factors[k % 5][2]);
 		rule.by = s.by;
-		OK(ct_slice_prior_knows(&p, &rule.by, k == 5), "factors %g,%g,%g are known",
+		OK(ct_slice_prior_knows(axes, &p, &rule.by, k == 5), "factors %g,%g,%g are known",
 			s.by.factor[0], s.by.factor[1], s.by.factor[2]);
 		twin(want, &added, &s, &p, &rule, false);
 		if (rule.passes == 2) {
@@ -498,15 +499,14 @@ static void knowing(void)
 		struct ct_degrade d = {.decimate = CT_DECIMATE_POINT};
 
 		memcpy(d.factor, k < 5 ? known[k] : unknown[k - 5], sizeof d.factor);
-		right = right && ct_slice_prior_knows(&p, &d, false) == (k < 5);
-		right = right && ct_slice_prior_knows(&p, &d, true) == (k < 5);
-		ct_slice_prior_axes(axes, &p, &d);
+		right = right && ct_slice_prior_knows(axes, &p, &d, true) == (k < 5);
+		right = right && ct_slice_prior_knows(axes, &p, &d, false) == (k < 5);
 		for (int x = 0; x < 3; x++)
 			right = right && axes[x] == (k < 5 && across[k][x]);
 	}
 	OK(right, "it knows its factors and no others, and the axes across which it looks");
 	p.again[0] = p.again[2] = true;
-	OK(!ct_slice_prior_knows(&p, &(struct ct_degrade){.factor = {3, 3, 3}}, false),
+	OK(!ct_slice_prior_knows(axes, &p, &(struct ct_degrade){.factor = {3, 3, 3}}, false),
 		"what it knows again it need not know at first");
 	p.again[0] = p.again[2] = false;
 	scan_of(&s, 5, 5, 5);

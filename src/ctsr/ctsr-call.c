@@ -19,21 +19,27 @@ const char *ctsr_version(void)
 	return PACKAGE_VERSION;
 }
 
-int ctsr_give_error(int rc, const struct ct_err *err, ctsr_error *e)
+int ctsr_call_given(struct ctsr_call *k, bool given)
 {
-	if (rc && e) {
-		e->code = (int)err->code;
-		snprintf(e->message, sizeof e->message, "%s", err->msg);
-	}
-	return rc ? -1 : 0;
+	return given ? 0 : ct_fail(&k->err, CT_EUSAGE, "%s: an argument is NULL", k->name);
 }
 
-int ctsr_no_null(const char *function, ctsr_error *e)
+int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *at))
 {
-	struct ct_err err;
+	void *none = NULL;
 
-	return ctsr_give_error(
-		ct_fail(&err, CT_EUSAGE, "%s: an argument is NULL", function), &err, e);
+	if (ctsr_call_given(k, at))
+		return -1;
+	memcpy(at, &none, sizeof none);
+	k->made[k->makes].at = at;
+	k->made[k->makes++].drop = drop;
+	return ct_alloc0(at, 1, size, &k->err);
+}
+
+void ctsr_give_defaults(void *theirs, size_t size, const void *defaults, size_t known)
+{
+	if (theirs)
+		memcpy(theirs, defaults, size < known ? size : known);
 }
 
 int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e)
@@ -70,8 +76,7 @@ void ctsr_context_init(ctsr_context *c, size_t size)
 {
 	const ctsr_context all = {.size = size};
 
-	if (c)
-		memcpy(c, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(c, size, &all, sizeof all);
 }
 
 static void report(
@@ -101,9 +106,10 @@ static size_t threads_of(const ctsr_context *c)
 	return sched_getaffinity(0, sizeof set, &set) == 0 ? (size_t)CPU_COUNT(&set) : 1;
 }
 
-int ctsr_call_begin(struct ctsr_call *k, const ctsr_context *c)
+int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 {
-	*k = (struct ctsr_call){0};
+	if (ctsr_call_given(k, given))
+		return -1;
 	ctsr_context_init(&k->c, sizeof k->c);
 	if (ctsr_take_options(&k->c, sizeof k->c, c, &k->err))
 		return -1;
@@ -131,7 +137,15 @@ int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e)
 	ct_par_free(k->env.par);
 	if (k->stop)
 		rc = ct_fail(&k->err, CT_ESTOP, "cancelled by the progress callback");
-	return ctsr_give_error(rc, &k->err, e);
+	if (!rc)
+		return 0;
+	for (size_t i = 0; i < k->makes; i++)
+		k->made[i].drop(k->made[i].at);
+	if (e) {
+		e->code = (int)k->err.code;
+		snprintf(e->message, sizeof e->message, "%s", k->err.msg);
+	}
+	return -1;
 }
 
 int ctsr_note_history(

@@ -6,28 +6,16 @@
 
 #include <string.h>
 
-enum { MOST_FORMATS = 32 };
-
 int ctsr_volume_read(
 	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e)
 {
-	const struct ct_format *list[MOST_FORMATS + 1] = {0};
 	const ctsr_context one = {.size = sizeof one, .threads = 1};
 	struct ct_any a = {0};
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one) ||
+		       ct_format_read((const struct ct_format *const *)formats, path, &a, &k.err);
 
-	if (v)
-		*v = NULL;
-	if (!v || !path || !formats)
-		return ctsr_no_null(__func__, e);
-	for (size_t i = 0; i < MOST_FORMATS && formats[i]; i++)
-		list[i] = (const struct ct_format *)formats[i];
-	rc = ctsr_call_begin(&k, &one) || ct_format_read(list, path, &a, &k.err) ||
-	     ctsr_make_volume(v, &k.err);
-	if (rc)
-		ct_vol_free(&a.vol);
-	else
+	if (rc == 0)
 		(*v)->v = a.vol;
 	return ctsr_call_end(&k, rc, e);
 }
@@ -37,19 +25,17 @@ int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format 
 {
 	const struct ct_format *f = (const struct ct_format *)format;
 	struct ct_any a = {.kind = CT_KIND_VOLUME};
-	struct ctsr_call k;
+	struct ctsr_call k = {.name = __func__};
 	char ends[60];
-	int rc;
+	int rc = ctsr_call_begin(&k, v && path && format, c);
 
-	if (!v || !path || !format)
-		return ctsr_no_null(__func__, e);
-	a.vol = v->v;
-	rc = ctsr_call_begin(&k, c);
-	ct_ends_text(ends, sizeof ends, f->ends);
-	if (rc == 0 && strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends))
-		rc = ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s", path,
-			f->name, ends);
-	if (rc == 0)
-		rc = f->write(path, &a, &k.env, &k.err);
+	if (rc == 0) {
+		a.vol = v->v;
+		ct_ends_text(ends, sizeof ends, f->ends);
+		rc = strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends)
+			     ? ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s",
+				       path, f->name, ends)
+			     : f->write(path, &a, &k.env, &k.err);
+	}
 	return ctsr_call_end(&k, rc, e);
 }

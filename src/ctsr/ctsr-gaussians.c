@@ -14,11 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int make(ctsr_gaussians **g, struct ct_err *e)
-{
-	return ct_alloc0(g, 1, sizeof **g, e);
-}
-
 void ctsr_gaussians_free(ctsr_gaussians *g)
 {
 	if (g)
@@ -26,37 +21,35 @@ void ctsr_gaussians_free(ctsr_gaussians *g)
 	free(g);
 }
 
-static int done(ctsr_gaussians **g, int rc)
+static void drop(void *at)
 {
-	if (rc) {
-		ctsr_gaussians_free(*g);
-		*g = NULL;
-	}
-	return rc;
+	ctsr_gaussians **g = at;
+
+	ctsr_gaussians_free(*g);
+	*g = NULL;
+}
+
+int ctsr_make_gaussians(struct ctsr_call *k, ctsr_gaussians **g)
+{
+	return ctsr_call_makes(k, g, sizeof **g, drop);
 }
 
 int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e)
 {
-	struct ct_err err;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_gaussians(&k, g) || ctsr_call_given(&k, path) ||
+		       ct_gauss_read(path, &(*g)->g, &k.err);
 
-	if (g)
-		*g = NULL;
-	if (!g || !path)
-		return ctsr_no_null(__func__, e);
-	rc = make(g, &err) || ct_gauss_read(path, &(*g)->g, &err);
-	return done(g, ctsr_give_error(rc, &err, e));
+	return ctsr_call_end(&k, rc, e);
 }
 
 int ctsr_gaussians_write(
 	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc =
+		ctsr_call_begin(&k, g && path, c) || ct_gauss_write(path, &g->g, &k.env, &k.err);
 
-	if (!g || !path)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ct_gauss_write(path, &g->g, &k.env, &k.err);
 	return ctsr_call_end(&k, rc, e);
 }
 
@@ -65,36 +58,35 @@ size_t ctsr_gaussians_count(const ctsr_gaussians *g)
 	return g ? g->g.n : 0;
 }
 
+static void get(ctsr_gaussian *out, const struct ct_gauss *g, size_t at)
+{
+	double norm = 0;
+
+	for (int a = 0; a < 4; a++) {
+		out->rotation[a] = (double)g->rot[a][at];
+		norm += out->rotation[a] * out->rotation[a];
+	}
+	for (int a = 0; a < 4; a++)
+		out->rotation[a] /= sqrt(norm);
+	for (int a = 0; a < 3; a++) {
+		out->position[a] = (double)g->pos[a][at];
+		out->sigma[a] = exp((double)g->scale[a][at]);
+	}
+	out->density = ct_activation_apply(g->activation, g->gamma, (double)g->raw[at]);
+}
+
 int ctsr_gaussians_get(
 	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n, ctsr_error *e)
 {
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_call_given(&k, g && (!n || out));
 
-	if (!g || (n && !out))
-		return ctsr_no_null(__func__, e);
-	if (first > g->g.n || n > g->g.n - first)
-		return ctsr_give_error(
-			ct_fail(&err, CT_EUSAGE, "Gaussians %zu to %zu: there are %zu", first,
-				first + n, g->g.n),
-			&err, e);
-	for (size_t i = 0; i < n; i++) {
-		const size_t at = first + i;
-		double norm = 0;
-
-		for (int a = 0; a < 4; a++) {
-			out[i].rotation[a] = (double)g->g.rot[a][at];
-			norm += out[i].rotation[a] * out[i].rotation[a];
-		}
-		for (int a = 0; a < 4; a++)
-			out[i].rotation[a] /= sqrt(norm);
-		for (int a = 0; a < 3; a++) {
-			out[i].position[a] = (double)g->g.pos[a][at];
-			out[i].sigma[a] = exp((double)g->g.scale[a][at]);
-		}
-		out[i].density =
-			ct_activation_apply(g->g.activation, g->g.gamma, (double)g->g.raw[at]);
-	}
-	return 0;
+	if (rc == 0 && (first > g->g.n || n > g->g.n - first))
+		rc = ct_fail(&k.err, CT_EUSAGE, "Gaussians %zu to %zu: there are %zu", first,
+			first + n, g->g.n);
+	for (size_t i = 0; rc == 0 && i < n; i++)
+		get(&out[i], &g->g, first + i);
+	return ctsr_call_end(&k, rc, e);
 }
 
 /* Metadata of what is made of a set. */
@@ -112,13 +104,9 @@ static int describe(
 static int voxelise(
 	struct ct_vol *v, const ctsr_gaussians *g, const ctsr_volume *like, struct ctsr_call *k)
 {
-	if (ct_gauss_check_finite(&g->g, &k->err) || ct_vol_check_grid(&like->v, &k->err) ||
-		ct_vol_alloc(v, like->v.n, &k->err))
-		return -1;
-	memcpy(v->affine, like->v.affine, sizeof v->affine);
-	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
-	return ct_mixture_render(v->data, v->n, (const double(*)[4])v->affine, &g->g, 1, NULL,
-		       &k->env, &k->err)
+	return ct_gauss_check_finite(&g->g, &k->err) || ctsr_zeros_like(v, like, &k->err) ||
+			       ct_mixture_render(v->data, v->n, (const double(*)[4])v->affine,
+				       &g->g, 1, NULL, &k->env, &k->err)
 		       ? -1
 		       : describe(&v->meta, g, CT_QUANTITY_DENSITY, k);
 }
@@ -126,21 +114,11 @@ static int voxelise(
 int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, g && like, c) ||
+		       voxelise(&(*v)->v, g, like, &k);
 
-	if (v)
-		*v = NULL;
-	if (!v || !g || !like)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ctsr_make_volume(v, &k.err) ||
-	     voxelise(&(*v)->v, g, like, &k);
-	rc = ctsr_call_end(&k, rc, e);
-	if (rc) {
-		ctsr_volume_free(*v);
-		*v = NULL;
-	}
-	return rc;
+	return ctsr_call_end(&k, rc, e);
 }
 
 /* All views of s, one after the other. */
@@ -179,23 +157,13 @@ out:
 int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
 	const ctsr_projections *like, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_projections(&k, p) || ctsr_call_begin(&k, g && like, c) ||
+		       ct_gauss_check_finite(&g->g, &k.err) || ct_stack_check(&like->s, &k.err) ||
+		       ct_stack_like(&(*p)->s, &like->s, 1, &k.err) || splat(&(*p)->s, &g->g, &k) ||
+		       describe(&(*p)->s.meta, g, CT_QUANTITY_LINE_INTEGRAL, &k);
 
-	if (p)
-		*p = NULL;
-	if (!p || !g || !like)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ct_gauss_check_finite(&g->g, &k.err) ||
-	     ct_stack_check(&like->s, &k.err) || ctsr_make_projections(p, &k.err) ||
-	     ct_stack_like(&(*p)->s, &like->s, 1, &k.err) || splat(&(*p)->s, &g->g, &k) ||
-	     describe(&(*p)->s.meta, g, CT_QUANTITY_LINE_INTEGRAL, &k);
-	rc = ctsr_call_end(&k, rc, e);
-	if (rc) {
-		ctsr_projections_free(*p);
-		*p = NULL;
-	}
-	return rc;
+	return ctsr_call_end(&k, rc, e);
 }
 
 void ctsr_fit_options_init(ctsr_fit_options *o, size_t size)
@@ -203,8 +171,7 @@ void ctsr_fit_options_init(ctsr_fit_options *o, size_t size)
 	const ctsr_fit_options all = {
 		.size = size, .gaussians = 50000, .max_gaussians = 500000, .iterations = 5000};
 
-	if (o)
-		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
 static int options_of(struct ct_fit_options *to, const ctsr_fit_options *o, const ctsr_volume *base,
@@ -285,15 +252,11 @@ int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p, const ctsr
 	const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e)
 {
 	ctsr_fit_options mine;
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c);
 
-	if (g)
-		*g = NULL;
-	if (!g || !p || !base)
-		return ctsr_no_null(__func__, e);
 	ctsr_fit_options_init(&mine, sizeof mine);
-	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
-	     make(g, &k.err) || fit(&(*g)->g, p, base, &mine, &k);
-	return done(g, ctsr_call_end(&k, rc, e));
+	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
+	     fit(&(*g)->g, p, base, &mine, &k);
+	return ctsr_call_end(&k, rc, e);
 }

@@ -21,34 +21,45 @@ struct ctsr_gaussians {
 	struct ct_gauss g;
 };
 
-/* One call of the library: its environment, threads and error. */
+/* One call of the library, zeroed but for its name: its environment, threads and error. */
 struct ctsr_call {
+	const char *name; /* of the function */
 	ctsr_context c;
 	struct ct_env env;
 	struct ct_err err;
 	volatile sig_atomic_t stop;
+	struct {
+		void *at;               /* where a pointer to it is */
+		void (*drop)(void *at); /* frees it and leaves NULL there */
+	} made[2];
+	size_t makes;
 };
 
-/* Every call begins and ends so. begin: 0, or -1 and k->err. end: rc, or -1 if the caller has
- * cancelled; *e (NULL: nothing) <- k->err. */
-int ctsr_call_begin(struct ctsr_call *k, const ctsr_context *c);
+/* A zeroed object; a call that fails frees it and leaves NULL. First of all that a call does. */
+int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v);
+int ctsr_make_projections(struct ctsr_call *k, ctsr_projections **p);
+int ctsr_make_gaussians(struct ctsr_call *k, ctsr_gaussians **g);
+int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *at));
+/* CTSR_USAGE unless all arguments are given that must not be NULL. */
+int ctsr_call_given(struct ctsr_call *k, bool given);
+/* The same, and then threads and what else the context says. */
+int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c);
+/* Every call ends so: 0, or -1 and *e (NULL: nothing) if rc is not 0 or the caller has cancelled.
+ */
 int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e);
-/* The error of a call that needs no threads: rc. */
-int ctsr_give_error(int rc, const struct ct_err *err, ctsr_error *e);
-/* -1 with CTSR_USAGE: an argument that must not be NULL is. */
-int ctsr_no_null(const char *function, ctsr_error *e);
+/* theirs, of so many bytes, or NULL <- as much as fits of the defaults. */
+void ctsr_give_defaults(void *theirs, size_t size, const void *defaults, size_t known);
 /* mine (initialised, of `size` bytes) <- the members that *theirs has; its first is its size.
  * NULL: all defaults. */
 int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e);
 /* As much of a report as fits into the caller's, whose first member is its size; or NULL. */
 int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e);
 
-/* A zeroed object. */
-int ctsr_make_volume(ctsr_volume **v, struct ct_err *e);
-int ctsr_make_projections(ctsr_projections **p, struct ct_err *e);
 /* The line of the context into the metadata, if there is one; "input" goes. */
 int ctsr_note_history(
 	struct ctsr_call *k, struct ct_meta *m, size_t n, const struct ct_meta *const *in);
+/* v (zeroed struct) <- zeros on the grid of `like`. */
+int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e);
 /* d (zeroed struct) <- a copy of v as density in the window, with its grid and no metadata. */
 int ctsr_density_of(
 	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e);

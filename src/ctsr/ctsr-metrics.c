@@ -39,12 +39,9 @@ static int compare(ctsr_metrics *to, const ctsr_volume *reference, const ctsr_vo
 int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
 	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
-
-	if (!m || !reference || !test)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || compare(m, reference, test, mask, window, &k);
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_call_begin(&k, m && reference && test, c) ||
+		       compare(m, reference, test, mask, window, &k);
 	return ctsr_call_end(&k, rc, e);
 }
 
@@ -72,11 +69,8 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 int ctsr_check_consistency(ctsr_consistency *m, const ctsr_volume *fine, const ctsr_volume *coarse,
 	const ctsr_operator *o, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
-
-	if (!m || !fine || !coarse)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || consistency(m, fine, coarse, o, &k);
+	struct ctsr_call k = {.name = __func__};
+	const int rc =
+		ctsr_call_begin(&k, m && fine && coarse, c) || consistency(m, fine, coarse, o, &k);
 	return ctsr_call_end(&k, rc, e);
 }

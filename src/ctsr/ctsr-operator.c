@@ -14,8 +14,7 @@ void ctsr_operator_init(ctsr_operator *o, size_t size)
 {
 	const ctsr_operator all = {.size = size, .factor = {1, 1, 1}};
 
-	if (o)
-		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
 /* Written so that NaN is refused. */
@@ -53,23 +52,24 @@ static int give(ctsr_operator *o, const struct ct_degrade *d, double noise, stru
 	return ctsr_give_report(o, &mine, sizeof mine, e);
 }
 
-int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
+static int get(ctsr_operator *o, const struct ct_meta *m, struct ct_err *e)
 {
 	struct ct_degrade d;
-	struct ct_err err;
 	double noise = 0;
-	int rc;
+	int rc = ct_degrade_get(m, &d, e);
 
-	if (!o || !v)
-		return ctsr_no_null(__func__, e);
-	rc = ct_degrade_get(&v->v.meta, &d, &err);
 	if (rc > 0)
-		rc = ct_fail(&err, CT_EINPUT, "the metadata name no operator (key factor)");
-	if (rc == 0 && ct_meta_numbers(&v->v.meta, CT_META_NOISE, 1, &noise, &err) < 0)
-		rc = -1;
-	if (rc == 0)
-		rc = give(o, &d, noise, &err);
-	return ctsr_give_error(rc, &err, e);
+		return ct_fail(e, CT_EINPUT, "the metadata name no operator (key factor)");
+	return rc || ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e) < 0 ? -1
+									 : give(o, &d, noise, e);
+}
+
+int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
+{
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_call_given(&k, o && v) || get(o, &v->v.meta, &k.err);
+
+	return ctsr_call_end(&k, rc, e);
 }
 
 /* The voxels alone: the metadata may name another operator. */
@@ -93,12 +93,9 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_call_begin(&k, o && v, c) || estimate(o, v, &k);
 
-	if (!o || !v)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || estimate(o, v, &k);
 	return ctsr_call_end(&k, rc, e);
 }
 
@@ -119,19 +116,9 @@ static int degrade(
 int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_volume(&k, out) || ctsr_call_begin(&k, in && o, c) ||
+		       degrade(&(*out)->v, in, o, &k);
 
-	if (out)
-		*out = NULL;
-	if (!out || !in || !o)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ctsr_make_volume(out, &k.err) ||
-	     degrade(&(*out)->v, in, o, &k);
-	rc = ctsr_call_end(&k, rc, e);
-	if (rc) {
-		ctsr_volume_free(*out);
-		*out = NULL;
-	}
-	return rc;
+	return ctsr_call_end(&k, rc, e);
 }

@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "recon/fdk.h"
+#include "recon/reconstruct.h"
 #include "xray/project.h"
 #include "xray/geometry.h"
 #include "xray/window.h"
@@ -15,11 +15,11 @@
 _Static_assert(
 	(int)CTSR_CONE == CT_CONE && (int)CTSR_PARALLEL == CT_PARALLEL && (int)CTSR_FAN == CT_FAN,
 	"the beams are the same");
-
-int ctsr_make_projections(ctsr_projections **p, struct ct_err *e)
-{
-	return ct_alloc0(p, 1, sizeof **p, e);
-}
+_Static_assert(sizeof(ctsr_view) == offsetof(struct ct_view, angle) &&
+		       offsetof(ctsr_view, centre) == offsetof(struct ct_view, centre) &&
+		       offsetof(ctsr_view, u) == offsetof(struct ct_view, u) &&
+		       offsetof(ctsr_view, v) == offsetof(struct ct_view, v),
+	"a view begins with the same members");
 
 void ctsr_projections_free(ctsr_projections *p)
 {
@@ -28,14 +28,17 @@ void ctsr_projections_free(ctsr_projections *p)
 	free(p);
 }
 
-/* Of a call that is over: nothing is left if it failed. */
-static int done(ctsr_projections **p, int rc)
+static void drop(void *at)
 {
-	if (rc) {
-		ctsr_projections_free(*p);
-		*p = NULL;
-	}
-	return rc;
+	ctsr_projections **p = at;
+
+	ctsr_projections_free(*p);
+	*p = NULL;
+}
+
+int ctsr_make_projections(struct ctsr_call *k, ctsr_projections **p)
+{
+	return ctsr_call_makes(k, p, sizeof **p, drop);
 }
 
 int ctsr_density_of(
@@ -55,11 +58,12 @@ int ctsr_density_of(
 
 int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e)
 {
+	struct ctsr_call k = {.name = __func__};
 	struct ct_geometry s;
 	ctsr_geometry all;
 
-	if (!g || !around)
-		return ctsr_no_null(__func__, e);
+	if (ctsr_call_given(&k, g && around))
+		return ctsr_call_end(&k, -1, e);
 	ct_geometry_default(&s, CT_CONE, &around->v);
 	all = (ctsr_geometry){.size = size,
 		.views = s.views,
@@ -72,7 +76,7 @@ int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around,
 		.pitch = {s.pitch[0], s.pitch[1]},
 		.centre = {s.iso[0], s.iso[1], s.iso[2]},
 		.window = {-1024, 3071}};
-	memcpy(g, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(g, size, &all, sizeof all);
 	return 0;
 }
 
@@ -100,62 +104,47 @@ static int scan_of(struct ct_geometry *s, const ctsr_geometry *g, struct ct_err 
 	return 0;
 }
 
+static int make(struct ct_stack *s, int beam, size_t views, size_t rows, size_t columns,
+	const ctsr_view *view, struct ct_err *e)
+{
+	if (beam < CTSR_CONE || beam > CTSR_FAN || !views || !rows || !columns)
+		return ct_fail(e, CT_EUSAGE, "beam %d, %zu views of %zux%zu: not projections", beam,
+			views, columns, rows);
+	if (ct_stack_alloc(s, views, rows, columns, e))
+		return -1;
+	s->beam = (enum ct_beam)beam;
+	memset(s->data, 0, ct_stack_count(s) * sizeof *s->data);
+	for (size_t i = 0; i < views; i++)
+		memcpy(&s->view[i], &view[i], sizeof *view);
+	return ct_stack_check(s, e);
+}
+
 int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows, size_t columns,
 	const ctsr_view *view, ctsr_error *e)
 {
-	struct ct_err err;
-	struct ct_stack *s;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_projections(&k, p) || ctsr_call_given(&k, view) ||
+		       make(&(*p)->s, beam, views, rows, columns, view, &k.err);
 
-	if (p)
-		*p = NULL;
-	if (!p || !view)
-		return ctsr_no_null(__func__, e);
-	if (beam < CTSR_CONE || beam > CTSR_FAN || !views || !rows || !columns)
-		return ctsr_give_error(
-			ct_fail(&err, CT_EUSAGE, "beam %d, %zu views of %zux%zu: not projections",
-				beam, views, columns, rows),
-			&err, e);
-	if (ctsr_make_projections(p, &err))
-		return ctsr_give_error(-1, &err, e);
-	s = &(*p)->s;
-	rc = ct_stack_alloc(s, views, rows, columns, &err);
-	if (rc == 0) {
-		s->beam = (enum ct_beam)beam;
-		memset(s->data, 0, ct_stack_count(s) * sizeof *s->data);
-		for (size_t i = 0; i < views; i++) {
-			memcpy(s->view[i].source, view[i].source, sizeof view->source);
-			memcpy(s->view[i].centre, view[i].centre, sizeof view->centre);
-			memcpy(s->view[i].u, view[i].u, sizeof view->u);
-			memcpy(s->view[i].v, view[i].v, sizeof view->v);
-		}
-		rc = ct_stack_check(s, &err);
-	}
-	return done(p, ctsr_give_error(rc, &err, e));
+	return ctsr_call_end(&k, rc, e);
 }
 
 int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e)
 {
-	struct ct_err err;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_projections(&k, p) || ctsr_call_given(&k, path) ||
+		       ct_stack_read(path, &(*p)->s, &k.err);
 
-	if (p)
-		*p = NULL;
-	if (!p || !path)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_make_projections(p, &err) || ct_stack_read(path, &(*p)->s, &err);
-	return done(p, ctsr_give_error(rc, &err, e));
+	return ctsr_call_end(&k, rc, e);
 }
 
 int ctsr_projections_write(
 	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc =
+		ctsr_call_begin(&k, p && path, c) || ct_stack_write(path, &p->s, &k.env, &k.err);
 
-	if (!p || !path)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ct_stack_write(path, &p->s, &k.env, &k.err);
 	return ctsr_call_end(&k, rc, e);
 }
 
@@ -173,20 +162,14 @@ float *ctsr_projections_data(const ctsr_projections *p, size_t size[3])
 
 int ctsr_projections_view(ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e)
 {
-	const struct ct_view *from;
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_call_given(&k, view && p);
 
-	if (!view || !p)
-		return ctsr_no_null(__func__, e);
-	if (i >= p->s.views)
-		return ctsr_give_error(
-			ct_fail(&err, CT_EUSAGE, "view %zu of %zu", i, p->s.views), &err, e);
-	from = &p->s.view[i];
-	memcpy(view->source, from->source, sizeof view->source);
-	memcpy(view->centre, from->centre, sizeof view->centre);
-	memcpy(view->u, from->u, sizeof view->u);
-	memcpy(view->v, from->v, sizeof view->v);
-	return 0;
+	if (rc == 0 && i >= p->s.views)
+		rc = ct_fail(&k.err, CT_EUSAGE, "view %zu of %zu", i, p->s.views);
+	if (rc == 0)
+		memcpy(view, &p->s.view[i], sizeof *view);
+	return ctsr_call_end(&k, rc, e);
 }
 
 static int project(
@@ -216,26 +199,12 @@ int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry
 	const ctsr_context *c, ctsr_error *e)
 {
 	ctsr_geometry mine = {0};
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	const int rc = ctsr_make_projections(&k, p) || ctsr_call_begin(&k, v && g, c) ||
+		       ctsr_take_options(&mine, sizeof mine, g, &k.err) ||
+		       project(&(*p)->s, v, &mine, &k);
 
-	if (p)
-		*p = NULL;
-	if (!p || !v || !g)
-		return ctsr_no_null(__func__, e);
-	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&mine, sizeof mine, g, &k.err) ||
-	     ctsr_make_projections(p, &k.err) || project(&(*p)->s, v, &mine, &k);
-	return done(p, ctsr_call_end(&k, rc, e));
-}
-
-/* Zeroed, on the grid of `like`. */
-static int on_grid(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e)
-{
-	if (ct_vol_check_grid(&like->v, e) || ct_vol_alloc(v, like->v.n, e))
-		return -1;
-	memcpy(v->affine, like->v.affine, sizeof v->affine);
-	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
-	return 0;
+	return ctsr_call_end(&k, rc, e);
 }
 
 static int adjoint(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
@@ -254,55 +223,40 @@ static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 {
 	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
 	const bool residual = quantity && strcmp(quantity, CT_QUANTITY_RESIDUAL) == 0;
-	struct ct_fdk f = {0};
+	const struct ct_reconstruct_rule how = {.filter = CT_RAMP_RAM_LAK};
+	struct ct_err *e = &k->err;
 	double window[2];
-	int rc;
 
-	if (ct_window_get(window, &s->meta, &k->err) ||
-		ct_fdk_alloc(&f, v, s, CT_RAMP_RAM_LAK, 0, false, k->env.par, &k->err))
-		return -1;
-	rc = ct_fdk_all(&f, v->data, &k->env, &k->err) || ct_window_put(&v->meta, window, &k->err)
-		     ? -1
-		     : 0;
-	ct_fdk_free(&f);
-	if (rc)
-		return -1;
-	return ct_window_volume(v, residual, window, &k->err);
+	return ct_window_get(window, &s->meta, e) || ct_reconstruct(v, s, &how, &k->env, e) ||
+			       ct_window_put(&v->meta, window, e) ||
+			       ct_window_volume(v, residual, window, e)
+		       ? -1
+		       : 0;
 }
 
 /* What both have in common. */
 static int back(int (*how)(struct ct_vol *, const struct ct_stack *, struct ctsr_call *),
-	ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like, const ctsr_context *c,
-	ctsr_error *e)
+	const char *name, ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e)
 {
-	const struct ct_meta *const from[] = {&p->s.meta};
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = name};
+	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, p && like, c) ||
+		       ct_stack_check(&p->s, &k.err) || ct_stack_check_finite(&p->s, &k.err) ||
+		       ctsr_zeros_like(&(*v)->v, like, &k.err) || how(&(*v)->v, &p->s, &k) ||
+		       ctsr_note_history(
+			       &k, &(*v)->v.meta, 1, (const struct ct_meta *const[]){&p->s.meta});
 
-	rc = ctsr_call_begin(&k, c) || ct_stack_check(&p->s, &k.err) ||
-	     ct_stack_check_finite(&p->s, &k.err) || ctsr_make_volume(v, &k.err) ||
-	     on_grid(&(*v)->v, like, &k.err) || how(&(*v)->v, &p->s, &k) ||
-	     ctsr_note_history(&k, &(*v)->v.meta, 1, from);
-	rc = ctsr_call_end(&k, rc, e);
-	if (rc) {
-		ctsr_volume_free(*v);
-		*v = NULL;
-	}
-	return rc;
+	return ctsr_call_end(&k, rc, e);
 }
 
 int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	if (v)
-		*v = NULL;
-	return v && p && like ? back(adjoint, v, p, like, c, e) : ctsr_no_null(__func__, e);
+	return back(adjoint, __func__, v, p, like, c, e);
 }
 
 int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	if (v)
-		*v = NULL;
-	return v && p && like ? back(fdk, v, p, like, c, e) : ctsr_no_null(__func__, e);
+	return back(fdk, __func__, v, p, like, c, e);
 }

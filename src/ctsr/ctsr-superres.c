@@ -29,8 +29,7 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 		.iterations = 300,
 		.tolerance = 0.1};
 
-	if (o)
-		memcpy(o, &all, size < sizeof all ? size : sizeof all);
+	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
 /* Written so that NaN is refused where a number is needed. */
@@ -114,61 +113,43 @@ static int give(
 	return ctsr_give_report(report, &mine, sizeof mine, e);
 }
 
-struct ctsr_superres_job {
-	struct ct_slice_prior prior;
-	struct ct_meta prior_meta;
-	struct ct_refine r;
-	ctsr_superres_options o;
-};
-
-static int work(struct ctsr_superres_job *j, struct ct_vol *out, struct ct_vol *error,
-	const ctsr_volume *in, struct ctsr_call *k)
+static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const ctsr_volume *in, const ctsr_superres_options *o, struct ctsr_call *k)
 {
-	const struct ct_meta *const from[] = {&in->v.meta, &j->prior_meta};
-	struct ct_refine_rule rule = rule_of(&j->o, error != NULL);
+	struct ct_refine_rule rule = rule_of(o, error != NULL);
+	struct ct_slice_prior prior = {0};
+	struct ct_meta prior_meta = {0};
+	const struct ct_meta *const from[] = {&in->v.meta, &prior_meta};
 	struct ct_err *e = &k->err;
+	int rc;
 
-	rule.prior = &j->prior;
-	if (check(&j->o, e) || ctsr_check_volume(in, e) ||
-		(j->o.method == CTSR_PRIOR &&
-			read_prior(&j->prior, &j->prior_meta, j->o.prior_file, e)) ||
-		ct_refine_plan(&j->r, &rule, &in->v, &k->env, e) ||
-		ct_refine_run(&j->r, out, error, &in->v, &k->env, e))
-		return -1;
-	return ctsr_note_history(k, &out->meta, 2, from) ||
-			       (error && ctsr_note_history(k, &error->meta, 2, from))
-		       ? -1
-		       : 0;
+	rule.prior = &prior;
+	rc = check(o, e) || ctsr_check_volume(in, e) ||
+			     (o->method == CTSR_PRIOR &&
+				     read_prior(&prior, &prior_meta, o->prior_file, e)) ||
+			     ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
+			     ct_refine_run(r, out, error, &in->v, &k->env, e) ||
+			     ctsr_note_history(k, &out->meta, 2, from) ||
+			     (error && ctsr_note_history(k, &error->meta, 2, from))
+		     ? -1
+		     : 0;
+	ct_slice_prior_free(&prior);
+	ct_meta_free(&prior_meta);
+	return rc;
 }
 
 int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_superres_job j = {0};
-	struct ctsr_call k;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	ctsr_superres_options mine;
+	struct ct_refine r;
+	int rc = ctsr_make_volume(&k, out) || (error && ctsr_make_volume(&k, error)) ||
+		 ctsr_call_begin(&k, in, c);
 
-	if (out)
-		*out = NULL;
-	if (error)
-		*error = NULL;
-	if (!out || !in)
-		return ctsr_no_null(__func__, e);
-	ctsr_superres_options_init(&j.o, sizeof j.o);
-	rc = ctsr_call_begin(&k, c) || ctsr_take_options(&j.o, sizeof j.o, o, &k.err) ||
-	     ctsr_make_volume(out, &k.err) || (error && ctsr_make_volume(error, &k.err)) ||
-	     work(&j, &(*out)->v, error ? &(*error)->v : NULL, in, &k) ||
-	     give(report, &j.r, j.o.method == CTSR_PRIOR, &k.err);
-	rc = ctsr_call_end(&k, rc, e);
-	ct_slice_prior_free(&j.prior);
-	ct_meta_free(&j.prior_meta);
-	if (rc) {
-		ctsr_volume_free(*out);
-		*out = NULL;
-		if (error) {
-			ctsr_volume_free(*error);
-			*error = NULL;
-		}
-	}
-	return rc;
+	ctsr_superres_options_init(&mine, sizeof mine);
+	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
+	     refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, &mine, &k) ||
+	     give(report, &r, mine.method == CTSR_PRIOR, &k.err);
+	return ctsr_call_end(&k, rc, e);
 }

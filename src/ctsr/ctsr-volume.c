@@ -9,11 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-int ctsr_make_volume(ctsr_volume **v, struct ct_err *e)
-{
-	return ct_alloc0(v, 1, sizeof **v, e);
-}
-
 void ctsr_volume_free(ctsr_volume *v)
 {
 	if (!v)
@@ -24,83 +19,89 @@ void ctsr_volume_free(ctsr_volume *v)
 	free(v);
 }
 
+static void drop(void *at)
+{
+	ctsr_volume **v = at;
+
+	ctsr_volume_free(*v);
+	*v = NULL;
+}
+
+int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v)
+{
+	return ctsr_call_makes(k, v, sizeof **v, drop);
+}
+
 int ctsr_check_volume(const ctsr_volume *v, struct ct_err *e)
 {
 	return ct_vol_check_grid(&v->v, e) || ct_vol_check_finite(&v->v, e) ? -1 : 0;
 }
 
-/* Sizes and affine; data NULL: allocated, all zero. */
-static int make(ctsr_volume **out, const size_t size[3], const double affine[3][4], float *data,
-	struct ct_err *e)
+int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e)
 {
-	ctsr_volume *v;
+	if (ct_vol_check_grid(&like->v, e) || ct_vol_alloc(v, like->v.n, e))
+		return -1;
+	memcpy(v->affine, like->v.affine, sizeof v->affine);
+	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
+	return 0;
+}
+
+/* Sizes and affine; data NULL: allocated, all zero. */
+static int make(struct ctsr_call *k, ctsr_volume **out, bool given, const size_t *size,
+	const double affine[3][4], float *data)
+{
+	struct ct_err *e = &k->err;
+	struct ct_vol *v;
 	size_t bytes;
 
+	if (ctsr_make_volume(k, out) || ctsr_call_given(k, given))
+		return -1;
 	if (size[0] == 0 || size[1] == 0 || size[2] == 0)
 		return ct_fail(e, CT_EUSAGE, "an empty volume: %zux%zux%zu voxels", size[0],
 			size[1], size[2]);
+	(*out)->borrowed = data != NULL;
+	v = &(*out)->v;
+	v->data = data;
 	if (ct_size_mul(&bytes, size[0], size[1], "volume", e) ||
 		ct_size_mul(&bytes, bytes, size[2], "volume", e) ||
-		ct_size_mul(&bytes, bytes, sizeof *data, "volume", e) || ctsr_make_volume(&v, e))
+		ct_size_mul(&bytes, bytes, sizeof *data, "volume", e) ||
+		(!data && ct_alloc0(&v->data, bytes, 1, e)))
 		return -1;
-	v->borrowed = data != NULL;
-	v->v.data = data;
-	if (!data && ct_alloc0(&v->v.data, bytes, 1, e))
-		goto fail;
-	memcpy(v->v.n, size, sizeof v->v.n);
+	memcpy(v->n, size, sizeof v->n);
 	for (int a = 0; a < 3; a++)
-		v->v.affine[a][a] = 1;
+		v->affine[a][a] = 1;
 	if (affine)
-		memcpy(v->v.affine, affine, sizeof v->v.affine);
-	if (ct_vol_check_grid(&v->v, e))
-		goto fail;
-	*out = v;
-	return 0;
-fail:
-	ctsr_volume_free(v);
-	return -1;
+		memcpy(v->affine, affine, sizeof v->affine);
+	return ct_vol_check_grid(v, e);
 }
 
 int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4], ctsr_error *e)
 {
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
 
-	if (!v || !size)
-		return ctsr_no_null(__func__, e);
-	*v = NULL;
-	return ctsr_give_error(make(v, size, affine, NULL, &err), &err, e);
+	return ctsr_call_end(&k, make(&k, v, size, size, affine, NULL), e);
 }
 
 int ctsr_volume_wrap(ctsr_volume **v, const size_t size[3], const double affine[3][4], float *data,
 	ctsr_error *e)
 {
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
 
-	if (v)
-		*v = NULL;
-	if (!v || !size || !data)
-		return ctsr_no_null(__func__, e);
-	return ctsr_give_error(make(v, size, affine, data, &err), &err, e);
+	return ctsr_call_end(&k, make(&k, v, size && data, size, affine, data), e);
 }
 
 int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3], const double affine[3][4],
 	const int16_t *data, double slope, double intercept, ctsr_error *e)
 {
-	struct ct_err err;
-	int rc;
+	struct ctsr_call k = {.name = __func__};
+	int rc = make(&k, v, size && data, size, affine, NULL);
 
-	if (v)
-		*v = NULL;
-	if (!v || !size || !data)
-		return ctsr_no_null(__func__, e);
-	if (!isfinite(slope) || !isfinite(intercept))
-		rc = ct_fail(&err, CT_EUSAGE, "slope %g or intercept %g is not finite", slope,
+	if (rc == 0 && (!isfinite(slope) || !isfinite(intercept)))
+		rc = ct_fail(&k.err, CT_EUSAGE, "slope %g or intercept %g is not finite", slope,
 			intercept);
-	else
-		rc = make(v, size, affine, NULL, &err);
 	for (size_t i = 0; rc == 0 && i < ct_vol_count(&(*v)->v); i++)
 		(*v)->v.data[i] = (float)(slope * data[i] + intercept);
-	return ctsr_give_error(rc, &err, e);
+	return ctsr_call_end(&k, rc, e);
 }
 
 float *ctsr_volume_data(const ctsr_volume *v)
@@ -118,13 +119,12 @@ void ctsr_volume_grid(const ctsr_volume *v, size_t size[3], double affine[3][4])
 
 int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e)
 {
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_call_given(&k, v && data);
 
-	if (!v || !data)
-		return ctsr_no_null(__func__, e);
-	if (ct_voxels_i16(ct_vol_count(&v->v), data, v->v.data, false))
-		return 0;
-	return ctsr_give_error(ct_fail(&err, CT_ENUMERIC, "a voxel does not fit int16"), &err, e);
+	if (rc == 0 && !ct_voxels_i16(ct_vol_count(&v->v), data, v->v.data, false))
+		rc = ct_fail(&k.err, CT_ENUMERIC, "a voxel does not fit int16");
+	return ctsr_call_end(&k, rc, e);
 }
 
 const char *ctsr_volume_get(const ctsr_volume *v, const char *key)
@@ -139,18 +139,16 @@ const char *ctsr_volume_key(const ctsr_volume *v, size_t i)
 
 int ctsr_volume_set(ctsr_volume *v, const char *key, const char *value, ctsr_error *e)
 {
-	struct ct_err err;
-	int rc = 0;
+	struct ctsr_call k = {.name = __func__};
+	int rc = ctsr_call_given(&k, v && key);
 
-	if (!v || !key)
-		return ctsr_no_null(__func__, e);
-	if (!*key)
-		rc = ct_fail(&err, CT_EUSAGE, "an empty key");
-	else if (value)
-		rc = ct_meta_set(&v->v.meta, key, value, &err);
-	else
+	if (rc == 0 && !*key)
+		rc = ct_fail(&k.err, CT_EUSAGE, "an empty key");
+	if (rc == 0 && value)
+		rc = ct_meta_set(&v->v.meta, key, value, &k.err);
+	else if (rc == 0)
 		ct_meta_drop(&v->v.meta, key);
-	return ctsr_give_error(rc, &err, e);
+	return ctsr_call_end(&k, rc, e);
 }
 
 /* Linear at the index x. */
@@ -185,24 +183,22 @@ int ctsr_volume_sample(
 	float *values, const ctsr_volume *v, size_t n, const double (*points)[3], ctsr_error *e)
 {
 	static const size_t none[3];
-	struct ct_block k;
-	struct ct_err err;
+	struct ctsr_call k = {.name = __func__};
+	struct ct_block grid;
+	const int rc = ctsr_call_given(&k, v && (!n || (values && points))) ||
+		       ct_block_init(&grid, (const double(*)[4])v->v.affine, none, v->v.n, &k.err);
 
-	if (!v || (n && (!values || !points)))
-		return ctsr_no_null(__func__, e);
-	if (ct_block_init(&k, (const double(*)[4])v->v.affine, none, v->v.n, &err))
-		return ctsr_give_error(-1, &err, e);
-	for (size_t i = 0; i < n; i++) {
+	for (size_t i = 0; rc == 0 && i < n; i++) {
 		double x[3] = {0};
 
 		for (int a = 0; a < 3; a++) {
 			for (int b = 0; b < 3; b++)
-				x[a] += k.inv[a][b] * (points[i][b] - k.world[b]);
+				x[a] += grid.inv[a][b] * (points[i][b] - grid.world[b]);
 			/* rounding must not put a centre of the border outside */
 			if (fabs(x[a] - nearbyint(x[a])) < 1e-9 * (1 + fabs(x[a])))
 				x[a] = nearbyint(x[a]);
 		}
 		values[i] = at(&v->v, x);
 	}
-	return 0;
+	return ctsr_call_end(&k, rc, e);
 }

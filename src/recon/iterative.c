@@ -42,10 +42,12 @@ static double largest(const float *y, size_t n)
 }
 
 /* 1 / the row or column sums that stand in y, 0 where they are next to nothing. */
-static void invert(const struct run *r, float *y, size_t n)
+static void invert(float *y, size_t n)
 {
-	ct_passes_run(CT_SIMD(ct_vector_invert), n,
-		&(struct ct_vector){.y = y, .c = 1e-6 * largest(y, n)}, r->env->par);
+	const double least = 1e-6 * largest(y, n);
+
+	for (size_t k = 0; k < n; k++)
+		y[k] = (double)y[k] > least ? 1 / y[k] : 0;
 }
 
 static int diverged(const struct run *r, struct ct_err *e)
@@ -73,8 +75,7 @@ static int misfit(float *q, struct run *r, const float *x, struct ct_err *e)
 {
 	if (ct_linear_apply(r->a, q, x, r->env, e))
 		return -1;
-	ct_passes_run(
-		CT_SIMD(ct_vector_less), r->m, &(struct ct_vector){.y = q, .x = r->b}, r->env->par);
+	ct_passes_advance(r->m, q, r->b, -1, r->env->par);
 	return measure(r, q, e);
 }
 
@@ -105,9 +106,9 @@ static int sirt(float *x, struct run *r, struct ct_err *e)
 	if (ct_linear_apply(r->a, r->rows, g, r->env, e) ||
 		ct_linear_adjoint(r->a, cols, r->q, r->env, e))
 		goto out;
-	invert(r, r->rows, r->m);
-	invert(r, cols, r->n);
-	step = (struct ct_vector){x, g, cols, r->rule->nonnegative};
+	invert(r->rows, r->m);
+	invert(cols, r->n);
+	step = (struct ct_vector){.y = x, .x = g, .w = cols, .c = r->rule->nonnegative};
 	for (;; r->report->iterations++) {
 		if (misfit(r->q, r, x, e))
 			goto out;
@@ -217,7 +218,7 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 	if (ct_linear_apply(r->a, r->rows, f.g, r->env, e) ||
 		ct_linear_adjoint(r->a, f.g, r->q, r->env, e))
 		goto out;
-	invert(r, r->rows, r->m);
+	invert(r->rows, r->m);
 	ct_passes_scale(r->m, r->rows, -1, r->env->par);
 	at.norm = largest(f.g, r->n);
 	at.norm = at.norm > 0 ? at.norm : HUGE_VAL;

@@ -2,8 +2,8 @@
  *
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
  *               about SOLVER_PIECE^3 fine voxels, the number of iterations on one of PRIOR_PIECE^3
- *   prior       each x textured cells + rest x voxels: `each` from pieces of about CELLS cells, at
- *               those of a lattice of places that have most texture; `rest` from a flat one
+ *   prior       each x textured cells + rest x voxels: `each` from a piece of about CELLS cells, at
+ *               the place of a lattice that has most texture; `rest` from a flat one
  *
  * Processor time, so that other work on the machine does not count. */
 #include "config.h"
@@ -15,19 +15,11 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
-enum {
-	SOLVER_PIECE = 192,
-	PRIOR_PIECE = 64,
-	TRIES = 9,
-	PLACES = 3,
-	LATTICE = PLACES * PLACES * PLACES
-};
-/* Pieces on which the prior is tried, their cells, and cells at which texture is looked for. */
-enum { PARTS = 3, CELLS = 12000 };
-#define LOOKS 1e5
+enum { SOLVER_PIECE = 192, PRIOR_PIECE = 64, TRIES = 9, PLACES = 3 };
+#define CELLS 36000.0 /* of slices of the piece on which the prior is tried */
+#define LOOKS 1e5     /* cells at which texture is looked for */
 
 static const double middle[3] = {0.5, 0.5, 0.5};
 
@@ -44,11 +36,7 @@ static int cut(struct ct_vol *piece, const struct ct_vol *in, const double facto
 		n[a] = (double)in->n[a] < most ? in->n[a] : (size_t)most;
 		start[a] = (ptrdiff_t)(at[a] * (double)(in->n[a] - n[a]));
 	}
-	if (ct_vol_alloc(piece, n, e))
-		return -1;
-	memcpy(piece->affine, in->affine, sizeof piece->affine);
-	ct_crop(piece->data, n, in->data, in->n, start, 0);
-	return 0;
+	return ct_crop(piece, in, n, start, 0, e);
 }
 
 /* Seconds of the inversion of a piece. */
@@ -80,8 +68,7 @@ static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 	size_t n[3];
 
 	for (size_t k = 0; k < r->slabs; k++) {
-		const struct ct_slab s = r->slabs > 1 ? ct_slab_at(&r->is.by, in->n, k, r->slabs)
-						      : (struct ct_slab){.hi = 1, .of = 1};
+		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, r->slabs);
 
 		all += plane * (double)(s.hi - s.lo) / (double)s.of;
 	}
@@ -141,29 +128,32 @@ static size_t patch_cells(const struct ct_slice_prior *prior, const double facto
 	return 1;
 }
 
+/* Voxels from `at` to the cell that is `cells` on along an axis, or to the border before it. */
+static ptrdiff_t along(
+	const struct ct_vol *v, const size_t at[3], const size_t step[3], int axis, ptrdiff_t cells)
+{
+	const ptrdiff_t back = -(ptrdiff_t)at[axis], on = (ptrdiff_t)(v->n[axis] - 1 - at[axis]);
+	const ptrdiff_t to = cells * (ptrdiff_t)step[axis];
+
+	return to < back ? back : to > on ? on : to;
+}
+
 /* Does v vary in the square of w x w cells, `step` voxels each, of the slice across the axis? */
 static bool is_uneven(
 	const struct ct_vol *v, const size_t at[3], const size_t step[3], int axis, ptrdiff_t w)
 {
-	const int side[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-	const size_t stride[3] = {1, v->n[0], v->n[0] * v->n[1]};
-	const float *x = v->data + at[0] + at[1] * stride[1] + at[2] * stride[2];
+	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
+	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+	const float *x = v->data + (ptrdiff_t)at[0] + (ptrdiff_t)at[1] * stride[1] +
+			 (ptrdiff_t)at[2] * stride[2];
 	const double count = (double)(w * w);
 	double sum = 0, square = 0;
 
 	for (ptrdiff_t q = 0; q < w * w; q++) {
-		const ptrdiff_t cell[2] = {q % w - w / 2, q / w - w / 2};
-		ptrdiff_t to = 0;
-		double d;
+		const double d = (double)x[along(v, at, step, a, q % w - w / 2) * stride[a] +
+					   along(v, at, step, b, q / w - w / 2) * stride[b]] -
+				 (double)*x;
 
-		for (int s = 0; s < 2; s++) {
-			const int a = side[s];
-			const ptrdiff_t last = (ptrdiff_t)v->n[a] - 1, from = (ptrdiff_t)at[a];
-			const ptrdiff_t i = from + cell[s] * (ptrdiff_t)step[a];
-
-			to += ((i < 0 ? 0 : i > last ? last : i) - from) * (ptrdiff_t)stride[a];
-		}
-		d = (double)x[to] - (double)*x;
 		sum += d;
 		square += d * d;
 	}
@@ -193,13 +183,12 @@ static double count_uneven(const struct ct_vol *v, const double factor[3], size_
 	return 3 * cells * (double)count / (double)seen;
 }
 
-/* CPU seconds of what the prior adds to a piece, and its textured cells, on top. */
-static int try_prior(double *cpu, double *uneven, const struct ct_vol *piece,
-	const struct ct_refine *r, const struct ct_env *env, struct ct_err *e)
+/* CPU seconds of what the prior adds to a piece. */
+static int try_prior(double *cpu, const struct ct_vol *piece, const struct ct_refine *r,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule refine = {
 		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = r->is.by};
-	const double *factor = r->is.by.factor;
 	struct ct_restore_report did;
 	struct ct_upsample_report up;
 	struct ct_vol x = {0};
@@ -209,78 +198,61 @@ static int try_prior(double *cpu, double *uneven, const struct ct_vol *piece,
 	if (ct_upsample(&x, piece, &refine, &up, env, e) == 0) {
 		begin = ct_clock_cpu();
 		rc = ct_restore(&x, NULL, piece, r->rule.prior, &r->restore, &did, env, e);
-		*cpu += ct_clock_cpu() - begin;
-		*uneven += count_uneven(piece, factor, patch_cells(r->rule.prior, factor));
+		*cpu = ct_clock_cpu() - begin;
 	}
 	ct_vol_free(&x);
 	return rc;
 }
 
-/* A place of a piece, and its textured cells. */
-struct place {
-	double at[3], uneven;
-};
-
-/* More of them come first. */
-static int compare(const void *a, const void *b)
+/* The piece of a lattice that has most textured cells. */
+static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol *in,
+	const double factor[3], size_t cells, struct ct_err *e)
 {
-	const struct place *x = a, *y = b;
+	const double side = cbrt(CELLS / 3 * pow(largest(factor), 2)); /* fine voxels */
 
-	return (x->uneven < y->uneven) - (x->uneven > y->uneven);
-}
+	*uneven = -1;
+	for (int i = 0; i < PLACES * PLACES * PLACES; i++) {
+		const double at[3] = {i % PLACES / (PLACES - 1.0),
+			i / PLACES % PLACES / (PLACES - 1.0),
+			i / (PLACES * PLACES) / (PLACES - 1.0)};
+		struct ct_vol here = {0};
+		double its;
 
-/* Fine voxels along the side of a piece of CELLS cells, of slices across three axes. */
-static double side_of(const double factor[3])
-{
-	return cbrt(CELLS / 3.0 * pow(largest(factor), 2));
-}
-
-/* All places of a lattice. */
-static int survey(struct place p[LATTICE], const struct ct_vol *in, const double factor[3],
-	size_t cells, struct ct_err *e)
-{
-	for (int i = 0; i < LATTICE; i++) {
-		const int at[3] = {i % PLACES, i / PLACES % PLACES, i / (PLACES * PLACES)};
-		struct ct_vol piece = {0};
-
-		for (int a = 0; a < 3; a++)
-			p[i].at[a] = at[a] / (PLACES - 1.0);
-		if (cut(&piece, in, factor, side_of(factor), p[i].at, e))
+		if (cut(&here, in, factor, side, at, e))
 			return -1;
-		p[i].uneven = count_uneven(&piece, factor, cells);
-		ct_vol_free(&piece);
+		its = count_uneven(&here, factor, cells);
+		if (its > *uneven) {
+			ct_vol_free(piece);
+			*piece = here;
+			*uneven = its;
+		} else
+			ct_vol_free(&here);
 	}
-	qsort(p, LATTICE, sizeof *p, compare);
 	return 0;
 }
 
 static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const double *factor = r->is.by.factor;
+	const double *factor = r->is.by.factor, voxels = (double)ct_vol_count(in);
 	const size_t cells = patch_cells(r->rule.prior, factor);
-	const double times = work_of(r, in) / (double)ct_vol_count(in);
-	struct place p[LATTICE];
-	double uneven = 0, sum = 0, flat = 0, none = 0, share = 1, each;
+	struct ct_vol piece = {0};
+	double uneven, most, flat, share, each;
+	int rc = -1;
 
-	if (survey(p, in, factor, cells, e))
-		return -1;
-	for (int k = 0; k <= PARTS; k++) {
-		struct ct_vol piece = {0};
-		int rc = cut(&piece, in, factor, side_of(factor), p[k % PARTS].at, e);
-
-		share = rc ? 1 : (double)ct_vol_count(&piece) / (double)ct_vol_count(in);
-		if (rc == 0 && k == PARTS)
-			memset(piece.data, 0, ct_vol_count(&piece) * sizeof *piece.data);
-		rc = rc || try_prior(k < PARTS ? &sum : &flat, k < PARTS ? &uneven : &none, &piece,
-				   r, env, e);
-		ct_vol_free(&piece);
-		if (rc)
-			return -1;
-	}
-	each = fmax(sum - PARTS * flat, 0) / fmax(uneven, 1);
-	*cpu += times * (flat / share + each * count_uneven(in, factor, cells));
-	return 0;
+	if (find_uneven(&piece, &uneven, in, factor, cells, e) ||
+		try_prior(&most, &piece, r, env, e))
+		goto out;
+	share = (double)ct_vol_count(&piece) / voxels;
+	memset(piece.data, 0, ct_vol_count(&piece) * sizeof *piece.data);
+	if (try_prior(&flat, &piece, r, env, e))
+		goto out;
+	each = fmax(most - flat, 0) / fmax(uneven, 1);
+	*cpu += work_of(r, in) / voxels * (flat / share + each * count_uneven(in, factor, cells));
+	rc = 0;
+out:
+	ct_vol_free(&piece);
+	return rc;
 }
 
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
@@ -291,8 +263,7 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 	quiet.log = NULL;
 	quiet.progress = NULL;
 	*cpu = 0;
-	if ((r->rule.method != CT_REFINE_PRIOR || !r->rule.start) &&
-		inversion(cpu, r, in, &quiet, e))
+	if (r->inverts && inversion(cpu, r, in, &quiet, e))
 		return -1;
 	return r->adds ? prior(cpu, r, in, &quiet, e) : 0;
 }

@@ -51,10 +51,9 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const double one = 4 * voxels(n), error = p->error ? one : 0;
-	const bool inverts = p->method != CT_REFINE_PRIOR || !p->start;
 	double most = 0, agree = 0;
 
-	if (inverts) {
+	if (r->inverts) {
 		if (ct_upsample_bytes(&most, r->method, &r->is.by, r->is.noise > 0, n, e))
 			return -1;
 		most = fmax(most, 2 * error) + (p->start ? one : 0);
@@ -77,46 +76,32 @@ static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
 			   (1 + (p->start ? 1 : 0) + (p->error ? 1 : 0)) * voxels(r->n));
 }
 
-/* Coarse planes of the widest of m > 0 slabs with what is about them; *share: of all. */
-static size_t widest_of(double *share, const struct ct_refine *r, const struct ct_vol *in, size_t m)
+/* Share of the CT that the widest of m slabs is, with what is about it. */
+static double widest_of(const struct ct_refine *r, const struct ct_vol *in, size_t m)
 {
-	struct ct_slab s = {.of = 1};
-	size_t widest = 0;
+	double widest = 0;
 
 	for (size_t k = 0; k < m; k++) {
-		s = ct_slab_at(&r->is.by, in->n, k, m);
-		widest = s.hi - s.lo > widest ? s.hi - s.lo : widest;
+		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, m);
+
+		widest = fmax(widest, (double)(s.hi - s.lo) / (double)s.of);
 	}
-	*share = (double)widest / (double)s.of;
 	return widest;
 }
 
-/* One less than the fewest slabs, of `can`, of which each may fit into so many bytes. */
-static size_t fewest(const struct ct_refine *r, const struct ct_vol *in, double bytes, size_t can)
-{
-	size_t m = 2;
-	double share;
-
-	for (; m < can; m++) {
-		widest_of(&share, r, in, m);
-		if (share * (r->whole - CT_MEMORY_BASE) <= bytes)
-			break;
-	}
-	return m - 1;
-}
-
-/* Bytes in m > 0 slabs: volumes, and the work of the largest slab. */
+/* Bytes in m slabs: volumes, and the work of the largest slab. */
 static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct ct_vol *in,
 	size_t m, struct ct_err *e)
 {
+	const double share = widest_of(r, in, m);
 	const int axis = ct_slab_axis(&r->is.by, in->n);
 	size_t n[3] = {r->n[0], r->n[1], r->n[2]};
-	double share;
 
-	n[axis] = widest_of(&share, r, in, m) * (size_t)r->is.by.factor[axis];
+	if (m > 1)
+		n[axis] = (size_t)nearbyint(share * (double)in->n[axis] * r->is.by.factor[axis]);
 	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
 		return -1;
-	*bytes += CT_MEMORY_BASE + volumes_of(r, in);
+	*bytes += CT_MEMORY_BASE + (m > 1 ? volumes_of(r, in) : 0);
 	return 0;
 }
 
@@ -127,25 +112,30 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 	const double free = ct_memory_free(""), given = r->rule.memory;
 	const double most = given > 0 ? given : ct_memory_most(free);
 	const double spare = given > 0 ? CT_MEMORY_SPARE : 0, volumes = volumes_of(r, in);
+	const double each = (most - volumes - CT_MEMORY_BASE) / (1 + spare); /* of a slab */
 	const size_t can = r->is.known ? ct_slab_most(&r->is.by, in->n) : 0;
+	double need;
 
-	if (need_of(&r->whole, r, r->n, (double)ct_vol_count(in), e))
-		return -1;
-	r->whole += CT_MEMORY_BASE;
-	r->need = r->whole;
 	r->slabs = 1;
+	if (need_in_slabs(&r->whole, r, in, 1, e))
+		return -1;
+	r->need = r->whole;
 	if (given <= 0 && r->need <= free)
 		return 0;
-	if (r->need + spare * fmax(r->need - volumes, 0) > most)
-		r->slabs = fewest(r, in, (most - volumes - CT_MEMORY_BASE) / (1 + spare), can);
-	while (r->need + spare * fmax(r->need - volumes, 0) > most && r->slabs < can)
+	need = r->need + spare * fmax(r->need - volumes, 0);
+	while (need > most && r->slabs + 1 < can &&
+		widest_of(r, in, r->slabs + 1) * (r->whole - CT_MEMORY_BASE) > each)
+		r->slabs++;
+	while (need > most && r->slabs < can) {
 		if (need_in_slabs(&r->need, r, in, ++r->slabs, e))
 			return -1;
-	if (r->need + spare * fmax(r->need - volumes, 0) <= most)
+		need = r->need + spare * fmax(r->need - volumes, 0);
+	}
+	if (need <= most)
 		return 0;
 	return ct_fail(e, CT_ENOMEM,
 		"takes %.0f MiB of memory%s, and %.0f MiB are %s: refine it less, or a part of it",
-		ceil((r->need + spare * fmax(r->need - volumes, 0)) / MIB),
+		ceil(need / MIB),
 		can > 0        ? " in slabs"
 		: !r->is.known ? ", as a CT of unknown blur and sampling is not cut into slabs"
 			       : " as a whole, which band-limited sampling (sinc) along all axes "
@@ -169,19 +159,6 @@ static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
 	return 0;
 }
 
-/* Across the last axis that the prior knows slices of. */
-static void one_axis(struct ct_refine *r)
-{
-	bool can[3];
-	int a = 2;
-
-	ct_slice_prior_axes(can, r->rule.prior, &r->is.by);
-	while (a > 0 && !can[a])
-		a--;
-	for (int b = 0; b < 3; b++)
-		r->restore.axes[b] = !r->rule.one_axis || b == a;
-}
-
 /* What the caller says, or else what was found best; with a weight nothing. */
 static double confidence(double said, bool weighted, double best)
 {
@@ -195,16 +172,17 @@ static int plan_prior(
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
 	const double *x = r->is.by.factor;
-	bool little, again;
-	int gains;
+	bool little, again, can[3], known;
+	int gains, last = 2;
 
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
 	if (!r->is.known)
 		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false) && weighted)
+	known = ct_slice_prior_knows(can, p->prior, &r->is.by, false);
+	if (!known && weighted)
 		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
 			x[1], x[2]);
-	if (!ct_slice_prior_knows(p->prior, &r->is.by, false))
+	if (!known)
 		return leave(
 			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
 	if (ct_flat_texture(&r->restore.texture, in, e) ||
@@ -215,8 +193,12 @@ static int plan_prior(
 			"the slices look band-limited, for which the prior has no network; if they "
 			"are thick, --decimate mean says so");
 	r->adds = true;
+	while (last > 0 && !can[last])
+		last--;
+	for (int a = 0; a < 3; a++)
+		r->restore.axes[a] = !p->one_axis || a == last;
 	gains = weighted ? 2 : r->restore.passes;
-	again = ct_slice_prior_knows(p->prior, &r->is.by, true);
+	again = ct_slice_prior_knows(can, p->prior, &r->is.by, true);
 	r->restore.passes = again && gains == 2 ? p->passes : 1;
 	if (r->restore.passes < p->passes)
 		ct_log(env, CT_INFO, "one pass: %s",
@@ -228,7 +210,6 @@ static int plan_prior(
 	r->restore.again = confidence(p->gate, weighted, r->restore.again);
 	r->restore.steps = confidence(p->steps, weighted, r->restore.steps);
 	r->restore.cap = confidence(p->cap, weighted, r->restore.cap);
-	one_axis(r);
 	return 0;
 }
 
@@ -251,7 +232,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
 	const bool prior = rule->method == CT_REFINE_PRIOR;
 
-	*r = (struct ct_refine){.rule = *rule, .residual = (double)NAN};
+	*r = (struct ct_refine){
+		.rule = *rule, .inverts = !prior || !rule->start, .residual = (double)NAN};
 	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
 	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)

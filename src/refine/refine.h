@@ -52,6 +52,7 @@ struct ct_refine {
 	struct ct_refine_rule rule;
 	struct ct_operator is;
 	enum ct_upsample method; /* of the inversion, or interpolation */
+	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */
 	size_t n[3];             /* voxels of the result */
 	bool adds;               /* the prior does */

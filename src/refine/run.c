@@ -67,7 +67,6 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_vol *start, struct ct_pilot *pilot,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const bool prior = r->rule.method == CT_REFINE_PRIOR;
 	struct ct_upsample_rule rule = ct_refine_inversion(r);
 
 	rule.start = start;
@@ -76,7 +75,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		rule.iterations = pilot->iterations;
 		rule.tolerance = 0;
 	}
-	if (prior && start) {
+	if (!r->inverts) {
 		if (begin_with(out, start, e))
 			return -1;
 		r->did = (struct ct_upsample_report){.residual = (double)NAN};
@@ -187,11 +186,10 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
-	const bool inverts = r->rule.method != CT_REFINE_PRIOR || !r->rule.start;
 	struct ct_pilot pilot = {0};
 	int rc = -1;
 
-	if (inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
+	if (r->inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
 		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
 		goto out;
 	rc = r->slabs > 1 ? in_slabs(r, out, error, in, &pilot, env, e)

@@ -24,7 +24,7 @@ struct ct_slab {
 int ct_slab_axis(const struct ct_degrade *by, const size_t n[static 3]);
 /* The most slabs along that axis; 0 if it is -1. */
 size_t ct_slab_most(const struct ct_degrade *by, const size_t n[static 3]);
-/* Slab k of m, from 0, m no more than there are. */
+/* Slab k of m, from 0, m no more than there are. The one of 1 is all, be it cut or not. */
 struct ct_slab ct_slab_at(
 	const struct ct_degrade *by, const size_t n[static 3], size_t k, size_t m);
 /* *part (zeroed struct) gets the slab of `in` and what is about it, without metadata; or of a

@@ -127,39 +127,32 @@ static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct c
 	return ct_restore(base, NULL, lo, r->after, &rule, &report, env, e) ? -1 : 0;
 }
 
-static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_regime *g,
-	const bool coarse[3], const struct ct_example_rule *r, uint64_t index,
-	const struct ct_env *env, struct ct_err *e)
+/* *base <- what the solver makes of a scan of the truth. */
+static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_example *p,
+	const struct ct_example_rule *r, uint64_t index, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_degrade d = {.decimate = g->decimate};
+	const struct ct_regime *g = &p->regime;
 	struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
 		.known = true,
+		.by.decimate = g->decimate,
 		.plain = true,
 		.noise = g->noise,
 		.iterations = ITERATIONS,
 		.tolerance = 0.05};
+	struct ct_degrade *d = &rule.by;
 	struct ct_upsample_report report;
-	struct ct_separable down = {0};
 	struct ct_vol lo = {0};
-	size_t m[3];
-	int rc = -1;
+	int rc;
 
 	for (int a = 0; a < 3; a++) {
-		d.factor[a] = coarse[a] ? (double)r->factor : 1;
-		d.sigma[a] = coarse[a] ? g->sigma * d.factor[a] : 0;
-		m[a] = ct_degrade_size(truth->n[a], d.factor[a]);
+		d->factor[a] = p->coarse[a] ? (double)r->factor : 1;
+		d->sigma[a] = p->coarse[a] ? g->sigma * d->factor[a] : 0;
 	}
-	rule.by = d;
-	if (ct_vol_alloc(&lo, m, e) || ct_degrade_plan(&down, &d, truth->n, NULL, e))
-		goto out;
-	ct_separable_apply(&down, lo.data, truth->data, NULL);
-	if (g->noise > 0)
-		ct_degrade_noise(lo.data, ct_vol_count(&lo), g->noise, r->seed + index, NULL);
-	rc = ct_upsample(base, &lo, &rule, &report, env, e);
-	if (rc == 0 && r->after)
-		rc = restored(base, &lo, &d, r, g->noise, env, e);
-out:
-	ct_separable_free(&down);
+	rc = ct_degrade_volume(&lo, truth, d, g->noise, r->seed + index, NULL, e) ||
+			     ct_upsample(base, &lo, &rule, &report, env, e) ||
+			     (r->after && restored(base, &lo, d, r, g->noise, env, e))
+		     ? -1
+		     : 0;
 	ct_vol_free(&lo);
 	return rc;
 }
@@ -187,7 +180,7 @@ int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 		goto out;
 	rc = -1;
 	ct_example_regime(p, rule, index);
-	if (solve(&base, &truth, &p->regime, p->coarse, rule, index, &alone, e))
+	if (solve(&base, &truth, p, rule, index, &alone, e))
 		goto out;
 	count = ct_vol_count(&truth);
 	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, e))

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "restore/learn-impl.h"
+#include "restore/learn.h"
 #include "solve/jacobi.h"
 #include "unet/dnn.h"
 
@@ -14,7 +14,7 @@
 #define FLOOR 1e-4     /* of the largest eigenvalue, added to all */
 #define RIDGE 1e-3     /* of the mean of the diagonal */
 #define SPREAD (-3.0f) /* where the logarithm of a cell's error begins */
-enum { PIECE = CT_LEARN_PIECE, GROUP = 8, POWERS = 50 };
+enum { PIECE = CT_LEARN_PIECE, GROUP = 8 };
 
 /* Products of the rows of a piece, of n columns: those of x with x and y with weights. */
 struct sums {
@@ -28,8 +28,8 @@ struct sums {
 static void rows(float *to, const struct ct_learn_side *d, const struct sums *s)
 {
 	const struct ct_slice_network *r = &s->l->r;
-	const size_t m = s->solve ? ct_slice_network_inputs(r) : ct_patch_count(&r->shape);
-	const size_t out = s->solve ? ct_slice_network_cell(r) : 0;
+	const size_t m = s->solve ? r->inputs : ct_patch_count(&r->shape);
+	const size_t out = s->solve ? r->cell : 0;
 	const float *from = s->solve ? d->w.feature : d->w.patch;
 
 	for (size_t i = 0; i < PIECE; i++, to += s->n) {
@@ -74,16 +74,11 @@ static int gram(double *sum, struct ct_learn *l, size_t n, bool solve, struct ct
 	for (s.first = 0; s.first < CT_LEARN_BEGIN / PIECE; s.first += GROUP) {
 		memset(l->failed, 0, GROUP * sizeof *l->failed);
 		ct_par_for(l->env.par, GROUP, sum_piece, &s);
-		for (size_t p = 0; p < GROUP; p++) {
-			if (l->failed[p].code) {
-				*e = l->failed[p];
-				goto out;
-			}
+		if (ct_learn_failed(l, GROUP, e) || ct_check_stop(&l->env, e))
+			goto out;
+		for (size_t p = 0; p < GROUP; p++)
 			for (size_t i = 0; i < n * n; i++)
 				sum[i] += (double)s.part[p * n * n + i];
-		}
-		if (ct_check_stop(&l->env, e))
-			goto out;
 	}
 	rc = 0;
 out:
@@ -110,29 +105,12 @@ static int cholesky(double *a, size_t n, size_t lda, struct ct_err *e)
 	return 0;
 }
 
-/* The largest eigenvalue of the symmetric a (n,n), all >= 0, by the power method. */
-static double largest(const double *a, size_t n, double *x, double *y)
-{
-	double norm = 1;
-
-	for (size_t i = 0; i < n; i++)
-		x[i] = 1 + (double)i / (double)n;
-	for (int round = 0; round < POWERS && norm > 0; round++) {
-		for (size_t i = 0; i < n; i++)
-			y[i] = ct_jacobi_dot(n, a + i * n, x);
-		norm = sqrt(ct_jacobi_dot(n, y, y));
-		for (size_t i = 0; i < n; i++)
-			x[i] = norm > 0 ? y[i] / norm : 0;
-	}
-	return norm;
-}
-
 /* Mean and whitened components, the largest first, of the sums (n+1,n+1) of the patches. */
 static int components(struct ct_slice_network *r, double *sum, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), ld = n + 1;
 	const double count = sum[n * ld + n];
-	double *c, *u, add;
+	double *c, *u, trace = 0, most = 0;
 	int rc = -1;
 
 	if (ct_alloc0(&c, 2 * n * n, sizeof *c, e))
@@ -144,23 +122,28 @@ static int components(struct ct_slice_network *r, double *sum, struct ct_err *e)
 		for (size_t j = 0; j < n; j++)
 			c[i * n + j] = sum[i * ld + j] / count -
 				       sum[n * ld + i] / count * (sum[n * ld + j] / count);
-	add = FLOOR * largest(c, n, sum, sum + n);
+	for (size_t i = 0; i < n; i++)
+		trace += c[i * n + i];
 	for (size_t i = 0; i < n; i++) {
-		c[i * n + i] += add;
+		c[i * n + i] +=
+			FLOOR * trace; /* positive, but for rounding, until it is factored */
 		u[i * n + i] = 1;
 	}
 	if (cholesky(c, n, n, e) || ct_jacobi(n, n, c, u, e))
 		goto out;
-	for (size_t i = 0; i < n; i++)
-		sum[i] = ct_jacobi_dot(n, c + i * n, c + i * n);
+	for (size_t i = 0; i < n; i++) {
+		sum[i] = ct_jacobi_dot(n, c + i * n, c + i * n) - FLOOR * trace;
+		most = fmax(most, sum[i]);
+	}
 	for (size_t k = 0; k < r->components; k++) {
 		size_t best = 0;
 
 		for (size_t i = 1; i < n; i++)
 			best = sum[i] > sum[best] ? i : best;
 		for (size_t j = 0; j < n; j++)
-			r->basis[k * n + j] = (float)(u[best * n + j] / sqrt(sum[best]));
-		sum[best] = -1;
+			r->basis[k * n + j] =
+				(float)(u[best * n + j] / sqrt(sum[best] + FLOOR * most));
+		sum[best] = -most;
 	}
 	rc = 0;
 out:
@@ -171,8 +154,7 @@ out:
 /* Least squares from the sums (f + 1 + out)^2 of the features, 1 and the targets. */
 static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_cell(r),
-		     ld = f + 1 + out;
+	const size_t f = r->inputs, out = r->cell, ld = f + 1 + out;
 	double trace = 0;
 
 	for (size_t i = 0; i < f; i++)
@@ -204,7 +186,7 @@ static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 static void hidden(struct ct_learn *l)
 {
 	struct ct_slice_network *r = &l->r;
-	const size_t f = ct_slice_network_inputs(r), w = r->width;
+	const size_t f = r->inputs, w = r->width;
 	float *all = r->all;
 
 	ct_rng_normals(w * f, all + r->at[CT_PART_1], l->rule.seed, 1, 0);
@@ -219,7 +201,7 @@ int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 {
 	struct ct_slice_network *r = &l->r;
 	const size_t n = ct_patch_count(&r->shape) + 1;
-	const size_t m = ct_slice_network_inputs(r) + 1 + ct_slice_network_cell(r);
+	const size_t m = r->inputs + 1 + r->cell;
 	double *sum;
 	int rc;
 

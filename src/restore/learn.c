@@ -3,9 +3,9 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "diffusion/adam.h"
-#include "restore/learn-impl.h"
-#include "restore/silu.h"
+#include "restore/learn.h"
 #include "unet/dnn.h"
+#include "unet/layers.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -46,7 +46,7 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
 	size_t n, uint64_t stream, struct ct_err *e)
 {
-	const size_t count = ct_patch_count(&l->r.shape), cell = ct_slice_network_cell(&l->r);
+	const size_t count = ct_patch_count(&l->r.shape), cell = l->r.cell;
 	size_t row = 0, at[3];
 
 	for (uint64_t q = 0; q < TRIES && row < PIECE; q++) {
@@ -117,19 +117,19 @@ static int outer(float *grad, float *bias, const float *d, const float *in, size
 
 /* d_in (n,columns) = d matrix, times the derivative of the layer there. */
 static int back(float *d_in, const float *d, const float *matrix, size_t rows, size_t columns,
-	const float *h, const float *a, struct ct_err *e)
+	const float *a, struct ct_err *e)
 {
 	if (ct_dnn_sgemm(false, false, PIECE, columns, rows, 1, d, rows, matrix, columns, 0, d_in,
 		    columns, e))
 		return -1;
-	CT_SIMD(ct_silu_rows_back)(PIECE * columns, d_in, h, a);
+	CT_SIMD(ct_layer_silu_back)(PIECE * columns, d_in, d_in, a, false);
 	return 0;
 }
 
 static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
 	const struct ct_slice_network *r = &l->r;
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
+	const size_t f = r->inputs, out = r->out, wide = r->width;
 	const size_t *at = r->at;
 	const struct ct_slice_network_work *w = &d->w;
 
@@ -138,55 +138,80 @@ static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g,
 			       outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out,
 				       wide, e) ||
 			       forget_spread(d, out) ||
-			       back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->h2, w->a2,
-				       e) ||
+			       back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->a2, e) ||
 			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
 				       wide, e) ||
-			       back(d->d1, d->d2, l->all + at[CT_PART_2], wide, wide, w->h1, w->a1,
-				       e) ||
+			       back(d->d1, d->d2, l->all + at[CT_PART_2], wide, wide, w->a1, e) ||
 			       outer(g + at[CT_PART_1], g + at[CT_PART_1_BIAS], d->d1, w->feature,
 				       wide, f, e)
 		       ? -1
 		       : 0;
 }
 
-static void step_piece(void *arg, size_t piece, size_t worker)
-{
-	struct ct_learn *l = arg;
-	struct ct_learn_side *d = &l->side[worker];
-	const size_t pieces = l->rule.batch / PIECE;
-	const int was = ct_dnn_enter();
-	struct ct_err e = {0};
+/* A pass over pieces of pairs, with some weights; `learns`: gradients, too. */
+struct learn_job {
+	struct ct_learn *l;
+	const struct ct_example *pairs;
+	size_t n;
+	uint64_t stream;
+	const float *all;
+	bool learns;
+};
 
-	if (ct_learn_draw(l, d, l->pairs, l->n, CT_LEARN_STREAM + l->steps * pieces + piece, &e) ||
-		ct_slice_network_forward(&l->r, l->all, &d->w, PIECE, &e))
-		l->failed[piece] = e;
-	else {
-		errors(d, ct_slice_network_cell(&l->r));
+static void take_piece(void *arg, size_t piece, size_t worker)
+{
+	const struct learn_job *j = arg;
+	struct ct_learn *l = j->l;
+	struct ct_learn_side *d = &l->side[worker];
+	struct ct_err *e = &l->failed[piece];
+	const int was = ct_dnn_enter();
+
+	if (ct_learn_draw(l, d, j->pairs, j->n, j->stream + piece, e) == 0 &&
+		ct_slice_network_forward(&l->r, j->all, &d->w, PIECE, e) == 0) {
+		errors(d, l->r.cell);
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
-		if (gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], &e))
-			l->failed[piece] = e;
+		if (j->learns)
+			(void)gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], e);
 	}
 	ct_dnn_leave(was);
+}
+
+int ct_learn_failed(const struct ct_learn *l, size_t pieces, struct ct_err *e)
+{
+	for (size_t p = 0; p < pieces; p++)
+		if (l->failed[p].code) {
+			*e = l->failed[p];
+			return -1;
+		}
+	return 0;
+}
+
+/* Sums of the loss, and of that without a network. */
+static int take_pieces(
+	double *loss, double *whole, struct learn_job *j, size_t pieces, struct ct_err *e)
+{
+	struct ct_learn *l = j->l;
+
+	memset(l->failed, 0, pieces * sizeof *l->failed);
+	ct_par_for(l->env.par, pieces, take_piece, j);
+	*loss = *whole = 0;
+	for (size_t p = 0; p < pieces; p++) {
+		*loss += l->sums[2 * p];
+		*whole += l->sums[2 * p + 1];
+	}
+	return ct_learn_failed(l, pieces, e);
 }
 
 int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
 {
 	const size_t pieces = l->rule.batch / PIECE, n = l->r.at[CT_PARTS];
+	struct learn_job j = {l, l->pairs, l->n, CT_LEARN_STREAM + l->steps * pieces, l->all, true};
 	struct ct_adamw adam = {0};
-	double sum = 0, whole = 0, average;
+	double sum, whole, average;
 
-	memset(l->failed, 0, pieces * sizeof *l->failed);
-	ct_par_for(l->env.par, pieces, step_piece, l);
-	for (size_t p = 0; p < pieces; p++) {
-		if (l->failed[p].code) {
-			*e = l->failed[p];
-			return -1;
-		}
-		sum += l->sums[2 * p];
-		whole += l->sums[2 * p + 1];
-	}
+	if (take_pieces(&sum, &whole, &j, pieces, e))
+		return -1;
 	*loss = sum / whole;
 	if (!isfinite(sum))
 		return ct_fail(e, CT_ENUMERIC, "the loss of step %llu is not finite",
@@ -202,55 +227,14 @@ int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
 	return 0;
 }
 
-uint64_t ct_learn_steps(const struct ct_learn *l)
-{
-	return l->steps;
-}
-
-const struct ct_slice_network *ct_learn_result(const struct ct_learn *l)
-{
-	return &l->r;
-}
-
-struct check {
-	struct ct_learn *l;
-	const struct ct_example *pairs;
-	size_t n;
-};
-
-static void check_piece(void *arg, size_t piece, size_t worker)
-{
-	const struct check *c = arg;
-	struct ct_learn *l = c->l;
-	struct ct_learn_side *d = &l->side[worker];
-	const int was = ct_dnn_enter();
-
-	if (ct_learn_draw(l, d, c->pairs, c->n, CT_LEARN_CHECK_STREAM + piece, &l->failed[piece]) ==
-			0 &&
-		ct_slice_network_forward(&l->r, l->r.all, &d->w, PIECE, &l->failed[piece]) == 0) {
-		errors(d, ct_slice_network_cell(&l->r));
-		l->sums[2 * piece] = d->loss;
-		l->sums[2 * piece + 1] = d->whole;
-	}
-	ct_dnn_leave(was);
-}
-
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
 	struct ct_err *e)
 {
-	struct check c = {l, pairs, n};
-	double sum = 0, whole = 0;
+	struct learn_job j = {l, pairs, n, CT_LEARN_CHECK_STREAM, l->r.all, false};
+	double sum, whole;
 
-	memset(l->failed, 0, CT_LEARN_PIECES * sizeof *l->failed);
-	ct_par_for(l->env.par, CT_LEARN_PIECES, check_piece, &c);
-	for (size_t p = 0; p < CT_LEARN_PIECES; p++) {
-		if (l->failed[p].code) {
-			*e = l->failed[p];
-			return -1;
-		}
-		sum += l->sums[2 * p];
-		whole += l->sums[2 * p + 1];
-	}
+	if (take_pieces(&sum, &whole, &j, CT_LEARN_PIECES, e))
+		return -1;
 	*gain = 1 - sum / whole;
 	return 0;
 }
@@ -258,10 +242,9 @@ int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, 
 static int side_alloc(struct ct_learn_side *d, const struct ct_slice_network *r, struct ct_err *e)
 {
 	if (ct_slice_network_work_alloc(&d->w, r, PIECE, e) ||
-		ct_alloc(&d->target, PIECE * (ct_slice_network_cell(r) + 1 + 2 * r->width),
-			sizeof *d->target, e))
+		ct_alloc(&d->target, PIECE * (r->cell + 1 + 2 * r->width), sizeof *d->target, e))
 		return -1;
-	d->weight = d->target + PIECE * ct_slice_network_cell(r);
+	d->weight = d->target + PIECE * r->cell;
 	d->d1 = d->weight + PIECE;
 	d->d2 = d->d1 + PIECE * r->width;
 	return 0;

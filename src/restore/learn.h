@@ -39,7 +39,33 @@ struct ct_learn_rule {
 };
 enum { CT_LEARN_PIECE = 256 };
 
-struct ct_learn;
+/* Pieces of a batch at most, and those of a check. Streams of random numbers. */
+enum { CT_LEARN_PIECES = 64 };
+#define CT_LEARN_STREAM ((uint64_t)1 << 32)
+#define CT_LEARN_BEGIN_STREAM ((uint64_t)1 << 31)
+#define CT_LEARN_CHECK_STREAM ((uint64_t)1 << 30)
+
+/* Work of a thread: CT_LEARN_PIECE patches. */
+struct ct_learn_side {
+	struct ct_slice_network_work w;
+	float *target, *weight; /* (piece,cell), (piece); owned, one block at target */
+	float *d1, *d2;         /* (piece,width) */
+	double loss, whole;
+};
+
+struct ct_learn {
+	struct ct_learn_rule rule;
+	struct ct_env env;
+	const struct ct_example *pairs;
+	size_t n, sides;
+	struct ct_slice_network r; /* all: the average of the weights, which is the result */
+	struct ct_patch_turns turns;
+	float *all, *moment, *grad; /* the weights, their two moments, the gradients of pieces */
+	uint64_t steps;             /* that are done */
+	struct ct_learn_side *side; /* [sides] */
+	struct ct_err *failed;      /* [CT_LEARN_PIECES] */
+	double *sums;               /* [2 CT_LEARN_PIECES] */
+};
 
 /* On n pairs, which must outlive it, a slice network of the shape and sizes of *r. CT_ENOMEM,
  * CT_EINPUT. */
@@ -51,7 +77,6 @@ void ct_learn_free(struct ct_learn *l);
 int ct_learn_begin(struct ct_learn *l, struct ct_err *e);
 /* One step; *loss <- the mean over the batch. CT_ENUMERIC if it is not finite. */
 int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e);
-uint64_t ct_learn_steps(const struct ct_learn *l);
 /* The part of the residual's energy of these pairs that the average of the weights removes, by
  * patches of them: 1 - loss(h) / loss(0). Not while a step runs. */
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
@@ -63,7 +88,12 @@ int ct_learn_calibrate(struct ct_slice_network *r, const struct ct_example *pair
  * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e);
-/* The slice network with the averaged weights, borrowed. */
-const struct ct_slice_network *ct_learn_result(const struct ct_learn *l);
+
+/* For learn-begin.c. */
+/* A piece of patches of the pairs, their features, targets and weights. */
+int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
+	size_t n, uint64_t stream, struct ct_err *e);
+/* -1 and the error of the first of the pieces that failed, if one did. */
+int ct_learn_failed(const struct ct_learn *l, size_t pieces, struct ct_err *e);
 
 #endif

@@ -276,12 +276,3 @@ void ct_patch_put(float *to, float *square, const float *cell, const struct ct_s
 				square[place] += *cell * *cell;
 		}
 }
-
-void ct_patch_fill(float *to, float value, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const size_t at[static 3])
-{
-	for (size_t j = 0; j < shape->cell; j++)
-		for (size_t i = 0; i < shape->cell; i++)
-			to[(at[0] + i) * s->stride[0] + (at[1] + j) * s->stride[1] +
-				at[2] * s->stride[2]] += value;
-}

@@ -89,8 +89,4 @@ void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *sh
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3]);
 
-/* Add the same value to all of the cell. */
-void ct_patch_fill(float *to, float value, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const size_t at[static 3]);
-
 #endif

@@ -28,37 +28,26 @@ struct predict_job {
 	const struct ct_env *env;
 };
 
-size_t ct_predict_axes(
-	bool axes[static 3], const struct ct_slice_network *r, const struct ct_scene *s)
+size_t ct_predict_axes(bool axes[static 3], const struct ct_slice_network *r,
+	const struct ct_scene *s, const bool *of)
 {
 	size_t count = 0;
 
 	for (int a = 0; a < 3; a++) {
 		bool u = s->coarse[a == 0 ? 1 : 0], v = s->coarse[a == 2 ? 1 : 2];
 
-		axes[a] = r->shape.swap ? u && v : u != v;
+		axes[a] = (!of || of[a]) && (r->shape.swap ? u && v : u != v);
 		count += axes[a];
 	}
 	return count;
 }
 
-size_t ct_predict_slices(
-	const struct ct_scene *s, const struct ct_slice_network *r, const bool axes[static 3])
-{
-	size_t sum = 0;
-	bool can[3];
-
-	ct_predict_axes(can, r, s);
-	for (int a = 0; a < 3; a++)
-		sum += can[a] && axes[a] ? s->n[a] : 0;
-	return sum;
-}
-
 /* What the rows from i on, the poses of a cell, hold, to h. */
 static void put(struct predict_job *j, const struct side *d, size_t i)
 {
-	const size_t out = ct_slice_network_out(j->r), end = i + d->poses[i];
+	const size_t out = j->r->out, end = i + d->poses[i];
 	const struct ct_patch_shape *shape = &j->r->shape;
+	const size_t count = j->r->cell;
 	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0}, v = 0;
 	const size_t *at = d->at[i];
 
@@ -70,8 +59,10 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 20));
 	}
 	ct_patch_put(j->g->h, j->g->square, cell, &j->s, shape, at);
+	for (size_t k = 0; k < count; k++)
+		cell[k] = j->r->spread[0] * v;
 	if (j->g->v)
-		ct_patch_fill(j->g->v, j->r->spread[0] * v, &j->s, shape, at);
+		ct_patch_put(j->g->v, NULL, cell, &j->s, shape, at);
 }
 
 /* What the rows that are gathered hold, to h. */
@@ -164,19 +155,16 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 {
 	const size_t threads = ct_par_threads(env->par);
 	struct predict_job j = {.r = r, .scene = s, .g = g, .env = env};
-	bool can[3];
-	size_t used = 0;
+	bool use[3];
+	const size_t used = ct_predict_axes(use, r, s, axes);
 	int rc = -1;
 
-	ct_predict_axes(can, r, s);
-	for (int a = 0; a < 3; a++)
-		used += can[a] && axes[a];
 	if (used == 0)
 		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
 	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
-		if (can[a] && axes[a] && across(&j, a, e))
+		if (use[a] && across(&j, a, e))
 			goto out;
 	if (g->slices)
 		ct_progress(env, "slices", g->done, g->slices);

@@ -18,12 +18,10 @@ struct ct_scene {
 	struct ct_regime regime;
 };
 
-/* Axes across which the slice network takes slices of it. */
-size_t ct_predict_axes(
-	bool axes[static 3], const struct ct_slice_network *r, const struct ct_scene *s);
-/* Slices of it across those of the axes. */
-size_t ct_predict_slices(
-	const struct ct_scene *s, const struct ct_slice_network *r, const bool axes[static 3]);
+/* The axes, of those of `of` (NULL: of all), across which the slice network takes slices of it, and
+ * how many. */
+size_t ct_predict_axes(bool axes[static 3], const struct ct_slice_network *r,
+	const struct ct_scene *s, const bool *of);
 /* Sums over slices of several axes, n voxels each; square and v may be NULL. */
 struct ct_guess {
 	float *h;      /* HU, what is expected */

@@ -66,73 +66,75 @@ static bool scene_of(struct ct_scene *s, size_t *factor, const struct ct_degrade
 	return coarse > 0;
 }
 
-/* Of the nets for a first pass, or for another. */
-static size_t known(
+/* Is slice network i for scans of that factor, and for such a pass? */
+static bool serves(const struct ct_slice_prior *p, size_t i, size_t factor, bool again)
+{
+	return p->r[i].shape.cell == factor && p->again[i] == again;
+}
+
+bool ct_slice_prior_knows(
 	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
 {
 	struct ct_scene s = {0};
-	size_t factor, count = 0;
+	size_t factor;
 
 	axes[0] = axes[1] = axes[2] = false;
 	if (!scene_of(&s, &factor, d))
-		return 0;
+		return false;
 	for (size_t i = 0; i < p->n; i++) {
-		bool can[3];
+		bool can[3] = {false};
 
-		if (p->r[i].shape.cell != factor || p->again[i] != again)
-			continue;
-		count += ct_predict_axes(can, &p->r[i], &s);
+		if (serves(p, i, factor, again))
+			ct_predict_axes(can, &p->r[i], &s, NULL);
 		for (int a = 0; a < 3; a++)
 			axes[a] = axes[a] || can[a];
 	}
-	return count;
+	return axes[0] || axes[1] || axes[2];
 }
 
-bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
-{
-	bool axes[3];
+/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
+struct weights {
+	float *w, *row;
+	size_t m[3], s;
+};
 
-	return known(axes, p, d, again) > 0;
-}
-
-void ct_slice_prior_axes(
-	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d)
-{
-	known(axes, p, d, false);
-}
-
-/* Is slice network i for the scene, and for one of the axes of the rule? */
-static bool serves(const struct ct_slice_prior *p, size_t i, const struct ct_scene *s,
-	size_t factor, bool again, const struct ct_restore_rule *rule)
-{
-	bool can[3];
-
-	if (p->r[i].shape.cell != factor || p->again[i] != again)
-		return false;
-	ct_predict_axes(can, &p->r[i], s);
-	return (can[0] && rule->axes[0]) || (can[1] && rule->axes[1]) || (can[2] && rule->axes[2]);
-}
+/* A pass of the prior over a volume. */
+struct pass {
+	struct ct_vol *x;
+	const struct ct_slice_prior *prior;
+	const struct ct_restore_rule *rule;
+	struct ct_restore_report *report;
+	const struct ct_env *env;
+	struct ct_scene scene;
+	bool again;
+	size_t factor;
+	struct weights w;
+};
 
 /* What all slice networks expect that know slices of the scene; *floor += what the noise alone
  * makes of the square of the error. */
-static int expect(struct ct_guess *g, double *floor, const struct ct_scene *s, size_t factor,
-	bool again, const struct ct_slice_prior *p, const struct ct_restore_rule *rule,
-	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
+static int expect(struct ct_guess *g, double *floor, const struct pass *s, struct ct_err *e)
 {
-	for (size_t i = 0; i < p->n; i++)
-		if (serves(p, i, s, factor, again, rule))
-			g->slices += ct_predict_slices(s, &p->r[i], rule->axes);
-	for (size_t i = 0; i < p->n; i++) {
-		const struct ct_slice_network *r = &p->r[i];
-		const size_t before = g->axes;
+	const double noise = s->scene.regime.noise;
+	const bool *of = s->rule->axes;
+	bool use[3];
 
-		if (!serves(p, i, s, factor, again, rule))
+	for (size_t i = 0; i < s->prior->n; i++)
+		if (serves(s->prior, i, s->factor, s->again) &&
+			ct_predict_axes(use, &s->prior->r[i], &s->scene, of))
+			for (int a = 0; a < 3; a++)
+				g->slices += use[a] ? s->x->n[a] : 0;
+	for (size_t i = 0; i < s->prior->n; i++) {
+		const struct ct_slice_network *r = &s->prior->r[i];
+		const size_t axes = ct_predict_axes(use, r, &s->scene, of);
+
+		if (!serves(s->prior, i, s->factor, s->again) || axes == 0)
 			continue;
-		if (ct_predict(g, s, r, rule->axes, &report->textured, &report->cells, env, e))
+		if (ct_predict(g, &s->scene, r, of, &s->report->textured, &s->report->cells, s->env,
+			    e))
 			return -1;
-		*floor += (double)(g->axes - before) *
-			  ((double)r->spread[1] +
-				  (double)r->spread[2] * s->regime.noise * s->regime.noise);
+		*floor += (double)axes *
+			  ((double)r->spread[1] + (double)r->spread[2] * noise * noise);
 	}
 	return g->axes ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
 }
@@ -187,12 +189,6 @@ static struct block block_of(
 	return b;
 }
 
-/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
-struct weights {
-	float *w, *row;
-	size_t m[3], s;
-};
-
 /* Of the m blocks of s voxels along an axis, that whose centre is the last one at voxel i or before
  * it; *part: how much of the way to the next it is. */
 static size_t between(double *part, size_t i, size_t s, size_t m)
@@ -238,19 +234,6 @@ static void add_row(
 	}
 }
 
-/* A pass of the prior over a volume. */
-struct pass {
-	struct ct_vol *x;
-	const struct ct_slice_prior *prior;
-	const struct ct_restore_rule *rule;
-	struct ct_restore_report *report;
-	const struct ct_env *env;
-	struct ct_scene scene;
-	bool again;
-	size_t factor;
-	struct weights w;
-};
-
 /* Add what is expected. */
 static int add(struct pass *s, const struct ct_guess *g, struct ct_err *e)
 {
@@ -295,8 +278,7 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 	g.square = kinds > 1 ? g.h + all : NULL;
 	if (std)
 		memset(std, 0, all * sizeof *std);
-	if (expect(&g, &floor, &s->scene, s->factor, s->again, s->prior, s->rule, s->report, s->env,
-		    e))
+	if (expect(&g, &floor, s, e))
 		goto out;
 	if (std)
 		deviate(std, all, &g, floor);

@@ -36,11 +36,10 @@ struct ct_slice_prior {
 /* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
-/* Does it know slices of scans that d made, as a solver refined them, or as the prior did? */
-bool ct_slice_prior_knows(const struct ct_slice_prior *p, const struct ct_degrade *d, bool again);
-/* Axes across which it takes slices of what a solver refined. */
-void ct_slice_prior_axes(
-	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d);
+/* Does it know slices of scans that d made, as a solver refined them, or (again) as the prior did?
+ * Across which axes? */
+bool ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
+	const struct ct_degrade *d, bool again);
 
 struct ct_restore_rule {
 	struct ct_degrade by;

@@ -2,32 +2,43 @@
 #include "config.h"
 #include "core/mem.h"
 #include "restore/slice-network.h"
-#include "restore/silu.h"
+#include "solve/vector.h"
 #include "unet/dnn.h"
+#include "unet/layers.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <stdio.h>
 #include <string.h>
 
-static const char *const names[CT_PARTS] = {
-	"linear", "linear_bias", "w1", "b1", "w2", "b2", "w3", "b3"};
+/* What is kept of a network: the tensors before its weights, and these. */
+enum { MEAN, BASIS, SPREAD, WEIGHTS, KEPT = WEIGHTS + CT_PARTS };
+struct kept {
+	const char *name;
+	size_t rank, dim[2];
+	float *data;
+};
 
-static void part_shape(
-	size_t dim[2], const struct ct_slice_network *r, enum ct_slice_network_part part)
+static struct kept kept_at(struct ct_slice_network *r, int i)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), w = r->width;
-	const size_t rows[CT_PARTS] = {out, out, w, w, w, w, out, out};
-	const size_t columns[CT_PARTS] = {f, 0, f, 0, w, 0, w, 0};
+	const size_t f = r->inputs, out = r->out, w = r->width;
+	const size_t n = ct_patch_count(&r->shape), k = r->components;
+	const struct kept all[KEPT] = {{"mean", 1, {n}, r->mean}, {"basis", 2, {k, n}, r->basis},
+		{"spread", 1, {CT_SPREADS}, r->spread}, {"linear", 2, {out, f}, r->all},
+		{"linear_bias", 1, {out, 1}, r->all}, {"w1", 2, {w, f}, r->all},
+		{"b1", 1, {w, 1}, r->all}, {"w2", 2, {w, w}, r->all}, {"b2", 1, {w, 1}, r->all},
+		{"w3", 2, {out, w}, r->all}, {"b3", 1, {out, 1}, r->all}};
+	struct kept it = all[i];
 
-	dim[0] = rows[part];
-	dim[1] = columns[part];
+	if (i >= WEIGHTS && r->all)
+		it.data += r->at[i - WEIGHTS];
+	return it;
 }
 
 int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
-	size_t at = 0, dim[2];
+	size_t at = 0;
 
 	if (ct_patch_shape_check(&r->shape, e))
 		return -1;
@@ -35,10 +46,14 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT,
 			"no slice network has %zu components of %zu values and %zu neurons", k, n,
 			r->width);
+	r->inputs = k + CT_SLICE_NETWORK_FEATURES;
+	r->cell = r->shape.cell * r->shape.cell;
+	r->out = r->cell + 1;
 	for (int p = 0; p < CT_PARTS; p++) {
-		part_shape(dim, r, (enum ct_slice_network_part)p);
+		const struct kept part = kept_at(r, WEIGHTS + p);
+
 		r->at[p] = at;
-		at += dim[0] * (dim[1] ? dim[1] : 1);
+		at += part.dim[0] * part.dim[1];
 	}
 	r->at[CT_PARTS] = at;
 	if (ct_alloc0(&r->mean, n + k * n, sizeof *r->mean, e) ||
@@ -75,11 +90,10 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
 	size_t most, struct ct_err *e)
 {
-	const size_t n = ct_patch_count(&r->shape), f = ct_slice_network_inputs(r);
+	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
 	w->most = most;
-	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + ct_slice_network_out(r)),
-		    sizeof *w->patch, e))
+	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + r->out), sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;
 	w->a1 = w->feature + most * f;
@@ -99,7 +113,7 @@ void ct_slice_network_work_free(struct ct_slice_network_work *w)
 float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i)
 {
-	return w->feature + i * ct_slice_network_inputs(r) + r->components;
+	return w->feature + i * r->inputs + r->components;
 }
 
 /* out (n,rows; ldo) = in (n,columns) matrix^T, or added to out. */
@@ -118,23 +132,35 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < count; j++)
 			w->patch[i * count + j] -= r->mean[j];
-	return times(w->feature, ct_slice_network_inputs(r), w->patch, r->basis, n, r->components,
-		count, false, e);
+	return times(w->feature, r->inputs, w->patch, r->basis, n, r->components, count, false, e);
+}
+
+/* h = a(in matrix^T + bias), of n rows. */
+static int hidden(float *h, float *a, const float *in, const float *matrix, const float *bias,
+	size_t n, size_t rows, size_t columns, struct ct_err *e)
+{
+	if (times(a, rows, in, matrix, n, rows, columns, false, e))
+		return -1;
+	for (size_t i = 0; i < n; i++) {
+		const struct ct_vector add = {.y = a + i * rows, .x = bias, .c = 1, .b = 1};
+
+		CT_SIMD(ct_vector_mix)(rows, &add);
+	}
+	CT_SIMD(ct_layer_silu_forward)(n * rows, h, a);
+	return 0;
 }
 
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
 	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
 {
-	const size_t f = ct_slice_network_inputs(r), out = ct_slice_network_out(r), wide = r->width;
-	const float *const *at = (const float *[CT_PARTS]){all, all + r->at[1], all + r->at[2],
-		all + r->at[3], all + r->at[4], all + r->at[5], all + r->at[6], all + r->at[7]};
+	const size_t f = r->inputs, out = r->out, wide = r->width;
+	const float *at[CT_PARTS];
 
-	if (times(w->a1, wide, w->feature, at[CT_PART_1], n, wide, f, false, e))
+	for (int p = 0; p < CT_PARTS; p++)
+		at[p] = all + r->at[p];
+	if (hidden(w->h1, w->a1, w->feature, at[CT_PART_1], at[CT_PART_1_BIAS], n, wide, f, e) ||
+		hidden(w->h2, w->a2, w->h1, at[CT_PART_2], at[CT_PART_2_BIAS], n, wide, wide, e))
 		return -1;
-	CT_SIMD(ct_silu_rows)(n, wide, w->h1, w->a1, at[CT_PART_1_BIAS]);
-	if (times(w->a2, wide, w->h1, at[CT_PART_2], n, wide, wide, false, e))
-		return -1;
-	CT_SIMD(ct_silu_rows)(n, wide, w->h2, w->a2, at[CT_PART_2_BIAS]);
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < out; j++)
 			w->out[i * out + j] = at[CT_PART_LINEAR_BIAS][j] + at[CT_PART_3_BIAS][j];
@@ -153,32 +179,31 @@ int ct_slice_network_run(const struct ct_slice_network *r, struct ct_slice_netwo
 		       : 0;
 }
 
-static int put(struct ct_tensors *w, const char *name, const char *part, size_t rank,
-	const size_t *dim, const float *data, struct ct_err *e)
+static int put(struct ct_tensors *w, const char *name, const struct kept *it, struct ct_err *e)
 {
 	char full[96];
 
-	snprintf(full, sizeof full, "%s.%s", name, part);
-	return ct_tensors_put(w, full, rank, dim, data, e);
+	snprintf(full, sizeof full, "%s.%s", name, it->name);
+	return ct_tensors_put(w, full, it->rank, it->dim, it->data, e);
 }
 
-static int get(const struct ct_tensors *w, const char *name, const char *part, size_t rank,
-	const size_t *dim, float *data, struct ct_err *e)
+static int get(
+	const struct ct_tensors *w, const char *name, const struct kept *it, struct ct_err *e)
 {
 	const struct ct_tensor *t;
 	char full[96];
 
-	snprintf(full, sizeof full, "%s.%s", name, part);
+	snprintf(full, sizeof full, "%s.%s", name, it->name);
 	t = ct_tensors_find(w, full);
 	if (!t)
 		return ct_fail(e, CT_EINPUT, "no tensor \"%s\"", full);
-	if (t->rank != rank || memcmp(t->dim, dim, rank * sizeof *dim) != 0)
+	if (t->rank != it->rank || memcmp(t->dim, it->dim, it->rank * sizeof *it->dim) != 0)
 		return ct_fail(e, CT_EINPUT, "tensor \"%s\" has another shape", full);
 	for (size_t i = 0; i < ct_tensor_count(t); i++)
 		if (!isfinite(t->data[i]))
 			return ct_fail(e, CT_ENUMERIC, "tensor \"%s\": value %zu is %g", full, i,
 				(double)t->data[i]);
-	memcpy(data, t->data, ct_tensor_count(t) * sizeof *data);
+	memcpy(it->data, t->data, ct_tensor_count(t) * sizeof *it->data);
 	return 0;
 }
 
@@ -187,21 +212,16 @@ enum { CELL, SIDE, DEPTH, SWAP, COMPONENTS, WIDTH, SHAPES };
 int ct_slice_network_put(
 	const struct ct_slice_network *r, struct ct_tensors *w, const char *name, struct ct_err *e)
 {
-	const float shape[SHAPES] = {(float)r->shape.cell, (float)r->shape.side,
-		(float)r->shape.depth, r->shape.swap ? 1 : 0, (float)r->components,
-		(float)r->width};
-	const size_t count = ct_patch_count(&r->shape);
+	float shape[SHAPES] = {(float)r->shape.cell, (float)r->shape.side, (float)r->shape.depth,
+		r->shape.swap ? 1 : 0, (float)r->components, (float)r->width};
+	struct ct_slice_network own = *r;
 
-	if (put(w, name, "shape", 1, (const size_t[]){SHAPES}, shape, e) ||
-		put(w, name, "mean", 1, &count, r->mean, e) ||
-		put(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e) ||
-		put(w, name, "spread", 1, (const size_t[]){CT_SPREADS}, r->spread, e))
+	if (put(w, name, &(struct kept){"shape", 1, {SHAPES}, shape}, e))
 		return -1;
-	for (int p = 0; p < CT_PARTS; p++) {
-		size_t dim[2];
+	for (int i = 0; i < KEPT; i++) {
+		const struct kept it = kept_at(&own, i);
 
-		part_shape(dim, r, (enum ct_slice_network_part)p);
-		if (put(w, name, names[p], dim[1] ? 2 : 1, dim, r->all + r->at[p], e))
+		if (put(w, name, &it, e))
 			return -1;
 	}
 	return 0;
@@ -211,9 +231,8 @@ int ct_slice_network_get(
 	struct ct_slice_network *r, const struct ct_tensors *w, const char *name, struct ct_err *e)
 {
 	float shape[SHAPES];
-	size_t count;
 
-	if (get(w, name, "shape", 1, (const size_t[]){SHAPES}, shape, e))
+	if (get(w, name, &(struct kept){"shape", 1, {SHAPES}, shape}, e))
 		return -1;
 	for (int i = 0; i < SHAPES; i++)
 		if (!(shape[i] >= 0 && shape[i] <= 8192))
@@ -225,21 +244,15 @@ int ct_slice_network_get(
 	r->width = (size_t)shape[WIDTH];
 	if (ct_slice_network_alloc(r, e))
 		return -1;
-	count = ct_patch_count(&r->shape);
-	if (get(w, name, "mean", 1, &count, r->mean, e) ||
-		get(w, name, "basis", 2, (const size_t[]){r->components, count}, r->basis, e) ||
-		get(w, name, "spread", 1, (const size_t[]){CT_SPREADS}, r->spread, e))
-		return -1;
+	for (int i = 0; i < KEPT; i++) {
+		const struct kept it = kept_at(r, i);
+
+		if (get(w, name, &it, e))
+			return -1;
+	}
 	for (int i = 0; i < CT_SPREADS; i++)
 		if (r->spread[i] < 0)
 			return ct_fail(e, CT_EINPUT, "tensor \"%s.spread\": value %d is %g", name,
 				i, (double)r->spread[i]);
-	for (int p = 0; p < CT_PARTS; p++) {
-		size_t dim[2];
-
-		part_shape(dim, r, (enum ct_slice_network_part)p);
-		if (get(w, name, names[p], dim[1] ? 2 : 1, dim, r->all + r->at[p], e))
-			return -1;
-	}
 	return 0;
 }

@@ -47,27 +47,13 @@ enum { CT_SPREADS = 3 };
 struct ct_slice_network {
 	struct ct_patch_shape shape;
 	size_t components, width; /* K, neurons of a hidden layer */
-	float *mean, *basis;      /* (inputs), (K,inputs); owned, one block at mean */
+	size_t inputs, cell,
+		out;         /* F, values of a cell, and those of `out`, the spread among them */
+	float *mean, *basis; /* (inputs), (K,inputs); owned, one block at mean */
 	float spread[CT_SPREADS]; /* what the error is, of what the slices say: see below */
 	float *all;               /* owned */
 	size_t at[CT_PARTS + 1];  /* of each part in `all`, and the count of all */
 };
-
-static inline size_t ct_slice_network_inputs(const struct ct_slice_network *r)
-{
-	return r->components + CT_SLICE_NETWORK_FEATURES;
-}
-
-/* Values of a cell, and those of `out`, the spread among them. */
-static inline size_t ct_slice_network_cell(const struct ct_slice_network *r)
-{
-	return r->shape.cell * r->shape.cell;
-}
-
-static inline size_t ct_slice_network_out(const struct ct_slice_network *r)
-{
-	return ct_slice_network_cell(r) + 1;
-}
 
 /* shape, components and width are set; the rest is allocated, zero. CT_EINPUT, CT_ENOMEM. */
 int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e);

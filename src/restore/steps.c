@@ -42,7 +42,7 @@ static double look(const struct ct_steps *s, const double p[3])
 static double plateau(
 	double *variance, const struct ct_steps *s, const size_t at[3], const double along[3])
 {
-	const size_t near = (3 * s->s + 3) / 4, far = ct_steps_reach(s->s);
+	const size_t near = (3 * s->s + 3) / 4, far = s->s + s->s / 2;
 	double count = (double)(far - near + 1), sum = 0, square = 0;
 
 	for (size_t t = near; t <= far; t++) {

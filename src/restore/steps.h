@@ -22,12 +22,6 @@ struct ct_steps {
 	double limit;
 };
 
-/* Voxels from an edge that are looked at. */
-static inline size_t ct_steps_reach(size_t s)
-{
-	return s + s / 2;
-}
-
 /* h, n voxels, becomes h - c p u. The same bytes for any number of threads. */
 void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par);
 

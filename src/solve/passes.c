@@ -16,7 +16,7 @@ struct pass {
 static struct ct_vector skip(const struct ct_vector *v, size_t n)
 {
 	return (struct ct_vector){
-		v->y ? v->y + n : NULL, v->x ? v->x + n : NULL, v->w ? v->w + n : NULL, v->c};
+		v->y ? v->y + n : NULL, v->x ? v->x + n : NULL, v->w ? v->w + n : NULL, v->c, v->b};
 }
 
 static void piece(void *arg, size_t i, size_t worker)
@@ -60,17 +60,17 @@ void ct_passes_scale(size_t n, float *y, double c, struct ct_par *par)
 
 void ct_passes_add(size_t n, float *y, double c, const float *x, struct ct_par *par)
 {
-	ct_passes_run(CT_SIMD(ct_vector_add), n, &(struct ct_vector){y, x, NULL, c}, par);
+	ct_passes_run(CT_SIMD(ct_vector_mix), n, &(struct ct_vector){y, x, NULL, 1, c}, par);
 }
 
 void ct_passes_advance(size_t n, float *y, const float *x, double c, struct ct_par *par)
 {
-	ct_passes_run(CT_SIMD(ct_vector_advance), n, &(struct ct_vector){y, x, NULL, c}, par);
+	ct_passes_run(CT_SIMD(ct_vector_mix), n, &(struct ct_vector){y, x, NULL, c, 1}, par);
 }
 
 double ct_passes_lead(size_t n, float *y, const float *x, double c, struct ct_par *par)
 {
-	const struct ct_vector v = {y, x, NULL, c};
+	const struct ct_vector v = {.y = y, .x = x, .c = c};
 
 	return sqrt(ct_passes_run(CT_SIMD(ct_vector_lead), n, &v, par) / (double)n);
 }

@@ -40,25 +40,14 @@ double CT_SIMD_HERE(ct_vector_scale)(size_t n, const struct ct_vector *v)
 	return 0;
 }
 
-double CT_SIMD_HERE(ct_vector_add)(size_t n, const struct ct_vector *v)
+double CT_SIMD_HERE(ct_vector_mix)(size_t n, const struct ct_vector *v)
 {
 	float *restrict y = v->y;
 	const float *restrict x = v->x;
-	const float c = (float)v->c;
+	const float b = (float)v->b, c = (float)v->c;
 
 	for (size_t i = 0; i < n; i++)
-		y[i] += c * x[i];
-	return 0;
-}
-
-double CT_SIMD_HERE(ct_vector_advance)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	const float *restrict x = v->x;
-	const float c = (float)v->c;
-
-	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] + c * y[i];
+		y[i] = b * x[i] + c * y[i];
 	return 0;
 }
 
@@ -83,15 +72,6 @@ double CT_SIMD_HERE(ct_vector_lead)(size_t n, const struct ct_vector *v)
 	return ct_sum8_total(&sum);
 }
 
-double CT_SIMD_HERE(ct_vector_less)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	const float *restrict x = v->x;
-	for (size_t i = 0; i < n; i++)
-		y[i] = x[i] - y[i];
-	return 0;
-}
-
 double CT_SIMD_HERE(ct_vector_times)(size_t n, const struct ct_vector *v)
 {
 	float *restrict y = v->y;
@@ -110,13 +90,5 @@ double CT_SIMD_HERE(ct_vector_correct)(size_t n, const struct ct_vector *v)
 		y[i] += w[i] * x[i];
 	for (size_t i = 0; i < n && v->c > 0; i++)
 		y[i] = y[i] > 0 ? y[i] : 0;
-	return 0;
-}
-
-double CT_SIMD_HERE(ct_vector_invert)(size_t n, const struct ct_vector *v)
-{
-	float *restrict y = v->y;
-	for (size_t i = 0; i < n; i++)
-		y[i] = (double)y[i] > v->c ? 1 / y[i] : 0;
 	return 0;
 }

@@ -10,7 +10,7 @@
 struct ct_vector {
 	float *y; /* the only one that is written; must not overlap the others */
 	const float *x, *w;
-	double c;
+	double c, b;
 };
 typedef double ct_vector_fn(size_t n, const struct ct_vector *v);
 
@@ -18,19 +18,13 @@ typedef double ct_vector_fn(size_t n, const struct ct_vector *v);
 CT_SIMD_DECLARE(double, ct_vector_dot, (size_t n, const struct ct_vector *v));
 /* y <- c y */
 CT_SIMD_DECLARE(double, ct_vector_scale, (size_t n, const struct ct_vector *v));
-/* y <- y + c x */
-CT_SIMD_DECLARE(double, ct_vector_add, (size_t n, const struct ct_vector *v));
-/* y <- x + c y */
-CT_SIMD_DECLARE(double, ct_vector_advance, (size_t n, const struct ct_vector *v));
+/* y <- b x + c y */
+CT_SIMD_DECLARE(double, ct_vector_mix, (size_t n, const struct ct_vector *v));
 /* y <- x + c (x - y); sum of (x - y)^2 */
 CT_SIMD_DECLARE(double, ct_vector_lead, (size_t n, const struct ct_vector *v));
-/* y <- x - y */
-CT_SIMD_DECLARE(double, ct_vector_less, (size_t n, const struct ct_vector *v));
 /* y <- w y */
 CT_SIMD_DECLARE(double, ct_vector_times, (size_t n, const struct ct_vector *v));
 /* y <- y + w x; c > 0: and no less than 0 */
 CT_SIMD_DECLARE(double, ct_vector_correct, (size_t n, const struct ct_vector *v));
-/* y <- 1 / y, or 0 where y <= c */
-CT_SIMD_DECLARE(double, ct_vector_invert, (size_t n, const struct ct_vector *v));
 
 #endif

@@ -175,6 +175,7 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 	const bool thick = j->rule.thick;
 	const double factor = (double)j->rule.factor, other = thick ? 1 : factor;
 	const struct ct_degrade d = {.factor = {factor, other, other}};
+	bool axes[3];
 
 	if (!j->p->with)
 		return 0;
@@ -186,7 +187,7 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 		return ct_blame(e, j->p->with);
 	if (!j->p->again)
 		return 0;
-	if (!ct_slice_prior_knows(&j->first, &d, false))
+	if (!ct_slice_prior_knows(axes, &j->first, &d, false))
 		return ct_fail(e, CT_EINPUT, "%s: has no network for factor %zu%s", j->p->with,
 			j->rule.factor, thick ? " and thick slices" : "");
 	j->rule.after = &j->first;
@@ -225,7 +226,7 @@ static int step(void *it, double *loss, struct ct_err *e)
 {
 	struct ct_learn *l = ((struct train_slices_job *)it)->learn;
 
-	if (ct_learn_steps(l) == 0 && ct_learn_begin(l, e))
+	if (l->steps == 0 && ct_learn_begin(l, e))
 		return -1;
 	return ct_learn_step(l, loss, e);
 }
@@ -288,10 +289,9 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct train_slices_job *j = it;
 
-	if (ct_slice_network_put(ct_learn_result(j->learn), w, j->name, e))
+	if (ct_slice_network_put(&j->learn->r, w, j->name, e))
 		return -1;
-	return ct_meta_setf(
-		&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)ct_learn_steps(j->learn));
+	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)j->learn->steps);
 }
 
 static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *e)
@@ -306,7 +306,7 @@ static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
 {
 	const struct train_slices_job *j = it;
-	const struct ct_slice_network *r = ct_learn_result(j->learn);
+	const struct ct_slice_network *r = &j->learn->r;
 	const size_t inputs = ct_patch_count(&r->shape);
 	const double n = (double)(r->at[CT_PARTS] + inputs * (1 + r->components));
 

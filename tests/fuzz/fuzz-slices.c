@@ -22,10 +22,11 @@ static void use(const struct ct_slice_prior *p)
 	struct ct_restore_report r;
 	struct ct_env env = {0};
 	struct ct_err e = {0};
+	bool axes[3];
 
 	for (size_t i = 0; i < COUNT; i++)
 		fine[i] = (float)(i * 7919 % 1000);
-	if (ct_slice_prior_knows(p, &rule.by, false) &&
+	if (ct_slice_prior_knows(axes, p, &rule.by, false) &&
 		ct_restore(&x, NULL, &lo, p, &rule, &r, &env, &e) && e.msg[0] == '\0')
 		abort();
 }
