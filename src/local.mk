@@ -52,9 +52,8 @@ ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
-ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
-	src/tools/ddnm-time.c src/tools/ddnm-time.h \
-	src/tools/ddnm-input.c src/tools/ddnm-input.h src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
+ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c src/tools/ddnm-time.c \
+	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/prior-file.c \
 	src/tools/prior-file.h src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)

@@ -216,14 +216,14 @@ int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
 	if (!isfinite(sum))
 		return ct_fail(e, CT_ENUMERIC, "the loss of step %llu is not finite",
 			(unsigned long long)l->steps + 1);
-	ct_adam_gradient(n, l->grad, pieces, n, (float)(1 / whole));
-	ct_adamw_default(&adam);
+	CT_SIMD(ct_adam_gradient)(n, l->grad, pieces, n, (float)(1 / whole));
+	adam = ct_adamw_default();
 	adam.lr = l->rule.rate * 0.5 * (1 + cos(M_PI * (double)l->steps / (double)l->rule.steps));
 	adam.decay = l->rule.decay;
 	l->steps++;
-	ct_adamw_step(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
+	CT_SIMD(ct_adamw_step)(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
 	average = fmin(l->rule.average, (1 + (double)l->steps) / (10 + (double)l->steps));
-	ct_adam_average(average, n, l->r.all, l->all);
+	CT_SIMD(ct_adam_average)(average, n, l->r.all, l->all);
 	return 0;
 }
 
