@@ -61,7 +61,7 @@ static const struct {
 int main(void)
 {
 	const size_t n[3] = {N, N, N}, count = (size_t)N * N * N;
-	struct side s = {.rule = {{1, 1, 1}, 60, ITERATIONS, 0}};
+	struct side s = {.rule = {{1, 1, 1}, 60, ITERATIONS, 0, {0}}};
 	struct ct_par *par;
 	struct ct_err e;
 

@@ -100,9 +100,7 @@ static void cut(struct ct_vol *box, const struct ct_vol *v, const struct ct_degr
 		n[a] = (v->n[a] < want ? v->n[a] : want) / s * s;
 		start[a] = ct_crop_start(v->n[a], n[a], c[a]);
 	}
-	must(ct_vol_alloc(box, n, &err));
-	ct_crop(box->data, n, v->data, v->n, start, 0);
-	memcpy(box->affine, v->affine, sizeof box->affine);
+	must(ct_crop(box, v, n, start, 0, &err));
 }
 
 /* The bin of G: by its logarithm from 2^-8 on. */

@@ -13,10 +13,9 @@ noinst_LIBRARIES += libctdicom.a
 libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
 	src/dicom/module.h src/dicom/dicom.h
-DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/write.h src/dicom/series.c \
-	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/inspect.h src/dicom/image.c src/dicom/image.h \
-	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c \
-	src/dicom/radiograph.h
+DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series.c \
+	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
+	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c
 DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS) -ldl
 if HAVE_VTK
 pkglibexec_PROGRAMS += ctsr-dicom.so

@@ -11,18 +11,13 @@
 __attribute__((unused)) static int separable_adjoint(struct ct_separable *adj,
 	const struct ct_separable *s, const struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
-	int rc = -1;
-
 	*adj = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
-		if (ct_taps_transpose(&t[a], &s->t[a], e))
-			goto out;
-	rc = ct_separable_plan(adj, t, par, e);
-out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
-	return rc;
+		if (ct_taps_transpose(&adj->t[a], &s->t[a], e)) {
+			ct_separable_free(adj);
+			return -1;
+		}
+	return ct_separable_plan(adj, par, e);
 }
 
 __attribute__((unused)) static int pair_forward(void *ctx, float *y, size_t parts, const float *x,

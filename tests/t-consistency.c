@@ -180,7 +180,7 @@ struct bench {
 	size_t n[3], m[3], voxels, samples;
 	struct ct_separable d;
 	struct ct_consistency dc;
-	float *x, *start, *y, *dx, *scratch;
+	float *x, *start, *y, *dx;
 };
 
 static void set_up_of(struct bench *b, const struct ct_degrade *d, const size_t n[3], double noise,
@@ -199,9 +199,7 @@ static void set_up_of(struct bench *b, const struct ct_degrade *d, const size_t 
 	b->start = normals(b->voxels, 1, 0, 400);
 	b->y = normals(b->samples, 2, 0, 400);
 	b->dx = normals(b->samples, 3, 0, 400);
-	must(ct_consistency_alloc(&b->dc, d, b->n, b->y, noise, par, &err) ||
-		ct_alloc(&b->scratch, ct_par_threads(par) * ct_consistency_scratch(&b->dc),
-			sizeof(float), &err));
+	must(ct_consistency_alloc(&b->dc, d, b->n, b->y, noise, par, &err));
 }
 
 static void set_up(struct bench *b, size_t c, double noise, struct ct_par *par)
@@ -217,27 +215,24 @@ static void tear_down(struct bench *b)
 	free(b->start);
 	free(b->y);
 	free(b->dx);
-	free(b->scratch);
 }
 
 static void test_exact(void)
 {
 	for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
-		struct ct_separable plus = {0};
 		struct bench b;
 		float *other;
 		double off, inside = 0;
 
 		set_up(&b, c, 0, NULL);
-		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
 		off = rms(b.samples, b.dx, b.y) / rms(b.samples, b.y, NULL);
 		OK(off < 1e-5, "case %zu: D x = y after one step (%.2g)", c, off);
 
 		/* the nearest one: the same as x + D+ (y - D x) in double */
 		other = normals(b.voxels, 1, 0, 400);
-		must(ct_consistency_pinv_plan(&plus, &cases[c], b.n, NULL, &err));
-		ct_consistency_exact(other, b.y, 0, &b.d, &plus, b.dx, NULL);
+		must(ct_consistency_settle(other, b.y, &cases[c], b.n, 0, NULL, NULL, &err));
 		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: as the pseudo-inverse in double does it (%.2g)", c, off);
 		for (size_t i = 0; i < b.voxels;
@@ -248,11 +243,10 @@ static void test_exact(void)
 		OK(rms(b.samples, b.dx, b.y) < 1e-5 * rms(b.samples, b.y, NULL) && isfinite(inside),
 			"case %zu: exact in double", c);
 		memcpy(other, b.x, b.voxels * sizeof *other);
-		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, NULL);
 		off = rms(b.voxels, other, b.x) / rms(b.voxels, b.x, NULL);
 		OK(off < 1e-5, "case %zu: twice is once (%.2g)", c, off);
 		free(other);
-		ct_separable_free(&plus);
 		tear_down(&b);
 	}
 }
@@ -264,24 +258,24 @@ static void test_noise(void)
 		double miss, step, hard, moved;
 
 		set_up(&b, c, 100, NULL);
-		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, NULL);
 		ct_separable_apply(&b.d, b.dx, b.x, NULL);
 		miss = rms(b.samples, b.dx, b.y);
 		NEAR(miss, 100, 0.01, "noise: the bound is met, and no more");
 		step = rms(b.voxels, b.x, b.start);
 		memcpy(b.start, b.x, b.voxels * sizeof *b.x);
-		ct_consistency_apply(&b.dc, b.x, b.scratch, NULL);
+		ct_consistency_apply(&b.dc, b.x, NULL);
 		OK(rms(b.voxels, b.x, b.start) < 1e-3 * step, "within the bound nothing moves");
 		/* the movement that the coefficients tell is that of the volume */
 		for (size_t i = 0; i < b.voxels; i++)
 			b.x[i] += (float)(300 * sin((double)i));
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_consistency_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], b.scratch);
+			ct_consistency_reduce(&b.dc, k, b.x + k * b.n[0] * b.n[1], 0);
 		step = rms(b.voxels, b.x, b.start);
 		moved = ct_consistency_correct(&b.dc, true, NULL);
 		for (size_t k = 0; k < b.n[2]; k++)
-			ct_consistency_expand(&b.dc, k, b.x + k * b.n[0] * b.n[1],
-				b.x + k * b.n[0] * b.n[1], b.scratch);
+			ct_consistency_expand(
+				&b.dc, k, b.x + k * b.n[0] * b.n[1], b.x + k * b.n[0] * b.n[1], 0);
 		hard = rms(b.voxels, b.x, b.start);
 		NEAR(sqrt(step * step + moved / (double)b.voxels) / hard, 1, 1e-4,
 			"movement from coefficients");
@@ -310,7 +304,7 @@ static void reduce_anyhow(struct bench *b)
 				ct_consistency_reduce_part(&b->dc, k, 0, some, x);
 				ct_consistency_reduce_part(&b->dc, k, some, plane - some, x + some);
 			} else {
-				ct_consistency_reduce(&b->dc, k, x, b->scratch);
+				ct_consistency_reduce(&b->dc, k, x, 0);
 			}
 		}
 }
@@ -327,7 +321,7 @@ static bool expand_all(struct bench *b)
 
 		for (size_t i = 0; of && i < plane; i++)
 			b->start[k * plane + i] = fmaf(by, of[i], x[i]);
-		ct_consistency_expand(&b->dc, k, x, x, b->scratch);
+		ct_consistency_expand(&b->dc, k, x, x, 0);
 		for (size_t i = 0; of && i < plane; i++)
 			same &= fabsf(b->start[k * plane + i] - x[i]) < 1e-3F;
 	}
@@ -338,18 +332,16 @@ static bool expand_all(struct bench *b)
  * the length. */
 static bool solved(struct bench *b, const struct ct_degrade *d, double *worst)
 {
-	struct ct_separable plus = {0};
 	float *want = normals(b->voxels, 1, 0, 400);
 	float *step = normals(b->voxels, 4, 0, 30), *before = normals(b->voxels, 1, 0, 400);
 	double told, moved = 0, length = 0;
 	bool good = b->dc.exact;
 
-	must(ct_consistency_pinv_plan(&plus, d, b->n, NULL, &err));
 	for (int twice = 0; twice < 2; twice++) {
 		reduce_anyhow(b);
 		told = ct_consistency_correct(&b->dc, true, NULL);
 		good &= isnan(told) == !twice && expand_all(b);
-		ct_consistency_exact(want, b->y, 0, &b->d, &plus, b->dx, NULL);
+		must(ct_consistency_settle(want, b->y, d, b->n, 0, NULL, NULL, &err));
 		*worst = fmax(*worst, rms(b->voxels, b->x, want) / rms(b->voxels, want, NULL));
 		for (size_t i = 0; i < b->voxels; i++) {
 			if (twice)
@@ -364,7 +356,6 @@ static bool solved(struct bench *b, const struct ct_degrade *d, double *worst)
 	free(want);
 	free(step);
 	free(before);
-	ct_separable_free(&plus);
 	return good;
 }
 
@@ -442,8 +433,8 @@ static void test_threads(void)
 
 		set_up(&a, c, 50, NULL);
 		set_up(&b, c, 50, par);
-		ct_consistency_apply(&a.dc, a.x, a.scratch, NULL);
-		ct_consistency_apply(&b.dc, b.x, b.scratch, par);
+		ct_consistency_apply(&a.dc, a.x, NULL);
+		ct_consistency_apply(&b.dc, b.x, par);
 		OK(memcmp(a.x, b.x, a.voxels * sizeof *a.x) == 0,
 			"case %zu: 1 and 3 threads, same bytes", c);
 		tear_down(&a);

@@ -66,8 +66,8 @@ static void products(const char *name, basis *f, size_t m, size_t N)
 					worst[way], (double)c[ct_cosine_place(&b, k) * W + i], sum);
 			}
 	}
-	CT_SIMD(ct_cosine_synthesise)(&b, out, W, x, c, W, W, scratch);
-	CT_SIMD(ct_cosine_synthesise_turned)(&b, back, N, c, W, W, scratch);
+	CT_SIMD(ct_cosine_synthesise)(&b, out, W, x, c, W, W, false, scratch);
+	CT_SIMD(ct_cosine_synthesise)(&b, back, N, NULL, c, W, W, true, scratch);
 	for (size_t j = 0; j < N; j++)
 		for (size_t i = 0; i < W; i++) {
 			double sum = 0;

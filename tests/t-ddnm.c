@@ -2,7 +2,6 @@
  * written out with block means. */
 #include "config.h"
 #include "core/rng.h"
-#include "diffusion/block-mean.h"
 #include "diffusion/sampler.h"
 #include "numbers.h"
 #include "pinv.h"
@@ -164,7 +163,7 @@ static void plus_by_hand(const float *x0, const float *eps, const float *z, cons
 		d = sqrt(sig * sig - a * a * sy * sy * S * S);
 	for (int k = 0; k < 3; k++)
 		for (size_t c = 0; c < C; c++) {
-			ct_block_mean_forward(H, W, S, m + c * H * W, src[k] + c * N);
+			ct_measurement_forward(&mean, m + c * H * W, src[k] + c * N, NULL);
 			block_mean_pinv(H, W, S, dst[k] + c * N, m + c * H * W);
 		}
 	for (size_t c = 0; c < C; c++)
@@ -187,7 +186,7 @@ static void simple_by_hand(const float *x0, const float *eps, const float *z, co
 	double lam = sig < ay ? sig / ay : 1, gam = sig < ay ? 0 : sqrt(sig * sig - ay * ay);
 
 	for (size_t c = 0; c < C; c++) {
-		ct_block_mean_forward(H, W, S, m + c * H * W, x0 + c * N);
+		ct_measurement_forward(&mean, m + c * H * W, x0 + c * N, NULL);
 		block_mean_pinv(H, W, S, p0 + c * N, m + c * H * W);
 		block_mean_pinv(H, W, S, py + c * N, y + c * H * W);
 	}

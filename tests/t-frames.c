@@ -231,30 +231,32 @@ static void test_crop(void)
 {
 	static const size_t m[3] = {4, 7, 2};
 	bool same = true, place = true;
-	float in[N], out[4 * 7 * 2];
+	float in[N];
 
 	for (size_t i = 0; i < N; i++)
 		in[i] = (float)i + 1;
 	for (ptrdiff_t s = -4; s < 6; s++) {
 		const ptrdiff_t start[3] = {s, -2, s - 2};
-		struct ct_vol was = {0}, is = {0};
+		struct ct_vol was = {.data = in, .n = {A, B, C}}, is = {0};
+		struct ct_err e;
 		double p[3], q[3];
 
-		ct_crop(out, m, in, size, start, -9);
+		grid(was.affine, orders[3], 2);
+		if (ct_crop(&is, &was, m, start, -9, &e))
+			exit(99);
 		for (size_t i = 0; i < 56; i++) {
 			const ptrdiff_t x = (ptrdiff_t)(i % 4) + start[0],
 					y = (ptrdiff_t)(i / 4 % 7) + start[1],
 					z = (ptrdiff_t)(i / 28) + start[2];
 			const bool inside = x >= 0 && x < A && y >= 0 && y < B && z >= 0 && z < C;
 
-			same = same && out[i] == (inside ? (float)(x + A * y + A * B * z + 1) : -9);
+			same = same &&
+			       is.data[i] == (inside ? (float)(x + A * y + A * B * z + 1) : -9);
 		}
-		grid(was.affine, orders[3], 2);
-		grid(is.affine, orders[3], 2);
-		ct_crop_affine(is.affine, (const double[3]){(double)s, -2, (double)s - 2});
 		ct_vol_world(&is, (const double[3]){1, 2, 3}, p);
 		ct_vol_world(&was, (const double[3]){(double)s + 1, 0, (double)s + 1}, q);
 		place = place && fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < 1e-9;
+		ct_vol_free(&is);
 	}
 	OK(same, "what is there, and padding where nothing is");
 	OK(place, "at the same place");

@@ -5,7 +5,6 @@
 #include "core/par.h"
 #include "core/tensors.h"
 #include "core/vol.h"
-#include "diffusion/matched.h"
 #include "diffusion/measurement.h"
 #include "diffusion/patches.h"
 #include "diffusion/prior.h"
@@ -63,7 +62,6 @@ int main(void)
 	FREED(ct_stack, ct_stack_free);
 	FREED(ct_tensors, ct_tensors_free);
 	FREED(ct_vol, ct_vol_free);
-	FREED(ct_axis, ct_axis_free);
 	FREED(ct_measurement, ct_measurement_free);
 	FREED(ct_pictures, ct_pictures_free);
 	FREED(ct_prior, ct_prior_free);

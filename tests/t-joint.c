@@ -290,7 +290,7 @@ static void test_variation(struct ct_env *env)
 	float x[N], few[N], other[N];
 	double mu = 2, best, start, third, worst = 0, unit = 0;
 	struct ct_consistency null = {0};
-	float zero[M] = {0}, *scratch;
+	float zero[M] = {0};
 
 	make(&p, 240, 1, 3);
 	run(few, &p, mu, 12, &at, env);
@@ -302,7 +302,6 @@ static void test_variation(struct ct_env *env)
 		best);
 	OK(inconsistency(&p, x) < 1e-4, "and D x = z (%.2g)", inconsistency(&p, x));
 	must(ct_consistency_alloc(&null, &half, size, zero, 0, NULL, &err));
-	scratch = malloc(ct_consistency_scratch(&null) * sizeof *scratch);
 	for (uint64_t t = 0; t < 400; t++) {
 		float step[N];
 
@@ -311,7 +310,7 @@ static void test_variation(struct ct_env *env)
 				  : t == 1  ? p.truth[i] - x[i]
 				  : t < 200 ? (float)random_at(10000 + t * N + i)
 					    : (float)(i == (t - 200) % N);
-		ct_consistency_apply(&null, step, scratch, NULL);
+		ct_consistency_apply(&null, step, NULL);
 		unit = 0;
 		for (size_t i = 0; i < N; i++)
 			unit += (double)step[i] * (double)step[i];
@@ -323,7 +322,6 @@ static void test_variation(struct ct_env *env)
 	}
 	OK(worst < 1e-6 * best, "nothing near is better (%.2g of %.6g)", worst, best);
 	ct_consistency_free(&null);
-	free(scratch);
 	free(p.d.a);
 }
 
@@ -425,7 +423,7 @@ static void test_first(struct ct_env *env)
 	struct ct_consistency dc = {0};
 	struct ct_joint j;
 	double at[2] = {0}, want;
-	float g[N], q[RAYS], *scratch;
+	float g[N], q[RAYS];
 
 	make(&p, 240, 1, 3);
 	p.z[3] += 5; /* x0 is not consistent */
@@ -441,13 +439,11 @@ static void test_first(struct ct_env *env)
 	for (size_t i = 0; i < N; i++)
 		g[i] = p.x0[i] - g[i] / (float)(1.4 * j.at.fista.norm);
 	must(ct_consistency_alloc(&dc, &half, size, p.z, 0, NULL, &err));
-	scratch = malloc(ct_consistency_scratch(&dc) * sizeof *scratch);
-	ct_consistency_apply(&dc, g, scratch, NULL);
+	ct_consistency_apply(&dc, g, NULL);
 	want = rms(N, g, p.x0);
 	NEAR(at[0] / want, 1, 1e-4, "RMS of the first step");
 	NEAR(at[1] / want, 1.6 * 0.85, 2e-4, "mu falls from 1.6 of it by 0.85 a step");
 	ct_consistency_free(&dc);
-	free(scratch);
 	ct_joint_free(&j);
 	free(p.d.a);
 }

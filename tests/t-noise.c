@@ -386,7 +386,7 @@ static void test_constraint(void)
 	for (int c = 0; c < 2; c++) {
 		struct ct_consistency dc = {0};
 		struct ct_separable d;
-		float x[16 * 16 * 16], y[8 * 8 * 8], r[8 * 8 * 8], *scratch;
+		float x[16 * 16 * 16], y[8 * 8 * 8], r[8 * 8 * 8];
 
 		for (size_t i = 0; i < m * m * m; i++)
 			y[i] = 100 * ct_rng_normal(4, 0, i);
@@ -394,16 +394,14 @@ static void test_constraint(void)
 			x[i] = 100 * ct_rng_normal(5, 0, i);
 		if (ct_consistency_alloc(&dc, &by[c], n, y, noise, NULL, &err) ||
 			ct_consistency_colour(&dc, alike, &err) ||
-			ct_alloc(&scratch, ct_consistency_scratch(&dc), sizeof *scratch, &err) ||
 			ct_degrade_plan(&d, &by[c], n, NULL, &err))
 			exit(99);
-		ct_consistency_apply(&dc, x, scratch, NULL);
+		ct_consistency_apply(&dc, x, NULL);
 		ct_separable_apply(&d, r, x, NULL);
 		for (size_t i = 0; i < m * m * m; i++)
 			r[i] -= y[i];
 		NEAR(weighted(r, m, power) / (noise * noise * (double)(m * m * m)), 1, 1e-3,
 			"misfit by its spectrum is that of the noise");
-		free(scratch);
 		ct_separable_free(&d);
 		ct_consistency_free(&dc);
 	}

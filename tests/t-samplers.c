@@ -3,9 +3,7 @@
  * formulas, the gradient of BIRD against differences, and that the error of GDP and BIRD falls. */
 #include "config.h"
 #include "core/rng.h"
-#include "diffusion/bilinear.h"
-#include "diffusion/bird.h"
-#include "diffusion/block-mean.h"
+#include "diffusion/draw.h"
 #include "diffusion/superres.h"
 #include "numbers.h"
 #include "pinv.h"
@@ -360,7 +358,7 @@ static void test_gradient(bool with_init, bool frozen)
 	memcpy(z, w.z, sizeof z);
 	end_of(&w, begin, weight, trail);
 	memcpy(g, weight, sizeof g);
-	must(ct_bird_gradient(&w, trail, with_init, g, room, &err));
+	must(ct_draw_gradient(&w, trail, with_init, g, room, &err));
 	for (int k = 0; k < 5; k++) {
 		static float d[NX];
 		double got;
@@ -395,7 +393,7 @@ static void test_frozen(void)
 	s.back = NULL;
 	must(ct_draw_alloc(&w, &s, y, &err));
 	g[5] = 1;
-	must(ct_bird_gradient(&w, trail, false, g, room, &err));
+	must(ct_draw_gradient(&w, trail, false, g, room, &err));
 	NEAR((double)g[5] * sqrt(ct_schedule_abar(&schedule, 400)), 1, 1e-6,
 		"a chain that is not asked grows by 1 / sqrt(abar)");
 	ct_draw_free(&w);
@@ -460,7 +458,7 @@ static void test_bilinear(void)
 
 	for (size_t i = 0; i < H * W; i++)
 		y[i] = (float)(3 * (double)(i / W) - 2 * (double)(i % W));
-	ct_bilinear(H, W, S, x, y);
+	ct_superres_bilinear(H, W, S, x, y);
 	for (size_t i = 0; i < N; i++) {
 		double row = ((double)(i / (W * S)) - 1.5) / 4,
 		       col = ((double)(i % (W * S)) - 1.5) / 4;
@@ -471,10 +469,10 @@ static void test_bilinear(void)
 	}
 	NEAR(worst, 0, 1e-6, "a ramp stays one, and ends at the centres of the border");
 	y[W + 2] = NAN;
-	ct_bilinear(H, W, S, x, y);
+	ct_superres_bilinear(H, W, S, x, y);
 	OK(isnan(x[6 * W * S + 10]) && x[0] == 0 && !isnan(x[6 * W * S + 2]),
 		"a pixel counts between its neighbours");
-	ct_bilinear(1, 1, S, x, (float[]){5});
+	ct_superres_bilinear(1, 1, S, x, (float[]){5});
 	OK(x[0] == 5 && x[S * S - 1] == 5, "one pixel");
 }
 
@@ -504,7 +502,7 @@ static void test_none(void)
 	OK(memcmp(out.data, init.data, 2 * N * sizeof *out.data) == 0 && done[0] && done[1],
 		"what it begins with is its result, to the byte");
 	must(ct_superres(&p, NULL, &in, NULL, &out, NULL, done, &env, &err));
-	ct_bilinear(H, W, S, want, ct_stack_view(&in, 1));
+	ct_superres_bilinear(H, W, S, want, ct_stack_view(&in, 1));
 	OK(memcmp(ct_stack_view(&out, 1), want, sizeof want) == 0, "or else IN between its pixels");
 	ct_stack_free(&in);
 	ct_stack_free(&init);

@@ -146,7 +146,7 @@ static void compare(const size_t size[3], int kind)
 {
 	static const char *const name[] = {"tv", "tv, drawn", "htv"};
 	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
-	const struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, STEPS, 0};
+	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, STEPS, 0, {0}};
 	const struct ct_env env = {0};
 	struct ct_consistency dc = {0};
 	struct ct_tv_report r;
@@ -178,10 +178,8 @@ static void compare(const size_t size[3], int kind)
 	}
 	must(ct_consistency_alloc(&dc, &one, n, y, 30, NULL, &err));
 	if (kind == 1)
-		must(ct_tv_near(
-			got, &dc, &rule, &(struct ct_tv_near){to, 25, dual}, &r, &env, &err));
-	else
-		must((kind ? ct_hessian_tv : ct_tv)(got, &dc, &rule, &r, &env, &err));
+		rule.near = (struct ct_tv_near){to, 25, dual};
+	must((kind == 2 ? ct_hessian_tv : ct_tv)(got, &dc, &rule, &r, &env, &err));
 	if (kind == 2)
 		second_order(y, 30, 40);
 	else
@@ -219,7 +217,7 @@ static void left_off(const struct ct_degrade *by)
 {
 	const size_t size[3] = {9, 6, 36};
 	enum { ALL = 8, COUNT = 9 * 6 * 36 };
-	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, ALL, 0};
+	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, ALL, 0, {0}};
 	float *z = normals(COUNT, 21, 0, 100), *to = normals(COUNT, 22, 0, 60);
 	float *start = normals(COUNT, 23, 0, 60), *got[2];
 	int16_t *dual[2];
@@ -237,15 +235,14 @@ static void left_off(const struct ct_degrade *by)
 			dual[k] = calloc(3 * COUNT, sizeof *dual[k]);
 		}
 		rule.iterations = ALL;
-		must(ct_tv_near(got[0], &dc, &rule, &(struct ct_tv_near){to, 25, dual[0]}, &r,
-			&(struct ct_env){0}, &err));
-		stops &= ct_tv_near(got[1], &dc, &rule, &(struct ct_tv_near){to, 25, dual[1]}, &r,
-				 &env, &err) == -1 &&
-			 err.code == CT_ESTOP && r.iterations == at + 1;
+		rule.near = (struct ct_tv_near){to, 25, dual[0]};
+		must(ct_tv(got[0], &dc, &rule, &r, &(struct ct_env){0}, &err));
+		rule.near.dual = dual[1];
+		stops &= ct_tv(got[1], &dc, &rule, &r, &env, &err) == -1 && err.code == CT_ESTOP &&
+			 r.iterations == at + 1;
 		halt = 0;
 		rule.iterations = ALL - r.iterations;
-		must(ct_tv_near(got[1], &dc, &rule, &(struct ct_tv_near){to, 25, dual[1]}, &r,
-			&(struct ct_env){0}, &err));
+		must(ct_tv(got[1], &dc, &rule, &r, &(struct ct_env){0}, &err));
 		same &= memcmp(got[0], got[1], COUNT * sizeof(float)) == 0 &&
 			memcmp(dual[0], dual[1], 3 * COUNT * sizeof *dual[0]) == 0;
 		for (int k = 0; k < 2; k++) {

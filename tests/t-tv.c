@@ -43,7 +43,7 @@ static void solve(solver *fn, float *x, const struct ct_degrade *d, const size_t
 	const float *y, double noise, size_t iterations, struct ct_tv_report *report,
 	struct ct_par *par)
 {
-	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0};
+	const struct ct_tv_rule rule = {{1, 1, 1}, 50, iterations, 0, {0}};
 	const struct ct_env env = {.par = par};
 	struct ct_consistency dc = {0};
 
@@ -259,7 +259,7 @@ static double slope(const double *x, const size_t n[3], const size_t at[3], cons
 static void test_report(void)
 {
 	enum { N = 11 * 6 * 36 };
-	const struct ct_tv_rule rule = {{0.5, 1, 0.8}, 60, 0, 0};
+	const struct ct_tv_rule rule = {{0.5, 1, 0.8}, 60, 0, 0, {0}};
 	const struct ct_degrade d = {{1, 2, 3}, {0.4, 0.9, 1.3}, CT_DECIMATE_SINC};
 	const struct ct_env env = {0};
 	const size_t n[3] = {11, 6, 36}, m[3] = {11, 3, 12};
@@ -354,7 +354,7 @@ static void test_tolerance(void)
 	for (int htv = 0; htv < 2; htv++)
 		for (int k = 0; k < 2; k++) {
 			const size_t all = htv ? 43 : 23, first = htv ? 35 : 5;
-			const struct ct_tv_rule rule = {{1, 1, 1}, 50, all, k ? 1e9 : 0};
+			const struct ct_tv_rule rule = {{1, 1, 1}, 50, all, k ? 1e9 : 0, {0}};
 			struct ct_consistency dc = {0};
 			struct ct_tv_report r;
 			float *x = volume(n), *y = volume(n);
@@ -375,7 +375,8 @@ static void test_tolerance(void)
 static void test_divergence(void)
 {
 	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
-	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0}, none = {{1, 1, 1}, 50, 0, 0};
+	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0, {0}},
+				none = {{1, 1, 1}, 50, 0, 0, {0}};
 	const size_t n[3] = {8, 8, 8};
 	const struct ct_env env = {0};
 	float *x = volume(n), *y = volume(n);

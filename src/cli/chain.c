@@ -122,45 +122,26 @@ static bool makes(const struct ct_step *s, const char *name)
 	return strcmp(s->output, name) == 0;
 }
 
-const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k)
-{
-	const char *word = c->step[i].argv[k], *equals = strchr(word, '=');
-
-	if (strncmp(word, "--", 2) == 0 && equals)
-		word = equals + 1;
-	for (size_t s = 0; s < c->sources; s++)
-		if (strcmp(word, c->source[s]) == 0)
-			return word;
-	for (size_t s = 0; s < i; s++)
-		if (makes(&c->step[s], word))
-			return word;
-	return NULL;
-}
-
-const char *ct_chain_origin(const struct ct_chain *c, size_t i)
-{
-	const char *path = NULL;
-	bool made = false;
-
-	for (size_t s = i + 1; s-- > 0;) {
-		if (path && !makes(&c->step[s], path))
-			continue;
-		made = path != NULL;
-		path = NULL;
-		for (size_t k = c->step[s].argc; k-- > 1 && !path;)
-			path = ct_chain_input(c, s, k);
-		if (!path)
-			return NULL;
-	}
-	return made ? path : NULL;
-}
-
 static bool is_source(const struct ct_chain *c, const char *path)
 {
 	for (size_t s = 0; s < c->sources; s++)
 		if (strcmp(path, c->source[s]) == 0)
 			return true;
 	return false;
+}
+
+const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k)
+{
+	const char *word = c->step[i].argv[k], *equals = strchr(word, '=');
+
+	if (strncmp(word, "--", 2) == 0 && equals)
+		word = equals + 1;
+	if (is_source(c, word))
+		return word;
+	for (size_t s = 0; s < i; s++)
+		if (makes(&c->step[s], word))
+			return word;
+	return NULL;
 }
 
 /* The last input of step i, or NULL. */
@@ -171,6 +152,19 @@ static const char *last_input(const struct ct_chain *c, size_t i)
 	for (size_t k = c->step[i].argc; k-- > 1 && !path;)
 		path = ct_chain_input(c, i, k);
 	return path;
+}
+
+const char *ct_chain_origin(const struct ct_chain *c, size_t i)
+{
+	const char *path = last_input(c, i);
+	bool made = false;
+
+	for (size_t s = i; path && s-- > 0;)
+		if (makes(&c->step[s], path)) {
+			made = true;
+			path = last_input(c, s);
+		}
+	return made ? path : NULL;
 }
 
 const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of)

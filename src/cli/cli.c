@@ -51,12 +51,11 @@ static int set_operand(struct parser *s, const char *a, struct ct_err *e)
 	return ct_table_set(s->operand++, s->params, a, e);
 }
 
-static int take(
-	struct parser *s, const struct ct_opt *o, bool common, const char *value, struct ct_err *e)
+static int take(struct parser *s, const struct ct_opt *o, const char *value, struct ct_err *e)
 {
-	if (!common)
+	if (!o->common)
 		s->row[o - s->t->opts] = true;
-	return ct_table_set(o, common ? (void *)s->common : s->params, value, e);
+	return ct_table_set(o, o->common ? (void *)s->common : s->params, value, e);
 }
 
 /* "key=value,key=value": a part without "=" belongs to the value before it. */
@@ -84,7 +83,7 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 				break;
 		if (next)
 			*next++ = '\0';
-		if (take(s, o, false, at + n + 1, e))
+		if (take(s, o, at + n + 1, e))
 			return -1;
 	}
 	return 0;
@@ -106,15 +105,14 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 {
 	const char *a = argv[*i], *val = NULL;
 	const struct ct_opt *o;
-	bool common, more;
+	bool more;
 
 	if (parse_hidden(s, a))
 		return 0;
 	if (a[1] == '-') {
 		const char *eq = strchr(a, '=');
 
-		o = ct_table_find(
-			s->t, a + 2, eq ? (size_t)(eq - a - 2) : strlen(a + 2), 0, &common);
+		o = ct_table_find(s->t, a + 2, eq ? (size_t)(eq - a - 2) : strlen(a + 2), 0);
 		val = eq ? eq + 1 : NULL;
 		if (!o)
 			return ct_fail(e, CT_EUSAGE, "unknown option '%s'", a);
@@ -122,12 +120,12 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
 		if (o->type != CT_T_FLAG && !val && !(val = argv[++*i]))
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
-		if (common && strcmp(o->name, "expert") == 0)
+		if (o->common && strcmp(o->name, "expert") == 0)
 			return take_experts(s, val, e);
-		return take(s, o, common, val, e);
+		return take(s, o, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
-		o = ct_table_find(s->t, NULL, 0, *++a, &common);
+		o = ct_table_find(s->t, NULL, 0, *++a);
 		if (!o)
 			return ct_fail(e, CT_EUSAGE, "unknown option '-%c'", *a);
 		more = o->type == CT_T_FLAG && a[1];
@@ -136,7 +134,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			if (!val)
 				return ct_fail(e, CT_EUSAGE, "option '-%c' needs a value", *a);
 		}
-		if (take(s, o, common, val, e))
+		if (take(s, o, val, e))
 			return -1;
 	} while (more);
 	return 0;
@@ -219,16 +217,15 @@ static bool is_idle(const struct ct_opt *o)
 static int idle_words(const struct ct_tool *t, const char *a)
 {
 	const struct ct_opt *o;
-	bool common;
 
 	if (a[0] != '-' || a[1] == '\0')
 		return 0;
 	if (a[1] == '-') {
-		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0, &common);
+		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0);
 		return !is_idle(o) ? 0 : o->type == CT_T_FLAG || strchr(a, '=') ? 1 : 2;
 	}
 	do { /* -fq, -t2, -ft 2 */
-		o = ct_table_find(t, NULL, 0, *++a, &common);
+		o = ct_table_find(t, NULL, 0, *++a);
 		if (!is_idle(o))
 			return 0;
 	} while (o->type == CT_T_FLAG && a[1]);

@@ -45,30 +45,16 @@ struct ct_when {
 	size_t at;      /* offset of the field */
 	unsigned words; /* bit i: the word of index i */
 };
-#define CT_ALWAYS                                                                                  \
+#define CT_CONDITION_(...)                                                                         \
 	{                                                                                          \
-		CT_WHEN_ALWAYS, 0, 0                                                               \
+		__VA_ARGS__                                                                        \
 	}
-#define CT_IF(S, f)                                                                                \
-	{                                                                                          \
-		CT_WHEN_SET, offsetof(S, f), 0                                                     \
-	}
-#define CT_IF_WORD(S, f, bits)                                                                     \
-	{                                                                                          \
-		CT_WHEN_WORD, offsetof(S, f), bits                                                 \
-	}
-#define CT_IF_FILE(S, f)                                                                           \
-	{                                                                                          \
-		CT_WHEN_FILE, offsetof(S, f), 0                                                    \
-	}
-#define CT_UNLESS(S, f)                                                                            \
-	{                                                                                          \
-		CT_WHEN_UNSET, offsetof(S, f), 0                                                   \
-	}
-#define CT_UNLESS_WORD(S, f, bits)                                                                 \
-	{                                                                                          \
-		CT_WHEN_OTHER, offsetof(S, f), bits                                                \
-	}
+#define CT_ALWAYS CT_CONDITION_(CT_WHEN_ALWAYS, 0, 0)
+#define CT_IF(S, f) CT_CONDITION_(CT_WHEN_SET, offsetof(S, f), 0)
+#define CT_IF_WORD(S, f, bits) CT_CONDITION_(CT_WHEN_WORD, offsetof(S, f), bits)
+#define CT_IF_FILE(S, f) CT_CONDITION_(CT_WHEN_FILE, offsetof(S, f), 0)
+#define CT_UNLESS(S, f) CT_CONDITION_(CT_WHEN_UNSET, offsetof(S, f), 0)
+#define CT_UNLESS_WORD(S, f, bits) CT_CONDITION_(CT_WHEN_OTHER, offsetof(S, f), bits)
 #define CT_BIT(index) (1u << (index))
 enum { CT_WHENS = 4 };
 /* What a run does with the file that a row names: files.h. */
@@ -101,6 +87,7 @@ struct ct_opt {
 	bool choice;   /* int field: index of the word in arg */
 	bool optional; /* operand that may be absent */
 	bool expert;   /* a key of --expert, not an option */
+	bool common;   /* of those that ct_cli_main owns */
 	enum ct_counts counts;
 	/* Modes that take it (modes.h): any of the positive conditions if there are any, and all of
 	 * UNSET and OTHER. Where it would do nothing it is an error, and help and man page say so.

@@ -11,17 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum what { NOTHING, WORDS, FILES, FOLDERS };
-
-static enum what what_of(const struct ct_opt *o)
-{
-	if (o->choice)
-		return WORDS;
-	if (o->role != CT_NO_FILE)
-		return FILES;
-	return o->arg && strcmp(o->arg, "DIR") == 0 ? FOLDERS : NOTHING;
-}
-
 /* Words of "a|b|c" with something else between. */
 static void put_list(const char *words, const char *between)
 {
@@ -43,11 +32,6 @@ static void put_ends(const struct ct_opt *o, const char *between)
 	}
 }
 
-static bool has_ends(const struct ct_opt *o)
-{
-	return o->role != CT_READS_WRITES && o->ends[0].ends;
-}
-
 static void put_names(const struct ct_opt *o, const char *between)
 {
 	if (o->c)
@@ -63,26 +47,24 @@ static bool excludes(const struct ct_opt *o, const struct ct_opt *other)
 	return false;
 }
 
-/* The next option from row *k on that cannot stand beside o, which is one of t's own, or NULL. */
-static const struct ct_opt *next_apart(
-	const struct ct_tool *t, const struct ct_opt *o, bool common, size_t *k)
+/* The next option from row *k on that cannot stand beside o, or NULL: both are t's own. */
+static const struct ct_opt *next_apart(const struct ct_tool *t, const struct ct_opt *o, size_t *k)
 {
 	const struct ct_opt *other;
-	bool is_common;
 
-	while ((other = ct_table_row(t, (*k)++, &is_common)))
-		if (other->name && other != o && !common && !is_common &&
+	while ((other = ct_table_row(t, (*k)++)))
+		if (other->name && other != o && !o->common && !other->common &&
 			(excludes(o, other) || excludes(other, o)))
 			return other;
 	return NULL;
 }
 
 /* What excludes it, each behind a blank. */
-static void put_apart(const struct ct_tool *t, const struct ct_opt *o, bool common)
+static void put_apart(const struct ct_tool *t, const struct ct_opt *o)
 {
 	const struct ct_opt *other;
 
-	for (size_t k = 0; (other = next_apart(t, o, common, &k));) {
+	for (size_t k = 0; (other = next_apart(t, o, &k));) {
 		putchar(' ');
 		put_names(other, " ");
 	}
@@ -114,24 +96,28 @@ static const char *function_of(const struct ct_tool *t)
 	return name;
 }
 
-/* What `bash_body` asks of a value: it sets words, or files and ends. */
-static void bash_value(const struct ct_opt *o)
+/* How a shell says what a value may be: around the words of a choice; any file; around the ends of
+ * files; a folder; anything. */
+struct values {
+	const char *words, *words_end, *any, *files, *files_end, *folder, *nothing;
+};
+
+static void put_value(const struct values *v, const struct ct_opt *o)
 {
-	switch (what_of(o)) {
-	case WORDS:
-		fputs("words='", stdout);
+	const bool ends = o->role != CT_READS_WRITES && o->ends[0].ends;
+
+	if (o->choice) {
+		fputs(v->words, stdout);
 		put_list(o->arg, " ");
-		fputs("' ", stdout);
-		break;
-	case FILES:
-		fputs("files=file ends='", stdout);
+		fputs(v->words_end, stdout);
+	} else if (o->role != CT_NO_FILE && ends) {
+		fputs(v->files, stdout);
 		put_ends(o, "|");
-		fputs("' ", stdout);
-		break;
-	case FOLDERS: fputs("files=folder ", stdout); break;
-	case NOTHING: break;
-	}
-	puts(";;");
+		fputs(v->files_end, stdout);
+	} else if (o->role != CT_NO_FILE)
+		fputs(v->any, stdout);
+	else
+		fputs(o->arg && strcmp(o->arg, "DIR") == 0 ? v->folder : v->nothing, stdout);
 }
 
 static const char bash_body[] =
@@ -207,14 +193,15 @@ static const char bash_body[] =
 
 static void put_bash(const struct ct_tool *t)
 {
+	static const struct values values = {"words='", "' ;;\n", "files=file ends='' ;;\n",
+		"files=file ends='", "' ;;\n", "files=folder ;;\n", ";;\n"};
 	const char *self = function_of(t);
 	const struct ct_opt *o;
 	size_t operand = 0;
-	bool common;
 
 	printf("# %s in bash, made by %s --complete=bash\n%s_value()\n{\n\tcase $1 in\n", t->name,
 		t->name, self);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (o->name && o->type == CT_T_FLAG)
 			continue;
 		putchar('\t');
@@ -223,21 +210,21 @@ static void put_bash(const struct ct_tool *t)
 		else
 			printf(o->type == CT_T_LIST ? "[!-]*" : "%zu", ++operand);
 		fputs(") ", stdout);
-		bash_value(o);
+		put_value(&values, o);
 	}
 	printf("\t*) return 1 ;;\n\tesac\n}\n%s_apart()\n{\n\tcase $1 in\n", self);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (!o->name)
 			continue;
 		putchar('\t');
 		put_names(o, "|");
 		fputs(") apart='", stdout);
 		put_names(o, " ");
-		put_apart(t, o, common);
+		put_apart(t, o);
 		puts("' ;;");
 	}
 	printf("\tesac\n}\n%s()\n{\n\tlocal self=%s options='", self, self);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++)
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (o->name) {
 			putchar(' ');
 			put_names(o, " ");
@@ -246,27 +233,8 @@ static void put_bash(const struct ct_tool *t)
 	printf("'\n%s}\ncomplete -F %s %s\n", bash_body, self, t->name);
 }
 
-static void zsh_value(const struct ct_opt *o)
-{
-	switch (what_of(o)) {
-	case WORDS:
-		putchar('(');
-		put_list(o->arg, " ");
-		putchar(')');
-		break;
-	case FILES:
-		fputs("_files", stdout);
-		if (has_ends(o)) {
-			fputs(" -g \"*.(#i)(", stdout);
-			put_ends(o, "|");
-			fputs(")(-.)\"", stdout);
-		}
-		break;
-	case FOLDERS: fputs("_files -/", stdout); break;
-	case NOTHING: putchar(' '); break;
-	}
-	puts("' \\");
-}
+static const struct values zsh_values = {"(", ")' \\\n", "_files' \\\n", "_files -g \"*.(#i)(",
+	")(-.)\"' \\\n", "_files -/' \\\n", " ' \\\n"};
 
 /* What a value is called, between colons. */
 static void zsh_name(const char *name)
@@ -281,13 +249,13 @@ static void zsh_name(const char *name)
 }
 
 /* One of its two names: what excludes it, the name, what it is, its value. */
-static void zsh_option(const struct ct_tool *t, const struct ct_opt *o, bool common, bool letter)
+static void zsh_option(const struct ct_tool *t, const struct ct_opt *o, bool letter)
 {
 	const bool flag = o->type == CT_T_FLAG;
 
 	fputs("\t'(", stdout);
 	put_names(o, " ");
-	put_apart(t, o, common);
+	put_apart(t, o);
 	if (letter)
 		printf(")-%c%s[", o->c, flag ? "" : "+");
 	else
@@ -299,22 +267,21 @@ static void zsh_option(const struct ct_tool *t, const struct ct_opt *o, bool com
 		return;
 	}
 	zsh_name(o->arg);
-	zsh_value(o);
+	put_value(&zsh_values, o);
 }
 
 static void put_zsh(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;
-	bool common;
 
 	printf("#compdef %s\n# %s in zsh, made by %s --complete=zsh\n_arguments -s -S \\\n",
 		t->name, t->name, t->name);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (o->name) {
 			if (o->c)
-				zsh_option(t, o, common, true);
-			zsh_option(t, o, common, false);
+				zsh_option(t, o, true);
+			zsh_option(t, o, false);
 			continue;
 		}
 		fputs("\t'", stdout);
@@ -323,7 +290,7 @@ static void put_zsh(const struct ct_tool *t)
 		else
 			printf("%zu%s", ++operand, o->optional ? ":" : "");
 		zsh_name(ct_table_operand(o));
-		zsh_value(o);
+		put_value(&zsh_values, o);
 	}
 	puts("\t&& return 0");
 }
@@ -334,7 +301,6 @@ static void fish_functions(const struct ct_tool *t)
 {
 	const char *self = function_of(t);
 	const struct ct_opt *o;
-	bool common;
 
 	printf("function _%s_operand\n"
 	       "    set -l n 1\n"
@@ -347,7 +313,7 @@ static void fish_functions(const struct ct_tool *t)
 	       "        switch $t\n"
 	       "            case",
 		self);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++)
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (o->name && o->type != CT_T_FLAG) {
 			putchar(' ');
 			put_names(o, " ");
@@ -383,33 +349,22 @@ static void fish_functions(const struct ct_tool *t)
 
 static void fish_value(const struct ct_tool *t, const struct ct_opt *o)
 {
-	switch (what_of(o)) {
-	case WORDS:
-		fputs(" -x -a '", stdout);
-		put_list(o->arg, " ");
-		putchar('\'');
-		break;
-	case FILES:
-		if (has_ends(o)) {
-			printf(" -x -a '(_%s_files \"", function_of(t));
-			put_ends(o, "|");
-			fputs("\")'", stdout);
-		} else
-			fputs(" -r -F", stdout);
-		break;
-	case FOLDERS: fputs(" -x -a '(__fish_complete_directories)'", stdout); break;
-	case NOTHING: fputs(" -x", stdout); break;
-	}
+	char files[100];
+
+	snprintf(files, sizeof files, " -x -a '(_%s_files \"", function_of(t));
+	put_value(&(const struct values){" -x -a '", "'\n", " -r -F\n", files, "\")'\n",
+			  " -x -a '(__fish_complete_directories)'\n", " -x\n"},
+		o);
 }
 
-static void fish_option(const struct ct_tool *t, const struct ct_opt *o, bool common)
+static void fish_option(const struct ct_tool *t, const struct ct_opt *o)
 {
 	size_t k = 0;
 
 	printf("complete -c %s", t->name);
-	if (next_apart(t, o, common, &k)) {
+	if (next_apart(t, o, &k)) {
 		printf(" -n 'not _%s_given", function_of(t));
-		put_apart(t, o, common);
+		put_apart(t, o);
 		putchar('\'');
 	}
 	if (o->c)
@@ -419,28 +374,27 @@ static void fish_option(const struct ct_tool *t, const struct ct_opt *o, bool co
 	putchar('\'');
 	if (o->type != CT_T_FLAG)
 		fish_value(t, o);
-	putchar('\n');
+	else
+		putchar('\n');
 }
 
 static void put_fish(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;
-	bool common;
 
 	printf("# %s in fish, made by %s --complete=fish\n", t->name, t->name);
 	fish_functions(t);
 	printf("complete -c %s -f\n", t->name);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (o->name) {
-			fish_option(t, o, common);
+			fish_option(t, o);
 			continue;
 		}
 		printf("complete -c %s -n 'test (_%s_operand) -%s %zu'", t->name, function_of(t),
 			o->type == CT_T_LIST ? "ge" : "eq", operand + 1);
 		operand++;
 		fish_value(t, o);
-		putchar('\n');
 	}
 }
 

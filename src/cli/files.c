@@ -133,14 +133,13 @@ int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e
 {
 	for (struct walk w = begin(t->opts, params); step(&w);) {
 		const char *ends = w.output ? ends_of(w.opt, t, params) : NULL;
-		char text[200];
+		char text[200], name[CT_TABLE_NAME];
 
 		if (!w.output || may_end(w.opt, w.path, ends))
 			continue;
 		ct_ends_text(text, sizeof text, ends);
-		return ct_fail(e, CT_EUSAGE, "%s: %s%s is written as %s", w.path,
-			w.opt->name ? "--" : "",
-			w.opt->name ? w.opt->name : ct_table_operand(w.opt), text);
+		ct_table_name(name, w.opt);
+		return ct_fail(e, CT_EUSAGE, "%s: %s is written as %s", w.path, name, text);
 	}
 	return 0;
 }

@@ -9,8 +9,9 @@
 #include <stdio.h>
 #include <string.h>
 
-static void put_default(const struct ct_opt *o, const void *defaults)
+static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 {
+	const void *defaults = o->common ? (const void *)&ct_common_defaults : t->defaults;
 	const void *p = (const char *)defaults + o->at;
 	char text[200];
 
@@ -72,43 +73,28 @@ static void put_line(const char *text, size_t from)
 	fold(from, from, shown);
 }
 
-/* A key of --expert, or NULL behind the last. */
-static const struct ct_opt *put_expert(const struct ct_tool *t, size_t k)
+/* A row: what it is called, what it is, its default. */
+static void put_row(const struct ct_tool *t, const struct ct_opt *o, const char *left)
 {
-	const struct ct_opt *o = ct_table_expert(t, k);
-	char left[80];
-	int n;
-
-	if (!o)
-		return NULL;
-	snprintf(left, sizeof left, "      %s=%s", o->name, o->arg ? o->arg : "yes");
-	n = printf("%-25s", left);
-	fold(25, (size_t)n, o->help);
-	put_default(o, t->defaults);
-	putchar('\n');
-	return o;
+	fold(25, (size_t)printf("%-25s", left), o->help);
+	put_default(t, o);
 }
 
 void ct_help_print(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
-	bool common;
+	char left[80], text[400];
 
 	synopsis(t);
 	printf("\n%s\n\n", t->brief);
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
-		char left[80], text[400];
-		int n;
-
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (!o->name)
 			snprintf(left, sizeof left, "  %s", ct_table_operand(o));
 		else
 			snprintf(left, sizeof left, "  %c%c%c --%s%s%s", o->c ? '-' : ' ',
 				o->c ? o->c : ' ', o->c ? ',' : ' ', o->name, o->arg ? "=" : "",
 				o->arg ? o->arg : "");
-		n = printf("%-25s", left);
-		fold(25, (size_t)n, o->help);
-		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
+		put_row(t, o, left);
 		ends_text(text, sizeof text, t, o);
 		put_line(text, 25);
 		ct_modes_text(text, sizeof text, t, o);
@@ -117,8 +103,11 @@ void ct_help_print(const struct ct_tool *t)
 	}
 	if (ct_table_expert(t, 0))
 		puts("\nKeys of --expert:");
-	for (size_t k = 0; put_expert(t, k); k++)
-		;
+	for (size_t k = 0; (o = ct_table_expert(t, k)); k++) {
+		snprintf(left, sizeof left, "      %s=%s", o->name, o->arg ? o->arg : "yes");
+		put_row(t, o, left);
+		putchar('\n');
+	}
 	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
 	      "5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n",
 		stdout);
@@ -156,7 +145,7 @@ static void mdoc_experts(const struct ct_tool *t)
 	for (size_t k = 0; (o = ct_table_expert(t, k)); k++) {
 		printf(".It Cm %s Ns = Ns Ar %s\n", o->name, o->arg ? o->arg : "yes");
 		sentences(o->help);
-		put_default(o, t->defaults);
+		put_default(t, o);
 		puts(".");
 	}
 	puts(".El");
@@ -166,10 +155,9 @@ void ct_help_mdoc(const struct ct_tool *t)
 {
 	const struct ct_opt *o;
 	char text[400];
-	bool common;
 
 	puts(".Bl -tag -width Ds");
-	for (size_t k = 0; (o = ct_table_row(t, k, &common)); k++) {
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (!o->name)
 			continue;
 		fputs(".It ", stdout);
@@ -178,13 +166,13 @@ void ct_help_mdoc(const struct ct_tool *t)
 		printf("Fl \\-%s%s%s\n", o->name, o->arg ? " Ns = Ns Ar " : "",
 			o->arg ? o->arg : "");
 		sentences(o->help);
-		put_default(o, common ? (const void *)&ct_common_defaults : t->defaults);
+		put_default(t, o);
 		puts(".");
 		ends_text(text, sizeof text, t, o);
 		put_sentence(text);
 		ct_modes_text(text, sizeof text, t, o);
 		put_sentence(text);
-		if (common && strcmp(o->name, "expert") == 0)
+		if (o->common && strcmp(o->name, "expert") == 0)
 			mdoc_experts(t);
 	}
 	puts(".El");

@@ -90,12 +90,10 @@ static void put_words(FILE *f, const char *words, unsigned bits)
 static void put_when(FILE *f, const struct ct_tool *t, const struct ct_when *w)
 {
 	const struct ct_opt *o = row_at(t, w->at);
+	char name[CT_TABLE_NAME];
 
-	fprintf(f, "%s%s",
-		o->expert ? "--expert "
-		: o->name ? "--"
-			  : "",
-		o->name ? o->name : ct_table_operand(o));
+	ct_table_name(name, o);
+	fputs(name, f);
 	if (w->words) {
 		fputc('=', f);
 		put_words(f, o->arg, w->words);
@@ -151,13 +149,13 @@ int ct_modes_check(const struct ct_given *given, const void *params, struct ct_e
 	const struct ct_tool *t = given->tool;
 
 	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++) {
-		char text[400];
+		char text[400], name[CT_TABLE_NAME];
 
 		if (!given->row[o - t->opts] || is_taken(o, t, params))
 			continue;
 		ct_modes_text(text, sizeof text, t, o);
-		return ct_fail(
-			e, CT_EUSAGE, "--%s%s: %s", o->expert ? "expert " : "", o->name, text);
+		ct_table_name(name, o);
+		return ct_fail(e, CT_EUSAGE, "%s: %s", name, text);
 	}
 	return 0;
 }

@@ -46,12 +46,12 @@ int ct_resume_value(struct ct_resume *r, struct ct_err *e, const char *name, con
 static int take_options(struct ct_resume *r, struct ct_err *e)
 {
 	for (const struct ct_opt *o = r->opts; o->type != CT_T_END; o++) {
-		char name[80], number[80];
+		char name[CT_TABLE_NAME], number[80];
 		const char *value = number;
 
 		if (o->counts != CT_COUNTS_VALUE)
 			continue;
-		snprintf(name, sizeof name, "--%s%s", o->expert ? "expert " : "", o->name);
+		ct_table_name(name, o);
 		ct_table_text(number, sizeof number, o, r->params, 17);
 		if (o->type == CT_T_STR)
 			value = *(const char *const *)((const char *)r->params + o->at);

@@ -14,37 +14,39 @@
 const struct ct_common ct_common_defaults = {
 	.expand = CT_INFLATE_TIMES, .seed = "0", .complete = -1};
 
-static const struct ct_opt common_opts[] = {
-	CT_OPT(struct ct_common, threads, 't', "threads", "N", 0, 4096,
-		"use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then the "
-		"processors this process may use. The output is the same for any N"),
-	CT_OPT(struct ct_common, expand, 0, "expand", "N", 0, 100000,
-		"refuse compressed files that become more than 1 GiB and N times as large; 0 refuses "
-		"none"),
-	CT_OPT(struct ct_common, force, 'f', "force", NULL, 0, 0,
-		"overwrite existing output files, as in a rule of make"),
-	CT_OPT(struct ct_common, quiet, 'q', "quiet", NULL, 0, 0, "print errors only"),
-	CT_OPT(struct ct_common, verbose, 'v', "verbose", NULL, 0, 0, "print what is being done"),
-	CT_OPT(struct ct_common, help, 'h', "help", NULL, 0, 0, "print this help"),
-	CT_OPT(struct ct_common, version, 0, "version", NULL, 0, 0, "print the version"),
-	CT_OPT_END,
+enum { KEYED = 0x100, DRY_JSON = 0x200 }; /* has keys of --expert; --json of --dry-run alone */
+
+#define COMMON(f, c, name, arg, to, ...)                                                           \
+	CT_OPT(struct ct_common, f, c, name, arg, 0, to, __VA_ARGS__, .common = true)
+static const struct {
+	unsigned flags; /* of the tools that have it; 0: all */
+	struct ct_opt opt;
+} common[] = {
+	{KEYED, COMMON(expert, 0, "expert", "KEY=VALUE,...", 0,
+			"set constants of the method; their defaults were measured")},
+	{CT_SEEDED, COMMON(seed, 's', "seed", "N", 0, "seed of the random numbers")},
+	{CT_REPORTS, COMMON(json, 0, "json", NULL, 0, "print the report as JSON")},
+	{DRY_JSON, COMMON(json, 0, "json", NULL, 0, "print what --dry-run tells as JSON")},
+	{CT_LONG, COMMON(dry_run, 0, "dry-run", NULL, 0,
+			  "print the time, memory and disk expected, and do nothing")},
+	{CT_IN_HU,
+		CT_CHOICE(struct ct_common, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
+			"what the values of a CT are: what its file says, and what cannot be HU is "
+			"refused; HU, whatever it says; or others, which are taken as they are",
+			.common = true)},
+	{0, COMMON(threads, 't', "threads", "N", 4096,
+		    "use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then "
+		    "the processors this process may use. The output is the same for any N")},
+	{0, COMMON(expand, 0, "expand", "N", 100000,
+		    "refuse compressed files that become more than 1 GiB and N times as large; 0 "
+		    "refuses none")},
+	{0, COMMON(force, 'f', "force", NULL, 0,
+		    "overwrite existing output files, as in a rule of make")},
+	{0, COMMON(quiet, 'q', "quiet", NULL, 0, "print errors only")},
+	{0, COMMON(verbose, 'v', "verbose", NULL, 0, "print what is being done")},
+	{0, COMMON(help, 'h', "help", NULL, 0, "print this help")},
+	{0, COMMON(version, 0, "version", NULL, 0, "print the version")},
 };
-static const struct ct_opt seed_opt =
-	CT_OPT(struct ct_common, seed, 's', "seed", "N", 0, 0, "seed of the random numbers");
-static const struct ct_opt json_opt =
-	CT_OPT(struct ct_common, json, 0, "json", NULL, 0, 0, "print the report as JSON");
-static const struct ct_opt json_dry_opt =
-	CT_OPT(struct ct_common, json, 0, "json", NULL, 0, 0, "print what --dry-run tells as JSON");
-static const struct ct_opt dry_opt = CT_OPT(struct ct_common, dry_run, 0, "dry-run", NULL, 0, 0,
-	"print the time, memory and disk expected, and do nothing");
-
-static const struct ct_opt units_opt = CT_CHOICE(struct ct_common, units, 0, "units",
-	CT_WORDS(CT_UNITS_LIST),
-	"what the values of a CT are: what its file says, and what cannot be HU is refused; HU, "
-	"whatever it says; or others, which are taken as they are");
-
-static const struct ct_opt expert_opt = CT_OPT(struct ct_common, expert, 0, "expert",
-	"KEY=VALUE,...", 0, 0, "set constants of the method; their defaults were measured");
 
 const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
 {
@@ -54,53 +56,33 @@ const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
 	return NULL;
 }
 
-const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common)
+const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k)
 {
-	const struct ct_opt *o = t->opts;
+	const unsigned flags = t->flags | (ct_table_expert(t, 0) ? KEYED : 0) |
+			       ((t->flags & (CT_LONG | CT_REPORTS)) == CT_LONG ? DRY_JSON : 0);
 
-	*common = false;
-	for (; o->type != CT_T_END; o++)
+	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
 		if (!o->expert && k-- == 0)
 			return o;
-	*common = true;
-	if (ct_table_expert(t, 0) && k-- == 0)
-		return &expert_opt;
-	if ((t->flags & CT_SEEDED) && k-- == 0)
-		return &seed_opt;
-	if ((t->flags & (CT_REPORTS | CT_LONG)) && k-- == 0)
-		return t->flags & CT_REPORTS ? &json_opt : &json_dry_opt;
-	if ((t->flags & CT_LONG) && k-- == 0)
-		return &dry_opt;
-	if ((t->flags & CT_IN_HU) && k-- == 0)
-		return &units_opt;
-	for (o = common_opts; o->type != CT_T_END; o++)
-		if (k-- == 0)
-			return o;
+	for (size_t i = 0; i < sizeof common / sizeof *common; i++)
+		if ((!common[i].flags || common[i].flags & flags) && k-- == 0)
+			return &common[i].opt;
 	return NULL;
 }
 
-const struct ct_opt *ct_table_find(
-	const struct ct_tool *t, const char *name, size_t n, char c, bool *common)
+const struct ct_opt *ct_table_find(const struct ct_tool *t, const char *name, size_t n, char c)
 {
 	const struct ct_opt *o, *hit = NULL;
-	bool is_common, hit_common = false;
 	int hits = 0;
 
-	for (size_t k = 0; (o = ct_table_row(t, k, &is_common)); k++) {
-		bool exact;
-
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (!o->name || (c ? o->c != c : strncmp(o->name, name, n) != 0))
 			continue;
-		exact = c || strlen(o->name) == n;
+		if (c || strlen(o->name) == n)
+			return o;
 		hits++;
 		hit = o;
-		hit_common = is_common;
-		if (exact) {
-			hits = 1;
-			break;
-		}
 	}
-	*common = hit_common;
 	return hits == 1 ? hit : NULL;
 }
 
@@ -156,16 +138,21 @@ const char *ct_table_operand(const struct ct_opt *o)
 	return o->label ? o->label : o->arg;
 }
 
-int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
+void ct_table_name(char out[CT_TABLE_NAME], const struct ct_opt *o)
 {
-	void *p = (char *)params + o->at;
-	char name[60];
-
-	snprintf(name, sizeof name, "%s%s",
+	snprintf(out, CT_TABLE_NAME, "%s%s",
 		o->expert ? "--expert "
 		: o->name ? "--"
 			  : "",
 		o->name ? o->name : ct_table_operand(o));
+}
+
+int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
+{
+	void *p = (char *)params + o->at;
+	char name[CT_TABLE_NAME];
+
+	ct_table_name(name, o);
 	switch (o->type) {
 	case CT_T_FLAG: return set_flag(o, p, name, s, e);
 	case CT_T_STR: *(const char **)p = s; return 0;

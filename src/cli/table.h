@@ -16,15 +16,17 @@ extern const struct ct_common ct_common_defaults;
 
 /* Row k of all options of a tool, its own before the common ones, or NULL; keys of --expert are
  * none. */
-const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k, bool *common);
+const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k);
 /* Key k of --expert, or NULL. */
 const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k);
 /* The option of the long name that begins with the n characters at `name`, as far as there is but
  * one, or of the short name c if that is not 0; else NULL. */
-const struct ct_opt *ct_table_find(
-	const struct ct_tool *t, const char *name, size_t n, char c, bool *common);
+const struct ct_opt *ct_table_find(const struct ct_tool *t, const char *name, size_t n, char c);
 /* What an operand is called. */
 const char *ct_table_operand(const struct ct_opt *o);
+/* What messages call it: "--name", "--expert name" or the operand; cut off if it is long. */
+enum { CT_TABLE_NAME = 80 };
+void ct_table_name(char out[CT_TABLE_NAME], const struct ct_opt *o);
 /* Parse s into the field of params. CT_EUSAGE naming the option. */
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e);
 /* The value in params as the command line would say it, numbers with `digits` significant ones;

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-int series_open(struct series_set *set, const char *const *paths, size_t n, struct ct_err *e)
+int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_err *e)
 {
-	if (ct_dicom_scan(paths, n, &set->census, e))
+	if (ct_dicom_scan(in->paths, in->n, &set->census, e))
 		return -1;
 	return ct_series_list(set->census.slice, set->census.slices, &set->list, &set->n, e);
 }
@@ -22,15 +22,59 @@ void series_close(struct series_set *set)
 	memset(set, 0, sizeof *set);
 }
 
-void series_line(const struct series_set *set, size_t pick, char *out, size_t room)
+void series_lines(const struct series_set *set, const struct ct_env *env)
 {
-	const struct ct_series *l = &set->list[pick];
-	const struct ct_slice *s = &set->census.slice[l->first];
-	const char *role = l->role == CT_PICTURE_SLICES ? "" : ct_picture_word(l->role);
+	for (size_t k = 0; k < set->n; k++) {
+		const struct ct_series *l = &set->list[k];
+		const struct ct_slice *s = &set->census.slice[l->first];
+		const char *role = l->role == CT_PICTURE_SLICES ? "" : ct_picture_word(l->role);
 
-	snprintf(out, room, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", pick + 1, l->count,
-		s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "", role,
-		*l->moment ? ", " : "", l->moment);
+		ct_log(env, CT_WARN, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1, l->count,
+			s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "",
+			role, *l->moment ? ", " : "", l->moment);
+	}
+}
+
+/* What is the matter with a file. */
+static void say_file(char *out, size_t room, const struct ct_file *f)
+{
+	snprintf(out, room, "%s: %s%s%s", f->path, CT_WORD(CT_FILE_LIST, f->state),
+		f->why[0] ? ": " : "", f->why);
+}
+
+/* What is the matter where there is no picture at all? */
+static int nothing(const struct ct_census *c, const char *path, struct ct_err *e)
+{
+	const struct ct_file *f = c->file;
+	char text[sizeof e->msg];
+
+	if (c->files == 0)
+		return ct_fail(e, CT_EINPUT, "%s: no files in this folder", path);
+	for (size_t i = 1; i < c->files; i++)
+		if (c->file[i].state > f->state)
+			f = &c->file[i];
+	say_file(text, sizeof text, f);
+	if (c->files == 1)
+		return ct_fail(e, CT_EINPUT, "%s", text);
+	return ct_fail(
+		e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s", path, c->files, text);
+}
+
+int series_choose(
+	const struct series_set *set, const struct ct_dicom_in *in, size_t *pick, struct ct_err *e)
+{
+	const struct ct_slice *s = set->census.slice;
+
+	if (set->n == 0)
+		return nothing(&set->census, in->paths[0], e);
+	for (size_t k = 0; k < set->n && in->member; k++)
+		for (size_t i = 0; i < set->list[k].count; i++)
+			if (strcmp(s[set->list[k].first + i].path, in->member) == 0) {
+				*pick = k;
+				return 0;
+			}
+	return ct_series_pick(set->list, set->n, s, in->series, pick, e) ? ct_blame(e, in->paths[0])
+									 : 0;
 }
 
 enum {
@@ -108,6 +152,7 @@ int series_whole(const struct series_set *set, size_t pick, bool skip, const str
 	const struct ct_census *c = &set->census;
 	const struct ct_slice *s = &c->slice[set->list[pick].first];
 	const struct ct_file *first = NULL;
+	char text[sizeof e->msg];
 	size_t count = 0;
 
 	for (size_t i = 0; i < c->files; i++) {
@@ -122,15 +167,11 @@ int series_whole(const struct series_set *set, size_t pick, bool skip, const str
 	}
 	if (count == 0 || skip)
 		return 0;
-	ct_fail(e, CT_EINPUT, "%s: %s%s%s", first->path, CT_WORD(CT_FILE_LIST, first->state),
-		first->why[0] ? ": " : "", first->why);
-	if (count > 1)
+	say_file(text, sizeof text, first);
+	if (count == 1)
 		return ct_fail(e, CT_EINPUT,
-			"%s: %s%s%s, and %zu more that may be of the series; --skip-damaged goes on without",
-			first->path, CT_WORD(CT_FILE_LIST, first->state), first->why[0] ? ": " : "",
-			first->why, count - 1);
+			"%s; it may be of the series; --skip-damaged goes on without it", text);
 	return ct_fail(e, CT_EINPUT,
-		"%s: %s%s%s; it may be of the series; --skip-damaged goes on without it",
-		first->path, CT_WORD(CT_FILE_LIST, first->state), first->why[0] ? ": " : "",
-		first->why);
+		"%s, and %zu more that may be of the series; --skip-damaged goes on without", text,
+		count - 1);
 }

@@ -66,7 +66,7 @@ bool derive_resampled(const struct image *im)
 	       fabs(own.pitch[1] - im->source[0].pitch[1]) > 1e-4 * own.pitch[1];
 }
 
-int derive_put(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e)
+void derive_put(struct ct_header *h, const struct image *im, const char *in)
 {
 	const bool resampled = derive_resampled(im);
 	const char *line = ct_meta_get(&im->v->meta, CT_META_HISTORY);
@@ -81,67 +81,51 @@ int derive_put(struct ct_header *h, const struct image *im, const char *in, stru
 				text + at, sizeof text - at, " %.*s", (int)word, line);
 		line += n + (line[n] == '\n');
 	}
-	return ct_header_put(h, e, in, "DerivationDescription", "%s", text) ||
-			       ct_header_code(h, e, in, "DerivationCodeSequence",
-				       resampled ? "113085" : "113091", "DCM",
-				       resampled
-					       ? "Spatial resampling"
-					       : "Spatially-related frames extracted from the volume")
-		       ? -1
-		       : 0;
+	ct_header_put(h, in, "DerivationDescription", "%s", text);
+	ct_header_code(h, in, "DerivationCodeSequence", resampled ? "113085" : "113091", "DCM",
+		resampled ? "Spatial resampling"
+			  : "Spatially-related frames extracted from the volume");
 }
 
 /* Item `in` that names a slice. */
-static int put_reference(struct ct_header *h, const struct image *im, const char *in,
-	const struct ct_slice *s, struct ct_err *e)
+static void put_reference(
+	struct ct_header *h, const struct image *im, const char *in, const struct ct_slice *s)
 {
-	char uid[CT_UID_TEXT];
-
-	snprintf(uid, sizeof uid, "%.64s", s->object);
-	return (im->deid && policy_uid(uid, s->object, e)) ||
-			       ct_header_put(h, e, in, "ReferencedSOPClassUID", "%s", s->storage) ||
-			       ct_header_put(h, e, in, "ReferencedSOPInstanceUID", "%s", uid)
-		       ? -1
-		       : 0;
+	ct_header_put(h, in, "ReferencedSOPClassUID", "%s", s->storage);
+	policy_put_uid(h, in, "ReferencedSOPInstanceUID", s->object, im->deid);
 }
 
-static int put_source(struct ct_header *h, const struct image *im, const char *in, size_t item,
-	const struct ct_slice *s, struct ct_err *e)
+static void put_source(struct ct_header *h, const struct image *im, const char *in, size_t item,
+	const struct ct_slice *s)
 {
 	char at[200];
 
 	snprintf(at, sizeof at, "%sSourceImageSequence.%zu.", in, item);
-	if (put_reference(h, im, at, s, e) ||
-		ct_header_code(h, e, at, "PurposeOfReferenceCodeSequence", "121322", "DCM",
-			"Source image for image processing operation"))
-		return -1;
-	return s->frames > 1 ? ct_header_put(h, e, at, "ReferencedFrameNumber", "%zu", s->frame + 1)
-			     : 0;
+	put_reference(h, im, at, s);
+	ct_header_code(h, at, "PurposeOfReferenceCodeSequence", "121322", "DCM",
+		"Source image for image processing operation");
+	if (s->frames > 1)
+		ct_header_put(h, at, "ReferencedFrameNumber", "%zu", s->frame + 1);
 }
 
-int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *e)
+void derive_evidence(struct ct_header *h, const struct image *im)
 {
 	static const char study[] = "SourceImageEvidenceSequence.0.";
 	static const char series[] = "SourceImageEvidenceSequence.0.ReferencedSeriesSequence.0.";
-	char at[160], uid[CT_UID_TEXT];
+	char at[160];
 	size_t item = 0;
 
 	if (im->n == 0)
-		return 0;
-	snprintf(uid, sizeof uid, "%.64s", im->source[0].series);
-	if ((im->deid && policy_uid(uid, im->source[0].series, e)) ||
-		ct_header_put(h, e, series, "SeriesInstanceUID", "%s", uid) ||
-		ct_header_put(h, e, study, "StudyInstanceUID", "%s",
-			ct_header_get(&im->head, "StudyInstanceUID")))
-		return -1;
+		return;
+	policy_put_uid(h, series, "SeriesInstanceUID", im->source[0].series, im->deid);
+	ct_header_put(
+		h, study, "StudyInstanceUID", "%s", ct_header_get(&im->head, "StudyInstanceUID"));
 	for (size_t i = 0; i < im->n; i++) {
 		if (i > 0 && strcmp(im->source[i].object, im->source[i - 1].object) == 0)
 			continue; /* another frame */
 		snprintf(at, sizeof at, "%sReferencedSOPSequence.%zu.", series, item++);
-		if (put_reference(h, im, at, &im->source[i], e))
-			return -1;
+		put_reference(h, im, at, &im->source[i]);
 	}
-	return 0;
 }
 
 /* How far slice s is from a plane, along its normal: 0 if on it. */
@@ -153,8 +137,7 @@ static double distance(
 	return fabs(at) < 1e-3 ? 0 : at;
 }
 
-int derive_sources(
-	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e)
+void derive_sources(struct ct_header *h, const struct image *im, const char *in, size_t k)
 {
 	double normal[3], theirs[3], mm[3], below = -INFINITY, above = INFINITY;
 	struct ct_slice own = {0};
@@ -162,7 +145,7 @@ int derive_sources(
 	bool parallel;
 
 	if (im->n == 0)
-		return 0;
+		return;
 	ct_slice_place(&own, im->v->affine, k);
 	ct_slice_normal(&own, normal);
 	ct_slice_normal(&im->source[0], theirs);
@@ -177,10 +160,7 @@ int derive_sources(
 	for (size_t i = 0; i < im->n; i++) {
 		const double at = distance(&im->source[i], &own, normal);
 
-		if (parallel && at != below && at != above && fabs(at) > mm[2] / 2)
-			continue;
-		if (put_source(h, im, in, item++, &im->source[i], e))
-			return -1;
+		if (!parallel || at == below || at == above || !(fabs(at) > mm[2] / 2))
+			put_source(h, im, in, item++, &im->source[i]);
 	}
-	return 0;
 }

@@ -9,11 +9,10 @@ int derive_check(const struct image *im, struct ct_err *e);
 /* Are there other voxels than in the slices, as far as is known? */
 bool derive_resampled(const struct image *im);
 /* The commands that made the volume, by their names alone: those of files may name a patient. */
-int derive_put(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e);
+void derive_put(struct ct_header *h, const struct image *im, const char *in);
 /* Which source slices picture k lies between, or on, or covers; all, if they lie at an angle. */
-int derive_sources(
-	struct ct_header *h, const struct image *im, const char *in, size_t k, struct ct_err *e);
+void derive_sources(struct ct_header *h, const struct image *im, const char *in, size_t k);
 /* All files that they are in, by study and series. */
-int derive_evidence(struct ct_header *h, const struct image *im, struct ct_err *e);
+void derive_evidence(struct ct_header *h, const struct image *im);
 
 #endif

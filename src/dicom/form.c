@@ -60,29 +60,30 @@ enum dicom_form dicom_form_of(const char *path)
 	return NOT_DICOM;
 }
 
-int dicom_from(struct dicom_from *f, const char *const *paths, size_t n, const char *which,
-	struct ct_err *e)
+int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err *e)
 {
-	const char *in = paths[0], *slash = strrchr(in, '/');
-	const enum dicom_form form = dicom_form_of(in);
+	const char *path = in->paths[0], *slash = strrchr(path, '/');
+	const enum dicom_form form = dicom_form_of(path);
 
-	*f = (struct dicom_from){.paths = paths, .n = n, .which = which};
-	if (form != FILE_OF_SERIES || n > 1)
+	*f = (struct dicom_from){.in = *in};
+	f->in.name = path;
+	if (form != FILE_OF_SERIES || in->n > 1)
 		return form == NOT_DICOM;
-	f->folder[0] = slash ? strndup(in, slash == in ? 1 : (size_t)(slash - in)) : strdup(".");
-	if (!f->folder[0] || asprintf(&f->member, "%s%s%s", f->folder[0], slash == in ? "" : "/",
-				     slash ? slash + 1 : in) < 0) {
+	f->folder = slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
+	if (!f->folder || asprintf(&f->member, "%s%s%s", f->folder, slash == path ? "" : "/",
+				  slash ? slash + 1 : path) < 0) {
 		f->member = NULL;
 		dicom_from_free(f);
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	f->paths = (const char *const *)f->folder;
+	f->in.paths = (const char *const *)&f->folder;
+	f->in.member = in->series ? NULL : f->member;
 	return 0;
 }
 
 void dicom_from_free(struct dicom_from *f)
 {
-	free(f->folder[0]);
+	free(f->folder);
 	free(f->member);
-	f->folder[0] = f->member = NULL;
+	f->folder = f->member = NULL;
 }

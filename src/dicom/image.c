@@ -3,6 +3,7 @@
 #include "formats/hash.h"
 #include "formats/voxels.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "dicom/derive.h"
 #include "dicom/image.h"
 #include "dicom/policy.h"
@@ -21,14 +22,12 @@ struct fixed {
 	const char *keyword, *text;
 };
 
-static int put(struct ct_header *h, const struct fixed *f, size_t n, struct ct_err *e)
+static void put(struct ct_header *h, const struct fixed *f, size_t n)
 {
 	for (size_t i = 0; i < n; i++)
-		if (ct_header_put(h, e, "", f[i].keyword, "%s", f[i].text))
-			return -1;
-	return 0;
+		ct_header_put(h, "", f[i].keyword, "%s", f[i].text);
 }
-#define PUT(h, table, e) put(h, table, sizeof(table) / sizeof *(table), e)
+#define PUT(h, table) put(h, table, sizeof(table) / sizeof *(table))
 
 static const struct fixed common[] = {
 	{"Modality", "CT"},
@@ -48,6 +47,12 @@ static const struct fixed single[] = {
 	{"ImageType", "DERIVED\\SECONDARY\\AXIAL"},
 	{"RescaleIntercept", "0"},
 	{"RescaleSlope", "1"},
+};
+
+static const struct fixed anonymous[] = {
+	{"PatientIdentityRemoved", "YES"},
+	{"DeidentificationMethod", "PS3.15 Basic Application Level Confidentiality Profile"},
+	{"LongitudinalTemporalInformationModified", "REMOVED"},
 };
 
 #define SHARED "SharedFunctionalGroupsSequence.0."
@@ -100,100 +105,61 @@ static const char *unit(const struct image *im)
 }
 
 /* What a hash of `what`, k and the content says. */
-static int new_uid(
-	char out[CT_UID_TEXT], const struct image *im, const char *what, size_t k, struct ct_err *e)
+static void new_uid(struct ct_header *h, char out[CT_UID_TEXT], const struct image *im,
+	const char *what, size_t k)
 {
 	const uint64_t place = k;
-	struct ct_hash *h;
-	uint64_t bits[2];
 
-	if (ct_hash_alloc(&h, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(h, im->content, sizeof im->content);
-	CT_SIMD(ct_hash_add)(h, what, strlen(what));
-	CT_SIMD(ct_hash_add)(h, &place, sizeof place);
-	ct_hash_digest(h, bits);
-	free(h);
-	ct_header_uid(out, bits);
-	return 0;
+	policy_uid(h, out, 3,
+		(const struct ct_piece[]){{im->content, sizeof im->content}, {what, strlen(what)},
+			{&place, sizeof place}});
 }
 
-static int put_uid(struct ct_header *h, const struct image *im, const char *keyword, size_t k,
-	struct ct_err *e)
+static void put_uid(struct ct_header *h, const struct image *im, const char *keyword, size_t k)
 {
 	char uid[CT_UID_TEXT];
 
-	return new_uid(uid, im, keyword, k, e) || ct_header_put(h, e, "", keyword, "%s", uid) ? -1
-											      : 0;
+	new_uid(h, uid, im, keyword, k);
+	ct_header_put(h, "", keyword, "%s", uid);
 }
 
-int image_program(char uid[CT_UID_TEXT], struct ct_err *e)
-{
-	static const struct image none;
-
-	return new_uid(uid, &none, "ctsr", 0, e);
-}
-
-static int put_description(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_description(struct ct_header *h, const struct image *im)
 {
 	enum { LONGEST = 64 };
 	const char *about = im->deid ? NULL : from(im, "SeriesDescription");
 	const char *made = ct_meta_get(&im->v->meta, CT_META_UPSAMPLE) ? "SR" : "derived";
-	char own[40], *text = NULL;
+	char own[40];
 	double mm[3], times;
-	int rc;
 
 	ct_vol_spacing(im->v, mm);
 	times = im->n ? im->source[0].pitch[0] / mm[0] : 0;
 	snprintf(own, sizeof own, times > 1.2 ? "%s x%.3g" : "%s", made, times);
 	if (about && strlen(about) + strlen(own) >= LONGEST)
 		about = NULL;
-	if (asprintf(&text, "%s%s%s", about ? about : "", about ? " " : "", own) < 0)
-		return ct_fail(e, CT_ENOMEM, "no memory for a header");
-	rc = ct_header_put(h, e, "", "SeriesDescription", "%s", text);
-	free(text);
-	return rc;
+	ct_header_put(
+		h, "", "SeriesDescription", "%s%s%s", about ? about : "", about ? " " : "", own);
 }
 
 #define EQUIPMENT "ContributingEquipmentSequence."
-static int put_equipment(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_equipment(struct ct_header *h, const struct image *im)
 {
-	bool scanner;
-	const char *own;
+	const char *own = EQUIPMENT "0.";
 
-	if (policy_take_machine(h, &im->from, EQUIPMENT "0.", im->deid, &scanner, e) ||
-		(scanner && ct_header_code(h, e, EQUIPMENT "0.", "PurposeOfReferenceCodeSequence",
-				    "109101", "DCM", "Acquisition Equipment")))
-		return -1;
-	own = scanner ? EQUIPMENT "1." : EQUIPMENT "0.";
-	return ct_header_code(h, e, own, "PurposeOfReferenceCodeSequence", "109102", "DCM",
-		       "Processing Equipment") ||
-			       ct_header_put(h, e, own, "Manufacturer", "ctsr") ||
-			       ct_header_put(h, e, own, "ManufacturerModelName", "%s", im->tool) ||
-			       ct_header_put(h, e, own, "SoftwareVersions", PACKAGE_VERSION)
-		       ? -1
-		       : 0;
-}
-
-static int put_deid(struct ct_header *h, struct ct_err *e)
-{
-	static const struct fixed done[] = {
-		{"PatientIdentityRemoved", "YES"},
-		{"DeidentificationMethod",
-			"PS3.15 Basic Application Level Confidentiality Profile"},
-		{"LongitudinalTemporalInformationModified", "REMOVED"},
-	};
-
-	return PUT(h, done, e) ||
-			       ct_header_code(h, e, "", "DeidentificationMethodCodeSequence",
-				       "113100", "DCM", "Basic Application Confidentiality Profile")
-		       ? -1
-		       : 0;
+	if (policy_take_machine(h, &im->from, own, im->deid)) {
+		ct_header_code(h, own, "PurposeOfReferenceCodeSequence", "109101", "DCM",
+			"Acquisition Equipment");
+		own = EQUIPMENT "1.";
+	}
+	ct_header_code(
+		h, own, "PurposeOfReferenceCodeSequence", "109102", "DCM", "Processing Equipment");
+	ct_header_put(h, own, "Manufacturer", "ctsr");
+	ct_header_put(h, own, "ManufacturerModelName", "%s", im->tool);
+	ct_header_put(h, own, "SoftwareVersions", PACKAGE_VERSION);
 }
 
 /* The moment that SOURCE_DATE_EPOCH is. The picture of many has to say one of its content: that of
  * what it comes from, or some moment. */
-static int put_dates(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_dates(struct ct_header *h, const struct image *im)
 {
 	static const char *const dates[][2] = {{"InstanceCreationDate", "InstanceCreationTime"},
 		{"SeriesDate", "SeriesTime"}, {"ContentDate", "ContentTime"}};
@@ -204,119 +170,101 @@ static int put_dates(struct ct_header *h, const struct image *im, struct ct_err 
 	for (size_t i = 0; i < 3; i++) {
 		const char *text = i == 2 ? content : date;
 
-		if (text && (ct_header_put(h, e, "", dates[i][0], "%.8s", text) ||
-				    ct_header_put(h, e, "", dates[i][1], "%s", text + 8)))
-			return -1;
+		if (!text)
+			continue;
+		ct_header_put(h, "", dates[i][0], "%.8s", text);
+		ct_header_put(h, "", dates[i][1], "%s", text + 8);
 	}
-	return 0;
-}
-
-static int put_window(struct ct_header *h, const struct image *im, const char *in, struct ct_err *e)
-{
-	const char *c = from(im, "WindowCenter"), *w = from(im, "WindowWidth");
-	const bool both = c && w;
-
-	return ct_header_put(h, e, in, "WindowCenter", "%s", both ? c : "40") ||
-			       ct_header_put(h, e, in, "WindowWidth", "%s", both ? w : "400")
-		       ? -1
-		       : 0;
 }
 
 /* What the pixels of all pictures are, and what they measure. */
-static int put_pixels(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_pixels(struct ct_header *h, const struct image *im)
 {
-	const char *in[] = {"", "", "", ""};
-	double mm[3], spacing[2], axes[6];
+	static const char *const single_in[] = {"", "", "", ""};
+	static const char *const frames_in[] = {SHARED "PixelMeasuresSequence.0.",
+		SHARED "PlaneOrientationSequence.0.", VALUES, SHARED "FrameVOILUTSequence.0."};
+	const char *const *in = im->frames ? frames_in : single_in;
+	const char *centre = from(im, "WindowCenter"), *width = from(im, "WindowWidth");
+	const bool both = centre && width;
 	struct ct_slice s = {0};
+	double mm[3], axes[6];
 
-	if (im->frames) {
-		in[0] = SHARED "PixelMeasuresSequence.0.";
-		in[1] = SHARED "PlaneOrientationSequence.0.";
-		in[2] = VALUES;
-		in[3] = SHARED "FrameVOILUTSequence.0.";
-	}
 	ct_slice_place(&s, im->v->affine, 0);
 	ct_vol_spacing(im->v, mm);
-	spacing[0] = s.pitch[1];
-	spacing[1] = s.pitch[0];
 	memcpy(axes, s.across, sizeof s.across);
 	memcpy(axes + 3, s.down, sizeof s.down);
-	return ct_header_put(h, e, "", "Columns", "%zu", im->v->n[0]) ||
-			       ct_header_put(h, e, "", "Rows", "%zu", im->v->n[1]) ||
-			       ct_header_numbers(h, e, in[0], "PixelSpacing", 2, spacing) ||
-			       ct_header_numbers(h, e, in[0], "SliceThickness", 1, &mm[2]) ||
-			       ct_header_numbers(h, e, in[0], "SpacingBetweenSlices", 1, &mm[2]) ||
-			       ct_header_numbers(h, e, in[1], "ImageOrientationPatient", 6, axes) ||
-			       ct_header_put(h, e, in[2], "RescaleType", "%s", unit(im)) ||
-			       put_window(h, im, in[3], e)
-		       ? -1
-		       : 0;
+	ct_header_put(h, "", "Columns", "%zu", im->v->n[0]);
+	ct_header_put(h, "", "Rows", "%zu", im->v->n[1]);
+	ct_header_numbers(h, in[0], "PixelSpacing", 2, (const double[]){s.pitch[1], s.pitch[0]});
+	ct_header_numbers(h, in[0], "SliceThickness", 1, &mm[2]);
+	ct_header_numbers(h, in[0], "SpacingBetweenSlices", 1, &mm[2]);
+	ct_header_numbers(h, in[1], "ImageOrientationPatient", 6, axes);
+	ct_header_put(h, in[2], "RescaleType", "%s", unit(im));
+	ct_header_put(h, in[3], "WindowCenter", "%s", both ? centre : "40");
+	ct_header_put(h, in[3], "WindowWidth", "%s", both ? width : "400");
 }
 
-static int put_region(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_region(struct ct_header *h, const struct image *im)
 {
 	const char *part = from(im, "BodyPartExamined");
 	const struct region *r = regions;
 
 	while (r->word && !(part && strcmp(part, r->word) == 0))
 		r++;
-	return ct_header_code(h, e, SHARED "FrameAnatomySequence.0.", "AnatomicRegionSequence",
-		r->code, "SCT", r->meaning);
+	ct_header_code(h, SHARED "FrameAnatomySequence.0.", "AnatomicRegionSequence", r->code,
+		"SCT", r->meaning);
 }
 
-/* All slices are of one event, whichever that was. */
-static int put_event(struct ct_header *h, const struct image *im, struct ct_err *e)
-{
-	const char *known = from(im, "IrradiationEventUID");
-	char uid[CT_UID_TEXT];
-
-	if (known ? policy_uid(uid, known, e) : new_uid(uid, im, "IrradiationEventUID", 0, e))
-		return -1;
-	return ct_header_put(h, e, SHARED "IrradiationEventIdentificationSequence.0.",
-		"IrradiationEventUID", "%s", known && !im->deid ? known : uid);
-}
-
-static int put_frames(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_frames(struct ct_header *h, const struct image *im)
 {
 	const char *type = derive_resampled(im) ? "DERIVED\\PRIMARY\\VOLUME\\RESAMPLED"
 						: "DERIVED\\PRIMARY\\VOLUME\\NONE";
 
-	return PUT(h, frames, e) || put_region(h, im, e) ||
-			       ct_header_put(h, e, "", "ImageType", "%s", type) ||
-			       ct_header_put(h, e, FRAME_TYPE, "FrameType", "%s", type) ||
-			       ct_header_put(h, e, "", "NumberOfFrames", "%zu", im->v->n[2])
-		       ? -1
-		       : 0;
+	PUT(h, frames);
+	put_region(h, im);
+	ct_header_put(h, "", "ImageType", "%s", type);
+	ct_header_put(h, FRAME_TYPE, "FrameType", "%s", type);
+	ct_header_put(h, "", "NumberOfFrames", "%zu", im->v->n[2]);
+}
+
+static void put_missing(struct ct_header *h, const char *keyword, const char *text)
+{
+	if (!ct_header_get(h, keyword))
+		ct_header_put(h, "", keyword, "%s", text);
 }
 
 /* All but UIDs. */
-static int put_head(struct ct_header *h, const struct image *im, struct ct_err *e)
+static void put_head(struct ct_header *h, const struct image *im)
 {
 	const char *number = from(im, "SeriesNumber");
 	const long before = number ? strtol(number, NULL, 10) : 0;
 
-	if (policy_take(h, &im->from, im->deid, im->frames, e) || PUT(h, common, e) ||
-		(im->frames ? put_frames(h, im, e) : PUT(h, single, e)) || put_pixels(h, im, e) ||
-		put_description(h, im, e) || put_equipment(h, im, e) ||
-		(!im->frames && derive_put(h, im, "", e)) || put_dates(h, im, e) ||
-		(im->deid && put_deid(h, e)) ||
-		ct_header_put(h, e, "", "ManufacturerModelName", "%s", im->tool) ||
-		ct_header_put(h, e, "", "SeriesNumber", "%ld",
-			number && before > 0 && before < 1000000 ? before + 1000 : 1))
-		return -1;
-	if (!im->frames && !from(im, "BodyPartExamined") && !from(im, "Laterality") &&
-		ct_header_put(h, e, "", "Laterality", "%s", ""))
-		return -1; /* not known whether there are two of it */
-	if (!im->deid && ct_header_get(h, "PatientIdentityRemoved") &&
-		!ct_header_get(h, "DeidentificationMethod") &&
-		ct_header_put(h, e, "", "DeidentificationMethod", "not said by the source"))
-		return -1;
-	if (!ct_header_get(h, "LossyImageCompression") &&
-		ct_header_put(h, e, "", "LossyImageCompression", "00"))
-		return -1;
-	return ct_header_get(h, "BurnedInAnnotation")
-		       ? 0
-		       : ct_header_put(h, e, "", "BurnedInAnnotation", "NO");
+	policy_take(h, &im->from, im->deid, im->frames);
+	PUT(h, common);
+	if (im->frames)
+		put_frames(h, im);
+	else
+		PUT(h, single);
+	put_pixels(h, im);
+	put_description(h, im);
+	put_equipment(h, im);
+	if (!im->frames)
+		derive_put(h, im, "");
+	put_dates(h, im);
+	if (im->deid) {
+		PUT(h, anonymous);
+		ct_header_code(h, "", "DeidentificationMethodCodeSequence", "113100", "DCM",
+			"Basic Application Confidentiality Profile");
+	}
+	ct_header_put(h, "", "ManufacturerModelName", "%s", im->tool);
+	ct_header_put(h, "", "SeriesNumber", "%ld",
+		number && before > 0 && before < 1000000 ? before + 1000 : 1);
+	if (!im->frames && !from(im, "BodyPartExamined") && !from(im, "Laterality"))
+		ct_header_put(h, "", "Laterality", "%s", ""); /* of what there may be two */
+	if (!im->deid && ct_header_get(h, "PatientIdentityRemoved"))
+		put_missing(h, "DeidentificationMethod", "not said by the source");
+	put_missing(h, "LossyImageCompression", "00");
+	put_missing(h, "BurnedInAnnotation", "NO");
 }
 
 static void add_text(struct ct_hash *h, const char *text)
@@ -355,35 +303,40 @@ out:
 	return rc;
 }
 
-/* The UIDs that all files share. */
-static int put_uids(struct ct_header *h, const struct image *im, struct ct_err *e)
+/* The UIDs that all files share. All pictures are of one event, whichever that was. */
+static void put_uids(struct ct_header *h, const struct image *im)
 {
 	static const char *const of_source[] = {"StudyInstanceUID", "FrameOfReferenceUID"};
+	const char *event = from(im, "IrradiationEventUID");
 	char uid[CT_UID_TEXT];
 
 	for (size_t i = 0; i < 2; i++)
-		if (!ct_header_get(h, of_source[i]) && put_uid(h, im, of_source[i], 0, e))
-			return -1;
-	if (put_uid(h, im, "SeriesInstanceUID", 0, e))
-		return -1;
+		if (!ct_header_get(h, of_source[i]))
+			put_uid(h, im, of_source[i], 0);
+	put_uid(h, im, "SeriesInstanceUID", 0);
 	if (!im->frames)
-		return 0;
-	return put_event(h, im, e) || new_uid(uid, im, "DimensionOrganizationUID", 0, e) ||
-			       ct_header_put(h, e, "DimensionOrganizationSequence.0.",
-				       "DimensionOrganizationUID", "%s", uid) ||
-			       ct_header_put(h, e, "DimensionIndexSequence.0.",
-				       "DimensionOrganizationUID", "%s", uid)
-		       ? -1
-		       : 0;
+		return;
+	new_uid(h, uid, im, "IrradiationEventUID", 0);
+	policy_put_uid(h, SHARED "IrradiationEventIdentificationSequence.0.", "IrradiationEventUID",
+		event ? event : uid, event && im->deid);
+	new_uid(h, uid, im, "DimensionOrganizationUID", 0);
+	ct_header_put(h, "DimensionOrganizationSequence.0.", "DimensionOrganizationUID", "%s", uid);
+	ct_header_put(h, "DimensionIndexSequence.0.", "DimensionOrganizationUID", "%s", uid);
 }
 
 int image_head(struct image *im, struct ct_err *e)
 {
-	return put_head(&im->head, im, e) || hash_content(im, e) || put_uids(&im->head, im, e) ? -1
-											       : 0;
+	static const struct image none;
+
+	put_head(&im->head, im);
+	if (hash_content(im, e))
+		return -1;
+	put_uids(&im->head, im);
+	new_uid(&im->head, im->program, &none, "ctsr", 0);
+	return ct_header_check(&im->head, e);
 }
 
-static int put_frame(struct ct_header *h, const struct image *im, size_t k, struct ct_err *e)
+static void put_frame(struct ct_header *h, const struct image *im, size_t k)
 {
 	char in[80], group[160];
 	struct ct_slice own = {0};
@@ -391,45 +344,38 @@ static int put_frame(struct ct_header *h, const struct image *im, size_t k, stru
 	ct_slice_place(&own, im->v->affine, k);
 	snprintf(in, sizeof in, "PerFrameFunctionalGroupsSequence.%zu.", k);
 	snprintf(group, sizeof group, "%sFrameContentSequence.0.", in);
-	if (ct_header_put(h, e, group, "StackID", "1") ||
-		ct_header_put(h, e, group, "InStackPositionNumber", "%zu", k + 1) ||
-		ct_header_put(h, e, group, "DimensionIndexValues", "%zu", k + 1))
-		return -1;
+	ct_header_put(h, group, "StackID", "1");
+	ct_header_put(h, group, "InStackPositionNumber", "%zu", k + 1);
+	ct_header_put(h, group, "DimensionIndexValues", "%zu", k + 1);
 	snprintf(group, sizeof group, "%sPlanePositionSequence.0.", in);
-	if (ct_header_numbers(h, e, group, "ImagePositionPatient", 3, own.position))
-		return -1;
+	ct_header_numbers(h, group, "ImagePositionPatient", 3, own.position);
 	if (im->n == 0)
-		return 0;
+		return;
 	snprintf(group, sizeof group, "%s" DERIVATION, in);
-	return derive_put(h, im, group, e) || derive_sources(h, im, group, k, e) ? -1 : 0;
+	derive_put(h, im, group);
+	derive_sources(h, im, group, k);
 }
 
 int image_own(struct ct_header *h, const struct image *im, size_t k, struct ct_err *e)
 {
 	struct ct_slice own = {0};
-	double normal[3], along = 0;
+	double normal[3], along;
 
-	if (put_uid(h, im, "SOPInstanceUID", k, e))
-		return -1;
+	put_uid(h, im, "SOPInstanceUID", k);
 	if (im->frames) {
-		if (derive_evidence(h, im, e))
-			return -1;
+		derive_evidence(h, im);
 		for (size_t i = 0; i < im->v->n[2]; i++)
-			if (put_frame(h, im, i, e))
-				return -1;
-		return 0;
+			put_frame(h, im, i);
+		return ct_header_check(h, e);
 	}
 	ct_slice_place(&own, im->v->affine, k);
 	ct_slice_normal(&own, normal);
-	for (int d = 0; d < 3; d++)
-		along += normal[d] * own.position[d];
-	return ct_header_put(h, e, "", "InstanceNumber", "%zu", k + 1) ||
-			       ct_header_numbers(
-				       h, e, "", "ImagePositionPatient", 3, own.position) ||
-			       ct_header_numbers(h, e, "", "SliceLocation", 1, &along) ||
-			       derive_sources(h, im, "", k, e)
-		       ? -1
-		       : 0;
+	along = ct_vec3_dot(normal, own.position);
+	ct_header_put(h, "", "InstanceNumber", "%zu", k + 1);
+	ct_header_numbers(h, "", "ImagePositionPatient", 3, own.position);
+	ct_header_numbers(h, "", "SliceLocation", 1, &along);
+	derive_sources(h, im, "", k);
+	return ct_header_check(h, e);
 }
 
 void image_free(struct image *im)

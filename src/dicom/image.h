@@ -15,19 +15,18 @@ struct image {
 	size_t n;
 	bool frames; /* all pictures in one file */
 	bool deid;
-	const char *tool;      /* name of the program */
-	const char *date;      /* YYYYMMDDHHMMSS of the file, or NULL */
-	uint64_t content[2];   /* hash of all that is written */
-	struct ct_header head; /* what all files share */
+	const char *tool;          /* name of the program */
+	const char *date;          /* YYYYMMDDHHMMSS of the file, or NULL */
+	uint64_t content[2];       /* hash of all that is written */
+	struct ct_header head;     /* what all files share */
+	char program[CT_UID_TEXT]; /* the UID of the program */
 };
 
-/* Fill in im->head. The UIDs that are new are a function of what is written, down to the voxels.
- * CT_ENOMEM. */
+/* Fill in content, head and program. The UIDs that are new are a function of what is written, down
+ * to the voxels. CT_ENOMEM. */
 int image_head(struct image *im, struct ct_err *e);
 /* What is of picture k alone; with im->frames of all, and k is 0. */
 int image_own(struct ct_header *h, const struct image *im, size_t k, struct ct_err *e);
-/* The UID of the program. */
-int image_program(char uid[CT_UID_TEXT], struct ct_err *e);
 void image_free(struct image *im);
 
 #endif

@@ -1,8 +1,9 @@
-/* inspect.c: see inspect.h. */
+/* inspect.c: what is in a folder of DICOM files, before anything is made of it; see dicom.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "shim/dicom.h"
-#include "dicom/inspect.h"
+#include "dicom/module.h"
+#include "dicom/series.h"
 #include "report/report.h"
 
 #include <jansson.h>
@@ -126,7 +127,7 @@ out:
 }
 
 /* What would be made of the series, and with what remarks. */
-static void judge(json_t *o, struct ct_slice *s, size_t n, const struct series_rule *rule,
+static void judge(json_t *o, struct ct_slice *s, size_t n, const struct ct_dicom_in *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	json_t *remarks = json_array();
@@ -149,11 +150,11 @@ static void judge(json_t *o, struct ct_slice *s, size_t n, const struct series_r
 		if (n < 8)
 			json_array_append_new(remarks, json_string("few slices"));
 	}
-	fit = l.slices && (rule->units != CT_UNITS_AUTO || ct_slice_check_hu(s, e) == 0) &&
+	fit = l.slices && (in->units != CT_UNITS_AUTO || ct_slice_check_hu(s, e) == 0) &&
 	      range_of(range, s, n, env, e) == 0;
 	if (fit)
 		json_object_set_new(o, "range", pair(range[0], range[1]));
-	fit = fit && ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) == 0;
+	fit = fit && ct_layout_grid(&l, s, in->tilt, in->gaps, e) == 0;
 	if (fit)
 		json_object_set_new(
 			o, "grid", json_pack("[i,i,i]", (int)l.n[0], (int)l.n[1], (int)l.n[2]));
@@ -165,7 +166,7 @@ static void judge(json_t *o, struct ct_slice *s, size_t n, const struct series_r
 }
 
 /* *e stays zero if the series is fit. */
-static json_t *series_of(const struct series_set *set, size_t k, const struct series_rule *rule,
+static json_t *series_of(const struct series_set *set, size_t k, const struct ct_dicom_in *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_series *l = &set->list[k];
@@ -193,7 +194,7 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct se
 		o, "padding", s->padded ? pair(s->padding[0], s->padding[1]) : json_null());
 	json_object_set_new(o, "missing-fields", missing);
 	if (l->role == CT_PICTURE_SLICES || l->role == CT_PICTURE_OTHER)
-		judge(o, s, l->count, rule, env, e);
+		judge(o, s, l->count, in, env, e);
 	else {
 		ct_fail(e, CT_EINPUT, "%s: no slices: %s", s->path, ct_picture_word(l->role));
 		json_object_set_new(o, "fit", json_false());
@@ -202,15 +203,15 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct se
 }
 
 /* why[k] is why series k is not fit. */
-static void print(const struct series_set *set, const char *path, const struct series_rule *rule,
-	json_t *into, struct ct_err *why, const struct ct_env *env)
+static void print(const struct series_set *set, const struct ct_dicom_in *in, json_t *into,
+	struct ct_err *why, const struct ct_env *env)
 {
 	json_t *list = json_array(), *counts = files_of(set), *all, *o;
 	size_t k;
 
 	for (k = 0; k < set->n; k++)
-		json_array_append_new(list, series_of(set, k, rule, env, &why[k]));
-	all = json_pack("{s:o,s:s}", "file", text(path), "kind", "DICOM");
+		json_array_append_new(list, series_of(set, k, in, env, &why[k]));
+	all = json_pack("{s:o,s:s}", "file", text(in->paths[0]), "kind", "DICOM");
 	json_object_update(all, counts);
 	json_object_set_new(all, "trouble", trouble_of(set));
 	json_decref(counts);
@@ -232,19 +233,18 @@ static void print(const struct series_set *set, const char *path, const struct s
 	json_decref(all);
 }
 
-int inspect_print(const char *const *paths, size_t n, const struct series_rule *rule, json_t *into,
-	const struct ct_env *env, struct ct_err *e)
+int inspect_print(
+	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e)
 {
 	struct series_set set = {0};
 	struct ct_err *why = NULL;
 	size_t pick;
 	int rc = -1;
 
-	if (series_open(&set, paths, n, e) || ct_alloc0(&why, set.n, sizeof *why, e))
+	if (series_open(&set, in, e) || ct_alloc0(&why, set.n, sizeof *why, e))
 		goto out;
-	print(&set, paths[0], rule, into, why, env);
-	if (series_choose(&set, paths[0], rule, &pick, e) ||
-		series_whole(&set, pick, rule->skip_damaged, env, e))
+	print(&set, in, into, why, env);
+	if (series_choose(&set, in, &pick, e) || series_whole(&set, pick, in->skip_damaged, env, e))
 		goto out;
 	*e = why[pick];
 	rc = e->code == CT_OK ? 0 : -1;

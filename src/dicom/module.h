@@ -6,14 +6,18 @@
  */
 #ifndef CT_DICOM_MODULE_H
 #define CT_DICOM_MODULE_H
-#include "core/env.h"
-#include "core/vol.h"
-#include "dicom/inspect.h"
-#include "dicom/radiograph.h"
-#include "dicom/write.h"
+#include "dicom/dicom.h"
+
+/* What the functions of dicom.h do, within the module; `in` is of dicom_from. */
+int series_read(
+	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e);
+__typeof__(ct_dicom_write) dicom_write;
+__typeof__(ct_dicom_inspect) inspect_print;
+__typeof__(ct_dicom_radiograph) radiograph_read;
 
 /* What a program says once for all its copies of core: see core/inflate.h, core/simd.h,
  * formats/temp.h. */
+struct ct_temp_kept;
 struct dicom_begin {
 	unsigned expand;
 	const char *simd; /* CTSR_CPU, or NULL */

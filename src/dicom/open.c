@@ -1,6 +1,7 @@
 /* open.c: the module is loaded; see module.h. */
 #include "config.h"
 #include "core/inflate.h"
+#include "core/mem.h"
 #include "dicom/form.h"
 #include "dicom/module.h"
 #include "formats/temp.h"
@@ -8,35 +9,9 @@
 
 #include <dlfcn.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
-static struct series_rule rule_of(const struct ct_dicom_in *in)
-{
-	return (struct series_rule){.in = in->paths[0],
-		.which = in->series,
-		.tilt = in->tilt,
-		.gaps = in->gaps,
-		.units = in->units,
-		.skip_damaged = in->skip_damaged,
-		.about = in->about,
-		.taker = in->taker};
-}
-
 #ifdef HAVE_VTK
-/* Some of the libraries do not look whether there is memory: there has to be. */
-static int check_memory(struct ct_err *e)
-{
-	const size_t need = (size_t)64 << 20;
-	void *const p =
-		mmap(NULL, need, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-
-	if (p == MAP_FAILED)
-		return ct_fail(e, CT_ENOMEM, "the DICOM libraries need 64 MiB to begin with");
-	munmap(p, need);
-	return 0;
-}
-
 static const struct dicom_module *module(struct ct_err *e)
 {
 	const struct dicom_begin how = {ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table()};
@@ -45,8 +20,11 @@ static const struct dicom_module *module(struct ct_err *e)
 	char *path;
 	int rc;
 
-	if (check_memory(e))
+	/* some of the libraries do not look whether there is memory */
+	if (ct_mem_room((size_t)64 << 20, e)) {
+		ct_blame(e, "DICOM libraries");
 		return NULL;
+	}
 	rc = ct_installed_find(&path, DICOM_MODULE, "/../libexec/ctsr", CT_LIBEXECDIR, R_OK, e);
 	if (rc < 0)
 		return NULL;
@@ -73,18 +51,15 @@ int ct_dicom_read(
 	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct dicom_module *m = module(e);
-	struct series_rule rule = rule_of(in);
 	struct dicom_from from;
 	int rc;
 
 	if (!m)
 		return ct_blame(e, in->paths[0]);
-	rc = dicom_from(&from, in->paths, in->n, in->series, e);
+	rc = dicom_from(&from, in, e);
 	if (rc)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
-	if (!in->series)
-		rule.member = from.member;
-	rc = m->read(from.paths, from.n, &rule, v, env, e);
+	rc = m->read(v, &from.in, env, e);
 	dicom_from_free(&from);
 	return rc;
 }
@@ -101,9 +76,8 @@ int ct_dicom_inspect(
 	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e)
 {
 	const struct dicom_module *m = module(e);
-	const struct series_rule rule = rule_of(in);
 
-	return m ? m->inspect(in->paths, in->n, &rule, into, env, e) : ct_blame(e, in->paths[0]);
+	return m ? m->inspect(in, into, env, e) : ct_blame(e, in->paths[0]);
 }
 
 int ct_dicom_radiograph(struct ct_vol *v, double mm[2], const char *path, struct ct_err *e)

@@ -1,6 +1,5 @@
 /* policy.c: see policy.h. */
 #include "config.h"
-#include "formats/hash.h"
 #include "shim/dicom-write.h"
 #include "dicom/policy.h"
 
@@ -122,85 +121,99 @@ int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct 
 			ct_header_agree(h, &one);
 		ct_header_free(&one);
 	}
-	return *first ? ct_header_put(h, e, "", POLICY_CONTENT, "%s", first) : 0;
+	if (*first)
+		ct_header_put(h, "", POLICY_CONTENT, "%s", first);
+	return ct_header_check(h, e);
 }
 
-int policy_uid(char out[CT_UID_TEXT], const char *uid, struct ct_err *e)
+void policy_uid(struct ct_header *h, char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece)
 {
-	static const char what[] = "de-identified";
-	struct ct_hash *h;
+	struct ct_hash *hash;
+	struct ct_err why;
 	uint64_t bits[2];
 
-	if (ct_hash_alloc(&h, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(h, what, sizeof what);
-	CT_SIMD(ct_hash_add)(h, uid, strlen(uid));
-	ct_hash_digest(h, bits);
-	free(h);
+	*out = '\0';
+	if (ct_hash_alloc(&hash, &why)) {
+		h->failed = true;
+		return;
+	}
+	for (size_t i = 0; i < n; i++)
+		CT_SIMD(ct_hash_add)(hash, piece[i].data, piece[i].bytes);
+	ct_hash_digest(hash, bits);
+	free(hash);
 	ct_header_uid(out, bits);
-	return 0;
+}
+
+/* What stands for a UID. */
+static void stand_in(struct ct_header *h, char out[CT_UID_TEXT], const char *uid)
+{
+	static const char what[] = "de-identified";
+
+	policy_uid(h, out, 2, (const struct ct_piece[]){{what, sizeof what}, {uid, strlen(uid)}});
+}
+
+void policy_put_uid(
+	struct ct_header *h, const char *in, const char *keyword, const char *uid, bool deid)
+{
+	char other[CT_UID_TEXT];
+
+	if (deid)
+		stand_in(h, other, uid);
+	ct_header_put(h, in, keyword, "%.64s", deid ? other : uid);
 }
 
 /* What is left of the text of a row, NULL: nothing; `room` may be used for it. The name goes with
  * the study: a number of the patient would soon be guessed from its hash. */
-static int leave(const char **text, char room[CT_UID_TEXT], const struct row *r, const char *study,
-	struct ct_err *e)
+static const char *leave(struct ct_header *h, char room[CT_UID_TEXT], const char *text,
+	const struct row *r, const char *study)
 {
 	switch (r->deid) {
-	case KEPT: return 0;
-	case EMPTIED: *text = *text ? "" : NULL; return 0;
-	case DROPPED: *text = NULL; return 0;
+	case KEPT: return text;
+	case EMPTIED: return text ? "" : NULL;
+	case DROPPED: return NULL;
 	case UID:
-		if (!*text)
-			return 0;
-		if (policy_uid(room, *text, e))
-			return -1;
+		if (!text)
+			return NULL;
+		stand_in(h, room, text);
 		break;
 	case NAMED:
 	case NUMBERED:
-		if (policy_uid(room, study ? study : "", e))
-			return -1;
+		stand_in(h, room, study ? study : "");
 		memcpy(room, r->deid == NAMED ? "ANON^" : "ANON-", 5); /* over the "2.25." */
 		room[5 + 12] = '\0';
 		break;
 	}
-	*text = room;
-	return 0;
+	return room;
 }
 
-static int take(struct ct_header *out, const struct ct_header *from, const struct row *r,
-	const char *in, bool deid, bool needed, struct ct_err *e)
+static void take(struct ct_header *out, const struct ct_header *from, const struct row *r,
+	const char *in, bool deid, bool needed)
 {
 	const char *text = ct_header_get(from, r->keyword);
 	char room[CT_UID_TEXT];
 
-	if (deid && leave(&text, room, r, ct_header_get(from, "StudyInstanceUID"), e))
-		return -1;
-	if (!text && needed)
-		text = "";
-	return text ? ct_header_put(out, e, in, r->keyword, "%s", text) : 0;
+	if (deid)
+		text = leave(out, room, text, r, ct_header_get(from, "StudyInstanceUID"));
+	if (text || needed)
+		ct_header_put(out, in, r->keyword, "%s", text ? text : "");
 }
 
-int policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames,
-	struct ct_err *e)
+void policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames)
 {
 	for (size_t i = 0; i < COUNT(rows); i++) {
 		const unsigned kinds = rows[i].where & (SINGLE | FRAMES);
 
-		if (kinds && !(kinds & (frames ? FRAMES : SINGLE)))
-			continue;
-		if (take(out, from, &rows[i], "", deid, rows[i].where & NEEDED, e))
-			return -1;
+		if (!kinds || kinds & (frames ? FRAMES : SINGLE))
+			take(out, from, &rows[i], "", deid, rows[i].where & NEEDED);
 	}
-	return 0;
 }
 
-int policy_take_machine(struct ct_header *out, const struct ct_header *from, const char *in,
-	bool deid, bool *any, struct ct_err *e)
+bool policy_take_machine(
+	struct ct_header *out, const struct ct_header *from, const char *in, bool deid)
 {
-	*any = ct_header_get(from, machine[0].keyword) != NULL;
-	for (size_t i = 0; i < COUNT(machine) && *any; i++)
-		if (take(out, from, &machine[i], in, deid, false, e))
-			return -1;
-	return 0;
+	if (!ct_header_get(from, machine[0].keyword))
+		return false;
+	for (size_t i = 0; i < COUNT(machine); i++)
+		take(out, from, &machine[i], in, deid, false);
+	return true;
 }

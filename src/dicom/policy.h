@@ -6,6 +6,7 @@
  */
 #ifndef CT_DICOM_POLICY_H
 #define CT_DICOM_POLICY_H
+#include "formats/hash.h"
 #include "series/header.h"
 #include "series/slice.h"
 
@@ -28,12 +29,14 @@ enum deid {
 int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e);
 /* What is taken over of those (zeroes: of nothing), and what has to be there, empty if it is not
  * known. `frames`: for the picture of many. */
-int policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames,
-	struct ct_err *e);
-/* The machine that made them, as an item `in` of a sequence; *any: is anything known? */
-int policy_take_machine(struct ct_header *out, const struct ct_header *from, const char *in,
-	bool deid, bool *any, struct ct_err *e);
-/* The UID that stands for another one in what is de-identified. CT_ENOMEM. */
-int policy_uid(char out[CT_UID_TEXT], const char *uid, struct ct_err *e);
+void policy_take(struct ct_header *out, const struct ct_header *from, bool deid, bool frames);
+/* The machine that made them, as an item `in` of a sequence: is anything known? */
+bool policy_take_machine(
+	struct ct_header *out, const struct ct_header *from, const char *in, bool deid);
+/* The UID that a hash of n pieces says; without memory h has failed. */
+void policy_uid(struct ct_header *h, char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece);
+/* Append a UID; with deid the one that stands for it. */
+void policy_put_uid(
+	struct ct_header *h, const char *in, const char *keyword, const char *uid, bool deid);
 
 #endif

@@ -1,10 +1,10 @@
-/* radiograph.c: see radiograph.h. */
+/* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h. */
 #include "config.h"
 #include "core/inflate.h"
 #include "series/header.h"
 #include "shim/dicom-write.h"
 #include "shim/dicom.h"
-#include "dicom/radiograph.h"
+#include "dicom/module.h"
 #include "dicom/series.h"
 
 #include <math.h>
@@ -87,18 +87,17 @@ static int check(const struct ct_slice *s, struct ct_err *e)
 }
 
 /* The one picture of all that was found. */
-static int choose(
-	const struct ct_slice **s, const struct series_set *set, const char *path, struct ct_err *e)
+static int choose(const struct ct_slice **s, const struct series_set *set,
+	const struct ct_dicom_in *in, struct ct_err *e)
 {
-	const struct series_rule any = {.in = path};
 	size_t pick;
 
 	if (set->census.slices == 0)
-		return series_choose(set, path, &any, &pick, e);
+		return series_choose(set, in, &pick, e);
 	if (set->census.slices > 1)
 		return ct_fail(e, CT_EGEOM,
-			"%s: holds %zu pictures, and --radiograph takes one of a file", path,
-			set->census.slices);
+			"%s: holds %zu pictures, and --radiograph takes one of a file",
+			in->paths[0], set->census.slices);
 	*s = set->census.slice;
 	return 0;
 }
@@ -107,14 +106,14 @@ int radiograph_read(struct ct_vol *v, double mm[2], const char *path, struct ct_
 {
 	static const char *const fields[] = {"PhotometricInterpretation", "ModalityLUTSequence",
 		"ImagerPixelSpacing", "PixelSpacing"};
+	const struct ct_dicom_in in = {.paths = &path, .n = 1};
 	const struct ct_slice *s = NULL;
 	struct series_set set = {0};
 	struct ct_header h = {0};
 	bool turned = false;
 	int rc = -1;
 
-	if (series_open(&set, &path, 1, e) == 0 && choose(&s, &set, path, e) == 0 &&
-		check(s, e) == 0 &&
+	if (series_open(&set, &in, e) == 0 && choose(&s, &set, &in, e) == 0 && check(s, e) == 0 &&
 		ct_dicom_header(&h, s, sizeof fields / sizeof *fields, fields, e) == 0 &&
 		read_turn(&turned, &h, s, e) == 0 && read_pitch(mm, &h, s, e) == 0 &&
 		ct_vol_alloc(v, (const size_t[]){s->columns, s->rows, 1}, e) == 0 &&

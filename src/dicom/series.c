@@ -1,4 +1,4 @@
-/* series.c: from files to a volume. See dicom-series.h. */
+/* series.c: from files to a volume. See dicom.h. */
 #include "config.h"
 #include "core/inflate.h"
 #include "core/mem.h"
@@ -6,6 +6,7 @@
 #include "series/moment.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
+#include "dicom/module.h"
 #include "dicom/series.h"
 #include "dicom/sidecar.h"
 
@@ -22,8 +23,8 @@ struct reader {
 	struct ct_dicom_source *from;
 	const struct ct_vol *to; /* what they make, */
 	struct ct_hash *hash;    /* and of it */
-	const struct series_rule *rule;
-	const struct series_taker *taker; /* who takes it, or NULL */
+	const struct ct_dicom_in *in;
+	const struct ct_dicom_taker *taker; /* who takes it, or NULL */
 	float none;
 	size_t failed; /* the slice that could not be decoded */
 };
@@ -46,7 +47,7 @@ static int take(void *ctx, size_t k, const float *x, struct ct_err *e)
 
 	CT_SIMD(ct_hash_add)(r->hash, x, area * sizeof *x);
 	if (ct_vol_check_plane(r->to, k, x, e))
-		return ct_blame(e, r->rule->in);
+		return ct_blame(e, r->in->name);
 	return r->taker ? r->taker->plane(r->taker->ctx, x, area, e) : 0;
 }
 
@@ -72,29 +73,26 @@ out:
 /* Put the slices that repeat the one before them, number by number, behind the others. */
 static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
 {
-	struct ct_slice *again = NULL;
-	size_t copies = 0;
+	struct ct_slice_key *key;
+	size_t last = 0; /* of those that are kept */
+	int rc = 0;
 
-	*kept = 0;
-	if (ct_alloc(&again, n, sizeof *again, e))
+	if (ct_alloc0(&key, n, sizeof *key, e))
 		return -1;
-	for (size_t k = 0; k < n; k++) {
+	*kept = n;
+	for (size_t k = 1; k < n && rc == 0; k++) {
 		int same = 0;
 
-		if (*kept && s[k].placed && ct_moment_together(&s[*kept - 1], &s[k]))
-			same = is_repeated(&s[*kept - 1], &s[k], e);
-		if (same < 0) {
-			free(again);
-			return -1;
-		}
-		if (same)
-			again[copies++] = s[k];
-		else
-			s[(*kept)++] = s[k];
+		if (s[k].placed && ct_moment_together(&s[last], &s[k]))
+			same = is_repeated(&s[last], &s[k], e);
+		rc = same < 0 ? -1 : 0;
+		key[k].rank = same > 0;
+		*kept -= key[k].rank;
+		last = same ? last : k;
 	}
-	memcpy(s + *kept, again, copies * sizeof *s);
-	free(again);
-	return 0;
+	rc = rc || ct_slice_sort(s, key, n, e) ? -1 : 0;
+	free(key);
+	return rc;
 }
 
 /* Some converters give every slice a frame of its own. */
@@ -230,9 +228,9 @@ static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
 static int describe(
 	struct ct_vol *v, const struct reader *r, const struct ct_layout *l, struct ct_err *e)
 {
-	const bool hu = r->rule->units != CT_UNITS_OTHER;
+	const bool hu = r->in->units != CT_UNITS_OTHER;
 
-	return mark(v, r->s, l, e) || ct_hash_input(r->hash, &v->meta, r->rule->in, e) ||
+	return mark(v, r->s, l, e) || ct_hash_input(r->hash, &v->meta, r->in->name, e) ||
 			       ct_meta_set(&v->meta, CT_META_QUANTITY,
 				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)
 		       ? -1
@@ -253,7 +251,7 @@ static bool is_whole(const struct ct_slice *s, const struct ct_layout *l)
 /* The grid is known: room for the volume, unless it is taken plane by plane. */
 static int begin(struct ct_vol *v, struct reader *r, const struct ct_layout *l, struct ct_err *e)
 {
-	const struct series_taker *t = r->rule->taker;
+	const struct ct_dicom_taker *t = r->in->taker;
 	int rc = 1;
 
 	memcpy(v->n, l->n, sizeof v->n);
@@ -272,17 +270,17 @@ static int begin(struct ct_vol *v, struct reader *r, const struct ct_layout *l, 
 
 /* The slices, in any order, to a volume; *failed is the slice, of their new order, that could not
  * be decoded, or n. */
-static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct series_rule *rule,
+static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct ct_dicom_in *in,
 	size_t *failed, const struct ct_env *env, struct ct_err *e)
 {
 	struct reader r = {
-		.s = s, .to = v, .rule = rule, .none = rule->units == CT_UNITS_OTHER ? 0 : NONE_HU};
+		.s = s, .to = v, .in = in, .none = in->units == CT_UNITS_OTHER ? 0 : NONE_HU};
 	const struct ct_restack_source from = {read_slice, take, &r};
 	struct ct_layout l = {0};
 	int rc = -1;
 
 	*failed = n;
-	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, rule->tilt, rule->gaps, e) ||
+	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, in->tilt, in->gaps, e) ||
 		ct_hash_alloc(&r.hash, e) || begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
@@ -294,8 +292,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_frames(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
-	rc = describe(v, &r, &l, e) || (rule->about && sidecar_series(rule->about, s, &l, e)) ? -1
-											      : 0;
+	rc = describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)) ? -1 : 0;
 out:
 	ct_dicom_source_close(r.from);
 	free(r.hash);
@@ -304,10 +301,10 @@ out:
 }
 
 /* A slice that cannot be decoded goes to the end, and its file is damaged. */
-static void set_aside(struct series_set *set, struct ct_series *l, size_t count, size_t k,
+static void set_aside(struct series_set *set, struct ct_slice *s, size_t count, size_t k,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_slice *s = set->census.slice + l->first, bad = s[k];
+	const struct ct_slice bad = s[k];
 	struct ct_file *f = &set->census.file[bad.file];
 
 	ct_log(env, CT_WARN, "skipped: %s", e->msg);
@@ -318,69 +315,31 @@ static void set_aside(struct series_set *set, struct ct_series *l, size_t count,
 	*e = (struct ct_err){0};
 }
 
-/* What is the matter where there is no picture at all? */
-static int nothing(const struct series_set *set, const char *path, struct ct_err *e)
-{
-	const struct ct_census *c = &set->census;
-	const struct ct_file *f = NULL;
-
-	for (size_t i = 0; i < c->files; i++)
-		if (!f || c->file[i].state > f->state)
-			f = &c->file[i];
-	if (!f)
-		return ct_fail(e, CT_EINPUT, "%s: no files in this folder", path);
-	if (c->files == 1)
-		return ct_fail(e, CT_EINPUT, "%s: %s%s%s", f->path, CT_WORD(CT_FILE_LIST, f->state),
-			f->why[0] ? ": " : "", f->why);
-	return ct_fail(e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s: %s%s%s", path,
-		c->files, f->path, CT_WORD(CT_FILE_LIST, f->state), f->why[0] ? ": " : "", f->why);
-}
-
-int series_choose(const struct series_set *set, const char *path, const struct series_rule *rule,
-	size_t *pick, struct ct_err *e)
-{
-	const struct ct_slice *s = set->census.slice;
-
-	if (set->n == 0)
-		return nothing(set, path, e);
-	for (size_t k = 0; k < set->n && rule->member; k++)
-		for (size_t i = 0; i < set->list[k].count; i++)
-			if (strcmp(s[set->list[k].first + i].path, rule->member) == 0) {
-				*pick = k;
-				return 0;
-			}
-	return ct_series_pick(set->list, set->n, s, rule->which, pick, e) ? ct_blame(e, path) : 0;
-}
-
-int series_read(const char *const *paths, size_t n, const struct series_rule *rule,
-	struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+int series_read(
+	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e)
 {
 	struct series_set set = {0};
 	struct ct_series *l;
+	struct ct_slice *s;
 	size_t pick, count, failed = 0;
 	int rc = -1;
 
-	if (series_open(&set, paths, n, e))
+	if (series_open(&set, in, e))
 		goto out;
-	if (series_choose(&set, paths[0], rule, &pick, e)) {
-		for (size_t k = 0; k < set.n; k++) {
-			char line[400];
-
-			series_line(&set, k, line, sizeof line);
-			ct_log(env, CT_WARN, "%s", line);
-		}
+	if (series_choose(&set, in, &pick, e)) {
+		series_lines(&set, env);
 		goto out;
 	}
 	l = &set.list[pick];
-	if (series_whole(&set, pick, rule->skip_damaged, env, e) ||
-		check_values(set.census.slice + l->first, l->count, rule->units, e) ||
-		part_repeats(set.census.slice + l->first, l->count, &count, e) ||
-		check_size(set.census.slice + l->first, count, e))
+	s = set.census.slice + l->first;
+	if (series_whole(&set, pick, in->skip_damaged, env, e) ||
+		check_values(s, l->count, in->units, e) || part_repeats(s, l->count, &count, e) ||
+		check_size(s, count, e))
 		goto out;
-	while ((rc = assemble(v, set.census.slice + l->first, count, rule, &failed, env, e)) != 0 &&
-		failed < count && rule->skip_damaged) {
+	while ((rc = assemble(v, s, count, in, &failed, env, e)) != 0 && failed < count &&
+		in->skip_damaged) {
 		ct_vol_free(v);
-		set_aside(&set, l, count, failed, env, e);
+		set_aside(&set, s, count, failed, env, e);
 		count--;
 	}
 	if (rc && failed < count)

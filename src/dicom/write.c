@@ -10,7 +10,7 @@
 #include "dicom/image.h"
 #include "dicom/policy.h"
 #include "dicom/series.h"
-#include "dicom/write.h"
+#include "dicom/module.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,26 +23,24 @@ enum { LONGEST_SIDE = 65535 };
 /* Where the template is: 0, or 1 if there is none. */
 static int find_template(struct dicom_from *from, const struct ct_dicom_out *o, struct ct_err *e)
 {
-	const struct ct_dicom_in *in = o->source;
+	const struct ct_dicom_in named = {
+		.paths = &o->template, .n = 1, .series = o->source ? NULL : o->series};
 
 	if (!o->template)
-		return in ? dicom_from(from, in->paths, in->n, in->series, e) : 1;
+		return o->source ? dicom_from(from, o->source, e) : 1;
 	if (dicom_form_of(o->template) == NOT_DICOM)
 		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", o->template);
-	return dicom_from(from, &o->template, 1, in ? NULL : o->series, e);
+	return dicom_from(from, &named, e);
 }
 
 /* The slices that the volume comes from, and what they say. */
 static int read_template(
 	struct image *im, struct series_set *set, const struct dicom_from *from, struct ct_err *e)
 {
-	const struct series_rule rule = {
-		.which = from->which, .member = from->which ? NULL : from->member};
 	const struct ct_series *l;
 	size_t pick;
 
-	if (series_open(set, from->paths, from->n, e) ||
-		series_choose(set, from->paths[0], &rule, &pick, e))
+	if (series_open(set, &from->in, e) || series_choose(set, &from->in, &pick, e))
 		return -1;
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
@@ -112,12 +110,11 @@ static int write_file(const char *path, const char *name, const struct image *im
 	struct ct_dicom_file *f = NULL;
 	struct ct_header own = {0};
 	struct ct_err other;
-	char uid[CT_UID_TEXT];
 	int16_t *px = NULL;
 	int rc = -1;
 
-	if (ct_alloc(&px, area, sizeof *px, e) || image_program(uid, e) ||
-		image_own(&own, im, k, e) || ct_dicom_open(&f, path, name, &im->head, &own, uid, e))
+	if (ct_alloc(&px, area, sizeof *px, e) || image_own(&own, im, k, e) ||
+		ct_dicom_open(&f, path, name, &im->head, &own, im->program, e))
 		goto out;
 	for (; k < end; k++) {
 		ct_voxels_i16(area, px, im->v->data + k * area, false);

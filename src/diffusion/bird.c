@@ -1,9 +1,14 @@
-/* bird.c: see bird.h. */
+/* bird.c: the noise that a chain begins with, fitted to y (sampler.h, CT_SAMPLER_BIRD).
+ *
+ * x(z) is the result of the deterministic DDIM that begins with noise z; a step of Adam on z
+ * against the mean (A x(z) - y)^2, then z is put back on the sphere of radius sqrt(values). The
+ * gradient goes through every move of the chain, also back in time, and through the network unless
+ * it is frozen.
+ */
 #include "config.h"
-#include "diffusion/bird.h"
+#include "diffusion/draw.h"
 #include "core/mem.h"
 #include "diffusion/adam.h"
-#include "diffusion/ddim.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,7 +38,7 @@ static int move_back(struct ct_draw *w, size_t k, const float *x, float *g, floa
 	return 0;
 }
 
-int ct_bird_gradient(struct ct_draw *w, const float *trail, bool init, float *g, float *scratch,
+int ct_draw_gradient(struct ct_draw *w, const float *trail, bool init, float *g, float *scratch,
 	struct ct_err *e)
 {
 	const struct ct_sampler *s = w->s;
@@ -83,7 +88,7 @@ static void to_sphere(size_t n, float *z)
 		z[i] = (float)(by * (double)z[i]);
 }
 
-int ct_bird(struct ct_draw *w, float *x, const float *y, const float *init, struct ct_err *e)
+int ct_draw_bird(struct ct_draw *w, float *x, const float *y, const float *init, struct ct_err *e)
 {
 	const struct ct_sampler *s = w->s;
 	const size_t n = w->all, bytes = n * sizeof(float);
@@ -109,7 +114,7 @@ int ct_bird(struct ct_draw *w, float *x, const float *y, const float *init, stru
 		if (step >= s->how.iterations)
 			break;
 		error_gradient(w, g, rest, x, y);
-		if (ct_bird_gradient(w, trail, init != NULL, g, scratch, e))
+		if (ct_draw_gradient(w, trail, init != NULL, g, scratch, e))
 			goto out;
 		ct_adamw_step(&adam, step, n, noise, moment, moment + n, g);
 		to_sphere(n, noise);

@@ -1,6 +1,16 @@
-/* ddim.c: see ddim.h. */
+/* ddim.c: the moves of the samplers whose step is a sum of what it knows: DDIM, DDPM,
+ * DPM-Solver++(2M), GDP and the chain of BIRD (sampler.h).
+ *
+ * With a, sig of the timestep that a move goes to, a', sig' of that it leaves:
+ *   DDIM   a x0 + sqrt(sig^2 - d^2) (x - a' x0) / sig' + d z,
+ *          d = eta (sig / sig') sqrt(1 - a'^2 / a^2)
+ *   GDP    the mean of DDIM with eta 1, and sqrt(1 - a'^2 / a^2) z, unless it is the last move
+ *   DPM    (sig / sig') x + a (1 - exp(-h)) ((1 + 1/(2 r)) x0 - 1/(2 r) before),
+ *          h the growth of log(a / sig) and r h that of the move before; x0 alone in the brackets
+ *          where nothing is known from before, and in the last move, whose h is infinite
+ */
 #include "config.h"
-#include "diffusion/ddim.h"
+#include "diffusion/draw.h"
 
 #include <math.h>
 
@@ -61,7 +71,7 @@ struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known)
 	return single(s, k, 0);
 }
 
-void ct_ddim_step(struct ct_draw *w, size_t k, float *x)
+void ct_draw_ddim(struct ct_draw *w, size_t k, float *x)
 {
 	const struct ct_sampler *s = w->s;
 	const struct ct_ddim m = ct_ddim_weights(s, k, w->known);

@@ -1,11 +1,9 @@
-/* draw.c: see draw.h. */
+/* draw.c: see sampler.h and draw.h. */
 #include "config.h"
 #include "diffusion/draw.h"
 #include "core/mem.h"
-#include "diffusion/ddim.h"
-#include "diffusion/ddnm.h"
-#include "diffusion/range-null.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -109,9 +107,9 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 			keep_first(w);
 		s->normals(s->normals_ctx, k + 1, w->all, w->z);
 		if (s->how.rule <= CT_SAMPLER_SIMPLE)
-			ct_ddnm_step(w, k, x);
+			ct_draw_ddnm(w, k, x);
 		else
-			ct_ddim_step(w, k, x);
+			ct_draw_ddim(w, k, x);
 		w->known = true;
 	}
 	return 0;
@@ -119,6 +117,54 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 
 void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0)
 {
-	ct_range_null_pull(
+	ct_measurement_pull(
 		w->s->op, by, x + c * w->n, x0 + c * w->n, w->data + c * w->m, w->c0, w->t);
+}
+
+struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
+{
+	return (struct ct_sampler_how){.rule = rule,
+		.eta = rule == CT_SAMPLER_DDIM ? 0 : 0.99,
+		.sigma_y = 0.0015,
+		.guidance = 2000,
+		.iterations = 100,
+		.rate = 1e-3,
+		.range = 1};
+}
+
+size_t ct_sampler_steps(enum ct_sampler_rule rule)
+{
+	switch (rule) {
+	case CT_SAMPLER_GDP: return 1000;
+	case CT_SAMPLER_BIRD: return 10;
+	case CT_SAMPLER_NONE: return 0;
+	case CT_SAMPLER_DDNM:
+	case CT_SAMPLER_PLUS:
+	case CT_SAMPLER_SIMPLE:
+	case CT_SAMPLER_DDIM:
+	case CT_SAMPLER_DDPM:
+	case CT_SAMPLER_DPM: break;
+	}
+	return 50;
+}
+
+int ct_sampler_draw(
+	const struct ct_sampler *s, float *x, const float *y, const float *init, struct ct_err *e)
+{
+	struct ct_draw w = {0};
+	int rc;
+
+	assert(s->how.rule != CT_SAMPLER_NONE);
+	rc = ct_draw_alloc(&w, s, y, e);
+	if (rc == 0) {
+		s->normals(s->normals_ctx, 0, w.all, w.z);
+		if (s->how.rule == CT_SAMPLER_BIRD)
+			rc = ct_draw_bird(&w, x, y, init, e);
+		else {
+			ct_draw_begin(&w, x, init);
+			rc = ct_draw_run(&w, x, NULL, e);
+		}
+	}
+	ct_draw_free(&w);
+	return rc;
 }

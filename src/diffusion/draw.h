@@ -22,7 +22,24 @@ void ct_draw_free(struct ct_draw *w);
 void ct_draw_begin(const struct ct_draw *w, float *x, const float *init);
 /* All moves. trail[nt - 1][all], unless NULL: the x before each. */
 int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e);
-/* Channel c: x <- x + by A+ (y - A x0), ct_range_null_pull of range-null.h; x may be x0. */
+/* x becomes the state at the end of move k, of w->x0, eps and z: DDNM and DDNM+ (ddnm.c). */
+void ct_draw_ddnm(const struct ct_draw *w, size_t k, float *x);
+/* The same of the other rules (ddim.c); w->x0 becomes what it is held to. */
+void ct_draw_ddim(struct ct_draw *w, size_t k, float *x);
+/* Their next x is the sum of these times x, x0, the x0 of the move before, and z. */
+struct ct_ddim {
+	double x, x0, before, z;
+};
+/* Of move k; known: the move before it went forward. */
+struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known);
+/* x from y, w->z the noise to begin with, which is fitted to y (bird.c); codes of ct_sampler_draw.
+ */
+int ct_draw_bird(struct ct_draw *w, float *x, const float *y, const float *init, struct ct_err *e);
+/* g[all]: gradient to the end of the chain that left this trail, becomes that to w->z at its
+ * beginning, with or without init. scratch[2][all]; w->eps is written over. What back returns. */
+int ct_draw_gradient(struct ct_draw *w, const float *trail, bool init, float *g, float *scratch,
+	struct ct_err *e);
+/* Channel c: x <- x + by A+ (y - A x0), ct_measurement_pull of measurement.h; x may be x0. */
 void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0);
 
 #endif

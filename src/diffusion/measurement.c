@@ -1,42 +1,97 @@
 /* measurement.c: see measurement.h. */
 #include "config.h"
 #include "diffusion/measurement.h"
-#include "diffusion/block-mean.h"
+#include "core/mem.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+/* First n rows of the orthonormal DCT-II of length m: b (n, m). */
+static void cosines(size_t n, size_t m, double *b)
+{
+	for (size_t k = 0; k < n; k++) {
+		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
+
+		for (size_t i = 0; i < m; i++) { /* the phase is reduced exactly, in integers */
+			size_t p = k * (2 * i + 1) % (4 * m);
+
+			b[k * m + i] = norm * cos(M_PI * (double)p / (double)(2 * m));
+		}
+	}
+}
+
+/* g[k], k < n, of measurement.h for a line of m fine pixels. */
+static void responses(size_t n, size_t m, double sigma, double *g)
+{
+	size_t radius = (size_t)floor(4.0 * sigma + 0.5);
+
+	for (size_t k = 0; k < n; k++) {
+		double sum = 1.0, mass = 1.0;
+
+		for (size_t d = 1; d <= radius; d++) {
+			double x = (double)d / sigma, w = 2.0 * exp(-0.5 * x * x);
+
+			sum += w * cos(M_PI * (double)(k * d % (2 * m)) / (double)m);
+			mass += w;
+		}
+		g[k] = sum / mass;
+		if (g[k] * CT_AXIS_LIMIT < 1.0)
+			g[k] = 0.0;
+	}
+}
+
+static int axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, struct ct_err *e)
+{
+	if (n == 0 || fine < n || n > CT_AXIS_MAX || fine / n > CT_AXIS_MAX)
+		return ct_fail(e, CT_EGEOM,
+			"the matched operator takes up to %d low-resolution pixels a line, not %zu",
+			CT_AXIS_MAX, n);
+	if (!(sigma >= 0 && sigma <= 1e4))
+		return ct_fail(e, CT_EUSAGE, "a blur of %g pixels", sigma);
+	if (ct_alloc(&a->u, n * n + n * fine + n, sizeof *a->u, e))
+		return -1;
+	a->n = n;
+	a->fine = fine;
+	a->v = a->u + n * n;
+	a->g = a->v + n * fine;
+	cosines(n, n, a->u);
+	cosines(n, fine, a->v);
+	responses(n, fine, sigma, a->g);
+	return 0;
+}
+
+static int alloc_axes(struct ct_measurement *op, double sigma, struct ct_err *e)
+{
+	if (axis_alloc(&op->rows, op->h, op->high, sigma, e) == 0 &&
+		axis_alloc(&op->cols, op->w, op->wide, sigma, e) == 0)
+		return 0;
+	ct_measurement_free(op);
+	return -1;
+}
 
 int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
 	size_t w, size_t s, double sigma, struct ct_err *e)
 {
 	*op = (struct ct_measurement){kind, h, w, s, s * h, s * w, {0}, {0}};
-	if (kind == CT_MEASUREMENT_MATCHED &&
-		(ct_axis_alloc(&op->rows, h, op->high, sigma, e) ||
-			ct_axis_alloc(&op->cols, w, op->wide, sigma, e))) {
-		ct_measurement_free(op);
-		return -1;
-	}
-	return 0;
+	return kind == CT_MEASUREMENT_MATCHED ? alloc_axes(op, sigma, e) : 0;
 }
 
 int ct_measurement_band(
 	struct ct_measurement *op, size_t h, size_t w, size_t high, size_t wide, struct ct_err *e)
 {
 	*op = (struct ct_measurement){CT_MEASUREMENT_MATCHED, h, w, 1, high, wide, {0}, {0}};
-	if (ct_axis_alloc(&op->rows, h, high, 0, e) || ct_axis_alloc(&op->cols, w, wide, 0, e)) {
-		ct_measurement_free(op);
-		return -1;
-	}
-	return 0;
+	return alloc_axes(op, 0, e);
 }
 
 void ct_measurement_free(struct ct_measurement *op)
 {
-	ct_axis_free(&op->rows);
-	ct_axis_free(&op->cols);
+	free(op->rows.u);
+	free(op->cols.u);
 	*op = (struct ct_measurement){0};
 }
 
-/* Coefficients, then what matched.h asks for. */
+/* Coefficients, then a product with one of the bases. */
 size_t ct_measurement_scratch(const struct ct_measurement *op)
 {
 	return 2 * op->h * op->w + op->h * op->wide;
@@ -49,33 +104,127 @@ double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t
 	return op->kind == CT_MEASUREMENT_MEAN ? s : op->rows.g[i] * op->cols.g[j] * s;
 }
 
+/* t = b x: t (n, w), b (n, m), x (m, w) */
+static void left(size_t n, size_t m, size_t w, double *restrict t, const double *restrict b,
+	const float *restrict x)
+{
+	memset(t, 0, n * w * sizeof *t);
+	for (size_t k = 0; k < n; k++)
+		for (size_t i = 0; i < m; i++) {
+			double f = b[k * m + i];
+
+			for (size_t j = 0; j < w; j++)
+				t[k * w + j] += f * (double)x[i * w + j];
+		}
+}
+
+/* c = t b^T: c (h, n), t (h, m), b (n, m) */
+static void right(size_t h, size_t m, size_t n, double *restrict c, const double *restrict t,
+	const double *restrict b)
+{
+	for (size_t i = 0; i < h; i++)
+		for (size_t k = 0; k < n; k++) {
+			double sum = 0.0;
+
+			for (size_t j = 0; j < m; j++)
+				sum += t[i * m + j] * b[k * m + j];
+			c[i * n + k] = sum;
+		}
+}
+
+/* t = c b: t (h, m), c (h, n), b (n, m) */
+static void right_back(size_t h, size_t m, size_t n, double *restrict t, const double *restrict c,
+	const double *restrict b)
+{
+	memset(t, 0, h * m * sizeof *t);
+	for (size_t i = 0; i < h; i++)
+		for (size_t k = 0; k < n; k++) {
+			double f = c[i * n + k];
+
+			for (size_t j = 0; j < m; j++)
+				t[i * m + j] += f * b[k * m + j];
+		}
+}
+
+/* x += b^T t: x (m, w), b (n, m), t (n, w). Rows in blocks that fit a small sum. */
+static void left_back_add(size_t n, size_t m, size_t w, float *restrict x, const double *restrict b,
+	const double *restrict t)
+{
+	enum { BLOCK = 256 };
+	double sum[BLOCK];
+
+	for (size_t i = 0; i < m; i++)
+		for (size_t at = 0; at < w; at += BLOCK) {
+			size_t len = w - at < BLOCK ? w - at : BLOCK;
+
+			memset(sum, 0, sizeof sum);
+			for (size_t k = 0; k < n; k++) {
+				double f = b[k * m + i];
+
+				for (size_t j = 0; j < len; j++)
+					sum[j] += f * t[k * w + at + j];
+			}
+			for (size_t j = 0; j < len; j++)
+				x[i * w + at + j] = (float)((double)x[i * w + at + j] + sum[j]);
+		}
+}
+
+/* Mean of block (i, j). */
+static double block_mean(const struct ct_measurement *op, const float *x, size_t i, size_t j)
+{
+	const size_t s = op->s;
+	double sum = 0.0;
+
+	for (size_t k = 0; k < s; k++)
+		for (size_t l = 0; l < s; l++)
+			sum += (double)x[(i * s + k) * op->wide + j * s + l];
+	return sum / (double)(s * s);
+}
+
 void ct_measurement_analyse(const struct ct_measurement *op, double *restrict c,
 	const float *restrict x, double *restrict t)
 {
-	if (op->kind == CT_MEASUREMENT_MEAN)
-		ct_block_mean_analyse(op->h, op->w, op->s, c, x);
-	else
-		ct_matched_analyse(&op->rows, &op->cols, c, x, t);
+	if (op->kind == CT_MEASUREMENT_MATCHED) {
+		left(op->h, op->high, op->wide, t, op->rows.v, x);
+		right(op->h, op->wide, op->w, c, t, op->cols.v);
+		return;
+	}
+	for (size_t i = 0; i < op->h; i++)
+		for (size_t j = 0; j < op->w; j++)
+			c[i * op->w + j] = (double)op->s * block_mean(op, x, i, j);
 }
 
 void ct_measurement_synth_add(const struct ct_measurement *op, float *restrict x,
 	const double *restrict c, double *restrict t)
 {
-	if (op->kind == CT_MEASUREMENT_MEAN)
-		ct_block_mean_synth_add(op->h, op->w, op->s, x, c);
-	else
-		ct_matched_synth_add(&op->rows, &op->cols, x, c, t);
+	const size_t s = op->s;
+
+	if (op->kind == CT_MEASUREMENT_MATCHED) {
+		right_back(op->h, op->wide, op->w, t, c, op->cols.v);
+		left_back_add(op->h, op->high, op->wide, x, op->rows.v, t);
+		return;
+	}
+	for (size_t i = 0; i < op->h; i++)
+		for (size_t j = 0; j < op->w; j++) {
+			const float d = (float)(c[i * op->w + j] / (double)s);
+
+			for (size_t k = 0; k < s; k++)
+				for (size_t l = 0; l < s; l++)
+					x[(i * s + k) * op->wide + j * s + l] += d;
+		}
 }
 
 /* c = U y */
 static void rotate(const struct ct_measurement *op, double *restrict c, const float *restrict y,
 	double *restrict t)
 {
-	if (op->kind == CT_MEASUREMENT_MATCHED)
-		ct_matched_data(&op->rows, &op->cols, c, y, t);
-	else
-		for (size_t i = 0; i < op->h * op->w; i++)
-			c[i] = (double)y[i];
+	if (op->kind == CT_MEASUREMENT_MATCHED) {
+		left(op->h, op->h, op->w, t, op->rows.u, y);
+		right(op->h, op->w, op->w, c, t, op->cols.u);
+		return;
+	}
+	for (size_t i = 0; i < op->h * op->w; i++)
+		c[i] = (double)y[i];
 }
 
 void ct_measurement_data(const struct ct_measurement *op, double *restrict c,
@@ -103,12 +252,15 @@ void ct_measurement_forward(const struct ct_measurement *op, float *restrict y,
 	double *c = t, *rest = t + op->h * op->w;
 
 	if (op->kind == CT_MEASUREMENT_MEAN) {
-		ct_block_mean_forward(op->h, op->w, op->s, y, x);
+		for (size_t i = 0; i < op->h * op->w; i++)
+			y[i] = (float)block_mean(op, x, i / op->w, i % op->w);
 		return;
 	}
 	ct_measurement_analyse(op, c, x, rest);
 	scale(op, c);
-	ct_matched_undata(&op->rows, &op->cols, y, c, rest);
+	right_back(op->h, op->w, op->w, rest, c, op->cols.u);
+	memset(y, 0, op->h * op->w * sizeof *y);
+	left_back_add(op->h, op->h, op->w, y, op->rows.u, rest);
 }
 
 void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
@@ -120,4 +272,17 @@ void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 	scale(op, c);
 	memset(x, 0, op->high * op->wide * sizeof *x);
 	ct_measurement_synth_add(op, x, c, rest);
+}
+
+void ct_measurement_pull(const struct ct_measurement *op, double by, float *x, const float *x0,
+	const double *cy, double *c, double *t)
+{
+	ct_measurement_analyse(op, c, x0, t);
+	for (size_t i = 0; i < op->h; i++)
+		for (size_t j = 0; j < op->w; j++) {
+			size_t k = i * op->w + j;
+
+			c[k] = ct_measurement_singular(op, i, j) > 0 ? by * (cy[k] - c[k]) : 0;
+		}
+	ct_measurement_synth_add(op, x, c, t);
 }

@@ -2,8 +2,6 @@
 #include "config.h"
 #include "diffusion/residual.h"
 #include "core/mem.h"
-#include "diffusion/range-null.h"
-#include "diffusion/mirror.h"
 #include "diffusion/waves.h"
 
 #include <math.h>
@@ -74,9 +72,21 @@ size_t ct_residual_frame_scratch(const struct ct_residual_frame *f)
 	return ct_measurement_scratch(&f->known);
 }
 
+/* x <- x - V^T V x of a band. */
+static void take_off(const struct ct_measurement *band, float *x, double *t)
+{
+	const size_t n = band->h * band->w;
+	double *c = t, *rest = t + n;
+
+	ct_measurement_analyse(band, c, x, rest);
+	for (size_t i = 0; i < n; i++)
+		c[i] = -c[i];
+	ct_measurement_synth_add(band, x, c, rest);
+}
+
 void ct_residual_hold(const struct ct_residual_frame *f, float *r, double *t)
 {
-	ct_range_null(&f->known, r, f->zero, t);
+	take_off(&f->known, r, t);
 }
 
 void ct_residual_condition(const struct ct_residual_frame *f, float *c, const float *b, double max,
@@ -89,7 +99,7 @@ void ct_residual_condition(const struct ct_residual_frame *f, float *c, const fl
 		c[i] = (float)(2.0 * (double)b[i] / max - 1.0);
 		detail[i] = (float)((double)b[i] / octave);
 	}
-	ct_range_null(&f->half, detail, f->zero, t);
+	take_off(&f->half, detail, t);
 }
 
 int ct_residual_octave(double *rms, const struct ct_stack *b, size_t factor, struct ct_err *e)
@@ -133,131 +143,73 @@ bool ct_residual_draws(enum ct_sampler_rule rule)
 	       rule == CT_SAMPLER_DPM;
 }
 
-/* What one worker needs: the network's input [CT_RESIDUAL_PLANES][n], and b, x, first [n]. */
-struct seat {
-	float *input, *b, *x, *first;
-	double *t;
-};
-
 struct residual_job {
 	const struct ct_residual *r;
-	double weight;
+	double weight, max, octave;
 	const struct ct_superres *p;
-	const struct ct_denoiser *net;
 	const struct ct_stack *b;
 	struct ct_stack *out, *deviation;
-	const struct ct_env *env;
 	struct ct_residual_frame frame, view; /* the network's picture; a view */
 	float *told;                          /* [h][w], and scratch of view */
 	double *t;
-	int *times;
-	size_t ntimes, threads;
-	double max, octave;
-	struct seat *seat; /* [threads] */
-	float *result;     /* [places][2][h][w]: the first estimate, and the sample */
 	struct ct_waves waves;
 };
 
-struct draw {
-	struct residual_job *job;
-	size_t view, sample, worker;
-};
-
+/* The network's input [CT_RESIDUAL_PLANES][n] begins the room of a seat. */
 static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
-	const struct draw *d = ctx;
-	struct residual_job *j = d->job;
-	const struct seat *s = &j->seat[d->worker];
+	const struct ct_seat *s = ctx;
+	const struct residual_job *j = s->w->ctx;
 	const size_t n = j->frame.high * j->frame.wide;
-	const double abar = ct_schedule_abar(j->net->schedule, (int)t), a = sqrt(abar),
+	const double abar = ct_schedule_abar(s->w->net->schedule, (int)t), a = sqrt(abar),
 		     sig = sqrt(1.0 - abar);
 
-	memcpy(s->input, x, n * sizeof *x);
-	if (ct_waves_call(&j->waves, d->worker, e) ||
-		j->net->eps(j->net->ctx[d->worker], t, s->input, eps, e))
+	memcpy(s->room, x, n * sizeof *x);
+	if (ct_waves_eps(ctx, t, s->room, eps, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		eps[i] = (float)(sig * (double)x[i] + a * (double)eps[i]);
 	return 0;
 }
 
-static void normals(void *ctx, size_t draw, size_t n, float *z)
+static void begin(void *ctx, struct ct_seat *s)
 {
-	const struct draw *d = ctx;
+	struct residual_job *j = ctx;
+	const struct ct_residual_frame *f = &j->frame;
+	const size_t n = f->high * f->wide;
+	float *b = s->room + CT_RESIDUAL_PLANES * n;
 
-	ct_superres_normals(d->job->env->seed, d->view, d->sample, draw, n, z);
+	s->x = b + n;
+	s->first = s->x + n;
+	s->y = f->zero;
+	ct_waves_extend(f->high, f->wide, b, j->b->h, j->b->w, ct_stack_view(j->b, s->view));
+	ct_residual_condition(f, s->room + n, b, j->max, j->octave, s->scratch);
 }
 
-/* The picture dst (high, wide) of a view, continued by reflection; and back. */
-static void extend(const struct residual_job *j, float *dst, const float *src)
+/* The first estimate, and the sample. */
+static void end(void *ctx, const struct ct_seat *s, float *result)
 {
-	const size_t h = j->b->h, w = j->b->w;
+	const struct residual_job *j = ctx;
+	const size_t h = j->b->h, w = j->b->w, wide = j->frame.wide;
 
-	for (size_t y = 0; y < j->frame.high; y++)
-		for (size_t x = 0; x < j->frame.wide; x++)
-			dst[y * j->frame.wide + x] =
-				src[ct_mirror_index(y, h) * w + ct_mirror_index(x, w)];
+	for (size_t y = 0; y < h; y++) {
+		memcpy(result + y * w, s->first + y * wide, w * sizeof *result);
+		memcpy(result + (h + y) * w, s->x + y * wide, w * sizeof *result);
+	}
 }
 
-static void cut(const struct residual_job *j, float *dst, const float *src)
+static void collect(void *ctx, const float *result, size_t view)
 {
-	for (size_t y = 0; y < j->b->h; y++)
-		memcpy(dst + y * j->b->w, src + y * j->frame.wide, j->b->w * sizeof *dst);
-}
-
-static int draw_view(
-	void *arg, size_t place, size_t view, size_t sample, size_t worker, struct ct_err *e)
-{
-	struct residual_job *j = arg;
-	const struct seat *s = &j->seat[worker];
-	const size_t n = j->frame.high * j->frame.wide, pixels = j->b->h * j->b->w;
-	struct draw draw = {j, view, sample, worker};
-	struct ct_sampler d = {.schedule = j->net->schedule,
-		.t = j->times,
-		.nt = j->ntimes,
-		.how = j->p->how,
-		.op = &j->frame.known,
-		.channels = 1,
-		.eps = evaluate,
-		.eps_ctx = &draw,
-		.normals = normals,
-		.normals_ctx = &draw,
-		.first = s->first};
-
-	d.how.range = HUGE_VAL;
-	extend(j, s->b, ct_stack_view(j->b, view));
-	ct_residual_condition(&j->frame, s->input + n, s->b, j->max, j->octave, s->t);
-	if (ct_sampler_draw(&d, s->x, j->frame.zero, NULL, e))
-		return -1;
-	cut(j, j->result + 2 * place * pixels, s->first);
-	cut(j, j->result + (2 * place + 1) * pixels, s->x);
-	return 0;
-}
-
-static void collect(void *arg, size_t first, size_t view)
-{
-	const struct residual_job *j = arg;
-	const size_t n = j->b->h * j->b->w, k = j->p->samples;
-	const float *r = j->result + 2 * first * n, *b = ct_stack_view(j->b, view);
-	float *out = ct_stack_view(j->out, view),
-	      *dev = j->deviation ? ct_stack_view(j->deviation, view) : NULL;
+	const struct residual_job *j = ctx;
+	const float *b = ct_stack_view(j->b, view);
+	float *out = ct_stack_view(j->out, view);
 	const double m = j->r->missing * j->octave;
 
-	for (size_t i = 0; i < n; i++) {
-		double told = 0, mean = 0, sq = 0;
-
-		for (size_t s = 0; s < k; s++) {
-			told += (double)r[2 * s * n + i] / (double)k;
-			mean += (double)r[(2 * s + 1) * n + i] / (double)k;
-		}
-		j->told[i] = (float)told;
-		for (size_t s = 0; dev && s < k; s++)
-			sq += pow((double)r[(2 * s + 1) * n + i] - mean, 2);
-		if (dev)
-			dev[i] = (float)(m * sqrt(sq / (double)(k - 1)));
-	}
+	if (j->deviation)
+		ct_waves_mean(&j->waves, result, 1, j->told, m, ct_stack_view(j->deviation, view));
+	ct_waves_mean(&j->waves, result, 0, j->told, 0, NULL);
 	ct_residual_hold(&j->view, j->told, j->t); /* what was cut off of it is missing */
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < j->waves.pixels; i++)
 		out[i] = (float)((double)b[i] + j->weight * m * (double)j->told[i]);
 }
 
@@ -271,12 +223,8 @@ static int check(const struct residual_job *j, struct ct_err *e)
 	if (p->scale != j->r->factor)
 		return ct_fail(e, CT_EUSAGE, "the prior knows scans %zu times coarser, not %zu",
 			j->r->factor, p->scale);
-	if (j->deviation && p->samples < 2)
-		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
-	return ct_stack_same(j->b, j->out, e) ||
-			       (j->deviation && ct_stack_same(j->deviation, j->out, e))
-		       ? -1
-		       : 0;
+	return ct_waves_deviates(p, j->deviation, j->out, e) || ct_stack_same(j->b, j->out, e) ? -1
+											       : 0;
 }
 
 bool ct_residual_asks(double weight, bool deviation)
@@ -284,88 +232,61 @@ bool ct_residual_asks(double weight, bool deviation)
 	return weight > 0 || deviation;
 }
 
-static int job_alloc(struct residual_job *j, struct ct_err *e)
+static int job_run(struct residual_job *j, const struct ct_denoiser *net, bool *done,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_superres *p = j->p;
-	const size_t scratch = ct_residual_frame_scratch(&j->frame);
-	size_t n = j->frame.high * j->frame.wide, none;
+	const size_t h = j->b->h, w = j->b->w;
+	size_t high, wide;
 
-	j->waves = (struct ct_waves){.env = j->env,
-		.views = j->b->views,
-		.samples = p->samples,
-		.draw = draw_view,
-		.collect = collect,
-		.ctx = j,
-		.save = p->save,
-		.save_ctx = p->save_ctx};
-	if (ct_superres_times(p, &j->times, &j->ntimes, e) ||
-		ct_superres_calls(p, &j->waves.calls, &none, e) ||
-		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e) ||
-		ct_alloc(&j->told, j->b->h, j->b->w * sizeof *j->told, e) ||
-		ct_alloc(&j->t, ct_residual_frame_scratch(&j->view), sizeof *j->t, e) ||
-		ct_alloc(&j->result, 2 * ct_waves_places(&j->waves),
-			j->b->h * j->b->w * sizeof *j->result, e))
+	ct_superres_size(p, net->multiple, h / p->scale, w / p->scale, &high, &wide);
+	if (ct_superres_norm(j->b, &j->max, e) ||
+		ct_residual_octave(&j->octave, j->b, j->r->factor, e) ||
+		ct_residual_frame_alloc(&j->frame, j->r->factor, high, wide, e) ||
+		ct_residual_frame_alloc(&j->view, j->r->factor, h, w, e) ||
+		ct_alloc(&j->told, h, w * sizeof *j->told, e) ||
+		ct_alloc(&j->t, ct_residual_frame_scratch(&j->view), sizeof *j->t, e))
 		return -1;
-	for (size_t k = 0; k < j->threads; k++) {
-		struct seat *seat = &j->seat[k];
-
-		if (ct_alloc(&seat->input, n, (CT_RESIDUAL_PLANES + 3) * sizeof *seat->x, e) ||
-			ct_alloc(&seat->t, scratch, sizeof *seat->t, e))
-			return -1;
-		seat->b = seat->input + CT_RESIDUAL_PLANES * n;
-		seat->x = seat->b + n;
-		seat->first = seat->x + n;
-	}
-	return 0;
-}
-
-static void job_free(struct residual_job *j)
-{
-	for (size_t k = 0; j->seat && k < j->threads; k++) {
-		free(j->seat[k].input);
-		free(j->seat[k].t);
-	}
-	free(j->seat);
-	free(j->result);
-	free(j->times);
-	free(j->told);
-	free(j->t);
-	ct_residual_frame_free(&j->frame);
-	ct_residual_frame_free(&j->view);
+	j->waves = (struct ct_waves){.p = p,
+		.net = net,
+		.env = env,
+		.how = p->how,
+		.op = &j->frame.known,
+		.eps = evaluate,
+		.views = j->b->views,
+		.channels = 1,
+		.room = (CT_RESIDUAL_PLANES + 3) * high * wide,
+		.scratch = ct_residual_frame_scratch(&j->frame),
+		.pixels = h * w,
+		.parts = 2,
+		.begin = begin,
+		.end = end,
+		.collect = collect,
+		.ctx = j};
+	j->waves.how.range = HUGE_VAL;
+	return ct_waves_run(&j->waves, done, e);
 }
 
 int ct_residual_draw(const struct ct_residual *r, double weight, const struct ct_superres *p,
 	const struct ct_denoiser *net, const struct ct_stack *b, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
-	struct residual_job j = {.r = r,
-		.weight = weight,
-		.p = p,
-		.net = net,
-		.b = b,
-		.out = out,
-		.deviation = deviation,
-		.env = env,
-		.threads = ct_par_threads(env->par)};
-	size_t high, wide;
-	int rc = -1;
+	struct residual_job j = {
+		.r = r, .weight = weight, .p = p, .b = b, .out = out, .deviation = deviation};
+	int rc;
 
+	if (check(&j, e))
+		return -1;
 	if (!ct_residual_asks(weight, deviation)) {
-		if (check(&j, e))
-			return -1;
 		memcpy(out->data, b->data, ct_stack_count(b) * sizeof *out->data);
 		for (size_t v = 0; v < b->views; v++)
 			done[v] = true;
 		return 0;
 	}
-	if (check(&j, e) || ct_superres_norm(b, &j.max, e) ||
-		ct_residual_octave(&j.octave, b, r->factor, e))
-		return -1;
-	ct_superres_size(p, net->multiple, b->h / p->scale, b->w / p->scale, &high, &wide);
-	if (ct_residual_frame_alloc(&j.frame, r->factor, high, wide, e) == 0 &&
-		ct_residual_frame_alloc(&j.view, r->factor, b->h, b->w, e) == 0 &&
-		job_alloc(&j, e) == 0)
-		rc = ct_waves_run(&j.waves, done, e);
-	job_free(&j);
+	rc = job_run(&j, net, done, env, e);
+	free(j.told);
+	free(j.t);
+	ct_residual_frame_free(&j.frame);
+	ct_residual_frame_free(&j.view);
 	return rc;
 }

@@ -4,17 +4,17 @@
  * network once; abar of schedule.h, a = sqrt(abar_j), sig = sqrt(1 - abar_j), z fresh noise:
  *   x0 = (x - sqrt(1 - abar_t) eps(x, t)) / sqrt(abar_t)
  * and the rule of the sampler makes the next x of x, x0 and z. Where the chain goes back in time, x
- * is x0 noised again. What the rules share is the range-null step (range-null.h)
+ * is x0 noised again. What the rules share is the range-null step (measurement.h)
  *   x0h = A+ y + (I - A+ A) x0
  *
  * DDNM (Wang, Yu, Zhang: Zero-shot image restoration using denoising diffusion null-space model,
- * ICLR 2023), ddnm.h. Going back in time they noise the network's own x0, as their program does.
+ * ICLR 2023), ddnm.c. Going back in time they noise the network's own x0, as their program does.
  *   CT_SAMPLER_DDNM    x = a x0h + sig (eta z + sqrt(1 - eta^2) eps): the program's eta, the
  *                      fraction of the noise that is fresh. The last x agrees with y exactly
  *   CT_SAMPLER_PLUS    DDNM+: the same within the noise sigma_y of y
  *   CT_SAMPLER_SIMPLE  DDNM+ as the authors' --simplified
  *
- * Step rules, ddim.h: x = some of x, some of x0h, some of z, where x0 is clipped to its range, [-1,
+ * Step rules, ddim.c: x = some of x, some of x0h, some of z, where x0 is clipped to its range, [-1,
  * 1], before it is held, as guided diffusion does (Dhariwal, Nichol, 2021): where there is little
  * but noise a small error of eps is a large one of x0, and a chain that draws no noise anew does
  * not forget it. Going back in time they noise x0h. CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising
@@ -28,7 +28,7 @@
  *                      1. That mean is over the picture: of n values a move takes off
  *                      guidance / (2 n) of the error
  *
- * An optimiser, bird.h.
+ * An optimiser, bird.c.
  *   CT_SAMPLER_BIRD    Blind image restoration via fast diffusion inversion, Chihaoui, Lemkhenter,
  *                      Favaro, NeurIPS 2024, of a known A: Adam on the noise that the deterministic
  *                      DDIM begins with, which stays on its sphere, until A x is y; x0 as it is

@@ -5,10 +5,8 @@
 #include "config.h"
 #include "diffusion/superres.h"
 #include "core/mem.h"
-#include "diffusion/range-null.h"
 #include "core/rng.h"
-#include "diffusion/bilinear.h"
-#include "diffusion/mirror.h"
+#include "core/vol.h"
 #include "diffusion/waves.h"
 
 #include <math.h>
@@ -16,33 +14,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What one worker needs: x (channels, high, wide), init as x, y (channels, high/s, wide/s). */
-struct seat {
-	float *x, *init, *y;
-	double *t;
-};
-
 struct superres_job {
 	const struct ct_superres *p;
-	const struct ct_denoiser *net;
 	const struct ct_stack *in, *init;
-	const struct ct_env *env;
-	struct ct_measurement op;
-	int *times;
-	size_t ntimes;
-	size_t high, wide; /* the network's picture */
-	size_t h, w;       /* the result */
-	struct seat *seat; /* [threads] */
-	size_t threads;
-	float *result; /* [places] pictures (h, w) */
 	struct ct_stack *out, *deviation;
+	struct ct_measurement op;
+	size_t high, wide, channels; /* the network's picture */
+	size_t h, w;                 /* the result */
 	struct ct_waves waves;
-};
-
-/* A sample being drawn: what the callbacks of the sampler see. */
-struct draw {
-	struct superres_job *job;
-	size_t view, sample, worker;
 };
 
 struct ct_superres ct_superres_default(size_t scale)
@@ -149,168 +128,52 @@ static double range_of(const struct superres_job *j, double v, double most)
 static void to_picture(const struct superres_job *j, size_t high, size_t wide, float *dst, size_t h,
 	size_t w, const float *src)
 {
-	for (size_t y = 0; y < high; y++)
-		for (size_t x = 0; x < wide; x++) {
-			double v = (double)src[ct_mirror_index(y, h) * w + ct_mirror_index(x, w)] /
-				   j->p->norm;
+	const size_t n = high * wide;
 
-			v = range_of(j, v, HUGE_VAL);
-			for (size_t c = 0; c < j->net->channels; c++)
-				dst[(c * high + y) * wide + x] = (float)(2.0 * v - 1.0);
-		}
+	ct_waves_extend(high, wide, dst, h, w, src);
+	for (size_t i = 0; i < n; i++)
+		dst[i] = (float)(2.0 * range_of(j, (double)dst[i] / j->p->norm, HUGE_VAL) - 1.0);
+	for (size_t c = 1; c < j->channels; c++)
+		memcpy(dst + c * n, dst, n * sizeof *dst);
 }
 
-/* Reduce the channels of x into its first. */
-static void reduce(const struct superres_job *j, float *x)
+static void begin(void *ctx, struct ct_seat *s)
 {
-	size_t n = j->high * j->wide, channels = j->p->first ? 1 : j->net->channels;
+	const struct superres_job *j = ctx;
+	const size_t all = j->channels * j->high * j->wide;
 
-	for (size_t i = 0; i < n; i++) {
-		double sum = 0.0;
-
-		for (size_t c = 0; c < channels; c++)
-			sum += (double)x[c * n + i];
-		x[i] = (float)(sum / (double)channels);
-	}
+	s->x = s->room;
+	s->y = s->x + all;
+	to_picture(j, j->op.h, j->op.w, s->y, j->in->h, j->in->w, ct_stack_view(j->in, s->view));
+	if (!j->init)
+		return;
+	s->init = s->y + all / (j->p->scale * j->p->scale);
+	to_picture(j, j->high, j->wide, s->init, j->h, j->w, ct_stack_view(j->init, s->view));
 }
 
-/* The view dst (h, w) of a picture x (high, wide). */
-static void from_picture(const struct superres_job *j, float *dst, const float *x)
+/* The view of a picture, of the mean of its channels. */
+static void end(void *ctx, const struct ct_seat *s, float *result)
 {
+	const struct superres_job *j = ctx;
+	const size_t n = j->high * j->wide, channels = j->p->first ? 1 : j->channels;
+
 	for (size_t y = 0; y < j->h; y++)
 		for (size_t k = 0; k < j->w; k++) {
-			double v = 0.5 * ((double)x[y * j->wide + k] + 1.0);
+			double sum = 0.0, v;
 
-			dst[y * j->w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
+			for (size_t c = 0; c < channels; c++)
+				sum += (double)s->x[c * n + y * j->wide + k];
+			v = 0.5 * ((double)(float)(sum / (double)channels) + 1.0);
+			result[y * j->w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
 		}
 }
 
-static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+static void collect(void *ctx, const float *result, size_t view)
 {
-	const struct draw *d = ctx;
-	const struct ct_denoiser *net = d->job->net;
+	const struct superres_job *j = ctx;
 
-	return ct_waves_call(&d->job->waves, d->worker, e) ||
-			       net->eps(net->ctx[d->worker], t, x, eps, e)
-		       ? -1
-		       : 0;
-}
-
-static int differentiate(
-	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
-{
-	const struct draw *d = ctx;
-	const struct ct_denoiser *net = d->job->net;
-
-	return ct_waves_call(&d->job->waves, d->worker, e) ||
-			       net->back(net->ctx[d->worker], t, x, dx, deps, e)
-		       ? -1
-		       : 0;
-}
-
-static void normals(void *ctx, size_t draw, size_t n, float *z)
-{
-	const struct draw *d = ctx;
-
-	ct_superres_normals(d->job->env->seed, d->view, d->sample, draw, n, z);
-}
-
-static int draw_view(
-	void *arg, size_t place, size_t view, size_t sample, size_t worker, struct ct_err *e)
-{
-	struct superres_job *j = arg;
-	const struct ct_superres *p = j->p;
-	struct seat *s = &j->seat[worker];
-	struct draw draw = {j, view, sample, worker};
-	struct ct_sampler d = {.schedule = j->net->schedule,
-		.t = j->times,
-		.nt = j->ntimes,
-		.how = p->how,
-		.op = &j->op,
-		.channels = j->net->channels,
-		.eps = evaluate,
-		.back = differentiate,
-		.eps_ctx = &draw,
-		.normals = normals,
-		.normals_ctx = &draw};
-
-	to_picture(j, j->op.h, j->op.w, s->y, j->in->h, j->in->w, ct_stack_view(j->in, view));
-	if (j->init)
-		to_picture(j, j->high, j->wide, s->init, j->h, j->w, ct_stack_view(j->init, view));
-	if (ct_sampler_draw(&d, s->x, s->y, j->init ? s->init : NULL, e))
-		return -1;
-	reduce(j, s->x);
-	from_picture(j, j->result + place * j->h * j->w, s->x);
-	return 0;
-}
-
-/* Mean and, if asked, standard deviation of the samples of a view. */
-static void collect(void *arg, size_t first, size_t view)
-{
-	const struct superres_job *j = arg;
-	size_t n = j->h * j->w, k = j->p->samples;
-	const float *r = j->result + first * n;
-	float *mean = ct_stack_view(j->out, view),
-	      *dev = j->deviation ? ct_stack_view(j->deviation, view) : NULL;
-
-	for (size_t i = 0; i < n; i++) {
-		double sum = 0.0, sq = 0.0, m;
-
-		for (size_t s = 0; s < k; s++)
-			sum += (double)r[s * n + i];
-		m = sum / (double)k;
-		mean[i] = (float)m;
-		for (size_t s = 0; dev && s < k; s++)
-			sq += ((double)r[s * n + i] - m) * ((double)r[s * n + i] - m);
-		if (dev)
-			dev[i] = (float)sqrt(sq / (double)(k - 1));
-	}
-}
-
-static void job_free(struct superres_job *j)
-{
-	for (size_t k = 0; j->seat && k < j->threads; k++) {
-		free(j->seat[k].x);
-		free(j->seat[k].t);
-	}
-	free(j->seat);
-	free(j->result);
-	free(j->times);
-	ct_measurement_free(&j->op);
-}
-
-static int job_alloc(struct superres_job *j, struct ct_err *e)
-{
-	const struct ct_superres *p = j->p;
-	size_t s = p->scale, all = j->net->channels * j->high * j->wide, gradients;
-
-	j->waves = (struct ct_waves){.env = j->env,
-		.views = j->in->views,
-		.samples = p->samples,
-		.draw = draw_view,
-		.collect = collect,
-		.ctx = j,
-		.save = p->save,
-		.save_ctx = p->save_ctx};
-	if (ct_superres_times(p, &j->times, &j->ntimes, e) ||
-		ct_superres_calls(p, &j->waves.calls, &gradients, e))
-		return -1;
-	j->waves.calls += gradients;
-	if (ct_measurement_alloc(&j->op, p->op, j->high / s, j->wide / s, s, p->sigma_det, e) ||
-		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e) ||
-		ct_alloc(
-			&j->result, ct_waves_places(&j->waves), j->h * j->w * sizeof *j->result, e))
-		return -1;
-	for (size_t k = 0; k < j->threads; k++) {
-		struct seat *seat = &j->seat[k];
-
-		if (ct_alloc(&seat->x, all * 2 + all / (s * s), sizeof *seat->x, e) ||
-			ct_alloc(&seat->t, ct_measurement_scratch(&j->op), sizeof *seat->t, e))
-			return -1;
-		seat->init = seat->x + all;
-		seat->y = seat->init + all;
-	}
-	return 0;
+	ct_waves_mean(&j->waves, result, 0, ct_stack_view(j->out, view), 1.0,
+		j->deviation ? ct_stack_view(j->deviation, view) : NULL);
 }
 
 static int check(const struct ct_superres *p, const struct ct_stack *in,
@@ -329,14 +192,40 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 		return ct_fail(e, CT_EUSAGE,
 			"guidance %g, %zu iterations or rate %g is out of range", how->guidance,
 			how->iterations, how->rate);
-	if (deviation && p->samples < 2)
-		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
 	if (out->views != in->views || out->h != in->h * p->scale || out->w != in->w * p->scale)
 		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", p->scale);
-	if ((deviation && ct_stack_same(deviation, out, e)) ||
-		(init && ct_stack_same(init, out, e)))
-		return -1;
-	return 0;
+	return ct_waves_deviates(p, deviation, out, e) || (init && ct_stack_same(init, out, e)) ? -1
+												: 0;
+}
+
+/* The two neighbours of fine pixel k in a line of n, and the weight of the second. */
+static double neighbours(size_t k, size_t n, size_t s, size_t at[static 2])
+{
+	double index = ct_cell_index(ct_cell_centre((double)k) / (double)s),
+	       within = fmin(fmax(index, 0.0), (double)(n - 1));
+
+	at[0] = (size_t)within;
+	at[1] = at[0] + 1 < n ? at[0] + 1 : at[0];
+	return within - (double)at[0];
+}
+
+void ct_superres_bilinear(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
+{
+	size_t row[2], col[2];
+
+	for (size_t i = 0; i < h * s; i++) {
+		double b = neighbours(i, h, s, row);
+
+		for (size_t j = 0; j < w * s; j++) {
+			double a = neighbours(j, w, s, col);
+			const float *up = y + row[0] * w, *down = y + row[1] * w;
+
+			x[i * w * s + j] = (float)((1 - b) * ((1 - a) * (double)up[col[0]] +
+								     a * (double)up[col[1]]) +
+						   b * ((1 - a) * (double)down[col[0]] +
+							       a * (double)down[col[1]]));
+		}
+	}
 }
 
 /* CT_SAMPLER_NONE. */
@@ -349,7 +238,7 @@ static void start_pictures(const struct ct_superres *p, const struct ct_stack *i
 		if (init)
 			memcpy(x, ct_stack_view(init, k), out->h * out->w * sizeof *x);
 		else
-			ct_bilinear(in->h, in->w, p->scale, x, ct_stack_view(in, k));
+			ct_superres_bilinear(in->h, in->w, p->scale, x, ct_stack_view(in, k));
 		done[k] = true;
 	}
 }
@@ -358,14 +247,12 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
+	const size_t scale = p->scale;
 	struct superres_job j = {.p = p,
-		.net = net,
 		.in = in,
 		.init = init,
-		.env = env,
-		.h = in->h * p->scale,
-		.w = in->w * p->scale,
-		.threads = ct_par_threads(env->par),
+		.h = in->h * scale,
+		.w = in->w * scale,
 		.out = out,
 		.deviation = deviation};
 	int rc;
@@ -376,10 +263,27 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		start_pictures(p, in, init, out, done);
 		return 0;
 	}
+	j.channels = net->channels;
 	ct_superres_size(p, net->multiple, in->h, in->w, &j.high, &j.wide);
-	rc = job_alloc(&j, e);
-	if (rc == 0)
-		rc = ct_waves_run(&j.waves, done, e);
-	job_free(&j);
+	if (ct_measurement_alloc(
+		    &j.op, p->op, j.high / scale, j.wide / scale, scale, p->sigma_det, e))
+		return -1;
+	j.waves = (struct ct_waves){.p = p,
+		.net = net,
+		.env = env,
+		.how = p->how,
+		.op = &j.op,
+		.eps = ct_waves_eps,
+		.views = in->views,
+		.channels = j.channels,
+		.room = j.channels * (2 * j.high * j.wide + j.op.h * j.op.w),
+		.pixels = j.h * j.w,
+		.parts = 1,
+		.begin = begin,
+		.end = end,
+		.collect = collect,
+		.ctx = &j};
+	rc = ct_waves_run(&j.waves, done, e);
+	ct_measurement_free(&j.op);
 	return rc;
 }

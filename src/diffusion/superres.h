@@ -10,7 +10,7 @@
  * is a function of (seed, view, sample, move, channel, pixel) only.
  *
  * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
- * the view on the finer grid (bilinear.h).
+ * the view on the finer grid (ct_superres_bilinear).
  */
 #ifndef CT_DIFFUSION_SUPERRES_H
 #define CT_DIFFUSION_SUPERRES_H
@@ -60,6 +60,9 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 	size_t *high, size_t *wide);
 /* The timesteps of a chain (schedule.h); free() them. CT_EUSAGE if steps and start do not fit. */
 int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e);
+/* x[s h][s w] from y[h][w], linear along both axes between the centres of pixels that are cells (s
+ * x s fine ones in a coarse one), constant beyond the outermost. */
+void ct_superres_bilinear(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
 /* The noise of a move of a sample. */
 void ct_superres_normals(
 	uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z);

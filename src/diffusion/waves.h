@@ -1,43 +1,60 @@
 /* waves.h: samples of the views of a stack, drawn by all threads in waves of whole views.
  *
  * A task is one sample of one view. What a view becomes does not depend on the threads, nor on what
- * was done before.
+ * was done before. superres.c and residual.c say what is drawn.
  */
 #ifndef CT_DIFFUSION_WAVES_H
 #define CT_DIFFUSION_WAVES_H
-#include "core/env.h"
+#include "diffusion/superres.h"
 
 #include <stdatomic.h>
-#include <stdbool.h>
-#include <stddef.h>
+
+/* What one worker has while it draws a sample. */
+struct ct_seat {
+	struct ct_waves *w;
+	size_t view, sample, worker;
+	float *room;                 /* owned, [w->room] */
+	double *scratch;             /* owned, [w->scratch] */
+	float *x, *y, *init, *first; /* as in sampler.h, in the room: set by begin */
+};
 
 struct ct_waves {
+	const struct ct_superres *p; /* timesteps, samples, save */
+	const struct ct_denoiser *net;
 	const struct ct_env *env;
-	size_t views, samples; /* of every view */
-	size_t calls;          /* of ct_waves_call a view */
-	/* Draws sample `sample` of `view` into place number `place` of ct_waves_places(). */
-	int (*draw)(void *ctx, size_t place, size_t view, size_t sample, size_t worker,
-		struct ct_err *e);
-	/* All samples of the view are drawn, into places first, first + 1, ... */
-	void (*collect)(void *ctx, size_t first, size_t view);
+	struct ct_sampler_how how;
+	const struct ct_measurement *op;
+	ct_eps_fn *eps; /* calls ct_waves_eps with the same arguments */
+	size_t views, channels, room, scratch;
+	size_t pixels, parts; /* of a result: parts pictures */
+	void (*begin)(void *ctx, struct ct_seat *s);
+	void (*end)(void *ctx, const struct ct_seat *s, float *result);
+	/* All samples of the view are drawn; result[samples][parts][pixels]. */
+	void (*collect)(void *ctx, const float *result, size_t view);
 	void *ctx;
-	/* Called by the calling thread after some views are collected, and with last = true before
-	 * ct_waves_run returns CT_ESTOP. May be NULL. What it fails with, ct_waves_run returns. */
-	int (*save)(void *ctx, bool last, struct ct_err *e);
-	void *save_ctx;
 	/* its own */
+	int *times;
+	size_t ntimes, calls, threads, wave;
+	struct ct_seat *seat; /* [threads] */
+	float *result;        /* [wave][samples][parts][pixels] */
 	size_t *view;
 	struct ct_err *err;
 	atomic_bool failed;
 	atomic_size_t called;
 };
 
-/* Samples that are drawn before views are collected. */
-size_t ct_waves_places(const struct ct_waves *w);
 /* Views with done[k] are passed over; it is set as views are collected. The first error of a draw,
  * which it names the view of; CT_ESTOP if env->stop is raised, CT_ENOMEM. */
 int ct_waves_run(struct ct_waves *w, bool *done, struct ct_err *e);
-/* A draw calls it before every call of the network: CT_ESTOP if it is to give up. */
-int ct_waves_call(struct ct_waves *w, size_t worker, struct ct_err *e);
+/* The call of the network: CT_ESTOP if it is to give up. ctx is the seat. */
+int ct_waves_eps(void *ctx, double t, const float *x, float *eps, struct ct_err *e);
+/* Mean of one part of the samples, and `by` times their deviation unless dev is NULL. */
+void ct_waves_mean(const struct ct_waves *w, const float *result, size_t part, float *mean,
+	double by, float *dev);
+/* The picture dst (high, wide) of src (h, w), continued by reflection (half-sample symmetry). */
+void ct_waves_extend(size_t high, size_t wide, float *dst, size_t h, size_t w, const float *src);
+/* CT_EUSAGE, CT_EGEOM unless deviation, which may be NULL, is one of so many samples. */
+int ct_waves_deviates(const struct ct_superres *p, const struct ct_stack *deviation,
+	const struct ct_stack *out, struct ct_err *e);
 
 #endif

@@ -54,20 +54,17 @@ static int smooth_taps(struct ct_taps *t, size_t n, double v, struct ct_err *e)
 static int smooth(float *out, const struct ct_vol *lr, const double more[static 3],
 	struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
-		if (smooth_taps(&t[a], lr->n[a], more[a], e))
+		if (smooth_taps(&s.t[a], lr->n[a], more[a], e))
 			goto out;
-	if (ct_separable_plan(&s, t, par, e) == 0) {
+	if (ct_separable_plan(&s, par, e) == 0) {
 		ct_separable_apply(&s, out, lr->data, par);
 		rc = 0;
 	}
 out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
 	return rc;
 }

@@ -35,21 +35,19 @@ static int second_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err 
 static int along(float *out, const float *x, const size_t n[3], int axis, struct ct_par *par,
 	struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
-		if (a == axis ? second_taps(&t[a], n[a], CT_HFEN_SIGMA, e)
-			      : ct_degrade_taps(&t[a], n[a], 1, CT_HFEN_SIGMA, CT_DECIMATE_SINC, e))
+		if (a == axis ? second_taps(&s.t[a], n[a], CT_HFEN_SIGMA, e)
+			      : ct_degrade_taps(
+					&s.t[a], n[a], 1, CT_HFEN_SIGMA, CT_DECIMATE_SINC, e))
 			goto out;
-	if (ct_separable_plan(&s, t, par, e))
+	if (ct_separable_plan(&s, par, e))
 		goto out;
 	ct_separable_apply(&s, out, x, par);
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
 	return rc;
 }

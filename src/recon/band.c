@@ -38,14 +38,14 @@ static int make(struct ct_taps *t, size_t n, double f, struct ct_err *e)
 int ct_band_clear(float *p, size_t count, size_t rows, size_t cols, double f, struct ct_par *par,
 	struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
 	size_t n = rows * cols;
 	float *low = NULL;
 	int rc = -1;
 
-	if (make(&t[0], cols, f, e) || make(&t[1], rows, f, e) || ct_taps_identity(&t[2], 1, e) ||
-		ct_separable_plan(&s, t, par, e) || ct_alloc(&low, n, sizeof *low, e))
+	if (make(&s.t[0], cols, f, e) || make(&s.t[1], rows, f, e) ||
+		ct_taps_identity(&s.t[2], 1, e) || ct_separable_plan(&s, par, e) ||
+		ct_alloc(&low, n, sizeof *low, e))
 		goto out;
 	for (size_t v = 0; v < count; v++) {
 		ct_separable_apply(&s, low, p + v * n, par);
@@ -54,8 +54,6 @@ int ct_band_clear(float *p, size_t count, size_t rows, size_t cols, double f, st
 	}
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
 	free(low);
 	return rc;

@@ -201,7 +201,7 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
 	}
 	for (size_t i = 0; i < n; i++)
 		y[i] += s->q[i] - gap[i];
-	ct_consistency_apply(&s->dc, s->x, s->scratch, par);
+	ct_consistency_apply(&s->dc, s->x, par);
 	if (ct_linear_apply(&f->rays, s->q, s->x, f->env, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
@@ -226,18 +226,15 @@ void ct_fuse_free(struct ct_fuse *f)
 static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
 {
 	const struct ct_env *env = f->env;
-	struct ct_separable down = {0}, up = {0};
 	size_t n = ct_vol_count(f->base), m = ct_vol_count(f->lack);
-	float *want = NULL, *lo = NULL, *hi = NULL, *r = NULL, *x = f->joint.x;
+	float *want = NULL, *hi = NULL, *r = NULL, *x = f->joint.x;
 	int rc = -1;
 
 	f->joint.x = NULL;
 	ct_joint_free(&f->joint);
 	f->joint.x = x;
-	if (ct_alloc(&want, m, sizeof *want, e) || ct_alloc(&lo, m, sizeof *lo, e) ||
-		ct_alloc(&hi, n, sizeof *hi, e) || ct_alloc(&r, n, sizeof *r, e) ||
-		ct_degrade_plan(&down, &f->by, f->base->n, env->par, e) ||
-		ct_consistency_pinv_plan(&up, &f->by, f->base->n, env->par, e))
+	if (ct_alloc(&want, m, sizeof *want, e) || ct_alloc(&hi, n, sizeof *hi, e) ||
+		ct_alloc(&r, n, sizeof *r, e))
 		goto out;
 	ct_window_density(n, hi, f->base->data, f->window);
 	for (size_t i = 0; i < n; i++)
@@ -245,22 +242,20 @@ static int settle(struct ct_fuse *f, bool keep, struct ct_err *e)
 	for (size_t i = 0; i < m; i++)
 		want[i] = (float)(width(f) * (double)f->lack->data[i]);
 	ct_par_heed(env->par, env->stop);
-	ct_consistency_exact(r, want, 0, &down, &up, lo, env->par);
+	rc = ct_consistency_settle(r, want, &f->by, f->base->n, 0, NULL, env->par, e);
 	ct_par_heed(env->par, NULL);
-	if (ct_check_stop(env, e)) {
+	if (rc == 0 && ct_check_stop(env, e)) {
+		rc = -1;
 		if (f->joint.save)
 			f->joint.save(f->joint.ctx, &f->joint, e);
-		goto out;
 	}
-	f->residual = r;
-	r = NULL;
-	rc = 0;
+	if (rc == 0) {
+		f->residual = r;
+		r = NULL;
+	}
 out:
 	free(r);
-	ct_separable_free(&down);
-	ct_separable_free(&up);
 	free(want);
-	free(lo);
 	free(hi);
 	return rc;
 }
@@ -292,7 +287,7 @@ int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_er
 {
 	struct ct_joint *s = &f->joint;
 	const struct ct_env quiet = {.par = f->env->par};
-	struct ct_tv_rule rule = {{1, 1, 1}, 1, 1, 0};
+	const struct ct_tv_rule rule = {{1, 1, 1}, 1, 1, 0, {s->g, 1, s->dual}};
 	struct ct_tv_report did;
 	const struct ct_linear *a = &f->rays;
 	size_t views = a->parts, some = views < 2 ? views : 2;
@@ -307,8 +302,7 @@ int ct_fuse_cost(struct ct_fuse *f, double *seconds, double *bytes, struct ct_er
 		return -1;
 	back = (ct_clock_cpu() - start) * (double)views / (double)some;
 	start = ct_clock_cpu();
-	if (ct_tv_near(
-		    s->x, &s->dc, &rule, &(struct ct_tv_near){s->g, 1, s->dual}, &did, &quiet, e))
+	if (ct_tv(s->x, &s->dc, &rule, &did, &quiet, e))
 		return -1;
 	sweep = ct_clock_cpu() - start;
 	*seconds = (steps + choose + 1.25 + 2) * ahead + (steps + choose / 2 + 1.5) * back +

@@ -77,8 +77,7 @@ int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t 
 		ct_consistency_alloc(&j->null, d, n, zero, 0, env->par, e))
 		goto out;
 	j->taps = ct_taps_scratch(&j->filter, NULL);
-	j->share = ct_consistency_scratch(&j->dc);
-	j->share = (2 * j->taps + view > j->share ? 2 * j->taps + view : j->share) + 1;
+	j->share = 2 * j->taps + view;
 	j->share += j->share % 2; /* doubles stand at its beginning */
 	if (ct_alloc(&j->x, j->n, sizeof(float), e) ||
 		ct_alloc(&j->ahead, j->n, sizeof(float), e) ||
@@ -201,7 +200,7 @@ static int measure_norm(struct ct_joint *j, const struct ct_env *env, struct ct_
 		weigh(j, quarter, quarter, false, env->par);
 		if (r->adjoint(r->ctx, j->g, quarter, j->q, env, e))
 			return -1;
-		ct_consistency_apply(&j->null, j->g, j->scratch, env->par);
+		ct_consistency_apply(&j->null, j->g, env->par);
 		memset(j->ahead, 0, j->n * sizeof *j->ahead);
 		rms = ct_passes_lead(j->n, j->ahead, j->g, 0, env->par);
 		if (k == POWER || rms == 0)
@@ -221,7 +220,7 @@ static int measure_norm(struct ct_joint *j, const struct ct_env *env, struct ct_
 static void measure_first(struct ct_joint *j, const float *to, const struct ct_env *env)
 {
 	memcpy(j->ahead, to, j->n * sizeof *to);
-	ct_consistency_apply(&j->dc, j->ahead, j->scratch, env->par);
+	ct_consistency_apply(&j->dc, j->ahead, env->par);
 	j->at.first = ct_passes_lead(j->n, j->ahead, j->x, 0, env->par);
 	j->at.mu = fmax(HIGHEST * j->at.first, j->rule.mu);
 }
@@ -245,8 +244,8 @@ static int near(void *ctx, float *x, const float *to, const struct ct_env *env, 
 		norm += j->dc.n[a] > 1 ? 4 * rule.weight[a] * rule.weight[a] : 0;
 	}
 	rule.step = at->mu * sqrt(norm);
-	rc = ct_tv_near(
-		x, &j->dc, &rule, &(struct ct_tv_near){to, at->mu, j->dual}, &report, &quiet, e);
+	rule.near = (struct ct_tv_near){to, at->mu, j->dual};
+	rc = ct_tv(x, &j->dc, &rule, &report, &quiet, e);
 	at->sweeps = rc == 0 ? 0 : at->sweeps + report.iterations;
 	return rc;
 }

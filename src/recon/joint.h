@@ -80,9 +80,9 @@ struct ct_joint {
 	float *x, *ahead; /* [n] */
 	int16_t *dual;    /* [3][n], tv.h */
 	struct ct_joint_at at;
-	float *g, *q, *scratch;     /* gradient; projections; a view, rows of dc: of each worker */
-	double *sums;               /* of each view */
-	size_t n, share, taps, fit; /* fit: views to fit, the others being predicted */
+	float *g, *q, *scratch; /* gradient; projections; a view and its filter: of each worker */
+	double *sums;           /* of each view */
+	size_t n, share, taps, fit;     /* fit: views to fit, the others being predicted */
 	struct ct_consistency dc, null; /* D x = z, D x = 0 */
 	struct ct_taps filter;
 };

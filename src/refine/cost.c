@@ -36,11 +36,7 @@ static int cut(struct ct_vol *piece, const struct ct_vol *in, const double facto
 		n[a] = (double)in->n[a] < most ? in->n[a] : (size_t)most;
 		start[a] = (ptrdiff_t)(at[a] * (double)(in->n[a] - n[a]));
 	}
-	if (ct_vol_alloc(piece, n, e))
-		return -1;
-	memcpy(piece->affine, in->affine, sizeof piece->affine);
-	ct_crop(piece->data, n, in->data, in->n, start, 0);
-	return 0;
+	return ct_crop(piece, in, n, start, 0, e);
 }
 
 /* Seconds of the inversion of a piece. */

@@ -72,19 +72,12 @@ int ct_slab_cut(struct ct_vol *part, const struct ct_vol *in, const struct ct_sl
 {
 	const size_t times = fine ? s->factor : 1;
 	ptrdiff_t start[3] = {0};
-	double first[3] = {0};
 	size_t n[3];
 
 	memcpy(n, in->n, sizeof n);
 	n[s->axis] = (s->hi - s->lo) * times;
 	start[s->axis] = (ptrdiff_t)(s->lo * times);
-	first[s->axis] = (double)(s->lo * times);
-	if (ct_vol_alloc(part, n, e))
-		return -1;
-	memcpy(part->affine, in->affine, sizeof part->affine);
-	ct_crop(part->data, n, in->data, in->n, start, 0);
-	ct_crop_affine(part->affine, first);
-	return 0;
+	return ct_crop(part, in, n, start, 0, e);
 }
 
 void ct_slab_put(struct ct_vol *to, const struct ct_vol *part, const struct ct_slab *s)

@@ -6,48 +6,58 @@
 
 enum { STRIP_WIDTH = 2 * CT_F32_LANES, PARTS = 4 };
 
-/* `parts` registers of a row; the last has n <= CT_F32_LANES columns. */
-CT_INLINE void sum(float *out, const float *add, const float *in, size_t ldi, const float *w,
+/* The rows that a sum is of: `ld` apart, or each anywhere. */
+struct rows {
+	const float *first;
+	size_t ld;
+	const float *const *each;
+};
+
+/* `parts` registers of a row from column i on; the last has n <= CT_F32_LANES columns. */
+CT_INLINE void sum(float *out, const float *add, const struct rows in, size_t i, const float *w,
 	size_t taps, const size_t parts, size_t n)
 {
 	ct_f32 acc[PARTS] = {{0}};
 
 #pragma GCC unroll 4
 	for (size_t p = 0; add && p < parts; p++)
-		acc[p] = ct_f32_load_n(add + p * CT_F32_LANES, p + 1 < parts ? CT_F32_LANES : n);
+		acc[p] =
+			ct_f32_load_n(add + i + p * CT_F32_LANES, p + 1 < parts ? CT_F32_LANES : n);
 	for (size_t q = 0; q < taps; q++) {
+		const float *row = (in.each ? in.each[q] : in.first + q * in.ld) + i;
 		const ct_f32 f = ct_f32_set(w[q]);
 
 #pragma GCC unroll 4
 		for (size_t p = 0; p < parts; p++)
 			acc[p] = ct_f32_fma(f,
-				ct_f32_load_n(in + q * ldi + p * CT_F32_LANES,
-					p + 1 < parts ? CT_F32_LANES : n),
+				ct_f32_load_n(
+					row + p * CT_F32_LANES, p + 1 < parts ? CT_F32_LANES : n),
 				acc[p]);
 	}
 #pragma GCC unroll 4
 	for (size_t p = 0; p < parts; p++)
-		ct_f32_store_n(out + p * CT_F32_LANES, acc[p], p + 1 < parts ? CT_F32_LANES : n);
+		ct_f32_store_n(
+			out + i + p * CT_F32_LANES, acc[p], p + 1 < parts ? CT_F32_LANES : n);
 }
 
-CT_INLINE void row(float *out, const float *add, const float *in, size_t ldi, const float *w,
+CT_INLINE void row(float *out, const float *add, const struct rows in, const float *w,
 	const size_t taps, size_t n)
 {
 	size_t i = 0;
 
 	for (; i + PARTS * CT_F32_LANES <= n; i += PARTS * CT_F32_LANES)
-		sum(out + i, add ? add + i : NULL, in + i, ldi, w, taps, PARTS, CT_F32_LANES);
+		sum(out, add, in, i, w, taps, PARTS, CT_F32_LANES);
 	for (; i < n; i += CT_F32_LANES)
-		sum(out + i, add ? add + i : NULL, in + i, ldi, w, taps, 1,
-			n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
+		sum(out, add, in, i, w, taps, 1, n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
 }
 
 CT_INLINE void across(const struct ct_banded_rows *t, float *out, size_t ldo, const float *add,
 	const float *in, size_t ldi, size_t w)
 {
 	for (size_t r = 0; r < t->n; r++)
-		row(out + r * ldo, add ? add + r * ldo : NULL, in + t->first[r] * ldi, ldi,
-			t->w + r * t->taps, t->taps, w);
+		row(out + r * ldo, add ? add + r * ldo : NULL,
+			(struct rows){in + t->first[r] * ldi, ldi, NULL}, t->w + r * t->taps,
+			t->taps, w);
 }
 
 void CT_SIMD_HERE(ct_banded_across)(const struct ct_banded_rows *t, float *out, size_t ldo,
@@ -89,8 +99,8 @@ CT_INLINE void solve(const struct ct_banded *b, float *x, size_t ld, size_t w)
 	for (size_t i = 1; half > 0 && i < m; i++) {
 		const size_t q = i < half ? i : half;
 
-		row(x + i * ld, x + i * ld, x + (i - q) * ld, ld, b->lower + (i + 1) * half - q, q,
-			w);
+		row(x + i * ld, x + i * ld, (struct rows){x + (i - q) * ld, ld, NULL},
+			b->lower + (i + 1) * half - q, q, w);
 	}
 	for (size_t i = m; i-- > 0;) {
 		const size_t q = m - 1 - i < half ? m - 1 - i : half;
@@ -98,8 +108,8 @@ CT_INLINE void solve(const struct ct_banded *b, float *x, size_t ld, size_t w)
 		for (size_t c = 0; c < w; c++)
 			x[i * ld + c] *= b->inverse[i];
 		if (q > 0)
-			row(x + i * ld, x + i * ld, x + (i + 1) * ld, ld, b->upper + i * half, q,
-				w);
+			row(x + i * ld, x + i * ld, (struct rows){x + (i + 1) * ld, ld, NULL},
+				b->upper + i * half, q, w);
 	}
 }
 
@@ -120,45 +130,8 @@ void CT_SIMD_HERE(ct_banded_solve_turned)(
 	}
 }
 
-CT_INLINE void blend(float *out, size_t parts, const float *const *part, const float *w, size_t i,
-	const size_t registers, size_t n)
-{
-	ct_f32 acc[PARTS];
-
-#pragma GCC unroll 4
-	for (size_t p = 0; p < registers; p++)
-		acc[p] = ct_f32_set(w[0]) * ct_f32_load_n(part[0] + i + p * CT_F32_LANES, n);
-	for (size_t q = 1; q < parts; q++)
-#pragma GCC unroll 4
-		for (size_t p = 0; p < registers; p++)
-			acc[p] = ct_f32_fma(ct_f32_set(w[q]),
-				ct_f32_load_n(part[q] + i + p * CT_F32_LANES, n), acc[p]);
-#pragma GCC unroll 4
-	for (size_t p = 0; p < registers; p++)
-		ct_f32_store_n(out + i + p * CT_F32_LANES, acc[p], n);
-}
-
 void CT_SIMD_HERE(ct_banded_blend)(
 	float *out, size_t parts, const float *const *part, const float *w, size_t n)
 {
-	size_t i = 0;
-
-	for (; i + PARTS * CT_F32_LANES <= n; i += PARTS * CT_F32_LANES)
-		blend(out, parts, part, w, i, PARTS, CT_F32_LANES);
-	for (; i < n; i += CT_F32_LANES)
-		blend(out, parts, part, w, i, 1, n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
-}
-
-enum { LANES = 16 }; /* partial sums, in a fixed order */
-
-double CT_SIMD_HERE(ct_banded_dot)(const float *a, const float *b, size_t n)
-{
-	double part[LANES] = {0}, sum = 0;
-
-	for (size_t i = 0; i < n; i += LANES)
-		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
-			part[l] += (double)a[i + l] * (double)b[i + l];
-	for (size_t l = 0; l < LANES; l++)
-		sum += part[l];
-	return sum;
+	row(out, NULL, (struct rows){.each = part}, w, parts, n);
 }

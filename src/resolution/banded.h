@@ -49,7 +49,5 @@ CT_SIMD_DECLARE(void, ct_banded_solve_turned,
  * them. */
 CT_SIMD_DECLARE(void, ct_banded_blend,
 	(float *out, size_t parts, const float *const *part, const float *w, size_t n));
-/* sum a b */
-CT_SIMD_DECLARE(double, ct_banded_dot, (const float *a, const float *b, size_t n));
 
 #endif

@@ -1,9 +1,9 @@
-/* body.c: see crop.h. Regions are joined run by run: a run is what of a row lies above, and joins
- * those that it touches in the row before and in the slice before. */
+/* body.c: see crop.h. Voxels are joined with those before them along each axis, slice by slice. */
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/crop.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,24 +12,13 @@ struct region {
 	size_t parent, count, from[3], to[3];
 };
 
-struct run {
-	size_t from, to, region;
-};
-
-/* The runs of a slice, row j's from first[j] to first[j + 1]. */
-struct slice {
-	struct run *run;
-	size_t n, *first;
-};
-
 struct search {
-	const float *in;
-	const size_t *n;
-	float above;
 	struct region *region;
 	size_t regions, room;
-	struct slice slice, before;
+	size_t *label; /* of the last plane of voxels seen: the region of each, or NONE */
 };
+
+#define NONE SIZE_MAX
 
 static size_t root(struct search *s, size_t i)
 {
@@ -40,32 +29,31 @@ static size_t root(struct search *s, size_t i)
 	return i;
 }
 
-static void join(struct search *s, size_t a, size_t b)
+/* One region of two, either of which may be none; the older becomes the root. */
+static size_t join(struct search *s, size_t a, size_t b)
 {
+	struct region *to, *of;
+
+	if (a == NONE || b == NONE)
+		return a == NONE ? b : a;
 	a = root(s, a);
 	b = root(s, b);
 	if (a == b)
-		return;
-	if (a > b) {
-		const size_t c = a;
-
-		a = b;
-		b = c;
-	}
-	s->region[b].parent = a;
-	s->region[a].count += s->region[b].count;
+		return a;
+	to = &s->region[a < b ? a : b];
+	of = &s->region[a < b ? b : a];
+	of->parent = to->parent;
+	to->count += of->count;
 	for (int d = 0; d < 3; d++) {
-		if (s->region[b].from[d] < s->region[a].from[d])
-			s->region[a].from[d] = s->region[b].from[d];
-		if (s->region[b].to[d] > s->region[a].to[d])
-			s->region[a].to[d] = s->region[b].to[d];
+		to->from[d] = of->from[d] < to->from[d] ? of->from[d] : to->from[d];
+		to->to[d] = of->to[d] > to->to[d] ? of->to[d] : to->to[d];
 	}
+	return to->parent;
 }
 
-static int add(struct search *s, size_t from, size_t to, size_t j, size_t k, struct ct_err *e)
+/* A new region, of no voxels yet. */
+static int begin(struct search *s, const size_t at[3], struct ct_err *e)
 {
-	const struct region is = {s->regions, to - from, {from, j, k}, {to, j + 1, k + 1}};
-
 	if (s->regions == s->room) {
 		const size_t more = s->room ? 2 * s->room : 1024;
 		struct region *now = realloc(s->region, more * sizeof *now);
@@ -75,82 +63,57 @@ static int add(struct search *s, size_t from, size_t to, size_t j, size_t k, str
 		s->region = now;
 		s->room = more;
 	}
-	s->slice.run[s->slice.n++] = (struct run){from, to, s->regions};
-	s->region[s->regions++] = is;
+	s->region[s->regions] = (struct region){.parent = s->regions};
+	memcpy(s->region[s->regions].from, at, sizeof s->region->from);
+	s->regions++;
 	return 0;
 }
 
-/* Join the runs of a row with those of another, both in order. */
-static void meet(struct search *s, const struct run *a, size_t as, const struct run *b, size_t bs)
+/* Of a voxel that lies above, whose neighbours before it have labels. */
+static int add(struct search *s, const size_t at[3], const size_t n[3], struct ct_err *e)
 {
-	for (size_t i = 0, j = 0; i < as && j < bs;) {
-		if (a[i].from < b[j].to && b[j].from < a[i].to)
-			join(s, a[i].region, b[j].region);
-		if (a[i].to < b[j].to)
-			i++;
-		else
-			j++;
+	size_t *label = s->label + at[1] * n[0] + at[0], r = *label; /* of the slice before */
+	struct region *is;
+
+	if (at[1] > 0)
+		r = join(s, r, *(label - n[0]));
+	if (at[0] > 0)
+		r = join(s, r, *(label - 1));
+	if (r == NONE) {
+		r = s->regions;
+		if (begin(s, at, e))
+			return -1;
 	}
-}
-
-static int look(struct search *s, size_t k, struct ct_err *e)
-{
-	const size_t w = s->n[0], h = s->n[1];
-	struct slice *now = &s->slice, *last = &s->before;
-
-	now->n = 0;
-	for (size_t j = 0; j < h; j++) {
-		const float *row = s->in + (k * h + j) * w;
-
-		now->first[j] = now->n;
-		for (size_t i = 0; i < w; i++) {
-			const size_t from = i;
-
-			while (i < w && row[i] > s->above)
-				i++;
-			if (i > from && add(s, from, i, j, k, e))
-				return -1;
-		}
-		now->first[j + 1] = now->n;
-		if (j > 0)
-			meet(s, now->run + now->first[j], now->n - now->first[j],
-				now->run + now->first[j - 1], now->first[j] - now->first[j - 1]);
-		if (k > 0)
-			meet(s, now->run + now->first[j], now->n - now->first[j],
-				last->run + last->first[j], last->first[j + 1] - last->first[j]);
+	*label = r;
+	is = &s->region[root(s, r)];
+	is->count++;
+	for (int d = 0; d < 3; d++) {
+		is->from[d] = at[d] < is->from[d] ? at[d] : is->from[d];
+		is->to[d] = at[d] >= is->to[d] ? at[d] + 1 : is->to[d];
 	}
 	return 0;
-}
-
-static int slice_alloc(struct slice *s, const size_t *n, struct ct_err *e)
-{
-	return ct_alloc(&s->run, n[1] * ((n[0] + 1) / 2), sizeof *s->run, e) ||
-			       ct_alloc(&s->first, n[1] + 1, sizeof *s->first, e)
-		       ? -1
-		       : 0;
 }
 
 int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n[static 3],
 	float above, struct ct_err *e)
 {
-	struct search s = {.in = in, .n = n, .above = above};
-	size_t most = 0;
+	struct search s = {0};
+	size_t at[3], most = 0;
 	int rc = -1;
 
-	if (slice_alloc(&s.slice, n, e) || slice_alloc(&s.before, n, e))
-		goto out;
-	for (size_t k = 0; k < n[2]; k++) {
-		const struct slice was = s.before;
-
-		if (look(&s, k, e))
-			goto out;
-		s.before = s.slice;
-		s.slice = was;
-	}
-	for (int d = 0; d < 3; d++) {
-		from[d] = 0;
-		to[d] = n[d];
-	}
+	if (ct_alloc(&s.label, n[0] * n[1], sizeof *s.label, e))
+		return -1;
+	for (size_t i = 0; i < n[0] * n[1]; i++)
+		s.label[i] = NONE;
+	for (at[2] = 0; at[2] < n[2]; at[2]++)
+		for (at[1] = 0; at[1] < n[1]; at[1]++)
+			for (at[0] = 0; at[0] < n[0]; at[0]++)
+				if (!(*in++ > above))
+					s.label[at[1] * n[0] + at[0]] = NONE;
+				else if (add(&s, at, n, e))
+					goto out;
+	memset(from, 0, 3 * sizeof *from);
+	memcpy(to, n, 3 * sizeof *to);
 	for (size_t i = 0; i < s.regions; i++)
 		if (s.region[i].parent == i && s.region[i].count > most) {
 			most = s.region[i].count;
@@ -160,9 +123,6 @@ int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n
 	rc = 0;
 out:
 	free(s.region);
-	free(s.slice.run);
-	free(s.slice.first);
-	free(s.before.run);
-	free(s.before.first);
+	free(s.label);
 	return rc;
 }

@@ -4,6 +4,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/consistency.h"
+#include "solve/vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -16,32 +17,9 @@ static bool apart(const struct ct_consistency *dc)
 	return dc->d[2].down.taps > 1;
 }
 
-int ct_consistency_cut(struct ct_consistency *dc, size_t *planes, struct ct_err *e)
+static size_t slabs(const struct ct_consistency *dc)
 {
-	const struct ct_banded_rows *up = &dc->d[2].up;
-	const size_t slabs = (dc->n[2] + CT_CONSISTENCY_SLAB - 1) / CT_CONSISTENCY_SLAB;
-
-	if (ct_alloc0(&dc->slab, slabs, sizeof *dc->slab, e))
-		return -1;
-	*planes = 0;
-	for (size_t s = 0; s < slabs; s++) {
-		struct ct_consistency_slab *b = &dc->slab[s];
-		const size_t end = (s + 1) * CT_CONSISTENCY_SLAB;
-
-		b->at = *planes;
-		for (size_t k = s * CT_CONSISTENCY_SLAB + apart(dc); k < end && k < dc->n[2]; k++)
-			for (size_t q = 0; q < up->taps; q++) {
-				const size_t o = up->first[k] + q;
-
-				if (up->w[k * up->taps + q] == 0)
-					continue;
-				b->first = b->count ? b->first : o;
-				b->count =
-					o + 1 - b->first > b->count ? o + 1 - b->first : b->count;
-			}
-		*planes += b->count + apart(dc);
-	}
-	return 0;
+	return (dc->n[2] + CT_CONSISTENCY_SLAB - 1) / CT_CONSISTENCY_SLAB;
 }
 
 /* Weight of plane k in coarse plane o. */
@@ -68,6 +46,31 @@ static size_t reach(const struct ct_consistency *dc, size_t k, size_t *o, float 
 	*o = up->first[k] + from;
 	*w = all + from;
 	return to - from;
+}
+
+int ct_consistency_cut(struct ct_consistency *dc, size_t *planes, struct ct_err *e)
+{
+	if (ct_alloc0(&dc->slab, slabs(dc), sizeof *dc->slab, e))
+		return -1;
+	*planes = 0;
+	for (size_t s = 0; s < slabs(dc); s++) {
+		struct ct_consistency_slab *b = &dc->slab[s];
+		const size_t end = (s + 1) * CT_CONSISTENCY_SLAB;
+
+		b->at = *planes;
+		for (size_t k = s * CT_CONSISTENCY_SLAB + apart(dc); k < end && k < dc->n[2]; k++) {
+			float *w;
+			size_t o, count = reach(dc, k, &o, &w);
+
+			if (count == 0)
+				continue;
+			b->first = b->count ? b->first : o;
+			b->count =
+				o + count - b->first > b->count ? o + count - b->first : b->count;
+		}
+		*planes += b->count + apart(dc);
+	}
+	return 0;
 }
 
 /* What is to be blended. */
@@ -109,70 +112,41 @@ void ct_consistency_gather(const struct ct_consistency *dc, float *out, size_t o
 	CT_SIMD(ct_banded_blend)(out, m.n, m.part, m.w, n);
 }
 
-/* Floats of a tile for either axis of a plane, whole cache lines. */
-static size_t tile(const struct ct_consistency *dc)
-{
-	size_t most = 0;
-
-	for (int a = 0; a < 2; a++) {
-		const size_t here = dc->same[a]  ? 0
-				    : dc->banded ? ct_banded_scratch(&dc->d[a])
-						 : ct_cosine_scratch(&dc->v[a]);
-
-		most = here > most ? here : most;
-	}
-	return most;
-}
-
 static size_t lines(size_t n)
 {
 	return (n + LINE - 1) / LINE * LINE;
 }
 
-/* A tile, a plane reduced along one axis, and if it is then added to others the whole of it. */
-size_t ct_consistency_scratch(const struct ct_consistency *dc)
+void ct_consistency_measure_work(struct ct_consistency *dc)
 {
-	return tile(dc) + lines(dc->m[1] * dc->n[0]) + (dc->banded ? lines(dc->plane) : 0);
-}
+	for (int a = 0; a < 3; a++) {
+		const size_t banded = ct_banded_scratch(&dc->d[a]);
+		const size_t cosine = ct_cosine_scratch(&dc->v[a]);
+		const size_t most = banded > cosine ? banded : cosine;
 
-/* out (m,w; ldo) = V or D of axis 1, in (n,w; ldi), and the transpose of that, added to `add`. */
-static void gather(
-	const struct ct_consistency *dc, float *out, const float *in, size_t w, float *scratch)
-{
-	if (dc->banded)
-		CT_SIMD(ct_banded_across)(&dc->d[1].down, out, w, NULL, in, w, w);
-	else
-		CT_SIMD(ct_cosine_analyse)(&dc->v[1], out, w, in, w, w, false, scratch);
-}
-
-static void spread(const struct ct_consistency *dc, float *out, const float *add, const float *in,
-	size_t w, float *scratch)
-{
-	if (dc->banded)
-		CT_SIMD(ct_banded_across)(&dc->d[1].up, out, w, add, in, w, w);
-	else
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, w, add, in, w, w, scratch);
+		if (!dc->same[a] && most > dc->tile)
+			dc->tile = most;
+	}
+	dc->share = dc->tile + lines(dc->m[1] * dc->n[0]) + (dc->banded ? lines(dc->plane) : 0);
 }
 
 /* Within the plane: out (m1,m0), turned unless axis 0 stays as it is, of x (n1,n0). */
-static void reduce(struct ct_consistency *dc, float *out, const float *x, float *scratch)
+static void reduce(struct ct_consistency *dc, float *out, const float *x, float *tile)
 {
-	float *half = dc->same[0] ? out : scratch + tile(dc);
-	size_t n = dc->n[0], m = dc->m[1];
-	const float *in = x;
+	float *half = dc->same[0] ? out : tile + dc->tile;
+	const size_t n = dc->n[0], m = dc->m[1];
+	const float *in = dc->same[1] ? x : half;
 
-	if (!dc->same[1]) {
-		gather(dc, half, x, n, scratch);
-		in = half;
-	} else if (dc->same[0]) {
+	if (dc->same[0] && dc->same[1])
 		memcpy(out, x, dc->plane * sizeof *x);
-	}
-	if (dc->same[0])
-		return;
-	if (dc->banded)
-		CT_SIMD(ct_banded_down)(&dc->d[0], out, m, in, n, m, scratch);
-	else
-		CT_SIMD(ct_cosine_analyse)(&dc->v[0], out, m, in, n, m, true, scratch);
+	if (!dc->same[1] && dc->banded)
+		CT_SIMD(ct_banded_across)(&dc->d[1].down, half, n, NULL, x, n, n);
+	else if (!dc->same[1])
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], half, n, x, n, n, false, tile);
+	if (!dc->same[0] && dc->banded)
+		CT_SIMD(ct_banded_down)(&dc->d[0], out, m, in, n, m, tile);
+	else if (!dc->same[0])
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], out, m, in, n, m, true, tile);
 }
 
 /* Coarse plane o of what the slab makes of its planes from `from` to k, of which in is reduced. */
@@ -180,13 +154,12 @@ static void add(struct ct_consistency *dc, float *out, size_t o, size_t from, si
 	const float *in, size_t n)
 {
 	const float w[2] = {1, weight(dc, o, k)}, *part[2] = {out, in};
+	size_t first;
 
 	while (from < k && weight(dc, o, from) == 0)
 		from++;
-	if (from < k)
-		CT_SIMD(ct_banded_blend)(out, 2, part, w, n);
-	else
-		CT_SIMD(ct_banded_blend)(out, 1, part + 1, w + 1, n);
+	first = from < k ? 0 : 1;
+	CT_SIMD(ct_banded_blend)(out, 2 - first, part + first, w + first, n);
 }
 
 bool ct_consistency_is_flat(const struct ct_consistency *dc)
@@ -208,17 +181,18 @@ void ct_consistency_reduce_part(
 		add(dc, made + (o - b->first) * dc->plane, o, first, k, x, n);
 }
 
-void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch)
+void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, size_t worker)
 {
-	float *plane = scratch + tile(dc) + lines(dc->m[1] * dc->n[0]), *w;
+	float *tile = dc->work + worker * dc->share, *w;
+	float *plane = tile + dc->tile + lines(dc->m[1] * dc->n[0]);
 	size_t o;
 
 	if (!dc->banded) {
-		reduce(dc, dc->reduced + k * dc->plane, x, scratch);
+		reduce(dc, dc->reduced + k * dc->plane, x, tile);
 	} else if (ct_consistency_is_flat(dc)) {
 		ct_consistency_reduce_part(dc, k, 0, dc->plane, x);
 	} else if (reach(dc, k, &o, &w) > 0) {
-		reduce(dc, plane, x, scratch);
+		reduce(dc, plane, x, tile);
 		ct_consistency_reduce_part(dc, k, 0, dc->plane, plane);
 	}
 }
@@ -249,11 +223,12 @@ const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, 
 }
 
 void ct_consistency_expand(
-	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch)
+	const struct ct_consistency *dc, size_t k, float *out, const float *x, size_t worker)
 {
-	float *half = scratch + tile(dc), *plane = half + lines(dc->m[1] * dc->n[0]);
+	float *tile = dc->work + worker * dc->share, *half = tile + dc->tile;
+	float *plane = half + lines(dc->m[1] * dc->n[0]);
 	const float *in = dc->banded ? plane : dc->reduced + k * dc->plane;
-	size_t n = dc->n[0], m = dc->m[1];
+	const size_t n = dc->n[0], m = dc->m[1];
 
 	if (ct_consistency_is_flat(dc)) {
 		combine(dc, k, out, x);
@@ -262,56 +237,60 @@ void ct_consistency_expand(
 	if (dc->banded)
 		combine(dc, k, plane, NULL);
 	if (!dc->same[0] && dc->banded)
-		CT_SIMD(ct_banded_up)(&dc->d[0], half, n, in, m, m, scratch);
+		CT_SIMD(ct_banded_up)(&dc->d[0], half, n, in, m, m, tile);
 	else if (!dc->same[0])
-		CT_SIMD(ct_cosine_synthesise_turned)(&dc->v[0], half, n, in, m, m, scratch);
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[0], half, n, NULL, in, m, m, true, tile);
 	in = dc->same[0] ? in : half;
-	if (!dc->same[1])
-		spread(dc, out, x, in, n, scratch);
-	else if (!x)
-		memcpy(out, in, n * dc->n[1] * sizeof *out);
+	if (!dc->same[1] && dc->banded)
+		CT_SIMD(ct_banded_across)(&dc->d[1].up, out, n, x, in, n, n);
+	else if (!dc->same[1])
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], out, n, x, in, n, n, false, tile);
 	else
 		for (size_t i = 0; i < n * dc->n[1]; i++)
-			out[i] = x[i] + in[i];
+			out[i] = x ? x[i] + in[i] : in[i];
 }
 
 struct whole {
 	struct ct_consistency *dc;
-	float *x, *scratch;
+	float *x;
 };
-
-static size_t slabs(const struct ct_consistency *dc)
-{
-	return (dc->n[2] + CT_CONSISTENCY_SLAB - 1) / CT_CONSISTENCY_SLAB;
-}
 
 static void reduce_slab(void *arg, size_t slab, size_t worker)
 {
 	const struct whole *w = arg;
-	struct ct_consistency *dc = w->dc;
 	const size_t from = slab * CT_CONSISTENCY_SLAB, to = from + CT_CONSISTENCY_SLAB;
 
-	for (size_t k = from; k < to && k < dc->n[2]; k++)
-		ct_consistency_reduce(dc, k, w->x + k * dc->n[0] * dc->n[1],
-			w->scratch + worker * ct_consistency_scratch(dc));
+	for (size_t k = from; k < to && k < w->dc->n[2]; k++)
+		ct_consistency_reduce(w->dc, k, w->x + k * w->dc->n[0] * w->dc->n[1], worker);
 }
 
 static void expand_one(void *arg, size_t k, size_t worker)
 {
 	const struct whole *w = arg;
-
 	float *x = w->x + k * w->dc->n[0] * w->dc->n[1];
 
-	ct_consistency_expand(w->dc, k, x, x, w->scratch + worker * ct_consistency_scratch(w->dc));
+	ct_consistency_expand(w->dc, k, x, x, worker);
 }
 
-void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par)
+void ct_consistency_take(struct ct_consistency *dc, float *x, struct ct_par *par)
 {
-	struct whole w = {dc, x, scratch};
+	struct whole w = {dc, x};
 
 	ct_par_for(par, slabs(dc), reduce_slab, &w);
-	ct_consistency_correct(dc, false, par);
+}
+
+void ct_consistency_add(struct ct_consistency *dc, float *x, struct ct_par *par)
+{
+	struct whole w = {dc, x};
+
 	ct_par_for(par, dc->n[2], expand_one, &w);
+}
+
+void ct_consistency_apply(struct ct_consistency *dc, float *x, struct ct_par *par)
+{
+	ct_consistency_take(dc, x, par);
+	ct_consistency_correct(dc, false, par);
+	ct_consistency_add(dc, x, par);
 }
 
 /* Axes whose D D^T is a multiple of the identity are solved as the samples are gathered. */
@@ -353,7 +332,7 @@ static void solve_plane(void *arg, size_t o, size_t worker)
 		CT_SIMD(ct_banded_solve)(&dc->d[1], c, m[0], m[0]);
 	else if (!dc->d[1].plain)
 		CT_SIMD(ct_banded_solve_turned)
-	(&dc->d[1], c, m[1], m[0], dc->tiles + worker * dc->tile);
+	(&dc->d[1], c, m[1], m[0], dc->work + worker * dc->share);
 }
 
 /* <y - D x, coef> of plane o. */
@@ -368,7 +347,8 @@ static void product(void *arg, size_t o, size_t worker)
 		float r[STRIP];
 
 		ct_consistency_gather(dc, r, o, at, n, 1, -1);
-		sum += CT_SIMD(ct_banded_dot)(r, dc->coef + o * dc->plane + at, n);
+		sum += CT_SIMD(ct_vector_dot)(
+			n, &(struct ct_vector){.x = r, .w = dc->coef + o * dc->plane + at});
 	}
 	dc->sums[o] = sum;
 }

@@ -41,48 +41,40 @@ static int axis(struct ct_consistency *dc, int a, const struct ct_svd *f, const 
 	return 0;
 }
 
-/* y, in the order of the coefficients. */
-static void samples(struct ct_consistency *dc, const float *y)
+/* want = y over its gains, in the order of the coefficients. */
+static void arrange(struct ct_consistency *dc, const struct ct_svd f[3], const float *y)
 {
 	for (size_t k = 0; k < dc->m[2]; k++)
 		for (size_t j = 0; j < dc->m[1]; j++)
-			for (size_t i = 0; i < dc->m[0]; i++, y++)
-				dc->want[k * dc->plane + j * dc->stride[1] + i * dc->stride[0]] =
-					*y;
+			for (size_t i = 0; i < dc->m[0]; i++, y++) {
+				const double g = dc->exact ? 1 : f[0].g[i] * f[1].g[j] * f[2].g[k];
+
+				dc->lost += g == 0.0;
+				dc->want[place(dc, 2, k) * dc->plane +
+					 place(dc, 1, j) * dc->stride[1] +
+					 place(dc, 0, i) * dc->stride[0]] =
+					g == 0.0 ? 0.0f : (float)((double)*y / g);
+			}
 }
 
 /* c_y = G^-1 U y. */
 static int target(struct ct_consistency *dc, const struct ct_svd f[3], const float *y,
 	struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
 	struct ct_separable s = {0};
-	float *c = NULL, *in;
+	float *c = NULL;
 	int rc = -1;
 
 	for (int a = 0; a < 3; a++)
-		if (ct_svd_u(&t[a], &f[a], e))
+		if (ct_svd_u(&s.t[a], &f[a], e))
 			goto out;
-	if (ct_separable_plan(&s, t, par, e) ||
+	if (ct_separable_plan(&s, par, e) ||
 		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;
 	ct_separable_apply(&s, c, y, par);
-	in = c;
-	for (size_t k = 0; k < dc->m[2]; k++)
-		for (size_t j = 0; j < dc->m[1]; j++)
-			for (size_t i = 0; i < dc->m[0]; i++, in++) {
-				double g = f[0].g[i] * f[1].g[j] * f[2].g[k];
-
-				dc->lost += g == 0.0;
-				dc->want[place(dc, 2, k) * dc->plane +
-					 place(dc, 1, j) * dc->stride[1] +
-					 place(dc, 0, i) * dc->stride[0]] =
-					g == 0.0 ? 0.0f : (float)((double)*in / g);
-			}
+	arrange(dc, f, c);
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
 	ct_separable_free(&s);
 	free(c);
 	return rc;
@@ -100,25 +92,39 @@ static bool is_sound(const struct ct_svd *f)
 	return f->lost == 0 && f->condition <= BANDED_CONDITION;
 }
 
+/* The tables of D, and what they are decomposed to. */
+struct axes {
+	struct ct_taps t[3];
+	struct ct_svd f[3];
+};
+
+static void axes_free(struct axes *x)
+{
+	for (int a = 0; a < 3; a++) {
+		ct_svd_free(&x->f[a]);
+		ct_taps_free(&x->t[a]);
+	}
+}
+
 /* n, m, same and banded, of an operator whose axes are decomposed: all, or those that tell. */
-static int shape(struct ct_consistency *dc, struct ct_svd f[3], struct ct_taps t[3],
-	const struct ct_degrade *d, const size_t n[3], bool all, struct ct_err *e)
+static int shape(struct ct_consistency *dc, struct axes *x, const struct ct_degrade *d,
+	const size_t n[3], bool all, struct ct_err *e)
 {
 	*dc = (struct ct_consistency){.condition = 1, .banded = true};
 	for (int a = 0; a < 3; a++) {
-		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
+		if (ct_degrade_taps(&x->t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
 			return -1;
 		dc->n[a] = n[a];
-		dc->m[a] = t[a].n_out;
-		dc->same[a] = ct_taps_is_identity(&t[a]);
-		dc->banded = dc->banded && (dc->same[a] || is_short(&t[a], n[a]));
+		dc->m[a] = x->t[a].n_out;
+		dc->same[a] = ct_taps_is_identity(&x->t[a]);
+		dc->banded = dc->banded && (dc->same[a] || is_short(&x->t[a], n[a]));
 	}
 	for (int a = 0; a < 3; a++) {
 		if (!all && (dc->same[a] || !dc->banded))
 			continue;
-		if (ct_svd_alloc(&f[a], &t[a], e))
+		if (ct_svd_alloc(&x->f[a], &x->t[a], e))
 			return -1;
-		dc->banded = dc->banded && (dc->same[a] || is_sound(&f[a]));
+		dc->banded = dc->banded && (dc->same[a] || is_sound(&x->f[a]));
 	}
 	return 0;
 }
@@ -127,23 +133,19 @@ int ct_consistency_bytes(double *bytes, const struct ct_degrade *d, const size_t
 	bool noise, struct ct_err *e)
 {
 	struct ct_consistency dc;
-	struct ct_svd f[3] = {{0}};
-	struct ct_taps t[3] = {{0}};
+	struct axes x = {0};
 	size_t planes = n[2];
 	int rc = -1;
 
-	if (shape(&dc, f, t, d, n, false, e) ||
-		(dc.banded && (ct_banded_alloc(&dc.d[2], &t[2], e) ||
+	if (shape(&dc, &x, d, n, false, e) ||
+		(dc.banded && (ct_banded_alloc(&dc.d[2], &x.t[2], e) ||
 				      ct_consistency_cut(&dc, &planes, e))))
 		goto out;
 	planes += (dc.banded && !noise ? 2 : 3) * dc.m[2];
 	*bytes = sizeof(float) * (double)dc.m[0] * (double)dc.m[1] * (double)planes;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++) {
-		ct_svd_free(&f[a]);
-		ct_taps_free(&t[a]);
-	}
+	axes_free(&x);
 	ct_consistency_free(&dc);
 	return rc;
 }
@@ -152,16 +154,7 @@ static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *
 {
 	size_t count, reduced = dc->n[2];
 
-	for (int a = 0; a < 3; a++) {
-		const size_t tile = dc->same[a] ? 0
-				    : dc->exact ? ct_banded_scratch(&dc->d[a])
-						: ct_cosine_scratch(&dc->v[a]);
-
-		if (a == 2 || dc->banded)
-			dc->tile = tile > dc->tile ? tile : dc->tile;
-	}
-	if (dc->banded && !dc->exact)
-		dc->tile += dc->plane;
+	ct_consistency_measure_work(dc);
 	if (dc->banded && ct_consistency_cut(dc, &reduced, e))
 		return -1;
 	if (ct_size_mul(&count, dc->plane, dc->m[2], "volume", e) ||
@@ -170,7 +163,7 @@ static int arrays(struct ct_consistency *dc, struct ct_par *par, struct ct_err *
 		ct_alloc0(&dc->coef, count, sizeof(float), e) ||
 		(!dc->exact && ct_alloc0(&dc->had, count, sizeof(float), e)) ||
 		ct_alloc0(&dc->reduced, reduced, sizeof(float), e) ||
-		ct_alloc(&dc->tiles, ct_par_threads(par) * dc->tile, sizeof(float), e) ||
+		ct_alloc(&dc->work, ct_par_threads(par) * dc->share, sizeof(float), e) ||
 		ct_alloc(&dc->sums, 3 * (dc->plane / BLOCK + 1) + dc->m[2], sizeof(double), e))
 		return -1;
 	return 0;
@@ -180,11 +173,10 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 	const size_t n[static 3], const float *y, double noise, struct ct_par *par,
 	struct ct_err *e)
 {
-	struct ct_svd f[3] = {{0}};
-	struct ct_taps t[3] = {{0}};
+	struct axes x = {0};
 	int rc = -1;
 
-	if (shape(dc, f, t, d, n, true, e))
+	if (shape(dc, &x, d, n, true, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
 		if (ct_degrade_cover(dc->m[a], d->factor[a]) != n[a]) {
@@ -194,25 +186,22 @@ int ct_consistency_alloc(struct ct_consistency *dc, const struct ct_degrade *d,
 		}
 	dc->exact = dc->banded && noise == 0;
 	for (int a = 0; a < 3; a++)
-		if (axis(dc, a, &f[a], &t[a], e))
+		if (axis(dc, a, &x.f[a], &x.t[a], e))
 			goto out;
 	dc->stride[0] = dc->same[0] ? 1 : dc->m[1];
 	dc->stride[1] = dc->same[0] ? dc->m[0] : 1;
 	if (ct_size_mul(&dc->plane, dc->m[0], dc->m[1], "plane", e) || arrays(dc, par, e))
 		goto out;
 	if (dc->exact)
-		samples(dc, y);
-	else if (target(dc, f, y, par, e))
+		arrange(dc, x.f, y);
+	else if (target(dc, x.f, y, par, e))
 		goto out;
 	dc->bound = noise * noise * (double)(dc->m[0] * dc->m[1] * dc->m[2]);
 	if (!dc->exact)
 		dc->had[0] = NAN;
 	rc = 0;
 out:
-	for (int a = 0; a < 3; a++) {
-		ct_svd_free(&f[a]);
-		ct_taps_free(&t[a]);
-	}
+	axes_free(&x);
 	if (rc)
 		ct_consistency_free(dc);
 	return rc;
@@ -248,7 +237,7 @@ void ct_consistency_free(struct ct_consistency *dc)
 	free(dc->coef);
 	free(dc->reduced);
 	free(dc->slab);
-	free(dc->tiles);
+	free(dc->work);
 	free(dc->sums);
 	*dc = (struct ct_consistency){0};
 }
@@ -278,7 +267,7 @@ static void analyse(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
-	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	float *scratch = dc->work + worker * dc->share, *coef = dc->coef + at;
 	const float *in = dc->banded ? coef : dc->reduced + at;
 
 	for (size_t k = 0; k < dc->m[2] && dc->banded; k++)
@@ -290,43 +279,38 @@ static void analyse(void *arg, size_t block, size_t worker)
 		memcpy(coef + k * dc->plane, in + k * dc->plane, n * sizeof *coef);
 }
 
-/* What D left of V on a plane of coefficients. */
+/* What D left of V on a plane of coefficients, or the transpose of that. */
+static void walk_plane(struct ct_consistency *dc, size_t k, size_t worker, bool back)
+{
+	float *tile = dc->work + worker * dc->share, *turned = tile + dc->tile;
+	float *c = dc->coef + k * dc->plane;
+	const int a = dc->same[0] ? 1 : 0; /* axis across the rows */
+	const size_t m = dc->m[0], ld = dc->m[1 - a];
+	const bool both = !dc->same[0] && !dc->same[1];
+
+	if (both && !back) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[1], turned, m, c, ld, m, true, tile);
+		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, ld, turned, m, ld, true, tile);
+	} else if (both) {
+		CT_SIMD(ct_cosine_synthesise)
+		(&dc->v[0], turned, m, NULL, c, ld, ld, true, tile);
+		CT_SIMD(ct_cosine_synthesise)
+		(&dc->v[1], c, ld, NULL, turned, m, m, true, tile);
+	} else if (!dc->same[a] && !back) {
+		CT_SIMD(ct_cosine_analyse)(&dc->v[a], c, ld, c, ld, ld, false, tile);
+	} else if (!dc->same[a]) {
+		CT_SIMD(ct_cosine_synthesise)(&dc->v[a], c, ld, NULL, c, ld, ld, false, tile);
+	}
+}
+
 static void analyse_plane(void *arg, size_t k, size_t worker)
 {
-	struct ct_consistency *dc = arg;
-	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
-	float *c = dc->coef + k * dc->plane;
-	const size_t *m = dc->m;
-
-	if (dc->same[0] && !dc->same[1])
-		CT_SIMD(ct_cosine_analyse)(&dc->v[1], c, m[0], c, m[0], m[0], false, scratch);
-	else if (!dc->same[0] && dc->same[1])
-		CT_SIMD(ct_cosine_analyse)(&dc->v[0], c, m[1], c, m[1], m[1], false, scratch);
-	else if (!dc->same[0]) {
-		CT_SIMD(ct_cosine_analyse)
-		(&dc->v[1], turned, m[0], c, m[1], m[0], true, scratch);
-		CT_SIMD(ct_cosine_analyse)
-		(&dc->v[0], c, m[1], turned, m[0], m[1], true, scratch);
-	}
+	walk_plane(arg, k, worker, false);
 }
 
 static void synthesise_plane(void *arg, size_t k, size_t worker)
 {
-	struct ct_consistency *dc = arg;
-	float *turned = dc->tiles + worker * dc->tile, *scratch = turned + dc->plane;
-	float *c = dc->coef + k * dc->plane;
-	const size_t *m = dc->m;
-
-	if (dc->same[0] && !dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[1], c, m[0], NULL, c, m[0], m[0], scratch);
-	else if (!dc->same[0] && dc->same[1])
-		CT_SIMD(ct_cosine_synthesise)(&dc->v[0], c, m[1], NULL, c, m[1], m[1], scratch);
-	else if (!dc->same[0]) {
-		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[0], turned, m[0], c, m[1], m[1], scratch);
-		CT_SIMD(ct_cosine_synthesise_turned)
-		(&dc->v[1], c, m[1], turned, m[0], m[0], scratch);
-	}
+	walk_plane(arg, k, worker, true);
 }
 
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
@@ -383,12 +367,12 @@ static void synthesise(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
 	size_t at = block * BLOCK, n = dc->plane - at < BLOCK ? dc->plane - at : BLOCK;
-	float *scratch = dc->tiles + worker * dc->tile, *coef = dc->coef + at;
+	float *scratch = dc->work + worker * dc->share, *coef = dc->coef + at;
 	float *out = dc->banded ? coef : dc->reduced + at;
 
 	if (!dc->same[2])
 		CT_SIMD(ct_cosine_synthesise)
-	(&dc->v[2], out, dc->plane, NULL, coef, dc->plane, n, scratch);
+	(&dc->v[2], out, dc->plane, NULL, coef, dc->plane, n, false, scratch);
 	else if (!dc->banded) for (size_t k = 0; k < dc->m[2]; k++)
 		memcpy(out + k * dc->plane, coef + k * dc->plane, n * sizeof *out);
 }

@@ -57,9 +57,10 @@ struct ct_consistency {
 		size_t at, first, count; /* coarse planes first, ... in planes at, ... of reduced;
 					    then its first plane, unless D has one weight */
 	} * slab;
-	bool known;   /* exact: x agreed before the last step */
-	float *tiles; /* work of each thread, of `tile` floats */
-	size_t tile;
+	bool known;  /* exact: x agreed before the last step */
+	float *work; /* of each thread `share` floats: a tile, a plane reduced along one axis, and,
+			banded, along both */
+	size_t tile, share;
 	double *sums;     /* of the column blocks */
 	double bound, mu; /* M noise^2, of which 0 is exact; multiplier found last */
 	struct ct_multipliers *multipliers; /* kept, or given; the caller's, NULL: neither */
@@ -87,14 +88,12 @@ int ct_consistency_colour(struct ct_consistency *dc, const double *alike, struct
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_consistency_free(struct ct_consistency *dc);
 
-/* Floats of scratch of the plane functions. */
-size_t ct_consistency_scratch(const struct ct_consistency *dc);
 /* Take in plane k of a volume, x (n1,n0). Thread-safe for different slabs. The planes of a slab are
  * to be given upwards, but its first at any time, at which this is thread-safe too. */
-void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, float *scratch);
+void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, size_t worker);
 /* out = x (NULL is 0) + plane k of the correction; out may be x. Thread-safe. */
 void ct_consistency_expand(
-	const struct ct_consistency *dc, size_t k, float *out, const float *x, float *scratch);
+	const struct ct_consistency *dc, size_t k, float *out, const float *x, size_t worker);
 /* Is D banded, and only along k? Then plane k can be taken in by parts, x its numbers
  * [at, at + n), */
 bool ct_consistency_is_flat(const struct ct_consistency *dc);
@@ -106,12 +105,16 @@ const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, 
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that
  * |step + V^T d|^2 = |step|^2 + this. NaN in the first call, and maybe if not to `measure`. */
 double ct_consistency_correct(struct ct_consistency *dc, bool measure, struct ct_par *par);
-/* The three on a whole volume: x <- nearest consistent volume. `scratch`: ct_consistency_scratch a
- * thread.
- */
-void ct_consistency_apply(struct ct_consistency *dc, float *x, float *scratch, struct ct_par *par);
+/* A whole volume: all its planes taken in; the correction added to all; and the three, x <- nearest
+ * consistent volume. */
+void ct_consistency_take(struct ct_consistency *dc, float *x, struct ct_par *par);
+void ct_consistency_add(struct ct_consistency *dc, float *x, struct ct_par *par);
+void ct_consistency_apply(struct ct_consistency *dc, float *x, struct ct_par *par);
 
-/* Parts of these (consistency-planes.c), of a banded dc. */
+/* Parts of these (consistency-planes.c). */
+/* Set tile and share. */
+void ct_consistency_measure_work(struct ct_consistency *dc);
+/* The rest of a banded dc. */
 /* Lay out dc->slab, of `planes` of dc->reduced. */
 int ct_consistency_cut(struct ct_consistency *dc, size_t *planes, struct ct_err *e);
 /* out (n) = want dc->want + made D x, samples [at, at + n) of coarse plane o. */
@@ -123,9 +126,10 @@ double ct_consistency_solve(struct ct_consistency *dc, bool measure, struct ct_p
 /* D+ in double for volumes of n voxels. Allocates. */
 int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 	const size_t n[static 3], const struct ct_par *par, struct ct_err *e);
-/* x <- x + D+ t, t what of y - D x is beyond +-most: of 0 all of it. dplus and d are planned; lo
- * is work of the size of y. */
-void ct_consistency_exact(float *x, const float *y, double most, const struct ct_separable *d,
-	const struct ct_separable *dplus, float *lo, struct ct_par *par);
+/* x, n voxels, <- x + D+ t in double, t what of y - D x is beyond +-most: of 0 all of it, INFINITY
+ * leaves x. *residual (may be NULL) <- RMS of D x - y then. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+int ct_consistency_settle(float *x, const float *y, const struct ct_degrade *d,
+	const size_t n[static 3], double most, double *residual, struct ct_par *par,
+	struct ct_err *e);
 
 #endif

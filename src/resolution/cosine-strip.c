@@ -374,27 +374,19 @@ static void expand(
 }
 
 void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, size_t ldo,
-	const float *add, const float *c, size_t ldc, size_t w, float *tile)
+	const float *add, const float *c, size_t ldc, size_t w, bool turned, float *tile)
 {
 	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
 		expand(b, tile, c + at, ldc, n, tile + b->n * STRIP_WIDTH);
-		if (n == STRIP_WIDTH && add)
+		if (turned) {
+			leave(b, tile, STRIP_WIDTH, NULL, tile, STRIP_WIDTH);
+			ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->n, n);
+		} else if (n == STRIP_WIDTH && add) {
 			leave(b, out + at, ldo, add + at, tile, STRIP_WIDTH);
-		else
+		} else {
 			leave(b, out + at, ldo, add ? add + at : NULL, tile, n);
-	}
-}
-
-void CT_SIMD_HERE(ct_cosine_synthesise_turned)(const struct ct_cosine *b, float *out, size_t ldo,
-	const float *c, size_t ldc, size_t w, float *tile)
-{
-	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
-		size_t n = width(w, at);
-
-		expand(b, tile, c + at, ldc, n, tile + b->n * STRIP_WIDTH);
-		leave(b, tile, STRIP_WIDTH, NULL, tile, STRIP_WIDTH);
-		ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->n, n);
+		}
 	}
 }

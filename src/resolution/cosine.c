@@ -11,19 +11,19 @@ enum {
 	LEVELS = 3,           /* at most: each costs a rounding */
 };
 
-/* a_k cos(pi k (j + 1/2) / n), the phase reduced exactly; a_0 = sqrt(1/n), else sqrt(2/n). */
-static double cosine(size_t k, size_t j, size_t n, double a)
+double ct_cosine_at(size_t k, size_t j, size_t n)
 {
-	return a * cos(M_PI * (double)(k * (2 * j + 1) % (4 * n)) / (2 * (double)n));
+	return cos(M_PI * (double)(k * (2 * j + 1) % (4 * n)) / (2 * (double)n));
 }
 
+/* Is v a_k cos(pi k (j + 1/2) / n), a_0 = sqrt(1/n), else sqrt(2/n)? */
 static bool cosines(const double *v, size_t m, size_t n)
 {
 	for (size_t k = 0; k < m; k++) {
 		double a = sqrt((k ? 2.0 : 1.0) / (double)n);
 
 		for (size_t j = 0; j < n; j++)
-			if (!(fabs(v[k * n + j] - cosine(k, j, n, a)) < 1e-10))
+			if (!(fabs(v[k * n + j] - a * ct_cosine_at(k, j, n)) < 1e-10))
 				return false;
 	}
 	return true;
@@ -127,7 +127,7 @@ static void tables(struct ct_cosine *b)
 		size_t s = b->n >> l;
 
 		for (size_t j = 0; j < s / 2; j++)
-			*w++ = (float)(2 * cosine(1, j, s, 1));
+			*w++ = (float)(2 * ct_cosine_at(1, j, s));
 		for (size_t k = 0; k < b->m >> (l + 1); k++)
 			*order++ = place(b, l + 1, k);
 	}
@@ -157,7 +157,7 @@ int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, st
 	}
 	for (size_t k = 0; k < count && functions; k++)
 		for (size_t j = 0; j < rows; j++)
-			functions[k * rows + j] = cosine(k, j, rows, sqrt(2.0 / (double)n));
+			functions[k * rows + j] = sqrt(2.0 / (double)n) * ct_cosine_at(k, j, rows);
 	cut(&made, functions ? functions : v, count, rows);
 	leaf(&made, functions ? functions : v, rows, at);
 	made.twist = at + all;

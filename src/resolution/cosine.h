@@ -16,10 +16,6 @@
  *   C_k = sum_j d_j 2 cos(pi (j + 1/2)/n) cos(pi k (j + 1/2)/(n/2)) = X_{2k+1} + X_{2k-1},
  * so X_1 = C_0/2 and X_{2k+1} = C_k - X_{2k-1}. `levels` such steps leave 2^levels transforms with
  * one basis of n/2^levels samples, the leaf, which is folded as above.
- *
- * Not oneDNN's sgemm: dense it takes 1.5 to 2.4 times as long for 16 to 64 functions of 64 to 256
- * samples, at v3 and at v4, and folded nearly as long; and it adds in an order of each processor's
- * own.
  */
 #ifndef CT_RESOLUTION_COSINE_H
 #define CT_RESOLUTION_COSINE_H
@@ -42,6 +38,8 @@ struct ct_cosine {
 	float *vt[CT_COSINE_PARTS];    /* (rows, count); all one block at v[0] */
 };
 
+/* cos(pi k (j + 1/2) / n), the phase reduced exactly. */
+double ct_cosine_at(size_t k, size_t j, size_t n);
 /* From v (m,n). Allocates *b, which must be zero. CT_ENOMEM, CT_EINPUT for absurd sizes. */
 int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
@@ -55,13 +53,10 @@ size_t ct_cosine_scratch(const struct ct_cosine *b);
 CT_SIMD_DECLARE(void, ct_cosine_analyse,
 	(const struct ct_cosine *b, float *c, size_t ldc, const float *x, size_t ldx, size_t w,
 		bool turned, float *scratch));
-/* out (n,w; ldo) = add (n,w; ldo; NULL is 0) + V^T c (m,w; ldc); out may be add. */
+/* out (n,w; ldo) = add (n,w; ldo; NULL is 0) + V^T c (m,w; ldc); out may be add. If `turned` out
+ * (w,n; ldo) = V^T c. */
 CT_SIMD_DECLARE(void, ct_cosine_synthesise,
 	(const struct ct_cosine *b, float *out, size_t ldo, const float *add, const float *c,
-		size_t ldc, size_t w, float *scratch));
-/* out (w,n; ldo), turned, = V^T c (m,w; ldc). */
-CT_SIMD_DECLARE(void, ct_cosine_synthesise_turned,
-	(const struct ct_cosine *b, float *out, size_t ldo, const float *c, size_t ldc, size_t w,
-		float *scratch));
+		size_t ldc, size_t w, bool turned, float *scratch));
 
 #endif

@@ -9,21 +9,16 @@ void ct_crop_body(double c[3], const float *in, const size_t n[static 3], float 
 {
 	double sum[3] = {0}, count = 0;
 
-	for (size_t k = 0; k < n[2]; k++) {
-		for (size_t j = 0; j < n[1]; j++) {
-			const float *row = in + (k * n[1] + j) * n[0];
-			size_t hits = 0, first = 0;
-
+	for (size_t k = 0; k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++)
 			for (size_t i = 0; i < n[0]; i++) {
-				hits += row[i] > above;
-				first += row[i] > above ? i : 0;
+				const double is = *in++ > above;
+
+				count += is;
+				sum[0] += is * (double)i;
+				sum[1] += is * (double)j;
+				sum[2] += is * (double)k;
 			}
-			count += (double)hits;
-			sum[0] += (double)first;
-			sum[1] += (double)(hits * j);
-			sum[2] += (double)(hits * k);
-		}
-	}
 	for (int d = 0; d < 3; d++)
 		c[d] = count > 0 ? sum[d] / count : ((double)n[d] - 1) / 2;
 }
@@ -37,25 +32,32 @@ ptrdiff_t ct_crop_start(size_t n, size_t m, double c)
 	return (ptrdiff_t)fmin(fmax(s, 0), (double)(n - m));
 }
 
-void ct_crop(float *restrict out, const size_t m[static 3], const float *restrict in,
-	const size_t n[static 3], const ptrdiff_t start[static 3], float pad)
+int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3],
+	const ptrdiff_t start[static 3], float pad, struct ct_err *e)
 {
-	for (size_t k = 0; k < m[2]; k++) {
-		for (size_t j = 0; j < m[1]; j++) {
-			const ptrdiff_t z = (ptrdiff_t)k + start[2], y = (ptrdiff_t)j + start[1];
-			float *row = out + (k * m[1] + j) * m[0];
+	const double first[3] = {(double)start[0], (double)start[1], (double)start[2]};
+	float *to;
 
-			for (size_t i = 0; i < m[0]; i++) {
-				const ptrdiff_t x = (ptrdiff_t)i + start[0];
+	if (ct_vol_alloc(out, n, e))
+		return -1;
+	memcpy(out->affine, in->affine, sizeof out->affine);
+	ct_crop_affine(out->affine, first);
+	to = out->data;
+	for (size_t k = 0; k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++) {
+			/* what is before the beginning is beyond the end, too */
+			const size_t z = k + (size_t)start[2], y = j + (size_t)start[1];
+			const float *row = z < in->n[2] && y < in->n[1]
+						   ? in->data + (z * in->n[1] + y) * in->n[0]
+						   : NULL;
 
-				row[i] = x < 0 || y < 0 || z < 0 || (size_t)x >= n[0] ||
-							 (size_t)y >= n[1] || (size_t)z >= n[2]
-						 ? pad
-						 : in[((size_t)z * n[1] + (size_t)y) * n[0] +
-							   (size_t)x];
+			for (size_t i = 0; i < n[0]; i++) {
+				const size_t x = i + (size_t)start[0];
+
+				*to++ = row && x < in->n[0] ? row[x] : pad;
 			}
 		}
-	}
+	return 0;
 }
 
 void ct_crop_affine(double a[3][4], const double start[static 3])

@@ -1,7 +1,7 @@
 /* crop.h: the same voxels in another frame: cut or padded. No value changes. */
 #ifndef CT_RESOLUTION_CROP_H
 #define CT_RESOLUTION_CROP_H
-#include "core/err.h"
+#include "core/vol.h"
 
 #include <stddef.h>
 
@@ -15,9 +15,10 @@ int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n
 /* First index of a window of m out of n samples, nearest to being centred at c: inside the axis
  * if m <= n, else the axis in its middle (negative). */
 ptrdiff_t ct_crop_start(size_t n, size_t m, double c);
-/* out[m] is in[n] from index start[] on, `pad` where there is none. */
-void ct_crop(float *restrict out, const size_t m[static 3], const float *restrict in,
-	const size_t n[static 3], const ptrdiff_t start[static 3], float pad);
+/* out (zeroed struct) <- n voxels of in from index start[] on, `pad` where there is none; without
+ * metadata. CT_EINPUT, CT_ENOMEM. */
+int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3],
+	const ptrdiff_t start[static 3], float pad, struct ct_err *e);
 /* The affine of a grid that begins at index start[] of another. */
 void ct_crop_affine(double a[3][4], const double start[static 3]);
 

@@ -173,18 +173,13 @@ out:
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
-	int rc = -1;
-
 	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
-		if (ct_degrade_taps(&t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
-			goto out;
-	rc = ct_separable_plan(s, t, par, e);
-out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
-	return rc;
+		if (ct_degrade_taps(&s->t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e)) {
+			ct_separable_free(s);
+			return -1;
+		}
+	return ct_separable_plan(s, par, e);
 }
 
 /* The grid whose voxel 0 has its corner `voxels` from that of `from`. dst may be from. */

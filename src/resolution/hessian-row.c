@@ -13,19 +13,20 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 	const bool begin, const bool end, const bool measure)
 {
 	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(CT_TV_ONE);
-	const ct_f32 x = ct_f32_load_n(r->x + i, m);
-	const ct_f32 j1 = ct_f32_load_n(r->j1 + i, m), k1 = ct_f32_load_n(r->k1 + i, m);
+	const float *at = r->x + i;
+	const ct_f32 x = ct_f32_load_n(at, m);
+	const ct_f32 j1 = ct_f32_load_n(at + r->j1, m), k1 = ct_f32_load_n(at + r->k1, m);
 	const size_t more = end ? m - 1 : m; /* that have a voxel after them */
-	const ct_f32 next = ct_f32_load_n(r->x + i + 1, more), ahead = next - x;
+	const ct_f32 next = ct_f32_load_n(at + 1, more), ahead = next - x;
 	const float *w = r->weight;
 	ct_f32 h[PARTS], q[PARTS], square = zero, norm = zero;
 
 	h[II] = w[II] * (ct_f32_slide(*left, x) + next - 2.0f * x);
-	h[JJ] = w[JJ] * (ct_f32_load_n(r->j0 + i, m) + j1 - 2.0f * x);
-	h[KK] = w[KK] * (ct_f32_load_n(r->k0 + i, m) + k1 - 2.0f * x);
-	h[IJ] = w[IJ] * ((ct_f32_load_n(r->j1 + i + 1, more) - j1) - ahead);
-	h[IK] = w[IK] * ((ct_f32_load_n(r->k1 + i + 1, more) - k1) - ahead);
-	h[JK] = w[JK] * (ct_f32_load_n(r->jk + i, m) - j1 - k1 + x);
+	h[JJ] = w[JJ] * (ct_f32_load_n(at + r->j0, m) + j1 - 2.0f * x);
+	h[KK] = w[KK] * (ct_f32_load_n(at + r->k0, m) + k1 - 2.0f * x);
+	h[IJ] = w[IJ] * ((ct_f32_load_n(at + r->j1 + 1, more) - j1) - ahead);
+	h[IK] = w[IK] * ((ct_f32_load_n(at + r->k1 + 1, more) - k1) - ahead);
+	h[JK] = w[JK] * (ct_f32_load_n(at + r->j1 + r->k1, m) - j1 - k1 + x);
 	if (begin)
 		h[II] = ct_f32_pick(ct_i32_first(1), zero, h[II]);
 	if (end) {

@@ -12,13 +12,14 @@
 
 enum { CT_HESSIAN_PARTS = 6 };
 
-/* The row x of a volume and its neighbours: before and after it along j and k, and after it along
- * both; x itself where there is none. The weight of a component that does not exist in the row is
- * 0. No row of q overlaps another. */
+/* The row x of a volume, and how far from it are those before and after it along j and k: 0 where
+ * there is none. The weight of a component that does not exist in the row is 0. No row of q
+ * overlaps another. */
 struct ct_hessian_ascent {
 	int16_t *q[CT_HESSIAN_PARTS]; /* the dual */
 	float *square;                /* |H x|^2 of each voxel, or NULL */
-	const float *x, *j0, *j1, *k0, *k1, *jk;
+	const float *x;
+	ptrdiff_t j0, j1, k0, k1;
 	float weight[CT_HESSIAN_PARTS];
 };
 

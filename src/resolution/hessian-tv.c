@@ -5,13 +5,13 @@
 #include "resolution/hessian-row.h"
 #include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
-#include "solve/trend.h"
+#include "solve/vector.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, MEASURE = 5, SLAB = CT_CONSISTENCY_SLAB };
+enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS, SLAB = CT_CONSISTENCY_SLAB };
 
 /* Iterations that halve the primal step, and the part of it that stays. */
 #define HALVES 30
@@ -21,47 +21,34 @@ struct hessian_tv_job {
 	float *x, *ahead;  /* the volume; extrapolated, and then the next one */
 	int16_t *q[PARTS]; /* the dual */
 	int16_t *zero;     /* a row of zeros */
-	float *scratch;    /* of each worker: that of dc, and a row */
+	float *row;        /* of each worker: what is measured */
 	double *sums;      /* of each plane: variation, and squared movement */
 	struct ct_consistency *dc;
-	size_t n[3], plane, share;
+	size_t n[3], plane;
 	float weight[PARTS], s, t;
-	float part;   /* of the first primal step */
-	bool measure; /* this iteration */
+	float part; /* of the first primal step */
+	bool measure;
 };
 
-static size_t clamp(ptrdiff_t i, size_t n)
+/* What is left of a component at a border has no weight. */
+static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, size_t j, size_t k)
 {
-	return i < 0 ? 0 : (size_t)i >= n ? n - 1 : (size_t)i;
-}
+	const size_t at = k * v->plane + j * v->n[0];
+	const ptrdiff_t row = (ptrdiff_t)v->n[0], plane = (ptrdiff_t)v->plane;
+	struct ct_hessian_ascent r = {.x = v->ahead + at,
+		.j0 = j > 0 ? -row : 0,
+		.j1 = j + 1 < v->n[1] ? row : 0,
+		.k0 = k > 0 ? -plane : 0,
+		.k1 = k + 1 < v->n[2] ? plane : 0};
 
-static const float *row(const struct hessian_tv_job *v, const float *x, ptrdiff_t j, ptrdiff_t k)
-{
-	return x + clamp(k, v->n[2]) * v->plane + clamp(j, v->n[1]) * v->n[0];
-}
-
-/* Differences of what is outside vanish, as neighbours beyond a border are the voxel itself; what
- * is left of a component at a border has no weight. */
-static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, ptrdiff_t j, ptrdiff_t k)
-{
-	const float *x = v->ahead;
-	bool last_j = j + 1 == (ptrdiff_t)v->n[1], last_k = k + 1 == (ptrdiff_t)v->n[2];
-	struct ct_hessian_ascent r = {.x = row(v, x, j, k),
-		.j0 = row(v, x, j - 1, k),
-		.j1 = row(v, x, j + 1, k),
-		.k0 = row(v, x, j, k - 1),
-		.k1 = row(v, x, j, k + 1),
-		.jk = row(v, x, j + 1, k + 1)};
-
-	for (int c = 0; c < PARTS; c++) {
-		r.q[c] = v->q[c] + (size_t)k * v->plane + (size_t)j * v->n[0];
-		r.weight[c] = v->weight[c];
-	}
-	if (j == 0 || last_j)
+	for (int c = 0; c < PARTS; c++)
+		r.q[c] = v->q[c] + at;
+	memcpy(r.weight, v->weight, sizeof r.weight);
+	if (r.j0 == 0 || r.j1 == 0)
 		r.weight[JJ] = 0;
-	if (k == 0 || last_k)
+	if (r.k0 == 0 || r.k1 == 0)
 		r.weight[KK] = 0;
-	if (last_j || last_k)
+	if (r.j1 == 0 || r.k1 == 0)
 		r.weight[JK] = 0;
 	return r;
 }
@@ -69,11 +56,11 @@ static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, ptrdiff_t
 static void ascend(void *arg, size_t k, size_t worker)
 {
 	const struct hessian_tv_job *v = arg;
-	float *square = v->scratch + worker * v->share + ct_consistency_scratch(v->dc);
+	float *square = v->row + worker * v->n[0];
 	double sum = 0;
 
 	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_ascent r = ascent(v, (ptrdiff_t)j, (ptrdiff_t)k);
+		struct ct_hessian_ascent r = ascent(v, j, k);
 
 		r.square = v->measure ? square : NULL;
 		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s / v->part);
@@ -114,8 +101,7 @@ static struct ct_hessian_descent descent(const struct hessian_tv_job *v, ptrdiff
 static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t worker)
 {
 	size_t at = plane * v->plane;
-	float *scratch = v->scratch + worker * v->share,
-	      *step = scratch + ct_consistency_scratch(v->dc);
+	float *step = v->row + worker * v->n[0];
 	double moved = 0;
 
 	for (size_t j = 0; j < v->n[1]; j++) {
@@ -126,10 +112,11 @@ static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t w
 		r.x = v->x + at + j * v->n[0];
 		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t * v->part);
 		if (v->measure)
-			moved += CT_SIMD(ct_tv_row_squares)(step, v->n[0]);
+			moved += CT_SIMD(ct_vector_dot)(
+				v->n[0], &(struct ct_vector){.x = step, .w = step});
 	}
 	v->sums[2 * plane + 1] = moved;
-	ct_consistency_reduce(v->dc, plane, v->ahead + at, scratch);
+	ct_consistency_reduce(v->dc, plane, v->ahead + at, worker);
 }
 
 static void descend(void *arg, size_t slab, size_t worker)
@@ -146,7 +133,7 @@ static void extrapolate(void *arg, size_t k, size_t worker)
 	const struct hessian_tv_job *j = arg;
 	float *x = j->x + k * j->plane, *next = j->ahead + k * j->plane;
 
-	ct_consistency_expand(j->dc, k, next, next, j->scratch + worker * j->share);
+	ct_consistency_expand(j->dc, k, next, next, worker);
 	CT_SIMD(ct_hessian_row_ahead)(j->plane, x, next);
 }
 
@@ -170,11 +157,10 @@ static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
 	j->t = (float)(rule->step / norm) / CT_TV_ONE;
 	j->s = (float)(1 / (rule->step * norm)) * CT_TV_ONE;
 	j->plane = j->n[0] * j->n[1];
-	j->share = ct_consistency_scratch(dc) + j->n[0];
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e) ||
 		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
-		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
+		ct_alloc(&j->row, threads * j->n[0], sizeof(float), e) ||
 		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
@@ -183,73 +169,50 @@ static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
 	return 0;
 }
 
-static void begin_plane(void *arg, size_t k, size_t worker)
-{
-	const struct hessian_tv_job *j = arg;
-
-	(void)worker;
-	memcpy(j->ahead + k * j->plane, j->x + k * j->plane, j->plane * sizeof *j->x);
-}
-
 static void job_free(struct hessian_tv_job *j)
 {
 	for (int c = 0; c < PARTS; c++)
 		free(j->q[c]);
 	free(j->ahead);
 	free(j->zero);
-	free(j->scratch);
+	free(j->row);
 	free(j->sums);
 }
 
-static void iterate(struct hessian_tv_job *j, struct ct_tv_report *report, struct ct_par *par)
+static void iterate(void *job, size_t it, bool measure, double sums[2], struct ct_par *par)
 {
-	double count = (double)j->plane * (double)j->n[2], variation = 0, moved;
+	struct hessian_tv_job *j = job;
 
+	j->measure = measure;
+	j->part = (float)fmax(exp2(-(double)it / HALVES), LEAST_PART);
 	ct_par_for(par, j->n[2], ascend, j);
 	ct_par_for(par, (j->n[2] + SLAB - 1) / SLAB, descend, j);
-	moved = ct_consistency_correct(j->dc, j->measure, par);
+	sums[0] = 0;
+	sums[1] = ct_consistency_correct(j->dc, measure, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
-	if (!j->measure)
-		return;
 	for (size_t k = 0; k < j->n[2]; k++) {
-		variation += j->sums[2 * k];
-		moved += j->sums[2 * k + 1];
+		sums[0] += j->sums[2 * k];
+		sums[1] += j->sums[2 * k + 1];
 	}
-	report->objective = variation / count;
-	report->change = isfinite(moved) ? sqrt(fmax(moved, 0) / count) : (double)NAN;
 }
 
 int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct hessian_tv_job j = {.x = x};
-	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
+	const struct ct_tv_loop loop = {.what = "second-order variation",
+		.known = 1, /* how far the start was from consistency is not */
+		.least = HALVES,
+		.iterate = iterate,
+		.job = &j,
+		.voxels = dc->n[0] * dc->n[1] * dc->n[2]};
 	int rc = -1;
 
 	*report = (struct ct_tv_report){0};
 	if (job_alloc(&j, dc, rule, ct_par_threads(env->par), e))
 		goto out;
-	ct_par_for(env->par, j.n[2], begin_plane, &j);
-	rc = 0;
-	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
-		bool first = it == 0; /* how far the start was from consistency is not known */
-
-		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
-		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
-		j.part = (float)fmax(exp2(-(double)it / HALVES), LEAST_PART);
-		iterate(&j, report, env->par);
-		report->iterations = it + 1;
-		if (j.measure)
-			ct_trend_see(&trend, it + 1, report->change);
-		if (j.measure && !first && !isfinite(report->change))
-			rc = ct_fail(e, CT_ENUMERIC,
-				"second-order variation: no finite step in iteration %zu", it + 1);
-		else if (it >= HALVES && j.measure && report->change < rule->tolerance)
-			break;
-		else
-			rc = ct_check_stop(env, e);
-	}
-	ct_progress(env, "iterations", rule->iterations, rule->iterations);
+	memcpy(j.ahead, x, loop.voxels * sizeof *x);
+	rc = ct_tv_run(&loop, rule, report, env, e);
 out:
 	job_free(&j);
 	return rc;

@@ -11,13 +11,6 @@
 enum { PLACES = 3 };
 #define TISSUE -500.0F /* HU, and above */
 
-/* A box of n coarse voxels: where it begins, at places 0 .. 2 of the axes. */
-static void place(ptrdiff_t start[3], const size_t n[3], const size_t of[3], const int at[3])
-{
-	for (int a = 0; a < 3; a++)
-		start[a] = (ptrdiff_t)((of[a] - n[a]) * (size_t)at[a] / (PLACES - 1));
-}
-
 static size_t tissue(const struct ct_vol *lo, const size_t n[3], const ptrdiff_t start[3])
 {
 	size_t count = 0;
@@ -48,7 +41,8 @@ static void choose(ptrdiff_t start[3], const struct ct_vol *lo, const size_t n[3
 		ptrdiff_t here[3];
 		double off;
 
-		place(here, n, lo->n, at);
+		for (int a = 0; a < 3; a++)
+			here[a] = (ptrdiff_t)((lo->n[a] - n[a]) * (size_t)at[a] / (PLACES - 1));
 		off = fabs((double)tissue(lo, n, here) / voxels - all);
 		if (off < least) {
 			least = off;
@@ -90,12 +84,8 @@ static int refine(struct ct_upsample_report *did, const struct ct_vol *lo, const
 	int rc = -1;
 
 	choose(start, lo, n);
-	if (ct_vol_alloc(&part, n, e))
-		goto out;
-	memcpy(part.affine, lo->affine, sizeof part.affine);
-	ct_crop(part.data, n, lo->data, lo->n, start, 0);
-	rc = ct_upsample(&out, &part, rule, did, env, e);
-out:
+	if (ct_crop(&part, lo, n, start, 0, e) == 0)
+		rc = ct_upsample(&out, &part, rule, did, env, e);
 	ct_vol_free(&part);
 	ct_vol_free(&out);
 	return rc;

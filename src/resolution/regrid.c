@@ -13,13 +13,22 @@
 enum { AIR = -1024, BODY = -500 }; /* HU */
 #define MARGIN 10.0                /* mm about the body */
 
-/* The data and size of `with`, which is empty then. */
+/* The data, size and grid of `with`, which is empty then. */
 static void take(struct ct_vol *v, struct ct_vol *with)
 {
 	free(v->data);
 	v->data = with->data;
 	memcpy(v->n, with->n, sizeof v->n);
+	memcpy(v->affine, with->affine, sizeof v->affine);
 	with->data = NULL;
+}
+
+/* The voxels are no longer what a degradation left. */
+static void forget_operator(struct ct_meta *m)
+{
+	ct_meta_drop(m, CT_META_FACTOR);
+	ct_meta_drop(m, CT_META_SIGMA);
+	ct_meta_drop(m, CT_META_DECIMATE);
 }
 
 /* The key's three numbers go with their axes. */
@@ -45,7 +54,8 @@ int ct_regrid_axes(
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
 	ct_reorient(w.data, v->data, v->n, axis, sign);
-	ct_reorient_affine(v->affine, v->n, axis, sign);
+	memcpy(w.affine, v->affine, sizeof w.affine);
+	ct_reorient_affine(w.affine, v->n, axis, sign);
 	take(v, &w);
 	return 0;
 }
@@ -67,65 +77,69 @@ static int iso_taps(
 	return rc;
 }
 
+/* v <- the tables s->t of it, freed then: from index start[] on in steps of step[]. */
+static int resample(struct ct_vol *v, struct ct_separable *s, const double start[3],
+	const double step[3], const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol w = {0};
+
+	if (ct_separable_plan(s, env->par, e))
+		return -1;
+	if (ct_vol_alloc(&w, (const size_t[]){s->t[0].n_out, s->t[1].n_out, s->t[2].n_out}, e)) {
+		ct_separable_free(s);
+		return -1;
+	}
+	ct_separable_apply(s, w.data, v->data, env->par);
+	ct_separable_free(s);
+	memcpy(w.affine, v->affine, sizeof w.affine);
+	ct_crop_affine(w.affine, start);
+	for (int r = 0; r < 3; r++)
+		for (int d = 0; d < 3; d++)
+			w.affine[r][d] *= step[d];
+	take(v, &w);
+	return 0;
+}
+
 int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_separable s = {0};
-	struct ct_taps t[3] = {{0}};
-	struct ct_vol w = {0};
-	double old[3], start[3];
-	size_t m[3];
-	int rc = -1;
+	double old[3], start[3], step[3];
+	int rc = 0;
 
 	ct_vol_spacing(v, old);
-	for (int d = 0; d < 3; d++) {
-		const double step = mm / old[d], n = (double)v->n[d], want = floor(n / step + 0.5);
+	for (int d = 0; d < 3 && rc == 0; d++) {
+		const double n = (double)v->n[d], want = floor(n / (mm / old[d]) + 0.5);
+		const size_t m = want < 1 ? 1 : (size_t)fmin(want, 1e6);
 
-		if (want > 1e6) {
-			ct_fail(e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
-			goto out;
-		}
-		m[d] = want < 1 ? 1 : (size_t)want;
-		start[d] = ((n - 1) - ((double)m[d] - 1) * step) / 2; /* about the same centre */
-		if (fabs(step - 1) < 1e-6 ? ct_taps_identity(&t[d], v->n[d], e)
-					  : iso_taps(&t[d], v->n[d], m[d], start[d], step, e))
-			goto out;
+		step[d] = mm / old[d];
+		start[d] = ((n - 1) - ((double)m - 1) * step[d]) / 2; /* about the same centre */
+		if (want > 1e6)
+			rc = ct_fail(
+				e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
+		else if (fabs(step[d] - 1) < 1e-6)
+			rc = ct_taps_identity(&s.t[d], v->n[d], e);
+		else
+			rc = iso_taps(&s.t[d], v->n[d], m, start[d], step[d], e);
 	}
-	if (ct_vol_alloc(&w, m, e) || ct_separable_plan(&s, t, env->par, e))
-		goto out;
-	ct_separable_apply(&s, w.data, v->data, env->par);
-	ct_crop_affine(v->affine, start);
-	for (int r = 0; r < 3; r++)
-		for (int d = 0; d < 3; d++)
-			v->affine[r][d] *= mm / old[d];
-	take(v, &w);
-	ct_meta_drop(
-		&v->meta, CT_META_FACTOR); /* the voxels are no longer what a degradation left */
-	ct_meta_drop(&v->meta, CT_META_SIGMA);
-	ct_meta_drop(&v->meta, CT_META_DECIMATE);
-	rc = 0;
-out:
-	for (int d = 0; d < 3; d++)
-		ct_taps_free(&t[d]);
+	if (rc == 0)
+		rc = resample(v, &s, start, step, env, e);
+	if (rc == 0)
+		forget_operator(&v->meta);
 	ct_separable_free(&s);
-	ct_vol_free(&w);
 	return rc;
 }
 
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 {
 	struct ct_vol w = {0};
-	double centre[3], first[3];
 	ptrdiff_t start[3];
+	double centre[3];
 
 	ct_crop_body(centre, v->data, v->n, BODY);
-	for (int d = 0; d < 3; d++) {
+	for (int d = 0; d < 3; d++)
 		start[d] = ct_crop_start(v->n[d], n, centre[d]);
-		first[d] = (double)start[d];
-	}
-	if (ct_vol_alloc(&w, (const size_t[]){n, n, n}, e))
+	if (ct_crop(&w, v, (const size_t[]){n, n, n}, start, AIR, e))
 		return -1;
-	ct_crop(w.data, w.n, v->data, v->n, start, AIR);
-	ct_crop_affine(v->affine, first);
 	take(v, &w);
 	return 0;
 }
@@ -143,9 +157,7 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 		d.factor[a] *= finer[a];
 		d.sigma[a] *= finer[a];
 		if (d.factor[a] < 1) {
-			ct_meta_drop(m, CT_META_FACTOR);
-			ct_meta_drop(m, CT_META_SIGMA);
-			ct_meta_drop(m, CT_META_DECIMATE);
+			forget_operator(m);
 			return 0;
 		}
 	}
@@ -154,41 +166,31 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 
 int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
-	double old[3], start[3], step[3], factor[3];
-	struct ct_separable op = {0};
-	struct ct_vol w = {0};
-	size_t n[3];
-	int rc = -1;
+	double old[3], start[3], step[3], finer[3];
+	struct ct_separable s = {0};
+	int rc = 0;
 
 	ct_vol_spacing(v, old);
-	for (int a = 0; a < 3; a++) {
-		double cells = old[a] * (double)v->n[a] / mm;
+	for (int a = 0; a < 3 && rc == 0; a++) {
+		const double cells = old[a] * (double)v->n[a] / mm;
+		const size_t n = (size_t)fmin(fmax(1, ceil(cells - 1e-6)), 1e6);
 
-		if (!(cells < 1e6))
-			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
-				mm, cells, a);
-		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
 		step[a] = mm / old[a];
+		finer[a] = 1 / step[a];
 		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
-		factor[a] = 1 / step[a];
+		if (!(cells < 1e6))
+			rc = ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
+				mm, cells, a);
+		else
+			rc = ct_resample_taps(
+				&s.t[a], v->n[a], n, start[a], step[a], CT_CUBIC, true, e);
 	}
-	if (ct_vol_alloc(&w, n, e) || finer_operator(&v->meta, factor, e) ||
-		ct_resample_plan(&op, v->n, n, start, step, CT_CUBIC, true, env->par, e))
-		goto out;
-	ct_separable_apply(&op, w.data, v->data, env->par);
-	ct_vol_rescale_affine(v->affine, (const double(*)[4])v->affine, factor);
-	take(v, &w);
-	rc = 0;
-out:
-	ct_separable_free(&op);
-	ct_vol_free(&w);
+	if (rc == 0)
+		rc = finer_operator(&v->meta, finer, e);
+	if (rc == 0)
+		rc = resample(v, &s, start, step, env, e);
+	ct_separable_free(&s);
 	return rc;
-}
-
-static void corner(double ijk[3], const size_t n[3], int which)
-{
-	for (int d = 0; d < 3; d++)
-		ijk[d] = ct_cell_index(which >> d & 1 ? (double)n[d] : 0);
 }
 
 /* Where the box says nothing, the field's own ends in RAS+ mm. */
@@ -199,7 +201,8 @@ static void fill_ends(double box[3][2], const struct ct_vol *v)
 	for (int c = 0; c < 8; c++) {
 		double ijk[3], mm[3];
 
-		corner(ijk, v->n, c);
+		for (int d = 0; d < 3; d++)
+			ijk[d] = ct_cell_index(c >> d & 1 ? (double)v->n[d] : 0);
 		ct_vol_world(v, ijk, mm);
 		for (int d = 0; d < 3; d++) {
 			lo[d] = c ? fmin(lo[d], mm[d]) : mm[d];
@@ -255,7 +258,6 @@ int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, 
 {
 	struct ct_vol w = {0};
 	ptrdiff_t start[3];
-	double first[3];
 	size_t n[3];
 
 	for (int d = 0; d < 3; d++) {
@@ -263,17 +265,14 @@ int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, 
 
 		if (!(lo < hi))
 			return ct_fail(e, CT_EUSAGE, "--crop: nothing of axis %d is inside", d);
-		first[d] = lo;
 		start[d] = (ptrdiff_t)lo;
 		n[d] = (size_t)(hi - lo);
 	}
-	if (ct_vol_alloc(&w, n, e))
+	if (ct_crop(&w, v, n, start, 0, e))
 		return -1;
 	ct_log(env, CT_INFO, "cropped to voxels %td:%td,%td:%td,%td:%td of %zux%zux%zu", start[0],
 		start[0] + (ptrdiff_t)n[0], start[1], start[1] + (ptrdiff_t)n[1], start[2],
 		start[2] + (ptrdiff_t)n[2], v->n[0], v->n[1], v->n[2]);
-	ct_crop(w.data, n, v->data, v->n, start, 0);
-	ct_crop_affine(v->affine, first);
 	take(v, &w);
 	return 0;
 }

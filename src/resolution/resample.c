@@ -97,19 +97,14 @@ int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const size_t n_out[static 3], const double start[static 3], const double step[static 3],
 	enum ct_interp interp, bool antialias, const struct ct_par *par, struct ct_err *e)
 {
-	struct ct_taps t[3] = {{0}};
-	int rc = -1;
-
 	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
 		if (ct_resample_taps(
-			    &t[a], n_in[a], n_out[a], start[a], step[a], interp, antialias, e))
-			goto out;
-	rc = ct_separable_plan(s, t, par, e);
-out:
-	for (int a = 0; a < 3; a++)
-		ct_taps_free(&t[a]);
-	return rc;
+			    &s->t[a], n_in[a], n_out[a], start[a], step[a], interp, antialias, e)) {
+			ct_separable_free(s);
+			return -1;
+		}
+	return ct_separable_plan(s, par, e);
 }
 
 int ct_resample_up_plan(struct ct_separable *s, const size_t n_in[static 3],

@@ -281,15 +281,11 @@ static void choose_order(struct ct_separable *s)
 	}
 }
 
-int ct_separable_plan(
-	struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par, struct ct_err *e)
+int ct_separable_plan(struct ct_separable *s, const struct ct_par *par, struct ct_err *e)
 {
 	size_t n[3], scratch = 0, count;
 
-	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++) {
-		s->t[a] = t[a];
-		t[a] = (struct ct_taps){0};
 		n[a] = s->t[a].n_in;
 		if (ct_taps_scratch(&s->t[a], par) > scratch)
 			scratch = ct_taps_scratch(&s->t[a], par);

@@ -57,10 +57,10 @@ struct ct_separable {
 	double *scratch;
 };
 
-/* Make ready to run the tables t[] (the struct takes them over, and zeroes the caller's). Allocates
- * one volume less than there are axes to work along, each no larger than input or output. */
-int ct_separable_plan(
-	struct ct_separable *s, struct ct_taps t[3], const struct ct_par *par, struct ct_err *e);
+/* Make ready to run the tables s->t, all else being zero. Allocates one volume less than there are
+ * axes to work along, each no larger than input or output. An error leaves *s freed. */
+int ct_separable_plan(struct ct_separable *s, const struct ct_par *par, struct ct_err *e);
+/* Also legal where only some tables are made; leaves it zeroed. */
 void ct_separable_free(struct ct_separable *s);
 /* out = (t[2] x t[1] x t[0]) in; they must not overlap. `par` as in the plan, or of fewer threads.
  * One call at a time. */

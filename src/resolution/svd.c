@@ -2,6 +2,7 @@
 #include "config.h"
 #include "resolution/svd.h"
 #include "core/mem.h"
+#include "resolution/cosine.h"
 #include "solve/jacobi.h"
 
 #include <math.h>
@@ -11,15 +12,14 @@
 /* A weight of so little of the largest is what rounding left of none. */
 #define NOTHING 1e-15
 
-/* Orthonormal DCT-II of m points, u (m,m); the phase is reduced exactly, in integers. */
+/* Orthonormal DCT-II of m points, u (m,m). */
 static void cosines(double *u, size_t m)
 {
 	for (size_t k = 0; k < m; k++) {
 		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
 
 		for (size_t i = 0; i < m; i++)
-			u[k * m + i] = norm * cos(M_PI * (double)(k * (2 * i + 1) % (4 * m)) /
-						      (2 * (double)m));
+			u[k * m + i] = norm * ct_cosine_at(k, i, m);
 	}
 }
 
@@ -108,49 +108,23 @@ int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
 	return 0;
 }
 
-/* Where the weights of each row begin that are more than NOTHING, and how many the longest has. */
-static size_t width(size_t *begin, const struct ct_taps *t)
+/* A full table without what is nothing. */
+static int trim(struct ct_taps *t, struct ct_err *e)
 {
+	struct ct_taps turned = {0}, narrow = {0};
 	double most = 0;
-	size_t taps = 1;
+	int rc;
 
 	for (size_t i = 0; i < t->n_out * t->taps; i++)
 		most = fmax(most, fabs(t->w[i]));
-	for (size_t j = 0; j < t->n_out; j++) {
-		const double *w = t->w + j * t->taps;
-		size_t from = 0, to = t->taps;
-
-		while (to > 1 && !(fabs(w[to - 1]) > NOTHING * most))
-			to--;
-		while (from + 1 < to && !(fabs(w[from]) > NOTHING * most))
-			from++;
-		begin[j] = from;
-		taps = to - from > taps ? to - from : taps;
-	}
-	return taps;
-}
-
-/* A full table without the ends of its rows where nothing is. */
-static int trim(struct ct_taps *t, struct ct_err *e)
-{
-	struct ct_taps narrow = {0};
-	size_t *begin = NULL;
-
-	if (ct_alloc(&begin, t->n_out, sizeof *begin, e))
-		return -1;
-	if (ct_taps_alloc(&narrow, t->n_in, t->n_out, width(begin, t), e)) {
-		free(begin);
-		return -1;
-	}
-	for (size_t j = 0; j < t->n_out; j++) {
-		ct_taps_place(&narrow, j, (ptrdiff_t)begin[j]);
-		memcpy(narrow.w + j * narrow.taps, t->w + j * t->taps + narrow.first[j],
-			narrow.taps * sizeof *narrow.w);
-	}
-	free(begin);
+	for (size_t i = 0; i < t->n_out * t->taps; i++)
+		if (!(fabs(t->w[i]) > NOTHING * most))
+			t->w[i] = 0;
+	rc = ct_taps_transpose(&turned, t, e) || ct_taps_transpose(&narrow, &turned, e) ? -1 : 0;
+	ct_taps_free(&turned);
 	ct_taps_free(t);
 	*t = narrow;
-	return 0;
+	return rc;
 }
 
 int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)

@@ -187,16 +187,6 @@ double CT_SIMD_HERE(ct_tv_row_roots)(float *v, size_t n)
 	return total(part);
 }
 
-double CT_SIMD_HERE(ct_tv_row_squares)(const float *v, size_t n)
-{
-	double part[LANES] = {0};
-
-	for (size_t i = 0; i < n; i += LANES)
-		for (size_t l = 0; l < (n - i < LANES ? n - i : LANES); l++)
-			part[l] += (double)v[i + l] * (double)v[i + l];
-	return total(part);
-}
-
 double CT_SIMD_HERE(ct_tv_row_mend)(float *restrict x, const float *restrict before,
 	const float *restrict below, float t, size_t n)
 {

@@ -28,7 +28,6 @@ CT_SIMD_DECLARE(void, ct_tv_row_sweep,
 	(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t));
 /* Sum of the square roots of v, which it leaves there. */
 CT_SIMD_DECLARE(double, ct_tv_row_roots, (float *v, size_t n));
-CT_SIMD_DECLARE(double, ct_tv_row_squares, (const float *v, size_t n));
 /* x -= t below; sum |x - before|^2, or 0 if that is NULL. */
 CT_SIMD_DECLARE(double, ct_tv_row_mend,
 	(float *restrict x, const float *restrict before, const float *restrict below, float t,

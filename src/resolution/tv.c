@@ -10,6 +10,7 @@
 #include "resolution/tv.h"
 #include "core/mem.h"
 #include "resolution/tv-row.h"
+#include "solve/vector.h"
 #include "solve/trend.h"
 
 #include <math.h>
@@ -22,7 +23,7 @@ struct tv_job {
 	float *x;            /* the volume before its correction */
 	int16_t *p[3];       /* the dual */
 	float *first, *last; /* a plane of each slab */
-	float *scratch;      /* of each worker: three planes, four rows, that of dc */
+	float *scratch;      /* of each worker: three planes, four rows */
 	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
 	struct ct_consistency *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
@@ -32,17 +33,12 @@ struct tv_job {
 	bool measure, lent; /* lent: the dual is the caller's */
 };
 
-/* Corrected plane k of x. */
-static void load(const struct tv_job *j, float *to, size_t k, float *scratch)
-{
-	ct_consistency_expand(j->dc, k, to, j->x + k * j->plane, scratch);
-}
-
 static void set_aside(void *arg, size_t slab, size_t worker)
 {
 	const struct tv_job *j = arg;
 
-	load(j, j->first + slab * j->plane, slab * SLAB, j->scratch + worker * j->share);
+	ct_consistency_expand(j->dc, slab * SLAB, j->first + slab * j->plane,
+		j->x + slab * SLAB * j->plane, worker);
 }
 
 /* Corrected planes: of k, and of k + 1, which is ahead + by plus, and made so, unless there is no
@@ -82,7 +78,8 @@ static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v
 		CT_SIMD(ct_tv_row_sweep)(&r, n, j->weight, j->s, j->t);
 		if (j->measure) {
 			*tv += CT_SIMD(ct_tv_row_roots)(r.grad, n);
-			*moved += CT_SIMD(ct_tv_row_squares)(r.step, n);
+			*moved += CT_SIMD(ct_vector_dot)(
+				n, &(struct ct_vector){.x = r.step, .w = r.step});
 		}
 		if (reduce && ((y + 1) % ROWS == 0 || y + 1 == j->n[1])) {
 			const size_t from = y / ROWS * ROWS * n;
@@ -97,8 +94,7 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 {
 	const struct tv_job *j = arg;
 	size_t from = slab * SLAB, to = from + SLAB < j->n[2] ? from + SLAB : j->n[2];
-	float *scratch = j->scratch + worker * j->share,
-	      *below = scratch + ct_consistency_scratch(j->dc);
+	float *below = j->scratch + worker * j->share;
 	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
 	struct planes v = {.x = j->first + slab * j->plane};
 	const bool flat = ct_consistency_is_flat(j->dc);
@@ -115,14 +111,14 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 			v.ahead = j->x + (k + 1) * j->plane;
 			v.plus = ct_consistency_multiple(j->dc, k + 1, &v.by);
 			if (!v.plus) {
-				ct_consistency_expand(j->dc, k + 1, v.xk, NULL, scratch);
+				ct_consistency_expand(j->dc, k + 1, v.xk, NULL, worker);
 				v.plus = v.xk;
 				v.by = 1;
 			}
 		}
 		sweep_plane(j, k, &v, below, rows, &tv, whole ? &moved : &skip, flat && whole);
 		if (whole && !flat)
-			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, scratch);
+			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, worker);
 		v.x = v.xk;
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
@@ -140,46 +136,25 @@ static void mend(void *arg, size_t index, size_t worker)
 
 	j->moved[slab] += CT_SIMD(ct_tv_row_mend)(
 		x, j->measure ? before : NULL, below, j->t * j->weight[2], j->plane);
-	ct_consistency_reduce(j->dc, k, x, j->scratch + worker * j->share);
-}
-
-static void reduce_slab(void *arg, size_t slab, size_t worker)
-{
-	const struct tv_job *j = arg;
-
-	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < j->n[2]; k++)
-		ct_consistency_reduce(
-			j->dc, k, j->x + k * j->plane, j->scratch + worker * j->share);
-}
-
-static void expand_plane(void *arg, size_t k, size_t worker)
-{
-	const struct tv_job *j = arg;
-
-	float *x = j->x + k * j->plane;
-
-	ct_consistency_expand(j->dc, k, x, x, j->scratch + worker * j->share);
+	ct_consistency_reduce(j->dc, k, x, worker);
 }
 
 /* One iteration; leaves x before its correction, and the correction in dc. */
-static void iterate(struct tv_job *j, struct ct_tv_report *report, struct ct_par *par)
+static void iterate(void *job, size_t it, bool measure, double sums[2], struct ct_par *par)
 {
-	double count = (double)j->plane * (double)j->n[2], tv = 0, moved = 0;
+	struct tv_job *j = job;
 
+	(void)it;
+	j->measure = measure;
 	ct_par_for(par, j->slabs, set_aside, j);
 	ct_par_for(par, j->slabs, sweep_slab, j);
 	ct_par_for(par, j->slabs - 1, mend, j);
-	moved = ct_consistency_correct(j->dc, j->measure, par);
-	if (!j->measure)
-		return;
+	sums[0] = 0;
+	sums[1] = ct_consistency_correct(j->dc, measure, par);
 	for (size_t s = 0; s < j->slabs; s++) {
-		tv += j->tv[s];
-		moved += j->moved[s];
+		sums[0] += j->tv[s];
+		sums[1] += j->moved[s];
 	}
-	report->objective = tv / count;
-	report->change = sqrt(fmax(moved, 0) / count);
-	if (!isfinite(moved))
-		report->change = (double)NAN;
 }
 
 /* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
@@ -197,7 +172,7 @@ static void draw(struct tv_job *j, const struct ct_tv_near *near)
 }
 
 static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
-	const struct ct_tv_near *near, size_t threads, struct ct_err *e)
+	size_t threads, struct ct_err *e)
 {
 	double square = 0;
 	size_t count;
@@ -214,14 +189,14 @@ static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct c
 	j->s = (float)(1 / (rule->step * sqrt(square)));
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
-	j->share = ct_consistency_scratch(dc) + 3 * j->plane + 4 * j->n[0];
-	if (near)
-		draw(j, near);
+	j->share = 3 * j->plane + 4 * j->n[0];
+	if (rule->near.to)
+		draw(j, &rule->near);
 	j->t /= CT_TV_ONE;
 	j->s *= CT_TV_ONE;
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
-	for (int a = 0; a < CT_TV_DUAL && !near; a++)
+	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
 		if (ct_alloc0(&j->p[a], count, sizeof *j->p[a], e))
 			return -1;
 	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
@@ -244,44 +219,56 @@ static void job_free(struct tv_job *j)
 	free(j->moved);
 }
 
-int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+int ct_tv_run(const struct ct_tv_loop *loop, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_tv_near(x, dc, rule, NULL, report, env, e);
-}
-
-int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
-	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
-	struct ct_err *e)
-{
-	struct tv_job j = {.x = x};
 	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
-	int rc = -1;
+	const double count = (double)loop->voxels;
+	double sums[2];
+	int rc = 0;
 
-	*report = (struct ct_tv_report){0};
-	if (job_alloc(&j, dc, rule, near, ct_par_threads(env->par), e))
-		goto out;
-	ct_par_for(env->par, j.slabs, reduce_slab, &j);
-	ct_consistency_correct(dc, false, env->par);
-	rc = 0;
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
+		const bool measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
+
 		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
-		j.measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
-		iterate(&j, report, env->par);
+		loop->iterate(loop->job, it, measure, sums, env->par);
 		report->iterations = it + 1;
-		if (j.measure)
+		if (measure) {
+			report->objective = sums[0] / count;
+			report->change =
+				isfinite(sums[1]) ? sqrt(fmax(sums[1], 0) / count) : (double)NAN;
 			ct_trend_see(&trend, it + 1, report->change);
-		if (j.measure && !isfinite(report->change))
-			rc = ct_fail(e, CT_ENUMERIC,
-				"total variation: no finite step in iteration %zu", it + 1);
-		else if (j.measure && report->change < rule->tolerance)
+		}
+		if (measure && it >= loop->known && !isfinite(report->change))
+			rc = ct_fail(e, CT_ENUMERIC, "%s: no finite step in iteration %zu",
+				loop->what, it + 1);
+		else if (measure && it >= loop->least && report->change < rule->tolerance)
 			break;
 		else
 			rc = ct_check_stop(env, e);
 	}
 	ct_progress(env, "iterations", rule->iterations, rule->iterations);
-	if (rc == 0 || !near)
-		ct_par_for(env->par, j.n[2], expand_plane, &j);
+	return rc;
+}
+
+int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
+{
+	struct tv_job j = {.x = x};
+	const struct ct_tv_loop loop = {.what = "total variation",
+		.iterate = iterate,
+		.job = &j,
+		.voxels = dc->n[0] * dc->n[1] * dc->n[2]};
+	int rc = -1;
+
+	*report = (struct ct_tv_report){0};
+	if (job_alloc(&j, dc, rule, ct_par_threads(env->par), e))
+		goto out;
+	ct_consistency_take(dc, x, env->par);
+	ct_consistency_correct(dc, false, env->par);
+	rc = ct_tv_run(&loop, rule, report, env, e);
+	if (rc == 0 || !j.lent)
+		ct_consistency_add(dc, x, env->par);
 out:
 	job_free(&j);
 	return rc;

@@ -23,23 +23,24 @@
 #include "core/env.h"
 #include "resolution/consistency.h"
 
+enum { CT_TV_DUAL = 3 };
+
+/* Added to the objective: |x - to|^2 / (2 mu), so that the solution is the proximal point of `to`
+ * in the sense of mu TV and consistency. */
+struct ct_tv_near {
+	const float *to; /* as x; NULL: nothing is added */
+	double mu;       /* > 0, in the unit of the values */
+	int16_t *dual;   /* (CT_TV_DUAL volumes) begin with it, leave the last there */
+};
+
 struct ct_tv_rule {
 	double weight[3]; /* w_a of each axis, in (0, 1] */
 	double step; /* (first) primal step t |grad|, the unit of the values: HU of a strong edge /
 			30 */
 	size_t iterations; /* at most */
 	double tolerance;  /* stop when an iteration moves x by less than this, RMS; 0: never */
+	struct ct_tv_near near;
 };
-
-/* Added to the objective: |x - to|^2 / (2 mu), so that the solution is the proximal point of `to`
- * in the sense of mu TV and consistency. */
-struct ct_tv_near {
-	const float *to; /* as x */
-	double mu;       /* > 0, in the unit of the values */
-	int16_t *dual;   /* (CT_TV_DUAL volumes) begin with it, leave the last there */
-};
-
-enum { CT_TV_DUAL = 3 };
 
 struct ct_tv_report {
 	size_t iterations;
@@ -48,13 +49,23 @@ struct ct_tv_report {
 };
 
 /* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if
- * it diverges, CT_ENOMEM, CT_ESTOP (x is then the volume so far). */
+ * it diverges, CT_ENOMEM, CT_ESTOP: x is then the volume so far; with `near`, before its
+ * correction, and it and the dual are such that a call with the iterations that are left,
+ * report->iterations less, makes the same bytes. */
 int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
-/* The same with `near` added. CT_ESTOP: x, before its correction, and the dual are such that a call
- * with the iterations that are left, report->iterations less, makes the same bytes. */
-int ct_tv_near(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
-	const struct ct_tv_near *near, struct ct_tv_report *report, const struct ct_env *env,
-	struct ct_err *e);
+
+/* The loop of such a solver, hessian-tv.c's too. */
+struct ct_tv_loop {
+	const char *what; /* it minimises */
+	size_t known;     /* iterations from this on tell how far they move, */
+	size_t least;     /* and may be the last */
+	/* Iteration `it`; if to measure sums[0] is the variation, sums[1] the square moved. */
+	void (*iterate)(void *job, size_t it, bool measure, double sums[2], struct ct_par *par);
+	void *job;
+	size_t voxels;
+};
+int ct_tv_run(const struct ct_tv_loop *loop, const struct ct_tv_rule *rule,
+	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -46,11 +46,8 @@ int ct_upsample_aliasing(
 	for (size_t k = 0; k < m; k++) {
 		double c = 0, norm = (k ? 2.0 : 1.0) / (double)n;
 
-		for (size_t q = 0; q < t.taps; q++) {
-			size_t p = k * (2 * (t.first[middle] + q) + 1) % (4 * n);
-
-			c += t.w[middle * t.taps + q] * cos(M_PI * (double)p / (2 * (double)n));
-		}
+		for (size_t q = 0; q < t.taps; q++)
+			c += t.w[middle * t.taps + q] * ct_cosine_at(k, t.first[middle] + q, n);
 		low += norm * c * c;
 	}
 	*share = n > m ? fmax(1 - low / all, 0) : 0;
@@ -171,31 +168,9 @@ static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const str
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
 	double most, double *residual, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_separable down = {0}, up = {0};
-	float *lo = NULL;
-	size_t m = ct_vol_count(y);
-	double sum = 0;
-	int rc = -1;
-
-	if (check_grids(x, y, d, e) || ct_degrade_plan(&down, d, x->n, env->par, e) ||
-		ct_alloc(&lo, m, sizeof *lo, e))
-		goto out;
-	if (isfinite(most)) {
-		if (ct_consistency_pinv_plan(&up, d, x->n, env->par, e))
-			goto out;
-		ct_consistency_exact(x->data, y->data, most, &down, &up, lo, env->par);
-	}
-	ct_separable_apply(&down, lo, x->data, env->par);
-	for (size_t i = 0; i < m; i++) {
-		sum += ((double)lo[i] - (double)y->data[i]) * ((double)lo[i] - (double)y->data[i]);
-	}
-	*residual = sqrt(sum / (double)m);
-	rc = 0;
-out:
-	ct_separable_free(&down);
-	ct_separable_free(&up);
-	free(lo);
-	return rc;
+	if (check_grids(x, y, d, e))
+		return -1;
+	return ct_consistency_settle(x->data, y->data, d, x->n, most, residual, env->par, e);
 }
 
 double ct_upsample_spread(const struct ct_vol *v)
@@ -234,12 +209,9 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
 	if (ct_consistency_alloc(
-		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e))
-		return -1;
-	if (rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)) {
-		ct_consistency_free(&dc);
-		return -1;
-	}
+		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e) ||
+		(rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)))
+		goto out;
 	dc.multipliers = rule->multipliers;
 	r->condition = dc.condition;
 	r->lost = dc.lost;
@@ -248,6 +220,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
+out:
 	ct_consistency_free(&dc);
 	return rc;
 }
@@ -275,12 +248,7 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 		return interpolate(hi, lo, method, rule->by.factor, env, e);
 	if (ct_vol_same_grid(hi, rule->start, e))
 		return ct_blame(e, "the volume to start from");
-	for (size_t k = 0; k < hi->n[2]; k++) {
-		const size_t plane = hi->n[0] * hi->n[1];
-
-		memcpy(hi->data + k * plane, rule->start->data + k * plane,
-			plane * sizeof *hi->data);
-	}
+	memcpy(hi->data, rule->start->data, ct_vol_count(hi) * sizeof *hi->data);
 	return 0;
 }
 

@@ -24,28 +24,30 @@ void ct_header_free(struct ct_header *h)
 	*h = (struct ct_header){0};
 }
 
-int ct_header_put(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
-	const char *fmt, ...)
+void ct_header_put(struct ct_header *h, const char *in, const char *keyword, const char *fmt, ...)
 {
 	struct ct_element x = {NULL, NULL};
+	struct ct_err why;
 	va_list ap;
-	int n;
 
 	va_start(ap, fmt);
-	n = vasprintf(&x.text, fmt, ap);
+	if (vasprintf(&x.text, fmt, ap) < 0)
+		x.text = NULL;
 	va_end(ap);
-	if (n < 0)
-		return ct_fail(e, CT_ENOMEM, "no memory for a header");
-	if (asprintf(&x.path, "%s%s", in, keyword) < 0) {
-		free(x.text);
-		return ct_fail(e, CT_ENOMEM, "no memory for a header");
-	}
-	if (ct_grow(&h->element, &h->cap, h->n + 1, sizeof *h->element, e)) {
+	if (asprintf(&x.path, "%s%s", in, keyword) < 0)
+		x.path = NULL;
+	if (x.text && x.path &&
+		ct_grow(&h->element, &h->cap, h->n + 1, sizeof *h->element, &why) == 0)
+		h->element[h->n++] = x;
+	else {
 		drop(&x);
-		return -1;
+		h->failed = true;
 	}
-	h->element[h->n++] = x;
-	return 0;
+}
+
+int ct_header_check(const struct ct_header *h, struct ct_err *e)
+{
+	return h->failed ? ct_fail(e, CT_ENOMEM, "no memory for a header") : 0;
 }
 
 static void put_decimal(char out[DECIMAL + 1], double x)
@@ -59,8 +61,8 @@ static void put_decimal(char out[DECIMAL + 1], double x)
 	snprintf(out, DECIMAL + 1, "%.16s", text);
 }
 
-int ct_header_numbers(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
-	size_t n, const double *x)
+void ct_header_numbers(
+	struct ct_header *h, const char *in, const char *keyword, size_t n, const double *x)
 {
 	char text[8 * (DECIMAL + 1)] = "", one[DECIMAL + 1];
 	size_t at = 0;
@@ -69,20 +71,18 @@ int ct_header_numbers(struct ct_header *h, struct ct_err *e, const char *in, con
 		put_decimal(one, x[i]);
 		at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", i ? "\\" : "", one);
 	}
-	return ct_header_put(h, e, in, keyword, "%s", text);
+	ct_header_put(h, in, keyword, "%s", text);
 }
 
-int ct_header_code(struct ct_header *h, struct ct_err *e, const char *in, const char *sequence,
-	const char *value, const char *scheme, const char *meaning)
+void ct_header_code(struct ct_header *h, const char *in, const char *sequence, const char *value,
+	const char *scheme, const char *meaning)
 {
 	char item[300];
 
 	snprintf(item, sizeof item, "%s%s.0.", in, sequence);
-	return ct_header_put(h, e, item, "CodeValue", "%s", value) ||
-			       ct_header_put(h, e, item, "CodingSchemeDesignator", "%s", scheme) ||
-			       ct_header_put(h, e, item, "CodeMeaning", "%s", meaning)
-		       ? -1
-		       : 0;
+	ct_header_put(h, item, "CodeValue", "%s", value);
+	ct_header_put(h, item, "CodingSchemeDesignator", "%s", scheme);
+	ct_header_put(h, item, "CodeMeaning", "%s", meaning);
 }
 
 const char *ct_header_get(const struct ct_header *h, const char *path)
@@ -106,6 +106,7 @@ void ct_header_agree(struct ct_header *h, const struct ct_header *other)
 			drop(&h->element[i]);
 	}
 	h->n = kept;
+	h->failed |= other->failed;
 }
 
 void ct_header_uid(char out[CT_UID_TEXT], const uint64_t bits[2])

@@ -8,6 +8,7 @@
 #define CT_SERIES_HEADER_H
 #include "core/err.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #ifdef __cplusplus
@@ -19,19 +20,21 @@ struct ct_header {
 	struct ct_element {
 		char *path, *text;
 	} * element; /* the last of a path counts */
+	bool failed; /* there was no memory for all of them */
 };
 
 void ct_header_free(struct ct_header *h);
-/* Append the element `keyword` of `in`, which is "" or the path of an item with a dot behind it.
- * CT_ENOMEM. */
-int ct_header_put(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
-	const char *fmt, ...) __attribute__((format(printf, 5, 6)));
+/* Append the element `keyword` of `in`, which is "" or the path of an item with a dot behind it. */
+void ct_header_put(struct ct_header *h, const char *in, const char *keyword, const char *fmt, ...)
+	__attribute__((format(printf, 4, 5)));
 /* Numbers as decimal strings, each as exact as 16 characters can be. */
-int ct_header_numbers(struct ct_header *h, struct ct_err *e, const char *in, const char *keyword,
-	size_t n, const double *x);
+void ct_header_numbers(
+	struct ct_header *h, const char *in, const char *keyword, size_t n, const double *x);
 /* A code, as the only item of a sequence. */
-int ct_header_code(struct ct_header *h, struct ct_err *e, const char *in, const char *sequence,
-	const char *value, const char *scheme, const char *meaning);
+void ct_header_code(struct ct_header *h, const char *in, const char *sequence, const char *value,
+	const char *scheme, const char *meaning);
+/* CT_ENOMEM if one of those failed. */
+int ct_header_check(const struct ct_header *h, struct ct_err *e);
 /* Text of a path, borrowed, or NULL. */
 const char *ct_header_get(const struct ct_header *h, const char *path);
 /* Leave of h what `other` has too, and the same. */

@@ -23,9 +23,7 @@ static void axes(const struct ct_slice *s, double a[3], double d[3], double u[3]
 		a[i] = p[i] / pp + q[i] / qq;
 		d[i] = p[i] / pp - q[i] / qq;
 	}
-	u[0] = a[1] * d[2] - a[2] * d[1];
-	u[1] = a[2] * d[0] - a[0] * d[2];
-	u[2] = a[0] * d[1] - a[1] * d[0];
+	ct_vec3_cross(u, a, d);
 }
 
 void ct_layout_free(struct ct_layout *l)
@@ -64,19 +62,6 @@ static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct
 		b->across[2], b->path);
 }
 
-struct place {
-	double at; /* mm along the normal */
-	size_t from;
-};
-
-static int by_place(const void *p, const void *q)
-{
-	const struct place *a = p, *b = q;
-
-	return a->at != b->at ? (a->at > b->at) - (a->at < b->at)
-			      : (a->from > b->from) - (a->from < b->from);
-}
-
 static int by_value(const void *p, const void *q)
 {
 	const double a = *(const double *)p, b = *(const double *)q;
@@ -88,24 +73,17 @@ static int by_value(const void *p, const void *q)
 static int sort(struct ct_layout *l, struct ct_slice *s, const double u[3], struct ct_err *e)
 {
 	const size_t n = l->slices;
-	struct place *p = NULL;
-	struct ct_slice *old = NULL;
-	int rc = -1;
+	struct ct_slice_key *key;
+	int rc;
 
-	if (ct_alloc(&p, n, sizeof *p, e) || ct_alloc(&old, n, sizeof *old, e))
-		goto out;
+	if (ct_alloc0(&key, n, sizeof *key, e))
+		return -1;
 	for (size_t k = 0; k < n; k++)
-		p[k] = (struct place){ct_vec3_dot(s[k].position, u), k};
-	memcpy(old, s, n * sizeof *s);
-	qsort(p, n, sizeof *p, by_place);
-	for (size_t k = 0; k < n; k++) {
-		s[k] = old[p[k].from];
-		l->at[k] = p[k].at - p[0].at;
-	}
-	rc = 0;
-out:
-	free(p);
-	free(old);
+		key[k].at = ct_vec3_dot(s[k].position, u);
+	rc = ct_slice_sort(s, key, n, e);
+	for (size_t k = 0; k < n; k++)
+		l->at[k] = key[k].at - key[0].at;
+	free(key);
 	return rc;
 }
 

@@ -94,43 +94,24 @@ void ct_moment_find(struct ct_moment *m, const struct ct_slice *s, size_t n)
 			}
 }
 
-struct order {
-	double moment;
-	size_t from;
-};
-
-static int by_moment(const void *p, const void *q)
-{
-	const struct order *a = p, *b = q;
-
-	return a->moment != b->moment ? (a->moment > b->moment) - (a->moment < b->moment)
-				      : (a->from > b->from) - (a->from < b->from);
-}
-
 int ct_moment_sort(const struct ct_moment *m, struct ct_slice *s, size_t n, struct ct_err *e)
 {
-	struct ct_slice *old = NULL;
-	struct order *o = NULL;
-	int rc = -1;
+	struct ct_slice_key *key;
+	int rc;
 
-	if (ct_alloc(&old, n, sizeof *old, e) || ct_alloc(&o, n, sizeof *o, e))
-		goto out;
+	if (ct_alloc0(&key, n, sizeof *key, e))
+		return -1;
 	for (size_t k = 0, count; k < n; k += count) {
 		count = at_place(s, n, k);
 		for (size_t i = k; i < k + count; i++) {
-			o[i] = (struct order){m->ranked ? 0 : value(&s[i], m->field), i};
+			if (!m->ranked)
+				key[i].at = value(&s[i], m->field);
 			for (size_t j = k; j < k + count && m->ranked; j++)
-				o[i].moment += value(&s[j], m->field) < value(&s[i], m->field);
+				key[i].at += value(&s[j], m->field) < value(&s[i], m->field);
 		}
 	}
-	qsort(o, n, sizeof *o, by_moment);
-	memcpy(old, s, n * sizeof *s);
-	for (size_t i = 0; i < n; i++)
-		s[i] = old[o[i].from];
-	rc = 0;
-out:
-	free(old);
-	free(o);
+	rc = ct_slice_sort(s, key, n, e);
+	free(key);
 	return rc;
 }
 

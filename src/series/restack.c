@@ -50,24 +50,21 @@ static int move(const struct work *w, const double shift[2], float *out, struct 
 {
 	const size_t in[3] = {w->s->columns, w->s->rows, 1};
 	struct ct_separable plan = {0};
-	struct ct_taps t[3] = {{0}};
 	int rc = -1;
 
 	for (int d = 0; d < 3; d++)
 		if (d == 2 || (in[d] == w->l->n[d] && !(shift[d] > 0))
-				? ct_taps_identity(&t[d], in[d], e)
-				: ct_resample_taps(&t[d], in[d], w->l->n[d], -shift[d], 1, CT_CUBIC,
-					  false, e))
+				? ct_taps_identity(&plan.t[d], in[d], e)
+				: ct_resample_taps(&plan.t[d], in[d], w->l->n[d], -shift[d], 1,
+					  CT_CUBIC, false, e))
 			goto out;
-	if (ct_separable_plan(&plan, t, w->par, e))
+	if (ct_separable_plan(&plan, w->par, e))
 		goto out;
 	ct_separable_apply(&plan, out, w->raw, w->par);
 	limit(w, out);
 	blank(w, shift, out);
 	rc = 0;
 out:
-	for (int d = 0; d < 3; d++)
-		ct_taps_free(&t[d]);
 	ct_separable_free(&plan);
 	return rc;
 }

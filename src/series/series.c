@@ -1,6 +1,7 @@
 /* series.c: see series.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "series/moment.h"
 #include "series/series.h"
 
@@ -25,12 +26,6 @@ const char *ct_picture_word(enum ct_picture role)
 	return CT_WORD(CT_PICTURE_LIST, role);
 }
 
-/* Where a slice goes: the run of its UID, the class in it, the place along the normal. */
-struct key {
-	size_t from, class;
-	double at;
-};
-
 static int by_uid(const void *p, const void *q)
 {
 	const struct ct_slice *a = p, *b = q;
@@ -47,17 +42,6 @@ static int by_uid(const void *p, const void *q)
 	return c ? c : (a->frame > b->frame) - (a->frame < b->frame);
 }
 
-static int by_key(const void *p, const void *q)
-{
-	const struct key *a = p, *b = q;
-
-	if (a->class != b->class)
-		return (a->class > b->class) - (a->class < b->class);
-	if (a->at != b->at)
-		return (a->at > b->at) - (a->at < b->at);
-	return (a->from > b->from) - (a->from < b->from);
-}
-
 static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 {
 	return strcmp(a->series, b->series) == 0 && strcmp(a->patient, b->patient) == 0 &&
@@ -65,7 +49,7 @@ static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 }
 
 /* The classes of slices that are ordered by UID; `seen` is room for one slice a class. */
-static void classify(struct key *k, const struct ct_slice *s, size_t n, size_t *seen)
+static void classify(struct ct_slice_key *k, const struct ct_slice *s, size_t n, size_t *seen)
 {
 	size_t classes = 0, begin = 0;
 
@@ -78,13 +62,12 @@ static void classify(struct key *k, const struct ct_slice *s, size_t n, size_t *
 			;
 		if (c == classes)
 			seen[classes++] = i;
-		k[i] = (struct key){.from = i, .class = c};
+		k[i].rank = c;
 		if (s[i].placed) {
 			double u[3];
 
 			ct_slice_normal(&s[seen[c]], u);
-			k[i].at = u[0] * s[i].position[0] + u[1] * s[i].position[1] +
-				  u[2] * s[i].position[2];
+			k[i].at = ct_vec3_dot(u, s[i].position);
 			if (isnan(k[i].at))
 				k[i].at = (double)INFINITY;
 		}
@@ -103,33 +86,40 @@ static int push(
 }
 
 /* Slices that are at one place and one object go behind the others, in order; how many are left. */
-static size_t part_copies(struct ct_slice *s, size_t n, struct ct_slice *room)
+static int part_copies(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
 {
-	size_t kept = 0, copies = 0;
+	struct ct_slice_key *key;
+	int rc;
 
+	if (ct_alloc0(&key, n, sizeof *key, e))
+		return -1;
+	*kept = n;
 	for (size_t i = 0; i < n; i++) {
-		bool copy = false;
-
-		for (size_t k = kept; k-- > 0 && !copy && ct_moment_together(&s[k], &s[i]);)
-			copy = s[i].object[0] && s[i].frame == s[k].frame &&
-			       strcmp(s[i].object, s[k].object) == 0;
-		if (copy)
-			room[copies++] = s[i];
-		else
-			s[kept++] = s[i];
+		for (size_t k = i; k-- > 0 && !key[i].rank;) {
+			if (key[k].rank)
+				continue;
+			if (!ct_moment_together(&s[k], &s[i]))
+				break;
+			key[i].rank = s[i].object[0] && s[i].frame == s[k].frame &&
+				      strcmp(s[i].object, s[k].object) == 0;
+		}
+		*kept -= key[i].rank;
 	}
-	memcpy(s + kept, room, copies * sizeof *s);
-	return kept;
+	rc = ct_slice_sort(s, key, n, e);
+	free(key);
+	return rc;
 }
 
-static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_slice *room,
-	struct ct_series **list, size_t *n, size_t *cap, struct ct_err *e)
+static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_series **list,
+	size_t *n, size_t *cap, struct ct_err *e)
 {
 	const enum ct_picture role = ct_picture_of(&s[first]);
 	const bool stack = role == CT_PICTURE_SLICES && s[first].placed;
-	const size_t kept = stack ? part_copies(s + first, count, room) : count;
 	struct ct_moment how = {0};
+	size_t kept = count;
 
+	if (stack && part_copies(s + first, count, &kept, e))
+		return -1;
 	if (stack)
 		ct_moment_find(&how, s + first, kept);
 	if (how.count > 1 && ct_moment_sort(&how, s + first, kept, e))
@@ -153,26 +143,22 @@ static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_slic
 int ct_series_list(
 	struct ct_slice *s, size_t n, struct ct_series **list, size_t *series, struct ct_err *e)
 {
-	struct ct_slice *old = NULL;
-	struct key *k = NULL;
+	struct ct_slice_key *k = NULL;
 	size_t *seen = NULL, cap = 0;
 	int rc = -1;
 
 	*list = NULL;
 	*series = 0;
-	if (ct_alloc(&old, n, sizeof *old, e) || ct_alloc(&k, n, sizeof *k, e) ||
-		ct_alloc(&seen, n, sizeof *seen, e))
+	if (ct_alloc0(&k, n, sizeof *k, e) || ct_alloc(&seen, n, sizeof *seen, e))
 		goto out;
 	qsort(s, n, sizeof *s, by_uid);
 	classify(k, s, n, seen);
-	qsort(k, n, sizeof *k, by_key);
-	memcpy(old, s, n * sizeof *s);
-	for (size_t i = 0; i < n; i++)
-		s[i] = old[k[i].from];
+	if (ct_slice_sort(s, k, n, e))
+		goto out;
 	for (size_t i = 0, count; i < n; i += count) {
-		for (count = 1; i + count < n && k[i + count].class == k[i].class; count++)
+		for (count = 1; i + count < n && k[i + count].rank == k[i].rank; count++)
 			;
-		if (divide(s, i, count, old, list, series, &cap, e))
+		if (divide(s, i, count, list, series, &cap, e))
 			goto out;
 	}
 	rc = 0;
@@ -182,7 +168,6 @@ out:
 		*list = NULL;
 		*series = 0;
 	}
-	free(old);
 	free(k);
 	free(seen);
 	return rc;

@@ -1,18 +1,43 @@
 /* slice.c: see slice.h. */
 #include "config.h"
-#include "series/slice-row.h"
+#include "core/mem.h"
 #include "core/vec3.h"
+#include "series/slice-row.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 void ct_slice_normal(const struct ct_slice *s, double n[3])
 {
-	const double *a = s->across, *d = s->down;
+	ct_vec3_cross(n, s->across, s->down);
+}
 
-	n[0] = a[1] * d[2] - a[2] * d[1];
-	n[1] = a[2] * d[0] - a[0] * d[2];
-	n[2] = a[0] * d[1] - a[1] * d[0];
+static int by_key(const void *p, const void *q)
+{
+	const struct ct_slice_key *a = p, *b = q;
+
+	if (a->rank != b->rank)
+		return (a->rank > b->rank) - (a->rank < b->rank);
+	if (a->at != b->at)
+		return (a->at > b->at) - (a->at < b->at);
+	return (a->from > b->from) - (a->from < b->from);
+}
+
+int ct_slice_sort(struct ct_slice *s, struct ct_slice_key *key, size_t n, struct ct_err *e)
+{
+	struct ct_slice *old;
+
+	if (ct_alloc(&old, n, sizeof *old, e))
+		return -1;
+	memcpy(old, s, n * sizeof *s);
+	for (size_t i = 0; i < n; i++)
+		key[i].from = i;
+	qsort(key, n, sizeof *key, by_key);
+	for (size_t i = 0; i < n; i++)
+		s[i] = old[key[i].from];
+	free(old);
+	return 0;
 }
 
 /* To length 1; returns the length. */

@@ -76,6 +76,14 @@ void ct_slice_normal(const struct ct_slice *s, double n[3]);
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 /* Is b parallel to a, of the same matrix and pixel size? */
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
+/* Where a slice goes: by rank, in it by `at`, in that as they stood. */
+struct ct_slice_key {
+	size_t rank;
+	double at;
+	size_t from; /* filled in */
+};
+/* Sort n slices, and the keys with them. CT_ENOMEM. */
+int ct_slice_sort(struct ct_slice *s, struct ct_slice_key *key, size_t n, struct ct_err *e);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
 /* n stored values. */

@@ -129,11 +129,10 @@ extern "C" int ct_dicom_header(struct ct_header *h, const struct ct_slice *s, si
 							 ? std::to_string(v.GetNumberOfValues())
 							 : v.AsString();
 
-			if (!text.empty() &&
-				ct_header_put(h, e, "", keyword[i], "%s", text.c_str()))
-				return -1;
+			if (!text.empty())
+				ct_header_put(h, "", keyword[i], "%s", text.c_str());
 		}
-		return 0;
+		return ct_header_check(h, e);
 	});
 }
 

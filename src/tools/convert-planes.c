@@ -64,7 +64,7 @@ int convert_series(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert_planes *c = p->planes;
-	const struct series_taker taker = {begin, plane, c};
+	const struct ct_dicom_taker taker = {begin, plane, c};
 	struct ct_dicom_in in = convert_dicom_in(p, p->files.n - 1);
 
 	*c = (struct convert_planes){.p = p, .env = env};

@@ -10,7 +10,6 @@
 #include "formats/raw.h"
 #include "resolution/regrid.h"
 #include "tools/convert.h"
-#include "dicom/series.h"
 #include "dicom/sidecar.h"
 
 #include <math.h>

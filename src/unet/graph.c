@@ -31,30 +31,38 @@ void ct_graph_free(struct ct_graph *g)
 	*g = (struct ct_graph){0};
 }
 
-static size_t image(struct build *b, size_t h, size_t w, size_t c)
+/* Room for one more of a list; false after a failure. */
+static bool room(struct build *b, void *list, size_t *cap, size_t n, size_t size)
+{
+	b->failed = b->failed || ct_grow(list, cap, n + 1, size, b->e);
+	return !b->failed;
+}
+
+static size_t image(struct build *b, struct ct_image s)
 {
 	struct ct_graph *g = b->g;
 
-	if (b->failed ||
-		ct_grow(&g->image, &g->cap_image, g->n_image + 1, sizeof *g->image, b->e)) {
-		b->failed = true;
+	if (!room(b, &g->image, &g->cap_image, g->n_image, sizeof *g->image))
 		return 0;
-	}
-	g->image[g->n_image] = (struct ct_image){h, w, c};
+	g->image[g->n_image] = s;
 	return g->n_image++;
 }
 
-static size_t op(struct build *b, struct ct_graph_op o, size_t h, size_t w, size_t c)
+static size_t op(struct build *b, struct ct_graph_op o, struct ct_image s)
 {
 	struct ct_graph *g = b->g;
 
-	o.out = image(b, h, w, c);
-	if (b->failed || ct_grow(&g->op, &g->cap_op, g->n_op + 1, sizeof *g->op, b->e)) {
-		b->failed = true;
+	o.out = image(b, s);
+	if (!room(b, &g->op, &g->cap_op, g->n_op, sizeof *g->op))
 		return 0;
-	}
 	g->op[g->n_op++] = o;
 	return o.out;
+}
+
+/* One that reads x alone and has no parameters. */
+static size_t map(struct build *b, enum ct_graph_kind kind, size_t x, struct ct_image s)
+{
+	return op(b, (struct ct_graph_op){.kind = kind, .a = x, .b = CT_NONE, .param = CT_NONE}, s);
 }
 
 __attribute__((format(printf, 3, 4))) static void name(char *out, size_t size, const char *fmt, ...)
@@ -66,16 +74,15 @@ __attribute__((format(printf, 3, 4))) static void name(char *out, size_t size, c
 	va_end(ap);
 }
 
-static void param(struct build *b, const char *prefix, const char *what, struct ct_param p)
+/* The parameter PREFIX.SUB.WHAT, or PREFIX.WHAT if sub is "". */
+static void param(
+	struct build *b, const char *prefix, const char *sub, const char *what, struct ct_param p)
 {
 	struct ct_graph *g = b->g;
 
-	if (b->failed ||
-		ct_grow(&g->param, &g->cap_param, g->n_param + 1, sizeof *g->param, b->e)) {
-		b->failed = true;
+	if (!room(b, &g->param, &g->cap_param, g->n_param, sizeof *g->param))
 		return;
-	}
-	name(p.name, sizeof p.name, "%s.%s", prefix, what);
+	name(p.name, sizeof p.name, "%s%s%s.%s", prefix, *sub ? "." : "", sub, what);
 	p.count = 1;
 	for (size_t i = 0; i < p.rank; i++)
 		p.count *= p.dim[i];
@@ -85,25 +92,16 @@ static void param(struct build *b, const char *prefix, const char *what, struct 
 }
 
 /* Weight [co][ci][k][k] (as many k as rank says) and bias [co]; the index of the weight. */
-static size_t weights(
-	struct build *b, const char *prefix, size_t rank, size_t co, size_t ci, size_t k, bool zero)
+static size_t weights(struct build *b, const char *prefix, const char *sub, size_t rank, size_t co,
+	size_t ci, size_t k, bool zero)
 {
-	size_t first = b->g->n_param, fan = ci * k * k;
+	const size_t first = b->g->n_param;
+	struct ct_param p = {
+		.rank = rank, .dim = {co, ci, k, k}, .fan_in = ci * k * k, .zero = zero};
 
-	param(b, prefix, "weight",
-		(struct ct_param){
-			.rank = rank, .dim = {co, ci, k, k}, .fan_in = fan, .zero = zero});
-	param(b, prefix, "bias",
-		(struct ct_param){.rank = 1, .dim = {co}, .fan_in = fan, .zero = zero});
-	return first;
-}
-
-static size_t gains(struct build *b, const char *prefix, size_t c)
-{
-	size_t first = b->g->n_param;
-
-	param(b, prefix, "weight", (struct ct_param){.rank = 1, .dim = {c}, .gamma = true});
-	param(b, prefix, "bias", (struct ct_param){.rank = 1, .dim = {c}});
+	param(b, prefix, sub, "weight", p);
+	p.rank = 1;
+	param(b, prefix, sub, "bias", p);
 	return first;
 }
 
@@ -119,26 +117,30 @@ static size_t conv(
 			.param = p,
 			.k = k,
 			.stride = stride},
-		(s.h + stride - 1) / stride, (s.w + stride - 1) / stride, co);
+		(struct ct_image){(s.h + stride - 1) / stride, (s.w + stride - 1) / stride, co});
 }
 
-static size_t linear(struct build *b, const char *prefix, size_t x, size_t co)
+static size_t linear(struct build *b, const char *prefix, const char *sub, size_t x, size_t co)
 {
-	size_t p = weights(b, prefix, 2, co, b->g->image[x].c, 1, false);
+	const size_t p = weights(b, prefix, sub, 2, co, b->g->image[x].c, 1, false);
 
 	return op(b,
-		(struct ct_graph_op){.kind = CT_GRAPH_LINEAR, .a = x, .b = CT_NONE, .param = p}, 1,
-		1, co);
+		(struct ct_graph_op){.kind = CT_GRAPH_LINEAR, .a = x, .b = CT_NONE, .param = p},
+		(struct ct_image){1, 1, co});
 }
 
-static size_t norm(struct build *b, size_t x, size_t emb, size_t p, bool silu)
+static size_t norm(
+	struct build *b, const char *prefix, const char *sub, size_t x, size_t emb, bool silu)
 {
 	const struct ct_image s = b->g->image[x];
+	const size_t p = b->g->n_param;
 
+	param(b, prefix, sub, "weight", (struct ct_param){.rank = 1, .dim = {s.c}, .gamma = true});
+	param(b, prefix, sub, "bias", (struct ct_param){.rank = 1, .dim = {s.c}});
 	return op(b,
 		(struct ct_graph_op){
 			.kind = CT_GRAPH_NORM, .a = x, .b = emb, .param = p, .silu = silu},
-		s.h, s.w, s.c);
+		s);
 }
 
 /* -1 halves, +1 doubles. */
@@ -148,12 +150,8 @@ static size_t resample(struct build *b, size_t x, int how)
 
 	if (how == 0)
 		return x;
-	return op(b,
-		(struct ct_graph_op){.kind = how < 0 ? CT_GRAPH_DOWN : CT_GRAPH_UP,
-			.a = x,
-			.b = CT_NONE,
-			.param = CT_NONE},
-		how < 0 ? s.h / 2 : s.h * 2, how < 0 ? s.w / 2 : s.w * 2, s.c);
+	return how < 0 ? map(b, CT_GRAPH_DOWN, x, (struct ct_image){s.h / 2, s.w / 2, s.c})
+		       : map(b, CT_GRAPH_UP, x, (struct ct_image){s.h * 2, s.w * 2, s.c});
 }
 
 /* h = conv(SiLU(norm(x))), h = conv(SiLU(norm(h; emb))), skip(x) + h; resampled if asked between
@@ -163,24 +161,17 @@ static size_t resblock(struct build *b, const char *prefix, size_t x, size_t co,
 	const size_t ci = b->g->image[x].c;
 	const bool ss = b->arch->use_scale_shift_norm;
 	size_t h, e, p, second;
-	char sub[64];
 
-	name(sub, sizeof sub, "%s.in_layers.0", prefix);
-	h = norm(b, x, CT_NONE, gains(b, sub, ci), true);
+	h = norm(b, prefix, "in_layers.0", x, CT_NONE, true);
 	h = resample(b, h, how);
 	x = resample(b, x, how);
-	name(sub, sizeof sub, "%s.in_layers.2", prefix);
-	p = weights(b, sub, 4, co, ci, 3, false);
+	p = weights(b, prefix, "in_layers.2", 4, co, ci, 3, false);
 	h = conv(b, h, CT_NONE, p, co, 3, 1);
-	name(sub, sizeof sub, "%s.emb_layers.1", prefix);
-	e = linear(b, sub, b->emb, ss ? 2 * co : co);
-	name(sub, sizeof sub, "%s.out_layers.0", prefix);
-	h = norm(b, h, e, gains(b, sub, co), true);
-	name(sub, sizeof sub, "%s.out_layers.3", prefix);
-	second = weights(b, sub, 4, co, co, 3, true);
+	e = linear(b, prefix, "emb_layers.1", b->emb, ss ? 2 * co : co);
+	h = norm(b, prefix, "out_layers.0", h, e, true);
+	second = weights(b, prefix, "out_layers.3", 4, co, co, 3, true);
 	if (ci != co) {
-		name(sub, sizeof sub, "%s.skip_connection", prefix);
-		p = weights(b, sub, 4, co, ci, 1, false);
+		p = weights(b, prefix, "skip_connection", 4, co, ci, 1, false);
 		x = conv(b, x, CT_NONE, p, co, 1, 1);
 	}
 	return conv(b, h, x, second, co, 3, 1);
@@ -189,23 +180,20 @@ static size_t resblock(struct build *b, const char *prefix, size_t x, size_t co,
 static size_t attention(struct build *b, const char *prefix, size_t x)
 {
 	const struct ct_image s = b->g->image[x];
+	const size_t heads = ct_unet_arch_heads(b->arch, s.c);
 	size_t h, p;
-	char sub[64];
 
-	name(sub, sizeof sub, "%s.norm", prefix);
-	h = norm(b, x, CT_NONE, gains(b, sub, s.c), false);
-	name(sub, sizeof sub, "%s.qkv", prefix);
-	p = weights(b, sub, 3, 3 * s.c, s.c, 1, false);
+	h = norm(b, prefix, "norm", x, CT_NONE, false);
+	p = weights(b, prefix, "qkv", 3, 3 * s.c, s.c, 1, false);
 	h = conv(b, h, CT_NONE, p, 3 * s.c, 1, 1);
 	h = op(b,
 		(struct ct_graph_op){.kind = CT_GRAPH_ATTN,
 			.a = h,
 			.b = CT_NONE,
 			.param = CT_NONE,
-			.heads = ct_unet_arch_heads(b->arch, s.c)},
-		s.h, s.w, s.c);
-	name(sub, sizeof sub, "%s.proj_out", prefix);
-	p = weights(b, sub, 3, s.c, s.c, 1, true);
+			.heads = heads},
+		s);
+	p = weights(b, prefix, "proj_out", 3, s.c, s.c, 1, true);
 	return conv(b, h, x, p, s.c, 1, 1);
 }
 
@@ -214,49 +202,40 @@ static size_t attention(struct build *b, const char *prefix, size_t x)
 static size_t change(struct build *b, const char *prefix, const char *what, size_t x, int how)
 {
 	const size_t c = b->g->image[x].c;
-	char sub[64];
 
 	if (b->arch->resblock_updown)
 		return resblock(b, prefix, x, c, how);
-	name(sub, sizeof sub, "%s.%s", prefix, what);
+	if (how > 0 || !b->arch->conv_resample)
+		x = resample(b, x, how);
 	if (!b->arch->conv_resample)
-		return resample(b, x, how);
-	if (how < 0)
-		return conv(b, x, CT_NONE, weights(b, sub, 4, c, c, 3, false), c, 3, 2);
-	x = resample(b, x, how);
-	return conv(b, x, CT_NONE, weights(b, sub, 4, c, c, 3, false), c, 3, 1);
+		return x;
+	return conv(
+		b, x, CT_NONE, weights(b, prefix, what, 4, c, c, 3, false), c, 3, how < 0 ? 2 : 1);
 }
 
 /* x plus the embedding of the class. */
 static size_t label(struct build *b, size_t x)
 {
-	const size_t p = b->g->n_param, c = b->g->image[x].c;
+	const struct ct_image s = b->g->image[x];
+	const size_t p = b->g->n_param;
 
-	param(b, "label_emb", "weight",
-		(struct ct_param){.rank = 2, .dim = {b->arch->num_classes, c}, .zero = true});
+	param(b, "label_emb", "", "weight",
+		(struct ct_param){.rank = 2, .dim = {b->arch->num_classes, s.c}, .zero = true});
 	return op(b, (struct ct_graph_op){.kind = CT_GRAPH_LABEL, .a = x, .b = CT_NONE, .param = p},
-		1, 1, c);
+		s);
 }
 
 static void time_embedding(struct build *b)
 {
 	const size_t d = b->arch->model_channels;
-	size_t x;
+	const struct ct_image s = {1, 1, 4 * d};
+	size_t x = map(b, CT_GRAPH_EMBED, CT_NONE, (struct ct_image){1, 1, d});
 
-	x = op(b,
-		(struct ct_graph_op){
-			.kind = CT_GRAPH_EMBED, .a = CT_NONE, .b = CT_NONE, .param = CT_NONE},
-		1, 1, d);
-	for (int i = 0; i < 2; i++) {
-		x = linear(b, i ? "time_embed.2" : "time_embed.0", x, 4 * d);
-		if (i && b->arch->num_classes)
-			x = label(b, x);
-		x = op(b,
-			(struct ct_graph_op){
-				.kind = CT_GRAPH_SILU, .a = x, .b = CT_NONE, .param = CT_NONE},
-			1, 1, 4 * d);
-	}
-	b->emb = x;
+	x = map(b, CT_GRAPH_SILU, linear(b, "time_embed.0", "", x, 4 * d), s);
+	x = linear(b, "time_embed.2", "", x, 4 * d);
+	if (b->arch->num_classes)
+		x = label(b, x);
+	b->emb = map(b, CT_GRAPH_SILU, x, s);
 }
 
 /* The way down; every entry's output goes on the stack. */
@@ -266,7 +245,7 @@ static size_t down(struct build *b, size_t *stack, size_t *depth)
 	size_t entry = 0, x, p, c = ct_unet_arch_channels(a, 0);
 	char prefix[48];
 
-	p = weights(b, "input_blocks.0.0", 4, c, a->in_channels, 3, false);
+	p = weights(b, "input_blocks.0.0", "", 4, c, a->in_channels, 3, false);
 	x = conv(b, 0, CT_NONE, p, c, 3, 1);
 	stack[entry++] = x;
 	for (size_t level = 0; level < a->levels; level++) {
@@ -292,11 +271,12 @@ static size_t down(struct build *b, size_t *stack, size_t *depth)
 
 static size_t concat(struct build *b, size_t x, size_t skip)
 {
-	const struct ct_image s = b->g->image[x];
+	struct ct_image s = b->g->image[x];
 
+	s.c += b->g->image[skip].c;
 	return op(b,
 		(struct ct_graph_op){.kind = CT_GRAPH_CONCAT, .a = x, .b = skip, .param = CT_NONE},
-		s.h, s.w, s.c + b->g->image[skip].c);
+		s);
 }
 
 static size_t up(struct build *b, size_t x, const size_t *stack, size_t depth)
@@ -341,7 +321,7 @@ int ct_graph_build(
 			a->levels - 1, w, h, unit);
 	if (h > 65536 || w > 65536)
 		return ct_fail(e, CT_EGEOM, "an image of %zu x %zu is too large", w, h);
-	image(&b, h, w, a->in_channels);
+	image(&b, (struct ct_image){h, w, a->in_channels});
 	if (b.failed)
 		return -1;
 	time_embedding(&b);
@@ -351,8 +331,8 @@ int ct_graph_build(
 	x = resblock(&b, "middle_block.2", x, b.g->image[x].c, 0);
 	x = up(&b, x, stack, depth);
 	c = b.g->image[x].c;
-	x = norm(&b, x, CT_NONE, gains(&b, "out.0", c), true);
-	g->out = conv(&b, x, CT_NONE, weights(&b, "out.2", 4, a->out_channels, c, 3, true),
+	x = norm(&b, "out.0", "", x, CT_NONE, true);
+	g->out = conv(&b, x, CT_NONE, weights(&b, "out.2", "", 4, a->out_channels, c, 3, true),
 		a->out_channels, 3, 1);
 	if (b.failed)
 		ct_graph_free(g);
