@@ -275,9 +275,7 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 		goto fail;
 	all = l->r.at[CT_PARTS];
 	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
-		ct_alloc0(&l->side, threads, sizeof *l->side, e) ||
-		ct_alloc0(&l->failed, CT_LEARN_PIECES, sizeof *l->failed, e) ||
-		ct_alloc0(&l->sums, 2 * CT_LEARN_PIECES, sizeof *l->sums, e))
+		ct_alloc0(&l->side, threads, sizeof *l->side, e))
 		goto fail;
 	l->moment = l->all + all;
 	l->grad = l->moment + 2 * all;
@@ -304,8 +302,6 @@ void ct_learn_free(struct ct_learn *l)
 	ct_slice_network_free(&l->r);
 	free(l->all);
 	free(l->side);
-	free(l->failed);
-	free(l->sums);
 	free(l);
 }
 
