@@ -1,7 +1,6 @@
 # What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h
 SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
-libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume.h
 SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
 SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
