@@ -69,8 +69,7 @@ bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
 VIEW_SOURCES = src/tools/ct-view.c src/tools/cuts.c src/tools/cuts.h src/tools/hu-window.c \
-	src/tools/hu-window.h \
-	src/tools/view-picture.c src/tools/view-picture.h
+	src/tools/hu-window.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
