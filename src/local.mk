@@ -52,9 +52,8 @@ ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
-ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-state.c src/tools/ddnm-state.h \
-	src/tools/ddnm-time.c src/tools/ddnm-time.h \
-	src/tools/ddnm-input.c src/tools/ddnm-input.h src/tools/ddnm-picture.c src/tools/ddnm-picture.h src/tools/prior-file.c \
+ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c src/tools/ddnm-time.c \
+	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/prior-file.c \
 	src/tools/prior-file.h src/tools/prior-arch.c src/tools/prior-arch.h
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -70,8 +69,7 @@ bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
 VIEW_SOURCES = src/tools/ct-view.c src/tools/cuts.c src/tools/cuts.h src/tools/hu-window.c \
-	src/tools/hu-window.h \
-	src/tools/view-picture.c src/tools/view-picture.h
+	src/tools/hu-window.h
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
@@ -80,7 +78,7 @@ else
 EXTRA_DIST += $(VIEW_SOURCES) man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
-ct_nabgs_SOURCES = src/tools/ct-nabgs.c src/tools/nabgs-state.c src/tools/nabgs-state.h
+ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose

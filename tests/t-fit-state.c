@@ -1,14 +1,13 @@
 /* t-fit-state.c: a fit as tensors and back: every number that is kept, and what is refused. */
 #include "config.h"
-#include "core/mem.h"
-#include "gs/fit-state.h"
+#include "gs/fit.h"
 #include "tap.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = 5, POINTS = 2, SCALARS = 9, SETS = 3 };
+enum { N = 5, SCALARS = 9, SETS = 3 };
 
 static double *scalar(struct ct_fit *f, int k)
 {
@@ -29,45 +28,40 @@ static void make(struct ct_fit *f)
 	*f = (struct ct_fit){.opt = {.iterations = 50}, .end = CT_FIT_ENOUGH, .whole = true};
 	must(ct_gauss_reserve(&f->g, N, &err));
 	must(ct_gs_adam_reserve(&f->adam, 0, N, &err));
-	must(ct_alloc(&f->point, POINTS, sizeof *f->point, &err));
 	f->g.n = N;
 	for (size_t i = 0; i < N; i++) {
 		for (size_t set = 0; set < SETS; set++)
 			for (size_t k = 0; k < CT_GS_FIELDS; k++)
 				array(f, set, k)[i] = (float)(1 + i + 10 * k + 200 * set) / 3;
-		f->adam.steps[i] = 16777216 - (uint32_t)i;
+		f->adam.steps[i] = 16777216 - (float)i;
 		f->adam.screen[i] = (float)i / 7;
-		f->adam.seen[i] = (uint32_t)i * 3;
+		f->adam.seen[i] = (float)i * 3;
 	}
 	for (int k = 0; k < SCALARS; k++)
 		*scalar(f, k) = (1 + k) / 7.0;
 	f->g.step = 50;
 	f->gamma.steps = 31;
-	f->points = POINTS;
-	f->point[0] = (struct ct_fit_point){1, 0.1f, 2};
-	f->point[1] = (struct ct_fit_point){3, 0.4f, 5};
 }
 
 static bool same(struct ct_fit *a, struct ct_fit *b)
 {
 	bool ok = a->g.n == b->g.n && a->g.step == b->g.step && a->gamma.steps == b->gamma.steps &&
-		  a->points == b->points && a->end == b->end && a->whole == b->whole;
+		  a->end == b->end && a->whole == b->whole;
 
 	for (int k = 0; k < SCALARS; k++)
 		ok &= memcmp(scalar(a, k), scalar(b, k), sizeof(double)) == 0;
 	for (size_t set = 0; ok && set < SETS; set++)
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			ok &= memcmp(array(a, set, k), array(b, set, k), N * sizeof(float)) == 0;
-	return ok && memcmp(a->adam.steps, b->adam.steps, N * sizeof(uint32_t)) == 0 &&
-	       memcmp(a->adam.seen, b->adam.seen, N * sizeof(uint32_t)) == 0 &&
-	       memcmp(a->adam.screen, b->adam.screen, N * sizeof(float)) == 0 &&
-	       (a->points == 0 || memcmp(a->point, b->point, a->points * sizeof *a->point) == 0);
+	return ok && memcmp(a->adam.steps, b->adam.steps, N * sizeof(float)) == 0 &&
+	       memcmp(a->adam.seen, b->adam.seen, N * sizeof(float)) == 0 &&
+	       memcmp(a->adam.screen, b->adam.screen, N * sizeof(float)) == 0;
 }
 
 /* Into a fit that has begun otherwise. */
 static int unpack(struct ct_fit *to, const struct ct_tensors *t)
 {
-	*to = (struct ct_fit){.opt = {.iterations = 50}, .points = 7};
+	*to = (struct ct_fit){.opt = {.iterations = 50}};
 	return ct_fit_state_unpack(to, t, &err);
 }
 
@@ -84,15 +78,14 @@ static void and_back(void)
 
 		make(&f);
 		if (bare) {
-			f.points = 0;
 			f.whole = false;
 			f.end = CT_FIT_RUNNING;
 			f.g.step = 0;
 		}
 		must(ct_fit_state_pack(&t, &f, &err));
 		must(unpack(&to, &t));
-		OK(same(&f, &to), "packed and unpacked: the same, %s a curve",
-			bare ? "without" : "with");
+		OK(same(&f, &to), "packed and unpacked: the same, %s",
+			bare ? "as it runs" : "at its end");
 		OK(same_floats(&t, "y.m", f.adam.m[1]) &&
 				same_floats(&t, "scale_2.v", f.adam.v[5]) &&
 				same_floats(&t, "rot_0", f.g.rot[0]) &&
@@ -100,7 +93,7 @@ static void and_back(void)
 				ct_tensors_find(&t, "steps")->data[1] == 16777215 &&
 				ct_tensors_find(&t, "seen")->data[1] == 3,
 			"by name");
-		OK(t.n == SETS * CT_GS_FIELDS + 3 + (bare ? 0 : 1), "in %zu tensors", t.n);
+		OK(t.n == SETS * CT_GS_FIELDS + 3, "in %zu tensors", t.n);
 		ct_fit_free(&f);
 		ct_fit_free(&to);
 		ct_tensors_free(&t);
@@ -152,7 +145,6 @@ static void numbers(struct ct_tensors *t)
 static void shapes(struct ct_tensors *t)
 {
 	static const char *const name[] = {"x", "rot_3.m", "raw", "steps", "screen", "seen"};
-	struct ct_tensor *p = ct_tensors_find(t, "points");
 
 	for (size_t k = 0; k < sizeof name / sizeof *name; k++) {
 		struct ct_tensor *x = ct_tensors_find(t, name[k]);
@@ -171,12 +163,6 @@ static void shapes(struct ct_tensors *t)
 		OK(refused(t, name[k]), "%s has two dimensions", name[k]);
 		x->rank = 1;
 	}
-	p->rank = 1;
-	OK(refused(t, "triples"), "a curve of one dimension");
-	p->rank = 2;
-	p->dim[1] = 2;
-	OK(refused(t, "triples"), "of pairs");
-	p->dim[1] = 3;
 	ct_tensors_find(t, "x")->dim[0] = 0;
 	OK(refused(t, "no Gaussians"), "no Gaussian");
 	ct_tensors_find(t, "x")->dim[0] = N;

@@ -396,9 +396,6 @@ static void epochs(struct scene *s, bool weighted)
 	NEAR(f.last_loss / mean, 1, 1e-5, "and of about one");
 	NEAR(f.first_l1 / e[ct_fit_view(2, 0, VIEWS)], 1, 1e-5, "L1 of the first iteration");
 	NEAR(f.epoch_l1 / last_e, 1, 1e-5, "L1 of the epoch that has begun");
-	OK(f.points == 1 && f.point[0].gaussians == 20 && f.point[0].iteration == 2 * VIEWS &&
-			fabs((double)f.point[0].error - f.error) < 1e-6,
-		"one point of the curve");
 	OK(f.end == CT_FIT_DONE && f.whole && f.g.step == iterations && seen.saves == 0,
 		"to the end");
 	want = f.error;
@@ -449,9 +446,6 @@ static void when(struct scene *s)
 		}
 		OK(wrong == 0 && seen.saves == o.iterations - 1, "%zu, until %zu: when they double",
 			o.iterations, o.densify_until);
-		OK(k || (f.points == 3 && f.point[0].gaussians == 4 && f.point[0].iteration == 3 &&
-				f.point[1].gaussians == 8 && f.point[2].gaussians == 32),
-			"a point of the curve for each number at the end of an epoch");
 		ct_fit_free(&f);
 	}
 }

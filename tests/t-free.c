@@ -1,6 +1,6 @@
 /* core/memory.c, cli/memory.c: what is free, by files as the system writes them; sizes in words. */
 #include "config.h"
-#include "cli/memory.h"
+#include "cli/cli.h"
 #include "core/memory.h"
 #include "tests/tap.h"
 
@@ -70,11 +70,11 @@ static void test_sizes(void)
 	struct ct_err e;
 	double bytes = 1;
 
-	OK(ct_memory_bytes(&bytes, NULL, &e) == 0 && bytes == 0, "no size is no bound");
-	OK(ct_memory_bytes(&bytes, "600M", &e) == 0 && bytes == 600 * 0x1p20, "mebibytes");
-	OK(ct_memory_bytes(&bytes, "1.5G", &e) == 0 && bytes == 1.5 * 0x1p30, "gibibytes, a part");
+	OK(ct_cli_memory(&bytes, NULL, &e) == 0 && bytes == 0, "no size is no bound");
+	OK(ct_cli_memory(&bytes, "600M", &e) == 0 && bytes == 600 * 0x1p20, "mebibytes");
+	OK(ct_cli_memory(&bytes, "1.5G", &e) == 0 && bytes == 1.5 * 0x1p30, "gibibytes, a part");
 	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-		OK(ct_memory_bytes(&bytes, bad[i], &e) && e.code == CT_EUSAGE, "'%s' is refused",
+		OK(ct_cli_memory(&bytes, bad[i], &e) && e.code == CT_EUSAGE, "'%s' is refused",
 			bad[i]);
 	OK(ct_memory_held() > 1e5, "a program holds something");
 }

@@ -3,7 +3,7 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/fit-state.h"
+#include "gs/fit.h"
 #include "gs/neighbours.h"
 #include "gs/place.h"
 #include "gs/refit.h"

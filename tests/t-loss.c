@@ -3,8 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/rasterise.h"
-#include "gs/loss-image.h"
-#include "gs/loss-tv.h"
+#include "gs/loss.h"
 #include "ssim-plain.h"
 #include "tap.h"
 

@@ -5,7 +5,6 @@
 #include "diffusion/adam.h"
 #include "unet/attention.h"
 #include "unet/conv.h"
-#include "unet/embed.h"
 #include "unet/layers.h"
 #include "unet/norm.h"
 #include "tap.h"
@@ -159,18 +158,20 @@ static void test_norm(const char *name, size_t hw, size_t c, bool e, bool scale_
 	l.norm.gamma = in_f[1];
 	l.norm.beta = in_f[2];
 	l.norm.e = e ? in_f[3] : NULL;
-	ct_norm_sums(hw, c, sums, in_f[0]);
-	ct_norm_forward(&l.norm, y_f, in_f[0], sums, scratch);
+	CT_SIMD(ct_norm_sums)(hw, c, sums, in_f[0]);
+	CT_SIMD(ct_norm_forward)(&l.norm, y_f, in_f[0], sums, scratch);
 	check_forward(&l);
 	memcpy(dy, dy_f, l.ny * sizeof *dy);
-	ct_norm_back(&l.norm, grad_f[0], grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0],
-		sums, false, scratch);
+	CT_SIMD(ct_norm_back)
+	(&l.norm, grad_f[0], grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0], sums, false,
+		scratch);
 	check_back(&l);
 	/* adding: dx twice, the other gradients of a second pass go elsewhere */
 	memcpy(dy, dy_f, l.ny * sizeof *dy);
 	memcpy(twice, grad_f[0], l.ny * sizeof *twice);
-	ct_norm_back(&l.norm, twice, grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0], sums,
-		true, scratch);
+	CT_SIMD(ct_norm_back)
+	(&l.norm, twice, grad_f[1], grad_f[2], e ? grad_f[3] : NULL, dy, in_f[0], sums, true,
+		scratch);
 	for (size_t i = 0; i < l.ny; i++)
 		most = fmax(most, fabs((double)twice[i] - 2 * (double)grad_f[0][i]));
 	OK(most < 1e-5, "%s: backward adds", name);
@@ -454,7 +455,7 @@ static void test_embed(void)
 	static const size_t at[4] = {0, 1, 64, 127};
 	double most = 0;
 
-	ct_embed(256, y_f, 500);
+	CT_SIMD(ct_layer_embed)(256, y_f, 500);
 	for (int i = 0; i < 4; i++) {
 		most = fmax(most, fabs((double)y_f[at[i]] - c[i]));
 		most = fmax(most, fabs((double)y_f[128 + at[i]] - s[i]));
@@ -474,8 +475,8 @@ static void test_adam(void)
 		float g[3] = {ct_rng_normal(5, 0, t), 1, 0};
 		double dg = (double)g[0];
 
-		ct_adamw_step(&a, t, 3, p, m, v, g);
-		ct_adam_average(0.9, 3, mean, p);
+		CT_SIMD(ct_adamw_step)(&a, t, 3, p, m, v, g);
+		CT_SIMD(ct_adam_average)(0.9, 3, mean, p);
 		dm = 0.9 * dm + 0.1 * dg;
 		dv = 0.999 * dv + 0.001 * dg * dg;
 		dp -= 0.01 * 0.1 * dp;

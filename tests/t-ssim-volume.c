@@ -1,7 +1,7 @@
 /* SSIM of volumes against that of each slice by itself, and in 3-D against the definition. */
 #include "config.h"
 #include "core/rng.h"
-#include "quality/ssim-volume.h"
+#include "quality/ssim.h"
 #include "ssim-plain.h"
 #include "tap.h"
 

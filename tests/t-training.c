@@ -85,7 +85,7 @@ static void adamw(void)
 		P[i] = (double)(p[i] = ct_rng_normal(1, 1, (uint64_t)i));
 	for (uint64_t step = 1; step <= 4; step++) {
 		ct_rng_normals(N, g, 2, step, 0);
-		ct_adamw_step(&a, step, N, p, m, v, g);
+		CT_SIMD(ct_adamw_step)(&a, step, N, p, m, v, g);
 		for (int i = 0; i < N; i++) {
 			double d = (double)g[i];
 
@@ -101,14 +101,14 @@ static void adamw(void)
 	worst = 0;
 	for (int i = 0; i < N; i++)
 		mean[i] = (float)i;
-	ct_adam_average(0.75, N, mean, p);
+	CT_SIMD(ct_adam_average)(0.75, N, mean, p);
 	for (int i = 0; i < N; i++)
 		worst = fmax(worst, fabs((double)mean[i] - (0.75 * i + 0.25 * (double)p[i])));
 	NEAR(worst, 0, 3e-7, "an average of weights");
 	ct_rng_normals(3 * N, g, 3, 0, 0);
 	for (int i = 0; i < N; i++)
 		P[i] = 0.5 * ((double)g[i] + (double)g[N + i] + (double)g[2 * N + i]);
-	norm = ct_adam_gradient(N, g, 3, N, 0.5f);
+	norm = CT_SIMD(ct_adam_gradient)(N, g, 3, N, 0.5f);
 	worst = 0;
 	for (int i = 0; i < N; i++) {
 		squares += P[i] * P[i];
@@ -229,7 +229,7 @@ static void missing(const struct ct_env *env)
 	o.patches.channels = a.in_channels = PLANES;
 	for (size_t i = 0; px && i < PLANES * H * W; i++) /* beyond [0, 1] */
 		px[i] = 30 * value(i / W % H, i % W) - 5 - (float)(i / (H * W));
-	must(!px || ct_pictures_add_planes(&s, PLANES, H, W, px, "planes", &err));
+	must(!px || ct_pictures_add(&s, PLANES, H, W, px, "planes", &err));
 	must(ct_train_alloc(&t, &a, &o, &s, env, &err));
 	for (int k = 0; k < 6; k++)
 		must(ct_train_step(t, &loss, &err));
@@ -267,8 +267,8 @@ static void missing(const struct ct_env *env)
 	px = calloc(PLANES * H * W, sizeof *px);
 	if (px)
 		px[H * W + 3 * W + 2] = NAN;
-	OK(ct_pictures_add_planes(&s, PLANES, H, W, px, "bad.exr", &err) &&
-			err.code == CT_ENUMERIC && strstr(err.msg, "bad.exr: row 3, column 2"),
+	OK(ct_pictures_add(&s, PLANES, H, W, px, "bad.exr", &err) && err.code == CT_ENUMERIC &&
+			strstr(err.msg, "bad.exr: row 3, column 2"),
 		"a plane that is no number is named");
 	ct_tensors_free(&weights);
 	ct_unet_plan_free(plan);
@@ -438,7 +438,8 @@ static void bad_pictures(void)
 
 		must(!px);
 		px[k == 2 ? 0 : 5] = bad[k];
-		OK(ct_pictures_add(&s, 2, 3, px, "x.png", &err) == -1 && err.code == CT_ENUMERIC &&
+		OK(ct_pictures_add(&s, 0, 2, 3, px, "x.png", &err) == -1 &&
+				err.code == CT_ENUMERIC &&
 				strstr(err.msg, k == 2 ? "x.png: row 0, column 0 is"
 						       : "x.png: row 1, column 2 is"),
 			"%s", err.msg);

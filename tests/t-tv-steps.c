@@ -2,7 +2,6 @@
  * nearest to x within the noise lies on the line from x to y. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/hessian-tv.h"
 #include "resolution/tv-row.h"
 #include "resolution/tv.h"
 
@@ -107,7 +106,7 @@ static void second_order(const float *y, double noise, double size)
 
 	memcpy(ahead, x, sizeof x);
 	for (int k = 0; k < STEPS; k++) {
-		const double t = size * exp2(-(double)k / 30); /* as hessian-tv.h says */
+		const double t = size * exp2(-(double)k / 30); /* as tv.h says */
 		double next[MOST];
 
 		ascend(true, q, ahead, 1 / (t * norm));

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/hessian-tv.h"
 #include "resolution/tv.h"
 #include "tap.h"
 

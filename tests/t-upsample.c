@@ -2,7 +2,6 @@
 #include "config.h"
 #include "numbers.h"
 #include "resolution/consistency.h"
-#include "resolution/hessian-tv.h"
 #include "resolution/resample.h"
 #include "resolution/tv.h"
 #include "resolution/upsample.h"

@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #define OUTPUT "OUT"
-#define NOT_MADE "not made"
+#define NOT_MADE "not made" /* it is not known what the output holds */
 
 /* What of a step was done before. */
 enum done { NOTHING, BEGUN, DONE };
@@ -60,12 +60,6 @@ static int name_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	return rc;
 }
 
-/* It is not known what the output holds. */
-static int forget_output(struct ct_resume *r, struct ct_err *e)
-{
-	return ct_resume_value(r, e, OUTPUT, NOT_MADE);
-}
-
 /* The state of the run of a command, opened and named; 1 if what it reads cannot be told. */
 static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	const struct ct_env *env, struct ct_err *e)
@@ -78,18 +72,13 @@ static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	own.force = true;
 	own.seed = 0; /* it is among the words where there is one */
-	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) || forget_output(r, e)
+	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) ||
+			     ct_resume_value(r, e, OUTPUT, NOT_MADE)
 		     ? -1
 		     : name_step(r, c, i, env, e);
 	r->own = true; /* the folder is locked: a broken one too */
 	free(path);
 	return rc;
-}
-
-static int name_output(
-	struct ct_resume *r, const struct ct_step *s, const struct ct_env *env, struct ct_err *e)
-{
-	return name_input(r, OUTPUT, s->output, env, e);
 }
 
 /* Is the state there of this run, and with this output? */
@@ -111,12 +100,12 @@ static int look(enum done *was, struct ct_resume *r, const struct ct_step *s,
 	int told;
 
 	*was = same(r, env) ? BEGUN : NOTHING;
-	told = name_output(r, s, env, e);
+	told = name_input(r, OUTPUT, s->output, env, e);
 	if (told < 0)
 		return -1;
 	if (told == 0 && same(r, env))
 		*was = DONE;
-	return forget_output(r, e);
+	return ct_resume_value(r, e, OUTPUT, NOT_MADE);
 }
 
 /* A step is its name. */
@@ -126,11 +115,6 @@ static int pack_nothing(struct ct_tensors *state, const void *work, struct ct_er
 	(void)work;
 	(void)e;
 	return 0;
-}
-
-static int save(struct ct_resume *r, struct ct_err *e)
-{
-	return ct_resume_save(r, pack_nothing, NULL, e);
 }
 
 /* What a step reports goes to standard error, or nowhere. */
@@ -274,10 +258,10 @@ static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, stru
 		rc = 0;
 		goto out;
 	}
-	if (save(&r, e) || start(c, s, was == BEGUN, env, e))
+	if (ct_resume_save(&r, pack_nothing, NULL, e) || start(c, s, was == BEGUN, env, e))
 		goto out;
-	told |= name_output(&r, s, env, e);
-	rc = told == 0 ? save(&r, e) : told < 0 ? -1 : 0;
+	told |= name_input(&r, OUTPUT, s->output, env, e);
+	rc = told == 0 ? ct_resume_save(&r, pack_nothing, NULL, e) : told < 0 ? -1 : 0;
 out:
 	ct_resume_close(&r);
 	return rc;

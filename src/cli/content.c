@@ -4,13 +4,14 @@
 #include "core/mem.h"
 #include "formats/hash.h"
 
-#include <dirent.h>
+#include <errno.h>
+#include <fts.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-enum { BLOCK = 1 << 20, DEPTH = 16 };
+enum { BLOCK = 1 << 20 };
 
 struct sum {
 	struct ct_hash *hash;
@@ -33,39 +34,28 @@ static int add_file(struct sum *s, const char *path, struct ct_err *e)
 	return rc;
 }
 
-static int add(struct sum *s, const char *path, int depth, struct ct_err *e);
-
-static int add_folder(struct sum *s, const char *path, int depth, struct ct_err *e)
+static int by_name(const FTSENT **a, const FTSENT **b)
 {
-	struct dirent **entry = NULL;
-	int n = scandir(path, &entry, NULL, alphasort), rc = 0;
-
-	for (int i = 0; i < n; i++) {
-		const char *name = entry[i]->d_name;
-		char *full = NULL;
-
-		if (rc == 0 && strcmp(name, ".") != 0 && strcmp(name, "..") != 0) {
-			if (asprintf(&full, "%s/%s", path, name) < 0)
-				full = NULL;
-			rc = full ? add(s, full, depth + 1, e)
-				  : ct_fail(e, CT_ENOMEM, "no memory for a file name");
-			free(full);
-		}
-		free(entry[i]);
-	}
-	free(entry);
-	return rc;
+	return strcmp((*a)->fts_name, (*b)->fts_name);
 }
 
-static int add(struct sum *s, const char *path, int depth, struct ct_err *e)
+/* A file, or all of a folder in the order of their names. */
+static int add(struct sum *s, const char *path, struct ct_err *e)
 {
-	struct stat st;
+	char *own = strdup(path), *const roots[] = {own, NULL};
+	FTS *walk = own ? fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, by_name) : NULL;
+	int rc = walk ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	FTSENT *x;
 
-	if (stat(path, &st) != 0 || depth > DEPTH)
-		return 0;
-	if (S_ISDIR(st.st_mode))
-		return add_folder(s, path, depth, e);
-	return S_ISREG(st.st_mode) ? add_file(s, path, e) : 0;
+	while (rc == 0 && (x = fts_read(walk)))
+		if (x->fts_info == FTS_F)
+			rc = add_file(s, x->fts_accpath, e);
+	if (rc == 0 && errno)
+		rc = ct_fail(e, CT_ENOMEM, "%s: %s", path, strerror(errno));
+	if (walk)
+		fts_close(walk);
+	free(own);
+	return rc;
 }
 
 int ct_content_read(struct ct_meta *m, const char *path, const struct ct_env *env, struct ct_err *e)
@@ -77,7 +67,7 @@ int ct_content_read(struct ct_meta *m, const char *path, const struct ct_env *en
 	if (strcmp(path, "-") == 0 || stat(path, &st) != 0 ||
 		!(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
 		return 0;
-	rc = ct_hash_alloc(&s.hash, e) || ct_alloc(&s.block, BLOCK, 1, e) || add(&s, path, 0, e) ||
+	rc = ct_hash_alloc(&s.hash, e) || ct_alloc(&s.block, BLOCK, 1, e) || add(&s, path, e) ||
 			     ct_hash_input(s.hash, m, path, e)
 		     ? -1
 		     : 0;

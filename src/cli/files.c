@@ -73,28 +73,23 @@ static const char *step(struct walk *w)
 	return NULL;
 }
 
-int ct_files_apart(
-	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e)
+/* Is the output none of the files of the run, but for the place `self`? */
+static int apart(const struct ct_opt *opts, const void *params, const char *path,
+	const struct walk *self, struct ct_err *e)
 {
 	for (struct walk w = begin(opts, params); step(&w);)
-		if (ct_out_same(path, w.path, !w.output))
+		if (!(self && w.opt == self->opt && w.next == self->next) &&
+			ct_out_same(path, w.path, !w.output))
 			return ct_fail(e, CT_EOUTPUT,
 				"%s: would be written over %s, %s of the same run", path, w.path,
 				w.output ? "another output" : "an input");
 	return 0;
 }
 
-/* Is the output of `w` none of the files before it, and no input? */
-static int apart(const struct ct_opt *opts, const struct walk *w, struct ct_err *e)
+int ct_files_apart(
+	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e)
 {
-	for (struct walk o = begin(opts, w->params); step(&o);) {
-		if (o.opt == w->opt && o.next == w->next) /* itself */
-			continue;
-		if (ct_out_same(w->path, o.path, !o.output))
-			return ct_fail(e, CT_EOUTPUT, "%s: is also %s, %s", w->path,
-				o.output ? "another output" : "an input", o.path);
-	}
-	return 0;
+	return apart(opts, params, path, NULL, e);
 }
 
 /* Standard input and output serve once each. */
@@ -151,17 +146,19 @@ bool ct_files_is_dicom(const char *path)
 	return ct_out_folder_named(path) || (n > 4 && strcasecmp(path + n - 4, ".dcm") == 0);
 }
 
-/* A series in a folder that is read would be read with it the next time. */
-static int check_dicom(
+/* May it be written? A series in a folder that is read would be read with it the next time. */
+static int check_output(
 	const struct ct_opt *opts, const struct walk *w, const struct ct_env *env, struct ct_err *e)
 {
-	for (struct walk o = begin(opts, w->params); step(&o);)
+	const bool dicom = w->opt->dicom && ct_files_is_dicom(w->path);
+
+	for (struct walk o = begin(opts, w->params); dicom && step(&o);)
 		if (!o.output && ct_out_folder_named(o.path) &&
 			ct_out_folder_holds(o.path, w->path))
 			return ct_fail(e, CT_EOUTPUT, "%s: lies in %s, an input", w->path, o.path);
-	if (ct_out_folder_named(w->path))
+	if (dicom && ct_out_folder_named(w->path))
 		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
-	return apart(opts, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;
+	return apart(opts, w->params, w->path, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;
 }
 
 int ct_files_check(
@@ -175,10 +172,7 @@ int ct_files_check(
 		struct ct_env own = *env;
 
 		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
-		if (w.output && w.opt->dicom && ct_files_is_dicom(w.path)) {
-			if (check_dicom(opts, &w, &own, e))
-				return -1;
-		} else if (w.output && (apart(opts, &w, e) || ct_out_check(w.path, &own, e)))
+		if (w.output && check_output(opts, &w, &own, e))
 			return -1;
 	}
 	return 0;

@@ -80,7 +80,7 @@ static int take_lock(struct ct_folder *f, struct ct_err *e)
 	return got ? 0 : -1;
 }
 
-static const char *temporaries(void)
+const char *ct_folder_temporaries(void)
 {
 	const char *tmp = getenv("TMPDIR");
 
@@ -95,7 +95,7 @@ char *ct_folder_of(const char *out)
 	while (length > 1 && out[length - 1] == '/') /* a folder that is to be */
 		length--;
 	slash = memrchr(out, '/', length);
-	return strcmp(out, "-") == 0 ? strdup(temporaries())
+	return strcmp(out, "-") == 0 ? strdup(ct_folder_temporaries())
 	       : slash               ? strndup(out, slash == out ? 1 : (size_t)(slash - out))
 				     : strdup(".");
 }
@@ -118,7 +118,7 @@ static int name_temporary(struct ct_folder *f, const char *tmp, bool dry, struct
 int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_err *e)
 {
 	*f = (struct ct_folder){.lock = -1};
-	if (!path && name_temporary(f, temporaries(), dry, e))
+	if (!path && name_temporary(f, ct_folder_temporaries(), dry, e))
 		return -1;
 	if (path && !(f->path = strdup(path)))
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");

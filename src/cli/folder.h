@@ -19,6 +19,8 @@ struct ct_folder {
 /* `path`, made if missing, or if NULL a temporary folder. CT_EOUTPUT, also if another run works in
  * it. If dry it is named and neither made nor locked. */
 int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_err *e);
+/* The folder for temporary files: TMPDIR, or /tmp. */
+const char *ct_folder_temporaries(void);
 /* The folder that `out` lies in, or the one for temporary files if that is a stream, owned by the
  * caller; NULL if no memory. */
 char *ct_folder_of(const char *out);

@@ -1,7 +1,7 @@
 /* journal.c: see journal.h. */
 #include "config.h"
 #include "cli/journal.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 #include "core/clock.h"
 
 #include <errno.h>

@@ -1,5 +1,6 @@
 /* keep.c: see keep.h. */
 #include "config.h"
+#include "cli/folder.h"
 #include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -11,12 +12,12 @@
 
 char *ct_keep_name(const char *path)
 {
-	const char *tmp = getenv("TMPDIR"), *slash = strrchr(path, '/');
+	const char *slash = strrchr(path, '/');
 	const char *base = slash ? slash + 1 : path;
 	char *name = NULL;
 	int fd;
 
-	if (asprintf(&name, "%s/kept.XXXXXX.%s", tmp && *tmp ? tmp : "/tmp", base) < 0)
+	if (asprintf(&name, "%s/kept.XXXXXX.%s", ct_folder_temporaries(), base) < 0)
 		return NULL;
 	fd = mkstemps(name, (int)strlen(base) + 1);
 	if (fd >= 0) {

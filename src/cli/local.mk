@@ -4,7 +4,6 @@ libct_a_SOURCES += src/cli/complete.c src/cli/complete.h
 libct_a_SOURCES += src/cli/files.c src/cli/files.h
 libct_a_SOURCES += src/cli/resume.c src/cli/resume.h
 libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
-libct_a_SOURCES += src/cli/memory.c src/cli/memory.h
 libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
 libct_a_SOURCES += src/cli/parse.c
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h

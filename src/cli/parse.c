@@ -1,4 +1,4 @@
-/* parse.c: values of options that are more than one number; see cli.h. */
+/* parse.c: values of options that are more than a number; see cli.h. */
 #include "config.h"
 #include "cli/cli.h"
 
@@ -57,4 +57,24 @@ int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *
 	if (!(v[0] < v[1]))
 		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is empty", option, s);
 	return 0;
+}
+
+int ct_cli_memory(double *bytes, const char *text, struct ct_err *e)
+{
+	static const char units[] = "KMGT";
+	const size_t number = text ? strspn(text, "0123456789.") : 0;
+	const char *unit = text && text[number] ? strchr(units, text[number]) : NULL;
+	char *end;
+
+	*bytes = 0;
+	if (!text)
+		return 0;
+	*bytes = strtod(text, &end);
+	if (number == 0 || end != text + number || !unit || text[number + 1])
+		return ct_fail(
+			e, CT_EUSAGE, "--memory: '%.80s' is no size such as 600M or 2G", text);
+	*bytes = ldexp(*bytes, 10 * (int)(unit - units + 1));
+	return *bytes > 0 && *bytes < 0x1p50
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE, "--memory: %.80s is no size of a memory", text);
 }

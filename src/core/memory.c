@@ -108,6 +108,13 @@ double ct_memory_free(const char *root)
 	return isinf(machine) ? 0 : machine;
 }
 
+double ct_memory_held(void)
+{
+	const double kib = number_in("/proc/self/status", "VmHWM:");
+
+	return isnan(kib) ? 0 : 1024 * kib;
+}
+
 /* Of what is free a run takes most: others may want some, too. */
 #define SHARE 0.8
 

@@ -10,6 +10,9 @@
 /* Bytes of memory that are free to take: of the machine, and of the control groups (v1, v2) that
  * the process is in. `root` is "" but for tests. 0 if nothing tells. */
 double ct_memory_free(const char *root);
+/* The most bytes of memory that this program has held so far; 0 if nothing tells. (That of
+ * getrusage counts what started it.) */
+double ct_memory_held(void);
 /* What a run may take of so many free bytes; infinite if that is 0. */
 double ct_memory_most(double free);
 

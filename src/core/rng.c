@@ -69,10 +69,10 @@ static void normal_pair(double z[2], uint64_t seed, uint64_t stream, uint64_t pa
 
 float ct_rng_normal(uint64_t seed, uint64_t stream, uint64_t index)
 {
-	double z[2];
+	float z;
 
-	normal_pair(z, seed, stream, index / 2);
-	return (float)z[index % 2];
+	ct_rng_normals(1, &z, seed, stream, index);
+	return z;
 }
 
 void ct_rng_normals(size_t n, float *out, uint64_t seed, uint64_t stream, uint64_t first)

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/stack.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -66,7 +67,7 @@ float *ct_stack_view(const struct ct_stack *s, size_t k)
 
 static double norm(const double a[3])
 {
-	return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+	return sqrt(ct_vec3_dot(a, a));
 }
 
 int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
@@ -74,10 +75,9 @@ int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 	for (size_t k = 0; k < s->views; k++) {
 		const struct ct_view *w = &s->view[k];
 		const double *u = w->u, *v = w->v;
-		const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-			u[0] * v[1] - u[1] * v[0]};
-		double d[3], along;
+		double n[3], d[3];
 
+		ct_vec3_cross(n, u, v);
 		for (int a = 0; a < 3; a++) {
 			d[a] = w->centre[a] - w->source[a];
 			if (!isfinite(w->source[a] + w->centre[a] + u[a] + v[a]))
@@ -86,8 +86,7 @@ int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 		if (!(norm(n) > 1e-6 * norm(u) * norm(v)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: detector axes are parallel or zero", k);
-		along = (d[0] * n[0] + d[1] * n[1] + d[2] * n[2]) / norm(n);
-		if (!(fabs(along) > 1e-6 * norm(d)))
+		if (!(fabs(ct_vec3_dot(d, n) / norm(n)) > 1e-6 * norm(d)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: source lies in the detector plane", k);
 	}

@@ -38,12 +38,16 @@
 
 #define CT_INLINE static inline __attribute__((always_inline, unused))
 
+/* CT_VEC_OP(min_ps) is the instruction for vectors of the level, _mm256_min_ps. */
 #if defined(__AVX512F__)
 #define CT_VEC_BYTES 64
+#define CT_VEC_OP(name) _mm512_##name
 #elif defined(__AVX2__)
 #define CT_VEC_BYTES 32
+#define CT_VEC_OP(name) _mm256_##name
 #else
 #define CT_VEC_BYTES 16
+#define CT_VEC_OP(name) _mm_##name
 #endif
 #define CT_F32_LANES (CT_VEC_BYTES / 4)
 #define CT_F64_LANES (CT_VEC_BYTES / 8)
@@ -56,6 +60,7 @@ typedef int64_t ct_i64 __attribute__((vector_size(CT_VEC_BYTES)));
 typedef float ct_f32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef int32_t ct_i32h __attribute__((vector_size(CT_VEC_BYTES / 2)));
 typedef unsigned char ct_u8 __attribute__((vector_size(16)));
+typedef long long ct_vec_bits __attribute__((vector_size(CT_VEC_BYTES))); /* of integers */
 
 /* All lanes x. */
 CT_INLINE ct_f32 ct_f32_set(float x)
@@ -68,14 +73,20 @@ CT_INLINE ct_f64 ct_f64_set(double x)
 	return x - (ct_f64){0};
 }
 
-/* A mask of the first n lanes. */
-CT_INLINE ct_i32 ct_i32_first(size_t n)
+/* from, from + 1 and so on. */
+CT_INLINE ct_i32 ct_i32_count(int32_t from)
 {
 	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 	ct_i32 v;
 
 	memcpy(&v, lane, sizeof v);
-	return v < (int32_t)n;
+	return v + from;
+}
+
+/* A mask of the first n lanes. */
+CT_INLINE ct_i32 ct_i32_first(size_t n)
+{
+	return ct_i32_count(0) < (int32_t)n;
 }
 
 /* Whole vectors, and the first n <= lanes of one (the others 0, or not stored), at any address. */
@@ -125,12 +136,8 @@ CT_INLINE void ct_f32_store_n(float *p, ct_f32 v, size_t n)
 /* The nearest whole numbers, the even one of two, for |x| < 2^22. */
 CT_INLINE ct_i32 ct_i32_round(ct_f32 x)
 {
-#if defined(__AVX512F__)
-	return (ct_i32)_mm512_cvtps_epi32((__m512)x);
-#elif defined(__AVX2__)
-	return (ct_i32)_mm256_cvtps_epi32((__m256)x);
-#elif defined(__x86_64__)
-	return (ct_i32)_mm_cvtps_epi32((__m128)x);
+#if defined(__x86_64__)
+	return (ct_i32)CT_VEC_OP(cvtps_epi32)(x);
 #else
 	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
 
@@ -245,12 +252,8 @@ CT_INLINE ct_f64 ct_f64_abs(ct_f64 x)
 /* a < b ? a : b and a > b ? a : b: b where one of them is NaN. */
 CT_INLINE ct_f32 ct_f32_min(ct_f32 a, ct_f32 b)
 {
-#if defined(__AVX512F__)
-	return (ct_f32)_mm512_min_ps((__m512)a, (__m512)b);
-#elif defined(__AVX2__)
-	return (ct_f32)_mm256_min_ps((__m256)a, (__m256)b);
-#elif defined(__x86_64__)
-	return (ct_f32)_mm_min_ps((__m128)a, (__m128)b);
+#if defined(__x86_64__)
+	return (ct_f32)CT_VEC_OP(min_ps)(a, b);
 #else
 	return ct_f32_pick((ct_i32)(a < b), a, b);
 #endif
@@ -258,12 +261,8 @@ CT_INLINE ct_f32 ct_f32_min(ct_f32 a, ct_f32 b)
 
 CT_INLINE ct_f32 ct_f32_max(ct_f32 a, ct_f32 b)
 {
-#if defined(__AVX512F__)
-	return (ct_f32)_mm512_max_ps((__m512)a, (__m512)b);
-#elif defined(__AVX2__)
-	return (ct_f32)_mm256_max_ps((__m256)a, (__m256)b);
-#elif defined(__x86_64__)
-	return (ct_f32)_mm_max_ps((__m128)a, (__m128)b);
+#if defined(__x86_64__)
+	return (ct_f32)CT_VEC_OP(max_ps)(a, b);
 #else
 	return ct_f32_pick((ct_i32)(a > b), a, b);
 #endif
@@ -271,12 +270,8 @@ CT_INLINE ct_f32 ct_f32_max(ct_f32 a, ct_f32 b)
 
 CT_INLINE ct_f64 ct_f64_min(ct_f64 a, ct_f64 b)
 {
-#if defined(__AVX512F__)
-	return (ct_f64)_mm512_min_pd((__m512d)a, (__m512d)b);
-#elif defined(__AVX2__)
-	return (ct_f64)_mm256_min_pd((__m256d)a, (__m256d)b);
-#elif defined(__x86_64__)
-	return (ct_f64)_mm_min_pd((__m128d)a, (__m128d)b);
+#if defined(__x86_64__)
+	return (ct_f64)CT_VEC_OP(min_pd)(a, b);
 #else
 	return ct_f64_pick((ct_i64)(a < b), a, b);
 #endif
@@ -284,12 +279,8 @@ CT_INLINE ct_f64 ct_f64_min(ct_f64 a, ct_f64 b)
 
 CT_INLINE ct_f64 ct_f64_max(ct_f64 a, ct_f64 b)
 {
-#if defined(__AVX512F__)
-	return (ct_f64)_mm512_max_pd((__m512d)a, (__m512d)b);
-#elif defined(__AVX2__)
-	return (ct_f64)_mm256_max_pd((__m256d)a, (__m256d)b);
-#elif defined(__x86_64__)
-	return (ct_f64)_mm_max_pd((__m128d)a, (__m128d)b);
+#if defined(__x86_64__)
+	return (ct_f64)CT_VEC_OP(max_pd)(a, b);
 #else
 	return ct_f64_pick((ct_i64)(a > b), a, b);
 #endif
@@ -297,12 +288,8 @@ CT_INLINE ct_f64 ct_f64_max(ct_f64 a, ct_f64 b)
 
 CT_INLINE ct_i32 ct_i32_max(ct_i32 a, ct_i32 b)
 {
-#if defined(__AVX512F__)
-	return (ct_i32)_mm512_max_epi32((__m512i)a, (__m512i)b);
-#elif defined(__AVX2__)
-	return (ct_i32)_mm256_max_epi32((__m256i)a, (__m256i)b);
-#elif defined(__x86_64__)
-	return (ct_i32)_mm_max_epi32((__m128i)a, (__m128i)b);
+#if defined(__x86_64__)
+	return (ct_i32)CT_VEC_OP(max_epi32)((ct_vec_bits)a, (ct_vec_bits)b);
 #else
 	return ((a > b) & a) | (~(a > b) & b);
 #endif
@@ -311,16 +298,6 @@ CT_INLINE ct_i32 ct_i32_max(ct_i32 a, ct_i32 b)
 CT_INLINE ct_i32 ct_i32_min(ct_i32 a, ct_i32 b)
 {
 	return ~ct_i32_max(~a, ~b);
-}
-
-/* from, from + 1 and so on. */
-CT_INLINE ct_i32 ct_i32_count(int32_t from)
-{
-	static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-	ct_i32 v;
-
-	memcpy(&v, lane, sizeof v);
-	return v + from;
 }
 
 /* t[at] of each lane, from tables of 1, 2 and 4 registers, which are read whole: `at` counts modulo
@@ -403,12 +380,8 @@ CT_INLINE void ct_f32_gather2(ct_f32 *t0, ct_f32 *t1, const float *t, ct_i32 at)
 /* Correctly rounded. */
 CT_INLINE ct_f32 ct_f32_sqrt(ct_f32 x)
 {
-#if defined(__AVX512F__)
-	return (ct_f32)_mm512_sqrt_ps((__m512)x);
-#elif defined(__AVX2__)
-	return (ct_f32)_mm256_sqrt_ps((__m256)x);
-#elif defined(__x86_64__)
-	return (ct_f32)_mm_sqrt_ps((__m128)x);
+#if defined(__x86_64__)
+	return (ct_f32)CT_VEC_OP(sqrt_ps)(x);
 #elif defined(__aarch64__)
 	return (ct_f32)vsqrtq_f32((float32x4_t)x);
 #else
@@ -420,12 +393,8 @@ CT_INLINE ct_f32 ct_f32_sqrt(ct_f32 x)
 
 CT_INLINE ct_f64 ct_f64_sqrt(ct_f64 x)
 {
-#if defined(__AVX512F__)
-	return (ct_f64)_mm512_sqrt_pd((__m512d)x);
-#elif defined(__AVX2__)
-	return (ct_f64)_mm256_sqrt_pd((__m256d)x);
-#elif defined(__x86_64__)
-	return (ct_f64)_mm_sqrt_pd((__m128d)x);
+#if defined(__x86_64__)
+	return (ct_f64)CT_VEC_OP(sqrt_pd)(x);
 #elif defined(__aarch64__)
 	return (ct_f64)vsqrtq_f64((float64x2_t)x);
 #else
@@ -438,10 +407,8 @@ CT_INLINE ct_f64 ct_f64_sqrt(ct_f64 x)
 /* a b + c, rounded once; at v2, which has no such instruction, a b is rounded too. */
 CT_INLINE ct_f32 ct_f32_fma(ct_f32 a, ct_f32 b, ct_f32 c)
 {
-#if defined(__AVX512F__)
-	return (ct_f32)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
-#elif defined(__FMA__)
-	return (ct_f32)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#if defined(__FMA__)
+	return (ct_f32)CT_VEC_OP(fmadd_ps)(a, b, c);
 #elif defined(__aarch64__)
 	return (ct_f32)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
 #else

@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/voxels.h"
-#include "gs/block.h"
+#include "gs/mixture.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -24,73 +24,45 @@ static json_t *number(double x)
 	return isfinite(x) ? json_real(x) : json_null();
 }
 
-static void put_text(json_t *o, const char *key, const char *s, json_t *missing, const char *field)
-{
-	if (*s)
-		json_object_set_new(o, key, text(s));
-	else if (field)
-		json_array_append_new(missing, json_string(field));
-}
-
-static void put_number(json_t *o, const char *key, double x, json_t *missing, const char *field)
-{
-	if (isfinite(x))
-		json_object_set_new(o, key, json_real(x));
-	else
-		json_array_append_new(missing, json_string(field));
-}
-
 static json_t *pair(double a, double b)
 {
 	return json_pack("[o,o]", number(a), number(b));
 }
 
-/* How many files are what, and what is the matter with them. */
-static json_t *files_of(const struct series_set *set)
+/* How many files are what, and what is the matter with them: into o. */
+static void put_files(json_t *o, const struct ct_census *c)
 {
 	static const char *const words[] = {CT_FILE_LIST(CT_WORD_TEXT)};
-	size_t count[sizeof words / sizeof *words] = {0};
-	json_t *o = json_object();
+	json_int_t count[sizeof words / sizeof *words] = {0};
+	json_t *trouble = json_array();
 
-	json_object_set_new(o, "files", json_integer((json_int_t)set->census.files));
-	for (size_t i = 0; i < set->census.files; i++)
-		count[set->census.file[i].state]++;
+	for (size_t i = 0; i < c->files; i++) {
+		const struct ct_file *f = &c->file[i];
+
+		count[f->state]++;
+		if (f->state == CT_FILE_DAMAGED || f->state == CT_FILE_UNREADABLE)
+			json_array_append_new(
+				trouble, json_pack("{s:o,s:s,s:o}", "file", text(f->path), "state",
+						 words[f->state], "why", text(f->why)));
+	}
+	json_object_set_new(o, "files", json_integer((json_int_t)c->files));
 	for (size_t k = 0; k < sizeof words / sizeof *words; k++)
 		if (count[k])
-			json_object_set_new(o, words[k], json_integer((json_int_t)count[k]));
-	return o;
-}
-
-static json_t *trouble_of(const struct series_set *set)
-{
-	json_t *list = json_array();
-
-	for (size_t i = 0; i < set->census.files; i++) {
-		const struct ct_file *f = &set->census.file[i];
-
-		if (f->state == CT_FILE_DAMAGED || f->state == CT_FILE_UNREADABLE)
-			json_array_append_new(list,
-				json_pack("{s:o,s:s,s:o}", "file", text(f->path), "state",
-					CT_WORD(CT_FILE_LIST, f->state), "why", text(f->why)));
-	}
-	return list;
+			json_object_set_new(o, words[k], json_integer(count[k]));
+	json_object_set_new(o, "trouble", trouble);
 }
 
 static json_t *gaps_of(const struct ct_layout *l, const struct ct_slice *s)
 {
 	json_t *list = json_array();
+	double a[3], b[3];
 
 	for (size_t k = 1; k < l->slices; k++)
-		if (l->lost[k]) {
-			double a[3], b[3];
-
-			ct_layout_middle(&s[k - 1], a);
-			ct_layout_middle(&s[k], b);
+		if (ct_layout_gap(l, s, k, a, b))
 			json_array_append_new(
 				list, json_pack("{s:i,s:[f,f,f],s:[f,f,f]}", "missing",
 					      (int)l->lost[k], "after-mm", a[0], a[1], a[2],
 					      "before-mm", b[0], b[1], b[2]));
-		}
 	return list;
 }
 
@@ -165,34 +137,48 @@ static void judge(json_t *o, struct ct_slice *s, size_t n, const struct ct_dicom
 	ct_layout_free(&l);
 }
 
+/* The fields that the first slice has not. */
+static json_t *missing_of(const struct ct_slice *s)
+{
+	const struct {
+		const char *field;
+		bool there;
+	} asked[] = {{"SeriesInstanceUID", *s->series}, {"SeriesDescription", *s->about},
+		{"Modality", *s->modality}, {"ConvolutionKernel", *s->kernel},
+		{"KVP", isfinite(s->kvp)}, {"SliceThickness", isfinite(s->thickness)},
+		{"RescaleType", *s->unit}, {"FrameOfReferenceUID", *s->space},
+		{"ImagePositionPatient", s->placed}, {"RescaleSlope", s->scaled}};
+	json_t *list = json_array();
+
+	for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
+		if (!asked[i].there)
+			json_array_append_new(list, json_string(asked[i].field));
+	return list;
+}
+
+/* NULL, which leaves out its key, for what is not known. */
+static json_t *known(const char *s)
+{
+	return *s ? text(s) : NULL;
+}
+
 /* *e stays zero if the series is fit. */
 static json_t *series_of(const struct series_set *set, size_t k, const struct ct_dicom_in *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_series *l = &set->list[k];
 	struct ct_slice *s = set->census.slice + l->first;
-	json_t *o = json_object(), *missing = json_array();
+	json_t *o = json_pack("{s:I,s:s,s:I,s:[i,i],s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*}",
+		"series", (json_int_t)k + 1, "kind", ct_picture_word(l->role), "slices",
+		(json_int_t)l->count, "size", (int)s->columns, (int)s->rows, "uid",
+		known(s->series), "description", known(s->about), "modality", known(s->modality),
+		"moment", known(l->moment), "kernel", known(s->kernel), "kvp", json_real(s->kvp),
+		"thickness-mm", json_real(s->thickness), "unit", known(s->unit),
+		"frame-of-reference", known(s->space));
 
-	json_object_set_new(o, "series", json_integer((json_int_t)k + 1));
-	json_object_set_new(o, "kind", json_string(ct_picture_word(l->role)));
-	json_object_set_new(o, "slices", json_integer((json_int_t)l->count));
-	json_object_set_new(o, "size", json_pack("[i,i]", (int)s->columns, (int)s->rows));
-	put_text(o, "uid", s->series, missing, "SeriesInstanceUID");
-	put_text(o, "description", s->about, missing, "SeriesDescription");
-	put_text(o, "modality", s->modality, missing, "Modality");
-	put_text(o, "moment", l->moment, missing, NULL);
-	put_text(o, "kernel", s->kernel, missing, "ConvolutionKernel");
-	put_number(o, "kvp", s->kvp, missing, "KVP");
-	put_number(o, "thickness-mm", s->thickness, missing, "SliceThickness");
-	put_text(o, "unit", s->unit, missing, "RescaleType");
-	put_text(o, "frame-of-reference", s->space, missing, "FrameOfReferenceUID");
-	if (!s->placed)
-		json_array_append_new(missing, json_string("ImagePositionPatient"));
-	if (!s->scaled)
-		json_array_append_new(missing, json_string("RescaleSlope"));
 	json_object_set_new(
 		o, "padding", s->padded ? pair(s->padding[0], s->padding[1]) : json_null());
-	json_object_set_new(o, "missing-fields", missing);
+	json_object_set_new(o, "missing-fields", missing_of(s));
 	if (l->role == CT_PICTURE_SLICES || l->role == CT_PICTURE_OTHER)
 		judge(o, s, l->count, in, env, e);
 	else {
@@ -206,15 +192,13 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct ct
 static void print(const struct series_set *set, const struct ct_dicom_in *in, json_t *into,
 	struct ct_err *why, const struct ct_env *env)
 {
-	json_t *list = json_array(), *counts = files_of(set), *all, *o;
+	json_t *list = json_array(), *o;
+	json_t *all = json_pack("{s:o,s:s}", "file", text(in->paths[0]), "kind", "DICOM");
 	size_t k;
 
 	for (k = 0; k < set->n; k++)
 		json_array_append_new(list, series_of(set, k, in, env, &why[k]));
-	all = json_pack("{s:o,s:s}", "file", text(in->paths[0]), "kind", "DICOM");
-	json_object_update(all, counts);
-	json_object_set_new(all, "trouble", trouble_of(set));
-	json_decref(counts);
+	put_files(all, &set->census);
 	if (env->json)
 		json_object_set(all, "series", list);
 	if (into)

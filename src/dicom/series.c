@@ -139,6 +139,7 @@ static void warn_numbers(
 static void warn_grid(const struct ct_slice *s, const struct ct_layout *l, const struct ct_env *env)
 {
 	const struct ct_spread *r = &l->spread;
+	double a[3], b[3];
 
 	if (l->moved)
 		ct_log(env, CT_WARN,
@@ -152,16 +153,11 @@ static void warn_grid(const struct ct_slice *s, const struct ct_layout *l, const
 			"apart",
 			r->least, r->most, l->slices, l->n[2], l->step);
 	for (size_t k = 1; k < l->slices; k++)
-		if (l->lost[k]) {
-			double a[3], b[3];
-
-			ct_layout_middle(&s[k - 1], a);
-			ct_layout_middle(&s[k], b);
+		if (ct_layout_gap(l, s, k, a, b))
 			ct_log(env, CT_WARN,
 				"gap: %zu missing between %.6g,%.6g,%.6g and %.6g,%.6g,%.6g mm, "
 				"interpolated",
 				l->lost[k], a[0], a[1], a[2], b[0], b[1], b[2]);
-		}
 }
 
 /* The gaps that were filled, into the metadata. */
@@ -169,18 +165,14 @@ static int mark(
 	struct ct_vol *v, const struct ct_slice *s, const struct ct_layout *l, struct ct_err *e)
 {
 	char text[400] = "";
+	double a[3], b[3];
 	size_t at = 0;
 
 	for (size_t k = 1; k < l->slices; k++)
-		if (l->lost[k] && at < sizeof text - 80) {
-			double a[3], b[3];
-
-			ct_layout_middle(&s[k - 1], a);
-			ct_layout_middle(&s[k], b);
+		if (at < sizeof text - 80 && ct_layout_gap(l, s, k, a, b))
 			at += (size_t)snprintf(text + at, sizeof text - at,
 				"%s%.6g,%.6g,%.6g:%.6g,%.6g,%.6g", at ? " " : "", a[0], a[1], a[2],
 				b[0], b[1], b[2]);
-		}
 	return at ? ct_meta_set(&v->meta, CT_META_FILLED, text, e) : 0;
 }
 

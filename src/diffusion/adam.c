@@ -1,39 +1,48 @@
 /* adam.c: see adam.h. */
 #include "config.h"
 #include "diffusion/adam.h"
-#include "diffusion/adam-step.h"
+#include "core/vec.h"
 
 #include <math.h>
 
-void ct_adamw_default(struct ct_adamw *a)
-{
-	*a = (struct ct_adamw){.lr = 1e-4, .beta1 = 0.9, .beta2 = 0.999, .eps = 1e-8};
-}
-
-void ct_adamw_step(const struct ct_adamw *a, uint64_t step, size_t n, float *p, float *m, float *v,
-	const float *g)
+void CT_SIMD_HERE(ct_adamw_step)(const struct ct_adamw *a, uint64_t step, size_t n,
+	float *restrict p, float *restrict m, float *restrict v, const float *restrict g)
 {
 	/* sqrt(v/(1 - b2^t)) + eps = (sqrt(v) + eps s)/s with s = sqrt(1 - b2^t) */
-	double s = sqrt(1.0 - pow(a->beta2, (double)step));
-	double rate = a->lr * s / (1.0 - pow(a->beta1, (double)step));
-	const float k[7] = {(float)a->beta1, (float)a->beta2, (float)(1.0 - a->beta1),
-		(float)(1.0 - a->beta2), (float)rate, (float)(a->eps * s),
-		(float)(1.0 - a->lr * a->decay)};
+	const double s = sqrt(1.0 - pow(a->beta2, (double)step));
+	const float b1 = (float)a->beta1, b2 = (float)a->beta2, c1 = (float)(1.0 - a->beta1),
+		    c2 = (float)(1.0 - a->beta2), eps = (float)(a->eps * s),
+		    rate = (float)(a->lr * s / (1.0 - pow(a->beta1, (double)step))),
+		    keep = (float)(1.0 - a->lr * a->decay);
 
-	CT_SIMD(ct_adam_step)(n, p, m, v, g, k);
+	for (size_t i = 0; i < n; i++) {
+		m[i] = b1 * m[i] + c1 * g[i];
+		v[i] = b2 * v[i] + c2 * g[i] * g[i];
+		p[i] = keep * p[i] - rate * m[i] / (sqrtf(v[i]) + eps);
+	}
 }
 
-void ct_adam_average(double rate, size_t n, float *mean, const float *p)
+void CT_SIMD_HERE(ct_adam_average)(
+	double rate, size_t n, float *restrict mean, const float *restrict p)
 {
-	CT_SIMD(ct_adam_step_average)(n, mean, p, (float)(1.0 - rate));
+	const float c = (float)(1.0 - rate);
+
+	for (size_t i = 0; i < n; i++)
+		mean[i] += c * (p[i] - mean[i]);
 }
 
-double ct_adam_gradient(size_t n, float *g, size_t groups, size_t stride, float scale)
+static void add(size_t n, float *restrict g, const float *restrict more)
+{
+	for (size_t i = 0; i < n; i++)
+		g[i] += more[i];
+}
+
+double CT_SIMD_HERE(ct_adam_gradient)(size_t n, float *g, size_t groups, size_t stride, float scale)
 {
 	double sum = 0;
 
 	for (size_t k = 1; k < groups; k++)
-		CT_SIMD(ct_adam_step_add)(n, g, g + k * stride);
+		add(n, g, g + k * stride);
 	for (size_t i = 0; i < n; i++) {
 		g[i] *= scale;
 		sum += (double)g[i] * (double)g[i];

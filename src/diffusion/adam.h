@@ -1,9 +1,12 @@
 /* adam.h: one step of AdamW (Loshchilov and Hutter 2019) and of an average of the weights.
+ * Kernels (core/simd.h).
  *
  * Element by element: any cut of the vectors gives the same bytes. Thread-safe on disjoint parts.
  */
 #ifndef CT_DIFFUSION_ADAM_H
 #define CT_DIFFUSION_ADAM_H
+#include "core/simd.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -12,16 +15,22 @@ struct ct_adamw {
 };
 
 /* Defaults of the priors' training: 1e-4, 0.9, 0.999, 1e-8, 0. */
-void ct_adamw_default(struct ct_adamw *a);
+static inline struct ct_adamw ct_adamw_default(void)
+{
+	return (struct ct_adamw){.lr = 1e-4, .beta1 = 0.9, .beta2 = 0.999, .eps = 1e-8};
+}
+
 /* Step number `step`, counted from 1, of n parameters p with gradient g and moments m, v:
  *   m = b1 m + (1 - b1) g,  v = b2 v + (1 - b2) g^2,
  *   p = (1 - lr decay) p - lr (m / (1 - b1^step)) / (sqrt(v / (1 - b2^step)) + eps). */
-void ct_adamw_step(const struct ct_adamw *a, uint64_t step, size_t n, float *p, float *m, float *v,
-	const float *g);
+CT_SIMD_DECLARE(void, ct_adamw_step,
+	(const struct ct_adamw *a, uint64_t step, size_t n, float *p, float *m, float *v,
+		const float *g));
 /* mean = rate mean + (1 - rate) p. */
-void ct_adam_average(double rate, size_t n, float *mean, const float *p);
+CT_SIMD_DECLARE(void, ct_adam_average, (double rate, size_t n, float *mean, const float *p));
 /* g[i] = scale (g[i] + g[stride + i] + ... + g[(groups - 1) stride + i]), i < n, added in that
  * order; the sum of their squares. */
-double ct_adam_gradient(size_t n, float *g, size_t groups, size_t stride, float scale);
+CT_SIMD_DECLARE(
+	double, ct_adam_gradient, (size_t n, float *g, size_t groups, size_t stride, float scale));
 
 #endif

@@ -96,7 +96,7 @@ int ct_draw_bird(struct ct_draw *w, float *x, const float *y, const float *init,
 	float *own = NULL, *trail = NULL, *noise, *moment, *g, *scratch, *rest;
 	int rc = -1;
 
-	ct_adamw_default(&adam);
+	adam = ct_adamw_default();
 	adam.lr = s->how.rate;
 	if (ct_alloc0(&own, 6 * n + w->m, sizeof *own, e) || ct_alloc(&trail, s->nt, bytes, e))
 		goto out;
@@ -116,7 +116,7 @@ int ct_draw_bird(struct ct_draw *w, float *x, const float *y, const float *init,
 		error_gradient(w, g, rest, x, y);
 		if (ct_draw_gradient(w, trail, init != NULL, g, scratch, e))
 			goto out;
-		ct_adamw_step(&adam, step, n, noise, moment, moment + n, g);
+		CT_SIMD(ct_adamw_step)(&adam, step, n, noise, moment, moment + n, g);
 		to_sphere(n, noise);
 	}
 	rc = 0;

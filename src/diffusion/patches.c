@@ -8,40 +8,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int add(struct ct_pictures *s, struct ct_picture p, struct ct_err *e)
-{
-	if (ct_grow(&s->picture, &s->cap, s->n + 1, sizeof *s->picture, e)) {
-		free(p.px);
-		return -1;
-	}
-	s->picture[s->n++] = p;
-	return 0;
-}
-
-int ct_pictures_add(
-	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e)
-{
-	for (size_t i = 0; i < h * w; i++)
-		if (!(px[i] >= 0 && px[i] <= 1)) {
-			ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g, outside [0, 1]",
-				name, i / w, i % w, (double)px[i]);
-			free(px);
-			return -1;
-		}
-	return add(s, (struct ct_picture){1, h, w, px}, e);
-}
-
-int ct_pictures_add_planes(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
+int ct_pictures_add(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
 	const char *name, struct ct_err *e)
 {
-	for (size_t i = 0; i < planes * h * w; i++)
-		if (!isfinite(px[i])) {
-			ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g", name, i / w % h,
-				i % w, (double)px[i]);
-			free(px);
-			return -1;
-		}
-	return add(s, (struct ct_picture){planes, h, w, px}, e);
+	const bool grey = planes == 0;
+	const size_t n = (grey ? 1 : planes) * h * w;
+	size_t i = 0;
+
+	while (i < n && (grey ? px[i] >= 0 && px[i] <= 1 : isfinite(px[i])))
+		i++;
+	if (i < n)
+		ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g%s", name, i / w % h, i % w,
+			(double)px[i], grey ? ", outside [0, 1]" : "");
+	if (i < n || ct_grow(&s->picture, &s->cap, s->n + 1, sizeof *s->picture, e)) {
+		free(px);
+		return -1;
+	}
+	s->picture[s->n++] = (struct ct_picture){grey ? 1 : planes, h, w, px};
+	return 0;
 }
 
 void ct_pictures_free(struct ct_pictures *s)

@@ -25,11 +25,9 @@ struct ct_patches {
 	bool flip_h, flip_v;     /* mirrored at random: left-right, top-bottom */
 };
 
-/* Takes over px, also when it fails. CT_ENUMERIC unless all values lie in [0, 1]. */
-int ct_pictures_add(
-	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e);
-/* Takes over px[planes][h][w], also when it fails. CT_ENUMERIC unless all are finite. */
-int ct_pictures_add_planes(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
+/* Takes over px[planes][h][w], also when it fails. CT_ENUMERIC unless all are finite; planes 0: one
+ * grey picture, whose values all lie in [0, 1]. */
+int ct_pictures_add(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
 	const char *name, struct ct_err *e);
 void ct_pictures_free(struct ct_pictures *s);
 /* CT_EGEOM if no picture is as large as a piece at the smallest scale. */

@@ -34,12 +34,7 @@ struct ct_superres ct_superres_default(size_t scale)
 		.travel_repeat = 1,
 		.how = ct_sampler_default(CT_SAMPLER_PLUS),
 		.op = CT_MEASUREMENT_MEAN,
-		.sigma_det = ct_superres_sigma_det(scale)};
-}
-
-double ct_superres_sigma_det(size_t scale)
-{
-	return (double)scale / (2.0 * sqrt(2.0 * log(2.0)));
+		.sigma_det = (double)scale / (2.0 * sqrt(2.0 * log(2.0)))};
 }
 
 int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e)
@@ -53,22 +48,13 @@ int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e)
 	return most > 0 ? 0 : ct_fail(e, CT_EINPUT, "no projection value is positive");
 }
 
-static size_t gcd(size_t a, size_t b)
-{
-	while (b) {
-		size_t r = a % b;
-
-		a = b;
-		b = r;
-	}
-	return a;
-}
-
 void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, size_t w,
 	size_t *high, size_t *wide)
 {
-	size_t m = multiple / gcd(multiple, p->scale); /* in coarse pixels */
+	size_t m = 1; /* coarse pixels that are a multiple of the network's */
 
+	while (m * p->scale % multiple)
+		m++;
 	*high = (h + m - 1) / m * m * p->scale;
 	*wide = (w + m - 1) / m * m * p->scale;
 }

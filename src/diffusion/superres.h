@@ -48,11 +48,9 @@ struct ct_superres {
 	void *save_ctx;
 };
 
-/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y 0.0015; norm 0.
- */
+/* Defaults: the paper's 50 steps, eta 0.99, DDNM+ with block means, sigma_y 0.0015; norm 0; a
+ * Gaussian whose width at half height is one coarse pixel, s/2.3548. */
 struct ct_superres ct_superres_default(size_t scale);
-/* A Gaussian whose width at half height is one coarse pixel: s/2.3548. */
-double ct_superres_sigma_det(size_t scale);
 /* Largest value of a stack. CT_EINPUT if it is not positive. */
 int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e);
 /* The picture the network is given for views of (h, w). */

@@ -16,7 +16,7 @@ enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 /* Scratch of one thread. */
 struct bench {
 	struct ct_unet_plan *train, *test;
-	float *x0, *z, *xt, *eps;
+	float *x0, *xt, *z, *eps; /* one block at x0 */
 };
 
 struct ct_train {
@@ -52,7 +52,7 @@ void ct_train_default(struct ct_train_opts *o)
 		.steps = 10000,
 		.ema = 0.9999,
 	};
-	ct_adamw_default(&o->adam);
+	o->adam = ct_adamw_default();
 }
 
 static uint64_t stream(uint64_t sample, enum draw d)
@@ -154,8 +154,8 @@ static void reduce_chunk(void *arg, size_t c, size_t worker)
 	struct ct_train *t = p->t;
 
 	(void)worker;
-	t->norm[c] = ct_adam_gradient(chunk_size(t, c), t->grads + c * CHUNK, t->groups, t->n,
-		(float)(1.0 / (double)t->o.batch));
+	t->norm[c] = CT_SIMD(ct_adam_gradient)(chunk_size(t, c), t->grads + c * CHUNK, t->groups,
+		t->n, (float)(1.0 / (double)t->o.batch));
 }
 
 static void update_chunk(void *arg, size_t c, size_t worker)
@@ -171,8 +171,8 @@ static void update_chunk(void *arg, size_t c, size_t worker)
 	if (p->scale < 1.0)
 		for (size_t i = 0; i < n; i++)
 			g[i] *= (float)p->scale;
-	ct_adamw_step(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
-	ct_adam_average(p->ema, n, t->ema->param + at, t->net->param + at);
+	CT_SIMD(ct_adamw_step)(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
+	CT_SIMD(ct_adam_average)(p->ema, n, t->ema->param + at, t->net->param + at);
 }
 
 uint64_t ct_train_steps(const struct ct_train *t)
@@ -245,11 +245,11 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 {
 	const size_t size = t->o.patches.size;
 
-	if (ct_alloc(&b->x0, t->inputs, sizeof(float), e) ||
-		ct_alloc(&b->z, t->pixels, sizeof(float), e) ||
-		ct_alloc(&b->xt, t->inputs, sizeof(float), e) ||
-		ct_alloc(&b->eps, t->pixels, sizeof(float), e))
+	if (ct_alloc(&b->x0, 2 * (t->inputs + t->pixels), sizeof(float), e))
 		return -1;
+	b->xt = b->x0 + t->inputs;
+	b->z = b->xt + t->inputs;
+	b->eps = b->z + t->pixels;
 	return ct_unet_plan_alloc(&b->train, t->net, 1, size, size, true, e);
 }
 
@@ -322,9 +322,6 @@ void ct_train_free(struct ct_train *t)
 		ct_unet_plan_free(b->train);
 		ct_unet_plan_free(b->test);
 		free(b->x0);
-		free(b->z);
-		free(b->xt);
-		free(b->eps);
 	}
 	free(t->bench);
 	free(t->m);

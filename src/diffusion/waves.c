@@ -7,17 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static size_t gcd(size_t a, size_t b)
-{
-	while (b) {
-		size_t r = a % b;
-
-		a = b;
-		b = r;
-	}
-	return a;
-}
-
 /* Counts a call of the network. */
 static int count(struct ct_seat *s, struct ct_err *e)
 {
@@ -160,7 +149,8 @@ static int prepare(struct ct_waves *w, struct ct_err *e)
 	size_t gradients;
 
 	w->threads = ct_par_threads(w->env->par);
-	w->wave = w->threads / gcd(w->threads, samples);
+	for (w->wave = 1; w->wave * samples % w->threads; w->wave++)
+		;
 	if (ct_superres_times(w->p, &w->times, &w->ntimes, e) ||
 		ct_superres_calls(w->p, &w->calls, &gradients, e) ||
 		ct_alloc(&w->view, w->wave, sizeof *w->view, e) ||

@@ -1,35 +1,14 @@
 /* adam.c: see adam.h. */
 #include "config.h"
 #include "gs/adam.h"
-#include "core/mem.h"
-#include "gs/adam-row.h"
+#include "gs/gaussian-kernels.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err *e)
 {
-	size_t cap = a->cap;
-
-	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-		cap = a->cap;
-		if (ct_grow(&a->m[k], &cap, n, sizeof(float), e))
-			return -1;
-		cap = a->cap;
-		if (ct_grow(&a->v[k], &cap, n, sizeof(float), e))
-			return -1;
-	}
-	cap = a->cap;
-	if (ct_grow(&a->steps, &cap, n, sizeof *a->steps, e))
+	if (ct_gaussian_reserve(a->column, CT_GS_ADAM_COLUMNS, &a->cap, n, e))
 		return -1;
-	cap = a->cap;
-	if (ct_grow(&a->screen, &cap, n, sizeof *a->screen, e))
-		return -1;
-	cap = a->cap;
-	if (ct_grow(&a->seen, &cap, n, sizeof *a->seen, e))
-		return -1;
-	a->cap = cap;
 	for (size_t i = old; i < n; i++)
 		ct_gs_adam_reset(a, i);
 	return 0;
@@ -37,33 +16,20 @@ int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err
 
 void ct_gs_adam_free(struct ct_gs_adam *a)
 {
-	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-		free(a->m[k]);
-		free(a->v[k]);
-	}
-	free(a->steps);
-	free(a->screen);
-	free(a->seen);
+	ct_gaussian_free(a->column, CT_GS_ADAM_COLUMNS);
 	*a = (struct ct_gs_adam){0};
 }
 
 void ct_gs_adam_reset(struct ct_gs_adam *a, size_t i)
 {
-	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		a->m[k][i] = a->v[k][i] = 0;
-	a->steps[i] = a->seen[i] = 0;
-	a->screen[i] = 0;
+	for (size_t k = 0; k < CT_GS_ADAM_COLUMNS; k++)
+		a->column[k][i] = 0;
 }
 
 void ct_gs_adam_move(struct ct_gs_adam *a, size_t to, size_t from)
 {
-	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-		a->m[k][to] = a->m[k][from];
-		a->v[k][to] = a->v[k][from];
-	}
-	a->steps[to] = a->steps[from];
-	a->seen[to] = a->seen[from];
-	a->screen[to] = a->screen[from];
+	for (size_t k = 0; k < CT_GS_ADAM_COLUMNS; k++)
+		a->column[k][to] = a->column[k][from];
 }
 
 struct adam_job {
@@ -83,7 +49,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 	(void)worker;
 	n = (end < j->g->n ? end : j->g->n) - first;
 	for (size_t i = 0; i < n; i++) {
-		uint32_t t = ++j->a->steps[first + i];
+		uint32_t t = (uint32_t)(j->a->steps[first + i] += 1);
 
 		if (i && t == last) { /* nearly always */
 			c1[i] = c1[i - 1];
@@ -95,7 +61,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 		last = t;
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		CT_SIMD(ct_adam_row_step)
+		CT_SIMD(ct_gaussian_kernels_step)
 	(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
 		j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {

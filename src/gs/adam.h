@@ -15,14 +15,18 @@
 #define CT_GS_ADAM_BETA2 0.999
 #define CT_GS_ADAM_EPS 1e-15
 
+enum { CT_GS_ADAM_COLUMNS = 2 * CT_GS_FIELDS + 3 };
+
 /* State beside the Gaussians, in their order: moments, steps, and what density control has seen
- * of them: sum of the screen gradients and how many. */
+ * of them: sum of the screen gradients and how many. Counts are whole, and below 2^24. */
 struct ct_gs_adam {
 	size_t cap;
-	float *m[CT_GS_FIELDS], *v[CT_GS_FIELDS];
-	uint32_t *steps;
-	float *screen;
-	uint32_t *seen;
+	union {
+		struct {
+			float *m[CT_GS_FIELDS], *v[CT_GS_FIELDS], *steps, *screen, *seen;
+		};
+		float *column[CT_GS_ADAM_COLUMNS];
+	};
 };
 
 /* Room for n; what is new (from `old` on) is zeroed. */

@@ -15,7 +15,7 @@ void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *g
 	for (size_t i = 0; i < n; i++)
 		if (grad->screen[i] >= 0) {
 			a->screen[i] += grad->screen[i];
-			a->seen[i]++;
+			a->seen[i] += 1;
 		}
 }
 
@@ -100,6 +100,14 @@ static size_t prune(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_bl
 	return pruned;
 }
 
+/* Does its mean screen gradient reach the threshold? */
+static bool pulls(const struct ct_gs_adam *a, size_t i, double threshold)
+{
+	double seen = (double)a->seen[i];
+
+	return seen > 0 && (double)a->screen[i] >= threshold * seen;
+}
+
 int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_densify_rule *r,
 	struct ct_densify_count *count, uint64_t seed, size_t iteration, struct ct_err *e)
 {
@@ -107,7 +115,7 @@ int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct
 
 	*count = (struct ct_densify_count){0};
 	for (size_t i = 0; i < old; i++)
-		born += a->seen[i] && (double)a->screen[i] >= r->grad * a->seen[i];
+		born += pulls(a, i, r->grad);
 	if (old >= r->most)
 		born = 0;
 	else if (born > r->most - old)
@@ -118,7 +126,7 @@ int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct
 		double longest = fmax((double)g->scale[0][i],
 			fmax((double)g->scale[1][i], (double)g->scale[2][i]));
 
-		if (!a->seen[i] || (double)a->screen[i] < r->grad * a->seen[i])
+		if (!pulls(a, i, r->grad))
 			continue;
 		halve(g, i);
 		copy(g, at, i);

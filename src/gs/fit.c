@@ -21,19 +21,16 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 	*o = (struct ct_fit_options){
 		.iterations = 5000,
 		.gaussians = 50000,
-		/* of 1, 3, 10 and 30, for 1000 iterations on a chest and a phantom */
 		.rate_factor = full ? 1 : 10,
 		.adapt = true,
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
-		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 ended 0.1 to 0.25 dB better
-		 * than 0 on a phantom, a chest and a torso, 0.15 not better than 0.05 */
+		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 was the best */
 		.start_density = full || unsigned_density ? 0.15 : 0.05,
 		.l1 = 1,
 		.res = full ? 0 : 1,
-		/* 2 ended 0.1 to 0.7 dB higher from clean projections, 0.4 to 0.6 lower from noisy
-		 */
+		/* 2 is better from clean projections, worse from noisy ones */
 		.ssim = full ? 0.25 : 0.5,
 		.tv = 0.05,
 		.position = {2e-4, 2e-5},
@@ -196,7 +193,6 @@ void ct_fit_free(struct ct_fit *f)
 	ct_gauss_free(&f->g);
 	ct_gs_adam_free(&f->adam);
 	free(f->blank);
-	free(f->point);
 	*f = (struct ct_fit){0};
 }
 
@@ -241,10 +237,10 @@ static double rate(const struct ct_rate *r, size_t iteration, size_t iterations)
 
 static int check_term(double x, const char *name, size_t iteration, struct ct_err *e)
 {
-	return isfinite(x) ? 0
-			   : ct_fail(e, CT_ENUMERIC,
-				     "iteration %zu: the %s term of the loss is not finite",
-				     iteration, name);
+	if (isfinite(x))
+		return 0;
+	return ct_fail(e, CT_ENUMERIC, "iteration %zu: the %s term of the loss is not finite",
+		iteration, name);
 }
 
 /* A fit that makes a view far worse than it was goes nowhere. */
@@ -256,58 +252,39 @@ static int check_growth(
 	if (iteration == 1)
 		f->first_l1 = l1;
 	worst = CT_FIT_WORST * fmax(f->first_l1, fmax(f->blank[view], f->residual));
-	return l1 <= worst ? 0
-			   : ct_fail(e, CT_ENUMERIC,
-				     "iteration %zu: the L1 term of the loss has diverged: mean "
-				     "error %g density mm, at first %g, without Gaussians %g",
-				     iteration, l1, f->first_l1, f->blank[view]);
+	if (l1 <= worst)
+		return 0;
+	return ct_fail(e, CT_ENUMERIC,
+		"iteration %zu: the L1 term of the loss has diverged: mean error %g density mm, at "
+		"first %g, without Gaussians %g",
+		iteration, l1, f->first_l1, f->blank[view]);
 }
 
-/* Error of the epoch that this iteration ends, if it does, beside the number of Gaussians that
- * most of it had. */
-static int note_epoch(struct ct_fit *f, size_t views, size_t iteration, double l1, struct ct_err *e)
+/* Error of the epoch that this iteration ends, if it does. */
+static void note_epoch(struct ct_fit *f, size_t views, size_t iteration, double l1)
 {
-	float n = (float)f->g.n;
-
 	f->epoch_l1 += l1;
 	if (iteration % views)
-		return 0;
+		return;
 	f->error = f->epoch_l1 / (double)views / f->residual;
 	f->epoch_l1 = 0;
-	if (!f->points || f->point[f->points - 1].gaussians < n ||
-		f->point[f->points - 1].gaussians > n) {
-		if (ct_grow(&f->point, &f->points_cap, f->points + 1, sizeof *f->point, e))
-			return -1;
-		f->points++;
-	}
-	f->point[f->points - 1] = (struct ct_fit_point){n, (float)f->error, (float)iteration};
 	if (f->opt.tolerance > 0 && f->error <= f->opt.tolerance)
 		f->end = CT_FIT_ENOUGH;
-	return 0;
 }
 
-/* The terms of an iteration, and the gradient. f stays as it is: to be left off anywhere. */
+/* The terms of an iteration, and the gradient. f stays as it is: to be left off anywhere, with
+ * CT_ESTOP soon when asked to stop. */
 static int terms(const struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
 	struct ct_loss_terms *t, size_t view, size_t iteration, const struct ct_env *env,
 	struct ct_err *e)
 {
-	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
-	return ct_loss_total_view(w, t, f, d, view, env, e) ||
-			       (f->opt.tv > 0 && ct_loss_total_tv(w, t, f, d, iteration, env, e)) ||
-			       (w->low.want && ct_loss_total_lowres(w, t, f, iteration, env, e))
-		       ? -1
-		       : 0;
-}
-
-/* The same, or CT_ESTOP soon when asked to stop. */
-static int terms_unless_stopped(const struct ct_fit *f, const struct ct_fit_data *d,
-	struct ct_loss_total *w, struct ct_loss_terms *t, size_t view, size_t iteration,
-	const struct ct_env *env, struct ct_err *e)
-{
 	int rc;
 
 	ct_par_heed(env->par, env->stop);
-	rc = terms(f, d, w, t, view, iteration, env, e);
+	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
+	rc = ct_loss_total_view(w, t, f, d, view, env, e) ||
+	     (f->opt.tv > 0 && ct_loss_total_tv(w, t, f, d, iteration, env, e)) ||
+	     (w->low.want && ct_loss_total_lowres(w, t, f, iteration, env, e));
 	ct_par_heed(env->par, NULL);
 	return ct_check_stop(env, e) || rc ? -1 : 0;
 }
@@ -354,7 +331,7 @@ static void update(
 static int control(struct ct_fit *f, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_densify_count n;
-	uint32_t steps = f->adam.steps[0];
+	float steps = f->adam.steps[0];
 
 	if (!controls(&f->opt, iteration))
 		return 0;
@@ -386,14 +363,14 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 	struct ct_loss_terms t = {0};
 	double l1;
 
-	if (ct_loss_total_grow(w, f->g.n, e) ||
-		terms_unless_stopped(f, d, w, &t, k, iteration, env, e))
+	if (ct_loss_total_grow(w, f->g.n, e) || terms(f, d, w, &t, k, iteration, env, e))
 		return -1;
 	l1 = t.l1 * f->extent / 2; /* mm */
 	if (check_term(t.l1, "L1", iteration, e) || check_term(t.dssim, "SSIM", iteration, e) ||
 		check_term(t.tv, "TV", iteration, e) || check_term(t.lr, "LR", iteration, e) ||
-		check_growth(f, l1, k, iteration, e) || note_epoch(f, views, iteration, l1, e))
+		check_growth(f, l1, k, iteration, e))
 		return -1;
+	note_epoch(f, views, iteration, l1);
 	ct_densify_note(&f->adam, f->g.n, &w->grad);
 	ct_loss_total_sum(&t, &weights);
 	note_loss(f, views, iteration, t.total);
@@ -412,9 +389,9 @@ static int check_set(const struct ct_fit *f, struct ct_err *e)
 {
 	struct ct_err why;
 
-	return ct_gauss_check_finite(&f->g, &why) == 0
-		       ? 0
-		       : ct_fail(e, CT_ENUMERIC, "iteration %zu: %s", f->g.step, why.msg);
+	if (ct_gauss_check_finite(&f->g, &why) == 0)
+		return 0;
+	return ct_fail(e, CT_ENUMERIC, "iteration %zu: %s", f->g.step, why.msg);
 }
 
 static int save(const struct ct_fit *f, struct ct_err *e)

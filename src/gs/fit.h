@@ -6,25 +6,18 @@
  *
  * One view an iteration, drawn without replacement until all were seen (an epoch), and a random
  * block of 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
- * `iterations`. Rates of the position are in units of half the largest extent of the grid, as in
- * the normalised scene of R2-Gaussian; the scale is kept as ln s, whose rate equals that of
- * their bounded logistic parameter wherever s is far from its bounds, and is clamped there. The
- * rate of density is in units of the typical density of the residual that Gaussians begin from
- * (sum of squares / sum of sizes of its back-projection), or 1 if they begin from the base, as
- * published: there one step of 0.01 is more than all that is left on top of a good base. All rates
- * are times `rate_factor`, made as they were for 30000 iterations; but for that of density where
- * AUTO ends at the base.
+ * `iterations`, times `rate_factor`. Units: of the position half the largest extent of the grid;
+ * the scale is kept as ln s and clamped; of the density the typical density of the residual that
+ * Gaussians begin from (sum of squares / sum of sizes of its back-projection), or 1 if they begin
+ * from the base, as published.
  *
  * With `adapt` that unit is no more than lets the first step, of all Gaussians in one direction,
- * add CT_FIT_STEP times what the residual has in all: a few Gaussians on top of each other, where
- * that is one small thing, would leap over it. And a fit that diverges begins anew with rates half
- * as high, CT_FIT_RETREATS times.
+ * add CT_FIT_STEP times what the residual has in all. And a fit that diverges begins anew with
+ * rates half as high, CT_FIT_RETREATS times.
  *
- * A run ends after `iterations`, or at the first epoch whose error is at most
- * `tolerance`; the error of an epoch is the mean of |x - y| over it, measured on each view before
- * its step, as a part of the same without Gaussians (mean |y - base projection|, in mode full mean
- * |y|). Where that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is
- * empty.
+ * A run ends after `iterations`, or at the first epoch whose error is at most `tolerance`: the mean
+ * of |x - y|, measured on each view before its step, as a part of the same without Gaussians. Where
+ * that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is empty.
  *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.
@@ -38,7 +31,7 @@
 #include "core/vol.h"
 #include "gs/adam.h"
 #include "gs/densify.h"
-#include "gs/loss-image.h"
+#include "gs/loss.h"
 #include "resolution/degrade.h"
 
 #include <stdbool.h>
@@ -114,11 +107,6 @@ struct ct_fit_data {
 	const struct ct_degrade *by;   /* D, with lr */
 };
 
-/* The last error that was measured with a number of Gaussians. */
-struct ct_fit_point {
-	float gaussians, error, iteration;
-};
-
 #define CT_FIT_END_LIST(X)                                                                         \
 	X(CT_FIT_RUNNING, "no end")                                                                \
 	X(CT_FIT_DONE, "iterations")                                                               \
@@ -139,8 +127,6 @@ struct ct_fit {
 	double pace;                  /* factor of all rates: a half for each new beginning */
 	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
 	double error;                 /* of the last epoch; 1 before */
-	struct ct_fit_point *point;   /* error against the number of Gaussians, in order of time */
-	size_t points, points_cap;
 	enum ct_fit_end end;
 	bool whole; /* nothing is left to do */
 	struct ct_densify_rule rule;
@@ -164,5 +150,9 @@ const char *ct_fit_end_name(enum ct_fit_end end);
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */
 size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
+/* All that ct_fit_run changes as tensors, exact, to be continued. t must be zero. */
+int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *f, struct ct_err *e);
+/* Into an initialised fit of the same options, data and seed. CT_EINPUT if it is not whole. */
+int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e);
 
 #endif

@@ -1,6 +1,6 @@
 /* gaussian-formulas.h: rotation and gradient of a Gaussian (gaussian.h) for any kind of number:
  * included once for double, which is tested against finite differences (gaussian.c), and once for
- * a vector of doubles, which is used (gaussian-vec.h).
+ * a vector of doubles, which is used (gaussian-kernels.c).
  *
  * The includer defines
  *   NUM     the number                      MASK        what comparing two gives

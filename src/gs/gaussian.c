@@ -1,10 +1,12 @@
 /* gaussian.c: see gaussian.h. */
 #include "config.h"
 #include "gs/gaussian.h"
+#include "core/mem.h"
 #include "gs/prelu.h"
 #include "gs/gaussian-kernels.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #define NUM double
 #define MASK int
@@ -12,6 +14,36 @@
 #define SQRT sqrt
 #define FN(name) ref_##name
 #include "gs/gaussian-formulas.h"
+
+int ct_gaussian_reserve(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e)
+{
+	size_t now = *cap;
+
+	for (size_t k = 0; k < count; k++) {
+		now = *cap;
+		if (ct_grow(&column[k], &now, n, sizeof(float), e))
+			return -1;
+	}
+	*cap = now;
+	return 0;
+}
+
+void ct_gaussian_free(float **column, size_t count)
+{
+	for (size_t k = 0; k < count; k++)
+		free(column[k]);
+}
+
+int ct_gradient_reserve(struct ct_gradient *g, size_t n, struct ct_err *e)
+{
+	return ct_gaussian_reserve(g->column, CT_GS_FIELDS + 1, &g->cap, n, e);
+}
+
+void ct_gradient_free(struct ct_gradient *g)
+{
+	ct_gaussian_free(g->column, CT_GS_FIELDS + 1);
+	*g = (struct ct_gradient){0};
+}
 
 float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
 {

@@ -10,6 +10,7 @@
  */
 #ifndef CT_GS_GAUSSIAN_H
 #define CT_GS_GAUSSIAN_H
+#include "core/err.h"
 #include "core/gauss.h"
 #include "core/par.h"
 
@@ -35,6 +36,26 @@ struct ct_gaussian_gradient {
 	double rho, p[3], shape[6], m[2];
 };
 
+/* The gradient of a loss with respect to a set: d[k][i] of raw parameter k of Gaussian i, dL/drho
+ * in place of the raw density; screen[i] = |(w/2 dL/dcolumn, h/2 dL/drow)|, negative if nothing was
+ * drawn. */
+struct ct_gradient {
+	size_t cap;
+	union {
+		struct {
+			float *d[CT_GS_FIELDS], *screen;
+		};
+		float *column[CT_GS_FIELDS + 1];
+	};
+};
+
+/* Room for n, contents kept. CT_ENOMEM. */
+int ct_gradient_reserve(struct ct_gradient *g, size_t n, struct ct_err *e);
+/* Also legal on a zeroed struct. */
+void ct_gradient_free(struct ct_gradient *g);
+/* Room for n in each of `count` columns that have room for *cap. */
+int ct_gaussian_reserve(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e);
+void ct_gaussian_free(float **column, size_t count);
 /* The k-th raw parameter of all Gaussians. */
 float *ct_gaussian_field(const struct ct_gauss *g, size_t k);
 void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],

@@ -1,6 +1,6 @@
 # The fit of signed 3-D Gaussians.
 libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
-libct_a_SOURCES += src/gs/fit-state.c src/gs/fit-state.h
+libct_a_SOURCES += src/gs/fit-state.c
 libct_a_SOURCES += src/gs/place.c src/gs/place.h src/gs/neighbours.c src/gs/neighbours.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
 libct_a_SOURCES += src/gs/refit.c src/gs/refit.h
@@ -8,24 +8,17 @@ libct_a_SOURCES += src/gs/random-stream.h
 # A Gaussian, and its gradient.
 libct_a_SOURCES += src/gs/prelu.c src/gs/prelu.h
 libct_a_SOURCES += src/gs/gaussian.c src/gs/gaussian.h src/gs/gaussian-formulas.h
-SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h src/gs/gaussian-vec.h
-libct_a_SOURCES += src/gs/gradient.c src/gs/gradient.h
+SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h
 # Projections and volumes of them.
 libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
 libct_a_SOURCES += src/gs/gaussian-integral.h
 libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
-SIMD_SOURCES += src/gs/splat-kernels.c src/gs/splat-kernels.h
-libct_a_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
-SIMD_SOURCES += src/gs/rasterise-add.c src/gs/rasterise-sums.c src/gs/rasterise-batch.h
-libct_a_SOURCES += src/gs/block.c src/gs/block.h
+SIMD_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
 libct_a_SOURCES += src/gs/mixture.c src/gs/mixture.h
 # The loss.
-libct_a_SOURCES += src/gs/loss.h
+libct_a_SOURCES += src/gs/loss.c src/gs/loss.h
 libct_a_SOURCES += src/gs/loss-total.c src/gs/loss-total.h
-libct_a_SOURCES += src/gs/loss-image.c src/gs/loss-image.h
-libct_a_SOURCES += src/gs/loss-tv.c src/gs/loss-tv.h
 libct_a_SOURCES += src/gs/loss-lowres.c src/gs/loss-lowres.h
 SIMD_SOURCES += src/gs/loss-row.c src/gs/loss-row.h
 # The optimiser.
 libct_a_SOURCES += src/gs/adam.c src/gs/adam.h
-SIMD_SOURCES += src/gs/adam-row.c src/gs/adam-row.h

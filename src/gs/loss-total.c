@@ -4,7 +4,6 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/prelu.h"
-#include "gs/loss-tv.h"
 #include "gs/random-stream.h"
 
 #include <stdlib.h>
@@ -127,6 +126,15 @@ static void random_block(size_t first[static 3], size_t n[static 3], const size_
 	}
 }
 
+static int draw_block(struct ct_loss_total *w, const struct ct_block *block, size_t n,
+	const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_mixture_plan(&w->vox, block, n, w->gaussian, env->par, e))
+		return -1;
+	ct_mixture_draw(w->block, &w->vox, env->par);
+	return 0;
+}
+
 int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
@@ -136,9 +144,8 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 
 	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
 	if (ct_block_init(&block, base->affine, first, n, e) ||
-		ct_mixture_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		draw_block(w, &block, f->g.n, env, e))
 		return -1;
-	ct_mixture_draw(w->block, &w->vox, env->par);
 	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
 		memcpy(w->crop + r * n[0],
 			base->data +
@@ -160,9 +167,8 @@ int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const
 
 	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
 	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
-		ct_mixture_plan(&w->vox, &block, f->g.n, w->gaussian, env->par, e))
+		draw_block(w, &block, f->g.n, env, e))
 		return -1;
-	ct_mixture_draw(w->block, &w->vox, env->par);
 	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
 	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;

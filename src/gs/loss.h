@@ -1,16 +1,30 @@
-/* loss.h: the total loss that a fit minimises.
+/* loss.h: the loss that a fit minimises, and its gradient.
  *
  *   L = l1 mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV + lr mean|D r - l|
  *
- * The first two terms are of a view (loss-image.h), the third of a block of the volume (loss-tv.h),
- * the last of the low-resolution CT (loss-lowres.h); loss-total.h brings them together.
+ * The first two terms are of a view, the third is the mean absolute difference of neighbours in a
+ * block of the volume; the last is of the low-resolution CT (loss-lowres.h); loss-total.h brings
+ * them together.
+ *
+ * x is the predicted and y the wanted projection, both multiplied by `scale`, which brings line
+ * integrals to the order of one as the constants of SSIM suppose: 2 / (largest extent of the
+ * volume in mm), the normalised scene of R2-Gaussian. The paper (section NAB-GS) has two L1
+ * terms, of projections and of residual projections. As x is the base's projection plus the
+ * residual's, |x - y| = |x_res - y_res|: they are one term of weight 2.
+ * Pixels may have weights, of which `mean_weight` is the mean over all views: mean|x - y| is then
+ * mean(w |x - y|) / mean_weight, and SSIM the like of its map.
  */
 #ifndef CT_GS_LOSS_H
 #define CT_GS_LOSS_H
+#include "core/err.h"
+#include "core/par.h"
+#include "quality/ssim.h"
+
+#include <stddef.h>
 
 struct ct_loss_weights {
 	double l1, ssim, tv, lr;
-	double scale;       /* 1/mm, of projections: loss-image.h */
+	double scale;       /* 1/mm, of projections */
 	double mean_weight; /* 1 without weights */
 };
 
@@ -18,5 +32,28 @@ struct ct_loss_weights {
 struct ct_loss_terms {
 	double l1, dssim, tv, lr, total;
 };
+
+/* Scratch for images h x w. */
+struct ct_loss_image {
+	size_t h, w;
+	float *x, *y, *g;
+	double *part; /* of every strip: L1, 1 - S */
+	struct ct_ssim_rule rule;
+};
+
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
+void ct_loss_image_free(struct ct_loss_image *l);
+/* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)
+ * and y h x w; so does weight (NULL: ones). Neither factor need be positive: a term of weight 0 is
+ * not computed. Strips of rows in parallel, the same bytes for any number of threads. */
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
+	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
+	const struct ct_loss_weights *k, struct ct_par *par);
+
+/* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
+ * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel.
+ * part[n2] is scratch; slices in parallel, the same bytes for any number of threads. */
+double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par);
 
 #endif

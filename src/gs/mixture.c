@@ -12,6 +12,34 @@
  * many slices, or of how many Gaussians in a slice, they are drawn or summed together. */
 enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18, WAIT = 64 };
 
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
+{
+	double cof[3][3], det = 0;
+
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) {
+			int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+
+			cof[r][c] =
+				affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
+		}
+	for (int c = 0; c < 3; c++)
+		det += affine[0][c] * cof[0][c];
+	if (!(fabs(det) > 0) || !isfinite(det))
+		return ct_fail(e, CT_EGEOM, "the affine of the grid has no inverse");
+	for (int r = 0; r < 3; r++) {
+		k->blur[r] = 0;
+		k->n[r] = n[r];
+		k->world[r] = affine[r][3];
+		for (int c = 0; c < 3; c++) {
+			k->inv[c][r] = cof[r][c] / det;
+			k->world[r] += affine[r][c] * (double)first[c];
+		}
+	}
+	return 0;
+}
+
 static bool blurred(const struct ct_block *k)
 {
 	return k->blur[0] + k->blur[1] + k->blur[2] > 0;
@@ -204,6 +232,7 @@ static void draw_slab(float *out, const struct ct_mixture *v, size_t first, size
 	struct ct_pixel_gaussian wait[SLAB][WAIT];
 	size_t n[SLAB] = {0};
 
+	memset(out, 0, (end - first) * slice * sizeof *out);
 	for (size_t i = 0; i < v->n; i++) {
 		const struct ct_voxel_gaussian *b = &v->item[i];
 		size_t s = (size_t)b->slice[0] > first ? (size_t)b->slice[0] : first;
@@ -224,15 +253,6 @@ static void draw_slab(float *out, const struct ct_mixture *v, size_t first, size
 	}
 }
 
-void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end)
-{
-	size_t slice = ct_mixture_slice(&v->block);
-
-	memset(out, 0, (end - first) * slice * sizeof *out);
-	for (size_t s = first; s < end; s += SLAB)
-		draw_slab(out + (s - first) * slice, v, s, end - s < SLAB ? end : s + SLAB);
-}
-
 struct draw {
 	float *out;
 	const struct ct_mixture *v;
@@ -243,7 +263,7 @@ static void draw_slice(void *arg, size_t at, size_t worker)
 	const struct draw *d = arg;
 
 	(void)worker;
-	ct_mixture_draw_slices(d->out + at * ct_mixture_slice(&d->v->block), d->v, at, at + 1);
+	draw_slab(d->out + at * ct_mixture_slice(&d->v->block), d->v, at, at + 1);
 }
 
 void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par)
@@ -269,7 +289,7 @@ static void add_slab(void *arg, size_t at, size_t worker)
 	size_t pitch = ct_rasterise_pitch(k->n[0]);
 	float *slab = a->slab + worker * SLAB * ct_mixture_slice(k);
 
-	ct_mixture_draw_slices(slab, a->v, first, end);
+	draw_slab(slab, a->v, first, end);
 	for (size_t r = 0; r < (end - first) * k->n[1]; r++) {
 		float *restrict to = a->vol + (first * k->n[1] + r) * k->n[0];
 		const float *restrict from = slab + r * pitch;

@@ -12,12 +12,23 @@
 #ifndef CT_GS_MIXTURE_H
 #define CT_GS_MIXTURE_H
 #include "core/env.h"
-#include "gs/block.h"
 #include "gs/gaussian.h"
-#include "gs/gradient.h"
 #include "gs/rasterise.h"
 
 #include <stdbool.h>
+
+/* A block of voxels of a grid: n[] whose voxel (0,0,0) is voxel first[] of the grid of an affine.
+ */
+struct ct_block {
+	size_t n[3];
+	double inv[3][3]; /* mm to voxels */
+	double world[3];  /* position of the first voxel, mm */
+	double blur[3];   /* voxel^2, >= 0; ct_block_init sets 0 */
+};
+
+/* CT_EGEOM if the affine has no inverse. */
+int ct_block_init(struct ct_block *k, const double affine[static 3][4],
+	const size_t first[static 3], const size_t n[static 3], struct ct_err *e);
 
 /* A Gaussian on the block, conditional from slice to row to column: the centre of row j in
  * slice k (dk = k - m[2]) is m[1] + s12 dk, of column i m[0] + s02 dk + s01 (j - that). */
@@ -46,10 +57,8 @@ void ct_mixture_free(struct ct_mixture *v);
 /* Find the Gaussians that touch the block, in order of index. */
 int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e);
-/* Floats of a slice as the two functions below lay it out: rows ct_rasterise_pitch(n[0]) apart. */
+/* Floats of a slice as the functions below lay it out: rows ct_rasterise_pitch(n[0]) apart. */
 size_t ct_mixture_slice(const struct ct_block *k);
-/* out[slices [first, end)][n1][pitch] = field. */
-void ct_mixture_draw_slices(float *out, const struct ct_mixture *v, size_t first, size_t end);
 /* out[n2][n1][pitch] = field, slices in parallel. */
 void ct_mixture_draw(float *out, const struct ct_mixture *v, struct ct_par *par);
 /* grad += gradient for dL/df = df[n2][n1][pitch]; only of the Gaussians that touch the block. */

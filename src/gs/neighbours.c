@@ -54,35 +54,23 @@ static void try_cell(const struct cells *c, size_t cell, size_t i, double best[3
 	}
 }
 
-/* Cells at Chebyshev distance `ring` from `at`; false if there are none. */
-static bool try_ring(
-	const struct cells *c, const size_t at[3], size_t ring, size_t i, double best[3])
+/* The nearest in the cells at most r from `at`; are these all? */
+static bool try_cube(const struct cells *c, const size_t at[3], size_t r, size_t i, double best[3])
 {
 	size_t lo[3], hi[3];
-	bool any = false;
+	bool all = true;
 
+	best[0] = best[1] = best[2] = INFINITY;
 	for (int a = 0; a < 3; a++) {
-		lo[a] = at[a] > ring ? at[a] - ring : 0;
-		hi[a] = at[a] + ring < c->n[a] ? at[a] + ring : c->n[a] - 1;
-		any |= at[a] >= ring || at[a] + ring < c->n[a];
+		lo[a] = at[a] > r ? at[a] - r : 0;
+		hi[a] = at[a] + r < c->n[a] ? at[a] + r : c->n[a] - 1;
+		all &= lo[a] == 0 && hi[a] == c->n[a] - 1;
 	}
 	for (size_t z = lo[2]; z <= hi[2]; z++)
-		for (size_t y = lo[1]; y <= hi[1]; y++) {
-			size_t row = (z * c->n[1] + y) * c->n[0];
-			bool face = z + ring == at[2] || z == at[2] + ring || y + ring == at[1] ||
-				    y == at[1] + ring;
-
-			if (face) {
-				for (size_t x = lo[0]; x <= hi[0]; x++)
-					try_cell(c, row + x, i, best);
-				continue;
-			}
-			if (at[0] >= ring)
-				try_cell(c, row + at[0] - ring, i, best);
-			if (at[0] + ring < c->n[0])
-				try_cell(c, row + at[0] + ring, i, best);
-		}
-	return any;
+		for (size_t y = lo[1]; y <= hi[1]; y++)
+			for (size_t x = lo[0]; x <= hi[0]; x++)
+				try_cell(c, (z * c->n[1] + y) * c->n[0] + x, i, best);
+	return all;
 }
 
 static void near_some(void *arg, size_t chunk, size_t worker)
@@ -92,16 +80,12 @@ static void near_some(void *arg, size_t chunk, size_t worker)
 
 	(void)worker;
 	for (size_t i = first; i < end; i++) {
-		double best[3] = {INFINITY, INFINITY, INFINITY}, sum = 0;
+		double best[3], sum = 0, sure = c->size; /* no cell beyond is nearer */
 		size_t at[3], found = 0;
 
 		cell_of(c, i, at);
-		for (size_t ring = 0; try_ring(c, at, ring, i, best); ring++) {
-			double sure = (double)ring * c->size; /* no cell beyond is nearer */
-
-			if (best[2] <= sure * sure)
-				break;
-		}
+		for (size_t r = 1; !try_cube(c, at, r, i, best) && best[2] > sure * sure; r *= 2)
+			sure *= 2;
 		for (; found < 3 && isfinite(best[found]); found++)
 			sum += best[found];
 		c->out[i] = found ? sum / (double)found : 0;

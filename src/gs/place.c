@@ -12,6 +12,33 @@
 #include <stdlib.h>
 #include <string.h>
 
+static double all_of(const struct ct_vol *field)
+{
+	double sum = 0;
+
+	for (size_t i = 0, n = ct_vol_count(field); i < n; i++)
+		sum += fabs((double)field->data[i]);
+	return sum;
+}
+
+/* One more Gaussian, `off` voxels from voxel i, with gain times its density. */
+static void put(struct ct_gauss *g, const struct ct_vol *v, size_t i, const double off[static 3],
+	double gain)
+{
+	const double x[3] = {(double)(i % v->n[0]) + off[0],
+		(double)(i / v->n[0] % v->n[1]) + off[1], (double)(i / v->n[0] / v->n[1]) + off[2]};
+	double mm[3];
+
+	ct_vol_world(v, x, mm);
+	for (int a = 0; a < 3; a++)
+		g->pos[a][g->n] = (float)mm[a];
+	for (int a = 0; a < 4; a++)
+		g->rot[a][g->n] = a == 0;
+	g->raw[g->n] =
+		(float)ct_activation_inverse(g->activation, g->gamma, gain * (double)v->data[i]);
+	g->n++;
+}
+
 static size_t candidates(const struct ct_vol *base)
 {
 	size_t n = ct_vol_count(base), found = 0;
@@ -29,25 +56,14 @@ static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size
 
 	g->n = 0;
 	for (size_t i = 0; i < count && g->n < n; i++) {
-		double u, mm[3];
+		double u;
 
 		if (!(base->data[i] > CT_PLACE_LEAST))
 			continue;
 		u = ct_rng_uniform(seed, CT_STREAM_PLACE, ordinal++);
 		if (u * (double)left-- >= (double)(n - g->n))
 			continue;
-		ct_vol_world(base,
-			(const double[]){(double)(i % base->n[0]) + shift,
-				(double)(i / base->n[0] % base->n[1]) + shift,
-				(double)(i / base->n[0] / base->n[1]) + shift},
-			mm);
-		for (int a = 0; a < 3; a++)
-			g->pos[a][g->n] = (float)mm[a];
-		for (int a = 0; a < 4; a++)
-			g->rot[a][g->n] = a == 0;
-		g->raw[g->n] = (float)ct_activation_inverse(
-			g->activation, g->gamma, gain * (double)base->data[i]);
-		g->n++;
+		put(g, base, i, (const double[]){shift, shift, shift}, gain);
 	}
 }
 
@@ -107,37 +123,23 @@ static void follow(struct ct_gauss *g, const struct ct_vol *field, size_t n, dou
 
 	g->n = 0;
 	for (size_t i = 0; i < count; i++) {
-		const size_t at[3] = {i % field->n[0], i / field->n[0] % field->n[1],
-			i / field->n[0] / field->n[1]};
-
 		sum += fabs((double)field->data[i]);
-		for (; g->n < n && next < sum; g->n++, next += step) {
-			double x[3], mm[3];
+		for (; g->n < n && next < sum; next += step) {
+			double off[3];
 
 			for (size_t a = 0; a < 3; a++)
-				x[a] = (double)at[a] - 0.5 +
-				       ct_rng_uniform(seed, CT_STREAM_JITTER + a, g->n);
-			ct_vol_world(field, x, mm);
-			for (int a = 0; a < 3; a++)
-				g->pos[a][g->n] = (float)mm[a];
-			for (int a = 0; a < 4; a++)
-				g->rot[a][g->n] = a == 0;
-			g->raw[g->n] = (float)ct_activation_inverse(
-				g->activation, g->gamma, gain * (double)field->data[i]);
+				off[a] = ct_rng_uniform(seed, CT_STREAM_JITTER + a, g->n) - 0.5;
+			put(g, field, i, off, gain);
 		}
 	}
 }
 
 double ct_place_typical(const struct ct_vol *field)
 {
-	double sum = 0, squares = 0;
+	double sum = all_of(field), squares = 0;
 
-	for (size_t i = 0, n = ct_vol_count(field); i < n; i++) {
-		double x = fabs((double)field->data[i]);
-
-		sum += x;
-		squares += x * x;
-	}
+	for (size_t i = 0, n = ct_vol_count(field); i < n; i++)
+		squares += (double)field->data[i] * (double)field->data[i];
 	return sum > 0 ? fmin(squares / sum, 1) : 1;
 }
 
@@ -157,11 +159,8 @@ double ct_place_cover(const struct ct_gauss *g, const struct ct_vol *field)
 int ct_place_residual(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
 	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
 {
-	size_t count = ct_vol_count(field);
-	double all = 0;
+	double all = all_of(field);
 
-	for (size_t i = 0; i < count; i++)
-		all += fabs((double)field->data[i]);
 	if (!(all > 0) || !isfinite(all))
 		return ct_fail(e, CT_EINPUT, "there is no residual to follow");
 	if (ct_gauss_reserve(g, n, e))

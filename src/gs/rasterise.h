@@ -45,9 +45,12 @@ struct ct_pixel_gaussian {
 };
 
 /* Floats from one row to the next for rows w wide. */
-size_t ct_rasterise_pitch(size_t w);
-/* Set bend and y_right from the rest. */
-void ct_rasterise_prepare(struct ct_pixel_gaussian *d);
+static inline size_t ct_rasterise_pitch(size_t w)
+{
+	return (w + CT_RASTERISE_PADDING - 1) / CT_RASTERISE_PADDING * CT_RASTERISE_PADDING +
+	       CT_RASTERISE_PADDING;
+}
+
 /* img[row - r0][col] += amp e, rows [r0, r1), columns [0, w), rows `pitch` apart, for the n
  * Gaussians d[item[.]] in that order (item NULL: d[0] on). r0 is a multiple of CT_RASTERISE_ROWS.
  */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "gs/splat.h"
 #include "core/mem.h"
-#include "gs/splat-kernels.h"
+#include "gs/gaussian-kernels.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -32,7 +32,7 @@ static void plan_some(void *arg, size_t chunk, size_t worker)
 	size_t *count = s->place + chunk * s->bands;
 
 	(void)worker;
-	CT_SIMD(ct_splat_kernels_project)
+	CT_SIMD(ct_gaussian_kernels_project)
 	(s->footprint + first, &s->cam, p->b + first, end - first);
 	for (size_t i = first; i < end; i++)
 		for (int32_t k = s->footprint[i].first / BAND; k * BAND < s->footprint[i].end; k++)
@@ -108,17 +108,20 @@ void ct_splat_gate(struct ct_splat *s, double least)
 {
 	for (size_t i = 0; i < s->n; i++) {
 		struct ct_pixel_gaussian *d = &s->footprint[i];
+		double kx = (double)d->kx, ky = (double)d->ky, slope = (double)d->slope;
 		double cut = log(fabs((double)d->amp) / least), reach, row;
 
 		if (!(cut < (double)d->cut) || d->first >= d->end)
 			continue;
-		reach = cut > 0 ? sqrt(cut / (double)d->ky) : -1;
+		reach = cut > 0 ? sqrt(cut / ky) : -1;
 		row = (double)d->row + (double)d->fy;
 		d->cut = (float)fmax(cut, 0);
 		d->least = (float)exp(-fmax(cut, 0));
 		d->first = (int32_t)fmax(d->first, ceil(row - reach));
 		d->end = (int32_t)fmin(d->end, floor(row + reach) + 1);
-		ct_rasterise_prepare(d);
+		d->bend = (float)exp(-2 * (kx * slope * slope + ky));
+		d->y_right = (float)(slope *
+				     sqrt((double)d->cut * kx / (ky * (ky + kx * slope * slope))));
 	}
 }
 
@@ -185,7 +188,7 @@ static void backward_some(void *arg, size_t chunk, size_t worker)
 	CT_SIMD(ct_rasterise_sums)
 	(sums, CT_GS_CHUNK, j->dimg, 0, ct_rasterise_pitch(c->w), c->w, end - first,
 		j->s->footprint + first);
-	CT_SIMD(ct_splat_kernels_backward)(j->grad, j->s, j->b, j->set, first, end, sums);
+	CT_SIMD(ct_gaussian_kernels_backward)(j->grad, j->s, j->b, j->set, first, end, sums);
 }
 
 void ct_splat_backward(struct ct_gradient *grad, const struct ct_splat *s,

@@ -24,7 +24,6 @@
 #include "core/par.h"
 #include "gs/camera.h"
 #include "gs/gaussian.h"
-#include "gs/gradient.h"
 #include "gs/rasterise.h"
 
 /* Scratch of one view; grows with the set. Footprints are listed by the bands of

@@ -176,15 +176,27 @@ static size_t band(
 	return most;
 }
 
+void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
+	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap)
+{
+	const size_t place[2] = {r, c};
+
+	for (int i = 0; i < 2; i++) {
+		at[i] = place[i] * gap;
+		for (size_t k = 0; k < place[i]; k++)
+			at[i] += band(i, k, rows, cols, tile, mm);
+		size[i] = band(i, place[i], rows, cols, tile, mm);
+	}
+}
+
 int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
 	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e)
 {
-	*h = (rows - 1) * gap;
-	*w = (cols - 1) * gap;
-	for (size_t r = 0; r < rows; r++)
-		*h += band(0, r, rows, cols, tile, mm);
-	for (size_t c = 0; c < cols; c++)
-		*w += band(1, c, rows, cols, tile, mm);
+	size_t at[2], size[2];
+
+	ct_montage_place(at, size, rows - 1, cols - 1, rows, cols, tile, mm, gap);
+	*h = at[0] + size[0];
+	*w = at[1] + size[1];
 	if (*h > MOST_SIDE || *w > MOST_SIDE || *h == 0 || *w == 0)
 		return ct_fail(e, CT_EINPUT, "a picture of %zux%zu pixels, more than %d a side", *w,
 			*h, MOST_SIDE);
@@ -237,35 +249,16 @@ static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, 
 	}
 }
 
-void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
-	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap)
-{
-	const size_t place[2] = {r, c};
-
-	for (int i = 0; i < 2; i++) {
-		at[i] = place[i] * gap;
-		for (size_t k = 0; k < place[i]; k++)
-			at[i] += band(i, k, rows, cols, tile, mm);
-		size[i] = band(i, place[i], rows, cols, tile, mm);
-	}
-}
-
 void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
 	const struct ct_montage_tile *tile, double mm, size_t gap)
 {
-	size_t y = 0;
-
 	memset(rgb, 0, h * w * 3);
-	for (size_t r = 0; r < rows; r++) {
-		size_t x = 0;
+	for (size_t k = 0; k < rows * cols; k++) {
+		size_t at[2], size[2];
 
-		for (size_t c = 0; c < cols; c++) {
-			const struct ct_montage_tile *t = &tile[r * cols + c];
-
-			if (t->slice.data)
-				draw(rgb + (y * w + x) * 3, w, t, mm);
-			x += band(1, c, rows, cols, tile, mm) + gap;
-		}
-		y += band(0, r, rows, cols, tile, mm) + gap;
+		if (!tile[k].slice.data)
+			continue;
+		ct_montage_place(at, size, k / cols, k % cols, rows, cols, tile, mm, gap);
+		draw(rgb + (at[0] * w + at[1]) * 3, w, &tile[k], mm);
 	}
 }

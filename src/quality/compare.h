@@ -1,7 +1,33 @@
-/* compare.h: all that ct-metrics measures against a reference, in one call. */
+/* compare.h: all that ct-metrics measures, as a list of named figures. */
 #ifndef CT_QUALITY_COMPARE_H
 #define CT_QUALITY_COMPARE_H
-#include "quality/figures.h"
+#include "core/meta.h"
+#include "quality/data-residual.h"
+#include "quality/metrics.h"
+
+#include <stdbool.h>
+
+enum { CT_FIGURES = 192 };
+
+/* A name with up to five numbers, or a word. */
+struct ct_figure {
+	char name[32];
+	const char *word; /* borrowed, or NULL */
+	size_t n;
+	double v[5];
+	char mark;  /* between the numbers */
+	int digits; /* after the decimal point; negative: as many as needed */
+};
+
+struct ct_figures {
+	size_t n;
+	struct ct_figure at[CT_FIGURES];
+};
+
+/* "ssim-r2" ... */
+const char *ct_figures_ssim(enum ct_ssim_kind kind);
+/* *v <- the first number of a figure; false if there is none of that name. */
+bool ct_figures_get(double *v, const struct ct_figures *f, const char *name);
 
 enum { CT_COMPARE_SIZES = 4 };
 
@@ -15,11 +41,6 @@ struct ct_compare_rule {
 	double flat_step;                      /* flat: all steps to neighbours are smaller, HU */
 	size_t deep; /* inside soft tissue: so many voxels from its surface */
 };
-/* examples/accuracy.mk measures at these. */
-#define CT_COMPARE_DEFAULTS                                                                        \
-	{                                                                                          \
-		.edge_step = 300, .contrast = 15, .flat_step = 1, .deep = 4                        \
-	}
 
 /* The volumes and their names for error messages. mask and std may be NULL. */
 struct ct_compare_in {
@@ -37,5 +58,9 @@ int ct_compare_sizes(struct ct_compare_rule *r, const double *factor, const stru
 int ct_compare(struct ct_figures *f, struct ct_metrics_slice **slice,
 	const struct ct_compare_in *in, const struct ct_compare_rule *r, const struct ct_env *env,
 	struct ct_err *e);
+/* Appends those of the data residual, with the operator that the header names. Its words are
+ * borrowed. */
+void ct_compare_residual(
+	struct ct_figures *f, const struct ct_data_residual *c, const struct ct_meta *lr);
 
 #endif

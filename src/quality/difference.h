@@ -2,7 +2,7 @@
 #ifndef CT_QUALITY_DIFFERENCE_H
 #define CT_QUALITY_DIFFERENCE_H
 #include "core/env.h"
-#include "quality/ssim-volume.h"
+#include "quality/ssim.h"
 
 #include <stdbool.h>
 

@@ -1,7 +1,6 @@
 # What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h
 SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
-libct_a_SOURCES += src/quality/ssim-volume.c src/quality/ssim-volume.h
 SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
 SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
@@ -14,4 +13,4 @@ libct_a_SOURCES += src/quality/smooth.c src/quality/smooth.h
 libct_a_SOURCES += src/quality/fourier.c src/quality/fourier.h src/quality/fsc.c src/quality/fsc.h
 libct_a_SOURCES += src/quality/hfen.c src/quality/hfen.h
 libct_a_SOURCES += src/quality/tissue.c src/quality/tissue.h
-libct_a_SOURCES += src/quality/figures.c src/quality/figures.h src/quality/compare.c src/quality/compare.h
+libct_a_SOURCES += src/quality/compare.c src/quality/compare.h

@@ -1,8 +1,8 @@
-/* ssim-block.h: the inner part of ssim-volume.c, whose head explains it. Kernels (core/simd.h). */
+/* ssim-block.h: the inner part of ssim.c, whose head explains it. Kernels (core/simd.h). */
 #ifndef CT_QUALITY_SSIM_BLOCK_H
 #define CT_QUALITY_SSIM_BLOCK_H
 #include "core/simd.h"
-#include "quality/ssim-volume.h"
+#include "quality/ssim.h"
 
 enum {
 	CT_SSIM_TX = 128,             /* columns of a tile */

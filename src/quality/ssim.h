@@ -1,4 +1,4 @@
-/* ssim.h: structural similarity of two images, and its gradient.
+/* ssim.h: structural similarity of two images or volumes, and its gradient.
  *
  *   S = (2 mx my + C1)(2 sxy + C2) / ((mx^2 + my^2 + C1)(sx^2 + sy^2 + C2))
  *
@@ -18,12 +18,17 @@
  *              defaults on a volume. That of ArSSR (Wu et al., 2022).
  *   3D_GAUSS   11x11x11 Gaussian, sigma 1.5, biased, 5 voxels at each face left out.
  *
- * The functions here are of images; volumes, and the last two, are in ssim-volume.h.
+ * Images are h rows of w floats, rows contiguous. Sums are double. Thread-safe.
  *
- * Images are h rows of w floats, rows contiguous. Sums are double. Pure; thread-safe.
+ * Volumes are compared slice by slice across any axis or in 3-D, as they lie in memory. The window
+ * is separable, so a slice across an axis is the volume filtered along the two other axes, and the
+ * 3-D index is the volume filtered along three: nothing is gathered or transposed. A worker keeps a
+ * block of 8 slices by 16 rows by 128 columns of the local moments, which stays in its cache: about
+ * 0.5 MiB, whatever the volumes' size.
  */
 #ifndef CT_QUALITY_SSIM_H
 #define CT_QUALITY_SSIM_H
+#include "core/env.h"
 #include "core/words.h"
 
 #include <stddef.h>
@@ -57,5 +62,20 @@ void ct_ssim_rule(struct ct_ssim_rule *r, enum ct_ssim_kind kind, double range);
  * images of the order of one, whose range the rule knows; takes 50 kB of stack. */
 double ct_ssim_back_rows(const struct ct_ssim_rule *r, size_t h, size_t w, size_t first, size_t end,
 	float *gx, const float *x, const float *y, const float *weight, double up);
+
+/* What is compared: (clip(v, lo, hi) - zero) scale. Bounds that are not too wide for float make it
+ * twice as fast. */
+struct ct_ssim_map {
+	double lo, hi, zero, scale;
+};
+
+/* For each of the n[axis] slices across `axis` the sum of S over its pixels that count, and their
+ * number, into sum and count. Pixels count that the rule does not crop and where mask (NULL:
+ * everywhere) is not zero. With rule->dims == 3 the window is three-dimensional, crops all three
+ * axes, and axis must be 2. Volumes are n voxels, i fastest, finite. Does not depend on the number
+ * of threads. CT_ENOMEM, CT_ESTOP. */
+int ct_ssim_volume(double *sum, double *count, const struct ct_ssim_rule *rule, int axis,
+	const size_t n[static 3], const float *ref, const float *test, const float *mask,
+	const struct ct_ssim_map *map, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -174,11 +174,6 @@ static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
 /* White noise shows correlations that sum up to less. */
 #define LEAST_CORRELATION 0.3
 
-bool ct_operator_correlated(const struct ct_operator *r)
-{
-	return r->alike[0] + r->alike[1] + r->alike[2] > LEAST_CORRELATION;
-}
-
 /* Only what is certainly noise: the rest may be texture. */
 static int measure_noise(
 	struct ct_operator *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -189,9 +184,10 @@ static int measure_noise(
 		return -1;
 	r->noise = got.sure;
 	memcpy(r->alike, got.alike, sizeof r->alike);
+	r->correlated = r->alike[0] + r->alike[1] + r->alike[2] > LEAST_CORRELATION;
 	r->noise_from = CT_BY_MEASURE;
 	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.common, r->noise);
-	if (ct_operator_correlated(r))
+	if (r->correlated)
 		ct_log(env, CT_INFO, "noise of neighbours correlates by %.2g,%.2g,%.2g",
 			r->alike[0], r->alike[1], r->alike[2]);
 	return 0;

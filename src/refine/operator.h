@@ -44,6 +44,7 @@ struct ct_operator {
 	bool known;      /* the operator, not only its factor */
 	double noise;    /* HU */
 	double alike[3]; /* correlation of the noise of neighbours, if it was measured */
+	bool correlated; /* more than white noise shows */
 	enum ct_by from, noise_from;
 };
 
@@ -52,7 +53,5 @@ struct ct_operator {
  * for metadata that are wrong; codes of the measurements. Messages do not name the file. */
 int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
-/* Is the measured noise correlated? */
-bool ct_operator_correlated(const struct ct_operator *r);
 
 #endif

@@ -164,8 +164,9 @@ static void put_ran(FILE *f, const struct ct_page *p)
 	fputs("</section>\n", f);
 }
 
-static void put_foot(FILE *f)
+static void put_foot(FILE *f, const struct ct_page *p)
 {
+	(void)p;
 	fputs("Made by ct-report " PACKAGE_VERSION
 	      " of ctsr. For research, not for diagnosis. This file holds no name of a patient that a "
 	      "file name does not tell, and asks the network for nothing.\n",
@@ -176,29 +177,21 @@ static void put_foot(FILE *f)
 static int put_part(FILE *f, const char *word, size_t n, const struct ct_page *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	char name[16] = "";
+	static const struct {
+		const char *word;
+		void (*put)(FILE *f, const struct ct_page *p);
+	} parts[] = {{"TITLE", put_title}, {"HEAD", put_head}, {"WARNINGS", put_warnings},
+		{"CARDS", ct_page_write_cards}, {"RAN", put_ran}, {"FOOT", put_foot},
+		{"META", ct_page_write_meta}};
 
-	if (n < sizeof name)
-		memcpy(name, word, n);
-	if (strcmp(name, "TITLE") == 0)
-		put_title(f, p);
-	else if (strcmp(name, "HEAD") == 0)
-		put_head(f, p);
-	else if (strcmp(name, "WARNINGS") == 0)
-		put_warnings(f, p);
-	else if (strcmp(name, "CARDS") == 0)
-		ct_page_write_cards(f, p);
-	else if (strcmp(name, "RAN") == 0)
-		put_ran(f, p);
-	else if (strcmp(name, "FOOT") == 0)
-		put_foot(f);
-	else if (strcmp(name, "META") == 0)
-		ct_page_write_meta(f, p);
-	else if (strcmp(name, "PICTURES") == 0)
+	for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+		if (strlen(parts[i].word) == n && memcmp(parts[i].word, word, n) == 0) {
+			parts[i].put(f, p);
+			return 0;
+		}
+	if (n == strlen("PICTURES") && memcmp(word, "PICTURES", n) == 0)
 		return ct_page_write_pictures(f, p, env, e);
-	else
-		return ct_fail(e, CT_EINPUT, "has a part @%.*s@ that is not known", (int)n, word);
-	return 0;
+	return ct_fail(e, CT_EINPUT, "has a part @%.*s@ that is not known", (int)n, word);
 }
 
 int ct_page_write(FILE *f, const char *form, const struct ct_page *p, const struct ct_env *env,

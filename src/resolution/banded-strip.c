@@ -133,5 +133,6 @@ void CT_SIMD_HERE(ct_banded_solve_turned)(
 void CT_SIMD_HERE(ct_banded_blend)(
 	float *out, size_t parts, const float *const *part, const float *w, size_t n)
 {
-	row(out, NULL, (struct rows){.each = part}, w, parts, n);
+	if (part) /* so that it is known */
+		row(out, NULL, (struct rows){.each = part}, w, parts, n);
 }

@@ -49,6 +49,8 @@ struct expected_job {
 	float *weights;   /* these, owned */
 	float *work;      /* of each thread: two boxes of `room` voxels */
 	size_t room;
+	const struct ct_expected *k; /* deviations in place of G; or NULL */
+	double noise;
 	const struct ct_env *env;
 };
 
@@ -204,9 +206,14 @@ static void box(void *arg, size_t task, size_t worker)
 		smooth_rows(a + k * wide * (to[1] - from[1]), b + k * wide * (hi[1] - lo[1]), j, 1,
 			from[1], to[1], lo[1], wide);
 	for (size_t k = 0; k < planes; k++)
-		for (size_t r = from[1]; r < to[1]; r++, a += wide)
-			smooth_row(j->out + ((from[2] + k) * j->n[1] + r) * j->n[0] + from[0], a, j,
-				from[0], to[0], lo[0]);
+		for (size_t r = from[1]; r < to[1]; r++, a += wide) {
+			float *row = j->out + ((from[2] + k) * j->n[1] + r) * j->n[0] + from[0];
+
+			smooth_row(row, a, j, from[0], to[0], lo[0]);
+			for (size_t i = 0; j->k && i < to[0] - from[0]; i++)
+				row[i] = (float)ct_expected_deviation(
+					j->k, (double)row[i], j->noise);
+		}
 }
 
 /* The weights of the axis, and one over their sums. */
@@ -261,44 +268,37 @@ static int begin(
 	return 0;
 }
 
+static int run(
+	struct expected_job *j, const double mm[3], const struct ct_degrade *by, struct ct_err *e)
+{
+	const int rc = begin(j, mm, by, e);
+
+	if (rc == 0)
+		ct_par_for(j->env->par, j->boxes[0] * j->boxes[1] * j->boxes[2], box, j);
+	free(j->weights);
+	free(j->work);
+	return rc ? rc : ct_check_stop(j->env, e);
+}
+
 int ct_expected_gradient(float *restrict out, const float *restrict x, const size_t n[static 3],
 	const double mm[static 3], const struct ct_degrade *by, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct expected_job j = {.out = out, .x = x, .n = {n[0], n[1], n[2]}, .env = env};
-	const int rc = begin(&j, mm, by, e);
 
-	if (rc == 0)
-		ct_par_for(env->par, j.boxes[0] * j.boxes[1] * j.boxes[2], box, &j);
-	free(j.weights);
-	free(j.work);
-	return rc ? rc : ct_check_stop(env, e);
-}
-
-/* Deviations in place of G. */
-struct roots {
-	float *std;
-	size_t n[3];
-	struct ct_expected k;
-	double noise;
-};
-
-static void plane(void *arg, size_t k, size_t worker)
-{
-	const struct roots *r = arg;
-	const size_t size = r->n[0] * r->n[1];
-	float *std = r->std + k * size;
-
-	(void)worker;
-	for (size_t i = 0; i < size; i++)
-		std[i] = (float)ct_expected_deviation(&r->k, (double)std[i], r->noise);
+	return run(&j, mm, by, e);
 }
 
 int ct_expected_error(float *restrict std, const struct ct_vol *x, const struct ct_degrade *by,
 	double noise, const struct ct_env *env, struct ct_err *e)
 {
-	struct roots r = {.std = std, .n = {x->n[0], x->n[1], x->n[2]}, .noise = noise};
+	struct expected_job j = {.out = std,
+		.x = x->data,
+		.n = {x->n[0], x->n[1], x->n[2]},
+		.noise = noise,
+		.env = env};
 	double mm[3], aliasing = 0, factor;
+	struct ct_expected k;
 	int axis;
 
 	for (int a = 0; a < 3; a++) {
@@ -309,10 +309,8 @@ int ct_expected_error(float *restrict std, const struct ct_vol *x, const struct 
 		aliasing = fmax(aliasing, share);
 	}
 	factor = largest(&axis, by);
-	r.k = ct_expected_find(ct_expected_kind_of(by, aliasing), factor);
+	k = ct_expected_find(ct_expected_kind_of(by, aliasing), factor);
+	j.k = &k;
 	ct_vol_spacing(x, mm);
-	if (ct_expected_gradient(std, x->data, x->n, mm, by, env, e))
-		return -1;
-	ct_par_for(env->par, x->n[2], plane, &r);
-	return ct_check_stop(env, e);
+	return run(&j, mm, by, e);
 }

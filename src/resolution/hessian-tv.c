@@ -1,9 +1,9 @@
-/* hessian-tv.c: see hessian-tv.h. Two passes over rows an iteration: the dual ascends along H of
+/* hessian-tv.c: see tv.h. Two passes over rows an iteration: the dual ascends along H of
  * the extrapolated volume, then the volume descends along its adjoint. */
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/hessian-row.h"
-#include "resolution/hessian-tv.h"
+#include "resolution/tv.h"
 #include "resolution/tv-row.h"
 #include "solve/vector.h"
 

@@ -5,7 +5,6 @@
 #include "resolution/consistency.h"
 #include "resolution/flat.h"
 #include "resolution/hessian-row.h"
-#include "resolution/hessian-tv.h"
 #include "resolution/resample.h"
 #include "resolution/tv.h"
 

@@ -5,12 +5,15 @@
  *   SINC   the band-limited volume through the samples: the cosines of the coarse grid, summed on
  *          the fine one
  *   DC     the B-spline, and its inconsistency taken off: x + D+ (y - D x)
- *   TV     least total variation of all x with D x = y (tv.h): edges stay sharp. Best where D
- *          keeps a clean low band, or takes means; of point-sampled, aliased scans it makes
- * isolated ones HTV    least second-order variation, likewise (hessian-tv.h): smooth surfaces,
- * gentle with point-sampled, aliased scans AUTO   TV; HTV if D takes points and lets more than
- * CT_UPSAMPLE_ALIAS of its weight through above the Nyquist frequency of the coarse grid, and, if
- * no noise is known, linear where these are flat (flat.h); the B-spline if there is no D
+ *   TV     least total variation of all x with D x = y (tv.h): edges stay sharp.
+ *          Best where D keeps a clean low band, or takes means; of
+ *          point-sampled, aliased scans it makes isolated ones
+ *   HTV    least second-order variation, likewise (tv.h): smooth
+ *          surfaces, gentle with point-sampled, aliased scans
+ *   AUTO   TV; HTV if D takes points and lets more than CT_UPSAMPLE_ALIAS of its
+ *          weight through above the Nyquist frequency of the coarse grid, and,
+ *          if no noise is known, linear where these are flat (flat.h); the
+ *          B-spline if there is no D
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;
  * DC shows it.

@@ -216,14 +216,14 @@ int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
 	if (!isfinite(sum))
 		return ct_fail(e, CT_ENUMERIC, "the loss of step %llu is not finite",
 			(unsigned long long)l->steps + 1);
-	ct_adam_gradient(n, l->grad, pieces, n, (float)(1 / whole));
-	ct_adamw_default(&adam);
+	CT_SIMD(ct_adam_gradient)(n, l->grad, pieces, n, (float)(1 / whole));
+	adam = ct_adamw_default();
 	adam.lr = l->rule.rate * 0.5 * (1 + cos(M_PI * (double)l->steps / (double)l->rule.steps));
 	adam.decay = l->rule.decay;
 	l->steps++;
-	ct_adamw_step(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
+	CT_SIMD(ct_adamw_step)(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
 	average = fmin(l->rule.average, (1 + (double)l->steps) / (10 + (double)l->steps));
-	ct_adam_average(average, n, l->r.all, l->all);
+	CT_SIMD(ct_adam_average)(average, n, l->r.all, l->all);
 	return 0;
 }
 
@@ -275,9 +275,7 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 		goto fail;
 	all = l->r.at[CT_PARTS];
 	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
-		ct_alloc0(&l->side, threads, sizeof *l->side, e) ||
-		ct_alloc0(&l->failed, CT_LEARN_PIECES, sizeof *l->failed, e) ||
-		ct_alloc0(&l->sums, 2 * CT_LEARN_PIECES, sizeof *l->sums, e))
+		ct_alloc0(&l->side, threads, sizeof *l->side, e))
 		goto fail;
 	l->moment = l->all + all;
 	l->grad = l->moment + 2 * all;
@@ -304,8 +302,6 @@ void ct_learn_free(struct ct_learn *l)
 	ct_slice_network_free(&l->r);
 	free(l->all);
 	free(l->side);
-	free(l->failed);
-	free(l->sums);
 	free(l);
 }
 

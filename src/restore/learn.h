@@ -63,8 +63,8 @@ struct ct_learn {
 	float *all, *moment, *grad; /* the weights, their two moments, the gradients of pieces */
 	uint64_t steps;             /* that are done */
 	struct ct_learn_side *side; /* [sides] */
-	struct ct_err *failed;      /* [CT_LEARN_PIECES] */
-	double *sums;               /* [2 CT_LEARN_PIECES] */
+	struct ct_err failed[CT_LEARN_PIECES];
+	double sums[2 * CT_LEARN_PIECES];
 };
 
 /* On n pairs, which must outlive it, a slice network of the shape and sizes of *r. CT_ENOMEM,

@@ -43,6 +43,16 @@ void ct_layout_middle(const struct ct_slice *s, double mm[3])
 		mm[r] = (r < 2 ? -1 : 1) * (s->position[r] + i * s->across[r] + j * s->down[r]);
 }
 
+size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t k,
+	double before[3], double after[3])
+{
+	if (l->lost[k]) {
+		ct_layout_middle(&s[k - 1], before);
+		ct_layout_middle(&s[k], after);
+	}
+	return l->lost[k];
+}
+
 /* Why are these no pictures of one stack? */
 static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct ct_err *e)
 {

@@ -62,7 +62,10 @@ void ct_layout_free(struct ct_layout *l);
 /* Slices on either side of plane k, and the part of the second, in [0, 1); both are the same if the
  * plane is that slice. */
 double ct_layout_between(const struct ct_layout *l, size_t k, size_t pair[2]);
-/* RAS mm of the middle of slice k. */
+/* RAS mm of the middle of a slice. */
 void ct_layout_middle(const struct ct_slice *s, double mm[3]);
+/* How many slices are missing before slice k > 0; if any are, the middles on either side. */
+size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t k,
+	double before[3], double after[3]);
 
 #endif

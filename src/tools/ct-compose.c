@@ -46,23 +46,12 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-/* vol += the Gaussians of g in HU. */
-static int add_gaussians(struct ct_vol *vol, const struct ct_gauss *g, double hu,
-	const struct ct_env *env, struct ct_err *e)
-{
-	size_t touch = 0;
-
-	if (ct_mixture_render(
-		    vol->data, vol->n, (const double(*)[4])vol->affine, g, hu, &touch, env, e))
-		return -1;
-	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, g->n);
-	return 0;
-}
-
 /* The residual in HU on the grid of the base: *out owns its data. */
 static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol *base,
 	const double window[2], const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
+	size_t touch = 0;
+
 	if (res->kind == CT_KIND_VOLUME) {
 		if (ct_evidence_quantity(&res->vol.meta, CT_QUANTITY_RESIDUAL, p->res, e))
 			return -1;
@@ -77,7 +66,11 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 		return -1;
 	memcpy(out->affine, base->affine, sizeof out->affine);
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
-	return add_gaussians(out, &res->gauss, window[1] - window[0], env, e);
+	if (ct_mixture_render(out->data, out->n, (const double(*)[4])out->affine, &res->gauss,
+		    window[1] - window[0], &touch, env, e))
+		return -1;
+	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, res->gauss.n);
+	return 0;
 }
 
 static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,

@@ -272,7 +272,7 @@ static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct par
 		ct_blame(e, p->test);
 		goto out;
 	}
-	ct_figures_residual(f, &c, &lr->meta);
+	ct_compare_residual(f, &c, &lr->meta);
 	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
 			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 			      ct_meta_step(&map.meta, env, 2,
@@ -299,10 +299,9 @@ static int bound(const struct ct_figures *f, const char **text, bool least, cons
 	x = equals ? strtod(equals + 1, (char **)(uintptr_t)&end) : (double)NAN;
 	if (!*name || isnan(x) || end == equals + 1 || (*end && *end != ','))
 		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not NAME=X,...", option, *text);
-	if (!ct_figures_has(f, name))
+	if (!ct_figures_get(&v, f, name))
 		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'", option, name);
 	*text = *end ? end + 1 : NULL;
-	v = ct_figures_get(f, name);
 	if (least ? v >= x : isnan(v) || v <= x)
 		return 0;
 	return ct_fail(

@@ -2,7 +2,8 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
-#include "cli/memory.h"
+#include "cli/resume.h"
+#include "core/memory.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "formats/format.h"
@@ -10,10 +11,10 @@
 #include "gs/fit.h"
 #include "resolution/degrade.h"
 #include "xray/window.h"
-#include "tools/nabgs-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -262,37 +263,78 @@ static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err 
 	return ct_gauss_write(p->out, &f->g, j->env, e);
 }
 
-/* What the fit depends on besides the options. */
-static int name_run(struct nabgs_job *j, struct ct_err *e)
+static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 {
-	struct ct_resume *r = &j->resume;
-	const struct ct_evidence *d = &j->data;
+	return ct_fit_state_pack(t, fit, e);
+}
 
-	return ct_resume_input(r, "IN", &d->in.meta, e) ||
-			       ct_resume_input(r, "--base", &d->base.meta, e) ||
-			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
-			       ct_resume_input(r, "--uncertainty", &d->weight.meta, e) ||
-			       ct_resume_input(r, "--lr", &d->lr.meta, e)
-		       ? -1
-		       : 0;
+static int save_state(void *run, const struct ct_fit *f, struct ct_err *e)
+{
+	return ct_resume_save(run, pack, f, e);
+}
+
+static int load_state(
+	struct ct_fit *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_tensors t = {0};
+	int rc = ct_resume_load(run, &t, e);
+
+	if (rc == 0 && ct_fit_state_unpack(f, &t, e))
+		rc = ct_blame(e, run->path);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "%s: continuing after iteration %zu", run->path, f->g.step);
+	ct_tensors_free(&t);
+	return rc < 0 ? -1 : 0;
+}
+
+static int report(const struct ct_fit *f, bool json, struct ct_err *e)
+{
+	const char *end = ct_fit_end_name(f->end);
+	size_t pos, neg;
+	json_t *o;
+
+	ct_fit_signs(&f->g, &pos, &neg);
+	if (!json) {
+		printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
+		       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
+			f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error,
+			f->g.step, end);
+		return 0;
+	}
+	o = json_pack("{sI sI sI sf sf sf sf sI ss}", "gaussians", (json_int_t)f->g.n, "positive",
+		(json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma, "first-loss",
+		f->first_loss, "last-loss", f->last_loss, "error", f->error, "iterations",
+		(json_int_t)f->g.step, "ended-by", end);
+	if (!o)
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
+	putchar('\n'); /* ct_cli_main checks standard output */
+	json_decref(o);
+	return 0;
 }
 
 static int fit(struct nabgs_job *j, struct ct_err *e)
 {
 	const bool full = j->p->mode == FULL, kept = j->resume.path != NULL;
+	const struct ct_evidence *in = &j->data;
+	struct ct_resume *r = &j->resume;
 	const struct ct_fit_data d = {
-		.target = &j->data.in,
-		.base_projections = full ? NULL : &j->data.base_proj,
-		.base = &j->data.base,
-		.weight = j->p->std ? &j->data.weight : NULL,
-		.lr = j->p->lr ? &j->data.lr : NULL,
-		.by = &j->data.by,
+		.target = &in->in,
+		.base_projections = full ? NULL : &in->base_proj,
+		.base = &in->base,
+		.weight = j->p->std ? &in->weight : NULL,
+		.lr = j->p->lr ? &in->lr : NULL,
+		.by = &in->by,
 	};
 	struct ct_fit_options o;
 	struct ct_fit f = {0};
 	int rc = -1;
 
-	if (options(&o, j, e) || name_run(j, e))
+	if (options(&o, j, e) || ct_resume_input(r, "IN", &in->in.meta, e) ||
+		ct_resume_input(r, "--base", &in->base.meta, e) ||
+		ct_resume_input(r, "--base-projections", &in->base_proj.meta, e) ||
+		ct_resume_input(r, "--uncertainty", &in->weight.meta, e) ||
+		ct_resume_input(r, "--lr", &in->lr.meta, e))
 		return -1;
 	if (ct_fit_init(&f, &o, &d, j->env, e)) {
 		ct_blame(e, j->p->base);
@@ -303,19 +345,20 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		goto out;
 	}
 	if (kept) {
-		f.save = nabgs_state_save;
-		f.ctx = &j->resume;
-		if (nabgs_state_load(&f, &j->resume, j->env, e))
+		f.save = save_state;
+		f.ctx = r;
+		if (load_state(&f, r, j->env, e))
 			goto out;
 	}
 	if (ct_fit_run(&f, &d, j->env, e))
 		goto out;
 	if (write_set(&f, j, e)) {
-		nabgs_state_rescue(&j->resume, &f, e);
+		if (f.end != CT_FIT_EMPTY)
+			ct_resume_rescue(r, pack, &f, e);
 		goto out;
 	}
-	ct_resume_done(&j->resume);
-	rc = j->env->json || (kept && j->env->verbose >= 0) ? nabgs_report(&f, j->env->json, e) : 0;
+	ct_resume_done(r);
+	rc = j->env->json || (kept && j->env->verbose >= 0) ? report(&f, j->env->json, e) : 0;
 out:
 	ct_fit_free(&f);
 	return rc;

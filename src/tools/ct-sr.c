@@ -3,7 +3,6 @@
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/keep.h"
-#include "cli/memory.h"
 #include "core/clock.h"
 #include "formats/ends.h"
 #include "formats/format.h"
@@ -168,7 +167,7 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	const struct sr *p = f->p;
 
 	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
-	if (said_parse(&r->said, &p->said, e) || ct_memory_bytes(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	if (settle_factor(&r->said, &f->in, e))
 		return ct_blame(e, p->in);

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/keep.h"
-#include "cli/memory.h"
 #include "cli/modes.h"
 #include "core/clock.h"
 #include "formats/format.h"
@@ -93,7 +92,7 @@ static const struct ct_opt opts[] = {
 static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_err *e)
 {
 	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
-	if (said_parse(&r->said, &p->said, e) || ct_memory_bytes(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = p->estimate;
 	r->method = p->method;

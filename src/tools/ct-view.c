@@ -5,9 +5,10 @@
 #include "core/mem.h"
 #include "formats/any.h"
 #include "tools/cuts.h"
+#include "formats/io.h"
+#include "report/labels.h"
+#include "shim/image.h"
 #include "tools/hu-window.h"
-#include "report/sheet.h"
-#include "tools/view-picture.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -102,7 +103,6 @@ struct view_job {
 	const char **name;
 	char *names;
 	struct ct_sheet sheet;
-	struct view_picture picture;
 };
 
 static int read_files(struct ct_any *a, const struct params *p, size_t n, struct ct_err *e)
@@ -234,17 +234,50 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 		ct_alloc0(&j->file, n, sizeof *j->file, e) ||
 		ct_alloc(&j->name, n, sizeof *j->name, e) || names_of(j->name, &j->names, n, p, e))
 		return -1;
-	if (read_files(j->file, p, n, e) || check_kind(j->file, env->given, e) ||
-		check_unit(j->file, p, rule, e) || ct_sheet_make(&j->sheet, n, j->file, rule, e))
-		return -1;
-	j->picture = (struct view_picture){.sheet = &j->sheet,
+	return read_files(j->file, p, n, e) || check_kind(j->file, env->given, e) ||
+			       check_unit(j->file, p, rule, e) ||
+			       ct_sheet_make(&j->sheet, n, j->file, rule, e)
+		       ? -1
+		       : 0;
+}
+
+/* The sheet with its labels, as a PNG. Greys of surfaces are no values: they have no colour bar. */
+static int write_picture(const struct view_job *j, const struct params *p, bool shaded,
+	const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_sheet *s = &j->sheet;
+	struct ct_labels l = {.sheet = s,
 		.gap = GAP,
+		.names = p->labels ? j->n : 0,
 		.name = j->name,
-		.names = n,
 		.unit = ct_sheet_in_hu(j->file) ? "HU" : "",
-		.labelled = p->labels,
-		.shaded = rule->surface};
-	return 0;
+		.bars = p->labels && !shaded};
+	unsigned char *rgb = NULL, *png = NULL;
+	size_t mh, mw, h, w, n;
+	struct ct_out o = {0};
+	int rc = -1;
+
+	if (ct_montage_size(&mh, &mw, s->rows, s->cols, s->tile, s->mm, GAP, e))
+		return -1;
+	h = mh;
+	w = mw;
+	ct_labels_size(&l, &h, &w);
+	if (ct_alloc(&rgb, h * w, 3, e))
+		return -1;
+	ct_montage_draw(rgb, mh, mw, s->rows, s->cols, s->tile, s->mm, GAP);
+	ct_canvas_spread(rgb, l.top, h, w, mh, mw);
+	if (p->labels) {
+		const struct ct_canvas all = ct_canvas_of(rgb, h, w);
+
+		ct_labels_draw(&l, &all, mw);
+	}
+	if (ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
+		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
+		rc = ct_out_commit(&o, e);
+	ct_out_abandon(&o);
+	free(png);
+	free(rgb);
+	return rc;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -259,7 +292,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (operands(p, &j.n, &out, e) || rule_of(&rule, window, error, p, e))
 		return -1;
 	if (make(&j, p, &rule, env, e) == 0)
-		rc = view_picture_write(&j.picture, out, env, e);
+		rc = write_picture(&j, p, rule.surface, out, env, e);
 	job_free(&j);
 	return rc;
 }

@@ -1,6 +1,6 @@
-/* ddnm-input.c: see ddnm-input.h. */
+/* ddnm-input.c: see ddnm.h. */
 #include "config.h"
-#include "tools/ddnm-input.h"
+#include "tools/ddnm.h"
 #include "diffusion/superres.h"
 #include "resolution/upsample.h"
 

@@ -1,6 +1,6 @@
-/* ddnm-picture.c: see ddnm-picture.h. */
+/* ddnm-picture.c: see ddnm.h. */
 #include "config.h"
-#include "tools/ddnm-picture.h"
+#include "tools/ddnm.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/ends.h"

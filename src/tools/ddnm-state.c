@@ -1,6 +1,6 @@
-/* ddnm-state.c: see ddnm-state.h. */
+/* ddnm-state.c: see ddnm.h. */
 #include "config.h"
-#include "tools/ddnm-state.h"
+#include "tools/ddnm.h"
 #include "core/clock.h"
 #include "core/mem.h"
 

@@ -1,8 +1,8 @@
-/* ddnm-time.c: see ddnm-time.h. */
+/* ddnm-time.c: see ddnm.h. */
 #include "config.h"
 #include "core/clock.h"
 #include "core/mem.h"
-#include "tools/ddnm-time.h"
+#include "tools/ddnm.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -8,19 +8,32 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Text from a header must not control the terminal. */
-static void put_word(const char *s)
+/* Text from a header must not control the terminal. In quotes, a quote inside is doubled. */
+static void put_word(const char *s, bool quoted)
 {
-	for (; *s; s++)
+	if (quoted)
+		putchar('"');
+	for (; *s; s++) {
+		if (quoted && *s == '"')
+			putchar('"');
 		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
+	}
+	if (quoted)
+		putchar('"');
 }
 
-static void put_number(const struct ct_figure *o, size_t k)
+static void put_numbers(const struct ct_figure *o, const char *none)
 {
-	if (o->digits < 0)
-		printf("%g", o->v[k]);
-	else
-		printf("%.*f", o->digits, o->v[k]);
+	for (size_t k = 0; k < o->n; k++) {
+		if (k > 0)
+			putchar(o->mark);
+		if (isnan(o->v[k]))
+			fputs(none, stdout);
+		else if (o->digits < 0)
+			printf("%g", o->v[k]);
+		else
+			printf("%.*f", o->digits, o->v[k]);
+	}
 }
 
 void metrics_text(const struct ct_figures *f)
@@ -30,29 +43,11 @@ void metrics_text(const struct ct_figures *f)
 
 		printf("%s ", o->name);
 		if (o->word)
-			put_word(o->word);
-		for (size_t k = 0; k < o->n && !o->word; k++) {
-			if (k > 0)
-				putchar(o->mark);
-			if (isnan(o->v[k]))
-				printf("nan");
-			else
-				put_number(o, k);
-		}
+			put_word(o->word, false);
+		else
+			put_numbers(o, "nan");
 		putchar('\n');
 	}
-}
-
-/* In quotes. A quote inside is doubled. */
-static void put_quoted(const char *s)
-{
-	putchar('"');
-	for (; *s; s++) {
-		if (*s == '"')
-			putchar('"');
-		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
-	}
-	putchar('"');
 }
 
 void metrics_csv(const struct ct_figures *f, const char *test)
@@ -61,24 +56,19 @@ void metrics_csv(const struct ct_figures *f, const char *test)
 	for (size_t i = 0; i < f->n; i++)
 		printf(",%s", f->at[i].name);
 	putchar('\n');
-	put_quoted(test);
+	put_word(test, true);
 	for (size_t i = 0; i < f->n; i++) {
 		const struct ct_figure *o = &f->at[i];
-		const bool quoted = o->n > 1 && !o->word;
+		const char *quote = o->n > 1 ? "\"" : "";
 
 		putchar(',');
-		if (o->word)
-			put_quoted(o->word);
-		if (quoted)
-			putchar('"');
-		for (size_t k = 0; k < o->n && !o->word; k++) {
-			if (k > 0)
-				putchar(o->mark);
-			if (!isnan(o->v[k]))
-				put_number(o, k);
+		if (o->word) {
+			put_word(o->word, true);
+			continue;
 		}
-		if (quoted)
-			putchar('"');
+		fputs(quote, stdout);
+		put_numbers(o, "");
+		fputs(quote, stdout);
 	}
 	putchar('\n');
 }
@@ -129,24 +119,6 @@ static void put_cell(FILE *f, double v)
 		fprintf(f, ",%.9g", v);
 }
 
-static void put_header(FILE *f, const char *columns, const struct ct_metrics_rule *r)
-{
-	fputs(columns, f);
-	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		if (r->ssim[k])
-			fprintf(f, ",%s", ct_figures_ssim((enum ct_ssim_kind)k));
-	fputc('\n', f);
-}
-
-static int finish(struct ct_out *o, struct ct_err *e)
-{
-	if (ferror(o->f)) {
-		ct_out_abandon(o);
-		return ct_fail(e, CT_EOUTPUT, "the table cannot be written");
-	}
-	return ct_out_commit(o, e);
-}
-
 int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
 	struct ct_err *e)
@@ -155,7 +127,11 @@ int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 
 	if (ct_out_open(&o, path, env, e))
 		return -1;
-	put_header(o.f, "axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm", r);
+	fputs("axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm", o.f);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		if (r->ssim[k])
+			fprintf(o.f, ",%s", ct_figures_ssim((enum ct_ssim_kind)k));
+	fputc('\n', o.f);
 	for (int a = 0; a < 3; a++)
 		for (size_t s = 0; s < n[a]; s++) {
 			const struct ct_metrics_slice *m = &slice[a][s];
@@ -171,5 +147,9 @@ int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 					put_cell(o.f, m->ssim[k]);
 			fputc('\n', o.f);
 		}
-	return finish(&o, e);
+	if (ferror(o.f)) {
+		ct_out_abandon(&o);
+		return ct_fail(e, CT_EOUTPUT, "the table cannot be written");
+	}
+	return ct_out_commit(&o, e);
 }

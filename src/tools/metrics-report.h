@@ -2,7 +2,7 @@
 #ifndef CT_TOOLS_METRICS_REPORT_H
 #define CT_TOOLS_METRICS_REPORT_H
 #include "core/env.h"
-#include "quality/figures.h"
+#include "quality/compare.h"
 
 /* To standard output: a line for each figure, or an object in which null is no number. */
 void metrics_text(const struct ct_figures *f);

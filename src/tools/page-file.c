@@ -1,7 +1,7 @@
 /* page-file.c: see page-file.h. */
 #include "config.h"
 #include "tools/page-file.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 #include "core/clock.h"
 #include "formats/io.h"
 #include "tools/lib/installed.h"

@@ -1,6 +1,6 @@
 /* sr-say.c: what ct-sr found and did, in one line; see sr.h. */
 #include "config.h"
-#include "cli/memory.h"
+#include "core/memory.h"
 #include "tools/sr.h"
 
 #include <math.h>
@@ -24,8 +24,7 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 			CT_WORD(CT_SOURCE_LIST, is->from));
 	} else
 		fputs("; blur not known", f);
-	fprintf(f, "; noise %.3g HU%s (%s)", is->noise,
-		ct_operator_correlated(is) ? ", correlated" : "",
+	fprintf(f, "; noise %.3g HU%s (%s)", is->noise, is->correlated ? ", correlated" : "",
 		CT_WORD(CT_SOURCE_LIST, is->noise_from));
 }
 

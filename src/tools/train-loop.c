@@ -46,7 +46,7 @@ static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 /* Are all steps done, or is the patience used up? */
 static bool ended(const struct train_loop_job *j)
 {
-	return j->s->steps(j->s->it) >= (uint64_t)j->p->steps ||
+	return j->s->steps >= (uint64_t)j->p->steps ||
 	       (j->p->patience && j->best.worse >= (uint64_t)j->p->patience);
 }
 
@@ -144,13 +144,16 @@ static int name_run(struct train_loop_job *j, struct ct_err *e)
 static int load_state(struct train_loop_job *j, const struct ct_env *asked, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
+	double step = 0;
 	int rc = ct_resume_load(j->resume, &w, e);
 
 	if (rc > 0 && j->p->resume && !asked->dry_run &&
 		ct_out_check(j->p->out, asked, e)) /* OUT belongs to another run */
 		rc = -1;
-	if (rc == 0 && (j->s->restore(j->s->it, &w, e) || train_best_get(&j->best, &w, e)))
+	if (rc == 0 && (j->s->restore(j->s->it, &w, e) || train_best_get(&j->best, &w, e) ||
+			       ct_meta_numbers(&w.meta, CT_META_STEP, 1, &step, e)))
 		rc = ct_blame(e, j->resume->path);
+	j->s->steps = (uint64_t)step;
 	ct_tensors_free(&w);
 	return rc < 0 ? -1 : 0;
 }
@@ -158,7 +161,7 @@ static int load_state(struct train_loop_job *j, const struct ct_env *asked, stru
 /* Reports the loss on held-out data, when it is time. */
 static int judge(struct train_loop_job *j, struct ct_err *e)
 {
-	const uint64_t step = j->s->steps(j->s->it);
+	const uint64_t step = j->s->steps;
 	struct ct_tensors w = {0};
 	double held;
 	int rc;
@@ -181,7 +184,7 @@ static int judge(struct train_loop_job *j, struct ct_err *e)
 /* Reports the loss, when it is time. */
 static void tell(struct train_loop_job *j, double loss)
 {
-	const unsigned long long step = j->s->steps(j->s->it);
+	const unsigned long long step = j->s->steps;
 	const bool last = step == (unsigned long long)j->p->steps;
 
 	j->loss += loss;
@@ -203,6 +206,7 @@ static int step(struct train_loop_job *j, struct ct_err *e)
 
 	if (j->s->step(j->s->it, &loss, e))
 		return -1;
+	j->s->steps++;
 	tell(j, loss);
 	return judge(j, e);
 }
@@ -221,9 +225,9 @@ static int train(struct train_loop_job *j, struct ct_err *e)
 				return -1;
 			break; /* one that is given up has changed nothing */
 		}
-		ct_progress_until(&j->env, "training", j->s->steps(j->s->it), all,
+		ct_progress_until(&j->env, "training", j->s->steps, all,
 			j->p->patience || j->p->minutes > 0 ? all : 0);
-		if (j->resume->path && j->s->steps(j->s->it) % every == 0 && checkpoint(j, e))
+		if (j->resume->path && j->s->steps % every == 0 && checkpoint(j, e))
 			return -1;
 	}
 	if (j->best.v)

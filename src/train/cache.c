@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"
-#include "formats/hash.h"
 #include "train/cache.h"
+#include "train/data.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -26,8 +26,7 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 	const char axes[] = {
 		r->soft[0] ? '-' : 'x', r->soft[1] ? '-' : 'y', r->soft[2] ? '-' : 'z', 0};
 	const char *held = strrchr(ct_meta_get(&v->meta, CT_META_INPUT), ' ');
-	struct ct_meta m = {0};
-	int rc = -1;
+	uint64_t bits[2];
 
 	*path = NULL;
 	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu%s%s", PACKAGE_VERSION,
@@ -38,18 +37,13 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 		*key = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
-	if (ct_meta_input(&m, "example", 1, &(struct ct_piece){*key, strlen(*key)}, e))
-		goto out;
-	if (asprintf(path, "%s/%s.safetensors", folder,
-		    strrchr(ct_meta_get(&m, CT_META_INPUT), ':') + 1) < 0) {
-		*path = NULL;
-		ct_fail(e, CT_ENOMEM, "no memory");
-		goto out;
-	}
-	rc = 0;
-out:
-	ct_meta_free(&m);
-	return rc;
+	if (train_data_hash(bits, *key, strlen(*key), e))
+		return -1;
+	if (asprintf(path, "%s/%016llx%016llx.safetensors", folder, (unsigned long long)bits[0],
+		    (unsigned long long)bits[1]) >= 0)
+		return 0;
+	*path = NULL;
+	return ct_fail(e, CT_ENOMEM, "no memory");
 }
 
 /* False if the file is not there, damaged, or of another key. */

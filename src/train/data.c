@@ -2,7 +2,6 @@
 #include "config.h"
 #include "train/data.h"
 #include "core/mem.h"
-#include "core/stack.h"
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
@@ -17,6 +16,25 @@
 #include <string.h>
 #include <sys/stat.h>
 
+int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e)
+{
+	struct ct_hash *hash;
+
+	if (ct_hash_alloc(&hash, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(hash, data, bytes);
+	ct_hash_digest(hash, bits);
+	free(hash);
+	return 0;
+}
+
+int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e)
+{
+	if (ct_stack_read(path, s, e))
+		return -1;
+	return ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
+}
+
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	struct ct_stack stack = {0};
@@ -24,12 +42,8 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 	size_t n, size;
 	int rc = -1;
 
-	if (ct_stack_read(path, &stack, e))
-		return -1;
-	if (ct_stack_check_finite(&stack, e)) {
-		ct_blame(e, path);
+	if (train_data_stack(&stack, path, e))
 		goto out;
-	}
 	n = ct_stack_count(&stack);
 	size = stack.h * stack.w;
 	for (size_t i = 0; i < n; i++)
@@ -46,7 +60,7 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 			goto out;
 		for (size_t i = 0; i < size; i++)
 			px[i] = view[i] / max;
-		if (ct_pictures_add(s, stack.h, stack.w, px, path, e))
+		if (ct_pictures_add(s, 0, stack.h, stack.w, px, path, e))
 			goto out;
 	}
 	rc = 0;
@@ -67,7 +81,7 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 		free(px);
 		return -1;
 	}
-	return ct_pictures_add(s, h, w, px, path, e);
+	return ct_pictures_add(s, 0, h, w, px, path, e);
 #else
 	(void)s;
 	return ct_fail(e, CT_EINPUT,
@@ -140,15 +154,9 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 {
 	const size_t first = s->n;
 	struct train_names names = {0};
-	struct ct_piece *piece;
-	char name[256];
-	size_t len = strlen(path);
-	int rc;
+	struct ct_hash *hash;
+	int rc = train_data_names(&names, path, e);
 
-	while (len > 1 && path[len - 1] == '/')
-		len--;
-	snprintf(name, sizeof name, "%.*s", len < 255 ? (int)len : 255, path);
-	rc = train_data_names(&names, path, e);
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
 		rc = read_file(s, names.path[i], e);
 	train_names_free(&names);
@@ -156,14 +164,14 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 		return -1;
 	if (s->n == first)
 		return ct_fail(e, CT_EINPUT, "%s: no pictures in it", path);
-	if (ct_alloc(&piece, s->n - first, sizeof *piece, e))
+	if (ct_hash_alloc(&hash, e))
 		return -1;
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_picture *p = &s->picture[i];
 
-		piece[i - first] = (struct ct_piece){p->px, p->h * p->w * sizeof *p->px};
+		CT_SIMD(ct_hash_add)(hash, p->px, p->h * p->w * sizeof *p->px);
 	}
-	rc = ct_meta_input(meta, name, s->n - first, piece, e);
-	free(piece);
+	rc = ct_hash_input(hash, meta, path, e);
+	free(hash);
 	return rc;
 }

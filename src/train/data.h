@@ -3,6 +3,7 @@
 #define CT_TRAIN_DATA_H
 #include "core/err.h"
 #include "core/meta.h"
+#include "core/stack.h"
 #include "diffusion/patches.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
@@ -10,6 +11,12 @@
  * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file. */
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
+
+/* A stack of finite values. CT_EINPUT, CT_ENUMERIC naming the file. */
+int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e);
+
+/* The 128 bits of a hash. CT_ENOMEM. */
+int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
 
 /* The files that `path` names: itself, or what a folder holds, in the order of their names. */
 struct train_names {

@@ -23,13 +23,6 @@ static const char *last_part(const char *path)
 	return slash ? slash + 1 : path;
 }
 
-static int read_stack(struct ct_stack *s, const char *path, struct ct_err *e)
-{
-	if (ct_stack_read(path, s, e))
-		return -1;
-	return ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
-}
-
 /* Mean square of (I - P)(truth - base). */
 static int lack_of(double *rms, const struct train_pair *p, size_t factor, struct ct_err *e)
 {
@@ -76,7 +69,8 @@ static int read_pair(
 	*p = (struct train_pair){.name = strdup(path)};
 	if (!p->name)
 		ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	else if (read_stack(&p->truth, path, e) == 0 && read_stack(&p->base, other, e) == 0)
+	else if (train_data_stack(&p->truth, path, e) == 0 &&
+		 train_data_stack(&p->base, other, e) == 0)
 		rc = ct_stack_same(&p->base, &p->truth, e) ||
 				     ct_residual_octave(&p->octave, &p->base, factor, e) ||
 				     lack_of(&p->lack, p, factor, e)
@@ -87,22 +81,21 @@ out:
 	return rc;
 }
 
-/* Name and hash of the truths from pair `first` on, or of what is beside them. */
-static int name_input(const struct train_pairs *s, size_t first, bool base, const char *name,
+int train_pairs_name(const struct train_pairs *s, size_t first, bool base, const char *name,
 	struct ct_meta *meta, struct ct_err *e)
 {
-	struct ct_piece *piece;
+	struct ct_hash *hash;
 	int rc;
 
-	if (ct_alloc(&piece, s->n - first, sizeof *piece, e))
+	if (ct_hash_alloc(&hash, e))
 		return -1;
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_stack *x = base ? &s->pair[i].base : &s->pair[i].truth;
 
-		piece[i - first] = (struct ct_piece){x->data, ct_stack_count(x) * sizeof *x->data};
+		CT_SIMD(ct_hash_add)(hash, x->data, ct_stack_count(x) * sizeof *x->data);
 	}
-	rc = ct_meta_input(meta, name, s->n - first, piece, e);
-	free(piece);
+	rc = ct_hash_input(hash, meta, name, e);
+	free(hash);
 	return rc;
 }
 
@@ -120,13 +113,7 @@ int train_pairs_read(struct train_pairs *s, const char *path, const char *base, 
 		return -1;
 	if (s->n == first)
 		return ct_fail(e, CT_EINPUT, "%s: no stacks in it", path);
-	return name_input(s, first, false, path, meta, e);
-}
-
-int train_pairs_input(
-	const struct train_pairs *s, const char *base, struct ct_meta *meta, struct ct_err *e)
-{
-	return name_input(s, 0, true, base, meta, e);
+	return train_pairs_name(s, first, false, path, meta, e);
 }
 
 void train_pairs_free(struct train_pairs *s)
@@ -183,7 +170,7 @@ static int add_pair(struct ct_pictures *to, const struct train_pair *p, const st
 		if (ct_alloc(&x, h * w, CT_RESIDUAL_PLANES * sizeof *x, e))
 			goto out;
 		planes_of(x, p, k, max, r->missing, &f, t);
-		if (ct_pictures_add_planes(to, CT_RESIDUAL_PLANES, h, w, x, p->name, e))
+		if (ct_pictures_add(to, CT_RESIDUAL_PLANES, h, w, x, p->name, e))
 			goto out;
 	}
 	rc = 0;

@@ -21,9 +21,9 @@ struct train_pairs {
  * CT_EGEOM, CT_ENUMERIC naming the file. */
 int train_pairs_read(struct train_pairs *s, const char *path, const char *base, size_t factor,
 	struct ct_meta *meta, struct ct_err *e);
-/* The same of all that is beside them. */
-int train_pairs_input(
-	const struct train_pairs *s, const char *base, struct ct_meta *meta, struct ct_err *e);
+/* The same key, of the truths from pair `first` on or of what is beside them. */
+int train_pairs_name(const struct train_pairs *s, size_t first, bool base, const char *name,
+	struct ct_meta *meta, struct ct_err *e);
 void train_pairs_free(struct train_pairs *s);
 /* What is missing for each part of the octave: the mean of the logarithms. */
 double train_pairs_missing(const struct train_pairs *s);

@@ -36,7 +36,7 @@ static int read_pairs(struct train_pictures_job *j, struct train_data *data, str
 			&pairs, p->files.v[i], p->refined, r->factor, &data->input[i], e);
 	if (rc == 0) {
 		r->missing = train_pairs_missing(&pairs);
-		rc = train_pairs_input(&pairs, p->refined, &data->refined, e) ||
+		rc = train_pairs_name(&pairs, 0, true, p->refined, &data->refined, e) ||
 		     train_pairs_pictures(&j->data, &pairs, r, e);
 	}
 	train_pairs_free(&pairs);
@@ -56,16 +56,12 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 	for (size_t i = 0; i < d->n; i++)
 		if (train_data_read(&j->data, d->v[i], &data->input[i], e))
 			return -1;
-	if (!j->p->files.validate)
+	if (!d->validate)
 		return 0;
-	if (train_data_read(&j->held, j->p->files.validate, &data->held, e))
-		return -1;
-	return ct_patches_check(&j->p->opts.patches, &j->held, j->p->files.validate, e);
-}
-
-static uint64_t steps(const void *it)
-{
-	return ct_train_steps(((const struct train_pictures_job *)it)->train);
+	return train_data_read(&j->held, d->validate, &data->held, e) ||
+			       ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e)
+		       ? -1
+		       : 0;
 }
 
 static int step(void *it, double *loss, struct ct_err *e)
@@ -163,7 +159,6 @@ int train_pictures(struct train_subject *s, struct train_data *data,
 	j->p = p;
 	j->env = *env;
 	*s = (struct train_subject){.it = j,
-		.steps = steps,
 		.step = step,
 		.held = p->files.validate ? held : NULL,
 		.save = save,

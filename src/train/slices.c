@@ -21,7 +21,7 @@
 /* Examples of a set of volumes. */
 struct lessons {
 	struct ct_example *example;
-	size_t n, room;
+	size_t n;
 };
 
 struct train_slices_job {
@@ -115,19 +115,26 @@ out:
 	return rc;
 }
 
-/* The number of its first example, from a hash of its voxels: so a volume gives the same examples
- * whatever else is trained on. */
-static int first_of(uint64_t *first, const struct ct_vol *v, struct ct_err *e)
+/* The examples of a file, and what it holds into the hash. The number of the first is of a hash of
+ * the voxels: so a volume gives the same examples whatever else is trained on. */
+static int learn_file(struct train_slices_job *j, struct lessons *l, const char *path,
+	struct ct_hash *hash, struct ct_err *e)
 {
-	const struct ct_piece all = {v->data, ct_vol_count(v) * sizeof *v->data};
-	struct ct_meta m = {0};
-	char digits[9] = "";
-	int rc = ct_meta_input(&m, "", 1, &all, e);
+	struct ct_vol v = {0};
+	uint64_t bits[2];
+	int rc = ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) || to_hu(j, &v, path, e) ||
+				 train_data_hash(
+					 bits, v.data, ct_vol_count(&v) * sizeof *v.data, e) ||
+				 add(j, l, &v, bits[0] >> 32 << 20, j->p->cubes, e)
+			 ? -1
+			 : 0;
 
-	if (rc == 0)
-		memcpy(digits, strrchr(ct_meta_get(&m, CT_META_INPUT), ':') + 1, 8);
-	*first = strtoull(digits, NULL, 16) << 20;
-	ct_meta_free(&m);
+	if (rc == 0) {
+		const char *input = ct_meta_get(&v.meta, CT_META_INPUT);
+
+		CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+	}
+	ct_vol_free(&v);
 	return rc;
 }
 
@@ -135,40 +142,29 @@ static int learn_from(struct train_slices_job *j, struct lessons *l, const char 
 	struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
-	struct ct_piece *piece = NULL;
-	const size_t each = j->p->cubes;
+	struct ct_hash *hash = NULL;
 	struct ct_example *more;
+	size_t room;
 	int rc = -1;
 
-	if (train_data_names(&names, path, e) || ct_alloc0(&piece, names.n + 1, sizeof *piece, e))
+	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
 		goto out;
-	more = realloc(l->example, (l->n + names.n * each) * sizeof *more);
+	room = names.n * j->p->cubes;
+	more = realloc(l->example, (l->n + room) * sizeof *more);
 	if (!more) {
-		ct_fail(e, CT_ENOMEM, "no memory for %zu examples", names.n * each);
+		ct_fail(e, CT_ENOMEM, "no memory for %zu examples", room);
 		goto out;
 	}
 	l->example = more;
-	memset(more + l->n, 0, names.n * each * sizeof *more);
+	memset(more + l->n, 0, room * sizeof *more);
 	for (size_t i = 0; i < names.n; i++) {
-		struct ct_vol v = {0};
-		uint64_t first;
-
 		ct_progress(&j->env, "examples", i, names.n);
-		if (ct_vol_read(names.path[i], &v, e) || ct_vol_check_finite(&v, e) ||
-			to_hu(j, &v, names.path[i], e) || first_of(&first, &v, e) ||
-			add(j, l, &v, first, each, e)) {
-			ct_vol_free(&v);
+		if (learn_file(j, l, names.path[i], hash, e))
 			goto out;
-		}
-		piece[i].data = strdup(ct_meta_get(&v.meta, CT_META_INPUT));
-		piece[i].bytes = piece[i].data ? strlen(piece[i].data) : 0;
-		ct_vol_free(&v);
 	}
-	rc = ct_meta_input(meta, path, names.n, piece, e);
+	rc = ct_hash_input(hash, meta, path, e);
 out:
-	for (size_t i = 0; piece && i < names.n; i++)
-		free((void *)(uintptr_t)piece[i].data);
-	free(piece);
+	free(hash);
 	train_names_free(&names);
 	return rc;
 }
@@ -224,11 +220,6 @@ static int start(struct train_slices_job *j, struct ct_err *e)
 	rule.steps = rule.steps ? rule.steps : 1;
 	return ct_learn_alloc(
 		&j->learn, &j->p->network, &rule, j->data.example, j->data.n, &j->env, e);
-}
-
-static uint64_t steps(const void *it)
-{
-	return ((const struct train_slices_job *)it)->learn->steps;
 }
 
 static int step(void *it, double *loss, struct ct_err *e)
@@ -359,7 +350,6 @@ int train_slices(struct train_subject *s, struct train_data *data,
 	j->p = p;
 	j->env = *env;
 	*s = (struct train_subject){.it = j,
-		.steps = steps,
 		.step = step,
 		.held = p->files.validate ? held : NULL,
 		.save = save,

@@ -13,7 +13,7 @@
 /* A network in training: pictures.c, slices.c. */
 struct train_subject {
 	void *it;
-	uint64_t (*steps)(const void *it); /* done */
+	uint64_t steps; /* done; of the loop */
 	/* One step and its loss; CT_ESTOP: it was given up and has changed nothing. */
 	int (*step)(void *it, double *loss, struct ct_err *e);
 	int (*held)(void *it, double *loss, struct ct_err *e); /* on held-out data; may be NULL */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "unet/attention.h"
 #include "unet/dnn.h"
-#include "unet/softmax.h"
+#include "unet/layers.h"
 
 #include <math.h>
 #include <string.h>
@@ -30,7 +30,7 @@ static int weights(const struct ct_attn *a, const size_t at[3], size_t first, si
 	if (ct_dnn_sgemm(false, true, rows, a->tokens, a->width, 1.0f / sqrtf((float)a->width),
 		    qkv + first * row + at[0], row, qkv + at[1], row, 0, w, a->tokens, e))
 		return -1;
-	CT_SIMD(ct_softmax)(rows, a->tokens, w);
+	CT_SIMD(ct_layer_softmax)(rows, a->tokens, w);
 	return 0;
 }
 
@@ -75,7 +75,7 @@ int ct_attn_back(const struct ct_attn *a, float *dqkv, const float *dout, const 
 				ct_dnn_sgemm(true, false, t, wd, n, 1, w, t, d, c, 1, dqkv + at[2],
 					row, e))
 				return -1;
-			CT_SIMD(ct_softmax_back)(n, t, dw, w);
+			CT_SIMD(ct_layer_softmax_back)(n, t, dw, w);
 			if (ct_dnn_sgemm(false, false, n, wd, t, scale, dw, t, qkv + at[1], row, 1,
 				    dqkv + i * row + at[0], row, e) ||
 				ct_dnn_sgemm(true, false, t, wd, n, scale, dw, t,

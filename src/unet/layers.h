@@ -49,4 +49,13 @@ CT_SIMD_DECLARE(void, ct_layer_take, (size_t n, float *y, const float *x, bool a
 CT_SIMD_DECLARE(void, ct_layer_to_last, (size_t hw, size_t c, float *y, const float *x));
 CT_SIMD_DECLARE(void, ct_layer_to_first, (size_t hw, size_t c, float *y, const float *x));
 
+/* Rows of n floats in place: exp(x) / sum exp(x). */
+CT_SIMD_DECLARE(void, ct_layer_softmax, (size_t rows, size_t n, float *w));
+/* dw = w (dw - sum w dw). */
+CT_SIMD_DECLARE(void, ct_layer_softmax_back, (size_t rows, size_t n, float *dw, const float *w));
+
+/* Sinusoids of a timestep: emb[i] = cos(t f_i), emb[half + i] = sin(t f_i), f_i =
+ * 10000^(-i/half), half = dim/2; an odd dim ends in 0. */
+CT_SIMD_DECLARE(void, ct_layer_embed, (size_t dim, float *emb, double t));
+
 #endif

@@ -2,9 +2,7 @@
 libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h src/unet/dnn-impl.h src/unet/dnn-order.c
 libct_a_SOURCES += src/unet/conv.c src/unet/conv.h
 SIMD_SOURCES += src/unet/layers.c src/unet/layers.h src/unet/sigmoid.h
-libct_a_SOURCES += src/unet/norm.c src/unet/norm.h src/unet/embed.c src/unet/embed.h
-SIMD_SOURCES += src/unet/norm-map.c src/unet/norm-map.h
-SIMD_SOURCES += src/unet/softmax.c src/unet/softmax.h
+SIMD_SOURCES += src/unet/norm.c src/unet/norm.h
 libct_a_SOURCES += src/unet/attention.c src/unet/attention.h
 libct_a_SOURCES += src/unet/arch.c src/unet/arch.h src/unet/arch-tensors.c
 libct_a_SOURCES += src/unet/graph.c src/unet/graph.h

@@ -1,13 +1,101 @@
 /* norm.c: see norm.h. */
 #include "config.h"
 #include "unet/norm.h"
-#include "unet/norm-map.h"
+#include "unet/sigmoid.h"
 
 #include <math.h>
 
-void ct_norm_sums(size_t hw, size_t c, double *sums, const float *x)
+enum { LANES = 16, ROWS = 64 };
+
+/* s += column sums of a, q += column sums of a*b, over rows of c floats, LANES columns. */
+CT_INLINE void tile_sums(size_t rows, size_t c, double *restrict s, double *restrict q,
+	const float *restrict a, const float *restrict b)
 {
-	CT_SIMD(ct_norm_map_sums)(hw, c, sums, x, x);
+	double ts[LANES], tq[LANES];
+
+	for (size_t l = 0; l < LANES; l++) {
+		ts[l] = s[l];
+		tq[l] = q[l];
+	}
+	for (size_t i = 0; i < rows; i++)
+		for (size_t l = 0; l < LANES; l++) {
+			double v = (double)a[i * c + l];
+
+			ts[l] += v;
+			tq[l] += v * (double)b[i * c + l];
+		}
+	for (size_t l = 0; l < LANES; l++) {
+		s[l] = ts[l];
+		q[l] = tq[l];
+	}
+}
+
+/* sums[c] = sum of a, sums[c..2c] = sum of a b, per channel. */
+static void map_sums(size_t hw, size_t c, double *restrict sums, const float *restrict a,
+	const float *restrict b)
+{
+	memset(sums, 0, 2 * c * sizeof *sums);
+	for (size_t i = 0; i < hw; i += ROWS) {
+		size_t rows = hw - i < ROWS ? hw - i : ROWS;
+
+		for (size_t j = 0; j < c; j += LANES)
+			tile_sums(rows, c, sums + j, sums + c + j, a + i * c + j, b + i * c + j);
+	}
+}
+
+/* y = z = ab[0..c] x + ab[c..2c], and y = z sigmoid(z). Where y may be x, element by element, ivdep
+ * says so to the compiler. */
+static void map(size_t hw, size_t c, float *y, const float *x, const float *restrict ab)
+{
+	for (size_t i = 0; i < hw; i++)
+#pragma GCC ivdep
+		for (size_t j = 0; j < c; j++)
+			y[i * c + j] = ab[j] * x[i * c + j] + ab[c + j];
+}
+
+static void map_silu(size_t hw, size_t c, float *y, const float *x, const float *restrict ab)
+{
+	for (size_t i = 0; i < hw; i++)
+		for (size_t j = 0; j < c; j += CT_F32_LANES) {
+			const ct_f32 z = ct_f32_load(ab + j) * ct_f32_load(x + i * c + j) +
+					 ct_f32_load(ab + c + j);
+
+			ct_f32_store(y + i * c + j, z * ct_f32_sigmoid(z));
+		}
+}
+
+/* dy *= the slope of that. */
+static void map_slope(
+	size_t hw, size_t c, float *restrict dy, const float *restrict x, const float *restrict ab)
+{
+	for (size_t i = 0; i < hw; i++)
+		for (size_t j = 0; j < c; j += CT_F32_LANES) {
+			const ct_f32 z = ct_f32_load(ab + j) * ct_f32_load(x + i * c + j) +
+					 ct_f32_load(ab + c + j);
+			const ct_f32 s = ct_f32_sigmoid(z), d = ct_f32_load(dy + i * c + j);
+
+			ct_f32_store(dy + i * c + j, d * (s * (1.0f + z * (1.0f - s))));
+		}
+}
+
+/* dx (+)= p dz + q x + r, of pqr[3][c]. */
+static void combine(size_t hw, size_t c, float *restrict dx, const float *restrict dz,
+	const float *restrict x, const float *restrict pqr, bool acc)
+{
+	const float *p = pqr, *q = pqr + c, *r = pqr + 2 * c;
+
+	for (size_t i = 0; i < hw; i++)
+		if (acc)
+			for (size_t j = 0; j < c; j++)
+				dx[i * c + j] += p[j] * dz[i * c + j] + q[j] * x[i * c + j] + r[j];
+		else
+			for (size_t j = 0; j < c; j++)
+				dx[i * c + j] = p[j] * dz[i * c + j] + q[j] * x[i * c + j] + r[j];
+}
+
+void CT_SIMD_HERE(ct_norm_sums)(size_t hw, size_t c, double *sums, const float *x)
+{
+	map_sums(hw, c, sums, x, x);
 }
 
 /* Mean of a group and 1/sqrt(var + eps), of x + o. */
@@ -57,19 +145,14 @@ static void fold(const struct ct_norm *n, float *ab, const double *sums)
 	}
 }
 
-void ct_norm_forward(
+void CT_SIMD_HERE(ct_norm_forward)(
 	const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab)
 {
 	fold(n, ab, sums);
 	if (n->silu)
-		CT_SIMD(ct_norm_map_silu)(n->hw, n->c, y, x, ab);
+		map_silu(n->hw, n->c, y, x, ab);
 	else
-		CT_SIMD(ct_norm_map)(n->hw, n->c, y, x, ab);
-}
-
-size_t ct_norm_scratch(const struct ct_norm *n)
-{
-	return 3 * n->c + 4 * n->c; /* three float maps, two double sums */
+		map(n->hw, n->c, y, x, ab);
 }
 
 /* One group of the backward. With D0 = sum dz and D1 = sum dz x of a channel, dG = sum dz xhat =
@@ -114,18 +197,18 @@ static void group_back(const struct ct_norm *n, size_t g, float *pqr, float *dga
 	}
 }
 
-void ct_norm_back(const struct ct_norm *n, float *dx, float *dgamma, float *dbeta, float *de,
-	float *dy, const float *x, const double *sums, bool acc, float *scratch)
+void CT_SIMD_HERE(ct_norm_back)(const struct ct_norm *n, float *dx, float *dgamma, float *dbeta,
+	float *de, float *dy, const float *x, const double *sums, bool acc, float *scratch)
 {
 	double *d = (double *)(void *)scratch; /* first, for its alignment */
 	float *pqr = scratch + 4 * n->c;
 
 	if (n->silu) {
 		fold(n, pqr, sums);
-		CT_SIMD(ct_norm_map_slope)(n->hw, n->c, dy, x, pqr);
+		map_slope(n->hw, n->c, dy, x, pqr);
 	}
-	CT_SIMD(ct_norm_map_sums)(n->hw, n->c, d, dy, x);
+	map_sums(n->hw, n->c, d, dy, x);
 	for (size_t g = 0; g < CT_NORM_GROUPS; g++)
 		group_back(n, g, pqr, dgamma, dbeta, de, d, sums);
-	CT_SIMD(ct_norm_map_combine)(n->hw, n->c, dx, dy, x, pqr, acc);
+	combine(n->hw, n->c, dx, dy, x, pqr, acc);
 }

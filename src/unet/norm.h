@@ -1,4 +1,4 @@
-/* norm.h: group normalisation, forward and backward.
+/* norm.h: group normalisation, forward and backward. Kernels (core/simd.h).
  *
  * Pure functions on one image in [hw][c] order (channels last), c a multiple of 32; float storage,
  * sums in double and in a fixed order. dx is written, or added to if `acc`; gradients of parameters
@@ -6,6 +6,8 @@
  */
 #ifndef CT_UNET_NORM_H
 #define CT_UNET_NORM_H
+#include "core/simd.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -27,15 +29,19 @@ struct ct_norm {
 };
 
 /* sums[2c] = per-channel sum of x and of x^2. */
-void ct_norm_sums(size_t hw, size_t c, double *sums, const float *x);
+CT_SIMD_DECLARE(void, ct_norm_sums, (size_t hw, size_t c, double *sums, const float *x));
 /* y[hw][c] from x and its sums; ab[2c] is scratch. y may be x. */
-void ct_norm_forward(
-	const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab);
-/* Floats of scratch that the backward needs. */
-size_t ct_norm_scratch(const struct ct_norm *n);
+CT_SIMD_DECLARE(void, ct_norm_forward,
+	(const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab));
+/* Floats of scratch that the backward needs: three float maps, two double sums. */
+static inline size_t ct_norm_scratch(const struct ct_norm *n)
+{
+	return 3 * n->c + 4 * n->c;
+}
 /* dx[hw][c]; dgamma, dbeta [c] added to (or both NULL); de as e, added to (or NULL). dy is
  * overwritten. */
-void ct_norm_back(const struct ct_norm *n, float *dx, float *dgamma, float *dbeta, float *de,
-	float *dy, const float *x, const double *sums, bool acc, float *scratch);
+CT_SIMD_DECLARE(void, ct_norm_back,
+	(const struct ct_norm *n, float *dx, float *dgamma, float *dbeta, float *de, float *dy,
+		const float *x, const double *sums, bool acc, float *scratch));
 
 #endif

@@ -11,7 +11,6 @@
 #include "unet/arena.h"
 #include "unet/attention.h"
 #include "unet/conv.h"
-#include "unet/embed.h"
 #include "unet/layers.h"
 #include "unet/norm.h"
 
@@ -218,7 +217,10 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
 				    p->train, e))
 				return -1;
-			ct_unet_forget(p->net, o->param);
+			if (!p->net->param) { /* it is held in the order of the plan */
+				free(p->net->at[o->param]);
+				p->net->at[o->param] = NULL;
+			}
 		}
 		if (o->kind == CT_GRAPH_NORM) {
 			p->sum_at[i] = p->sums;
@@ -314,7 +316,7 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_GRAPH_EMBED: ct_embed(s->c, y, r->t); break;
+	case CT_GRAPH_EMBED: CT_SIMD(ct_layer_embed)(s->c, y, r->t); break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_forward)
 		(in->c, s->c, y, x, param_of(p, o, 0), param_of(p, o, 1));
@@ -328,8 +330,8 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 		return ct_conv_forward(p->conv[i], y, x, param_of(p, o, 1), b, p->scratch, e);
 	case CT_GRAPH_NORM:
 		norm = norm_of(p, o, b);
-		ct_norm_sums(norm.hw, norm.c, r->sum + p->sum_at[i], x);
-		ct_norm_forward(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
+		CT_SIMD(ct_norm_sums)(norm.hw, norm.c, r->sum + p->sum_at[i], x);
+		CT_SIMD(ct_norm_forward)(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
 		break;
 	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_forward)(in->h, in->w, in->c, y, x); break;
 	case CT_GRAPH_DOWN: CT_SIMD(ct_layer_down_forward)(in->h, in->w, in->c, y, x); break;
@@ -409,9 +411,9 @@ static void norm_back(const struct run *r, size_t i)
 
 	if (de && !p->flow[i].acc_b)
 		memset(de, 0, p->g.image[o->b].c * sizeof *de);
-	ct_norm_back(&n, grad_of(r, o->a), param_grad(r, o, 0), param_grad(r, o, 1), de,
-		grad_of(r, o->out), image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a,
-		p->scratch);
+	CT_SIMD(ct_norm_back)
+	(&n, grad_of(r, o->a), param_grad(r, o, 0), param_grad(r, o, 1), de, grad_of(r, o->out),
+		image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a, p->scratch);
 }
 
 /* The path of the timestep, which has no part in the gradient to the picture. */

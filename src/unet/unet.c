@@ -177,14 +177,6 @@ void ct_unet_free(struct ct_unet *n)
 	free(n);
 }
 
-void ct_unet_forget(struct ct_unet *n, size_t i)
-{
-	if (n->param)
-		return;
-	free(n->at[i]);
-	n->at[i] = NULL;
-}
-
 int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e)
 {
 	assert(n->param);

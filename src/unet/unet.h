@@ -45,8 +45,6 @@ int ct_unet_alloc(struct ct_unet **out, struct ct_tensors *w, struct ct_err *e);
 int ct_unet_init(
 	struct ct_unet **out, const struct ct_unet_arch *a, uint64_t seed, struct ct_err *e);
 void ct_unet_free(struct ct_unet *n);
-/* A plan holds weight number i in an order of its own: one that is to be run needs it no more. */
-void ct_unet_forget(struct ct_unet *n, size_t i);
 /* The parameters have been written to. No plan may run meanwhile. */
 int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
 /* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero. */

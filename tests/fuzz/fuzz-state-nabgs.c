@@ -2,7 +2,8 @@
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"
-#include "tools/nabgs-state.h"
+#include "cli/resume.h"
+#include "gs/fit.h"
 
 #include <math.h>
 
@@ -58,6 +59,22 @@ static void scene_make(struct scene *s)
 	s->options.place = CT_PLACE_BASE;
 }
 
+static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
+{
+	return ct_fit_state_pack(t, fit, e);
+}
+
+static int load(struct ct_fit *f, struct ct_resume *run, struct ct_err *e)
+{
+	struct ct_tensors t = {0};
+	int rc = ct_resume_load(run, &t, e);
+
+	if (rc == 0 && ct_fit_state_unpack(f, &t, e))
+		rc = ct_blame(e, run->path);
+	ct_tensors_free(&t);
+	return rc < 0 ? -1 : 0;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_env env = {0};
@@ -71,7 +88,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_of(&run, data, size);
-	rc = nabgs_state_load(&f, &run, &env, &e);
+	rc = load(&f, &run, &e);
 	state_check(rc, &e);
 	fuzz_taken += rc == 0;
 	if (rc == 0 && f.g.step < f.opt.iterations && f.g.n < 1000) {
@@ -99,7 +116,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_run(&run, seed_path());
-	n = seed_file(data, nabgs_state_save(&run, &f, &e));
+	n = seed_file(data, ct_resume_save(&run, pack, &f, &e));
 	ct_resume_close(&run);
 	ct_fit_free(&f);
 	scene_free(&s);

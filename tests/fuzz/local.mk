@@ -32,7 +32,7 @@ tests_fuzz_fuzz_state_ddnm_SOURCES = tests/fuzz/fuzz-state-ddnm.c src/tools/ddnm
 FUZZ_TARGETS += tests/fuzz/fuzz-state-fuse
 tests_fuzz_fuzz_state_fuse_SOURCES = tests/fuzz/fuzz-state-fuse.c src/tools/fuse-state.c $(FUZZ_DRIVER)
 FUZZ_TARGETS += tests/fuzz/fuzz-state-nabgs
-tests_fuzz_fuzz_state_nabgs_SOURCES = tests/fuzz/fuzz-state-nabgs.c src/tools/nabgs-state.c $(FUZZ_DRIVER)
+tests_fuzz_fuzz_state_nabgs_SOURCES = tests/fuzz/fuzz-state-nabgs.c $(FUZZ_DRIVER)
 FUZZ_TARGETS += tests/fuzz/fuzz-state-train
 tests_fuzz_fuzz_state_train_SOURCES = tests/fuzz/fuzz-state-train.c $(FUZZ_DRIVER)
 if HAVE_VTK

@@ -1,6 +1,6 @@
-/* loss-image.c: see loss-image.h. */
+/* loss.c: see loss.h. */
 #include "config.h"
-#include "gs/loss-image.h"
+#include "gs/loss.h"
 #include "core/mem.h"
 #include "gs/loss-row.h"
 
@@ -126,4 +126,62 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
 	}
 	t->l1 = l1 / count;
 	t->dssim = less / count;
+}
+
+struct tv {
+	float *df;
+	double *part; /* of every slice */
+	const float *f, *base;
+	const size_t *n;
+	size_t pitch;
+	float weight;
+};
+
+/* The gradient in a slice, and the sum of the differences that begin in it: those to the slices on
+ * both sides are taken from both. */
+static void tv_slice(void *arg, size_t k, size_t worker)
+{
+	const struct tv *t = arg;
+	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
+	double sum = 0;
+
+	(void)worker;
+	memset(t->df + k * up, 0, up * sizeof *t->df);
+	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
+		float *d = t->df + r * t->pitch;
+		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
+
+		sum += CT_SIMD(ct_loss_row_tv)(
+			d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
+		if (r + 1 < (k + 1) * n[1])
+			sum += CT_SIMD(ct_loss_row_tv)(d, d + t->pitch, a, a + t->pitch, b,
+				b ? b + n[0] : NULL, n[0], t->weight);
+		if (k + 1 < n[2])
+			sum += CT_SIMD(ct_loss_row_tv)(
+				d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
+		if (k > 0)
+			CT_SIMD(ct_loss_row_tv)
+		(NULL, d, a - up, a, b ? b - bup : NULL, b, n[0], t->weight);
+	}
+	t->part[k] = sum;
+}
+
+double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
+	const size_t n[static 3], double weight, struct ct_par *par)
+{
+	size_t count =
+		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
+	struct tv t = {.df = df,
+		.part = part,
+		.f = f,
+		.base = base,
+		.n = n,
+		.pitch = pitch,
+		.weight = count ? (float)(weight / (double)count) : 0};
+	double sum = 0;
+
+	ct_par_for(par, n[2], tv_slice, &t);
+	for (size_t k = 0; k < n[2]; k++)
+		sum += part[k];
+	return count ? sum / (double)count : 0;
 }
