@@ -178,7 +178,7 @@ static void compare(const size_t size[3], int kind)
 	must(ct_consistency_alloc(&dc, &one, n, y, 30, NULL, &err));
 	if (kind == 1)
 		rule.near = (struct ct_tv_near){to, 25, dual};
-	must((kind == 2 ? ct_hessian_tv : ct_tv)(got, &dc, &rule, &r, &env, &err));
+	must((kind == 2 ? ct_tv_hessian : ct_tv)(got, &dc, &rule, &r, &env, &err));
 	if (kind == 2)
 		second_order(y, 30, 40);
 	else

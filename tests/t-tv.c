@@ -144,7 +144,7 @@ static void test_ramp(void)
 	ct_separable_apply(&up, x, y, NULL);
 	for (size_t i = 0; i < count(n); i++)
 		start = fmax(start, fabs((double)x[i] - (double)truth[i]));
-	solve(ct_hessian_tv, x, &d, n, y, 0, 10000, &r, NULL);
+	solve(ct_tv_hessian, x, &d, n, y, 0, 10000, &r, NULL);
 	for (size_t i = 0; i < count(n); i++)
 		worst = fmax(worst, fabs((double)x[i] - (double)truth[i]));
 	OK(worst < 1 && worst < 0.01 * start, "htv: a ramp (%.2g HU, from %.3g)", worst, start);
@@ -279,7 +279,7 @@ static void test_report(void)
 			some.iterations = 4 + k;
 			x[k] = volume(n);
 			must(ct_consistency_alloc(&dc, &d, n, y, 20, NULL, &err) ||
-				(htv ? ct_hessian_tv : ct_tv)(x[k], &dc, &some, &r, &env, &err));
+				(htv ? ct_tv_hessian : ct_tv)(x[k], &dc, &some, &r, &env, &err));
 			ct_consistency_free(&dc);
 		}
 		for (size_t i = 0; i < N; i++) {
@@ -329,7 +329,7 @@ static void test_faint(void)
 		must(ct_consistency_pinv_plan(&up, &d, n, NULL, &err));
 		ct_separable_apply(&up, x[k], y, NULL);
 		ct_separable_free(&up);
-		solve(ct_hessian_tv, x[k], &d, n, y, 0, enough[k], &r, NULL);
+		solve(ct_tv_hessian, x[k], &d, n, y, 0, enough[k], &r, NULL);
 	}
 	for (size_t i = 0; i < count(n); i++)
 		if (i % n[0] > n[0] / 2) {
@@ -362,7 +362,7 @@ static void test_tolerance(void)
 			for (size_t i = 0; i < count(n); i++)
 				y[i] = i % 3 ? 100 : -50;
 			must(ct_consistency_alloc(&dc, &one, n, y, 20, NULL, &err) ||
-				(htv ? ct_hessian_tv : ct_tv)(x, &dc, &rule, &r, &env, &err));
+				(htv ? ct_tv_hessian : ct_tv)(x, &dc, &rule, &r, &env, &err));
 			OK(r.iterations == (k ? first : all) && told == (k ? first : all + 1),
 				"%s: %zu iterations", htv ? "htv" : "tv", r.iterations);
 			ct_consistency_free(&dc);
@@ -386,14 +386,14 @@ static void test_divergence(void)
 	must(ct_consistency_alloc(&dc, &one, n, y, 1, NULL, &err));
 	OK(ct_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"tv: infinity is an error");
-	OK(ct_hessian_tv(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
+	OK(ct_tv_hessian(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"htv: likewise");
 	memset(&r, 0x55, sizeof r);
 	OK(ct_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 && r.objective == 0 &&
 			r.change == 0,
 		"tv: a report of no iterations is of zeroes");
 	memset(&r, 0x55, sizeof r);
-	OK(ct_hessian_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 &&
+	OK(ct_tv_hessian(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 &&
 			r.objective == 0 && r.change == 0,
 		"htv: likewise");
 	ct_consistency_free(&dc);
@@ -407,9 +407,9 @@ int main(void)
 	test_box();
 	test_ramp();
 	test_thin(ct_tv, "tv");
-	test_thin(ct_hessian_tv, "htv");
+	test_thin(ct_tv_hessian, "htv");
 	test_threads(ct_tv, "tv");
-	test_threads(ct_hessian_tv, "htv");
+	test_threads(ct_tv_hessian, "htv");
 	test_report();
 	test_faint();
 	test_tolerance();

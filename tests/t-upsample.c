@@ -225,7 +225,7 @@ static void by_hand(float *x, const struct ct_vol *lo, const struct ct_degrade *
 	must(ct_resample_up_plan(&s, lo->n, d->factor, CT_BSPLINE, NULL, &err) ||
 		ct_consistency_alloc(&dc, d, n, lo->data, 0.7 * noise, NULL, &err));
 	ct_separable_apply(&s, x, lo->data, NULL);
-	must((tv ? ct_tv : ct_hessian_tv)(x, &dc, &rule, did, &quiet, &err));
+	must((tv ? ct_tv : ct_tv_hessian)(x, &dc, &rule, did, &quiet, &err));
 	ct_consistency_free(&dc);
 	ct_separable_free(&s);
 }

@@ -1,6 +1,7 @@
 /* operator.c: see operator.h. */
 #include "config.h"
 #include "refine/operator.h"
+#include "resolution/blur.h"
 #include "resolution/noise.h"
 #include "resolution/profile.h"
 
@@ -121,6 +122,28 @@ static enum ct_decimate sampling_of(const struct ct_profile got[3], const double
 	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
 }
 
+/* The network has seen no wider profile: beyond it the least blur that edges show counts (blur.h).
+ */
+#define WIDEST 0.5
+
+static int widen(struct ct_profile got[3], const struct ct_vol *in, const double factor[3],
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_blur least;
+	bool wide = false;
+
+	for (int a = 0; a < 3; a++)
+		wide = wide || got[a].spread > WIDEST;
+	if (!wide)
+		return 0;
+	if (ct_blur_estimate(&least, in, factor, env->par, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		if (got[a].spread > WIDEST)
+			got[a].spread = fmax(got[a].spread, least.axis[a].sigma / CAUTION);
+	return 0;
+}
+
 /* The axes in plane have one spread. */
 static void join_planes(struct ct_profile *x, struct ct_profile *y)
 {
@@ -139,7 +162,8 @@ static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
 {
 	struct ct_profile got[3];
 
-	if (ct_profile_measure(got, in, r->by.factor, env->par, e))
+	if (ct_profile_measure(got, in, r->by.factor, env->par, e) ||
+		widen(got, in, r->by.factor, env, e))
 		return -1;
 	join_planes(&got[0], &got[1]);
 	if (said->decimate < 0)

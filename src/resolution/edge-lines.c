@@ -118,8 +118,8 @@ static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
 	row[m] = logf(fabsf(step) / 100);
 }
 
-int ct_edge_lines(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count, const float *x,
-	const size_t n[static 3], int axis, struct ct_err *e)
+int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
+	const float *x, const size_t n[static 3], int axis, struct ct_err *e)
 {
 	const size_t stride[3] = {1, n[0], n[0] * n[1]};
 	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;

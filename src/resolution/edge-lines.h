@@ -22,7 +22,7 @@ enum {
 
 /* *count rows of x, n voxels, HU, finite, along an axis; 0 if there are fewer than CT_EDGE_LEAST
  * places. Of a large CT not all places are looked at. CT_ENOMEM. Pure. */
-int ct_edge_lines(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count, const float *x,
-	const size_t n[static 3], int axis, struct ct_err *e);
+int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
+	const float *x, const size_t n[static 3], int axis, struct ct_err *e);
 
 #endif

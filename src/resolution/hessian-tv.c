@@ -196,7 +196,7 @@ static void iterate(void *job, size_t it, bool measure, double sums[2], struct c
 	}
 }
 
-int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+int ct_tv_hessian(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e)
 {
 	struct hessian_tv_job j = {.x = x};

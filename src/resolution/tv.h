@@ -69,7 +69,7 @@ int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
  * 30 iterations: the dual of faint slopes then comes to rest too, and leaves no texture where a
  * scan is nearly flat. Those 30 are made whatever the tolerance, as a dual of zeros moves little at
  * first. Memory: four volumes beside x, and what dc holds. */
-int ct_hessian_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
+int ct_tv_hessian(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 
 /* The loop of both. */

@@ -215,7 +215,7 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	r->condition = dc.condition;
 	r->lost = dc.lost;
 	r->measured = ct_vol_count(lo) - dc.lost;
-	rc = (first_order ? ct_tv : ct_hessian_tv)(hi->data, &dc, &how, &did, env, e);
+	rc = (first_order ? ct_tv : ct_tv_hessian)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations;
 	r->objective = did.objective;
 	r->change = did.change;
