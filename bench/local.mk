@@ -34,7 +34,7 @@ BENCH_C += bench/b-gs
 EXTRA_PROGRAMS += bench/unet-calls
 bench_unet_calls_SOURCES = bench/unet-calls.c bench/bench.h
 BENCH_SH += bench/b-unet.sh
-EXTRA_DIST += bench/unet-torch.py
+EXTRA_DIST += bench/unet-torch.py bench/profile/rows.py bench/profile/fit.py
 bench: bench/unet-calls
 # No bench: prints the table of src/resolution/expected.c.
 EXTRA_PROGRAMS += bench/fit-expected
