@@ -36,7 +36,7 @@ exits 2 'sigma that contradicts the file' ct-upsample --sigma 1 P1.nii no.nii
 exits 2 'decimation that contradicts the file' ct-upsample --decimate mean P1.nii no.nii
 exits 0 'operator from options' ct-upsample -v -m tv -x 2 --sigma 0.8 --iterations 5 hu.nii given.nii
 exits 0 'operator measured' ct-upsample -v -x 2 --estimate --iterations 5 hu.nii seen.nii
-has err 'axis 2: blur' 'and told'
+has err 'axis 2: spread' 'and told'
 [ ! -e no.nii ]; ok $? 'a failure leaves nothing'
 
 # a start, the nearest consistent volume, and the same through ct-compose

@@ -70,7 +70,9 @@ if command -v python3 >/dev/null; then
 o = json.load(sys.stdin)
 assert len(o["edges"]) == 3 and all(0.2 < s < 0.47 for s in o["blur-lr-voxels"]), o
 assert all(abs(m - 3 * s) < 1e-9 for m, s in zip(o["blur-mm"], o["blur-lr-voxels"])), o
-assert all(s < t for s, t in zip(o["blur-lr-voxels"], o["blur-seen-voxels"])), o'
+assert all(s < t for s, t in zip(o["blur-lr-voxels"], o["blur-seen-voxels"])), o
+assert all(0.3 < s < 0.6 for s in o["profile-spread-voxels"]) and all(0 < d < 0.2 for d in o["profile-deviation-voxels"]), o
+assert all(0 <= q < 0.5 for q in o["profile-alias-probability"]), o'
 	ok $? 'the estimate as JSON'
 	ct-info --json v.nii.gz p.exr w.safetensors >out && python3 - <<'END'
 import json

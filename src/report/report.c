@@ -241,11 +241,11 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	return m.o;
 }
 
-int ct_report_estimate(
-	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e)
+int ct_report_estimate(json_t *report, const struct ct_profile profile[static 3],
+	const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e)
 {
 	struct maker m = {.o = report};
-	double measured[3], sigma[3], mm[3], aliasing[3];
+	double measured[3], sigma[3], mm[3], aliasing[3], spread[3], deviation[3], aliases[3];
 	size_t edges[3];
 
 	ct_vol_spacing(v, mm);
@@ -255,7 +255,13 @@ int ct_report_estimate(
 		mm[a] *= sigma[a];
 		aliasing[a] = s->axis[a].aliasing;
 		edges[a] = s->axis[a].edges;
+		spread[a] = profile[a].spread;
+		deviation[a] = spread[a] * profile[a].deviation;
+		aliases[a] = isnan(spread[a]) ? spread[a] : profile[a].aliases;
 	}
+	put(&m, "profile-spread-voxels", numbers(3, spread));
+	put(&m, "profile-deviation-voxels", numbers(3, deviation));
+	put(&m, "profile-alias-probability", numbers(3, aliases));
 	put(&m, "blur-seen-voxels", numbers(3, measured));
 	put(&m, "blur-lr-voxels", numbers(3, sigma));
 	put(&m, "blur-mm", numbers(3, mm));

@@ -4,6 +4,7 @@
 #include "core/err.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
+#include "resolution/profile.h"
 
 #include <jansson.h>
 #include <stdbool.h>
@@ -11,9 +12,10 @@
 
 /* An object of `path`; `all` lists every tensor too. NULL with CT_ENOMEM. */
 json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e);
-/* Add the estimate of v to the object: "blur-..." as three numbers, "noise-...". CT_ENOMEM. */
-int ct_report_estimate(
-	json_t *report, const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e);
+/* Add the estimates of v to the object: "profile-..." and "blur-..." as three numbers, "noise-...".
+ * CT_ENOMEM. */
+int ct_report_estimate(json_t *report, const struct ct_profile profile[static 3],
+	const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e);
 /* The object as lines "name value", indented. Control characters become '?': what a file says of
  * itself cannot steer a terminal. */
 void ct_report_print(FILE *f, const json_t *report);

@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
+#include "resolution/profile.h"
 #include "dicom/dicom.h"
 #include "report/report.h"
 
@@ -36,13 +37,15 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const d
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
+	struct ct_profile profile[3];
 	struct ct_blur s;
 
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
-	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e))
+	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e) ||
+		ct_profile_measure(profile, &a->vol, factor, env->par, e))
 		return ct_blame(e, path);
-	return ct_report_estimate(o, &s, &a->vol, e);
+	return ct_report_estimate(o, profile, &s, &a->vol, e);
 }
 
 static bool is_folder(const char *path)
