@@ -52,17 +52,17 @@ twice() { # twice WHAT COMMAND...
 	has err "$what" "is $what"
 }
 for i in a.nii ./a.nii s.nii h.nii d/a.nii "$PWD/a.nii"; do
-	twice 'also an input' ct-degrade -f -x 2 a.nii "$i"
+	twice 'an input of the same run' ct-degrade -f -x 2 a.nii "$i"
 done
 cmp -s a.nii before.nii; ok $? 'and the input is as it was'
-twice 'also an input' sh -c 'ct-degrade -f -x 2 - a.nii <a.nii'
-twice 'also an input' sh -c 'ct-degrade -f -x 2 a.nii - >>a.nii'
+twice 'an input of the same run' sh -c 'ct-degrade -f -x 2 - a.nii <a.nii'
+twice 'an input of the same run' sh -c 'ct-degrade -f -x 2 a.nii - >>a.nii'
 ln a.exr a.ply; ln a.exr a.safetensors; ln up.nii up.png # known by content
-twice 'also an input' ct-nabgs -f -b up.nii a.ply a.ply
-twice 'also an input' ct-metrics -f a.nii up.nii --consistency lr.nii --map lr.nii
-twice 'also an input' ct-fdk -f --grid a.nii a.exr a.nii
-twice 'also an input' ct-train -f a.safetensors a.exr
-twice 'also an input' ct-sr -f a.nii a.nii
+twice 'an input of the same run' ct-nabgs -f -b up.nii a.ply a.ply
+twice 'an input of the same run' ct-metrics -f a.nii up.nii --consistency lr.nii --map lr.nii
+twice 'an input of the same run' ct-fdk -f --grid a.nii a.exr a.nii
+twice 'an input of the same run' ct-train -f a.safetensors a.exr
+twice 'an input of the same run' ct-sr -f a.nii a.nii
 mkdir kept
 twice 'written between' ct-sr -x 2 --projections -k kept a.nii kept/lr.nii
 cp a.nii kept/up.nii
@@ -72,14 +72,14 @@ twice 'written between' ct-sr -x 4 --projections -k kept -Q best a.nii d/kept/up
 has err 'kept/up.nii' 'which it names'
 ct-sr --dry-run --projections --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
-twice 'also another output' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
-twice 'also another output' ct-ddnm -k 2 --std new.exr low.exr d/new.exr
-twice 'also another output' ct-upsample --std new.nii lr.nii d/new.nii
-twice 'also an input' ct-upsample -f --std a.nii a.nii new.nii
+twice 'another output of the same run' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
+twice 'another output of the same run' ct-ddnm -k 2 --std new.exr low.exr d/new.exr
+twice 'another output of the same run' ct-upsample --std new.nii lr.nii d/new.nii
+twice 'an input of the same run' ct-upsample -f --std a.nii a.nii new.nii
 twice 'another output' ct-ddnm -k 2 --std new.exr.state low.exr new.exr
 cp a.exr new.exr.state
 twice 'an input' ct-ddnm -f new.exr.state new.exr
-command -v ct-view >/dev/null && twice 'also an input' ct-view -f a.nii up.png -o up.png
+command -v ct-view >/dev/null && twice 'an input of the same run' ct-view -f a.nii up.png -o up.png
 rm new.exr.state
 exits 2 'one stream in' ct-metrics - -
 exits 2 'one stream out' ct-ddnm -k 2 --std - low.exr -

@@ -24,17 +24,17 @@ awk 'NR == FNR {a = $1; next} {exit !(a > 0 && ($1 - a) ^ 2 <= (.06 * a) ^ 2)}' 
 exits 0 'noise of the file, to a pipe' sh -c 'ct-sr -x 2 noisy.nii - >p.nii'
 says "24x24x16 to 48x48x32, 2 times; $blur; noise 15 HU \\(from the file\\); tv, [0-9]+ iterations \\(band-limited\\), then the prior; data residual (15|1[0-4]|1[0-4]?\.[0-9]|[0-9]) HU RMS" \
 	'noise, to which it is consistent'
-tail -c 36864 noisy.nii >n.raw && ct-convert -q --raw 24x24x16:f32:4 --orient RAS n.raw bare.nii
+tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
 exits 0 'measured' ct-sr -Q draft -x 2 bare.nii m.nii
-says "24x24x16 to 48x48x32, 2 times; blur not known; noise $number HU(, correlated)? \\(measured\\); bspline" 'edges that do not tell'
+says "12x12x12 to 24x24x24, 2 times; blur not known; noise $number HU(, correlated)? \\(measured\\); bspline" 'edges that do not tell'
 ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii
 tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
 ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS l.raw loud.nii
 exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
-says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point) \\(measured\\); noise 0 HU \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
+says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); noise 0 HU \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
 exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
-says "24x24x16 to 48x48x16, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual [1-4](\.[0-9])? HU RMS" \
+says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual [1-4](\.[0-9])? HU RMS" \
 	'what was given, along each axis'
 # noise of neighbours that a Gaussian made alike
 ct-degrade -q -x 1 --noise 40 h.nii soft0.nii -f && ct-degrade -q -f -x 1 --sigma .6,.6,.6 soft0.nii soft.nii && tail -c 442368 soft.nii >soft.raw &&

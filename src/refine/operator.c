@@ -122,25 +122,32 @@ static enum ct_decimate sampling_of(const struct ct_profile got[3], const double
 	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
 }
 
-/* The network has seen no wider profile: beyond it the least blur that edges show counts (blur.h).
- */
+/* The network has seen no wider profile. */
 #define WIDEST 0.5
 
+/* Where the network saw nothing (it wants no constant air), or nothing so wide before, the least
+ * blur that edges show counts (blur.h). */
 static int widen(struct ct_profile got[3], const struct ct_vol *in, const double factor[3],
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_blur least;
-	bool wide = false;
+	bool wanted = false;
 
 	for (int a = 0; a < 3; a++)
-		wide = wide || got[a].spread > WIDEST;
-	if (!wide)
+		wanted = wanted || (factor[a] > 1 && !(got[a].spread <= WIDEST));
+	if (!wanted)
 		return 0;
 	if (ct_blur_estimate(&least, in, factor, env->par, e))
 		return -1;
-	for (int a = 0; a < 3; a++)
+	for (int a = 0; a < 3; a++) {
+		const struct ct_blur_axis *l = &least.axis[a];
+
 		if (got[a].spread > WIDEST)
-			got[a].spread = fmax(got[a].spread, least.axis[a].sigma / CAUTION);
+			got[a].spread = fmax(got[a].spread, l->sigma / CAUTION);
+		if (factor[a] > 1 && isnan(got[a].spread) && l->sampling != CT_SAMPLING_UNKNOWN)
+			got[a] = (struct ct_profile){l->sigma / CAUTION, 1,
+				l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1, l->edges};
+	}
 	return 0;
 }
 
