@@ -161,7 +161,7 @@ static void look(const char *path, uint64_t seed)
 	struct ct_vol v = {0}, middle = {0};
 	double z;
 
-	must(ct_vol_read_hu(path, &v, &err));
+	must(ct_vol_read_hu(path, &v, &env, &err));
 	cut(&middle, &v, &eight);
 	z = sharp(&middle);
 	ct_vol_free(&middle);
