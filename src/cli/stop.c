@@ -99,10 +99,10 @@ int ct_stop_catch(const char *tool, struct ct_err *e)
 
 	program = tool;
 	signals(&s);
-	pthread_sigmask(SIG_BLOCK, &s, NULL);
 	if (sem_init(&came, 0, 0) != 0)
 		return ct_fail(e, CT_EFAIL, "cannot make a semaphore");
 	on_each(take);
+	pthread_sigmask(SIG_BLOCK, &s, NULL);
 	if (pthread_create(&thread, NULL, watch, NULL) != 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start a thread");
 	pthread_detach(thread);
