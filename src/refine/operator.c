@@ -122,7 +122,7 @@ static enum ct_decimate sampling_of(const struct ct_profile got[3], const double
 	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
 }
 
-/* The network has seen no wider profile. */
+/* The network has seen few wider profiles, and tells less than they are. */
 #define WIDEST 0.5
 
 /* Where the network saw nothing (it wants no constant air), or nothing so wide before, the least

@@ -84,7 +84,7 @@ static struct ct_profile judge(const double seen[SEEN], const float *w)
 	layer(out, last, 3, LAST, &w, false);
 	p.spread = log1p(exp(fmin(out[0], 30)));
 	p.deviation = HELD * exp(fmin(fmax(out[1], -4), 1)) * (p.spread + 0.1) / p.spread;
-	p.aliases = 1 / (1 + exp(-out[2]));
+	p.aliases = fmin(fmax(1 / (1 + exp(-out[2])), 0.001), 0.999);
 	return p;
 }
 

@@ -21,7 +21,7 @@
 struct ct_profile {
 	double spread;    /* voxels of v; NaN if nothing can be said */
 	double deviation; /* of the spread, as a share of it: one standard deviation */
-	double aliases;   /* probability */
+	double aliases;   /* probability, .001 to .999 */
 	size_t edges;     /* it rests on so many */
 };
 
