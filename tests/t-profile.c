@@ -79,6 +79,21 @@ static void found(const struct ct_vol *v)
 	}
 }
 
+/* What is soft along another axis too is soft by itself: without that axis .456 is measured. */
+static void soft(void)
+{
+	const struct ct_degrade d = {{1, 1, 4}, {0}, CT_DECIMATE_MEAN};
+	struct ct_profile got[3];
+	struct ct_vol v = {0}, lo;
+
+	make(&v, 1.5);
+	lo = reduced(&v, &d, 0);
+	must(ct_profile_measure(got, &lo, d.factor, NULL, &err));
+	OK(got[2].spread < 0.43, "soft edges count less: %.3f for .289", got[2].spread);
+	ct_vol_free(&lo);
+	ct_vol_free(&v);
+}
+
 /* Padding is no edge, and neither is too small a scan one. */
 static void nothing(const struct ct_vol *v)
 {
@@ -108,6 +123,7 @@ int main(void)
 	make(&v, 0.5);
 	found(&v);
 	nothing(&v);
+	soft();
 	ct_vol_free(&v);
 	return tap_done();
 }

@@ -396,6 +396,45 @@ static void between_factors(double fx, double fy, double fz, size_t cell)
 	ct_slice_prior_free(&p);
 }
 
+/* RMS of what is added to a thick scan that is said to be so. */
+static double added_to(const struct scan *s, const struct ct_slice_prior *p,
+	enum ct_decimate decimate, double sigma)
+{
+	enum { ALL = 24 * 20 * 16 };
+	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}, .by = s->by};
+	struct ct_restore_report got;
+	struct ct_vol x = {0};
+
+	rule.by.decimate = decimate;
+	rule.by.sigma[2] = 4 * sigma;
+	must(ct_vol_alloc(&x, s->x.n, &err));
+	memcpy(x.affine, s->x.affine, sizeof x.affine);
+	memcpy(x.data, s->x.data, ALL * sizeof *x.data);
+	must(ct_restore(&x, NULL, &s->lo, p, &rule, &got, &env, &err));
+	ct_vol_free(&x);
+	return got.added;
+}
+
+/* Wide points of thick slices are told as means of the same spread; narrow ones as what they are.
+ */
+static void wide_points(void)
+{
+	struct ct_slice_prior p = {.n = 1};
+	struct scan s;
+	double mean, narrow;
+
+	random_network(&p.r[0], 57, 4, 8, 1, false);
+	scan_of(&s, 1, 1, 4);
+	mean = added_to(&s, &p, CT_DECIMATE_MEAN, sqrt(0.37 * 0.37 - 1. / 12));
+	NEAR(added_to(&s, &p, CT_DECIMATE_POINT, 0.37) / mean, 1, 1e-5, "wide points are means");
+	narrow = added_to(&s, &p, CT_DECIMATE_MEAN, 0);
+	OK(fabs(added_to(&s, &p, CT_DECIMATE_POINT, 0.25) / narrow - 1) > 1e-3,
+		"narrow ones are not");
+	ct_vol_free(&s.x);
+	ct_vol_free(&s.lo);
+	ct_slice_prior_free(&p);
+}
+
 static void knowing(void)
 {
 	/* The network of 3 is for slices with two coarse axes, that of 5 for those with one. */
@@ -617,6 +656,7 @@ int main(void)
 	between_factors(1, 1, 2, 3);
 	between_factors(4, 4, 4, 3);
 	between_factors(2, 2, 1, 4);
+	wide_points();
 	knowing();
 	examples();
 	return tap_done();
