@@ -55,8 +55,8 @@ static const struct {
 } cases[] = {{"sinc 4x4x4",
 		     {{FACTOR, FACTOR, FACTOR}, {FACTOR / 2.3548, FACTOR / 2.3548, FACTOR / 2.3548},
 			     CT_DECIMATE_SINC}},
-	{"means 4x4x4", {{FACTOR, FACTOR, FACTOR}, {0}, CT_DECIMATE_MEAN}},
-	{"means 1x1x4", {{1, 1, FACTOR}, {0}, CT_DECIMATE_MEAN}}};
+	{"means 4x4x4", {{FACTOR, FACTOR, FACTOR}, {0}, CT_DECIMATE_MEAN, {0}}},
+	{"means 1x1x4", {{1, 1, FACTOR}, {0}, CT_DECIMATE_MEAN, {0}}}};
 
 int main(void)
 {

@@ -54,9 +54,7 @@ all: $(OUT)/trade.txt
 	@cat $<
 
 $(OUT)/trade.csv: $(ROWS)
-	@head -q -n 1 $(firstword $(ROWS)) >$@.part
-	@for f in $(ROWS); do tail -n 1 $$f; done >>$@.part
-	@mv $@.part $@
+	$(gather)
 
 $(OUT)/trade.txt: $(OUT)/trade.csv
 	@$(PYTHON) $(HERE)trade.py $< $(OUT)/trade.svg >$@.part

@@ -165,13 +165,17 @@ static void test_singular_values(void)
 	ct_taps_free(&t);
 }
 
-static const struct ct_degrade cases[] = {{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC},
-	{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_MEAN}, {{3, 1, 2}, {0.4, 0, 0.3}, CT_DECIMATE_POINT},
-	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC},
+static const struct ct_degrade cases[] = {{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}},
+	{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_MEAN, {0}},
+	{{3, 1, 2}, {0.4, 0, 0.3}, CT_DECIMATE_POINT, {0}},
+	{{2.5, 2, 1}, {1, 0.9, 0.7}, CT_DECIMATE_SINC, {0}},
 	/* of few weights a row: all axes, one of them, and every pair */
-	{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT}, {{1, 2.5, 1}, {0, 0, 0}, CT_DECIMATE_MEAN},
-	{{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN}, {{3.75, 3, 1}, {0.4, 0, 0}, CT_DECIMATE_MEAN},
-	{{1, 2, 5}, {0, 0.3, 1}, CT_DECIMATE_POINT}, {{4, 1, 1}, {0.5, 0, 0}, CT_DECIMATE_POINT}};
+	{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}},
+	{{1, 2.5, 1}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}},
+	{{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}},
+	{{3.75, 3, 1}, {0.4, 0, 0}, CT_DECIMATE_MEAN, {0}},
+	{{1, 2, 5}, {0, 0.3, 1}, CT_DECIMATE_POINT, {0}},
+	{{4, 1, 1}, {0.5, 0, 0}, CT_DECIMATE_POINT, {0}}};
 static const size_t sizes[][3] = {{36, 20, 28}, {19, 7, 24}, {33, 5, 22}, {40, 18, 9}, {44, 72, 36},
 	{21, 25, 9}, {70, 3, 32}, {75, 39, 7}, {6, 22, 40}, {48, 5, 6}};
 enum { NARROW = 4 }; /* the first of those */
@@ -446,7 +450,7 @@ static void test_threads(void)
 /* What is narrow is known as such, and its pseudo-inverse is as narrow at any length. */
 static void test_narrow(void)
 {
-	struct ct_degrade blurred = {{4, 4, 4}, {3, 3, 3}, CT_DECIMATE_POINT};
+	struct ct_degrade blurred = {{4, 4, 4}, {3, 3, 3}, CT_DECIMATE_POINT, {0}};
 	struct ct_consistency dc = {0};
 	struct ct_separable plus = {0};
 	const size_t n[3] = {96, 64, 256};
@@ -478,8 +482,8 @@ static void test_refused(void)
 	struct ct_consistency dc = {0};
 	float y[12] = {0};
 
-	OK(ct_consistency_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN}, n, y,
-		   0, NULL, &err) < 0 &&
+	OK(ct_consistency_alloc(&dc, &(struct ct_degrade){{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, n,
+		   y, 0, NULL, &err) < 0 &&
 			err.code == CT_EGEOM,
 		"a grid that the cells do not cover is refused");
 }
@@ -497,7 +501,7 @@ static void test_fractions(void)
 			size_t n = ct_degrade_cover(m, factor[f]);
 			const size_t n3[3] = {n, n, n}, m3[3] = {m, m, m};
 			struct ct_degrade d = {
-				{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC};
+				{factor[f], factor[f], factor[f]}, {0}, CT_DECIMATE_SINC, {0}};
 			double lo[3][4], back[3][4];
 
 			same &= ct_degrade_size(n, factor[f]) == m;

@@ -23,7 +23,7 @@ exits 2 'refuses another factor than the file says' ct-upsample -x 4 lr.nii no.n
 has err 'lr.nii' 'and names the file'
 [ ! -e no.nii ]; ok $? 'and leaves nothing'
 exits 2 'does not upsample twice unasked' ct-upsample up.nii no.nii
-exits 2 'needs a factor for a file that has none' ct-upsample hr.nii no.nii
+exits 0 'chooses a factor for a file that has none' ct-upsample -m linear hr.nii chosen.nii
 exits 2 'needs a factor to degrade' ct-degrade hr.nii no.nii
 exits 2 'refuses a factor below 1' ct-degrade -x 0.5 hr.nii no.nii
 exits 2 'refuses a negative blur' ct-degrade -x 2 --sigma -1 hr.nii no.nii

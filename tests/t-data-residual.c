@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const size_t fine[3] = {26, 21, 17};
-static const struct ct_degrade cells = {{4, 3, 2}, {1.1, 0.6, 0}, CT_DECIMATE_MEAN};
+static const struct ct_degrade cells = {{4, 3, 2}, {1.1, 0.6, 0}, CT_DECIMATE_MEAN, {0}};
 
 static void make(struct ct_vol *hi, struct ct_vol *lo)
 {

@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/degrade.h"
+#include "resolution/slice-profile.h"
 #include "numbers.h"
 #include "separable-pair.h"
 
@@ -106,7 +106,7 @@ static void test_definition(void)
 static void test_place(void)
 {
 	const double hi[3][4] = {{1.2, -0.4, 0, 10}, {1.6, 0.3, 0, 20}, {0, 0, 3, 30}};
-	const struct ct_degrade d = {{2.5, 3, 1.5}, {0}, CT_DECIMATE_MEAN};
+	const struct ct_degrade d = {{2.5, 3, 1.5}, {0}, CT_DECIMATE_MEAN, {0}};
 	const size_t n[3] = {
 		14, 10, 5}; /* 5 cells in 13; 3 in 9; 3 in 5, each a part from the edge */
 	const double first[3] = {0 + 0.25 + 1.25 - 0.5, 0 + 1.5 - 0.5, 0 + 0.25 + 0.75 - 0.5};
@@ -127,7 +127,7 @@ static void test_limits(void)
 	static const char *const bad[][3] = {{"1e7", "0", "factor"}, {"4,4,0.9", "0", "factor"},
 		{"4", "-0.1", "sigma"}, {"4", "1,1,2e4", "sigma"}, {"4", "x", "sigma"},
 		{"x", "0", "factor"}};
-	struct ct_degrade d = {{2, 1.5, 1}, {0}, CT_DECIMATE_MEAN}, got = {0};
+	struct ct_degrade d = {{2, 1.5, 1}, {0}, CT_DECIMATE_MEAN, {0}}, got = {0};
 	struct ct_taps t = {0};
 	struct ct_meta m = {0};
 	bool refused = true;
@@ -246,7 +246,7 @@ static void test_frequencies(void)
 static void test_gaussian(void)
 {
 	const size_t n[3] = {48, 40, 64};
-	const struct ct_degrade d = {{4, 2, 1}, {1.7, 0.9, 1.2}, CT_DECIMATE_SINC};
+	const struct ct_degrade d = {{4, 2, 1}, {1.7, 0.9, 1.2}, CT_DECIMATE_SINC, {0}};
 	const double wide[3] = {5, 4, 6}, mid[3] = {23.5, 19.5, 31.5};
 	float *x = malloc(48 * 40 * 64 * sizeof *x), *y = malloc(12 * 20 * 64 * sizeof *y);
 	struct ct_separable s;
@@ -287,7 +287,7 @@ static void test_adjoint(void)
 	double worst = 0;
 
 	for (int p = 1; p <= 3; p++) {
-		struct ct_degrade d = {{4, 1, 3}, {0}, CT_DECIMATE_MEAN};
+		struct ct_degrade d = {{4, 1, 3}, {0}, CT_DECIMATE_MEAN, {0}};
 		struct ct_separable pair[2];
 		struct ct_linear a;
 
@@ -302,10 +302,119 @@ static void test_adjoint(void)
 	OK(worst < 1e-6, "<D x, y> = <x, D^T y>, three protocols, a thin axis (%.2g)", worst);
 }
 
+/* A measured slice profile of 9 steps of 1 mm, slices and their spacing 5 mm. */
+static const double measured[9] = {0.022, 0.067, 0.128, 0.181, 0.203, 0.179, 0.128, 0.067, 0.024};
+
+static void test_profile_rows(void)
+{
+	struct ct_degrade d = {.factor = {1, 1, 5}};
+	struct ct_slice_profile_said said = CT_SLICE_PROFILE_NOTHING;
+	struct ct_taps t = {0};
+	double worst = 0, rows = 0;
+
+	said.samples = (struct ct_slice_profile){.n = 9, .first = -4, .step = 1};
+	for (size_t i = 0; i < 9; i++)
+		said.samples.w[i] = measured[i] / 0.999;
+	must(ct_slice_profile_set(&d, 2, &said, 5, &err));
+	must(ct_degrade_axis_taps(&t, &d, 2, 40, &err));
+	for (size_t q = 0; q < t.taps; q++) {
+		const ptrdiff_t k = (ptrdiff_t)(t.first[3] + q) - 17; /* the middle of cell 3 */
+		const bool in = k >= -4 && k <= 4;
+
+		worst = fmax(
+			worst, fabs(t.w[3 * t.taps + q] -
+				       (in ? (measured[4 + k] + measured[4 - k]) / 2 / 0.999 : 0)));
+	}
+	for (size_t i = 0; i < t.n_out; i++) {
+		double sum = 0;
+
+		for (size_t q = 0; q < t.taps; q++)
+			sum += t.w[i * t.taps + q];
+		rows = fmax(rows, fabs(sum - 1));
+	}
+	OK(t.n_out == 8 && worst < 1e-12, "a measured profile, sample by sample (%.2g)", worst);
+	OK(rows < 1e-12, "whose rows sum up to 1, at the borders too (%.2g)", rows);
+	ct_taps_free(&t);
+	d.factor[2] = 4; /* the same mm, spacing and thickness 4: between two voxels */
+	must(ct_slice_profile_set(&d, 2, &said, 4, &err));
+	must(ct_degrade_axis_taps(&t, &d, 2, 40, &err));
+	worst = 0;
+	for (size_t q = 0; q < t.taps; q++) {
+		const ptrdiff_t k = (ptrdiff_t)(t.first[3] + q) - 14; /* from the middle, and 1/2 */
+		double want = 0;
+
+		for (ptrdiff_t side = k; side <= k + 1; side++)
+			if (side >= -4 && side <= 4)
+				want += (measured[4 + side] + measured[4 - side]) / 4 / 0.999;
+		worst = fmax(worst, fabs(t.w[3 * t.taps + q] - want));
+	}
+	OK(worst < 1e-12, "and half of each on either side between voxels (%.2g)", worst);
+	ct_taps_free(&t);
+}
+
+static void test_profile_shapes(void)
+{
+	static const double spread[] = {0.371, 0.288675, 0.408248, 0.322749};
+	const size_t n[3] = {3, 4, 33};
+	double worst = 0, off = 0;
+
+	for (int shape = 0; shape < 4; shape++) {
+		struct ct_slice_profile_said said = CT_SLICE_PROFILE_NOTHING;
+		struct ct_degrade d = {{1, 1, 4}, {0}, CT_DECIMATE_SINC, {0}}, got;
+		struct ct_separable pair[2];
+		struct ct_meta m = {0};
+		struct ct_linear a;
+
+		said.shape = shape;
+		said.mm = 1.5; /* wider than their spacing, 1 mm */
+		must(ct_slice_profile_set(&d, 2, &said, 1, &err));
+		worst = fmax(worst, fabs(sqrt(pow(d.sigma[2] / 4, 2) +
+						 (d.decimate == CT_DECIMATE_MEAN ? 1 / 12. : 0)) -
+					    1.5 * spread[shape]));
+		must(ct_degrade_put(&m, &d, &err));
+		must(ct_degrade_get(&m, &got, &err));
+		worst = fmax(worst, fabs(got.sigma[2] - d.sigma[2]));
+		OK(got.profile.n == d.profile.n &&
+				(shape == CT_SLICE_GAUSSIAN) == (d.profile.n == 0) &&
+				got.decimate == d.decimate && got.profile.axis == d.profile.axis,
+			"%s travels", CT_WORD(CT_SLICE_SHAPE_LIST, shape));
+		must(ct_degrade_plan(&pair[0], &got, n, NULL, &err));
+		must(separable_adjoint(&pair[1], &pair[0], NULL, &err));
+		a = separable_linear(pair);
+		off = fmax(off, adjoint_error(&a));
+		ct_separable_free(&pair[0]);
+		ct_separable_free(&pair[1]);
+		ct_meta_free(&m);
+	}
+	OK(worst < 2e-3, "shapes have their spread (%.2g)", worst);
+	OK(off < 1e-6, "<D x, y> = <x, D^T y> of each (%.2g)", off);
+}
+
+static void test_profile_text(void)
+{
+	static const char good[] = "# mm weight\n-1 .25\n0 .5 # middle\n\n1 .25";
+	static const char *const bad[][2] = {{"0 1", "too few"},
+		{"-1 1\n0 x\n1 1", "line 2: field 2"}, {"-1 1\n0 1\n2 1", "line 3: field 1"},
+		{"a 1\n0 1\n1 1", "line 1: field 1"}, {"-1 1\n0 1 7\n1 1", "line 2"},
+		{"-1 1\n0 inf\n1 1", "line 2"}, {"4 1\n5 1\n6 1", "about 5"},
+		{"-1 1\n0 -1\n1 0", "weights"}, {"", "too few"}};
+	struct ct_slice_profile p;
+	bool refused = true;
+
+	OK(ct_slice_profile_parse(&p, good, sizeof good - 1, &err) == 0 && p.n == 3 &&
+			p.first == -1 && p.step == 1 && p.w[1] == 0.5,
+		"a file of a profile");
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		refused = refused &&
+			  ct_slice_profile_parse(&p, bad[i][0], strlen(bad[i][0]), &err) < 0 &&
+			  err.code == CT_EINPUT && strstr(err.msg, bad[i][1]);
+	OK(refused, "what is none is refused with line and field");
+}
+
 static void test_affine(void)
 {
 	const double hi[3][4] = {{-0.5, 0, 0, 10}, {0, 0.5, 0, 20}, {0, 0, 2, 30}};
-	const struct ct_degrade d = {{4, 3, 1}, {0}, CT_DECIMATE_MEAN};
+	const struct ct_degrade d = {{4, 3, 1}, {0}, CT_DECIMATE_MEAN, {0}};
 	struct ct_vol a = {.n = {14, 9, 5}}, b = {.n = {3, 3, 5}};
 	const double first[3] = {1 + 1.5, 1, 0}, zero[3] = {0, 0, 0};
 	double p[3], q[3], mm[3];
@@ -322,8 +431,8 @@ static void test_affine(void)
 
 static void test_meta(void)
 {
-	struct ct_degrade d = {{4, 4, 1}, {0}, CT_DECIMATE_MEAN},
-			  got = {{0}, {0}, CT_DECIMATE_MEAN};
+	struct ct_degrade d = {{4, 4, 1}, {0}, CT_DECIMATE_MEAN, {0}},
+			  got = {{0}, {0}, CT_DECIMATE_MEAN, {0}};
 	struct ct_meta m = {0};
 
 	ct_degrade_protocol(&d, 3);
@@ -384,6 +493,9 @@ int main(void)
 	test_frequencies();
 	test_gaussian();
 	test_adjoint();
+	test_profile_rows();
+	test_profile_shapes();
+	test_profile_text();
 	test_affine();
 	test_meta();
 	test_noise();

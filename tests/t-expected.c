@@ -189,14 +189,14 @@ static void test_error(void)
 		struct ct_degrade by;
 		double aliasing;
 		enum ct_expected_kind kind;
-	} c[] = {{{{2, 2, 2}, {1, 1, 1}, CT_DECIMATE_SINC}, 0, CT_EXPECTED_WELL},
-		{{{1, 4, 1}, {0, 1.7, 0}, CT_DECIMATE_SINC}, 0, CT_EXPECTED_WELL_THICK},
-		{{{1, 4, 4}, {0}, CT_DECIMATE_POINT}, 0.7, CT_EXPECTED_POINTS},
-		{{{1, 4, 1}, {0}, CT_DECIMATE_POINT}, 0.7, CT_EXPECTED_POINTS_THICK},
-		{{{2, 2, 2}, {0}, CT_DECIMATE_MEAN}, 0.18, CT_EXPECTED_MEANS},
-		{{{1, 4, 4}, {0}, CT_DECIMATE_MEAN}, 0.2, CT_EXPECTED_MEANS},
-		{{{1, 1, 8}, {0}, CT_DECIMATE_MEAN}, 0.3, CT_EXPECTED_MEANS_THICK},
-		{{{4, 4, 4}, {2, 2, 2}, CT_DECIMATE_POINT}, 0.02, CT_EXPECTED_WELL}};
+	} c[] = {{{{2, 2, 2}, {1, 1, 1}, CT_DECIMATE_SINC, {0}}, 0, CT_EXPECTED_WELL},
+		{{{1, 4, 1}, {0, 1.7, 0}, CT_DECIMATE_SINC, {0}}, 0, CT_EXPECTED_WELL_THICK},
+		{{{1, 4, 4}, {0}, CT_DECIMATE_POINT, {0}}, 0.7, CT_EXPECTED_POINTS},
+		{{{1, 4, 1}, {0}, CT_DECIMATE_POINT, {0}}, 0.7, CT_EXPECTED_POINTS_THICK},
+		{{{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}}, 0.18, CT_EXPECTED_MEANS},
+		{{{1, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0.2, CT_EXPECTED_MEANS},
+		{{{1, 1, 8}, {0}, CT_DECIMATE_MEAN, {0}}, 0.3, CT_EXPECTED_MEANS_THICK},
+		{{{4, 4, 4}, {2, 2, 2}, CT_DECIMATE_POINT, {0}}, 0.02, CT_EXPECTED_WELL}};
 	const size_t n[3] = {32, 32, 32}, count = 32 * 32 * 32;
 	bool kinds = true, errors = true;
 	struct ct_vol x = {0};

@@ -543,7 +543,7 @@ static void growth(struct scene *s)
 static void not_finite(struct scene *s)
 {
 	static const char *const name[] = {"TV", "LR", "SSIM"};
-	struct ct_degrade by = {{2, 2, 2}, {0}, CT_DECIMATE_MEAN};
+	struct ct_degrade by = {{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}};
 	const struct ct_vol base = s->base;
 	struct ct_vol lr = {0}, bad = {0};
 

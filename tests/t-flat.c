@@ -206,7 +206,7 @@ static double deep(const struct ct_vol *x, const struct ct_vol *hr, size_t from,
 
 static void test_scene(void)
 {
-	const struct ct_degrade points = {{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT};
+	const struct ct_degrade points = {{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}};
 	struct ct_upsample_rule rule = {
 		.method = CT_UPSAMPLE_AUTO, .known = true, .by = points, .iterations = 60};
 	struct ct_vol hr, lo, mixed, htv, cubic;

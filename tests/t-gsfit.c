@@ -587,7 +587,7 @@ static void coarse(struct scene *s, const struct ct_env *env)
 {
 	const size_t n[3] = {N, N, N}, m[3] = {N / 4, N / 4, N / 4};
 	struct ct_fit_data d = data_of(s);
-	struct ct_degrade by = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	struct ct_degrade by = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_separable sep = {0};
 	struct ct_vol lr = {0};
 	struct ct_fit_options o;

@@ -27,8 +27,15 @@ for p in P1 P3; do
 	case $p in P1) line sampling 'well well well' 'sees that it is sampled well' ;;
 	*) line sampling 'aliased aliased aliased' 'sees that it is not' ;; esac
 	has out '^noise-hu ' 'and says how noisy it is'
+	[ $p = P3 ] || awk '/^assumed/ {split($3, mm, ",")} /^profile-spread/ {for (a = 1; a <= 3; a++) if ((mm[a] / (2.3548 * 3 * $(a + 1)) - 1) ^ 2 > 1e-5) bad = 1; n = NF} END {exit bad || n != 4}' out
+	ok $? 'widths of Gaussians of that spread, in mm'
 done
-exits 0 'in-plane and through-plane factors' ct-info --estimate -x 3,3,1 P1.nii.gz
+has out '^assumed  *profile .* mm wide (FWHM) along x,y,z, uncertain by .*; measured on edges$' 'what ct-sr would assume'
+has out '^assumed  *profile at least 0,at least 0,at least 0 mm wide .* uncertain by 100 %' 'the careful measure where the network sees nothing'
+exits 0 'in-plane and through-plane factors' ct-info --operator -x 3,3,1 P1.nii.gz
+[ "$(grep -c '^edge-[xyz] ' out)" -eq 2 ]; ok $? 'edges along the two that are refined'
+awk '/^edge-/ {n++; if (NF != 13 || $7 != -.5 || $8 != .5 || $6 >= -.6 || $9 <= .6) bad = 1} END {exit bad || !n}' out
+ok $? 'of 12 voxels, the steepest in the middle'
 exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
 ct-phantom --project --views 30 --arc 360 --size 64x64x64 --expert dso=800,dsd=1200 --det 40x30 \
 	--expert pitch=2,offset=4,0 sphere p.exr || exit 99

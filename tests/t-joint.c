@@ -74,7 +74,7 @@ static void dense_alloc(struct dense *d, size_t views, size_t rows, size_t cols,
 /* A problem: 4 x 4 x 8 voxels, D reduces them 2 times. */
 enum { N = 128, M = 16, RAYS = 240 };
 static const size_t size[3] = {4, 4, 8};
-static const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC};
+static const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}};
 
 struct problem {
 	struct dense d;

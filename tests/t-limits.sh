@@ -85,7 +85,6 @@ ct-degrade decimate -
 ct-fdk method auto
 ct-fdk filter ram-lak
 ct-fdk quantity hu
-ct-info factor 4
 ct-metrics ssim -
 ct-nabgs activation prelu
 ct-nabgs mode residual
@@ -127,12 +126,12 @@ ct-convert --json
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
 ct-ddnm b--base-projections k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
-ct-degrade x--factor p--protocol --sigma --decimate --clip --noise s--seed --units
+ct-degrade x--factor p--protocol --sigma --decimate --profile --slice-thickness --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
 ct-fdk --json --dry-run
 ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out --checkpoint-every --resume
 ct-fuse --expert --json --dry-run --units
-ct-info --series e--estimate x--factor --json
+ct-info --series e--operator x--factor --json
 ct-metrics w--window --range --mask --ssim --per-slice --harm --edges --structures x--factor
 ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --expert --json
 ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
@@ -143,13 +142,13 @@ ct-phantom --paper --scanner --like --expert s--seed
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
-ct-sr x--factor --spacing --sigma --decimate --noise Q--quality --crop --series --template --deid --report
+ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --crop --series --template --deid --report
 ct-sr --confidence --memory --prior --projections --paper --release k--keep --resume --expert s--seed --json
 ct-sr --dry-run --units
 ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
 ct-train --json --dry-run
-ct-upsample m--method x--factor --spacing --sigma --decimate --noise --estimate --start --iterations
+ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --noise --estimate --start --iterations
 ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
 ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error
 ct-view --error-map --error-window l--labels --names

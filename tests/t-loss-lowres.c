@@ -170,7 +170,7 @@ static void blurs(void)
 		lr.data[i] = ct_rng_normal(1, 0, i);
 	for (size_t k = 0; k < sizeof row / sizeof *row; k++)
 		for (int a = 0; a < 3; a++) {
-			struct ct_degrade d = {{1, 1, 1}, {0}, row[k].by};
+			struct ct_degrade d = {{1, 1, 1}, {0}, row[k].by, {0}};
 			const size_t lost = row[k].blur > 0 ? 2 : 0;
 			struct ct_loss_lowres o = {0};
 			const size_t *f = o.first, *n = o.n;
@@ -204,7 +204,7 @@ static void blurs(void)
 static void cosines(void)
 {
 	const size_t m[3] = {9, 11, 8};
-	const struct ct_degrade d = {{4, 2, 3}, {1, 0, 0.6}, CT_DECIMATE_SINC};
+	const struct ct_degrade d = {{4, 2, 3}, {1, 0, 0.6}, CT_DECIMATE_SINC, {0}};
 	struct ct_vol lr = {0};
 
 	must(ct_vol_alloc(&lr, m, &err));
@@ -275,7 +275,7 @@ static void signs(void)
 
 int main(void)
 {
-	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_gauss g = {0};
 	struct ct_loss_lowres o = {0};
 	struct ct_vol tiny = {0};
@@ -288,17 +288,17 @@ int main(void)
 	agrees(&g, &d, 0.026, "P2");
 	ct_degrade_protocol(&d, 3);
 	agrees(&g, &d, 0.0135, "P3");
-	d = (struct ct_degrade){{3, 3, 3}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT};
+	d = (struct ct_degrade){{3, 3, 3}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}};
 	agrees(&g, &d, 0.017, "point, odd factor");
-	d = (struct ct_degrade){{1, 1, 4}, {0, 0, 1}, CT_DECIMATE_MEAN};
+	d = (struct ct_degrade){{1, 1, 4}, {0, 0, 1}, CT_DECIMATE_MEAN, {0}};
 	agrees(&g, &d, 0.0145, "thick slices");
-	d = (struct ct_degrade){{2, 2, 2}, {0}, CT_DECIMATE_MEAN};
+	d = (struct ct_degrade){{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}};
 	agrees(&g, &d, 0.0085, "means of 2");
-	d = (struct ct_degrade){{2, 2, 2}, {0.4, 0.4, 0.4}, CT_DECIMATE_POINT};
+	d = (struct ct_degrade){{2, 2, 2}, {0.4, 0.4, 0.4}, CT_DECIMATE_POINT, {0}};
 	agrees(&g, &d, 0.026, "point, even factor");
 	must(ct_vol_alloc(&tiny, (const size_t[]){4, 9, 9}, &err));
 	OK(ct_loss_lowres_alloc(&o, &tiny,
-		   &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC}, NULL,
+		   &(struct ct_degrade){{4, 4, 4}, {1, 1, 1}, CT_DECIMATE_SINC, {0}}, NULL,
 		   &err) == -1 &&
 			err.code == CT_EGEOM,
 		"a grid that is all border is refused");

@@ -29,7 +29,7 @@ static void make(struct scene *s, bool full, bool weighted)
 {
 	struct ct_fit_options o;
 
-	*s = (struct scene){.by = {{2, 2, 2}, {0}, CT_DECIMATE_MEAN}, .env = {.seed = SEED}};
+	*s = (struct scene){.by = {{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}}, .env = {.seed = SEED}};
 	must(ct_vol_alloc(&s->base, (const size_t[]){40, 14, 12}, &err));
 	must(ct_vol_alloc(&s->lr, (const size_t[]){20, 7, 6}, &err));
 	for (int a = 0; a < 3; a++) {

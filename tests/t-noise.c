@@ -375,8 +375,8 @@ static double weighted(const float *r, size_t m, const double power[3][8])
 
 static void test_constraint(void)
 {
-	static const struct ct_degrade by[] = {
-		{{2, 2, 2}, {1, 1, 1}, CT_DECIMATE_SINC}, {{2, 2, 2}, {0}, CT_DECIMATE_MEAN}};
+	static const struct ct_degrade by[] = {{{2, 2, 2}, {1, 1, 1}, CT_DECIMATE_SINC, {0}},
+		{{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}}};
 	static const double alike[3] = {0.6, 0.3, 0}, noise = 15;
 	static const size_t n[3] = {16, 16, 16}, m = 8;
 	double power[3][8];

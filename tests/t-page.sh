@@ -74,7 +74,8 @@ is 'card("error") == tissues() and len(tissues()) == 4' 'the error to expect and
 is 'card("truth") == truths()' 'before and after, against the truth'
 is 'all(near(card("calibration")[k], v) for k, v in tenths().items()) and 7 <= len(card("calibration")) <= 11' \
 	'by tenths of the error to expect'
-is 'card("scan") == {"Factor": ["2 \u00d7 2 \u00d7 1"], "Blur, standard deviation": ["%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result" % tuple(map(float, said("info")["sigma"].split(",")))], "Sampling": ["sinc"], "Told by": ["the header of the scan"], "Noise": ["none known"]}' \
+grep -q 'aria-label="median edge of the scan"' r.html; ok $? 'the median edge of the scan is drawn'
+is 'card("scan") == {"Factor": ["2 \u00d7 2 \u00d7 1"], "Blur, standard deviation": ["%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result" % tuple(map(float, said("info")["sigma"].split(",")))], "Sampling": ["sinc"], "Known from": ["the header of the scan"], "Noise": ["none known"]}' \
 	'how the scan was made'
 is '(lambda c, m: c["10 to 90 % of the step"] == ["%.2f mm" % m["edge-rise-test-mm"], "%.2f mm" % m["edge-rise-ref-mm"]])(card("edges"), said("edges"))' \
 	'edges before and after'

@@ -29,7 +29,7 @@ static void make(struct ct_vol *lo, const size_t n[3], const size_t at[3], doubl
 static struct ct_upsample_rule rule_of(void)
 {
 	return (struct ct_upsample_rule){.known = true,
-		.by = {{2, 2, 2}, {0.3, 0.3, 0.3}, CT_DECIMATE_POINT},
+		.by = {{2, 2, 2}, {0.3, 0.3, 0.3}, CT_DECIMATE_POINT, {0}},
 		.noise = 15,
 		.iterations = 12};
 }

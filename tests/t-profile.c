@@ -52,10 +52,10 @@ static void found(const struct ct_vol *v)
 	static const struct {
 		struct ct_degrade d;
 		double spread; /* LR voxels */
-	} cases[] = {{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC}, 0.425},
-		{{{3, 3, 3}, {0.4, 0.4, 0.4}, CT_DECIMATE_POINT}, 0.133},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 0.289},
-		{{{1, 1, 5}, {0, 0, 1.86}, CT_DECIMATE_POINT}, 0.372}};
+	} cases[] = {{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}}, 0.425},
+		{{{3, 3, 3}, {0.4, 0.4, 0.4}, CT_DECIMATE_POINT, {0}}, 0.133},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0.289},
+		{{{1, 1, 5}, {0, 0, 1.86}, CT_DECIMATE_POINT, {0}}, 0.372}};
 
 	for (size_t k = 0; k < 8; k++) {
 		const struct ct_degrade *d = &cases[k / 2].d;
@@ -82,7 +82,7 @@ static void found(const struct ct_vol *v)
 /* What is soft along another axis too is soft by itself: without that axis .456 is measured. */
 static void soft(void)
 {
-	const struct ct_degrade d = {{1, 1, 4}, {0}, CT_DECIMATE_MEAN};
+	const struct ct_degrade d = {{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}};
 	struct ct_profile got[3];
 	struct ct_vol v = {0}, lo;
 

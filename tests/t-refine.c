@@ -19,7 +19,7 @@ static struct ct_slice_prior prior = {.n = 1};
 /* A CT of a texture, of which slices of four were averaged, or none. */
 static void make(struct ct_vol *lo, bool says)
 {
-	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN};
+	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
 	const size_t n[3] = {SIDE, SIDE, THICK};
 
 	*lo = (struct ct_vol){0};
@@ -147,8 +147,8 @@ static void slabs(const struct ct_vol *lo)
 /* Slabs cover an axis, each voxel once. */
 static void cuts(void)
 {
-	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN};
-	const struct ct_degrade sinc = {{2, 2, 2}, {0, 0, 0}, CT_DECIMATE_SINC};
+	const struct ct_degrade by = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
+	const struct ct_degrade sinc = {{2, 2, 2}, {0, 0, 0}, CT_DECIMATE_SINC, {0}};
 	const size_t n[3] = {30, 40, 50};
 
 	OK(ct_slab_axis(&by, n) == 2 && ct_slab_most(&by, n) == 13, "the longest axis is cut");

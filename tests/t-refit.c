@@ -23,7 +23,7 @@ struct scene {
 
 static void make(struct scene *s)
 {
-	*s = (struct scene){.by = {{2, 2, 2}, {0.5, 0, 0.5}, CT_DECIMATE_MEAN}};
+	*s = (struct scene){.by = {{2, 2, 2}, {0.5, 0, 0.5}, CT_DECIMATE_MEAN, {0}}};
 	must(ct_vol_alloc(&s->base, (const size_t[]){16, 14, 12}, &err));
 	must(ct_vol_alloc(&s->lr, (const size_t[]){8, 7, 6}, &err));
 	for (int a = 0; a < 3; a++) {

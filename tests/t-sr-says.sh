@@ -26,6 +26,7 @@ says "24x24x16 to 48x48x32, 2 times; $blur; noise 15 HU \\(from the file\\); tv,
 	'noise, to which it is consistent'
 tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
 exits 0 'measured' ct-sr -Q draft -x 2 bare.nii m.nii
+has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'nothing to assume'
 says "12x12x12 to 24x24x24, 2 times; blur not known; noise $number HU(, correlated)? \\(measured\\); bspline" 'edges that do not tell'
 ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii
 tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
@@ -33,6 +34,9 @@ ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct
 exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
 says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); noise 0 HU \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
+grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; --sigma and --decimate say it better$' err
+ok $? 'and how surely'
+ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
 exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
 says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual [1-4](\.[0-9])? HU RMS" \
 	'what was given, along each axis'

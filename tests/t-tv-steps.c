@@ -144,7 +144,7 @@ static void first_order(const float *y, double noise, double size, const float *
 static void compare(const size_t size[3], int kind)
 {
 	static const char *const name[] = {"tv", "tv, drawn", "htv"};
-	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_tv_rule rule = {{w[0], w[1], w[2]}, 40, STEPS, 0, {0}};
 	const struct ct_env env = {0};
 	struct ct_consistency dc = {0};
@@ -261,9 +261,10 @@ int main(void)
 	static const size_t sizes[][3] = {
 		{37, 5, 19}, {16, 3, 33}, {33, 4, 16}, {9, 1, 2}, {1, 4, 5}, {5, 2, 1}, {17, 1, 1}};
 
-	static const struct ct_degrade by[] = {{{3, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC},
-		{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, {{3, 2, 3}, {0}, CT_DECIMATE_MEAN},
-		{{1, 1, 3}, {0, 0, 0.5}, CT_DECIMATE_POINT}};
+	static const struct ct_degrade by[] = {
+		{{3, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}},
+		{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, {{3, 2, 3}, {0}, CT_DECIMATE_MEAN, {0}},
+		{{1, 1, 3}, {0, 0, 0.5}, CT_DECIMATE_POINT, {0}}};
 
 	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
 		for (int kind = 0; kind < 3; kind++)

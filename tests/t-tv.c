@@ -59,7 +59,7 @@ static size_t count(const size_t n[3])
 /* Two half-spaces of +-100, D = 1, noise e: each comes nearer by e. */
 static void test_step(void)
 {
-	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	const size_t n[3] = {20, 18, 40};
 
 	for (int axis = 0; axis < 3; axis++) {
@@ -89,7 +89,7 @@ static void test_step(void)
  * consistent. */
 static void test_box(void)
 {
-	const struct ct_degrade d = {{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC};
+	const struct ct_degrade d = {{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}};
 	const size_t n[3] = {48, 40, 44}, m[3] = {12, 10, 11};
 	float *truth = volume(n), *y = volume(m), *x = volume(n), *back = volume(m);
 	struct ct_separable down, up;
@@ -128,7 +128,7 @@ static void test_box(void)
 /* A ramp, sampled at cell centres, has no second-order variation: htv gives it back. */
 static void test_ramp(void)
 {
-	const struct ct_degrade d = {{4, 3, 2}, {0}, CT_DECIMATE_POINT};
+	const struct ct_degrade d = {{4, 3, 2}, {0}, CT_DECIMATE_POINT, {0}};
 	const size_t n[3] = {20, 18, 12}, m[3] = {5, 6, 6};
 	float *truth = volume(n), *y = volume(m), *x = volume(n);
 	struct ct_separable down, up;
@@ -164,7 +164,7 @@ static void test_thin(solver *fn, const char *name)
 
 	for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
 		const size_t *n = sizes[s];
-		struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_MEAN};
+		struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_MEAN, {0}};
 		float *x = volume(n), *y = volume(n);
 		struct ct_tv_report r;
 		double worst = 0;
@@ -189,9 +189,10 @@ static void test_threads(solver *fn, const char *name)
 	static const struct {
 		struct ct_degrade d;
 		double noise;
-	} by[] = {{{{3, 2, 4}, {1.2, 0.8, 1.7}, CT_DECIMATE_SINC}, 20},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 0}, {{{1, 1, 4}, {0}, CT_DECIMATE_MEAN}, 20},
-		{{{3, 2, 2}, {0.5, 0.5, 0.5}, CT_DECIMATE_MEAN}, 0}};
+	} by[] = {{{{3, 2, 4}, {1.2, 0.8, 1.7}, CT_DECIMATE_SINC, {0}}, 20},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 20},
+		{{{3, 2, 2}, {0.5, 0.5, 0.5}, CT_DECIMATE_MEAN, {0}}, 0}};
 	const size_t n[3] = {33, 20, 52};
 	float *y = volume(n);
 
@@ -259,7 +260,7 @@ static void test_report(void)
 {
 	enum { N = 11 * 6 * 36 };
 	const struct ct_tv_rule rule = {{0.5, 1, 0.8}, 60, 0, 0, {0}};
-	const struct ct_degrade d = {{1, 2, 3}, {0.4, 0.9, 1.3}, CT_DECIMATE_SINC};
+	const struct ct_degrade d = {{1, 2, 3}, {0.4, 0.9, 1.3}, CT_DECIMATE_SINC, {0}};
 	const struct ct_env env = {0};
 	const size_t n[3] = {11, 6, 36}, m[3] = {11, 3, 12};
 	float *y = volume(m), *x[3];
@@ -314,7 +315,7 @@ static void tell(
 /* Beside an edge of 1000 HU lies noise of 5 HU that 160 iterations join as 2000 do. */
 static void test_faint(void)
 {
-	const struct ct_degrade d = {{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT};
+	const struct ct_degrade d = {{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}};
 	const size_t n[3] = {48, 32, 32}, m[3] = {12, 8, 8}, enough[2] = {160, 2000};
 	float *y = volume(m), *x[2];
 	double apart = 0, faint = 0;
@@ -346,7 +347,7 @@ static void test_faint(void)
  * halve its step. */
 static void test_tolerance(void)
 {
-	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	const size_t n[3] = {8, 8, 8};
 	const struct ct_env env = {.progress = tell};
 
@@ -373,7 +374,7 @@ static void test_tolerance(void)
 
 static void test_divergence(void)
 {
-	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	const struct ct_degrade one = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	const struct ct_tv_rule rule = {{1, 1, 1}, 50, 20, 0, {0}},
 				none = {{1, 1, 1}, 50, 0, 0, {0}};
 	const size_t n[3] = {8, 8, 8};

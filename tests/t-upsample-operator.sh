@@ -49,7 +49,18 @@ no() { # no CODE WORDS COMMAND...
 	code=$1 words=$2; shift 2
 	exits "$code" "$*" "$@" no.nii; has err "$words" "$words"
 }
-no 2 'bare-P1.nii: does not say by how much it was reduced: give the factor, -x' ct-upsample bare-P1.nii
+
+# a factor that nobody says: thick slices to the voxels in plane, at most 8 times, else all axes twice
+head -c 2048 /dev/zero >eight.raw
+chooses() { # chooses SPACING SIZE NAME: 8x8x8 voxels of that size become so many
+	ct-convert -q -f --raw "8x8x8:f32:$1" eight.raw eight.nii
+	exits 0 "$3" ct-upsample -f -m linear eight.nii chosen.nii
+	ct-info --json chosen.nii | tr -d ' \n' | grep -q "\"size\":\[$2\]"; ok $? "$3: $2"
+}
+chooses .7,.7,5 8,8,56 'thick slices'
+chooses .5,.5,5 8,8,64 'no more than 8 times'
+chooses .7,.7,1 16,16,16 'slices that are hardly thicker'
+chooses 1,1.6,1 8,16,8 'whichever axis is thick'
 no 2 'o.nii: was upsampled already: give the factor, -x' ct-upsample o.nii
 no 2 'P1.nii: the factor 3,3,3.00001 contradicts the file, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00001 P1.nii
 no 2 'P1.nii: sigma 1.27398 contradicts the file, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii

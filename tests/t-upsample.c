@@ -11,7 +11,7 @@
 
 static const size_t coarse[3] = {7, 6, 5};
 static const double spacing[3] = {1.5, 2, 6};
-static const struct ct_degrade D = {{2, 3, 4}, {0.8, 1.2, 1.7}, CT_DECIMATE_SINC};
+static const struct ct_degrade D = {{2, 3, 4}, {0.8, 1.2, 1.7}, CT_DECIMATE_SINC, {0}};
 static const struct ct_env quiet = {0};
 
 static void make(struct ct_vol *lo, double scale, double shift)
@@ -52,7 +52,7 @@ static void test_aliasing(void)
 	for (int k = 0; k < 3 * 4 * 3; k++) {
 		static const double factor[] = {2, 3, 4, 2.5}, sigma[] = {0, 0.15, 0.4};
 		const int a = k % 3;
-		struct ct_degrade d = {{1, 1, 1}, {0}, (enum ct_decimate)(k / 12)};
+		struct ct_degrade d = {{1, 1, 1}, {0}, (enum ct_decimate)(k / 12), {0}};
 		struct ct_taps t = {0};
 		size_t n;
 
@@ -236,7 +236,8 @@ static void test_variation(void)
 
 	make(&lo, 1e-3, -0.3);
 	for (int k = 0; k < 3; k++) {
-		const struct ct_degrade d = {{2, 3, k < 2 ? 4 : 8}, {0.8, 1.2, 1.7}, D.decimate};
+		const struct ct_degrade d = {
+			{2, 3, k < 2 ? 4 : 8}, {0.8, 1.2, 1.7}, D.decimate, {0}};
 		const struct ct_upsample_rule rule = {
 			.method = k ? CT_UPSAMPLE_HTV : CT_UPSAMPLE_TV,
 			.known = true,

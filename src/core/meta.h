@@ -38,6 +38,9 @@ struct ct_env;
 #define CT_META_SIGMA "sigma"
 /* word of CT_DECIMATE_LIST: ct_degrade_put */
 #define CT_META_DECIMATE "decimate"
+/* "AXIS FIRST STEP W,W,...", LR voxels: slice profile of an axis, in place of its sigma and
+ * decimate; ct_slice_profile_put */
+#define CT_META_PROFILE "profile"
 /* number, HU: standard deviation of the noise that was added; ct-degrade */
 #define CT_META_NOISE "noise"
 /* "LO:HI", HU: that the CT was clipped to before its resolution was reduced; ct-degrade */
@@ -45,6 +48,8 @@ struct ct_env;
 /* word of CT_UPSAMPLE_LIST, or prior: what brought the data to the fine grid: the factor is used
  * up; ct_upsample */
 #define CT_META_UPSAMPLE "upsample"
+/* text: what of the operator was measured, and how surely (refine/assumed.h); ct_refine_run */
+#define CT_META_ASSUMED "assumed"
 /* word of CT_PHANTOM_LIST: ct-phantom */
 #define CT_META_PHANTOM "phantom"
 

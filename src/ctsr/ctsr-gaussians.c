@@ -177,7 +177,7 @@ void ctsr_fit_options_init(ctsr_fit_options *o, size_t size)
 static int options_of(struct ct_fit_options *to, const ctsr_fit_options *o, const ctsr_volume *base,
 	struct ct_err *e)
 {
-	const struct ct_degrade four = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	const struct ct_degrade four = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_degrade d = four;
 	double most = 1;
 

@@ -22,6 +22,7 @@ int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err 
 {
 	ctsr_operator mine;
 
+	d->profile = (struct ct_slice_profile){0};
 	ctsr_operator_init(&mine, sizeof mine);
 	if (ctsr_take_options(&mine, sizeof mine, o, e))
 		return -1;

@@ -242,7 +242,8 @@ typedef struct ctsr_superres_options {
 	size_t size;
 	int method;        /* of enum ctsr_method; default CTSR_PRIOR */
 	int preset;        /* of enum ctsr_preset, for CTSR_PRIOR; default CTSR_BALANCED */
-	double factor[3];  /* how many times finer; 0 (default): what the metadata say */
+	double factor[3];  /* how many times finer; 0 (default): what the metadata say, else
+			    * thick slices to the voxel size in plane, else 2 */
 	double spacing[3]; /* or voxel size of the result, mm; 0 (default): by the factor */
 	/* How the scan was made; the default of each is unknown: what the metadata say, else sinc;
 	 * noise is measured. A contradiction with the metadata is CTSR_USAGE. */

@@ -102,7 +102,7 @@ void ct_compare_residual(
 	struct ct_figures *f, const struct ct_data_residual *c, const struct ct_meta *lr)
 {
 	static const char *const keys[] = {
-		CT_META_FACTOR, CT_META_SIGMA, CT_META_DECIMATE, CT_META_NOISE};
+		CT_META_FACTOR, CT_META_SIGMA, CT_META_DECIMATE, CT_META_PROFILE, CT_META_NOISE};
 
 	for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
 		if (ct_meta_get(lr, keys[i]))

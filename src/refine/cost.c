@@ -98,6 +98,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	rule.tolerance = 0;
 	rule.iterations = 1;
 	if (cut(&piece, in, r->is.by.factor, SOLVER_PIECE, middle, e) ||
+		try(&most, &large, &piece, &rule, env, e) || /* pages are touched first */
 		try(&once, &large, &piece, &rule, env, e))
 		goto out;
 	rule.iterations = 1 + TRIES;

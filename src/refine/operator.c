@@ -3,7 +3,6 @@
 #include "refine/operator.h"
 #include "resolution/blur.h"
 #include "resolution/noise.h"
-#include "resolution/profile.h"
 
 #include <math.h>
 #include <string.h>
@@ -28,19 +27,39 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
 	return 0;
 }
 
-/* The factors: from the caller, or from the file; a contradiction is an error. */
+/* An axis that is coarser than the finest by so much holds thick slices. */
+#define THICK 1.5
+
+/* What most people want: thick slices as thin as voxels are wide, and otherwise twice as fine.
+ * Whole numbers, so that a CT that does not fit into memory can be cut into slabs. */
+static void choose_factor(double x[3], const struct ct_vol *v)
+{
+	double mm[3], finest = INFINITY;
+	bool thick = false;
+
+	ct_vol_spacing(v, mm);
+	for (int a = 0; a < 3; a++)
+		finest = fmin(finest, mm[a]);
+	for (int a = 0; a < 3; a++)
+		thick = thick || mm[a] >= THICK * finest;
+	for (int a = 0; a < 3; a++)
+		x[a] = thick ? fmin(fmax(round(mm[a] / finest), 1), CT_CHOSEN_TIMES) : 2;
+}
+
+/* The factors: from the caller, from the file, or chosen; a contradiction is an error. */
 static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said,
 	const struct ct_vol *v, struct ct_err *e)
 {
 	const bool by_factor = said->factor[0] != 0, by_spacing = said->spacing[0] != 0;
 	double x[3];
 
-	if (!by_factor && !by_spacing)
-		return known == 0 ? 0
-				  : ct_fail(e, CT_EUSAGE, "%s: give the factor, -x",
-					    ct_meta_get(&v->meta, CT_META_UPSAMPLE)
-						    ? "was upsampled already"
-						    : "does not say by how much it was reduced");
+	if (!by_factor && !by_spacing && ct_meta_get(&v->meta, CT_META_UPSAMPLE))
+		return ct_fail(e, CT_EUSAGE, "was upsampled already: give the factor, -x");
+	if (!by_factor && !by_spacing) {
+		if (known > 0)
+			choose_factor(d->factor, v);
+		return 0;
+	}
 	memcpy(x, said->factor, sizeof x);
 	if (by_spacing && factor_to(x, said->spacing, v, e))
 		return -1;
@@ -100,6 +119,42 @@ static int operator_of(
 	return sigma ? sigma_of(r, known, said, e) : 0;
 }
 
+static bool is_close(double a, double b)
+{
+	return fabs(a - b) <= 1e-4 * fmax(fabs(a), fabs(b));
+}
+
+/* The slice profile that the caller says, once all else is known. */
+static int slice_of(struct ct_operator *r, const struct ct_said *said, const struct ct_vol *in,
+	struct ct_err *e)
+{
+	const int axis = ct_slice_profile_axis(r->by.factor);
+	const bool alone = ct_slice_profile_is_alone(r->by.factor, axis);
+	const struct ct_degrade had = r->by;
+	double mm[3];
+
+	if (!ct_slice_profile_is_said(&said->slice))
+		return 0;
+	ct_vol_spacing(in, mm);
+	if (ct_slice_profile_twice(&said->slice, axis,
+		    !isnan(said->sigma[axis]) &&
+			    (said->sigma_for_all ? alone : said->sigma[axis] > 0),
+		    said->decimate >= 0 && alone, e) ||
+		ct_slice_profile_set(&r->by, axis, &said->slice, mm[axis], e))
+		return -1;
+	if (r->from == CT_BY_FILE &&
+		(had.decimate != r->by.decimate || !is_close(had.sigma[axis], r->by.sigma[axis]) ||
+			had.profile.n != r->by.profile.n))
+		return ct_fail(e, CT_EUSAGE,
+			"--profile and --slice-thickness contradict the file, which says its "
+			"operator");
+	r->by_slices = true;
+	r->known = r->known || alone;
+	if (alone && r->from != CT_BY_FILE)
+		r->from = CT_BY_CALLER;
+	return 0;
+}
+
 /* Of what is measured so much is assumed: too wide a profile costs more than too narrow a one. */
 #define CAUTION 0.95
 /* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
@@ -107,7 +162,8 @@ static int operator_of(
 #define POINTS 0.25
 
 /* How an axis that aliases was sampled. Slices are thick: their profiles are nearest to means. */
-static enum ct_decimate sampling_of(const struct ct_profile got[3], const double factor[3])
+static enum ct_decimate sampling_of(
+	double *sure, const struct ct_profile got[3], const double factor[3])
 {
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
 	double odds = 0, spread = 0;
@@ -117,6 +173,7 @@ static enum ct_decimate sampling_of(const struct ct_profile got[3], const double
 			odds += log(got[a].aliases / (1 - got[a].aliases));
 			spread = fmax(spread, got[a].spread);
 		}
+	*sure = 1 / (1 + exp(-fabs(odds)));
 	if (odds <= 0)
 		return CT_DECIMATE_SINC;
 	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
@@ -145,8 +202,10 @@ static int widen(struct ct_profile got[3], const struct ct_vol *in, const double
 		if (got[a].spread > WIDEST)
 			got[a].spread = fmax(got[a].spread, l->sigma / CAUTION);
 		if (factor[a] > 1 && isnan(got[a].spread) && l->sampling != CT_SAMPLING_UNKNOWN)
-			got[a] = (struct ct_profile){l->sigma / CAUTION, 1,
-				l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1, l->edges};
+			got[a] = (struct ct_profile){.spread = l->sigma / CAUTION,
+				.deviation = 1,
+				.aliases = l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1,
+				.edges = l->edges};
 	}
 	return 0;
 }
@@ -167,16 +226,22 @@ static void join_planes(struct ct_profile *x, struct ct_profile *y)
 static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_profile got[3];
+	const bool slice = ct_slice_profile_is_said(&said->slice);
+	const int told = slice ? ct_slice_profile_axis(r->by.factor) : -1;
+	double x[3] = {r->by.factor[0], r->by.factor[1], r->by.factor[2]};
+	struct ct_profile *got = r->seen;
 
-	if (ct_profile_measure(got, in, r->by.factor, env->par, e) ||
-		widen(got, in, r->by.factor, env, e))
+	if (told >= 0)
+		x[told] = 1;
+	if (ct_profile_measure(got, in, x, env->par, e) || widen(got, in, x, env, e))
 		return -1;
+	if (told >= 0)
+		got[told].spread = (double)NAN;
 	join_planes(&got[0], &got[1]);
 	if (said->decimate < 0)
-		r->by.decimate = sampling_of(got, r->by.factor);
+		r->by.decimate = sampling_of(&r->sure, got, x);
 	for (int a = 0; a < 3; a++) {
-		const double factor = r->by.factor[a], spread = CAUTION * got[a].spread;
+		const double factor = x[a], spread = CAUTION * got[a].spread;
 		double own = 0; /* of the sampling */
 
 		if (factor <= 1)
@@ -224,6 +289,13 @@ static int measure_noise(
 	return 0;
 }
 
+/* Does the slice profile say all that there is to say? */
+static bool settles_all(const struct ct_operator *r, const struct ct_said *said)
+{
+	return ct_slice_profile_is_said(&said->slice) &&
+	       ct_slice_profile_is_alone(r->by.factor, ct_slice_profile_axis(r->by.factor));
+}
+
 int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -231,7 +303,9 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	double noise = 0;
 	int none;
 
-	*r = (struct ct_operator){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC}};
+	*r = (struct ct_operator){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
+	for (int a = 0; a < 3; a++)
+		r->seen[a].spread = (double)NAN;
 	if (operator_of(r, said, in, e))
 		return -1;
 	none = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
@@ -245,7 +319,10 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	r->noise_from = none == 0 && (!by_caller || said->noise == noise) ? CT_BY_FILE
 			: by_caller                                       ? CT_BY_CALLER
 									  : CT_BY_NOBODY;
-	if (said->estimate && !r->known && measure_operator(r, in, said, env, e))
+	if (said->estimate && !r->known && !settles_all(r, said) &&
+		measure_operator(r, in, said, env, e))
+		return -1;
+	if (slice_of(r, said, in, e))
 		return -1;
 	return none && !by_caller && need_noise ? measure_noise(r, in, env, e) : 0;
 }

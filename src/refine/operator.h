@@ -1,7 +1,7 @@
 /* operator.h: what is known of a low-resolution CT: the operator that made it, and its noise.
  *
- * The file's metadata say it (ct-degrade writes them), or the caller, or it is measured: the blur
- * on edges (resolution/blur.h), the noise where the CT is flat (resolution/noise.h). A
+ * The file's metadata say it (ct-degrade writes them), or the caller, or it is measured: blur and
+ * sampling on edges (resolution/profile.h), the noise where the CT is flat (resolution/noise.h). A
  * contradiction between the file and the caller is an error.
  */
 #ifndef CT_REFINE_OPERATOR_H
@@ -9,26 +9,30 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
-#include "resolution/degrade.h"
+#include "resolution/profile.h"
+#include "resolution/slice-profile.h"
 
 /* A larger factor, and a larger blur in voxels of the result, are mistakes. */
 enum { CT_SAID_TIMES = 1024, CT_SAID_SIGMA = 1000 };
+/* The largest factor that is chosen where nothing says one. */
+enum { CT_CHOSEN_TIMES = 8 };
 
 /* What the caller says. */
 struct ct_said {
-	double factor[3];   /* how many times finer the result is; 0: not said */
+	double factor[3];   /* how many times finer the result is; 0: not said, see below */
 	double spacing[3];  /* mm, voxels of the result, instead of a factor; 0: not said */
 	double sigma[3];    /* Gaussian blur, in voxels of the result; NaN: not said */
 	bool sigma_for_all; /* sigma is one number: an axis that is not refined has none */
 	int decimate;       /* enum ct_decimate; -1: not said */
 	double noise;       /* standard deviation, HU; NaN: not said */
-	bool estimate;      /* measure the operator if nothing says it */
+	struct ct_slice_profile_said slice; /* of the slice axis, in place of the two */
+	bool estimate;                      /* measure the operator if nothing says it */
 };
 /* Nothing is said. */
 #define CT_SAID_NOTHING                                                                            \
 	{                                                                                          \
 		.sigma = {(double)NAN, (double)NAN, (double)NAN}, .decimate = -1,                  \
-		.noise = (double)NAN                                                               \
+		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING                            \
 	}
 
 /* Who says it. */
@@ -45,12 +49,18 @@ struct ct_operator {
 	double noise;    /* HU */
 	double alike[3]; /* correlation of the noise of neighbours, if it was measured */
 	bool correlated; /* more than white noise shows */
+	bool by_slices;  /* the caller said the profile of the slices */
 	enum ct_by from, noise_from;
+	struct ct_profile seen[3]; /* what was measured; of no spread (NaN) if nothing was */
+	double sure;               /* probability of by.decimate, if it was measured */
 };
 
-/* *r gets what is known of `in`. Without a need for noise, it is not measured. CT_EUSAGE for a
- * contradiction, for a factor that nothing says, and for a CT that was refined already; CT_EINPUT
- * for metadata that are wrong; codes of the measurements. Messages do not name the file. */
+/* *r gets what is known of `in`. Without a need for noise, it is not measured. A factor that
+ * neither the caller nor the file says is chosen: an axis that is at least 1.5 times coarser than
+ * the finest is refined to about the finest, a whole number of times up to 8, and the others not at
+ * all; if there is none, all axes 2 times. CT_EUSAGE for a contradiction, and for a CT that was
+ * refined already and no factor; CT_EINPUT for metadata that are wrong; codes of the measurements.
+ * Messages do not name the file. */
 int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
 

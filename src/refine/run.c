@@ -1,6 +1,7 @@
 /* run.c: the work of ct_refine_run; see refine.h. */
 #include "config.h"
 #include "core/clock.h"
+#include "refine/assumed.h"
 #include "refine/refine.h"
 #include "refine/slabs.h"
 #include "resolution/expected.h"
@@ -169,12 +170,20 @@ static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 }
 
 /* What the result says of itself. */
-static int describe(const struct ct_refine *r, struct ct_vol *out, struct ct_err *e)
+static int describe(
+	const struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in, struct ct_err *e)
 {
 	const bool knows = r->is.known || r->rule.said.estimate;
 	const bool noisy =
 		r->is.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
+	char assumed[CT_ASSUMED_WORDS];
+	double mm[3];
 
+	ct_vol_spacing(in, mm);
+	ct_assumed_words(assumed, &r->is, mm);
+	ct_meta_drop(&out->meta, CT_META_ASSUMED);
+	if (*assumed && ct_meta_set(&out->meta, CT_META_ASSUMED, assumed, e))
+		return -1;
 	if (knows && ct_degrade_put(&out->meta, &r->is.by, e))
 		return -1;
 	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))
@@ -194,7 +203,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		goto out;
 	rc = r->slabs > 1 ? in_slabs(r, out, error, in, &pilot, env, e)
 			  : refine(r, out, error, in, r->rule.start, &pilot, env, e);
-	rc = rc || ct_check_stop(env, e) || describe(r, out, e) ? -1 : 0;
+	rc = rc || ct_check_stop(env, e) || describe(r, out, in, e) ? -1 : 0;
 out:
 	ct_pilot_free(&pilot);
 	return rc;

@@ -15,7 +15,9 @@ static bool can_cut(const struct ct_degrade *by, int axis)
 {
 	const double x = by->factor[axis];
 
-	return x == floor(x) && x <= UNIT && (x == 1 || by->decimate != CT_DECIMATE_SINC);
+	return x == floor(x) && x <= UNIT &&
+	       (x == 1 || by->decimate != CT_DECIMATE_SINC ||
+		       (by->profile.n > 0 && by->profile.axis == axis));
 }
 
 /* Coarse voxels of which slabs are made: whole UNITs of fine ones. */

@@ -76,12 +76,37 @@ static void end(FILE *f, const char *note)
 	(fprintf(f, "<tr><th scope=\"row\">%s</th><td>", name),                                    \
 		ct_page_write_words(f, __VA_ARGS__), fprintf(f, "</td></tr>\n"))
 
+/* The median edge of the scan along each axis that was refined: what its blur was measured on. */
+static void put_scan_edges(FILE *f, const struct ct_page *p)
+{
+	static const char *const class[] = {"before", "after", "ideal"};
+	static const char *const name[] = {"along x", "along y", "along z"};
+	const double reach = (CT_EDGE_LONG - 1) / 2.;
+	double x[CT_EDGE_LONG], y[3][CT_EDGE_LONG];
+	struct line lines[3];
+	size_t n = 0;
+
+	for (size_t k = 0; k < CT_EDGE_LONG; k++)
+		x[k] = (double)k / (CT_EDGE_LONG - 1);
+	for (int a = 0; a < 3; a++) {
+		if (!(p->seen[a].edge[CT_EDGE_LONG / 2] > 0))
+			continue;
+		for (size_t k = 0; k < CT_EDGE_LONG; k++)
+			y[a][k] = 0.5 + 0.3 * p->seen[a].edge[k];
+		lines[n++] = (struct line){class[a], name[a], CT_EDGE_LONG, x, y[a]};
+	}
+	if (n)
+		put_curve(f, "median edge of the scan", lines, n, -reach, reach, 1,
+			"voxels of the scan");
+}
+
 static void put_scan(FILE *f, const struct ct_page *p)
 {
 	const double *s = p->by.sigma;
 	struct ct_degrade said;
 	struct ct_err why;
 	const bool told = ct_degrade_get(&p->lr.vol.meta, &said, &why) == 0;
+	const char *assumed = ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED);
 
 	begin(f, "scan", "How the scan was made");
 	fprintf(f, "<table><tbody>\n");
@@ -91,8 +116,10 @@ static void put_scan(FILE *f, const struct ct_page *p)
 		ROW(f, "Blur, standard deviation",
 			"%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result", s[0], s[1], s[2]);
 		ROW(f, "Sampling", "%s", CT_WORD(CT_DECIMATE_LIST, p->by.decimate));
-		ROW(f, "Told by", "%s",
-			told ? "the header of the scan" : "measuring, or the command line");
+		ROW(f, "Known from", "%s",
+			told      ? "the header of the scan"
+			: assumed ? assumed
+				  : "the command line");
 	} else
 		ROW(f, "Operator", "not known");
 	if (p->noise > 0)
@@ -100,6 +127,7 @@ static void put_scan(FILE *f, const struct ct_page *p)
 	else
 		ROW(f, "Noise", "none known");
 	fprintf(f, "</tbody></table>\n");
+	put_scan_edges(f, p);
 	end(f, NULL);
 }
 

@@ -246,8 +246,10 @@ static int warn_found(struct ct_page *p)
 
 int ct_page_measure(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
-	if (check_std(p, e) || know(p, e) || certify(p, env, e) || upsample(p, env, e) ||
-		sharpness(p, env, e) || judge(p, env, e))
+	if (check_std(p, e) || know(p, e) ||
+		ct_profile_measure(p->seen, &p->lr.vol, p->by.factor, env->par, e) ||
+		certify(p, env, e) || upsample(p, env, e) || sharpness(p, env, e) ||
+		judge(p, env, e))
 		return -1;
 	count(p);
 	return warn_said(p) || warn_found(p) ? ct_fail(e, CT_ENOMEM, "no memory") : 0;

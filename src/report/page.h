@@ -8,6 +8,7 @@
 #include "quality/data-residual.h"
 #include "quality/edges.h"
 #include "quality/metrics.h"
+#include "resolution/profile.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -47,6 +48,7 @@ struct ct_page {
 	struct ct_degrade by;
 	bool known;                        /* the operator, not only its factor */
 	double noise;                      /* HU, 0 if nothing tells of any */
+	struct ct_profile seen[3];         /* of the scan, along axes that were refined */
 	struct ct_data_residual agrees;    /* if known */
 	struct ct_edges edges;             /* if of 12 or more */
 	struct ct_metrics was, is;         /* with truth: of before and of hr */

@@ -241,8 +241,15 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	return m.o;
 }
 
-int ct_report_estimate(json_t *report, const struct ct_profile profile[static 3],
-	const struct ct_blur *s, const struct ct_vol *v, struct ct_err *e)
+static void put_edge(struct maker *m, const char *key, const struct ct_profile *p)
+{
+	if (p->edge[CT_EDGE_LONG / 2] > 0)
+		put(m, key, numbers(CT_EDGE_LONG, p->edge));
+}
+
+int ct_report_estimate(json_t *report, const char *assumed,
+	const struct ct_profile profile[static 3], const struct ct_blur *s, const struct ct_vol *v,
+	struct ct_err *e)
 {
 	struct maker m = {.o = report};
 	double measured[3], sigma[3], mm[3], aliasing[3], spread[3], deviation[3], aliases[3];
@@ -259,9 +266,13 @@ int ct_report_estimate(json_t *report, const struct ct_profile profile[static 3]
 		deviation[a] = spread[a] * profile[a].deviation;
 		aliases[a] = isnan(spread[a]) ? spread[a] : profile[a].aliases;
 	}
+	put(&m, "assumed", json_string(*assumed ? assumed : "nothing: too few edges"));
 	put(&m, "profile-spread-voxels", numbers(3, spread));
 	put(&m, "profile-deviation-voxels", numbers(3, deviation));
 	put(&m, "profile-alias-probability", numbers(3, aliases));
+	put_edge(&m, "edge-x", &profile[0]);
+	put_edge(&m, "edge-y", &profile[1]);
+	put_edge(&m, "edge-z", &profile[2]);
 	put(&m, "blur-seen-voxels", numbers(3, measured));
 	put(&m, "blur-lr-voxels", numbers(3, sigma));
 	put(&m, "blur-mm", numbers(3, mm));

@@ -17,8 +17,8 @@ int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
 		struct ct_taps down = {0};
 		struct ct_svd f = {0};
 
-		rc = ct_degrade_taps(&down, n[a], d->factor[a], d->sigma[a], d->decimate, e) ||
-		     ct_svd_alloc(&f, &down, e) || ct_svd_pinv(&s->t[a], &f, e);
+		rc = ct_degrade_axis_taps(&down, d, a, n[a], e) || ct_svd_alloc(&f, &down, e) ||
+		     ct_svd_pinv(&s->t[a], &f, e);
 		ct_svd_free(&f);
 		ct_taps_free(&down);
 	}

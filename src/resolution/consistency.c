@@ -112,7 +112,7 @@ static int shape(struct ct_consistency *dc, struct axes *x, const struct ct_degr
 {
 	*dc = (struct ct_consistency){.condition = 1, .banded = true};
 	for (int a = 0; a < 3; a++) {
-		if (ct_degrade_taps(&x->t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e))
+		if (ct_degrade_axis_taps(&x->t[a], d, a, n[a], e))
 			return -1;
 		dc->n[a] = n[a];
 		dc->m[a] = x->t[a].n_out;

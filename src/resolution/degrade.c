@@ -3,6 +3,7 @@
 #include "resolution/degrade.h"
 #include "core/rng.h"
 #include "core/vol.h"
+#include "resolution/slice-profile.h"
 
 #include <math.h>
 #include <string.h>
@@ -139,6 +140,16 @@ static int pick_taps(
 	return decimate == CT_DECIMATE_MEAN ? mean_taps(t, m, s, e) : point_taps(t, m, s, e);
 }
 
+int ct_degrade_cells(size_t *m, size_t n, double factor, struct ct_err *e)
+{
+	if (!(factor >= 1 && factor <= 1e6))
+		return ct_fail(e, CT_EINPUT, "a factor of %g", factor);
+	*m = ct_degrade_size(n, factor);
+	return *m > 0 ? 0
+		      : ct_fail(e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %g times", n,
+				factor);
+}
+
 int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	enum ct_decimate decimate, struct ct_err *e)
 {
@@ -146,12 +157,8 @@ int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	size_t m;
 	int rc = -1;
 
-	if (!(factor >= 1 && factor <= 1e6))
-		return ct_fail(e, CT_EINPUT, "a factor of %g", factor);
-	m = ct_degrade_size(n, factor);
-	if (m == 0)
-		return ct_fail(
-			e, CT_EGEOM, "an axis of %zu voxels cannot be reduced %g times", n, factor);
+	if (ct_degrade_cells(&m, n, factor, e))
+		return -1;
 	if (!(sigma >= 0 && sigma <= 1e4))
 		return ct_fail(e, CT_EINPUT, "a Gaussian of %g voxels", sigma);
 	if (gauss_taps(&filter, ct_degrade_cover(m, factor), sigma, e))
@@ -170,12 +177,20 @@ out:
 	return rc;
 }
 
+int ct_degrade_axis_taps(
+	struct ct_taps *t, const struct ct_degrade *d, int axis, size_t n, struct ct_err *e)
+{
+	return d->profile.n > 0 && d->profile.axis == axis
+		       ? ct_slice_profile_taps(t, n, d->factor[axis], &d->profile, e)
+		       : ct_degrade_taps(t, n, d->factor[axis], d->sigma[axis], d->decimate, e);
+}
+
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e)
 {
 	*s = (struct ct_separable){0};
 	for (int a = 0; a < 3; a++)
-		if (ct_degrade_taps(&s->t[a], n[a], d->factor[a], d->sigma[a], d->decimate, e)) {
+		if (ct_degrade_axis_taps(&s->t[a], d, a, n[a], e)) {
 			ct_separable_free(s);
 			return -1;
 		}
@@ -258,7 +273,10 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 		ct_meta_setf(m, e, CT_META_SIGMA, "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1],
 			d->sigma[2]))
 		return -1;
-	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, d->decimate), e);
+	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, d->decimate), e) ||
+			       ct_slice_profile_put(m, &d->profile, e)
+		       ? -1
+		       : 0;
 }
 
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e)
@@ -285,6 +303,8 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 		return ct_fail(e, CT_EINPUT, "metadata decimate: '%.40s' is not one of %s", name,
 			CT_WORDS(CT_DECIMATE_LIST));
 	got.decimate = (enum ct_decimate)word;
+	if (ct_slice_profile_get(m, &got, e))
+		return -1;
 	*d = got;
 	return 0;
 }
@@ -321,6 +341,7 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) >
 		1) /* it is not refined any more */
 		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
+	ct_meta_drop(&lo->meta, CT_META_ASSUMED);
 	if (ct_degrade_put(&lo->meta, d, e))
 		goto out;
 	if (noise > 0)

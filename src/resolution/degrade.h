@@ -21,6 +21,13 @@
  *   P3  sigma = s/8, point: nearly aliased
  *
  * An axis with s = 1 is not touched unless its sigma is positive.
+ *
+ * One axis may have a slice profile instead: samples of any shape (slice-profile.h makes them).
+ * Each sample is the weight of its step. Along that axis D is the profile about the centre of each
+ * cell, summed over the voxels and normalised. It counts together with its mirror image, as one
+ * half each: D stays symmetric, as its decomposition asks (svd.h). sigma, and decimate where no
+ * other axis is reduced, are then those of the same spread. What needs no more than the spread
+ * takes them: prior, choice of method, expected errors.
  */
 #ifndef CT_RESOLUTION_DEGRADE_H
 #define CT_RESOLUTION_DEGRADE_H
@@ -37,10 +44,19 @@
 	X(CT_DECIMATE_MEAN, "mean")
 enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) };
 
+enum { CT_SLICE_PROFILE_MOST = 128 };
+struct ct_slice_profile {
+	size_t n;           /* samples; 0: there is no profile */
+	int axis;           /* that has it */
+	double first, step; /* centre of the first sample, and from one to the next: LR voxels */
+	double w[CT_SLICE_PROFILE_MOST]; /* their sum is 1 */
+};
+
 struct ct_degrade {
 	double factor[3]; /* >= 1 */
 	double sigma[3];  /* HR voxels, >= 0 */
 	enum ct_decimate decimate;
+	struct ct_slice_profile profile;
 };
 
 /* Set sigma and decimate from the factors: protocol 1, 2 or 3. sigma is 0 where the factor is 1. */
@@ -48,9 +64,15 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol);
 /* LR voxels that n HR voxels give, floor(n/factor), and HR voxels N that m LR voxels cover. */
 size_t ct_degrade_size(size_t n, double factor);
 size_t ct_degrade_cover(size_t m, double factor);
+/* *m <- LR voxels of an axis. CT_EINPUT for a factor that is none, CT_EGEOM if the axis is shorter
+ * than it. */
+int ct_degrade_cells(size_t *m, size_t n, double factor, struct ct_err *e);
 /* Table of one axis. Allocates. CT_EGEOM if the axis is shorter than the factor. */
 int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
 	enum ct_decimate decimate, struct ct_err *e);
+/* The same of an axis of D, with its profile if it has one. */
+int ct_degrade_axis_taps(
+	struct ct_taps *t, const struct ct_degrade *d, int axis, size_t n, struct ct_err *e);
 /* D for a volume of n samples. Allocates. */
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e);
@@ -67,7 +89,7 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
 	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e);
 
-/* The metadata keys factor, sigma, decimate. */
+/* The metadata keys factor, sigma, decimate, profile. */
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
  * missing sigma is 0, a missing decimate sinc. */

@@ -149,3 +149,23 @@ int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *c
 	free(l.place);
 	return 0;
 }
+
+static int compare_floats(const void *a, const void *b)
+{
+	const float x = *(const float *)a, y = *(const float *)b;
+
+	return (x > y) - (x < y);
+}
+
+void ct_edge_lines_median(
+	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n)
+{
+	float x[CT_EDGE_PLACES];
+
+	for (size_t k = 0; k < CT_EDGE_LONG; k++) {
+		for (size_t r = 0; r < n; r++)
+			x[r] = rows[r][k];
+		qsort(x, n, sizeof *x, compare_floats);
+		line[k] = ((double)x[(n - 1) / 2] + (double)x[n / 2]) / 2;
+	}
+}

@@ -24,5 +24,8 @@ enum {
  * places. Of a large CT not all places are looked at. CT_ENOMEM. Pure. */
 int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
 	const float *x, const size_t n[static 3], int axis, struct ct_err *e);
+/* line <- the median of the lines of n rows, n > 0: from about -0.5 to about 0.5. */
+void ct_edge_lines_median(
+	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n);
 
 #endif

@@ -131,7 +131,7 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 	for (size_t i = 0; i < sizeof network / 4; i++)
 		w[i] = weight(i);
 	for (int a = 0; a < 3; a++) {
-		double seen[SEEN] = {0};
+		double seen[SEEN] = {0}, edge[CT_EDGE_LONG];
 		size_t n, beside = 0;
 
 		out[a] = (struct ct_profile){.spread = (double)NAN};
@@ -141,6 +141,7 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 			goto out;
 		if (n == 0)
 			continue;
+		ct_edge_lines_median(edge, (const float(*)[CT_EDGE_ROW])rows, n);
 		pool(seen, (const float(*)[CT_EDGE_ROW])rows, n, w);
 		if (coarse == 1 && rows_beside(rows, &beside, v, a, factor[a], par, e))
 			goto out;
@@ -150,6 +151,7 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 		seen[2 * POOLED + 1] = coarse == 1;
 		out[a] = judge(seen, w + ROW_WEIGHTS);
 		out[a].edges = n;
+		memcpy(out[a].edge, edge, sizeof edge);
 	}
 	rc = 0;
 out:

@@ -15,6 +15,7 @@
 #define CT_RESOLUTION_PROFILE_H
 #include "core/par.h"
 #include "core/vol.h"
+#include "resolution/edge-lines.h"
 
 #include <stddef.h>
 
@@ -23,6 +24,8 @@ struct ct_profile {
 	double deviation; /* of the spread, as a share of it: one standard deviation */
 	double aliases;   /* probability, .001 to .999 */
 	size_t edges;     /* it rests on so many */
+	/* Their median, of a step of 1 from the 6th voxel to the 7th; 0 if there are none. */
+	double edge[CT_EDGE_LONG];
 };
 
 /* Of v, in HU and finite, along each axis that will be refined factor > 1 times; the others are

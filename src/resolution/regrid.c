@@ -5,6 +5,7 @@
 #include "resolution/crop.h"
 #include "resolution/reorient.h"
 #include "resolution/resample.h"
+#include "resolution/slice-profile.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -29,6 +30,7 @@ static void forget_operator(struct ct_meta *m)
 	ct_meta_drop(m, CT_META_FACTOR);
 	ct_meta_drop(m, CT_META_SIGMA);
 	ct_meta_drop(m, CT_META_DECIMATE);
+	ct_meta_drop(m, CT_META_PROFILE);
 }
 
 /* The key's three numbers go with their axes. */
@@ -51,6 +53,7 @@ int ct_regrid_axes(
 	ct_reorient_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
 	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
 		permute(&v->meta, CT_META_SIGMA, axis, e) ||
+		ct_slice_profile_permute(&v->meta, axis, e) ||
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
 	ct_reorient(w.data, v->data, v->n, axis, sign);

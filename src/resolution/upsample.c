@@ -38,7 +38,7 @@ int ct_upsample_aliasing(
 	double all = 0, low = 0;
 
 	*share = 0;
-	if (ct_degrade_taps(&t, n, d->factor[axis], d->sigma[axis], d->decimate, e))
+	if (ct_degrade_axis_taps(&t, d, axis, n, e))
 		return -1;
 	for (size_t q = 0; q < t.taps; q++)
 		all += t.w[middle * t.taps + q] * t.w[middle * t.taps + q];
@@ -139,7 +139,8 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsam
 	int rc;
 
 	if (method == CT_UPSAMPLE_SINC) {
-		struct ct_degrade band = {{factor[0], factor[1], factor[2]}, {0}, CT_DECIMATE_SINC};
+		struct ct_degrade band = {
+			{factor[0], factor[1], factor[2]}, {0}, CT_DECIMATE_SINC, {0}};
 
 		rc = ct_consistency_pinv_plan(&s, &band, hi->n, env->par, e);
 	} else {

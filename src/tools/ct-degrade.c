@@ -5,7 +5,8 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/degrade.h"
+#include "resolution/slice-profile.h"
+#include "tools/lib/said.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,12 +26,13 @@ static const struct {
 } protocols[] = {[P1] = {1, 0}, [P2] = {2, 0}, [P3] = {3, 0}, [P1N] = {1, 15}, [P3N] = {3, 15}};
 
 struct params {
-	const char *in, *out, *factor, *sigma, *clip;
+	const char *in, *out, *factor, *sigma, *clip, *profile;
 	int protocol, decimate;
-	double noise;
+	double noise, thickness;
 };
 
-static const struct params defaults = {.decimate = -1, .noise = (double)NAN};
+static const struct params defaults = {
+	.decimate = -1, .noise = (double)NAN, .thickness = (double)NAN};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
@@ -48,6 +50,12 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how samples are taken at cell centres, in place of the protocol's: after the "
 		"ideal low-pass, as they are, or as means of cells"),
+	CT_OPT(struct params, profile, 0, "profile", "SHAPE|FILE", 0, 0,
+		"slice profile: gaussian, box, triangle, trapezoid, or a file of lines MM WEIGHT; in "
+		"place of blur and sampling along the axis that is reduced most, or the third"),
+	CT_OPT(struct params, thickness, 0, "slice-thickness", "MM", 0, 1e6,
+		"how thick the slices are; without --profile a Gaussian, as scanners have; "
+		"default: the spacing of OUT"),
 	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
 	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
@@ -90,6 +98,29 @@ static int operator_of(struct ct_degrade *d, const struct params *p, const struc
 	return 0;
 }
 
+/* The slice profile, once all else is known. */
+static int add_profile(struct ct_degrade *d, const struct params *p, const struct ct_vol *in,
+	const struct ct_given *given, struct ct_err *e)
+{
+	const int axis = ct_slice_profile_axis(d->factor);
+	const bool alone = ct_slice_profile_is_alone(d->factor, axis);
+	struct ct_slice_profile_said said;
+	double mm[3];
+
+	if (said_slices(&said, p->profile, p->thickness, e))
+		return -1;
+	if (!ct_slice_profile_is_said(&said))
+		return 0;
+	if (ct_slice_profile_twice(&said, axis,
+		    p->sigma && (strchr(p->sigma, ',') ? d->sigma[axis] > 0 : alone),
+		    p->decimate >= 0 && alone, e))
+		return -1;
+	if (alone && protocols[p->protocol].noise == 0 && ct_modes_given(given, "protocol"))
+		return ct_fail(e, CT_EUSAGE, "--protocol: a slice profile leaves nothing of it");
+	ct_vol_spacing(in, mm);
+	return ct_slice_profile_set(d, axis, &said, mm[axis] * d->factor[axis], e);
+}
+
 static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 {
 	const size_t plane = v->n[0] * v->n[1];
@@ -109,14 +140,14 @@ static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC};
+	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_vol in = {0}, out = {0};
 	double noise =
 		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
 	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e) ||
-		clip(&in, p->clip, e))
+		add_profile(&d, p, &in, env->given, e) || clip(&in, p->clip, e))
 		goto out;
 	if (ct_degrade_volume(&out, &in, &d, noise, env->seed, env->par, e)) {
 		ct_blame(e, p->in);

@@ -3,10 +3,12 @@
 #include "cli/cli.h"
 #include "formats/any.h"
 #include "resolution/blur.h"
-#include "resolution/profile.h"
+#include "refine/assumed.h"
+#include "tools/lib/said.h"
 #include "dicom/dicom.h"
 #include "report/report.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -15,37 +17,43 @@
 struct params {
 	struct ct_list files;
 	const char *factor, *series;
-	bool estimate;
+	bool measures;
 };
 
-static const struct params defaults = {.factor = "4"};
+static const struct params defaults = {0};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, CT_READS, "FILE",
 		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, a DICOM folder, or -"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
 		"of a DICOM folder: the series that decides the exit status"),
-	CT_OPT(struct params, estimate, 'e', "estimate", NULL, 0, 0,
-		"measure the blur and the noise of each CT from the image"),
+	CT_OPT(struct params, measures, 'e', "operator", NULL, 0, 0,
+		"measure blur, sampling and noise of each CT from its voxels, whatever its header says"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
-		"how many times finer the grid is that the blur is wanted for",
-		CT_WHEN(CT_IF(struct params, estimate))),
+		"how many times finer the grid is that the blur is wanted for; default: as ct-sr",
+		CT_WHEN(CT_IF(struct params, measures))),
 	CT_OPT_END,
 };
 
-static int estimate(json_t *o, const struct ct_any *a, const char *path, const double factor[3],
+static int estimate(json_t *o, const struct ct_any *a, const char *path, const struct ct_said *said,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
-	struct ct_profile profile[3];
+	char assumed[CT_ASSUMED_WORDS];
+	struct ct_vol bare = a->vol;
+	struct ct_operator is;
 	struct ct_blur s;
+	double mm[3];
 
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
-	if (ct_blur_estimate(&s, &a->vol, factor, env->par, e) ||
-		ct_profile_measure(profile, &a->vol, factor, env->par, e))
+	bare.meta = (struct ct_meta){0};
+	if (ct_operator_find(&is, said, false, &bare, env, e) ||
+		ct_blur_estimate(&s, &bare, is.by.factor, env->par, e))
 		return ct_blame(e, path);
-	return ct_report_estimate(o, profile, &s, &a->vol, e);
+	ct_vol_spacing(&bare, mm);
+	ct_assumed_words(assumed, &is, mm);
+	return ct_report_estimate(o, assumed, is.seen, &s, &bare, e);
 }
 
 static bool is_folder(const char *path)
@@ -67,13 +75,13 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 {
 	struct ct_any a = {0};
 	json_t *o = NULL;
-	double factor[3];
+	struct said_opts says = SAID_DEFAULTS;
+	struct ct_said said;
 
-	if (ct_cli_numbers("factor", p->factor, ',', 3, true, factor, e))
+	says.factor = p->factor;
+	if (said_parse(&said, &says, e))
 		return -1;
-	for (int k = 0; k < 3; k++)
-		if (!(factor[k] >= 1 && factor[k] <= 1024))
-			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", factor[k]);
+	said.estimate = true;
 	if (is_folder(path)) {
 		const struct ct_dicom_in in = {.paths = &path, .n = 1, .series = p->series};
 
@@ -83,7 +91,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	}
 	if (ct_any_read(path, &a, e) == 0)
 		o = ct_report_make(&a, path, env->verbose > 0, e);
-	if (o && p->estimate && estimate(o, &a, path, factor, env, e)) {
+	if (o && p->measures && estimate(o, &a, path, &said, env, e)) {
 		json_decref(o);
 		o = NULL;
 	}

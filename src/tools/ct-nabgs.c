@@ -123,7 +123,7 @@ struct nabgs_job {
 static int scale_of(size_t *scale, const struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC};
+	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
 	const char *who = p->base;
 	int known = ct_degrade_get(&j->data.base.meta, &d, e);
 	double most = 1;

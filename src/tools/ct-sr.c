@@ -38,8 +38,8 @@ static const struct ct_opt opts[] = {
 		"super-resolved CT: NIfTI, or -; DICOM: a folder for a series, .dcm for one file",
 		.dicom = CT_DICOM_OWN),
 	SAID_OPTS(struct sr, said,
-		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: the factor "
-		"that IN was reduced by, else 4",
+		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: what IN "
+		"says, else thick slices to the voxel size in plane, else 2; of projections 4",
 		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, said.factor)), CT_WHEN(INVERTS),
 		CT_WHEN(INVERTS)),
 	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
@@ -145,21 +145,13 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 	return p->crop ? convert_crop(&f->in, p->crop, env, e) : 0;
 }
 
-/* The factor that nothing says is 4. */
-static int settle_factor(struct ct_said *said, const struct ct_vol *in, struct ct_err *e)
+static int check_factor(const struct ct_said *said, struct ct_err *e)
 {
-	struct ct_degrade d;
-	const bool refined = ct_meta_get(&in->meta, CT_META_UPSAMPLE) != NULL;
-	const int known = refined ? 1 : ct_degrade_get(&in->meta, &d, e);
-
-	for (int a = 0; a < 3; a++) {
+	for (int a = 0; a < 3; a++)
 		if (said->factor[a] > 16)
 			return ct_fail(
 				e, CT_EUSAGE, "--factor: %g is outside [1, 16]", said->factor[a]);
-		if (known > 0 && said->factor[a] == 0 && said->spacing[a] == 0)
-			said->factor[a] = SR_FACTOR;
-	}
-	return known < 0 ? -1 : 0;
+	return 0;
 }
 
 static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_err *e)
@@ -167,10 +159,9 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	const struct sr *p = f->p;
 
 	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
-	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, e) || check_factor(&r->said, e) ||
+		ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
-	if (settle_factor(&r->said, &f->in, e))
-		return ct_blame(e, p->in);
 	r->said.estimate = !p->said.sigma;
 	r->method = p->quality == DRAFT ? CT_UPSAMPLE_AUTO : CT_REFINE_PRIOR;
 	r->tolerance = SR_TOLERANCE;

@@ -56,7 +56,7 @@ static const struct ct_opt opts[] = {
 		"known"),
 	SAID_OPTS(struct params, said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
-		"the factor that IN was reduced by",
+		"the factor that IN was reduced by, else as ct-sr",
 		CT_WHEN(CT_UNLESS(struct params, said.factor)), CT_WHEN(CT_ALWAYS), WITH(ITERATES)),
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
 		"measure the blur of IN on its edges if IN does not say it",

@@ -199,6 +199,9 @@ static int add_operator(struct chain *s, struct ct_err *e)
 		      : ct_chain_word(c, e, "--estimate")) ||
 		(p->decimate >= 0 && ct_chain_word(c, e, "--decimate=%s",
 					     CT_WORD(CT_DECIMATE_LIST, p->decimate))) ||
+		(p->profile && ct_chain_word(c, e, "--profile=%s", p->profile)) ||
+		(!isnan(p->thickness) &&
+			ct_chain_word(c, e, "--slice-thickness=%g", p->thickness)) ||
 		(!isnan(p->noise) && ct_chain_word(c, e, "--noise=%g", p->noise)))
 		return -1;
 	return ct_chain_word(c, e, "--tolerance=%g", SR_TOLERANCE);

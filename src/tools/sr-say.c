@@ -1,6 +1,7 @@
-/* sr-say.c: what ct-sr found and did, in one line; see sr.h. */
+/* sr-say.c: what ct-sr found and did, in a line or two; see sr.h. */
 #include "config.h"
 #include "core/memory.h"
+#include "refine/assumed.h"
 #include "tools/sr.h"
 
 #include <math.h>
@@ -20,7 +21,8 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 	if (is->known) {
 		fputs("; blur ", f);
 		put_three(f, is->by.sigma);
-		fprintf(f, " voxels, %s (%s)", CT_WORD(CT_DECIMATE_LIST, is->by.decimate),
+		fprintf(f, " voxels, %s%s (%s)", CT_WORD(CT_DECIMATE_LIST, is->by.decimate),
+			is->by.profile.n ? ", with a slice profile" : "",
 			CT_WORD(CT_SOURCE_LIST, is->from));
 	} else
 		fputs("; blur not known", f);
@@ -41,11 +43,32 @@ static void put_method(FILE *f, const struct ct_refine *r)
 		fprintf(f, "; data residual %.2g HU RMS", r->residual);
 }
 
+/* What was assumed of a scan that does not say how it was made, and what would change it. */
+static void say_assumed(const struct ct_operator *is, const struct ct_vol *in, const char *tool)
+{
+	char words[CT_ASSUMED_WORDS];
+	double mm[3];
+
+	ct_vol_spacing(in, mm);
+	ct_assumed_words(words, is, mm);
+	if (*words)
+		fprintf(stderr, "%s: assumed: %s; %s\n", tool, words,
+			ct_slice_profile_is_alone(
+				is->by.factor, ct_slice_profile_axis(is->by.factor))
+				? "--slice-thickness or --profile says it better"
+				: "--sigma and --decimate say it better");
+	else if (!is->known)
+		fprintf(stderr,
+			"%s: assumed: nothing, as too few edges show the blur; --sigma says it\n",
+			tool);
+}
+
 void sr_say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
 	const struct ct_env *env)
 {
 	if (env->verbose < 0)
 		return;
+	say_assumed(&r->is, in, env->tool);
 	fprintf(stderr, "%s: %zux%zux%zu to %zux%zux%zu, ", env->tool, in->n[0], in->n[1], in->n[2],
 		r->n[0], r->n[1], r->n[2]);
 	put_three(stderr, r->is.by.factor);

@@ -20,7 +20,7 @@ struct sr {
 	bool projections, paper, release, resume, deid;
 };
 
-/* Where nothing says a factor. */
+/* Of projections, where nothing says a factor. */
 #define SR_FACTOR 4.0
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1

@@ -36,7 +36,7 @@ static const float y[RAYS] = {1, 2, 3}, z[8] = {1, 0, 2};
 
 static void solver(struct ct_joint *j)
 {
-	const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC};
+	const struct ct_degrade half = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}};
 	struct ct_env env = {0};
 	struct ct_err e = {0};
 

@@ -2,8 +2,34 @@
 #include "config.h"
 #include "tools/lib/said.h"
 
+#include "formats/io.h"
+
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+int said_slices(
+	struct ct_slice_profile_said *to, const char *profile, double thickness, struct ct_err *e)
+{
+	unsigned char *text = NULL;
+	size_t n;
+	int rc;
+
+	*to = (struct ct_slice_profile_said)CT_SLICE_PROFILE_NOTHING;
+	to->mm = thickness;
+	if (!profile)
+		return 0;
+	to->shape = ct_words_find(CT_WORDS(CT_SLICE_SHAPE_LIST), profile);
+	if (to->shape >= 0)
+		return 0;
+	if (!isnan(thickness))
+		return ct_fail(e, CT_EUSAGE, "--slice-thickness: the file of --profile says it");
+	if (ct_slurp(profile, &text, &n, e))
+		return -1;
+	rc = ct_slice_profile_parse(&to->samples, (const char *)text, n, e);
+	free(text);
+	return rc ? ct_blame(e, profile) : 0;
+}
 
 int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e)
 {
@@ -29,5 +55,5 @@ int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e)
 	to->sigma_for_all = o->sigma && !strchr(o->sigma, ',');
 	to->decimate = o->decimate;
 	to->noise = o->noise;
-	return 0;
+	return said_slices(&to->slice, o->profile, o->thickness, e);
 }
