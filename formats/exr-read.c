@@ -226,20 +226,20 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 	const struct part *p = &d->part[k];
 	const char *word = get_string(d, p->index, "ct:beam");
 	struct ct_view *v = &s->view[k];
-	enum ct_beam beam;
+	int beam;
 
 	if (!word)
 		return ct_fail(d->e, CT_EINPUT,
 			"%s: %s has no attribute ct:beam: no projection geometry", d->path,
 			p->name);
-	if (ct_beam_parse(&beam, word, d->e)) {
+	if (ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", word, d->e)) {
 		ct_blame(d->e, p->name);
 		return ct_blame(d->e, d->path);
 	}
-	if (k && beam != s->beam)
+	if (k && beam != (int)s->beam)
 		return ct_fail(d->e, CT_EINPUT, "%s: %s has a %s beam, %s a %s beam", d->path,
-			p->name, word, d->part[0].name, ct_beam_name(s->beam));
-	s->beam = beam;
+			p->name, word, d->part[0].name, CT_WORD(CT_BEAM_LIST, s->beam));
+	s->beam = (enum ct_beam)beam;
 	return get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
 			       get_numbers(d, p, "ct:source", 3, v->source) ||
 			       get_numbers(d, p, "ct:detCentre", 3, v->centre) ||

@@ -55,7 +55,7 @@ static exr_result_t put_geometry(exr_context_t c, int part, const struct ct_stac
 	char angle[32];
 
 	snprintf(angle, sizeof angle, "%.17g", v->angle);
-	TRY(exr_attr_set_string(c, part, "ct:beam", ct_beam_name(s->beam)));
+	TRY(exr_attr_set_string(c, part, "ct:beam", CT_WORD(CT_BEAM_LIST, s->beam)));
 	TRY(exr_attr_set_string(c, part, "ct:angleDeg", angle));
 	TRY(put_vector(c, part, "ct:source", v->source));
 	TRY(put_vector(c, part, "ct:detCentre", v->centre));

@@ -1,6 +1,7 @@
 /* nifti-affine.c: sform, qform and pixdim to one affine, and back. */
 #include "config.h"
 #include "formats/nifti-impl.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <string.h>
@@ -57,18 +58,6 @@ static void quaternion(double q[3], double r[3][3])
 		q[i] = p[0] < 0 ? -p[i + 1] : p[i + 1];
 }
 
-/* Cofactors, row by row the cross products; returns the determinant. */
-static double cofactors(double c[3][3], double m[3][3])
-{
-	for (int i = 0; i < 3; i++)
-		for (int j = 0; j < 3; j++) {
-			int p = (i + 1) % 3, q = (i + 2) % 3, s = (j + 1) % 3, t = (j + 2) % 3;
-
-			c[i][j] = m[p][s] * m[q][t] - m[p][t] * m[q][s];
-		}
-	return m[0][0] * c[0][0] + m[0][1] * c[0][1] + m[0][2] * c[0][2];
-}
-
 /* The orthogonal factor of the polar decomposition, Newton's iteration Q <- (Q + Q^-T)/2
  * (Higham 1986): the rotation (or reflection) nearest to m. Near-orthogonal m needs a few
  * steps; returns the sign of the determinant. */
@@ -77,7 +66,7 @@ static double polar(double m[3][3])
 	double c[3][3], det = 1;
 
 	for (int step = 0; step < 12; step++) {
-		det = cofactors(c, m);
+		det = ct_vec3_dual(c, m[0], m[1], m[2]);
 		for (int i = 0; i < 3; i++)
 			for (int j = 0; j < 3; j++)
 				m[i][j] = (m[i][j] + c[i][j] / det) / 2;

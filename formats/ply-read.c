@@ -276,12 +276,13 @@ static int read_own(struct reader *d, const struct ct_meta *keys, struct ct_gaus
 	const char *activation = ct_meta_get(keys, CT_PLY_ACTIVATION),
 		   *units = ct_meta_get(keys, CT_PLY_UNITS);
 	double x = 0, v[12];
-	int rc;
+	int rc, word;
 
 	if (!activation)
 		return ct_fail(d->e, CT_EINPUT, "%s: no comment ct:activation", d->path);
-	if (ct_activation_parse(&g->activation, activation, d->e))
+	if (ct_words_take(&word, CT_WORDS(CT_ACTIVATION_LIST), CT_PLY_ACTIVATION, activation, d->e))
 		return ct_blame(d->e, d->path);
+	g->activation = (enum ct_activation)word;
 	if (units && strcmp(units, "mm") != 0)
 		return ct_fail(d->e, CT_EINPUT, "%s: units are '%.20s', not mm", d->path, units);
 	g->gamma = 1;
@@ -308,11 +309,9 @@ static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
 {
 	const double head[2] = {g->gamma, (double)g->activation};
 	struct ct_piece piece[CT_PLY_FIELDS + 1] = {{head, sizeof head}};
-	float *f[CT_PLY_FIELDS];
 
-	ct_ply_fields(g, f);
 	for (size_t k = 0; k < CT_PLY_FIELDS; k++)
-		piece[1 + k] = (struct ct_piece){f[k], g->n * sizeof **f};
+		piece[1 + k] = (struct ct_piece){g->column[k], g->n * sizeof **g->column};
 	return ct_meta_input(&g->meta, path, CT_PLY_FIELDS + 1, piece, e);
 }
 
@@ -321,17 +320,16 @@ int ct_bytes_read_ply(
 {
 	struct reader d = {.path = name, .data = data, .n = n, .e = e};
 	struct ct_meta keys = {0};
-	float *f[CT_PLY_FIELDS];
 	int rc = -1;
 
 	if (read_header(&d, &keys, &g->meta) || read_own(&d, &keys, g) ||
 		ct_gauss_reserve(g, (size_t)d.count + 1, e))
 		goto done;
 	g->n = (size_t)d.count;
-	ct_ply_fields(g, f);
 	for (size_t k = 0; k < CT_PLY_FIELDS; k++)
 		for (size_t i = 0; i < g->n; i++)
-			f[k][i] = value(data + d.at + i * d.stride + d.offset[k], d.type[k]);
+			g->column[k][i] =
+				value(data + d.at + i * d.stride + d.offset[k], d.type[k]);
 	rc = sign(g, name, e);
 done:
 	ct_meta_free(&keys);

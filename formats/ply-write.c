@@ -44,7 +44,7 @@ static char *make_header(const struct ct_gauss *g, size_t *length)
 	fprintf(f,
 		CT_PLY_COMMENT CT_PLY_ACTIVATION "=%s\n" CT_PLY_COMMENT CT_PLY_GAMMA
 						 "=%.17g\n" CT_PLY_COMMENT "step=%zu\n",
-		ct_activation_name(g->activation), g->gamma, g->step);
+		CT_WORD(CT_ACTIVATION_LIST, g->activation), g->gamma, g->step);
 	if (g->grid[0]) {
 		fprintf(f,
 			CT_PLY_COMMENT CT_PLY_GRID "=%zu,%zu,%zu\n" CT_PLY_COMMENT CT_PLY_AFFINE

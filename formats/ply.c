@@ -21,17 +21,6 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as
 const char *const ct_ply_names[CT_PLY_FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2",
 	"rot_0", "rot_1", "rot_2", "rot_3", "density"};
 
-void ct_ply_fields(const struct ct_gauss *g, float *f[static CT_PLY_FIELDS])
-{
-	for (int a = 0; a < 3; a++) {
-		f[a] = g->pos[a];
-		f[3 + a] = g->scale[a];
-	}
-	for (int a = 0; a < 4; a++)
-		f[6 + a] = g->rot[a];
-	f[10] = g->raw;
-}
-
 bool ct_ply_own(const char *key)
 {
 	static const char *const own[] = {CT_PLY_UNITS, CT_PLY_ACTIVATION, CT_PLY_GAMMA,

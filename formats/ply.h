@@ -7,12 +7,10 @@
 #include <stdbool.h>
 
 #define CT_PLY_COMMENT "comment ct:"
-enum { CT_PLY_FIELDS = 11 };
+enum { CT_PLY_FIELDS = CT_GAUSS_COLUMNS };
 
-/* The properties that are read, in the order of ct_ply_fields. */
+/* The properties that are read, in the order of the columns of a set. */
 extern const char *const ct_ply_names[CT_PLY_FIELDS];
-/* The arrays of a set. */
-void ct_ply_fields(const struct ct_gauss *g, float *f[static CT_PLY_FIELDS]);
 /* Keys of comments that are of the format, not metadata. */
 #define CT_PLY_UNITS "units"
 #define CT_PLY_ACTIVATION "activation"

@@ -347,6 +347,7 @@ static void test_like(void)
 	static const double refuse[] = {0.5, 0.2, 1.1, 0, -1, (double)NAN};
 	struct ct_stack s, t = {0};
 	bool none = true, pitch = true;
+	int word;
 
 	stack(&s);
 	s.beam = CT_PARALLEL;
@@ -369,11 +370,15 @@ static void test_like(void)
 	OK(t.h == 1 && t.w == 1, "down to one pixel");
 	ct_stack_free(&t);
 	ct_stack_free(&s);
-	OK(ct_beam_parse(&s.beam, "fan", &err) == 0 && s.beam == CT_FAN &&
-			ct_beam_parse(&s.beam, "cone", &err) == 0 && s.beam == CT_CONE &&
-			strcmp(ct_beam_name(CT_FAN), "fan") == 0,
+	OK(ct_words_take(&word, CT_WORDS(CT_BEAM_LIST), "beam", "fan", &err) == 0 &&
+			word == CT_FAN &&
+			ct_words_take(&word, CT_WORDS(CT_BEAM_LIST), "beam", "cone", &err) == 0 &&
+			word == CT_CONE && strcmp(CT_WORD(CT_BEAM_LIST, CT_FAN), "fan") == 0,
 		"beams have words");
-	OK(ct_beam_parse(&s.beam, "con", &err) < 0 && err.code == CT_EINPUT, "and no others");
+	OK(ct_words_take(&word, CT_WORDS(CT_BEAM_LIST), "beam", "con", &err) < 0 &&
+			err.code == CT_EINPUT &&
+			strcmp(err.msg, "beam 'con' is not one of cone|parallel|fan") == 0,
+		"and no others");
 	for (size_t k = 0; k < 4; k++)
 		none = none &&
 		       ct_stack_alloc(&t,
@@ -416,7 +421,6 @@ static float *field(struct ct_gauss *g, int f)
 static void test_gauss(void)
 {
 	struct ct_gauss g = {.gamma = 0.1};
-	enum ct_activation a = CT_SINE;
 	bool kept = true, named = true;
 
 	must(ct_gauss_reserve(&g, 5, &err));
@@ -445,12 +449,6 @@ static void test_gauss(void)
 	g.scale[1][4] = 0;
 	g.gamma = (double)INFINITY;
 	OK(ct_gauss_check_finite(&g, &err) < 0 && strstr(err.msg, "gamma"), "gamma is not finite");
-	OK(ct_activation_parse(&a, "relu", &err) == 0 && a == CT_RELU &&
-			ct_activation_parse(&a, "prelu", &err) == 0 && a == CT_PRELU,
-		"activations have words");
-	OK(ct_activation_parse(&a, "tanh", &err) < 0 && err.code == CT_EINPUT &&
-			strcmp(ct_activation_name(CT_SINE), "sine") == 0,
-		"and no others");
 	ct_gauss_free(&g);
 	OK(!g.raw && g.cap == 0, "nothing is left");
 }

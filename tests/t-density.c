@@ -23,7 +23,7 @@ static void set(struct ct_gauss *g, struct ct_gs_adam *a, size_t n)
 	must(ct_gauss_reserve(g, n, &err) || ct_gs_adam_reserve(a, 0, n, &err));
 	for (size_t i = 0; i < n; i++) {
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
-			ct_gaussian_field(g, k)[i] = k == CT_GS_ROT;
+			g->column[k][i] = k == CT_GS_ROT;
 		for (int k = 0; k < 3; k++)
 			g->pos[k][i] = g->scale[k][i] = 0;
 		g->raw[i] = 0.1f;
@@ -92,7 +92,8 @@ static void pruned(enum ct_activation activation)
 		for (int k = 0; k < 3; k++)
 			wrong += fabsf(g.pos[k][i] - at[i][k]) > 0;
 	OK(g.n == (relu ? 7 : 8) && c.pruned == PLACES + 4 - g.n && wrong == 0,
-		"%s: within the box stay six of %d", ct_activation_name(activation), PLACES);
+		"%s: within the box stay six of %d", CT_WORD(CT_ACTIVATION_LIST, activation),
+		PLACES);
 	OK(g.n > 6 && g.raw[6] == raw[0] && (relu || g.raw[7] == raw[2]),
 		"and those whose density counts");
 	ct_gauss_free(&g);
@@ -133,7 +134,7 @@ static void moved(void)
 	set(&g, &a, 7);
 	for (size_t i = 0; i < 7; i++) {
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-			ct_gaussian_field(&g, k)[i] = 0.5f + 0.1f * (float)(k + i);
+			g.column[k][i] = 0.5f + 0.1f * (float)(k + i);
 			a.m[k][i] = (float)(100 + 10 * k + i);
 			a.v[k][i] = (float)(300 + 10 * k + i);
 		}
@@ -147,7 +148,7 @@ static void moved(void)
 		const size_t from = (const size_t[]){0, 1, 3, 6}[i];
 
 		for (size_t k = 0; k < CT_GS_RAW; k++)
-			wrong += ct_gaussian_field(&g, k)[i] != 0.5f + 0.1f * (float)(k + from);
+			wrong += g.column[k][i] != 0.5f + 0.1f * (float)(k + from);
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			wrong += a.m[k][i] != (float)(100 + 10 * k + from) ||
 				 a.v[k][i] != (float)(300 + 10 * k + from);
@@ -182,7 +183,7 @@ static void born(void)
 		set(k ? &was : &g, k ? &b : &a, 6);
 		for (size_t i = 0; i < 6; i++)
 			for (size_t f = 0; f < CT_GS_RAW; f++)
-				ct_gaussian_field(k ? &was : &g, f)[i] =
+				(k ? &was : &g)->column[f][i] =
 					f < CT_GS_SCALE || f >= CT_GS_ROT
 						? 0.3f * ct_rng_normal(1, f, i)
 						: 0.2f + 0.1f * (float)(f - CT_GS_SCALE);
@@ -384,7 +385,7 @@ static void adam(void)
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 			memcpy(was.m[k], a.m[k], 3 * sizeof(float));
 			memcpy(was.v[k], a.v[k], 3 * sizeof(float));
-			memcpy(old[k], ct_gaussian_field(&g, k), 3 * sizeof(float));
+			memcpy(old[k], g.column[k], 3 * sizeof(float));
 		}
 		memcpy(was.steps, a.steps, 3 * sizeof *a.steps);
 		ct_gs_adam_step(&a, &g, &grad, lr, ln_s, NULL);
@@ -398,9 +399,8 @@ static void adam(void)
 								   sqrt(v / (1 - pow(0.999, t)));
 				if (k >= CT_GS_SCALE && k < CT_GS_ROT)
 					want = fmin(fmax(want, ln_s[0]), ln_s[1]);
-				worst = fmax(
-					worst, fabs(want - (double)ct_gaussian_field(&g, k)[i]) /
-						       (1 + fabs(want)));
+				worst = fmax(worst,
+					fabs(want - (double)g.column[k][i]) / (1 + fabs(want)));
 			}
 		OK(a.steps[0] == 1 && a.steps[2] == 701, "each counts its own steps");
 		ct_gs_adam_free(&was);
@@ -431,7 +431,7 @@ static void adam_many(void)
 		set(&g, &a, n);
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 			ct_rng_normals(n, a.m[k], 1, k, 0);
-			ct_rng_normals(n, ct_gaussian_field(&g, k), 2, k, 0);
+			ct_rng_normals(n, g.column[k], 2, k, 0);
 			ct_rng_normals(n, grad.d[k], 3, k, 0);
 			for (size_t i = 0; i < n; i++)
 				a.v[k][i] = 1 + (float)(i % 3);
@@ -449,7 +449,7 @@ static void adam_many(void)
 				x = (double)ct_rng_normal(2, k, i);
 				ct_gs_adam_scalar_step(
 					&t, &x, (double)ct_rng_normal(3, k, i), lr[k]);
-				worst = fmax(worst, fabs(x - (double)ct_gaussian_field(&g, k)[i]));
+				worst = fmax(worst, fabs(x - (double)g.column[k][i]));
 			}
 		ct_gauss_free(&g);
 		ct_gs_adam_free(&a);
@@ -560,12 +560,11 @@ static void rates(struct scene *s, const struct ct_env *env)
 			f.g.scale[0][i] += 0.4f;
 			f.g.scale[1][i] -= 0.4f;
 		}
-		memcpy(was, ct_gaussian_field(&f.g, field[k]), n * sizeof *was);
+		memcpy(was, f.g.column[field[k]], n * sizeof *was);
 		want *= k == 0 ? 16 : k == 3 ? f.unit : 1; /* half the extent */
 		must(ct_fit_run(&f, &d, env, &err));
 		for (size_t i = 0; i < n; i++)
-			most = fmax(most, fabs((double)ct_gaussian_field(&f.g, field[k])[i] -
-						  (double)was[i]));
+			most = fmax(most, fabs((double)f.g.column[field[k]][i] - (double)was[i]));
 		if (!OK(fabs(most / want - 1) < 0.02, "the rate of %s", name[k]))
 			printf("# %g, not %g\n", most, want);
 		ct_fit_free(&f);

@@ -150,8 +150,7 @@ static void agree(const struct ct_gauss *g, double tol, const char *name)
 		render(&r, g, &c);
 		differs(d, &r, g, &c);
 		if (!OK(finite_all(&r, g->n) && d[0] < tol && d[1] < tol,
-			    "%s, %s: as in double, all finite", name,
-			    ct_beam_name((enum ct_beam)beam)))
+			    "%s, %s: as in double, all finite", name, CT_WORD(CT_BEAM_LIST, beam)))
 			printf("# image %g, gradient %g\n", d[0], d[1]);
 		result_free(&r);
 	}
@@ -275,7 +274,7 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 											 : 2]));
 	}
 	if (!OK(worst < 1e-6, "%s, %s: gradient against finite differences", name,
-		    ct_beam_name(beam)))
+		    CT_WORD(CT_BEAM_LIST, beam)))
 		printf("# worst %g\n", worst);
 }
 
@@ -460,7 +459,7 @@ static void voxels(enum ct_beam beam, double tol)
 		mass[1] += (double)r.img[i];
 	}
 	if (!OK(sqrt(sum / COUNT) < tol * peak && fabs(mass[0] / mass[1] - 1) < 0.01,
-		    "projections are those of the voxels, %s", ct_beam_name(beam)))
+		    "projections are those of the voxels, %s", CT_WORD(CT_BEAM_LIST, beam)))
 		printf("# RMS %g of %g, mass %g\n", sqrt(sum / COUNT), peak, mass[0] / mass[1]);
 	result_free(&r);
 	ct_vol_free(&vol);

@@ -19,7 +19,7 @@ static double *scalar(struct ct_fit *f, int k)
 
 static float *array(struct ct_fit *f, size_t set, size_t k)
 {
-	return set == 0 ? ct_gaussian_field(&f->g, k) : set == 1 ? f->adam.m[k] : f->adam.v[k];
+	return set == 0 ? f->g.column[k] : set == 1 ? f->adam.m[k] : f->adam.v[k];
 }
 
 /* A number of its own for everything that is kept. */

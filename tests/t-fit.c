@@ -162,7 +162,7 @@ static void settings(void)
 		OK(o.activation == (enum ct_activation)a &&
 				equal(o.start_density,
 					a == CT_SOFTPLUS || a == CT_RELU ? 0.15 : 0.05),
-			"where %s begins", ct_activation_name((enum ct_activation)a));
+			"where %s begins", CT_WORD(CT_ACTIVATION_LIST, a));
 	}
 }
 
@@ -304,7 +304,7 @@ static void signs(void)
 
 	ct_fit_signs(&g, &positive, &negative);
 	OK(positive == 3 && negative == 2, "of either sign, and none");
-	OK(!strcmp(ct_fit_end_name(CT_FIT_ENOUGH), "tolerance"), "the word of an end");
+	OK(!strcmp(CT_WORD(CT_FIT_END_LIST, CT_FIT_ENOUGH), "tolerance"), "the word of an end");
 }
 
 /* The shuffle with its table: slots are swapped from the second on. */
@@ -614,7 +614,7 @@ static void steps(struct scene *s)
 		float was[CT_GS_FIELDS][20];
 
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
-			memcpy(was[k], ct_gaussian_field(&f.g, k), sizeof was[k]);
+			memcpy(was[k], f.g.column[k], sizeof was[k]);
 		must(ct_fit_run(&f, &s->data, &env, &err));
 		for (size_t k = 0; k < CT_GS_FIELDS; k++) {
 			double want = k < 3    ? 1e-3 * EXTENT / 2
@@ -624,8 +624,8 @@ static void steps(struct scene *s)
 			double most = 0;
 
 			for (size_t i = 0; i < 20; i++)
-				most = fmax(most, fabs((double)ct_gaussian_field(&f.g, k)[i] -
-							  (double)was[k][i]));
+				most = fmax(
+					most, fabs((double)f.g.column[k][i] - (double)was[k][i]));
 			if (!OK(fabs(most / want - 1) < 1e-3, "the step of parameter %zu", k))
 				printf("# %g, not %g\n", most, want);
 		}

@@ -72,7 +72,7 @@ static void t_views(void)
 				exact += fabs(v->u[k % 12 == 3 ? 0 : 1]) +
 					 fabs(fabs(v->u[k % 12 == 3 ? 1 : 0]) - 1.5);
 		}
-		NEAR(worst, 0, 1e-11, ct_beam_name((enum ct_beam)beam));
+		NEAR(worst, 0, 1e-11, CT_WORD(CT_BEAM_LIST, beam));
 		OK(exact == 0, "quarter turns are exact");
 		ct_stack_free(&s);
 	}

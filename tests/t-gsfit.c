@@ -183,8 +183,7 @@ static bool same(const struct ct_fit *a, const struct ct_fit *b)
 		  memcmp(&a->last_loss, &b->last_loss, sizeof(double)) == 0;
 
 	for (size_t k = 0; ok && k < CT_GS_FIELDS; k++)
-		ok = memcmp(ct_gaussian_field(&a->g, k), ct_gaussian_field(&b->g, k),
-			     a->g.n * sizeof(float)) == 0 &&
+		ok = memcmp(a->g.column[k], b->g.column[k], a->g.n * sizeof(float)) == 0 &&
 		     memcmp(a->adam.v[k], b->adam.v[k], a->g.n * sizeof(float)) == 0;
 	return ok;
 }
@@ -402,7 +401,7 @@ static void control(void)
 		g.n = 5;
 		for (size_t i = 0; i < 5; i++) {
 			for (size_t k = 0; k < CT_GS_FIELDS; k++)
-				ct_gaussian_field(&g, k)[i] = k == CT_GS_ROT;
+				g.column[k][i] = k == CT_GS_ROT;
 			g.pos[0][i] = x[i];
 			for (int k = 0; k < 3; k++)
 				g.scale[k][i] = ln_s[i];

@@ -96,8 +96,8 @@ static void rays(enum ct_beam beam, double turn, double tilt)
 		lit += want > 0;
 	}
 	if (!OK(worst < 2e-5 * most && lit > 100 && lit < H * W,
-		    "%s from %.3g, %.3g: %zu of %d rays", ct_beam_name(beam), turn, tilt, lit,
-		    H * W))
+		    "%s from %.3g, %.3g: %zu of %d rays", CT_WORD(CT_BEAM_LIST, beam), turn, tilt,
+		    lit, H * W))
 		printf("# %g of %g off\n", worst, most);
 	ct_vol_free(&v);
 	ct_stack_free(&s);

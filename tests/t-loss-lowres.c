@@ -128,20 +128,20 @@ static void gradient(struct ct_gauss *g, const struct ct_degrade *d)
 	loss(&s, g);
 	ct_mixture_backward(&s.grad, &s.v, s.b, g, s.df, NULL);
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		memcpy(keep[k], ct_gaussian_field(g, k), sizeof keep[k]);
+		memcpy(keep[k], g->column[k], sizeof keep[k]);
 	for (int t = 0; t < 2; t++) {
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			for (size_t i = 0; i < COUNT; i++) {
 				float r = ct_rng_normal(3, k, i);
 
-				ct_gaussian_field(g, k)[i] = keep[k][i] + (float)(t ? h : -h) * r;
+				g->column[k][i] = keep[k][i] + (float)(t ? h : -h) * r;
 				dot += t ? (double)(r * s.grad.d[k][i]) : 0;
 			}
 		val[t] = loss(&s, g);
 	}
 	NEAR((val[1] - val[0]) / (2 * h) / dot, 1, 2e-2, "gradient along a direction");
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		memcpy(ct_gaussian_field(g, k), keep[k], sizeof keep[k]);
+		memcpy(g->column[k], keep[k], sizeof keep[k]);
 	end(&s);
 	ct_vol_free(&lr);
 }

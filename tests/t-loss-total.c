@@ -145,7 +145,7 @@ static void gradient(struct scene *s, enum term term, size_t k, const char *name
 	for (size_t f = 0; f < CT_GS_FIELDS; f++) {
 		float most = 0;
 
-		memcpy(keep[f], ct_gaussian_field(&s->f.g, f), sizeof keep[f]);
+		memcpy(keep[f], s->f.g.column[f], sizeof keep[f]);
 		for (size_t i = 0; i < N; i++) {
 			up[f][i] = s->w.grad.d[f][i] / (term == VIEW ? 1 : 2);
 			most = fmaxf(most, fabsf(up[f][i]));
@@ -158,12 +158,12 @@ static void gradient(struct scene *s, enum term term, size_t k, const char *name
 	for (int sign = 0; sign < 2; sign++) {
 		for (size_t f = 0; f < CT_GS_FIELDS; f++)
 			for (size_t i = 0; i < N; i++)
-				ct_gaussian_field(&s->f.g, f)[i] =
+				s->f.g.column[f][i] =
 					keep[f][i] + (float)(sign ? h : -h) * up[f][i];
 		val[sign] = value(s, term, k, &t);
 	}
 	for (size_t f = 0; f < CT_GS_FIELDS; f++)
-		memcpy(ct_gaussian_field(&s->f.g, f), keep[f], sizeof keep[f]);
+		memcpy(s->f.g.column[f], keep[f], sizeof keep[f]);
 	if (!OK(fabs((val[1] - val[0]) / (2 * h) / dot - 1) < 3e-2, "%s: uphill", name))
 		printf("# %g, not %g\n", dot, (val[1] - val[0]) / (2 * h));
 	OK(twice < 1e-6, "%s", term == VIEW ? "set" : "added to what is there");

@@ -557,7 +557,7 @@ static void finer(enum ct_beam beam)
 		off[i] = off_voxels(&scan, mm[i]);
 	if (!OK(off[1] < off[0] / 2 && off[2] < off[1] / 2 && off[3] < off[2] / 2 && off[3] < 2e-3,
 		    "projections are those of the voxels, the nearer the finer, %s",
-		    ct_beam_name(beam)))
+		    CT_WORD(CT_BEAM_LIST, beam)))
 		printf("# %g %g %g %g\n", off[0], off[1], off[2], off[3]);
 	ct_stack_free(&scan);
 }

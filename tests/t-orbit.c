@@ -110,7 +110,8 @@ static void t_found(enum ct_beam beam, double sign)
 		worst[5] = fmax(worst[5], hypot(v->foot[0] - 5.5 - 2.0 / 3,
 						  v->foot[1] - (double)(w.h - 1) / 2 + low));
 	}
-	OK(worst[0] < 1e-12 && w.sign == sign, "%s: the axis, and which way", ct_beam_name(beam));
+	OK(worst[0] < 1e-12 && w.sign == sign, "%s: the axis, and which way",
+		CT_WORD(CT_BEAM_LIST, beam));
 	NEAR(worst[1], 0, 1e-9, "angles");
 	NEAR(worst[2], 0, 1e-9, "arcs of uneven angles");
 	OK(worst[3] < 1e-9 && worst[4] < 1e-12 && worst[5] < 1e-9, "distance, pitch, foot");
@@ -348,8 +349,8 @@ static void shifted(enum ct_beam beam, double pixels, double radius, enum ct_red
 	o.offset[0] = -3 * pixels;
 	must(study(&w, &o, radius, false));
 	OK(w.redundancy == want && w.widen[0] == before && w.widen[1] == after,
-		"%s, off by %g pixels, radius %g: %zu and %zu columns more", ct_beam_name(beam),
-		pixels, radius, w.widen[0], w.widen[1]);
+		"%s, off by %g pixels, radius %g: %zu and %zu columns more",
+		CT_WORD(CT_BEAM_LIST, beam), pixels, radius, w.widen[0], w.widen[1]);
 	NEAR(w.overlap, overlap, 1e-9, "overlap");
 	ct_fdk_weights_free(&w);
 }
@@ -405,7 +406,7 @@ static void t_weights(enum ct_beam beam, double arc, double pixels, bool plain)
 	}
 	OK(worst < 1e-5 && (w.redundancy == CT_RAYS_OFFSET) == (fabs(pixels) > 1),
 		"%s over %g degrees, off by %g pixels: weights by their formula (%.2g)",
-		ct_beam_name(beam), arc, pixels, worst);
+		CT_WORD(CT_BEAM_LIST, beam), arc, pixels, worst);
 	ct_fdk_weights_free(&w);
 }
 

@@ -230,7 +230,7 @@ static void t_projections(void)
 			most = fmax(most, fabs(sum));
 		}
 		OK(worst < 1e-5 && most > 1, "%s: the sum of the chords, of these views (%.2g)",
-			ct_beam_name((enum ct_beam)beam), worst);
+			CT_WORD(CT_BEAM_LIST, beam), worst);
 		ct_stack_free(&p);
 	}
 }

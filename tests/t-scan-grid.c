@@ -154,7 +154,8 @@ static void test_cube(enum ct_beam beam, size_t views, double size)
 			y[a] += sign * 1e-3 * size;
 			uphill += apart_from(y, &s) > apart_from(x, &s);
 		}
-	OK(beam == CT_FAN || uphill == 6, "%s: where the central rays meet", ct_beam_name(beam));
+	OK(beam == CT_FAN || uphill == 6, "%s: where the central rays meet",
+		CT_WORD(CT_BEAM_LIST, beam));
 	r = seen(x, &s);
 	n = ceil(2 * r / finest(x, &s));
 	NEAR((double)g.n[0], n, 0.5, "as many voxels as pixels there");

@@ -116,7 +116,8 @@ static void mass_and_peak(enum ct_beam beam)
 	struct footprint f;
 	struct ct_gaussian b;
 
-	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &err) == 0, "camera, %s", ct_beam_name(beam));
+	OK(ct_camera_init(&c, &v, beam, H - 1, W - 1, &err) == 0, "camera, %s",
+		CT_WORD(CT_BEAM_LIST, beam));
 	render(img, &f, &b, &c, x);
 	for (size_t i = 0; i < c.h * c.w; i++)
 		mass += img[i];
@@ -183,7 +184,7 @@ static void line_integrals(enum ct_beam beam, double tol)
 			peak = fmax(peak, fabs(img[r * W + k]));
 		}
 	if (!OK(worst < tol * peak && peak > 0, "pixels are line integrals, %s",
-		    ct_beam_name(beam)))
+		    CT_WORD(CT_BEAM_LIST, beam)))
 		printf("# worst %g of peak %g\n", worst, peak);
 }
 
@@ -240,7 +241,7 @@ static void fast(enum ct_beam beam, const struct ct_gauss *g, const struct ct_ga
 		dref[i] = (double)dimg[i / W * pitch + i % W];
 		ref[i] = 0;
 	}
-	OK(ct_splat_plan(&s, &c, g->n, b, par, &err) == 0, "plan, %s", ct_beam_name(beam));
+	OK(ct_splat_plan(&s, &c, g->n, b, par, &err) == 0, "plan, %s", CT_WORD(CT_BEAM_LIST, beam));
 	ct_splat_draw(img, &s, par);
 	ct_splat_draw(again, &s, NULL);
 	ct_splat_backward(&grad, &s, b, g, dimg, par);
@@ -345,7 +346,7 @@ static void camera(enum ct_beam beam, bool back)
 		worst = fmax(worst, fabs(c.c[1] + dot(c.map[1], o) / z - (H - 1) / 2.0 - ab[1]));
 	}
 	OK(worst < 1e-10 && c.h == H && c.w == W && c.cone == (beam == CT_CONE),
-		"columns, rows and depth, %s", ct_beam_name(beam));
+		"columns, rows and depth, %s", CT_WORD(CT_BEAM_LIST, beam));
 	if (beam == CT_CONE)
 		NEAR(c.near, 0.02 * fabs(plane), 1e-12, "what is near");
 	else

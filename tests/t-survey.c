@@ -52,7 +52,7 @@ static void test_scan(enum ct_beam beam, double arc, size_t views)
 
 	fill(&s, &scan);
 	ct_survey_of(&g, &s);
-	NEAR(g.pitch[0] + g.pitch[1], 1.25, 1e-12, ct_beam_name(beam));
+	NEAR(g.pitch[0] + g.pitch[1], 1.25, 1e-12, CT_WORD(CT_BEAM_LIST, beam));
 	NEAR(g.size[0], 32, 1e-12, "detector width");
 	NEAR(g.angle[0], 20, 1e-12, "first angle");
 	NEAR(g.step * (double)views, arc, 1e-9, "arc");

@@ -98,10 +98,6 @@ static void halves(void)
 		ct_i32_store_i16(out, ct_i32_load_i16(in, CT_F32_LANES), n);
 		for (size_t i = 0; i < MOST; i++)
 			same = same && out[i] == (i < n ? in[i] : 0);
-		memset(out, 0, sizeof out);
-		ct_i32_store_low(out, ct_i32_load_i16(in, CT_F32_LANES) + 0x4b400000, n);
-		for (size_t i = 0; i < MOST; i++)
-			same = same && out[i] == (i < n ? in[i] : 0);
 	}
 	OK(same, "the first n 16-bit numbers are loaded and stored, and no others");
 	same = true;
@@ -168,26 +164,22 @@ static void fused(void)
 static void exponentials(void)
 {
 	double worst = 0, worst64 = 0;
-	bool same = true;
 
 	for (double x = -87; x <= 88; x += 0.00371) {
 		const double want = exp(x), f = (double)(float)x;
 
-		same = same && same_as(ct_f32_exp(ct_f32_set((float)x)), ct_expf((float)x));
-		worst = fmax(worst, fabs((double)ct_expf((float)x) / exp(f) - 1));
+		worst = fmax(worst, fabs((double)ct_f32_exp(ct_f32_set((float)x))[0] / exp(f) - 1));
 		worst64 = fmax(worst64, fabs(ct_f64_exp(ct_f64_set(x))[0] / want - 1));
 	}
 	OK(worst < 1.3e-7, "e^x in float to %.3g", worst);
 	OK(worst64 < 5e-16, "e^x in double to %.3g", worst64);
-	OK(same && same_as(ct_f32_exp(ct_f32_set(100)), ct_expf(100)) &&
-			same_as(ct_f32_exp(ct_f32_set(-1e30f)), ct_expf(-1e30f)) &&
-			isnan(ct_f32_exp(ct_f32_set(NAN))[0]),
-		"a vector of floats likewise");
-	OK(ct_expf(100) == ct_expf(88) && ct_expf(-1e30f) == ct_expf(-87) &&
+	OK(same_as(ct_f32_exp(ct_f32_set(100)), ct_f32_exp(ct_f32_set(88))[0]) &&
+			same_as(ct_f32_exp(ct_f32_set(-1e30f)), ct_f32_exp(ct_f32_set(-87))[0]) &&
 			ct_f64_exp(ct_f64_set(1e9))[0] == ct_f64_exp(ct_f64_set(700))[0] &&
 			ct_f64_exp(ct_f64_set(-1e9))[0] == ct_f64_exp(ct_f64_set(-700))[0],
 		"as at the end beyond");
-	OK(isnan(ct_expf(NAN)) && isnan(ct_f64_exp(ct_f64_set((double)NAN))[0]), "NaN gives NaN");
+	OK(isnan(ct_f32_exp(ct_f32_set(NAN))[0]) && isnan(ct_f64_exp(ct_f64_set((double)NAN))[0]),
+		"NaN gives NaN");
 }
 
 static void sums(void)

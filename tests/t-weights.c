@@ -112,7 +112,7 @@ static void parker(enum ct_beam beam, double arc)
 	for (size_t c = 0; c < scan.w; c++)
 		end = fmax(end, fabs(share[c] - share[(n - 1) * scan.w + scan.w - 1 - c]));
 	OK(o.redundancy == CT_RAYS_PARKER && !o.closed, "%s over %g degrees is open",
-		ct_beam_name(beam), arc);
+		CT_WORD(CT_BEAM_LIST, beam), arc);
 	if (!OK(worst < 0.01 && twice > 1000, "%zu rays of lines seen twice: 1 together", twice))
 		printf("# %g off\n", worst);
 	if (!OK(once < 0.01, "a line seen once counts 1"))
@@ -136,7 +136,7 @@ static void even(enum ct_beam beam, double arc, bool closed)
 			worst = fmax(worst, fabs(share[k * scan.w + c] - share[20]));
 	}
 	OK(o.closed == closed && o.redundancy == CT_RAYS_EVEN, "%s over %g degrees: %s",
-		ct_beam_name(beam), arc, closed ? "closed" : "open");
+		CT_WORD(CT_BEAM_LIST, beam), arc, closed ? "closed" : "open");
 	NEAR(sum, M_PI, 1e-5, "half a turn together");
 	NEAR(worst, 0, 1e-6, "whatever the ray");
 	free(share);
@@ -250,8 +250,8 @@ static void lines(enum ct_beam beam, double tilt, double mm, double pitch, bool 
 	scan.start = 0;
 	must(ct_geometry_fill(&s, &scan, &err) ||
 		ct_backprojector_alloc(&b, &v, &s, (const double[]){0, 0, 0}, &err));
-	OK(b.line == (line ? 2 : -1), "%s, tilted by %.3g, %g mm: %s", ct_beam_name(beam), tilt, mm,
-		line ? "lines" : "no lines");
+	OK(b.line == (line ? 2 : -1), "%s, tilted by %.3g, %g mm: %s", CT_WORD(CT_BEAM_LIST, beam),
+		tilt, mm, line ? "lines" : "no lines");
 	ct_backprojector_free(&b);
 	ct_stack_free(&s);
 	ct_vol_free(&v);

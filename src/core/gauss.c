@@ -7,61 +7,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *ct_activation_name(enum ct_activation a)
+int ct_gauss_grow(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e)
 {
-	return CT_WORD(CT_ACTIVATION_LIST, a);
-}
+	size_t now = *cap;
 
-int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *e)
-{
-	int i = ct_words_find(CT_WORDS(CT_ACTIVATION_LIST), name);
-
-	if (i < 0)
-		return ct_fail(e, CT_EINPUT, "activation '%.40s' is not one of %s", name,
-			CT_WORDS(CT_ACTIVATION_LIST));
-	*a = (enum ct_activation)i;
+	for (size_t k = 0; k < count; k++) {
+		now = *cap;
+		if (ct_grow(&column[k], &now, n, sizeof(float), e))
+			return -1;
+	}
+	*cap = now;
 	return 0;
 }
 
-enum { FIELDS = 11 };
-
-static void fields(struct ct_gauss *g, float **f[FIELDS])
+void ct_gauss_drop(float **column, size_t count)
 {
-	size_t k = 0;
-
-	for (int a = 0; a < 3; a++)
-		f[k++] = &g->pos[a];
-	for (int a = 0; a < 3; a++)
-		f[k++] = &g->scale[a];
-	for (int a = 0; a < 4; a++)
-		f[k++] = &g->rot[a];
-	f[k] = &g->raw;
+	for (size_t k = 0; k < count; k++)
+		free(column[k]);
 }
 
 int ct_gauss_reserve(struct ct_gauss *g, size_t n, struct ct_err *e)
 {
-	float **f[FIELDS];
-	size_t cap = g->cap;
-
-	if (n <= g->cap)
-		return 0;
-	fields(g, f);
-	for (size_t k = 0; k < FIELDS; k++) {
-		cap = g->cap;
-		if (ct_grow(f[k], &cap, n, sizeof(float), e))
-			return -1;
-	}
-	g->cap = cap;
-	return 0;
+	return ct_gauss_grow(g->column, CT_GAUSS_COLUMNS, &g->cap, n, e);
 }
 
 void ct_gauss_free(struct ct_gauss *g)
 {
-	float **f[FIELDS];
-
-	fields(g, f);
-	for (size_t k = 0; k < FIELDS; k++)
-		free(*f[k]);
+	ct_gauss_drop(g->column, CT_GAUSS_COLUMNS);
 	ct_meta_free(&g->meta);
 	*g = (struct ct_gauss){0};
 }
@@ -69,12 +41,12 @@ void ct_gauss_free(struct ct_gauss *g)
 int ct_gauss_check_finite(const struct ct_gauss *g, struct ct_err *e)
 {
 	for (size_t i = 0; i < g->n; i++) {
-		float sum = g->raw[i];
+		float sum = 0;
 
+		for (size_t k = 0; k < CT_GAUSS_COLUMNS; k++)
+			sum += g->column[k][i];
 		for (int a = 0; a < 3; a++)
-			sum += g->pos[a][i] + g->scale[a][i] + expf(g->scale[a][i]);
-		for (int a = 0; a < 4; a++)
-			sum += g->rot[a][i];
+			sum += expf(g->scale[a][i]);
 		if (!isfinite(sum))
 			return ct_fail(e, CT_ENUMERIC, "Gaussian %zu is not finite", i);
 	}

@@ -15,6 +15,8 @@
 
 #include <stddef.h>
 
+enum { CT_GAUSS_COLUMNS = 11 };
+
 #define CT_ACTIVATION_LIST(X)                                                                      \
 	X(CT_PRELU, "prelu")                                                                       \
 	X(CT_SOFTPLUS, "softplus")                                                                 \
@@ -24,10 +26,15 @@ enum ct_activation { CT_ACTIVATION_LIST(CT_WORD_VALUE) };
 
 struct ct_gauss {
 	size_t n, cap;
-	float *pos[3];   /* mm */
-	float *scale[3]; /* ln of standard deviation in mm */
-	float *rot[4];   /* quaternion w x y z, need not be normalised */
-	float *raw;      /* raw density z */
+	union {
+		struct {
+			float *pos[3];   /* mm */
+			float *scale[3]; /* ln of standard deviation in mm */
+			float *rot[4];   /* quaternion w x y z, need not be normalised */
+			float *raw;      /* raw density z */
+		};
+		float *column[CT_GAUSS_COLUMNS]; /* these, in this order */
+	};
 	enum ct_activation activation;
 	double gamma;   /* PReLU slope, > 0 */
 	size_t grid[3]; /* grid the set was made for; 0 if none */
@@ -36,13 +43,12 @@ struct ct_gauss {
 	struct ct_meta meta;
 };
 
-/* Its word. */
-const char *ct_activation_name(enum ct_activation a);
-/* CT_EINPUT for another word. */
-int ct_activation_parse(enum ct_activation *a, const char *name, struct ct_err *e);
 /* Room for n more than none: capacity >= n, contents and n kept. */
 int ct_gauss_reserve(struct ct_gauss *g, size_t n, struct ct_err *e);
 void ct_gauss_free(struct ct_gauss *g);
+/* Room for n in each of `count` columns that have room for *cap, contents kept; and none. */
+int ct_gauss_grow(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e);
+void ct_gauss_drop(float **column, size_t count);
 /* CT_ENUMERIC naming the first Gaussian that is not finite. */
 int ct_gauss_check_finite(const struct ct_gauss *g, struct ct_err *e);
 

@@ -8,22 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *ct_beam_name(enum ct_beam b)
-{
-	return CT_WORD(CT_BEAM_LIST, b);
-}
-
-int ct_beam_parse(enum ct_beam *b, const char *name, struct ct_err *e)
-{
-	int i = ct_words_find(CT_WORDS(CT_BEAM_LIST), name);
-
-	if (i < 0)
-		return ct_fail(e, CT_EINPUT, "beam '%.40s' is not one of %s", name,
-			CT_WORDS(CT_BEAM_LIST));
-	*b = (enum ct_beam)i;
-	return 0;
-}
-
 int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct ct_err *e)
 {
 	size_t count;
@@ -65,11 +49,6 @@ float *ct_stack_view(const struct ct_stack *s, size_t k)
 	return s->data + k * s->h * s->w;
 }
 
-static double norm(const double a[3])
-{
-	return sqrt(ct_vec3_dot(a, a));
-}
-
 int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 {
 	for (size_t k = 0; k < s->views; k++) {
@@ -78,15 +57,14 @@ int ct_stack_check(const struct ct_stack *s, struct ct_err *e)
 		double n[3], d[3];
 
 		ct_vec3_cross(n, u, v);
-		for (int a = 0; a < 3; a++) {
-			d[a] = w->centre[a] - w->source[a];
+		ct_vec3_minus(d, w->centre, w->source);
+		for (int a = 0; a < 3; a++)
 			if (!isfinite(w->source[a] + w->centre[a] + u[a] + v[a]))
 				return ct_fail(e, CT_EGEOM, "view %zu: geometry is not finite", k);
-		}
-		if (!(norm(n) > 1e-6 * norm(u) * norm(v)))
+		if (!(ct_vec3_length(n) > 1e-6 * ct_vec3_length(u) * ct_vec3_length(v)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: detector axes are parallel or zero", k);
-		if (!(fabs(ct_vec3_dot(d, n) / norm(n)) > 1e-6 * norm(d)))
+		if (!(fabs(ct_vec3_dot(d, n) / ct_vec3_length(n)) > 1e-6 * ct_vec3_length(d)))
 			return ct_fail(
 				e, CT_EGEOM, "view %zu: source lies in the detector plane", k);
 	}
@@ -117,11 +95,11 @@ int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_
 			"stacks differ: %zu views of %zux%zu and %zu of %zux%zu", a->views, a->w,
 			a->h, b->views, b->w, b->h);
 	if (a->beam != b->beam)
-		return ct_fail(e, CT_EGEOM, "stacks differ: %s and %s beam", ct_beam_name(a->beam),
-			ct_beam_name(b->beam));
+		return ct_fail(e, CT_EGEOM, "stacks differ: %s and %s beam",
+			CT_WORD(CT_BEAM_LIST, a->beam), CT_WORD(CT_BEAM_LIST, b->beam));
 	for (size_t k = 0; k < a->views; k++) {
 		const struct ct_view *p = &a->view[k], *q = &b->view[k];
-		double tol = 1e-3 * fmin(norm(p->u), norm(p->v));
+		double tol = 1e-3 * fmin(ct_vec3_length(p->u), ct_vec3_length(p->v));
 		double size = (double)(a->h > a->w ? a->h : a->w);
 
 		if (!near(p->source, q->source, tol) || !near(p->centre, q->centre, tol) ||

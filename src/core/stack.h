@@ -39,10 +39,6 @@ struct ct_stack {
 	struct ct_meta meta;
 };
 
-/* Its word. */
-const char *ct_beam_name(enum ct_beam b);
-/* CT_EINPUT for another word. */
-int ct_beam_parse(enum ct_beam *b, const char *name, struct ct_err *e);
 /* Zeroed views, uninitialised data; *s must be zero. */
 int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct ct_err *e);
 void ct_stack_free(struct ct_stack *s);

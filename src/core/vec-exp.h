@@ -4,35 +4,10 @@
 #define CT_CORE_VEC_EXP_H
 #include "core/vec.h"
 
-/* e^x to 1.2e-7 relative for -87 <= x <= 88, as at the end beyond; NaN gives NaN. No branch, no
- * table: a plain loop of it becomes vectors. x = n ln 2 + r, |r| <= ln 2 / 2: 2^n goes into the
- * exponent, e^r is its Taylor series up to r^7/7! (remainder 5e-9). */
-CT_INLINE float ct_expf(float x)
-{
-	const float magic = 12582912.0f;
-	float n, r, p, scale;
-	uint32_t bits;
-
-	x = x > 88.0f ? 88.0f : x;
-	x = x < -87.0f ? -87.0f : x;
-	n = x * 1.44269504f + magic;
-	memcpy(&bits, &n, sizeof bits);
-	bits = (bits + 127u) << 23; /* the integer stands in the low bits of n */
-	memcpy(&scale, &bits, sizeof scale);
-	n -= magic;
-	r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
-	p = 1.98412698e-4f;
-	p = p * r + 1.38888889e-3f;
-	p = p * r + 8.33333333e-3f;
-	p = p * r + 4.16666667e-2f;
-	p = p * r + 1.66666667e-1f;
-	p = p * r + 0.5f;
-	p = p * r + 1.0f;
-	p = p * r + 1.0f;
-	return p * scale;
-}
-
-/* ct_expf of every lane, the same bits. */
+/* e^x to 1.2e-7 relative for -87 <= x <= 88, as at the end beyond; NaN gives NaN. x = n ln 2 + r,
+ * |r|
+ * <= ln 2 / 2: 2^n goes into the exponent, e^r is its Taylor series up to r^7/7! (remainder 5e-9).
+ */
 CT_INLINE ct_f32 ct_f32_exp(ct_f32 x)
 {
 	const ct_f32 magic = ct_f32_set(12582912.0f);

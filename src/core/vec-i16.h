@@ -53,30 +53,6 @@ CT_INLINE void ct_i32_store_i16(int16_t *p, ct_i32 x, size_t n)
 		memcpy(p, &v, n * sizeof *p);
 }
 
-/* The low 16 bits of each. */
-CT_INLINE void ct_i32_store_low(int16_t *p, ct_i32 x, size_t n)
-{
-#if defined(__AVX512F__)
-	ct_i32_store_i16(p, x, n);
-#else
-#if defined(__AVX2__)
-	const __m256i low = _mm256_shuffle_epi8((__m256i)x,
-		_mm256_broadcastsi128_si256(
-			_mm_setr_epi8(0, 1, 4, 5, 8, 9, 12, 13, 0, 1, 4, 5, 8, 9, 12, 13)));
-	const __m128i v = _mm256_castsi256_si128(_mm256_permute4x64_epi64(low, 8));
-#elif defined(__x86_64__)
-	const int64_t v = _mm_cvtsi128_si64(_mm_shuffle_epi8(
-		(__m128i)x, _mm_setr_epi8(0, 1, 4, 5, 8, 9, 12, 13, 0, 1, 4, 5, 8, 9, 12, 13)));
-#else
-	const ct_i16 v = __builtin_convertvector(x, ct_i16);
-#endif
-	if (n >= CT_F32_LANES)
-		memcpy(p, &v, CT_F32_LANES * sizeof *p);
-	else
-		memcpy(p, &v, n * sizeof *p);
-#endif
-}
-
 /* Those as floats. */
 CT_INLINE ct_f32 ct_f32_load_i16(const int16_t *p, size_t n)
 {

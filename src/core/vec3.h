@@ -1,6 +1,7 @@
 /* vec3.h: vectors of space. */
 #ifndef CT_CORE_VEC3_H
 #define CT_CORE_VEC3_H
+#include <math.h>
 
 static inline double ct_vec3_dot(const double a[static 3], const double b[static 3])
 {
@@ -14,6 +15,39 @@ static inline void ct_vec3_cross(
 	out[0] = a[1] * b[2] - a[2] * b[1];
 	out[1] = a[2] * b[0] - a[0] * b[2];
 	out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* out = a - b; it may be one of them. */
+static inline void ct_vec3_minus(
+	double out[static 3], const double a[static 3], const double b[static 3])
+{
+	for (int i = 0; i < 3; i++)
+		out[i] = a[i] - b[i];
+}
+
+static inline double ct_vec3_length(const double a[static 3])
+{
+	return sqrt(ct_vec3_dot(a, a));
+}
+
+/* out = a / |a|; it may be a. */
+static inline void ct_vec3_unit(double out[static 3], const double a[static 3])
+{
+	const double length = ct_vec3_length(a);
+
+	for (int i = 0; i < 3; i++)
+		out[i] = a[i] / length;
+}
+
+/* Rows b x c, c x a, a x b: over the determinant, which it returns, the inverse of the matrix with
+ * columns a, b, c. */
+static inline double ct_vec3_dual(double out[static 3][3], const double a[static 3],
+	const double b[static 3], const double c[static 3])
+{
+	ct_vec3_cross(out[0], b, c);
+	ct_vec3_cross(out[1], c, a);
+	ct_vec3_cross(out[2], a, b);
+	return ct_vec3_dot(a, out[0]);
 }
 
 #endif

@@ -93,8 +93,7 @@ int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 	for (unsigned corner = 0; corner < 8; corner++) {
 		double ijk[3], p[3], q[3];
 
-		for (int d = 0; d < 3; d++)
-			ijk[d] = corner >> d & 1 ? (double)(a->n[d] - 1) : 0.0;
+		ct_cell_corner(ijk, a->n, corner, 0);
 		ct_vol_world(a, ijk, p);
 		ct_vol_world(b, ijk, q);
 		for (int d = 0; d < 3; d++)
@@ -160,4 +159,11 @@ void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const doubl
 		}
 		dst[r][3] = shift;
 	}
+}
+
+void ct_vol_shift_affine(double affine[3][4], const double start[static 3])
+{
+	for (int r = 0; r < 3; r++)
+		for (int a = 0; a < 3; a++)
+			affine[r][3] += affine[r][a] * start[a];
 }

@@ -51,9 +51,20 @@ static inline double ct_cell_index(double at)
 	return at - 0.5;
 }
 
+/* Corner k < 8 of n voxels, bit a of k for axis a: `out` of a voxel beyond the outermost centres.
+ */
+static inline void ct_cell_corner(
+	double ijk[static 3], const size_t n[static 3], unsigned k, double out)
+{
+	for (int a = 0; a < 3; a++)
+		ijk[a] = k >> a & 1 ? (double)n[a] - 1 + out : -out;
+}
+
 /* The affine of the cell-centred grid that `factor` per axis refines (factor 4: four times
  * as many voxels) or coarsens (1/4): the field of view stays. Voxel k of an s-fold grid has its
  * centre at index ct_cell_index(ct_cell_centre(k) / s) of the coarse one. dst may be src. */
 void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const double factor[static 3]);
+/* The affine of a grid that begins at index start[] of another. */
+void ct_vol_shift_affine(double affine[3][4], const double start[static 3]);
 
 #endif

@@ -17,3 +17,12 @@ int ct_words_find(const char *words, const char *word)
 	}
 	return -1;
 }
+
+int ct_words_take(
+	int *place, const char *words, const char *what, const char *word, struct ct_err *e)
+{
+	*place = ct_words_find(words, word);
+	return *place >= 0
+		       ? 0
+		       : ct_fail(e, CT_EINPUT, "%s '%.40s' is not one of %s", what, word, words);
+}

@@ -9,6 +9,7 @@
  */
 #ifndef CT_CORE_WORDS_H
 #define CT_CORE_WORDS_H
+#include "core/err.h"
 
 #define CT_WORD_VALUE(value, word) value,
 #define CT_WORD_TEXT(value, word) word,
@@ -22,5 +23,8 @@
 
 /* Place of `word` in "a|b|c", from 0, or -1. */
 int ct_words_find(const char *words, const char *word);
+/* *place <- that; CT_EINPUT if `what` is none of them. */
+int ct_words_take(
+	int *place, const char *words, const char *what, const char *word, struct ct_err *e);
 
 #endif

@@ -7,7 +7,7 @@
 
 int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err *e)
 {
-	if (ct_gaussian_reserve(a->column, CT_GS_ADAM_COLUMNS, &a->cap, n, e))
+	if (ct_gauss_grow(a->column, CT_GS_ADAM_COLUMNS, &a->cap, n, e))
 		return -1;
 	for (size_t i = old; i < n; i++)
 		ct_gs_adam_reset(a, i);
@@ -16,7 +16,7 @@ int ct_gs_adam_reserve(struct ct_gs_adam *a, size_t old, size_t n, struct ct_err
 
 void ct_gs_adam_free(struct ct_gs_adam *a)
 {
-	ct_gaussian_free(a->column, CT_GS_ADAM_COLUMNS);
+	ct_gauss_drop(a->column, CT_GS_ADAM_COLUMNS);
 	*a = (struct ct_gs_adam){0};
 }
 
@@ -62,8 +62,8 @@ static void some(void *arg, size_t chunk, size_t worker)
 	}
 	for (size_t k = 0; k < CT_GS_FIELDS; k++)
 		CT_SIMD(ct_gaussian_kernels_step)
-	(n, ct_gaussian_field(j->g, k) + first, j->a->m[k] + first, j->a->v[k] + first,
-		j->grad->d[k] + first, c1, c2, (float)j->lr[k]);
+	(n, j->g->column[k] + first, j->a->m[k] + first, j->a->v[k] + first, j->grad->d[k] + first,
+		c1, c2, (float)j->lr[k]);
 	for (size_t k = 0; k < 3; k++) {
 		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];
 

@@ -12,7 +12,7 @@
 int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam beam, size_t h,
 	size_t w, struct ct_err *e)
 {
-	double normal[3], ray[3], len, depth;
+	double normal[3], ray[3], depth;
 
 	if (beam == CT_FAN)
 		return ct_fail(
@@ -28,11 +28,8 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 		for (int a = 0; a < 3; a++)
 			c->map[r][a] /= s;
 	}
-	len = sqrt(ct_vec3_dot(normal, normal));
-	for (int a = 0; a < 3; a++) {
-		ray[a] = v->centre[a] - v->source[a];
-		c->n[a] = normal[a] / len;
-	}
+	ct_vec3_minus(ray, v->centre, v->source);
+	ct_vec3_unit(c->n, normal);
 	depth = ct_vec3_dot(ray, c->n);
 	for (int r = 0; r < 2; r++) {
 		c->c[r] = ((double)(r ? h : w) - 1) / 2;
@@ -56,8 +53,6 @@ int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam be
 		for (int a = 0; a < 3; a++)
 			c->map[r][a] -= slide * c->n[a];
 	}
-	len = sqrt(ct_vec3_dot(ray, ray));
-	for (int a = 0; a < 3; a++)
-		c->n[a] = ray[a] / len;
+	ct_vec3_unit(c->n, ray);
 	return 0;
 }

@@ -21,11 +21,8 @@ void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *g
 
 static void copy(struct ct_gauss *g, size_t to, size_t from)
 {
-	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
-		float *x = ct_gaussian_field(g, k);
-
-		x[to] = x[from];
-	}
+	for (size_t k = 0; k < CT_GS_FIELDS; k++)
+		g->column[k][to] = g->column[k][from];
 }
 
 static void halve(struct ct_gauss *g, size_t i)

@@ -23,7 +23,7 @@ static float *array_of(const struct ct_fit *f, size_t k, char name[NAME])
 		snprintf(name, NAME, "%s%s", field[at], part[set]);
 	else
 		snprintf(name, NAME, "%s", seen[at]);
-	return set == 0 ? ct_gaussian_field(&f->g, at) : f->adam.column[k - CT_GS_FIELDS];
+	return set == 0 ? f->g.column[at] : f->adam.column[k - CT_GS_FIELDS];
 }
 
 static void scalars(struct ct_fit *f, double *s[static SCALARS])

@@ -196,11 +196,6 @@ void ct_fit_free(struct ct_fit *f)
 	*f = (struct ct_fit){0};
 }
 
-const char *ct_fit_end_name(enum ct_fit_end end)
-{
-	return CT_WORD(CT_FIT_END_LIST, end);
-}
-
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative)
 {
 	*positive = *negative = 0;

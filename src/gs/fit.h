@@ -144,8 +144,6 @@ void ct_fit_free(struct ct_fit *f);
  * last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
-/* Its words. */
-const char *ct_fit_end_name(enum ct_fit_end end);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */

@@ -1,7 +1,6 @@
 /* gaussian.c: see gaussian.h. */
 #include "config.h"
 #include "gs/gaussian.h"
-#include "core/mem.h"
 #include "gs/prelu.h"
 #include "gs/gaussian-kernels.h"
 
@@ -15,42 +14,15 @@
 #define FN(name) ref_##name
 #include "gs/gaussian-formulas.h"
 
-int ct_gaussian_reserve(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e)
-{
-	size_t now = *cap;
-
-	for (size_t k = 0; k < count; k++) {
-		now = *cap;
-		if (ct_grow(&column[k], &now, n, sizeof(float), e))
-			return -1;
-	}
-	*cap = now;
-	return 0;
-}
-
-void ct_gaussian_free(float **column, size_t count)
-{
-	for (size_t k = 0; k < count; k++)
-		free(column[k]);
-}
-
 int ct_gradient_reserve(struct ct_gradient *g, size_t n, struct ct_err *e)
 {
-	return ct_gaussian_reserve(g->column, CT_GS_FIELDS + 1, &g->cap, n, e);
+	return ct_gauss_grow(g->column, CT_GS_FIELDS + 1, &g->cap, n, e);
 }
 
 void ct_gradient_free(struct ct_gradient *g)
 {
-	ct_gaussian_free(g->column, CT_GS_FIELDS + 1);
+	ct_gauss_drop(g->column, CT_GS_FIELDS + 1);
 	*g = (struct ct_gradient){0};
-}
-
-float *ct_gaussian_field(const struct ct_gauss *g, size_t k)
-{
-	return k < CT_GS_SCALE ? g->pos[k]
-	       : k < CT_GS_ROT ? g->scale[k - CT_GS_SCALE]
-	       : k < CT_GS_RAW ? g->rot[k - CT_GS_ROT]
-			       : g->raw;
 }
 
 void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],

@@ -14,13 +14,13 @@
 #include "core/gauss.h"
 #include "core/par.h"
 
-/* Where the raw parameters of a Gaussian stand in a list of eleven. */
+/* Where the raw parameters of a Gaussian stand among its columns. */
 enum ct_gs_field {
 	CT_GS_POS = 0,
 	CT_GS_SCALE = 3,
 	CT_GS_ROT = 6,
 	CT_GS_RAW = 10,
-	CT_GS_FIELDS = 11,
+	CT_GS_FIELDS = CT_GAUSS_COLUMNS,
 };
 
 /* Gaussians that one task takes. Results do not depend on it; speed a little. */
@@ -53,11 +53,6 @@ struct ct_gradient {
 int ct_gradient_reserve(struct ct_gradient *g, size_t n, struct ct_err *e);
 /* Also legal on a zeroed struct. */
 void ct_gradient_free(struct ct_gradient *g);
-/* Room for n in each of `count` columns that have room for *cap. */
-int ct_gaussian_reserve(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e);
-void ct_gaussian_free(float **column, size_t count);
-/* The k-th raw parameter of all Gaussians. */
-float *ct_gaussian_field(const struct ct_gauss *g, size_t k);
 void ct_gaussian_make(struct ct_gaussian *b, const double p[static 3], const double ln_s[static 3],
 	const double q[static 4], double rho);
 /* b[g->n], activation applied. */

@@ -15,17 +15,8 @@ enum { SLAB = 8, GROUP = 32, BATCH = 1 << 18, WAIT = 64 };
 int ct_block_init(struct ct_block *k, const double affine[static 3][4],
 	const size_t first[static 3], const size_t n[static 3], struct ct_err *e)
 {
-	double cof[3][3], det = 0;
+	double dual[3][3], det = ct_vec3_dual(dual, affine[0], affine[1], affine[2]);
 
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) {
-			int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-
-			cof[r][c] =
-				affine[r1][c1] * affine[r2][c2] - affine[r1][c2] * affine[r2][c1];
-		}
-	for (int c = 0; c < 3; c++)
-		det += affine[0][c] * cof[0][c];
 	if (!(fabs(det) > 0) || !isfinite(det))
 		return ct_fail(e, CT_EGEOM, "the affine of the grid has no inverse");
 	for (int r = 0; r < 3; r++) {
@@ -33,7 +24,7 @@ int ct_block_init(struct ct_block *k, const double affine[static 3][4],
 		k->n[r] = n[r];
 		k->world[r] = affine[r][3];
 		for (int c = 0; c < 3; c++) {
-			k->inv[c][r] = cof[r][c] / det;
+			k->inv[c][r] = dual[r][c] / det;
 			k->world[r] += affine[r][c] * (double)first[c];
 		}
 	}
@@ -48,12 +39,9 @@ static bool blurred(const struct ct_block *k)
 /* sqrt(|Sigma| / |Sigma + B|), Sigma = M M^T with the rows of M, and var of Sigma + B. */
 static double thinned(const double row[3][3], const double var[3])
 {
-	double det = 0;
+	double dual[3][3];
 
-	for (int a = 0; a < 3; a++)
-		det += row[0][a] * (row[1][(a + 1) % 3] * row[2][(a + 2) % 3] -
-					   row[1][(a + 2) % 3] * row[2][(a + 1) % 3]);
-	return fabs(det) / sqrt(var[0] * var[1] * var[2]);
+	return fabs(ct_vec3_dual(dual, row[0], row[1], row[2])) / sqrt(var[0] * var[1] * var[2]);
 }
 
 /* Covariance in voxels by rows of inv A diag(s); then conditional variances, last axis first. */
@@ -340,13 +328,8 @@ int ct_mixture_render(float *vol, const size_t n[static 3], const double affine[
 		struct ct_gauss part = *g; /* a view of it */
 
 		part.n = g->n - at < BATCH ? g->n - at : BATCH;
-		for (int k = 0; k < 3; k++) {
-			part.pos[k] += at;
-			part.scale[k] += at;
-		}
-		for (int k = 0; k < 4; k++)
-			part.rot[k] += at;
-		part.raw += at;
+		for (size_t k = 0; k < CT_GS_FIELDS; k++)
+			part.column[k] += at;
 		ct_gaussian_resolve(b, &part, env->par);
 		if (ct_mixture_plan(&v, &block, part.n, b, env->par, e) ||
 			ct_mixture_add(vol, &v, gain, env, e))

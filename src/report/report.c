@@ -107,7 +107,7 @@ static void put_stack(struct maker *m, const struct ct_stack *s)
 	put(m, "size", sizes(2, (const size_t[]){s->w, s->h}));
 	put(m, "pitch-mm", numbers(2, g.pitch));
 	put(m, "detector-mm", numbers(2, g.size));
-	put(m, "beam", json_string(ct_beam_name(s->beam)));
+	put(m, "beam", json_string(CT_WORD(CT_BEAM_LIST, s->beam)));
 	put(m, "angles-deg", numbers(2, g.angle));
 	put(m, "step-deg", number(g.step));
 	put(m, "arc-deg", number(fabs(g.step) * (double)s->views));
@@ -132,7 +132,7 @@ static void put_gauss(struct maker *m, const struct ct_gauss *g)
 	put(m, "positive", count(s.positive));
 	put(m, "negative", count(s.negative));
 	put(m, "not-finite", count(s.bad));
-	put(m, "activation", json_string(ct_activation_name(g->activation)));
+	put(m, "activation", json_string(CT_WORD(CT_ACTIVATION_LIST, g->activation)));
 	put(m, "gamma", number(g->gamma));
 	put(m, "raw-density", numbers(2, s.raw));
 	put(m, "sigma-mm", numbers(2, s.sigma));

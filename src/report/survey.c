@@ -61,22 +61,15 @@ static void principal(double d[3], const struct ct_stack *s, size_t k)
 		d[a] /= norm;
 }
 
-/* x with m x = b by Cramer's rule; false if m is near singular next to `scale`. */
+/* x with m x = b by Cramer's rule, m symmetric; false if m is near singular next to `scale`. */
 static bool solve3(double x[3], const double m[3][3], const double b[3], double scale)
 {
-	double inv[3][3], det;
+	double dual[3][3], det = ct_vec3_dual(dual, m[0], m[1], m[2]);
 
-	for (int i = 0; i < 3; i++)
-		for (int j = 0; j < 3; j++) {
-			int p = (j + 1) % 3, q = (j + 2) % 3, r = (i + 1) % 3, t = (i + 2) % 3;
-
-			inv[i][j] = m[p][r] * m[q][t] - m[p][t] * m[q][r];
-		}
-	det = m[0][0] * inv[0][0] + m[0][1] * inv[1][0] + m[0][2] * inv[2][0];
 	if (!(fabs(det) > 1e-9 * scale * scale * scale))
 		return false;
 	for (int i = 0; i < 3; i++)
-		x[i] = ct_vec3_dot(inv[i], b) / det;
+		x[i] = ct_vec3_dot(dual[i], b) / det;
 	return true;
 }
 
@@ -141,12 +134,10 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 
 static bool finite_gauss(const struct ct_gauss *g, size_t i)
 {
-	float sum = g->raw[i];
+	float sum = 0;
 
-	for (int a = 0; a < 3; a++)
-		sum += g->pos[a][i] + g->scale[a][i];
-	for (int a = 0; a < 4; a++)
-		sum += g->rot[a][i];
+	for (size_t k = 0; k < CT_GAUSS_COLUMNS; k++)
+		sum += g->column[k][i];
 	return isfinite(sum);
 }
 

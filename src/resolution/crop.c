@@ -41,7 +41,7 @@ int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3
 	if (ct_vol_alloc(out, n, e))
 		return -1;
 	memcpy(out->affine, in->affine, sizeof out->affine);
-	ct_crop_affine(out->affine, first);
+	ct_vol_shift_affine(out->affine, first);
 	to = out->data;
 	for (size_t k = 0; k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++) {
@@ -58,11 +58,4 @@ int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3
 			}
 		}
 	return 0;
-}
-
-void ct_crop_affine(double a[3][4], const double start[static 3])
-{
-	for (int r = 0; r < 3; r++)
-		for (int d = 0; d < 3; d++)
-			a[r][3] += a[r][d] * start[d];
 }

@@ -19,7 +19,5 @@ ptrdiff_t ct_crop_start(size_t n, size_t m, double c);
  * metadata. CT_EINPUT, CT_ENOMEM. */
 int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3],
 	const ptrdiff_t start[static 3], float pad, struct ct_err *e);
-/* The affine of a grid that begins at index start[] of another. */
-void ct_crop_affine(double a[3][4], const double start[static 3]);
 
 #endif

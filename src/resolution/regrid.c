@@ -95,7 +95,7 @@ static int resample(struct ct_vol *v, struct ct_separable *s, const double start
 	ct_separable_apply(s, w.data, v->data, env->par);
 	ct_separable_free(s);
 	memcpy(w.affine, v->affine, sizeof w.affine);
-	ct_crop_affine(w.affine, start);
+	ct_vol_shift_affine(w.affine, start);
 	for (int r = 0; r < 3; r++)
 		for (int d = 0; d < 3; d++)
 			w.affine[r][d] *= step[d];
@@ -201,11 +201,10 @@ static void fill_ends(double box[3][2], const struct ct_vol *v)
 {
 	double lo[3], hi[3];
 
-	for (int c = 0; c < 8; c++) {
+	for (unsigned c = 0; c < 8; c++) {
 		double ijk[3], mm[3];
 
-		for (int d = 0; d < 3; d++)
-			ijk[d] = ct_cell_index(c >> d & 1 ? (double)v->n[d] : 0);
+		ct_cell_corner(ijk, v->n, c, 0.5);
 		ct_vol_world(v, ijk, mm);
 		for (int d = 0; d < 3; d++) {
 			lo[d] = c ? fmin(lo[d], mm[d]) : mm[d];

@@ -5,12 +5,13 @@
 
 #include <stdbool.h>
 
-/* What is kept of a dual, q by: adding 1.5 2^23 rounds it, and leaves it in the low bits. */
+/* What is kept of a dual, q by: adding 1.5 2^23, 0x4b400000 as an integer, rounds it, and leaves it
+ * in the low bits. */
 CT_INLINE ct_f32 put(int16_t *p, ct_f32 q, ct_f32 by, size_t m)
 {
 	const ct_f32 magic = ct_f32_set(12582912.0f), sum = ct_f32_fma(q, by, magic);
 
-	ct_i32_store_low(p, (ct_i32)sum, m);
+	ct_i32_store_i16(p, (ct_i32)sum - 0x4b400000, m);
 	return sum - magic;
 }
 

@@ -90,7 +90,7 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", p->in, had);
 	if ((p->method == FDK || p->method == FBP) && parallel != (p->method == FBP))
 		return ct_fail(e, CT_EUSAGE, "-m %s, but %s has a %s beam",
-			CT_WORD(METHODS, p->method), p->in, ct_beam_name(in->beam));
+			CT_WORD(METHODS, p->method), p->in, CT_WORD(CT_BEAM_LIST, in->beam));
 	if (p->filter == CT_RAMP_NONE && p->quantity == HU)
 		return ct_fail(e, CT_EUSAGE,
 			"--filter none gives no density, so no HU: add --quantity density");

@@ -289,7 +289,7 @@ static int load_state(
 
 static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 {
-	const char *end = ct_fit_end_name(f->end);
+	const char *end = CT_WORD(CT_FIT_END_LIST, f->end);
 	size_t pos, neg;
 	json_t *o;
 

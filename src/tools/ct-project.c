@@ -238,7 +238,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
-		ct_beam_name(out->beam));
+		CT_WORD(CT_BEAM_LIST, out->beam));
 	if (project_views(&j, env, e) || describe(out, &in, p, env->seed, e) ||
 		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e))
 		goto out;

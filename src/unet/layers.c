@@ -194,7 +194,7 @@ void CT_SIMD_HERE(ct_layer_softmax)(size_t rows, size_t n, float *w)
 				parts[q] += v;
 			}
 		for (; j < n; j++) {
-			row[j] = ct_expf(row[j] - top);
+			row[j] = ct_f32_exp(ct_f32_set(row[j] - top))[0];
 			sum += (double)row[j];
 		}
 		memcpy(part, parts, sizeof part);

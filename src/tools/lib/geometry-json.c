@@ -49,15 +49,15 @@ static int mode(
 	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
 	const char *word = json_string_value(json_object_get(r->o, "mode"));
-	enum ct_beam beam;
+	int beam;
 
 	if (!word)
 		return 0;
-	if (ct_beam_parse(&beam, word, e))
+	if (ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", word, e))
 		return ct_blame(e, r->path);
 	if (grid)
-		ct_geometry_default(s, beam, grid);
-	s->beam = beam;
+		ct_geometry_default(s, (enum ct_beam)beam, grid);
+	s->beam = (enum ct_beam)beam;
 	return 0;
 }
 

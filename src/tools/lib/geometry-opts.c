@@ -43,18 +43,18 @@ static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, str
 static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
 	const struct ct_vol *grid, struct ct_err *e)
 {
-	enum ct_beam beam = CT_CONE;
+	int beam = CT_CONE;
 
-	if (o->beam && ct_beam_parse(&beam, o->beam, e)) {
+	if (o->beam && ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", o->beam, e)) {
 		e->code = CT_EUSAGE;
 		return ct_blame(e, "--beam");
 	}
-	(o->paper ? ct_geometry_paper : ct_geometry_default)(s, beam, grid);
+	(o->paper ? ct_geometry_paper : ct_geometry_default)(s, (enum ct_beam)beam, grid);
 	if (o->scanner && ct_geometry_json_read(s, o->scanner, grid, NULL, e))
 		return -1;
-	if (o->beam && s->beam != beam)
+	if (o->beam && (int)s->beam != beam)
 		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
-			ct_beam_name(s->beam));
+			CT_WORD(CT_BEAM_LIST, s->beam));
 	if (detector(s, o, e))
 		return -1;
 	if (o->views)
