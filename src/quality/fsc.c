@@ -23,25 +23,10 @@ struct fsc_job {
 	int axis;
 	double *scratch; /* [worker][4 room] */
 	size_t room;     /* samples of the lines at once */
-	double *plane;   /* [n[2]][2], sums; then [n[2]][4][shells] */
+	double *plane;   /* [n[2]][4][shells] */
 	struct ct_fsc *f;
 	double step[3]; /* of frequency */
 };
-
-static void sum_plane(void *arg, size_t k, size_t worker)
-{
-	const struct fsc_job *j = arg;
-	const size_t plane = j->n[0] * j->n[1];
-	double sum[2] = {0};
-
-	(void)worker;
-	for (size_t i = k * plane; i < (k + 1) * plane; i++) {
-		sum[0] += (double)j->ref->data[i];
-		sum[1] += (double)j->test->data[i];
-	}
-	j->plane[2 * k] = sum[0];
-	j->plane[2 * k + 1] = sum[1];
-}
 
 static void fill_plane(void *arg, size_t k, size_t worker)
 {
@@ -175,13 +160,20 @@ static int set_up(struct fsc_job *j, struct ct_err *e)
 
 static void means(struct fsc_job *j)
 {
-	ct_par_for(j->env->par, j->n[2], sum_plane, j);
-	for (size_t k = 0; k < j->n[2]; k++)
-		for (int v = 0; v < 2; v++)
-			j->mean[v] += j->plane[2 * k + (size_t)v];
-	for (int v = 0; v < 2; v++)
-		j->mean[v] /= (double)ct_vol_count(j->ref);
-	memset(j->plane, 0, 2 * j->n[2] * sizeof *j->plane);
+	const size_t n = ct_vol_count(j->ref), plane = j->n[0] * j->n[1];
+
+	for (size_t at = 0; at < n; at += plane) {
+		double sum[2] = {0};
+
+		for (size_t i = at; i < at + plane; i++) {
+			sum[0] += (double)j->ref->data[i];
+			sum[1] += (double)j->test->data[i];
+		}
+		j->mean[0] += sum[0];
+		j->mean[1] += sum[1];
+	}
+	j->mean[0] /= (double)n;
+	j->mean[1] /= (double)n;
 }
 
 static void gather(const struct fsc_job *j)

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "recon/backproject-line.h"
 #include "recon/backproject-row.h"
 
@@ -14,17 +15,10 @@
 /* Invert the matrix with columns a, b, c; false if it is singular. */
 static bool invert(double m[3][3], const double a[3], const double b[3], const double c[3])
 {
-	double det = 0, size = 0;
+	double det = ct_vec3_dual(m, a, b, c), size = 0;
 
-	for (int i = 0; i < 3; i++) {
-		int j = (i + 1) % 3, k = (i + 2) % 3;
-
-		m[0][i] = b[j] * c[k] - b[k] * c[j];
-		m[1][i] = c[j] * a[k] - c[k] * a[j];
-		m[2][i] = a[j] * b[k] - a[k] * b[j];
-		det += a[i] * m[0][i];
+	for (int i = 0; i < 3; i++)
 		size += fabs(a[i] * m[0][i]);
-	}
 	if (!(fabs(det) > 1e-12 * size))
 		return false;
 	for (int i = 0; i < 3; i++)
@@ -41,8 +35,7 @@ static bool world_map(
 	const double *from = parallel ? v->centre : v->source;
 	double m[3][3], along[3], scale = 1;
 
-	for (int a = 0; a < 3; a++)
-		along[a] = v->centre[a] - v->source[a];
+	ct_vec3_minus(along, v->centre, v->source);
 	if (!invert(m, v->u, v->v, along))
 		return false;
 	for (int r = 0; r < 3; r++) {
@@ -73,8 +66,7 @@ static bool in_front(const struct ct_backprojector *b, const double map[3][4])
 	for (unsigned k = 0; k < 8; k++) {
 		double x[3];
 
-		for (int a = 0; a < 3; a++)
-			x[a] = k >> a & 1 ? (double)b->n[a] - 0.5 : -0.5;
+		ct_cell_corner(x, b->n, k, 0.5);
 		if (!(ct_backproject_map(map[2], x) > 0))
 			return false;
 	}
@@ -93,8 +85,7 @@ static bool lines_along(const struct ct_backprojector *b, int axis)
 		for (unsigned corner = 0; corner < 8; corner++) {
 			double x[3], depth;
 
-			for (int a = 0; a < 3; a++)
-				x[a] = corner >> a & 1 ? (double)b->n[a] - 1 : 0;
+			ct_cell_corner(x, b->n, corner, 0);
 			depth = ct_backproject_map(m[2], x);
 			if (!(fabs(m[0][axis]) * n <= 1e-4 * depth) ||
 				!(fabs(m[2][axis]) * n <= 1e-7 * depth) ||

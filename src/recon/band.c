@@ -10,29 +10,28 @@
 #define FULL 0.6 /* of f, to which G passes all */
 #define LOBES 3
 
-static double sample(double f, double x)
+static double sinc2(double f, double x)
 {
 	double a = M_PI * f * x;
 
 	return x == 0 ? f : f * (sin(a) / a) * (sin(a) / a);
 }
 
+/* by: f, and what the sum is divided by. */
+static double sample(double x, const double *by)
+{
+	return (sinc2(by[0], x) - FULL * sinc2(FULL * by[0], x)) / by[1];
+}
+
 static int make(struct ct_taps *t, size_t n, double f, struct ct_err *e)
 {
-	ptrdiff_t half = (ptrdiff_t)fmin(floor(LOBES / (f - FULL * f)), (double)n - 1);
-	double sum = 0;
+	const double half = fmin(floor(LOBES / (f - FULL * f)), (double)n - 1);
+	double by[2] = {f, 1}, sum = 0;
 
-	if (ct_taps_alloc(t, n, n, 2 * (size_t)half + 1, e))
-		return -1;
-	for (ptrdiff_t k = -half; k <= half; k++)
-		sum += sample(f, (double)k) - FULL * sample(FULL * f, (double)k);
-	for (size_t m = 0; m < n; m++) {
-		ct_taps_place(t, m, (ptrdiff_t)m - half);
-		for (ptrdiff_t k = -half; k <= half; k++)
-			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + k, n),
-				(sample(f, (double)k) - FULL * sample(FULL * f, (double)k)) / sum);
-	}
-	return 0;
+	for (double x = -half; x <= half; x++)
+		sum += sample(x, by);
+	by[1] = sum;
+	return ct_taps_filter(t, n, (size_t)half, sample, by, e);
 }
 
 int ct_band_clear(float *p, size_t count, size_t rows, size_t cols, double f, struct ct_par *par,

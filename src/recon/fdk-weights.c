@@ -3,7 +3,6 @@
 #include "recon/fdk-weights.h"
 #include "core/vec3.h"
 #include "core/mem.h"
-#include "recon/fdk-cosine.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,20 +11,6 @@
 #define OFF_CIRCLE 0.005 /* of the radius */
 #define OFF_ANGLE 0.01   /* rad */
 #define OPEN_GAP 2.5     /* times the mean gap */
-
-static void unit(double out[3], const double a[3])
-{
-	double len = sqrt(ct_vec3_dot(a, a));
-
-	for (int i = 0; i < 3; i++)
-		out[i] = a[i] / len;
-}
-
-static void minus(double out[3], const double a[3], const double b[3])
-{
-	for (int i = 0; i < 3; i++)
-		out[i] = a[i] - b[i];
-}
 
 /* Solve the symmetric n x n system m x = y, n <= 3, by elimination; false if it is singular. */
 static bool solve(int n, double m[3][3], double y[3], double x[3])
@@ -54,6 +39,16 @@ static bool solve(int n, double m[3][3], double y[3], double x[3])
 	return true;
 }
 
+/* One more equation r x = value of the normal system m x = y. */
+static void add_equation(double m[3][3], double y[3], const double r[3], double value)
+{
+	for (int i = 0; i < 3; i++) {
+		for (int j = 0; j < 3; j++)
+			m[i][j] += r[i] * r[j];
+		y[i] += value * r[i];
+	}
+}
+
 /* Axis from the detector's columns, and two directions at right angles to it. */
 static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double p[3], double q[3],
 	struct ct_err *e)
@@ -62,13 +57,13 @@ static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double 
 	int least = 0;
 
 	for (size_t k = 0; k < s->views; k++) {
-		unit(v, s->view[k].v);
+		ct_vec3_unit(v, s->view[k].v);
 		for (int a = 0; a < 3; a++)
 			sum[a] -= v[a];
 	}
-	unit(o->axis, sum);
+	ct_vec3_unit(o->axis, sum);
 	for (size_t k = 0; k < s->views; k++) {
-		unit(v, s->view[k].v);
+		ct_vec3_unit(v, s->view[k].v);
 		if (!(-ct_vec3_dot(v, o->axis) >= cos(OFF_ANGLE)))
 			return ct_fail(e, CT_EGEOM,
 				"view %zu: the detector's columns lean %.3g degrees from those of "
@@ -81,7 +76,7 @@ static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double 
 	memset(v, 0, sizeof v);
 	v[least] = 1;
 	ct_vec3_cross(q, o->axis, v);
-	unit(q, q);
+	ct_vec3_unit(q, q);
 	ct_vec3_cross(p, q, o->axis); /* p, q, axis: right-handed */
 	return 0;
 }
@@ -96,18 +91,13 @@ static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const
 		for (int a = 0; a < 3; a++)
 			mid[a] += s->view[k].source[a] / (double)s->views;
 	for (size_t k = 0; k < s->views; k++) {
-		double r[3], rr;
+		double r[3];
 
-		minus(d, s->view[k].source, mid);
+		ct_vec3_minus(d, s->view[k].source, mid);
 		r[0] = ct_vec3_dot(d, p);
 		r[1] = ct_vec3_dot(d, q);
 		r[2] = 1;
-		rr = r[0] * r[0] + r[1] * r[1];
-		for (int i = 0; i < 3; i++) {
-			for (int j = 0; j < 3; j++)
-				m[i][j] += r[i] * r[j];
-			y[i] += rr * r[i];
-		}
+		add_equation(m, y, r, r[0] * r[0] + r[1] * r[1]);
 	}
 	if (s->views < 3 || !solve(3, m, y, x))
 		return ct_fail(e, CT_EGEOM,
@@ -120,7 +110,7 @@ static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const
 	for (size_t k = 0; k < s->views; k++) {
 		double high, far;
 
-		minus(d, s->view[k].source, o->centre);
+		ct_vec3_minus(d, s->view[k].source, o->centre);
 		high = ct_vec3_dot(d, o->axis);
 		far = hypot(ct_vec3_dot(d, p), ct_vec3_dot(d, q));
 		if (!(fabs(high) <= OFF_CIRCLE * o->radius))
@@ -150,16 +140,12 @@ static void find_pivot(
 	for (size_t k = 0; k < s->views; k++) {
 		double u[3], d[3], r[3];
 
-		unit(u, s->view[k].u);
-		minus(d, s->view[k].centre, mid);
+		ct_vec3_unit(u, s->view[k].u);
+		ct_vec3_minus(d, s->view[k].centre, mid);
 		r[0] = ct_vec3_dot(u, p);
 		r[1] = ct_vec3_dot(u, q);
 		r[2] = 1;
-		for (int i = 0; i < 3; i++) {
-			for (int j = 0; j < 3; j++)
-				m[i][j] += r[i] * r[j];
-			y[i] += ct_vec3_dot(u, d) * r[i];
-		}
+		add_equation(m, y, r, ct_vec3_dot(u, d));
 	}
 	memcpy(o->centre, mid, sizeof mid);
 	if (!solve(3, m, y, x))
@@ -177,12 +163,12 @@ static int find_views(struct ct_fdk_weights *o, const struct ct_stack *s, const 
 		struct ct_fdk_weights_view *v = &o->view[k];
 		double u[3], down[3], out[3], d[3], along[3], n[3];
 
-		unit(u, w->u);
-		unit(down, w->v);
-		minus(along, w->source, w->centre);
-		minus(d, s->beam == CT_PARALLEL ? along : w->source,
+		ct_vec3_unit(u, w->u);
+		ct_vec3_unit(down, w->v);
+		ct_vec3_minus(along, w->source, w->centre);
+		ct_vec3_minus(d, s->beam == CT_PARALLEL ? along : w->source,
 			s->beam == CT_PARALLEL ? (const double[3]){0} : o->centre);
-		unit(out, d);
+		ct_vec3_unit(out, d);
 		if (!(fabs(ct_vec3_dot(out, o->axis)) <= OFF_ANGLE) ||
 			!(fabs(ct_vec3_dot(u, o->axis)) <= OFF_ANGLE) ||
 			!(fabs(ct_vec3_dot(u, out)) <= OFF_ANGLE))
@@ -195,10 +181,10 @@ static int find_views(struct ct_fdk_weights *o, const struct ct_stack *s, const 
 		ct_vec3_cross(n, u, down);
 		v->angle = atan2(ct_vec3_dot(out, q), ct_vec3_dot(out, p));
 		v->angle += v->angle < 0 ? 2 * M_PI : 0;
-		v->distance = fabs(ct_vec3_dot(along, n)) / sqrt(ct_vec3_dot(n, n));
-		v->pitch[0] = sqrt(ct_vec3_dot(w->u, w->u));
-		v->pitch[1] = sqrt(ct_vec3_dot(w->v, w->v));
-		minus(d, s->beam == CT_PARALLEL ? o->centre : w->source, w->centre);
+		v->distance = fabs(ct_vec3_dot(along, n)) / ct_vec3_length(n);
+		v->pitch[0] = ct_vec3_length(w->u);
+		v->pitch[1] = ct_vec3_length(w->v);
+		ct_vec3_minus(d, s->beam == CT_PARALLEL ? o->centre : w->source, w->centre);
 		v->foot[0] = ((double)s->w - 1) / 2 + ct_vec3_dot(d, u) / v->pitch[0];
 		v->foot[1] = ((double)s->h - 1) / 2 + ct_vec3_dot(d, down) / v->pitch[1];
 		ct_vec3_cross(n, o->axis, out); /* where growing angles go */
@@ -415,6 +401,30 @@ static double share(
 	return o->closed ? 0.5 : M_PI / o->arc;
 }
 
+/* weight[c] = share_of[c] times the cosine of the angle between the central ray and the ray through
+ * column c, x mm from the foot of the perpendicular, in a row y mm from it. share_of may be weight.
+ * In pieces of known length, which the compiler makes vectors of. */
+static void cosine_row(float *weight, const float *share_of, size_t w,
+	const struct ct_fdk_weights_view *v, double y)
+{
+	enum { N = 32 };
+	const double d = v->distance, r2 = d * d + y * y;
+	double cosine[N];
+
+	for (size_t from = 0; from < w; from += N) {
+		const double first = (double)from - v->foot[0];
+		const size_t n = w - from < N ? w - from : N;
+
+		for (int k = 0; k < N; k++) {
+			const double x = (first + k) * v->pitch[0];
+
+			cosine[k] = d / sqrt(r2 + x * x);
+		}
+		for (size_t k = 0; k < n; k++)
+			weight[from + k] = (float)((double)share_of[from + k] * cosine[k]);
+	}
+}
+
 void ct_fdk_weights_of(const struct ct_fdk_weights *o, size_t view, bool plain, float *weight)
 {
 	const struct ct_fdk_weights_view *v = &o->view[view];
@@ -432,8 +442,8 @@ void ct_fdk_weights_of(const struct ct_fdk_weights *o, size_t view, bool plain, 
 		double y = ((double)r - v->foot[1]) * v->pitch[1];
 
 		if (!parallel)
-			CT_SIMD(ct_fdk_cosine)
-		(o->w, weight + r * o->w, weight, v->foot[0], v->pitch[0], y, v->distance);
-		else if (r > 0) memcpy(weight + r * o->w, weight, o->w * sizeof *weight);
+			cosine_row(weight + r * o->w, weight, o->w, v, y);
+		else if (r > 0)
+			memcpy(weight + r * o->w, weight, o->w * sizeof *weight);
 	}
 }

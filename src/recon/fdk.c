@@ -8,13 +8,6 @@
 
 #define BLOCK_BYTES ((size_t)128 << 20)
 
-/* Corner `which` (bits: axes) of the voxel centres or, half a voxel out, of the grid. */
-static void corner(const size_t n[3], unsigned which, double out, double x[3])
-{
-	for (int a = 0; a < 3; a++)
-		x[a] = which >> a & 1 ? (double)n[a] - 1 + out : -out;
-}
-
 /* Of the cylinder about the orbit's axis that holds the grid. The axis is not known before the
  * orbit is studied, so the corners are kept to the line that a first study finds. */
 static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *grid)
@@ -24,7 +17,7 @@ static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *
 	for (unsigned k = 0; k < 8; k++) {
 		double x[3], mm[3], along = 0, all = 0;
 
-		corner(grid->n, k, 0.5, x);
+		ct_cell_corner(x, grid->n, k, 0.5);
 		ct_vol_world(grid, x, mm);
 		for (int a = 0; a < 3; a++) {
 			mm[a] -= o->centre[a];
@@ -43,7 +36,7 @@ static int check_fan(const struct ct_fdk *f, struct ct_err *e)
 		for (unsigned c = 0; c < 8; c++) {
 			double x[3], at[3];
 
-			corner(f->back.n, c, 0, x);
+			ct_cell_corner(x, f->back.n, c, 0);
 			ct_backproject_at(&f->back, k, x, at);
 			if (!(fabs(at[1]) <= 0.5))
 				return ct_fail(e, CT_EGEOM,
@@ -191,7 +184,7 @@ size_t ct_fdk_truncated(const struct ct_fdk *f)
 		for (unsigned c = 0; c < 8; c++) {
 			double x[3], at[3];
 
-			corner(f->back.n, c, 0, x);
+			ct_cell_corner(x, f->back.n, c, 0);
 			ct_backproject_at(&f->back, k, x, at);
 			if (!(at[0] >= -0.5 && at[0] <= (double)f->back.w - 0.5 && at[1] >= -0.5 &&
 				    at[1] <= (double)f->back.h - 0.5)) {

@@ -16,35 +16,23 @@ static double width(const struct ct_fuse *f)
 	return f->window[1] - f->window[0];
 }
 
-/* Place of view k in an order whose every beginning is spread evenly: by its bits, reversed. */
-struct place {
-	uint64_t key;
-	size_t view;
-};
-
-static int compare(const void *a, const void *b)
+/* order[n]: 0 to n - 1, of which every beginning is spread evenly: by their bits, reversed. */
+static void spread(size_t *order, size_t n)
 {
-	const struct place *p = a, *q = b;
+	size_t bits = 0, k;
 
-	return (p->key > q->key) - (p->key < q->key);
-}
-
-static int spread(struct place **out, size_t views, struct ct_err *e)
-{
-	if (ct_alloc(out, views, sizeof **out, e))
-		return -1;
-	for (size_t k = 0; k < views; k++) {
-		uint64_t key = 0;
-
-		for (int b = 0; b < 64; b++)
-			key |= ((uint64_t)k >> b & 1) << (63 - b);
-		(*out)[k] = (struct place){key, k};
+	while (n > (size_t)1 << bits)
+		bits++;
+	for (size_t i = 0, at = 0; at < n; i++) {
+		k = 0;
+		for (size_t b = 0; b < bits; b++)
+			k |= (i >> b & 1) << (bits - 1 - b);
+		if (k < n)
+			order[at++] = k;
 	}
-	qsort(*out, views, sizeof **out, compare);
-	return 0;
 }
 
-static int reorder(struct ct_stack *s, const struct place *order, struct ct_err *e)
+static int reorder(struct ct_stack *s, const size_t *order, struct ct_err *e)
 {
 	struct ct_stack to = {0};
 
@@ -55,8 +43,8 @@ static int reorder(struct ct_stack *s, const struct place *order, struct ct_err 
 		return -1;
 	}
 	for (size_t k = 0; k < s->views; k++) {
-		to.view[k] = s->view[order[k].view];
-		memcpy(ct_stack_view(&to, k), ct_stack_view(s, order[k].view),
+		to.view[k] = s->view[order[k]];
+		memcpy(ct_stack_view(&to, k), ct_stack_view(s, order[k]),
 			s->h * s->w * sizeof *s->data);
 	}
 	ct_stack_free(s);
@@ -67,11 +55,14 @@ static int reorder(struct ct_stack *s, const struct place *order, struct ct_err 
 /* Views in order, and the projector of theirs. */
 static int arrange(struct ct_fuse *f, struct ct_err *e)
 {
-	struct place *order = NULL;
+	size_t *order;
 	int rc = -1;
 
-	if (spread(&order, f->y->views, e) == 0 && reorder(f->y, order, e) == 0 &&
-		reorder(f->gap, order, e) == 0 && reorder(f->weight, order, e) == 0 &&
+	if (ct_alloc(&order, f->y->views, sizeof *order, e))
+		return -1;
+	spread(order, f->y->views);
+	if (reorder(f->y, order, e) == 0 && reorder(f->gap, order, e) == 0 &&
+		reorder(f->weight, order, e) == 0 &&
 		ct_projector_init(&f->g, f->base, f->y, e) == 0)
 		rc = ct_projector_reserve(&f->g, e);
 	f->rays = ct_project_linear(&f->g);

@@ -93,20 +93,28 @@ static int begin(const struct run *r, struct ct_err *e)
 	return ct_check_stop(r->env, e);
 }
 
+/* r->rows <- 1 / the sums of the rows of A, cols <- those of its columns; g[n], work, may be cols.
+ */
+static int sums(const struct run *r, float *g, float *cols, struct ct_err *e)
+{
+	fill(g, r->n, 1);
+	fill(r->q, r->m, 1);
+	if (ct_linear_apply(r->a, r->rows, g, r->env, e) ||
+		ct_linear_adjoint(r->a, cols, r->q, r->env, e))
+		return -1;
+	invert(r->rows, r->m);
+	return 0;
+}
+
 static int sirt(float *x, struct run *r, struct ct_err *e)
 {
 	float *cols = NULL, *g = NULL;
 	struct ct_vector step;
 	int rc = -1;
 
-	if (ct_alloc(&cols, r->n, sizeof *cols, e) || ct_alloc(&g, r->n, sizeof *g, e))
+	if (ct_alloc(&cols, r->n, sizeof *cols, e) || ct_alloc(&g, r->n, sizeof *g, e) ||
+		sums(r, g, cols, e))
 		goto out;
-	fill(g, r->n, 1);
-	fill(r->q, r->m, 1);
-	if (ct_linear_apply(r->a, r->rows, g, r->env, e) ||
-		ct_linear_adjoint(r->a, cols, r->q, r->env, e))
-		goto out;
-	invert(r->rows, r->m);
 	invert(cols, r->n);
 	step = (struct ct_vector){.y = x, .x = g, .w = cols, .c = r->rule->nonnegative};
 	for (;; r->report->iterations++) {
@@ -211,14 +219,8 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 	int rc = -1;
 
 	if (ct_alloc(&f.ahead, r->n, sizeof *f.ahead, e) || ct_alloc(&f.g, r->n, sizeof *f.g, e) ||
-		ct_alloc0(&s.rof.p, 3 * r->n, sizeof *s.rof.p, e))
+		ct_alloc0(&s.rof.p, 3 * r->n, sizeof *s.rof.p, e) || sums(r, f.g, f.g, e))
 		goto out;
-	fill(f.g, r->n, 1);
-	fill(r->q, r->m, 1);
-	if (ct_linear_apply(r->a, r->rows, f.g, r->env, e) ||
-		ct_linear_adjoint(r->a, f.g, r->q, r->env, e))
-		goto out;
-	invert(r->rows, r->m);
 	ct_passes_scale(r->m, r->rows, -1, r->env->par);
 	at.norm = largest(f.g, r->n);
 	at.norm = at.norm > 0 ? at.norm : HUGE_VAL;

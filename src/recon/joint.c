@@ -29,33 +29,28 @@ enum {
 #define NORM_HALF 1.2
 #define PATIENCE 1.2 /* the misfit grows by more: the norm was more */
 
-/* F: one less the mirrored average with the samples of sinc^2, whose transform is a triangle. */
+/* At d pixels the samples of sinc^2, whose transform is a triangle; by: f0. */
+static double triangle(double d, const double *by)
+{
+	const double a = M_PI * by[0] * d;
+
+	return d == 0 ? 1 : sin(a) / a * (sin(a) / a);
+}
+
+/* F: one less their average; by: f0, and their sum. */
+static double gain(double d, const double *by)
+{
+	return (d == 0) - (1 - LEAST_GAIN) * triangle(d, by) / by[1];
+}
+
 static int make_filter(struct ct_taps *t, size_t views, size_t w, struct ct_err *e)
 {
-	double f0 = fmin(0.5, 2 * (double)views / (M_PI * (double)w)), sum = 0;
-	ptrdiff_t half = (ptrdiff_t)fmin(floor(2 / f0), (double)w - 1);
+	double by[2] = {fmin(0.5, 2 * (double)views / (M_PI * (double)w)), 0};
+	const double half = fmin(floor(2 / by[0]), (double)w - 1);
 
-	if (ct_taps_alloc(t, w, w, 2 * (size_t)half + 1, e))
-		return -1;
-	for (int pass = 0; pass < 2; pass++) {
-		for (size_t m = 0; m < (pass ? w : 1); m++) {
-			ptrdiff_t at = (ptrdiff_t)m;
-
-			if (pass)
-				ct_taps_place(t, m, at - half);
-			for (ptrdiff_t k = -half; k <= half; k++) {
-				double a = M_PI * f0 * (double)k;
-				double tap = k ? sin(a) / a * (sin(a) / a) : 1;
-
-				if (pass)
-					ct_taps_add(t, m, ct_taps_reflect(at + k, w),
-						(k == 0) - (1 - LEAST_GAIN) * tap / sum);
-				else
-					sum += tap;
-			}
-		}
-	}
-	return 0;
+	for (double d = -half; d <= half; d++)
+		by[1] += triangle(d, by);
+	return ct_taps_filter(t, w, (size_t)half, gain, by, e);
 }
 
 int ct_joint_alloc(struct ct_joint *j, const struct ct_degrade *d, const size_t n[static 3],
@@ -232,18 +227,14 @@ static int near(void *ctx, float *x, const float *to, const struct ct_env *env, 
 	struct ct_tv_rule rule = {.iterations = CT_JOINT_SWEEPS - at->sweeps};
 	const struct ct_env quiet = {.par = env->par, .stop = env->stop};
 	struct ct_tv_report report;
-	double norm = 0;
 	int rc;
 
 	if (at->first == 0)
 		measure_first(j, to, env);
 	if (at->first == 0)
 		return 0;
-	for (int a = 0; a < 3; a++) {
-		rule.weight[a] = j->rule.weight[a];
-		norm += j->dc.n[a] > 1 ? 4 * rule.weight[a] * rule.weight[a] : 0;
-	}
-	rule.step = at->mu * sqrt(norm);
+	memcpy(rule.weight, j->rule.weight, sizeof rule.weight);
+	rule.step = at->mu * sqrt(ct_tv_norm(rule.weight, j->dc.n));
 	rule.near = (struct ct_tv_near){to, at->mu, j->dual};
 	rc = ct_tv(x, &j->dc, &rule, &report, &quiet, e);
 	at->sweeps = rc == 0 ? 0 : at->sweeps + report.iterations;

@@ -8,7 +8,6 @@ libct_a_SOURCES += src/recon/backproject.c src/recon/backproject.h
 SIMD_SOURCES += src/recon/backproject-line.c src/recon/backproject-line.h
 SIMD_SOURCES += src/recon/backproject-row.c src/recon/backproject-row.h
 libct_a_SOURCES += src/recon/fdk-weights.c src/recon/fdk-weights.h
-SIMD_SOURCES += src/recon/fdk-cosine.c src/recon/fdk-cosine.h
 libct_a_SOURCES += src/recon/fdk.c src/recon/fdk.h
 libct_a_SOURCES += src/recon/iterative.c src/recon/iterative.h
 libct_a_SOURCES += src/recon/rof.c src/recon/rof.h

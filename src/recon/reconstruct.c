@@ -80,15 +80,14 @@ int ct_reconstruct(struct ct_vol *out, const struct ct_stack *in,
 static struct ct_vol middle(const struct ct_vol *grid)
 {
 	struct ct_vol part = *grid;
+	double start[3];
 
 	part.data = NULL;
 	for (int a = 0; a < 3; a++) {
-		size_t n = grid->n[a] < 64 ? grid->n[a] : 64;
-
-		for (int r = 0; r < 3; r++)
-			part.affine[r][3] += (double)((grid->n[a] - n) / 2) * part.affine[r][a];
-		part.n[a] = n;
+		part.n[a] = grid->n[a] < 64 ? grid->n[a] : 64;
+		start[a] = (double)((grid->n[a] - part.n[a]) / 2);
 	}
+	ct_vol_shift_affine(part.affine, start);
 	return part;
 }
 

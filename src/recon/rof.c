@@ -7,6 +7,7 @@ struct rof_job {
 	const struct ct_rof *r;
 	float *x;
 	const float *v;
+	bool dual; /* its step, else the solution */
 };
 
 /* Row j of plane k. */
@@ -24,37 +25,28 @@ static struct ct_rof_row row_of(const struct rof_job *t, size_t j, size_t k)
 			k + 1 < dim[2] ? t->x + at + plane : NULL}};
 }
 
-static void primal(void *arg, size_t k, size_t worker)
+static void plane(void *arg, size_t k, size_t worker)
 {
 	const struct rof_job *t = arg;
+	const struct ct_rof *r = t->r;
 
 	(void)worker;
-	for (size_t j = 0; j < t->r->dim[1]; j++) {
+	for (size_t j = 0; j < r->dim[1]; j++) {
 		const struct ct_rof_row row = row_of(t, j, k);
 
-		CT_SIMD(ct_rof_row_primal)(t->r->dim[0], &row, t->r->mu, t->r->nonnegative);
-	}
-}
-
-static void dual(void *arg, size_t k, size_t worker)
-{
-	const struct rof_job *t = arg;
-
-	(void)worker;
-	for (size_t j = 0; j < t->r->dim[1]; j++) {
-		const struct ct_rof_row row = row_of(t, j, k);
-
-		CT_SIMD(ct_rof_row_dual)(t->r->dim[0], &row, 1 / (12 * t->r->mu));
+		if (t->dual)
+			CT_SIMD(ct_rof_row_dual)(r->dim[0], &row, 1 / (12 * r->mu));
+		else
+			CT_SIMD(ct_rof_row_primal)(r->dim[0], &row, r->mu, r->nonnegative);
 	}
 }
 
 void ct_rof_solve(const struct ct_rof *r, float *x, const float *v, int steps, struct ct_par *par)
 {
-	struct rof_job t = {r, x, v};
+	struct rof_job t = {.r = r, .x = x, .v = v};
 
-	for (int i = 0; i < steps && r->mu > 0; i++) {
-		ct_par_for(par, r->dim[2], primal, &t);
-		ct_par_for(par, r->dim[2], dual, &t);
+	for (int i = r->mu > 0 ? 2 * steps : 0; i >= 0; i--) {
+		t.dual = i % 2;
+		ct_par_for(par, r->dim[2], plane, &t);
 	}
-	ct_par_for(par, r->dim[2], primal, &t);
 }

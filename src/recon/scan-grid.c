@@ -13,13 +13,10 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 
 	for (size_t k = 0; k < s->views; k++) {
 		const struct ct_view *v = &s->view[k];
-		double d[3], len;
+		double d[3];
 
-		for (int a = 0; a < 3; a++)
-			d[a] = v->centre[a] - v->source[a];
-		len = sqrt(ct_vec3_dot(d, d));
-		for (int a = 0; a < 3; a++)
-			d[a] /= len;
+		ct_vec3_minus(d, v->centre, v->source);
+		ct_vec3_unit(d, d);
 		for (int a = 0; a < 3; a++)
 			for (int b = 0; b < 3; b++) {
 				double p = (a == b ? 1 : 0) - d[a] * d[b];
@@ -58,7 +55,7 @@ static double to_edge(const struct ct_stack *s, const struct ct_view *v, const d
 		d[i] = x[i] - p[i];
 	}
 	ct_vec3_cross(n, ray, along);
-	return fabs(ct_vec3_dot(n, d)) / sqrt(ct_vec3_dot(n, n));
+	return fabs(ct_vec3_dot(n, d)) / ct_vec3_length(n);
 }
 
 /* Radius of the sphere about x that every view sees, from the middle to the farther edge: an offset
@@ -77,10 +74,8 @@ static double seen_radius(const struct ct_stack *s, const double x[3], double *m
 			top = fmax(top, to_edge(s, v, x, v->v, v->u, sign * (double)s->h / 2));
 		}
 		least = fmin(least, s->beam == CT_FAN ? side : fmin(side, top));
-		for (int a = 0; a < 3; a++) {
-			near[a] = x[a] - v->source[a];
-			far[a] = v->centre[a] - v->source[a];
-		}
+		ct_vec3_minus(near, x, v->source);
+		ct_vec3_minus(far, v->centre, v->source);
 		if (s->beam != CT_PARALLEL)
 			scale = sqrt(ct_vec3_dot(near, near) / ct_vec3_dot(far, far));
 		*mm = fmin(
@@ -152,10 +147,9 @@ static int cut_fan(struct ct_vol *grid, const struct ct_stack *scan, struct ct_e
 	double along[3], normal[3], from[3], across = 0, k, len;
 	int axis = 0;
 
-	for (int a = 0; a < 3; a++)
-		along[a] = v->centre[a] - v->source[a];
+	ct_vec3_minus(along, v->centre, v->source);
 	ct_vec3_cross(normal, v->u, along);
-	len = sqrt(ct_vec3_dot(normal, normal));
+	len = ct_vec3_length(normal);
 	for (int a = 0; a < 3; a++) {
 		double x = 0, mm = 0;
 

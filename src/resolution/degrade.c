@@ -17,23 +17,21 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
 }
 
+/* by: standard deviation, and what the sum is divided by. */
+static double gaussian(double d, const double *by)
+{
+	return (d == 0 ? 1 : exp(-0.5 * (d * d) / (by[0] * by[0]))) / by[1];
+}
+
 static int gauss_taps(struct ct_taps *t, size_t n, double sigma, struct ct_err *e)
 {
-	ptrdiff_t radius = (ptrdiff_t)floor(4 * sigma + 0.5);
-	double sum = 0;
+	const double reach = floor(4 * sigma + 0.5);
+	double by[2] = {sigma, 1}, sum = 0;
 
-	if (ct_taps_alloc(t, n, n, 2 * (size_t)radius + 1, e))
-		return -1;
-	for (ptrdiff_t d = -radius; d <= radius; d++)
-		sum += radius ? exp(-0.5 * (double)(d * d) / (sigma * sigma)) : 1.0;
-	for (size_t m = 0; m < n; m++) {
-		ct_taps_place(t, m, (ptrdiff_t)m - radius);
-		for (ptrdiff_t d = -radius; d <= radius; d++)
-			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + d, n),
-				(radius ? exp(-0.5 * (double)(d * d) / (sigma * sigma)) : 1.0) /
-					sum);
-	}
-	return 0;
+	for (double d = -reach; d <= reach; d++)
+		sum += gaussian(d, by);
+	by[1] = sum;
+	return ct_taps_filter(t, n, (size_t)reach, gaussian, by, e);
 }
 
 enum { ROUND = 1 << 20 }; /* a factor written in decimals counts as whole within 1/ROUND */
@@ -197,30 +195,19 @@ int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const si
 	return ct_separable_plan(s, par, e);
 }
 
-/* The grid whose voxel 0 has its corner `voxels` from that of `from`. dst may be from. */
-static void shifted(double dst[3][4], const double from[3][4], const double voxels[3])
-{
-	double out[3][4];
-
-	memcpy(out, from, sizeof out);
-	for (int a = 0; a < 3; a++)
-		for (int r = 0; r < 3; r++)
-			out[r][3] += from[r][a] * voxels[a];
-	memcpy(dst, out, sizeof out);
-}
-
 void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
 	const struct ct_degrade *d)
 {
-	double cut[3][4], begin[3], coarser[3];
+	double begin[3], coarser[3];
 
+	memmove(lo, hi, 12 * sizeof **lo);
 	for (int a = 0; a < 3; a++) {
 		begin[a] = (double)cut_before(n[a], d->factor[a]) +
 			   cell_begin(0, ct_degrade_size(n[a], d->factor[a]), d->factor[a]);
 		coarser[a] = 1.0 / d->factor[a];
 	}
-	shifted(cut, hi, begin);
-	ct_vol_rescale_affine(lo, (const double(*)[4])cut, coarser);
+	ct_vol_shift_affine(lo, begin);
+	ct_vol_rescale_affine(lo, (const double(*)[4])lo, coarser);
 }
 
 void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[static 3],
@@ -231,7 +218,7 @@ void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[st
 	for (int a = 0; a < 3; a++)
 		begin[a] = -cell_begin(0, m[a], factor[a]);
 	ct_vol_rescale_affine(hi, lo, factor);
-	shifted(hi, (const double(*)[4])hi, begin);
+	ct_vol_shift_affine(hi, begin);
 }
 
 enum { NOISE_BLOCK = 1 << 16 };
@@ -299,9 +286,8 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
 		got.factor[a] = factor[a];
 	}
-	if (name && (word = ct_words_find(CT_WORDS(CT_DECIMATE_LIST), name)) < 0)
-		return ct_fail(e, CT_EINPUT, "metadata decimate: '%.40s' is not one of %s", name,
-			CT_WORDS(CT_DECIMATE_LIST));
+	if (name && ct_words_take(&word, CT_WORDS(CT_DECIMATE_LIST), "metadata decimate:", name, e))
+		return -1;
 	got.decimate = (enum ct_decimate)word;
 	if (ct_slice_profile_get(m, &got, e))
 		return -1;

@@ -143,15 +143,11 @@ static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
 	const double *w = rule->weight;
 	const double part[PARTS] = {w[0] * w[0], w[1] * w[1], w[2] * w[2], M_SQRT2 * w[0] * w[1],
 		M_SQRT2 * w[0] * w[2], M_SQRT2 * w[1] * w[2]};
-	double norm = 0; /* of H */
+	const double norm = ct_tv_norm(w, dc->n); /* of H */
 	size_t count;
 
 	j->dc = dc;
-	for (int a = 0; a < 3; a++) {
-		j->n[a] = dc->n[a];
-		norm += dc->n[a] > 1 ? 4 * w[a] * w[a] : 0;
-	}
-	norm = norm > 0 ? norm : 1;
+	memcpy(j->n, dc->n, sizeof j->n);
 	for (int c = 0; c < PARTS; c++)
 		j->weight[c] = (float)part[c];
 	j->t = (float)(rule->step / norm) / CT_TV_ONE;

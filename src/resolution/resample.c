@@ -6,7 +6,6 @@
 #include "core/vol.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* |z|^REACH < 2^-53, z = sqrt(3) - 2 the pole of the spline's inverse filter */
 enum { REACH = 28 };
@@ -52,18 +51,11 @@ static void fill_row(struct ct_taps *t, size_t m, double c, double widen, enum c
 			kernel(interp, (k - c) / widen) / sum);
 }
 
-/* Samples to spline coefficients: the inverse of the filter (1 4 1)/6, sqrt(3) z^|k|. */
-static int spline_taps(struct ct_taps *t, size_t n, struct ct_err *e)
+/* Samples to spline coefficients: the inverse of the filter (1 4 1)/6. */
+static double inverse_spline(double d, const double *by)
 {
-	if (ct_taps_alloc(t, n, n, 2 * REACH + 1, e))
-		return -1;
-	for (size_t m = 0; m < n; m++) {
-		ct_taps_place(t, m, (ptrdiff_t)m - REACH);
-		for (ptrdiff_t d = -REACH; d <= REACH; d++)
-			ct_taps_add(t, m, ct_taps_reflect((ptrdiff_t)m + d, n),
-				sqrt(3) * pow(sqrt(3) - 2, (double)labs((long)d)));
-	}
-	return 0;
+	(void)by;
+	return sqrt(3) * pow(sqrt(3) - 2, fabs(d));
 }
 
 int ct_resample_taps(struct ct_taps *t, size_t n_in, size_t n_out, double start, double step,
@@ -86,7 +78,7 @@ int ct_resample_taps(struct ct_taps *t, size_t n_in, size_t n_out, double start,
 		*t = basis;
 		return 0;
 	}
-	if (spline_taps(&spline, n_in, e) == 0)
+	if (ct_taps_filter(&spline, n_in, REACH, inverse_spline, NULL, e) == 0)
 		rc = ct_taps_product(t, &basis, &spline, e);
 	ct_taps_free(&spline);
 	ct_taps_free(&basis);

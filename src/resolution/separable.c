@@ -78,6 +78,22 @@ bool ct_taps_is_identity(const struct ct_taps *t)
 	return true;
 }
 
+int ct_taps_filter(struct ct_taps *t, size_t n, size_t reach,
+	double (*weight)(double d, const double *by), const double *by, struct ct_err *e)
+{
+	const ptrdiff_t far = (ptrdiff_t)reach;
+
+	if (ct_taps_alloc(t, n, n, 2 * reach + 1, e))
+		return -1;
+	for (size_t m = 0; m < n; m++) {
+		ct_taps_place(t, m, (ptrdiff_t)m - far);
+		for (ptrdiff_t d = -far; d <= far; d++)
+			ct_taps_add(
+				t, m, ct_taps_reflect((ptrdiff_t)m + d, n), weight((double)d, by));
+	}
+	return 0;
+}
+
 /* Inputs of b that row m of a b reaches: [*lo, *hi). */
 static void reach(
 	size_t *lo, size_t *hi, const struct ct_taps *a, const struct ct_taps *b, size_t m)

@@ -33,6 +33,11 @@ bool ct_taps_is_identity(const struct ct_taps *t);
 int ct_taps_product(
 	struct ct_taps *t, const struct ct_taps *a, const struct ct_taps *b, struct ct_err *e);
 int ct_taps_transpose(struct ct_taps *t, const struct ct_taps *a, struct ct_err *e);
+/* t: out[m] = sum over |d| <= reach of weight(d, by) in[m + d], n samples reflected about the
+ * faces.
+ */
+int ct_taps_filter(struct ct_taps *t, size_t n, size_t reach,
+	double (*weight)(double d, const double *by), const double *by, struct ct_err *e);
 
 /* Row m gets its window so that it begins at input `lo`, or as near as fits. */
 void ct_taps_place(struct ct_taps *t, size_t m, ptrdiff_t lo);

@@ -174,19 +174,16 @@ static void draw(struct tv_job *j, const struct ct_tv_near *near)
 static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	size_t threads, struct ct_err *e)
 {
-	double square = 0;
+	const double norm = sqrt(ct_tv_norm(rule->weight, dc->n));
 	size_t count;
 
 	j->dc = dc;
 	for (int a = 0; a < 3; a++) {
 		j->n[a] = dc->n[a];
 		j->weight[a] = (float)rule->weight[a];
-		if (dc->n[a] > 1)
-			square += 4 * rule->weight[a] * rule->weight[a];
 	}
-	square = square > 0 ? square : 1;
-	j->t = (float)(rule->step / sqrt(square));
-	j->s = (float)(1 / (rule->step * sqrt(square)));
+	j->t = (float)(rule->step / norm);
+	j->s = (float)(1 / (rule->step * norm));
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
 	j->share = 3 * j->plane + 4 * j->n[0];
@@ -217,6 +214,15 @@ static void job_free(struct tv_job *j)
 	free(j->scratch);
 	free(j->tv);
 	free(j->moved);
+}
+
+double ct_tv_norm(const double weight[static 3], const size_t n[static 3])
+{
+	double norm = 0;
+
+	for (int a = 0; a < 3; a++)
+		norm += n[a] > 1 ? 4 * weight[a] * weight[a] : 0;
+	return norm > 0 ? norm : 1;
 }
 
 int ct_tv_run(const struct ct_tv_loop *loop, const struct ct_tv_rule *rule,

@@ -72,6 +72,9 @@ int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 int ct_tv_hessian(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	struct ct_tv_report *report, const struct ct_env *env, struct ct_err *e);
 
+/* |grad|^2 on n voxels, no more than 4 sum w_a^2; 1 for a single voxel. */
+double ct_tv_norm(const double weight[static 3], const size_t n[static 3]);
+
 /* The loop of both. */
 struct ct_tv_loop {
 	const char *what; /* it minimises */
