@@ -39,8 +39,7 @@ static void corner(const struct ct_vol *g, unsigned which, double mm[3])
 {
 	double ijk[3];
 
-	for (int a = 0; a < 3; a++)
-		ijk[a] = which >> a & 1 ? (double)g->n[a] - 0.5 : -0.5;
+	ct_cell_corner(ijk, g->n, which, 0.5);
 	ct_vol_world(g, ijk, mm);
 }
 
@@ -201,12 +200,11 @@ void ct_view_ray(const struct ct_stack *s, size_t view, size_t row, size_t col, 
 static bool shadow_of(
 	const struct ct_stack *s, const struct ct_view *v, const double x[3], double at[2])
 {
-	const double n[3] = {v->u[1] * v->v[2] - v->u[2] * v->v[1],
-		v->u[2] * v->v[0] - v->u[0] * v->v[2], v->u[0] * v->v[1] - v->u[1] * v->v[0]};
 	double uu = ct_vec3_dot(v->u, v->u), vv = ct_vec3_dot(v->v, v->v),
 	       uv = ct_vec3_dot(v->u, v->v), pu, pv, t;
-	double axis[3], ray[3], p[3];
+	double n[3], axis[3], ray[3], p[3];
 
+	ct_vec3_cross(n, v->u, v->v);
 	for (int a = 0; a < 3; a++) {
 		axis[a] = v->centre[a] - v->source[a];
 		ray[a] = s->beam == CT_PARALLEL ? axis[a] : x[a] - v->source[a];

@@ -2,6 +2,7 @@
  * does not take them together. */
 #include "config.h"
 #include "xray/project.h"
+#include "core/vec3.h"
 #include "xray/columns.h"
 #include "xray/ray.h"
 #include "xray/geometry.h"
@@ -16,7 +17,7 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	const struct ct_stack *scan, struct ct_err *e)
 {
 	const double(*m)[4] = (const double(*)[4])grid->affine;
-	double det = 0;
+	double dual[3][3], det;
 
 	if (ct_vol_check_grid(grid, e) || ct_stack_check(scan, e) ||
 		ct_geometry_check(scan, grid, e))
@@ -28,23 +29,13 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	*g = (struct ct_projector){.scan = scan};
 	memcpy(g->n, grid->n, sizeof g->n);
 	memcpy(g->affine, grid->affine, sizeof g->affine);
-	for (int r = 0; r < 3; r++) {
-		int r1 = (r + 1) % 3, r2 = (r + 2) % 3;
-
-		for (int c = 0; c < 3; c++) { /* cofactors */
-			int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-
-			g->inverse[c][r] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
-		}
-	}
-	for (int c = 0; c < 3; c++)
-		det += m[0][c] * g->inverse[c][0];
+	det = ct_vec3_dual(dual, m[0], m[1], m[2]);
 	for (int c = 0; c < 3; c++) {
-		for (int r = 0; r < 3; r++)
-			g->inverse[c][r] /= det;
 		g->inverse[c][3] = 0.5;
-		for (int r = 0; r < 3; r++)
+		for (int r = 0; r < 3; r++) {
+			g->inverse[c][r] = dual[r][c] / det;
 			g->inverse[c][3] -= g->inverse[c][r] * m[r][3];
+		}
 	}
 	return 0;
 }

@@ -1,9 +1,9 @@
 /* ray.c: see ray.h. Which rays there are, and which of them meet what. */
 #include "config.h"
 #include "xray/ray.h"
-#include "xray/joseph.h"
+#include "core/vec3.h"
 #include "xray/geometry.h"
-#include "xray/siddon.h"
+#include "xray/line-integral.h"
 
 #include <math.h>
 #include <string.h>
@@ -76,10 +76,8 @@ size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, si
 
 	ct_view_ray(g->scan, view, row, col, o, d);
 	for (int i = 0; i < 3; i++) {
-		const double *m = g->inverse[i];
-
-		l->o[i] = m[0] * o[0] + m[1] * o[1] + m[2] * o[2] + m[3];
-		l->d[i] = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
+		l->o[i] = ct_vec3_dot(g->inverse[i], o) + g->inverse[i][3];
+		l->d[i] = ct_vec3_dot(g->inverse[i], d);
 		if (fabs(l->d[i]) > fabs(l->d[a]))
 			a = i;
 	}
@@ -87,7 +85,7 @@ size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, si
 	l->axis[1] = a == 0;
 	l->axis[2] = a == 2 ? 1 : 2;
 	l->t0 = g->scan->beam == CT_PARALLEL ? -INFINITY : 0;
-	l->mm = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+	l->mm = ct_vec3_length(d);
 	if (g->method == CT_JOSEPH)
 		return 1;
 	n = split(l, 1, l->axis[1], g->n[a]);
@@ -122,8 +120,8 @@ double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t 
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			sum += (joseph ? CT_SIMD(ct_joseph_sum) : CT_SIMD(ct_siddon_sum))(
-				vol, box, &r);
+			sum += (joseph ? CT_SIMD(ct_line_integral_joseph)
+				       : CT_SIMD(ct_line_integral_siddon))(vol, box, &r);
 	return sum;
 }
 
@@ -137,6 +135,6 @@ void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			(joseph ? CT_SIMD(ct_joseph_spread) : CT_SIMD(ct_siddon_spread))(
-				vol, box, &r, value);
+			(joseph ? CT_SIMD(ct_line_integral_joseph_spread)
+				: CT_SIMD(ct_line_integral_siddon_spread))(vol, box, &r, value);
 }
