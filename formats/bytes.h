@@ -10,6 +10,8 @@
 
 #include <stdio.h>
 
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
+
 int ct_bytes_read_exr(const unsigned char *data, size_t n, const char *name, struct ct_stack *s,
 	struct ct_err *e);
 int ct_bytes_read_ply(const unsigned char *data, size_t n, const char *name, struct ct_gauss *g,

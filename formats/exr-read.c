@@ -33,6 +33,7 @@ enum {
 
 struct part {
 	int index;       /* in the file */
+	int y0;          /* its first row */
 	uint64_t number; /* at the end of its name */
 	char name[64];   /* for messages */
 };
@@ -143,7 +144,7 @@ static int list_parts(struct reader *d)
 }
 
 /* Size of a part's data window; flat scanlines only. */
-static int part_size(struct reader *d, const struct part *p, size_t *h, size_t *w, int *y0)
+static int part_size(struct reader *d, struct part *p, size_t *h, size_t *w)
 {
 	static const char *const kinds[] = {[EXR_STORAGE_SCANLINE] = "scanlines",
 		[EXR_STORAGE_TILED] = "tiles",
@@ -170,7 +171,7 @@ static int part_size(struct reader *d, const struct part *p, size_t *h, size_t *
 			(long long)nw, (long long)nh);
 	*h = (size_t)nh;
 	*w = (size_t)nw;
-	*y0 = box.min.y;
+	p->y0 = box.min.y;
 	return 0;
 }
 
@@ -385,7 +386,7 @@ static void get_row(float *to, const unsigned char *from, size_t w, bool half)
 		to[x] = ct_half_to_float((uint16_t)(from[2 * x] | from[2 * x + 1] << 8));
 }
 
-static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w, int y0)
+static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w)
 {
 	unsigned char *bytes = NULL;
 	struct layout l;
@@ -396,7 +397,7 @@ static int get_pixels(struct reader *d, const struct part *p, float *to, size_t 
 	for (size_t y = 0; rc == 0 && y < h; y += l.rows) {
 		const size_t rows = h - y < l.rows ? h - y : l.rows;
 
-		rc = get_chunk(d, p, y0 + (int)y, rows, &l, bytes);
+		rc = get_chunk(d, p, p->y0 + (int)y, rows, &l, bytes);
 		for (size_t i = 0; rc == 0 && i < rows; i++)
 			get_row(to + (y + i) * w, bytes + i * l.row + l.at, w, l.half);
 	}
@@ -410,10 +411,9 @@ static int check_sizes(struct reader *d, size_t *h, size_t *w)
 	size_t count;
 
 	for (size_t k = 0; k < d->n; k++) {
-		size_t nh, nw;
-		int y0;
+		size_t nh = 0, nw = 0;
 
-		if (part_size(d, &d->part[k], &nh, &nw, &y0))
+		if (part_size(d, &d->part[k], &nh, &nw))
 			return -1;
 		if (k == 0) {
 			*h = nh;
@@ -444,13 +444,9 @@ static int read_all(struct reader *d, struct ct_stack *s)
 			return -1;
 	if (ct_stack_check(s, d->e))
 		return ct_blame(d->e, d->path);
-	for (size_t k = 0; k < d->n; k++) {
-		int y0;
-
-		if (part_size(d, &d->part[k], &h, &w, &y0) ||
-			get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w, y0))
+	for (size_t k = 0; k < d->n; k++)
+		if (get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w))
 			return -1;
-	}
 	return 0;
 }
 
@@ -480,19 +476,5 @@ int ct_bytes_read_exr(
 	free(d.part);
 	if (rc)
 		ct_stack_free(s);
-	return rc;
-}
-
-int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
-{
-	unsigned char *data;
-	size_t n;
-	int rc;
-
-	*s = (struct ct_stack){0};
-	if (ct_slurp(path, &data, &n, e))
-		return -1;
-	rc = ct_bytes_read_exr(data, n, path, s, e);
-	free(data);
 	return rc;
 }

@@ -65,3 +65,13 @@ const struct ct_format ct_format_exr = {.name = "EXR",
 	.sniff = sniff,
 	.read_bytes = read_any,
 	.write = write_any};
+
+int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	static const struct ct_format *const list[] = {&ct_format_exr, NULL};
+	struct ct_any a = {0};
+	int rc = ct_format_read(list, path, &a, e);
+
+	*s = a.stack;
+	return rc;
+}

@@ -47,7 +47,7 @@ static int refuse(const struct ct_format *const *list, const struct ct_format *i
 		at += (size_t)snprintf(names + at, sizeof names - at, "%s%s", join, list[i]->name);
 		join = --left == 1 ? " or " : ", ";
 	}
-	return ct_fail(e, CT_EINPUT, "%s: not a %s file", path, names);
+	return ct_fail(e, CT_EINPUT, "%s: not a%s %s file", path, *names == 'E' ? "n" : "", names);
 }
 
 /* What is in memory. */

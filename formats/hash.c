@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK_BYTES = 1 << 20 }; /* bytes between two looks at the memory */
-
 int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
 {
 	if (ct_alloc(h, 1, sizeof **h, e))
@@ -18,15 +16,16 @@ int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
 
 int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *path, struct ct_err *e)
 {
-	const XXH128_hash_t h = XXH3_128bits_digest(&hash->state);
 	size_t len = strlen(path), from;
+	uint64_t bits[2];
 
 	while (len > 1 && path[len - 1] == '/') /* a folder */
 		len--;
 	for (from = len; from > 0 && path[from - 1] != '/'; from--)
 		;
+	ct_hash_digest(hash, bits);
 	return ct_meta_setf(m, e, CT_META_INPUT, "%.*s xxh3:%016llx%016llx", (int)(len - from),
-		path + from, (unsigned long long)h.high64, (unsigned long long)h.low64);
+		path + from, (unsigned long long)bits[0], (unsigned long long)bits[1]);
 }
 
 void ct_hash_digest(const struct ct_hash *hash, uint64_t bits[2])
@@ -46,12 +45,7 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	if (ct_hash_alloc(&h, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
-		for (size_t at = 0, left = piece[i].bytes; left > 0; at += CHUNK_BYTES) {
-			const size_t some = left < CHUNK_BYTES ? left : CHUNK_BYTES;
-
-			CT_SIMD(ct_hash_add)(h, (const char *)piece[i].data + at, some);
-			left -= some;
-		}
+		CT_SIMD(ct_hash_add)(h, piece[i].data, piece[i].bytes);
 	rc = ct_hash_input(h, m, path, e);
 	free(h);
 	return rc;

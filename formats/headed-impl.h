@@ -17,11 +17,6 @@ struct ct_headed {
 	bool at_end;        /* the voxels are the end of the file */
 };
 
-struct ct_headed_type {
-	const char *name;
-	enum ct_voxel type;
-};
-
 /* Where the fields of a header are kept, from the line that was read, on: through all of it. */
 int ct_headed_mha_fields(
 	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e);
@@ -44,9 +39,9 @@ int ct_headed_numbers(
 	const struct ct_headed *h, const char *key, size_t n, double *x, struct ct_err *e);
 /* Exactly `dims` counts from 1 on, up to 4, those behind the axes of space single. */
 int ct_headed_sizes(struct ct_headed *h, const char *key, size_t dims, struct ct_err *e);
-/* The field's type, of n that have a name. */
-int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_headed_type *types,
-	size_t n, struct ct_err *e);
+/* The field's type, of those of the list. */
+int ct_headed_number_type(
+	struct ct_headed *h, const char *key, const struct ct_voxel_name *types, struct ct_err *e);
 /* The affine: axis d runs by step[d], in mm of a space whose axes run along RAS as `sign` says; of
  * one plane the third is 1 mm at right angles to it. */
 void ct_headed_place(

@@ -118,10 +118,10 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 
 int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
 {
-	static const struct ct_headed_type types[] = {{"MET_CHAR", CT_V_I8}, {"MET_UCHAR", CT_V_U8},
+	static const struct ct_voxel_name types[] = {{"MET_CHAR", CT_V_I8}, {"MET_UCHAR", CT_V_U8},
 		{"MET_SHORT", CT_V_I16}, {"MET_USHORT", CT_V_U16}, {"MET_INT", CT_V_I32},
 		{"MET_UINT", CT_V_U32}, {"MET_LONG_LONG", CT_V_I64}, {"MET_ULONG_LONG", CT_V_U64},
-		{"MET_FLOAT", CT_V_F32}, {"MET_DOUBLE", CT_V_F64}};
+		{"MET_FLOAT", CT_V_F32}, {"MET_DOUBLE", CT_V_F64}, {NULL, 0}};
 	static const char *const only[][2] = {{"ObjectType", "Image"}, {"BinaryData", "True"},
 		{"ElementNumberOfChannels", "1"}, {"ElementToIntensityFunctionSlope", "1"},
 		{"ElementToIntensityFunctionOffset", "0"}};
@@ -134,8 +134,8 @@ int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
 	if (units && strcmp(units, "?") != 0 && must_be(h, "DistanceUnits", "mm", e))
 		return -1;
 	if (parse_dims(h, &dims, e) || ct_headed_sizes(h, "DimSize", dims, e) ||
-		ct_headed_number_type(h, "ElementType", types, sizeof types / sizeof *types, e) ||
-		parse_place(h, dims, e) || parse_file(h, e))
+		ct_headed_number_type(h, "ElementType", types, e) || parse_place(h, dims, e) ||
+		parse_file(h, e))
 		return -1;
 	h->stored.swap = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB",
 					    NULL)) != ct_voxel_host_is_big();

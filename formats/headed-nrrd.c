@@ -259,7 +259,7 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 
 int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
 {
-	static const struct ct_headed_type types[] = {{"signed char", CT_V_I8}, {"int8", CT_V_I8},
+	static const struct ct_voxel_name types[] = {{"signed char", CT_V_I8}, {"int8", CT_V_I8},
 		{"int8_t", CT_V_I8}, {"uchar", CT_V_U8}, {"unsigned char", CT_V_U8},
 		{"uint8", CT_V_U8}, {"uint8_t", CT_V_U8}, {"short", CT_V_I16},
 		{"short int", CT_V_I16}, {"signed short", CT_V_I16}, {"signed short int", CT_V_I16},
@@ -273,16 +273,15 @@ int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
 		{"signed long long int", CT_V_I64}, {"int64", CT_V_I64}, {"int64_t", CT_V_I64},
 		{"ulonglong", CT_V_U64}, {"unsigned long long", CT_V_U64},
 		{"unsigned long long int", CT_V_U64}, {"uint64", CT_V_U64}, {"uint64_t", CT_V_U64},
-		{"float", CT_V_F32}, {"double", CT_V_F64}};
+		{"float", CT_V_F32}, {"double", CT_V_F64}, {NULL, 0}};
 	static const char *const mm[] = {"mm"};
 
 	if (parse_axes(h, e) || all_words(h, "kinds", kinds, KINDS, e) ||
 		all_words(h, "spaceunits", mm, 1, e) || all_words(h, "units", mm, 1, e))
 		return -1;
 	return ct_headed_sizes(h, "sizes", h->axes, e) ||
-			       ct_headed_number_type(
-				       h, "type", types, sizeof types / sizeof *types, e) ||
-			       parse_order(h, e) || parse_place(h, e) || parse_file(h, e)
+			       ct_headed_number_type(h, "type", types, e) || parse_order(h, e) ||
+			       parse_place(h, e) || parse_file(h, e)
 		       ? -1
 		       : 0;
 }

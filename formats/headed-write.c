@@ -144,7 +144,8 @@ static int put_voxels(struct ct_sink *s, struct what *w, const struct ct_env *en
 {
 	const uint64_t start = s->at;
 
-	if ((w->packed && ct_sink_pack(s, w->nrrd, e)) || ct_sink_voxels(s, w->v, w->i16, env, e))
+	if ((w->packed && ct_sink_pack(s, w->nrrd, e)) || ct_sink_voxels(s, w->v, w->i16, env, e) ||
+		ct_sink_end(s, e))
 		return -1;
 	w->bytes = s->at - start;
 	return 0;

@@ -155,18 +155,17 @@ int ct_headed_sizes(struct ct_headed *h, const char *key, size_t dims, struct ct
 	return 0;
 }
 
-int ct_headed_number_type(struct ct_headed *h, const char *key, const struct ct_headed_type *types,
-	size_t n, struct ct_err *e)
+int ct_headed_number_type(
+	struct ct_headed *h, const char *key, const struct ct_voxel_name *types, struct ct_err *e)
 {
 	const char *name = ct_headed_get(h, key);
 
-	for (size_t i = 0; name && i < n; i++)
-		if (strcmp(name, types[i].name) == 0) {
-			h->stored.type = types[i].type;
-			return 0;
-		}
-	return name ? ct_fail(e, CT_EINPUT, "%s: %.40s is no number that is read here", key, name)
-		    : ct_fail(e, CT_EINPUT, "has no %s", key);
+	if (!name)
+		return ct_fail(e, CT_EINPUT, "has no %s", key);
+	return ct_voxel_named(&h->stored.type, types, name, strlen(name))
+		       ? 0
+		       : ct_fail(e, CT_EINPUT, "%s: %.40s is no number that is read here", key,
+				 name);
 }
 
 void ct_headed_place(

@@ -136,7 +136,7 @@ static int open_out(struct ct_out *o, const char *path, bool secret, struct ct_e
 		o->f = fopen(path, "wb");
 		return o->f ? 0 : failed(o, path, e);
 	}
-	fd = ct_temp_open(o->path, 0600, &o->tmp, e);
+	fd = ct_temp_open(o->path, &o->tmp, e);
 	if (fd < 0) {
 		ct_out_abandon(o);
 		return -1;

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "formats/base64.h"
 #include "formats/nifti-impl.h"
+#include "formats/text.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -68,25 +69,6 @@ int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const
 	return rc;
 }
 
-/* Length of the UTF-8 character at s as jansson takes it, or 0 for a byte in error. */
-static size_t utf8(const unsigned char *s)
-{
-	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-	size_t n = s[0] < 0x80       ? 1
-		   : s[0] >> 5 == 6  ? 2
-		   : s[0] >> 4 == 14 ? 3
-		   : s[0] >> 3 == 30 ? 4
-				     : 0;
-	uint32_t u = n == 1 ? s[0] : n ? s[0] & (0xffu >> (n + 1)) : 0;
-
-	for (size_t i = 1; i < n; i++) {
-		if (s[i] >> 6 != 2)
-			return 0;
-		u = u << 6 | (s[i] & 63u);
-	}
-	return n && u >= least[n] && u <= 0x10ffff && (u < 0xd800 || u > 0xdfff) ? n : 0;
-}
-
 /* A copy of prefix + s in which every byte in error is U+FFFD; NULL without memory. */
 static char *clean(const char *prefix, const char *s)
 {
@@ -96,7 +78,7 @@ static char *clean(const char *prefix, const char *s)
 		return NULL;
 	out = stpcpy(out, prefix);
 	while (*s) {
-		size_t n = utf8((const unsigned char *)s);
+		size_t n = ct_text_character(s, 4);
 
 		if (n)
 			memcpy(out, s, n);
@@ -112,36 +94,6 @@ static char *clean(const char *prefix, const char *s)
 static bool is_foreign(const char *key)
 {
 	return strncmp(key, foreign, sizeof foreign - 1) == 0;
-}
-
-/* The JSON text of the pairs that are ours, or NULL with *none told. */
-static char *our_text(const struct ct_meta *m, bool *none)
-{
-	json_t *o = json_object();
-	char *text = NULL;
-	bool bad = !o;
-
-	*none = true;
-	for (size_t i = 0; i < m->n && !bad; i++) {
-		const char *key = m->pair[i].key;
-		char *k, *v;
-
-		if (is_foreign(key) || strcmp(key, CT_META_INPUT) == 0 ||
-			strcmp(key, CT_META_NIFTI_CODE) == 0)
-			continue;
-		k = clean("ct:", key);
-		v = clean("", m->pair[i].value);
-		bad = !k || !v || json_object_set_new(o, k, json_string(v)) != 0;
-		*none = false;
-		free(k);
-		free(v);
-	}
-	if (!bad && !*none)
-		text = json_dumps(o, JSON_COMPACT);
-	json_decref(o);
-	if (!text && bad)
-		*none = false;
-	return text;
 }
 
 /* One extension behind *n bytes of *p, padded with NUL to a multiple of 16. */
@@ -187,23 +139,50 @@ static int append_foreign(
 	return rc;
 }
 
+/* The pairs that are ours, as one extension, if there are any. */
+static int append_ours(
+	unsigned char **p, size_t *n, size_t *cap, const struct ct_meta *m, struct ct_err *e)
+{
+	json_t *o = json_object();
+	char *text = NULL;
+	bool bad = !o;
+	int rc = 0;
+
+	for (size_t i = 0; i < m->n && !bad; i++) {
+		const char *key = m->pair[i].key;
+		char *k, *v;
+
+		if (is_foreign(key) || strcmp(key, CT_META_INPUT) == 0 ||
+			strcmp(key, CT_META_NIFTI_CODE) == 0)
+			continue;
+		k = clean("ct:", key);
+		v = clean("", m->pair[i].value);
+		bad = !k || !v || json_object_set_new(o, k, json_string(v)) != 0;
+		free(k);
+		free(v);
+	}
+	if (!bad && json_object_size(o))
+		bad = !(text = json_dumps(o, JSON_COMPACT));
+	if (bad)
+		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	else if (text)
+		rc = append(p, n, cap, COMMENT, text, strlen(text), e);
+	free(text);
+	json_decref(o);
+	return rc;
+}
+
 int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e)
 {
 	size_t cap = 0;
-	bool none;
-	char *text = our_text(m, &none);
-	int rc = 0;
+	int rc;
 
 	*p = NULL;
 	*n = 0;
-	if (text)
-		rc = append(p, n, &cap, COMMENT, text, strlen(text), e);
-	else if (!none)
-		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	rc = append_ours(p, n, &cap, m, e);
 	for (size_t i = 0; i < m->n && !rc; i++)
 		if (is_foreign(m->pair[i].key))
 			rc = append_foreign(p, n, &cap, &m->pair[i], e);
-	free(text);
 	if (rc) {
 		free(*p);
 		*p = NULL;

@@ -172,30 +172,6 @@ static int give_head(struct ct_sink *s, const struct head *h, struct ct_err *e)
 	return ct_sink_give(s, h->raw, h->raws, e) || ct_sink_give(s, h->ext, h->exts, e) ? -1 : 0;
 }
 
-int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct head h = {0};
-	struct ct_sink s;
-	bool i16;
-	int rc = -1;
-
-	if (ct_nifti_is_i16(v, type, &i16, e) || make_head(&h, v, i16, shear, env, e)) {
-		ct_blame(e, path);
-		goto out;
-	}
-	if (ct_sink_open(&s, path, env, e))
-		goto out;
-	rc = (ct_ends_match(path, "gz") && ct_sink_pack(&s, true, e)) || give_head(&s, &h, e) ||
-			     ct_sink_voxels(&s, v, i16, env, e)
-		     ? -1
-		     : 0;
-	rc = ct_sink_close(&s, rc, e);
-out:
-	free(h.ext);
-	return rc;
-}
-
 struct ct_nifti_planes {
 	struct ct_sink s;
 	const char *path; /* the caller's */
@@ -266,20 +242,30 @@ int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	return rc;
 }
 
+int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool shear,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_nifti_planes *w;
+	bool i16;
+
+	if (ct_nifti_is_i16(v, type, &i16, e))
+		return ct_blame(e, path);
+	type = i16 ? CT_NIFTI_I16 : CT_NIFTI_F32;
+	return ct_nifti_create(&w, path, v, type, shear, env, e) ||
+			       ct_nifti_close(w, v, ct_sink_voxels(&w->s, v, i16, env, e), env, e)
+		       ? -1
+		       : 0;
+}
+
 /* sizeof_hdr of either version and byte order, or gzip. */
 static int sniff(const unsigned char *p, size_t n)
 {
-	uint32_t size;
+	struct ct_nii h;
+	struct ct_err why;
 
 	if (n >= 2 && memcmp(p, "\x1f\x8b", 2) == 0)
 		return CT_SNIFF_MAGIC;
-	if (n < 4)
-		return CT_SNIFF_NO;
-	memcpy(&size, p, sizeof size);
-	return size == 348 || size == 540 || __builtin_bswap32(size) == 348 ||
-			       __builtin_bswap32(size) == 540
-		       ? CT_SNIFF_NUMBER
-		       : CT_SNIFF_NO;
+	return n >= 4 && ct_nii_sniff(&h, p, &why) == 0 ? CT_SNIFF_NUMBER : CT_SNIFF_NO;
 }
 
 static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)

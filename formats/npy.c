@@ -7,7 +7,7 @@
 #include "formats/npy.h"
 #include "core/mem.h"
 #include "formats/io.h"
-#include "formats/voxels.h"
+#include "formats/source.h"
 
 #include <errno.h>
 #include <stdbool.h>
@@ -15,31 +15,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 1 << 15, LONGEST = 1 << 16 }; /* numbers at once; bytes of a header */
+enum { LONGEST = 1 << 16 }; /* bytes of a header */
 
 struct header {
-	enum ct_voxel type;
-	bool big;
+	struct ct_stored stored;
 	size_t n[3];
 };
 
 static int parse_type(struct header *h, const char *s, struct ct_err *e)
 {
-	static const struct {
-		const char *name;
-		enum ct_voxel type;
-	} types[] = {{"f4", CT_V_F32}, {"f8", CT_V_F64}, {"u1", CT_V_U8}, {"i1", CT_V_I8},
-		{"u2", CT_V_U16}, {"i2", CT_V_I16}, {"u4", CT_V_U32}, {"i4", CT_V_I32},
-		{"u8", CT_V_U64}, {"i8", CT_V_I64}};
+	static const struct ct_voxel_name types[] = {{"f4", CT_V_F32}, {"f8", CT_V_F64},
+		{"u1", CT_V_U8}, {"i1", CT_V_I8}, {"u2", CT_V_U16}, {"i2", CT_V_I16},
+		{"u4", CT_V_U32}, {"i4", CT_V_I32}, {"u8", CT_V_U64}, {"i8", CT_V_I64}, {NULL, 0}};
 	char quote = *s;
 
-	if ((quote == '\'' || quote == '"') && s[1] && strchr("<>|=", s[1]))
-		for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-			if (strncmp(s + 2, types[i].name, 2) == 0 && s[4] == quote) {
-				h->type = types[i].type;
-				h->big = s[1] == '>' || (s[1] == '=' && ct_voxel_host_is_big());
-				return 0;
-			}
+	if ((quote == '\'' || quote == '"') && s[1] && strchr("<>|=", s[1]) && strlen(s) > 4 &&
+		s[4] == quote && ct_voxel_named(&h->stored.type, types, s + 2, 2)) {
+		h->stored.swap = (s[1] == '>' || (s[1] == '=' && ct_voxel_host_is_big())) !=
+				 ct_voxel_host_is_big();
+		return 0;
+	}
 	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
 }
 
@@ -119,35 +114,24 @@ static int read_header(struct header *h, FILE *f, struct ct_err *e)
 	return rc;
 }
 
-static int read_numbers(FILE *f, const struct header *h, size_t total, double slope, double inter,
-	float *out, struct ct_err *e)
+static int read_numbers(
+	FILE *f, const struct ct_stored *how, size_t total, float *out, struct ct_err *e)
 {
-	size_t bytes = ct_voxel_bytes((int)h->type);
-	void *block;
-	int rc = -1;
+	struct ct_source s = {0};
+	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
+				 ct_source_numbers(&s, how, total, out, NULL, e)
+			 ? -1
+			 : 0;
 
-	if (ct_alloc(&block, BLOCK, bytes, e))
-		return -1;
-	for (size_t done = 0, n; done < total; done += n) {
-		n = total - done < BLOCK ? total - done : BLOCK;
-		if (fread(block, bytes, n, f) != n) {
-			ct_fail(e, CT_EINPUT, "truncated: shorter than its shape says");
-			goto out;
-		}
-		if (h->big != ct_voxel_host_is_big())
-			ct_voxels_swap(n, bytes, block);
-		ct_voxels_float(n, out + done, h->type, block, slope, inter);
-	}
-	rc = fgetc(f) == EOF ? 0 : ct_fail(e, CT_EINPUT, "longer than its shape says");
-out:
-	free(block);
-	return rc;
+	ct_source_close(&s);
+	return rc == 0 && fgetc(f) != EOF ? ct_fail(e, CT_EINPUT, "longer than its shape says")
+					  : rc;
 }
 
 int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3], float **data,
 	struct ct_err *e)
 {
-	struct header h = {0};
+	struct header h = {.stored = {.slope = slope, .inter = inter}};
 	float *out = NULL;
 	size_t total;
 	FILE *f;
@@ -158,7 +142,7 @@ int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3]
 	if (read_header(&h, f, e) || ct_size_mul(&total, h.n[0], h.n[1], "shape", e) ||
 		ct_size_mul(&total, total, h.n[2], "shape", e) ||
 		ct_alloc(&out, total, sizeof *out, e) ||
-		read_numbers(f, &h, total, slope, inter, out, e)) {
+		read_numbers(f, &h.stored, total, out, e)) {
 		free(out);
 		ct_blame(e, path);
 	} else {

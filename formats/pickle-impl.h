@@ -20,7 +20,7 @@ enum ct_pickle_kind {
 
 struct ct_pickle_value {
 	enum ct_pickle_kind kind;
-	enum ct_number type;
+	enum ct_voxel type;
 	int64_t number;
 	const char *text; /* in the pickle */
 	size_t length;
@@ -40,8 +40,6 @@ struct ct_pickle_values {
 	size_t n_value, cap_value, n_part, cap_part, n_pair, cap_pair;
 };
 
-/* The name of an instruction that is not taken. */
-const char *ct_pickle_value_refused(unsigned char code);
 /* The object of this name, if it is one that a dictionary of tensors needs. */
 bool ct_pickle_value_global(
 	struct ct_pickle_value *out, const char *module, size_t nm, const char *name, size_t nn);

@@ -1,5 +1,4 @@
-/* pickle-objects.c: the functions and objects that a pickle may name, and the instructions that it
- * may not hold; see pickle.h. */
+/* pickle-objects.c: the functions and objects that a pickle may name; see pickle.h. */
 #include "config.h"
 #include "formats/pickle-impl.h"
 
@@ -9,21 +8,21 @@
 enum { ORDERED_DICT, TENSOR, PARAMETER, STORAGES };
 static const struct {
 	const char *module, *name;
-	enum ct_number type;
+	enum ct_voxel type;
 } globals[] = {
 	[ORDERED_DICT] = {"collections", "OrderedDict", 0},
 	[TENSOR] = {"torch._utils", "_rebuild_tensor_v2", 0},
 	[PARAMETER] = {"torch._utils", "_rebuild_parameter", 0},
-	[STORAGES] = {"torch", "FloatStorage", CT_NUMBER_F32},
-	{"torch", "HalfStorage", CT_NUMBER_F16},
-	{"torch", "BFloat16Storage", CT_NUMBER_BF16},
-	{"torch", "DoubleStorage", CT_NUMBER_F64},
-	{"torch", "LongStorage", CT_NUMBER_I64},
-	{"torch", "IntStorage", CT_NUMBER_I32},
-	{"torch", "ShortStorage", CT_NUMBER_I16},
-	{"torch", "CharStorage", CT_NUMBER_I8},
-	{"torch", "ByteStorage", CT_NUMBER_U8},
-	{"torch", "BoolStorage", CT_NUMBER_BOOL},
+	[STORAGES] = {"torch", "FloatStorage", CT_V_F32},
+	{"torch", "HalfStorage", CT_V_F16},
+	{"torch", "BFloat16Storage", CT_V_BF16},
+	{"torch", "DoubleStorage", CT_V_F64},
+	{"torch", "LongStorage", CT_V_I64},
+	{"torch", "IntStorage", CT_V_I32},
+	{"torch", "ShortStorage", CT_V_I16},
+	{"torch", "CharStorage", CT_V_I8},
+	{"torch", "ByteStorage", CT_V_U8},
+	{"torch", "BoolStorage", CT_V_BOOL},
 };
 enum { GLOBALS = sizeof globals / sizeof *globals };
 
@@ -124,45 +123,4 @@ const char *ct_pickle_value_call(struct ct_pickle_value *out, const struct ct_pi
 		return "a parameter that is no tensor";
 	*out = *x;
 	return NULL;
-}
-
-const char *ct_pickle_value_refused(unsigned char code)
-{
-	static const char *const names[256] = {
-		['0'] = "POP",
-		['1'] = "POP_MARK",
-		['2'] = "DUP",
-		['F'] = "FLOAT",
-		['I'] = "INT",
-		['L'] = "LONG",
-		['P'] = "PERSID",
-		['S'] = "STRING",
-		['T'] = "BINSTRING",
-		['U'] = "SHORT_BINSTRING",
-		['V'] = "UNICODE",
-		['B'] = "BINBYTES",
-		['C'] = "SHORT_BINBYTES",
-		['d'] = "DICT",
-		['g'] = "GET",
-		['i'] = "INST",
-		['l'] = "LIST",
-		['o'] = "OBJ",
-		['p'] = "PUT",
-		[0x81] = "NEWOBJ",
-		[0x82] = "EXT1",
-		[0x83] = "EXT2",
-		[0x84] = "EXT4",
-		[0x8b] = "LONG4",
-		[0x8d] = "BINUNICODE8",
-		[0x8e] = "BINBYTES8",
-		[0x8f] = "EMPTY_SET",
-		[0x90] = "ADDITEMS",
-		[0x91] = "FROZENSET",
-		[0x92] = "NEWOBJ_EX",
-		[0x96] = "BYTEARRAY8",
-		[0x97] = "NEXT_BUFFER",
-		[0x98] = "READONLY_BUFFER",
-	};
-
-	return names[code] ? names[code] : "what is no instruction";
 }

@@ -8,6 +8,7 @@
 #include <string.h>
 
 enum { MOST_VALUES = 1 << 20 };
+#define MARKED SIZE_MAX /* all above the last mark */
 
 struct run {
 	const unsigned char *data;
@@ -16,7 +17,7 @@ struct run {
 	size_t *stack, *mark, *memo; /* values; heights of the stack; values + 1 */
 	size_t n_stack, cap_stack, n_mark, cap_mark, n_memo, cap_memo;
 	const char *path, *name; /* name: of the instruction */
-	size_t arg;              /* its: bytes of what follows, or parts of a tuple */
+	size_t arg;              /* its: bytes that follow, or values that it takes together */
 	struct ct_err *e;
 };
 
@@ -38,8 +39,8 @@ static const unsigned char *take(struct run *r, size_t n)
 	return p;
 }
 
-/* A whole number of n bytes, signed if it has 4 or more. */
-static int take_number(struct run *r, size_t n, int64_t *x)
+/* A whole number of n bytes, at most 8. */
+static int take_number(struct run *r, size_t n, bool is_signed, int64_t *x)
 {
 	const unsigned char *p = take(r, n);
 	uint64_t u = 0;
@@ -48,7 +49,9 @@ static int take_number(struct run *r, size_t n, int64_t *x)
 		return -1;
 	for (size_t i = n; i-- > 0;)
 		u = u << 8 | p[i];
-	*x = n == 4 ? (int32_t)u : (int64_t)u;
+	if (is_signed && n > 0 && n < 8 && p[n - 1] & 0x80)
+		u |= UINT64_MAX << 8 * n;
+	*x = (int64_t)u;
 	return 0;
 }
 
@@ -86,14 +89,16 @@ static int pop(struct run *r, size_t *value)
 	return 0;
 }
 
-/* The values above the last mark, which is dropped: *n of them, still behind the end of the stack.
- */
-static int pop_mark(struct run *r, size_t *n)
+/* The values that an instruction takes together, `arg` of them or those above the last mark, which
+ * is dropped: *n of them, still behind the end of the stack. */
+static int pop_all(struct run *r, size_t *n)
 {
-	if (r->n_mark == 0)
+	if (r->arg == MARKED && r->n_mark == 0)
 		return bad(r, "there is no mark");
-	*n = height(r);
-	r->n_mark--;
+	*n = r->arg == MARKED ? height(r) : r->arg;
+	if (*n > height(r))
+		return bad(r, "too little is on the stack");
+	r->n_mark -= r->arg == MARKED;
 	r->n_stack -= *n;
 	return 0;
 }
@@ -117,42 +122,26 @@ static int frame(struct run *r)
 	return take(r, 8) ? 0 : -1;
 }
 
+/* A value of no matter, behind which are `arg` bytes of it. */
 static int plain(struct run *r)
 {
-	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_PLAIN});
+	return take(r, r->arg) ? push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_PLAIN})
+			       : -1;
 }
 
-static int real(struct run *r)
-{
-	return take(r, 8) ? plain(r) : -1;
-}
-
+/* Of `arg` bytes; LONG1: of as many as the first byte says. */
 static int integer(struct run *r)
 {
-	int64_t x;
+	int64_t x, n = (int64_t)r->arg;
 
-	return take_number(r, r->arg, &x)
+	if (n == 0 && take_number(r, 1, false, &n))
+		return -1;
+	if (n > 8)
+		return bad(r, "a number of more than 8 bytes");
+	return take_number(r, (size_t)n, r->arg == 0 || n == 4, &x)
 		       ? -1
 		       : push_new(r,
 				 (struct ct_pickle_value){.kind = CT_PICKLE_INTEGER, .number = x});
-}
-
-/* LONG1: its length, then so many bytes in two's complement. */
-static int long1(struct run *r)
-{
-	const unsigned char *n = take(r, 1), *p = n ? take(r, *n) : NULL;
-	uint64_t x = 0;
-
-	if (!p)
-		return -1;
-	if (*n > 8)
-		return bad(r, "a number of more than 8 bytes");
-	for (size_t i = *n; i-- > 0;)
-		x = x << 8 | p[i];
-	if (*n && *n < 8 && p[*n - 1] & 0x80)
-		x |= UINT64_MAX << 8 * *n;
-	return push_new(
-		r, (struct ct_pickle_value){.kind = CT_PICKLE_INTEGER, .number = (int64_t)x});
 }
 
 static int text(struct run *r)
@@ -160,10 +149,8 @@ static int text(struct run *r)
 	const unsigned char *p;
 	int64_t n;
 
-	if (take_number(r, r->arg, &n))
+	if (take_number(r, r->arg, false, &n))
 		return -1;
-	if (n < 0 || (uint64_t)n > r->n)
-		return bad(r, "the pickle ends inside it");
 	p = take(r, (size_t)n);
 	return p ? push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_TEXT,
 				       .text = (const char *)p,
@@ -179,34 +166,19 @@ static int mark(struct run *r)
 	return 0;
 }
 
-/* A tuple of the n values behind the end of the stack. */
-static int make_tuple(struct run *r, size_t n)
+static int tuple(struct run *r)
 {
 	struct ct_pickle_values *v = &r->v;
 	const size_t first = v->n_part;
+	size_t n = 0;
 
-	if (ct_grow(&v->part, &v->cap_part, first + n + 1, sizeof *v->part, r->e))
+	if (pop_all(r, &n) || ct_grow(&v->part, &v->cap_part, first + n + 1, sizeof *v->part, r->e))
 		return -1;
 	if (n)
 		memcpy(v->part + first, r->stack + r->n_stack, n * sizeof *v->part);
 	v->n_part += n;
 	return push_new(
 		r, (struct ct_pickle_value){.kind = CT_PICKLE_TUPLE, .first = first, .n = n});
-}
-
-static int tuple(struct run *r)
-{
-	size_t n = 0;
-
-	return pop_mark(r, &n) ? -1 : make_tuple(r, n);
-}
-
-static int tuple_of(struct run *r)
-{
-	if (height(r) < r->arg)
-		return bad(r, "too little is on the stack");
-	r->n_stack -= r->arg;
-	return make_tuple(r, r->arg);
 }
 
 static int list(struct run *r)
@@ -230,16 +202,9 @@ static int top(struct run *r, enum ct_pickle_kind kind, const char *why, size_t 
 
 static int append(struct run *r)
 {
-	size_t x;
+	size_t n = 0, to = 0;
 
-	return pop(r, &x) || top(r, CT_PICKLE_LIST, "not to a list", &x) ? -1 : 0;
-}
-
-static int appends(struct run *r)
-{
-	size_t n = 0, x;
-
-	return pop_mark(r, &n) || top(r, CT_PICKLE_LIST, "not to a list", &x) ? -1 : 0;
+	return pop_all(r, &n) || top(r, CT_PICKLE_LIST, "not to a list", &to) ? -1 : 0;
 }
 
 static int put_pair(struct run *r, size_t to, size_t key, size_t x)
@@ -260,36 +225,19 @@ static int put_pair(struct run *r, size_t to, size_t key, size_t x)
 	return 0;
 }
 
-static int set_item(struct run *r)
-{
-	size_t x, key, to;
-
-	return pop(r, &x) || pop(r, &key) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to) ||
-			       put_pair(r, to, key, x)
-		       ? -1
-		       : 0;
-}
-
+/* Pairs; of BUILD one value alone, the attributes of an ordered dictionary: none that matters. */
 static int set_items(struct run *r)
 {
-	size_t n = 0, to;
+	size_t n = 0, to = 0;
 
-	if (pop_mark(r, &n) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to))
+	if (pop_all(r, &n) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to))
 		return -1;
-	if (n % 2)
+	if (n % 2 && r->arg == MARKED)
 		return bad(r, "a key without a value");
-	for (size_t i = 0; i < n; i += 2)
+	for (size_t i = 0; i + 1 < n; i += 2)
 		if (put_pair(r, to, r->stack[r->n_stack + i], r->stack[r->n_stack + i + 1]))
 			return -1;
 	return 0;
-}
-
-/* Attributes of an ordered dictionary: none that matters. */
-static int build(struct run *r)
-{
-	size_t state, to;
-
-	return pop(r, &state) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to) ? -1 : 0;
 }
 
 static int find_global(struct run *r, const char *module, size_t nm, const char *name, size_t nn)
@@ -382,7 +330,7 @@ static int put_at(struct run *r)
 {
 	int64_t at;
 
-	return take_number(r, r->arg, &at) ? -1 : remember(r, (uint64_t)at);
+	return take_number(r, r->arg, false, &at) ? -1 : remember(r, (uint64_t)at);
 }
 
 static int memoize(struct run *r)
@@ -394,7 +342,7 @@ static int get_at(struct run *r)
 {
 	int64_t at;
 
-	if (take_number(r, r->arg, &at))
+	if (take_number(r, r->arg, false, &at))
 		return -1;
 	if ((uint64_t)at >= r->n_memo || r->memo[at] == 0)
 		return bad(r, "nothing is remembered there");
@@ -408,7 +356,7 @@ static const struct {
 	size_t arg;
 } instructions[256] = {
 	['('] = {"MARK", mark, 0},
-	['G'] = {"BINFLOAT", real, 0},
+	['G'] = {"BINFLOAT", plain, 8},
 	['J'] = {"BININT", integer, 4},
 	['K'] = {"BININT1", integer, 1},
 	['M'] = {"BININT2", integer, 2},
@@ -416,27 +364,27 @@ static const struct {
 	['Q'] = {"BINPERSID", storage, 0},
 	['R'] = {"REDUCE", reduce, 0},
 	['X'] = {"BINUNICODE", text, 4},
-	['a'] = {"APPEND", append, 0},
-	['b'] = {"BUILD", build, 0},
+	['a'] = {"APPEND", append, 1},
+	['b'] = {"BUILD", set_items, 1},
 	['c'] = {"GLOBAL", global, 0},
-	['e'] = {"APPENDS", appends, 0},
+	['e'] = {"APPENDS", append, MARKED},
 	['h'] = {"BINGET", get_at, 1},
 	['j'] = {"LONG_BINGET", get_at, 4},
 	['q'] = {"BINPUT", put_at, 1},
 	['r'] = {"LONG_BINPUT", put_at, 4},
-	['s'] = {"SETITEM", set_item, 0},
-	['t'] = {"TUPLE", tuple, 0},
-	['u'] = {"SETITEMS", set_items, 0},
+	['s'] = {"SETITEM", set_items, 2},
+	['t'] = {"TUPLE", tuple, MARKED},
+	['u'] = {"SETITEMS", set_items, MARKED},
 	['}'] = {"EMPTY_DICT", dict, 0},
 	[']'] = {"EMPTY_LIST", list, 0},
-	[')'] = {"EMPTY_TUPLE", tuple_of, 0},
+	[')'] = {"EMPTY_TUPLE", tuple, 0},
 	[0x80] = {"PROTO", protocol, 0},
-	[0x85] = {"TUPLE1", tuple_of, 1},
-	[0x86] = {"TUPLE2", tuple_of, 2},
-	[0x87] = {"TUPLE3", tuple_of, 3},
+	[0x85] = {"TUPLE1", tuple, 1},
+	[0x86] = {"TUPLE2", tuple, 2},
+	[0x87] = {"TUPLE3", tuple, 3},
 	[0x88] = {"NEWTRUE", plain, 0},
 	[0x89] = {"NEWFALSE", plain, 0},
-	[0x8a] = {"LONG1", long1, 0},
+	[0x8a] = {"LONG1", integer, 0},
 	[0x8c] = {"SHORT_BINUNICODE", text, 1},
 	[0x93] = {"STACK_GLOBAL", stack_global, 0},
 	[0x94] = {"MEMOIZE", memoize, 0},
@@ -452,10 +400,10 @@ static int execute(struct run *r, size_t *root)
 		r->begin = r->at++;
 		r->name = instructions[code].name;
 		r->arg = instructions[code].arg;
-		if (!r->name) {
-			r->name = ct_pickle_value_refused(code);
-			return bad(r, "a dictionary of tensors needs no such instruction");
-		}
+		if (!r->name)
+			return ct_fail(r->e, CT_EINPUT,
+				"%s: instruction 0x%02x at byte %zu: a dictionary of tensors needs no such",
+				r->path, code, r->begin);
 		if (instructions[code].run(r))
 			return -1;
 	}

@@ -10,7 +10,7 @@
 #define CT_FORMATS_PICKLE_H
 #include "core/err.h"
 #include "core/tensors.h"
-#include "formats/number.h"
+#include "formats/voxels.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -19,7 +19,7 @@
 struct ct_pickle_tensor {
 	char *name;    /* its key in the dictionary; owned */
 	char *storage; /* owned */
-	enum ct_number type;
+	enum ct_voxel type;
 	uint64_t length; /* of the storage, numbers */
 	uint64_t offset; /* of the first number */
 	size_t rank;

@@ -5,6 +5,7 @@
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/ply.h"
+#include "formats/voxels.h"
 #include "core/mem.h"
 
 #include <math.h>
@@ -13,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_PROPERTIES = 4096 };
+enum { MOST_PROPERTIES = 4096, BLOCK = 1024 };
 
 struct reader {
 	const char *path;
@@ -22,19 +23,17 @@ struct reader {
 	uint64_t count, skip; /* vertices; bytes of elements before them */
 	size_t stride;
 	size_t offset[CT_PLY_FIELDS], properties;
-	size_t comments;          /* of ours */
-	bool format;              /* the line has been seen */
-	char type[CT_PLY_FIELDS]; /* letter of types[], 0: not there yet */
+	size_t comments;                   /* of ours */
+	bool format;                       /* the line has been seen */
+	enum ct_voxel type[CT_PLY_FIELDS]; /* 0: not there yet */
 	struct ct_err *e;
 };
 
-static const struct {
-	const char *name, *alias;
-	char letter;
-	size_t bytes;
-} types[] = {{"char", "int8", 'c', 1}, {"uchar", "uint8", 'C', 1}, {"short", "int16", 's', 2},
-	{"ushort", "uint16", 'S', 2}, {"int", "int32", 'i', 4}, {"uint", "uint32", 'I', 4},
-	{"float", "float32", 'f', 4}, {"double", "float64", 'd', 8}};
+static const struct ct_voxel_name types[] = {{"char", CT_V_I8}, {"int8", CT_V_I8},
+	{"uchar", CT_V_U8}, {"uint8", CT_V_U8}, {"short", CT_V_I16}, {"int16", CT_V_I16},
+	{"ushort", CT_V_U16}, {"uint16", CT_V_U16}, {"int", CT_V_I32}, {"int32", CT_V_I32},
+	{"uint", CT_V_U32}, {"uint32", CT_V_U32}, {"float", CT_V_F32}, {"float32", CT_V_F32},
+	{"double", CT_V_F64}, {"float64", CT_V_F64}, {NULL, 0}};
 
 /* The next header line without its end, as a string from malloc, or NULL. */
 static char *next_line(struct reader *d)
@@ -100,29 +99,28 @@ static int comment(struct reader *d, char *s, struct ct_meta *own_keys, struct c
 
 static int property(struct reader *d, const char *s, bool vertex, uint64_t *bytes)
 {
-	char type[20], name[80];
+	char word[20], name[80];
+	enum ct_voxel type;
+	size_t size;
 
-	if (sscanf(s, "%19s %79s", type, name) != 2)
+	if (sscanf(s, "%19s %79s", word, name) != 2)
 		return ct_fail(d->e, CT_EINPUT, "%s: header line 'property %.40s'", d->path, s);
-	for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
-		if (strcmp(type, types[i].name) != 0 && strcmp(type, types[i].alias) != 0)
-			continue;
-		for (size_t k = 0; vertex && k < CT_PLY_FIELDS; k++)
-			if (strcmp(name, ct_ply_names[k]) == 0) {
-				d->type[k] = types[i].letter;
-				d->offset[k] = d->stride;
-			}
-		if (vertex)
-			d->stride += types[i].bytes;
-		*bytes += types[i].bytes;
-		if (++d->properties > MOST_PROPERTIES)
-			return ct_fail(d->e, CT_EINPUT, "%s: more than %d properties", d->path,
-				MOST_PROPERTIES);
-		return 0;
-	}
-	return ct_fail(d->e, CT_EINPUT,
-		"%s: property %s is of type %s; lists and other types are not read", d->path, name,
-		type);
+	if (!ct_voxel_named(&type, types, word, strlen(word)))
+		return ct_fail(d->e, CT_EINPUT,
+			"%s: property %s is of type %s; lists and other types are not read",
+			d->path, name, word);
+	for (size_t k = 0; vertex && k < CT_PLY_FIELDS; k++)
+		if (strcmp(name, ct_ply_names[k]) == 0) {
+			d->type[k] = type;
+			d->offset[k] = d->stride;
+		}
+	size = ct_voxel_bytes(type);
+	d->stride += vertex ? size : 0;
+	*bytes += size;
+	return ++d->properties > MOST_PROPERTIES
+		       ? ct_fail(d->e, CT_EINPUT, "%s: more than %d properties", d->path,
+				 MOST_PROPERTIES)
+		       : 0;
 }
 
 /* State of the header: which element the properties belong to. */
@@ -232,24 +230,18 @@ static int read_header(struct reader *d, struct ct_meta *own_keys, struct ct_met
 	return 0;
 }
 
-#define AS(T)                                                                                      \
-	do {                                                                                       \
-		T x;                                                                               \
-		memcpy(&x, p, sizeof x);                                                           \
-		return (float)x;                                                                   \
-	} while (0)
-
-static float value(const unsigned char *p, char letter)
+/* Field k of all vertices. */
+static void read_field(const struct reader *d, size_t k, float *out)
 {
-	switch (letter) {
-	case 'c': AS(int8_t);
-	case 'C': AS(uint8_t);
-	case 's': AS(int16_t);
-	case 'S': AS(uint16_t);
-	case 'i': AS(int32_t);
-	case 'I': AS(uint32_t);
-	case 'd': AS(double);
-	default: AS(float);
+	const size_t bytes = ct_voxel_bytes(d->type[k]);
+	const unsigned char *from = d->data + d->at + d->offset[k];
+	_Alignas(8) unsigned char block[BLOCK * 8];
+
+	for (size_t i = 0, n; i < d->count; i += n) {
+		n = d->count - i < BLOCK ? (size_t)d->count - i : BLOCK;
+		for (size_t j = 0; j < n; j++, from += d->stride)
+			memcpy(block + j * bytes, from, bytes);
+		ct_voxels_float(n, out + i, d->type[k], block, 1, 0);
 	}
 }
 
@@ -327,27 +319,11 @@ int ct_bytes_read_ply(
 		goto done;
 	g->n = (size_t)d.count;
 	for (size_t k = 0; k < CT_PLY_FIELDS; k++)
-		for (size_t i = 0; i < g->n; i++)
-			g->column[k][i] =
-				value(data + d.at + i * d.stride + d.offset[k], d.type[k]);
+		read_field(&d, k, g->column[k]);
 	rc = sign(g, name, e);
 done:
 	ct_meta_free(&keys);
 	if (rc)
 		ct_gauss_free(g);
-	return rc;
-}
-
-int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
-{
-	unsigned char *data;
-	size_t n;
-	int rc;
-
-	*g = (struct ct_gauss){0};
-	if (ct_slurp(path, &data, &n, e))
-		return -1;
-	rc = ct_bytes_read_ply(data, n, path, g, e);
-	free(data);
 	return rc;
 }

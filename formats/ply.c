@@ -16,8 +16,6 @@
 
 #include <string.h>
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
-
 const char *const ct_ply_names[CT_PLY_FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2",
 	"rot_0", "rot_1", "rot_2", "rot_3", "density"};
 
@@ -57,3 +55,13 @@ const struct ct_format ct_format_ply = {.name = "PLY",
 	.sniff = sniff,
 	.read_bytes = read_any,
 	.write = write_any};
+
+int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
+{
+	static const struct ct_format *const list[] = {&ct_format_ply, NULL};
+	struct ct_any a = {0};
+	int rc = ct_format_read(list, path, &a, e);
+
+	*g = a.gauss;
+	return rc;
+}

@@ -163,8 +163,8 @@ static int add_tensors(struct reader *d, struct ct_tensors *w)
 static int read_storage(struct reader *d, const struct ct_pickle_tensor *t)
 {
 	const struct ct_zip_member *m = member(d, "data/", t->storage);
-	const size_t bytes = ct_number_bytes(t->type);
-	unsigned char block[BLOCK * 8];
+	const size_t bytes = ct_voxel_bytes(t->type);
+	_Alignas(8) unsigned char block[BLOCK * 8];
 	uint64_t size;
 
 	free(d->storage);
@@ -185,7 +185,7 @@ static int read_storage(struct reader *d, const struct ct_pickle_tensor *t)
 
 		if (ct_zip_take(&d->zip, block, n * bytes, d->e))
 			return -1;
-		ct_number_to_float(d->storage + i, block, n, t->type);
+		ct_voxels_float(n, d->storage + i, t->type, block, 1, 0);
 	}
 	return ct_zip_end(&d->zip, d->e);
 }

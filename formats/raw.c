@@ -1,34 +1,23 @@
 /* raw.c: see raw.h. */
 #include "config.h"
-#include "core/mem.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/raw.h"
+#include "formats/source.h"
 
-#include <errno.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-enum { BLOCK = 1 << 18 };
 
 int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e)
 {
 #define NAME(value, word) {word, value},
-	static const struct {
-		const char *name;
-		enum ct_voxel type;
-	} names[] = {CT_RAW_LIST(NAME)};
+	static const struct ct_voxel_name names[] = {CT_RAW_LIST(NAME){NULL, 0}};
 	const size_t len = strcspn(word, ":");
 
 	*big = strcmp(word + len, ":be") == 0;
-	if (*big || word[len] == '\0' || strcmp(word + len, ":le") == 0)
-		for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-			if (strlen(names[i].name) == len &&
-				strncmp(word, names[i].name, len) == 0) {
-				*type = names[i].type;
-				return 0;
-			}
+	if ((*big || word[len] == '\0' || strcmp(word + len, ":le") == 0) &&
+		ct_voxel_named(type, names, word, len))
+		return 0;
 	return ct_fail(e, CT_EUSAGE,
 		"--raw: '%s' is not one of" CT_RAW_LIST(CT_WORD_SPACE) ", with :be if big-endian",
 		word);
@@ -55,24 +44,20 @@ int ct_raw_axes(const char *option, const char *word, int world[3], int sign[3],
 	return 0;
 }
 
-static int read_voxels(
-	FILE *f, const struct ct_raw *how, struct ct_vol *v, void *block, struct ct_err *e)
+static int read_voxels(FILE *f, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e)
 {
-	const size_t bytes = ct_voxel_bytes((int)how->type), total = ct_vol_count(v);
+	const struct ct_stored stored = {
+		how->type, how->big != ct_voxel_host_is_big(), how->slope, how->inter};
+	struct ct_source s = {0};
+	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
+				 ct_source_numbers(&s, &stored, ct_vol_count(v), v->data, NULL, e)
+			 ? -1
+			 : 0;
 
-	for (size_t done = 0, n; done < total; done += n) {
-		n = total - done < BLOCK / bytes ? total - done : BLOCK / bytes;
-		if (fread(block, bytes, n, f) != n)
-			return ct_fail(e, CT_EINPUT, "%s",
-				ferror(f) ? strerror(errno)
-					  : "truncated: shorter than its dimensions and type say");
-		if (how->big != ct_voxel_host_is_big())
-			ct_voxels_swap(n, bytes, block);
-		ct_voxels_float(n, v->data + done, how->type, block, how->slope, how->inter);
-	}
-	if (fgetc(f) != EOF)
-		return ct_fail(e, CT_EINPUT, "longer than its dimensions and type say");
-	return 0;
+	ct_source_close(&s);
+	return rc == 0 && fgetc(f) != EOF
+		       ? ct_fail(e, CT_EINPUT, "longer than its dimensions and type say")
+		       : rc;
 }
 
 void ct_raw_place(struct ct_vol *v, const struct ct_raw *how)
@@ -90,22 +75,20 @@ void ct_raw_place(struct ct_vol *v, const struct ct_raw *how)
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e)
 {
 	FILE *f = NULL;
-	void *block = NULL;
 	int rc = -1;
 
 	if (ct_io_open(path, &f, e))
 		return -1;
-	if (ct_alloc(&block, BLOCK, 1, e) || ct_vol_alloc(v, how->n, e))
+	if (ct_vol_alloc(v, how->n, e))
 		goto out;
 	ct_raw_place(v, how);
-	if (ct_vol_check_grid(v, e) || read_voxels(f, how, v, block, e))
+	if (ct_vol_check_grid(v, e) || read_voxels(f, how, v, e))
 		goto out;
 	rc = ct_meta_input(&v->meta, path, 2,
 		(const struct ct_piece[]){{v->affine, sizeof v->affine},
 			{v->data, ct_vol_count(v) * sizeof *v->data}},
 		e);
 out:
-	free(block);
 	ct_io_close(f);
 	if (rc) {
 		ct_vol_free(v);

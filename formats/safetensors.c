@@ -14,7 +14,7 @@
 #include "formats/half.h"
 #include "formats/hash.h"
 #include "formats/io.h"
-#include "formats/number.h"
+#include "formats/voxels.h"
 #include "formats/text.h"
 #include "core/mem.h"
 
@@ -28,26 +28,15 @@
 
 enum { MOST_HEADER = 100000000, MOST_TENSORS = 1 << 16, MOST_META = 4096, BLOCK = 8192 };
 
-static const char *const types[CT_NUMBERS] = {
-	[CT_NUMBER_F64] = "F64",
-	[CT_NUMBER_F32] = "F32",
-	[CT_NUMBER_F16] = "F16",
-	[CT_NUMBER_BF16] = "BF16",
-	[CT_NUMBER_I64] = "I64",
-	[CT_NUMBER_I32] = "I32",
-	[CT_NUMBER_I16] = "I16",
-	[CT_NUMBER_I8] = "I8",
-	[CT_NUMBER_U64] = "U64",
-	[CT_NUMBER_U32] = "U32",
-	[CT_NUMBER_U16] = "U16",
-	[CT_NUMBER_U8] = "U8",
-	[CT_NUMBER_BOOL] = "BOOL",
-};
+static const struct ct_voxel_name types[] = {{"F64", CT_V_F64}, {"F32", CT_V_F32},
+	{"F16", CT_V_F16}, {"BF16", CT_V_BF16}, {"I64", CT_V_I64}, {"I32", CT_V_I32},
+	{"I16", CT_V_I16}, {"I8", CT_V_I8}, {"U64", CT_V_U64}, {"U32", CT_V_U32}, {"U16", CT_V_U16},
+	{"U8", CT_V_U8}, {"BOOL", CT_V_BOOL}, {NULL, 0}};
 
 /* One entry of the header. */
 struct entry {
 	const char *name; /* borrowed from the JSON */
-	enum ct_number type;
+	enum ct_voxel type;
 	size_t rank, dim[CT_MAX_RANK], count;
 	uint64_t begin, end; /* bytes, from the end of the header */
 	size_t order;
@@ -143,10 +132,7 @@ static int read_entry(struct reader *d, const char *name, const json_t *v, struc
 	size_t bytes;
 
 	t->name = name;
-	for (t->type = 0; type && t->type < CT_NUMBERS; t->type++)
-		if (strcmp(type, types[t->type]) == 0)
-			break;
-	if (!type || t->type == CT_NUMBERS)
+	if (!type || !ct_voxel_named(&t->type, types, type, strlen(type)))
 		return bad(d, name, "dtype %.20s is not known", type ? type : "(none)");
 	if (!json_is_array(shape) || json_array_size(shape) > CT_MAX_RANK)
 		return bad(d, name, "shape is not a list of at most %d sizes", CT_MAX_RANK);
@@ -161,7 +147,7 @@ static int read_entry(struct reader *d, const char *name, const json_t *v, struc
 		if (__builtin_mul_overflow(t->count, t->dim[i], &t->count))
 			return bad(d, name, "shape overflows");
 	}
-	if (__builtin_mul_overflow(t->count, ct_number_bytes(t->type), &bytes))
+	if (__builtin_mul_overflow(t->count, ct_voxel_bytes(t->type), &bytes))
 		return bad(d, name, "shape overflows");
 	if (json_array_size(at) != 2 || get_size(json_array_get(at, 0), &t->begin) ||
 		get_size(json_array_get(at, 1), &t->end) || t->begin > t->end)
@@ -229,12 +215,12 @@ static int skip(struct reader *d, uint64_t n)
 
 static int read_data(struct reader *d, struct ct_tensors *w)
 {
-	unsigned char block[BLOCK * 8];
+	_Alignas(8) unsigned char block[BLOCK * 8];
 	uint64_t at = 0;
 
 	for (size_t k = 0; k < d->n; k++) {
 		const struct entry *t = &d->entry[k];
-		const size_t bytes = ct_number_bytes(t->type);
+		const size_t bytes = ct_voxel_bytes(t->type);
 		struct ct_tensor *out;
 
 		if (skip(d, t->begin - at))
@@ -246,7 +232,7 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 
 			if (fread(block, bytes, n, d->f) != n)
 				return bad(d, t->name, "the file ends inside it");
-			ct_number_to_float(out->data + i, block, n, t->type);
+			ct_voxels_float(n, out->data + i, t->type, block, 1, 0);
 		}
 		at = t->end;
 	}

@@ -118,7 +118,7 @@ int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const st
 						     v->data + at, i16, false, &fits, e))
 			return -1;
 	}
-	return ct_sink_end(s, e);
+	return 0;
 }
 
 int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)

@@ -25,7 +25,7 @@ int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_e
 /* n voxels x, little-endian int16, rounded, or float32. *fits: as above. */
 int ct_sink_some(struct ct_sink *s, size_t n, const float *x, bool i16, bool exact, bool *fits,
 	struct ct_err *e);
-/* All voxels: the last thing that is given. CT_ESTOP. */
+/* All voxels. CT_ESTOP. */
 int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
 	struct ct_err *e);
 /* All is given. */

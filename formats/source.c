@@ -201,17 +201,18 @@ static int take_some(
 	return 0;
 }
 
-/* The voxels go into the hash while they are in the cache. */
-static int read_voxels(struct ct_source *s, const struct ct_stored *how, struct ct_vol *v,
+int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
 	struct ct_hash *hash, struct ct_err *e)
 {
-	const size_t total = ct_vol_count(v);
-
-	for (size_t done = 0, n; done < total; done += n) {
-		n = total - done;
-		if (take_some(s, how, &n, v->data + done, e))
-			return -1;
-		CT_SIMD(ct_hash_add)(hash, v->data + done, n * sizeof *v->data);
+	for (size_t done = 0, some; done < n; done += some) {
+		some = n - done;
+		if (take_some(s, how, &some, out + done, e))
+			return s->packed || ferror(s->f)
+				       ? -1
+				       : ct_fail(e, CT_EINPUT,
+						 "truncated file: shorter than its sizes and type say");
+		if (hash)
+			CT_SIMD(ct_hash_add)(hash, out + done, some * sizeof *out);
 	}
 	return 0;
 }
@@ -226,8 +227,8 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const siz
 		return -1;
 	memcpy(v->affine, affine, sizeof v->affine);
 	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-			     read_voxels(s, how, v, hash, e) || drain(s, e) ||
-			     ct_hash_input(hash, &v->meta, name, e)
+			     ct_source_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
+			     drain(s, e) || ct_hash_input(hash, &v->meta, name, e)
 		     ? -1
 		     : 0;
 	free(hash);

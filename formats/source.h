@@ -51,6 +51,10 @@ struct ct_stored {
 	bool swap;           /* the other byte order than this machine's */
 	double slope, inter; /* HU = slope*stored + inter */
 };
+/* The next n of them into out, and into the hash, if that is not NULL, while they are in the cache.
+ * CT_EINPUT if there are fewer. */
+int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
+	struct ct_hash *hash, struct ct_err *e);
 /* The rest as a volume of n voxels, and its key "input", NAME and a hash of sizes, affine and
  * voxels; behind the voxels only the check sum of what is compressed is looked at. v->affine is set
  * and v->data allocated here. CT_EGEOM for a grid that is none; CT_EINPUT before anything is

@@ -214,13 +214,9 @@ static int open_new(const char *path, bool folder, char **tmp, struct ct_err *e)
 	return -1;
 }
 
-int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e)
+int ct_temp_open(const char *path, char **tmp, struct ct_err *e)
 {
-	const int fd = open_new(path, false, tmp, e);
-
-	if (fd >= 0)
-		fchmod(fd, mode);
-	return fd;
+	return open_new(path, false, tmp, e);
 }
 
 int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)

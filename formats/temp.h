@@ -11,12 +11,13 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
-/* A file for PATH, empty, open for writing: its descriptor and name, to be freed after
- * ct_temp_remove or, when it is renamed, ct_temp_forget. CT_EOUTPUT naming PATH, CT_ENOMEM. */
-int ct_temp_open(const char *path, mode_t mode, char **tmp, struct ct_err *e);
+/* A file for PATH, empty, open for writing, for its owner alone: its descriptor and name, to be
+ * freed after ct_temp_remove or, when it is renamed, ct_temp_forget. CT_EOUTPUT naming PATH,
+ * CT_ENOMEM. */
+int ct_temp_open(const char *path, char **tmp, struct ct_err *e);
 void ct_temp_remove(const char *tmp);
 void ct_temp_forget(const char *tmp);
-/* The same as a folder, for its owner alone; its descriptor holds the lock. */
+/* The same as a folder; its descriptor holds the lock. */
 int ct_temp_folder(const char *path, char **tmp, struct ct_err *e);
 /* A folder and the files in it, of the folder `at`: also those that come while it goes. */
 void ct_temp_clear(int at, const char *folder);

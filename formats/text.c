@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/text.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,4 +19,25 @@ json_t *ct_text_json(const char *s)
 	v = json_string(plain);
 	free(plain);
 	return v;
+}
+
+size_t ct_text_character(const char *s, size_t n)
+{
+	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+	const unsigned char *p = (const unsigned char *)s;
+	const size_t bytes = p[0] < 0x80       ? 1
+			     : p[0] >> 5 == 6  ? 2
+			     : p[0] >> 4 == 14 ? 3
+			     : p[0] >> 3 == 30 ? 4
+					       : 0;
+	uint32_t u = bytes > 1 ? p[0] & (0xffu >> (bytes + 1)) : p[0];
+
+	if (bytes == 0 || bytes > n)
+		return 0;
+	for (size_t i = 1; i < bytes; i++) {
+		if (p[i] >> 6 != 2)
+			return 0;
+		u = u << 6 | (p[i] & 63u);
+	}
+	return u >= least[bytes] && u <= 0x10ffff && (u < 0xd800 || u > 0xdfff) ? bytes : 0;
 }

@@ -1,4 +1,4 @@
-/* text.h: our strings in JSON. */
+/* text.h: our strings in UTF-8, which JSON and HTML want. */
 #ifndef CT_FORMATS_TEXT_H
 #define CT_FORMATS_TEXT_H
 #include <jansson.h>
@@ -6,5 +6,7 @@
 /* A JSON string of s. JSON is UTF-8; a history may name files that are not: then every byte
  * beyond ASCII becomes '?'. NULL: no memory. */
 json_t *ct_text_json(const char *s);
+/* Bytes of the UTF-8 character that n bytes, or a string, begin with; 0 for one in error. */
+size_t ct_text_character(const char *s, size_t n);
 
 #endif

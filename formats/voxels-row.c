@@ -39,6 +39,9 @@ void CT_SIMD_HERE(ct_voxels_row_float)(size_t n, float *restrict out, enum ct_vo
 	case CT_V_I64: from_i64(n, out, in, slope, inter); break;
 	case CT_V_F32: from_f32(n, out, in, slope, inter); break;
 	case CT_V_F64: from_f64(n, out, in, slope, inter); break;
+	case CT_V_BOOL:
+	case CT_V_F16:
+	case CT_V_BF16: break; /* voxels.c */
 	}
 }
 

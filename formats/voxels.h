@@ -5,7 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Number types; the values are the NIfTI datatype codes. */
+/* Number types; the values are the NIfTI datatype codes, and of those that NIfTI has not none that
+ * its 16 bits can hold. */
 enum ct_voxel {
 	CT_V_U8 = 2,
 	CT_V_I16 = 4,
@@ -16,15 +17,26 @@ enum ct_voxel {
 	CT_V_U16 = 512,
 	CT_V_U32 = 768,
 	CT_V_I64 = 1024,
-	CT_V_U64 = 1280
+	CT_V_U64 = 1280,
+	CT_V_BOOL = 1 << 16, /* 1 if not 0 */
+	CT_V_F16,
+	CT_V_BF16
 };
 
+/* What a format calls them; a list ends with NULL. */
+struct ct_voxel_name {
+	const char *name;
+	enum ct_voxel type;
+};
+/* The type that the n bytes at s name; false if the list has none. */
+bool ct_voxel_named(enum ct_voxel *type, const struct ct_voxel_name *list, const char *s, size_t n);
 /* Bytes of one, or 0 for another code. */
 size_t ct_voxel_bytes(int type);
 bool ct_voxel_host_is_big(void);
 /* Reverse the bytes of each of n numbers of 1, 2, 4 or 8 bytes. */
 void ct_voxels_swap(size_t n, size_t bytes, void *p);
-/* out = slope*in + inter for n numbers in the host's order, `in` aligned. */
+/* out = slope*in + inter for n numbers in the host's order, `in` aligned; of CT_V_BOOL, F16 and
+ * BF16 slope is 1 and inter 0. */
 void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
 	double slope, double inter);
 /* Rounded (ties to even) into out; false if a number does not fit or, when `exact`, is not whole.

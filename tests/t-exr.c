@@ -339,7 +339,7 @@ static void test_damage(const char *path)
 	OK(ct_stack_read(path, &t, &e) < 0 && e.code == CT_EINPUT, "a hostile size: %s", e.msg);
 	free(p);
 	ct_stack_free(&s);
-	refused("/dev/null", "not an OpenEXR file", CT_EINPUT, "an empty file");
+	refused("/dev/null", "not an EXR file", CT_EINPUT, "an empty file");
 	refused("no-such.exr", "No such file", CT_EINPUT, "no file");
 }
 

@@ -343,9 +343,9 @@ static void test_temp(void)
 		return;
 	}
 	for (int i = 0; i < MANY; i++) { /* as many as there are, one after the other */
-		int f = ct_temp_open("d/p", 0640, &tmp, &err);
+		int f = ct_temp_open("d/p", &tmp, &err);
 
-		if (f < 0 || mode_of(tmp) != 0640 || strncmp(tmp, "d/p.ct-", 7) != 0 ||
+		if (f < 0 || mode_of(tmp) != 0600 || strncmp(tmp, "d/p.ct-", 7) != 0 ||
 			strlen(tmp) != 13 || strcmp(tmp + 7, "XXXXXX") == 0)
 			OK(0, "a temporary file: %s", err.msg);
 		close(f);
@@ -357,12 +357,12 @@ static void test_temp(void)
 			there("d/q.ct-abcdef") && there("d/p.ct-linked") && there("p.ct-abcdef"),
 		"but nothing else");
 	OK(there("d/p.ct-locked"), "nor what is in use");
-	held[0] = ct_temp_open("d/p", 0600, &first, &err);
-	held[1] = ct_temp_open("d/p", 0600, &tmp, &err);
+	held[0] = ct_temp_open("d/p", &first, &err);
+	held[1] = ct_temp_open("d/p", &tmp, &err);
 	OK(there(first), "what is in use is not swept");
 	ct_temp_remove(tmp);
 	free(tmp);
-	held[2] = ct_temp_open("p", 0600, &tmp, &err);
+	held[2] = ct_temp_open("p", &tmp, &err);
 	OK(there(first) && there(tmp) && !there("p.ct-abcdef"), "in this folder, too");
 	ct_temp_remove_all();
 	OK(!there(first) && !there(tmp), "all of this process go at once");
@@ -393,7 +393,7 @@ static void test_many(void)
 	char *tmp[AT_ONCE];
 
 	for (int i = 0; i < AT_ONCE; i++)
-		close(ct_temp_open("m", 0600, tmp + i, &err));
+		close(ct_temp_open("m", tmp + i, &err));
 	ct_temp_remove_all();
 	OK(count("m.ct-*") == 0, "%d temporary files go at once", AT_ONCE);
 	for (int i = 0; i < AT_ONCE; i++) {

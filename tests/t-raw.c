@@ -321,7 +321,7 @@ static void test_npy(void)
 		{DICT("'|u1'", "False", "(2, 2147483648)"), "shape (2147483648"},
 		{DICT("'|u1'", "False", "(1, 99999999999999999999)"), "shape (9999"},
 		{DICT("'|u1'", "True", "(2, 3, 4)"), "fortran_order is not False"},
-		{DICT("'|u1'", "False", "(2, 3, 5)"), "truncated: shorter"},
+		{DICT("'|u1'", "False", "(2, 3, 5)"), "truncated file: shorter"},
 		{DICT("'|u1'", "False", "(2, 3, 3)"), "longer than its shape"},
 		{DICT("'|b1'", "False", "(2, 3, 4)"), "descr '|b1'"},
 		{DICT("'|u1\"", "False", "(2, 3, 4)"), "descr '|u1"},

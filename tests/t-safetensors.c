@@ -213,7 +213,7 @@ static void test_hostile(void)
 		exit(99);
 	OK(ct_tensors_read(path, &w, &e) < 0 && e.code == CT_EINPUT, "a header of 2^64-1 bytes: %s",
 		e.msg);
-	refused("[1]", 0, "not a JSON object");
+	refused("[1]", 0, "not a safetensors");
 	refused("{ ", 0, "not a JSON object");
 	refused("{\"x\":1}", 0, "dtype");
 	refused("{\"__metadata__\":{\"a\":1}}", 0, "not a string");

@@ -48,7 +48,7 @@ static void burn(double seconds)
 static void told(int sig)
 {
 	struct ct_err e = {0};
-	int fd = ct_temp_open("half", 0600, &temporary, &e);
+	int fd = ct_temp_open("half", &temporary, &e);
 
 	if (fd < 0 || write(fd, "x", 1) != 1)
 		_exit(1);

@@ -4,6 +4,7 @@
 #include "shim/dicom.h"
 #include "dicom/module.h"
 #include "dicom/series.h"
+#include "formats/text.h"
 #include "report/report.h"
 
 #include <jansson.h>
@@ -11,13 +12,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static json_t *text(const char *s)
-{
-	json_t *v = json_string(s);
-
-	return v ? v : json_string("(not UTF-8)");
-}
 
 static json_t *number(double x)
 {
@@ -41,9 +35,9 @@ static void put_files(json_t *o, const struct ct_census *c)
 
 		count[f->state]++;
 		if (f->state == CT_FILE_DAMAGED || f->state == CT_FILE_UNREADABLE)
-			json_array_append_new(
-				trouble, json_pack("{s:o,s:s,s:o}", "file", text(f->path), "state",
-						 words[f->state], "why", text(f->why)));
+			json_array_append_new(trouble,
+				json_pack("{s:o,s:s,s:o}", "file", ct_text_json(f->path), "state",
+					words[f->state], "why", ct_text_json(f->why)));
 	}
 	json_object_set_new(o, "files", json_integer((json_int_t)c->files));
 	for (size_t k = 0; k < sizeof words / sizeof *words; k++)
@@ -132,7 +126,7 @@ static void judge(json_t *o, struct ct_slice *s, size_t n, const struct ct_dicom
 			o, "grid", json_pack("[i,i,i]", (int)l.n[0], (int)l.n[1], (int)l.n[2]));
 	json_object_set_new(o, "fit", json_boolean(fit));
 	if (!fit)
-		json_object_set_new(o, "why-not", text(e->msg));
+		json_object_set_new(o, "why-not", ct_text_json(e->msg));
 	json_object_set_new(o, "remarks", remarks);
 	ct_layout_free(&l);
 }
@@ -159,7 +153,7 @@ static json_t *missing_of(const struct ct_slice *s)
 /* NULL, which leaves out its key, for what is not known. */
 static json_t *known(const char *s)
 {
-	return *s ? text(s) : NULL;
+	return *s ? ct_text_json(s) : NULL;
 }
 
 /* *e stays zero if the series is fit. */
@@ -193,7 +187,7 @@ static void print(const struct series_set *set, const struct ct_dicom_in *in, js
 	struct ct_err *why, const struct ct_env *env)
 {
 	json_t *list = json_array(), *o;
-	json_t *all = json_pack("{s:o,s:s}", "file", text(in->paths[0]), "kind", "DICOM");
+	json_t *all = json_pack("{s:o,s:s}", "file", ct_text_json(in->paths[0]), "kind", "DICOM");
 	size_t k;
 
 	for (k = 0; k < set->n; k++)

@@ -73,26 +73,23 @@ out:
 /* Put the slices that repeat the one before them, number by number, behind the others. */
 static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
 {
-	struct ct_slice_key *key;
 	size_t last = 0; /* of those that are kept */
-	int rc = 0;
 
-	if (ct_alloc0(&key, n, sizeof *key, e))
-		return -1;
 	*kept = n;
-	for (size_t k = 1; k < n && rc == 0; k++) {
+	for (size_t k = 0; k < n; k++) {
 		int same = 0;
 
-		if (s[k].placed && ct_moment_together(&s[last], &s[k]))
+		if (k > 0 && s[k].placed && ct_moment_together(&s[last], &s[k]))
 			same = is_repeated(&s[last], &s[k], e);
-		rc = same < 0 ? -1 : 0;
-		key[k].rank = same > 0;
-		*kept -= key[k].rank;
+		if (same < 0)
+			return -1;
+		s[k].rank = same > 0;
+		s[k].at = 0;
+		*kept -= s[k].rank;
 		last = same ? last : k;
 	}
-	rc = rc || ct_slice_sort(s, key, n, e) ? -1 : 0;
-	free(key);
-	return rc;
+	ct_slice_sort(s, n);
+	return 0;
 }
 
 /* Some converters give every slice a frame of its own. */

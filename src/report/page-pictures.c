@@ -149,7 +149,6 @@ void ct_page_write_meta(FILE *f, const struct ct_page *p)
 {
 	static const char *const letters[CT_MONTAGE_PLANES] = {"[\"R\",\"L\",\"A\",\"P\"]",
 		"[\"R\",\"L\",\"S\",\"I\"]", "[\"A\",\"P\",\"S\",\"I\"]"};
-	static const char *const planes[] = {"axial", "coronal", "sagittal"};
 	struct cut cut[CT_MONTAGE_PLANES];
 
 	cut_all(cut, &p->hr.vol);
@@ -160,8 +159,9 @@ void ct_page_write_meta(FILE *f, const struct ct_page *p)
 		fprintf(f,
 			"%s\n{\"name\":\"%s\",\"size\":[%zu,%zu],\"over\":[%zu,%zu],\"mm\":[%.9g,%.9g],"
 			"\"letters\":%s,\"at\":[",
-			k ? "," : "", planes[k], c->size[0][0], c->size[0][1], c->size[1][0],
-			c->size[1][1], c->mm[0], c->mm[1], letters[k]);
+			k ? "," : "", CT_WORD(CT_MONTAGE_PLANE_LIST, k), c->size[0][0],
+			c->size[0][1], c->size[1][0], c->size[1][1], c->mm[0], c->mm[1],
+			letters[k]);
 		for (size_t i = 0; i < c->n; i++)
 			fprintf(f, "%s%.4f", i ? "," : "",
 				ct_montage_position(&p->hr.vol, c->plane,
@@ -301,13 +301,12 @@ static void gather_most(
 static int put_kind(FILE *f, struct desk *d, float *one, const struct ct_page *p,
 	const struct cut *c, enum kind kind, struct ct_err *e)
 {
-	static const char *const planes[] = {"axial", "coronal", "sagittal"};
 	const size_t *size = c->size[kind >= STD];
 	const size_t n = kind >= STD ? c->n : c->n + 1; /* the last is the maximum */
 
 	for (size_t k = 0; k < n; k++) {
-		fprintf(f, "<script type=\"text/plain\" id=\"%s-%s-", planes[c->plane],
-			names[kind]);
+		fprintf(f, "<script type=\"text/plain\" id=\"%s-%s-",
+			CT_WORD(CT_MONTAGE_PLANE_LIST, c->plane), names[kind]);
 		fprintf(f, k < c->n ? "%zu\">" : "mip\">", k);
 		if (k < c->n)
 			gather(d->sum, p, c, kind, c->at[k]);

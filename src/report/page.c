@@ -1,36 +1,16 @@
 /* page.c: the page of ct-report, laid out; see page.h. */
 #include "config.h"
+#include "formats/text.h"
 #include "report/page.h"
 
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
 
-/* Bytes of the character that begins at s, n at most, or 0 if that is no UTF-8. */
-static size_t character(const unsigned char *s, size_t n)
-{
-	const size_t bytes = s[0] < 0x80   ? 1
-			     : s[0] < 0xc2 ? 0
-			     : s[0] < 0xe0 ? 2
-			     : s[0] < 0xf0 ? 3
-					   : 4;
-	const unsigned second = n > 1 ? s[1] : 0;
-
-	if (bytes == 0 || bytes > n || s[0] > 0xf4)
-		return 0;
-	for (size_t k = 1; k < bytes; k++)
-		if ((s[k] & 0xc0) != 0x80)
-			return 0;
-	return (s[0] == 0xe0 && second < 0xa0) || (s[0] == 0xed && second > 0x9f) ||
-			       (s[0] == 0xf0 && second < 0x90) || (s[0] == 0xf4 && second > 0x8f)
-		       ? 0
-		       : bytes;
-}
-
 void ct_page_write_text(FILE *f, const char *s, size_t n)
 {
 	for (size_t i = 0, m; i < n; i += m ? m : 1) {
-		m = character((const unsigned char *)s + i, n - i);
+		m = ct_text_character(s + i, n - i);
 		if (m == 0 || ((unsigned char)s[i] < ' ' && s[i] != '\n' && s[i] != '\t') ||
 			s[i] == 127)
 			fputs("\xef\xbf\xbd", f);

@@ -26,27 +26,21 @@ static json_t *number(double x)
 	return isfinite(x) ? json_real(x == 0 ? 0 : x) : json_null(); /* nor a use for -0 */
 }
 
-static json_t *numbers(size_t n, const double *x)
+static json_t *numbers(struct maker *m, size_t n, const double *x)
 {
 	json_t *a = json_array();
 
-	for (size_t i = 0; i < n && a; i++)
-		if (json_array_append_new(a, number(x[i])) != 0) {
-			json_decref(a);
-			a = NULL;
-		}
+	for (size_t i = 0; i < n; i++)
+		m->bad |= json_array_append_new(a, number(x[i])) != 0;
 	return a;
 }
 
-static json_t *sizes(size_t n, const size_t *x)
+static json_t *sizes(struct maker *m, size_t n, const size_t *x)
 {
 	json_t *a = json_array();
 
-	for (size_t i = 0; i < n && a; i++)
-		if (json_array_append_new(a, json_integer((json_int_t)x[i])) != 0) {
-			json_decref(a);
-			a = NULL;
-		}
+	for (size_t i = 0; i < n; i++)
+		m->bad |= json_array_append_new(a, json_integer((json_int_t)x[i])) != 0;
 	return a;
 }
 
@@ -60,7 +54,7 @@ static void put_affine(struct maker *m, const double affine[3][4])
 	json_t *rows = json_array();
 
 	for (int a = 0; a < 3; a++)
-		m->bad |= json_array_append_new(rows, numbers(4, affine[a])) != 0;
+		m->bad |= json_array_append_new(rows, numbers(m, 4, affine[a])) != 0;
 	put(m, "affine", rows);
 }
 
@@ -88,10 +82,10 @@ static void put_volume(struct maker *m, const struct ct_vol *v)
 	for (int a = 0; a < 3; a++)
 		extent[a] = mm[a] * (double)v->n[a];
 	ct_survey_orientation(code, v->affine);
-	put(m, "size", sizes(3, v->n));
-	put(m, "spacing-mm", numbers(3, mm));
-	put(m, "extent-mm", numbers(3, extent));
-	put(m, "centre-mm", numbers(3, centre));
+	put(m, "size", sizes(m, 3, v->n));
+	put(m, "spacing-mm", numbers(m, 3, mm));
+	put(m, "extent-mm", numbers(m, 3, extent));
+	put(m, "centre-mm", numbers(m, 3, centre));
 	put(m, "orientation", json_string(code));
 	put_affine(m, v->affine);
 	put(m, "quantity", ct_text_json(quantity ? quantity : "HU"));
@@ -104,22 +98,22 @@ static void put_stack(struct maker *m, const struct ct_stack *s)
 
 	ct_survey_of(&g, s);
 	put(m, "views", count(s->views));
-	put(m, "size", sizes(2, (const size_t[]){s->w, s->h}));
-	put(m, "pitch-mm", numbers(2, g.pitch));
-	put(m, "detector-mm", numbers(2, g.size));
+	put(m, "size", sizes(m, 2, (const size_t[]){s->w, s->h}));
+	put(m, "pitch-mm", numbers(m, 2, g.pitch));
+	put(m, "detector-mm", numbers(m, 2, g.size));
 	put(m, "beam", json_string(CT_WORD(CT_BEAM_LIST, s->beam)));
-	put(m, "angles-deg", numbers(2, g.angle));
+	put(m, "angles-deg", numbers(m, 2, g.angle));
 	put(m, "step-deg", number(g.step));
 	put(m, "arc-deg", number(fabs(g.step) * (double)s->views));
-	put(m, "dsd-mm", numbers(2, g.dsd));
+	put(m, "dsd-mm", numbers(m, 2, g.dsd));
 	if (g.has_iso) {
-		put(m, "dso-mm", numbers(2, g.dso));
-		put(m, "isocentre-mm", numbers(3, g.iso));
+		put(m, "dso-mm", numbers(m, 2, g.dso));
+		put(m, "isocentre-mm", numbers(m, 3, g.iso));
 		put(m, "isocentre-miss-mm", number(g.miss));
 		put(m, "magnification", number(g.dsd[0] / g.dso[0]));
 	}
-	put(m, "offset-u-mm", numbers(2, g.offset[0]));
-	put(m, "offset-v-mm", numbers(2, g.offset[1]));
+	put(m, "offset-u-mm", numbers(m, 2, g.offset[0]));
+	put(m, "offset-v-mm", numbers(m, 2, g.offset[1]));
 	put_range(m, ct_stack_count(s), s->data);
 }
 
@@ -134,14 +128,14 @@ static void put_gauss(struct maker *m, const struct ct_gauss *g)
 	put(m, "not-finite", count(s.bad));
 	put(m, "activation", json_string(CT_WORD(CT_ACTIVATION_LIST, g->activation)));
 	put(m, "gamma", number(g->gamma));
-	put(m, "raw-density", numbers(2, s.raw));
-	put(m, "sigma-mm", numbers(2, s.sigma));
+	put(m, "raw-density", numbers(m, 2, s.raw));
+	put(m, "sigma-mm", numbers(m, 2, s.sigma));
 	put(m, "sigma-mean-mm", number(s.mean_sigma));
-	put(m, "box-low-mm", numbers(3, s.lo));
-	put(m, "box-high-mm", numbers(3, s.hi));
+	put(m, "box-low-mm", numbers(m, 3, s.lo));
+	put(m, "box-high-mm", numbers(m, 3, s.hi));
 	put(m, "step", count(g->step));
 	if (g->grid[0]) {
-		put(m, "grid", sizes(3, g->grid));
+		put(m, "grid", sizes(m, 3, g->grid));
 		put_affine(m, g->affine);
 	}
 }
@@ -164,8 +158,8 @@ static void put_tensors(struct maker *m, const struct ct_tensors *w, bool all)
 				json_array_append_new(list,
 					json_pack("{s:o,s:o,s:o,s:o,s:o}", "name",
 						ct_text_json(t->name), "shape",
-						sizes(t->rank, t->dim), "min", number(r.min), "max",
-						number(r.max), "mean", number(r.mean))) != 0;
+						sizes(m, t->rank, t->dim), "min", number(r.min),
+						"max", number(r.max), "mean", number(r.mean))) != 0;
 	}
 	put(m, "tensors", count(w->n));
 	put(m, "parameters", count(parameters));
@@ -174,19 +168,15 @@ static void put_tensors(struct maker *m, const struct ct_tensors *w, bool all)
 		put(m, "list", list);
 }
 
-static json_t *lines(const char *s)
+static json_t *lines(struct maker *m, const char *s)
 {
 	json_t *a = json_array();
 
-	while (s && *s) {
+	while (*s) {
 		const size_t n = strcspn(s, "\n");
 		char *line = strndup(s, n);
 
-		if (!line || json_array_append_new(a, ct_text_json(line)) != 0) {
-			free(line);
-			json_decref(a);
-			return NULL;
-		}
+		m->bad |= json_array_append_new(a, line ? ct_text_json(line) : NULL) != 0;
 		free(line);
 		s += n + (s[n] == '\n');
 	}
@@ -210,7 +200,7 @@ static void put_meta(struct maker *m, const struct ct_meta *meta)
 	else
 		json_decref(rest.o);
 	if (ct_meta_get(meta, CT_META_HISTORY))
-		put(m, "history", lines(ct_meta_get(meta, CT_META_HISTORY)));
+		put(m, "history", lines(m, ct_meta_get(meta, CT_META_HISTORY)));
 }
 
 json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struct ct_err *e)
@@ -244,7 +234,7 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 static void put_edge(struct maker *m, const char *key, const struct ct_profile *p)
 {
 	if (p->edge[CT_EDGE_LONG / 2] > 0)
-		put(m, key, numbers(CT_EDGE_LONG, p->edge));
+		put(m, key, numbers(m, CT_EDGE_LONG, p->edge));
 }
 
 int ct_report_estimate(json_t *report, const char *assumed,
@@ -267,21 +257,21 @@ int ct_report_estimate(json_t *report, const char *assumed,
 		aliases[a] = isnan(spread[a]) ? spread[a] : profile[a].aliases;
 	}
 	put(&m, "assumed", json_string(*assumed ? assumed : "nothing: too few edges"));
-	put(&m, "profile-spread-voxels", numbers(3, spread));
-	put(&m, "profile-deviation-voxels", numbers(3, deviation));
-	put(&m, "profile-alias-probability", numbers(3, aliases));
+	put(&m, "profile-spread-voxels", numbers(&m, 3, spread));
+	put(&m, "profile-deviation-voxels", numbers(&m, 3, deviation));
+	put(&m, "profile-alias-probability", numbers(&m, 3, aliases));
 	put_edge(&m, "edge-x", &profile[0]);
 	put_edge(&m, "edge-y", &profile[1]);
 	put_edge(&m, "edge-z", &profile[2]);
-	put(&m, "blur-seen-voxels", numbers(3, measured));
-	put(&m, "blur-lr-voxels", numbers(3, sigma));
-	put(&m, "blur-mm", numbers(3, mm));
-	put(&m, "aliasing", numbers(3, aliasing));
+	put(&m, "blur-seen-voxels", numbers(&m, 3, measured));
+	put(&m, "blur-lr-voxels", numbers(&m, 3, sigma));
+	put(&m, "blur-mm", numbers(&m, 3, mm));
+	put(&m, "aliasing", numbers(&m, 3, aliasing));
 	put(&m, "sampling",
 		json_sprintf("%s %s %s", ct_sampling_name(s->axis[0].sampling),
 			ct_sampling_name(s->axis[1].sampling),
 			ct_sampling_name(s->axis[2].sampling)));
-	put(&m, "edges", sizes(3, edges));
+	put(&m, "edges", sizes(&m, 3, edges));
 	put(&m, "noise-hu", number(s->noise));
 	put(&m, "noise-sure-hu", number(s->sure));
 	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;

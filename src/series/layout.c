@@ -80,21 +80,15 @@ static int by_value(const void *p, const void *q)
 }
 
 /* Put the slices in order of their place along u; l->at gets the places, the first at 0. */
-static int sort(struct ct_layout *l, struct ct_slice *s, const double u[3], struct ct_err *e)
+static void sort(struct ct_layout *l, struct ct_slice *s, const double u[3])
 {
-	const size_t n = l->slices;
-	struct ct_slice_key *key;
-	int rc;
-
-	if (ct_alloc0(&key, n, sizeof *key, e))
-		return -1;
-	for (size_t k = 0; k < n; k++)
-		key[k].at = ct_vec3_dot(s[k].position, u);
-	rc = ct_slice_sort(s, key, n, e);
-	for (size_t k = 0; k < n; k++)
-		l->at[k] = key[k].at - key[0].at;
-	free(key);
-	return rc;
+	for (size_t k = 0; k < l->slices; k++) {
+		s[k].rank = 0;
+		s[k].at = ct_vec3_dot(s[k].position, u);
+	}
+	ct_slice_sort(s, l->slices);
+	for (size_t k = 0; k < l->slices; k++)
+		l->at[k] = s[k].at - s[0].at;
 }
 
 /* Gaps in order of size, in place of `gap`. */
@@ -156,9 +150,9 @@ int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct c
 	l->slices = n;
 	if (ct_alloc0(&l->at, n, sizeof *l->at, e) ||
 		ct_alloc0(&l->shift, n, sizeof *l->shift, e) ||
-		ct_alloc0(&l->lost, n, sizeof *l->lost, e) || ct_alloc(&gap, n, sizeof *gap, e) ||
-		sort(l, s, u, e))
+		ct_alloc0(&l->lost, n, sizeof *l->lost, e) || ct_alloc(&gap, n, sizeof *gap, e))
 		goto out;
+	sort(l, s, u);
 	for (size_t k = 0; k < n; k++) {
 		double by[3];
 

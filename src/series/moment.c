@@ -1,6 +1,5 @@
 /* moment.c: see moment.h. */
 #include "config.h"
-#include "core/mem.h"
 #include "series/moment.h"
 
 #include <math.h>
@@ -94,25 +93,18 @@ void ct_moment_find(struct ct_moment *m, const struct ct_slice *s, size_t n)
 			}
 }
 
-int ct_moment_sort(const struct ct_moment *m, struct ct_slice *s, size_t n, struct ct_err *e)
+void ct_moment_sort(const struct ct_moment *m, struct ct_slice *s, size_t n)
 {
-	struct ct_slice_key *key;
-	int rc;
-
-	if (ct_alloc0(&key, n, sizeof *key, e))
-		return -1;
 	for (size_t k = 0, count; k < n; k += count) {
 		count = at_place(s, n, k);
 		for (size_t i = k; i < k + count; i++) {
-			if (!m->ranked)
-				key[i].at = value(&s[i], m->field);
+			s[i].rank = 0;
+			s[i].at = m->ranked ? 0 : value(&s[i], m->field);
 			for (size_t j = k; j < k + count && m->ranked; j++)
-				key[i].at += value(&s[j], m->field) < value(&s[i], m->field);
+				s[i].at += value(&s[j], m->field) < value(&s[i], m->field);
 		}
 	}
-	rc = ct_slice_sort(s, key, n, e);
-	free(key);
-	return rc;
+	ct_slice_sort(s, n);
 }
 
 size_t ct_moment_run(const struct ct_moment *m, const struct ct_slice *s, size_t n, size_t k)

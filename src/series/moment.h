@@ -17,8 +17,8 @@ bool ct_moment_together(const struct ct_slice *a, const struct ct_slice *b);
  * values, no two of them at one place; or the first that orders those at each place, if there are
  * as many everywhere. */
 void ct_moment_find(struct ct_moment *m, const struct ct_slice *s, size_t n);
-/* Order them by moment, and in it by place. CT_ENOMEM. */
-int ct_moment_sort(const struct ct_moment *m, struct ct_slice *s, size_t n, struct ct_err *e);
+/* Order them by moment, and in it by place. */
+void ct_moment_sort(const struct ct_moment *m, struct ct_slice *s, size_t n);
 /* Slices of the moment that begins at k. */
 size_t ct_moment_run(const struct ct_moment *m, const struct ct_slice *s, size_t n, size_t k);
 /* "AcquisitionNumber 2" of a slice. */

@@ -48,8 +48,9 @@ static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 	       ct_picture_of(a) == ct_picture_of(b) && ct_slice_parallel(a, b);
 }
 
-/* The classes of slices that are ordered by UID; `seen` is room for one slice a class. */
-static void classify(struct ct_slice_key *k, const struct ct_slice *s, size_t n, size_t *seen)
+/* The ranks of slices that are ordered by UID, and their places; `seen` is room for one slice a
+ * rank. */
+static void classify(struct ct_slice *s, size_t n, size_t *seen)
 {
 	size_t classes = 0, begin = 0;
 
@@ -62,14 +63,15 @@ static void classify(struct ct_slice_key *k, const struct ct_slice *s, size_t n,
 			;
 		if (c == classes)
 			seen[classes++] = i;
-		k[i].rank = c;
+		s[i].rank = c;
+		s[i].at = 0;
 		if (s[i].placed) {
 			double u[3];
 
 			ct_slice_normal(&s[seen[c]], u);
-			k[i].at = ct_vec3_dot(u, s[i].position);
-			if (isnan(k[i].at))
-				k[i].at = (double)INFINITY;
+			s[i].at = ct_vec3_dot(u, s[i].position);
+			if (isnan(s[i].at))
+				s[i].at = (double)INFINITY;
 		}
 	}
 }
@@ -86,28 +88,25 @@ static int push(
 }
 
 /* Slices that are at one place and one object go behind the others, in order; how many are left. */
-static int part_copies(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
+static size_t part_copies(struct ct_slice *s, size_t n)
 {
-	struct ct_slice_key *key;
-	int rc;
+	size_t kept = n;
 
-	if (ct_alloc0(&key, n, sizeof *key, e))
-		return -1;
-	*kept = n;
 	for (size_t i = 0; i < n; i++) {
-		for (size_t k = i; k-- > 0 && !key[i].rank;) {
-			if (key[k].rank)
+		s[i].rank = 0;
+		s[i].at = 0;
+		for (size_t k = i; k-- > 0 && !s[i].rank;) {
+			if (s[k].rank)
 				continue;
 			if (!ct_moment_together(&s[k], &s[i]))
 				break;
-			key[i].rank = s[i].object[0] && s[i].frame == s[k].frame &&
-				      strcmp(s[i].object, s[k].object) == 0;
+			s[i].rank = s[i].object[0] && s[i].frame == s[k].frame &&
+				    strcmp(s[i].object, s[k].object) == 0;
 		}
-		*kept -= key[i].rank;
+		kept -= s[i].rank;
 	}
-	rc = ct_slice_sort(s, key, n, e);
-	free(key);
-	return rc;
+	ct_slice_sort(s, n);
+	return kept;
 }
 
 static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_series **list,
@@ -116,14 +115,12 @@ static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_seri
 	const enum ct_picture role = ct_picture_of(&s[first]);
 	const bool stack = role == CT_PICTURE_SLICES && s[first].placed;
 	struct ct_moment how = {0};
-	size_t kept = count;
+	const size_t kept = stack ? part_copies(s + first, count) : count;
 
-	if (stack && part_copies(s + first, count, &kept, e))
-		return -1;
 	if (stack)
 		ct_moment_find(&how, s + first, kept);
-	if (how.count > 1 && ct_moment_sort(&how, s + first, kept, e))
-		return -1;
+	if (how.count > 1)
+		ct_moment_sort(&how, s + first, kept);
 	for (size_t k = 0, size; k < kept; k += size) {
 		struct ct_series one = {.first = first + k, .role = role};
 
@@ -143,33 +140,27 @@ static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_seri
 int ct_series_list(
 	struct ct_slice *s, size_t n, struct ct_series **list, size_t *series, struct ct_err *e)
 {
-	struct ct_slice_key *k = NULL;
-	size_t *seen = NULL, cap = 0;
-	int rc = -1;
+	size_t *seen, cap = 0;
+	int rc = 0;
 
 	*list = NULL;
 	*series = 0;
-	if (ct_alloc0(&k, n, sizeof *k, e) || ct_alloc(&seen, n, sizeof *seen, e))
-		goto out;
+	if (ct_alloc(&seen, n, sizeof *seen, e))
+		return -1;
 	qsort(s, n, sizeof *s, by_uid);
-	classify(k, s, n, seen);
-	if (ct_slice_sort(s, k, n, e))
-		goto out;
-	for (size_t i = 0, count; i < n; i += count) {
-		for (count = 1; i + count < n && k[i + count].rank == k[i].rank; count++)
+	classify(s, n, seen);
+	free(seen);
+	ct_slice_sort(s, n);
+	for (size_t i = 0, count; i < n && rc == 0; i += count) {
+		for (count = 1; i + count < n && s[i + count].rank == s[i].rank; count++)
 			;
-		if (divide(s, i, count, list, series, &cap, e))
-			goto out;
+		rc = divide(s, i, count, list, series, &cap, e);
 	}
-	rc = 0;
-out:
 	if (rc) {
 		free(*list);
 		*list = NULL;
 		*series = 0;
 	}
-	free(k);
-	free(seen);
 	return rc;
 }
 

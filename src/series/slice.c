@@ -1,6 +1,5 @@
 /* slice.c: see slice.h. */
 #include "config.h"
-#include "core/mem.h"
 #include "core/vec3.h"
 #include "series/slice-row.h"
 
@@ -13,9 +12,9 @@ void ct_slice_normal(const struct ct_slice *s, double n[3])
 	ct_vec3_cross(n, s->across, s->down);
 }
 
-static int by_key(const void *p, const void *q)
+static int by_rank(const void *p, const void *q)
 {
-	const struct ct_slice_key *a = p, *b = q;
+	const struct ct_slice *a = p, *b = q;
 
 	if (a->rank != b->rank)
 		return (a->rank > b->rank) - (a->rank < b->rank);
@@ -24,20 +23,11 @@ static int by_key(const void *p, const void *q)
 	return (a->from > b->from) - (a->from < b->from);
 }
 
-int ct_slice_sort(struct ct_slice *s, struct ct_slice_key *key, size_t n, struct ct_err *e)
+void ct_slice_sort(struct ct_slice *s, size_t n)
 {
-	struct ct_slice *old;
-
-	if (ct_alloc(&old, n, sizeof *old, e))
-		return -1;
-	memcpy(old, s, n * sizeof *s);
 	for (size_t i = 0; i < n; i++)
-		key[i].from = i;
-	qsort(key, n, sizeof *key, by_key);
-	for (size_t i = 0; i < n; i++)
-		s[i] = old[key[i].from];
-	free(old);
-	return 0;
+		s[i].from = i;
+	qsort(s, n, sizeof *s, by_rank);
 }
 
 /* To length 1; returns the length. */

@@ -55,6 +55,8 @@ struct ct_slice {
 	double slope, intercept;
 	bool padded;
 	double padding[2]; /* stored values from, to that are no measurement */
+	size_t rank, from; /* of ct_slice_sort, */
+	double at;         /* set before it is called; from is filled in */
 };
 
 /* How numbers are stored: in 1, 2 or 4 bytes each, in the host's order, of which the lower `bits`
@@ -76,14 +78,8 @@ void ct_slice_normal(const struct ct_slice *s, double n[3]);
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 /* Is b parallel to a, of the same matrix and pixel size? */
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
-/* Where a slice goes: by rank, in it by `at`, in that as they stood. */
-struct ct_slice_key {
-	size_t rank;
-	double at;
-	size_t from; /* filled in */
-};
-/* Sort n slices, and the keys with them. CT_ENOMEM. */
-int ct_slice_sort(struct ct_slice *s, struct ct_slice_key *key, size_t n, struct ct_err *e);
+/* Sort n slices by rank, in it by `at`, in that as they stand. */
+void ct_slice_sort(struct ct_slice *s, size_t n);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
 /* n stored values. */

@@ -3,6 +3,9 @@
 #include "shim/pixels.h"
 #include "shim/jpeg2000.h"
 
+#include <vtkDICOMCompiler.h>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -12,7 +15,8 @@
 #include <cerrno>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -96,50 +100,14 @@ void order(Bytes &b, size_t bytes, bool big)
 		std::reverse(p, p + static_cast<ptrdiff_t>(bytes));
 }
 
-/* A DICOM data set, explicit and little-endian, element by element. */
-class DataSet
+/* One of the items that a compressed picture is in, behind the others. */
+void add_item(Bytes &to, unsigned element, const Bytes &b)
 {
-      public:
-	Bytes bytes;
-
-	void little(uint64_t x, int n)
-	{
-		for (int i = 0; i < n; i++)
-			bytes.push_back(static_cast<unsigned char>(x >> 8 * i));
-	}
-	void add(const Bytes &b)
-	{
-		bytes.insert(bytes.end(), b.begin(), b.end());
-	}
-	void tag(unsigned group, unsigned element, const char *vr)
-	{
-		little(group, 2);
-		little(element, 2);
-		add(Bytes(vr, vr + 2));
-	}
-	/* Of group 0028. */
-	void number(unsigned element, uint64_t x)
-	{
-		tag(0x28, element, "US");
-		little(2, 2);
-		little(x, 2);
-	}
-	void text(unsigned group, unsigned element, const char *vr, std::string s)
-	{
-		if (s.size() % 2)
-			s += *vr == 'U' ? '\0' : ' ';
-		tag(group, element, vr);
-		little(s.size(), 2);
-		add(Bytes(s.begin(), s.end()));
-	}
-	void item(unsigned element, const Bytes &b)
-	{
-		little(0xfffe, 2);
-		little(element, 2);
-		little(b.size(), 4);
-		add(b);
-	}
-};
+	for (unsigned x : {0xfffeu | element << 16, static_cast<unsigned>(b.size())})
+		for (int i = 0; i < 4; i++)
+			to.push_back(static_cast<unsigned char>(x >> 8 * i));
+	to.insert(to.end(), b.begin(), b.end());
+}
 
 /* Does PixelData begin at the offset, behind its tag? Not FloatPixelData or DoubleFloatPixelData.
  */
@@ -154,20 +122,6 @@ bool is_pixel_data(int fd, uint64_t offset)
 		return false;
 	return std::memcmp(b, little, 4) == 0 || std::memcmp(b + 4, little, 4) == 0 ||
 	       std::memcmp(b, big, 4) == 0 || std::memcmp(b + 4, big, 4) == 0;
-}
-
-int write_all(int fd, const Bytes &b)
-{
-	size_t done = 0;
-
-	while (done < b.size()) {
-		const ssize_t n = write(fd, b.data() + done, b.size() - done);
-
-		if (n <= 0)
-			return -1;
-		done += static_cast<size_t>(n);
-	}
-	return 0;
 }
 
 } // namespace
@@ -237,41 +191,42 @@ int PixelFile::get(const Parts &parts, ct_err *e)
 	return 0;
 }
 
-/* A file of that picture alone, with what a decoder has to know of it. */
-Bytes PixelFile::alone(const ct_slice &s, const Bytes &stream) const
+/* A file of that picture alone, with what a decoder has to know of it; false if there is no room.
+ */
+bool PixelFile::write_alone(const char *path, const ct_slice &s) const
 {
-	static const char ct[] = "1.2.840.10008.5.1.4.1.1.2";
-	DataSet meta, d;
+	const std::pair<vtkDICOMTag, int> known[] = {{DC::SamplesPerPixel, 1},
+		{DC::Rows, static_cast<int>(s.rows)}, {DC::Columns, static_cast<int>(s.columns)},
+		{DC::BitsAllocated, allocated}, {DC::BitsStored, stored}, {DC::HighBit, stored - 1},
+		{DC::PixelRepresentation, is_signed}};
+	vtkNew<vtkDICOMMetaData> m;
+	vtkNew<vtkDICOMCompiler> c;
+	Bytes items;
 
-	meta.text(2, 2, "UI", ct);
-	meta.text(2, 3, "UI", "1.2");
-	meta.text(2, 0x10, "UI", syntax);
-	d.add(Bytes(128, 0));
-	d.add({'D', 'I', 'C', 'M'});
-	d.tag(2, 0, "UL");
-	d.little(4, 2);
-	d.little(meta.bytes.size(), 4);
-	d.add(meta.bytes);
-	d.text(8, 0x16, "UI", ct);
-	d.text(8, 0x18, "UI", "1.2");
-	d.number(2, 1); /* SamplesPerPixel */
-	d.text(0x28, 4, "CS", "MONOCHROME2");
-	d.number(0x10, s.rows);
-	d.number(0x11, s.columns);
-	d.number(0x100, static_cast<uint64_t>(allocated));
-	d.number(0x101, static_cast<uint64_t>(stored));
-	d.number(0x102, static_cast<uint64_t>(stored - 1));
-	d.number(0x103, is_signed);
-	d.tag(0x7fe0, 0x10, "OB");
-	d.little(0xffffffff0000, 6); /* no length: a table, the stream, the end */
-	d.item(0xe000, {});
-	d.item(0xe000, stream);
-	d.item(0xe0dd, {});
-	return d.bytes;
+	m->Set(DC::SOPClassUID, "1.2.840.10008.5.1.4.1.1.2");
+	m->Set(DC::SOPInstanceUID, "1.2");
+	m->Set(DC::PhotometricInterpretation, "MONOCHROME2");
+	for (const auto &x : known)
+		m->Set(x.first, x.second);
+	m->Set(DC::PixelData, vtkDICOMValue(vtkDICOMVR::OB));
+	add_item(items, 0xe000, {}); /* the table */
+	add_item(items, 0xe000, raw);
+	add_item(items, 0xe0dd, {});
+	c->SetSOPInstanceUID("1.2");
+	c->SetSeriesInstanceUID("1.2");
+	c->SetStudyInstanceUID("1.2");
+	c->SetTransferSyntaxUID(syntax.c_str());
+	c->SetMetaData(m);
+	c->SetFileName(path);
+	c->WriteHeader();
+	c->WritePixelData(items.data(), static_cast<vtkIdType>(items.size()));
+	c->Close();
+	return c->GetErrorCode() == 0;
 }
 
 int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 {
+	std::string path;
 	int copy, rc;
 
 	if (check_jpeg(raw, coding, s.path, e))
@@ -281,11 +236,12 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 		return 0;
 	raw.resize(raw.size() + raw.size() % 2);
 	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
-	if (copy < 0 || write_all(copy, alone(s, raw)))
+	path = "/proc/self/fd/" + std::to_string(copy);
+	if (copy < 0 || !write_alone(path.c_str(), s))
 		rc = ct_fail(
 			e, CT_ENOMEM, "%s: no memory for a copy: %s", s.path, std::strerror(errno));
 	else
-		rc = decode(("/proc/self/fd/" + std::to_string(copy)).c_str(), s, out, e);
+		rc = decode(path.c_str(), s, out, e);
 	if (copy >= 0)
 		close(copy);
 	return rc;

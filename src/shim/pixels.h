@@ -32,7 +32,7 @@ class PixelFile
       private:
 	int decode_jpeg(const ct_slice &s, float *out, ct_err *e);
 	int get(const Parts &parts, ct_err *e);
-	Bytes alone(const ct_slice &s, const Bytes &stream) const;
+	bool write_alone(const char *path, const ct_slice &s) const;
 
 	std::unique_ptr<Held> held;
 	int fd = -1;
