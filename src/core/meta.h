@@ -124,6 +124,9 @@ struct ct_env;
 /* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
  * interpolated; ct-convert */
 #define CT_META_FILLED "filled"
+/* 32 hexadecimal digits, XXH3: PatientID and FrameOfReferenceUID of the DICOM series; two CTs are
+ * of one patient and space if they have the same; ct-convert */
+#define CT_META_SPACE "space"
 /* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 

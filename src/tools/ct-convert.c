@@ -24,11 +24,8 @@ static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = 
 #define OF_VOLUME CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))
 
 static const struct ct_opt opts[] = {
-	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0, "list the DICOM series in FILE",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
-		"read this DICOM series: its UID, or its number in the list of --inspect",
-		OF_DICOM),
+		"read this DICOM series: its UID, or its number in the list of ct-info", OF_DICOM),
 	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
 		"tilted gantry: resample, shear the affine, or refuse", OF_DICOM),
 	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
@@ -52,7 +49,7 @@ static const struct ct_opt opts[] = {
 		"geometry of a numpy array of projections, in JSON; write a stack"),
 	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
 		"read pictures or DICOM radiographs; write a stack of grey values or line integrals",
-		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, pitch, 0, "pitch", "MM[,MM]", 0, 0,
 		"pixel size of a radiograph, if its file has none",
 		CT_WHEN(CT_IF(struct convert, radiograph))),
@@ -70,11 +67,12 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
 		"compress the voxels of MetaImage or NRRD", OF_VOLUME),
 	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
-		"also write scan parameters and slices as JSON",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, inspect))),
+		"also write scan parameters and slices as JSON", OF_VOLUME),
 	CT_INPUT(struct convert, template, 0, "template", "DICOM",
 		"take patient and study of DICOM output from this series", OF_VOLUME),
+	CT_OPT(struct convert, other_patient, 0, "template-other-patient", NULL, 0, 0,
+		"take it even if IN is of another patient or space",
+		CT_WHEN(CT_IF(struct convert, template))),
 	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
 		"write DICOM without the patient's identity", OF_VOLUME),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
@@ -162,10 +160,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol v = {0};
 	int rc = -1;
 
-	if (p->inspect)
-		return convert_inspect(p, env, e);
-	if (env->json)
-		return ct_fail(e, CT_EUSAGE, "--json: needs --inspect");
 	if (p->files.n < 2)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
@@ -208,7 +202,7 @@ int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
 		"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy; radiographs",
-		opts, &defaults, sizeof defaults, run, CT_REPORTS};
+		opts, &defaults, sizeof defaults, run, 0};
 
 	return ct_cli_main(&tool, argc, argv);
 }
