@@ -10,6 +10,7 @@
 #include "formats/raw.h"
 #include "resolution/regrid.h"
 #include "tools/convert.h"
+#include "dicom/form.h"
 #include "dicom/sidecar.h"
 
 #include <math.h>
@@ -115,6 +116,7 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 {
 	const char *code = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
 
+	ct_vol_doubt(v, path, env);
 	if (code && strcmp(code, "0") == 0)
 		ct_log(env, CT_WARN,
 			"%s: its header does not say where the voxels lie: that is not known",
@@ -124,6 +126,7 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 /* What OUT is, its name says. */
 static int check_mode(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
+	static const char *const of_dicom[] = {"tilt", "gaps", "skip-damaged"};
 	const bool dicom = ct_files_is_dicom(p->out);
 
 	if (p->scanner)
@@ -132,6 +135,9 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 		return ct_fail(e, CT_EUSAGE, "--template: needs OUT to be DICOM");
 	if (p->deid && !dicom)
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
+	for (size_t i = 0; i < sizeof of_dicom / sizeof *of_dicom; i++)
+		if (ct_modes_given(env->given, of_dicom[i]) && dicom_form_of(p->in) == NOT_DICOM)
+			return ct_fail(e, CT_EUSAGE, "--%s: needs IN to be DICOM", of_dicom[i]);
 	if (dicom && ct_modes_given(env->given, "type"))
 		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
 	return 0;
