@@ -4,7 +4,10 @@
 #include "core/vec3.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
+
+#define APART 0.1 /* mm: less is rounding */
 
 /* Rotation of the unit quaternion (a,b,c,d) whose a >= 0 is implied. */
 static void rotation(double r[3][3], const double q[3])
@@ -83,33 +86,108 @@ static double mm_per_unit(const struct ct_nii *h)
 	}
 }
 
+static void by_quaternion(double a[3][4], const struct ct_nii *h)
+{
+	const double flip = h->pixdim[0] < 0 ? -1 : 1;
+	double r[3][3];
+
+	rotation(r, h->quat);
+	for (int i = 0; i < 3; i++) {
+		for (int j = 0; j < 3; j++)
+			a[i][j] = r[i][j] * h->pixdim[j + 1] * (j == 2 ? flip : 1);
+		a[i][3] = h->shift[i];
+	}
+}
+
+static bool is_length(double x)
+{
+	return isfinite(x) && x > 0;
+}
+
 int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_err *e)
 {
 	const double mm = mm_per_unit(h);
 
 	memset(a, 0, 3 * sizeof a[0]);
 	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 0;
+	for (int i = 0; i < 3 && !(h->sform > 0); i++)
+		if (!is_length(h->pixdim[i + 1]))
+			return ct_fail(e, CT_EGEOM, "pixdim[%d] is %g", i + 1, h->pixdim[i + 1]);
 	if (h->sform > 0)
 		memcpy(a, h->srow, sizeof h->srow);
-	for (int i = 0; i < 3 && !(h->sform > 0); i++)
-		if (!(isfinite(h->pixdim[i + 1]) && h->pixdim[i + 1] > 0))
-			return ct_fail(e, CT_EGEOM, "pixdim[%d] is %g", i + 1, h->pixdim[i + 1]);
-	if (!(h->sform > 0) && h->qform > 0) {
-		const double flip = h->pixdim[0] < 0 ? -1 : 1;
-		double r[3][3];
-
-		rotation(r, h->quat);
-		for (int i = 0; i < 3; i++) {
-			for (int j = 0; j < 3; j++)
-				a[i][j] = r[i][j] * h->pixdim[j + 1] * (j == 2 ? flip : 1);
-			a[i][3] = h->shift[i];
-		}
-	} else if (!(h->sform > 0))
+	else if (h->qform > 0)
+		by_quaternion(a, h);
+	else
 		for (int i = 0; i < 3; i++)
 			a[i][i] = h->pixdim[i + 1];
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 4; j++)
 			a[i][j] *= mm;
+	return 0;
+}
+
+static double handedness(double a[3][4])
+{
+	double c[3][3], m[3][3];
+
+	for (int i = 0; i < 3; i++)
+		memcpy(m[i], a[i], sizeof m[i]);
+	return cofactors(c, m);
+}
+
+/* How far a corner of the grid lies from itself, at most. */
+static double apart(double a[3][4], double b[3][4], const size_t n[3])
+{
+	double most = 0;
+
+	for (int corner = 0; corner < 8; corner++) {
+		double square = 0;
+
+		for (int i = 0; i < 3; i++) {
+			double d = a[i][3] - b[i][3];
+
+			for (int j = 0; j < 3; j++)
+				if (corner >> j & 1)
+					d += (a[i][j] - b[i][j]) * (double)(n[j] - 1);
+			square += d * d;
+		}
+		if (!(sqrt(square) <= most))
+			most = sqrt(square); /* NaN too */
+	}
+	return most;
+}
+
+int ct_nii_doubt(char out[static CT_NII_DOUBT], const struct ct_nii *h, const size_t n[static 3],
+	struct ct_err *e)
+{
+	const double mm = mm_per_unit(h);
+	double s[3][4], q[3][4], most;
+	bool lengths = true;
+
+	*out = '\0';
+	if (!(h->sform > 0))
+		return 0;
+	memcpy(s, h->srow, sizeof s);
+	for (int j = 0; j < 3; j++) {
+		const double side = sqrt(s[0][j] * s[0][j] + s[1][j] * s[1][j] + s[2][j] * s[2][j]);
+
+		lengths = lengths && is_length(h->pixdim[j + 1]);
+		if (!(fabs(h->pixdim[j + 1] - side) * (double)n[j] * mm <= APART) && !*out)
+			snprintf(out, CT_NII_DOUBT,
+				"pixdim[%d] is %g, but voxels are %g long in the sform, which is "
+				"used",
+				j + 1, h->pixdim[j + 1], side);
+	}
+	if (!(h->qform > 0) || !lengths)
+		return 0;
+	by_quaternion(q, h);
+	if (handedness(q) * handedness(s) < 0)
+		return ct_fail(e, CT_EGEOM,
+			"qform and sform are mirror images: which side is left is not known");
+	most = apart(q, s, n) * mm;
+	if (!(most <= APART) && h->qform == h->sform && !*out)
+		snprintf(out, CT_NII_DOUBT,
+			"qform and sform are up to %.3g mm apart; the sform is used", most);
 	return 0;
 }
 

@@ -153,7 +153,8 @@ static int append_ours(
 		char *k, *v;
 
 		if (is_foreign(key) || strcmp(key, CT_META_INPUT) == 0 ||
-			strcmp(key, CT_META_NIFTI_CODE) == 0)
+			strcmp(key, CT_META_NIFTI_CODE) == 0 ||
+			strcmp(key, CT_META_NIFTI_DOUBT) == 0)
 			continue;
 		k = clean("ct:", key);
 		v = clean("", m->pair[i].value);

@@ -162,11 +162,14 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 	if (!(h->start >= (double)first && h->start <= 0x1p53 && h->start == floor(h->start)))
 		return ct_fail(
 			e, CT_EINPUT, "vox_offset %g is wrong (at least %zu)", h->start, first);
-	if (h->slope == 0 || !isfinite(h->slope)) {
+	if (isinf(h->slope) || isinf(h->inter))
+		return ct_fail(
+			e, CT_EINPUT, "scl_slope is %g and scl_inter %g", h->slope, h->inter);
+	if (h->slope == 0 || isnan(h->slope)) {
 		h->slope = 1;
 		h->inter = 0;
 	}
-	if (!isfinite(h->inter))
+	if (isnan(h->inter))
 		h->inter = 0;
 	return 0;
 }

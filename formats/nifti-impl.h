@@ -30,6 +30,13 @@ int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e);
 
 /* Voxel to world millimetres, and its code. CT_EGEOM. */
 int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_err *e);
+/* What in the header contradicts the affine, in words; empty if nothing does: corners of the grid
+ * that pixdim, or a qform of the same code, put more than 0.1 mm away from where the sform does.
+ * CT_EGEOM if qform and sform are mirror images: a patient whose left is right is worse than none.
+ */
+enum { CT_NII_DOUBT = 160 };
+int ct_nii_doubt(char out[static CT_NII_DOUBT], const struct ct_nii *h, const size_t n[static 3],
+	struct ct_err *e);
 /* pixdim, quaternion, offset and rows of v's grid. CT_EGEOM if sheared, unless `shear` allows it.
  */
 int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, struct ct_err *e);

@@ -80,13 +80,18 @@ int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct c
 {
 	struct ct_source *s = &in->source;
 	struct ct_nii h = {0};
+	char doubt[CT_NII_DOUBT];
 	int code;
 
 	if (ct_source_open(s, f, CT_PACKING_TELL, e) || read_header(s, &h, e) ||
 		ct_nii_affine(&h, head->affine, &code, e) ||
-		read_extensions(s, &h, &head->meta, e) || ct_nii_dims(&h, head->n, e))
+		read_extensions(s, &h, &head->meta, e) || ct_nii_dims(&h, head->n, e) ||
+		ct_nii_doubt(doubt, &h, head->n, e))
 		return -1;
 	ct_meta_drop(&head->meta, CT_META_NIFTI_CODE);
+	ct_meta_drop(&head->meta, CT_META_NIFTI_DOUBT);
+	if (*doubt && ct_meta_set(&head->meta, CT_META_NIFTI_DOUBT, doubt, e))
+		return -1;
 	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.swap, h.slope, h.inter};
 	return code == 1 ? 0 : ct_meta_setf(&head->meta, e, CT_META_NIFTI_CODE, "%d", code);
 }

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <string.h>
+
 int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e)
 {
 	if (units == CT_UNITS_AUTO)
@@ -13,30 +14,76 @@ int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e)
 		units == CT_UNITS_HU ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e);
 }
 
+/* The voxels that are numbers. */
+struct look {
+	float lo, hi;
+	size_t n, lowest;           /* as low as lo */
+	size_t air, soft, opposite; /* below -900; in [900, 1150]; in [900, 1100] */
+};
+
+static struct look look_at(const struct ct_vol *v)
+{
+	struct look l = {.lo = INFINITY, .hi = -INFINITY};
+
+	for (size_t i = 0, n = ct_vol_count(v); i < n; i++) {
+		const float x = v->data[i];
+
+		if (!isfinite(x))
+			continue;
+		if (x < l.lo)
+			l.lowest = 0;
+		l.lo = fminf(l.lo, x);
+		l.hi = fmaxf(l.hi, x);
+		l.n++;
+		l.lowest += x == l.lo;
+		l.air += x < -900;
+		l.soft += x >= 900 && x <= 1150;
+		l.opposite += x >= 900 && x <= 1100;
+	}
+	return l;
+}
+
+/* Why they cannot be HU; NULL if they can. */
+static const char *why_not(const struct look *l)
+{
+	if (!(l->lo < l->hi))
+		return NULL;
+	if (l->lo >= -2 && l->hi <= 10)
+		return "";
+	if (l->lo < -32768 || l->hi > 65535)
+		return ": no CT reaches that far";
+	if (l->lo >= 0 && l->hi > 1000 && l->soft >= l->n / 10)
+		return ": they are as if 1000 or 1024 was added";
+	if (l->lo < 0 && l->hi <= 1300 && l->opposite >= l->n / 10 && l->air < l->n / 100)
+		return ": air is near 1000, as if their sign was changed";
+	if (l->lo == 0 && l->hi <= 1000 && l->lowest >= l->n / 20)
+		return ": they begin at a background of 0, as grey values do";
+	return NULL;
+}
+
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 {
-	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
-	float lo = INFINITY, hi = -INFINITY;
-	size_t soft = 0;
-	bool shifted;
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY), *why;
+	struct look l;
 
 	if (quantity && strcmp(quantity, CT_QUANTITY_OTHER) == 0)
 		return ct_fail(e, CT_EINPUT,
 			"its values are not HU, says its metadata (but see %s)", option);
 	if (quantity)
 		return 0;
-	for (size_t i = 0, n = ct_vol_count(v); i < n; i++) {
-		if (isfinite(v->data[i])) {
-			lo = fminf(lo, v->data[i]);
-			hi = fmaxf(hi, v->data[i]);
-			soft += v->data[i] >= 900 && v->data[i] <= 1150;
-		}
-	}
-	shifted = lo >= 0 && hi > 1000 && soft >= ct_vol_count(v) / 10;
-	if (!(lo < hi) || !((lo >= -2 && hi <= 10) || shifted))
-		return 0;
-	return ct_fail(e, CT_EINPUT, "values from %g to %g are not HU%s (but see %s)", (double)lo,
-		(double)hi, shifted ? ": they are as if 1000 or 1024 was added" : "", option);
+	l = look_at(v);
+	why = why_not(&l);
+	return why ? ct_fail(e, CT_EINPUT, "values from %g to %g are not HU%s (but see %s)",
+			     (double)l.lo, (double)l.hi, why, option)
+		   : 0;
+}
+
+void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env *env)
+{
+	const char *doubt = ct_meta_get(&v->meta, CT_META_NIFTI_DOUBT);
+
+	if (doubt)
+		ct_log(env, CT_WARN, "%s: %s", path, doubt);
 }
 
 int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
@@ -45,6 +92,7 @@ int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env,
 
 	if (ct_vol_read(path, v, e))
 		return -1;
+	ct_vol_doubt(v, path, env);
 	if ((units == CT_UNITS_AUTO ? ct_units_check(v, "--units", e)
 				    : ct_units_note(v, units, e)) == 0 &&
 		ct_vol_check_finite(v, e) == 0)

@@ -18,11 +18,17 @@ enum ct_units { CT_UNITS_LIST(CT_WORD_VALUE) };
 
 /* Note in the metadata what was said; nothing for auto. */
 int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
-/* CT_EINPUT if the metadata say "other", or do not say and the voxels that are numbers lie in
- * [-2, 10], but are not all the same; or if none is below 0, one is above 1000 and a tenth of them
- * lie in [900, 1150], where 1000 or 1024 more than HU puts what is soft in a body. The message
- * names the option that says otherwise. */
+/* CT_EINPUT if the metadata say "other", or do not say, and the voxels that are numbers, not all
+ * the same,
+ *   lie in [-2, 10], or reach below -32768 or above 65535;
+ *   are not below 0, one is above 1000, and a tenth lies in [900, 1150]: 1000 was added;
+ *   go from below 0 to at most 1300, a tenth lies in [900, 1100], and fewer than a hundredth
+ *   below -900: the sign was changed;
+ *   go from 0 to at most 1000, and a twentieth is 0: grey values.
+ * The message names the option that says otherwise. */
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
+/* Warn of what in the header contradicts the place of the voxels. */
+void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env *env);
 /* ct_vol_read of what is to be HU: env->units are noted, or checked for auto. CT_ENUMERIC for a
  * voxel that is not finite. */
 int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);

@@ -15,39 +15,38 @@ alone() { # alone FILE...: FILE is what a run of its own makes of in.nii
 }
 exits 0 'a chain that is kept' "$@" in.nii sr.nii
 alone sr.nii 'gives the bytes of one that is not: no folder is named'
-exits 4 'a second run into its folder' "$@" in.nii sr2.nii
-exits 0 'nothing to do' "$@" --resume in.nii sr.nii
+exits 0 'nothing to do' "$@" in.nii sr.nii
 said '2 of 2' 'and nothing is done'
 cp in.nii other-name.nii
-exits 0 'an input of another name' "$@" --resume other-name.nii sr.nii
+exits 0 'an input of another name' "$@" other-name.nii sr.nii
 said '2 of 2' 'is the same input'
 cp cube.nii in.nii
-exits 0 'another patient of the same name' "$@" --resume in.nii sr.nii
+exits 0 'another patient of the same name' "$@" in.nii sr.nii
 alone sr.nii 'is another patient'
 cp marks.nii in.nii; touch -r k/lr.nii in.nii
-exits 0 'also if it is not newer' "$@" --resume in.nii sr.nii
+exits 0 'also if it is not newer' "$@" in.nii sr.nii
 alone sr.nii 'by content'
 rm sr.nii
-exits 0 'OUT is gone' "$@" --resume in.nii sr.nii
+exits 0 'OUT is gone' "$@" in.nii sr.nii
 said '1 of 2' 'and made again'
 printf x >>sr.nii
-exits 0 'OUT is spoilt' "$@" --resume in.nii sr.nii
+exits 0 'OUT is spoilt' "$@" in.nii sr.nii
 alone sr.nii 'and made again'
 cp cube.nii k/lr.nii
-exits 0 'a file between the steps is another' "$@" --resume in.nii sr.nii
+exits 0 'a file between the steps is another' "$@" in.nii sr.nii
 alone sr.nii 'and made again, with what follows'
-exits 0 'other options' ct-sr -v -x 2 --projections -Q fast --keep k --resume in.nii sr.nii
+exits 0 'other options' ct-sr -v -x 2 --projections -Q fast --keep k in.nii sr.nii
 said '1 of 2' 'are another step'
-exits 0 'back' "$@" --resume in.nii sr.nii
+exits 0 'back' "$@" in.nii sr.nii
 alone sr.nii 'and the result is theirs'
 sed 's/ct-sr [0-9.]*[0-9]"/ct-sr 0.0.0"/' k/step-1.state >old && ! cmp -s old k/step-1.state && cat old >k/step-1.state
-exits 0 'another version' "$@" --resume in.nii sr.nii
+exits 0 'another version' "$@" in.nii sr.nii
 said '1 of 2' 'is another step' # whose result is the same, so that the next is done
 printf 'junk' >k/step-1.state
-exits 0 'a broken state' "$@" --resume in.nii sr.nii
+exits 0 'a broken state' "$@" in.nii sr.nii
 said '1 of 2' 'is none'
 ct-sr -q -x 2 --projections -Q draft --keep p - pipe.nii <marks.nii; ok $? 'from a pipe'
-ct-sr -q -x 2 --projections -Q draft --keep p --resume - pipe.nii <cube.nii; ok $? 'from another'
+ct-sr -q -x 2 --projections -Q draft --keep p - pipe.nii <cube.nii; ok $? 'from another'
 ct-sr -q -x 2 --projections -Q draft - want.nii <cube.nii
 ct-convert -q pipe.nii - | tail -c 20000 >a; ct-convert -q want.nii - | tail -c 20000 >b
 [ -s a ] && cmp -s a b; ok $? 'another patient'
@@ -57,10 +56,10 @@ ct-degrade -q -f -x 4 -p P3 hr-marks.nii marks.nii
 set -- ct-sr -v -x 4 --projections --expert views=4,iterations=40,gaussians=100
 cp "$srcdir/src/prior/slices.safetensors" slices.safetensors
 exits 0 'with a prior' "$@" --prior slices.safetensors --keep bal marks.nii bal.nii
-exits 0 'the same one, as it is installed' "$@" --keep bal --resume marks.nii bal.nii
+exits 0 'the same one, as it is installed' "$@" --keep bal marks.nii bal.nii
 said '7 of 7' 'leaves nothing to do'
 printf x >>bal/up-proj.exr
-exits 0 'projections are spoilt' "$@" --keep bal --resume marks.nii bal.nii
+exits 0 'projections are spoilt' "$@" --keep bal marks.nii bal.nii
 said '6 of 7' 'and made again, the same: what follows is done'
 
 # The script of a kept chain.
@@ -88,30 +87,30 @@ fits() { # until ct-nabgs is at work
 set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 --keep g
 setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
-exits 4 'two runs in one folder' "$@" --resume marks.nii g2.nii
+exits 4 'two runs in one folder' "$@" marks.nii g2.nii
 has err 'g: another run works in it' 'and that is said'
 kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the whole group stops it'
 [ -s g/residual.ply.state ]; ok $? 'and the state is there'
-setsid "$@" --resume marks.nii g.nii 2>err1 & pid=$!
+setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 grep -q continuing err1; ok $? 'from which it goes on'
 grep -q continuing err1 || sed 's/^/# /' err1
 cp g/residual.ply.state before
 kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'however often it is told'
 [ -s g/residual.ply.state ] && ! cmp -s before g/residual.ply.state; ok $? 'and the state is the last'
-setsid "$@" --resume marks.nii g.nii 2>err1 & pid=$!
+setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
-	timeout 120 ct-sr -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep g --resume marks.nii g.nii
+	timeout 120 ct-sr -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep g marks.nii g.nii
 # Wherever the signals meet it, the result is that of a run which none met.
 set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1500,gaussians=200
 for sig in INT KILL TERM; do
-	setsid "$@" --keep r --resume marks.nii r.nii 2>err1 & pid=$!
+	setsid "$@" --keep r marks.nii r.nii 2>err1 & pid=$!
 	fits $pid
 	kill -$sig -$pid; wait $pid
 done 2>/dev/null
-exits 0 'goes on to the end' "$@" --keep r --resume marks.nii r.nii
+exits 0 'goes on to the end' "$@" --keep r marks.nii r.nii
 mkdir w && exits 0 'a run that was let alone' "$@" marks.nii w/r.nii
 cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 

@@ -36,7 +36,7 @@ done; done; done >wrong
 clean 'without a template' first/* [LR]??/ctsr0002.dcm RSA.dcm LSA.dcm
 ct-convert -q v.nii one.dcm; clean 'one file' one.dcm
 ct-info first >info; has info '^fit  *yes$' 'ct-info finds a series that is fit'; has info '^gap-mm  *3 3 3$' 'with its spacing'
-ct-convert --inspect one.dcm >info; has info '^fit  *yes$' 'and in one file'
+ct-info one.dcm >info; has info '^fit  *yes$' 'and in one file'
 if [ "$oracle" ]; then
 	py all pairs >wrong 2>&1
 	[ ! -s wrong ]; ok $? 'pydicom reads the same voxels at the same places'; sed 's/^/# /' wrong
@@ -188,6 +188,20 @@ exits 0 '--series' ct-convert --template two --series 1.2.840.4711.3 iso.nii two
 "$PY" -c 'import nibabel
 v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
 exits 5 'a volume beside the template' ct-convert --template template far.nii x/; has err 'template/.*not of one space' 'is of another'
+cp -r template other; cp -r template elsewhere-too; "$PY" -c 'import glob, pydicom
+def put(folder, key, value):
+    for f in glob.glob(folder + "/*"): d = pydicom.dcmread(f); setattr(d, key, value); d.save_as(f)
+put("other", "PatientID", "4711-B"); put("elsewhere-too", "FrameOfReferenceUID", "1.2.840.99")'
+for d in other elsewhere-too; do
+	for in in template t.nii iso.nii; do
+		exits 5 "$in with the template $d" ct-convert --template $d $in x/; has err "$d/.* another patient or space ([0-9a-f]\{8\}) than IN ([0-9a-f]\{8\})" 'is refused, by hashes'
+	done
+	exits 5 'by ct-sr' ct-sr -q -x 2 -Q draft --template $d template x/
+	exits 5 'what ct-sr made of it' sh -c "ct-sr -qf -x 2 -Q draft t.nii hr.nii && ct-convert --template $d hr.nii x/"
+	exits 0 'unless it is meant' ct-convert -q --template-other-patient --template $d template "meant-$d/"
+done
+! grep -qa 4711-B meant-elsewhere-too/*1.dcm && grep -qa 4711-B meant-other/*1.dcm; ok $? 'then its patient has the pixels'
+exits 2 'without a template' ct-convert --template-other-patient t.nii x/
 cp -r template mr; "$PY" -c 'import glob, pydicom
 for f in glob.glob("mr/*"): d = pydicom.dcmread(f); d.Modality = "MR"; d.save_as(f)'
 exits 3 'one of another modality' ct-convert --units other mr x/; has err "mr/.*modality is 'MR'" 'is not written as CT'
@@ -203,8 +217,8 @@ ct-info sr >info; has info '^size  *24 20$' 'twice as fine'; has info '^fit  *ye
 by() { ct-sr -x 4 --projections -Q draft --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'with --keep' by -q --keep work template kept/; by -q template sr4/ 2>err; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'the same bytes'
 sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'once more'
-exits 0 'goes on' by -v --keep work --resume template kept/; has err '8 of 8 steps were done' 'with all that is done'
-rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' by -q --keep work --resume template kept/; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'they are written again'
+exits 0 'goes on' by -v --keep work template kept/; has err '8 of 8 steps were done' 'with all that is done'
+rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' by -q --keep work template kept/; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'they are written again'
 exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
 exits 0 'NIfTI of a template' ct-sr -q -x 2 -Q draft --template two --series 1.2.840.4711.3 t.nii templated/; py kept templated; ok $? 'is of its study'
 exits 0 'without what tells who' ct-sr -q -x 2 -Q draft --deid template sr-deid/; py removed sr-deid; ok $? 'has nothing of it'

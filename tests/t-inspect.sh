@@ -1,5 +1,5 @@
 #!/bin/sh
-# What is in a folder of DICOM files: ct-convert --inspect and ct-info FOLDER, as text and JSON.
+# What is in a folder of DICOM files: ct-info FOLDER, as text and JSON.
 . "$srcdir/tests/tap.sh"
 mkdir empty
 ct-convert empty e.nii 2>err
@@ -18,46 +18,44 @@ for k in range(9):
 write("all/a/scout.dcm", "sagittal", 0, "1.6.4", ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"])
 open("all/a/x.txt", "w").write("x\n")
 END
-for tool in 'ct-convert --inspect' ct-info; do
-	exits 0 "$tool: a series that is fit" $tool good
-	line() { grep -q "^$1  *$2\$" out; ok $? "$1 $2"; }
-	line files 9; line picture 9; line series 1; line slices 9; line size '12 10'; line kernel B30f
-	line kvp 120; line uid 1.6.1; line spacing-mm '0.5 0.75'; line gap-mm '2.5 2.5 2.5'; line tilt-deg 0
-	line grid '12 10 9'; line fit yes; line range '-\{0,1\}[0-9]* [0-9]*'; line unit HU
-	line padding none; has out '^missing-fields' 'what is not said'
-	exits 0 "$tool: tilted" $tool lean
-	line tilt-deg 20; has out '^  tilted gantry$' 'is remarked'; line grid '12 20 9'; line fit yes
-	has out '^  SeriesDescription$' 'a field that is missing'
-	exits 5 "$tool: missing slices" $tool holes
-	line fit no; has out '^why-not  *2 slices are missing' 'and why'
-	has out '^  2  after-mm .*  before-mm ' 'where'; line padding '-2000 -2000'; has err '2 slices are missing' 'as conversion says'
-	exits 0 "$tool: several series, one of CT slices" $tool all
-	[ "$(grep -c '^series ' out)" -eq 3 ] && [ "$(grep -c '^fit  *yes' out)" -eq 1 ]; ok $? 'one is fit'
-	line 'not DICOM' 1; has out '^kind  *localizer$' 'the localizer is named'
-	has out "^why-not  *all/b/0.dcm: modality is 'MR', not CT$" 'MR, and why not'
-	exits 3 "$tool: of another modality" $tool --series 1.6.5 all
-	exits 3 "$tool: an empty folder" $tool empty
+tar cf good.tar good; printf 'x' >good/notes.txt
+for what in good good/3.dcm good.tar; do
+	exits 0 "$what: what ct-convert would make" ct-info $what
+	has out '^series  *1$' 'one series'; has out '^grid  *12 10 9$' 'all of it'
 done
-exits 0 'rules count' ct-convert --inspect --gaps fill holes; has out '^grid  *12 10 9$' 'filled'
-exits 5 'two series' ct-convert --inspect good lean; has err 'mixed: 2 series' 'says so'
-exits 0 'one of them' ct-convert --inspect --series 2 good lean
+rm good/notes.txt
+exits 0 "a series that is fit" ct-info good
+line() { grep -q "^$1  *$2\$" out; ok $? "$1 $2"; }
+line files 9; line picture 9; line series 1; line slices 9; line size '12 10'; line kernel B30f
+line kvp 120; line uid 1.6.1; line spacing-mm '0.5 0.75'; line gap-mm '2.5 2.5 2.5'; line tilt-deg 0
+line grid '12 10 9'; line fit yes; line range '-\{0,1\}[0-9]* [0-9]*'; line unit HU
+line padding none; has out '^missing-fields' 'what is not said'
+exits 0 "tilted" ct-info lean
+line tilt-deg 20; has out '^  tilted gantry$' 'is remarked'; line grid '12 20 9'; line fit yes
+has out '^  SeriesDescription$' 'a field that is missing'
+exits 5 "missing slices" ct-info holes
+line fit no; has out '^why-not  *2 slices are missing' 'and why'
+has out '^  2  after-mm .*  before-mm ' 'where'; line padding '-2000 -2000'; has err '2 slices are missing' 'as conversion says'
+exits 0 "several series, one of CT slices" ct-info all
+[ "$(grep -c '^series ' out)" -eq 3 ] && [ "$(grep -c '^fit  *yes' out)" -eq 1 ]; ok $? 'one is fit'
+line 'not DICOM' 1; has out '^kind  *localizer$' 'the localizer is named'
+has out "^why-not  *all/b/0.dcm: modality is 'MR', not CT$" 'MR, and why not'
+exits 3 "of another modality" ct-info --series 1.6.5 all
+exits 3 "an empty folder" ct-info empty
 : >good/bad.dcm
-exits 3 'a damaged file' ct-convert --inspect good; has err 'good/bad.dcm: damaged: it is empty' 'says so'
+exits 3 'a damaged file' ct-info good; has err 'good/bad.dcm: damaged: it is empty' 'says so'
 has out '^  good/bad.dcm  state damaged  why it is empty$' 'and is listed'
-exits 0 'skipped' ct-convert --inspect --skip-damaged good
 rm good/bad.dcm
 printf 'x' >>good/3.dcm; head -c -30 good/3.dcm >cut; mv cut good/3.dcm
 exits 3 'a picture that is cut off' ct-info good; has err 'truncated' 'says so'
-for tool in 'ct-convert --inspect' ct-info; do
-	$tool --json all | "$PY" -c 'import json, sys
+ct-info --json all | "$PY" -c 'import json, sys
 o = json.load(sys.stdin)
 assert o["files"] == 20 and o["picture"] == 19 and o["not DICOM"] == 1 and o["trouble"] == [], o
 a = [s for s in o["series"] if s["uid"] == "1.6.4" and s["kind"] == "slices"][0]
 assert a["fit"] is True and a["grid"] == [12, 10, 9] and a["gap-mm"] == [2.5] * 3 and a["gaps"] == [], a
 assert a["range"][0] < a["range"][1] and "KVP" in a["missing-fields"], a
 assert [s["fit"] for s in o["series"]].count(True) == 1'
-	ok $? "$tool: one JSON document"
-done
+ok $? 'one JSON document'
 ct-phantom -q --size 8x8x8 sphere v.nii
 exits 5 'folders and a file, the last one not fit' ct-info --json all v.nii holes
 "$PY" -c 'import json
@@ -65,8 +63,6 @@ a = json.load(open("out"))
 assert [o["file"] for o in a] == ["all", "v.nii", "holes"] and a[0]["files"] == 20, a
 assert [s["fit"] for s in a[2]["series"]] == [False], a'
 ok $? 'are one JSON document'
-exits 2 'JSON is of an inspection' ct-convert --json good o.nii
-exits 3 'NIfTI is no DICOM' sh -c 'ct-phantom -q --size 8x8x8 sphere p.nii; ct-convert --inspect p.nii'
-exits 0 'ct-info takes files too' ct-info p.nii
+exits 2 'ct-convert has no --json' ct-convert --json good o.nii
 [ ! -e o.nii ]; ok $? 'nothing is written'
 done_testing

@@ -120,9 +120,8 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
-ct-convert --inspect --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
-ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --deid
-ct-convert --json
+ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
+ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
 ct-ddnm b--base-projections k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
@@ -142,8 +141,8 @@ ct-phantom --paper --scanner --like --expert s--seed
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
-ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --crop --series --template --deid --report
-ct-sr --confidence --memory --prior --projections --paper --release k--keep --resume --expert s--seed --json
+ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --series --template --deid --report
+ct-sr --confidence --memory --prior --projections --paper --release k--keep --expert s--seed --json
 ct-sr --dry-run --units
 ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed

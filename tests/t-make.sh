@@ -34,7 +34,7 @@ case " $CT_TOOLS " in *' ct-view '*) twice o.png ct-view -q hr.nii o.png ;; esac
 twice o.st ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --expert batch=1 -n 1 o.st p.exr
 
 if command -v make >/dev/null 2>&1; then
-	printf '%%.hr.nii: %%.nii\n\tct-sr -q -x 2 -Q draft $< $@\n%%.kept.nii: %%.nii\n\tct-sr -v -x 2 -Q draft --projections --keep $*.work --resume $< $@\n' >Makefile
+	printf '%%.hr.nii: %%.nii\n\tct-sr -q -x 2 -Q draft $< $@\n%%.kept.nii: %%.nii\n\tct-sr -v -x 2 -Q draft --projections --keep $*.work $< $@\n' >Makefile
 	cp lr.nii a.nii
 	exits 0 'a rule' make a.hr.nii a.kept.nii
 	exits 0 'when all is there' make -q a.hr.nii a.kept.nii

@@ -28,7 +28,6 @@ no ct-convert --tilt=shear --raw 8x8x8:i16:1
 no ct-convert --gaps=fill --raw 8x8x8:i16:1
 no ct-convert --skip-damaged --skip-damaged --scanner s.json
 no ct-convert --units=hu --scanner s.json
-no ct-convert --inspect --inspect --raw 8x8x8:i16:1
 no ct-convert --raw=8x8x8:i16 --scanner s.json
 no ct-convert --pitch=1
 no ct-convert --rescale=2
@@ -41,7 +40,6 @@ no ct-convert --template=none.x --scanner s.json
 no ct-convert --deid --deid --scanner s.json
 no ct-convert --compress --compress --scanner s.json
 no ct-convert --sidecar=x.json --scanner s.json
-no ct-convert --sidecar=x.json --inspect
 no ct-convert --radiograph=integral --scanner s.json
 for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 @start=3 @dso=500 @dsd=900 @pitch=2 @offset=1,2 --det=8 --sampling=2 --paper \
@@ -122,7 +120,6 @@ done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
-no ct-sr --resume
 for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
 for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii; do no ct-sr $o $p; done; done
 no ct-sr --paper --release

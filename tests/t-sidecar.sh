@@ -28,7 +28,7 @@ exits 2 'nor is it NIfTI' ct-convert --sidecar x.nii a.nii d.nii
 ln -s /dev/full full.json
 exits 4 'no room' ct-convert --sidecar full.json a.nii d.nii
 python_with pydicom && python_with nibabel && "$PY" -c 'import pydicom, numpy' 2>/dev/null &&
-	ct-convert --inspect "$srcdir/tests/t-sidecar.sh" 2>&1 | grep -qv 'reads no DICOM' || {
+	ct-convert "$srcdir/tests/t-sidecar.sh" s.nii 2>&1 | grep -qv 'reads no DICOM' || {
 	skip 'of DICOM' 'no pydicom, nibabel or vtk-dicom'; done_testing; exit $?; }
 py() { "$PY" "$srcdir/tests/t-sidecar.py" "$@"; }
 py make

@@ -7,6 +7,8 @@ for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121
 done >a.raw
 make() { ct-convert -q --raw 4x3x2:i16:1,2,3 --rescale "$2,$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
+make far 1e7 -1e9; make negated -9 1012
+for k in 1 2 3 4 5 6; do printf '\000\000\000\000\000\000\205\000'; done >g.raw; ct-convert -q --raw 4x3x2:i16:1,2,3 g.raw grey.nii
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
 train='ct-train -q --kind slices -x 2 --expert cubes=1,cube=24 -n 1 no.safetensors'
@@ -23,6 +25,9 @@ no plus '--units' ct-compose -q plus.nii plus.nii o.nii
 no unit '--quantity' ct-project -q --views 2 unit.nii o.exr
 no unit '--range or --window' ct-metrics unit.nii unit.nii
 no plus '--range or --window' ct-metrics hu.nii plus.nii
+no far 'no CT reaches that far.*--units' $u far.nii o.nii
+no negated 'air is near 1000, as if their sign was changed.*--units' $u negated.nii o.nii
+no grey 'a background of 0, as grey values do.*--units' $u grey.nii o.nii
 ct-project -q --views 2 --det 4x4 p.nii s.exr
 no unit '--units' ct-nabgs -q --base unit.nii s.exr o.ply
 exits 3 'ct-sr' ct-sr -q -x 2 unit.nii o.nii; has err 'values from 0 to 0.984 are not HU' 'too'
@@ -40,8 +45,8 @@ exits 0 'ct-convert copies what is not HU' ct-convert unit.nii copy.nii
 exits 0 'a range is given' ct-metrics --range 1 unit.nii unit.nii
 exits 0 'or a window' ct-metrics --window 0:1 unit.nii unit.nii
 exits 0 'density is what the user says' ct-project -q --quantity density --views 2 --det 4x4 unit.nii p.exr
-exits 0 'ct-sr hands it on' ct-sr -q --dry-run --projections --units hu --crop auto unit.nii new.nii
-has out 'ct-convert .*--units=hu --crop=auto$' 'to ct-convert'
+exits 0 'ct-sr hands it on' ct-sr -q --dry-run --projections --units hu unit.nii new.nii
+has out 'ct-convert .*--units=hu$' 'to ct-convert'
 exits 3 'what is to teach is HU' $train unit.nii; has err 'unit.nii: values from 0 to 0.984 are not HU$' 'or refused'
 # neither sform nor qform: bytes 252 to 255 of the header
 cp hu.nii lost.nii; printf '\0\0\0\0' | dd of=lost.nii bs=1 seek=252 conv=notrunc 2>/dev/null

@@ -236,7 +236,7 @@ static int start(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)
 		return ct_fail(e, CT_ESTOP,
 			c->folder.temporary ? "stopped on request"
-					    : "stopped on request; --resume goes on");
+					    : "stopped on request; the same command goes on");
 	if (WEXITSTATUS(status) != 0)
 		return failed(c, s, status, e);
 	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - began);

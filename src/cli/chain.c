@@ -44,27 +44,20 @@ char *ct_chain_step_path(const struct ct_chain *c, size_t i)
 	return asprintf(&s, "%s/step-%zu", c->folder.path, i + 1) < 0 ? NULL : s;
 }
 
-int ct_chain_open(struct ct_chain *c, const char *folder, bool resume, bool dry,
-	const struct ct_env *env, struct ct_err *e)
+int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct ct_env *env,
+	struct ct_err *e)
 {
-	char *script;
 	int rc = 0;
 
-	*c = (struct ct_chain){.resume = resume, .tools = own_folder()};
+	*c = (struct ct_chain){.resume = folder && !env->force, .tools = own_folder()};
 	if (ct_folder_open(&c->folder, folder, dry, e))
 		return -1;
 	if (!dry)
 		ct_stop_hold();
-	script = ct_chain_path(c, SCRIPT);
-	if (!script || !c->tools || asprintf(&c->threads, "%zu", ct_par_threads(env->par)) < 0) {
+	if (!c->tools || asprintf(&c->threads, "%zu", ct_par_threads(env->par)) < 0) {
 		c->threads = NULL;
 		rc = ct_fail(e, CT_ENOMEM, "no memory");
-	} else if (!dry && folder && !resume && !env->force && access(script, F_OK) == 0)
-		rc = ct_fail(e, CT_EOUTPUT,
-			"%s: holds an earlier run; --resume goes on with it, "
-			"--force starts anew",
-			folder);
-	free(script);
+	}
 	return rc;
 }
 

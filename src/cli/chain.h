@@ -32,10 +32,10 @@ struct ct_chain {
 	char *threads; /* value of --threads handed down */
 };
 
-/* Work in `folder` (made if missing; without resume it must not hold another chain, unless
- * env->force), or in a temporary one that is removed if NULL. A dry one is only to be printed. */
-int ct_chain_open(struct ct_chain *c, const char *folder, bool resume, bool dry,
-	const struct ct_env *env, struct ct_err *e);
+/* Work in `folder` (made if missing; a chain that it holds goes on, unless env->force), or in a
+ * temporary one that is removed if NULL. A dry one is only to be printed. */
+int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct ct_env *env,
+	struct ct_err *e);
 /* FOLDER/name, owned by the caller; NULL if no memory. */
 char *ct_chain_path(const struct ct_chain *c, const char *name);
 /* `path`, borrowed, is a file that commands read and none makes. */

@@ -62,7 +62,7 @@ enum ct_role {
 	CT_NO_FILE,
 	CT_READS,
 	CT_WRITES,
-	CT_REWRITES,      /* its own when it goes on: with --resume it may be there */
+	CT_REWRITES,      /* its own when it goes on: with --resume or --keep it may be there */
 	CT_READS_WRITES,  /* of a list the last is written, unless another row names the output */
 	CT_WRITES_BESIDE, /* one more output, that does not take the place of that last one */
 };

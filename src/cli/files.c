@@ -23,17 +23,18 @@ static const void *field(const struct ct_opt *o, const void *params)
 	return (const char *)params + o->at;
 }
 
-/* Is this flag, if the command has it, given? */
+/* Is this flag or text, if the command has it, given? */
 static bool given(const struct ct_opt *opts, const void *params, const char *name)
 {
 	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
-		if (o->type == CT_T_FLAG && o->name && strcmp(o->name, name) == 0)
-			return *(const bool *)field(o, params);
+		if (o->name && strcmp(o->name, name) == 0)
+			return o->type == CT_T_FLAG
+				       ? *(const bool *)field(o, params)
+				       : *(const char *const *)field(o, params) != NULL;
 	return false;
 }
 
-/* Does an option name the output, so that the operands are all inputs? (So they are where there is
- * no output, with --inspect.) */
+/* Does an option name the output, so that the operands are all inputs? */
 static bool named(const struct ct_opt *opts, const void *params)
 {
 	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++)
@@ -44,9 +45,7 @@ static bool named(const struct ct_opt *opts, const void *params)
 
 static struct walk begin(const struct ct_opt *opts, const void *params)
 {
-	return (struct walk){.opt = opts,
-		.params = params,
-		.last_written = !named(opts, params) && !given(opts, params, "inspect")};
+	return (struct walk){.opt = opts, .params = params, .last_written = !named(opts, params)};
 }
 
 /* The next file, or NULL behind the last one. */
@@ -171,7 +170,8 @@ int ct_files_check(
 	for (struct walk w = begin(opts, params); step(&w);) {
 		struct ct_env own = *env;
 
-		own.force |= w.opt->role == CT_REWRITES && given(opts, params, "resume");
+		own.force |= w.opt->role == CT_REWRITES &&
+			     (given(opts, params, "resume") || given(opts, params, "keep"));
 		if (w.output && check_output(opts, &w, &own, e))
 			return -1;
 	}

@@ -124,8 +124,13 @@ struct ct_env;
 /* "X,Y,Z:X,Y,Z ...", RAS mm: middles of the DICOM slices on either side of a gap that was
  * interpolated; ct-convert */
 #define CT_META_FILLED "filled"
+/* 32 hexadecimal digits, XXH3: PatientID and FrameOfReferenceUID of the DICOM series; two CTs are
+ * of one patient and space if they have the same; ct-convert */
+#define CT_META_SPACE "space"
 /* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
+/* text: what in the header of the NIfTI contradicts its sform; the reader, never written */
+#define CT_META_NIFTI_DOUBT "nifti.doubt"
 
 /* The values of quantity: of volumes HU, density, HU or density to be added; of stacks density x
  * mm, grey values in [0, 1], standard deviations. */

@@ -3,9 +3,12 @@
 #include "dicom/derive.h"
 #include "core/vec3.h"
 #include "dicom/policy.h"
+#include "formats/hash.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Widen the box by the corners of a picture. */
@@ -51,6 +54,40 @@ int derive_check(const struct image *im, struct ct_err *e)
 				"%s: its slices lie beside the volume: they are not of one space",
 				im->source[0].path);
 	return 0;
+}
+
+int derive_space(char out[static DERIVE_SPACE], const struct ct_slice *s, struct ct_err *e)
+{
+	const char *uid = *s->space ? s->space : s->study;
+	struct ct_hash *h;
+	uint64_t bits[2];
+
+	*out = '\0';
+	if (!*uid && !*s->patient)
+		return 0;
+	if (ct_hash_alloc(&h, e))
+		return -1;
+	CT_SIMD(ct_hash_add)(h, s->patient, strlen(s->patient) + 1);
+	CT_SIMD(ct_hash_add)(h, uid, strlen(uid));
+	ct_hash_digest(h, bits);
+	free(h);
+	snprintf(out, DERIVE_SPACE, "%016" PRIx64 "%016" PRIx64, bits[0], bits[1]);
+	return 0;
+}
+
+int derive_check_space(const struct image *im, struct ct_err *e)
+{
+	const char *own = ct_meta_get(&im->v->meta, CT_META_SPACE);
+	char theirs[DERIVE_SPACE];
+
+	if (derive_space(theirs, im->source, e))
+		return -1;
+	return !own || strcmp(own, theirs) == 0
+		       ? 0
+		       : ct_fail(e, CT_EGEOM,
+				 "%s: is of another patient or space (%.8s) than IN (%.8s); ct-convert "
+				 "--template-other-patient takes it all the same",
+				 im->source->path, *theirs ? theirs : "not said", own);
 }
 
 bool derive_resampled(const struct image *im)

@@ -40,6 +40,7 @@ struct ct_dicom_in {
 struct ct_dicom_out {
 	const struct ct_dicom_in *source; /* the series the volume was made of, or NULL */
 	const char *template, *series;    /* whose patient and study; NULL: those of the source */
+	bool other_patient;               /* the template may be of another patient or space */
 	bool deid;
 };
 

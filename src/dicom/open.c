@@ -76,8 +76,17 @@ int ct_dicom_inspect(
 	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e)
 {
 	const struct dicom_module *m = module(e);
+	struct dicom_from from;
+	int rc;
 
-	return m ? m->inspect(in, into, env, e) : ct_blame(e, in->paths[0]);
+	if (!m)
+		return ct_blame(e, in->paths[0]);
+	rc = dicom_from(&from, in, e);
+	if (rc)
+		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
+	rc = m->inspect(&from.in, into, env, e);
+	dicom_from_free(&from);
+	return rc;
 }
 
 int ct_dicom_radiograph(struct ct_vol *v, double mm[2], const char *path, struct ct_err *e)

@@ -6,6 +6,7 @@
 #include "series/moment.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
+#include "dicom/derive.h"
 #include "dicom/module.h"
 #include "dicom/series.h"
 #include "dicom/sidecar.h"
@@ -218,8 +219,12 @@ static int describe(
 	struct ct_vol *v, const struct reader *r, const struct ct_layout *l, struct ct_err *e)
 {
 	const bool hu = r->in->units != CT_UNITS_OTHER;
+	char space[DERIVE_SPACE];
 
-	return mark(v, r->s, l, e) || ct_hash_input(r->hash, &v->meta, r->in->name, e) ||
+	return derive_space(space, r->s, e) ||
+			       (*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) ||
+			       mark(v, r->s, l, e) ||
+			       ct_hash_input(r->hash, &v->meta, r->in->name, e) ||
 			       ct_meta_set(&v->meta, CT_META_QUANTITY,
 				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)
 		       ? -1

@@ -34,8 +34,8 @@ static int find_template(struct dicom_from *from, const struct ct_dicom_out *o, 
 }
 
 /* The slices that the volume comes from, and what they say. */
-static int read_template(
-	struct image *im, struct series_set *set, const struct dicom_from *from, struct ct_err *e)
+static int read_template(struct image *im, struct series_set *set, const struct dicom_from *from,
+	bool other_patient, struct ct_err *e)
 {
 	const struct ct_series *l;
 	size_t pick;
@@ -45,7 +45,10 @@ static int read_template(
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
-	return derive_check(im, e) || policy_read(&im->from, im->source, im->n, e) ? -1 : 0;
+	return (!other_patient && derive_check_space(im, e)) || derive_check(im, e) ||
+			       policy_read(&im->from, im->source, im->n, e)
+		       ? -1
+		       : 0;
 }
 
 static int check_size(const char *path, const struct ct_vol *v, bool frames, struct ct_err *e)
@@ -190,7 +193,8 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 			"the series that it belongs to",
 			path);
 	if (none < 0 || check_size(path, v, im.frames, e) || check_values(v, env, e) ||
-		(none == 0 && read_template(&im, &set, &from, e)) || image_head(&im, e))
+		(none == 0 && read_template(&im, &set, &from, o->other_patient, e)) ||
+		image_head(&im, e))
 		goto out;
 	burned = ct_header_get(&im.head, "BurnedInAnnotation");
 	if (o->deid && burned && strcmp(burned, "YES") == 0)

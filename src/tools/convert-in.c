@@ -61,13 +61,6 @@ struct ct_dicom_in convert_dicom_in(const struct convert *p, size_t n)
 		.about = p->about};
 }
 
-int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_dicom_in in = convert_dicom_in(p, p->files.n);
-
-	return ct_dicom_inspect(&in, NULL, env, e);
-}
-
 bool convert_is_picture(const char *path)
 {
 	unsigned char head[CT_SNIFF];

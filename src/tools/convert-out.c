@@ -77,6 +77,7 @@ static int write_dicom(
 	const struct ct_dicom_out out = {.source = dicom ? &in : NULL,
 		.template = p->template,
 		.series = p->series,
+		.other_patient = p->other_patient,
 		.deid = p->deid};
 
 	if ((p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e)) ||

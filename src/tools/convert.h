@@ -23,7 +23,7 @@ struct convert {
 	int cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
 	json_t *about; /* what goes into it */
-	bool skip_damaged, inspect, compress, deid;
+	bool skip_damaged, compress, deid, other_patient;
 	bool whole;                    /* the volume is wanted, whatever OUT is */
 	struct convert_planes *planes; /* of the run */
 };
@@ -50,8 +50,6 @@ void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
 int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
-/* Print what is in the DICOM files and folders p->files. */
-int convert_inspect(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* A numpy array with --scanner, to a stack. */
 int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,

@@ -10,6 +10,7 @@
 #include "formats/raw.h"
 #include "resolution/regrid.h"
 #include "tools/convert.h"
+#include "dicom/form.h"
 #include "dicom/sidecar.h"
 
 #include <math.h>
@@ -24,11 +25,8 @@ static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = 
 #define OF_VOLUME CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))
 
 static const struct ct_opt opts[] = {
-	CT_OPT(struct convert, inspect, 0, "inspect", NULL, 0, 0, "list the DICOM series in FILE",
-		CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
-		"read this DICOM series: its UID, or its number in the list of --inspect",
-		OF_DICOM),
+		"read this DICOM series: its UID, or its number in the list of ct-info", OF_DICOM),
 	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
 		"tilted gantry: resample, shear the affine, or refuse", OF_DICOM),
 	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
@@ -52,7 +50,7 @@ static const struct ct_opt opts[] = {
 		"geometry of a numpy array of projections, in JSON; write a stack"),
 	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
 		"read pictures or DICOM radiographs; write a stack of grey values or line integrals",
-		CT_WHEN(CT_UNLESS(struct convert, scanner), CT_UNLESS(struct convert, inspect))),
+		CT_WHEN(CT_UNLESS(struct convert, scanner))),
 	CT_OPT(struct convert, pitch, 0, "pitch", "MM[,MM]", 0, 0,
 		"pixel size of a radiograph, if its file has none",
 		CT_WHEN(CT_IF(struct convert, radiograph))),
@@ -70,11 +68,12 @@ static const struct ct_opt opts[] = {
 	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
 		"compress the voxels of MetaImage or NRRD", OF_VOLUME),
 	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
-		"also write scan parameters and slices as JSON",
-		CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner),
-			CT_UNLESS(struct convert, inspect))),
+		"also write scan parameters and slices as JSON", OF_VOLUME),
 	CT_INPUT(struct convert, template, 0, "template", "DICOM",
 		"take patient and study of DICOM output from this series", OF_VOLUME),
+	CT_OPT(struct convert, other_patient, 0, "template-other-patient", NULL, 0, 0,
+		"take it even if IN is of another patient or space",
+		CT_WHEN(CT_IF(struct convert, template))),
 	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
 		"write DICOM without the patient's identity", OF_VOLUME),
 	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
@@ -117,6 +116,7 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 {
 	const char *code = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
 
+	ct_vol_doubt(v, path, env);
 	if (code && strcmp(code, "0") == 0)
 		ct_log(env, CT_WARN,
 			"%s: its header does not say where the voxels lie: that is not known",
@@ -126,6 +126,7 @@ static void warn_place(const struct ct_vol *v, const char *path, const struct ct
 /* What OUT is, its name says. */
 static int check_mode(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
+	static const char *const of_dicom[] = {"tilt", "gaps", "skip-damaged"};
 	const bool dicom = ct_files_is_dicom(p->out);
 
 	if (p->scanner)
@@ -134,6 +135,9 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 		return ct_fail(e, CT_EUSAGE, "--template: needs OUT to be DICOM");
 	if (p->deid && !dicom)
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
+	for (size_t i = 0; i < sizeof of_dicom / sizeof *of_dicom; i++)
+		if (ct_modes_given(env->given, of_dicom[i]) && dicom_form_of(p->in) == NOT_DICOM)
+			return ct_fail(e, CT_EUSAGE, "--%s: needs IN to be DICOM", of_dicom[i]);
 	if (dicom && ct_modes_given(env->given, "type"))
 		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
 	return 0;
@@ -162,10 +166,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol v = {0};
 	int rc = -1;
 
-	if (p->inspect)
-		return convert_inspect(p, env, e);
-	if (env->json)
-		return ct_fail(e, CT_EUSAGE, "--json: needs --inspect");
 	if (p->files.n < 2)
 		return ct_fail(e, CT_EUSAGE, "missing OUT");
 	own.in = p->files.v[0];
@@ -208,7 +208,7 @@ int main(int argc, char **argv)
 {
 	static const struct ct_tool tool = {"ct-convert",
 		"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy; radiographs",
-		opts, &defaults, sizeof defaults, run, CT_REPORTS};
+		opts, &defaults, sizeof defaults, run, 0};
 
 	return ct_cli_main(&tool, argc, argv);
 }

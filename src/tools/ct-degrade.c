@@ -146,6 +146,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
 	int rc = -1;
 
+	if (env->seed && !(noise > 0))
+		return ct_fail(e, CT_EUSAGE, "--seed: needs --noise, or a protocol with noise");
 	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e) ||
 		add_profile(&d, p, &in, env->given, e) || clip(&in, p->clip, e))
 		goto out;

@@ -2,17 +2,18 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/any.h"
+#include "formats/ends.h"
 #include "resolution/blur.h"
 #include "refine/assumed.h"
 #include "tools/lib/said.h"
 #include "dicom/dicom.h"
+#include "dicom/form.h"
 #include "report/report.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
 
 struct params {
 	struct ct_list files;
@@ -24,9 +25,9 @@ static const struct params defaults = {0};
 
 static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, CT_READS, "FILE",
-		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, a DICOM folder, or -"),
+		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, DICOM (folder, archive or file), or -"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
-		"of a DICOM folder: the series that decides the exit status"),
+		"of DICOM: the series that decides the exit status"),
 	CT_OPT(struct params, measures, 'e', "operator", NULL, 0, 0,
 		"measure blur, sampling and noise of each CT from its voxels, whatever its header says"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
@@ -56,13 +57,6 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	return ct_report_estimate(o, assumed, is.seen, &s, &bare, e);
 }
 
-static bool is_folder(const char *path)
-{
-	struct stat st;
-
-	return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
-}
-
 static void print(const json_t *o)
 {
 	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
@@ -73,6 +67,8 @@ static void print(const json_t *o)
 static int report(const struct params *p, const char *path, bool first, json_t *into,
 	const struct ct_env *env, struct ct_err *e)
 {
+	const struct ct_dicom_in in = {.paths = &path, .n = 1, .series = p->series};
+	const enum dicom_form form = dicom_form_of(path);
 	struct ct_any a = {0};
 	json_t *o = NULL;
 	struct said_opts says = SAID_DEFAULTS;
@@ -82,15 +78,16 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	if (said_parse(&said, &says, e))
 		return -1;
 	said.estimate = true;
-	if (is_folder(path)) {
-		const struct ct_dicom_in in = {.paths = &path, .n = 1, .series = p->series};
-
-		if (!first && !env->json)
-			putchar('\n');
+	if (!first && !env->json)
+		putchar('\n');
+	if (form == FOLDER || form == FILE_OF_SERIES)
 		return ct_dicom_inspect(&in, into, env, e);
-	}
 	if (ct_any_read(path, &a, e) == 0)
 		o = ct_report_make(&a, path, env->verbose > 0, e);
+	else if (form == ARCHIVE && !ct_ends_match(path, "pt|pth|ckpt|bin")) {
+		*e = (struct ct_err){0};
+		return ct_dicom_inspect(&in, into, env, e);
+	}
 	if (o && p->measures && estimate(o, &a, path, &said, env, e)) {
 		json_decref(o);
 		o = NULL;
@@ -99,11 +96,8 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 		json_array_append(into, o);
 	else if (o && env->json)
 		print(o);
-	else if (o) {
-		if (!first)
-			putchar('\n');
+	else if (o)
 		ct_report_print(stdout, o);
-	}
 	ct_any_free(&a);
 	json_decref(o);
 	return o ? 0 : -1;

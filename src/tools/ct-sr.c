@@ -46,8 +46,6 @@ static const struct ct_opt opts[] = {
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
 		"across all; best makes a second pass",
 		CT_WHEN(INVERTS)),
-	CT_OPT(struct sr, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
-		"refine only this box of IN, as ct-convert cuts it"),
 	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0,
 		"use this series of a DICOM folder; of --template, if IN is no DICOM"),
 	CT_INPUT(struct sr, template, 0, "template", "DICOM",
@@ -75,10 +73,9 @@ static const struct ct_opt opts[] = {
 		"follow its authors' programs where they differ from the paper",
 		CT_WHEN(CT_UNLESS(struct sr, paper))),
 	CT_OPT(struct sr, keep, 'k', "keep", "DIR", 0, 0,
-		"keep the files between the steps, and commands.sh that makes them, in DIR",
+		"keep the files between the steps, and commands.sh that makes them, in DIR; go on with "
+		"the run that it holds, unless --force",
 		CT_WHEN(PROJECTS)),
-	CT_OPT(struct sr, resume, 0, "resume", NULL, 0, 0, "continue the run that --keep DIR holds",
-		CT_WHEN(CT_IF(struct sr, keep))),
 	CT_EXPERT(struct sr, views, "views", "N", 0, 10000,
 		"number of projections; 0: 64, or 100 as published", CT_WHEN(PROJECTS)),
 	CT_EXPERT(struct sr, iterations, "iterations", "N", 0, 1000000,
@@ -142,7 +139,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
-	return p->crop ? convert_crop(&f->in, p->crop, env, e) : 0;
+	return 0;
 }
 
 static int check_factor(const struct ct_said *said, struct ct_err *e)

@@ -156,8 +156,7 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	s->template = dicom ? plain(from) : NULL;
 	if (!s->in || !s->out || (p->keep && !s->keep) || (dicom && !s->template))
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (find_priors(s, env, e) ||
-		ct_chain_open(&s->c, s->keep, p->resume, env->dry_run, env, e))
+	if (find_priors(s, env, e) || ct_chain_open(&s->c, s->keep, env->dry_run, env, e))
 		return -1;
 	for (int i = 0; i < FILES; i++) {
 		s->file[i] = ct_chain_path(&s->c, names[i]);
@@ -186,7 +185,7 @@ static int add_convert(struct chain *s, const struct ct_env *env, struct ct_err 
 		(p->series && !(p->template && dicom_form_of(p->in) == NOT_DICOM) &&
 			ct_chain_word(c, e, "--series=%s", p->series)))
 		return -1;
-	return p->crop ? ct_chain_word(c, e, "--crop=%s", p->crop) : 0;
+	return 0;
 }
 
 /* What is said of how IN was made; the rest is measured. */
@@ -360,16 +359,16 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 static int check_out(const struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
-	const bool is_own = p->resume && ct_chain_owns(&s->c, s->out);
+	const bool is_own = s->c.resume && ct_chain_owns(&s->c, s->out);
 	struct ct_env over = *env;
 
 	over.force |= is_own;
-	if (p->resume && p->report && !ct_chain_owns(&s->c, p->report) &&
+	if (s->c.resume && p->report && !ct_chain_owns(&s->c, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
-	return !p->resume || is_own ? 0 : ct_out_check(p->out, env, e);
+	return !s->c.resume || is_own ? 0 : ct_out_check(p->out, env, e);
 }
 
 static void chain_free(struct chain *s)
@@ -402,7 +401,7 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 		ct_chain_print(&s.c, stdout);
 		rc = 0;
 	} else if (check_out(&s, env, e) == 0 &&
-		   (!p->report || ct_journal_begin(s.file[LOG], p->resume, e) == 0))
+		   (!p->report || ct_journal_begin(s.file[LOG], s.c.resume, e) == 0))
 		rc = ct_chain_run(&s.c, env, e);
 out:
 	chain_free(&s);

@@ -13,11 +13,11 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *report, *confidence, *keep, *prior, *series, *crop, *template,
+	const char *in, *out, *report, *confidence, *keep, *prior, *series, *template,
 		*memory;
 	struct said_opts said;
 	int quality, views, iterations, gaussians;
-	bool projections, paper, release, resume, deid;
+	bool projections, paper, release, deid;
 };
 
 /* Of projections, where nothing says a factor. */

@@ -69,9 +69,9 @@ command_() {
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
 	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
 	ct-upsample) line="ct-upsample -m prior -q -t 2 -x 2 $2-lr.nii $3" ;;
-	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --views 8 --iterations 50 --gaussians 300 --keep $3.keep $2-lr4.nii $3" ;;
+	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --expert views=8,iterations=50,gaussians=300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac
 }
-# Those that take longest; ct-upsample alone keeps no state, so it begins again.
+# Those that take longest; ct-upsample keeps no state, so it begins again; ct-sr knows by --keep.
 lasting='ct-ddnm ct-nabgs ct-fuse ct-train ct-upsample ct-sr'
-again_of() { [ "$1" = ct-upsample ] && echo --force || echo --resume; }
+again_of() { case $1 in ct-upsample) echo --force ;; ct-sr) ;; *) echo --resume ;; esac; }
