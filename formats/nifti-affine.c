@@ -128,11 +128,10 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 
 static double handedness(double a[3][4])
 {
-	double c[3][3], m[3][3];
+	double c[3];
 
-	for (int i = 0; i < 3; i++)
-		memcpy(m[i], a[i], sizeof m[i]);
-	return cofactors(c, m);
+	ct_vec3_cross(c, a[1], a[2]);
+	return ct_vec3_dot(a[0], c);
 }
 
 /* How far a corner of the grid lies from itself, at most. */
