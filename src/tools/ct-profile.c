@@ -8,6 +8,7 @@
 #include "resolution/slice-fit.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -63,7 +64,8 @@ static void put_profile(FILE *f, const struct params *p, const struct ct_slice_f
 	fprintf(f, "# spacing %.6g mm and %.6g mm along axis %c; %zu slices, %zu textured lines\n",
 		s->thick, s->thin, "ijk"[s->axis], s -> slices, s -> lines);
 	fprintf(f, "# sigma %.3f mm +- %.3f, %.3f of the thick spacing; sum %.4f; centre %.3f mm\n",
-		s->sigma, s->sigma_error, s->sigma / s->thick, s->sum, s->centre);
+		s->sigma, s->sigma_error, s->sigma / s->thick, s->sum,
+		round(1e3 * s->centre) / 1e3 + 0.0); /* no -0.000 */
 	fprintf(f, "# residual %.2f HU RMS, %.4f %% of the variance; condition %.3g\n", s->residual,
 		100 * (1 - s->explained), s->condition);
 	fprintf(f, "# other shapes: Gaussian of sigma %.3f mm %.2f HU; box of %.6g mm %.2f HU\n",
