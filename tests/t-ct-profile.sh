@@ -52,6 +52,7 @@ exits 0 'ct-degrade, too' ct-degrade -q -x 1,1,5 --profile p.txt thin.nii again.
 ct-metrics --ssim none thick.nii again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'; ok $? 'which makes the same slices'
 
 # DICOM
+mkdir dicom
 if ct-convert -q thick.nii dicom/thick/ 2>dicom.err && ct-convert -q thin.nii dicom/thin/; then
 	exits 0 'DICOM folders' ct-profile dicom/thick dicom/thin -
 	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'tell the same'

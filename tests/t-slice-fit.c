@@ -19,12 +19,10 @@ struct scene {
 	size_t begin;
 	bool reversed, smooth;
 };
-#define SCENE(...)                                                                                 \
-	(struct scene)                                                                             \
-	{                                                                                          \
-		.axis = 2, .slices = 26, .cover = THIN, .spacing = 5, .at = 12, .texture = 200,    \
-		__VA_ARGS__                                                                        \
-	}
+static const struct scene plain = {
+	.axis = 2, .slices = 26, .cover = THIN, .spacing = 5, .at = 12, .texture = 200};
+static struct scene now;
+#define SCENE(...) (now = plain, __VA_ARGS__, &now)
 
 static struct ct_vol thick, thin;
 static struct ct_env env;
@@ -155,7 +153,7 @@ static void cases(void)
 {
 	double score;
 
-	finds("every fifth slice", &SCENE(0), 1e-3);
+	finds("every fifth slice", &plain, 1e-3);
 	OK(s.profile.n == 9 && fabs(s.profile.first + 4 * h) < 1e-9,
 		"only its nine samples are left");
 	NEAR(s.residual, 0, 0.05, "no residual");
@@ -165,26 +163,27 @@ static void cases(void)
 		"a Gaussian fits less, a box least");
 	NEAR(s.sigma / h, sqrt(3.4731 + 1.0 / 6), 1e-2, "sigma");
 	OK(s.slices == 26, "all slices");
-	finds("an axis of rows", &SCENE(.axis = 0), 1e-3);
-	finds("an axis of columns, thin slices the other way", &SCENE(.axis = 1, .reversed = true),
-		1e-3);
-	finds("between two thin slices", &SCENE(.at = 12.5), 1e-3);
+	finds("an axis of rows", SCENE(now.axis = 0), 1e-3);
+	finds("an axis of columns, thin slices the other way",
+		SCENE(now.axis = 1, now.reversed = true), 1e-3);
+	finds("between two thin slices", SCENE(now.at = 12.5), 1e-3);
 	NEAR(fmod(fabs(s.profile.first) / h, 1), 0.5, 1e-9, "the samples lie on thin slices");
-	finds("3.7 thin slices apart", &SCENE(.spacing = 3.7, .slices = 36), 1e-3);
-	finds("they overlap", &SCENE(.spacing = 2, .slices = 60), 1e-3);
-	finds("with gaps", &SCENE(.spacing = 12, .slices = 11), 1e-3);
-	finds("as many thick slices as thin ones", &SCENE(.spacing = 1, .slices = 120), 1e-3);
-	finds("thin slices begin elsewhere, cover a part", &SCENE(.begin = 37, .cover = 60), 1e-3);
+	finds("3.7 thin slices apart", SCENE(now.spacing = 3.7, now.slices = 36), 1e-3);
+	finds("they overlap", SCENE(now.spacing = 2, now.slices = 60), 1e-3);
+	finds("with gaps", SCENE(now.spacing = 12, now.slices = 11), 1e-3);
+	finds("as many thick slices as thin ones", SCENE(now.spacing = 1, now.slices = 120), 1e-3);
+	finds("thin slices begin elsewhere, cover a part", SCENE(now.begin = 37, now.cover = 60),
+		1e-3);
 	OK(s.slices == 8, "of which fewer count: %zu", s.slices);
-	finds("thin slices cover little", &SCENE(.begin = 37, .cover = 32), 1e-3);
-	finds("the header is three slices off", &SCENE(.told = 3 * h), 1e-3);
+	finds("thin slices cover little", SCENE(now.begin = 37, now.cover = 32), 1e-3);
+	finds("the header is three slices off", SCENE(now.told = 3 * h), 1e-3);
 	NEAR(s.shift, -3 * h, 1e-9, "and that is said");
 	NEAR(s.profile.first, -4 * h, 1e-9, "but not in the samples");
-	finds("noise", &SCENE(.noise = 20), 1e-2);
+	finds("noise", SCENE(now.noise = 20), 1e-2);
 	worst(&score);
 	OK(score > 0.5 && score < 5, "standard errors are as large as errors: %g of them", score);
 	NEAR(s.residual, 20, 0.5, "the residual is the noise");
-	make(&SCENE(.smooth = true, .noise = 2));
+	make(SCENE(now.smooth = true, now.noise = 2));
 	must(ct_slice_fit(&s, &thick, &thin, 0, &env, &err));
 	NEAR(s.sigma / h, sqrt(3.4731 + 1.0 / 6), 0.05, "smooth thin slices: its sigma");
 	OK(s.condition > 1e4, "though ill-conditioned: %g", s.condition);
@@ -203,36 +202,36 @@ static void refuses(const char *what, int code, const char *words)
 
 static void refusals(void)
 {
-	make(&SCENE(0));
+	make(&plain);
 	thin.affine[1][1] = 0.85;
 	refuses("voxels", CT_EGEOM,
 		"along axis j the thick slices have voxels of 0.8 mm, the thin ones of 0.85 mm");
-	make(&SCENE(0));
+	make(&plain);
 	thin.affine[0][3] += 0.5;
 	refuses("place", CT_EGEOM,
 		"along axis i the thick slices begin -0.5 mm from the thin ones");
-	make(&SCENE(0));
+	make(&plain);
 	thin.affine[1][1] *= -1;
 	refuses("direction", CT_EGEOM, "axis j");
-	make(&SCENE(0));
+	make(&plain);
 	thin.n[1]--;
 	refuses("size", CT_EGEOM,
 		"along axis j the thick slices have 22 voxels of 0.8 mm, the thin ones 21");
-	make(&SCENE(.spacing = 0.5, .slices = 200));
+	make(SCENE(now.spacing = 0.5, now.slices = 200));
 	refuses("thin ones first", CT_EGEOM, "give the thick ones first");
-	make(&SCENE(.begin = 20, .cover = 14));
+	make(SCENE(now.begin = 20, now.cover = 14));
 	refuses("cover", CT_EGEOM, "along axis k the thin slices cover");
-	make(&SCENE(.texture = 10));
+	make(SCENE(now.texture = 10));
 	refuses("texture", CT_EINPUT, "0 slices have 50 lines or more");
-	make(&SCENE(0));
+	make(&plain);
 	for (size_t l = 0; l < N * (N - 2); l++)
 		for (size_t k = 0; k < THIN; k++)
 			*voxel(&thin, 2, l, k) = (float)(10 * k);
 	refuses("ramps", CT_EINPUT, "the thin slices do not tell the profile");
-	make(&SCENE(0));
+	make(&plain);
 	thin.data[7] = (float)NAN;
 	refuses("NaN", CT_ENUMERIC, "the thin slices");
-	make(&SCENE(0));
+	make(&plain);
 	thick.data[7] = (float)INFINITY;
 	refuses("infinity", CT_ENUMERIC, "the thick slices");
 }
@@ -241,7 +240,7 @@ static void clipped(void)
 {
 	double score;
 
-	make(&SCENE(.texture = 550));
+	make(SCENE(now.texture = 550));
 	for (size_t i = 0; i < ct_vol_count(&thin); i++)
 		thin.data[i] = fminf(fmaxf(thin.data[i], -1024), 3071);
 	must(ct_slice_fit(&s, &thick, &thin, 0, &env, &err));
@@ -252,7 +251,7 @@ static void threads(void)
 {
 	struct ct_slice_fit one;
 
-	make(&SCENE(.noise = 3));
+	make(SCENE(now.noise = 3));
 	must(ct_slice_fit(&one, &thick, &thin, 0, &env, &err));
 	must(ct_par_alloc(&env.par, 3, &err));
 	must(ct_slice_fit(&s, &thick, &thin, 0, &env, &err));

@@ -4,6 +4,7 @@ SIMD_SOURCES += src/resolution/separable-rows.c src/resolution/separable-rows.h
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h
 libct_a_SOURCES += src/resolution/slice-profile.c src/resolution/slice-profile.h
+libct_a_SOURCES += src/resolution/slice-pair.c src/resolution/slice-pair.h
 libct_a_SOURCES += src/resolution/slice-fit.c src/resolution/slice-fit.h
 libct_a_SOURCES += src/resolution/regrid.c src/resolution/regrid.h
 libct_a_SOURCES += src/resolution/crop.c src/resolution/body.c src/resolution/crop.h

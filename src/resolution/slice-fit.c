@@ -2,6 +2,7 @@
 #include "config.h"
 #include "resolution/slice-fit.h"
 #include "core/mem.h"
+#include "resolution/slice-pair.h"
 #include "solve/jacobi.h"
 
 #include <math.h>
@@ -10,9 +11,7 @@
 
 #define LOWEST (-1024.0)
 #define HIGHEST 3071.0
-#define SNAP 1e-3     /* of a thin slice: as good as on it */
-#define IN_PLANE 0.05 /* of a voxel: as good as one grid */
-#define FAR 2.0       /* thick spacings, and thin ones: where samples are looked for */
+#define FAR 2.0 /* thick spacings, and thin ones: where samples are looked for */
 #define FAR_THIN 10.0
 #define NEEDLESS 1.02 /* of the mean square of the residual; HU^2 */
 #define NEEDLESS_HU2 0.01
@@ -26,22 +25,6 @@ enum {
 	LINES = 50, /* of a slice that is textured, the fewest */
 };
 
-/* Where the slices are: the samples about slice k are the thin voxels at[k] + sign q, of which the
- * next counts with the weight part[k]. */
-struct slices {
-	const struct ct_vol *thick, *thin;
-	int axis, sign;
-	double spacing[2];   /* thick, thin */
-	double first, ratio; /* thin voxel of thick slice 0, and from one to the next */
-	double f;
-};
-
-/* Samples from q[0] to q[1], of the slices from k[0], k[1] left out. */
-struct span {
-	ptrdiff_t q[2];
-	size_t k[2];
-};
-
 /* Sums over the lines: of products of samples, thick voxel and 1: [tile][d][d]. */
 struct sums {
 	size_t m, d;
@@ -50,137 +33,10 @@ struct sums {
 };
 
 struct job {
-	const struct slices *s;
-	const struct span *w;
+	const struct ct_slice_pair *s;
+	const struct ct_slice_span *w;
 	struct sums *to;
 };
-
-static double along(const struct ct_vol *v, const struct ct_vol *u, int a, int b)
-{
-	double sum = 0;
-
-	for (int r = 0; r < 3; r++)
-		sum += v->affine[r][a] * u->affine[r][b];
-	return sum;
-}
-
-/* Voxel of `thin` along axis a of the voxel 0 of `thick`. */
-static double begin(const struct ct_vol *thick, const struct ct_vol *thin, int a)
-{
-	double sum = 0;
-
-	for (int r = 0; r < 3; r++)
-		sum += thin->affine[r][a] * (thick->affine[r][3] - thin->affine[r][3]);
-	return sum / along(thin, thin, a, a);
-}
-
-/* The grids must be one in plane. */
-static int check_plane(const struct slices *s, const double mm[2][3], struct ct_err *e)
-{
-	for (int a = 0; a < 3; a++) {
-		const double apart = begin(s->thick, s->thin, a) * mm[1][a];
-		const double turn = along(s->thick, s->thin, a, a) / (mm[0][a] * mm[1][a]);
-
-		if (!((a == s->axis ? fabs(turn) : turn) > 1 - 1e-4))
-			return ct_fail(e, CT_EGEOM,
-				"axis %c of the thick slices points elsewhere than that of the thin "
-				"ones, by %.3g degrees",
-				"ijk"[a], acos(fmin(fmax(turn, -1), 1)) * 180 / M_PI);
-		if (a == s->axis)
-			continue;
-		if (!(fabs(mm[0][a] - mm[1][a]) * (double)s->thick->n[a] <= IN_PLANE * mm[1][a]))
-			return ct_fail(e, CT_EGEOM,
-				"along axis %c the thick slices have voxels of %.6g mm, the thin ones "
-				"of %.6g mm: they must be alike in plane",
-				"ijk"[a], mm[0][a], mm[1][a]);
-		if (!(fabs(apart) <= IN_PLANE * mm[1][a]))
-			return ct_fail(e, CT_EGEOM,
-				"along axis %c the thick slices begin %.6g mm from the thin ones: they "
-				"must be alike in plane",
-				"ijk"[a], apart);
-		if (s->thick->n[a] != s->thin->n[a])
-			return ct_fail(e, CT_EGEOM,
-				"along axis %c the thick slices have %zu voxels of %.6g mm, the thin "
-				"ones %zu: they must be alike in plane",
-				"ijk"[a], s -> thick -> n[a], mm[0][a], s -> thin -> n[a]);
-	}
-	return 0;
-}
-
-/* The slice axis: the one whose spacings differ most, or the third. */
-static int slice_axis(const double mm[2][3])
-{
-	int axis = 2;
-
-	for (int a = 0; a < 3; a++)
-		if (fabs(log(mm[0][a] / mm[1][a])) > fabs(log(mm[0][axis] / mm[1][axis])) + 1e-3)
-			axis = a;
-	return axis;
-}
-
-static int find_slices(struct slices *s, struct ct_err *e)
-{
-	double mm[2][3];
-	bool alike = true;
-
-	if (ct_vol_check_grid(s->thick, e) || ct_vol_check_grid(s->thin, e))
-		return -1;
-	ct_vol_spacing(s->thick, mm[0]);
-	ct_vol_spacing(s->thin, mm[1]);
-	s->axis = slice_axis(mm);
-	if (check_plane(s, mm, e))
-		return -1;
-	s->spacing[0] = mm[0][s->axis];
-	s->spacing[1] = mm[1][s->axis];
-	if (s->spacing[0] < s->spacing[1] * (1 - 1e-3))
-		return ct_fail(e, CT_EGEOM,
-			"along axis %c the thick slices are %.6g mm apart, the thin ones %.6g mm: "
-			"give the thick ones first",
-			"ijk"[s->axis], s -> spacing[0], s -> spacing[1]);
-	s->first = begin(s->thick, s->thin, s->axis);
-	s->sign = along(s->thick, s->thin, s->axis, s->axis) < 0 ? -1 : 1;
-	s->ratio = s->sign * s->spacing[0] / s->spacing[1];
-	for (size_t k = 0; k < s->thick->n[s->axis]; k++) {
-		const double off = (double)k * (s->ratio - round(s->ratio));
-
-		alike = alike && fabs(off) <= 10 * SNAP;
-	}
-	s->f = alike ? s->sign * (round(s->first) - s->first) : 0;
-	return 0;
-}
-
-/* The thin voxel of sample 0 of slice k, and the weight of the next. */
-static double place(ptrdiff_t *at, const struct slices *s, size_t k)
-{
-	const double x = s->first + (double)k * s->ratio + s->sign * s->f;
-	const double low = floor(x + SNAP), part = x - low;
-
-	*at = (ptrdiff_t)low;
-	return part > 10 * SNAP ? part : 0;
-}
-
-/* Samples within `reach` mm of `centre`, and the slices that have them all. */
-static size_t span_of(struct span *w, const struct slices *s, double centre, double reach)
-{
-	const double h = s->spacing[1];
-
-	w->q[0] = (ptrdiff_t)ceil((centre - reach) / h - s->f - SNAP);
-	w->q[1] = (ptrdiff_t)floor((centre + reach) / h - s->f + SNAP);
-	w->k[0] = w->k[1] = 0;
-	for (size_t k = 0; k < s->thick->n[s->axis]; k++) {
-		ptrdiff_t at;
-		const double part = place(&at, s, k);
-		const ptrdiff_t a = at + s->sign * w->q[0], b = at + s->sign * w->q[1];
-		const ptrdiff_t end = (ptrdiff_t)s->thin->n[s->axis] - (part > 0);
-
-		if (a < 0 || b < 0 || a >= end || b >= end)
-			continue;
-		if (w->k[1] == 0)
-			w->k[0] = k;
-		w->k[1] = k + 1;
-	}
-	return w->k[1] - w->k[0];
-}
 
 /* Samples of one line about slice k, its thick voxel, and 1; false if it is not textured. */
 static bool samples(
@@ -188,7 +44,7 @@ static bool samples(
 {
 	double lo = (double)INFINITY, hi = -(double)INFINITY;
 	ptrdiff_t at;
-	const double part = place(&at, j->s, k);
+	const double part = ct_slice_pair_place(&at, j->s, k);
 
 	for (ptrdiff_t q = j->w->q[0]; q <= j->w->q[1]; q++) {
 		const float *t = thin + (at + j->s->sign * q) * (ptrdiff_t)stride;
@@ -240,7 +96,7 @@ static void sums_free(struct sums *s)
 	*s = (struct sums){0};
 }
 
-static int add_up(struct sums *to, const struct slices *s, const struct span *w,
+static int add_up(struct sums *to, const struct ct_slice_pair *s, const struct ct_slice_span *w,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct job j = {s, w, to};
@@ -333,10 +189,10 @@ static int solve(
 
 /* What is known of the samples at any time. */
 struct fit {
-	struct slices s;
-	struct span w;    /* of all samples that are looked at */
-	struct sums sums; /* of them */
-	size_t from, m;   /* the samples that are kept */
+	struct ct_slice_pair s;
+	struct ct_slice_span w; /* of all samples that are looked at */
+	struct sums sums;       /* of them */
+	size_t from, m;         /* the samples that are kept */
 	double c[MOST * MOST + MOST + 1], work[2 * MOST * MOST], weight[MOST];
 	double condition, lines;
 };
@@ -378,7 +234,7 @@ static int choose_span(struct fit *f, double reach, struct ct_err *e)
 	double far = fmax(FAR * f->s.spacing[0], FAR_THIN * h);
 
 	far = fmin(reach > 0 ? reach : far, (MOST - 1) / 2 * h);
-	while (span_of(&f->w, &f->s, 0, far) < SLICES && !(reach > 0) && far > h)
+	while (ct_slice_pair_span(&f->w, &f->s, 0, far) < SLICES && !(reach > 0) && far > h)
 		far -= h;
 	if (f->w.k[1] - f->w.k[0] < SLICES)
 		return ct_fail(e, CT_EGEOM,
@@ -415,9 +271,9 @@ static int drop_needless(struct fit *f, double about, struct ct_err *e)
 		size_t from = 0, to = all;
 
 		f->from = 0;
-		while (from < to && sample_at(f, from) < centre - (r + SNAP) * h)
+		while (from < to && sample_at(f, from) < centre - (r + CT_SLICE_PAIR_SNAP) * h)
 			from++;
-		while (to > from && sample_at(f, to - 1) > centre + (r + SNAP) * h)
+		while (to > from && sample_at(f, to - 1) > centre + (r + CT_SLICE_PAIR_SNAP) * h)
 			to--;
 		f->from = from;
 		f->m = to - from;
@@ -530,7 +386,7 @@ static int measure(struct ct_slice_fit *o, struct fit *f, double reach, const st
 {
 	double most = 0, mm[3];
 
-	if (find_slices(&f->s, e) || choose_span(f, reach, e) ||
+	if (ct_slice_pair_find(&f->s, e) || choose_span(f, reach, e) ||
 		add_up(&f->sums, &f->s, &f->w, env, e))
 		return -1;
 	o->axis = f->s.axis;
