@@ -54,17 +54,19 @@ has out '^"up.nii","2,2,2",' 'quoted'
 # banding: a wave of 6 HU and four voxels in water
 python3 -c '
 import array, math
-array.array("f", (40 + 6 * math.cos(math.pi * (i // 576) / 2 + 1) for i in range(24 ** 3))).tofile(open("band.raw", "wb"))
-array.array("f", [40] * 24 ** 3).tofile(open("flat.raw", "wb"))' || exit 99
-for v in band flat; do ct-convert -q --raw 24x24x24:f32:2 $v.raw $v.nii || exit 99; done
+array.array("f", (40 + 6 * math.cos(math.pi * (i // 576) / 2 + 1) for i in range(576 * 48))).tofile(open("band.raw", "wb"))
+array.array("f", [40] * 576 * 48).tofile(open("flat.raw", "wb"))' || exit 99
+for v in band flat; do ct-convert -q --raw 24x24x48:f32:2 $v.raw $v.nii || exit 99; done
 banding() { value banding-rms-hu; } # of the last report
 exits 0 'stripes' ct-metrics --harm --ssim none -x 1,1,4 flat.nii band.nii
 banding | awk '{exit !(($1 - 4.243)^2 < .01)}'; ok $? 'are as strong as they are'
-[ "$(value banding-pieces)" -eq 576 ]; ok $? 'on every line'
+[ "$(value banding-pieces)" -eq 1728 ]; ok $? 'on every line'
 exits 0 'of another axis' ct-metrics --harm --ssim none -x 1,4,1 flat.nii band.nii
 [ "$(banding)" = 0.000000 ]; ok $? 'there are none'
 exits 0 'of slices that are not known' ct-metrics --harm --ssim none flat.nii band.nii
 [ "$(banding)" = nan ]; ok $? 'there is no figure'
+exits 0 'thicker slices' ct-metrics --harm --ssim none -x 1,1,8 flat.nii band.nii
+[ "$(banding) $(value banding-pieces)" = 'nan 0' ]; ok $? 'fewer than 1000 pieces tell nothing'
 exits 3 'a limit' ct-metrics --harm --max banding-rms-hu=1 -x 1,1,4 flat.nii band.nii
 has err 'banding-rms-hu 4.2' 'is named'
 

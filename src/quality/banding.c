@@ -160,7 +160,7 @@ static int along(struct ct_banding *o, struct job *j, const struct ct_env *env, 
 	if (!ct_stopping(env)) {
 		const double rms = sqrt(fmax(excess(&pieces, j, tiles), 0));
 
-		if (pieces > 0 && (o->axis < 0 || rms > o->rms))
+		if (pieces >= CT_BANDING_PIECES && (o->axis < 0 || rms > o->rms))
 			*o = (struct ct_banding){j->axis, pieces, rms};
 	}
 	free(j->sum);

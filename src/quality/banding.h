@@ -22,8 +22,11 @@
 #include "core/env.h"
 #include "core/vol.h"
 
+/* Fewer pieces of an axis tell nothing. */
+enum { CT_BANDING_PIECES = 1000 };
+
 struct ct_banding {
-	int axis;      /* of the most banding; -1: no axis has a piece */
+	int axis;      /* of the most banding; -1: no axis has enough pieces */
 	size_t pieces; /* along it */
 	double rms;    /* HU; NaN if there are none */
 };

@@ -36,7 +36,7 @@ static int check_plane(const struct ct_slice_pair *s, const double mm[2][3], str
 		if (!((a == s->axis ? fabs(turn) : turn) > 1 - 1e-4))
 			return ct_fail(e, CT_EGEOM,
 				"axis %c of the thick slices points elsewhere than that of the thin "
-				"ones, by %.3g degrees",
+				"ones, by %.3g degrees; ct-convert --reorient RAS of both may help",
 				"ijk"[a], acos(fmin(fmax(turn, -1), 1)) * 180 / M_PI);
 		if (a == s->axis)
 			continue;
