@@ -32,8 +32,6 @@ mv out one.txt
 exits 4 'it overwrites nothing' ct-profile thick.nii thin.nii p.txt
 exits 0 'unless forced' ct-profile -f -t 3 thick.nii thin.nii p.txt
 cmp -s one.txt p.txt; ok $? 'the same bytes with three threads'
-exits 0 'a reach' ct-profile -r 2 thick.nii thin.nii -
-[ "$(grep -vc '^#' out)" -eq 5 ]; ok $? 'is five samples'
 ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii || exit 99
 exits 0 'a part of the thin slices' ct-profile thick.nii part.nii part.txt
 [ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'tells the same'
@@ -97,5 +95,4 @@ d = bytearray(open("thick.nii", "rb").read())
 struct.pack_into("<f", d, len(d) - 4, float("nan"))
 open("nan.nii", "wb").write(d)'
 no 6 'nan.nii: ' nan.nii thin.nii
-exits 2 'a reach below nothing' ct-profile -r -1 thick.nii thin.nii no.txt
 done_testing

@@ -228,13 +228,13 @@ static void moments(double o[3], const struct fit *f, double least)
 }
 
 /* How far samples can be looked for, so that THIN covers some slices. */
-static int choose_span(struct fit *f, double reach, struct ct_err *e)
+static int choose_span(struct fit *f, struct ct_err *e)
 {
 	const double h = f->s.spacing[1];
 	double far = fmax(FAR * f->s.spacing[0], FAR_THIN * h);
 
-	far = fmin(reach > 0 ? reach : far, (MOST - 1) / 2 * h);
-	while (ct_slice_pair_span(&f->w, &f->s, 0, far) < SLICES && !(reach > 0) && far > h)
+	far = fmin(far, (MOST - 1) / 2 * h);
+	while (ct_slice_pair_span(&f->w, &f->s, 0, far) < SLICES && far > h)
 		far -= h;
 	if (f->w.k[1] - f->w.k[0] < SLICES)
 		return ct_fail(e, CT_EGEOM,
@@ -381,12 +381,12 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 	return 0;
 }
 
-static int measure(struct ct_slice_fit *o, struct fit *f, double reach, const struct ct_env *env,
-	struct ct_err *e)
+static int measure(
+	struct ct_slice_fit *o, struct fit *f, const struct ct_env *env, struct ct_err *e)
 {
 	double most = 0, mm[3];
 
-	if (ct_slice_pair_find(&f->s, e) || choose_span(f, reach, e) ||
+	if (ct_slice_pair_find(&f->s, e) || choose_span(f, e) ||
 		add_up(&f->sums, &f->s, &f->w, env, e))
 		return -1;
 	o->axis = f->s.axis;
@@ -408,7 +408,7 @@ static int measure(struct ct_slice_fit *o, struct fit *f, double reach, const st
 }
 
 int ct_slice_fit(struct ct_slice_fit *o, const struct ct_vol *thick, const struct ct_vol *thin,
-	double reach, const struct ct_env *env, struct ct_err *e)
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct fit *f;
 	int rc = -1;
@@ -423,7 +423,7 @@ int ct_slice_fit(struct ct_slice_fit *o, const struct ct_vol *thick, const struc
 	else if (ct_vol_check_finite(thin, e))
 		ct_blame(e, "the thin slices");
 	else
-		rc = measure(o, f, reach, env, e);
+		rc = measure(o, f, env, e);
 	sums_free(&f->sums);
 	free(f);
 	return rc;

@@ -44,11 +44,11 @@ struct ct_slice_fit {
 	size_t lines, slices;               /* that are textured, and of how many slices */
 };
 
-/* From HU, on one grid but for the slices; `reach`: the farthest sample, mm, or 0 to find it.
+/* From HU, on one grid but for the slices.
  * CT_EGEOM: the grids do not fit (names axis and mm), or THIN covers too few slices; CT_EINPUT: too
  * few are textured, THIN does not tell the profile, or there is none; CT_ENUMERIC: a voxel that is
  * not finite; CT_ENOMEM, CT_ESTOP. The result does not depend on the number of threads. */
 int ct_slice_fit(struct ct_slice_fit *o, const struct ct_vol *thick, const struct ct_vol *thin,
-	double reach, const struct ct_env *env, struct ct_err *e);
+	const struct ct_env *env, struct ct_err *e);
 
 #endif

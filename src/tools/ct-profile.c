@@ -17,7 +17,6 @@
 
 struct params {
 	const char *thick, *thin, *out;
-	double reach;
 };
 
 static const struct params defaults = {0};
@@ -29,9 +28,6 @@ static const struct ct_opt opts[] = {
 		"the same acquisition in thin slices, on the same grid in plane"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_TEXT,
 		"text file for --profile of ct-sr, or -"),
-	CT_OPT(struct params, reach, 'r', "reach", "MM", 0, 1000,
-		"distance of the outermost sample from the middle of the slice; 0: as far as samples "
-		"explain something"),
 	CT_OPT_END,
 };
 
@@ -110,7 +106,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (read_ct(&thick, p->thick, env, e) || read_ct(&thin, p->thin, env, e))
 		goto out;
-	if (ct_slice_fit(&s, &thick, &thin, p->reach, env, e)) {
+	if (ct_slice_fit(&s, &thick, &thin, env, e)) {
 		ct_blame(e, p->thick);
 		goto out;
 	}
