@@ -5,8 +5,8 @@
 #
 # cuts a cube from each, reduces it as each of CASES says, and refines it in three ways. `blind` gets the
 # voxels rounded to 16 bits, without a word of metadata. In OUT it leaves blind.csv, a line a result, with
-# all that ct-metrics --harm says, and blind.txt, the table: PSNR and SSIM, false structures, the error
-# inside soft tissue, and what blind loses. Python makes both; it needs no modules.
+# all that ct-metrics --harm says, and blind.txt, the table: PSNR and SSIM, false structures, the error and the
+# banding inside soft tissue, and what blind loses. Python makes both; it needs no modules.
 #
 # A case is KIND-FACTOR. P1, P1n, P3, P3n: a protocol of ct-degrade along every axis. mean, meann: means of
 # FACTOR slices, n with 15 HU of noise. gNN, gNNn: slices of a Gaussian profile, sigma NN % of the thickness.
@@ -27,7 +27,7 @@ times = $(lastword $(subst -, ,$(1)))
 protocol = $(filter P%,$(1))
 factor = $(if $(call protocol,$(1)),$(call times,$(1)),1$(comma)1$(comma)$(call times,$(1)))
 percent = $(patsubst g%,%,$(patsubst %n,%,$(call kind,$(1))))
-noise = $(if $(filter %n,$(call kind,$(1))),--noise 15)
+noise = $(if $(filter P1n P3n meann g%n,$(call kind,$(1))),--noise 15)
 gauss = --sigma 0,0,$$$$(awk 'BEGIN {print $(call percent,$(1)) / 100 * $(call times,$(1))}') --decimate point
 degrade = $(if $(call protocol,$(1)),-p $(call kind,$(1)),$(if $(filter mean%,$(call kind,$(1))),--sigma 0 --decimate mean,$(call gauss,$(1))) $(call noise,$(1)))
 cubic = ct-upsample -m cubic

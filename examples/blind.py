@@ -10,6 +10,7 @@ import struct
 import sys
 
 RUNS = ['cubic', 'known', 'blind']
+CHANCE = .3  # of banding, HU: src/quality/banding.h
 
 
 def bare(source, target):
@@ -38,11 +39,11 @@ def table(path):
     if not cases:
         sys.exit(f'{path}: no results')
     three = lambda runs, key, form: ' '.join(form % float(runs[r][key] or 'nan') for r in RUNS)
-    losses, gains, false, deep = [], [], 0, 0
-    print('%-24s %-7s %-20s %-20s %6s  %-14s %s' % ('scan', 'case', 'PSNR, dB: cubic,', 'SSIM: cubic,', 'blind',
-                                                    'false: cubic,', 'inside soft tissue, HU:'))
-    print('%-24s %-7s %-20s %-20s %6s  %-14s %s' % ('', '', 'known, blind', 'known, blind', 'loses', 'known, blind',
-                                                    'cubic, known, blind'))
+    losses, gains, false, deep, bands = [], [], 0, 0, 0
+    line = '%-24s %-7s %-20s %-20s %6s  %-14s %-20s %s'
+    print(line % ('scan', 'case', 'PSNR, dB: cubic,', 'SSIM: cubic,', 'blind', 'false: cubic,',
+                  'inside soft tissue,', 'banding, HU:'))
+    print(line % ('', '', 'known, blind', 'known, blind', 'loses', 'known, blind', 'HU: the same', 'the same'))
     for (scan, case), runs in cases.items():
         psnr = [float(runs[r]['psnr']) for r in RUNS]
         losses.append(psnr[1] - psnr[2])
@@ -50,14 +51,17 @@ def table(path):
         false += float(runs['blind']['structures-false']) > float(runs['known']['structures-false'])
         inside = [float(runs[r]['deep-smooth-rmse-hu'] or 'nan') for r in RUNS]
         deep += inside[2] > inside[0]
-        print('%-24.24s %-7s %-20s %-20s %6.2f  %-14s %s' % (
-            scan, case, three(runs, 'psnr', '%6.2f'), three(runs, 'ssim-r2', '%6.4f'), losses[-1],
-            three(runs, 'structures-false', '%4.0f'), three(runs, 'deep-smooth-rmse-hu', '%6.2f')))
+        banding = [float(runs[r]['banding-rms-hu'] or 'nan') for r in RUNS]
+        bands += banding[2] > banding[0] + CHANCE
+        print(line % (
+            scan[:24], case, three(runs, 'psnr', '%6.2f'), three(runs, 'ssim-r2', '%6.4f'), '%.2f' % losses[-1],
+            three(runs, 'structures-false', '%4.0f'), three(runs, 'deep-smooth-rmse-hu', '%6.2f'),
+            three(runs, 'banding-rms-hu', '%5.2f')))
     n = len(losses)
     print(f'\n{n} cases: blind loses {sum(losses) / n:.2f} dB in the mean, {max(losses):.2f} at worst; '
           f'gains {sum(gains) / n:.2f} dB over cubic in the mean, {min(gains):.2f} at least')
     print(f'more false structures than with the operator known: {false}; '
-          f'a larger error inside soft tissue than cubic: {deep}')
+          f'a larger error inside soft tissue than cubic: {deep}; more banding than cubic: {bands}')
 
 
 if __name__ == '__main__':

@@ -25,6 +25,7 @@
 #define CT_ENDS_TABLE "csv"
 #define CT_ENDS_REPORT "json"
 #define CT_ENDS_PAGE "html"
+#define CT_ENDS_TEXT "txt"
 
 /* Does the name end in a dot and one of them, whatever the case, behind at least one character? */
 bool ct_ends_match(const char *path, const char *ends);

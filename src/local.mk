@@ -65,6 +65,9 @@ bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c \
 	src/tools/prior-file.h $(PAGE_SOURCES) 
 ct_sr_LDADD = $(DICOM_LDADD)
+bin_PROGRAMS += ct-profile
+ct_profile_SOURCES = src/tools/ct-profile.c
+ct_profile_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)

@@ -27,7 +27,7 @@ done
 missing() { # missing TOOL ARGS...
 	exits 3 "$1 names a missing file" "$@"
 	has err 'none\.' "$1 says which"
-	[ ! -e new.nii ] && [ ! -e new.exr ] && [ ! -e new.ply ]; ok $? "$1 leaves nothing"
+	[ ! -e new.nii ] && [ ! -e new.exr ] && [ ! -e new.ply ] && [ ! -e new.txt ]; ok $? "$1 leaves nothing"
 }
 missing ct-convert none.nii new.nii
 missing ct-degrade -x 2 none.nii new.nii
@@ -41,4 +41,5 @@ missing ct-compose none.nii none.ply new.nii
 missing ct-metrics none.nii none.nii
 missing ct-report none.nii none.nii new.html
 missing ct-info none.nii
+missing ct-profile none.nii none.nii new.txt
 done_testing

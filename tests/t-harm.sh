@@ -10,7 +10,7 @@ exits 0 'all of it' ct-metrics --harm hr.nii up.nii
 mv out harm.txt
 ct-metrics --edges --structures --tissues hr.nii up.nii >parts; s=$?
 grep -vxFf parts harm.txt | awk '{print $1}' | tr '\n' ' ' >more
-[ $s -eq 0 ] && [ "$(cat more)" = 'hfen fsc50 fsc50-mm flat-voxels flat-ref flat-test ' ]; ok $? 'its parts say the same'
+[ $s -eq 0 ] && [ "$(cat more)" = 'hfen fsc50 fsc50-mm flat-voxels flat-ref flat-test banding-pieces banding-rms-hu ' ]; ok $? 'its parts say the same'
 for t in 1 4; do ct-metrics -t $t --harm --json hr.nii up.nii >t$t; done
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
 
@@ -50,6 +50,25 @@ has out '^"a ""b"", c.nii",' 'is quoted'
 exits 0 'CSV of a residual' ct-metrics --csv --consistency lr.nii up.nii
 has out '^test,factor,sigma,decimate,noise,residual-voxels' 'has words, too'
 has out '^"up.nii","2,2,2",' 'quoted'
+
+# banding: a wave of 6 HU and four voxels in water
+python3 -c '
+import array, math
+array.array("f", (40 + 6 * math.cos(math.pi * (i // 576) / 2 + 1) for i in range(576 * 48))).tofile(open("band.raw", "wb"))
+array.array("f", [40] * 576 * 48).tofile(open("flat.raw", "wb"))' || exit 99
+for v in band flat; do ct-convert -q --raw 24x24x48:f32:2 $v.raw $v.nii || exit 99; done
+banding() { value banding-rms-hu; } # of the last report
+exits 0 'stripes' ct-metrics --harm --ssim none -x 1,1,4 flat.nii band.nii
+banding | awk '{exit !(($1 - 4.243)^2 < .01)}'; ok $? 'are as strong as they are'
+[ "$(value banding-pieces)" -eq 1728 ]; ok $? 'on every line'
+exits 0 'of another axis' ct-metrics --harm --ssim none -x 1,4,1 flat.nii band.nii
+[ "$(banding)" = 0.000000 ]; ok $? 'there are none'
+exits 0 'of slices that are not known' ct-metrics --harm --ssim none flat.nii band.nii
+[ "$(banding)" = nan ]; ok $? 'there is no figure'
+exits 0 'thicker slices' ct-metrics --harm --ssim none -x 1,1,8 flat.nii band.nii
+[ "$(banding) $(value banding-pieces)" = 'nan 0' ]; ok $? 'fewer than 1000 pieces tell nothing'
+exits 3 'a limit' ct-metrics --harm --max banding-rms-hu=1 -x 1,1,4 flat.nii band.nii
+has err 'banding-rms-hu 4.2' 'is named'
 
 # limits
 head -c 55296 /dev/zero >zero.raw

@@ -1,6 +1,7 @@
 /* compare.c: see compare.h. */
 #include "config.h"
 #include "quality/compare.h"
+#include "quality/banding.h"
 #include "quality/calibration.h"
 #include "quality/edges.h"
 #include "quality/fsc.h"
@@ -65,6 +66,10 @@ int ct_compare_sizes(struct ct_compare_rule *r, const double *factor, const stru
 	}
 	if (!factor && !unknown)
 		factor = d.factor;
+	if (factor)
+		memcpy(r->factor, factor, sizeof r->factor);
+	if (r->sizes)
+		return 0;
 	r->sizes = factor ? 2 : 1;
 	for (size_t i = 0; i < r->sizes; i++)
 		for (int a = 0; a < 3; a++)
@@ -215,6 +220,19 @@ static int frequencies(struct ct_figures *f, const struct ct_compare_in *in,
 	return 0;
 }
 
+/* Stripes with the period of the slices, if that is known. */
+static int banding(struct ct_figures *f, const unsigned char *map, const struct ct_compare_in *in,
+	const struct ct_compare_rule *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_banding b;
+
+	if (ct_banding(&b, map, in->ref, in->test, in->mask, r->factor, env, e))
+		return -1;
+	append(f, "banding-pieces", (double)b.pieces, 0);
+	append(f, "banding-rms-hu", b.rms, 6);
+	return 0;
+}
+
 /* One map of tissues serves both parts. */
 static int by_tissue(struct ct_figures *f, const struct ct_compare_in *in,
 	const struct ct_compare_rule *r, const struct ct_env *env, struct ct_err *e)
@@ -247,7 +265,7 @@ static int by_tissue(struct ct_figures *f, const struct ct_compare_in *in,
 		append_to(f, name, "-bias-hu", errors.row[k].bias, 6);
 	}
 	append(f, "deep-smooth-rmse-hu", errors.smooth, 6);
-	rc = 0;
+	rc = r->harm ? banding(f, map, in, r, env, e) : 0;
 out:
 	free(map);
 	return rc;
@@ -297,7 +315,7 @@ int ct_compare(struct ct_figures *f, struct ct_metrics_slice **slice,
 	struct ct_compare_rule rule = *r;
 	struct ct_metrics m;
 
-	if (!rule.sizes && (r->structures || r->harm) &&
+	if ((!rule.sizes || !(rule.factor[0] > 0)) && (r->structures || r->harm) &&
 		ct_compare_sizes(&rule, NULL, &in->test->meta, e))
 		return ct_blame(e, in->test_name);
 	if (ct_metrics(&m, slice, in->ref, in->test, in->mask, &rule.metrics, env, e))

@@ -37,9 +37,10 @@ struct ct_compare_rule {
 	double edge_step;                      /* least step of an edge, HU */
 	size_t sizes;                          /* of structures; 0: ct_compare_sizes chooses */
 	double sigma[CT_COMPARE_SIZES][3];     /* of their Gaussians, voxels */
-	double contrast;                       /* least contrast of a structure, HU */
-	double flat_step;                      /* flat: all steps to neighbours are smaller, HU */
-	size_t deep; /* inside soft tissue: so many voxels from its surface */
+	double factor[3]; /* of a low-resolution voxel, for banding; 0: ct_compare_sizes finds it */
+	double contrast;  /* least contrast of a structure, HU */
+	double flat_step; /* flat: all steps to neighbours are smaller, HU */
+	size_t deep;      /* inside soft tissue: so many voxels from its surface */
 };
 
 /* The volumes and their names for error messages. mask and std may be NULL. */
@@ -48,9 +49,9 @@ struct ct_compare_in {
 	const char *ref_name, *test_name, *std_name;
 };
 
-/* Chooses the sizes of structures: 0.75 and 1.5 low-resolution voxels, at most 100 voxels.
- * `factor`, or if it is NULL the header of an upsampled test, says how long these are. Else 1.5
- * voxels. CT_EINPUT names the key. */
+/* Chooses the factor and the sizes of structures: 0.75 and 1.5 low-resolution voxels, at most 100
+ * voxels. `factor`, or if it is NULL the header of an upsampled test, says how long these are.
+ * Else 1.5 voxels. CT_EINPUT names the key. */
 int ct_compare_sizes(struct ct_compare_rule *r, const double *factor, const struct ct_meta *test,
 	struct ct_err *e);
 /* Appends the figures. slice is as in ct_metrics, or NULL. Errors name the file. With harm alone, a

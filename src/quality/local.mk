@@ -13,4 +13,5 @@ libct_a_SOURCES += src/quality/smooth.c src/quality/smooth.h
 libct_a_SOURCES += src/quality/fourier.c src/quality/fourier.h src/quality/fsc.c src/quality/fsc.h
 libct_a_SOURCES += src/quality/hfen.c src/quality/hfen.h
 libct_a_SOURCES += src/quality/tissue.c src/quality/tissue.h
+libct_a_SOURCES += src/quality/banding.c src/quality/banding.h
 libct_a_SOURCES += src/quality/compare.c src/quality/compare.h

@@ -1,0 +1,98 @@
+#!/bin/sh
+# ct-profile: what it finds of a profile that is known, what it writes, what it refuses.
+. "${srcdir:?}/tests/tap.sh"
+command -v python3 >/dev/null || { skip 'ct-profile' 'python3 is not here'; done_testing; }
+no() { # no STATUS WORDS ARGUMENTS...
+	status=$1 words=$2; shift 2
+	exits "$status" "$*" ct-profile "$@" no.txt; has err "$words" "$words"; [ ! -e no.txt ] || ok 1 'nothing is left'
+}
+weights() { awk '/^[^#]/ {printf "%s %.2f ", $1, $2}' "$1"; }
+
+# 20x18x100 voxels of noise; slices of it
+python3 -c '
+import array, random
+r = random.Random(1)
+array.array("f", (r.gauss(100, 200) for i in range(20 * 18 * 100))).tofile(open("raw", "wb"))' || exit 99
+thin() { ct-convert -q -f --raw "20x18x100:f32:${2:-0.8,0.8,1}" --orient RAS raw "$1"; }
+thin thin.nii || exit 99
+printf -- '-3 .04\n-2 .12\n-1 .2\n0 .28\n1 .2\n2 .12\n3 .04\n' >known.txt
+ct-degrade -q -x 1,1,5 --profile known.txt thin.nii thick.nii || exit 99
+exits 0 'a profile' ct-profile thick.nii thin.nii p.txt
+[ "$(weights p.txt)" = '-3 0.04 -2 0.12 -1 0.20 0 0.28 1 0.20 2 0.12 3 0.04 ' ]; ok $? 'is found'
+[ "$(grep -c '^#' p.txt)" -eq 6 ] && [ ! -s err ]; ok $? 'comments say the rest, and nothing else does'
+has p.txt '^# slice profile of thick.nii relative to thin.nii, measured by ctsr' 'of what'
+has p.txt '^# spacing 5 mm and 1 mm along axis k; 16 slices, 5760 textured lines$' 'from what'
+has p.txt '^# sigma 1.499 mm +- 0.000, 0.300 of the thick spacing; sum 1.0000; centre 0.000 mm$' 'how wide'
+has p.txt '^# residual 0.0[0-9] HU RMS, 0.0000 % of the variance; condition [12]' 'how well'
+has p.txt '^# other shapes: Gaussian of sigma 1.[0-9]* mm [1-9].* HU; box of 5 mm [1-9]' 'how others would do'
+awk '/^[^#]/ && !($3 == "#" && $4 < .001) {bad = 1} END {exit bad}' p.txt; ok $? 'each sample has its standard error'
+exits 0 'standard output' ct-profile thick.nii thin.nii -
+cmp -s out p.txt; ok $? 'gets the same'
+mv out one.txt
+exits 4 'it overwrites nothing' ct-profile thick.nii thin.nii p.txt
+exits 0 'unless forced' ct-profile -f -t 3 thick.nii thin.nii p.txt
+cmp -s one.txt p.txt; ok $? 'the same bytes with three threads'
+ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii || exit 99
+exits 0 'a part of the thin slices' ct-profile thick.nii part.nii part.txt
+[ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'tells the same'
+
+# the file is one for --profile
+python3 - <<'PY' || exit 99
+# the slices without a word of how they were made
+d = bytearray(open('thick.nii', 'rb').read())
+start = int(__import__('struct').unpack_from('<f', d, 108)[0])
+open('bare.raw', 'wb').write(d[start:])
+PY
+ct-convert -q --raw 20x18x20:f32:0.8,0.8,5 --orient RAS bare.raw bare.nii || exit 99
+exits 0 'ct-sr takes it' ct-sr -q -Q draft --noise 0 -x 1,1,5 --profile p.txt bare.nii sr.nii
+ct-metrics --consistency thick.nii sr.nii | awk '$1 == "residual-rms-hu" {exit !($2 < .5)}'; ok $? 'as what made the slices'
+exits 0 'ct-degrade, too' ct-degrade -q -x 1,1,5 --profile p.txt thin.nii again.nii
+ct-metrics --ssim none thick.nii again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'; ok $? 'which makes the same slices'
+
+# DICOM
+mkdir dicom
+if ct-convert -q thick.nii dicom/thick/ 2>dicom.err && ct-convert -q thin.nii dicom/thin/; then
+	exits 0 'DICOM folders' ct-profile dicom/thick dicom/thin -
+	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'tell the same'
+	mkdir both && for f in dicom/*/*.dcm; do cp "$f" "both/$(echo "$f" | tr / -)"; done
+	set -- both/dicom-thick-*; thick=$1; set -- both/dicom-thin-*
+	exits 0 'a file of each series of one folder' ct-profile "$thick" "$1" -
+	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'tells the same'
+else
+	skip 'DICOM' "$(head -n 1 dicom.err)"
+fi
+
+# a name that would end its line
+cp thick.nii "$(printf 'a\nb')" && exits 0 'a name of two lines' ct-profile "$(printf 'a\nb')" thin.nii -
+has out '^# slice profile of a?b relative' 'is one line'
+
+# warnings
+ct-convert -q --raw 20x18x20:f32:0.8,0.8,5 --orient RAS bare.raw - >far.nii
+python3 - <<'PY' || exit 99
+import struct
+d = bytearray(open('far.nii', 'rb').read())
+for at in (276, 324):  # z of the first voxel: qform, sform
+    struct.pack_into('<f', d, at, struct.unpack_from('<f', d, at)[0] + 2)
+open('far.nii', 'wb').write(d)
+PY
+exits 0 'slices that lie elsewhere' ct-profile far.nii thin.nii -
+has err 'far.nii: the slices lie -2 mm from where the header says' 'are reported'
+has out '^# the slices lie -2 mm from where their header says; removed below' 'in the file, too'
+[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'and put right'
+ct-degrade -q -x 1 --noise 60 thick.nii noisy.nii || exit 99
+exits 0 'thick slices of another noise' ct-profile noisy.nii thin.nii -
+has err 'noisy.nii: thin.nii explains only [0-9.]* % of its variance: are they one acquisition?' 'are reported'
+
+# refusals
+no 5 'give the thick ones first' thin.nii thick.nii
+thin other.nii 0.8,0.9,1 && no 5 'thick.nii: along axis j the thick slices have voxels of 0.8 mm, the thin ones of 0.9 mm' thick.nii other.nii
+ct-convert -q --crop 2:20,0:18,0:100 thin.nii shift.nii && no 5 'along axis i the thick slices begin -1.6 mm' thick.nii shift.nii
+ct-convert -q --crop 0:20,0:18,40:55 thin.nii few.nii && no 5 'along axis k the thin slices cover' thick.nii few.nii
+head -c 144000 /dev/zero >zero && ct-convert -q --raw 20x18x100:f32:0.8,0.8,1 --orient RAS zero water.nii && no 3 '0 slices have 50 lines or more' --units hu thick.nii water.nii
+python3 -c '
+import struct
+d = bytearray(open("thick.nii", "rb").read())
+struct.pack_into("<f", d, len(d) - 4, float("nan"))
+open("nan.nii", "wb").write(d)'
+no 6 'nan.nii: ' nan.nii thin.nii
+done_testing
