@@ -105,11 +105,11 @@ static void nothing(const struct ct_vol *v)
 	must(ct_vol_alloc(&half, v->n, &err));
 	for (size_t i = 0; i < ct_vol_count(v); i++)
 		half.data[i] = i % SIDE < SIDE / 2 ? -1024 : 500;
-	must(ct_edge_lines_draw(rows, &n, half.data, half.n, 0, &err));
+	must(ct_edge_lines_draw(rows, &n, half.data, NULL, half.n, 0, &err));
 	OK(n == 0, "the border of padding is no edge");
-	must(ct_edge_lines_draw(rows, &n, v->data, few, 2, &err));
+	must(ct_edge_lines_draw(rows, &n, v->data, NULL, few, 2, &err));
 	OK(n == 0, "12 voxels are too few");
-	must(ct_edge_lines_draw(rows, &n, v->data, v->n, 2, &err));
+	must(ct_edge_lines_draw(rows, &n, v->data, NULL, v->n, 2, &err));
 	OK(n == CT_EDGE_PLACES && fabsf(rows[0][5] + 0.5f) < 1e-5f &&
 			fabsf(rows[0][6] - 0.5f) < 1e-5f,
 		"a row goes up by one step in its middle");
