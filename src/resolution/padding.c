@@ -356,3 +356,22 @@ int ct_padding_reduce(struct ct_padding *coarse, const struct ct_padding *p,
 	}
 	return 0;
 }
+
+void ct_padding_put(float *x, const size_t m[static 3], const struct ct_padding *p,
+	const size_t n[static 3], const double factor[static 3], float value)
+{
+	if (!p->is)
+		return;
+	for (size_t k = 0; k < m[2]; k++) {
+		const size_t z = cell_of(k, m[2], n[2], factor[2]);
+
+		for (size_t j = 0; j < m[1]; j++) {
+			const size_t y = cell_of(j, m[1], n[1], factor[1]);
+			const unsigned char *is = p->is + (z * n[1] + y) * n[0];
+
+			for (size_t i = 0; i < m[0]; i++, x++)
+				if (is[cell_of(i, m[0], n[0], factor[0])])
+					*x = value;
+		}
+	}
+}

@@ -31,6 +31,10 @@ void ct_padding_free(struct ct_padding *p);
  * of its neighbours in the layers before. CT_ENOMEM. */
 int ct_padding_fill(
 	float *x, const struct ct_padding *p, const size_t n[static 3], struct ct_err *e);
+/* x, m voxels of the grid that is `factor` times as fine as that of n (ct_degrade_cover), gets `value`
+ * where the nearest voxel of that is padding. */
+void ct_padding_put(float *x, const size_t m[static 3], const struct ct_padding *p,
+	const size_t n[static 3], const double factor[static 3], float value);
 /* *coarse, zeroed, gets the padding of a grid that `factor` voxels along an axis make a voxel of:
  * all that holds some. CT_ENOMEM. */
 int ct_padding_reduce(struct ct_padding *coarse, const struct ct_padding *p,
