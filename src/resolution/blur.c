@@ -29,7 +29,7 @@ struct sums {
 
 struct blur_job {
 	const float *x;
-	const unsigned char *padding; /* or NULL */
+	const unsigned char *padding;   /* or NULL */
 	size_t stride[3], lo[3], hi[3]; /* of the places where an edge may be */
 	size_t n[3];
 	int axis, plane; /* along which, and the axis of the tasks */
@@ -189,8 +189,8 @@ static void conclude(struct ct_blur_axis *out, const struct sums *s, double fact
 }
 
 static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v,
-	const struct ct_padding *padding, int axis, double factor, double least,
-	struct ct_par *par, struct ct_err *e)
+	const struct ct_padding *padding, int axis, double factor, double least, struct ct_par *par,
+	struct ct_err *e)
 {
 	struct blur_job j = {.x = v->data,
 		.padding = padding->is,

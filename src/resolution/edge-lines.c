@@ -225,3 +225,12 @@ void ct_edge_lines_median(
 		line[k] = ((double)x[(n - 1) / 2] + (double)x[n / 2]) / 2;
 	}
 }
+
+double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG])
+{
+	const double *up = line + HALF + 1, *low = line + HALF - 2;
+	const double after = (up[1] + up[2] + up[3]) / 3,
+		     before = (low[-1] + low[-2] + low[-3]) / 3;
+
+	return after > before ? fmin(*up - after, before - *low) / (after - before) : 0;
+}

@@ -25,13 +25,18 @@ enum {
 	CT_EDGE_LEAST = 24
 };
 
-/* *count rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0 if there are fewer than CT_EDGE_LEAST
- * places. Of a large CT not all places are looked at. CT_ENOMEM. Pure. */
+/* *count rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0 if
+ * there are fewer than CT_EDGE_LEAST places. Of a large CT not all places are looked at. CT_ENOMEM.
+ * Pure. */
 int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
 	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
 	struct ct_err *e);
 /* line <- the median of the lines of n rows, n > 0: from about -0.5 to about 0.5. */
 void ct_edge_lines_median(
 	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n);
+/* By what share of its step the edge of a median line overshoots on either side, the lesser: the
+ * voxels beside the middle against the means of the three after them. Below 0 if it does not, 0 of
+ * a line of zeroes. Sharp kernels make it, and bone that is thin. */
+double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG]);
 
 #endif

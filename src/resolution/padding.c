@@ -9,10 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST = 27, VALUES = 2, KNOWN = 16, BINS = 256, SYNTHETIC = 20 };
+enum { LEAST = 27, VALUES = 2, KNOWN = 16, BINS = 256 };
 
 #define LEAST_STEP 150.0 /* HU */
 #define CUT 0.6
+#define WINDOW (-900.0f) /* HU; a lowest value above it is the end of a window */
 
 /* A value, and how many voxels have only its like about them. */
 struct value {
@@ -25,7 +26,7 @@ struct finder {
 	size_t n[3], stride[3];
 	unsigned char *is;
 	struct value value[KNOWN];
-	size_t values, cores; /* of all values */
+	size_t values;
 };
 
 static size_t count_of(const struct finder *f)
@@ -56,7 +57,6 @@ static void note(struct finder *f, float hu)
 {
 	size_t k = 0;
 
-	f->cores++;
 	while (k < f->values && f->value[k].hu != hu)
 		k++;
 	if (k == KNOWN)
@@ -190,16 +190,49 @@ static size_t keep(struct finder *f, size_t values)
 	return kept;
 }
 
+static bool is_window(const struct finder *f, float hu)
+{
+	bool lowest = hu > WINDOW;
+
+	for (size_t i = 0; i < count_of(f) && lowest; i++)
+		lowest = f->x[i] >= hu;
+	return lowest;
+}
+
+/* Has a voxel the value of both its neighbours along an axis? */
+static bool is_on_line(const struct finder *f, size_t i)
+{
+	for (int a = 0; a < 3; a++) {
+		const size_t at = i / f->stride[a] % f->n[a], s = f->stride[a];
+
+		if (at > 0 && at + 1 < f->n[a] && f->x[i - s] == f->x[i] && f->x[i + s] == f->x[i])
+			return true;
+	}
+	return false;
+}
+
+/* Is most of what is not marked without noise? */
+static bool is_synthetic(const struct finder *f)
+{
+	size_t rest = 0, smooth = 0;
+
+	for (size_t i = 0; i < count_of(f); i++)
+		if (!f->is[i]) {
+			rest++;
+			smooth += is_on_line(f, i);
+		}
+	return 2 * smooth >= rest;
+}
+
 /* Values of constant regions that reach the border become the first; their number. */
 static size_t regions(struct finder *f)
 {
 	size_t values = 0;
 
 	for (size_t k = 0; k < f->values && values < VALUES; k++)
-		if (f->value[k].cores >= LEAST && grow(f, f->value[k].hu)) {
-			f->cores -= f->value[k].cores;
+		if (f->value[k].cores >= LEAST && !is_window(f, f->value[k].hu) &&
+			grow(f, f->value[k].hu))
 			f->value[values++] = f->value[k];
-		}
 	return values;
 }
 
@@ -226,7 +259,8 @@ int ct_padding_find(
 		return -1;
 	find_cores(&f);
 	values = regions(&f);
-	if (SYNTHETIC * f.cores > all - keep(&f, values))
+	keep(&f, values);
+	if (is_synthetic(&f))
 		values = 0;
 	*p = (struct ct_padding){.is = f.is, .count = keep(&f, paddings(&f, values))};
 	p->hu = (double)f.value[0].hu;
@@ -239,6 +273,44 @@ void ct_padding_free(struct ct_padding *p)
 {
 	free(p->is);
 	*p = (struct ct_padding){0};
+}
+
+/* What is marked within `by` before and behind on a line becomes so. */
+static void widen_line(unsigned char *is, unsigned char *line, size_t n, size_t stride, size_t by)
+{
+	for (size_t i = 0; i < n; i++) {
+		const size_t lo = i > by ? i - by : 0, hi = i + by < n ? i + by : n - 1;
+
+		line[i] = 0;
+		for (size_t k = lo; k <= hi; k++)
+			line[i] |= is[k * stride];
+	}
+	for (size_t i = 0; i < n; i++)
+		is[i * stride] = line[i];
+}
+
+int ct_padding_widen(struct ct_padding *p, const size_t n[static 3], size_t by, struct ct_err *e)
+{
+	const size_t stride[3] = {1, n[0], n[0] * n[1]}, all = n[0] * n[1] * n[2];
+	size_t longest = n[0] > n[1] ? n[0] : n[1];
+	unsigned char *line;
+
+	if (!p->is)
+		return 0;
+	longest = longest > n[2] ? longest : n[2];
+	if (ct_alloc(&line, longest, 1, e)) {
+		ct_padding_free(p);
+		return -1;
+	}
+	for (int a = 0; a < 3; a++)
+		for (size_t i = 0; i < all; i++)
+			if (i / stride[a] % n[a] == 0)
+				widen_line(p->is + i, line, n[a], stride[a], by);
+	free(line);
+	p->count = 0;
+	for (size_t i = 0; i < all; i++)
+		p->count += p->is[i];
+	return 0;
 }
 
 /* States of voxels while padding is filled. */
@@ -255,7 +327,8 @@ struct fill {
 static size_t beside(const struct fill *f, size_t i, int d)
 {
 	const size_t *n = f->n;
-	const size_t x = i % n[0] + (size_t)(d % 3) - 1, y = i / n[0] % n[1] + (size_t)(d / 3 % 3) - 1,
+	const size_t x = i % n[0] + (size_t)(d % 3) - 1,
+		     y = i / n[0] % n[1] + (size_t)(d / 3 % 3) - 1,
 		     z = i / n[0] / n[1] + (size_t)(d / 9) - 1;
 
 	return x < n[0] && y < n[1] && z < n[2] ? (z * n[1] + y) * n[0] + x : i;
@@ -274,20 +347,23 @@ static void queue_beside(struct fill *f, size_t i)
 	}
 }
 
+/* The nearer the more: weights of 1, 1/4 and 1/9 by faces, edges and corners. */
 static float mean_beside(const struct fill *f, size_t i)
 {
-	double sum = 0;
-	size_t count = 0;
+	double sum = 0, weights = 0;
 
 	for (int d = 0; d < 27; d++) {
 		const size_t j = beside(f, i, d);
+		const int away = (d % 3 != 1) + (d / 3 % 3 != 1) + (d / 9 != 1);
 
 		if (f->state[j] == FILLED) {
-			sum += (double)f->x[j];
-			count++;
+			const double w = 1. / (away * away);
+
+			sum += w * (double)f->x[j];
+			weights += w;
 		}
 	}
-	return (float)(sum / (double)count);
+	return (float)(sum / weights);
 }
 
 int ct_padding_fill(

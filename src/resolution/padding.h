@@ -1,5 +1,5 @@
-/* padding.h: voxels of a CT that hold no measurement: the outside of a field of view, a mask, a face
- * that was cut off.
+/* padding.h: voxels of a CT that hold no measurement: the outside of a field of view, a mask, a
+ * face that was cut off.
  *
  * A CT has noise, so a voxel whose 3 x 3 x 3 neighbours all have its value was not measured, or was
  * clipped. Such voxels and those of the same value that touch them by faces are a constant region,
@@ -10,8 +10,9 @@
  * follow, p of the region, q and r not, and r differs by 150 HU or more from the region, the median
  * of |q - p| / |r - p| is above .6. Air that was clipped is met by blurred edges, where it is less.
  *
- * A CT that is constant elsewhere too, in more than one in 20 voxels, is synthetic, and has no
- * padding: there even a sharp edge is real.
+ * No padding is seen where a lowest value above -900 HU is the end of a window, and in a synthetic
+ * CT: half of the other voxels or more have the value of both their neighbours along an axis. There
+ * even a sharp edge is real.
  */
 #ifndef CT_RESOLUTION_PADDING_H
 #define CT_RESOLUTION_PADDING_H
@@ -27,12 +28,14 @@ struct ct_padding {
 int ct_padding_find(
 	struct ct_padding *p, const float *x, const size_t n[static 3], struct ct_err *e);
 void ct_padding_free(struct ct_padding *p);
-/* Padding gets the values of what it meets, continued outwards layer by layer, each voxel the mean
- * of its neighbours in the layers before. CT_ENOMEM. */
+/* Voxels within `by` of padding, along each axis, become padding. CT_ENOMEM: all is freed. */
+int ct_padding_widen(struct ct_padding *p, const size_t n[static 3], size_t by, struct ct_err *e);
+/* Padding gets the values of what it meets, continued outwards layer by layer: each voxel the mean
+ * of its neighbours in the layers before, weighted by distance^-4. CT_ENOMEM. */
 int ct_padding_fill(
 	float *x, const struct ct_padding *p, const size_t n[static 3], struct ct_err *e);
-/* x, m voxels of the grid that is `factor` times as fine as that of n (ct_degrade_cover), gets `value`
- * where the nearest voxel of that is padding. */
+/* x, m voxels of the grid that is `factor` times as fine as that of n (ct_degrade_cover), gets
+ * `value` where the nearest voxel of that is padding. */
 void ct_padding_put(float *x, const size_t m[static 3], const struct ct_padding *p,
 	const size_t n[static 3], const double factor[static 3], float value);
 /* *coarse, zeroed, gets the padding of a grid that `factor` voxels along an axis make a voxel of:
