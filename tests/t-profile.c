@@ -111,6 +111,10 @@ static void nothing(const struct ct_vol *v)
 	must(ct_edge_lines_draw(rows, &n, half.data, p.is, half.n, 0, &err));
 	OK(n == 0, "the border of padding is no edge");
 	ct_padding_free(&p);
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		half.data[i] = (i % SIDE < SIDE / 2 ? 40 : 4000) + 2 * ct_rng_normal(1, 0, i);
+	must(ct_edge_lines_draw(rows, &n, half.data, NULL, half.n, 0, &err));
+	OK(n == 0, "metal is no edge");
 	must(ct_edge_lines_draw(rows, &n, v->data, NULL, few, 2, &err));
 	OK(n == 0, "12 voxels are too few");
 	must(ct_edge_lines_draw(rows, &n, v->data, NULL, v->n, 2, &err));
