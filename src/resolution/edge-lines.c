@@ -7,15 +7,12 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define LEAST_STEP 20.0f /* HU */
 #define METAL 2800.0f    /* HU; and less than what 12 bits hold */
 #define SHARE 0.03
 #define SEED 20
 enum { HALF = CT_EDGE_LONG / 2, LOOKED_AT = 2000000, STEEPEST = 4096 };
-/* With fewer places those that are clipped count, too. */
-enum { ENOUGH = CT_EDGE_PLACES / 2 };
 
 /* A place, and its place in the order of those drawn. */
 struct place {
@@ -30,7 +27,6 @@ struct lines {
 	size_t skip;            /* every so many lines are looked at */
 	float lowest, highest;
 	const unsigned char *padding; /* padding.h; or NULL */
-	bool careful;                 /* lines that are clipped are left out */
 	struct place *place;
 	size_t count, looked, above[STEEPEST]; /* places of so many HU */
 };
@@ -76,7 +72,7 @@ static bool is_false(const struct lines *l, const float *p)
 {
 	const float *first = p - (HALF - 1) * l->stride[2];
 
-	return (l->careful && is_clipped(l, first)) || is_metal(l, first) ||
+	return is_clipped(l, first) || is_metal(l, first) ||
 	       (l->padding && is_padded(l, (size_t)(p - l->x)));
 }
 
@@ -159,16 +155,6 @@ static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
 	row[m] = logf(fabsf(step) / 100);
 }
 
-static void look_at_all(struct lines *l, bool careful)
-{
-	l->careful = careful;
-	l->count = l->looked = 0;
-	memset(l->above, 0, sizeof l->above);
-	for (size_t j = 1; j + 1 < l->n[1]; j += l->skip)
-		for (size_t i = 1; i + 1 < l->n[0]; i += l->skip)
-			look(l, i, j);
-}
-
 int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
 	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
 	struct ct_err *e)
@@ -194,9 +180,9 @@ int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *c
 	all = (double)(l.n[0] / l.skip + 1) * (double)(l.n[1] / l.skip + 1) * (double)l.n[2];
 	if (ct_alloc(&l.place, (size_t)all, sizeof *l.place, e))
 		return -1;
-	look_at_all(&l, true);
-	if (l.count < ENOUGH)
-		look_at_all(&l, false);
+	for (size_t j = 1; j + 1 < l.n[1]; j += l.skip)
+		for (size_t i = 1; i + 1 < l.n[0]; i += l.skip)
+			look(&l, i, j);
 	draw(&l, axis);
 	if (l.count >= CT_EDGE_LEAST)
 		*count = l.count < CT_EDGE_PLACES ? l.count : CT_EDGE_PLACES;

@@ -6,7 +6,7 @@
  * - holds no padding (padding.h),
  * - has no voxel above 2800 HU on its line: metal, or what was cut off at 3071 HU,
  * - has no two neighbours on its line that both have the lowest value of the CT, or both the
- *   highest: clipped. With fewer than 128 places these count, too.
+ *   highest: clipped.
  *
  * Of the steepest 3 % (no fewer than 3 CT_EDGE_PLACES) so many are drawn, with weights |d|^(1/2),
  * by fixed random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all
