@@ -23,11 +23,18 @@ save(b, 'moved.nii', np.diag([1., 1, 3, 1]))
 save(b[:, :, 1:], 'short.nii')
 save(a[:6, :6], 'tiny.nii')
 save((x > 20) & (z > 3), 'mask.nii')
+save(np.where(a == -1000, -1024, b), 'noisy.nii')
 PY
 exits 0 'compares' ct-metrics --ssim all --json ref.nii test.nii
 mv out all.json
 exits 0 'with a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.nii
 mv out mask.json
+exits 0 'without padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
+"$PY" - >log 2>&1 <<'PY'; ok $? 'the padding of REF does not count'
+import json
+n = sum((x - 20)**2 + (y - 18)**2 <= 300 for x in range(44) for y in range(37))*19
+assert json.load(open('out'))['voxels'] == n, (json.load(open('out'))['voxels'], n)
+PY
 exits 0 'with a range' ct-metrics --ssim all --json --range 2500 ref.nii test.nii
 mv out range.json
 exits 0 'with a window' ct-metrics --ssim none --window -200:300 ref.nii test.nii

@@ -4,6 +4,7 @@
 #include "numbers.h"
 #include "resolution/degrade.h"
 #include "resolution/edge-lines.h"
+#include "resolution/padding.h"
 #include "resolution/profile.h"
 
 #include <stdbool.h>
@@ -100,16 +101,23 @@ static void nothing(const struct ct_vol *v)
 	const size_t few[3] = {12, 12, 12};
 	static float rows[CT_EDGE_PLACES][CT_EDGE_ROW];
 	struct ct_vol half = {0};
+	struct ct_padding p;
 	size_t n;
 
 	must(ct_vol_alloc(&half, v->n, &err));
 	for (size_t i = 0; i < ct_vol_count(v); i++)
-		half.data[i] = i % SIDE < SIDE / 2 ? -1024 : 500;
-	must(ct_edge_lines_draw(rows, &n, half.data, half.n, 0, &err));
+		half.data[i] = i % SIDE < SIDE / 2 ? -1024 : 500 + 2 * ct_rng_normal(1, 0, i);
+	must(ct_padding_find(&p, half.data, half.n, &err));
+	must(ct_edge_lines_draw(rows, &n, half.data, p.is, half.n, 0, &err));
 	OK(n == 0, "the border of padding is no edge");
-	must(ct_edge_lines_draw(rows, &n, v->data, few, 2, &err));
+	ct_padding_free(&p);
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		half.data[i] = (i % SIDE < SIDE / 2 ? 40 : 4000) + 2 * ct_rng_normal(1, 0, i);
+	must(ct_edge_lines_draw(rows, &n, half.data, NULL, half.n, 0, &err));
+	OK(n == 0, "metal is no edge");
+	must(ct_edge_lines_draw(rows, &n, v->data, NULL, few, 2, &err));
 	OK(n == 0, "12 voxels are too few");
-	must(ct_edge_lines_draw(rows, &n, v->data, v->n, 2, &err));
+	must(ct_edge_lines_draw(rows, &n, v->data, NULL, v->n, 2, &err));
 	OK(n == CT_EDGE_PLACES && fabsf(rows[0][5] + 0.5f) < 1e-5f &&
 			fabsf(rows[0][6] - 0.5f) < 1e-5f,
 		"a row goes up by one step in its middle");

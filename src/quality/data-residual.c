@@ -2,6 +2,7 @@
 #include "config.h"
 #include "quality/data-residual.h"
 #include "core/mem.h"
+#include "resolution/padding.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -58,19 +59,28 @@ int ct_data_residual_quantile(double *to, const float *v, size_t n, double q, st
 	return 0;
 }
 
-/* Slice by slice, so that sums stay exact enough for any size. */
-static int summarise(struct ct_data_residual *c, const struct ct_vol *map, struct ct_err *e)
+/* Slice by slice, so that sums stay exact enough for any size; of n voxels that are not out. */
+static int summarise(struct ct_data_residual *c, const struct ct_vol *map, const unsigned char *out,
+	size_t n, struct ct_err *e)
 {
-	size_t slice = map->n[0] * map->n[1], n = ct_vol_count(map);
+	const size_t slice = map->n[0] * map->n[1];
 	double square = 0, sum = 0;
+	float *in;
+	int rc;
 
 	*c = (struct ct_data_residual){.voxels = n};
+	if (ct_alloc(&in, n, sizeof *in, e))
+		return -1;
+	n = 0;
 	for (size_t k = 0; k < map->n[2]; k++) {
 		double s2 = 0, s = 0;
 
 		for (size_t i = k * slice; i < (k + 1) * slice; i++) {
-			double r = (double)map->data[i];
+			const double r = (double)map->data[i];
 
+			if (out && out[i])
+				continue;
+			in[n++] = map->data[i];
 			s2 += r * r;
 			s += r;
 			c->max = fmax(c->max, fabs(r));
@@ -80,7 +90,26 @@ static int summarise(struct ct_data_residual *c, const struct ct_vol *map, struc
 	}
 	c->rms = sqrt(square / (double)n);
 	c->mean = sum / (double)n;
-	return ct_data_residual_quantile(&c->p95, map->data, n, 0.95, e);
+	rc = ct_data_residual_quantile(&c->p95, in, n, 0.95, e);
+	free(in);
+	return rc;
+}
+
+/* Padding, and what is beside it, is left out, but if nothing else is left. */
+static int summarise_measured(struct ct_data_residual *c, const struct ct_vol *map,
+	const struct ct_vol *lr, struct ct_err *e)
+{
+	const size_t all = ct_vol_count(lr);
+	struct ct_padding p;
+	int rc;
+
+	if (ct_padding_find(&p, lr->data, lr->n, e) ||
+		ct_padding_widen(&p, lr->n, CT_DATA_RESIDUAL_RIM, e))
+		return -1;
+	rc = p.count < all ? summarise(c, map, p.is, all - p.count, e)
+			   : summarise(c, map, NULL, all, e);
+	ct_padding_free(&p);
+	return rc;
 }
 
 /* map - lr. */
@@ -117,7 +146,7 @@ int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struc
 	ct_separable_free(&s);
 	take_off(map, lr);
 	memcpy(map->affine, lr->affine, sizeof map->affine);
-	rc = summarise(c, map, e);
+	rc = summarise_measured(c, map, lr, e);
 out:
 	ct_separable_free(&s);
 	return rc;

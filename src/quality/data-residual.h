@@ -13,6 +13,10 @@
 #include "core/vol.h"
 #include "resolution/degrade.h"
 
+/* Padding of lr (resolution/padding.h) and the voxels within so many of it do not count: what was
+ * cut off there is not known. The map has them. */
+enum { CT_DATA_RESIDUAL_RIM = 3 };
+
 /* Of D(test) - lr, in HU. */
 struct ct_data_residual {
 	size_t voxels;
@@ -23,7 +27,7 @@ struct ct_data_residual {
 /* map gets the residual, on the grid and without the metadata of lr; it must be zero and is to be
  * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
  * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
- * one lr. */
+ * two lr. */
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e);

@@ -3,7 +3,8 @@
  * "profile 4.57 mm wide (FWHM) along z, uncertain by 19 %, averaged over a voxel (99 % sure);
  * measured on edges". "at least" stands before a width of the careful measure (resolution/blur.h),
  * which serves where the network sees nothing. The width is that of a Gaussian of the same
- * spread, 2.3548 standard deviations.
+ * spread, 2.3548 standard deviations. Edges that overshoot on both sides by more than 15 % of their
+ * step are reported, too.
  */
 #ifndef CT_REFINE_ASSUMED_H
 #define CT_REFINE_ASSUMED_H

@@ -6,6 +6,7 @@
 #include "refine/slabs.h"
 #include "resolution/expected.h"
 #include "resolution/flat.h"
+#include "resolution/padding.h"
 #include "resolution/pilot.h"
 
 #include <math.h>
@@ -191,7 +192,7 @@ static int describe(
 	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->is.noise) : 0;
 }
 
-int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
@@ -206,5 +207,46 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rc = rc || ct_check_stop(env, e) || describe(r, out, in, e) ? -1 : 0;
 out:
 	ct_pilot_free(&pilot);
+	return rc;
+}
+
+/* An inversion takes the border of padding for an edge of the patient, and rings. So the padding is
+ * filled before, and put back in the result. */
+static int run_filled(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_padding *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_vol filled = {0};
+	int rc = -1;
+
+	ct_log(env, CT_INFO, "%.0f %% of the voxels are padding, %g HU, and stay so",
+		100 * (double)p->count / (double)ct_vol_count(in), p->hu);
+	if (alloc_like(&filled, in, e) || ct_meta_copy(&filled.meta, &in->meta, e))
+		goto out;
+	memcpy(filled.data, in->data, ct_vol_count(in) * sizeof *in->data);
+	if (ct_padding_fill(filled.data, p, in->n, e))
+		goto out;
+	if (!(r->spread > 0) && ct_flat_texture(&r->texture, in, e))
+		goto out;
+	r->spread = ct_upsample_spread(&filled);
+	rc = run(r, out, error, &filled, env, e);
+	if (rc == 0)
+		ct_padding_put(out->data, out->n, p, in->n, r->is.by.factor, (float)p->hu);
+out:
+	ct_vol_free(&filled);
+	return rc;
+}
+
+int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const bool inverts = r->inverts && r->is.known && r->method >= CT_UPSAMPLE_DC;
+	struct ct_padding p = {0};
+	int rc;
+
+	if (inverts && !r->rule.start && ct_padding_find(&p, in->data, in->n, e))
+		return -1;
+	rc = p.is ? run_filled(r, out, error, in, &p, env, e) : run(r, out, error, in, env, e);
+	ct_padding_free(&p);
 	return rc;
 }

@@ -3,6 +3,7 @@
 #include "resolution/blur.h"
 #include "core/mem.h"
 #include "resolution/noise.h"
+#include "resolution/padding.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -17,7 +18,6 @@ enum {
 };
 
 static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* HU */
-static const double padding = CT_NOISE_PADDING;                             /* HU */
 static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
 static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
@@ -29,6 +29,7 @@ struct sums {
 
 struct blur_job {
 	const float *x;
+	const unsigned char *padding;   /* or NULL */
 	size_t stride[3], lo[3], hi[3]; /* of the places where an edge may be */
 	size_t n[3];
 	int axis, plane; /* along which, and the axis of the tasks */
@@ -60,13 +61,24 @@ static double across(const struct blur_job *j, const float *x)
 	return square;
 }
 
+/* Is one of the 8 voxels padding? */
+static bool is_cut(const struct blur_job *j, const float *first)
+{
+	const unsigned char *is = j->padding ? j->padding + (first - j->x) : NULL;
+
+	for (size_t k = 0; is && k <= WINDOW; k++)
+		if (is[k * j->stride[j->axis]])
+			return true;
+	return false;
+}
+
 /* x is the voxel before the steepest difference. */
 static void add_edge(struct sums *s, const struct blur_job *j, const float *x)
 {
 	const size_t along = j->stride[j->axis];
 	const float *first = x - HALF_WINDOW * along;
 	double d[WINDOW], sum = 0, total = 0, most = 0, r0 = 0, r1 = 0, re = 0, im = 0;
-	bool padded = (double)first[0] < padding;
+	bool padded = (double)first[0] < CT_NOISE_PADDING;
 
 	for (size_t k = 0; k < WINDOW; k++) {
 		const double next = (double)first[(k + 1) * along];
@@ -75,9 +87,9 @@ static void add_edge(struct sums *s, const struct blur_job *j, const float *x)
 		sum += d[k];
 		total += fabs(d[k]);
 		most = fmax(most, fabs(d[k]));
-		padded |= next < padding;
+		padded |= next < CT_NOISE_PADDING;
 	}
-	if (padded || most > fabs(d[HALF_WINDOW]) || fabs(sum) < j->least ||
+	if (padded || is_cut(j, first) || most > fabs(d[HALF_WINDOW]) || fabs(sum) < j->least ||
 		fabs(sum) <= one_way * total || across(j, x) >= sum * sum)
 		return;
 	for (size_t k = 0; k < WINDOW; k++) {
@@ -176,10 +188,12 @@ static void conclude(struct ct_blur_axis *out, const struct sums *s, double fact
 						     : CT_SAMPLING_ALIASED;
 }
 
-static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int axis, double factor,
-	double least, struct ct_par *par, struct ct_err *e)
+static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v,
+	const struct ct_padding *padding, int axis, double factor, double least, struct ct_par *par,
+	struct ct_err *e)
 {
 	struct blur_job j = {.x = v->data,
+		.padding = padding->is,
 		.stride = {1, v->n[0], v->n[0] * v->n[1]},
 		.axis = axis,
 		.plane = axis == 2 ? 1 : 2,
@@ -226,22 +240,27 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v, int ax
 int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e)
 {
+	struct ct_padding padding;
 	struct ct_noise noise;
 	double least;
+	int rc = -1;
 
 	*out = (struct ct_blur){0};
 	for (int a = 0; a < 3; a++)
 		if (!(factor[a] >= 1 && isfinite(factor[a])))
 			return ct_fail(e, CT_EINPUT, "a factor of %g along axis %d", factor[a], a);
-	if (ct_noise_measure(&noise, v, e))
+	if (ct_noise_measure(&noise, v, e) || ct_padding_find(&padding, v->data, v->n, e))
 		return -1;
 	out->noise = noise.common;
 	out->sure = noise.sure;
 	least = fmin(fmax(step_least, steps_of_noise * out->noise), step_most);
 	for (int a = 0; a < 3; a++)
-		if (measure_axis(&out->axis[a], v, a, factor[a], least, par, e))
-			return -1;
-	return 0;
+		if (measure_axis(&out->axis[a], v, &padding, a, factor[a], least, par, e))
+			goto out;
+	rc = 0;
+out:
+	ct_padding_free(&padding);
+	return rc;
 }
 
 const char *ct_sampling_name(enum ct_sampling s)

@@ -18,7 +18,8 @@
  * Safety. Anatomy is soft itself: edges show at least the blur, mostly more. Assuming too little
  * blur is safe for the solvers, too much is not. So `sigma` takes rho two standard errors lower,
  * subtracts what the truth on the finer grid would show too, and is shrunk:
- * sigma = 0.64 sqrt(low^2 - (0.6/factor)^2). Below -1100 HU is padding, not looked at.
+ * sigma = 0.64 sqrt(low^2 - (0.6/factor)^2). Below -1100 HU is padding, not looked at,
+ * and neither is that of padding.h.
  *
  * Where the constants come from, how good the figures are, and what cannot be told from them:
  * doc/blur-estimate.md.

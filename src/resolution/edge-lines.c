@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #define LEAST_STEP 20.0f /* HU */
+#define METAL 2800.0f    /* HU; and less than what 12 bits hold */
 #define SHARE 0.03
 #define SEED 20
 enum { HALF = CT_EDGE_LONG / 2, LOOKED_AT = 2000000, STEEPEST = 4096 };
@@ -24,19 +25,55 @@ struct lines {
 	const float *x;
 	size_t n[3], stride[3]; /* the two across, and along */
 	size_t skip;            /* every so many lines are looked at */
-	float lowest;
+	float lowest, highest;
+	const unsigned char *padding; /* padding.h; or NULL */
 	struct place *place;
 	size_t count, looked, above[STEEPEST]; /* places of so many HU */
 };
 
-/* Are two neighbours of the line that begins there both the lowest? */
-static bool is_padded(const struct lines *l, const float *first)
+/* Are two neighbours of the line that begins there both the lowest, or both the highest? */
+static bool is_clipped(const struct lines *l, const float *first)
 {
-	for (size_t k = 0; k + 1 < CT_EDGE_LONG; k++)
-		if (first[k * l->stride[2]] == l->lowest &&
-			first[(k + 1) * l->stride[2]] == l->lowest)
+	for (size_t k = 0; k + 1 < CT_EDGE_LONG; k++) {
+		const float a = first[k * l->stride[2]], b = first[(k + 1) * l->stride[2]];
+
+		if (a == b && (a == l->lowest || a == l->highest))
+			return true;
+	}
+	return false;
+}
+
+static bool is_metal(const struct lines *l, const float *first)
+{
+	for (size_t k = 0; k < CT_EDGE_LONG; k++)
+		if (first[k * l->stride[2]] > METAL)
 			return true;
 	return false;
+}
+
+/* Does the row of a place hold padding? */
+static bool is_padded(const struct lines *l, size_t at)
+{
+	const size_t along = l->stride[2], *s = l->stride;
+	const unsigned char *p = l->padding + at - (HALF - 1) * along;
+
+	for (size_t k = 0; k < CT_EDGE_LONG; k++)
+		if (p[k * along])
+			return true;
+	p = l->padding + at - along;
+	for (size_t k = 0; k < 4; k++, p += along)
+		if (*(p + s[0]) || *(p - s[0]) || *(p + s[1]) || *(p - s[1]))
+			return true;
+	return false;
+}
+
+/* Is the row of a place none of an edge of the anatomy? */
+static bool is_false(const struct lines *l, const float *p)
+{
+	const float *first = p - (HALF - 1) * l->stride[2];
+
+	return is_clipped(l, first) || is_metal(l, first) ||
+	       (l->padding && is_padded(l, (size_t)(p - l->x)));
 }
 
 static float across(const struct lines *l, const float *p)
@@ -64,7 +101,7 @@ static void look(struct lines *l, size_t i, size_t j)
 		l->looked++;
 		if (!(step > LEAST_STEP) ||
 			!(step > fmaxf(across(l, p), across(l, p + l->stride[2])) / 2) ||
-			is_padded(l, p - (HALF - 1) * l->stride[2]))
+			is_false(l, p))
 			continue;
 		l->above[hu(step)]++;
 		l->place[l->count++] = (struct place){(size_t)(p - l->x), step, 0};
@@ -119,22 +156,27 @@ static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
 }
 
 int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
-	const float *x, const size_t n[static 3], int axis, struct ct_err *e)
+	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
+	struct ct_err *e)
 {
 	const size_t stride[3] = {1, n[0], n[0] * n[1]};
 	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
 	struct lines l = {.x = x,
 		.n = {n[a], n[b], n[axis]},
 		.stride = {stride[a], stride[b], stride[axis]},
-		.lowest = INFINITY};
+		.padding = padding,
+		.lowest = INFINITY,
+		.highest = -INFINITY};
 	double all = (double)n[0] * (double)n[1] * (double)n[2];
 
 	*count = 0;
 	if (n[axis] < CT_EDGE_LONG + 1 || n[a] < 3 || n[b] < 3)
 		return 0;
 	l.skip = (size_t)fmax(ceil(sqrt(all / LOOKED_AT)), 1);
-	for (size_t i = 0; i < n[0] * n[1] * n[2]; i++)
+	for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
 		l.lowest = fminf(l.lowest, x[i]);
+		l.highest = fmaxf(l.highest, x[i]);
+	}
 	all = (double)(l.n[0] / l.skip + 1) * (double)(l.n[1] / l.skip + 1) * (double)l.n[2];
 	if (ct_alloc(&l.place, (size_t)all, sizeof *l.place, e))
 		return -1;
@@ -168,4 +210,13 @@ void ct_edge_lines_median(
 		qsort(x, n, sizeof *x, compare_floats);
 		line[k] = ((double)x[(n - 1) / 2] + (double)x[n / 2]) / 2;
 	}
+}
+
+double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG])
+{
+	const double *up = line + HALF + 1, *low = line + HALF - 2;
+	const double after = (up[1] + up[2] + up[3]) / 3,
+		     before = (low[-1] + low[-2] + low[-3]) / 3;
+
+	return after > before ? fmin(*up - after, before - *low) / (after - before) : 0;
 }

@@ -1,11 +1,16 @@
 /* edge-lines.h: places where a CT is steep along an axis, as rows of numbers.
  *
  * A place lies between two neighbours along the axis. It counts if their difference d is more than
- * 20 HU and more than half of the steepest slope across, and if its line of CT_EDGE_LONG voxels
- * holds no two neighbours that both have the lowest value (padding, or clipped air). Of the
- * steepest 3 % (no fewer than 3 CT_EDGE_PLACES) so many are drawn, with weights |d|^(1/2), by fixed
- * random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all less the
- * mean of the two neighbours, over d, within +-8; and ln(|d| / 100 HU).
+ * 20 HU and more than half of the steepest slope across, and if its row
+ *
+ * - holds no padding (padding.h),
+ * - has no voxel above 2800 HU on its line: metal, or what was cut off at 3071 HU,
+ * - has no two neighbours on its line that both have the lowest value of the CT, or both the
+ *   highest: clipped.
+ *
+ * Of the steepest 3 % (no fewer than 3 CT_EDGE_PLACES) so many are drawn, with weights |d|^(1/2),
+ * by fixed random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all
+ * less the mean of the two neighbours, over d, within +-8; and ln(|d| / 100 HU).
  */
 #ifndef CT_RESOLUTION_EDGE_LINES_H
 #define CT_RESOLUTION_EDGE_LINES_H
@@ -20,12 +25,18 @@ enum {
 	CT_EDGE_LEAST = 24
 };
 
-/* *count rows of x, n voxels, HU, finite, along an axis; 0 if there are fewer than CT_EDGE_LEAST
- * places. Of a large CT not all places are looked at. CT_ENOMEM. Pure. */
+/* *count rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0 if
+ * there are fewer than CT_EDGE_LEAST places. Of a large CT not all places are looked at. CT_ENOMEM.
+ * Pure. */
 int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
-	const float *x, const size_t n[static 3], int axis, struct ct_err *e);
+	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
+	struct ct_err *e);
 /* line <- the median of the lines of n rows, n > 0: from about -0.5 to about 0.5. */
 void ct_edge_lines_median(
 	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n);
+/* By what share of its step the edge of a median line overshoots on either side, the lesser: the
+ * voxels beside the middle against the means of the three after them. Below 0 if it does not, 0 of
+ * a line of zeroes. Sharp kernels make it, and bone that is thin. */
+double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG]);
 
 #endif

@@ -22,6 +22,7 @@ libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
 libct_a_SOURCES += src/resolution/pilot.c src/resolution/pilot.h
 libct_a_SOURCES += src/resolution/hessian-tv.c
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
+libct_a_SOURCES += src/resolution/padding.c src/resolution/padding.h
 libct_a_SOURCES += src/resolution/edge-lines.c src/resolution/edge-lines.h
 libct_a_SOURCES += src/resolution/profile.c src/resolution/profile.h
 EXTRA_DIST += src/resolution/profile-network.bin

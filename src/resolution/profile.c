@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "resolution/degrade.h"
 #include "resolution/edge-lines.h"
+#include "resolution/padding.h"
 #include "resolution/profile.h"
 
 #include <math.h>
@@ -89,14 +90,16 @@ static struct ct_profile judge(const double seen[SEEN], const float *w)
 }
 
 /* Rows along another axis than `axis`, once it is averaged over `factor` voxels. */
-static int rows_beside(float (*rows)[CT_EDGE_ROW], size_t *count, const struct ct_vol *v, int axis,
-	double factor, struct ct_par *par, struct ct_err *e)
+static int rows_beside(float (*rows)[CT_EDGE_ROW], size_t *count, const struct ct_vol *v,
+	const struct ct_padding *padding, int axis, double factor, struct ct_par *par,
+	struct ct_err *e)
 {
 	*count = 0;
 	for (int b = 0; b < 3 && *count == 0; b++) {
 		struct ct_degrade by = {.factor = {1, 1, 1}, .decimate = CT_DECIMATE_MEAN};
 		size_t n[3] = {v->n[0], v->n[1], v->n[2]};
 		struct ct_separable down = {0};
+		struct ct_padding coarse = {0};
 		float *x = NULL;
 		int rc = -1;
 
@@ -105,10 +108,12 @@ static int rows_beside(float (*rows)[CT_EDGE_ROW], size_t *count, const struct c
 		if (b == axis || n[b] < CT_EDGE_LONG + 1)
 			continue;
 		if (ct_degrade_plan(&down, &by, v->n, par, e) == 0 &&
-			ct_alloc(&x, n[0] * n[1] * n[2], sizeof *x, e) == 0) {
+			ct_alloc(&x, n[0] * n[1] * n[2], sizeof *x, e) == 0 &&
+			ct_padding_reduce(&coarse, padding, v->n, b, factor, e) == 0) {
 			ct_separable_apply(&down, x, v->data, par);
-			rc = ct_edge_lines_draw(rows, count, x, n, b, e);
+			rc = ct_edge_lines_draw(rows, count, x, coarse.is, n, b, e);
 		}
+		ct_padding_free(&coarse);
 		ct_separable_free(&down);
 		free(x);
 		if (rc)
@@ -123,10 +128,12 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 	enum { ROW_WEIGHTS = WIDE * (CT_EDGE_ROW + 1) + WIDE * (WIDE + 1) + OUT * (WIDE + 1) };
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
 	float(*rows)[CT_EDGE_ROW] = NULL, *w = NULL;
+	struct ct_padding padding = {0};
 	int rc = -1;
 
 	if (ct_alloc(&rows, CT_EDGE_PLACES, sizeof *rows, e) ||
-		ct_alloc(&w, sizeof network / 4, sizeof *w, e))
+		ct_alloc(&w, sizeof network / 4, sizeof *w, e) ||
+		ct_padding_find(&padding, v->data, v->n, e))
 		goto out;
 	for (size_t i = 0; i < sizeof network / 4; i++)
 		w[i] = weight(i);
@@ -137,13 +144,13 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 		out[a] = (struct ct_profile){.spread = (double)NAN};
 		if (!(factor[a] > 1))
 			continue;
-		if (ct_edge_lines_draw(rows, &n, v->data, v->n, a, e))
+		if (ct_edge_lines_draw(rows, &n, v->data, padding.is, v->n, a, e))
 			goto out;
 		if (n == 0)
 			continue;
 		ct_edge_lines_median(edge, (const float(*)[CT_EDGE_ROW])rows, n);
 		pool(seen, (const float(*)[CT_EDGE_ROW])rows, n, w);
-		if (coarse == 1 && rows_beside(rows, &beside, v, a, factor[a], par, e))
+		if (coarse == 1 && rows_beside(rows, &beside, v, &padding, a, factor[a], par, e))
 			goto out;
 		if (beside)
 			pool(seen + POOLED, (const float(*)[CT_EDGE_ROW])rows, beside, w);
@@ -155,6 +162,7 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 	}
 	rc = 0;
 out:
+	ct_padding_free(&padding);
 	free(rows);
 	free(w);
 	return rc;

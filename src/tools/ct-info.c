@@ -4,6 +4,7 @@
 #include "formats/any.h"
 #include "formats/ends.h"
 #include "resolution/blur.h"
+#include "resolution/padding.h"
 #include "refine/assumed.h"
 #include "tools/lib/said.h"
 #include "dicom/dicom.h"
@@ -36,6 +37,23 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
+static int put_padding(json_t *o, const struct ct_vol *v, struct ct_err *e)
+{
+	struct ct_padding p;
+	int bad = 0;
+
+	if (ct_padding_find(&p, v->data, v->n, e))
+		return -1;
+	if (p.is) {
+		const double share = (double)p.count / (double)ct_vol_count(v);
+
+		bad = json_object_set_new(o, "padding-share", json_real(share)) ||
+		      json_object_set_new(o, "padding-hu", json_real(p.hu));
+	}
+	ct_padding_free(&p);
+	return bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
+}
+
 static int estimate(json_t *o, const struct ct_any *a, const char *path, const struct ct_said *said,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -50,7 +68,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	bare.meta = (struct ct_meta){0};
 	if (ct_operator_find(&is, said, false, &bare, env, e) ||
-		ct_blur_estimate(&s, &bare, is.by.factor, env->par, e))
+		ct_blur_estimate(&s, &bare, is.by.factor, env->par, e) || put_padding(o, &bare, e))
 		return ct_blame(e, path);
 	ct_vol_spacing(&bare, mm);
 	ct_assumed_words(assumed, &is, mm);

@@ -4,6 +4,7 @@
 #include "formats/format.h"
 #include "formats/units.h"
 #include "quality/compare.h"
+#include "resolution/padding.h"
 #include "tools/metrics-report.h"
 
 #include <math.h>
@@ -44,7 +45,9 @@ static const struct ct_opt opts[] = {
 		"do not clip; use the data range R for PSNR and SSIM (0: use the window)",
 		WITH_REF),
 	CT_INPUT(struct params, mask, 0, "mask", "FILE",
-		"count only voxels where FILE, on the same grid, is not zero", WITH_REF),
+		"count only voxels where FILE, on the same grid, is not zero; the word padding: that "
+		"are no padding in REF",
+		WITH_REF),
 	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, ALL_OR_NONE),
 		"use this definition of SSIM (default: r2); none leaves it out", WITH_REF),
 	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
@@ -217,6 +220,25 @@ static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
 	return 0;
 }
 
+/* *mask: 1 where ref is no padding. */
+static int mask_padding(
+	struct ct_vol *mask, const struct ct_vol *ref, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t n = ct_vol_count(ref);
+	struct ct_padding p;
+	int rc;
+
+	if (ct_vol_check_finite(ref, e) || ct_padding_find(&p, ref->data, ref->n, e))
+		return -1;
+	ct_log(env, CT_INFO, "%zu of %zu voxels are padding", p.count, n);
+	rc = ct_vol_alloc(mask, ref->n, e);
+	memcpy(mask->affine, ref->affine, sizeof mask->affine);
+	for (size_t i = 0; rc == 0 && i < n; i++)
+		mask->data[i] = p.is && p.is[i] ? 0 : 1;
+	ct_padding_free(&p);
+	return rc;
+}
+
 /* Everything that needs REF. */
 static int compare(struct ct_figures *f, const struct params *p, struct ct_compare_rule *rule,
 	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
@@ -233,7 +255,8 @@ static int compare(struct ct_figures *f, const struct params *p, struct ct_compa
 	int rc = -1;
 
 	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
-		(p->mask && read_checked(&mask, p->mask, e)) ||
+		(p->mask && (strcmp(p->mask, "padding") == 0 ? mask_padding(&mask, &ref, env, e)
+							     : read_checked(&mask, p->mask, e))) ||
 		(p->std && ct_vol_read(p->std, &std, e)))
 		goto out;
 	choose_ssim(&rule->metrics, p, ref.n, env);

@@ -1,0 +1,306 @@
+/* Padding is told from air, filled without a step, and changes neither what is measured of a CT nor
+ * what is made of it. */
+#include "config.h"
+#include "numbers.h"
+#include "quality/data-residual.h"
+#include "refine/assumed.h"
+#include "refine/refine.h"
+#include "resolution/blur.h"
+#include "resolution/padding.h"
+#include "resolution/profile.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+enum { SIDE = 96 };
+
+static const struct ct_env quiet = {0};
+
+/* Balls of many sizes and densities in air, with soft edges of half a voxel. */
+static void make(struct ct_vol *v)
+{
+	*v = (struct ct_vol){0};
+	must(ct_vol_alloc(v, (const size_t[3]){SIDE, SIDE, SIDE}, &err));
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = -1000;
+	for (uint64_t b = 0; b < 80; b++) {
+		const double r = 3 + 7 * ct_rng_uniform(1, b, 0);
+		const double hu = 100 + 900 * ct_rng_uniform(1, b, 1);
+		double c[3];
+
+		for (int a = 0; a < 3; a++)
+			c[a] = SIDE * ct_rng_uniform(1, b, 2 + (uint64_t)a);
+		for (size_t i = 0; i < ct_vol_count(v); i++) {
+			const double d = sqrt(pow((double)(i % SIDE) - c[0], 2) +
+					      pow((double)(i / SIDE % SIDE) - c[1], 2) +
+					      pow((double)(i / SIDE / SIDE) - c[2], 2));
+			const double in = 0.5 * erfc((d - r) / (sqrt(2) * 0.5));
+
+			v->data[i] = (float)((1 - in) * (double)v->data[i] + in * hu);
+		}
+	}
+}
+
+static void copy(struct ct_vol *to, const struct ct_vol *of)
+{
+	*to = (struct ct_vol){0};
+	must(ct_vol_alloc(to, of->n, &err));
+	memcpy(to->affine, of->affine, sizeof to->affine);
+	memcpy(to->data, of->data, ct_vol_count(of) * sizeof *of->data);
+}
+
+static struct ct_vol reduced(const struct ct_vol *v, const struct ct_degrade *d, double noise)
+{
+	struct ct_vol lo = {0};
+
+	must(ct_degrade_volume(&lo, v, d, noise, 3, NULL, &err));
+	for (size_t i = 0; i < ct_vol_count(&lo); i++)
+		lo.data[i] = rintf(lo.data[i]);
+	ct_meta_free(&lo.meta);
+	return lo;
+}
+
+/* Distance of a voxel from the axis of the field of view, as a share of the width. */
+static double away(const struct ct_vol *v, size_t i)
+{
+	const double x = ((double)(i % v->n[0]) + 0.5) / (double)v->n[0] - 0.5;
+	const double y = ((double)(i / v->n[0] % v->n[1]) + 0.5) / (double)v->n[1] - 0.5;
+
+	return sqrt(x * x + y * y);
+}
+
+static size_t circle(struct ct_vol *v, double diameter, float hu)
+{
+	size_t n = 0;
+
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		if (away(v, i) > diameter / 2) {
+			v->data[i] = hu;
+			n++;
+		}
+	return n;
+}
+
+/* A face: of the voxels at y beyond a share all that are below a share of z. */
+static size_t face(struct ct_vol *v, float hu)
+{
+	size_t n = 0;
+
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		if (10 * (i / v->n[0] % v->n[1]) >= 7 * v->n[1] &&
+			10 * (i / v->n[0] / v->n[1]) < 7 * v->n[2]) {
+			v->data[i] = hu;
+			n++;
+		}
+	return n;
+}
+
+static size_t found(const struct ct_vol *v, double *hu)
+{
+	struct ct_padding p;
+	size_t n;
+
+	must(ct_padding_find(&p, v->data, v->n, &err));
+	n = p.count;
+	*hu = p.hu;
+	ct_padding_free(&p);
+	return n;
+}
+
+static void finds(const struct ct_vol *lo)
+{
+	static const float values[] = {-1024, -2000, 0};
+	struct ct_vol t;
+	double hu;
+
+	OK(found(lo, &hu) == 0, "a CT with noise has no padding");
+	for (int k = 0; k < 3; k++) {
+		size_t n;
+
+		copy(&t, lo);
+		n = circle(&t, 0.8, values[k]);
+		OK(found(&t, &hu) >= n && found(&t, &hu) < n + n / 1000 + 1 &&
+				hu == (double)values[k],
+			"a circle of %g HU: %zu for %zu", (double)values[k], found(&t, &hu), n);
+		ct_vol_free(&t);
+		copy(&t, lo);
+		n = face(&t, values[k]);
+		OK(found(&t, &hu) >= n && found(&t, &hu) < n + n / 1000 + 1,
+			"a face of %g HU: %zu for %zu", (double)values[k], found(&t, &hu), n);
+		ct_vol_free(&t);
+	}
+	copy(&t, lo);
+	for (size_t i = 0; i < ct_vol_count(&t); i++)
+		t.data[i] = fmaxf(t.data[i], -900);
+	OK(found(&t, &hu) == 0, "air that was clipped is none");
+	ct_vol_free(&t);
+	t = (struct ct_vol){0};
+	must(ct_vol_alloc(&t, (const size_t[3]){24, 24, 24}, &err));
+	for (size_t i = 0; i < ct_vol_count(&t); i++)
+		t.data[i] = away(&t, i) < 0.3 && i / 576 % 24 > 6 && i / 576 < 18 ? 40 : -1000;
+	OK(found(&t, &hu) == 0, "a synthetic CT has none, though its edges are sharp");
+	ct_vol_free(&t);
+}
+
+static void same(double got, double want, const char *what)
+{
+	OK(fabs(got - want) < 0.1 * want, "%s: spread %.3f for %.3f", what, got, want);
+}
+
+/* What is measured, with padding, a face, metal that was cut off at 3071 HU. */
+static void measures(const struct ct_vol *v, const struct ct_degrade *d)
+{
+	struct ct_vol lo = reduced(v, d, 15), t;
+	struct ct_profile plain[3], got[3];
+	struct ct_blur edges, without;
+
+	must(ct_profile_measure(plain, &lo, d->factor, NULL, &err));
+	must(ct_blur_estimate(&without, &lo, d->factor, NULL, &err));
+	copy(&t, &lo);
+	circle(&t, 0.7, -1024);
+	must(ct_profile_measure(got, &t, d->factor, NULL, &err));
+	must(ct_blur_estimate(&edges, &t, d->factor, NULL, &err));
+	same(got[0].spread, plain[0].spread, "a circle");
+	same(edges.axis[0].measured, without.axis[0].measured, "a circle, older measure");
+	ct_vol_free(&t);
+	copy(&t, &lo);
+	face(&t, -1024);
+	must(ct_profile_measure(got, &t, d->factor, NULL, &err));
+	same(got[2].spread, plain[2].spread, "a face");
+	ct_vol_free(&t);
+	ct_vol_free(&lo);
+	copy(&t, v);
+	for (size_t i = 0; i < ct_vol_count(&t); i++)
+		if (t.data[i] > 800)
+			t.data[i] = 20 * t.data[i];
+	lo = reduced(&t, d, 15);
+	for (size_t i = 0; i < ct_vol_count(&lo); i++)
+		lo.data[i] = fminf(lo.data[i], 3071);
+	must(ct_profile_measure(got, &lo, d->factor, NULL, &err));
+	OK(fabs(got[0].spread - plain[0].spread) < 0.25 * plain[0].spread,
+		"metal: spread %.3f for %.3f", got[0].spread, plain[0].spread);
+	ct_vol_free(&t);
+	ct_vol_free(&lo);
+}
+
+/* Every filled voxel lies between the values beside the padding, and none is left. */
+static void fills(const struct ct_vol *lo)
+{
+	struct ct_padding p, coarse = {0};
+	struct ct_vol t;
+	bool between = true, kept = true;
+	float *x;
+
+	copy(&t, lo);
+	for (size_t i = 0; i < ct_vol_count(&t); i++)
+		t.data[i] = 100 + (float)(i % 7);
+	circle(&t, 0.8, -1024);
+	must(ct_padding_find(&p, t.data, t.n, &err));
+	must(ct_padding_fill(t.data, &p, t.n, &err));
+	for (size_t i = 0; i < ct_vol_count(&t); i++) {
+		between = between && t.data[i] >= 100 && t.data[i] <= 106;
+		kept = kept && (away(&t, i) > 0.4 || t.data[i] == 100 + (float)(i % 7));
+	}
+	OK(between && kept, "filled from beside it, and nothing else changed");
+	x = normals(8 * ct_vol_count(&t), 1, 1, 10);
+	ct_padding_put(x, (const size_t[3]){2 * t.n[0], 2 * t.n[1], 2 * t.n[2]}, &p, t.n,
+		(const double[3]){2, 2, 2}, -5000);
+	OK(x[0] == -5000 && x[1] == -5000 &&
+			fabsf(x[4 * ct_vol_count(&t) + 2 * t.n[0] * t.n[1] + t.n[0]]) < 100,
+		"the fine grid has it where the coarse one has");
+	free(x);
+	must(ct_padding_reduce(&coarse, &p, t.n, 2, 3, &err));
+	OK(coarse.count == p.count / 3, "three slices make one: %zu of %zu", coarse.count, p.count);
+	must(ct_padding_widen(&p, t.n, 2, &err));
+	OK(p.is[t.n[0] / 2] && !p.is[t.n[0] * (t.n[1] / 2) + t.n[0] / 2], "widened");
+	ct_padding_free(&p);
+	ct_padding_free(&coarse);
+	ct_vol_free(&t);
+}
+
+static void refine(
+	struct ct_vol *out, double *residual, const struct ct_vol *lo, const struct ct_degrade *d)
+{
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+	struct ct_refine r;
+
+	rule.method = CT_UPSAMPLE_TV;
+	rule.iterations = 60;
+	rule.said.noise = 0;
+	rule.said.decimate = (int)d->decimate;
+	memcpy(rule.said.factor, d->factor, sizeof rule.said.factor);
+	memcpy(rule.said.sigma, d->sigma, sizeof rule.said.sigma);
+	*out = (struct ct_vol){0};
+	must(ct_refine_plan(&r, &rule, lo, &quiet, &err));
+	must(ct_refine_run(&r, out, NULL, lo, &quiet, &err));
+	*residual = r.residual;
+}
+
+/* Inside the field of view less 3 voxels the result is what it is without the circle. */
+static void refines(struct ct_vol *v, const struct ct_degrade *d)
+{
+	struct ct_vol lo, t, whole, part, map = {0};
+	struct ct_data_residual c;
+	double square = 0, error = 0, residual;
+	size_t n = 0;
+	bool out = true;
+
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] += 1040; /* tissue is cut, not air */
+	lo = reduced(v, d, 3);
+	copy(&t, &lo);
+	circle(&t, 0.9, -1024);
+	refine(&whole, &residual, &lo, d);
+	refine(&part, &residual, &t, d);
+	for (size_t i = 0; i < ct_vol_count(&part); i++)
+		if (away(&part, i) < 0.45 - 3 / (double)lo.n[0]) {
+			square += pow((double)part.data[i] - (double)whole.data[i], 2);
+			error += pow((double)whole.data[i] - (double)v->data[i], 2);
+			n++;
+		} else if (away(&part, i) > 0.47)
+			out = out && part.data[i] == -1024;
+	OK(square < 0.3 * error && n > 0, "off by %.1f HU RMS, of an error of %.1f",
+		sqrt(square / (double)n), sqrt(error / (double)n));
+	OK(out && residual < 1, "padding stays; agrees within %.2g HU", residual);
+	must(ct_data_residual(&c, &map, &t, &part, d, &quiet, &err));
+	OK(c.voxels < ct_vol_count(&t) && c.rms < 5 && fabs((double)map.data[0]) < 1,
+		"data residual without the rim: %.2g HU RMS of %zu voxels", c.rms, c.voxels);
+	ct_vol_free(&map);
+	ct_vol_free(&part);
+	ct_vol_free(&whole);
+	ct_vol_free(&t);
+	ct_vol_free(&lo);
+}
+
+static void overshoots(void)
+{
+	const double line[CT_EDGE_LONG] = {-.4, -.4, -.4, -.4, -.6, -.5, .5, .7, .4, .4, .4, .4};
+	struct ct_operator is = {.by = {{2, 2, 2}, {0}, CT_DECIMATE_SINC, {0}},
+		.from = CT_BY_MEASURE,
+		.seen = {{.spread = .3}, {.spread = .3}, {.spread = .3}}};
+	char words[CT_ASSUMED_WORDS];
+
+	NEAR(ct_edge_lines_overshoot(line), 0.25, 1e-9, "the side that overshoots less counts");
+	ct_assumed_words(words, &is, (const double[3]){1, 1, 1});
+	OK(!strstr(words, "overshoot"), "no edges, no word");
+	memcpy(is.seen[1].edge, line, sizeof line);
+	ct_assumed_words(words, &is, (const double[3]){1, 1, 1});
+	OK(strstr(words, "edges overshoot by 25 %") != NULL, "%s", words);
+}
+
+int main(void)
+{
+	const struct ct_degrade two = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}};
+	struct ct_vol v, lo;
+
+	make(&v);
+	lo = reduced(&v, &two, 15);
+	finds(&lo);
+	measures(&v, &two);
+	fills(&lo);
+	refines(&v, &two);
+	overshoots();
+	ct_vol_free(&v);
+	ct_vol_free(&lo);
+	return tap_done();
+}
