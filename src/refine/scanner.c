@@ -59,8 +59,8 @@ static const struct {
 };
 
 /* Names of kernels: what they begin with, and the numbers that follow, if the maker counts. Their
- * order by sharpness is the makers'; where a family begins is assumed. The longest that fits
- * counts, and for Siemens and Canon the first. */
+ * order by sharpness is the makers'; where a family begins is assumed. The last that fits
+ * counts. */
 static const struct name {
 	const char *maker, *begins;
 	int from, to; /* 0, 0: any */
@@ -114,7 +114,6 @@ static int number_in(const char *s)
 enum ct_scanner_kernel ct_scanner_kernel_of(const char *maker, const char *kernel)
 {
 	enum ct_scanner_kernel family = CT_KERNEL_UNKNOWN;
-	size_t longest = 0;
 	const int number = number_in(kernel);
 
 	for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
@@ -122,10 +121,8 @@ enum ct_scanner_kernel ct_scanner_kernel_of(const char *maker, const char *kerne
 		const char *of = begins(maker, "Toshiba") ? "Canon" : maker;
 
 		if (!begins(of, n->maker) || !begins(kernel, n->begins) ||
-			strlen(n->begins) < longest ||
 			(n->to > 0 && (number < n->from || number > n->to)))
 			continue;
-		longest = strlen(n->begins);
 		family = n->family;
 	}
 	return family;
