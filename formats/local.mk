@@ -7,6 +7,7 @@ libct_a_SOURCES += formats/hash.c formats/hash.h formats/hash-impl.h
 SIMD_SOURCES += formats/hash-add.c
 libct_a_SOURCES += formats/format.c formats/handler.c formats/handler.h
 libct_a_SOURCES += formats/units.c formats/units.h
+libct_a_SOURCES += formats/beside.c formats/beside.h
 libct_a_SOURCES += formats/nifti.c formats/nifti.h formats/nifti-impl.h
 libct_a_SOURCES += formats/nifti-header.c formats/nifti-affine.c formats/nifti-ext.c
 libct_a_SOURCES += formats/source.c formats/source.h formats/sink.c formats/sink.h

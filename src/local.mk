@@ -5,6 +5,7 @@ bin_PROGRAMS += ct-degrade
 ct_degrade_SOURCES = src/tools/ct-degrade.c
 bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/prior-file.h
+ct_upsample_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools/metrics-report.h
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
@@ -12,7 +13,7 @@ ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools
 noinst_LIBRARIES += libctdicom.a
 libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
-	src/dicom/module.h src/dicom/dicom.h
+	src/dicom/module.h src/dicom/dicom.h src/tools/scan-read.c src/tools/scan-read.h
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series.c \
 	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
 	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/derive.h src/dicom/radiograph.c

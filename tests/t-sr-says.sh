@@ -34,7 +34,7 @@ ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct
 exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
 says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); noise 0 HU \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
-grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
+grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %(, therefore sharpened less)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
 ok $? 'and how surely'
 ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
 exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii

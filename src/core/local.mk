@@ -3,6 +3,7 @@ libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/inflate.c src/core/inflate.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
+libct_a_SOURCES += src/core/acquired.c src/core/acquired.h
 libct_a_SOURCES += src/core/env.c src/core/env.h src/core/linear.h
 libct_a_SOURCES += src/core/simd.c src/core/simd.h src/core/vec.h src/core/vec-exp.h src/core/vec-i16.h
 libct_a_SOURCES += src/core/par.c src/core/par.h

@@ -127,6 +127,17 @@ struct ct_env;
 /* 32 hexadecimal digits, XXH3: PatientID and FrameOfReferenceUID of the DICOM series; two CTs are
  * of one patient and space if they have the same; ct-convert */
 #define CT_META_SPACE "space"
+/* What DICOM said of the scanner; ct_acquired_put of the reader of DICOM, or of a sidecar: */
+/* text: Manufacturer */
+#define CT_META_DICOM_MAKER "dicom.maker"
+/* text: ConvolutionKernel */
+#define CT_META_DICOM_KERNEL "dicom.kernel"
+/* "X,Y,Z", mm: SliceThickness, along the axis of the slices; 0 along the others, or not said */
+#define CT_META_DICOM_THICKNESS "dicom.thickness"
+/* "X,Y,Z", mm: between the voxels when that was read; 0: not known */
+#define CT_META_DICOM_SPACING "dicom.spacing"
+/* number, mm: SingleCollimationWidth */
+#define CT_META_DICOM_COLLIMATION "dicom.collimation"
 /* integer: qform_code and sform_code, if not 1; 0: there is neither; NIfTI */
 #define CT_META_NIFTI_CODE "nifti.code"
 /* text: what in the header of the NIfTI contradicts its sform; the reader, never written */

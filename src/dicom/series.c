@@ -1,5 +1,6 @@
 /* series.c: from files to a volume. See dicom.h. */
 #include "config.h"
+#include "core/acquired.h"
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/hash.h"
@@ -214,6 +215,26 @@ static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
 		       : 0;
 }
 
+/* What the slices say of the scanner, if they are of one thickness and none was interpolated. Of
+ * those that a program derived from others that does not hold. */
+static int note_scanner(
+	struct ct_vol *v, const struct ct_slice *s, const struct ct_layout *l, struct ct_err *e)
+{
+	const double mm = s->thickness > 0 ? s->thickness : 0;
+	struct ct_acquired a = {.thickness = {0, 0, mm}};
+
+	for (size_t k = 1; k < l->slices; k++)
+		if (fabs((s[k].thickness > 0 ? s[k].thickness : 0) - mm) > 1e-3)
+			return 0;
+	ct_vol_spacing(v, a.spacing);
+	ct_acquired_text(a.maker, s->maker);
+	ct_acquired_text(a.kernel, s->kernel);
+	a.collimation = s->collimation > 0 && s->collimation <= mm ? s->collimation : 0;
+	return l->even && !ct_slice_is_type(s, 0, "DERIVED") && !ct_acquired_wrong(&a)
+		       ? ct_acquired_put(&v->meta, &a, e)
+		       : 0;
+}
+
 /* What is known of the volume beside its numbers. */
 static int describe(
 	struct ct_vol *v, const struct reader *r, const struct ct_layout *l, struct ct_err *e)
@@ -223,7 +244,7 @@ static int describe(
 
 	return derive_space(space, r->s, e) ||
 			       (*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) ||
-			       mark(v, r->s, l, e) ||
+			       mark(v, r->s, l, e) || note_scanner(v, r->s, l, e) ||
 			       ct_hash_input(r->hash, &v->meta, r->in->name, e) ||
 			       ct_meta_set(&v->meta, CT_META_QUANTITY,
 				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)

@@ -140,6 +140,7 @@ int sidecar_series(json_t *o, const struct ct_slice *s, const struct ct_layout *
 		put_number(o, "SpacingBetweenSlices", s->between) ||
 		put_number(o, "GantryDetectorTilt", s->tilt) ||
 		put_number(o, "ReconstructionDiameter", s->diameter) ||
+		put_number(o, "SingleCollimationWidth", s->collimation) ||
 		put(o, "PixelSpacing", json_pack("[f,f]", s->pitch[1], s->pitch[0])) ||
 		put(o, "SourceSlices", slices_of(s, l));
 

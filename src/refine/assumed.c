@@ -1,6 +1,7 @@
 /* assumed.c: see assumed.h. */
 #include "config.h"
 #include "refine/assumed.h"
+#include "refine/scanner.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -20,19 +21,19 @@ __attribute__((format(printf, 2, 3))) static void add(char *to, const char *fmt,
 	va_end(ap);
 }
 
-static bool shows(const struct ct_operator *is, int axis)
+static bool shows(const struct ct_operator *is, const struct ct_profile p[3], int axis)
 {
-	return is->by.factor[axis] > 1 && !isnan(is->seen[axis].spread);
+	return is->by.factor[axis] > 1 && !isnan(p[axis].spread);
 }
 
 /* The largest of the axes that are refined, a share of the spread. */
-static double deviation_of(const struct ct_operator *is)
+static double deviation_of(const struct ct_operator *is, const struct ct_profile p[3])
 {
 	double most = 0;
 
 	for (int a = 0; a < 3; a++)
-		if (shows(is, a))
-			most = fmax(most, is->seen[a].deviation);
+		if (shows(is, p, a))
+			most = fmax(most, p[a].deviation);
 	return most;
 }
 
@@ -47,6 +48,51 @@ static double overshoot_of(const struct ct_operator *is)
 	return most;
 }
 
+/* Widths along the axes that are refined, but `said`: "4.57", "1.2,1.2,at least 3"; their names. */
+static void add_widths(char *to, char axes[8], const struct ct_operator *is,
+	const struct ct_profile p[3], const double spacing[3], int said)
+{
+	const char *between = "";
+
+	*axes = '\0';
+	for (int a = 0; a < 3; a++) {
+		if (!(is->by.factor[a] > 1) || a == said)
+			continue;
+		if (shows(is, p, a))
+			add(to, "%s%s%.3g", between, p[a].deviation < 1 ? "" : "at least ",
+				FWHM * p[a].spread * spacing[a]);
+		else
+			add(to, "%sunknown", between);
+		snprintf(axes + strlen(axes), 8 - strlen(axes), "%s%c", between, "xyz"[a]);
+		between = ",";
+	}
+}
+
+/* "; DICOM (Philips, 5 mm, kernel UB) expects 4.39, edges show 4.57". */
+static void add_sources(char *to, const struct ct_operator *is, const double spacing[3], int said)
+{
+	const struct ct_acquired *s = &is->scanner;
+	char axes[8];
+
+	add(to, "; DICOM (%s", *s->maker ? s->maker : "unknown maker");
+	if (ct_scanner_thickness(s) > 0)
+		add(to, ", %.4g mm", ct_scanner_thickness(s));
+	add(to, "%s%s) expects ", *s->kernel ? ", kernel " : "", s->kernel);
+	add_widths(to, axes, is, is->told, spacing, said);
+	add(to, " mm within %.0f %%", 100 * deviation_of(is, is->told));
+	if (is->from == CT_BY_SCANNER) {
+		add(to, ", too few edges");
+		return;
+	}
+	add(to, ", edges show ");
+	add_widths(to, axes, is, is->seen, spacing, said);
+	add(to, " within %.0f %%", 100 * deviation_of(is, is->seen));
+	if (is->apart[0] || is->apart[1] || is->apart[2])
+		add(to, ": they contradict each other, and edges count");
+}
+
+#define POOR 0.15 /* then the least loss is noticeably narrower */
+
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
 	const double spacing[static 3])
 {
@@ -56,28 +102,25 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 		[CT_DECIMATE_MEAN] = "averaged over a voxel",
 	};
 	const int said = is->by_slices ? ct_slice_profile_axis(is->by.factor) : -1;
-	const char *between = "";
-	char axes[8] = "";
+	const double deviation = deviation_of(is, is->joint);
+	bool told = false;
+	char axes[8];
 
 	*to = '\0';
-	if (is->from != CT_BY_MEASURE)
+	if (is->from != CT_BY_MEASURE && is->from != CT_BY_SCANNER && is->from != CT_BY_BOTH)
 		return;
+	for (int a = 0; a < 3; a++)
+		told = told || shows(is, is->told, a);
 	add(to, "profile ");
-	for (int a = 0; a < 3; a++) {
-		if (!(is->by.factor[a] > 1) || a == said)
-			continue;
-		if (shows(is, a))
-			add(to, "%s%s%.3g", between, is->seen[a].deviation < 1 ? "" : "at least ",
-				FWHM * is->seen[a].spread * spacing[a]);
-		else
-			add(to, "%sunknown", between);
-		snprintf(
-			axes + strlen(axes), sizeof axes - strlen(axes), "%s%c", between, "xyz"[a]);
-		between = ",";
-	}
+	add_widths(to, axes, is, is->joint, spacing, said);
 	add(to, " mm wide (FWHM) along %s", axes);
-	add(to, ", uncertain by %.0f %%, %s (%.0f %% sure); measured on edges",
-		100 * deviation_of(is), sampling[is->by.decimate], fmin(100 * is->sure, 99));
+	add(to, ", uncertain by %.0f %%%s, %s (%.0f %% sure)", 100 * deviation,
+		deviation > POOR ? ", therefore sharpened less" : "", sampling[is->by.decimate],
+		fmin(100 * is->sure, 99));
+	if (told)
+		add_sources(to, is, spacing, said);
+	else
+		add(to, "; measured on edges");
 	if (overshoot_of(is) > OVERSHOOT)
 		add(to, "; edges overshoot by %.0f %% (a sharp kernel, or thin bone)",
 			100 * overshoot_of(is));

@@ -1,6 +1,7 @@
 /* operator.c: see operator.h. */
 #include "config.h"
 #include "refine/operator.h"
+#include "refine/scanner.h"
 #include "resolution/blur.h"
 #include "resolution/noise.h"
 
@@ -155,28 +156,27 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 	return 0;
 }
 
-/* Of what is measured so much is assumed: too wide a profile costs more than too narrow a one. */
-#define CAUTION 0.95
 /* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
 #define MEAN_SQUARE (1. / 12)
 #define POINTS 0.25
 
-/* How an axis that aliases was sampled. Slices are thick: their profiles are nearest to means. */
+/* How an axis that aliases was sampled. Slices of which nothing is known are nearest to means,
+ * those of a scanner to points. */
 static enum ct_decimate sampling_of(
-	double *sure, const struct ct_profile got[3], const double factor[3])
+	double *sure, const struct ct_profile got[3], const double factor[3], bool scanner)
 {
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
 	double odds = 0, spread = 0;
 
 	for (int a = 0; a < 3; a++)
-		if (!isnan(got[a].spread)) {
+		if (factor[a] > 1 && !isnan(got[a].spread)) {
 			odds += log(got[a].aliases / (1 - got[a].aliases));
 			spread = fmax(spread, got[a].spread);
 		}
 	*sure = 1 / (1 + exp(-fabs(odds)));
 	if (odds <= 0)
 		return CT_DECIMATE_SINC;
-	return coarse > 1 && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
+	return (coarse > 1 || scanner) && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
 }
 
 /* The network has seen few wider profiles, and tells less than they are. */
@@ -200,9 +200,9 @@ static int widen(struct ct_profile got[3], const struct ct_vol *in, const double
 		const struct ct_blur_axis *l = &least.axis[a];
 
 		if (got[a].spread > WIDEST)
-			got[a].spread = fmax(got[a].spread, l->sigma / CAUTION);
+			got[a].spread = fmax(got[a].spread, l->sigma / CT_SCANNER_BOUND);
 		if (factor[a] > 1 && isnan(got[a].spread) && l->sampling != CT_SAMPLING_UNKNOWN)
-			got[a] = (struct ct_profile){.spread = l->sigma / CAUTION,
+			got[a] = (struct ct_profile){.spread = l->sigma / CT_SCANNER_BOUND,
 				.deviation = 1,
 				.aliases = l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1,
 				.edges = l->edges};
@@ -222,48 +222,95 @@ static void join_planes(struct ct_profile *x, struct ct_profile *y)
 	x->spread = y->spread = exp((wx * log(x->spread) + wy * log(y->spread)) / (wx + wy));
 }
 
-/* The operator that edges show: a Gaussian of the spread that its sampling leaves. */
-static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
-	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
+/* What DICOM lets expect along the axes x; nothing of slices that are others by now. */
+static int expect(struct ct_operator *r, const struct ct_vol *in, const double x[3],
+	const struct ct_env *env, struct ct_err *e)
 {
-	const bool slice = ct_slice_profile_is_said(&said->slice);
-	const int told = slice ? ct_slice_profile_axis(r->by.factor) : -1;
-	double x[3] = {r->by.factor[0], r->by.factor[1], r->by.factor[2]};
-	struct ct_profile *got = r->seen;
+	const int known = ct_acquired_get(&r->scanner, &in->meta, e);
+	double mm[3];
 
-	if (told >= 0)
-		x[told] = 1;
-	if (ct_profile_measure(got, in, x, env->par, e) || widen(got, in, x, env, e))
-		return -1;
-	if (told >= 0)
-		got[told].spread = (double)NAN;
-	join_planes(&got[0], &got[1]);
-	if (said->decimate < 0)
-		r->by.decimate = sampling_of(&r->sure, got, x);
+	if (known)
+		return known < 0 ? -1 : 0;
+	ct_vol_spacing(in, mm);
+	if (ct_scanner_expect(r->told, &r->scanner, mm) == CT_SCANNER_STALE)
+		ct_log(env, CT_WARN,
+			"what DICOM says of slices of %.4g mm is not used: they were not "
+			"%.4g,%.4g,%.4g mm apart, as the voxels are",
+			ct_scanner_thickness(&r->scanner), mm[0], mm[1], mm[2]);
+	for (int a = 0; a < 3; a++)
+		if (!(x[a] > 1))
+			r->told[a].spread = (double)NAN;
+	return 0;
+}
+
+/* Gaussian of an axis, voxels of the result: of the spread what its sampling leaves. */
+static double sigma_left(double spread, double factor, enum ct_decimate decimate)
+{
+	double own = 0;
+
+	if (decimate == CT_DECIMATE_MEAN)
+		own = MEAN_SQUARE;
+	else if (decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0)
+		own = 0.25 / (factor * factor); /* the mean of two */
+	return factor * sqrt(fmax(spread * spread - own, 0));
+}
+
+/* What is known by now, and who said it. */
+static void settle(struct ct_operator *r, const double x[3], const struct ct_env *env)
+{
+	bool seen = false, told = false;
+
 	for (int a = 0; a < 3; a++) {
-		const double factor = x[a], spread = CAUTION * got[a].spread;
-		double own = 0; /* of the sampling */
+		const struct ct_profile *p = &r->joint[a];
 
-		if (factor <= 1)
+		if (!(x[a] > 1))
 			continue;
-		if (r->by.decimate == CT_DECIMATE_MEAN)
-			own = MEAN_SQUARE;
-		else if (r->by.decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0)
-			own = 0.25 / (factor * factor); /* the mean of two */
-		if (isnan(spread)) {
+		if (isnan(p->spread)) {
 			ct_log(env, CT_INFO, "axis %d: too few edges", a);
 			continue;
 		}
-		r->by.sigma[a] = factor * sqrt(fmax(spread * spread - own, 0));
-		r->known = true;
+		seen = seen || !isnan(r->seen[a].spread);
+		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
+		r->by.sigma[a] = sigma_left(ct_scanner_aim(p), x[a], r->by.decimate);
 		ct_log(env, CT_INFO,
-			"axis %d: spread %.3g +- %.2g voxels, aliases with %.0f %%, assumed blur "
-			"%.3g voxels of OUT, %zu edges",
-			a, got[a].spread, got[a].spread * got[a].deviation, 100 * got[a].aliases,
-			r->by.sigma[a], got[a].edges);
+			"axis %d: spread %.3g +- %.2g voxels, DICOM %.3g +- %.2g, together %.3g +- "
+			"%.2g, aliases with %.0f %%, assumed blur %.3g voxels of OUT, %zu edges",
+			a, r->seen[a].spread, r->seen[a].spread * r->seen[a].deviation,
+			r->told[a].spread, r->told[a].spread * r->told[a].deviation, p->spread,
+			p->spread * p->deviation, 100 * p->aliases, r->by.sigma[a],
+			r->seen[a].edges);
 	}
+	r->known = r->known || seen || told;
 	if (r->known)
-		r->from = CT_BY_MEASURE;
+		r->from = !told ? CT_BY_MEASURE : seen ? CT_BY_BOTH : CT_BY_SCANNER;
+}
+
+/* The operator that DICOM and edges show: a Gaussian of the spread that its sampling leaves. */
+static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
+	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
+{
+	const bool slice = ct_slice_profile_is_said(&said->slice);
+	const int given = slice ? ct_slice_profile_axis(r->by.factor) : -1;
+	double x[3] = {r->by.factor[0], r->by.factor[1], r->by.factor[2]};
+	struct ct_profile *got = r->seen;
+	bool scanner = false;
+
+	if (given >= 0)
+		x[given] = 1;
+	if (ct_profile_measure(got, in, x, env->par, e) || widen(got, in, x, env, e) ||
+		expect(r, in, x, env, e))
+		return -1;
+	if (given >= 0)
+		got[given].spread = (double)NAN;
+	join_planes(&got[0], &got[1]);
+	memcpy(r->joint, got, sizeof r->joint);
+	for (int a = 0; a < 3; a++) {
+		r->apart[a] = ct_scanner_join(&r->joint[a], &r->told[a]);
+		scanner = scanner || !isnan(r->told[a].spread);
+	}
+	if (said->decimate < 0)
+		r->by.decimate = sampling_of(&r->sure, r->joint, x, scanner);
+	settle(r, x, env);
 	return 0;
 }
 
@@ -305,7 +352,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 
 	*r = (struct ct_operator){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
 	for (int a = 0; a < 3; a++)
-		r->seen[a].spread = (double)NAN;
+		r->seen[a].spread = r->told[a].spread = r->joint[a].spread = (double)NAN;
 	if (operator_of(r, said, in, e))
 		return -1;
 	none = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
@@ -320,7 +367,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 			: by_caller                                       ? CT_BY_CALLER
 									  : CT_BY_NOBODY;
 	if (said->estimate && !r->known && !settles_all(r, said) &&
-		measure_operator(r, in, said, env, e))
+		estimate_operator(r, in, said, env, e))
 		return -1;
 	if (slice_of(r, said, in, e))
 		return -1;

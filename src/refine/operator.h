@@ -1,11 +1,13 @@
 /* operator.h: what is known of a low-resolution CT: the operator that made it, and its noise.
  *
- * The file's metadata say it (ct-degrade writes them), or the caller, or it is measured: blur and
- * sampling on edges (resolution/profile.h), the noise where the CT is flat (resolution/noise.h). A
- * contradiction between the file and the caller is an error.
+ * The file's metadata say it (ct-degrade writes them), or the caller, or it is estimated: blur and
+ * sampling from what DICOM says of the scanner (scanner.h) and on edges (resolution/profile.h), the
+ * noise where the CT is flat (resolution/noise.h). A contradiction between the file and the caller
+ * is an error.
  */
 #ifndef CT_REFINE_OPERATOR_H
 #define CT_REFINE_OPERATOR_H
+#include "core/acquired.h"
 #include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
@@ -26,7 +28,7 @@ struct ct_said {
 	int decimate;       /* enum ct_decimate; -1: not said */
 	double noise;       /* standard deviation, HU; NaN: not said */
 	struct ct_slice_profile_said slice; /* of the slice axis, in place of the two */
-	bool estimate;                      /* measure the operator if nothing says it */
+	bool estimate;                      /* ... the operator if nothing says it */
 };
 /* Nothing is said. */
 #define CT_SAID_NOTHING                                                                            \
@@ -40,7 +42,9 @@ struct ct_said {
 	X(CT_BY_NOBODY, "assumed")                                                                 \
 	X(CT_BY_FILE, "from the file")                                                             \
 	X(CT_BY_CALLER, "given")                                                                   \
-	X(CT_BY_MEASURE, "measured")
+	X(CT_BY_MEASURE, "measured")                                                               \
+	X(CT_BY_SCANNER, "from DICOM")                                                             \
+	X(CT_BY_BOTH, "from DICOM and edges")
 enum ct_by { CT_SOURCE_LIST(CT_WORD_VALUE) };
 
 struct ct_operator {
@@ -51,8 +55,12 @@ struct ct_operator {
 	bool correlated; /* more than white noise shows */
 	bool by_slices;  /* the caller said the profile of the slices */
 	enum ct_by from, noise_from;
-	struct ct_profile seen[3]; /* what was measured; of no spread (NaN) if nothing was */
-	double sure;               /* probability of by.decimate, if it was measured */
+	/* What was measured, what DICOM lets expect, and both together, where the operator is
+	 * estimated; of no spread (NaN) if there is none. */
+	struct ct_profile seen[3], told[3], joint[3];
+	struct ct_acquired scanner; /* what DICOM says, where it is used */
+	bool apart[3];              /* the two contradict each other: what was measured counts */
+	double sure;                /* probability of by.decimate, if it is estimated */
 };
 
 /* *r gets what is known of `in`. Without a need for noise, it is not measured. A factor that

@@ -237,32 +237,56 @@ static void put_edge(struct maker *m, const char *key, const struct ct_profile *
 		put(m, key, numbers(m, CT_EDGE_LONG, p->edge));
 }
 
-int ct_report_estimate(json_t *report, const char *assumed,
-	const struct ct_profile profile[static 3], const struct ct_blur *s, const struct ct_vol *v,
+/* KEY-spread-voxels and KEY-deviation-voxels. */
+static void put_profile(struct maker *m, const char *key, const struct ct_profile p[3])
+{
+	double spread[3], deviation[3];
+	char name[40];
+
+	for (int a = 0; a < 3; a++) {
+		spread[a] = p[a].spread;
+		deviation[a] = spread[a] * p[a].deviation;
+	}
+	snprintf(name, sizeof name, "%s-spread-voxels", key);
+	put(m, name, numbers(m, 3, spread));
+	snprintf(name, sizeof name, "%s-deviation-voxels", key);
+	put(m, name, numbers(m, 3, deviation));
+}
+
+static bool is_there(const struct ct_profile p[3])
+{
+	return !isnan(p[0].spread) || !isnan(p[1].spread) || !isnan(p[2].spread);
+}
+
+int ct_report_estimate(json_t *report, const struct ct_report_operator *is, const struct ct_vol *v,
 	struct ct_err *e)
 {
+	const struct ct_blur *s = is->least;
 	struct maker m = {.o = report};
-	double measured[3], sigma[3], mm[3], aliasing[3], spread[3], deviation[3], aliases[3];
+	double measured[3], sigma[3], mm[3], aliasing[3], aliases[3];
 	size_t edges[3];
 
 	ct_vol_spacing(v, mm);
 	for (int a = 0; a < 3; a++) {
+		const struct ct_profile *p = &is->seen[a];
+
 		measured[a] = s->axis[a].measured;
 		sigma[a] = s->axis[a].sigma;
 		mm[a] *= sigma[a];
 		aliasing[a] = s->axis[a].aliasing;
 		edges[a] = s->axis[a].edges;
-		spread[a] = profile[a].spread;
-		deviation[a] = spread[a] * profile[a].deviation;
-		aliases[a] = isnan(spread[a]) ? spread[a] : profile[a].aliases;
+		aliases[a] = isnan(p->spread) ? p->spread : p->aliases;
 	}
-	put(&m, "assumed", json_string(*assumed ? assumed : "nothing: too few edges"));
-	put(&m, "profile-spread-voxels", numbers(&m, 3, spread));
-	put(&m, "profile-deviation-voxels", numbers(&m, 3, deviation));
+	put(&m, "assumed", json_string(*is->assumed ? is->assumed : "nothing: too few edges"));
+	put_profile(&m, "profile", is->seen);
 	put(&m, "profile-alias-probability", numbers(&m, 3, aliases));
-	put_edge(&m, "edge-x", &profile[0]);
-	put_edge(&m, "edge-y", &profile[1]);
-	put_edge(&m, "edge-z", &profile[2]);
+	if (is_there(is->told)) {
+		put_profile(&m, "dicom", is->told);
+		put_profile(&m, "joint", is->joint);
+	}
+	put_edge(&m, "edge-x", &is->seen[0]);
+	put_edge(&m, "edge-y", &is->seen[1]);
+	put_edge(&m, "edge-z", &is->seen[2]);
 	put(&m, "blur-seen-voxels", numbers(&m, 3, measured));
 	put(&m, "blur-lr-voxels", numbers(&m, 3, sigma));
 	put(&m, "blur-mm", numbers(&m, 3, mm));

@@ -53,6 +53,8 @@ int ct_regrid_axes(
 	ct_reorient_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
 	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
 		permute(&v->meta, CT_META_SIGMA, axis, e) ||
+		permute(&v->meta, CT_META_DICOM_THICKNESS, axis, e) ||
+		permute(&v->meta, CT_META_DICOM_SPACING, axis, e) ||
 		ct_slice_profile_permute(&v->meta, axis, e) ||
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;

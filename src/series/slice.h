@@ -40,6 +40,7 @@ struct ct_slice {
 	double moment, phase, trigger, acquired, made;
 	double kvp, thickness, tilt; /* kV, SliceThickness in mm, GantryDetectorTilt in degrees */
 	double between, diameter;    /* SpacingBetweenSlices, ReconstructionDiameter in mm */
+	double collimation;          /* SingleCollimationWidth in mm */
 	size_t columns, rows, samples;
 	double on_disk, claimed;    /* bytes of its part of the file, and of its numbers unpacked */
 	char syntax[CT_SLICE_TEXT]; /* TransferSyntaxUID */

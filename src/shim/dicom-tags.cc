@@ -189,6 +189,7 @@ void describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	s->tilt = number(tag(DC::GantryDetectorTilt));
 	s->between = number(tag(DC::SpacingBetweenSlices));
 	s->diameter = number(tag(DC::ReconstructionDiameter));
+	s->collimation = number(tag(DC::SingleCollimationWidth));
 	s->columns = count_of(tag(DC::Columns), 0);
 	s->rows = count_of(tag(DC::Rows), 0);
 	s->samples = count_of(tag(DC::SamplesPerPixel), 1);

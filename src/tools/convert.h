@@ -24,7 +24,6 @@ struct convert {
 	const char *sidecar;
 	json_t *about; /* what goes into it */
 	bool skip_damaged, compress, deid, other_patient;
-	bool whole;                    /* the volume is wanted, whatever OUT is */
 	struct convert_planes *planes; /* of the run */
 };
 

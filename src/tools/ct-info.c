@@ -2,12 +2,13 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/any.h"
+#include "formats/beside.h"
 #include "formats/ends.h"
 #include "resolution/blur.h"
 #include "resolution/padding.h"
 #include "refine/assumed.h"
 #include "tools/lib/said.h"
-#include "dicom/dicom.h"
+#include "tools/scan-read.h"
 #include "dicom/form.h"
 #include "report/report.h"
 
@@ -28,9 +29,9 @@ static const struct ct_opt opts[] = {
 	CT_ARG(struct params, files, CT_READS, "FILE",
 		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, DICOM (folder, archive or file), or -"),
 	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
-		"of DICOM: the series that decides the exit status"),
+		"of DICOM: the series that -e measures, or that decides the exit status"),
 	CT_OPT(struct params, measures, 'e', "operator", NULL, 0, 0,
-		"measure blur, sampling and noise of each CT from its voxels, whatever its header says"),
+		"estimate blur, sampling and noise of each CT, whatever ct-degrade says in its header"),
 	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
 		"how many times finer the grid is that the blur is wanted for; default: as ct-sr",
 		CT_WHEN(CT_IF(struct params, measures))),
@@ -63,16 +64,35 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	struct ct_operator is;
 	struct ct_blur s;
 	double mm[3];
+	int rc = 0;
 
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	bare.meta = (struct ct_meta){0};
-	if (ct_operator_find(&is, said, false, &bare, env, e) ||
+	if (ct_acquired_copy(&bare.meta, &a->vol.meta, e) ||
+		ct_operator_find(&is, said, false, &bare, env, e) ||
 		ct_blur_estimate(&s, &bare, is.by.factor, env->par, e) || put_padding(o, &bare, e))
-		return ct_blame(e, path);
+		rc = ct_blame(e, path);
+	ct_meta_free(&bare.meta);
+	if (rc)
+		return rc;
 	ct_vol_spacing(&bare, mm);
 	ct_assumed_words(assumed, &is, mm);
-	return ct_report_estimate(o, assumed, is.seen, &s, &bare, e);
+	return ct_report_estimate(
+		o, &(struct ct_report_operator){assumed, is.seen, is.told, is.joint, &s}, &bare, e);
+}
+
+/* Any of our files. What is measured may be DICOM, and may have a sidecar. */
+static int read_any(struct ct_any *a, const struct params *p, const char *path,
+	const struct ct_env *env, struct ct_err *e)
+{
+	if (p->measures && dicom_form_of(path) != NOT_DICOM) {
+		a->kind = CT_KIND_VOLUME;
+		return scan_read(&a->vol, path, p->series, env, e);
+	}
+	if (ct_any_read(path, a, e))
+		return -1;
+	return p->measures && a->kind == CT_KIND_VOLUME ? ct_beside_read(&a->vol, path, env, e) : 0;
 }
 
 static void print(const json_t *o)
@@ -98,11 +118,11 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	said.estimate = true;
 	if (!first && !env->json)
 		putchar('\n');
-	if (form == FOLDER || form == FILE_OF_SERIES)
+	if (!p->measures && (form == FOLDER || form == FILE_OF_SERIES))
 		return ct_dicom_inspect(&in, into, env, e);
-	if (ct_any_read(path, &a, e) == 0)
+	if (read_any(&a, p, path, env, e) == 0)
 		o = ct_report_make(&a, path, env->verbose > 0, e);
-	else if (form == ARCHIVE && !ct_ends_match(path, "pt|pth|ckpt|bin")) {
+	else if (!p->measures && form == ARCHIVE && !ct_ends_match(path, "pt|pth|ckpt|bin")) {
 		*e = (struct ct_err){0};
 		return ct_dicom_inspect(&in, into, env, e);
 	}

@@ -12,6 +12,7 @@
 #include "tools/lib/ahead.h"
 #include "tools/page-file.h"
 #include "tools/prior-file.h"
+#include "tools/scan-read.h"
 #include "tools/sr.h"
 
 #include <math.h>
@@ -112,8 +113,7 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 		.template = p->template,
 		.deid = p->deid,
 		.units = env->units,
-		.planes = &f->planes,
-		.whole = true};
+		.planes = &f->planes};
 }
 
 static int check(const struct sr *p, struct ct_err *e)
@@ -134,8 +134,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
-	if (dicom_form_of(p->in) != NOT_DICOM ? convert_read(&f->convert, &f->in, env, e)
-					      : ct_vol_read_hu(p->in, &f->in, env, e))
+	if (scan_read(&f->in, p->in, p->series, env, e))
 		return -1;
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);

@@ -10,6 +10,7 @@
 #include "tools/lib/ahead.h"
 #include "tools/lib/said.h"
 #include "tools/prior-file.h"
+#include "tools/scan-read.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -46,7 +47,8 @@ static const struct params defaults = {.said = SAID_DEFAULTS,
 #define WITH_PRIOR WITH(PRIOR)
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "low-resolution CT, NIfTI, or -"),
+	CT_ARG(struct params, in, CT_READS, "IN",
+		"low-resolution CT: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
 	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
 		"the CT on the finer grid, NIfTI, or -"),
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
@@ -59,7 +61,7 @@ static const struct ct_opt opts[] = {
 		"the factor that IN was reduced by, else as ct-sr",
 		CT_WHEN(CT_UNLESS(struct params, said.factor)), CT_WHEN(CT_ALWAYS), WITH(ITERATES)),
 	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
-		"measure the blur of IN on its edges if IN does not say it",
+		"estimate the blur of IN, from DICOM and edges, if IN does not say it",
 		CT_WHEN(CT_UNLESS(struct params, said.sigma),
 			CT_IF_WORD(struct params, method, INVERTS))),
 	CT_INPUT(struct params, start, 0, "start", "FILE",
@@ -123,7 +125,7 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 		return -1;
 	rule->prior = &f->prior;
 	rule->start = p->start ? &f->start : NULL;
-	return ct_vol_read_hu(p->in, &f->in, env, e) ||
+	return scan_read(&f->in, p->in, NULL, env, e) ||
 			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
 		       ? -1
 		       : 0;

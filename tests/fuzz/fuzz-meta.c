@@ -1,5 +1,6 @@
 /* Hostile metadata, lines KEY=VALUE: what is read from them is refused or sound. */
 #include "config.h"
+#include "core/acquired.h"
 #include "driver.h"
 #include "resolution/degrade.h"
 #include "unet/arch.h"
@@ -84,6 +85,18 @@ static void numbers(const struct ct_meta *m)
 	}
 }
 
+static void acquired(const struct ct_meta *m)
+{
+	struct ct_acquired a;
+	struct ct_err e = {0};
+	const int rc = ct_acquired_get(&a, m, &e);
+
+	if (rc < 0)
+		must_say(&e);
+	else if (rc == 0 && ct_acquired_wrong(&a))
+		abort();
+}
+
 static void arch(const struct ct_meta *m)
 {
 	struct ct_unet_arch a;
@@ -106,6 +119,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		degrade(&m);
 		window(&m);
 		numbers(&m);
+		acquired(&m);
 		arch(&m);
 	}
 	ct_meta_free(&m);
@@ -117,7 +131,9 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 {
 	static const char *const text[] = {
 		"factor=4,4,2\nsigma=1.7,1.7,0\ndecimate=mean\nnoise=3\nwindow=-1024:3071\n"
-		"volume.size=8,8,8\nvolume.affine=1,0,0,-4,0,1,0,-4,0,0,1,-4\ncoarsen=4\n",
+		"volume.size=8,8,8\nvolume.affine=1,0,0,-4,0,1,0,-4,0,0,1,-4\ncoarsen=4\n"
+		"dicom.maker=GE\ndicom.kernel=SOFT\ndicom.thickness=0,0,5\n"
+		"dicom.spacing=1,1,5\ndicom.collimation=0.6\n",
 		"factor=4\nwindow=-512:3071\nmodel_channels=32\nchannel_mult=1:2\nnum_res_blocks=1\n"
 		"attention_resolutions=8\nnum_heads=4\nimage_size=64\nin_channels=1\nout_channels=1\n"};
 

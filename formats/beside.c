@@ -1,0 +1,164 @@
+/* beside.c: see beside.h. */
+#include "config.h"
+#include "core/acquired.h"
+#include "core/mem.h"
+#include "formats/beside.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { MOST_BYTES = 16 << 20 }; /* ct-convert lists every slice */
+
+/* A length in mm, more than 0; *x stays if there is none. */
+static int length(double *x, const json_t *v, const char *key, struct ct_err *e)
+{
+	const double mm = json_number_value(v);
+
+	if (!v || json_is_null(v))
+		return 0;
+	if (!json_is_number(v) || !(mm > 0 && mm <= CT_ACQUIRED_WIDEST))
+		return ct_fail(e, CT_EINPUT, "field %s: not a length above 0 and up to %d mm", key,
+			CT_ACQUIRED_WIDEST);
+	*x = mm;
+	return 0;
+}
+
+/* A text, or the first of several. */
+static int text(
+	char to[static CT_ACQUIRED_TEXT], const json_t *o, const char *key, struct ct_err *e)
+{
+	const json_t *v = json_object_get(o, key);
+
+	if (json_is_array(v))
+		v = json_array_get(v, 0);
+	if (v && !json_is_null(v) && !json_is_string(v))
+		return ct_fail(e, CT_EINPUT, "field %s: not a text", key);
+	ct_acquired_text(to, json_is_string(v) ? json_string_value(v) : "");
+	return 0;
+}
+
+static int collect(struct ct_acquired *a, const json_t *o, struct ct_err *e)
+{
+	static const char *const rows[] = {"SingleCollimationWidth", "CollimationWidth"};
+	const json_t *pitch = json_object_get(o, "PixelSpacing");
+
+	if (length(&a->thickness[2], json_object_get(o, "SliceThickness"), "SliceThickness", e) ||
+		length(&a->spacing[2], json_object_get(o, "SpacingBetweenSlices"),
+			"SpacingBetweenSlices", e) ||
+		text(a->maker, o, "Manufacturer", e) || text(a->kernel, o, "ConvolutionKernel", e))
+		return -1;
+	for (size_t k = 0; k < 2; k++)
+		if (!(a->collimation > 0) &&
+			length(&a->collimation, json_object_get(o, rows[k]), rows[k], e))
+			return -1;
+	if (pitch && !json_is_null(pitch) && json_array_size(pitch) != 2)
+		return ct_fail(e, CT_EINPUT, "field PixelSpacing: not two numbers");
+	for (size_t k = 0; k < 2; k++) /* between rows, along y, then between columns */
+		if (length(&a->spacing[1 - k], json_array_get(pitch, k), "PixelSpacing", e))
+			return -1;
+	if (a->collimation > a->thickness[2])
+		a->collimation = 0; /* of the whole beam */
+	return 0;
+}
+
+/* Did a program make these slices of others? */
+static bool is_derived(const json_t *o)
+{
+	const char *type = json_string_value(json_array_get(json_object_get(o, "ImageType"), 0));
+
+	return type && strcmp(type, "DERIVED") == 0;
+}
+
+int ct_beside_parse(struct ct_meta *m, const char *s, size_t n, struct ct_err *e)
+{
+	struct ct_acquired a = {0};
+	json_error_t why;
+	json_t *o = json_loadb(s, n, JSON_REJECT_DUPLICATES, &why), *modality;
+	int rc;
+
+	if (!o)
+		return ct_fail(e, CT_EINPUT, "line %d: not JSON: %.100s", why.line, why.text);
+	modality = json_object_get(o, "Modality");
+	if (!json_is_object(o))
+		rc = ct_fail(e, CT_EINPUT, "line 1: not a JSON object");
+	else if ((json_is_string(modality) && strcmp(json_string_value(modality), "CT") != 0) ||
+		 is_derived(o))
+		rc = 1;
+	else
+		rc = collect(&a, o, e);
+	json_decref(o);
+	if (rc == 0 && !*a.maker && !*a.kernel && !(a.thickness[2] > 0))
+		rc = 1;
+	return rc ? rc : ct_acquired_put(m, &a, e);
+}
+
+/* x.json of x.nii or x.nii.gz, to be freed; NULL if the name has no such end, or no memory. */
+static char *name_of(const char *path)
+{
+	const size_t n = strlen(path);
+	char *name = NULL;
+	size_t end = n;
+
+	if (end > 3 && strcasecmp(path + end - 3, ".gz") == 0)
+		end -= 3;
+	if (end <= 4 || strncasecmp(path + end - 4, ".nii", 4) != 0)
+		return NULL;
+	if (asprintf(&name, "%.*s.json", (int)(end - 4), path) < 0)
+		return NULL;
+	return name;
+}
+
+/* A regular file that is not too long: 0; 1 if there is none. Never waits for a pipe. */
+static int load(char **text_, size_t *n, const char *name, struct ct_err *e)
+{
+	const int fd = open(name, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+	struct stat st;
+	ssize_t got = 0;
+	int rc = -1;
+
+	if (fd < 0)
+		return errno == ENOENT ? 1 : ct_fail(e, CT_EINPUT, "%s", strerror(errno));
+	*n = 0;
+	if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
+		ct_fail(e, CT_EINPUT, "not a file");
+	else if (st.st_size > MOST_BYTES)
+		ct_fail(e, CT_EINPUT, "more than %d bytes", MOST_BYTES);
+	else if (ct_alloc(text_, (size_t)st.st_size + 1, 1, e) == 0) {
+		while (*n < (size_t)st.st_size &&
+			(got = read(fd, *text_ + *n, (size_t)st.st_size - *n)) > 0)
+			*n += (size_t)got;
+		rc = got < 0 ? ct_fail(e, CT_EINPUT, "%s", strerror(errno)) : 0;
+	}
+	close(fd);
+	return rc;
+}
+
+int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	char *name = ct_meta_get(&v->meta, CT_META_DICOM_THICKNESS) ? NULL : name_of(path);
+	char *s = NULL;
+	size_t n = 0;
+	int rc;
+
+	if (!name)
+		return 0;
+	rc = load(&s, &n, name, e);
+	if (rc == 0)
+		rc = ct_beside_parse(&v->meta, s, n, e);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "%s: says the scanner", name);
+	if (rc < 0 && e->code == CT_EINPUT) {
+		ct_log(env, CT_WARN, "%s: %s: nothing of it is used", name, e->msg);
+		*e = (struct ct_err){0};
+		rc = 0;
+	}
+	free(s);
+	free(name);
+	return rc < 0 ? -1 : 0;
+}

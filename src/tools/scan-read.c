@@ -1,0 +1,17 @@
+/* scan-read.c: see scan-read.h. */
+#include "config.h"
+#include "dicom/form.h"
+#include "formats/beside.h"
+#include "formats/units.h"
+#include "tools/scan-read.h"
+
+int scan_read(struct ct_vol *v, const char *path, const char *series, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_dicom_in in = {
+		.paths = &path, .n = 1, .series = series, .units = (enum ct_units)env->units};
+
+	if (dicom_form_of(path) != NOT_DICOM)
+		return ct_dicom_read(v, &in, env, e);
+	return ct_vol_read_hu(path, v, env, e) || ct_beside_read(v, path, env, e) ? -1 : 0;
+}

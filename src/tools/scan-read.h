@@ -1,0 +1,12 @@
+/* scan-read.h: a CT for a command that refines it, with what is known of its scanner. */
+#ifndef CT_TOOLS_SCAN_READ_H
+#define CT_TOOLS_SCAN_READ_H
+#include "core/env.h"
+#include "core/vol.h"
+
+/* A DICOM folder, archive or file, of which `series` (or NULL) is used, or a volume in HU and its
+ * sidecar. Codes of ct_dicom_read, ct_vol_read_hu. */
+int scan_read(struct ct_vol *v, const char *path, const char *series, const struct ct_env *env,
+	struct ct_err *e);
+
+#endif

@@ -1,0 +1,246 @@
+/* What DICOM says of a scanner: what is expected of it, when it is stale, and how it joins. */
+#include "config.h"
+#include "formats/beside.h"
+#include "refine/scanner.h"
+#include "tap.h"
+
+#include <string.h>
+
+static struct ct_acquired of(const char *maker, const char *kernel, double thickness, double step)
+{
+	struct ct_acquired a = {
+		.thickness = {0, 0, thickness}, .spacing = {0, 0, step}, .collimation = 0.6};
+
+	ct_acquired_text(a.maker, maker);
+	ct_acquired_text(a.kernel, kernel);
+	return a;
+}
+
+static void kernels(void)
+{
+	static const struct {
+		const char *maker, *kernel;
+		enum ct_scanner_kernel family;
+	} cases[] = {{"GE MEDICAL SYSTEMS", "SOFT", CT_KERNEL_SOFT},
+		{"GE MEDICAL SYSTEMS", "STANDARD", CT_KERNEL_STANDARD},
+		{"GE MEDICAL SYSTEMS", "BONE", CT_KERNEL_SHARP},
+		{"GE MEDICAL SYSTEMS", "BONEPLUS", CT_KERNEL_EDGE},
+		{"SIEMENS", "B20f", CT_KERNEL_SOFT},
+		{"Siemens Healthineers", "Br40d", CT_KERNEL_STANDARD},
+		{"SIEMENS", "H60s", CT_KERNEL_SHARP}, {"SIEMENS", "B70f", CT_KERNEL_EDGE},
+		{"SIEMENS", "", CT_KERNEL_UNKNOWN}, {"Philips", "UB", CT_KERNEL_STANDARD},
+		{"Philips", "UA", CT_KERNEL_SOFT}, {"Philips", "YA", CT_KERNEL_EDGE},
+		{"Philips", "B", CT_KERNEL_STANDARD}, {"TOSHIBA", "FC03", CT_KERNEL_SOFT},
+		{"TOSHIBA", "FC18", CT_KERNEL_STANDARD}, {"CANON_MEC", "FC30", CT_KERNEL_SHARP},
+		{"Canon", "FC81", CT_KERNEL_EDGE}, {"Neusoft", "STANDARD", CT_KERNEL_UNKNOWN},
+		{"", "B30f", CT_KERNEL_UNKNOWN}};
+
+	for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
+		OK(ct_scanner_kernel_of(cases[k].maker, cases[k].kernel) == cases[k].family,
+			"%s %s is %s", cases[k].maker, cases[k].kernel,
+			CT_WORD(CT_SCANNER_KERNEL_LIST, cases[k].family));
+}
+
+static void expected(void)
+{
+	const double mm[3] = {0.5, 0.5, 5};
+	struct ct_profile p[3], half[3];
+	struct ct_acquired a = of("Philips Medical Systems", "UB", 5, 5);
+
+	OK(ct_scanner_expect(p, &a, mm) == CT_SCANNER_USED, "slices where they were");
+	NEAR(p[2].spread, 0.371, 0.004, "the share that was measured of a real pair");
+	OK(p[2].aliases > 0.8, "of points");
+	OK(isnan(p[0].spread) && isnan(p[1].spread),
+		"in plane nothing, as the pixels are not known");
+	a.spacing[0] = a.spacing[1] = 0.5;
+	ct_scanner_expect(p, &a, mm);
+	OK(p[0].spread == p[1].spread && p[0].spread * 0.5 > 0.3 && p[0].spread * 0.5 < 0.6,
+		"the Gaussian of the kernel, mm");
+	a.spacing[0] = a.spacing[1] = 0.25;
+	OK(ct_scanner_expect(p, &a, mm) == CT_SCANNER_USED && isnan(p[0].spread) && p[2].spread > 0,
+		"pixels that were resampled leave the slices");
+	a = of("Philips", "UB", 5, 2.5);
+	OK(ct_scanner_expect(half, &a, (const double[3]){0.5, 0.5, 2.5}) == CT_SCANNER_USED,
+		"slices that overlap");
+	NEAR(half[2].spread, 2 * p[2].spread, 1e-9, "are as wide in mm");
+	a = of("Philips", "UB", 1, 10);
+	ct_scanner_expect(half, &a, (const double[3]){1, 1, 10});
+	NEAR(half[2].spread, hypot(0.371, 0.34 * 0.6) / 10, 1e-9, "and so are those with gaps");
+	a = of("GE", "", 0.625, 0.625);
+	ct_scanner_expect(half, &a, (const double[3]){1, 1, 0.625});
+	a = of("GE", "", 5, 5);
+	ct_scanner_expect(p, &a, mm);
+	OK(half[2].spread > 1.1 * p[2].spread, "a row of the detector widens thin slices");
+	a = of("Anonymous", "", 5, 5);
+	ct_scanner_expect(half, &a, mm);
+	OK(half[2].deviation > p[2].deviation, "another maker is known less well");
+}
+
+static void stale(void)
+{
+	struct ct_acquired a = of("SIEMENS", "B30f", 5, 5);
+	struct ct_profile p[3];
+
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) == CT_SCANNER_STALE &&
+			isnan(p[2].spread),
+		"a CT that was resampled is another");
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.1}) == CT_SCANNER_STALE,
+		"by 2 %% already");
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.02}) == CT_SCANNER_USED,
+		"but for rounding");
+	a.spacing[2] = 0;
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 2.5}) == CT_SCANNER_USED &&
+			ct_scanner_expect(p, &a, (const double[3]){1, 1, 2}) == CT_SCANNER_STALE &&
+			ct_scanner_expect(p, &a, (const double[3]){1, 1, 6}) == CT_SCANNER_STALE,
+		"a spacing that is not said is half the thickness to all of it");
+	a.thickness[2] = 0;
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5}) == CT_SCANNER_USED &&
+			p[2].spread > 0.35 && p[2].deviation > 0.25,
+		"a thickness that is not said is the spacing, less surely");
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) == CT_SCANNER_USED &&
+			isnan(p[2].spread),
+		"if slices are thick");
+	a.thickness[0] = 5;
+	OK(ct_scanner_expect(p, &a, (const double[3]){5, 1, 1}) == CT_SCANNER_USED &&
+			p[0].spread > 0.3 && isnan(p[2].spread),
+		"slices go with their axis");
+}
+
+static void joined(void)
+{
+	const struct ct_profile told = {.spread = 0.4, .deviation = 0.1, .aliases = 0.9};
+	const struct ct_profile none = {.spread = (double)NAN};
+	struct ct_profile p = {.spread = 0.3, .deviation = 0.1, .aliases = 0.5};
+
+	OK(!ct_scanner_join(&p, &told), "two estimates");
+	NEAR(p.spread, sqrt(0.3 * 0.4), 1e-9, "of one deviation meet in the middle");
+	NEAR(p.deviation, 0.1 / sqrt(2), 1e-9, "and are surer together");
+	NEAR(p.aliases, 0.9, 1e-9, "odds multiply");
+	p = (struct ct_profile){.spread = 0.3, .deviation = 0.01, .aliases = 0.9};
+	ct_scanner_join(&p, &told);
+	OK(p.spread < 0.302 && p.aliases > 0.98, "the surer counts more");
+	p = (struct ct_profile){.spread = 0.2, .deviation = 0.1, .aliases = 0.9};
+	OK(ct_scanner_join(&p, &told) && p.spread == 0.2 && p.deviation == 0.1,
+		"of two that contradict each other what was measured stays");
+	p = none;
+	OK(!ct_scanner_join(&p, &told) && p.spread == 0.4 && p.aliases == 0.9,
+		"without edges what is expected counts");
+	p = (struct ct_profile){.spread = 0.3, .deviation = 0.1, .aliases = 0.2};
+	OK(!ct_scanner_join(&p, &none) && p.spread == 0.3 && p.aliases == 0.2,
+		"without DICOM what was measured does");
+}
+
+static void aims(void)
+{
+	const struct ct_profile sure = {.spread = 1, .deviation = 0.02};
+	const struct ct_profile poor = {.spread = 1, .deviation = 0.4};
+	const struct ct_profile bound = {.spread = 1, .deviation = 1};
+
+	OK(ct_scanner_aim(&sure) > 0.97 && ct_scanner_aim(&sure) < 1, "what is sure is inverted");
+	OK(ct_scanner_aim(&poor) < 0.9, "what is poor is sharpened less");
+	NEAR(ct_scanner_aim(&bound), CT_SCANNER_BOUND, 1e-9, "a bound is one already");
+}
+
+/* The text of a sidecar. */
+static int parse(struct ct_acquired *a, const char *s)
+{
+	struct ct_meta m = {0};
+	int rc;
+
+	err = (struct ct_err){0};
+	rc = ct_beside_parse(&m, s, strlen(s), &err);
+	if (rc == 0)
+		rc = ct_acquired_get(a, &m, &err);
+	else if (m.n > 0)
+		rc = 99;
+	ct_meta_free(&m);
+	return rc;
+}
+
+static void sidecars(void)
+{
+	static const struct {
+		const char *text, *words;
+	} bad[] = {{"{\"SliceThickness\": \"5\"}", "field SliceThickness"},
+		{"{\"SliceThickness\": -5}", "field SliceThickness"},
+		{"{\"SliceThickness\": 1e300}", "field SliceThickness"},
+		{"{\"SliceThickness\": 5, \"SpacingBetweenSlices\": 0}",
+			"field SpacingBetweenSlices"},
+		{"{\"SliceThickness\": 5, \"PixelSpacing\": 1}", "field PixelSpacing"},
+		{"{\"SliceThickness\": 5, \"PixelSpacing\": [1, \"x\"]}", "field PixelSpacing"},
+		{"{\"SliceThickness\": 5, \"SingleCollimationWidth\": []}",
+			"field SingleCollimationWidth"},
+		{"{\"SliceThickness\": 5, \"Manufacturer\": 5}", "field Manufacturer"},
+		{"{\"SliceThickness\": 5, \"ConvolutionKernel\": {}}", "field ConvolutionKernel"},
+		{"{\"SliceThickness\": 5, \"SliceThickness\": 6}", "line 1: not JSON"},
+		{"[5]", "not a JSON object"}, {"{\"SliceThickness\": 5", "line 1: not JSON"},
+		{"", "not JSON"}};
+	struct ct_acquired a;
+
+	OK(parse(&a,
+		   "{\"Modality\": \"CT\", \"Manufacturer\": \"GE\", \"ConvolutionKernel\": [\"LUNG\"],"
+		   " \"SliceThickness\": 2.5, \"SpacingBetweenSlices\": 1.25, \"CollimationWidth\": "
+		   "0.625, \"PixelSpacing\": [0.7, 0.6]}") == 0,
+		"a sidecar");
+	OK(a.thickness[2] == 2.5 && a.spacing[2] == 1.25 && a.spacing[1] == 0.7 &&
+			a.spacing[0] == 0.6 && a.collimation == 0.625,
+		"its lengths, rows before columns");
+	OK(strcmp(a.maker, "GE") == 0 && strcmp(a.kernel, "LUNG") == 0, "its texts");
+	OK(parse(&a, "{\"SliceThickness\": 5, \"CollimationWidth\": 40}") == 0 &&
+			a.collimation == 0,
+		"the whole beam is no row of it");
+	OK(parse(&a, "{\"Modality\": \"MR\", \"SliceThickness\": 5}") == 1,
+		"of MR there is nothing");
+	OK(parse(&a, "{\"ImageType\": [\"DERIVED\", \"SECONDARY\"], \"SliceThickness\": 5}") == 1,
+		"nor of slices that were derived");
+	OK(parse(&a, "{\"SpacingBetweenSlices\": 5}") == 1,
+		"nor without maker, kernel and thickness");
+	OK(parse(&a, "{\"Manufacturer\": \"GE\"}") == 0 && a.thickness[2] == 0,
+		"a maker is something");
+	OK(parse(&a, "{\"SliceThickness\": 5, \"Manufacturer\": \"a\\u001b[2J\\u00e9 "
+		     "very long name of a maker of scanners\"}") == 0 &&
+			strcmp(a.maker, "a[2J very long name of") == 0,
+		"texts are printable and short: '%s'", a.maker);
+	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++)
+		OK(parse(&a, bad[k].text) == -1 && err.code == CT_EINPUT &&
+				strstr(err.msg, bad[k].words),
+			"%s: %s", bad[k].text, err.msg);
+}
+
+static void metadata(void)
+{
+	static const char *const bad[][2] = {{CT_META_DICOM_THICKNESS, "1,0,5"},
+		{CT_META_DICOM_THICKNESS, "0,0,-5"}, {CT_META_DICOM_SPACING, "1,1,1e9"},
+		{CT_META_DICOM_COLLIMATION, "x"}};
+	struct ct_acquired a = of("GE", "SOFT", 5, 5), got;
+	struct ct_meta m = {0}, n = {0};
+
+	must(ct_meta_set(&m, CT_META_FACTOR, "2", &err));
+	OK(ct_acquired_get(&got, &m, &err) == 1, "nothing is said");
+	must(ct_acquired_put(&m, &a, &err));
+	OK(ct_acquired_get(&got, &m, &err) == 0 && memcmp(&got, &a, sizeof a) == 0,
+		"what is put is got");
+	must(ct_acquired_copy(&n, &m, &err));
+	OK(n.n == m.n - 1 && !ct_meta_get(&n, CT_META_FACTOR), "and copied without the rest");
+	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+		must(ct_acquired_put(&m, &a, &err));
+		must(ct_meta_set(&m, bad[k][0], bad[k][1], &err));
+		OK(ct_acquired_get(&got, &m, &err) == -1 && err.code == CT_EINPUT &&
+				strstr(err.msg, bad[k][0]),
+			"%s=%s: %s", bad[k][0], bad[k][1], err.msg);
+	}
+	ct_meta_free(&m);
+	ct_meta_free(&n);
+}
+
+int main(void)
+{
+	kernels();
+	expected();
+	stale();
+	joined();
+	aims();
+	sidecars();
+	metadata();
+	return tap_done();
+}
