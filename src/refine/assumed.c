@@ -43,7 +43,7 @@ static double overshoot_of(const struct ct_operator *is)
 	double most = 0;
 
 	for (int a = 0; a < 3; a++)
-		if (shows(is, a))
+		if (shows(is, is->seen, a))
 			most = fmax(most, ct_edge_lines_overshoot(is->seen[a].edge));
 	return most;
 }
