@@ -155,8 +155,6 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 	return 0;
 }
 
-/* Of what is measured so much is assumed: too wide a profile costs more than too narrow a one. */
-#define CAUTION 0.95
 /* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
 #define MEAN_SQUARE (1. / 12)
 #define POINTS 0.25
@@ -200,9 +198,9 @@ static int widen(struct ct_profile got[3], const struct ct_vol *in, const double
 		const struct ct_blur_axis *l = &least.axis[a];
 
 		if (got[a].spread > WIDEST)
-			got[a].spread = fmax(got[a].spread, l->sigma / CAUTION);
+			got[a].spread = fmax(got[a].spread, l->sigma);
 		if (factor[a] > 1 && isnan(got[a].spread) && l->sampling != CT_SAMPLING_UNKNOWN)
-			got[a] = (struct ct_profile){.spread = l->sigma / CAUTION,
+			got[a] = (struct ct_profile){.spread = l->sigma,
 				.deviation = 1,
 				.aliases = l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1,
 				.edges = l->edges};
@@ -241,7 +239,7 @@ static int measure_operator(struct ct_operator *r, const struct ct_vol *in,
 	if (said->decimate < 0)
 		r->by.decimate = sampling_of(&r->sure, got, x);
 	for (int a = 0; a < 3; a++) {
-		const double factor = x[a], spread = CAUTION * got[a].spread;
+		const double factor = x[a], spread = got[a].spread;
 		double own = 0; /* of the sampling */
 
 		if (factor <= 1)
