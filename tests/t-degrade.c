@@ -97,9 +97,17 @@ static void test_definition(void)
 		worst);
 	OK(ct_degrade_size(30, 30 / (10 - 0.8e-6)) == 10 &&
 			ct_degrade_size(30, 30 / (10 - 1.2e-6)) == 9 &&
-			ct_degrade_cover(10, 3.00000008) == 30 &&
-			ct_degrade_cover(10, 3.00000012) == 31,
+			ct_degrade_cover(10, 3.0000002) == 30 &&
+			ct_degrade_cover(10, 3.0000004) == 31,
 		"a factor in decimals counts as whole when it nearly is");
+	n_out = 0;
+	for (size_t n = 8; n < 200; n++)
+		for (size_t m = 4; m < n; m++) {
+			const double s = (double)((float)n / (float)m) + 1e-8;
+
+			n_out += ct_degrade_cover(ct_degrade_size(n, s), s) > n;
+		}
+	OK(n_out == 0, "cells stay within the axis: %zu do not", n_out);
 }
 
 /* Where the first cell lies, of fractions of voxels too: voxels of 2, 0.5 and 3 mm, turned. */

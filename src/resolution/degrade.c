@@ -43,7 +43,7 @@ size_t ct_degrade_size(size_t n, double factor)
 
 size_t ct_degrade_cover(size_t m, double factor)
 {
-	return (size_t)ceil((double)m * factor - 1.0 / ROUND);
+	return (size_t)ceil((double)m * factor - factor / ROUND);
 }
 
 /* Voxels left out at the beginning of n. */

@@ -12,7 +12,7 @@
 #define METAL 2800.0f    /* HU; and less than what 12 bits hold */
 #define SHARE 0.03
 #define SEED 20
-enum { HALF = CT_EDGE_LONG / 2, LOOKED_AT = 2000000, STEEPEST = 4096 };
+enum { HALF = CT_EDGE_LONG / 2, LOOKED_AT = 2000000, STEEPEST = 4096, LEAST_PLACES = 768 };
 
 /* A place, and its place in the order of those drawn. */
 struct place {
@@ -116,10 +116,10 @@ static int compare(const void *a, const void *b)
 				: (p->at > q->at) - (p->at < q->at);
 }
 
-/* Of the steepest places CT_EDGE_PLACES come first. */
+/* The places that come first are drawn from the steepest. */
 static void draw(struct lines *l, int axis)
 {
-	const double most = fmax(3 * CT_EDGE_PLACES, SHARE * (double)l->looked);
+	const double most = fmax(LEAST_PLACES, SHARE * (double)l->looked);
 	size_t least = STEEPEST, sum = 0, kept = 0;
 
 	while (least > 0 && (double)sum < most)
@@ -152,12 +152,12 @@ static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
 			row[m++] = p[beside[b] + k * along];
 	for (size_t q = 0; q < m; q++)
 		row[q] = fminf(fmaxf((row[q] - mean) / step, -8), 8);
-	row[m] = logf(fabsf(step) / 100);
+	row[m++] = logf(fabsf(step) / 100);
+	row[m] = fminf(fmaxf(mean / 1000, -3), 3);
 }
 
-int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
-	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
-	struct ct_err *e)
+int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, const float *x,
+	const unsigned char *padding, const size_t n[static 3], int axis, struct ct_err *e)
 {
 	const size_t stride[3] = {1, n[0], n[0] * n[1]};
 	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
@@ -185,7 +185,7 @@ int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *c
 			look(&l, i, j);
 	draw(&l, axis);
 	if (l.count >= CT_EDGE_LEAST)
-		*count = l.count < CT_EDGE_PLACES ? l.count : CT_EDGE_PLACES;
+		*count = l.count < most ? l.count : most;
 	for (size_t k = 0; k < *count; k++)
 		row_of(rows[k], &l, l.place[k].at);
 	free(l.place);

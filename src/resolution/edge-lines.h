@@ -8,9 +8,10 @@
  * - has no two neighbours on its line that both have the lowest value of the CT, or both the
  *   highest: clipped.
  *
- * Of the steepest 3 % (no fewer than 3 CT_EDGE_PLACES) so many are drawn, with weights |d|^(1/2),
- * by fixed random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all
- * less the mean of the two neighbours, over d, within +-8; and ln(|d| / 100 HU).
+ * Of the steepest 3 % (no fewer than 768) some are drawn, with weights |d|^(1/2), by fixed
+ * random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all less the
+ * mean of the two neighbours, over d, within +-8; ln(|d| / 100 HU); and that mean, over 1000 HU,
+ * within +-3.
  */
 #ifndef CT_RESOLUTION_EDGE_LINES_H
 #define CT_RESOLUTION_EDGE_LINES_H
@@ -20,17 +21,16 @@
 
 enum {
 	CT_EDGE_LONG = 12,
-	CT_EDGE_ROW = CT_EDGE_LONG + 4 * 4 + 1,
-	CT_EDGE_PLACES = 256,
+	CT_EDGE_ROW = CT_EDGE_LONG + 4 * 4 + 2,
+	CT_EDGE_PLACES = 1024,
 	CT_EDGE_LEAST = 24
 };
 
-/* *count rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0 if
- * there are fewer than CT_EDGE_LEAST places. Of a large CT not all places are looked at. CT_ENOMEM.
- * Pure. */
-int ct_edge_lines_draw(float rows[static CT_EDGE_PLACES][CT_EDGE_ROW], size_t *count,
-	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
-	struct ct_err *e);
+/* *count <= most rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0
+ * if there are fewer than CT_EDGE_LEAST places. Of a large CT not all places are looked at.
+ * CT_ENOMEM. Pure. */
+int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, const float *x,
+	const unsigned char *padding, const size_t n[static 3], int axis, struct ct_err *e);
 /* line <- the median of the lines of n rows, n > 0: from about -0.5 to about 0.5. */
 void ct_edge_lines_median(
 	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n);

@@ -25,6 +25,7 @@ SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/padding.c src/resolution/padding.h
 libct_a_SOURCES += src/resolution/edge-lines.c src/resolution/edge-lines.h
 libct_a_SOURCES += src/resolution/profile.c src/resolution/profile.h
+libct_a_SOURCES += src/resolution/profile-rows.c src/resolution/profile-rows.h
 EXTRA_DIST += src/resolution/profile-network.bin
 BUILT_SOURCES += src/resolution/profile-network.inc
 CLEANFILES += src/resolution/profile-network.inc

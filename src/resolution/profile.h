@@ -6,10 +6,10 @@
  * is above the Nyquist frequency was cut off, which rings), or it aliases (points, means, and the
  * slices of scanners).
  *
- * The network sees rows of edge-lines.h, each by itself through three layers. The means and the
- * logarithms of the variances of the last go through three more. Where one axis is refined, the
- * anatomy along another, averaged over as many voxels, is seen beside it: what is soft in both is
- * soft by itself. bench/profile/ has its training.
+ * Two networks see the sets of profile-rows.h, each row by itself through three layers. The means
+ * and the logarithms of the variances of the last, and two means whose weights it gives too, go
+ * through three more, with the factor. They are others where one axis alone is refined. The mean of
+ * the two networks counts. bench/profile/ has their training.
  */
 #ifndef CT_RESOLUTION_PROFILE_H
 #define CT_RESOLUTION_PROFILE_H
