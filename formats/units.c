@@ -52,11 +52,11 @@ static const char *why_not(const struct look *l)
 		return "";
 	if (l->lo < -32768 || l->hi > 65535)
 		return ": no CT reaches that far";
-	if (l->lo >= 0 && l->hi > 1000 && l->soft >= l->n / 10)
+	if (l->lo >= 0 && l->hi > 1000 && l->soft * 10 >= l->n)
 		return ": they are as if 1000 or 1024 was added";
-	if (l->lo < 0 && l->hi <= 1300 && l->opposite >= l->n / 10 && l->air < l->n / 100)
+	if (l->lo < 0 && l->hi <= 1300 && l->opposite * 10 >= l->n && l->air * 100 < l->n)
 		return ": air is near 1000, as if their sign was changed";
-	if (l->lo == 0 && l->hi <= 1000 && l->lowest >= l->n / 20)
+	if (l->lo == 0 && l->hi <= 1000 && l->lowest * 20 >= l->n)
 		return ": they begin at a background of 0, as grey values do";
 	return NULL;
 }

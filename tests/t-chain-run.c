@@ -37,14 +37,14 @@ static void put_script(const char *name, const char *body)
 }
 
 /* A chain in `folder`, of the scripts here. */
-static int begin(struct ct_chain *c, const char *folder, bool resume)
+static int begin(struct ct_chain *c, const char *folder)
 {
 	int rc;
 
 	e = (struct ct_err){0};
 	said[0] = '\0';
 	remove("log");
-	rc = ct_chain_open(c, folder, resume, false, &env, &e);
+	rc = ct_chain_open(c, folder, false, &env, &e);
 	if (rc) {
 		ct_chain_close(c);
 		return rc;
@@ -70,11 +70,11 @@ static int run(struct ct_chain *c)
 }
 
 /* From `in` by k/mid to `out`, the first step with another word. */
-static int two_steps(const char *in, const char *word, bool resume)
+static int two_steps(const char *in, const char *word)
 {
 	struct ct_chain c;
 
-	if (begin(&c, "k", resume))
+	if (begin(&c, "k"))
 		return -1;
 	ct_chain_source(&c, in);
 	must(ct_chain_add(&c, &err, false, "k/mid", "copy", in, "k/mid", NULL) ||
@@ -88,7 +88,7 @@ static int one_step(const char *folder, const char *tool, const char *output)
 {
 	struct ct_chain c;
 
-	if (begin(&c, folder, false))
+	if (begin(&c, folder))
 		return -1;
 	must(ct_chain_add(&c, &err, false, output, tool, "a", "b", NULL));
 	return run(&c);
@@ -108,7 +108,7 @@ static bool left(const char *what) /* so many steps were said to be done */
 static void test_content(void)
 {
 	put_text("a", "alpha");
-	OK(two_steps("a", "w", false) == 0 && strcmp(text_of("out"), "alpha") == 0, "a chain");
+	OK(two_steps("a", "w") == 0 && strcmp(text_of("out"), "alpha") == 0, "a chain");
 	OK(is_text(text_of("log"), FIRST("a", "w") SECOND), "its commands");
 	OK(strncmp(said, "1 copy took ", 12) == 0 && strtod(said + 12, NULL) < 60 &&
 			!strstr(said, "were done"),
@@ -117,45 +117,37 @@ static void test_content(void)
 		   "#!/bin/sh\nset -e\nCDPATH= cd -P -- \"$(dirname -- \"$0\")/..\"\n"
 		   "copy a k/mid w --force\ncopy k/mid out --force\n"),
 		"and how to do it by hand");
-	OK(two_steps("a", "w", false) == -1 && e.code == CT_EOUTPUT &&
-			is_text(e.msg, "k: holds an earlier run; --resume goes on with it, "
-				       "--force starts anew"),
-		"a second one into its folder");
-	OK(two_steps("a", "w", true) == 0 && is_text(text_of("log"), "") && left("2 of 2"),
+	OK(two_steps("a", "w") == 0 && is_text(text_of("log"), "") && left("2 of 2"),
 		"what is done is not done again");
 	env.seed = 5;
-	OK(two_steps("a", "w", true) == 0 && left("2 of 2"), "a seed is one of the words, or none");
+	OK(two_steps("a", "w") == 0 && left("2 of 2"), "a seed is one of the words, or none");
 	env.seed = 0;
 	env.force = true;
-	OK(two_steps("a", "w", false) == 0 && is_text(text_of("log"), FIRST("a", "w") SECOND),
+	OK(two_steps("a", "w") == 0 && is_text(text_of("log"), FIRST("a", "w") SECOND),
 		"by force all is done");
 	env.force = false;
 	put_text("a2", "alpha");
-	OK(two_steps("a2", "w", true) == 0 && left("2 of 2"),
-		"an input of another name is the same");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), FIRST("a", "v")) &&
-			left("1 of 2"),
+	OK(two_steps("a2", "w") == 0 && left("2 of 2"), "an input of another name is the same");
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), FIRST("a", "v")) && left("1 of 2"),
 		"another word is another step");
 	put_text("a", "beta");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), FIRST("a", "v") SECOND) &&
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), FIRST("a", "v") SECOND) &&
 			strcmp(text_of("out"), "beta") == 0 && !left("0 of 2"),
 		"so is another input");
 	remove("out");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), SECOND) && left("1 of 2"),
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), SECOND) && left("1 of 2"),
 		"a result that is gone");
 	put_text("out", "other");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), SECOND) && left("1 of 2"),
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), SECOND) && left("1 of 2"),
 		"or another, is made again");
 	put_text("k/mid", "other");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), FIRST("a", "v")) &&
-			left("1 of 2"),
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), FIRST("a", "v")) && left("1 of 2"),
 		"one between is, to the same");
 	put_text("k/step-1.state", "junk");
-	OK(two_steps("a", "v", true) == 0 && is_text(text_of("log"), FIRST("a", "v")) &&
-			left("1 of 2"),
+	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), FIRST("a", "v")) && left("1 of 2"),
 		"a broken state is none");
 	env.verbose = 2;
-	OK(two_steps("a", "u", true) == 0 &&
+	OK(two_steps("a", "u") == 0 &&
 			strstr(said,
 				"2 k/step-1.state: is of a run where word 3 was 'v', not 'u'\n"),
 		"what differs is told, if asked");
@@ -165,37 +157,35 @@ static void test_content(void)
 /* What cannot be told before it is read is done again. */
 static void test_untold(void)
 {
-	OK(two_steps("-", "w", true) == 0 && left("1 of 2") == false, "another input");
-	OK(two_steps("-", "w", true) == 0 && is_text(text_of("log"), FIRST("-", "w")) &&
-			left("1 of 2"),
+	OK(two_steps("-", "w") == 0 && left("1 of 2") == false, "another input");
+	OK(two_steps("-", "w") == 0 && is_text(text_of("log"), FIRST("-", "w")) && left("1 of 2"),
 		"a stream may hold anything");
-	OK(two_steps("none", "w", true) == -1 && e.code == CT_EINPUT &&
-			is_text(e.msg, "copy failed"),
+	OK(two_steps("none", "w") == -1 && e.code == CT_EINPUT && is_text(e.msg, "copy failed"),
 		"what is not there is for the command to tell");
 }
 
 static void test_begun(void)
 {
 	put_text("stop", "75");
-	OK(two_steps("a", "w", true) == -1 && e.code == CT_ESTOP &&
-			is_text(e.msg, "stopped on request; --resume goes on"),
+	OK(two_steps("a", "w") == -1 && e.code == CT_ESTOP &&
+			is_text(e.msg, "stopped on request; the same command goes on"),
 		"a command that was stopped");
 	remove("stop");
-	OK(two_steps("a", "w", true) == 0 && !strstr(text_of("log"), "--resume"),
+	OK(two_steps("a", "w") == 0 && !strstr(text_of("log"), "--resume"),
 		"begins anew if it knows of no state");
 	put_text("a", "gamma");
 	put_text("stop2", "3");
-	OK(two_steps("a", "w", true) == -1 && e.code == CT_EINPUT &&
+	OK(two_steps("a", "w") == -1 && e.code == CT_EINPUT &&
 			is_text(e.msg, "copy failed; what it reads was made of a"),
 		"one that failed, and of what source");
 	remove("stop2");
-	OK(two_steps("a", "w", true) == 0 && left("1 of 2") &&
+	OK(two_steps("a", "w") == 0 && left("1 of 2") &&
 			is_text(text_of("log"),
 				"copy k/mid out --force --threads 1 --verbose --resume\n"),
 		"goes on if it does");
-	OK(two_steps("a", "w", true) == 0 && left("2 of 2"), "and is done");
+	OK(two_steps("a", "w") == 0 && left("2 of 2"), "and is done");
 	put_text("a", "delta");
-	OK(two_steps("a", "w", true) == 0 && !strstr(text_of("log"), "--resume"),
+	OK(two_steps("a", "w") == 0 && !strstr(text_of("log"), "--resume"),
 		"but not from what was of another input");
 }
 
@@ -232,12 +222,12 @@ static void test_place(void)
 	struct ct_chain c;
 	char own[500];
 
-	must(ct_chain_open(&c, NULL, false, true, &env, &err));
+	must(ct_chain_open(&c, NULL, true, &env, &err));
 	snprintf(own, sizeof own, "%s%s", c.tools, program_invocation_short_name);
 	OK(c.tools[0] == '/' && access(own, X_OK) == 0, "commands lie beside each other");
 	OK(!is_there(c.folder.path), "a dry chain has no folder");
 	ct_chain_close(&c);
-	must(begin(&c, NULL, false));
+	must(begin(&c, NULL));
 	must(ct_chain_add(&c, &err, true, "b", "copy", "a", "b", NULL));
 	OK(run(&c) == 0 && is_text(text_of("log"), "copy a b --force --threads 1 --verbose\n"),
 		"in a temporary folder nothing is gone on from");
@@ -312,7 +302,7 @@ static void test_words(void)
 	struct ct_chain c;
 	int n = 2;
 
-	must(begin(&c, "w", false));
+	must(begin(&c, "w"));
 	must(ct_chain_add(&c, &err, false, "x", "count", "1", NULL));
 	while (ct_chain_word(&c, &e, "%d", n) == 0)
 		n++;
@@ -320,7 +310,7 @@ static void test_words(void)
 		"a command has up to 316 words");
 	OK(run(&c) == 0 && is_text(text_of("n"), "320 316 --verbose\n"), "that all reach it");
 
-	must(begin(&c, "w", true));
+	must(begin(&c, "w"));
 	ct_chain_source(&c, "src");
 	ct_chain_source(&c, "more");
 	must(ct_chain_add(&c, &err, false, "one", "t", "src", "--a=more", "-a=src", "a=src", "two",
@@ -359,7 +349,7 @@ static bool goes(const char *folder, const char *where)
 	struct ct_chain c;
 	int rc;
 
-	if (begin(&c, folder, true))
+	if (begin(&c, folder))
 		return false;
 	snprintf(want, sizeof want, "#!/bin/sh\nset -e\n%s\n", where);
 	rc = ct_chain_write(&c, &env, &e);
@@ -388,7 +378,7 @@ static void test_script(void)
 	if (symlink("w12", "../ww") || mkdir("../w12", 0777))
 		exit(99);
 	OK(goes("../ww", cd), "a folder beside, of a name that begins like this: by its name");
-	must(begin(&c, "../ww", true));
+	must(begin(&c, "../ww"));
 	if (mkdir("../gone", 0777) || chdir("../gone") || rmdir("../gone"))
 		exit(99);
 	OK(ct_chain_write(&c, &env, &e) == -1 && e.code == CT_EOUTPUT &&

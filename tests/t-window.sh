@@ -6,7 +6,7 @@ above() { awk "BEGIN {exit !($1 > $2)}"; } # above A B
 ball() { # ball FILE OUTSIDE:ONE DENSITY: no metadata, so that it is projected in any window
 	ct-phantom -f --size=24x24x24 --spacing=2 --window=$2 --expert density=$3 sphere with.nii &&
 		tail -c $((24 * 24 * 24 * 4)) with.nii >bare.raw &&
-		ct-convert -f --raw 24x24x24:f32:2 --orient=RAS bare.raw "$1"
+		ct-convert -f --units hu --raw 24x24x24:f32:2 --orient=RAS bare.raw "$1"
 }
 project() { ct-project -f -q -w -512:1000 --views 20 "$@"; }
 beyond() { # beyond NAME: the truth t.nii, the base b.nii
