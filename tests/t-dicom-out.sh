@@ -188,11 +188,11 @@ exits 0 '--series' ct-convert --template two --series 1.2.840.4711.3 iso.nii two
 "$PY" -c 'import nibabel
 v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
 exits 5 'a volume beside the template' ct-convert --template template far.nii x/; has err 'template/.*not of one space' 'is of another'
-cp -r template other; cp -r template elsewhere-too; "$PY" -c 'import glob, pydicom
+cp -r template patient-b; cp -r template space-b; "$PY" -c 'import glob, pydicom
 def put(folder, key, value):
     for f in glob.glob(folder + "/*"): d = pydicom.dcmread(f); setattr(d, key, value); d.save_as(f)
-put("other", "PatientID", "4711-B"); put("elsewhere-too", "FrameOfReferenceUID", "1.2.840.99")'
-for d in other elsewhere-too; do
+put("patient-b", "PatientID", "4711-B"); put("space-b", "FrameOfReferenceUID", "1.2.840.99")'
+for d in patient-b space-b; do
 	for in in template t.nii iso.nii; do
 		exits 5 "$in with the template $d" ct-convert --template $d $in x/; has err "$d/.* another patient or space ([0-9a-f]\{8\}) than IN ([0-9a-f]\{8\})" 'is refused, by hashes'
 	done
@@ -200,7 +200,7 @@ for d in other elsewhere-too; do
 	exits 5 'what ct-sr made of it' sh -c "ct-sr -qf -x 2 -Q draft t.nii hr.nii && ct-convert --template $d hr.nii x/"
 	exits 0 'unless it is meant' ct-convert -q --template-other-patient --template $d template "meant-$d/"
 done
-! grep -qa 4711-B meant-elsewhere-too/*1.dcm && grep -qa 4711-B meant-other/*1.dcm; ok $? 'then its patient has the pixels'
+! grep -qa 4711-B meant-space-b/*1.dcm && grep -qa 4711-B meant-patient-b/*1.dcm; ok $? 'then its patient has the pixels'
 exits 2 'without a template' ct-convert --template-other-patient t.nii x/
 cp -r template mr; "$PY" -c 'import glob, pydicom
 for f in glob.glob("mr/*"): d = pydicom.dcmread(f); d.Modality = "MR"; d.save_as(f)'

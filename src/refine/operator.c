@@ -160,13 +160,17 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 #define MEAN_SQUARE (1. / 12)
 #define POINTS 0.25
 
+/* Before anything is measured: kernels of reconstruction cut off frequencies, and a band-limited CT
+ * that is taken for means rings. */
+#define BAND_LIMITED 2.0
+
 /* How an axis that aliases was sampled. Slices of which nothing is known are nearest to means,
  * those of a scanner to points. */
 static enum ct_decimate sampling_of(
 	double *sure, const struct ct_profile got[3], const double factor[3], bool scanner)
 {
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
-	double odds = 0, spread = 0;
+	double odds = coarse > 1 ? -log(BAND_LIMITED) : 0, spread = 0;
 
 	for (int a = 0; a < 3; a++)
 		if (factor[a] > 1 && !isnan(got[a].spread)) {

@@ -55,6 +55,13 @@ char *copy_of(const std::string &s)
 	return p;
 }
 
+/* So that push_back cannot fail, once what it gets is allocated. */
+template <class T> void room_for_one(std::vector<T> &v)
+{
+	if (v.size() == v.capacity())
+		v.reserve(2 * v.size() + 8);
+}
+
 void note(Found &found, const std::string &path, ct_file_state state, const std::string &why = "",
 	const std::string &series = "")
 {
@@ -63,7 +70,7 @@ void note(Found &found, const std::string &path, ct_file_state state, const std:
 	f.state = state;
 	std::snprintf(f.why, sizeof f.why, "%s", why.c_str());
 	std::snprintf(f.series, sizeof f.series, "%s", series.c_str());
-	found.file.reserve(found.file.size() + 1);
+	room_for_one(found.file);
 	f.path = copy_of(path);
 	found.file.push_back(f);
 }
@@ -107,7 +114,7 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 		s.begin = static_cast<long long>(from.begin);
 		s.bytes = static_cast<long long>(from.size);
 		s.on_disk = size / static_cast<double>(frames);
-		found.slice.reserve(found.slice.size() + 1);
+		room_for_one(found.slice);
 		s.file = found.file.size() - 1;
 		s.path = copy_of(from.shown);
 		found.slice.push_back(s);
