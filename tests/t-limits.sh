@@ -138,6 +138,7 @@ ct-nabgs a--activation m--mode x--factor --paper --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units
 ct-phantom --size --spacing w--window p--project --beam n--views --arc --det --sampling
 ct-phantom --paper --scanner --like --expert s--seed
+ct-profile --units
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units

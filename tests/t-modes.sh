@@ -37,6 +37,7 @@ no ct-convert --iso=1 --scanner s.json
 no ct-convert --cube=8 --scanner s.json
 no ct-convert --type=i16 --scanner s.json
 no ct-convert --template=none.x --scanner s.json
+no ct-convert --template-other-patient --template-other-patient
 no ct-convert --deid --deid --scanner s.json
 no ct-convert --compress --compress --scanner s.json
 no ct-convert --sidecar=x.json --scanner s.json

@@ -85,6 +85,8 @@ int ct_dicom_inspect(
 	if (rc)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
 	rc = m->inspect(&from.in, into, env, e);
+	if (rc && from.folder)
+		ct_blame(e, in->paths[0]);
 	dicom_from_free(&from);
 	return rc;
 }
