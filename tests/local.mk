@@ -304,7 +304,7 @@ check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 dist_check_SCRIPTS += tests/t-train-slices.sh
 dist_check_SCRIPTS += tests/t-patience.sh
-dist_check_SCRIPTS += tests/t-complete.sh tests/t-contradiction.sh tests/t-progress.sh tests/t-sr-says.sh
+dist_check_SCRIPTS += tests/t-complete.sh tests/t-nifti-doubt.sh tests/t-progress.sh tests/t-sr-says.sh
 EXTRA_DIST += tests/tab.py tests/term.py
 dist_check_SCRIPTS += tests/t-upsample-bytes.sh
 # The installed library.

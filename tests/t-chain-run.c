@@ -122,10 +122,6 @@ static void test_content(void)
 	env.seed = 5;
 	OK(two_steps("a", "w") == 0 && left("2 of 2"), "a seed is one of the words, or none");
 	env.seed = 0;
-	env.force = true;
-	OK(two_steps("a", "w") == 0 && is_text(text_of("log"), FIRST("a", "w") SECOND),
-		"by force all is done");
-	env.force = false;
 	put_text("a2", "alpha");
 	OK(two_steps("a2", "w") == 0 && left("2 of 2"), "an input of another name is the same");
 	OK(two_steps("a", "v") == 0 && is_text(text_of("log"), FIRST("a", "v")) && left("1 of 2"),

@@ -43,9 +43,9 @@ all_offer() {
 	"${shell}_offers" 'ct-upsample --std '
 	there a.nii "sub$folder" && not_there p.exr notes.txt; ok $? "$shell: those of an option"
 	"${shell}_offers" 'ct-sr --keep '; there "sub$folder" && not_there a.nii; ok $? "$shell: a folder"
-	"${shell}_offers" 'ct-sr --re'; there --release --report; ok $? "$shell: what may be said"
+	"${shell}_offers" 'ct-sr --re'; there --release "--report$value"; ok $? "$shell: what may be said"
 	"${shell}_offers" 'ct-sr --paper --re'
-	there --report && not_there --release; ok $? "$shell: not what another option excludes"
+	there "--report$value" && not_there --release; ok $? "$shell: not what another option excludes"
 	"${shell}_offers" 'ct-sr --spacing=1 --s'
 	there "--seed$value" && not_there "--scale$value"; ok $? "$shell: nor what excludes another"
 }

@@ -49,7 +49,7 @@ int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct
 {
 	int rc = 0;
 
-	*c = (struct ct_chain){.resume = folder && !env->force, .tools = own_folder()};
+	*c = (struct ct_chain){.resume = folder != NULL, .tools = own_folder()};
 	if (ct_folder_open(&c->folder, folder, dry, e))
 		return -1;
 	if (!dry)
@@ -174,21 +174,6 @@ const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of)
 	return NULL;
 }
 
-bool ct_chain_owns(const struct ct_chain *c, const char *output)
-{
-	char *path = NULL;
-	size_t i = 0;
-	bool is;
-
-	while (i < c->n && !makes(&c->step[i], output))
-		i++;
-	is = c->resume && i < c->n &&
-	     asprintf(&path, "%s/step-%zu.state", c->folder.path, i + 1) > 0 &&
-	     access(path, F_OK) == 0;
-	free(path);
-	return is;
-}
-
 /* A word as a shell would read it. */
 static void put_word(const char *w, FILE *f)
 {
@@ -201,6 +186,46 @@ static void put_word(const char *w, FILE *f)
 	for (; *w; w++)
 		*w == '\'' ? fputs("'\\''", f) : fputc(*w, f);
 	fputc('\'', f);
+}
+
+/* Does the script of the run before name the file? */
+static bool names(const struct ct_chain *c, const char *output)
+{
+	char *path = ct_chain_path(c, SCRIPT), *word = NULL, *line = NULL;
+	size_t n = 0, room = 0;
+	FILE *script = path ? fopen(path, "r") : NULL, *w = open_memstream(&word, &n);
+	bool is = false;
+
+	if (w) {
+		put_word(output, w);
+		is = fclose(w) == 0 && script != NULL;
+	}
+	for (bool found = false; is && !found;) {
+		is = getline(&line, &room, script) > 0;
+		for (const char *at = line; is && !found && (at = strstr(at, word)); at++)
+			found = at > line && at[-1] == ' ' && (at[n] == ' ' || at[n] == '\n');
+	}
+	if (script)
+		fclose(script);
+	free(line);
+	free(word);
+	free(path);
+	return is;
+}
+
+bool ct_chain_owns(const struct ct_chain *c, const char *output)
+{
+	char *path = NULL;
+	size_t i = 0;
+	bool is;
+
+	while (i < c->n && !makes(&c->step[i], output))
+		i++;
+	is = c->resume && i < c->n &&
+	     asprintf(&path, "%s/step-%zu.state", c->folder.path, i + 1) > 0 &&
+	     access(path, F_OK) == 0 && names(c, output);
+	free(path);
+	return is;
 }
 
 static void put_steps(const struct ct_chain *c, const char *last, FILE *f)

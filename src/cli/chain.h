@@ -32,8 +32,8 @@ struct ct_chain {
 	char *threads; /* value of --threads handed down */
 };
 
-/* Work in `folder` (made if missing; a chain that it holds goes on, unless env->force), or in a
- * temporary one that is removed if NULL. A dry one is only to be printed. */
+/* Work in `folder` (made if missing; a chain that it holds goes on), or in a temporary one that is
+ * removed if NULL. A dry one is only to be printed. */
 int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct ct_env *env,
 	struct ct_err *e);
 /* FOLDER/name, owned by the caller; NULL if no memory. */
@@ -55,8 +55,8 @@ const char *ct_chain_origin(const struct ct_chain *c, size_t i);
 /* The input of step i that was made of a source at once, a command before doing no more than read
  * it, and *of that source. NULL if there is none. */
 const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of);
-/* Has the command of this folder that makes `output` begun once, so that what is there is its own?
- */
+/* Has the command of this folder that makes `output` begun once, under that name, so that what is
+ * there is its own? */
 bool ct_chain_owns(const struct ct_chain *c, const char *output);
 /* Run what is not done. The first command that fails ends it with that command's exit status;
  * the command has said why, and this one says what source its input was made of. SIGINT, SIGTERM

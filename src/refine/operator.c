@@ -276,12 +276,16 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
 		r->by.sigma[a] = sigma_left(ct_scanner_aim(p), x[a], r->by.decimate);
+		if (!isnan(r->told[a].spread))
+			ct_log(env, CT_INFO,
+				"axis %d: DICOM expects a spread of %.3g +- %.2g voxels, edges show "
+				"%.3g +- %.2g",
+				a, r->told[a].spread, r->told[a].spread * r->told[a].deviation,
+				r->seen[a].spread, r->seen[a].spread * r->seen[a].deviation);
 		ct_log(env, CT_INFO,
-			"axis %d: spread %.3g +- %.2g voxels, DICOM %.3g +- %.2g, together %.3g +- "
-			"%.2g, aliases with %.0f %%, assumed blur %.3g voxels of OUT, %zu edges",
-			a, r->seen[a].spread, r->seen[a].spread * r->seen[a].deviation,
-			r->told[a].spread, r->told[a].spread * r->told[a].deviation, p->spread,
-			p->spread * p->deviation, 100 * p->aliases, r->by.sigma[a],
+			"axis %d: spread %.3g +- %.2g voxels, aliases with %.0f %%, assumed blur "
+			"%.3g voxels of OUT, %zu edges",
+			a, p->spread, p->spread * p->deviation, 100 * p->aliases, r->by.sigma[a],
 			r->seen[a].edges);
 	}
 	r->known = r->known || seen || told;

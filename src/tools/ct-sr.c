@@ -75,7 +75,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_UNLESS(struct sr, paper))),
 	CT_OPT(struct sr, keep, 'k', "keep", "DIR", 0, 0,
 		"keep the files between the steps, and commands.sh that makes them, in DIR; go on with "
-		"the run that it holds, unless --force",
+		"the run that it holds",
 		CT_WHEN(PROJECTS)),
 	CT_EXPERT(struct sr, views, "views", "N", 0, 10000,
 		"number of projections; 0: 64, or 100 as published", CT_WHEN(PROJECTS)),

@@ -13,7 +13,7 @@ ct-upsample -q -m linear -x 2 v.nii want.nii
 told() { # told NAME WORDS: the sform is used, and the words are a warning
 	for tool in 'ct-convert' 'ct-upsample -m linear -x 2'; do
 		exits 0 "$1: ${tool%% *}" $tool -f "$1.nii" o.nii
-		has err "^${tool%% *}: $1.nii: $2" 'says what contradicts'
+		has err "^${tool%% *}: warning: $1.nii: \\($2\\)" 'says what contradicts'
 		case $tool in ct-convert) want=v.nii ;; *) want=want.nii ;; esac
 		for k in o.nii $want; do ct-info $k | grep -v '^file\|hash\|history\|^  '; done | sort | uniq -u >differs
 		[ ! -s differs ]; ok $? 'and uses the sform'; sed 's/^/# /' differs
