@@ -21,6 +21,12 @@
 #define CT_ENDS_STACK "exr"
 #define CT_ENDS_GAUSS "ply"
 #define CT_ENDS_TENSORS "safetensors"
+/* What PyTorch writes. */
+#define CT_ENDS_TORCH                                                                              \
+	"pt"                                                                                       \
+	"|pth"                                                                                     \
+	"|ckpt"                                                                                    \
+	"|bin"
 #define CT_ENDS_PICTURE "png"
 #define CT_ENDS_TABLE "csv"
 #define CT_ENDS_REPORT "json"

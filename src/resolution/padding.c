@@ -211,7 +211,7 @@ static bool is_on_line(const struct finder *f, size_t i)
 	return false;
 }
 
-/* Is most of what is not marked without noise? */
+/* Is much of what is not marked without noise? */
 static bool is_synthetic(const struct finder *f)
 {
 	size_t rest = 0, smooth = 0;
@@ -221,7 +221,7 @@ static bool is_synthetic(const struct finder *f)
 			rest++;
 			smooth += is_on_line(f, i);
 		}
-	return 2 * smooth >= rest;
+	return 5 * smooth >= rest;
 }
 
 /* Values of constant regions that reach the border become the first; their number. */

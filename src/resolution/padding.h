@@ -11,8 +11,8 @@
  * of |q - p| / |r - p| is above .6. Air that was clipped is met by blurred edges, where it is less.
  *
  * No padding is seen where a lowest value above -900 HU is the end of a window, and in a synthetic
- * CT: half of the other voxels or more have the value of both their neighbours along an axis. There
- * even a sharp edge is real.
+ * CT: a fifth of the other voxels or more have the value of both their neighbours along an axis.
+ * There even a sharp edge is real.
  */
 #ifndef CT_RESOLUTION_PADDING_H
 #define CT_RESOLUTION_PADDING_H

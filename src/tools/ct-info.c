@@ -122,7 +122,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 		return ct_dicom_inspect(&in, into, env, e);
 	if (read_any(&a, p, path, env, e) == 0)
 		o = ct_report_make(&a, path, env->verbose > 0, e);
-	else if (!p->measures && form == ARCHIVE && !ct_ends_match(path, "pt|pth|ckpt|bin")) {
+	else if (!p->measures && form == ARCHIVE && !ct_ends_match(path, CT_ENDS_TORCH)) {
 		*e = (struct ct_err){0};
 		return ct_dicom_inspect(&in, into, env, e);
 	}
