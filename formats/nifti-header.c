@@ -162,14 +162,14 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 	if (!(h->start >= (double)first && h->start <= 0x1p53 && h->start == floor(h->start)))
 		return ct_fail(
 			e, CT_EINPUT, "vox_offset %g is wrong (at least %zu)", h->start, first);
-	if (isinf(h->slope) || isinf(h->inter))
+	if (isinf(h->slope) || (h->slope != 0 && !isnan(h->slope) && isinf(h->inter)))
 		return ct_fail(
 			e, CT_EINPUT, "scl_slope is %g and scl_inter %g", h->slope, h->inter);
 	if (h->slope == 0 || isnan(h->slope)) {
 		h->slope = 1;
 		h->inter = 0;
 	}
-	if (isnan(h->inter))
+	if (!isfinite(h->inter))
 		h->inter = 0;
 	return 0;
 }

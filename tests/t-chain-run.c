@@ -330,6 +330,8 @@ static void test_words(void)
 		"as a shell reads them");
 	OK(!ct_chain_owns(&c, "two"), "the last has not begun");
 	put_text("w/step-2.state", "");
+	OK(!ct_chain_owns(&c, "two"), "nor has it under this name");
+	put_text("w/commands.sh", "set -e\nt --a=two more two --force\n");
 	OK(ct_chain_owns(&c, "two") && !ct_chain_owns(&c, "src"), "but now");
 	c.resume = false;
 	OK(!ct_chain_owns(&c, "two"), "if that counts");

@@ -509,6 +509,9 @@ static void test_fields(void)
 		ct_vol_free(&v);
 		put_units(&m, 0);
 		put_slope(&m, (double)INFINITY, 5);
+		OK(refused(&m, CT_EINPUT, "scl_slope is inf and scl_inter 5"),
+			"a slope of infinity");
+		put_slope(&m, (double)NAN, 5);
 		OK(parse(m.p, m.n, &v) == 0 && v.data[0] == 0,
 			"a slope that is none has no intercept");
 		ct_vol_free(&v);

@@ -129,6 +129,8 @@ static void test_geometry(void)
 		ct_vol_free(&v);
 		put_srow(&m, rows);
 		put_codes(&m, 1, 4);
+		OK(parse_made(&m, &v) != 0, "a qform that mirrors the sform is refused");
+		put_pixdim(&m, 0, 1);
 		parse_made(&m, &v);
 		OK(memcmp(v.affine, rows, sizeof rows) == 0, "the sform is preferred");
 		OK(ct_meta_get(&v.meta, "nifti.code") &&

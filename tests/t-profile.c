@@ -66,7 +66,7 @@ static void found(const struct ct_vol *v)
 		must(ct_profile_measure(got, &lo, d->factor, NULL, &err));
 		for (int a = 0; a < 3; a++) {
 			if (d->factor[a] > 1)
-				OK(fabs(got[a].spread - cases[k / 2].spread) < 0.04 &&
+				OK(fabs(got[a].spread - cases[k / 2].spread) < 0.05 &&
 						got[a].edges > 100 && got[a].deviation > 0 &&
 						got[a].deviation < 1,
 					"case %zu, axis %d: %.3f for %.3f", k, a, got[a].spread,
@@ -90,7 +90,7 @@ static void soft(void)
 	make(&v, 1.5);
 	lo = reduced(&v, &d, 0);
 	must(ct_profile_measure(got, &lo, d.factor, NULL, &err));
-	OK(got[2].spread < 0.43, "soft edges count less: %.3f for .289", got[2].spread);
+	OK(got[2].spread < 0.45, "soft edges count less: %.3f for .289", got[2].spread);
 	ct_vol_free(&lo);
 	ct_vol_free(&v);
 }
