@@ -61,7 +61,7 @@ for f in mhd.mhd --compressnrrd.nrrd; do
 	done
 	exits 0 "ct-metrics takes x$f" ct-metrics -q --min psnr=1000 "x$f" a.nii
 	ct-degrade -q -f -x 2 a.nii lr.nii; ct-convert -q -f lr.nii lr.mha
-	for c in "ct-restore -q -f --cap 0" "ct-sr -q -f -x 2 -Q draft"; do
+	for c in "ct-upsample -m prior -q -f" "ct-sr -q -f -x 2 -Q draft"; do
 		exits 0 "$c takes lr.mha" $c lr.mha o.nii
 	done
 	exits 0 'ct-compose' ct-compose -f -q "x$f" "x$f" --gain 0 o.nii
