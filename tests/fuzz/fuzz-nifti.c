@@ -31,7 +31,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	put_ext(&m, m.version == 1 ? 384 : 576, 32, 4, "<a/>");
 	put_slope(&m, 2, -1024);
 	put_codes(&m, 1, (int)(k & 1));
-	put_srow(&m, (const double[12]){1, 0, 0, 4, 0, 2, 0, 5, 0, 0, -3, 6});
+	put_srow(&m, (const double[12]){-1, 0, 0, 4, 0, 2, 0, 5, 0, 0, -3, 6});
 	*data = m.p;
 	if (k < 4)
 		return m.n;
