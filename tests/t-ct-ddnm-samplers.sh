@@ -22,8 +22,7 @@ while IFS='|' read -r options cost; do
 	got=$(calls "$@"); [ "$got" = "$cost" ]; ok $? "$got"
 	(cd whole && ct-ddnm -q "$@" ../many.exr o.exr)
 	cd cut || exit 99
-	ct-ddnm -q -t 1 "$@" ../many.exr o.exr & pid=$!
-	listens $pid; sleep 0.1; kill -TERM $pid; wait $pid; s=$?
+	signalled 9 15 ct-ddnm -q -t 1 "$@" ../many.exr o.exr; s=$?
 	[ $s -eq 75 ] && [ -s o.exr.state ] && [ ! -e o.exr ]; ok $? "SIGTERM stops it (status $s)"
 	exits 3 'another sampler cannot resume' ct-ddnm -q --resume ../many.exr o.exr
 	exits 0 'it resumes' ct-ddnm -q "$@" --resume ../many.exr o.exr

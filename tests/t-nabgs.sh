@@ -65,20 +65,15 @@ ok $? 'ct-compose streams'
 ct-compose -q - s.ply s2.nii <up.nii; ok $? 'a base from standard input'
 
 mkdir whole killed stopped
-long() { cd "$1" && shift && exec ct-nabgs -q -b ../up.nii -n 700 -g 1000 --expert max-gaussians=1100 \
+long() { cd "$1" && shift && exec setsid ct-nabgs -q -b ../up.nii -n 700 -g 1000 --expert max-gaussians=1100 \
 	--checkpoint-every=50 "$@" ../p.exr r.ply; } # becomes the command: call it in a subshell
 (long whole); ok $? 'a longer run'
-(long killed) & pid=$!
-while [ ! -e killed/r.ply.state ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
-kill -9 $pid 2>/dev/null; wait $pid 2>/dev/null
-[ -e killed/r.ply.state ] && [ ! -e killed/r.ply ]; ok $? 'killed: the state stays, no result'
+(export CTSR_TEST_SIGNAL='ct-nabgs 300 9'; long killed); [ $? -eq 137 ] && [ -e killed/r.ply.state ] && [ ! -e killed/r.ply ]; ok $? 'killed: the state stays, no result'
 (long killed) 2>err; [ $? -eq 4 ]; ok $? 'a state is not overwritten'
 (long killed --resume); ok $? 'resumes'
 cmp whole/r.ply killed/r.ply; ok $? 'to the same bytes'
 [ ! -e killed/r.ply.state ]; ok $? 'and removes the state'
-(long stopped) & pid=$!
-while [ ! -e stopped/r.ply.state ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
-kill -TERM $pid; wait $pid 2>/dev/null; [ $? -eq 75 ]; ok $? 'stops with 75'
+(export CTSR_TEST_SIGNAL='ct-nabgs 300 15'; long stopped); [ $? -eq 75 ]; ok $? 'stops with 75'
 exits 3 'a state of other options is refused' sh -c \
 	'cd stopped && ct-nabgs -b ../up.nii -n 701 --resume ../p.exr r.ply'
 has err 'r.ply.state' 'and named'

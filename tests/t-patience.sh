@@ -61,12 +61,9 @@ cmp part.safetensors.state three.safetensors.state; ok $? 'with the same state'
 judged part -n 12 --patience 1000 --resume
 is 'held("three") + held("part") == held("long") and weights("part") == weights("long")' 'with more patience it goes on'
 judged slow -n 5 --patience 9 --expert=validate-pieces=3000
-ct-train -a $net -p 8 --expert batch=2,lr=1e-2,ema=0.5 --validate b.exr --expert=validate-every=1,validate-pieces=3000 -n 5 \
-	--patience 9 stopped.safetensors a.exr 2>stopped.log & pid=$!
-listens $pid
-for _ in $(seq 600); do grep -q 'step 2: held' stopped.log && break; sleep 0.05; done
-sleep 0.1; kill -TERM $pid; wait $pid
-s=$?; [ $s -eq 75 ]; ok $? "stopped while it judges ($s)"
+signalled 5 15 ct-train -a $net -p 8 --expert batch=2,lr=1e-2,ema=0.5 --validate b.exr --expert=validate-every=1,validate-pieces=3000 -n 5 \
+	--patience 9 stopped.safetensors a.exr 2>stopped.log
+s=$?; grep -q 'step 2: held' stopped.log && ! grep -q 'step 3: held' stopped.log &&  [ $s -eq 75 ]; ok $? "stopped while it judges ($s)"
 judged stopped -n 5 --patience 9 --expert=validate-pieces=3000 --resume
 cmp stopped.safetensors.state slow.safetensors.state; ok $? 'judges what it had not'
 is 'weights("stopped") == weights("slow")' 'and ends the same'

@@ -17,10 +17,7 @@ cp hr.exr same.exr; cp hr-low.exr same-low.exr; cp up.nii up-same.nii; cp lr.nii
 # stopped FOLDER TOOL ARGS...: a run into FOLDER/o that was stopped and left its state
 stopped() {
 	out=$1/o; mkdir "$1"; shift
-	"$@" "$out" & pid=$!
-	listens $pid
-	while [ "$1" != ct-ddnm ] && [ ! -e "$out.state" ] && kill -0 $pid 2>/dev/null; do sleep 0.02; done
-	kill -TERM $pid; wait $pid; got=$?
+	signalled 40 15 "$@" "$out"; got=$?
 	[ $got -eq 75 ] && [ -s "$out.state" ]; ok $? "$1 is stopped, and has a state"
 	[ "$(stat -c %a "$out.state")" = 600 ]; ok $? 'that is for its owner'
 	cp "$out.state" before
@@ -57,18 +54,14 @@ refused "--mode was 'residual', not 'full'" "$@" -m full -b up.nii hr.exr
 refused '--base held something else' "$@" -b other.nii hr.exr
 refused '--lr held something else' "$@" --lr lr.nii -b up.nii hr.exr
 refused 'IN held something else' "$@" -b up.nii other.exr
-"$@" -v --checkpoint-every 30 -b up-same.nii --resume same.exr g/o 2>err & pid=$!
-while ! grep -q continuing err && kill -0 $pid 2>/dev/null; do sleep 0.02; done
-kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'other names, another time to save: goes on'
+signalled 40 15 "$@" -v --checkpoint-every 30 -b up-same.nii --resume same.exr g/o 2>err; [ $? -eq 75 ] && grep -q continuing err; ok $? 'other names, another time to save: goes on'
 
 stopped f ct-fuse -q -n 100000 --checkpoint-every 1 up.nii lr.nii hr.exr
 set -- ct-fuse -n 100000
 refused "--iterations was '100000', not '99999'" ct-fuse -n 99999 up.nii lr.nii hr.exr
 refused 'LR held something else' "$@" up.nii lr-other.nii hr.exr
 refused '--base-projections held something else' "$@" --base-projections other.exr up.nii lr.nii hr.exr
-"$@" -v --residual-out r.nii --resume up-same.nii lr-same.nii same.exr f/o 2>err & pid=$!
-while ! grep -q continuing err && kill -0 $pid 2>/dev/null; do sleep 0.02; done
-kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'other names, another output: goes on'
+signalled 40 15 "$@" -v --residual-out r.nii --resume up-same.nii lr-same.nii same.exr f/o 2>err; [ $? -eq 75 ] && grep -q continuing err; ok $? 'other names, another output: goes on'
 
 sed 's/run\.version/run.versi0n/' f/o.state >cut && mv cut f/o.state
 exits 3 'what is no state' "$@" --resume up.nii lr.nii hr.exr f/o

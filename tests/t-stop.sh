@@ -49,7 +49,7 @@ works() { # works SECONDS TOOL ARGS...: it is told to stop when it has worked so
 	spent; start=$now
 	"$@" 2>err & pid=$!
 	while at=$(used $pid) && awk "BEGIN {exit !($at < $after)}"; do sleep 0.02; done
-	kill -TERM $pid; wait $pid; got=$?
+	kill -STOP $pid; at=$(used $pid); kill -TERM $pid; kill -CONT $pid; wait $pid; got=$?
 	spent
 	[ $got -eq 75 ]; ok $? "$1 at work: stopped (status $got)"
 	awk "BEGIN {exit !($now - $start - $at < 2.5)}"; ok $? "after $(awk "BEGIN {print $now - $start - $at}") s of CPU time"

@@ -96,11 +96,7 @@ EOF
 ok $? 'metadata, and half precision of the same weights'
 
 # shellcheck disable=SC2086
-ct-train -q $small -n 100000 f.safetensors pics 2>err &
-pid=$!
-listens $pid; sleep 1
-kill -TERM $pid
-wait $pid
+signalled 5 15 ct-train -q $small -n 100000 f.safetensors pics 2>err
 [ $? -eq 75 ]; ok $? 'a signal stops it with status 75'
 [ -s f.safetensors ] && [ -s f.safetensors.state ]; ok $? 'and what there is is written'
 # shellcheck disable=SC2086

@@ -274,6 +274,13 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 	return text;
 }
 
+static void progress(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
+{
+	ct_stop_test();
+	ct_progress_draw(env, what, done, total, likely);
+}
+
 static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
 	const struct ct_tool *t = s->t;
@@ -289,7 +296,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
-		.progress = ct_progress_draw,
+		.progress = progress,
 		.ctx = &bar};
 	const double start = ct_clock_wall();
 	char *end, *history;

@@ -25,4 +25,10 @@ void ct_stop_hold(void);
 /* What is done between true and false takes as long as it takes; they may be nested. */
 void ct_stop_defer(bool on);
 
+/* For tests, so that no signal comes too early or too late: if the environment says
+ * CTSR_TEST_SIGNAL="TOOL N SIGNAL", the N-th call in that tool sends the signal of that number to
+ * the process group, and goes on when it was taken. */
+#define CT_STOP_TEST "CTSR_TEST_SIGNAL"
+void ct_stop_test(void);
+
 #endif

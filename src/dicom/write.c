@@ -123,6 +123,7 @@ static int write_file(const char *path, const char *name, const struct image *im
 		ct_voxels_i16(area, px, im->v->data + k * area, false);
 		if (ct_dicom_put(f, px, area, e) || ct_check_stop(env, e))
 			goto out;
+		ct_progress(env, "writing", k + 1, im->v->n[2]);
 	}
 	rc = 0;
 out:
@@ -149,7 +150,6 @@ static int write_series(
 			break;
 		}
 		rc = write_file(path, to, im, k, k + 1, env, e);
-		ct_progress(env, "writing", k + 1, im->v->n[2]);
 		free(path);
 	}
 	if (rc == 0)

@@ -169,6 +169,7 @@ static int judge(struct train_loop_job *j, struct ct_err *e)
 	if (!j->s->held || step == 0 || step == j->best.seen ||
 		(step % (unsigned)j->p->validate_every && step != (uint64_t)j->p->steps))
 		return 0;
+	ct_stop_test();
 	if (j->s->held(j->s->it, &held, e))
 		return -1;
 	ct_log(&j->env, CT_INFO, "step %llu: held-out loss %.5f", (unsigned long long)step, held);
