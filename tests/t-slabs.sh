@@ -13,6 +13,8 @@ for m in tv htv; do
 	exits 0 "$m in slabs" ct-upsample -q -m $m --memory 52M thick.nii made/$m.nii
 	near whole-$m.nii made/$m.nii; ok $? 'within .1 HU RMS of the whole, and 1 HU anywhere'
 done
+history() { ct-info "$1" | sed -n '/^history/,/^hash/{/^hash/d;s/ [a-z-]*\.nii #/ OUT #/;p;}'; }
+history whole-tv.nii >a; history made/tv.nii | cmp - a && grep -q 'thick.nii xxh3:' a; ok $? 'the history does not know how memory was bounded'
 ct-phantom -q --size 96x96x1400 ellipsoids h2.nii && ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean h2.nii t2.nii
 if sanitized ct-upsample; then
 	skip 'memory of a larger one' 'sanitizers take their own'

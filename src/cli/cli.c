@@ -204,7 +204,7 @@ static void say(const struct ct_env *env, enum ct_level level, const char *said)
 static bool is_idle(const struct ct_opt *o)
 {
 	static const char *const names[] = {
-		"quiet", "verbose", "force", "threads", "resume", "expand"};
+		"quiet", "verbose", "force", "threads", "resume", "expand", "memory"};
 
 	for (size_t k = 0; o && k < sizeof names / sizeof *names; k++)
 		if (strcmp(o->name, names[k]) == 0)
@@ -212,8 +212,8 @@ static bool is_idle(const struct ct_opt *o)
 	return false;
 }
 
-/* How many words, from the argument `a` on, are options that cannot change the result and so stay
- * out of the history. */
+/* How many words, from the argument `a` on, are options that say how to work, not what to make, and
+ * so stay out of the history. */
 static int idle_words(const struct ct_tool *t, const char *a)
 {
 	const struct ct_opt *o;
