@@ -174,6 +174,15 @@ static void packer_free(struct packer *p)
 	free(p->bytes);
 }
 
+/* A context that writes may be locked while it complains, and asking it for its user data would
+ * wait for ever: the code alone is told. */
+static void no_complaint(exr_const_context_t c, exr_result_t code, const char *msg)
+{
+	(void)c;
+	(void)code;
+	(void)msg;
+}
+
 static int build(struct ct_exr_file *f, const char *path, const struct ct_stack *s,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -186,7 +195,7 @@ static int build(struct ct_exr_file *f, const char *path, const struct ct_stack 
 		packer_free(&p);
 		return -1;
 	}
-	init.error_handler_fn = ct_exr_complaint;
+	init.error_handler_fn = no_complaint;
 	init.user_data = f;
 	init.write_fn = put;
 	r = exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, &init);
@@ -201,7 +210,11 @@ static int build(struct ct_exr_file *f, const char *path, const struct ct_stack 
 	else if (c) /* the first error is the one to tell */
 		exr_finish(&c);
 	packer_free(&p);
-	return r == EXR_ERR_SUCCESS ? 0 : ct_exr_fail(f, path, r, CT_EFAIL, e);
+	if (r == EXR_ERR_SUCCESS)
+		return 0;
+	if (e->code == CT_ENOMEM) /* of put() */
+		return ct_blame(e, path);
+	return ct_exr_fail(f, path, r, CT_EFAIL, e);
 }
 
 int ct_stack_write(

@@ -31,7 +31,8 @@ struct ct_exr_file {
 
 /* Is this "ct:..." name geometry or ours for another reason, and so not a metadata key? */
 bool ct_exr_reserved(const char *name);
-/* The callback that keeps the first message in struct ct_exr_file, so that nothing is printed. */
+/* The reader's callback that keeps the first message in struct ct_exr_file, so that nothing is
+ * printed. */
 void ct_exr_complaint(exr_const_context_t c, exr_result_t code, const char *msg);
 /* CT code failure "PATH: words of the library". */
 int ct_exr_fail(const struct ct_exr_file *f, const char *path, exr_result_t r, enum ct_code code,

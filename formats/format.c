@@ -7,6 +7,7 @@
 #include "formats/nifti.h"
 
 #include <ctype.h>
+#include <errno.h>
 
 /* By the first byte. Never seeks, but for voxels at the end of a file. */
 static int read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
@@ -25,9 +26,13 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 
 	if (ct_io_open(path, &f, e))
 		return -1;
+	errno = 0;
 	rc = read_vol(f, path, v, e);
 	ct_io_close(f);
-	return rc;
+	if (!ct_io_starved(path, e))
+		return rc;
+	ct_vol_free(v);
+	return -1;
 }
 
 int ct_vol_write(

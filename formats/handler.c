@@ -3,6 +3,7 @@
 #include "formats/handler.h"
 #include "formats/io.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -89,7 +90,7 @@ static int slurp(const struct ct_format *const *list, const struct ct_format *is
 	return rc;
 }
 
-int ct_format_read(
+static int read_any(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
@@ -113,4 +114,20 @@ int ct_format_read(
 	rc = is->read(f, path, a, e);
 	ct_io_close(f);
 	return rc;
+}
+
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+{
+	int rc;
+
+	errno = 0;
+	rc = read_any(list, path, a, e);
+	if (!ct_io_starved(path, e))
+		return rc;
+	ct_vol_free(&a->vol);
+	ct_stack_free(&a->stack);
+	ct_gauss_free(&a->gauss);
+	ct_tensors_free(&a->tensors);
+	return -1;
 }

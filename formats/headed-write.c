@@ -1,10 +1,10 @@
 /* headed-write.c: MetaImage and NRRD, LPS. See headed.h. */
 #include "config.h"
+#include "core/stream.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
 #include "formats/sink.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -120,14 +120,12 @@ int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *
 /* What it says goes into *text, to be freed. */
 static int make_header(char **text, size_t *n, const struct what *w, struct ct_err *e)
 {
-	FILE *f = open_memstream(text, n);
+	FILE *f;
 
-	*text = f ? *text : NULL;
-	if (f)
-		(w->nrrd ? put_nrrd : put_mha)(f, w);
-	if (!f || fclose(f) != 0)
-		return ct_fail(e, CT_ENOMEM, "no memory for a header");
-	return 0;
+	if (ct_stream_open(&f, text, n, e))
+		return -1;
+	(w->nrrd ? put_nrrd : put_mha)(f, w);
+	return ct_stream_close(f, text, e);
 }
 
 static int put_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
@@ -193,7 +191,7 @@ static int write_two(const char *path, const char *data, struct what *w, const s
 		return ct_sink_close(&voxels, -1, e);
 	rc = put_header(&header, w, e);
 	if (rc == 0 && fflush(header.out.f) != 0)
-		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+		rc = ct_fail_errno(e, CT_EOUTPUT, path);
 	rc = ct_sink_close(&voxels, rc, e);
 	return ct_sink_close(&header, rc, e);
 }

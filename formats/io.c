@@ -24,7 +24,7 @@ int ct_io_open(const char *path, FILE **f, struct ct_err *e)
 	}
 	*f = fopen(path, "rb");
 	if (!*f)
-		return ct_fail(e, CT_EINPUT, "%s: %s", path, strerror(errno));
+		return ct_fail_errno(e, CT_EINPUT, path);
 	if (fstat(fileno(*f), &st) == 0 && S_ISDIR(st.st_mode)) {
 		fclose(*f);
 		return ct_fail(e, CT_EINPUT, "%s: is a folder", path);
@@ -36,6 +36,14 @@ void ct_io_close(FILE *f)
 {
 	if (f && f != stdin)
 		fclose(f);
+}
+
+bool ct_io_starved(const char *path, struct ct_err *e)
+{
+	if (errno != ENOMEM)
+		return false;
+	ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
+	return true;
 }
 
 int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e)
@@ -54,7 +62,7 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 		*n += got;
 	} while (got);
 	if (ferror(f)) {
-		ct_fail(e, CT_EINPUT, "%s: %s", path, strerror(errno));
+		ct_fail_errno(e, CT_EINPUT, path);
 		goto fail;
 	}
 	ct_io_close(f);
@@ -105,7 +113,7 @@ static int set_rights(const struct ct_out *o)
 
 static int failed(struct ct_out *o, const char *path, struct ct_err *e)
 {
-	ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	ct_fail_errno(e, CT_EOUTPUT, path);
 	ct_out_abandon(o);
 	return -1;
 }
@@ -156,9 +164,7 @@ static int try_out(const char *path, struct ct_err *e)
 	struct stat st;
 
 	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
-		return access(path, W_OK) == 0
-			       ? 0
-			       : ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+		return access(path, W_OK) == 0 ? 0 : ct_fail_errno(e, CT_EOUTPUT, path);
 	if (open_out(&o, path, false, e))
 		return -1;
 	if (fwrite(some, 1, sizeof some, o.f) != sizeof some || fflush(o.f) != 0)
@@ -228,8 +234,7 @@ static void send_off(struct ct_out *o)
 int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 {
 	if (fwrite(data, 1, n, o->f) != n)
-		return ct_fail(e, CT_EOUTPUT, "%s: %s", o->path ? o->path : "standard output",
-			strerror(errno));
+		return ct_fail_errno(e, CT_EOUTPUT, o->path ? o->path : "standard output");
 	o->unsent += n;
 	if (o->tmp && o->unsent >= SEND)
 		send_off(o);
@@ -252,7 +257,7 @@ int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 	while (done < s->n && rename(s->file[done].tmp, s->file[done].path) == 0)
 		done++;
 	if (done < s->n) {
-		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", s->file[done].path, strerror(errno));
+		rc = ct_fail_errno(e, CT_EOUTPUT, s->file[done].path);
 		while (done-- > 0)
 			unlink(s->file[done].path);
 	}
@@ -291,7 +296,7 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 	if (!bad && o->tmp)
 		bad = rename(o->tmp, o->path) != 0;
 	if (bad)
-		ct_fail(e, CT_EOUTPUT, "%s: %s", name, strerror(errno));
+		ct_fail_errno(e, CT_EOUTPUT, name);
 	else if (o->tmp) {
 		ct_temp_forget(o->tmp);
 		free(o->tmp);

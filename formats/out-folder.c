@@ -25,7 +25,7 @@ bool ct_out_folder_named(const char *path)
 
 static int failed(const char *path, struct ct_err *e)
 {
-	return ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	return ct_fail_errno(e, CT_EOUTPUT, path);
 }
 
 /* The folder by its name without links where it is there; NULL if no memory. */

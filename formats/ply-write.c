@@ -4,6 +4,7 @@
 #include "formats/io.h"
 #include "formats/ply.h"
 #include "core/mem.h"
+#include "core/stream.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -30,16 +31,15 @@ static void put_escaped(FILE *f, const char *s, bool key)
 	}
 }
 
-static char *make_header(const struct ct_gauss *g, size_t *length)
+static int make_header(char **text, size_t *length, const struct ct_gauss *g, struct ct_err *e)
 {
 	static const char *const columns[COLUMNS] = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0",
 		"f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1",
 		"rot_2", "rot_3", "density"};
-	char *text = NULL;
-	FILE *f = open_memstream(&text, length);
+	FILE *f;
 
-	if (!f)
-		return NULL;
+	if (ct_stream_open(&f, text, length, e))
+		return -1;
 	fprintf(f, "ply\nformat binary_little_endian 1.0\n" CT_PLY_COMMENT CT_PLY_UNITS "=mm\n");
 	fprintf(f,
 		CT_PLY_COMMENT CT_PLY_ACTIVATION "=%s\n" CT_PLY_COMMENT CT_PLY_GAMMA
@@ -66,11 +66,7 @@ static char *make_header(const struct ct_gauss *g, size_t *length)
 	for (int i = 0; i < COLUMNS; i++)
 		fprintf(f, "property float %s\n", columns[i]);
 	fprintf(f, "end_header\n");
-	if (fclose(f) != 0) {
-		free(text);
-		return NULL;
-	}
-	return text;
+	return ct_stream_close(f, text, e);
 }
 
 /* What a viewer should show: see the activations of struct ct_gauss. */
@@ -114,11 +110,11 @@ int ct_gauss_write(
 	struct ct_out out = {0};
 	float *block = NULL, most = 0;
 	size_t n = 0;
-	char *header = make_header(g, &n);
+	char *header;
 	int rc = -1;
 
-	if (!header)
-		return ct_fail(e, CT_ENOMEM, "%s: no memory for the header", path);
+	if (make_header(&header, &n, g, e))
+		return ct_blame(e, path);
 	if (ct_alloc(&block, BLOCK, row * sizeof *block, e) || ct_out_open(&out, path, env, e))
 		goto done;
 	for (size_t i = 0; i < g->n; i++)

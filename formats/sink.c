@@ -5,7 +5,6 @@
 #include "formats/source.h"
 #include "formats/voxels.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -125,8 +124,8 @@ int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)
 {
 	return fseeko(s->out.f, 0, SEEK_SET) == 0
 		       ? 0
-		       : ct_fail(e, CT_EOUTPUT, "%s: %s",
-				 s->out.path ? s->out.path : "standard output", strerror(errno));
+		       : ct_fail_errno(
+				 e, CT_EOUTPUT, s->out.path ? s->out.path : "standard output");
 }
 
 int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)

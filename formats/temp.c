@@ -208,7 +208,7 @@ static int open_new(const char *path, bool folder, char **tmp, struct ct_err *e)
 	fd = make(*tmp, folder);
 	if (fd >= 0)
 		return fd;
-	ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+	ct_fail_errno(e, CT_EOUTPUT, path);
 	free(*tmp);
 	*tmp = NULL;
 	return -1;

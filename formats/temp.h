@@ -11,6 +11,10 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* A file for PATH, empty, open for writing, for its owner alone: its descriptor and name, to be
  * freed after ct_temp_remove or, when it is renamed, ct_temp_forget. CT_EOUTPUT naming PATH,
  * CT_ENOMEM. */
@@ -40,4 +44,7 @@ struct ct_temp_kept;
 struct ct_temp_kept *ct_temp_table(void);
 void ct_temp_share(struct ct_temp_kept *table);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

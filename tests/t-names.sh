@@ -2,7 +2,7 @@
 # A public function is ct_NOUN_verb (CONTRIBUTING, "Names"): NOUN is the file that declares it, or a
 # struct or enum of that header or of src/core that it is about; or it is one of the few words that every file uses.
 . "$srcdir/tests/tap.sh"
-words=' ct_fail ct_blame ct_alloc ct_alloc0 ct_grow ct_size_mul ct_log ct_progress ct_progress_until ct_stopping
+words=' ct_fail ct_fail_errno ct_blame ct_alloc ct_alloc0 ct_grow ct_size_mul ct_log ct_progress ct_progress_until ct_stopping
 	ct_check_stop ct_philox ct_slurp ct_put ct_logf '
 words=" $(echo $words) "
 command -v nm >/dev/null || { skip 'public functions are ct_NOUN_verb' 'nm is not here'; done_testing; }

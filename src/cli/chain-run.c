@@ -230,7 +230,7 @@ static int start(const struct ct_chain *c, struct ct_step *s, bool again, const 
 	if (ct_check_stop(env, e) || spawn(c, s, again, env, &pid, e))
 		return -1;
 	if (wait_for(pid, &status, env))
-		return ct_fail(e, CT_EFAIL, "%s: %s", s->tool, strerror(errno));
+		return ct_fail_errno(e, CT_EFAIL, s->tool);
 	if (WIFSIGNALED(status) && !ct_stopping(env))
 		return failed(c, s, status, e);
 	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)

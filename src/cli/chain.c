@@ -3,10 +3,10 @@
 #include "cli/chain.h"
 #include "cli/stop.h"
 #include "core/mem.h"
+#include "core/stream.h"
 #include "formats/io.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -193,12 +193,13 @@ static bool names(const struct ct_chain *c, const char *output)
 {
 	char *path = ct_chain_path(c, SCRIPT), *word = NULL, *line = NULL;
 	size_t n = 0, room = 0;
-	FILE *script = path ? fopen(path, "r") : NULL, *w = open_memstream(&word, &n);
+	FILE *script = path ? fopen(path, "r") : NULL, *w;
+	struct ct_err e;
 	bool is = false;
 
-	if (w) {
+	if (ct_stream_open(&w, &word, &n, &e) == 0) {
 		put_word(output, w);
-		is = fclose(w) == 0 && script != NULL;
+		is = ct_stream_close(w, &word, &e) == 0 && script != NULL;
 	}
 	for (bool found = false; is && !found;) {
 		is = getline(&line, &room, script) > 0;
@@ -254,7 +255,7 @@ static int put_cd(const struct ct_chain *c, FILE *f, struct ct_err *e)
 	int rc = 0;
 
 	if (!here || !folder)
-		rc = ct_fail(e, CT_EOUTPUT, "%s: %s", c->folder.path, strerror(errno));
+		rc = ct_fail_errno(e, CT_EOUTPUT, c->folder.path);
 	else if (strncmp(folder, here, n) == 0 && folder[n] == '/') {
 		fputs("CDPATH= cd -P -- \"$(dirname -- \"$0\")", f);
 		for (const char *s = folder + n; *s; s++)

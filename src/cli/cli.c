@@ -13,6 +13,7 @@
 #include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
+#include "core/stream.h"
 
 #include <errno.h>
 #include <locale.h>
@@ -248,15 +249,15 @@ static void put_history(FILE *f, const char *word)
 	fprintf(f, "%s%s", name, quote);
 }
 
-static char *history_of(const struct ct_tool *t, int argc, char **argv)
+static int put_command(
+	char **text, const struct ct_tool *t, int argc, char **argv, struct ct_err *e)
 {
-	char *text = NULL;
 	bool only_operands = false;
 	size_t n;
-	FILE *f = open_memstream(&text, &n);
+	FILE *f;
 
-	if (!f)
-		return NULL;
+	if (ct_stream_open(&f, text, &n, e))
+		return -1;
 	fprintf(f, "%s %s", t->name, PACKAGE_VERSION);
 	for (int i = 1; i < argc; i++) {
 		int skip = only_operands ? 0 : idle_words(t, argv[i]);
@@ -267,11 +268,7 @@ static char *history_of(const struct ct_tool *t, int argc, char **argv)
 		else
 			i += skip - 1;
 	}
-	if (fclose(f) != 0) {
-		free(text);
-		return NULL;
-	}
-	return text;
+	return ct_stream_close(f, text, e);
 }
 
 static void progress(
@@ -306,7 +303,8 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	env.seed = strtoull(c->seed, &end, 10);
 	if (end == c->seed || *end || errno || *c->seed == '-')
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
-	history = history_of(t, argc, argv);
+	if (put_command(&history, t, argc, argv, e))
+		return -1;
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
 	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||

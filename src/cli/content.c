@@ -51,7 +51,7 @@ static int add(struct sum *s, const char *path, struct ct_err *e)
 		if (x->fts_info == FTS_F)
 			rc = add_file(s, x->fts_accpath, e);
 	if (rc == 0 && errno)
-		rc = ct_fail(e, CT_ENOMEM, "%s: %s", path, strerror(errno));
+		rc = ct_fail_errno(e, CT_ENOMEM, path);
 	if (walk)
 		fts_close(walk);
 	free(own);

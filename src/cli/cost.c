@@ -1,6 +1,7 @@
 /* cost.c: see cost.h. */
 #include "config.h"
 #include "cli/cost.h"
+#include "cli/json.h"
 #include "cli/progress.h"
 
 #include <jansson.h>
@@ -13,12 +14,10 @@ static int print_json(const struct ct_cost *c, const struct ct_env *env, struct 
 		json_pack("{ss sf sI sI sI sI}", "work", c->work, "seconds", c->seconds, "threads",
 			(json_int_t)ct_par_threads(env->par), "memory-bytes", (json_int_t)c->memory,
 			"disk-bytes", (json_int_t)c->disk, "state-bytes", (json_int_t)c->state);
-	if (!o)
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
-	putchar('\n'); /* ct_cli_main checks standard output */
+	const int rc = ct_json_print(o, 6, e);
+
 	json_decref(o);
-	return 0;
+	return rc;
 }
 
 /* Never less than the unit: what takes a moment takes "1 s". */

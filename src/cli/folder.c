@@ -67,7 +67,7 @@ static int take_lock(struct ct_folder *f, struct ct_err *e)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	f->lock = open(path, O_RDWR | O_CREAT | O_NOFOLLOW, 0600);
 	if (f->lock < 0)
-		ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+		ct_fail_errno(e, CT_EOUTPUT, path);
 	while (f->lock >= 0 && !(got = ct_temp_lock(f->lock)) && errno == EWOULDBLOCK &&
 		ct_clock_wall() - start < PATIENCE)
 		ct_clock_sleep(0.05);
@@ -110,7 +110,7 @@ static int name_temporary(struct ct_folder *f, const char *tmp, bool dry, struct
 		return 0;
 	sweep(tmp);
 	if (!mkdtemp(f->path))
-		return ct_fail(e, CT_EOUTPUT, "%s: %s", f->path, strerror(errno));
+		return ct_fail_errno(e, CT_EOUTPUT, f->path);
 	f->temporary = true;
 	return 0;
 }
@@ -125,7 +125,7 @@ int ct_folder_open(struct ct_folder *f, const char *path, bool dry, struct ct_er
 	if (dry)
 		return 0;
 	if (path && mkdir(path, 0777) != 0 && errno != EEXIST)
-		return ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+		return ct_fail_errno(e, CT_EOUTPUT, path);
 	return take_lock(f, e);
 }
 

@@ -8,7 +8,6 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 /* One line at once, so that those of commands that run at the same time stay whole. */
@@ -56,6 +55,6 @@ int ct_journal_begin(const char *path, bool resume, struct ct_err *e)
 		path, O_WRONLY | O_CREAT | O_NOCTTY | O_NOFOLLOW | (resume ? 0 : O_TRUNC), 0666);
 
 	if (fd < 0 || close(fd) != 0 || setenv(CT_JOURNAL_NAME, path, 1) != 0)
-		return ct_fail(e, CT_EOUTPUT, "%s: %s", path, strerror(errno));
+		return ct_fail_errno(e, CT_EOUTPUT, path);
 	return 0;
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/err.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,6 +19,13 @@ int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
 		if ((unsigned char)*p < ' ' || *p == 127)
 			*p = '?';
 	return -1;
+}
+
+int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what)
+{
+	const int why = errno;
+
+	return ct_fail(e, why == ENOMEM ? CT_ENOMEM : code, "%s: %s", what, strerror(why));
 }
 
 int ct_blame(struct ct_err *e, const char *what)

@@ -14,4 +14,5 @@ libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/memory.c src/core/memory.h
+libct_a_SOURCES += src/core/stream.c src/core/stream.h
 libct_a_SOURCES += src/core/cost.h src/core/vec3.h

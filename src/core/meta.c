@@ -3,6 +3,7 @@
 #include "core/meta.h"
 #include "core/env.h"
 #include "core/mem.h"
+#include "core/stream.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -129,11 +130,11 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	const char *before = " # ";
 	char *text = NULL;
 	size_t len;
-	FILE *f = open_memstream(&text, &len);
-	int rc = -1;
+	FILE *f;
+	int rc;
 
-	if (!f)
-		return ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	if (ct_stream_open(&f, &text, &len, e))
+		return -1;
 	if (old)
 		fprintf(f, "%s\n", old);
 	fputs(env->history ? env->history : "ctsr", f);
@@ -145,10 +146,7 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 		fprintf(f, "%s%s", before, name);
 		before = " ";
 	}
-	if (fclose(f) != 0)
-		ct_fail(e, CT_ENOMEM, "no memory for metadata");
-	else
-		rc = ct_meta_set(dst, CT_META_HISTORY, text, e);
+	rc = ct_stream_close(f, &text, e) || ct_meta_set(dst, CT_META_HISTORY, text, e) ? -1 : 0;
 	free(text);
 	ct_meta_drop(dst, CT_META_INPUT);
 	return rc;

@@ -1,5 +1,6 @@
 /* inspect.c: what is in a folder of DICOM files, before anything is made of it; see dicom.h. */
 #include "config.h"
+#include "cli/json.h"
 #include "core/mem.h"
 #include "shim/dicom.h"
 #include "dicom/module.h"
@@ -183,12 +184,13 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct ct
 }
 
 /* why[k] is why series k is not fit. */
-static void print(const struct series_set *set, const struct ct_dicom_in *in, json_t *into,
-	struct ct_err *why, const struct ct_env *env)
+static int print(const struct series_set *set, const struct ct_dicom_in *in, json_t *into,
+	struct ct_err *why, const struct ct_env *env, struct ct_err *e)
 {
 	json_t *list = json_array(), *o;
 	json_t *all = json_pack("{s:o,s:s}", "file", ct_text_json(in->paths[0]), "kind", "DICOM");
 	size_t k;
+	int rc = 0;
 
 	for (k = 0; k < set->n; k++)
 		json_array_append_new(list, series_of(set, k, in, env, &why[k]));
@@ -197,10 +199,9 @@ static void print(const struct series_set *set, const struct ct_dicom_in *in, js
 		json_object_set(all, "series", list);
 	if (into)
 		json_array_append(into, all);
-	else if (env->json) {
-		json_dumpf(all, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
-		putchar('\n'); /* ct_cli_main checks standard output */
-	} else {
+	else if (env->json)
+		rc = ct_json_print(all, 15, e);
+	else {
 		ct_report_print(stdout, all);
 		json_array_foreach (list, k, o) {
 			putchar('\n');
@@ -209,6 +210,7 @@ static void print(const struct series_set *set, const struct ct_dicom_in *in, js
 	}
 	json_decref(list);
 	json_decref(all);
+	return rc;
 }
 
 int inspect_print(
@@ -221,8 +223,8 @@ int inspect_print(
 
 	if (series_open(&set, in, e) || ct_alloc0(&why, set.n, sizeof *why, e))
 		goto out;
-	print(&set, in, into, why, env);
-	if (series_choose(&set, in, &pick, e) || series_whole(&set, pick, in->skip_damaged, env, e))
+	if (print(&set, in, into, why, env, e) || series_choose(&set, in, &pick, e) ||
+		series_whole(&set, pick, in->skip_damaged, env, e))
 		goto out;
 	*e = why[pick];
 	rc = e->code == CT_OK ? 0 : -1;

@@ -1,6 +1,7 @@
 /* ct-fuse: one volume of a base, the low-resolution CT that it was made of, and projections. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/json.h"
 #include "cli/cost.h"
 #include "core/clock.h"
 #include "core/mem.h"
@@ -168,6 +169,7 @@ static int report(const struct ct_fuse_report *r, const struct ct_env *env, stru
 {
 	const char *verdict = CT_WORD(CT_FUSE_LIST, r->verdict);
 	json_t *o;
+	int rc;
 
 	if (!env->json) {
 		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n", r->iterations,
@@ -179,12 +181,9 @@ static int report(const struct ct_fuse_report *r, const struct ct_env *env, stru
 	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)r->iterations,
 		"lambda-projections", r->lambda, "projections", verdict, "prediction",
 		r->prediction);
-	if (!o)
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
-	putchar('\n'); /* ct_cli_main checks standard output */
+	rc = ct_json_print(o, 12, e);
 	json_decref(o);
-	return 0;
+	return rc;
 }
 
 static int fuse(struct fuse_job *j, struct ct_err *e)

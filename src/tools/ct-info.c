@@ -1,6 +1,7 @@
 /* ct-info: what is in any of our files. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/json.h"
 #include "formats/any.h"
 #include "formats/beside.h"
 #include "formats/ends.h"
@@ -16,6 +17,8 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+
+enum { DIGITS = 15 };
 
 struct params {
 	struct ct_list files;
@@ -95,12 +98,6 @@ static int read_any(struct ct_any *a, const struct params *p, const char *path,
 	return p->measures && a->kind == CT_KIND_VOLUME ? ct_beside_read(&a->vol, path, env, e) : 0;
 }
 
-static void print(const json_t *o)
-{
-	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(15));
-	putchar('\n'); /* ct_cli_main checks standard output */
-}
-
 /* `into` is the array of all files, or NULL if they are text or there is but one. */
 static int report(const struct params *p, const char *path, bool first, json_t *into,
 	const struct ct_env *env, struct ct_err *e)
@@ -111,6 +108,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	json_t *o = NULL;
 	struct said_opts says = SAID_DEFAULTS;
 	struct ct_said said;
+	int rc;
 
 	says.factor = p->factor;
 	if (said_parse(&said, &says, e))
@@ -130,27 +128,29 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 		json_decref(o);
 		o = NULL;
 	}
+	rc = o ? 0 : -1;
 	if (o && into)
 		json_array_append(into, o);
 	else if (o && env->json)
-		print(o);
+		rc = ct_json_print(o, DIGITS, e);
 	else if (o)
 		ct_report_print(stdout, o);
 	ct_any_free(&a);
 	json_decref(o);
-	return o ? 0 : -1;
+	return rc;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	json_t *all = env->json && p->files.n > 1 ? json_array() : NULL;
+	struct ct_err other;
 	int rc = 0;
 
 	for (size_t i = 0; rc == 0 && i < p->files.n; i++)
 		rc = report(p, p->files.v[i], i == 0, all, env, e);
-	if (all)
-		print(all);
+	if (all && ct_json_print(all, DIGITS, rc ? &other : e))
+		rc = -1;
 	json_decref(all);
 	return rc;
 }

@@ -1,6 +1,7 @@
 /* ct-nabgs: fit signed Gaussians to projections, on top of a base volume. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/json.h"
 #include "cli/cost.h"
 #include "cli/resume.h"
 #include "core/memory.h"
@@ -292,6 +293,7 @@ static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 	const char *end = CT_WORD(CT_FIT_END_LIST, f->end);
 	size_t pos, neg;
 	json_t *o;
+	int rc;
 
 	ct_fit_signs(&f->g, &pos, &neg);
 	if (!json) {
@@ -305,12 +307,9 @@ static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 		(json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma, "first-loss",
 		f->first_loss, "last-loss", f->last_loss, "error", f->error, "iterations",
 		(json_int_t)f->g.step, "ended-by", end);
-	if (!o)
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	json_dumpf(o, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
-	putchar('\n'); /* ct_cli_main checks standard output */
+	rc = ct_json_print(o, 12, e);
 	json_decref(o);
-	return 0;
+	return rc;
 }
 
 static int fit(struct nabgs_job *j, struct ct_err *e)

@@ -1,5 +1,6 @@
 /* metrics-report.c: see metrics-report.h. */
 #include "config.h"
+#include "cli/json.h"
 #include "tools/metrics-report.h"
 #include "formats/io.h"
 
@@ -100,15 +101,13 @@ int metrics_json(const struct ct_figures *f, struct ct_err *e)
 {
 	json_t *object = json_object();
 	bool bad = !object;
+	int rc;
 
 	for (size_t i = 0; i < f->n && !bad; i++)
 		bad = json_object_set_new(object, f->at[i].name, json_of(&f->at[i])) != 0;
-	if (!bad) {
-		json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(12));
-		putchar('\n'); /* ct_cli_main checks standard output */
-	}
+	rc = ct_json_print(bad ? NULL : object, 12, e);
 	json_decref(object);
-	return bad ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
+	return rc;
 }
 
 static void put_cell(FILE *f, double v)

@@ -3,6 +3,7 @@
 #include "tools/page-file.h"
 #include "core/memory.h"
 #include "core/clock.h"
+#include "core/stream.h"
 #include "formats/io.h"
 #include "tools/lib/installed.h"
 
@@ -76,12 +77,11 @@ int page_log_open(
 	struct page_log *l, struct ct_env *own, const struct ct_env *env, struct ct_err *e)
 {
 	l->env = env;
-	l->f = open_memstream(&l->text, &l->n);
 	*own = *env;
 	own->ctx = l;
 	own->log = note;
 	own->progress = env->progress ? pass_on : NULL;
-	return l->f ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a log");
+	return ct_stream_open(&l->f, &l->text, &l->n, e);
 }
 
 void page_log_took(struct page_log *l, const struct ct_env *env, double seconds)

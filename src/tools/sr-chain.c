@@ -16,7 +16,6 @@
 #include "tools/prior-file.h"
 #include "tools/sr.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -394,7 +393,7 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 	s.q.iterations = p->iterations ? p->iterations : s.q.iterations;
 	s.q.gaussians = p->gaussians ? p->gaussians : s.q.gaussians;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: %s", p->in, strerror(errno));
+		return ct_fail_errno(e, CT_EINPUT, p->in);
 	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))
 		goto out;
 	if (env->dry_run) {

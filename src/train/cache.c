@@ -14,7 +14,7 @@
 int train_cache_open(const char *folder, struct ct_err *e)
 {
 	if (mkdir(folder, 0700) && errno != EEXIST)
-		return ct_fail(e, CT_EOUTPUT, "%s: %s", folder, strerror(errno));
+		return ct_fail_errno(e, CT_EOUTPUT, folder);
 	return 0;
 }
 

@@ -46,6 +46,6 @@ limited out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
 limited out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
 limited out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
 limited out/o.html ct-report -q -t 2 hr-lr.nii hr-up.nii out/o.html
-limited stdout ct-info --estimate hr.nii
+limited stdout ct-info --json hr.nii
 if command -v ct-view >/dev/null; then limited out/o.png ct-view -q -t 2 hr.nii out/o.png; fi
 finish

@@ -2,9 +2,11 @@
  * linker one of C++, too. In a module (CT_MODULE) who loads it has looked for memory. */
 #include "config.h"
 #include "core/err.h"
+#include "formats/temp.h"
 
 #include <cerrno>
 #include <cstdio>
+#include <execinfo.h>
 #include <exception>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -12,6 +14,7 @@
 [[noreturn]] static void end(const char *name, const char *why)
 {
 	std::fprintf(stderr, "%s: not enough memory, or another resource: %s\n", name, why);
+	ct_temp_remove_all();
 	_exit(CT_ENOMEM);
 }
 
@@ -29,6 +32,15 @@
 		why = "a library threw something";
 	}
 	end(program_invocation_short_name, why);
+}
+
+/* An exception that passes a frame of the C library, as that of std::call_once, needs memory for
+ * the library that unwinds, the first time. */
+__attribute__((constructor)) static void link_unwinder()
+{
+	void *here[1];
+
+	backtrace(here, 1);
 }
 
 #ifdef CT_MODULE

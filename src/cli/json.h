@@ -1,0 +1,12 @@
+/* json.h: JSON on standard output. */
+#ifndef CT_CLI_JSON_H
+#define CT_CLI_JSON_H
+#include "core/err.h"
+
+#include <jansson.h>
+
+/* With numbers of so many digits. CT_ENOMEM if it is NULL, or if memory failed while it was made.
+ * ct_cli_main looks whether standard output took it. */
+int ct_json_print(const json_t *o, unsigned digits, struct ct_err *e);
+
+#endif
