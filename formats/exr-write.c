@@ -84,7 +84,7 @@ static exr_result_t put_meta(exr_context_t c, const struct ct_meta *m)
 			r = EXR_ERR_OUT_OF_MEMORY;
 	}
 	if (r == EXR_ERR_SUCCESS && json_object_size(rest)) {
-		text = json_dumps(rest, JSON_COMPACT);
+		text = ct_text_of_json(rest, JSON_COMPACT);
 		r = text ? exr_attr_set_string(c, 0, CT_EXR_META, text) : EXR_ERR_OUT_OF_MEMORY;
 	}
 	free(text);

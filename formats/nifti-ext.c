@@ -163,7 +163,7 @@ static int append_ours(
 		free(v);
 	}
 	if (!bad && json_object_size(o))
-		bad = !(text = json_dumps(o, JSON_COMPACT));
+		bad = !(text = ct_text_of_json(o, JSON_COMPACT));
 	if (bad)
 		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
 	else if (text)

@@ -321,7 +321,7 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 		at = end;
 	}
 	if (!bad)
-		text = json_dumps(all, JSON_COMPACT);
+		text = ct_text_of_json(all, JSON_COMPACT);
 	if (text) {
 		*length = (strlen(text) + 7) / 8 * 8;
 		padded = malloc(*length + 1);

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/text.h"
 
+#include <errno.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +20,18 @@ json_t *ct_text_json(const char *s)
 	v = json_string(plain);
 	free(plain);
 	return v;
+}
+
+char *ct_text_of_json(const json_t *o, size_t flags)
+{
+	char *text;
+
+	errno = 0;
+	text = json_dumps(o, flags);
+	if (errno != ENOMEM)
+		return text;
+	free(text);
+	return NULL;
 }
 
 size_t ct_text_character(const char *s, size_t n)

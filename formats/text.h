@@ -6,6 +6,8 @@
 /* A JSON string of s. JSON is UTF-8; a history may name files that are not: then every byte
  * beyond ASCII becomes '?'. NULL: no memory. */
 json_t *ct_text_json(const char *s);
+/* json_dumps, which leaves out what it has no memory for: NULL then. free() it. */
+char *ct_text_of_json(const json_t *o, size_t flags);
 /* Bytes of the UTF-8 character that n bytes, or a string, begin with; 0 for one in error. */
 size_t ct_text_character(const char *s, size_t n);
 

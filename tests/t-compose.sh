@@ -39,6 +39,8 @@ tail -c $((20 * 24 * 28 * 4)) b.nii >b.raw && tail -c $((20 * 24 * 28 * 4)) r.ni
 for f in b r; do ct-convert -q --raw 20x24x28:f32:4 --orient RAS $f.raw bare-$f.nii; done
 exits 0 'a window of its own' ct-compose -w -900:50 bare-b.nii bare-r.nii w.nii
 has err 'bare-b.nii: [0-9]* voxels are above 50 HU' 'says what it cuts'
+has err 'bare-b.nii: [0-9]* voxels are below -900 HU, down to -1[0-9.]*, and become -900 ' 'and what it lifts'
+exits 0 'a floor below all' ct-compose -w -900:50 --floor -3000 bare-b.nii bare-r.nii w2.nii; ! grep -q 'are below' err; ok $? 'lifts nothing'
 is 'apart(vol("w.nii"), compose("b.nii", "r.nii", 1, -900, -900, 50)) < 1e-3' 'the base, and is the floor'
 
 # a whole object needs of the base its grid alone

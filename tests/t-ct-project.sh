@@ -48,6 +48,7 @@ ct-project -t 3 -s 1 -n 2 --photons 1e4 --expert electronic=5 m.nii - >t1.exr
 ct-info n1.exr | grep -Eq 'photons +10000'; ok $? 'that says so'
 ! cmp -s n1.exr n2.exr; ok $? 'another seed, other noise'
 exits 2 'electronics without photons' ct-project --expert electronic=5 m.nii new.exr
+exits 2 'a seed without them' ct-project -s 1 m.nii new.exr; has err '^ct-project: --seed: needs --photons' 'is named'
 exits 0 'what it would take' ct-project --dry-run -n 5 m.nii new.exr
 has out '^time .* s on' 'time'; has out '^memory .* MiB' 'memory'; has out '^disk .* MiB' 'size'
 exits 0 'beyond a whole turn' ct-project -n 2 --expert start=725 --arc 20 m.nii turn.exr

@@ -179,7 +179,7 @@ int sidecar_write(const char *path, json_t *o, const struct ct_vol *v, const str
 										  : quantity))) ||
 		put(o, "ConversionSoftware", json_string(PACKAGE_NAME)) ||
 		put(o, "ConversionSoftwareVersion", json_string(PACKAGE_VERSION)) ||
-		!(text = json_dumps(o, JSON_INDENT(2) | JSON_REAL_PRECISION(12))))
+		!(text = ct_text_of_json(o, JSON_INDENT(2) | JSON_REAL_PRECISION(12))))
 		return no_memory(e);
 	if (ct_out_open(&out, path, env, e) == 0) {
 		rc = ct_put(&out, text, strlen(text), e) || ct_put(&out, "\n", 1, e)

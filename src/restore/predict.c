@@ -68,12 +68,10 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 /* What the rows that are gathered hold, to h. */
 static void flush(struct predict_job *j, struct side *d)
 {
-	if (d->failed.code || d->rows == 0)
-		return;
-	if (ct_slice_network_run(j->r, &d->w, d->rows, &d->failed))
-		return;
-	for (size_t i = 0; i < d->rows; i += d->poses[i])
-		put(j, d, i);
+	if (d->rows && !d->failed.code &&
+		ct_slice_network_run(j->r, &d->w, d->rows, &d->failed) == 0)
+		for (size_t i = 0; i < d->rows; i += d->poses[i])
+			put(j, d, i);
 	d->rows = 0;
 }
 

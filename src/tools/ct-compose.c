@@ -93,6 +93,25 @@ static int read_all(struct ct_vol *base, struct ct_any *res, const struct params
 	return 0;
 }
 
+/* Say how much of the base the least value of OUT lifts, if it is more than the ringing of an
+ * interpolation at the edge of air: a twentieth of the window. */
+static void warn_below(const struct ct_vol *base, const char *name, double floor,
+	const double window[2], const struct ct_env *env)
+{
+	size_t below = 0;
+	float least = INFINITY;
+
+	for (size_t i = 0; i < ct_vol_count(base); i++) {
+		below += base->data[i] < (float)floor;
+		least = fminf(least, base->data[i]);
+	}
+	if ((double)least < floor - 0.05 * (window[1] - window[0]))
+		ct_log(env, CT_WARN,
+			"%s: %zu voxels are below %g HU, down to %g, and become %g (a lower --floor "
+			"keeps them)",
+			name, below, floor, (double)least, floor);
+}
+
 /* The fitted volume on the grid of the base; with `full` Gaussians, which are the whole object, LO
  * stands for the base. Where the fit was to projections with overshoots, the base kept its own. */
 static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_meta *of,
@@ -102,14 +121,16 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 	const char *mode = ct_meta_get(of, CT_META_MODE);
 	const bool full = mode && strcmp(mode, "full") == 0,
 		   whole = ct_meta_get(of, CT_META_OVERSHOOT) != NULL;
+	const double floor = isnan(p->floor) ? window[0] : p->floor;
 	const size_t n = ct_vol_count(base);
 
 	if (!whole && !full)
 		ct_geometry_opts_warn_above(base, p->base, window, env);
+	if (!full)
+		warn_below(base, p->base, floor, window, env);
 	for (size_t i = 0; full && i < n; i++)
 		base->data[i] = (float)window[0];
-	ct_window_add(n, base->data, res->data, p->gain, isnan(p->floor) ? window[0] : p->floor,
-		whole ? open : window);
+	ct_window_add(n, base->data, res->data, p->gain, floor, whole ? open : window);
 }
 
 static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,

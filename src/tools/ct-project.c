@@ -220,6 +220,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	float *mu = NULL;
 	int rc = -1;
 
+	if (env->seed && !(p->photons > 0))
+		return ct_fail(e, CT_EUSAGE, "--seed: needs --photons");
 	if (ct_vol_read(p->in, &in, e))
 		goto out;
 	if (ct_vol_check_finite(&in, e) || ct_vol_check_grid(&in, e) ||

@@ -253,6 +253,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->projections || p->paper || p->release)
 		return sr_chain(p, env, e);
+	if (env->seed)
+		return ct_fail(e, CT_EUSAGE, "--seed: needs --projections, --paper or --release");
 	begin(&f, p, env);
 	if (page_log_open(&f.log, &own, env, e) == 0)
 		rc = refine(&f, &own, e);

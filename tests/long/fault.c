@@ -1,9 +1,11 @@
 /* fault.c: a library for LD_PRELOAD that makes memory fail. From the program's first setlocale on
  * it counts what is asked of malloc, calloc, realloc, aligned memory, anonymous mmap and
  * pthread_create. FAULT_AT=N: the N-th of them fails; with FAULT_ON=1 all after it too.
- * FAULT_COUNT=FILE: how many there were is written there. faults.sh uses it. */
+ * FAULT_COUNT=FILE: how many there were is written there. FAULT_SHOW=1: where it fails. faults.sh
+ * uses it. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <errno.h>
 #include <locale.h>
 #include <pthread.h>
@@ -32,6 +34,10 @@ static bool fails(void)
 	if (at == 0 || k < at || (k > at && !every))
 		return false;
 	errno = ENOMEM;
+	if (getenv("FAULT_SHOW")) {
+		void *at[16];
+		backtrace_symbols_fd(at, backtrace(at, 16), STDERR_FILENO);
+	}
 	return true;
 }
 

@@ -75,3 +75,25 @@ command_() {
 # Those that take longest; ct-upsample keeps no state, so it begins again; ct-sr knows by --keep.
 lasting='ct-ddnm ct-nabgs ct-fuse ct-train ct-upsample ct-sr'
 again_of() { case $1 in ct-upsample) echo --force ;; ct-sr) ;; *) echo --resume ;; esac; }
+# every DO: "DO OUT COMMAND..." of every command, on the inputs, to the folder out or to "stdout"
+every() {
+	mkdir out
+	"$1" out/o.nii ct-phantom -q -t 2 --size 24x24x24 cube out/o.nii
+	"$1" out/o.nii ct-convert -q -t 2 --type f32 hr.nii out/o.nii
+	"$1" out/o.nii ct-degrade -q -t 2 -x 2 hr.nii out/o.nii
+	"$1" out/o.nii ct-upsample -q -t 2 -x 2 hr-lr.nii out/o.nii
+	"$1" out/o.exr ct-project -q -t 2 -n 6 hr.nii out/o.exr
+	"$1" out/o.nii ct-fdk -q -t 2 hr.exr out/o.nii
+	"$1" out/o.nii ct-compose -q -t 2 hr-up.nii residual.ply out/o.nii
+	"$1" out/o.nii ct-metrics -q -t 2 --consistency hr-lr.nii --map out/o.nii hr.nii
+	"$1" out/o.exr ct-ddnm -q -t 2 -x 4 -n 2 hr-low.exr out/o.exr
+	"$1" out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --expert max-gaussians=200 hr.exr out/o.ply
+	"$1" out/o.nii ct-fuse -q -t 2 -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
+	"$1" out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
+	"$1" out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
+	"$1" out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
+	"$1" out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
+	"$1" out/o.html ct-report -q -t 2 hr-lr.nii hr-up.nii out/o.html
+	"$1" stdout ct-info --json hr.nii
+	if command -v ct-view >/dev/null; then "$1" out/o.png ct-view -q -t 2 hr.nii out/o.png; fi
+}

@@ -5,7 +5,6 @@
 . "$(dirname "$0")/lib.sh"
 limits=${1:-24} only=${2:-}
 inputs
-mkdir out
 limited() { # limited OUT COMMAND...: with every limit
 	out=$1; shift
 	[ -z "$only" ] || [ "$only" = "$1" ] || return
@@ -30,22 +29,5 @@ limited() { # limited OUT COMMAND...: with every limit
 	done
 	[ $enough -eq 1 ]; tally $? 'never had enough'
 }
-limited out/o.nii ct-phantom -q -t 2 --size 24x24x24 cube out/o.nii
-limited out/o.nii ct-convert -q -t 2 --type f32 hr.nii out/o.nii
-limited out/o.nii ct-degrade -q -t 2 -x 2 hr.nii out/o.nii
-limited out/o.nii ct-upsample -q -t 2 -x 2 hr-lr.nii out/o.nii
-limited out/o.exr ct-project -q -t 2 -n 6 hr.nii out/o.exr
-limited out/o.nii ct-fdk -q -t 2 hr.exr out/o.nii
-limited out/o.nii ct-compose -q -t 2 hr-up.nii residual.ply out/o.nii
-limited out/o.nii ct-metrics -q -t 2 --consistency hr-lr.nii --map out/o.nii hr.nii
-limited out/o.exr ct-ddnm -q -t 2 -x 4 -n 2 hr-low.exr out/o.exr
-limited out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --expert max-gaussians=200 hr.exr out/o.ply
-limited out/o.nii ct-fuse -q -t 2 -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
-limited out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
-limited out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
-limited out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
-limited out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
-limited out/o.html ct-report -q -t 2 hr-lr.nii hr-up.nii out/o.html
-limited stdout ct-info --json hr.nii
-if command -v ct-view >/dev/null; then limited out/o.png ct-view -q -t 2 hr.nii out/o.png; fi
+every limited
 finish
