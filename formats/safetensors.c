@@ -18,6 +18,7 @@
 #include "formats/text.h"
 #include "core/mem.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -302,6 +303,7 @@ static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 	int bad = 0;
 	char *text = NULL, *padded = NULL;
 
+	errno = 0;
 	for (size_t i = 0; i < w->meta.n; i++)
 		if (strcmp(w->meta.pair[i].key, CT_META_INPUT) != 0) /* of the file that was read */
 			bad |= json_object_set_new(
@@ -362,7 +364,7 @@ static int put_all(struct ct_out *out, const char *path, const struct ct_tensors
 	int rc = -1;
 
 	if (!header)
-		ct_fail(e, CT_EOUTPUT,
+		ct_fail(e, errno == ENOMEM ? CT_ENOMEM : CT_EOUTPUT,
 			"%s: no memory for the header, or a name or metadata that is not UTF-8",
 			path);
 	else if (n > MOST_HEADER)

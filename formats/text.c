@@ -24,14 +24,17 @@ json_t *ct_text_json(const char *s)
 
 char *ct_text_of_json(const json_t *o, size_t flags)
 {
+	const int was = errno;
 	char *text;
 
 	errno = 0;
 	text = json_dumps(o, flags);
-	if (errno != ENOMEM)
-		return text;
-	free(text);
-	return NULL;
+	if (errno == ENOMEM) {
+		free(text);
+		return NULL;
+	}
+	errno = was;
+	return text;
 }
 
 size_t ct_text_character(const char *s, size_t n)

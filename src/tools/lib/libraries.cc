@@ -6,8 +6,10 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <execinfo.h>
 #include <exception>
+#include <new>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -43,10 +45,28 @@ __attribute__((constructor)) static void link_unwinder()
 	backtrace(here, 1);
 }
 
+/* Where even a little is not to be had nothing is thrown, for some catch it and go on with what
+ * they have not got. A hostile file that asks for too much is the business of who reads it. */
+static void no_memory()
+{
+	void *const little = std::malloc((size_t)1 << 20);
+
+	if (!little)
+		end(program_invocation_short_name, "std::bad_alloc");
+	std::free(little);
+	throw std::bad_alloc();
+}
+
+static void set_handlers()
+{
+	std::set_terminate(give_up);
+	std::set_new_handler(no_memory);
+}
+
 #ifdef CT_MODULE
 __attribute__((constructor)) static void first()
 {
-	std::set_terminate(give_up);
+	set_handlers();
 }
 #else
 /* Runs before the libraries are initialised, and so before a sanitizer is. Some of them do not look
@@ -61,7 +81,7 @@ __attribute__((no_sanitize("address", "undefined"))) static void before_all(
 	if (p == MAP_FAILED)
 		end(argv[0], "the libraries need 64 MiB to begin with");
 	munmap(p, need);
-	std::set_terminate(give_up);
+	set_handlers();
 }
 
 __attribute__((section(".preinit_array"), used)) static void (*const first)(
