@@ -234,23 +234,23 @@ static int idle_words(const struct ct_tool *t, const char *a)
 }
 
 /* A word of the command, files by their names alone: where they lay is nobody's business and would
- * make the same data differ. */
-static void put_history(FILE *f, const char *word)
+ * make the same data differ. With --deid their names are not told either. */
+static void put_history(FILE *f, const struct parser *s, const char *word)
 {
-	const char *equals = strchr(word, '='), *name = word;
+	const char *equals = strchr(word, '='), *name = word, *hidden;
 	const char *quote = strpbrk(word, " \t\n\"'\\$") ? "'" : "";
 
 	if (word[0] == '-' && word[1] == '-' && equals)
 		name = equals + 1;
 	fprintf(f, " %s%.*s", quote, (int)(name - word), word);
-	for (const char *s = name; *s; s++)
-		if (*s == '/' && s[1] && s[1] != '/')
-			name = s + 1;
-	fprintf(f, "%s%s", name, quote);
+	hidden = ct_files_hidden(s->t->opts, s->params, name);
+	for (const char *c = name; *c; c++)
+		if (*c == '/' && c[1] && c[1] != '/')
+			name = c + 1;
+	fprintf(f, "%s%s", hidden ? hidden : name, quote);
 }
 
-static int put_command(
-	char **text, const struct ct_tool *t, int argc, char **argv, struct ct_err *e)
+static int put_command(char **text, const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
 	bool only_operands = false;
 	size_t n;
@@ -258,13 +258,13 @@ static int put_command(
 
 	if (ct_stream_open(&f, text, &n, e))
 		return -1;
-	fprintf(f, "%s %s", t->name, PACKAGE_VERSION);
+	fprintf(f, "%s %s", s->t->name, PACKAGE_VERSION);
 	for (int i = 1; i < argc; i++) {
-		int skip = only_operands ? 0 : idle_words(t, argv[i]);
+		int skip = only_operands ? 0 : idle_words(s->t, argv[i]);
 
 		only_operands |= strcmp(argv[i], "--") == 0;
 		if (skip == 0)
-			put_history(f, argv[i]);
+			put_history(f, s, argv[i]);
 		else
 			i += skip - 1;
 	}
@@ -303,7 +303,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	env.seed = strtoull(c->seed, &end, 10);
 	if (end == c->seed || *end || errno || *c->seed == '-')
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
-	if (put_command(&history, t, argc, argv, e))
+	if (put_command(&history, s, argc, argv, e))
 		return -1;
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
@@ -367,5 +367,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	fprintf(stderr, "%s: %s\n", t->name, said);
 	if (e.code == CT_EUSAGE)
 		fprintf(stderr, "Try '%s --help'.\n", t->name);
+	if (e.code == CT_ENOMEM) /* libraries that had none do not all end well */
+		_exit(CT_ENOMEM);
 	return e.code == CT_OK ? CT_EFAIL : (int)e.code;
 }

@@ -91,6 +91,16 @@ int ct_files_apart(
 	return apart(opts, params, path, NULL, e);
 }
 
+const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const char *word)
+{
+	if (!given(opts, params, "deid"))
+		return NULL;
+	for (struct walk w = begin(opts, params); step(&w);)
+		if (strcmp(w.path, word) == 0)
+			return w.output ? "OUT" : "IN";
+	return NULL;
+}
+
 /* Standard input and output serve once each. */
 static int check_streams(const struct ct_opt *opts, const void *params, struct ct_err *e)
 {

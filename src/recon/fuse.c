@@ -65,7 +65,8 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 		reorder(f->weight, order, e) == 0 &&
 		ct_projector_init(&f->g, f->base, f->y, e) == 0)
 		rc = ct_projector_reserve(&f->g, e);
-	f->rays = ct_project_linear(&f->g);
+	if (rc == 0)
+		f->rays = ct_project_linear(&f->g);
 	free(order);
 	return rc;
 }

@@ -89,6 +89,8 @@ static const struct ct_opt opts[] = {
 struct files {
 	const struct sr *p;
 	const char *paths[2]; /* IN, OUT */
+	char name[2][256];    /* what the page calls them */
+	char hidden[256];     /* the name of IN */
 	struct ct_vol in, out, error;
 	struct ct_slice_prior prior;
 	struct ct_meta prior_meta;
@@ -97,12 +99,28 @@ struct files {
 	struct page_log log;
 };
 
+/* The last part of a path, without a slash at its end; or `instead`. */
+static void name_of(char name[static 256], const char *path, const char *instead)
+{
+	size_t n = strlen(path), from;
+
+	while (n > 1 && path[n - 1] == '/')
+		n--;
+	for (from = n; from > 0 && path[from - 1] != '/'; from--)
+		;
+	snprintf(name, 256, "%.*s", instead ? 3 : (int)(n - from), instead ? instead : path + from);
+}
+
 /* As ct-convert reads and writes. */
 static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 {
 	f->p = p;
 	f->paths[0] = p->in;
 	f->paths[1] = p->out;
+	for (int i = 0; i < 2; i++)
+		name_of(f->name[i], f->paths[i], p->deid ? i ? "OUT" : "IN" : NULL);
+	name_of(f->hidden, p->in, NULL);
+	f->log.hide = p->deid ? f->hidden : NULL;
 	f->convert = (struct convert){.files = {2, f->paths},
 		.in = p->in,
 		.out = p->out,
@@ -131,10 +149,15 @@ static int check(const struct sr *p, struct ct_err *e)
 static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = f->p;
+	const char *input;
 
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
 	if (scan_read(&f->in, p->in, p->series, env, e))
+		return -1;
+	input = ct_meta_get(&f->in.meta, CT_META_INPUT); /* NAME HASH */
+	if (p->deid && input &&
+		ct_meta_setf(&f->in.meta, e, CT_META_INPUT, "IN%s", strrchr(input, ' ')))
 		return -1;
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
@@ -188,8 +211,8 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 
 static int write_report(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_page page = {.lr = {ct_page_base_name(f->p->in), f->in},
-		.hr = {ct_page_base_name(f->p->out), f->out},
+	struct ct_page page = {.lr = {f->name[0], f->in},
+		.hr = {f->name[1], f->out},
 		.log = page_log_text(&f->log)};
 	int rc;
 

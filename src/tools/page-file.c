@@ -90,10 +90,22 @@ void page_log_took(struct page_log *l, const struct ct_env *env, double seconds)
 		ct_clock_cpu(), ct_memory_held() / 0x1p20);
 }
 
+static void hide(char *text, const char *name)
+{
+	const size_t n = strlen(name);
+
+	for (char *at = text; (at = strstr(at, name)); at += 2) {
+		memcpy(at, "IN", 2);
+		memmove(at + 2, at + n, strlen(at + n) + 1);
+	}
+}
+
 const char *page_log_text(struct page_log *l)
 {
 	fflush(l->f);
 	ct_page_forget_folders(l->text);
+	if (l->hide && strlen(l->hide) >= 2)
+		hide(l->text, l->hide);
 	return l->text;
 }
 

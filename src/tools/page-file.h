@@ -14,6 +14,7 @@ struct page_log {
 	FILE *f;
 	char *text;
 	size_t n;
+	const char *hide; /* a name that the log calls IN; or NULL */
 };
 /* *own <- env, whose warnings are noted as well. The log must stay where it is. */
 int page_log_open(
