@@ -3,6 +3,7 @@
 #include "config.h"
 #include "formats/headed-impl.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -35,6 +36,31 @@ int ct_headed_mha_fields(
 	return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "truncated header: has no ElementDataFile");
 }
 
+/* n numbers of a field that has three names, the first of them that is there: 0; 1: none is. If
+ * more are, and say something else, CT_EGEOM. */
+static int numbers_of(
+	const struct ct_headed *h, const char *const name[3], size_t n, double *x, struct ct_err *e)
+{
+	const char *first = NULL;
+
+	for (int i = 0; i < 3; i++) {
+		double other[DIMS * DIMS];
+		const int rc = ct_headed_numbers(h, name[i], n, other, e);
+
+		if (rc < 0)
+			return -1;
+		for (size_t k = 0; rc == 0 && first && k < n; k++)
+			if (!(fabs(x[k] - other[k]) <= 1e-4 * (1 + fabs(x[k]))))
+				return ct_fail(
+					e, CT_EGEOM, "%s: is not what %s says", name[i], first);
+		if (rc == 0 && !first) {
+			first = name[i];
+			memcpy(x, other, n * sizeof *x);
+		}
+	}
+	return !first;
+}
+
 /* The first of these names that is there. */
 static const char *one_of(const struct ct_headed *h, const char *a, const char *b, const char *c)
 {
@@ -63,12 +89,12 @@ static int must_be(const struct ct_headed *h, const char *key, const char *word,
 static int parse_place(struct ct_headed *h, size_t dims, struct ct_err *e)
 {
 	static const double lps[3] = {-1, -1, 1};
-	const char *matrix = one_of(h, "TransformMatrix", "Rotation", "Orientation");
-	const char *offset = one_of(h, "Offset", "Position", "Origin");
+	static const char *const matrix[3] = {"TransformMatrix", "Rotation", "Orientation"};
+	static const char *const offset[3] = {"Offset", "Position", "Origin"};
 	const char *spacing = one_of(h, "ElementSpacing", "ElementSize", "ElementSpacing");
 	double turn[DIMS * DIMS], step[3][3] = {{0}}, origin[DIMS] = {0}, mm[DIMS];
-	int turned = ct_headed_numbers(h, matrix, dims * dims, turn, e);
-	int moved = turned < 0 ? -1 : ct_headed_numbers(h, offset, dims, origin, e);
+	int turned = numbers_of(h, matrix, dims * dims, turn, e);
+	int moved = turned < 0 ? -1 : numbers_of(h, offset, dims, origin, e);
 	int sized = moved < 0 ? -1 : ct_headed_numbers(h, spacing, dims, mm, e);
 
 	if (sized)

@@ -4,6 +4,7 @@
 #include "formats/headed-impl.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -187,6 +188,23 @@ static int parse_space(const char *space, double sign[3], struct ct_err *e)
 		e, CT_EINPUT, "space: '%.40s' is not read here, only RAS, LAS and LPS", space);
 }
 
+/* Spacings beside directions say nothing else. */
+static int check_spacings(const struct ct_headed *h, const double step[3][3], struct ct_err *e)
+{
+	double mm[3];
+	const int rc = ct_headed_numbers(h, "spacings", h->axes, mm, e);
+
+	for (size_t d = 0; d < h->axes && rc == 0; d++) {
+		const double by = hypot(hypot(step[d][0], step[d][1]), step[d][2]);
+
+		if (!(fabs(mm[d] - by) <= 1e-3 * by))
+			return ct_fail(e, CT_EGEOM,
+				"spacings: %g along axis %zu, where space directions say %g", mm[d],
+				d, by);
+	}
+	return rc < 0 ? -1 : 0;
+}
+
 static int parse_place(struct ct_headed *h, struct ct_err *e)
 {
 	const char *space = ct_headed_get(h, "space");
@@ -203,7 +221,9 @@ static int parse_place(struct ct_headed *h, struct ct_err *e)
 	if (rc == 0) {
 		for (size_t d = 0; d < h->axes; d++)
 			memcpy(step[d], by + d * own, own * sizeof *by);
-		rc = ct_headed_numbers(h, "spaceorigin", own, origin, e);
+		rc = check_spacings(h, (const double(*)[3])step, e)
+			     ? -1
+			     : ct_headed_numbers(h, "spaceorigin", own, origin, e);
 	} else if (rc > 0) {
 		rc = ct_headed_numbers(h, "spacings", h->axes, mm, e);
 		for (size_t d = 0; d < h->axes && rc == 0; d++) {

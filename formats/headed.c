@@ -105,8 +105,14 @@ int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char
 	if (h->field.n + m->n >= FIELDS || h->bytes > MOST_BYTES)
 		return ct_fail(e, CT_EINPUT, "a header of more than %d fields or %d bytes", FIELDS,
 			MOST_BYTES);
-	if (strncmp(key, ours, n) != 0)
+	if (strncmp(key, ours, n) != 0) {
+		const char *before = ct_headed_get(h, key);
+
+		if (before && strcmp(before, value) != 0)
+			return ct_fail(e, CT_EINPUT, "%.40s is said twice: '%.60s' and '%.60s'",
+				key, before, value);
 		return ct_meta_set(&h->field, key, value, e);
+	}
 	unescape(value);
 	return ct_meta_set(m, key + n, value, e);
 }

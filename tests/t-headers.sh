@@ -15,6 +15,19 @@ done
 [ -f xmhd.raw ] && [ -f x--compressmhd.zraw ] && [ -f xnhdr.raw ] && [ -f x--compressnhdr.raw.gz ]
 ok $? 'voxels beside their header'
 exits 0 'from a pipe' sh -c 'cat x--compressmha.mha | ct-convert -f - back.nii'
+# one place, said once
+says() { # says STATUS FILE SED WORDS NAME
+	sed "$3" "$2" >bad."${2##*.}"; exits "$1" "$5" ct-convert -f bad."${2##*.}" no.nii
+	[ "$1" -ne 0 ] || rm no.nii
+	[ "$1" -eq 0 ] || { has err "^ct-convert: bad.${2##*.}: $4" 'is named'; [ ! -e no.nii ]; ok $? 'and nothing is made'; }
+}
+says 3 xmha.mha 's/^TransformMatrix = .*/&\nTransformMatrix = -1 0 0 0 1 0 0 0 1/' "TransformMatrix is said twice: '" 'a matrix and its mirror image'
+says 0 xmha.mha 's/^\(TransformMatrix\) = \(.*\)/&\nOrientation = \2/' '' 'a matrix twice by other names'
+says 5 xmha.mha 's/^TransformMatrix = .*/&\nOrientation = 1 0 0 0 1 0 0 0 1/' 'Orientation: is not what TransformMatrix says' 'two matrices by two names'
+says 5 xmha.mha 's/^Offset = .*/&\nOrigin = 9 9 9/' 'Origin: is not what Offset says' 'two places'
+says 3 xnrrd.nrrd 's/^space directions: .*/&\nspace directions: (5,0,0) (0,5,0) (0,0,5)/' "spacedirections is said twice: '" 'directions twice'
+says 5 xnrrd.nrrd 's/^space directions: .*/&\nspacings: 5 5 5/' 'spacings: 5 along axis 0, where space directions say ' 'spacings beside them'
+rm -f no.nii
 exits 3 'a header without its file' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
 has err 'nothing is beside standard input' 'says so'
 
