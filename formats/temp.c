@@ -79,18 +79,23 @@ void ct_temp_forget(const char *tmp)
 			kept[i].is = FREE;
 }
 
-/* The files in it. */
+/* The files in it. Without memory, for there may be none: opendir() needs some. */
 static void empty(int at, const char *folder)
 {
+	_Alignas(struct dirent64) char block[4096];
 	int fd = openat(at, folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-	DIR *d = fd < 0 ? NULL : fdopendir(fd);
-	struct dirent *x;
+	ssize_t n;
 
-	while (d && (x = readdir(d)))
-		if (strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0)
-			unlinkat(fd, x->d_name, 0);
-	if (d)
-		closedir(d);
+	while (fd >= 0 && (n = getdents64(fd, block, sizeof block)) > 0)
+		for (const char *p = block; p < block + n;) {
+			const struct dirent64 *x = (const void *)p;
+
+			if (strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0)
+				unlinkat(fd, x->d_name, 0);
+			p += x->d_reclen;
+		}
+	if (fd >= 0)
+		close(fd);
 }
 
 void ct_temp_clear(int at, const char *folder)

@@ -80,6 +80,7 @@ every() {
 	mkdir out
 	"$1" out/o.nii ct-phantom -q -t 2 --size 24x24x24 cube out/o.nii
 	"$1" out/o.nii ct-convert -q -t 2 --type f32 hr.nii out/o.nii
+	"$1" out/o.dcm ct-convert -q -t 2 hr.nii out/o.dcm
 	"$1" out/o.nii ct-degrade -q -t 2 -x 2 hr.nii out/o.nii
 	"$1" out/o.nii ct-upsample -q -t 2 -x 2 hr-lr.nii out/o.nii
 	"$1" out/o.exr ct-project -q -t 2 -n 6 hr.nii out/o.exr
