@@ -58,6 +58,15 @@ is 'abs(apart("x4.ply", "x0.ply", "scale_1") / apart("x8.ply", "x0.ply", "scale_
 is 'abs(apart("x4.ply", "x0.ply", "y") / apart("x8.ply", "x0.ply", "y") - 1) < 0.01' 'that of position is not'
 is 'abs(apart("x4.ply", "x0.ply", "scale_1") / 5e-4 - 1) < 0.02' 'and at 4-fold its last is the published one'
 
+# of one that does, by its largest factor: the rate of scale at 8 is a tenth of that at 4
+for x in 4 8; do
+	ct-phantom -q --size=24x24x24 --spacing=4 ellipsoids fine.nii -f && ct-degrade -qf -x 1,1,$x fine.nii thick.nii && ct-upsample -qf -m linear thick.nii b$x.nii
+	fit "b$x" -n 1 --expert rate=1,init=base -b b$x.nii; fit "c$x" -n 1 --expert rate=0.001,init=base -b b$x.nii
+done
+is 'abs(apart("b4.ply", "c4.ply", "scale_1") / apart("b8.ply", "c8.ply", "scale_1") - 10) < 1' 'a base of slices counts by their factor'
+exits 2 'another factor contradicts it' ct-nabgs -x 2 -b b4.nii -n 1 p.exr no.ply
+has err 'which was reduced 4 times' 'and that is named'
+
 # numbers change every 100 iterations after 500: here at 600 alone
 fit d0 -n 650; fit d1 -n 650 --expert densify-until=601; fit d2 -n 650 --expert densify-until=599
 is 'len(ply("d2.ply")["x"]) == 300 and len(ply("d1.ply")["x"]) > 300' '--densify-until ends it'
