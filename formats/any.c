@@ -17,6 +17,8 @@ static int sniff_picture(const unsigned char *data, size_t n)
 		size_t n;
 	} known[] = {{"\x89PNG", 4}, {"II*", 4}, {"MM\0*", 4}, {"\xff\xd8\xff", 3}};
 
+	if (sniff_dicom(data, n)) /* its first 128 bytes are anything, often a TIFF header */
+		return CT_SNIFF_NO;
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
 		if (n >= known[i].n && memcmp(data, known[i].magic, known[i].n) == 0)
 			return CT_SNIFF_MAGIC;

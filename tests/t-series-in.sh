@@ -70,6 +70,16 @@ with open("s/03.dcm", "rb") as f, gzip.open("bomb.gz", "wb", 1) as to:
 	exits 3 'with --expand 0' ct-convert --expand 0 bomb.gz d.nii; ! grep -q expand err; ok $? 'for what it is'
 fi
 exits 0 'NIfTI in gzip is no archive' sh -c 'ct-convert s.nii s.nii.gz && ct-convert -f s.nii.gz o.nii'
+# what lies beside a series
+mkdir mac; cp s/* mac/; for f in s/*; do printf '\000\005\026\007\000\002\000\000Mac OS X        ' >"mac/._${f#s/}"; done
+exits 0 'files of macOS are passed over' ct-convert mac mac.nii; py check s.nii mac.nii; ok $? 'and it is the series'
+ct-info mac >out; has out "not DICOM" 'and are counted'
+rm mac/._*; f=$(ls mac | head -n 1); mkdir mac/below; head -c 900 "mac/$f" >"mac/below/x${f#${f%.*}}"
+exits 3 'a folder with a damaged one below it' ct-convert -f mac mac.nii
+exits 0 'a file of it is the series that lies beside it' ct-convert -f "mac/$f" mac.nii; py check s.nii mac.nii; ok $? 'all of it'
+printf 'II*\000' | dd of="mac/$f" conv=notrunc 2>/dev/null; cp "mac/$f" tiff.dcm
+exits 0 'a preamble that looks like TIFF' ct-convert -f "mac/$f" mac.nii; py check s.nii mac.nii; ok $? 'is one of DICOM'
+
 # DICOMDIR
 if command -v dcmmkdir >/dev/null; then
 	mkdir disc; n=0; for f in s/*.dcm; do n=$((n + 1)); cp "$f" disc/IM$n; done
@@ -77,6 +87,10 @@ if command -v dcmmkdir >/dev/null; then
 	if [ -f disc/DICOMDIR ]; then
 		exits 0 'DICOMDIR' ct-convert -f disc/DICOMDIR o.nii; py check s.nii o.nii; ok $? 'is the files that it lists'
 		has err '9 of 10 files used: 1 DICOM without a picture' 'it is one itself'
+		mkdir -p exp/SER; cp disc/IM* exp/SER
+		(cd exp && dcmmkdir +r -I -Nxc SER/IM* >/dev/null 2>&1 && mv DICOMDIR SER/DIRFILE)
+		exits 0 'a directory that names files from a root above' ct-convert -f exp/SER o.nii; py check s.nii o.nii; ok $? 'is understood'
+		mv exp/SER copied; exits 0 'and that was copied without it' ct-convert -f copied o.nii; py check s.nii o.nii; ok $? 'likewise'
 		rm disc/IM4
 		exits 3 'one that it lists is not there' ct-convert disc d.nii; has err 'disc/IM4: unreadable: listed in disc/DICOMDIR, but not there' 'is told'
 	else

@@ -20,7 +20,7 @@ beyond() { # beyond NAME: the truth t.nii, the base b.nii
 # A nodule in a lung that the window cuts off.
 ball t.nii -850:150 0.55 && ball b.nii -850:150 0.0001
 beyond 'below'
-[ ! -s warn ]; ok $? 'a cut below, as of air, needs no warning'
+has warn 'b.nii: [0-9]* voxels are below -512 HU, down to -850, and become -512' 'a cut below, as of air, is told'
 ct-compose -f --floor=-2000 -g 0 b.nii r.ply low.nii
 ct-info low.nii >info; grep -q '^min *-850' info; ok $? 'a floor below the window keeps what is there'
 ct-compose -f -g 0 b.nii r.ply low.nii

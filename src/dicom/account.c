@@ -10,8 +10,17 @@
 
 int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_err *e)
 {
-	if (ct_dicom_scan(in->paths, in->n, &set->census, e))
+	/* A file that is named stands for its series: it is all of it, or the rest lies beside it; or
+	 * it is a directory of what lies below. */
+	if (in->member && ct_dicom_scan(&in->member, 1, false, &set->census, e))
 		return -1;
+	if (set->census.slices <= 1) {
+		const bool deep = set->census.slices == 0;
+
+		ct_census_free(&set->census);
+		if (ct_dicom_scan(in->paths, in->n, deep, &set->census, e))
+			return -1;
+	}
 	return ct_series_list(set->census.slice, set->census.slices, &set->list, &set->n, e);
 }
 

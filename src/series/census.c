@@ -32,6 +32,14 @@ static const char *ending(const char *path)
 	return dot + 1;
 }
 
+/* What macOS keeps beside a file on a disk of another system. */
+static bool is_of_macos(const char *path)
+{
+	const char *slash = strrchr(path, '/');
+
+	return strncmp(slash ? slash + 1 : path, "._", 2) == 0;
+}
+
 bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s)
 {
 	const char *end = ending(f->path);
@@ -43,6 +51,6 @@ bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s)
 		return strcmp(f->series, s->series) == 0 &&
 		       (f->state == CT_FILE_DAMAGED || f->state == CT_FILE_UNREADABLE);
 	return f->state == CT_FILE_FOREIGN
-		       ? alike && *end
+		       ? alike && *end && !is_of_macos(f->path)
 		       : alike && f->state != CT_FILE_PICTURE && f->state != CT_FILE_BARE;
 }

@@ -33,7 +33,7 @@ struct ct_census {
 void ct_census_free(struct ct_census *c);
 /* May the file, which is no picture that could be read, belong to the series of `s`? What is
  * damaged or unreadable may, unless its header names another series or its name has an ending that
- * those of the series have not; and what has their ending, but is no DICOM. */
+ * those of the series have not; and what has their ending, but is no DICOM nor of macOS (._x). */
 bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s);
 
 #ifdef __cplusplus

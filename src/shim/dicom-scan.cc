@@ -121,6 +121,25 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 	}
 }
 
+/* Does a file that a directory lists lie there: below its folder or one above it, or with some of the
+ * folders that it names left out? What is copied of an export keeps the directory, not the root. */
+bool lies_there(fs::path folder, const vtkDICOMValue &id)
+{
+	const size_t n = id.GetNumberOfValues();
+	std::error_code bad;
+
+	for (size_t up = 0; up < n && up < 8; up++, folder /= "..")
+		for (size_t left_out = 0; left_out < (up ? 1 : n); left_out++) {
+			fs::path file = folder;
+
+			for (size_t k = left_out; k < n; k++)
+				file /= id.GetString(static_cast<unsigned>(k));
+			if (fs::exists(fs::symlink_status(file, bad)))
+				return true;
+		}
+	return false;
+}
+
 /* Files that a DICOMDIR lists and that are not there. */
 void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 {
@@ -131,14 +150,13 @@ void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 	for (size_t i = 0; i < records.GetNumberOfValues(); i++) {
 		const vtkDICOMItem &item = records.GetSequenceData()[i];
 		const vtkDICOMValue &id = item.Get(DC::ReferencedFileID);
-		std::error_code bad;
 		fs::path file = folder;
 
 		if (item.Get(DC::SeriesInstanceUID).IsValid())
 			series = item.Get(DC::SeriesInstanceUID).AsString();
 		for (size_t k = 0; k < id.GetNumberOfValues(); k++)
 			file /= id.GetString(static_cast<unsigned>(k));
-		if (id.GetNumberOfValues() > 0 && !fs::exists(fs::symlink_status(file, bad)))
+		if (id.GetNumberOfValues() > 0 && !lies_there(folder, id))
 			note(found, file.string(), CT_FILE_UNREADABLE,
 				"listed in " + path + ", but not there", series);
 	}
@@ -266,7 +284,7 @@ void add(Found &found, const std::string &path, bool named)
 	}
 }
 
-void walk(Found &found, const std::string &folder)
+void walk(Found &found, const std::string &folder, bool deep)
 {
 	std::error_code bad;
 	std::vector<std::string> names;
@@ -282,20 +300,20 @@ void walk(Found &found, const std::string &folder)
 	std::sort(names.begin(), names.end()); /* a folder has no order */
 	try_headers(found, names);
 	for (const std::string &name : names)
-		if (fs::is_directory(name, bad))
-			walk(found, name);
-		else
+		if (!fs::is_directory(name, bad))
 			add(found, name, false);
+		else if (deep)
+			walk(found, name, deep);
 }
 
-int scan(const char *path, Found &found, ct_err *e)
+int scan(const char *path, bool deep, Found &found, ct_err *e)
 {
 	std::error_code bad;
 
 	if (!fs::exists(fs::symlink_status(path, bad)))
 		return ct_fail(e, CT_EINPUT, "%s: %s", path, std::strerror(ENOENT));
 	if (fs::is_directory(path, bad))
-		walk(found, path);
+		walk(found, path, deep);
 	else
 		add(found, path, true);
 	return 0;
@@ -314,14 +332,14 @@ template <class T> T *hand_over(std::vector<T> &v)
 } // namespace
 
 extern "C" int ct_dicom_scan(
-	const char *const *paths, size_t n, struct ct_census *c, struct ct_err *e)
+	const char *const *paths, size_t n, bool deep, struct ct_census *c, struct ct_err *e)
 {
 	*c = {};
 	return guard(e, n ? paths[0] : "no path", [&] {
 		Found found;
 
 		for (size_t i = 0; i < n; i++)
-			if (scan(paths[i], found, e))
+			if (scan(paths[i], deep, found, e))
 				return -1;
 		c->file = hand_over(found.file);
 		c->files = found.file.size();

@@ -16,9 +16,10 @@
 extern "C" {
 #endif
 
-/* Every file among the paths, and below them where they are folders, and what the DICOM pictures in
- * them say. CT_EINPUT for a path that is not there. *c must be zero. */
-int ct_dicom_scan(const char *const *paths, size_t n, struct ct_census *c, struct ct_err *e);
+/* Every file among the paths, and in them where they are folders, with their folders if `deep`; and
+ * what the DICOM pictures in them say. CT_EINPUT for a path that is not there. *c must be zero. */
+int ct_dicom_scan(
+	const char *const *paths, size_t n, bool deep, struct ct_census *c, struct ct_err *e);
 /* Stored values of the picture into out[rows*columns], row by row. CT_EINPUT. */
 int ct_dicom_pixels(const struct ct_slice *s, float *out, struct ct_err *e);
 

@@ -38,7 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	struct ct_err e = {0};
 	size_t n = 0, pictures = 0;
 
-	if (ct_dicom_scan(&path, 1, &c, &e))
+	if (ct_dicom_scan(&path, 1, true, &c, &e))
 		abort();
 	for (size_t k = 0; k < c.files; k++)
 		pictures += c.file[k].state == CT_FILE_PICTURE;
