@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/ends.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -22,14 +23,17 @@ bool ct_ends_match(const char *path, const char *ends)
 	return false;
 }
 
-bool ct_ends_known(const char *path)
+bool ct_ends_any(const char *path)
 {
-	return ct_ends_match(path, CT_ENDS_VOLUME
-		"|" CT_ENDS_STACK "|" CT_ENDS_GAUSS "|" CT_ENDS_TENSORS "|" CT_ENDS_PICTURE
-		"|" CT_ENDS_TABLE "|" CT_ENDS_PAGE
-		"|dcm|dicom|ima|mha|mhd|nrrd|nhdr|hdr|img|mgz|mnc|vtk|vti|npy|npz|raw|mat"
-		"|h5|hdf5|pt|pth|ckpt|onnx|pkl|jpg|jpeg|jp2|tif|tiff|bmp|gif|webp|pdf"
-		"|json|xml|stl|obj|gz|zst|xz|bz2|zip|tar|tgz|7z");
+	const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+	const char *dot = strrchr(name, '.');
+
+	if (!dot || dot == name || !isalpha((unsigned char)dot[1]))
+		return false;
+	for (const char *c = dot + 1; *c; c++)
+		if (!isalnum((unsigned char)*c))
+			return false;
+	return true;
 }
 
 void ct_ends_text(char *out, size_t room, const char *ends)

@@ -1,8 +1,8 @@
 /* ends.h: how the names of files end.
  *
  * Readers go by content, never by name. A writer has one format, or takes the one that the name
- * asks for, and a name that promises another would be a lie: cli/files.h refuses it. A list of
- * ends is "nii|nii.gz".
+ * asks for, and a name that ends otherwise would be a lie: cli/files.h refuses it. A list of ends
+ * is "nii|nii.gz".
  */
 #ifndef CT_FORMATS_ENDS_H
 #define CT_FORMATS_ENDS_H
@@ -35,8 +35,8 @@
 
 /* Does the name end in a dot and one of them, whatever the case, behind at least one character? */
 bool ct_ends_match(const char *path, const char *ends);
-/* In that of any format that is known, ours or not? */
-bool ct_ends_known(const char *path);
+/* Does it end as names of files do: a dot, a letter, letters and digits? Not "scan1.5" or "hr". */
+bool ct_ends_any(const char *path);
 /* ".nii or .nii.gz" */
 void ct_ends_text(char *out, size_t room, const char *ends);
 

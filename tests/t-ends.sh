@@ -19,9 +19,9 @@ done
 (cd "$srcdir" && grep -nE 'CT_ARG(_MAYBE)?\(.*CT_(RE|READS_)?WRITES' src/tools/*.c); [ $? -eq 1 ]
 ok $? 'every row that writes says how it ends' # and those of options have to, for the compiler
 
-known='nii nii.gz exr ply safetensors png csv json dcm IMA mha mhd nrrd nhdr hdr npy raw tif jpg nii.zst NRRD gz zip pt'
+known='nii nii.gz exr ply safetensors png csv json dcm IMA mha mhd nrrd nhdr hdr npy raw tif jpg nii.zst NRRD gz zip pt gzz htm v2'
 try() { # try TOOL ROW ENDING EXTRA...: the command with that name there
-	tool=$1 row=$2 name=x.$3; shift 3
+	tool=$1 row=$2 name=x$3; shift 3
 	set -- "$tool" "$@"
 	case $row in --*) set -- "$@" "$row=$name" ;; esac
 	for i in $operands; do
@@ -41,7 +41,7 @@ check() { # check TOOL ROW ENDS EXTRA...: no others
 	for end in $known; do
 		mine=no
 		for i in $ends; do [ "$(echo "$end" | tr A-Z a-z)" = "$i" ] && mine=yes; done
-		try "$tool" "$row" "$end" "$@"
+		try "$tool" "$row" ".$end" "$@"
 		[ $mine = no ] || rm -f "x.$end"
 		if [ $mine = yes ]; then
 			grep -q "x.$end: .*is written as" err && cat line
@@ -51,8 +51,8 @@ check() { # check TOOL ROW ENDS EXTRA...: no others
 	done >wrong
 	[ ! -s wrong ]; ok $? "$tool $row $*: $ends, and no other"
 	sed 's/^/# /' wrong
-	try "$tool" "$row" none "$@"
-	! grep -q 'is written as' err; ok $? "$tool $row: a name without an end that is known"
+	for end in '' .5 1.5mm; do try "$tool" "$row" "$end" "$@"; ! grep -q 'is written as' err || cat line; done >wrong
+	[ ! -s wrong ]; ok $? "$tool $row: a name without an end"
 }
 while read -r tool row text; do
 	words() { echo " $1" | sed 's/,/ /g; s/ or / /g; s/ \.\([a-z]\)/ \1/g'; }
@@ -71,5 +71,5 @@ exits 0 'a name that says nothing' ct-convert plain.nii plain
 exits 0 'of any case' ct-convert plain.nii plain.NII.GZ
 gzip -t <plain.NII.GZ; ok $? 'which is what it says'
 exits 0 'a stream' sh -c 'ct-convert plain.nii /dev/stdout | cat >again.nii'
-rm -f x.none; ! ls x.* 2>/dev/null; ok $? 'and nothing was made'
+rm -f x x.5 x1.5mm; ! ls x* 2>/dev/null; ok $? 'and nothing was made'
 done_testing

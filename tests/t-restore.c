@@ -218,17 +218,12 @@ static void network(void)
 			memcmp(q.mean, r.mean, (36 + 9 * 36) * sizeof *r.mean) == 0,
 		"and comes back from its tensors");
 	ct_slice_network_free(&q);
-	for (size_t last = 0; last < 2; last++) {
-		const size_t at = last ? ct_tensor_count(ct_tensors_find(&t, "2.w2")) - 1 : 0;
-		const float was = ct_tensors_find(&t, "2.w2")->data[at];
-
-		ct_tensors_find(&t, "2.w2")->data[at] = NAN;
-		OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && err.code == CT_ENUMERIC &&
-				strstr(err.msg, "2.w2"),
-			"a NaN that is the %s of them is named", last ? "last" : "first");
-		ct_slice_network_free(&q);
-		ct_tensors_find(&t, "2.w2")->data[at] = was;
-	}
+	ct_tensors_find(&t, "2.w2")->data[0] = NAN;
+	OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && err.code == CT_ENUMERIC &&
+			strstr(err.msg, "2.w2"),
+		"a NaN, be it the first of them, is named");
+	ct_slice_network_free(&q);
+	ct_tensors_find(&t, "2.w2")->data[0] = 0;
 	ct_tensors_find(&t, "2.w3")->dim[1] = 20;
 	OK(ct_slice_network_get(&q, &t, "2", &err) == -1 && strstr(err.msg, "2.w3"),
 		"and another shape");

@@ -76,6 +76,7 @@ exits 0 'files of macOS are passed over' ct-convert mac mac.nii; py check s.nii 
 ct-info mac >out; has out "not DICOM" 'and are counted'
 rm mac/._*; f=$(ls mac | head -n 1); mkdir mac/below; head -c 900 "mac/$f" >"mac/below/x${f#${f%.*}}"
 exits 3 'a folder with a damaged one below it' ct-convert -f mac mac.nii
+exits 2 'a slash forgotten' ct-convert s hr; has err '^ct-convert: hr: hr/ is a series of DICOM, hr.nii.gz a volume: which?' 'is asked about'
 exits 0 'a file of it is the series that lies beside it' ct-convert -f "mac/$f" mac.nii; py check s.nii mac.nii; ok $? 'all of it'
 printf 'II*\000' | dd of="mac/$f" conv=notrunc 2>/dev/null; cp "mac/$f" tiff.dcm
 exits 0 'a preamble that looks like TIFF' ct-convert -f "mac/$f" mac.nii; py check s.nii mac.nii; ok $? 'is one of DICOM'

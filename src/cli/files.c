@@ -130,7 +130,7 @@ static bool may_end(const struct ct_opt *o, const char *path, const char *ends)
 {
 	if (o->dicom && ct_files_is_dicom(path))
 		return ct_ends_match("a." CT_ENDS_DICOM, ends);
-	return !ct_ends_known(path) || ct_ends_match(path, ends);
+	return !ct_ends_any(path) || ct_ends_match(path, ends);
 }
 
 int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e)

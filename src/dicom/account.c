@@ -10,8 +10,8 @@
 
 int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_err *e)
 {
-	/* A file that is named stands for its series: it is all of it, or the rest lies beside it; or
-	 * it is a directory of what lies below. */
+	/* A file that is named stands for its series: it is all of it, or the rest lies beside it;
+	 * or it is a directory of what lies below. */
 	if (in->member && ct_dicom_scan(&in->member, 1, false, &set->census, e))
 		return -1;
 	if (set->census.slices <= 1) {

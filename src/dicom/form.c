@@ -1,6 +1,8 @@
 /* form.c: see form.h. */
 #include "config.h"
+#include "cli/files.h"
 #include "formats/any.h"
+#include "formats/ends.h"
 #include "dicom/form.h"
 
 #include <stdlib.h>
@@ -58,6 +60,15 @@ enum dicom_form dicom_form_of(const char *path)
 		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
 		return ARCHIVE;
 	return NOT_DICOM;
+}
+
+int dicom_check_name(const char *out, const char *in, struct ct_err *e)
+{
+	if (strcmp(out, "-") == 0 || ct_ends_any(out) || ct_files_is_dicom(out) ||
+		dicom_form_of(in) != FOLDER)
+		return 0;
+	return ct_fail(e, CT_EUSAGE, "%s: %s/ is a series of DICOM, %s.nii.gz a volume: which?",
+		out, out, out);
 }
 
 int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err *e)

@@ -121,8 +121,9 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 	}
 }
 
-/* Does a file that a directory lists lie there: below its folder or one above it, or with some of the
- * folders that it names left out? What is copied of an export keeps the directory, not the root. */
+/* Does a file that a directory lists lie there: below its folder or one above it, or with some of
+ * the folders that it names left out? What is copied of an export keeps the directory, not the
+ * root. */
 bool lies_there(fs::path folder, const vtkDICOMValue &id)
 {
 	const size_t n = id.GetNumberOfValues();

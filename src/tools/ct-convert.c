@@ -140,7 +140,7 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 			return ct_fail(e, CT_EUSAGE, "--%s: needs IN to be DICOM", of_dicom[i]);
 	if (dicom && ct_modes_given(env->given, "type"))
 		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
-	return 0;
+	return p->radiograph ? 0 : dicom_check_name(p->out, p->in, e);
 }
 
 static int read_rescale(struct convert *p, struct ct_err *e)

@@ -143,7 +143,7 @@ static int check(const struct sr *p, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
 	if (p->series && !p->template && dicom_form_of(p->in) == NOT_DICOM)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
-	return 0;
+	return dicom_check_name(p->out, p->in, e);
 }
 
 static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
