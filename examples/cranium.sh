@@ -51,7 +51,7 @@ timed ours ct-sr -f -v -x 4 "$@" lr.nii.gz ours.nii.gz
 
 printf '\n%-10s %9s %8s %8s %9s %9s\n' '' 'PSNR dB' 'SSIM' 'seconds' 'peak MiB' ''
 for m in trilinear cubic ours; do
-	ct-metrics hr.nii.gz $m.nii.gz >$m.metrics
+	ct-metrics --window -1024:3071 hr.nii.gz $m.nii.gz >$m.metrics
 	read -r seconds kib <$m.time
 	printf '%-10s %9.3f %8.4f %8.1f %9d\n' $m "$(awk '/^psnr/ {print $2}' $m.metrics)" \
 		"$(awk '/^ssim-r2/ {print $2}' $m.metrics)" "$seconds" $((kib / 1024))

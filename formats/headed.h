@@ -26,6 +26,10 @@
 
 /* What ct_headed_write writes. */
 #define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
+/* In one file. */
+#define CT_ENDS_HEADED_ONE                                                                         \
+	"mha"                                                                                      \
+	"|nrrd"
 
 /* The voxels beside `name` if they are there: not of "-". *v must be zero and stays so on failure.
  * CT_EINPUT; CT_EGEOM; CT_ENOMEM. */

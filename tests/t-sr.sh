@@ -28,6 +28,10 @@ voxels sr.nii >a
 [ ! -e cut.nii ]; ok $? 'no half-written output'
 exits 0 'resumes' ct-sr -q "$@" --keep i lr.nii cut.nii
 voxels cut.nii >b; cmp -s a b; ok $? 'the same voxels after an interruption'
+for f in mha nrrd; do
+	exits 0 "to .$f" ct-sr -Q draft lr.nii o.$f; ct-sr -q -f -Q draft lr.nii o.nii; exits 0 'the same' ct-metrics -q --min psnr=1000 o.nii o.$f
+done
+exits 0 'by projections too' ct-sr -q --projections -Q draft --expert views=4,iterations=2,gaussians=20 lr.nii chain.mha; head -c 10 chain.mha | grep -q '^ObjectType'; ok $? 'is MetaImage'
 exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.nii
 [ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose ' ]
 ok $? 'all of them'

@@ -6,6 +6,7 @@
 #include "core/clock.h"
 #include "formats/ends.h"
 #include "formats/format.h"
+#include "formats/headed.h"
 #include "formats/units.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
@@ -35,8 +36,10 @@ static const struct sr defaults = {.said = SAID_DEFAULTS, .quality = BALANCED};
 static const struct ct_opt opts[] = {
 	CT_ARG(struct sr, in, CT_READS, "IN",
 		"low-resolution CT: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
-	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_DICOM,
-		"super-resolved CT: NIfTI, or -; DICOM: a folder for a series, .dcm for one file",
+	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT",
+		CT_ENDS_VOLUME "|" CT_ENDS_HEADED_ONE "|" CT_ENDS_DICOM,
+		"super-resolved CT: NIfTI, MetaImage, NRRD, or -; DICOM: a folder for a series, .dcm for "
+		"one file",
 		.dicom = CT_DICOM_OWN),
 	SAID_OPTS(struct sr, said,
 		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: what IN "
@@ -191,7 +194,7 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	return 0;
 }
 
-/* Of DICOM the predicted error comes first, of other files both at once. */
+/* Of NIfTI both come at once, of other files the predicted error first. */
 static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_meta *const from[] = {&f->in.meta, &f->prior_meta};
@@ -200,7 +203,7 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 	if (ct_meta_step(&f->out.meta, env, 2, from, e) ||
 		(error.path && ct_meta_step(&f->error.meta, env, 2, from, e)))
 		return -1;
-	if (!ct_files_is_dicom(f->p->out))
+	if (!ct_files_is_dicom(f->p->out) && !ct_ends_match(f->p->out, CT_ENDS_HEADED_ONE))
 		return ct_keep_vols(f->p->out, &f->out, &error, env, e);
 	f->convert.units = CT_UNITS_HU; /* as what was read was found to be */
 	return (error.path && ct_keep_error(&error, env, e)) ||

@@ -7,6 +7,7 @@
 #include "core/inflate.h"
 #include "diffusion/residual.h"
 #include "formats/format.h"
+#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/out-folder.h"
@@ -165,7 +166,9 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 			return ct_fail(
 				e, CT_EOUTPUT, "%s: is written between IN and OUT", s->file[i]);
 	}
-	s->result = ct_files_is_dicom(s->out) ? s->file[RESULT] : s->out;
+	s->result = ct_files_is_dicom(s->out) || ct_ends_match(s->out, CT_ENDS_HEADED_ONE)
+			    ? s->file[RESULT]
+			    : s->out;
 	return 0;
 }
 
@@ -309,7 +312,8 @@ static int add_compose(struct chain *s, struct ct_err *e)
 		       : 0;
 }
 
-/* As DICOM, of the study that IN, or the template, is of; and the report. */
+/* As MetaImage, NRRD or DICOM, that of the study that IN, or the template, is of; and the report.
+ */
 static int add_outputs(struct chain *s, struct ct_err *e)
 {
 	const struct sr *p = s->p;
