@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/called.h"
 #include "cli/complete.h"
+#include "cli/describe.h"
 #include "cli/files.h"
 #include "cli/help.h"
 #include "cli/journal.h"
@@ -92,14 +93,15 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 
 enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
 
-/* What make asks of each command, for its man page and for the shells. Not of an option behind
- * that. */
+/* What make asks of each command, for its man page and for the shells, and what 3D Slicer does. Not
+ * of an option behind that. */
 static bool parse_hidden(struct parser *s, const char *a)
 {
 	s->common->mdoc |= strcmp(a, "--mdoc-options") == 0;
+	s->common->slicer |= strcmp(a, "--xml") == 0;
 	if (strncmp(a, "--complete=", 11) == 0)
 		s->common->complete = ct_words_find(CT_WORDS(CT_SHELLS), a + 11);
-	return s->common->mdoc || s->common->complete >= 0;
+	return s->common->mdoc || s->common->slicer || s->common->complete >= 0;
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
@@ -157,7 +159,8 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		} else if (parse_option(s, argv, &i, e))
 			return -1;
 	}
-	if (s->common->help || s->common->version || s->common->mdoc || s->common->complete >= 0)
+	if (s->common->help || s->common->version || s->common->describe || s->common->slicer ||
+		s->common->mdoc || s->common->complete >= 0)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
 						       (s->operand->type == CT_T_LIST && s->nlist)))
@@ -283,7 +286,8 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	const struct ct_tool *t = s->t;
 	const struct ct_common *c = s->common;
 	const void *params = s->params;
-	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO)};
+	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO),
+		.slicer = getenv("SLICER_HOME") && !ct_files_write_stdout(t->opts, params)};
 	struct ct_env env = {.given = &s->given,
 		.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
@@ -347,6 +351,10 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 		ct_help_print(t);
 	else if (rc == 0 && common.version)
 		printf("%s (%s) %s\n", t->name, PACKAGE_NAME, PACKAGE_VERSION);
+	else if (rc == 0 && common.describe)
+		rc = ct_describe_print(t, &e);
+	else if (rc == 0 && common.slicer)
+		ct_describe_slicer(t);
 	else if (rc == 0 && common.mdoc)
 		ct_help_mdoc(t);
 	else if (rc == 0 && common.complete >= 0)

@@ -91,6 +91,14 @@ int ct_files_apart(
 	return apart(opts, params, path, NULL, e);
 }
 
+bool ct_files_write_stdout(const struct ct_opt *opts, const void *params)
+{
+	for (struct walk w = begin(opts, params); step(&w);)
+		if (w.output && strcmp(w.path, "-") == 0)
+			return true;
+	return false;
+}
+
 const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const char *word)
 {
 	if (!given(opts, params, "deid"))

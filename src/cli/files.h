@@ -15,6 +15,8 @@ int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e
 int ct_files_apart(
 	const struct ct_opt *opts, const void *params, const char *path, struct ct_err *e);
 
+/* Is standard output one of the files that are written? */
+bool ct_files_write_stdout(const struct ct_opt *opts, const void *params);
 /* "IN" or "OUT" for a word that names a file of a run with --deid, whose name may be a patient's;
  * else NULL. */
 const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const char *word);

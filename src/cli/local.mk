@@ -1,6 +1,6 @@
 libct_a_SOURCES += src/cli/cli.c src/cli/cli.h
 libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c src/cli/help.h
-libct_a_SOURCES += src/cli/json.c src/cli/json.h
+libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c src/cli/describe.h
 libct_a_SOURCES += src/cli/complete.c src/cli/complete.h
 libct_a_SOURCES += src/cli/files.c src/cli/files.h
 libct_a_SOURCES += src/cli/resume.c src/cli/resume.h

@@ -37,9 +37,18 @@ void ct_progress_draw(
 	const size_t end = likely == 0 ? total : likely > done ? likely : done + 1;
 	double t;
 
-	if (!p || !p->on || total == 0)
+	if (!p || !(p->on || p->slicer) || total == 0)
 		return;
 	t = ct_clock_wall();
+	if (p->slicer) {
+		if (done >= total || t - p->last >= 0.2) {
+			printf("<filter-progress>%.3f</filter-progress>\n",
+				done < total ? (double)done / (double)end : 1.0);
+			fflush(stdout);
+			p->last = t;
+		}
+		return;
+	}
 	if (done >= total) {
 		ct_progress_clear(p);
 		p->what[0] = '\0';

@@ -1,4 +1,5 @@
-/* progress.h: one line on a terminal with an estimate of what is left; nothing in a pipe.
+/* progress.h: one line on a terminal with an estimate of what is left; nothing in a pipe, but lines
+ * <filter-progress> where 3D Slicer reads them.
  *
  * Of work that may end before its total that is called "at most", and the time is that to where it
  * is likely to end. A time that is shown never rises: while more is expected than was said, it
@@ -10,6 +11,8 @@
 struct ct_progress {
 	bool on;    /* standard error is a terminal and not quiet */
 	bool drawn; /* a line stands there */
+	/* 3D Slicer started the command: its lines on standard output, for its own bar */
+	bool slicer;
 	double start, last;
 	char what[40]; /* empty: no work is under way */
 	size_t first;  /* units done when `what` began: a resumed run starts above 0 */

@@ -6,7 +6,7 @@
 
 /* Where the options that every tool has are put. */
 struct ct_common {
-	bool help, version, mdoc, quiet, verbose, force, json, dry_run;
+	bool help, version, describe, slicer, mdoc, quiet, verbose, force, json, dry_run;
 	int threads, expand, units;
 	const char *seed;
 	int complete; /* enum ct_shell, or -1 */

@@ -1,0 +1,251 @@
+/* describe.c: see describe.h. */
+#include "config.h"
+#include "cli/describe.h"
+#include "cli/json.h"
+#include "cli/modes.h"
+#include "cli/table.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char *type_of(const struct ct_opt *o)
+{
+	if (o->role != CT_NO_FILE)
+		return "file";
+	if (o->choice)
+		return "choice";
+	return o->type == CT_T_FLAG   ? "flag"
+	       : o->type == CT_T_INT  ? "integer"
+	       : o->type == CT_T_REAL ? "number"
+				      : "text";
+}
+
+static const char *direction_of(const struct ct_opt *o)
+{
+	return o->role == CT_NO_FILE        ? NULL
+	       : o->role == CT_READS        ? "in"
+	       : o->role == CT_READS_WRITES ? "both"
+					    : "out";
+}
+
+/* "a|b|c" */
+static json_t *list_of(const char *words)
+{
+	json_t *all = json_array();
+
+	while (words && *words) {
+		const size_t n = strcspn(words, "|");
+
+		json_array_append_new(all, json_stringn(words, n));
+		words += n + (words[n] == '|');
+	}
+	return all;
+}
+
+static json_t *ends_of(const struct ct_tool *t, const struct ct_opt *o)
+{
+	json_t *all = json_array();
+	char when[160];
+
+	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++) {
+		ct_modes_when(when, sizeof when, t, &x->when);
+		json_array_append_new(all, json_pack("{so ss*}", "names", list_of(x->ends), "with",
+						   *when ? when : NULL));
+	}
+	return all;
+}
+
+static const void *defaults_of(const struct ct_tool *t, const struct ct_opt *o)
+{
+	return o->common ? (const void *)&ct_common_defaults : t->defaults;
+}
+
+/* Not one that stands for "not given": no number, or one outside the range. */
+static bool has_default(const struct ct_tool *t, const struct ct_opt *o)
+{
+	const void *p = (const char *)defaults_of(t, o) + o->at;
+	const double x = o->type == CT_T_INT    ? *(const int *)p
+			 : o->type == CT_T_REAL ? *(const double *)p
+						: 0;
+
+	if (o->choice)
+		return x >= 0;
+	return !isnan(x) && (o->lo >= o->hi || (x >= o->lo && x <= o->hi));
+}
+
+/* NULL: there is none. */
+static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
+{
+	const void *p = (const char *)defaults_of(t, o) + o->at;
+	char text[200];
+
+	if (!has_default(t, o))
+		return NULL;
+	if (o->type == CT_T_FLAG)
+		return json_boolean(*(const bool *)p);
+	if (!o->choice && o->type == CT_T_INT)
+		return json_integer(*(const int *)p);
+	if (o->type == CT_T_REAL)
+		return json_real(*(const double *)p);
+	ct_table_text(text, sizeof text, o, defaults_of(t, o), 17);
+	return *text ? json_string(text) : NULL;
+}
+
+static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
+{
+	const bool ranged = o->lo < o->hi;
+	char modes[400];
+	json_t *x;
+
+	ct_modes_text(modes, sizeof modes, t, o);
+	x = json_pack("{ss ss* ss ss* ss ss*}", "name", o->name ? o->name : ct_table_operand(o),
+		"value", o->name && !o->choice ? o->arg : NULL, "type", type_of(o), "direction",
+		direction_of(o), "help", o->help, "modes", *modes ? modes : NULL);
+	if (o->c)
+		json_object_set_new(x, "letter", json_stringn(&o->c, 1));
+	if (o->choice)
+		json_object_set_new(x, "words", list_of(o->arg));
+	if (ranged) {
+		json_object_set_new(x, "least", json_real(o->lo));
+		json_object_set_new(x, "most", json_real(o->hi));
+	}
+	if (o->ends[0].ends)
+		json_object_set_new(x, "ends", ends_of(t, o));
+	if (!o->name) {
+		json_object_set_new(x, "list", json_boolean(o->type == CT_T_LIST));
+		json_object_set_new(x, "optional", json_boolean(o->optional));
+	} else {
+		json_t *d = default_of(t, o);
+
+		if (d)
+			json_object_set_new(x, "default", d);
+	}
+	return x;
+}
+
+int ct_describe_print(const struct ct_tool *t, struct ct_err *e)
+{
+	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(), *all;
+	const struct ct_opt *o;
+	int rc;
+
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
+		json_array_append_new(o->name ? options : arguments, row_of(t, o));
+	for (size_t k = 0; (o = ct_table_expert(t, k)); k++)
+		json_array_append_new(keys, row_of(t, o));
+	all = json_pack("{ss ss ss so so so s{ss ss ss ss ss ss ss ss ss}}", "name", t->name,
+		"version", PACKAGE_VERSION, "brief", t->brief, "arguments", arguments, "options",
+		options, "expert", keys, "exit", "0", "done", "1", "failed", "2", "usage", "3",
+		"input invalid", "4", "output not writable", "5", "geometry refused", "6",
+		"numerical failure", "7", "no memory", "75", "stopped on request");
+	rc = ct_json_print(all, 17, e);
+	json_decref(all);
+	return rc;
+}
+
+static void put_text(const char *tag, const char *text)
+{
+	printf("<%s>", tag);
+	for (; *text; text++)
+		if (*text == '&' || *text == '<' || *text == '>')
+			fputs(*text == '&' ? "&amp;" : *text == '<' ? "&lt;" : "&gt;", stdout);
+		else
+			putchar(*text);
+	printf("</%s>", tag);
+}
+
+/* "slice-thickness" as an identifier; what Slicer shows. */
+static void put_names(const struct ct_opt *o, const char *instead)
+{
+	const char *name = instead ? instead : o->name ? o->name : ct_table_operand(o);
+
+	fputs("<name>", stdout);
+	for (const char *c = name; *c; c++)
+		putchar(*c == '-' ? '_' : *c);
+	fputs("</name>", stdout);
+	put_text("label", name);
+}
+
+/* Slicer gives every number and choice, changed or not. Where there is no default, or only some
+ * modes take it, it is a text that may stay empty. */
+static bool may_be_given(const struct ct_tool *t, const struct ct_opt *o)
+{
+	return o->when[0].kind == CT_WHEN_ALWAYS && has_default(t, o);
+}
+
+/* What the form offers, for a volume of the scene, another file, or a value. */
+static const char *tag_of(const struct ct_tool *t, const struct ct_opt *o)
+{
+	if (o->role != CT_NO_FILE)
+		return !o->name ? "image" : "file";
+	if (o->type == CT_T_FLAG)
+		return "boolean";
+	if (o->type == CT_T_STR || !may_be_given(t, o))
+		return "string";
+	return o->choice ? "string-enumeration" : o->type == CT_T_INT ? "integer" : "double";
+}
+
+static void put_default(const struct ct_tool *t, const struct ct_opt *o)
+{
+	char text[200];
+
+	if (o->type == CT_T_FLAG)
+		strcpy(text, "false");
+	else
+		ct_table_text(text, sizeof text, o, t->defaults, 9);
+	if (*text && strcmp(text, "nan") != 0)
+		put_text("default", text);
+}
+
+/* As an input or an output, if it is a file. */
+static void put_parameter(const struct ct_tool *t, const struct ct_opt *o, int place, bool output)
+{
+	const char *tag = tag_of(t, o);
+	const bool enumerated = strcmp(tag, "string-enumeration") == 0;
+
+	printf("<%s>", tag);
+	put_names(o, o->role == CT_READS_WRITES ? output ? "OUT" : "IN" : NULL);
+	if (o->name) {
+		printf("<longflag>--%s</longflag>", o->name);
+		if (o->c)
+			printf("<flag>-%c</flag>", o->c);
+	} else
+		printf("<index>%d</index>", place);
+	if (o->role != CT_NO_FILE)
+		put_text("channel", output ? "output" : "input");
+	put_text("description", o->help);
+	if (o->role == CT_NO_FILE && (o->type == CT_T_FLAG || may_be_given(t, o)))
+		put_default(t, o);
+	for (const char *w = enumerated ? o->arg : ""; *w;) {
+		const size_t n = strcspn(w, "|");
+
+		printf("<element>%.*s</element>", (int)n, w);
+		w += n + (w[n] == '|');
+	}
+	printf("</%s>\n", tag);
+}
+
+void ct_describe_slicer(const struct ct_tool *t)
+{
+	const struct ct_opt *o;
+	int place = 0;
+
+	puts("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<executable>");
+	put_text("category", "CT super-resolution");
+	put_text("title", t->name);
+	put_text("description", t->brief);
+	put_text("version", PACKAGE_VERSION);
+	puts("\n<parameters>\n<label>Files</label><description>What is read and written</description>");
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
+		if (!o->name) {
+			if (o->role == CT_READS_WRITES)
+				put_parameter(t, o, place++, false);
+			put_parameter(t, o, place++, o->role != CT_READS);
+		}
+	puts("</parameters>\n<parameters advanced=\"true\">\n<label>Options</label><description>All but "
+	     "the common ones</description>");
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
+		if (o->name && !o->common)
+			put_parameter(t, o, place, o->role != CT_READS);
+	puts("</parameters>\n</executable>");
+}
