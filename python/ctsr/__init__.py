@@ -1,0 +1,372 @@
+"""Super-resolution of computed tomography (CT), by libctsr.
+
+    import ctsr
+    thin = ctsr.superres("thick.nii.gz", factor=(1, 1, 5), estimate=True)
+    ctsr.write(thin, "thin.nii.gz")
+
+Volumes are Image: a float32 array [x, y, z] in HU, and an affine to mm, RAS+. Wherever one is wanted, an image of
+nibabel or the name of a file may be given. Every function raises Error, which has the exit status that the commands
+have, and takes
+
+    threads   number of threads; 0: one for each processor
+    progress  called as progress(what, done, total), total 0 if not known
+    log       called as log(text) with warnings
+
+Ctrl-C ends a call soon, with KeyboardInterrupt. Other threads of Python run meanwhile.
+"""
+from __future__ import annotations
+
+import ctypes as c
+import math
+import os
+import subprocess
+import tempfile
+import threading
+import weakref
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _abi as abi
+
+__all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'write', 'degrade', 'estimate_operator',
+           'superres', 'project', 'read_projections', 'write_projections', 'backproject', 'fdk', 'metrics',
+           'consistency']
+_lib = abi.load()
+_SAMPLING = ('sinc', 'point', 'mean')
+_METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior')
+_PRESETS = ('fast', 'balanced', 'best')
+_BEAMS = ('cone', 'parallel', 'fan')
+Progress = Callable[[str, int, int], Any]
+Axes = Union[float, Sequence[float]]
+
+
+class Error(Exception):
+    """A call that failed. status: 1 failed, 2 usage, 3 input invalid, 4 output not writable, 5 geometry refused,
+    6 numerical failure, 7 no memory."""
+
+    def __init__(self, status: int, message: str):
+        super().__init__(message)
+        self.status = status
+
+
+class _Handle:
+    """An object of the library, freed with this. What it reads stays with it."""
+
+    def __init__(self, pointer, free, *keeps):
+        self.p, self.keeps = pointer, keeps
+        self._end = weakref.finalize(self, free, pointer)
+
+
+class _Call:
+    """The context of one call: threads, progress, what was raised in a callback."""
+
+    def __init__(self, threads=0, progress: Optional[Progress] = None, log=None, seed=0, overwrite=False, history=None):
+        self.x, self.raised, self.stop = abi.Context(), None, False
+        _lib.ctsr_context_init(c.byref(self.x), c.sizeof(self.x))
+        self.x.threads, self.x.seed, self.x.overwrite = threads, seed, overwrite
+        self.x.history = history.encode() if history else None
+
+        def on_progress(_, what, done, total):
+            try:
+                if progress and not self.stop:
+                    progress(what.decode(), done, total)
+            except BaseException as e:
+                self.raised, self.stop = e, True
+            return int(self.stop)
+
+        def on_log(_, level, text):
+            try:
+                log(text.decode(errors='replace'))
+            except BaseException as e:
+                self.raised, self.stop = e, True
+
+        self.x.progress = abi.PROGRESS(on_progress)
+        if log:
+            self.x.log = abi.LOG(on_log)
+
+    def run(self, f, *arguments):
+        """f(*arguments, &context, &error), beside the thread of signals, which stays awake."""
+        e, code = abi.Error(), []
+        arguments += (c.byref(self.x), c.byref(e))
+        if threading.current_thread() is threading.main_thread():
+            worker = threading.Thread(target=lambda: code.append(f(*arguments)))
+            worker.start()
+            while worker.is_alive():
+                try:
+                    worker.join(.05)
+                except BaseException as x:  # Ctrl-C
+                    self.raised, self.stop = x, True
+        else:
+            code.append(f(*arguments))
+        if self.raised:
+            raise self.raised
+        _check(code[0], e)
+
+
+def _check(code, e):
+    if code:
+        raise Error(e.code, e.message.decode(errors='replace'))
+
+
+def _three(x: Axes):
+    x = np.broadcast_to(np.asarray(x, float), (3,))
+    return abi.D3(*x)
+
+
+def _index(words, word, what):
+    if word not in words:
+        raise Error(2, '%s: %r is not one of %s' % (what, word, ', '.join(words)))
+    return words.index(word)
+
+
+class Image:
+    """A volume: data, float32 [x, y, z], HU unless meta["quantity"] says otherwise; affine, float64 [4, 4], of voxel
+    indices to mm, RAS+; meta, texts by keys. An array that is float32 and of Fortran order is not copied."""
+
+    def __init__(self, data, affine=None, meta: Optional[Dict[str, str]] = None):
+        self.data = np.asarray(data, np.float32)
+        self.affine = np.eye(4) if affine is None else np.array(affine, float)
+        self.meta = dict(meta or {})
+        self.report: Dict[str, Any] = {}  #: of superres: what was done
+        self.error: Optional[Image] = None  #: of superres(error=True): the predicted error, HU
+        if self.data.ndim != 3 or self.affine.shape != (4, 4):
+            raise Error(2, 'an image has three axes and an affine of 4 x 4')
+
+    @classmethod
+    def of(cls, x) -> 'Image':
+        """An Image, the name of a file, an image of nibabel, or an array."""
+        if isinstance(x, cls):
+            return x
+        if isinstance(x, (str, os.PathLike)):
+            return read(x)
+        if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
+            return cls(np.asanyarray(x.dataobj), x.affine)
+        return cls(x)
+
+    def nibabel(self):
+        """As nibabel.Nifti1Image."""
+        import nibabel
+        return nibabel.Nifti1Image(np.asarray(self.data), self.affine)
+
+    @property
+    def spacing(self):
+        """Size of a voxel along each axis, mm."""
+        return np.linalg.norm(self.affine[:3, :3], axis=0)
+
+    def _handle(self) -> _Handle:
+        data = np.asfortranarray(self.data)
+        v, e = abi.H(), abi.Error()
+        _check(_lib.ctsr_volume_wrap(c.byref(v), c.byref((c.c_size_t * 3)(*data.shape)),
+                                     c.byref((c.c_double * 12)(*self.affine[:3].ravel())),
+                                     data.ctypes.data_as(c.POINTER(c.c_float)), c.byref(e)), e)
+        h = _Handle(v, _lib.ctsr_volume_free, data)
+        for key, value in self.meta.items():
+            _check(_lib.ctsr_volume_set(v, key.encode(), value.encode(), c.byref(e)), e)
+        return h
+
+    @classmethod
+    def _own(cls, v) -> 'Image':
+        """What the library made. The array is its memory, which lives as long as the array."""
+        h, n, a = _Handle(v, _lib.ctsr_volume_free), (c.c_size_t * 3)(), (c.c_double * 12)()
+        _lib.ctsr_volume_grid(v, c.byref(n), c.byref(a))
+        flat = (c.c_float * (n[0] * n[1] * n[2])).from_address(c.addressof(_lib.ctsr_volume_data(v).contents))
+        flat._keeps = h
+        meta, i = {}, 0
+        while (key := _lib.ctsr_volume_key(v, i)) is not None:
+            meta[key.decode(errors='replace')] = _lib.ctsr_volume_get(v, key).decode(errors='replace')
+            i += 1
+        return cls(np.frombuffer(flat, np.float32).reshape(tuple(n), order='F'),
+                   np.vstack([np.reshape(a, (3, 4)), [0, 0, 0, 1]]), meta)
+
+
+class Operator(NamedTuple):
+    """How a low-resolution CT is made of a high-resolution one."""
+    factor: tuple      #: along each axis
+    sigma: tuple       #: of the Gaussian blur, in fine voxels
+    sampling: str      #: sinc (band-limited), point or mean
+    noise: float       #: standard deviation, HU
+
+
+def _operator(factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0.):
+    o = abi.Operator()
+    _lib.ctsr_operator_init(c.byref(o), c.sizeof(o))
+    o.factor, o.sigma, o.noise = _three(factor), _three(sigma), noise
+    o.sampling = _index(_SAMPLING, sampling, 'sampling')
+    return o
+
+
+def version() -> str:
+    """Of the library."""
+    return _lib.ctsr_version().decode()
+
+
+def read(path) -> Image:
+    """NIfTI, NRRD or MetaImage; DICOM, of a folder, a file or an archive, by the command ct-convert."""
+    path, v, e = os.fspath(path), abi.H(), abi.Error()
+    if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
+        with tempfile.TemporaryDirectory() as t:
+            made = os.path.join(t, 'dicom.nii')
+            p = subprocess.run(['ct-convert', '-q', '--', path, made], stderr=subprocess.PIPE, text=True)
+            if p.returncode:
+                raise Error(p.returncode, p.stderr.strip().split('\n')[0])
+            return read(made)
+    _check(_lib.ctsr_volume_read(c.byref(v), os.fsencode(path), _lib.ctsr_formats_all(), c.byref(e)), e)
+    return Image._own(v)
+
+
+def write(image, path, overwrite=False, threads=0) -> None:
+    """By the end of the name: .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd. int16 if all voxels are whole, else float32."""
+    end = os.fspath(path).lower()
+    form = _lib.ctsr_nrrd if end.endswith(('.nrrd', '.nhdr')) else \
+        _lib.ctsr_metaimage if end.endswith(('.mha', '.mhd')) else _lib.ctsr_nifti
+    h = Image.of(image)._handle()
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h.p, os.fsencode(path), form())
+
+
+def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., seed=0, threads=0,
+            progress: Optional[Progress] = None, history: Optional[str] = None) -> Image:
+    """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU."""
+    out, h = abi.H(), Image.of(image)._handle()
+    o = _operator(factor, sigma, sampling, noise)
+    _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h.p, c.byref(o))
+    return Image._own(out)
+
+
+def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progress] = None) -> Operator:
+    """Measured on a low-resolution CT that is to be refined `factor` times: its blur on edges, its noise where it is
+    flat."""
+    h, o = Image.of(image)._handle(), _operator(factor)
+    _Call(threads, progress).run(_lib.ctsr_estimate_operator, c.byref(o), h.p)
+    return Operator(tuple(o.factor), tuple(o.sigma), _SAMPLING[o.sampling], o.noise)
+
+
+def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='prior', preset='balanced',
+             sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
+             estimate=False, prior=None, memory: float = 0, error=False, threads=0,
+             progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
+    """The CT on a finer grid, over the same field of view; result.report says what was done.
+
+    factor    times finer along each axis, or one number; default: what the metadata say, else thick slices to the
+              voxel size in plane, else 2. spacing: size of the new voxels instead, mm
+    method    auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv or prior, as in ct-upsample(1)
+    preset    of the prior: fast, balanced or best
+    sigma, sampling, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
+    estimate  measure what is not known of that
+    prior     file of the slice prior; default: the installed one
+    memory    bytes that the call may use; 0: all
+    error     result.error is the predicted error, one standard deviation of each voxel, HU"""
+    o, r = abi.Options(), abi.Report(c.sizeof(abi.Report))
+    _lib.ctsr_superres_options_init(c.byref(o), c.sizeof(o))
+    o.method, o.preset = _index(_METHODS, method, 'method'), _index(_PRESETS, preset, 'preset')
+    if factor is not None:
+        o.factor = _three(factor)
+    if spacing is not None:
+        o.spacing = _three(spacing)
+    if sigma is not None:
+        o.sigma = _three(sigma)
+    if sampling is not None:
+        o.sampling = _index(_SAMPLING, sampling, 'sampling')
+    o.noise = math.nan if noise is None else noise
+    o.estimate, o.memory = bool(estimate), memory
+    o.prior_file = os.fsencode(prior) if prior is not None else None
+    out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
+    _Call(threads, progress, log, history=history).run(
+        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h.p, c.byref(o))
+    made = Image._own(out)
+    made.error = Image._own(std) if error else None
+    made.report = {'method': _METHODS[r.method], 'prior': bool(r.prior), 'residual': r.residual, 'added': r.added,
+                   'iterations': r.iterations, 'slabs': r.slabs, 'why_not': r.why_not.decode(),
+                   'operator': Operator(tuple(r.factor), tuple(r.sigma), _SAMPLING[r.sampling], r.noise)}
+    return made
+
+
+class Projections:
+    """X-ray projections: data, float32 [view, row, column], density x mm; views, for each view its "source", "centre"
+    of the detector, and steps "u" between columns and "v" between rows, mm."""
+
+    def __init__(self, handle: _Handle):
+        n, e, view = (c.c_size_t * 3)(), abi.Error(), abi.View()
+        p = _lib.ctsr_projections_data(handle.p, c.byref(n))
+        flat = (c.c_float * (n[0] * n[1] * n[2])).from_address(c.addressof(p.contents))
+        flat._keeps = handle
+        self._h, self.views = handle, []
+        self.data = np.frombuffer(flat, np.float32).reshape(tuple(n))
+        for i in range(n[0]):
+            _check(_lib.ctsr_projections_view(c.byref(view), handle.p, i, c.byref(e)), e)
+            self.views.append({k: np.array(getattr(view, k)) for k, _ in abi.View._fields_})
+
+    @classmethod
+    def new(cls, views: Sequence[Dict[str, Sequence[float]]], rows: int, columns: int, beam='cone') -> 'Projections':
+        """All zero, of a detector that moved in any way."""
+        p, e = abi.H(), abi.Error()
+        v = (abi.View * len(views))(*[abi.View(*[abi.D3(*x[k]) for k, _ in abi.View._fields_]) for x in views])
+        _check(_lib.ctsr_projections_new(c.byref(p), _index(_BEAMS, beam, 'beam'), len(views), rows, columns, v,
+                                         c.byref(e)), e)
+        return cls(_Handle(p, _lib.ctsr_projections_free))
+
+
+def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, **geometry) -> Projections:
+    """Exact line integrals, as ct-project. geometry: views, columns, rows, arc, start (degrees), source_to_centre,
+    source_to_detector (mm), pitch, offset (mm, two numbers), centre (mm), window (HU); defaults: the published scan."""
+    h, g, p, e = Image.of(image)._handle(), abi.Geometry(), abi.H(), abi.Error()
+    _check(_lib.ctsr_geometry_init(c.byref(g), c.sizeof(g), h.p, c.byref(e)), e)
+    g.beam = _index(_BEAMS, beam, 'beam')
+    for key, value in geometry.items():
+        if key == 'size' or key not in dict(abi.Geometry._fields_):
+            raise Error(2, 'project: no such geometry: %s' % key)
+        now = getattr(g, key)
+        setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
+    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h.p, c.byref(g))
+    return Projections(_Handle(p, _lib.ctsr_projections_free))
+
+
+def read_projections(path) -> Projections:
+    """OpenEXR, one part a view."""
+    p, e = abi.H(), abi.Error()
+    _check(_lib.ctsr_projections_read(c.byref(p), os.fsencode(path), c.byref(e)), e)
+    return Projections(_Handle(p, _lib.ctsr_projections_free))
+
+
+def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
+    """OpenEXR, one part a view."""
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h.p, os.fsencode(path))
+
+
+def _back(f, p, like, threads, progress):
+    out, h = abi.H(), Image.of(like)._handle()
+    _Call(threads, progress).run(f, c.byref(out), p._h.p, h.p)
+    return Image._own(out)
+
+
+def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
+    """The adjoint of project, without its window, on the grid of `like`."""
+    return _back(_lib.ctsr_backproject, p, like, threads, progress)
+
+
+def fdk(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
+    """Filtered backprojection on the grid of `like`, HU, as ct-fdk."""
+    return _back(_lib.ctsr_fdk, p, like, threads, progress)
+
+
+def _numbers(x):
+    return {k: list(v) if hasattr(v, '__len__') else v for k, _ in x._fields_[1:] for v in [getattr(x, k)]}
+
+
+def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None, threads=0) -> Dict[str, Any]:
+    """psnr (dB), ssim, mae, rmse, bias, max (HU), gradient (HU/mm, three axes) of a volume beside a reference on the
+    same grid. window: LO, HI in HU of PSNR and SSIM, -512 to 3071. mask: only where it is not 0."""
+    a, b = Image.of(reference)._handle(), Image.of(test)._handle()
+    m, k = abi.Metrics(c.sizeof(abi.Metrics)), Image.of(mask)._handle() if mask is not None else None
+    w = c.byref((c.c_double * 2)(*window)) if window is not None else None
+    _Call(threads).run(_lib.ctsr_compare, c.byref(m), a.p, b.p, k and k.p, w)
+    return _numbers(m)
+
+
+def consistency(fine, coarse, operator: Optional[Operator] = None, threads=0) -> Dict[str, float]:
+    """max, p95, rms, mean (HU) of `fine`, degraded again, minus `coarse`. operator: default what `coarse` says."""
+    a, b = Image.of(fine)._handle(), Image.of(coarse)._handle()
+    m = abi.Consistency(c.sizeof(abi.Consistency))
+    o = c.byref(_operator(*operator)) if operator is not None else None
+    _Call(threads).run(_lib.ctsr_check_consistency, c.byref(m), a.p, b.p, o)
+    return _numbers(m)

@@ -1,0 +1,76 @@
+"""The ABI of libctsr.so.0, as ctsr.h declares it. Nothing here is for users."""
+import ctypes as c
+import os
+
+Error = type('Error', (c.Structure,), {'_fields_': [('code', c.c_int), ('message', c.c_char * 508)]})
+PROGRESS = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_char_p, c.c_size_t, c.c_size_t)
+LOG = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p)
+D3, P = c.c_double * 3, c.POINTER
+
+
+def _struct(name, *fields):
+    return type(name, (c.Structure,), {'_fields_': [('size', c.c_size_t)] + list(fields)})
+
+
+Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('seed', c.c_uint64), ('verbose', c.c_int),
+                  ('progress', PROGRESS), ('log', LOG), ('user', c.c_void_p), ('history', c.c_char_p))
+Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double))
+Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
+                  ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
+                  ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double))
+Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
+                 ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
+                 ('slabs', c.c_size_t), ('why_not', c.c_char * 160))
+Geometry = _struct('Geometry', ('beam', c.c_int), ('views', c.c_size_t), ('columns', c.c_size_t), ('rows', c.c_size_t),
+                   ('arc', c.c_double), ('start', c.c_double), ('source_to_centre', c.c_double),
+                   ('source_to_detector', c.c_double), ('pitch', c.c_double * 2), ('offset', c.c_double * 2),
+                   ('centre', D3), ('window', c.c_double * 2))
+Metrics = _struct('Metrics', ('psnr', c.c_double), ('ssim', c.c_double), ('mae', c.c_double), ('rmse', c.c_double),
+                  ('bias', c.c_double), ('max', c.c_double), ('gradient', D3))
+Consistency = _struct('Consistency', ('max', c.c_double), ('p95', c.c_double), ('rms', c.c_double), ('mean', c.c_double))
+View = type('View', (c.Structure,), {'_fields_': [(n, D3) for n in ('source', 'centre', 'u', 'v')]})
+
+H = c.c_void_p  # a volume, projections, Gaussians, a format
+_E, _C = P(Error), P(Context)
+_FLOATS = P(c.c_float)
+_SIGNATURES = {  # result, arguments
+    'version': (c.c_char_p,),
+    'context_init': (None, _C, c.c_size_t),
+    'volume_wrap': (c.c_int, P(H), P(c.c_size_t * 3), P(c.c_double * 12), _FLOATS, _E),
+    'volume_free': (None, H),
+    'volume_data': (_FLOATS, H),
+    'volume_grid': (None, H, P(c.c_size_t * 3), P(c.c_double * 12)),
+    'volume_get': (c.c_char_p, H, c.c_char_p),
+    'volume_key': (c.c_char_p, H, c.c_size_t),
+    'volume_set': (c.c_int, H, c.c_char_p, c.c_char_p, _E),
+    'nifti': (H,), 'nrrd': (H,), 'metaimage': (H,),
+    'formats_all': (H,),
+    'volume_read': (c.c_int, P(H), c.c_char_p, H, _E),
+    'volume_write': (c.c_int, H, c.c_char_p, H, _C, _E),
+    'operator_init': (None, P(Operator), c.c_size_t),
+    'estimate_operator': (c.c_int, P(Operator), H, _C, _E),
+    'degrade': (c.c_int, P(H), H, P(Operator), _C, _E),
+    'superres_options_init': (None, P(Options), c.c_size_t),
+    'superres': (c.c_int, P(H), P(H), P(Report), H, P(Options), _C, _E),
+    'geometry_init': (c.c_int, P(Geometry), c.c_size_t, H, _E),
+    'projections_new': (c.c_int, P(H), c.c_int, c.c_size_t, c.c_size_t, c.c_size_t, P(View), _E),
+    'projections_free': (None, H),
+    'projections_read': (c.c_int, P(H), c.c_char_p, _E),
+    'projections_write': (c.c_int, H, c.c_char_p, _C, _E),
+    'projections_data': (_FLOATS, H, P(c.c_size_t * 3)),
+    'projections_view': (c.c_int, P(View), H, c.c_size_t, _E),
+    'project': (c.c_int, P(H), H, P(Geometry), _C, _E),
+    'backproject': (c.c_int, P(H), H, H, _C, _E),
+    'fdk': (c.c_int, P(H), H, H, _C, _E),
+    'compare': (c.c_int, P(Metrics), H, H, H, P(c.c_double * 2), _C, _E),
+    'check_consistency': (c.c_int, P(Consistency), H, H, P(Operator), _C, _E),
+}
+NAMES = sorted('ctsr_' + n for n in _SIGNATURES)
+
+
+def load():
+    lib = c.CDLL(os.environ.get('CTSR_LIBRARY') or 'libctsr.so.0')
+    for name, (result, *arguments) in _SIGNATURES.items():
+        f = getattr(lib, 'ctsr_' + name)
+        f.restype, f.argtypes = result, arguments
+    return lib

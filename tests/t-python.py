@@ -1,0 +1,133 @@
+"""The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
+import gc, os, re, signal, subprocess, sys, threading, time
+import numpy as np
+import ctsr
+
+n = 0
+bad = 0
+
+
+def ok(is_so, name):
+    global n, bad
+    n += 1
+    bad |= not is_so
+    print('%s %d - %s' % ('ok' if is_so else 'not ok', n, name), flush=True)
+
+
+def fails(status, words, f, *a, **k):
+    try:
+        f(*a, **k)
+    except ctsr.Error as e:
+        return e.status == status and re.search(words, str(e)) is not None or print('#', e.status, e)
+    return False
+
+
+def run(*line):
+    subprocess.run(line, check=True)
+
+
+def same(a, b):
+    return a.data.shape == b.data.shape and np.array_equal(a.data, b.data) and np.allclose(a.affine, b.affine)
+
+
+header = open(sys.argv[1]).read()
+from ctsr import _abi
+ok(set(_abi.NAMES) <= set(re.findall(r'\bctsr_\w+(?=\()', header)), 'it calls what ctsr.h declares')
+ok(ctsr.version() == subprocess.run(['ct-sr', '--version'], capture_output=True, text=True).stdout.split()[-1], 'version')
+
+run('ct-phantom', '-q', '--size', '24x20x16', '--spacing', '2', 'ellipsoids', 'hr.nii')
+hr = ctsr.read('hr.nii')
+ok(hr.data.shape == (24, 20, 16) and hr.data.flags.f_contiguous and np.allclose(hr.spacing, 2), 'a volume')
+ok('ct-phantom' in hr.meta['history'], 'with its metadata')
+
+run('ct-degrade', '-q', '-x', '2', '--sigma', '.85', '--noise', '5', '-s', '3', 'hr.nii', 'lr.nii')
+lr = ctsr.degrade(hr, 2, .85, noise=5, seed=3)
+ok(same(lr, ctsr.read('lr.nii')), 'degrade: the voxels of ct-degrade')
+run('ct-upsample', '-q', '-m', 'prior', '-p', sys.argv[2], '--std', 'std.nii', 'lr.nii', 'sr.nii')
+sr = ctsr.superres('lr.nii', prior=sys.argv[2], error=True)
+ok(same(sr, ctsr.read('sr.nii')) and same(sr.error, ctsr.read('std.nii')), 'superres: those of ct-upsample -m prior, and its error')
+ok(sr.report['operator'].factor == (2, 2, 2) and sr.report['prior'] and sr.report['residual'] < 20, 'and what was done')
+run('ct-upsample', '-q', '-m', 'cubic', '-x', '1,1,3', 'hr.nii', 'cubic.nii')
+ok(same(ctsr.superres(hr, (1, 1, 3), method='cubic'), ctsr.read('cubic.nii')), 'factors of their own')
+ok(same(ctsr.superres(lr, method='tv', threads=1), ctsr.superres(lr, method='tv', threads=3)), 'any number of threads')
+run('ct-project', '-q', '-n', '8', 'hr.nii', 'p.exr')
+p = ctsr.project(hr, views=8)
+q = ctsr.read_projections('p.exr')
+ok(p.data.shape[0] == 8 and np.array_equal(p.data, q.data) and all(np.allclose(p.views[3][k], q.views[3][k]) for k in 'uv'),
+   'project: the pixels of ct-project')
+run('ct-fdk', '-q', '--grid', 'hr.nii', 'p.exr', 'fdk.nii')
+ok(same(ctsr.fdk(p, hr), ctsr.read('fdk.nii')), 'fdk: the voxels of ct-fdk')
+m = ctsr.metrics(hr, sr)
+text = subprocess.run(['ct-metrics', 'hr.nii', 'sr.nii'], capture_output=True, text=True).stdout
+ok(abs(m['psnr'] - float(re.search(r'^psnr (\S+)', text, re.M)[1])) < 1e-3, 'metrics: the figures of ct-metrics')
+ok(ctsr.consistency(sr, lr)['rms'] < 10, 'consistency')
+ok(ctsr.estimate_operator(ctsr.Image(lr.data, lr.affine), 2).factor == (2, 2, 2), 'the operator is measured')
+
+z = ctsr.Projections.new(q.views, *q.data.shape[1:])
+z.data[...] = 1
+left = float(np.vdot(p.data.astype(float), z.data))
+ok(z.data.shape == q.data.shape and left > 0, 'projections of a geometry')
+ctsr.write(sr, 'o.nii.gz'); ctsr.write(sr, 'o.nrrd'); ctsr.write_projections(p, 'o.exr')
+ok(same(ctsr.read('o.nii.gz'), sr) and same(ctsr.read('o.nrrd'), sr) and np.array_equal(ctsr.read_projections('o.exr').data, p.data), 'written and read')
+
+# numpy and nibabel
+a = np.zeros((5, 6, 7), np.float32, 'F'); i = ctsr.Image(a); a[1, 2, 3] = 9
+ok(i.data is a, 'an array is not copied')
+v = ctsr.superres(i, 2, method='linear').data
+gc.collect()
+ok(v.shape == (10, 12, 14) and v.max() > 1, 'a result lives as long as its array')
+try:
+    import nibabel
+    b = nibabel.load('lr.nii')
+    ok(same(ctsr.superres(b, 2, method='cubic'), ctsr.superres(ctsr.Image(lr.data, lr.affine), 2, method='cubic')), 'an image of nibabel')
+    ok(np.array_equal(sr.nibabel().affine, sr.affine) and np.array_equal(sr.nibabel().get_fdata(), sr.data), 'and to one')
+except ImportError:
+    print('# no nibabel')
+run('ct-convert', '-q', '--type', 'i16', 'lr.nii', 'i16.nii')
+if subprocess.run(['ct-convert', '-q', 'i16.nii', 'dicom/'], capture_output=True).returncode == 0:
+    d = ctsr.read('dicom')
+    ok(sorted(d.data.ravel()) == sorted(ctsr.read('i16.nii').data.ravel()), 'a folder of DICOM')
+
+# errors
+ok(fails(3, 'none.nii', ctsr.read, 'none.nii'), 'a file that is not there')
+ok(fails(4, 'o.nrrd', ctsr.write, sr, 'o.nrrd'), 'one that is')
+ok(fails(2, "'best' is not one of", ctsr.superres, lr, method='best'), 'a method that is none')
+ok(fails(2, 'no such geometry: view', ctsr.project, hr, view=3), 'a geometry that is none')
+ok(fails(6, '', ctsr.superres, np.full((4, 4, 4), np.nan), 2, method='cubic'), 'NaN')
+ok(fails(2, 'three axes', ctsr.superres, np.zeros((4, 4)), 2), 'a picture')
+ok(fails(5, '', ctsr.metrics, hr, lr), 'other grids')
+
+# progress, cancelling
+seen = []
+ctsr.superres(lr, method='tv', progress=lambda *x: seen.append(x))
+ok(seen and all(isinstance(w, str) and d <= max(t, d) for w, d, t in seen), 'progress is told')
+
+
+def stop(what, done, total):
+    raise ZeroDivisionError('enough')
+
+
+try:
+    ctsr.superres(lr, method='tv', progress=stop)
+    ok(False, 'what progress raises')
+except ZeroDivisionError:
+    ok(True, 'what progress raises ends the call')
+big = ctsr.Image(np.random.default_rng(1).normal(0, 500, (90, 90, 90)).astype(np.float32))
+ticks = []
+ends = threading.Event()
+
+
+def interrupt(*x):
+    if not ends.is_set():
+        ends.set()
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+threading.Thread(target=lambda: [ticks.append(time.sleep(.001)) for _ in iter(lambda: not ends.is_set(), False)], daemon=True).start()
+try:
+    ctsr.superres(big, 2, method='tv', sigma=.85, progress=interrupt)
+    ok(False, 'Ctrl-C')
+except KeyboardInterrupt:
+    ok(len(ticks) > 0, 'Ctrl-C ends a call, and other threads ran')
+print('1..%d' % n)
+sys.exit(bad)
