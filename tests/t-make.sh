@@ -31,7 +31,7 @@ twice o.nii ct-compose -q up.nii g.ply o.nii
 twice o.nii ct-sr -q -x 2 -Q draft lr.nii o.nii
 twice o.csv ct-metrics -q --per-slice o.csv hr.nii up.nii
 case " $CT_TOOLS " in *' ct-view '*) twice o.png ct-view -q hr.nii o.png ;; esac
-twice o.st ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --expert batch=1 -n 1 o.st p.exr
+twice o.safetensors ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --expert batch=1 -n 1 o.safetensors p.exr
 
 if command -v make >/dev/null 2>&1; then
 	printf '%%.hr.nii: %%.nii\n\tct-sr -q -x 2 -Q draft $< $@\n%%.kept.nii: %%.nii\n\tct-sr -v -x 2 -Q draft --projections --keep $*.work $< $@\n' >Makefile

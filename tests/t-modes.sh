@@ -11,13 +11,13 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	*) echo "$tool $opt" >>tried; shift; set -- "$opt" "$@" ;;
 	esac
 	case $tool in
-	ct-phantom) set -- "$@" ellipsoids none.x ;;
-	ct-fuse) set -- "$@" none.x none.x none.x none.x ;;
-	ct-metrics|ct-info) set -- "$@" none.x ;;
-	ct-view) set -- "$@" none.x none.png ;;
-	ct-report) set -- "$@" none.x none.x none.html ;;
-	ct-train) set -- "$@" none.x none.x ;;
-	*) set -- "$@" none.x none.x ;;
+	ct-phantom) set -- "$@" ellipsoids none ;;
+	ct-fuse) set -- "$@" none none none none ;;
+	ct-metrics|ct-info) set -- "$@" none ;;
+	ct-view) set -- "$@" none none.png ;;
+	ct-report) set -- "$@" none none none.html ;;
+	ct-train) set -- "$@" none none ;;
+	*) set -- "$@" none none ;;
 	esac
 	exits 2 "$tool $*" "$tool" "$@"
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
@@ -36,17 +36,17 @@ no ct-convert --reorient=RAS --scanner s.json
 no ct-convert --iso=1 --scanner s.json
 no ct-convert --cube=8 --scanner s.json
 no ct-convert --type=i16 --scanner s.json
-no ct-convert --template=none.x --scanner s.json
+no ct-convert --template=none --scanner s.json
 no ct-convert --template-other-patient --template-other-patient
 no ct-convert --deid --deid --scanner s.json
 no ct-convert --compress --compress --scanner s.json
 no ct-convert --sidecar=x.json --scanner s.json
 no ct-convert --radiograph=integral --scanner s.json
-for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none.x --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
+for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 @start=3 @dso=500 @dsd=900 @pitch=2 @offset=1,2 --det=8 --sampling=2 --paper \
-	--scanner=s.json --like=none.x --beam=fan; do
+	--scanner=s.json --like=none --beam=fan; do
 	no ct-phantom $o
-	[ $o = --like=none.x ] || no ct-project $o --like none.x
+	[ $o = --like=none ] || no ct-project $o --like none
 done
 no ct-phantom @oversample=1 --project
 no ct-phantom @density=0.5
@@ -58,7 +58,7 @@ no ct-project @electronic=3
 no ct-project @mu-water=0.02
 no ct-upsample --estimate --sigma 1
 for m in linear cubic bspline lanczos sinc; do
-	no ct-upsample --start=none.x -m $m
+	no ct-upsample --start=none -m $m
 	for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
 done
 for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m dc; done
@@ -81,13 +81,13 @@ for o in @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o --sampler gdp; 
 for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm @eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
 for o in --prior=p.x --steps=9 @operator=mean @sigma-det=2 @t-start=9 @travel=2,2 --samples=2 @norm=1 \
 	@channel-reduce=first; do
-	no ct-ddnm $o --sampler none --init none.x
+	no ct-ddnm $o --sampler none --init none
 done
-no ct-ddnm --base-projections=none.x --sampler none
-for o in --init=none.x --class=1 @operator=mean @sigma-det=2 @norm=1 @channel-reduce=first; do
-	no ct-ddnm $o --base-projections none.x --prior p.x
+no ct-ddnm --base-projections=none --sampler none
+for o in --init=none --class=1 @operator=mean @sigma-det=2 @norm=1 @channel-reduce=first; do
+	no ct-ddnm $o --base-projections none --prior p.x
 done
-no ct-ddnm @t-start=9 --base-projections none.x
+no ct-ddnm @t-start=9 --base-projections none
 no ct-ddnm @sigma-det=2 --expert operator=mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
@@ -95,28 +95,28 @@ no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --bytes=0:1 --with=none.x --cache=none --refined=none; do
+for o in --factor=3 --bytes=0:1 --with=none --cache=none --refined=none; do
 	no ct-train $o
 done
 no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
 no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
-exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none.x
+exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
-no ct-nabgs --base-projections=/nonexistent -b none.x -m full
-no ct-nabgs --lr=none.x -b none.x -m full
-no ct-nabgs @lambda-lr=0.2 -b none.x
-no ct-nabgs @refit=3 -b none.x -a sine
-for t in 'ct-nabgs -b none.x' ct-fuse; do
+no ct-nabgs --base-projections=/nonexistent -b none -m full
+no ct-nabgs --lr=none -b none -m full
+no ct-nabgs @lambda-lr=0.2 -b none
+no ct-nabgs @refit=3 -b none -a sine
+for t in 'ct-nabgs -b none' ct-fuse; do
 	echo "${t%% *} --checkpoint-every" >>tried
-	case $t in ct-fuse) in='none.x none.x none.x' ;; *) in=none.x ;; esac
+	case $t in ct-fuse) in='none none none' ;; *) in=none ;; esac
 	# shellcheck disable=SC2086
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
 done
-for o in --window=0:1 --range=1 --mask=none.x --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none.x; do
-	no ct-metrics $o --consistency none.x
+for o in --window=0:1 --range=1 --mask=none --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none; do
+	no ct-metrics $o --consistency none
 done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
@@ -126,17 +126,17 @@ for p in --paper --release --projections; do for o in --spacing=1 --confidence=c
 no ct-sr --paper --release
 no ct-sr --keep=k
 no ct-sr --spacing=1 -x 2
-no ct-sr --prior=none.x -Q draft
+no ct-sr --prior=none -Q draft
 for o in --projections --paper --release; do no ct-sr --confidence=c.nii $o; done
 echo ct-sr --report >>tried
-exits 2 'a page of a stream' ct-sr --report=r.html none.x -
+exits 2 'a page of a stream' ct-sr --report=r.html none -
 has err '^ct-sr: --report: needs OUT to be a file' 'has nothing to read'
 for o in --spacing=1 --memory=1G; do for p in --paper --release --projections; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
 for t in ct-ddnm ct-fdk ct-project ct-train ct-upsample; do no $t --json; done
 no ct-upsample --spacing=1 -x 2
-no ct-convert --crop=auto --scanner none.x
+no ct-convert --crop=auto --scanner none
 echo ct-sr --release >>tried # the error names one of the two
 
 # every option that help says belongs to some modes was tried
@@ -151,7 +151,7 @@ bad=$(sort limited | comm -23 - done)
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 ct-fdk --help >out; has out '\[needs --method=sirt|tv\]' 'words of a choice'
 ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man page too'
-[ ! -e none.x ]; ok $? 'nothing was made'
+[ ! -e none ]; ok $? 'nothing was made'
 
 # what a mode is only the files say
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
@@ -168,7 +168,7 @@ if command -v ct-view >/dev/null; then
 	has err '^ct-view: --views' 'is refused by name'
 fi
 exits 2 'a protocol of which nothing is left' ct-degrade -x 2 -p P1 --sigma 1 --decimate mean v.nii no.nii
-exits 2 'JSON beside a map' sh -c 'ct-metrics --json --consistency v.nii --map - v.nii v.nii >none.x'
+exits 2 'JSON beside a map' sh -c 'ct-metrics --json --consistency v.nii --map - v.nii v.nii >none'
 [ ! -e no.exr ] && [ ! -e no.png ] && [ ! -e no.nii ]; ok $? 'nothing was made'
 
 # every command of README and of the man pages is one that the command line takes; its files are not here

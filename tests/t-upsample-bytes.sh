@@ -23,7 +23,7 @@ for d in '-x 1,1,4 --sigma 0 --decimate mean' '-x 1,1,4 --sigma 0 --decimate poi
 		held $m $few
 		# beside it the program with the library of its network, and what the sample leaves behind that multipliers
 		# of noise come from
-		case $d in *noise*) more=16 ;; *) more=9 ;; esac
+		case $d in *noise*) more=17 ;; *) more=10 ;; esac
 		awk -v more=$more '{x[NR] = $1} END {exit !(NR == 2 && x[2] > x[1] + 1 && x[2] < x[1] + more)}' told held
 		ok $? "$d, $m: $(cat told) MiB told, $(cat held) held"
 	done

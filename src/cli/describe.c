@@ -190,7 +190,7 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 	char text[200];
 
 	if (o->type == CT_T_FLAG)
-		strcpy(text, "false");
+		snprintf(text, sizeof text, "false");
 	else
 		ct_table_text(text, sizeof text, o, t->defaults, 9);
 	if (*text && strcmp(text, "nan") != 0)

@@ -199,15 +199,15 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 			return ct_fail(e, CT_EGEOM,
 				"%zu %s missing: spacing is %.4g mm, but %.4g mm between %s and %s; "
 				"--gaps fill interpolates",
-				r->missing, r->missing == 1 ? "slice is" : "slices are", r->mid, l->at[k] - l->at[k - 1], s[k - 1].path,
-				s[k].path);
+				r->missing, r->missing == 1 ? "slice is" : "slices are", r->mid,
+				l->at[k] - l->at[k - 1], s[k - 1].path, s[k].path);
 	if (uneven && gaps == CT_GAPS_ERROR)
 		return ct_fail(e, CT_EGEOM, "uneven slices: gaps run from %.4g to %.4g mm",
 			r->least, r->most);
 	if (tilted && tilt == CT_TILT_SHEAR && uneven)
 		return ct_fail(e, CT_EGEOM,
-			"no sheared grid: the slices are uneven, gaps run from %.4g to %.4g mm", r->least,
-			r->most);
+			"no sheared grid: the slices are uneven, gaps run from %.4g to %.4g mm",
+			r->least, r->most);
 	if (tilted && tilt == CT_TILT_SHEAR && r->bend > 0.1 * fmin(s->pitch[0], s->pitch[1]))
 		return ct_fail(e, CT_EGEOM,
 			"no sheared grid: the slices are off a straight line, by %.4g mm", r->bend);
