@@ -213,6 +213,9 @@ ct-sr -q -x 2 -Q draft template sr/ 2>err; ok $? 'ct-sr from DICOM to DICOM'
 clean 'of ct-sr' sr/ctsr0001.dcm; py kept sr; ok $? 'is of the same study'
 grep -aq 'SECRETSERIES SR x2' sr/ctsr0001.dcm && grep -aq 'ctsr [0-9.]*: ct-sr' sr/ctsr0001.dcm; ok $? 'and says what it is'
 ct-info sr >info; has info '^size  *24 20$' 'twice as fine'; has info '^fit  *yes$' 'and fit'
+ct-phantom -q --size 24x24x24 marks ring.nii && ct-degrade -q -x 2 ring.nii ring2.nii && ct-sr -q -Q draft ring2.nii rings.nii && ct-sr -q -Q draft ring2.nii rings/ 2>/dev/null && ct-convert -q rings rung.nii
+least() { ct-info "$1" | sed -n 's/^min *//p'; }
+awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"; ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
 by() { ct-sr -x 4 --projections -Q draft --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'with --keep' by -q --keep work template kept/; by -q template sr4/ 2>err; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'the same bytes'
 sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'once more'

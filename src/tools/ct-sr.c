@@ -194,6 +194,18 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	return 0;
 }
 
+/* Nothing is less dense than air: what rings below is lifted to it, or to the least value of the
+ * scan. */
+static void lift(struct ct_vol *v, const struct ct_vol *scan)
+{
+	float least = -1024;
+
+	for (size_t i = 0; i < ct_vol_count(scan); i++)
+		least = fminf(least, scan->data[i]);
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = fmaxf(v->data[i], least);
+}
+
 /* Of NIfTI both come at once, of other files the predicted error first. */
 static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
@@ -205,6 +217,8 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 		return -1;
 	if (!ct_files_is_dicom(f->p->out) && !ct_ends_match(f->p->out, CT_ENDS_HEADED_ONE))
 		return ct_keep_vols(f->p->out, &f->out, &error, env, e);
+	if (ct_files_is_dicom(f->p->out))
+		lift(&f->out, &f->in);
 	f->convert.units = CT_UNITS_HU; /* as what was read was found to be */
 	return (error.path && ct_keep_error(&error, env, e)) ||
 			       convert_write(&f->convert, &f->out, env, e)
