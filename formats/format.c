@@ -21,18 +21,22 @@ static int read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
+	bool again = true;
 	FILE *f;
 	int rc;
 
-	if (ct_io_open(path, &f, e))
-		return -1;
-	errno = 0;
-	rc = read_vol(f, path, v, e);
-	ct_io_close(f);
-	if (!ct_io_starved(path, e))
-		return rc;
-	ct_vol_free(v);
-	return -1;
+	do {
+		if (ct_io_open(path, &f, e))
+			return -1;
+		errno = 0;
+		rc = read_vol(f, path, v, e);
+		if (ct_io_starved(&again, path, e)) {
+			ct_vol_free(v);
+			rc = -1;
+		}
+		ct_io_close(f);
+	} while (again);
+	return rc;
 }
 
 int ct_vol_write(

@@ -119,15 +119,19 @@ static int read_any(
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
+	bool again = true;
 	int rc;
 
-	errno = 0;
-	rc = read_any(list, path, a, e);
-	if (!ct_io_starved(path, e))
-		return rc;
-	ct_vol_free(&a->vol);
-	ct_stack_free(&a->stack);
-	ct_gauss_free(&a->gauss);
-	ct_tensors_free(&a->tensors);
-	return -1;
+	do {
+		errno = 0;
+		rc = read_any(list, path, a, e);
+		if (ct_io_starved(&again, path, e)) {
+			ct_vol_free(&a->vol);
+			ct_stack_free(&a->stack);
+			ct_gauss_free(&a->gauss);
+			ct_tensors_free(&a->tensors);
+			rc = -1;
+		}
+	} while (again);
+	return rc;
 }

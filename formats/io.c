@@ -38,10 +38,15 @@ void ct_io_close(FILE *f)
 		fclose(f);
 }
 
-bool ct_io_starved(const char *path, struct ct_err *e)
+bool ct_io_starved(bool *again, const char *path, struct ct_err *e)
 {
-	if (errno != ENOMEM)
+	struct stat st;
+
+	if (errno != ENOMEM) {
+		*again = false;
 		return false;
+	}
+	*again = *again && stat(path, &st) == 0 && S_ISREG(st.st_mode);
 	ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
 	return true;
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 
+#include <errno.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -70,7 +71,10 @@ void ct_mem_touch(void *p, size_t bytes)
 	const size_t page = 4096, begin = (uintptr_t)p % page;
 	const size_t whole = (begin + bytes) / page * page; /* from the page where p is */
 
+	const int was = errno;
+
 	(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
+	errno = was;
 #else
 	(void)p;
 	(void)bytes;
