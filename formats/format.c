@@ -21,7 +21,8 @@ static int read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
-	bool again = true;
+	int tries = 2;
+	bool again;
 	FILE *f;
 	int rc;
 
@@ -35,7 +36,7 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 			rc = -1;
 		}
 		ct_io_close(f);
-	} while (again);
+	} while (again && --tries);
 	return rc;
 }
 

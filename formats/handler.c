@@ -119,7 +119,8 @@ static int read_any(
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
-	bool again = true;
+	int tries = 2;
+	bool again;
 	int rc;
 
 	do {
@@ -132,6 +133,6 @@ int ct_format_read(
 			ct_tensors_free(&a->tensors);
 			rc = -1;
 		}
-	} while (again);
+	} while (again && --tries);
 	return rc;
 }

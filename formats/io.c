@@ -42,11 +42,10 @@ bool ct_io_starved(bool *again, const char *path, struct ct_err *e)
 {
 	struct stat st;
 
-	if (errno != ENOMEM) {
-		*again = false;
+	*again = false;
+	if (errno != ENOMEM)
 		return false;
-	}
-	*again = *again && stat(path, &st) == 0 && S_ISREG(st.st_mode);
+	*again = stat(path, &st) == 0 && S_ISREG(st.st_mode);
 	ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
 	return true;
 }

@@ -131,7 +131,7 @@ static void test_refusals(void)
 	stack(s, x, y, 2);
 	for (int k = 0; k < N; k++)
 		s[k].position[2] += s[k].path[1] >= '5' ? 2 : 0;
-	OK(refuses(s, CT_EGEOM, "1 slices are missing"), "a missing slice is counted");
+	OK(refuses(s, CT_EGEOM, "1 slice is missing"), "a missing slice is counted");
 	stack(s, x, y, 2);
 	for (int k = 0; k < N; k++)
 		s[k].position[2] *= s[k].position[2] > 34 ? 1.2 : 1;
@@ -415,7 +415,7 @@ static void test_gaps(void)
 {
 	OK(says(6, 2, "2 slices are missing: spacing is 2 mm, but 6 mm between s2 and s3"),
 		"two slices are missing");
-	OK(says(3.84, 2, "1 slices are missing") && says(4.16, 2, "1 slices are missing"),
+	OK(says(3.84, 2, "1 slice is missing") && says(4.16, 2, "1 slice is missing"),
 		"or nearly one");
 	OK(says(3.76, 2, "uneven") && says(4.24, 2, "uneven") && says(5, 2, "uneven") &&
 			says(2.9, 2, "uneven"),

@@ -93,15 +93,17 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 
 enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
 
-/* What make asks of each command, for its man page and for the shells, and what 3D Slicer does. Not
- * of an option behind that. */
+/* What make asks of each command, for its man page and for the shells, and what other programs do.
+ * Not of an option behind that. */
 static bool parse_hidden(struct parser *s, const char *a)
 {
 	s->common->mdoc |= strcmp(a, "--mdoc-options") == 0;
+	s->common->describe |= strcmp(a, "--describe") == 0;
 	s->common->slicer |= strcmp(a, "--xml") == 0;
 	if (strncmp(a, "--complete=", 11) == 0)
 		s->common->complete = ct_words_find(CT_WORDS(CT_SHELLS), a + 11);
-	return s->common->mdoc || s->common->slicer || s->common->complete >= 0;
+	return s->common->mdoc || s->common->describe || s->common->slicer ||
+	       s->common->complete >= 0;
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)

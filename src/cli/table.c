@@ -46,7 +46,6 @@ static const struct {
 	{0, COMMON(verbose, 'v', "verbose", NULL, 0, "print what is being done")},
 	{0, COMMON(help, 'h', "help", NULL, 0, "print this help")},
 	{0, COMMON(version, 0, "version", NULL, 0, "print the version")},
-	{0, COMMON(describe, 0, "describe", NULL, 0, "print what this help says as JSON")},
 };
 
 const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
