@@ -112,6 +112,7 @@ try:
     ok(False, 'what progress raises')
 except ZeroDivisionError:
     ok(True, 'what progress raises ends the call')
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored
 big = ctsr.Image(np.random.default_rng(1).normal(0, 500, (90, 90, 90)).astype(np.float32))
 ticks = []
 ends = threading.Event()
