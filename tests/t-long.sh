@@ -36,6 +36,16 @@ if (ulimit -v 4000000 && exec ct-degrade --version) >/dev/null 2>&1; then
 else
 	skip 'memory' 'no room for a limit here'
 fi
+# one at each of its first calls, and at others: FAULT_AT is set for one that is to fail
+if command -v "${CC:-cc}" >/dev/null && ! sanitized ct-degrade; then
+	passes faults 400 ct-degrade
+	passes faults 400 ct-info
+	passes faults 300 ct-ddnm
+	echo '[ -z "$FAULT_AT" ] || kill -ABRT $$; exec $true "$@"' | breaks ct-degrade
+	fails 'status 134' faults 60 ct-degrade
+else
+	skip 'faults' 'no compiler here, or a sanitizer'
+fi
 if command -v python3 >/dev/null; then
 	passes peak 1 ct-upsample
 	echo 'python3 -c "b = b\"x\" * (300 << 20)"; exec $true "$@"' | breaks ct-upsample
