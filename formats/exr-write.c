@@ -23,6 +23,7 @@ static int64_t put(exr_const_context_t c, void *user, const void *from, uint64_t
 	struct ct_exr_file *f = user;
 
 	if (at > CT_MAX_BYTES || n > CT_MAX_BYTES || ct_grow(&f->data, &f->cap, at + n, 1, f->e)) {
+		f->starved = true;
 		complain(c, EXR_ERR_OUT_OF_MEMORY, "no memory for %llu bytes of EXR",
 			(unsigned long long)(at + n));
 		return -1;
@@ -212,9 +213,7 @@ static int build(struct ct_exr_file *f, const char *path, const struct ct_stack 
 	packer_free(&p);
 	if (r == EXR_ERR_SUCCESS)
 		return 0;
-	if (e->code == CT_ENOMEM) /* of put() */
-		return ct_blame(e, path);
-	return ct_exr_fail(f, path, r, CT_EFAIL, e);
+	return f->starved ? ct_blame(e, path) : ct_exr_fail(f, path, r, CT_EFAIL, e);
 }
 
 int ct_stack_write(

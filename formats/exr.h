@@ -27,6 +27,7 @@ struct ct_exr_file {
 	size_t n, cap;
 	char msg[200];    /* the library's first complaint */
 	struct ct_err *e; /* of the writer's memory */
+	bool starved;     /* which it had none of */
 };
 
 /* Is this "ct:..." name geometry or ours for another reason, and so not a metadata key? */

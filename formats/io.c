@@ -141,13 +141,14 @@ static int open_out(struct ct_out *o, const char *path, bool secret, struct ct_e
 		o->f = stdout;
 		return 0;
 	}
+	if (stat(path, &st) == 0 && !S_ISREG(st.st_mode)) { /* a device or a pipe: no renaming */
+		o->path = strdup(path);
+		o->f = o->path ? fopen(path, "wb") : NULL;
+		return o->f ? 0 : failed(o, path, e);
+	}
 	o->path = target(path, secret);
 	if (!o->path)
 		return failed(o, path, e);
-	if (stat(o->path, &st) == 0 && !S_ISREG(st.st_mode)) { /* a device or a fifo: no renaming */
-		o->f = fopen(path, "wb");
-		return o->f ? 0 : failed(o, path, e);
-	}
 	fd = ct_temp_open(o->path, &o->tmp, e);
 	if (fd < 0) {
 		ct_out_abandon(o);

@@ -17,5 +17,7 @@ slicer ct-upsample factor=2 lr.nrrd up.nii; [ -s up.nii ]; ok $? 'is made'
 slicer ct-convert o.nrrd c.nii.gz; [ -s c.nii.gz ]; ok $? 'is made'
 slicer ct-degrade factor=2 o.nrrd d.nii; [ -s d.nii ]; ok $? 'is made'
 SLICER_HOME=/ ct-sr -q -Q draft lr.nii - >stream.nii; exits 0 'a stream is not spoilt' ct-info stream.nii
+SLICER_HOME=/ ct-project -q -f -n 4 hr.nii /dev/stdout | cat >again.exr; exits 0 'by another name, too' ct-info again.exr
+exits 0 'nor is a report' env SLICER_HOME=/ ct-metrics --json hr.nii o.nrrd; python3 -c 'import json; json.load(open("out"))'; ok $? 'of JSON'
 ct-sr -q -Q draft -f lr.nii o.nrrd >out; [ ! -s out ]; ok $? 'without Slicer nothing is printed'
 done_testing

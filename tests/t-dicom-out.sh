@@ -172,6 +172,8 @@ mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm
 py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
 ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor into the report'
+ct-convert -q Secret_Patricia past.nii; ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor that of what IN was made of'
+exits 2 'a report of projections' ct-sr -x 2 --projections --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
 ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/; grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html; ok $? 'which names the folders otherwise'
 tag() { dcmdump +P "$1" "$2" | sed -n 's/.*\[\(.*\)\].*/\1/p' | sort -u; }
 if command -v dcmdump >/dev/null; then

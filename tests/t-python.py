@@ -130,5 +130,6 @@ try:
     ok(False, 'Ctrl-C')
 except KeyboardInterrupt:
     ok(len(ticks) > 0, 'Ctrl-C ends a call, and other threads ran')
+ok(threading.active_count() <= 2, 'which has ended when it is raised')
 print('1..%d' % n)
 sys.exit(bad)

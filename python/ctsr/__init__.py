@@ -85,21 +85,28 @@ class _Call:
         if log:
             self.x.log = abi.LOG(on_log)
 
-    def run(self, f, *arguments):
-        """f(*arguments, &context, &error), beside the thread of signals, which stays awake."""
-        e, code = abi.Error(), []
+    def run(self, f, *arguments, made=(), free=None):
+        """f(*arguments, &context, &error), beside the thread of signals, which stays awake. What it made is freed
+        where that raises."""
+        e, code, ended = abi.Error(), [], threading.Event()
         arguments += (c.byref(self.x), c.byref(e))
+
+        def call():
+            code.append(f(*arguments))
+            ended.set()
+
         if threading.current_thread() is threading.main_thread():
-            worker = threading.Thread(target=lambda: code.append(f(*arguments)))
-            worker.start()
-            while worker.is_alive():
+            threading.Thread(target=call).start()
+            while not ended.is_set():  # join() takes a thread that it was interrupted at for ended
                 try:
-                    worker.join(.05)
+                    ended.wait(.05)
                 except BaseException as x:  # Ctrl-C
                     self.raised, self.stop = x, True
         else:
-            code.append(f(*arguments))
+            call()
         if self.raised:
+            for x in made:  # it came too late
+                (free or _lib.ctsr_volume_free)(x)
             raise self.raised
         _check(code[0], e)
 
@@ -229,7 +236,7 @@ def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., see
     """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU."""
     out, h = abi.H(), Image.of(image)._handle()
     o = _operator(factor, sigma, sampling, noise)
-    _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h.p, c.byref(o))
+    _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h.p, c.byref(o), made=[out])
     return Image._own(out)
 
 
@@ -272,7 +279,8 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     o.prior_file = os.fsencode(prior) if prior is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
     _Call(threads, progress, log, history=history).run(
-        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h.p, c.byref(o))
+        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h.p, c.byref(o),
+        made=[out, std])
     made = Image._own(out)
     made.error = Image._own(std) if error else None
     made.report = {'method': _METHODS[r.method], 'prior': bool(r.prior), 'residual': r.residual, 'added': r.added,
@@ -317,7 +325,7 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
             raise Error(2, 'project: no such geometry: %s' % key)
         now = getattr(g, key)
         setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
-    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h.p, c.byref(g))
+    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h.p, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
 
@@ -335,7 +343,7 @@ def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
 
 def _back(f, p, like, threads, progress):
     out, h = abi.H(), Image.of(like)._handle()
-    _Call(threads, progress).run(f, c.byref(out), p._h.p, h.p)
+    _Call(threads, progress).run(f, c.byref(out), p._h.p, h.p, made=[out])
     return Image._own(out)
 
 

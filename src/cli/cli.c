@@ -289,7 +289,8 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	const struct ct_common *c = s->common;
 	const void *params = s->params;
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO),
-		.slicer = getenv("SLICER_HOME") && !ct_files_write_stdout(t->opts, params)};
+		.slicer = getenv("SLICER_HOME") && !(t->flags & CT_REPORTS) && !c->dry_run &&
+			  !ct_files_write_stdout(t->opts, params)};
 	struct ct_env env = {.given = &s->given,
 		.verbose = c->quiet ? -1 : c->verbose,
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */

@@ -5,7 +5,9 @@
 #include "cli/modes.h"
 #include "cli/table.h"
 
+#include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static const char *type_of(const struct ct_opt *o)
@@ -125,20 +127,27 @@ static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 
 int ct_describe_print(const struct ct_tool *t, struct ct_err *e)
 {
-	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(), *all;
+	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(),
+	       *exits = json_object(), *all;
+	const struct ct_table_exits *x;
+	char code[12];
 	const struct ct_opt *o;
 	int rc;
 
+	errno = 0;
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		json_array_append_new(o->name ? options : arguments, row_of(t, o));
 	for (size_t k = 0; (o = ct_table_expert(t, k)); k++)
 		json_array_append_new(keys, row_of(t, o));
-	all = json_pack("{ss ss ss so so so s{ss ss ss ss ss ss ss ss ss}}", "name", t->name,
-		"version", PACKAGE_VERSION, "brief", t->brief, "arguments", arguments, "options",
-		options, "expert", keys, "exit", "0", "done", "1", "failed", "2", "usage", "3",
-		"input invalid", "4", "output not writable", "5", "geometry refused", "6",
-		"numerical failure", "7", "no memory", "75", "stopped on request");
-	rc = ct_json_print(all, 17, e);
+	for (size_t k = 0; (x = ct_table_exit(k)); k++) {
+		snprintf(code, sizeof code, "%d", x->code);
+		json_object_set_new(exits, code, json_string(x->words));
+	}
+	all = json_pack("{ss ss ss so so so so}", "name", t->name, "version", PACKAGE_VERSION,
+		"brief", t->brief, "arguments", arguments, "options", options, "expert", keys,
+		"exit", exits);
+	/* a member that was not set is not told */
+	rc = ct_json_print(errno == ENOMEM ? NULL : all, 17, e);
 	json_decref(all);
 	return rc;
 }
@@ -193,7 +202,7 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 		snprintf(text, sizeof text, "false");
 	else
 		ct_table_text(text, sizeof text, o, t->defaults, 9);
-	if (*text && strcmp(text, "nan") != 0)
+	if (*text)
 		put_text("default", text);
 }
 

@@ -7,6 +7,8 @@
 #include "formats/out-folder.h"
 
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 /* The files of a run, one after the other. */
 struct walk {
@@ -93,8 +95,13 @@ int ct_files_apart(
 
 bool ct_files_write_stdout(const struct ct_opt *opts, const void *params)
 {
+	struct stat out, st;
+	const bool known = fstat(STDOUT_FILENO, &out) == 0;
+
 	for (struct walk w = begin(opts, params); step(&w);)
-		if (w.output && strcmp(w.path, "-") == 0)
+		if (w.output && (strcmp(w.path, "-") == 0 || (known && stat(w.path, &st) == 0 &&
+								     st.st_dev == out.st_dev &&
+								     st.st_ino == out.st_ino)))
 			return true;
 	return false;
 }
@@ -133,12 +140,15 @@ static const char *ends_of(const struct ct_opt *o, const struct ct_tool *t, cons
 	return x->ends;
 }
 
-/* May the output have that name? */
+/* May the output have that name? A pipe or a device may have any. */
 static bool may_end(const struct ct_opt *o, const char *path, const char *ends)
 {
+	struct stat st;
+
 	if (o->dicom && ct_files_is_dicom(path))
 		return ct_ends_match("a." CT_ENDS_DICOM, ends);
-	return !ct_ends_any(path) || ct_ends_match(path, ends);
+	return !ct_ends_any(path) || ct_ends_match(path, ends) ||
+	       (stat(path, &st) == 0 && !S_ISREG(st.st_mode));
 }
 
 int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e)

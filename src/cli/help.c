@@ -82,6 +82,7 @@ static void put_row(const struct ct_tool *t, const struct ct_opt *o, const char 
 
 void ct_help_print(const struct ct_tool *t)
 {
+	const struct ct_table_exits *x;
 	const struct ct_opt *o;
 	char left[80], text[400];
 
@@ -108,9 +109,10 @@ void ct_help_print(const struct ct_tool *t)
 		put_row(t, o, left);
 		putchar('\n');
 	}
-	fputs("\nExit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"
-	      "5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n",
-		stdout);
+	fputs("\nExit status:", stdout);
+	for (size_t k = 0; (x = ct_table_exit(k)); k++)
+		printf("%s%d %s%s", k == 5 ? "\n" : " ", x->code, x->words,
+			ct_table_exit(k + 1) ? "," : ".\n");
 }
 
 /* mdoc wants a line a sentence. */

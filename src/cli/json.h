@@ -5,8 +5,8 @@
 
 #include <jansson.h>
 
-/* With numbers of so many digits. CT_ENOMEM if it is NULL, or if memory failed while it was made.
- * ct_cli_main looks whether standard output took it. */
+/* With numbers of so many digits. CT_ENOMEM, also if it is NULL. ct_cli_main looks whether standard
+ * output took it. */
 int ct_json_print(const json_t *o, unsigned digits, struct ct_err *e);
 
 #endif

@@ -11,7 +11,7 @@
 struct ct_progress {
 	bool on;    /* standard error is a terminal and not quiet */
 	bool drawn; /* a line stands there */
-	/* 3D Slicer started the command: its lines on standard output, for its own bar */
+	/* 3D Slicer started the command, which prints nothing else: lines for Slicer's bar */
 	bool slicer;
 	double start, last;
 	char what[40]; /* empty: no work is under way */

@@ -48,6 +48,17 @@ static const struct {
 	{0, COMMON(version, 0, "version", NULL, 0, "print the version")},
 };
 
+const struct ct_table_exits *ct_table_exit(size_t k)
+{
+	static const struct ct_table_exits all[] = {{CT_OK, "done"}, {CT_EFAIL, "failed"},
+		{CT_EUSAGE, "usage"}, {CT_EINPUT, "input invalid"},
+		{CT_EOUTPUT, "output not writable"}, {CT_EGEOM, "geometry refused"},
+		{CT_ENUMERIC, "numerical failure"}, {CT_ENOMEM, "no memory"},
+		{CT_ESTOP, "stopped on request"}};
+
+	return k < sizeof all / sizeof *all ? &all[k] : NULL;
+}
+
 const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
 {
 	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)

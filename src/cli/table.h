@@ -22,6 +22,12 @@ const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k);
 /* The option of the long name that begins with the n characters at `name`, as far as there is but
  * one, or of the short name c if that is not 0; else NULL. */
 const struct ct_opt *ct_table_find(const struct ct_tool *t, const char *name, size_t n, char c);
+/* Exit status k and what it means, or NULL. */
+struct ct_table_exits {
+	int code;
+	const char *words;
+};
+const struct ct_table_exits *ct_table_exit(size_t k);
 /* What an operand is called. */
 const char *ct_table_operand(const struct ct_opt *o);
 /* What messages call it: "--name", "--expert name" or the operand; cut off if it is long. */

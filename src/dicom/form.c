@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <zlib.h>
 
 /* What a zip, tar or compressed file begins with, but for gzip. */
@@ -65,7 +66,7 @@ enum dicom_form dicom_form_of(const char *path)
 int dicom_check_name(const char *out, const char *in, struct ct_err *e)
 {
 	if (strcmp(out, "-") == 0 || ct_ends_any(out) || ct_files_is_dicom(out) ||
-		dicom_form_of(in) != FOLDER)
+		access(out, F_OK) == 0 || dicom_form_of(in) != FOLDER)
 		return 0;
 	return ct_fail(e, CT_EUSAGE, "%s: %s/ is a series of DICOM, %s.nii.gz a volume: which?",
 		out, out, out);

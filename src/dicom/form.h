@@ -8,8 +8,8 @@ enum dicom_form { NOT_DICOM, FOLDER, FILE_OF_SERIES, ARCHIVE };
 /* By content, of a folder or a regular file. Never reads from a pipe. */
 enum dicom_form dicom_form_of(const char *path);
 
-/* CT_EUSAGE if `in` is a folder and the name of `out` tells neither DICOM nor a file: "hr" for
- * "hr/". */
+/* CT_EUSAGE if `in` is a folder and the name of `out`, which is not there, tells neither DICOM nor
+ * a file: "hr" for "hr/". */
 int dicom_check_name(const char *out, const char *in, struct ct_err *e);
 
 /* Where a DICOM series is looked for; not to be copied. */

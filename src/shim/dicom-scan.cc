@@ -129,7 +129,9 @@ bool lies_there(fs::path folder, const vtkDICOMValue &id)
 	const size_t n = id.GetNumberOfValues();
 	std::error_code bad;
 
-	for (size_t up = 0; up < n && up < 8; up++, folder /= "..")
+	if (n > 8) /* there are no longer ones (PS3.3 F.3.2.2) */
+		return false;
+	for (size_t up = 0; up < n; up++, folder /= "..")
 		for (size_t left_out = 0; left_out < (up ? 1 : n); left_out++) {
 			fs::path file = folder;
 

@@ -142,6 +142,9 @@ static int check(const struct sr *p, struct ct_err *e)
 	if ((p->template || p->deid) && !ct_files_is_dicom(p->out))
 		return ct_fail(e, CT_EUSAGE, "--%s: needs OUT to be DICOM",
 			p->template ? "template" : "deid");
+	if (p->deid && p->report && (p->projections || p->paper || p->release))
+		return ct_fail(e, CT_EUSAGE,
+			"--deid: by way of projections a report would name the files: not with --report");
 	if (p->template && dicom_form_of(p->template) == NOT_DICOM)
 		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
 	if (p->series && !p->template && dicom_form_of(p->in) == NOT_DICOM)
@@ -162,6 +165,8 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (p->deid && input &&
 		ct_meta_setf(&f->in.meta, e, CT_META_INPUT, "IN%s", strrchr(input, ' ')))
 		return -1;
+	if (p->deid) /* which names files, too */
+		ct_meta_drop(&f->in.meta, CT_META_HISTORY);
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
 	return 0;
