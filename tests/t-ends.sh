@@ -71,6 +71,6 @@ exits 0 'a name that says nothing' ct-convert plain.nii plain
 exits 0 'of any case' ct-convert plain.nii plain.NII.GZ
 gzip -t <plain.NII.GZ; ok $? 'which is what it says'
 ct-convert plain.nii /dev/stdout | cat >again.nii; exits 0 'a pipe under its name' ct-metrics --min psnr=1000 plain.nii again.nii
-mkfifo pipe.fifo; cat pipe.fifo >again.nii & ct-convert -q plain.nii pipe.fifo; ok $? 'one of any name'; wait; exits 0 'is the same' ct-metrics --min psnr=1000 plain.nii again.nii
+mkfifo pipe.fifo; timeout 60 cat pipe.fifo >again.nii & ct-convert -q plain.nii pipe.fifo; ok $? 'one of any name'; wait; exits 0 'is the same' ct-metrics --min psnr=1000 plain.nii again.nii
 rm -f x x.5 x1.5mm; ! ls x* 2>/dev/null; ok $? 'and nothing was made'
 done_testing

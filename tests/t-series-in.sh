@@ -88,10 +88,11 @@ if command -v dcmmkdir >/dev/null; then
 	if [ -f disc/DICOMDIR ]; then
 		exits 0 'DICOMDIR' ct-convert -f disc/DICOMDIR o.nii; py check s.nii o.nii; ok $? 'is the files that it lists'
 		has err '9 of 10 files used: 1 DICOM without a picture' 'it is one itself'
-		mkdir -p exp/SER; cp disc/IM* exp/SER
-		(cd exp && dcmmkdir +r -I -Nxc SER/IM* >/dev/null 2>&1 && mv DICOMDIR SER/DIRFILE)
+		mkdir -p exp/SER exp/TWO; mv disc/IM1 exp/TWO; cp disc/IM* exp/SER; cp exp/TWO/IM1 disc
+		(cd exp && dcmmkdir +r -I -Nxc SER/IM* TWO/IM1 >/dev/null 2>&1 && mv DICOMDIR SER/DIRFILE && cp TWO/IM1 SER/IM0)
 		exits 0 'a directory that names files from a root above' ct-convert -f exp/SER o.nii; py check s.nii o.nii; ok $? 'is understood'
-		mv exp/SER copied; exits 0 'and that was copied without it' ct-convert -f copied o.nii; py check s.nii o.nii; ok $? 'likewise'
+		rm -r exp/TWO; exits 3 'which misses what is nowhere' ct-convert exp/SER d.nii; has err 'IM1: unreadable: listed in exp/SER/DIRFILE, but not there' 'and says so'
+		mv exp/SER/IM0 exp/SER/IM1; mv exp/SER copied; exits 0 'and that was copied without it' ct-convert -f copied o.nii; py check s.nii o.nii; ok $? 'likewise'
 		rm disc/IM4
 		exits 3 'one that it lists is not there' ct-convert disc d.nii; has err 'disc/IM4: unreadable: listed in disc/DICOMDIR, but not there' 'is told'
 	else
