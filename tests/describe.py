@@ -10,6 +10,22 @@ def says(tool, how):
     return subprocess.run([tool, how], check=True, capture_output=True, text=True).stdout
 
 
+def condition(c, d):
+    """In the words of the help: --method=tv|htv, or OUT to be a file."""
+    option, key = ([o['name'] for o in d[k]] for k in ('options', 'expert'))
+    return ('--expert ' if c['name'] in key else '--' if c['name'] in option else '') + c['name'] + ('=' + '|'.join(c['words']) if 'words' in c else '') + ' to be a file' * ('file' in c)
+
+
+def conditions(o, d):
+    """needs --method=tv|htv or --estimate; not with --sigma"""
+    text = []
+    for key, words in ('needs', 'needs '), ('not_with', 'not with '):
+        all_ = [condition(c, d) for c in o.get(key, [])]
+        if all_:
+            text.append(words + (', '.join(all_[:-1]) + ' or ' if all_[1:] else '') + all_[-1])
+    return '; '.join(text)
+
+
 def described(tool):
     """--describe says what --help says."""
     d, text = json.loads(says(tool, '--describe')), says(tool, '--help')
@@ -25,15 +41,17 @@ def described(tool):
         assert (o['type'] == 'file') == ('direction' in o) and (o['type'] == 'choice') == ('words' in o), o
         assert 'least' not in o or o['least'] <= o.get('default', o['least']) <= o['most'], o
         assert o['type'] != 'choice' or 'default' not in o or o['default'] in o['words'], o
-        assert 'modes' not in o or o['modes'] in flat or o in d['expert'], o
+        assert o in d['expert'] or '[%s]' % conditions(o, d) in flat + '[]', o
         for e in o.get('ends', []):
             assert all('.' + n in flat for n in e['names']), o
+            assert 'with' not in e or condition(e['with'], d) in flat, o
+    assert len(re.findall(r'\[(?:needs|not with) ', options)) == sum(bool(conditions(o, d)) for o in d['options'] + d['arguments'])
 
 
 def form(tool):
     """The parameters of --xml, as the Slicer Execution Model wants them."""
     root = ET.fromstring(says(tool, '--xml'))
-    assert root.tag == 'executable' and [c.tag for c in root][:4] == ['category', 'title', 'description', 'version']
+    assert root.tag == 'executable' and [c.tag for c in root][:7] == ['category', 'title', 'description', 'version', 'documentation-url', 'license', 'contributor']
     assert root.find('title').text == tool
     all_ = [p for group in root.findall('parameters') for p in group if p.tag not in ('label', 'description')]
     assert {p.tag for p in all_} <= TAGS
@@ -64,10 +82,68 @@ def as_slicer(tool, given, places):
     return line + places
 
 
+def boutiques(tool):
+    """A descriptor, by the rules of schema 0.5."""
+    from ctsr.boutiques import descriptor
+    d = descriptor(tool)
+    assert {'name', 'description', 'command-line', 'schema-version', 'inputs', 'tool-version'} <= set(d)
+    assert set(d) <= {'name', 'description', 'command-line', 'schema-version', 'inputs', 'tool-version', 'error-codes', 'output-files'}
+    assert d['schema-version'] == '0.5' and d['inputs'] and all(set(x) == {'code', 'description'} and x['code'] for x in d['error-codes'])
+    keys = [x['value-key'] for x in d['inputs']]
+    assert len(set(keys)) == len(keys) and d['command-line'] == ' '.join([tool] + sorted(keys, key=d['command-line'].index))
+    ids = [x['id'] for x in d['inputs'] + d.get('output-files', [])]
+    assert len(set(ids)) == len(ids) and all(re.fullmatch('[0-9_a-zA-Z]+', i) for i in ids)
+    for x in d['inputs']:
+        assert {'id', 'name', 'type'} <= set(x) and x['type'] in ('String', 'File', 'Flag', 'Number')
+        assert set(x) <= {'id', 'name', 'type', 'description', 'value-key', 'optional', 'command-line-flag', 'list', 'value-choices',
+                          'integer', 'minimum', 'maximum', 'disables-inputs'}
+        assert x['type'] != 'Flag' or x['command-line-flag'] and not x.get('list')
+        assert x['type'] == 'Number' or not {'integer', 'minimum', 'maximum'} & set(x)
+        assert 'value-choices' not in x or x['type'] == 'String'
+        assert set(x.get('disables-inputs', [])) <= set(ids)
+    for x in d.get('output-files', []):
+        assert set(x) == {'id', 'name', 'description', 'path-template', 'optional'} and x['path-template'] in keys
+    return d
+
+
+def as_boutiques(tool, given):
+    """The command line of a descriptor and an invocation."""
+    d = boutiques(tool)
+    line = d['command-line']
+    assert set(given) <= {x['id'] for x in d['inputs']}
+    for x in d['inputs']:
+        value = given.get(x['id'])
+        assert value is not None or x['optional'], x
+        words = [x['command-line-flag']] if value and 'command-line-flag' in x else []
+        line = line.replace(x['value-key'], ' '.join(words + ([value] if value and x['type'] != 'Flag' else [])))
+    return line
+
+
+def nipype(tool):
+    """The interface takes every option; its line is the one that is wanted."""
+    from ctsr.nipype import interface
+    made = interface(tool)
+    assert {o['name'].replace('-', '_') for o in json.loads(says(tool, '--describe'))['options']} - {'help', 'version', 'json', 'dry_run'} <= set(made().inputs.get())
+
+
+def run_nipype():
+    from ctsr.nipype import interface
+    made = interface('ct-sr')(IN='lr.nii', OUT='n.nii', quality='draft', threads=1, quiet=True)
+    assert made.cmdline == 'ct-sr --quality=draft --quiet --threads=1 lr.nii n.nii', made.cmdline
+    assert made.run().outputs.OUT.endswith('/n.nii')
+    made = interface('ct-convert')(IN=['lr.nii'], OUT='n.nii.gz', quiet=True)
+    assert made.cmdline == 'ct-convert --quiet lr.nii n.nii.gz' and made.run().outputs.OUT.endswith('/n.nii.gz')
+
+
 if __name__ == '__main__':
     what, tools = sys.argv[1], sys.argv[2:]
+    given, places = dict(t.split('=') for t in tools[1:] if '=' in t), [t for t in tools[1:] if '=' not in t]
     if what == 'slicer':
-        tool, given, places = tools[0], dict(t.split('=') for t in tools[1:] if '=' in t), [t for t in tools[1:] if '=' not in t]
-        print(' '.join(as_slicer(tool, given, places)))
-    for tool in tools if what != 'slicer' else []:
-        {'described': described, 'form': form}[what](tool)
+        print(' '.join(as_slicer(tools[0], given, places)))
+    elif what == 'invocation':
+        print(as_boutiques(tools[0], given))
+    elif what == 'run_nipype':
+        run_nipype()
+    else:
+        for tool in tools:
+            {'described': described, 'form': form, 'boutiques': boutiques, 'nipype': nipype}[what](tool)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# What commands say of themselves to programs: JSON, and the form of 3D Slicer, which runs them.
+# What commands say of themselves to programs: JSON, and from it Boutiques and nipype; the form of 3D Slicer. These run them.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }
 py() { PYTHONDONTWRITEBYTECODE=1 python3 "$srcdir/tests/describe.py" "$@"; }
@@ -20,4 +20,23 @@ SLICER_HOME=/ ct-sr -q -Q draft lr.nii - >stream.nii; exits 0 'a stream is not s
 SLICER_HOME=/ ct-project -q -f -n 4 hr.nii /dev/stdout | cat >again.exr; exits 0 'by another name, too' ct-info again.exr
 exits 0 'nor is a report' env SLICER_HOME=/ ct-metrics --json hr.nii o.nrrd; python3 -c 'import json; json.load(open("out"))'; ok $? 'of JSON'
 ct-sr -q -Q draft -f lr.nii o.nrrd >out; [ ! -s out ]; ok $? 'without Slicer nothing is printed'
+lib=$(ls "$builddir"/libctsr.so.0 "$builddir"/.libs/libctsr.so.0 2>/dev/null | head -n 1)
+for PY in /usr/bin/python3 python3; do "$PY" -c 'import nipype' 2>/dev/null && break; done
+py() { CTSR_LIBRARY=$lib PYTHONPATH=$srcdir/python PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/describe.py" "$@"; }
+if [ -n "$lib" ] && "$PY" -c 'import numpy' 2>/dev/null && ! sanitized ct-sr; then
+	for t in $CT_TOOLS; do exits 0 "$t of Boutiques" py boutiques "$t"; done
+	exits 0 'as Boutiques runs ct-sr' sh -c "$(py invocation ct-sr IN=lr.nii OUT=b.nii quality=draft quiet=yes threads=1)"
+	exits 0 'the same' ct-metrics -q --min psnr=1000 o.nrrd b.nii
+	exits 0 'as Boutiques runs ct-convert' sh -c "$(py invocation ct-convert IN=b.nii OUT=b.mha)"; [ -s b.mha ]; ok $? 'is made'
+	exits 0 'a descriptor, printed' env CTSR_LIBRARY="$lib" PYTHONPATH="$srcdir/python" PYTHONDONTWRITEBYTECODE=1 "$PY" -m ctsr.boutiques ct-sr; has out '"schema-version": "0.5"'
+else
+	skip 'Boutiques' 'no shared library, or no numpy'
+fi
+if [ -n "$lib" ] && "$PY" -c 'import nipype' 2>/dev/null && ! sanitized ct-sr; then
+	for t in $CT_TOOLS; do exits 0 "$t of nipype" py nipype "$t"; done
+	exits 0 'as nipype runs them' py run_nipype
+	exits 0 'the same' ct-metrics -q --min psnr=1000 o.nrrd n.nii
+else
+	skip 'nipype' 'no nipype, or no shared library'
+fi
 done_testing

@@ -30,30 +30,57 @@ static const char *direction_of(const struct ct_opt *o)
 					    : "out";
 }
 
-/* "a|b|c" */
-static json_t *list_of(const char *words)
+static const char *name_of(const struct ct_opt *o)
+{
+	return o->name ? o->name : ct_table_operand(o);
+}
+
+/* "a|b|c": those whose bits are set. */
+static json_t *list_of(const char *words, unsigned bits)
 {
 	json_t *all = json_array();
 
-	while (words && *words) {
+	for (; words && *words; bits >>= 1) {
 		const size_t n = strcspn(words, "|");
 
-		json_array_append_new(all, json_stringn(words, n));
+		if (bits & 1)
+			json_array_append_new(all, json_stringn(words, n));
 		words += n + (words[n] == '|');
 	}
+	return all;
+}
+
+/* That an option is given, or is one of these words; that an operand is a file. */
+static json_t *condition_of(const struct ct_tool *t, const struct ct_when *w)
+{
+	const struct ct_opt *o = ct_modes_row(t, w);
+
+	return json_pack("{ss so* so*}", "name", name_of(o), "words",
+		w->words ? list_of(o->arg, w->words) : NULL, "file",
+		w->kind == CT_WHEN_FILE ? json_true() : NULL);
+}
+
+/* Those of a row of which any must hold, or of which none may. NULL: none. */
+static json_t *conditions_of(const struct ct_tool *t, const struct ct_opt *o, bool exclude)
+{
+	json_t *all = NULL;
+
+	for (const struct ct_when *w = o->when; w < o->when + CT_WHENS; w++)
+		if (w->kind != CT_WHEN_ALWAYS && ct_modes_excludes(w) == exclude) {
+			all = all ? all : json_array();
+			json_array_append_new(all, condition_of(t, w));
+		}
 	return all;
 }
 
 static json_t *ends_of(const struct ct_tool *t, const struct ct_opt *o)
 {
 	json_t *all = json_array();
-	char when[160];
 
-	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++) {
-		ct_modes_when(when, sizeof when, t, &x->when);
-		json_array_append_new(all, json_pack("{so ss*}", "names", list_of(x->ends), "with",
-						   *when ? when : NULL));
-	}
+	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++)
+		json_array_append_new(all,
+			json_pack("{so so*}", "names", list_of(x->ends, ~0U), "with",
+				x->when.kind == CT_WHEN_ALWAYS ? NULL : condition_of(t, &x->when)));
 	return all;
 }
 
@@ -96,17 +123,16 @@ static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
 static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 {
 	const bool ranged = o->lo < o->hi;
-	char modes[400];
 	json_t *x;
 
-	ct_modes_text(modes, sizeof modes, t, o);
-	x = json_pack("{ss ss* ss ss* ss ss*}", "name", o->name ? o->name : ct_table_operand(o),
-		"value", o->name && !o->choice ? o->arg : NULL, "type", type_of(o), "direction",
-		direction_of(o), "help", o->help, "modes", *modes ? modes : NULL);
+	x = json_pack("{ss ss* ss ss* ss so* so*}", "name", name_of(o), "value",
+		o->name && !o->choice ? o->arg : NULL, "type", type_of(o), "direction",
+		direction_of(o), "help", o->help, "needs", conditions_of(t, o, false), "not_with",
+		conditions_of(t, o, true));
 	if (o->c)
 		json_object_set_new(x, "letter", json_stringn(&o->c, 1));
 	if (o->choice)
-		json_object_set_new(x, "words", list_of(o->arg));
+		json_object_set_new(x, "words", list_of(o->arg, ~0U));
 	if (ranged) {
 		json_object_set_new(x, "least", json_real(o->lo));
 		json_object_set_new(x, "most", json_real(o->hi));
@@ -166,7 +192,7 @@ static void put_text(const char *tag, const char *text)
 /* "slice-thickness" as an identifier; what Slicer shows. */
 static void put_names(const struct ct_opt *o, const char *instead)
 {
-	const char *name = instead ? instead : o->name ? o->name : ct_table_operand(o);
+	const char *name = instead ? instead : name_of(o);
 
 	fputs("<name>", stdout);
 	for (const char *c = name; *c; c++)
@@ -206,13 +232,31 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 		put_text("default", text);
 }
 
+/* fileExtensions=".nii,.mha" of an output. */
+static void put_extensions(const struct ct_opt *o)
+{
+	const char *before = " fileExtensions=\".";
+
+	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++)
+		for (const char *w = x->ends; *w; before = ",.") {
+			const size_t n = strcspn(w, "|");
+
+			printf("%s%.*s", before, (int)n, w);
+			w += n + (w[n] == '|');
+		}
+	if (o->ends[0].ends)
+		putchar('"');
+}
+
 /* As an input or an output, if it is a file. */
 static void put_parameter(const struct ct_tool *t, const struct ct_opt *o, int place, bool output)
 {
 	const char *tag = tag_of(t, o);
 	const bool enumerated = strcmp(tag, "string-enumeration") == 0;
 
-	printf("<%s>", tag);
+	printf("<%s", tag);
+	put_extensions(o);
+	putchar('>');
 	put_names(o, o->role == CT_READS_WRITES ? output ? "OUT" : "IN" : NULL);
 	if (o->name) {
 		printf("<longflag>--%s</longflag>", o->name);
@@ -244,6 +288,9 @@ void ct_describe_slicer(const struct ct_tool *t)
 	put_text("title", t->name);
 	put_text("description", t->brief);
 	put_text("version", PACKAGE_VERSION);
+	printf("<documentation-url>man:%s(1)</documentation-url>", t->name);
+	put_text("license", "Apache-2.0");
+	put_text("contributor", "the authors of ctsr");
 	puts("\n<parameters>\n<label>Files</label><description>What is read and written</description>");
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (!o->name) {

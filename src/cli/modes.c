@@ -6,12 +6,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The option, or operand, of the field at an offset of params. */
-static const struct ct_opt *row_at(const struct ct_tool *t, size_t at)
+const struct ct_opt *ct_modes_row(const struct ct_tool *t, const struct ct_when *w)
 {
 	const struct ct_opt *o = t->opts;
 
-	while (o->type != CT_T_END && o->at != at)
+	while (o->type != CT_T_END && o->at != w->at)
 		o++;
 	return o;
 }
@@ -37,14 +36,14 @@ static bool is_set(const struct ct_tool *t, const struct ct_opt *o, const void *
 	return false;
 }
 
-static bool excludes(const struct ct_when *w)
+bool ct_modes_excludes(const struct ct_when *w)
 {
 	return w->kind == CT_WHEN_UNSET || w->kind == CT_WHEN_OTHER;
 }
 
 bool ct_modes_hold(const struct ct_when *w, const struct ct_tool *t, const void *params)
 {
-	const struct ct_opt *o = row_at(t, w->at);
+	const struct ct_opt *o = ct_modes_row(t, w);
 	const void *p = (const char *)params + w->at;
 
 	switch (w->kind) {
@@ -63,9 +62,9 @@ static bool is_taken(const struct ct_opt *o, const struct ct_tool *t, const void
 	bool asked = false, any = false;
 
 	for (const struct ct_when *w = o->when; w < o->when + CT_WHENS; w++) {
-		if (excludes(w) && !ct_modes_hold(w, t, params))
+		if (ct_modes_excludes(w) && !ct_modes_hold(w, t, params))
 			return false;
-		if (excludes(w) || w->kind == CT_WHEN_ALWAYS)
+		if (ct_modes_excludes(w) || w->kind == CT_WHEN_ALWAYS)
 			continue;
 		asked = true;
 		any |= ct_modes_hold(w, t, params);
@@ -89,7 +88,7 @@ static void put_words(FILE *f, const char *words, unsigned bits)
 
 static void put_when(FILE *f, const struct ct_tool *t, const struct ct_when *w)
 {
-	const struct ct_opt *o = row_at(t, w->at);
+	const struct ct_opt *o = ct_modes_row(t, w);
 	char name[CT_TABLE_NAME];
 
 	ct_table_name(name, o);
@@ -110,7 +109,7 @@ static size_t put_all(
 	size_t n = 0;
 
 	for (const struct ct_when *w = o->when; w < o->when + CT_WHENS; w++)
-		if (w->kind != CT_WHEN_ALWAYS && excludes(w) == exclude)
+		if (w->kind != CT_WHEN_ALWAYS && ct_modes_excludes(w) == exclude)
 			some[n++] = w;
 	for (size_t i = 0; i < n; i++) {
 		fputs(i == 0 ? first : i + 1 < n ? ", " : " or ", f);

@@ -15,6 +15,10 @@ struct ct_given {
 /* CT_EUSAGE naming the first option that is given where it would do nothing, and what it needs. A
  * command whose mode is known only from its files calls it again, with the mode filled in. */
 int ct_modes_check(const struct ct_given *given, const void *params, struct ct_err *e);
+/* The option, or operand, that a condition is about. */
+const struct ct_opt *ct_modes_row(const struct ct_tool *t, const struct ct_when *w);
+/* One that must not hold? Of the others, which are not CT_WHEN_ALWAYS, any must. */
+bool ct_modes_excludes(const struct ct_when *w);
 /* Does a condition hold? */
 bool ct_modes_hold(const struct ct_when *w, const struct ct_tool *t, const void *params);
 /* In words, "--project"; empty for the one that always does. */

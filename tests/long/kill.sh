@@ -5,8 +5,9 @@
 . "$(dirname "$0")/lib.sh"
 count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$lasting}
 inputs
-# strays: what is in the folder, but for the inputs, the output and what it may have beside it
-strays() { find . -mindepth 1 -maxdepth 1 ! -name out ! -name out.state ! -name out.keep ! -name err; }
+# strays: what is in the folder, but for the inputs, the output and what it may have beside it: also its lock,
+# of a run that was killed behind its result; the next removes it (t-stop.sh)
+strays() { find . -mindepth 1 -maxdepth 1 ! -name out ! -name out.state ! -name out.state.ct-locked ! -name out.keep ! -name err; }
 lives() { # lives COMMAND KILLS
 	tool=$1 left=$2
 	command_ "$tool" hr "$work/ref-$tool"

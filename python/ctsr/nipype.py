@@ -1,0 +1,67 @@
+"""The commands as interfaces of nipype:
+
+    from ctsr.nipype import interface
+    CtSr = interface("ct-sr")
+    thin = CtSr(IN="thick.nii.gz", OUT="thin.nii.gz", factor="1,1,5").run().outputs.OUT
+"""
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Type
+
+from nipype.interfaces.base import CommandLine, CommandLineInputSpec, Directory, File, InputMultiPath, TraitedSpec, isdefined, traits
+
+from .commands import described, identifier, parameters
+
+_OWN = set(CommandLineInputSpec().trait_names())
+
+
+def _name(p: Dict[str, Any]) -> str:
+    name = identifier(p['name'])
+    return name + '_' if name in _OWN else name
+
+
+def _trait(p: Dict[str, Any], places: int) -> Any:
+    meta: Dict[str, Any] = {'desc': p['help']}
+    operand = 'place' in p
+    if operand:
+        meta.update(position=p['place'] - places, mandatory=not p['optional'], argstr='%s')
+    else:
+        value = {'flag': '', 'integer': '=%d', 'number': '=%.17g'}.get(p['type'], '=%s')
+        meta['argstr'] = '--' + p['name'] + value
+    kind = p['type']
+    if kind == 'flag':
+        return traits.Bool(**meta)
+    if kind in ('integer', 'number'):
+        of = int if kind == 'integer' else float
+        if 'least' in p:
+            return traits.Range(low=of(p['least']), high=of(p['most']), **meta)
+        return (traits.Int if kind == 'integer' else traits.Float)(**meta)
+    if kind == 'choice':
+        return traits.Enum(*p['words'], **meta)
+    if p.get('direction') != 'in':
+        return traits.Str(**meta)
+    if p.get('list'):
+        return InputMultiPath(traits.Either(File(exists=True), Directory(exists=True)), **meta)
+    return traits.Either(File(exists=True), Directory(exists=True), **meta)
+
+
+def interface(command: str) -> Type[CommandLine]:
+    """A class of nipype that runs a command: ct-sr is CtSr. Its inputs are arguments and options, a - of their names a _;
+    its outputs are the files that it writes, by the same names."""
+    all_ = parameters(described(command))
+    places = sum('place' in p for p in all_)
+    writes = [_name(p) for p in all_ if p.get('direction') == 'out']
+    name = ''.join(w.capitalize() for w in command.split('-'))
+    given = type(name + 'Input', (CommandLineInputSpec,), {_name(p): _trait(p, places) for p in all_})
+    made = type(name + 'Output', (TraitedSpec,), {w: traits.Str(desc='what was written') for w in writes})
+
+    def _list_outputs(self):
+        out = self.output_spec().get()
+        for w in writes:
+            value = getattr(self.inputs, w)
+            if isdefined(value):
+                out[w] = os.path.abspath(value)
+        return out
+
+    return type(name, (CommandLine,), {'_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs})
