@@ -40,6 +40,8 @@ fi
 default='core vec-v1 solve resample degrade consistency ssim metrics columns photons loss-lowres loss splat'
 tests=
 for t in ${*:-$default}; do tests="$tests tests/t-$t"; done
+# shellcheck disable=SC2046
+make $(make -s --eval='print-built: ; @echo $(BUILT_SOURCES)' print-built) >make.log 2>&1
 # shellcheck disable=SC2086
 make -j"$(nproc)" libct.a $tests >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
 export QEMU_LD_PREFIX=/usr/aarch64-linux-gnu

@@ -38,6 +38,8 @@ for x in $names; do
 	*) echo "$0: no target $x among:$(for t in $all; do printf ' %s' "${t##*/fuzz-}"; done)" >&2; exit 2 ;;
 	esac
 done
+# shellcheck disable=SC2046
+make $(make -s --eval='print-built: ; @echo $(BUILT_SOURCES)' print-built) >make.log 2>&1
 make -j"$(nproc)" libct.a libctshim.a >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
 # shellcheck disable=SC2086
 make -j"$(nproc)" LDFLAGS=-fsanitize=fuzzer LIBS="-lm -l:libgomp.so.1" $programs >>make.log 2>&1 ||

@@ -174,6 +174,10 @@ try:
     ok(same('after', tones(np.asarray(ras.dataobj, dtype=float).max(2)[::-1, ::-1].T, -900, 1550)), 'which they are')
     click('[data-plane="coronal"]')
     ok(js("return [...document.querySelectorAll('#panels figure')].map(f => f.hidden)") == [True, False, True], 'one plane alone')
+    high = "return document.querySelector('#panels figure:not([hidden])').getBoundingClientRect().bottom - document.querySelector('.split').getBoundingClientRect().top"
+    d.set_window_size(1400, 500)
+    ok(js(high + " <= innerHeight && document.querySelector('#panels figure:not([hidden])').clientWidth > 100"), 'with both sliders in sight')
+    d.set_window_size(1400, 1400)
     d.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': [{'name': 'prefers-color-scheme', 'value': 'dark'}]})
     ok(js("return getComputedStyle(document.body).backgroundColor") == 'rgb(16, 19, 23)', 'dark')
     ok(js("return document.documentElement.scrollWidth <= innerWidth"), 'nothing is cut off')

@@ -130,7 +130,7 @@ void series_account(
 	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env)
 {
 	const struct ct_census *c = &set->census;
-	size_t count[REASONS] = {0}, at = 0;
+	size_t count[REASONS] = {0}, at = 0, beside;
 	struct ct_err e = {0};
 	char text[300] = "";
 	int *reason;
@@ -150,7 +150,9 @@ void series_account(
 		if (count[r] && at < sizeof text)
 			at += (size_t)snprintf(text + at, sizeof text - at, "%s%zu %s",
 				at ? ", " : ": ", count[r], reason_word(r));
-	ct_log(env, count[USED] < c->files ? CT_WARN : CT_INFO, "%zu of %zu file%s used%s",
+	/* a README and a report are expected beside slices */
+	beside = count[STATES + CT_FILE_FOREIGN] + count[STATES + CT_FILE_BARE];
+	ct_log(env, count[USED] + beside < c->files ? CT_WARN : CT_INFO, "%zu of %zu file%s used%s",
 		count[USED], c->files, c->files == 1 ? "" : "s", text);
 	free(reason);
 }
