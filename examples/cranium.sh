@@ -16,7 +16,7 @@ cd "$top"
 [ -x configure ] || ./bootstrap >/dev/null 2>&1
 cd build
 [ -f Makefile ] || "$top/configure" -q
-make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }
+if [ -t 1 ]; then make -j"$(nproc)"; else make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }; fi
 PATH=$top/build:$PATH
 cd "$work"
 
@@ -36,7 +36,7 @@ values() { sed -n "/<key>$1</,/<\/array>/s/.*<$2>\(.*\)<.*/\1/p" main.plist; }
 dims=$(values shape integer | tac | paste -sd x)
 spacing=$(values spacing real | paste -sd ,)
 
-say "cutting a 128^3 cube of 1.5 mm from $dims voxels of $spacing mm, and degrading it 4x"
+say "cutting a 128^3 cube of 1.5 mm from $dims voxels of $(echo "$spacing" | awk -F, '{printf "%.4g,%.4g,%.4g", $1, $2, $3}') mm, and degrading it 4x"
 ct-convert -f --raw "$dims:i16:$spacing" --orient LAS --iso 1.5 --cube 128 matrix.dat hr.nii.gz
 ct-degrade -f -x 4 --protocol P1 hr.nii.gz lr.nii.gz
 timed() { # timed NAME COMMAND...: wall seconds and peak memory to NAME.time
@@ -56,5 +56,5 @@ for m in trilinear cubic ours; do
 	printf '%-10s %9.3f %8.4f %8.1f %9d\n' $m "$(awk '/^psnr/ {print $2}' $m.metrics)" \
 		"$(awk '/^ssim-r2/ {print $2}' $m.metrics)" "$seconds" $((kib / 1024))
 done
-ct-view -f --zoom 2 --window -200:1400 -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
+ct-view -f --labels --names truth,trilinear,cubic,ct-sr --zoom 2 --window -200:1400 -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
 printf '\npicture (truth, trilinear, cubic, ours; below, the errors): %s\n' "$PWD/montage.png"

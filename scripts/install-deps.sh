@@ -26,5 +26,9 @@ if [ "$(id -u)" -eq 0 ]; then as_root=; else as_root=sudo; fi
 echo "installing$missing" | tr '\n\t' '  '; echo
 export DEBIAN_FRONTEND=noninteractive
 $as_root apt-get update -qq
+# how much, before it begins; then, on a terminal, what apt does
 # shellcheck disable=SC2086
-$as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null
+LC_ALL=C apt-get install --assume-no --no-install-recommends $missing 2>/dev/null | grep -E '^Need to get|^After this' || :
+if [ -t 1 ]; then quiet=-q out=/dev/tty; else quiet=-qq out=/dev/null; fi
+# shellcheck disable=SC2086
+$as_root apt-get install -y $quiet --no-install-recommends $missing >$out

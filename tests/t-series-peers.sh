@@ -30,6 +30,16 @@ if command -v dcm2niix >/dev/null; then
 else
 	skip 'voxels and places are those of dcm2niix' 'no dcm2niix'
 fi
+# what comes with pydicom: a series, one that lacks slices, localizers
+data=$("$PY" -c 'import os, pydicom.data; print(os.path.join(os.path.dirname(pydicom.data.__file__), "test_files", "dicomdirtests"))' 2>/dev/null)
+if [ -d "$data/98892001" ] && command -v dcm2niix >/dev/null; then
+	exits 0 'a series of pydicom' ct-convert "$data/98892001/CT5N" ct5n.nii; dcm2niix -z n -f d-ct5n -o . "$data/98892001/CT5N" >/dev/null 2>&1
+	agree same 'which is that of dcm2niix' ct5n.nii d-ct5n.nii
+	exits 5 'one that lacks slices' ct-convert "$data/77654033/CT2" no.nii; has err '161 slices are missing' 'says how many'
+	exits 3 'localizers' ct-convert "$data/98892001/CT2N" no.nii; has err 'no series of CT slices among 2: localizer' 'are no volume'
+else
+	skip 'series of pydicom' 'they are not here, or no dcm2niix'
+fi
 # recoded BY SERIES...: by the command BY, from file to file, each is the same volume
 recoded() {
 	by=$1 pairs=; shift
