@@ -159,7 +159,8 @@ int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	v->n = 0;
 	for (int r = 0; r < 3; r++)
 		s.norm[r] = sqrt(2 * CT_GS_CUT * ct_vec3_dot(k->inv[r], k->inv[r]));
-	memset(v->found, 0, chunks * sizeof *v->found); /* where the loop is left off */
+	if (n) /* where the loop is left off */
+		memset(v->found, 0, chunks * sizeof *v->found);
 	ct_par_for(par, chunks, search_some, &s);
 	for (size_t c = 0; c < chunks; c++) {
 		memmove(v->hit + total, v->hit + c * CT_GS_CHUNK, v->found[c] * sizeof *v->hit);
