@@ -8,7 +8,7 @@ EXTRA_PROGRAMS += bench/b-project
 bench_b_project_SOURCES = bench/b-project.c bench/bench.h
 BENCH_C += bench/b-project
 BENCH_SH += bench/b-project.sh
-EXTRA_DIST += bench/bench.h $(BENCH_SH)
+EXTRA_DIST += bench/bench.h bench/texture.py $(BENCH_SH)
 BENCH = $(BENCH_C) $(BENCH_SH)
 .PHONY: bench
 bench: $(bin_PROGRAMS) $(BENCH_C)

@@ -179,7 +179,8 @@ static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
 	must(ct_refine_plan(&r, &rule, lo, &quiet, &err));
 	OK(r.is.known && r.is.from == CT_BY_FILE && r.is.noise_from == CT_BY_CALLER,
 		"the file says the operator, the caller the noise");
-	OK(r.method == CT_UPSAMPLE_TV && r.n[2] == 4 * THICK && !r.adds, "means take tv");
+	OK(r.method == CT_UPSAMPLE_HTV && r.textured && r.n[2] == 4 * THICK && !r.adds,
+		"means of texture take htv");
 	must(ct_refine_cost(&cpu, &r, lo, &quiet, &err));
 	OK(cpu > 0, "it costs something (%.3g s)", cpu);
 	rule.memory = MIB;

@@ -4,6 +4,7 @@
 #include "core/memory.h"
 #include "refine/slabs.h"
 #include "resolution/flat.h"
+#include "resolution/trial.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -23,7 +24,8 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 {
 	const struct ct_refine_rule *p = &r->rule;
 
-	return (struct ct_upsample_rule){.method = p->method == CT_REFINE_PRIOR
+	return (struct ct_upsample_rule){.method = r->textured ? CT_UPSAMPLE_HTV
+						   : p->method == CT_REFINE_PRIOR
 							   ? CT_UPSAMPLE_AUTO
 							   : (enum ct_upsample)p->method,
 		.known = r->is.known,
@@ -225,11 +227,36 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
+/* What auto takes. With noise the scan cannot be asked: TV smoothes that. */
+static int choose_method(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const int method = r->rule.method;
+	struct ct_upsample_rule inversion = ct_refine_inversion(r);
+	struct ct_upsample_report choice = {.aliasing = (double)NAN};
+	double gain;
+
+	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
+	if (ct_upsample_choose(&choice, &inversion, r->n, e))
+		return -1;
+	r->method = choice.method;
+	r->aliasing = choice.aliasing;
+	if (!r->inverts || r->method != CT_UPSAMPLE_TV || method == CT_UPSAMPLE_TV ||
+		r->is.noise > 0)
+		return 0;
+	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
+		return -1;
+	if (gain >= -CT_TRIAL_LOSS)
+		return 0;
+	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
+	r->textured = true;
+	r->method = CT_UPSAMPLE_HTV;
+	return 0;
+}
+
 int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_upsample_rule inversion;
-	struct ct_upsample_report choice = {.aliasing = (double)NAN};
 	const bool prior = rule->method == CT_REFINE_PRIOR;
 
 	*r = (struct ct_refine){
@@ -249,13 +276,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return -1;
 	if (prior && plan_prior(r, in, env, e))
 		return -1;
-	inversion = ct_refine_inversion(r);
-	inversion.start = prior ? NULL : rule->start;
-	if (ct_upsample_choose(&choice, &inversion, r->n, e))
-		return -1;
-	r->method = choice.method;
-	r->aliasing = choice.aliasing;
-	if (choose_slabs(r, in, e))
+	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
 		return -1;
 	if (r->slabs == 1)
 		return 0;
@@ -267,6 +288,8 @@ const char *ct_refine_why(const struct ct_refine *r)
 {
 	if (!r->is.known)
 		return "operator not known";
+	if (r->textured)
+		return "texture";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
 		return "band-limited";
 	return r->is.by.decimate == CT_DECIMATE_POINT ? "point-sampled, aliased" : "aliased";

@@ -2,8 +2,8 @@
  *
  * ct_refine_plan finds the operator that made the CT and its noise (operator.h), the method, what
  * the prior of slices may add and with what confidence, the memory that it takes, and the slabs to
- * stay within a bound. Nothing in it iterates. ct_refine_run does the work; ct_refine_cost tells
- * before what it will take.
+ * stay within a bound. Only a small part of the CT is iterated on (trial.h). ct_refine_run does the
+ * work; ct_refine_cost tells before what it will take.
  *
  * The volume in slabs is that of the whole within 0.1 HU RMS (doc/blocks.md): a small part of the
  * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
@@ -54,6 +54,7 @@ struct ct_refine {
 	enum ct_upsample method; /* of the inversion, or interpolation */
 	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */
+	bool textured;           /* TV does not suit it: auto takes HTV (trial.h) */
 	size_t n[3];             /* voxels of the result */
 	bool adds;               /* the prior does */
 	char why_not[160];       /* ... and if it was asked and does not, why */

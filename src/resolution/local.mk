@@ -20,6 +20,7 @@ libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
 libct_a_SOURCES += src/resolution/pilot.c src/resolution/pilot.h
+libct_a_SOURCES += src/resolution/trial.c src/resolution/trial.h
 libct_a_SOURCES += src/resolution/hessian-tv.c
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/padding.c src/resolution/padding.h

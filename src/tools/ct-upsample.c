@@ -54,8 +54,8 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
-		"predicts. auto takes tv, htv for aliased points, and bspline if the operator is not "
-		"known"),
+		"predicts. auto takes tv, htv for aliased points and texture, and bspline if the "
+		"operator is not known"),
 	SAID_OPTS(struct params, said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
 		"the factor that IN was reduced by, else as ct-sr",
